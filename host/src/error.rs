@@ -1,0 +1,47 @@
+//! What can go wrong, each as one sentence that says what, where and what to do.
+
+use std::path::PathBuf;
+
+/// An error of this library. The program prints it as one line and exits with code 2.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A file could not be read or written.
+    #[error("cannot {action} {}: {reason}", path.display())]
+    File {
+        /// "read" or "write".
+        action: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// Why, and what to do.
+        reason: String,
+    },
+    /// A scene is broken or cannot be rendered.
+    #[error("scene {scene}: {problem}")]
+    Scene {
+        /// Name or file of the scene.
+        scene: String,
+        /// What is wrong, where, and what to do.
+        problem: String,
+    },
+    /// A setting is out of range or unknown.
+    #[error("{0}")]
+    Setting(String),
+    /// No usable GPU adapter.
+    #[error("{0}")]
+    Adapter(String),
+    /// A compiled kernel is missing, damaged or does not fit its descriptor.
+    #[error("kernel {kernel}: {problem}")]
+    Kernel {
+        /// Name of the kernel.
+        kernel: String,
+        /// What is wrong and what to do.
+        problem: String,
+    },
+    /// The buffers of a render do not fit.
+    #[error("{0}")]
+    Memory(String),
+    /// The user interrupted the work.
+    #[error("interrupted; nothing was written")]
+    Interrupted,
+}

@@ -1,0 +1,6 @@
+//! Scenes, executors and images around the ReSTIR kernels.
+
+pub mod error;
+pub mod scene;
+
+pub use error::Error;

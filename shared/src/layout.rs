@@ -1,0 +1,176 @@
+//! Every plain-data type that crosses the bus between host and device.
+//!
+//! All fields are 32 bits wide, so that native, std430 and SPIR-V layouts agree; the asserts at the end pin
+//! the sizes. The scene lies in arenas of 16-byte words ([`UVec4`]); the [`SceneHeader`] says where each table
+//! begins, in words. Floats are stored as their bits.
+//!
+//! | arena | table | words | contents |
+//! |---|---|---|---|
+//! | geometry | nodes | [`NODE_WORDS`] | `lo0.xyz, child0`, `hi0.xyz, child1`, `lo1.xyz, 0`, `hi1.xyz, 0` |
+//! | geometry | triangles | [`TRIANGLE_WORDS`] | `v0.xyz, material`, `v1.xyz, light or NONE`, `v2.xyz, object` |
+//! | attributes | materials | [`MATERIAL_WORDS`] | `reflectance.rgb, flags`, `emission.rgb, 0` |
+//! | attributes | lights | [`LIGHT_WORDS`] | `triangle, area density, 0, 0` |
+//! | attributes | alias table | [`ALIAS_WORDS`] | `threshold, alias, 0, 0`; absent without [`FEATURE_LIGHT_TABLE`] |
+
+use bytemuck::{Pod, Zeroable};
+use glam::UVec4;
+
+/// Words of 16 bytes in a BVH node; it holds the boxes of its two children.
+pub const NODE_WORDS: u32 = 4;
+/// Words in a triangle.
+pub const TRIANGLE_WORDS: u32 = 3;
+/// Words in a material.
+pub const MATERIAL_WORDS: u32 = 2;
+/// Words in a light.
+pub const LIGHT_WORDS: u32 = 1;
+/// Words in an entry of the alias table.
+pub const ALIAS_WORDS: u32 = 1;
+
+/// An index that refers to nothing.
+pub const NONE: u32 = u32::MAX;
+
+/// Marks a child reference of a BVH node as a leaf: bits 0..=26 are the first triangle, bits 27..=30 the count.
+/// Without it the reference is the index of an inner node.
+pub const LEAF: u32 = 1 << 31;
+/// Position of the triangle count in a leaf reference.
+pub const LEAF_COUNT_SHIFT: u32 = 27;
+/// The most triangles that a leaf can hold.
+pub const LEAF_MAX_COUNT: u32 = 15;
+/// The most triangles that a scene can hold.
+pub const MAX_TRIANGLES: u32 = 1 << LEAF_COUNT_SHIFT;
+/// The most nodes that a traversal can have pending: the BVH builder keeps its depth at or below this.
+pub const STACK_DEPTH: usize = 64;
+
+/// Material flag: emits on both sides. Without it only the front (counter-clockwise) side emits.
+pub const MATERIAL_TWO_SIDED_EMISSION: u32 = 1;
+
+/// Scene feature: emitters differ in power, so the choice among them needs the alias table.
+pub const FEATURE_LIGHT_TABLE: u32 = 1;
+/// All features: what a kernel that was not specialised to a scene assumes.
+pub const FEATURES_ALL: u32 = u32::MAX;
+
+/// Path tracing flag: samples are spread uniformly over the pixel instead of going through its centre.
+pub const PATH_JITTER: u32 = 1;
+/// Path tracing flag: Russian roulette on the throughput from the fourth segment on.
+pub const PATH_ROULETTE: u32 = 2;
+
+/// A launch over a two-dimensional grid; each parameter block knows its extent.
+pub trait Extent {
+    /// Width and height of the grid in invocations.
+    fn extent(&self) -> [u32; 2];
+}
+
+/// Where the tables of a scene begin in its arenas, and its bounds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct SceneHeader {
+    /// Lower corner of the bounds of all triangles.
+    pub bounds_lo: [f32; 3],
+    /// First word of the triangles in the geometry arena; nodes begin at word 0.
+    pub triangle_base: u32,
+    /// Upper corner of the bounds of all triangles.
+    pub bounds_hi: [f32; 3],
+    /// Number of triangles.
+    pub triangle_count: u32,
+    /// First word of the lights in the attribute arena; materials begin at word 0.
+    pub light_base: u32,
+    /// Number of emissive triangles.
+    pub light_count: u32,
+    /// First word of the alias table in the attribute arena.
+    pub alias_base: u32,
+    /// Reference to the root, encoded as a child of a node; [`NONE`] for a scene without triangles.
+    pub root: u32,
+}
+
+/// A pinhole camera. `right` and `up` span half of the image plane at distance `|forward|`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct CameraParams {
+    /// Centre of projection.
+    pub position: [f32; 3],
+    /// 1 / width of the image in pixels.
+    pub inv_width: f32,
+    /// From the centre of projection to the centre of the image plane.
+    pub forward: [f32; 3],
+    /// 1 / height of the image in pixels.
+    pub inv_height: f32,
+    /// From the centre of the image plane to the middle of its right edge.
+    pub right: [f32; 3],
+    /// Zero.
+    pub reserved0: f32,
+    /// From the centre of the image plane to the middle of its upper edge.
+    pub up: [f32; 3],
+    /// Zero.
+    pub reserved1: f32,
+}
+
+/// Parameters of the kernel `path`: one aligned block of samples of every pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct PathParams {
+    /// The scene's tables.
+    pub scene: SceneHeader,
+    /// The camera.
+    pub camera: CameraParams,
+    /// Image width in pixels, at most 16384.
+    pub width: u32,
+    /// Image height in pixels, at most 16384.
+    pub height: u32,
+    /// Index of the first sample, a multiple of `2^block_log2`.
+    pub first_sample: u32,
+    /// The block has `2^block_log2` samples; at most [`crate::film::MAX_BLOCK_LOG2`].
+    pub block_log2: u32,
+    /// Seed of the random numbers.
+    pub seed: u32,
+    /// Longest path, in segments: 1 is directly visible emission, 2 adds direct light.
+    pub max_depth: u32,
+    /// [`PATH_JITTER`] and [`PATH_ROULETTE`].
+    pub flags: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+
+impl Extent for PathParams {
+    fn extent(&self) -> [u32; 2] {
+        [self.width, self.height]
+    }
+}
+
+/// Parameters of the film kernels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct FilmParams {
+    /// Image width in pixels.
+    pub width: u32,
+    /// Image height in pixels.
+    pub height: u32,
+    /// Number of samples that the film holds (`film_resolve` divides by it).
+    pub samples: f32,
+    /// Zero.
+    pub reserved: u32,
+}
+
+impl Extent for FilmParams {
+    fn extent(&self) -> [u32; 2] {
+        [self.width, self.height]
+    }
+}
+
+/// A pixel of a film plane: a sum over an aligned block of samples.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct FilmPixel {
+    /// Sum of radiance, linear RGB.
+    pub sum: [f32; 3],
+    /// How many samples were dropped because they were not finite.
+    pub dropped: f32,
+}
+
+const _: () = {
+    assert!(size_of::<UVec4>() == 16);
+    assert!(size_of::<SceneHeader>() == 48);
+    assert!(size_of::<CameraParams>() == 64);
+    assert!(size_of::<PathParams>() == 144);
+    assert!(size_of::<FilmParams>() == 16);
+    assert!(size_of::<FilmPixel>() == 16);
+};

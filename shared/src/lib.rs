@@ -1,0 +1,35 @@
+//! Light-transport mathematics and per-pixel algorithms, written once for CPU and GPU.
+//!
+//! The crate is `no_std` without `alloc`. It compiles natively on stable Rust and, by rust-gpu, to SPIR-V;
+//! both give the same bits, because everything is built from the operations that IEEE 754 and Vulkan fix
+//! (see DETERMINISM.md in the repository). Modules are listed leaf first: a module uses only those above it.
+//!
+//! | module | purpose |
+//! |---|---|
+//! | [`num`] | the only home of non-trivial scalar functions: division, roots, exponentials, angles |
+//! | [`vec`] | dot, cross, length, normalisation and frames in a fixed order of evaluation |
+//! | [`rng`] | counter-based random numbers keyed by (pixel, sample, dimension, seed) |
+//! | [`layout`] | the plain-data types that cross the bus between host and device |
+//! | [`sampling`] | `sample_x`, `x_pdf` and `invert_x` for each distribution |
+//! | [`geometry`] | rays, the watertight triangle test, BVH traversal |
+//! | [`scene`] | the traits an embedder implements, and [`scene::SceneView`], which implements all of them |
+//! | [`bsdf`] | scattering functions |
+//! | [`camera`] | the pinhole camera |
+//! | [`film`] | the pairwise sum over samples |
+//! | [`technique`] | the per-pixel bodies |
+#![no_std]
+#![forbid(unsafe_code)]
+
+pub use glam;
+
+pub mod bsdf;
+pub mod camera;
+pub mod film;
+pub mod geometry;
+pub mod layout;
+pub mod num;
+pub mod rng;
+pub mod sampling;
+pub mod scene;
+pub mod technique;
+pub mod vec;
