@@ -1,12 +1,13 @@
-//! The entry points. A kernel is one file with one [`kernel!`] declaration and its parity cases, and one line
-//! in the list below; entry, native twin and [`KernelDesc`] come from that declaration.
+//! The entry points. A kernel is one file with one `kernel!` declaration and its parity cases, and one line in
+//! the list below; entry, native twin and [`KernelDesc`] come from that declaration.
 #![cfg_attr(target_arch = "spirv", no_std)]
-#![forbid(unsafe_code)]
 
 #[macro_use]
 mod kernel;
 #[cfg(not(target_arch = "spirv"))]
 mod desc;
+#[cfg(not(target_arch = "spirv"))]
+pub mod probe;
 
 #[cfg(not(target_arch = "spirv"))]
 pub use desc::{Access, Binding, Case, CaseScene, CaseScenes, Constant, KernelDesc, NativeRow};

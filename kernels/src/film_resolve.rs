@@ -1,0 +1,38 @@
+//! Divides the film by the number of samples.
+
+use restir_shared::layout::{FilmParams, FilmPixel};
+use restir_shared::num;
+
+kernel! {
+    /// `mean = sum / samples`, pixel by pixel; the count of dropped samples is kept.
+    pub fn film_resolve(8, 8) {
+        constants {}
+        params 0: FilmParams,
+        read { 1: sum: FilmPixel },
+        own { 2: mean: FilmPixel },
+    }
+    |x, y, at, p| {
+        let pixel = sum[(y * p.width + x) as usize];
+        mean[at] = FilmPixel {
+            sum: [
+                num::div(pixel.sum[0], p.samples),
+                num::div(pixel.sum[1], p.samples),
+                num::div(pixel.sum[2], p.samples),
+            ],
+            dropped: pixel.dropped,
+        }
+    }
+}
+
+#[cfg(not(target_arch = "spirv"))]
+fn cases(_: &dyn crate::CaseScenes) -> Vec<crate::Case> {
+    [1.0, 7.0, 64.0, 1000.0]
+        .map(|samples| {
+            let params = FilmParams { width: 13, height: 7, samples, reserved: 0 };
+            crate::Case::new(format!("{samples} spp"), 13, 7)
+                .with(&[params])
+                .with(&crate::probe::film_plane(13 * 7, 3))
+                .output()
+        })
+        .into()
+}

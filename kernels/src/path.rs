@@ -1,0 +1,68 @@
+//! Path tracing, one block of samples of every pixel.
+
+use restir_shared::glam::UVec4;
+use restir_shared::layout::{FilmPixel, PathParams};
+use restir_shared::scene::SceneView;
+use restir_shared::technique;
+
+kernel! {
+    /// Sums the radiance of 2^`block_log2` samples of each pixel.
+    pub fn path(8, 8) {
+        constants { 0: features = 0xffff_ffff }
+        params 0: PathParams,
+        read { 1: geometry: UVec4, 2: attributes: UVec4 },
+        own { 3: film: FilmPixel },
+    }
+    |x, y, at, p| {
+        let scene = SceneView { header: p.scene, geometry, attributes, features };
+        film[at] = technique::path::pixel(&scene, &p, x, y)
+    }
+}
+
+/// Name, scene, size, block, first sample, seed, depth, flags.
+#[cfg(not(target_arch = "spirv"))]
+type Row = (&'static str, &'static str, [u32; 2], u32, u32, u32, u32, u32);
+
+#[cfg(not(target_arch = "spirv"))]
+fn cases(scenes: &dyn crate::CaseScenes) -> Vec<crate::Case> {
+    use restir_shared::layout::{FEATURES_ALL, PATH_JITTER, PATH_ROULETTE};
+    let rows: [Row; 6] = [
+        ("cornell, 1 sample", "cornell", [24, 24], 0, 0, 1, 8, 0),
+        ("cornell, a later block", "cornell", [17, 11], 2, 12, 7, 8, PATH_JITTER),
+        ("cornell, roulette", "cornell", [16, 16], 1, 0, 3, 32, PATH_JITTER | PATH_ROULETTE),
+        ("cornell-mitsuba, one pixel", "cornell-mitsuba", [1, 1], 3, 0, 0xffff_ffff, 8, 0),
+        ("furnace, many lights", "furnace", [16, 9], 0, 5, 2, 5, PATH_JITTER),
+        ("depth 1", "cornell", [16, 16], 0, 0, 1, 1, 0),
+    ];
+    let mut cases = Vec::new();
+    for (name, scene, [width, height], block_log2, first_sample, seed, max_depth, flags) in rows {
+        let scene = scenes.scene(scene);
+        let camera = (scene.camera)(width, height);
+        let header = scene.header;
+        let params = PathParams {
+            scene: header,
+            camera,
+            width,
+            height,
+            first_sample,
+            block_log2,
+            seed,
+            max_depth,
+            flags,
+            reserved: 0,
+        };
+        // the general kernel and the one frozen to the scene
+        for features in [FEATURES_ALL, scene.features] {
+            let kind = if features == FEATURES_ALL { "general" } else { "frozen" };
+            cases.push(
+                crate::Case::new(format!("{name}, {kind}"), width, height)
+                    .freeze(0, features)
+                    .with(&[params])
+                    .with(&scene.geometry)
+                    .with(&scene.attributes)
+                    .output(),
+            );
+        }
+    }
+    cases
+}

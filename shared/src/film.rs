@@ -1,0 +1,74 @@
+//! The film sums samples pairwise by sample index: a binary tree over the index, whose shape depends on nothing
+//! else. However samples are split over dispatches, threads or machines, aligned blocks of 2^k samples have the
+//! same bits, and so has their merger.
+
+use crate::layout::FilmPixel;
+use crate::num;
+use glam::Vec3;
+
+/// The largest block that one invocation sums, as a power of two.
+pub const MAX_BLOCK_LOG2: u32 = 7;
+const LEVELS: usize = MAX_BLOCK_LOG2 as usize + 1;
+
+impl FilmPixel {
+    /// One sample. A radiance that is not finite is counted instead of added, and magnitudes below 2^-100 are
+    /// zero, so that a device that flushes subnormals gives the same sum.
+    #[inline(always)]
+    pub fn from_radiance(radiance: Vec3) -> Self {
+        let finite = num::is_finite(radiance.x) && num::is_finite(radiance.y) && num::is_finite(radiance.z);
+        if finite {
+            Self {
+                sum: [num::flush(radiance.x), num::flush(radiance.y), num::flush(radiance.z)],
+                dropped: 0.0,
+            }
+        } else {
+            Self {
+                sum: [0.0, 0.0, 0.0],
+                dropped: 1.0,
+            }
+        }
+    }
+
+    /// The sum of two blocks.
+    #[inline(always)]
+    pub fn merge(self, other: Self) -> Self {
+        Self {
+            sum: [
+                self.sum[0] + other.sum[0],
+                self.sum[1] + other.sum[1],
+                self.sum[2] + other.sum[2],
+            ],
+            dropped: self.dropped + other.dropped,
+        }
+    }
+}
+
+/// The sum over the block of 2^`block_log2` samples that begins at `first`, a multiple of its size.
+///
+/// Block sizes beyond [`MAX_BLOCK_LOG2`] are reduced to it.
+#[inline(always)]
+pub fn sum_block(first: u32, block_log2: u32, mut sample: impl FnMut(u32) -> Vec3) -> FilmPixel {
+    let log2 = if block_log2 < MAX_BLOCK_LOG2 {
+        block_log2
+    } else {
+        MAX_BLOCK_LOG2
+    };
+    let count = 1 << log2;
+    // partial[l] holds the sum of a finished block of 2^l samples that waits for its neighbour
+    let mut partial = [FilmPixel {
+        sum: [0.0, 0.0, 0.0],
+        dropped: 0.0,
+    }; LEVELS];
+    let mut i = 0;
+    while i < count {
+        let mut sum = FilmPixel::from_radiance(sample(first.wrapping_add(i)));
+        let mut level = 0;
+        while (i >> level) & 1 == 1 {
+            sum = partial[level as usize].merge(sum);
+            level += 1;
+        }
+        partial[level as usize] = sum;
+        i += 1;
+    }
+    partial[log2 as usize]
+}

@@ -1,0 +1,97 @@
+//! Traversal of a binary BVH.
+
+use super::{Hit, Ray, Slab, TriangleTest};
+use crate::layout::{LEAF, LEAF_COUNT_SHIFT, LEAF_MAX_COUNT, MAX_TRIANGLES, NODE_WORDS, NONE, STACK_DEPTH};
+use crate::scene::{SceneView, xyz};
+use glam::Vec3;
+
+/// The closest hit, or with `ANY` some hit, with `0 < t < ray.t_max`; [`Hit::MISS`] if there is none.
+pub fn traverse<const ANY: bool>(scene: &SceneView<'_>, ray: &Ray) -> Hit {
+    let header = scene.header;
+    let slab = Slab::new(
+        ray,
+        Vec3::from_array(header.bounds_lo),
+        Vec3::from_array(header.bounds_hi),
+    );
+    let test = TriangleTest::new(ray);
+    let mut best = Hit {
+        t: ray.t_max,
+        ..Hit::MISS
+    };
+    let mut stack = [NONE; STACK_DEPTH];
+    let mut pending = 0;
+    let mut current = header.root;
+    while current != NONE {
+        let mut next = NONE;
+        if current & LEAF != 0 {
+            best = closest_in_leaf(scene, &test, &slab, current, best);
+        } else {
+            let (near, far) = order_children(scene, &slab, current, best.t);
+            next = near;
+            if far != NONE && pending < STACK_DEPTH {
+                stack[pending] = far;
+                pending += 1;
+            }
+        }
+        if ANY && best.id != NONE {
+            next = NONE;
+            pending = 0;
+        }
+        if next == NONE && pending > 0 {
+            pending -= 1;
+            next = stack[pending];
+        }
+        current = next;
+    }
+    if best.id == NONE { Hit::MISS } else { best }
+}
+
+#[inline(always)]
+fn closest_in_leaf(scene: &SceneView<'_>, test: &TriangleTest, slab: &Slab, leaf: u32, mut best: Hit) -> Hit {
+    let mut id = leaf & (MAX_TRIANGLES - 1);
+    let end = id + ((leaf >> LEAF_COUNT_SHIFT) & LEAF_MAX_COUNT);
+    while id < end {
+        let at = scene.triangle_word(id);
+        let v0 = xyz(scene.geometry[at]);
+        let v1 = xyz(scene.geometry[at + 1]);
+        let v2 = xyz(scene.geometry[at + 2]);
+        let hit = test.hit(slab, id, v0, v1, v2);
+        // the limit t_max stands in `best` with the id NONE, which no hit at that t beats
+        if hit.t < best.t || (hit.t == best.t && best.id != NONE && hit.id < best.id) {
+            best = hit;
+        }
+        id += 1;
+    }
+    best
+}
+
+/// The children of a node that may hold a hit up to `limit`, the nearer first; [`NONE`] where there is none.
+#[inline(always)]
+fn order_children(scene: &SceneView<'_>, slab: &Slab, node: u32, limit: f32) -> (u32, u32) {
+    let at = (node * NODE_WORDS) as usize;
+    let lo0 = scene.geometry[at];
+    let hi0 = scene.geometry[at + 1];
+    let lo1 = scene.geometry[at + 2];
+    let hi1 = scene.geometry[at + 3];
+    let (enter0, exit0) = slab.interval(xyz(lo0), xyz(hi0));
+    let (enter1, exit1) = slab.interval(xyz(lo1), xyz(hi1));
+    let child0 = if enter0 <= exit0 && enter0 <= limit {
+        lo0.w
+    } else {
+        NONE
+    };
+    let child1 = if enter1 <= exit1 && enter1 <= limit {
+        hi0.w
+    } else {
+        NONE
+    };
+    if child0 == NONE {
+        (child1, NONE)
+    } else if child1 == NONE {
+        (child0, NONE)
+    } else if enter1 < enter0 {
+        (child1, child0)
+    } else {
+        (child0, child1)
+    }
+}

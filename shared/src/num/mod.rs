@@ -1,0 +1,116 @@
+//! The only home of non-trivial scalar functions.
+//!
+//! Each is built from the operations that both IEEE 754 and Vulkan fix (`+ - *`, comparisons, bit casts, 32-bit
+//! integers), so that host and device give the same bits. Where IEEE 754 fixes the answer (division, roots)
+//! the host uses its hardware and the device the forms of [`soft`], which equal it.
+//!
+//! Subnormal numbers are outside the contract: operands of magnitude below 2^-126 count as zero, results
+//! below it are zero on the device. The bits of a NaN are unspecified. DETERMINISM.md has the measured errors.
+
+pub mod eft;
+mod elementary;
+pub mod soft;
+
+pub use elementary::{EXP_MAX, EXP_MIN, TURNS_MAX, atan2, exp, ln, sin_cos};
+
+// exact: hardware on the host, `soft` on the device; `fast`: the device's own instructions
+
+#[cfg(all(not(target_arch = "spirv"), feature = "std"))]
+mod hardware;
+#[cfg(all(target_arch = "spirv", feature = "fast"))]
+mod intrinsic;
+
+#[cfg(all(not(target_arch = "spirv"), feature = "std"))]
+use hardware as form;
+#[cfg(all(target_arch = "spirv", feature = "fast"))]
+use intrinsic as form;
+#[cfg(not(any(
+    all(not(target_arch = "spirv"), feature = "std"),
+    all(target_arch = "spirv", feature = "fast")
+)))]
+use soft as form;
+
+/// The ratio of a circle's circumference to its diameter.
+pub const PI: f32 = core::f32::consts::PI;
+/// 1 / pi.
+pub const INV_PI: f32 = core::f32::consts::FRAC_1_PI;
+/// Half the distance from 1 to the next larger number: the relative error of one rounding.
+pub const UNIT_ROUNDOFF: f32 = 1.0 / 16_777_216.0;
+/// The smallest normal number; anything smaller in magnitude counts as zero.
+pub const MIN_POSITIVE: f32 = f32::MIN_POSITIVE;
+
+/// `a / b`, correctly rounded.
+#[inline(always)]
+pub fn div(a: f32, b: f32) -> f32 {
+    form::div(a, b)
+}
+
+/// `1 / x`, correctly rounded.
+#[inline(always)]
+pub fn recip(x: f32) -> f32 {
+    form::recip(x)
+}
+
+/// The square root of `x`, correctly rounded; NaN for `x < 0`.
+#[inline(always)]
+pub fn sqrt(x: f32) -> f32 {
+    form::sqrt(x)
+}
+
+/// `1 / sqrt(x)`, correctly rounded; infinity for a zero of either sign, NaN for `x < 0`.
+#[inline(always)]
+pub fn rsqrt(x: f32) -> f32 {
+    form::rsqrt(x)
+}
+
+/// The magnitude below which [`flush`] gives zero: 2^-100.
+pub const FLUSH_BELOW: f32 = 7.888_609e-31;
+
+/// The smaller of two numbers; `b` if they are not ordered.
+#[inline(always)]
+pub fn min(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+/// The larger of two numbers; `b` if they are not ordered.
+#[inline(always)]
+pub fn max(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+/// `x` limited to `[lo, hi]`; `lo` for a NaN.
+#[inline(always)]
+pub fn clamp(x: f32, lo: f32, hi: f32) -> f32 {
+    min(max(x, lo), hi)
+}
+
+/// The magnitude of `x`.
+#[inline(always)]
+pub fn abs(x: f32) -> f32 {
+    f32::from_bits(x.to_bits() & 0x7fff_ffff)
+}
+
+/// `x`, or zero if its magnitude is below 2^-100: what techniques apply at named points, so that a device that
+/// flushes subnormal numbers gives the same bits.
+#[inline(always)]
+pub fn flush(x: f32) -> f32 {
+    if abs(x) < FLUSH_BELOW { 0.0 } else { x }
+}
+
+/// Whether `x` is neither infinite nor NaN.
+#[inline(always)]
+pub fn is_finite(x: f32) -> bool {
+    x.to_bits() & 0x7f80_0000 != 0x7f80_0000
+}
+
+/// The product of two 32-bit integers as (high, low) words.
+#[inline(always)]
+pub fn mul_wide(a: u32, b: u32) -> (u32, u32) {
+    let (ah, al) = (a >> 16, a & 0xffff);
+    let (bh, bl) = (b >> 16, b & 0xffff);
+    let low = al.wrapping_mul(bl);
+    let mid = ah.wrapping_mul(bl).wrapping_add(low >> 16);
+    let cross = al.wrapping_mul(bh).wrapping_add(mid & 0xffff);
+    let high = ah.wrapping_mul(bh).wrapping_add(mid >> 16).wrapping_add(cross >> 16);
+    (high, (cross << 16) | (low & 0xffff))
+}

@@ -1,0 +1,242 @@
+//! Device forms of division and roots, from trusted operations alone, correctly rounded.
+//!
+//! Newton's iteration on a seed from an integer subtraction gives the result to within a few units in the last
+//! place. The correction is then exact **in integers**: for an approximate quotient q of the mantissas a and b the
+//! residual `a 2^k - q b` is small although its terms are not, so it is known from their low 32 bits, and one
+//! rounded division of it by b moves q to the floor of the true quotient. The quotient carries one bit more than
+//! the result, and it never is a tie, so adding that bit rounds to nearest. The roots work in the same way.
+//!
+//! The corrections ([`div_mantissa`], [`recip_mantissa`], [`sqrt_mantissa`], [`rsqrt_mantissa`]) give the same bits for every seed
+//! within [`SEED_SLACK`] of the true value: how a device rounds the seed's arithmetic does not matter.
+
+use super::mul_wide;
+
+/// How far a seed may be off, in units of the 25-bit result: 8 units in the last place of an f32, twice over.
+pub const SEED_SLACK: u32 = 16;
+
+const SIGN: u32 = 0x8000_0000;
+const INFINITY: u32 = 0x7f80_0000;
+const NAN: u32 = 0x7fc0_0000;
+const HIDDEN: u32 = 0x0080_0000;
+/// Adding and subtracting 1.5 x 2^23 rounds to an integer, which then stands in the low bits.
+const ROUNDER: f32 = 12_582_912.0;
+const LARGEST_BELOW_2: f32 = 1.999_999_9;
+// Literal quotients would be divisions on the device; constants are folded.
+const TWO_POW_M17: f32 = 1.0 / 131_072.0;
+const TWO_POW_M23: f32 = 1.0 / 8_388_608.0;
+const TWO_POW_M25: f32 = 1.0 / 33_554_432.0;
+
+#[inline(always)]
+fn exponent(bits: u32) -> u32 {
+    (bits >> 23) & 0xff
+}
+
+#[inline(always)]
+fn mantissa(bits: u32) -> u32 {
+    (bits & 0x007f_ffff) | HIDDEN
+}
+
+/// The number in [1, 2) with the given 24-bit mantissa.
+#[inline(always)]
+fn unit(mantissa: u32) -> f32 {
+    f32::from_bits((mantissa & 0x007f_ffff) | 0x3f80_0000)
+}
+
+/// `x` rounded to an integer, for |x| < 2^22.
+#[inline(always)]
+fn round(x: f32) -> i32 {
+    ((x + ROUNDER).to_bits() as i32).wrapping_sub(ROUNDER.to_bits() as i32)
+}
+
+/// Drops the extra bit of a 25-bit result, rounding to nearest, and puts it under the given exponent.
+#[inline(always)]
+fn assemble(exponent: u32, floor: u32) -> u32 {
+    let rounded = floor.wrapping_add(1) >> 1;
+    (exponent << 23).wrapping_add(rounded.wrapping_sub(HIDDEN))
+}
+
+/// 1 / m for m in [1, 2), to about two units in the last place.
+#[inline(always)]
+fn recip_seed(m: f32) -> f32 {
+    let y = f32::from_bits(0x7ef3_11c7_u32.wrapping_sub(m.to_bits()));
+    let y = y * (2.0 - m * y);
+    let y = y * (2.0 - m * y);
+    y * (2.0 - m * y)
+}
+
+/// 1 / sqrt(m) for m in [1, 4), to about three units in the last place.
+#[inline(always)]
+fn rsqrt_seed(m: f32) -> f32 {
+    let h = 0.5 * m;
+    let y = f32::from_bits(0x5f37_59df_u32.wrapping_sub(m.to_bits() >> 1));
+    let y = y * (1.5 - h * y * y);
+    let y = y * (1.5 - h * y * y);
+    y * (1.5 - h * y * y)
+}
+
+/// A number in [1, 2) as an integer of 25 bits; what an inexact seed leaves outside is moved to the border.
+#[inline(always)]
+fn seed25(x: f32) -> u32 {
+    mantissa(super::clamp(x, 1.0, LARGEST_BELOW_2).to_bits()) << 1
+}
+
+/// floor(a 2^k / b) for 24-bit mantissas, k = 24 if a >= b and 25 otherwise, so that it has 25 bits.
+///
+/// `seed` is that value within [`SEED_SLACK`], `y` is 2^23 / b to 16 bits or more.
+#[inline(always)]
+pub fn div_mantissa(a: u32, b: u32, seed: u32, y: f32) -> u32 {
+    let shift = if a < b { 25 } else { 24 };
+    let residual = (a << shift).wrapping_sub(seed.wrapping_mul(b)) as i32;
+    let step = round(residual as f32 * (y * TWO_POW_M23));
+    let rest = residual.wrapping_sub(step.wrapping_mul(b as i32));
+    let q = seed.wrapping_add(step as u32);
+    if rest < 0 { q.wrapping_sub(1) } else { q }
+}
+
+/// floor(2^48 / m), in (2^24, 2^25], for m in [2^23, 2^24).
+///
+/// `seed` is that value within [`SEED_SLACK`], `y` is 2^23 / m to 16 bits or more.
+#[inline(always)]
+pub fn recip_mantissa(m: u32, seed: u32, y: f32) -> u32 {
+    let residual = seed.wrapping_mul(m).wrapping_neg() as i32;
+    let step = round(residual as f32 * (y * TWO_POW_M23));
+    let rest = residual.wrapping_sub(step.wrapping_mul(m as i32));
+    let q = seed.wrapping_add(step as u32);
+    if rest < 0 { q.wrapping_sub(1) } else { q }
+}
+
+/// floor(sqrt(m 2^25)), 25 bits, for m in [2^23, 2^25): a mantissa, doubled for odd exponents.
+///
+/// `seed` is that value within [`SEED_SLACK`], `y` is 1 / sqrt(m 2^-23) to 16 bits or more.
+#[inline(always)]
+pub fn sqrt_mantissa(m: u32, seed: u32, y: f32) -> u32 {
+    let residual = (m << 25).wrapping_sub(seed.wrapping_mul(seed)) as i32;
+    let step = round(residual as f32 * (y * TWO_POW_M25));
+    let twice = seed.wrapping_mul(2).wrapping_add(step as u32);
+    let rest = residual.wrapping_sub(step.wrapping_mul(twice as i32));
+    let s = seed.wrapping_add(step as u32);
+    if rest < 0 { s.wrapping_sub(1) } else { s }
+}
+
+/// floor(2^25 / sqrt(m 2^-23)), in (2^24, 2^25], for m in [2^23, 2^25).
+///
+/// `seed` is that value within [`SEED_SLACK`], `y` is `seed` 2^-25 to 16 bits or more.
+#[inline(always)]
+pub fn rsqrt_mantissa(m: u32, seed: u32, y: f32) -> u32 {
+    // residual = 2^73 - seed^2 m, of which 64 bits are enough
+    let (square_hi, square_lo) = mul_wide(seed, seed);
+    let (carry, product_lo) = mul_wide(square_lo, m);
+    let product_hi = square_hi.wrapping_mul(m).wrapping_add(carry);
+    let lo = product_lo.wrapping_neg();
+    let hi = if product_lo == 0 {
+        product_hi.wrapping_neg()
+    } else {
+        !product_hi
+    };
+    let step = round(hi as i32 as f32 * (y * TWO_POW_M17));
+    // rest = residual - m (step (2 seed + step)); only its sign matters
+    let grow = step.wrapping_mul(seed.wrapping_mul(2).wrapping_add(step as u32) as i32);
+    let (grown_hi, grown_lo) = mul_wide(grow as u32, m);
+    let grown_hi = if grow < 0 { grown_hi.wrapping_sub(m) } else { grown_hi };
+    let borrow = if lo < grown_lo { 1 } else { 0 };
+    let rest = hi.wrapping_sub(grown_hi).wrapping_sub(borrow) as i32;
+    let r = seed.wrapping_add(step as u32);
+    if rest < 0 { r.wrapping_sub(1) } else { r }
+}
+
+/// `a / b`, correctly rounded; subnormal operands count as zero and subnormal results are zero.
+pub fn div(a: f32, b: f32) -> f32 {
+    let (ua, ub) = (a.to_bits(), b.to_bits());
+    let (ea, eb) = (exponent(ua), exponent(ub));
+    let (ma, mb) = (mantissa(ua), mantissa(ub));
+    let less = ma < mb;
+    let y = recip_seed(unit(mb));
+    let q = unit(ma) * y;
+    let q = div_mantissa(ma, mb, seed25(if less { q * 2.0 } else { q }), y);
+    let e = ea.wrapping_sub(eb).wrapping_add(if less { 126 } else { 127 }) as i32;
+    let mut r = assemble(e as u32, q);
+    if e <= 0 || ea == 0 || eb == 255 {
+        r = 0;
+    }
+    if (e >= 255 && ea != 0) || ea == 255 || eb == 0 {
+        r = INFINITY;
+    }
+    if (ea == 0 && eb == 0) || (ea == 255 && eb == 255) || is_nan(ua) || is_nan(ub) {
+        r = NAN;
+    }
+    f32::from_bits(r | ((ua ^ ub) & SIGN))
+}
+
+/// `1 / x`, correctly rounded; a subnormal operand counts as zero and a subnormal result is zero.
+pub fn recip(x: f32) -> f32 {
+    let u = x.to_bits();
+    let e = exponent(u);
+    let m = mantissa(u);
+    let y = recip_seed(unit(m));
+    // A mantissa quotient of exactly 1 carries into the exponent.
+    let mut r = assemble(253_u32.wrapping_sub(e), recip_mantissa(m, seed25(y * 2.0), y));
+    if (r as i32) < HIDDEN as i32 || e == 255 {
+        r = 0;
+    }
+    if e == 0 {
+        r = INFINITY;
+    }
+    if is_nan(u) {
+        r = NAN;
+    }
+    f32::from_bits(r | (u & SIGN))
+}
+
+/// The square root of `x`, correctly rounded; a subnormal operand counts as zero; NaN for `x < 0`.
+pub fn sqrt(x: f32) -> f32 {
+    let u = x.to_bits();
+    let (m, half) = even_exponent(u);
+    let scaled = scale_to_1_4(m);
+    let y = rsqrt_seed(scaled);
+    let s = sqrt_mantissa(m, seed25(scaled * y), y);
+    let mut r = assemble(half.wrapping_add(127) as u32, s);
+    if exponent(u) == 0 {
+        r = u & SIGN;
+    } else if is_nan(u) || u & SIGN != 0 {
+        r = NAN;
+    } else if u == INFINITY {
+        r = INFINITY;
+    }
+    f32::from_bits(r)
+}
+
+/// `1 / sqrt(x)`, correctly rounded; infinity for zero or a subnormal, NaN for `x < 0`.
+pub fn rsqrt(x: f32) -> f32 {
+    let u = x.to_bits();
+    let (m, half) = even_exponent(u);
+    let y = rsqrt_seed(scale_to_1_4(m));
+    let s = rsqrt_mantissa(m, seed25(y * 2.0), y);
+    let mut r = assemble(126_i32.wrapping_sub(half) as u32, s);
+    if exponent(u) == 0 {
+        r = INFINITY;
+    } else if is_nan(u) || u & SIGN != 0 {
+        r = NAN;
+    } else if u == INFINITY {
+        r = 0;
+    }
+    f32::from_bits(r)
+}
+
+/// Splits x = m 2^-23 4^h with m in [2^23, 2^25) into (m, h).
+#[inline(always)]
+fn even_exponent(bits: u32) -> (u32, i32) {
+    let e = exponent(bits).wrapping_sub(127) as i32;
+    let odd = e & 1;
+    (mantissa(bits) << odd, e.wrapping_sub(odd) >> 1)
+}
+
+/// m 2^-23 for m in [2^23, 2^25); exact, because an m of 25 bits is even.
+#[inline(always)]
+fn scale_to_1_4(m: u32) -> f32 {
+    m as f32 * TWO_POW_M23
+}
+
+#[inline(always)]
+fn is_nan(bits: u32) -> bool {
+    bits & !SIGN > INFINITY
+}

@@ -1,0 +1,54 @@
+//! Counter-based random numbers: a value is a function of (pixel, sample, dimension, seed) and nothing else, so
+//! it does not depend on the order of execution, and a technique can replay any draw.
+//!
+//! The mixer is pcg4d (Jarzynski and Olano 2020, "Hash Functions for GPU Rendering", JCGT 9(3)).
+
+use glam::UVec4;
+
+/// Four independent 32-bit random words.
+#[inline(always)]
+pub fn pcg4d(key: UVec4) -> UVec4 {
+    let mix = |v: UVec4| {
+        let x = v.x.wrapping_add(v.y.wrapping_mul(v.w));
+        let y = v.y.wrapping_add(v.z.wrapping_mul(x));
+        let z = v.z.wrapping_add(x.wrapping_mul(y));
+        let w = v.w.wrapping_add(y.wrapping_mul(z));
+        UVec4::new(x, y, z, w)
+    };
+    let lcg = |x: u32| x.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+    let fold = |x: u32| x ^ (x >> 16);
+    let v = mix(UVec4::new(lcg(key.x), lcg(key.y), lcg(key.z), lcg(key.w)));
+    mix(UVec4::new(fold(v.x), fold(v.y), fold(v.z), fold(v.w)))
+}
+
+/// The upper 24 bits of a random word as a number in [0, 1); exact.
+#[inline(always)]
+pub fn unit(word: u32) -> f32 {
+    (word >> 8) as f32 * crate::num::UNIT_ROUNDOFF
+}
+
+/// The random numbers of one sample of one pixel.
+#[derive(Clone, Copy)]
+pub struct Rng {
+    pixel: u32,
+    sample: u32,
+    seed: u32,
+}
+
+impl Rng {
+    /// Pixel coordinates are below 2^16.
+    #[inline(always)]
+    pub fn new(x: u32, y: u32, sample: u32, seed: u32) -> Self {
+        Self {
+            pixel: x | (y << 16),
+            sample,
+            seed,
+        }
+    }
+
+    /// Four random words for a dimension. A technique gives each of its decisions a dimension of its own.
+    #[inline(always)]
+    pub fn draw(&self, dimension: u32) -> UVec4 {
+        pcg4d(UVec4::new(self.pixel, self.sample, dimension, self.seed))
+    }
+}

@@ -1,0 +1,3 @@
+//! The per-pixel bodies of the techniques.
+
+pub mod path;
