@@ -52,10 +52,10 @@ pub fn exp(x: f32) -> f32 {
             0.0
         } else if x > EXP_MAX {
             f32::INFINITY
-        } else if x == x {
-            y
-        } else {
+        } else if x.is_nan() {
             x
+        } else {
+            y
         }
     }
 }
@@ -80,7 +80,7 @@ pub fn ln(x: f32) -> f32 {
         let p = p * f - 1.666_805_8e-1;
         let p = p * f + 2.000_071_5e-1;
         let p = p * f - 2.499_999_4e-1;
-        let p = p * f + 3.333_333_1e-1;
+        let p = p * f + 3.333_333e-1;
         let e = k as f32;
         let y = p * (f * z) + e * LN_2_LO;
         let y = f + (y - 0.5 * z);
