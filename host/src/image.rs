@@ -1,0 +1,333 @@
+//! Images: EXR without loss, PNG to look at.
+
+use std::fs::File;
+use std::io::{self, BufReader, BufWriter};
+use std::path::Path;
+
+use exr::prelude::{
+    AttributeValue, Blocks, Compression, Encoding, Image as ExrImage, Layer, LayerAttributes, LineOrder, MetaData,
+    ReadChannels, ReadLayers, ReadSpecificChannel, SpecificChannels, Text, Vec2, WritableImage,
+};
+
+use crate::Error;
+use crate::output::write_atomically;
+
+/// The EXR attribute that holds the metadata. It is one attribute because the `exr` crate writes several in a random
+/// order, and equal renders should give equal files.
+const METADATA_ATTRIBUTE: &str = "restir";
+
+/// The most pixels that are read from a file: a damaged header must not exhaust the memory.
+const MAX_PIXELS: u64 = 1 << 30;
+
+/// A linear RGB image in 32-bit floats.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Image {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// `width * height` pixels, rows from top to bottom.
+    pub pixels: Vec<[f32; 3]>,
+}
+
+/// Reads the channels R, G and B of the first layer that has them; half floats are widened exactly.
+///
+/// # Errors
+/// [`Error::File`] if the file is missing, damaged, lacks these channels or has more than 2^30 pixels.
+pub fn read_exr(path: &Path) -> Result<Image, Error> {
+    check_header(path)?;
+    let image = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .specific_channels()
+        .required("R")
+        .required("G")
+        .required("B")
+        .collect_pixels(
+            black,
+            |image: &mut Image, at: Vec2<usize>, (r, g, b): (f32, f32, f32)| {
+                if let Some(pixel) = image.pixels.get_mut(at.y() * image.width as usize + at.x()) {
+                    *pixel = [r, g, b];
+                }
+            },
+        )
+        .first_valid_layer()
+        .all_attributes()
+        .non_parallel()
+        .from_buffered(open(path)?)
+        .map_err(|error| cannot_read(path, &error))?;
+    Ok(image.layer_data.channel_data.pixels)
+}
+
+/// Reads the metadata that [`write_exr`] wrote; empty for a file of another program.
+///
+/// # Errors
+/// [`Error::File`] if the file is missing or its header is damaged.
+pub fn read_exr_metadata(path: &Path) -> Result<Vec<(String, String)>, Error> {
+    let meta = read_header(path)?;
+    let attribute = meta.headers.iter().find_map(|header| {
+        let other = &header.own_attributes.other;
+        other
+            .iter()
+            .find(|(name, _)| METADATA_ATTRIBUTE == *name)
+            .map(|(_, value)| value)
+    });
+    let Some(AttributeValue::Text(text)) = attribute else {
+        return Ok(Vec::new());
+    };
+    let text = text.to_string();
+    let pairs = text.lines().filter_map(|line| line.split_once(": "));
+    Ok(pairs.map(|(key, value)| (key.to_owned(), value.to_owned())).collect())
+}
+
+/// Writes an EXR file, whole or not at all: channels R, G, B of 32-bit floats, ZIP-compressed without loss of a bit.
+///
+/// `metadata` goes into one text attribute, `restir`, as a line `key: value` for each pair. Equal images and metadata
+/// give equal files.
+///
+/// # Errors
+/// [`Error::File`] if the file cannot be written, or if the image has no pixels or not `width * height`.
+pub fn write_exr(path: &Path, image: &Image, metadata: &[(String, String)]) -> Result<(), Error> {
+    check_pixels(path, image)?;
+    let width = image.width as usize;
+    let pixel = |at: Vec2<usize>| {
+        let [r, g, b] = image.pixels.get(at.y() * width + at.x()).copied().unwrap_or_default();
+        (r, g, b)
+    };
+    let encoding = Encoding {
+        compression: Compression::ZIP16,
+        blocks: Blocks::ScanLines,
+        line_order: LineOrder::Increasing,
+    };
+    let size = (width, image.height as usize);
+    let layer = Layer::new(size, attributes(metadata), encoding, SpecificChannels::rgb(pixel));
+    write_atomically(path, |file| {
+        ExrImage::from_layer(layer)
+            .write()
+            .non_parallel()
+            .to_buffered(file)
+            .map_err(io::Error::other)
+    })
+}
+
+/// Writes an 8-bit PNG file, whole or not at all: values are clamped to [0, 1] and encoded in sRGB; NaN is black.
+///
+/// # Errors
+/// [`Error::File`] if the file cannot be written, or if the image has no pixels or not `width * height`.
+pub fn write_png(path: &Path, image: &Image) -> Result<(), Error> {
+    check_pixels(path, image)?;
+    let bytes: Vec<u8> = image
+        .pixels
+        .as_flattened()
+        .iter()
+        .map(|&value| srgb_byte(value))
+        .collect();
+    write_atomically(path, |file| encode_png(file, image, &bytes).map_err(io::Error::other))
+}
+
+fn encode_png(file: &mut BufWriter<&File>, image: &Image, bytes: &[u8]) -> Result<(), png::EncodingError> {
+    let mut encoder = png::Encoder::new(file, image.width, image.height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(bytes)?;
+    writer.finish()
+}
+
+fn srgb_byte(linear: f32) -> u8 {
+    let linear = f64::from(linear).clamp(0.0, 1.0);
+    let encoded = if linear <= 0.003_130_8 {
+        12.92 * linear
+    } else {
+        1.055 * linear.powf(1.0 / 2.4) - 0.055
+    };
+    // The cast turns NaN into 0.
+    (encoded * 255.0).round() as u8
+}
+
+fn attributes(metadata: &[(String, String)]) -> LayerAttributes {
+    let lines: Vec<String> = metadata
+        .iter()
+        .map(|(key, value)| format!("{key}: {}\n", one_line(value)))
+        .collect();
+    let mut attributes = LayerAttributes::default();
+    if !lines.is_empty() {
+        attributes.other.insert(
+            latin1(METADATA_ATTRIBUTE),
+            AttributeValue::Text(latin1(&lines.concat())),
+        );
+    }
+    attributes
+}
+
+fn one_line(value: &str) -> String {
+    value.replace(['\n', '\r'], " ")
+}
+
+/// EXR text has one byte a character; what does not fit becomes a question mark.
+fn latin1(text: &str) -> Text {
+    Text::from_bytes_unchecked(text.chars().map(|c| u8::try_from(c).unwrap_or(b'?')).collect())
+}
+
+fn black(size: Vec2<usize>, _channels: &impl Sized) -> Image {
+    Image {
+        width: size.width() as u32,
+        height: size.height() as u32,
+        pixels: vec![[0.0; 3]; size.area()],
+    }
+}
+
+fn check_header(path: &Path) -> Result<(), Error> {
+    let too_large = |size: Vec2<usize>| (size.width() as u64).saturating_mul(size.height() as u64) > MAX_PIXELS;
+    if read_header(path)?
+        .headers
+        .iter()
+        .any(|header| too_large(header.layer_size))
+    {
+        return Err(cannot_read(path, &format!("it has more than {MAX_PIXELS} pixels")));
+    }
+    Ok(())
+}
+
+fn read_header(path: &Path) -> Result<MetaData, Error> {
+    MetaData::read_from_buffered(open(path)?, false).map_err(|error| cannot_read(path, &error))
+}
+
+fn open(path: &Path) -> Result<BufReader<File>, Error> {
+    File::open(path)
+        .map(BufReader::new)
+        .map_err(|error| cannot_read(path, &error))
+}
+
+fn cannot_read(path: &Path, reason: &dyn std::fmt::Display) -> Error {
+    Error::File {
+        action: "read",
+        path: path.to_owned(),
+        reason: one_line(&reason.to_string()),
+    }
+}
+
+fn check_pixels(path: &Path, image: &Image) -> Result<(), Error> {
+    let expected = u64::from(image.width) * u64::from(image.height);
+    if expected == 0 || expected != image.pixels.len() as u64 {
+        return Err(Error::File {
+            action: "write",
+            path: path.to_owned(),
+            reason: format!(
+                "an image of {} x {} with {} pixels",
+                image.width,
+                image.height,
+                image.pixels.len()
+            ),
+        });
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn awkward() -> Image {
+        let bits = [
+            0,
+            1,
+            0x8000_0000,
+            0x8000_0001,
+            0x007f_ffff,
+            0x3f80_0001,
+            0x7f80_0000,
+            0xff80_0000,
+            0x7fc0_1234,
+        ];
+        let values: Vec<f32> = (0..17 * 35 * 3_u32)
+            .map(|i| f32::from_bits(bits.get(i as usize).copied().unwrap_or(i.wrapping_mul(2_654_435_761))))
+            .collect();
+        Image {
+            width: 17,
+            height: 35,
+            pixels: values.as_chunks::<3>().0.to_vec(),
+        }
+    }
+
+    fn bits(image: &Image) -> Vec<u32> {
+        image
+            .pixels
+            .as_flattened()
+            .iter()
+            .map(|value| value.to_bits())
+            .collect()
+    }
+
+    #[test]
+    fn exr_keeps_every_bit_and_the_metadata() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("image.exr");
+        let metadata = [("scene", "böx\nin a box"), ("seed", "7")].map(|(k, v)| (k.to_owned(), v.to_owned()));
+        write_exr(&path, &awkward(), &metadata).unwrap();
+        let read = read_exr(&path).unwrap();
+        assert_eq!((read.width, read.height), (17, 35));
+        assert_eq!(bits(&read), bits(&awkward()));
+        let expected = [("scene", "böx in a box"), ("seed", "7")].map(|(k, v)| (k.to_owned(), v.to_owned()));
+        assert_eq!(read_exr_metadata(&path).unwrap(), expected);
+    }
+
+    #[test]
+    fn equal_images_give_equal_files() {
+        let folder = tempfile::tempdir().unwrap();
+        let metadata: Vec<_> = (0..20).map(|i| (format!("key {i}"), i.to_string())).collect();
+        let write = |name: &str| {
+            let path = folder.path().join(name);
+            write_exr(&path, &awkward(), &metadata).unwrap();
+            std::fs::read(path).unwrap()
+        };
+        assert_eq!(write("a.exr"), write("b.exr"));
+    }
+
+    #[test]
+    fn damaged_files_are_errors() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("image.exr");
+        write_exr(&path, &awkward(), &[]).unwrap();
+        let bytes = std::fs::read(&path).unwrap();
+        for length in [0, 4, 100, bytes.len() - 1] {
+            std::fs::write(&path, &bytes[..length]).unwrap();
+            assert!(matches!(read_exr(&path), Err(Error::File { .. })), "{length} bytes");
+        }
+        assert!(matches!(
+            read_exr(&folder.path().join("missing.exr")),
+            Err(Error::File { .. })
+        ));
+    }
+
+    #[test]
+    fn an_image_must_have_its_pixels() {
+        let folder = tempfile::tempdir().unwrap();
+        let image = Image {
+            width: 2,
+            height: 2,
+            pixels: vec![[0.0; 3]; 3],
+        };
+        write_exr(&folder.path().join("image.exr"), &image, &[]).unwrap_err();
+        write_png(&folder.path().join("image.png"), &Image::default()).unwrap_err();
+    }
+
+    #[test]
+    fn png_is_srgb_and_clamped() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("image.png");
+        let image = Image {
+            width: 2,
+            height: 1,
+            pixels: vec![[0.0, 0.5, 1.0], [-1.0, 7.0, f32::NAN]],
+        };
+        write_png(&path, &image).unwrap();
+        let mut reader = png::Decoder::new(BufReader::new(File::open(&path).unwrap()))
+            .read_info()
+            .unwrap();
+        let mut bytes = [0; 6];
+        reader.next_frame(&mut bytes).unwrap();
+        assert_eq!(bytes, [0, 188, 255, 0, 255, 0]);
+    }
+}

@@ -1,0 +1,108 @@
+//! Files that appear whole or not at all: written under a temporary name in the target's folder, then renamed.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use tempfile::{Builder, NamedTempFile};
+
+use crate::Error;
+
+/// Writes the file `path` with `write`; it replaces an existing file, and only after all was written.
+///
+/// # Errors
+/// [`Error::File`] if the folder or the file is not writable or `write` fails; then `path` is as it was before and
+/// no temporary file is left.
+pub fn write_atomically(path: &Path, write: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>) -> Result<(), Error> {
+    let file = temporary_beside(path)?;
+    fill(file.as_file(), write).map_err(|error| cannot_write(path, error.to_string()))?;
+    file.persist(path)
+        .map_err(|error| cannot_write(path, error.error.to_string()))?;
+    Ok(())
+}
+
+/// Checks that [`write_atomically`] could write `path`, without leaving anything there: to be asked before long work.
+///
+/// # Errors
+/// [`Error::File`] if the folder is missing or not writable, or if `path` is a folder.
+pub fn check_writable(path: &Path) -> Result<(), Error> {
+    temporary_beside(path).map(drop)
+}
+
+fn fill(file: &File, write: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>) -> io::Result<()> {
+    let mut buffered = BufWriter::new(file);
+    write(&mut buffered)?;
+    buffered.flush()
+}
+
+fn temporary_beside(path: &Path) -> Result<NamedTempFile, Error> {
+    if path.is_dir() || path.file_name().is_none() {
+        return Err(cannot_write(path, "it is a folder; name a file in it".to_owned()));
+    }
+    let folder = folder_of(path);
+    if !folder.is_dir() {
+        return Err(cannot_write(
+            path,
+            format!("the folder {} does not exist; create it first", folder.display()),
+        ));
+    }
+    let mut builder = Builder::new();
+    builder.prefix(".restir-").suffix(".tmp");
+    // A temporary file is private by default; the result should have a new file's usual permissions.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.tempfile_in(&folder).map_err(|error| {
+        cannot_write(
+            path,
+            format!("the folder {} is not writable ({})", folder.display(), error.kind()),
+        )
+    })
+}
+
+fn folder_of(path: &Path) -> PathBuf {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
+        _ => PathBuf::from("."),
+    }
+}
+
+fn cannot_write(path: &Path, reason: String) -> Error {
+    Error::File {
+        action: "write",
+        path: path.to_owned(),
+        reason,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn entries(folder: &Path) -> usize {
+        std::fs::read_dir(folder).unwrap().count()
+    }
+
+    #[test]
+    fn a_failed_write_leaves_the_old_file_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("image.exr");
+        write_atomically(&path, |file| file.write_all(b"old")).unwrap();
+        let failed = write_atomically(&path, |file| {
+            file.write_all(b"new")?;
+            Err(io::Error::other("no more"))
+        });
+        assert!(failed.unwrap_err().to_string().contains("no more"));
+        assert_eq!(std::fs::read(&path).unwrap(), b"old");
+        assert_eq!(entries(folder.path()), 1);
+    }
+
+    #[test]
+    fn the_check_leaves_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        check_writable(&folder.path().join("image.exr")).unwrap();
+        assert_eq!(entries(folder.path()), 0);
+        check_writable(folder.path()).unwrap_err();
+        check_writable(&folder.path().join("missing/image.exr")).unwrap_err();
+        check_writable(Path::new("/")).unwrap_err();
+    }
+}
