@@ -1,9 +1,15 @@
 //! What a user edits: meshes, instances, materials and a camera. Executors see its flattened form,
 //! [`crate::buffers::SceneBuffers`].
 
+use std::path::Path;
+
 use glam::{DAffine3, DVec3};
 
+use crate::Error;
+
 pub mod builtin;
+mod camera;
+mod default_light;
 pub mod gltf;
 
 /// A scene: instances of meshes, materials, a camera.
@@ -43,7 +49,8 @@ pub struct Mesh {
 pub struct Instance {
     /// Index into [`Scene::meshes`].
     pub mesh: usize,
-    /// From the mesh's space to the world's.
+    /// From the mesh's space to the world's. It does not change the order of a triangle's vertices: a transform that
+    /// mirrors turns the front side inside out, unless the mesh has its triangles reversed, as the importer makes them.
     pub transform: DAffine3,
 }
 
@@ -71,4 +78,105 @@ pub struct Camera {
     pub up: DVec3,
     /// Vertical field of view in radians.
     pub vertical_fov: f64,
+}
+
+impl Scene {
+    /// Loads a built-in scene by its name, or else a `.gltf` or `.glb` file.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] for what is neither, with the names of the built-in scenes, and for a broken file;
+    /// [`Error::File`] for a file that cannot be read.
+    pub fn load(name_or_path: &str) -> Result<Scene, Error> {
+        if let Some(scene) = builtin::scene(name_or_path) {
+            return Ok(scene);
+        }
+        let path = Path::new(name_or_path);
+        let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+        if extension == "gltf" || extension == "glb" {
+            return gltf::load(path);
+        }
+        let names: Vec<&str> = builtin::NAMES.iter().map(|(name, _)| *name).collect();
+        Err(Error::Scene {
+            scene: name_or_path.to_owned(),
+            problem: format!(
+                "it is neither a built-in scene ({}) nor a .gltf or .glb file",
+                names.join(", ")
+            ),
+        })
+    }
+
+    /// Whether anything in the scene emits.
+    pub fn has_light(&self) -> bool {
+        self.instances
+            .iter()
+            .filter_map(|instance| self.meshes.get(instance.mesh))
+            .filter(|mesh| !mesh.indices.is_empty())
+            .filter_map(|mesh| self.materials.get(mesh.material))
+            .any(|material| material.emission.iter().any(|&channel| channel > 0.0))
+    }
+
+    /// Lower and upper corner of all instances' vertices in world space, rounded outwards; an empty scene has its
+    /// lower corner at +infinity and its upper at -infinity. Vertices that are NaN do not count.
+    pub fn bounds(&self) -> [[f32; 3]; 2] {
+        let mut lo = DVec3::INFINITY;
+        let mut hi = DVec3::NEG_INFINITY;
+        for instance in &self.instances {
+            for &position in self.meshes.get(instance.mesh).map_or(&[][..], |mesh| &mesh.positions) {
+                let point = instance
+                    .transform
+                    .transform_point3(DVec3::from_array(position.map(f64::from)));
+                if !point.is_nan() {
+                    lo = lo.min(point);
+                    hi = hi.max(point);
+                }
+            }
+        }
+        [lo.to_array().map(round_down), hi.to_array().map(round_up)]
+    }
+}
+
+fn round_down(value: f64) -> f32 {
+    let nearest = value as f32;
+    if f64::from(nearest) > value {
+        nearest.next_down()
+    } else {
+        nearest
+    }
+}
+
+fn round_up(value: f64) -> f32 {
+    -round_down(-value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_unknown_scene_is_told_the_names() {
+        let message = Scene::load("teapot").unwrap_err().to_string();
+        assert!(
+            message.contains("teapot") && message.contains("cornell-mitsuba"),
+            "{message}"
+        );
+    }
+
+    #[test]
+    fn bounds_are_rounded_outwards() {
+        let scene = Scene {
+            meshes: vec![Mesh {
+                positions: vec![[1.0; 3], [2.0; 3], [f32::NAN; 3]],
+                ..Mesh::default()
+            }],
+            instances: vec![Instance {
+                mesh: 0,
+                transform: DAffine3::from_scale(DVec3::splat(0.1)),
+            }],
+            ..Scene::default()
+        };
+        let [lo, hi] = scene.bounds();
+        assert!(f64::from(lo[0]) <= 0.1 && f64::from(lo[0].next_up()) > 0.1);
+        assert!(f64::from(hi[0]) >= 0.2 && f64::from(hi[0].next_down()) < 0.2);
+        assert_eq!(Scene::default().bounds(), [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]]);
+    }
 }

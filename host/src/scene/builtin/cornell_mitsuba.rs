@@ -1,0 +1,82 @@
+//! The Cornell box with exactly the numbers of Mitsuba 3's `mi.cornell_box()`.
+//!
+//! One difference remains: Mitsuba's diffuse surfaces are black from behind. It concerns only the back of the light,
+//! which is 0.01 below the ceiling.
+
+use glam::{DAffine3, DVec3};
+
+use super::{CUBE, diffuse, emitter, quads};
+use crate::scene::{Camera, Instance, Scene};
+
+/// Mitsuba's shape `rectangle`: from -1 to 1 in x and y, facing +z.
+const RECTANGLE: [[f64; 3]; 4] = [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]];
+
+pub(super) fn scene() -> Scene {
+    let white = [0.885809, 0.698859, 0.666422];
+    let materials = vec![
+        diffuse("white", white),
+        diffuse("green", [0.105421, 0.37798, 0.076425]),
+        diffuse("red", [0.570068, 0.0430135, 0.0443706]),
+        emitter("light", white, [18.387, 13.9873, 6.75357]),
+    ];
+    let shapes = shapes();
+    let shape = |(mesh, (_, transform)): (usize, &(_, DAffine3))| Instance {
+        mesh,
+        transform: *transform,
+    };
+    Scene {
+        name: "cornell-mitsuba".to_owned(),
+        instances: shapes.iter().enumerate().map(shape).collect(),
+        meshes: shapes.into_iter().map(|(mesh, _)| mesh).collect(),
+        materials,
+        camera: Some(Camera {
+            position: DVec3::new(0.0, 0.0, 3.9),
+            target: DVec3::ZERO,
+            up: DVec3::Y,
+            vertical_fov: 39.3077_f64.to_radians(),
+        }),
+        default_size: Some([256, 256]),
+        warnings: Vec::new(),
+    }
+}
+
+fn shapes() -> Vec<(crate::scene::Mesh, DAffine3)> {
+    let [white, green, red, light] = [0, 1, 2, 3];
+    let rectangle = |name, material| quads(name, material, &[RECTANGLE]);
+    let cube = |name| quads(name, white, &CUBE);
+    vec![
+        (
+            rectangle("light", light),
+            at(0.0, 0.99, 0.01) * around_x(90.0) * scale(0.23, 0.19, 0.19),
+        ),
+        (rectangle("floor", white), at(0.0, -1.0, 0.0) * around_x(-90.0)),
+        (rectangle("ceiling", white), at(0.0, 1.0, 0.0) * around_x(90.0)),
+        (rectangle("back", white), at(0.0, 0.0, -1.0)),
+        (rectangle("green-wall", green), at(1.0, 0.0, 0.0) * around_y(-90.0)),
+        (rectangle("red-wall", red), at(-1.0, 0.0, 0.0) * around_y(90.0)),
+        (
+            cube("small-box"),
+            at(0.335, -0.7, 0.38) * around_y(-17.0) * scale(0.3, 0.3, 0.3),
+        ),
+        (
+            cube("large-box"),
+            at(-0.33, -0.4, -0.28) * around_y(18.25) * scale(0.3, 0.61, 0.3),
+        ),
+    ]
+}
+
+fn at(x: f64, y: f64, z: f64) -> DAffine3 {
+    DAffine3::from_translation(DVec3::new(x, y, z))
+}
+
+fn around_x(degrees: f64) -> DAffine3 {
+    DAffine3::from_rotation_x(degrees.to_radians())
+}
+
+fn around_y(degrees: f64) -> DAffine3 {
+    DAffine3::from_rotation_y(degrees.to_radians())
+}
+
+fn scale(x: f64, y: f64, z: f64) -> DAffine3 {
+    DAffine3::from_scale(DVec3::new(x, y, z))
+}

@@ -1,0 +1,200 @@
+//! Scenes that need no file.
+
+use glam::DAffine3;
+
+use super::{Instance, Material, Mesh, Scene};
+
+mod cornell;
+mod cornell_mitsuba;
+mod furnace;
+
+/// Name of each built-in scene, and a line about it.
+pub const NAMES: &[(&str, &str)] = &[
+    ("cornell", "the Cornell box from its measured data"),
+    (
+        "cornell-mitsuba",
+        "the Cornell box as Mitsuba 3 has it (mi.cornell_box()), for comparisons with Mitsuba",
+    ),
+    (
+        "furnace",
+        "inside a closed box that emits 1 and reflects 0.5: at depth n every pixel is 2 (1 - 0.5^n)",
+    ),
+];
+
+/// The built-in scene called `name`, if there is one.
+pub fn scene(name: &str) -> Option<Scene> {
+    match name {
+        "cornell" => Some(cornell::scene()),
+        "cornell-mitsuba" => Some(cornell_mitsuba::scene()),
+        "furnace" => Some(furnace::scene()),
+        _ => None,
+    }
+}
+
+fn diffuse(name: &str, reflectance: [f32; 3]) -> Material {
+    Material {
+        name: name.to_owned(),
+        reflectance,
+        emission: [0.0; 3],
+        two_sided_emission: false,
+    }
+}
+
+fn emitter(name: &str, reflectance: [f32; 3], emission: [f32; 3]) -> Material {
+    Material {
+        emission,
+        ..diffuse(name, reflectance)
+    }
+}
+
+/// Planar quadrilaterals, their corners counter-clockwise as seen from the front.
+fn quads(name: &str, material: usize, quads: &[[[f64; 3]; 4]]) -> Mesh {
+    let first = (0..quads.len() as u32).map(|quad| 4 * quad);
+    Mesh {
+        name: name.to_owned(),
+        positions: quads
+            .as_flattened()
+            .iter()
+            .map(|corner| corner.map(|x| x as f32))
+            .collect(),
+        indices: first.flat_map(|i| [[i, i + 1, i + 2], [i, i + 2, i + 3]]).collect(),
+        material,
+    }
+}
+
+/// The faces of the cube from -1 to 1, front sides out.
+const CUBE: [[[f64; 3]; 4]; 6] = [
+    [[1.0, -1.0, -1.0], [1.0, 1.0, -1.0], [1.0, 1.0, 1.0], [1.0, -1.0, 1.0]],
+    [
+        [-1.0, -1.0, 1.0],
+        [-1.0, 1.0, 1.0],
+        [-1.0, 1.0, -1.0],
+        [-1.0, -1.0, -1.0],
+    ],
+    [[-1.0, 1.0, 1.0], [1.0, 1.0, 1.0], [1.0, 1.0, -1.0], [-1.0, 1.0, -1.0]],
+    [
+        [-1.0, -1.0, -1.0],
+        [1.0, -1.0, -1.0],
+        [1.0, -1.0, 1.0],
+        [-1.0, -1.0, 1.0],
+    ],
+    [[-1.0, -1.0, 1.0], [1.0, -1.0, 1.0], [1.0, 1.0, 1.0], [-1.0, 1.0, 1.0]],
+    [
+        [-1.0, 1.0, -1.0],
+        [1.0, 1.0, -1.0],
+        [1.0, -1.0, -1.0],
+        [-1.0, -1.0, -1.0],
+    ],
+];
+
+/// One instance of every mesh, where it is.
+fn in_place(meshes: &[Mesh]) -> Vec<Instance> {
+    (0..meshes.len())
+        .map(|mesh| Instance {
+            mesh,
+            transform: DAffine3::IDENTITY,
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+
+    /// Centre and unit normal of every triangle of the mesh, in world space.
+    fn faces(scene: &Scene, mesh_name: &str) -> Vec<(DVec3, DVec3)> {
+        let mut faces = Vec::new();
+        for instance in &scene.instances {
+            let mesh = &scene.meshes[instance.mesh];
+            let corner = |i: u32| {
+                let position = mesh.positions[i as usize].map(f64::from);
+                instance.transform.transform_point3(DVec3::from_array(position))
+            };
+            for &[a, b, c] in mesh.indices.iter().filter(|_| mesh.name == mesh_name) {
+                let normal = (corner(b) - corner(a)).cross(corner(c) - corner(a));
+                faces.push(((corner(a) + corner(b) + corner(c)) / 3.0, normal.normalize()));
+            }
+        }
+        assert!(!faces.is_empty(), "no mesh {mesh_name}");
+        faces
+    }
+
+    fn centre_of(faces: &[(DVec3, DVec3)]) -> DVec3 {
+        faces.iter().map(|(centre, _)| *centre).sum::<DVec3>() / faces.len() as f64
+    }
+
+    fn assert_faces_inwards(scene: &Scene, mesh: &str, inside: DVec3) {
+        for (centre, normal) in faces(scene, mesh) {
+            assert!(normal.dot(inside - centre) > 0.0, "{mesh}: {centre} {normal}");
+        }
+    }
+
+    fn assert_faces_outwards(scene: &Scene, mesh: &str) {
+        let faces = faces(scene, mesh);
+        let middle = centre_of(&faces);
+        for (centre, normal) in faces {
+            assert!(normal.dot(centre - middle) > 0.0, "{mesh}: {centre} {normal}");
+        }
+    }
+
+    #[test]
+    fn every_name_is_a_consistent_scene() {
+        for (name, _) in NAMES {
+            let built = scene(name).unwrap();
+            assert_eq!(built.name, *name);
+            assert!(built.has_light() && built.camera.is_some() && built.default_size.is_some());
+            for mesh in &built.meshes {
+                assert!(mesh.material < built.materials.len());
+                assert!(
+                    mesh.indices
+                        .as_flattened()
+                        .iter()
+                        .all(|&i| (i as usize) < mesh.positions.len())
+                );
+            }
+        }
+        assert!(scene("Cornell").is_none());
+    }
+
+    #[test]
+    fn the_rooms_face_inwards_and_the_blocks_outwards() {
+        for (name, blocks) in [
+            ("cornell", ["short block", "tall block"]),
+            ("cornell-mitsuba", ["small-box", "large-box"]),
+        ] {
+            let built = scene(name).unwrap();
+            for mesh in &built.meshes {
+                if !blocks.contains(&mesh.name.as_str()) {
+                    assert_faces_inwards(&built, &mesh.name, DVec3::ZERO);
+                }
+            }
+            blocks.iter().for_each(|block| assert_faces_outwards(&built, block));
+        }
+        assert_faces_inwards(&scene("furnace").unwrap(), "walls", DVec3::ZERO);
+    }
+
+    #[test]
+    fn the_two_cornell_boxes_are_alike() {
+        let size = |name: &str| {
+            let [lo, hi] = scene(name).unwrap().bounds();
+            [0, 1, 2].map(|axis| f64::from(hi[axis]) - f64::from(lo[axis]))
+        };
+        for name in ["cornell", "cornell-mitsuba"] {
+            assert!(
+                size(name).iter().all(|extent| (extent - 2.0).abs() < 0.03),
+                "{name}: {:?}",
+                size(name)
+            );
+            let built = scene(name).unwrap();
+            let red = built
+                .materials
+                .iter()
+                .position(|material| material.name == "red")
+                .unwrap();
+            let wall = built.meshes.iter().find(|mesh| mesh.material == red).unwrap();
+            assert!(centre_of(&faces(&built, &wall.name)).x < -0.9, "red is on the left");
+        }
+    }
+}

@@ -1,0 +1,224 @@
+//! The camera: framing a scene, and its form on the bus.
+
+use glam::DVec3;
+use restir_shared::layout::CameraParams;
+
+use super::Camera;
+
+/// Vertical field of view of a framed camera, in radians: 40 degrees.
+const FRAMING_FOV: f64 = 40.0 * std::f64::consts::PI / 180.0;
+
+/// From the scene to a framed camera: from the front (+z, as in glTF), to the right and a little above.
+const FRAMING_DIRECTION: DVec3 = DVec3::new(0.55, 0.42, 1.0);
+
+/// How much farther than necessary a framed camera stands.
+const FRAMING_MARGIN: f64 = 1.05;
+
+/// The widest and the narrowest vertical field of view, in radians.
+const FOV_RANGE: (f64, f64) = (1e-3, 3.1);
+
+impl Camera {
+    /// A camera that has the whole box `bounds` (lower and upper corner) in view, three-quarters from the front.
+    ///
+    /// `aspect` is width over height. Bounds that are empty or not finite count as a unit cube at the origin, a point
+    /// as a small box around it; an aspect that is not positive counts as 1.
+    pub fn framing(bounds: [[f32; 3]; 2], aspect: f64) -> Camera {
+        let (centre, half) = centre_and_half_size(bounds);
+        let aspect = if aspect.is_finite() && aspect > 0.0 {
+            aspect
+        } else {
+            1.0
+        };
+        let camera = Camera {
+            position: centre + FRAMING_DIRECTION,
+            target: centre,
+            up: DVec3::Y,
+            vertical_fov: FRAMING_FOV,
+        };
+        let distance = FRAMING_MARGIN * camera.distance_to_frame(half, aspect);
+        Camera {
+            position: centre + FRAMING_DIRECTION.normalize() * distance,
+            ..camera
+        }
+    }
+
+    /// The camera for an image of `width` x `height` pixels: computed in `f64`, then rounded.
+    ///
+    /// The image plane lies at distance 1. An `up` that is zero or parallel to the view is replaced by the axis that
+    /// is most perpendicular to it; a camera that stands on its target looks along -z; the field of view is kept
+    /// within 0.001 and 3.1 radians; a side of 0 pixels counts as 1.
+    pub fn params(&self, width: u32, height: u32) -> CameraParams {
+        let (width, height) = (f64::from(width.max(1)), f64::from(height.max(1)));
+        let [right, up, forward] = self.frame();
+        let half_height = self.half_height();
+        CameraParams {
+            position: self.position.as_vec3().to_array(),
+            inv_width: (1.0 / width) as f32,
+            forward: forward.as_vec3().to_array(),
+            inv_height: (1.0 / height) as f32,
+            right: (right * half_height * (width / height)).as_vec3().to_array(),
+            reserved0: 0.0,
+            up: (up * half_height).as_vec3().to_array(),
+            reserved1: 0.0,
+        }
+    }
+
+    /// Orthonormal right, up and forward.
+    fn frame(&self) -> [DVec3; 3] {
+        let forward = (self.target - self.position).normalize_or(DVec3::NEG_Z);
+        let right = unit_perpendicular(forward, self.up);
+        [right, right.cross(forward), forward]
+    }
+
+    /// Half the height of the image plane at distance 1.
+    fn half_height(&self) -> f64 {
+        let fov = if self.vertical_fov.is_nan() {
+            FRAMING_FOV
+        } else {
+            self.vertical_fov
+        };
+        (0.5 * fov.clamp(FOV_RANGE.0, FOV_RANGE.1)).tan()
+    }
+
+    /// How far from the centre of a box of half size `half` the camera has to be to see all of its corners.
+    fn distance_to_frame(&self, half: DVec3, aspect: f64) -> f64 {
+        let [right, up, forward] = self.frame();
+        let half_height = self.half_height();
+        corners(half)
+            .map(|corner| {
+                let across = (corner.dot(right).abs() / (half_height * aspect)).max(corner.dot(up).abs() / half_height);
+                across - corner.dot(forward)
+            })
+            .fold(0.0, f64::max)
+    }
+}
+
+/// The centre and half of the size of a box. What is empty or not finite becomes a unit cube at the origin; the
+/// largest half size is never zero.
+pub(super) fn centre_and_half_size(bounds: [[f32; 3]; 2]) -> (DVec3, DVec3) {
+    let [lo, hi] = bounds.map(|corner| DVec3::from_array(corner.map(f64::from)));
+    if !lo.is_finite() || !hi.is_finite() || lo.cmpgt(hi).any() {
+        return (DVec3::ZERO, DVec3::splat(0.5));
+    }
+    let centre = 0.5 * (lo + hi);
+    // Positions are rounded to f32: a box must be large compared with the spacing of the floats around it.
+    let smallest = (1e-3 * centre.abs().max_element()).max(1e-6);
+    let half = 0.5 * (hi - lo);
+    (
+        centre,
+        if half.max_element() < smallest {
+            DVec3::splat(smallest)
+        } else {
+            half
+        },
+    )
+}
+
+fn corners(half: DVec3) -> impl Iterator<Item = DVec3> {
+    let sign = |corner: u32, axis: u32| if corner >> axis & 1 == 0 { -1.0 } else { 1.0 };
+    (0..8).map(move |corner| half * DVec3::new(sign(corner, 0), sign(corner, 1), sign(corner, 2)))
+}
+
+fn unit_perpendicular(forward: DVec3, up: DVec3) -> DVec3 {
+    let right = forward.cross(up.normalize_or_zero());
+    if right.length() > 1e-6 {
+        return right.normalize();
+    }
+    let size = forward.abs();
+    let axis = if size.y <= size.x.min(size.z) {
+        DVec3::Y
+    } else if size.z <= size.x {
+        DVec3::Z
+    } else {
+        DVec3::X
+    };
+    forward.cross(axis).normalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Where a point lies in the image: within [-1, 1] on both axes is in view, and in front.
+    fn project(camera: &Camera, point: DVec3, aspect: f64) -> (f64, f64, f64) {
+        let [right, up, forward] = camera.frame();
+        let offset = point - camera.position;
+        let depth = offset.dot(forward);
+        let scale = 1.0 / (depth * camera.half_height());
+        (offset.dot(right) * scale / aspect, offset.dot(up) * scale, depth)
+    }
+
+    #[test]
+    fn framing_has_every_corner_in_view() {
+        let boxes = [
+            [[-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]],
+            [[0.0, 0.0, 0.0], [1000.0, 1.0, 2.0]],
+            [[5.0, 5.0, 5.0], [5.0, 5.0, 5.0]],
+            [[0.0; 3], [0.0; 3]],
+            [[-1e-3, 7e4, 0.0], [1e-3, 7e4, 1e3]],
+        ];
+        for bounds in boxes {
+            for aspect in [0.25, 1.0, 4.0, 0.0, f64::NAN] {
+                let camera = Camera::framing(bounds, aspect);
+                assert!(camera.position.is_finite());
+                let aspect = if aspect > 0.0 { aspect } else { 1.0 };
+                let centre = 0.5 * (DVec3::from(bounds[0].map(f64::from)) + DVec3::from(bounds[1].map(f64::from)));
+                let half = 0.5 * (DVec3::from(bounds[1].map(f64::from)) - DVec3::from(bounds[0].map(f64::from)));
+                for corner in corners(half) {
+                    let (x, y, depth) = project(&camera, centre + corner, aspect);
+                    assert!(
+                        x.abs() < 1.0 && y.abs() < 1.0 && depth > 0.0,
+                        "{bounds:?} {aspect}: {x} {y} {depth}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn framing_survives_bad_bounds() {
+        for bounds in [
+            [[f32::NAN; 3], [1.0; 3]],
+            [[1.0; 3], [-1.0; 3]],
+            [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]],
+        ] {
+            assert!(Camera::framing(bounds, 1.0).position.is_finite());
+        }
+    }
+
+    #[test]
+    fn params_of_a_simple_camera() {
+        let camera = Camera {
+            position: DVec3::new(0.0, 1.0, 4.0),
+            target: DVec3::new(0.0, 1.0, 0.0),
+            up: DVec3::Y,
+            vertical_fov: std::f64::consts::FRAC_PI_2,
+        };
+        let params = camera.params(200, 100);
+        assert_eq!(params.position, [0.0, 1.0, 4.0]);
+        assert_eq!(params.forward, [0.0, 0.0, -1.0]);
+        let near = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6);
+        assert!(near(params.right, [2.0, 0.0, 0.0]), "{:?}", params.right);
+        assert!(near(params.up, [0.0, 1.0, 0.0]), "{:?}", params.up);
+        assert_eq!((params.inv_width, params.inv_height), (0.005, 0.01));
+    }
+
+    #[test]
+    fn a_degenerate_camera_still_has_a_frame() {
+        for direction in [DVec3::X, DVec3::NEG_Y, DVec3::Z, DVec3::ZERO] {
+            for up in [direction, DVec3::ZERO] {
+                let camera = Camera {
+                    position: DVec3::ZERO,
+                    target: direction,
+                    up,
+                    vertical_fov: f64::NAN,
+                };
+                let [right, up, forward] = camera.frame();
+                for axis in [right, up, forward] {
+                    assert!((axis.length() - 1.0).abs() < 1e-12);
+                }
+                assert!(right.dot(up).abs() + up.dot(forward).abs() + forward.dot(right).abs() < 1e-12);
+            }
+        }
+    }
+}

@@ -1,0 +1,141 @@
+//! The buffers of a file: in its binary chunk, in `data:` URIs, or in files beside it.
+
+use std::borrow::Cow;
+use std::path::Path;
+
+use gltf::json::Root;
+
+use super::Problem;
+
+/// Reads all buffers, each cut to its stated length. Relative URIs are relative to `folder`.
+pub(super) fn load_all<'a>(
+    root: &Root,
+    blob: Option<&'a [u8]>,
+    folder: Option<&Path>,
+) -> Result<Vec<Cow<'a, [u8]>>, Problem> {
+    let mut buffers = Vec::new();
+    for (index, buffer) in root.buffers.iter().enumerate() {
+        let bytes = match (&buffer.uri, blob) {
+            (Some(uri), _) => Cow::Owned(read(uri, folder)?),
+            (None, Some(blob)) if index == 0 => Cow::Borrowed(blob),
+            (None, _) => {
+                return Err(format!(
+                    "buffer {index} has no data: no URI, and no binary chunk for it"
+                ));
+            }
+        };
+        buffers.push(cut(bytes, buffer.byte_length.0, index)?);
+    }
+    Ok(buffers)
+}
+
+fn cut(bytes: Cow<'_, [u8]>, length: u64, index: usize) -> Result<Cow<'_, [u8]>, Problem> {
+    let too_short = || format!("buffer {index} has {} bytes of the {length} that it needs", bytes.len());
+    let length = usize::try_from(length)
+        .ok()
+        .filter(|&length| length <= bytes.len())
+        .ok_or_else(too_short)?;
+    Ok(match bytes {
+        Cow::Borrowed(bytes) => Cow::Borrowed(bytes.get(..length).unwrap_or(bytes)),
+        Cow::Owned(mut bytes) => {
+            bytes.truncate(length);
+            Cow::Owned(bytes)
+        }
+    })
+}
+
+fn read(uri: &str, folder: Option<&Path>) -> Result<Vec<u8>, Problem> {
+    if let Some(data) = uri.strip_prefix("data:") {
+        let (_, text) = data.split_once(";base64,").ok_or("a data URI is not in base64")?;
+        return base64(text).ok_or_else(|| "a data URI has broken base64".to_owned());
+    }
+    if uri.contains("://") {
+        return Err(format!(
+            "its buffer {uri} is not a file beside it; download it and refer to it by a relative URI"
+        ));
+    }
+    let path = folder.unwrap_or(Path::new("")).join(percent_decoded(uri));
+    std::fs::read(&path).map_err(|error| format!("cannot read its buffer {}: {error}", path.display()))
+}
+
+/// Decodes base64 (RFC 4648, with or without padding).
+fn base64(text: &str) -> Option<Vec<u8>> {
+    let digits: Option<Vec<u32>> = text.trim_end_matches('=').bytes().map(base64_digit).collect();
+    let mut bytes = Vec::with_capacity(text.len() / 4 * 3);
+    for group in digits?.chunks(4) {
+        let bits = group.iter().fold(0, |bits, digit| bits << 6 | digit) << (6 * (4 - group.len()));
+        let whole_bytes = match group.len() {
+            4 => 3,
+            3 => 2,
+            2 => 1,
+            _ => return None,
+        };
+        bytes.extend(bits.to_be_bytes().into_iter().skip(1).take(whole_bytes));
+    }
+    Some(bytes)
+}
+
+fn base64_digit(byte: u8) -> Option<u32> {
+    let digit = match byte {
+        b'A'..=b'Z' => byte - b'A',
+        b'a'..=b'z' => byte - b'a' + 26,
+        b'0'..=b'9' => byte - b'0' + 52,
+        b'+' => 62,
+        b'/' => 63,
+        _ => return None,
+    };
+    Some(u32::from(digit))
+}
+
+/// Replaces `%20` and the like; what is no such escape stays.
+fn percent_decoded(uri: &str) -> String {
+    let mut decoded = Vec::with_capacity(uri.len());
+    let mut rest = uri.as_bytes();
+    while let Some((&first, tail)) = rest.split_first() {
+        match escaped(first, tail) {
+            Some(byte) => {
+                decoded.push(byte);
+                rest = tail.get(2..).unwrap_or_default();
+            }
+            None => {
+                decoded.push(first);
+                rest = tail;
+            }
+        }
+    }
+    String::from_utf8_lossy(&decoded).into_owned()
+}
+
+fn escaped(first: u8, tail: &[u8]) -> Option<u8> {
+    let digit = |at: usize| tail.get(at).and_then(|&digit| char::from(digit).to_digit(16));
+    let value = 16 * digit(0)? + digit(1)?;
+    if first == b'%' { u8::try_from(value).ok() } else { None }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_of_the_rfc() {
+        for (text, bytes) in [
+            ("", ""),
+            ("Zg==", "f"),
+            ("Zm8=", "fo"),
+            ("Zm9v", "foo"),
+            ("Zm9vYg", "foob"),
+            ("Zm9vYmFy", "foobar"),
+        ] {
+            assert_eq!(base64(text).unwrap(), bytes.as_bytes());
+        }
+        assert_eq!(base64("+/+/").unwrap(), [0xfb, 0xff, 0xbf]);
+        assert_eq!(base64("Z"), None);
+        assert_eq!(base64("Zm9*"), None);
+    }
+
+    #[test]
+    fn percent_escapes() {
+        assert_eq!(percent_decoded("a%20b%2"), "a b%2");
+        assert_eq!(percent_decoded("%C3%B6%zz"), "ö%zz");
+    }
+}

@@ -1,0 +1,125 @@
+//! Import of glTF 2.0, `.gltf` and `.glb`.
+//!
+//! Read are meshes (triangles, strips and fans), the node hierarchy, the first perspective camera, base colour and
+//! emission, and the extensions in [`SUPPORTED_EXTENSIONS`]. All surfaces are diffuse: a material's base colour factor
+//! is its reflectance; metals, textures and transparency are replaced by that, each with a warning.
+//!
+//! The file is untrusted. The `gltf` crate only gives the structs of the JSON; its readers and its validation index
+//! without checks, so every reference and every range is checked here.
+
+use std::borrow::Cow;
+use std::path::Path;
+
+use gltf::json::{self, Root};
+
+use super::Scene;
+use crate::Error;
+
+mod accessor;
+mod buffer;
+mod container;
+mod material;
+mod mesh;
+mod node;
+
+/// The glTF extensions that are read; a file that requires another is refused, one that only uses it gets a warning.
+pub const SUPPORTED_EXTENSIONS: &[&str] = &["KHR_materials_emissive_strength", "KHR_mesh_quantization"];
+
+/// What is wrong with a file, as a sentence without a full stop.
+type Problem = String;
+
+/// Loads the default scene of a file, or its first if none is the default.
+///
+/// # Errors
+/// [`Error::File`] if the file cannot be read, [`Error::Scene`] if it is broken or requires an extension that is not
+/// supported.
+pub fn load(path: &Path) -> Result<Scene, Error> {
+    let bytes = std::fs::read(path).map_err(|error| Error::File {
+        action: "read",
+        path: path.to_owned(),
+        reason: error.to_string(),
+    })?;
+    let name = path.display().to_string();
+    import(&name, &bytes, path.parent()).map_err(|problem| Error::Scene { scene: name, problem })
+}
+
+fn import(name: &str, bytes: &[u8], folder: Option<&Path>) -> Result<Scene, Problem> {
+    let (text, blob) = container::split(bytes)?;
+    let root: Root = json::deserialize::from_slice(text).map_err(|error| format!("its JSON is broken: {error}"))?;
+    check_support(&root)?;
+    let buffers = buffer::load_all(&root, blob, folder)?;
+    let mut importer = Importer::new(name, Document { root: &root, buffers });
+    importer.warn_of_ignored_extensions();
+    importer.add_materials()?;
+    importer.add_nodes()?;
+    Ok(importer.scene)
+}
+
+/// The JSON and the bytes that it refers to.
+struct Document<'a> {
+    root: &'a Root,
+    buffers: Vec<Cow<'a, [u8]>>,
+}
+
+/// A scene in the making.
+struct Importer<'a> {
+    document: Document<'a>,
+    scene: Scene,
+    meshes: mesh::Imported,
+}
+
+impl<'a> Importer<'a> {
+    fn new(name: &str, document: Document<'a>) -> Self {
+        let scene = Scene {
+            name: name.to_owned(),
+            ..Scene::default()
+        };
+        Self {
+            document,
+            scene,
+            meshes: mesh::Imported::default(),
+        }
+    }
+
+    fn warn(&mut self, warning: String) {
+        if !self.scene.warnings.contains(&warning) {
+            self.scene.warnings.push(warning);
+        }
+    }
+
+    fn warn_of_ignored_extensions(&mut self) {
+        let root = self.document.root;
+        for extension in root.extensions_used.iter().filter(|name| !is_supported(name)) {
+            self.warn(format!("the extension {extension} is not supported and was ignored"));
+        }
+    }
+}
+
+fn check_support(root: &Root) -> Result<(), Problem> {
+    if !root.asset.version.starts_with("2.") {
+        return Err(format!(
+            "its glTF version {:?} is not supported; convert it to 2.0",
+            root.asset.version
+        ));
+    }
+    match root.extensions_required.iter().find(|name| !is_supported(name)) {
+        Some(name) => Err(format!(
+            "it requires the glTF extension {name}, which is not supported; export it without"
+        )),
+        None => Ok(()),
+    }
+}
+
+fn is_supported(extension: &str) -> bool {
+    SUPPORTED_EXTENSIONS.contains(&extension)
+}
+
+/// `name`, or what it is and its index.
+fn label(name: Option<&String>, kind: &str, index: usize) -> String {
+    name.filter(|name| !name.is_empty())
+        .cloned()
+        .unwrap_or_else(|| format!("{kind} {index}"))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,366 @@
+//! Small documents, whole and broken.
+
+use glam::DVec3;
+
+use super::*;
+
+/// Twelve floats: the corners of a unit square, counter-clockwise seen from +z; base64 of their bytes.
+const SQUARE: &str = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAACAPwAAgD8AAAAAAAAAAAAAgD8AAAAA";
+
+/// A document with the square as mesh 0 and the given nodes; `extra` members of the root end in a comma.
+fn square(extra: &str, primitive: &str, nodes: &str) -> String {
+    format!(
+        r#"{{ {extra}
+        "asset": {{ "version": "2.0" }},
+        "scenes": [{{ "nodes": [0] }}],
+        "nodes": {nodes},
+        "buffers": [{{ "byteLength": 48, "uri": "data:application/octet-stream;base64,{SQUARE}" }}],
+        "bufferViews": [{{ "buffer": 0, "byteLength": 48 }}],
+        "accessors": [{{ "bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3" }}],
+        "meshes": [{{ "name": "square", "primitives": [{primitive}] }}] }}"#
+    )
+}
+
+const FAN: &str = r#"{ "attributes": { "POSITION": 0 }, "mode": 6 }"#;
+const ONE_NODE: &str = r#"[{ "mesh": 0 }]"#;
+
+fn load(text: &str) -> Result<Scene, Problem> {
+    import("test.gltf", text.as_bytes(), None)
+}
+
+fn problem(text: &str) -> Problem {
+    let problem = load(text).unwrap_err();
+    assert!(!problem.contains('\n'), "{problem}");
+    problem
+}
+
+/// Unit normals of all triangles in world space.
+fn normals(scene: &Scene) -> Vec<DVec3> {
+    let mut normals = Vec::new();
+    for instance in &scene.instances {
+        let mesh = &scene.meshes[instance.mesh];
+        let corner = |i: u32| {
+            instance
+                .transform
+                .transform_point3(DVec3::from_array(mesh.positions[i as usize].map(f64::from)))
+        };
+        for &[a, b, c] in &mesh.indices {
+            normals.push((corner(b) - corner(a)).cross(corner(c) - corner(a)).normalize());
+        }
+    }
+    normals
+}
+
+#[test]
+fn a_fan_is_read() {
+    let scene = load(&square("", FAN, ONE_NODE)).unwrap();
+    assert_eq!(scene.meshes[0].positions[2], [1.0, 1.0, 0.0]);
+    assert_eq!(scene.meshes[0].indices, [[0, 1, 2], [0, 2, 3]]);
+    assert_eq!((scene.camera, scene.has_light()), (None, false));
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+}
+
+#[test]
+fn strips_alternate_and_lists_drop_the_rest() {
+    let strip = load(&square(
+        "",
+        r#"{ "attributes": { "POSITION": 0 }, "mode": 5 }"#,
+        ONE_NODE,
+    ))
+    .unwrap();
+    assert_eq!(strip.meshes[0].indices, [[0, 1, 2], [1, 3, 2]]);
+    let list = load(&square("", r#"{ "attributes": { "POSITION": 0 } }"#, ONE_NODE)).unwrap();
+    assert_eq!(list.meshes[0].indices, [[0, 1, 2]]);
+    assert!(list.warnings[0].contains("incomplete"));
+}
+
+#[test]
+fn instances_share_a_mesh_and_transforms_multiply() {
+    let nodes = r#"[{ "children": [1, 2], "translation": [10, 0, 0] }, { "mesh": 0 },
+        { "mesh": 0, "matrix": [2,0,0,0, 0,2,0,0, 0,0,2,0, 0,5,0,1] }]"#;
+    let scene = load(&square("", FAN, nodes)).unwrap();
+    assert_eq!((scene.meshes.len(), scene.instances.len()), (1, 2));
+    let origin = |i: usize| scene.instances[i].transform.transform_point3(DVec3::new(1.0, 1.0, 0.0));
+    assert_eq!(origin(0), DVec3::new(11.0, 1.0, 0.0));
+    assert_eq!(origin(1), DVec3::new(12.0, 7.0, 0.0));
+}
+
+#[test]
+fn a_mirrored_square_faces_where_a_mirror_shows_it() {
+    for (scale, expected) in [
+        ("[-1, 1, 1]", DVec3::Z),
+        ("[1, 1, -1]", DVec3::NEG_Z),
+        ("[-1, -1, 1]", DVec3::Z),
+    ] {
+        let scene = load(&square("", FAN, &format!(r#"[{{ "mesh": 0, "scale": {scale} }}]"#))).unwrap();
+        assert!(
+            normals(&scene).iter().all(|&normal| normal == expected),
+            "{scale}: {:?}",
+            normals(&scene)
+        );
+    }
+    let nodes = r#"[{ "children": [1, 2, 3] }, { "mesh": 0 }, { "mesh": 0, "scale": [-1, 1, 1] },
+        { "mesh": 0, "scale": [-2, 1, 1] }]"#;
+    assert_eq!(load(&square("", FAN, nodes)).unwrap().meshes.len(), 2);
+}
+
+#[test]
+fn rotation_turns_the_camera() {
+    let cameras = r#""cameras": [{ "type": "perspective", "perspective": { "yfov": 0.5, "znear": 0.1 } }],"#;
+    let nodes = r#"[{ "children": [1, 2] }, { "mesh": 0 },
+        { "camera": 0, "translation": [3, 0, 0], "rotation": [0, 0.7071067811865476, 0, 0.7071067811865476] }]"#;
+    let camera = load(&square(cameras, FAN, nodes)).unwrap().camera.unwrap();
+    assert_eq!(camera.position, DVec3::new(3.0, 0.0, 0.0));
+    assert!(
+        (camera.target - DVec3::new(2.0, 0.0, 0.0)).length() < 1e-6,
+        "{}",
+        camera.target
+    );
+    assert_eq!((camera.up, camera.vertical_fov), (DVec3::Y, 0.5));
+}
+
+#[test]
+fn materials_are_diffuse_and_emit() {
+    let materials = r#""extensionsRequired": ["KHR_materials_emissive_strength"],
+        "materials": [{ "name": "lamp", "emissiveFactor": [1, 0.5, 0], "doubleSided": true, "alphaMode": "BLEND",
+        "pbrMetallicRoughness": { "baseColorFactor": [0.5, 2, -1, 1], "metallicFactor": 0 },
+        "extensions": { "KHR_materials_emissive_strength": { "emissiveStrength": 8 } } }, { "name": "metal" }],"#;
+    let primitive = r#"{ "attributes": { "POSITION": 0 }, "mode": 6, "material": 0 }"#;
+    let scene = load(&square(materials, primitive, ONE_NODE)).unwrap();
+    let lamp = &scene.materials[scene.meshes[0].material];
+    assert_eq!((lamp.reflectance, lamp.emission), ([0.5, 1.0, 0.0], [8.0, 4.0, 0.0]));
+    assert!(lamp.two_sided_emission && scene.has_light());
+    assert_eq!(scene.warnings.len(), 2, "{:?}", scene.warnings);
+    assert!(scene.warnings[0].contains("opaque") && scene.warnings[1].contains("metallic"));
+}
+
+#[test]
+fn textures_are_replaced_with_a_warning() {
+    let materials = r#""textures": [{ "source": 0 }], "images": [{ "uri": "no.png" }],
+        "materials": [{ "emissiveFactor": [1, 1, 1], "emissiveTexture": { "index": 0 },
+        "pbrMetallicRoughness": { "metallicFactor": 0, "baseColorTexture": { "index": 0 } } }],"#;
+    let primitive = r#"{ "attributes": { "POSITION": 0 }, "mode": 6, "material": 0 }"#;
+    let scene = load(&square(materials, primitive, ONE_NODE)).unwrap();
+    assert_eq!(scene.materials[0].reflectance, [1.0; 3]);
+    assert!(!scene.has_light());
+    assert_eq!(scene.warnings.len(), 2, "{:?}", scene.warnings);
+}
+
+#[test]
+fn what_cannot_be_drawn_is_skipped_with_a_warning() {
+    for (primitive, word) in [
+        (r#"{ "attributes": {} }"#, "positions"),
+        (r#"{ "attributes": { "POSITION": 0 }, "mode": 0 }"#, "points"),
+        (r#"{ "attributes": { "POSITION": 0 }, "mode": 3 }"#, "lines"),
+    ] {
+        let scene = load(&square("", primitive, ONE_NODE)).unwrap();
+        assert!(
+            scene.instances.is_empty() && scene.warnings[0].contains(word),
+            "{:?}",
+            scene.warnings
+        );
+    }
+    let scene = load(&square(r#""extensionsUsed": ["KHR_materials_ior"],"#, FAN, ONE_NODE)).unwrap();
+    assert!(scene.warnings[0].contains("KHR_materials_ior"));
+}
+
+#[test]
+fn a_required_extension_is_named() {
+    let required = r#""extensionsRequired": ["KHR_draco_mesh_compression"],"#;
+    assert!(problem(&square(required, FAN, ONE_NODE)).contains("KHR_draco_mesh_compression"));
+}
+
+#[test]
+fn nodes_have_to_form_trees() {
+    assert!(problem(&square("", FAN, r#"[{ "children": [0] }]"#)).contains("twice"));
+    assert!(problem(&square("", FAN, r#"[{ "children": [1] }, { "children": [0] }]"#)).contains("twice"));
+    assert!(problem(&square("", FAN, r#"[{ "children": [1, 1] }, {}]"#)).contains("twice"));
+    assert!(problem(&square("", FAN, r#"[{ "children": [7] }]"#)).contains("node 7"));
+    assert!(problem(&square(r#""scene": 3,"#, FAN, ONE_NODE)).contains("scene 3"));
+}
+
+#[test]
+fn broken_nodes_are_explained() {
+    assert!(problem(&square("", FAN, r#"[{ "rotation": [0, 0, 0, 0] }]"#)).contains("rotation"));
+    assert!(
+        problem(&square(
+            "",
+            FAN,
+            r#"[{ "matrix": [1,0,0,1, 0,1,0,0, 0,0,1,0, 0,0,0,1] }]"#
+        ))
+        .contains("affine")
+    );
+    assert!(problem(&square("", FAN, r#"[{ "scale": [1e39, 1, 1] }]"#)).contains("finite"));
+    assert!(problem(&square("", FAN, r#"[{ "mesh": 4 }]"#)).contains("mesh 4"));
+    assert!(problem(&square("", FAN, r#"[{ "camera": 4 }]"#)).contains("camera 4"));
+    let camera = r#""cameras": [{ "type": "perspective", "perspective": { "yfov": 4, "znear": 1 } }],"#;
+    assert!(problem(&square(camera, FAN, r#"[{ "camera": 0 }]"#)).contains("field of view"));
+}
+
+#[test]
+fn broken_references_are_explained() {
+    let primitive = |text: &str| problem(&square("", text, ONE_NODE));
+    assert!(primitive(r#"{ "attributes": { "POSITION": 9 } }"#).contains("accessor 9"));
+    assert!(primitive(r#"{ "attributes": { "POSITION": 0 }, "indices": 9 }"#).contains("accessor 9"));
+    assert!(primitive(r#"{ "attributes": { "POSITION": 0 }, "indices": 0 }"#).contains("SCALAR"));
+    assert!(primitive(r#"{ "attributes": { "POSITION": 0 }, "material": 9 }"#).contains("material 9"));
+    assert!(primitive(r#"{ "attributes": { "POSITION": 0 }, "mode": 9 }"#).contains("mode"));
+}
+
+/// The square's document with another accessor or view in the place of its own.
+fn with_data(view: &str, accessor: &str) -> String {
+    square("", FAN, ONE_NODE)
+        .replace(r#"{ "buffer": 0, "byteLength": 48 }"#, view)
+        .replace(
+            r#"{ "bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3" }"#,
+            accessor,
+        )
+}
+
+#[test]
+fn ranges_are_checked() {
+    let view = r#"{ "buffer": 0, "byteLength": 48 }"#;
+    let accessor = |offset: u64, count: u64| {
+        format!(
+            r#"{{ "bufferView": 0, "byteOffset": {offset}, "componentType": 5126, "count": {count}, "type": "VEC3" }}"#
+        )
+    };
+    let beyond = |view: &str, accessor: &str| problem(&with_data(view, accessor));
+    assert!(beyond(view, &accessor(0, 5)).contains("beyond its buffer view"));
+    assert!(beyond(view, &accessor(4, 4)).contains("beyond its buffer view"));
+    assert!(beyond(view, &accessor(u64::MAX, 4)).contains("beyond its buffer view"));
+    assert!(beyond(view, &accessor(0, u64::MAX)).contains("beyond its buffer view"));
+    let ok = accessor(0, 4);
+    assert!(beyond(r#"{ "buffer": 0, "byteLength": 49 }"#, &ok).contains("beyond its buffer"));
+    assert!(
+        beyond(
+            r#"{ "buffer": 0, "byteLength": 48, "byteOffset": 18446744073709551615 }"#,
+            &ok
+        )
+        .contains("beyond")
+    );
+    assert!(beyond(r#"{ "buffer": 3, "byteLength": 48 }"#, &ok).contains("buffer 3"));
+    assert!(beyond(r#"{ "buffer": 0, "byteLength": 48, "byteStride": 4 }"#, &ok).contains("stride"));
+    assert!(load(&with_data(view, &accessor(0, 0))).unwrap().warnings[0].contains("no triangles"));
+    assert!(beyond(view, &ok.replace("5126", "77")).contains("component type"));
+    assert!(
+        beyond(
+            view,
+            r#"{ "componentType": 5126, "count": 999999999999, "type": "VEC3" }"#
+        )
+        .contains("elements")
+    );
+}
+
+#[test]
+fn a_stride_skips_bytes() {
+    let view = r#"{ "buffer": 0, "byteLength": 48, "byteStride": 16 }"#;
+    let accessor = r#"{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3" }"#;
+    let scene = load(&with_data(view, accessor)).unwrap();
+    assert_eq!(
+        scene.meshes[0].positions,
+        [[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 1.0]]
+    );
+}
+
+#[test]
+fn sparse_accessors_replace_elements() {
+    // Indices 0 and 0x3f80 = 16256 in 16 bits, at bytes 10 and 14 of the square's bytes: only the first exists.
+    let sparse = |index_offset: u32, count: u32| {
+        format!(
+            r#"{{ "componentType": 5126, "count": 4, "type": "VEC3", "sparse": {{ "count": {count},
+            "indices": {{ "bufferView": 0, "byteOffset": {index_offset}, "componentType": 5123 }},
+            "values": {{ "bufferView": 0, "byteOffset": 24 }} }} }}"#
+        )
+    };
+    let view = r#"{ "buffer": 0, "byteLength": 48 }"#;
+    let scene = load(&with_data(view, &sparse(10, 1))).unwrap();
+    assert_eq!(
+        scene.meshes[0].positions,
+        [[1.0, 1.0, 0.0], [0.0; 3], [0.0; 3], [0.0; 3]]
+    );
+    assert!(problem(&with_data(view, &sparse(14, 1))).contains("replaces element 16256"));
+    assert!(problem(&with_data(view, &sparse(10, 40))).contains("beyond"));
+}
+
+#[test]
+fn quantized_positions_are_read() {
+    let accessor = r#"{ "bufferView": 0, "componentType": 5121, "count": 3, "type": "VEC3", "normalized": true }"#;
+    let view = r#"{ "buffer": 0, "byteLength": 36, "byteStride": 4, "byteOffset": 12 }"#;
+    let scene = load(&with_data(view, accessor)).unwrap();
+    assert_eq!(
+        scene.meshes[0].positions,
+        [[0.0, 0.0, 128.0 / 255.0], [0.0; 3], [0.0; 3]]
+    );
+}
+
+#[test]
+fn buffers_have_to_be_there() {
+    let with_uri = |uri: &str| square("", FAN, ONE_NODE).replace("data:application/octet-stream;base64,", uri);
+    assert!(problem(&with_uri("data:text/plain,")).contains("base64"));
+    assert!(problem(&with_uri("data:;base64,*")).contains("base64"));
+    assert!(problem(&with_uri("https://example.com/")).contains("https://example.com/"));
+    assert!(problem(&with_uri("missing-folder/")).contains("missing-folder"));
+    let longer = square("", FAN, ONE_NODE).replace(r#""byteLength": 48, "uri""#, r#""byteLength": 480, "uri""#);
+    assert!(problem(&longer).contains("48 bytes of the 480"));
+    let none = square("", FAN, ONE_NODE).replace(r#", "uri": "data"#, r#", "name": "data"#);
+    assert!(problem(&none).contains("no data"));
+}
+
+#[test]
+fn vertices_have_to_be_finite_and_indices_in_range() {
+    // The first float is a NaN, then the first index is 1.0 as an integer.
+    let nan = square("", FAN, ONE_NODE).replace("base64,AAAA", "base64,AADA");
+    let nan = nan.replacen("base64,AADAAA", "base64,AADAfw", 1);
+    assert!(problem(&nan).contains("vertex 0 is not finite"));
+    let accessors = r#""type": "VEC3" }, { "bufferView": 0, "componentType": 5125, "count": 6, "type": "SCALAR" }"#;
+    let indexed = square("", r#"{ "attributes": { "POSITION": 0 }, "indices": 1 }"#, ONE_NODE);
+    assert!(problem(&indexed.replace(r#""type": "VEC3" }"#, accessors)).contains("index 1065353216"));
+}
+
+#[test]
+fn other_versions_and_broken_json_are_refused() {
+    assert!(problem(&square("", FAN, ONE_NODE).replace("2.0", "1.0")).contains("1.0"));
+    assert!(problem("{").contains("JSON"));
+    assert!(problem("").contains("JSON"));
+    assert!(problem(&"[".repeat(100_000)).contains("JSON"));
+}
+
+/// A binary container with the text and, if there are any, the bytes.
+fn container(text: &str, bytes: &[u8]) -> Vec<u8> {
+    let mut chunks = Vec::new();
+    for (kind, data) in [(b"JSON", text.as_bytes()), (b"BIN\0", bytes)] {
+        chunks.extend((data.len() as u32).to_le_bytes());
+        chunks.extend(kind);
+        chunks.extend(data);
+    }
+    let mut file = b"glTF\x02\0\0\0".to_vec();
+    file.extend((12 + chunks.len() as u32).to_le_bytes());
+    file.extend(chunks);
+    file
+}
+
+#[test]
+fn a_binary_file_cut_anywhere_is_an_error() {
+    let text = square("", FAN, ONE_NODE).replace(r#", "uri": "data"#, r#", "name": "data"#);
+    let corners: [f32; 12] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0];
+    let file = container(&text, &corners.map(f32::to_le_bytes).concat());
+    assert_eq!(import("test.glb", &file, None).unwrap().meshes[0].indices.len(), 2);
+    for length in 0..file.len() {
+        let problem = import("test.glb", &file[..length], None).unwrap_err();
+        assert!(!problem.contains('\n'), "{problem}");
+    }
+}
+
+#[test]
+fn a_binary_file_with_a_changed_byte_never_panics() {
+    let text = square("", FAN, ONE_NODE).replace(r#", "uri": "data"#, r#", "name": "data"#);
+    let file = container(&text, &[0; 48]);
+    for position in 0..file.len() {
+        for value in [0, b'9', b'"', b'}', 0xff] {
+            let mut changed = file.clone();
+            changed[position] = value;
+            let _ = import("test.glb", &changed, None);
+        }
+    }
+}
