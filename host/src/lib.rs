@@ -1,9 +1,24 @@
 //! Scenes, executors and images around the ReSTIR kernels.
+//!
+//! `Scene` (what a user edits) becomes [`buffers::SceneBuffers`] (arenas, BVH, alias tables), a technique makes a
+//! [`plan::FramePlan`] of it, and an [`exec::Executor`] runs the plan natively or on a GPU.
 
+mod alias;
+mod artifact;
+pub mod buffers;
+mod bvh;
+#[cfg(feature = "cli")]
+pub mod cli;
 pub mod error;
+pub mod exec;
 pub mod image;
 pub mod metrics;
 pub mod output;
+pub mod plan;
+pub mod render;
 pub mod scene;
+pub mod self_check;
+pub mod spirv;
 
+pub use artifact::Shaders;
 pub use error::Error;

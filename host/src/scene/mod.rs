@@ -49,8 +49,8 @@ pub struct Mesh {
 pub struct Instance {
     /// Index into [`Scene::meshes`].
     pub mesh: usize,
-    /// From the mesh's space to the world's. It does not change the order of a triangle's vertices: a transform that
-    /// mirrors turns the front side inside out, unless the mesh has its triangles reversed, as the importer makes them.
+    /// From the mesh's space to the world's. The front side of a triangle stays its front side also under a transform
+    /// that mirrors, as in glTF.
     pub transform: DAffine3,
 }
 

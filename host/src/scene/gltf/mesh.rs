@@ -11,16 +11,12 @@ use super::{Importer, Problem, label};
 use crate::scene::Mesh;
 
 /// Which meshes of the scene came from which of the file.
-#[derive(Default)]
-pub(super) struct Imported {
-    primitives: BTreeMap<usize, Range<usize>>,
-    reversed: BTreeMap<usize, usize>,
-}
+pub(super) type Imported = BTreeMap<usize, Range<usize>>;
 
 impl Importer<'_> {
     /// The scene's meshes for mesh `index` of the file; added when first asked for.
     pub(super) fn primitives(&mut self, index: usize) -> Result<Range<usize>, Problem> {
-        if let Some(range) = self.meshes.primitives.get(&index) {
+        if let Some(range) = self.meshes.get(&index) {
             return Ok(range.clone());
         }
         let root = self.document.root;
@@ -33,25 +29,8 @@ impl Importer<'_> {
             self.add_primitive(primitive_name(mesh, index, number), primitive)?;
         }
         let range = first..self.scene.meshes.len();
-        self.meshes.primitives.insert(index, range.clone());
+        self.meshes.insert(index, range.clone());
         Ok(range)
-    }
-
-    /// The scene's mesh `mesh` with the front sides of its triangles on the other side.
-    pub(super) fn reversed(&mut self, mesh: usize) -> usize {
-        if let Some(&reversed) = self.meshes.reversed.get(&mesh) {
-            return reversed;
-        }
-        let Some(original) = self.scene.meshes.get(mesh) else {
-            return mesh;
-        };
-        let reversed = Mesh {
-            indices: original.indices.iter().map(|&[a, b, c]| [a, c, b]).collect(),
-            ..original.clone()
-        };
-        self.scene.meshes.push(reversed);
-        self.meshes.reversed.insert(mesh, self.scene.meshes.len() - 1);
-        self.scene.meshes.len() - 1
     }
 
     fn add_primitive(&mut self, name: String, primitive: &Primitive) -> Result<(), Problem> {

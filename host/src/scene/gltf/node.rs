@@ -75,12 +75,8 @@ impl Importer<'_> {
     }
 
     fn add_instances(&mut self, mesh: usize, transform: DAffine3) -> Result<(), Problem> {
-        // glTF: under a transform that mirrors, clockwise triangles show their front.
-        let mirrored = transform.matrix3.determinant() < 0.0;
-        for primitive in self.primitives(mesh)? {
-            let mesh = if mirrored { self.reversed(primitive) } else { primitive };
-            self.scene.instances.push(Instance { mesh, transform });
-        }
+        let instances = self.primitives(mesh)?.map(|mesh| Instance { mesh, transform });
+        self.scene.instances.extend(instances);
         Ok(())
     }
 

@@ -1,8 +1,10 @@
 //! Small documents, whole and broken.
 
 use glam::DVec3;
+use restir_shared::layout::TRIANGLE_WORDS;
 
 use super::*;
+use crate::buffers::SceneBuffers;
 
 /// Twelve floats: the corners of a unit square, counter-clockwise seen from +z; base64 of their bytes.
 const SQUARE: &str = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAACAPwAAgD8AAAAAAAAAAAAAgD8AAAAA";
@@ -34,21 +36,17 @@ fn problem(text: &str) -> Problem {
     problem
 }
 
-/// Unit normals of all triangles in world space.
+/// Normals of all triangles in world space, as the kernels see them.
 fn normals(scene: &Scene) -> Vec<DVec3> {
-    let mut normals = Vec::new();
-    for instance in &scene.instances {
-        let mesh = &scene.meshes[instance.mesh];
-        let corner = |i: u32| {
-            instance
-                .transform
-                .transform_point3(DVec3::from_array(mesh.positions[i as usize].map(f64::from)))
-        };
-        for &[a, b, c] in &mesh.indices {
-            normals.push((corner(b) - corner(a)).cross(corner(c) - corner(a)).normalize());
-        }
-    }
-    normals
+    let buffers = SceneBuffers::build(scene).unwrap();
+    let triangles = &buffers.geometry[4 * buffers.header.triangle_base as usize..];
+    let corner = |words: &[u32]| DVec3::from_array([0, 1, 2].map(|axis| f64::from(f32::from_bits(words[axis]))));
+    let triangle = |words: &[u32]| [0, 4, 8].map(|word| corner(&words[word..]));
+    let normal = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).normalize();
+    triangles
+        .chunks(4 * TRIANGLE_WORDS as usize)
+        .map(|words| normal(triangle(words)))
+        .collect()
 }
 
 #[test]
@@ -99,9 +97,6 @@ fn a_mirrored_square_faces_where_a_mirror_shows_it() {
             normals(&scene)
         );
     }
-    let nodes = r#"[{ "children": [1, 2, 3] }, { "mesh": 0 }, { "mesh": 0, "scale": [-1, 1, 1] },
-        { "mesh": 0, "scale": [-2, 1, 1] }]"#;
-    assert_eq!(load(&square("", FAN, nodes)).unwrap().meshes.len(), 2);
 }
 
 #[test]

@@ -1,0 +1,66 @@
+//! The compiled kernels: embedded in the library, or in a folder.
+
+use crate::Error;
+use crate::exec::Flavour;
+use std::borrow::Cow;
+use std::path::PathBuf;
+
+const EMBEDDED: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
+const MANIFEST: &str = "manifest.json";
+
+/// Where compiled kernels come from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Shaders {
+    /// The modules that were committed with this library.
+    Embedded,
+    /// A folder laid out like `kernels/spirv`.
+    Folder(PathBuf),
+}
+
+impl Shaders {
+    /// The folder that the environment variable `RESTIR_SHADERS` names, else the embedded modules.
+    pub fn from_env() -> Self {
+        std::env::var_os("RESTIR_SHADERS").map_or(Self::Embedded, |folder| Self::Folder(folder.into()))
+    }
+
+    /// The SPIR-V words of a kernel, checked against the hash in the manifest.
+    ///
+    /// # Errors
+    /// [`Error::Kernel`] if it is missing or not the module that the manifest lists.
+    pub fn load(&self, kernel: &str, flavour: Flavour) -> Result<Vec<u32>, Error> {
+        let broken = |problem: String| Error::Kernel {
+            kernel: kernel.to_owned(),
+            problem,
+        };
+        let bytes = self.read(&format!("{flavour}/{kernel}.spv")).map_err(broken)?;
+        let manifest = self.read(MANIFEST).map_err(broken)?;
+        let manifest: serde_json::Value = serde_json::from_slice(&manifest)
+            .map_err(|e| broken(format!("the manifest is no JSON ({e}); run `cargo xtask shader build`")))?;
+        let listed = manifest["kernels"][kernel][flavour.to_string()]["blake3"]
+            .as_str()
+            .unwrap_or_default();
+        if blake3::hash(&bytes).to_hex().as_str() != listed {
+            return Err(broken(format!(
+                "the {flavour} module is not the one that the manifest lists, so it is damaged or out of date; check \
+                 it out again or run `cargo xtask shader build`"
+            )));
+        }
+        Ok(bytemuck::pod_collect_to_vec(&bytes))
+    }
+
+    fn read(&self, name: &str) -> Result<Cow<'static, [u8]>, String> {
+        match self {
+            Self::Embedded => EMBEDDED
+                .iter()
+                .find(|(n, _)| *n == name)
+                .map(|(_, bytes)| Cow::Borrowed(*bytes))
+                .ok_or_else(|| format!("{name} was not embedded; run `cargo xtask shader build`")),
+            Self::Folder(folder) => {
+                let path = folder.join(name);
+                std::fs::read(&path)
+                    .map(Cow::Owned)
+                    .map_err(|e| format!("cannot read {}: {e}; run `cargo xtask shader build`", path.display()))
+            }
+        }
+    }
+}

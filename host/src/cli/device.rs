@@ -1,0 +1,158 @@
+//! The choice of the executor.
+
+use clap::ValueEnum;
+
+use super::console;
+use crate::Error;
+use crate::exec::{CpuExecutor, Executor, Flavour};
+
+/// Where to render.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum Kind {
+    /// A hardware GPU whose self-check is exact, else the CPU.
+    Auto,
+    /// The CPU.
+    Cpu,
+    /// A GPU.
+    Gpu,
+}
+
+/// Which form of the kernels to use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum FlavourName {
+    /// Bit-identical on every exact device.
+    Exact,
+    /// The device's own division, roots and functions: faster, statistically equal. GPU only.
+    Fast,
+}
+
+#[derive(clap::Args)]
+pub(super) struct DeviceArguments {
+    /// Where to render.
+    #[arg(long, value_enum, default_value_t = Kind::Auto)]
+    device: Kind,
+    /// Part of the name of the GPU adapter to use; implies --device gpu.
+    #[arg(long)]
+    adapter: Option<String>,
+    /// Form of the kernels.
+    #[arg(long, value_enum, default_value_t = FlavourName::Exact)]
+    flavour: FlavourName,
+    /// Threads of the CPU; all if not given.
+    #[arg(long)]
+    threads: Option<usize>,
+}
+
+/// An executor, and whether its results equal the CPU's.
+pub(super) struct Device {
+    pub(super) executor: Box<dyn Executor>,
+    pub(super) parity: String,
+}
+
+/// Opens the executor that the arguments ask for and says on standard error which it is and why.
+pub(super) fn open(arguments: &DeviceArguments) -> Result<Device, Error> {
+    match (arguments.device, &arguments.adapter) {
+        (Kind::Cpu, Some(_)) => Err(Error::Setting(
+            "--adapter needs a GPU; leave out --device cpu".to_owned(),
+        )),
+        (Kind::Cpu, None) => open_cpu(arguments, "as asked"),
+        (Kind::Gpu, _) | (Kind::Auto, Some(_)) => gpu::open(arguments),
+        (Kind::Auto, None) => gpu::open_best(arguments),
+    }
+}
+
+fn open_cpu(arguments: &DeviceArguments, why: &str) -> Result<Device, Error> {
+    if arguments.flavour == FlavourName::Fast {
+        return Err(Error::Setting(format!(
+            "the flavour fast needs a GPU, and the CPU was chosen ({why}); use --flavour exact or --device gpu"
+        )));
+    }
+    let executor = CpuExecutor::new(arguments.threads)?;
+    console::note(&format!("device: CPU ({why})"));
+    Ok(Device {
+        executor: Box::new(executor),
+        parity: "exact".to_owned(),
+    })
+}
+
+impl From<FlavourName> for Flavour {
+    fn from(name: FlavourName) -> Self {
+        match name {
+            FlavourName::Exact => Flavour::Exact,
+            FlavourName::Fast => Flavour::Fast,
+        }
+    }
+}
+
+#[cfg(feature = "gpu")]
+mod gpu {
+    use super::{Device, DeviceArguments, Error, Flavour, FlavourName, console, open_cpu};
+    use crate::exec::gpu::{AdapterInfo, adapters};
+    use crate::exec::{Executor, GpuExecutor};
+    use crate::self_check::{Parity, self_check};
+
+    pub(super) fn open(arguments: &DeviceArguments) -> Result<Device, Error> {
+        let (executor, parity) = check(arguments.adapter.as_deref(), arguments.flavour.into())?;
+        Ok(chosen(executor, &parity, "as asked"))
+    }
+
+    /// The first hardware GPU that is exact (for the flavour fast: the first), else the CPU.
+    pub(super) fn open_best(arguments: &DeviceArguments) -> Result<Device, Error> {
+        let adapters = adapters();
+        let mut refused = Vec::new();
+        for adapter in adapters.iter().filter(|adapter| !adapter.software) {
+            match check(Some(&adapter.name), arguments.flavour.into()) {
+                Ok((executor, parity)) if is_good(&parity, arguments.flavour) => {
+                    return Ok(chosen(executor, &parity, "chosen automatically"));
+                }
+                Ok((_, parity)) => refused.push(format!("the self-check of {} is {parity}", adapter.name)),
+                Err(error) => refused.push(error.to_string()),
+            }
+        }
+        open_cpu(arguments, &why_not(&adapters, &refused))
+    }
+
+    fn check(adapter: Option<&str>, flavour: Flavour) -> Result<(GpuExecutor, Parity), Error> {
+        let mut executor = GpuExecutor::open(adapter, flavour)?;
+        let parity = self_check(&mut executor)?;
+        Ok((executor, parity))
+    }
+
+    fn is_good(parity: &Parity, flavour: FlavourName) -> bool {
+        flavour == FlavourName::Fast || matches!(parity, Parity::Exact)
+    }
+
+    fn chosen(executor: GpuExecutor, parity: &Parity, why: &str) -> Device {
+        let adapter = executor.describe().adapter.unwrap_or_else(|| "GPU".to_owned());
+        console::note(&format!("device: {adapter}, self-check {parity} ({why})"));
+        Device {
+            executor: Box::new(executor),
+            parity: parity.to_string(),
+        }
+    }
+
+    fn why_not(adapters: &[AdapterInfo], refused: &[String]) -> String {
+        if adapters.is_empty() {
+            return "no GPU adapter or driver was found".to_owned();
+        }
+        if refused.is_empty() {
+            let names: Vec<&str> = adapters.iter().map(|adapter| adapter.name.as_str()).collect();
+            return format!("only software adapters were found: {}", names.join(", "));
+        }
+        refused.join("; ")
+    }
+}
+
+#[cfg(not(feature = "gpu"))]
+mod gpu {
+    use super::{Device, DeviceArguments, Error, open_cpu};
+
+    const WITHOUT_GPU: &str = "this program was built without GPU support";
+
+    pub(super) fn open(_arguments: &DeviceArguments) -> Result<Device, Error> {
+        Err(Error::Adapter(format!("{WITHOUT_GPU}; use --device cpu")))
+    }
+
+    pub(super) fn open_best(arguments: &DeviceArguments) -> Result<Device, Error> {
+        open_cpu(arguments, WITHOUT_GPU)
+    }
+}

@@ -1,0 +1,43 @@
+//! `restir devices`
+
+use super::console;
+use crate::Error;
+
+pub(super) fn run() -> Result<(), Error> {
+    let adapters = adapters();
+    if adapters.is_empty() {
+        return console::print("no GPU adapter or driver was found; renders run on the CPU\n");
+    }
+    console::print(&adapters)
+}
+
+#[cfg(feature = "gpu")]
+fn adapters() -> String {
+    crate::exec::gpu::adapters().iter().map(describe).collect()
+}
+
+#[cfg(not(feature = "gpu"))]
+fn adapters() -> String {
+    "this program was built without GPU support; renders run on the CPU\n".to_owned()
+}
+
+#[cfg(feature = "gpu")]
+fn describe(adapter: &crate::exec::gpu::AdapterInfo) -> String {
+    let software = if adapter.software { ", software" } else { "" };
+    format!(
+        "{}\n    backend  {}\n    driver   {}\n    kind     {}{software}\n    parity   {}\n",
+        adapter.name,
+        adapter.backend,
+        adapter.driver,
+        adapter.kind,
+        parity(&adapter.name)
+    )
+}
+
+#[cfg(feature = "gpu")]
+fn parity(adapter: &str) -> String {
+    use crate::exec::{Flavour, GpuExecutor};
+    use crate::self_check::self_check;
+    let checked = GpuExecutor::open(Some(adapter), Flavour::Exact).and_then(|mut gpu| self_check(&mut gpu));
+    checked.map_or_else(|error| format!("unknown: {error}"), |parity| parity.to_string())
+}

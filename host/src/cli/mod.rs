@@ -1,0 +1,80 @@
+//! The program `restir`: renders scenes, compares images, lists devices and scenes.
+//!
+//! Results go to standard output; warnings, progress and errors to standard error. It exits with 0 when it did what
+//! was asked, with 2 and one line `error: ...` when it could not, and with 130 when it was interrupted.
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use crate::Error;
+
+mod compare;
+mod console;
+mod device;
+mod devices;
+mod info;
+mod interrupt;
+mod metadata;
+mod progress;
+mod render;
+mod scenes;
+mod settings;
+
+const EXIT_BAD_INPUT: u8 = 2;
+const EXIT_INTERRUPTED: u8 = 130;
+
+/// Version and commit of this build.
+const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("RESTIR_COMMIT"), ")");
+
+/// ReSTIR and path tracing with bit-identical results on CPU and GPU.
+#[derive(Parser)]
+#[command(name = "restir", version = VERSION)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Render a scene to an EXR file.
+    Render(render::Arguments),
+    /// List the built-in scenes.
+    Scenes(scenes::Arguments),
+    /// List the GPU adapters and whether their results are bit-identical to the CPU's.
+    Devices,
+    /// Describe a scene.
+    Info(info::Arguments),
+    /// Compare an image with a reference.
+    ///
+    /// Exits with 0 whenever the images could be compared, also if they differ.
+    Compare(compare::Arguments),
+}
+
+/// Runs the program with the arguments of the process.
+pub fn main() -> ExitCode {
+    match run(Arguments::parse().command) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            console::note(&format!("error: {error}"));
+            ExitCode::from(exit_code(&error))
+        }
+    }
+}
+
+fn run(command: Command) -> Result<(), Error> {
+    match command {
+        Command::Render(arguments) => render::run(&arguments),
+        Command::Scenes(arguments) => scenes::run(&arguments),
+        Command::Devices => devices::run(),
+        Command::Info(arguments) => info::run(&arguments),
+        Command::Compare(arguments) => compare::run(&arguments),
+    }
+}
+
+fn exit_code(error: &Error) -> u8 {
+    match error {
+        Error::Interrupted => EXIT_INTERRUPTED,
+        _ => EXIT_BAD_INPUT,
+    }
+}

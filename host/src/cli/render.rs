@@ -1,0 +1,261 @@
+//! `restir render`
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use std::time::Instant;
+
+use clap::ValueEnum;
+
+use super::device::{self, Device};
+use super::progress::Reporter;
+use super::{console, interrupt, metadata, settings};
+use crate::Error;
+use crate::buffers::SceneBuffers;
+use crate::image::{write_exr, write_png};
+use crate::output::check_writable;
+use crate::render::{self, PathSettings, RenderSettings, Rendered};
+use crate::scene::{Camera, Scene};
+
+const DEFAULT_SIZE: [u32; 2] = [512, 512];
+
+#[derive(clap::Args)]
+pub(super) struct Arguments {
+    /// Name of a built-in scene (see `restir scenes`), or a .gltf or .glb file.
+    scene: String,
+    /// The EXR file to write.
+    #[arg(short, long)]
+    output: PathBuf,
+    /// Also write an 8-bit PNG file.
+    #[arg(long)]
+    png: Option<PathBuf>,
+    /// How to render.
+    #[arg(long, value_enum, default_value_t = Technique::Path)]
+    technique: Technique,
+    /// Samples per pixel.
+    #[arg(long, default_value = "64", value_parser = saturating)]
+    spp: u64,
+    /// Longest path in segments: 1 is directly visible light, 2 adds direct light.
+    #[arg(long)]
+    max_depth: Option<u32>,
+    /// Image size in pixels, as WIDTHxHEIGHT; the scene's or 512x512 if not given.
+    #[arg(long)]
+    size: Option<Size>,
+    /// Seed of the random numbers.
+    #[arg(long, default_value_t = 0)]
+    seed: u32,
+    /// Spread the samples over the pixel instead of its centre.
+    #[arg(long)]
+    jitter: bool,
+    #[command(flatten)]
+    device: device::DeviceArguments,
+    /// Add a light above the scene.
+    #[arg(long)]
+    default_light: bool,
+    /// A setting of the technique, as KEY=VALUE; a wrong key lists the known ones.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    settings: Vec<String>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum Technique {
+    /// Path tracing with next event estimation.
+    Path,
+}
+
+impl Technique {
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Path => "path",
+        }
+    }
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
+    check_outputs(arguments)?;
+    interrupt::install()?;
+    let mut scene = Scene::load(&arguments.scene)?;
+    let settings = render_settings(arguments, &scene)?;
+    complete(&mut scene, &settings, arguments.default_light);
+    let buffers = SceneBuffers::build(&scene)?;
+    let mut device = device::open(&arguments.device)?;
+    let start = Instant::now();
+    let rendered = render_observed(&mut device, &buffers, &settings)?;
+    report(&settings, &rendered, start.elapsed().as_secs_f64())?;
+    let metadata = metadata::of_render(&scene.name, arguments.technique, &settings, &device, &rendered);
+    write_exr(&arguments.output, &rendered.image, &metadata)?;
+    report_written(&arguments.output)?;
+    if let Some(path) = &arguments.png {
+        write_png(path, &rendered.image)?;
+        report_written(path)?;
+    }
+    Ok(())
+}
+
+/// Before hours of rendering: can the results be written?
+fn check_outputs(arguments: &Arguments) -> Result<(), Error> {
+    if !arguments
+        .output
+        .extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("exr"))
+    {
+        return Err(Error::Setting(format!(
+            "the output {} has to end in .exr; use --png for a PNG file",
+            arguments.output.display()
+        )));
+    }
+    check_writable(&arguments.output)?;
+    arguments.png.as_deref().map_or(Ok(()), check_writable)
+}
+
+fn render_settings(arguments: &Arguments, scene: &Scene) -> Result<RenderSettings, Error> {
+    let [width, height] = match arguments.size {
+        Some(size) => size.sides()?,
+        None => scene.default_size.unwrap_or(DEFAULT_SIZE),
+    };
+    let samples = u32::try_from(arguments.spp).map_err(|_| {
+        Error::Setting(format!(
+            "{} samples are too many: samples > {}",
+            arguments.spp,
+            u32::MAX
+        ))
+    })?;
+    let mut path = PathSettings::default();
+    path.jitter |= arguments.jitter;
+    path.max_depth = arguments.max_depth.unwrap_or(path.max_depth);
+    let mut render = RenderSettings {
+        width,
+        height,
+        samples,
+        seed: arguments.seed,
+        path,
+        dispatch_samples: None,
+    };
+    arguments
+        .settings
+        .iter()
+        .try_for_each(|setting| settings::apply(&mut render, setting))?;
+    Ok(render)
+}
+
+/// Adds the camera and the light that the scene lacks, and says what the user should know about it.
+fn complete(scene: &mut Scene, settings: &RenderSettings, default_light: bool) {
+    scene
+        .warnings
+        .iter()
+        .for_each(|warning| console::note(&format!("warning: {warning}")));
+    if scene.camera.is_none() {
+        let aspect = f64::from(settings.width) / f64::from(settings.height);
+        scene.camera = Some(Camera::framing(scene.bounds(), aspect));
+    }
+    if default_light {
+        scene.add_default_light();
+    } else if !scene.has_light() {
+        console::note("warning: the scene has no light, the picture will be black; --default-light adds one");
+    }
+}
+
+fn render_observed(device: &mut Device, buffers: &SceneBuffers, settings: &RenderSettings) -> Result<Rendered, Error> {
+    let mut reporter = Reporter::new();
+    let rendered = render::render(device.executor.as_mut(), buffers, settings, &mut |progress| {
+        reporter.update(&progress);
+        if interrupt::requested() {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    });
+    reporter.finish();
+    rendered
+}
+
+fn report(settings: &RenderSettings, rendered: &Rendered, seconds: f64) -> Result<(), Error> {
+    if rendered.dropped_samples > 0 {
+        console::note(&format!(
+            "warning: {} samples were not finite and were dropped",
+            rendered.dropped_samples
+        ));
+    }
+    let samples = f64::from(settings.width) * f64::from(settings.height) * f64::from(settings.samples);
+    console::print(&format!(
+        "rendered {} x {} pixels with {} samples in {seconds:.2} s ({:.3e} samples/s)\n",
+        settings.width,
+        settings.height,
+        settings.samples,
+        samples / seconds
+    ))
+}
+
+fn report_written(path: &Path) -> Result<(), Error> {
+    console::print(&format!("wrote {}\n", path.display()))
+}
+
+/// A size as the user wrote it; sides that do not fit are judged later, with a better message.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Size {
+    width: u64,
+    height: u64,
+}
+
+impl Size {
+    fn sides(self) -> Result<[u32; 2], Error> {
+        let side = |side| u32::try_from(side).ok();
+        side(self.width)
+            .zip(side(self.height))
+            .map(|(width, height)| [width, height])
+            .ok_or_else(|| {
+                Error::Setting(format!(
+                    "an image of {} x {} pixels is too large",
+                    self.width, self.height
+                ))
+            })
+    }
+}
+
+impl FromStr for Size {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (width, height) = text
+            .split_once(['x', 'X'])
+            .ok_or("it has to be WIDTHxHEIGHT, as in 640x480")?;
+        Ok(Self {
+            width: saturating(width)?,
+            height: saturating(height)?,
+        })
+    }
+}
+
+/// A natural number; what is larger than any `u64` becomes the largest.
+fn saturating(text: &str) -> Result<u64, String> {
+    if text.is_empty() || !text.bytes().all(|digit| digit.is_ascii_digit()) {
+        return Err("it has to be a natural number".to_owned());
+    }
+    Ok(text.parse().unwrap_or(u64::MAX))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_parsed() {
+        assert_eq!(
+            "640x480".parse(),
+            Ok(Size {
+                width: 640,
+                height: 480
+            })
+        );
+        assert_eq!(
+            "1X99999999999999999999".parse(),
+            Ok(Size {
+                width: 1,
+                height: u64::MAX
+            })
+        );
+        for text in ["", "640", "x", "1x", "-1x1", "1x1x1", "1.5x2"] {
+            text.parse::<Size>().unwrap_err();
+        }
+    }
+}

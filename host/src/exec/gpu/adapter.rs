@@ -1,0 +1,79 @@
+//! Adapters: what is there, and opening one.
+
+use crate::Error;
+
+/// A GPU adapter, or a driver that emulates one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AdapterInfo {
+    /// Name of the device.
+    pub name: String,
+    /// Vulkan, Metal, Dx12...
+    pub backend: String,
+    /// Name and version of the driver.
+    pub driver: String,
+    /// Kind of the device: discrete, integrated, virtual, software, other.
+    pub kind: &'static str,
+    /// Runs on the CPU.
+    pub software: bool,
+}
+
+impl AdapterInfo {
+    fn of(info: &wgpu::AdapterInfo) -> Self {
+        let kind = match info.device_type {
+            wgpu::DeviceType::DiscreteGpu => "discrete",
+            wgpu::DeviceType::IntegratedGpu => "integrated",
+            wgpu::DeviceType::VirtualGpu => "virtual",
+            wgpu::DeviceType::Cpu => "software",
+            wgpu::DeviceType::Other => "other",
+        };
+        Self {
+            name: info.name.clone(),
+            backend: info.backend.to_string(),
+            driver: format!("{} {}", info.driver, info.driver_info).trim().to_owned(),
+            kind,
+            software: info.device_type == wgpu::DeviceType::Cpu,
+        }
+    }
+}
+
+fn enumerate() -> Vec<wgpu::Adapter> {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
+    // hardware first; otherwise in the driver's order
+    adapters.sort_by_key(|a| a.get_info().device_type == wgpu::DeviceType::Cpu);
+    adapters
+}
+
+/// All adapters, hardware first.
+pub fn adapters() -> Vec<AdapterInfo> {
+    enumerate().iter().map(|a| AdapterInfo::of(&a.get_info())).collect()
+}
+
+pub(super) fn open(name: Option<&str>) -> Result<(wgpu::Device, wgpu::Queue), Error> {
+    let adapters = enumerate();
+    let names: Vec<String> = adapters.iter().map(|a| a.get_info().name).collect();
+    let wanted = name.unwrap_or_default().to_lowercase();
+    let index = names.iter().position(|n| n.to_lowercase().contains(&wanted));
+    let Some(index) = index else {
+        return Err(Error::Adapter(match name {
+            Some(name) if !names.is_empty() => {
+                format!("no adapter has {name:?} in its name; there are: {}", names.join(", "))
+            }
+            _ => "there is no GPU adapter; install a Vulkan driver (Mesa's lavapipe will do) or use `--device cpu`"
+                .to_owned(),
+        }));
+    };
+    let adapter = &adapters[index];
+    let descriptor = wgpu::DeviceDescriptor {
+        label: Some("restir"),
+        required_features: adapter.features() & wgpu::Features::PASSTHROUGH_SHADERS,
+        required_limits: adapter.limits(),
+        ..wgpu::DeviceDescriptor::default()
+    };
+    pollster::block_on(adapter.request_device(&descriptor)).map_err(|e| {
+        Error::Adapter(format!(
+            "cannot open the adapter {}: {e}; try `--device cpu`",
+            names[index]
+        ))
+    })
+}

@@ -1,0 +1,29 @@
+//! Which float-control modes the adapter reports; wgpu does not tell.
+
+use crate::spirv::FloatMode;
+use ash::vk;
+
+/// The modes that a Vulkan device does not report, which the loader has to drop. All of them elsewhere.
+pub(super) fn unsupported(device: &wgpu::Device) -> Vec<FloatMode> {
+    // SAFETY: the handle is only used for a query and not kept.
+    let supported = unsafe { device.as_hal::<wgpu::hal::api::Vulkan>() }.map(|device| {
+        let mut controls = vk::PhysicalDeviceFloatControlsProperties::default();
+        let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut controls);
+        let instance = device.shared_instance().raw_instance();
+        // SAFETY: the instance made the physical device and both outlive the call; wgpu requires Vulkan 1.1 or the
+        // extension that has this function.
+        unsafe { instance.get_physical_device_properties2(device.raw_physical_device(), &mut properties) };
+        controls
+    });
+    let reports = |pick: fn(&vk::PhysicalDeviceFloatControlsProperties<'_>) -> vk::Bool32| {
+        supported.as_ref().is_some_and(|c| pick(c) == vk::TRUE)
+    };
+    let mut missing = Vec::new();
+    if !reports(|c| c.shader_rounding_mode_rte_float32) {
+        missing.push(FloatMode::RoundingModeRte);
+    }
+    if !reports(|c| c.shader_signed_zero_inf_nan_preserve_float32) {
+        missing.push(FloatMode::SignedZeroInfNanPreserve);
+    }
+    missing
+}

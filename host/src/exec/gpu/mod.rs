@@ -1,0 +1,209 @@
+//! The wgpu executor. It accepts an existing Device and Queue, or opens an adapter of its own.
+
+mod adapter;
+mod float_modes;
+mod pipeline;
+
+pub use adapter::{AdapterInfo, adapters};
+
+use super::{Description, Executor, Flavour};
+use crate::plan::{Buffer, FramePlan, Pass};
+use crate::self_check::{Parity, self_check};
+use crate::{Error, Shaders};
+use pipeline::Pipelines;
+use std::ops::ControlFlow;
+use wgpu::util::DeviceExt;
+
+/// Runs compiled kernels on a GPU.
+pub struct GpuExecutor {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    flavour: Flavour,
+    pipelines: Pipelines,
+    parity: Option<Parity>,
+}
+
+impl GpuExecutor {
+    /// Opens the first adapter whose name contains `adapter` (any case), by default the first hardware adapter, and
+    /// runs the self-check on the kernels of [`Shaders::from_env`].
+    ///
+    /// # Errors
+    /// [`Error::Adapter`] if there is none or it cannot be opened; what the self-check reports.
+    pub fn open(adapter: Option<&str>, flavour: Flavour) -> Result<Self, Error> {
+        let (device, queue) = adapter::open(adapter)?;
+        let mut executor = Self::with_device(device, queue, flavour, Shaders::from_env());
+        executor.parity = Some(self_check(&mut executor)?);
+        Ok(executor)
+    }
+
+    /// An executor on the embedder's device. Kernels need no more than the default limits; the `exact` flavour gives
+    /// the host's bits only with [`wgpu::Features::PASSTHROUGH_SHADERS`] on Vulkan.
+    pub fn with_device(device: wgpu::Device, queue: wgpu::Queue, flavour: Flavour, shaders: Shaders) -> Self {
+        let pipelines = Pipelines::new(&device, flavour, shaders);
+        Self {
+            device,
+            queue,
+            flavour,
+            pipelines,
+            parity: None,
+        }
+    }
+
+    /// The same device with other kernels; no self-check was made.
+    #[must_use]
+    pub fn reload(&self, flavour: Flavour, shaders: Shaders) -> Self {
+        Self::with_device(self.device.clone(), self.queue.clone(), flavour, shaders)
+    }
+
+    /// Loads through naga from now on, as on backends other than Vulkan: `exact` modules lose their guarantee.
+    pub fn without_passthrough(mut self) -> Self {
+        self.pipelines.disable_passthrough();
+        self
+    }
+
+    /// The device, for an embedder's own work beside the kernels'.
+    pub fn device(&self) -> &wgpu::Device {
+        &self.device
+    }
+
+    /// How modules are loaded and which float-control modes were dropped.
+    pub fn loading(&self) -> String {
+        self.pipelines.loading()
+    }
+
+    fn create_buffers(&self, buffers: &[Buffer]) -> Result<Vec<wgpu::Buffer>, Error> {
+        let limits = self.device.limits();
+        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
+        let largest = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        let create = |buffer: &Buffer| {
+            let size = buffer.words as u64 * 4;
+            if size > largest {
+                return Err(Error::Memory(format!(
+                    "the buffer {:?} of {size} bytes is larger than the {largest} bytes that this adapter binds; \
+                     choose a smaller size or `--device cpu`",
+                    buffer.name
+                )));
+            }
+            let label = Some(buffer.name);
+            Ok(match &buffer.contents {
+                Some(words) => {
+                    let contents = bytemuck::cast_slice(words);
+                    self.device
+                        .create_buffer_init(&wgpu::util::BufferInitDescriptor { label, contents, usage })
+                }
+                None => self.device.create_buffer(&wgpu::BufferDescriptor {
+                    label,
+                    size,
+                    usage,
+                    mapped_at_creation: false,
+                }),
+            })
+        };
+        let scope = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let created = buffers.iter().map(create).collect();
+        match pollster::block_on(scope.pop()) {
+            Some(error) => Err(Error::Memory(format!(
+                "the adapter has no memory for the buffers ({}); choose a smaller size or `--device cpu`",
+                one_line(&error)
+            ))),
+            None => created,
+        }
+    }
+
+    fn submit(&mut self, pass: &Pass, buffers: &[wgpu::Buffer]) -> Result<(), Error> {
+        let pipeline = self.pipelines.get(&self.device, pass.kernel, &pass.constants)?;
+        let params = self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("params"),
+            contents: bytemuck::cast_slice(&pass.params),
+            usage: wgpu::BufferUsages::STORAGE,
+        });
+        let bound = std::iter::once(&params).chain(pass.bindings.iter().map(|&id| &buffers[id]));
+        let entries: Vec<wgpu::BindGroupEntry<'_>> = (0..)
+            .zip(bound)
+            .map(|(binding, buffer)| wgpu::BindGroupEntry {
+                binding,
+                resource: buffer.as_entire_binding(),
+            })
+            .collect();
+        let layout = pipeline.get_bind_group_layout(0);
+        let bindings = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(pass.kernel.name),
+            layout: &layout,
+            entries: &entries,
+        });
+        let mut encoder = self
+            .device
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        {
+            let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            compute.set_pipeline(&pipeline);
+            compute.set_bind_group(0, &bindings, &[]);
+            let [x, y, _] = pass.kernel.workgroup;
+            compute.dispatch_workgroups(pass.grid[0].div_ceil(x), pass.grid[1].div_ceil(y), 1);
+        }
+        self.queue.submit([encoder.finish()]);
+        self.wait()
+    }
+
+    fn wait(&self) -> Result<(), Error> {
+        match self.device.poll(wgpu::PollType::wait_indefinitely()) {
+            Ok(_) => Ok(()),
+            Err(e) => Err(Error::Adapter(format!(
+                "the adapter stopped answering: {e}; try `--device cpu`"
+            ))),
+        }
+    }
+
+    fn read(&self, buffer: &wgpu::Buffer) -> Result<Vec<u32>, Error> {
+        let staging = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("readback"),
+            size: buffer.size(),
+            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let mut encoder = self
+            .device
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, buffer.size());
+        self.queue.submit([encoder.finish()]);
+        staging.slice(..).map_async(wgpu::MapMode::Read, |_| {});
+        self.wait()?;
+        let view = staging
+            .get_mapped_range(..)
+            .map_err(|e| Error::Adapter(format!("cannot read the result back: {e:?}; try `--device cpu`")))?;
+        Ok(bytemuck::pod_collect_to_vec(&view[..]))
+    }
+}
+
+/// An error's text without line breaks.
+fn one_line(error: &dyn std::fmt::Display) -> String {
+    error.to_string().split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+impl Executor for GpuExecutor {
+    fn describe(&self) -> Description {
+        let info = self.device.adapter_info();
+        let driver = format!("{} {}", info.driver, info.driver_info);
+        Description {
+            executor: "gpu",
+            adapter: Some(format!("{} ({}, {})", info.name, info.backend, driver.trim())),
+            flavour: self.flavour,
+            parity: self.parity,
+        }
+    }
+
+    fn run(
+        &mut self,
+        plan: FramePlan<'_>,
+        observe: &mut dyn FnMut(u64) -> ControlFlow<()>,
+    ) -> Result<Vec<Vec<u32>>, Error> {
+        let buffers = self.create_buffers(&plan.buffers)?;
+        for (done, pass) in (1..).zip(plan.passes) {
+            self.submit(&pass, &buffers)?;
+            if observe(done).is_break() {
+                return Err(Error::Interrupted);
+            }
+        }
+        plan.outputs.iter().map(|&id| self.read(&buffers[id])).collect()
+    }
+}

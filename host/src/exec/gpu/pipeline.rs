@@ -1,0 +1,165 @@
+//! Pipelines from compiled kernels: passthrough for `exact` on Vulkan, naga elsewhere.
+
+use super::float_modes;
+use crate::exec::Flavour;
+use crate::spirv::{self, FloatMode};
+use crate::{Error, Shaders};
+use restir_kernels::{Access, KernelDesc};
+use std::borrow::Cow;
+use std::collections::HashMap;
+
+/// Pipelines by kernel and frozen constants.
+pub(super) struct Pipelines {
+    flavour: Flavour,
+    shaders: Shaders,
+    passthrough: bool,
+    dropped_modes: Vec<FloatMode>,
+    made: HashMap<(&'static str, Vec<u32>), wgpu::ComputePipeline>,
+}
+
+impl Pipelines {
+    pub(super) fn new(device: &wgpu::Device, flavour: Flavour, shaders: Shaders) -> Self {
+        let on_vulkan = device.adapter_info().backend == wgpu::Backend::Vulkan;
+        let passthrough = on_vulkan && device.features().contains(wgpu::Features::PASSTHROUGH_SHADERS);
+        Self {
+            flavour,
+            shaders,
+            passthrough: passthrough && flavour == Flavour::Exact,
+            dropped_modes: float_modes::unsupported(device),
+            made: HashMap::new(),
+        }
+    }
+
+    pub(super) fn disable_passthrough(&mut self) {
+        self.passthrough = false;
+        self.made.clear();
+    }
+
+    pub(super) fn loading(&self) -> String {
+        match (self.passthrough, self.dropped_modes.as_slice()) {
+            (false, _) => format!("{} through naga", self.flavour),
+            (true, []) => format!("{} by passthrough, all float-control modes on", self.flavour),
+            (true, dropped) => format!(
+                "{} by passthrough, without {dropped:?}, which the adapter lacks",
+                self.flavour
+            ),
+        }
+    }
+
+    pub(super) fn get(
+        &mut self,
+        device: &wgpu::Device,
+        kernel: &'static KernelDesc,
+        constants: &[u32],
+    ) -> Result<wgpu::ComputePipeline, Error> {
+        let key = (kernel.name, constants.to_vec());
+        if let Some(pipeline) = self.made.get(&key) {
+            return Ok(pipeline.clone());
+        }
+        let words = self.words(kernel, constants)?;
+        let pipeline = create(device, kernel, words, self.passthrough)?;
+        self.made.insert(key, pipeline.clone());
+        Ok(pipeline)
+    }
+
+    /// The module as this device takes it.
+    fn words(&self, kernel: &KernelDesc, constants: &[u32]) -> Result<Vec<u32>, Error> {
+        let words = self.shaders.load(kernel.name, self.flavour)?;
+        let values: Vec<(u32, u32)> = kernel
+            .constants
+            .iter()
+            .map(|c| c.id)
+            .zip(constants.iter().copied())
+            .collect();
+        // naga rejects the modes, and keeps no decoration that they would go with
+        let all = [FloatMode::RoundingModeRte, FloatMode::SignedZeroInfNanPreserve];
+        let dropped = if self.passthrough {
+            self.dropped_modes.as_slice()
+        } else {
+            &all
+        };
+        spirv::freeze(&words, &values)
+            .and_then(|words| spirv::strip_modes(&words, dropped))
+            .ok_or_else(|| Error::Kernel {
+                kernel: kernel.name.to_owned(),
+                problem: "the module is no SPIR-V; run `cargo xtask shader build`".to_owned(),
+            })
+    }
+}
+
+fn create(
+    device: &wgpu::Device,
+    kernel: &KernelDesc,
+    words: Vec<u32>,
+    passthrough: bool,
+) -> Result<wgpu::ComputePipeline, Error> {
+    let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
+    let module = shader_module(device, kernel, words, passthrough);
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some(kernel.name),
+        bind_group_layouts: &[Some(&bind_group_layout(device, kernel))],
+        ..wgpu::PipelineLayoutDescriptor::default()
+    });
+    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some(kernel.name),
+        layout: Some(&layout),
+        module: &module,
+        entry_point: Some(kernel.name),
+        compilation_options: wgpu::PipelineCompilationOptions::default(),
+        cache: None,
+    });
+    match pollster::block_on(scope.pop()) {
+        None => Ok(pipeline),
+        Some(error) => Err(Error::Kernel {
+            kernel: kernel.name.to_owned(),
+            problem: format!(
+                "the adapter rejects the module: {}; try `--device cpu`",
+                super::one_line(&error)
+            ),
+        }),
+    }
+}
+
+fn shader_module(device: &wgpu::Device, kernel: &KernelDesc, words: Vec<u32>, passthrough: bool) -> wgpu::ShaderModule {
+    if !passthrough {
+        return device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(kernel.name),
+            source: wgpu::ShaderSource::SpirV(words.into()),
+        });
+    }
+    let [x, y, z] = kernel.workgroup;
+    let descriptor = wgpu::ShaderModuleDescriptorPassthrough {
+        label: Some(kernel.name),
+        spirv: Some(Cow::Owned(words)),
+        entry_points: Cow::Owned(vec![wgpu::PassthroughShaderEntryPoint {
+            name: kernel.name.into(),
+            workgroup_size: (x, y, z),
+        }]),
+        ..wgpu::ShaderModuleDescriptorPassthrough::default()
+    };
+    // SAFETY: the words are the committed module, whose hash was checked and which spirv-val accepted when it was
+    // built; freezing a constant and dropping a mode keep it valid. Its bindings are those of the descriptor.
+    unsafe { device.create_shader_module_passthrough(descriptor) }
+}
+
+fn bind_group_layout(device: &wgpu::Device, kernel: &KernelDesc) -> wgpu::BindGroupLayout {
+    let entries: Vec<wgpu::BindGroupLayoutEntry> = (0..)
+        .zip(kernel.bindings)
+        .map(|(binding, b)| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty: wgpu::BindingType::Buffer {
+                ty: wgpu::BufferBindingType::Storage {
+                    read_only: b.access != Access::Own,
+                },
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            count: None,
+        })
+        .collect();
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some(kernel.name),
+        entries: &entries,
+    })
+}

@@ -1,0 +1,65 @@
+//! Executors run frame plans: natively, or on a GPU.
+
+mod cpu;
+#[cfg(feature = "gpu")]
+pub mod gpu;
+
+pub use cpu::CpuExecutor;
+#[cfg(feature = "gpu")]
+pub use gpu::GpuExecutor;
+
+use crate::Error;
+use crate::plan::FramePlan;
+use crate::self_check::Parity;
+use std::fmt;
+use std::ops::ControlFlow;
+
+/// Which build of the kernels a GPU runs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Flavour {
+    /// The same bits as on the host, where the backend keeps the numeric contract.
+    #[default]
+    Exact,
+    /// Native division, square root and intrinsics: statistically equal, faster.
+    Fast,
+}
+
+impl fmt::Display for Flavour {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Exact => "exact",
+            Self::Fast => "fast",
+        })
+    }
+}
+
+/// What an executor is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Description {
+    /// "cpu" or "gpu".
+    pub executor: &'static str,
+    /// Name and driver of the adapter.
+    pub adapter: Option<String>,
+    /// Which build of the kernels it runs.
+    pub flavour: Flavour,
+    /// The result of the self-check, once it was made.
+    pub parity: Option<Parity>,
+}
+
+/// Runs frame plans.
+pub trait Executor {
+    /// What it is.
+    fn describe(&self) -> Description;
+
+    /// Runs all passes in order and gives the words of the output buffers. `observe` hears how many passes are done
+    /// after each, and may stop the work.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`] if `observe` breaks; on a GPU also [`Error::Kernel`], [`Error::Memory`] and
+    /// [`Error::Adapter`].
+    fn run(
+        &mut self,
+        plan: FramePlan<'_>,
+        observe: &mut dyn FnMut(u64) -> ControlFlow<()>,
+    ) -> Result<Vec<Vec<u32>>, Error>;
+}

@@ -1,0 +1,359 @@
+//! Renders an image with a technique on an executor.
+
+use crate::exec::Executor;
+use crate::plan::{Buffer, FramePlan, Pass};
+use crate::{Error, buffers::SceneBuffers, image::Image};
+use restir_kernels as kernels;
+use restir_shared::film::MAX_BLOCK_LOG2;
+use restir_shared::layout::{FilmParams, FilmPixel, PATH_JITTER, PATH_ROULETTE, PathParams};
+use std::ops::ControlFlow;
+
+/// Longest side of an image in pixels.
+pub const MAX_SIDE: u32 = 16_384;
+/// Samples in one dispatch, over all pixels: keeps a dispatch well below a second or two.
+const DISPATCH_SAMPLES_LOG2: u32 = 20;
+/// Share of the machine's memory that a render may take.
+const MEMORY_SHARE: f64 = 0.8;
+
+/// Settings of path tracing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PathSettings {
+    /// Longest path, in segments: 1 is directly visible emission, 2 adds direct light. Default 8.
+    pub max_depth: u32,
+    /// Spread samples over the pixel instead of sending them through its centre. Default off.
+    pub jitter: bool,
+    /// Russian roulette from the fourth segment on. Default off.
+    pub roulette: bool,
+}
+
+impl Default for PathSettings {
+    fn default() -> Self {
+        Self {
+            max_depth: 8,
+            jitter: false,
+            roulette: false,
+        }
+    }
+}
+
+/// What to render.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RenderSettings {
+    /// Image width in pixels, in 1..=[`MAX_SIDE`].
+    pub width: u32,
+    /// Image height in pixels, in 1..=[`MAX_SIDE`].
+    pub height: u32,
+    /// Samples a pixel, not zero.
+    pub samples: u32,
+    /// Seed of the random numbers.
+    pub seed: u32,
+    /// Settings of the technique.
+    pub path: PathSettings,
+    /// Most samples of a pixel in one dispatch, rounded down to a power of two; `None` suits the image size.
+    /// It does not change the image.
+    pub dispatch_samples: Option<u32>,
+}
+
+/// How far a render is.
+#[derive(Clone, Copy, Debug)]
+pub struct Progress {
+    /// Dispatches that are done.
+    pub done: u64,
+    /// Dispatches in all.
+    pub total: u64,
+}
+
+/// A rendered image.
+#[derive(Clone, Debug)]
+pub struct Rendered {
+    /// Mean radiance.
+    pub image: Image,
+    /// How many dispatches it took.
+    pub dispatches: u64,
+    /// How many samples were dropped because they were not finite.
+    pub dropped_samples: u64,
+}
+
+/// Renders `scene`; `observe` is called after each dispatch and may stop the render.
+///
+/// # Errors
+/// [`Error::Setting`] for settings out of range, [`Error::Memory`] if the buffers would take more than 80 % of the
+/// memory, [`Error::Interrupted`] if `observe` breaks, and whatever the executor reports.
+pub fn render(
+    executor: &mut dyn Executor,
+    scene: &SceneBuffers,
+    settings: &RenderSettings,
+    observe: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Rendered, Error> {
+    check_settings(settings)?;
+    let plan = path_plan(scene, settings);
+    check_memory(plan.bytes())?;
+    let total = plan.pass_count;
+    let words = executor.run(plan, &mut |done| observe(Progress { done, total }))?;
+    let pixels: &[FilmPixel] = words.first().map_or(&[], |words| bytemuck::cast_slice(words));
+    let image = Image {
+        width: settings.width,
+        height: settings.height,
+        pixels: pixels.iter().map(|p| p.sum).collect(),
+    };
+    let dropped_samples = pixels.iter().map(|p| p.dropped as u64).sum();
+    Ok(Rendered {
+        image,
+        dispatches: total,
+        dropped_samples,
+    })
+}
+
+fn check_settings(settings: &RenderSettings) -> Result<(), Error> {
+    let (width, height) = (settings.width, settings.height);
+    let problem = if width == 0 || height == 0 {
+        format!("an image of {width}x{height} pixels has no pixel; give both sides at least 1")
+    } else if width > MAX_SIDE || height > MAX_SIDE {
+        format!("an image of {width}x{height} pixels is too large; the longest side is {MAX_SIDE}")
+    } else if settings.samples == 0 {
+        "0 samples a pixel make no image; give at least 1".to_owned()
+    } else if settings.path.max_depth == 0 {
+        "paths of 0 segments carry no light; give a depth of at least 1".to_owned()
+    } else if settings.dispatch_samples == Some(0) {
+        "dispatches of 0 samples never end; give at least 1".to_owned()
+    } else {
+        return Ok(());
+    };
+    Err(Error::Setting(problem))
+}
+
+/// The memory that a render may take: 80 % of the machine's, or `RESTIR_MEMORY_LIMIT_BYTES`.
+fn memory_limit() -> u64 {
+    let configured = std::env::var("RESTIR_MEMORY_LIMIT_BYTES")
+        .ok()
+        .and_then(|v| v.parse().ok());
+    configured.unwrap_or_else(|| {
+        let mut system = sysinfo::System::new();
+        system.refresh_memory();
+        (system.total_memory() as f64 * MEMORY_SHARE) as u64
+    })
+}
+
+fn check_memory(bytes: u64) -> Result<(), Error> {
+    let limit = memory_limit();
+    if bytes <= limit {
+        return Ok(());
+    }
+    let gib = |b: u64| b as f64 / f64::from(1 << 30);
+    Err(Error::Memory(format!(
+        "the buffers of this render take {:.2} GiB, more than the {:.2} GiB that it may use (80 % of this machine's \
+         memory); choose a smaller size",
+        gib(bytes),
+        gib(limit)
+    )))
+}
+
+/// Samples in a block, as a power of two.
+fn block_log2(settings: &RenderSettings) -> u32 {
+    let fitting = || {
+        let pixels = settings.width * settings.height;
+        DISPATCH_SAMPLES_LOG2.saturating_sub(pixels.ilog2())
+    };
+    settings
+        .dispatch_samples
+        .map_or_else(fitting, u32::ilog2)
+        .min(MAX_BLOCK_LOG2)
+}
+
+/// The samples 0..`samples` as aligned blocks (first, log2 of the size), of at most 2^`largest` samples each.
+fn aligned_blocks(samples: u32, largest: u32) -> impl Iterator<Item = (u32, u32)> {
+    let mut first = 0_u32;
+    std::iter::from_fn(move || {
+        let left = samples - first;
+        (left > 0).then(|| {
+            let log2 = largest.min(left.ilog2()).min(first.trailing_zeros());
+            let block = (first, log2);
+            first += 1 << log2;
+            block
+        })
+    })
+}
+
+/// Number of blocks: whole ones, then one for each bit of the remainder.
+fn block_count(samples: u32, largest: u32) -> u64 {
+    u64::from(samples >> largest) + u64::from((samples & ((1 << largest) - 1)).count_ones())
+}
+
+/// Film planes that are ever in use at once: the waiting blocks, whose sizes differ, and the one in work.
+fn plane_count(samples: u32, largest: u32) -> usize {
+    let waiting = (u32::BITS - (samples >> largest).leading_zeros()).max(samples.count_ones());
+    waiting as usize + 1
+}
+
+/// Buffers of a plan for path tracing.
+const GEOMETRY: usize = 0;
+const ATTRIBUTES: usize = 1;
+const FIRST_PLANE: usize = 2;
+
+pub(crate) fn path_plan<'a>(scene: &'a SceneBuffers, settings: &'a RenderSettings) -> FramePlan<'a> {
+    let largest = block_log2(settings);
+    let (samples, planes) = (settings.samples, plane_count(settings.samples, largest));
+    let plane_words = settings.width as usize * settings.height as usize * size_of::<FilmPixel>() / 4;
+    let arena = |name, words: &std::sync::Arc<[u32]>| Buffer {
+        name,
+        words: words.len(),
+        contents: Some(words.clone()),
+    };
+    let mut buffers = vec![
+        arena("geometry", &scene.geometry),
+        arena("attributes", &scene.attributes),
+    ];
+    let plane = |name| Buffer {
+        name,
+        words: plane_words,
+        contents: None,
+    };
+    buffers.extend((0..planes).map(|_| plane("film")).chain([plane("mean")]));
+    let blocks = block_count(samples, largest);
+    FramePlan {
+        buffers,
+        passes: Box::new(PathPasses::new(scene, settings, largest, planes)),
+        // merging n blocks into one takes n - 1 additions
+        pass_count: blocks + (blocks - 1) + 1,
+        outputs: vec![FIRST_PLANE + planes],
+    }
+}
+
+/// Makes the passes: each block is traced into a free plane, then merged with the waiting plane of its own size, as
+/// often as there is one; what waits at the end is merged from the smallest up.
+struct PathPasses<'a> {
+    scene: &'a SceneBuffers,
+    settings: &'a RenderSettings,
+    blocks: Box<dyn Iterator<Item = (u32, u32)>>,
+    free: Vec<usize>,
+    /// (log2 of the samples, plane), largest first
+    waiting: Vec<(u32, usize)>,
+    output: usize,
+    state: State,
+}
+
+enum State {
+    Tracing,
+    Merging,
+    Done,
+}
+
+impl<'a> PathPasses<'a> {
+    fn new(scene: &'a SceneBuffers, settings: &'a RenderSettings, largest: u32, planes: usize) -> Self {
+        Self {
+            scene,
+            settings,
+            blocks: Box::new(aligned_blocks(settings.samples, largest)),
+            free: (FIRST_PLANE..FIRST_PLANE + planes).rev().collect(),
+            waiting: Vec::new(),
+            output: FIRST_PLANE + planes,
+            state: State::Tracing,
+        }
+    }
+
+    fn trace(&mut self, first: u32, log2: u32) -> Option<Pass> {
+        let plane = self.free.pop()?;
+        self.waiting.push((log2, plane));
+        let s = self.settings;
+        let flag = |on, bit| if on { bit } else { 0 };
+        let params = PathParams {
+            scene: self.scene.header,
+            camera: self.scene.camera.params(s.width, s.height),
+            width: s.width,
+            height: s.height,
+            first_sample: first,
+            block_log2: log2,
+            seed: s.seed,
+            max_depth: s.path.max_depth,
+            flags: flag(s.path.jitter, PATH_JITTER) | flag(s.path.roulette, PATH_ROULETTE),
+            reserved: 0,
+        };
+        Some(Pass {
+            kernel: &kernels::path::DESC,
+            constants: vec![self.scene.features],
+            params: bytemuck::cast_slice(&[params]).to_vec(),
+            bindings: vec![GEOMETRY, ATTRIBUTES, plane],
+            grid: [s.width, s.height],
+        })
+    }
+
+    /// Merges the two smallest waiting planes if `condition` holds for their sizes.
+    fn merge(&mut self, condition: impl Fn(u32, u32) -> bool) -> Option<Pass> {
+        let &[.., (left_log2, left), (right_log2, right)] = self.waiting.as_slice() else {
+            return None;
+        };
+        condition(left_log2, right_log2).then(|| {
+            self.waiting.truncate(self.waiting.len() - 2);
+            self.waiting.push((left_log2 + 1, right));
+            self.free.push(left);
+            self.film_pass(&kernels::film_add::DESC, vec![left, right])
+        })
+    }
+
+    fn film_pass(&self, kernel: &'static kernels::KernelDesc, bindings: Vec<usize>) -> Pass {
+        let s = self.settings;
+        let params = FilmParams {
+            width: s.width,
+            height: s.height,
+            samples: s.samples as f32,
+            reserved: 0,
+        };
+        Pass {
+            kernel,
+            constants: Vec::new(),
+            params: bytemuck::cast_slice(&[params]).to_vec(),
+            bindings,
+            grid: [s.width, s.height],
+        }
+    }
+
+    fn resolve(&mut self) -> Option<Pass> {
+        self.state = State::Done;
+        let &(_, plane) = self.waiting.first()?;
+        Some(self.film_pass(&kernels::film_resolve::DESC, vec![plane, self.output]))
+    }
+}
+
+impl Iterator for PathPasses<'_> {
+    type Item = Pass;
+
+    fn next(&mut self) -> Option<Pass> {
+        if let State::Tracing = self.state {
+            if let Some(pass) = self.merge(|left, right| left == right) {
+                return Some(pass);
+            }
+            if let Some((first, log2)) = self.blocks.next() {
+                return self.trace(first, log2);
+            }
+            self.state = State::Merging;
+        }
+        match self.state {
+            State::Done => None,
+            _ => self.merge(|_, _| true).or_else(|| self.resolve()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_cover_the_samples_in_order_and_are_counted() {
+        for samples in (1..300).chain([1023, 4096, 70_001]) {
+            for largest in 0..=MAX_BLOCK_LOG2 {
+                let blocks: Vec<_> = aligned_blocks(samples, largest).collect();
+                let mut next = 0;
+                for &(first, log2) in &blocks {
+                    assert_eq!(
+                        (first, first % (1 << log2)),
+                        (next, 0),
+                        "blocks are contiguous and aligned"
+                    );
+                    next += 1 << log2;
+                }
+                assert_eq!((next, blocks.len() as u64), (samples, block_count(samples, largest)));
+            }
+        }
+    }
+}

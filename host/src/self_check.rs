@@ -1,0 +1,134 @@
+//! The start-up check: does this GPU give the host's bits? A few hundred probes of the numeric contract, with the
+//! inputs on which a build that breaks it differs, and a small frame of each technique.
+
+use crate::Error;
+use crate::buffers::SceneBuffers;
+use crate::exec::{CpuExecutor, Executor};
+use crate::plan::{Buffer, FramePlan, Pass};
+use crate::render::{PathSettings, RenderSettings, path_plan};
+use crate::scene::Scene;
+use restir_kernels::probe::{boundary_operands, random_operands};
+use restir_kernels::self_check::{DESC, Results, SelfCheckParams};
+use std::fmt;
+use std::ops::ControlFlow;
+
+/// How a GPU's results compare with the host's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Parity {
+    /// The same bits.
+    Exact,
+    /// Different bits, at most this many units in the last place apart.
+    Approximate {
+        /// The largest distance.
+        max_ulp: u32,
+    },
+}
+
+impl fmt::Display for Parity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Exact => f.write_str("exact"),
+            Self::Approximate { max_ulp } => write!(f, "approximate (max {max_ulp} ulp)"),
+        }
+    }
+}
+
+/// Random probes beside the boundary cases.
+const RANDOM_PROBES: u32 = 256;
+/// Side of the frames.
+const FRAME: u32 = 16;
+
+/// The number of f32 between two bit patterns; values that are not both numbers are as far apart as can be, unless
+/// both are NaN.
+pub fn ulp_distance(a: u32, b: u32) -> u32 {
+    let is_nan = |bits: u32| bits & 0x7fff_ffff > 0x7f80_0000;
+    // ordered integers: negative numbers mirrored, so that the two zeros coincide
+    let ordered = |bits: u32| {
+        if bits >> 31 == 0 {
+            i64::from(bits)
+        } else {
+            -i64::from(bits & 0x7fff_ffff)
+        }
+    };
+    match (is_nan(a), is_nan(b)) {
+        (true, true) => 0,
+        (true, false) | (false, true) => u32::MAX,
+        (false, false) => (ordered(a) - ordered(b)).unsigned_abs() as u32,
+    }
+}
+
+fn probes() -> FramePlan<'static> {
+    let mut operands = boundary_operands();
+    operands.extend(random_operands(RANDOM_PROBES));
+    let count = operands.len() as u32;
+    let operands: Vec<u32> = bytemuck::cast_slice(&operands).to_vec();
+    let pass = Pass {
+        kernel: &DESC,
+        constants: Vec::new(),
+        params: bytemuck::cast_slice(&[SelfCheckParams { count }]).to_vec(),
+        bindings: vec![0, 1],
+        grid: [count, 1],
+    };
+    let words = count as usize * size_of::<Results>() / 4;
+    FramePlan {
+        buffers: vec![
+            Buffer {
+                name: "operands",
+                words: operands.len(),
+                contents: Some(operands.into()),
+            },
+            Buffer {
+                name: "results",
+                words,
+                contents: None,
+            },
+        ],
+        passes: Box::new(std::iter::once(pass)),
+        pass_count: 1,
+        outputs: vec![1],
+    }
+}
+
+/// The largest distance between the host's and the executor's words, `None` if no word differs.
+fn run_and_compare(
+    executor: &mut dyn Executor,
+    host: FramePlan<'_>,
+    device: FramePlan<'_>,
+) -> Result<Option<u32>, Error> {
+    let host = CpuExecutor::new(None)?.run(host, &mut |_| ControlFlow::Continue(()))?;
+    let device = executor.run(device, &mut |_| ControlFlow::Continue(()))?;
+    let is_nan = |bits: u32| bits & 0x7fff_ffff > 0x7f80_0000;
+    let differs = |(a, b): &(&u32, &u32)| a != b && !(is_nan(**a) && is_nan(**b));
+    Ok(host
+        .iter()
+        .flatten()
+        .zip(device.iter().flatten())
+        .filter(differs)
+        .map(|(&a, &b)| ulp_distance(a, b))
+        .max())
+}
+
+/// Compares the executor with the host.
+///
+/// # Errors
+/// Whatever the executor reports.
+pub fn self_check(executor: &mut dyn Executor) -> Result<Parity, Error> {
+    let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
+    let settings = RenderSettings {
+        width: FRAME,
+        height: FRAME,
+        samples: 1,
+        seed: 1,
+        path: PathSettings {
+            jitter: true,
+            roulette: true,
+            ..PathSettings::default()
+        },
+        dispatch_samples: None,
+    };
+    let probes = run_and_compare(executor, probes(), probes())?;
+    let frame = run_and_compare(executor, path_plan(&scene, &settings), path_plan(&scene, &settings))?;
+    Ok(probes
+        .max(frame)
+        .map_or(Parity::Exact, |max_ulp| Parity::Approximate { max_ulp }))
+}
