@@ -1,0 +1,388 @@
+//! The allow-list: what may stand in an `exact` module. The final binary is the evidence, not the intention.
+//!
+//! Everything that is not listed is forbidden. Listed are integer operations, comparisons, moves, control flow, the
+//! float operations that Vulkan requires to be correctly rounded, and exact conversions. DETERMINISM.md says why.
+
+use std::collections::HashSet;
+use std::fmt;
+
+use rspirv::dr::{Instruction, Module, Operand};
+use rspirv::spirv::{Capability, Decoration, ExecutionMode, MemoryModel, Op, StorageClass, Word};
+
+use super::ext_inst;
+use super::module::{decorations, entry_name, id_operand, literal_operand, parse, string_operand};
+
+/// Something in a module that breaks the contract.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Violation {
+    /// Name of the entry point.
+    pub kernel: String,
+    /// The instruction, without the prefix `Op`.
+    pub opcode: String,
+    /// Its result id, or the id that it refers to.
+    pub id: Option<Word>,
+    /// What is wrong and what to do.
+    pub reason: String,
+}
+
+impl fmt::Display for Violation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "kernel `{}`: Op{}", self.kernel, self.opcode)?;
+        if let Some(id) = self.id {
+            write!(f, " %{id}")?;
+        }
+        write!(f, ": {}", self.reason)
+    }
+}
+
+/// Checks the binary of an `exact` module against the numeric contract.
+pub fn check_exact(bytes: &[u8]) -> Result<(), Vec<Violation>> {
+    let module = parse(bytes).map_err(|reason| {
+        vec![Violation {
+            kernel: "?".to_owned(),
+            opcode: "Nop".to_owned(),
+            id: None,
+            reason,
+        }]
+    })?;
+    let violations = check_module(&module);
+    if violations.is_empty() { Ok(()) } else { Err(violations) }
+}
+
+/// As [`check_exact`], for a parsed module.
+pub fn check_module(module: &Module) -> Vec<Violation> {
+    let mut checker = Checker::new(module);
+    module
+        .all_inst_iter()
+        .for_each(|instruction| checker.instruction(instruction));
+    checker.header(module);
+    checker.violations
+}
+
+struct Checker {
+    kernel: String,
+    decorated: HashSet<Word>,
+    glsl: HashSet<Word>,
+    violations: Vec<Violation>,
+}
+
+impl Checker {
+    fn new(module: &Module) -> Self {
+        let glsl = module
+            .ext_inst_imports
+            .iter()
+            .filter(|i| string_operand(i, 0) == Some(ext_inst::GLSL));
+        Self {
+            kernel: entry_name(module),
+            decorated: decorations(module)
+                .filter(|d| d.1 == Decoration::NoContraction)
+                .map(|d| d.0)
+                .collect(),
+            glsl: glsl.filter_map(|i| i.result_id).collect(),
+            violations: Vec::new(),
+        }
+    }
+
+    fn instruction(&mut self, instruction: &Instruction) {
+        let opcode = instruction.class.opcode;
+        let problem = if is_permitted(opcode) {
+            operand_problem(instruction).or_else(|| self.context_problem(instruction))
+        } else {
+            Some(why_forbidden(opcode).to_owned())
+        };
+        if let Some(reason) = problem {
+            let id = instruction.result_id.or_else(|| id_operand(instruction, 0));
+            self.violation(opcode, id, reason);
+        }
+    }
+
+    /// What depends on the rest of the module.
+    fn context_problem(&self, instruction: &Instruction) -> Option<String> {
+        match instruction.class.opcode {
+            Op::FAdd | Op::FSub | Op::FMul | Op::FNegate | Op::VectorTimesScalar => {
+                let decorated = instruction.result_id.is_some_and(|id| self.decorated.contains(&id));
+                (!decorated).then(|| "is not decorated NoContraction, so the driver may fuse or reorder it".to_owned())
+            }
+            Op::ExtInst => {
+                let set = id_operand(instruction, 0)?;
+                let number = ext_inst::number(instruction)?;
+                let permitted = self.glsl.contains(&set) && ext_inst::is_exact(number);
+                (!permitted).then(|| format!("{} is not exact on every device", ext_inst::name(number)))
+            }
+            _ => None,
+        }
+    }
+
+    /// What must be present.
+    fn header(&mut self, module: &Module) {
+        let model = module.memory_model.as_ref().and_then(|i| i.operands.get(1));
+        if model != Some(&Operand::MemoryModel(MemoryModel::GLSL450)) {
+            self.violation(Op::MemoryModel, None, "the memory model must be GLSL450".to_owned());
+        }
+        for mode in [ExecutionMode::RoundingModeRTE, ExecutionMode::SignedZeroInfNanPreserve] {
+            let present = module
+                .execution_modes
+                .iter()
+                .any(|i| i.operands.get(1) == Some(&Operand::ExecutionMode(mode)) && literal_operand(i, 2) == Some(32));
+            if !present {
+                self.violation(Op::ExecutionMode, None, format!("{mode:?} 32 is missing"));
+            }
+        }
+        if module.entry_points.len() != 1 {
+            let reason = format!("{} entry points instead of one", module.entry_points.len());
+            self.violation(Op::EntryPoint, None, reason);
+        }
+    }
+
+    fn violation(&mut self, opcode: Op, id: Option<Word>, reason: String) {
+        let opcode = format!("{opcode:?}");
+        self.violations.push(Violation {
+            kernel: self.kernel.clone(),
+            opcode,
+            id,
+            reason,
+        });
+    }
+}
+
+/// What an instruction says by itself: capabilities, decorations, widths, storage.
+fn operand_problem(instruction: &Instruction) -> Option<String> {
+    match instruction.class.opcode {
+        Op::TypeInt | Op::TypeFloat => {
+            let width = literal_operand(instruction, 0)?;
+            (width != 32).then(|| format!("{width}-bit types are outside the contract"))
+        }
+        Op::Extension => Some(format!(
+            "extension {} is not permitted",
+            string_operand(instruction, 0)?
+        ))
+        .filter(|_| string_operand(instruction, 0) != Some("SPV_KHR_float_controls")),
+        _ => instruction.operands.iter().find_map(enumerant_problem),
+    }
+}
+
+fn enumerant_problem(operand: &Operand) -> Option<String> {
+    let permitted = match operand {
+        Operand::Capability(capability) => is_permitted_capability(*capability),
+        Operand::Decoration(decoration) => is_permitted_decoration(*decoration),
+        Operand::ExecutionMode(mode) => is_permitted_mode(*mode),
+        Operand::StorageClass(class) => is_permitted_storage(*class),
+        Operand::LiteralSpecConstantOpInteger(opcode) => is_permitted(*opcode) && !is_float(*opcode),
+        _ => true,
+    };
+    (!permitted).then(|| format!("{operand:?} is not permitted"))
+}
+
+fn is_permitted_capability(capability: Capability) -> bool {
+    use Capability::*;
+    matches!(capability, Shader | RoundingModeRTE | SignedZeroInfNanPreserve)
+}
+
+fn is_permitted_decoration(decoration: Decoration) -> bool {
+    use Decoration::*;
+    matches!(
+        decoration,
+        SpecId
+            | Block
+            | ArrayStride
+            | BuiltIn
+            | NoContraction
+            | Restrict
+            | Aliased
+            | NonWritable
+            | NonReadable
+            | Binding
+            | DescriptorSet
+            | Offset
+    )
+}
+
+fn is_permitted_mode(mode: ExecutionMode) -> bool {
+    use ExecutionMode::*;
+    matches!(mode, LocalSize | RoundingModeRTE | SignedZeroInfNanPreserve)
+}
+
+fn is_permitted_storage(class: StorageClass) -> bool {
+    use StorageClass::*;
+    matches!(class, Input | StorageBuffer | Function | Private)
+}
+
+fn is_float(opcode: Op) -> bool {
+    let name = format!("{opcode:?}");
+    name.starts_with('F') && !name.starts_with("Function")
+}
+
+/// The list. Whoever extends it owes DETERMINISM.md the reason why every device gives the same bits.
+fn is_permitted(opcode: Op) -> bool {
+    is_declaration(opcode) || is_move(opcode) || is_control_flow(opcode) || is_integer(opcode) || is_trusted(opcode)
+}
+
+fn is_declaration(opcode: Op) -> bool {
+    use Op::*;
+    matches!(
+        opcode,
+        Capability
+            | Extension
+            | ExtInstImport
+            | MemoryModel
+            | EntryPoint
+            | ExecutionMode
+            | Decorate
+            | MemberDecorate
+            | TypeVoid
+            | TypeBool
+            | TypeInt
+            | TypeFloat
+            | TypeVector
+            | TypeArray
+            | TypeRuntimeArray
+            | TypeStruct
+            | TypePointer
+            | TypeFunction
+            | ConstantTrue
+            | ConstantFalse
+            | Constant
+            | ConstantComposite
+            | ConstantNull
+            | SpecConstant
+            | SpecConstantOp
+            | Undef
+            | Variable
+    )
+}
+
+fn is_move(opcode: Op) -> bool {
+    use Op::*;
+    matches!(
+        opcode,
+        Load | Store
+            | CopyMemory
+            | AccessChain
+            | InBoundsAccessChain
+            | ArrayLength
+            | CopyObject
+            | CopyLogical
+            | CompositeExtract
+            | CompositeInsert
+            | CompositeConstruct
+            | VectorShuffle
+            | VectorExtractDynamic
+            | VectorInsertDynamic
+            | Bitcast
+            | Select
+    )
+}
+
+fn is_control_flow(opcode: Op) -> bool {
+    use Op::*;
+    matches!(
+        opcode,
+        Function
+            | FunctionParameter
+            | FunctionEnd
+            | FunctionCall
+            | Label
+            | Phi
+            | LoopMerge
+            | SelectionMerge
+            | Branch
+            | BranchConditional
+            | Switch
+            | Return
+            | ReturnValue
+            | Unreachable
+    )
+}
+
+fn is_integer(opcode: Op) -> bool {
+    use Op::*;
+    matches!(
+        opcode,
+        IAdd | ISub
+            | IMul
+            | UDiv
+            | SDiv
+            | UMod
+            | SRem
+            | SMod
+            | SNegate
+            | IAddCarry
+            | ISubBorrow
+            | UMulExtended
+            | SMulExtended
+            | ShiftLeftLogical
+            | ShiftRightLogical
+            | ShiftRightArithmetic
+            | BitwiseAnd
+            | BitwiseOr
+            | BitwiseXor
+            | Not
+            | BitFieldInsert
+            | BitFieldSExtract
+            | BitFieldUExtract
+            | BitReverse
+            | BitCount
+            | IEqual
+            | INotEqual
+            | ULessThan
+            | ULessThanEqual
+            | UGreaterThan
+            | UGreaterThanEqual
+            | SLessThan
+            | SLessThanEqual
+            | SGreaterThan
+            | SGreaterThanEqual
+            | LogicalAnd
+            | LogicalOr
+            | LogicalNot
+            | LogicalEqual
+            | LogicalNotEqual
+            | Any
+            | All
+    )
+}
+
+/// Float operations whose result Vulkan fixes. The arithmetic ones must also be decorated.
+fn is_trusted(opcode: Op) -> bool {
+    use Op::*;
+    matches!(
+        opcode,
+        FAdd | FSub
+            | FMul
+            | FNegate
+            | VectorTimesScalar
+            | ExtInst
+            | ConvertFToU
+            | ConvertFToS
+            | ConvertUToF
+            | ConvertSToF
+            | FOrdEqual
+            | FOrdNotEqual
+            | FOrdLessThan
+            | FOrdLessThanEqual
+            | FOrdGreaterThan
+            | FOrdGreaterThanEqual
+            | FUnordEqual
+            | FUnordNotEqual
+            | FUnordLessThan
+            | FUnordLessThanEqual
+            | FUnordGreaterThan
+            | FUnordGreaterThanEqual
+    )
+}
+
+/// The most helpful thing to say about a forbidden opcode.
+fn why_forbidden(opcode: Op) -> &'static str {
+    use Op::*;
+    match opcode {
+        FDiv => {
+            "division is not correctly rounded on a device: use restir_shared::num::div, and `const` for quotients of literals"
+        }
+        FRem | FMod => "a float remainder is not correctly rounded on a device: use restir_shared::num",
+        Dot | OuterProduct | VectorTimesMatrix | MatrixTimesScalar | MatrixTimesVector | MatrixTimesMatrix => {
+            "the order of evaluation is up to the driver: use restir_shared::vec"
+        }
+        ControlBarrier | MemoryBarrier => "kernels are barrier-free passes",
+        _ => "is not on the list of permitted operations",
+    }
+}

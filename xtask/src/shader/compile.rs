@@ -1,0 +1,254 @@
+//! Compiling the kernel crate to SPIR-V with rust-gpu.
+//!
+//! spirv-builder reads its environment and ends a process on surprises, so each build runs in a child: this program
+//! itself, with the hidden command `shader compile`. Two flavours then compile side by side.
+
+use std::collections::BTreeMap;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStderr, Command, Stdio};
+use std::thread::JoinHandle;
+use std::time::Instant;
+
+use spirv_builder::{ModuleResult, SpirvBuilder, SpirvMetadata};
+
+use super::flavour::Flavour;
+use super::toolchain::Toolchain;
+use super::workspace::Workspace;
+use crate::Error;
+
+const TARGET: &str = "spirv-unknown-vulkan1.2";
+
+/// One build of the kernel crate.
+#[derive(Clone, Debug, clap::Args)]
+pub struct Job {
+    /// The kernel crate.
+    #[arg(long)]
+    pub kernels: PathBuf,
+    /// The rustup toolchain.
+    #[arg(long)]
+    pub channel: String,
+    /// The backend library.
+    #[arg(long)]
+    pub backend: PathBuf,
+    /// Name of the build in messages.
+    #[arg(long)]
+    pub name: String,
+    /// The target directory. Builds with other features need another one: their outputs have the same names.
+    #[arg(long)]
+    pub target: PathBuf,
+    /// Features of the kernel crate.
+    #[arg(long)]
+    pub feature: Vec<String>,
+    /// Where to write the list of modules, as JSON from entry point to path.
+    #[arg(long)]
+    pub list: PathBuf,
+}
+
+impl Job {
+    /// A build of a flavour, with further features of the kernel crate.
+    pub fn new(
+        workspace: &Workspace,
+        toolchain: &Toolchain,
+        flavour: Flavour,
+        features: &[&str],
+        list: PathBuf,
+    ) -> Self {
+        let feature = flavour
+            .feature()
+            .iter()
+            .chain(features)
+            .map(|&f| f.to_owned())
+            .collect();
+        let name = [flavour.name()]
+            .iter()
+            .chain(features)
+            .copied()
+            .collect::<Vec<_>>()
+            .join("-");
+        let target = workspace.target().join("shaders").join(&name);
+        let (channel, backend) = (toolchain.channel.clone(), toolchain.backend.clone());
+        Self {
+            kernels: workspace.kernels(),
+            channel,
+            backend,
+            name,
+            target,
+            feature,
+            list,
+        }
+    }
+
+    /// The part of the work that runs in the child.
+    pub fn run(&self) -> Result<(), Error> {
+        let mut builder = SpirvBuilder::new(&self.kernels, TARGET)
+            .rustc_codegen_spirv_location(&self.backend)
+            .shader_crate_features(self.feature.iter().cloned())
+            .target_dir_path(&self.target)
+            .spirv_metadata(SpirvMetadata::None)
+            .multimodule(true)
+            // The backend's own optimiser would run before the post-pass can decorate anything.
+            .extra_arg("--no-spirv-opt");
+        builder.toolchain_overwrite = Some(self.channel.clone());
+        builder.build_script.defaults = false;
+        let built = builder
+            .build()
+            .map_err(|e| Error::Failed(format!("the kernels do not compile: {e}")))?;
+        let ModuleResult::MultiModule(modules) = built.module else {
+            return Err(Error::Failed(
+                "rust-gpu gave one module instead of one an entry point".to_owned(),
+            ));
+        };
+        let text = serde_json::to_string(&modules).map_err(|e| Error::Failed(e.to_string()))?;
+        std::fs::write(&self.list, text).map_err(Error::io("write", &self.list))
+    }
+
+    /// Starts the child.
+    pub fn start(self) -> Result<Running, Error> {
+        let program = std::env::current_exe().map_err(Error::io("find", Path::new("this program")))?;
+        let mut child = self
+            .command(&program)
+            .spawn()
+            .map_err(|e| Error::Environment(format!("cannot run {}: {e}", program.display())))?;
+        let relay = child.stderr.take().map(|stderr| relay(self.name.clone(), stderr));
+        Ok(Running {
+            job: self,
+            child,
+            relay,
+        })
+    }
+
+    fn command(&self, program: &Path) -> Command {
+        let mut command = Command::new(program);
+        command.args(["shader", "compile", "--channel", &self.channel, "--name", &self.name]);
+        let paths = [
+            ("--kernels", &self.kernels),
+            ("--backend", &self.backend),
+            ("--target", &self.target),
+            ("--list", &self.list),
+        ];
+        for (name, path) in paths {
+            command.arg(name).arg(path);
+        }
+        command.args(self.feature.iter().flat_map(|f| ["--feature", f]));
+        // The backend recurses deeply over large functions.
+        command.env("RUST_MIN_STACK", (64 << 20).to_string());
+        // The lock file decides the bytes, and nothing from a user's environment may.
+        command.env("RUSTGPU_CARGOFLAGS", "--locked");
+        command
+            .env_remove("RUSTGPU_CODEGEN_ARGS")
+            .env_remove("RUSTGPU_RUSTFLAGS");
+        command.env("CARGO_TERM_PROGRESS_WHEN", "never");
+        command
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped());
+        command
+    }
+}
+
+/// A build in progress.
+pub struct Running {
+    job: Job,
+    child: Child,
+    relay: Option<JoinHandle<Option<Instant>>>,
+}
+
+/// What rust-gpu made of the kernel crate.
+pub struct Built {
+    /// Modules by entry point.
+    pub modules: BTreeMap<String, Vec<u8>>,
+    /// Seconds from the moment when only the kernel crate was left to compile; none when it was up to date.
+    pub kernel_seconds: Option<f64>,
+}
+
+impl Running {
+    /// Waits for the modules.
+    pub fn finish(mut self) -> Result<Built, Error> {
+        let status = self.child.wait();
+        // A relay that panicked lost messages, not the build.
+        let started = self.relay.take().and_then(|relay| relay.join().ok()).flatten();
+        match status {
+            Ok(status) if status.success() => {
+                let kernel_seconds = started.map(|instant| instant.elapsed().as_secs_f64());
+                Ok(Built {
+                    modules: self.job.modules()?,
+                    kernel_seconds,
+                })
+            }
+            _ => Err(Error::Failed(format!(
+                "the build `{}` of the kernels failed, see above",
+                self.job.name
+            ))),
+        }
+    }
+}
+
+impl Job {
+    fn modules(&self) -> Result<BTreeMap<String, Vec<u8>>, Error> {
+        let text = std::fs::read_to_string(&self.list).map_err(Error::io("read", &self.list))?;
+        let paths: BTreeMap<String, PathBuf> = serde_json::from_str(&text)
+            .map_err(|e| Error::Failed(format!("{} is not a list of modules: {e}", self.list.display())))?;
+        let read = |(name, path): (String, PathBuf)| match std::fs::read(&path) {
+            Ok(bytes) => Ok((name, bytes)),
+            Err(source) => Err(Error::Io {
+                action: "read",
+                path,
+                source,
+            }),
+        };
+        paths.into_iter().map(read).collect()
+    }
+}
+
+/// Prints what a build says, each line with the build's name. Gives the moment when the kernel crate's turn came.
+fn relay(name: String, stderr: ChildStderr) -> JoinHandle<Option<Instant>> {
+    std::thread::spawn(move || {
+        let mut started = None;
+        for line in BufReader::new(stderr).lines().map_while(Result::ok) {
+            if line.trim_start().starts_with("Compiling restir-kernels ") {
+                started = Some(Instant::now());
+            }
+            if !is_expected(&line) {
+                eprintln!("[{name}] {line}");
+            }
+        }
+        started
+    })
+}
+
+/// The backend warns that its optimiser is off, which is on purpose; a real warning makes the count two.
+fn is_expected(line: &str) -> bool {
+    line.trim().is_empty()
+        || line.contains("`spirv-opt` should have ran")
+        || line.ends_with("`restir-kernels` (lib) generated 1 warning")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_the_expected_warning_is_dropped() {
+        assert!(is_expected(
+            "warning: `spirv-opt` should have ran (optlevel=Aggressive) but was disabled"
+        ));
+        assert!(is_expected("warning: `restir-kernels` (lib) generated 1 warning"));
+        assert!(!is_expected("warning: `restir-kernels` (lib) generated 2 warnings"));
+        assert!(!is_expected("warning: `restir-shared` (lib) generated 1 warning"));
+    }
+
+    #[test]
+    fn a_job_has_a_target_directory_of_its_own() {
+        let toolchain = Toolchain {
+            channel: "channel".to_owned(),
+            backend: "backend".into(),
+        };
+        let job =
+            |flavour, features: &[&str]| Job::new(&Workspace::new("."), &toolchain, flavour, features, "list".into());
+        let probe = job(Flavour::Fast, &["size-probe"]);
+        assert_eq!(probe.feature, ["fast", "size-probe"]);
+        assert!(probe.target.ends_with("shaders/fast-size-probe"));
+        assert!(job(Flavour::Exact, &[]).target.ends_with("shaders/exact"));
+    }
+}

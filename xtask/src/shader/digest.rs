@@ -1,0 +1,123 @@
+//! The source digest: equal digests mean that the committed modules were made from this source.
+//!
+//! It covers the source of both device crates with their manifests, the steps of this tool that shape the bytes, and
+//! the locked version of each crate that is compiled for the device. It does not depend on where the repository lies
+//! or on how its lines end.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use super::lock::LockFile;
+use super::workspace::Workspace;
+use crate::Error;
+
+/// The crates whose whole source is compiled for the device.
+const CRATES: [&str; 2] = ["shared", "kernels"];
+/// Steps of the build that decide bytes.
+const STEPS: [&str; 3] = ["compile.rs", "post.rs", "tools.rs"];
+
+/// Digest of everything in the repository that decides the bytes of the modules.
+pub fn source_digest(workspace: &Workspace) -> Result<String, Error> {
+    let root = workspace.root();
+    let mut hasher = blake3::Hasher::new();
+    for file in source_files(root)? {
+        let text = std::fs::read(root.join(&file)).map_err(Error::io("read", &root.join(&file)))?;
+        entry(&mut hasher, &portable_name(&file), &unix_lines(&text));
+    }
+    for line in LockFile::read(root)?.device_crates(root, &CRATES)? {
+        entry(&mut hasher, "Cargo.lock", line.as_bytes());
+    }
+    Ok(hasher.finalize().to_hex().to_string())
+}
+
+/// Length-prefixed, so that no two lists of entries look alike.
+fn entry(hasher: &mut blake3::Hasher, name: &str, contents: &[u8]) {
+    for part in [name.as_bytes(), contents] {
+        hasher.update(&(part.len() as u64).to_le_bytes());
+        hasher.update(part);
+    }
+}
+
+fn source_files(root: &Path) -> Result<BTreeSet<PathBuf>, Error> {
+    let mut files = BTreeSet::new();
+    for name in CRATES {
+        files.insert(Path::new(name).join("Cargo.toml"));
+        collect(root, &Path::new(name).join("src"), &mut files)?;
+    }
+    files.extend(STEPS.map(|step| Path::new("xtask/src/shader").join(step)));
+    Ok(files)
+}
+
+fn collect(root: &Path, folder: &Path, files: &mut BTreeSet<PathBuf>) -> Result<(), Error> {
+    let path = root.join(folder);
+    for entry in std::fs::read_dir(&path).map_err(Error::io("read", &path))? {
+        let entry = entry.map_err(Error::io("read", &path))?;
+        let file = folder.join(entry.file_name());
+        if entry.path().is_dir() {
+            collect(root, &file, files)?;
+        } else if file.extension().is_some_and(|e| e == "rs") {
+            files.insert(file);
+        }
+    }
+    Ok(())
+}
+
+fn portable_name(path: &Path) -> String {
+    path.iter()
+        .map(|part| part.to_string_lossy())
+        .collect::<Vec<_>>()
+        .join("/")
+}
+
+fn unix_lines(text: &[u8]) -> Vec<u8> {
+    let carriage_return = |i: usize| text[i] == b'\r' && text.get(i + 1) == Some(&b'\n');
+    (0..text.len())
+        .filter(|&i| !carriage_return(i))
+        .map(|i| text[i])
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn line_ends_do_not_count() {
+        assert_eq!(unix_lines(b"a\r\nb\rc\n\r\n"), b"a\nb\rc\n\n");
+    }
+
+    #[test]
+    fn every_source_file_counts() {
+        let folder = tempfile::tempdir().unwrap();
+        let root = folder.path();
+        let write = |path: &str, text: &str| {
+            let path = root.join(path);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, text).unwrap();
+        };
+        for name in CRATES {
+            write(
+                &format!("{name}/Cargo.toml"),
+                &format!("[package]\nname = \"{name}\"\n"),
+            );
+            write(&format!("{name}/src/lib.rs"), "");
+        }
+        for step in STEPS {
+            write(&format!("xtask/src/shader/{step}"), "");
+        }
+        write("Cargo.lock", "");
+        let workspace = Workspace::new(root);
+        let mut seen = BTreeSet::from([source_digest(&workspace).unwrap()]);
+        for path in [
+            "shared/src/lib.rs",
+            "kernels/src/deep/er.rs",
+            "kernels/Cargo.toml",
+            "xtask/src/shader/post.rs",
+        ] {
+            write(path, "[package]\nname = \"changed\"\n");
+            assert!(seen.insert(source_digest(&workspace).unwrap()), "{path} does not count");
+        }
+        write("host/src/lib.rs", "unrelated");
+        assert!(!seen.insert(source_digest(&workspace).unwrap()), "host code counts");
+    }
+}

@@ -1,0 +1,83 @@
+//! `cargo xtask shader`: the SPIR-V modules from source to the committed files, and every check of them.
+//!
+//! One module is built for each entry point and [`flavour`](Flavour). The order of the steps is part of the numeric
+//! contract: [`compile`] without the backend's optimiser, [`post`], `spirv-opt`, `spirv-val`, then [`verify`] over the
+//! final binary ([`allow`], [`limits`], [`reflect`], [`portable`]).
+
+pub mod allow;
+mod build;
+mod check;
+pub mod compile;
+pub mod digest;
+pub mod ext_inst;
+mod flavour;
+pub mod install;
+pub mod limits;
+pub mod lock;
+pub mod manifest;
+pub mod module;
+pub mod pipeline;
+pub mod portable;
+pub mod post;
+pub mod probe;
+pub mod publish;
+pub mod reflect;
+pub mod toolchain;
+pub mod tools;
+pub mod verify;
+pub mod workspace;
+
+pub use flavour::Flavour;
+
+use crate::Error;
+use workspace::Workspace;
+
+/// Subcommands of `cargo xtask shader`.
+#[derive(Debug, clap::Subcommand)]
+pub enum Command {
+    /// Compile all kernels in both flavours, check them, and replace the files in kernels/spirv.
+    Build {
+        /// Consent to downloading and building the rust-gpu toolchain if there is none.
+        #[arg(long)]
+        install_toolchain: bool,
+    },
+    /// Check the committed modules, and rebuild them if a toolchain is there.
+    Check,
+    /// Print the assembly of a committed module.
+    Dis {
+        /// Name of the kernel.
+        kernel: String,
+        /// Which build of it.
+        #[arg(long, value_enum, default_value_t = Flavour::Exact)]
+        flavour: Flavour,
+    },
+    /// Measure what the size of a kernel costs, and write docs/size-probe.md.
+    Probe,
+    /// One build of the kernel crate; `build` starts it as a child process.
+    #[command(hide = true)]
+    Compile(compile::Job),
+}
+
+/// Runs a subcommand. `timer` measures the probe kernel on a device; without one the report says so.
+pub fn run(command: Command, timer: Option<probe::DeviceTimer>) -> Result<(), Error> {
+    let workspace = Workspace::current();
+    match command {
+        Command::Build { install_toolchain } => build::run(&workspace, install_toolchain),
+        Command::Check => check::run(&workspace),
+        Command::Dis { kernel, flavour } => dis(&workspace, &kernel, flavour),
+        Command::Probe => probe::run(&workspace, timer),
+        Command::Compile(job) => job.run(),
+    }
+}
+
+fn dis(workspace: &Workspace, kernel: &str, flavour: Flavour) -> Result<(), Error> {
+    if restir_kernels::ALL.iter().all(|k| k.name != kernel) {
+        let names: Vec<&str> = restir_kernels::ALL.iter().map(|k| k.name).collect();
+        return Err(Error::Environment(format!(
+            "no kernel `{kernel}`: the kernels are {}",
+            names.join(", ")
+        )));
+    }
+    print!("{}", tools::disassemble(&workspace.module(flavour, kernel))?);
+    Ok(())
+}

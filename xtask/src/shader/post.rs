@@ -1,0 +1,180 @@
+//! The post-pass: what a module needs between rust-gpu and `spirv-opt`.
+//!
+//! rust-gpu says nothing about float arithmetic, so a driver may contract, reassociate and flush. The exact flavour
+//! forbids it here, **before** the optimiser runs: `spirv-opt` itself respects what stands in the module.
+
+use std::collections::HashSet;
+
+use rspirv::dr::{Instruction, Module, Operand};
+use rspirv::spirv::{AddressingModel, Capability, Decoration, ExecutionMode, MemoryAccess, MemoryModel, Op, Word};
+
+use super::flavour::Flavour;
+use super::module::{decorations, id_operand, operations, string_operand};
+
+/// What the Vulkan memory model adds to memory operands; none of it means anything under GLSL450.
+const VULKAN_ACCESS: MemoryAccess = MemoryAccess::MAKE_POINTER_AVAILABLE
+    .union(MemoryAccess::MAKE_POINTER_VISIBLE)
+    .union(MemoryAccess::NON_PRIVATE_POINTER);
+
+/// Makes a module of rust-gpu ready for the optimiser. The error is a sentence.
+pub fn prepare(module: &mut Module, flavour: Flavour) -> Result<(), String> {
+    name_entry(module);
+    if flavour == Flavour::Exact {
+        decorate_arithmetic(module);
+        declare_float_controls(module)?;
+    }
+    use_glsl450_memory_model(module)
+}
+
+/// The kernel's name in an entry point's name: rust-gpu writes the whole path of the function.
+pub fn kernel_name(entry: &str) -> &str {
+    entry.rsplit("::").next().unwrap_or(entry)
+}
+
+/// Names the entry point after the kernel.
+fn name_entry(module: &mut Module) {
+    for entry in &mut module.entry_points {
+        if let Some(Operand::LiteralString(name)) = entry.operands.get_mut(2) {
+            *name = kernel_name(name).to_owned();
+        }
+    }
+}
+
+/// Decorates the result of every float arithmetic instruction with `NoContraction`.
+pub fn decorate_arithmetic(module: &mut Module) {
+    let decorated: HashSet<Word> = decorations(module)
+        .filter(|d| d.1 == Decoration::NoContraction)
+        .map(|d| d.0)
+        .collect();
+    let missing: Vec<Word> = operations(module)
+        .filter(|i| is_float_arithmetic(i.class.opcode))
+        .filter_map(|i| i.result_id)
+        .filter(|id| !decorated.contains(id))
+        .collect();
+    module.annotations.extend(missing.into_iter().map(no_contraction));
+}
+
+fn no_contraction(target: Word) -> Instruction {
+    let operands = vec![Operand::IdRef(target), Operand::Decoration(Decoration::NoContraction)];
+    Instruction::new(Op::Decorate, None, None, operands)
+}
+
+/// Every opcode to which SPIR-V applies `NoContraction`, whether or not the allow-list permits it.
+fn is_float_arithmetic(opcode: Op) -> bool {
+    use Op::*;
+    matches!(
+        opcode,
+        FNegate
+            | FAdd
+            | FSub
+            | FMul
+            | FDiv
+            | FRem
+            | FMod
+            | Dot
+            | VectorTimesScalar
+            | VectorTimesMatrix
+            | MatrixTimesScalar
+            | MatrixTimesVector
+            | MatrixTimesMatrix
+            | OuterProduct
+    )
+}
+
+/// Declares round-to-nearest-even and the preservation of signed zeros, infinities and NaN for 32-bit floats.
+pub fn declare_float_controls(module: &mut Module) -> Result<(), String> {
+    let entry = entry_id(module)?;
+    let controls = [
+        (Capability::RoundingModeRTE, ExecutionMode::RoundingModeRTE),
+        (
+            Capability::SignedZeroInfNanPreserve,
+            ExecutionMode::SignedZeroInfNanPreserve,
+        ),
+    ];
+    for (capability, mode) in controls {
+        module.capabilities.push(Instruction::new(
+            Op::Capability,
+            None,
+            None,
+            vec![Operand::Capability(capability)],
+        ));
+        let operands = vec![
+            Operand::IdRef(entry),
+            Operand::ExecutionMode(mode),
+            Operand::LiteralBit32(32),
+        ];
+        module
+            .execution_modes
+            .push(Instruction::new(Op::ExecutionMode, None, None, operands));
+    }
+    if module.header.as_ref().is_none_or(|header| header.version() < (1, 4)) {
+        let extension = vec![Operand::LiteralString("SPV_KHR_float_controls".to_owned())];
+        module
+            .extensions
+            .push(Instruction::new(Op::Extension, None, None, extension));
+    }
+    Ok(())
+}
+
+fn entry_id(module: &Module) -> Result<Word, String> {
+    match &module.entry_points[..] {
+        [entry] => id_operand(entry, 1).ok_or_else(|| "the entry point has no function".to_owned()),
+        entries => Err(format!(
+            "the module has {} entry points and must have one",
+            entries.len()
+        )),
+    }
+}
+
+/// Replaces the Vulkan memory model, whose device feature wgpu does not enable, by GLSL450.
+///
+/// That keeps the meaning of a module in which no invocation waits for another, so barriers and atomics are refused.
+pub fn use_glsl450_memory_model(module: &mut Module) -> Result<(), String> {
+    if let Some(found) = operations(module).find(|i| synchronises(i.class.opcode)) {
+        let opcode = found.class.opname;
+        return Err(format!(
+            "Op{opcode} synchronises invocations, which the GLSL450 memory model would change"
+        ));
+    }
+    module.capabilities.retain(|i| {
+        !matches!(
+            i.operands[..],
+            [Operand::Capability(
+                Capability::VulkanMemoryModel | Capability::VulkanMemoryModelDeviceScope
+            )]
+        )
+    });
+    module
+        .extensions
+        .retain(|i| string_operand(i, 0) != Some("SPV_KHR_vulkan_memory_model"));
+    let model = vec![
+        Operand::AddressingModel(AddressingModel::Logical),
+        Operand::MemoryModel(MemoryModel::GLSL450),
+    ];
+    module.memory_model = Some(Instruction::new(Op::MemoryModel, None, None, model));
+    module.all_inst_iter_mut().for_each(drop_vulkan_access);
+    Ok(())
+}
+
+fn synchronises(opcode: Op) -> bool {
+    matches!(opcode, Op::ControlBarrier | Op::MemoryBarrier) || format!("{opcode:?}").starts_with("Atomic")
+}
+
+/// Removes [`VULKAN_ACCESS`] from a load or store, with the scope ids that belong to it.
+fn drop_vulkan_access(instruction: &mut Instruction) {
+    let mut scopes = 0;
+    instruction.operands.retain_mut(|operand| match operand {
+        Operand::MemoryAccess(access) => {
+            scopes = (*access & (MemoryAccess::MAKE_POINTER_AVAILABLE | MemoryAccess::MAKE_POINTER_VISIBLE))
+                .bits()
+                .count_ones();
+            access.remove(VULKAN_ACCESS);
+            !access.is_empty()
+        }
+        Operand::IdScope(_) if scopes > 0 => {
+            scopes -= 1;
+            false
+        }
+        _ => true,
+    });
+}

@@ -1,0 +1,60 @@
+//! Where things lie in the repository.
+
+use std::path::{Path, PathBuf};
+
+use super::flavour::Flavour;
+
+/// The repository that this build of xtask belongs to.
+#[derive(Clone, Debug)]
+pub struct Workspace {
+    root: PathBuf,
+}
+
+impl Workspace {
+    /// The repository with the given root.
+    pub fn new(root: impl Into<PathBuf>) -> Self {
+        Self { root: root.into() }
+    }
+
+    /// The repository that xtask was compiled in.
+    pub fn current() -> Self {
+        let manifest = Path::new(env!("CARGO_MANIFEST_DIR"));
+        Self::new(manifest.parent().unwrap_or(manifest))
+    }
+
+    /// Its root.
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// Cargo's target directory.
+    pub fn target(&self) -> PathBuf {
+        match std::env::var_os("CARGO_TARGET_DIR") {
+            Some(folder) => self.root.join(folder),
+            None => self.root.join("target"),
+        }
+    }
+
+    /// The crate of the entry points.
+    pub fn kernels(&self) -> PathBuf {
+        self.root.join("kernels")
+    }
+
+    /// The committed modules.
+    pub fn spirv(&self) -> PathBuf {
+        self.kernels().join("spirv")
+    }
+
+    /// A committed module.
+    pub fn module(&self, flavour: Flavour, kernel: &str) -> PathBuf {
+        self.spirv().join(module_path(flavour, kernel))
+    }
+}
+
+/// A module's path inside the directory of modules.
+pub fn module_path(flavour: Flavour, kernel: &str) -> PathBuf {
+    Path::new(flavour.name()).join(format!("{kernel}.spv"))
+}
+
+/// The manifest's name inside the directory of modules.
+pub const MANIFEST: &str = "manifest.json";
