@@ -4,49 +4,102 @@
 //! portability. With the toolchain of the manifest they are also rebuilt and compared byte for byte; with another
 //! toolchain the entry points are compared; without one, nothing is compiled.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-
-use restir_kernels::KernelDesc;
 
 use super::digest::source_digest;
 use super::flavour::Flavour;
 use super::manifest::{Manifest, ModuleRecord, hash};
 use super::pipeline::{self, Modules};
-use super::toolchain::Toolchain;
+use super::toolchain::{Identity, Toolchain};
 use super::workspace::{MANIFEST, Workspace, module_path};
 use super::{build, publish, tools};
 use crate::Error;
 
+/// The committed modules and what is wrong with them.
+pub struct Committed {
+    /// The manifest.
+    pub manifest: Manifest,
+    /// The modules that the manifest lists, as far as their files are there.
+    pub modules: BTreeMap<Flavour, Modules>,
+    /// Findings as sentences.
+    pub findings: Vec<String>,
+}
+
 /// Runs the check and says how far it reached.
 pub(super) fn run(workspace: &Workspace) -> Result<(), Error> {
-    let manifest = Manifest::read(&workspace.spirv())?;
-    let committed = publish::read_files(&workspace.spirv())?;
-    let mut findings = compare_files(&manifest, &committed);
-    let modules = modules_of(&manifest, &committed);
-    findings.extend(build::findings(&modules, restir_kernels::ALL));
+    let mut committed = examine(workspace)?;
     let toolchain = Toolchain::find()?;
     if toolchain.is_some() || tools::are_installed() {
-        findings.extend(validate(&modules)?);
+        let findings = validate(&committed.modules)?;
+        committed.findings.extend(findings);
     } else {
         println!("no SPIRV-Tools: the modules were not validated with spirv-val");
     }
-    if source_digest(workspace)? != manifest.source_digest {
-        findings.push("the source has changed since the modules were built".to_owned());
-    }
     let scope = match toolchain {
-        Some(toolchain) => rebuild(workspace, &toolchain, &manifest, &modules, &mut findings)?,
+        Some(toolchain) => {
+            let identity = toolchain.identity()?;
+            let built = pipeline::build(workspace, &toolchain)?;
+            let (scope, findings) = compare_rebuild(&identity, &built, &committed);
+            committed.findings.extend(findings);
+            scope
+        }
         None => "no toolchain: hashes and source digest were compared, the bytes were not rebuilt".to_owned(),
     };
     println!("{scope}");
-    if findings.is_empty() {
-        println!("{} kernels: the committed modules are in order", manifest.kernels.len());
+    judge(&committed)
+}
+
+fn judge(committed: &Committed) -> Result<(), Error> {
+    if committed.findings.is_empty() {
+        println!(
+            "{} kernels: the committed modules are in order",
+            committed.manifest.kernels.len()
+        );
         return Ok(());
     }
     Err(Error::Failed(format!(
         "the committed modules are not in order:\n  {}\nRun `cargo xtask shader build` and commit kernels/spirv.",
-        findings.join("\n  ")
+        committed.findings.join("\n  ")
     )))
+}
+
+/// Everything that needs neither a toolchain nor SPIRV-Tools.
+pub fn examine(workspace: &Workspace) -> Result<Committed, Error> {
+    let manifest = Manifest::read(&workspace.spirv())?;
+    let files = publish::read_files(&workspace.spirv())?;
+    let modules = modules_of(&manifest, &files);
+    let mut findings = compare_files(&manifest, &files);
+    findings.extend(build::findings(&modules, restir_kernels::ALL));
+    if source_digest(workspace)? != manifest.source_digest {
+        findings.push("the source has changed since the modules were built".to_owned());
+    }
+    Ok(Committed {
+        manifest,
+        modules,
+        findings,
+    })
+}
+
+/// Compares fresh modules with the committed ones. Gives what the comparison is worth, and its findings.
+pub fn compare_rebuild(
+    identity: &Identity,
+    built: &BTreeMap<Flavour, Modules>,
+    committed: &Committed,
+) -> (String, Vec<String>) {
+    let theirs = &committed.manifest.toolchain;
+    if identity == theirs {
+        let scope = format!(
+            "toolchain {}, that of the manifest: rebuilt and compared byte for byte",
+            identity.id
+        );
+        return (scope, compare_bytes(built, &committed.modules));
+    }
+    let scope = format!(
+        "toolchain {} is not {}, that of the manifest: rebuilt, and the entry points were compared, not the bytes",
+        identity.id, theirs.id
+    );
+    (scope, compare_entries(built, &committed.modules))
 }
 
 /// Compares the files with the manifest: none missing, none more, none different.
@@ -99,47 +152,32 @@ fn validate(modules: &BTreeMap<Flavour, Modules>) -> Result<Vec<String>, Error> 
     Ok(findings)
 }
 
-/// Rebuilds with the toolchain at hand and says what the comparison is worth.
-fn rebuild(
-    workspace: &Workspace,
-    toolchain: &Toolchain,
-    manifest: &Manifest,
-    committed: &BTreeMap<Flavour, Modules>,
-    findings: &mut Vec<String>,
-) -> Result<String, Error> {
-    let identity = toolchain.identity()?;
-    let built = pipeline::build(workspace, toolchain)?;
-    if identity == manifest.toolchain {
-        findings.extend(compare_bytes(&built, committed));
-        return Ok(format!(
-            "toolchain {}, that of the manifest: rebuilt and compared byte for byte",
-            identity.id
-        ));
-    }
-    findings.extend(compare_built_entries(&built, restir_kernels::ALL));
-    Ok(format!(
-        "toolchain {} is not {}, that of the manifest: rebuilt, and the entry points were compared, not the bytes",
-        identity.id, manifest.toolchain.id
-    ))
-}
-
 fn compare_bytes(built: &BTreeMap<Flavour, Modules>, committed: &BTreeMap<Flavour, Modules>) -> Vec<String> {
-    let mut findings = Vec::new();
+    let mut findings = compare_entries(built, committed);
     for (flavour, modules) in built {
+        let old = committed.get(flavour);
         for (name, bytes) in modules {
-            match committed[flavour].get(name) {
-                None => findings.push(format!("{flavour}/{name}: built, but not committed")),
-                Some(old) if old != bytes => findings.push(format!("{flavour}/{name}: a rebuild gives other bytes")),
-                Some(_) => {}
+            if old.and_then(|old| old.get(name)).is_some_and(|old| old != bytes) {
+                findings.push(format!("{flavour}/{name}: a rebuild gives other bytes"));
             }
         }
     }
     findings
 }
 
-fn compare_built_entries(built: &BTreeMap<Flavour, Modules>, kernels: &[KernelDesc]) -> Vec<String> {
-    let compare = |(&flavour, modules): (&Flavour, &Modules)| {
-        super::verify::compare_entries(modules.keys().map(String::as_str), flavour, kernels)
+fn compare_entries(built: &BTreeMap<Flavour, Modules>, committed: &BTreeMap<Flavour, Modules>) -> Vec<String> {
+    let entries = |modules: &BTreeMap<Flavour, Modules>| -> BTreeSet<String> {
+        modules
+            .iter()
+            .flat_map(|(f, modules)| modules.keys().map(move |name| format!("{f}/{name}")))
+            .collect()
     };
-    built.iter().flat_map(compare).collect()
+    let (new, old) = (entries(built), entries(committed));
+    let missing = new
+        .difference(&old)
+        .map(|entry| format!("{entry}: built, but not committed"));
+    let extra = old
+        .difference(&new)
+        .map(|entry| format!("{entry}: committed, but not built any more"));
+    missing.chain(extra).collect()
 }

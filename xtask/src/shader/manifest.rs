@@ -101,7 +101,10 @@ impl Manifest {
     /// Reads the manifest in a directory of modules.
     pub fn read(spirv: &Path) -> Result<Self, Error> {
         let path = spirv.join(MANIFEST);
-        let text = std::fs::read_to_string(&path).map_err(Error::io("read", &path))?;
+        let text = std::fs::read_to_string(&path).map_err(|e| {
+            let path = path.display();
+            Error::Failed(format!("cannot read {path} ({e}): run `cargo xtask shader build`"))
+        })?;
         serde_json::from_str(&text).map_err(|e| {
             Error::Failed(format!(
                 "{} is damaged ({e}): restore it or run `cargo xtask shader build`",

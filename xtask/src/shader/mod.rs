@@ -6,7 +6,7 @@
 
 pub mod allow;
 mod build;
-mod check;
+pub mod check;
 pub mod compile;
 pub mod digest;
 pub mod ext_inst;
@@ -78,6 +78,13 @@ fn dis(workspace: &Workspace, kernel: &str, flavour: Flavour) -> Result<(), Erro
             names.join(", ")
         )));
     }
-    print!("{}", tools::disassemble(&workspace.module(flavour, kernel))?);
+    let module = workspace.module(flavour, kernel);
+    if !module.is_file() {
+        let path = module.display();
+        return Err(Error::Environment(format!(
+            "{path} is not there: run `cargo xtask shader build`"
+        )));
+    }
+    print!("{}", tools::disassemble(&module)?);
     Ok(())
 }

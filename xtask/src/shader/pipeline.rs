@@ -6,7 +6,7 @@ use std::time::Instant;
 use super::compile::{Job, Running};
 use super::flavour::Flavour;
 use super::toolchain::Toolchain;
-use super::workspace::Workspace;
+use super::workspace::{Workspace, scratch};
 use super::{module, post, tools};
 use crate::Error;
 
@@ -15,7 +15,7 @@ pub type Modules = BTreeMap<String, Vec<u8>>;
 
 /// Builds all kernels in both flavours, side by side.
 pub fn build(workspace: &Workspace, toolchain: &Toolchain) -> Result<BTreeMap<Flavour, Modules>, Error> {
-    let folder = tempfile::tempdir().map_err(Error::io("create a folder in", &std::env::temp_dir()))?;
+    let folder = scratch()?;
     let start = Instant::now();
     let mut running = Vec::new();
     for flavour in Flavour::ALL {

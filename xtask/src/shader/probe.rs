@@ -8,7 +8,7 @@ use super::flavour::Flavour;
 use super::manifest::ModuleRecord;
 use super::pipeline::finish_module;
 use super::toolchain::Toolchain;
-use super::workspace::Workspace;
+use super::workspace::{Workspace, scratch};
 use super::{install, limits, post};
 use crate::Error;
 
@@ -57,7 +57,7 @@ pub fn run(workspace: &Workspace, timer: Option<DeviceTimer>) -> Result<(), Erro
 }
 
 fn build(workspace: &Workspace, toolchain: &Toolchain) -> Result<(Vec<u8>, BuildTiming), Error> {
-    let folder = tempfile::tempdir().map_err(Error::io("create a folder in", &std::env::temp_dir()))?;
+    let folder = scratch()?;
     let job = Job::new(
         workspace,
         toolchain,

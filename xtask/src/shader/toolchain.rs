@@ -91,7 +91,10 @@ fn rustc_version(channel: &str) -> Result<String, Error> {
         .output()
         .map_err(|e| unusable(e.to_string()))?;
     if !output.status.success() {
-        return Err(unusable(String::from_utf8_lossy(&output.stderr).trim().to_owned()));
+        let text = String::from_utf8_lossy(&output.stderr);
+        return Err(unusable(
+            text.trim().lines().next().unwrap_or("it says nothing").to_owned(),
+        ));
     }
     Ok(release_and_commit(&String::from_utf8_lossy(&output.stdout)))
 }

@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
+use super::workspace::scratch;
 use crate::Error;
 
 /// The environment that modules are made for.
@@ -10,7 +11,7 @@ const TARGET_ENV: &str = "vulkan1.2";
 
 /// Optimises a module and strips names and other debug information.
 pub fn optimise(module: &[u8]) -> Result<Vec<u8>, Error> {
-    let folder = tempfile::tempdir().map_err(Error::io("create a folder in", &std::env::temp_dir()))?;
+    let folder = scratch()?;
     let (input, output) = (folder.path().join("in.spv"), folder.path().join("out.spv"));
     std::fs::write(&input, module).map_err(Error::io("write", &input))?;
     let mut command = Command::new("spirv-opt");
@@ -27,7 +28,7 @@ pub fn optimise(module: &[u8]) -> Result<Vec<u8>, Error> {
 
 /// Validates a module for Vulkan 1.2; the finding is spirv-val's own text.
 pub fn validate(module: &[u8]) -> Result<Option<String>, Error> {
-    let folder = tempfile::tempdir().map_err(Error::io("create a folder in", &std::env::temp_dir()))?;
+    let folder = scratch()?;
     let input = folder.path().join("in.spv");
     std::fs::write(&input, module).map_err(Error::io("write", &input))?;
     let output = launch(Command::new("spirv-val").args(["--target-env", TARGET_ENV]).arg(&input))?;

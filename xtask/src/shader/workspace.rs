@@ -2,7 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use tempfile::TempDir;
+
 use super::flavour::Flavour;
+use crate::Error;
 
 /// The repository that this build of xtask belongs to.
 #[derive(Clone, Debug)]
@@ -58,3 +61,8 @@ pub fn module_path(flavour: Flavour, kernel: &str) -> PathBuf {
 
 /// The manifest's name inside the directory of modules.
 pub const MANIFEST: &str = "manifest.json";
+
+/// A folder for intermediate files, which goes away with the value.
+pub fn scratch() -> Result<TempDir, Error> {
+    tempfile::tempdir().map_err(Error::io("create a folder in", &std::env::temp_dir()))
+}

@@ -1,0 +1,160 @@
+//! `shader check` on copies of the repository in which something is wrong.
+
+use std::fs;
+use std::path::Path;
+
+use tempfile::TempDir;
+use xtask::shader::Flavour;
+use xtask::shader::check::{compare_rebuild, examine};
+use xtask::shader::digest::source_digest;
+use xtask::shader::manifest::Manifest;
+use xtask::shader::workspace::{MANIFEST, Workspace};
+
+/// What `check` looks at, copied, with the digest of the source as it is now.
+struct Copy {
+    folder: TempDir,
+}
+
+impl Copy {
+    fn new() -> Self {
+        let copy = Self {
+            folder: tempfile::tempdir().unwrap(),
+        };
+        let root = Workspace::current().root().to_owned();
+        for path in ["Cargo.lock", "shared", "kernels", "xtask/src/shader"] {
+            copy_tree(&root.join(path), &copy.folder.path().join(path));
+        }
+        copy.edit_manifest(|manifest| manifest.source_digest = source_digest(&copy.workspace()).unwrap());
+        copy
+    }
+
+    fn workspace(&self) -> Workspace {
+        Workspace::new(self.folder.path())
+    }
+
+    fn edit_manifest(&self, edit: impl FnOnce(&mut Manifest)) {
+        let spirv = self.workspace().spirv();
+        let mut manifest = Manifest::read(&spirv).unwrap();
+        edit(&mut manifest);
+        fs::write(spirv.join(MANIFEST), manifest.to_json().unwrap()).unwrap();
+    }
+
+    fn findings(&self) -> Vec<String> {
+        examine(&self.workspace()).unwrap().findings
+    }
+}
+
+fn copy_tree(from: &Path, to: &Path) {
+    if from.is_dir() {
+        fs::create_dir_all(to).unwrap();
+        for entry in fs::read_dir(from).unwrap() {
+            let name = entry.unwrap().file_name();
+            copy_tree(&from.join(&name), &to.join(&name));
+        }
+    } else {
+        fs::create_dir_all(to.parent().unwrap()).unwrap();
+        fs::copy(from, to).unwrap();
+    }
+}
+
+#[test]
+fn a_faithful_copy_is_in_order() {
+    assert_eq!(Copy::new().findings(), Vec::<String>::new());
+}
+
+#[test]
+fn changed_source_is_noticed() {
+    let copy = Copy::new();
+    let source = copy.workspace().kernels().join("src/lib.rs");
+    fs::write(&source, fs::read_to_string(&source).unwrap() + "\n// changed\n").unwrap();
+    assert_eq!(copy.findings(), ["the source has changed since the modules were built"]);
+}
+
+#[test]
+fn changed_missing_and_stray_files_are_named() {
+    let copy = Copy::new();
+    let module = |flavour, kernel| copy.workspace().module(flavour, kernel);
+    fs::remove_file(module(Flavour::Fast, "self_check")).unwrap();
+    fs::copy(module(Flavour::Exact, "self_check"), module(Flavour::Exact, "stray")).unwrap();
+    // The generator's number, which changes no meaning.
+    let mut bytes = fs::read(module(Flavour::Exact, "self_check")).unwrap();
+    bytes[8] ^= 1;
+    fs::write(module(Flavour::Exact, "self_check"), bytes).unwrap();
+    assert_eq!(
+        copy.findings(),
+        [
+            "exact/self_check: the file is not the one in the manifest",
+            "fast/self_check: the file is missing",
+            "exact/stray.spv: the file is not in the manifest",
+            "fast/self_check: the kernel is listed, but there is no module for it",
+        ]
+    );
+}
+
+#[test]
+fn a_manifest_that_misdescribes_a_file_is_noticed() {
+    let copy = Copy::new();
+    copy.edit_manifest(|manifest| manifest.kernels.get_mut("self_check").unwrap().exact.operations += 1);
+    assert_eq!(
+        copy.findings(),
+        ["exact/self_check: the manifest does not describe the file"]
+    );
+}
+
+#[test]
+fn a_damaged_manifest_is_an_error_with_advice() {
+    let copy = Copy::new();
+    fs::write(copy.workspace().spirv().join(MANIFEST), "{").unwrap();
+    let error = examine(&copy.workspace()).err().unwrap().to_string();
+    assert!(
+        error.contains("is damaged") && error.contains("cargo xtask shader build"),
+        "{error}"
+    );
+}
+
+#[test]
+fn the_toolchain_of_the_manifest_must_give_the_same_bytes() {
+    let committed = examine(&Copy::new().workspace()).unwrap();
+    let identity = committed.manifest.toolchain.clone();
+    let mut built = committed.modules.clone();
+    let (scope, findings) = compare_rebuild(&identity, &built, &committed);
+    assert!(scope.contains("byte for byte"), "{scope}");
+    assert_eq!(findings, Vec::<String>::new());
+    built
+        .get_mut(&Flavour::Fast)
+        .unwrap()
+        .get_mut("self_check")
+        .unwrap()
+        .push(0);
+    let (_, findings) = compare_rebuild(&identity, &built, &committed);
+    assert_eq!(findings, ["fast/self_check: a rebuild gives other bytes"]);
+}
+
+#[test]
+fn another_toolchain_must_give_the_same_entry_points() {
+    let committed = examine(&Copy::new().workspace()).unwrap();
+    let mut identity = committed.manifest.toolchain.clone();
+    identity.id = "another".to_owned();
+    let mut built = committed.modules.clone();
+    let exact = built.get_mut(&Flavour::Exact).unwrap();
+    let module = exact.remove("self_check").unwrap();
+    exact.insert("renamed".to_owned(), module);
+    built
+        .get_mut(&Flavour::Fast)
+        .unwrap()
+        .get_mut("self_check")
+        .unwrap()
+        .push(0);
+    let (scope, findings) = compare_rebuild(&identity, &built, &committed);
+    assert!(
+        scope.starts_with("toolchain another is not") && scope.contains("not the bytes"),
+        "{scope}"
+    );
+    assert_eq!(
+        findings,
+        [
+            "exact/renamed: built, but not committed",
+            "exact/self_check: committed, but not built any more",
+        ]
+    );
+}

@@ -1,0 +1,166 @@
+//! Reflection agrees with every descriptor, and a wrong descriptor is told what is wrong with it.
+
+use restir_kernels::{Access, Binding, Constant, KernelDesc};
+use rspirv::dr::Operand;
+use rspirv::spirv::{Op, StorageClass};
+use xtask::shader::module::parse;
+use xtask::shader::reflect::{compare, reflect};
+use xtask::shader::{Flavour, verify};
+
+use super::{committed, exact_module};
+
+fn kernel(name: &str) -> KernelDesc {
+    *restir_kernels::ALL.iter().find(|k| k.name == name).unwrap()
+}
+
+/// The one difference between a committed module and a changed descriptor of its kernel.
+#[track_caller]
+fn difference(name: &str, change: impl FnOnce(&mut KernelDesc)) -> String {
+    let interface = reflect(&parse(&committed(Flavour::Exact, name)).unwrap()).unwrap();
+    let mut descriptor = kernel(name);
+    change(&mut descriptor);
+    let found = compare(&interface, &descriptor);
+    let [finding] = &found[..] else {
+        panic!("expected one difference, found {found:#?}")
+    };
+    finding.clone()
+}
+
+fn with_binding(bindings: &[Binding], change: impl FnOnce(&mut Vec<Binding>)) -> &'static [Binding] {
+    let mut bindings = bindings.to_vec();
+    change(&mut bindings);
+    bindings.leak()
+}
+
+#[test]
+fn every_descriptor_agrees_with_both_modules() {
+    for kernel in restir_kernels::ALL {
+        for flavour in Flavour::ALL {
+            assert_eq!(
+                verify::verify(&committed(flavour, kernel.name), flavour, kernel),
+                Vec::<String>::new()
+            );
+        }
+    }
+}
+
+#[test]
+fn the_name_and_the_workgroup() {
+    assert_eq!(
+        difference("self_check", |k| k.name = "other"),
+        "the entry point is `self_check` in the module, `other` in the descriptor"
+    );
+    assert_eq!(
+        difference("self_check", |k| k.workgroup = [8, 8, 1]),
+        "the workgroup is [64, 1, 1] in the module, [8, 8, 1] in the descriptor"
+    );
+}
+
+#[test]
+fn strides_and_block_sizes() {
+    assert_eq!(
+        difference("self_check", |k| k.bindings =
+            with_binding(k.bindings, |b| b[1].stride = 20)),
+        "binding 1 (`operands`) holds an array of 16-byte elements in the module, \
+         an array of 20-byte elements in the descriptor"
+    );
+    assert_eq!(
+        difference("self_check", |k| k.bindings =
+            with_binding(k.bindings, |b| b[0].stride = 8)),
+        "binding 0 (`params`) holds a block of 4 bytes in the module, a block of 8 bytes in the descriptor"
+    );
+}
+
+#[test]
+fn an_array_is_no_block() {
+    let finding = difference("self_check", |k| {
+        k.bindings = with_binding(k.bindings, |b| b[1].access = Access::Params)
+    });
+    assert!(finding.contains("a block of 16 bytes in the descriptor"), "{finding}");
+}
+
+#[test]
+fn a_binding_that_the_kernel_does_not_use_is_named() {
+    let unused = Binding {
+        name: "unused",
+        access: Access::Read,
+        stride: 4,
+    };
+    assert_eq!(
+        difference("self_check", |k| k.bindings =
+            with_binding(k.bindings, |b| b.push(unused))),
+        "binding 3 (`unused`) is not in the module: the kernel does not use it, remove it from the declaration"
+    );
+}
+
+#[test]
+fn a_binding_that_is_not_declared_is_numbered() {
+    assert_eq!(
+        difference("self_check", |k| k.bindings =
+            with_binding(k.bindings, |b| b.truncate(2))),
+        "set 0 binding 2 is not in the descriptor"
+    );
+}
+
+#[test]
+fn constants() {
+    const UNUSED: &[Constant] = &[Constant {
+        name: "unused",
+        id: 7,
+        default: 1,
+    }];
+    assert_eq!(
+        difference("self_check", |k| k.constants = UNUSED),
+        "constant 7 (`unused`) is not in the module: the kernel does not use it, remove it from the declaration"
+    );
+    let path = kernel("path").constants[0];
+    let changed = |constant: Constant| -> &'static [Constant] { vec![constant].leak() };
+    assert_eq!(
+        difference("path", |k| k.constants = changed(Constant { default: 5, ..path })),
+        format!(
+            "constant {} (`{}`) defaults to {} in the module, 5 in the descriptor",
+            path.id, path.name, path.default
+        )
+    );
+    assert_eq!(
+        difference("path", |k| k.constants = &[]),
+        format!("constant {} is not in the descriptor", path.id)
+    );
+}
+
+#[test]
+fn other_resources_than_storage_buffers_are_refused() {
+    let mut module = exact_module();
+    let buffer = Operand::StorageClass(StorageClass::StorageBuffer);
+    for variable in module
+        .types_global_values
+        .iter_mut()
+        .filter(|i| i.class.opcode == Op::Variable)
+    {
+        if variable.operands[0] == buffer {
+            variable.operands[0] = Operand::StorageClass(StorageClass::Uniform);
+        }
+    }
+    assert!(reflect(&module).unwrap_err().contains("is not a storage buffer"));
+}
+
+#[test]
+fn a_module_without_workgroup_size_is_refused() {
+    let mut module = exact_module();
+    module.execution_modes.clear();
+    assert_eq!(reflect(&module).unwrap_err(), "the module declares no workgroup size");
+}
+
+#[test]
+fn entry_lists_name_what_is_missing_and_what_is_more() {
+    let kernels = &restir_kernels::ALL[..1];
+    let name = kernels[0].name;
+    assert_eq!(
+        verify::compare_entries(["smuggled"], Flavour::Fast, kernels),
+        [
+            format!("fast/{name}: the kernel is listed, but there is no module for it"),
+            "fast/smuggled: there is a module, but no kernel of this name is listed".to_owned(),
+        ]
+    );
+    assert!(verify::compare_entries([name], Flavour::Fast, kernels).is_empty());
+}
