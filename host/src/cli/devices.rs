@@ -23,9 +23,8 @@ fn adapters() -> String {
 
 #[cfg(feature = "gpu")]
 fn describe(adapter: &crate::exec::gpu::AdapterInfo) -> String {
-    let software = if adapter.software { ", software" } else { "" };
     format!(
-        "{}\n    backend  {}\n    driver   {}\n    kind     {}{software}\n    parity   {}\n",
+        "{}\n    backend  {}\n    driver   {}\n    kind     {}\n    parity   {}\n",
         adapter.name,
         adapter.backend,
         adapter.driver,

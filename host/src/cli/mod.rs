@@ -53,12 +53,23 @@ enum Command {
 
 /// Runs the program with the arguments of the process.
 pub fn main() -> ExitCode {
+    silence_mesa();
     match run(Arguments::parse().command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             console::note(&format!("error: {error}"));
             ExitCode::from(exit_code(&error))
         }
+    }
+}
+
+/// Mesa's Vulkan layer that chooses the default device writes `error: ...` where there is no display; the program
+/// makes its own choice.
+fn silence_mesa() {
+    const DISABLE: &str = "NODEVICE_SELECT";
+    if std::env::var_os(DISABLE).is_none() {
+        // SAFETY: the process has no other thread yet.
+        unsafe { std::env::set_var(DISABLE, "1") };
     }
 }
 

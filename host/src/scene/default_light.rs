@@ -4,21 +4,27 @@ use glam::{DAffine3, DVec3};
 
 use super::{Instance, Material, Mesh, Scene, camera::centre_and_half_size};
 
-/// Radiance of the default light. A white horizontal surface at the top of the scene, under the middle of the light,
-/// then has a radiance near 1: the light covers 0.36 of its cosine-weighted hemisphere.
-const RADIANCE: f32 = 2.8;
+// Lengths are in radii of the scene's bounds.
 
-/// Height of the light above the top of the scene, in radii of the scene.
+/// Half the side of the light.
+const HALF_SIDE: f64 = 1.5;
+
+/// Height of the light above the top of the scene.
 const HEIGHT: f64 = 1.5;
 
-/// How far the light is moved to the front (+z), in radii of the scene: the side that a framed camera sees is lit.
-const TO_THE_FRONT: f64 = 0.5;
+/// How far the light is moved to the front (+z): the side that a framed camera sees is lit.
+const TO_THE_FRONT: f64 = 1.2;
+
+/// Radiance of the light. It covers 0.41 of the cosine-weighted hemisphere of a horizontal surface at the top of the
+/// scene, and 0.20 of that of a surface in the middle that faces a framed camera: if they are white, their radiance is
+/// 1.0 and 0.5.
+const RADIANCE: f32 = 2.5;
 
 impl Scene {
     /// Adds a square light that faces down, above the scene's bounds and a little to their front.
     ///
-    /// Its half side is the radius of the bounds and its radiance is such that a white object is well exposed. It is
-    /// above what [`super::Camera::framing`] sees. It reflects nothing.
+    /// Its size follows the bounds and its radiance is such that a white object is well exposed. A camera made by
+    /// [`super::Camera::framing`] sees nothing of it. It reflects nothing.
     pub fn add_default_light(&mut self) {
         let bounds = self.bounds();
         let (centre, half) = centre_and_half_size(bounds);
@@ -26,7 +32,7 @@ impl Scene {
         let position = centre + DVec3::new(0.0, half.y + HEIGHT * radius, TO_THE_FRONT * radius);
         self.instances.push(Instance {
             mesh: self.meshes.len(),
-            transform: DAffine3::from_translation(position) * DAffine3::from_scale(DVec3::splat(radius)),
+            transform: DAffine3::from_translation(position) * DAffine3::from_scale(DVec3::splat(HALF_SIDE * radius)),
         });
         self.meshes.push(Mesh {
             name: "default light".to_owned(),
@@ -46,6 +52,7 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::Camera;
 
     #[test]
     fn it_is_above_the_scene_and_faces_down() {
@@ -77,6 +84,39 @@ mod tests {
         };
         assert!(corner(0).y > 2.0);
         assert!((corner(1) - corner(0)).cross(corner(2) - corner(0)).y < 0.0);
+    }
+
+    #[test]
+    fn it_does_not_stand_between_a_framed_camera_and_the_scene() {
+        for size in [[2.0, 2.0, 2.0], [2.0, 0.0, 2.0], [0.1, 9.0, 0.1], [9.0, 0.1, 0.1]] {
+            let far = size.map(|x| x as f32);
+            let mesh = Mesh {
+                positions: vec![[0.0; 3], far],
+                ..Mesh::default()
+            };
+            let instance = Instance {
+                mesh: 0,
+                transform: DAffine3::IDENTITY,
+            };
+            let mut scene = Scene {
+                meshes: vec![mesh],
+                instances: vec![instance],
+                ..Scene::default()
+            };
+            let bounds = scene.bounds();
+            scene.add_default_light();
+            let to_light = scene.instances[1].transform.inverse();
+            for aspect in [0.1, 1.0, 10.0] {
+                let camera = to_light.transform_point3(Camera::framing(bounds, aspect).position);
+                for corner in 0..8 {
+                    let pick = |axis: usize| if corner >> axis & 1 == 0 { 0.0 } else { size[axis] };
+                    let corner = to_light.transform_point3(DVec3::new(pick(0), pick(1), pick(2)));
+                    let crossing = camera + (corner - camera) * (camera.y / (camera.y - corner.y));
+                    let blocked = camera.y > 0.0 && crossing.x.abs().max(crossing.z.abs()) <= 1.0;
+                    assert!(!blocked, "{size:?} {aspect}: {crossing}");
+                }
+            }
+        }
     }
 
     #[test]
