@@ -1,0 +1,10 @@
+//! The program `restir`, run as a user runs it.
+
+#![cfg(feature = "cli")]
+
+mod bad_input;
+mod data_files;
+#[cfg(unix)]
+mod interrupt;
+mod results;
+mod support;
