@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use restir_kernels::KernelDesc;
 
+use super::cargo_files::LockFile;
 use super::digest::source_digest;
 use super::flavour::Flavour;
-use super::lock::LockFile;
 use super::manifest::{KernelRecord, Manifest};
 use super::pipeline::{self, Modules};
 use super::toolchain::{Identity, Toolchain};

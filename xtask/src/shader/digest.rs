@@ -1,13 +1,13 @@
 //! The source digest: equal digests mean that the committed modules were made from this source.
 //!
-//! It covers the source of both device crates with their manifests, the steps of this tool that shape the bytes, and
-//! the locked version of each crate that is compiled for the device. It does not depend on where the repository lies
+//! It covers the source of both device crates with their manifests, the steps of this tool that shape the bytes, what
+//! the workspace sets for these crates, and the locked version of each crate that is compiled for the device. It does not depend on where the repository lies
 //! or on how its lines end.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use super::lock::LockFile;
+use super::cargo_files::{LockFile, workspace_settings};
 use super::workspace::Workspace;
 use crate::Error;
 
@@ -23,6 +23,9 @@ pub fn source_digest(workspace: &Workspace) -> Result<String, Error> {
     for file in source_files(root)? {
         let text = std::fs::read(root.join(&file)).map_err(Error::io("read", &root.join(&file)))?;
         entry(&mut hasher, &portable_name(&file), &unix_lines(&text));
+    }
+    for line in workspace_settings(root, &CRATES)? {
+        entry(&mut hasher, "Cargo.toml", line.as_bytes());
     }
     for line in LockFile::read(root)?.device_crates(root, &CRATES)? {
         entry(&mut hasher, "Cargo.lock", line.as_bytes());
@@ -106,6 +109,7 @@ mod tests {
             write(&format!("xtask/src/shader/{step}"), "");
         }
         write("Cargo.lock", "");
+        write("Cargo.toml", "");
         let workspace = Workspace::new(root);
         let mut seen = BTreeSet::from([source_digest(&workspace).unwrap()]);
         for path in [
@@ -119,5 +123,26 @@ mod tests {
         }
         write("host/src/lib.rs", "unrelated");
         assert!(!seen.insert(source_digest(&workspace).unwrap()), "host code counts");
+        write("shared/Cargo.toml", "[dependencies]\nglam.workspace = true\n");
+        assert!(
+            seen.insert(source_digest(&workspace).unwrap()),
+            "a dependency does not count"
+        );
+        write(
+            "Cargo.toml",
+            "[workspace.dependencies]\nglam = { version = \"0.33\", features = [\"libm\"] }\n",
+        );
+        assert!(
+            seen.insert(source_digest(&workspace).unwrap()),
+            "a feature does not count"
+        );
+        write(
+            "Cargo.lock",
+            "[[package]]\nname = \"glam\"\nversion = \"0.33.12\"\nchecksum = \"a\"\n",
+        );
+        assert!(
+            seen.insert(source_digest(&workspace).unwrap()),
+            "a locked version does not count"
+        );
     }
 }

@@ -6,6 +6,7 @@
 
 pub mod allow;
 mod build;
+pub mod cargo_files;
 pub mod check;
 pub mod compile;
 pub mod digest;
@@ -13,7 +14,6 @@ pub mod ext_inst;
 mod flavour;
 pub mod install;
 pub mod limits;
-pub mod lock;
 pub mod manifest;
 pub mod module;
 pub mod pipeline;

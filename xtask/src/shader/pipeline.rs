@@ -3,64 +3,47 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-use super::compile::{Job, Running};
+use super::compile::Job;
 use super::flavour::Flavour;
 use super::toolchain::Toolchain;
 use super::workspace::{Workspace, scratch};
 use super::{module, post, tools};
 use crate::Error;
 
-/// Finished modules of one flavour by entry point.
+/// Finished modules of one flavour by kernel.
 pub type Modules = BTreeMap<String, Vec<u8>>;
 
 /// Builds all kernels in both flavours, side by side.
 pub fn build(workspace: &Workspace, toolchain: &Toolchain) -> Result<BTreeMap<Flavour, Modules>, Error> {
-    let folder = scratch()?;
     let start = Instant::now();
-    let mut running = Vec::new();
-    for flavour in Flavour::ALL {
-        let list = folder.path().join(flavour.name());
-        running.push((flavour, Job::new(workspace, toolchain, flavour, &[], list).start()?));
-    }
     // Both are awaited before either is judged, so that no build is left behind.
-    let results: Vec<_> = std::thread::scope(|scope| {
-        let finish = |(flavour, running): (Flavour, Running)| scope.spawn(move || finish(flavour, running));
-        running
-            .into_iter()
-            .map(finish)
-            .collect::<Vec<_>>()
-            .into_iter()
-            .map(|thread| thread.join())
-            .collect()
+    let results = std::thread::scope(|scope| {
+        let build = |flavour| scope.spawn(move || build_flavour(workspace, toolchain, flavour));
+        Flavour::ALL.map(build).map(|thread| thread.join())
     });
     let mut built = BTreeMap::new();
-    for result in results {
-        let (flavour, modules) =
-            result.map_err(|_| Error::Failed("the post-pass panicked, see above".to_owned()))??;
-        built.insert(flavour, modules);
+    for (flavour, result) in Flavour::ALL.into_iter().zip(results) {
+        let panicked = |_| Error::Failed(format!("the build of the flavour {flavour} panicked, see above"));
+        built.insert(flavour, result.map_err(panicked)??);
     }
-    println!(
-        "built {} flavours in {:.1} s",
-        built.len(),
-        start.elapsed().as_secs_f64()
-    );
+    println!("built both flavours in {:.1} s", start.elapsed().as_secs_f64());
     Ok(built)
 }
 
-fn finish(flavour: Flavour, running: Running) -> Result<(Flavour, Modules), Error> {
+fn build_flavour(workspace: &Workspace, toolchain: &Toolchain, flavour: Flavour) -> Result<Modules, Error> {
+    let folder = scratch()?;
+    let job = Job::new(workspace, toolchain, flavour, &[], folder.path().join("modules"));
     let mut modules = Modules::new();
-    for (entry, bytes) in running.finish()?.modules {
+    for (entry, bytes) in job.start()?.finish()?.modules {
         let name = post::kernel_name(&entry);
-        if modules
-            .insert(name.to_owned(), finish_module(name, &bytes, flavour)?)
-            .is_some()
-        {
+        let finished = finish_module(name, &bytes, flavour)?;
+        if modules.insert(name.to_owned(), finished).is_some() {
             return Err(Error::Failed(format!(
                 "two kernels are named `{name}`: rename one of them"
             )));
         }
     }
-    Ok((flavour, modules))
+    Ok(modules)
 }
 
 /// Post-pass, optimiser and validator for one module of rust-gpu.

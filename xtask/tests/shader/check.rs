@@ -21,7 +21,7 @@ impl Copy {
             folder: tempfile::tempdir().unwrap(),
         };
         let root = Workspace::current().root().to_owned();
-        for path in ["Cargo.lock", "shared", "kernels", "xtask/src/shader"] {
+        for path in ["Cargo.toml", "Cargo.lock", "shared", "kernels", "xtask/src/shader"] {
             copy_tree(&root.join(path), &copy.folder.path().join(path));
         }
         copy.edit_manifest(|manifest| manifest.source_digest = source_digest(&copy.workspace()).unwrap());

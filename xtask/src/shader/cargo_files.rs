@@ -1,4 +1,4 @@
-//! What the lock file says about the crates that are compiled for the device.
+//! What Cargo's files say about the crates that are compiled for the device.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -23,11 +23,20 @@ struct Package {
     dependencies: Vec<String>,
 }
 
-/// The parts of a crate's manifest that matter here.
-#[derive(Deserialize)]
-struct CrateManifest {
+/// The part of a crate's manifest, and of the workspace's, that matters here.
+#[derive(Default, Deserialize)]
+struct Dependencies {
     #[serde(default)]
     dependencies: BTreeMap<String, toml::Value>,
+}
+
+/// The parts of the workspace's manifest that matter here.
+#[derive(Deserialize)]
+struct WorkspaceManifest {
+    #[serde(default)]
+    workspace: Dependencies,
+    #[serde(default)]
+    profile: BTreeMap<String, toml::Value>,
 }
 
 impl LockFile {
@@ -45,12 +54,7 @@ impl LockFile {
     ///
     /// The lock file lists a member's development dependencies too, so the members' manifests are the start.
     pub fn device_crates(&self, root: &Path, members: &[&str]) -> Result<BTreeSet<String>, Error> {
-        let mut pending = Vec::new();
-        for member in members {
-            let manifest: CrateManifest = read_toml(&root.join(member).join("Cargo.toml"))?;
-            pending.extend(manifest.dependencies.into_keys());
-        }
-        Ok(self.closure(pending))
+        Ok(self.closure(dependencies(root, members)?))
     }
 
     fn closure(&self, mut pending: Vec<String>) -> BTreeSet<String> {
@@ -75,6 +79,34 @@ impl LockFile {
             .iter()
             .filter(move |p| Some(p.name.as_str()) == name && version.is_none_or(|v| v == p.version))
     }
+}
+
+/// What the workspace's manifest sets for the given members, one sorted line each: features of their dependencies,
+/// and the profiles.
+pub fn workspace_settings(root: &Path, members: &[&str]) -> Result<BTreeSet<String>, Error> {
+    let manifest: WorkspaceManifest = read_toml(&root.join("Cargo.toml"))?;
+    let mut lines = BTreeSet::from([format!("profile {}", json(&manifest.profile))]);
+    for name in dependencies(root, members)? {
+        if let Some(setting) = manifest.workspace.dependencies.get(&name) {
+            lines.insert(format!("{name} {}", json(setting)));
+        }
+    }
+    Ok(lines)
+}
+
+/// Names of what the members depend on in a build.
+fn dependencies(root: &Path, members: &[&str]) -> Result<Vec<String>, Error> {
+    let mut names = Vec::new();
+    for member in members {
+        let manifest: Dependencies = read_toml(&root.join(member).join("Cargo.toml"))?;
+        names.extend(manifest.dependencies.into_keys());
+    }
+    Ok(names)
+}
+
+/// A text that is equal for equal values: tables are sorted by key.
+fn json(value: &impl serde::Serialize) -> String {
+    serde_json::to_string(value).unwrap_or_default()
 }
 
 fn read_toml<T: serde::de::DeserializeOwned>(path: &Path) -> Result<T, Error> {
