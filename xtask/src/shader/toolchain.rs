@@ -81,7 +81,7 @@ impl Identity {
 fn rustc_version(channel: &str) -> Result<String, Error> {
     let unusable = |reason: String| {
         Error::Environment(format!(
-            "the rustup toolchain `{channel}` cannot be used: {reason}; check RUST_GPU_TOOLCHAIN"
+            "the rustup toolchain `{channel}` cannot be used: {reason}; install it with rustup or set RUST_GPU_TOOLCHAIN"
         ))
     };
     let output = Command::new("rustc")
