@@ -302,6 +302,23 @@ mod tests {
     }
 
     #[test]
+    fn a_changed_byte_never_panics() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("image.exr");
+        let image = Image { width: 3, height: 2, pixels: vec![[0.25; 3]; 6] };
+        write_exr(&path, &image, &[("key".to_owned(), "value".to_owned())]).unwrap();
+        let bytes = std::fs::read(&path).unwrap();
+        for position in 0..bytes.len() {
+            for value in [0, 1, 0x7f, 0xff] {
+                let mut changed = bytes.clone();
+                changed[position] = value;
+                std::fs::write(&path, changed).unwrap();
+                let _ = (read_exr(&path), read_exr_metadata(&path));
+            }
+        }
+    }
+
+    #[test]
     fn an_image_must_have_its_pixels() {
         let folder = tempfile::tempdir().unwrap();
         let image = Image {

@@ -35,7 +35,7 @@ pub(super) struct Arguments {
     /// Samples per pixel.
     #[arg(long, default_value = "64", value_parser = saturating)]
     spp: u64,
-    /// Longest path in segments: 1 is directly visible light, 2 adds direct light.
+    /// Longest path in segments: 1 is directly visible light, 2 adds direct light; 8 if not given.
     #[arg(long)]
     max_depth: Option<u32>,
     /// Image size in pixels, as WIDTHxHEIGHT; the scene's or 512x512 if not given.
