@@ -305,7 +305,11 @@ mod tests {
     fn a_changed_byte_never_panics() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("image.exr");
-        let image = Image { width: 3, height: 2, pixels: vec![[0.25; 3]; 6] };
+        let image = Image {
+            width: 3,
+            height: 2,
+            pixels: vec![[0.25; 3]; 6],
+        };
         write_exr(&path, &image, &[("key".to_owned(), "value".to_owned())]).unwrap();
         let bytes = std::fs::read(&path).unwrap();
         for position in 0..bytes.len() {
