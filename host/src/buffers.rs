@@ -97,7 +97,11 @@ impl SceneBuffers {
             triangle_count: triangles.len() as u32,
             light_base,
             light_count,
-            alias_base: light_base + light_count * LIGHT_WORDS,
+            alias_base: if tables.alias.is_some() {
+                light_base + light_count * LIGHT_WORDS
+            } else {
+                NONE
+            },
             root: bvh.root,
         };
         let geometry = pack_geometry(&bvh, &triangles, &tables);

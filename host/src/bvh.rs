@@ -65,6 +65,9 @@ pub(crate) struct Bvh {
     pub depth: usize,
 }
 
+/// A node's parent: its index, and which of its children the node is.
+type Parent = Option<(usize, usize)>;
+
 /// A tree before it is laid out.
 enum Tree {
     Leaf { first: usize, count: usize },
@@ -143,10 +146,10 @@ fn lay_out(tree: &Tree, order: Vec<u32>, boxes: &[Bounds]) -> Bvh {
         children: [0; 2],
     };
     // (tree, its parent and side); children are numbered after their parent
-    let mut work: Vec<(&Tree, Option<(usize, usize)>, usize)> = vec![(tree, None, 0)];
+    let mut work: Vec<(&Tree, Parent, usize)> = vec![(tree, None, 0)];
     let mut root = 0;
     let mut depth = 0;
-    let mut parents = Vec::new();
+    let mut parents: Vec<Parent> = Vec::new();
     let mut bounds = Bounds::EMPTY;
     while let Some((tree, parent, level)) = work.pop() {
         let reference = match tree {

@@ -85,9 +85,8 @@ pub fn render(
     settings: &RenderSettings,
     observe: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Rendered, Error> {
-    check_settings(settings)?;
+    check(scene, settings)?;
     let plan = path_plan(scene, settings);
-    check_memory(plan.bytes())?;
     let total = plan.pass_count;
     let words = executor.run(plan, &mut |done| observe(Progress { done, total }))?;
     let pixels: &[FilmPixel] = words.first().map_or(&[], |words| bytemuck::cast_slice(words));
@@ -102,6 +101,15 @@ pub fn render(
         dispatches: total,
         dropped_samples,
     })
+}
+
+/// Whether the settings are in range and the buffers fit: what [`render`] checks first.
+///
+/// # Errors
+/// [`Error::Setting`] and [`Error::Memory`].
+pub fn check(scene: &SceneBuffers, settings: &RenderSettings) -> Result<(), Error> {
+    check_settings(settings)?;
+    check_memory(path_plan(scene, settings).bytes())
 }
 
 fn check_settings(settings: &RenderSettings) -> Result<(), Error> {

@@ -4,6 +4,7 @@
 use crate::Error;
 use crate::buffers::SceneBuffers;
 use crate::exec::{CpuExecutor, Executor};
+use crate::metrics::ulp_distance;
 use crate::plan::{Buffer, FramePlan, Pass};
 use crate::render::{PathSettings, RenderSettings, path_plan};
 use crate::scene::Scene;
@@ -37,25 +38,6 @@ impl fmt::Display for Parity {
 const RANDOM_PROBES: u32 = 256;
 /// Side of the frames.
 const FRAME: u32 = 16;
-
-/// The number of f32 between two bit patterns; values that are not both numbers are as far apart as can be, unless
-/// both are NaN.
-pub fn ulp_distance(a: u32, b: u32) -> u32 {
-    let is_nan = |bits: u32| bits & 0x7fff_ffff > 0x7f80_0000;
-    // ordered integers: negative numbers mirrored, so that the two zeros coincide
-    let ordered = |bits: u32| {
-        if bits >> 31 == 0 {
-            i64::from(bits)
-        } else {
-            -i64::from(bits & 0x7fff_ffff)
-        }
-    };
-    match (is_nan(a), is_nan(b)) {
-        (true, true) => 0,
-        (true, false) | (false, true) => u32::MAX,
-        (false, false) => (ordered(a) - ordered(b)).unsigned_abs() as u32,
-    }
-}
 
 fn probes() -> FramePlan<'static> {
     let mut operands = boundary_operands();
@@ -104,7 +86,7 @@ fn run_and_compare(
         .flatten()
         .zip(device.iter().flatten())
         .filter(differs)
-        .map(|(&a, &b)| ulp_distance(a, b))
+        .map(|(&a, &b)| ulp_distance(f32::from_bits(a), f32::from_bits(b)))
         .max())
 }
 

@@ -1,7 +1,7 @@
 //! What the host knows of a kernel: its descriptor, its native twin, its parity cases.
 
 use bytemuck::Pod;
-use restir_shared::layout::SceneHeader;
+use restir_shared::layout::{CameraParams, SceneHeader};
 
 /// How a kernel uses a binding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,8 +79,8 @@ pub struct CaseScene {
     pub geometry: Vec<u32>,
     /// Attribute arena.
     pub attributes: Vec<u32>,
-    /// Camera for an image of the given size.
-    pub camera: fn(width: u32, height: u32) -> restir_shared::layout::CameraParams,
+    /// The camera's parameters for an image of the given width and height.
+    pub camera: Box<dyn Fn(u32, u32) -> CameraParams>,
     /// The scene's feature bits.
     pub features: u32,
 }

@@ -76,7 +76,7 @@ pub struct SceneHeader {
     pub light_base: u32,
     /// Number of emissive triangles.
     pub light_count: u32,
-    /// First word of the alias table in the attribute arena.
+    /// First word of the alias table in the attribute arena; [`NONE`] without one.
     pub alias_base: u32,
     /// Reference to the root, encoded as a child of a node; [`NONE`] for a scene without triangles.
     pub root: u32,

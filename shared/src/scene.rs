@@ -126,7 +126,7 @@ impl SceneView<'_> {
     #[inline(always)]
     fn choose_light(&self, words: [u32; 2]) -> u32 {
         sample_alias(words, self.header.light_count, |i| {
-            if self.features & FEATURE_LIGHT_TABLE != 0 {
+            if self.features & FEATURE_LIGHT_TABLE != 0 && self.header.alias_base != NONE {
                 let word = self.attributes[(self.header.alias_base + i * ALIAS_WORDS) as usize];
                 (f32::from_bits(word.x), word.y)
             } else {

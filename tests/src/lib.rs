@@ -1,5 +1,13 @@
 //! Harness of the suites: sweeps of scalar functions, statistics, an independent path tracer, scenes.
 
+pub mod brute;
+pub mod meshes;
 pub mod num;
+pub mod oracle;
+pub mod parity;
 pub mod random;
+pub mod rays;
+pub mod scenes;
+pub mod stats;
 pub mod suite;
+pub mod wrong;

@@ -78,6 +78,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let settings = render_settings(arguments, &scene)?;
     complete(&mut scene, &settings, arguments.default_light);
     let buffers = SceneBuffers::build(&scene)?;
+    render::check(&buffers, &settings)?;
     let mut device = device::open(&arguments.device)?;
     let start = Instant::now();
     let rendered = render_observed(&mut device, &buffers, &settings)?;

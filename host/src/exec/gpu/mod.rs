@@ -5,12 +5,12 @@ mod float_modes;
 mod pipeline;
 
 pub use adapter::{AdapterInfo, adapters};
+pub use pipeline::Pipelines;
 
 use super::{Description, Executor, Flavour};
 use crate::plan::{Buffer, FramePlan, Pass};
 use crate::self_check::{Parity, self_check};
 use crate::{Error, Shaders};
-use pipeline::Pipelines;
 use std::ops::ControlFlow;
 use wgpu::util::DeviceExt;
 
@@ -56,6 +56,7 @@ impl GpuExecutor {
     }
 
     /// Loads through naga from now on, as on backends other than Vulkan: `exact` modules lose their guarantee.
+    #[must_use]
     pub fn without_passthrough(mut self) -> Self {
         self.pipelines.disable_passthrough();
         self

@@ -8,8 +8,11 @@ use restir_kernels::{Access, KernelDesc};
 use std::borrow::Cow;
 use std::collections::HashMap;
 
-/// Pipelines by kernel and frozen constants.
-pub(super) struct Pipelines {
+/// Pipelines of the kernels on a device, by kernel and frozen constants.
+///
+/// For an embedder who dispatches kernels on buffers of their own: binding `i` of set 0 is
+/// [`KernelDesc::bindings`]`[i]`, all of them storage buffers, read-only but for [`Access::Own`].
+pub struct Pipelines {
     flavour: Flavour,
     shaders: Shaders,
     passthrough: bool,
@@ -18,7 +21,8 @@ pub(super) struct Pipelines {
 }
 
 impl Pipelines {
-    pub(super) fn new(device: &wgpu::Device, flavour: Flavour, shaders: Shaders) -> Self {
+    /// Kernels of the given flavour for `device`.
+    pub fn new(device: &wgpu::Device, flavour: Flavour, shaders: Shaders) -> Self {
         let on_vulkan = device.adapter_info().backend == wgpu::Backend::Vulkan;
         let passthrough = on_vulkan && device.features().contains(wgpu::Features::PASSTHROUGH_SHADERS);
         Self {
@@ -35,7 +39,8 @@ impl Pipelines {
         self.made.clear();
     }
 
-    pub(super) fn loading(&self) -> String {
+    /// How modules are loaded, and which float-control modes were dropped.
+    pub fn loading(&self) -> String {
         match (self.passthrough, self.dropped_modes.as_slice()) {
             (false, _) => format!("{} through naga", self.flavour),
             (true, []) => format!("{} by passthrough, all float-control modes on", self.flavour),
@@ -46,7 +51,12 @@ impl Pipelines {
         }
     }
 
-    pub(super) fn get(
+    /// The pipeline of `kernel` with its specialization constants frozen to `constants`, in the order of the
+    /// descriptor.
+    ///
+    /// # Errors
+    /// [`Error::Kernel`] if the module is missing or damaged, or the adapter rejects it.
+    pub fn get(
         &mut self,
         device: &wgpu::Device,
         kernel: &'static KernelDesc,

@@ -1,0 +1,99 @@
+//! A renderer's own scene, two spheres over a plane without any BVH, lit and path traced by `restir-shared`.
+use restir_shared::geometry::{Hit, Ray};
+use restir_shared::glam::{UVec4, Vec2, Vec3};
+use restir_shared::scene::{LightSample, Lights, Surface, SurfacePoint, Trace};
+use restir_shared::{num, rng, technique::path, vec::dot};
+
+const SPHERES: [(Vec3, f32); 2] = [(Vec3::new(0.0, 1.0, 0.0), 1.0), (Vec3::new(1.5, 3.5, 1.0), 0.5)];
+const LAMP: u32 = 1;
+const FLOOR: u32 = 2;
+
+struct Spheres;
+
+impl Trace for Spheres {
+    fn closest(&self, ray: &Ray) -> Hit {
+        let floor = num::div(-ray.origin.y, ray.direction.y);
+        let mut best = Hit {
+            t: if floor > 1e-4 { floor } else { Ray::FAR },
+            id: FLOOR,
+            uv: Vec2::ZERO,
+        };
+        for (id, (center, radius)) in (0..).zip(SPHERES) {
+            let (o, a) = (ray.origin - center, dot(ray.direction, ray.direction));
+            let b = dot(o, ray.direction);
+            let d = b * b - a * (dot(o, o) - radius * radius);
+            let near = num::div(-b - num::sqrt(num::max(d, 0.0)), a);
+            let far = num::div(-b + num::sqrt(num::max(d, 0.0)), a);
+            let t = if near > 1e-4 { near } else { far };
+            if d > 0.0 && t > 1e-4 && t < best.t {
+                best = Hit { t, id, uv: Vec2::ZERO };
+            }
+        }
+        if best.t < ray.t_max { best } else { Hit::MISS }
+    }
+    fn occluded(&self, ray: &Ray) -> bool {
+        self.closest(ray).is_hit()
+    }
+}
+impl Surface for Spheres {
+    fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        let position = ray.origin + ray.direction * hit.t;
+        let center = if hit.id == FLOOR {
+            position - Vec3::Y
+        } else {
+            SPHERES[hit.id as usize].0
+        };
+        let radius = if hit.id == FLOOR {
+            1.0
+        } else {
+            SPHERES[hit.id as usize].1
+        };
+        let (normal, emission) = (
+            (position - center) * num::recip(radius),
+            if hit.id == LAMP { 20.0 } else { 0.0 },
+        );
+        SurfacePoint {
+            position,
+            normal,
+            offset: 1e-3,
+            reflectance: Vec3::splat(0.6),
+            emission: Vec3::splat(emission),
+        }
+    }
+}
+impl Lights for Spheres {
+    fn sample_light(&self, words: UVec4) -> LightSample {
+        let (z, (sin, cos)) = (1.0 - 2.0 * rng::unit(words.x), num::sin_cos(rng::unit(words.y)));
+        let (r, (center, radius)) = (num::sqrt(num::max(1.0 - z * z, 0.0)), SPHERES[LAMP as usize]);
+        let (normal, emission) = (Vec3::new(r * cos, r * sin, z), Vec3::splat(20.0));
+        let density = num::recip(4.0 * num::PI * radius * radius);
+        LightSample {
+            position: center + normal * radius,
+            normal,
+            offset: 1e-3,
+            emission,
+            two_sided: false,
+            density,
+        }
+    }
+    fn light_density(&self, hit: &Hit) -> f32 {
+        if hit.id == LAMP {
+            num::recip(4.0 * num::PI * SPHERES[1].1 * SPHERES[1].1)
+        } else {
+            0.0
+        }
+    }
+}
+
+fn main() {
+    let ray = Ray {
+        origin: Vec3::new(0.0, 1.0, 6.0),
+        direction: Vec3::new(0.1, -0.05, -1.0),
+        t_max: Ray::FAR,
+    };
+    let sample = |i| path::radiance(&Spheres, ray, &rng::Rng::new(0, 0, i, 7), 5, false).x;
+    println!(
+        "radiance along the ray: {:.3}",
+        (0..4096).map(sample).sum::<f32>() / 4096.0
+    );
+}

@@ -1,0 +1,172 @@
+//! Meshes for tests of intersection.
+
+use crate::random::SplitMix;
+use glam::DAffine3;
+use restir_host::buffers::SceneBuffers;
+use restir_host::scene::{Instance, Material, Mesh, Scene};
+use std::f64::consts::{PI, TAU};
+
+fn mesh(name: &str, positions: Vec<[f32; 3]>, indices: Vec<[u32; 3]>) -> Mesh {
+    Mesh {
+        name: name.to_owned(),
+        positions,
+        indices,
+        material: 0,
+    }
+}
+
+/// A closed grid of quads over (turn, height): `at(u, v)` with u in [0, 1) around and v in [0, 1] along.
+fn lathe(name: &str, around: u32, along: u32, closed: bool, at: impl Fn(f64, f64) -> [f64; 3]) -> Mesh {
+    let rows = if closed { along } else { along + 1 };
+    let vertex = |i: u32, j: u32| (j % rows) * around + i % around;
+    let positions = (0..rows)
+        .flat_map(|j| (0..around).map(move |i| (i, j)))
+        .map(|(i, j)| at(f64::from(i) / f64::from(around), f64::from(j) / f64::from(along)).map(|x| x as f32))
+        .collect();
+    let indices = (0..along)
+        .flat_map(|j| (0..around).map(move |i| (i, j)))
+        .flat_map(|(i, j)| {
+            let [a, b, c, d] = [vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)];
+            [[a, b, c], [a, c, d]]
+        })
+        .collect();
+    mesh(name, positions, indices)
+}
+
+/// A closed sphere around the origin; its poles are rings of coinciding vertices, whose triangles have no area.
+pub fn sphere(radius: f64, around: u32, along: u32) -> Mesh {
+    lathe("sphere", around, along, false, |u, v| {
+        // the ends of the sine are not exactly zero
+        let ring = if v == 0.0 || v == 1.0 { 0.0 } else { (PI * v).sin() };
+        let (sin, cos) = (TAU * u).sin_cos();
+        [radius * ring * cos, -radius * (PI * v).cos(), radius * ring * sin]
+    })
+}
+
+/// A closed ring around the y axis.
+pub fn torus(major: f64, minor: f64, around: u32, along: u32) -> Mesh {
+    lathe("torus", around, along, true, |u, v| {
+        let (sin, cos) = (TAU * u).sin_cos();
+        let (height, out) = (TAU * v).sin_cos();
+        let radius = major + minor * out;
+        [radius * cos, minor * height, radius * sin]
+    })
+}
+
+/// The cube from -`half` to `half`, each face a grid of `n` by `n` quads with exact coordinates.
+pub fn cube(half: f32, n: u32) -> Mesh {
+    let mut positions = Vec::new();
+    let mut indices = Vec::new();
+    let step = 2.0 * half / n as f32;
+    for face in 0..6_usize {
+        let (axis, side) = (face / 2, if face % 2 == 0 { -half } else { half });
+        let first = positions.len() as u32;
+        for j in 0..=n {
+            for i in 0..=n {
+                let mut p = [side; 3];
+                p[(axis + 1) % 3] = i as f32 * step - half;
+                p[(axis + 2) % 3] = j as f32 * step - half;
+                positions.push(p);
+            }
+        }
+        for j in 0..n {
+            for i in 0..n {
+                let a = first + j * (n + 1) + i;
+                let [b, c, d] = [a + 1, a + n + 2, a + n + 1];
+                indices.extend([[a, b, c], [a, c, d]]);
+            }
+        }
+    }
+    mesh("cube", positions, indices)
+}
+
+/// Unconnected triangles of all sizes, among them tiny ones.
+pub fn soup(count: u32, stream: u64) -> Mesh {
+    let mut random = SplitMix::new(stream);
+    let mut positions = Vec::new();
+    for _ in 0..count {
+        let centre = [0; 3].map(|_| random.range(-1.0, 1.0));
+        let size = 10.0_f64.powf(random.range(-5.0, 0.0));
+        for _ in 0..3 {
+            positions.push(centre.map(|x| (x + size * random.range(-1.0, 1.0)) as f32));
+        }
+    }
+    unconnected("soup", positions)
+}
+
+/// Long triangles a few units in the last place wide, some along an axis.
+pub fn slivers(count: u32) -> Mesh {
+    let mut random = SplitMix::new(11);
+    let mut positions = Vec::new();
+    for i in 0..count {
+        let a = [0; 3].map(|_| random.range(-1.0, 1.0) as f32);
+        let mut b = [0; 3].map(|_| random.range(-1.0, 1.0) as f32);
+        if i % 4 == 0 {
+            (b[1], b[2]) = (a[1], a[2]);
+        }
+        let t = random.range(0.0, 1.0);
+        let width = 10.0_f64.powf(random.range(-7.0, -3.0));
+        let c = [0, 1, 2].map(|k| {
+            let along = f64::from(a[k]) + t * (f64::from(b[k]) - f64::from(a[k]));
+            (along + width * random.range(-1.0, 1.0)) as f32
+        });
+        positions.extend([a, b, c]);
+    }
+    unconnected("slivers", positions)
+}
+
+/// Layers in one plane: every triangle twice, others overlapping them, some turned over.
+pub fn stack(layers: u32) -> Mesh {
+    let mut positions = Vec::new();
+    for layer in 0..layers {
+        let z = (layer / 4) as f32 * 0.125;
+        let shift = (layer % 2) as f32 * 0.25;
+        let mut corners = [[-1.0, -1.0, z], [1.0 + shift, -1.0, z], [shift, 1.0, z]];
+        if layer % 3 == 0 {
+            corners.reverse();
+        }
+        positions.extend(corners);
+        positions.extend(corners);
+    }
+    unconnected("stack", positions)
+}
+
+/// A flat grid in each of the planes of the axes, far from the origin.
+pub fn far_grid(n: u32, offset: f32) -> Mesh {
+    let mut grid = cube(1.0, n);
+    for p in &mut grid.positions {
+        *p = p.map(|x| x + offset);
+    }
+    grid.name = "far grid".to_owned();
+    grid
+}
+
+fn unconnected(name: &str, positions: Vec<[f32; 3]>) -> Mesh {
+    let indices = (0..positions.len() as u32 / 3)
+        .map(|i| [3 * i, 3 * i + 1, 3 * i + 2])
+        .collect();
+    mesh(name, positions, indices)
+}
+
+/// The mesh alone, in the kernels' form.
+///
+/// # Panics
+/// If the host refuses it.
+pub fn buffers(mesh: Mesh) -> SceneBuffers {
+    let scene = Scene {
+        name: mesh.name.clone(),
+        meshes: vec![mesh],
+        instances: vec![Instance {
+            mesh: 0,
+            transform: DAffine3::IDENTITY,
+        }],
+        materials: vec![Material {
+            name: String::new(),
+            reflectance: [0.5; 3],
+            emission: [1.0; 3],
+            two_sided_emission: false,
+        }],
+        ..Scene::default()
+    };
+    SceneBuffers::build(&scene).expect("a test mesh is valid")
+}

@@ -1,0 +1,313 @@
+//! Test scenes as data, in the forms of the kernels and of the [`oracle`].
+
+use crate::oracle::{self, Oracle};
+use glam::DAffine3;
+use restir_host::buffers::SceneBuffers;
+use restir_host::scene::{Camera, Instance, Material, Mesh, Scene};
+use restir_shared::layout::{CameraParams, PathParams};
+
+/// A planar quadrilateral, its corners counter-clockwise as seen from the front, with the index of its material.
+#[derive(Clone, Copy, Debug)]
+pub struct Quad {
+    /// Corners.
+    pub corners: [[f32; 3]; 4],
+    /// Index into [`Setting::materials`].
+    pub material: usize,
+}
+
+/// A material: reflectance, emission, emission on both sides.
+#[derive(Clone, Copy, Debug)]
+pub struct Paint {
+    /// Diffuse reflectance, linear RGB.
+    pub reflectance: [f32; 3],
+    /// Emitted radiance, linear RGB.
+    pub emission: [f32; 3],
+    /// Emits from the back as well.
+    pub two_sided: bool,
+}
+
+/// A scene and how it is looked at.
+#[derive(Clone, Debug)]
+pub struct Setting {
+    /// For messages.
+    pub name: &'static str,
+    /// Surfaces.
+    pub quads: Vec<Quad>,
+    /// Materials.
+    pub materials: Vec<Paint>,
+    /// Centre of projection; the camera looks along -z.
+    pub eye: [f32; 3],
+    /// Half the height of the image plane at distance 1.
+    pub half_height: f32,
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// Longest path in segments.
+    pub max_depth: u32,
+}
+
+const fn matte(reflectance: [f32; 3]) -> Paint {
+    Paint {
+        reflectance,
+        emission: [0.0; 3],
+        two_sided: false,
+    }
+}
+
+const fn quad(material: usize, corners: [[f32; 3]; 4]) -> Quad {
+    Quad { corners, material }
+}
+
+/// A box that is open to the viewer, with a block and a light that fills half of the ceiling.
+pub fn room() -> Setting {
+    Setting {
+        name: "room",
+        quads: vec![
+            quad(
+                0,
+                [
+                    [-1.0, -1.0, 1.0],
+                    [1.0, -1.0, 1.0],
+                    [1.0, -1.0, -1.0],
+                    [-1.0, -1.0, -1.0],
+                ],
+            ),
+            quad(
+                0,
+                [[-1.0, 1.0, -1.0], [1.0, 1.0, -1.0], [1.0, 1.0, 1.0], [-1.0, 1.0, 1.0]],
+            ),
+            quad(
+                0,
+                [
+                    [-1.0, -1.0, -1.0],
+                    [1.0, -1.0, -1.0],
+                    [1.0, 1.0, -1.0],
+                    [-1.0, 1.0, -1.0],
+                ],
+            ),
+            quad(
+                1,
+                [
+                    [-1.0, -1.0, 1.0],
+                    [-1.0, -1.0, -1.0],
+                    [-1.0, 1.0, -1.0],
+                    [-1.0, 1.0, 1.0],
+                ],
+            ),
+            quad(
+                2,
+                [[1.0, -1.0, -1.0], [1.0, -1.0, 1.0], [1.0, 1.0, 1.0], [1.0, 1.0, -1.0]],
+            ),
+            quad(
+                3,
+                [
+                    [-0.75, 0.9, -0.75],
+                    [0.75, 0.9, -0.75],
+                    [0.75, 0.9, 0.75],
+                    [-0.75, 0.9, 0.75],
+                ],
+            ),
+            // the block: top, front, right
+            quad(
+                0,
+                [[-0.6, 0.0, 0.3], [0.1, 0.0, 0.5], [0.3, 0.0, -0.2], [-0.4, 0.0, -0.4]],
+            ),
+            quad(
+                0,
+                [[-0.6, -1.0, 0.3], [0.1, -1.0, 0.5], [0.1, 0.0, 0.5], [-0.6, 0.0, 0.3]],
+            ),
+            quad(
+                0,
+                [[0.1, -1.0, 0.5], [0.3, -1.0, -0.2], [0.3, 0.0, -0.2], [0.1, 0.0, 0.5]],
+            ),
+        ],
+        materials: vec![
+            matte([0.75, 0.7, 0.65]),
+            matte([0.6, 0.3, 0.25]),
+            matte([0.25, 0.5, 0.3]),
+            Paint {
+                emission: [3.0, 2.5, 2.0],
+                ..matte([0.5, 0.5, 0.5])
+            },
+        ],
+        eye: [0.1, 0.05, 3.6],
+        half_height: 0.4,
+        size: [32, 32],
+        max_depth: 6,
+    }
+}
+
+/// An open scene: a coloured floor, a tilted emitter that shines from both sides, a smaller one that shines from its
+/// front alone and turns its back to a wall, and an occluder.
+pub fn terrace() -> Setting {
+    Setting {
+        name: "terrace",
+        quads: vec![
+            quad(
+                0,
+                [
+                    [-2.0, -1.0, 2.0],
+                    [2.0, -1.0, 2.0],
+                    [2.0, -1.0, -2.0],
+                    [-2.0, -1.0, -2.0],
+                ],
+            ),
+            quad(
+                1,
+                [
+                    [-2.0, -1.0, -2.0],
+                    [2.0, -1.0, -2.0],
+                    [2.0, 1.5, -2.0],
+                    [-2.0, 1.5, -2.0],
+                ],
+            ),
+            // tilted around z
+            quad(
+                2,
+                [[-1.6, 0.6, 1.0], [-1.6, 0.6, -1.2], [0.0, 1.3, -1.2], [0.0, 1.3, 1.0]],
+            ),
+            // faces the viewer
+            quad(
+                3,
+                [[0.6, -0.6, -1.4], [1.6, -0.6, -1.4], [1.6, 0.3, -1.4], [0.6, 0.3, -1.4]],
+            ),
+            quad(
+                0,
+                [
+                    [-0.9, -0.5, 0.5],
+                    [0.1, -0.4, 0.6],
+                    [0.1, -0.3, -0.5],
+                    [-0.9, -0.4, -0.6],
+                ],
+            ),
+        ],
+        materials: vec![
+            matte([0.7, 0.45, 0.3]),
+            matte([0.4, 0.5, 0.7]),
+            Paint {
+                emission: [2.0, 2.5, 3.0],
+                two_sided: true,
+                ..matte([0.3, 0.3, 0.3])
+            },
+            Paint {
+                emission: [5.0, 3.0, 2.0],
+                ..matte([0.2, 0.3, 0.4])
+            },
+        ],
+        eye: [0.0, 0.1, 4.2],
+        half_height: 0.45,
+        size: [32, 32],
+        max_depth: 5,
+    }
+}
+
+impl Setting {
+    fn half_width(&self) -> f32 {
+        self.half_height * self.size[0] as f32 * (1.0 / self.size[1] as f32)
+    }
+
+    fn triangles(&self) -> impl Iterator<Item = ([[f32; 3]; 3], usize)> + '_ {
+        self.quads.iter().flat_map(|quad| {
+            let [a, b, c, d] = quad.corners;
+            [([a, b, c], quad.material), ([a, c, d], quad.material)]
+        })
+    }
+
+    /// For the oracle; paths go through the pixels' whole area.
+    pub fn oracle(&self) -> Oracle {
+        let wide = |v: [f32; 3]| v.map(f64::from);
+        let triangles = self.triangles().map(|(vertices, material)| {
+            let paint = &self.materials[material];
+            oracle::Triangle {
+                vertices: vertices.map(wide),
+                reflectance: wide(paint.reflectance),
+                emission: wide(paint.emission),
+                two_sided: paint.two_sided,
+            }
+        });
+        let camera = oracle::Camera {
+            position: wide(self.eye),
+            forward: [0.0, 0.0, -1.0],
+            right: [f64::from(self.half_width()), 0.0, 0.0],
+            up: [0.0, f64::from(self.half_height), 0.0],
+            size: self.size,
+        };
+        Oracle::new(triangles, camera, self.max_depth, true)
+    }
+
+    /// As a user would write it.
+    pub fn scene(&self) -> Scene {
+        let meshes: Vec<_> = self.quads.iter().map(mesh).collect();
+        let in_place = |mesh| Instance {
+            mesh,
+            transform: DAffine3::IDENTITY,
+        };
+        let eye = glam::DVec3::from_array(self.eye.map(f64::from));
+        Scene {
+            name: self.name.to_owned(),
+            instances: (0..meshes.len()).map(in_place).collect(),
+            meshes,
+            materials: self.materials.iter().map(material).collect(),
+            camera: Some(Camera {
+                position: eye,
+                target: eye - glam::DVec3::Z,
+                up: glam::DVec3::Y,
+                vertical_fov: 2.0 * f64::from(self.half_height).atan(),
+            }),
+            default_size: Some(self.size),
+            warnings: Vec::new(),
+        }
+    }
+
+    /// For the kernels.
+    ///
+    /// # Panics
+    /// If the host refuses the scene.
+    pub fn buffers(&self) -> SceneBuffers {
+        SceneBuffers::build(&self.scene()).expect("a test scene is valid")
+    }
+
+    /// The camera for the kernels, with exactly the oracle's numbers.
+    pub fn camera(&self) -> CameraParams {
+        CameraParams {
+            position: self.eye,
+            inv_width: 1.0 / self.size[0] as f32,
+            forward: [0.0, 0.0, -1.0],
+            inv_height: 1.0 / self.size[1] as f32,
+            right: [self.half_width(), 0.0, 0.0],
+            reserved0: 0.0,
+            up: [0.0, self.half_height, 0.0],
+            reserved1: 0.0,
+        }
+    }
+
+    /// Parameters of one sample a pixel.
+    pub fn params(&self, buffers: &SceneBuffers, flags: u32) -> PathParams {
+        PathParams {
+            scene: buffers.header,
+            camera: self.camera(),
+            width: self.size[0],
+            height: self.size[1],
+            max_depth: self.max_depth,
+            flags,
+            ..PathParams::default()
+        }
+    }
+}
+
+fn mesh(quad: &Quad) -> Mesh {
+    Mesh {
+        name: String::new(),
+        positions: quad.corners.to_vec(),
+        indices: vec![[0, 1, 2], [0, 2, 3]],
+        material: quad.material,
+    }
+}
+
+fn material(paint: &Paint) -> Material {
+    Material {
+        name: String::new(),
+        reflectance: paint.reflectance,
+        emission: paint.emission,
+        two_sided_emission: paint.two_sided,
+    }
+}

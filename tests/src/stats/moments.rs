@@ -1,0 +1,91 @@
+//! Mean and variance of a stream.
+
+/// Count, mean and sum of squared deviations (Welford 1962; merged after Chan, Golub and LeVeque 1979).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Moments {
+    count: f64,
+    mean: f64,
+    squares: f64,
+}
+
+impl Moments {
+    /// A known value, without variance.
+    pub fn exact(value: f64) -> Self {
+        Self {
+            count: f64::INFINITY,
+            mean: value,
+            squares: 0.0,
+        }
+    }
+
+    /// Adds a value.
+    pub fn push(&mut self, value: f64) {
+        self.count += 1.0;
+        let delta = value - self.mean;
+        self.mean += delta / self.count;
+        self.squares += delta * (value - self.mean);
+    }
+
+    /// The moments of both streams.
+    #[must_use]
+    pub fn merge(self, other: Self) -> Self {
+        if other.count == 0.0 {
+            return self;
+        }
+        let count = self.count + other.count;
+        let delta = other.mean - self.mean;
+        Self {
+            count,
+            mean: self.mean + delta * (other.count / count),
+            squares: self.squares + other.squares + delta * delta * (self.count * other.count / count),
+        }
+    }
+
+    /// The mean.
+    pub fn mean(&self) -> f64 {
+        self.mean
+    }
+
+    /// The unbiased variance of the values.
+    pub fn variance(&self) -> f64 {
+        self.squares / (self.count - 1.0)
+    }
+
+    /// The variance of the mean; infinite for fewer than two values.
+    pub fn variance_of_mean(&self) -> f64 {
+        if self.count < 2.0 {
+            f64::INFINITY
+        } else {
+            self.variance() / self.count
+        }
+    }
+
+    /// The standard error of the mean.
+    pub fn standard_error(&self) -> f64 {
+        self.variance_of_mean().sqrt()
+    }
+}
+
+impl FromIterator<f64> for Moments {
+    fn from_iter<I: IntoIterator<Item = f64>>(values: I) -> Self {
+        let mut moments = Self::default();
+        values.into_iter().for_each(|value| moments.push(value));
+        moments
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_merge_to_the_whole() {
+        let value = |i: i32| 1e6 + f64::from(i * i % 17);
+        let whole: Moments = (0..100).map(value).collect();
+        let first: Moments = (0..30).map(value).collect();
+        let merged = Moments::default().merge(first).merge((30..100).map(value).collect());
+        assert!((whole.mean() - merged.mean()).abs() < 1e-9);
+        assert!((whole.variance() / merged.variance() - 1.0).abs() < 1e-9);
+        assert_eq!(Moments::exact(2.0).variance_of_mean(), 0.0);
+    }
+}
