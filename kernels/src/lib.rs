@@ -17,4 +17,6 @@ kernels! {
     film_resolve,
     path,
     self_check,
+    #[cfg(feature = "size-probe")]
+    size_probe,
 }

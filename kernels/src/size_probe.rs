@@ -1,0 +1,109 @@
+//! Measures what size costs: four traversal sites, sixty divisions and a GGX lobe in one kernel, so that later
+//! kernels are cut with knowledge. `cargo xtask shader probe` builds it; it is never shipped.
+
+use restir_shared::camera::primary_ray;
+use restir_shared::geometry::Ray;
+use restir_shared::glam::{UVec4, Vec2, Vec3};
+use restir_shared::layout::{FilmPixel, PathParams};
+use restir_shared::num;
+use restir_shared::rng::{self, Rng};
+use restir_shared::scene::{SceneView, Surface, Trace};
+use restir_shared::vec::{Frame, cross, dot, normalize};
+
+kernel! {
+    /// Four GGX-scattered segments, each traced at a call site of its own.
+    pub fn size_probe(8, 8) {
+        constants { 0: features = 0xffff_ffff }
+        params 0: PathParams,
+        read { 1: geometry: UVec4, 2: attributes: UVec4 },
+        own { 3: film: FilmPixel },
+    }
+    |x, y, at, p| {
+        let scene = SceneView { header: p.scene, geometry, attributes, features };
+        film[at] = FilmPixel::from_radiance(four_segments(&scene, &p, x, y))
+    }
+}
+
+fn four_segments(scene: &SceneView<'_>, params: &PathParams, x: u32, y: u32) -> Vec3 {
+    let rng = Rng::new(x, y, params.first_sample, params.seed);
+    let mut ray = primary_ray(&params.camera, Vec2::new(x as f32 + 0.5, y as f32 + 0.5));
+    let mut sum = Vec3::ZERO;
+    let mut weight = Vec3::ONE;
+    (sum, weight, ray) = segment(scene, &rng, 0, sum, weight, ray);
+    (sum, weight, ray) = segment(scene, &rng, 1, sum, weight, ray);
+    (sum, weight, ray) = segment(scene, &rng, 2, sum, weight, ray);
+    (sum, weight, _) = segment(scene, &rng, 3, sum, weight, ray);
+    let d = sixty_divisions(weight.x + 1.0);
+    sum + weight * d
+}
+
+#[inline(always)]
+fn segment(scene: &SceneView<'_>, rng: &Rng, dimension: u32, sum: Vec3, weight: Vec3, ray: Ray) -> (Vec3, Vec3, Ray) {
+    let hit = scene.closest(&ray);
+    if !hit.is_hit() {
+        return (sum, weight, ray);
+    }
+    let point = scene.surface(&ray, &hit);
+    let words = rng.draw(dimension);
+    let frame = Frame::new(if dot(point.normal, ray.direction) > 0.0 { -point.normal } else { point.normal });
+    let view = frame.to_local(-ray.direction);
+    let (local, value) = ggx(view, 0.09, Vec2::new(rng::unit(words.x), rng::unit(words.y)));
+    let origin = point.position + frame.n * point.offset;
+    let next = Ray { origin, direction: frame.to_world(local), t_max: Ray::FAR };
+    (sum + weight * point.emission, weight * point.reflectance * value, next)
+}
+
+/// Samples the visible normals of GGX (Heitz 2018, JCGT 7(4)): the reflected direction and its weight.
+#[inline(always)]
+fn ggx(view: Vec3, alpha: f32, u: Vec2) -> (Vec3, f32) {
+    let stretched = normalize(Vec3::new(alpha * view.x, alpha * view.y, view.z));
+    let side = stretched.x * stretched.x + stretched.y * stretched.y;
+    let t1 = if side > 0.0 { Vec3::new(-stretched.y, stretched.x, 0.0) * num::rsqrt(side) } else { Vec3::X };
+    let t2 = cross(stretched, t1);
+    let r = num::sqrt(u.x);
+    let (sin, cos) = num::sin_cos(u.y);
+    let s = 0.5 * (1.0 + stretched.z);
+    let p1 = r * cos;
+    let p2 = (1.0 - s) * num::sqrt(num::max(1.0 - p1 * p1, 0.0)) + s * (r * sin);
+    let p3 = num::sqrt(num::max(1.0 - p1 * p1 - p2 * p2, 0.0));
+    let n = t1 * p1 + t2 * p2 + stretched * p3;
+    let half = normalize(Vec3::new(alpha * n.x, alpha * n.y, num::max(n.z, 1.0e-6)));
+    let light = half * (2.0 * dot(view, half)) - view;
+    let a2 = alpha * alpha;
+    let lambda = |z: f32| num::sqrt(1.0 + num::div(a2 * (1.0 - z * z), z * z + 1.0e-6));
+    (light, num::div(1.0 + lambda(view.z), 1.0 + lambda(view.z) + lambda(light.z)))
+}
+
+#[inline(always)]
+fn ten_divisions(x: f32) -> f32 {
+    let x = num::div(x + 1.0, x + 2.0);
+    let x = num::div(x + 2.0, x + 3.0);
+    let x = num::div(x + 3.0, x + 4.0);
+    let x = num::div(x + 4.0, x + 5.0);
+    let x = num::div(x + 5.0, x + 6.0);
+    let x = num::div(x + 6.0, x + 7.0);
+    let x = num::div(x + 7.0, x + 8.0);
+    let x = num::div(x + 8.0, x + 9.0);
+    let x = num::div(x + 9.0, x + 10.0);
+    num::div(x + 10.0, x + 11.0)
+}
+
+#[inline(always)]
+fn sixty_divisions(x: f32) -> f32 {
+    ten_divisions(ten_divisions(ten_divisions(ten_divisions(ten_divisions(ten_divisions(x))))))
+}
+
+#[cfg(not(target_arch = "spirv"))]
+fn cases(scenes: &dyn crate::CaseScenes) -> Vec<crate::Case> {
+    let scene = scenes.scene("cornell");
+    let camera = (scene.camera)(16, 16);
+    let params = PathParams { scene: scene.header, camera, width: 16, height: 16, ..PathParams::default() };
+    vec![
+        crate::Case::new("cornell", 16, 16)
+            .freeze(0, scene.features)
+            .with(&[params])
+            .with(&scene.geometry)
+            .with(&scene.attributes)
+            .output(),
+    ]
+}
