@@ -1,0 +1,410 @@
+//! The contract between the parts: layout, film, features, embedding, subnormal numbers.
+
+use libtest_mimic::Failed;
+use proptest::prelude::*;
+use proptest::test_runner::{Config, TestRng, TestRunner};
+use restir_host::buffers::SceneBuffers;
+use restir_host::scene::Scene;
+use restir_shared::camera::primary_ray;
+use restir_shared::film::{MAX_BLOCK_LOG2, sum_block};
+use restir_shared::geometry::{Hit, Ray};
+use restir_shared::glam::{Vec2, Vec3};
+use restir_shared::layout::{
+    CameraParams, FEATURE_LIGHT_TABLE, FEATURES_ALL, FilmPixel, LIGHT_WORDS, NONE, PATH_JITTER, PATH_ROULETTE,
+    PathParams, TRIANGLE_WORDS,
+};
+use restir_shared::num::{self, FLUSH_BELOW, soft};
+use restir_shared::rng::Rng;
+use restir_shared::scene::{Lights, SceneView, Surface, Trace};
+use restir_shared::technique::path;
+use restir_tests::brute::Triangles;
+use restir_tests::flush::with_flush_to_zero;
+use restir_tests::foreign::HollowSphere;
+use restir_tests::random::SplitMix;
+use restir_tests::scenes::{Setting, room, terrace};
+use restir_tests::stats::Moments;
+use restir_tests::suite::{ensure, run};
+use std::collections::HashSet;
+use std::hint::black_box;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    run(&[
+        (
+            "any_split_into_blocks_has_the_same_bits",
+            any_split_into_blocks_has_the_same_bits,
+        ),
+        ("a_running_sum_is_not_a_film", a_running_sum_is_not_a_film),
+        ("dropped_samples_are_counted", dropped_samples_are_counted),
+        (
+            "blocks_of_a_pixel_merge_to_the_pixel",
+            blocks_of_a_pixel_merge_to_the_pixel,
+        ),
+        ("arenas_hold_the_scene", arenas_hold_the_scene),
+        ("a_frozen_feature_changes_no_bit", a_frozen_feature_changes_no_bit),
+        ("a_foreign_scene_can_be_traced", a_foreign_scene_can_be_traced),
+        ("flush_to_zero_changes_no_film_word", flush_to_zero_changes_no_film_word),
+        ("an_unflushed_sum_is_seen", an_unflushed_sum_is_seen),
+        ("flush_to_zero_changes_no_function", flush_to_zero_changes_no_function),
+    ])
+}
+
+fn words(pixel: FilmPixel) -> [u32; 4] {
+    bytemuck::cast(pixel)
+}
+
+/// Radiance of all magnitudes, some of it not finite.
+fn radiance(seed: u64, sample: u32) -> Vec3 {
+    let mut random = SplitMix::new(seed << 32 | u64::from(sample));
+    let scale = f64::exp2(random.range(-140.0, 60.0));
+    match random.below(40) {
+        0 => Vec3::new(f32::NAN, 1.0, 1.0),
+        1 => Vec3::new(1.0, f32::INFINITY, 1.0),
+        _ => Vec3::new(
+            (scale * random.unit()) as f32,
+            random.unit() as f32,
+            (10.0 * random.unit()) as f32,
+        ),
+    }
+}
+
+/// The sum over 2^`log2` samples: in one block where it is small enough and `split` says so, else of two halves.
+fn sum_in_parts(first: u32, log2: u32, seed: u64, split: &mut SplitMix) -> FilmPixel {
+    if log2 == 0 || (log2 <= MAX_BLOCK_LOG2 && split.below(3) == 0) {
+        return sum_block(first, log2, |sample| radiance(seed, sample));
+    }
+    let half = 1 << (log2 - 1);
+    // the right half may be computed first: on another thread or machine
+    let right = sum_in_parts(first + half, log2 - 1, seed, split);
+    sum_in_parts(first, log2 - 1, seed, split).merge(right)
+}
+
+fn any_split_into_blocks_has_the_same_bits() -> Result<(), Failed> {
+    let config = Config {
+        cases: 500,
+        failure_persistence: None,
+        ..Config::default()
+    };
+    TestRunner::new_with_rng(config, TestRng::deterministic_rng(Default::default()))
+        .run(
+            &(0_u32..11, 0_u32..1000, any::<u32>(), any::<u64>()),
+            |(log2, block, seed, split)| {
+                let first = block << log2;
+                let one = sum_in_parts(first, log2, u64::from(seed), &mut SplitMix::new(split));
+                let other = sum_in_parts(first, log2, u64::from(seed), &mut SplitMix::new(!split));
+                prop_assert_eq!(words(one), words(other));
+                Ok(())
+            },
+        )
+        .map_err(Failed::from)
+}
+
+/// The check above sees a sum whose shape depends on the split.
+fn a_running_sum_is_not_a_film() -> Result<(), Failed> {
+    let running = |range: std::ops::Range<u32>| {
+        let zero = FilmPixel::from_radiance(Vec3::ZERO);
+        range.fold(zero, |sum, sample| {
+            sum.merge(FilmPixel::from_radiance(radiance(1, sample)))
+        })
+    };
+    let whole = running(0..64);
+    let halves = running(0..32).merge(running(32..64));
+    ensure(words(whole) != words(halves), || {
+        "a running sum does not depend on the split".to_owned()
+    })
+}
+
+fn dropped_samples_are_counted() -> Result<(), Failed> {
+    let wrong = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
+    let pixel = sum_block(0, 3, |sample| {
+        Vec3::new(1.0, wrong.get(sample as usize).copied().unwrap_or(1.0), 1.0)
+    });
+    ensure(pixel.dropped == 3.0 && pixel.sum == [5.0; 3], || format!("{pixel:?}"))
+}
+
+fn blocks_of_a_pixel_merge_to_the_pixel() -> Result<(), Failed> {
+    let setting = terrace();
+    let buffers = setting.buffers();
+    let pixel = |first_sample: u32, block_log2: u32, x: u32, y: u32| {
+        let params = PathParams {
+            first_sample,
+            block_log2,
+            ..setting.params(&buffers, PATH_JITTER)
+        };
+        path::pixel(&buffers.view(), &params, x, y)
+    };
+    for (x, y) in [(3, 20), (15, 10), (31, 31)] {
+        let whole = pixel(64, 6, x, y);
+        let parts = pixel(64, 5, x, y).merge(pixel(96, 4, x, y).merge(pixel(112, 4, x, y)));
+        ensure(words(whole) == words(parts), || {
+            format!("({x}, {y}): {whole:?} is not {parts:?}")
+        })?;
+    }
+    Ok(())
+}
+
+/// Every triangle of the setting is in the arenas once, with its material, and lights and triangles refer to each
+/// other.
+fn arenas_hold_the_scene() -> Result<(), Failed> {
+    let setting = terrace();
+    let buffers = setting.buffers();
+    let view = buffers.view();
+    let triangles = Triangles::new(view);
+    let mut expected = HashSet::new();
+    for quad in &setting.quads {
+        let [a, b, c, d] = quad.corners.map(|corner| corner.map(f32::to_bits));
+        expected.insert(([a, b, c], quad.material as u32));
+        expected.insert(([a, c, d], quad.material as u32));
+    }
+    ensure(triangles.len() == expected.len(), || {
+        format!("{} triangles", triangles.len())
+    })?;
+    let mut lights = HashSet::new();
+    for id in 0..triangles.len() {
+        let at = (view.header.triangle_base + id as u32 * TRIANGLE_WORDS) as usize;
+        let (material, light) = (view.geometry[at].w, view.geometry[at + 1].w);
+        let corners = triangles.get(id).map(|v| v.to_array().map(f32::to_bits));
+        ensure(expected.remove(&(corners, material)), || {
+            format!("triangle {id} is not of the scene")
+        })?;
+        let paint = &setting.materials[material as usize];
+        ensure((light != NONE) == (paint.emission != [0.0; 3]), || {
+            format!("triangle {id} has light {light}")
+        })?;
+        if light != NONE {
+            let record = view.attributes[(view.header.light_base + light * LIGHT_WORDS) as usize];
+            ensure(record.x == id as u32 && lights.insert(light), || {
+                format!("light {light} is not triangle {id}")
+            })?;
+        }
+        let [a, b, c] = triangles.get(id);
+        let normal = (b - a).cross(c - a);
+        let ray = Ray {
+            origin: (a + b + c) * (1.0 / 3.0) + normal,
+            direction: -normal,
+            t_max: Ray::FAR,
+        };
+        let hit = Hit {
+            t: 1.0,
+            id: id as u32,
+            uv: Vec2::splat(0.25),
+        };
+        let point = view.surface(&ray, &hit);
+        let right = point.reflectance.to_array() == paint.reflectance && point.emission.to_array() == paint.emission;
+        ensure(right, || format!("triangle {id} has another material"))?;
+    }
+    ensure(lights.len() == view.header.light_count as usize, || {
+        "lights without triangles".to_owned()
+    })
+}
+
+fn film(view: &SceneView<'_>, params: &PathParams) -> Vec<u32> {
+    let pixels = (0..params.height).flat_map(|y| (0..params.width).map(move |x| (x, y)));
+    pixels
+        .flat_map(|(x, y)| words(path::pixel(view, params, x, y)))
+        .collect()
+}
+
+fn a_frozen_feature_changes_no_bit() -> Result<(), Failed> {
+    for setting in [room(), terrace()] {
+        let buffers = setting.buffers();
+        let params = PathParams {
+            block_log2: 2,
+            ..setting.params(&buffers, PATH_JITTER)
+        };
+        let with = |features: u32| SceneView {
+            features,
+            ..buffers.view()
+        };
+        let needs_table = buffers.features & FEATURE_LIGHT_TABLE != 0;
+        println!("{}: alias table {needs_table}", setting.name);
+        // the two halves of the room's light have equal power, the emitters of the terrace differ
+        ensure(needs_table == (setting.name == "terrace"), || {
+            "the features do not fit the scene".to_owned()
+        })?;
+        let frozen = film(&with(buffers.features), &params);
+        ensure(frozen == film(&with(FEATURES_ALL), &params), || {
+            format!("{}: general differs", setting.name)
+        })?;
+        let without = film(&with(0), &params);
+        ensure((without == frozen) != needs_table, || {
+            format!("{}: the feature has no effect", setting.name)
+        })?;
+    }
+    Ok(())
+}
+
+fn a_foreign_scene_can_be_traced() -> Result<(), Failed> {
+    let sphere = HollowSphere {
+        radius: 2.0,
+        reflectance: 0.5,
+        emission: 1.0,
+    };
+    let max_depth = 4;
+    let ray = Ray {
+        origin: Vec3::new(0.3, -0.2, 0.1),
+        direction: Vec3::Z,
+        t_max: Ray::FAR,
+    };
+    let estimate = |i: u32| path::radiance(&sphere, ray, &Rng::new(0, 0, i, 1), max_depth, false);
+    let moments: Moments = (0..100_000).map(|i| f64::from(estimate(i).y)).collect();
+    let exact = 2.0 * (1.0 - 0.5_f64.powi(max_depth as i32));
+    println!(
+        "hollow sphere: {:.5} +- {:.5} for {exact}",
+        moments.mean(),
+        moments.standard_error()
+    );
+    let params = PathParams {
+        camera: CameraParams {
+            forward: [0.0, 0.0, 1.0],
+            ..CameraParams::default()
+        },
+        width: 1,
+        height: 1,
+        max_depth: 1,
+        ..PathParams::default()
+    };
+    ensure(path::pixel(&sphere, &params, 0, 0).sum == [1.0; 3], || {
+        "emission is not seen".to_owned()
+    })?;
+    // the spawn offset of 10^-4 radii changes form factors by its square
+    let z = (moments.mean() - exact) / moments.standard_error();
+    ensure(z.abs() <= 3.0, || {
+        format!("{} is {z:.1} standard errors from {exact}", moments.mean())
+    })
+}
+
+/// A room so dim that what it reflects is subnormal.
+fn dim() -> Setting {
+    let mut setting = room();
+    setting.name = "dim room";
+    for paint in &mut setting.materials {
+        paint.reflectance = paint.reflectance.map(|x| x * 1.0e-13);
+        paint.emission = paint.emission.map(|x| x * 1.0e-26);
+    }
+    setting
+}
+
+/// Buffers of a scene and parameters for a small image of it.
+fn flush_cases() -> Result<Vec<(String, SceneBuffers, PathParams)>, Failed> {
+    let mut cases = Vec::new();
+    for setting in [room(), terrace(), dim()] {
+        let buffers = setting.buffers();
+        let params = setting.params(&buffers, PATH_JITTER | PATH_ROULETTE);
+        cases.push((setting.name.to_owned(), buffers, params));
+    }
+    for name in ["cornell", "cornell-mitsuba", "furnace"] {
+        let buffers = SceneBuffers::build(&Scene::load(name)?)?;
+        let params = PathParams {
+            scene: buffers.header,
+            camera: buffers.camera.params(32, 32),
+            width: 32,
+            height: 32,
+            max_depth: 12,
+            flags: PATH_JITTER,
+            ..PathParams::default()
+        };
+        cases.push((name.to_owned(), buffers, params));
+    }
+    Ok(cases)
+}
+
+/// Whether the mode is on: the smallest normal number halved is zero.
+#[inline(never)]
+fn flushes() -> bool {
+    black_box(black_box(f32::MIN_POSITIVE) * black_box(0.5)) == 0.0
+}
+
+fn flush_to_zero_changes_no_film_word() -> Result<(), Failed> {
+    ensure(!flushes(), || {
+        "subnormal numbers are flushed without being asked".to_owned()
+    })?;
+    for (name, buffers, params) in flush_cases()? {
+        let params = PathParams {
+            block_log2: 4,
+            ..params
+        };
+        let view = buffers.view();
+        let usual = film(black_box(&view), black_box(&params));
+        let Some((on, flushed)) = with_flush_to_zero(|| (flushes(), film(black_box(&view), black_box(&params)))) else {
+            println!("SKIPPED: this processor's flush-to-zero mode is not known");
+            return Ok(());
+        };
+        ensure(on, || "the mode had no effect".to_owned())?;
+        let changed = usual.iter().zip(&flushed).filter(|(a, b)| a != b).count();
+        println!("{name}: {changed} of {} film words change", usual.len());
+        ensure(changed == 0, || format!("{name}: {changed} film words change"))?;
+    }
+    Ok(())
+}
+
+/// The check above sees a technique that leaves out the film's named point of flushing.
+fn an_unflushed_sum_is_seen() -> Result<(), Failed> {
+    let setting = dim();
+    let buffers = setting.buffers();
+    let view = buffers.view();
+    let params = setting.params(&buffers, 0);
+    let unflushed = || -> Vec<u32> {
+        let sample = |i: u32| {
+            let ray = primary_ray(&params.camera, Vec2::new((i % 32) as f32, 24.5));
+            path::radiance(black_box(&view), ray, &Rng::new(i, 24, 0, 1), 3, false)
+        };
+        (0..1024).flat_map(|i| sample(i).to_array().map(f32::to_bits)).collect()
+    };
+    match with_flush_to_zero(unflushed) {
+        Some(flushed) => ensure(flushed != unflushed(), || {
+            "subnormal radiance goes unnoticed".to_owned()
+        }),
+        None => Ok(()),
+    }
+}
+
+/// Results of every scalar function for one pair of operands of magnitude 2^-100 and more.
+fn functions(a: f32, b: f32) -> [u32; 13] {
+    let flushed = |x: f32| num::flush(x).to_bits();
+    let (sin, cos) = num::sin_cos(a);
+    [
+        num::exp(a).to_bits(),
+        num::ln(num::abs(a)).to_bits(),
+        flushed(sin),
+        flushed(cos),
+        flushed(num::atan2(a, b)),
+        flushed(num::div(a, b)),
+        flushed(soft::div(a, b)),
+        flushed(soft::recip(a)),
+        flushed(soft::sqrt(num::abs(a))),
+        flushed(soft::rsqrt(num::abs(a))),
+        flushed(num::recip(a)),
+        flushed(num::sqrt(num::abs(a))),
+        flushed(num::rsqrt(num::abs(a))),
+    ]
+}
+
+fn flush_to_zero_changes_no_function() -> Result<(), Failed> {
+    let number = |random: &mut SplitMix| loop {
+        let x = f32::from_bits(random.word() as u32);
+        if x.is_finite() && num::abs(x) >= FLUSH_BELOW {
+            return x;
+        }
+    };
+    let mut random = SplitMix::new(1);
+    let pairs: Vec<_> = (0..1_000_000)
+        .map(|_| (number(&mut random), number(&mut random)))
+        .collect();
+    let all = || -> Vec<_> { black_box(&pairs).iter().map(|&(a, b)| functions(a, b)).collect() };
+    let usual = all();
+    let Some(flushed) = with_flush_to_zero(all) else {
+        println!("SKIPPED: this processor's flush-to-zero mode is not known");
+        return Ok(());
+    };
+    for ((a, b), (x, y)) in pairs.iter().zip(usual.iter().zip(&flushed)) {
+        ensure(x == y, || format!("{a:e}, {b:e}: {x:08x?} becomes {y:08x?}"))?;
+    }
+    Ok(())
+}
+
+/// A technique asks for no more than the traits that it names.
+const _: fn(&HollowSphere) = |scene| {
+    fn needs(_: &(impl Trace + Surface + Lights)) {}
+    needs(scene);
+};
