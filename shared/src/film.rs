@@ -15,7 +15,7 @@ impl FilmPixel {
     /// zero, so that a device that flushes subnormals gives the same sum.
     #[inline(always)]
     pub fn from_radiance(radiance: Vec3) -> Self {
-        let finite = num::is_finite(radiance.x) && num::is_finite(radiance.y) && num::is_finite(radiance.z);
+        let finite = num::is_finite(radiance.x) & num::is_finite(radiance.y) & num::is_finite(radiance.z);
         if finite {
             Self {
                 sum: [num::flush(radiance.x), num::flush(radiance.y), num::flush(radiance.z)],

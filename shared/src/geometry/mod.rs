@@ -55,10 +55,4 @@ impl Hit {
     pub fn is_hit(&self) -> bool {
         self.id != NONE
     }
-
-    /// The order that defines the closest hit: by t, then by id.
-    #[inline(always)]
-    pub fn is_before(&self, other: &Self) -> bool {
-        self.t < other.t || (self.t == other.t && self.id < other.id)
-    }
 }

@@ -57,7 +57,7 @@ fn closest_in_leaf(scene: &SceneView<'_>, test: &TriangleTest, slab: &Slab, leaf
         let v2 = xyz(scene.geometry[at + 2]);
         let hit = test.hit(slab, id, v0, v1, v2);
         // the limit t_max stands in `best` with the id NONE, which no hit at that t beats
-        if hit.t < best.t || (hit.t == best.t && best.id != NONE && hit.id < best.id) {
+        if (hit.t < best.t) | ((hit.t == best.t) & (best.id != NONE) & (hit.id < best.id)) {
             best = hit;
         }
         id += 1;
@@ -75,12 +75,12 @@ fn order_children(scene: &SceneView<'_>, slab: &Slab, node: u32, limit: f32) -> 
     let hi1 = scene.geometry[at + 3];
     let (enter0, exit0) = slab.interval(xyz(lo0), xyz(hi0));
     let (enter1, exit1) = slab.interval(xyz(lo1), xyz(hi1));
-    let child0 = if enter0 <= exit0 && enter0 <= limit {
+    let child0 = if (enter0 <= exit0) & (enter0 <= limit) {
         lo0.w
     } else {
         NONE
     };
-    let child1 = if enter1 <= exit1 && enter1 <= limit {
+    let child1 = if (enter1 <= exit1) & (enter1 <= limit) {
         hi0.w
     } else {
         NONE

@@ -96,6 +96,7 @@ pub fn ln(x: f32) -> f32 {
 }
 
 /// (sin, cos) of an angle in turns: of `2 pi u`. Domain |u| <= [`TURNS_MAX`].
+/// Below 2^-100 the last bit may differ where subnormal numbers are flushed.
 ///
 /// The reduction to an eighth of a turn is exact, which is why angles are in turns: random numbers already are.
 pub fn sin_cos(u: f32) -> (f32, f32) {
@@ -128,7 +129,8 @@ pub fn sin_cos(u: f32) -> (f32, f32) {
     }
 }
 
-/// The angle of (x, y) in turns, in [-1/2, 1/2]; zero for the origin. Operands are finite.
+/// The angle of (x, y) in turns, in [-1/2, 1/2]; zero for the origin. Magnitudes of operands are at most 2^126: the
+/// sum of two must be finite.
 pub fn atan2(y: f32, x: f32) -> f32 {
     let (ay, ax) = (super::abs(y), super::abs(x));
     let steep = ay > ax;

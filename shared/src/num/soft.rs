@@ -8,6 +8,8 @@
 //!
 //! The corrections ([`div_mantissa`], [`recip_mantissa`], [`sqrt_mantissa`], [`rsqrt_mantissa`]) give the same bits for every seed
 //! within [`SEED_SLACK`] of the true value: how a device rounds the seed's arithmetic does not matter.
+//!
+//! Conditions are joined by `|` and `&`, which become selects; `||` would become a branch each on the device.
 
 use super::mul_wide;
 
@@ -155,13 +157,13 @@ pub fn div(a: f32, b: f32) -> f32 {
     let q = div_mantissa(ma, mb, seed25(if less { q * 2.0 } else { q }), y);
     let e = ea.wrapping_sub(eb).wrapping_add(if less { 126 } else { 127 }) as i32;
     let mut r = assemble(e as u32, q);
-    if e <= 0 || ea == 0 || eb == 255 {
+    if (e <= 0) | (ea == 0) | (eb == 255) {
         r = 0;
     }
-    if (e >= 255 && ea != 0) || ea == 255 || eb == 0 {
+    if (e >= 255) | (ea == 255) | (eb == 0) {
         r = INFINITY;
     }
-    if (ea == 0 && eb == 0) || (ea == 255 && eb == 255) || is_nan(ua) || is_nan(ub) {
+    if ((ea == 0) & (eb == 0)) | ((ea == 255) & (eb == 255)) | is_nan(ua) | is_nan(ub) {
         r = NAN;
     }
     f32::from_bits(r | ((ua ^ ub) & SIGN))
@@ -175,7 +177,7 @@ pub fn recip(x: f32) -> f32 {
     let y = recip_seed(unit(m));
     // A mantissa quotient of exactly 1 carries into the exponent.
     let mut r = assemble(253_u32.wrapping_sub(e), recip_mantissa(m, seed25(y * 2.0), y));
-    if (r as i32) < HIDDEN as i32 || e == 255 {
+    if ((r as i32) < HIDDEN as i32) | (e == 255) {
         r = 0;
     }
     if e == 0 {
@@ -197,7 +199,7 @@ pub fn sqrt(x: f32) -> f32 {
     let mut r = assemble(half.wrapping_add(127) as u32, s);
     if exponent(u) == 0 {
         r = u & SIGN;
-    } else if is_nan(u) || u & SIGN != 0 {
+    } else if is_nan(u) | (u & SIGN != 0) {
         r = NAN;
     } else if u == INFINITY {
         r = INFINITY;
@@ -214,7 +216,7 @@ pub fn rsqrt(x: f32) -> f32 {
     let mut r = assemble(126_i32.wrapping_sub(half) as u32, s);
     if exponent(u) == 0 {
         r = INFINITY;
-    } else if is_nan(u) || u & SIGN != 0 {
+    } else if is_nan(u) | (u & SIGN != 0) {
         r = NAN;
     } else if u == INFINITY {
         r = 0;
