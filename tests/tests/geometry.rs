@@ -138,7 +138,7 @@ fn from_inside(triangles: &Triangles, inside: Vec3, random: &mut SplitMix) -> Ra
     }
 }
 
-/// Closed meshes with a point inside. The torus is left out of none: a ray that passes its hole still has to hit.
+/// Closed meshes with a point inside; from within the torus even a ray through its hole has to hit.
 fn closed() -> [(SceneBuffers, Vec3); 3] {
     [
         (buffers(sphere(1.0, 32, 16)), Vec3::ZERO),
