@@ -1,7 +1,7 @@
-//! Exponential, logarithm and angles: one polynomial for both sides. Coefficients after Cephes (S. L. Moshier),
-//! angles rescaled to turns.
+//! Exponential, logarithm, sine and cosine: one polynomial for both sides. Coefficients after Cephes
+//! (S. L. Moshier), angles rescaled to turns.
 
-use super::div;
+use super::{EXP_MAX, EXP_MIN, clamp};
 
 const LOG2_E: f32 = core::f32::consts::LOG2_E;
 /// ln 2 in two parts; products of the first with integers below 2^9 are exact.
@@ -9,13 +9,6 @@ const LN_2_HI: f32 = 0.693_359_4;
 const LN_2_LO: f32 = -2.121_944_4e-4;
 const SQRT_HALF_BITS: u32 = 0x3f35_04f3;
 const ROUNDER: f32 = 12_582_912.0;
-
-/// Below this argument [`exp`] is zero: its result would not be a normal number.
-pub const EXP_MIN: f32 = -87.33;
-/// Above this argument [`exp`] is infinite.
-pub const EXP_MAX: f32 = 88.722_83;
-/// [`sin_cos`] is defined for magnitudes up to this many turns.
-pub const TURNS_MAX: f32 = 1_048_576.0;
 
 /// `x` rounded to an integer for |x| < 2^22: the integer as a number and as an `i32`.
 #[inline(always)]
@@ -32,66 +25,57 @@ fn power_of_two(e: i32) -> f32 {
 
 /// e^x. Domain [[`EXP_MIN`], [`EXP_MAX`]]; zero below, infinity above, NaN for NaN.
 pub fn exp(x: f32) -> f32 {
-    #[cfg(all(target_arch = "spirv", feature = "fast"))]
-    return libm::expf(x);
-    #[cfg(not(all(target_arch = "spirv", feature = "fast")))]
-    {
-        let (k, e) = round(super::clamp(x, EXP_MIN, EXP_MAX) * LOG2_E);
-        let r = (super::clamp(x, EXP_MIN, EXP_MAX) - k * LN_2_HI) - k * LN_2_LO;
-        let p = 1.987_569_2e-4;
-        let p = p * r + 1.398_199_9e-3;
-        let p = p * r + 8.333_452e-3;
-        let p = p * r + 4.166_579_6e-2;
-        let p = p * r + 1.666_666_5e-1;
-        let p = p * r + 0.5;
-        let y = p * (r * r) + r + 1.0;
-        // in two steps, because 2^128 is no f32
-        let half = e >> 1;
-        let y = y * power_of_two(half) * power_of_two(e.wrapping_sub(half));
-        if x < EXP_MIN {
-            0.0
-        } else if x > EXP_MAX {
-            f32::INFINITY
-        } else if x.is_nan() {
-            x
-        } else {
-            y
-        }
+    let limited = clamp(x, EXP_MIN, EXP_MAX);
+    let (k, e) = round(limited * LOG2_E);
+    let r = (limited - k * LN_2_HI) - k * LN_2_LO;
+    let p = 1.987_569_2e-4;
+    let p = p * r + 1.398_199_9e-3;
+    let p = p * r + 8.333_452e-3;
+    let p = p * r + 4.166_579_6e-2;
+    let p = p * r + 1.666_666_5e-1;
+    let p = p * r + 0.5;
+    let y = p * (r * r) + r + 1.0;
+    // in two steps, because 2^128 is no f32
+    let half = e >> 1;
+    let y = y * power_of_two(half) * power_of_two(e.wrapping_sub(half));
+    if x < EXP_MIN {
+        0.0
+    } else if x > EXP_MAX {
+        f32::INFINITY
+    } else if x.is_nan() {
+        x
+    } else {
+        y
     }
 }
 
 /// The natural logarithm. Domain: positive normal numbers; minus infinity for zero and subnormals, NaN below.
 pub fn ln(x: f32) -> f32 {
-    #[cfg(all(target_arch = "spirv", feature = "fast"))]
-    return libm::logf(x);
-    #[cfg(not(all(target_arch = "spirv", feature = "fast")))]
-    {
-        // x = m 2^k with m in [sqrt(1/2), sqrt(2))
-        let shifted = x.to_bits().wrapping_sub(SQRT_HALF_BITS);
-        let k = (shifted as i32) >> 23;
-        let m = f32::from_bits((shifted & 0x007f_ffff).wrapping_add(SQRT_HALF_BITS));
-        let f = m - 1.0;
-        let z = f * f;
-        let p = 7.037_683_6e-2;
-        let p = p * f - 1.151_461e-1;
-        let p = p * f + 1.167_699_9e-1;
-        let p = p * f - 1.242_014_1e-1;
-        let p = p * f + 1.424_932_3e-1;
-        let p = p * f - 1.666_805_8e-1;
-        let p = p * f + 2.000_071_5e-1;
-        let p = p * f - 2.499_999_4e-1;
-        let p = p * f + 3.333_333e-1;
-        let e = k as f32;
-        let y = p * (f * z) + e * LN_2_LO;
-        let y = f + (y - 0.5 * z);
-        let y = y + e * LN_2_HI;
-        if x >= super::MIN_POSITIVE {
-            if x == f32::INFINITY { x } else { y }
-        } else if x > -super::MIN_POSITIVE {
-            f32::NEG_INFINITY
-        } else {
-            f32::NAN
-        }
+    // x = m 2^k with m in [sqrt(1/2), sqrt(2))
+    let shifted = x.to_bits().wrapping_sub(SQRT_HALF_BITS);
+    let k = (shifted as i32) >> 23;
+    let m = f32::from_bits((shifted & 0x007f_ffff).wrapping_add(SQRT_HALF_BITS));
+    let f = m - 1.0;
+    let z = f * f;
+    let p = 7.037_683_6e-2;
+    let p = p * f - 1.151_461e-1;
+    let p = p * f + 1.167_699_9e-1;
+    let p = p * f - 1.242_014_1e-1;
+    let p = p * f + 1.424_932_3e-1;
+    let p = p * f - 1.666_805_8e-1;
+    let p = p * f + 2.000_071_5e-1;
+    let p = p * f - 2.499_999_4e-1;
+    let p = p * f + 3.333_333e-1;
+    let e = k as f32;
+    let y = p * (f * z) + e * LN_2_LO;
+    let y = f + (y - 0.5 * z);
+    let y = y + e * LN_2_HI;
+    if x >= super::MIN_POSITIVE {
+        if x == f32::INFINITY { x } else { y }
+    } else if x > -super::MIN_POSITIVE {
+        f32::NEG_INFINITY
+    } else {
+        f32::NAN
     }
 }
 
@@ -100,56 +84,22 @@ pub fn ln(x: f32) -> f32 {
 ///
 /// The reduction to an eighth of a turn is exact, which is why angles are in turns: random numbers already are.
 pub fn sin_cos(u: f32) -> (f32, f32) {
-    #[cfg(all(target_arch = "spirv", feature = "fast"))]
-    {
-        let (k, _) = round(u);
-        let x = (u - k) * core::f32::consts::TAU;
-        return (libm::sinf(x), libm::cosf(x));
-    }
-    #[cfg(not(all(target_arch = "spirv", feature = "fast")))]
-    {
-        let (k, quadrant) = round(u * 4.0);
-        let r = u - k * 0.25;
-        let z = r * r;
-        let p = -75.445_656;
-        let p = p * z + 81.593_766;
-        let p = p * z - 41.341_67;
-        // 2 pi in two parts
-        let sin = r * 6.283_185_5 + (p * (z * r) - r * 1.748_455_5e-7);
-        let p = 59.349_7;
-        let p = p * z - 85.447_14;
-        let p = p * z + 64.939_36;
-        let p = p * z - 19.739_208;
-        let cos = p * z + 1.0;
-        let (a, b) = if quadrant & 1 == 0 { (sin, cos) } else { (cos, sin) };
-        (
-            if quadrant & 2 == 0 { a } else { -a },
-            if quadrant.wrapping_add(1) & 2 == 0 { b } else { -b },
-        )
-    }
-}
-
-/// The angle of (x, y) in turns, in [-1/2, 1/2]; zero for the origin. Magnitudes of operands are at most 2^126: the
-/// sum of two must be finite.
-pub fn atan2(y: f32, x: f32) -> f32 {
-    let (ay, ax) = (super::abs(y), super::abs(x));
-    let steep = ay > ax;
-    let (lo, hi) = if steep { (ax, ay) } else { (ay, ax) };
-    // atan(t) = 1/8 turn + atan((t - 1) / (t + 1)) beyond 1/2, where t - 1 is exact
-    let far = lo > 0.5 * hi;
-    let (n, d) = if far { (lo - hi, lo + hi) } else { (lo, hi) };
-    let t = if d > 0.0 { div(n, d) } else { 0.0 };
-    let z = t * t;
-    let p = -0.008_168_785;
-    let p = p * z + 0.016_170_168;
-    let p = p * z - 0.022_560_23;
-    let p = p * z + 0.031_821_8;
-    let p = p * z - 0.053_051_49;
-    // 1 / (2 pi) = 1/8 + 0.034...: the larger product is exact
-    let p = p * z + 0.034_154_944;
-    let a = p * t + t * 0.125;
-    let a = if far { a + 0.125 } else { a };
-    let a = if steep { 0.25 - a } else { a };
-    let a = if x < 0.0 { 0.5 - a } else { a };
-    if y < 0.0 { -a } else { a }
+    let (k, quadrant) = round(u * 4.0);
+    let r = u - k * 0.25;
+    let z = r * r;
+    let p = -75.445_656;
+    let p = p * z + 81.593_766;
+    let p = p * z - 41.341_67;
+    // 2 pi in two parts
+    let sin = r * 6.283_185_5 + (p * (z * r) - r * 1.748_455_5e-7);
+    let p = 59.349_7;
+    let p = p * z - 85.447_14;
+    let p = p * z + 64.939_36;
+    let p = p * z - 19.739_208;
+    let cos = p * z + 1.0;
+    let (a, b) = if quadrant & 1 == 0 { (sin, cos) } else { (cos, sin) };
+    (
+        if quadrant & 2 == 0 { a } else { -a },
+        if quadrant.wrapping_add(1) & 2 == 0 { b } else { -b },
+    )
 }

@@ -20,3 +20,24 @@ pub(super) fn sqrt(x: f32) -> f32 {
 pub(super) fn rsqrt(x: f32) -> f32 {
     1.0 / libm::sqrtf(x)
 }
+
+/// e^x.
+#[inline(always)]
+pub fn exp(x: f32) -> f32 {
+    libm::expf(x)
+}
+
+/// The natural logarithm.
+#[inline(always)]
+pub fn ln(x: f32) -> f32 {
+    libm::logf(x)
+}
+
+/// (sin, cos) of an angle in turns.
+#[inline(always)]
+pub fn sin_cos(u: f32) -> (f32, f32) {
+    const ROUNDER: f32 = 12_582_912.0;
+    let turn = u - ((u + ROUNDER) - ROUNDER);
+    let x = turn * core::f32::consts::TAU;
+    (libm::sinf(x), libm::cosf(x))
+}

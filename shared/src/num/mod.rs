@@ -7,11 +7,17 @@
 //! Subnormal numbers are outside the contract: operands of magnitude below 2^-126 count as zero, results
 //! below it are zero on the device. The bits of a NaN are unspecified. DETERMINISM.md has the measured errors.
 
+mod atan2;
 pub mod eft;
+#[cfg(not(all(target_arch = "spirv", feature = "fast")))]
 mod elementary;
 pub mod soft;
 
-pub use elementary::{EXP_MAX, EXP_MIN, TURNS_MAX, atan2, exp, ln, sin_cos};
+pub use atan2::atan2;
+#[cfg(not(all(target_arch = "spirv", feature = "fast")))]
+pub use elementary::{exp, ln, sin_cos};
+#[cfg(all(target_arch = "spirv", feature = "fast"))]
+pub use intrinsic::{exp, ln, sin_cos};
 
 // exact: hardware on the host, `soft` on the device; `fast`: the device's own instructions
 
@@ -29,6 +35,13 @@ use intrinsic as form;
     all(target_arch = "spirv", feature = "fast")
 )))]
 use soft as form;
+
+/// Below this argument [`exp`] is zero: its result would not be a normal number.
+pub const EXP_MIN: f32 = -87.33;
+/// Above this argument [`exp`] is infinite.
+pub const EXP_MAX: f32 = 88.722_83;
+/// [`sin_cos`] is defined for magnitudes up to this many turns.
+pub const TURNS_MAX: f32 = 1_048_576.0;
 
 /// The ratio of a circle's circumference to its diameter.
 pub const PI: f32 = core::f32::consts::PI;
