@@ -1,6 +1,8 @@
 //! Harness of the suites: sweeps of scalar functions, statistics, an independent path tracer, scenes.
 
 pub mod brute;
+pub mod data;
+pub mod device;
 pub mod flush;
 pub mod foreign;
 pub mod meshes;

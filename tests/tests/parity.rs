@@ -1,15 +1,13 @@
 //! Every kernel, case, adapter and flavour against the native twin.
 //!
-//! `exact` must give the host's words wherever it is loaded by passthrough. Without an adapter the device tests are
-//! ignored, visibly; with `RESTIR_REQUIRE_GPU=1` they fail instead.
+//! `exact` must give the host's words wherever it is loaded by passthrough.
 
 use libtest_mimic::{Arguments, Failed, Trial};
-use restir_host::exec::Flavour;
-use restir_host::exec::gpu::{GpuExecutor, adapters};
+use restir_host::exec::GpuExecutor;
 use restir_kernels::{ALL, Case, KernelDesc};
+use restir_tests::device::{self, Adapter};
 use restir_tests::parity::{cases, compare};
 use std::process::ExitCode;
-use std::sync::{Arc, Mutex};
 
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
@@ -19,18 +17,7 @@ fn main() -> ExitCode {
             cases(kernel).map(drop).map_err(Failed::from)
         }));
     }
-    let adapters = adapters();
-    let required = std::env::var_os("RESTIR_REQUIRE_GPU").is_some();
-    if adapters.is_empty() {
-        let trial = Trial::test(
-            "parity: no GPU adapter; install a Vulkan driver, for example Mesa's lavapipe",
-            || Err("RESTIR_REQUIRE_GPU is set and there is no adapter".into()),
-        );
-        trials.push(trial.with_ignored_flag(!required));
-    }
-    for adapter in adapters {
-        trials.extend(device_trials(&adapter.name));
-    }
+    trials.extend(device::trials("parity", on));
     libtest_mimic::run(&arguments, trials).exit_code()
 }
 
@@ -45,30 +32,18 @@ fn kernel_without_cases() -> Result<(), Failed> {
     }
 }
 
-/// One executor an adapter, opened by the first test that needs it.
-type Shared = Arc<Mutex<Option<GpuExecutor>>>;
-
-fn device_trials(adapter: &str) -> Vec<Trial> {
-    let shared = Shared::default();
+fn on(adapter: &Adapter) -> Vec<Trial> {
     let mut trials = Vec::new();
     for kernel in ALL {
         for case in cases(kernel).unwrap_or_default() {
-            let name = format!("{adapter}: {} / {}: exact", kernel.name, case.name);
-            let (shared, adapter) = (shared.clone(), adapter.to_owned());
-            trials.push(Trial::test(name, move || exact(&shared, &adapter, kernel, &case)));
+            let name = format!("{} / {}: exact", kernel.name, case.name);
+            trials.push(adapter.trial(&name, move |executor| exact(executor, kernel, &case)));
         }
     }
     trials
 }
 
-fn exact(shared: &Shared, adapter: &str, kernel: &'static KernelDesc, case: &Case) -> Result<(), Failed> {
-    let mut guard = shared.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-    if guard.is_none() {
-        *guard = Some(GpuExecutor::open(Some(adapter), Flavour::Exact)?);
-    }
-    let Some(executor) = guard.as_mut() else {
-        return Err("the adapter is gone".into());
-    };
+fn exact(executor: &mut GpuExecutor, kernel: &'static KernelDesc, case: &Case) -> Result<(), Failed> {
     let outcome = compare(executor, kernel, case)?;
     if outcome.is_exact() {
         return Ok(());

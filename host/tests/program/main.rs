@@ -4,6 +4,8 @@
 
 mod bad_input;
 mod data_files;
+#[cfg(feature = "gpu")]
+mod gpu;
 #[cfg(unix)]
 mod interrupt;
 mod results;
