@@ -34,9 +34,9 @@ pub(super) struct DeviceArguments {
     /// Part of the name of the GPU adapter to use; implies --device gpu.
     #[arg(long)]
     adapter: Option<String>,
-    /// Form of the kernels.
-    #[arg(long, value_enum, default_value_t = FlavourName::Exact)]
-    flavour: FlavourName,
+    /// Form of the kernels; exact on the CPU and on Vulkan, fast elsewhere if not given.
+    #[arg(long, value_enum)]
+    flavour: Option<FlavourName>,
     /// Threads of the CPU; all if not given.
     #[arg(long)]
     threads: Option<usize>,
@@ -61,7 +61,7 @@ pub(super) fn open(arguments: &DeviceArguments) -> Result<Device, Error> {
 }
 
 fn open_cpu(arguments: &DeviceArguments, why: &str) -> Result<Device, Error> {
-    if arguments.flavour == FlavourName::Fast {
+    if arguments.flavour == Some(FlavourName::Fast) {
         return Err(Error::Setting(format!(
             "the flavour fast needs a GPU, and the CPU was chosen ({why}); use --flavour exact or --device gpu"
         )));
@@ -88,11 +88,12 @@ mod gpu {
     use super::{Device, DeviceArguments, Error, Flavour, FlavourName, console, open_cpu};
     use crate::exec::gpu::{AdapterInfo, adapters};
     use crate::exec::{Executor, GpuExecutor};
-    use crate::self_check::{Parity, self_check};
+    use crate::self_check::Parity;
 
     pub(super) fn open(arguments: &DeviceArguments) -> Result<Device, Error> {
-        let (executor, parity) = check(arguments.adapter.as_deref(), arguments.flavour.into())?;
-        Ok(chosen(executor, &parity, "as asked"))
+        let flavour = arguments.flavour.map(Flavour::from);
+        let executor = GpuExecutor::open(arguments.adapter.as_deref(), flavour)?;
+        Ok(chosen(executor, "as asked"))
     }
 
     /// The first hardware GPU that is exact (for the flavour fast: the first), else the CPU.
@@ -100,33 +101,38 @@ mod gpu {
         let adapters = adapters();
         let mut refused = Vec::new();
         for adapter in adapters.iter().filter(|adapter| !adapter.software) {
-            match check(Some(&adapter.name), arguments.flavour.into()) {
-                Ok((executor, parity)) if is_good(&parity, arguments.flavour) => {
-                    return Ok(chosen(executor, &parity, "chosen automatically"));
+            match GpuExecutor::open(Some(&adapter.name), arguments.flavour.map(Flavour::from)) {
+                Ok(executor) if is_good(&executor, arguments.flavour) => {
+                    return Ok(chosen(executor, "chosen automatically"));
                 }
-                Ok((_, parity)) => refused.push(format!("the self-check of {} is {parity}", adapter.name)),
+                Ok(executor) => refused.push(format!("the self-check of {} is {}", adapter.name, parity(&executor))),
                 Err(error) => refused.push(error.to_string()),
             }
         }
         open_cpu(arguments, &why_not(&adapters, &refused))
     }
 
-    fn check(adapter: Option<&str>, flavour: Flavour) -> Result<(GpuExecutor, Parity), Error> {
-        let mut executor = GpuExecutor::open(adapter, flavour)?;
-        let parity = self_check(&mut executor)?;
-        Ok((executor, parity))
+    fn is_good(executor: &GpuExecutor, flavour: Option<FlavourName>) -> bool {
+        flavour == Some(FlavourName::Fast) || executor.describe().parity == Some(Parity::Exact)
     }
 
-    fn is_good(parity: &Parity, flavour: FlavourName) -> bool {
-        flavour == FlavourName::Fast || matches!(parity, Parity::Exact)
+    fn parity(executor: &GpuExecutor) -> String {
+        executor
+            .describe()
+            .parity
+            .map_or_else(|| "missing".to_owned(), |parity| parity.to_string())
     }
 
-    fn chosen(executor: GpuExecutor, parity: &Parity, why: &str) -> Device {
+    fn chosen(executor: GpuExecutor, why: &str) -> Device {
         let adapter = executor.describe().adapter.unwrap_or_else(|| "GPU".to_owned());
-        console::note(&format!("device: {adapter}, self-check {parity} ({why})"));
+        let parity = parity(&executor);
+        console::note(&format!(
+            "device: {adapter}, {}, self-check {parity} ({why})",
+            executor.loading()
+        ));
         Device {
             executor: Box::new(executor),
-            parity: parity.to_string(),
+            parity,
         }
     }
 

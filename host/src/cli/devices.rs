@@ -35,8 +35,12 @@ fn describe(adapter: &crate::exec::gpu::AdapterInfo) -> String {
 
 #[cfg(feature = "gpu")]
 fn parity(adapter: &str) -> String {
-    use crate::exec::{Flavour, GpuExecutor};
-    use crate::self_check::self_check;
-    let checked = GpuExecutor::open(Some(adapter), Flavour::Exact).and_then(|mut gpu| self_check(&mut gpu));
-    checked.map_or_else(|error| format!("unknown: {error}"), |parity| parity.to_string())
+    use crate::exec::{Executor, Flavour, GpuExecutor};
+    match GpuExecutor::open(Some(adapter), Flavour::Exact) {
+        Ok(gpu) => gpu
+            .describe()
+            .parity
+            .map_or_else(String::new, |parity| format!("{parity} ({})", gpu.loading())),
+        Err(error) => format!("unknown: {error}"),
+    }
 }

@@ -25,12 +25,19 @@ pub struct GpuExecutor {
 
 impl GpuExecutor {
     /// Opens the first adapter whose name contains `adapter` (any case), by default the first hardware adapter, and
-    /// runs the self-check on the kernels of [`Shaders::from_env`].
+    /// runs the self-check on the kernels of [`Shaders::from_env`]. Without a flavour it takes `exact` where it can be
+    /// loaded by passthrough, and `fast` elsewhere.
     ///
     /// # Errors
     /// [`Error::Adapter`] if there is none or it cannot be opened; what the self-check reports.
-    pub fn open(adapter: Option<&str>, flavour: Flavour) -> Result<Self, Error> {
+    pub fn open(adapter: Option<&str>, flavour: impl Into<Option<Flavour>>) -> Result<Self, Error> {
         let (device, queue) = adapter::open(adapter)?;
+        let suited = if pipeline::takes_passthrough(&device) {
+            Flavour::Exact
+        } else {
+            Flavour::Fast
+        };
+        let flavour = flavour.into().unwrap_or(suited);
         let mut executor = Self::with_device(device, queue, flavour, Shaders::from_env());
         executor.parity = Some(self_check(&mut executor)?);
         Ok(executor)

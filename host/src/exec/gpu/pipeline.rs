@@ -20,15 +20,19 @@ pub struct Pipelines {
     made: HashMap<(&'static str, Vec<u32>), wgpu::ComputePipeline>,
 }
 
+/// Whether the device takes SPIR-V as it is, which alone keeps its decorations.
+pub(super) fn takes_passthrough(device: &wgpu::Device) -> bool {
+    let on_vulkan = device.adapter_info().backend == wgpu::Backend::Vulkan;
+    on_vulkan && device.features().contains(wgpu::Features::PASSTHROUGH_SHADERS)
+}
+
 impl Pipelines {
     /// Kernels of the given flavour for `device`.
     pub fn new(device: &wgpu::Device, flavour: Flavour, shaders: Shaders) -> Self {
-        let on_vulkan = device.adapter_info().backend == wgpu::Backend::Vulkan;
-        let passthrough = on_vulkan && device.features().contains(wgpu::Features::PASSTHROUGH_SHADERS);
         Self {
             flavour,
             shaders,
-            passthrough: passthrough && flavour == Flavour::Exact,
+            passthrough: flavour == Flavour::Exact && takes_passthrough(device),
             dropped_modes: float_modes::unsupported(device),
             made: HashMap::new(),
         }
