@@ -192,3 +192,59 @@ fn lay_out(tree: &Tree, order: Vec<u32>, boxes: &[Bounds]) -> Bvh {
         depth,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(triangles: &[[Vec3; 3]]) {
+        let bvh = build(triangles);
+        assert!(bvh.depth <= STACK_DEPTH, "depth {}", bvh.depth);
+        let mut order = bvh.order.clone();
+        order.sort_unstable();
+        assert!(
+            order.iter().copied().eq(0..triangles.len() as u32),
+            "each triangle is in one leaf"
+        );
+        let mut work = vec![(bvh.root, bvh.bounds)];
+        while let Some((reference, bounds)) = work.pop() {
+            if reference & LEAF == 0 {
+                let node = &bvh.nodes[reference as usize];
+                assert_eq!(bounds, node.bounds[0].union(node.bounds[1]));
+                work.extend(node.children.into_iter().zip(node.bounds));
+            } else {
+                let first = (reference & ((1 << LEAF_COUNT_SHIFT) - 1)) as usize;
+                let count = ((reference & !LEAF) >> LEAF_COUNT_SHIFT) as usize;
+                let union = bvh.order[first..first + count]
+                    .iter()
+                    .fold(Bounds::EMPTY, |b, &i| b.union(Bounds::of(&triangles[i as usize])));
+                assert_eq!(bounds, union);
+            }
+        }
+    }
+
+    fn triangle(at: Vec3, size: f32) -> [Vec3; 3] {
+        [at, at + Vec3::X * size, at + Vec3::Y * size]
+    }
+
+    #[test]
+    fn one_triangle() {
+        check(&[triangle(Vec3::ZERO, 1.0)]);
+    }
+
+    #[test]
+    fn a_chain_that_grows_geometrically() {
+        let mut size = 1.0e-12;
+        let mut triangles = Vec::new();
+        while size < 1.0e12 {
+            triangles.push(triangle(Vec3::splat(size), size));
+            size *= 1.25;
+        }
+        check(&triangles);
+    }
+
+    #[test]
+    fn ten_thousand_triangles_in_one_place() {
+        check(&vec![triangle(Vec3::ONE, 1.0); 10_000]);
+    }
+}
