@@ -23,9 +23,9 @@ const ORACLE_RESTARTS: u32 = 32_768;
 /// Images by the technique, one path a pixel.
 const RESTARTS: u32 = 16_384;
 /// Images with roulette.
-const ROULETTE_RESTARTS: u32 = 4_096;
+const ROULETTE_RESTARTS: u32 = 2_048;
 /// Images by its wrong variants: by those that are off by a percent, and by those that are far off.
-const SUBTLE: u32 = 2_048;
+const SUBTLE: u32 = 1_024;
 const GROSS: u32 = 256;
 /// Design goals: a bias of a tile and of the image that is noticed with 99 % probability.
 const GOAL_TILE: f64 = 0.01;
