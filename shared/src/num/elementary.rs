@@ -79,7 +79,7 @@ pub fn ln(x: f32) -> f32 {
     }
 }
 
-/// (sin, cos) of an angle in turns: of `2 pi u`. Domain |u| <= [`TURNS_MAX`].
+/// (sin, cos) of an angle in turns: of `2 pi u`. Domain |u| <= [`super::TURNS_MAX`].
 /// Below 2^-100 the last bit may differ where subnormal numbers are flushed.
 ///
 /// The reduction to an eighth of a turn is exact, which is why angles are in turns: random numbers already are.
