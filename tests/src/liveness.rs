@@ -1,0 +1,287 @@
+//! Builds that break the contract on purpose, made from the committed `exact` modules: what the parity suite must
+//! notice.
+
+use restir_host::Shaders;
+use restir_host::exec::Flavour;
+use restir_kernels::ALL;
+use rspirv::binary::Assemble;
+use rspirv::dr::{Instruction, Loader, Module, Operand};
+use rspirv::spirv::{Capability, Decoration, ExecutionMode, GlslStd450Op, Op, Word};
+use std::collections::HashMap;
+use tempfile::TempDir;
+
+const GLSL: &str = "GLSL.std.450";
+
+/// A change of a module.
+pub type Change = fn(&mut Module);
+
+/// All `exact` modules, changed, in a folder that [`Shaders::Folder`] takes.
+///
+/// # Errors
+/// A sentence, if a committed module cannot be read or the folder cannot be written.
+pub fn build(change: Change) -> Result<TempDir, String> {
+    let folder = tempfile::tempdir().map_err(|e| format!("no folder for modules: {e}"))?;
+    let write = |name: &str, bytes: &[u8]| {
+        std::fs::write(folder.path().join(name), bytes).map_err(|e| format!("cannot write {name}: {e}"))
+    };
+    std::fs::create_dir(folder.path().join("exact")).map_err(|e| e.to_string())?;
+    let mut kernels = serde_json::Map::new();
+    for kernel in ALL {
+        let words = Shaders::from_env()
+            .load(kernel.name, Flavour::Exact)
+            .map_err(|e| e.to_string())?;
+        let bytes = changed(&words, change)?;
+        write(&format!("exact/{}.spv", kernel.name), &bytes)?;
+        let hash = blake3::hash(&bytes).to_hex().to_string();
+        kernels.insert(
+            kernel.name.to_owned(),
+            serde_json::json!({ "exact": { "blake3": hash } }),
+        );
+    }
+    let manifest = serde_json::json!({ "kernels": kernels });
+    write("manifest.json", manifest.to_string().as_bytes())?;
+    Ok(folder)
+}
+
+fn changed(words: &[u32], change: Change) -> Result<Vec<u8>, String> {
+    let mut loader = Loader::new();
+    rspirv::binary::parse_words(words, &mut loader).map_err(|e| format!("not a SPIR-V module: {e}"))?;
+    let mut module = loader.module();
+    change(&mut module);
+    Ok(bytemuck::cast_slice(&module.assemble()).to_vec())
+}
+
+/// Removes what the post-pass adds: `NoContraction` and the float-control modes.
+pub fn undecorate(module: &mut Module) {
+    let no_contraction = Operand::Decoration(Decoration::NoContraction);
+    module
+        .annotations
+        .retain(|i| i.operands.get(1) != Some(&no_contraction));
+    module.execution_modes.retain(|i| {
+        !matches!(
+            i.operands[1],
+            Operand::ExecutionMode(ExecutionMode::RoundingModeRTE | ExecutionMode::SignedZeroInfNanPreserve)
+        )
+    });
+    module.capabilities.retain(|i| {
+        !matches!(
+            i.operands[0],
+            Operand::Capability(Capability::RoundingModeRTE | Capability::SignedZeroInfNanPreserve)
+        )
+    });
+}
+
+/// Besides, makes each sum or difference of a product one operation with one rounding: GLSL's `Fma`, which a driver
+/// may still split.
+pub fn fuse(module: &mut Module) {
+    let glsl = import_glsl(module);
+    fuse_by(module, |instruction, terms, _| {
+        let fma = [
+            Operand::IdRef(glsl),
+            Operand::LiteralExtInstInteger(GlslStd450Op::Fma as u32),
+        ];
+        let operands = fma.into_iter().chain(terms.map(Operand::IdRef)).collect();
+        vec![Instruction::new(
+            Op::ExtInst,
+            instruction.result_type,
+            instruction.result_id,
+            operands,
+        )]
+    });
+}
+
+/// As [`fuse`], by 64-bit arithmetic, in which the product is exact.
+pub fn fuse_in_double(module: &mut Module) {
+    let capability = vec![Operand::Capability(Capability::Float64)];
+    module
+        .capabilities
+        .push(Instruction::new(Op::Capability, None, None, capability));
+    let double = bound(module);
+    set_bound(module, double + 1);
+    let width = vec![Operand::LiteralBit32(64)];
+    module
+        .types_global_values
+        .insert(0, Instruction::new(Op::TypeFloat, None, Some(double), width));
+    fuse_by(module, |instruction, terms, fresh| {
+        let mut made = Vec::new();
+        let mut push = |opcode, operands: &[Word]| {
+            let id = fresh();
+            let operands = operands.iter().copied().map(Operand::IdRef).collect();
+            made.push(Instruction::new(opcode, Some(double), Some(id), operands));
+            id
+        };
+        let [x, y, addend] = terms.map(|term| push(Op::FConvert, &[term]));
+        let product = push(Op::FMul, &[x, y]);
+        let sum = vec![Operand::IdRef(push(Op::FAdd, &[product, addend]))];
+        made.push(Instruction::new(
+            Op::FConvert,
+            instruction.result_type,
+            instruction.result_id,
+            sum,
+        ));
+        made
+    });
+}
+
+/// Replaces sums of products by what `make` gives for their terms: two factors and what is added to their product.
+fn fuse_by(
+    module: &mut Module,
+    mut make: impl FnMut(&Instruction, [Word; 3], &mut dyn FnMut() -> Word) -> Vec<Instruction>,
+) {
+    undecorate(module);
+    let products = operands(module, Op::FMul);
+    rewrite(module, |instruction, ids, fresh| {
+        let (opcode, [a, b]) = (instruction.class.opcode, *ids);
+        let (factors, addend, negate) = match (opcode, products.get(&a), products.get(&b)) {
+            (Op::FAdd, Some(&factors), _) => (factors, b, None),
+            (Op::FAdd, None, Some(&factors)) => (factors, a, None),
+            (Op::FSub, Some(&factors), _) => (factors, b, Some(Term::Addend)),
+            (Op::FSub, None, Some(&factors)) => (factors, a, Some(Term::Product)),
+            _ => return None,
+        };
+        let mut terms = [factors[0], factors[1], addend];
+        let mut made = Vec::new();
+        if let Some(term) = negate {
+            let id = fresh();
+            let place = &mut terms[term as usize];
+            let operand = vec![Operand::IdRef(*place)];
+            made.push(Instruction::new(
+                Op::FNegate,
+                instruction.result_type,
+                Some(id),
+                operand,
+            ));
+            *place = id;
+        }
+        made.extend(make(instruction, terms, fresh));
+        Some(made)
+    });
+}
+
+/// What a difference negates, by its place in a fused multiply-add.
+#[derive(Clone, Copy)]
+enum Term {
+    Product = 0,
+    Addend = 2,
+}
+
+/// Besides, simplifies as if numbers were real: `(a - b) + b`, `c - (c - a)`, `a + (b - b)`, `(x c1) c2`.
+pub fn reassociate(module: &mut Module) {
+    undecorate(module);
+    let differences = operands(module, Op::FSub);
+    let products = operands(module, Op::FMul);
+    let constants = float_constants(module);
+    let mut folded = Vec::new();
+    rewrite(module, |instruction, ids, fresh| {
+        let (opcode, [a, b]) = (instruction.class.opcode, *ids);
+        let (ty, result) = (instruction.result_type, instruction.result_id);
+        let copy = |id| {
+            Some(vec![Instruction::new(
+                Op::CopyObject,
+                ty,
+                result,
+                vec![Operand::IdRef(id)],
+            )])
+        };
+        match (opcode, differences.get(&a), differences.get(&b)) {
+            (Op::FAdd, Some(&[x, y]), _) if y == b => copy(x),
+            (Op::FAdd, _, Some(&[x, y])) if x == y => copy(a),
+            (Op::FSub, _, Some(&[x, y])) if x == a => copy(y),
+            (Op::FMul, ..) => {
+                let &[x, c1] = products.get(&a)?;
+                let product = constants.get(&c1)? * constants.get(&b)?;
+                let constant = fresh();
+                let bits = vec![Operand::LiteralBit32(product.to_bits())];
+                folded.push(Instruction::new(Op::Constant, ty, Some(constant), bits));
+                let scaled = vec![Operand::IdRef(x), Operand::IdRef(constant)];
+                Some(vec![Instruction::new(Op::FMul, ty, result, scaled)])
+            }
+            _ => None,
+        }
+    });
+    module.types_global_values.extend(folded);
+}
+
+/// The two operands of each instruction with that opcode.
+fn operands(module: &Module, opcode: Op) -> HashMap<Word, [Word; 2]> {
+    module
+        .all_inst_iter()
+        .filter(|i| i.class.opcode == opcode)
+        .filter_map(|i| Some((i.result_id?, two_ids(i)?)))
+        .collect()
+}
+
+fn two_ids(instruction: &Instruction) -> Option<[Word; 2]> {
+    match instruction.operands[..] {
+        [Operand::IdRef(a), Operand::IdRef(b)] => Some([a, b]),
+        _ => None,
+    }
+}
+
+fn float_constants(module: &Module) -> HashMap<Word, f32> {
+    let is_float = |id| {
+        let types = &module.types_global_values;
+        types
+            .iter()
+            .any(|t| t.result_id == id && t.class.opcode == Op::TypeFloat)
+    };
+    let constants = module
+        .types_global_values
+        .iter()
+        .filter(|i| i.class.opcode == Op::Constant);
+    constants
+        .filter(|i| is_float(i.result_type))
+        .filter_map(|i| match i.operands[..] {
+            [Operand::LiteralBit32(bits)] => Some((i.result_id?, f32::from_bits(bits))),
+            _ => None,
+        })
+        .collect()
+}
+
+fn import_glsl(module: &mut Module) -> Word {
+    let name = vec![Operand::LiteralString(GLSL.to_owned())];
+    let imported = module.ext_inst_imports.iter().find(|i| i.operands == name);
+    if let Some(id) = imported.and_then(|i| i.result_id) {
+        return id;
+    }
+    let id = bound(module);
+    set_bound(module, id + 1);
+    module
+        .ext_inst_imports
+        .push(Instruction::new(Op::ExtInstImport, None, Some(id), name));
+    id
+}
+
+/// The lowest id that is not in use.
+fn bound(module: &Module) -> Word {
+    module.header.as_ref().map_or(0, |header| header.bound)
+}
+
+fn set_bound(module: &mut Module, bound: Word) {
+    if let Some(header) = &mut module.header {
+        header.bound = bound;
+    }
+}
+
+/// Replaces instructions of two operands by what `change` makes of them; it is given a source of new ids.
+fn rewrite(
+    module: &mut Module,
+    mut change: impl FnMut(&Instruction, &[Word; 2], &mut dyn FnMut() -> Word) -> Option<Vec<Instruction>>,
+) {
+    let mut next = bound(module);
+    let mut fresh = || {
+        next += 1;
+        next - 1
+    };
+    for block in module.functions.iter_mut().flat_map(|f| &mut f.blocks) {
+        let old = std::mem::take(&mut block.instructions);
+        block.instructions = old
+            .into_iter()
+            .flat_map(|i| {
+                let changed = two_ids(&i).and_then(|ids| change(&i, &ids, &mut fresh));
+                changed.unwrap_or_else(|| vec![i])
+            })
+            .collect();
+    }
+    set_bound(module, next);
+}

@@ -1,0 +1,168 @@
+//! The parity suite can fail: builds that break the contract give other words than the host.
+
+use libtest_mimic::{Arguments, Failed, Trial};
+use restir_host::exec::{CpuExecutor, Executor, Flavour, GpuExecutor};
+use restir_host::{Error, Shaders};
+use restir_kernels::probe::boundary_operands;
+use restir_kernels::self_check::Operands;
+use restir_kernels::{path, self_check};
+use restir_tests::device::{self, Adapter, label};
+use restir_tests::liveness::{Change, build, fuse, fuse_in_double, reassociate, undecorate};
+use restir_tests::parity::{BuiltinScenes, compare, run};
+use restir_tests::suite::ensure;
+use std::process::ExitCode;
+
+/// The words of a probe's results, in order.
+const FIELDS: [&str; 16] = [
+    "fused",
+    "cancelled",
+    "split",
+    "scaled",
+    "plus_zero",
+    "product_error",
+    "sum_error",
+    "div",
+    "recip",
+    "sqrt",
+    "rsqrt",
+    "exp",
+    "ln",
+    "sin",
+    "cos",
+    "atan2",
+];
+
+fn main() -> ExitCode {
+    let mut trials = vec![Trial::test("native: a fused sum differs on the operands", native_fused)];
+    trials.extend(device::trials("liveness", on));
+    libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
+}
+
+fn on(adapter: &Adapter) -> Vec<Trial> {
+    vec![
+        adapter.trial("exact through naga is seen", through_naga),
+        adapter.trial("undecorated modules", undecorated),
+        adapter.trial("fused products are seen", fused),
+        adapter.trial("reassociated sums are seen", reassociated),
+        adapter.trial("unchanged modules from a folder are exact", unchanged),
+    ]
+}
+
+#[expect(clippy::disallowed_methods, reason = "the fused form is what is shown to differ")]
+fn native_fused() -> Result<(), Failed> {
+    let operands = boundary_operands();
+    let differs = |o: &&Operands| o.a.mul_add(o.b, o.c).to_bits() != (o.a * o.b + o.c).to_bits();
+    let differing = operands.iter().filter(differs).count();
+    println!(
+        "native: a b + c fused differs on {differing} of {} operands",
+        operands.len()
+    );
+    ensure(differing > 0, || "no operands discriminate".to_owned())
+}
+
+/// Differing words of the probes' fields and of path; `None` for a kernel that the adapter rejects.
+struct Findings {
+    fields: Option<[usize; 16]>,
+    path: Option<usize>,
+}
+
+impl Findings {
+    /// Runs all cases, and prints what differs.
+    fn of(what: &str, executor: &mut GpuExecutor) -> Result<Self, Failed> {
+        let fields = unless_rejected(differing_fields(executor))?;
+        let path = unless_rejected(differing_words(executor))?;
+        let count = |count: Option<usize>| count.map_or("rejected".to_owned(), |n| format!("{n} words"));
+        println!("{}, {what}: path: {}", label(executor), count(path));
+        for (field, &name) in FIELDS.iter().enumerate() {
+            println!("  {name}: {}", count(fields.map(|counts| counts[field])));
+        }
+        Ok(Self { fields, path })
+    }
+
+    /// Whether the field differs, or cannot be had.
+    fn is_seen(&self, name: &str) -> bool {
+        let field = FIELDS.iter().position(|field| *field == name);
+        field.is_some_and(|field| self.fields.is_none_or(|counts| counts[field] > 0))
+    }
+
+    fn ensure_seen(&self, names: &[&str]) -> Result<(), Failed> {
+        for name in names {
+            ensure(self.is_seen(name), || format!("{name} does not discriminate"))?;
+        }
+        ensure(self.path != Some(0), || "no word of path differs".to_owned())
+    }
+
+    fn is_exact(&self) -> bool {
+        self.path == Some(0) && self.fields.is_some_and(|counts| counts.iter().all(|&n| n == 0))
+    }
+}
+
+/// A module that the adapter rejects cannot pass for exact; it is printed.
+fn unless_rejected<T>(result: Result<T, Error>) -> Result<Option<T>, Failed> {
+    match result {
+        Ok(value) => Ok(Some(value)),
+        Err(error @ Error::Kernel { .. }) => {
+            println!("{error}");
+            Ok(None)
+        }
+        Err(error) => Err(error.into()),
+    }
+}
+
+fn differing_fields(executor: &mut dyn Executor) -> Result<[usize; 16], Error> {
+    let mut differing = [0; 16];
+    for case in (self_check::DESC.cases)(&BuiltinScenes) {
+        let host = run(&mut CpuExecutor::new(None)?, &self_check::DESC, &case)?;
+        let device = run(executor, &self_check::DESC, &case)?;
+        for (at, (&host, &device)) in host.iter().flatten().zip(device.iter().flatten()).enumerate() {
+            let both_nan = f32::from_bits(host).is_nan() && f32::from_bits(device).is_nan();
+            differing[at % FIELDS.len()] += usize::from(host != device && !both_nan);
+        }
+    }
+    Ok(differing)
+}
+
+fn differing_words(executor: &mut dyn Executor) -> Result<usize, Error> {
+    let cases = (path::DESC.cases)(&BuiltinScenes);
+    let words = |case| Ok(compare(executor, &path::DESC, case)?.differing);
+    cases.iter().map(words).sum()
+}
+
+/// What the committed modules give after a change, loaded as the executor loads `exact`.
+fn findings(executor: &mut GpuExecutor, what: &str, change: Change) -> Result<Findings, Failed> {
+    let folder = build(change)?;
+    let shaders = Shaders::Folder(folder.path().to_owned());
+    Findings::of(what, &mut executor.reload(Flavour::Exact, shaders))
+}
+
+fn through_naga(executor: &mut GpuExecutor) -> Result<(), Failed> {
+    let mut naga = executor
+        .reload(Flavour::Exact, Shaders::from_env())
+        .without_passthrough();
+    Findings::of(&naga.loading(), &mut naga)?.ensure_seen(&[])
+}
+
+fn undecorated(executor: &mut GpuExecutor) -> Result<(), Failed> {
+    findings(executor, "without NoContraction and float controls", undecorate)?;
+    Ok(())
+}
+
+/// A fused product leaves the error-free transforms right, so `product_error` says nothing here.
+fn fused(executor: &mut GpuExecutor) -> Result<(), Failed> {
+    let by_fma = findings(executor, "products fused by Fma", fuse)?;
+    if by_fma.is_seen("fused") {
+        return by_fma.ensure_seen(&["fused"]);
+    }
+    println!("{}: Fma is inert: the driver rounds its product", label(executor));
+    findings(executor, "products fused in 64 bits", fuse_in_double)?.ensure_seen(&["fused"])
+}
+
+fn reassociated(executor: &mut GpuExecutor) -> Result<(), Failed> {
+    let names = ["cancelled", "split", "scaled", "plus_zero", "product_error"];
+    findings(executor, "sums and products reassociated", reassociate)?.ensure_seen(&names)
+}
+
+fn unchanged(executor: &mut GpuExecutor) -> Result<(), Failed> {
+    let findings = findings(executor, "unchanged", |_| ())?;
+    ensure(findings.is_exact(), || "words differ".to_owned())
+}
