@@ -22,3 +22,5 @@ pub mod spirv;
 
 pub use artifact::Shaders;
 pub use error::Error;
+#[cfg(feature = "gpu")]
+pub use wgpu;

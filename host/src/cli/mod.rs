@@ -22,7 +22,6 @@ mod scenes;
 mod settings;
 
 const EXIT_BAD_INPUT: u8 = 2;
-const EXIT_INTERRUPTED: u8 = 130;
 
 /// Version and commit of this build.
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("RESTIR_COMMIT"), ")");
@@ -85,7 +84,7 @@ fn run(command: Command) -> Result<(), Error> {
 
 fn exit_code(error: &Error) -> u8 {
     match error {
-        Error::Interrupted => EXIT_INTERRUPTED,
+        Error::Interrupted => interrupt::EXIT_CODE,
         _ => EXIT_BAD_INPUT,
     }
 }

@@ -84,6 +84,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let rendered = render_observed(&mut device, &buffers, &settings)?;
     report(&settings, &rendered, start.elapsed().as_secs_f64())?;
     let metadata = metadata::of_render(&scene.name, arguments.technique, &settings, &device, &rendered);
+    interrupt::begin_writing();
     write_exr(&arguments.output, &rendered.image, &metadata)?;
     report_written(&arguments.output)?;
     if let Some(path) = &arguments.png {
