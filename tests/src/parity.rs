@@ -123,6 +123,11 @@ impl fmt::Display for Outcome {
 /// # Errors
 /// Whatever the executor reports.
 pub fn run(executor: &mut dyn Executor, kernel: &'static KernelDesc, case: &Case) -> Result<Vec<Vec<u32>>, Error> {
+    executor.run(plan(kernel, case), &mut |_| ControlFlow::Continue(()))
+}
+
+/// The plan of a case: one pass, which gives the kernel's [`Access::Own`] buffers.
+pub fn plan(kernel: &'static KernelDesc, case: &Case) -> FramePlan<'static> {
     let mut constants: Vec<u32> = kernel.constants.iter().map(|c| c.default).collect();
     for &(index, value) in &case.constants {
         constants[index] = value;
@@ -152,13 +157,12 @@ pub fn run(executor: &mut dyn Executor, kernel: &'static KernelDesc, case: &Case
         bindings: (0..buffers.len()).collect(),
         grid: case.grid,
     };
-    let plan = FramePlan {
+    FramePlan {
         outputs: own.map(|(i, _)| i).collect(),
         buffers,
         passes: Box::new(std::iter::once(pass)),
         pass_count: 1,
-    };
-    executor.run(plan, &mut |_| ControlFlow::Continue(()))
+    }
 }
 
 /// Runs a case natively and on `device`, and compares.

@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use xtask::{Error, shader};
+use xtask::{Error, num, parity, shader, timer};
 
 /// Tools of the project.
 #[derive(Parser)]
@@ -18,11 +18,17 @@ enum Task {
     /// Build, check and inspect the SPIR-V modules.
     #[command(subcommand)]
     Shader(shader::Command),
+    /// Sweep the scalar functions and print how accurate they are.
+    Num(num::Options),
+    /// Compare every kernel on every adapter with the host and print the table.
+    Parity(parity::Options),
 }
 
 fn run(task: Task) -> Result<(), Error> {
     match task {
-        Task::Shader(command) => shader::run(command, None),
+        Task::Shader(command) => shader::run(command, Some(timer::time_on_devices)),
+        Task::Num(options) => num::run(&options),
+        Task::Parity(options) => parity::run(&options),
     }
 }
 

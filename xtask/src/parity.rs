@@ -1,0 +1,190 @@
+//! `cargo xtask parity`: every kernel, case and flavour on every adapter against the native twin, as a table.
+
+use clap::Args;
+use restir_host::Shaders;
+use restir_host::exec::GpuExecutor;
+use restir_host::exec::gpu::{AdapterInfo, adapters};
+use restir_kernels::{ALL, Case, KernelDesc};
+use restir_tests::parity::{Outcome, cases, compare};
+
+use crate::Error;
+use crate::shader::Flavour;
+
+const NO_ADAPTER: &str = "no GPU adapter; install a Vulkan driver, for example Mesa's lavapipe";
+
+/// Options of `cargo xtask parity`.
+#[derive(Args)]
+pub struct Options {
+    /// Part of the name of the adapters to test, in any case; all if not given.
+    #[arg(long)]
+    adapter: Option<String>,
+    /// Name of the kernel to test; all if not given.
+    #[arg(long)]
+    kernel: Option<String>,
+    /// Part of the name of the cases to test.
+    #[arg(long, default_value = "")]
+    case: String,
+    /// The flavour to test; both if not given.
+    #[arg(long, value_enum)]
+    flavour: Option<Flavour>,
+}
+
+/// A line of the table.
+struct Row {
+    flavour: Flavour,
+    kernel: &'static KernelDesc,
+    case: Case,
+}
+
+/// What the table says about a [`Row`].
+enum Finding {
+    Compared(Outcome),
+    Skipped(String),
+}
+
+impl std::fmt::Display for Finding {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Compared(outcome) if outcome.is_exact() => f.write_str("exact"),
+            Self::Compared(o) if o.poisoned > 0 => {
+                write!(f, "incomplete ({} of {} words not written)", o.poisoned, o.words)
+            }
+            Self::Compared(o) => {
+                write!(
+                    f,
+                    "approximate ({} ulp, {} of {} words)",
+                    o.max_ulp, o.differing, o.words
+                )
+            }
+            Self::Skipped(reason) => write!(f, "skipped ({reason})"),
+        }
+    }
+}
+
+impl Finding {
+    fn is_exact(&self) -> bool {
+        matches!(self, Self::Compared(outcome) if outcome.is_exact())
+    }
+}
+
+/// Prints the table.
+///
+/// # Errors
+/// [`Error::Failed`] if a module of the flavour exact that is loaded by passthrough is not exact;
+/// [`Error::Environment`] if there is nothing to test or no adapter to test on.
+pub fn run(options: &Options) -> Result<(), Error> {
+    let rows = rows(options)?;
+    let adapters = chosen(options)?;
+    if adapters.is_empty() {
+        print_table(&rows, |_| Finding::Skipped(NO_ADAPTER.to_owned()));
+        return Err(Error::Environment(NO_ADAPTER.to_owned()));
+    }
+    let failures: usize = adapters.iter().map(|adapter| on(adapter, &rows)).sum();
+    if failures == 0 {
+        return Ok(());
+    }
+    Err(Error::Failed(format!(
+        "{failures} cases of the flavour exact differ from the host"
+    )))
+}
+
+fn rows(options: &Options) -> Result<Vec<Row>, Error> {
+    let flavours = options.flavour.map_or(Flavour::ALL.to_vec(), |flavour| vec![flavour]);
+    let named = |kernel: &&KernelDesc| options.kernel.as_ref().is_none_or(|name| name == kernel.name);
+    let mut rows = Vec::new();
+    for kernel in ALL.iter().filter(named) {
+        let cases = cases(kernel).map_err(Error::Failed)?;
+        for case in cases.into_iter().filter(|case| case.name.contains(&options.case)) {
+            rows.extend(flavours.iter().map(|&flavour| Row {
+                flavour,
+                kernel,
+                case: case.clone(),
+            }));
+        }
+    }
+    if rows.is_empty() {
+        let names: Vec<&str> = ALL.iter().map(|kernel| kernel.name).collect();
+        return Err(Error::Environment(format!(
+            "no case has that kernel and that name: the kernels are {}",
+            names.join(", ")
+        )));
+    }
+    Ok(rows)
+}
+
+/// The adapters that the options name.
+fn chosen(options: &Options) -> Result<Vec<AdapterInfo>, Error> {
+    let all = adapters();
+    let Some(wanted) = options.adapter.as_ref().map(|name| name.to_lowercase()) else {
+        return Ok(all);
+    };
+    let names: Vec<String> = all.iter().map(|adapter| adapter.name.clone()).collect();
+    let chosen: Vec<AdapterInfo> = all
+        .into_iter()
+        .filter(|adapter| adapter.name.to_lowercase().contains(&wanted))
+        .collect();
+    if chosen.is_empty() && !names.is_empty() {
+        return Err(Error::Environment(format!(
+            "no adapter has {wanted:?} in its name; there are: {}",
+            names.join(", ")
+        )));
+    }
+    Ok(chosen)
+}
+
+/// Prints the table of an adapter and gives the number of its failures.
+fn on(adapter: &AdapterInfo, rows: &[Row]) -> usize {
+    println!("{} ({}, {})", adapter.name, adapter.backend, adapter.driver);
+    let base = match GpuExecutor::open(Some(&adapter.name), None::<restir_host::exec::Flavour>) {
+        Ok(base) => base,
+        Err(error) => {
+            print_table(rows, |_| Finding::Skipped(error.to_string()));
+            return rows.iter().filter(|row| row.flavour == Flavour::Exact).count();
+        }
+    };
+    let mut executors = Flavour::ALL.map(|flavour| base.reload(host_flavour(flavour), Shaders::from_env()));
+    for executor in &executors {
+        println!("{}", executor.loading());
+    }
+    let mut failures = 0;
+    print_table(rows, |row| {
+        let executor = &mut executors[row.flavour as usize];
+        let outcome = compare(executor, row.kernel, &row.case);
+        let finding = outcome.map_or_else(|error| Finding::Skipped(error.to_string()), Finding::Compared);
+        let promised = row.flavour == Flavour::Exact && executor.loading().contains("passthrough");
+        failures += usize::from(promised && !finding.is_exact());
+        finding
+    });
+    failures
+}
+
+/// Prints a line a row, as they come.
+fn print_table(rows: &[Row], mut finding: impl FnMut(&Row) -> Finding) {
+    let width = |text: fn(&Row) -> &str, title: &str| {
+        rows.iter()
+            .map(|row| text(row).len())
+            .max()
+            .unwrap_or(0)
+            .max(title.len())
+    };
+    let kernel = width(|row| row.kernel.name, "kernel");
+    let case = width(|row| &row.case.name, "case");
+    println!("{:<kernel$}  {:<case$}  {:<7}  result", "kernel", "case", "flavour");
+    for row in rows {
+        let finding = finding(row);
+        println!(
+            "{:<kernel$}  {:<case$}  {:<7}  {finding}",
+            row.kernel.name,
+            row.case.name,
+            row.flavour.name()
+        );
+    }
+    println!();
+}
+
+fn host_flavour(flavour: Flavour) -> restir_host::exec::Flavour {
+    match flavour {
+        Flavour::Exact => restir_host::exec::Flavour::Exact,
+        Flavour::Fast => restir_host::exec::Flavour::Fast,
+    }
+}
