@@ -10,7 +10,7 @@ use rspirv::dr::{Instruction, Module, Operand};
 use rspirv::spirv::{Capability, Decoration, ExecutionMode, MemoryModel, Op, StorageClass, Word};
 
 use super::ext_inst;
-use super::module::{decorations, entry_name, id_operand, literal_operand, parse, string_operand};
+use super::module::{decorations, entry_name, globals, id_operand, literal_operand, parse, string_operand};
 
 /// Something in a module that breaks the contract.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -63,6 +63,7 @@ struct Checker {
     kernel: String,
     decorated: HashSet<Word>,
     glsl: HashSet<Word>,
+    zeros: HashSet<Word>,
     violations: Vec<Violation>,
 }
 
@@ -79,6 +80,7 @@ impl Checker {
                 .map(|d| d.0)
                 .collect(),
             glsl: glsl.filter_map(|i| i.result_id).collect(),
+            zeros: zeros(module),
             violations: Vec::new(),
         }
     }
@@ -101,7 +103,10 @@ impl Checker {
         match instruction.class.opcode {
             Op::FAdd | Op::FSub | Op::FMul | Op::FNegate | Op::VectorTimesScalar => {
                 let decorated = instruction.result_id.is_some_and(|id| self.decorated.contains(&id));
-                (!decorated).then(|| "is not decorated NoContraction, so the driver may fuse or reorder it".to_owned())
+                if !decorated {
+                    return Some("is not decorated NoContraction, so the driver may fuse or reorder it".to_owned());
+                }
+                self.zero_problem(instruction)
             }
             Op::ExtInst => {
                 let set = id_operand(instruction, 0)?;
@@ -111,6 +116,17 @@ impl Checker {
             }
             _ => None,
         }
+    }
+
+    /// Lavapipe drops a constant zero whatever the module says, and with it the sign of the result.
+    fn zero_problem(&self, instruction: &Instruction) -> Option<String> {
+        let folds = matches!(instruction.class.opcode, Op::FAdd | Op::FSub | Op::FMul);
+        let zero = (0..2).any(|index| id_operand(instruction, index).is_some_and(|id| self.zeros.contains(&id)));
+        (folds && zero).then(|| {
+            "has a constant zero as an operand, which drivers drop without regard to the sign of zero: leave the \
+             operation out, or take the zero from data"
+                .to_owned()
+        })
     }
 
     /// What must be present.
@@ -143,6 +159,34 @@ impl Checker {
             reason,
         });
     }
+}
+
+/// Constants that hold a zero: scalars of either sign, and vectors with such a component.
+fn zeros(module: &Module) -> HashSet<Word> {
+    let globals = globals(module);
+    let is_float = |ty: Option<Word>| {
+        let component = |i: &Instruction| match i.class.opcode {
+            Op::TypeVector => id_operand(i, 0),
+            _ => i.result_id,
+        };
+        ty.and_then(|ty| component(globals.get(&ty)?))
+            .and_then(|ty| globals.get(&ty))
+            .is_some_and(|i| i.class.opcode == Op::TypeFloat)
+    };
+    let mut zeros = HashSet::new();
+    for constant in module.types_global_values.iter().filter(|i| is_float(i.result_type)) {
+        let is_zero = match constant.class.opcode {
+            Op::Constant => literal_operand(constant, 0).is_some_and(|bits| bits & 0x7fff_ffff == 0),
+            Op::ConstantNull => true,
+            // constants stand before what they are parts of
+            Op::ConstantComposite => {
+                (0..constant.operands.len()).any(|at| id_operand(constant, at).is_some_and(|id| zeros.contains(&id)))
+            }
+            _ => false,
+        };
+        zeros.extend(constant.result_id.filter(|_| is_zero));
+    }
+    zeros
 }
 
 /// What an instruction says by itself: capabilities, decorations, widths, storage.

@@ -1,7 +1,7 @@
 //! The allow-list accepts what is committed and rejects every kind of smuggled goods.
 
 use rspirv::dr::{Instruction, Module, Operand};
-use rspirv::spirv::{Capability, Decoration, ExecutionMode, GlslStd450Op, MemoryModel, Op, StorageClass};
+use rspirv::spirv::{Capability, Decoration, ExecutionMode, GlslStd450Op, MemoryModel, Op, StorageClass, Word};
 use xtask::shader::Flavour;
 use xtask::shader::allow::{Violation, check_exact};
 use xtask::shader::module::assemble;
@@ -240,6 +240,63 @@ fn a_specialization_constant_hides_no_float_operation() {
     let found = xtask::shader::allow::check_module(&module);
     assert_eq!(found.len(), 1, "{found:#?}");
     assert_eq!((found[0].opcode.as_str(), found[0].id), ("SpecConstantOp", Some(id)));
+}
+
+/// Gives the first `opcode` a new constant as its second operand, and that operation's id.
+fn with_constant_operand(module: &mut Module, opcode: Op, constant: Op, operands: Vec<Operand>) -> Word {
+    let float = find(module, Op::FMul).result_type;
+    let id = fresh_id(module);
+    module
+        .types_global_values
+        .push(Instruction::new(constant, float, Some(id), operands));
+    let victim = find(module, opcode);
+    victim.operands[1] = Operand::IdRef(id);
+    victim.result_id.unwrap()
+}
+
+#[test]
+fn a_constant_zero_is_no_operand() {
+    for opcode in [Op::FAdd, Op::FSub, Op::FMul] {
+        for bits in [0, 0x8000_0000] {
+            let mut module = exact_module();
+            let zero = vec![Operand::LiteralBit32(bits)];
+            let id = with_constant_operand(&mut module, opcode, Op::Constant, zero);
+            assert_eq!(
+                assert_one(&module, &format!("{opcode:?}"), "constant zero").id,
+                Some(id)
+            );
+        }
+        let mut module = exact_module();
+        with_constant_operand(&mut module, opcode, Op::ConstantNull, vec![]);
+        assert_one(&module, &format!("{opcode:?}"), "constant zero");
+        let mut module = exact_module();
+        let smallest = vec![Operand::LiteralBit32(f32::MIN_POSITIVE.to_bits())];
+        with_constant_operand(&mut module, opcode, Op::Constant, smallest);
+        assert_eq!(violations(&module), []);
+    }
+}
+
+#[test]
+fn a_vector_with_a_constant_zero_is_no_operand() {
+    for (parts, expected) in [([1.0_f32, 2.0], 0), ([0.0, 2.0], 1), ([1.0, -0.0], 1)] {
+        let mut module = exact_module();
+        let float = find(&mut module, Op::FMul).result_type;
+        let ids = parts.map(|part| {
+            let id = fresh_id(&mut module);
+            let bits = vec![Operand::LiteralBit32(part.to_bits())];
+            module
+                .types_global_values
+                .push(Instruction::new(Op::Constant, float, Some(id), bits));
+            Operand::IdRef(id)
+        });
+        let pair = vec![Operand::IdRef(float.unwrap()), Operand::LiteralBit32(2)];
+        let vector = add_global(&mut module, Op::TypeVector, pair);
+        let constant = fresh_id(&mut module);
+        let composite = Instruction::new(Op::ConstantComposite, Some(vector), Some(constant), ids.into());
+        module.types_global_values.push(composite);
+        find(&mut module, Op::FAdd).operands[0] = Operand::IdRef(constant);
+        assert_eq!(violations(&module).len(), expected, "{parts:?}");
+    }
 }
 
 #[test]
