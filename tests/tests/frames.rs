@@ -66,11 +66,17 @@ const FRAMES: [Frame; 14] = [
     frame("suzanne.glb", [33, 17], 7, 12).with_roulette(),
 ];
 
+/// Known issue: llvmpipe (gallivm) ends the loops of an invocation after 65535 rounds in all, without an error. Blocks of many
+/// long paths need more.
+const LONG: Frame = frame("cornell", [8, 8], 128, 13);
+
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
     let mut trials: Vec<Trial> = FRAMES.iter().map(cpu_trial).collect();
     trials.extend(device::trials("frames", |adapter| {
-        FRAMES.iter().map(|frame| gpu_trial(adapter, frame)).collect()
+        let long = gpu_trial(adapter, &LONG).with_kind("known issue");
+        let frames = FRAMES.iter().map(|frame| gpu_trial(adapter, frame));
+        frames.chain([long.with_ignored_flag(true)]).collect()
     }));
     libtest_mimic::run(&arguments, trials).exit_code()
 }
