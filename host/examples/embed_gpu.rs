@@ -42,7 +42,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let geometry = storage(bytemuck::cast_slice(&scene.geometry), none);
     let attributes = storage(bytemuck::cast_slice(&scene.attributes), none);
 
-    let mut pipelines = Pipelines::new(&device, Flavour::Exact, Shaders::Embedded);
+    let exact = device.features().contains(wgpu::Features::PASSTHROUGH_SHADERS);
+    let flavour = if exact { Flavour::Exact } else { Flavour::Fast };
+    let mut pipelines = Pipelines::new(&device, flavour, Shaders::Embedded);
     let pipeline = pipelines.get(&device, &DESC, &[scene.features])?;
     let buffers = [&params_buffer, &geometry, &attributes, &film];
     let entries = [0, 1, 2, 3].map(|i| wgpu::BindGroupEntry {

@@ -12,6 +12,9 @@ use std::ops::ControlFlow;
 pub const MAX_SIDE: u32 = 16_384;
 /// Samples in one dispatch, over all pixels: keeps a dispatch well below a second or two.
 const DISPATCH_SAMPLES_LOG2: u32 = 20;
+/// Path segments of one invocation, over its samples: drivers may limit the rounds of an invocation's loops (lavapipe
+/// to 65 535), and a segment takes two traversals.
+const INVOCATION_SEGMENTS: u32 = 64;
 /// Share of the machine's memory that a render may take.
 const MEMORY_SHARE: f64 = 0.8;
 
@@ -70,7 +73,7 @@ pub struct Rendered {
     pub image: Image,
     /// How many dispatches it took.
     pub dispatches: u64,
-    /// How many samples were dropped because they were not finite.
+    /// How many samples were dropped because they were not finite or the device cut them short.
     pub dropped_samples: u64,
 }
 
@@ -162,10 +165,9 @@ fn block_log2(settings: &RenderSettings) -> u32 {
         let pixels = settings.width * settings.height;
         DISPATCH_SAMPLES_LOG2.saturating_sub(pixels.ilog2())
     };
-    settings
-        .dispatch_samples
-        .map_or_else(fitting, u32::ilog2)
-        .min(MAX_BLOCK_LOG2)
+    let loops = (INVOCATION_SEGMENTS / settings.path.max_depth).max(1).ilog2();
+    let asked = settings.dispatch_samples.map_or_else(fitting, u32::ilog2);
+    asked.min(loops).min(MAX_BLOCK_LOG2)
 }
 
 /// The samples 0..`samples` as aligned blocks (first, log2 of the size), of at most 2^`largest` samples each.

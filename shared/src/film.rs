@@ -7,15 +7,18 @@ use crate::num;
 use glam::Vec3;
 
 /// The largest block that one invocation sums, as a power of two.
-pub const MAX_BLOCK_LOG2: u32 = 7;
+pub const MAX_BLOCK_LOG2: u32 = 6;
+/// The radiance from which on a sample is dropped: 2^100.
+const MAX_RADIANCE: f32 = 1.267_650_6e30;
 const LEVELS: usize = MAX_BLOCK_LOG2 as usize + 1;
 
 impl FilmPixel {
-    /// One sample. A radiance that is not finite is counted instead of added, and magnitudes below 2^-100 are
-    /// zero, so that a device that flushes subnormals gives the same sum.
+    /// One sample. A radiance that is no number or not below 2^100 is counted instead of added, and magnitudes below
+    /// 2^-100 are zero, so that a device that flushes subnormals gives the same sum.
     #[inline(always)]
     pub fn from_radiance(radiance: Vec3) -> Self {
-        let finite = num::is_finite(radiance.x) & num::is_finite(radiance.y) & num::is_finite(radiance.z);
+        let [x, y, z] = [num::abs(radiance.x), num::abs(radiance.y), num::abs(radiance.z)];
+        let finite = (x < MAX_RADIANCE) & (y < MAX_RADIANCE) & (z < MAX_RADIANCE);
         if finite {
             Self {
                 sum: [num::flush(radiance.x), num::flush(radiance.y), num::flush(radiance.z)],
@@ -60,6 +63,8 @@ pub fn sum_block(first: u32, block_log2: u32, mut sample: impl FnMut(u32) -> Vec
         dropped: 0.0,
     }; LEVELS];
     let mut i = 0;
+    // counted beside `i`, of which a compiler knows the value after the loop
+    let mut finished = 0_u32;
     while i < count {
         let mut sum = FilmPixel::from_radiance(sample(first.wrapping_add(i)));
         let mut level = 0;
@@ -69,6 +74,14 @@ pub fn sum_block(first: u32, block_log2: u32, mut sample: impl FnMut(u32) -> Vec
         }
         partial[level as usize] = sum;
         i += 1;
+        finished = finished.wrapping_add(1);
+    }
+    if finished != count {
+        // a driver that limits loops has cut this one: nothing of the block can be trusted
+        return FilmPixel {
+            sum: [0.0, 0.0, 0.0],
+            dropped: count as f32,
+        };
     }
     partial[log2 as usize]
 }

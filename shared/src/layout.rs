@@ -162,7 +162,7 @@ impl Extent for FilmParams {
 pub struct FilmPixel {
     /// Sum of radiance, linear RGB.
     pub sum: [f32; 3],
-    /// How many samples were dropped because they were not finite.
+    /// How many samples were dropped because they were not finite or the device cut them short.
     pub dropped: f32,
 }
 

@@ -166,7 +166,8 @@ impl Trace for SceneView<'_> {
 
     #[inline(always)]
     fn occluded(&self, ray: &Ray) -> bool {
-        geometry::traverse::<true>(self, ray).is_hit()
+        let hit = geometry::traverse::<true>(self, ray);
+        hit.is_hit() | hit.is_cut()
     }
 }
 

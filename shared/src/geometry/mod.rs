@@ -50,6 +50,20 @@ impl Hit {
         uv: Vec2::ZERO,
     };
 
+    /// The device ended the search before its time. Some limit the rounds of an invocation's loops: lavapipe to 65 535.
+    /// A sample in which this happens has to be dropped.
+    pub const CUT: Self = Self {
+        t: f32::MAX,
+        id: NONE,
+        uv: Vec2::ZERO,
+    };
+
+    /// Whether this is [`Self::CUT`].
+    #[inline(always)]
+    pub fn is_cut(&self) -> bool {
+        self.t == f32::MAX
+    }
+
     /// Whether something was hit.
     #[inline(always)]
     pub fn is_hit(&self) -> bool {

@@ -5,7 +5,8 @@ use crate::layout::{LEAF, LEAF_COUNT_SHIFT, LEAF_MAX_COUNT, MAX_TRIANGLES, NODE_
 use crate::scene::{SceneView, xyz};
 use glam::Vec3;
 
-/// The closest hit, or with `ANY` some hit, with `0 < t < ray.t_max`; [`Hit::MISS`] if there is none.
+/// The closest hit, or with `ANY` some hit, with `0 < t < ray.t_max`; [`Hit::MISS`] if there is none, [`Hit::CUT`] if
+/// the device did not let the search end.
 pub fn traverse<const ANY: bool>(scene: &SceneView<'_>, ray: &Ray) -> Hit {
     let header = scene.header;
     let slab = Slab::new(
@@ -21,6 +22,8 @@ pub fn traverse<const ANY: bool>(scene: &SceneView<'_>, ray: &Ray) -> Hit {
     let mut stack = [NONE; STACK_DEPTH];
     let mut pending = 0;
     let mut current = header.root;
+    // its own flag, not `current`: of that a compiler knows the value after the loop
+    let mut ended = current == NONE;
     while current != NONE {
         let mut next = NONE;
         if current & LEAF != 0 {
@@ -41,9 +44,16 @@ pub fn traverse<const ANY: bool>(scene: &SceneView<'_>, ray: &Ray) -> Hit {
             pending -= 1;
             next = stack[pending];
         }
+        ended = next == NONE;
         current = next;
     }
-    if best.id == NONE { Hit::MISS } else { best }
+    if !ended {
+        Hit::CUT
+    } else if best.id == NONE {
+        Hit::MISS
+    } else {
+        best
+    }
 }
 
 #[inline(always)]

@@ -8,6 +8,8 @@ const LOG2_E: f32 = core::f32::consts::LOG2_E;
 const LN_2_HI: f32 = 0.693_359_4;
 const LN_2_LO: f32 = -2.121_944_4e-4;
 const SQRT_HALF_BITS: u32 = 0x3f35_04f3;
+const INFINITY: u32 = 0x7f80_0000;
+const NAN: u32 = 0x7fc0_0000;
 const ROUNDER: f32 = 12_582_912.0;
 
 /// `x` rounded to an integer for |x| < 2^22: the integer as a number and as an `i32`.
@@ -38,15 +40,16 @@ pub fn exp(x: f32) -> f32 {
     // in two steps, because 2^128 is no f32
     let half = e >> 1;
     let y = y * power_of_two(half) * power_of_two(e.wrapping_sub(half));
-    if x < EXP_MIN {
-        0.0
+    // chosen among bits, for some shading languages have no literal infinity
+    f32::from_bits(if x < EXP_MIN {
+        0
     } else if x > EXP_MAX {
-        f32::INFINITY
-    } else if x.is_nan() {
-        x
+        INFINITY
+    } else if x >= EXP_MIN {
+        y.to_bits()
     } else {
-        y
-    }
+        NAN
+    })
 }
 
 /// The natural logarithm. Domain: positive normal numbers; minus infinity for zero and subnormals, NaN below.
@@ -70,13 +73,15 @@ pub fn ln(x: f32) -> f32 {
     let y = p * (f * z) + e * LN_2_LO;
     let y = f + (y - 0.5 * z);
     let y = y + e * LN_2_HI;
-    if x >= super::MIN_POSITIVE {
-        if x == f32::INFINITY { x } else { y }
+    f32::from_bits(if x.to_bits() == INFINITY {
+        INFINITY
+    } else if x >= super::MIN_POSITIVE {
+        y.to_bits()
     } else if x > -super::MIN_POSITIVE {
-        f32::NEG_INFINITY
+        INFINITY | 0x8000_0000
     } else {
-        f32::NAN
-    }
+        NAN
+    })
 }
 
 /// (sin, cos) of an angle in turns: of `2 pi u`. Domain |u| <= [`super::TURNS_MAX`].

@@ -36,8 +36,8 @@ pub fn ln(x: f32) -> f32 {
 /// (sin, cos) of an angle in turns.
 #[inline(always)]
 pub fn sin_cos(u: f32) -> (f32, f32) {
-    const ROUNDER: f32 = 12_582_912.0;
-    let turn = u - ((u + ROUNDER) - ROUNDER);
+    // no adding and subtracting of a large number: an undecorated module lets the driver cancel it
+    let turn = u - libm::floorf(u + 0.5);
     let x = turn * core::f32::consts::TAU;
     (libm::sinf(x), libm::cosf(x))
 }

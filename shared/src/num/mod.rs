@@ -110,12 +110,6 @@ pub fn flush(x: f32) -> f32 {
     if abs(x) < FLUSH_BELOW { 0.0 } else { x }
 }
 
-/// Whether `x` is neither infinite nor NaN.
-#[inline(always)]
-pub fn is_finite(x: f32) -> bool {
-    x.to_bits() & 0x7f80_0000 != 0x7f80_0000
-}
-
 /// The product of two 32-bit integers as (high, low) words.
 #[inline(always)]
 pub fn mul_wide(a: u32, b: u32) -> (u32, u32) {

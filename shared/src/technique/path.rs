@@ -21,6 +21,9 @@ const SCATTER: u32 = 1;
 /// Roulette leaves paths of up to three segments alone.
 const ROULETTE_FROM: u32 = 3;
 const MIN_SURVIVAL: f32 = 0.05;
+/// The radiance of a sample that a device which limits loops has cut short: beyond what the film accepts, so that it
+/// is dropped and counted.
+const CUT: Vec3 = Vec3::splat(f32::MAX);
 
 /// The sum of one block of samples of the pixel (x, y).
 pub fn pixel<S: Trace + Surface + Lights>(scene: &S, params: &PathParams, x: u32, y: u32) -> FilmPixel {
@@ -49,6 +52,9 @@ pub fn radiance<S: Trace + Surface + Lights>(scene: &S, ray: Ray, rng: &Rng, max
     while alive {
         let hit = scene.closest(&ray);
         alive = hit.is_hit();
+        if hit.is_cut() {
+            sum = CUT;
+        }
         if alive {
             let point = scene.surface(&ray, &hit);
             let weight = if depth == 0 {
@@ -82,7 +88,7 @@ pub fn radiance<S: Trace + Surface + Lights>(scene: &S, ray: Ray, rng: &Rng, max
             }
         }
     }
-    sum
+    if alive { CUT } else { sum }
 }
 
 /// Named point of flushing: magnitudes below 2^-100 are zero.

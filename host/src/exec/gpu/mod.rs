@@ -43,8 +43,8 @@ impl GpuExecutor {
         Ok(executor)
     }
 
-    /// An executor on the embedder's device. Kernels need no more than the default limits; the `exact` flavour gives
-    /// the host's bits only with [`wgpu::Features::PASSTHROUGH_SHADERS`] on Vulkan.
+    /// An executor on the embedder's device. Kernels need no more than the default limits; the `exact` flavour needs
+    /// [`wgpu::Features::PASSTHROUGH_SHADERS`] on Vulkan.
     pub fn with_device(device: wgpu::Device, queue: wgpu::Queue, flavour: Flavour, shaders: Shaders) -> Self {
         let pipelines = Pipelines::new(&device, flavour, shaders);
         Self {
@@ -62,7 +62,8 @@ impl GpuExecutor {
         Self::with_device(self.device.clone(), self.queue.clone(), flavour, shaders)
     }
 
-    /// Loads through naga from now on, as on backends other than Vulkan: `exact` modules lose their guarantee.
+    /// Loads `exact` through naga from now on, which drops the decorations that make it exact. A control for tests: the
+    /// results are wrong on devices that contract or reassociate.
     #[must_use]
     pub fn without_passthrough(mut self) -> Self {
         self.pipelines.disable_passthrough();

@@ -16,6 +16,8 @@ pub struct Pipelines {
     flavour: Flavour,
     shaders: Shaders,
     passthrough: bool,
+    /// `exact` modules may go through naga: only to show what that breaks
+    without_guarantee: bool,
     dropped_modes: Vec<FloatMode>,
     made: HashMap<(&'static str, Vec<u32>), wgpu::ComputePipeline>,
 }
@@ -33,6 +35,7 @@ impl Pipelines {
             flavour,
             shaders,
             passthrough: flavour == Flavour::Exact && takes_passthrough(device),
+            without_guarantee: false,
             dropped_modes: float_modes::unsupported(device),
             made: HashMap::new(),
         }
@@ -40,6 +43,7 @@ impl Pipelines {
 
     pub(super) fn disable_passthrough(&mut self) {
         self.passthrough = false;
+        self.without_guarantee = true;
         self.made.clear();
     }
 
@@ -59,7 +63,8 @@ impl Pipelines {
     /// descriptor.
     ///
     /// # Errors
-    /// [`Error::Kernel`] if the module is missing or damaged, or the adapter rejects it.
+    /// [`Error::Kernel`] if the module is missing or damaged, or the adapter rejects it; [`Error::Adapter`] for `exact` on
+    /// a device without passthrough, where it would be wrong, not only inexact: drivers may cancel what it relies on.
     pub fn get(
         &mut self,
         device: &wgpu::Device,
@@ -69,6 +74,12 @@ impl Pipelines {
         let key = (kernel.name, constants.to_vec());
         if let Some(pipeline) = self.made.get(&key) {
             return Ok(pipeline.clone());
+        }
+        if self.flavour == Flavour::Exact && !self.passthrough && !self.without_guarantee {
+            return Err(Error::Adapter(
+                "the flavour exact needs Vulkan and the feature PASSTHROUGH_SHADERS; use the flavour fast here"
+                    .to_owned(),
+            ));
         }
         let words = self.words(kernel, constants)?;
         let pipeline = create(device, kernel, words, self.passthrough)?;
