@@ -1,5 +1,8 @@
 //! Tests that need a GPU: each runs on every adapter. Without an adapter a suite has one test that says so: it is
-//! ignored, visibly; with `RESTIR_REQUIRE_GPU=1` it fails.
+//! ignored, visibly; with `RESTIR_REQUIRE_GPU` set ([`required`]) it fails.
+//!
+//! Adapters are opened by name. Of adapters with the same name (two equal cards, or a card under two backends) the first
+//! is tested, once: it would answer for each of them.
 
 use libtest_mimic::{Failed, Trial};
 use restir_host::exec::gpu::{GpuExecutor, adapters};
@@ -50,26 +53,39 @@ impl Adapter {
     }
 }
 
-/// Whether tests without an adapter fail.
-pub fn is_required() -> bool {
-    std::env::var("RESTIR_REQUIRE_GPU").is_ok_and(|value| value == "1")
+/// Whether tests without an adapter fail: `RESTIR_REQUIRE_GPU` is set to anything but nothing or 0.
+pub fn required() -> bool {
+    std::env::var_os("RESTIR_REQUIRE_GPU").is_some_and(|value| !value.is_empty() && value != "0")
+}
+
+/// The names of all adapters, each once.
+fn names() -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for adapter in adapters() {
+        if !names.contains(&adapter.name) {
+            names.push(adapter.name);
+        }
+    }
+    names
 }
 
 /// The tests of `suite` on every adapter.
 pub fn trials(suite: &str, on: impl Fn(&Adapter) -> Vec<Trial>) -> Vec<Trial> {
-    let adapters = adapters();
-    if adapters.is_empty() {
+    let names = names();
+    if names.is_empty() {
         let name = format!("{suite}: no GPU adapter; install a Vulkan driver, for example Mesa's lavapipe");
-        let trial = Trial::test(name, || Err("RESTIR_REQUIRE_GPU is 1 and there is no adapter".into()));
-        return vec![trial.with_ignored_flag(!is_required())];
+        let trial = Trial::test(name, || Err("RESTIR_REQUIRE_GPU is set and there is no adapter".into()));
+        return vec![trial.with_ignored_flag(!required())];
     }
-    adapters
-        .into_iter()
-        .flat_map(|adapter| on(&Adapter::new(adapter.name)))
-        .collect()
+    names.into_iter().flat_map(|name| on(&Adapter::new(name))).collect()
 }
 
 /// Name and driver of an executor's adapter.
 pub fn label(executor: &dyn Executor) -> String {
     executor.describe().adapter.unwrap_or_else(|| "CPU".to_owned())
+}
+
+/// Whether the adapter is lavapipe's, which contracts and folds whatever it may and ends long loops.
+pub fn is_llvmpipe(executor: &dyn Executor) -> bool {
+    label(executor).contains("llvmpipe")
 }
