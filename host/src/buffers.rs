@@ -2,7 +2,7 @@
 
 use crate::bvh::{self, Bounds};
 use crate::scene::{Camera, Material, Scene};
-use crate::{Error, alias};
+use crate::{Error, alias, memory};
 use glam::{DVec3, UVec4, Vec3};
 use restir_shared::layout::{
     ALIAS_WORDS, FEATURE_LIGHT_TABLE, LIGHT_WORDS, MATERIAL_TWO_SIDED_EMISSION, MAX_TRIANGLES, NODE_WORDS, NONE,
@@ -10,14 +10,17 @@ use restir_shared::layout::{
 };
 use restir_shared::num::flush;
 use restir_shared::scene::SceneView;
+use restir_shared::vec::{cross, dot};
 use std::sync::Arc;
 
-/// Coordinates beyond this magnitude could overflow in the triangle test: 2^40.
-const MAX_COORDINATE: f64 = 1_099_511_627_776.0;
+/// Coordinates beyond this magnitude could overflow in a normal's square, of fourth order: 2^30.
+const MAX_COORDINATE: f64 = 1_073_741_824.0;
 /// Emission beyond this could overflow in sums over paths.
 const MAX_EMISSION: f32 = 1.0e20;
-/// The square of a triangle's doubled area below which it has no normal; as in the kernels, 2^-100.
-const MIN_AREA_SQUARED: f64 = 7.888_609_052_210_118e-31;
+/// The square of a triangle's doubled area below which it has no normal.
+const MIN_AREA_SQUARED: f32 = restir_shared::num::FLUSH_BELOW;
+/// Host memory that a triangle takes while the arenas are built: its flattened form, boxes, tree and records.
+const BYTES_PER_TRIANGLE: u64 = 400;
 
 /// A scene in its arenas.
 #[derive(Clone, Debug)]
@@ -110,6 +113,7 @@ impl SceneBuffers {
         let camera = scene
             .camera
             .unwrap_or_else(|| Camera::framing(corners(&bvh.bounds), 1.0));
+        check_camera(scene, &camera)?;
         let stats = SceneStats {
             triangles: triangles.len() as u64,
             skipped_triangles: skipped,
@@ -166,6 +170,18 @@ fn scene_error(scene: &Scene, problem: String) -> Error {
     }
 }
 
+fn check_camera(scene: &Scene, camera: &Camera) -> Result<(), Error> {
+    let direction = camera.target - camera.position;
+    if camera.position.abs().max_element() <= MAX_COORDINATE && direction.is_finite() && direction.length() > 0.0 {
+        return Ok(());
+    }
+    let problem = format!(
+        "the camera at {} is not within 1.07e9 or looks nowhere; correct it",
+        camera.position
+    );
+    Err(scene_error(scene, problem))
+}
+
 fn check_material(scene: &Scene, material: &Material) -> Result<(), Error> {
     let problem = if material.reflectance.iter().any(|r| !(0.0..=1.0).contains(r)) {
         format!("reflectance {:?} is outside [0, 1]", material.reflectance)
@@ -180,8 +196,27 @@ fn check_material(scene: &Scene, material: &Material) -> Result<(), Error> {
     ))
 }
 
+/// Refuses what could not be held, before anything is made of it: a small file can place a large mesh many times.
+fn check_count(scene: &Scene) -> Result<(), Error> {
+    let size =
+        |instance: &crate::scene::Instance| scene.meshes.get(instance.mesh).map_or(0, |m| m.indices.len() as u64);
+    let count: u64 = scene.instances.iter().map(size).sum();
+    if count >= u64::from(MAX_TRIANGLES) {
+        return Err(scene_error(
+            scene,
+            format!("has {count} triangles, more than the limit of {MAX_TRIANGLES}"),
+        ));
+    }
+    memory::check(
+        count * BYTES_PER_TRIANGLE,
+        &format!("scene {}", scene.name),
+        "choose a smaller scene",
+    )
+}
+
 /// The triangles of all instances in world space, and how many were skipped for want of area.
 fn flatten(scene: &Scene) -> Result<(Vec<Triangle>, u64), Error> {
+    check_count(scene)?;
     let mut triangles = Vec::new();
     let mut skipped = 0;
     for (object, instance) in scene.instances.iter().enumerate() {
@@ -217,7 +252,7 @@ fn flatten(scene: &Scene) -> Result<(Vec<Triangle>, u64), Error> {
                 ));
             };
             let vertices = if flipped { [a, c, b] } else { [a, b, c] };
-            if doubled_area_squared(&vertices) < MIN_AREA_SQUARED {
+            if !has_normal(&vertices) {
                 skipped += 1;
             } else {
                 triangles.push(Triangle {
@@ -234,15 +269,6 @@ fn flatten(scene: &Scene) -> Result<(Vec<Triangle>, u64), Error> {
             format!("has no triangle with an area ({skipped} without one were skipped)"),
         ));
     }
-    if triangles.len() >= MAX_TRIANGLES as usize {
-        return Err(scene_error(
-            scene,
-            format!(
-                "has {} triangles, more than the limit of {MAX_TRIANGLES}",
-                triangles.len()
-            ),
-        ));
-    }
     Ok((triangles, skipped))
 }
 
@@ -255,13 +281,19 @@ fn world_positions(scene: &Scene, mesh: usize, object: usize) -> Result<Vec<Vec3
             Ok(Vec3::from_array(world.to_array().map(|x| flush(x as f32))))
         } else {
             let problem = format!(
-                "mesh {:?}: vertex {index} at {world} is not a finite position within 1.1e12; correct the mesh",
+                "mesh {:?}: vertex {index} at {world} is not a finite position within 1.07e9; correct or scale the mesh",
                 mesh.name
             );
             Err(scene_error(scene, problem))
         }
     };
     mesh.positions.iter().enumerate().map(place).collect()
+}
+
+/// Whether the kernels' own arithmetic finds a normal: slivers whose cross product cancels have none.
+fn has_normal(&[a, b, c]: &[Vec3; 3]) -> bool {
+    let normal = cross(b - a, c - a);
+    dot(normal, normal) >= MIN_AREA_SQUARED
 }
 
 fn doubled_area_squared([a, b, c]: &[Vec3; 3]) -> f64 {
@@ -287,7 +319,7 @@ fn light_tables(triangles: &[&Triangle], materials: &[Material]) -> LightTables 
     }
     let entries = alias::build(&powers);
     let probabilities = alias::probabilities(powers.len(), entries.as_deref());
-    let density = |i: usize| (probabilities[i] / areas[i]) as f32;
+    let density = |i: usize| flush((probabilities[i] / areas[i]) as f32);
     let lights = indices
         .iter()
         .enumerate()
@@ -296,8 +328,10 @@ fn light_tables(triangles: &[&Triangle], materials: &[Material]) -> LightTables 
     LightTables { lights, alias: entries }
 }
 
+/// Magnitudes below 2^-100 are zero in the arenas, see DETERMINISM.md.
 fn float_word(v: Vec3, w: u32) -> [u32; 4] {
-    [v.x.to_bits(), v.y.to_bits(), v.z.to_bits(), w]
+    let bits = |x| flush(x).to_bits();
+    [bits(v.x), bits(v.y), bits(v.z), w]
 }
 
 fn pack_geometry(bvh: &bvh::Bvh, triangles: &[&Triangle], tables: &LightTables) -> Vec<u32> {

@@ -1,6 +1,7 @@
 //! A frame plan: the buffers of a technique and its passes in order. Executors run it; they know no technique.
 
-use restir_kernels::KernelDesc;
+use crate::Error;
+use restir_kernels::{Access, KernelDesc};
 use std::sync::Arc;
 
 /// Index into [`FramePlan::buffers`].
@@ -11,7 +12,7 @@ pub type BufferId = usize;
 pub struct Buffer {
     /// Name for messages.
     pub name: &'static str,
-    /// Size in words of 32 bits.
+    /// Size in words of 32 bits; that of the contents if there are any.
     pub words: usize,
     /// What it holds at the start; zeros if `None`.
     pub contents: Option<Arc<[u32]>>,
@@ -48,5 +49,62 @@ impl FramePlan<'_> {
     /// Bytes of all buffers.
     pub fn bytes(&self) -> u64 {
         self.buffers.iter().map(|b| b.words as u64 * 4).sum()
+    }
+}
+
+impl Pass {
+    /// Whether the pass fits its kernel and the plan's buffers; executors check before they run it.
+    ///
+    /// # Errors
+    /// [`Error::Kernel`] that says what does not fit.
+    pub fn check(&self, buffers: &[Buffer]) -> Result<(), Error> {
+        let problem = self
+            .misfit(buffers)
+            .map(|problem| format!("a pass of the plan {problem}; correct the plan"));
+        problem.map_or(Ok(()), |problem| {
+            Err(Error::Kernel {
+                kernel: self.kernel.name.to_owned(),
+                problem,
+            })
+        })
+    }
+
+    fn misfit(&self, buffers: &[Buffer]) -> Option<String> {
+        let (params, bindings) = self.kernel.bindings.split_first()?;
+        if self.grid.contains(&0) {
+            return Some("has an empty grid".to_owned());
+        }
+        if self.params.len() * 4 != params.stride as usize || self.constants.len() != self.kernel.constants.len() {
+            return Some("has parameters or constants of another size".to_owned());
+        }
+        if self.bindings.len() != bindings.len() {
+            return Some(format!(
+                "binds {} buffers instead of {}",
+                self.bindings.len(),
+                bindings.len()
+            ));
+        }
+        let invocations = self.grid[0] as usize * self.grid[1] as usize;
+        for (binding, &id) in bindings.iter().zip(&self.bindings) {
+            let own = binding.access == Access::Own;
+            let needed = if own {
+                invocations * binding.stride as usize / 4
+            } else {
+                0
+            };
+            let shared = self.bindings.iter().filter(|&&other| other == id).count() > 1;
+            match buffers.get(id) {
+                None => return Some(format!("binds buffer {id} to {}, which does not exist", binding.name)),
+                Some(buffer) if buffer.words < needed => {
+                    return Some(format!(
+                        "writes {needed} words of {}, which has {}",
+                        buffer.name, buffer.words
+                    ));
+                }
+                Some(buffer) if own && shared => return Some(format!("writes {} and binds it twice", buffer.name)),
+                Some(_) => {}
+            }
+        }
+        None
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::exec::Executor;
 use crate::plan::{Buffer, FramePlan, Pass};
-use crate::{Error, buffers::SceneBuffers, image::Image};
+use crate::{Error, buffers::SceneBuffers, image::Image, memory};
 use restir_kernels as kernels;
 use restir_shared::film::MAX_BLOCK_LOG2;
 use restir_shared::layout::{FilmParams, FilmPixel, PATH_JITTER, PATH_ROULETTE, PathParams};
@@ -10,18 +10,18 @@ use std::ops::ControlFlow;
 
 /// Longest side of an image in pixels.
 pub const MAX_SIDE: u32 = 16_384;
-/// Samples in one dispatch, over all pixels: keeps a dispatch well below a second or two.
+/// Samples in one dispatch, over all pixels, where the image is not larger: keeps a dispatch below a second or two.
 const DISPATCH_SAMPLES_LOG2: u32 = 20;
-/// Path segments of one invocation, over its samples: drivers may limit the rounds of an invocation's loops (lavapipe
+/// Path segments of one invocation, over its samples, unless a single path has more: drivers may limit the rounds of an invocation's loops (lavapipe
 /// to 65 535), and a segment takes two traversals.
 const INVOCATION_SEGMENTS: u32 = 64;
-/// Share of the machine's memory that a render may take.
-const MEMORY_SHARE: f64 = 0.8;
+/// The longest paths that a render may ask for: a closed scene that absorbs nothing never ends one.
+pub const MAX_DEPTH: u32 = 1024;
 
 /// Settings of path tracing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PathSettings {
-    /// Longest path, in segments: 1 is directly visible emission, 2 adds direct light. Default 8.
+    /// Longest path, in segments, in 1..=[`MAX_DEPTH`]: 1 is directly visible emission, 2 adds direct light. Default 8.
     pub max_depth: u32,
     /// Spread samples over the pixel instead of sending them through its centre. Default off.
     pub jitter: bool,
@@ -112,7 +112,10 @@ pub fn render(
 /// [`Error::Setting`] and [`Error::Memory`].
 pub fn check(scene: &SceneBuffers, settings: &RenderSettings) -> Result<(), Error> {
     check_settings(settings)?;
-    check_memory(path_plan(scene, settings).bytes())
+    // beside the plan: the words read back, the image and its encoded form
+    let copies = 3 * u64::from(settings.width) * u64::from(settings.height) * size_of::<FilmPixel>() as u64;
+    let bytes = path_plan(scene, settings).bytes() + copies;
+    memory::check(bytes, "this render", "choose a smaller size")
 }
 
 fn check_settings(settings: &RenderSettings) -> Result<(), Error> {
@@ -125,38 +128,17 @@ fn check_settings(settings: &RenderSettings) -> Result<(), Error> {
         "0 samples a pixel make no image; give at least 1".to_owned()
     } else if settings.path.max_depth == 0 {
         "paths of 0 segments carry no light; give a depth of at least 1".to_owned()
+    } else if settings.path.max_depth > MAX_DEPTH {
+        format!(
+            "paths of {} segments are too long; give a depth of at most {MAX_DEPTH}",
+            settings.path.max_depth
+        )
     } else if settings.dispatch_samples == Some(0) {
         "dispatches of 0 samples never end; give at least 1".to_owned()
     } else {
         return Ok(());
     };
     Err(Error::Setting(problem))
-}
-
-/// The memory that a render may take: 80 % of the machine's, or `RESTIR_MEMORY_LIMIT_BYTES`.
-fn memory_limit() -> u64 {
-    let configured = std::env::var("RESTIR_MEMORY_LIMIT_BYTES")
-        .ok()
-        .and_then(|v| v.parse().ok());
-    configured.unwrap_or_else(|| {
-        let mut system = sysinfo::System::new();
-        system.refresh_memory();
-        (system.total_memory() as f64 * MEMORY_SHARE) as u64
-    })
-}
-
-fn check_memory(bytes: u64) -> Result<(), Error> {
-    let limit = memory_limit();
-    if bytes <= limit {
-        return Ok(());
-    }
-    let gib = |b: u64| b as f64 / f64::from(1 << 30);
-    Err(Error::Memory(format!(
-        "the buffers of this render take {:.2} GiB, more than the {:.2} GiB that it may use (80 % of this machine's \
-         memory); choose a smaller size",
-        gib(bytes),
-        gib(limit)
-    )))
 }
 
 /// Samples in a block, as a power of two.
@@ -189,10 +171,9 @@ fn block_count(samples: u32, largest: u32) -> u64 {
     u64::from(samples >> largest) + u64::from((samples & ((1 << largest) - 1)).count_ones())
 }
 
-/// Film planes that are ever in use at once: the waiting blocks, whose sizes differ, and the one in work.
+/// Film planes that are ever in use at once: waiting blocks, whose sizes differ, and the one in work.
 fn plane_count(samples: u32, largest: u32) -> usize {
-    let waiting = (u32::BITS - (samples >> largest).leading_zeros()).max(samples.count_ones());
-    waiting as usize + 1
+    (u32::BITS - (samples >> largest).leading_zeros()).max(samples.count_ones()) as usize
 }
 
 /// Buffers of a plan for path tracing.
@@ -363,6 +344,35 @@ mod tests {
                     next += 1 << log2;
                 }
                 assert_eq!((next, blocks.len() as u64), (samples, block_count(samples, largest)));
+            }
+        }
+    }
+
+    #[test]
+    fn every_pass_finds_a_plane_and_is_counted() {
+        let scene = SceneBuffers::build(&crate::scene::builtin::scene("cornell").expect("built in")).expect("builds");
+        for samples in (1..200).chain([1023, 1024, 1025, 4097]) {
+            for largest in 0..=MAX_BLOCK_LOG2 {
+                let settings = RenderSettings {
+                    width: 1,
+                    height: 1,
+                    samples,
+                    seed: 0,
+                    path: PathSettings::default(),
+                    dispatch_samples: Some(1 << largest),
+                };
+                let plan = path_plan(&scene, &settings);
+                let mut used = std::collections::BTreeSet::new();
+                let mut passes = 0;
+                for pass in plan.passes {
+                    used.extend(pass.bindings.iter().copied().filter(|id| *id >= FIRST_PLANE));
+                    passes += 1;
+                }
+                assert_eq!(
+                    (passes, used.len()),
+                    (plan.pass_count, plan.buffers.len() - FIRST_PLANE),
+                    "{samples} {largest}"
+                );
             }
         }
     }

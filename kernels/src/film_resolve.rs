@@ -13,12 +13,9 @@ kernel! {
     }
     |x, y, at, p| {
         let pixel = sum[(y * p.width + x) as usize];
+        let mean_of = |x| num::flush(num::div(x, p.samples));
         mean[at] = FilmPixel {
-            sum: [
-                num::div(pixel.sum[0], p.samples),
-                num::div(pixel.sum[1], p.samples),
-                num::div(pixel.sum[2], p.samples),
-            ],
+            sum: [mean_of(pixel.sum[0]), mean_of(pixel.sum[1]), mean_of(pixel.sum[2])],
             dropped: pixel.dropped,
         }
     }
@@ -26,7 +23,7 @@ kernel! {
 
 #[cfg(not(target_arch = "spirv"))]
 fn cases(_: &dyn crate::CaseScenes) -> Vec<crate::Case> {
-    [1.0, 7.0, 64.0, 1000.0]
+    [1.0, 7.0, 64.0, 1000.0, 134_217_728.0]
         .map(|samples| {
             let params = FilmParams { width: 13, height: 7, samples, reserved: 0 };
             crate::Case::new(format!("{samples} spp"), 13, 7)

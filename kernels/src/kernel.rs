@@ -11,11 +11,11 @@
 ///         read { 1: input: Item },               // any element may be read
 ///         own { 2: output: Item },               // one element an invocation: `output[at]`
 ///     }
-///     |x, y, at| output[at] = technique::scale(&params, input, x, y)
+///     |x, y, at, p| output[at] = technique::scale(&p, input, x, y)
 /// }
 /// ```
 ///
-/// In the body `params` is a copy of the block. Bindings are numbered from 0 without gaps. A function
+/// The body's names stand for the invocation's position, the index of its element, and a copy of the parameter block. Bindings are numbered from 0 without gaps. A function
 /// `cases(&dyn CaseScenes) -> Vec<Case>` in the same file gives the parity cases.
 macro_rules! kernel {
     (

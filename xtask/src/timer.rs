@@ -49,7 +49,7 @@ fn time_on(adapter: &str, shaders: &Shaders, case: &Case) -> Result<DeviceTiming
     let device = executor.device().clone();
     let pipeline = || -> Result<f64, Error> {
         let start = Instant::now();
-        Pipelines::new(&device, Flavour::Exact, shaders.clone()).get(&device, &PROBE, &constants)?;
+        Pipelines::new(&device, Flavour::Exact, shaders.clone()).get(&PROBE, &constants)?;
         Ok(start.elapsed().as_secs_f64())
     };
     let cold = pipeline()?;

@@ -122,11 +122,12 @@ impl Executor for CpuExecutor {
             })
             .collect();
         for (done, pass) in (1..).zip(plan.passes) {
+            pass.check(&plan.buffers)?;
             self.pass(&pass, &mut buffers);
             if observe(done).is_break() {
                 return Err(Error::Interrupted);
             }
         }
-        Ok(plan.outputs.iter().map(|&id| buffers[id].take()).collect())
+        Ok(plan.outputs.iter().map(|&id| buffers[id].words().to_vec()).collect())
     }
 }

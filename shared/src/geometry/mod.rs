@@ -18,9 +18,9 @@ use glam::{Vec2, Vec3};
 /// A ray, or a segment if `t_max` is finite; `direction` need not have unit length.
 #[derive(Clone, Copy)]
 pub struct Ray {
-    /// Where it begins; |components| at most 2^40.
+    /// Where it begins; |components| at most 2^31, where those of the scene are at most 2^30.
     pub origin: Vec3,
-    /// Not zero; the largest magnitude of its components in [2^-40, 2^40].
+    /// Not zero: its largest component is no smaller than 2^-60 times the largest distance to a vertex, and at most 2^40.
     pub direction: Vec3,
     /// Hits lie at `0 < t < t_max`.
     pub t_max: f32,

@@ -124,16 +124,17 @@ impl TriangleTest {
         let u = num::flush(c.x * b.y - c.y * b.x);
         let v = num::flush(a.x * c.y - a.y * c.x);
         let w = num::flush(b.x * a.y - b.y * a.x);
-        let outside = ((u < 0.0) | (v < 0.0) | (w < 0.0)) & ((u > 0.0) | (v > 0.0) | (w > 0.0));
+        // written so that a NaN is no hit
+        let inside = ((u >= 0.0) & (v >= 0.0) & (w >= 0.0)) | ((u <= 0.0) & (v <= 0.0) & (w <= 0.0));
         let det = u + v + w;
-        if outside | (det == 0.0) {
+        if !inside | (det == 0.0) {
             return Hit::MISS;
         }
         let inv = num::recip(det);
         let t = (u * a.z + v * b.z + w * c.z) * inv;
         let (t0, t1) = slab.interval(min(min(v0, v1), v2), max(max(v0, v1), v2));
         let t = num::max(num::min(t, t1), t0);
-        if (t0 > t1) | (t <= 0.0) {
+        if !((t0 <= t1) & (t > 0.0)) {
             return Hit::MISS;
         }
         Hit {

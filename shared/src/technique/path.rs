@@ -66,7 +66,7 @@ pub fn radiance<S: Trace + Surface + Lights>(scene: &S, ray: Ray, rng: &Rng, max
             depth += 1;
             alive = depth < max_depth && max_component(throughput) > 0.0;
             if alive {
-                let dimension = FIRST_DIMENSION + (depth - 1) * DIMENSIONS_PER_SEGMENT;
+                let dimension = FIRST_DIMENSION + (depth - 1).wrapping_mul(DIMENSIONS_PER_SEGMENT);
                 let vertex = Vertex::new(&point, &ray);
                 let light = scene.sample_light(rng.draw(dimension + LIGHT));
                 let next_event = vertex.next_event(&light);
@@ -183,7 +183,8 @@ impl Vertex {
         let cos_light = num::abs(dot(light.normal, to_light)) * inv_distance;
         let light_scaled = light.density * distance_squared;
         let scatter_scaled = self.bsdf.pdf(cos) * cos_light;
-        let value = light.emission * self.bsdf.eval_cos(cos) * num::div(cos_light, light_scaled + scatter_scaled);
+        let value =
+            flush(light.emission * self.bsdf.eval_cos(cos)) * num::div(cos_light, light_scaled + scatter_scaled);
         NextEvent { value, shadow }
     }
 }

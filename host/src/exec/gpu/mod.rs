@@ -5,7 +5,7 @@ mod float_modes;
 mod pipeline;
 
 pub use adapter::{AdapterInfo, adapters};
-pub use pipeline::Pipelines;
+pub use pipeline::{Pipelines, takes_passthrough};
 
 use super::{Description, Executor, Flavour};
 use crate::plan::{Buffer, FramePlan, Pass};
@@ -32,19 +32,29 @@ impl GpuExecutor {
     /// [`Error::Adapter`] if there is none or it cannot be opened; what the self-check reports.
     pub fn open(adapter: Option<&str>, flavour: impl Into<Option<Flavour>>) -> Result<Self, Error> {
         let (device, queue) = adapter::open(adapter)?;
-        let suited = if pipeline::takes_passthrough(&device) {
+        let suited = if takes_passthrough(&device) {
             Flavour::Exact
         } else {
             Flavour::Fast
         };
         let flavour = flavour.into().unwrap_or(suited);
         let mut executor = Self::with_device(device, queue, flavour, Shaders::from_env());
-        executor.parity = Some(self_check(&mut executor)?);
+        executor.check()?;
         Ok(executor)
     }
 
+    /// Runs the self-check and remembers its result for [`Executor::describe`]. [`Self::open`] has done so.
+    ///
+    /// # Errors
+    /// What the kernels report.
+    pub fn check(&mut self) -> Result<Parity, Error> {
+        let parity = self_check(self)?;
+        self.parity = Some(parity);
+        Ok(parity)
+    }
+
     /// An executor on the embedder's device. Kernels need no more than the default limits; the `exact` flavour needs
-    /// [`wgpu::Features::PASSTHROUGH_SHADERS`] on Vulkan.
+    /// [`takes_passthrough`]. [`Self::check`] tells whether the device keeps its promise.
     pub fn with_device(device: wgpu::Device, queue: wgpu::Queue, flavour: Flavour, shaders: Shaders) -> Self {
         let pipelines = Pipelines::new(&device, flavour, shaders);
         Self {
@@ -89,7 +99,7 @@ impl GpuExecutor {
             if size > largest {
                 return Err(Error::Memory(format!(
                     "the buffer {:?} of {size} bytes is larger than the {largest} bytes that this adapter binds; \
-                     choose a smaller size or `--device cpu`",
+                     choose a smaller size or scene, or `--device cpu`",
                     buffer.name
                 )));
             }
@@ -108,19 +118,31 @@ impl GpuExecutor {
                 }),
             })
         };
-        let scope = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-        let created = buffers.iter().map(create).collect();
-        match pollster::block_on(scope.pop()) {
-            Some(error) => Err(Error::Memory(format!(
-                "the adapter has no memory for the buffers ({}); choose a smaller size or `--device cpu`",
+        self.guarded(|_| buffers.iter().map(create).collect())
+    }
+
+    /// Turns what the device reports during `work` into errors; uncaught, it would be a panic.
+    fn guarded<T>(&self, work: impl FnOnce(&Self) -> Result<T, Error>) -> Result<T, Error> {
+        let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let validation = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let result = work(self);
+        let invalid = pollster::block_on(validation.pop());
+        if let Some(error) = pollster::block_on(memory.pop()) {
+            return Err(Error::Memory(format!(
+                "the adapter is out of memory ({}); choose a smaller size or scene, or `--device cpu`",
+                one_line(&error)
+            )));
+        }
+        match invalid {
+            Some(error) => Err(Error::Adapter(format!(
+                "the adapter refuses the work: {}; try `--device cpu`",
                 one_line(&error)
             ))),
-            None => created,
+            None => result,
         }
     }
 
-    fn submit(&mut self, pass: &Pass, buffers: &[wgpu::Buffer]) -> Result<(), Error> {
-        let pipeline = self.pipelines.get(&self.device, pass.kernel, &pass.constants)?;
+    fn submit(&self, pass: &Pass, pipeline: &wgpu::ComputePipeline, buffers: &[wgpu::Buffer]) -> Result<(), Error> {
         let params = self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("params"),
             contents: bytemuck::cast_slice(&pass.params),
@@ -145,7 +167,7 @@ impl GpuExecutor {
             .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         {
             let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            compute.set_pipeline(&pipeline);
+            compute.set_pipeline(pipeline);
             compute.set_bind_group(0, &bindings, &[]);
             let [x, y, _] = pass.kernel.workgroup;
             compute.dispatch_workgroups(pass.grid[0].div_ceil(x), pass.grid[1].div_ceil(y), 1);
@@ -208,11 +230,16 @@ impl Executor for GpuExecutor {
     ) -> Result<Vec<Vec<u32>>, Error> {
         let buffers = self.create_buffers(&plan.buffers)?;
         for (done, pass) in (1..).zip(plan.passes) {
-            self.submit(&pass, &buffers)?;
+            pass.check(&plan.buffers)?;
+            let pipeline = self.pipelines.get(pass.kernel, &pass.constants)?;
+            self.guarded(|this| this.submit(&pass, &pipeline, &buffers))?;
             if observe(done).is_break() {
                 return Err(Error::Interrupted);
             }
         }
-        plan.outputs.iter().map(|&id| self.read(&buffers[id])).collect()
+        plan.outputs
+            .iter()
+            .map(|&id| self.guarded(|this| this.read(&buffers[id])))
+            .collect()
     }
 }

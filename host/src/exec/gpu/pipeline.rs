@@ -13,6 +13,7 @@ use std::collections::HashMap;
 /// For an embedder who dispatches kernels on buffers of their own: binding `i` of set 0 is
 /// [`KernelDesc::bindings`]`[i]`, all of them storage buffers, read-only but for [`Access::Own`].
 pub struct Pipelines {
+    device: wgpu::Device,
     flavour: Flavour,
     shaders: Shaders,
     passthrough: bool,
@@ -22,8 +23,8 @@ pub struct Pipelines {
     made: HashMap<(&'static str, Vec<u32>), wgpu::ComputePipeline>,
 }
 
-/// Whether the device takes SPIR-V as it is, which alone keeps its decorations.
-pub(super) fn takes_passthrough(device: &wgpu::Device) -> bool {
+/// Whether the device takes SPIR-V as it is, which alone keeps its decorations: what the flavour `exact` needs.
+pub fn takes_passthrough(device: &wgpu::Device) -> bool {
     let on_vulkan = device.adapter_info().backend == wgpu::Backend::Vulkan;
     on_vulkan && device.features().contains(wgpu::Features::PASSTHROUGH_SHADERS)
 }
@@ -32,6 +33,7 @@ impl Pipelines {
     /// Kernels of the given flavour for `device`.
     pub fn new(device: &wgpu::Device, flavour: Flavour, shaders: Shaders) -> Self {
         Self {
+            device: device.clone(),
             flavour,
             shaders,
             passthrough: flavour == Flavour::Exact && takes_passthrough(device),
@@ -65,12 +67,7 @@ impl Pipelines {
     /// # Errors
     /// [`Error::Kernel`] if the module is missing or damaged, or the adapter rejects it; [`Error::Adapter`] for `exact` on
     /// a device without passthrough, where it would be wrong, not only inexact: drivers may cancel what it relies on.
-    pub fn get(
-        &mut self,
-        device: &wgpu::Device,
-        kernel: &'static KernelDesc,
-        constants: &[u32],
-    ) -> Result<wgpu::ComputePipeline, Error> {
+    pub fn get(&mut self, kernel: &'static KernelDesc, constants: &[u32]) -> Result<wgpu::ComputePipeline, Error> {
         let key = (kernel.name, constants.to_vec());
         if let Some(pipeline) = self.made.get(&key) {
             return Ok(pipeline.clone());
@@ -82,7 +79,7 @@ impl Pipelines {
             ));
         }
         let words = self.words(kernel, constants)?;
-        let pipeline = create(device, kernel, words, self.passthrough)?;
+        let pipeline = create(&self.device, kernel, words, self.passthrough)?;
         self.made.insert(key, pipeline.clone());
         Ok(pipeline)
     }
