@@ -12,6 +12,8 @@ pub mod cli;
 pub mod error;
 pub mod exec;
 pub mod image;
+mod input;
+mod memory;
 pub mod metrics;
 pub mod output;
 pub mod plan;
