@@ -3,12 +3,11 @@
 use gltf::json::accessor::{self, ComponentType, Type};
 use gltf::json::validation::Checked;
 use gltf::json::{Accessor, Index, buffer::View};
-use restir_shared::layout::MAX_TRIANGLES;
 
 use super::{Document, Problem};
 
 /// The most elements of an accessor that has no data of its own: its count alone must not exhaust the memory.
-const MAX_IMPLICIT_ELEMENTS: u64 = MAX_TRIANGLES as u64;
+pub(super) const MAX_IMPLICIT_ELEMENTS: u64 = 1 << 24;
 
 /// Where elements lie in a buffer view.
 struct Range {
@@ -76,7 +75,11 @@ impl Document<'_> {
                 )?
             }
             None if count <= MAX_IMPLICIT_ELEMENTS => vec![zero; count as usize],
-            None => return Err(format!("an accessor without data has {count} elements")),
+            None => {
+                return Err(format!(
+                    "an accessor without data has {count} elements, more than {MAX_IMPLICIT_ELEMENTS}"
+                ));
+            }
         };
         if let Some(sparse) = &accessor.sparse {
             self.substitute(&mut elements, sparse, element_bytes, &decode)?;
@@ -145,7 +148,7 @@ impl Document<'_> {
             .collect())
     }
 
-    fn view(&self, index: Index<View>) -> Result<(&[u8], Option<usize>), Problem> {
+    pub(super) fn view(&self, index: Index<View>) -> Result<(&[u8], Option<usize>), Problem> {
         let index = index.value();
         let view = self
             .root

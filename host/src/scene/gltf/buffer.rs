@@ -1,11 +1,14 @@
 //! The buffers of a file: in its binary chunk, in `data:` URIs, or in files beside it.
 
 use std::borrow::Cow;
-use std::path::Path;
+use std::io::Read;
+use std::path::{Component, Path};
 
 use gltf::json::Root;
 
 use super::Problem;
+use super::budget::MAX_BYTES;
+use crate::input;
 
 /// Reads all buffers, each cut to its stated length. Relative URIs are relative to `folder`.
 pub(super) fn load_all<'a>(
@@ -14,9 +17,13 @@ pub(super) fn load_all<'a>(
     folder: Option<&Path>,
 ) -> Result<Vec<Cow<'a, [u8]>>, Problem> {
     let mut buffers = Vec::new();
+    let mut room = MAX_BYTES;
     for (index, buffer) in root.buffers.iter().enumerate() {
         let bytes = match (&buffer.uri, blob) {
-            (Some(uri), _) => Cow::Owned(read(uri, folder)?),
+            (Some(uri), _) => Cow::Owned(match uri.strip_prefix("data:") {
+                Some(data) => decoded(data)?,
+                None => read(uri, folder, buffer.byte_length.0, &mut room)?,
+            }),
             (None, Some(blob)) if index == 0 => Cow::Borrowed(blob),
             (None, _) => {
                 return Err(format!(
@@ -44,18 +51,37 @@ fn cut(bytes: Cow<'_, [u8]>, length: u64, index: usize) -> Result<Cow<'_, [u8]>,
     })
 }
 
-fn read(uri: &str, folder: Option<&Path>) -> Result<Vec<u8>, Problem> {
-    if let Some(data) = uri.strip_prefix("data:") {
-        let (_, text) = data.split_once(";base64,").ok_or("a data URI is not in base64")?;
-        return base64(text).ok_or_else(|| "a data URI has broken base64".to_owned());
-    }
-    if uri.contains("://") {
+fn decoded(data: &str) -> Result<Vec<u8>, Problem> {
+    let (_, text) = data.split_once(";base64,").ok_or("a data URI is not in base64")?;
+    base64(text).ok_or_else(|| "a data URI has broken base64".to_owned())
+}
+
+/// The first `length` bytes of a file in `folder`, or all if it is shorter; `room` is what may still be read.
+fn read(uri: &str, folder: Option<&Path>, length: u64, room: &mut u64) -> Result<Vec<u8>, Problem> {
+    let relative = percent_decoded(uri);
+    if uri.contains("://") || !stays_inside(&relative) {
         return Err(format!(
-            "its buffer {uri} is not a file beside it; download it and refer to it by a relative URI"
+            "its buffer {uri} is not a file in its folder; copy it there and refer to it by a relative URI"
         ));
     }
-    let path = folder.unwrap_or(Path::new("")).join(percent_decoded(uri));
-    std::fs::read(&path).map_err(|error| format!("cannot read its buffer {}: {error}", path.display()))
+    let path = folder.unwrap_or(Path::new("")).join(relative);
+    let problem = |error| format!("cannot read its buffer {}: {error}", path.display());
+    let file = input::open(&path).map_err(problem)?;
+    let length = length.min(file.metadata().map_err(problem)?.len());
+    *room = room.checked_sub(length).ok_or_else(|| {
+        let most = MAX_BYTES >> 30;
+        format!("its buffers have more than the {most} GiB that are read; export fewer or simpler meshes")
+    })?;
+    let mut bytes = Vec::new();
+    file.take(length).read_to_end(&mut bytes).map_err(problem)?;
+    Ok(bytes)
+}
+
+/// Whether a path is relative and leads nowhere out of the folder that it is relative to.
+fn stays_inside(path: &str) -> bool {
+    Path::new(path)
+        .components()
+        .all(|component| matches!(component, Component::Normal(_) | Component::CurDir))
 }
 
 /// Decodes base64 (RFC 4648, with or without padding).

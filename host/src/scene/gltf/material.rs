@@ -54,6 +54,14 @@ impl Importer<'_> {
             "it is metallic; it is rendered as diffuse, in its base colour",
         );
         warn(
+            !surface
+                .base_color_factor
+                .0
+                .iter()
+                .all(|factor| (0.0..=1.0).contains(factor)),
+            "its base colour factor is not within 0 and 1 and was clamped",
+        );
+        warn(
             material.alpha_mode != Checked::Valid(AlphaMode::Opaque),
             "it is transparent; it is rendered as opaque",
         );

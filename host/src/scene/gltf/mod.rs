@@ -8,14 +8,16 @@
 //! without checks, so every reference and every range is checked here.
 
 use std::borrow::Cow;
+use std::io::{self, Read};
 use std::path::Path;
 
 use gltf::json::{self, Root};
 
 use super::Scene;
-use crate::Error;
+use crate::{Error, input};
 
 mod accessor;
+mod budget;
 mod buffer;
 mod container;
 mod material;
@@ -34,7 +36,7 @@ type Problem = String;
 /// [`Error::File`] if the file cannot be read, [`Error::Scene`] if it is broken or requires an extension that is not
 /// supported.
 pub fn load(path: &Path) -> Result<Scene, Error> {
-    let bytes = std::fs::read(path).map_err(|error| Error::File {
+    let bytes = read(path).map_err(|error| Error::File {
         action: "read",
         path: path.to_owned(),
         reason: error.to_string(),
@@ -43,12 +45,20 @@ pub fn load(path: &Path) -> Result<Scene, Error> {
     import(&name, &bytes, path.parent()).map_err(|problem| Error::Scene { scene: name, problem })
 }
 
+fn read(path: &Path) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    input::open(path)?.read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
 fn import(name: &str, bytes: &[u8], folder: Option<&Path>) -> Result<Scene, Problem> {
     let (text, blob) = container::split(bytes)?;
     let root: Root = json::deserialize::from_slice(text).map_err(|error| format!("its JSON is broken: {error}"))?;
     check_support(&root)?;
     let buffers = buffer::load_all(&root, blob, folder)?;
-    let mut importer = Importer::new(name, Document { root: &root, buffers });
+    let document = Document { root: &root, buffers };
+    document.check_memory()?;
+    let mut importer = Importer::new(name, document);
     importer.warn_of_ignored_extensions();
     importer.add_materials()?;
     importer.add_nodes()?;
@@ -102,12 +112,22 @@ fn check_support(root: &Root) -> Result<(), Problem> {
             root.asset.version
         ));
     }
+    if let Some(least) = root.asset.min_version.as_ref().filter(|least| !is_at_most_2_0(least)) {
+        return Err(format!("it needs glTF version {least:?}; export it for 2.0"));
+    }
     match root.extensions_required.iter().find(|name| !is_supported(name)) {
         Some(name) => Err(format!(
             "it requires the glTF extension {name}, which is not supported; export it without"
         )),
         None => Ok(()),
     }
+}
+
+fn is_at_most_2_0(version: &str) -> bool {
+    let numbers = version
+        .split_once('.')
+        .and_then(|(major, minor)| Some((major.parse().ok()?, minor.parse().ok()?)));
+    numbers.is_some_and(|numbers: (u32, u32)| numbers <= (2, 0))
 }
 
 fn is_supported(extension: &str) -> bool {

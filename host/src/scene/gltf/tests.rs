@@ -125,8 +125,10 @@ fn materials_are_diffuse_and_emit() {
     let lamp = &scene.materials[scene.meshes[0].material];
     assert_eq!((lamp.reflectance, lamp.emission), ([0.5, 1.0, 0.0], [8.0, 4.0, 0.0]));
     assert!(lamp.two_sided_emission && scene.has_light());
-    assert_eq!(scene.warnings.len(), 2, "{:?}", scene.warnings);
-    assert!(scene.warnings[0].contains("opaque") && scene.warnings[1].contains("metallic"));
+    assert_eq!(scene.warnings.len(), 3, "{:?}", scene.warnings);
+    for (warning, word) in scene.warnings.iter().zip(["clamped", "opaque", "metallic"]) {
+        assert!(warning.contains(word), "{warning}");
+    }
 }
 
 #[test]
@@ -248,6 +250,17 @@ fn ranges_are_checked() {
 }
 
 #[test]
+fn a_small_file_cannot_take_all_memory() {
+    let many = [r#"{ "attributes": { "POSITION": 0 } }"#; 40].join(",");
+    let text = square("", &many, ONE_NODE);
+    let accessor = r#"{ "bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3" }"#;
+    let without_data = r#"{ "componentType": 5126, "count": 16777216, "type": "VEC3" }"#;
+    assert!(problem(&text.replace(accessor, without_data)).contains("GiB"));
+    assert!(problem(&text.replace(accessor, &without_data.replace("16777216", "130000000"))).contains("GiB"));
+    assert_eq!(load(&text).unwrap().meshes.len(), 40);
+}
+
+#[test]
 fn a_stride_skips_bytes() {
     let view = r#"{ "buffer": 0, "byteLength": 48, "byteStride": 16 }"#;
     let accessor = r#"{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3" }"#;
@@ -303,6 +316,29 @@ fn buffers_have_to_be_there() {
 }
 
 #[test]
+fn buffers_are_files_in_the_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("folder")).unwrap();
+    std::fs::write(folder.path().join("zeros"), [0; 64]).unwrap();
+    let uri = format!("data:application/octet-stream;base64,{SQUARE}");
+    let import = |name: &str| {
+        let text = square("", FAN, ONE_NODE).replace(&uri, name);
+        import("test.gltf", text.as_bytes(), Some(folder.path()))
+    };
+    assert_eq!(import("zeros").unwrap().meshes[0].positions, [[0.0; 3]; 4]);
+    assert!(import("folder").unwrap_err().contains("it is a folder"));
+    let absolute = folder.path().join("zeros");
+    for outside in [
+        "folder/../zeros",
+        "%2e%2e/zeros",
+        absolute.to_str().unwrap(),
+        "file:///zeros",
+    ] {
+        assert!(import(outside).unwrap_err().contains("relative URI"), "{outside}");
+    }
+}
+
+#[test]
 fn vertices_have_to_be_finite_and_indices_in_range() {
     // The first float is a NaN, then the first index is 1.0 as an integer.
     let nan = square("", FAN, ONE_NODE).replace("base64,AAAA", "base64,AADA");
@@ -316,6 +352,17 @@ fn vertices_have_to_be_finite_and_indices_in_range() {
 #[test]
 fn other_versions_and_broken_json_are_refused() {
     assert!(problem(&square("", FAN, ONE_NODE).replace("2.0", "1.0")).contains("1.0"));
+    for (least, refused) in [
+        ("2.0", false),
+        ("1.0", false),
+        ("2.1", true),
+        ("9.9", true),
+        ("new", true),
+    ] {
+        let version = format!(r#""version": "2.0", "minVersion": "{least}""#);
+        let loaded = load(&square("", FAN, ONE_NODE).replace(r#""version": "2.0""#, &version));
+        assert_eq!(loaded.is_err(), refused, "{least}");
+    }
     assert!(problem("{").contains("JSON"));
     assert!(problem("").contains("JSON"));
     assert!(problem(&"[".repeat(100_000)).contains("JSON"));

@@ -1,0 +1,65 @@
+//! How much memory the import takes: a small file can refer to the same data, or to none, any number of times.
+
+use gltf::json::mesh::{Mode, Primitive, Semantic};
+use gltf::json::validation::Checked;
+use gltf::json::{Accessor, Index};
+
+use super::{Document, Problem};
+
+/// The most bytes of the imported meshes, and also of the buffers beside a file: 8 GiB.
+pub(super) const MAX_BYTES: u64 = 8 << 30;
+
+const POSITION_BYTES: u64 = 12;
+const INDEX_BYTES: u64 = 4;
+const TRIANGLE_BYTES: u64 = 12;
+
+impl Document<'_> {
+    /// Refuses meshes that would take more than [`MAX_BYTES`], before the first is read.
+    pub(super) fn check_memory(&self) -> Result<(), Problem> {
+        let primitives = self.root.meshes.iter().flat_map(|mesh| &mesh.primitives);
+        let bytes = primitives.fold(0_u64, |sum, primitive| {
+            sum.saturating_add(self.primitive_bytes(primitive))
+        });
+        if bytes <= MAX_BYTES {
+            return Ok(());
+        }
+        Err(format!(
+            "its meshes take {:.1} GiB, more than the {} GiB that are read; export fewer or simpler meshes",
+            bytes as f64 / f64::from(1 << 30),
+            MAX_BYTES >> 30
+        ))
+    }
+
+    fn primitive_bytes(&self, primitive: &Primitive) -> u64 {
+        let positions = primitive.attributes.get(&Checked::Valid(Semantic::Positions));
+        let positions = positions.map_or(0, |&accessor| self.elements_at_most(accessor));
+        let indices = primitive
+            .indices
+            .map_or(positions, |accessor| self.elements_at_most(accessor));
+        let triangles = if primitive.mode == Checked::Valid(Mode::Triangles) {
+            indices / 3
+        } else {
+            indices
+        };
+        let parts = [
+            (positions, POSITION_BYTES),
+            (indices, INDEX_BYTES),
+            (triangles, TRIANGLE_BYTES),
+        ];
+        parts.iter().fold(0, |sum, (count, bytes)| {
+            sum.saturating_add(count.saturating_mul(*bytes))
+        })
+    }
+
+    /// How many elements an accessor can have: none if it is broken, which its reader explains.
+    fn elements_at_most(&self, index: Index<Accessor>) -> u64 {
+        let Some(accessor) = self.root.accessors.get(index.value()) else {
+            return 0;
+        };
+        let most = match accessor.buffer_view {
+            Some(view) => self.view(view).map_or(0, |(bytes, _)| bytes.len() as u64),
+            None => super::accessor::MAX_IMPLICIT_ELEMENTS,
+        };
+        accessor.count.0.min(most)
+    }
+}
