@@ -10,6 +10,7 @@ use exr::prelude::{
 };
 
 use crate::Error;
+use crate::input;
 use crate::output::write_atomically;
 
 /// The EXR attribute that holds the metadata. It is one attribute because the `exr` crate writes several in a random
@@ -17,7 +18,11 @@ use crate::output::write_atomically;
 const METADATA_ATTRIBUTE: &str = "restir";
 
 /// The most pixels that are read from a file: a damaged header must not exhaust the memory.
-const MAX_PIXELS: u64 = 1 << 30;
+const MAX_PIXELS: u64 = 16_384 * 16_384;
+
+/// More pixels than this in each byte of a file are not true. The densest compression, a ZIP of zeros, has 172: 1032
+/// bytes in one, and 6 bytes a pixel.
+const MAX_PIXELS_PER_BYTE: u64 = 1024;
 
 /// A linear RGB image in 32-bit floats.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -33,7 +38,7 @@ pub struct Image {
 /// Reads the channels R, G and B of the first layer that has them; half floats are widened exactly.
 ///
 /// # Errors
-/// [`Error::File`] if the file is missing, damaged, lacks these channels or has more than 2^30 pixels.
+/// [`Error::File`] if the file is missing, damaged, lacks these channels or has more than 2^28 pixels.
 pub fn read_exr(path: &Path) -> Result<Image, Error> {
     check_header(path)?;
     let image = exr::prelude::read()
@@ -179,15 +184,23 @@ fn black(size: Vec2<usize>, _channels: &impl Sized) -> Image {
 }
 
 fn check_header(path: &Path) -> Result<(), Error> {
-    let too_large = |size: Vec2<usize>| (size.width() as u64).saturating_mul(size.height() as u64) > MAX_PIXELS;
-    if read_header(path)?
-        .headers
-        .iter()
-        .any(|header| too_large(header.layer_size))
-    {
-        return Err(cannot_read(path, &format!("it has more than {MAX_PIXELS} pixels")));
+    let bytes = std::fs::metadata(path)
+        .map_err(|error| cannot_read(path, &error))?
+        .len();
+    let pixels = |size: Vec2<usize>| (size.width() as u64).saturating_mul(size.height() as u64);
+    let headers = read_header(path)?.headers;
+    let claimed = headers.iter().map(|header| pixels(header.layer_size)).max();
+    match claimed.unwrap_or(0) {
+        claimed if claimed > MAX_PIXELS => Err(cannot_read(
+            path,
+            &format!("it has {claimed} pixels, more than {MAX_PIXELS}"),
+        )),
+        claimed if claimed / MAX_PIXELS_PER_BYTE > bytes => Err(cannot_read(
+            path,
+            &format!("it is damaged: its {bytes} bytes cannot hold the {claimed} pixels that its header claims"),
+        )),
+        _ => Ok(()),
     }
-    Ok(())
 }
 
 fn read_header(path: &Path) -> Result<MetaData, Error> {
@@ -195,7 +208,7 @@ fn read_header(path: &Path) -> Result<MetaData, Error> {
 }
 
 fn open(path: &Path) -> Result<BufReader<File>, Error> {
-    File::open(path)
+    input::open(path)
         .map(BufReader::new)
         .map_err(|error| cannot_read(path, &error))
 }
@@ -299,6 +312,33 @@ mod tests {
             read_exr(&folder.path().join("missing.exr")),
             Err(Error::File { .. })
         ));
+    }
+
+    /// A changed size in the header, found by the eight bytes of the last pixel's coordinates.
+    #[test]
+    fn a_header_cannot_claim_what_the_file_does_not_hold() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("image.exr");
+        write_exr(&path, &awkward(), &[]).unwrap();
+        let bytes = std::fs::read(&path).unwrap();
+        let corner = [16_i32.to_le_bytes(), 34_i32.to_le_bytes()].concat();
+        for (claimed, word) in [([16_383_i32, 16_383], "damaged"), ([1 << 20, 1 << 20], "more than")] {
+            let claimed = claimed.map(i32::to_le_bytes).concat();
+            let mut changed = bytes.clone();
+            while let Some(at) = changed.windows(8).position(|window| window == corner) {
+                changed[at..at + 8].copy_from_slice(&claimed);
+            }
+            std::fs::write(&path, changed).unwrap();
+            let message = read_exr(&path).unwrap_err().to_string();
+            assert!(message.contains(word), "{message}");
+        }
+    }
+
+    #[test]
+    fn a_folder_is_no_image() {
+        let folder = tempfile::tempdir().unwrap();
+        let message = read_exr(folder.path()).unwrap_err().to_string();
+        assert!(message.contains("folder"), "{message}");
     }
 
     #[test]

@@ -24,9 +24,13 @@ pub fn write_atomically(path: &Path, write: impl FnOnce(&mut BufWriter<&File>) -
 /// Checks that [`write_atomically`] could write `path`, without leaving anything there: to be asked before long work.
 ///
 /// # Errors
-/// [`Error::File`] if the folder is missing or not writable, or if `path` is a folder.
+/// [`Error::File`] if the folder is missing or not writable, if `path` is a folder, or if its name is too long.
 pub fn check_writable(path: &Path) -> Result<(), Error> {
-    temporary_beside(path).map(drop)
+    temporary_beside(path)?;
+    match std::fs::symlink_metadata(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(cannot_write(path, error.to_string())),
+        _ => Ok(()),
+    }
 }
 
 fn fill(file: &File, write: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>) -> io::Result<()> {
@@ -104,5 +108,7 @@ mod tests {
         check_writable(folder.path()).unwrap_err();
         check_writable(&folder.path().join("missing/image.exr")).unwrap_err();
         check_writable(Path::new("/")).unwrap_err();
+        check_writable(&folder.path().join("x".repeat(300))).unwrap_err();
+        assert_eq!(entries(folder.path()), 0);
     }
 }

@@ -23,6 +23,7 @@ pub(super) fn print(text: &str) -> Result<(), Error> {
 
 /// Writes one line to standard error; if that fails there is nowhere left to say so.
 pub(super) fn note(message: &str) {
-    let line = message.replace(['\n', '\r'], " ");
+    // Names from files may hold anything, also what moves a terminal's cursor.
+    let line = message.replace(char::is_control, " ");
     let _ = writeln!(io::stderr(), "{line}");
 }

@@ -3,8 +3,12 @@
 use clap::ValueEnum;
 
 use super::console;
+use super::render::natural;
 use crate::Error;
 use crate::exec::{CpuExecutor, Executor, Flavour};
+
+/// More are a slip, and each has its own stack.
+const MAX_THREADS: usize = 1024;
 
 /// Where to render.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -37,8 +41,8 @@ pub(super) struct DeviceArguments {
     /// Form of the kernels; exact on the CPU and on Vulkan, fast elsewhere if not given.
     #[arg(long, value_enum)]
     flavour: Option<FlavourName>,
-    /// Threads of the CPU; all if not given.
-    #[arg(long)]
+    /// Threads of the CPU, 1 to 1024; one a core if not given.
+    #[arg(long, value_parser = natural::<usize>, allow_hyphen_values = true)]
     threads: Option<usize>,
 }
 
@@ -50,6 +54,11 @@ pub(super) struct Device {
 
 /// Opens the executor that the arguments ask for and says on standard error which it is and why.
 pub(super) fn open(arguments: &DeviceArguments) -> Result<Device, Error> {
+    if let Some(threads) = arguments.threads.filter(|threads| !(1..=MAX_THREADS).contains(threads)) {
+        return Err(Error::Setting(format!(
+            "--threads {threads} is out of range; give 1 to {MAX_THREADS}"
+        )));
+    }
     match (arguments.device, &arguments.adapter) {
         (Kind::Cpu, Some(_)) => Err(Error::Setting(
             "--adapter needs a GPU; leave out --device cpu".to_owned(),

@@ -1,5 +1,7 @@
 //! `restir info`
 
+use std::path::PathBuf;
+
 use super::console;
 use crate::Error;
 use crate::buffers::{SceneBuffers, SceneStats};
@@ -8,11 +10,11 @@ use crate::scene::Scene;
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// Name of a built-in scene, or a .gltf or .glb file.
-    scene: String,
+    scene: PathBuf,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
-    let scene = Scene::load(&arguments.scene)?;
+    let scene = Scene::open(&arguments.scene)?;
     let stats = SceneBuffers::build(&scene)?.stats();
     console::print(&describe(&scene, &stats))
 }

@@ -5,6 +5,7 @@
 
 use std::process::ExitCode;
 
+use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 
 use crate::Error;
@@ -53,13 +54,41 @@ enum Command {
 /// Runs the program with the arguments of the process.
 pub fn main() -> ExitCode {
     silence_mesa();
-    match run(Arguments::parse().command) {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => return not_run(&error),
+    };
+    match run(arguments.command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             console::note(&format!("error: {error}"));
             ExitCode::from(exit_code(&error))
         }
     }
+}
+
+/// Shows the help or the version if they were asked for, else what is wrong with the arguments.
+fn not_run(error: &clap::Error) -> ExitCode {
+    if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) {
+        error.exit();
+    }
+    if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+        console::note("error: no command was given; restir --help lists them");
+    } else {
+        console::note(&one_line(&error.to_string()));
+    }
+    ExitCode::from(EXIT_BAD_INPUT)
+}
+
+/// The message of clap without its usage, in one line.
+fn one_line(message: &str) -> String {
+    let parts: Vec<&str> = message
+        .lines()
+        .take_while(|line| !line.starts_with("Usage:") && !line.starts_with("For more information"))
+        .map(str::trim)
+        .filter(|line| !line.is_empty())
+        .collect();
+    parts.join(" ")
 }
 
 /// Mesa's Vulkan layer that chooses the default device writes `error: ...` where there is no display; the program

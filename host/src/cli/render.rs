@@ -15,14 +15,14 @@ use crate::buffers::SceneBuffers;
 use crate::image::{write_exr, write_png};
 use crate::output::check_writable;
 use crate::render::{self, PathSettings, RenderSettings, Rendered};
-use crate::scene::{Camera, Scene};
+use crate::scene::{Camera, MAX_COORDINATE, Scene};
 
 const DEFAULT_SIZE: [u32; 2] = [512, 512];
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// Name of a built-in scene (see `restir scenes`), or a .gltf or .glb file.
-    scene: String,
+    scene: PathBuf,
     /// The EXR file to write.
     #[arg(short, long)]
     output: PathBuf,
@@ -33,16 +33,16 @@ pub(super) struct Arguments {
     #[arg(long, value_enum, default_value_t = Technique::Path)]
     technique: Technique,
     /// Samples per pixel.
-    #[arg(long, default_value = "64", value_parser = saturating)]
+    #[arg(long, default_value = "64", value_parser = saturating, allow_hyphen_values = true)]
     spp: u64,
     /// Longest path in segments: 1 is directly visible light, 2 adds direct light; 8 if not given.
-    #[arg(long)]
+    #[arg(long, value_parser = natural::<u32>, allow_hyphen_values = true)]
     max_depth: Option<u32>,
     /// Image size in pixels, as WIDTHxHEIGHT; the scene's or 512x512 if not given.
-    #[arg(long)]
+    #[arg(long, allow_hyphen_values = true)]
     size: Option<Size>,
     /// Seed of the random numbers.
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value = "0", value_parser = natural::<u32>, allow_hyphen_values = true)]
     seed: u32,
     /// Spread the samples over the pixel instead of its centre.
     #[arg(long)]
@@ -74,40 +74,55 @@ impl Technique {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     check_outputs(arguments)?;
     interrupt::install()?;
-    let mut scene = Scene::load(&arguments.scene)?;
+    let mut scene = Scene::open(&arguments.scene)?;
     let settings = render_settings(arguments, &scene)?;
-    complete(&mut scene, &settings, arguments.default_light);
+    complete(&mut scene, &settings, arguments.default_light)?;
     let buffers = SceneBuffers::build(&scene)?;
+    if arguments.default_light {
+        check_lit(&scene, &buffers)?;
+    }
     render::check(&buffers, &settings)?;
     let mut device = device::open(&arguments.device)?;
     let start = Instant::now();
     let rendered = render_observed(&mut device, &buffers, &settings)?;
-    report(&settings, &rendered, start.elapsed().as_secs_f64())?;
+    let seconds = start.elapsed().as_secs_f64();
     let metadata = metadata::of_render(&scene.name, arguments.technique, &settings, &device, &rendered);
     interrupt::begin_writing();
+    // All files come before any report: standard output may be closed or full.
     write_exr(&arguments.output, &rendered.image, &metadata)?;
-    report_written(&arguments.output)?;
     if let Some(path) = &arguments.png {
         write_png(path, &rendered.image)?;
-        report_written(path)?;
     }
-    Ok(())
+    report(&settings, &rendered, seconds)?;
+    [Some(&arguments.output), arguments.png.as_ref()]
+        .into_iter()
+        .flatten()
+        .try_for_each(|path| report_written(path))
 }
 
 /// Before hours of rendering: can the results be written?
 fn check_outputs(arguments: &Arguments) -> Result<(), Error> {
-    if !arguments
-        .output
-        .extension()
-        .is_some_and(|extension| extension.eq_ignore_ascii_case("exr"))
-    {
+    if !ends_in(&arguments.output, "exr") {
         return Err(Error::Setting(format!(
             "the output {} has to end in .exr; use --png for a PNG file",
             arguments.output.display()
         )));
     }
     check_writable(&arguments.output)?;
-    arguments.png.as_deref().map_or(Ok(()), check_writable)
+    arguments.png.as_deref().map_or(Ok(()), check_png)
+}
+
+/// The endings differ, so that the two outputs are never the same file.
+fn check_png(path: &Path) -> Result<(), Error> {
+    if !ends_in(path, "png") {
+        return Err(Error::Setting(format!("--png {} has to end in .png", path.display())));
+    }
+    check_writable(path)
+}
+
+fn ends_in(path: &Path, ending: &str) -> bool {
+    path.extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case(ending))
 }
 
 fn render_settings(arguments: &Arguments, scene: &Scene) -> Result<RenderSettings, Error> {
@@ -141,7 +156,7 @@ fn render_settings(arguments: &Arguments, scene: &Scene) -> Result<RenderSetting
 }
 
 /// Adds the camera and the light that the scene lacks, and says what the user should know about it.
-fn complete(scene: &mut Scene, settings: &RenderSettings, default_light: bool) {
+fn complete(scene: &mut Scene, settings: &RenderSettings, default_light: bool) -> Result<(), Error> {
     scene
         .warnings
         .iter()
@@ -151,10 +166,42 @@ fn complete(scene: &mut Scene, settings: &RenderSettings, default_light: bool) {
         scene.camera = Some(Camera::framing(scene.bounds(), aspect));
     }
     if default_light {
-        scene.add_default_light();
+        add_light(scene)?;
     } else if !scene.has_light() {
         console::note("warning: the scene has no light, the picture will be black; --default-light adds one");
     }
+    Ok(())
+}
+
+fn add_light(scene: &mut Scene) -> Result<(), Error> {
+    let fits = |scene: &Scene| {
+        let bounds = scene.bounds();
+        let mut coordinates = bounds.as_flattened().iter();
+        coordinates.all(|&x| f64::from(x).abs() <= MAX_COORDINATE)
+    };
+    let fitted = fits(scene);
+    scene.add_default_light();
+    if fitted && !fits(scene) {
+        return Err(Error::Scene {
+            scene: scene.name.clone(),
+            problem: format!(
+                "it is too large for a default light, which would reach beyond {MAX_COORDINATE:e}; scale it down"
+            ),
+        });
+    }
+    Ok(())
+}
+
+/// A scene without a triangle of positive area is refused also if the default light gives it some.
+fn check_lit(scene: &Scene, buffers: &SceneBuffers) -> Result<(), Error> {
+    let light = scene.meshes.last().map_or(0, |light| light.indices.len() as u64);
+    if buffers.stats().triangles > light {
+        return Ok(());
+    }
+    Err(Error::Scene {
+        scene: scene.name.clone(),
+        problem: "has no triangle with an area for the default light to shine on".to_owned(),
+    })
 }
 
 fn render_observed(device: &mut Device, buffers: &SceneBuffers, settings: &RenderSettings) -> Result<Rendered, Error> {
@@ -226,6 +273,13 @@ impl FromStr for Size {
             height: saturating(height)?,
         })
     }
+}
+
+/// A natural number that fits.
+pub(super) fn natural<T: FromStr>(text: &str) -> Result<T, String> {
+    saturating(text)?;
+    text.parse()
+        .map_err(|_| format!("it is too large; it has to be less than 2^{}", 8 * size_of::<T>()))
 }
 
 /// A natural number; what is larger than any `u64` becomes the largest.

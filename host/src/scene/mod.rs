@@ -80,6 +80,9 @@ pub struct Camera {
     pub vertical_fov: f64,
 }
 
+/// Coordinates of vertices and cameras beyond this magnitude cannot be rendered: 2^30.
+pub(crate) const MAX_COORDINATE: f64 = 1_073_741_824.0;
+
 impl Scene {
     /// Loads a built-in scene by its name, or else a `.gltf` or `.glb` file.
     ///
@@ -87,17 +90,24 @@ impl Scene {
     /// [`Error::Scene`] for what is neither, with the names of the built-in scenes, and for a broken file;
     /// [`Error::File`] for a file that cannot be read.
     pub fn load(name_or_path: &str) -> Result<Scene, Error> {
-        if let Some(scene) = builtin::scene(name_or_path) {
+        Self::open(Path::new(name_or_path))
+    }
+
+    /// As [`Scene::load`], also for a path that is not UTF-8.
+    ///
+    /// # Errors
+    /// As of [`Scene::load`].
+    pub fn open(path: &Path) -> Result<Scene, Error> {
+        if let Some(scene) = path.to_str().and_then(builtin::scene) {
             return Ok(scene);
         }
-        let path = Path::new(name_or_path);
         let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
         if extension == "gltf" || extension == "glb" {
             return gltf::load(path);
         }
         let names: Vec<&str> = builtin::NAMES.iter().map(|(name, _)| *name).collect();
         Err(Error::Scene {
-            scene: name_or_path.to_owned(),
+            scene: path.display().to_string(),
             problem: format!(
                 "it is neither a built-in scene ({}) nor a .gltf or .glb file",
                 names.join(", ")

@@ -5,28 +5,37 @@ use gltf::json::validation::Checked;
 use gltf::json::{Accessor, Index};
 
 use super::{Document, Problem};
+use crate::memory;
 
-/// The most bytes of the imported meshes, and also of the buffers beside a file: 8 GiB.
-pub(super) const MAX_BYTES: u64 = 8 << 30;
+/// The most bytes of the imported meshes, and also of the buffers beside a file: 8 GiB, or what a render may take.
+pub(super) fn max_bytes() -> u64 {
+    memory::limit().min(8 << 30)
+}
+
+/// Bytes as a text in GiB.
+pub(super) fn gib(bytes: u64) -> String {
+    format!("{:.2} GiB", bytes as f64 / f64::from(1 << 30))
+}
 
 const POSITION_BYTES: u64 = 12;
 const INDEX_BYTES: u64 = 4;
 const TRIANGLE_BYTES: u64 = 12;
 
 impl Document<'_> {
-    /// Refuses meshes that would take more than [`MAX_BYTES`], before the first is read.
+    /// Refuses meshes that would take more than [`max_bytes`], before the first is read.
     pub(super) fn check_memory(&self) -> Result<(), Problem> {
         let primitives = self.root.meshes.iter().flat_map(|mesh| &mesh.primitives);
         let bytes = primitives.fold(0_u64, |sum, primitive| {
             sum.saturating_add(self.primitive_bytes(primitive))
         });
-        if bytes <= MAX_BYTES {
+        let most = max_bytes();
+        if bytes <= most {
             return Ok(());
         }
         Err(format!(
-            "its meshes take {:.1} GiB, more than the {} GiB that are read; export fewer or simpler meshes",
-            bytes as f64 / f64::from(1 << 30),
-            MAX_BYTES >> 30
+            "its meshes take {}, more than the {} that may be read; export fewer or simpler meshes",
+            gib(bytes),
+            gib(most)
         ))
     }
 

@@ -7,7 +7,7 @@ use std::path::{Component, Path};
 use gltf::json::Root;
 
 use super::Problem;
-use super::budget::MAX_BYTES;
+use super::budget::{gib, max_bytes};
 use crate::input;
 
 /// Reads all buffers, each cut to its stated length. Relative URIs are relative to `folder`.
@@ -17,7 +17,7 @@ pub(super) fn load_all<'a>(
     folder: Option<&Path>,
 ) -> Result<Vec<Cow<'a, [u8]>>, Problem> {
     let mut buffers = Vec::new();
-    let mut room = MAX_BYTES;
+    let mut room = max_bytes();
     for (index, buffer) in root.buffers.iter().enumerate() {
         let bytes = match (&buffer.uri, blob) {
             (Some(uri), _) => Cow::Owned(match uri.strip_prefix("data:") {
@@ -69,8 +69,8 @@ fn read(uri: &str, folder: Option<&Path>, length: u64, room: &mut u64) -> Result
     let file = input::open(&path).map_err(problem)?;
     let length = length.min(file.metadata().map_err(problem)?.len());
     *room = room.checked_sub(length).ok_or_else(|| {
-        let most = MAX_BYTES >> 30;
-        format!("its buffers have more than the {most} GiB that are read; export fewer or simpler meshes")
+        let most = gib(max_bytes());
+        format!("its buffers have more than the {most} that may be read; export fewer or simpler meshes")
     })?;
     let mut bytes = Vec::new();
     file.take(length).read_to_end(&mut bytes).map_err(problem)?;

@@ -6,7 +6,7 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 use gltf::json::{Camera as JsonCamera, Index, Node};
 
 use super::{Importer, Problem, label};
-use crate::scene::{Camera, Instance};
+use crate::scene::{Camera, Instance, MAX_COORDINATE};
 
 impl Importer<'_> {
     /// Adds what the nodes of the default scene hold.
@@ -96,6 +96,11 @@ impl Importer<'_> {
             ));
         }
         let position = world.translation;
+        if position.abs().max_element() > MAX_COORDINATE {
+            return Err(format!(
+                "{name} is at {position}, beyond {MAX_COORDINATE:e}; move it nearer to the origin"
+            ));
+        }
         // A camera looks along its -z; its scale has no meaning.
         let forward = world.transform_vector3(DVec3::NEG_Z).normalize_or(DVec3::NEG_Z);
         let up = world.transform_vector3(DVec3::Y).normalize_or(DVec3::Y);

@@ -192,6 +192,13 @@ fn broken_nodes_are_explained() {
     assert!(problem(&square("", FAN, r#"[{ "camera": 4 }]"#)).contains("camera 4"));
     let camera = r#""cameras": [{ "type": "perspective", "perspective": { "yfov": 4, "znear": 1 } }],"#;
     assert!(problem(&square(camera, FAN, r#"[{ "camera": 0 }]"#)).contains("field of view"));
+    let camera = r#""cameras": [{ "name": "eye", "type": "perspective", "perspective": { "yfov": 1, "znear": 1 } }],"#;
+    let far = problem(&square(
+        camera,
+        FAN,
+        r#"[{ "camera": 0, "translation": [0, 1e10, 0] }]"#,
+    ));
+    assert!(far.contains("eye") && far.contains("beyond"), "{far}");
 }
 
 #[test]
