@@ -41,6 +41,15 @@ impl Moments {
         }
     }
 
+    /// The moments of the values plus a constant.
+    #[must_use]
+    pub fn shifted(self, by: f64) -> Self {
+        Self {
+            mean: self.mean + by,
+            ..self
+        }
+    }
+
     /// The mean.
     pub fn mean(&self) -> f64 {
         self.mean
