@@ -88,7 +88,7 @@ fn one_line(message: &str) -> String {
         .map(str::trim)
         .filter(|line| !line.is_empty())
         .collect();
-    parts.join(" ")
+    format!("{}; see --help", parts.join(" ").replace(" tip: ", "; "))
 }
 
 /// Mesa's Vulkan layer that chooses the default device writes `error: ...` where there is no display; the program

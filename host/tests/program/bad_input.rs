@@ -98,6 +98,49 @@ fn a_missing_external_buffer() {
 }
 
 #[test]
+fn an_external_buffer_that_is_no_file_of_the_folder() {
+    let workplace = Workplace::new();
+    let (mut document, _) = triangles(&TRIANGLE);
+    for (uri, word) in [("out", "folder"), ("/dev/zero", "relative"), ("../x", "relative")] {
+        document["buffers"][0]["uri"] = json!(uri);
+        let scene = workplace.input("scene.gltf", document.to_string().as_bytes());
+        assert_render_refused(&workplace, &mut render(&workplace, &scene, &[]), &[word]);
+    }
+}
+
+#[test]
+fn a_small_file_that_asks_for_all_memory() {
+    let (mut document, bytes) = triangles(&TRIANGLE);
+    let primitives = vec![document["meshes"][0]["primitives"][0].clone(); 40];
+    document["meshes"][0]["primitives"] = json!(primitives);
+    document["accessors"][0] = json!({ "componentType": 5126, "count": 130_000_000, "type": "VEC3" });
+    assert_file_refused(&glb(&document, &bytes), &["meshes take", "GiB"]);
+}
+
+#[test]
+#[cfg(unix)]
+fn what_is_no_regular_file() {
+    let workplace = Workplace::new();
+    let folder = workplace.output("folder.glb");
+    std::fs::create_dir(&folder).unwrap();
+    let device = workplace.output("device.glb");
+    std::os::unix::fs::symlink("/dev/zero", &device).unwrap();
+    assert_refused(&run(["info", &folder]), &["folder.glb", "it is a folder"]);
+    assert_refused(&run(["info", &device]), &["device.glb", "device"]);
+    assert_refused(&run(["compare", "/dev/zero", "/dev/zero"]), &["/dev/zero", "device"]);
+}
+
+#[test]
+fn a_scene_file_too_large_for_the_memory() {
+    let workplace = Workplace::new();
+    let (document, bytes) = triangles(&TRIANGLE);
+    let scene = workplace.input("scene.glb", &glb(&document, &bytes));
+    let mut command = program(["info", &scene]);
+    let outcome = finish(command.env("RESTIR_MEMORY_LIMIT_BYTES", "100"));
+    assert_refused(&outcome, &["cannot read", "scene.glb", "more than"]);
+}
+
+#[test]
 fn nodes_in_a_circle() {
     let (mut document, bytes) = triangles(&TRIANGLE);
     document["nodes"] = json!([{ "children": [1] }, { "children": [0], "mesh": 0 }]);
@@ -108,6 +151,19 @@ fn nodes_in_a_circle() {
 fn a_scene_without_a_triangle() {
     let (document, bytes) = triangles(&[[1.0; 3]; 3]);
     assert_file_refused(&glb(&document, &bytes), &["scene.glb", "triangle"]);
+    let workplace = Workplace::new();
+    let scene = workplace.input("scene.glb", &glb(&document, &bytes));
+    let mut lit = render(&workplace, &scene, &["--default-light"]);
+    assert_render_refused(&workplace, &mut lit, &["scene.glb", "no triangle with an area"]);
+}
+
+#[test]
+fn a_scene_too_large_for_a_default_light() {
+    let workplace = Workplace::new();
+    let (document, bytes) = triangles(&[[0.0; 3], [1e9, 0.0, 0.0], [0.0, 1e9, 0.0]]);
+    let scene = workplace.input("scene.glb", &glb(&document, &bytes));
+    let mut lit = render(&workplace, &scene, &["--default-light"]);
+    assert_render_refused(&workplace, &mut lit, &["too large", "default light"]);
 }
 
 #[test]
@@ -174,6 +230,34 @@ fn samples_out_of_range() {
 }
 
 #[test]
+fn numbers_that_are_none() {
+    for option in ["--seed", "--size", "--threads", "--spp", "--max-depth"] {
+        assert_options_refused(&[option, "-1"], &[option, "-1", "it has to be"]);
+        assert_options_refused(&[option, "x"], &[option, "it has to be"]);
+    }
+    assert_options_refused(&["--seed", "4294967296"], &["--seed", "less than 2^32"]);
+    for threads in ["0", "1025"] {
+        assert_options_refused(&["--threads", threads], &["--threads", "1 to 1024"]);
+    }
+}
+
+#[test]
+fn arguments_that_do_not_exist() {
+    assert_options_refused(&["--sze", "8x8"], &["--sze", "--size"]);
+    assert_options_refused(&["--flavour", "slow"], &["slow", "exact, fast", "--help"]);
+    for arguments in [&[][..], &["render"], &["draw"], &["compare", "one.exr"]] {
+        let outcome = run(arguments);
+        assert_refused(&outcome, &[]);
+        assert_eq!(outcome.stderr.lines().count(), 1, "{}", outcome.stderr);
+    }
+    for asked in ["--help", "--version"] {
+        let outcome = run([asked]);
+        assert_done(&outcome);
+        assert!(outcome.stdout.contains("restir"), "{}", outcome.stdout);
+    }
+}
+
+#[test]
 fn too_much_memory() {
     let workplace = Workplace::new();
     let mut command = render(&workplace, "cornell", &["--size", "64x64"]);
@@ -213,6 +297,15 @@ fn outputs_that_cannot_be_written() {
     assert_refused(
         &finish(&mut render(&workplace, "cornell", &["--png", &png])),
         &["cannot write", "image.png"],
+    );
+    refused(
+        &workplace.output(&format!("{}.exr", "x".repeat(300))),
+        &["cannot write", "too long"],
+    );
+    let same = workplace.output("image.exr");
+    assert_refused(
+        &finish(&mut render(&workplace, "cornell", &["--png", &same])),
+        &["--png", ".png"],
     );
     assert_eq!(workplace.outputs(), ["folder.exr"]);
 }

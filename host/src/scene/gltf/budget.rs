@@ -7,7 +7,8 @@ use gltf::json::{Accessor, Index};
 use super::{Document, Problem};
 use crate::memory;
 
-/// The most bytes of the imported meshes, and also of the buffers beside a file: 8 GiB, or what a render may take.
+/// The most bytes of the imported meshes, of the buffers beside a file, and of the file itself: 8 GiB, or what a render
+/// may take.
 pub(super) fn max_bytes() -> u64 {
     memory::limit().min(8 << 30)
 }

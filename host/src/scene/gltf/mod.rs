@@ -46,8 +46,17 @@ pub fn load(path: &Path) -> Result<Scene, Error> {
 }
 
 fn read(path: &Path) -> io::Result<Vec<u8>> {
+    let mut file = input::open(path)?;
+    let (length, most) = (file.metadata()?.len(), budget::max_bytes());
+    if length > most {
+        return Err(io::Error::other(format!(
+            "it has {}, more than the {} that may be read",
+            budget::gib(length),
+            budget::gib(most)
+        )));
+    }
     let mut bytes = Vec::new();
-    input::open(path)?.read_to_end(&mut bytes)?;
+    file.read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 
