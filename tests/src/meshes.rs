@@ -1,9 +1,9 @@
 //! Meshes for tests of intersection.
 
 use crate::random::SplitMix;
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 use restir_host::buffers::SceneBuffers;
-use restir_host::scene::{Instance, Material, Mesh, Scene};
+use restir_host::scene::{Camera, Instance, Material, Mesh, Scene};
 use std::f64::consts::{PI, TAU};
 
 fn mesh(name: &str, positions: Vec<[f32; 3]>, indices: Vec<[u32; 3]>) -> Mesh {
@@ -131,14 +131,23 @@ pub fn stack(layers: u32) -> Mesh {
     unconnected("stack", positions)
 }
 
-/// A flat grid in each of the planes of the axes, far from the origin.
-pub fn far_grid(n: u32, offset: f32) -> Mesh {
-    let mut grid = cube(1.0, n);
+/// [`cube`], far from the origin along all axes.
+pub fn far_grid(half: f32, n: u32, offset: f32) -> Mesh {
+    let mut grid = cube(half, n);
     for p in &mut grid.positions {
         *p = p.map(|x| x + offset);
     }
     grid.name = "far grid".to_owned();
     grid
+}
+
+/// The mesh, scaled about the origin.
+pub fn scaled(mut mesh: Mesh, factor: f32) -> Mesh {
+    for p in &mut mesh.positions {
+        *p = p.map(|x| x * factor);
+    }
+    mesh.name = format!("{} x {factor:e}", mesh.name);
+    mesh
 }
 
 fn unconnected(name: &str, positions: Vec<[f32; 3]>) -> Mesh {
@@ -166,6 +175,13 @@ pub fn buffers(mesh: Mesh) -> SceneBuffers {
             emission: [1.0; 3],
             two_sided_emission: false,
         }],
+        // no test looks through it; one that frames a huge mesh would be beyond the host's limit
+        camera: Some(Camera {
+            position: DVec3::ZERO,
+            target: DVec3::Z,
+            up: DVec3::Y,
+            vertical_fov: 1.0,
+        }),
         ..Scene::default()
     };
     SceneBuffers::build(&scene).expect("a test mesh is valid")

@@ -6,10 +6,14 @@ use std::process::ExitCode;
 /// A check: it panics or returns an error if it fails.
 pub type Check = fn() -> Result<(), Failed>;
 
+/// The checks as tests.
+pub fn trials(checks: &[(&str, Check)]) -> Vec<Trial> {
+    checks.iter().map(|&(name, check)| Trial::test(name, check)).collect()
+}
+
 /// Runs the checks that the command line asks for.
 pub fn run(checks: &[(&str, Check)]) -> ExitCode {
-    let trials = checks.iter().map(|&(name, check)| Trial::test(name, check)).collect();
-    libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
+    libtest_mimic::run(&Arguments::from_args(), trials(checks)).exit_code()
 }
 
 /// Fails with the given text unless the condition holds.

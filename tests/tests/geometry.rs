@@ -2,40 +2,48 @@
 //! that is wrong at boxes or edges is noticed.
 
 use glam::Vec3;
-use libtest_mimic::Failed;
+use libtest_mimic::{Arguments, Failed, Trial};
 use rayon::prelude::*;
 use restir_host::buffers::SceneBuffers;
-use restir_host::scene::Scene;
+use restir_host::scene::Mesh;
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::scene::{SceneView, Trace};
 use restir_tests::brute::Triangles;
-use restir_tests::meshes::{buffers, cube, far_grid, slivers, soup, sphere, stack, torus};
+use restir_tests::data;
+use restir_tests::meshes::{buffers, cube, far_grid, scaled, slivers, soup, sphere, stack, torus};
 use restir_tests::random::SplitMix;
 use restir_tests::rays::adversarial;
-use restir_tests::suite::{ensure, run};
-use std::path::Path;
+use restir_tests::suite::{Check, ensure, trials};
 use std::process::ExitCode;
 
-/// Rays against each procedural mesh; there are eight.
+/// Rays against each procedural mesh; there are ten.
 const RAYS: u64 = 150_000;
 /// Rays against a mesh from a file, and how many of its triangles.
 const FILE_RAYS: u64 = 2_000;
-/// Rays from the inside of each closed mesh; there are three.
+/// Rays from the inside of each closed mesh; there are four.
 const INSIDE_RAYS: u64 = 400_000;
+/// Huge coordinates, up to the 2^30 that the host takes: a mesh around the origin, and one that is small against its
+/// distance from it, where coordinates are 64 apart.
+const HUGE: f32 = 1.0e9;
+const FAR: f32 = 1_073_741_824.0 - FAR_HALF;
+const FAR_HALF: f32 = 131_072.0;
 
 fn main() -> ExitCode {
-    run(&[
+    let checks: [(&str, Check); 6] = [
         ("hierarchy_equals_brute_force", hierarchy_equals_brute_force),
-        (
-            "hierarchy_equals_brute_force_on_a_file",
-            hierarchy_equals_brute_force_on_a_file,
-        ),
         ("closed_meshes_are_tight", closed_meshes_are_tight),
         ("boxes_without_padding_are_seen", boxes_without_padding_are_seen),
         ("open_edges_are_seen", open_edges_are_seen),
         ("the_lower_id_wins_among_equal_hits", the_lower_id_wins_among_equal_hits),
         ("hits_lie_on_their_triangles", hits_lie_on_their_triangles),
-    ])
+    ];
+    let mut trials = trials(&checks);
+    let on_a_file = "hierarchy_equals_brute_force_on_a_file";
+    trials.push(data::trial(Trial::test(
+        on_a_file,
+        hierarchy_equals_brute_force_on_a_file,
+    )));
+    libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
 }
 
 fn bits(hit: &Hit) -> [u32; 4] {
@@ -79,7 +87,9 @@ fn hierarchy_equals_brute_force() -> Result<(), Failed> {
         soup(3, 6),
         slivers(300),
         stack(40),
-        far_grid(4, 4096.0),
+        far_grid(1.0, 4, 4096.0),
+        scaled(torus(0.75, 0.1875, 24, 12), HUGE),
+        far_grid(FAR_HALF, 4, FAR),
     ];
     for (stream, mesh) in meshes.into_iter().enumerate() {
         let name = mesh.name.clone();
@@ -99,12 +109,7 @@ fn hierarchy_equals_brute_force() -> Result<(), Failed> {
 }
 
 fn hierarchy_equals_brute_force_on_a_file() -> Result<(), Failed> {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/bunny.glb");
-    if !file.exists() {
-        println!("SKIPPED: no {}", file.display());
-        return Ok(());
-    }
-    let buffers = SceneBuffers::build(&Scene::load(&file.to_string_lossy())?)?;
+    let buffers = SceneBuffers::build(&data::mesh("bunny.glb")?)?;
     let share = compare(buffers.view(), FILE_RAYS, 99)?;
     println!(
         "bunny: {} triangles, {FILE_RAYS} rays, {:.0} % hit",
@@ -114,8 +119,27 @@ fn hierarchy_equals_brute_force_on_a_file() -> Result<(), Failed> {
     ensure(share > 0.2, || format!("{share} of the rays hit"))
 }
 
-/// A ray from inside a closed mesh at a vertex or a point of an edge; `inside` is a point well inside.
-fn from_inside(triangles: &Triangles, inside: Vec3, random: &mut SplitMix) -> Ray {
+/// A closed mesh.
+struct Closed {
+    buffers: SceneBuffers,
+    /// A point well inside.
+    inside: Vec3,
+    /// Points up to an eighth of this from it, along each axis, are inside too.
+    size: f32,
+}
+
+impl Closed {
+    fn new(mesh: Mesh, inside: Vec3, size: f32) -> Self {
+        Self {
+            buffers: buffers(mesh),
+            inside,
+            size,
+        }
+    }
+}
+
+/// A ray from inside a closed mesh at a vertex or a point of an edge.
+fn from_inside(triangles: &Triangles, closed: &Closed, random: &mut SplitMix) -> Ray {
     let corners = triangles.get(random.below(triangles.len()));
     let (a, b) = (corners[random.below(3)], corners[random.below(3)]);
     let at = match random.below(3) {
@@ -130,7 +154,7 @@ fn from_inside(triangles: &Triangles, inside: Vec3, random: &mut SplitMix) -> Ra
             random.range(-0.125, 0.125) as f32
         }
     };
-    let origin = inside + Vec3::new(shift(), shift(), shift());
+    let origin = closed.inside + Vec3::new(shift(), shift(), shift()) * closed.size;
     Ray {
         origin,
         direction: at - origin,
@@ -138,39 +162,43 @@ fn from_inside(triangles: &Triangles, inside: Vec3, random: &mut SplitMix) -> Ra
     }
 }
 
-/// Closed meshes with a point inside; from within the torus even a ray through its hole has to hit.
-fn closed() -> [(SceneBuffers, Vec3); 3] {
+/// From within the torus even a ray through its hole has to hit.
+fn closed() -> [Closed; 4] {
+    let in_torus = Vec3::new(2.0, 0.0, 0.0);
     [
-        (buffers(sphere(1.0, 32, 16)), Vec3::ZERO),
-        (buffers(torus(2.0, 0.5, 40, 16)), Vec3::new(2.0, 0.0, 0.0)),
-        (buffers(cube(1.0, 8)), Vec3::ZERO),
+        Closed::new(sphere(1.0, 32, 16), Vec3::ZERO, 1.0),
+        Closed::new(torus(2.0, 0.5, 40, 16), in_torus, 1.0),
+        Closed::new(cube(1.0, 8), Vec3::ZERO, 1.0),
+        Closed::new(
+            scaled(torus(0.75, 0.1875, 40, 16), HUGE),
+            0.375 * HUGE * in_torus,
+            0.375 * HUGE,
+        ),
     ]
 }
 
 /// How many of the rays from inside leave the mesh unnoticed.
-fn escapes(buffers: &SceneBuffers, inside: Vec3, hit: impl Fn(&Triangles, &Ray) -> bool + Sync) -> u64 {
-    let triangles = Triangles::new(buffers.view());
+fn escapes(closed: &Closed, hit: impl Fn(&Triangles, &Ray) -> bool + Sync) -> u64 {
+    let triangles = Triangles::new(closed.buffers.view());
     (0..INSIDE_RAYS)
         .into_par_iter()
         .filter(|&i| {
-            let ray = from_inside(&triangles, inside, &mut SplitMix::new(7 << 40 | i));
+            let ray = from_inside(&triangles, closed, &mut SplitMix::new(7 << 40 | i));
             !hit(&triangles, &ray)
         })
         .count() as u64
 }
 
 fn closed_meshes_are_tight() -> Result<(), Failed> {
-    for (buffers, inside) in &closed() {
-        let view = buffers.view();
-        let count = escapes(buffers, *inside, |_, ray| {
-            view.closest(ray).is_hit() && view.occluded(ray)
-        });
+    for closed in &closed() {
+        let view = closed.buffers.view();
+        let count = escapes(closed, |_, ray| view.closest(ray).is_hit() && view.occluded(ray));
         println!(
-            "{} triangles: {count} of {INSIDE_RAYS} rays escape",
-            buffers.header.triangle_count
+            "around {}: {} triangles: {count} of {INSIDE_RAYS} rays escape",
+            closed.inside, closed.buffers.header.triangle_count
         );
         ensure(count == 0, || {
-            format!("{count} rays escape from {} triangles", buffers.header.triangle_count)
+            format!("{count} rays escape from the mesh around {}", closed.inside)
         })?;
     }
     Ok(())
@@ -178,9 +206,9 @@ fn closed_meshes_are_tight() -> Result<(), Failed> {
 
 fn boxes_without_padding_are_seen() -> Result<(), Failed> {
     let (mut tight, mut padded) = (0, 0);
-    for (buffers, inside) in &closed() {
-        padded += escapes(buffers, *inside, |triangles, ray| triangles.any_hit(ray));
-        tight += escapes(buffers, *inside, |triangles, ray| triangles.any_hit_in_tight_boxes(ray));
+    for closed in &closed() {
+        padded += escapes(closed, |triangles, ray| triangles.any_hit(ray));
+        tight += escapes(closed, |triangles, ray| triangles.any_hit_in_tight_boxes(ray));
     }
     println!("escapes: {tight} from boxes without padding, {padded} with");
     ensure(padded == 0 && tight > 0, || {
@@ -189,12 +217,10 @@ fn boxes_without_padding_are_seen() -> Result<(), Failed> {
 }
 
 fn open_edges_are_seen() -> Result<(), Failed> {
-    let mut open = 0;
-    for (buffers, inside) in &closed() {
-        open += escapes(buffers, *inside, |triangles, ray| {
-            triangles.any_hit_with_open_edges(ray)
-        });
-    }
+    let open: u64 = closed()
+        .iter()
+        .map(|closed| escapes(closed, |triangles, ray| triangles.any_hit_with_open_edges(ray)))
+        .sum();
     println!("escapes: {open} through open edges");
     ensure(open > 0, || "edges that belong to neither side go unnoticed".to_owned())
 }
@@ -222,12 +248,12 @@ fn the_lower_id_wins_among_equal_hits() -> Result<(), Failed> {
 
 /// The error of a hit point, relative to the scene and to the distance, is a few roundings.
 fn hits_lie_on_their_triangles() -> Result<(), Failed> {
-    let buffers = buffers(sphere(1.0, 24, 12));
-    let view = buffers.view();
+    let closed = Closed::new(sphere(1.0, 24, 12), Vec3::ZERO, 1.0);
+    let view = closed.buffers.view();
     let triangles = Triangles::new(view);
     let mut worst = 0.0_f64;
     for i in 0..100_000 {
-        let ray = from_inside(&triangles, Vec3::ZERO, &mut SplitMix::new(i));
+        let ray = from_inside(&triangles, &closed, &mut SplitMix::new(i));
         let hit = view.closest(&ray);
         let [a, b, c] = triangles.get(hit.id as usize).map(|v| v.as_dvec3());
         let (u, v) = (f64::from(hit.uv.x), f64::from(hit.uv.y));
