@@ -1,12 +1,15 @@
 //! Every kernel, case, adapter and flavour against the native twin.
 //!
-//! `exact` must give the host's words wherever it is loaded by passthrough.
+//! `exact` must give the host's words; where it cannot be loaded by passthrough it is refused. `fast` makes no claim
+//! about bits, but it must load and write every word.
 
 use libtest_mimic::{Arguments, Failed, Trial};
-use restir_host::exec::GpuExecutor;
+use restir_host::Shaders;
+use restir_host::exec::{Flavour, GpuExecutor};
 use restir_kernels::{ALL, Case, KernelDesc};
 use restir_tests::device::{self, Adapter};
 use restir_tests::parity::{cases, compare};
+use restir_tests::suite::ensure;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -36,8 +39,10 @@ fn on(adapter: &Adapter) -> Vec<Trial> {
     let mut trials = Vec::new();
     for kernel in ALL {
         for case in cases(kernel).unwrap_or_default() {
-            let name = format!("{} / {}: exact", kernel.name, case.name);
-            trials.push(adapter.trial(&name, move |executor| exact(executor, kernel, &case)));
+            let name = |flavour| format!("{} / {}: {flavour}", kernel.name, case.name);
+            let same = case.clone();
+            trials.push(adapter.trial(&name(Flavour::Fast), move |executor| fast(executor, kernel, &same)));
+            trials.push(adapter.trial(&name(Flavour::Exact), move |executor| exact(executor, kernel, &case)));
         }
     }
     trials
@@ -50,4 +55,9 @@ fn exact(executor: &mut GpuExecutor, kernel: &'static KernelDesc, case: &Case) -
     }
     let listed: Vec<String> = outcome.first.iter().map(ToString::to_string).collect();
     Err(format!("{outcome} ({})\n{}", executor.loading(), listed.join("\n")).into())
+}
+
+fn fast(executor: &mut GpuExecutor, kernel: &'static KernelDesc, case: &Case) -> Result<(), Failed> {
+    let outcome = compare(&mut executor.reload(Flavour::Fast, Shaders::from_env()), kernel, case)?;
+    ensure(outcome.words > 0 && outcome.poisoned == 0, || outcome.to_string())
 }

@@ -2,8 +2,8 @@
 
 use clap::Args;
 use restir_host::Shaders;
-use restir_host::exec::GpuExecutor;
 use restir_host::exec::gpu::{AdapterInfo, adapters};
+use restir_host::exec::{Executor, GpuExecutor};
 use restir_kernels::{ALL, Case, KernelDesc};
 use restir_tests::parity::{Outcome, cases, compare};
 
@@ -39,6 +39,9 @@ struct Row {
 /// What the table says about a [`Row`].
 enum Finding {
     Compared(Outcome),
+    /// The adapter does not run the case; that is a failure.
+    Broken(String),
+    /// There is nothing to run the case on, or the adapter cannot have the flavour.
     Skipped(String),
 }
 
@@ -56,22 +59,38 @@ impl std::fmt::Display for Finding {
                     o.max_ulp, o.differing, o.words
                 )
             }
+            Self::Broken(reason) => write!(f, "failed ({reason})"),
             Self::Skipped(reason) => write!(f, "skipped ({reason})"),
         }
     }
 }
 
 impl Finding {
-    fn is_exact(&self) -> bool {
-        matches!(self, Self::Compared(outcome) if outcome.is_exact())
+    /// `offered`: whether the adapter can have the flavour at all.
+    fn of(result: Result<Outcome, restir_host::Error>, offered: bool) -> Self {
+        match result {
+            Ok(outcome) => Self::Compared(outcome),
+            Err(error) if offered => Self::Broken(error.to_string()),
+            Err(error) => Self::Skipped(error.to_string()),
+        }
+    }
+
+    /// Every word must have been written, and those of `exact` are the host's.
+    fn fails(&self, flavour: Flavour) -> bool {
+        match self {
+            Self::Compared(outcome) if flavour == Flavour::Exact => !outcome.is_exact(),
+            Self::Compared(outcome) => outcome.poisoned > 0,
+            Self::Broken(_) => true,
+            Self::Skipped(_) => false,
+        }
     }
 }
 
 /// Prints the table.
 ///
 /// # Errors
-/// [`Error::Failed`] if a module of the flavour exact that is loaded by passthrough is not exact;
-/// [`Error::Environment`] if there is nothing to test or no adapter to test on.
+/// [`Error::Failed`] if a case of the flavour exact is not exact, or a case of either flavour does not load or leaves
+/// words unwritten; [`Error::Environment`] if there is nothing to test or no adapter to test on.
 pub fn run(options: &Options) -> Result<(), Error> {
     let rows = rows(options)?;
     let adapters = chosen(options)?;
@@ -84,7 +103,7 @@ pub fn run(options: &Options) -> Result<(), Error> {
         return Ok(());
     }
     Err(Error::Failed(format!(
-        "{failures} cases of the flavour exact differ from the host"
+        "{failures} cases failed: they do not run, are incomplete, or are of the flavour exact and differ from the host"
     )))
 }
 
@@ -138,10 +157,12 @@ fn on(adapter: &AdapterInfo, rows: &[Row]) -> usize {
     let base = match GpuExecutor::open(Some(&adapter.name), None::<restir_host::exec::Flavour>) {
         Ok(base) => base,
         Err(error) => {
-            print_table(rows, |_| Finding::Skipped(error.to_string()));
-            return rows.iter().filter(|row| row.flavour == Flavour::Exact).count();
+            print_table(rows, |_| Finding::Broken(error.to_string()));
+            return rows.len();
         }
     };
+    // opened without a flavour, an adapter that refuses exact has taken fast
+    let offers_exact = base.describe().flavour == restir_host::exec::Flavour::Exact;
     let mut executors = Flavour::ALL.map(|flavour| base.reload(host_flavour(flavour), Shaders::from_env()));
     for executor in &executors {
         println!("{}", executor.loading());
@@ -149,10 +170,9 @@ fn on(adapter: &AdapterInfo, rows: &[Row]) -> usize {
     let mut failures = 0;
     print_table(rows, |row| {
         let executor = &mut executors[row.flavour as usize];
-        let outcome = compare(executor, row.kernel, &row.case);
-        let finding = outcome.map_or_else(|error| Finding::Skipped(error.to_string()), Finding::Compared);
-        let promised = row.flavour == Flavour::Exact && executor.loading().contains("passthrough");
-        failures += usize::from(promised && !finding.is_exact());
+        let offered = row.flavour == Flavour::Fast || offers_exact;
+        let finding = Finding::of(compare(executor, row.kernel, &row.case), offered);
+        failures += usize::from(finding.fails(row.flavour));
         finding
     });
     failures
@@ -186,5 +206,41 @@ fn host_flavour(flavour: Flavour) -> restir_host::exec::Flavour {
     match flavour {
         Flavour::Exact => restir_host::exec::Flavour::Exact,
         Flavour::Fast => restir_host::exec::Flavour::Fast,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn error() -> restir_host::Error {
+        restir_host::Error::Adapter("no passthrough".to_owned())
+    }
+
+    #[test]
+    fn words_not_written_and_rejected_modules_fail_in_both_flavours() {
+        let outcome = |differing, poisoned| {
+            Finding::Compared(Outcome {
+                words: 4,
+                differing,
+                poisoned,
+                ..Outcome::default()
+            })
+        };
+        let rejected = Finding::of(Err(error()), true);
+        for flavour in Flavour::ALL {
+            assert!(outcome(0, 1).fails(flavour));
+            assert!(rejected.fails(flavour));
+            assert!(!outcome(0, 0).fails(flavour));
+        }
+        assert!(outcome(1, 0).fails(Flavour::Exact));
+        assert!(!outcome(1, 0).fails(Flavour::Fast));
+    }
+
+    #[test]
+    fn an_adapter_without_exact_is_skipped_with_the_reason() {
+        let refused = Finding::of(Err(error()), false);
+        assert!(!refused.fails(Flavour::Exact));
+        assert_eq!(refused.to_string(), format!("skipped ({})", error()));
     }
 }
