@@ -57,6 +57,10 @@ fn a_quotient_without_its_last_correction_is_seen() -> Result<(), Failed> {
     ensure_seen(
         "div without its floor",
         mantissa::division(Effort::Reduced, div_without_floor),
+    )?;
+    ensure_seen(
+        "div without its floor at boundaries",
+        mantissa::division_at_boundaries(div_without_floor),
     )
 }
 
