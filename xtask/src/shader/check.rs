@@ -2,9 +2,11 @@
 //!
 //! The committed files themselves are always checked: hashes, source digest, contract, limits, interfaces,
 //! portability. With the toolchain of the manifest they are also rebuilt and compared byte for byte; with another
-//! toolchain the entry points are compared; without one, nothing is compiled.
+//! toolchain the entry points are compared; without one, nothing is compiled. `--require-rebuild` takes nothing less than
+//! the bytes.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 use super::digest::source_digest;
@@ -26,8 +28,8 @@ pub struct Committed {
     pub findings: Vec<String>,
 }
 
-/// Runs the check and says how far it reached.
-pub(super) fn run(workspace: &Workspace) -> Result<(), Error> {
+/// Runs the check and says how far it reached; not to have compared rebuilt bytes is a finding if `require_rebuild`.
+pub(super) fn run(workspace: &Workspace, require_rebuild: bool) -> Result<(), Error> {
     let mut committed = examine(workspace)?;
     let toolchain = Toolchain::find()?;
     if toolchain.is_some() || tools::are_installed() {
@@ -44,10 +46,64 @@ pub(super) fn run(workspace: &Workspace) -> Result<(), Error> {
             committed.findings.extend(findings);
             scope
         }
-        None => "no toolchain: hashes and source digest were compared, the bytes were not rebuilt".to_owned(),
+        None => Scope::Hashes,
     };
     println!("{scope}");
-    judge(&committed)
+    let reached = require(&scope, require_rebuild);
+    judge(&committed)?;
+    reached
+}
+
+/// How far a check reached.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Scope {
+    /// There is no toolchain: nothing was rebuilt.
+    Hashes,
+    /// The bytes of a rebuild were compared.
+    Bytes {
+        /// The toolchain's identity, that of the manifest.
+        id: String,
+    },
+    /// The entry points of a rebuild were compared.
+    Entries {
+        /// The toolchain's identity.
+        id: String,
+        /// That of the manifest.
+        manifest: String,
+    },
+}
+
+impl fmt::Display for Scope {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Hashes => {
+                f.write_str("no toolchain: hashes and source digest were compared, the bytes were not rebuilt")
+            }
+            Self::Bytes { id } => write!(
+                f,
+                "toolchain {id}, that of the manifest: rebuilt and compared byte for byte"
+            ),
+            Self::Entries { id, manifest } => write!(
+                f,
+                "toolchain {id} is not {manifest}, that of the manifest: rebuilt, and the entry points were compared, \
+                 not the bytes"
+            ),
+        }
+    }
+}
+
+/// Whether the check reached as far as it has to.
+///
+/// # Errors
+/// [`Error::Failed`] if a rebuild is required and its bytes were not compared.
+pub fn require(scope: &Scope, rebuild: bool) -> Result<(), Error> {
+    if !rebuild || matches!(scope, Scope::Bytes { .. }) {
+        return Ok(());
+    }
+    Err(Error::Failed(format!(
+        "--require-rebuild: {scope}; install the toolchain of the manifest, or build with this one and commit \
+         kernels/spirv"
+    )))
 }
 
 fn judge(committed: &Committed) -> Result<(), Error> {
@@ -86,20 +142,17 @@ pub fn compare_rebuild(
     identity: &Identity,
     built: &BTreeMap<Flavour, Modules>,
     committed: &Committed,
-) -> (String, Vec<String>) {
+) -> (Scope, Vec<String>) {
     let theirs = &committed.manifest.toolchain;
+    let id = identity.id.clone();
     if identity == theirs {
-        let scope = format!(
-            "toolchain {}, that of the manifest: rebuilt and compared byte for byte",
-            identity.id
-        );
-        return (scope, compare_bytes(built, &committed.modules));
+        return (Scope::Bytes { id }, compare_bytes(built, &committed.modules));
     }
-    let scope = format!(
-        "toolchain {} is not {}, that of the manifest: rebuilt, and the entry points were compared, not the bytes",
-        identity.id, theirs.id
-    );
-    (scope, compare_entries(built, &committed.modules))
+    let manifest = theirs.id.clone();
+    (
+        Scope::Entries { id, manifest },
+        compare_entries(built, &committed.modules),
+    )
 }
 
 /// Compares the files with the manifest: none missing, none more, none different.

@@ -42,7 +42,11 @@ pub enum Command {
         install_toolchain: bool,
     },
     /// Check the committed modules, and rebuild them if a toolchain is there.
-    Check,
+    Check {
+        /// Fail unless they were rebuilt with the toolchain of the manifest.
+        #[arg(long)]
+        require_rebuild: bool,
+    },
     /// Print the assembly of a committed module.
     Dis {
         /// Name of the kernel.
@@ -63,7 +67,7 @@ pub fn run(command: Command, timer: Option<probe::DeviceTimer>) -> Result<(), Er
     let workspace = Workspace::current();
     match command {
         Command::Build { install_toolchain } => build::run(&workspace, install_toolchain),
-        Command::Check => check::run(&workspace),
+        Command::Check { require_rebuild } => check::run(&workspace, require_rebuild),
         Command::Dis { kernel, flavour } => dis(&workspace, &kernel, flavour),
         Command::Probe => probe::run(&workspace, timer),
         Command::Compile(job) => job.run(),

@@ -4,8 +4,9 @@ use std::fs;
 use std::path::Path;
 
 use tempfile::TempDir;
+use xtask::Error;
 use xtask::shader::Flavour;
-use xtask::shader::check::{compare_rebuild, examine};
+use xtask::shader::check::{Scope, compare_rebuild, examine, require};
 use xtask::shader::digest::source_digest;
 use xtask::shader::manifest::Manifest;
 use xtask::shader::workspace::{MANIFEST, Workspace};
@@ -118,7 +119,8 @@ fn the_toolchain_of_the_manifest_must_give_the_same_bytes() {
     let identity = committed.manifest.toolchain.clone();
     let mut built = committed.modules.clone();
     let (scope, findings) = compare_rebuild(&identity, &built, &committed);
-    assert!(scope.contains("byte for byte"), "{scope}");
+    assert!(scope.to_string().contains("byte for byte"), "{scope}");
+    assert!(require(&scope, true).is_ok());
     assert_eq!(findings, Vec::<String>::new());
     built
         .get_mut(&Flavour::Fast)
@@ -146,10 +148,13 @@ fn another_toolchain_must_give_the_same_entry_points() {
         .unwrap()
         .push(0);
     let (scope, findings) = compare_rebuild(&identity, &built, &committed);
+    let text = scope.to_string();
     assert!(
-        scope.starts_with("toolchain another is not") && scope.contains("not the bytes"),
-        "{scope}"
+        text.starts_with("toolchain another is not") && text.contains("not the bytes"),
+        "{text}"
     );
+    assert!(require(&scope, false).is_ok());
+    assert!(matches!(require(&scope, true), Err(Error::Failed(_))));
     assert_eq!(
         findings,
         [
@@ -157,4 +162,12 @@ fn another_toolchain_must_give_the_same_entry_points() {
             "exact/self_check: committed, but not built any more",
         ]
     );
+}
+
+#[test]
+fn a_required_rebuild_without_a_toolchain_fails() {
+    assert!(require(&Scope::Hashes, false).is_ok());
+    let error = require(&Scope::Hashes, true).unwrap_err();
+    assert!(matches!(error, Error::Failed(_)));
+    assert!(error.to_string().contains("no toolchain"), "{error}");
 }
