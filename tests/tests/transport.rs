@@ -30,6 +30,8 @@ const GROSS: u32 = 256;
 /// Design goals: a bias of a tile and of the image that is noticed with 99 % probability.
 const GOAL_TILE: f64 = 0.01;
 const GOAL_IMAGE: f64 = 0.002;
+/// The same of the image with roulette.
+const GOAL_ROULETTE: f64 = 0.005;
 
 fn main() -> ExitCode {
     run(&[
@@ -130,9 +132,15 @@ fn agrees(case: &Case) -> Result<(), Failed> {
 }
 
 fn roulette_keeps_the_mean() -> Result<(), Failed> {
-    let verdict = ROOM.verdict(Right, ROULETTE_RESTARTS, PATH_ROULETTE);
-    println!("room with roulette: {verdict}");
-    ensure(verdict.passed(), || verdict.to_string())
+    for case in [&ROOM, &TERRACE] {
+        let verdict = case.verdict(Right, ROULETTE_RESTARTS, PATH_ROULETTE);
+        println!("{} with roulette: {verdict}", (case.setting)().name);
+        ensure(verdict.passed(), || verdict.to_string())?;
+        ensure(verdict.detectable_in_image <= GOAL_ROULETTE, || {
+            format!("too few samples: {verdict}")
+        })?;
+    }
+    Ok(())
 }
 
 fn throughput_scaled_is_seen() -> Result<(), Failed> {
