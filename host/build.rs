@@ -9,26 +9,14 @@ use std::{env, fs, io};
 const SHADERS: &str = "../kernels/spirv";
 
 /// What is compiled into the program; a change may change whether the tree is dirty.
-const SOURCES: [&str; 5] = [
-    "src",
-    "Cargo.toml",
-    "../shared/src",
-    "../kernels/src",
-    "../kernels/spirv",
-];
+const SOURCES: [&str; 5] = ["src", "Cargo.toml", "../shared/src", "../kernels/src", "../kernels/spirv"];
 
 fn main() -> io::Result<()> {
     embed_shaders()?;
-    println!(
-        "cargo::rustc-env=RESTIR_COMMIT={}",
-        commit().unwrap_or_else(|| "unknown".to_owned())
-    );
-    let references = ["HEAD", "refs/heads", "packed-refs"]
-        .into_iter()
-        .filter_map(|name| git(&["rev-parse", "--git-path", name]));
-    let paths = references
-        .chain(SOURCES.map(str::to_owned))
-        .filter(|path| Path::new(path).exists());
+    println!("cargo::rustc-env=RESTIR_COMMIT={}", commit().unwrap_or_else(|| "unknown".to_owned()));
+    let references =
+        ["HEAD", "refs/heads", "packed-refs"].into_iter().filter_map(|name| git(&["rev-parse", "--git-path", name]));
+    let paths = references.chain(SOURCES.map(str::to_owned)).filter(|path| Path::new(path).exists());
     println!("cargo::rerun-if-changed=build.rs");
     paths.for_each(|path| println!("cargo::rerun-if-changed={path}"));
     Ok(())
@@ -57,11 +45,7 @@ fn commit() -> Option<String> {
     git(&["ls-files", "--error-unmatch", "build.rs"])?;
     let hash = git(&["rev-parse", "HEAD"])?;
     let changes = git(&["--no-optional-locks", "status", "--porcelain"])?;
-    Some(if changes.is_empty() {
-        hash
-    } else {
-        format!("{hash}-dirty")
-    })
+    Some(if changes.is_empty() { hash } else { format!("{hash}-dirty") })
 }
 
 fn git(arguments: &[&str]) -> Option<String> {

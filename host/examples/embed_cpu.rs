@@ -13,11 +13,7 @@ struct Spheres;
 impl Trace for Spheres {
     fn closest(&self, ray: &Ray) -> Hit {
         let floor = num::div(-ray.origin.y, ray.direction.y);
-        let mut best = Hit {
-            t: if floor > 1e-4 { floor } else { Ray::FAR },
-            id: FLOOR,
-            uv: Vec2::ZERO,
-        };
+        let mut best = Hit { t: if floor > 1e-4 { floor } else { Ray::FAR }, id: FLOOR, uv: Vec2::ZERO };
         for (id, (center, radius)) in (0..).zip(SPHERES) {
             let (o, a) = (ray.origin - center, dot(ray.direction, ray.direction));
             let b = dot(o, ray.direction);
@@ -38,27 +34,10 @@ impl Trace for Spheres {
 impl Surface for Spheres {
     fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         let position = ray.origin + ray.direction * hit.t;
-        let center = if hit.id == FLOOR {
-            position - Vec3::Y
-        } else {
-            SPHERES[hit.id as usize].0
-        };
-        let radius = if hit.id == FLOOR {
-            1.0
-        } else {
-            SPHERES[hit.id as usize].1
-        };
-        let (normal, emission) = (
-            (position - center) * num::recip(radius),
-            if hit.id == LAMP { 20.0 } else { 0.0 },
-        );
-        SurfacePoint {
-            position,
-            normal,
-            offset: 1e-3,
-            reflectance: Vec3::splat(0.6),
-            emission: Vec3::splat(emission),
-        }
+        let center = if hit.id == FLOOR { position - Vec3::Y } else { SPHERES[hit.id as usize].0 };
+        let radius = if hit.id == FLOOR { 1.0 } else { SPHERES[hit.id as usize].1 };
+        let (normal, emission) = ((position - center) * num::recip(radius), if hit.id == LAMP { 20.0 } else { 0.0 });
+        SurfacePoint { position, normal, offset: 1e-3, reflectance: Vec3::splat(0.6), emission: Vec3::splat(emission) }
     }
 }
 impl Lights for Spheres {
@@ -67,33 +46,15 @@ impl Lights for Spheres {
         let (r, (center, radius)) = (num::sqrt(num::max(1.0 - z * z, 0.0)), SPHERES[LAMP as usize]);
         let (normal, emission) = (Vec3::new(r * cos, r * sin, z), Vec3::splat(20.0));
         let density = num::recip(4.0 * num::PI * radius * radius);
-        LightSample {
-            position: center + normal * radius,
-            normal,
-            offset: 1e-3,
-            emission,
-            two_sided: false,
-            density,
-        }
+        LightSample { position: center + normal * radius, normal, offset: 1e-3, emission, two_sided: false, density }
     }
     fn light_density(&self, hit: &Hit) -> f32 {
-        if hit.id == LAMP {
-            num::recip(4.0 * num::PI * SPHERES[1].1 * SPHERES[1].1)
-        } else {
-            0.0
-        }
+        if hit.id == LAMP { num::recip(4.0 * num::PI * SPHERES[1].1 * SPHERES[1].1) } else { 0.0 }
     }
 }
 
 fn main() {
-    let ray = Ray {
-        origin: Vec3::new(0.0, 1.0, 6.0),
-        direction: Vec3::new(0.1, -0.05, -1.0),
-        t_max: Ray::FAR,
-    };
+    let ray = Ray { origin: Vec3::new(0.0, 1.0, 6.0), direction: Vec3::new(0.1, -0.05, -1.0), t_max: Ray::FAR };
     let sample = |i| path::radiance(&Spheres, ray, &rng::Rng::new(0, 0, i, 7), 5, false).x;
-    println!(
-        "radiance along the ray: {:.3}",
-        (0..4096).map(sample).sum::<f32>() / 4096.0
-    );
+    println!("radiance along the ray: {:.3}", (0..4096).map(sample).sum::<f32>() / 4096.0);
 }

@@ -30,11 +30,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let storage = |contents: &[u8], usage| {
         let usage = wgpu::BufferUsages::STORAGE | usage;
-        device.create_buffer_init(&BufferInitDescriptor {
-            label: None,
-            contents,
-            usage,
-        })
+        device.create_buffer_init(&BufferInitDescriptor { label: None, contents, usage })
     };
     let none = wgpu::BufferUsages::empty();
     let film_bytes = vec![0; (SIZE * SIZE) as usize * size_of::<FilmPixel>()];
@@ -48,16 +44,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut pipelines = Pipelines::new(&device, flavour, Shaders::Embedded);
     let pipeline = pipelines.get(&DESC, &[scene.features])?;
     let buffers = [&params_buffer, &geometry, &attributes, &film];
-    let entries = [0, 1, 2, 3].map(|i| wgpu::BindGroupEntry {
-        binding: i,
-        resource: buffers[i as usize].as_entire_binding(),
-    });
+    let entries =
+        [0, 1, 2, 3].map(|i| wgpu::BindGroupEntry { binding: i, resource: buffers[i as usize].as_entire_binding() });
     let layout = &pipeline.get_bind_group_layout(0);
-    let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: None,
-        layout,
-        entries: &entries,
-    });
+    let group = device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries });
     let mut encoder = device.create_command_encoder(&Default::default());
     {
         let mut pass = encoder.begin_compute_pass(&Default::default());
@@ -75,18 +65,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let device_film: Vec<FilmPixel> = bytemuck::pod_collect_to_vec(&receiver.recv()??);
 
     let native = |i: u32| path::pixel(&scene.view(), &params, i % SIZE, i / SIZE);
-    let equal = (0..SIZE * SIZE)
-        .filter(|&i| native(i) == device_film[i as usize])
-        .count();
+    let equal = (0..SIZE * SIZE).filter(|&i| native(i) == device_film[i as usize]).count();
     println!(
         "{}: {equal} of {} pixels equal the native ones ({})",
         adapter.get_info().name,
         SIZE * SIZE,
         pipelines.loading()
     );
-    if exact && equal != (SIZE * SIZE) as usize {
-        Err("an exact kernel differs".into())
-    } else {
-        Ok(())
-    }
+    if exact && equal != (SIZE * SIZE) as usize { Err("an exact kernel differs".into()) } else { Ok(()) }
 }

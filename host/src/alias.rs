@@ -16,27 +16,17 @@ pub(crate) struct Entry {
 
 /// The table for the given positive weights; `None` where they are equal and a uniform choice is enough.
 pub(crate) fn build(weights: &[f64]) -> Option<Vec<Entry>> {
-    let (lo, hi) = weights
-        .iter()
-        .fold((f64::INFINITY, 0.0_f64), |(lo, hi), &w| (lo.min(w), hi.max(w)));
+    let (lo, hi) = weights.iter().fold((f64::INFINITY, 0.0_f64), |(lo, hi), &w| (lo.min(w), hi.max(w)));
     if weights.is_empty() || hi - lo <= EQUAL * hi {
         return None;
     }
     let mean = weights.iter().sum::<f64>() / weights.len() as f64;
     let mut rest: Vec<f64> = weights.iter().map(|w| w / mean).collect();
     let (mut small, mut large): (Vec<usize>, Vec<usize>) = (0..rest.len()).partition(|&i| rest[i] < 1.0);
-    let mut table: Vec<Entry> = (0..rest.len())
-        .map(|i| Entry {
-            threshold: 1.0,
-            alias: i as u32,
-        })
-        .collect();
+    let mut table: Vec<Entry> = (0..rest.len()).map(|i| Entry { threshold: 1.0, alias: i as u32 }).collect();
     while let (Some(&s), Some(&l)) = (small.last(), large.last()) {
         small.pop();
-        table[s] = Entry {
-            threshold: ((rest[s] * STEPS).round() / STEPS) as f32,
-            alias: l as u32,
-        };
+        table[s] = Entry { threshold: ((rest[s] * STEPS).round() / STEPS) as f32, alias: l as u32 };
         rest[l] -= 1.0 - rest[s];
         if rest[l] < 1.0 {
             large.pop();

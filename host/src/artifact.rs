@@ -28,17 +28,12 @@ impl Shaders {
     /// # Errors
     /// [`Error::Kernel`] if it is missing or not the module that the manifest lists.
     pub fn load(&self, kernel: &str, flavour: Flavour) -> Result<Vec<u32>, Error> {
-        let broken = |problem: String| Error::Kernel {
-            kernel: kernel.to_owned(),
-            problem,
-        };
+        let broken = |problem: String| Error::Kernel { kernel: kernel.to_owned(), problem };
         let bytes = self.read(&format!("{flavour}/{kernel}.spv")).map_err(broken)?;
         let manifest = self.read(MANIFEST).map_err(broken)?;
         let manifest: serde_json::Value = serde_json::from_slice(&manifest)
             .map_err(|e| broken(format!("the manifest is no JSON ({e}); run `cargo xtask shader build`")))?;
-        let listed = manifest["kernels"][kernel][flavour.to_string()]["blake3"]
-            .as_str()
-            .unwrap_or_default();
+        let listed = manifest["kernels"][kernel][flavour.to_string()]["blake3"].as_str().unwrap_or_default();
         if blake3::hash(&bytes).to_hex().as_str() != listed {
             return Err(broken(format!(
                 "the {flavour} module is not the one that the manifest lists, so it is damaged or out of date; check \

@@ -1,7 +1,7 @@
 //! The scene as kernels see it: flattened triangles under a BVH, materials, lights and their alias table, in arenas.
 
 use crate::bvh::{self, Bounds};
-use crate::scene::{Camera, Material, Scene};
+use crate::scene::{Camera, MAX_COORDINATE, Material, Scene};
 use crate::{Error, alias, memory};
 use glam::{DVec3, UVec4, Vec3};
 use restir_shared::layout::{
@@ -13,8 +13,6 @@ use restir_shared::scene::SceneView;
 use restir_shared::vec::{cross, dot};
 use std::sync::Arc;
 
-/// Coordinates beyond this magnitude could overflow in a normal's square, of fourth order: 2^30.
-const MAX_COORDINATE: f64 = 1_073_741_824.0;
 /// Emission beyond this could overflow in sums over paths.
 const MAX_EMISSION: f32 = 1.0e20;
 /// The square of a triangle's doubled area below which it has no normal.
@@ -100,19 +98,13 @@ impl SceneBuffers {
             triangle_count: triangles.len() as u32,
             light_base,
             light_count,
-            alias_base: if tables.alias.is_some() {
-                light_base + light_count * LIGHT_WORDS
-            } else {
-                NONE
-            },
+            alias_base: if tables.alias.is_some() { light_base + light_count * LIGHT_WORDS } else { NONE },
             root: bvh.root,
         };
         let geometry = pack_geometry(&bvh, &triangles, &tables);
         let attributes = pack_attributes(&scene.materials, &tables);
         let features = if tables.alias.is_some() { FEATURE_LIGHT_TABLE } else { 0 };
-        let camera = scene
-            .camera
-            .unwrap_or_else(|| Camera::framing(corners(&bvh.bounds), 1.0));
+        let camera = scene.camera.unwrap_or_else(|| Camera::framing(corners(&bvh.bounds), 1.0));
         check_camera(scene, &camera)?;
         let stats = SceneStats {
             triangles: triangles.len() as u64,
@@ -125,14 +117,7 @@ impl SceneBuffers {
             bounds: corners(&bvh.bounds),
             features: feature_names(features),
         };
-        Ok(Self {
-            header,
-            geometry: geometry.into(),
-            attributes: attributes.into(),
-            features,
-            camera,
-            stats,
-        })
+        Ok(Self { header, geometry: geometry.into(), attributes: attributes.into(), features, camera, stats })
     }
 
     /// What the scene consists of.
@@ -156,29 +141,21 @@ fn corners(bounds: &Bounds) -> [[f32; 3]; 2] {
 }
 
 fn feature_names(features: u32) -> Vec<&'static str> {
-    if features & FEATURE_LIGHT_TABLE != 0 {
-        vec!["light-table"]
-    } else {
-        Vec::new()
-    }
+    if features & FEATURE_LIGHT_TABLE != 0 { vec!["light-table"] } else { Vec::new() }
 }
 
 fn scene_error(scene: &Scene, problem: String) -> Error {
-    Error::Scene {
-        scene: scene.name.clone(),
-        problem,
-    }
+    Error::Scene { scene: scene.name.clone(), problem }
 }
 
 fn check_camera(scene: &Scene, camera: &Camera) -> Result<(), Error> {
     let direction = camera.target - camera.position;
-    if camera.position.abs().max_element() <= MAX_COORDINATE && direction.is_finite() && direction.length() > 0.0 {
+    // a camera that frames the largest scene stands outside of it
+    if camera.position.abs().max_element() <= 4.0 * MAX_COORDINATE && direction.is_finite() && direction.length() > 0.0
+    {
         return Ok(());
     }
-    let problem = format!(
-        "the camera at {} is not within 1.07e9 or looks nowhere; correct it",
-        camera.position
-    );
+    let problem = format!("the camera at {} is not within 4.29e9 or looks nowhere; correct it", camera.position);
     Err(scene_error(scene, problem))
 }
 
@@ -190,10 +167,7 @@ fn check_material(scene: &Scene, material: &Material) -> Result<(), Error> {
     } else {
         return Ok(());
     };
-    Err(scene_error(
-        scene,
-        format!("material {:?}: {problem}; correct it in the file", material.name),
-    ))
+    Err(scene_error(scene, format!("material {:?}: {problem}; correct it in the file", material.name)))
 }
 
 /// Refuses what could not be held, before anything is made of it: a small file can place a large mesh many times.
@@ -202,16 +176,9 @@ fn check_count(scene: &Scene) -> Result<(), Error> {
         |instance: &crate::scene::Instance| scene.meshes.get(instance.mesh).map_or(0, |m| m.indices.len() as u64);
     let count: u64 = scene.instances.iter().map(size).sum();
     if count >= u64::from(MAX_TRIANGLES) {
-        return Err(scene_error(
-            scene,
-            format!("has {count} triangles, more than the limit of {MAX_TRIANGLES}"),
-        ));
+        return Err(scene_error(scene, format!("has {count} triangles, more than the limit of {MAX_TRIANGLES}")));
     }
-    memory::check(
-        count * BYTES_PER_TRIANGLE,
-        &format!("scene {}", scene.name),
-        "choose a smaller scene",
-    )
+    memory::check(count * BYTES_PER_TRIANGLE, &format!("scene {}", scene.name), "choose a smaller scene")
 }
 
 /// The triangles of all instances in world space, and how many were skipped for want of area.
@@ -223,19 +190,13 @@ fn flatten(scene: &Scene) -> Result<(Vec<Triangle>, u64), Error> {
         let Some(mesh) = scene.meshes.get(instance.mesh) else {
             return Err(scene_error(
                 scene,
-                format!(
-                    "instance {object} refers to mesh {}, which does not exist",
-                    instance.mesh
-                ),
+                format!("instance {object} refers to mesh {}, which does not exist", instance.mesh),
             ));
         };
         if mesh.material >= scene.materials.len() {
             return Err(scene_error(
                 scene,
-                format!(
-                    "mesh {:?} refers to material {}, which does not exist",
-                    mesh.name, mesh.material
-                ),
+                format!("mesh {:?} refers to material {}, which does not exist", mesh.name, mesh.material),
             ));
         }
         let positions = world_positions(scene, instance.mesh, object)?;
@@ -245,29 +206,19 @@ fn flatten(scene: &Scene) -> Result<(Vec<Triangle>, u64), Error> {
             let (Some(a), Some(b), Some(c)) = (a, b, c) else {
                 return Err(scene_error(
                     scene,
-                    format!(
-                        "mesh {:?}: triangle {index} refers to a vertex that does not exist",
-                        mesh.name
-                    ),
+                    format!("mesh {:?}: triangle {index} refers to a vertex that does not exist", mesh.name),
                 ));
             };
             let vertices = if flipped { [a, c, b] } else { [a, b, c] };
             if !has_normal(&vertices) {
                 skipped += 1;
             } else {
-                triangles.push(Triangle {
-                    vertices,
-                    material: mesh.material as u32,
-                    object: object as u32,
-                });
+                triangles.push(Triangle { vertices, material: mesh.material as u32, object: object as u32 });
             }
         }
     }
     if triangles.is_empty() {
-        return Err(scene_error(
-            scene,
-            format!("has no triangle with an area ({skipped} without one were skipped)"),
-        ));
+        return Err(scene_error(scene, format!("has no triangle with an area ({skipped} without one were skipped)")));
     }
     Ok((triangles, skipped))
 }
@@ -320,11 +271,7 @@ fn light_tables(triangles: &[&Triangle], materials: &[Material]) -> LightTables 
     let entries = alias::build(&powers);
     let probabilities = alias::probabilities(powers.len(), entries.as_deref());
     let density = |i: usize| flush((probabilities[i] / areas[i]) as f32);
-    let lights = indices
-        .iter()
-        .enumerate()
-        .map(|(i, &triangle)| (triangle, density(i)))
-        .collect();
+    let lights = indices.iter().enumerate().map(|(i, &triangle)| (triangle, density(i))).collect();
     LightTables { lights, alias: entries }
 }
 
@@ -342,12 +289,7 @@ fn pack_geometry(bvh: &bvh::Bvh, triangles: &[&Triangle], tables: &LightTables) 
     let nodes = bvh.nodes.iter().flat_map(|node| {
         let [a, b] = node.bounds;
         let [left, right] = node.children;
-        [
-            float_word(a.lo, left),
-            float_word(a.hi, right),
-            float_word(b.lo, 0),
-            float_word(b.hi, 0),
-        ]
+        [float_word(a.lo, left), float_word(a.hi, right), float_word(b.lo, 0), float_word(b.hi, 0)]
     });
     let triangles = triangles.iter().zip(light_of).flat_map(|(t, light)| {
         let [a, b, c] = t.vertices;
@@ -358,25 +300,11 @@ fn pack_geometry(bvh: &bvh::Bvh, triangles: &[&Triangle], tables: &LightTables) 
 
 fn pack_attributes(materials: &[Material], tables: &LightTables) -> Vec<u32> {
     let materials = materials.iter().flat_map(|m| {
-        let flags = if m.two_sided_emission {
-            MATERIAL_TWO_SIDED_EMISSION
-        } else {
-            0
-        };
-        [
-            float_word(Vec3::from_array(m.reflectance), flags),
-            float_word(Vec3::from_array(m.emission), 0),
-        ]
+        let flags = if m.two_sided_emission { MATERIAL_TWO_SIDED_EMISSION } else { 0 };
+        [float_word(Vec3::from_array(m.reflectance), flags), float_word(Vec3::from_array(m.emission), 0)]
     });
-    let lights = tables
-        .lights
-        .iter()
-        .map(|&(triangle, density)| [triangle, density.to_bits(), 0, 0]);
-    let alias = tables
-        .alias
-        .iter()
-        .flatten()
-        .map(|entry| [entry.threshold.to_bits(), entry.alias, 0, 0]);
+    let lights = tables.lights.iter().map(|&(triangle, density)| [triangle, density.to_bits(), 0, 0]);
+    let alias = tables.alias.iter().flatten().map(|entry| [entry.threshold.to_bits(), entry.alias, 0, 0]);
     const { assert!(LIGHT_WORDS == 1 && ALIAS_WORDS == 1) };
     materials.chain(lights).chain(alias).flatten().collect()
 }

@@ -19,25 +19,17 @@ pub(crate) struct Bounds {
 
 impl Bounds {
     /// The box that contains nothing.
-    pub(crate) const EMPTY: Self = Self {
-        lo: Vec3::INFINITY,
-        hi: Vec3::NEG_INFINITY,
-    };
+    pub(crate) const EMPTY: Self = Self { lo: Vec3::INFINITY, hi: Vec3::NEG_INFINITY };
 
     /// The bounds of a triangle.
     pub(crate) fn of(triangle: &[Vec3; 3]) -> Self {
-        triangle
-            .iter()
-            .fold(Self::EMPTY, |b, v| b.union(Self { lo: *v, hi: *v }))
+        triangle.iter().fold(Self::EMPTY, |b, v| b.union(Self { lo: *v, hi: *v }))
     }
 
     /// The bounds of both.
     #[must_use]
     pub(crate) fn union(self, other: Self) -> Self {
-        Self {
-            lo: self.lo.min(other.lo),
-            hi: self.hi.max(other.hi),
-        }
+        Self { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
     }
 }
 
@@ -90,10 +82,7 @@ pub(crate) fn build(triangles: &[[Vec3; 3]]) -> Bvh {
 
 fn surface_area_tree(boxes: &[Bounds]) -> (Tree, Vec<u32>) {
     let aabbs: Vec<Aabb> = boxes.iter().map(|b| Aabb::new(b.lo.into(), b.hi.into())).collect();
-    let params = BvhBuildParams {
-        max_prims_per_leaf: LEAF_SIZE,
-        ..BvhBuildParams::medium_build()
-    };
+    let params = BvhBuildParams { max_prims_per_leaf: LEAF_SIZE, ..BvhBuildParams::medium_build() };
     let bvh = build_bvh2(&aabbs, params, &mut Duration::default());
     // depth-first without recursion: the tree may be as deep as it has triangles
     let mut done: Vec<Tree> = Vec::new();
@@ -101,10 +90,7 @@ fn surface_area_tree(boxes: &[Bounds]) -> (Tree, Vec<u32>) {
     while let Some((index, children_done)) = work.pop() {
         let node = &bvh.nodes[index];
         if node.is_leaf() {
-            done.push(Tree::Leaf {
-                first: node.first_index as usize,
-                count: node.prim_count as usize,
-            });
+            done.push(Tree::Leaf { first: node.first_index as usize, count: node.prim_count as usize });
         } else if children_done {
             if let (Some(b), Some(a)) = (done.pop(), done.pop()) {
                 done.push(Tree::Inner(Box::new([a, b])));
@@ -120,10 +106,7 @@ fn surface_area_tree(boxes: &[Bounds]) -> (Tree, Vec<u32>) {
 
 fn balanced_tree(order: &mut [u32], first: usize, boxes: &[Bounds]) -> Tree {
     if order.len() <= LEAF_SIZE as usize {
-        return Tree::Leaf {
-            first,
-            count: order.len(),
-        };
+        return Tree::Leaf { first, count: order.len() };
     }
     let bounds = order.iter().fold(Bounds::EMPTY, |b, &i| b.union(boxes[i as usize]));
     let size = bounds.hi - bounds.lo;
@@ -132,19 +115,13 @@ fn balanced_tree(order: &mut [u32], first: usize, boxes: &[Bounds]) -> Tree {
     let key = |i: u32| boxes[i as usize].lo[axis] * 0.5 + boxes[i as usize].hi[axis] * 0.5;
     order.select_nth_unstable_by(middle, |&a, &b| key(a).total_cmp(&key(b)).then(a.cmp(&b)));
     let (left, right) = order.split_at_mut(middle);
-    Tree::Inner(Box::new([
-        balanced_tree(left, first, boxes),
-        balanced_tree(right, first + middle, boxes),
-    ]))
+    Tree::Inner(Box::new([balanced_tree(left, first, boxes), balanced_tree(right, first + middle, boxes)]))
 }
 
 /// Numbers the inner nodes, and computes boxes and depth from the leaves up.
 fn lay_out(tree: &Tree, order: Vec<u32>, boxes: &[Bounds]) -> Bvh {
     let mut nodes: Vec<Node> = Vec::new();
-    let empty = Node {
-        bounds: [Bounds::EMPTY; 2],
-        children: [0; 2],
-    };
+    let empty = Node { bounds: [Bounds::EMPTY; 2], children: [0; 2] };
     // (tree, its parent and side); children are numbered after their parent
     let mut work: Vec<(&Tree, Parent, usize)> = vec![(tree, None, 0)];
     let mut root = 0;
@@ -184,13 +161,7 @@ fn lay_out(tree: &Tree, order: Vec<u32>, boxes: &[Bounds]) -> Bvh {
             None => bounds = union,
         }
     }
-    Bvh {
-        nodes,
-        root,
-        order,
-        bounds,
-        depth,
-    }
+    Bvh { nodes, root, order, bounds, depth }
 }
 
 #[cfg(test)]
@@ -202,10 +173,7 @@ mod tests {
         assert!(bvh.depth <= STACK_DEPTH, "depth {}", bvh.depth);
         let mut order = bvh.order.clone();
         order.sort_unstable();
-        assert!(
-            order.iter().copied().eq(0..triangles.len() as u32),
-            "each triangle is in one leaf"
-        );
+        assert!(order.iter().copied().eq(0..triangles.len() as u32), "each triangle is in one leaf");
         let mut work = vec![(bvh.root, bvh.bounds)];
         while let Some((reference, bounds)) = work.pop() {
             if reference & LEAF == 0 {

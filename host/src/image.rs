@@ -48,14 +48,11 @@ pub fn read_exr(path: &Path) -> Result<Image, Error> {
         .required("R")
         .required("G")
         .required("B")
-        .collect_pixels(
-            black,
-            |image: &mut Image, at: Vec2<usize>, (r, g, b): (f32, f32, f32)| {
-                if let Some(pixel) = image.pixels.get_mut(at.y() * image.width as usize + at.x()) {
-                    *pixel = [r, g, b];
-                }
-            },
-        )
+        .collect_pixels(black, |image: &mut Image, at: Vec2<usize>, (r, g, b): (f32, f32, f32)| {
+            if let Some(pixel) = image.pixels.get_mut(at.y() * image.width as usize + at.x()) {
+                *pixel = [r, g, b];
+            }
+        })
         .first_valid_layer()
         .all_attributes()
         .non_parallel()
@@ -72,10 +69,7 @@ pub fn read_exr_metadata(path: &Path) -> Result<Vec<(String, String)>, Error> {
     let meta = read_header(path)?;
     let attribute = meta.headers.iter().find_map(|header| {
         let other = &header.own_attributes.other;
-        other
-            .iter()
-            .find(|(name, _)| METADATA_ATTRIBUTE == *name)
-            .map(|(_, value)| value)
+        other.iter().find(|(name, _)| METADATA_ATTRIBUTE == *name).map(|(_, value)| value)
     });
     let Some(AttributeValue::Text(text)) = attribute else {
         return Ok(Vec::new());
@@ -99,19 +93,12 @@ pub fn write_exr(path: &Path, image: &Image, metadata: &[(String, String)]) -> R
         let [r, g, b] = image.pixels.get(at.y() * width + at.x()).copied().unwrap_or_default();
         (r, g, b)
     };
-    let encoding = Encoding {
-        compression: Compression::ZIP16,
-        blocks: Blocks::ScanLines,
-        line_order: LineOrder::Increasing,
-    };
+    let encoding =
+        Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
     let size = (width, image.height as usize);
     let layer = Layer::new(size, attributes(metadata), encoding, SpecificChannels::rgb(pixel));
     write_atomically(path, |file| {
-        ExrImage::from_layer(layer)
-            .write()
-            .non_parallel()
-            .to_buffered(file)
-            .map_err(io::Error::other)
+        ExrImage::from_layer(layer).write().non_parallel().to_buffered(file).map_err(io::Error::other)
     })
 }
 
@@ -121,12 +108,7 @@ pub fn write_exr(path: &Path, image: &Image, metadata: &[(String, String)]) -> R
 /// [`Error::File`] if the file cannot be written, or if the image has no pixels or not `width * height`.
 pub fn write_png(path: &Path, image: &Image) -> Result<(), Error> {
     check_pixels(path, image)?;
-    let bytes: Vec<u8> = image
-        .pixels
-        .as_flattened()
-        .iter()
-        .map(|&value| srgb_byte(value))
-        .collect();
+    let bytes: Vec<u8> = image.pixels.as_flattened().iter().map(|&value| srgb_byte(value)).collect();
     write_atomically(path, |file| encode_png(file, image, &bytes).map_err(io::Error::other))
 }
 
@@ -142,26 +124,16 @@ fn encode_png(file: &mut BufWriter<&File>, image: &Image, bytes: &[u8]) -> Resul
 
 fn srgb_byte(linear: f32) -> u8 {
     let linear = f64::from(linear).clamp(0.0, 1.0);
-    let encoded = if linear <= 0.003_130_8 {
-        12.92 * linear
-    } else {
-        1.055 * linear.powf(1.0 / 2.4) - 0.055
-    };
+    let encoded = if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
     // The cast turns NaN into 0.
     (encoded * 255.0).round() as u8
 }
 
 fn attributes(metadata: &[(String, String)]) -> LayerAttributes {
-    let lines: Vec<String> = metadata
-        .iter()
-        .map(|(key, value)| format!("{key}: {}\n", one_line(value)))
-        .collect();
+    let lines: Vec<String> = metadata.iter().map(|(key, value)| format!("{key}: {}\n", one_line(value))).collect();
     let mut attributes = LayerAttributes::default();
     if !lines.is_empty() {
-        attributes.other.insert(
-            latin1(METADATA_ATTRIBUTE),
-            AttributeValue::Text(latin1(&lines.concat())),
-        );
+        attributes.other.insert(latin1(METADATA_ATTRIBUTE), AttributeValue::Text(latin1(&lines.concat())));
     }
     attributes
 }
@@ -176,25 +148,18 @@ fn latin1(text: &str) -> Text {
 }
 
 fn black(size: Vec2<usize>, _channels: &impl Sized) -> Image {
-    Image {
-        width: size.width() as u32,
-        height: size.height() as u32,
-        pixels: vec![[0.0; 3]; size.area()],
-    }
+    Image { width: size.width() as u32, height: size.height() as u32, pixels: vec![[0.0; 3]; size.area()] }
 }
 
 fn check_header(path: &Path) -> Result<(), Error> {
-    let bytes = std::fs::metadata(path)
-        .map_err(|error| cannot_read(path, &error))?
-        .len();
+    let bytes = std::fs::metadata(path).map_err(|error| cannot_read(path, &error))?.len();
     let pixels = |size: Vec2<usize>| (size.width() as u64).saturating_mul(size.height() as u64);
     let headers = read_header(path)?.headers;
     let claimed = headers.iter().map(|header| pixels(header.layer_size)).max();
     match claimed.unwrap_or(0) {
-        claimed if claimed > MAX_PIXELS => Err(cannot_read(
-            path,
-            &format!("it has {claimed} pixels, more than {MAX_PIXELS}"),
-        )),
+        claimed if claimed > MAX_PIXELS => {
+            Err(cannot_read(path, &format!("it has {claimed} pixels, more than {MAX_PIXELS}")))
+        }
         claimed if claimed / MAX_PIXELS_PER_BYTE > bytes => Err(cannot_read(
             path,
             &format!("it is damaged: its {bytes} bytes cannot hold the {claimed} pixels that its header claims"),
@@ -208,17 +173,11 @@ fn read_header(path: &Path) -> Result<MetaData, Error> {
 }
 
 fn open(path: &Path) -> Result<BufReader<File>, Error> {
-    input::open(path)
-        .map(BufReader::new)
-        .map_err(|error| cannot_read(path, &error))
+    input::open(path).map(BufReader::new).map_err(|error| cannot_read(path, &error))
 }
 
 fn cannot_read(path: &Path, reason: &dyn std::fmt::Display) -> Error {
-    Error::File {
-        action: "read",
-        path: path.to_owned(),
-        reason: one_line(&reason.to_string()),
-    }
+    Error::File { action: "read", path: path.to_owned(), reason: one_line(&reason.to_string()) }
 }
 
 fn check_pixels(path: &Path, image: &Image) -> Result<(), Error> {
@@ -227,12 +186,7 @@ fn check_pixels(path: &Path, image: &Image) -> Result<(), Error> {
         return Err(Error::File {
             action: "write",
             path: path.to_owned(),
-            reason: format!(
-                "an image of {} x {} with {} pixels",
-                image.width,
-                image.height,
-                image.pixels.len()
-            ),
+            reason: format!("an image of {} x {} with {} pixels", image.width, image.height, image.pixels.len()),
         });
     }
     Ok(())
@@ -243,34 +197,15 @@ mod tests {
     use super::*;
 
     fn awkward() -> Image {
-        let bits = [
-            0,
-            1,
-            0x8000_0000,
-            0x8000_0001,
-            0x007f_ffff,
-            0x3f80_0001,
-            0x7f80_0000,
-            0xff80_0000,
-            0x7fc0_1234,
-        ];
+        let bits = [0, 1, 0x8000_0000, 0x8000_0001, 0x007f_ffff, 0x3f80_0001, 0x7f80_0000, 0xff80_0000, 0x7fc0_1234];
         let values: Vec<f32> = (0..17 * 35 * 3_u32)
             .map(|i| f32::from_bits(bits.get(i as usize).copied().unwrap_or(i.wrapping_mul(2_654_435_761))))
             .collect();
-        Image {
-            width: 17,
-            height: 35,
-            pixels: values.as_chunks::<3>().0.to_vec(),
-        }
+        Image { width: 17, height: 35, pixels: values.as_chunks::<3>().0.to_vec() }
     }
 
     fn bits(image: &Image) -> Vec<u32> {
-        image
-            .pixels
-            .as_flattened()
-            .iter()
-            .map(|value| value.to_bits())
-            .collect()
+        image.pixels.as_flattened().iter().map(|value| value.to_bits()).collect()
     }
 
     #[test]
@@ -308,10 +243,7 @@ mod tests {
             std::fs::write(&path, &bytes[..length]).unwrap();
             assert!(matches!(read_exr(&path), Err(Error::File { .. })), "{length} bytes");
         }
-        assert!(matches!(
-            read_exr(&folder.path().join("missing.exr")),
-            Err(Error::File { .. })
-        ));
+        assert!(matches!(read_exr(&folder.path().join("missing.exr")), Err(Error::File { .. })));
     }
 
     /// A changed size in the header, found by the eight bytes of the last pixel's coordinates.
@@ -345,11 +277,7 @@ mod tests {
     fn a_changed_byte_never_panics() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("image.exr");
-        let image = Image {
-            width: 3,
-            height: 2,
-            pixels: vec![[0.25; 3]; 6],
-        };
+        let image = Image { width: 3, height: 2, pixels: vec![[0.25; 3]; 6] };
         write_exr(&path, &image, &[("key".to_owned(), "value".to_owned())]).unwrap();
         let bytes = std::fs::read(&path).unwrap();
         for position in 0..bytes.len() {
@@ -365,11 +293,7 @@ mod tests {
     #[test]
     fn an_image_must_have_its_pixels() {
         let folder = tempfile::tempdir().unwrap();
-        let image = Image {
-            width: 2,
-            height: 2,
-            pixels: vec![[0.0; 3]; 3],
-        };
+        let image = Image { width: 2, height: 2, pixels: vec![[0.0; 3]; 3] };
         write_exr(&folder.path().join("image.exr"), &image, &[]).unwrap_err();
         write_png(&folder.path().join("image.png"), &Image::default()).unwrap_err();
     }
@@ -378,15 +302,9 @@ mod tests {
     fn png_is_srgb_and_clamped() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("image.png");
-        let image = Image {
-            width: 2,
-            height: 1,
-            pixels: vec![[0.0, 0.5, 1.0], [-1.0, 7.0, f32::NAN]],
-        };
+        let image = Image { width: 2, height: 1, pixels: vec![[0.0, 0.5, 1.0], [-1.0, 7.0, f32::NAN]] };
         write_png(&path, &image).unwrap();
-        let mut reader = png::Decoder::new(BufReader::new(File::open(&path).unwrap()))
-            .read_info()
-            .unwrap();
+        let mut reader = png::Decoder::new(BufReader::new(File::open(&path).unwrap())).read_info().unwrap();
         let mut bytes = [0; 6];
         reader.next_frame(&mut bytes).unwrap();
         assert_eq!(bytes, [0, 188, 255, 0, 255, 0]);

@@ -14,9 +14,7 @@ pub(crate) fn open(path: &Path) -> io::Result<File> {
         return Err(io::Error::other("it is a folder; name a file in it"));
     }
     if !kind.is_file() {
-        return Err(io::Error::other(
-            "it is a pipe or a device; copy its content to a file first",
-        ));
+        return Err(io::Error::other("it is a pipe or a device; copy its content to a file first"));
     }
     File::open(path)
 }

@@ -7,9 +7,7 @@ const SHARE: f64 = 0.8;
 
 /// 80 % of the memory that this process can get, or `RESTIR_MEMORY_LIMIT_BYTES`.
 pub(crate) fn limit() -> u64 {
-    let configured = std::env::var("RESTIR_MEMORY_LIMIT_BYTES")
-        .ok()
-        .and_then(|v| v.parse().ok());
+    let configured = std::env::var("RESTIR_MEMORY_LIMIT_BYTES").ok().and_then(|v| v.parse().ok());
     configured.unwrap_or_else(|| {
         let mut system = sysinfo::System::new();
         system.refresh_memory();

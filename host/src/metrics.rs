@@ -57,13 +57,7 @@ pub struct Comparison {
 /// [`Error::Setting`] if the sizes differ or the images have no pixels.
 pub fn compare(test: &Image, reference: &Image) -> Result<Comparison, Error> {
     check_sizes(test, reference)?;
-    let values = || {
-        test.pixels
-            .as_flattened()
-            .iter()
-            .copied()
-            .zip(reference.pixels.as_flattened().iter().copied())
-    };
+    let values = || test.pixels.as_flattened().iter().copied().zip(reference.pixels.as_flattened().iter().copied());
     let words = Words::count(values());
     let sums = Sums::of(values(), mean(values().map(|(_, r)| f64::from(r))));
     let count = values().count() as f64;
@@ -95,11 +89,7 @@ pub fn ulp_distance(a: f32, b: f32) -> u32 {
 /// Maps floats to integers that have the same order, one apart for neighbours.
 fn ordered(value: f32) -> i32 {
     let magnitude = (value.to_bits() & 0x7fff_ffff) as i32;
-    if value.is_sign_negative() {
-        -magnitude
-    } else {
-        magnitude
-    }
+    if value.is_sign_negative() { -magnitude } else { magnitude }
 }
 
 fn check_sizes(test: &Image, reference: &Image) -> Result<(), Error> {
@@ -185,18 +175,11 @@ mod tests {
     use super::*;
 
     fn image(pixels: &[[f32; 3]]) -> Image {
-        Image {
-            width: pixels.len() as u32,
-            height: 1,
-            pixels: pixels.to_vec(),
-        }
+        Image { width: pixels.len() as u32, height: 1, pixels: pixels.to_vec() }
     }
 
     fn assert_close(actual: f64, expected: f64) {
-        assert!(
-            (actual - expected).abs() <= 1e-12 * expected.abs(),
-            "{actual} is not {expected}"
-        );
+        assert!((actual - expected).abs() <= 1e-12 * expected.abs(), "{actual} is not {expected}");
     }
 
     #[test]

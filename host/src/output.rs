@@ -16,8 +16,7 @@ use crate::Error;
 pub fn write_atomically(path: &Path, write: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>) -> Result<(), Error> {
     let file = temporary_beside(path)?;
     fill(file.as_file(), write).map_err(|error| cannot_write(path, error.to_string()))?;
-    file.persist(path)
-        .map_err(|error| cannot_write(path, error.error.to_string()))?;
+    file.persist(path).map_err(|error| cannot_write(path, error.error.to_string()))?;
     Ok(())
 }
 
@@ -45,10 +44,7 @@ fn temporary_beside(path: &Path) -> Result<NamedTempFile, Error> {
     }
     let folder = folder_of(path);
     if !folder.is_dir() {
-        return Err(cannot_write(
-            path,
-            format!("the folder {} does not exist; create it first", folder.display()),
-        ));
+        return Err(cannot_write(path, format!("the folder {} does not exist; create it first", folder.display())));
     }
     let mut builder = Builder::new();
     builder.prefix(".restir-").suffix(".tmp");
@@ -56,10 +52,7 @@ fn temporary_beside(path: &Path) -> Result<NamedTempFile, Error> {
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     builder.tempfile_in(&folder).map_err(|error| {
-        cannot_write(
-            path,
-            format!("the folder {} is not writable ({})", folder.display(), error.kind()),
-        )
+        cannot_write(path, format!("the folder {} is not writable ({})", folder.display(), error.kind()))
     })
 }
 
@@ -71,11 +64,7 @@ fn folder_of(path: &Path) -> PathBuf {
 }
 
 fn cannot_write(path: &Path, reason: String) -> Error {
-    Error::File {
-        action: "write",
-        path: path.to_owned(),
-        reason,
-    }
+    Error::File { action: "write", path: path.to_owned(), reason }
 }
 
 #[cfg(test)]

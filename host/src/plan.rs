@@ -58,15 +58,8 @@ impl Pass {
     /// # Errors
     /// [`Error::Kernel`] that says what does not fit.
     pub fn check(&self, buffers: &[Buffer]) -> Result<(), Error> {
-        let problem = self
-            .misfit(buffers)
-            .map(|problem| format!("a pass of the plan {problem}; correct the plan"));
-        problem.map_or(Ok(()), |problem| {
-            Err(Error::Kernel {
-                kernel: self.kernel.name.to_owned(),
-                problem,
-            })
-        })
+        let problem = self.misfit(buffers).map(|problem| format!("a pass of the plan {problem}; correct the plan"));
+        problem.map_or(Ok(()), |problem| Err(Error::Kernel { kernel: self.kernel.name.to_owned(), problem }))
     }
 
     fn misfit(&self, buffers: &[Buffer]) -> Option<String> {
@@ -78,28 +71,17 @@ impl Pass {
             return Some("has parameters or constants of another size".to_owned());
         }
         if self.bindings.len() != bindings.len() {
-            return Some(format!(
-                "binds {} buffers instead of {}",
-                self.bindings.len(),
-                bindings.len()
-            ));
+            return Some(format!("binds {} buffers instead of {}", self.bindings.len(), bindings.len()));
         }
         let invocations = self.grid[0] as usize * self.grid[1] as usize;
         for (binding, &id) in bindings.iter().zip(&self.bindings) {
             let own = binding.access == Access::Own;
-            let needed = if own {
-                invocations * binding.stride as usize / 4
-            } else {
-                0
-            };
+            let needed = if own { invocations * binding.stride as usize / 4 } else { 0 };
             let shared = self.bindings.iter().filter(|&&other| other == id).count() > 1;
             match buffers.get(id) {
                 None => return Some(format!("binds buffer {id} to {}, which does not exist", binding.name)),
                 Some(buffer) if buffer.words < needed => {
-                    return Some(format!(
-                        "writes {needed} words of {}, which has {}",
-                        buffer.name, buffer.words
-                    ));
+                    return Some(format!("writes {needed} words of {}, which has {}", buffer.name, buffer.words));
                 }
                 Some(buffer) if own && shared => return Some(format!("writes {} and binds it twice", buffer.name)),
                 Some(_) => {}

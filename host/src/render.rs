@@ -31,11 +31,7 @@ pub struct PathSettings {
 
 impl Default for PathSettings {
     fn default() -> Self {
-        Self {
-            max_depth: 8,
-            jitter: false,
-            roulette: false,
-        }
+        Self { max_depth: 8, jitter: false, roulette: false }
     }
 }
 
@@ -93,17 +89,10 @@ pub fn render(
     let total = plan.pass_count;
     let words = executor.run(plan, &mut |done| observe(Progress { done, total }))?;
     let pixels: &[FilmPixel] = words.first().map_or(&[], |words| bytemuck::cast_slice(words));
-    let image = Image {
-        width: settings.width,
-        height: settings.height,
-        pixels: pixels.iter().map(|p| p.sum).collect(),
-    };
+    let image =
+        Image { width: settings.width, height: settings.height, pixels: pixels.iter().map(|p| p.sum).collect() };
     let dropped_samples = pixels.iter().map(|p| p.dropped as u64).sum();
-    Ok(Rendered {
-        image,
-        dispatches: total,
-        dropped_samples,
-    })
+    Ok(Rendered { image, dispatches: total, dropped_samples })
 }
 
 /// Whether the settings are in range and the buffers fit: what [`render`] checks first.
@@ -129,10 +118,7 @@ fn check_settings(settings: &RenderSettings) -> Result<(), Error> {
     } else if settings.path.max_depth == 0 {
         "paths of 0 segments carry no light; give a depth of at least 1".to_owned()
     } else if settings.path.max_depth > MAX_DEPTH {
-        format!(
-            "paths of {} segments are too long; give a depth of at most {MAX_DEPTH}",
-            settings.path.max_depth
-        )
+        format!("paths of {} segments are too long; give a depth of at most {MAX_DEPTH}", settings.path.max_depth)
     } else if settings.dispatch_samples == Some(0) {
         "dispatches of 0 samples never end; give at least 1".to_owned()
     } else {
@@ -185,20 +171,10 @@ pub(crate) fn path_plan<'a>(scene: &'a SceneBuffers, settings: &'a RenderSetting
     let largest = block_log2(settings);
     let (samples, planes) = (settings.samples, plane_count(settings.samples, largest));
     let plane_words = settings.width as usize * settings.height as usize * size_of::<FilmPixel>() / 4;
-    let arena = |name, words: &std::sync::Arc<[u32]>| Buffer {
-        name,
-        words: words.len(),
-        contents: Some(words.clone()),
-    };
-    let mut buffers = vec![
-        arena("geometry", &scene.geometry),
-        arena("attributes", &scene.attributes),
-    ];
-    let plane = |name| Buffer {
-        name,
-        words: plane_words,
-        contents: None,
-    };
+    let arena =
+        |name, words: &std::sync::Arc<[u32]>| Buffer { name, words: words.len(), contents: Some(words.clone()) };
+    let mut buffers = vec![arena("geometry", &scene.geometry), arena("attributes", &scene.attributes)];
+    let plane = |name| Buffer { name, words: plane_words, contents: None };
     buffers.extend((0..planes).map(|_| plane("film")).chain([plane("mean")]));
     let blocks = block_count(samples, largest);
     FramePlan {
@@ -283,12 +259,7 @@ impl<'a> PathPasses<'a> {
 
     fn film_pass(&self, kernel: &'static kernels::KernelDesc, bindings: Vec<usize>) -> Pass {
         let s = self.settings;
-        let params = FilmParams {
-            width: s.width,
-            height: s.height,
-            samples: s.samples as f32,
-            reserved: 0,
-        };
+        let params = FilmParams { width: s.width, height: s.height, samples: s.samples as f32, reserved: 0 };
         Pass {
             kernel,
             constants: Vec::new(),
@@ -336,11 +307,7 @@ mod tests {
                 let blocks: Vec<_> = aligned_blocks(samples, largest).collect();
                 let mut next = 0;
                 for &(first, log2) in &blocks {
-                    assert_eq!(
-                        (first, first % (1 << log2)),
-                        (next, 0),
-                        "blocks are contiguous and aligned"
-                    );
+                    assert_eq!((first, first % (1 << log2)), (next, 0), "blocks are contiguous and aligned");
                     next += 1 << log2;
                 }
                 assert_eq!((next, blocks.len() as u64), (samples, block_count(samples, largest)));

@@ -54,16 +54,8 @@ fn probes() -> FramePlan<'static> {
     let words = count as usize * size_of::<Results>() / 4;
     FramePlan {
         buffers: vec![
-            Buffer {
-                name: "operands",
-                words: operands.len(),
-                contents: Some(operands.into()),
-            },
-            Buffer {
-                name: "results",
-                words,
-                contents: None,
-            },
+            Buffer { name: "operands", words: operands.len(), contents: Some(operands.into()) },
+            Buffer { name: "results", words, contents: None },
         ],
         passes: Box::new(std::iter::once(pass)),
         pass_count: 1,
@@ -101,16 +93,10 @@ pub fn self_check(executor: &mut dyn Executor) -> Result<Parity, Error> {
         height: FRAME,
         samples: 1,
         seed: 1,
-        path: PathSettings {
-            jitter: true,
-            roulette: true,
-            ..PathSettings::default()
-        },
+        path: PathSettings { jitter: true, roulette: true, ..PathSettings::default() },
         dispatch_samples: None,
     };
     let probes = run_and_compare(executor, probes(), probes())?;
     let frame = run_and_compare(executor, path_plan(&scene, &settings), path_plan(&scene, &settings))?;
-    Ok(probes
-        .max(frame)
-        .map_or(Parity::Exact, |max_ulp| Parity::Approximate { max_ulp }))
+    Ok(probes.max(frame).map_or(Parity::Exact, |max_ulp| Parity::Approximate { max_ulp }))
 }

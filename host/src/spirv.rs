@@ -97,9 +97,8 @@ pub fn strip_modes(words: &[u32], modes: &[FloatMode]) -> Option<Vec<u32>> {
     };
     let all = instructions(words)?;
     let kept: Vec<&[u32]> = all.into_iter().filter(|i| !dropped(i)).collect();
-    let uses_modes = kept
-        .iter()
-        .any(|i| opcode(i) == OP_EXECUTION_MODE && i.get(2).is_some_and(|m| (4459..=4463).contains(m)));
+    let uses_modes =
+        kept.iter().any(|i| opcode(i) == OP_EXECUTION_MODE && i.get(2).is_some_and(|m| (4459..=4463).contains(m)));
     let needless = |i: &[u32]| !uses_modes && opcode(i) == OP_EXTENSION && names_float_controls(i);
     let body = kept.into_iter().filter(|i| !needless(i)).flatten();
     Some(words[..HEADER_WORDS].iter().chain(body).copied().collect())

@@ -107,12 +107,7 @@ pub struct Case {
 impl Case {
     /// A case over a grid of `width` by `height` invocations.
     pub fn new(name: impl Into<String>, width: u32, height: u32) -> Self {
-        Self {
-            name: name.into(),
-            grid: [width, height],
-            constants: Vec::new(),
-            buffers: Vec::new(),
-        }
+        Self { name: name.into(), grid: [width, height], constants: Vec::new(), buffers: Vec::new() }
     }
 
     /// Freezes the constant with the given index in the descriptor.

@@ -11,10 +11,7 @@ pub(crate) fn film_plane(pixels: u32, salt: u32) -> Vec<FilmPixel> {
     (0..pixels)
         .map(|i| {
             let w = pcg4d(UVec4::new(i, salt, 0, 0));
-            FilmPixel {
-                sum: [value(w.x), value(w.y), value(w.z)],
-                dropped: (w.w % 3) as f32,
-            }
+            FilmPixel { sum: [value(w.x), value(w.y), value(w.z)], dropped: (w.w % 3) as f32 }
         })
         .collect()
 }
@@ -43,27 +40,11 @@ pub fn boundary_operands() -> Vec<Operands> {
     for a in values {
         for b in values {
             // c cancels the rounded product, so that a fused sum leaves its error
-            operands.push(Operands {
-                a,
-                b,
-                c: -(a * b),
-                d: a - restir_shared::num::min(b, 1.0),
-            });
-            operands.push(Operands {
-                a,
-                b,
-                c: 4097.0 * a,
-                d: b * 0.125,
-            });
+            operands.push(Operands { a, b, c: -(a * b), d: a - restir_shared::num::min(b, 1.0) });
+            operands.push(Operands { a, b, c: 4097.0 * a, d: b * 0.125 });
         }
     }
-    operands
-        .iter()
-        .map(|o| Operands {
-            d: restir_shared::num::clamp(o.d, -80.0, 80.0),
-            ..*o
-        })
-        .collect()
+    operands.iter().map(|o| Operands { d: restir_shared::num::clamp(o.d, -80.0, 80.0), ..*o }).collect()
 }
 
 /// Pseudo-random operands, magnitudes in [2^-30, 2^30].
@@ -74,12 +55,7 @@ pub fn random_operands(count: u32) -> Vec<Operands> {
             let w = pcg4d(UVec4::new(i, 0, 0, 99));
             let (a, b) = (value(w.x), value(w.y));
             let c = if i % 2 == 0 { -(a * b) } else { 4097.0 * a };
-            Operands {
-                a,
-                b,
-                c,
-                d: (unit(w.w) - 0.5) * 160.0,
-            }
+            Operands { a, b, c, d: (unit(w.w) - 0.5) * 160.0 }
         })
         .collect()
 }

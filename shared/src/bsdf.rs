@@ -39,10 +39,6 @@ impl Lambert {
     #[inline(always)]
     pub fn sample(&self, u: Vec2) -> BsdfSample {
         let direction = sample_cosine_hemisphere(u);
-        BsdfSample {
-            direction,
-            weight: self.reflectance,
-            pdf: self.pdf(direction.z),
-        }
+        BsdfSample { direction, weight: self.reflectance, pdf: self.pdf(direction.z) }
     }
 }

@@ -12,9 +12,5 @@ pub fn primary_ray(camera: &CameraParams, pixel: Vec2) -> Ray {
     let y = 1.0 - pixel.y * camera.inv_height * 2.0;
     let forward = Vec3::from_array(camera.forward);
     let direction = forward + Vec3::from_array(camera.right) * x + Vec3::from_array(camera.up) * y;
-    Ray {
-        origin: Vec3::from_array(camera.position),
-        direction: normalize(direction),
-        t_max: Ray::FAR,
-    }
+    Ray { origin: Vec3::from_array(camera.position), direction: normalize(direction), t_max: Ray::FAR }
 }

@@ -20,15 +20,9 @@ impl FilmPixel {
         let [x, y, z] = [num::abs(radiance.x), num::abs(radiance.y), num::abs(radiance.z)];
         let finite = (x < MAX_RADIANCE) & (y < MAX_RADIANCE) & (z < MAX_RADIANCE);
         if finite {
-            Self {
-                sum: [num::flush(radiance.x), num::flush(radiance.y), num::flush(radiance.z)],
-                dropped: 0.0,
-            }
+            Self { sum: [num::flush(radiance.x), num::flush(radiance.y), num::flush(radiance.z)], dropped: 0.0 }
         } else {
-            Self {
-                sum: [0.0, 0.0, 0.0],
-                dropped: 1.0,
-            }
+            Self { sum: [0.0, 0.0, 0.0], dropped: 1.0 }
         }
     }
 
@@ -36,11 +30,7 @@ impl FilmPixel {
     #[inline(always)]
     pub fn merge(self, other: Self) -> Self {
         Self {
-            sum: [
-                self.sum[0] + other.sum[0],
-                self.sum[1] + other.sum[1],
-                self.sum[2] + other.sum[2],
-            ],
+            sum: [self.sum[0] + other.sum[0], self.sum[1] + other.sum[1], self.sum[2] + other.sum[2]],
             dropped: self.dropped + other.dropped,
         }
     }
@@ -51,17 +41,10 @@ impl FilmPixel {
 /// Block sizes beyond [`MAX_BLOCK_LOG2`] are reduced to it.
 #[inline(always)]
 pub fn sum_block(first: u32, block_log2: u32, mut sample: impl FnMut(u32) -> Vec3) -> FilmPixel {
-    let log2 = if block_log2 < MAX_BLOCK_LOG2 {
-        block_log2
-    } else {
-        MAX_BLOCK_LOG2
-    };
+    let log2 = if block_log2 < MAX_BLOCK_LOG2 { block_log2 } else { MAX_BLOCK_LOG2 };
     let count = 1 << log2;
     // partial[l] holds the sum of a finished block of 2^l samples that waits for its neighbour
-    let mut partial = [FilmPixel {
-        sum: [0.0, 0.0, 0.0],
-        dropped: 0.0,
-    }; LEVELS];
+    let mut partial = [FilmPixel { sum: [0.0, 0.0, 0.0], dropped: 0.0 }; LEVELS];
     let mut i = 0;
     // Counted beside `i`, of which a compiler knows the value after the loop. The last round, without a sample, is
     // reached only by an invocation whose loops were not cut.
@@ -81,10 +64,7 @@ pub fn sum_block(first: u32, block_log2: u32, mut sample: impl FnMut(u32) -> Vec
     }
     if rounds <= count {
         // a driver that limits loops has cut this one: nothing of the block can be trusted
-        return FilmPixel {
-            sum: [0.0, 0.0, 0.0],
-            dropped: count as f32,
-        };
+        return FilmPixel { sum: [0.0, 0.0, 0.0], dropped: count as f32 };
     }
     partial[log2 as usize]
 }

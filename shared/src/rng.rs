@@ -39,11 +39,7 @@ impl Rng {
     /// Pixel coordinates are below 2^16.
     #[inline(always)]
     pub fn new(x: u32, y: u32, sample: u32, seed: u32) -> Self {
-        Self {
-            pixel: x | (y << 16),
-            sample,
-            seed,
-        }
+        Self { pixel: x | (y << 16), sample, seed }
     }
 
     /// Four random words for a dimension. A technique gives each of its decisions a dimension of its own.

@@ -109,11 +109,7 @@ impl SceneView<'_> {
         let at = (index * MATERIAL_WORDS) as usize;
         let a = self.attributes[at];
         let b = self.attributes[at + 1];
-        Material {
-            reflectance: xyz(a),
-            emission: xyz(b),
-            two_sided: a.w & MATERIAL_TWO_SIDED_EMISSION != 0,
-        }
+        Material { reflectance: xyz(a), emission: xyz(b), two_sided: a.w & MATERIAL_TWO_SIDED_EMISSION != 0 }
     }
 
     /// (triangle, density per area) of a light.
@@ -201,10 +197,7 @@ impl Lights for SceneView<'_> {
             };
         }
         let (triangle, density) = self.light(self.choose_light([words.x, words.y]));
-        let p = self.triangle_point(
-            triangle,
-            sample_triangle(Vec2::new(rng::unit(words.z), rng::unit(words.w))),
-        );
+        let p = self.triangle_point(triangle, sample_triangle(Vec2::new(rng::unit(words.z), rng::unit(words.w))));
         let m = self.material(p.material);
         LightSample {
             position: p.position,

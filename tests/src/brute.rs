@@ -64,13 +64,13 @@ impl<'a> Triangles<'a> {
     /// The closest hit over all triangles: its definition.
     pub fn closest(&self, ray: &Ray) -> Hit {
         let (test, slab) = (TriangleTest::new(ray), self.slab(ray));
-        (0..self.len())
-            .map(|id| self.hit(&test, &slab, id))
-            .filter(|hit| hit.is_hit() && hit.t < ray.t_max)
-            .fold(Hit::MISS, |best, hit| {
+        (0..self.len()).map(|id| self.hit(&test, &slab, id)).filter(|hit| hit.is_hit() && hit.t < ray.t_max).fold(
+            Hit::MISS,
+            |best, hit| {
                 let before = !best.is_hit() || hit.t < best.t || (hit.t == best.t && hit.id < best.id);
                 if before { hit } else { best }
-            })
+            },
+        )
     }
 
     /// Whether some node or triangle of the hierarchy that `boxes` does not cull passes `rule` and is hit: a traversal

@@ -15,9 +15,7 @@ pub fn trial(trial: Trial) -> Trial {
     if folder().is_dir() {
         return trial;
     }
-    trial
-        .with_kind("no ../shared/data beside the workspace")
-        .with_ignored_flag(true)
+    trial.with_kind("no ../shared/data beside the workspace").with_ignored_flag(true)
 }
 
 /// A mesh as it is.

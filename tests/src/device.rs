@@ -18,10 +18,7 @@ pub struct Adapter {
 
 impl Adapter {
     fn new(name: String) -> Self {
-        Self {
-            name,
-            executor: Arc::default(),
-        }
+        Self { name, executor: Arc::default() }
     }
 
     /// The adapter's name.

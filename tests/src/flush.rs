@@ -29,9 +29,7 @@ mod mode {
 
     impl Flushing {
         pub(super) fn enter() -> Self {
-            Self {
-                before: exchange(|mode| mode | FLUSH),
-            }
+            Self { before: exchange(|mode| mode | FLUSH) }
         }
     }
 

@@ -34,15 +34,7 @@ impl Trace for HollowSphere {
         let b = dot(ray.origin, ray.direction);
         let c = dot(ray.origin, ray.origin) - self.radius * self.radius;
         let t = div(sqrt(b * b - a * c) - b, a);
-        if t > 0.0 && t < ray.t_max {
-            Hit {
-                t,
-                id: 0,
-                uv: Vec2::ZERO,
-            }
-        } else {
-            Hit::MISS
-        }
+        if t > 0.0 && t < ray.t_max { Hit { t, id: 0, uv: Vec2::ZERO } } else { Hit::MISS }
     }
 
     fn occluded(&self, ray: &Ray) -> bool {

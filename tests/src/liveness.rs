@@ -27,16 +27,11 @@ pub fn build(change: Change) -> Result<TempDir, String> {
     std::fs::create_dir(folder.path().join("exact")).map_err(|e| e.to_string())?;
     let mut kernels = serde_json::Map::new();
     for kernel in ALL {
-        let words = Shaders::from_env()
-            .load(kernel.name, Flavour::Exact)
-            .map_err(|e| e.to_string())?;
+        let words = Shaders::from_env().load(kernel.name, Flavour::Exact).map_err(|e| e.to_string())?;
         let bytes = changed(&words, change)?;
         write(&format!("exact/{}.spv", kernel.name), &bytes)?;
         let hash = blake3::hash(&bytes).to_hex().to_string();
-        kernels.insert(
-            kernel.name.to_owned(),
-            serde_json::json!({ "exact": { "blake3": hash } }),
-        );
+        kernels.insert(kernel.name.to_owned(), serde_json::json!({ "exact": { "blake3": hash } }));
     }
     let manifest = serde_json::json!({ "kernels": kernels });
     write("manifest.json", manifest.to_string().as_bytes())?;
@@ -54,9 +49,7 @@ fn changed(words: &[u32], change: Change) -> Result<Vec<u8>, String> {
 /// Removes what the post-pass adds: `NoContraction` and the float-control modes.
 pub fn undecorate(module: &mut Module) {
     let no_contraction = Operand::Decoration(Decoration::NoContraction);
-    module
-        .annotations
-        .retain(|i| i.operands.get(1) != Some(&no_contraction));
+    module.annotations.retain(|i| i.operands.get(1) != Some(&no_contraction));
     module.execution_modes.retain(|i| {
         !matches!(
             i.operands[1],
@@ -76,32 +69,20 @@ pub fn undecorate(module: &mut Module) {
 pub fn fuse(module: &mut Module) {
     let glsl = import_glsl(module);
     fuse_by(module, |instruction, terms, _| {
-        let fma = [
-            Operand::IdRef(glsl),
-            Operand::LiteralExtInstInteger(GlslStd450Op::Fma as u32),
-        ];
+        let fma = [Operand::IdRef(glsl), Operand::LiteralExtInstInteger(GlslStd450Op::Fma as u32)];
         let operands = fma.into_iter().chain(terms.map(Operand::IdRef)).collect();
-        vec![Instruction::new(
-            Op::ExtInst,
-            instruction.result_type,
-            instruction.result_id,
-            operands,
-        )]
+        vec![Instruction::new(Op::ExtInst, instruction.result_type, instruction.result_id, operands)]
     });
 }
 
 /// As [`fuse`], by 64-bit arithmetic, in which the product is exact.
 pub fn fuse_in_double(module: &mut Module) {
     let capability = vec![Operand::Capability(Capability::Float64)];
-    module
-        .capabilities
-        .push(Instruction::new(Op::Capability, None, None, capability));
+    module.capabilities.push(Instruction::new(Op::Capability, None, None, capability));
     let double = bound(module);
     set_bound(module, double + 1);
     let width = vec![Operand::LiteralBit32(64)];
-    module
-        .types_global_values
-        .insert(0, Instruction::new(Op::TypeFloat, None, Some(double), width));
+    module.types_global_values.insert(0, Instruction::new(Op::TypeFloat, None, Some(double), width));
     fuse_by(module, |instruction, terms, fresh| {
         let mut made = Vec::new();
         let mut push = |opcode, operands: &[Word]| {
@@ -113,12 +94,7 @@ pub fn fuse_in_double(module: &mut Module) {
         let [x, y, addend] = terms.map(|term| push(Op::FConvert, &[term]));
         let product = push(Op::FMul, &[x, y]);
         let sum = vec![Operand::IdRef(push(Op::FAdd, &[product, addend]))];
-        made.push(Instruction::new(
-            Op::FConvert,
-            instruction.result_type,
-            instruction.result_id,
-            sum,
-        ));
+        made.push(Instruction::new(Op::FConvert, instruction.result_type, instruction.result_id, sum));
         made
     });
 }
@@ -145,12 +121,7 @@ fn fuse_by(
             let id = fresh();
             let place = &mut terms[term as usize];
             let operand = vec![Operand::IdRef(*place)];
-            made.push(Instruction::new(
-                Op::FNegate,
-                instruction.result_type,
-                Some(id),
-                operand,
-            ));
+            made.push(Instruction::new(Op::FNegate, instruction.result_type, Some(id), operand));
             *place = id;
         }
         made.extend(make(instruction, terms, fresh));
@@ -175,14 +146,7 @@ pub fn reassociate(module: &mut Module) {
     rewrite(module, |instruction, ids, fresh| {
         let (opcode, [a, b]) = (instruction.class.opcode, *ids);
         let (ty, result) = (instruction.result_type, instruction.result_id);
-        let copy = |id| {
-            Some(vec![Instruction::new(
-                Op::CopyObject,
-                ty,
-                result,
-                vec![Operand::IdRef(id)],
-            )])
-        };
+        let copy = |id| Some(vec![Instruction::new(Op::CopyObject, ty, result, vec![Operand::IdRef(id)])]);
         match (opcode, differences.get(&a), differences.get(&b)) {
             (Op::FAdd, Some(&[x, y]), _) if y == b => copy(x),
             (Op::FAdd, _, Some(&[x, y])) if x == y => copy(a),
@@ -221,14 +185,9 @@ fn two_ids(instruction: &Instruction) -> Option<[Word; 2]> {
 fn float_constants(module: &Module) -> HashMap<Word, f32> {
     let is_float = |id| {
         let types = &module.types_global_values;
-        types
-            .iter()
-            .any(|t| t.result_id == id && t.class.opcode == Op::TypeFloat)
+        types.iter().any(|t| t.result_id == id && t.class.opcode == Op::TypeFloat)
     };
-    let constants = module
-        .types_global_values
-        .iter()
-        .filter(|i| i.class.opcode == Op::Constant);
+    let constants = module.types_global_values.iter().filter(|i| i.class.opcode == Op::Constant);
     constants
         .filter(|i| is_float(i.result_type))
         .filter_map(|i| match i.operands[..] {
@@ -246,9 +205,7 @@ fn import_glsl(module: &mut Module) -> Word {
     }
     let id = bound(module);
     set_bound(module, id + 1);
-    module
-        .ext_inst_imports
-        .push(Instruction::new(Op::ExtInstImport, None, Some(id), name));
+    module.ext_inst_imports.push(Instruction::new(Op::ExtInstImport, None, Some(id), name));
     id
 }
 

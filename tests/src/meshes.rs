@@ -7,12 +7,7 @@ use restir_host::scene::{Camera, Instance, Material, Mesh, Scene};
 use std::f64::consts::{PI, TAU};
 
 fn mesh(name: &str, positions: Vec<[f32; 3]>, indices: Vec<[u32; 3]>) -> Mesh {
-    Mesh {
-        name: name.to_owned(),
-        positions,
-        indices,
-        material: 0,
-    }
+    Mesh { name: name.to_owned(), positions, indices, material: 0 }
 }
 
 /// A closed grid of quads over (turn, height): `at(u, v)` with u in [0, 1) around and v in [0, 1] along.
@@ -151,9 +146,7 @@ pub fn scaled(mut mesh: Mesh, factor: f32) -> Mesh {
 }
 
 fn unconnected(name: &str, positions: Vec<[f32; 3]>) -> Mesh {
-    let indices = (0..positions.len() as u32 / 3)
-        .map(|i| [3 * i, 3 * i + 1, 3 * i + 2])
-        .collect();
+    let indices = (0..positions.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
     mesh(name, positions, indices)
 }
 
@@ -165,10 +158,7 @@ pub fn buffers(mesh: Mesh) -> SceneBuffers {
     let scene = Scene {
         name: mesh.name.clone(),
         meshes: vec![mesh],
-        instances: vec![Instance {
-            mesh: 0,
-            transform: DAffine3::IDENTITY,
-        }],
+        instances: vec![Instance { mesh: 0, transform: DAffine3::IDENTITY }],
         materials: vec![Material {
             name: String::new(),
             reflectance: [0.5; 3],
@@ -176,12 +166,7 @@ pub fn buffers(mesh: Mesh) -> SceneBuffers {
             two_sided_emission: false,
         }],
         // no test looks through it; one that frames a huge mesh would be beyond the host's limit
-        camera: Some(Camera {
-            position: DVec3::ZERO,
-            target: DVec3::Z,
-            up: DVec3::Y,
-            vertical_fov: 1.0,
-        }),
+        camera: Some(Camera { position: DVec3::ZERO, target: DVec3::Z, up: DVec3::Y, vertical_fov: 1.0 }),
         ..Scene::default()
     };
     SceneBuffers::build(&scene).expect("a test mesh is valid")

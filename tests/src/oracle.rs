@@ -70,35 +70,21 @@ impl Face {
     fn new(triangle: Triangle) -> Self {
         let [a, b, c] = triangle.vertices;
         let edges = [sub(b, a), sub(c, a)];
-        Self {
-            corner: a,
-            edges,
-            normal: unit(cross(edges[0], edges[1])),
-            triangle,
-        }
+        Self { corner: a, edges, normal: unit(cross(edges[0], edges[1])), triangle }
     }
 }
 
 impl Oracle {
     /// A scene and how to look at it.
     pub fn new(triangles: impl IntoIterator<Item = Triangle>, camera: Camera, max_depth: u32, jitter: bool) -> Self {
-        Self {
-            faces: triangles.into_iter().map(Face::new).collect(),
-            camera,
-            max_depth,
-            jitter,
-        }
+        Self { faces: triangles.into_iter().map(Face::new).collect(), camera, max_depth, jitter }
     }
 
     /// One estimate of a pixel's radiance. Estimates of other restarts or pixels are independent.
     pub fn pixel(&self, restart: u32, x: u32, y: u32) -> Vector {
         let stream = (u64::from(restart) << 32) | u64::from(y << 16 | x);
         let random = &mut SplitMix::new(stream);
-        let (dx, dy) = if self.jitter {
-            (random.unit(), random.unit())
-        } else {
-            (0.5, 0.5)
-        };
+        let (dx, dy) = if self.jitter { (random.unit(), random.unit()) } else { (0.5, 0.5) };
         let direction = self.camera.direction(f64::from(x) + dx, f64::from(y) + dy);
         self.radiance(self.camera.position, direction, random)
     }
@@ -194,11 +180,7 @@ fn dot(a: Vector, b: Vector) -> f64 {
 }
 
 fn cross(a: Vector, b: Vector) -> Vector {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 fn unit(a: Vector) -> Vector {

@@ -63,19 +63,10 @@ pub struct Difference {
 
 impl fmt::Display for Difference {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            buffer,
-            element,
-            word,
-            host,
-            device,
-        } = *self;
+        let Self { buffer, element, word, host, device } = *self;
         let (a, b) = (f32::from_bits(host), f32::from_bits(device));
         let ulp = ulp_distance(a, b);
-        write!(
-            f,
-            "{buffer}[{element}] word {word}: host {host:08x} ({a:e}), device {device:08x} ({b:e}), {ulp} ulp"
-        )
+        write!(f, "{buffer}[{element}] word {word}: host {host:08x} ({a:e}), device {device:08x} ({b:e}), {ulp} ulp")
     }
 }
 
@@ -106,11 +97,7 @@ impl fmt::Display for Outcome {
         if self.is_exact() {
             return write!(f, "exact, {} words", self.words);
         }
-        write!(
-            f,
-            "approximate, {} of {} words differ, max {} ulp",
-            self.differing, self.words, self.max_ulp
-        )?;
+        write!(f, "approximate, {} of {} words differ, max {} ulp", self.differing, self.words, self.max_ulp)?;
         if self.poisoned > 0 {
             write!(f, ", {} words were never written", self.poisoned)?;
         }
@@ -139,17 +126,10 @@ pub fn plan(kernel: &'static KernelDesc, case: &Case) -> FramePlan<'static> {
         .map(|(binding, contents)| {
             let poison = || vec![POISON; invocations * binding.stride as usize / 4];
             let contents = contents.clone().unwrap_or_else(poison);
-            Buffer {
-                name: binding.name,
-                words: contents.len(),
-                contents: Some(contents.into()),
-            }
+            Buffer { name: binding.name, words: contents.len(), contents: Some(contents.into()) }
         })
         .collect();
-    let own = kernel.bindings[1..]
-        .iter()
-        .enumerate()
-        .filter(|(_, b)| b.access == Access::Own);
+    let own = kernel.bindings[1..].iter().enumerate().filter(|(_, b)| b.access == Access::Own);
     let pass = Pass {
         kernel,
         constants,
@@ -177,13 +157,7 @@ pub fn compare(device: &mut dyn Executor, kernel: &'static KernelDesc, case: &Ca
     for ((binding, host), device) in own.zip(&host).zip(&device) {
         let stride = binding.stride as usize / 4;
         for (at, (&host, &device)) in host.iter().zip(device).enumerate() {
-            let difference = Difference {
-                buffer: binding.name,
-                element: at / stride,
-                word: at % stride,
-                host,
-                device,
-            };
+            let difference = Difference { buffer: binding.name, element: at / stride, word: at % stride, host, device };
             record(&mut outcome, difference);
         }
     }
@@ -199,9 +173,7 @@ fn record(outcome: &mut Outcome, difference: Difference) {
     }
     if host != device && !(is_nan(host) && is_nan(device)) {
         outcome.differing += 1;
-        outcome.max_ulp = outcome
-            .max_ulp
-            .max(ulp_distance(f32::from_bits(host), f32::from_bits(device)));
+        outcome.max_ulp = outcome.max_ulp.max(ulp_distance(f32::from_bits(host), f32::from_bits(device)));
         if outcome.first.len() < LISTED {
             outcome.first.push(difference);
         }

@@ -54,29 +54,18 @@ pub fn adversarial(triangles: &Triangles, random: &mut SplitMix) -> Ray {
         7 => segment(at + axis * (extent * 1.0e7) as f32, at),
         // within the planes of two faces of a box
         8 => (Vec3::new(at.x, at.y, near.z), Vec3::Z),
-        9 => (
-            Vec3::new(at.x, near.y, near.z),
-            Vec3::new(0.0, at.y - near.y, at.z - near.z),
-        ),
+        9 => (Vec3::new(at.x, near.y, near.z), Vec3::new(0.0, at.y - near.y, at.z - near.z)),
         10 => (near, vector(random, 1.0)),
         // away from the mesh
         _ => (at, at - near),
     };
     let direction = direction * f64::exp2(random.range(-20.0, 20.0).round()) as f32;
-    let direction = if direction.abs().max_element() < 1.0e-9 {
-        axis
-    } else {
-        direction
-    };
+    let direction = if direction.abs().max_element() < 1.0e-9 { axis } else { direction };
     let t_max = match random.below(4) {
         // the end of a segment, where a hit must not count
         0 => 1.0,
         1 => random.range(0.0, 2.0) as f32,
         _ => Ray::FAR,
     };
-    Ray {
-        origin,
-        direction,
-        t_max,
-    }
+    Ray { origin, direction, t_max }
 }

@@ -41,10 +41,7 @@ impl<S: Trace, F: Fault> Trace for Faulty<S, F> {
 impl<S: Surface, F: Fault> Surface for Faulty<S, F> {
     fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         let mut point = self.scene.surface(ray, hit);
-        let back = Ray {
-            direction: -ray.direction,
-            ..*ray
-        };
+        let back = Ray { direction: -ray.direction, ..*ray };
         self.fault.surface(&mut point, || self.scene.surface(&back, hit));
         point
     }

@@ -30,16 +30,10 @@ use std::process::ExitCode;
 
 fn main() -> ExitCode {
     run(&[
-        (
-            "any_split_into_blocks_has_the_same_bits",
-            any_split_into_blocks_has_the_same_bits,
-        ),
+        ("any_split_into_blocks_has_the_same_bits", any_split_into_blocks_has_the_same_bits),
         ("a_running_sum_is_not_a_film", a_running_sum_is_not_a_film),
         ("dropped_samples_are_counted", dropped_samples_are_counted),
-        (
-            "blocks_of_a_pixel_merge_to_the_pixel",
-            blocks_of_a_pixel_merge_to_the_pixel,
-        ),
+        ("blocks_of_a_pixel_merge_to_the_pixel", blocks_of_a_pixel_merge_to_the_pixel),
         ("arenas_hold_the_scene", arenas_hold_the_scene),
         ("a_frozen_feature_changes_no_bit", a_frozen_feature_changes_no_bit),
         ("a_foreign_scene_can_be_traced", a_foreign_scene_can_be_traced),
@@ -60,11 +54,7 @@ fn radiance(seed: u64, sample: u32) -> Vec3 {
     match random.below(40) {
         0 => Vec3::new(f32::NAN, 1.0, 1.0),
         1 => Vec3::new(1.0, f32::INFINITY, 1.0),
-        _ => Vec3::new(
-            (scale * random.unit()) as f32,
-            random.unit() as f32,
-            (10.0 * random.unit()) as f32,
-        ),
+        _ => Vec3::new((scale * random.unit()) as f32, random.unit() as f32, (10.0 * random.unit()) as f32),
     }
 }
 
@@ -80,22 +70,15 @@ fn sum_in_parts(first: u32, log2: u32, seed: u64, split: &mut SplitMix) -> FilmP
 }
 
 fn any_split_into_blocks_has_the_same_bits() -> Result<(), Failed> {
-    let config = Config {
-        cases: 500,
-        failure_persistence: None,
-        ..Config::default()
-    };
+    let config = Config { cases: 500, failure_persistence: None, ..Config::default() };
     TestRunner::new_with_rng(config, TestRng::deterministic_rng(Default::default()))
-        .run(
-            &(0_u32..11, 0_u32..1000, any::<u32>(), any::<u64>()),
-            |(log2, block, seed, split)| {
-                let first = block << log2;
-                let one = sum_in_parts(first, log2, u64::from(seed), &mut SplitMix::new(split));
-                let other = sum_in_parts(first, log2, u64::from(seed), &mut SplitMix::new(!split));
-                prop_assert_eq!(words(one), words(other));
-                Ok(())
-            },
-        )
+        .run(&(0_u32..11, 0_u32..1000, any::<u32>(), any::<u64>()), |(log2, block, seed, split)| {
+            let first = block << log2;
+            let one = sum_in_parts(first, log2, u64::from(seed), &mut SplitMix::new(split));
+            let other = sum_in_parts(first, log2, u64::from(seed), &mut SplitMix::new(!split));
+            prop_assert_eq!(words(one), words(other));
+            Ok(())
+        })
         .map_err(Failed::from)
 }
 
@@ -103,22 +86,16 @@ fn any_split_into_blocks_has_the_same_bits() -> Result<(), Failed> {
 fn a_running_sum_is_not_a_film() -> Result<(), Failed> {
     let running = |range: std::ops::Range<u32>| {
         let zero = FilmPixel::from_radiance(Vec3::ZERO);
-        range.fold(zero, |sum, sample| {
-            sum.merge(FilmPixel::from_radiance(radiance(1, sample)))
-        })
+        range.fold(zero, |sum, sample| sum.merge(FilmPixel::from_radiance(radiance(1, sample))))
     };
     let whole = running(0..64);
     let halves = running(0..32).merge(running(32..64));
-    ensure(words(whole) != words(halves), || {
-        "a running sum does not depend on the split".to_owned()
-    })
+    ensure(words(whole) != words(halves), || "a running sum does not depend on the split".to_owned())
 }
 
 fn dropped_samples_are_counted() -> Result<(), Failed> {
     let wrong = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
-    let pixel = sum_block(0, 3, |sample| {
-        Vec3::new(1.0, wrong.get(sample as usize).copied().unwrap_or(1.0), 1.0)
-    });
+    let pixel = sum_block(0, 3, |sample| Vec3::new(1.0, wrong.get(sample as usize).copied().unwrap_or(1.0), 1.0));
     ensure(pixel.dropped == 3.0 && pixel.sum == [5.0; 3], || format!("{pixel:?}"))
 }
 
@@ -126,19 +103,13 @@ fn blocks_of_a_pixel_merge_to_the_pixel() -> Result<(), Failed> {
     let setting = terrace();
     let buffers = setting.buffers();
     let pixel = |first_sample: u32, block_log2: u32, x: u32, y: u32| {
-        let params = PathParams {
-            first_sample,
-            block_log2,
-            ..setting.params(&buffers, PATH_JITTER)
-        };
+        let params = PathParams { first_sample, block_log2, ..setting.params(&buffers, PATH_JITTER) };
         path::pixel(&buffers.view(), &params, x, y)
     };
     for (x, y) in [(3, 20), (15, 10), (31, 31)] {
         let whole = pixel(64, 6, x, y);
         let parts = pixel(64, 5, x, y).merge(pixel(96, 4, x, y).merge(pixel(112, 4, x, y)));
-        ensure(words(whole) == words(parts), || {
-            format!("({x}, {y}): {whole:?} is not {parts:?}")
-        })?;
+        ensure(words(whole) == words(parts), || format!("({x}, {y}): {whole:?} is not {parts:?}"))?;
     }
     Ok(())
 }
@@ -156,122 +127,71 @@ fn arenas_hold_the_scene() -> Result<(), Failed> {
         expected.insert(([a, b, c], quad.material as u32));
         expected.insert(([a, c, d], quad.material as u32));
     }
-    ensure(triangles.len() == expected.len(), || {
-        format!("{} triangles", triangles.len())
-    })?;
+    ensure(triangles.len() == expected.len(), || format!("{} triangles", triangles.len()))?;
     let mut lights = HashSet::new();
     for id in 0..triangles.len() {
         let at = (view.header.triangle_base + id as u32 * TRIANGLE_WORDS) as usize;
         let (material, light) = (view.geometry[at].w, view.geometry[at + 1].w);
         let corners = triangles.get(id).map(|v| v.to_array().map(f32::to_bits));
-        ensure(expected.remove(&(corners, material)), || {
-            format!("triangle {id} is not of the scene")
-        })?;
+        ensure(expected.remove(&(corners, material)), || format!("triangle {id} is not of the scene"))?;
         let paint = &setting.materials[material as usize];
-        ensure((light != NONE) == (paint.emission != [0.0; 3]), || {
-            format!("triangle {id} has light {light}")
-        })?;
+        ensure((light != NONE) == (paint.emission != [0.0; 3]), || format!("triangle {id} has light {light}"))?;
         if light != NONE {
             let record = view.attributes[(view.header.light_base + light * LIGHT_WORDS) as usize];
-            ensure(record.x == id as u32 && lights.insert(light), || {
-                format!("light {light} is not triangle {id}")
-            })?;
+            ensure(record.x == id as u32 && lights.insert(light), || format!("light {light} is not triangle {id}"))?;
         }
         let [a, b, c] = triangles.get(id);
         let normal = (b - a).cross(c - a);
-        let ray = Ray {
-            origin: (a + b + c) * (1.0 / 3.0) + normal,
-            direction: -normal,
-            t_max: Ray::FAR,
-        };
-        let hit = Hit {
-            t: 1.0,
-            id: id as u32,
-            uv: Vec2::splat(0.25),
-        };
+        let ray = Ray { origin: (a + b + c) * (1.0 / 3.0) + normal, direction: -normal, t_max: Ray::FAR };
+        let hit = Hit { t: 1.0, id: id as u32, uv: Vec2::splat(0.25) };
         let point = view.surface(&ray, &hit);
         let right = point.reflectance.to_array() == paint.reflectance && point.emission.to_array() == paint.emission;
         ensure(right, || format!("triangle {id} has another material"))?;
     }
-    ensure(lights.len() == view.header.light_count as usize, || {
-        "lights without triangles".to_owned()
-    })
+    ensure(lights.len() == view.header.light_count as usize, || "lights without triangles".to_owned())
 }
 
 fn film(view: &SceneView<'_>, params: &PathParams) -> Vec<u32> {
     let pixels = (0..params.height).flat_map(|y| (0..params.width).map(move |x| (x, y)));
-    pixels
-        .flat_map(|(x, y)| words(path::pixel(view, params, x, y)))
-        .collect()
+    pixels.flat_map(|(x, y)| words(path::pixel(view, params, x, y))).collect()
 }
 
 fn a_frozen_feature_changes_no_bit() -> Result<(), Failed> {
     for setting in [room(), terrace()] {
         let buffers = setting.buffers();
-        let params = PathParams {
-            block_log2: 2,
-            ..setting.params(&buffers, PATH_JITTER)
-        };
-        let with = |features: u32| SceneView {
-            features,
-            ..buffers.view()
-        };
+        let params = PathParams { block_log2: 2, ..setting.params(&buffers, PATH_JITTER) };
+        let with = |features: u32| SceneView { features, ..buffers.view() };
         let needs_table = buffers.features & FEATURE_LIGHT_TABLE != 0;
         println!("{}: alias table {needs_table}", setting.name);
         // the two halves of the room's light have equal power, the emitters of the terrace differ
-        ensure(needs_table == (setting.name == "terrace"), || {
-            "the features do not fit the scene".to_owned()
-        })?;
+        ensure(needs_table == (setting.name == "terrace"), || "the features do not fit the scene".to_owned())?;
         let frozen = film(&with(buffers.features), &params);
-        ensure(frozen == film(&with(FEATURES_ALL), &params), || {
-            format!("{}: general differs", setting.name)
-        })?;
+        ensure(frozen == film(&with(FEATURES_ALL), &params), || format!("{}: general differs", setting.name))?;
         let without = film(&with(0), &params);
-        ensure((without == frozen) != needs_table, || {
-            format!("{}: the feature has no effect", setting.name)
-        })?;
+        ensure((without == frozen) != needs_table, || format!("{}: the feature has no effect", setting.name))?;
     }
     Ok(())
 }
 
 fn a_foreign_scene_can_be_traced() -> Result<(), Failed> {
-    let sphere = HollowSphere {
-        radius: 2.0,
-        reflectance: 0.5,
-        emission: 1.0,
-    };
+    let sphere = HollowSphere { radius: 2.0, reflectance: 0.5, emission: 1.0 };
     let max_depth = 4;
-    let ray = Ray {
-        origin: Vec3::new(0.3, -0.2, 0.1),
-        direction: Vec3::Z,
-        t_max: Ray::FAR,
-    };
+    let ray = Ray { origin: Vec3::new(0.3, -0.2, 0.1), direction: Vec3::Z, t_max: Ray::FAR };
     let estimate = |i: u32| path::radiance(&sphere, ray, &Rng::new(0, 0, i, 1), max_depth, false);
     let moments: Moments = (0..100_000).map(|i| f64::from(estimate(i).y)).collect();
     let exact = 2.0 * (1.0 - 0.5_f64.powi(max_depth as i32));
-    println!(
-        "hollow sphere: {:.5} +- {:.5} for {exact}",
-        moments.mean(),
-        moments.standard_error()
-    );
+    println!("hollow sphere: {:.5} +- {:.5} for {exact}", moments.mean(), moments.standard_error());
     let params = PathParams {
-        camera: CameraParams {
-            forward: [0.0, 0.0, 1.0],
-            ..CameraParams::default()
-        },
+        camera: CameraParams { forward: [0.0, 0.0, 1.0], ..CameraParams::default() },
         width: 1,
         height: 1,
         max_depth: 1,
         ..PathParams::default()
     };
-    ensure(path::pixel(&sphere, &params, 0, 0).sum == [1.0; 3], || {
-        "emission is not seen".to_owned()
-    })?;
+    ensure(path::pixel(&sphere, &params, 0, 0).sum == [1.0; 3], || "emission is not seen".to_owned())?;
     // the spawn offset of 10^-4 radii changes form factors by its square
     let z = (moments.mean() - exact) / moments.standard_error();
-    ensure(z.abs() <= 3.0, || {
-        format!("{} is {z:.1} standard errors from {exact}", moments.mean())
-    })
+    ensure(z.abs() <= 3.0, || format!("{} is {z:.1} standard errors from {exact}", moments.mean()))
 }
 
 /// A room so dim that what it reflects is subnormal.
@@ -316,14 +236,9 @@ fn flushes() -> bool {
 }
 
 fn flush_to_zero_changes_no_film_word() -> Result<(), Failed> {
-    ensure(!flushes(), || {
-        "subnormal numbers are flushed without being asked".to_owned()
-    })?;
+    ensure(!flushes(), || "subnormal numbers are flushed without being asked".to_owned())?;
     for (name, buffers, params) in flush_cases()? {
-        let params = PathParams {
-            block_log2: 4,
-            ..params
-        };
+        let params = PathParams { block_log2: 4, ..params };
         let view = buffers.view();
         let usual = film(black_box(&view), black_box(&params));
         let Some((on, flushed)) = with_flush_to_zero(|| (flushes(), film(black_box(&view), black_box(&params)))) else {
@@ -352,9 +267,7 @@ fn an_unflushed_sum_is_seen() -> Result<(), Failed> {
         (0..1024).flat_map(|i| sample(i).to_array().map(f32::to_bits)).collect()
     };
     match with_flush_to_zero(unflushed) {
-        Some(flushed) => ensure(flushed != unflushed(), || {
-            "subnormal radiance goes unnoticed".to_owned()
-        }),
+        Some(flushed) => ensure(flushed != unflushed(), || "subnormal radiance goes unnoticed".to_owned()),
         None => Ok(()),
     }
 }
@@ -388,9 +301,7 @@ fn flush_to_zero_changes_no_function() -> Result<(), Failed> {
         }
     };
     let mut random = SplitMix::new(1);
-    let pairs: Vec<_> = (0..1_000_000)
-        .map(|_| (number(&mut random), number(&mut random)))
-        .collect();
+    let pairs: Vec<_> = (0..1_000_000).map(|_| (number(&mut random), number(&mut random))).collect();
     let all = || -> Vec<_> { black_box(&pairs).iter().map(|&(a, b)| functions(a, b)).collect() };
     let usual = all();
     let Some(flushed) = with_flush_to_zero(all) else {

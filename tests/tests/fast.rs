@@ -27,27 +27,15 @@ const SAMPLES: u32 = 16;
 const GOAL_IMAGE: f64 = 0.001;
 /// A bias that must be seen when it is added.
 const WRONG: f32 = 1.002;
-const TEST: TileTest = TileTest {
-    grid: TileGrid {
-        width: SIDE,
-        height: SIDE,
-        tile: TILE,
-    },
-    family_rate: FAMILY_RATE,
-};
+const TEST: TileTest = TileTest { grid: TileGrid { width: SIDE, height: SIDE, tile: TILE }, family_rate: FAMILY_RATE };
 
 fn main() -> ExitCode {
-    let trials = device::trials("fast", |adapter| {
-        ["cornell", "furnace"].map(|scene| trial(adapter, scene)).into()
-    });
+    let trials = device::trials("fast", |adapter| ["cornell", "furnace"].map(|scene| trial(adapter, scene)).into());
     libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
 }
 
 fn trial(adapter: &Adapter, scene: &'static str) -> Trial {
-    adapter.trial(
-        &format!("{scene}: the mean of fast is that of exact"),
-        move |executor| same_mean(executor, scene),
-    )
+    adapter.trial(&format!("{scene}: the mean of fast is that of exact"), move |executor| same_mean(executor, scene))
 }
 
 /// An image a seed.
@@ -58,11 +46,7 @@ fn images(executor: &mut dyn Executor, scene: &SceneBuffers) -> Result<Vec<Image
             height: SIDE,
             samples: SAMPLES,
             seed,
-            path: PathSettings {
-                jitter: true,
-                roulette: true,
-                ..PathSettings::default()
-            },
+            path: PathSettings { jitter: true, roulette: true, ..PathSettings::default() },
             dispatch_samples: None,
         };
         Ok(render(executor, scene, &settings, &mut |_| ControlFlow::Continue(()))?.image)
@@ -80,16 +64,11 @@ fn paired(tested: &[Image], exact: &[Image], scale: f32) -> Verdict {
         let [a, b] = [tested, exact].map(|images| radiance(&images[pair as usize], x, y));
         std::array::from_fn(|channel| f64::from(scale) * a[channel] - b[channel])
     });
-    let means = TEST
-        .grid
-        .moments(PAIRS, |pair, x, y| radiance(&exact[pair as usize], x, y));
+    let means = TEST.grid.moments(PAIRS, |pair, x, y| radiance(&exact[pair as usize], x, y));
     // the means only give the scale: the noise of the pairs is that of their differences
     let scales: Vec<Moments> = means.iter().map(|m| Moments::exact(m.mean())).collect();
-    let tested: Vec<Moments> = differences
-        .iter()
-        .zip(&means)
-        .map(|(difference, mean)| difference.shifted(mean.mean()))
-        .collect();
+    let tested: Vec<Moments> =
+        differences.iter().zip(&means).map(|(difference, mean)| difference.shifted(mean.mean())).collect();
     TEST.compare(&tested, &scales)
 }
 
@@ -101,9 +80,7 @@ fn same_mean(executor: &mut GpuExecutor, scene: &str) -> Result<(), Failed> {
     let verdict = paired(&tested, &exact, 1.0);
     println!("{}, {}, {scene}: {verdict}", label(&fast), fast.loading());
     ensure(verdict.passed(), || verdict.to_string())?;
-    ensure(verdict.detectable_in_image <= GOAL_IMAGE, || {
-        format!("too few samples: {verdict}")
-    })?;
+    ensure(verdict.detectable_in_image <= GOAL_IMAGE, || format!("too few samples: {verdict}"))?;
     let biased = paired(&tested, &exact, WRONG);
     ensure(!biased.passed(), || format!("a bias of 0.2 % went unnoticed: {biased}"))
 }

@@ -35,14 +35,7 @@ struct Frame {
 }
 
 const fn frame(scene: &'static str, size: [u32; 2], samples: u32, seed: u32) -> Frame {
-    Frame {
-        scene,
-        size,
-        samples,
-        seed,
-        jitter: false,
-        roulette: false,
-    }
+    Frame { scene, size, samples, seed, jitter: false, roulette: false }
 }
 
 impl Frame {
@@ -82,11 +75,7 @@ fn main() -> ExitCode {
             let name = format!("blocks that the device cuts short are dropped and counted{how}");
             adapter.trial(&name, move |executor| cut_blocks_are_counted(executor, flags))
         });
-        FRAMES
-            .iter()
-            .map(|frame| gpu_trial(adapter, frame))
-            .chain(cut)
-            .collect()
+        FRAMES.iter().map(|frame| gpu_trial(adapter, frame)).chain(cut).collect()
     }));
     libtest_mimic::run(&arguments, trials).exit_code()
 }
@@ -108,11 +97,7 @@ fn long_blocks(flags: u32) -> Result<Case, Failed> {
         flags,
         ..PathParams::default()
     };
-    Ok(Case::new("long", 8, 8)
-        .with(&[params])
-        .with(&scene.geometry)
-        .with(&scene.attributes)
-        .output())
+    Ok(Case::new("long", 8, 8).with(&[params]).with(&scene.geometry).with(&scene.attributes).output())
 }
 
 /// lavapipe (gallivm) ends the loops of an invocation after 65 535 rounds in all and reports nothing. Plans keep far below
@@ -122,26 +107,15 @@ fn cut_blocks_are_counted(executor: &mut GpuExecutor, flags: u32) -> Result<(), 
     let host = parity::run(&mut CpuExecutor::new(None)?, &path::DESC, &case)?.concat();
     let device = parity::run(executor, &path::DESC, &case)?.concat();
     let is_cut = |pixel: &&[u32]| f32::from_bits(pixel[3]) > 0.0;
-    let wrong = host
-        .chunks(4)
-        .zip(device.chunks(4))
-        .filter(|(h, d)| h != d && !is_cut(d))
-        .count();
+    let wrong = host.chunks(4).zip(device.chunks(4)).filter(|(h, d)| h != d && !is_cut(d)).count();
     let cut = device.chunks(4).filter(is_cut).count();
-    println!(
-        "{cut} of 64 blocks were cut{}",
-        if cut == 0 { ": not triggered" } else { "" }
-    );
+    println!("{cut} of 64 blocks were cut{}", if cut == 0 { ": not triggered" } else { "" });
     ensure(wrong == 0, || format!("{wrong} blocks were cut and not counted"))?;
-    ensure(cut > 0 || !is_llvmpipe(executor), || {
-        "no block was cut: nothing was shown".to_owned()
-    })
+    ensure(cut > 0 || !is_llvmpipe(executor), || "no block was cut: nothing was shown".to_owned())
 }
 
 fn cpu_trial(frame: &'static Frame) -> Trial {
-    let trial = Trial::test(format!("{}: threads and dispatches", frame.name()), || {
-        same_on_cpu(frame)
-    });
+    let trial = Trial::test(format!("{}: threads and dispatches", frame.name()), || same_on_cpu(frame));
     frame.ignored_without_data(trial)
 }
 
@@ -173,11 +147,7 @@ impl Frame {
 
     fn buffers(&self) -> Result<SceneBuffers, Failed> {
         let [width, height] = self.size.map(f64::from);
-        let scene = if self.is_mesh() {
-            data::lit_mesh(self.scene, width / height)?
-        } else {
-            Scene::load(self.scene)?
-        };
+        let scene = if self.is_mesh() { data::lit_mesh(self.scene, width / height)? } else { Scene::load(self.scene)? };
         Ok(SceneBuffers::build(&scene)?)
     }
 
@@ -188,11 +158,7 @@ impl Frame {
             height,
             samples: self.samples,
             seed: self.seed,
-            path: PathSettings {
-                jitter: self.jitter,
-                roulette: self.roulette,
-                ..PathSettings::default()
-            },
+            path: PathSettings { jitter: self.jitter, roulette: self.roulette, ..PathSettings::default() },
             dispatch_samples,
         }
     }
@@ -220,11 +186,7 @@ fn same_on_cpu(frame: &Frame) -> Result<(), Failed> {
         let mut executor = CpuExecutor::new(Some(threads))?;
         for split in SPLITS {
             let rendered = frame.render(&mut executor, &buffers, split)?;
-            ensure_same(
-                &format!("{threads} threads, dispatches of {split:?}"),
-                &rendered,
-                &reference,
-            )?;
+            ensure_same(&format!("{threads} threads, dispatches of {split:?}"), &rendered, &reference)?;
         }
     }
     Ok(())
@@ -251,15 +213,9 @@ fn ensure_shows_something(rendered: &Rendered) -> Result<(), Failed> {
 fn ensure_same(what: &str, rendered: &Rendered, reference: &Rendered) -> Result<(), Failed> {
     let comparison = compare(&rendered.image, &reference.image)?;
     ensure(comparison.identical, || {
-        format!(
-            "{what}: {} words of the picture differ, max {} ulp",
-            comparison.differing_words, comparison.max_ulp
-        )
+        format!("{what}: {} words of the picture differ, max {} ulp", comparison.differing_words, comparison.max_ulp)
     })?;
     ensure(rendered.dropped_samples == reference.dropped_samples, || {
-        format!(
-            "{what}: {} samples were dropped instead of {}",
-            rendered.dropped_samples, reference.dropped_samples
-        )
+        format!("{what}: {} samples were dropped instead of {}", rendered.dropped_samples, reference.dropped_samples)
     })
 }

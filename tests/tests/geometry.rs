@@ -39,10 +39,7 @@ fn main() -> ExitCode {
     ];
     let mut trials = trials(&checks);
     let on_a_file = "hierarchy_equals_brute_force_on_a_file";
-    trials.push(data::trial(Trial::test(
-        on_a_file,
-        hierarchy_equals_brute_force_on_a_file,
-    )));
+    trials.push(data::trial(Trial::test(on_a_file, hierarchy_equals_brute_force_on_a_file)));
     libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
 }
 
@@ -64,10 +61,7 @@ fn compare(view: SceneView<'_>, rays: u64, stream: u64) -> Result<f64, Failed> {
             let expected = triangles.closest(&ray);
             let found = view.closest(&ray);
             if bits(&found) != bits(&expected) {
-                return Err(format!(
-                    "ray {i} {}: {found:?}, by brute force {expected:?}",
-                    describe(&ray)
-                ));
+                return Err(format!("ray {i} {}: {found:?}, by brute force {expected:?}", describe(&ray)));
             }
             if view.occluded(&ray) != expected.is_hit() {
                 return Err(format!("ray {i} {}: occluded differs from closest", describe(&ray)));
@@ -96,14 +90,8 @@ fn hierarchy_equals_brute_force() -> Result<(), Failed> {
         let buffers = buffers(mesh);
         let share = compare(buffers.view(), RAYS, stream as u64 + 1)
             .map_err(|e| format!("{name}: {}", e.message().unwrap_or_default()))?;
-        println!(
-            "{name}: {} triangles, {RAYS} rays, {:.0} % hit",
-            buffers.header.triangle_count,
-            100.0 * share
-        );
-        ensure(share > 0.2 && share < 0.99, || {
-            format!("{name}: {share} of the rays hit")
-        })?;
+        println!("{name}: {} triangles, {RAYS} rays, {:.0} % hit", buffers.header.triangle_count, 100.0 * share);
+        ensure(share > 0.2 && share < 0.99, || format!("{name}: {share} of the rays hit"))?;
     }
     Ok(())
 }
@@ -111,11 +99,7 @@ fn hierarchy_equals_brute_force() -> Result<(), Failed> {
 fn hierarchy_equals_brute_force_on_a_file() -> Result<(), Failed> {
     let buffers = SceneBuffers::build(&data::mesh("bunny.glb")?)?;
     let share = compare(buffers.view(), FILE_RAYS, 99)?;
-    println!(
-        "bunny: {} triangles, {FILE_RAYS} rays, {:.0} % hit",
-        buffers.header.triangle_count,
-        100.0 * share
-    );
+    println!("bunny: {} triangles, {FILE_RAYS} rays, {:.0} % hit", buffers.header.triangle_count, 100.0 * share);
     ensure(share > 0.2, || format!("{share} of the rays hit"))
 }
 
@@ -130,11 +114,7 @@ struct Closed {
 
 impl Closed {
     fn new(mesh: Mesh, inside: Vec3, size: f32) -> Self {
-        Self {
-            buffers: buffers(mesh),
-            inside,
-            size,
-        }
+        Self { buffers: buffers(mesh), inside, size }
     }
 }
 
@@ -148,32 +128,22 @@ fn from_inside(triangles: &Triangles, closed: &Closed, random: &mut SplitMix) ->
         _ => a + (b - a) * random.unit() as f32,
     };
     let mut shift = || {
-        if random.below(4) == 0 {
-            0.0
-        } else {
-            random.range(-0.125, 0.125) as f32
-        }
+        if random.below(4) == 0 { 0.0 } else { random.range(-0.125, 0.125) as f32 }
     };
     let origin = closed.inside + Vec3::new(shift(), shift(), shift()) * closed.size;
-    Ray {
-        origin,
-        direction: at - origin,
-        t_max: Ray::FAR,
-    }
+    Ray { origin, direction: at - origin, t_max: Ray::FAR }
 }
 
 /// From within the torus even a ray through its hole has to hit.
-fn closed() -> [Closed; 4] {
+fn closed() -> [Closed; 6] {
     let in_torus = Vec3::new(2.0, 0.0, 0.0);
     [
         Closed::new(sphere(1.0, 32, 16), Vec3::ZERO, 1.0),
         Closed::new(torus(2.0, 0.5, 40, 16), in_torus, 1.0),
         Closed::new(cube(1.0, 8), Vec3::ZERO, 1.0),
-        Closed::new(
-            scaled(torus(0.75, 0.1875, 40, 16), HUGE),
-            0.375 * HUGE * in_torus,
-            0.375 * HUGE,
-        ),
+        Closed::new(far_grid(1.0, 8, 64.0), Vec3::splat(64.0), 1.0),
+        Closed::new(far_grid(FAR_HALF, 8, FAR), Vec3::splat(FAR), FAR_HALF),
+        Closed::new(scaled(torus(0.75, 0.1875, 40, 16), HUGE), 0.375 * HUGE * in_torus, 0.375 * HUGE),
     ]
 }
 
@@ -197,9 +167,7 @@ fn closed_meshes_are_tight() -> Result<(), Failed> {
             "around {}: {} triangles: {count} of {INSIDE_RAYS} rays escape",
             closed.inside, closed.buffers.header.triangle_count
         );
-        ensure(count == 0, || {
-            format!("{count} rays escape from the mesh around {}", closed.inside)
-        })?;
+        ensure(count == 0, || format!("{count} rays escape from the mesh around {}", closed.inside))?;
     }
     Ok(())
 }
@@ -211,16 +179,12 @@ fn boxes_without_padding_are_seen() -> Result<(), Failed> {
         tight += escapes(closed, |triangles, ray| triangles.any_hit_in_tight_boxes(ray));
     }
     println!("escapes: {tight} from boxes without padding, {padded} with");
-    ensure(padded == 0 && tight > 0, || {
-        format!("{padded} escapes with padding, {tight} without")
-    })
+    ensure(padded == 0 && tight > 0, || format!("{padded} escapes with padding, {tight} without"))
 }
 
 fn open_edges_are_seen() -> Result<(), Failed> {
-    let open: u64 = closed()
-        .iter()
-        .map(|closed| escapes(closed, |triangles, ray| triangles.any_hit_with_open_edges(ray)))
-        .sum();
+    let open: u64 =
+        closed().iter().map(|closed| escapes(closed, |triangles, ray| triangles.any_hit_with_open_edges(ray))).sum();
     println!("escapes: {open} through open edges");
     ensure(open > 0, || "edges that belong to neither side go unnoticed".to_owned())
 }
@@ -232,16 +196,10 @@ fn the_lower_id_wins_among_equal_hits() -> Result<(), Failed> {
     let mut random = SplitMix::new(3);
     for _ in 0..1000 {
         let mut shift = || random.range(-0.2, 0.2) as f32;
-        let ray = Ray {
-            origin: Vec3::new(shift(), shift() - 0.3, -1.0),
-            direction: Vec3::Z,
-            t_max: Ray::FAR,
-        };
+        let ray = Ray { origin: Vec3::new(shift(), shift() - 0.3, -1.0), direction: Vec3::Z, t_max: Ray::FAR };
         let hit = view.closest(&ray);
         let twin = (0..triangles.len()).find(|&id| triangles.get(id) == triangles.get(hit.id as usize));
-        ensure(twin == Some(hit.id as usize), || {
-            format!("{hit:?}, but {twin:?} is the same triangle")
-        })?;
+        ensure(twin == Some(hit.id as usize), || format!("{hit:?}, but {twin:?} is the same triangle"))?;
     }
     Ok(())
 }

@@ -53,10 +53,7 @@ fn native_fused() -> Result<(), Failed> {
     let operands = boundary_operands();
     let differs = |o: &&Operands| o.a.mul_add(o.b, o.c).to_bits() != (o.a * o.b + o.c).to_bits();
     let differing = operands.iter().filter(differs).count();
-    println!(
-        "native: a b + c fused differs on {differing} of {} operands",
-        operands.len()
-    );
+    println!("native: a b + c fused differs on {differing} of {} operands", operands.len());
     ensure(differing > 0, || "no operands discriminate".to_owned())
 }
 
@@ -99,9 +96,7 @@ impl Findings {
             ensure(self.differs(name), || format!("{name} does not discriminate"))?;
         }
         ensure(self.differs_anywhere(), || "no word of self_check differs".to_owned())?;
-        ensure(self.path.is_some_and(|words| words > 0), || {
-            "no word of path differs".to_owned()
-        })
+        ensure(self.path.is_some_and(|words| words > 0), || "no word of path differs".to_owned())
     }
 
     /// As [`Self::ensure_seen`] on llvmpipe, which contracts and folds what it may; other drivers need not.
@@ -176,9 +171,7 @@ fn ensure_unchanged_is_exact(executor: &GpuExecutor) -> Result<(), Failed> {
 }
 
 fn through_naga(executor: &mut GpuExecutor) -> Result<(), Failed> {
-    let mut naga = executor
-        .reload(Flavour::Exact, Shaders::from_env())
-        .without_passthrough();
+    let mut naga = executor.reload(Flavour::Exact, Shaders::from_env()).without_passthrough();
     let findings = Findings::of(&mut naga)?;
     findings.print(&format!("{}, {}", label(&naga), naga.loading()));
     findings.ensure_seen_on_llvmpipe(executor)

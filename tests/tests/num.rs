@@ -13,18 +13,9 @@ use std::process::ExitCode;
 fn main() -> ExitCode {
     run(&[
         ("functions_are_as_good_as_claimed", functions_are_as_good_as_claimed),
-        (
-            "a_quotient_without_its_last_correction_is_seen",
-            a_quotient_without_its_last_correction_is_seen,
-        ),
-        (
-            "roots_without_their_last_correction_are_seen",
-            roots_without_their_last_correction_are_seen,
-        ),
-        (
-            "a_result_off_by_one_in_a_rare_case_is_seen",
-            a_result_off_by_one_in_a_rare_case_is_seen,
-        ),
+        ("a_quotient_without_its_last_correction_is_seen", a_quotient_without_its_last_correction_is_seen),
+        ("roots_without_their_last_correction_are_seen", roots_without_their_last_correction_are_seen),
+        ("a_result_off_by_one_in_a_rare_case_is_seen", a_result_off_by_one_in_a_rare_case_is_seen),
         ("a_truncated_polynomial_is_seen", a_truncated_polynomial_is_seen),
         ("a_rounded_angle_reduction_is_seen", a_rounded_angle_reduction_is_seen),
         ("a_sum_and_its_error_are_exact", a_sum_and_its_error_are_exact),
@@ -41,9 +32,7 @@ fn functions_are_as_good_as_claimed() -> Result<(), Failed> {
 
 fn ensure_seen(what: &str, tally: Tally) -> Result<(), Failed> {
     println!("{what}: {} of {} wrong", tally.failures, tally.inputs);
-    ensure(tally.failures > 0, || {
-        format!("{what}: nothing was noticed in {} inputs", tally.inputs)
-    })
+    ensure(tally.failures > 0, || format!("{what}: nothing was noticed in {} inputs", tally.inputs))
 }
 
 /// The nearest integer instead of the floor of the quotient: the last step of `soft::div_mantissa` left out.
@@ -54,14 +43,8 @@ fn div_without_floor(a: u32, b: u32, seed: u32, y: f32) -> u32 {
 }
 
 fn a_quotient_without_its_last_correction_is_seen() -> Result<(), Failed> {
-    ensure_seen(
-        "div without its floor",
-        mantissa::division(Effort::Reduced, div_without_floor),
-    )?;
-    ensure_seen(
-        "div without its floor at boundaries",
-        mantissa::division_at_boundaries(div_without_floor),
-    )
+    ensure_seen("div without its floor", mantissa::division(Effort::Reduced, div_without_floor))?;
+    ensure_seen("div without its floor at boundaries", mantissa::division_at_boundaries(div_without_floor))
 }
 
 fn roots_without_their_last_correction_are_seen() -> Result<(), Failed> {
@@ -69,18 +52,9 @@ fn roots_without_their_last_correction_are_seen() -> Result<(), Failed> {
     let sqrt = |m, seed, y| ceiling(seed, soft::sqrt_mantissa(m, seed, y));
     let rsqrt = |m, seed, y| ceiling(seed, soft::rsqrt_mantissa(m, seed, y));
     let recip = |m, seed, y| ceiling(seed, soft::recip_mantissa(m, seed, y));
-    ensure_seen(
-        "sqrt wrong for some seeds",
-        mantissa::square_root(Effort::Reduced, sqrt),
-    )?;
-    ensure_seen(
-        "rsqrt wrong for some seeds",
-        mantissa::reciprocal_root(Effort::Reduced, rsqrt),
-    )?;
-    ensure_seen(
-        "recip wrong for some seeds",
-        mantissa::reciprocal(Effort::Reduced, recip),
-    )
+    ensure_seen("sqrt wrong for some seeds", mantissa::square_root(Effort::Reduced, sqrt))?;
+    ensure_seen("rsqrt wrong for some seeds", mantissa::reciprocal_root(Effort::Reduced, rsqrt))?;
+    ensure_seen("recip wrong for some seeds", mantissa::reciprocal(Effort::Reduced, recip))
 }
 
 /// What a device does whose division is Newton's iteration without a fix-up.
@@ -90,15 +64,9 @@ fn a_result_off_by_one_in_a_rare_case_is_seen() -> Result<(), Failed> {
         let y = f32::from_bits(y.to_bits() ^ 1);
         y * (2.0 - x * y)
     };
-    ensure_seen(
-        "recip by Newton",
-        rounding::unary(Effort::Reduced, Subnormals::Unspecified, newton, exact::recip),
-    )?;
+    ensure_seen("recip by Newton", rounding::unary(Effort::Reduced, Subnormals::Unspecified, newton, exact::recip))?;
     let by_recip = |a: f32, b: f32| a * num::recip(b);
-    ensure_seen(
-        "div as a product",
-        rounding::division(Effort::Reduced, Subnormals::Unspecified, by_recip),
-    )?;
+    ensure_seen("div as a product", rounding::division(Effort::Reduced, Subnormals::Unspecified, by_recip))?;
     let in_two_roundings = |x: f32| num::recip(num::sqrt(x));
     let rsqrt = rounding::unary(Effort::Reduced, Subnormals::Unspecified, in_two_roundings, exact::rsqrt);
     ensure_seen("rsqrt in two roundings", rsqrt)
@@ -145,17 +113,10 @@ fn property(
     strategy: impl Strategy<Value = (f32, f32)>,
     test: impl Fn((f32, f32)) -> Result<(), TestCaseError>,
 ) -> Result<(), Failed> {
-    let config = Config {
-        cases: 20_000,
-        failure_persistence: None,
-        ..Config::default()
-    };
-    TestRunner::new_with_rng(
-        config,
-        proptest::test_runner::TestRng::deterministic_rng(Default::default()),
-    )
-    .run(&strategy, test)
-    .map_err(Failed::from)
+    let config = Config { cases: 20_000, failure_persistence: None, ..Config::default() };
+    TestRunner::new_with_rng(config, proptest::test_runner::TestRng::deterministic_rng(Default::default()))
+        .run(&strategy, test)
+        .map_err(Failed::from)
 }
 
 fn a_sum_and_its_error_are_exact() -> Result<(), Failed> {

@@ -16,19 +16,15 @@ fn main() -> ExitCode {
     let arguments = Arguments::from_args();
     let mut trials = vec![Trial::test("a kernel without cases fails", kernel_without_cases)];
     for kernel in ALL {
-        trials.push(Trial::test(format!("{}: has cases", kernel.name), || {
-            cases(kernel).map(drop).map_err(Failed::from)
-        }));
+        trials
+            .push(Trial::test(format!("{}: has cases", kernel.name), || cases(kernel).map(drop).map_err(Failed::from)));
     }
     trials.extend(device::trials("parity", on));
     libtest_mimic::run(&arguments, trials).exit_code()
 }
 
 fn kernel_without_cases() -> Result<(), Failed> {
-    let untested = KernelDesc {
-        cases: |_| Vec::new(),
-        ..restir_kernels::path::DESC
-    };
+    let untested = KernelDesc { cases: |_| Vec::new(), ..restir_kernels::path::DESC };
     match cases(&untested) {
         Err(message) if message.contains("no parity cases") => Ok(()),
         other => Err(format!("a kernel without cases was let through: {other:?}").into()),

@@ -54,19 +54,10 @@ impl Family {
     }
 
     fn verdict(&self, what: &str) -> Result<(), Failed> {
-        let (name, p) = self
-            .0
-            .iter()
-            .min_by(|a, b| a.1.total_cmp(&b.1))
-            .expect("a family has tests");
+        let (name, p) = self.0.iter().min_by(|a, b| a.1.total_cmp(&b.1)).expect("a family has tests");
         let share = sidak(FAMILY_RATE, self.0.len());
-        println!(
-            "{what}: smallest p {p:.2e} of {} ({name}), alarm below {share:.1e}",
-            self.0.len()
-        );
-        ensure(self.passed(), || {
-            format!("{what}: {name} has p = {p:.2e}, below {share:.1e}")
-        })
+        println!("{what}: smallest p {p:.2e} of {} ({name}), alarm below {share:.1e}", self.0.len());
+        ensure(self.passed(), || format!("{what}: {name} has p = {p:.2e}, below {share:.1e}"))
     }
 }
 
@@ -80,10 +71,7 @@ fn histogram(cells: usize, draws: u32, cell: impl Fn(u32) -> usize + Sync) -> Ve
         counts
     };
     let add = |a: Vec<u64>, b: Vec<u64>| a.iter().zip(b).map(|(a, b)| a + b).collect();
-    (0..draws.div_ceil(1 << 14))
-        .into_par_iter()
-        .map(chunk)
-        .reduce(|| vec![0; cells], add)
+    (0..draws.div_ceil(1 << 14)).into_par_iter().map(chunk).reduce(|| vec![0; cells], add)
 }
 
 fn uniform(counts: Vec<u64>) -> impl Iterator<Item = (u64, f64)> {
@@ -111,14 +99,9 @@ fn random_words_are_uniform() -> Result<(), Failed> {
     for (axis, name) in AXES.iter().enumerate() {
         for word in 0..4 {
             let bits = |shift: u32, i: u32| (draw(axis, i)[word] >> shift) as usize & 0xfff;
-            family.add(
-                format!("top bits of word {word} over {name}"),
-                uniform(histogram(4096, DRAWS, |i| bits(20, i))),
-            );
-            family.add(
-                format!("low bits of word {word} over {name}"),
-                uniform(histogram(4096, DRAWS, |i| bits(8, i))),
-            );
+            family
+                .add(format!("top bits of word {word} over {name}"), uniform(histogram(4096, DRAWS, |i| bits(20, i))));
+            family.add(format!("low bits of word {word} over {name}"), uniform(histogram(4096, DRAWS, |i| bits(8, i))));
         }
     }
     family.verdict("uniformity")
@@ -154,10 +137,7 @@ fn words_of_a_draw_are_independent() -> Result<(), Failed> {
                 let words = draw(axis, i);
                 ((words[a] >> 26) << 6 | words[b] >> 26) as usize
             };
-            family.add(
-                format!("words {a} and {b} over {name}"),
-                uniform(histogram(4096, DRAWS / 4, pair)),
-            );
+            family.add(format!("words {a} and {b} over {name}"), uniform(histogram(4096, DRAWS / 4, pair)));
         }
     }
     family.verdict("pairs of words")
@@ -171,18 +151,12 @@ fn a_weak_generator_is_seen() -> Result<(), Failed> {
         let sum = key.iter().fold(0_u32, |sum, &k| sum.wrapping_mul(31).wrapping_add(k));
         [1_664_525_u32, 22_695_477, 214_013, 1_103_515_245].map(|factor| sum.wrapping_mul(factor))
     };
-    ensure(!serial_pairs(weak).passed(), || {
-        "a linear congruence passes as random".to_owned()
-    })
+    ensure(!serial_pairs(weak).passed(), || "a linear congruence passes as random".to_owned())
 }
 
 fn unit_numbers_are_below_one() -> Result<(), Failed> {
-    ensure(f64::from(rng::unit(u32::MAX)) == 1.0 - ROUNDING, || {
-        "the largest number is not 1 - 2^-24".to_owned()
-    })?;
-    ensure(rng::unit(255) == 0.0 && rng::unit(256) > 0.0, || {
-        "the low 8 bits count".to_owned()
-    })
+    ensure(f64::from(rng::unit(u32::MAX)) == 1.0 - ROUNDING, || "the largest number is not 1 - 2^-24".to_owned())?;
+    ensure(rng::unit(255) == 0.0 && rng::unit(256) > 0.0, || "the low 8 bits count".to_owned())
 }
 
 /// Uniform numbers for the samplers.
@@ -208,10 +182,7 @@ fn hemisphere_family(sample: impl Fn(Vec2) -> Vec3 + Sync) -> Family {
         f64::from(DRAWS) * (z(ring + 1).powi(2) - z(ring).powi(2)) / SECTORS as f64
     };
     let counts = histogram(RINGS * SECTORS, DRAWS, cell);
-    family.add(
-        "z and angle",
-        counts.into_iter().enumerate().map(|(i, count)| (count, expected(i))),
-    );
+    family.add("z and angle", counts.into_iter().enumerate().map(|(i, count)| (count, expected(i))));
     // Malley: the projection is uniform on the disk, so x has the semicircle's density
     let below = |x: f64| 0.5 + (x * (1.0 - x * x).max(0.0).sqrt() + x.asin()) / PI;
     for axis in 0..2 {
@@ -229,9 +200,7 @@ fn cosine_hemisphere_has_its_density() -> Result<(), Failed> {
         let w = sample_cosine_hemisphere(numbers(i, 1));
         let length: f64 = w.to_array().iter().map(|&x| f64::from(x).powi(2)).sum();
         // sine and cosine have 2 ulp, roots and products a rounding each
-        ensure((length - 1.0).abs() < 16.0 * ROUNDING, || {
-            format!("{w} has length {}", length.sqrt())
-        })?;
+        ensure((length - 1.0).abs() < 16.0 * ROUNDING, || format!("{w} has length {}", length.sqrt()))?;
     }
     hemisphere_family(sample_cosine_hemisphere).verdict("cosine hemisphere")
 }
@@ -252,10 +221,7 @@ fn triangle_family(sample: impl Fn(Vec2) -> Vec2 + Sync) -> Family {
     };
     let mut family = Family::default();
     let counts = histogram(SIDE * SIDE, DRAWS, cell);
-    family.add(
-        "barycentric grid",
-        counts.into_iter().enumerate().map(|(i, count)| (count, expected(i))),
-    );
+    family.add("barycentric grid", counts.into_iter().enumerate().map(|(i, count)| (count, expected(i))));
     family
 }
 
@@ -279,15 +245,9 @@ fn wrong_samplers_are_seen() -> Result<(), Failed> {
         let b = Vec2::new(u.x, u.y);
         if b.x + b.y > 1.0 { b * 0.5 } else { b }
     };
-    ensure(!hemisphere_family(uniform_hemisphere).passed(), || {
-        "uniform passes as cosine".to_owned()
-    })?;
-    ensure(!hemisphere_family(lifted).passed(), || {
-        "a missing horizon goes unnoticed".to_owned()
-    })?;
-    ensure(!triangle_family(clustered).passed(), || {
-        "a clustered triangle passes as uniform".to_owned()
-    })
+    ensure(!hemisphere_family(uniform_hemisphere).passed(), || "uniform passes as cosine".to_owned())?;
+    ensure(!hemisphere_family(lifted).passed(), || "a missing horizon goes unnoticed".to_owned())?;
+    ensure(!triangle_family(clustered).passed(), || "a clustered triangle passes as uniform".to_owned())
 }
 
 /// A table by hand: index i keeps its own with probability (i + 1) / 8, its alias is 7 - i.
@@ -299,23 +259,15 @@ fn alias_table_has_its_probabilities() -> Result<(), Failed> {
         sample_alias([words.x, words.y], 8, entry) as usize
     });
     let expected = |i: usize| f64::from(DRAWS) * ((i + 1) as f64 + (8 - (7 - i + 1)) as f64) / 64.0;
-    family.add(
-        "table of 8",
-        counts.into_iter().enumerate().map(|(i, count)| (count, expected(i))),
-    );
+    family.add("table of 8", counts.into_iter().enumerate().map(|(i, count)| (count, expected(i))));
     for count in [1, 3, 1000] {
         let cell = |i: u32| {
             let words = pcg4d(UVec4::new(i, 29, count, 31));
             sample_alias([words.x, words.y], count, |i| (1.0, i)) as usize
         };
-        family.add(
-            format!("{count} equal outcomes"),
-            uniform(histogram(count as usize, DRAWS, cell)),
-        );
+        family.add(format!("{count} equal outcomes"), uniform(histogram(count as usize, DRAWS, cell)));
     }
-    ensure(sample_alias([u32::MAX, u32::MAX], 5, |i| (1.0, i)) == 4, || {
-        "the last index is out of reach".to_owned()
-    })?;
+    ensure(sample_alias([u32::MAX, u32::MAX], 5, |i| (1.0, i)) == 4, || "the last index is out of reach".to_owned())?;
     family.verdict("alias table")
 }
 
@@ -334,27 +286,13 @@ fn lights_have_their_density() -> Result<(), Failed> {
         let light = light(i);
         densities[which(light.position)] = f64::from(light.density);
     }
-    let shares: Vec<_> = densities
-        .iter()
-        .zip(areas)
-        .map(|(density, area)| density * area)
-        .collect();
+    let shares: Vec<_> = densities.iter().zip(areas).map(|(density, area)| density * area).collect();
     println!("emitters: probabilities {shares:.6?}");
-    ensure((shares.iter().sum::<f64>() - 1.0).abs() < 1.0e-6, || {
-        format!("probabilities {shares:?} do not add to 1")
-    })?;
-    ensure((shares[0] - shares[1]).abs() > 0.01, || {
-        "the emitters are alike: no table".to_owned()
-    })?;
+    ensure((shares.iter().sum::<f64>() - 1.0).abs() < 1.0e-6, || format!("probabilities {shares:?} do not add to 1"))?;
+    ensure((shares[0] - shares[1]).abs() > 0.01, || "the emitters are alike: no table".to_owned())?;
     let counts = histogram(2, DRAWS, |i| which(light(i).position));
     let mut family = Family::default();
-    family.add(
-        "emitters",
-        counts
-            .into_iter()
-            .zip(shares)
-            .map(|(count, share)| (count, share * f64::from(DRAWS))),
-    );
+    family.add("emitters", counts.into_iter().zip(shares).map(|(count, share)| (count, share * f64::from(DRAWS))));
     family.verdict("lights")
 }
 
@@ -362,11 +300,7 @@ fn lights_have_their_density() -> Result<(), Failed> {
 fn quad_area([a, b, _, d]: [[f32; 3]; 4]) -> f64 {
     let edge = |p: [f32; 3]| [0, 1, 2].map(|i| f64::from(p[i]) - f64::from(a[i]));
     let (e, f) = (edge(b), edge(d));
-    let cross = [
-        e[1] * f[2] - e[2] * f[1],
-        e[2] * f[0] - e[0] * f[2],
-        e[0] * f[1] - e[1] * f[0],
-    ];
+    let cross = [e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]];
     cross.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
@@ -386,11 +320,7 @@ fn cosine_hemisphere_inverts() -> Result<(), Failed> {
             worst[1] = worst[1].max(around(u.y, v.y));
         }
     }
-    println!(
-        "inverse of the cosine hemisphere: {:.1} and {:.1} roundings",
-        worst[0] / ROUNDING,
-        worst[1] / ROUNDING
-    );
+    println!("inverse of the cosine hemisphere: {:.1} and {:.1} roundings", worst[0] / ROUNDING, worst[1] / ROUNDING);
     // x: the root and the two factors are squared, 2 (1/2 + 3.3 + 1/2) ulp of two roundings at most, and a sum
     ensure(worst[0] <= 20.0 * ROUNDING, || format!("radius off by {}", worst[0]))?;
     // y: 3.3 roundings in sine and cosine turn the angle by 3.3 / 2 pi, and atan2 has 2 ulp of up to 1/2
@@ -402,9 +332,7 @@ fn triangle_inverts() -> Result<(), Failed> {
     for i in 0..DRAWS {
         let u = numbers(i, 7);
         let v = invert_triangle(sample_triangle(u));
-        worst = worst
-            .max((f64::from(u.x) - f64::from(v.x)).abs())
-            .max((f64::from(u.y) - f64::from(v.y)).abs());
+        worst = worst.max((f64::from(u.x) - f64::from(v.x)).abs()).max((f64::from(u.y) - f64::from(v.y)).abs());
     }
     println!("inverse of the triangle: {:.2} roundings", worst / ROUNDING);
     // one difference and one sum are rounded
@@ -417,19 +345,13 @@ fn densities_integrate_to_one() -> Result<(), Failed> {
     let integral: f64 = (0..rings)
         .map(|i| f64::from(cosine_hemisphere_pdf((i as f32 + 0.5) / rings as f32)) * TAU / f64::from(rings))
         .sum();
-    ensure((integral - 1.0).abs() < 4.0 * ROUNDING, || {
-        format!("cosine hemisphere: {integral}")
-    })?;
-    ensure(cosine_hemisphere_pdf(-0.5) == 0.0, || {
-        "density below the horizon".to_owned()
-    })?;
+    ensure((integral - 1.0).abs() < 4.0 * ROUNDING, || format!("cosine hemisphere: {integral}"))?;
+    ensure(cosine_hemisphere_pdf(-0.5) == 0.0, || "density below the horizon".to_owned())?;
     let mut random = SplitMix::new(1);
     for _ in 0..1000 {
         let area = random.range(1e-6, 1e6) as f32;
         let integral = f64::from(triangle_pdf(area)) * f64::from(area);
-        ensure((integral - 1.0).abs() <= ROUNDING, || {
-            format!("triangle of area {area}: {integral}")
-        })?;
+        ensure((integral - 1.0).abs() <= ROUNDING, || format!("triangle of area {area}: {integral}"))?;
     }
     Ok(())
 }

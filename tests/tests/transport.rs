@@ -54,25 +54,12 @@ struct Case {
     reference: OnceLock<Vec<Moments>>,
 }
 
-static ROOM: Case = Case {
-    setting: room,
-    reference: OnceLock::new(),
-};
-static TERRACE: Case = Case {
-    setting: terrace,
-    reference: OnceLock::new(),
-};
+static ROOM: Case = Case { setting: room, reference: OnceLock::new() };
+static TERRACE: Case = Case { setting: terrace, reference: OnceLock::new() };
 
 fn test(size: [u32; 2]) -> TileTest {
     let [width, height] = size;
-    TileTest {
-        grid: TileGrid {
-            width,
-            height,
-            tile: TILE,
-        },
-        family_rate: FAMILY_RATE,
-    }
+    TileTest { grid: TileGrid { width, height, tile: TILE }, family_rate: FAMILY_RATE }
 }
 
 /// Moments of the technique's images; a restart is a seed.
@@ -83,10 +70,7 @@ fn trace(
     params: PathParams,
 ) -> Vec<Moments> {
     grid.moments(restarts, |restart, x, y| {
-        let params = PathParams {
-            seed: restart,
-            ..params
-        };
+        let params = PathParams { seed: restart, ..params };
         path::pixel(scene, &params, x, y).sum.map(f64::from)
     })
 }
@@ -104,10 +88,7 @@ impl Case {
         let setting = (self.setting)();
         let buffers = setting.buffers();
         let test = test(setting.size);
-        let scene = Faulty {
-            scene: buffers.view(),
-            fault,
-        };
+        let scene = Faulty { scene: buffers.view(), fault };
         let params = setting.params(&buffers, PATH_JITTER | flags);
         test.compare(&trace(test.grid, restarts, &scene, params), self.reference())
     }
@@ -123,12 +104,8 @@ fn agrees(case: &Case) -> Result<(), Failed> {
     let verdict = case.verdict(Right, RESTARTS, 0);
     println!("{}: {verdict}", (case.setting)().name);
     ensure(verdict.passed(), || verdict.to_string())?;
-    ensure(verdict.detectable_in_tile <= GOAL_TILE, || {
-        format!("too few samples: {verdict}")
-    })?;
-    ensure(verdict.detectable_in_image <= GOAL_IMAGE, || {
-        format!("too few samples: {verdict}")
-    })
+    ensure(verdict.detectable_in_tile <= GOAL_TILE, || format!("too few samples: {verdict}"))?;
+    ensure(verdict.detectable_in_image <= GOAL_IMAGE, || format!("too few samples: {verdict}"))
 }
 
 fn roulette_keeps_the_mean() -> Result<(), Failed> {
@@ -136,9 +113,7 @@ fn roulette_keeps_the_mean() -> Result<(), Failed> {
         let verdict = case.verdict(Right, ROULETTE_RESTARTS, PATH_ROULETTE);
         println!("{} with roulette: {verdict}", (case.setting)().name);
         ensure(verdict.passed(), || verdict.to_string())?;
-        ensure(verdict.detectable_in_image <= GOAL_ROULETTE, || {
-            format!("too few samples: {verdict}")
-        })?;
+        ensure(verdict.detectable_in_image <= GOAL_ROULETTE, || format!("too few samples: {verdict}"))?;
     }
     Ok(())
 }
@@ -198,9 +173,7 @@ fn within_three_errors(what: &str, moments: &[Moments], exact: f64) -> Result<()
     let error = image.standard_error().hypot(rounding);
     let z = (image.mean() - exact) / error;
     println!("{what}: {:.6} +- {error:.6} for {exact:.6}", image.mean());
-    ensure(z.abs() <= 3.0, || {
-        format!("{what}: {} is {z:.1} standard errors from {exact}", image.mean())
-    })
+    ensure(z.abs() <= 3.0, || format!("{what}: {} is {z:.1} standard errors from {exact}", image.mean()))
 }
 
 const LIGHT: [f32; 2] = [0.5, 0.25];
@@ -221,16 +194,7 @@ fn wall_before_light() -> Setting {
     };
     Setting {
         name: "wall before light",
-        quads: vec![
-            Quad {
-                corners: rectangle(2.0, 2.0, 0.0),
-                material: 0,
-            },
-            Quad {
-                corners: light,
-                material: 1,
-            },
-        ],
+        quads: vec![Quad { corners: rectangle(2.0, 2.0, 0.0), material: 0 }, Quad { corners: light, material: 1 }],
         materials: vec![paint(REFLECTANCE, 0.0), paint(0.0, RADIANCE)],
         eye: [0.25, 0.1, 1.0],
         half_height: 0.9,
@@ -280,22 +244,13 @@ fn depth_limits_are_segments() -> Result<(), Failed> {
     let buffers = setting.buffers();
     let oracle = setting.oracle();
     let lit = |max_depth: u32| {
-        let params = PathParams {
-            max_depth,
-            ..setting.params(&buffers, 0)
-        };
-        (0..32 * 32)
-            .filter(|i| path::pixel(&buffers.view(), &params, i % 32, i / 32).sum != [0.0; 3])
-            .count()
+        let params = PathParams { max_depth, ..setting.params(&buffers, 0) };
+        (0..32 * 32).filter(|i| path::pixel(&buffers.view(), &params, i % 32, i / 32).sum != [0.0; 3]).count()
     };
     let mut direct = oracle.clone();
     (direct.max_depth, direct.jitter) = (1, false);
-    let emitters = (0..32 * 32)
-        .filter(|i| direct.pixel(0, i % 32, i / 32) != [0.0; 3])
-        .count();
+    let emitters = (0..32 * 32).filter(|i| direct.pixel(0, i % 32, i / 32) != [0.0; 3]).count();
     ensure(lit(0) == 0, || "depth 0 is not black".to_owned())?;
-    ensure(emitters > 0 && lit(1) == emitters, || {
-        format!("depth 1: {} pixels for {emitters}", lit(1))
-    })?;
+    ensure(emitters > 0 && lit(1) == emitters, || format!("depth 1: {} pixels for {emitters}", lit(1)))?;
     ensure(lit(2) > emitters, || "depth 2 adds nothing".to_owned())
 }

@@ -34,20 +34,12 @@ pub fn run(options: &Options) -> Result<(), Error> {
     let document = document();
     let text = if options.write { Some(read(&document)?) } else { None };
     let start = Instant::now();
-    let effort = if options.full || options.write {
-        Effort::Full
-    } else {
-        Effort::Reduced
-    };
+    let effort = if options.full || options.write { Effort::Full } else { Effort::Reduced };
     let rows = rows(effort);
     let table = markdown(&rows);
     println!("{table}");
     eprintln!("{:.1} s", start.elapsed().as_secs_f64());
-    let failed: Vec<_> = rows
-        .iter()
-        .filter(|row| !row.passed())
-        .map(|row| row.function)
-        .collect();
+    let failed: Vec<_> = rows.iter().filter(|row| !row.passed()).map(|row| row.function).collect();
     if !failed.is_empty() {
         return Err(Error::Failed(format!("worse than claimed: {}", failed.join(", "))));
     }
@@ -70,9 +62,7 @@ fn read(path: &Path) -> Result<String, Error> {
 fn replace_table(document: &str, table: &str) -> Result<String, Error> {
     match document.split(MARKER).collect::<Vec<_>>()[..] {
         [before, _, after] => Ok(format!("{before}{MARKER}\n{table}{MARKER}{after}")),
-        _ => Err(Error::Environment(format!(
-            "DETERMINISM.md needs exactly two lines {MARKER} around the table"
-        ))),
+        _ => Err(Error::Environment(format!("DETERMINISM.md needs exactly two lines {MARKER} around the table"))),
     }
 }
 

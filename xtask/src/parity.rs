@@ -53,11 +53,7 @@ impl std::fmt::Display for Finding {
                 write!(f, "incomplete ({} of {} words not written)", o.poisoned, o.words)
             }
             Self::Compared(o) => {
-                write!(
-                    f,
-                    "approximate ({} ulp, {} of {} words)",
-                    o.max_ulp, o.differing, o.words
-                )
+                write!(f, "approximate ({} ulp, {} of {} words)", o.max_ulp, o.differing, o.words)
             }
             Self::Broken(reason) => write!(f, "failed ({reason})"),
             Self::Skipped(reason) => write!(f, "skipped ({reason})"),
@@ -114,11 +110,7 @@ fn rows(options: &Options) -> Result<Vec<Row>, Error> {
     for kernel in ALL.iter().filter(named) {
         let cases = cases(kernel).map_err(Error::Failed)?;
         for case in cases.into_iter().filter(|case| case.name.contains(&options.case)) {
-            rows.extend(flavours.iter().map(|&flavour| Row {
-                flavour,
-                kernel,
-                case: case.clone(),
-            }));
+            rows.extend(flavours.iter().map(|&flavour| Row { flavour, kernel, case: case.clone() }));
         }
     }
     if rows.is_empty() {
@@ -138,10 +130,8 @@ fn chosen(options: &Options) -> Result<Vec<AdapterInfo>, Error> {
         return Ok(all);
     };
     let names: Vec<String> = all.iter().map(|adapter| adapter.name.clone()).collect();
-    let chosen: Vec<AdapterInfo> = all
-        .into_iter()
-        .filter(|adapter| adapter.name.to_lowercase().contains(&wanted))
-        .collect();
+    let chosen: Vec<AdapterInfo> =
+        all.into_iter().filter(|adapter| adapter.name.to_lowercase().contains(&wanted)).collect();
     if chosen.is_empty() && !names.is_empty() {
         return Err(Error::Environment(format!(
             "no adapter has {wanted:?} in its name; there are: {}",
@@ -181,23 +171,14 @@ fn on(adapter: &AdapterInfo, rows: &[Row]) -> usize {
 /// Prints a line a row, as they come.
 fn print_table(rows: &[Row], mut finding: impl FnMut(&Row) -> Finding) {
     let width = |text: fn(&Row) -> &str, title: &str| {
-        rows.iter()
-            .map(|row| text(row).len())
-            .max()
-            .unwrap_or(0)
-            .max(title.len())
+        rows.iter().map(|row| text(row).len()).max().unwrap_or(0).max(title.len())
     };
     let kernel = width(|row| row.kernel.name, "kernel");
     let case = width(|row| &row.case.name, "case");
     println!("{:<kernel$}  {:<case$}  {:<7}  result", "kernel", "case", "flavour");
     for row in rows {
         let finding = finding(row);
-        println!(
-            "{:<kernel$}  {:<case$}  {:<7}  {finding}",
-            row.kernel.name,
-            row.case.name,
-            row.flavour.name()
-        );
+        println!("{:<kernel$}  {:<case$}  {:<7}  {finding}", row.kernel.name, row.case.name, row.flavour.name());
     }
     println!();
 }
@@ -219,14 +200,8 @@ mod tests {
 
     #[test]
     fn words_not_written_and_rejected_modules_fail_in_both_flavours() {
-        let outcome = |differing, poisoned| {
-            Finding::Compared(Outcome {
-                words: 4,
-                differing,
-                poisoned,
-                ..Outcome::default()
-            })
-        };
+        let outcome =
+            |differing, poisoned| Finding::Compared(Outcome { words: 4, differing, poisoned, ..Outcome::default() });
         let rejected = Finding::of(Err(error()), true);
         for flavour in Flavour::ALL {
             assert!(outcome(0, 1).fails(flavour));

@@ -13,10 +13,7 @@ use restir_tests::parity::{BuiltinScenes, plan};
 use crate::shader::probe::DeviceTiming;
 
 /// The probe kernel has the interface of `path`, and runs on its first case.
-static PROBE: KernelDesc = KernelDesc {
-    name: "size_probe",
-    ..path::DESC
-};
+static PROBE: KernelDesc = KernelDesc { name: "size_probe", ..path::DESC };
 
 /// Times pipeline and first dispatch of the probe kernel on every adapter, as [`crate::shader::probe::DeviceTimer`].
 ///

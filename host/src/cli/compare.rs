@@ -50,24 +50,13 @@ fn table(comparison: &Comparison) -> String {
         ("max ulp", c.max_ulp.to_string()),
         ("RMSE", format!("{:.6e}", c.rmse)),
         ("relMSE", format!("{:.6e}  (epsilon 0.001)", c.rel_mse)),
-        (
-            "RMAE",
-            format!("{:.6e}  (mean of relative errors, epsilon 0.001 of the mean)", c.rmae),
-        ),
-        (
-            "RMAE, global",
-            format!("{:.6e}  (mean error / mean of the reference)", c.rmae_global),
-        ),
-        (
-            "RMSPE",
-            format!("{:.4} %  ({} dark values excluded)", c.rmspe, c.rmspe_excluded),
-        ),
+        ("RMAE", format!("{:.6e}  (mean of relative errors, epsilon 0.001 of the mean)", c.rmae)),
+        ("RMAE, global", format!("{:.6e}  (mean error / mean of the reference)", c.rmae_global)),
+        ("RMSPE", format!("{:.4} %  ({} dark values excluded)", c.rmspe, c.rmspe_excluded)),
         ("SMAPE", format!("{:.4} %  (of 200 %)", c.smape)),
         ("mean ratio", format!("{:.6}", c.mean_ratio)),
     ];
-    rows.iter()
-        .map(|(name, value)| format!("{name:16} {value}\n"))
-        .collect()
+    rows.iter().map(|(name, value)| format!("{name:16} {value}\n")).collect()
 }
 
 #[cfg(test)]
@@ -77,15 +66,8 @@ mod tests {
 
     #[test]
     fn numbers_that_are_not_finite_are_null() {
-        let black = Image {
-            width: 1,
-            height: 1,
-            pixels: vec![[0.0; 3]],
-        };
-        let white = Image {
-            pixels: vec![[1.0; 3]],
-            ..black.clone()
-        };
+        let black = Image { width: 1, height: 1, pixels: vec![[0.0; 3]] };
+        let white = Image { pixels: vec![[1.0; 3]], ..black.clone() };
         let text = json_text(&metrics::compare(&white, &black).unwrap());
         let object: serde_json::Value = serde_json::from_str(&text).unwrap();
         assert!(object["mean_ratio"].is_null() && object["rmspe"].is_null());

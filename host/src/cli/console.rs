@@ -12,11 +12,9 @@ use crate::Error;
 pub(super) fn print(text: &str) -> Result<(), Error> {
     let mut output = io::stdout().lock();
     match output.write_all(text.as_bytes()).and_then(|()| output.flush()) {
-        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(Error::File {
-            action: "write",
-            path: PathBuf::from("standard output"),
-            reason: error.to_string(),
-        }),
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            Err(Error::File { action: "write", path: PathBuf::from("standard output"), reason: error.to_string() })
+        }
         _ => Ok(()),
     }
 }

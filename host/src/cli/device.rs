@@ -55,14 +55,10 @@ pub(super) struct Device {
 /// Opens the executor that the arguments ask for and says on standard error which it is and why.
 pub(super) fn open(arguments: &DeviceArguments) -> Result<Device, Error> {
     if let Some(threads) = arguments.threads.filter(|threads| !(1..=MAX_THREADS).contains(threads)) {
-        return Err(Error::Setting(format!(
-            "--threads {threads} is out of range; give 1 to {MAX_THREADS}"
-        )));
+        return Err(Error::Setting(format!("--threads {threads} is out of range; give 1 to {MAX_THREADS}")));
     }
     match (arguments.device, &arguments.adapter) {
-        (Kind::Cpu, Some(_)) => Err(Error::Setting(
-            "--adapter needs a GPU; leave out --device cpu".to_owned(),
-        )),
+        (Kind::Cpu, Some(_)) => Err(Error::Setting("--adapter needs a GPU; leave out --device cpu".to_owned())),
         (Kind::Cpu, None) => open_cpu(arguments, "as asked"),
         (Kind::Gpu, _) | (Kind::Auto, Some(_)) => gpu::open(arguments),
         (Kind::Auto, None) => gpu::open_best(arguments),
@@ -77,10 +73,7 @@ fn open_cpu(arguments: &DeviceArguments, why: &str) -> Result<Device, Error> {
     }
     let executor = CpuExecutor::new(arguments.threads)?;
     console::note(&format!("device: CPU ({why})"));
-    Ok(Device {
-        executor: Box::new(executor),
-        parity: "exact".to_owned(),
-    })
+    Ok(Device { executor: Box::new(executor), parity: "exact".to_owned() })
 }
 
 impl From<FlavourName> for Flavour {
@@ -126,23 +119,14 @@ mod gpu {
     }
 
     fn parity(executor: &GpuExecutor) -> String {
-        executor
-            .describe()
-            .parity
-            .map_or_else(|| "missing".to_owned(), |parity| parity.to_string())
+        executor.describe().parity.map_or_else(|| "missing".to_owned(), |parity| parity.to_string())
     }
 
     fn chosen(executor: GpuExecutor, why: &str) -> Device {
         let adapter = executor.describe().adapter.unwrap_or_else(|| "GPU".to_owned());
         let parity = parity(&executor);
-        console::note(&format!(
-            "device: {adapter}, {}, self-check {parity} ({why})",
-            executor.loading()
-        ));
-        Device {
-            executor: Box::new(executor),
-            parity,
-        }
+        console::note(&format!("device: {adapter}, {}, self-check {parity} ({why})", executor.loading()));
+        Device { executor: Box::new(executor), parity }
     }
 
     fn why_not(adapters: &[AdapterInfo], refused: &[String]) -> String {

@@ -37,10 +37,7 @@ fn describe(adapter: &crate::exec::gpu::AdapterInfo) -> String {
 fn parity(adapter: &str) -> String {
     use crate::exec::{Executor, Flavour, GpuExecutor};
     match GpuExecutor::open(Some(adapter), Flavour::Exact) {
-        Ok(gpu) => gpu
-            .describe()
-            .parity
-            .map_or_else(String::new, |parity| format!("{parity} ({})", gpu.loading())),
+        Ok(gpu) => gpu.describe().parity.map_or_else(String::new, |parity| format!("{parity} ({})", gpu.loading())),
         Err(error) => format!("unknown: {error}"),
     }
 }

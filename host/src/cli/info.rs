@@ -21,11 +21,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
 
 fn describe(scene: &Scene, stats: &SceneStats) -> String {
     let [lo, hi] = stats.bounds;
-    let features = if stats.features.is_empty() {
-        "none".to_owned()
-    } else {
-        stats.features.join(", ")
-    };
+    let features = if stats.features.is_empty() { "none".to_owned() } else { stats.features.join(", ") };
     let rows = [
         ("scene", scene.name.clone()),
         ("meshes", scene.meshes.len().to_string()),
@@ -38,19 +34,8 @@ fn describe(scene: &Scene, stats: &SceneStats) -> String {
         ("buffers", format!("{} bytes", stats.bytes)),
         ("bounds", format!("{lo:?} to {hi:?}")),
         ("features", features),
-        (
-            "camera",
-            if scene.camera.is_some() {
-                "from the scene"
-            } else {
-                "none: framed automatically"
-            }
-            .to_owned(),
-        ),
+        ("camera", if scene.camera.is_some() { "from the scene" } else { "none: framed automatically" }.to_owned()),
     ];
     let warnings = scene.warnings.iter().map(|warning| format!("warning: {warning}\n"));
-    rows.iter()
-        .map(|(name, value)| format!("{name:16} {value}\n"))
-        .chain(warnings)
-        .collect()
+    rows.iter().map(|(name, value)| format!("{name:16} {value}\n")).chain(warnings).collect()
 }

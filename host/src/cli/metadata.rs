@@ -23,12 +23,7 @@ pub(super) fn of_render(
         ("max_depth", settings.path.max_depth.to_string()),
         ("jitter", on_off(settings.path.jitter)),
         ("roulette", on_off(settings.path.roulette)),
-        (
-            "dispatch_samples",
-            settings
-                .dispatch_samples
-                .map_or_else(|| "auto".to_owned(), |n| n.to_string()),
-        ),
+        ("dispatch_samples", settings.dispatch_samples.map_or_else(|| "auto".to_owned(), |n| n.to_string())),
         ("version", env!("CARGO_PKG_VERSION").to_owned()),
         ("commit", env!("RESTIR_COMMIT").to_owned()),
         ("executor", description.executor.to_owned()),

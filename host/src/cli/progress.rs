@@ -27,10 +27,7 @@ impl Reporter {
             return Self::Bar(ProgressBar::new(1).with_style(style));
         }
         console::note("rendering: 0 %");
-        Self::Lines {
-            start: Instant::now(),
-            next_percent: STEP_PERCENT,
-        }
+        Self::Lines { start: Instant::now(), next_percent: STEP_PERCENT }
     }
 
     pub(super) fn update(&mut self, progress: &Progress) {
@@ -58,11 +55,7 @@ impl Reporter {
 }
 
 fn percent(progress: &Progress) -> u64 {
-    progress
-        .done
-        .saturating_mul(100)
-        .checked_div(progress.total)
-        .unwrap_or(100)
+    progress.done.saturating_mul(100).checked_div(progress.total).unwrap_or(100)
 }
 
 fn seconds_left(elapsed: f64, progress: &Progress) -> f64 {

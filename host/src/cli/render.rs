@@ -94,10 +94,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
         write_png(path, &rendered.image)?;
     }
     report(&settings, &rendered, seconds)?;
-    [Some(&arguments.output), arguments.png.as_ref()]
-        .into_iter()
-        .flatten()
-        .try_for_each(|path| report_written(path))
+    [Some(&arguments.output), arguments.png.as_ref()].into_iter().flatten().try_for_each(|path| report_written(path))
 }
 
 /// Before hours of rendering: can the results be written?
@@ -121,8 +118,7 @@ fn check_png(path: &Path) -> Result<(), Error> {
 }
 
 fn ends_in(path: &Path, ending: &str) -> bool {
-    path.extension()
-        .is_some_and(|extension| extension.eq_ignore_ascii_case(ending))
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(ending))
 }
 
 fn render_settings(arguments: &Arguments, scene: &Scene) -> Result<RenderSettings, Error> {
@@ -130,37 +126,19 @@ fn render_settings(arguments: &Arguments, scene: &Scene) -> Result<RenderSetting
         Some(size) => size.sides()?,
         None => scene.default_size.unwrap_or(DEFAULT_SIZE),
     };
-    let samples = u32::try_from(arguments.spp).map_err(|_| {
-        Error::Setting(format!(
-            "{} samples are too many: samples > {}",
-            arguments.spp,
-            u32::MAX
-        ))
-    })?;
+    let samples = u32::try_from(arguments.spp)
+        .map_err(|_| Error::Setting(format!("{} samples are too many: samples > {}", arguments.spp, u32::MAX)))?;
     let mut path = PathSettings::default();
     path.jitter |= arguments.jitter;
     path.max_depth = arguments.max_depth.unwrap_or(path.max_depth);
-    let mut render = RenderSettings {
-        width,
-        height,
-        samples,
-        seed: arguments.seed,
-        path,
-        dispatch_samples: None,
-    };
-    arguments
-        .settings
-        .iter()
-        .try_for_each(|setting| settings::apply(&mut render, setting))?;
+    let mut render = RenderSettings { width, height, samples, seed: arguments.seed, path, dispatch_samples: None };
+    arguments.settings.iter().try_for_each(|setting| settings::apply(&mut render, setting))?;
     Ok(render)
 }
 
 /// Adds the camera and the light that the scene lacks, and says what the user should know about it.
 fn complete(scene: &mut Scene, settings: &RenderSettings, default_light: bool) -> Result<(), Error> {
-    scene
-        .warnings
-        .iter()
-        .for_each(|warning| console::note(&format!("warning: {warning}")));
+    scene.warnings.iter().for_each(|warning| console::note(&format!("warning: {warning}")));
     if scene.camera.is_none() {
         let aspect = f64::from(settings.width) / f64::from(settings.height);
         scene.camera = Some(Camera::framing(scene.bounds(), aspect));
@@ -208,11 +186,7 @@ fn render_observed(device: &mut Device, buffers: &SceneBuffers, settings: &Rende
     let mut reporter = Reporter::new();
     let rendered = render::render(device.executor.as_mut(), buffers, settings, &mut |progress| {
         reporter.update(&progress);
-        if interrupt::requested() {
-            ControlFlow::Break(())
-        } else {
-            ControlFlow::Continue(())
-        }
+        if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     reporter.finish();
     rendered
@@ -252,12 +226,7 @@ impl Size {
         side(self.width)
             .zip(side(self.height))
             .map(|(width, height)| [width, height])
-            .ok_or_else(|| {
-                Error::Setting(format!(
-                    "an image of {} x {} pixels is too large",
-                    self.width, self.height
-                ))
-            })
+            .ok_or_else(|| Error::Setting(format!("an image of {} x {} pixels is too large", self.width, self.height)))
     }
 }
 
@@ -265,21 +234,15 @@ impl FromStr for Size {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let (width, height) = text
-            .split_once(['x', 'X'])
-            .ok_or("it has to be WIDTHxHEIGHT, as in 640x480")?;
-        Ok(Self {
-            width: saturating(width)?,
-            height: saturating(height)?,
-        })
+        let (width, height) = text.split_once(['x', 'X']).ok_or("it has to be WIDTHxHEIGHT, as in 640x480")?;
+        Ok(Self { width: saturating(width)?, height: saturating(height)? })
     }
 }
 
 /// A natural number that fits.
 pub(super) fn natural<T: FromStr>(text: &str) -> Result<T, String> {
     saturating(text)?;
-    text.parse()
-        .map_err(|_| format!("it is too large; it has to be less than 2^{}", 8 * size_of::<T>()))
+    text.parse().map_err(|_| format!("it is too large; it has to be less than 2^{}", 8 * size_of::<T>()))
 }
 
 /// A natural number; what is larger than any `u64` becomes the largest.
@@ -296,20 +259,8 @@ mod tests {
 
     #[test]
     fn sizes_are_parsed() {
-        assert_eq!(
-            "640x480".parse(),
-            Ok(Size {
-                width: 640,
-                height: 480
-            })
-        );
-        assert_eq!(
-            "1X99999999999999999999".parse(),
-            Ok(Size {
-                width: 1,
-                height: u64::MAX
-            })
-        );
+        assert_eq!("640x480".parse(), Ok(Size { width: 640, height: 480 }));
+        assert_eq!("1X99999999999999999999".parse(), Ok(Size { width: 1, height: u64::MAX }));
         for text in ["", "640", "x", "1x", "-1x1", "1x1x1", "1.5x2"] {
             text.parse::<Size>().unwrap_err();
         }

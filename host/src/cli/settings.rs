@@ -31,10 +31,7 @@ pub(super) fn apply(settings: &mut RenderSettings, setting: &str) -> Result<(), 
     let (key, value) = setting.split_once('=').unwrap_or((setting, ""));
     let Some((_, expected, set)) = PATH_KEYS.iter().find(|(known, ..)| *known == key) else {
         let known: Vec<&str> = PATH_KEYS.iter().map(|(known, ..)| *known).collect();
-        return Err(Error::Setting(format!(
-            "the technique path has no setting {key:?}; it has {}",
-            known.join(", ")
-        )));
+        return Err(Error::Setting(format!("the technique path has no setting {key:?}; it has {}", known.join(", "))));
     };
     set(settings, value).ok_or_else(|| Error::Setting(format!("the setting {key} is {expected}, not {value:?}")))
 }

@@ -55,30 +55,21 @@ impl CpuExecutor {
             .filter(|(b, _)| b.access == Access::Own)
             .map(|(b, _)| b.stride as usize / 4 * pass.grid[0] as usize)
             .collect();
-        let ids: Vec<usize> = bindings
-            .clone()
-            .filter(|(b, _)| b.access == Access::Own)
-            .map(|(_, &id)| id)
-            .collect();
+        let ids: Vec<usize> = bindings.clone().filter(|(b, _)| b.access == Access::Own).map(|(_, &id)| id).collect();
         let mut own: Vec<Vec<u32>> = ids.iter().map(|&id| buffers[id].take()).collect();
-        let read: Vec<&[u32]> = bindings
-            .filter(|(b, _)| b.access == Access::Read)
-            .map(|(_, &id)| buffers[id].words())
-            .collect();
+        let read: Vec<&[u32]> =
+            bindings.filter(|(b, _)| b.access == Access::Read).map(|(_, &id)| buffers[id].words()).collect();
         self.pool.install(|| {
-            rows(&mut own, &strides, pass.grid[1])
-                .into_par_iter()
-                .enumerate()
-                .for_each(|(y, mut own)| {
-                    (pass.kernel.native)(&mut NativeRow {
-                        y: y as u32,
-                        width: pass.grid[0],
-                        constants: &pass.constants,
-                        params: &pass.params,
-                        read: &read,
-                        own: &mut own,
-                    });
+            rows(&mut own, &strides, pass.grid[1]).into_par_iter().enumerate().for_each(|(y, mut own)| {
+                (pass.kernel.native)(&mut NativeRow {
+                    y: y as u32,
+                    width: pass.grid[0],
+                    constants: &pass.constants,
+                    params: &pass.params,
+                    read: &read,
+                    own: &mut own,
                 });
+            });
         });
         for (id, words) in ids.into_iter().zip(own) {
             buffers[id] = Storage::Owned(words);
@@ -99,12 +90,7 @@ fn rows<'a>(own: &'a mut [Vec<u32>], strides: &[usize], height: u32) -> Vec<Vec<
 
 impl Executor for CpuExecutor {
     fn describe(&self) -> Description {
-        Description {
-            executor: "cpu",
-            adapter: None,
-            flavour: Flavour::Exact,
-            parity: None,
-        }
+        Description { executor: "cpu", adapter: None, flavour: Flavour::Exact, parity: None }
     }
 
     fn run(
@@ -115,11 +101,7 @@ impl Executor for CpuExecutor {
         let mut buffers: Vec<Storage> = plan
             .buffers
             .iter()
-            .map(|b| {
-                b.contents
-                    .clone()
-                    .map_or_else(|| Storage::Owned(vec![0; b.words]), Storage::Shared)
-            })
+            .map(|b| b.contents.clone().map_or_else(|| Storage::Owned(vec![0; b.words]), Storage::Shared))
             .collect();
         for (done, pass) in (1..).zip(plan.passes) {
             pass.check(&plan.buffers)?;

@@ -24,22 +24,11 @@ impl Camera {
     /// as a small box around it; an aspect that is not positive counts as 1.
     pub fn framing(bounds: [[f32; 3]; 2], aspect: f64) -> Camera {
         let (centre, half) = centre_and_half_size(bounds);
-        let aspect = if aspect.is_finite() && aspect > 0.0 {
-            aspect
-        } else {
-            1.0
-        };
-        let camera = Camera {
-            position: centre + FRAMING_DIRECTION,
-            target: centre,
-            up: DVec3::Y,
-            vertical_fov: FRAMING_FOV,
-        };
+        let aspect = if aspect.is_finite() && aspect > 0.0 { aspect } else { 1.0 };
+        let camera =
+            Camera { position: centre + FRAMING_DIRECTION, target: centre, up: DVec3::Y, vertical_fov: FRAMING_FOV };
         let distance = FRAMING_MARGIN * camera.distance_to_frame(half, aspect);
-        Camera {
-            position: centre + FRAMING_DIRECTION.normalize() * distance,
-            ..camera
-        }
+        Camera { position: centre + FRAMING_DIRECTION.normalize() * distance, ..camera }
     }
 
     /// The camera for an image of `width` x `height` pixels: computed in `f64`, then rounded.
@@ -72,11 +61,7 @@ impl Camera {
 
     /// Half the height of the image plane at distance 1.
     fn half_height(&self) -> f64 {
-        let fov = if self.vertical_fov.is_nan() {
-            FRAMING_FOV
-        } else {
-            self.vertical_fov
-        };
+        let fov = if self.vertical_fov.is_nan() { FRAMING_FOV } else { self.vertical_fov };
         (0.5 * fov.clamp(FOV_RANGE.0, FOV_RANGE.1)).tan()
     }
 
@@ -104,14 +89,7 @@ pub(super) fn centre_and_half_size(bounds: [[f32; 3]; 2]) -> (DVec3, DVec3) {
     // Positions are rounded to f32: a box must be large compared with the spacing of the floats around it.
     let smallest = (1e-3 * centre.abs().max_element()).max(1e-6);
     let half = 0.5 * (hi - lo);
-    (
-        centre,
-        if half.max_element() < smallest {
-            DVec3::splat(smallest)
-        } else {
-            half
-        },
-    )
+    (centre, if half.max_element() < smallest { DVec3::splat(smallest) } else { half })
 }
 
 fn corners(half: DVec3) -> impl Iterator<Item = DVec3> {
@@ -166,10 +144,7 @@ mod tests {
                 let half = 0.5 * (DVec3::from(bounds[1].map(f64::from)) - DVec3::from(bounds[0].map(f64::from)));
                 for corner in corners(half) {
                     let (x, y, depth) = project(&camera, centre + corner, aspect);
-                    assert!(
-                        x.abs() < 1.0 && y.abs() < 1.0 && depth > 0.0,
-                        "{bounds:?} {aspect}: {x} {y} {depth}"
-                    );
+                    assert!(x.abs() < 1.0 && y.abs() < 1.0 && depth > 0.0, "{bounds:?} {aspect}: {x} {y} {depth}");
                 }
             }
         }
@@ -177,11 +152,7 @@ mod tests {
 
     #[test]
     fn framing_survives_bad_bounds() {
-        for bounds in [
-            [[f32::NAN; 3], [1.0; 3]],
-            [[1.0; 3], [-1.0; 3]],
-            [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]],
-        ] {
+        for bounds in [[[f32::NAN; 3], [1.0; 3]], [[1.0; 3], [-1.0; 3]], [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]]] {
             assert!(Camera::framing(bounds, 1.0).position.is_finite());
         }
     }
@@ -207,12 +178,7 @@ mod tests {
     fn a_degenerate_camera_still_has_a_frame() {
         for direction in [DVec3::X, DVec3::NEG_Y, DVec3::Z, DVec3::ZERO] {
             for up in [direction, DVec3::ZERO] {
-                let camera = Camera {
-                    position: DVec3::ZERO,
-                    target: direction,
-                    up,
-                    vertical_fov: f64::NAN,
-                };
+                let camera = Camera { position: DVec3::ZERO, target: direction, up, vertical_fov: f64::NAN };
                 let [right, up, forward] = camera.frame();
                 for axis in [right, up, forward] {
                     assert!((axis.length() - 1.0).abs() < 1e-12);

@@ -62,10 +62,7 @@ mod tests {
                 indices: vec![[0, 1, 2]],
                 ..Mesh::default()
             }],
-            instances: vec![Instance {
-                mesh: 0,
-                transform: DAffine3::IDENTITY,
-            }],
+            instances: vec![Instance { mesh: 0, transform: DAffine3::IDENTITY }],
             materials: vec![Material {
                 name: String::new(),
                 reflectance: [0.5; 3],
@@ -90,19 +87,9 @@ mod tests {
     fn it_does_not_stand_between_a_framed_camera_and_the_scene() {
         for size in [[2.0, 2.0, 2.0], [2.0, 0.0, 2.0], [0.1, 9.0, 0.1], [9.0, 0.1, 0.1]] {
             let far = size.map(|x| x as f32);
-            let mesh = Mesh {
-                positions: vec![[0.0; 3], far],
-                ..Mesh::default()
-            };
-            let instance = Instance {
-                mesh: 0,
-                transform: DAffine3::IDENTITY,
-            };
-            let mut scene = Scene {
-                meshes: vec![mesh],
-                instances: vec![instance],
-                ..Scene::default()
-            };
+            let mesh = Mesh { positions: vec![[0.0; 3], far], ..Mesh::default() };
+            let instance = Instance { mesh: 0, transform: DAffine3::IDENTITY };
+            let mut scene = Scene { meshes: vec![mesh], instances: vec![instance], ..Scene::default() };
             let bounds = scene.bounds();
             scene.add_default_light();
             let to_light = scene.instances[1].transform.inverse();

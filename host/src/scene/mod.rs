@@ -108,10 +108,7 @@ impl Scene {
         let names: Vec<&str> = builtin::NAMES.iter().map(|(name, _)| *name).collect();
         Err(Error::Scene {
             scene: path.display().to_string(),
-            problem: format!(
-                "it is neither a built-in scene ({}) nor a .gltf or .glb file",
-                names.join(", ")
-            ),
+            problem: format!("it is neither a built-in scene ({}) nor a .gltf or .glb file", names.join(", ")),
         })
     }
 
@@ -132,9 +129,7 @@ impl Scene {
         let mut hi = DVec3::NEG_INFINITY;
         for instance in &self.instances {
             for &position in self.meshes.get(instance.mesh).map_or(&[][..], |mesh| &mesh.positions) {
-                let point = instance
-                    .transform
-                    .transform_point3(DVec3::from_array(position.map(f64::from)));
+                let point = instance.transform.transform_point3(DVec3::from_array(position.map(f64::from)));
                 if !point.is_nan() {
                     lo = lo.min(point);
                     hi = hi.max(point);
@@ -147,11 +142,7 @@ impl Scene {
 
 fn round_down(value: f64) -> f32 {
     let nearest = value as f32;
-    if f64::from(nearest) > value {
-        nearest.next_down()
-    } else {
-        nearest
-    }
+    if f64::from(nearest) > value { nearest.next_down() } else { nearest }
 }
 
 fn round_up(value: f64) -> f32 {
@@ -165,23 +156,14 @@ mod tests {
     #[test]
     fn an_unknown_scene_is_told_the_names() {
         let message = Scene::load("teapot").unwrap_err().to_string();
-        assert!(
-            message.contains("teapot") && message.contains("cornell-mitsuba"),
-            "{message}"
-        );
+        assert!(message.contains("teapot") && message.contains("cornell-mitsuba"), "{message}");
     }
 
     #[test]
     fn bounds_are_rounded_outwards() {
         let scene = Scene {
-            meshes: vec![Mesh {
-                positions: vec![[1.0; 3], [2.0; 3], [f32::NAN; 3]],
-                ..Mesh::default()
-            }],
-            instances: vec![Instance {
-                mesh: 0,
-                transform: DAffine3::from_scale(DVec3::splat(0.1)),
-            }],
+            meshes: vec![Mesh { positions: vec![[1.0; 3], [2.0; 3], [f32::NAN; 3]], ..Mesh::default() }],
+            instances: vec![Instance { mesh: 0, transform: DAffine3::from_scale(DVec3::splat(0.1)) }],
             ..Scene::default()
         };
         let [lo, hi] = scene.bounds();

@@ -65,10 +65,7 @@ fn a_truncated_binary_file() {
 fn a_required_unknown_extension_is_named() {
     let (mut document, bytes) = triangles(&TRIANGLE);
     document["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]);
-    assert_file_refused(
-        &glb(&document, &bytes),
-        &["KHR_draco_mesh_compression", "not supported"],
-    );
+    assert_file_refused(&glb(&document, &bytes), &["KHR_draco_mesh_compression", "not supported"]);
 }
 
 #[test]
@@ -175,14 +172,7 @@ fn degenerate_triangles_are_counted() {
     let scene = workplace.input("scene.glb", &glb(&document, &bytes));
     let outcome = run(["info", &scene]);
     assert_done(&outcome);
-    let row = |name: &str| {
-        outcome
-            .stdout
-            .lines()
-            .find(|line| line.starts_with(name))
-            .unwrap()
-            .to_owned()
-    };
+    let row = |name: &str| outcome.stdout.lines().find(|line| line.starts_with(name)).unwrap().to_owned();
     assert!(row("triangles").ends_with(" 1"), "{}", outcome.stdout);
     assert!(row("skipped").contains(" 2 degenerate"), "{}", outcome.stdout);
 }
@@ -194,12 +184,7 @@ fn a_scene_without_light_is_black_and_says_so() {
     let scene = workplace.input("scene.glb", &glb(&document, &bytes));
     let outcome = finish(&mut render(&workplace, &scene, &[]));
     assert_done(&outcome);
-    assert!(
-        outcome
-            .stderr
-            .lines()
-            .any(|line| line.starts_with("warning:") && line.contains("no light"))
-    );
+    assert!(outcome.stderr.lines().any(|line| line.starts_with("warning:") && line.contains("no light")));
     assert_eq!(workplace.outputs(), ["image.exr"]);
     let lit = finish(&mut render(&workplace, &scene, &["--default-light"]));
     assert_done(&lit);
@@ -208,15 +193,7 @@ fn a_scene_without_light_is_black_and_says_so() {
 
 #[test]
 fn sizes_out_of_range() {
-    for size in [
-        "0x0",
-        "0x8",
-        "8x0",
-        "16385x1",
-        "1x16385",
-        "4294967296x4294967296",
-        "1x99999999999999999999",
-    ] {
+    for size in ["0x0", "0x8", "8x0", "16385x1", "1x16385", "4294967296x4294967296", "1x99999999999999999999"] {
         assert_options_refused(&["--size", size], &["image"]);
     }
 }
@@ -267,10 +244,7 @@ fn too_much_memory() {
 
 #[test]
 fn settings_that_do_not_exist() {
-    assert_options_refused(
-        &["--set", "roulete=on"],
-        &["roulete", "roulette", "jitter", "max_depth"],
-    );
+    assert_options_refused(&["--set", "roulete=on"], &["roulete", "roulette", "jitter", "max_depth"]);
     assert_options_refused(&["--set", "roulette=maybe"], &["roulette", "on or off"]);
     assert_options_refused(&["--set", "roulette"], &["roulette", "on or off"]);
     assert_options_refused(&["--max-depth", "0"], &["depth"]);
@@ -286,37 +260,21 @@ fn outputs_that_cannot_be_written() {
     let refused = |output: &str, words: &[&str]| {
         assert_refused(&run(["render", "cornell", "-o", output, "--device", "cpu"]), words);
     };
-    refused(
-        &workplace.output("missing/image.exr"),
-        &["cannot write", "missing", "does not exist"],
-    );
+    refused(&workplace.output("missing/image.exr"), &["cannot write", "missing", "does not exist"]);
     refused(&workplace.output("folder.exr"), &["cannot write", "folder"]);
     refused(&workplace.output("image.jpg"), &[".exr"]);
     refused(&format!("{file}/image.exr"), &["cannot write"]);
     let png = workplace.output("missing/image.png");
-    assert_refused(
-        &finish(&mut render(&workplace, "cornell", &["--png", &png])),
-        &["cannot write", "image.png"],
-    );
-    refused(
-        &workplace.output(&format!("{}.exr", "x".repeat(300))),
-        &["cannot write", "too long"],
-    );
+    assert_refused(&finish(&mut render(&workplace, "cornell", &["--png", &png])), &["cannot write", "image.png"]);
+    refused(&workplace.output(&format!("{}.exr", "x".repeat(300))), &["cannot write", "too long"]);
     let same = workplace.output("image.exr");
-    assert_refused(
-        &finish(&mut render(&workplace, "cornell", &["--png", &same])),
-        &["--png", ".png"],
-    );
+    assert_refused(&finish(&mut render(&workplace, "cornell", &["--png", &same])), &["--png", ".png"]);
     assert_eq!(workplace.outputs(), ["folder.exr"]);
 }
 
 /// Without a driver there is no adapter to find.
 fn without_driver(command: &mut Command) -> Outcome {
-    finish(
-        command
-            .env("VK_DRIVER_FILES", "/nonexistent")
-            .env("VK_ICD_FILENAMES", "/nonexistent"),
-    )
+    finish(command.env("VK_DRIVER_FILES", "/nonexistent").env("VK_ICD_FILENAMES", "/nonexistent"))
 }
 
 #[test]
@@ -324,14 +282,10 @@ fn without_driver(command: &mut Command) -> Outcome {
 fn no_gpu() {
     let workplace = Workplace::new();
     let output = workplace.output("image.exr");
-    let gpu = without_driver(&mut program([
-        "render", "cornell", "-o", &output, "--device", "gpu", "--size", "8x8",
-    ]));
+    let gpu = without_driver(&mut program(["render", "cornell", "-o", &output, "--device", "gpu", "--size", "8x8"]));
     assert_refused(&gpu, &["adapter"]);
     assert_eq!(workplace.outputs(), [""; 0]);
-    let auto = without_driver(&mut program([
-        "render", "cornell", "-o", &output, "--spp", "1", "--size", "8x8",
-    ]));
+    let auto = without_driver(&mut program(["render", "cornell", "-o", &output, "--spp", "1", "--size", "8x8"]));
     assert_done(&auto);
     assert!(auto.stderr.contains("device: CPU (no GPU adapter"), "{}", auto.stderr);
     let devices = without_driver(&mut program(["devices"]));
@@ -343,9 +297,6 @@ fn no_gpu() {
 fn images_that_cannot_be_compared() {
     let workplace = Workplace::new();
     let text = workplace.input("text.exr", b"not an image");
-    assert_refused(
-        &run(["compare", "missing.exr", "missing.exr"]),
-        &["cannot read", "missing.exr"],
-    );
+    assert_refused(&run(["compare", "missing.exr", "missing.exr"]), &["cannot read", "missing.exr"]);
     assert_refused(&run(["compare", &text, &text, "--json"]), &["cannot read", "text.exr"]);
 }

@@ -9,12 +9,8 @@ use crate::support::data_folder;
 #[test]
 fn meshes_have_all_their_triangles() {
     let Some(folder) = data_folder() else { return };
-    for (name, triangles) in [
-        ("bunny", 5_648),
-        ("suzanne", 14_842),
-        ("dragon_res3", 47_794),
-        ("dragon_res2", 202_520),
-    ] {
+    for (name, triangles) in [("bunny", 5_648), ("suzanne", 14_842), ("dragon_res3", 47_794), ("dragon_res2", 202_520)]
+    {
         let path = folder.join(format!("{name}.glb"));
         let scene = Scene::load(path.to_str().unwrap()).unwrap();
         let stats = SceneBuffers::build(&scene).unwrap().stats();

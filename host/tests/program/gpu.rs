@@ -28,9 +28,7 @@ fn render(device: &str, output: &str, runtime: &TempDir) -> Command {
         "render", "cornell", "-o", output, "--device", device, "--size", "33x17", "--spp", "7", "--seed", "5",
         "--jitter",
     ]);
-    command
-        .env("XDG_RUNTIME_DIR", runtime.path())
-        .env_remove("RESTIR_SHADERS");
+    command.env("XDG_RUNTIME_DIR", runtime.path()).env_remove("RESTIR_SHADERS");
     command
 }
 
@@ -47,12 +45,7 @@ fn the_gpu_gives_the_picture_of_the_cpu() {
     });
     let bits = |path: &str| -> Vec<u32> {
         let image = read_exr(Path::new(path)).unwrap();
-        image
-            .pixels
-            .as_flattened()
-            .iter()
-            .map(|value| value.to_bits())
-            .collect()
+        image.pixels.as_flattened().iter().map(|value| value.to_bits()).collect()
     };
     assert!(bits(&cpu) == bits(&gpu), "the pictures differ");
     let metadata = |path: &str, key: &str| {
@@ -131,11 +124,7 @@ fn a_manifest_that_is_none() {
     if !has_adapter() {
         return;
     }
-    assert_damage_refused(
-        "manifest.json",
-        |bytes| *bytes = b"}{ \xff".to_vec(),
-        &["self_check", "manifest"],
-    );
+    assert_damage_refused("manifest.json", |bytes| *bytes = b"}{ \xff".to_vec(), &["self_check", "manifest"]);
     assert_damage_refused("manifest.json", |bytes| *bytes = b"[]".to_vec(), &["self_check"]);
 }
 
@@ -144,15 +133,8 @@ fn a_missing_module() {
     if !has_adapter() {
         return;
     }
-    let (workplace, runtime, empty) = (
-        Workplace::new(),
-        tempfile::tempdir().unwrap(),
-        tempfile::tempdir().unwrap(),
-    );
+    let (workplace, runtime, empty) = (Workplace::new(), tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let mut command = render("gpu", &workplace.output("image.exr"), &runtime);
-    assert_refused(
-        &finish(command.env("RESTIR_SHADERS", empty.path())),
-        &["self_check", "cannot read"],
-    );
+    assert_refused(&finish(command.env("RESTIR_SHADERS", empty.path())), &["self_check", "cannot read"]);
     assert_eq!(workplace.outputs(), [""; 0]);
 }

@@ -17,10 +17,7 @@ fn render(scene: &str, output: &str, more: &[&str]) -> String {
 #[test]
 fn the_scenes_are_listed() {
     let names = run(["scenes", "--names"]).stdout;
-    assert_eq!(
-        names.lines().collect::<Vec<_>>(),
-        ["cornell", "cornell-mitsuba", "furnace"]
-    );
+    assert_eq!(names.lines().collect::<Vec<_>>(), ["cornell", "cornell-mitsuba", "furnace"]);
     assert_eq!(run(["scenes"]).stdout.lines().count(), 3);
     for name in names.lines() {
         assert_done(&run(["info", name]));
@@ -31,26 +28,14 @@ fn the_scenes_are_listed() {
 fn a_render_writes_its_files_and_how_it_was_made() {
     let workplace = Workplace::new();
     let (exr, png) = (workplace.output("image.exr"), workplace.output("image.png"));
-    let stdout = render(
-        "cornell",
-        &exr,
-        &["--png", &png, "--spp", "3", "--seed", "7", "--set", "roulette=on"],
-    );
-    assert!(
-        stdout.contains("samples/s") && stdout.contains(&exr) && stdout.contains(&png),
-        "{stdout}"
-    );
+    let stdout = render("cornell", &exr, &["--png", &png, "--spp", "3", "--seed", "7", "--set", "roulette=on"]);
+    assert!(stdout.contains("samples/s") && stdout.contains(&exr) && stdout.contains(&png), "{stdout}");
     assert_eq!(workplace.outputs(), ["image.exr", "image.png"]);
     let image = read_exr(Path::new(&exr)).unwrap();
     assert_eq!((image.width, image.height), (16, 12));
     assert!(image.pixels.as_flattened().iter().sum::<f32>() > 0.0);
     let metadata = read_exr_metadata(Path::new(&exr)).unwrap();
-    let value = |key: &str| {
-        metadata
-            .iter()
-            .find(|(name, _)| name == key)
-            .map(|(_, value)| value.as_str())
-    };
+    let value = |key: &str| metadata.iter().find(|(name, _)| name == key).map(|(_, value)| value.as_str());
     for (key, expected) in [
         ("scene", "cornell"),
         ("technique", "path"),
@@ -106,10 +91,7 @@ fn equal_renders_give_equal_files() {
         render("cornell", &output, &[&["--spp", "5", "--jitter"], more].concat());
         std::fs::read(output).unwrap()
     };
-    assert_eq!(
-        file("one.exr", &["--threads", "1"]),
-        file("three.exr", &["--threads", "3"])
-    );
+    assert_eq!(file("one.exr", &["--threads", "1"]), file("three.exr", &["--threads", "3"]));
     assert_ne!(file("one.exr", &[]), file("other.exr", &["--seed", "1"]));
 }
 
@@ -121,12 +103,7 @@ fn the_split_into_dispatches_does_not_change_the_image() {
     render("cornell", &split, &["--spp", "13", "--set", "dispatch_samples=2"]);
     let outcome = run(["compare", &split, &whole]);
     assert_done(&outcome);
-    assert!(
-        outcome
-            .stdout
-            .lines()
-            .any(|line| line.starts_with("identical") && line.ends_with("yes"))
-    );
+    assert!(outcome.stdout.lines().any(|line| line.starts_with("identical") && line.ends_with("yes")));
 }
 
 #[test]
@@ -142,10 +119,7 @@ fn the_furnace_has_its_radiance() {
     let mean = estimates.iter().sum::<f64>() / count;
     let variance = estimates.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / (count - 1.0);
     let standard_error = (variance / count).sqrt();
-    assert!(
-        standard_error < 0.02 && (mean - 1.875).abs() < 4.0 * standard_error + 1e-5,
-        "{mean} +- {standard_error}"
-    );
+    assert!(standard_error < 0.02 && (mean - 1.875).abs() < 4.0 * standard_error + 1e-5, "{mean} +- {standard_error}");
 }
 
 #[test]
@@ -187,16 +161,7 @@ fn a_comparison_in_json_has_the_agreed_keys() {
     let workplace = Workplace::new();
     let write = |name: &str, pixel: [f32; 3]| {
         let path = workplace.output(name);
-        write_exr(
-            Path::new(&path),
-            &Image {
-                width: 2,
-                height: 1,
-                pixels: vec![pixel; 2],
-            },
-            &[],
-        )
-        .unwrap();
+        write_exr(Path::new(&path), &Image { width: 2, height: 1, pixels: vec![pixel; 2] }, &[]).unwrap();
         path
     };
     let (grey, black) = (write("grey.exr", [0.5; 3]), write("black.exr", [0.0; 3]));
@@ -208,24 +173,12 @@ fn a_comparison_in_json_has_the_agreed_keys() {
     let same = compared(&grey, &grey);
     let mut keys: Vec<&str> = same.as_object().unwrap().keys().map(String::as_str).collect();
     keys.sort_unstable();
-    let expected = [
-        "differing_words",
-        "identical",
-        "max_ulp",
-        "mean_ratio",
-        "rel_mse",
-        "rmae",
-        "rmse",
-        "rmspe",
-        "smape",
-    ];
+    let expected =
+        ["differing_words", "identical", "max_ulp", "mean_ratio", "rel_mse", "rmae", "rmse", "rmspe", "smape"];
     assert_eq!(keys, expected);
     assert_eq!((&same["identical"], &same["mean_ratio"]), (&json!(true), &json!(1.0)));
     let other = compared(&grey, &black);
-    assert_eq!(
-        (&other["identical"], &other["differing_words"]),
-        (&json!(false), &json!(6))
-    );
+    assert_eq!((&other["identical"], &other["differing_words"]), (&json!(false), &json!(6)));
     assert!(other["mean_ratio"].is_null() && other["rmae"].is_null(), "{other}");
 }
 
@@ -234,16 +187,9 @@ fn images_of_different_sizes_are_refused() {
     let workplace = Workplace::new();
     let write = |width: u32| {
         let path = workplace.output(&format!("{width}.exr"));
-        let image = Image {
-            width,
-            height: 1,
-            pixels: vec![[0.0; 3]; width as usize],
-        };
+        let image = Image { width, height: 1, pixels: vec![[0.0; 3]; width as usize] };
         write_exr(Path::new(&path), &image, &[]).unwrap();
         path
     };
-    assert_refused(
-        &run(["compare", &write(1), &write(2)]),
-        &["different sizes", "1 x 1", "2 x 1"],
-    );
+    assert_refused(&run(["compare", &write(1), &write(2)]), &["different sizes", "1 x 1", "2 x 1"]);
 }

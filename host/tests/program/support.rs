@@ -42,9 +42,7 @@ impl Workplace {
     /// Names of the files in the folder for outputs.
     pub(crate) fn outputs(&self) -> Vec<String> {
         let entries = std::fs::read_dir(self.output_folder()).unwrap();
-        let mut names: Vec<String> = entries
-            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-            .collect();
+        let mut names: Vec<String> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
         names.sort();
         names
     }
@@ -78,11 +76,7 @@ pub(crate) fn run<S: AsRef<OsStr>>(arguments: impl IntoIterator<Item = S>) -> Ou
 /// The run is refused: exit code 2 and one line that explains it with all of `words`.
 pub(crate) fn assert_refused(outcome: &Outcome, words: &[&str]) {
     assert_eq!(outcome.code, Some(2), "{}", outcome.stderr);
-    let errors: Vec<&str> = outcome
-        .stderr
-        .lines()
-        .filter(|line| line.starts_with("error:"))
-        .collect();
+    let errors: Vec<&str> = outcome.stderr.lines().filter(|line| line.starts_with("error:")).collect();
     let [error] = errors[..] else {
         panic!("not one line of error:\n{}", outcome.stderr);
     };
@@ -143,9 +137,6 @@ pub(crate) fn data_folder() -> Option<PathBuf> {
         return Some(folder);
     }
     // not by `eprintln!`, which the test harness hides
-    let _ = writeln!(
-        std::io::stderr(),
-        "skipped: there is no folder ../shared/data beside the workspace"
-    );
+    let _ = writeln!(std::io::stderr(), "skipped: there is no folder ../shared/data beside the workspace");
     None
 }

@@ -18,7 +18,7 @@ use glam::{Vec2, Vec3};
 /// A ray, or a segment if `t_max` is finite; `direction` need not have unit length.
 #[derive(Clone, Copy)]
 pub struct Ray {
-    /// Where it begins; |components| at most 2^31, where those of the scene are at most 2^30.
+    /// Where it begins; |components| at most 2^32, where those of the scene are at most 2^30.
     pub origin: Vec3,
     /// Not zero: its largest component is no smaller than 2^-60 times the largest distance to a vertex, and at most 2^40.
     pub direction: Vec3,
@@ -44,19 +44,11 @@ pub struct Hit {
 
 impl Hit {
     /// Nothing was hit.
-    pub const MISS: Self = Self {
-        t: Ray::FAR,
-        id: NONE,
-        uv: Vec2::ZERO,
-    };
+    pub const MISS: Self = Self { t: Ray::FAR, id: NONE, uv: Vec2::ZERO };
 
     /// The device ended the search before its time. Some limit the rounds of an invocation's loops: lavapipe to 65 535.
     /// A sample in which this happens has to be dropped.
-    pub const CUT: Self = Self {
-        t: f32::MAX,
-        id: NONE,
-        uv: Vec2::ZERO,
-    };
+    pub const CUT: Self = Self { t: f32::MAX, id: NONE, uv: Vec2::ZERO };
 
     /// Whether this is [`Self::CUT`].
     #[inline(always)]

@@ -9,16 +9,9 @@ use glam::Vec3;
 /// the device did not let the search end.
 pub fn traverse<const ANY: bool>(scene: &SceneView<'_>, ray: &Ray) -> Hit {
     let header = scene.header;
-    let slab = Slab::new(
-        ray,
-        Vec3::from_array(header.bounds_lo),
-        Vec3::from_array(header.bounds_hi),
-    );
+    let slab = Slab::new(ray, Vec3::from_array(header.bounds_lo), Vec3::from_array(header.bounds_hi));
     let test = TriangleTest::new(ray);
-    let mut best = Hit {
-        t: ray.t_max,
-        ..Hit::MISS
-    };
+    let mut best = Hit { t: ray.t_max, ..Hit::MISS };
     let mut stack = [NONE; STACK_DEPTH];
     let mut pending = 0;
     let mut current = header.root;
@@ -85,16 +78,8 @@ fn order_children(scene: &SceneView<'_>, slab: &Slab, node: u32, limit: f32) -> 
     let hi1 = scene.geometry[at + 3];
     let (enter0, exit0) = slab.interval(xyz(lo0), xyz(hi0));
     let (enter1, exit1) = slab.interval(xyz(lo1), xyz(hi1));
-    let child0 = if (enter0 <= exit0) & (enter0 <= limit) {
-        lo0.w
-    } else {
-        NONE
-    };
-    let child1 = if (enter1 <= exit1) & (enter1 <= limit) {
-        hi0.w
-    } else {
-        NONE
-    };
+    let child0 = if (enter0 <= exit0) & (enter0 <= limit) { lo0.w } else { NONE };
+    let child1 = if (enter1 <= exit1) & (enter1 <= limit) { hi0.w } else { NONE };
     if child0 == NONE {
         (child1, NONE)
     } else if child1 == NONE {

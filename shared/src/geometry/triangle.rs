@@ -5,8 +5,8 @@ use crate::num;
 use crate::vec::{max, max_abs, min};
 use glam::{Vec2, Vec3};
 
-/// Bounds are padded by this fraction of the largest distance between the ray's origin and the scene's bounds:
-/// 2^-19, three times the error of the triangle test.
+/// Bounds are padded by this fraction of the largest distance between the ray's origin and the scene's bounds, which is
+/// three times the error of the triangle test, and of the origin's own coordinates, lest the padding be rounded away: 2^-19.
 const PADDING: f32 = 1.0 / 524_288.0;
 /// Components of a direction below 2^-80 count as 2^-80 in the slab test, so that no product is NaN.
 const MIN_DIRECTION: f32 = 8.271_806e-25;
@@ -30,7 +30,7 @@ impl Slab {
     #[inline(always)]
     pub fn new(ray: &Ray, bounds_lo: Vec3, bounds_hi: Vec3) -> Self {
         let reach = num::max(max_abs(bounds_lo - ray.origin), max_abs(bounds_hi - ray.origin));
-        let padding = Vec3::splat(reach * PADDING);
+        let padding = Vec3::splat((reach + max_abs(ray.origin)) * PADDING);
         let d = ray.direction;
         Self {
             lo_origin: ray.origin + padding,
@@ -48,10 +48,7 @@ impl Slab {
         let b = (hi - self.hi_origin) * self.inverse;
         let near = min(a, b);
         let far = max(a, b);
-        (
-            num::max(num::max(near.x, near.y), num::max(near.z, 0.0)),
-            num::min(num::min(far.x, far.y), far.z),
-        )
+        (num::max(num::max(near.x, near.y), num::max(near.z, 0.0)), num::min(num::min(far.x, far.y), far.z))
     }
 }
 
@@ -97,13 +94,7 @@ impl TriangleTest {
         };
         let d = rotate(d, axis);
         let scale = num::recip(d.z);
-        Self {
-            origin: ray.origin,
-            shear_x: d.x * scale,
-            shear_y: d.y * scale,
-            scale,
-            axis,
-        }
+        Self { origin: ray.origin, shear_x: d.x * scale, shear_y: d.y * scale, scale, axis }
     }
 
     /// A vertex in sheared coordinates: x and y across the ray, z along it in units of t.
@@ -137,10 +128,6 @@ impl TriangleTest {
         if !((t0 <= t1) & (t > 0.0)) {
             return Hit::MISS;
         }
-        Hit {
-            t,
-            id,
-            uv: Vec2::new(v * inv, w * inv),
-        }
+        Hit { t, id, uv: Vec2::new(v * inv, w * inv) }
     }
 }

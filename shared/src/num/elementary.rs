@@ -103,8 +103,5 @@ pub fn sin_cos(u: f32) -> (f32, f32) {
     let p = p * z - 19.739_208;
     let cos = p * z + 1.0;
     let (a, b) = if quadrant & 1 == 0 { (sin, cos) } else { (cos, sin) };
-    (
-        if quadrant & 2 == 0 { a } else { -a },
-        if quadrant.wrapping_add(1) & 2 == 0 { b } else { -b },
-    )
+    (if quadrant & 2 == 0 { a } else { -a }, if quadrant.wrapping_add(1) & 2 == 0 { b } else { -b })
 }

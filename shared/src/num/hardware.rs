@@ -22,9 +22,5 @@ pub(super) fn sqrt(x: f32) -> f32 {
 /// exhaustively (`cargo xtask num`).
 #[inline(always)]
 pub(super) fn rsqrt(x: f32) -> f32 {
-    if x == 0.0 {
-        f32::INFINITY
-    } else {
-        (1.0 / f64::from(x).sqrt()) as f32
-    }
+    if x == 0.0 { f32::INFINITY } else { (1.0 / f64::from(x).sqrt()) as f32 }
 }

@@ -30,10 +30,7 @@ mod intrinsic;
 use hardware as form;
 #[cfg(all(target_arch = "spirv", feature = "fast"))]
 use intrinsic as form;
-#[cfg(not(any(
-    all(not(target_arch = "spirv"), feature = "std"),
-    all(target_arch = "spirv", feature = "fast")
-)))]
+#[cfg(not(any(all(not(target_arch = "spirv"), feature = "std"), all(target_arch = "spirv", feature = "fast"))))]
 use soft as form;
 
 /// Below this argument [`exp`] is zero: its result would not be a normal number.

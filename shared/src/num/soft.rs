@@ -130,11 +130,7 @@ pub fn rsqrt_mantissa(m: u32, seed: u32, y: f32) -> u32 {
     let (carry, product_lo) = mul_wide(square_lo, m);
     let product_hi = square_hi.wrapping_mul(m).wrapping_add(carry);
     let lo = product_lo.wrapping_neg();
-    let hi = if product_lo == 0 {
-        product_hi.wrapping_neg()
-    } else {
-        !product_hi
-    };
+    let hi = if product_lo == 0 { product_hi.wrapping_neg() } else { !product_hi };
     let step = round(hi as i32 as f32 * (y * TWO_POW_M17));
     // rest = residual - m (step (2 seed + step)); only its sign matters
     let grow = step.wrapping_mul(seed.wrapping_mul(2).wrapping_add(step as u32) as i32);

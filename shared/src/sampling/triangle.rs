@@ -26,9 +26,5 @@ pub fn triangle_pdf(area: f32) -> f32 {
 /// The `u` of which [`sample_triangle`] makes the barycentric coordinates `b`.
 #[inline(always)]
 pub fn invert_triangle(b: Vec2) -> Vec2 {
-    if b.y > b.x {
-        Vec2::new(b.x * 2.0, b.y + b.x)
-    } else {
-        Vec2::new(b.x + b.y, b.y * 2.0)
-    }
+    if b.y > b.x { Vec2::new(b.x * 2.0, b.y + b.x) } else { Vec2::new(b.x + b.y, b.y * 2.0) }
 }

@@ -103,11 +103,7 @@ fn emission_weight(light_density: f32, point: &SurfacePoint, ray: &Ray, t: f32, 
     // the light's density per steradian is light_density t^2 / cos; multiplied out, so that cos may be zero
     let scatter = scatter_pdf * num::abs(dot(point.normal, ray.direction));
     let light = light_density * (t * t);
-    if scatter > 0.0 {
-        num::div(scatter, scatter + light)
-    } else {
-        0.0
-    }
+    if scatter > 0.0 { num::div(scatter, scatter + light) } else { 0.0 }
 }
 
 /// A vertex of a path, seen from the side that the path came from.
@@ -127,18 +123,12 @@ struct NextEvent {
 impl Vertex {
     #[inline(always)]
     fn new(point: &SurfacePoint, ray: &Ray) -> Self {
-        let normal = if dot(point.normal, ray.direction) > 0.0 {
-            -point.normal
-        } else {
-            point.normal
-        };
+        let normal = if dot(point.normal, ray.direction) > 0.0 { -point.normal } else { point.normal };
         Self {
             position: point.position,
             offset: point.offset,
             frame: Frame::new(normal),
-            bsdf: Lambert {
-                reflectance: point.reflectance,
-            },
+            bsdf: Lambert { reflectance: point.reflectance },
         }
     }
 
@@ -149,11 +139,7 @@ impl Vertex {
 
     #[inline(always)]
     fn spawn(&self, direction: Vec3) -> Ray {
-        Ray {
-            origin: self.origin(),
-            direction,
-            t_max: Ray::FAR,
-        }
+        Ray { origin: self.origin(), direction, t_max: Ray::FAR }
     }
 
     /// The balance heuristic's weight is folded in: with w = l / (l + s), the value f cos L / l times w is
@@ -164,19 +150,12 @@ impl Vertex {
         let to_light = light.position - origin;
         let facing = dot(light.normal, to_light) < 0.0;
         let side = if facing { light.offset } else { -light.offset };
-        let shadow = Ray {
-            origin,
-            direction: (light.position + light.normal * side) - origin,
-            t_max: 1.0,
-        };
+        let shadow = Ray { origin, direction: (light.position + light.normal * side) - origin, t_max: 1.0 };
         let distance_squared = dot(to_light, to_light);
         let cos_scaled = dot(self.frame.n, to_light);
         let emits = light.density > 0.0 && (facing || light.two_sided);
         if !(emits && cos_scaled > 0.0 && distance_squared > MIN_DISTANCE_SQUARED) {
-            return NextEvent {
-                value: Vec3::ZERO,
-                shadow,
-            };
+            return NextEvent { value: Vec3::ZERO, shadow };
         }
         let inv_distance = num::rsqrt(distance_squared);
         let cos = cos_scaled * inv_distance;

@@ -38,10 +38,7 @@ impl Run {
     /// The numbers between two of the same sign.
     fn between(a: f32, b: f32) -> Self {
         let (a, b) = (a.to_bits(), b.to_bits());
-        Self {
-            first: a.min(b),
-            last: a.max(b),
-        }
+        Self { first: a.min(b), last: a.max(b) }
     }
 
     /// Every `stride`-th number, and the last.
@@ -94,10 +91,7 @@ fn exact_sin_cos(u: f32) -> (f64, f64) {
 
 /// Sine and cosine over all angles up to [`TURNS_MAX`] of normal magnitude.
 pub fn sine_cosine(effort: Effort, function: impl Fn(f32) -> (f32, f32) + Sync) -> [Tally; 2] {
-    let runs = [
-        Run::between(f32::MIN_POSITIVE, TURNS_MAX),
-        Run::between(-f32::MIN_POSITIVE, -TURNS_MAX),
-    ];
+    let runs = [Run::between(f32::MIN_POSITIVE, TURNS_MAX), Run::between(-f32::MIN_POSITIVE, -TURNS_MAX)];
     both(effort, runs, |u, [sin, cos]| {
         let input = u64::from(u.to_bits());
         let (s, c) = function(u);
@@ -157,10 +151,6 @@ pub(super) fn rows(effort: Effort) -> Vec<Row> {
         Row::accuracy("ln", "positive normal numbers", logarithm(effort, num::ln)),
         Row::accuracy("sin", turns, sin),
         Row::accuracy("cos", turns, cos),
-        Row::accuracy(
-            "atan2",
-            "magnitudes from 2^-99 to 2^101, angles above 2^-100",
-            angle(effort, num::atan2),
-        ),
+        Row::accuracy("atan2", "magnitudes from 2^-99 to 2^101, angles above 2^-100", angle(effort, num::atan2)),
     ]
 }

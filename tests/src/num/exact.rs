@@ -35,11 +35,7 @@ fn round(floor: u64, exact: bool) -> u64 {
 fn assemble(mantissa: u64, exponent: i32) -> f32 {
     // exact in f64, so that the conversion rounds nothing but overflow
     let value = mantissa as f64 * f64::exp2(f64::from(exponent - 23));
-    if value < f64::from(f32::MIN_POSITIVE) {
-        0.0
-    } else {
-        value as f32
-    }
+    if value < f64::from(f32::MIN_POSITIVE) { 0.0 } else { value as f32 }
 }
 
 /// floor(a 2^k / b) for 24-bit mantissas, k = 24 if a >= b and 25 otherwise.

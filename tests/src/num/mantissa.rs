@@ -105,9 +105,7 @@ pub fn division_at_boundaries(correction: impl Fn(u32, u32, u32, f32) -> u32 + S
 
 /// Reciprocals of mantissas.
 pub fn reciprocal(effort: Effort, correction: impl Fn(u32, u32, f32) -> u32 + Sync) -> Tally {
-    unary(effort, 2 * HIDDEN, correction, exact::recip_floor, |m| {
-        f64::from(HIDDEN) / f64::from(m)
-    })
+    unary(effort, 2 * HIDDEN, correction, exact::recip_floor, |m| f64::from(HIDDEN) / f64::from(m))
 }
 
 /// Square roots of mantissas.
@@ -130,11 +128,7 @@ pub(super) fn rows(effort: Effort) -> Vec<Row> {
     let row = |function, domain, tally| Row::rounding(function, "correction", domain, tally);
     let all = "seeds within ±16 units, `y` to 16 bits";
     vec![
-        row(
-            "div",
-            "10⁸ pairs, seeds within ±8 ulp, `y` to 24 bits",
-            division(effort, soft::div_mantissa),
-        ),
+        row("div", "10⁸ pairs, seeds within ±8 ulp, `y` to 24 bits", division(effort, soft::div_mantissa)),
         row(
             "div",
             "boundary pairs, seeds within ±16 units, `y` to 16 bits",

@@ -6,9 +6,7 @@ use crate::random::SplitMix;
 use restir_shared::num::{self, soft};
 
 /// Biased exponents of unary operands: the ends of the range, both parities, around 1, where results leave the range.
-const EXPONENTS: [u32; 18] = [
-    1, 2, 3, 4, 63, 64, 124, 125, 126, 127, 128, 129, 190, 191, 251, 252, 253, 254,
-];
+const EXPONENTS: [u32; 18] = [1, 2, 3, 4, 63, 64, 124, 125, 126, 127, 128, 129, 190, 191, 251, 252, 253, 254];
 const MANTISSAS: u64 = 1 << 23;
 const PAIRS: u64 = 200_000_000;
 /// A prime, so that the subset has no pattern in the mantissa's bits.
@@ -127,18 +125,8 @@ fn random_pair(index: u64) -> (f32, f32) {
     match index % 4 {
         0 => (f32::from_bits(a), f32::from_bits(b)),
         1 => (moderate(a), moderate(b)),
-        2 => (
-            moderate(a),
-            moderate((b & !0x007f_ffff) | (a.wrapping_add(b & 63).wrapping_sub(32) & 0x007f_ffff)),
-        ),
-        _ => (
-            moderate(a | 0x007f_ff00),
-            moderate(if b & 256 == 0 {
-                b | 0x007f_ff00
-            } else {
-                b & !0x007f_ff00
-            }),
-        ),
+        2 => (moderate(a), moderate((b & !0x007f_ffff) | (a.wrapping_add(b & 63).wrapping_sub(32) & 0x007f_ffff))),
+        _ => (moderate(a | 0x007f_ff00), moderate(if b & 256 == 0 { b | 0x007f_ff00 } else { b & !0x007f_ff00 })),
     }
 }
 
@@ -153,26 +141,11 @@ pub(super) fn rows(effort: Effort) -> Vec<Row> {
     let domain = "all numbers";
     let mut rows = vec![
         Row::rounding("div", "device", domain, division(effort, Subnormals::Zero, soft::div)),
-        Row::rounding(
-            "div",
-            "host",
-            domain,
-            division(effort, Subnormals::Unspecified, num::div),
-        ),
+        Row::rounding("div", "host", domain, division(effort, Subnormals::Unspecified, num::div)),
     ];
     for (name, device, host, oracle) in unaries {
-        rows.push(Row::rounding(
-            name,
-            "device",
-            domain,
-            unary(effort, Subnormals::Zero, device, oracle),
-        ));
-        rows.push(Row::rounding(
-            name,
-            "host",
-            domain,
-            unary(effort, Subnormals::Unspecified, host, oracle),
-        ));
+        rows.push(Row::rounding(name, "device", domain, unary(effort, Subnormals::Zero, device, oracle)));
+        rows.push(Row::rounding(name, "host", domain, unary(effort, Subnormals::Unspecified, host, oracle)));
     }
     rows
 }

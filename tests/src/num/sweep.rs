@@ -21,13 +21,7 @@ pub struct Tally {
 
 impl Tally {
     fn new(limit: f64) -> Self {
-        Self {
-            inputs: 0,
-            failures: 0,
-            worst: 0.0,
-            worst_input: 0,
-            limit,
-        }
+        Self { inputs: 0, failures: 0, worst: 0.0, worst_input: 0, limit }
     }
 
     /// One input; an error that is not a number is a failure.
@@ -50,11 +44,7 @@ impl Tally {
     pub(super) fn merge(self, other: Self) -> Self {
         let mine = self.worst > other.worst || (self.worst == other.worst && self.worst_input <= other.worst_input);
         let worst = if mine { self } else { other };
-        Self {
-            inputs: self.inputs + other.inputs,
-            failures: self.failures + other.failures,
-            ..worst
-        }
+        Self { inputs: self.inputs + other.inputs, failures: self.failures + other.failures, ..worst }
     }
 }
 

@@ -25,23 +25,11 @@ enum Claim {
 
 impl Row {
     pub(super) fn rounding(function: &'static str, form: &'static str, domain: &'static str, tally: Tally) -> Self {
-        Self {
-            function,
-            form,
-            domain,
-            tally,
-            claim: Claim::CorrectlyRounded,
-        }
+        Self { function, form, domain, tally, claim: Claim::CorrectlyRounded }
     }
 
     pub(super) fn accuracy(function: &'static str, domain: &'static str, tally: Tally) -> Self {
-        Self {
-            function,
-            form: "both",
-            domain,
-            tally,
-            claim: Claim::Accurate,
-        }
+        Self { function, form: "both", domain, tally, claim: Claim::Accurate }
     }
 
     /// Whether the function is as good as claimed.
@@ -66,11 +54,7 @@ impl Row {
         } else if input >> 32 == 0 {
             format!("`{:e}`", f32::from_bits(input as u32))
         } else {
-            format!(
-                "`{:e}, {:e}`",
-                f32::from_bits((input >> 32) as u32),
-                f32::from_bits(input as u32)
-            )
+            format!("`{:e}, {:e}`", f32::from_bits((input >> 32) as u32), f32::from_bits(input as u32))
         }
     }
 }
@@ -80,15 +64,9 @@ pub fn markdown(rows: &[Row]) -> String {
     let mut text =
         String::from("| function | form | operands | tested | result | worst at |\n|---|---|---|---:|---|---|\n");
     for row in rows {
-        let cells = [
-            row.function,
-            row.form,
-            row.domain,
-            &row.tally.inputs.to_string(),
-            &row.result(),
-            &row.worst_input(),
-        ]
-        .join(" | ");
+        let cells =
+            [row.function, row.form, row.domain, &row.tally.inputs.to_string(), &row.result(), &row.worst_input()]
+                .join(" | ");
         writeln!(text, "| {cells} |").expect("a String takes all text");
     }
     text

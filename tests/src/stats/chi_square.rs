@@ -32,10 +32,7 @@ pub fn chi_square(cells: impl IntoIterator<Item = (u64, f64)>) -> ChiSquare {
     if let Some(last) = pooled.last_mut() {
         *last = (last.0 + pending.0, last.1 + pending.1);
     }
-    let statistic: f64 = pooled
-        .iter()
-        .map(|(count, expected)| (count - expected).powi(2) / expected)
-        .sum();
+    let statistic: f64 = pooled.iter().map(|(count, expected)| (count - expected).powi(2) / expected).sum();
     let degrees = pooled.len().saturating_sub(1) as f64;
     let p = if impossible {
         0.0

@@ -29,11 +29,7 @@ pub fn upper_gamma(a: f64, x: f64) -> f64 {
         return 1.0;
     }
     let scale = (a * x.ln() - x - ln_gamma(a)).exp();
-    if x < a + 1.0 {
-        1.0 - scale * lower_series(a, x)
-    } else {
-        scale * upper_fraction(a, x)
-    }
+    if x < a + 1.0 { 1.0 - scale * lower_series(a, x) } else { scale * upper_fraction(a, x) }
 }
 
 fn lower_series(a: f64, x: f64) -> f64 {

@@ -11,11 +11,7 @@ pub struct Moments {
 impl Moments {
     /// A known value, without variance.
     pub fn exact(value: f64) -> Self {
-        Self {
-            count: f64::INFINITY,
-            mean: value,
-            squares: 0.0,
-        }
+        Self { count: f64::INFINITY, mean: value, squares: 0.0 }
     }
 
     /// Adds a value.
@@ -44,10 +40,7 @@ impl Moments {
     /// The moments of the values plus a constant.
     #[must_use]
     pub fn shifted(self, by: f64) -> Self {
-        Self {
-            mean: self.mean + by,
-            ..self
-        }
+        Self { mean: self.mean + by, ..self }
     }
 
     /// The mean.
@@ -62,11 +55,7 @@ impl Moments {
 
     /// The variance of the mean; infinite for fewer than two values.
     pub fn variance_of_mean(&self) -> f64 {
-        if self.count < 2.0 {
-            f64::INFINITY
-        } else {
-            self.variance() / self.count
-        }
+        if self.count < 2.0 { f64::INFINITY } else { self.variance() / self.count }
     }
 
     /// The standard error of the mean.

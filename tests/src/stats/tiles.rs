@@ -75,9 +75,7 @@ impl TileGrid {
         // merged in the order of the chunks, so that the result does not depend on the schedule
         let chunks: Vec<_> = (0..restarts.div_ceil(CHUNK)).into_par_iter().map(chunk).collect();
         let empty = vec![Moments::default(); self.numbers()];
-        chunks.into_iter().fold(empty, |sum, chunk| {
-            sum.iter().zip(chunk).map(|(a, b)| a.merge(b)).collect()
-        })
+        chunks.into_iter().fold(empty, |sum, chunk| sum.iter().zip(chunk).map(|(a, b)| a.merge(b)).collect())
     }
 
     /// The moments of an image that is known.
@@ -177,14 +175,7 @@ mod tests {
     use super::*;
     use crate::random::SplitMix;
 
-    const TEST: TileTest = TileTest {
-        grid: TileGrid {
-            width: 4,
-            height: 2,
-            tile: 2,
-        },
-        family_rate: 1e-3,
-    };
+    const TEST: TileTest = TileTest { grid: TileGrid { width: 4, height: 2, tile: 2 }, family_rate: 1e-3 };
 
     fn noise(stream: u64, scale: f64) -> Vec<Moments> {
         TEST.grid.moments(2000, |restart, x, y| {

@@ -37,14 +37,8 @@ impl fmt::Display for Violation {
 
 /// Checks the binary of an `exact` module against the numeric contract.
 pub fn check_exact(bytes: &[u8]) -> Result<(), Vec<Violation>> {
-    let module = parse(bytes).map_err(|reason| {
-        vec![Violation {
-            kernel: "?".to_owned(),
-            opcode: "Nop".to_owned(),
-            id: None,
-            reason,
-        }]
-    })?;
+    let module = parse(bytes)
+        .map_err(|reason| vec![Violation { kernel: "?".to_owned(), opcode: "Nop".to_owned(), id: None, reason }])?;
     let violations = check_module(&module);
     if violations.is_empty() { Ok(()) } else { Err(violations) }
 }
@@ -52,9 +46,7 @@ pub fn check_exact(bytes: &[u8]) -> Result<(), Vec<Violation>> {
 /// As [`check_exact`], for a parsed module.
 pub fn check_module(module: &Module) -> Vec<Violation> {
     let mut checker = Checker::new(module);
-    module
-        .all_inst_iter()
-        .for_each(|instruction| checker.instruction(instruction));
+    module.all_inst_iter().for_each(|instruction| checker.instruction(instruction));
     checker.header(module);
     checker.violations
 }
@@ -69,16 +61,10 @@ struct Checker {
 
 impl Checker {
     fn new(module: &Module) -> Self {
-        let glsl = module
-            .ext_inst_imports
-            .iter()
-            .filter(|i| string_operand(i, 0) == Some(ext_inst::GLSL));
+        let glsl = module.ext_inst_imports.iter().filter(|i| string_operand(i, 0) == Some(ext_inst::GLSL));
         Self {
             kernel: entry_name(module),
-            decorated: decorations(module)
-                .filter(|d| d.1 == Decoration::NoContraction)
-                .map(|d| d.0)
-                .collect(),
+            decorated: decorations(module).filter(|d| d.1 == Decoration::NoContraction).map(|d| d.0).collect(),
             glsl: glsl.filter_map(|i| i.result_id).collect(),
             zeros: zeros(module),
             violations: Vec::new(),
@@ -152,12 +138,7 @@ impl Checker {
 
     fn violation(&mut self, opcode: Op, id: Option<Word>, reason: String) {
         let opcode = format!("{opcode:?}");
-        self.violations.push(Violation {
-            kernel: self.kernel.clone(),
-            opcode,
-            id,
-            reason,
-        });
+        self.violations.push(Violation { kernel: self.kernel.clone(), opcode, id, reason });
     }
 }
 
@@ -196,11 +177,8 @@ fn operand_problem(instruction: &Instruction) -> Option<String> {
             let width = literal_operand(instruction, 0)?;
             (width != 32).then(|| format!("{width}-bit types are outside the contract"))
         }
-        Op::Extension => Some(format!(
-            "extension {} is not permitted",
-            string_operand(instruction, 0)?
-        ))
-        .filter(|_| string_operand(instruction, 0) != Some("SPV_KHR_float_controls")),
+        Op::Extension => Some(format!("extension {} is not permitted", string_operand(instruction, 0)?))
+            .filter(|_| string_operand(instruction, 0) != Some("SPV_KHR_float_controls")),
         _ => instruction.operands.iter().find_map(enumerant_problem),
     }
 }

@@ -31,22 +31,12 @@ pub(super) fn run(workspace: &Workspace, install_toolchain: bool) -> Result<(), 
     let built = pipeline::build(workspace, &toolchain)?;
     let findings = findings(&built, restir_kernels::ALL);
     if !findings.is_empty() {
-        return Err(Error::Failed(format!(
-            "nothing was written, because\n  {}",
-            findings.join("\n  ")
-        )));
+        return Err(Error::Failed(format!("nothing was written, because\n  {}", findings.join("\n  "))));
     }
     let manifest = describe(workspace, identity, digest, &built)?;
     let changed = publish::replace(&workspace.spirv(), &files(&built, &manifest)?)?;
     print!("{}", summary(&manifest));
-    println!(
-        "{}",
-        if changed {
-            "kernels/spirv was replaced"
-        } else {
-            "kernels/spirv was up to date"
-        }
-    );
+    println!("{}", if changed { "kernels/spirv was replaced" } else { "kernels/spirv was up to date" });
     Ok(())
 }
 
@@ -54,11 +44,7 @@ pub(super) fn run(workspace: &Workspace, install_toolchain: bool) -> Result<(), 
 pub(super) fn findings(built: &BTreeMap<Flavour, Modules>, kernels: &[KernelDesc]) -> Vec<String> {
     let mut findings = Vec::new();
     for (&flavour, modules) in built {
-        findings.extend(verify::compare_entries(
-            modules.keys().map(String::as_str),
-            flavour,
-            kernels,
-        ));
+        findings.extend(verify::compare_entries(modules.keys().map(String::as_str), flavour, kernels));
         for kernel in kernels {
             if let Some(bytes) = modules.get(kernel.name) {
                 findings.extend(verify::verify(bytes, flavour, kernel));
@@ -81,19 +67,12 @@ fn describe(
         let record = KernelRecord::new(exact, &built[&Flavour::Fast][name]).map_err(Error::Failed)?;
         kernels.insert(name.clone(), record);
     }
-    Ok(Manifest {
-        toolchain,
-        tools: TOOLS.map(version).into(),
-        source_digest,
-        kernels,
-    })
+    Ok(Manifest { toolchain, tools: TOOLS.map(version).into(), source_digest, kernels })
 }
 
 fn files(built: &BTreeMap<Flavour, Modules>, manifest: &Manifest) -> Result<BTreeMap<PathBuf, Vec<u8>>, Error> {
     let modules = built.iter().flat_map(|(&flavour, modules)| {
-        modules
-            .iter()
-            .map(move |(name, bytes)| (module_path(flavour, name), bytes.clone()))
+        modules.iter().map(move |(name, bytes)| (module_path(flavour, name), bytes.clone()))
     });
     let manifest = (PathBuf::from(MANIFEST), manifest.to_json()?.into_bytes());
     Ok(modules.chain([manifest]).collect())
@@ -101,10 +80,7 @@ fn files(built: &BTreeMap<Flavour, Modules>, manifest: &Manifest) -> Result<BTre
 
 /// A table of sizes, one line a kernel.
 fn summary(manifest: &Manifest) -> String {
-    let mut text = format!(
-        "{:<24} {:>10} {:>10} {:>10}\n",
-        "kernel", "exact ops", "fast ops", "ratio"
-    );
+    let mut text = format!("{:<24} {:>10} {:>10} {:>10}\n", "kernel", "exact ops", "fast ops", "ratio");
     for (name, record) in &manifest.kernels {
         let (exact, fast) = (record.exact.operations, record.fast.operations);
         text += &format!("{name:<24} {exact:>10} {fast:>10} {:>10.2}\n", record.exact_per_fast);

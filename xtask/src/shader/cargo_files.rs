@@ -75,9 +75,7 @@ impl LockFile {
     fn resolve<'a>(&'a self, dependency: &'a str) -> impl Iterator<Item = &'a Package> {
         let mut words = dependency.split(' ');
         let (name, version) = (words.next(), words.next());
-        self.package
-            .iter()
-            .filter(move |p| Some(p.name.as_str()) == name && version.is_none_or(|v| v == p.version))
+        self.package.iter().filter(move |p| Some(p.name.as_str()) == name && version.is_none_or(|v| v == p.version))
     }
 }
 
@@ -133,10 +131,7 @@ mod tests {
         )
         .unwrap();
         let lines = lock.closure(vec!["member".to_owned(), "spirv-std".to_owned()]);
-        assert_eq!(
-            lines.into_iter().collect::<Vec<_>>(),
-            ["glam 0.33.12 b", "spirv-std 0.10.0 a"]
-        );
+        assert_eq!(lines.into_iter().collect::<Vec<_>>(), ["glam 0.33.12 b", "spirv-std 0.10.0 a"]);
         assert_eq!(lock.version("wgpu"), Some("30.0.0"));
     }
 }

@@ -79,10 +79,7 @@ impl fmt::Display for Scope {
             Self::Hashes => {
                 f.write_str("no toolchain: hashes and source digest were compared, the bytes were not rebuilt")
             }
-            Self::Bytes { id } => write!(
-                f,
-                "toolchain {id}, that of the manifest: rebuilt and compared byte for byte"
-            ),
+            Self::Bytes { id } => write!(f, "toolchain {id}, that of the manifest: rebuilt and compared byte for byte"),
             Self::Entries { id, manifest } => write!(
                 f,
                 "toolchain {id} is not {manifest}, that of the manifest: rebuilt, and the entry points were compared, \
@@ -108,10 +105,7 @@ pub fn require(scope: &Scope, rebuild: bool) -> Result<(), Error> {
 
 fn judge(committed: &Committed) -> Result<(), Error> {
     if committed.findings.is_empty() {
-        println!(
-            "{} kernels: the committed modules are in order",
-            committed.manifest.kernels.len()
-        );
+        println!("{} kernels: the committed modules are in order", committed.manifest.kernels.len());
         return Ok(());
     }
     Err(Error::Failed(format!(
@@ -130,11 +124,7 @@ pub fn examine(workspace: &Workspace) -> Result<Committed, Error> {
     if source_digest(workspace)? != manifest.source_digest {
         findings.push("the source has changed since the modules were built".to_owned());
     }
-    Ok(Committed {
-        manifest,
-        modules,
-        findings,
-    })
+    Ok(Committed { manifest, modules, findings })
 }
 
 /// Compares fresh modules with the committed ones. Gives what the comparison is worth, and its findings.
@@ -149,10 +139,7 @@ pub fn compare_rebuild(
         return (Scope::Bytes { id }, compare_bytes(built, &committed.modules));
     }
     let manifest = theirs.id.clone();
-    (
-        Scope::Entries { id, manifest },
-        compare_entries(built, &committed.modules),
-    )
+    (Scope::Entries { id, manifest }, compare_entries(built, &committed.modules))
 }
 
 /// Compares the files with the manifest: none missing, none more, none different.
@@ -181,10 +168,7 @@ fn compare_files(manifest: &Manifest, committed: &BTreeMap<PathBuf, Vec<u8>>) ->
 }
 
 fn display(path: &Path) -> String {
-    path.iter()
-        .map(|part| part.to_string_lossy())
-        .collect::<Vec<_>>()
-        .join("/")
+    path.iter().map(|part| part.to_string_lossy()).collect::<Vec<_>>().join("/")
 }
 
 fn modules_of(manifest: &Manifest, committed: &BTreeMap<PathBuf, Vec<u8>>) -> BTreeMap<Flavour, Modules> {
@@ -220,17 +204,10 @@ fn compare_bytes(built: &BTreeMap<Flavour, Modules>, committed: &BTreeMap<Flavou
 
 fn compare_entries(built: &BTreeMap<Flavour, Modules>, committed: &BTreeMap<Flavour, Modules>) -> Vec<String> {
     let entries = |modules: &BTreeMap<Flavour, Modules>| -> BTreeSet<String> {
-        modules
-            .iter()
-            .flat_map(|(f, modules)| modules.keys().map(move |name| format!("{f}/{name}")))
-            .collect()
+        modules.iter().flat_map(|(f, modules)| modules.keys().map(move |name| format!("{f}/{name}"))).collect()
     };
     let (new, old) = (entries(built), entries(committed));
-    let missing = new
-        .difference(&old)
-        .map(|entry| format!("{entry}: built, but not committed"));
-    let extra = old
-        .difference(&new)
-        .map(|entry| format!("{entry}: committed, but not built any more"));
+    let missing = new.difference(&old).map(|entry| format!("{entry}: built, but not committed"));
+    let extra = old.difference(&new).map(|entry| format!("{entry}: committed, but not built any more"));
     missing.chain(extra).collect()
 }

@@ -54,29 +54,11 @@ impl Job {
         features: &[&str],
         list: PathBuf,
     ) -> Self {
-        let feature = flavour
-            .feature()
-            .iter()
-            .chain(features)
-            .map(|&f| f.to_owned())
-            .collect();
-        let name = [flavour.name()]
-            .iter()
-            .chain(features)
-            .copied()
-            .collect::<Vec<_>>()
-            .join("-");
+        let feature = flavour.feature().iter().chain(features).map(|&f| f.to_owned()).collect();
+        let name = [flavour.name()].iter().chain(features).copied().collect::<Vec<_>>().join("-");
         let target = workspace.target().join("shaders").join(&name);
         let (channel, backend) = (toolchain.channel.clone(), toolchain.backend.clone());
-        Self {
-            kernels: workspace.kernels(),
-            channel,
-            backend,
-            name,
-            target,
-            feature,
-            list,
-        }
+        Self { kernels: workspace.kernels(), channel, backend, name, target, feature, list }
     }
 
     /// The part of the work that runs in the child.
@@ -91,13 +73,9 @@ impl Job {
             .extra_arg("--no-spirv-opt");
         builder.toolchain_overwrite = Some(self.channel.clone());
         builder.build_script.defaults = false;
-        let built = builder
-            .build()
-            .map_err(|e| Error::Failed(format!("the kernels do not compile: {e}")))?;
+        let built = builder.build().map_err(|e| Error::Failed(format!("the kernels do not compile: {e}")))?;
         let ModuleResult::MultiModule(modules) = built.module else {
-            return Err(Error::Failed(
-                "rust-gpu gave one module instead of one an entry point".to_owned(),
-            ));
+            return Err(Error::Failed("rust-gpu gave one module instead of one an entry point".to_owned()));
         };
         let text = serde_json::to_string(&modules).map_err(|e| Error::Failed(e.to_string()))?;
         std::fs::write(&self.list, text).map_err(Error::io("write", &self.list))
@@ -111,11 +89,7 @@ impl Job {
             .spawn()
             .map_err(|e| Error::Environment(format!("cannot run {}: {e}", program.display())))?;
         let relay = child.stderr.take().map(|stderr| relay(self.name.clone(), stderr));
-        Ok(Running {
-            job: self,
-            child,
-            relay,
-        })
+        Ok(Running { job: self, child, relay })
     }
 
     fn command(&self, program: &Path) -> Command {
@@ -135,14 +109,9 @@ impl Job {
         command.env("RUST_MIN_STACK", (64 << 20).to_string());
         // The lock file decides the bytes, and nothing from a user's environment may.
         command.env("RUSTGPU_CARGOFLAGS", "--locked");
-        command
-            .env_remove("RUSTGPU_CODEGEN_ARGS")
-            .env_remove("RUSTGPU_RUSTFLAGS");
+        command.env_remove("RUSTGPU_CODEGEN_ARGS").env_remove("RUSTGPU_RUSTFLAGS");
         command.env("CARGO_TERM_PROGRESS_WHEN", "never");
-        command
-            .stdin(Stdio::null())
-            .stdout(Stdio::null())
-            .stderr(Stdio::piped());
+        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
         command
     }
 }
@@ -171,15 +140,9 @@ impl Running {
         match status {
             Ok(status) if status.success() => {
                 let kernel_seconds = started.map(|instant| instant.elapsed().as_secs_f64());
-                Ok(Built {
-                    modules: self.job.modules()?,
-                    kernel_seconds,
-                })
+                Ok(Built { modules: self.job.modules()?, kernel_seconds })
             }
-            _ => Err(Error::Failed(format!(
-                "the build `{}` of the kernels failed, see above",
-                self.job.name
-            ))),
+            _ => Err(Error::Failed(format!("the build `{}` of the kernels failed, see above", self.job.name))),
         }
     }
 }
@@ -191,11 +154,7 @@ impl Job {
             .map_err(|e| Error::Failed(format!("{} is not a list of modules: {e}", self.list.display())))?;
         let read = |(name, path): (String, PathBuf)| match std::fs::read(&path) {
             Ok(bytes) => Ok((name, bytes)),
-            Err(source) => Err(Error::Io {
-                action: "read",
-                path,
-                source,
-            }),
+            Err(source) => Err(Error::Io { action: "read", path, source }),
         };
         paths.into_iter().map(read).collect()
     }
@@ -230,9 +189,7 @@ mod tests {
 
     #[test]
     fn only_the_expected_warning_is_dropped() {
-        assert!(is_expected(
-            "warning: `spirv-opt` should have ran (optlevel=Aggressive) but was disabled"
-        ));
+        assert!(is_expected("warning: `spirv-opt` should have ran (optlevel=Aggressive) but was disabled"));
         assert!(is_expected("warning: `restir-kernels` (lib) generated 1 warning"));
         assert!(!is_expected("warning: `restir-kernels` (lib) generated 2 warnings"));
         assert!(!is_expected("warning: `restir-shared` (lib) generated 1 warning"));
@@ -240,10 +197,7 @@ mod tests {
 
     #[test]
     fn a_job_has_a_target_directory_of_its_own() {
-        let toolchain = Toolchain {
-            channel: "channel".to_owned(),
-            backend: "backend".into(),
-        };
+        let toolchain = Toolchain { channel: "channel".to_owned(), backend: "backend".into() };
         let job =
             |flavour, features: &[&str]| Job::new(&Workspace::new("."), &toolchain, flavour, features, "list".into());
         let probe = job(Flavour::Fast, &["size-probe"]);

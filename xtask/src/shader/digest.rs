@@ -66,18 +66,12 @@ fn collect(root: &Path, folder: &Path, files: &mut BTreeSet<PathBuf>) -> Result<
 }
 
 fn portable_name(path: &Path) -> String {
-    path.iter()
-        .map(|part| part.to_string_lossy())
-        .collect::<Vec<_>>()
-        .join("/")
+    path.iter().map(|part| part.to_string_lossy()).collect::<Vec<_>>().join("/")
 }
 
 fn unix_lines(text: &[u8]) -> Vec<u8> {
     let carriage_return = |i: usize| text[i] == b'\r' && text.get(i + 1) == Some(&b'\n');
-    (0..text.len())
-        .filter(|&i| !carriage_return(i))
-        .map(|i| text[i])
-        .collect()
+    (0..text.len()).filter(|&i| !carriage_return(i)).map(|i| text[i]).collect()
 }
 
 #[cfg(test)]
@@ -99,10 +93,7 @@ mod tests {
             std::fs::write(path, text).unwrap();
         };
         for name in CRATES {
-            write(
-                &format!("{name}/Cargo.toml"),
-                &format!("[package]\nname = \"{name}\"\n"),
-            );
+            write(&format!("{name}/Cargo.toml"), &format!("[package]\nname = \"{name}\"\n"));
             write(&format!("{name}/src/lib.rs"), "");
         }
         for step in STEPS {
@@ -112,37 +103,17 @@ mod tests {
         write("Cargo.toml", "");
         let workspace = Workspace::new(root);
         let mut seen = BTreeSet::from([source_digest(&workspace).unwrap()]);
-        for path in [
-            "shared/src/lib.rs",
-            "kernels/src/deep/er.rs",
-            "kernels/Cargo.toml",
-            "xtask/src/shader/post.rs",
-        ] {
+        for path in ["shared/src/lib.rs", "kernels/src/deep/er.rs", "kernels/Cargo.toml", "xtask/src/shader/post.rs"] {
             write(path, "[package]\nname = \"changed\"\n");
             assert!(seen.insert(source_digest(&workspace).unwrap()), "{path} does not count");
         }
         write("host/src/lib.rs", "unrelated");
         assert!(!seen.insert(source_digest(&workspace).unwrap()), "host code counts");
         write("shared/Cargo.toml", "[dependencies]\nglam.workspace = true\n");
-        assert!(
-            seen.insert(source_digest(&workspace).unwrap()),
-            "a dependency does not count"
-        );
-        write(
-            "Cargo.toml",
-            "[workspace.dependencies]\nglam = { version = \"0.33\", features = [\"libm\"] }\n",
-        );
-        assert!(
-            seen.insert(source_digest(&workspace).unwrap()),
-            "a feature does not count"
-        );
-        write(
-            "Cargo.lock",
-            "[[package]]\nname = \"glam\"\nversion = \"0.33.12\"\nchecksum = \"a\"\n",
-        );
-        assert!(
-            seen.insert(source_digest(&workspace).unwrap()),
-            "a locked version does not count"
-        );
+        assert!(seen.insert(source_digest(&workspace).unwrap()), "a dependency does not count");
+        write("Cargo.toml", "[workspace.dependencies]\nglam = { version = \"0.33\", features = [\"libm\"] }\n");
+        assert!(seen.insert(source_digest(&workspace).unwrap()), "a feature does not count");
+        write("Cargo.lock", "[[package]]\nname = \"glam\"\nversion = \"0.33.12\"\nchecksum = \"a\"\n");
+        assert!(seen.insert(source_digest(&workspace).unwrap()), "a locked version does not count");
     }
 }

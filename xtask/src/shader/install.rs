@@ -19,33 +19,10 @@ const COMPONENTS: &str = "cargo,rustc,rust-std,clippy,rust-src,rustc-dev,llvm-to
 pub fn commands(kernels: &Path) -> Vec<Vec<OsString>> {
     let shader_crate = kernels.as_os_str();
     vec![
-        command(&[
-            "rustup",
-            "toolchain",
-            "install",
-            CHANNEL,
-            "--profile",
-            "minimal",
-            "-c",
-            COMPONENTS,
-        ]),
-        command(&[
-            "cargo",
-            "install",
-            "cargo-gpu",
-            "--version",
-            VERSION,
-            "--locked",
-            "--no-default-features",
-        ]),
+        command(&["rustup", "toolchain", "install", CHANNEL, "--profile", "minimal", "-c", COMPONENTS]),
+        command(&["cargo", "install", "cargo-gpu", "--version", VERSION, "--locked", "--no-default-features"]),
         [
-            command(&[
-                "cargo",
-                "gpu",
-                "install",
-                "--auto-install-rust-toolchain",
-                "--shader-crate",
-            ]),
+            command(&["cargo", "gpu", "install", "--auto-install-rust-toolchain", "--shader-crate"]),
             vec![shader_crate.to_owned()],
         ]
         .concat(),
@@ -75,11 +52,7 @@ pub fn consent_message(kernels: &Path) -> String {
 fn shell(words: &[OsString]) -> String {
     let quoted = words.iter().map(|word| {
         let word = word.to_string_lossy();
-        if word.contains(' ') {
-            format!("\"{word}\"")
-        } else {
-            word.into_owned()
-        }
+        if word.contains(' ') { format!("\"{word}\"") } else { word.into_owned() }
     });
     quoted.collect::<Vec<_>>().join(" ")
 }
@@ -94,10 +67,7 @@ pub fn install(kernels: &Path) -> Result<Toolchain, Error> {
         Error::Environment(format!(
             "cargo-gpu ended well, but its backend is not at {}: set RUST_GPU_TOOLCHAIN={CHANNEL} and RUST_GPU_CODEGEN \
              to the library that it built",
-            cache_dir()
-                .map(|cache| backend_path(&cache))
-                .unwrap_or_default()
-                .display()
+            cache_dir().map(|cache| backend_path(&cache)).unwrap_or_default().display()
         ))
     })
 }
@@ -107,11 +77,7 @@ fn run(words: &[OsString]) -> Result<(), Error> {
         return Ok(());
     };
     // Cargo runs xtask with the variables of the stable toolchain, which must not reach another one.
-    let status = Command::new(program)
-        .args(arguments)
-        .env_remove("RUSTUP_TOOLCHAIN")
-        .env_remove("CARGO")
-        .status();
+    let status = Command::new(program).args(arguments).env_remove("RUSTUP_TOOLCHAIN").env_remove("CARGO").status();
     match status {
         Ok(status) if status.success() => Ok(()),
         Ok(status) => Err(Error::Environment(format!("`{}` ended with {status}", shell(words)))),
@@ -122,30 +88,17 @@ fn run(words: &[OsString]) -> Result<(), Error> {
 /// What an earlier run of cargo-gpu left.
 pub fn installed() -> Option<Toolchain> {
     let backend = backend_path(&cache_dir()?);
-    backend.is_file().then(|| Toolchain {
-        channel: CHANNEL.to_owned(),
-        backend,
-    })
+    backend.is_file().then(|| Toolchain { channel: CHANNEL.to_owned(), backend })
 }
 
 /// Where cargo-gpu 0.10 puts the backend: a folder named after the version, its dots replaced.
 fn backend_path(cache: &Path) -> PathBuf {
-    let library = format!(
-        "{}rustc_codegen_spirv{}",
-        env::consts::DLL_PREFIX,
-        env::consts::DLL_SUFFIX
-    );
-    cache
-        .join("rust-gpu")
-        .join("codegen")
-        .join(VERSION.replace('.', "_"))
-        .join(library)
+    let library = format!("{}rustc_codegen_spirv{}", env::consts::DLL_PREFIX, env::consts::DLL_SUFFIX);
+    cache.join("rust-gpu").join("codegen").join(VERSION.replace('.', "_")).join(library)
 }
 
 fn cache_dir() -> Option<PathBuf> {
-    cache_dir_of(env::consts::OS, |name| {
-        env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from)
-    })
+    cache_dir_of(env::consts::OS, |name| env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from))
 }
 
 /// The user's cache folder on an operating system, as the `directories` crate defines it.
@@ -153,9 +106,7 @@ fn cache_dir_of(os: &str, variable: impl Fn(&str) -> Option<PathBuf>) -> Option<
     match os {
         "windows" => variable("LOCALAPPDATA"),
         "macos" => Some(variable("HOME")?.join("Library").join("Caches")),
-        _ => variable("XDG_CACHE_HOME")
-            .filter(|p| p.is_absolute())
-            .or_else(|| Some(variable("HOME")?.join(".cache"))),
+        _ => variable("XDG_CACHE_HOME").filter(|p| p.is_absolute()).or_else(|| Some(variable("HOME")?.join(".cache"))),
     }
 }
 
@@ -180,14 +131,9 @@ mod tests {
     #[test]
     fn the_message_says_what_how_large_and_how() {
         let message = consent_message(Path::new("kernels"));
-        for part in [
-            CHANNEL,
-            "rust-src",
-            "rustc_codegen_spirv 0.10.0",
-            "2 GB",
-            "--install-toolchain",
-            "cargo gpu install",
-        ] {
+        for part in
+            [CHANNEL, "rust-src", "rustc_codegen_spirv 0.10.0", "2 GB", "--install-toolchain", "cargo gpu install"]
+        {
             assert!(message.contains(part), "{part} is not in: {message}");
         }
     }
@@ -197,18 +143,9 @@ mod tests {
         let set =
             |names: &'static [&'static str]| move |name: &str| names.contains(&name).then(|| Path::new("/").join(name));
         assert_eq!(cache_dir_of("linux", set(&["HOME"])), Some("/HOME/.cache".into()));
-        assert_eq!(
-            cache_dir_of("linux", set(&["HOME", "XDG_CACHE_HOME"])),
-            Some("/XDG_CACHE_HOME".into())
-        );
-        assert_eq!(
-            cache_dir_of("macos", set(&["HOME"])),
-            Some("/HOME/Library/Caches".into())
-        );
-        assert_eq!(
-            cache_dir_of("windows", set(&["LOCALAPPDATA"])),
-            Some("/LOCALAPPDATA".into())
-        );
+        assert_eq!(cache_dir_of("linux", set(&["HOME", "XDG_CACHE_HOME"])), Some("/XDG_CACHE_HOME".into()));
+        assert_eq!(cache_dir_of("macos", set(&["HOME"])), Some("/HOME/Library/Caches".into()));
+        assert_eq!(cache_dir_of("windows", set(&["LOCALAPPDATA"])), Some("/LOCALAPPDATA".into()));
         assert_eq!(cache_dir_of("linux", set(&[])), None);
     }
 
@@ -221,9 +158,6 @@ mod tests {
     #[test]
     fn the_version_is_that_of_the_kernels() {
         let manifest = include_str!("../../../Cargo.toml");
-        assert!(
-            manifest.contains(&format!("spirv-std = \"={VERSION}\"")),
-            "spirv-std and cargo-gpu move together"
-        );
+        assert!(manifest.contains(&format!("spirv-std = \"={VERSION}\"")), "spirv-std and cargo-gpu move together");
     }
 }

@@ -15,15 +15,11 @@ pub fn check(module: &Module, interface: &Interface) -> Vec<String> {
     let mut findings = Vec::new();
     let count = operations(module).count();
     if count > MAX_OPERATIONS {
-        findings.push(format!(
-            "{count} operations, and {MAX_OPERATIONS} are the limit: split the pass"
-        ));
+        findings.push(format!("{count} operations, and {MAX_OPERATIONS} are the limit: split the pass"));
     }
     let buffers = interface.buffers.len();
     if buffers > MAX_STORAGE_BUFFERS {
-        findings.push(format!(
-            "{buffers} storage buffers, and {MAX_STORAGE_BUFFERS} are the limit: merge arrays"
-        ));
+        findings.push(format!("{buffers} storage buffers, and {MAX_STORAGE_BUFFERS} are the limit: merge arrays"));
     }
     for (index, buffer) in interface.buffers.iter().enumerate() {
         if (buffer.set, buffer.binding as usize) != (0, index) {

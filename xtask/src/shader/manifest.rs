@@ -54,11 +54,7 @@ impl KernelRecord {
     pub fn new(exact: &[u8], fast: &[u8]) -> Result<Self, String> {
         let (exact, fast) = (ModuleRecord::new(exact)?, ModuleRecord::new(fast)?);
         let ratio = exact.operations as f64 / fast.operations.max(1) as f64;
-        Ok(Self {
-            exact_per_fast: (ratio * 1000.0).round() / 1000.0,
-            exact,
-            fast,
-        })
+        Ok(Self { exact_per_fast: (ratio * 1000.0).round() / 1000.0, exact, fast })
     }
 
     /// The module of a flavour.
@@ -83,12 +79,7 @@ impl ModuleRecord {
             *histogram.entry(name).or_default() += 1;
         }
         let operations = operations(&module).count();
-        Ok(Self {
-            blake3: hash(bytes),
-            bytes: bytes.len(),
-            operations,
-            histogram,
-        })
+        Ok(Self { blake3: hash(bytes), bytes: bytes.len(), operations, histogram })
     }
 }
 
@@ -106,10 +97,7 @@ impl Manifest {
             Error::Failed(format!("cannot read {path} ({e}): run `cargo xtask shader build`"))
         })?;
         serde_json::from_str(&text).map_err(|e| {
-            Error::Failed(format!(
-                "{} is damaged ({e}): restore it or run `cargo xtask shader build`",
-                path.display()
-            ))
+            Error::Failed(format!("{} is damaged ({e}): restore it or run `cargo xtask shader build`", path.display()))
         })
     }
 

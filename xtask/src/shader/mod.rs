@@ -77,17 +77,12 @@ pub fn run(command: Command, timer: Option<probe::DeviceTimer>) -> Result<(), Er
 fn dis(workspace: &Workspace, kernel: &str, flavour: Flavour) -> Result<(), Error> {
     if restir_kernels::ALL.iter().all(|k| k.name != kernel) {
         let names: Vec<&str> = restir_kernels::ALL.iter().map(|k| k.name).collect();
-        return Err(Error::Environment(format!(
-            "no kernel `{kernel}`: the kernels are {}",
-            names.join(", ")
-        )));
+        return Err(Error::Environment(format!("no kernel `{kernel}`: the kernels are {}", names.join(", "))));
     }
     let module = workspace.module(flavour, kernel);
     if !module.is_file() {
         let path = module.display();
-        return Err(Error::Environment(format!(
-            "{path} is not there: run `cargo xtask shader build`"
-        )));
+        return Err(Error::Environment(format!("{path} is not there: run `cargo xtask shader build`")));
     }
     print!("{}", tools::disassemble(&module)?);
     Ok(())

@@ -20,21 +20,12 @@ pub fn assemble(module: &Module) -> Vec<u8> {
 
 /// Instructions inside functions, without labels: what the manifest calls operations.
 pub fn operations(module: &Module) -> impl Iterator<Item = &Instruction> {
-    module
-        .functions
-        .iter()
-        .flat_map(|f| &f.blocks)
-        .flat_map(|b| &b.instructions)
+    module.functions.iter().flat_map(|f| &f.blocks).flat_map(|b| &b.instructions)
 }
 
 /// Name of the only entry point, or `"?"`.
 pub fn entry_name(module: &Module) -> String {
-    module
-        .entry_points
-        .first()
-        .and_then(|entry| string_operand(entry, 2))
-        .unwrap_or("?")
-        .to_owned()
+    module.entry_points.first().and_then(|entry| string_operand(entry, 2)).unwrap_or("?").to_owned()
 }
 
 /// The operand with that index, if it is a string.
@@ -63,23 +54,15 @@ pub fn literal_operand(instruction: &Instruction, index: usize) -> Option<u32> {
 
 /// Types, constants and global variables by result id.
 pub fn globals(module: &Module) -> HashMap<Word, &Instruction> {
-    module
-        .types_global_values
-        .iter()
-        .filter_map(|i| Some((i.result_id?, i)))
-        .collect()
+    module.types_global_values.iter().filter_map(|i| Some((i.result_id?, i))).collect()
 }
 
 /// `OpDecorate` instructions as (target, decoration, first literal).
 pub fn decorations(module: &Module) -> impl Iterator<Item = (Word, Decoration, Option<u32>)> {
-    module
-        .annotations
-        .iter()
-        .filter(|i| i.class.opcode == Op::Decorate)
-        .filter_map(|i| match i.operands[..] {
-            [Operand::IdRef(target), Operand::Decoration(decoration), ..] => {
-                Some((target, decoration, literal_operand(i, 2)))
-            }
-            _ => None,
-        })
+    module.annotations.iter().filter(|i| i.class.opcode == Op::Decorate).filter_map(|i| match i.operands[..] {
+        [Operand::IdRef(target), Operand::Decoration(decoration), ..] => {
+            Some((target, decoration, literal_operand(i, 2)))
+        }
+        _ => None,
+    })
 }

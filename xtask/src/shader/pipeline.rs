@@ -38,9 +38,7 @@ fn build_flavour(workspace: &Workspace, toolchain: &Toolchain, flavour: Flavour)
         let name = post::kernel_name(&entry);
         let finished = finish_module(name, &bytes, flavour)?;
         if modules.insert(name.to_owned(), finished).is_some() {
-            return Err(Error::Failed(format!(
-                "two kernels are named `{name}`: rename one of them"
-            )));
+            return Err(Error::Failed(format!("two kernels are named `{name}`: rename one of them")));
         }
     }
     Ok(modules)

@@ -14,15 +14,11 @@ pub fn check(bytes: &[u8], entry: &str) -> Vec<String> {
         Ok(parsed) => parsed,
         Err(finding) => return vec![finding],
     };
-    let (frozen, frozen_info) = match process_overrides(
-        &module,
-        &info,
-        Some((ShaderStage::Compute, entry)),
-        &PipelineConstants::default(),
-    ) {
-        Ok(processed) => processed,
-        Err(error) => return vec![rejects("its specialization", &error)],
-    };
+    let (frozen, frozen_info) =
+        match process_overrides(&module, &info, Some((ShaderStage::Compute, entry)), &PipelineConstants::default()) {
+            Ok(processed) => processed,
+            Err(error) => return vec![rejects("its specialization", &error)],
+        };
     let results = [
         to_wgsl(&module, &info),
         to_msl(&frozen, &frozen_info),
@@ -55,17 +51,12 @@ fn parse(bytes: &[u8]) -> Result<(Module, ModuleInfo), String> {
 }
 
 fn to_wgsl(module: &Module, info: &ModuleInfo) -> Result<(), String> {
-    wgsl::write_string(module, info, wgsl::WriterFlags::empty())
-        .map(drop)
-        .map_err(|e| unwritable("WGSL")(&e))
+    wgsl::write_string(module, info, wgsl::WriterFlags::empty()).map(drop).map_err(|e| unwritable("WGSL")(&e))
 }
 
 fn to_msl(module: &Module, info: &ModuleInfo) -> Result<(), String> {
     // Metal 2.4 is what wgpu asks for on current systems.
-    let options = msl::Options {
-        lang_version: (2, 4),
-        ..Default::default()
-    };
+    let options = msl::Options { lang_version: (2, 4), ..Default::default() };
     msl::write_string(module, info, &options, &msl::PipelineOptions::default())
         .map(drop)
         .map_err(|e| unwritable("MSL")(&e))
@@ -81,20 +72,10 @@ fn to_hlsl(module: &Module, info: &ModuleInfo) -> Result<(), String> {
 
 fn to_glsl(module: &Module, info: &ModuleInfo, entry: &str) -> Result<(), String> {
     let mut text = String::new();
-    let pipeline = glsl::PipelineOptions {
-        shader_stage: ShaderStage::Compute,
-        entry_point: entry.to_owned(),
-        multiview: None,
-    };
-    glsl::Writer::new(
-        &mut text,
-        module,
-        info,
-        &glsl::Options::default(),
-        &pipeline,
-        Default::default(),
-    )
-    .and_then(|mut writer| writer.write())
-    .map(drop)
-    .map_err(|e| unwritable("GLSL")(&e))
+    let pipeline =
+        glsl::PipelineOptions { shader_stage: ShaderStage::Compute, entry_point: entry.to_owned(), multiview: None };
+    glsl::Writer::new(&mut text, module, info, &glsl::Options::default(), &pipeline, Default::default())
+        .and_then(|mut writer| writer.write())
+        .map(drop)
+        .map_err(|e| unwritable("GLSL")(&e))
 }

@@ -42,10 +42,8 @@ fn name_entry(module: &mut Module) {
 
 /// Decorates the result of every float arithmetic instruction with `NoContraction`.
 pub fn decorate_arithmetic(module: &mut Module) {
-    let decorated: HashSet<Word> = decorations(module)
-        .filter(|d| d.1 == Decoration::NoContraction)
-        .map(|d| d.0)
-        .collect();
+    let decorated: HashSet<Word> =
+        decorations(module).filter(|d| d.1 == Decoration::NoContraction).map(|d| d.0).collect();
     let missing: Vec<Word> = operations(module)
         .filter(|i| is_float_arithmetic(i.class.opcode))
         .filter_map(|i| i.result_id)
@@ -86,32 +84,16 @@ pub fn declare_float_controls(module: &mut Module) -> Result<(), String> {
     let entry = entry_id(module)?;
     let controls = [
         (Capability::RoundingModeRTE, ExecutionMode::RoundingModeRTE),
-        (
-            Capability::SignedZeroInfNanPreserve,
-            ExecutionMode::SignedZeroInfNanPreserve,
-        ),
+        (Capability::SignedZeroInfNanPreserve, ExecutionMode::SignedZeroInfNanPreserve),
     ];
     for (capability, mode) in controls {
-        module.capabilities.push(Instruction::new(
-            Op::Capability,
-            None,
-            None,
-            vec![Operand::Capability(capability)],
-        ));
-        let operands = vec![
-            Operand::IdRef(entry),
-            Operand::ExecutionMode(mode),
-            Operand::LiteralBit32(32),
-        ];
-        module
-            .execution_modes
-            .push(Instruction::new(Op::ExecutionMode, None, None, operands));
+        module.capabilities.push(Instruction::new(Op::Capability, None, None, vec![Operand::Capability(capability)]));
+        let operands = vec![Operand::IdRef(entry), Operand::ExecutionMode(mode), Operand::LiteralBit32(32)];
+        module.execution_modes.push(Instruction::new(Op::ExecutionMode, None, None, operands));
     }
     if module.header.as_ref().is_none_or(|header| header.version() < (1, 4)) {
         let extension = vec![Operand::LiteralString("SPV_KHR_float_controls".to_owned())];
-        module
-            .extensions
-            .push(Instruction::new(Op::Extension, None, None, extension));
+        module.extensions.push(Instruction::new(Op::Extension, None, None, extension));
     }
     Ok(())
 }
@@ -119,10 +101,7 @@ pub fn declare_float_controls(module: &mut Module) -> Result<(), String> {
 fn entry_id(module: &Module) -> Result<Word, String> {
     match &module.entry_points[..] {
         [entry] => id_operand(entry, 1).ok_or_else(|| "the entry point has no function".to_owned()),
-        entries => Err(format!(
-            "the module has {} entry points and must have one",
-            entries.len()
-        )),
+        entries => Err(format!("the module has {} entry points and must have one", entries.len())),
     }
 }
 
@@ -132,25 +111,16 @@ fn entry_id(module: &Module) -> Result<Word, String> {
 pub fn use_glsl450_memory_model(module: &mut Module) -> Result<(), String> {
     if let Some(found) = operations(module).find(|i| synchronises(i.class.opcode)) {
         let opcode = found.class.opname;
-        return Err(format!(
-            "Op{opcode} synchronises invocations, which the GLSL450 memory model would change"
-        ));
+        return Err(format!("Op{opcode} synchronises invocations, which the GLSL450 memory model would change"));
     }
     module.capabilities.retain(|i| {
         !matches!(
             i.operands[..],
-            [Operand::Capability(
-                Capability::VulkanMemoryModel | Capability::VulkanMemoryModelDeviceScope
-            )]
+            [Operand::Capability(Capability::VulkanMemoryModel | Capability::VulkanMemoryModelDeviceScope)]
         )
     });
-    module
-        .extensions
-        .retain(|i| string_operand(i, 0) != Some("SPV_KHR_vulkan_memory_model"));
-    let model = vec![
-        Operand::AddressingModel(AddressingModel::Logical),
-        Operand::MemoryModel(MemoryModel::GLSL450),
-    ];
+    module.extensions.retain(|i| string_operand(i, 0) != Some("SPV_KHR_vulkan_memory_model"));
+    let model = vec![Operand::AddressingModel(AddressingModel::Logical), Operand::MemoryModel(MemoryModel::GLSL450)];
     module.memory_model = Some(Instruction::new(Op::MemoryModel, None, None, model));
     module.all_inst_iter_mut().for_each(drop_vulkan_access);
     Ok(())

@@ -58,13 +58,7 @@ pub fn run(workspace: &Workspace, timer: Option<DeviceTimer>) -> Result<(), Erro
 
 fn build(workspace: &Workspace, toolchain: &Toolchain) -> Result<(Vec<u8>, BuildTiming), Error> {
     let folder = scratch()?;
-    let job = Job::new(
-        workspace,
-        toolchain,
-        Flavour::Exact,
-        &["size-probe"],
-        folder.path().join("modules"),
-    );
+    let job = Job::new(workspace, toolchain, Flavour::Exact, &["size-probe"], folder.path().join("modules"));
     // Always cold, or the second run would time nothing.
     if job.target.exists() {
         std::fs::remove_dir_all(&job.target).map_err(Error::io("remove", &job.target))?;
@@ -80,14 +74,7 @@ fn build(workspace: &Workspace, toolchain: &Toolchain) -> Result<(Vec<u8>, Build
     let finish_seconds = start.elapsed().as_secs_f64();
     let module = ModuleRecord::new(&finished).map_err(Error::Failed)?;
     let compile_seconds = built.kernel_seconds.unwrap_or_default();
-    Ok((
-        finished,
-        BuildTiming {
-            module,
-            compile_seconds,
-            finish_seconds,
-        },
-    ))
+    Ok((finished, BuildTiming { module, compile_seconds, finish_seconds }))
 }
 
 /// The report as a section of Markdown.
@@ -109,10 +96,7 @@ pub fn report(build: &BuildTiming, devices: &[DeviceTiming]) -> String {
     );
     for device in devices {
         text += &format!("| pipeline, {} | {:.3} s |\n", device.adapter, device.pipeline_seconds);
-        text += &format!(
-            "| first dispatch, {} | {:.3} s |\n",
-            device.adapter, device.dispatch_seconds
-        );
+        text += &format!("| first dispatch, {} | {:.3} s |\n", device.adapter, device.dispatch_seconds);
     }
     if devices.is_empty() {
         text += "\nNo device was at hand, so neither pipeline creation nor a dispatch was timed.\n";

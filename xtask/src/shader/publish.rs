@@ -12,10 +12,8 @@ pub fn replace(directory: &Path, files: &BTreeMap<PathBuf, Vec<u8>>) -> Result<b
         return Ok(false);
     }
     let parent = directory.parent().unwrap_or(Path::new("."));
-    let staging = tempfile::Builder::new()
-        .prefix(".spirv-")
-        .tempdir_in(parent)
-        .map_err(Error::io("write in", parent))?;
+    let staging =
+        tempfile::Builder::new().prefix(".spirv-").tempdir_in(parent).map_err(Error::io("write in", parent))?;
     let (new, old) = (staging.path().join("new"), staging.path().join("old"));
     for (name, contents) in files {
         write(&new.join(name), contents)?;
@@ -66,20 +64,11 @@ mod tests {
     fn stale_files_go_and_equal_contents_stay() {
         let folder = tempfile::tempdir().unwrap();
         let directory = folder.path().join("spirv");
-        let files = |names: &[&str]| {
-            names
-                .iter()
-                .map(|n| (PathBuf::from(n), n.as_bytes().to_vec()))
-                .collect()
-        };
+        let files = |names: &[&str]| names.iter().map(|n| (PathBuf::from(n), n.as_bytes().to_vec())).collect();
         assert!(replace(&directory, &files(&["exact/a.spv", "exact/b.spv"])).unwrap());
         assert!(replace(&directory, &files(&["exact/b.spv", "fast/b.spv"])).unwrap());
         assert_eq!(read_files(&directory).unwrap(), files(&["exact/b.spv", "fast/b.spv"]));
         assert!(!replace(&directory, &files(&["exact/b.spv", "fast/b.spv"])).unwrap());
-        assert_eq!(
-            std::fs::read_dir(folder.path()).unwrap().count(),
-            1,
-            "the staging folder stays behind"
-        );
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "the staging folder stays behind");
     }
 }

@@ -58,18 +58,9 @@ pub fn reflect(module: &Module) -> Result<Interface, String> {
         buffers.push(types.buffer(variable)?);
     }
     buffers.sort_unstable();
-    let mut constants: Vec<_> = module
-        .types_global_values
-        .iter()
-        .filter_map(|i| types.constant(i))
-        .collect();
+    let mut constants: Vec<_> = module.types_global_values.iter().filter_map(|i| types.constant(i)).collect();
     constants.sort_unstable();
-    Ok(Interface {
-        entry: entry_name(module),
-        workgroup: workgroup(module)?,
-        buffers,
-        constants,
-    })
+    Ok(Interface { entry: entry_name(module), workgroup: workgroup(module)?, buffers, constants })
 }
 
 fn workgroup(module: &Module) -> Result<[u32; 3], String> {
@@ -93,10 +84,7 @@ fn workgroup(module: &Module) -> Result<[u32; 3], String> {
 fn is_resource(instruction: &Instruction) -> bool {
     use StorageClass::*;
     instruction.class.opcode == Op::Variable
-        && !matches!(
-            instruction.operands.first(),
-            Some(Operand::StorageClass(Input | Private | Function))
-        )
+        && !matches!(instruction.operands.first(), Some(Operand::StorageClass(Input | Private | Function)))
 }
 
 /// Types and their layout decorations.
@@ -118,19 +106,12 @@ impl<'a> Types<'a> {
             _ => None,
         });
         let decorations = decorations(module).filter_map(|(id, decoration, value)| Some(((id, decoration), value?)));
-        Self {
-            globals: globals(module),
-            decorations: decorations.collect(),
-            offsets: offsets.collect(),
-        }
+        Self { globals: globals(module), decorations: decorations.collect(), offsets: offsets.collect() }
     }
 
     fn constant(&self, instruction: &Instruction) -> Option<SpecConstant> {
         let id = *self.decorations.get(&(instruction.result_id?, Decoration::SpecId))?;
-        Some(SpecConstant {
-            id,
-            default: literal_operand(instruction, 0)?,
-        })
+        Some(SpecConstant { id, default: literal_operand(instruction, 0)? })
     }
 
     fn buffer(&self, variable: &Instruction) -> Result<Buffer, String> {
@@ -140,9 +121,7 @@ impl<'a> Types<'a> {
             return Err(format!("the variable %{id} has no set and binding"));
         };
         if variable.operands.first() != Some(&Operand::StorageClass(StorageClass::StorageBuffer)) {
-            return Err(format!(
-                "set {set} binding {binding} is not a storage buffer, and kernels bind nothing else"
-            ));
+            return Err(format!("set {set} binding {binding} is not a storage buffer, and kernels bind nothing else"));
         }
         let contents = variable
             .result_type
@@ -158,11 +137,7 @@ impl<'a> Types<'a> {
         if let [Operand::IdRef(member)] = members[..]
             && self.globals.get(&member)?.class.opcode == Op::TypeRuntimeArray
         {
-            return self
-                .decorations
-                .get(&(member, Decoration::ArrayStride))
-                .copied()
-                .map(Contents::Array);
+            return self.decorations.get(&(member, Decoration::ArrayStride)).copied().map(Contents::Array);
         }
         self.size(block).map(Contents::Block)
     }
@@ -195,10 +170,8 @@ impl<'a> Types<'a> {
 pub fn compare(module: &Interface, kernel: &KernelDesc) -> Vec<String> {
     let mut findings = Vec::new();
     if module.entry != kernel.name {
-        findings.push(format!(
-            "the entry point is `{}` in the module, `{}` in the descriptor",
-            module.entry, kernel.name
-        ));
+        findings
+            .push(format!("the entry point is `{}` in the module, `{}` in the descriptor", module.entry, kernel.name));
     }
     if module.workgroup != kernel.workgroup {
         findings.push(format!(
@@ -229,15 +202,8 @@ fn compare_bindings(module: &Interface, kernel: &KernelDesc, findings: &mut Vec<
             Some(_) => {}
         }
     }
-    for extra in module
-        .buffers
-        .iter()
-        .filter(|b| b.set != 0 || b.binding as usize >= kernel.bindings.len())
-    {
-        findings.push(format!(
-            "set {} binding {} is not in the descriptor",
-            extra.set, extra.binding
-        ));
+    for extra in module.buffers.iter().filter(|b| b.set != 0 || b.binding as usize >= kernel.bindings.len()) {
+        findings.push(format!("set {} binding {} is not in the descriptor", extra.set, extra.binding));
     }
 }
 
@@ -255,11 +221,7 @@ fn compare_constants(module: &Interface, kernel: &KernelDesc, findings: &mut Vec
             Some(_) => {}
         }
     }
-    for extra in module
-        .constants
-        .iter()
-        .filter(|c| kernel.constants.iter().all(|d| d.id != c.id))
-    {
+    for extra in module.constants.iter().filter(|c| kernel.constants.iter().all(|d| d.id != c.id)) {
         findings.push(format!("constant {} is not in the descriptor", extra.id));
     }
 }

@@ -40,10 +40,7 @@ impl Toolchain {
 
     /// The toolchain that the two variables name; one without the other is a mistake.
     fn from_variables(channel: Option<String>, backend: Option<std::ffi::OsString>) -> Result<Option<Self>, Error> {
-        match (
-            channel.filter(|c| !c.is_empty()),
-            backend.filter(|b| !b.is_empty()).map(PathBuf::from),
-        ) {
+        match (channel.filter(|c| !c.is_empty()), backend.filter(|b| !b.is_empty()).map(PathBuf::from)) {
             (None, None) => Ok(None),
             (Some(channel), Some(backend)) if backend.is_file() => Ok(Some(Self { channel, backend })),
             (Some(_), Some(backend)) => Err(Error::Environment(format!(
@@ -68,12 +65,7 @@ impl Toolchain {
 impl Identity {
     fn new(rustc: String, backend: String, spirv_tools: String) -> Self {
         let id = blake3::hash(format!("{rustc}\n{backend}\n{spirv_tools}\n").as_bytes()).to_hex()[..16].to_owned();
-        Self {
-            id,
-            rustc,
-            backend,
-            spirv_tools,
-        }
+        Self { id, rustc, backend, spirv_tools }
     }
 }
 
@@ -92,29 +84,19 @@ fn rustc_version(channel: &str) -> Result<String, Error> {
         .map_err(|e| unusable(e.to_string()))?;
     if !output.status.success() {
         let text = String::from_utf8_lossy(&output.stderr);
-        return Err(unusable(
-            text.trim().lines().next().unwrap_or("it says nothing").to_owned(),
-        ));
+        return Err(unusable(text.trim().lines().next().unwrap_or("it says nothing").to_owned()));
     }
     Ok(release_and_commit(&String::from_utf8_lossy(&output.stdout)))
 }
 
 fn release_and_commit(verbose: &str) -> String {
-    let field = |name| {
-        verbose
-            .lines()
-            .find_map(|line: &str| line.strip_prefix(name))
-            .unwrap_or("unknown")
-            .trim()
-    };
+    let field = |name| verbose.lines().find_map(|line: &str| line.strip_prefix(name)).unwrap_or("unknown").trim();
     format!("{} ({})", field("release:"), field("commit-hash:"))
 }
 
 fn hash_file(path: &Path) -> Result<String, Error> {
     let mut hasher = blake3::Hasher::new();
-    std::fs::File::open(path)
-        .and_then(|file| hasher.update_reader(file).map(drop))
-        .map_err(Error::io("read", path))?;
+    std::fs::File::open(path).and_then(|file| hasher.update_reader(file).map(drop)).map_err(Error::io("read", path))?;
     Ok(hasher.finalize().to_hex().to_string())
 }
 

@@ -16,12 +16,7 @@ pub fn optimise(module: &[u8]) -> Result<Vec<u8>, Error> {
     std::fs::write(&input, module).map_err(Error::io("write", &input))?;
     let mut command = Command::new("spirv-opt");
     // spirv-opt takes the environment as one argument, spirv-val as two.
-    command
-        .arg(format!("--target-env={TARGET_ENV}"))
-        .args(["-O", "--strip-debug"])
-        .arg(&input)
-        .arg("-o")
-        .arg(&output);
+    command.arg(format!("--target-env={TARGET_ENV}")).args(["-O", "--strip-debug"]).arg(&input).arg("-o").arg(&output);
     run(&mut command)?;
     std::fs::read(&output).map_err(Error::io("read", &output))
 }
@@ -45,9 +40,7 @@ pub fn version() -> Result<String, Error> {
     let text = message(&launch(Command::new("spirv-opt").arg("--version"))?);
     match text.lines().next() {
         Some(line) => Ok(line.trim().to_owned()),
-        None => Err(Error::Environment(
-            "spirv-opt does not tell its version: install another SPIRV-Tools".to_owned(),
-        )),
+        None => Err(Error::Environment("spirv-opt does not tell its version: install another SPIRV-Tools".to_owned())),
     }
 }
 
@@ -63,17 +56,11 @@ fn run(command: &mut Command) -> Result<String, Error> {
         return Ok(String::from_utf8_lossy(&output.stdout).into_owned());
     }
     let program = command.get_program().display();
-    Err(Error::Failed(format!(
-        "{program} ended with {}: {}",
-        output.status,
-        message(&output)
-    )))
+    Err(Error::Failed(format!("{program} ended with {}: {}", output.status, message(&output))))
 }
 
 fn launch(command: &mut Command) -> Result<Output, Error> {
-    command
-        .output()
-        .map_err(|error| missing(&command.get_program().to_string_lossy(), &error))
+    command.output().map_err(|error| missing(&command.get_program().to_string_lossy(), &error))
 }
 
 fn missing(program: &str, error: &std::io::Error) -> Error {

@@ -11,10 +11,7 @@ pub fn verify(bytes: &[u8], flavour: Flavour, kernel: &KernelDesc) -> Vec<String
         Ok(module) => verify_module(&module, bytes, flavour, kernel),
         Err(reason) => vec![reason],
     };
-    findings
-        .into_iter()
-        .map(|finding| format!("{flavour}/{}: {finding}", kernel.name))
-        .collect()
+    findings.into_iter().map(|finding| format!("{flavour}/{}: {finding}", kernel.name)).collect()
 }
 
 fn verify_module(module: &rspirv::dr::Module, bytes: &[u8], flavour: Flavour, kernel: &KernelDesc) -> Vec<String> {
@@ -40,12 +37,10 @@ pub fn compare_entries<'a>(
     kernels: &[KernelDesc],
 ) -> Vec<String> {
     let built: Vec<&str> = built.into_iter().collect();
-    let missing = kernels.iter().filter(|k| !built.contains(&k.name)).map(|k| {
-        format!(
-            "{flavour}/{}: the kernel is listed, but there is no module for it",
-            k.name
-        )
-    });
+    let missing = kernels
+        .iter()
+        .filter(|k| !built.contains(&k.name))
+        .map(|k| format!("{flavour}/{}: the kernel is listed, but there is no module for it", k.name));
     let extra = built
         .iter()
         .filter(|name| kernels.iter().all(|k| k.name != **name))

@@ -17,9 +17,7 @@ fn violations(module: &Module) -> Vec<Violation> {
 #[track_caller]
 fn assert_one(module: &Module, opcode: &str, reason: &str) -> Violation {
     let found = violations(module);
-    let [violation] = &found[..] else {
-        panic!("expected one violation, found {found:#?}")
-    };
+    let [violation] = &found[..] else { panic!("expected one violation, found {found:#?}") };
     assert_eq!(violation.kernel, "self_check");
     assert_eq!(violation.opcode, opcode);
     assert!(violation.reason.contains(reason), "`{reason}` is not in: {violation}");
@@ -29,12 +27,7 @@ fn assert_one(module: &Module, opcode: &str, reason: &str) -> Violation {
 #[test]
 fn committed_exact_modules_are_accepted() {
     for kernel in restir_kernels::ALL {
-        assert_eq!(
-            check_exact(&committed(Flavour::Exact, kernel.name)),
-            Ok(()),
-            "{}",
-            kernel.name
-        );
+        assert_eq!(check_exact(&committed(Flavour::Exact, kernel.name)), Ok(()), "{}", kernel.name);
     }
 }
 
@@ -43,10 +36,7 @@ fn committed_exact_modules_are_accepted() {
 fn fast_modules_are_rejected() {
     let found = check_exact(&committed(Flavour::Fast, "self_check")).unwrap_err();
     for opcode in ["FDiv", "ExtInst", "FAdd", "ExecutionMode"] {
-        assert!(
-            found.iter().any(|v| v.opcode == opcode),
-            "no violation names Op{opcode}"
-        );
+        assert!(found.iter().any(|v| v.opcode == opcode), "no violation names Op{opcode}");
     }
 }
 
@@ -55,31 +45,19 @@ fn a_smuggled_operation_is_rejected() {
     for opcode in [Op::FDiv, Op::FRem, Op::FMod, Op::Dot] {
         let mut module = exact_module();
         let id = replace_opcode(&mut module, Op::FMul, opcode);
-        assert_eq!(
-            assert_one(&module, &format!("{opcode:?}"), "restir_shared").id,
-            Some(id)
-        );
+        assert_eq!(assert_one(&module, &format!("{opcode:?}"), "restir_shared").id, Some(id));
     }
 }
 
 #[test]
 fn opcodes_that_are_not_listed_are_rejected() {
-    for opcode in [
-        Op::GroupNonUniformFAdd,
-        Op::AtomicFAddEXT,
-        Op::AtomicIAdd,
-        Op::IsNan,
-        Op::DPdx,
-    ] {
+    for opcode in [Op::GroupNonUniformFAdd, Op::AtomicFAddEXT, Op::AtomicIAdd, Op::IsNan, Op::DPdx] {
         let mut module = exact_module();
         let id = replace_opcode(&mut module, Op::FMul, opcode);
         // The operands do not fit these opcodes, so the parsed module is checked.
         let found = xtask::shader::allow::check_module(&module);
         assert_eq!(found.len(), 1, "{found:#?}");
-        assert_eq!(
-            (found[0].opcode.as_str(), found[0].id),
-            (format!("{opcode:?}").as_str(), Some(id))
-        );
+        assert_eq!((found[0].opcode.as_str(), found[0].id), (format!("{opcode:?}").as_str(), Some(id)));
     }
 }
 
@@ -102,9 +80,7 @@ fn a_missing_decoration_is_rejected() {
 fn each_missing_execution_mode_is_rejected() {
     for mode in [ExecutionMode::RoundingModeRTE, ExecutionMode::SignedZeroInfNanPreserve] {
         let mut module = exact_module();
-        module
-            .execution_modes
-            .retain(|i| i.operands[1] != Operand::ExecutionMode(mode));
+        module.execution_modes.retain(|i| i.operands[1] != Operand::ExecutionMode(mode));
         assert_one(&module, "ExecutionMode", &format!("{mode:?} 32 is missing"));
     }
 }
@@ -125,15 +101,10 @@ fn with_ext_inst(set: &str, number: GlslStd450Op) -> Module {
     let mut module = exact_module();
     let import = fresh_id(&mut module);
     let name = vec![Operand::LiteralString(set.to_owned())];
-    module
-        .ext_inst_imports
-        .push(Instruction::new(Op::ExtInstImport, None, Some(import), name));
+    module.ext_inst_imports.push(Instruction::new(Op::ExtInstImport, None, Some(import), name));
     let victim = find(&mut module, Op::FMul);
-    let operands = vec![
-        Operand::IdRef(import),
-        Operand::LiteralExtInstInteger(number as u32),
-        victim.operands[0].clone(),
-    ];
+    let operands =
+        vec![Operand::IdRef(import), Operand::LiteralExtInstInteger(number as u32), victim.operands[0].clone()];
     *victim = Instruction::new(Op::ExtInst, victim.result_type, victim.result_id, operands);
     module
 }
@@ -141,26 +112,8 @@ fn with_ext_inst(set: &str, number: GlslStd450Op) -> Module {
 #[test]
 fn only_exact_extended_instructions_are_accepted() {
     use GlslStd450Op::*;
-    for number in [
-        Sqrt,
-        InverseSqrt,
-        Sin,
-        Exp2,
-        Pow,
-        Fma,
-        FMin,
-        FMax,
-        FClamp,
-        FMix,
-        Round,
-        Normalize,
-        Length,
-    ] {
-        assert_one(
-            &with_ext_inst("GLSL.std.450", number),
-            "ExtInst",
-            &format!("GLSL.{number:?}"),
-        );
+    for number in [Sqrt, InverseSqrt, Sin, Exp2, Pow, Fma, FMin, FMax, FClamp, FMix, Round, Normalize, Length] {
+        assert_one(&with_ext_inst("GLSL.std.450", number), "ExtInst", &format!("GLSL.{number:?}"));
     }
     for number in [FAbs, FSign, Floor, Ceil, Trunc] {
         assert_eq!(violations(&with_ext_inst("GLSL.std.450", number)), []);
@@ -183,10 +136,7 @@ fn other_widths_are_rejected() {
     ] {
         let mut module = exact_module();
         let id = add_global(&mut module, opcode, operands);
-        assert_eq!(
-            assert_one(&module, &format!("{opcode:?}"), "outside the contract").id,
-            Some(id)
-        );
+        assert_eq!(assert_one(&module, &format!("{opcode:?}"), "outside the contract").id, Some(id));
     }
 }
 
@@ -201,20 +151,13 @@ fn the_vulkan_memory_model_is_rejected() {
 fn capabilities_decorations_and_storage_have_lists_too() {
     let mut module = exact_module();
     let float64 = vec![Operand::Capability(Capability::Float64)];
-    module
-        .capabilities
-        .push(Instruction::new(Op::Capability, None, None, float64));
+    module.capabilities.push(Instruction::new(Op::Capability, None, None, float64));
     assert_one(&module, "Capability", "Float64");
 
     let mut module = exact_module();
     let target = find(&mut module, Op::FMul).result_id.unwrap();
-    let relaxed = vec![
-        Operand::IdRef(target),
-        Operand::Decoration(Decoration::RelaxedPrecision),
-    ];
-    module
-        .annotations
-        .push(Instruction::new(Op::Decorate, None, None, relaxed));
+    let relaxed = vec![Operand::IdRef(target), Operand::Decoration(Decoration::RelaxedPrecision)];
+    module.annotations.push(Instruction::new(Op::Decorate, None, None, relaxed));
     assert_eq!(assert_one(&module, "Decorate", "RelaxedPrecision").id, Some(target));
 
     let mut module = exact_module();
@@ -229,14 +172,8 @@ fn a_specialization_constant_hides_no_float_operation() {
     let mut module = exact_module();
     let float = find(&mut module, Op::FMul).result_type;
     let id = fresh_id(&mut module);
-    let operands = vec![
-        Operand::LiteralSpecConstantOpInteger(Op::FDiv),
-        Operand::IdRef(id),
-        Operand::IdRef(id),
-    ];
-    module
-        .types_global_values
-        .push(Instruction::new(Op::SpecConstantOp, float, Some(id), operands));
+    let operands = vec![Operand::LiteralSpecConstantOpInteger(Op::FDiv), Operand::IdRef(id), Operand::IdRef(id)];
+    module.types_global_values.push(Instruction::new(Op::SpecConstantOp, float, Some(id), operands));
     let found = xtask::shader::allow::check_module(&module);
     assert_eq!(found.len(), 1, "{found:#?}");
     assert_eq!((found[0].opcode.as_str(), found[0].id), ("SpecConstantOp", Some(id)));
@@ -246,9 +183,7 @@ fn a_specialization_constant_hides_no_float_operation() {
 fn with_constant_operand(module: &mut Module, opcode: Op, constant: Op, operands: Vec<Operand>) -> Word {
     let float = find(module, Op::FMul).result_type;
     let id = fresh_id(module);
-    module
-        .types_global_values
-        .push(Instruction::new(constant, float, Some(id), operands));
+    module.types_global_values.push(Instruction::new(constant, float, Some(id), operands));
     let victim = find(module, opcode);
     victim.operands[1] = Operand::IdRef(id);
     victim.result_id.unwrap()
@@ -261,10 +196,7 @@ fn a_constant_zero_is_no_operand() {
             let mut module = exact_module();
             let zero = vec![Operand::LiteralBit32(bits)];
             let id = with_constant_operand(&mut module, opcode, Op::Constant, zero);
-            assert_eq!(
-                assert_one(&module, &format!("{opcode:?}"), "constant zero").id,
-                Some(id)
-            );
+            assert_eq!(assert_one(&module, &format!("{opcode:?}"), "constant zero").id, Some(id));
         }
         let mut module = exact_module();
         with_constant_operand(&mut module, opcode, Op::ConstantNull, vec![]);
@@ -284,9 +216,7 @@ fn a_vector_with_a_constant_zero_is_no_operand() {
         let ids = parts.map(|part| {
             let id = fresh_id(&mut module);
             let bits = vec![Operand::LiteralBit32(part.to_bits())];
-            module
-                .types_global_values
-                .push(Instruction::new(Op::Constant, float, Some(id), bits));
+            module.types_global_values.push(Instruction::new(Op::Constant, float, Some(id), bits));
             Operand::IdRef(id)
         });
         let pair = vec![Operand::IdRef(float.unwrap()), Operand::LiteralBit32(2)];
@@ -304,10 +234,7 @@ fn a_violation_reads_as_a_sentence() {
     let mut module = exact_module();
     let id = replace_opcode(&mut module, Op::FMul, Op::FDiv);
     let text = violations(&module)[0].to_string();
-    assert!(
-        text.starts_with(&format!("kernel `self_check`: OpFDiv %{id}: division is not")),
-        "{text}"
-    );
+    assert!(text.starts_with(&format!("kernel `self_check`: OpFDiv %{id}: division is not")), "{text}");
 }
 
 #[test]

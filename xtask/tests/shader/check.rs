@@ -18,9 +18,7 @@ struct Copy {
 
 impl Copy {
     fn new() -> Self {
-        let copy = Self {
-            folder: tempfile::tempdir().unwrap(),
-        };
+        let copy = Self { folder: tempfile::tempdir().unwrap() };
         let root = Workspace::current().root().to_owned();
         for path in ["Cargo.toml", "Cargo.lock", "shared", "kernels", "xtask/src/shader"] {
             copy_tree(&root.join(path), &copy.folder.path().join(path));
@@ -96,10 +94,7 @@ fn changed_missing_and_stray_files_are_named() {
 fn a_manifest_that_misdescribes_a_file_is_noticed() {
     let copy = Copy::new();
     copy.edit_manifest(|manifest| manifest.kernels.get_mut("self_check").unwrap().exact.operations += 1);
-    assert_eq!(
-        copy.findings(),
-        ["exact/self_check: the manifest does not describe the file"]
-    );
+    assert_eq!(copy.findings(), ["exact/self_check: the manifest does not describe the file"]);
 }
 
 #[test]
@@ -107,10 +102,7 @@ fn a_damaged_manifest_is_an_error_with_advice() {
     let copy = Copy::new();
     fs::write(copy.workspace().spirv().join(MANIFEST), "{").unwrap();
     let error = examine(&copy.workspace()).err().unwrap().to_string();
-    assert!(
-        error.contains("is damaged") && error.contains("cargo xtask shader build"),
-        "{error}"
-    );
+    assert!(error.contains("is damaged") && error.contains("cargo xtask shader build"), "{error}");
 }
 
 #[test]
@@ -122,12 +114,7 @@ fn the_toolchain_of_the_manifest_must_give_the_same_bytes() {
     assert!(scope.to_string().contains("byte for byte"), "{scope}");
     assert!(require(&scope, true).is_ok());
     assert_eq!(findings, Vec::<String>::new());
-    built
-        .get_mut(&Flavour::Fast)
-        .unwrap()
-        .get_mut("self_check")
-        .unwrap()
-        .push(0);
+    built.get_mut(&Flavour::Fast).unwrap().get_mut("self_check").unwrap().push(0);
     let (_, findings) = compare_rebuild(&identity, &built, &committed);
     assert_eq!(findings, ["fast/self_check: a rebuild gives other bytes"]);
 }
@@ -141,26 +128,15 @@ fn another_toolchain_must_give_the_same_entry_points() {
     let exact = built.get_mut(&Flavour::Exact).unwrap();
     let module = exact.remove("self_check").unwrap();
     exact.insert("renamed".to_owned(), module);
-    built
-        .get_mut(&Flavour::Fast)
-        .unwrap()
-        .get_mut("self_check")
-        .unwrap()
-        .push(0);
+    built.get_mut(&Flavour::Fast).unwrap().get_mut("self_check").unwrap().push(0);
     let (scope, findings) = compare_rebuild(&identity, &built, &committed);
     let text = scope.to_string();
-    assert!(
-        text.starts_with("toolchain another is not") && text.contains("not the bytes"),
-        "{text}"
-    );
+    assert!(text.starts_with("toolchain another is not") && text.contains("not the bytes"), "{text}");
     assert!(require(&scope, false).is_ok());
     assert!(matches!(require(&scope, true), Err(Error::Failed(_))));
     assert_eq!(
         findings,
-        [
-            "exact/renamed: built, but not committed",
-            "exact/self_check: committed, but not built any more",
-        ]
+        ["exact/renamed: built, but not committed", "exact/self_check: committed, but not built any more",]
     );
 }
 

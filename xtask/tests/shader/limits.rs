@@ -6,15 +6,8 @@ use xtask::shader::reflect::{Buffer, Contents, Interface, reflect};
 use super::exact_module;
 
 fn with_bindings(bindings: impl IntoIterator<Item = (u32, u32)>) -> Interface {
-    let buffer = |(set, binding)| Buffer {
-        set,
-        binding,
-        contents: Contents::Array(16),
-    };
-    Interface {
-        buffers: bindings.into_iter().map(buffer).collect(),
-        ..reflect(&exact_module()).unwrap()
-    }
+    let buffer = |(set, binding)| Buffer { set, binding, contents: Contents::Array(16) };
+    Interface { buffers: bindings.into_iter().map(buffer).collect(), ..reflect(&exact_module()).unwrap() }
 }
 
 #[test]
@@ -43,9 +36,5 @@ fn large_kernels_are_refused() {
     block.extend(std::iter::repeat_n(filler, MAX_OPERATIONS));
     let found = check(&module, &interface);
     assert_eq!(found.len(), 1, "{found:#?}");
-    assert!(
-        found[0].ends_with("20000 are the limit: split the pass"),
-        "{}",
-        found[0]
-    );
+    assert!(found[0].ends_with("20000 are the limit: split the pass"), "{}", found[0]);
 }

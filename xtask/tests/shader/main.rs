@@ -26,10 +26,7 @@ fn exact_module() -> Module {
 
 /// The first instruction with that opcode.
 fn find(module: &mut Module, opcode: Op) -> &mut Instruction {
-    module
-        .all_inst_iter_mut()
-        .find(|i| i.class.opcode == opcode)
-        .unwrap_or_else(|| panic!("no {opcode:?}"))
+    module.all_inst_iter_mut().find(|i| i.class.opcode == opcode).unwrap_or_else(|| panic!("no {opcode:?}"))
 }
 
 /// Turns the first instruction with that opcode into another one with the same operands. Gives its id.
@@ -49,8 +46,6 @@ fn fresh_id(module: &mut Module) -> Word {
 /// Adds a global instruction with a new id.
 fn add_global(module: &mut Module, opcode: Op, operands: Vec<Operand>) -> Word {
     let id = fresh_id(module);
-    module
-        .types_global_values
-        .push(Instruction::new(opcode, None, Some(id), operands));
+    module.types_global_values.push(Instruction::new(opcode, None, Some(id), operands));
     id
 }

@@ -12,38 +12,21 @@ use super::{exact_module, find, fresh_id};
 /// The module as it might come from rust-gpu: without decorations and modes, with the Vulkan memory model.
 fn raw_module() -> Module {
     let mut module = exact_module();
-    module
-        .annotations
-        .retain(|i| i.operands.get(1) != Some(&Operand::Decoration(Decoration::NoContraction)));
-    module
-        .execution_modes
-        .retain(|i| i.operands[1] == Operand::ExecutionMode(ExecutionMode::LocalSize));
-    module
-        .capabilities
-        .retain(|i| i.operands[0] == Operand::Capability(Capability::Shader));
+    module.annotations.retain(|i| i.operands.get(1) != Some(&Operand::Decoration(Decoration::NoContraction)));
+    module.execution_modes.retain(|i| i.operands[1] == Operand::ExecutionMode(ExecutionMode::LocalSize));
+    module.capabilities.retain(|i| i.operands[0] == Operand::Capability(Capability::Shader));
     let capability = vec![Operand::Capability(Capability::VulkanMemoryModel)];
-    module
-        .capabilities
-        .push(Instruction::new(Op::Capability, None, None, capability));
+    module.capabilities.push(Instruction::new(Op::Capability, None, None, capability));
     let extension = vec![Operand::LiteralString("SPV_KHR_vulkan_memory_model".to_owned())];
-    module
-        .extensions
-        .push(Instruction::new(Op::Extension, None, None, extension));
-    let model = vec![
-        Operand::AddressingModel(AddressingModel::Logical),
-        Operand::MemoryModel(MemoryModel::Vulkan),
-    ];
+    module.extensions.push(Instruction::new(Op::Extension, None, None, extension));
+    let model = vec![Operand::AddressingModel(AddressingModel::Logical), Operand::MemoryModel(MemoryModel::Vulkan)];
     module.memory_model = Some(Instruction::new(Op::MemoryModel, None, None, model));
     module
 }
 
 fn no_contractions(module: &Module) -> usize {
     let decoration = Operand::Decoration(Decoration::NoContraction);
-    module
-        .annotations
-        .iter()
-        .filter(|i| i.operands.get(1) == Some(&decoration))
-        .count()
+    module.annotations.iter().filter(|i| i.operands.get(1) == Some(&decoration)).count()
 }
 
 #[test]
@@ -82,10 +65,7 @@ fn forbidden_arithmetic_is_decorated_too() {
         let mut module = raw_module();
         let id = super::replace_opcode(&mut module, Op::FMul, opcode);
         post::decorate_arithmetic(&mut module);
-        assert!(
-            module.annotations.iter().any(|i| i.operands[0] == Operand::IdRef(id)),
-            "{opcode:?}"
-        );
+        assert!(module.annotations.iter().any(|i| i.operands[0] == Operand::IdRef(id)), "{opcode:?}");
     }
 }
 
@@ -96,11 +76,7 @@ fn float_controls_need_the_extension_before_version_1_4() {
         let mut module = raw_module();
         module.header.as_mut().unwrap().set_version(1, minor);
         post::declare_float_controls(&mut module).unwrap();
-        assert_eq!(
-            module.extensions.iter().any(|i| i.operands[0] == extension),
-            expected,
-            "1.{minor}"
-        );
+        assert_eq!(module.extensions.iter().any(|i| i.operands[0] == extension), expected, "1.{minor}");
     }
 }
 
@@ -118,10 +94,7 @@ fn rewritten_load(operands: &[Operand]) -> Vec<Operand> {
 fn vulkan_memory_operands_go_with_their_scopes() {
     let scope: Word = 1;
     let vulkan = MemoryAccess::NON_PRIVATE_POINTER | MemoryAccess::MAKE_POINTER_VISIBLE;
-    assert_eq!(
-        rewritten_load(&[Operand::MemoryAccess(vulkan), Operand::IdScope(scope)]),
-        []
-    );
+    assert_eq!(rewritten_load(&[Operand::MemoryAccess(vulkan), Operand::IdScope(scope)]), []);
     assert_eq!(
         rewritten_load(&[
             Operand::MemoryAccess(vulkan | MemoryAccess::ALIGNED),
@@ -153,10 +126,7 @@ fn the_entry_point_is_named_after_the_kernel() {
     let mut module = raw_module();
     module.entry_points[0].operands[2] = Operand::LiteralString("self_check::self_check".to_owned());
     post::prepare(&mut module, Flavour::Exact).unwrap();
-    assert_eq!(
-        module.entry_points[0].operands[2],
-        Operand::LiteralString("self_check".to_owned())
-    );
+    assert_eq!(module.entry_points[0].operands[2], Operand::LiteralString("self_check".to_owned()));
 }
 
 /// The optimiser keeps every decoration and adds no undecorated operation.

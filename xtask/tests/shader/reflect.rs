@@ -20,9 +20,7 @@ fn difference(name: &str, change: impl FnOnce(&mut KernelDesc)) -> String {
     let mut descriptor = kernel(name);
     change(&mut descriptor);
     let found = compare(&interface, &descriptor);
-    let [finding] = &found[..] else {
-        panic!("expected one difference, found {found:#?}")
-    };
+    let [finding] = &found[..] else { panic!("expected one difference, found {found:#?}") };
     finding.clone()
 }
 
@@ -36,10 +34,7 @@ fn with_binding(bindings: &[Binding], change: impl FnOnce(&mut Vec<Binding>)) ->
 fn every_descriptor_agrees_with_both_modules() {
     for kernel in restir_kernels::ALL {
         for flavour in Flavour::ALL {
-            assert_eq!(
-                verify::verify(&committed(flavour, kernel.name), flavour, kernel),
-                Vec::<String>::new()
-            );
+            assert_eq!(verify::verify(&committed(flavour, kernel.name), flavour, kernel), Vec::<String>::new());
         }
     }
 }
@@ -59,36 +54,27 @@ fn the_name_and_the_workgroup() {
 #[test]
 fn strides_and_block_sizes() {
     assert_eq!(
-        difference("self_check", |k| k.bindings =
-            with_binding(k.bindings, |b| b[1].stride = 20)),
+        difference("self_check", |k| k.bindings = with_binding(k.bindings, |b| b[1].stride = 20)),
         "binding 1 (`operands`) holds an array of 16-byte elements in the module, \
          an array of 20-byte elements in the descriptor"
     );
     assert_eq!(
-        difference("self_check", |k| k.bindings =
-            with_binding(k.bindings, |b| b[0].stride = 8)),
+        difference("self_check", |k| k.bindings = with_binding(k.bindings, |b| b[0].stride = 8)),
         "binding 0 (`params`) holds a block of 4 bytes in the module, a block of 8 bytes in the descriptor"
     );
 }
 
 #[test]
 fn an_array_is_no_block() {
-    let finding = difference("self_check", |k| {
-        k.bindings = with_binding(k.bindings, |b| b[1].access = Access::Params)
-    });
+    let finding = difference("self_check", |k| k.bindings = with_binding(k.bindings, |b| b[1].access = Access::Params));
     assert!(finding.contains("a block of 16 bytes in the descriptor"), "{finding}");
 }
 
 #[test]
 fn a_binding_that_the_kernel_does_not_use_is_named() {
-    let unused = Binding {
-        name: "unused",
-        access: Access::Read,
-        stride: 4,
-    };
+    let unused = Binding { name: "unused", access: Access::Read, stride: 4 };
     assert_eq!(
-        difference("self_check", |k| k.bindings =
-            with_binding(k.bindings, |b| b.push(unused))),
+        difference("self_check", |k| k.bindings = with_binding(k.bindings, |b| b.push(unused))),
         "binding 3 (`unused`) is not in the module: the kernel does not use it, remove it from the declaration"
     );
 }
@@ -96,19 +82,14 @@ fn a_binding_that_the_kernel_does_not_use_is_named() {
 #[test]
 fn a_binding_that_is_not_declared_is_numbered() {
     assert_eq!(
-        difference("self_check", |k| k.bindings =
-            with_binding(k.bindings, |b| b.truncate(2))),
+        difference("self_check", |k| k.bindings = with_binding(k.bindings, |b| b.truncate(2))),
         "set 0 binding 2 is not in the descriptor"
     );
 }
 
 #[test]
 fn constants() {
-    const UNUSED: &[Constant] = &[Constant {
-        name: "unused",
-        id: 7,
-        default: 1,
-    }];
+    const UNUSED: &[Constant] = &[Constant { name: "unused", id: 7, default: 1 }];
     assert_eq!(
         difference("self_check", |k| k.constants = UNUSED),
         "constant 7 (`unused`) is not in the module: the kernel does not use it, remove it from the declaration"
@@ -122,21 +103,14 @@ fn constants() {
             path.id, path.name, path.default
         )
     );
-    assert_eq!(
-        difference("path", |k| k.constants = &[]),
-        format!("constant {} is not in the descriptor", path.id)
-    );
+    assert_eq!(difference("path", |k| k.constants = &[]), format!("constant {} is not in the descriptor", path.id));
 }
 
 #[test]
 fn other_resources_than_storage_buffers_are_refused() {
     let mut module = exact_module();
     let buffer = Operand::StorageClass(StorageClass::StorageBuffer);
-    for variable in module
-        .types_global_values
-        .iter_mut()
-        .filter(|i| i.class.opcode == Op::Variable)
-    {
+    for variable in module.types_global_values.iter_mut().filter(|i| i.class.opcode == Op::Variable) {
         if variable.operands[0] == buffer {
             variable.operands[0] = Operand::StorageClass(StorageClass::Uniform);
         }

@@ -70,10 +70,6 @@ pub(super) fn open(name: Option<&str>) -> Result<(wgpu::Device, wgpu::Queue), Er
         required_limits: adapter.limits(),
         ..wgpu::DeviceDescriptor::default()
     };
-    pollster::block_on(adapter.request_device(&descriptor)).map_err(|e| {
-        Error::Adapter(format!(
-            "cannot open the adapter {}: {e}; try `--device cpu`",
-            names[index]
-        ))
-    })
+    pollster::block_on(adapter.request_device(&descriptor))
+        .map_err(|e| Error::Adapter(format!("cannot open the adapter {}: {e}; try `--device cpu`", names[index])))
 }

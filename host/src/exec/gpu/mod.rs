@@ -32,11 +32,7 @@ impl GpuExecutor {
     /// [`Error::Adapter`] if there is none or it cannot be opened; what the self-check reports.
     pub fn open(adapter: Option<&str>, flavour: impl Into<Option<Flavour>>) -> Result<Self, Error> {
         let (device, queue) = adapter::open(adapter)?;
-        let suited = if takes_passthrough(&device) {
-            Flavour::Exact
-        } else {
-            Flavour::Fast
-        };
+        let suited = if takes_passthrough(&device) { Flavour::Exact } else { Flavour::Fast };
         let flavour = flavour.into().unwrap_or(suited);
         let mut executor = Self::with_device(device, queue, flavour, Shaders::from_env());
         executor.check()?;
@@ -57,13 +53,7 @@ impl GpuExecutor {
     /// [`takes_passthrough`]. [`Self::check`] tells whether the device keeps its promise.
     pub fn with_device(device: wgpu::Device, queue: wgpu::Queue, flavour: Flavour, shaders: Shaders) -> Self {
         let pipelines = Pipelines::new(&device, flavour, shaders);
-        Self {
-            device,
-            queue,
-            flavour,
-            pipelines,
-            parity: None,
-        }
+        Self { device, queue, flavour, pipelines, parity: None }
     }
 
     /// The same device with other kernels; no self-check was made.
@@ -107,15 +97,11 @@ impl GpuExecutor {
             Ok(match &buffer.contents {
                 Some(words) => {
                     let contents = bytemuck::cast_slice(words);
-                    self.device
-                        .create_buffer_init(&wgpu::util::BufferInitDescriptor { label, contents, usage })
+                    self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label, contents, usage })
                 }
-                None => self.device.create_buffer(&wgpu::BufferDescriptor {
-                    label,
-                    size,
-                    usage,
-                    mapped_at_creation: false,
-                }),
+                None => {
+                    self.device.create_buffer(&wgpu::BufferDescriptor { label, size, usage, mapped_at_creation: false })
+                }
             })
         };
         self.guarded(|_| buffers.iter().map(create).collect())
@@ -134,10 +120,9 @@ impl GpuExecutor {
             )));
         }
         match invalid {
-            Some(error) => Err(Error::Adapter(format!(
-                "the adapter refuses the work: {}; try `--device cpu`",
-                one_line(&error)
-            ))),
+            Some(error) => {
+                Err(Error::Adapter(format!("the adapter refuses the work: {}; try `--device cpu`", one_line(&error))))
+            }
             None => result,
         }
     }
@@ -151,10 +136,7 @@ impl GpuExecutor {
         let bound = std::iter::once(&params).chain(pass.bindings.iter().map(|&id| &buffers[id]));
         let entries: Vec<wgpu::BindGroupEntry<'_>> = (0..)
             .zip(bound)
-            .map(|(binding, buffer)| wgpu::BindGroupEntry {
-                binding,
-                resource: buffer.as_entire_binding(),
-            })
+            .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
             .collect();
         let layout = pipeline.get_bind_group_layout(0);
         let bindings = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -162,9 +144,7 @@ impl GpuExecutor {
             layout: &layout,
             entries: &entries,
         });
-        let mut encoder = self
-            .device
-            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         {
             let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             compute.set_pipeline(pipeline);
@@ -179,9 +159,7 @@ impl GpuExecutor {
     fn wait(&self) -> Result<(), Error> {
         match self.device.poll(wgpu::PollType::wait_indefinitely()) {
             Ok(_) => Ok(()),
-            Err(e) => Err(Error::Adapter(format!(
-                "the adapter stopped answering: {e}; try `--device cpu`"
-            ))),
+            Err(e) => Err(Error::Adapter(format!("the adapter stopped answering: {e}; try `--device cpu`"))),
         }
     }
 
@@ -192,9 +170,7 @@ impl GpuExecutor {
             usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        let mut encoder = self
-            .device
-            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, buffer.size());
         self.queue.submit([encoder.finish()]);
         staging.slice(..).map_async(wgpu::MapMode::Read, |_| {});
@@ -237,9 +213,6 @@ impl Executor for GpuExecutor {
                 return Err(Error::Interrupted);
             }
         }
-        plan.outputs
-            .iter()
-            .map(|&id| self.guarded(|this| this.read(&buffers[id])))
-            .collect()
+        plan.outputs.iter().map(|&id| self.guarded(|this| this.read(&buffers[id]))).collect()
     }
 }

@@ -54,10 +54,7 @@ impl Pipelines {
         match (self.passthrough, self.dropped_modes.as_slice()) {
             (false, _) => format!("{} through naga", self.flavour),
             (true, []) => format!("{} by passthrough, all float-control modes on", self.flavour),
-            (true, dropped) => format!(
-                "{} by passthrough, without {dropped:?}, which the adapter lacks",
-                self.flavour
-            ),
+            (true, dropped) => format!("{} by passthrough, without {dropped:?}, which the adapter lacks", self.flavour),
         }
     }
 
@@ -87,25 +84,16 @@ impl Pipelines {
     /// The module as this device takes it.
     fn words(&self, kernel: &KernelDesc, constants: &[u32]) -> Result<Vec<u32>, Error> {
         let words = self.shaders.load(kernel.name, self.flavour)?;
-        let values: Vec<(u32, u32)> = kernel
-            .constants
-            .iter()
-            .map(|c| c.id)
-            .zip(constants.iter().copied())
-            .collect();
+        let values: Vec<(u32, u32)> = kernel.constants.iter().map(|c| c.id).zip(constants.iter().copied()).collect();
         // naga rejects the modes, and keeps no decoration that they would go with
         let all = [FloatMode::RoundingModeRte, FloatMode::SignedZeroInfNanPreserve];
-        let dropped = if self.passthrough {
-            self.dropped_modes.as_slice()
-        } else {
-            &all
-        };
-        spirv::freeze(&words, &values)
-            .and_then(|words| spirv::strip_modes(&words, dropped))
-            .ok_or_else(|| Error::Kernel {
+        let dropped = if self.passthrough { self.dropped_modes.as_slice() } else { &all };
+        spirv::freeze(&words, &values).and_then(|words| spirv::strip_modes(&words, dropped)).ok_or_else(|| {
+            Error::Kernel {
                 kernel: kernel.name.to_owned(),
                 problem: "the module is no SPIR-V; run `cargo xtask shader build`".to_owned(),
-            })
+            }
+        })
     }
 }
 
@@ -134,10 +122,7 @@ fn create(
         None => Ok(pipeline),
         Some(error) => Err(Error::Kernel {
             kernel: kernel.name.to_owned(),
-            problem: format!(
-                "the adapter rejects the module: {}; try `--device cpu`",
-                super::one_line(&error)
-            ),
+            problem: format!("the adapter rejects the module: {}; try `--device cpu`", super::one_line(&error)),
         }),
     }
 }
@@ -171,17 +156,12 @@ fn bind_group_layout(device: &wgpu::Device, kernel: &KernelDesc) -> wgpu::BindGr
             binding,
             visibility: wgpu::ShaderStages::COMPUTE,
             ty: wgpu::BindingType::Buffer {
-                ty: wgpu::BufferBindingType::Storage {
-                    read_only: b.access != Access::Own,
-                },
+                ty: wgpu::BufferBindingType::Storage { read_only: b.access != Access::Own },
                 has_dynamic_offset: false,
                 min_binding_size: None,
             },
             count: None,
         })
         .collect();
-    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some(kernel.name),
-        entries: &entries,
-    })
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(kernel.name), entries: &entries })
 }

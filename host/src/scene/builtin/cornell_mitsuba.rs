@@ -20,10 +20,7 @@ pub(super) fn scene() -> Scene {
         emitter("light", white, [18.387, 13.9873, 6.75357]),
     ];
     let shapes = shapes();
-    let shape = |(mesh, (_, transform)): (usize, &(_, DAffine3))| Instance {
-        mesh,
-        transform: *transform,
-    };
+    let shape = |(mesh, (_, transform)): (usize, &(_, DAffine3))| Instance { mesh, transform: *transform };
     Scene {
         name: "cornell-mitsuba".to_owned(),
         instances: shapes.iter().enumerate().map(shape).collect(),
@@ -45,23 +42,14 @@ fn shapes() -> Vec<(crate::scene::Mesh, DAffine3)> {
     let rectangle = |name, material| quads(name, material, &[RECTANGLE]);
     let cube = |name| quads(name, white, &CUBE);
     vec![
-        (
-            rectangle("light", light),
-            at(0.0, 0.99, 0.01) * around_x(90.0) * scale(0.23, 0.19, 0.19),
-        ),
+        (rectangle("light", light), at(0.0, 0.99, 0.01) * around_x(90.0) * scale(0.23, 0.19, 0.19)),
         (rectangle("floor", white), at(0.0, -1.0, 0.0) * around_x(-90.0)),
         (rectangle("ceiling", white), at(0.0, 1.0, 0.0) * around_x(90.0)),
         (rectangle("back", white), at(0.0, 0.0, -1.0)),
         (rectangle("green-wall", green), at(1.0, 0.0, 0.0) * around_y(-90.0)),
         (rectangle("red-wall", red), at(-1.0, 0.0, 0.0) * around_y(90.0)),
-        (
-            cube("small-box"),
-            at(0.335, -0.7, 0.38) * around_y(-17.0) * scale(0.3, 0.3, 0.3),
-        ),
-        (
-            cube("large-box"),
-            at(-0.33, -0.4, -0.28) * around_y(18.25) * scale(0.3, 0.61, 0.3),
-        ),
+        (cube("small-box"), at(0.335, -0.7, 0.38) * around_y(-17.0) * scale(0.3, 0.3, 0.3)),
+        (cube("large-box"), at(-0.33, -0.4, -0.28) * around_y(18.25) * scale(0.3, 0.61, 0.3)),
     ]
 }
 

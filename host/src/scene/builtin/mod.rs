@@ -11,14 +11,8 @@ mod furnace;
 /// Name of each built-in scene, and a line about it.
 pub const NAMES: &[(&str, &str)] = &[
     ("cornell", "the Cornell box from its measured data"),
-    (
-        "cornell-mitsuba",
-        "the Cornell box as Mitsuba 3 has it (mi.cornell_box()), for comparisons with Mitsuba",
-    ),
-    (
-        "furnace",
-        "inside a closed box that emits 1 and reflects 0.5: at depth n every pixel is 2 (1 - 0.5^n)",
-    ),
+    ("cornell-mitsuba", "the Cornell box as Mitsuba 3 has it (mi.cornell_box()), for comparisons with Mitsuba"),
+    ("furnace", "inside a closed box that emits 1 and reflects 0.5: at depth n every pixel is 2 (1 - 0.5^n)"),
 ];
 
 /// The built-in scene called `name`, if there is one.
@@ -32,19 +26,11 @@ pub fn scene(name: &str) -> Option<Scene> {
 }
 
 fn diffuse(name: &str, reflectance: [f32; 3]) -> Material {
-    Material {
-        name: name.to_owned(),
-        reflectance,
-        emission: [0.0; 3],
-        two_sided_emission: false,
-    }
+    Material { name: name.to_owned(), reflectance, emission: [0.0; 3], two_sided_emission: false }
 }
 
 fn emitter(name: &str, reflectance: [f32; 3], emission: [f32; 3]) -> Material {
-    Material {
-        emission,
-        ..diffuse(name, reflectance)
-    }
+    Material { emission, ..diffuse(name, reflectance) }
 }
 
 /// Planar quadrilaterals, their corners counter-clockwise as seen from the front.
@@ -52,11 +38,7 @@ fn quads(name: &str, material: usize, quads: &[[[f64; 3]; 4]]) -> Mesh {
     let first = (0..quads.len() as u32).map(|quad| 4 * quad);
     Mesh {
         name: name.to_owned(),
-        positions: quads
-            .as_flattened()
-            .iter()
-            .map(|corner| corner.map(|x| x as f32))
-            .collect(),
+        positions: quads.as_flattened().iter().map(|corner| corner.map(|x| x as f32)).collect(),
         indices: first.flat_map(|i| [[i, i + 1, i + 2], [i, i + 2, i + 3]]).collect(),
         material,
     }
@@ -65,36 +47,16 @@ fn quads(name: &str, material: usize, quads: &[[[f64; 3]; 4]]) -> Mesh {
 /// The faces of the cube from -1 to 1, front sides out.
 const CUBE: [[[f64; 3]; 4]; 6] = [
     [[1.0, -1.0, -1.0], [1.0, 1.0, -1.0], [1.0, 1.0, 1.0], [1.0, -1.0, 1.0]],
-    [
-        [-1.0, -1.0, 1.0],
-        [-1.0, 1.0, 1.0],
-        [-1.0, 1.0, -1.0],
-        [-1.0, -1.0, -1.0],
-    ],
+    [[-1.0, -1.0, 1.0], [-1.0, 1.0, 1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, -1.0]],
     [[-1.0, 1.0, 1.0], [1.0, 1.0, 1.0], [1.0, 1.0, -1.0], [-1.0, 1.0, -1.0]],
-    [
-        [-1.0, -1.0, -1.0],
-        [1.0, -1.0, -1.0],
-        [1.0, -1.0, 1.0],
-        [-1.0, -1.0, 1.0],
-    ],
+    [[-1.0, -1.0, -1.0], [1.0, -1.0, -1.0], [1.0, -1.0, 1.0], [-1.0, -1.0, 1.0]],
     [[-1.0, -1.0, 1.0], [1.0, -1.0, 1.0], [1.0, 1.0, 1.0], [-1.0, 1.0, 1.0]],
-    [
-        [-1.0, 1.0, -1.0],
-        [1.0, 1.0, -1.0],
-        [1.0, -1.0, -1.0],
-        [-1.0, -1.0, -1.0],
-    ],
+    [[-1.0, 1.0, -1.0], [1.0, 1.0, -1.0], [1.0, -1.0, -1.0], [-1.0, -1.0, -1.0]],
 ];
 
 /// One instance of every mesh, where it is.
 fn in_place(meshes: &[Mesh]) -> Vec<Instance> {
-    (0..meshes.len())
-        .map(|mesh| Instance {
-            mesh,
-            transform: DAffine3::IDENTITY,
-        })
-        .collect()
+    (0..meshes.len()).map(|mesh| Instance { mesh, transform: DAffine3::IDENTITY }).collect()
 }
 
 #[cfg(test)]
@@ -147,12 +109,7 @@ mod tests {
             assert!(built.has_light() && built.camera.is_some() && built.default_size.is_some());
             for mesh in &built.meshes {
                 assert!(mesh.material < built.materials.len());
-                assert!(
-                    mesh.indices
-                        .as_flattened()
-                        .iter()
-                        .all(|&i| (i as usize) < mesh.positions.len())
-                );
+                assert!(mesh.indices.as_flattened().iter().all(|&i| (i as usize) < mesh.positions.len()));
             }
         }
         assert!(scene("Cornell").is_none());
@@ -160,10 +117,9 @@ mod tests {
 
     #[test]
     fn the_rooms_face_inwards_and_the_blocks_outwards() {
-        for (name, blocks) in [
-            ("cornell", ["short block", "tall block"]),
-            ("cornell-mitsuba", ["small-box", "large-box"]),
-        ] {
+        for (name, blocks) in
+            [("cornell", ["short block", "tall block"]), ("cornell-mitsuba", ["small-box", "large-box"])]
+        {
             let built = scene(name).unwrap();
             for mesh in &built.meshes {
                 if !blocks.contains(&mesh.name.as_str()) {
@@ -182,17 +138,9 @@ mod tests {
             [0, 1, 2].map(|axis| f64::from(hi[axis]) - f64::from(lo[axis]))
         };
         for name in ["cornell", "cornell-mitsuba"] {
-            assert!(
-                size(name).iter().all(|extent| (extent - 2.0).abs() < 0.03),
-                "{name}: {:?}",
-                size(name)
-            );
+            assert!(size(name).iter().all(|extent| (extent - 2.0).abs() < 0.03), "{name}: {:?}", size(name));
             let built = scene(name).unwrap();
-            let red = built
-                .materials
-                .iter()
-                .position(|material| material.name == "red")
-                .unwrap();
+            let red = built.materials.iter().position(|material| material.name == "red").unwrap();
             let wall = built.meshes.iter().find(|mesh| mesh.material == red).unwrap();
             assert!(centre_of(&faces(&built, &wall.name)).x < -0.9, "red is on the left");
         }

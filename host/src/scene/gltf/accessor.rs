@@ -47,10 +47,7 @@ impl Document<'_> {
 
     fn accessor(&self, index: Index<Accessor>) -> Result<&Accessor, Problem> {
         let index = index.value();
-        self.root
-            .accessors
-            .get(index)
-            .ok_or_else(|| format!("it refers to accessor {index}, which does not exist"))
+        self.root.accessors.get(index).ok_or_else(|| format!("it refers to accessor {index}, which does not exist"))
     }
 
     fn elements<T: Copy>(
@@ -64,15 +61,7 @@ impl Document<'_> {
         let mut elements = match accessor.buffer_view {
             Some(view) => {
                 let offset = accessor.byte_offset.unwrap_or_default().0;
-                self.dense(
-                    &Range {
-                        view,
-                        offset,
-                        count,
-                        element_bytes,
-                    },
-                    &decode,
-                )?
+                self.dense(&Range { view, offset, count, element_bytes }, &decode)?
             }
             None if count <= MAX_IMPLICIT_ELEMENTS => vec![zero; count as usize],
             None => {
@@ -104,12 +93,8 @@ impl Document<'_> {
             count,
             element_bytes: kind.size(),
         };
-        let values = Range {
-            view: sparse.values.buffer_view,
-            offset: sparse.values.byte_offset.0,
-            count,
-            element_bytes,
-        };
+        let values =
+            Range { view: sparse.values.buffer_view, offset: sparse.values.byte_offset.0, count, element_bytes };
         let indices = self.dense(&indices, &|bytes: &[u8]| integer(kind, bytes))?;
         for (index, value) in indices.into_iter().zip(self.dense(&values, decode)?) {
             let length = elements.len();
@@ -124,28 +109,16 @@ impl Document<'_> {
         let (view, stride) = self.view(range.view)?;
         let stride = stride.unwrap_or(range.element_bytes);
         if stride < range.element_bytes {
-            return Err(format!(
-                "elements of {} bytes overlap at a stride of {stride}",
-                range.element_bytes
-            ));
+            return Err(format!("elements of {} bytes overlap at a stride of {stride}", range.element_bytes));
         }
         if range.count == 0 {
             return Ok(Vec::new());
         }
-        let bytes = covered(range, stride)
-            .and_then(|(start, end)| view.get(start..end))
-            .ok_or_else(|| {
-                format!(
-                    "an accessor of {} elements reaches beyond its buffer view of {} bytes",
-                    range.count,
-                    view.len()
-                )
-            })?;
+        let bytes = covered(range, stride).and_then(|(start, end)| view.get(start..end)).ok_or_else(|| {
+            format!("an accessor of {} elements reaches beyond its buffer view of {} bytes", range.count, view.len())
+        })?;
         // The last chunk may be shorter than the stride.
-        Ok(bytes
-            .chunks(stride)
-            .map(|chunk| decode(chunk.get(..range.element_bytes).unwrap_or(chunk)))
-            .collect())
+        Ok(bytes.chunks(stride).map(|chunk| decode(chunk.get(..range.element_bytes).unwrap_or(chunk))).collect())
     }
 
     pub(super) fn view(&self, index: Index<View>) -> Result<(&[u8], Option<usize>), Problem> {
@@ -164,12 +137,7 @@ impl Document<'_> {
             .checked_add(view.byte_length.0)
             .and_then(|end| Some(usize::try_from(start).ok()?..usize::try_from(end).ok()?))
             .and_then(|range| buffer.get(range))
-            .ok_or_else(|| {
-                format!(
-                    "buffer view {index} reaches beyond its buffer of {} bytes",
-                    buffer.len()
-                )
-            })?;
+            .ok_or_else(|| format!("buffer view {index} reaches beyond its buffer of {} bytes", buffer.len()))?;
         Ok((bytes, view.byte_stride.as_ref().map(|stride| stride.0)))
     }
 }

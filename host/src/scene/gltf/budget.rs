@@ -26,9 +26,7 @@ impl Document<'_> {
     /// Refuses meshes that would take more than [`max_bytes`], before the first is read.
     pub(super) fn check_memory(&self) -> Result<(), Problem> {
         let primitives = self.root.meshes.iter().flat_map(|mesh| &mesh.primitives);
-        let bytes = primitives.fold(0_u64, |sum, primitive| {
-            sum.saturating_add(self.primitive_bytes(primitive))
-        });
+        let bytes = primitives.fold(0_u64, |sum, primitive| sum.saturating_add(self.primitive_bytes(primitive)));
         let most = max_bytes();
         if bytes <= most {
             return Ok(());
@@ -43,22 +41,10 @@ impl Document<'_> {
     fn primitive_bytes(&self, primitive: &Primitive) -> u64 {
         let positions = primitive.attributes.get(&Checked::Valid(Semantic::Positions));
         let positions = positions.map_or(0, |&accessor| self.elements_at_most(accessor));
-        let indices = primitive
-            .indices
-            .map_or(positions, |accessor| self.elements_at_most(accessor));
-        let triangles = if primitive.mode == Checked::Valid(Mode::Triangles) {
-            indices / 3
-        } else {
-            indices
-        };
-        let parts = [
-            (positions, POSITION_BYTES),
-            (indices, INDEX_BYTES),
-            (triangles, TRIANGLE_BYTES),
-        ];
-        parts.iter().fold(0, |sum, (count, bytes)| {
-            sum.saturating_add(count.saturating_mul(*bytes))
-        })
+        let indices = primitive.indices.map_or(positions, |accessor| self.elements_at_most(accessor));
+        let triangles = if primitive.mode == Checked::Valid(Mode::Triangles) { indices / 3 } else { indices };
+        let parts = [(positions, POSITION_BYTES), (indices, INDEX_BYTES), (triangles, TRIANGLE_BYTES)];
+        parts.iter().fold(0, |sum, (count, bytes)| sum.saturating_add(count.saturating_mul(*bytes)))
     }
 
     /// How many elements an accessor can have: none if it is broken, which its reader explains.

@@ -26,9 +26,7 @@ pub(super) fn load_all<'a>(
             }),
             (None, Some(blob)) if index == 0 => Cow::Borrowed(blob),
             (None, _) => {
-                return Err(format!(
-                    "buffer {index} has no data: no URI, and no binary chunk for it"
-                ));
+                return Err(format!("buffer {index} has no data: no URI, and no binary chunk for it"));
             }
         };
         buffers.push(cut(bytes, buffer.byte_length.0, index)?);
@@ -38,10 +36,7 @@ pub(super) fn load_all<'a>(
 
 fn cut(bytes: Cow<'_, [u8]>, length: u64, index: usize) -> Result<Cow<'_, [u8]>, Problem> {
     let too_short = || format!("buffer {index} has {} bytes of the {length} that it needs", bytes.len());
-    let length = usize::try_from(length)
-        .ok()
-        .filter(|&length| length <= bytes.len())
-        .ok_or_else(too_short)?;
+    let length = usize::try_from(length).ok().filter(|&length| length <= bytes.len()).ok_or_else(too_short)?;
     Ok(match bytes {
         Cow::Borrowed(bytes) => Cow::Borrowed(bytes.get(..length).unwrap_or(bytes)),
         Cow::Owned(mut bytes) => {
@@ -79,9 +74,7 @@ fn read(uri: &str, folder: Option<&Path>, length: u64, room: &mut u64) -> Result
 
 /// Whether a path is relative and leads nowhere out of the folder that it is relative to.
 fn stays_inside(path: &str) -> bool {
-    Path::new(path)
-        .components()
-        .all(|component| matches!(component, Component::Normal(_) | Component::CurDir))
+    Path::new(path).components().all(|component| matches!(component, Component::Normal(_) | Component::CurDir))
 }
 
 /// Decodes base64 (RFC 4648, with or without padding).
@@ -144,14 +137,9 @@ mod tests {
 
     #[test]
     fn base64_of_the_rfc() {
-        for (text, bytes) in [
-            ("", ""),
-            ("Zg==", "f"),
-            ("Zm8=", "fo"),
-            ("Zm9v", "foo"),
-            ("Zm9vYg", "foob"),
-            ("Zm9vYmFy", "foobar"),
-        ] {
+        for (text, bytes) in
+            [("", ""), ("Zg==", "f"), ("Zm8=", "fo"), ("Zm9v", "foo"), ("Zm9vYg", "foob"), ("Zm9vYmFy", "foobar")]
+        {
             assert_eq!(base64(text).unwrap(), bytes.as_bytes());
         }
         assert_eq!(base64("+/+/").unwrap(), [0xfb, 0xff, 0xbf]);

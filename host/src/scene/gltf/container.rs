@@ -13,19 +13,12 @@ pub(super) fn split(file: &[u8]) -> Result<(&[u8], Option<&[u8]>), Problem> {
     if !file.starts_with(MAGIC) {
         return Ok((file, None));
     }
-    let (version, length) = word(file, 4)
-        .zip(word(file, 8))
-        .ok_or("the file is cut off in its header")?;
+    let (version, length) = word(file, 4).zip(word(file, 8)).ok_or("the file is cut off in its header")?;
     if version != 2 {
-        return Err(format!(
-            "version {version} of the binary container is not supported; convert it to 2"
-        ));
+        return Err(format!("version {version} of the binary container is not supported; convert it to 2"));
     }
     let body = file.get(HEADER_BYTES..length).ok_or_else(|| {
-        format!(
-            "the file is cut off: it has {} bytes of the {length} that its header announces",
-            file.len()
-        )
+        format!("the file is cut off: it has {} bytes of the {length} that its header announces", file.len())
     })?;
     let (json, rest) = chunk(body)?;
     if json.kind != JSON_CHUNK {

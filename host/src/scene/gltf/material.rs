@@ -41,30 +41,14 @@ impl Importer<'_> {
                 self.warn(format!("material {name}: {what}"));
             }
         };
+        warn(surface.base_color_texture.is_some(), "its base colour texture is not supported; only the factor is used");
+        warn(material.emissive_texture.is_some(), "its emissive texture is not supported; it does not emit");
+        warn(surface.metallic_factor.0 > 0.0, "it is metallic; it is rendered as diffuse, in its base colour");
         warn(
-            surface.base_color_texture.is_some(),
-            "its base colour texture is not supported; only the factor is used",
-        );
-        warn(
-            material.emissive_texture.is_some(),
-            "its emissive texture is not supported; it does not emit",
-        );
-        warn(
-            surface.metallic_factor.0 > 0.0,
-            "it is metallic; it is rendered as diffuse, in its base colour",
-        );
-        warn(
-            !surface
-                .base_color_factor
-                .0
-                .iter()
-                .all(|factor| (0.0..=1.0).contains(factor)),
+            !surface.base_color_factor.0.iter().all(|factor| (0.0..=1.0).contains(factor)),
             "its base colour factor is not within 0 and 1 and was clamped",
         );
-        warn(
-            material.alpha_mode != Checked::Valid(AlphaMode::Opaque),
-            "it is transparent; it is rendered as opaque",
-        );
+        warn(material.alpha_mode != Checked::Valid(AlphaMode::Opaque), "it is transparent; it is rendered as opaque");
     }
 }
 
@@ -87,10 +71,7 @@ fn emission(material: &json::Material) -> [f32; 3] {
     if material.emissive_texture.is_some() {
         return [0.0; 3];
     }
-    let extension = material
-        .extensions
-        .as_ref()
-        .and_then(|extensions| extensions.emissive_strength.as_ref());
+    let extension = material.extensions.as_ref().and_then(|extensions| extensions.emissive_strength.as_ref());
     let strength = extension.map_or(1.0, |extension| extension.emissive_strength.0);
     material.emissive_factor.0.map(|channel| channel * strength)
 }

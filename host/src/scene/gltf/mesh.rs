@@ -20,10 +20,7 @@ impl Importer<'_> {
             return Ok(range.clone());
         }
         let root = self.document.root;
-        let mesh = root
-            .meshes
-            .get(index)
-            .ok_or_else(|| format!("a node has mesh {index}, which does not exist"))?;
+        let mesh = root.meshes.get(index).ok_or_else(|| format!("a node has mesh {index}, which does not exist"))?;
         let first = self.scene.meshes.len();
         for (number, primitive) in mesh.primitives.iter().enumerate() {
             self.add_primitive(primitive_name(mesh, index, number), primitive)?;
@@ -55,12 +52,7 @@ impl Importer<'_> {
         let indices = triangles(mode, &vertices);
         let material = self.material(primitive).map_err(in_mesh)?;
         self.warn_of_losses(&name, primitive, mode, vertices.len(), indices.len());
-        self.scene.meshes.push(Mesh {
-            name,
-            positions,
-            indices,
-            material,
-        });
+        self.scene.meshes.push(Mesh { name, positions, indices, material });
         Ok(())
     }
 
@@ -86,31 +78,18 @@ impl Importer<'_> {
 
 fn primitive_name(mesh: &json::Mesh, index: usize, number: usize) -> String {
     let name = label(mesh.name.as_ref(), "mesh", index);
-    if mesh.primitives.len() == 1 {
-        name
-    } else {
-        format!("{name}, primitive {number}")
-    }
+    if mesh.primitives.len() == 1 { name } else { format!("{name}, primitive {number}") }
 }
 
 fn check(positions: &[[f32; 3]], vertices: &[u32]) -> Result<(), Problem> {
     if u32::try_from(positions.len()).is_err() {
-        return Err(format!(
-            "it has {} vertices, more than 32-bit indices can tell apart",
-            positions.len()
-        ));
+        return Err(format!("it has {} vertices, more than 32-bit indices can tell apart", positions.len()));
     }
-    if let Some(vertex) = positions
-        .iter()
-        .position(|position| !position.iter().all(|x| x.is_finite()))
-    {
+    if let Some(vertex) = positions.iter().position(|position| !position.iter().all(|x| x.is_finite())) {
         return Err(format!("the position of vertex {vertex} is not finite"));
     }
     match vertices.iter().find(|&&vertex| vertex as usize >= positions.len()) {
-        Some(vertex) => Err(format!(
-            "it has an index {vertex} but only {} vertices",
-            positions.len()
-        )),
+        Some(vertex) => Err(format!("it has an index {vertex} but only {} vertices", positions.len())),
         None => Ok(()),
     }
 }
@@ -120,9 +99,7 @@ fn triangles(mode: Mode, vertices: &[u32]) -> Vec<[u32; 3]> {
     match mode {
         Mode::TriangleStrip => {
             let strip = vertices.array_windows::<3>().enumerate();
-            strip
-                .map(|(i, &[a, b, c])| if i % 2 == 0 { [a, b, c] } else { [a, c, b] })
-                .collect()
+            strip.map(|(i, &[a, b, c])| if i % 2 == 0 { [a, b, c] } else { [a, c, b] }).collect()
         }
         Mode::TriangleFan => match vertices.split_first() {
             Some((&hub, rim)) => rim.array_windows::<2>().map(|&[a, b]| [hub, a, b]).collect(),

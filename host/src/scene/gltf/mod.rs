@@ -36,11 +36,8 @@ type Problem = String;
 /// [`Error::File`] if the file cannot be read, [`Error::Scene`] if it is broken or requires an extension that is not
 /// supported.
 pub fn load(path: &Path) -> Result<Scene, Error> {
-    let bytes = read(path).map_err(|error| Error::File {
-        action: "read",
-        path: path.to_owned(),
-        reason: error.to_string(),
-    })?;
+    let bytes =
+        read(path).map_err(|error| Error::File { action: "read", path: path.to_owned(), reason: error.to_string() })?;
     let name = path.display().to_string();
     import(&name, &bytes, path.parent()).map_err(|problem| Error::Scene { scene: name, problem })
 }
@@ -89,15 +86,8 @@ struct Importer<'a> {
 
 impl<'a> Importer<'a> {
     fn new(name: &str, document: Document<'a>) -> Self {
-        let scene = Scene {
-            name: name.to_owned(),
-            ..Scene::default()
-        };
-        Self {
-            document,
-            scene,
-            meshes: mesh::Imported::default(),
-        }
+        let scene = Scene { name: name.to_owned(), ..Scene::default() };
+        Self { document, scene, meshes: mesh::Imported::default() }
     }
 
     fn warn(&mut self, warning: String) {
@@ -116,26 +106,19 @@ impl<'a> Importer<'a> {
 
 fn check_support(root: &Root) -> Result<(), Problem> {
     if !root.asset.version.starts_with("2.") {
-        return Err(format!(
-            "its glTF version {:?} is not supported; convert it to 2.0",
-            root.asset.version
-        ));
+        return Err(format!("its glTF version {:?} is not supported; convert it to 2.0", root.asset.version));
     }
     if let Some(least) = root.asset.min_version.as_ref().filter(|least| !is_at_most_2_0(least)) {
         return Err(format!("it needs glTF version {least:?}; export it for 2.0"));
     }
     match root.extensions_required.iter().find(|name| !is_supported(name)) {
-        Some(name) => Err(format!(
-            "it requires the glTF extension {name}, which is not supported; export it without"
-        )),
+        Some(name) => Err(format!("it requires the glTF extension {name}, which is not supported; export it without")),
         None => Ok(()),
     }
 }
 
 fn is_at_most_2_0(version: &str) -> bool {
-    let numbers = version
-        .split_once('.')
-        .and_then(|(major, minor)| Some((major.parse().ok()?, minor.parse().ok()?)));
+    let numbers = version.split_once('.').and_then(|(major, minor)| Some((major.parse().ok()?, minor.parse().ok()?)));
     numbers.is_some_and(|numbers: (u32, u32)| numbers <= (2, 0))
 }
 
@@ -145,9 +128,7 @@ fn is_supported(extension: &str) -> bool {
 
 /// `name`, or what it is and its index.
 fn label(name: Option<&String>, kind: &str, index: usize) -> String {
-    name.filter(|name| !name.is_empty())
-        .cloned()
-        .unwrap_or_else(|| format!("{kind} {index}"))
+    name.filter(|name| !name.is_empty()).cloned().unwrap_or_else(|| format!("{kind} {index}"))
 }
 
 #[cfg(test)]

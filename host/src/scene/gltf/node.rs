@@ -15,12 +15,8 @@ impl Importer<'_> {
     pub(super) fn add_nodes(&mut self) -> Result<(), Problem> {
         let root = self.document.root;
         let mut reached = vec![false; root.nodes.len()];
-        let mut pending: Vec<(usize, DAffine3)> = self
-            .roots()?
-            .into_iter()
-            .rev()
-            .map(|node| (node, DAffine3::IDENTITY))
-            .collect();
+        let mut pending: Vec<(usize, DAffine3)> =
+            self.roots()?.into_iter().rev().map(|node| (node, DAffine3::IDENTITY)).collect();
         while let Some((index, parent)) = pending.pop() {
             let missing = || format!("it refers to node {index}, which does not exist");
             let node = root.nodes.get(index).ok_or_else(missing)?;
@@ -43,18 +39,11 @@ impl Importer<'_> {
         let root = self.document.root;
         let index = root.scene.map_or(0, |scene| scene.value());
         if root.scenes.is_empty() && root.scene.is_none() {
-            let children: BTreeSet<usize> = root
-                .nodes
-                .iter()
-                .flat_map(|node| node.children.iter().flatten())
-                .map(Index::value)
-                .collect();
+            let children: BTreeSet<usize> =
+                root.nodes.iter().flat_map(|node| node.children.iter().flatten()).map(Index::value).collect();
             return Ok((0..root.nodes.len()).filter(|node| !children.contains(node)).collect());
         }
-        let scene = root
-            .scenes
-            .get(index)
-            .ok_or_else(|| format!("its default scene {index} does not exist"))?;
+        let scene = root.scenes.get(index).ok_or_else(|| format!("its default scene {index} does not exist"))?;
         Ok(scene.nodes.iter().map(Index::value).collect())
     }
 
@@ -63,10 +52,7 @@ impl Importer<'_> {
             self.add_instances(mesh.value(), world)?;
         }
         if node.skin.is_some() {
-            self.warn(format!(
-                "{}: its skin is ignored",
-                label(node.name.as_ref(), "node", index)
-            ));
+            self.warn(format!("{}: its skin is ignored", label(node.name.as_ref(), "node", index)));
         }
         if let (Some(camera), None) = (node.camera, self.scene.camera) {
             self.add_camera(camera, world)?;
@@ -91,25 +77,16 @@ impl Importer<'_> {
         };
         let vertical_fov = f64::from(perspective.yfov);
         if !(vertical_fov > 0.0 && vertical_fov < std::f64::consts::PI) {
-            return Err(format!(
-                "{name} has a field of view of {vertical_fov} radians; it has to be between 0 and pi"
-            ));
+            return Err(format!("{name} has a field of view of {vertical_fov} radians; it has to be between 0 and pi"));
         }
         let position = world.translation;
         if position.abs().max_element() > MAX_COORDINATE {
-            return Err(format!(
-                "{name} is at {position}, beyond {MAX_COORDINATE:e}; move it nearer to the origin"
-            ));
+            return Err(format!("{name} is at {position}, beyond {MAX_COORDINATE:e}; move it nearer to the origin"));
         }
         // A camera looks along its -z; its scale has no meaning.
         let forward = world.transform_vector3(DVec3::NEG_Z).normalize_or(DVec3::NEG_Z);
         let up = world.transform_vector3(DVec3::Y).normalize_or(DVec3::Y);
-        self.scene.camera = Some(Camera {
-            position,
-            target: position + forward,
-            up,
-            vertical_fov,
-        });
+        self.scene.camera = Some(Camera { position, target: position + forward, up, vertical_fov });
         Ok(())
     }
 }
