@@ -91,7 +91,7 @@ fn boundary() -> Vec<u32> {
     mantissas
 }
 
-/// Division of all pairs of [`boundary`].
+/// Division of all pairs of the boundary mantissas.
 pub fn division_at_boundaries(correction: impl Fn(u32, u32, u32, f32) -> u32 + Sync) -> Tally {
     let boundary = boundary();
     let count = boundary.len();
