@@ -195,7 +195,7 @@ fn render_observed(device: &mut Device, buffers: &SceneBuffers, settings: &Rende
 fn report(settings: &RenderSettings, rendered: &Rendered, seconds: f64) -> Result<(), Error> {
     if rendered.dropped_samples > 0 {
         console::note(&format!(
-            "warning: {} samples were dropped: not finite, or cut short by the device (fewer dispatch_samples may help)",
+            "warning: {} samples were dropped: not finite, or cut short by the device (a smaller --max-depth or --device cpu may help)",
             rendered.dropped_samples
         ));
     }
