@@ -160,8 +160,8 @@ fn check_camera(scene: &Scene, camera: &Camera) -> Result<(), Error> {
 }
 
 fn check_material(scene: &Scene, material: &Material) -> Result<(), Error> {
-    let problem = if material.reflectance.iter().any(|r| !(0.0..=1.0).contains(r)) {
-        format!("reflectance {:?} is outside [0, 1]", material.reflectance)
+    let problem = if material.base_color.iter().any(|r| !(0.0..=1.0).contains(r)) {
+        format!("base colour {:?} is outside [0, 1]", material.base_color)
     } else if material.emission.iter().any(|e| !(0.0..=MAX_EMISSION).contains(e)) {
         format!("emission {:?} is outside [0, {MAX_EMISSION:e}]", material.emission)
     } else {
@@ -301,7 +301,7 @@ fn pack_geometry(bvh: &bvh::Bvh, triangles: &[&Triangle], tables: &LightTables) 
 fn pack_attributes(materials: &[Material], tables: &LightTables) -> Vec<u32> {
     let materials = materials.iter().flat_map(|m| {
         let flags = if m.two_sided_emission { MATERIAL_TWO_SIDED_EMISSION } else { 0 };
-        [float_word(Vec3::from_array(m.reflectance), flags), float_word(Vec3::from_array(m.emission), 0)]
+        [float_word(Vec3::from_array(m.base_color), flags), float_word(Vec3::from_array(m.emission), 0)]
     });
     let lights = tables.lights.iter().map(|&(triangle, density)| [triangle, density.to_bits(), 0, 0]);
     let alias = tables.alias.iter().flatten().map(|entry| [entry.threshold.to_bits(), entry.alias, 0, 0]);

@@ -46,6 +46,26 @@ pub const MATERIAL_TWO_SIDED_EMISSION: u32 = 1;
 
 /// Scene feature: emitters differ in power, so the choice among them needs the alias table.
 pub const FEATURE_LIGHT_TABLE: u32 = 1;
+/// Scene feature: emissive triangles.
+pub const FEATURE_EMISSIVE: u32 = 1 << 1;
+/// Scene feature: point, spot or directional lights.
+pub const FEATURE_PUNCTUAL: u32 = 1 << 2;
+/// Scene feature: an environment map.
+pub const FEATURE_ENVIRONMENT: u32 = 1 << 3;
+/// Scene feature: textures.
+pub const FEATURE_TEXTURES: u32 = 1 << 4;
+/// Scene feature: shading normals or texture coordinates.
+pub const FEATURE_SHADING: u32 = 1 << 5;
+/// Scene feature: rough specular lobes (GGX).
+pub const FEATURE_GLOSSY: u32 = 1 << 6;
+/// Scene feature: specular lobes so smooth that they are perfect (Dirac deltas).
+pub const FEATURE_DELTA: u32 = 1 << 7;
+/// Scene feature: dielectrics that transmit specularly.
+pub const FEATURE_TRANSMISSION: u32 = 1 << 8;
+/// Scene feature: diffuse transmission.
+pub const FEATURE_DIFFUSE_TRANSMISSION: u32 = 1 << 9;
+/// Scene feature: absorbing interiors.
+pub const FEATURE_VOLUME: u32 = 1 << 10;
 /// All features: what a kernel that was not specialised to a scene assumes.
 pub const FEATURES_ALL: u32 = u32::MAX;
 

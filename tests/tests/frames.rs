@@ -84,7 +84,7 @@ fn main() -> ExitCode {
 fn long_blocks(flags: u32) -> Result<Case, Failed> {
     let mut scene = Scene::load("cornell")?;
     for material in &mut scene.materials {
-        material.reflectance = [REFLECTANCE; 3];
+        material.base_color = [REFLECTANCE; 3];
     }
     let scene = SceneBuffers::build(&scene)?;
     let params = PathParams {

@@ -18,6 +18,11 @@ const FRAMING_MARGIN: f64 = 1.05;
 const FOV_RANGE: (f64, f64) = (1e-3, 3.1);
 
 impl Camera {
+    /// A camera without a lens.
+    pub fn pinhole(position: DVec3, target: DVec3, up: DVec3, vertical_fov: f64) -> Camera {
+        Camera { position, target, up, vertical_fov, lens_radius: 0.0, focus_distance: None }
+    }
+
     /// A camera that has the whole box `bounds` (lower and upper corner) in view, three-quarters from the front.
     ///
     /// `aspect` is width over height. Bounds that are empty or not finite count as a unit cube at the origin, a point
@@ -25,8 +30,7 @@ impl Camera {
     pub fn framing(bounds: [[f32; 3]; 2], aspect: f64) -> Camera {
         let (centre, half) = centre_and_half_size(bounds);
         let aspect = if aspect.is_finite() && aspect > 0.0 { aspect } else { 1.0 };
-        let camera =
-            Camera { position: centre + FRAMING_DIRECTION, target: centre, up: DVec3::Y, vertical_fov: FRAMING_FOV };
+        let camera = Camera::pinhole(centre + FRAMING_DIRECTION, centre, DVec3::Y, FRAMING_FOV);
         let distance = FRAMING_MARGIN * camera.distance_to_frame(half, aspect);
         Camera { position: centre + FRAMING_DIRECTION.normalize() * distance, ..camera }
     }
@@ -159,12 +163,12 @@ mod tests {
 
     #[test]
     fn params_of_a_simple_camera() {
-        let camera = Camera {
-            position: DVec3::new(0.0, 1.0, 4.0),
-            target: DVec3::new(0.0, 1.0, 0.0),
-            up: DVec3::Y,
-            vertical_fov: std::f64::consts::FRAC_PI_2,
-        };
+        let camera = Camera::pinhole(
+            DVec3::new(0.0, 1.0, 4.0),
+            DVec3::new(0.0, 1.0, 0.0),
+            DVec3::Y,
+            std::f64::consts::FRAC_PI_2,
+        );
         let params = camera.params(200, 100);
         assert_eq!(params.position, [0.0, 1.0, 4.0]);
         assert_eq!(params.forward, [0.0, 0.0, -1.0]);
@@ -178,7 +182,7 @@ mod tests {
     fn a_degenerate_camera_still_has_a_frame() {
         for direction in [DVec3::X, DVec3::NEG_Y, DVec3::Z, DVec3::ZERO] {
             for up in [direction, DVec3::ZERO] {
-                let camera = Camera { position: DVec3::ZERO, target: direction, up, vertical_fov: f64::NAN };
+                let camera = Camera::pinhole(DVec3::ZERO, direction, up, f64::NAN);
                 let [right, up, forward] = camera.frame();
                 for axis in [right, up, forward] {
                     assert!((axis.length() - 1.0).abs() < 1e-12);
