@@ -37,23 +37,31 @@ impl Camera {
 
     /// The camera for an image of `width` x `height` pixels: computed in `f64`, then rounded.
     ///
-    /// The image plane lies at distance 1. An `up` that is zero or parallel to the view is replaced by the axis that
+    /// The image plane lies at distance 1, or where a lens is in focus. An `up` that is zero or parallel to the view is replaced by the axis that
     /// is most perpendicular to it; a camera that stands on its target looks along -z; the field of view is kept
     /// within 0.001 and 3.1 radians; a side of 0 pixels counts as 1.
     pub fn params(&self, width: u32, height: u32) -> CameraParams {
         let (width, height) = (f64::from(width.max(1)), f64::from(height.max(1)));
         let [right, up, forward] = self.frame();
         let half_height = self.half_height();
+        let distance = if self.lens_radius > 0.0 { self.focus() } else { 1.0 };
+        let lens = |half_side: f64| (self.lens_radius / (half_side * distance)) as f32;
+        let half_width = half_height * (width / height);
         CameraParams {
             position: self.position.as_vec3().to_array(),
             inv_width: (1.0 / width) as f32,
-            forward: forward.as_vec3().to_array(),
+            forward: (forward * distance).as_vec3().to_array(),
             inv_height: (1.0 / height) as f32,
-            right: (right * half_height * (width / height)).as_vec3().to_array(),
-            reserved0: 0.0,
-            up: (up * half_height).as_vec3().to_array(),
-            reserved1: 0.0,
+            right: (right * half_width * distance).as_vec3().to_array(),
+            lens_right: lens(half_width),
+            up: (up * half_height * distance).as_vec3().to_array(),
+            lens_up: lens(half_height),
         }
+    }
+
+    /// Distance at which a lens is sharp.
+    fn focus(&self) -> f64 {
+        self.focus_distance.unwrap_or_else(|| (self.target - self.position).length())
     }
 
     /// Orthonormal right, up and forward.
