@@ -4,7 +4,8 @@
 use crate::num;
 pub use crate::vec::luminance;
 
-/// One channel of linear light as an sRGB value. Domain: [0, 1] and beyond; negative light continues the straight line.
+/// One channel of linear light as an sRGB value, to 3 units in the last place on [0, 1]; negative light continues the
+/// straight line. From 1 on the error grows, because the exponent is rounded.
 pub fn srgb_encode(linear: f32) -> f32 {
     const EXPONENT: f32 = 1.0 / 2.4;
     let straight = linear <= 0.003_130_8;
@@ -12,7 +13,8 @@ pub fn srgb_encode(linear: f32) -> f32 {
     if straight { 12.92 * linear } else { curve }
 }
 
-/// The linear light of one sRGB channel. Domain: [0, 1] and beyond; negative values continue the straight line.
+/// The linear light of one sRGB channel, to 6 units in the last place on [0, 1]; negative values continue the straight
+/// line. From 1 on the error grows, because the exponent is rounded.
 pub fn srgb_decode(encoded: f32) -> f32 {
     const SLOPE: f32 = 1.0 / 12.92;
     const SCALE: f32 = 1.0 / 1.055;

@@ -10,15 +10,15 @@
 mod atan2;
 mod cbrt;
 pub mod eft;
-#[cfg_attr(all(target_arch = "spirv", feature = "fast"), allow(dead_code))]
+#[cfg_attr(all(target_arch = "spirv", feature = "fast"), allow(dead_code, unreachable_pub))]
 mod exponential;
-#[cfg_attr(all(target_arch = "spirv", feature = "fast"), allow(dead_code))]
+#[cfg_attr(all(target_arch = "spirv", feature = "fast"), allow(dead_code, unreachable_pub))]
 mod logarithm;
-#[cfg_attr(all(target_arch = "spirv", feature = "fast"), allow(dead_code))]
+#[cfg_attr(all(target_arch = "spirv", feature = "fast"), allow(dead_code, unreachable_pub))]
 mod parts;
 mod pow;
 pub mod soft;
-#[cfg_attr(all(target_arch = "spirv", feature = "fast"), allow(dead_code))]
+#[cfg_attr(all(target_arch = "spirv", feature = "fast"), allow(dead_code, unreachable_pub))]
 mod trigonometric;
 
 pub use atan2::atan2;

@@ -73,7 +73,7 @@ pub fn pow(x: f32, y: f32) -> f32 {
     let inside = abs(p) <= LOG2_MAX;
     let e = if inside { p_error + exponent * log_lo } else { 0.0 };
     let power = exp2_of_two_parts(clamp(p, -LOG2_MAX, LOG2_MAX), e);
-    let limit = (x < MIN_POSITIVE) | (x > f32::MAX);
+    let limit = (abs(x) < MIN_POSITIVE) | (x > f32::MAX);
     f32::from_bits(if (x <= -MIN_POSITIVE) | parts::is_nan(x) | parts::is_nan(y) {
         parts::NAN
     } else if limit & (abs(y) >= MIN_POSITIVE) {

@@ -10,7 +10,8 @@ use std::f64::consts::TAU;
 
 /// Of these a few are outside the domains.
 const PAIRS: u64 = 1_020_000_000;
-const PATTERNS: u64 = 1 << 32;
+/// Without their sign.
+const PATTERNS: u64 = 1 << 31;
 const REDUCED_STRIDE: u64 = 4_099;
 /// Angles below this are outside the contract: their terms are subnormal.
 const SMALLEST_ANGLE: f64 = num::FLUSH_BELOW as f64;
@@ -24,7 +25,12 @@ const SMALLEST: f64 = f32::MIN_POSITIVE as f64;
 /// The distance between neighbours of `x` among the `f32` of its binade; that of the smallest normal numbers below.
 pub fn ulp(x: f64) -> f64 {
     let exponent = ((x.to_bits() >> 52) & 0x7ff) as i32 - 1023;
-    f64::exp2(f64::from(exponent.clamp(-126, 127) - 23))
+    power_of_two(exponent.clamp(-126, 127) - 23)
+}
+
+/// 2^k for k in [-1022, 1023].
+pub(super) fn power_of_two(k: i32) -> f64 {
+    f64::from_bits(((k + 1023) as u64) << 52)
 }
 
 /// |computed - exact| in units in the last place. Where the exact value is zero, infinite or a NaN nothing else is
@@ -37,7 +43,7 @@ pub fn error(computed: f32, exact: f64) -> f64 {
         f64::from(computed) == exact
     } else if exact.abs() <= SMALLEST {
         value.abs() <= SMALLEST
-    } else if exact.abs() < SMALLEST * (1.0 + f64::exp2(-23.0)) && value == 0.0 {
+    } else if exact.abs() < SMALLEST * (1.0 + f64::from(f32::EPSILON)) && value == 0.0 {
         true
     } else {
         return (value - exact.clamp(-TWO_POW_128, TWO_POW_128)).abs() / ulp(exact);
@@ -48,14 +54,61 @@ pub fn error(computed: f32, exact: f64) -> f64 {
 /// A function of one number, and what it should be.
 #[derive(Clone, Copy)]
 pub struct Function {
-    /// Its name.
-    pub name: &'static str,
-    /// The function.
-    pub function: fn(f32) -> f32,
-    /// Its exact value for every number, also outside the domain.
-    pub exact: fn(f64) -> f64,
-    /// The largest error in units in the last place that it may have.
-    pub limit: f64,
+    name: &'static str,
+    function: fn(f32) -> f32,
+    /// The value for every number, also outside the domain.
+    exact: fn(f64) -> f64,
+    limit: f64,
+    is_odd: bool,
+    largest: f32,
+}
+
+impl Function {
+    /// A function of all numbers that has [`MAX_ULP`].
+    pub const fn new(name: &'static str, function: fn(f32) -> f32, exact: fn(f64) -> f64) -> Self {
+        Self { name, function, exact, limit: MAX_ULP, is_odd: false, largest: f32::INFINITY }
+    }
+
+    /// It changes its sign with its operand, to the bit: then the exact value is computed once for both.
+    const fn odd(self) -> Self {
+        Self { is_odd: true, ..self }
+    }
+
+    const fn within(self, limit: f64) -> Self {
+        Self { limit, ..self }
+    }
+
+    const fn up_to(self, largest: f32) -> Self {
+        Self { largest, ..self }
+    }
+
+    fn domain(&self) -> &'static str {
+        if self.largest == f32::INFINITY { "all bit patterns" } else { "all bit patterns up to 1" }
+    }
+
+    /// A subnormal operand may count as zero.
+    fn error(&self, x: f32, computed: f32) -> f64 {
+        let found = error(computed, (self.exact)(x.into()));
+        if x.is_subnormal() { found.min(error(computed, (self.exact)(0.0))) } else { found }
+    }
+
+    /// All bit patterns of the domain, or every 4099th.
+    pub fn sweep(&self, effort: Effort) -> Tally {
+        let stride = effort.stride(REDUCED_STRIDE);
+        let [tally] = sweep(PATTERNS.div_ceil(stride), self.limit, |i, [tally]| {
+            let x = f32::from_bits((i * stride) as u32);
+            let (plus, minus) = ((self.function)(x), (self.function)(-x));
+            let mut plus_error = 0.0;
+            if x.is_nan() || x <= self.largest {
+                plus_error = self.error(x, plus);
+                tally.record(u64::from(x.to_bits()), plus_error);
+            }
+            let mirrored = self.is_odd && (minus.to_bits() == (-plus).to_bits() || x.is_nan());
+            let minus_error = if mirrored { plus_error } else { self.error(-x, minus) };
+            tally.record(u64::from((-x).to_bits()), minus_error);
+        });
+        tally
+    }
 }
 
 /// The sRGB curves as IEC 61966-2-1 has them.
@@ -72,45 +125,25 @@ fn exp(x: f64) -> f64 {
     if x < EXP_MIN.into() { 0.0 } else { x.exp() }
 }
 
-/// All functions of one number whose domain is all numbers.
+/// All functions of one number.
+///
+/// The arc sine is a quarter of a turn less an angle up to twice as large as the result; the exponents of the sRGB curves
+/// are rounded, which counts the more the farther from 1.
 pub const FUNCTIONS: [Function; 13] = [
-    Function { name: "exp", function: num::exp, exact: exp, limit: MAX_ULP },
-    Function { name: "exp2", function: num::exp2, exact: f64::exp2, limit: MAX_ULP },
-    Function { name: "expm1", function: num::expm1, exact: f64::exp_m1, limit: MAX_ULP },
-    Function { name: "ln", function: num::ln, exact: f64::ln, limit: MAX_ULP },
-    Function { name: "log2", function: num::log2, exact: f64::log2, limit: MAX_ULP },
-    Function { name: "ln_1p", function: num::ln_1p, exact: f64::ln_1p, limit: MAX_ULP },
-    Function { name: "sinh", function: num::sinh, exact: f64::sinh, limit: MAX_ULP },
-    Function { name: "asinh", function: num::asinh, exact: f64::asinh, limit: MAX_ULP },
-    Function { name: "acos", function: num::acos, exact: |x| x.clamp(-1.0, 1.0).acos() / TAU, limit: MAX_ULP },
-    Function { name: "asin", function: num::asin, exact: |x| x.clamp(-1.0, 1.0).asin() / TAU, limit: ASIN_ULP },
-    Function { name: "cbrt", function: num::cbrt, exact: f64::cbrt, limit: MAX_ULP },
-    Function { name: "srgb_encode", function: color::srgb_encode, exact: srgb_encode, limit: SRGB_ULP },
-    Function { name: "srgb_decode", function: color::srgb_decode, exact: srgb_decode, limit: SRGB_ULP },
+    Function::new("exp", num::exp, exp),
+    Function::new("exp2", num::exp2, f64::exp2),
+    Function::new("expm1", num::expm1, f64::exp_m1),
+    Function::new("ln", num::ln, f64::ln),
+    Function::new("log2", num::log2, f64::log2),
+    Function::new("ln_1p", num::ln_1p, f64::ln_1p),
+    Function::new("sinh", num::sinh, f64::sinh).odd(),
+    Function::new("asinh", num::asinh, f64::asinh).odd(),
+    Function::new("acos", num::acos, |x| x.clamp(-1.0, 1.0).acos() / TAU),
+    Function::new("asin", num::asin, |x| x.clamp(-1.0, 1.0).asin() / TAU).odd().within(2.5),
+    Function::new("cbrt", num::cbrt, f64::cbrt).odd(),
+    Function::new("srgb_encode", color::srgb_encode, srgb_encode).up_to(1.0).within(4.0),
+    Function::new("srgb_decode", color::srgb_decode, srgb_decode).up_to(1.0).within(6.0),
 ];
-
-/// From 1/2 on a quarter of a turn less an angle twice as large as the result.
-const ASIN_ULP: f64 = 2.5;
-/// The exponents 2.4 and 1 / 2.4 are rounded, which counts the more the farther from 1.
-const SRGB_ULP: f64 = 16.0;
-
-/// All bit patterns, or every 4099th. A subnormal operand may count as zero.
-pub fn unary(
-    effort: Effort,
-    limit: f64,
-    function: impl Fn(f32) -> f32 + Sync,
-    exact: impl Fn(f64) -> f64 + Sync,
-) -> Tally {
-    let stride = effort.stride(REDUCED_STRIDE);
-    let [tally] = sweep(PATTERNS.div_ceil(stride), limit, |i, [tally]| {
-        let x = f32::from_bits((i * stride) as u32);
-        let computed = function(x);
-        let found = error(computed, exact(x.into()));
-        let found = if x.is_subnormal() { found.min(error(computed, exact(0.0))) } else { found };
-        tally.record(u64::from(x.to_bits()), found);
-    });
-    tally
-}
 
 /// Bit patterns from `first` to `last`.
 #[derive(Clone, Copy)]
@@ -284,11 +317,8 @@ fn random_factors(index: u64) -> [f32; 4] {
 
 /// The sweeps of the table.
 pub(super) fn sweeps() -> Vec<Sweep> {
-    let of_one = FUNCTIONS.map(|f| {
-        Sweep::new(f.name, move |effort| {
-            vec![Row::accuracy(f.name, "all bit patterns", unary(effort, f.limit, f.function, f.exact))]
-        })
-    });
+    let of_one =
+        FUNCTIONS.map(|f| Sweep::new(f.name, move |effort| vec![Row::accuracy(f.name, f.domain(), f.sweep(effort))]));
     let mut sweeps = Vec::from(of_one);
     sweeps.push(Sweep::new("sin_cos", |effort| {
         let [sin, cos] = sine_cosine(effort, num::sin_cos);
