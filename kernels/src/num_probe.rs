@@ -106,7 +106,7 @@ fn probe(o: NumOperands) -> NumResults {
         cbrt: num::cbrt(o.x),
         pow: num::pow(o.x, o.y),
         difference_of_products: eft::difference_of_products(a, b, c, d),
-        sum: eft::Sum::default().plus(a).plus(b).plus(c).plus(d).plus(-a).total(),
+        sum: eft::Sum::new(a, b).plus(c).plus(d).plus(-a).total(),
         srgb_encode: color::srgb_encode(o.x),
         srgb_decode: color::srgb_decode(o.x),
         direction_code: pack::encode_unit_vector(vector),

@@ -125,7 +125,7 @@ pub fn num_random(count: u32) -> Vec<NumOperands> {
         let near_1 = f32::from_bits((v.x & 0x007f_ffff) + (126 << 23) + (v.x >> 31 << 23));
         let x = [any(v.x), near_1, (unit(v.x) - 0.5) * 180.0, unit(v.x) * 2.0 - 1.0][(i % 4) as usize];
         let (a, b) = (any(w.x), any(w.y));
-        let (c, d) = if i % 2 == 0 { (b, a.next_up()) } else { (any(w.z), any(w.w)) };
+        let (c, d) = if i & 1 == 0 { (b, a.next_up()) } else { (any(w.z), any(w.w)) };
         let [y, z] = [v.y, v.z].map(|word| (unit(word) - 0.5) * 160.0);
         NumOperands { x, y, z, factors: [a, b, c, d], word: v.w }
     };
