@@ -15,6 +15,7 @@ pub use desc::{Access, Binding, Case, CaseScene, CaseScenes, Constant, KernelDes
 kernels! {
     film_add,
     film_resolve,
+    num_probe,
     path,
     self_check,
     #[cfg(feature = "size-probe")]

@@ -8,6 +8,8 @@
 //! |---|---|
 //! | [`num`] | the only home of non-trivial scalar functions: division, roots, exponentials, angles |
 //! | [`vec`] | dot, cross, length, normalisation and frames in a fixed order of evaluation |
+//! | [`color`] | luminance, the sRGB transfer function |
+//! | [`pack`] | unit vectors, half floats and shared-exponent colours in 32-bit words |
 //! | [`rng`] | counter-based random numbers keyed by (pixel, sample, dimension, seed) |
 //! | [`layout`] | the plain-data types that cross the bus between host and device |
 //! | [`pack`] | unit vectors in 32 bits |
@@ -25,6 +27,7 @@ pub use glam;
 
 pub mod bsdf;
 pub mod camera;
+pub mod color;
 pub mod film;
 pub mod geometry;
 pub mod layout;

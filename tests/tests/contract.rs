@@ -6,6 +6,7 @@ use proptest::test_runner::{Config, TestRng, TestRunner};
 use restir_host::buffers::SceneBuffers;
 use restir_host::scene::Scene;
 use restir_shared::camera::primary_ray;
+use restir_shared::color;
 use restir_shared::film::{MAX_BLOCK_LOG2, sum_block};
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::glam::{Vec2, Vec3};
@@ -274,7 +275,7 @@ fn an_unflushed_sum_is_seen() -> Result<(), Failed> {
 }
 
 /// Results of every scalar function for one pair of operands of magnitude 2^-100 and more.
-fn functions(a: f32, b: f32) -> [u32; 13] {
+fn functions(a: f32, b: f32) -> [u32; 25] {
     let flushed = |x: f32| num::flush(x).to_bits();
     let (sin, cos) = num::sin_cos(a);
     [
@@ -291,6 +292,18 @@ fn functions(a: f32, b: f32) -> [u32; 13] {
         flushed(num::recip(a)),
         flushed(num::sqrt(num::abs(a))),
         flushed(num::rsqrt(num::abs(a))),
+        flushed(num::exp2(a)),
+        flushed(num::expm1(a)),
+        flushed(num::log2(num::abs(a))),
+        flushed(num::ln_1p(a)),
+        flushed(num::sinh(a)),
+        flushed(num::asinh(a)),
+        flushed(num::acos(a)),
+        flushed(num::asin(a)),
+        flushed(num::cbrt(a)),
+        flushed(num::pow(num::abs(a), b)),
+        flushed(color::srgb_encode(a)),
+        flushed(color::srgb_decode(a)),
     ]
 }
 
