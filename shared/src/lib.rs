@@ -10,6 +10,7 @@
 //! | [`vec`] | dot, cross, length, normalisation and frames in a fixed order of evaluation |
 //! | [`rng`] | counter-based random numbers keyed by (pixel, sample, dimension, seed) |
 //! | [`layout`] | the plain-data types that cross the bus between host and device |
+//! | [`compact`] | compaction and counting sort: count, scan, gather |
 //! | [`sampling`] | `sample_x`, `x_pdf` and `invert_x` for each distribution |
 //! | [`geometry`] | rays, the watertight triangle test, BVH traversal |
 //! | [`scene`] | the traits an embedder implements, and [`scene::SceneView`], which implements all of them |
@@ -24,6 +25,7 @@ pub use glam;
 
 pub mod bsdf;
 pub mod camera;
+pub mod compact;
 pub mod film;
 pub mod geometry;
 pub mod layout;
