@@ -18,6 +18,11 @@ pub(crate) fn film_plane(pixels: u32, salt: u32) -> Vec<FilmPixel> {
         .collect()
 }
 
+/// Pseudo-random words.
+pub(crate) fn random_words(count: u32, salt: u32) -> Vec<u32> {
+    (0..count).map(|i| pcg4d(UVec4::new(i, salt, 0, 7)).x).collect()
+}
+
 /// Operands at the ends of the domain and where a broken contract shows.
 pub fn boundary_operands() -> Vec<Operands> {
     let one_and = |k: u32| f32::from_bits(0x3f80_0000 + k);

@@ -12,7 +12,7 @@
 //! | [`pack`] | unit vectors, half floats and shared-exponent colours in 32-bit words |
 //! | [`rng`] | counter-based random numbers keyed by (pixel, sample, dimension, seed) |
 //! | [`layout`] | the plain-data types that cross the bus between host and device |
-//! | [`pack`] | unit vectors in 32 bits |
+//! | [`compact`] | compaction and counting sort: count, scan, gather |
 //! | [`sampling`] | `sample_x`, `x_pdf` and `invert_x` for each distribution |
 //! | [`geometry`] | rays, the watertight triangle test, BVH traversal |
 //! | [`scene`] | the traits an embedder implements, and [`scene::SceneView`], which implements all of them |
@@ -28,6 +28,7 @@ pub use glam;
 pub mod bsdf;
 pub mod camera;
 pub mod color;
+pub mod compact;
 pub mod film;
 pub mod geometry;
 pub mod layout;

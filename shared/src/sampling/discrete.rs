@@ -55,7 +55,7 @@ pub fn discrete_probability(index: u32, count: u32, cdf: impl Fn(u32) -> u32) ->
 }
 
 /// The word of which [`sample_discrete`] makes the item, which has a probability, and the fraction: exactly for items of
-/// up to 2^23 words, beyond that to 2^-23 of the item.
+/// up to 2^23 words, beyond that to 2^-22 of the item.
 #[inline(always)]
 pub fn invert_discrete(index: u32, fraction: f32, count: u32, cdf: impl Fn(u32) -> u32) -> u32 {
     let item = bounds(index, count, &cdf);
