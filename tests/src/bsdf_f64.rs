@@ -6,8 +6,10 @@ use glam::DVec3;
 use restir_shared::bsdf::{Material, is_specular, is_transmission};
 use std::f64::consts::{PI, TAU};
 
+/// The golden ratio less 1.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// Step of the central differences in [`Shadow::solid_angle`].
-const STEP: f64 = 2.0e-6;
+const STEP: f64 = 1.0e-6;
 
 /// A material seen from `wo`, as [`restir_shared::bsdf`] documents it. Specular lobes are rough here; perfect ones are
 /// for their tests to compute.
@@ -221,26 +223,22 @@ impl Shadow {
         }
     }
 
-    /// The integral of a function over the directions of a lobe, by the midpoint rule with `n`^2 points of the unit
-    /// square.
-    pub fn integrate(&self, lobe: u32, n: usize, f: impl Fn(DVec3) -> DVec3) -> DVec3 {
-        self.integrate_cell(lobe, [0.0, 0.0], [1.0, 1.0], n, f)
+    /// Directions of a lobe and their solid angles, for sums that are integrals: `n` points of a lattice over the part of
+    /// the unit square from `lo` to `hi`. Directions on the wrong side count for nothing.
+    pub fn nodes(&self, lobe: u32, lo: [f64; 2], hi: [f64; 2], n: usize) -> impl Iterator<Item = (DVec3, f64)> {
+        let size = [hi[0] - lo[0], hi[1] - lo[1]];
+        let area = size[0] * size[1] / n as f64;
+        (0..n).filter_map(move |i| {
+            let at = i as f64 + 0.5;
+            let u = [lo[0] + size[0] * (at / n as f64), lo[1] + size[1] * (at * GOLDEN).fract()];
+            let wi = self.direction(lobe, u).filter(|wi| (wi.z < 0.0) == is_transmission(lobe))?;
+            Some((wi, self.solid_angle(lobe, u) * area))
+        })
     }
 
-    /// The integral over the part of the unit square from `lo` to `hi`.
-    pub fn integrate_cell(&self, lobe: u32, lo: [f64; 2], hi: [f64; 2], n: usize, f: impl Fn(DVec3) -> DVec3) -> DVec3 {
-        let size = [0, 1].map(|axis| (hi[axis] - lo[axis]) / n as f64);
-        let mut sum = DVec3::ZERO;
-        for i in 0..n * n {
-            let u = [lo[0] + size[0] * ((i / n) as f64 + 0.5), lo[1] + size[1] * ((i % n) as f64 + 0.5)];
-            if let Some(wi) = self.direction(lobe, u) {
-                // directions that leave on the wrong side count for nothing
-                if (wi.z < 0.0) == is_transmission(lobe) {
-                    sum += f(wi) * self.solid_angle(lobe, u);
-                }
-            }
-        }
-        sum * (size[0] * size[1])
+    /// The integral of a function over the directions of a lobe.
+    pub fn integrate(&self, lobe: u32, n: usize, f: impl Fn(DVec3) -> DVec3) -> DVec3 {
+        self.nodes(lobe, [0.0; 2], [1.0; 2], n).map(|(wi, solid_angle)| f(wi) * solid_angle).sum()
     }
 
     /// Directional albedo of a lobe.

@@ -6,7 +6,7 @@ use glam::{DVec3, UVec4, Vec3};
 use libtest_mimic::Failed;
 use rayon::prelude::*;
 use restir_shared::bsdf::{
-    Bsdf, BsdfSample, COS_MIN, DELTA_BELOW, Evaluation, Kind, LOBES, Material, SPECULAR_REFLECTION,
+    Bsdf, BsdfSample, COS_MIN, DELTA_BELOW, Evaluation, IOR_MAX, Kind, LOBES, Material, SPECULAR_REFLECTION,
     SPECULAR_TRANSMISSION, is_specular, is_transmission,
 };
 use restir_shared::layout::FEATURES_ALL;
@@ -208,7 +208,7 @@ fn share(shadow: &Shadow, lobe: u32, lo: [f64; 2], hi: [f64; 2], density: impl F
             .is_some_and(|wi| (wi.z < 0.0) == is_transmission(lobe) && wi.z.abs() > 1.0e-3 * shadow.cos_o())
     };
     let whole = corners.iter().all(inside);
-    whole.then(|| shadow.integrate_cell(lobe, lo, hi, 6, |wi| DVec3::splat(density(lobe, wi))).x)
+    whole.then(|| shadow.nodes(lobe, lo, hi, 34).map(|(wi, solid_angle)| density(lobe, wi) * solid_angle).sum())
 }
 
 fn drawn(sample: &BsdfSample) -> Option<(u32, DVec3)> {
@@ -276,7 +276,7 @@ fn a_missing_jacobian_is_seen() -> Result<(), Failed> {
             };
             right(l, wi) / jacobian
         };
-        let total = |f: &dyn Fn(u32, DVec3) -> f64| shadow.integrate(lobe, 64, |wi| DVec3::splat(f(lobe, wi))).x;
+        let total = |f: &dyn Fn(u32, DVec3) -> f64| shadow.integrate(lobe, 4000, |wi| DVec3::splat(f(lobe, wi))).x;
         let scale = total(&right) / total(&wrong);
         let draw = |i| drawn(&bsdf.sample(words(i)));
         let p = fit(&setting, draw, |l, wi| if l == lobe { wrong(l, wi) * scale } else { right(l, wi) });
@@ -287,6 +287,10 @@ fn a_missing_jacobian_is_seen() -> Result<(), Failed> {
 }
 
 // integrals
+
+/// Nodes of the quadrature of a lobe.
+const NODES: usize = 16_384;
+const SAMPLES: u32 = 1 << 16;
 
 /// What quadrature and the mean over samples say about a setting.
 struct Integrals {
@@ -299,22 +303,24 @@ struct Integrals {
 }
 
 impl Integrals {
-    fn new(setting: &Setting, n: usize, samples: u32) -> Self {
+    fn new(setting: &Setting) -> Self {
         let (bsdf, shadow) = (setting.bsdf(), setting.shadow());
         let (mut density, mut exact, mut value) = (0.0, DVec3::ZERO, DVec3::ZERO);
         for lobe in setting.lobes() {
-            exact += shadow.albedo(lobe, n);
-            value += shadow.integrate(lobe, n, |wi| bsdf.evaluate_lobe(lobe, wi.as_vec3()).value.as_dvec3());
-            density +=
-                shadow.integrate(lobe, n, |wi| DVec3::splat(f64::from(bsdf.evaluate_lobe(lobe, wi.as_vec3()).pdf))).x;
+            for (wi, solid_angle) in shadow.nodes(lobe, [0.0; 2], [1.0; 2], NODES) {
+                let evaluation = bsdf.evaluate_lobe(lobe, wi.as_vec3());
+                exact += shadow.value(lobe, wi) * solid_angle;
+                value += evaluation.value.as_dvec3() * solid_angle;
+                density += f64::from(evaluation.pdf) * solid_angle;
+            }
         }
         let (mut survivors, mut mean) = (0.0, DVec3::ZERO);
-        for i in 0..samples {
+        for i in 0..SAMPLES {
             let sample = bsdf.sample(even_words(i));
             survivors += f64::from(u8::from(sample.pdf > 0.0));
             mean += sample.weight.as_dvec3();
         }
-        let n = f64::from(samples);
+        let n = f64::from(SAMPLES);
         Self { density, survivors: survivors / n, albedos: [exact, value, mean / n] }
     }
 }
@@ -322,21 +328,24 @@ impl Integrals {
 /// Tolerance 1e-3 throughout: the midpoint rule errs where directions leave through the horizon, and the mean over
 /// evenly spread samples by its discrepancy.
 fn densities_and_albedos_integrate() -> Result<(), Failed> {
-    let settings = settings(&surfaces(), &ROUGHNESSES, &COSINES);
-    let all: Vec<_> = settings.par_iter().map(|setting| Integrals::new(setting, 48, 1 << 14)).collect();
+    let settings = settings(&surfaces(), &[0.02, 0.1, 0.3, 1.0], &[1.0, 0.3, 0.05, 0.005]);
+    let all: Vec<_> = settings.par_iter().map(Integrals::new).collect();
     let distance = |a: DVec3, b: DVec3| (a - b).abs().max_element();
     let measures: [(&str, &dyn Fn(&Integrals) -> f64); 3] = [
         ("density", &|i| (i.density - i.survivors).abs()),
         ("albedo of values", &|i| distance(i.albedos[0], i.albedos[1])),
         ("albedo of samples", &|i| distance(i.albedos[0], i.albedos[2])),
     ];
+    let mut failed = Vec::new();
     for (what, measure) in measures {
         let worst = all.iter().zip(&settings).map(|(integrals, setting)| (measure(integrals), setting.name()));
         let (error, name) = worst.max_by(|a, b| a.0.total_cmp(&b.0)).expect("there are settings");
         println!("{what}: off by {error:.1e} at most ({name})");
-        ensure(error < 1.0e-3, || format!("{what}, {name}: off by {error:.2e}"))?;
+        if error >= 1.0e-3 {
+            failed.push(format!("{what}, {name}: off by {error:.2e}"));
+        }
     }
-    Ok(())
+    ensure(failed.is_empty(), || failed.join("; "))
 }
 
 /// Values at sampled directions against the shadow's.
@@ -368,12 +377,19 @@ fn values_equal_the_shadow() -> Result<(), Failed> {
     let all: Vec<_> = settings.par_iter().map(worst).collect();
     let mut sorted = all;
     sorted.sort_by(|a, b| b.0.total_cmp(&a.0));
-    for (error, name) in &sorted[..20] {
-        println!("{error:.1e}: {name}");
-    }
+    println!("relative error {:.1e} at most ({})", sorted[0].0, sorted[0].1);
     ensure(sorted[0].0 < 1.0e-5, || format!("{}: relative error {:.2e}", sorted[0].1, sorted[0].0))
 }
 
+/// How far apart the points are that choose a direction; the second coordinate is an angle in turns.
+fn distance(a: UVec4, b: UVec4) -> f64 {
+    let x = (f64::from(rng::unit(a.x)) - f64::from(rng::unit(b.x))).abs();
+    let y = (f64::from(rng::unit(a.y)) - f64::from(rng::unit(b.y))).abs();
+    x.max(y.min(1.0 - y))
+}
+
+/// A direction of 24 bits does not resolve the random numbers of a narrow lobe, nor do these the directions of its
+/// tail: one of the two must return. Near the critical angle refraction spreads directions by 1 / cos.
 fn samples_invert() -> Result<(), Failed> {
     let settings = settings(&surfaces(), &ROUGHNESSES, &COSINES);
     let worst = |setting: &Setting| {
@@ -382,9 +398,16 @@ fn samples_invert() -> Result<(), Failed> {
         for i in 0..2000 {
             let sample = bsdf.sample(words(i));
             if sample.pdf > 0.0 {
-                let again = bsdf.sample(bsdf.invert(sample.lobe, sample.direction, free(i)));
+                let inverse = bsdf.invert(sample.lobe, sample.direction, free(i));
+                let again = bsdf.sample(inverse);
                 if again.lobe == sample.lobe {
-                    worst = worst.max(f64::from((again.direction - sample.direction).length()));
+                    let moved = f64::from((again.direction - sample.direction).length());
+                    let squeezed = if sample.lobe == SPECULAR_TRANSMISSION {
+                        moved * f64::from(sample.direction.z.abs())
+                    } else {
+                        moved
+                    };
+                    worst = worst.max(squeezed.min(distance(words(i), inverse)));
                 } else {
                     lost += 1;
                 }
@@ -395,9 +418,9 @@ fn samples_invert() -> Result<(), Failed> {
     let all: Vec<_> = settings.par_iter().map(worst).collect();
     let lost: u32 = all.iter().map(|(_, lost, _)| lost).sum();
     let (error, _, name) = all.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).expect("there are settings");
-    println!("{lost} samples change their lobe; directions return within {error:.1e} ({name})");
+    println!("{lost} samples change their lobe; directions or numbers return within {error:.1e} ({name})");
     ensure(lost == 0, || format!("{lost} samples change their lobe"))?;
-    ensure(error < 1.0e-5, || format!("{name}: off by {error:.2e}"))
+    ensure(error < 3.0e-5, || format!("{name}: off by {error:.2e}"))
 }
 
 // physics
@@ -473,7 +496,7 @@ fn no_energy_is_gained() -> Result<(), Failed> {
         for lobe in setting.lobes() {
             let bends = lobe == SPECULAR_TRANSMISSION && !material.thin;
             let flux = if bends { f64::from(material.ior).powi(if front { 2 } else { -2 }) } else { 1.0 };
-            sum += shadow.albedo(lobe, 24).max_element() * flux;
+            sum += shadow.albedo(lobe, 600).max_element() * flux;
         }
         (sum, setting.name())
     };
@@ -493,18 +516,18 @@ fn gltf_mixing_gains_energy() -> Result<(), Failed> {
     let setting = Setting::new(surface, 0.1, 0.05);
     let shadow = setting.shadow();
     let wo = setting.wo.as_dvec3();
-    let diffuse = shadow.integrate(0, 64, |wi| {
+    let diffuse = shadow.integrate(0, 4000, |wi| {
         let coat = shadow.coat(0.5 * (wo + wi).length());
         DVec3::splat((1.0 - coat) * wi.z / PI)
     });
-    let sum = (diffuse + shadow.albedo(SPECULAR_REFLECTION, 64)).x;
+    let sum = (diffuse + shadow.albedo(SPECULAR_REFLECTION, 4000)).x;
     println!("albedo {sum:.3} with glTF's weights");
     ensure(sum > 1.1, || format!("albedo {sum}"))
 }
 
 fn smooth_dielectrics_keep_all_energy() -> Result<(), Failed> {
     let mut worst = 0.0_f64;
-    for ior in [1.0, 1.0001, 1.02, 1.1, 1.33, 1.5, 2.4, 3.0, 100.0] {
+    for ior in [1.0, 1.0001, 1.02, 1.1, 1.33, 1.5, 2.4, 3.0, IOR_MAX] {
         for (thin, front) in [(false, true), (false, false), (true, true)] {
             for cos in [1.0, 0.99, 0.8, 0.66, 0.4, 0.1, 0.01, 1.0e-4] {
                 let material = white(Material { roughness: 0.0, thin, ..glass(ior) });
@@ -525,8 +548,8 @@ fn smooth_dielectrics_keep_all_energy() -> Result<(), Failed> {
         }
     }
     println!("reflected and transmitted energy is off by {worst:.1e} at most");
-    // 1.8e-7 is missing where only reflection is drawn: a chance of less than 2^-24 of the other
-    ensure(worst < 1.0e-6, || format!("energy off by {worst:.2e}"))
+    // thirty roundings: the fourth power of an inverse that has four, and their like in the transmission
+    ensure(worst < 30.0 * ROUNDING, || format!("energy off by {worst:.2e}"))
 }
 
 fn lobes_add_up() -> Result<(), Failed> {
@@ -539,7 +562,7 @@ fn lobes_add_up() -> Result<(), Failed> {
             let value: Vec3 = parts.iter().map(|part| part.value).sum();
             let pdf: f32 = parts.iter().map(|part| part.pdf).sum();
             ensure(value == whole.value && pdf == whole.pdf, || format!("{}: parts of {whole:?}", setting.name()))?;
-            let matches = sample.delta || sample.pdf == whole.pdf;
+            let matches = sample.delta || sample.pdf == 0.0 || sample.pdf == whole.pdf;
             ensure(matches, || format!("{}: {sample:?} has another density", setting.name()))?;
         }
         let selections = bsdf.selection(0) + bsdf.selection(1) + bsdf.selection(2);
@@ -570,7 +593,7 @@ fn extremes_are_finite() -> Result<(), Failed> {
     let roughnesses = [0.0, 0.5 * DELTA_BELOW, DELTA_BELOW, 0.02, 1.0];
     let cosines = [1.0, 0.5, 1.0e-3, 1.0e-5, 2.0 * COS_MIN, COS_MIN, 0.5 * COS_MIN];
     let mut surfaces = surfaces();
-    for ior in [1.000_000_1, 1.0001, 1.01, 100.0] {
+    for ior in [1.000_000_1, 1.0001, 1.01, IOR_MAX] {
         for front in [false, true] {
             surfaces.push(Surface { name: "glass", material: glass(ior), front });
         }
@@ -581,13 +604,15 @@ fn extremes_are_finite() -> Result<(), Failed> {
     let fine = |v: Vec3| v.is_finite() && v.min_element() >= 0.0;
     settings(&surfaces, &roughnesses, &cosines).par_iter().try_for_each(|setting| {
         let bsdf = setting.bsdf();
+        // leaving a dense medium multiplies the relative error of the sine by the index, twice
+        let tolerance = 1.0e-6 + 2.0 * ROUNDING * f64::from(setting.surface.material.ior).powi(2);
         for i in 0..6_usize.pow(4) {
             let word = |k: u32| words[i / 6_usize.pow(k) % 6];
             let sample = bsdf.sample(UVec4::new(word(0), word(1), word(2), word(3)));
             let length = sample.direction.as_dvec3().length();
             let good = fine(sample.weight)
                 && (0.0..1.0e30).contains(&sample.pdf)
-                && (length - 1.0).abs() < 1.0e-6
+                && (length - 1.0).abs() < tolerance
                 && sample.weight.max_element() < 1.0e4;
             ensure(good, || format!("{}: {sample:?}, length {length}", setting.name()))?;
             for wi in [-setting.wo, flipped(setting.wo), Vec3::Z, -Vec3::Z, flipped(sample.direction)] {

@@ -47,6 +47,7 @@ pub struct BsdfSample {
 
 /// How a lobe spreads light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
 pub enum Kind {
     /// Into the whole hemisphere.
     Diffuse,
