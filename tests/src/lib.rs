@@ -1,6 +1,7 @@
 //! Harness of the suites: sweeps of scalar functions, statistics, an independent path tracer, scenes.
 
 pub mod brute;
+pub mod bsdf_f64;
 pub mod data;
 pub mod device;
 pub mod flush;

@@ -35,16 +35,19 @@ pub struct Fresnel {
 
 impl Dielectric {
     /// Fresnel's equations for light at the given positive cosine.
-    ///
-    /// With g = n cos_t, s = c + g and e = n^2 c + g (Walter et al. 2007, eq. 22, rearranged in positive sums):
-    /// R_s = ((n^2 - 1) / s^2)^2, R_p = ((n^2 - 1)(c s - 1) / (s e))^2, 1 - R = 2 c g (1 / s^2 + n^2 / e^2).
     #[inline(always)]
     pub fn fresnel(&self, c: f32) -> Fresnel {
         let g2 = self.contrast + c * c;
-        if g2 < TRANSMISSION_MARKER {
-            return Fresnel { reflected: 1.0, transmitted: 0.0, bent: 0.0, shift: c };
-        }
-        let g = num::sqrt(g2);
+        if g2 < TRANSMISSION_MARKER { Fresnel::total(c) } else { self.fresnel_between(c, num::sqrt(g2)) }
+    }
+
+    /// Fresnel's equations for light at the positive cosine `c` and `g = n cos_t`, which Snell's law relates: near total
+    /// reflection g is ill-conditioned in c, and better known from where it comes.
+    ///
+    /// With s = c + g and e = n^2 c + g (Walter et al. 2007, eq. 22, rearranged in positive sums):
+    /// R_s = ((n^2 - 1) / s^2)^2, R_p = ((n^2 - 1)(c s - 1) / (s e))^2, 1 - R = 2 c g (1 / s^2 + n^2 / e^2).
+    #[inline(always)]
+    pub fn fresnel_between(&self, c: f32, g: f32) -> Fresnel {
         let s = c + g;
         let e = self.index_squared * c + g;
         let both = num::recip(s * e);
@@ -57,5 +60,13 @@ impl Dielectric {
             bent: g,
             shift: -self.contrast * inv_s,
         }
+    }
+}
+
+impl Fresnel {
+    /// Total reflection.
+    #[inline(always)]
+    fn total(c: f32) -> Self {
+        Self { reflected: 1.0, transmitted: 0.0, bent: 0.0, shift: c }
     }
 }

@@ -3,7 +3,8 @@
 use super::fresnel::Fresnel;
 use super::{
     COS_MIN, DELTA_BELOW, DELTA_MARKER, DIFFUSE_REFLECTION, DIFFUSE_TRANSMISSION, DIFFUSE_TRANSMISSION_MARKER,
-    Dielectric, GLOSSY_MARKER, Ggx, Material, SPECULAR_REFLECTION, SPECULAR_TRANSMISSION, schlick_weight,
+    Dielectric, GLOSSY_MARKER, Ggx, Material, SPECULAR_REFLECTION, SPECULAR_TRANSMISSION, TRANSMISSION_MARKER,
+    schlick_weight,
 };
 use crate::layout::{FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_GLOSSY, FEATURE_TRANSMISSION};
 use crate::num::{self, eft, mul_wide};
@@ -46,6 +47,7 @@ pub struct BsdfSample {
 
 /// How a lobe spreads light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
 pub enum Kind {
     /// Into the whole hemisphere.
     Diffuse,
@@ -76,7 +78,9 @@ pub struct Bsdf {
     tint: Vec3,
     interface: Dielectric,
     index: f32,
-    inv_index: f32,
+    /// Index of the other side over that of the viewer's, and its reciprocal.
+    relative: f32,
+    inv_relative: f32,
     /// `wo` is on the side of the lower index of a transmitting interface, which is not thin.
     front: bool,
     thin: bool,
@@ -169,7 +173,8 @@ impl Bsdf {
             tint: base * transmission,
             interface,
             index,
-            inv_index: if front { inv_index } else { index },
+            relative: if front { index } else { inv_index },
+            inv_relative: if front { inv_index } else { index },
             front,
             thin: material.thin,
             ggx: Ggx::new(alpha, wo),
@@ -180,7 +185,7 @@ impl Bsdf {
             diffuse_end: 1.0,
             opaque: 1.0,
             clear: 0.0,
-            early_fresnel: coat,
+            early_fresnel: if interface.contrast + wo.z * wo.z < TRANSMISSION_MARKER { 1.0 } else { coat },
         };
         bsdf.select_lobes(luminance(base), schlick_o, coat);
         bsdf
@@ -300,11 +305,13 @@ impl Bsdf {
         let facet = self.ggx.facet(wi, n);
         let inv_length = num::rsqrt(facet.length_squared);
         let cos = if bends { on * inv_length } else { 0.5 * (facet.length_squared * inv_length) };
-        let fresnel = self.fresnel(cos);
+        let cos_t = -(in_ * inv_length);
+        let fresnel =
+            if bends { self.interface.fresnel_between(cos, self.relative * cos_t) } else { self.fresnel(cos) };
         // the change of variables from normals to directions, times (o.n) and 2: the cosines cancel in reflection
         let (density, scale_value, scale_pdf) = if bends {
             let squared = self.index * self.index;
-            let jacobian = 2.0 * cos * -(in_ * inv_length) * facet.density;
+            let jacobian = 2.0 * cos * cos_t * facet.density;
             if self.front { (jacobian, 1.0, squared) } else { (jacobian, squared, 1.0) }
         } else {
             (0.5 * facet.density * facet.length_squared, 1.0, 1.0)
@@ -396,6 +403,8 @@ impl Bsdf {
             return self.delta_sample(direction, lobe);
         }
         let Evaluation { value, pdf } = self.evaluate(direction);
+        // a facet may send light to the wrong side, where it would meet another one: it counts as absorbed
+        let pdf = if is_transmission(lobe) == (direction.z < 0.0) { pdf } else { 0.0 };
         let weight = if pdf <= 0.0 {
             Vec3::ZERO
         } else if self.diffuse_reflection_end == 1.0 {
@@ -435,9 +444,9 @@ impl Bsdf {
         let direction = if self.thin {
             Vec3::new(mirrored.x, mirrored.y, -mirrored.z)
         } else if rough {
-            (n * fresnel.shift - self.wo) * self.inv_index
+            (n * fresnel.shift - self.wo) * self.inv_relative
         } else {
-            Vec3::new(-self.wo.x, -self.wo.y, -fresnel.bent) * self.inv_index
+            Vec3::new(-self.wo.x, -self.wo.y, -fresnel.bent) * self.inv_relative
         };
         (direction, SPECULAR_TRANSMISSION, perfect)
     }
@@ -447,7 +456,7 @@ impl Bsdf {
     fn delta_sample(&self, direction: Vec3, lobe: u32) -> BsdfSample {
         let fresnel = self.fresnel(self.wo.z);
         let reflects = lobe == SPECULAR_REFLECTION;
-        let scale = if self.thin { 1.0 } else { self.inv_index * self.inv_index };
+        let scale = if self.thin { 1.0 } else { self.inv_relative * self.inv_relative };
         let energy =
             if reflects { self.reflectance(self.wo.z, &fresnel) } else { self.tint * (fresnel.transmitted * scale) };
         let choice = if reflects { self.choose_reflection(&fresnel) } else { self.choose_transmission(&fresnel) };
@@ -533,10 +542,10 @@ fn round(p: f32) -> f32 {
     (p + ROUNDER) - ROUNDER
 }
 
-/// The word whose number is `u`, limited to [0, 1).
+/// The word whose number is nearest to `u`, below 1.
 #[inline(always)]
 fn word(u: f32, free: u32) -> u32 {
-    (num::clamp(u * CELLS, 0.0, LAST_CELL) as u32) << 8 | (free & 0xff)
+    (num::clamp(u * CELLS + 0.5, 0.0, LAST_CELL) as u32) << 8 | (free & 0xff)
 }
 
 /// A word whose number is uniform in [lo, hi).

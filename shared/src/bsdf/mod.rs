@@ -21,7 +21,8 @@
 //!   and what leaves. glTF's own weight `1 - Fs(v.h)` gains energy at grazing angles, up to a factor of nearly 2.
 //! * The transmission scales **radiance** by (no / ni)^2, as paths from the camera need; there is no such factor where
 //!   a material is `thin`: then light goes straight through, spread by D as if mirrored at the surface.
-//! * Scattering is single: what is masked is lost. A white conductor loses up to 0.54 of the energy at roughness 1.
+//! * Scattering is single: light that a facet sends to another one is lost. A white conductor, seen from above, keeps
+//!   0.99 of the energy at roughness 0.3, 0.92 at 0.5, 0.70 at 0.7, and 1 - ln 2 = 0.31 at 1.
 //! * Below roughness [`DELTA_BELOW`] the specular lobes are perfect (deltas); so is a transmission lobe that
 //!   refraction makes narrower than [`NARROW_BELOW`], as where the indices of both sides are almost equal.
 //! * A cosine below [`COS_MIN`] counts as zero in value, density and sampling alike.
@@ -57,7 +58,7 @@ pub const NARROW_BELOW: f32 = 2.0e-5;
 /// The cosine below which a direction counts as lying in the surface.
 pub const COS_MIN: f32 = 1.0e-6;
 /// The largest index of refraction.
-pub const IOR_MAX: f32 = 100.0;
+pub const IOR_MAX: f32 = 10.0;
 
 // Each optional part has a constant that occurs nowhere else: a module that lacks it lacks the part.
 
