@@ -11,12 +11,15 @@ const PADDING: f32 = 1.0 / 524_288.0;
 /// Components of a direction below 2^-80 count as 2^-80 in the slab test, so that no product is NaN.
 const MIN_DIRECTION: f32 = 8.271_806e-25;
 
-/// A ray prepared for the slab test.
+/// A ray prepared for the slab test. The fields are there for traversals that do the same arithmetic in vectors.
 #[derive(Clone, Copy)]
 pub struct Slab {
-    lo_origin: Vec3,
-    hi_origin: Vec3,
-    inverse: Vec3,
+    /// What is subtracted from lower planes: the origin, moved up by the padding.
+    pub lo_origin: Vec3,
+    /// What is subtracted from upper planes: the origin, moved down by the padding.
+    pub hi_origin: Vec3,
+    /// The reciprocal of the direction, finite.
+    pub inverse: Vec3,
 }
 
 #[inline(always)]
@@ -57,14 +60,20 @@ impl Slab {
 /// Edges are tested on the vertices sheared along the ray, by products that only change sign when the edge is
 /// traversed the other way: of two triangles at an edge at least one is hit. Where the original repeats a zero in
 /// double precision, zero here counts as inside on both sides.
+///
+/// The fields are there for traversals that do the same arithmetic in vectors.
 #[derive(Clone, Copy)]
 pub struct TriangleTest {
-    origin: Vec3,
-    shear_x: f32,
-    shear_y: f32,
-    scale: f32,
-    /// The axis along which the direction is largest: 0, 1, 2.
-    axis: u32,
+    /// Of the ray.
+    pub origin: Vec3,
+    /// The direction's x in units of its z, after the axes are rotated.
+    pub shear_x: f32,
+    /// The direction's y in units of its z.
+    pub shear_y: f32,
+    /// The reciprocal of the direction's z.
+    pub scale: f32,
+    /// The axis along which the direction is largest: 0, 1, 2. Coordinates are rotated so that it is z.
+    pub axis: u32,
 }
 
 /// The components of `v` with `axis` last, in cyclic order.
