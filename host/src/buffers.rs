@@ -2,6 +2,7 @@
 
 use crate::bvh::{self, Bounds};
 use crate::scene::{Camera, MAX_COORDINATE, Material, Scene};
+use crate::wide_bvh::WideBvh;
 use crate::{Error, alias, memory};
 use glam::{DVec3, UVec4, Vec3};
 use restir_shared::layout::{
@@ -11,7 +12,7 @@ use restir_shared::layout::{
 use restir_shared::num::flush;
 use restir_shared::scene::SceneView;
 use restir_shared::vec::{cross, dot};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Emission beyond this could overflow in sums over paths.
 const MAX_EMISSION: f32 = 1.0e20;
@@ -34,6 +35,7 @@ pub struct SceneBuffers {
     /// The camera.
     pub camera: Camera,
     stats: SceneStats,
+    wide: OnceLock<Arc<WideBvh>>,
 }
 
 /// What a scene consists of.
@@ -117,7 +119,7 @@ impl SceneBuffers {
             bounds: corners(&bvh.bounds),
             features: feature_names(features),
         };
-        Ok(Self { header, geometry: geometry.into(), attributes: attributes.into(), features, camera, stats })
+        Ok(Self { header, geometry: geometry.into(), attributes: attributes.into(), features, camera, stats, wide: OnceLock::new() })
     }
 
     /// What the scene consists of.
@@ -132,7 +134,18 @@ impl SceneBuffers {
             geometry: bytemuck::cast_slice::<u32, UVec4>(&self.geometry),
             attributes: bytemuck::cast_slice::<u32, UVec4>(&self.attributes),
             features: self.features,
+            tracer: None,
         }
+    }
+
+    /// A tree for the CPU with the hits of [`Self::view`], some three times as fast. It is built on the first call.
+    pub fn tracer(&self) -> &WideBvh {
+        self.wide.get_or_init(|| Arc::new(WideBvh::new(&self.view())))
+    }
+
+    /// [`Self::view`] with rays traced by [`Self::tracer`].
+    pub fn traced_view(&self) -> SceneView<'_> {
+        SceneView { tracer: Some(self.tracer()), ..self.view() }
     }
 }
 

@@ -25,6 +25,14 @@ pub trait Trace {
     fn occluded(&self, ray: &Ray) -> bool;
 }
 
+/// What answers visibility queries in place of the BVH in the arenas: natively, perhaps, a structure that suits the
+/// processor better; on a device nothing.
+#[cfg(not(target_arch = "spirv"))]
+pub type Tracer<'a> = Option<&'a (dyn Trace + Sync)>;
+/// Nothing: the arenas answer.
+#[cfg(target_arch = "spirv")]
+pub type Tracer<'a> = ();
+
 /// What is at a hit.
 pub trait Surface {
     /// Geometry and material at `hit`, which `closest` gave for `ray`.
@@ -82,6 +90,8 @@ pub struct SceneView<'a> {
     pub attributes: &'a [UVec4],
     /// Feature bits that the scene may have; a constant where the kernel was specialised.
     pub features: u32,
+    /// What answers visibility queries in place of the geometry arena, with the same hits.
+    pub tracer: Tracer<'a>,
 }
 
 /// A material record.
@@ -157,11 +167,19 @@ struct TrianglePoint {
 impl Trace for SceneView<'_> {
     #[inline(always)]
     fn closest(&self, ray: &Ray) -> Hit {
+        #[cfg(not(target_arch = "spirv"))]
+        if let Some(tracer) = self.tracer {
+            return tracer.closest(ray);
+        }
         geometry::traverse::<false>(self, ray)
     }
 
     #[inline(always)]
     fn occluded(&self, ray: &Ray) -> bool {
+        #[cfg(not(target_arch = "spirv"))]
+        if let Some(tracer) = self.tracer {
+            return tracer.occluded(ray);
+        }
         let hit = geometry::traverse::<true>(self, ray);
         hit.is_hit() | hit.is_cut()
     }

@@ -6,8 +6,9 @@ use libtest_mimic::{Arguments, Failed, Trial};
 use rayon::prelude::*;
 use restir_host::buffers::SceneBuffers;
 use restir_host::scene::Mesh;
+use restir_host::wide_bvh::{SimdLevel, WideBvh};
 use restir_shared::geometry::{Hit, Ray};
-use restir_shared::scene::{SceneView, Trace};
+use restir_shared::scene::Trace;
 use restir_tests::brute::Triangles;
 use restir_tests::data;
 use restir_tests::meshes::{buffers, cube, far_grid, scaled, slivers, soup, sphere, stack, torus};
@@ -51,20 +52,34 @@ fn describe(ray: &Ray) -> String {
     format!("from {} along {} up to {:e}", ray.origin, ray.direction, ray.t_max)
 }
 
-/// Compares `closest` and `occluded` with brute force; gives the share of rays that hit.
-fn compare(view: SceneView<'_>, rays: u64, stream: u64) -> Result<f64, Failed> {
-    let triangles = Triangles::new(view);
+/// Every traversal of a scene: that of the arena, and the wide BVH at every level that the processor has.
+fn traversals(buffers: &SceneBuffers) -> Vec<(String, Box<dyn Trace + Sync + '_>)> {
+    let mut all: Vec<(String, Box<dyn Trace + Sync>)> = vec![("arena".to_owned(), Box::new(buffers.view()))];
+    for level in SimdLevel::available() {
+        let wide = WideBvh::new(&buffers.view()).with_level(level);
+        all.push((format!("wide, {level:?}"), Box::new(wide)));
+    }
+    all
+}
+
+/// Compares `closest` and `occluded` of all traversals with brute force; gives the share of rays that hit.
+fn compare(buffers: &SceneBuffers, rays: u64, stream: u64) -> Result<f64, Failed> {
+    let triangles = Triangles::new(buffers.view());
+    let traversals = traversals(buffers);
     let hits = (0..rays)
         .into_par_iter()
         .map(|i| {
             let ray = adversarial(&triangles, &mut SplitMix::new(stream << 40 | i));
             let expected = triangles.closest(&ray);
-            let found = view.closest(&ray);
-            if bits(&found) != bits(&expected) {
-                return Err(format!("ray {i} {}: {found:?}, by brute force {expected:?}", describe(&ray)));
-            }
-            if view.occluded(&ray) != expected.is_hit() {
-                return Err(format!("ray {i} {}: occluded differs from closest", describe(&ray)));
+            for (name, tracer) in &traversals {
+                let found = tracer.closest(&ray);
+                if bits(&found) != bits(&expected) {
+                    let ray = describe(&ray);
+                    return Err(format!("{name}: ray {i} {ray}: {found:?}, by brute force {expected:?}"));
+                }
+                if tracer.occluded(&ray) != expected.is_hit() {
+                    return Err(format!("{name}: ray {i} {}: occluded differs from closest", describe(&ray)));
+                }
             }
             Ok(u64::from(expected.is_hit()))
         })
@@ -88,7 +103,7 @@ fn hierarchy_equals_brute_force() -> Result<(), Failed> {
     for (stream, mesh) in meshes.into_iter().enumerate() {
         let name = mesh.name.clone();
         let buffers = buffers(mesh);
-        let share = compare(buffers.view(), RAYS, stream as u64 + 1)
+        let share = compare(&buffers, RAYS, stream as u64 + 1)
             .map_err(|e| format!("{name}: {}", e.message().unwrap_or_default()))?;
         println!("{name}: {} triangles, {RAYS} rays, {:.0} % hit", buffers.header.triangle_count, 100.0 * share);
         ensure(share > 0.2 && share < 0.99, || format!("{name}: {share} of the rays hit"))?;
@@ -98,7 +113,7 @@ fn hierarchy_equals_brute_force() -> Result<(), Failed> {
 
 fn hierarchy_equals_brute_force_on_a_file() -> Result<(), Failed> {
     let buffers = SceneBuffers::build(&data::mesh("bunny.glb")?)?;
-    let share = compare(buffers.view(), FILE_RAYS, 99)?;
+    let share = compare(&buffers, FILE_RAYS, 99)?;
     println!("bunny: {} triangles, {FILE_RAYS} rays, {:.0} % hit", buffers.header.triangle_count, 100.0 * share);
     ensure(share > 0.2, || format!("{share} of the rays hit"))
 }
@@ -161,8 +176,8 @@ fn escapes(closed: &Closed, hit: impl Fn(&Triangles, &Ray) -> bool + Sync) -> u6
 
 fn closed_meshes_are_tight() -> Result<(), Failed> {
     for closed in &closed() {
-        let view = closed.buffers.view();
-        let count = escapes(closed, |_, ray| view.closest(ray).is_hit() && view.occluded(ray));
+        let tracer = closed.buffers.tracer();
+        let count = escapes(closed, |_, ray| tracer.closest(ray).is_hit() && tracer.occluded(ray));
         println!(
             "around {}: {} triangles: {count} of {INSIDE_RAYS} rays escape",
             closed.inside, closed.buffers.header.triangle_count

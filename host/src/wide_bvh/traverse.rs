@@ -3,7 +3,7 @@
 use super::simd::{LANES, Lanes, Row};
 use super::{Node, PACK, Pack, WideBvh};
 use glam::{Vec2, Vec3};
-use restir_shared::geometry::{Hit, Ray, Slab, TriangleTest};
+use restir_shared::geometry::{Hit, Ray, Slab};
 use restir_shared::layout::{NONE, STACK_DEPTH};
 use restir_shared::num;
 use std::mem::MaybeUninit;
@@ -22,7 +22,7 @@ pub(super) unsafe fn traverse_avx2<const ANY: bool>(bvh: &WideBvh, ray: &Ray) ->
 #[inline(always)]
 pub(super) fn traverse<L: Lanes, const ANY: bool>(bvh: &WideBvh, ray: &Ray) -> Hit {
     let boxes = Boxes::<L>::new(&Slab::new(ray, bvh.bounds[0], bvh.bounds[1]));
-    let triangles = Triangles::<L>::new(&TriangleTest::new(ray));
+    let triangles = Triangles::<L>::new(ray);
     let mut best = Hit { t: ray.t_max, ..Hit::MISS };
     let mut stack = Stack::new();
     let mut current = bvh.root;
@@ -37,7 +37,7 @@ pub(super) fn traverse<L: Lanes, const ANY: bool>(bvh: &WideBvh, ray: &Ray) -> H
         } else {
             // SAFETY: as above
             let node = unsafe { bvh.nodes.get_unchecked(current as usize) };
-            let (enter, hit) = boxes.test(node, best.t);
+            let (enter, hit) = boxes.children(node, best.t);
             if hit != 0 {
                 current = stack.push_all_but_nearest(node, &enter, hit);
                 continue;
@@ -63,7 +63,7 @@ impl Stack {
 
     #[inline(always)]
     fn new() -> Self {
-        Self { waiting: [MaybeUninit::uninit(); Self::CAPACITY], len: 0 }
+        Self { waiting: [const { MaybeUninit::uninit() }; Self::CAPACITY], len: 0 }
     }
 
     /// The word of a child: distances are not negative, so words are in the order of distances.
@@ -122,84 +122,112 @@ impl Stack {
     }
 }
 
-/// The planes of eight boxes: for each axis the lower and the upper ones.
-type Planes<L> = [[L; 2]; 3];
-
 /// [`Slab`] in every lane.
 struct Boxes<L> {
-    /// Whether the upper plane is the nearer one, by axis.
-    flipped: [bool; 3],
-    near_origin: [L; 3],
-    far_origin: [L; 3],
+    /// What is subtracted from lower and upper planes, by axis.
+    origins: [[L; 2]; 3],
     inverse: [L; 3],
+    /// 1 where the direction is negative, so that the upper plane is the nearer one.
+    near: [usize; 3],
 }
 
 impl<L: Lanes> Boxes<L> {
     #[inline(always)]
     fn new(slab: &Slab) -> Self {
-        let flipped = slab.inverse.cmplt(Vec3::ZERO);
-        let near = Vec3::select(flipped, slab.hi_origin, slab.lo_origin);
-        let far = Vec3::select(flipped, slab.lo_origin, slab.hi_origin);
+        let (lo, hi, inverse) = (slab.lo_origin, slab.hi_origin, slab.inverse);
+        let pair = |lo, hi| [L::splat(lo), L::splat(hi)];
         Self {
-            flipped: flipped.into(),
-            near_origin: splat(near),
-            far_origin: splat(far),
-            inverse: splat(slab.inverse),
+            origins: [pair(lo.x, hi.x), pair(lo.y, hi.y), pair(lo.z, hi.z)],
+            inverse: splat(inverse),
+            near: [sign(inverse.x), sign(inverse.y), sign(inverse.z)],
         }
     }
 
-    /// Distances to the nearer planes of an axis, from the lower and the upper ones.
+    /// Distances to lower (0) or upper (1) planes.
     #[inline(always)]
-    fn near(&self, axis: usize, [lo, hi]: [L; 2]) -> L {
-        let plane = if self.flipped[axis] { hi } else { lo };
-        (plane - self.near_origin[axis]) * self.inverse[axis]
-    }
-
-    /// Distances to the farther planes of an axis.
-    #[inline(always)]
-    fn far(&self, axis: usize, [lo, hi]: [L; 2]) -> L {
-        let plane = if self.flipped[axis] { lo } else { hi };
-        (plane - self.far_origin[axis]) * self.inverse[axis]
-    }
-
-    /// [`Slab::interval`]. Which of a slab's two distances is the smaller is known beforehand, because the rounded
-    /// difference and product are monotone.
-    #[inline(always)]
-    fn interval(&self, [x, y, z]: Planes<L>) -> (L, L) {
-        let enter = self.near(0, x).max(self.near(1, y)).max(self.near(2, z).max(L::splat(0.0)));
-        let exit = self.far(0, x).min(self.far(1, y)).min(self.far(2, z));
-        (enter, exit)
+    fn distance(&self, axis: usize, side: usize, planes: L) -> L {
+        (planes - self.origins[axis][side]) * self.inverse[axis]
     }
 
     /// The distances at which the ray enters the children, and which of them may hold a hit up to `limit`.
+    ///
+    /// It is [`Slab::interval`]: which of a slab's two distances is the smaller is known beforehand, because the
+    /// rounded difference and product are monotone.
     #[inline(always)]
-    fn test(&self, node: &Node, limit: f32) -> (Row, u32) {
-        let [x, y, z] = &node.planes;
-        let (enter, exit) = self.interval([load_pair(x), load_pair(y), load_pair(z)]);
+    fn children(&self, node: &Node, limit: f32) -> (Row, u32) {
+        let enter = self.near(node, 0).max(self.near(node, 1)).max(self.near(node, 2).max(L::splat(0.0)));
+        let exit = self.far(node, 0).min(self.far(node, 1)).min(self.far(node, 2));
         (enter.store(), enter.le(exit.min(L::splat(limit))).bits())
+    }
+
+    #[inline(always)]
+    fn near(&self, node: &Node, axis: usize) -> L {
+        // `& 1` shows the compiler that it is an index
+        let side = self.near[axis] & 1;
+        self.distance(axis, side, L::load(&node.planes[axis][side]))
+    }
+
+    #[inline(always)]
+    fn far(&self, node: &Node, axis: usize) -> L {
+        let side = self.near[axis] & 1 ^ 1;
+        self.distance(axis, side, L::load(&node.planes[axis][side]))
+    }
+
+    /// [`Slab::interval`] of the triangles' bounds.
+    #[inline(always)]
+    fn bounds(&self, pack: &Pack) -> (L, L) {
+        let (x0, x1) = self.bounds_along(pack, 0);
+        let (y0, y1) = self.bounds_along(pack, 1);
+        let (z0, z1) = self.bounds_along(pack, 2);
+        (x0.max(y0).max(z0.max(L::splat(0.0))), x1.min(y1).min(z1))
+    }
+
+    #[inline(always)]
+    fn bounds_along(&self, pack: &Pack, axis: usize) -> (L, L) {
+        let a = L::load(&pack.vertices[0][axis]);
+        let b = L::load(&pack.vertices[1][axis]);
+        let c = L::load(&pack.vertices[2][axis]);
+        let lower = self.distance(axis, 0, a.min(b).min(c));
+        let upper = self.distance(axis, 1, a.max(b).max(c));
+        (lower.min(upper), lower.max(upper))
     }
 }
 
-/// [`TriangleTest`] in every lane.
+#[inline(always)]
+fn sign(x: f32) -> usize {
+    (x.to_bits() >> 31) as usize
+}
+
+/// [`TriangleTest`](restir_shared::geometry::TriangleTest) in every lane.
 struct Triangles<L> {
     /// The axes in the order of the test's x, y, z.
     axes: [usize; 3],
+    /// By the scene's axes.
     origin: [L; 3],
     shear_x: L,
     shear_y: L,
     scale: L,
 }
 
+/// Cyclic orders of the axes, by the one that is last.
+static ROTATIONS: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
+
 impl<L: Lanes> Triangles<L> {
+    /// `TriangleTest::new` without branches: which axis is the largest is hard to predict.
     #[inline(always)]
-    fn new(test: &TriangleTest) -> Self {
-        let axes = [[1, 2, 0], [2, 0, 1], [0, 1, 2]][test.axis.min(2) as usize];
+    fn new(ray: &Ray) -> Self {
+        let d = ray.direction.to_array();
+        let [x, y, z] = [num::abs(d[0]), num::abs(d[1]), num::abs(d[2])];
+        let is_x = usize::from((x > y) & (x > z));
+        let is_y = usize::from(y > z) & (1 - is_x);
+        let axes = ROTATIONS[2 - 2 * is_x - is_y];
+        let scale = num::recip(d[axes[2]]);
         Self {
             axes,
-            origin: splat(test.origin),
-            shear_x: L::splat(test.shear_x),
-            shear_y: L::splat(test.shear_y),
-            scale: L::splat(test.scale),
+            origin: splat(ray.origin),
+            shear_x: L::splat(d[axes[0]] * scale),
+            shear_y: L::splat(d[axes[1]] * scale),
+            scale: L::splat(scale),
         }
     }
 
@@ -216,7 +244,7 @@ impl<L: Lanes> Triangles<L> {
         L::load(&vertices[axis]) - self.origin[axis]
     }
 
-    /// [`TriangleTest::hit`] of all triangles of the pack, into the closest hit so far.
+    /// `TriangleTest::hit` of all triangles of the pack, into the closest hit so far.
     #[inline(always)]
     fn closest(&self, pack: &Pack, boxes: &Boxes<L>, best: &mut Hit) {
         let zero = L::splat(0.0);
@@ -235,7 +263,7 @@ impl<L: Lanes> Triangles<L> {
         }
         let inv = L::splat(1.0) / det;
         let t = (u * (a[2] * self.scale) + v * (b[2] * self.scale) + w * (c[2] * self.scale)) * inv;
-        let (t0, t1) = boxes.interval([bounds(pack, 0), bounds(pack, 1), bounds(pack, 2)]);
+        let (t0, t1) = boxes.bounds(pack);
         let t = t.min(t1).max(t0);
         let mut hits = (inside & t0.le(t1) & zero.lt(t) & t.le(L::splat(best.t))).bits();
         if hits == 0 {
@@ -257,20 +285,6 @@ impl<L: Lanes> Triangles<L> {
 #[inline(always)]
 fn splat<L: Lanes>(v: Vec3) -> [L; 3] {
     [L::splat(v.x), L::splat(v.y), L::splat(v.z)]
-}
-
-#[inline(always)]
-fn load_pair<L: Lanes>([lo, hi]: &[Row; 2]) -> [L; 2] {
-    [L::load(lo), L::load(hi)]
-}
-
-/// The bounds of the triangles along an axis.
-#[inline(always)]
-fn bounds<L: Lanes>(pack: &Pack, axis: usize) -> [L; 2] {
-    let a = L::load(&pack.vertices[0][axis]);
-    let b = L::load(&pack.vertices[1][axis]);
-    let c = L::load(&pack.vertices[2][axis]);
-    [a.min(b).min(c), a.max(b).max(c)]
 }
 
 /// [`num::flush`].

@@ -60,20 +60,14 @@ impl Slab {
 /// Edges are tested on the vertices sheared along the ray, by products that only change sign when the edge is
 /// traversed the other way: of two triangles at an edge at least one is hit. Where the original repeats a zero in
 /// double precision, zero here counts as inside on both sides.
-///
-/// The fields are there for traversals that do the same arithmetic in vectors.
 #[derive(Clone, Copy)]
 pub struct TriangleTest {
-    /// Of the ray.
-    pub origin: Vec3,
-    /// The direction's x in units of its z, after the axes are rotated.
-    pub shear_x: f32,
-    /// The direction's y in units of its z.
-    pub shear_y: f32,
-    /// The reciprocal of the direction's z.
-    pub scale: f32,
-    /// The axis along which the direction is largest: 0, 1, 2. Coordinates are rotated so that it is z.
-    pub axis: u32,
+    origin: Vec3,
+    shear_x: f32,
+    shear_y: f32,
+    scale: f32,
+    /// The axis along which the direction is largest: 0, 1, 2.
+    axis: u32,
 }
 
 /// The components of `v` with `axis` last, in cyclic order.
