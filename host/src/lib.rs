@@ -9,6 +9,7 @@ pub mod buffers;
 mod bvh;
 #[cfg(feature = "cli")]
 pub mod cli;
+pub mod distribution;
 pub mod error;
 pub mod exec;
 pub mod image;

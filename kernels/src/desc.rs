@@ -82,6 +82,8 @@ pub struct CaseScene {
     pub geometry: Vec<u32>,
     /// Attribute arena.
     pub attributes: Vec<u32>,
+    /// Texel arena.
+    pub texels: Vec<u32>,
     /// The camera's parameters for an image of the given width and height.
     pub camera: Box<dyn Fn(u32, u32) -> CameraParams>,
     /// The scene's feature bits.

@@ -10,11 +10,12 @@
 //! | [`vec`] | dot, cross, length, normalisation and frames in a fixed order of evaluation |
 //! | [`rng`] | counter-based random numbers keyed by (pixel, sample, dimension, seed) |
 //! | [`layout`] | the plain-data types that cross the bus between host and device |
+//! | [`pack`] | unit vectors in 32 bits |
 //! | [`sampling`] | `sample_x`, `x_pdf` and `invert_x` for each distribution |
 //! | [`geometry`] | rays, the watertight triangle test, BVH traversal |
 //! | [`scene`] | the traits an embedder implements, and [`scene::SceneView`], which implements all of them |
 //! | [`bsdf`] | scattering functions |
-//! | [`camera`] | the pinhole camera |
+//! | [`camera`] | the pinhole and the thin-lens camera |
 //! | [`film`] | the pairwise sum over samples |
 //! | [`technique`] | the per-pixel bodies |
 #![no_std]
@@ -28,6 +29,7 @@ pub mod film;
 pub mod geometry;
 pub mod layout;
 pub mod num;
+pub mod pack;
 pub mod rng;
 pub mod sampling;
 pub mod scene;

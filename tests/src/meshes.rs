@@ -7,7 +7,7 @@ use restir_host::scene::{Camera, Instance, Material, Mesh, Scene};
 use std::f64::consts::{PI, TAU};
 
 fn mesh(name: &str, positions: Vec<[f32; 3]>, indices: Vec<[u32; 3]>) -> Mesh {
-    Mesh { name: name.to_owned(), positions, indices, material: 0 }
+    Mesh { name: name.to_owned(), positions, indices, ..Mesh::default() }
 }
 
 /// A closed grid of quads over (turn, height): `at(u, v)` with u in [0, 1) around and v in [0, 1] along.
@@ -159,14 +159,9 @@ pub fn buffers(mesh: Mesh) -> SceneBuffers {
         name: mesh.name.clone(),
         meshes: vec![mesh],
         instances: vec![Instance { mesh: 0, transform: DAffine3::IDENTITY }],
-        materials: vec![Material {
-            name: String::new(),
-            reflectance: [0.5; 3],
-            emission: [1.0; 3],
-            two_sided_emission: false,
-        }],
+        materials: vec![Material::emitter("", [0.5; 3], [1.0; 3])],
         // no test looks through it; one that frames a huge mesh would be beyond the host's limit
-        camera: Some(Camera { position: DVec3::ZERO, target: DVec3::Z, up: DVec3::Y, vertical_fov: 1.0 }),
+        camera: Some(Camera::pinhole(DVec3::ZERO, DVec3::Z, DVec3::Y, 1.0)),
         ..Scene::default()
     };
     SceneBuffers::build(&scene).expect("a test mesh is valid")

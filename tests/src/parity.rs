@@ -28,6 +28,7 @@ impl CaseScenes for BuiltinScenes {
             header: scene.header,
             geometry: scene.geometry.to_vec(),
             attributes: scene.attributes.to_vec(),
+            texels: scene.texels.to_vec(),
             camera: Box::new(move |width, height| -> CameraParams { camera.params(width, height) }),
             features: scene.features,
         }

@@ -153,14 +153,14 @@ impl Setting {
             instances: (0..meshes.len()).map(in_place).collect(),
             meshes,
             materials: self.materials.iter().map(material).collect(),
-            camera: Some(Camera {
-                position: eye,
-                target: eye - glam::DVec3::Z,
-                up: glam::DVec3::Y,
-                vertical_fov: 2.0 * f64::from(self.half_height).atan(),
-            }),
+            camera: Some(Camera::pinhole(
+                eye,
+                eye - glam::DVec3::Z,
+                glam::DVec3::Y,
+                2.0 * f64::from(self.half_height).atan(),
+            )),
             default_size: Some(self.size),
-            warnings: Vec::new(),
+            ..Scene::default()
         }
     }
 
@@ -180,9 +180,9 @@ impl Setting {
             forward: [0.0, 0.0, -1.0],
             inv_height: 1.0 / self.size[1] as f32,
             right: [self.half_width(), 0.0, 0.0],
-            reserved0: 0.0,
+            lens_right: 0.0,
             up: [0.0, self.half_height, 0.0],
-            reserved1: 0.0,
+            lens_up: 0.0,
         }
     }
 
@@ -206,14 +206,10 @@ fn mesh(quad: &Quad) -> Mesh {
         positions: quad.corners.to_vec(),
         indices: vec![[0, 1, 2], [0, 2, 3]],
         material: quad.material,
+        ..Mesh::default()
     }
 }
 
 fn material(paint: &Paint) -> Material {
-    Material {
-        name: String::new(),
-        reflectance: paint.reflectance,
-        emission: paint.emission,
-        two_sided_emission: paint.two_sided,
-    }
+    Material { two_sided_emission: paint.two_sided, ..Material::emitter("", paint.reflectance, paint.emission) }
 }

@@ -67,7 +67,7 @@ impl Fault for Right {}
 pub struct Throughput(pub f32);
 impl Fault for Throughput {
     fn surface(&self, point: &mut SurfacePoint, _: impl Fn() -> SurfacePoint) {
-        point.reflectance *= self.0;
+        point.material.base_color *= self.0;
     }
 }
 

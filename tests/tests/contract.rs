@@ -145,7 +145,8 @@ fn arenas_hold_the_scene() -> Result<(), Failed> {
         let ray = Ray { origin: (a + b + c) * (1.0 / 3.0) + normal, direction: -normal, t_max: Ray::FAR };
         let hit = Hit { t: 1.0, id: id as u32, uv: Vec2::splat(0.25) };
         let point = view.surface(&ray, &hit);
-        let right = point.reflectance.to_array() == paint.reflectance && point.emission.to_array() == paint.emission;
+        let right =
+            point.material.base_color.to_array() == paint.reflectance && point.emission.to_array() == paint.emission;
         ensure(right, || format!("triangle {id} has another material"))?;
     }
     ensure(lights.len() == view.header.light_count as usize, || "lights without triangles".to_owned())
@@ -261,7 +262,7 @@ fn an_unflushed_sum_is_seen() -> Result<(), Failed> {
     let params = setting.params(&buffers, 0);
     let unflushed = || -> Vec<u32> {
         let sample = |i: u32| {
-            let ray = primary_ray(&params.camera, Vec2::new((i % 32) as f32, 24.5));
+            let ray = primary_ray(&params.camera, Vec2::new((i % 32) as f32, 24.5), Vec2::ZERO);
             path::radiance(black_box(&view), ray, &Rng::new(i, 24, 0, 1), 3, false)
         };
         (0..1024).flat_map(|i| sample(i).to_array().map(f32::to_bits)).collect()

@@ -84,7 +84,7 @@ fn main() -> ExitCode {
 fn long_blocks(flags: u32) -> Result<Case, Failed> {
     let mut scene = Scene::load("cornell")?;
     for material in &mut scene.materials {
-        material.reflectance = [REFLECTANCE; 3];
+        material.base_color = [REFLECTANCE; 3];
     }
     let scene = SceneBuffers::build(&scene)?;
     let params = PathParams {
@@ -97,7 +97,12 @@ fn long_blocks(flags: u32) -> Result<Case, Failed> {
         flags,
         ..PathParams::default()
     };
-    Ok(Case::new("long", 8, 8).with(&[params]).with(&scene.geometry).with(&scene.attributes).output())
+    Ok(Case::new("long", 8, 8)
+        .with(&[params])
+        .with(&scene.geometry)
+        .with(&scene.attributes)
+        .with(&scene.texels)
+        .output())
 }
 
 /// lavapipe (gallivm) ends the loops of an invocation after 65 535 rounds in all and reports nothing. Plans keep far below

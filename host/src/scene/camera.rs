@@ -18,6 +18,11 @@ const FRAMING_MARGIN: f64 = 1.05;
 const FOV_RANGE: (f64, f64) = (1e-3, 3.1);
 
 impl Camera {
+    /// A camera without a lens.
+    pub fn pinhole(position: DVec3, target: DVec3, up: DVec3, vertical_fov: f64) -> Camera {
+        Camera { position, target, up, vertical_fov, lens_radius: 0.0, focus_distance: None }
+    }
+
     /// A camera that has the whole box `bounds` (lower and upper corner) in view, three-quarters from the front.
     ///
     /// `aspect` is width over height. Bounds that are empty or not finite count as a unit cube at the origin, a point
@@ -25,31 +30,38 @@ impl Camera {
     pub fn framing(bounds: [[f32; 3]; 2], aspect: f64) -> Camera {
         let (centre, half) = centre_and_half_size(bounds);
         let aspect = if aspect.is_finite() && aspect > 0.0 { aspect } else { 1.0 };
-        let camera =
-            Camera { position: centre + FRAMING_DIRECTION, target: centre, up: DVec3::Y, vertical_fov: FRAMING_FOV };
+        let camera = Camera::pinhole(centre + FRAMING_DIRECTION, centre, DVec3::Y, FRAMING_FOV);
         let distance = FRAMING_MARGIN * camera.distance_to_frame(half, aspect);
         Camera { position: centre + FRAMING_DIRECTION.normalize() * distance, ..camera }
     }
 
     /// The camera for an image of `width` x `height` pixels: computed in `f64`, then rounded.
     ///
-    /// The image plane lies at distance 1. An `up` that is zero or parallel to the view is replaced by the axis that
+    /// The image plane lies at distance 1, or where a lens is in focus. An `up` that is zero or parallel to the view is replaced by the axis that
     /// is most perpendicular to it; a camera that stands on its target looks along -z; the field of view is kept
     /// within 0.001 and 3.1 radians; a side of 0 pixels counts as 1.
     pub fn params(&self, width: u32, height: u32) -> CameraParams {
         let (width, height) = (f64::from(width.max(1)), f64::from(height.max(1)));
         let [right, up, forward] = self.frame();
         let half_height = self.half_height();
+        let distance = if self.lens_radius > 0.0 { self.focus() } else { 1.0 };
+        let lens = |half_side: f64| (self.lens_radius / (half_side * distance)) as f32;
+        let half_width = half_height * (width / height);
         CameraParams {
             position: self.position.as_vec3().to_array(),
             inv_width: (1.0 / width) as f32,
-            forward: forward.as_vec3().to_array(),
+            forward: (forward * distance).as_vec3().to_array(),
             inv_height: (1.0 / height) as f32,
-            right: (right * half_height * (width / height)).as_vec3().to_array(),
-            reserved0: 0.0,
-            up: (up * half_height).as_vec3().to_array(),
-            reserved1: 0.0,
+            right: (right * half_width * distance).as_vec3().to_array(),
+            lens_right: lens(half_width),
+            up: (up * half_height * distance).as_vec3().to_array(),
+            lens_up: lens(half_height),
         }
+    }
+
+    /// Distance at which a lens is sharp.
+    fn focus(&self) -> f64 {
+        self.focus_distance.unwrap_or_else(|| (self.target - self.position).length())
     }
 
     /// Orthonormal right, up and forward.
@@ -159,12 +171,12 @@ mod tests {
 
     #[test]
     fn params_of_a_simple_camera() {
-        let camera = Camera {
-            position: DVec3::new(0.0, 1.0, 4.0),
-            target: DVec3::new(0.0, 1.0, 0.0),
-            up: DVec3::Y,
-            vertical_fov: std::f64::consts::FRAC_PI_2,
-        };
+        let camera = Camera::pinhole(
+            DVec3::new(0.0, 1.0, 4.0),
+            DVec3::new(0.0, 1.0, 0.0),
+            DVec3::Y,
+            std::f64::consts::FRAC_PI_2,
+        );
         let params = camera.params(200, 100);
         assert_eq!(params.position, [0.0, 1.0, 4.0]);
         assert_eq!(params.forward, [0.0, 0.0, -1.0]);
@@ -178,7 +190,7 @@ mod tests {
     fn a_degenerate_camera_still_has_a_frame() {
         for direction in [DVec3::X, DVec3::NEG_Y, DVec3::Z, DVec3::ZERO] {
             for up in [direction, DVec3::ZERO] {
-                let camera = Camera { position: DVec3::ZERO, target: direction, up, vertical_fov: f64::NAN };
+                let camera = Camera::pinhole(DVec3::ZERO, direction, up, f64::NAN);
                 let [right, up, forward] = camera.frame();
                 for axis in [right, up, forward] {
                     assert!((axis.length() - 1.0).abs() < 1e-12);

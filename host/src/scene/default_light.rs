@@ -39,13 +39,9 @@ impl Scene {
             positions: vec![[-1.0, 0.0, -1.0], [1.0, 0.0, -1.0], [1.0, 0.0, 1.0], [-1.0, 0.0, 1.0]],
             indices: vec![[0, 1, 2], [0, 2, 3]],
             material: self.materials.len(),
+            ..Mesh::default()
         });
-        self.materials.push(Material {
-            name: "default light".to_owned(),
-            reflectance: [0.0; 3],
-            emission: [RADIANCE; 3],
-            two_sided_emission: false,
-        });
+        self.materials.push(Material::emitter("default light", [0.0; 3], [RADIANCE; 3]));
     }
 }
 
@@ -63,12 +59,7 @@ mod tests {
                 ..Mesh::default()
             }],
             instances: vec![Instance { mesh: 0, transform: DAffine3::IDENTITY }],
-            materials: vec![Material {
-                name: String::new(),
-                reflectance: [0.5; 3],
-                emission: [0.0; 3],
-                two_sided_emission: false,
-            }],
+            materials: vec![Material::diffuse("grey", [0.5; 3])],
             ..Scene::default()
         };
         assert!(!scene.has_light());

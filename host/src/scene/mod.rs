@@ -1,4 +1,4 @@
-//! What a user edits: meshes, instances, materials and a camera. Executors see its flattened form,
+//! What a user edits: meshes, instances, materials, textures, lights, an environment and a camera. Executors see its flattened form,
 //! [`crate::buffers::SceneBuffers`].
 
 use std::path::Path;
@@ -11,8 +11,15 @@ pub mod builtin;
 mod camera;
 mod default_light;
 pub mod gltf;
+mod light;
+mod material;
+mod texture;
 
-/// A scene: instances of meshes, materials, a camera.
+pub use light::{Environment, Light, LightKind};
+pub use material::{Material, TextureUse, Volume};
+pub use texture::{Filter, Texture, Wrap};
+
+/// A scene: instances of meshes, materials, lights, a camera.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
     /// Name for messages: a built-in scene's name or a file.
@@ -23,6 +30,12 @@ pub struct Scene {
     pub instances: Vec<Instance>,
     /// Materials.
     pub materials: Vec<Material>,
+    /// Images that materials refer to.
+    pub textures: Vec<Texture>,
+    /// Lights without a surface, in world space. Emissive surfaces are meshes of an emissive material.
+    pub lights: Vec<Light>,
+    /// Light from all around; black without.
+    pub environment: Option<Environment>,
     /// The camera; `None` is framed automatically, see [`Camera::framing`].
     pub camera: Option<Camera>,
     /// Image size that suits the scene, in pixels.
@@ -38,6 +51,13 @@ pub struct Mesh {
     pub name: String,
     /// Vertex positions.
     pub positions: Vec<[f32; 3]>,
+    /// Unit shading normals, one a vertex; empty for a faceted mesh.
+    pub normals: Vec<[f32; 3]>,
+    /// Texture coordinates, one a vertex; empty without.
+    pub uvs: Vec<[f32; 2]>,
+    /// Unit tangents along u, with the sign of the bitangent (normal x tangent) as in glTF, one a vertex; empty to
+    /// have them derived from positions and texture coordinates where a normal map needs them.
+    pub tangents: Vec<[f32; 4]>,
     /// Three indices a triangle.
     pub indices: Vec<[u32; 3]>,
     /// Index into [`Scene::materials`].
@@ -54,19 +74,6 @@ pub struct Instance {
     pub transform: DAffine3,
 }
 
-/// A Lambertian material that may emit.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Material {
-    /// Name for messages.
-    pub name: String,
-    /// Diffuse reflectance, linear RGB in [0, 1].
-    pub reflectance: [f32; 3],
-    /// Emitted radiance, linear RGB, not negative.
-    pub emission: [f32; 3],
-    /// Emits on both sides, not only on the front.
-    pub two_sided_emission: bool,
-}
-
 /// A perspective camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
@@ -78,6 +85,10 @@ pub struct Camera {
     pub up: DVec3,
     /// Vertical field of view in radians.
     pub vertical_fov: f64,
+    /// Radius of the lens, in the scene's unit of length; 0 is a pinhole, with which everything is sharp.
+    pub lens_radius: f64,
+    /// Distance along the view at which a camera with a lens is sharp; `None` is that of the target.
+    pub focus_distance: Option<f64>,
 }
 
 /// Coordinates of vertices and cameras beyond this magnitude cannot be rendered: 2^30.
@@ -114,12 +125,17 @@ impl Scene {
 
     /// Whether anything in the scene emits.
     pub fn has_light(&self) -> bool {
-        self.instances
+        let bright = |rgb: &[f32; 3]| rgb.iter().any(|&channel| channel > 0.0);
+        let emissive = self
+            .instances
             .iter()
             .filter_map(|instance| self.meshes.get(instance.mesh))
             .filter(|mesh| !mesh.indices.is_empty())
             .filter_map(|mesh| self.materials.get(mesh.material))
-            .any(|material| material.emission.iter().any(|&channel| channel > 0.0))
+            .any(|material| bright(&material.emission));
+        emissive
+            || self.lights.iter().any(|light| bright(&light.intensity))
+            || self.environment.as_ref().is_some_and(|e| e.scale > 0.0 && e.pixels.iter().any(bright))
     }
 
     /// Lower and upper corner of all instances' vertices in world space, rounded outwards; an empty scene has its

@@ -107,6 +107,13 @@ pub fn flush(x: f32) -> f32 {
     if abs(x) < FLUSH_BELOW { 0.0 } else { x }
 }
 
+/// The largest integer that is not above `x`, as a number. Domain |x| <= 2^23.
+#[inline(always)]
+pub fn floor(x: f32) -> f32 {
+    let truncated = x as i32 as f32;
+    if truncated > x { truncated - 1.0 } else { truncated }
+}
+
 /// The product of two 32-bit integers as (high, low) words.
 #[inline(always)]
 pub fn mul_wide(a: u32, b: u32) -> (u32, u32) {

@@ -3,8 +3,8 @@
 
 use glam::DVec3;
 
-use super::{diffuse, emitter, in_place, quads};
-use crate::scene::{Camera, Scene};
+use super::{in_place, quads};
+use crate::scene::{Camera, Material, Scene};
 
 /// The data is in millimetres; a unit of the scene is half the width of the box.
 const SCALE: f64 = 1.0 / 278.0;
@@ -33,10 +33,10 @@ const TALL_BLOCK: [[f64; 3]; 4] =
 
 pub(super) fn scene() -> Scene {
     let materials = vec![
-        diffuse("white", [0.725, 0.71, 0.68]),
-        diffuse("red", [0.63, 0.065, 0.05]),
-        diffuse("green", [0.14, 0.45, 0.091]),
-        emitter("light", [0.78, 0.78, 0.78], [17.0, 12.0, 4.0]),
+        Material::diffuse("white", [0.725, 0.71, 0.68]),
+        Material::diffuse("red", [0.63, 0.065, 0.05]),
+        Material::diffuse("green", [0.14, 0.45, 0.091]),
+        Material::emitter("light", [0.78, 0.78, 0.78], [17.0, 12.0, 4.0]),
     ];
     let [white, red, green, light] = [0, 1, 2, 3];
     let mesh = |name, material, faces: &[[[f64; 3]; 4]]| {
@@ -59,15 +59,15 @@ pub(super) fn scene() -> Scene {
         instances: in_place(&meshes),
         meshes,
         materials,
-        camera: Some(Camera {
+        camera: Some(Camera::pinhole(
             position,
-            target: position - DVec3::Z,
-            up: DVec3::Y,
+            position - DVec3::Z,
+            DVec3::Y,
             // A focal length of 35 mm and a film 25 mm high.
-            vertical_fov: 2.0 * (0.0125_f64 / 0.035).atan(),
-        }),
+            2.0 * (0.0125_f64 / 0.035).atan(),
+        )),
         default_size: Some([512, 512]),
-        warnings: Vec::new(),
+        ..Scene::default()
     }
 }
 

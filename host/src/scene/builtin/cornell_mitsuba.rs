@@ -5,8 +5,8 @@
 
 use glam::{DAffine3, DVec3};
 
-use super::{CUBE, diffuse, emitter, quads};
-use crate::scene::{Camera, Instance, Scene};
+use super::{CUBE, quads};
+use crate::scene::{Camera, Instance, Material, Scene};
 
 /// Mitsuba's shape `rectangle`: from -1 to 1 in x and y, facing +z.
 const RECTANGLE: [[f64; 3]; 4] = [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]];
@@ -14,10 +14,10 @@ const RECTANGLE: [[f64; 3]; 4] = [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0
 pub(super) fn scene() -> Scene {
     let white = [0.885809, 0.698859, 0.666422];
     let materials = vec![
-        diffuse("white", white),
-        diffuse("green", [0.105421, 0.37798, 0.076425]),
-        diffuse("red", [0.570068, 0.0430135, 0.0443706]),
-        emitter("light", white, [18.387, 13.9873, 6.75357]),
+        Material::diffuse("white", white),
+        Material::diffuse("green", [0.105421, 0.37798, 0.076425]),
+        Material::diffuse("red", [0.570068, 0.0430135, 0.0443706]),
+        Material::emitter("light", white, [18.387, 13.9873, 6.75357]),
     ];
     let shapes = shapes();
     let shape = |(mesh, (_, transform)): (usize, &(_, DAffine3))| Instance { mesh, transform: *transform };
@@ -26,14 +26,9 @@ pub(super) fn scene() -> Scene {
         instances: shapes.iter().enumerate().map(shape).collect(),
         meshes: shapes.into_iter().map(|(mesh, _)| mesh).collect(),
         materials,
-        camera: Some(Camera {
-            position: DVec3::new(0.0, 0.0, 3.9),
-            target: DVec3::ZERO,
-            up: DVec3::Y,
-            vertical_fov: 39.3077_f64.to_radians(),
-        }),
+        camera: Some(Camera::pinhole(DVec3::new(0.0, 0.0, 3.9), DVec3::ZERO, DVec3::Y, 39.3077_f64.to_radians())),
         default_size: Some([256, 256]),
-        warnings: Vec::new(),
+        ..Scene::default()
     }
 }
 

@@ -3,8 +3,8 @@
 
 use glam::DVec3;
 
-use super::{CUBE, emitter, in_place, quads};
-use crate::scene::{Camera, Scene};
+use super::{CUBE, in_place, quads};
+use crate::scene::{Camera, Material, Scene};
 
 pub(super) fn scene() -> Scene {
     let inwards = CUBE.map(|[a, b, c, d]| [d, c, b, a]);
@@ -13,14 +13,14 @@ pub(super) fn scene() -> Scene {
         name: "furnace".to_owned(),
         instances: in_place(&meshes),
         meshes,
-        materials: vec![emitter("walls", [0.5; 3], [1.0; 3])],
-        camera: Some(Camera {
-            position: DVec3::new(0.2, 0.1, 0.7),
-            target: DVec3::new(-0.3, -0.2, -1.0),
-            up: DVec3::Y,
-            vertical_fov: 80.0_f64.to_radians(),
-        }),
+        materials: vec![Material::emitter("walls", [0.5; 3], [1.0; 3])],
+        camera: Some(Camera::pinhole(
+            DVec3::new(0.2, 0.1, 0.7),
+            DVec3::new(-0.3, -0.2, -1.0),
+            DVec3::Y,
+            80.0_f64.to_radians(),
+        )),
         default_size: Some([64, 64]),
-        warnings: Vec::new(),
+        ..Scene::default()
     }
 }

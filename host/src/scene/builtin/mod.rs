@@ -2,7 +2,7 @@
 
 use glam::DAffine3;
 
-use super::{Instance, Material, Mesh, Scene};
+use super::{Instance, Mesh, Scene};
 
 mod cornell;
 mod cornell_mitsuba;
@@ -25,14 +25,6 @@ pub fn scene(name: &str) -> Option<Scene> {
     }
 }
 
-fn diffuse(name: &str, reflectance: [f32; 3]) -> Material {
-    Material { name: name.to_owned(), reflectance, emission: [0.0; 3], two_sided_emission: false }
-}
-
-fn emitter(name: &str, reflectance: [f32; 3], emission: [f32; 3]) -> Material {
-    Material { emission, ..diffuse(name, reflectance) }
-}
-
 /// Planar quadrilaterals, their corners counter-clockwise as seen from the front.
 fn quads(name: &str, material: usize, quads: &[[[f64; 3]; 4]]) -> Mesh {
     let first = (0..quads.len() as u32).map(|quad| 4 * quad);
@@ -41,6 +33,7 @@ fn quads(name: &str, material: usize, quads: &[[[f64; 3]; 4]]) -> Mesh {
         positions: quads.as_flattened().iter().map(|corner| corner.map(|x| x as f32)).collect(),
         indices: first.flat_map(|i| [[i, i + 1, i + 2], [i, i + 2, i + 3]]).collect(),
         material,
+        ..Mesh::default()
     }
 }
 

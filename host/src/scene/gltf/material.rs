@@ -24,12 +24,7 @@ impl Importer<'_> {
     pub(super) fn default_material(&mut self) -> usize {
         let first_own = self.document.root.materials.len();
         if self.scene.materials.len() == first_own {
-            self.scene.materials.push(Material {
-                name: "default".to_owned(),
-                reflectance: [1.0; 3],
-                emission: [0.0; 3],
-                two_sided_emission: false,
-            });
+            self.scene.materials.push(Material::diffuse("default", [1.0; 3]));
         }
         first_own
     }
@@ -59,10 +54,8 @@ fn converted(name: String, material: &json::Material) -> Result<Material, Proble
         return Err(format!("material {name} emits {emission:?}, which is not a radiance"));
     }
     Ok(Material {
-        name,
-        reflectance: [r, g, b].map(|channel| num::clamp(channel, 0.0, 1.0)),
-        emission,
         two_sided_emission: material.double_sided,
+        ..Material::emitter(name, [r, g, b].map(|channel| num::clamp(channel, 0.0, 1.0)), emission)
     })
 }
 

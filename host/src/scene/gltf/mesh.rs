@@ -52,7 +52,7 @@ impl Importer<'_> {
         let indices = triangles(mode, &vertices);
         let material = self.material(primitive).map_err(in_mesh)?;
         self.warn_of_losses(&name, primitive, mode, vertices.len(), indices.len());
-        self.scene.meshes.push(Mesh { name, positions, indices, material });
+        self.scene.meshes.push(Mesh { name, positions, indices, material, ..Mesh::default() });
         Ok(())
     }
 

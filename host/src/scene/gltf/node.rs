@@ -86,7 +86,7 @@ impl Importer<'_> {
         // A camera looks along its -z; its scale has no meaning.
         let forward = world.transform_vector3(DVec3::NEG_Z).normalize_or(DVec3::NEG_Z);
         let up = world.transform_vector3(DVec3::Y).normalize_or(DVec3::Y);
-        self.scene.camera = Some(Camera { position, target: position + forward, up, vertical_fov });
+        self.scene.camera = Some(Camera::pinhole(position, position + forward, up, vertical_fov));
         Ok(())
     }
 }

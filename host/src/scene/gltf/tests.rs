@@ -103,7 +103,7 @@ fn materials_are_diffuse_and_emit() {
     let primitive = r#"{ "attributes": { "POSITION": 0 }, "mode": 6, "material": 0 }"#;
     let scene = load(&square(materials, primitive, ONE_NODE)).unwrap();
     let lamp = &scene.materials[scene.meshes[0].material];
-    assert_eq!((lamp.reflectance, lamp.emission), ([0.5, 1.0, 0.0], [8.0, 4.0, 0.0]));
+    assert_eq!((lamp.base_color, lamp.emission), ([0.5, 1.0, 0.0], [8.0, 4.0, 0.0]));
     assert!(lamp.two_sided_emission && scene.has_light());
     assert_eq!(scene.warnings.len(), 3, "{:?}", scene.warnings);
     for (warning, word) in scene.warnings.iter().zip(["clamped", "opaque", "metallic"]) {
@@ -118,7 +118,7 @@ fn textures_are_replaced_with_a_warning() {
         "pbrMetallicRoughness": { "metallicFactor": 0, "baseColorTexture": { "index": 0 } } }],"#;
     let primitive = r#"{ "attributes": { "POSITION": 0 }, "mode": 6, "material": 0 }"#;
     let scene = load(&square(materials, primitive, ONE_NODE)).unwrap();
-    assert_eq!(scene.materials[0].reflectance, [1.0; 3]);
+    assert_eq!(scene.materials[0].base_color, [1.0; 3]);
     assert!(!scene.has_light());
     assert_eq!(scene.warnings.len(), 2, "{:?}", scene.warnings);
 }

@@ -1,0 +1,96 @@
+//! Materials: glTF's metallic-roughness model with its extensions.
+
+/// How a surface scatters and emits light: the metallic-roughness model of glTF 2.0 with the extensions
+/// `KHR_materials_emissive_strength`, `_ior`, `_transmission`, `_diffuse_transmission` and `_volume`.
+///
+/// A texture multiplies the factor beside it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// Name for messages.
+    pub name: String,
+    /// Diffuse reflectance of a dielectric, reflectance at normal incidence of a metal, tint of transmitted light; linear
+    /// RGB in [0, 1].
+    pub base_color: [f32; 3],
+    /// sRGB.
+    pub base_color_texture: Option<TextureUse>,
+    /// 0 is a dielectric, 1 a metal.
+    pub metallic: f32,
+    /// Perceptual roughness in [0, 1]; GGX's alpha is its square.
+    pub roughness: f32,
+    /// Linear; green is roughness, blue metallic.
+    pub metallic_roughness_texture: Option<TextureUse>,
+    /// Linear, tangent space.
+    pub normal_texture: Option<TextureUse>,
+    /// Factor on x and y of the normal map.
+    pub normal_scale: f32,
+    /// Emitted radiance, linear RGB, not negative.
+    pub emission: [f32; 3],
+    /// sRGB.
+    pub emission_texture: Option<TextureUse>,
+    /// Emits on both sides, not only on the front.
+    pub two_sided_emission: bool,
+    /// Index of refraction, at least 1. With 1 a dielectric has no specular reflection: purely diffuse.
+    pub ior: f32,
+    /// Share of the dielectric's light that is transmitted specularly instead of reflected diffusely, in [0, 1].
+    pub transmission: f32,
+    /// Share of the diffuse light that is transmitted diffusely, in [0, 1].
+    pub diffuse_transmission: f32,
+    /// Colour of diffusely transmitted light, linear RGB in [0, 1].
+    pub diffuse_transmission_color: [f32; 3],
+    /// What a closed surface encloses; `None` is a thin wall, which light passes without being bent.
+    pub volume: Option<Volume>,
+}
+
+/// A homogeneous absorbing interior (`KHR_materials_volume`).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Volume {
+    /// Share of white light that is left after `attenuation_distance`, linear RGB in (0, 1].
+    pub attenuation_color: [f32; 3],
+    /// In the scene's unit of length; infinite for a clear interior.
+    pub attenuation_distance: f32,
+}
+
+/// A texture as a material uses it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TextureUse {
+    /// Index into [`super::Scene::textures`].
+    pub texture: usize,
+    /// From the mesh's texture coordinates to the texture's, affine: u' = m\[0\] u + m\[1\] v + m\[2\], v' = m\[3\] u + m\[4\] v + m\[5\].
+    pub transform: [f32; 6],
+}
+
+impl Material {
+    /// A Lambertian material.
+    pub fn diffuse(name: impl Into<String>, reflectance: [f32; 3]) -> Self {
+        Self {
+            name: name.into(),
+            base_color: reflectance,
+            base_color_texture: None,
+            metallic: 0.0,
+            roughness: 1.0,
+            metallic_roughness_texture: None,
+            normal_texture: None,
+            normal_scale: 1.0,
+            emission: [0.0; 3],
+            emission_texture: None,
+            two_sided_emission: false,
+            ior: 1.0,
+            transmission: 0.0,
+            diffuse_transmission: 0.0,
+            diffuse_transmission_color: [1.0; 3],
+            volume: None,
+        }
+    }
+
+    /// A Lambertian material that emits from its front.
+    pub fn emitter(name: impl Into<String>, reflectance: [f32; 3], emission: [f32; 3]) -> Self {
+        Self { emission, ..Self::diffuse(name, reflectance) }
+    }
+}
+
+impl TextureUse {
+    /// The texture as it lies on the mesh's texture coordinates.
+    pub fn new(texture: usize) -> Self {
+        Self { texture, transform: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0] }
+    }
+}
