@@ -72,35 +72,46 @@ impl Stack {
         u64::from(enter.0[slot].to_bits()) << 32 | u64::from(node.children[slot])
     }
 
+    #[inline(always)]
+    fn push(&mut self, word: u64) {
+        // SAFETY: no node of a `WideBvh` is deeper than `STACK_DEPTH`
+        unsafe { self.waiting.get_unchecked_mut(self.len).write(word) };
+        self.len += 1;
+    }
+
     /// Inserts into the descending words from `from` on.
     #[inline(always)]
     fn insert(&mut self, from: usize, word: u64) {
-        // SAFETY: no node of a `WideBvh` is deeper than `STACK_DEPTH`, and words below `len` are written
+        let mut at = self.len;
+        self.push(word);
+        // SAFETY: words below `len` are written
         unsafe {
-            let mut at = self.len;
             while at > from && self.waiting.get_unchecked(at - 1).assume_init() < word {
                 *self.waiting.get_unchecked_mut(at) = *self.waiting.get_unchecked(at - 1);
                 at -= 1;
             }
             self.waiting.get_unchecked_mut(at).write(word);
         }
-        self.len += 1;
     }
 
-    /// The nearest of the children in `hit`; the others wait, the farthest longest.
+    /// The nearest of the children in `hit`, which is not empty; the others wait, the farthest longest.
     #[inline(always)]
     fn push_all_but_nearest(&mut self, node: &Node, enter: &Row, mut hit: u32) -> u32 {
-        let first = hit.trailing_zeros() as usize;
-        hit &= hit - 1;
+        let first = take_lowest(&mut hit);
         if hit == 0 {
-            return node.children[first & (LANES - 1)];
+            return node.children[first];
         }
+        let a = Self::word(node, enter, first);
+        let b = Self::word(node, enter, take_lowest(&mut hit));
         let from = self.len;
-        self.insert(from, Self::word(node, enter, first & (LANES - 1)));
+        self.push(a.max(b));
+        if hit == 0 {
+            return a.min(b) as u32;
+        }
+        self.push(a.min(b));
         while hit != 0 {
-            let slot = hit.trailing_zeros() as usize & (LANES - 1);
+            let slot = take_lowest(&mut hit);
             self.insert(from, Self::word(node, enter, slot));
-            hit &= hit - 1;
         }
         self.len -= 1;
         // SAFETY: just written
@@ -120,6 +131,15 @@ impl Stack {
         }
         None
     }
+}
+
+/// Takes the lowest of the bits, which are not all zero.
+#[inline(always)]
+fn take_lowest(bits: &mut u32) -> usize {
+    let lowest = bits.trailing_zeros() as usize;
+    *bits &= bits.wrapping_sub(1);
+    // shows the compiler that it is a lane
+    lowest & (LANES - 1)
 }
 
 /// [`Slab`] in every lane.
@@ -271,13 +291,12 @@ impl<L: Lanes> Triangles<L> {
         }
         let (t, v, w) = (t.store(), (v * inv).store(), (w * inv).store());
         while hits != 0 {
-            let lane = hits.trailing_zeros() as usize & (LANES - 1);
+            let lane = take_lowest(&mut hits);
             let (t, id) = (t.0[lane], pack.ids[lane]);
             // the limit t_max stands in `best` with the id NONE, which no hit at that t beats
             if (t < best.t) | ((t == best.t) & (best.id != NONE) & (id < best.id)) {
                 *best = Hit { t, id, uv: Vec2::new(v.0[lane], w.0[lane]) };
             }
-            hits &= hits - 1;
         }
     }
 }
