@@ -15,14 +15,17 @@ use restir_tests::meshes::{buffers, cube, far_grid, scaled, slivers, soup, spher
 use restir_tests::random::SplitMix;
 use restir_tests::rays::adversarial;
 use restir_tests::suite::{Check, ensure, trials};
+use restir_tests::watertight;
 use std::process::ExitCode;
 
 /// Rays against each procedural mesh; there are ten.
-const RAYS: u64 = 150_000;
+const RAYS: u64 = 100_000;
 /// Rays against a mesh from a file, and how many of its triangles.
 const FILE_RAYS: u64 = 2_000;
 /// Rays from the inside of each closed mesh; there are four.
 const INSIDE_RAYS: u64 = 400_000;
+/// Rays from the inside of a mesh from a file.
+const ORGANIC_RAYS: u64 = 1 << 20;
 /// Huge coordinates, up to the 2^30 that the host takes: a mesh around the origin, and one that is small against its
 /// distance from it, where coordinates are 64 apart.
 const HUGE: f32 = 1.0e9;
@@ -39,8 +42,11 @@ fn main() -> ExitCode {
         ("hits_lie_on_their_triangles", hits_lie_on_their_triangles),
     ];
     let mut trials = trials(&checks);
-    let on_a_file = "hierarchy_equals_brute_force_on_a_file";
-    trials.push(data::trial(Trial::test(on_a_file, hierarchy_equals_brute_force_on_a_file)));
+    let on_files: [(&str, Check); 2] = [
+        ("hierarchy_equals_brute_force_on_a_file", hierarchy_equals_brute_force_on_a_file),
+        ("a_closed_organic_mesh_is_tight", a_closed_organic_mesh_is_tight),
+    ];
+    trials.extend(on_files.map(|(name, check)| data::trial(Trial::test(name, check))));
     libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
 }
 
@@ -185,6 +191,16 @@ fn closed_meshes_are_tight() -> Result<(), Failed> {
         ensure(count == 0, || format!("{count} rays escape from the mesh around {}", closed.inside))?;
     }
     Ok(())
+}
+
+/// The reduced form of `cargo xtask watertight`.
+fn a_closed_organic_mesh_is_tight() -> Result<(), Failed> {
+    let buffers = SceneBuffers::build(&data::mesh("bunny.glb")?)?;
+    let closed = watertight::Closed::new(&buffers).map_err(|open| format!("{open} open edges"))?;
+    let streams = ORGANIC_RAYS / watertight::Closed::RAYS;
+    let escaping: Vec<Ray> = (0..streams).into_par_iter().flat_map_iter(|stream| closed.escaping(stream)).collect();
+    println!("bunny: {} of {ORGANIC_RAYS} rays from {streams} points inside escape", escaping.len());
+    ensure(escaping.is_empty(), || escaping.iter().map(describe).collect::<Vec<_>>().join("\n"))
 }
 
 fn boxes_without_padding_are_seen() -> Result<(), Failed> {
