@@ -23,6 +23,7 @@ pub mod render;
 pub mod scene;
 pub mod self_check;
 pub mod spirv;
+pub mod wide_bvh;
 
 pub use artifact::Shaders;
 pub use error::Error;

@@ -188,6 +188,7 @@ pub(crate) fn path_plan<'a>(scene: &'a SceneBuffers, settings: &'a RenderSetting
         // merging n blocks into one takes n - 1 additions
         pass_count: blocks + (blocks - 1) + 1,
         outputs: vec![FIRST_PLANE + planes],
+        scene: Some(scene),
     }
 }
 

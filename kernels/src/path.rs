@@ -13,8 +13,8 @@ kernel! {
         read { 1: geometry: UVec4, 2: attributes: UVec4, 3: texels: UVec4 },
         own { 4: film: FilmPixel },
     }
-    |x, y, at, p| {
-        let scene = SceneView { header: p.scene, geometry, attributes, texels, features };
+    |x, y, at, p, tracer| {
+        let scene = SceneView { header: p.scene, geometry, attributes, texels, features, tracer };
         film[at] = technique::path::pixel(&scene, &p, x, y)
     }
 }

@@ -16,4 +16,5 @@ pub mod rays;
 pub mod scenes;
 pub mod stats;
 pub mod suite;
+pub mod watertight;
 pub mod wrong;

@@ -143,6 +143,7 @@ pub fn plan(kernel: &'static KernelDesc, case: &Case) -> FramePlan<'static> {
         buffers,
         passes: Box::new(std::iter::once(pass)),
         pass_count: 1,
+        scene: None,
     }
 }
 

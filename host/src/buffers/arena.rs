@@ -16,6 +16,8 @@ use restir_shared::layout::{
     TEXTURE_MIRROR_V, TEXTURE_NEAREST, TEXTURE_REPEAT_U, TEXTURE_REPEAT_V, TEXTURE_SRGB,
 };
 use restir_shared::num::flush;
+use std::iter::repeat_n;
+use std::sync::Arc;
 
 /// Smallest difference of cosines over which a spot light's edge falls off, as glTF has it.
 const MIN_FALLOFF: f64 = 0.001;
@@ -48,7 +50,7 @@ pub(super) fn pack_geometry(
     triangles: &[&Triangle],
     tables: &LightTables,
     with_shading: bool,
-) -> Vec<u32> {
+) -> Arc<[u32]> {
     let mut light_of = vec![NONE; triangles.len()];
     for (index, light) in
         tables.lights.iter().enumerate().filter(|(_, l)| l.kind == restir_shared::layout::LIGHT_TRIANGLE)
@@ -66,8 +68,10 @@ pub(super) fn pack_geometry(
     });
     let records = triangles.iter().filter(|_| with_shading).flat_map(|t| shading::record(scene, t));
     let per_triangle = if with_shading { 24 } else { 12 };
-    let mut words = Vec::with_capacity(bvh.nodes.len() * 16 + triangles.len() * per_triangle);
-    words.extend(nodes.chain(corners).chain(records).flatten());
+    // of known length, so that the words are written where they stay: a copy of them would be the peak of memory
+    let mut words: Arc<[u32]> = repeat_n(0, bvh.nodes.len() * 16 + triangles.len() * per_triangle).collect();
+    let free = Arc::get_mut(&mut words).into_iter().flatten();
+    free.zip(nodes.chain(corners).chain(records).flatten()).for_each(|(word, value)| *word = value);
     words
 }
 

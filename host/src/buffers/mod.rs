@@ -12,10 +12,11 @@ mod triangles;
 use crate::Error;
 use crate::bvh::{self, Bounds};
 use crate::scene::{Camera, Scene};
-use glam::{UVec4, Vec3};
+use crate::wide_bvh::WideBvh;
+use glam::UVec4;
 use restir_shared::layout::{NODE_WORDS, NONE, SceneHeader, TRIANGLE_WORDS};
 use restir_shared::scene::SceneView;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use arena::{Attributes, pack_geometry};
 use environment::EnvironmentMap;
@@ -39,6 +40,7 @@ pub struct SceneBuffers {
     /// The camera.
     pub camera: Camera,
     stats: SceneStats,
+    wide: OnceLock<Arc<WideBvh>>,
 }
 
 /// What a scene consists of.
@@ -75,9 +77,7 @@ impl SceneBuffers {
     pub fn build(scene: &Scene) -> Result<Self, Error> {
         check::check(scene)?;
         let (triangles, skipped) = triangles::flatten(scene)?;
-        let vertices: Vec<[Vec3; 3]> = triangles.iter().map(|t| t.vertices).collect();
-        let bvh = bvh::build(&vertices);
-        drop(vertices);
+        let bvh = bvh::build(&triangles.iter().map(|t| Bounds::of(&t.vertices)).collect::<Vec<_>>());
         let triangles: Vec<&Triangle> = bvh.order.iter().map(|&i| &triangles[i as usize]).collect();
         let camera = scene.camera.unwrap_or_else(|| Camera::framing(corners(&bvh.bounds), 1.0));
         check::check_camera(scene, &camera)?;
@@ -126,12 +126,13 @@ impl SceneBuffers {
         };
         Ok(Self {
             header,
-            geometry: geometry.into(),
+            geometry,
             attributes: attributes.words.into(),
             texels: texel_words.into(),
             features,
             camera,
             stats,
+            wide: OnceLock::new(),
         })
     }
 
@@ -148,7 +149,19 @@ impl SceneBuffers {
             attributes: bytemuck::cast_slice::<u32, UVec4>(&self.attributes),
             texels: bytemuck::cast_slice::<u32, UVec4>(&self.texels),
             features: self.features,
+            tracer: None,
         }
+    }
+
+    /// A tree for the CPU, which finds the hits of [`Self::view`] two to three times as fast. It is built on the first
+    /// call.
+    pub fn tracer(&self) -> &WideBvh {
+        self.wide.get_or_init(|| Arc::new(WideBvh::new(&self.view())))
+    }
+
+    /// [`Self::view`] with rays traced by [`Self::tracer`].
+    pub fn traced_view(&self) -> SceneView<'_> {
+        SceneView { tracer: Some(self.tracer()), ..self.view() }
     }
 }
 

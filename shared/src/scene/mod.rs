@@ -26,6 +26,14 @@ pub trait Trace {
     fn occluded(&self, ray: &Ray) -> bool;
 }
 
+/// What answers visibility queries in place of the BVH in the arenas: natively, perhaps, a structure that suits the
+/// processor better; on a device nothing.
+#[cfg(not(target_arch = "spirv"))]
+pub type Tracer<'a> = Option<&'a (dyn Trace + Sync)>;
+/// Nothing: the arenas answer.
+#[cfg(target_arch = "spirv")]
+pub type Tracer<'a> = ();
+
 /// What is at a hit.
 pub trait Surface {
     /// Geometry and material at `hit`, which `closest` gave for `ray`.

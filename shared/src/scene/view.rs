@@ -1,6 +1,6 @@
 //! The scene over its arenas.
 
-use super::Trace;
+use super::{Trace, Tracer};
 use crate::geometry::{self, Hit, Ray};
 use crate::layout::{SceneHeader, TRIANGLE_WORDS};
 use crate::num;
@@ -23,6 +23,8 @@ pub struct SceneView<'a> {
     pub texels: &'a [UVec4],
     /// Feature bits that the scene may have; a constant where the kernel was specialised.
     pub features: u32,
+    /// What answers visibility queries in place of the geometry arena, with the same hits.
+    pub tracer: Tracer<'a>,
 }
 
 /// The float components x, y, z of a word.
@@ -80,11 +82,19 @@ pub(super) struct TrianglePoint {
 impl Trace for SceneView<'_> {
     #[inline(always)]
     fn closest(&self, ray: &Ray) -> Hit {
+        #[cfg(not(target_arch = "spirv"))]
+        if let Some(tracer) = self.tracer {
+            return tracer.closest(ray);
+        }
         geometry::traverse::<false>(self, ray)
     }
 
     #[inline(always)]
     fn occluded(&self, ray: &Ray) -> bool {
+        #[cfg(not(target_arch = "spirv"))]
+        if let Some(tracer) = self.tracer {
+            return tracer.occluded(ray);
+        }
         let hit = geometry::traverse::<true>(self, ray);
         hit.is_hit() | hit.is_cut()
     }
