@@ -7,5 +7,6 @@ pub mod num;
 pub mod parity;
 pub mod shader;
 pub mod timer;
+pub mod unbiased;
 
 pub use error::Error;

@@ -20,6 +20,7 @@ pub(crate) const LARGEST_SHARE: f64 = 0.05;
 const DARK: f64 = 0.01;
 
 /// A reference, prepared for comparisons.
+#[derive(Clone)]
 pub(crate) struct Truth {
     values: Vec<f64>,
     /// Mean over all values.

@@ -10,7 +10,7 @@ use clap::ValueEnum;
 
 use super::device::{self, Device};
 use super::progress::Reporter;
-use super::reference::{Cache, Integral};
+use super::reference::{Cache, Integral, MEASURED_SIZE};
 use super::render::{self, natural};
 use super::{console, interrupt, settings};
 use crate::bench::against::{self, Change};
@@ -98,7 +98,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
 }
 
 fn matrix(arguments: &Arguments) -> Result<Matrix, Error> {
-    let integral = arguments.integral.settings()?;
+    let integral = arguments.integral.settings(MEASURED_SIZE)?;
     let refuse = |problem: String| Err(Error::Setting(problem));
     if !(2..=MAX_RESTARTS).contains(&arguments.restarts) {
         return refuse(format!("{} restarts show no spread; give 2 to {MAX_RESTARTS}", arguments.restarts));
@@ -150,7 +150,8 @@ fn refuse_twice(what: &str, names: impl Iterator<Item = String>) -> Result<(), E
 
 fn subjects(arguments: &Arguments, matrix: &Matrix) -> Result<Vec<Subject>, Error> {
     let subject = |path: &PathBuf| {
-        let scene = arguments.integral.open(path)?;
+        let mut scene = Scene::open(path)?;
+        arguments.integral.complete(&mut scene, &matrix.integral)?;
         let buffers = SceneBuffers::build(&scene)?;
         matrix.techniques.iter().try_for_each(|technique| crate::render::check(&buffers, &technique.settings))?;
         let plot =

@@ -8,7 +8,7 @@ use restir_shared::glam::Vec3;
 use serde_json::{Value, json};
 
 use super::reference::Integral;
-use super::render::natural;
+use super::render::{DEFAULT_SIZE, natural};
 use super::{console, device, settings};
 use crate::Error;
 use crate::buffers::SceneBuffers;
@@ -68,9 +68,11 @@ struct Explanation<'a> {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
-    let scene = arguments.integral.open(&arguments.scene)?;
-    let mut settings = RenderSettings { seed: arguments.seed, ..arguments.integral.settings()? };
+    let mut scene = Scene::open(&arguments.scene)?;
+    let size = scene.default_size.unwrap_or(DEFAULT_SIZE);
+    let mut settings = RenderSettings { seed: arguments.seed, ..arguments.integral.settings(size)? };
     arguments.settings.iter().try_for_each(|setting| settings::apply(&mut settings, setting))?;
+    arguments.integral.complete(&mut scene, &settings)?;
     let buffers = SceneBuffers::build(&scene)?;
     let Pixel { x, y } = arguments.pixel;
     let sample = Sample { x, y, index: arguments.sample };

@@ -16,6 +16,9 @@ use crate::reference::{self, Goal, Reference};
 use crate::render::{PathSettings, Progress, RenderSettings};
 use crate::scene::Scene;
 
+/// The size of what is measured: small, so that references are good.
+pub(super) const MEASURED_SIZE: [u32; 2] = [96, 96];
+
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// Name of a built-in scene, or a .gltf or .glb file.
@@ -43,9 +46,9 @@ pub(super) struct Arguments {
 /// What defines the picture, whatever the technique.
 #[derive(clap::Args)]
 pub(super) struct Integral {
-    /// Image size in pixels, as WIDTHxHEIGHT.
-    #[arg(long, default_value = "96x96", allow_hyphen_values = true)]
-    size: Size,
+    /// Image size in pixels, as WIDTHxHEIGHT; 96x96 for measurements, the scene's or 512x512 for explain if not given.
+    #[arg(long, allow_hyphen_values = true)]
+    size: Option<Size>,
     /// Longest path in segments.
     #[arg(long, alias = "depth", default_value = "8", value_parser = natural::<u32>, allow_hyphen_values = true)]
     max_depth: u32,
@@ -66,18 +69,16 @@ pub(super) struct Cache {
 }
 
 impl Integral {
-    /// As settings of a render with a single sample and the seed 0.
-    pub(super) fn settings(&self) -> Result<RenderSettings, Error> {
-        let [width, height] = self.size.sides()?;
+    /// As settings of a render with a single sample and the seed 0; of the given size if none was asked for.
+    pub(super) fn settings(&self, size: [u32; 2]) -> Result<RenderSettings, Error> {
+        let [width, height] = self.size.map_or(Ok(size), Size::sides)?;
         let path = PathSettings { max_depth: self.max_depth, jitter: self.jitter, roulette: false };
         Ok(RenderSettings { width, height, samples: 1, seed: 0, path, dispatch_samples: None })
     }
 
-    /// The scene, complete with camera and light.
-    pub(super) fn open(&self, path: &Path) -> Result<Scene, Error> {
-        let mut scene = Scene::open(path)?;
-        complete(&mut scene, &self.settings()?, self.default_light)?;
-        Ok(scene)
+    /// Adds the camera and the light that the scene lacks.
+    pub(super) fn complete(&self, scene: &mut Scene, settings: &RenderSettings) -> Result<(), Error> {
+        complete(scene, settings, self.default_light)
     }
 }
 
@@ -96,9 +97,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
         return Err(Error::Setting("0 samples a pixel make no reference; give at least 1".to_owned()));
     }
     interrupt::install()?;
-    let scene = arguments.integral.open(&arguments.scene)?;
+    let mut scene = Scene::open(&arguments.scene)?;
+    let settings = arguments.integral.settings(MEASURED_SIZE)?;
+    arguments.integral.complete(&mut scene, &settings)?;
     let buffers = SceneBuffers::build(&scene)?;
-    let settings = arguments.integral.settings()?;
     crate::render::check(&buffers, &settings)?;
     let mut device = device::open(&arguments.device)?;
     let goal = Goal { samples: arguments.spp, time: arguments.seconds.map(Duration::from_secs) };

@@ -17,7 +17,7 @@ use crate::output::check_writable;
 use crate::render::{self, PathSettings, RenderSettings, Rendered};
 use crate::scene::{Camera, MAX_COORDINATE, Scene};
 
-const DEFAULT_SIZE: [u32; 2] = [512, 512];
+pub(super) const DEFAULT_SIZE: [u32; 2] = [512, 512];
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {

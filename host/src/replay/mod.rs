@@ -129,7 +129,7 @@ mod tests {
         // closed, so every path has its full length; it reflects half and emits 1
         assert_eq!(path.vertices.len(), 8);
         for (i, vertex) in path.vertices.iter().enumerate() {
-            assert_eq!(vertex.throughput, Vec3::splat(0.5_f32.powi(i as i32)));
+            assert_eq!(vertex.throughput, Vec3::splat(1.0 / (1 << i) as f32));
             assert_eq!(vertex.emission.radiance, Vec3::ONE);
             assert_eq!(vertex.next_event.is_some(), i < 7, "the last vertex gathers nothing");
             let weight = vertex.emission.weight;
