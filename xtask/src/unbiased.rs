@@ -29,7 +29,7 @@ const MAX_DEPTH: u32 = 6;
 /// How often the test of a cell fails although nothing is wrong.
 const FAMILY_RATE: f64 = 1.0e-3;
 /// Restarts between two writes of the state.
-const ROUND: u32 = 1024;
+const ROUND: u32 = 256;
 /// Restarts of the reference for each of the technique: it is the noisier of the two.
 const REFERENCE_RESTARTS: u32 = 4;
 /// Brute force has its limits.
@@ -44,8 +44,8 @@ pub struct Options {
     /// The cell, as <technique>/<scene>: path or path-roulette, and a built-in scene.
     #[arg(long)]
     cell: String,
-    /// Restarts of the technique in all, in whole rounds of 1024.
-    #[arg(long, default_value_t = 16 * ROUND)]
+    /// Restarts of the technique in all, in whole rounds of 256.
+    #[arg(long, default_value_t = 64 * ROUND)]
     restarts: u32,
     /// Folder of the state files; target/unbiased if not given.
     #[arg(long)]
