@@ -86,7 +86,9 @@ fn trace_best(tracer: &dyn Trace, rays: &[Ray], hits: &mut Vec<Hit>, best: &mut 
 }
 
 fn report(view: &SceneView<'_>, sets: &[(&str, Vec<Ray>)]) {
-    let wide = SimdLevel::available().into_iter().map(|level| (format!("wide {level:?}"), WideBvh::new(view).with_level(level)));
+    let wide = SimdLevel::available()
+        .into_iter()
+        .map(|level| (format!("wide {level:?}"), WideBvh::new(view).with_level(level)));
     let wide: Vec<_> = wide.collect();
     let mut tracers: Vec<(&str, &dyn Trace)> = vec![("arena", view)];
     tracers.extend(wide.iter().map(|(name, tracer)| (name.as_str(), tracer as &dyn Trace)));

@@ -5,6 +5,8 @@
 
 mod alias;
 mod artifact;
+#[cfg(feature = "cli")]
+mod bench;
 pub mod buffers;
 mod bvh;
 #[cfg(feature = "cli")]
@@ -19,7 +21,9 @@ mod memory;
 pub mod metrics;
 pub mod output;
 pub mod plan;
+pub mod reference;
 pub mod render;
+pub mod replay;
 pub mod scene;
 pub mod self_check;
 pub mod spirv;

@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use xtask::{Error, num, parity, shader, timer, watertight};
+use xtask::{Error, num, parity, shader, timer, unbiased, watertight};
 
 /// Tools of the project.
 #[derive(Parser)]
@@ -24,6 +24,8 @@ enum Task {
     Parity(parity::Options),
     /// Trace rays from the inside of a closed mesh at its edges and vertices: none may escape.
     Watertight(watertight::Options),
+    /// Test a technique for bias, tile by tile; can be interrupted and continued.
+    Unbiased(unbiased::Options),
 }
 
 fn run(task: Task) -> Result<(), Error> {
@@ -32,6 +34,7 @@ fn run(task: Task) -> Result<(), Error> {
         Task::Num(options) => num::run(&options),
         Task::Parity(options) => parity::run(&options),
         Task::Watertight(options) => watertight::run(&options),
+        Task::Unbiased(options) => unbiased::run(&options),
     }
 }
 

@@ -17,7 +17,7 @@ use crate::output::check_writable;
 use crate::render::{self, PathSettings, RenderSettings, Rendered};
 use crate::scene::{Camera, MAX_COORDINATE, Scene};
 
-const DEFAULT_SIZE: [u32; 2] = [512, 512];
+pub(super) const DEFAULT_SIZE: [u32; 2] = [512, 512];
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
@@ -137,7 +137,7 @@ fn render_settings(arguments: &Arguments, scene: &Scene) -> Result<RenderSetting
 }
 
 /// Adds the camera and the light that the scene lacks, and says what the user should know about it.
-fn complete(scene: &mut Scene, settings: &RenderSettings, default_light: bool) -> Result<(), Error> {
+pub(super) fn complete(scene: &mut Scene, settings: &RenderSettings, default_light: bool) -> Result<(), Error> {
     scene.warnings.iter().for_each(|warning| console::note(&format!("warning: {warning}")));
     if scene.camera.is_none() {
         let aspect = f64::from(settings.width) / f64::from(settings.height);
@@ -215,13 +215,13 @@ fn report_written(path: &Path) -> Result<(), Error> {
 
 /// A size as the user wrote it; sides that do not fit are judged later, with a better message.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Size {
+pub(super) struct Size {
     width: u64,
     height: u64,
 }
 
 impl Size {
-    fn sides(self) -> Result<[u32; 2], Error> {
+    pub(super) fn sides(self) -> Result<[u32; 2], Error> {
         let side = |side| u32::try_from(side).ok();
         side(self.width)
             .zip(side(self.height))
