@@ -102,7 +102,9 @@ pub struct SceneHeader {
     pub root: u32,
 }
 
-/// A pinhole camera. `right` and `up` span half of the image plane at distance `|forward|`.
+/// A camera with a thin lens, or a pinhole. `right` and `up` span half of the image plane at distance `|forward|`, which
+/// is the plane in focus if there is a lens. A point (x, y) of the unit disk is the point
+/// `position + right * (lens_right * x) + up * (lens_up * y)` of the lens.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct CameraParams {
@@ -116,12 +118,12 @@ pub struct CameraParams {
     pub inv_height: f32,
     /// From the centre of the image plane to the middle of its right edge.
     pub right: [f32; 3],
-    /// Zero.
-    pub reserved0: f32,
+    /// Radius of the lens in lengths of `right`; 0 for a pinhole.
+    pub lens_right: f32,
     /// From the centre of the image plane to the middle of its upper edge.
     pub up: [f32; 3],
-    /// Zero.
-    pub reserved1: f32,
+    /// Radius of the lens in lengths of `up`; 0 for a pinhole.
+    pub lens_up: f32,
 }
 
 /// Parameters of the kernel `path`: one aligned block of samples of every pixel.

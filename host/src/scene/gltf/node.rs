@@ -1,11 +1,11 @@
-//! The node hierarchy: instances and the camera.
+//! The node hierarchy: instances, lights and the camera.
 
 use std::collections::BTreeSet;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use gltf::json::{Camera as JsonCamera, Index, Node};
 
-use super::{Importer, Problem, label};
+use super::{Importer, Problem, exact, label};
 use crate::scene::{Camera, Instance, MAX_COORDINATE};
 
 impl Importer<'_> {
@@ -57,7 +57,7 @@ impl Importer<'_> {
         if let (Some(camera), None) = (node.camera, self.scene.camera) {
             self.add_camera(camera, world)?;
         }
-        Ok(())
+        self.add_light(node, &world)
     }
 
     fn add_instances(&mut self, mesh: usize, transform: DAffine3) -> Result<(), Problem> {
@@ -83,6 +83,10 @@ impl Importer<'_> {
         if position.abs().max_element() > MAX_COORDINATE {
             return Err(format!("{name} is at {position}, beyond {MAX_COORDINATE:e}; move it nearer to the origin"));
         }
+        if let Some(camera) = exact::camera(&camera.extras, &world, perspective.yfov) {
+            self.scene.camera = Some(camera);
+            return Ok(());
+        }
         // A camera looks along its -z; its scale has no meaning.
         let forward = world.transform_vector3(DVec3::NEG_Z).normalize_or(DVec3::NEG_Z);
         let up = world.transform_vector3(DVec3::Y).normalize_or(DVec3::Y);
@@ -94,7 +98,8 @@ impl Importer<'_> {
 /// From the node's space to its parent's.
 fn transform(node: &Node, index: usize) -> Result<DAffine3, Problem> {
     if let Some(matrix) = node.matrix {
-        return affine(matrix).ok_or_else(|| format!("the matrix of node {index} is not affine"));
+        let rounded = affine(matrix).ok_or_else(|| format!("the matrix of node {index} is not affine"))?;
+        return Ok(exact::node_transform(&node.extras, matrix).unwrap_or(rounded));
     }
     let [x, y, z, w] = node.rotation.unwrap_or_default().0.map(f64::from);
     let rotation = DQuat::from_xyzw(x, y, z, w);
