@@ -9,6 +9,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use gltf::json::Extras;
 use serde_json::{Value, json};
 
+use crate::render::MAX_SIDE;
 use crate::scene::Camera;
 
 /// A texture transform in the form of `KHR_texture_transform`.
@@ -126,6 +127,13 @@ pub(super) fn texture_transform(extras: &Extras) -> Option<[f32; 6]> {
 pub(in crate::scene) fn texture_extras(transform: [f32; 6]) -> Option<Value> {
     let is_said = PlacedTexture::of(transform).transform() == transform;
     (!is_said).then(|| json!({ "restir": { "transform": transform } }))
+}
+
+/// The image size that suits the scene.
+pub(super) fn size(extras: &Extras) -> Option<[u32; 2]> {
+    let [width, height] = numbers::<2>(own(extras)?.get("size")?)?;
+    let side = |side: f64| (1.0..=f64::from(MAX_SIDE)).contains(&side).then_some(side as u32);
+    Some([side(width)?, side(height)?])
 }
 
 fn own(extras: &Extras) -> Option<Value> {

@@ -16,7 +16,7 @@ use super::Problem;
 use super::budget::gib;
 
 /// The most texels along a side of a texture.
-pub(crate) const MAX_SIDE: u32 = 16_384;
+const MAX_SIDE: u32 = 16_384;
 
 const PNG_SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 const JPEG_SIGNATURE: &[u8] = b"\xff\xd8\xff";

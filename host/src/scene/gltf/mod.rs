@@ -33,8 +33,6 @@ mod node;
 mod texture;
 mod uri;
 
-pub(super) use image::MAX_SIDE as MAX_TEXTURE_SIDE;
-
 /// The glTF extensions that are read; a file that requires another is refused, one that only uses it gets a warning.
 pub const SUPPORTED_EXTENSIONS: &[&str] = &[
     "KHR_lights_punctual",

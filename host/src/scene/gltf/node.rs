@@ -14,6 +14,8 @@ impl Importer<'_> {
     /// glTF demands that nodes form trees. Reaching a node twice is therefore an error, which also ends cycles.
     pub(super) fn add_nodes(&mut self) -> Result<(), Problem> {
         let root = self.document.root;
+        let scene = root.scenes.get(root.scene.map_or(0, |scene| scene.value()));
+        self.scene.default_size = scene.and_then(|scene| exact::size(&scene.extras));
         let mut reached = vec![false; root.nodes.len()];
         let mut pending: Vec<(usize, DAffine3)> =
             self.roots()?.into_iter().rev().map(|node| (node, DAffine3::IDENTITY)).collect();
