@@ -111,12 +111,11 @@ impl Document {
         if !self.binary.bytes.is_empty() {
             root.insert("buffers".to_owned(), json!([{ "byteLength": self.binary.bytes.len() }]));
         }
-        let mut only = if nodes.is_empty() { json!({}) } else { json!({ "nodes": nodes }) };
-        if let Some(size) = scene.default_size {
-            only["extras"] = json!({ "restir": { "size": size } });
+        if !nodes.is_empty() {
+            let size = scene.default_size.map(|size| json!({ "restir": { "size": size } }));
+            root.insert("scene".to_owned(), json!(0));
+            root.insert("scenes".to_owned(), json!([{ "nodes": nodes, "extras": size }]));
         }
-        root.insert("scene".to_owned(), json!(0));
-        root.insert("scenes".to_owned(), json!([only]));
         let generator = concat!("restir ", env!("CARGO_PKG_VERSION"));
         root.insert("asset".to_owned(), json!({ "version": "2.0", "generator": generator }));
         binary::container(Value::Object(root).to_string().into_bytes(), self.binary.bytes)
