@@ -164,7 +164,9 @@ pub struct SceneHeader {
     pub srgb_base: u32,
 }
 
-/// A camera. `right` and `up` span half of the image plane at distance `|forward|`, at which a lens is in focus.
+/// A camera with a thin lens, or a pinhole. `right` and `up` span half of the image plane at distance `|forward|`, which
+/// is the plane in focus if there is a lens. A point (x, y) of the unit disk is the point
+/// `position + right * (lens_right * x) + up * (lens_up * y)` of the lens.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct CameraParams {

@@ -6,6 +6,7 @@ pub mod data;
 pub mod device;
 pub mod flush;
 pub mod foreign;
+pub mod gltf_files;
 pub mod liveness;
 pub mod meshes;
 pub mod num;

@@ -2,7 +2,7 @@
 
 use glam::{UVec4, Vec3};
 use restir_shared::geometry::{Hit, Ray};
-use restir_shared::scene::{LightSample, Lights, Surface, SurfacePoint, Trace};
+use restir_shared::scene::{EnvironmentPoint, LightSample, Lights, Surface, SurfacePoint, Trace};
 
 /// A way of being wrong.
 pub trait Fault: Sync {
@@ -56,6 +56,10 @@ impl<S: Lights, F: Fault> Lights for Faulty<S, F> {
 
     fn light_density(&self, hit: &Hit) -> f32 {
         self.fault.density(self.scene.light_density(hit))
+    }
+
+    fn environment(&self, direction: Vec3) -> EnvironmentPoint {
+        self.scene.environment(direction)
     }
 }
 

@@ -231,7 +231,7 @@ fn oracle(scene: &Scene, buffers: &SceneBuffers) -> Oracle {
         let mirrored = instance.transform.matrix3.determinant() < 0.0;
         triangles.extend(mesh.indices.iter().map(|&[a, b, c]| Triangle {
             vertices: (if mirrored { [a, c, b] } else { [a, b, c] }).map(position),
-            reflectance: wide(material.reflectance),
+            reflectance: wide(material.base_color),
             emission: wide(material.emission),
             two_sided: material.two_sided_emission,
         }));

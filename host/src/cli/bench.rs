@@ -150,9 +150,7 @@ fn refuse_twice(what: &str, names: impl Iterator<Item = String>) -> Result<(), E
 
 fn subjects(arguments: &Arguments, matrix: &Matrix) -> Result<Vec<Subject>, Error> {
     let subject = |path: &PathBuf| {
-        let mut scene = Scene::open(path)?;
-        arguments.integral.complete(&mut scene, &matrix.integral)?;
-        let buffers = SceneBuffers::build(&scene)?;
+        let (scene, buffers) = arguments.integral.load(path, [matrix.integral.width, matrix.integral.height])?;
         matrix.techniques.iter().try_for_each(|technique| crate::render::check(&buffers, &technique.settings))?;
         let plot =
             format!("{}.svg", path.file_stem().unwrap_or_default().to_string_lossy().replace([' ', '(', ')'], "-"));

@@ -5,13 +5,14 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use restir_shared::glam::Vec3;
+use restir_shared::scene::LightKind;
 use serde_json::{Value, json};
 
 use super::reference::Integral;
-use super::render::{DEFAULT_SIZE, natural};
+use super::render::natural;
+use super::scene::DEFAULT_SIZE;
 use super::{console, device, settings};
 use crate::Error;
-use crate::buffers::SceneBuffers;
 use crate::render::RenderSettings;
 use crate::replay::{self, NextEvent, Path, Sample, Vertex};
 use crate::scene::Scene;
@@ -68,12 +69,13 @@ struct Explanation<'a> {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
-    let mut scene = Scene::open(&arguments.scene)?;
+    let additions = &arguments.integral.additions;
+    let mut scene = additions.open(&arguments.scene)?;
     let size = scene.default_size.unwrap_or(DEFAULT_SIZE);
     let mut settings = RenderSettings { seed: arguments.seed, ..arguments.integral.settings(size)? };
     arguments.settings.iter().try_for_each(|setting| settings::apply(&mut settings, setting))?;
-    arguments.integral.complete(&mut scene, &settings)?;
-    let buffers = SceneBuffers::build(&scene)?;
+    additions.complete(&mut scene, [settings.width, settings.height])?;
+    let buffers = additions.buffers(&scene)?;
     let Pixel { x, y } = arguments.pixel;
     let sample = Sample { x, y, index: arguments.sample };
     let path = replay::explain(&buffers, &settings, sample)?;
@@ -97,6 +99,19 @@ fn exact(v: Vec3) -> String {
     format!("({:e}, {:e}, {:e})", v.x, v.y, v.z)
 }
 
+fn kind(kind: LightKind) -> &'static str {
+    match kind {
+        LightKind::Area => "surface",
+        LightKind::Point => "point",
+        LightKind::Directional => "directional",
+        LightKind::Environment => "environment",
+    }
+}
+
+fn far(kind: LightKind) -> bool {
+    matches!(kind, LightKind::Directional | LightKind::Environment)
+}
+
 impl Explanation<'_> {
     fn material(&self, index: u32) -> &str {
         self.scene.materials.get(index as usize).map_or("?", |material| &material.name)
@@ -116,8 +131,15 @@ impl Explanation<'_> {
             vector(path.origin)
         );
         path.vertices.iter().enumerate().for_each(|(i, vertex)| text += &self.vertex(i + 1, vertex));
-        if let Some(direction) = path.miss {
-            let _ = writeln!(text, "{}. along {} nothing is hit", path.vertices.len() + 1, vector(direction));
+        if let Some(escape) = path.escape {
+            let (number, direction) = (path.vertices.len() + 1, vector(escape.direction));
+            let _ = write!(text, "{number}. along {direction} nothing is hit");
+            let _ = if escape.radiance == Vec3::ZERO {
+                writeln!(text)
+            } else {
+                let (radiance, added) = (vector(escape.radiance), exact(escape.contribution));
+                writeln!(text, "; the environment sends {radiance}: adds {added}")
+            };
         }
         let verdict = |same| if same { "the same bits" } else { "OTHER BITS" };
         let sum = path.sum_of_parts();
@@ -161,7 +183,7 @@ impl Explanation<'_> {
     fn light(&self, light: &NextEvent) -> String {
         let from = match (light.triangle, light.material) {
             (Some(triangle), Some(material)) => format!("triangle {triangle} ({})", self.material(material)),
-            _ => "a light".to_owned(),
+            _ => format!("a light ({})", kind(light.kind)),
         };
         let outcome = match (light.visible, light.blocker) {
             (None, _) => "cannot light this point".to_owned(),
@@ -170,7 +192,8 @@ impl Explanation<'_> {
             (Some(true), _) => format!("visible: adds {}", exact(light.contribution)),
         };
         let position = vector(light.position);
-        format!("   light from {from} at {position}, density {:.5} per area: {outcome}\n", light.density)
+        let at = if far(light.kind) { "towards" } else { "at" };
+        format!("   light from {from} {at} {position}, density {:.5}: {outcome}\n", light.density)
     }
 
     fn json(&self) -> String {
@@ -183,7 +206,11 @@ impl Explanation<'_> {
             "seed": self.settings.seed,
             "origin": path.origin.to_array(),
             "vertices": vertices,
-            "miss": path.miss.map(|direction| direction.to_array()),
+            "escape": path.escape.map(|escape| json!({
+                "direction": escape.direction.to_array(),
+                "radiance": escape.radiance.to_array(),
+                "contribution": escape.contribution.to_array(),
+            })),
             "radiance": path.radiance.to_array(),
             "film": self.film.to_array(),
             "sum_identical": same_bits(path.sum_of_parts(), path.radiance),
@@ -211,6 +238,7 @@ impl Explanation<'_> {
             "light": v.next_event.map(|light| json!({
                 "triangle": light.triangle,
                 "material": light.material.map(|material| self.material(material)),
+                "kind": kind(light.kind),
                 "position": light.position.to_array(),
                 "density": light.density,
                 "visible": light.visible,

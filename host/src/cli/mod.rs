@@ -17,12 +17,14 @@ mod console;
 mod device;
 mod devices;
 mod explain;
+mod export;
 mod info;
 mod interrupt;
 mod metadata;
 mod progress;
 mod reference;
 mod render;
+mod scene;
 mod scenes;
 mod settings;
 
@@ -44,6 +46,11 @@ struct Arguments {
 enum Command {
     /// Render a scene to an EXR file.
     Render(render::Arguments),
+    /// Write a scene as a .glb file, for other renderers.
+    ///
+    /// An environment is written as an EXR file beside it. The camera that a render would choose is written if the scene
+    /// has none.
+    Export(export::Arguments),
     /// List the built-in scenes.
     Scenes(scenes::Arguments),
     /// List the GPU adapters and whether their results are bit-identical to the CPU's.
@@ -117,6 +124,7 @@ fn silence_mesa() {
 fn run(command: Command) -> Result<(), Error> {
     match command {
         Command::Render(arguments) => render::run(&arguments),
+        Command::Export(arguments) => export::run(&arguments),
         Command::Scenes(arguments) => scenes::run(&arguments),
         Command::Devices => devices::run(),
         Command::Info(arguments) => info::run(&arguments),

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use super::progress::Reporter;
-use super::render::{Size, complete, natural};
+use super::render::{Size, natural};
+use super::scene::Additions;
 use super::{console, device, interrupt};
 use crate::Error;
 use crate::buffers::SceneBuffers;
@@ -55,9 +56,8 @@ pub(super) struct Integral {
     /// Spread the samples over the pixel instead of its centre.
     #[arg(long)]
     jitter: bool,
-    /// Add a light above the scene.
-    #[arg(long)]
-    default_light: bool,
+    #[command(flatten)]
+    pub(super) additions: Additions,
 }
 
 /// Where references are kept.
@@ -76,9 +76,12 @@ impl Integral {
         Ok(RenderSettings { width, height, samples: 1, seed: 0, path, dispatch_samples: None })
     }
 
-    /// Adds the camera and the light that the scene lacks.
-    pub(super) fn complete(&self, scene: &mut Scene, settings: &RenderSettings) -> Result<(), Error> {
-        complete(scene, settings, self.default_light)
+    /// The scene with what is added to it, and its buffers.
+    pub(super) fn load(&self, name_or_path: &Path, size: [u32; 2]) -> Result<(Scene, SceneBuffers), Error> {
+        let mut scene = self.additions.open(name_or_path)?;
+        self.additions.complete(&mut scene, size)?;
+        let buffers = self.additions.buffers(&scene)?;
+        Ok((scene, buffers))
     }
 }
 
@@ -97,10 +100,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
         return Err(Error::Setting("0 samples a pixel make no reference; give at least 1".to_owned()));
     }
     interrupt::install()?;
-    let mut scene = Scene::open(&arguments.scene)?;
     let settings = arguments.integral.settings(MEASURED_SIZE)?;
-    arguments.integral.complete(&mut scene, &settings)?;
-    let buffers = SceneBuffers::build(&scene)?;
+    let (scene, buffers) = arguments.integral.load(&arguments.scene, [settings.width, settings.height])?;
     crate::render::check(&buffers, &settings)?;
     let mut device = device::open(&arguments.device)?;
     let goal = Goal { samples: arguments.spp, time: arguments.seconds.map(Duration::from_secs) };

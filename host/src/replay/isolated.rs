@@ -4,13 +4,15 @@ use std::cell::Cell;
 
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::glam::{UVec4, Vec3};
-use restir_shared::scene::{LightSample, Lights, Surface, SurfacePoint, Trace};
+use restir_shared::scene::{EnvironmentPoint, LightSample, Lights, Surface, SurfacePoint, Trace};
 
 /// What shines. Vertices and light samples are counted from zero in the order of the path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Source {
     /// The surface at a vertex, as it does.
     Emission(u32),
+    /// The environment, where the path leaves the scene.
+    Environment,
     /// The light sample drawn at a vertex.
     LightSample(u32),
     /// The surface at a vertex, with radiance 1, where light sampling has the given density instead of its own; with
@@ -64,6 +66,10 @@ impl<S: Surface> Surface for Isolated<'_, S> {
         };
         SurfacePoint { emission, ..point }
     }
+
+    fn features(&self) -> u32 {
+        self.scene.features()
+    }
 }
 
 impl<S: Lights> Lights for Isolated<'_, S> {
@@ -81,5 +87,10 @@ impl<S: Lights> Lights for Isolated<'_, S> {
             Source::Unit { vertex, density } if vertex + 1 == self.surfaces.get() => density,
             _ => self.scene.light_density(hit),
         }
+    }
+
+    fn environment(&self, direction: Vec3) -> EnvironmentPoint {
+        let point = self.scene.environment(direction);
+        if self.source == Source::Environment { point } else { EnvironmentPoint { radiance: Vec3::ZERO, ..point } }
     }
 }

@@ -10,7 +10,7 @@ mod path;
 mod recording;
 
 pub use isolated::{Isolated, Source};
-pub use path::{Emission, NextEvent, Path, Vertex, explain};
+pub use path::{Emission, Escape, NextEvent, Path, Vertex, explain};
 pub use recording::{Counts, Event, Recording};
 
 use std::ops::ControlFlow;
@@ -57,7 +57,8 @@ pub fn film(
 ) -> Result<Vec<FilmPixel>, Error> {
     let (buffers, pass) = sample_pass(scene, settings, index)?;
     let outputs = pass.bindings.last().copied().into_iter().collect();
-    let plan = FramePlan { buffers, passes: Box::new(std::iter::once(pass)), pass_count: 1, outputs };
+    let plan =
+        FramePlan { buffers, passes: Box::new(std::iter::once(pass)), pass_count: 1, outputs, scene: Some(scene) };
     let words = executor.run(plan, &mut |_| ControlFlow::Continue(()))?;
     Ok(bytemuck::cast_slice(words.first().map_or(&[], |words| words)).to_vec())
 }

@@ -3,7 +3,7 @@
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::glam::Vec3;
 use restir_shared::layout::{PathParams, TRIANGLE_WORDS};
-use restir_shared::scene::{LightSample, SceneView, SurfacePoint, Trace};
+use restir_shared::scene::{LightKind, LightSample, SceneView, SurfacePoint, Trace};
 use restir_shared::vec::dot;
 
 use super::{Event, Isolated, Recording, Sample, Source, params, trace};
@@ -18,8 +18,8 @@ pub struct Path {
     pub origin: Vec3,
     /// Every hit, in order.
     pub vertices: Vec<Vertex>,
-    /// Direction of the last segment, if it hit nothing.
-    pub miss: Option<Vec3>,
+    /// The last segment, if it hit nothing.
+    pub escape: Option<Escape>,
     /// The sample's radiance, as the film has it.
     pub radiance: Vec3,
 }
@@ -63,16 +63,29 @@ pub struct Emission {
     pub contribution: Vec3,
 }
 
-/// A point drawn on an emitter.
+/// A segment that leaves the scene.
+#[derive(Clone, Copy, Debug)]
+pub struct Escape {
+    /// Its direction; it has unit length.
+    pub direction: Vec3,
+    /// Radiance of the environment in that direction.
+    pub radiance: Vec3,
+    /// What it adds to the sample.
+    pub contribution: Vec3,
+}
+
+/// A light sample, on an emitter or in the direction of one.
 #[derive(Clone, Copy, Debug)]
 pub struct NextEvent {
     /// The emitter's triangle; `None` if it has none.
     pub triangle: Option<u32>,
     /// Index of the emitter's material.
     pub material: Option<u32>,
-    /// World position.
+    /// What it lies on.
+    pub kind: LightKind,
+    /// World position; the direction towards a light at infinity.
     pub position: Vec3,
-    /// Density per area with which it was drawn.
+    /// Density with which it was drawn: per area on a surface, per steradian in the environment, else a probability.
     pub density: f32,
     /// Whether the light reaches the vertex; `None` if no ray was needed to know that it adds nothing.
     pub visible: Option<bool>,
@@ -88,6 +101,7 @@ impl Path {
         let parts = self.vertices.iter().flat_map(|v| {
             [Some(v.emission.contribution), v.next_event.map(|light| light.contribution)].into_iter().flatten()
         });
+        let parts = parts.chain(self.escape.map(|escape| escape.contribution));
         parts.fold(Vec3::ZERO, |sum, part| sum + part)
     }
 }
@@ -120,7 +134,7 @@ impl Replay<'_> {
     fn path(&self) -> Path {
         let recording = Recording::new(self.view);
         let radiance = Vec3::from_array(trace(&recording, &self.params, self.x, self.y).sum);
-        let mut path = Path { origin: Vec3::ZERO, vertices: Vec::new(), miss: None, radiance };
+        let mut path = Path { origin: Vec3::ZERO, vertices: Vec::new(), escape: None, radiance };
         let (mut segment, mut light_samples) = (None, 0);
         for event in recording.into_events() {
             match event {
@@ -128,8 +142,14 @@ impl Replay<'_> {
                     if segment.is_none() {
                         path.origin = ray.origin;
                     }
-                    path.miss = (!hit.is_hit()).then_some(ray.direction);
                     segment = Some((ray, hit));
+                }
+                Event::Environment(point) => {
+                    path.escape = segment.map(|(ray, _)| Escape {
+                        direction: ray.direction,
+                        radiance: point.radiance,
+                        contribution: self.only(Source::Environment),
+                    });
                 }
                 Event::Surface(point) => {
                     let vertex = segment.map(|(ray, hit)| self.vertex(path.vertices.len() as u32, &ray, &hit, &point));
@@ -206,6 +226,7 @@ impl Replay<'_> {
         NextEvent {
             triangle,
             material: triangle.map(|triangle| self.owner(triangle).0),
+            kind: light.kind,
             position: light.position,
             density: light.density,
             visible: None,
@@ -216,6 +237,9 @@ impl Replay<'_> {
 
     /// The triangle that a point was drawn on: the nearest to the point, seen from just above it.
     fn triangle_below(&self, light: &LightSample) -> Option<u32> {
+        if light.kind != LightKind::Area {
+            return None;
+        }
         let ray = Ray {
             origin: light.position + light.normal * light.offset,
             direction: -light.normal,

@@ -3,8 +3,8 @@
 use std::cell::RefCell;
 
 use restir_shared::geometry::{Hit, Ray};
-use restir_shared::glam::UVec4;
-use restir_shared::scene::{LightSample, Lights, Surface, SurfacePoint, Trace};
+use restir_shared::glam::{UVec4, Vec3};
+use restir_shared::scene::{EnvironmentPoint, LightSample, Lights, Surface, SurfacePoint, Trace};
 
 /// A question and its answer.
 #[derive(Clone, Copy)]
@@ -22,6 +22,8 @@ pub enum Event {
     LightDensity(f32),
     /// A point on an emitter.
     LightSample(LightSample),
+    /// What arrives along the last ray, which hit nothing.
+    Environment(EnvironmentPoint),
     /// Whether a segment is blocked.
     Occluded {
         /// The segment.
@@ -86,7 +88,7 @@ impl<'a, S> Recording<'a, S> {
             match event {
                 Event::Closest { .. } => counts.closest += 1,
                 Event::Surface(_) => counts.surfaces += 1,
-                Event::LightDensity(_) => {}
+                Event::LightDensity(_) | Event::Environment(_) => {}
                 Event::LightSample(_) => counts.light_samples += 1,
                 Event::Occluded { .. } => counts.shadow += 1,
             }
@@ -114,6 +116,10 @@ impl<S: Surface> Surface for Recording<'_, S> {
     fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         self.note(self.scene.surface(ray, hit), |&point| Event::Surface(point))
     }
+
+    fn features(&self) -> u32 {
+        self.scene.features()
+    }
 }
 
 impl<S: Lights> Lights for Recording<'_, S> {
@@ -123,5 +129,9 @@ impl<S: Lights> Lights for Recording<'_, S> {
 
     fn light_density(&self, hit: &Hit) -> f32 {
         self.note(self.scene.light_density(hit), |&density| Event::LightDensity(density))
+    }
+
+    fn environment(&self, direction: Vec3) -> EnvironmentPoint {
+        self.note(self.scene.environment(direction), |&point| Event::Environment(point))
     }
 }

@@ -119,7 +119,7 @@ pub struct LightSample {
 }
 
 /// What a light sample lies on. Scattering finds the first and the last kind, too.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum LightKind {
     /// A surface.

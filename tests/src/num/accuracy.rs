@@ -303,14 +303,14 @@ fn random_factors(index: u64) -> [f32; 4] {
     };
     let [a, b, c] = std::array::from_fn(|_| factor());
     let beside = |x: f32| f32::from_bits(x.to_bits().wrapping_add(index as u32 >> 2 & 3));
-    let magnitudes = FACTOR_EXPONENTS.start as f32 - 127.0..FACTOR_EXPONENTS.end as f32 - 127.0;
+    let magnitudes = f64::from(FACTOR_EXPONENTS.start) - 127.0..f64::from(FACTOR_EXPONENTS.end) - 127.0;
     match index % 4 {
         0 => [a, b, c, factor()],
         1 => [a, b, -beside(a), beside(b)],
         2 => [a, b, -beside(b), beside(a)],
         _ => {
             let d = -(f64::from(a) * f64::from(b) / f64::from(c)) as f32;
-            if d != 0.0 && magnitudes.contains(&d.abs().log2()) { [a, b, c, d] } else { [a, b, b, -a] }
+            if d != 0.0 && magnitudes.contains(&f64::from(d.abs()).log2()) { [a, b, c, d] } else { [a, b, b, -a] }
         }
     }
 }

@@ -106,7 +106,8 @@ impl Domain for Cap {
 
     fn coordinates(&self, [x, y, z]: &[f64; 3]) -> Option<[f64; 2]> {
         let r2 = x * x + y * y;
-        if !((r2 + z * z - 1.0).abs() < SLACK) {
+        let off = (r2 + z * z - 1.0).abs();
+        if off.is_nan() || off >= SLACK {
             return None;
         }
         // the difference would lose the digits of a narrow cone
