@@ -166,7 +166,7 @@ fn a_compensated_sum_keeps_what_a_plain_one_loses() -> Result<(), Failed> {
     let terms: Vec<f32> = (0..100_000)
         .map(|i| {
             let mut random = SplitMix::new(i);
-            random.range(-1.0, 1.1) as f32 * f32::exp2(random.below(24) as f32)
+            (random.range(-1.0, 1.1) * f64::exp2(random.below(24) as f64)) as f32
         })
         .collect();
     let exact: f64 = terms.iter().map(|&x| f64::from(x)).sum();

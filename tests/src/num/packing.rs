@@ -1,5 +1,6 @@
 //! Packed formats against their definitions.
 
+use super::accuracy::power_of_two;
 use super::sweep::sweep;
 use super::{Effort, Tally};
 use crate::random::SplitMix;
@@ -46,7 +47,7 @@ fn is_nearest(x: f32, code: u32) -> bool {
     neighbours
         .iter()
         .filter(|&&n| n != magnitude && n < 0x7c00)
-        .all(|&n| own < distance(n) || (own == distance(n) && magnitude % 2 == 0))
+        .all(|&n| own < distance(n) || (own == distance(n) && magnitude.is_multiple_of(2)))
 }
 
 /// Conversion to half, over all bit patterns (all of a stride) and all midpoints and their neighbours.
@@ -96,7 +97,7 @@ pub fn shared_exponent(encode: impl Fn(Vec3) -> u32 + Sync, decode: impl Fn(u32)
         let mut channel = || match random.below(16) {
             0 => EDGES[random.below(EDGES.len())],
             // a multiple of half a unit: ties
-            1..=4 => random.below(1024) as f32 * f32::exp2(random.below(30) as f32 - 20.0),
+            1..=4 => random.below(1024) as f32 * power_of_two(random.below(30) as i32 - 20) as f32,
             _ => f32::from_bits(((100 + random.below(45) as u32) << 23) | (random.word() as u32 & 0x007f_ffff)),
         };
         let rgb = [channel(), channel(), channel()];
