@@ -1,4 +1,5 @@
-//! Probes of the numeric contract: every function of `num` and the discriminators, on given operands.
+//! Probes of the numeric contract: the discriminators, and the functions of `num` that every technique uses, on given
+//! operands. `num_probe` has the others.
 
 use restir_shared::layout::Extent;
 use restir_shared::num::{self, eft};

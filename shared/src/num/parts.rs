@@ -11,9 +11,10 @@ pub(super) const INFINITY: u32 = 0x7f80_0000;
 pub(super) const NAN: u32 = 0x7fc0_0000;
 
 const SQRT_HALF: u32 = 0x3f35_04f3;
+/// Adding and subtracting 1.5 x 2^23 rounds to an integer, which then stands in the low bits.
 const ROUNDER: f32 = 12_582_912.0;
 
-/// The integer in the low bits of `x + 1.5 2^23`: `x` rounded, for |x| < 2^22.
+/// `x` rounded to an integer, for |x| < 2^22.
 #[inline(always)]
 pub(super) fn nearest(x: f32) -> i32 {
     ((x + ROUNDER).to_bits() as i32).wrapping_sub(ROUNDER.to_bits() as i32)

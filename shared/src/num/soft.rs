@@ -12,16 +12,12 @@
 //! Conditions are joined by `|` and `&`, which become selects; `||` would become a branch each on the device.
 
 use super::mul_wide;
+use super::parts::{INFINITY, NAN, SIGN, nearest};
 
 /// How far a seed may be off, in units of the 25-bit result: 8 units in the last place of an f32, twice over.
 pub const SEED_SLACK: u32 = 16;
 
-const SIGN: u32 = 0x8000_0000;
-const INFINITY: u32 = 0x7f80_0000;
-const NAN: u32 = 0x7fc0_0000;
 const HIDDEN: u32 = 0x0080_0000;
-/// Adding and subtracting 1.5 x 2^23 rounds to an integer, which then stands in the low bits.
-const ROUNDER: f32 = 12_582_912.0;
 const LARGEST_BELOW_2: f32 = 1.999_999_9;
 // Literal quotients would be divisions on the device; constants are folded.
 const TWO_POW_M17: f32 = 1.0 / 131_072.0;
@@ -42,12 +38,6 @@ fn mantissa(bits: u32) -> u32 {
 #[inline(always)]
 fn unit(mantissa: u32) -> f32 {
     f32::from_bits((mantissa & 0x007f_ffff) | 0x3f80_0000)
-}
-
-/// `x` rounded to an integer, for |x| < 2^22.
-#[inline(always)]
-fn round(x: f32) -> i32 {
-    ((x + ROUNDER).to_bits() as i32).wrapping_sub(ROUNDER.to_bits() as i32)
 }
 
 /// Drops the extra bit of a 25-bit result, rounding to nearest, and puts it under the given exponent.
@@ -89,7 +79,7 @@ fn seed25(x: f32) -> u32 {
 pub fn div_mantissa(a: u32, b: u32, seed: u32, y: f32) -> u32 {
     let shift = if a < b { 25 } else { 24 };
     let residual = (a << shift).wrapping_sub(seed.wrapping_mul(b)) as i32;
-    let step = round(residual as f32 * (y * TWO_POW_M23));
+    let step = nearest(residual as f32 * (y * TWO_POW_M23));
     let rest = residual.wrapping_sub(step.wrapping_mul(b as i32));
     let q = seed.wrapping_add(step as u32);
     if rest < 0 { q.wrapping_sub(1) } else { q }
@@ -101,7 +91,7 @@ pub fn div_mantissa(a: u32, b: u32, seed: u32, y: f32) -> u32 {
 #[inline(always)]
 pub fn recip_mantissa(m: u32, seed: u32, y: f32) -> u32 {
     let residual = seed.wrapping_mul(m).wrapping_neg() as i32;
-    let step = round(residual as f32 * (y * TWO_POW_M23));
+    let step = nearest(residual as f32 * (y * TWO_POW_M23));
     let rest = residual.wrapping_sub(step.wrapping_mul(m as i32));
     let q = seed.wrapping_add(step as u32);
     if rest < 0 { q.wrapping_sub(1) } else { q }
@@ -113,7 +103,7 @@ pub fn recip_mantissa(m: u32, seed: u32, y: f32) -> u32 {
 #[inline(always)]
 pub fn sqrt_mantissa(m: u32, seed: u32, y: f32) -> u32 {
     let residual = (m << 25).wrapping_sub(seed.wrapping_mul(seed)) as i32;
-    let step = round(residual as f32 * (y * TWO_POW_M25));
+    let step = nearest(residual as f32 * (y * TWO_POW_M25));
     let twice = seed.wrapping_mul(2).wrapping_add(step as u32);
     let rest = residual.wrapping_sub(step.wrapping_mul(twice as i32));
     let s = seed.wrapping_add(step as u32);
@@ -131,7 +121,7 @@ pub fn rsqrt_mantissa(m: u32, seed: u32, y: f32) -> u32 {
     let product_hi = square_hi.wrapping_mul(m).wrapping_add(carry);
     let lo = product_lo.wrapping_neg();
     let hi = if product_lo == 0 { product_hi.wrapping_neg() } else { !product_hi };
-    let step = round(hi as i32 as f32 * (y * TWO_POW_M17));
+    let step = nearest(hi as i32 as f32 * (y * TWO_POW_M17));
     // rest = residual - m (step (2 seed + step)); only its sign matters
     let grow = step.wrapping_mul(seed.wrapping_mul(2).wrapping_add(step as u32) as i32);
     let (grown_hi, grown_lo) = mul_wide(grow as u32, m);

@@ -1,5 +1,6 @@
 //! Packed formats against their definitions.
 
+use super::accuracy::power_of_two;
 use super::sweep::sweep;
 use super::{Effort, Tally};
 use crate::random::SplitMix;
@@ -96,7 +97,7 @@ pub fn shared_exponent(encode: impl Fn(Vec3) -> u32 + Sync, decode: impl Fn(u32)
         let mut channel = || match random.below(16) {
             0 => EDGES[random.below(EDGES.len())],
             // a multiple of half a unit: ties
-            1..=4 => random.below(1024) as f32 * f64::exp2(random.below(30) as f64 - 20.0) as f32,
+            1..=4 => random.below(1024) as f32 * power_of_two(random.below(30) as i32 - 20) as f32,
             _ => f32::from_bits(((100 + random.below(45) as u32) << 23) | (random.word() as u32 & 0x007f_ffff)),
         };
         let rgb = [channel(), channel(), channel()];
