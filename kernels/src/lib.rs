@@ -20,6 +20,7 @@ kernels! {
     film_add,
     film_resolve,
     path,
+    sampler_check,
     self_check,
     #[cfg(feature = "size-probe")]
     size_probe,

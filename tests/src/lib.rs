@@ -14,5 +14,6 @@ pub mod random;
 pub mod rays;
 pub mod scenes;
 pub mod stats;
+pub mod stress;
 pub mod suite;
 pub mod wrong;

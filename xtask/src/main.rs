@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use xtask::{Error, num, parity, shader, timer};
+use xtask::{Error, num, parity, shader, stress, timer};
 
 /// Tools of the project.
 #[derive(Parser)]
@@ -22,6 +22,8 @@ enum Task {
     Num(num::Options),
     /// Compare every kernel on every adapter with the host and print the table.
     Parity(parity::Options),
+    /// Test functions at the ends of their ranges against f64 and print the report.
+    Stress(stress::Options),
 }
 
 fn run(task: Task) -> Result<(), Error> {
@@ -29,6 +31,7 @@ fn run(task: Task) -> Result<(), Error> {
         Task::Shader(command) => shader::run(command, Some(timer::time_on_devices)),
         Task::Num(options) => num::run(&options),
         Task::Parity(options) => parity::run(&options),
+        Task::Stress(options) => stress::run(&options),
     }
 }
 

@@ -35,7 +35,10 @@ pub fn sample_bounded_exponential(u: f32, rate: f32, t_max: f32) -> f32 {
     if depth < THIN {
         t_max * (u * (1.0 - 0.5 * depth * (1.0 - u)))
     } else {
-        num::min(num::div(-log1p(u * expm1(-depth)), rate), t_max)
+        let absorbed = u * -expm1(-depth);
+        // where little is left, what is left must not come from a difference
+        let log = if absorbed > 0.5 { num::ln((1.0 - u) + u * num::exp(-depth)) } else { log1p(-absorbed) };
+        num::min(num::div(-log, rate), t_max)
     }
 }
 
