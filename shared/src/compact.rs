@@ -133,9 +133,9 @@ pub fn gather(p: &CompactParams, words: &[u32], offsets: &[u32], rank: u32) -> u
         return NONE;
     }
     // the bucket, then the block of it, that begins last at or before the rank: those that are empty begin with the next
-    let bucket = last_at_most(rank, p.buckets, |bucket| offsets[bucket.wrapping_mul(p.blocks) as usize]);
+    let bucket = last_at_most(rank, offsets, 0, p.blocks, p.buckets);
     let row = bucket.wrapping_mul(p.blocks);
-    let block = last_at_most(rank, p.blocks, |block| offsets[row.wrapping_add(block) as usize]);
+    let block = last_at_most(rank, offsets, row, 1, p.blocks);
     let mut left = rank.wrapping_sub(offsets[row.wrapping_add(block) as usize]);
     let mut item = block << BLOCK_LOG2;
     let end = smaller(item.wrapping_add(BLOCK), p.items);
@@ -167,14 +167,15 @@ fn sum_range(values: &[u32], mut at: u32, end: u32) -> u32 {
     sum
 }
 
-/// The last index below `count` whose value, of values that do not decrease, is at most `limit`; the first is.
+/// The last of `count` indices whose value is at most `limit`; the first one's is. Values do not decrease; that of the
+/// index i is `values[first + i stride]`.
 #[inline(always)]
-fn last_at_most(limit: u32, count: u32, value: impl Fn(u32) -> u32) -> u32 {
+fn last_at_most(limit: u32, values: &[u32], first: u32, stride: u32, count: u32) -> u32 {
     let mut index = 0_u32;
     let mut end = count;
     while end.wrapping_sub(index) > 1 {
         let middle = index.wrapping_add(end.wrapping_sub(index) >> 1);
-        if value(middle) <= limit {
+        if values[first.wrapping_add(middle.wrapping_mul(stride)) as usize] <= limit {
             index = middle;
         } else {
             end = middle;
