@@ -21,6 +21,7 @@ kernels! {
     film_resolve,
     num_probe,
     path,
+    sampler_check,
     self_check,
     #[cfg(feature = "size-probe")]
     size_probe,

@@ -1,6 +1,7 @@
 //! Inputs for the parity cases.
 
 use crate::num_probe::NumOperands;
+use crate::sampler_check::SamplerOperands;
 use crate::self_check::Operands;
 use restir_shared::glam::UVec4;
 use restir_shared::layout::FilmPixel;
@@ -135,4 +136,35 @@ pub fn num_random(count: u32) -> Vec<NumOperands> {
         NumOperands { x, y, z, factors: [a, b, c, d], word: v.w }
     };
     (0..count).map(operands).collect()
+}
+
+/// Every combination of the ends of the samplers' ranges.
+pub(crate) fn sampler_ends() -> Vec<SamplerOperands> {
+    const STEP: f32 = 1.0 / 16_777_216.0;
+    let units = [0.0, STEP, 0.25, 0.5 - STEP, 0.5, 0.75, 1.0 - STEP];
+    let words = [0, 1, 2, 0x4000_00ff, 0xc123_4567, u32::MAX - 1, u32::MAX];
+    let mut operands = Vec::new();
+    for (u, v) in units.iter().flat_map(|&u| units.map(|v| (u, v))) {
+        for (versine, rate, t_max) in
+            [(1.0e-12, 1.0e-6, 1.0e-4), (1.0e-4, 1.0e-3, 0.45), (0.5, 3.0, 1.0e5), (2.0, 1.0e6, 2.5)]
+        {
+            let words = [words[operands.len() % 7], words[operands.len() / 7 % 7]];
+            operands.push(SamplerOperands { u: [u, v], words, versine, rate, t_max, reserved: 0 });
+        }
+    }
+    operands
+}
+
+/// Pseudo-random operands of the samplers.
+pub(crate) fn random_sampler_operands(count: u32) -> Vec<SamplerOperands> {
+    // magnitudes over 2^20
+    let wide = |word: u32| f32::from_bits((word & 0x007f_ffff) | ((117 + (word >> 23) % 20) << 23));
+    (0..count)
+        .map(|i| {
+            let (a, b) = (pcg4d(UVec4::new(i, 0, 0, 101)), pcg4d(UVec4::new(i, 0, 0, 103)));
+            let versine = 2.0 - 2.0 * unit(b.x);
+            let u = [unit(a.x), unit(a.y)];
+            SamplerOperands { u, words: [a.z, a.w], versine, rate: wide(b.y), t_max: wide(b.z), reserved: 0 }
+        })
+        .collect()
 }

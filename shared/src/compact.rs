@@ -167,8 +167,8 @@ fn sum_range(values: &[u32], mut at: u32, end: u32) -> u32 {
     sum
 }
 
-/// The last index i below `count` of which `values[first + i stride]`, which does not decrease, is at most `limit`; that
-/// of 0 is. No closure in place of the values: one that holds a slice leaves a structure of pointers, which naga refuses.
+/// The last of `count` indices whose value is at most `limit`; the first one's is. Values do not decrease; that of the
+/// index i is `values[first + i stride]`.
 #[inline(always)]
 fn last_at_most(limit: u32, values: &[u32], first: u32, stride: u32, count: u32) -> u32 {
     let mut index = 0_u32;

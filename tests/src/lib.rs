@@ -16,6 +16,7 @@ pub mod random;
 pub mod rays;
 pub mod scenes;
 pub mod stats;
+pub mod stress;
 pub mod suite;
 pub mod watertight;
 pub mod wrong;

@@ -6,6 +6,7 @@ pub mod error;
 pub mod num;
 pub mod parity;
 pub mod shader;
+pub mod stress;
 pub mod timer;
 pub mod unbiased;
 pub mod watertight;

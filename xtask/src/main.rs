@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use xtask::{Error, num, parity, shader, timer, unbiased, watertight};
+use xtask::{Error, num, parity, shader, stress, timer, unbiased, watertight};
 
 /// Tools of the project.
 #[derive(Parser)]
@@ -26,6 +26,8 @@ enum Task {
     Watertight(watertight::Options),
     /// Test a technique for bias, tile by tile; can be interrupted and continued.
     Unbiased(unbiased::Options),
+    /// Test functions at the ends of their ranges against f64 and print the report.
+    Stress(stress::Options),
 }
 
 fn run(task: Task) -> Result<(), Error> {
@@ -35,6 +37,7 @@ fn run(task: Task) -> Result<(), Error> {
         Task::Parity(options) => parity::run(&options),
         Task::Watertight(options) => watertight::run(&options),
         Task::Unbiased(options) => unbiased::run(&options),
+        Task::Stress(options) => stress::run(&options),
     }
 }
 

@@ -104,7 +104,7 @@ fn replace_table(document: &str, table: impl FnOnce(&str) -> String) -> Result<S
 }
 
 /// Writes beside the file and renames, so that it is never half written.
-fn write(path: &Path, text: &str) -> Result<(), Error> {
+pub(crate) fn write(path: &Path, text: &str) -> Result<(), Error> {
     let io = || Error::io("write", path);
     let folder = path.parent().unwrap_or(Path::new("."));
     let mut file = NamedTempFile::new_in(folder).map_err(io())?;

@@ -18,7 +18,8 @@ pub struct Cell {
     /// Its probability, rounded to an `f32`.
     pub probability: f32,
     /// Position within the item, in (0, 1), of what the choice has left of the random word: uniform over the centres
-    /// of as many equal parts as the item has words, so it has 32 bits less those of the choice, and at most 24.
+    /// of as many equal parts as the item has words, so it has 32 bits less those of the choice, and at most 24. With so
+    /// many bits it may serve as the next random number.
     pub fraction: f32,
 }
 

@@ -13,7 +13,7 @@ const TWELFTH: f32 = 1.0 / 12.0;
 /// largest `u` is 1 - 2^-24.
 #[inline(always)]
 pub fn sample_exponential(u: f32, rate: f32) -> f32 {
-    num::div(-log1p(-u), rate)
+    num::div(-ln_1p(-u), rate)
 }
 
 /// `rate exp(-rate t)` per length, for `t` >= 0.
@@ -35,7 +35,10 @@ pub fn sample_bounded_exponential(u: f32, rate: f32, t_max: f32) -> f32 {
     if depth < THIN {
         t_max * (u * (1.0 - 0.5 * depth * (1.0 - u)))
     } else {
-        num::min(num::div(-log1p(u * expm1(-depth)), rate), t_max)
+        let absorbed = u * -expm1(-depth);
+        // where little is left, what is left must not come from a difference
+        let log = if absorbed > 0.5 { num::ln((1.0 - u) + u * num::exp(-depth)) } else { ln_1p(-absorbed) };
+        num::min(num::div(-log, rate), t_max)
     }
 }
 
@@ -63,7 +66,7 @@ pub fn invert_bounded_exponential(t: f32, rate: f32, t_max: f32) -> f32 {
 
 /// ln(1 + x) for x >= -1: the rounding of `1 + x` is divided out (Kahan; Goldberg 1991, theorem 4).
 #[inline(always)]
-fn log1p(x: f32) -> f32 {
+fn ln_1p(x: f32) -> f32 {
     let w = 1.0 + x;
     let rounded = w - 1.0;
     if rounded == 0.0 { x } else { num::ln(w) * num::div(x, rounded) }

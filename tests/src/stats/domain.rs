@@ -106,8 +106,7 @@ impl Domain for Cap {
 
     fn coordinates(&self, [x, y, z]: &[f64; 3]) -> Option<[f64; 2]> {
         let r2 = x * x + y * y;
-        let off = (r2 + z * z - 1.0).abs();
-        if off.is_nan() || off >= SLACK {
+        if !(1.0 - SLACK..1.0 + SLACK).contains(&(r2 + z * z)) {
             return None;
         }
         // the difference would lose the digits of a narrow cone

@@ -5,6 +5,7 @@ mod densities;
 mod discrete;
 mod inverses;
 mod random;
+mod stress;
 mod support;
 
 use restir_tests::suite::run;
@@ -34,5 +35,7 @@ fn main() -> ExitCode {
         ("points_invert", inverses::points_invert),
         ("distances_invert", inverses::distances_invert),
         ("inverses_stay_below_one", inverses::inverses_stay_below_one),
+        ("ends_of_ranges_hold", stress::ends_of_ranges_hold),
+        ("forms_that_cancel_are_seen", stress::forms_that_cancel_are_seen),
     ])
 }

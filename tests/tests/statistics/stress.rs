@@ -1,0 +1,52 @@
+//! The rows of `cargo xtask stress`, on fewer random inputs.
+
+use libtest_mimic::Failed;
+use restir_tests::stress::{Axis, Effort, Expected, Row, run};
+use restir_tests::suite::ensure;
+
+pub(crate) fn ends_of_ranges_hold() -> Result<(), Failed> {
+    let mut wrong = Vec::new();
+    for (row, finding) in run(Effort::Reduced).into_iter().flat_map(|(_, rows)| rows) {
+        println!("{}: {:.1e} of {:.0e} on {} inputs", row.name, finding.worst, row.tolerance, finding.inputs);
+        if !finding.passed() {
+            let Row { name, tolerance, .. } = row;
+            wrong.push(format!("{name}: {:.1e} at {:?}, allowed {tolerance:e}", finding.worst, finding.worst_at));
+        }
+    }
+    ensure(wrong.is_empty(), || wrong.join("\n"))
+}
+
+/// The textbook's forms, which cancel.
+pub(crate) fn forms_that_cancel_are_seen() -> Result<(), Failed> {
+    let depth = [("u", Axis::Unit), ("optical depth", Axis::Log(1.0e-12, 1.0e6))];
+    let bounded: fn(&[f64]) -> Vec<Expected> = |p| vec![Expected::relative(-(p[0] * (-p[1]).exp_m1()).ln_1p() / p[1])];
+    let naive = Row::new(
+        "bounded exponential by 1 - exp(-x)",
+        &depth,
+        |p| {
+            let (u, depth) = (p[0], p[1]);
+            vec![-restir_shared::num::ln(1.0 - u * (1.0 - restir_shared::num::exp(-depth))) / depth]
+        },
+        bounded,
+    );
+    let end = Row::new(
+        "bounded exponential without care for its end",
+        &depth,
+        |p| {
+            // the product is rounded, the logarithm is not
+            let product = p[0] * f64::from(-p[1]).exp_m1() as f32;
+            vec![(-f64::from(product).ln_1p() / f64::from(p[1])) as f32]
+        },
+        bounded,
+    );
+    let narrow = Row::new(
+        "depth of a cone by its cosine",
+        &[("u", Axis::Unit), ("versine", Axis::Log(1.0e-12, 2.0))],
+        |p| vec![1.0 - (1.0 - p[0] * p[1])],
+        |p| vec![Expected::relative(p[0] * p[1])],
+    );
+    for row in [naive, end, narrow] {
+        ensure(!row.run(Effort::Reduced).passed(), || format!("passes: {}", row.name))?;
+    }
+    Ok(())
+}

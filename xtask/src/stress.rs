@@ -1,0 +1,42 @@
+//! `cargo xtask stress`: every function at the ends of its range against an `f64` shadow, and the report of it.
+
+use std::path::Path;
+use std::time::Instant;
+
+use clap::Args;
+use restir_tests::stress::{Effort, markdown, run as run_rows};
+
+use crate::{Error, num};
+
+/// Options of `cargo xtask stress`.
+#[derive(Args)]
+pub struct Options {
+    /// Test a million random inputs for each function instead of a few thousand.
+    #[arg(long)]
+    full: bool,
+    /// Replace docs/stress.md; implies --full.
+    #[arg(long)]
+    write: bool,
+}
+
+/// Runs everything, prints the report and writes it where asked, also if something failed: the report shows what.
+///
+/// # Errors
+/// [`Error::Failed`] if a function is off by more than it may; [`Error::Io`] if the report cannot be written.
+pub fn run(options: &Options) -> Result<(), Error> {
+    let start = Instant::now();
+    let groups = run_rows(if options.full || options.write { Effort::Full } else { Effort::Reduced });
+    let report = markdown(&groups);
+    println!("{report}");
+    eprintln!("{:.1} s", start.elapsed().as_secs_f64());
+    if options.write {
+        num::write(&Path::new(env!("CARGO_MANIFEST_DIR")).with_file_name("docs").join("stress.md"), &report)?;
+    }
+    let rows = groups.iter().flat_map(|(_, rows)| rows);
+    let failed: Vec<_> = rows.filter(|(_, finding)| !finding.passed()).map(|(row, _)| row.name).collect();
+    if failed.is_empty() {
+        Ok(())
+    } else {
+        Err(Error::Failed(format!("off by more than allowed: {}", failed.join(", "))))
+    }
+}
