@@ -182,9 +182,8 @@ mod tests {
             } else {
                 let first = (reference & ((1 << LEAF_COUNT_SHIFT) - 1)) as usize;
                 let count = ((reference & !LEAF) >> LEAF_COUNT_SHIFT) as usize;
-                let union = bvh.order[first..first + count]
-                    .iter()
-                    .fold(Bounds::EMPTY, |b, &i| b.union(boxes[i as usize]));
+                let union =
+                    bvh.order[first..first + count].iter().fold(Bounds::EMPTY, |b, &i| b.union(boxes[i as usize]));
                 assert_eq!(bounds, union);
             }
         }

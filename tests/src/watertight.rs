@@ -51,7 +51,10 @@ impl<'a> Closed<'a> {
             let thickness = self.closest(start + inwards * margin, inwards).t;
             let origin = start + inwards * (thickness * random.range(0.25, 0.75) as f32);
             let axes = [Vec3::X, Vec3::Y, Vec3::Z];
-            axes.iter().flat_map(|&axis| [axis, -axis]).all(|axis| self.sees_back(origin, axis, margin)).then_some(origin)
+            axes.iter()
+                .flat_map(|&axis| [axis, -axis])
+                .all(|axis| self.sees_back(origin, axis, margin))
+                .then_some(origin)
         };
         (0..TRIES).find_map(candidate).expect("most normals of a closed mesh lead inside")
     }
