@@ -1,10 +1,10 @@
 //! How fast one thread finds closest hits: random chords of the bounding sphere and coherent primary rays.
 //!
-//! `trace_rays <scene>` prints Mrays/s of the arena's traversal and of the wide BVH, medians of seven.
+//! `trace_rays <scene>` prints Mrays/s of the arena's traversal and of the wide BVH at each level of the processor.
 //!
 //! `trace_rays <scene> <folder>` serves `scripts/compare_embree.py`: it writes the triangles in the order of their ids and
 //! the rays to the folder, then traces a set whenever its name arrives on the standard input, writes the hits, and
-//! answers with the seconds that it took.
+//! answers with the seconds that each chunk took.
 
 use glam::{DVec3, Vec2, Vec3};
 use restir_host::buffers::SceneBuffers;
@@ -23,6 +23,8 @@ use std::time::Instant;
 
 const SIDE: u32 = 1024;
 const RUNS: usize = 7;
+/// Rays that are timed together: short enough to be left alone by other processes now and then.
+const CHUNK: usize = 1 << 13;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -64,44 +66,37 @@ fn chords(bounds: [[f32; 3]; 2]) -> Vec<Ray> {
 fn primary(bounds: [[f32; 3]; 2]) -> Vec<Ray> {
     let camera = Camera::framing(bounds, 1.0).params(SIDE, SIDE);
     let centre = |i: u32| Vec2::new((i % SIDE) as f32 + 0.5, (i / SIDE) as f32 + 0.5);
-    (0..SIDE * SIDE).map(|i| primary_ray(&camera, centre(i))).collect()
+    (0..SIDE * SIDE).map(|i| primary_ray(&camera, centre(i), Vec2::ZERO)).collect()
 }
 
-/// Traces all rays on this thread; gives the hits and the seconds.
-fn trace(tracer: &dyn Trace, rays: &[Ray], hits: &mut Vec<Hit>) -> f64 {
+/// Traces all rays on this thread; gives the hits, and the seconds that each chunk took.
+fn trace(tracer: &dyn Trace, rays: &[Ray], hits: &mut Vec<Hit>) -> Vec<f64> {
     hits.clear();
-    let start = Instant::now();
-    hits.extend(rays.iter().map(|ray| tracer.closest(ray)));
-    start.elapsed().as_secs_f64()
-}
-
-fn trace_best(tracer: &dyn Trace, rays: &[Ray], hits: &mut Vec<Hit>, best: &mut Vec<f64>) {
-    hits.clear();
-    best.resize(128, f64::INFINITY);
-    for (chunk, best) in rays.chunks(1 << 13).zip(best) {
+    let timed = |chunk: &[Ray]| {
         let start = Instant::now();
         hits.extend(chunk.iter().map(|ray| tracer.closest(ray)));
-        *best = best.min(start.elapsed().as_secs_f64());
-    }
+        start.elapsed().as_secs_f64()
+    };
+    rays.chunks(CHUNK).map(timed).collect()
 }
 
+/// The shortest time of each chunk over several runs, which alternate between the tracers.
 fn report(view: &SceneView<'_>, sets: &[(&str, Vec<Ray>)]) {
-    let wide = SimdLevel::available()
-        .into_iter()
-        .map(|level| (format!("wide {level:?}"), WideBvh::new(view).with_level(level)));
-    let wide: Vec<_> = wide.collect();
+    let wide = |level| (format!("wide, {level:?}"), WideBvh::new(view).with_level(level));
+    let wide: Vec<_> = SimdLevel::available().into_iter().map(wide).collect();
     let mut tracers: Vec<(&str, &dyn Trace)> = vec![("arena", view)];
     tracers.extend(wide.iter().map(|(name, tracer)| (name.as_str(), tracer as &dyn Trace)));
     let mut hits = Vec::with_capacity((SIDE * SIDE) as usize);
     for (set, rays) in sets {
-        let mut seconds = vec![Vec::new(); tracers.len()];
+        let mut shortest = vec![vec![f64::INFINITY; rays.len().div_ceil(CHUNK)]; tracers.len()];
         for _ in 0..RUNS {
-            for ((_, tracer), seconds) in tracers.iter().zip(&mut seconds) {
-                trace_best(*tracer, rays, &mut hits, seconds);
+            for ((_, tracer), shortest) in tracers.iter().zip(&mut shortest) {
+                let seconds = trace(*tracer, rays, &mut hits);
+                shortest.iter_mut().zip(seconds).for_each(|(best, seconds)| *best = best.min(seconds));
             }
         }
-        for ((name, _), seconds) in tracers.iter().zip(seconds) {
-            println!("{set:8} {name:14} {:6.2} Mrays/s", rays.len() as f64 / seconds.iter().sum::<f64>() * 1e-6);
+        for ((name, _), shortest) in tracers.iter().zip(shortest) {
+            println!("{set:8} {name:15} {:6.2} Mrays/s", rays.len() as f64 / shortest.iter().sum::<f64>() * 1e-6);
         }
     }
 }
@@ -126,7 +121,7 @@ fn serve(buffers: &SceneBuffers, sets: &[(&str, Vec<Ray>)], folder: &Path) -> Re
         let seconds = trace(&tracer, rays, &mut hits);
         let words = hits.iter().flat_map(|hit| [hit.t.to_bits(), hit.id]).flat_map(u32::to_le_bytes);
         fs::write(folder.join(format!("{name}.hits")), words.collect::<Vec<u8>>())?;
-        println!("{seconds}");
+        println!("{}", seconds.iter().map(f64::to_string).collect::<Vec<_>>().join(" "));
     }
     Ok(())
 }
