@@ -7,7 +7,8 @@
 //! the image.
 //!
 //! In a cache each half is an EXR file that says what it is of, and more batches can be added to it. A reference that
-//! was continued agrees with one that was made at once to the rounding of `f32`.
+//! was continued agrees with one that was made at once to the rounding of `f32`. Devices that give the CPU's bits share
+//! their references; any other has its own.
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -17,9 +18,10 @@ use restir_shared::layout::PathParams;
 
 use crate::Error;
 use crate::buffers::SceneBuffers;
-use crate::exec::Executor;
+use crate::exec::{Description, Executor, Flavour};
 use crate::image::{Image, read_exr, read_exr_metadata, write_exr};
 use crate::render::{self, PathSettings, RenderSettings};
+use crate::self_check::Parity;
 
 /// Samples a pixel in a batch.
 pub const BATCH_SAMPLES: u32 = 64;
@@ -161,7 +163,8 @@ pub fn make(
 ) -> Result<Reference, Error> {
     let settings = canonical(settings);
     render::check(scene, &settings)?;
-    let store = cache.map(|cache| Store::new(cache, scene, &settings)).transpose()?;
+    let origin = origin(&executor.describe());
+    let store = cache.map(|cache| Store::new(cache, scene, &settings, &origin)).transpose()?;
     let (width, height) = (settings.width, settings.height);
     let halves = store.as_ref().map_or_else(Default::default, |store| [0, 1].map(|half| store.load(half)));
     let mut reference = Reference { width, height, halves };
@@ -213,8 +216,19 @@ fn batch(
     Ok(())
 }
 
-/// Names the integral: the arenas and the parameters of the pass that traces, in 16 hexadecimal digits.
-fn digest(scene: &SceneBuffers, settings: &RenderSettings) -> String {
+/// Where the bits come from: "exact", or the device that has others.
+fn origin(description: &Description) -> String {
+    let exact =
+        description.flavour == Flavour::Exact && !matches!(description.parity, Some(Parity::Approximate { .. }));
+    match &description.adapter {
+        Some(adapter) if !exact => format!("{adapter}, {}", description.flavour),
+        _ => "exact".to_owned(),
+    }
+}
+
+/// Names the integral and the origin of its bits: the arenas and the parameters of the pass that traces, in 16
+/// hexadecimal digits.
+fn digest(scene: &SceneBuffers, settings: &RenderSettings, origin: &str) -> String {
     let mut hasher = blake3::Hasher::new();
     let mut plan = render::path_plan(scene, settings);
     for words in plan.buffers.iter().filter_map(|buffer| buffer.contents.as_ref()) {
@@ -228,6 +242,7 @@ fn digest(scene: &SceneBuffers, settings: &RenderSettings) -> String {
         hasher.update(bytemuck::bytes_of(&params));
     }
     hasher.update(FORMAT.as_bytes());
+    hasher.update(origin.as_bytes());
     hasher.finalize().to_hex().as_str().chars().take(16).collect()
 }
 
@@ -240,8 +255,8 @@ struct Store {
 }
 
 impl Store {
-    fn new(cache: &Path, scene: &SceneBuffers, settings: &RenderSettings) -> Result<Self, Error> {
-        let digest = digest(scene, settings);
+    fn new(cache: &Path, scene: &SceneBuffers, settings: &RenderSettings, origin: &str) -> Result<Self, Error> {
+        let digest = digest(scene, settings, origin);
         let folder = cache.join(&digest);
         std::fs::create_dir_all(&folder).map_err(|error| Error::File {
             action: "write",
@@ -252,6 +267,7 @@ impl Store {
             ("format", FORMAT.to_owned()),
             ("digest", digest.clone()),
             ("technique", "path".to_owned()),
+            ("bits", origin.to_owned()),
             ("max_depth", settings.path.max_depth.to_string()),
             ("jitter", settings.path.jitter.to_string()),
             ("batch_samples", BATCH_SAMPLES.to_string()),
@@ -367,6 +383,16 @@ mod tests {
         deeper.path.max_depth += 1;
         assert_eq!(reference(cache, 128, &deeper).samples(), 128);
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
+    }
+
+    #[test]
+    fn devices_with_other_bits_have_references_of_their_own() {
+        let cpu = Description { executor: "cpu", adapter: None, flavour: Flavour::Exact, parity: None };
+        let gpu = Description { adapter: Some("a GPU".to_owned()), parity: Some(Parity::Exact), ..cpu.clone() };
+        let fast = Description { flavour: Flavour::Fast, ..gpu.clone() };
+        let off = Description { parity: Some(Parity::Approximate { max_ulp: 1 }), ..gpu.clone() };
+        assert_eq!(origin(&cpu), origin(&gpu));
+        assert!(origin(&fast) != origin(&gpu) && origin(&off) != origin(&gpu) && origin(&fast) != origin(&off));
     }
 
     #[test]

@@ -67,7 +67,7 @@ impl Truth {
         let mean = values.iter().sum::<f64>() / count;
         let truth =
             Self { values, mean, mean_error, noise: variances.iter().sum::<f64>() / count, relative_noise: 0.0 };
-        let weighted = truth.values.iter().zip(variances).map(|(&r, variance)| variance / truth.scale(r));
+        let weighted = truth.values.iter().zip(variances).map(|(&r, &variance)| ratio(variance, truth.scale(r)));
         let relative_noise = weighted.sum::<f64>() / count;
         Self { relative_noise, ..truth }
     }

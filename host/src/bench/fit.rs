@@ -5,7 +5,8 @@ const STUDENT: [f64; 30] = [
     12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228, 2.201, 2.179, 2.160, 2.145, 2.131, 2.120,
     2.110, 2.101, 2.093, 2.086, 2.080, 2.074, 2.069, 2.064, 2.060, 2.056, 2.052, 2.048, 2.045, 2.042,
 ];
-const NORMAL: f64 = 1.960;
+/// The same of the normal distribution.
+pub(super) const NORMAL: f64 = 1.960;
 
 /// A number with the half width of its 95 % confidence interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,6 +70,7 @@ pub(crate) fn convergence(samples: &[f64], squared: &[Vec<f64>]) -> Option<Estim
     (value.is_finite() && half_width.is_finite()).then_some(Estimate { value, half_width })
 }
 
+/// Half the width of a 95 % interval in standard errors that were estimated with so many degrees of freedom.
 pub(super) fn student(degrees: usize) -> f64 {
     degrees.checked_sub(1).and_then(|i| STUDENT.get(i)).copied().unwrap_or(NORMAL)
 }

@@ -122,10 +122,12 @@ impl Cell {
         self.mse(truth).corrected().map(|_| self.mean(|run| run.errors.mape))
     }
 
-    /// The bias of the mean, relative to it, and its standard error, in which the reference's has its part.
-    pub(crate) fn bias(&self, truth: &Truth) -> (f64, f64) {
-        let (mean, error) = fit::mean_and_error(&self.each(|run| run.errors.mean));
-        ((mean - truth.mean) / truth.mean, error.hypot(truth.mean_error) / truth.mean)
+    /// The bias of the mean, relative to it; the reference's error has its part in the interval.
+    pub(crate) fn bias(&self, truth: &Truth) -> fit::Estimate {
+        let means = self.each(|run| run.errors.mean);
+        let (mean, error) = fit::mean_and_error(&means);
+        let half_width = (fit::student(means.len().saturating_sub(1)) * error).hypot(fit::NORMAL * truth.mean_error);
+        fit::Estimate { value: (mean - truth.mean) / truth.mean, half_width: half_width / truth.mean }
     }
 }
 
@@ -294,8 +296,8 @@ mod tests {
             // 144 equal pixels: each error is known to a tenth, the slope over 4 octaves to some 0.02
             assert!((fit.value + 0.5).abs() < 0.1, "{name}: {fit:?}");
             for cell in &series.cells {
-                let (bias, error) = cell.bias(&result.truth);
-                assert!(bias.abs() < 5.0 * error, "{name}: {bias} +- {error}");
+                let bias = cell.bias(&result.truth);
+                assert!(bias.value.abs() < 2.5 * bias.half_width, "{name}: {bias:?}");
                 assert_eq!(cell.runs.len(), 6);
                 assert!(cell.runs.iter().all(|run| run.seconds > 0.0 && run.dropped_samples == 0));
             }

@@ -50,8 +50,7 @@ fn heading(report: &Report<'_>) -> String {
          Errors are over all values (three a pixel), against a reference whose own noise was subtracted from MSE and \
          relMSE (denominator ref² + 0.01 mean²); where that noise is more than {:.0} % of what was measured, the figure is \
          refused: *{REFUSED}*. MAPE (denominator ref + 0.01 mean) is as measured. Times are medians over restarts, \
-         which are interleaved and have seeds of their own; `±` is a standard error, but for slopes half of a 95 % \
-         interval.\n",
+         which are interleaved and have seeds of their own; `±` is half of a 95 % interval.\n",
         one_line(report.command),
         integral.width,
         integral.height,
@@ -73,7 +72,7 @@ fn scene(report: &Report<'_>, result: &SceneResult, plot: &str) -> String {
          relMSE. Restarts: {} of {}.\n",
         result.reference_samples,
         truth.mean,
-        truth.mean_error,
+        fit::NORMAL * truth.mean_error,
         truth.noise,
         truth.relative_noise,
         result.restarts,
@@ -95,7 +94,7 @@ fn scene(report: &Report<'_>, result: &SceneResult, plot: &str) -> String {
 
 fn cells(result: &SceneResult, series: &Series) -> String {
     let row = |cell: &super::Cell| {
-        let (bias, error) = cell.bias(&result.truth);
+        let bias = cell.bias(&result.truth);
         format!(
             "| {} | {} | {:.2} | {} | {} | {} | {:+.3} % ± {:.3} % |\n",
             series.technique.name,
@@ -104,8 +103,8 @@ fn cells(result: &SceneResult, series: &Series) -> String {
             figure(cell.mse(&result.truth), f64::sqrt),
             figure(cell.rel_mse(&result.truth), |error| error),
             cell.mape(&result.truth).map_or_else(|| REFUSED.to_owned(), |mape| format!("{mape:.4}")),
-            100.0 * bias,
-            100.0 * error,
+            100.0 * bias.value,
+            100.0 * bias.half_width,
         )
     };
     series.cells.iter().map(row).collect()

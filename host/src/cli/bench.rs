@@ -47,7 +47,7 @@ pub(super) struct Arguments {
     restarts: u32,
     /// Time for a scene: the reference stops at 55 % of it if it is not good enough before, and no restart after the
     /// second begins when it is over.
-    #[arg(long, default_value = "180", value_parser = natural::<u32>, allow_hyphen_values = true)]
+    #[arg(long, default_value = "160", value_parser = natural::<u32>, allow_hyphen_values = true)]
     seconds: u32,
     /// Samples per pixel of the reference; 200 times the largest --spp if not given.
     #[arg(long, value_parser = natural::<u64>, allow_hyphen_values = true)]
@@ -175,7 +175,7 @@ fn prepare_output(out: &Path, subjects: &[Subject]) -> Result<(), Error> {
 fn device_name(device: &Device) -> String {
     let description = device.executor.describe();
     let adapter = description.adapter.map_or_else(String::new, |adapter| format!(", {adapter}"));
-    format!("{}{adapter}, flavour {}", description.executor, description.flavour)
+    format!("{}{adapter}, flavour {}, self-check {}", description.executor, description.flavour, device.parity)
 }
 
 /// Makes the reference of a scene, then measures.
