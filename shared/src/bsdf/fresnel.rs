@@ -11,6 +11,14 @@ pub fn schlick_weight(cos: f32) -> f32 {
     x2 * x2 * x
 }
 
+/// `1 - schlick_weight(cos)`, without cancellation.
+#[inline(always)]
+pub fn schlick_complement(cos: f32) -> f32 {
+    let x = num::clamp(1.0 - cos, 0.0, 1.0);
+    let x2 = x * x;
+    num::clamp(cos, 0.0, 1.0) * ((1.0 + x) * (1.0 + x2) + x2 * x2)
+}
+
 /// An interface to a medium of relative index n.
 #[derive(Clone, Copy)]
 pub struct Dielectric {

@@ -65,9 +65,9 @@ pub struct Bsdf {
     /// Colours of the diffuse lobes.
     reflected: Vec3,
     transmitted: Vec3,
-    /// Schlick's reflectance of the diffuse part's coat is `coat_f0 + (coat_f90 - coat_f0) schlick_weight`.
-    coat_f0: f32,
-    coat_f90: f32,
+    /// The diffuse part has a coat, which lets `1 - Fs = clear_coat schlick_complement` through.
+    coated: bool,
+    clear_coat: f32,
     /// `1 - Fs(cos_o)`.
     entering: f32,
     /// Schlick's reflectance of metal and coat together.
@@ -139,7 +139,9 @@ impl Bsdf {
         let coat_f0 = ratio * ratio;
         let coat_f90 = if coated { 1.0 } else { 0.0 };
         let schlick_o = if has_specular { schlick_weight(wo.z) } else { 0.0 };
-        let coat = coat_f0 + (coat_f90 - coat_f0) * schlick_o;
+        let clear_coat = 1.0 - coat_f0;
+        let entering = if coated { clear_coat * schlick_complement(wo.z) } else { 1.0 };
+        let coat = if coated { coat_f0 + clear_coat * schlick_o } else { 0.0 };
         let f0 = if has_specular { base * metallic + Vec3::splat(opaque * coat_f0) } else { Vec3::ZERO };
         let f90 = if has_specular { metallic + opaque * coat_f90 } else { 0.0 };
 
@@ -164,9 +166,9 @@ impl Bsdf {
             wo,
             reflected,
             transmitted,
-            coat_f0,
-            coat_f90,
-            entering: if has_specular { 1.0 - coat } else { 1.0 },
+            coated,
+            clear_coat,
+            entering,
             f0,
             f90,
             transmission,
@@ -282,11 +284,7 @@ impl Bsdf {
     /// What enters and leaves through the coat.
     #[inline(always)]
     fn coupling(&self, cos_i: f32) -> f32 {
-        if !self.has(FEATURE_GLOSSY | FEATURE_DELTA) {
-            return 1.0;
-        }
-        let coat = self.coat_f0 + (self.coat_f90 - self.coat_f0) * schlick_weight(cos_i);
-        self.entering * (1.0 - coat)
+        if self.coated { self.entering * (self.clear_coat * schlick_complement(cos_i)) } else { 1.0 }
     }
 
     /// The rough specular lobe on the side of `wi`.
