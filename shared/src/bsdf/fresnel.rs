@@ -72,6 +72,9 @@ impl Dielectric {
 }
 
 impl Fresnel {
+    /// No interface.
+    pub const NONE: Self = Self { reflected: 0.0, transmitted: 0.0, bent: 0.0, shift: 0.0 };
+
     /// Total reflection.
     #[inline(always)]
     fn total(c: f32) -> Self {
