@@ -133,7 +133,7 @@ impl Selection {
         // diffuse reflection has the rest: all of it if nothing scatters
         let diffuse_end = 1.0 - round(specular * inv_total);
         Self {
-            diffuse_reflection_end: diffuse_end - round(transmission * inv_total),
+            diffuse_reflection_end: num::max(diffuse_end - round(transmission * inv_total), 0.0),
             diffuse_end,
             opaque: 1.0 - share,
             clear: share,
@@ -196,13 +196,7 @@ impl Bsdf {
         let f90 = if has_specular { metallic + opaque * coat_f90 } else { 0.0 };
 
         let front = front | material.thin;
-        let contrast = (index - 1.0) * (index + 1.0);
-        let interface = if front {
-            Dielectric { index_squared: index * index, contrast }
-        } else {
-            let squared = inv_index * inv_index;
-            Dielectric { index_squared: squared, contrast: -contrast * squared }
-        };
+        let interface = Dielectric::new(index, inv_index, front);
         let perfect_reflection = if has(FEATURE_GLOSSY) {
             has(FEATURE_DELTA) & (material.roughness < DELTA_BELOW)
         } else {
@@ -211,17 +205,15 @@ impl Bsdf {
         let perfect_transmission = perfect_reflection | (has(FEATURE_DELTA) & has_transmission & material.is_narrow());
         let alpha = num::max(material.roughness * material.roughness, GLOSSY_MARKER);
 
-        let entered = Estimates {
+        let f0_luminance = luminance(f0);
+        let estimates = Estimates {
             reflection: luminance(reflected) * entering,
             transmission: luminance(transmitted) * entering,
-            mirror: {
-                let f0 = luminance(f0);
-                f0 + (f90 - f0) * schlick_o
-            },
+            mirror: f0_luminance + (f90 - f0_luminance) * schlick_o,
             clear: transmission * (coat + (1.0 - coat) * luminance(base)),
         };
         let selection = if has_specular | has_diffuse_transmission {
-            Selection::new(&entered, f90 > 0.0, transmission > 0.0)
+            Selection::new(&estimates, f90 > 0.0, transmission > 0.0)
         } else {
             Selection::LAMBERT
         };
@@ -330,8 +322,8 @@ impl Bsdf {
         let inv_length = num::rsqrt(facet.length_squared);
         let cos = if bends { on * inv_length } else { 0.5 * (facet.length_squared * inv_length) };
         let cos_t = -(in_ * inv_length);
-        let fresnel =
-            if bends { self.interface.fresnel_between(cos, self.relative * cos_t) } else { self.fresnel(cos) };
+        let g = if bends { self.relative * cos_t } else { self.bent(cos) };
+        let fresnel = self.fresnel(cos, g);
         // the change of variables from normals to directions, times (o.n) and 2: the cosines cancel in reflection
         let (density, scale_value, scale_pdf) = if bends {
             let squared = self.index * self.index;
@@ -375,8 +367,13 @@ impl Bsdf {
     }
 
     #[inline(always)]
-    fn fresnel(&self, cos: f32) -> Fresnel {
-        if self.has(FEATURE_TRANSMISSION) { self.interface.fresnel(cos) } else { Fresnel::NONE }
+    fn bent(&self, cos: f32) -> f32 {
+        if self.has(FEATURE_TRANSMISSION) { self.interface.bent(cos) } else { 0.0 }
+    }
+
+    #[inline(always)]
+    fn fresnel(&self, cos: f32, bent: f32) -> Fresnel {
+        if self.has(FEATURE_TRANSMISSION) { self.interface.fresnel(cos, bent) } else { Fresnel::NONE }
     }
 
     /// Fresnel reflectance of all parts at the angle between `wo` and a normal.
@@ -454,7 +451,7 @@ impl Bsdf {
         let rough = self.has(FEATURE_GLOSSY) & !perfect;
         let n = if rough { self.ggx.sample_normal(u) } else { Vec3::Z };
         let cos = if rough { num::max(dot(self.wo, n), COS_MIN) } else { self.wo.z };
-        let fresnel = self.fresnel(cos);
+        let fresnel = self.fresnel(cos, self.bent(cos));
         let reflect = !transmits | (choice < self.choose_reflection(&fresnel));
         let mirrored = if rough { n * (2.0 * cos) - self.wo } else { Vec3::new(-self.wo.x, -self.wo.y, self.wo.z) };
         let direction = if reflect {
@@ -501,7 +498,7 @@ impl Bsdf {
         let perfect = if transmits { self.perfect_transmission } else { self.perfect_reflection };
         let n = self.normal(wi);
         let cos = if perfect { self.wo.z } else { num::max(dot(self.wo, n) * num::rsqrt(dot(n, n)), COS_MIN) };
-        let reflection = self.choose_reflection(&self.fresnel(cos));
+        let reflection = self.choose_reflection(&self.fresnel(cos, self.bent(cos)));
         let w = if transmits { within(reflection, 1.0, gamma.w) } else { within(0.0, reflection, gamma.w) };
         let z = within(self.selection.diffuse_end, 1.0, gamma.z);
         if perfect {
