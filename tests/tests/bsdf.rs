@@ -54,12 +54,14 @@ struct Surface {
 struct Setting {
     surface: Surface,
     wo: Vec3,
+    /// Of random numbers.
+    stream: u32,
 }
 
 impl Setting {
-    fn new(surface: Surface, roughness: f32, cos: f32) -> Self {
+    fn new(surface: Surface, roughness: f32, cos: f32, stream: u32) -> Self {
         let material = Material { roughness, ..surface.material };
-        Self { surface: Surface { material, ..surface }, wo: direction(cos, 0.1) }
+        Self { surface: Surface { material, ..surface }, wo: direction(cos, 0.1), stream }
     }
 
     fn bsdf(&self) -> Bsdf {
@@ -142,14 +144,18 @@ fn settings(surfaces: &[Surface], roughnesses: &[f32], cosines: &[f32]) -> Vec<S
         let material = surface.material;
         let specular = material.ior > 1.0 || material.metallic > 0.0 || material.transmission > 0.0;
         for &roughness in if specular { roughnesses } else { &roughnesses[..1] } {
-            settings.extend(cosines.iter().map(|&cos| Setting::new(surface, roughness, cos)));
+            for &cos in cosines {
+                settings.push(Setting::new(surface, roughness, cos, settings.len() as u32));
+            }
         }
     }
     settings
 }
 
-fn random_words(stream: u32) -> impl Fn(u32) -> UVec4 {
-    move |i| pcg4d(UVec4::new(i, stream, 7, 9))
+/// Random words of a setting; each use has some of its own.
+fn random_words(setting: &Setting, purpose: u32) -> impl Fn(u32) -> UVec4 {
+    let stream = setting.stream;
+    move |i| pcg4d(UVec4::new(i, stream, purpose, 9))
 }
 
 /// Points of the four-dimensional cube that fill it evenly: a Kronecker sequence on powers of the root of
@@ -221,9 +227,12 @@ fn smallest(settings: &[Setting], p: impl Fn(&Setting) -> f64 + Sync) -> (f64, S
 }
 
 fn samples_follow_the_density() -> Result<(), Failed> {
-    let settings = settings(&surfaces(), &[0.02, 0.1, 0.3, 1.0], &[1.0, 0.3, 0.02]);
+    let mut surfaces = surfaces();
+    // at the least roughness its refraction is narrow, a delta beside a rough reflection
+    surfaces.push(Surface { name: "glass", material: glass(1.02), front: true });
+    let settings = settings(&surfaces, &[0.02, 0.1, 0.3, 1.0], &[1.0, 0.3, 0.02]);
     let (p, name) = smallest(&settings, |setting| {
-        let (bsdf, words) = (setting.bsdf(), random_words(1));
+        let (bsdf, words) = (setting.bsdf(), random_words(setting, 1));
         fit(
             setting,
             |i| drawn(&bsdf.sample(words(i))),
@@ -238,13 +247,13 @@ fn samples_follow_the_density() -> Result<(), Failed> {
 /// Visible normals around an arbitrary frame, as a general routine for frames gives it.
 fn a_wrong_frame_of_visible_normals_is_seen() -> Result<(), Failed> {
     let surface = Surface { name: "metal", material: metal(), front: true };
-    let setting = Setting::new(surface, 0.6, 0.3);
+    let setting = Setting::new(surface, 0.6, 0.3, 0);
     let (bsdf, shadow) = (setting.bsdf(), setting.shadow());
     let alpha = f64::from(setting.surface.material.roughness).powi(2);
     let stretched = (setting.wo.as_dvec3() * DVec3::new(alpha, alpha, 1.0)).normalize();
     let tangent = DVec3::X.cross(stretched).normalize();
     let p = |frame: Option<[DVec3; 3]>| {
-        let words = random_words(2);
+        let words = random_words(&setting, 2);
         let draw = |i: u32| {
             let u = [f64::from(rng::unit(words(i).x)), f64::from(rng::unit(words(i).y))];
             let wi = match frame {
@@ -263,8 +272,8 @@ fn a_wrong_frame_of_visible_normals_is_seen() -> Result<(), Failed> {
 /// The density of normals instead of that of directions, scaled to the same total.
 fn a_missing_jacobian_is_seen() -> Result<(), Failed> {
     for (lobe, material) in [(SPECULAR_REFLECTION, metal()), (SPECULAR_TRANSMISSION, glass(1.5))] {
-        let setting = Setting::new(Surface { name: "rough", material, front: true }, 0.6, 0.7);
-        let (bsdf, shadow, words) = (setting.bsdf(), setting.shadow(), random_words(3));
+        let setting = Setting::new(Surface { name: "rough", material, front: true }, 0.6, 0.7, 0);
+        let (bsdf, shadow, words) = (setting.bsdf(), setting.shadow(), random_words(&setting, 3));
         let wo = setting.wo.as_dvec3();
         let right = |l: u32, wi: DVec3| f64::from(bsdf.evaluate_lobe(l, wi.as_vec3()).pdf);
         let wrong = |l: u32, wi: DVec3| {
@@ -323,22 +332,23 @@ impl Integrals {
         let n = f64::from(SAMPLES);
         Self { density, survivors: survivors / n, albedos: [exact, value, mean / n] }
     }
+
+    /// Of the density's integral, of the values' albedo, and of the samples'.
+    fn errors(&self) -> [f64; 3] {
+        let [exact, value, mean] = self.albedos;
+        let distance = |a: DVec3| (a - exact).abs().max_element();
+        [(self.density - self.survivors).abs(), distance(value), distance(mean)]
+    }
 }
 
-/// Tolerance 1e-3 throughout: the midpoint rule errs where directions leave through the horizon, and the mean over
-/// evenly spread samples by its discrepancy.
+/// Tolerance 1e-3 throughout: quadrature errs where the horizon or total reflection cuts a lobe, and the mean over evenly
+/// spread samples by its discrepancy.
 fn densities_and_albedos_integrate() -> Result<(), Failed> {
     let settings = settings(&surfaces(), &[0.02, 0.1, 0.3, 1.0], &[1.0, 0.3, 0.05, 0.005]);
-    let all: Vec<_> = settings.par_iter().map(Integrals::new).collect();
-    let distance = |a: DVec3, b: DVec3| (a - b).abs().max_element();
-    let measures: [(&str, &dyn Fn(&Integrals) -> f64); 3] = [
-        ("density", &|i| (i.density - i.survivors).abs()),
-        ("albedo of values", &|i| distance(i.albedos[0], i.albedos[1])),
-        ("albedo of samples", &|i| distance(i.albedos[0], i.albedos[2])),
-    ];
+    let all: Vec<_> = settings.par_iter().map(|setting| Integrals::new(setting).errors()).collect();
     let mut failed = Vec::new();
-    for (what, measure) in measures {
-        let worst = all.iter().zip(&settings).map(|(integrals, setting)| (measure(integrals), setting.name()));
+    for (index, what) in ["density", "albedo of values", "albedo of samples"].into_iter().enumerate() {
+        let worst = all.iter().zip(&settings).map(|(errors, setting)| (errors[index], setting.name()));
         let (error, name) = worst.max_by(|a, b| a.0.total_cmp(&b.0)).expect("there are settings");
         println!("{what}: off by {error:.1e} at most ({name})");
         if error >= 1.0e-3 {
@@ -348,11 +358,11 @@ fn densities_and_albedos_integrate() -> Result<(), Failed> {
     ensure(failed.is_empty(), || failed.join("; "))
 }
 
-/// Values at sampled directions against the shadow's.
+/// Values at sampled directions against the shadow's, to 1e-5.
 fn values_equal_the_shadow() -> Result<(), Failed> {
     let settings = settings(&surfaces(), &ROUGHNESSES, &COSINES);
     let worst = |setting: &Setting| {
-        let (bsdf, shadow, words) = (setting.bsdf(), setting.shadow(), random_words(4));
+        let (bsdf, shadow, words) = (setting.bsdf(), setting.shadow(), random_words(setting, 4));
         let mut worst = (0.0_f64, String::new());
         for i in 0..2000 {
             let sample = bsdf.sample(words(i));
@@ -362,10 +372,8 @@ fn values_equal_the_shadow() -> Result<(), Failed> {
             let error = (value - exact).abs().max_element() / exact.max_element().max(1.0e-30);
             // a rounding of the cosine moves Fresnel's reflectance most near total reflection
             let slope = |cos: f64| {
-                (shadow.reflectance(cos * (1.0 + 4.0 * ROUNDING)) - shadow.reflectance(cos * (1.0 - 4.0 * ROUNDING)))
-                    .abs()
-                    .max_element()
-                    / shadow.reflectance(cos).max_element()
+                let [a, b] = [1.0, -1.0].map(|sign| shadow.reflectance(cos * (1.0 + sign * 4.0 * ROUNDING)));
+                (a - b).abs().max_element() / shadow.reflectance(cos).max_element()
             };
             let error = if lobe == SPECULAR_REFLECTION { error - slope(shadow.cosine(wi.as_dvec3())) } else { error };
             if sample.pdf > 0.0 && error > worst.0 {
@@ -388,39 +396,36 @@ fn distance(a: UVec4, b: UVec4) -> f64 {
     x.max(y.min(1.0 - y))
 }
 
-/// A direction of 24 bits does not resolve the random numbers of a narrow lobe, nor do these the directions of its
-/// tail: one of the two must return. Near the critical angle refraction spreads directions by 1 / cos.
+/// A direction of 24 bits does not resolve the random numbers of a narrow lobe, nor do these the directions of its tail:
+/// one of the two must return to 1e-5, except for one sample in a thousand, far in a tail, where both are coarse. Near
+/// the critical angle refraction spreads directions by 1 / cos.
 fn samples_invert() -> Result<(), Failed> {
+    const DRAWS: u32 = 2000;
     let settings = settings(&surfaces(), &ROUGHNESSES, &COSINES);
-    let worst = |setting: &Setting| {
-        let (bsdf, words, free) = (setting.bsdf(), random_words(5), random_words(6));
-        let (mut worst, mut lost) = (0.0_f64, 0);
-        for i in 0..2000 {
+    let errors = |setting: &Setting| {
+        let (bsdf, words, free) = (setting.bsdf(), random_words(setting, 5), random_words(setting, 6));
+        let error = |i: u32| {
             let sample = bsdf.sample(words(i));
-            if sample.pdf > 0.0 {
-                let inverse = bsdf.invert(sample.lobe, sample.direction, free(i));
-                let again = bsdf.sample(inverse);
-                if again.lobe == sample.lobe {
-                    let moved = f64::from((again.direction - sample.direction).length());
-                    let squeezed = if sample.lobe == SPECULAR_TRANSMISSION {
-                        moved * f64::from(sample.direction.z.abs())
-                    } else {
-                        moved
-                    };
-                    worst = worst.max(squeezed.min(distance(words(i), inverse)));
-                } else {
-                    lost += 1;
-                }
+            if sample.pdf <= 0.0 {
+                return 0.0;
             }
-        }
-        (worst, lost, setting.name())
+            let inverse = bsdf.invert(sample.lobe, sample.direction, free(i));
+            let again = bsdf.sample(inverse);
+            if again.lobe != sample.lobe {
+                return f64::INFINITY;
+            }
+            let moved = (again.direction - sample.direction).as_dvec3().length();
+            let bends = sample.lobe == SPECULAR_TRANSMISSION;
+            let moved = if bends { moved * f64::from(sample.direction.z.abs()) } else { moved };
+            moved.min(distance(words(i), inverse))
+        };
+        (0..DRAWS).map(error).collect::<Vec<_>>()
     };
-    let all: Vec<_> = settings.par_iter().map(worst).collect();
-    let lost: u32 = all.iter().map(|(_, lost, _)| lost).sum();
-    let (error, _, name) = all.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).expect("there are settings");
-    println!("{lost} samples change their lobe; directions or numbers return within {error:.1e} ({name})");
-    ensure(lost == 0, || format!("{lost} samples change their lobe"))?;
-    ensure(error < 3.0e-5, || format!("{name}: off by {error:.2e}"))
+    let mut all: Vec<_> = settings.par_iter().flat_map(errors).collect();
+    all.sort_by(f64::total_cmp);
+    let (typical, worst) = (all[all.len() - all.len() / 1000], all[all.len() - 1]);
+    println!("directions or numbers return within {typical:.1e} but for 0.1 %, and within {worst:.1e}");
+    ensure(typical < 1.0e-5 && worst < 1.0e-4, || format!("off by {typical:.2e} and {worst:.2e}"))
 }
 
 // physics
@@ -434,7 +439,7 @@ fn asymmetry(power: i32) -> (f64, String) {
     let settings = settings(&surfaces(), &ROUGHNESSES, &COSINES);
     let worst = |setting: &Setting| {
         let Surface { material, front, .. } = setting.surface;
-        let (bsdf, words) = (setting.bsdf(), random_words(7));
+        let (bsdf, words) = (setting.bsdf(), random_words(setting, 7));
         let mut worst = 0.0_f64;
         for i in 0..500 {
             let sample = bsdf.sample(words(i));
@@ -513,7 +518,7 @@ fn no_energy_is_gained() -> Result<(), Failed> {
 /// glTF weighs the diffuse part by `1 - Fs(o.h)`.
 fn gltf_mixing_gains_energy() -> Result<(), Failed> {
     let surface = Surface { name: "plastic", material: white(plastic(1.5)), front: true };
-    let setting = Setting::new(surface, 0.1, 0.05);
+    let setting = Setting::new(surface, 0.1, 0.05, 0);
     let shadow = setting.shadow();
     let wo = setting.wo.as_dvec3();
     let diffuse = shadow.integrate(0, 4000, |wi| {
@@ -554,7 +559,7 @@ fn smooth_dielectrics_keep_all_energy() -> Result<(), Failed> {
 
 fn lobes_add_up() -> Result<(), Failed> {
     for setting in settings(&surfaces(), &[0.005, 0.1, 1.0], &COSINES) {
-        let (bsdf, words) = (setting.bsdf(), random_words(8));
+        let (bsdf, words) = (setting.bsdf(), random_words(&setting, 8));
         for i in 0..200 {
             let sample = bsdf.sample(words(i));
             let whole = bsdf.evaluate(sample.direction);
@@ -576,7 +581,7 @@ fn features_change_no_bit() -> Result<(), Failed> {
     for setting in settings(&surfaces(), &[0.0, 0.3], &COSINES) {
         let Surface { material, front, .. } = setting.surface;
         let own = Bsdf::new(&material, setting.wo, front, material.features());
-        let (general, words) = (setting.bsdf(), random_words(9));
+        let (general, words) = (setting.bsdf(), random_words(&setting, 9));
         for i in 0..500 {
             let (a, b) = (own.sample(words(i)), general.sample(words(i)));
             ensure(a == b, || format!("{}: {a:?} and {b:?}", setting.name()))?;

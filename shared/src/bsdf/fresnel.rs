@@ -11,6 +11,14 @@ pub fn schlick_weight(cos: f32) -> f32 {
     x2 * x2 * x
 }
 
+/// `1 - schlick_weight(cos)`, without cancellation.
+#[inline(always)]
+pub fn schlick_complement(cos: f32) -> f32 {
+    let x = num::clamp(1.0 - cos, 0.0, 1.0);
+    let x2 = x * x;
+    num::clamp(cos, 0.0, 1.0) * ((1.0 + x) * (1.0 + x2) + x2 * x2)
+}
+
 /// An interface to a medium of relative index n.
 #[derive(Clone, Copy)]
 pub struct Dielectric {
@@ -34,20 +42,34 @@ pub struct Fresnel {
 }
 
 impl Dielectric {
-    /// Fresnel's equations for light at the given positive cosine.
+    /// The interface to a medium of this index, seen from outside or from inside.
     #[inline(always)]
-    pub fn fresnel(&self, c: f32) -> Fresnel {
-        let g2 = self.contrast + c * c;
-        if g2 < TRANSMISSION_MARKER { Fresnel::total(c) } else { self.fresnel_between(c, num::sqrt(g2)) }
+    pub fn new(index: f32, inv_index: f32, outside: bool) -> Self {
+        let (squared, inv_squared) = (index * index, inv_index * inv_index);
+        let contrast = (index - 1.0) * (index + 1.0);
+        Self {
+            index_squared: if outside { squared } else { inv_squared },
+            contrast: if outside { contrast } else { -contrast * inv_squared },
+        }
     }
 
-    /// Fresnel's equations for light at the positive cosine `c` and `g = n cos_t`, which Snell's law relates: near total
-    /// reflection g is ill-conditioned in c, and better known from where it comes.
+    /// Snell's law: `n cos_t` for light at the positive cosine `c`; zero if reflection is total.
+    #[inline(always)]
+    pub fn bent(&self, c: f32) -> f32 {
+        let squared = self.contrast + c * c;
+        if squared < TRANSMISSION_MARKER { 0.0 } else { num::sqrt(squared) }
+    }
+
+    /// Fresnel's equations for light at the positive cosine `c` and `g = n cos_t`, which [`Self::bent`] gives: near total
+    /// reflection g is ill-conditioned in c, so whoever knows the refracted direction takes it from there.
     ///
     /// With s = c + g and e = n^2 c + g (Walter et al. 2007, eq. 22, rearranged in positive sums):
     /// R_s = ((n^2 - 1) / s^2)^2, R_p = ((n^2 - 1)(c s - 1) / (s e))^2, 1 - R = 2 c g (1 / s^2 + n^2 / e^2).
     #[inline(always)]
-    pub fn fresnel_between(&self, c: f32, g: f32) -> Fresnel {
+    pub fn fresnel(&self, c: f32, g: f32) -> Fresnel {
+        if g <= 0.0 {
+            return Fresnel { reflected: 1.0, transmitted: 0.0, bent: 0.0, shift: c };
+        }
         let s = c + g;
         let e = self.index_squared * c + g;
         let both = num::recip(s * e);
@@ -64,9 +86,6 @@ impl Dielectric {
 }
 
 impl Fresnel {
-    /// Total reflection.
-    #[inline(always)]
-    fn total(c: f32) -> Self {
-        Self { reflected: 1.0, transmitted: 0.0, bent: 0.0, shift: c }
-    }
+    /// No interface.
+    pub const NONE: Self = Self { reflected: 0.0, transmitted: 0.0, bent: 0.0, shift: 0.0 };
 }

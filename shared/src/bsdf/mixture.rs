@@ -4,7 +4,7 @@ use super::fresnel::Fresnel;
 use super::{
     COS_MIN, DELTA_BELOW, DELTA_MARKER, DIFFUSE_REFLECTION, DIFFUSE_TRANSMISSION, DIFFUSE_TRANSMISSION_MARKER,
     Dielectric, GLOSSY_MARKER, Ggx, Material, SPECULAR_REFLECTION, SPECULAR_TRANSMISSION, TRANSMISSION_MARKER,
-    schlick_weight,
+    schlick_complement, schlick_weight,
 };
 use crate::layout::{FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_GLOSSY, FEATURE_TRANSMISSION};
 use crate::num::{self, eft, mul_wide};
@@ -65,9 +65,9 @@ pub struct Bsdf {
     /// Colours of the diffuse lobes.
     reflected: Vec3,
     transmitted: Vec3,
-    /// Schlick's reflectance of the diffuse part's coat is `coat_f0 + (coat_f90 - coat_f0) schlick_weight`.
-    coat_f0: f32,
-    coat_f90: f32,
+    /// The diffuse part has a coat, which lets `1 - Fs = clear_coat schlick_complement` through.
+    coated: bool,
+    clear_coat: f32,
     /// `1 - Fs(cos_o)`.
     entering: f32,
     /// Schlick's reflectance of metal and coat together.
@@ -88,15 +88,65 @@ pub struct Bsdf {
     roughness: f32,
     perfect_reflection: bool,
     perfect_transmission: bool,
-    /// Selection: diffuse reflection below the first, diffuse transmission below the second, specular above; multiples
-    /// of 2^-20, so that probabilities are what sampling makes of them.
-    diffuse_reflection_end: f32,
-    diffuse_end: f32,
-    /// Within the specular lobes, reflection has probability `opaque + clear F`.
-    opaque: f32,
-    clear: f32,
+    selection: Selection,
     /// What stands for F if the choice comes before the normal, because only transmission is perfect.
     early_fresnel: f32,
+}
+
+/// Probabilities of the lobes, by one number for the lobe and one for reflection or transmission.
+#[derive(Clone, Copy)]
+struct Selection {
+    /// Below it diffuse reflection, above it diffuse transmission, then the specular lobes above `diffuse_end`:
+    /// multiples of 2^-20, so that probabilities are what sampling makes of them.
+    diffuse_reflection_end: f32,
+    diffuse_end: f32,
+    /// Of the specular lobes reflection has probability `opaque + clear F`.
+    opaque: f32,
+    clear: f32,
+}
+
+/// What lobes send to the viewer, roughly: the opaque specular part and the transmitting one are `mirror` and `clear`.
+struct Estimates {
+    reflection: f32,
+    transmission: f32,
+    mirror: f32,
+    clear: f32,
+}
+
+impl Selection {
+    /// Diffuse reflection alone.
+    const LAMBERT: Self = Self { diffuse_reflection_end: 1.0, diffuse_end: 1.0, opaque: 1.0, clear: 0.0 };
+
+    /// In proportion to the estimates, but for [`LEAST_SHARE`]; the flags say whether the specular parts exist.
+    #[inline(always)]
+    fn new(estimates: &Estimates, has_mirror: bool, has_clear: bool) -> Self {
+        let Estimates { reflection, transmission, mirror, clear } = *estimates;
+        let least = ((reflection + transmission) + (mirror + clear)) * LEAST_SHARE;
+        let reflection = if reflection > 0.0 { reflection + least } else { 0.0 };
+        let transmission = if transmission > 0.0 { transmission + least } else { 0.0 };
+        let mirror = if has_mirror { mirror + least } else { 0.0 };
+        let clear = if has_clear { clear + least } else { 0.0 };
+        let specular = mirror + clear;
+        let total = (reflection + transmission) + specular;
+        let inv_total = if total > num::FLUSH_BELOW { num::recip(total) } else { 0.0 };
+        let share = if has_clear & (specular > num::FLUSH_BELOW) { num::div(clear, specular) } else { 0.0 };
+        // diffuse reflection has the rest: all of it if nothing scatters
+        let diffuse_end = 1.0 - round(specular * inv_total);
+        Self {
+            diffuse_reflection_end: num::max(diffuse_end - round(transmission * inv_total), 0.0),
+            diffuse_end,
+            opaque: 1.0 - share,
+            clear: share,
+        }
+    }
+}
+
+/// A direction on its way to a sample; Fresnel's terms are those of a delta lobe.
+struct Draw {
+    direction: Vec3,
+    lobe: u32,
+    delta: bool,
+    fresnel: Fresnel,
 }
 
 const NOTHING: Evaluation = Evaluation { value: Vec3::ZERO, pdf: 0.0 };
@@ -139,18 +189,14 @@ impl Bsdf {
         let coat_f0 = ratio * ratio;
         let coat_f90 = if coated { 1.0 } else { 0.0 };
         let schlick_o = if has_specular { schlick_weight(wo.z) } else { 0.0 };
-        let coat = coat_f0 + (coat_f90 - coat_f0) * schlick_o;
+        let clear_coat = 1.0 - coat_f0;
+        let entering = if coated { clear_coat * schlick_complement(wo.z) } else { 1.0 };
+        let coat = if coated { coat_f0 + clear_coat * schlick_o } else { 0.0 };
         let f0 = if has_specular { base * metallic + Vec3::splat(opaque * coat_f0) } else { Vec3::ZERO };
         let f90 = if has_specular { metallic + opaque * coat_f90 } else { 0.0 };
 
         let front = front | material.thin;
-        let contrast = (index - 1.0) * (index + 1.0);
-        let interface = if front {
-            Dielectric { index_squared: index * index, contrast }
-        } else {
-            let squared = inv_index * inv_index;
-            Dielectric { index_squared: squared, contrast: -contrast * squared }
-        };
+        let interface = Dielectric::new(index, inv_index, front);
         let perfect_reflection = if has(FEATURE_GLOSSY) {
             has(FEATURE_DELTA) & (material.roughness < DELTA_BELOW)
         } else {
@@ -159,14 +205,27 @@ impl Bsdf {
         let perfect_transmission = perfect_reflection | (has(FEATURE_DELTA) & has_transmission & material.is_narrow());
         let alpha = num::max(material.roughness * material.roughness, GLOSSY_MARKER);
 
-        let mut bsdf = Self {
+        let f0_luminance = luminance(f0);
+        let estimates = Estimates {
+            reflection: luminance(reflected) * entering,
+            transmission: luminance(transmitted) * entering,
+            mirror: f0_luminance + (f90 - f0_luminance) * schlick_o,
+            clear: transmission * (coat + (1.0 - coat) * luminance(base)),
+        };
+        let selection = if has_specular | has_diffuse_transmission {
+            Selection::new(&estimates, f90 > 0.0, transmission > 0.0)
+        } else {
+            Selection::LAMBERT
+        };
+        let total = has_transmission & (interface.contrast + wo.z * wo.z < TRANSMISSION_MARKER);
+        Self {
             features,
             wo,
             reflected,
             transmitted,
-            coat_f0,
-            coat_f90,
-            entering: if has_specular { 1.0 - coat } else { 1.0 },
+            coated,
+            clear_coat,
+            entering,
             f0,
             f90,
             transmission,
@@ -181,47 +240,8 @@ impl Bsdf {
             roughness: material.roughness,
             perfect_reflection,
             perfect_transmission,
-            diffuse_reflection_end: 1.0,
-            diffuse_end: 1.0,
-            opaque: 1.0,
-            clear: 0.0,
-            early_fresnel: if interface.contrast + wo.z * wo.z < TRANSMISSION_MARKER { 1.0 } else { coat },
-        };
-        bsdf.select_lobes(luminance(base), schlick_o, coat);
-        bsdf
-    }
-
-    /// Selection probabilities, in proportion to estimates of what each lobe sends to the viewer.
-    #[inline(always)]
-    fn select_lobes(&mut self, tint: f32, schlick_o: f32, coat: f32) {
-        if !self.has(FEATURE_GLOSSY | FEATURE_DELTA | FEATURE_DIFFUSE_TRANSMISSION) {
-            return;
-        }
-        let reflection = luminance(self.reflected) * self.entering;
-        let through =
-            if self.has(FEATURE_DIFFUSE_TRANSMISSION) { luminance(self.transmitted) * self.entering } else { 0.0 };
-        let f0 = luminance(self.f0);
-        let mirror = f0 + (self.f90 - f0) * schlick_o;
-        let clear = self.transmission * (coat + (1.0 - coat) * tint);
-        let least = ((reflection + through) + (mirror + clear)) * LEAST_SHARE;
-        let at_least = |estimate: f32, present: bool| if present { estimate + least } else { 0.0 };
-        let reflection = at_least(reflection, reflection > 0.0);
-        let through = at_least(through, through > 0.0);
-        let mirror = at_least(mirror, self.f90 > 0.0);
-        let clear = at_least(clear, self.transmission > 0.0);
-        let specular = mirror + clear;
-        let total = (reflection + through) + specular;
-        if total > num::FLUSH_BELOW {
-            let inv_total = num::recip(total);
-            // from above, so that an absent diffuse reflection has probability zero
-            let through = round(through * inv_total);
-            let specular = round(specular * inv_total);
-            self.diffuse_end = 1.0 - specular;
-            self.diffuse_reflection_end = self.diffuse_end - through;
-            if self.has(FEATURE_TRANSMISSION) & (clear > 0.0) {
-                self.clear = num::div(clear, mirror + clear);
-                self.opaque = 1.0 - self.clear;
-            }
+            selection,
+            early_fresnel: if total { 1.0 } else { coat },
         }
     }
 
@@ -250,11 +270,11 @@ impl Bsdf {
     #[inline(always)]
     pub fn selection(&self, lobe: u32) -> f32 {
         if is_specular(lobe) {
-            1.0 - self.diffuse_end
+            1.0 - self.selection.diffuse_end
         } else if lobe == DIFFUSE_TRANSMISSION {
-            self.diffuse_end - self.diffuse_reflection_end
+            self.selection.diffuse_end - self.selection.diffuse_reflection_end
         } else {
-            self.diffuse_reflection_end
+            self.selection.diffuse_reflection_end
         }
     }
 
@@ -282,18 +302,14 @@ impl Bsdf {
     /// What enters and leaves through the coat.
     #[inline(always)]
     fn coupling(&self, cos_i: f32) -> f32 {
-        if !self.has(FEATURE_GLOSSY | FEATURE_DELTA) {
-            return 1.0;
-        }
-        let coat = self.coat_f0 + (self.coat_f90 - self.coat_f0) * schlick_weight(cos_i);
-        self.entering * (1.0 - coat)
+        if self.coated { self.entering * (self.clear_coat * schlick_complement(cos_i)) } else { 1.0 }
     }
 
     /// The rough specular lobe on the side of `wi`.
     #[inline(always)]
     fn specular(&self, wi: Vec3) -> Evaluation {
         let below = wi.z < 0.0;
-        let bends = below & !self.thin;
+        let bends = below & !self.thin & self.has(FEATURE_TRANSMISSION);
         let n = self.normal(wi);
         let (on, in_) = (dot(self.wo, n), dot(wi, n));
         let perfect = if below { self.perfect_transmission } else { self.perfect_reflection };
@@ -306,8 +322,8 @@ impl Bsdf {
         let inv_length = num::rsqrt(facet.length_squared);
         let cos = if bends { on * inv_length } else { 0.5 * (facet.length_squared * inv_length) };
         let cos_t = -(in_ * inv_length);
-        let fresnel =
-            if bends { self.interface.fresnel_between(cos, self.relative * cos_t) } else { self.fresnel(cos) };
+        let g = if bends { self.relative * cos_t } else { self.bent(cos) };
+        let fresnel = self.fresnel(cos, g);
         // the change of variables from normals to directions, times (o.n) and 2: the cosines cancel in reflection
         let (density, scale_value, scale_pdf) = if bends {
             let squared = self.index * self.index;
@@ -351,12 +367,13 @@ impl Bsdf {
     }
 
     #[inline(always)]
-    fn fresnel(&self, cos: f32) -> Fresnel {
-        if self.has(FEATURE_TRANSMISSION) {
-            self.interface.fresnel(cos)
-        } else {
-            Fresnel { reflected: 0.0, transmitted: 0.0, bent: 0.0, shift: 0.0 }
-        }
+    fn bent(&self, cos: f32) -> f32 {
+        if self.has(FEATURE_TRANSMISSION) { self.interface.bent(cos) } else { 0.0 }
+    }
+
+    #[inline(always)]
+    fn fresnel(&self, cos: f32, bent: f32) -> Fresnel {
+        if self.has(FEATURE_TRANSMISSION) { self.interface.fresnel(cos, bent) } else { Fresnel::NONE }
     }
 
     /// Fresnel reflectance of all parts at the angle between `wo` and a normal.
@@ -380,13 +397,13 @@ impl Bsdf {
     #[inline(always)]
     fn choose_reflection(&self, fresnel: &Fresnel) -> f32 {
         let f = if self.chooses_early() { self.early_fresnel } else { fresnel.reflected };
-        self.opaque + self.clear * f
+        self.selection.opaque + self.selection.clear * f
     }
 
     /// One less [`Self::choose_reflection`].
     #[inline(always)]
     fn choose_transmission(&self, fresnel: &Fresnel) -> f32 {
-        self.clear * if self.chooses_early() { 1.0 - self.early_fresnel } else { fresnel.transmitted }
+        self.selection.clear * if self.chooses_early() { 1.0 - self.early_fresnel } else { fresnel.transmitted }
     }
 
     /// Draws a direction. `words.xy` give the direction, `z` chooses the lobe, `w` reflection or refraction.
@@ -394,20 +411,19 @@ impl Bsdf {
     pub fn sample(&self, words: UVec4) -> BsdfSample {
         let u = Vec2::new(rng::unit(words.x), rng::unit(words.y));
         let selector = rng::unit(words.z);
-        let (direction, lobe, delta) = if selector < self.diffuse_end {
-            self.sample_diffuse(u, selector < self.diffuse_reflection_end)
+        let draw = if selector < self.selection.diffuse_end {
+            self.draw_diffuse(u, selector < self.selection.diffuse_reflection_end)
         } else {
-            self.sample_specular(u, rng::unit(words.w))
+            self.draw_specular(u, rng::unit(words.w))
         };
-        if delta {
-            return self.delta_sample(direction, lobe);
-        }
-        let Evaluation { value, pdf } = self.evaluate(direction);
+        let Draw { direction, lobe, .. } = draw;
+        let delta = self.has(FEATURE_DELTA) & draw.delta;
+        let Evaluation { value, pdf } = if delta { self.perfect(&draw) } else { self.evaluate(direction) };
         // a facet may send light to the wrong side, where it would meet another one: it counts as absorbed
         let pdf = if is_transmission(lobe) == (direction.z < 0.0) { pdf } else { 0.0 };
         let weight = if pdf <= 0.0 {
             Vec3::ZERO
-        } else if self.diffuse_reflection_end == 1.0 {
+        } else if self.selection.diffuse_reflection_end == 1.0 {
             self.reflected * self.coupling(direction.z)
         } else {
             value * num::recip(pdf)
@@ -416,55 +432,53 @@ impl Bsdf {
     }
 
     #[inline(always)]
-    fn sample_diffuse(&self, u: Vec2, reflect: bool) -> (Vec3, u32, bool) {
+    fn draw_diffuse(&self, u: Vec2, reflect: bool) -> Draw {
         let w = sample_cosine_hemisphere(u);
-        if reflect | !self.has(FEATURE_DIFFUSE_TRANSMISSION) {
-            (w, DIFFUSE_REFLECTION, false)
-        } else {
-            (Vec3::new(w.x, w.y, -w.z), DIFFUSE_TRANSMISSION, false)
+        let reflect = reflect | !self.has(FEATURE_DIFFUSE_TRANSMISSION);
+        Draw {
+            direction: if reflect { w } else { Vec3::new(w.x, w.y, -w.z) },
+            lobe: if reflect { DIFFUSE_REFLECTION } else { DIFFUSE_TRANSMISSION },
+            delta: false,
+            fresnel: Fresnel::NONE,
         }
     }
 
     #[inline(always)]
-    fn sample_specular(&self, u: Vec2, choice: f32) -> (Vec3, u32, bool) {
-        if !self.has(FEATURE_GLOSSY | FEATURE_DELTA) {
-            return (self.wo, SPECULAR_REFLECTION, false);
-        }
-        let early = self.chooses_early() & (choice >= self.opaque + self.clear * self.early_fresnel);
+    fn draw_specular(&self, u: Vec2, choice: f32) -> Draw {
+        let transmits = self.has(FEATURE_TRANSMISSION);
+        let early = self.chooses_early() & (choice >= self.choose_reflection(&Fresnel::NONE));
         let perfect = self.perfect_reflection | early;
         let rough = self.has(FEATURE_GLOSSY) & !perfect;
         let n = if rough { self.ggx.sample_normal(u) } else { Vec3::Z };
         let cos = if rough { num::max(dot(self.wo, n), COS_MIN) } else { self.wo.z };
-        let fresnel = self.fresnel(cos);
-        let reflect = !self.has(FEATURE_TRANSMISSION) | (choice < self.choose_reflection(&fresnel));
+        let fresnel = self.fresnel(cos, self.bent(cos));
+        let reflect = !transmits | (choice < self.choose_reflection(&fresnel));
         let mirrored = if rough { n * (2.0 * cos) - self.wo } else { Vec3::new(-self.wo.x, -self.wo.y, self.wo.z) };
-        if reflect {
-            return (mirrored, SPECULAR_REFLECTION, perfect);
-        }
-        let direction = if self.thin {
+        let direction = if reflect {
+            mirrored
+        } else if self.thin {
             Vec3::new(mirrored.x, mirrored.y, -mirrored.z)
         } else if rough {
             (n * fresnel.shift - self.wo) * self.inv_relative
         } else {
             Vec3::new(-self.wo.x, -self.wo.y, -fresnel.bent) * self.inv_relative
         };
-        (direction, SPECULAR_TRANSMISSION, perfect)
+        let lobe = if reflect { SPECULAR_REFLECTION } else { SPECULAR_TRANSMISSION };
+        Draw { direction, lobe, delta: perfect, fresnel }
     }
 
-    /// The energy of a delta lobe over its selection probability.
+    /// The energy of a delta lobe and its selection probability.
     #[inline(always)]
-    fn delta_sample(&self, direction: Vec3, lobe: u32) -> BsdfSample {
-        let fresnel = self.fresnel(self.wo.z);
-        let reflects = lobe == SPECULAR_REFLECTION;
+    fn perfect(&self, draw: &Draw) -> Evaluation {
+        let Draw { direction, lobe, fresnel, .. } = draw;
+        let through = self.has(FEATURE_TRANSMISSION) & is_transmission(*lobe);
+        let choice = if through { self.choose_transmission(fresnel) } else { self.choose_reflection(fresnel) };
+        let probability = choice * self.selection(SPECULAR_REFLECTION);
         let scale = if self.thin { 1.0 } else { self.inv_relative * self.inv_relative };
-        let energy =
-            if reflects { self.reflectance(self.wo.z, &fresnel) } else { self.tint * (fresnel.transmitted * scale) };
-        let choice = if reflects { self.choose_reflection(&fresnel) } else { self.choose_transmission(&fresnel) };
-        let pdf = choice * self.selection(lobe);
-        let visible = (pdf > DELTA_MARKER) & (num::abs(direction.z) >= COS_MIN);
-        let pdf = if visible { pdf } else { 0.0 };
-        let weight = if visible { flush(energy * num::recip(pdf)) } else { Vec3::ZERO };
-        BsdfSample { direction, weight, pdf, lobe, delta: true }
+        let value =
+            if through { self.tint * (fresnel.transmitted * scale) } else { self.reflectance(self.wo.z, fresnel) };
+        let visible = (probability > DELTA_MARKER) & (self.wo.z >= COS_MIN) & (num::abs(direction.z) >= COS_MIN);
+        if visible { Evaluation { value, pdf: probability } } else { NOTHING }
     }
 
     /// Random words of which [`Self::sample`] makes this lobe and direction, up to rounding; what they leave free comes
@@ -475,18 +489,18 @@ impl Bsdf {
         if !is_specular(lobe) {
             let u = invert_cosine_hemisphere(Vec3::new(wi.x, wi.y, num::abs(wi.z)));
             let z = if transmits {
-                within(self.diffuse_reflection_end, self.diffuse_end, gamma.z)
+                within(self.selection.diffuse_reflection_end, self.selection.diffuse_end, gamma.z)
             } else {
-                within(0.0, self.diffuse_reflection_end, gamma.z)
+                within(0.0, self.selection.diffuse_reflection_end, gamma.z)
             };
             return UVec4::new(word(u.x, gamma.x), word(u.y, gamma.y), z, gamma.w);
         }
         let perfect = if transmits { self.perfect_transmission } else { self.perfect_reflection };
         let n = self.normal(wi);
         let cos = if perfect { self.wo.z } else { num::max(dot(self.wo, n) * num::rsqrt(dot(n, n)), COS_MIN) };
-        let reflection = self.choose_reflection(&self.fresnel(cos));
+        let reflection = self.choose_reflection(&self.fresnel(cos, self.bent(cos)));
         let w = if transmits { within(reflection, 1.0, gamma.w) } else { within(0.0, reflection, gamma.w) };
-        let z = within(self.diffuse_end, 1.0, gamma.z);
+        let z = within(self.selection.diffuse_end, 1.0, gamma.z);
         if perfect {
             return UVec4::new(gamma.x, gamma.y, z, w);
         }
@@ -520,7 +534,7 @@ impl Bsdf {
     /// Whether any lobe can be evaluated: without one, light that is sampled elsewhere contributes nothing.
     #[inline(always)]
     pub fn has_smooth_part(&self) -> bool {
-        (self.diffuse_end > 0.0) | !self.perfect_reflection
+        (self.selection.diffuse_end > 0.0) | !self.perfect_reflection
     }
 }
 

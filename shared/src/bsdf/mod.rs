@@ -33,7 +33,7 @@ mod lambert;
 mod material;
 mod mixture;
 
-pub use fresnel::{Dielectric, schlick_weight};
+pub use fresnel::{Dielectric, schlick_complement, schlick_weight};
 pub use ggx::Ggx;
 pub use lambert::{Lambert, LambertSample};
 pub use material::Material;
