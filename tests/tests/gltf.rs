@@ -73,10 +73,8 @@ fn comparison_is_alive() -> Result<(), Failed> {
 }
 
 fn main() {
-    let mut trials = vec![
-        Trial::test("external files", external),
-        Trial::test("the comparison is alive", comparison_is_alive),
-    ];
+    let mut trials =
+        vec![Trial::test("external files", external), Trial::test("the comparison is alive", comparison_is_alive)];
     for (name, file) in gltf_files::textured() {
         trials.push(Trial::test(format!("generated/{name}"), move || generated(name, &file)));
     }

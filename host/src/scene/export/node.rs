@@ -15,9 +15,9 @@ impl Document {
     /// Adds a node for each instance, light and the camera; `meshes` maps the scene's meshes to the file's.
     pub(super) fn add_nodes(&mut self, scene: &Scene, meshes: &[Option<usize>]) -> Result<(), Problem> {
         for (number, instance) in scene.instances.iter().enumerate() {
-            let mesh = meshes.get(instance.mesh).ok_or_else(|| {
-                format!("instance {number} refers to mesh {}, which does not exist", instance.mesh)
-            })?;
+            let mesh = meshes
+                .get(instance.mesh)
+                .ok_or_else(|| format!("instance {number} refers to mesh {}, which does not exist", instance.mesh))?;
             if let Some(mesh) = mesh {
                 let node = json!({ "mesh": mesh, "name": scene.meshes[instance.mesh].name });
                 self.add_node(node, &instance.transform)?;

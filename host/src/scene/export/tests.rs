@@ -15,7 +15,9 @@ fn back(scene: &Scene) -> Scene {
 /// All of a scene, numbers written so that no bit is lost.
 fn text(scene: &Scene) -> String {
     let Scene { meshes, instances, materials, textures, lights, camera, default_size, warnings, .. } = scene;
-    format!("{meshes:?}\n{instances:?}\n{materials:?}\n{textures:?}\n{lights:?}\n{camera:?}{default_size:?}{warnings:?}")
+    format!(
+        "{meshes:?}\n{instances:?}\n{materials:?}\n{textures:?}\n{lights:?}\n{camera:?}{default_size:?}{warnings:?}"
+    )
 }
 
 fn assert_comes_back(scene: &Scene) {

@@ -14,14 +14,22 @@ const UNIT_TOLERANCE: f64 = 1e-6;
 impl Importer<'_> {
     /// Reads what a mesh with its positions and triangles lacks; of the texture coordinates and tangents only what its
     /// material needs.
-    pub(super) fn add_attributes(&mut self, mesh: &mut Mesh, primitive: &Primitive, needs: Needs) -> Result<(), Problem> {
+    pub(super) fn add_attributes(
+        &mut self,
+        mesh: &mut Mesh,
+        primitive: &Primitive,
+        needs: Needs,
+    ) -> Result<(), Problem> {
         mesh.normals = self.normals(mesh, primitive)?;
         let Some(set) = needs.uv_set else {
             return Ok(());
         };
         mesh.uvs = self.attribute::<2>(mesh, primitive, Semantic::TexCoords(set), "texture coordinates")?;
         if mesh.uvs.is_empty() {
-            self.warn(format!("mesh {}: it has no texture coordinates {set} for the textures of its material", mesh.name));
+            self.warn(format!(
+                "mesh {}: it has no texture coordinates {set} for the textures of its material",
+                mesh.name
+            ));
         } else if needs.tangents {
             mesh.tangents = self.tangents(mesh, primitive)?;
         }

@@ -121,7 +121,10 @@ impl Importer<'_> {
         let mut sets = slots.iter().flatten().map(|slot| slot.uv_set);
         let first = sets.next()?;
         if sets.any(|set| set != first) {
-            self.warn_of(name, &format!("its textures lie on several sets of texture coordinates; set {first} is used"));
+            self.warn_of(
+                name,
+                &format!("its textures lie on several sets of texture coordinates; set {first} is used"),
+            );
         }
         Some(first)
     }

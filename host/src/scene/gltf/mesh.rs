@@ -54,8 +54,7 @@ impl Importer<'_> {
         self.warn_of_losses(&name, primitive, mode, vertices.len(), indices.len());
         let mut mesh = Mesh { name, positions, indices, material, ..Mesh::default() };
         let needs = self.needs.get(material).copied().unwrap_or_default();
-        self.add_attributes(&mut mesh, primitive, needs)
-            .map_err(|problem| format!("mesh {}: {problem}", mesh.name))?;
+        self.add_attributes(&mut mesh, primitive, needs).map_err(|problem| format!("mesh {}: {problem}", mesh.name))?;
         self.scene.meshes.push(mesh);
         Ok(())
     }

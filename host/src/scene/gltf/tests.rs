@@ -132,7 +132,10 @@ fn nodes_have_to_form_trees() {
 fn broken_nodes_are_explained() {
     assert!(problem(&square("", FAN, r#"[{ "rotation": [0, 0, 0, 0] }]"#)).contains("rotation"));
     assert!(problem(&square("", FAN, r#"[{ "matrix": [1,0,0,1, 0,1,0,0, 0,0,1,0, 0,0,0,1] }]"#)).contains("affine"));
-    assert!(problem(&square("", FAN, r#"[{ "scale": [3e38, 1, 1], "matrix": [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,2] }]"#)).contains("affine"));
+    assert!(
+        problem(&square("", FAN, r#"[{ "scale": [3e38, 1, 1], "matrix": [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,2] }]"#))
+            .contains("affine")
+    );
     assert!(problem(&square("", FAN, r#"[{ "scale": [1e39, 1, 1] }]"#)).contains("out of range"));
     assert!(problem(&square("", FAN, r#"[{ "mesh": 4 }]"#)).contains("mesh 4"));
     assert!(problem(&square("", FAN, r#"[{ "camera": 4 }]"#)).contains("camera 4"));

@@ -78,7 +78,8 @@ impl Importer<'_> {
             None => Default::default(),
         };
         let Decoded { size, texels } = self.image(texture.source.value(), index)?;
-        let same = |known: &Texture| Arc::ptr_eq(&known.texels, &texels) && (known.wrap, known.filter) == (wrap, filter);
+        let same =
+            |known: &Texture| Arc::ptr_eq(&known.texels, &texels) && (known.wrap, known.filter) == (wrap, filter);
         let position = self.scene.textures.iter().position(same).unwrap_or_else(|| {
             let name = label(texture.name.as_ref(), "texture", index);
             self.scene.textures.push(Texture { name, size, texels, wrap, filter });

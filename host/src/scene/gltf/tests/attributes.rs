@@ -65,8 +65,9 @@ fn texture_coordinates_are_those_of_the_first_texture() {
 fn texture_coordinates_can_be_integers() {
     let data = [f32::from_bits(0xff00_00ff), f32::from_bits(0x0080_ff00)];
     let read = |kind: &str, normalized: bool| {
-        let accessor =
-            format!(r#""bufferView": 1, "componentType": {kind}, "count": 4, "type": "VEC2", "normalized": {normalized}"#);
+        let accessor = format!(
+            r#""bufferView": 1, "componentType": {kind}, "count": 4, "type": "VEC2", "normalized": {normalized}"#
+        );
         with_attribute(r#""TEXCOORD_1": 1"#, &accessor, &data, TEXTURED).map(|scene| scene.meshes[0].uvs.clone())
     };
     let half = 128.0 / 255.0;
@@ -80,9 +81,8 @@ fn tangents_are_read_for_normal_maps() {
     let vec4 = r#""bufferView": 1, "componentType": 5126, "count": 4, "type": "VEC4""#;
     let uvs = r#""TEXCOORD_0": 2, "TANGENT": 1"#;
     let data = [[2.0, 0.0, 0.0, -1.0]; 4];
-    let accessors = format!(
-        r#"{vec4} }}, {{ "bufferView": 1, "componentType": 5126, "count": 4, "type": "VEC2", "byteOffset": 0"#
-    );
+    let accessors =
+        format!(r#"{vec4} }}, {{ "bufferView": 1, "componentType": 5126, "count": 4, "type": "VEC2", "byteOffset": 0"#);
     let scene = with_attribute(uvs, &accessors, data.as_flattened(), NORMAL_MAPPED).unwrap();
     assert_eq!(scene.meshes[0].tangents, [[1.0, 0.0, 0.0, -1.0]; 4]);
     let textured = TEXTURED.replace(r#", "texCoord": 1"#, "");

@@ -53,10 +53,7 @@ fn extensions_are_read() {
     );
     assert_eq!((glass.ior, glass.transmission, glass.diffuse_transmission), (1.25, 0.75, 0.5));
     assert_eq!(glass.diffuse_transmission_color, [0.25, 0.5, 1.0]);
-    assert_eq!(
-        glass.volume,
-        Some(Volume { attenuation_color: [0.5, 1.0, 0.25], attenuation_distance: 3.0 })
-    );
+    assert_eq!(glass.volume, Some(Volume { attenuation_color: [0.5, 1.0, 0.25], attenuation_distance: 3.0 }));
     assert!(warnings.is_empty(), "{warnings:?}");
 }
 
@@ -71,8 +68,7 @@ fn a_volume_needs_a_thickness() {
     let clear = clear.volume.unwrap();
     assert!(clear.attenuation_distance.is_infinite() && clear.attenuation_color[0] > 0.0);
     assert!(warnings[0].contains("attenuation colour"), "{warnings:?}");
-    let broken =
-        r#""extensions": { "KHR_materials_volume": { "thicknessFactor": 1, "attenuationDistance": 0 } }"#;
+    let broken = r#""extensions": { "KHR_materials_volume": { "thicknessFactor": 1, "attenuationDistance": 0 } }"#;
     assert!(problem(&with_material(broken)).contains("attenuation distance"));
 }
 
