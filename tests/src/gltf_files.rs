@@ -1,6 +1,7 @@
 //! Small glTF files with textures, lights and every extension that the importer reads, written independently of the
 //! exporter.
 
+use glam::DVec2;
 use restir_host::scene::Scene;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -25,7 +26,7 @@ impl File {
         let wall = [[-1.0, 0.0, -1.0], [1.0, 0.0, -1.0], [1.0, 2.0, -1.0], [-1.0, 2.0, -1.0]];
         let lamp = [[-0.5, 2.0, -0.5], [0.5, 2.0, -0.5], [0.5, 2.0, 0.5], [-0.5, 2.0, 0.5]];
         // The floor is shaded as if it were domed: its normals lean outwards.
-        let domed = floor.map(|[x, _, z]| [0.28 * x, 0.9182592, 0.28 * z].map(|c: f32| c));
+        let domed = floor.map(|[x, _, z]| [0.28 * x, 0.918_259_2, 0.28 * z]);
         file.quad("floor", floor, Some(domed), 3.0, 0);
         file.quad("wall", wall, None, 1.0, 0);
         file.quad("lamp", lamp, None, 1.0, 1);
@@ -77,8 +78,8 @@ impl File {
         });
         if let Some(normals) = normals {
             let tangents = normals.map(|[x, y, _]| {
-                let length = x.hypot(y);
-                [y / length, -x / length, 0.0, 1.0]
+                let along = DVec2::new(f64::from(y), -f64::from(x)).normalize().as_vec2();
+                [along.x, along.y, 0.0, 1.0]
             });
             attributes["NORMAL"] = json!(self.floats(normals.as_flattened(), 3));
             attributes["TANGENT"] = json!(self.floats(tangents.as_flattened(), 4));
