@@ -4,7 +4,7 @@
 use glam::DVec2;
 use restir_host::scene::Scene;
 use serde_json::{Value, json};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -72,8 +72,14 @@ impl File {
         material: usize,
     ) {
         let uvs = [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]].map(|uv| uv.map(|x| repeats * x));
+        let positions = self.floats(corners.as_flattened(), 3);
+        let bound = |of: fn(f32, f32) -> f32| {
+            corners.into_iter().reduce(|a, b| [of(a[0], b[0]), of(a[1], b[1]), of(a[2], b[2])])
+        };
+        self.document["accessors"][positions]["min"] = json!(bound(f32::min));
+        self.document["accessors"][positions]["max"] = json!(bound(f32::max));
         let mut attributes = json!({
-            "POSITION": self.floats(corners.as_flattened(), 3),
+            "POSITION": positions,
             "TEXCOORD_0": self.floats(uvs.as_flattened(), 2),
         });
         if let Some(normals) = normals {
@@ -103,6 +109,11 @@ impl File {
         let nodes: Vec<usize> = (0..self.document["nodes"].as_array().map_or(0, Vec::len)).collect();
         self.document["scenes"] = json!([{ "nodes": nodes }]);
         self.document["buffers"] = json!([{ "byteLength": self.bytes.len() }]);
+        let mut extensions = BTreeSet::new();
+        note_extensions(&self.document, &mut extensions);
+        if !extensions.is_empty() {
+            self.document["extensionsUsed"] = json!(extensions);
+        }
         self
     }
 
@@ -118,6 +129,18 @@ impl File {
             file.extend(data);
         }
         file
+    }
+}
+
+/// Gathers the names of all extensions under a value.
+fn note_extensions(value: &Value, names: &mut BTreeSet<String>) {
+    if let Some(extensions) = value.get("extensions").and_then(Value::as_object) {
+        names.extend(extensions.keys().cloned());
+    }
+    match value {
+        Value::Array(values) => values.iter().for_each(|value| note_extensions(value, names)),
+        Value::Object(members) => members.values().for_each(|value| note_extensions(value, names)),
+        _ => {}
     }
 }
 

@@ -31,12 +31,13 @@ impl Document {
             surface["metallicRoughnessTexture"] = self.texture_use(texture)?;
         }
         let strength = power_of_two_above(material.emission);
-        let emits = material.emission != [0.0; 3];
+        // The surface of a volume has no back to hide, and should not be double-sided.
+        let shows_back = material.emission == [0.0; 3] && material.volume.is_none();
         let mut converted = json!({
             "name": material.name,
             "pbrMetallicRoughness": surface,
             "emissiveFactor": material.emission.map(|channel| channel / strength),
-            "doubleSided": material.two_sided_emission || !emits,
+            "doubleSided": material.two_sided_emission || shows_back,
         });
         if let Some(texture) = &material.normal_texture {
             converted["normalTexture"] = self.texture_use(texture)?;
