@@ -1,9 +1,10 @@
 //! Small glTF files with textures, lights and every extension that the importer reads, written independently of the
 //! exporter.
 
+use glam::DVec2;
 use restir_host::scene::Scene;
 use serde_json::{Value, json};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -25,7 +26,7 @@ impl File {
         let wall = [[-1.0, 0.0, -1.0], [1.0, 0.0, -1.0], [1.0, 2.0, -1.0], [-1.0, 2.0, -1.0]];
         let lamp = [[-0.5, 2.0, -0.5], [0.5, 2.0, -0.5], [0.5, 2.0, 0.5], [-0.5, 2.0, 0.5]];
         // The floor is shaded as if it were domed: its normals lean outwards.
-        let domed = floor.map(|[x, _, z]| [0.28 * x, 0.9182592, 0.28 * z].map(|c: f32| c));
+        let domed = floor.map(|[x, _, z]| [0.28 * x, 0.918_259_2, 0.28 * z]);
         file.quad("floor", floor, Some(domed), 3.0, 0);
         file.quad("wall", wall, None, 1.0, 0);
         file.quad("lamp", lamp, None, 1.0, 1);
@@ -71,14 +72,20 @@ impl File {
         material: usize,
     ) {
         let uvs = [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]].map(|uv| uv.map(|x| repeats * x));
+        let positions = self.floats(corners.as_flattened(), 3);
+        let bound = |of: fn(f32, f32) -> f32| {
+            corners.into_iter().reduce(|a, b| [of(a[0], b[0]), of(a[1], b[1]), of(a[2], b[2])])
+        };
+        self.document["accessors"][positions]["min"] = json!(bound(f32::min));
+        self.document["accessors"][positions]["max"] = json!(bound(f32::max));
         let mut attributes = json!({
-            "POSITION": self.floats(corners.as_flattened(), 3),
+            "POSITION": positions,
             "TEXCOORD_0": self.floats(uvs.as_flattened(), 2),
         });
         if let Some(normals) = normals {
             let tangents = normals.map(|[x, y, _]| {
-                let length = f64::from(x).hypot(f64::from(y)) as f32;
-                [y / length, -x / length, 0.0, 1.0]
+                let along = DVec2::new(f64::from(y), -f64::from(x)).normalize().as_vec2();
+                [along.x, along.y, 0.0, 1.0]
             });
             attributes["NORMAL"] = json!(self.floats(normals.as_flattened(), 3));
             attributes["TANGENT"] = json!(self.floats(tangents.as_flattened(), 4));
@@ -102,6 +109,11 @@ impl File {
         let nodes: Vec<usize> = (0..self.document["nodes"].as_array().map_or(0, Vec::len)).collect();
         self.document["scenes"] = json!([{ "nodes": nodes }]);
         self.document["buffers"] = json!([{ "byteLength": self.bytes.len() }]);
+        let mut extensions = BTreeSet::new();
+        note_extensions(&self.document, &mut extensions);
+        if !extensions.is_empty() {
+            self.document["extensionsUsed"] = json!(extensions);
+        }
         self
     }
 
@@ -117,6 +129,18 @@ impl File {
             file.extend(data);
         }
         file
+    }
+}
+
+/// Gathers the names of all extensions under a value.
+fn note_extensions(value: &Value, names: &mut BTreeSet<String>) {
+    if let Some(extensions) = value.get("extensions").and_then(Value::as_object) {
+        names.extend(extensions.keys().cloned());
+    }
+    match value {
+        Value::Array(values) => values.iter().for_each(|value| note_extensions(value, names)),
+        Value::Object(members) => members.values().for_each(|value| note_extensions(value, names)),
+        _ => {}
     }
 }
 

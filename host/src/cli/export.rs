@@ -27,12 +27,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let size = scene.default_size.unwrap_or(DEFAULT_SIZE);
     arguments.scene.complete(&mut scene, size)?;
     let sky = scene.environment.as_ref().map(|environment| (environment, output.with_extension("env.exr")));
-    if let Some((environment, path)) = &sky {
-        write_environment(environment, path)?;
-    }
     export::write(&scene, output)?;
     let mut report = format!("wrote {}\n", output.display());
     if let Some((environment, path)) = &sky {
+        write_environment(environment, path)?;
         report += &beside(environment, path);
     }
     if scene.camera.is_some_and(|camera| camera.lens_radius > 0.0) {

@@ -36,7 +36,8 @@ pub(super) struct Additions {
     /// Radius of the camera's lens in the scene's unit of length; 0 is a pinhole.
     #[arg(long, value_name = "RADIUS", allow_hyphen_values = true)]
     aperture_radius: Option<f64>,
-    /// Distance at which a camera with a lens is sharp; that of the camera's target if not given.
+    /// Distance at which a camera with a lens is sharp; if not given that of the camera's target, which is 1 in a camera
+    /// from glTF.
     #[arg(long, value_name = "DISTANCE", allow_hyphen_values = true)]
     focus_distance: Option<f64>,
 }

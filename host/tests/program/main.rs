@@ -6,6 +6,7 @@ mod bad_input;
 mod data_files;
 #[cfg(feature = "gpu")]
 mod gpu;
+mod input_output;
 #[cfg(unix)]
 mod interrupt;
 mod measure;

@@ -31,12 +31,13 @@ impl Document {
             surface["metallicRoughnessTexture"] = self.texture_use(texture)?;
         }
         let strength = power_of_two_above(material.emission);
-        let emits = material.emission != [0.0; 3];
+        // The surface of a volume has no back to hide, and should not be double-sided.
+        let shows_back = material.emission == [0.0; 3] && material.volume.is_none();
         let mut converted = json!({
             "name": material.name,
             "pbrMetallicRoughness": surface,
             "emissiveFactor": material.emission.map(|channel| channel / strength),
-            "doubleSided": material.two_sided_emission || !emits,
+            "doubleSided": material.two_sided_emission || shows_back,
         });
         if let Some(texture) = &material.normal_texture {
             converted["normalTexture"] = self.texture_use(texture)?;
@@ -102,11 +103,15 @@ fn check(material: &Material) -> Result<(), Problem> {
     if all.copied().all(f32::is_finite) { Ok(()) } else { Err("one of its factors is not finite".to_owned()) }
 }
 
-/// A power of two by which the colour lies within 0 and 1: dividing by it loses no bit.
+/// The largest power of two that a float holds.
+const LARGEST_POWER: f32 = 1.701_411_8e38;
+
+/// A power of two by which the colour lies within 0 and 1 (or, at the end of the range of floats, 2): dividing by it
+/// loses no bit.
 pub(super) fn power_of_two_above(color: [f32; 3]) -> f32 {
     let largest = color.into_iter().fold(1.0, f32::max);
     let mut power = 1.0;
-    while power < largest {
+    while power < largest && power < LARGEST_POWER {
         power *= 2.0;
     }
     power

@@ -7,8 +7,8 @@
 //! environment, for which glTF has no name, meshes without a triangle, and the order of meshes and textures: the import
 //! numbers them as they are used.
 //!
-//! Restir renders both sides of a surface, where glTF hides the back of what is not double-sided; what does not emit is
-//! therefore written as double-sided.
+//! Restir renders both sides of a surface, where glTF hides the back of what is not double-sided; what neither emits nor
+//! encloses a volume is therefore written as double-sided.
 
 use std::collections::BTreeSet;
 use std::io::Write;

@@ -18,6 +18,9 @@ use super::budget::gib;
 /// The most texels along a side of a texture.
 const MAX_SIDE: u32 = 16_384;
 
+/// Memory that a texel takes at most while it is decoded: the coefficients of a progressive JPEG, its colours, the texel.
+const DECODING_BYTES: u64 = 16;
+
 const PNG_SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 const JPEG_SIGNATURE: &[u8] = b"\xff\xd8\xff";
 
@@ -28,7 +31,7 @@ pub(super) struct Decoded {
     pub(super) texels: Arc<[[u8; 4]]>,
 }
 
-/// Decodes a PNG or JPEG file whose texels take at most `room` bytes.
+/// Decodes a PNG or JPEG file, which takes at most `room` bytes of memory.
 pub(super) fn decode(file: &[u8], room: u64) -> Result<Decoded, Problem> {
     if file.starts_with(PNG_SIGNATURE) {
         png(file, room)
@@ -45,10 +48,10 @@ fn check_size(width: u32, height: u32, room: u64) -> Result<(), Problem> {
             "it has {width} x {height} texels; a texture has at least 1 and at most {MAX_SIDE} on a side: resize it"
         ));
     }
-    let bytes = 4 * u64::from(width) * u64::from(height);
+    let bytes = DECODING_BYTES * u64::from(width) * u64::from(height);
     if bytes > room {
         return Err(format!(
-            "its {width} x {height} texels take {}, more than the {} that is left for textures; use smaller ones",
+            "decoding its {width} x {height} texels takes {}, more than the {} that is left for textures; use smaller ones",
             gib(bytes),
             gib(room)
         ));

@@ -73,6 +73,9 @@ impl Importer<'_> {
         } else if mode == Mode::Triangles && vertices != 3 * triangles {
             self.warn(format!("mesh {name}: its last triangle is incomplete and was skipped"));
         }
+        if primitive.attributes.keys().any(|semantic| matches!(semantic, Checked::Valid(Semantic::Colors(_)))) {
+            self.warn(format!("mesh {name}: its vertex colours are ignored"));
+        }
         if primitive.targets.as_ref().is_some_and(|targets| !targets.is_empty()) {
             self.warn(format!("mesh {name}: its morph targets are ignored"));
         }

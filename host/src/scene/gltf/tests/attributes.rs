@@ -48,6 +48,12 @@ fn zero_normals_are_derived_and_broken_ones_refused() {
 }
 
 #[test]
+fn vertex_colours_are_ignored_with_a_warning() {
+    let scene = with_attribute(r#""COLOR_0": 1"#, VEC3, &[0.5; 12], "").unwrap();
+    assert!(scene.warnings[0].contains("vertex colours"), "{:?}", scene.warnings);
+}
+
+#[test]
 fn texture_coordinates_are_those_of_the_first_texture() {
     let vec2 = r#""bufferView": 1, "componentType": 5126, "count": 4, "type": "VEC2""#;
     let data = [0.0, 0.25, 0.5, 0.75, -1.0, 2.0, 3.0, 4.0];
