@@ -13,6 +13,7 @@ mod default_light;
 pub mod gltf;
 mod light;
 mod material;
+mod shapes;
 mod texture;
 
 pub use light::{Environment, Light, LightKind};

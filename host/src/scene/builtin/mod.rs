@@ -4,15 +4,32 @@ use glam::DAffine3;
 
 use super::{Instance, Mesh, Scene};
 
+mod ajar;
 mod cornell;
 mod cornell_mitsuba;
+mod cornell_mixed;
 mod furnace;
+mod glass;
+mod glossy;
+mod isosurface;
+mod many_lights;
+mod parts;
+mod random;
+mod statue;
+mod tower;
 
 /// Name of each built-in scene, and a line about it.
 pub const NAMES: &[(&str, &str)] = &[
     ("cornell", "the Cornell box from its measured data"),
     ("cornell-mitsuba", "the Cornell box as Mitsuba 3 has it (mi.cornell_box()), for comparisons with Mitsuba"),
     ("furnace", "inside a closed box that emits 1 and reflects 0.5: at depth n every pixel is 2 (1 - 0.5^n)"),
+    ("cornell-mixed", "the Cornell box with glossy blocks, a mirror and a glass sphere"),
+    ("ajar", "two rooms and a door ajar; the only light is in the far room"),
+    ("many-lights", "a hall of stalls with more than 10000 emissive triangles, most of them hidden"),
+    ("glossy", "a corridor of metal and plastic whose roughness grows with the distance"),
+    ("glass", "a mirror, and glass that is smooth, rough, or coloured by absorption"),
+    ("tower", "two towers of bricks at night: a sky of small bright lights, a shadow side lit indirectly"),
+    ("statue", "a hare of wax: one closed mesh with ears, fingers and a thick belly"),
 ];
 
 /// The built-in scene called `name`, if there is one.
@@ -21,9 +38,19 @@ pub fn scene(name: &str) -> Option<Scene> {
         "cornell" => Some(cornell::scene()),
         "cornell-mitsuba" => Some(cornell_mitsuba::scene()),
         "furnace" => Some(furnace::scene()),
+        "cornell-mixed" => Some(cornell_mixed::scene()),
+        "ajar" => Some(ajar::scene(AJAR_DEGREES)),
+        "many-lights" => Some(many_lights::scene()),
+        "glossy" => Some(glossy::scene()),
+        "glass" => Some(glass::scene()),
+        "tower" => Some(tower::scene()),
+        "statue" => Some(statue::scene()),
         _ => None,
     }
 }
+
+/// How far the door of `ajar` is open.
+const AJAR_DEGREES: f64 = 16.68;
 
 /// Planar quadrilaterals, their corners counter-clockwise as seen from the front.
 fn quads(name: &str, material: usize, quads: &[[[f64; 3]; 4]]) -> Mesh {
