@@ -15,11 +15,13 @@ const STALL: f64 = 2.6;
 const HALF_AISLE: f64 = 1.3;
 const HEIGHT: f64 = 3.6;
 const PARTITION_HEIGHT: f64 = 2.7;
-const LAMPS_PER_STALL: usize = 20;
+const LAMPS_PER_STRING: usize = 10;
+/// How far the middle of a string hangs below its ends.
+const SAG: f64 = 0.35;
 /// Distance of a lamp's corners from its middle.
 const LAMP_RADIUS: f64 = 0.022;
 /// Radiance of the weakest lamp; the strongest has `2^(POWERS - 1)` times as much.
-const WEAKEST: f32 = 6.0;
+const WEAKEST: f32 = 40.0;
 const POWERS: usize = 9;
 /// The power law's exponent: each doubling of power is this many powers of two rarer.
 const EXPONENT: f64 = 1.0;
@@ -117,22 +119,30 @@ fn add_goods(scene: &mut Scene) {
     }
 }
 
+/// The ends of the strings: two in each stall, along it, and two across the aisle.
+fn strings() -> Vec<[DVec3; 2]> {
+    let along = DVec3::Z * 0.44 * STALL;
+    let hung = stalls().flat_map(|(middle, side)| {
+        [-0.6, 0.45].map(|x| middle + DVec3::new(side * x, 2.45, 0.0)).map(|middle| [middle - along, middle + along])
+    });
+    let half = DVec3::X * (HALF_AISLE - 0.1);
+    let across = [1.0, 5.0].map(|k| DVec3::new(0.0, 2.62, -STALL * k)).map(|middle| [middle - half, middle + half]);
+    hung.chain(across).collect()
+}
+
 /// Octahedra on sagging strings. Lamps of a hue and power are one mesh.
 fn add_lamps(scene: &mut Scene) {
     let mut random = Random::new(1);
     let mut lamps = vec![Vec::new(); HUES.len() * POWERS];
-    for (middle, side) in stalls() {
+    for [begin, end] in strings() {
         let hue = random.below(HUES.len());
-        for lamp in 0..LAMPS_PER_STALL {
-            let t = (lamp % 10) as f64 / 9.0 - 0.5;
-            let string = if lamp < 10 { -0.6 } else { 0.45 };
-            let sag = 0.35 * (1.0 - 4.0 * t * t);
-            let at = middle
-                + DVec3::new(side * (string + random.range(-0.05, 0.05)), 2.45 - sag, 0.88 * STALL * t)
-                + DVec3::Y * random.range(-0.06, 0.03);
+        for lamp in 0..LAMPS_PER_STRING {
+            let t = lamp as f64 / (LAMPS_PER_STRING - 1) as f64;
+            let sag = 4.0 * SAG * t * (1.0 - t) + random.range(-0.03, 0.06);
+            let at = begin.lerp(end, t) - DVec3::Y * sag;
             let strongest = f64::from(1_u32 << (POWERS - 1));
             let power = random.power_law(EXPONENT, strongest).log2().round() as usize;
-            // one lamp in five is of another hue than its stall's
+            // one lamp in five is of another hue than its string's
             let hue = if random.below(5) == 0 { random.below(HUES.len()) } else { hue };
             lamps[hue * POWERS + power.min(POWERS - 1)].push(octahedron(at));
         }
@@ -151,5 +161,21 @@ fn octahedron(centre: DVec3) -> Mesh {
         positions: tips.map(|tip| (centre + LAMP_RADIUS * tip).as_vec3().to_array()).to_vec(),
         indices: vec![[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]],
         ..Mesh::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::measure::light_share;
+    use super::*;
+
+    #[test]
+    fn there_are_ten_thousand_emissive_triangles_and_most_are_hidden() {
+        let scene = scene();
+        let emissive = scene.meshes.iter().filter(|mesh| scene.materials[mesh.material].emission != [0.0; 3]);
+        assert!(emissive.map(|mesh| mesh.indices.len()).sum::<usize>() >= 10_000);
+        let share = light_share(&scene, 20_000, |_| true);
+        // measured 0.020
+        assert!(share > 0.001 && share < 0.1, "{share}");
     }
 }

@@ -13,6 +13,8 @@ mod glass;
 mod glossy;
 mod isosurface;
 mod many_lights;
+#[cfg(test)]
+mod measure;
 mod parts;
 mod random;
 mod statue;

@@ -7,7 +7,7 @@ use super::parts::{plastic, sky};
 use crate::scene::{Camera, Material, Mesh, Scene};
 
 /// Side of the grid's cubes; the hare is 2 high.
-const CELL: f64 = 0.0155;
+const CELL: f64 = 0.016;
 
 pub(super) fn scene() -> Scene {
     let mut scene = Scene {
@@ -97,10 +97,10 @@ fn arm(q: DVec3, side: f64) -> f64 {
     let mut d = smooth_min(cone(q, shoulder, elbow, [0.09, 0.062]), cone(q, elbow, wrist, [0.06, 0.04]), 0.03);
     let palm = wrist + DVec3::new(0.012, 0.075, 0.02);
     d = smooth_min(d, ellipsoid(q, palm, DVec3::new(0.06, 0.075, 0.03)), 0.03);
-    for (spread, length) in [(-0.36, 0.12), (-0.1, 0.15), (0.16, 0.145), (0.42, 0.115)] {
+    for (spread, length) in [(-0.5, 0.115), (-0.16, 0.145), (0.18, 0.14), (0.52, 0.11)] {
         let (sin, cos) = f64::sin_cos(spread);
         let root = palm + DVec3::new(0.055 * spread / 0.4, 0.045, 0.0);
-        d = smooth_min(d, cone(q, root, root + length * DVec3::new(sin, cos, 0.12), [0.02, 0.012]), 0.008);
+        d = smooth_min(d, cone(q, root, root + length * DVec3::new(sin, cos, 0.12), [0.018, 0.012]), 0.008);
     }
     let thumb = palm + DVec3::new(-0.04, -0.02, 0.01);
     smooth_min(d, cone(q, thumb, thumb + DVec3::new(-0.085, 0.05, 0.03), [0.022, 0.014]), 0.012)
@@ -133,4 +133,72 @@ fn smooth_min(a: f64, b: f64, radius: f64) -> f64 {
 
 fn smooth_max(a: f64, b: f64, radius: f64) -> f64 {
     -smooth_min(-a, -b, radius)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::HashMap;
+
+    use super::*;
+
+    #[test]
+    fn the_hare_is_one_closed_oriented_surface_of_good_triangles() {
+        let hare = hare();
+        assert!(hare.indices.len() >= 50_000, "{}", hare.indices.len());
+        let mut edges = HashMap::new();
+        for &[a, b, c] in &hare.indices {
+            for edge in [[a, b], [b, c], [c, a]] {
+                *edges.entry(edge).or_insert(0) += 1;
+            }
+        }
+        assert!(edges.iter().all(|(&[a, b], &count)| count == 1 && edges.get(&[b, a]) == Some(&1)));
+        // in one piece, with no handle: Euler's characteristic of a sphere
+        let vertices = hare.positions.len() as i64;
+        assert_eq!(vertices - edges.len() as i64 / 2 + hare.indices.len() as i64, 2);
+        assert_eq!(pieces(&hare), 1);
+        let mut volume = 0.0;
+        for &[a, b, c] in &hare.indices {
+            let [p, q, r] = [a, b, c].map(|i| DVec3::from_array(hare.positions[i as usize].map(f64::from)));
+            let normal = (q - p).cross(r - p);
+            assert!(normal.length() > 1e-3 * CELL * CELL, "no area: {p} {q} {r}");
+            let smooth = DVec3::from_array(hare.normals[a as usize].map(f64::from));
+            assert!((smooth.length() - 1.0).abs() < 1e-6);
+            volume += p.cross(q).dot(r) / 6.0;
+        }
+        assert!(volume > 0.2, "front sides are out: {volume}");
+    }
+
+    /// Connected components.
+    fn pieces(mesh: &Mesh) -> usize {
+        let mut parent: Vec<u32> = (0..mesh.positions.len() as u32).collect();
+        fn root(parent: &mut [u32], mut i: u32) -> u32 {
+            while parent[i as usize] != i {
+                parent[i as usize] = parent[parent[i as usize] as usize];
+                i = parent[i as usize];
+            }
+            i
+        }
+        for &[a, b, c] in &mesh.indices {
+            for i in [b, c] {
+                let (a, i) = (root(&mut parent, a), root(&mut parent, i));
+                parent[i as usize] = a;
+            }
+        }
+        (0..parent.len()).filter(|&i| parent[i] == i as u32).count()
+    }
+
+    #[test]
+    fn it_is_thick_and_thin() {
+        let [lo, hi] =
+            scene().meshes[0].positions.iter().fold([f32::MAX, f32::MIN], |[lo, hi], p| [lo.min(p[1]), hi.max(p[1])]);
+        let height = f64::from(hi - lo);
+        let thickness = |from: DVec3, way: DVec3| {
+            let steps = 4000;
+            let inside = |i: &i32| distance(from + way * (f64::from(*i) / f64::from(steps))) < 0.0;
+            (0..steps).filter(inside).count() as f64 / f64::from(steps) * way.length() / height
+        };
+        let belly = thickness(DVec3::new(-0.6, 0.56, 0.0), DVec3::X * 1.2);
+        let ear = thickness(DVec3::new(-0.22, 1.8, -0.1), DVec3::Z * 0.2);
+        assert!(belly > 0.35 && ear > 0.003 && ear < 0.02, "{belly} {ear}");
+    }
 }

@@ -26,17 +26,17 @@ const LOBES: usize = 200;
 /// Standard deviation of a lobe in radians: about a pixel and a half of the sky's.
 const LOBE_WIDTH: f64 = 0.018;
 /// Irradiance by all lobes on a surface that faces them.
-const LOBES_IRRADIANCE: f64 = 14.0;
+const LOBES_IRRADIANCE: f64 = 18.0;
 
 pub(super) fn scene() -> Scene {
     let mut scene = Scene {
         name: "tower".to_owned(),
         environment: Some(night()),
         camera: Some(Camera::pinhole(
-            DVec3::new(-3.2, 1.9, 21.0),
-            DVec3::new(0.9, 8.2, 0.0),
+            DVec3::new(-3.5, 2.0, 32.0),
+            DVec3::new(0.4, 10.6, 0.0),
             DVec3::Y,
-            52.0_f64.to_radians(),
+            44.0_f64.to_radians(),
         )),
         default_size: Some([480, 640]),
         ..Scene::default()
@@ -71,9 +71,9 @@ fn add_surroundings(scene: &mut Scene) {
             )
         })
         .collect();
-    cores.push(Mesh::quad(DVec3::new(-60.0, -0.2, -60.0), [DVec3::Z * 90.0, DVec3::X * 120.0]));
+    cores.push(Mesh::quad(DVec3::new(-60.0, -0.2, -60.0), [DVec3::Z * 103.0, DVec3::X * 120.0]));
     scene.add_mesh("cores", dark, Mesh::union(&cores));
-    scene.add_mesh("façade", bright, Mesh::cuboid(DVec3::new(-30.0, -0.2, 27.0), DVec3::new(30.0, 32.0, 28.0)));
+    scene.add_mesh("façade", bright, Mesh::cuboid(DVec3::new(-34.0, -0.2, 42.0), DVec3::new(34.0, 38.0, 43.0)));
 }
 
 /// Boxes, by the index of their material.
@@ -93,16 +93,16 @@ impl Bricks {
     /// Four walls of bricks in stretcher bond.
     fn add_tower(&mut self, &(left, right, layers): &(f64, f64, usize)) {
         for layer in 0..layers {
-            for (column, [from, to]) in course(left, right, layer).into_iter().enumerate() {
-                let out = self.relief(layer, column);
+            for [from, to] in course(left, right, layer) {
+                let out = self.relief(layer, 0.5 * (from + to));
                 let [lo, hi] = heights(layer);
                 let front = DVec3::new(to, hi, DEPTH[0] + out);
                 self.add(DVec3::new(from, lo, DEPTH[0] - BRICK.z), front, 0..2);
                 let back = DVec3::new(from, lo, DEPTH[1] - out);
                 self.add(back, DVec3::new(to, hi, DEPTH[1] + BRICK.z), 0..2);
             }
-            for (column, [from, to]) in course(DEPTH[1] + BRICK.z, DEPTH[0] - BRICK.z, layer).into_iter().enumerate() {
-                let out = self.relief(layer, column);
+            for [from, to] in course(DEPTH[1] + BRICK.z, DEPTH[0] - BRICK.z, layer) {
+                let out = self.relief(layer, 0.5 * (from + to));
                 let [lo, hi] = heights(layer);
                 self.add(DVec3::new(left - out, lo, from), DVec3::new(left + BRICK.z, hi, to), 0..2);
                 self.add(DVec3::new(right - BRICK.z, lo, from), DVec3::new(right + out, hi, to), 0..2);
@@ -111,8 +111,8 @@ impl Bricks {
     }
 
     /// How far a brick stands out: windows are recessed, a cornice protrudes, and no brick is laid exactly.
-    fn relief(&mut self, layer: usize, column: usize) -> f64 {
-        let window = layer % 6 >= 3 && layer > 6 && column % 3 == 1;
+    fn relief(&mut self, layer: usize, along: f64) -> f64 {
+        let window = layer % 6 >= 3 && layer > 6 && (along / (3.0 * BRICK.x)).rem_euclid(1.0) < 0.34;
         let cornice = layer % 12 == 1;
         let regular = if window {
             -0.27
@@ -140,7 +140,7 @@ impl Bricks {
     fn add_paving(&mut self) {
         const SIDE: f64 = 1.4;
         for i in -12..12 {
-            for k in -4..14 {
+            for k in -4..22 {
                 let top = self.random.range(-0.05, 0.0);
                 let lo = DVec3::new(SIDE * f64::from(i), -0.2, SIDE * f64::from(k));
                 self.add(lo, DVec3::new(lo.x + SIDE, top, lo.z + SIDE), 2..3);
@@ -169,8 +169,8 @@ fn night() -> Environment {
     let mut random = Random::new(4);
     let mut lobes: Vec<(DVec3, [f64; 3])> = (0..LOBES)
         .map(|_| {
-            let azimuth = random.range(-0.42, 0.42);
-            let elevation = random.range(0.36, 0.72);
+            let azimuth = random.range(-0.3, 0.3);
+            let elevation = random.range(0.36, 0.6);
             let power = random.power_law(0.8, 1000.0);
             let warmth = random.unit();
             let direction =
@@ -195,4 +195,51 @@ fn night() -> Environment {
         }
         radiance.map(|channel| channel as f32)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::measure::Walks;
+    use super::*;
+
+    /// Radiance of the sky in green, at the nearest pixel.
+    fn sky_at(sky: &Environment, direction: DVec3) -> f64 {
+        let d = direction.normalize();
+        let u = (0.5 - d.x.atan2(d.z) / std::f64::consts::TAU).rem_euclid(1.0);
+        let v = d.y.clamp(-1.0, 1.0).acos() / std::f64::consts::PI;
+        let [x, y] = [u * f64::from(sky.size[0]), v * f64::from(sky.size[1])].map(|x| x as u32);
+        f64::from(sky.pixels[(y.min(sky.size[1] - 1) * sky.size[0] + x.min(sky.size[0] - 1)) as usize][1])
+    }
+
+    #[test]
+    fn bricks_are_many_and_what_the_camera_sees_is_lit_indirectly() {
+        let scene = scene();
+        let bricks: usize =
+            scene.meshes.iter().filter(|mesh| mesh.name == "bricks").map(|mesh| mesh.indices.len() / 12).sum();
+        assert!((2000..=5000).contains(&bricks), "{bricks}");
+        // as if each surface reflected half of the light diffusely, up to eight vertices
+        let mut walks = Walks::new(&scene);
+        let sky = scene.environment.as_ref().unwrap();
+        let (mut direct, mut indirect, mut seen) = (0.0, 0.0, 0_u32);
+        for _ in 0..60_000 {
+            let mut ray = walks.camera_ray();
+            let mut throughput = 1.0;
+            for bounce in 0..9 {
+                let Some(vertex) = walks.trace(&ray) else {
+                    let radiance = throughput * sky_at(sky, ray.direction.as_dvec3());
+                    match bounce {
+                        0 => {}
+                        1 => direct += radiance,
+                        _ => indirect += radiance,
+                    }
+                    break;
+                };
+                seen += u32::from(bounce == 0);
+                throughput *= 0.5;
+                ray = walks.bounce(&vertex);
+            }
+        }
+        println!("tower {bricks}: direct {} indirect {}", direct / f64::from(seen), indirect / f64::from(seen));
+        assert!(direct > 0.0 && indirect > 19.0 * direct, "{direct} {indirect}");
+    }
 }
