@@ -3,7 +3,10 @@
 
     pip install 'mitsuba==3.9.*' numpy
     cargo build --release -p restir-host
-    python3 scripts/time_mitsuba.py --restir target/release/restir --out docs/mitsuba-speed.md --libllvm libLLVM.so
+    python3 scripts/time_mitsuba.py --restir target/release/restir --out docs/mitsuba-speed.md
+
+Mitsuba's variant llvm_ad_rgb takes the LLVM library that the environment variable DRJIT_LIBLLVM_PATH names. On processors
+with AVX-512, LLVM 15 and 19 abort on an instruction that they cannot select; 22 works.
 
 The renderers run in turns, after a warm-up each. Mitsuba's time is that of `mi.render` until the image is there, restir's
 is what the program reports for rendering; neither includes loading the scene and building its tree.
@@ -12,6 +15,8 @@ is what the program reports for rendering; neither includes loading the scene an
 import argparse
 import os
 import statistics
+import subprocess
+import sys
 import tempfile
 import time
 from pathlib import Path
@@ -41,6 +46,16 @@ def mitsuba_runner(variant, size, spp):
     return run
 
 
+def problem_of(variant):
+    """Why Mitsuba cannot render with this variant here, or None. In a process of its own: LLVM may abort."""
+    probe = f"import mitsuba as mi; mi.set_variant('{variant}'); mi.render(mi.load_dict(mi.cornell_box()), spp=1).numpy()"
+    if variant.startswith("scalar"):
+        return None
+    done = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True)
+    errors = [line for line in done.stderr.splitlines() if line.strip()]
+    return None if done.returncode == 0 else next((e for e in errors if "ERROR" in e), errors[-1] if errors else "it ended")
+
+
 def restir_runner(program, size, spp, folder):
     output = Path(folder) / "restir.exr"
     return lambda seed: common.restir(program, "cornell-mitsuba", size, spp, DEPTH, seed, output)
@@ -53,8 +68,7 @@ def squared_error(first, second):
 
 def measure(runners, runs):
     """Seconds of each run, and the images of the first two, in turns; the warm-up is not counted."""
-    seconds = {name: [] for name in runners}
-    images = {name: [] for name in runners}
+    seconds, images = ({name: [] for name in runners} for _ in range(2))
     for seed in range(runs + 1):
         for name, run in runners.items():
             image, duration = run(seed)
@@ -106,21 +120,18 @@ def main():
     parser.add_argument("--runs", type=int, default=7)
     parser.add_argument("--size", type=int, default=512)
     parser.add_argument("--spp", type=int, default=64)
-    parser.add_argument("--libllvm", help="the LLVM library for Mitsuba's llvm_ad_rgb, if it is not found by itself")
     arguments = parser.parse_args()
     if arguments.runs < 2:
         parser.error("--runs has to be at least 2")
-    if arguments.libllvm:
-        os.environ["DRJIT_LIBLLVM_PATH"] = arguments.libllvm
     size = [arguments.size, arguments.size]
     missing = {}
     with tempfile.TemporaryDirectory() as folder:
         runners = {"restir": restir_runner(arguments.restir, size, arguments.spp, folder)}
         for variant in VARIANTS:
-            try:
+            if problem := problem_of(variant):
+                missing[variant] = problem
+            else:
                 runners[variant] = mitsuba_runner(variant, size, arguments.spp)
-            except (ImportError, RuntimeError) as problem:
-                missing[variant] = str(problem).splitlines()[0]
         seconds, images = measure(runners, arguments.runs)
     common.write_atomically(arguments.out, report(seconds, images, missing, arguments))
     for name, values in seconds.items():

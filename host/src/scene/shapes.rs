@@ -64,14 +64,14 @@ impl Mesh {
                 mesh.normals.push(around(out, up));
             }
         }
-        for (ring, ends) in profile.windows(2).enumerate().filter(|(_, ends)| ends[0] != ends[1]) {
+        for ring in (1..profile.len()).filter(|&ring| profile[ring - 1] != profile[ring]) {
             for k in 0..segments {
                 // on the axis a ring is one point
                 let at = |ring: usize, k: u32| {
                     ring as u32 * segments + if profile[ring][0] == 0.0 { 0 } else { k % segments }
                 };
-                let [a, b] = [at(ring, k), at(ring, k + 1)];
-                let [c, d] = [at(ring + 1, k), at(ring + 1, k + 1)];
+                let [a, b] = [at(ring - 1, k), at(ring - 1, k + 1)];
+                let [c, d] = [at(ring, k), at(ring, k + 1)];
                 if c != d {
                     mesh.indices.push([a, c, d]);
                 }

@@ -21,7 +21,7 @@ const SAG: f64 = 0.35;
 /// Distance of a lamp's corners from its middle.
 const LAMP_RADIUS: f64 = 0.022;
 /// Radiance of the weakest lamp; the strongest has `2^(POWERS - 1)` times as much.
-const WEAKEST: f32 = 40.0;
+const WEAKEST: f32 = 60.0;
 const POWERS: usize = 9;
 /// The power law's exponent: each doubling of power is this many powers of two rarer.
 const EXPONENT: f64 = 1.0;
@@ -174,7 +174,7 @@ mod tests {
         let scene = scene();
         let emissive = scene.meshes.iter().filter(|mesh| scene.materials[mesh.material].emission != [0.0; 3]);
         assert!(emissive.map(|mesh| mesh.indices.len()).sum::<usize>() >= 10_000);
-        let share = light_share(&scene, 20_000, |_| true);
+        let share = light_share(&scene, 10_000, |_| true);
         // measured 0.020
         assert!(share > 0.001 && share < 0.1, "{share}");
     }

@@ -105,6 +105,12 @@ mod tests {
         faces
     }
 
+    /// Of the cones from the origin to the triangles, positive where their front sides are out.
+    fn volume(mesh: &Mesh, origin: DVec3) -> f64 {
+        let corner = |i: u32| DVec3::from_array(mesh.positions[i as usize].map(f64::from)) - origin;
+        mesh.indices.iter().map(|&[a, b, c]| corner(a).cross(corner(b)).dot(corner(c)) / 6.0).sum()
+    }
+
     fn centre_of(faces: &[(DVec3, DVec3)]) -> DVec3 {
         faces.iter().map(|(centre, _)| *centre).sum::<DVec3>() / faces.len() as f64
     }
@@ -131,10 +137,28 @@ mod tests {
             assert!(built.has_light() && built.camera.is_some() && built.default_size.is_some());
             for mesh in &built.meshes {
                 assert!(mesh.material < built.materials.len());
+                assert!(mesh.normals.is_empty() || mesh.normals.len() == mesh.positions.len(), "{name}: {}", mesh.name);
+                assert!(mesh.uvs.is_empty() || mesh.uvs.len() == mesh.positions.len(), "{name}: {}", mesh.name);
+                let textured = built.materials[mesh.material].base_color_texture.is_some();
+                assert!(!textured || !mesh.uvs.is_empty(), "{name}: {}", mesh.name);
                 assert!(mesh.indices.as_flattened().iter().all(|&i| (i as usize) < mesh.positions.len()));
             }
         }
         assert!(scene("Cornell").is_none());
+    }
+
+    #[test]
+    fn glass_is_closed_and_no_scene_has_triangles_without_area() {
+        for (name, _) in NAMES {
+            let built = scene(name).unwrap();
+            for mesh in built.meshes.iter().filter(|mesh| built.materials[mesh.material].volume.is_some()) {
+                // the volume between an origin and the surface is the same for all origins if the surface is closed
+                let [here, there] = [DVec3::ZERO, DVec3::new(3.0, -5.0, 7.0)].map(|origin| volume(mesh, origin));
+                assert!(here > 0.0 && (there / here - 1.0).abs() < 1e-4, "{name}: {} {here} {there}", mesh.name);
+            }
+            let stats = crate::buffers::SceneBuffers::build(&built).unwrap().stats();
+            assert_eq!(stats.skipped_triangles, 0, "{name}");
+        }
     }
 
     #[test]
