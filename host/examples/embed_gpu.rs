@@ -38,12 +38,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let params_buffer = storage(bytemuck::bytes_of(&params), none);
     let geometry = storage(bytemuck::cast_slice(&scene.geometry), none);
     let attributes = storage(bytemuck::cast_slice(&scene.attributes), none);
+    let texels = storage(bytemuck::cast_slice(&scene.texels), none);
 
     let exact = takes_passthrough(&device);
     let flavour = if exact { Flavour::Exact } else { Flavour::Fast };
     let mut pipelines = Pipelines::new(&device, flavour, Shaders::Embedded);
     let pipeline = pipelines.get(&DESC, &[scene.features])?;
-    let buffers = [&params_buffer, &geometry, &attributes, &film];
+    let buffers = [&params_buffer, &geometry, &attributes, &texels, &film];
     let entries =
         [0, 1, 2, 3].map(|i| wgpu::BindGroupEntry { binding: i, resource: buffers[i as usize].as_entire_binding() });
     let layout = &pipeline.get_bind_group_layout(0);

@@ -1,7 +1,7 @@
 //! BVH construction: obvhs builds the tree, this module turns it into the kernels' nodes.
 
 use glam::Vec3;
-use obvhs::{BvhBuildParams, aabb::Aabb, bvh2::builder::build_bvh2};
+use obvhs::{Boundable, BvhBuildParams, aabb::Aabb, bvh2::builder::build_bvh2};
 use restir_shared::layout::{LEAF, LEAF_COUNT_SHIFT, STACK_DEPTH};
 use std::time::Duration;
 
@@ -60,94 +60,92 @@ pub(crate) struct Bvh {
 /// A node's parent: its index, and which of its children the node is.
 type Parent = Option<(usize, usize)>;
 
-/// A tree before it is laid out.
-enum Tree {
-    Leaf { first: usize, count: usize },
-    Inner(Box<[Tree; 2]>),
+/// A node of a tree before it is laid out; the root is the first.
+#[derive(Clone, Copy)]
+struct TreeNode {
+    /// First of the node's triangles in the order of the leaves; first of its two children if it has no triangles.
+    first: u32,
+    count: u32,
 }
 
-/// Builds a BVH over at least one triangle with finite vertices.
-pub(crate) fn build(triangles: &[[Vec3; 3]]) -> Bvh {
-    let boxes: Vec<Bounds> = triangles.iter().map(Bounds::of).collect();
-    let (tree, order) = surface_area_tree(&boxes);
-    let bvh = lay_out(&tree, order, &boxes);
+/// Builds a BVH over at least one triangle with finite bounds.
+pub(crate) fn build(boxes: &[Bounds]) -> Bvh {
+    let (tree, order) = surface_area_tree(boxes);
+    let bvh = lay_out(&tree, order, boxes);
     if bvh.depth <= STACK_DEPTH {
         return bvh;
     }
     // a chain of nested or geometrically growing triangles: balance bounds the depth, whatever the shapes
     let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
-    let tree = balanced_tree(&mut order, 0, &boxes);
-    lay_out(&tree, order, &boxes)
+    let tree = balanced_tree(&mut order, boxes);
+    lay_out(&tree, order, boxes)
 }
 
-fn surface_area_tree(boxes: &[Bounds]) -> (Tree, Vec<u32>) {
-    let aabbs: Vec<Aabb> = boxes.iter().map(|b| Aabb::new(b.lo.into(), b.hi.into())).collect();
+impl Boundable for Bounds {
+    fn aabb(&self) -> Aabb {
+        Aabb::new(self.lo.into(), self.hi.into())
+    }
+}
+
+fn surface_area_tree(boxes: &[Bounds]) -> (Vec<TreeNode>, Vec<u32>) {
     let params = BvhBuildParams { max_prims_per_leaf: LEAF_SIZE, ..BvhBuildParams::medium_build() };
-    let bvh = build_bvh2(&aabbs, params, &mut Duration::default());
-    // depth-first without recursion: the tree may be as deep as it has triangles
-    let mut done: Vec<Tree> = Vec::new();
-    let mut work = vec![(0_usize, false)];
-    while let Some((index, children_done)) = work.pop() {
-        let node = &bvh.nodes[index];
-        if node.is_leaf() {
-            done.push(Tree::Leaf { first: node.first_index as usize, count: node.prim_count as usize });
-        } else if children_done {
-            if let (Some(b), Some(a)) = (done.pop(), done.pop()) {
-                done.push(Tree::Inner(Box::new([a, b])));
-            }
-        } else {
-            let first = node.first_index as usize;
-            work.extend([(index, true), (first + 1, false), (first, false)]);
-        }
-    }
-    let root = done.pop().unwrap_or(Tree::Leaf { first: 0, count: 0 });
-    (root, bvh.primitive_indices)
+    let bvh = build_bvh2(boxes, params, &mut Duration::default());
+    let nodes = bvh.nodes.iter().map(|node| TreeNode { first: node.first_index, count: node.prim_count });
+    (nodes.collect(), bvh.primitive_indices)
 }
 
-fn balanced_tree(order: &mut [u32], first: usize, boxes: &[Bounds]) -> Tree {
-    if order.len() <= LEAF_SIZE as usize {
-        return Tree::Leaf { first, count: order.len() };
+/// Halves at the median of the longest axis.
+fn balanced_tree(order: &mut [u32], boxes: &[Bounds]) -> Vec<TreeNode> {
+    let mut nodes = vec![TreeNode { first: 0, count: 0 }];
+    let mut work = vec![(0, 0..order.len())];
+    while let Some((index, range)) = work.pop() {
+        let part = &mut order[range.clone()];
+        if part.len() <= LEAF_SIZE as usize {
+            nodes[index] = TreeNode { first: range.start as u32, count: part.len() as u32 };
+            continue;
+        }
+        let bounds = part.iter().fold(Bounds::EMPTY, |b, &i| b.union(boxes[i as usize]));
+        let axis = (bounds.hi - bounds.lo).max_position();
+        let key = |i: u32| boxes[i as usize].lo[axis] * 0.5 + boxes[i as usize].hi[axis] * 0.5;
+        let half = part.len() / 2;
+        part.select_nth_unstable_by(half, |&a, &b| key(a).total_cmp(&key(b)).then(a.cmp(&b)));
+        let first = nodes.len();
+        nodes[index] = TreeNode { first: first as u32, count: 0 };
+        nodes.extend([TreeNode { first: 0, count: 0 }; 2]);
+        let middle = range.start + half;
+        work.extend([(first + 1, middle..range.end), (first, range.start..middle)]);
     }
-    let bounds = order.iter().fold(Bounds::EMPTY, |b, &i| b.union(boxes[i as usize]));
-    let size = bounds.hi - bounds.lo;
-    let axis = size.max_position();
-    let middle = order.len() / 2;
-    let key = |i: u32| boxes[i as usize].lo[axis] * 0.5 + boxes[i as usize].hi[axis] * 0.5;
-    order.select_nth_unstable_by(middle, |&a, &b| key(a).total_cmp(&key(b)).then(a.cmp(&b)));
-    let (left, right) = order.split_at_mut(middle);
-    Tree::Inner(Box::new([balanced_tree(left, first, boxes), balanced_tree(right, first + middle, boxes)]))
+    nodes
 }
 
 /// Numbers the inner nodes, and computes boxes and depth from the leaves up.
-fn lay_out(tree: &Tree, order: Vec<u32>, boxes: &[Bounds]) -> Bvh {
+fn lay_out(tree: &[TreeNode], order: Vec<u32>, boxes: &[Bounds]) -> Bvh {
     let mut nodes: Vec<Node> = Vec::new();
     let empty = Node { bounds: [Bounds::EMPTY; 2], children: [0; 2] };
-    // (tree, its parent and side); children are numbered after their parent
-    let mut work: Vec<(&Tree, Parent, usize)> = vec![(tree, None, 0)];
+    // (node of the tree, its parent and side, its depth); children are numbered after their parent
+    let mut work: Vec<(u32, Parent, usize)> = vec![(0, None, 0)];
     let mut root = 0;
     let mut depth = 0;
     let mut parents: Vec<Parent> = Vec::new();
     let mut bounds = Bounds::EMPTY;
-    while let Some((tree, parent, level)) = work.pop() {
-        let reference = match tree {
-            Tree::Leaf { first, count } => {
-                let leaf = order[*first..*first + *count].iter();
-                let leaf_bounds = leaf.fold(Bounds::EMPTY, |b, &i| b.union(boxes[i as usize]));
-                match parent {
-                    Some((node, side)) => nodes[node].bounds[side] = leaf_bounds,
-                    None => bounds = leaf_bounds,
-                }
-                LEAF | ((*count as u32) << LEAF_COUNT_SHIFT) | *first as u32
+    while let Some((index, parent, level)) = work.pop() {
+        let TreeNode { first, count } = tree[index as usize];
+        let reference = if count > 0 {
+            let leaf = order[first as usize..(first + count) as usize].iter();
+            let leaf_bounds = leaf.fold(Bounds::EMPTY, |b, &i| b.union(boxes[i as usize]));
+            match parent {
+                Some((node, side)) => nodes[node].bounds[side] = leaf_bounds,
+                None => bounds = leaf_bounds,
             }
-            Tree::Inner(children) => {
-                let index = nodes.len();
-                nodes.push(empty);
-                parents.push(parent);
-                depth = depth.max(level + 1);
-                work.push((&children[1], Some((index, 1)), level + 1));
-                work.push((&children[0], Some((index, 0)), level + 1));
-                index as u32
-            }
+            LEAF | (count << LEAF_COUNT_SHIFT) | first
+        } else {
+            let node = nodes.len();
+            nodes.push(empty);
+            parents.push(parent);
+            depth = depth.max(level + 1);
+            work.push((first + 1, Some((node, 1)), level + 1));
+            work.push((first, Some((node, 0)), level + 1));
+            node as u32
         };
         match parent {
             Some((node, side)) => nodes[node].children[side] = reference,
@@ -169,7 +167,8 @@ mod tests {
     use super::*;
 
     fn check(triangles: &[[Vec3; 3]]) {
-        let bvh = build(triangles);
+        let boxes: Vec<Bounds> = triangles.iter().map(Bounds::of).collect();
+        let bvh = build(&boxes);
         assert!(bvh.depth <= STACK_DEPTH, "depth {}", bvh.depth);
         let mut order = bvh.order.clone();
         order.sort_unstable();
@@ -183,9 +182,8 @@ mod tests {
             } else {
                 let first = (reference & ((1 << LEAF_COUNT_SHIFT) - 1)) as usize;
                 let count = ((reference & !LEAF) >> LEAF_COUNT_SHIFT) as usize;
-                let union = bvh.order[first..first + count]
-                    .iter()
-                    .fold(Bounds::EMPTY, |b, &i| b.union(Bounds::of(&triangles[i as usize])));
+                let union =
+                    bvh.order[first..first + count].iter().fold(Bounds::EMPTY, |b, &i| b.union(boxes[i as usize]));
                 assert_eq!(bounds, union);
             }
         }

@@ -41,6 +41,9 @@ pub enum Error {
     /// The buffers of a render do not fit.
     #[error("{0}")]
     Memory(String),
+    /// A check ran and did not pass. The program exits with code 1.
+    #[error("{0}")]
+    Failed(String),
     /// The user interrupted the work.
     #[error("interrupted; nothing was written")]
     Interrupted,

@@ -5,10 +5,14 @@
 
 mod alias;
 mod artifact;
+#[cfg(feature = "cli")]
+mod bench;
 pub mod buffers;
 mod bvh;
 #[cfg(feature = "cli")]
 pub mod cli;
+pub mod compact;
+pub mod distribution;
 pub mod error;
 pub mod exec;
 pub mod image;
@@ -17,10 +21,13 @@ mod memory;
 pub mod metrics;
 pub mod output;
 pub mod plan;
+pub mod reference;
 pub mod render;
+pub mod replay;
 pub mod scene;
 pub mod self_check;
 pub mod spirv;
+pub mod wide_bvh;
 
 pub use artifact::Shaders;
 pub use error::Error;

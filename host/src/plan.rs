@@ -1,6 +1,7 @@
 //! A frame plan: the buffers of a technique and its passes in order. Executors run it; they know no technique.
 
 use crate::Error;
+use crate::buffers::SceneBuffers;
 use restir_kernels::{Access, KernelDesc};
 use std::sync::Arc;
 
@@ -43,6 +44,8 @@ pub struct FramePlan<'a> {
     pub pass_count: u64,
     /// The buffers that hold the results.
     pub outputs: Vec<BufferId>,
+    /// The scene that the passes trace rays in, for executors that have a better structure than the arena.
+    pub scene: Option<&'a SceneBuffers>,
 }
 
 impl FramePlan<'_> {

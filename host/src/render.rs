@@ -165,7 +165,8 @@ fn plane_count(samples: u32, largest: u32) -> usize {
 /// Buffers of a plan for path tracing.
 const GEOMETRY: usize = 0;
 const ATTRIBUTES: usize = 1;
-const FIRST_PLANE: usize = 2;
+const TEXELS: usize = 2;
+const FIRST_PLANE: usize = 3;
 
 pub(crate) fn path_plan<'a>(scene: &'a SceneBuffers, settings: &'a RenderSettings) -> FramePlan<'a> {
     let largest = block_log2(settings);
@@ -173,7 +174,11 @@ pub(crate) fn path_plan<'a>(scene: &'a SceneBuffers, settings: &'a RenderSetting
     let plane_words = settings.width as usize * settings.height as usize * size_of::<FilmPixel>() / 4;
     let arena =
         |name, words: &std::sync::Arc<[u32]>| Buffer { name, words: words.len(), contents: Some(words.clone()) };
-    let mut buffers = vec![arena("geometry", &scene.geometry), arena("attributes", &scene.attributes)];
+    let mut buffers = vec![
+        arena("geometry", &scene.geometry),
+        arena("attributes", &scene.attributes),
+        arena("texels", &scene.texels),
+    ];
     let plane = |name| Buffer { name, words: plane_words, contents: None };
     buffers.extend((0..planes).map(|_| plane("film")).chain([plane("mean")]));
     let blocks = block_count(samples, largest);
@@ -183,6 +188,7 @@ pub(crate) fn path_plan<'a>(scene: &'a SceneBuffers, settings: &'a RenderSetting
         // merging n blocks into one takes n - 1 additions
         pass_count: blocks + (blocks - 1) + 1,
         outputs: vec![FIRST_PLANE + planes],
+        scene: Some(scene),
     }
 }
 
@@ -239,7 +245,7 @@ impl<'a> PathPasses<'a> {
             kernel: &kernels::path::DESC,
             constants: vec![self.scene.features],
             params: bytemuck::cast_slice(&[params]).to_vec(),
-            bindings: vec![GEOMETRY, ATTRIBUTES, plane],
+            bindings: vec![GEOMETRY, ATTRIBUTES, TEXELS, plane],
             grid: [s.width, s.height],
         })
     }

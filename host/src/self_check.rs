@@ -60,6 +60,7 @@ fn probes() -> FramePlan<'static> {
         passes: Box::new(std::iter::once(pass)),
         pass_count: 1,
         outputs: vec![1],
+        scene: None,
     }
 }
 

@@ -2,6 +2,7 @@
 
 use bytemuck::Pod;
 use restir_shared::layout::{CameraParams, SceneHeader};
+use restir_shared::scene::Tracer;
 
 /// How a kernel uses a binding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,6 +70,8 @@ pub struct NativeRow<'a> {
     pub read: &'a [&'a [u32]],
     /// The row's part of the [`Access::Own`] arrays, in the order of the descriptor.
     pub own: &'a mut [&'a mut [u32]],
+    /// What traces rays instead of the geometry arena.
+    pub tracer: Tracer<'a>,
 }
 
 /// A scene that cases may use: header and arenas as kernels see them.
@@ -79,6 +82,8 @@ pub struct CaseScene {
     pub geometry: Vec<u32>,
     /// Attribute arena.
     pub attributes: Vec<u32>,
+    /// Texel arena.
+    pub texels: Vec<u32>,
     /// The camera's parameters for an image of the given width and height.
     pub camera: Box<dyn Fn(u32, u32) -> CameraParams>,
     /// The scene's feature bits.

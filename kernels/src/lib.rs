@@ -13,8 +13,13 @@ pub mod probe;
 pub use desc::{Access, Binding, Case, CaseScene, CaseScenes, Constant, KernelDesc, NativeRow};
 
 kernels! {
+    compact_count,
+    compact_gather,
+    compact_scan,
+    compact_sum,
     film_add,
     film_resolve,
+    num_probe,
     path,
     self_check,
     #[cfg(feature = "size-probe")]

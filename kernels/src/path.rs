@@ -10,11 +10,11 @@ kernel! {
     pub fn path(8, 8) {
         constants { 0: features = 0xffff_ffff }
         params 0: PathParams,
-        read { 1: geometry: UVec4, 2: attributes: UVec4 },
-        own { 3: film: FilmPixel },
+        read { 1: geometry: UVec4, 2: attributes: UVec4, 3: texels: UVec4 },
+        own { 4: film: FilmPixel },
     }
-    |x, y, at, p| {
-        let scene = SceneView { header: p.scene, geometry, attributes, features };
+    |x, y, at, p, tracer| {
+        let scene = SceneView { header: p.scene, geometry, attributes, texels, features, tracer };
         film[at] = technique::path::pixel(&scene, &p, x, y)
     }
 }
@@ -60,6 +60,7 @@ fn cases(scenes: &dyn crate::CaseScenes) -> Vec<crate::Case> {
                     .with(&[params])
                     .with(&scene.geometry)
                     .with(&scene.attributes)
+                    .with(&scene.texels)
                     .output(),
             );
         }

@@ -15,18 +15,18 @@ kernel! {
     pub fn size_probe(8, 8) {
         constants { 0: features = 0xffff_ffff }
         params 0: PathParams,
-        read { 1: geometry: UVec4, 2: attributes: UVec4 },
-        own { 3: film: FilmPixel },
+        read { 1: geometry: UVec4, 2: attributes: UVec4, 3: texels: UVec4 },
+        own { 4: film: FilmPixel },
     }
-    |x, y, at, p| {
-        let scene = SceneView { header: p.scene, geometry, attributes, features };
+    |x, y, at, p, tracer| {
+        let scene = SceneView { header: p.scene, geometry, attributes, texels, features, tracer };
         film[at] = FilmPixel::from_radiance(four_segments(&scene, &p, x, y))
     }
 }
 
 fn four_segments(scene: &SceneView<'_>, params: &PathParams, x: u32, y: u32) -> Vec3 {
     let rng = Rng::new(x, y, params.first_sample, params.seed);
-    let mut ray = primary_ray(&params.camera, Vec2::new(x as f32 + 0.5, y as f32 + 0.5));
+    let mut ray = primary_ray(&params.camera, Vec2::new(x as f32 + 0.5, y as f32 + 0.5), Vec2::ZERO);
     let mut sum = Vec3::ZERO;
     let mut weight = Vec3::ONE;
     (sum, weight, ray) = segment(scene, &rng, 0, sum, weight, ray);
@@ -50,7 +50,7 @@ fn segment(scene: &SceneView<'_>, rng: &Rng, dimension: u32, sum: Vec3, weight: 
     let (local, value) = ggx(view, 0.09, Vec2::new(rng::unit(words.x), rng::unit(words.y)));
     let origin = point.position + frame.n * point.offset;
     let next = Ray { origin, direction: frame.to_world(local), t_max: Ray::FAR };
-    (sum + weight * point.emission, weight * point.reflectance * value, next)
+    (sum + weight * point.emission, weight * point.material.base_color * value, next)
 }
 
 /// Samples the visible normals of GGX (Heitz 2018, JCGT 7(4)): the reflected direction and its weight.
@@ -104,6 +104,7 @@ fn cases(scenes: &dyn crate::CaseScenes) -> Vec<crate::Case> {
             .with(&[params])
             .with(&scene.geometry)
             .with(&scene.attributes)
+            .with(&scene.texels)
             .output(),
     ]
 }

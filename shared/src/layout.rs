@@ -8,9 +8,17 @@
 //! |---|---|---|---|
 //! | geometry | nodes | [`NODE_WORDS`] | `lo0.xyz, child0`, `hi0.xyz, child1`, `lo1.xyz, 0`, `hi1.xyz, 0` |
 //! | geometry | triangles | [`TRIANGLE_WORDS`] | `v0.xyz, material`, `v1.xyz, light or NONE`, `v2.xyz, object` |
-//! | attributes | materials | [`MATERIAL_WORDS`] | `reflectance.rgb, flags`, `emission.rgb, 0` |
-//! | attributes | lights | [`LIGHT_WORDS`] | `triangle, area density, 0, 0` |
+//! | geometry | shading | [`SHADING_WORDS`] | `n0, n1, n2, t0`, `t1, t2, uv0`, `uv1, uv2`: a record a triangle; `n` unit normals and `t` tangents as [`crate::pack`] has them, the lowest bit of a tangent set where the bitangent is `-n x t`; absent without [`FEATURE_SHADING`] |
+//! | attributes | materials | [`MATERIAL_WORDS`] | `base colour.rgb, flags`, `emission.rgb, texture uses or NONE`, `metallic, roughness, ior, transmission`, `diffuse transmission.rgb, its share`, `absorption.rgb, normal scale` |
+//! | attributes | texture uses | [`TEXTURE_USE_WORDS`] | `first texel word or NONE, width, height, flags`, `m00, m01, m02, 0`, `m10, m11, m12, 0`; [`TEXTURE_SLOTS`] in a row |
+//! | attributes | lights | [`LIGHT_WORDS`] | `triangle or index, density, kind, 0` |
+//! | attributes | punctual lights | [`PUNCTUAL_WORDS`] | `position.xyz, kind`, `direction.xyz, falloff scale`, `intensity.rgb, falloff offset` |
+//! | attributes | environment | [`ENVIRONMENT_WORDS`] | `first texel word, width, height, first row word`, `rotation in turns, probability, 0, 0` |
 //! | attributes | alias table | [`ALIAS_WORDS`] | `threshold, alias, 0, 0`; absent without [`FEATURE_LIGHT_TABLE`] |
+//! | texels | sRGB table | 1 | `linear value, 0, 0, 0` of each of 256 codes |
+//! | texels | texture | a quarter | four RGBA texels of 8 bits a channel |
+//! | texels | environment | 1 | `radiance.rgb, lower bound of the column's share of its row`, in 2^-32 |
+//! | texels | environment rows | 1 | `lower bound of the row's share, 0, 0, 0`, in 2^-32 |
 
 use bytemuck::{Pod, Zeroable};
 use glam::UVec4;
@@ -20,7 +28,17 @@ pub const NODE_WORDS: u32 = 4;
 /// Words in a triangle.
 pub const TRIANGLE_WORDS: u32 = 3;
 /// Words in a material.
-pub const MATERIAL_WORDS: u32 = 2;
+pub const MATERIAL_WORDS: u32 = 5;
+/// Words in a triangle's normals, tangents and texture coordinates.
+pub const SHADING_WORDS: u32 = 3;
+/// Words in a material's use of a texture.
+pub const TEXTURE_USE_WORDS: u32 = 3;
+/// Textures that a material can use: base colour, metallic-roughness, normal, emission.
+pub const TEXTURE_SLOTS: u32 = 4;
+/// Words in a punctual light.
+pub const PUNCTUAL_WORDS: u32 = 3;
+/// Words in the record of the environment.
+pub const ENVIRONMENT_WORDS: u32 = 2;
 /// Words in a light.
 pub const LIGHT_WORDS: u32 = 1;
 /// Words in an entry of the alias table.
@@ -43,6 +61,42 @@ pub const STACK_DEPTH: usize = 64;
 
 /// Material flag: emits on both sides. Without it only the front (counter-clockwise) side emits.
 pub const MATERIAL_TWO_SIDED_EMISSION: u32 = 1;
+/// Material flag: encloses an interior. Without it the surface is a thin wall.
+pub const MATERIAL_VOLUME: u32 = 2;
+
+/// Texture slot: base colour, sRGB.
+pub const SLOT_BASE_COLOR: u32 = 0;
+/// Texture slot: green is roughness, blue metallic.
+pub const SLOT_METALLIC_ROUGHNESS: u32 = 1;
+/// Texture slot: tangent-space normal.
+pub const SLOT_NORMAL: u32 = 2;
+/// Texture slot: emission, sRGB.
+pub const SLOT_EMISSION: u32 = 3;
+
+/// Texture flag: along u, the texture repeats. Without it and [`TEXTURE_MIRROR_U`], the edge continues.
+pub const TEXTURE_REPEAT_U: u32 = 1;
+/// Texture flag: along u, the texture repeats mirrored.
+pub const TEXTURE_MIRROR_U: u32 = 2;
+/// As [`TEXTURE_REPEAT_U`], along v.
+pub const TEXTURE_REPEAT_V: u32 = 4;
+/// As [`TEXTURE_MIRROR_U`], along v.
+pub const TEXTURE_MIRROR_V: u32 = 8;
+/// Texture flag: the nearest texel instead of a bilinear mean.
+pub const TEXTURE_NEAREST: u32 = 16;
+/// Texture flag: RGB is sRGB-encoded.
+pub const TEXTURE_SRGB: u32 = 32;
+
+/// Kind of a light: an emissive triangle; density per area.
+pub const LIGHT_TRIANGLE: u32 = 0;
+/// Kind of a light: punctual; the density is its probability.
+pub const LIGHT_PUNCTUAL: u32 = 1;
+/// Kind of a light: the environment; the density is its probability.
+pub const LIGHT_ENVIRONMENT: u32 = 2;
+
+/// Kind of a punctual light: at a point, with a falloff about its direction.
+pub const PUNCTUAL_POINT: u32 = 0;
+/// Kind of a punctual light: infinitely far away.
+pub const PUNCTUAL_DIRECTIONAL: u32 = 1;
 
 /// Scene feature: emitters differ in power, so the choice among them needs the alias table.
 pub const FEATURE_LIGHT_TABLE: u32 = 1;
@@ -94,15 +148,25 @@ pub struct SceneHeader {
     pub triangle_count: u32,
     /// First word of the lights in the attribute arena; materials begin at word 0.
     pub light_base: u32,
-    /// Number of emissive triangles.
+    /// Number of lights of all kinds.
     pub light_count: u32,
     /// First word of the alias table in the attribute arena; [`NONE`] without one.
     pub alias_base: u32,
     /// Reference to the root, encoded as a child of a node; [`NONE`] for a scene without triangles.
     pub root: u32,
+    /// First word of the shading records in the geometry arena; [`NONE`] without.
+    pub shading_base: u32,
+    /// First word of the punctual lights in the attribute arena.
+    pub punctual_base: u32,
+    /// First word of the environment's record in the attribute arena; [`NONE`] without.
+    pub environment_base: u32,
+    /// First word of the sRGB table in the texel arena.
+    pub srgb_base: u32,
 }
 
-/// A pinhole camera. `right` and `up` span half of the image plane at distance `|forward|`.
+/// A camera with a thin lens, or a pinhole. `right` and `up` span half of the image plane at distance `|forward|`, which
+/// is the plane in focus if there is a lens. A point (x, y) of the unit disk is the point
+/// `position + right * (lens_right * x) + up * (lens_up * y)` of the lens.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct CameraParams {
@@ -116,12 +180,12 @@ pub struct CameraParams {
     pub inv_height: f32,
     /// From the centre of the image plane to the middle of its right edge.
     pub right: [f32; 3],
-    /// Zero.
-    pub reserved0: f32,
+    /// Radius of the lens over the length of `right`; zero for a pinhole.
+    pub lens_right: f32,
     /// From the centre of the image plane to the middle of its upper edge.
     pub up: [f32; 3],
-    /// Zero.
-    pub reserved1: f32,
+    /// Radius of the lens over the length of `up`; zero for a pinhole.
+    pub lens_up: f32,
 }
 
 /// Parameters of the kernel `path`: one aligned block of samples of every pixel.
@@ -188,9 +252,9 @@ pub struct FilmPixel {
 
 const _: () = {
     assert!(size_of::<UVec4>() == 16);
-    assert!(size_of::<SceneHeader>() == 48);
+    assert!(size_of::<SceneHeader>() == 64);
     assert!(size_of::<CameraParams>() == 64);
-    assert!(size_of::<PathParams>() == 144);
+    assert!(size_of::<PathParams>() == 160);
     assert!(size_of::<FilmParams>() == 16);
     assert!(size_of::<FilmPixel>() == 16);
 };

@@ -8,13 +8,16 @@
 //! |---|---|
 //! | [`num`] | the only home of non-trivial scalar functions: division, roots, exponentials, angles |
 //! | [`vec`] | dot, cross, length, normalisation and frames in a fixed order of evaluation |
+//! | [`color`] | luminance, the sRGB transfer function |
+//! | [`pack`] | unit vectors, half floats and shared-exponent colours in 32-bit words |
 //! | [`rng`] | counter-based random numbers keyed by (pixel, sample, dimension, seed) |
 //! | [`layout`] | the plain-data types that cross the bus between host and device |
+//! | [`compact`] | compaction and counting sort: count, scan, gather |
 //! | [`sampling`] | `sample_x`, `x_pdf` and `invert_x` for each distribution |
 //! | [`geometry`] | rays, the watertight triangle test, BVH traversal |
 //! | [`scene`] | the traits an embedder implements, and [`scene::SceneView`], which implements all of them |
 //! | [`bsdf`] | scattering functions |
-//! | [`camera`] | the pinhole camera |
+//! | [`camera`] | the pinhole and the thin-lens camera |
 //! | [`film`] | the pairwise sum over samples |
 //! | [`technique`] | the per-pixel bodies |
 #![no_std]
@@ -24,10 +27,13 @@ pub use glam;
 
 pub mod bsdf;
 pub mod camera;
+pub mod color;
+pub mod compact;
 pub mod film;
 pub mod geometry;
 pub mod layout;
 pub mod num;
+pub mod pack;
 pub mod rng;
 pub mod sampling;
 pub mod scene;

@@ -45,12 +45,10 @@ impl Trace for HollowSphere {
 impl Surface for HollowSphere {
     fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         let position = ray.origin + ray.direction * hit.t;
+        let reflectance = Vec3::splat(self.reflectance);
         SurfacePoint {
-            position,
-            normal: -normalize(position),
-            offset: self.radius * OFFSET,
-            reflectance: Vec3::splat(self.reflectance),
             emission: Vec3::splat(self.emission),
+            ..SurfacePoint::diffuse(position, -normalize(position), self.radius * OFFSET, reflectance)
         }
     }
 }
@@ -66,8 +64,8 @@ impl Lights for HollowSphere {
             normal: -outward,
             offset: self.radius * OFFSET,
             emission: Vec3::splat(self.emission),
-            two_sided: false,
             density: self.density(),
+            ..LightSample::NONE
         }
     }
 

@@ -1,10 +1,12 @@
 //! Harness of the suites: sweeps of scalar functions, statistics, an independent path tracer, scenes.
 
 pub mod brute;
+pub mod bsdf_f64;
 pub mod data;
 pub mod device;
 pub mod flush;
 pub mod foreign;
+pub mod gltf_files;
 pub mod liveness;
 pub mod meshes;
 pub mod num;
@@ -15,4 +17,5 @@ pub mod rays;
 pub mod scenes;
 pub mod stats;
 pub mod suite;
+pub mod watertight;
 pub mod wrong;

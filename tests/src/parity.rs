@@ -28,6 +28,7 @@ impl CaseScenes for BuiltinScenes {
             header: scene.header,
             geometry: scene.geometry.to_vec(),
             attributes: scene.attributes.to_vec(),
+            texels: scene.texels.to_vec(),
             camera: Box::new(move |width, height| -> CameraParams { camera.params(width, height) }),
             features: scene.features,
         }
@@ -142,6 +143,7 @@ pub fn plan(kernel: &'static KernelDesc, case: &Case) -> FramePlan<'static> {
         buffers,
         passes: Box::new(std::iter::once(pass)),
         pass_count: 1,
+        scene: None,
     }
 }
 

@@ -180,9 +180,9 @@ impl Setting {
             forward: [0.0, 0.0, -1.0],
             inv_height: 1.0 / self.size[1] as f32,
             right: [self.half_width(), 0.0, 0.0],
-            reserved0: 0.0,
+            lens_right: 0.0,
             up: [0.0, self.half_height, 0.0],
-            reserved1: 0.0,
+            lens_up: 0.0,
         }
     }
 

@@ -2,7 +2,7 @@
 
 use glam::{UVec4, Vec3};
 use restir_shared::geometry::{Hit, Ray};
-use restir_shared::scene::{LightSample, Lights, Surface, SurfacePoint, Trace};
+use restir_shared::scene::{EnvironmentPoint, LightSample, Lights, Surface, SurfacePoint, Trace};
 
 /// A way of being wrong.
 pub trait Fault: Sync {
@@ -57,6 +57,10 @@ impl<S: Lights, F: Fault> Lights for Faulty<S, F> {
     fn light_density(&self, hit: &Hit) -> f32 {
         self.fault.density(self.scene.light_density(hit))
     }
+
+    fn environment(&self, direction: Vec3) -> EnvironmentPoint {
+        self.scene.environment(direction)
+    }
 }
 
 /// No fault.
@@ -67,7 +71,7 @@ impl Fault for Right {}
 pub struct Throughput(pub f32);
 impl Fault for Throughput {
     fn surface(&self, point: &mut SurfacePoint, _: impl Fn() -> SurfacePoint) {
-        point.reflectance *= self.0;
+        point.material.base_color *= self.0;
     }
 }
 

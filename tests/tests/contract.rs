@@ -6,6 +6,7 @@ use proptest::test_runner::{Config, TestRng, TestRunner};
 use restir_host::buffers::SceneBuffers;
 use restir_host::scene::Scene;
 use restir_shared::camera::primary_ray;
+use restir_shared::color;
 use restir_shared::film::{MAX_BLOCK_LOG2, sum_block};
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::glam::{Vec2, Vec3};
@@ -145,7 +146,8 @@ fn arenas_hold_the_scene() -> Result<(), Failed> {
         let ray = Ray { origin: (a + b + c) * (1.0 / 3.0) + normal, direction: -normal, t_max: Ray::FAR };
         let hit = Hit { t: 1.0, id: id as u32, uv: Vec2::splat(0.25) };
         let point = view.surface(&ray, &hit);
-        let right = point.reflectance.to_array() == paint.reflectance && point.emission.to_array() == paint.emission;
+        let right =
+            point.material.base_color.to_array() == paint.reflectance && point.emission.to_array() == paint.emission;
         ensure(right, || format!("triangle {id} has another material"))?;
     }
     ensure(lights.len() == view.header.light_count as usize, || "lights without triangles".to_owned())
@@ -261,7 +263,7 @@ fn an_unflushed_sum_is_seen() -> Result<(), Failed> {
     let params = setting.params(&buffers, 0);
     let unflushed = || -> Vec<u32> {
         let sample = |i: u32| {
-            let ray = primary_ray(&params.camera, Vec2::new((i % 32) as f32, 24.5));
+            let ray = primary_ray(&params.camera, Vec2::new((i % 32) as f32, 24.5), Vec2::ZERO);
             path::radiance(black_box(&view), ray, &Rng::new(i, 24, 0, 1), 3, false)
         };
         (0..1024).flat_map(|i| sample(i).to_array().map(f32::to_bits)).collect()
@@ -273,7 +275,7 @@ fn an_unflushed_sum_is_seen() -> Result<(), Failed> {
 }
 
 /// Results of every scalar function for one pair of operands of magnitude 2^-100 and more.
-fn functions(a: f32, b: f32) -> [u32; 13] {
+fn functions(a: f32, b: f32) -> [u32; 25] {
     let flushed = |x: f32| num::flush(x).to_bits();
     let (sin, cos) = num::sin_cos(a);
     [
@@ -290,6 +292,18 @@ fn functions(a: f32, b: f32) -> [u32; 13] {
         flushed(num::recip(a)),
         flushed(num::sqrt(num::abs(a))),
         flushed(num::rsqrt(num::abs(a))),
+        flushed(num::exp2(a)),
+        flushed(num::expm1(a)),
+        flushed(num::log2(num::abs(a))),
+        flushed(num::ln_1p(a)),
+        flushed(num::sinh(a)),
+        flushed(num::asinh(a)),
+        flushed(num::acos(a)),
+        flushed(num::asin(a)),
+        flushed(num::cbrt(a)),
+        flushed(num::pow(num::abs(a), b)),
+        flushed(color::srgb_encode(a)),
+        flushed(color::srgb_decode(a)),
     ]
 }
 

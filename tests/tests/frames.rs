@@ -97,7 +97,12 @@ fn long_blocks(flags: u32) -> Result<Case, Failed> {
         flags,
         ..PathParams::default()
     };
-    Ok(Case::new("long", 8, 8).with(&[params]).with(&scene.geometry).with(&scene.attributes).output())
+    Ok(Case::new("long", 8, 8)
+        .with(&[params])
+        .with(&scene.geometry)
+        .with(&scene.attributes)
+        .with(&scene.texels)
+        .output())
 }
 
 /// lavapipe (gallivm) ends the loops of an invocation after 65 535 rounds in all and reports nothing. Plans keep far below

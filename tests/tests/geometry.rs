@@ -6,22 +6,26 @@ use libtest_mimic::{Arguments, Failed, Trial};
 use rayon::prelude::*;
 use restir_host::buffers::SceneBuffers;
 use restir_host::scene::Mesh;
+use restir_host::wide_bvh::{SimdLevel, WideBvh};
 use restir_shared::geometry::{Hit, Ray};
-use restir_shared::scene::{SceneView, Trace};
+use restir_shared::scene::Trace;
 use restir_tests::brute::Triangles;
 use restir_tests::data;
 use restir_tests::meshes::{buffers, cube, far_grid, scaled, slivers, soup, sphere, stack, torus};
 use restir_tests::random::SplitMix;
 use restir_tests::rays::adversarial;
 use restir_tests::suite::{Check, ensure, trials};
+use restir_tests::watertight;
 use std::process::ExitCode;
 
 /// Rays against each procedural mesh; there are ten.
-const RAYS: u64 = 150_000;
+const RAYS: u64 = 100_000;
 /// Rays against a mesh from a file, and how many of its triangles.
 const FILE_RAYS: u64 = 2_000;
 /// Rays from the inside of each closed mesh; there are four.
 const INSIDE_RAYS: u64 = 400_000;
+/// Rays from the inside of a mesh from a file.
+const ORGANIC_RAYS: u64 = 1 << 20;
 /// Huge coordinates, up to the 2^30 that the host takes: a mesh around the origin, and one that is small against its
 /// distance from it, where coordinates are 64 apart.
 const HUGE: f32 = 1.0e9;
@@ -38,8 +42,11 @@ fn main() -> ExitCode {
         ("hits_lie_on_their_triangles", hits_lie_on_their_triangles),
     ];
     let mut trials = trials(&checks);
-    let on_a_file = "hierarchy_equals_brute_force_on_a_file";
-    trials.push(data::trial(Trial::test(on_a_file, hierarchy_equals_brute_force_on_a_file)));
+    let on_files: [(&str, Check); 2] = [
+        ("hierarchy_equals_brute_force_on_a_file", hierarchy_equals_brute_force_on_a_file),
+        ("a_closed_organic_mesh_is_tight", a_closed_organic_mesh_is_tight),
+    ];
+    trials.extend(on_files.map(|(name, check)| data::trial(Trial::test(name, check))));
     libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
 }
 
@@ -51,20 +58,34 @@ fn describe(ray: &Ray) -> String {
     format!("from {} along {} up to {:e}", ray.origin, ray.direction, ray.t_max)
 }
 
-/// Compares `closest` and `occluded` with brute force; gives the share of rays that hit.
-fn compare(view: SceneView<'_>, rays: u64, stream: u64) -> Result<f64, Failed> {
-    let triangles = Triangles::new(view);
+/// Every traversal of a scene: that of the arena, and the wide BVH at every level that the processor has.
+fn traversals(buffers: &SceneBuffers) -> Vec<(String, Box<dyn Trace + Sync + '_>)> {
+    let mut all: Vec<(String, Box<dyn Trace + Sync>)> = vec![("arena".to_owned(), Box::new(buffers.view()))];
+    for level in SimdLevel::available() {
+        let wide = WideBvh::new(&buffers.view()).with_level(level);
+        all.push((format!("wide, {level:?}"), Box::new(wide)));
+    }
+    all
+}
+
+/// Compares `closest` and `occluded` of all traversals with brute force; gives the share of rays that hit.
+fn compare(buffers: &SceneBuffers, rays: u64, stream: u64) -> Result<f64, Failed> {
+    let triangles = Triangles::new(buffers.view());
+    let traversals = traversals(buffers);
     let hits = (0..rays)
         .into_par_iter()
         .map(|i| {
             let ray = adversarial(&triangles, &mut SplitMix::new(stream << 40 | i));
             let expected = triangles.closest(&ray);
-            let found = view.closest(&ray);
-            if bits(&found) != bits(&expected) {
-                return Err(format!("ray {i} {}: {found:?}, by brute force {expected:?}", describe(&ray)));
-            }
-            if view.occluded(&ray) != expected.is_hit() {
-                return Err(format!("ray {i} {}: occluded differs from closest", describe(&ray)));
+            for (name, tracer) in &traversals {
+                let found = tracer.closest(&ray);
+                if bits(&found) != bits(&expected) {
+                    let ray = describe(&ray);
+                    return Err(format!("{name}: ray {i} {ray}: {found:?}, by brute force {expected:?}"));
+                }
+                if tracer.occluded(&ray) != expected.is_hit() {
+                    return Err(format!("{name}: ray {i} {}: occluded differs from closest", describe(&ray)));
+                }
             }
             Ok(u64::from(expected.is_hit()))
         })
@@ -88,7 +109,7 @@ fn hierarchy_equals_brute_force() -> Result<(), Failed> {
     for (stream, mesh) in meshes.into_iter().enumerate() {
         let name = mesh.name.clone();
         let buffers = buffers(mesh);
-        let share = compare(buffers.view(), RAYS, stream as u64 + 1)
+        let share = compare(&buffers, RAYS, stream as u64 + 1)
             .map_err(|e| format!("{name}: {}", e.message().unwrap_or_default()))?;
         println!("{name}: {} triangles, {RAYS} rays, {:.0} % hit", buffers.header.triangle_count, 100.0 * share);
         ensure(share > 0.2 && share < 0.99, || format!("{name}: {share} of the rays hit"))?;
@@ -98,7 +119,7 @@ fn hierarchy_equals_brute_force() -> Result<(), Failed> {
 
 fn hierarchy_equals_brute_force_on_a_file() -> Result<(), Failed> {
     let buffers = SceneBuffers::build(&data::mesh("bunny.glb")?)?;
-    let share = compare(buffers.view(), FILE_RAYS, 99)?;
+    let share = compare(&buffers, FILE_RAYS, 99)?;
     println!("bunny: {} triangles, {FILE_RAYS} rays, {:.0} % hit", buffers.header.triangle_count, 100.0 * share);
     ensure(share > 0.2, || format!("{share} of the rays hit"))
 }
@@ -161,8 +182,8 @@ fn escapes(closed: &Closed, hit: impl Fn(&Triangles, &Ray) -> bool + Sync) -> u6
 
 fn closed_meshes_are_tight() -> Result<(), Failed> {
     for closed in &closed() {
-        let view = closed.buffers.view();
-        let count = escapes(closed, |_, ray| view.closest(ray).is_hit() && view.occluded(ray));
+        let tracer = closed.buffers.tracer();
+        let count = escapes(closed, |_, ray| tracer.closest(ray).is_hit() && tracer.occluded(ray));
         println!(
             "around {}: {} triangles: {count} of {INSIDE_RAYS} rays escape",
             closed.inside, closed.buffers.header.triangle_count
@@ -170,6 +191,16 @@ fn closed_meshes_are_tight() -> Result<(), Failed> {
         ensure(count == 0, || format!("{count} rays escape from the mesh around {}", closed.inside))?;
     }
     Ok(())
+}
+
+/// The reduced form of `cargo xtask watertight`.
+fn a_closed_organic_mesh_is_tight() -> Result<(), Failed> {
+    let buffers = SceneBuffers::build(&data::mesh("bunny.glb")?)?;
+    let closed = watertight::Closed::new(&buffers).map_err(|open| format!("{open} open edges"))?;
+    let streams = ORGANIC_RAYS / watertight::Closed::RAYS;
+    let escaping: Vec<Ray> = (0..streams).into_par_iter().flat_map_iter(|stream| closed.escaping(stream)).collect();
+    println!("bunny: {} of {ORGANIC_RAYS} rays from {streams} points inside escape", escaping.len());
+    ensure(escaping.is_empty(), || escaping.iter().map(describe).collect::<Vec<_>>().join("\n"))
 }
 
 fn boxes_without_padding_are_seen() -> Result<(), Failed> {

@@ -4,10 +4,15 @@
 use libtest_mimic::Failed;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
+use restir_shared::glam::Vec3;
 use restir_shared::num::{self, eft, soft};
+use restir_shared::{color, pack};
+use restir_tests::num::accuracy::Function;
 use restir_tests::num::rounding::Subnormals;
-use restir_tests::num::{Effort, Tally, accuracy, exact, mantissa, markdown, rounding, rows};
+use restir_tests::num::{Effort, Tally, accuracy, exact, mantissa, markdown, packing, rounding, sweeps};
+use restir_tests::random::SplitMix;
 use restir_tests::suite::{ensure, run};
+use std::f64::consts::TAU;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -17,14 +22,28 @@ fn main() -> ExitCode {
         ("roots_without_their_last_correction_are_seen", roots_without_their_last_correction_are_seen),
         ("a_result_off_by_one_in_a_rare_case_is_seen", a_result_off_by_one_in_a_rare_case_is_seen),
         ("a_truncated_polynomial_is_seen", a_truncated_polynomial_is_seen),
+        ("a_form_that_cancels_is_seen", a_form_that_cancels_is_seen),
+        ("a_power_by_rounded_logarithm_is_seen", a_power_by_rounded_logarithm_is_seen),
+        ("functions_that_grow_do_not_fall", functions_that_grow_do_not_fall),
+        ("exact_values_are_exact", exact_values_are_exact),
+        ("a_compensated_sum_keeps_what_a_plain_one_loses", a_compensated_sum_keeps_what_a_plain_one_loses),
         ("a_rounded_angle_reduction_is_seen", a_rounded_angle_reduction_is_seen),
         ("a_sum_and_its_error_are_exact", a_sum_and_its_error_are_exact),
         ("a_product_and_its_error_are_exact", a_product_and_its_error_are_exact),
+        ("halves_are_rounded_to_nearest", halves_are_rounded_to_nearest),
+        ("a_truncated_half_is_seen", a_truncated_half_is_seen),
+        ("every_half_comes_back", every_half_comes_back),
+        ("shared_exponents_follow_the_specification", shared_exponents_follow_the_specification),
+        ("truncated_shared_exponents_are_seen", truncated_shared_exponents_are_seen),
+        ("unit_vectors_come_back", unit_vectors_come_back),
+        ("a_coarser_octahedron_is_seen", a_coarser_octahedron_is_seen),
+        ("codes_of_unit_vectors_come_back", codes_of_unit_vectors_come_back),
+        ("normalised_integers_come_back", normalised_integers_come_back),
     ])
 }
 
 fn functions_are_as_good_as_claimed() -> Result<(), Failed> {
-    let rows = rows(Effort::Reduced);
+    let rows: Vec<_> = sweeps().iter().flat_map(|sweep| sweep.rows(Effort::Reduced)).collect();
     println!("{}", markdown(&rows));
     let failed: Vec<_> = rows.into_iter().filter(|row| !row.passed()).collect();
     ensure(failed.is_empty(), || markdown(&failed))
@@ -72,6 +91,10 @@ fn a_result_off_by_one_in_a_rare_case_is_seen() -> Result<(), Failed> {
     ensure_seen("rsqrt in two roundings", rsqrt)
 }
 
+fn unary(function: fn(f32) -> f32, exact: fn(f64) -> f64) -> Tally {
+    Function::new("wrong", function, exact).sweep(Effort::Reduced)
+}
+
 /// The exponential with a polynomial of degree 5 instead of 7.
 fn short_exp(x: f32) -> f32 {
     let k = (f64::from(x) * std::f64::consts::LOG2_E).round();
@@ -81,9 +104,78 @@ fn short_exp(x: f32) -> f32 {
 }
 
 fn a_truncated_polynomial_is_seen() -> Result<(), Failed> {
-    ensure_seen("exp of degree 5", accuracy::exponential(Effort::Reduced, short_exp))?;
-    let linear = |x: f32| num::ln(x) * (1.0 + 4.0e-7);
-    ensure_seen("ln off by 4e-7", accuracy::logarithm(Effort::Reduced, linear))
+    ensure_seen("exp of degree 5", unary(short_exp, f64::exp))?;
+    ensure_seen("ln off by 4e-7", unary(|x| num::ln(x) * (1.0 + 4.0e-7), f64::ln))?;
+    ensure_seen("asin of degree 5", unary(|x| (x + x * x * x / 6.0) * (0.5 * num::INV_PI), |x| x.asin() / TAU))
+}
+
+fn a_form_that_cancels_is_seen() -> Result<(), Failed> {
+    ensure_seen("exp(x) - 1", unary(|x| num::exp(x) - 1.0, f64::exp_m1))?;
+    ensure_seen("ln(1 + x)", unary(|x| num::ln(1.0 + x), f64::ln_1p))?;
+    ensure_seen("sinh by a difference", unary(|x| 0.5 * (num::exp(x) - num::exp(-x)), f64::sinh))?;
+    ensure_seen("asinh by a logarithm", unary(|x| num::ln(x + num::sqrt(x * x + 1.0)), f64::asinh))?;
+    ensure_seen("acos by a difference", unary(|x| 0.25 - num::asin(x), |x| x.clamp(-1.0, 1.0).acos() / TAU))?;
+    let naive = |[a, b, c, d]: [f32; 4]| a * b + c * d;
+    ensure_seen("a b + c d", accuracy::product_sum(Effort::Reduced, naive))
+}
+
+/// The error of the logarithm grows with the exponent unless it is carried along.
+fn a_power_by_rounded_logarithm_is_seen() -> Result<(), Failed> {
+    ensure_seen("exp2(y log2 x)", accuracy::power(Effort::Reduced, |x, y| num::exp2(y * num::log2(x))))?;
+    let third = |x: f32| num::pow(num::abs(x), 0.333_333_34) * if x < 0.0 { -1.0 } else { 1.0 };
+    ensure_seen("x^(1/3)", unary(third, f64::cbrt))
+}
+
+/// Over neighbours and over steps of any size, where the error of the function is larger than its slope.
+fn functions_that_grow_do_not_fall() -> Result<(), Failed> {
+    let growing: [(&str, fn(f32) -> f32, f32, f32); 5] = [
+        ("srgb_encode", color::srgb_encode, 0.0, 1.0),
+        ("srgb_decode", color::srgb_decode, 0.0, 1.0),
+        ("exp2", num::exp2, -126.0, 127.0),
+        ("cbrt", num::cbrt, 0.0, 1.0e30),
+        ("asinh", num::asinh, 0.0, 1.0e30),
+    ];
+    for (name, function, from, to) in growing {
+        const STEPS: u32 = 20_011;
+        let at = |i: u32| from + (to - from) * i as f32 / STEPS as f32;
+        let falls = (0..STEPS).find(|&i| function(at(i)) > function(at(i + 1)));
+        ensure(falls.is_none(), || {
+            format!("{name} falls from {} to {}", at(falls.unwrap_or(0)), at(falls.unwrap_or(0) + 1))
+        })?;
+    }
+    Ok(())
+}
+
+fn exact_values_are_exact() -> Result<(), Failed> {
+    for k in -126..128 {
+        let power = f32::from_bits(((k + 127) as u32) << 23);
+        ensure(num::exp2(k as f32) == power, || format!("exp2({k})"))?;
+        ensure(num::log2(power) == k as f32, || format!("log2(2^{k})"))?;
+    }
+    for n in 0..1024_u32 {
+        let x = n as f32;
+        ensure(num::cbrt(x * x * x) == x || n > 256, || format!("cbrt({n}^3) = {}", num::cbrt(x * x * x)))?;
+        ensure(num::pow(x, 0.0) == 1.0 && num::pow(1.0, x - 512.0) == 1.0, || format!("x^0 or 1^y at {n}"))?;
+    }
+    ensure([0.0, 0.25, 0.5] == [1.0, 0.0, -1.0].map(num::acos), || "acos of the axes".to_owned())?;
+    ensure([0.0, 0.25, -0.25] == [0.0, 1.0, -1.0].map(num::asin), || "asin of the axes".to_owned())
+}
+
+/// 10^5 terms of both signs, sorted against their sum: the plain sum loses a third of its digits.
+fn a_compensated_sum_keeps_what_a_plain_one_loses() -> Result<(), Failed> {
+    let terms: Vec<f32> = (0..100_000)
+        .map(|i| {
+            let mut random = SplitMix::new(i);
+            random.range(-1.0, 1.1) as f32 * f32::exp2(random.below(24) as f32)
+        })
+        .collect();
+    let exact: f64 = terms.iter().map(|&x| f64::from(x)).sum();
+    let compensated = terms[2..].iter().fold(eft::Sum::new(terms[0], terms[1]), |sum, &x| sum.plus(x)).total();
+    let plain: f32 = terms.iter().sum();
+    let [plain, compensated] = [plain, compensated].map(|sum| accuracy::error(sum, exact));
+    println!("plain sum: {plain:.1} ulp, compensated: {compensated:.3} ulp");
+    ensure(compensated <= 1.0, || format!("a compensated sum is off by {compensated} ulp"))?;
+    ensure(plain > 10.0, || format!("a plain sum is off by {plain} ulp only, which tests nothing"))
 }
 
 /// The angle multiplied by 2 pi in f32 before it is reduced.
@@ -137,4 +229,66 @@ fn a_product_and_its_error_are_exact() -> Result<(), Failed> {
         prop_assert_eq!(f64::from(hi) + f64::from(lo), f64::from(a));
         Ok(())
     })
+}
+
+fn ensure_right(what: &str, tally: Tally) -> Result<(), Failed> {
+    println!("{what}: {} inputs, largest error {:.4e}", tally.inputs, tally.worst);
+    ensure(tally.failures == 0, || format!("{what}: {} wrong, worst at {:#x}", tally.failures, tally.worst_input))
+}
+
+fn halves_are_rounded_to_nearest() -> Result<(), Failed> {
+    ensure_right("f32 to half", packing::to_half(Effort::Reduced, pack::half_from_f32))
+}
+
+fn a_truncated_half_is_seen() -> Result<(), Failed> {
+    let truncated = |x: f32| pack::half_from_f32(f32::from_bits(x.to_bits() & !0x1fff));
+    ensure_seen("f32 to half by truncation", packing::to_half(Effort::Reduced, truncated))?;
+    let without_subnormals = |x: f32| if x.abs() < 6.0e-5 { 0 } else { pack::half_from_f32(x) };
+    ensure_seen("f32 to half without subnormals", packing::to_half(Effort::Reduced, without_subnormals))
+}
+
+fn every_half_comes_back() -> Result<(), Failed> {
+    ensure_right("half to f32", packing::from_half(pack::f32_from_half))?;
+    for code in 0..=0xffff {
+        let x = pack::f32_from_half(code);
+        ensure(x.is_nan() || pack::half_from_f32(x) == code, || format!("half {code:#06x} comes back as another"))?;
+    }
+    let pair = pack::f32_from_half2(pack::half2_from_f32(-1.5, 65_504.0));
+    ensure(pair == (-1.5, 65_504.0), || format!("a pair of halves comes back as {pair:?}"))
+}
+
+fn shared_exponents_follow_the_specification() -> Result<(), Failed> {
+    ensure_right("RGB9E5", packing::shared_exponent(pack::rgb9e5_encode, pack::rgb9e5_decode))
+}
+
+fn truncated_shared_exponents_are_seen() -> Result<(), Failed> {
+    let darker = |rgb: Vec3| pack::rgb9e5_encode(rgb * 0.999);
+    ensure_seen("RGB9E5 of a darker colour", packing::shared_exponent(darker, pack::rgb9e5_decode))
+}
+
+fn unit_vectors_come_back() -> Result<(), Failed> {
+    ensure_right("octahedral", packing::unit_vectors(pack::encode_unit_vector, pack::decode_unit_vector))
+}
+
+fn a_coarser_octahedron_is_seen() -> Result<(), Failed> {
+    let coarse = |v: Vec3| pack::encode_unit_vector(v) & 0xfffe_fffe;
+    ensure_seen("octahedral with 15 bits", packing::unit_vectors(coarse, pack::decode_unit_vector))
+}
+
+fn codes_of_unit_vectors_come_back() -> Result<(), Failed> {
+    ensure_right("octahedral codes", packing::unit_vector_codes(Effort::Reduced))
+}
+
+fn normalised_integers_come_back() -> Result<(), Failed> {
+    for (max, unorm) in [(255, pack::UNORM8), (65_535, pack::UNORM16)] {
+        for code in 0..=max {
+            let x = unorm.decode(code);
+            ensure(unorm.encode(x) == code, || format!("{code} of {max} comes back as {}", unorm.encode(x)))?;
+            let error = accuracy::error(x, f64::from(code) / f64::from(max));
+            ensure(error <= 1.5, || format!("{code} of {max} is off by {error} ulp"))?;
+        }
+        ensure(unorm.decode(max) == 1.0, || format!("{max} of {max} is not 1"))?;
+        ensure([-1.0, f32::NAN, 7.0].map(|x| unorm.encode(x)) == [0, 0, max], || "limits of a unorm".to_owned())?;
+    }
+    Ok(())
 }

@@ -7,5 +7,7 @@ pub mod num;
 pub mod parity;
 pub mod shader;
 pub mod timer;
+pub mod unbiased;
+pub mod watertight;
 
 pub use error::Error;

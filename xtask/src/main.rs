@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use xtask::{Error, num, parity, shader, timer};
+use xtask::{Error, num, parity, shader, timer, unbiased, watertight};
 
 /// Tools of the project.
 #[derive(Parser)]
@@ -22,6 +22,10 @@ enum Task {
     Num(num::Options),
     /// Compare every kernel on every adapter with the host and print the table.
     Parity(parity::Options),
+    /// Trace rays from the inside of a closed mesh at its edges and vertices: none may escape.
+    Watertight(watertight::Options),
+    /// Test a technique for bias, tile by tile; can be interrupted and continued.
+    Unbiased(unbiased::Options),
 }
 
 fn run(task: Task) -> Result<(), Error> {
@@ -29,6 +33,8 @@ fn run(task: Task) -> Result<(), Error> {
         Task::Shader(command) => shader::run(command, Some(timer::time_on_devices)),
         Task::Num(options) => num::run(&options),
         Task::Parity(options) => parity::run(&options),
+        Task::Watertight(options) => watertight::run(&options),
+        Task::Unbiased(options) => unbiased::run(&options),
     }
 }
 

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
-use restir_tests::num::{Effort, markdown, rows};
+use restir_tests::num::{Effort, Row, Sweep, markdown, sweeps};
 use tempfile::NamedTempFile;
 
 use crate::Error;
@@ -17,36 +17,73 @@ const MARKER: &str = "<!-- num-table -->";
 /// Options of `cargo xtask num`.
 #[derive(Args)]
 pub struct Options {
-    /// Test every input (minutes) instead of a subset (seconds).
+    /// Test every input (many minutes) instead of a subset (seconds).
     #[arg(long)]
     full: bool,
-    /// Replace the table in DETERMINISM.md; implies --full.
+    /// Replace the table in DETERMINISM.md, with --only the lines of these functions; implies --full.
     #[arg(long)]
     write: bool,
+    /// Functions to test, separated by commas; `corrections` stands for the integer steps of division and roots.
+    #[arg(long, value_delimiter = ',')]
+    only: Vec<String>,
 }
 
 /// Runs the sweeps, prints their table and writes it where asked.
 ///
 /// # Errors
 /// [`Error::Failed`] if a function is worse than claimed; [`Error::Io`] and [`Error::Environment`] if DETERMINISM.md
-/// cannot be replaced or has no place for the table.
+/// cannot be replaced or has no place for the table, or if a function is unknown.
 pub fn run(options: &Options) -> Result<(), Error> {
     let document = document();
     let text = if options.write { Some(read(&document)?) } else { None };
-    let start = Instant::now();
     let effort = if options.full || options.write { Effort::Full } else { Effort::Reduced };
-    let rows = rows(effort);
-    let table = markdown(&rows);
-    println!("{table}");
-    eprintln!("{:.1} s", start.elapsed().as_secs_f64());
+    let sweeps = selected(&options.only)?;
+    let count = sweeps.len();
+    let mut rows = Vec::new();
+    for (index, sweep) in sweeps.iter().enumerate() {
+        let start = Instant::now();
+        rows.extend(sweep.rows(effort));
+        eprintln!("{} of {count}: {}, {:.1} s", index + 1, sweep.function, start.elapsed().as_secs_f64());
+    }
+    println!("{}", markdown(&rows));
     let failed: Vec<_> = rows.iter().filter(|row| !row.passed()).map(|row| row.function).collect();
     if !failed.is_empty() {
         return Err(Error::Failed(format!("worse than claimed: {}", failed.join(", "))));
     }
     match text {
-        Some(text) => write(&document, &replace_table(&text, &table)?),
+        Some(text) if options.only.is_empty() => write(&document, &replace_table(&text, |_| markdown(&rows))?),
+        Some(text) => write(&document, &replace_table(&text, |table| merge(table, &rows))?),
         None => Ok(()),
     }
+}
+
+/// The sweeps of the functions named, all if none is.
+fn selected(only: &[String]) -> Result<Vec<Sweep>, Error> {
+    let mut sweeps = sweeps();
+    let known: Vec<_> = sweeps.iter().map(|sweep| sweep.function).collect();
+    match only.iter().find(|name| !known.contains(&name.as_str())) {
+        Some(name) => Err(Error::Environment(format!("there is no sweep `{name}`; there are {}", known.join(", ")))),
+        None => {
+            sweeps.retain(|sweep| only.is_empty() || only.iter().any(|name| name == sweep.function));
+            Ok(sweeps)
+        }
+    }
+}
+
+/// The lines of a table's functions replaced, in their place or, for a new function, at the end.
+fn merge(table: &str, rows: &[Row]) -> String {
+    let mut lines: Vec<String> = table.trim().lines().map(str::to_owned).collect();
+    for group in rows.chunk_by(|a, b| a.group() == b.group()) {
+        let (function, is_correction) = group[0].group();
+        let is_old = |line: &String| {
+            let mut cells = line.split(" | ");
+            cells.next() == Some(&format!("| {function}")) && (cells.next() == Some("correction")) == is_correction
+        };
+        let place = lines.iter().position(is_old).unwrap_or(lines.len());
+        lines.retain(|line| !is_old(line));
+        lines.splice(place..place, group.iter().map(Row::to_string));
+    }
+    lines.join("\n") + "\n"
 }
 
 fn document() -> PathBuf {
@@ -55,13 +92,13 @@ fn document() -> PathBuf {
 
 fn read(path: &Path) -> Result<String, Error> {
     let text = fs::read_to_string(path).map_err(Error::io("read", path))?;
-    replace_table(&text, "").map(|_| text)
+    replace_table(&text, str::to_owned).map(|_| text)
 }
 
-/// The document with `table` between its markers.
-fn replace_table(document: &str, table: &str) -> Result<String, Error> {
+/// The document with another table between its markers.
+fn replace_table(document: &str, table: impl FnOnce(&str) -> String) -> Result<String, Error> {
     match document.split(MARKER).collect::<Vec<_>>()[..] {
-        [before, _, after] => Ok(format!("{before}{MARKER}\n{table}{MARKER}{after}")),
+        [before, old, after] => Ok(format!("{before}{MARKER}\n{}{MARKER}{after}", table(old))),
         _ => Err(Error::Environment(format!("DETERMINISM.md needs exactly two lines {MARKER} around the table"))),
     }
 }
@@ -83,14 +120,30 @@ mod tests {
     #[test]
     fn only_the_table_is_replaced() {
         let document = "a\n<!-- num-table -->\nold\n<!-- num-table -->\nb\n";
-        let replaced = replace_table(document, "new\n").unwrap();
+        let replaced = replace_table(document, |_| "new\n".to_owned()).unwrap();
         assert_eq!(replaced, "a\n<!-- num-table -->\nnew\n<!-- num-table -->\nb\n");
-        assert_eq!(replace_table(&replaced, "new\n").unwrap(), replaced);
+        assert_eq!(replace_table(&replaced, |_| "new\n".to_owned()).unwrap(), replaced);
     }
 
     #[test]
     fn a_document_without_markers_is_refused() {
-        assert!(replace_table("text", "new\n").is_err());
-        assert!(replace_table("a <!-- num-table --> b", "new\n").is_err());
+        assert!(replace_table("text", str::to_owned).is_err());
+        assert!(replace_table("a <!-- num-table --> b", str::to_owned).is_err());
+    }
+
+    #[test]
+    fn only_the_functions_tested_are_replaced() {
+        let rows = selected(&["div".to_owned()]).unwrap()[0].rows(Effort::Reduced);
+        let [first, second] = [&rows[0], &rows[1]].map(Row::to_string);
+        let table = "\nhead\n| div | device | old\n| div | host | old\n| div | correction | x\n| exp | both | x\n";
+        let merged = merge(table, &rows);
+        assert_eq!(merged, format!("head\n{first}\n{second}\n| div | correction | x\n| exp | both | x\n"));
+        assert_eq!(merge(&merged, &rows), merged);
+        assert_eq!(merge("head\n", &rows), format!("head\n{first}\n{second}\n"));
+    }
+
+    #[test]
+    fn an_unknown_function_is_refused() {
+        assert!(selected(&["tan".to_owned()]).is_err());
     }
 }

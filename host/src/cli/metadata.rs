@@ -3,10 +3,11 @@
 use super::device::Device;
 use super::render::Technique;
 use crate::render::{RenderSettings, Rendered};
+use crate::scene::{Camera, Environment, Scene};
 
 /// Pairs for [`crate::image::write_exr`]. Times are left out, so that equal renders give equal files.
 pub(super) fn of_render(
-    scene: &str,
+    scene: &Scene,
     technique: Technique,
     settings: &RenderSettings,
     device: &Device,
@@ -14,7 +15,9 @@ pub(super) fn of_render(
 ) -> Vec<(String, String)> {
     let description = device.executor.describe();
     let pairs = [
-        ("scene", scene.to_owned()),
+        ("scene", scene.name.clone()),
+        ("environment", scene.environment.as_ref().map_or_else(|| "none".to_owned(), environment)),
+        ("lens", scene.camera.filter(|camera| camera.lens_radius > 0.0).map_or_else(|| "pinhole".to_owned(), lens)),
         ("technique", technique.name().to_owned()),
         ("width", settings.width.to_string()),
         ("height", settings.height.to_string()),
@@ -34,6 +37,14 @@ pub(super) fn of_render(
         ("dropped_samples", rendered.dropped_samples.to_string()),
     ];
     pairs.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
+}
+
+fn environment(environment: &Environment) -> String {
+    format!("{}, scale {}, turned {} degrees", environment.name, environment.scale, environment.rotation)
+}
+
+fn lens(camera: Camera) -> String {
+    format!("radius {}, sharp at {}", camera.lens_radius, camera.distance_in_focus())
 }
 
 fn on_off(value: bool) -> String {

@@ -1,7 +1,8 @@
-//! The program `restir`: renders scenes, compares images, lists devices and scenes.
+//! The program `restir`: renders scenes, compares images, measures techniques, lists devices and scenes.
 //!
 //! Results go to standard output; warnings, progress and errors to standard error. It exits with 0 when it did what
-//! was asked, with 2 and one line `error: ...` when it could not, and with 130 when it was interrupted.
+//! was asked, with 1 when a comparison that was asked for did not pass, with 2 when it could not do what was asked, and
+//! with 130 when it was interrupted; all but 0 come with one line `error: ...`.
 
 use std::process::ExitCode;
 
@@ -10,18 +11,24 @@ use clap::{Parser, Subcommand};
 
 use crate::Error;
 
+mod bench;
 mod compare;
 mod console;
 mod device;
 mod devices;
+mod explain;
+mod export;
 mod info;
 mod interrupt;
 mod metadata;
 mod progress;
+mod reference;
 mod render;
+mod scene;
 mod scenes;
 mod settings;
 
+const EXIT_FAILED: u8 = 1;
 const EXIT_BAD_INPUT: u8 = 2;
 
 /// Version and commit of this build.
@@ -39,6 +46,11 @@ struct Arguments {
 enum Command {
     /// Render a scene to an EXR file.
     Render(render::Arguments),
+    /// Write a scene as a .glb file, for other renderers.
+    ///
+    /// An environment is written as an EXR file beside it. The camera that a render would choose is written if the scene
+    /// has none.
+    Export(export::Arguments),
     /// List the built-in scenes.
     Scenes(scenes::Arguments),
     /// List the GPU adapters and whether their results are bit-identical to the CPU's.
@@ -49,6 +61,14 @@ enum Command {
     ///
     /// Exits with 0 whenever the images could be compared, also if they differ.
     Compare(compare::Arguments),
+    /// Make or continue the reference image of a scene, with its standard error, in a cache.
+    Reference(reference::Arguments),
+    /// Measure error against run time, and write a table, plots and a report.
+    ///
+    /// Exits with 1 if something got worse since the table named by --against.
+    Bench(bench::Arguments),
+    /// Replay one sample of a pixel and print its path.
+    Explain(explain::Arguments),
 }
 
 /// Runs the program with the arguments of the process.
@@ -104,16 +124,21 @@ fn silence_mesa() {
 fn run(command: Command) -> Result<(), Error> {
     match command {
         Command::Render(arguments) => render::run(&arguments),
+        Command::Export(arguments) => export::run(&arguments),
         Command::Scenes(arguments) => scenes::run(&arguments),
         Command::Devices => devices::run(),
         Command::Info(arguments) => info::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::Reference(arguments) => reference::run(&arguments),
+        Command::Bench(arguments) => bench::run(&arguments),
+        Command::Explain(arguments) => explain::run(&arguments),
     }
 }
 
 fn exit_code(error: &Error) -> u8 {
     match error {
         Error::Interrupted => interrupt::EXIT_CODE,
+        Error::Failed(_) => EXIT_FAILED,
         _ => EXIT_BAD_INPUT,
     }
 }

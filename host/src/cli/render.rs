@@ -9,20 +9,19 @@ use clap::ValueEnum;
 
 use super::device::{self, Device};
 use super::progress::Reporter;
+use super::scene::{DEFAULT_SIZE, SceneArguments};
 use super::{console, interrupt, metadata, settings};
 use crate::Error;
 use crate::buffers::SceneBuffers;
 use crate::image::{write_exr, write_png};
 use crate::output::check_writable;
 use crate::render::{self, PathSettings, RenderSettings, Rendered};
-use crate::scene::{Camera, MAX_COORDINATE, Scene};
-
-const DEFAULT_SIZE: [u32; 2] = [512, 512];
+use crate::scene::Scene;
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
-    /// Name of a built-in scene (see `restir scenes`), or a .gltf or .glb file.
-    scene: PathBuf,
+    #[command(flatten)]
+    scene: SceneArguments,
     /// The EXR file to write.
     #[arg(short, long)]
     output: PathBuf,
@@ -49,9 +48,6 @@ pub(super) struct Arguments {
     jitter: bool,
     #[command(flatten)]
     device: device::DeviceArguments,
-    /// Add a light above the scene.
-    #[arg(long)]
-    default_light: bool,
     /// A setting of the technique, as KEY=VALUE; a wrong key lists the known ones.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     settings: Vec<String>,
@@ -74,19 +70,16 @@ impl Technique {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     check_outputs(arguments)?;
     interrupt::install()?;
-    let mut scene = Scene::open(&arguments.scene)?;
+    let mut scene = arguments.scene.open()?;
     let settings = render_settings(arguments, &scene)?;
-    complete(&mut scene, &settings, arguments.default_light)?;
-    let buffers = SceneBuffers::build(&scene)?;
-    if arguments.default_light {
-        check_lit(&scene, &buffers)?;
-    }
+    arguments.scene.complete(&mut scene, [settings.width, settings.height])?;
+    let buffers = arguments.scene.buffers(&scene)?;
     render::check(&buffers, &settings)?;
     let mut device = device::open(&arguments.device)?;
     let start = Instant::now();
     let rendered = render_observed(&mut device, &buffers, &settings)?;
     let seconds = start.elapsed().as_secs_f64();
-    let metadata = metadata::of_render(&scene.name, arguments.technique, &settings, &device, &rendered);
+    let metadata = metadata::of_render(&scene, arguments.technique, &settings, &device, &rendered);
     interrupt::begin_writing();
     // All files come before any report: standard output may be closed or full.
     write_exr(&arguments.output, &rendered.image, &metadata)?;
@@ -136,52 +129,6 @@ fn render_settings(arguments: &Arguments, scene: &Scene) -> Result<RenderSetting
     Ok(render)
 }
 
-/// Adds the camera and the light that the scene lacks, and says what the user should know about it.
-fn complete(scene: &mut Scene, settings: &RenderSettings, default_light: bool) -> Result<(), Error> {
-    scene.warnings.iter().for_each(|warning| console::note(&format!("warning: {warning}")));
-    if scene.camera.is_none() {
-        let aspect = f64::from(settings.width) / f64::from(settings.height);
-        scene.camera = Some(Camera::framing(scene.bounds(), aspect));
-    }
-    if default_light {
-        add_light(scene)?;
-    } else if !scene.has_light() {
-        console::note("warning: the scene has no light, the picture will be black; --default-light adds one");
-    }
-    Ok(())
-}
-
-fn add_light(scene: &mut Scene) -> Result<(), Error> {
-    let fits = |scene: &Scene| {
-        let bounds = scene.bounds();
-        let mut coordinates = bounds.as_flattened().iter();
-        coordinates.all(|&x| f64::from(x).abs() <= MAX_COORDINATE)
-    };
-    let fitted = fits(scene);
-    scene.add_default_light();
-    if fitted && !fits(scene) {
-        return Err(Error::Scene {
-            scene: scene.name.clone(),
-            problem: format!(
-                "it is too large for a default light, which would reach beyond {MAX_COORDINATE:e}; scale it down"
-            ),
-        });
-    }
-    Ok(())
-}
-
-/// A scene without a triangle of positive area is refused also if the default light gives it some.
-fn check_lit(scene: &Scene, buffers: &SceneBuffers) -> Result<(), Error> {
-    let light = scene.meshes.last().map_or(0, |light| light.indices.len() as u64);
-    if buffers.stats().triangles > light {
-        return Ok(());
-    }
-    Err(Error::Scene {
-        scene: scene.name.clone(),
-        problem: "has no triangle with an area for the default light to shine on".to_owned(),
-    })
-}
-
 fn render_observed(device: &mut Device, buffers: &SceneBuffers, settings: &RenderSettings) -> Result<Rendered, Error> {
     let mut reporter = Reporter::new();
     let rendered = render::render(device.executor.as_mut(), buffers, settings, &mut |progress| {
@@ -215,13 +162,13 @@ fn report_written(path: &Path) -> Result<(), Error> {
 
 /// A size as the user wrote it; sides that do not fit are judged later, with a better message.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Size {
+pub(super) struct Size {
     width: u64,
     height: u64,
 }
 
 impl Size {
-    fn sides(self) -> Result<[u32; 2], Error> {
+    pub(super) fn sides(self) -> Result<[u32; 2], Error> {
         let side = |side| u32::try_from(side).ok();
         side(self.width)
             .zip(side(self.height))

@@ -5,6 +5,7 @@ use crate::Error;
 use crate::plan::{FramePlan, Pass};
 use rayon::prelude::*;
 use restir_kernels::{Access, NativeRow};
+use restir_shared::scene::{Trace, Tracer};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
@@ -48,7 +49,7 @@ impl CpuExecutor {
             .map_err(|e| Error::Setting(format!("cannot start {threads:?} threads: {e}; ask for fewer")))
     }
 
-    fn pass(&self, pass: &Pass, buffers: &mut [Storage]) {
+    fn pass(&self, pass: &Pass, buffers: &mut [Storage], tracer: Tracer<'_>) {
         let bindings = pass.kernel.bindings.iter().skip(1).zip(&pass.bindings);
         let strides: Vec<usize> = bindings
             .clone()
@@ -68,6 +69,7 @@ impl CpuExecutor {
                     params: &pass.params,
                     read: &read,
                     own: &mut own,
+                    tracer,
                 });
             });
         });
@@ -103,9 +105,10 @@ impl Executor for CpuExecutor {
             .iter()
             .map(|b| b.contents.clone().map_or_else(|| Storage::Owned(vec![0; b.words]), Storage::Shared))
             .collect();
+        let tracer = plan.scene.map(|scene| scene.tracer() as &(dyn Trace + Sync));
         for (done, pass) in (1..).zip(plan.passes) {
             pass.check(&plan.buffers)?;
-            self.pass(&pass, &mut buffers);
+            self.pass(&pass, &mut buffers, tracer);
             if observe(done).is_break() {
                 return Err(Error::Interrupted);
             }

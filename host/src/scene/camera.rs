@@ -1,9 +1,11 @@
 //! The camera: framing a scene, and its form on the bus.
 
+use std::ops::RangeInclusive;
+
 use glam::DVec3;
 use restir_shared::layout::CameraParams;
 
-use super::Camera;
+use super::{Camera, MAX_COORDINATE};
 
 /// Vertical field of view of a framed camera, in radians: 40 degrees.
 const FRAMING_FOV: f64 = 40.0 * std::f64::consts::PI / 180.0;
@@ -16,6 +18,9 @@ const FRAMING_MARGIN: f64 = 1.05;
 
 /// The widest and the narrowest vertical field of view, in radians.
 const FOV_RANGE: (f64, f64) = (1e-3, 3.1);
+
+/// Where the plane in focus may lie.
+const FOCUS_RANGE: RangeInclusive<f64> = 1e-6..=8.0 * MAX_COORDINATE;
 
 impl Camera {
     /// A camera without a lens.
@@ -37,27 +42,65 @@ impl Camera {
 
     /// The camera for an image of `width` x `height` pixels: computed in `f64`, then rounded.
     ///
-    /// The image plane lies at distance 1. An `up` that is zero or parallel to the view is replaced by the axis that
+    /// The image plane lies at distance 1, or where a camera with a lens is sharp. An `up` that is zero or parallel to the view is replaced by the axis that
     /// is most perpendicular to it; a camera that stands on its target looks along -z; the field of view is kept
     /// within 0.001 and 3.1 radians; a side of 0 pixels counts as 1.
     pub fn params(&self, width: u32, height: u32) -> CameraParams {
         let (width, height) = (f64::from(width.max(1)), f64::from(height.max(1)));
         let [right, up, forward] = self.frame();
         let half_height = self.half_height();
+        let half_width = half_height * (width / height);
+        let distance = if self.lens_radius > 0.0 { self.distance_in_focus() } else { 1.0 };
         CameraParams {
             position: self.position.as_vec3().to_array(),
             inv_width: (1.0 / width) as f32,
-            forward: forward.as_vec3().to_array(),
+            forward: (forward * distance).as_vec3().to_array(),
             inv_height: (1.0 / height) as f32,
-            right: (right * half_height * (width / height)).as_vec3().to_array(),
-            reserved0: 0.0,
-            up: (up * half_height).as_vec3().to_array(),
-            reserved1: 0.0,
+            right: (right * half_width * distance).as_vec3().to_array(),
+            lens_right: (self.lens_radius / (half_width * distance)) as f32,
+            up: (up * half_height * distance).as_vec3().to_array(),
+            lens_up: (self.lens_radius / (half_height * distance)) as f32,
         }
     }
 
+    /// Distance of the plane in focus: the target's if none is set; 1 for a camera that stands on its target.
+    pub fn distance_in_focus(&self) -> f64 {
+        let to_target = (self.target - self.position).length();
+        self.focus_distance.unwrap_or(if to_target > 0.0 { to_target } else { 1.0 })
+    }
+
+    /// Checks that the camera can be rendered with: where it is, that it looks somewhere, and its lens.
+    ///
+    /// # Errors
+    /// What is wrong, as a sentence without a full stop.
+    pub fn check(&self) -> Result<(), String> {
+        let direction = self.target - self.position;
+        // A camera that frames the largest scene stands outside of it.
+        if !(self.position.abs().max_element() <= 4.0 * MAX_COORDINATE
+            && direction.is_finite()
+            && direction.length() > 0.0)
+        {
+            return Err(format!("the camera at {} is not within 4.29e9 or looks nowhere; correct it", self.position));
+        }
+        if !(0.0..=MAX_COORDINATE).contains(&self.lens_radius) {
+            return Err(format!(
+                "a lens radius of {} is not within 0 and {MAX_COORDINATE:e}; 0 is a pinhole",
+                self.lens_radius
+            ));
+        }
+        let distance = self.distance_in_focus();
+        if self.lens_radius > 0.0 && !FOCUS_RANGE.contains(&distance) {
+            return Err(format!(
+                "a focus distance of {distance} is not within {:e} and {:e}",
+                FOCUS_RANGE.start(),
+                FOCUS_RANGE.end()
+            ));
+        }
+        Ok(())
+    }
+
     /// Orthonormal right, up and forward.
-    fn frame(&self) -> [DVec3; 3] {
+    pub(super) fn frame(&self) -> [DVec3; 3] {
         let forward = (self.target - self.position).normalize_or(DVec3::NEG_Z);
         let right = unit_perpendicular(forward, self.up);
         [right, right.cross(forward), forward]
@@ -176,6 +219,37 @@ mod tests {
         assert!(near(params.right, [2.0, 0.0, 0.0]), "{:?}", params.right);
         assert!(near(params.up, [0.0, 1.0, 0.0]), "{:?}", params.up);
         assert_eq!((params.inv_width, params.inv_height), (0.005, 0.01));
+        assert_eq!((params.lens_right, params.lens_up), (0.0, 0.0));
+    }
+
+    #[test]
+    fn a_lens_moves_the_image_plane_to_where_it_is_sharp() {
+        let pinhole = Camera::pinhole(DVec3::ZERO, DVec3::new(0.0, 0.0, -2.0), DVec3::Y, std::f64::consts::FRAC_PI_2);
+        let lens = Camera { lens_radius: 0.5, ..pinhole };
+        for (camera, distance) in [(lens, 2.0), (Camera { focus_distance: Some(8.0), ..lens }, 8.0)] {
+            let params = camera.params(200, 100);
+            assert_eq!(params.forward, [0.0, 0.0, -distance]);
+            let length = |v: [f32; 3]| restir_shared::vec::length(glam::Vec3::from_array(v));
+            for (axis, lens, half) in [(params.right, params.lens_right, 2.0), (params.up, params.lens_up, 1.0)] {
+                assert!((length(axis) - half * distance).abs() < 1e-6 * distance, "{axis:?}");
+                assert!((length(axis) * lens - 0.5).abs() < 1e-6, "the lens has its radius along {axis:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_lens_has_to_be_possible() {
+        let camera = Camera::pinhole(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, 1.0);
+        camera.check().unwrap();
+        Camera { lens_radius: 0.1, focus_distance: Some(3.0), ..camera }.check().unwrap();
+        for lens_radius in [-1.0, f64::NAN, f64::INFINITY] {
+            assert!(Camera { lens_radius, ..camera }.check().unwrap_err().contains("lens radius"));
+        }
+        for distance in [0.0, -1.0, f64::NAN, 1e30] {
+            let camera = Camera { lens_radius: 0.1, focus_distance: Some(distance), ..camera };
+            assert!(camera.check().unwrap_err().contains("focus distance"));
+        }
+        assert!(Camera { target: DVec3::ZERO, ..camera }.check().unwrap_err().contains("nowhere"));
     }
 
     #[test]

@@ -10,6 +10,8 @@ use crate::Error;
 pub mod builtin;
 mod camera;
 mod default_light;
+mod environment;
+pub mod export;
 pub mod gltf;
 mod light;
 mod material;

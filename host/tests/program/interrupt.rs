@@ -29,28 +29,41 @@ impl Guarded {
     }
 }
 
+/// Starts the program, sends it a signal once it renders, and expects it to end as interrupted.
+fn interrupt(command: &mut Command, signal: &str) {
+    let mut child = Guarded(command.stderr(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap());
+    let mut stderr = BufReader::new(child.0.stderr.take().unwrap());
+    let mut line = String::new();
+    while !line.starts_with("rendering:") {
+        line.clear();
+        assert_ne!(stderr.read_line(&mut line).unwrap(), 0, "it ended before it rendered");
+    }
+    let sent = Command::new("kill").args([signal, &child.0.id().to_string()]).status().unwrap();
+    assert!(sent.success());
+    let status = child.wait_for(Duration::from_secs(60)).expect("it did not stop within a minute");
+    let mut rest = String::new();
+    stderr.read_to_string(&mut rest).unwrap();
+    assert_eq!(status.code(), Some(130), "{rest}");
+    assert_eq!(rest.lines().filter(|line| line.starts_with("error:")).count(), 1, "{rest}");
+    assert!(!rest.contains("panicked"), "{rest}");
+}
+
 #[test]
 fn an_interrupted_render_leaves_no_file() {
     for signal in ["-INT", "-TERM"] {
         let workplace = Workplace::new();
         let (output, png) = (workplace.output("image.exr"), workplace.output("image.png"));
         let mut command = program(["render", "cornell", "-o", &output, "--png", &png, "--device", "cpu"]);
-        command.args(["--size", "32x32", "--spp", "100000000"]).stderr(Stdio::piped()).stdout(Stdio::null());
-        let mut child = Guarded(command.spawn().unwrap());
-        let mut stderr = BufReader::new(child.0.stderr.take().unwrap());
-        let mut line = String::new();
-        while !line.starts_with("rendering:") {
-            line.clear();
-            assert_ne!(stderr.read_line(&mut line).unwrap(), 0, "it ended before it rendered");
-        }
-        let sent = Command::new("kill").args([signal, &child.0.id().to_string()]).status().unwrap();
-        assert!(sent.success());
-        let status = child.wait_for(Duration::from_secs(60)).expect("it did not stop within a minute");
-        let mut rest = String::new();
-        stderr.read_to_string(&mut rest).unwrap();
-        assert_eq!(status.code(), Some(130), "{rest}");
-        assert_eq!(rest.lines().filter(|line| line.starts_with("error:")).count(), 1, "{rest}");
-        assert!(!rest.contains("panicked"), "{rest}");
+        interrupt(command.args(["--size", "32x32", "--spp", "100000000"]), signal);
         assert_eq!(workplace.outputs(), [""; 0]);
     }
+}
+
+#[test]
+fn an_interrupted_benchmark_leaves_no_file() {
+    let (workplace, cache) = (Workplace::new(), tempfile::tempdir().unwrap());
+    let mut command = program(["bench", "cornell", "--device", "cpu", "--seconds", "1000000"]);
+    command.args(["--size", "16x16", "--reference-spp", "100000000"]).arg("--cache").arg(cache.path());
+    interrupt(command.args(["--out", &workplace.output("")]), "-INT");
+    assert_eq!(workplace.outputs(), [""; 0]);
 }

@@ -8,5 +8,6 @@ mod data_files;
 mod gpu;
 #[cfg(unix)]
 mod interrupt;
+mod measure;
 mod results;
 mod support;

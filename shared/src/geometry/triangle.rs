@@ -11,12 +11,15 @@ const PADDING: f32 = 1.0 / 524_288.0;
 /// Components of a direction below 2^-80 count as 2^-80 in the slab test, so that no product is NaN.
 const MIN_DIRECTION: f32 = 8.271_806e-25;
 
-/// A ray prepared for the slab test.
+/// A ray prepared for the slab test. The fields are there for traversals that do the same arithmetic in vectors.
 #[derive(Clone, Copy)]
 pub struct Slab {
-    lo_origin: Vec3,
-    hi_origin: Vec3,
-    inverse: Vec3,
+    /// What is subtracted from lower planes: the origin, moved up by the padding.
+    pub lo_origin: Vec3,
+    /// What is subtracted from upper planes: the origin, moved down by the padding.
+    pub hi_origin: Vec3,
+    /// The reciprocal of the direction, finite.
+    pub inverse: Vec3,
 }
 
 #[inline(always)]

@@ -21,10 +21,29 @@ pub(super) fn rsqrt(x: f32) -> f32 {
     1.0 / libm::sqrtf(x)
 }
 
+/// `x` rounded to an integer for |x| < 2^22, ties upward: the integer as a number and as an `i32`.
+#[inline(always)]
+pub(super) fn round(x: f32) -> (f32, i32) {
+    let n = libm::floorf(x + 0.5);
+    (n, super::parts::nearest(n))
+}
+
 /// e^x.
 #[inline(always)]
 pub fn exp(x: f32) -> f32 {
     libm::expf(x)
+}
+
+/// 2^x.
+#[inline(always)]
+pub fn exp2(x: f32) -> f32 {
+    libm::exp2f(x)
+}
+
+/// The logarithm to base 2.
+#[inline(always)]
+pub fn log2(x: f32) -> f32 {
+    libm::log2f(x)
 }
 
 /// The natural logarithm.
@@ -36,7 +55,6 @@ pub fn ln(x: f32) -> f32 {
 /// (sin, cos) of an angle in turns.
 #[inline(always)]
 pub fn sin_cos(u: f32) -> (f32, f32) {
-    // no adding and subtracting of a large number: an undecorated module lets the driver cancel it
     let turn = u - libm::floorf(u + 0.5);
     let x = turn * core::f32::consts::TAU;
     (libm::sinf(x), libm::cosf(x))

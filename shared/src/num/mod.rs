@@ -8,16 +8,40 @@
 //! below it are zero on the device. The bits of a NaN are unspecified. DETERMINISM.md has the measured errors.
 
 mod atan2;
+mod cbrt;
 pub mod eft;
-#[cfg(not(all(target_arch = "spirv", feature = "fast")))]
-mod elementary;
+#[cfg_attr(all(target_arch = "spirv", feature = "fast"), allow(dead_code, unreachable_pub))]
+mod exponential;
+#[cfg_attr(all(target_arch = "spirv", feature = "fast"), allow(dead_code, unreachable_pub))]
+mod logarithm;
+#[cfg_attr(all(target_arch = "spirv", feature = "fast"), allow(dead_code, unreachable_pub))]
+mod parts;
+mod pow;
 pub mod soft;
+#[cfg_attr(all(target_arch = "spirv", feature = "fast"), allow(dead_code, unreachable_pub))]
+mod trigonometric;
 
 pub use atan2::atan2;
-#[cfg(not(all(target_arch = "spirv", feature = "fast")))]
-pub use elementary::{exp, ln, sin_cos};
+pub use cbrt::cbrt;
+pub use exponential::{expm1, sinh};
+pub use logarithm::{asinh, ln_1p};
+pub use pow::pow;
+pub use trigonometric::{acos, asin};
+
+// What the `fast` flavour has instructions for. An undecorated module lets the driver cancel `(x + c) - c`, so rounding
+// to an integer has two forms as well.
 #[cfg(all(target_arch = "spirv", feature = "fast"))]
-pub use intrinsic::{exp, ln, sin_cos};
+use intrinsic::round;
+#[cfg(all(target_arch = "spirv", feature = "fast"))]
+pub use intrinsic::{exp, exp2, ln, log2, sin_cos};
+#[cfg(not(all(target_arch = "spirv", feature = "fast")))]
+use parts::round;
+#[cfg(not(all(target_arch = "spirv", feature = "fast")))]
+pub use {
+    exponential::{exp, exp2},
+    logarithm::{ln, log2},
+    trigonometric::sin_cos,
+};
 
 // exact: hardware on the host, `soft` on the device; `fast`: the device's own instructions
 
@@ -37,6 +61,12 @@ use soft as form;
 pub const EXP_MIN: f32 = -87.33;
 /// Above this argument [`exp`] is infinite.
 pub const EXP_MAX: f32 = 88.722_83;
+/// Below this argument [`exp2`] is zero.
+pub const EXP2_MIN: f32 = -126.0;
+/// Above this argument, the largest number below 128, [`exp2`] is infinite.
+pub const EXP2_MAX: f32 = 127.999_99;
+/// Beyond this magnitude [`sinh`] is infinite.
+pub const SINH_MAX: f32 = 89.415_985;
 /// [`sin_cos`] is defined for magnitudes up to this many turns.
 pub const TURNS_MAX: f32 = 1_048_576.0;
 
@@ -105,6 +135,19 @@ pub fn abs(x: f32) -> f32 {
 #[inline(always)]
 pub fn flush(x: f32) -> f32 {
     if abs(x) < FLUSH_BELOW { 0.0 } else { x }
+}
+
+/// The largest integer that is not above `x`, as a number, for |x| <= 2^23.
+#[inline(always)]
+pub fn floor(x: f32) -> f32 {
+    let truncated = x as i32 as f32;
+    if truncated > x { truncated - 1.0 } else { truncated }
+}
+
+/// The integer nearest to `x`, ties to even, for |x| < 2^22.
+#[inline(always)]
+pub fn nearest(x: f32) -> i32 {
+    parts::nearest(x)
 }
 
 /// The product of two 32-bit integers as (high, low) words.

@@ -59,7 +59,7 @@ fn assemble(exponent: u32, floor: u32) -> u32 {
 
 /// 1 / m for m in [1, 2), to about two units in the last place.
 #[inline(always)]
-fn recip_seed(m: f32) -> f32 {
+pub(super) fn recip_seed(m: f32) -> f32 {
     let y = f32::from_bits(0x7ef3_11c7_u32.wrapping_sub(m.to_bits()));
     let y = y * (2.0 - m * y);
     let y = y * (2.0 - m * y);

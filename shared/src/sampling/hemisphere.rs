@@ -1,5 +1,6 @@
 //! Directions around +z.
 
+use super::{azimuth, to_unit};
 use crate::num;
 use glam::{Vec2, Vec3};
 
@@ -22,6 +23,5 @@ pub fn cosine_hemisphere_pdf(cos: f32) -> f32 {
 /// The `u` of which [`sample_cosine_hemisphere`] makes the unit vector `w`.
 #[inline(always)]
 pub fn invert_cosine_hemisphere(w: Vec3) -> Vec2 {
-    let turn = num::atan2(w.y, w.x);
-    Vec2::new(w.x * w.x + w.y * w.y, if turn < 0.0 { turn + 1.0 } else { turn })
+    Vec2::new(to_unit(w.x * w.x + w.y * w.y), azimuth(w.y, w.x))
 }

@@ -1,10 +1,57 @@
 //! For each distribution X: `sample_x` maps uniform numbers to a value, `x_pdf` is its density, `invert_x` maps
-//! the value back to the numbers.
+//! the value back to the numbers, always to numbers in [0, 1).
+//!
+//! | X | values | density over |
+//! |---|---|---|
+//! | [`cosine_hemisphere`](sample_cosine_hemisphere) | unit vectors, z > 0 | solid angle |
+//! | [`uniform_hemisphere`](sample_uniform_hemisphere) | unit vectors, z > 0 | solid angle |
+//! | [`uniform_sphere`](sample_uniform_sphere) | unit vectors | solid angle |
+//! | [`cone`](sample_cone) | unit vectors around +z | solid angle |
+//! | [`concentric_disk`](sample_concentric_disk) | points of the unit disk | area |
+//! | [`triangle`](sample_triangle) | barycentric coordinates | area |
+//! | [`exponential`](sample_exponential) | distances | length |
+//! | [`bounded_exponential`](sample_bounded_exponential) | distances up to a limit | length |
+//! | [`discrete`](sample_discrete) | indices, by an integer distribution function | counting |
+//! | [`table_2d`](sample_table_2d) | cells of a table and positions in them | the unit square |
+//! | [`alias`](sample_alias) | indices, by an alias table; without inverse | counting |
 
 mod alias;
+mod cone;
+mod discrete;
+mod disk;
+mod exponential;
 mod hemisphere;
+mod sphere;
+mod table;
 mod triangle;
 
 pub use alias::sample_alias;
+pub use cone::{cone_pdf, invert_cone, sample_cone, versine_of_sin2};
+pub use discrete::{CDF_END, Cell, discrete_probability, invert_discrete, sample_discrete};
+pub use disk::{concentric_disk_pdf, invert_concentric_disk, sample_concentric_disk};
+pub use exponential::{
+    bounded_exponential_pdf, exponential_pdf, invert_bounded_exponential, invert_exponential,
+    sample_bounded_exponential, sample_exponential,
+};
 pub use hemisphere::{cosine_hemisphere_pdf, invert_cosine_hemisphere, sample_cosine_hemisphere};
+pub use sphere::{
+    invert_uniform_hemisphere, invert_uniform_sphere, sample_uniform_hemisphere, sample_uniform_sphere,
+    uniform_hemisphere_pdf, uniform_sphere_pdf,
+};
+pub use table::{TableSample, invert_table_2d, sample_table_2d, table_2d_pdf, table_2d_probability};
 pub use triangle::{invert_triangle, sample_triangle, triangle_pdf};
+
+use crate::num;
+
+/// `u` in [0, 1 - 2^-24], where rounding may have left it outside.
+#[inline(always)]
+fn to_unit(u: f32) -> f32 {
+    num::clamp(u, 0.0, 1.0 - num::UNIT_ROUNDOFF)
+}
+
+/// The angle of (x, y) in turns, in [0, 1); zero for the origin.
+#[inline(always)]
+fn azimuth(y: f32, x: f32) -> f32 {
+    let turn = num::atan2(y, x);
+    to_unit(if turn < 0.0 { turn + 1.0 } else { turn })
+}

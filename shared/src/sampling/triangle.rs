@@ -1,5 +1,6 @@
 //! Points on triangles.
 
+use super::to_unit;
 use crate::num;
 use glam::Vec2;
 
@@ -26,5 +27,6 @@ pub fn triangle_pdf(area: f32) -> f32 {
 /// The `u` of which [`sample_triangle`] makes the barycentric coordinates `b`.
 #[inline(always)]
 pub fn invert_triangle(b: Vec2) -> Vec2 {
-    if b.y > b.x { Vec2::new(b.x * 2.0, b.y + b.x) } else { Vec2::new(b.x + b.y, b.y * 2.0) }
+    let u = if b.y > b.x { Vec2::new(b.x * 2.0, b.y + b.x) } else { Vec2::new(b.x + b.y, b.y * 2.0) };
+    Vec2::new(to_unit(u.x), to_unit(u.y))
 }

@@ -2,6 +2,8 @@
 //!
 //! As in [`restir_shared::num::soft`] subnormal operands count as zero and subnormal results are zero.
 
+use super::accuracy::power_of_two;
+
 const HIDDEN: u32 = 0x0080_0000;
 
 /// A finite number without its sign: `mantissa` 2^(`exponent` - 23), mantissa in [2^23, 2^24).
@@ -34,7 +36,7 @@ fn round(floor: u64, exact: bool) -> u64 {
 /// `mantissa` 2^(`exponent` - 23), an `f32` or out of range; zero below the normal numbers.
 fn assemble(mantissa: u64, exponent: i32) -> f32 {
     // exact in f64, so that the conversion rounds nothing but overflow
-    let value = mantissa as f64 * f64::exp2(f64::from(exponent - 23));
+    let value = mantissa as f64 * power_of_two(exponent - 23);
     if value < f64::from(f32::MIN_POSITIVE) { 0.0 } else { value as f32 }
 }
 

@@ -6,6 +6,7 @@
 pub mod accuracy;
 pub mod exact;
 pub mod mantissa;
+pub mod packing;
 pub mod rounding;
 mod sweep;
 mod table;
@@ -35,10 +36,28 @@ impl Effort {
     }
 }
 
-/// All sweeps.
-pub fn rows(effort: Effort) -> Vec<Row> {
-    let mut rows = rounding::rows(effort);
-    rows.extend(mantissa::rows(effort));
-    rows.extend(accuracy::rows(effort));
-    rows
+/// The sweeps of one function, or of those that share its inputs.
+pub struct Sweep {
+    /// The function.
+    pub function: &'static str,
+    run: Box<dyn Fn(Effort) -> Vec<Row>>,
+}
+
+impl Sweep {
+    fn new(function: &'static str, run: impl Fn(Effort) -> Vec<Row> + 'static) -> Self {
+        Self { function, run: Box::new(run) }
+    }
+
+    /// Runs them.
+    pub fn rows(&self, effort: Effort) -> Vec<Row> {
+        (self.run)(effort)
+    }
+}
+
+/// All sweeps, in the order of the table.
+pub fn sweeps() -> Vec<Sweep> {
+    let mut sweeps = rounding::sweeps();
+    sweeps.push(Sweep::new("corrections", mantissa::rows));
+    sweeps.extend(accuracy::sweeps());
+    sweeps
 }

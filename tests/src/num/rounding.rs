@@ -1,16 +1,19 @@
 //! Division and roots against their correctly rounded values.
 
 use super::sweep::sweep;
-use super::{Effort, Row, Tally, exact};
+use super::{Effort, Row, Sweep, Tally, exact};
 use crate::random::SplitMix;
 use restir_shared::num::{self, soft};
 
 /// Biased exponents of unary operands: the ends of the range, both parities, around 1, where results leave the range.
 const EXPONENTS: [u32; 18] = [1, 2, 3, 4, 63, 64, 124, 125, 126, 127, 128, 129, 190, 191, 251, 252, 253, 254];
 const MANTISSAS: u64 = 1 << 23;
-const PAIRS: u64 = 200_000_000;
+/// Of these a few have subnormal operands.
+const PAIRS: u64 = 1_010_000_000;
 /// A prime, so that the subset has no pattern in the mantissa's bits.
 const REDUCED_STRIDE: u64 = 67;
+const REDUCED_PAIR_STRIDE: u64 = 337;
+const REDUCED_PATTERN_STRIDE: u64 = 4_099;
 
 /// Operands at which something changes; each is used with both signs.
 const BOUNDARY: [u32; 22] = [
@@ -100,7 +103,7 @@ pub fn division(effort: Effort, subnormals: Subnormals, function: impl Fn(f32, f
             tally.check(pair(a, b), right);
         }
     };
-    let [tally] = sweep(PAIRS / effort.stride(REDUCED_STRIDE), 0.0, |i, [tally]| {
+    let [tally] = sweep(PAIRS / effort.stride(REDUCED_PAIR_STRIDE), 0.0, |i, [tally]| {
         if i == 0 {
             boundary().for_each(|a| boundary().for_each(|b| visit(a, b, tally)));
         }
@@ -130,8 +133,18 @@ fn random_pair(index: u64) -> (f32, f32) {
     }
 }
 
-/// The table's rows.
-pub(super) fn rows(effort: Effort) -> Vec<Row> {
+/// Whether the two forms of a function give the same bits, over all bit patterns (all of a stride).
+fn agreement(effort: Effort, device: fn(f32) -> f32, host: fn(f32) -> f32) -> Tally {
+    let stride = effort.stride(REDUCED_PATTERN_STRIDE);
+    let [tally] = sweep((1_u64 << 32).div_ceil(stride), 0.0, |i, [tally]| {
+        let x = f32::from_bits((i * stride) as u32);
+        tally.check(i * stride, Subnormals::Unspecified.allow(host(exact::flush(x)), exact::flush(device(x))));
+    });
+    tally
+}
+
+/// The sweeps of the table.
+pub(super) fn sweeps() -> Vec<Sweep> {
     type Unary = fn(f32) -> f32;
     let unaries: [(&str, Unary, Unary, Unary); 3] = [
         ("recip", soft::recip, num::recip, exact::recip),
@@ -139,13 +152,20 @@ pub(super) fn rows(effort: Effort) -> Vec<Row> {
         ("rsqrt", soft::rsqrt, num::rsqrt, exact::rsqrt),
     ];
     let domain = "all numbers";
-    let mut rows = vec![
-        Row::rounding("div", "device", domain, division(effort, Subnormals::Zero, soft::div)),
-        Row::rounding("div", "host", domain, division(effort, Subnormals::Unspecified, num::div)),
-    ];
-    for (name, device, host, oracle) in unaries {
-        rows.push(Row::rounding(name, "device", domain, unary(effort, Subnormals::Zero, device, oracle)));
-        rows.push(Row::rounding(name, "host", domain, unary(effort, Subnormals::Unspecified, host, oracle)));
-    }
-    rows
+    let mut sweeps = vec![Sweep::new("div", move |effort| {
+        vec![
+            Row::rounding("div", "device", domain, division(effort, Subnormals::Zero, soft::div)),
+            Row::rounding("div", "host", domain, division(effort, Subnormals::Unspecified, num::div)),
+        ]
+    })];
+    sweeps.extend(unaries.map(|(name, device, host, oracle)| {
+        Sweep::new(name, move |effort| {
+            vec![
+                Row::rounding(name, "device", domain, unary(effort, Subnormals::Zero, device, oracle)),
+                Row::rounding(name, "host", domain, unary(effort, Subnormals::Unspecified, host, oracle)),
+                Row::rounding(name, "device = host", "all bit patterns", agreement(effort, device, host)),
+            ]
+        })
+    }));
+    sweeps
 }

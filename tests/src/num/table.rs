@@ -1,7 +1,7 @@
 //! The result as a table.
 
 use super::Tally;
-use std::fmt::Write;
+use std::fmt;
 
 /// What a sweep of one function found.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,6 +21,8 @@ pub struct Row {
 enum Claim {
     CorrectlyRounded,
     Accurate,
+    /// As accurate; the input is the number of a random sample.
+    AccurateOnSamples,
 }
 
 impl Row {
@@ -32,16 +34,25 @@ impl Row {
         Self { function, form: "both", domain, tally, claim: Claim::Accurate }
     }
 
+    pub(super) fn accuracy_of_samples(function: &'static str, domain: &'static str, tally: Tally) -> Self {
+        Self { claim: Claim::AccurateOnSamples, ..Self::accuracy(function, domain, tally) }
+    }
+
     /// Whether the function is as good as claimed.
     pub fn passed(&self) -> bool {
         self.tally.inputs > 0 && self.tally.failures == 0
+    }
+
+    /// The function, and whether this is about its correction step only.
+    pub fn group(&self) -> (&'static str, bool) {
+        (self.function, self.form == "correction")
     }
 
     fn result(&self) -> String {
         match self.claim {
             Claim::CorrectlyRounded if self.passed() => "correctly rounded".to_owned(),
             Claim::CorrectlyRounded => format!("{} wrong", self.tally.failures),
-            Claim::Accurate => format!("{:.3} ulp", self.tally.worst),
+            Claim::Accurate | Claim::AccurateOnSamples => format!("{:.3} ulp", self.tally.worst),
         }
     }
 
@@ -49,6 +60,8 @@ impl Row {
         let input = self.tally.worst_input;
         if self.tally.worst == 0.0 {
             String::new()
+        } else if self.claim == Claim::AccurateOnSamples {
+            format!("sample {input}")
         } else if self.form == "correction" || input >> 32 == 0 && self.claim == Claim::CorrectlyRounded {
             format!("`{input:#x}`")
         } else if input >> 32 == 0 {
@@ -59,15 +72,16 @@ impl Row {
     }
 }
 
+impl fmt::Display for Row {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let inputs = self.tally.inputs.to_string();
+        let cells = [self.function, self.form, self.domain, &inputs, &self.result(), &self.worst_input()];
+        write!(f, "| {} |", cells.join(" | "))
+    }
+}
+
 /// The rows as a Markdown table.
 pub fn markdown(rows: &[Row]) -> String {
-    let mut text =
-        String::from("| function | form | operands | tested | result | worst at |\n|---|---|---|---:|---|---|\n");
-    for row in rows {
-        let cells =
-            [row.function, row.form, row.domain, &row.tally.inputs.to_string(), &row.result(), &row.worst_input()]
-                .join(" | ");
-        writeln!(text, "| {cells} |").expect("a String takes all text");
-    }
-    text
+    let head = "| function | form | operands | tested | result | worst at |\n|---|---|---|---:|---|---|\n";
+    rows.iter().fold(head.to_owned(), |text, row| text + &row.to_string() + "\n")
 }

@@ -17,13 +17,14 @@ pub struct ChiSquare {
 }
 
 /// Compares counts with expected counts; cells that expect too few are pooled with their neighbours. A count in a
-/// cell where nothing is expected gives p = 0.
+/// cell where nothing is expected gives p = 0, and so does an expectation that is negative or no number.
 pub fn chi_square(cells: impl IntoIterator<Item = (u64, f64)>) -> ChiSquare {
     let mut pooled: Vec<(f64, f64)> = Vec::new();
     let mut pending = (0.0, 0.0);
     let mut impossible = false;
     for (count, expected) in cells {
-        impossible |= expected == 0.0 && count > 0;
+        // so written that an expectation which is no number fails too
+        impossible |= !(expected > 0.0 || expected == 0.0 && count == 0);
         pending = (pending.0 + count as f64, pending.1 + expected);
         if pending.1 >= MIN_EXPECTED {
             pooled.push(std::mem::take(&mut pending));

@@ -14,6 +14,16 @@ impl Moments {
         Self { count: f64::INFINITY, mean: value, squares: 0.0 }
     }
 
+    /// Count, mean and sum of squared deviations, to be kept.
+    pub fn parts(self) -> [f64; 3] {
+        [self.count, self.mean, self.squares]
+    }
+
+    /// What [`Self::parts`] gave.
+    pub fn from_parts([count, mean, squares]: [f64; 3]) -> Self {
+        Self { count, mean, squares }
+    }
+
     /// Adds a value.
     pub fn push(&mut self, value: f64) {
         self.count += 1.0;

@@ -2,6 +2,9 @@
 
 use super::gamma::upper_gamma;
 
+/// The probability with which a test notices the bias that it states as detectable.
+pub const POWER: f64 = 0.99;
+
 /// P(Z > z).
 pub fn upper_tail(z: f64) -> f64 {
     // erfc(x) = Q(1/2, x^2) for x >= 0

@@ -1,13 +1,12 @@
 //! z-tests between two independent sets of images, per tile and for the whole image, with their power.
 
-use super::{Moments, sidak, two_sided_threshold, upper_tail_quantile};
+use super::{Moments, POWER, sidak, two_sided_threshold, upper_tail_quantile};
 use rayon::prelude::*;
 
 /// Images that one task makes.
 const CHUNK: u32 = 64;
 /// The arithmetic's own error, relative to a mean: some twenty roundings of an `f32`.
 const ARITHMETIC: f64 = 1.0e-6;
-const POWER: f64 = 0.99;
 
 /// How an image is divided. One image gives a number for each channel of each tile, then of the whole image.
 #[derive(Clone, Copy, Debug)]

@@ -3,10 +3,12 @@
 //! rust-gpu says nothing about float arithmetic, so a driver may contract, reassociate and flush. The exact flavour
 //! forbids it here, **before** the optimiser runs: `spirv-opt` itself respects what stands in the module.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use rspirv::dr::{Instruction, Module, Operand};
-use rspirv::spirv::{AddressingModel, Capability, Decoration, ExecutionMode, MemoryAccess, MemoryModel, Op, Word};
+use rspirv::spirv::{
+    AddressingModel, Capability, Decoration, ExecutionMode, MemoryAccess, MemoryModel, Op, StorageClass, Word,
+};
 
 use super::flavour::Flavour;
 use super::module::{decorations, id_operand, operations, string_operand};
@@ -23,6 +25,7 @@ pub fn prepare(module: &mut Module, flavour: Flavour) -> Result<(), String> {
         decorate_arithmetic(module);
         declare_float_controls(module)?;
     }
+    drop_private_layout(module);
     use_glsl450_memory_model(module)
 }
 
@@ -103,6 +106,43 @@ fn entry_id(module: &Module) -> Result<Word, String> {
         [entry] => id_operand(entry, 1).ok_or_else(|| "the entry point has no function".to_owned()),
         entries => Err(format!("the module has {} entry points and must have one", entries.len())),
     }
+}
+
+/// Removes the offsets of structures that no buffer holds: they are Rust's, with members of one byte and nested
+/// structures without padding, which naga takes for overlaps.
+pub fn drop_private_layout(module: &mut Module) {
+    let shared = types_in_buffers(module);
+    module.annotations.retain(|i| {
+        let is_offset = matches!(i.operands.get(2), Some(Operand::Decoration(Decoration::Offset)));
+        !(i.class.opcode == Op::MemberDecorate && is_offset) || id_operand(i, 0).is_some_and(|id| shared.contains(&id))
+    });
+}
+
+/// The types behind pointers that leave the invocation, with all that they consist of.
+fn types_in_buffers(module: &Module) -> HashSet<Word> {
+    let types: HashMap<Word, &Instruction> =
+        module.types_global_values.iter().filter_map(|i| Some((i.result_id?, i))).collect();
+    let is_private = |class: StorageClass| matches!(class, StorageClass::Function | StorageClass::Private);
+    let mut work: Vec<Word> = module
+        .types_global_values
+        .iter()
+        .filter_map(|i| match i.operands[..] {
+            [Operand::StorageClass(class), Operand::IdRef(pointee)] if !is_private(class) => Some(pointee),
+            _ => None,
+        })
+        .collect();
+    let mut found = HashSet::new();
+    while let Some(id) = work.pop() {
+        if found.insert(id)
+            && let Some(instruction) = types.get(&id)
+        {
+            work.extend(instruction.operands.iter().filter_map(|operand| match operand {
+                Operand::IdRef(part) => Some(*part),
+                _ => None,
+            }));
+        }
+    }
+    found
 }
 
 /// Replaces the Vulkan memory model, whose device feature wgpu does not enable, by GLSL450.

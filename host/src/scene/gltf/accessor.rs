@@ -18,20 +18,26 @@ struct Range {
 }
 
 impl Document<'_> {
-    /// Vectors of three components: floats, or the 8 and 16-bit integers of KHR_mesh_quantization.
-    pub(super) fn vectors(&self, index: Index<Accessor>) -> Result<Vec<[f32; 3]>, Problem> {
+    /// Vectors of two to four components: floats, or 8 and 16-bit integers (texture coordinates, and everything under
+    /// KHR_mesh_quantization).
+    pub(super) fn vectors<const N: usize>(&self, index: Index<Accessor>) -> Result<Vec<[f32; N]>, Problem> {
         let accessor = self.accessor(index)?;
         let kind = component_type(accessor)?;
-        check_type(accessor, Type::Vec3, "VEC3")?;
+        let (type_, name) = match N {
+            2 => (Type::Vec2, "VEC2"),
+            3 => (Type::Vec3, "VEC3"),
+            _ => (Type::Vec4, "VEC4"),
+        };
+        check_type(accessor, type_, name)?;
         if kind == ComponentType::U32 {
-            return Err("positions cannot be 32-bit integers".to_owned());
+            return Err("vertex attributes cannot be 32-bit integers".to_owned());
         }
         let normalized = accessor.normalized;
         let size = kind.size();
         let decode = move |bytes: &[u8]| {
-            [0, 1, 2].map(|axis| component(kind, normalized, bytes.get(axis * size..).unwrap_or_default()))
+            std::array::from_fn(|axis| component(kind, normalized, bytes.get(axis * size..).unwrap_or_default()))
         };
-        self.elements(accessor, 3 * size, [0.0; 3], decode)
+        self.elements(accessor, N * size, [0.0; N], decode)
     }
 
     /// Unsigned integers.

@@ -7,8 +7,8 @@ use gltf::json::{Accessor, Index};
 use super::{Document, Problem};
 use crate::memory;
 
-/// The most bytes of the imported meshes, of the buffers beside a file, and of the file itself: 8 GiB, or what a render
-/// may take.
+/// The most bytes of the imported meshes, of the textures, of the files beside a document, and of the document itself:
+/// 8 GiB, or what a render may take.
 pub(super) fn max_bytes() -> u64 {
     memory::limit().min(8 << 30)
 }
@@ -19,6 +19,9 @@ pub(super) fn gib(bytes: u64) -> String {
 }
 
 const POSITION_BYTES: u64 = 12;
+const NORMAL_BYTES: u64 = 12;
+const UV_BYTES: u64 = 8;
+const TANGENT_BYTES: u64 = 16;
 const INDEX_BYTES: u64 = 4;
 const TRIANGLE_BYTES: u64 = 12;
 
@@ -43,8 +46,17 @@ impl Document<'_> {
         let positions = positions.map_or(0, |&accessor| self.elements_at_most(accessor));
         let indices = primitive.indices.map_or(positions, |accessor| self.elements_at_most(accessor));
         let triangles = if primitive.mode == Checked::Valid(Mode::Triangles) { indices / 3 } else { indices };
+        let others = primitive.attributes.iter().filter_map(|(semantic, &accessor)| {
+            let bytes = match semantic {
+                Checked::Valid(Semantic::Normals) => NORMAL_BYTES,
+                Checked::Valid(Semantic::TexCoords(_)) => UV_BYTES,
+                Checked::Valid(Semantic::Tangents) => TANGENT_BYTES,
+                _ => return None,
+            };
+            Some((self.elements_at_most(accessor), bytes))
+        });
         let parts = [(positions, POSITION_BYTES), (indices, INDEX_BYTES), (triangles, TRIANGLE_BYTES)];
-        parts.iter().fold(0, |sum, (count, bytes)| sum.saturating_add(count.saturating_mul(*bytes)))
+        parts.into_iter().chain(others).fold(0, |sum, (count, bytes)| sum.saturating_add(count.saturating_mul(bytes)))
     }
 
     /// How many elements an accessor can have: none if it is broken, which its reader explains.

@@ -43,7 +43,7 @@ impl Importer<'_> {
             self.warn(format!("mesh {name}: it has no positions and was skipped"));
             return Ok(());
         };
-        let positions = self.document.vectors(positions).map_err(in_mesh)?;
+        let positions = self.document.vectors::<3>(positions).map_err(in_mesh)?;
         let vertices = match primitive.indices {
             Some(indices) => self.document.integers(indices).map_err(in_mesh)?,
             None => (0..positions.len() as u32).collect(),
@@ -52,7 +52,10 @@ impl Importer<'_> {
         let indices = triangles(mode, &vertices);
         let material = self.material(primitive).map_err(in_mesh)?;
         self.warn_of_losses(&name, primitive, mode, vertices.len(), indices.len());
-        self.scene.meshes.push(Mesh { name, positions, indices, material, ..Mesh::default() });
+        let mut mesh = Mesh { name, positions, indices, material, ..Mesh::default() };
+        let needs = self.needs.get(material).copied().unwrap_or_default();
+        self.add_attributes(&mut mesh, primitive, needs).map_err(|problem| format!("mesh {}: {problem}", mesh.name))?;
+        self.scene.meshes.push(mesh);
         Ok(())
     }
 

@@ -1,13 +1,16 @@
 //! Import of glTF 2.0, `.gltf` and `.glb`.
 //!
-//! Read are meshes (triangles, strips and fans), the node hierarchy, the first perspective camera, base colour and
-//! emission, and the extensions in [`SUPPORTED_EXTENSIONS`]. All surfaces are diffuse: a material's base colour factor
-//! is its reflectance; metals, textures and transparency are replaced by that, each with a warning.
+//! Read are meshes (triangles, strips and fans) with normals, tangents and texture coordinates, the node hierarchy, the
+//! first perspective camera, materials with their textures (PNG and JPEG), and the extensions in
+//! [`SUPPORTED_EXTENSIONS`]. What is skipped or replaced gets a warning: alpha (all surfaces are opaque), textures of
+//! transmission and thickness, the range of lights, a second set of texture coordinates in one material. Occlusion
+//! textures are not needed.
 //!
 //! The file is untrusted. The `gltf` crate only gives the structs of the JSON; its readers and its validation index
 //! without checks, so every reference and every range is checked here.
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::io::{self, Read};
 use std::path::Path;
 
@@ -17,15 +20,30 @@ use super::Scene;
 use crate::{Error, input};
 
 mod accessor;
+mod attribute;
 mod budget;
 mod buffer;
 mod container;
+pub(super) mod exact;
+mod image;
+mod light;
 mod material;
 mod mesh;
 mod node;
+mod texture;
+mod uri;
 
 /// The glTF extensions that are read; a file that requires another is refused, one that only uses it gets a warning.
-pub const SUPPORTED_EXTENSIONS: &[&str] = &["KHR_materials_emissive_strength", "KHR_mesh_quantization"];
+pub const SUPPORTED_EXTENSIONS: &[&str] = &[
+    "KHR_lights_punctual",
+    "KHR_materials_diffuse_transmission",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_transmission",
+    "KHR_materials_volume",
+    "KHR_mesh_quantization",
+    "KHR_texture_transform",
+];
 
 /// What is wrong with a file, as a sentence without a full stop.
 type Problem = String;
@@ -57,14 +75,15 @@ fn read(path: &Path) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-fn import(name: &str, bytes: &[u8], folder: Option<&Path>) -> Result<Scene, Problem> {
+pub(super) fn import(name: &str, bytes: &[u8], folder: Option<&Path>) -> Result<Scene, Problem> {
     let (text, blob) = container::split(bytes)?;
     let root: Root = json::deserialize::from_slice(text).map_err(|error| format!("its JSON is broken: {error}"))?;
     check_support(&root)?;
-    let buffers = buffer::load_all(&root, blob, folder)?;
+    let mut file_room = budget::max_bytes();
+    let buffers = buffer::load_all(&root, blob, folder, &mut file_room)?;
     let document = Document { root: &root, buffers };
     document.check_memory()?;
-    let mut importer = Importer::new(name, document);
+    let mut importer = Importer::new(name, document, folder, file_room);
     importer.warn_of_ignored_extensions();
     importer.add_materials()?;
     importer.add_nodes()?;
@@ -80,14 +99,30 @@ struct Document<'a> {
 /// A scene in the making.
 struct Importer<'a> {
     document: Document<'a>,
+    folder: Option<&'a Path>,
+    /// Bytes that may still be read from files.
+    file_room: u64,
     scene: Scene,
     meshes: mesh::Imported,
+    /// What each of the scene's materials needs of its meshes.
+    needs: Vec<material::Needs>,
+    /// Which texture of the scene came from which of the file.
+    textures: BTreeMap<usize, usize>,
+    images: BTreeMap<usize, image::Decoded>,
 }
 
 impl<'a> Importer<'a> {
-    fn new(name: &str, document: Document<'a>) -> Self {
-        let scene = Scene { name: name.to_owned(), ..Scene::default() };
-        Self { document, scene, meshes: mesh::Imported::default() }
+    fn new(name: &str, document: Document<'a>, folder: Option<&'a Path>, file_room: u64) -> Self {
+        Self {
+            document,
+            folder,
+            file_room,
+            scene: Scene { name: name.to_owned(), ..Scene::default() },
+            meshes: mesh::Imported::default(),
+            needs: Vec::new(),
+            textures: BTreeMap::new(),
+            images: BTreeMap::new(),
+        }
     }
 
     fn warn(&mut self, warning: String) {

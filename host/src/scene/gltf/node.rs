@@ -1,11 +1,11 @@
-//! The node hierarchy: instances and the camera.
+//! The node hierarchy: instances, lights and the camera.
 
 use std::collections::BTreeSet;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use gltf::json::{Camera as JsonCamera, Index, Node};
 
-use super::{Importer, Problem, label};
+use super::{Importer, Problem, exact, label};
 use crate::scene::{Camera, Instance, MAX_COORDINATE};
 
 impl Importer<'_> {
@@ -14,6 +14,8 @@ impl Importer<'_> {
     /// glTF demands that nodes form trees. Reaching a node twice is therefore an error, which also ends cycles.
     pub(super) fn add_nodes(&mut self) -> Result<(), Problem> {
         let root = self.document.root;
+        let scene = root.scenes.get(root.scene.map_or(0, |scene| scene.value()));
+        self.scene.default_size = scene.and_then(|scene| exact::size(&scene.extras));
         let mut reached = vec![false; root.nodes.len()];
         let mut pending: Vec<(usize, DAffine3)> =
             self.roots()?.into_iter().rev().map(|node| (node, DAffine3::IDENTITY)).collect();
@@ -57,7 +59,7 @@ impl Importer<'_> {
         if let (Some(camera), None) = (node.camera, self.scene.camera) {
             self.add_camera(camera, world)?;
         }
-        Ok(())
+        self.add_light(node, &world)
     }
 
     fn add_instances(&mut self, mesh: usize, transform: DAffine3) -> Result<(), Problem> {
@@ -83,6 +85,10 @@ impl Importer<'_> {
         if position.abs().max_element() > MAX_COORDINATE {
             return Err(format!("{name} is at {position}, beyond {MAX_COORDINATE:e}; move it nearer to the origin"));
         }
+        if let Some(camera) = exact::camera(&camera.extras, &world, perspective.yfov) {
+            self.scene.camera = Some(camera);
+            return Ok(());
+        }
         // A camera looks along its -z; its scale has no meaning.
         let forward = world.transform_vector3(DVec3::NEG_Z).normalize_or(DVec3::NEG_Z);
         let up = world.transform_vector3(DVec3::Y).normalize_or(DVec3::Y);
@@ -94,7 +100,8 @@ impl Importer<'_> {
 /// From the node's space to its parent's.
 fn transform(node: &Node, index: usize) -> Result<DAffine3, Problem> {
     if let Some(matrix) = node.matrix {
-        return affine(matrix).ok_or_else(|| format!("the matrix of node {index} is not affine"));
+        let rounded = affine(matrix).ok_or_else(|| format!("the matrix of node {index} is not affine"))?;
+        return Ok(exact::node_transform(&node.extras, matrix).unwrap_or(rounded));
     }
     let [x, y, z, w] = node.rotation.unwrap_or_default().0.map(f64::from);
     let rotation = DQuat::from_xyzw(x, y, z, w);

@@ -1,4 +1,4 @@
-//! Scattering functions, in the frame of the surface: +z is the normal on the side of the viewer.
+//! Lambertian reflection alone.
 
 use crate::num;
 use crate::sampling::{cosine_hemisphere_pdf, sample_cosine_hemisphere};
@@ -11,9 +11,9 @@ pub struct Lambert {
     pub reflectance: Vec3,
 }
 
-/// A direction drawn from a scattering function.
+/// A direction drawn from Lambert's law.
 #[derive(Clone, Copy)]
-pub struct BsdfSample {
+pub struct LambertSample {
     /// Unit direction, in the frame of the surface.
     pub direction: Vec3,
     /// Value times cosine over density.
@@ -37,8 +37,8 @@ impl Lambert {
 
     /// Draws a direction in proportion to the cosine; `u` in [0, 1)^2.
     #[inline(always)]
-    pub fn sample(&self, u: Vec2) -> BsdfSample {
+    pub fn sample(&self, u: Vec2) -> LambertSample {
         let direction = sample_cosine_hemisphere(u);
-        BsdfSample { direction, weight: self.reflectance, pdf: self.pdf(direction.z) }
+        LambertSample { direction, weight: self.reflectance, pdf: self.pdf(direction.z) }
     }
 }

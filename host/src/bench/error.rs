@@ -1,0 +1,174 @@
+//! How far an image is from a reference that has noise itself.
+//!
+//! For values x of an image (every channel of every pixel counts alike), r of the reference and m its mean:
+//!
+//! | figure | definition |
+//! |---|---|
+//! | MSE | `mean (x-r)²` |
+//! | relMSE | `mean (x-r)² / (r² + 0.01 m²)` |
+//! | MAPE | `mean abs(x-r) / (r + 0.01 m)` |
+//!
+//! The noise of the reference is independent of the image's, so it adds its variance to the MSE, and the weighted
+//! variance to relMSE; [`Figure`] subtracts it. A mean of magnitudes has no such rule: MAPE stays as it is measured,
+//! too large by about half of the share that the reference has in the MSE.
+
+use crate::image::Image;
+use crate::reference::Reference;
+
+/// Where the reference has a larger share in a measured error, the figure is refused.
+pub(crate) const LARGEST_SHARE: f64 = 0.05;
+const DARK: f64 = 0.01;
+
+/// A reference, prepared for comparisons.
+#[derive(Clone)]
+pub(crate) struct Truth {
+    values: Vec<f64>,
+    /// Mean over all values.
+    pub(crate) mean: f64,
+    /// Standard error of the mean.
+    pub(crate) mean_error: f64,
+    /// What the reference's noise adds to an MSE.
+    pub(crate) noise: f64,
+    /// What it adds to a relMSE.
+    pub(crate) relative_noise: f64,
+}
+
+/// An image's errors as they are measured, and its mean.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Errors {
+    pub(crate) mse: f64,
+    pub(crate) rel_mse: f64,
+    pub(crate) mape: f64,
+    pub(crate) mean: f64,
+}
+
+/// A measured error and the part that the reference's noise has in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Figure {
+    pub(crate) measured: f64,
+    pub(crate) noise: f64,
+}
+
+impl Figure {
+    /// The error of the image alone; `None` if the reference is too noisy to tell.
+    pub(crate) fn corrected(self) -> Option<f64> {
+        let known = self.noise <= LARGEST_SHARE * self.measured;
+        known.then_some(self.measured - self.noise)
+    }
+}
+
+impl Truth {
+    pub(crate) fn new(reference: &Reference) -> Self {
+        Self::from_values(reference.values(), &reference.variances(), reference.standard_error_of_mean())
+    }
+
+    fn from_values(values: Vec<f64>, variances: &[f64], mean_error: f64) -> Self {
+        let count = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / count;
+        let truth =
+            Self { values, mean, mean_error, noise: variances.iter().sum::<f64>() / count, relative_noise: 0.0 };
+        let weighted = truth.values.iter().zip(variances).map(|(&r, variance)| variance / truth.scale(r));
+        let relative_noise = weighted.sum::<f64>() / count;
+        Self { relative_noise, ..truth }
+    }
+
+    /// The denominator of relMSE.
+    fn scale(&self, r: f64) -> f64 {
+        r * r + DARK * self.mean * self.mean
+    }
+
+    /// The errors of an image of the reference's size.
+    pub(crate) fn errors(&self, image: &Image) -> Errors {
+        self.errors_of(image.pixels.as_flattened().iter().map(|&x| f64::from(x)))
+    }
+
+    fn errors_of(&self, image: impl Iterator<Item = f64>) -> Errors {
+        let mut sums = Errors::default();
+        for (x, &r) in image.zip(&self.values) {
+            let squared = (x - r) * (x - r);
+            sums.mse += squared;
+            sums.rel_mse += ratio(squared, self.scale(r));
+            sums.mape += ratio((x - r).abs(), r + DARK * self.mean);
+            sums.mean += x;
+        }
+        let share = 1.0 / self.values.len() as f64;
+        let Errors { mse, rel_mse, mape, mean } = sums;
+        Errors { mse: mse * share, rel_mse: rel_mse * share, mape: mape * share, mean: mean * share }
+    }
+}
+
+/// `error / scale`, where no error is 0 on any scale.
+fn ratio(error: f64, scale: f64) -> f64 {
+    if error == 0.0 { 0.0 } else { error / scale }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bench::noise::Noise;
+
+    const COUNT: usize = 60_000;
+
+    /// A picture, a reference of it whose two halves have the variance `half`, and an image with the variance 1.
+    fn synthetic(half: f64) -> (Truth, Errors) {
+        let mut noise = Noise::new(1);
+        let picture: Vec<f64> = (0..COUNT).map(|i| 5.0 + (i % 7) as f64).collect();
+        let mut noisy =
+            |variance: f64| -> Vec<f64> { picture.iter().map(|r| r + variance.sqrt() * noise.normal()).collect() };
+        let (a, b, image) = (noisy(half), noisy(half), noisy(1.0));
+        let mean = a.iter().zip(&b).map(|(a, b)| 0.5 * (a + b)).collect();
+        let variances: Vec<f64> = a.iter().zip(&b).map(|(a, b)| 0.25 * (a - b) * (a - b)).collect();
+        let truth = Truth::from_values(mean, &variances, 0.0);
+        let errors = truth.errors_of(image.into_iter());
+        (truth, errors)
+    }
+
+    /// The standard error of a mean of squares of normal numbers, relative: sqrt(2 / count).
+    fn tolerance() -> f64 {
+        4.0 * (2.0 / COUNT as f64).sqrt()
+    }
+
+    #[test]
+    fn the_noise_of_the_reference_is_subtracted() {
+        // halves with variance 0.08 give a reference with 0.04: a share just below the limit
+        let (truth, errors) = synthetic(0.08);
+        let figure = Figure { measured: errors.mse, noise: truth.noise };
+        let corrected = figure.corrected().expect("the reference is good enough");
+        assert!((corrected - 1.0).abs() < tolerance(), "{corrected}");
+        // the known-wrong figure, which does not subtract, is off by more than chance
+        assert!((errors.mse - 1.0).abs() > tolerance(), "{}", errors.mse);
+    }
+
+    #[test]
+    fn so_it_is_for_relative_errors() {
+        let (truth, errors) = synthetic(0.08);
+        let corrected = Figure { measured: errors.rel_mse, noise: truth.relative_noise }.corrected().unwrap();
+        let exact = synthetic(0.0).1.rel_mse;
+        // the weights take part: some of the terms count more
+        assert!((corrected / exact - 1.0).abs() < 1.5 * tolerance(), "{corrected} {exact}");
+        assert!((errors.rel_mse / exact - 1.0).abs() > 1.5 * tolerance(), "{} {exact}", errors.rel_mse);
+    }
+
+    #[test]
+    fn too_noisy_a_reference_gives_no_figure() {
+        let (truth, errors) = synthetic(0.14);
+        assert_eq!(Figure { measured: errors.mse, noise: truth.noise }.corrected(), None);
+        assert_eq!(Figure { measured: 1.0, noise: LARGEST_SHARE }.corrected(), Some(1.0 - LARGEST_SHARE));
+        assert_eq!(Figure { measured: 0.0, noise: 0.0 }.corrected(), Some(0.0));
+        assert_eq!(Figure { measured: f64::NAN, noise: 0.0 }.corrected(), None);
+    }
+
+    #[test]
+    fn values_computed_by_hand() {
+        // errors 1, 0, 2; the mean of the reference is 2
+        let truth = Truth::from_values(vec![1.0, 5.0, 0.0], &[0.5, 0.0, 0.1], 0.0);
+        let errors = truth.errors_of([2.0, 5.0, 2.0].into_iter());
+        let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} is not {b}");
+        close(errors.mse, 5.0 / 3.0);
+        close(errors.rel_mse, (1.0 / 1.04 + 4.0 / 0.04) / 3.0);
+        close(errors.mape, (1.0 / 1.02 + 2.0 / 0.02) / 3.0);
+        close(errors.mean, 3.0);
+        close(truth.noise, 0.2);
+        close(truth.relative_noise, (0.5 / 1.04 + 0.1 / 0.04) / 3.0);
+    }
+}

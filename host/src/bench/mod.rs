@@ -1,0 +1,319 @@
+//! Error against run time: scenes x techniques x samples a pixel, with independent restarts.
+//!
+//! [`measure`] gives the runs of one scene, [`table`] makes a row of each, and all that is published (CSV, plots,
+//! report, the comparison with an older report) is made of these rows or of [`SceneResult`].
+
+pub(crate) mod against;
+pub(crate) mod error;
+pub(crate) mod fit;
+pub(crate) mod machine;
+#[cfg(test)]
+mod noise;
+pub(crate) mod plot;
+pub(crate) mod report;
+pub(crate) mod table;
+pub(crate) mod timed;
+
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+use crate::Error;
+use crate::buffers::SceneBuffers;
+use crate::exec::Executor;
+use crate::render::{Progress, RenderSettings, render};
+use crate::replay::{self, Counts, Recording};
+
+use error::{Errors, Figure, Truth};
+use timed::{PassTime, Timed};
+
+/// Rays are counted over about this many pixels ...
+const COUNTED_PIXELS: u32 = 2048;
+/// ... and this many samples of each.
+const COUNTED_SAMPLES: u32 = 4;
+/// However little time there is, this many restarts are made: fewer have no spread.
+const FEWEST_RESTARTS: u32 = 2;
+
+/// An estimator with its settings, under the name that the reports use.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Technique {
+    pub(crate) name: String,
+    /// Size, depth and jitter are the matrix's; samples and seed do not matter.
+    pub(crate) settings: RenderSettings,
+}
+
+/// What to measure on every scene.
+#[derive(Clone, Debug)]
+pub(crate) struct Matrix {
+    /// Size, depth and jitter: what all techniques have in common.
+    pub(crate) integral: RenderSettings,
+    pub(crate) techniques: Vec<Technique>,
+    /// Samples a pixel, ascending.
+    pub(crate) budgets: Vec<u32>,
+    pub(crate) restarts: u32,
+    /// No restart after the second begins later than this.
+    pub(crate) time: Duration,
+}
+
+/// One image.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Run {
+    pub(crate) restart: u32,
+    pub(crate) seed: u32,
+    pub(crate) seconds: f64,
+    pub(crate) errors: Errors,
+    pub(crate) dropped_samples: u64,
+}
+
+/// The restarts of one technique with one number of samples.
+#[derive(Clone, Debug)]
+pub(crate) struct Cell {
+    pub(crate) samples: u32,
+    pub(crate) runs: Vec<Run>,
+}
+
+/// All cells of a technique, with what its samples cost.
+#[derive(Clone, Debug)]
+pub(crate) struct Series {
+    pub(crate) technique: Technique,
+    pub(crate) cells: Vec<Cell>,
+    pub(crate) passes: BTreeMap<&'static str, PassTime>,
+    pub(crate) counts: Counts,
+    /// Samples over which `counts` counts.
+    pub(crate) counted: u64,
+    /// Samples that the passes have traced, over all pixels.
+    pub(crate) traced: u64,
+}
+
+/// The measurements of a scene.
+#[derive(Clone)]
+pub(crate) struct SceneResult {
+    pub(crate) scene: String,
+    pub(crate) truth: Truth,
+    pub(crate) reference_samples: u64,
+    pub(crate) series: Vec<Series>,
+    /// Restarts that were made.
+    pub(crate) restarts: u32,
+}
+
+impl Cell {
+    fn each(&self, of: impl Fn(&Run) -> f64) -> Vec<f64> {
+        self.runs.iter().map(of).collect()
+    }
+
+    fn mean(&self, of: impl Fn(&Run) -> f64) -> f64 {
+        fit::mean_and_error(&self.each(of)).0
+    }
+
+    pub(crate) fn seconds(&self) -> f64 {
+        fit::median(&self.each(|run| run.seconds))
+    }
+
+    pub(crate) fn mse(&self, truth: &Truth) -> Figure {
+        Figure { measured: self.mean(|run| run.errors.mse), noise: truth.noise }
+    }
+
+    pub(crate) fn rel_mse(&self, truth: &Truth) -> Figure {
+        Figure { measured: self.mean(|run| run.errors.rel_mse), noise: truth.relative_noise }
+    }
+
+    /// MAPE as it is measured, refused where the MSE is.
+    pub(crate) fn mape(&self, truth: &Truth) -> Option<f64> {
+        self.mse(truth).corrected().map(|_| self.mean(|run| run.errors.mape))
+    }
+
+    /// The bias of the mean, relative to it, and its standard error, in which the reference's has its part.
+    pub(crate) fn bias(&self, truth: &Truth) -> (f64, f64) {
+        let (mean, error) = fit::mean_and_error(&self.each(|run| run.errors.mean));
+        ((mean - truth.mean) / truth.mean, error.hypot(truth.mean_error) / truth.mean)
+    }
+}
+
+impl Series {
+    /// A count divided by the samples over which it was counted.
+    pub(crate) fn per_sample(&self, count: u64) -> f64 {
+        count as f64 / self.counted as f64
+    }
+
+    /// Millions of rays a second in the passes of a kernel, if it traces rays.
+    pub(crate) fn mega_rays(&self, kernel: &str) -> Option<f64> {
+        let pass = self.passes.get(kernel).filter(|_| kernel == restir_kernels::path::DESC.name)?;
+        Some(self.per_sample(self.counts.rays()) * self.traced as f64 / pass.seconds * 1e-6)
+    }
+
+    /// Exponent of the RMSE in the number of samples, over the cells that the reference can judge.
+    pub(crate) fn convergence(&self, truth: &Truth) -> Option<fit::Estimate> {
+        let judged = || self.cells.iter().filter(|cell| cell.mse(truth).corrected().is_some());
+        let samples: Vec<f64> = judged().map(|cell| f64::from(cell.samples)).collect();
+        let squared: Vec<_> = judged().map(|cell| cell.each(|run| run.errors.mse - truth.noise)).collect();
+        fit::convergence(&samples, &squared)
+    }
+
+    /// (seconds, relMSE) of the cells that the reference can judge.
+    pub(crate) fn error_over_time(&self, truth: &Truth) -> Vec<(f64, f64)> {
+        let point = |cell: &Cell| cell.rel_mse(truth).corrected().map(|error| (cell.seconds(), error));
+        self.cells.iter().filter_map(point).collect()
+    }
+}
+
+/// Measures one scene against `truth`. Restarts are interleaved: each runs every technique with every number of
+/// samples, so that a slow spell of the machine meets all of them; one run of each technique comes first and does not
+/// count. `observe` hears of samples a pixel, of all that were asked for.
+///
+/// # Errors
+/// As of [`render`]; [`Error::Interrupted`] if `observe` breaks.
+pub(crate) fn measure(
+    executor: &mut dyn Executor,
+    scene: &SceneBuffers,
+    matrix: &Matrix,
+    truth: &Truth,
+    observe: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<(Vec<Series>, u32), Error> {
+    let mut series: Vec<Series> =
+        matrix.techniques.iter().map(|technique| empty(scene, matrix, technique)).collect::<Result<_, _>>()?;
+    let once: u64 = matrix.budgets.iter().map(|&samples| u64::from(samples)).sum::<u64>() * series.len() as u64;
+    let total = once * u64::from(matrix.restarts);
+    for technique in &matrix.techniques {
+        let settings = technique.settings(1, 0);
+        render(executor, scene, &settings, &mut |_| observe(Progress { done: 0, total }))?;
+    }
+    let start = Instant::now();
+    let mut done = 0;
+    let mut restart = 0;
+    while restart < matrix.restarts && (restart < FEWEST_RESTARTS || start.elapsed() < matrix.time) {
+        for (budget, &samples) in matrix.budgets.iter().enumerate() {
+            for series in &mut series {
+                let seed = restart * matrix.budgets.len() as u32 + budget as u32;
+                let settings = series.technique.settings(samples, seed);
+                let mut timed = Timed::new(executor);
+                let begin = Instant::now();
+                let rendered = render(&mut timed, scene, &settings, &mut |_| observe(Progress { done, total }))?;
+                let seconds = begin.elapsed().as_secs_f64();
+                let errors = truth.errors(&rendered.image);
+                let run = Run { restart, seed, seconds, errors, dropped_samples: rendered.dropped_samples };
+                series.cells[budget].runs.push(run);
+                series.add_passes(timed.passes, u64::from(samples) * matrix.pixels());
+                done += u64::from(samples);
+            }
+        }
+        restart += 1;
+    }
+    Ok((series, restart))
+}
+
+impl Matrix {
+    fn pixels(&self) -> u64 {
+        u64::from(self.integral.width) * u64::from(self.integral.height)
+    }
+}
+
+impl Technique {
+    fn settings(&self, samples: u32, seed: u32) -> RenderSettings {
+        RenderSettings { samples, seed, ..self.settings.clone() }
+    }
+}
+
+impl Series {
+    fn add_passes(&mut self, passes: BTreeMap<&'static str, PassTime>, samples: u64) {
+        self.traced += samples;
+        for (kernel, time) in passes {
+            let sum = self.passes.entry(kernel).or_default();
+            sum.dispatches += time.dispatches;
+            sum.seconds += time.seconds;
+        }
+    }
+}
+
+/// A series without runs, with its rays counted natively over some of its samples: what is measured is not burdened.
+fn empty(scene: &SceneBuffers, matrix: &Matrix, technique: &Technique) -> Result<Series, Error> {
+    let settings = technique.settings(1, 0);
+    let view = scene.view();
+    let (width, height) = (settings.width, settings.height);
+    let stride = (width * height).div_ceil(COUNTED_PIXELS) | 1;
+    let (mut counts, mut counted) = (Counts::default(), 0);
+    for index in 0..COUNTED_SAMPLES {
+        let params = replay::params(scene, &settings, index)?;
+        for pixel in (0..width * height).step_by(stride as usize) {
+            let recording = Recording::new(&view);
+            replay::trace(&recording, &params, pixel % width, pixel / width);
+            counts = counts.plus(recording.counts());
+            counted += 1;
+        }
+    }
+    let cells = matrix.budgets.iter().map(|&samples| Cell { samples, runs: Vec::new() }).collect();
+    Ok(Series { technique: technique.clone(), cells, passes: BTreeMap::new(), counts, counted, traced: 0 })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::exec::CpuExecutor;
+    use crate::reference::{self, Goal};
+    use crate::render::PathSettings;
+    use crate::scene::Scene;
+    use std::sync::OnceLock;
+
+    /// A small benchmark of the furnace; it is run once.
+    pub(super) fn furnace() -> SceneResult {
+        static RESULT: OnceLock<SceneResult> = OnceLock::new();
+        RESULT.get_or_init(run_furnace).clone()
+    }
+
+    fn run_furnace() -> SceneResult {
+        let scene = SceneBuffers::build(&Scene::load("furnace").unwrap()).unwrap();
+        let path = PathSettings { max_depth: 4, ..PathSettings::default() };
+        let integral =
+            RenderSettings { width: 16, height: 16, samples: 1, seed: 0, path: path.clone(), dispatch_samples: None };
+        let technique = |name: &str, roulette| {
+            let path = PathSettings { roulette, ..path.clone() };
+            Technique { name: name.to_owned(), settings: RenderSettings { path, ..integral.clone() } }
+        };
+        let matrix = Matrix {
+            integral: integral.clone(),
+            techniques: vec![technique("path", false), technique("path:roulette=on", true)],
+            budgets: vec![1, 2, 4, 8, 16],
+            restarts: 6,
+            time: Duration::from_secs(60),
+        };
+        let mut cpu = CpuExecutor::new(Some(1)).unwrap();
+        let go = |_| ControlFlow::Continue(());
+        let goal = Goal { samples: 2048, time: None };
+        let reference = reference::make(&mut cpu, &scene, &integral, None, goal, &mut |_| go(())).unwrap();
+        let truth = Truth::new(&reference);
+        let (series, restarts) = measure(&mut cpu, &scene, &matrix, &truth, &mut |_| go(())).unwrap();
+        SceneResult { scene: "furnace".to_owned(), truth, reference_samples: reference.samples(), series, restarts }
+    }
+
+    #[test]
+    fn the_furnace_converges_without_bias() {
+        let result = furnace();
+        assert_eq!((result.restarts, result.reference_samples), (6, 2048));
+        for series in &result.series {
+            let name = &series.technique.name;
+            let fit = series.convergence(&result.truth).unwrap();
+            // 144 equal pixels: each error is known to a tenth, the slope over 4 octaves to some 0.02
+            assert!((fit.value + 0.5).abs() < 0.1, "{name}: {fit:?}");
+            for cell in &series.cells {
+                let (bias, error) = cell.bias(&result.truth);
+                assert!(bias.abs() < 5.0 * error, "{name}: {bias} +- {error}");
+                assert_eq!(cell.runs.len(), 6);
+                assert!(cell.runs.iter().all(|run| run.seconds > 0.0 && run.dropped_samples == 0));
+            }
+            assert!(series.mega_rays("path").unwrap() > 0.0);
+            assert_eq!(series.mega_rays("film_resolve"), None);
+            // closed: as many segments as it may have, less where roulette ends a path
+            let segments = series.per_sample(series.counts.closest);
+            assert!(if name == "path" { segments == 4.0 } else { segments < 4.0 }, "{name}: {segments}");
+        }
+    }
+
+    #[test]
+    fn no_two_runs_share_a_seed() {
+        let result = furnace();
+        let mut seeds: Vec<u32> =
+            result.series[0].cells.iter().flat_map(|cell| cell.runs.iter().map(|run| run.seed)).collect();
+        seeds.sort_unstable();
+        assert_eq!(seeds, (0..30).collect::<Vec<_>>());
+        assert!(seeds.iter().all(|&seed| seed < reference::FIRST_SEED));
+    }
+}

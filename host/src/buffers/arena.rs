@@ -1,0 +1,190 @@
+//! The geometry and the attribute arena, word by word as in [`restir_shared::layout`].
+
+use super::check::texture_uses;
+use super::environment::EnvironmentMap;
+use super::lights::LightTables;
+use super::shading;
+use super::texels::Texels;
+use super::triangles::Triangle;
+use crate::bvh::Bvh;
+use crate::scene::Filter;
+use crate::scene::{Light, LightKind, Material, Scene, TextureUse, Wrap};
+use glam::{DVec3, Vec3};
+use restir_shared::layout::{
+    ENVIRONMENT_WORDS, LIGHT_WORDS, MATERIAL_TWO_SIDED_EMISSION, MATERIAL_VOLUME, MATERIAL_WORDS, NONE,
+    PUNCTUAL_DIRECTIONAL, PUNCTUAL_POINT, PUNCTUAL_WORDS, SLOT_BASE_COLOR, SLOT_EMISSION, TEXTURE_MIRROR_U,
+    TEXTURE_MIRROR_V, TEXTURE_NEAREST, TEXTURE_REPEAT_U, TEXTURE_REPEAT_V, TEXTURE_SRGB,
+};
+use restir_shared::num::flush;
+use std::iter::repeat_n;
+use std::sync::Arc;
+
+/// Smallest difference of cosines over which a spot light's edge falls off, as glTF has it.
+const MIN_FALLOFF: f64 = 0.001;
+/// An attenuation colour of zero counts as this.
+const MIN_ATTENUATION: f64 = 1.0e-6;
+
+/// The attribute arena and where its tables begin.
+pub(super) struct Attributes {
+    pub(super) words: Vec<u32>,
+    pub(super) light_base: u32,
+    pub(super) alias_base: u32,
+    pub(super) punctual_base: u32,
+    pub(super) environment_base: u32,
+}
+
+/// Magnitudes below 2^-100 are zero in the arenas, see DETERMINISM.md.
+fn float_word(v: Vec3, w: u32) -> [u32; 4] {
+    let bits = |x| flush(x).to_bits();
+    [bits(v.x), bits(v.y), bits(v.z), w]
+}
+
+fn rgb_word(rgb: [f32; 3], w: f32) -> [u32; 4] {
+    float_word(Vec3::from_array(rgb), flush(w).to_bits())
+}
+
+/// Nodes, triangles and, if the scene needs them, shading records.
+pub(super) fn pack_geometry(
+    scene: &Scene,
+    bvh: &Bvh,
+    triangles: &[&Triangle],
+    tables: &LightTables,
+    with_shading: bool,
+) -> Arc<[u32]> {
+    let mut light_of = vec![NONE; triangles.len()];
+    for (index, light) in
+        tables.lights.iter().enumerate().filter(|(_, l)| l.kind == restir_shared::layout::LIGHT_TRIANGLE)
+    {
+        light_of[light.index as usize] = index as u32;
+    }
+    let nodes = bvh.nodes.iter().flat_map(|node| {
+        let [a, b] = node.bounds;
+        let [left, right] = node.children;
+        [float_word(a.lo, left), float_word(a.hi, right), float_word(b.lo, 0), float_word(b.hi, 0)]
+    });
+    let corners = triangles.iter().zip(light_of).flat_map(|(t, light)| {
+        let [a, b, c] = t.vertices;
+        [float_word(a, t.material), float_word(b, light), float_word(c, t.object)]
+    });
+    let records = triangles.iter().filter(|_| with_shading).flat_map(|t| shading::record(scene, t));
+    let per_triangle = if with_shading { 24 } else { 12 };
+    // of known length, so that the words are written where they stay: a copy of them would be the peak of memory
+    let mut words: Arc<[u32]> = repeat_n(0, bvh.nodes.len() * 16 + triangles.len() * per_triangle).collect();
+    let free = Arc::get_mut(&mut words).into_iter().flatten();
+    free.zip(nodes.chain(corners).chain(records).flatten()).for_each(|(word, value)| *word = value);
+    words
+}
+
+impl Attributes {
+    pub(super) fn new(
+        scene: &Scene,
+        tables: &LightTables,
+        texels: &Texels,
+        environment: Option<&EnvironmentMap>,
+    ) -> Self {
+        let mut attributes =
+            Self { words: Vec::new(), light_base: 0, alias_base: NONE, punctual_base: 0, environment_base: NONE };
+        attributes.add_materials(scene, texels);
+        attributes.light_base = attributes.next_word();
+        attributes.extend(tables.lights.iter().map(|l| [l.index, l.density.to_bits(), l.kind, 0]));
+        const { assert!(LIGHT_WORDS == 1 && restir_shared::layout::ALIAS_WORDS == 1) };
+        if let Some(alias) = &tables.alias {
+            attributes.alias_base = attributes.next_word();
+            attributes.extend(alias.iter().map(|entry| [entry.threshold.to_bits(), entry.alias, 0, 0]));
+        }
+        attributes.punctual_base = attributes.next_word();
+        attributes.extend(scene.lights.iter().flat_map(punctual));
+        if let Some(map) = environment {
+            attributes.environment_base = attributes.next_word();
+            let [pixels, rows] = texels.environment;
+            let probability = tables.environment_probability().to_bits();
+            let record: [[u32; 4]; ENVIRONMENT_WORDS as usize] =
+                [[pixels, map.size[0], map.size[1], rows], [map.rotation.to_bits(), probability, 0, 0]];
+            attributes.extend(record);
+        }
+        attributes
+    }
+
+    fn next_word(&self) -> u32 {
+        (self.words.len() / 4) as u32
+    }
+
+    fn extend(&mut self, words: impl IntoIterator<Item = [u32; 4]>) {
+        self.words.extend(words.into_iter().flatten());
+    }
+
+    /// Materials, then the texture uses of those that have any.
+    fn add_materials(&mut self, scene: &Scene, texels: &Texels) {
+        let mut next_use = scene.materials.len() as u32 * MATERIAL_WORDS;
+        let mut uses = Vec::new();
+        for material in &scene.materials {
+            let slots = texture_uses(material);
+            let in_use = slots.iter().flatten().any(|used| texels.textures[used.texture] != NONE);
+            self.extend(material_record(material, if in_use { next_use } else { NONE }));
+            if in_use {
+                let records = (0..).zip(slots).map(|(slot, used)| texture_use(scene, texels, slot, used));
+                uses.extend(records.flatten());
+                next_use = (scene.materials.len() as u32) * MATERIAL_WORDS + uses.len() as u32;
+            }
+        }
+        self.extend(uses);
+    }
+}
+
+fn material_record(m: &Material, uses: u32) -> [[u32; 4]; MATERIAL_WORDS as usize] {
+    let flag = |on: bool, bit: u32| if on { bit } else { 0 };
+    let flags = flag(m.two_sided_emission, MATERIAL_TWO_SIDED_EMISSION) | flag(m.volume.is_some(), MATERIAL_VOLUME);
+    [
+        float_word(Vec3::from_array(m.base_color), flags),
+        float_word(Vec3::from_array(m.emission), uses),
+        rgb_word([m.metallic, m.roughness, m.ior], m.transmission),
+        rgb_word(m.diffuse_transmission_color, m.diffuse_transmission),
+        rgb_word(absorption(m), m.normal_scale),
+    ]
+}
+
+/// Per unit length (Beer and Lambert), as `KHR_materials_volume` has it.
+pub(super) fn absorption(m: &Material) -> [f32; 3] {
+    m.volume.map_or([0.0; 3], |v| {
+        v.attenuation_color
+            .map(|c| (-f64::from(c).max(MIN_ATTENUATION).ln() / f64::from(v.attenuation_distance)) as f32)
+    })
+}
+
+fn texture_use(scene: &Scene, texels: &Texels, slot: u32, used: Option<&TextureUse>) -> [[u32; 4]; 3] {
+    let Some(used) = used else { return [[NONE, 0, 0, 0], [0; 4], [0; 4]] };
+    let texture = &scene.textures[used.texture];
+    let wrap = |wrap: Wrap, repeat: u32, mirror: u32| match wrap {
+        Wrap::Repeat => repeat,
+        Wrap::Mirror => mirror,
+        Wrap::Clamp => 0,
+    };
+    let srgb = slot == SLOT_BASE_COLOR || slot == SLOT_EMISSION;
+    let flags = wrap(texture.wrap[0], TEXTURE_REPEAT_U, TEXTURE_MIRROR_U)
+        | wrap(texture.wrap[1], TEXTURE_REPEAT_V, TEXTURE_MIRROR_V)
+        | if texture.filter == Filter::Nearest { TEXTURE_NEAREST } else { 0 }
+        | if srgb { TEXTURE_SRGB } else { 0 };
+    let [a, b, c, d, e, f] = used.transform;
+    [
+        [texels.textures[used.texture], texture.size[0], texture.size[1], flags],
+        rgb_word([a, b, c], 0.0),
+        rgb_word([d, e, f], 0.0),
+    ]
+}
+
+fn punctual(light: &Light) -> [[u32; 4]; PUNCTUAL_WORDS as usize] {
+    let single = |v: DVec3| Vec3::from_array(v.to_array().map(|x| x as f32));
+    let (position, direction, kind, [scale, offset]) = match light.kind {
+        LightKind::Point { position } => (position, DVec3::Z, PUNCTUAL_POINT, [0.0, 1.0]),
+        LightKind::Spot { position, direction, inner, outer } => {
+            let scale = 1.0 / (inner.cos() - outer.cos()).max(MIN_FALLOFF);
+            (position, direction.normalize(), PUNCTUAL_POINT, [scale, -outer.cos() * scale])
+        }
+        LightKind::Directional { direction } => (DVec3::ZERO, direction.normalize(), PUNCTUAL_DIRECTIONAL, [0.0, 1.0]),
+    };
+    [
+        float_word(single(position), kind),
+        float_word(single(direction), (scale as f32).to_bits()),
+        rgb_word(light.intensity, offset as f32),
+    ]
+}

@@ -1,0 +1,170 @@
+//! Refuses scenes that kernels could not render, each with a sentence that says what and where.
+
+use super::scene_error;
+use crate::Error;
+use crate::scene::{Camera, Environment, Light, LightKind, MAX_COORDINATE, Material, Mesh, Scene, Texture, TextureUse};
+use restir_shared::bsdf::IOR_MAX;
+
+/// Emission beyond this could overflow in sums over paths.
+const MAX_EMISSION: f32 = 1.0e20;
+/// The longest side of a texture or an environment.
+pub(super) const MAX_TEXTURE_SIDE: u32 = 16_384;
+
+/// Checks all that does not depend on the flattened triangles.
+pub(super) fn check(scene: &Scene) -> Result<(), Error> {
+    let problem = scene
+        .textures
+        .iter()
+        .find_map(texture_problem)
+        .or_else(|| scene.materials.iter().find_map(|m| material_problem(scene, m)))
+        .or_else(|| scene.meshes.iter().find_map(mesh_problem))
+        .or_else(|| scene.lights.iter().find_map(light_problem))
+        .or_else(|| scene.environment.as_ref().and_then(environment_problem));
+    problem.map_or(Ok(()), |problem| Err(scene_error(scene, problem)))
+}
+
+pub(super) fn check_camera(scene: &Scene, camera: &Camera) -> Result<(), Error> {
+    let direction = camera.target - camera.position;
+    let focus = camera.focus_distance.unwrap_or_else(|| direction.length());
+    // a camera that frames the largest scene stands outside of it
+    let problem = if camera.position.abs().max_element() > 4.0 * MAX_COORDINATE
+        || !(direction.is_finite() && direction.length() > 0.0)
+    {
+        format!("the camera at {} is not within 4.29e9 or looks nowhere; correct it", camera.position)
+    } else if !(0.0..=MAX_COORDINATE).contains(&camera.lens_radius) {
+        format!("a lens of radius {} is not within 0 and 1.07e9; correct it", camera.lens_radius)
+    } else if !(focus > 0.0 && focus <= 4.0 * MAX_COORDINATE) {
+        format!("a focus distance of {focus} is not positive or beyond 4.29e9; correct it")
+    } else {
+        return Ok(());
+    };
+    Err(scene_error(scene, problem))
+}
+
+fn outside(values: &[f32], lo: f32, hi: f32) -> bool {
+    values.iter().any(|v| !(lo..=hi).contains(v))
+}
+
+fn material_problem(scene: &Scene, m: &Material) -> Option<String> {
+    let fractions = [
+        ("base colour", &m.base_color[..]),
+        ("metallic", &[m.metallic]),
+        ("roughness", &[m.roughness]),
+        ("transmission", &[m.transmission]),
+        ("diffuse transmission", &[m.diffuse_transmission]),
+        ("diffuse transmission colour", &m.diffuse_transmission_color),
+    ];
+    let fraction = fractions.iter().find(|(_, values)| outside(values, 0.0, 1.0));
+    let problem = if let Some((what, values)) = fraction {
+        format!("{what} {values:?} is outside [0, 1]")
+    } else if outside(&m.emission, 0.0, MAX_EMISSION) {
+        format!("emission {:?} is outside [0, {MAX_EMISSION:e}]", m.emission)
+    } else if outside(&[m.ior], 1.0, IOR_MAX) {
+        format!("index of refraction {} is outside [1, {IOR_MAX}]", m.ior)
+    } else if !m.normal_scale.is_finite() {
+        format!("normal scale {} is not finite", m.normal_scale)
+    } else if let Some(v) = m.volume
+        && (outside(&v.attenuation_color, 0.0, 1.0) || v.attenuation_distance.is_nan() || v.attenuation_distance <= 0.0)
+    {
+        format!(
+            "attenuation {:?} at distance {} is not a colour at a positive one",
+            v.attenuation_color, v.attenuation_distance
+        )
+    } else {
+        texture_uses(m).into_iter().flatten().find_map(|used| texture_use_problem(scene, used))?
+    };
+    Some(format!("material {:?}: {problem}; correct it in the file", m.name))
+}
+
+/// The textures of a material, in the order of the slots.
+pub(super) fn texture_uses(m: &Material) -> [Option<&TextureUse>; 4] {
+    [&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture, &m.emission_texture].map(Option::as_ref)
+}
+
+fn texture_use_problem(scene: &Scene, used: &TextureUse) -> Option<String> {
+    if used.texture >= scene.textures.len() {
+        Some(format!("it refers to texture {}, which does not exist", used.texture))
+    } else if used.transform.iter().any(|x| !x.is_finite()) {
+        Some(format!("a texture transform {:?} is not finite", used.transform))
+    } else {
+        None
+    }
+}
+
+fn texture_problem(t: &Texture) -> Option<String> {
+    let [width, height] = t.size;
+    size_problem(&format!("texture {:?}", t.name), t.size, t.texels.len())
+        .or_else(|| (width.max(height) > MAX_TEXTURE_SIDE).then(|| format!("texture {:?} is too large", t.name)))
+}
+
+fn size_problem(what: &str, [width, height]: [u32; 2], pixels: usize) -> Option<String> {
+    if width == 0 || height == 0 {
+        Some(format!("{what} of {width}x{height} pixels has no pixel; replace it"))
+    } else if width > MAX_TEXTURE_SIDE || height > MAX_TEXTURE_SIDE {
+        Some(format!("{what} of {width}x{height} pixels is too large; the longest side is {MAX_TEXTURE_SIDE}"))
+    } else if pixels != width as usize * height as usize {
+        Some(format!("{what} of {width}x{height} pixels has {pixels} of them; correct it"))
+    } else {
+        None
+    }
+}
+
+fn mesh_problem(mesh: &Mesh) -> Option<String> {
+    let count = mesh.positions.len();
+    let lengths =
+        [("normals", mesh.normals.len()), ("texture coordinates", mesh.uvs.len()), ("tangents", mesh.tangents.len())];
+    let wrong = lengths.iter().find(|(_, length)| *length != 0 && *length != count);
+    let problem = if let Some((what, length)) = wrong {
+        format!("{length} {what} for {count} vertices")
+    } else if mesh.normals.as_flattened().iter().any(|x| !x.is_finite()) {
+        "a normal is not finite".to_owned()
+    } else if mesh.uvs.as_flattened().iter().any(|x| !x.is_finite()) {
+        "a texture coordinate is not finite".to_owned()
+    } else if mesh.tangents.as_flattened().iter().any(|x| !x.is_finite()) {
+        "a tangent is not finite".to_owned()
+    } else {
+        return None;
+    };
+    Some(format!("mesh {:?}: {problem}; correct it in the file", mesh.name))
+}
+
+fn light_problem(light: &Light) -> Option<String> {
+    let (position, direction) = match light.kind {
+        LightKind::Point { position } => (Some(position), None),
+        LightKind::Spot { position, direction, .. } => (Some(position), Some(direction)),
+        LightKind::Directional { direction } => (None, Some(direction)),
+    };
+    let problem = if outside(&light.intensity, 0.0, MAX_EMISSION) {
+        format!("intensity {:?} is outside [0, {MAX_EMISSION:e}]", light.intensity)
+    } else if position.is_some_and(|p| p.is_nan() || p.abs().max_element() > MAX_COORDINATE) {
+        "its position is not within 1.07e9".to_owned()
+    } else if direction.is_some_and(|d| !(d.is_finite() && d.length() > 0.0)) {
+        "its direction is not one".to_owned()
+    } else if let LightKind::Spot { inner, outer, .. } = light.kind
+        && !(inner >= 0.0 && inner < outer && outer <= std::f64::consts::FRAC_PI_2)
+    {
+        format!("cone angles {inner} and {outer} are not 0 <= inner < outer <= pi / 2")
+    } else {
+        return None;
+    };
+    Some(format!("light {:?}: {problem}; correct it in the file", light.name))
+}
+
+fn environment_problem(e: &Environment) -> Option<String> {
+    let wrong = |p: &[f32; 3]| outside(p, 0.0, MAX_EMISSION);
+    size_problem(&format!("environment {:?}", e.name), e.size, e.pixels.len()).or_else(|| {
+        if !(0.0..=MAX_EMISSION).contains(&e.scale) || !e.rotation.is_finite() {
+            Some(format!(
+                "environment {:?}: scale {} or rotation {} is out of range; correct it",
+                e.name, e.scale, e.rotation
+            ))
+        } else {
+            let at = e.pixels.iter().position(wrong)?;
+            let (x, y) = (at % e.size[0] as usize, at / e.size[0] as usize);
+            Some(format!(
+                "environment {:?}: pixel {x},{y} is {:?}, not a radiance; repair the image",
+                e.name, e.pixels[at]
+            ))
+        }
+    })
+}

@@ -1,0 +1,76 @@
+//! The feature bits of a scene: what its kernels may be specialised to.
+
+use super::arena::absorption;
+use super::lights::{LightTables, emits};
+use crate::scene::Material;
+use glam::Vec3;
+use restir_shared::bsdf::Material as Scattering;
+use restir_shared::layout::{
+    FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE, FEATURE_ENVIRONMENT, FEATURE_GLOSSY,
+    FEATURE_LIGHT_TABLE, FEATURE_PUNCTUAL, FEATURE_SHADING, FEATURE_TEXTURES, FEATURE_TRANSMISSION, FEATURE_VOLUME,
+    LIGHT_ENVIRONMENT, LIGHT_PUNCTUAL,
+};
+
+/// Every feature with its name.
+const NAMES: [(u32, &str); 11] = [
+    (FEATURE_LIGHT_TABLE, "light-table"),
+    (FEATURE_EMISSIVE, "emissive"),
+    (FEATURE_PUNCTUAL, "punctual"),
+    (FEATURE_ENVIRONMENT, "environment"),
+    (FEATURE_TEXTURES, "textures"),
+    (FEATURE_SHADING, "shading"),
+    (FEATURE_GLOSSY, "glossy"),
+    (FEATURE_DELTA, "delta"),
+    (FEATURE_TRANSMISSION, "transmission"),
+    (FEATURE_DIFFUSE_TRANSMISSION, "diffuse-transmission"),
+    (FEATURE_VOLUME, "volume"),
+];
+
+/// The names of the features that are set.
+pub(super) fn names(features: u32) -> Vec<&'static str> {
+    NAMES.iter().filter(|(bit, _)| features & bit != 0).map(|(_, name)| *name).collect()
+}
+
+/// The features of the materials in use and the lights.
+pub(super) fn of<'a>(
+    materials: impl Iterator<Item = &'a Material>,
+    tables: &LightTables,
+    with_shading: bool,
+    with_textures: bool,
+) -> u32 {
+    let mut features = materials.fold(0, |features, m| features | of_material(m));
+    for (present, bit) in [
+        (tables.alias.is_some(), FEATURE_LIGHT_TABLE),
+        (tables.has(LIGHT_PUNCTUAL), FEATURE_PUNCTUAL),
+        (tables.has(LIGHT_ENVIRONMENT), FEATURE_ENVIRONMENT),
+        (with_shading, FEATURE_SHADING),
+        (with_textures, FEATURE_TEXTURES),
+    ] {
+        features |= if present { bit } else { 0 };
+    }
+    features
+}
+
+fn of_material(m: &Material) -> u32 {
+    let scattering = Scattering {
+        base_color: Vec3::from_array(m.base_color),
+        metallic: m.metallic,
+        roughness: m.roughness,
+        ior: m.ior,
+        transmission: m.transmission,
+        diffuse_transmission: m.diffuse_transmission,
+        diffuse_transmission_color: Vec3::from_array(m.diffuse_transmission_color),
+        thin: m.volume.is_none(),
+    };
+    let mut features = scattering.features();
+    if m.metallic_roughness_texture.is_some() {
+        // a texture scales both factors by anything from 0 to 1
+        features |= Scattering { metallic: 0.0, ..scattering }.features();
+        features |= Scattering { roughness: 0.0, ..scattering }.features();
+        features |= Scattering { metallic: 0.0, roughness: 0.0, ..scattering }.features();
+    }
+    for (present, bit) in [(emits(m), FEATURE_EMISSIVE), (absorption(m).iter().any(|&a| a > 0.0), FEATURE_VOLUME)] {
+        features |= if present { bit } else { 0 };
+    }
+    features
+}

@@ -1,0 +1,165 @@
+//! The lights of all kinds, chosen in proportion to their power.
+
+use super::check::texture_uses;
+use super::environment::EnvironmentMap;
+use super::triangles::{Triangle, area, is_mirrored};
+use crate::alias;
+use crate::bvh::Bounds;
+use crate::scene::{Light, LightKind, Material, Scene, Texture, TextureUse};
+use glam::DVec2;
+use restir_shared::layout::{LIGHT_ENVIRONMENT, LIGHT_PUNCTUAL, LIGHT_TRIANGLE, SLOT_EMISSION};
+use restir_shared::num::flush;
+
+/// Points of a triangle at which the mean of its emission texture is taken, along each edge.
+const TEXTURE_STEPS: u32 = 8;
+/// Share of a textured emitter's power that does not depend on those points, which may miss what is bright.
+const DEFENSIVE_SHARE: f64 = 0.05;
+
+/// Records and, where lights differ in power, their alias table.
+pub(super) struct LightTables {
+    pub(super) lights: Vec<LightRecord>,
+    pub(super) alias: Option<Vec<alias::Entry>>,
+}
+
+/// A light as [`restir_shared::layout`] has it.
+pub(super) struct LightRecord {
+    /// Triangle, or index among the punctual lights.
+    pub(super) index: u32,
+    pub(super) density: f32,
+    pub(super) kind: u32,
+}
+
+/// A light and its power over pi.
+struct Candidate {
+    index: u32,
+    kind: u32,
+    power: f64,
+    /// Of an emissive triangle.
+    area: f64,
+}
+
+impl LightTables {
+    /// `triangles` in the order of the arena; the environment is black if it is `None`.
+    pub(super) fn new(
+        scene: &Scene,
+        triangles: &[&Triangle],
+        environment: Option<&EnvironmentMap>,
+        bounds: &Bounds,
+    ) -> Self {
+        let radius = 0.5 * (bounds.hi.as_dvec3() - bounds.lo.as_dvec3()).length();
+        let mut candidates = emissive(scene, triangles);
+        candidates.extend(scene.lights.iter().enumerate().filter_map(|(index, light)| {
+            let power = punctual_power(light, radius);
+            (power > 0.0).then_some(Candidate { index: index as u32, kind: LIGHT_PUNCTUAL, power, area: 1.0 })
+        }));
+        candidates.extend(environment.map(|e| Candidate {
+            index: 0,
+            kind: LIGHT_ENVIRONMENT,
+            power: e.integral * radius * radius,
+            area: 1.0,
+        }));
+        let powers: Vec<f64> = candidates.iter().map(|c| c.power).collect();
+        let alias = alias::build(&powers);
+        let probabilities = alias::probabilities(powers.len(), alias.as_deref());
+        let record = |(c, p): (&Candidate, f64)| LightRecord {
+            index: c.index,
+            density: flush((p / c.area) as f32),
+            kind: c.kind,
+        };
+        Self { lights: candidates.iter().zip(probabilities).map(record).collect(), alias }
+    }
+
+    /// Whether there is a light of that kind.
+    pub(super) fn has(&self, kind: u32) -> bool {
+        self.lights.iter().any(|light| light.kind == kind)
+    }
+
+    /// The probability with which the environment is chosen.
+    pub(super) fn environment_probability(&self) -> f32 {
+        self.lights.iter().find(|light| light.kind == LIGHT_ENVIRONMENT).map_or(0.0, |light| light.density)
+    }
+}
+
+fn luminance([r, g, b]: [f32; 3]) -> f64 {
+    0.2126 * f64::from(r) + 0.7152 * f64::from(g) + 0.0722 * f64::from(b)
+}
+
+fn emissive(scene: &Scene, triangles: &[&Triangle]) -> Vec<Candidate> {
+    let mut candidates = Vec::new();
+    for (index, triangle) in triangles.iter().enumerate() {
+        let material = &scene.materials[triangle.material as usize];
+        let mut radiance = luminance(material.emission);
+        if radiance > 0.0 {
+            if let Some(used) = texture_uses(material)[SLOT_EMISSION as usize] {
+                radiance *= textured(scene, triangle, used);
+            }
+            let sides = if material.two_sided_emission { 2.0 } else { 1.0 };
+            let area = area(&triangle.vertices);
+            let power = area * radiance * sides;
+            if power > 0.0 {
+                candidates.push(Candidate { index: index as u32, kind: LIGHT_TRIANGLE, power, area });
+            }
+        }
+    }
+    candidates
+}
+
+/// The mean luminance of a texture over a triangle, about.
+fn textured(scene: &Scene, triangle: &Triangle, used: &TextureUse) -> f64 {
+    let texture = &scene.textures[used.texture];
+    let uvs = corner_uvs(scene, triangle);
+    let mut sum = 0.0;
+    for i in 0..TEXTURE_STEPS {
+        for j in 0..TEXTURE_STEPS - i {
+            let step = |k: u32| (f64::from(k) + 1.0 / 3.0) / f64::from(TEXTURE_STEPS);
+            let uv = uvs[0] + (uvs[1] - uvs[0]) * step(i) + (uvs[2] - uvs[0]) * step(j);
+            sum += nearest_luminance(texture, used, uv);
+        }
+    }
+    let points = f64::from(TEXTURE_STEPS * (TEXTURE_STEPS + 1) / 2);
+    let brightest = texture.texels.iter().map(texel_luminance).fold(0.0, f64::max);
+    sum / points * (1.0 - DEFENSIVE_SHARE) + brightest * DEFENSIVE_SHARE
+}
+
+fn texel_luminance(&[r, g, b, _]: &[u8; 4]) -> f64 {
+    luminance([r, g, b].map(|code| super::texels::linear(code) as f32))
+}
+
+fn nearest_luminance(texture: &Texture, used: &TextureUse, uv: DVec2) -> f64 {
+    let m = used.transform.map(f64::from);
+    let at = [m[0] * uv.x + m[1] * uv.y + m[2], m[3] * uv.x + m[4] * uv.y + m[5]];
+    let texel = |axis: usize| {
+        let size = f64::from(texture.size[axis]);
+        let inside = match texture.wrap[axis] {
+            crate::scene::Wrap::Repeat => at[axis].rem_euclid(1.0),
+            crate::scene::Wrap::Mirror => 1.0 - (at[axis].rem_euclid(2.0) - 1.0).abs(),
+            crate::scene::Wrap::Clamp => at[axis].clamp(0.0, 1.0),
+        };
+        (inside * size).min(size - 1.0) as usize
+    };
+    texel_luminance(&texture.texels[texel(1) * texture.size[0] as usize + texel(0)])
+}
+
+/// The texture coordinates of a triangle's corners, in the order of its vertices; zero without.
+pub(super) fn corner_uvs(scene: &Scene, triangle: &Triangle) -> [DVec2; 3] {
+    let instance = &scene.instances[triangle.object as usize];
+    let mesh = &scene.meshes[instance.mesh];
+    let [a, b, c] = mesh.indices[triangle.index as usize];
+    let corners = if is_mirrored(instance) { [a, c, b] } else { [a, b, c] };
+    corners.map(|i| mesh.uvs.get(i as usize).map_or(DVec2::ZERO, |&[u, v]| DVec2::new(f64::from(u), f64::from(v))))
+}
+
+/// Power over pi, as of surfaces of area A and radiance L, which have L A.
+fn punctual_power(light: &Light, radius: f64) -> f64 {
+    let intensity = luminance(light.intensity);
+    match light.kind {
+        LightKind::Point { .. } => 4.0 * intensity,
+        LightKind::Spot { outer, .. } => 2.0 * (1.0 - outer.cos()) * intensity,
+        LightKind::Directional { .. } => radius * radius * intensity,
+    }
+}
+
+/// Whether a material emits.
+pub(super) fn emits(material: &Material) -> bool {
+    luminance(material.emission) > 0.0
+}

@@ -1,0 +1,183 @@
+//! The scene as kernels see it: flattened triangles under a BVH, materials, lights, textures and environment, in arenas.
+
+mod arena;
+mod check;
+mod environment;
+mod features;
+mod lights;
+mod shading;
+mod texels;
+mod triangles;
+
+use crate::Error;
+use crate::bvh::{self, Bounds};
+use crate::scene::{Camera, Scene};
+use crate::wide_bvh::WideBvh;
+use glam::UVec4;
+use restir_shared::layout::{NODE_WORDS, NONE, SceneHeader, TRIANGLE_WORDS};
+use restir_shared::scene::SceneView;
+use std::sync::{Arc, OnceLock};
+
+use arena::{Attributes, pack_geometry};
+use environment::EnvironmentMap;
+use lights::LightTables;
+use texels::Texels;
+use triangles::Triangle;
+
+/// A scene in its arenas.
+#[derive(Clone, Debug)]
+pub struct SceneBuffers {
+    /// Where the tables are.
+    pub header: SceneHeader,
+    /// Geometry arena, 4 words of 32 bits to each of the layout's.
+    pub geometry: Arc<[u32]>,
+    /// Attribute arena.
+    pub attributes: Arc<[u32]>,
+    /// Texel arena; one word of zeros for a scene without textures and environment.
+    pub texels: Arc<[u32]>,
+    /// The scene's feature bits: what kernels may be specialised to.
+    pub features: u32,
+    /// The camera.
+    pub camera: Camera,
+    stats: SceneStats,
+    wide: OnceLock<Arc<WideBvh>>,
+}
+
+/// What a scene consists of.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SceneStats {
+    /// Triangles that can be hit.
+    pub triangles: u64,
+    /// Triangles that were skipped because they have no area.
+    pub skipped_triangles: u64,
+    /// Inner nodes of the BVH.
+    pub nodes: u64,
+    /// Most nodes that a traversal can have pending.
+    pub bvh_depth: u32,
+    /// Emissive triangles, punctual lights and the environment.
+    pub lights: u64,
+    /// Textures in use.
+    pub textures: u64,
+    /// Materials.
+    pub materials: u64,
+    /// Size of the arenas.
+    pub bytes: u64,
+    /// Lower and upper corner of the bounds.
+    pub bounds: [[f32; 3]; 2],
+    /// Names of the feature bits that are set.
+    pub features: Vec<&'static str>,
+}
+
+impl SceneBuffers {
+    /// Flattens a scene and builds its BVH.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] for what is not finite or too far away, an index or a parameter out of range, or a scene without
+    /// any triangle of positive area; [`Error::Memory`] for one too large to hold.
+    pub fn build(scene: &Scene) -> Result<Self, Error> {
+        check::check(scene)?;
+        let (triangles, skipped) = triangles::flatten(scene)?;
+        let bvh = bvh::build(&triangles.iter().map(|t| Bounds::of(&t.vertices)).collect::<Vec<_>>());
+        let triangles: Vec<&Triangle> = bvh.order.iter().map(|&i| &triangles[i as usize]).collect();
+        let camera = scene.camera.unwrap_or_else(|| Camera::framing(corners(&bvh.bounds), 1.0));
+        check::check_camera(scene, &camera)?;
+
+        let environment = scene.environment.as_ref().and_then(EnvironmentMap::new);
+        let tables = LightTables::new(scene, &triangles, environment.as_ref(), &bvh.bounds);
+        let used = used_materials(scene, &triangles);
+        let texels = Texels::new(scene, &used, environment.as_ref());
+        let with_shading = shading::needs_shading(scene);
+        let textures = texels.textures.iter().filter(|&&first| first != NONE).count();
+        let attributes = Attributes::new(scene, &tables, &texels, environment.as_ref());
+        let geometry = pack_geometry(scene, &bvh, &triangles, &tables, with_shading);
+        let materials = scene.materials.iter().zip(&used).filter(|(_, used)| **used).map(|(material, _)| material);
+        let features = features::of(materials, &tables, with_shading, textures > 0 && with_shading);
+
+        let triangle_base = bvh.nodes.len() as u32 * NODE_WORDS;
+        let triangle_count = triangles.len() as u32;
+        let header = SceneHeader {
+            bounds_lo: bvh.bounds.lo.to_array(),
+            triangle_base,
+            bounds_hi: bvh.bounds.hi.to_array(),
+            triangle_count,
+            light_base: attributes.light_base,
+            light_count: tables.lights.len() as u32,
+            alias_base: attributes.alias_base,
+            root: bvh.root,
+            shading_base: if with_shading { triangle_base + triangle_count * TRIANGLE_WORDS } else { NONE },
+            punctual_base: attributes.punctual_base,
+            environment_base: attributes.environment_base,
+            srgb_base: texels.srgb_base,
+        };
+        let mut texel_words = texels.words;
+        texel_words.resize(texel_words.len().max(4), 0);
+        let words = geometry.len() + attributes.words.len() + texel_words.len();
+        let stats = SceneStats {
+            triangles: u64::from(triangle_count),
+            skipped_triangles: skipped,
+            nodes: bvh.nodes.len() as u64,
+            bvh_depth: bvh.depth as u32,
+            lights: tables.lights.len() as u64,
+            textures: textures as u64,
+            materials: scene.materials.len() as u64,
+            bytes: words as u64 * 4,
+            bounds: corners(&bvh.bounds),
+            features: features::names(features),
+        };
+        Ok(Self {
+            header,
+            geometry,
+            attributes: attributes.words.into(),
+            texels: texel_words.into(),
+            features,
+            camera,
+            stats,
+            wide: OnceLock::new(),
+        })
+    }
+
+    /// What the scene consists of.
+    pub fn stats(&self) -> SceneStats {
+        self.stats.clone()
+    }
+
+    /// The scene as the kernels' functions take it.
+    pub fn view(&self) -> SceneView<'_> {
+        SceneView {
+            header: self.header,
+            geometry: bytemuck::cast_slice::<u32, UVec4>(&self.geometry),
+            attributes: bytemuck::cast_slice::<u32, UVec4>(&self.attributes),
+            texels: bytemuck::cast_slice::<u32, UVec4>(&self.texels),
+            features: self.features,
+            tracer: None,
+        }
+    }
+
+    /// A tree for the CPU, which finds the hits of [`Self::view`] two to three times as fast. It is built on the first
+    /// call.
+    pub fn tracer(&self) -> &WideBvh {
+        self.wide.get_or_init(|| Arc::new(WideBvh::new(&self.view())))
+    }
+
+    /// [`Self::view`] with rays traced by [`Self::tracer`].
+    pub fn traced_view(&self) -> SceneView<'_> {
+        SceneView { tracer: Some(self.tracer()), ..self.view() }
+    }
+}
+
+fn corners(bounds: &Bounds) -> [[f32; 3]; 2] {
+    [bounds.lo.to_array(), bounds.hi.to_array()]
+}
+
+fn scene_error(scene: &Scene, problem: String) -> Error {
+    Error::Scene { scene: scene.name.clone(), problem }
+}
+
+/// Of each material, whether a triangle has it.
+fn used_materials(scene: &Scene, triangles: &[&Triangle]) -> Vec<bool> {
+    let mut used = vec![false; scene.materials.len()];
+    for triangle in triangles {
+        used[triangle.material as usize] = true;
+    }
+    used
+}

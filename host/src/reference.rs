@@ -1,0 +1,401 @@
+//! Reference images whose own noise is known.
+//!
+//! A reference has two halves that share no random number. Each is the mean, in `f64`, of batches of
+//! [`BATCH_SAMPLES`] samples a pixel; a batch is a render with a seed of its own. With halves a and b of m and n
+//! samples the reference is r = (m a + n b) / (m + n), and (a - b)² m n / (m + n)² is an unbiased estimate of the
+//! variance of each of its values. It has one degree of freedom: useless for a single pixel, precise in a mean over
+//! the image.
+//!
+//! In a cache each half is an EXR file that says what it is of, and more batches can be added to it. A reference that
+//! was continued agrees with one that was made at once to the rounding of `f32`.
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use restir_shared::layout::PathParams;
+
+use crate::Error;
+use crate::buffers::SceneBuffers;
+use crate::exec::Executor;
+use crate::image::{Image, read_exr, read_exr_metadata, write_exr};
+use crate::render::{self, PathSettings, RenderSettings};
+
+/// Samples a pixel in a batch.
+pub const BATCH_SAMPLES: u32 = 64;
+/// Changes with what the cache means; a reference of another version is made anew.
+const FORMAT: &str = "1";
+/// Seeds from here on are those of references; others should stay below.
+pub const FIRST_SEED: u32 = 1 << 31;
+/// How long a killed program may have worked for nothing.
+const SAVE_EVERY: Duration = Duration::from_secs(30);
+
+/// How good a reference has to be, and how long that may take.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Goal {
+    /// Samples a pixel over both halves; rounded up to whole batches of both.
+    pub samples: u64,
+    /// No batch begins after this time, except for the first of each half.
+    pub time: Option<Duration>,
+}
+
+/// One half of a reference.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Half {
+    /// Mean of the batches: three values a pixel.
+    mean: Vec<f64>,
+    batches: u32,
+    dropped: u64,
+}
+
+/// A reference image.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reference {
+    width: u32,
+    height: u32,
+    halves: [Half; 2],
+}
+
+impl Half {
+    fn add(&mut self, image: &Image, dropped: u64) {
+        let values = image.pixels.as_flattened();
+        self.mean.resize(values.len(), 0.0);
+        self.batches += 1;
+        let share = 1.0 / f64::from(self.batches);
+        self.mean.iter_mut().zip(values).for_each(|(mean, &value)| *mean += (f64::from(value) - *mean) * share);
+        self.dropped += dropped;
+    }
+}
+
+impl Reference {
+    /// Width and height in pixels.
+    pub fn size(&self) -> [u32; 2] {
+        [self.width, self.height]
+    }
+
+    /// Samples a pixel over both halves.
+    pub fn samples(&self) -> u64 {
+        self.halves.iter().map(|half| u64::from(half.batches) * u64::from(BATCH_SAMPLES)).sum()
+    }
+
+    /// Samples that were dropped because they were not finite: each makes the reference too dark.
+    pub fn dropped_samples(&self) -> u64 {
+        self.halves.iter().map(|half| half.dropped).sum()
+    }
+
+    /// The reference: three values a pixel, rows from top to bottom.
+    pub fn values(&self) -> Vec<f64> {
+        let [a, b] = self.shares();
+        self.pairs().map(|(x, y)| a * x + b * y).collect()
+    }
+
+    /// Estimated variance of each of [`Self::values`].
+    pub fn variances(&self) -> Vec<f64> {
+        let [a, b] = self.shares();
+        self.pairs().map(|(x, y)| (x - y) * (x - y) * a * b).collect()
+    }
+
+    /// The standard error of the mean over all values. The channels of a pixel are dependent, pixels are not.
+    pub fn standard_error_of_mean(&self) -> f64 {
+        let [a, b] = self.shares();
+        let differences: Vec<f64> = self.pairs().map(|(x, y)| x - y).collect();
+        let squares: f64 = differences.chunks_exact(3).map(|pixel| pixel.iter().sum::<f64>().powi(2)).sum();
+        (squares * a * b).sqrt() / differences.len().max(1) as f64
+    }
+
+    /// The reference as an image.
+    pub fn image(&self) -> Image {
+        self.to_image(&self.values())
+    }
+
+    /// The estimated standard error of every value as an image.
+    pub fn error_image(&self) -> Image {
+        self.to_image(&self.variances().iter().map(|variance| variance.sqrt()).collect::<Vec<_>>())
+    }
+
+    fn to_image(&self, values: &[f64]) -> Image {
+        let pixels = values.as_chunks::<3>().0.iter().map(|pixel| pixel.map(|value| value as f32)).collect();
+        Image { width: self.width, height: self.height, pixels }
+    }
+
+    /// As it is in a cache, so that a reference is the same before and after.
+    fn rounded(mut self) -> Self {
+        let means = self.halves.iter_mut().flat_map(|half| &mut half.mean);
+        means.for_each(|value| *value = f64::from(*value as f32));
+        self
+    }
+
+    /// The part of all samples that each half has.
+    fn shares(&self) -> [f64; 2] {
+        let [a, b] = [0, 1].map(|half: usize| f64::from(self.halves[half].batches));
+        [a / (a + b), b / (a + b)]
+    }
+
+    fn pairs(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
+        self.halves[0].mean.iter().copied().zip(self.halves[1].mean.iter().copied())
+    }
+}
+
+/// How far a reference is, in batches.
+#[derive(Clone, Copy, Debug)]
+pub struct Progress {
+    /// Batches that are done, of both halves.
+    pub done: u64,
+    /// Batches that the goal asks for.
+    pub total: u64,
+}
+
+/// Makes the reference of a scene, or continues the one in the folder `cache`. Of the settings only those count that
+/// define the integral: size, depth and jitter.
+///
+/// # Errors
+/// As of [`render::render`]; [`Error::Interrupted`] if `observe` breaks, after what is done was saved; [`Error::File`]
+/// if the cache cannot be written. What cannot be read from it is made anew.
+pub fn make(
+    executor: &mut dyn Executor,
+    scene: &SceneBuffers,
+    settings: &RenderSettings,
+    cache: Option<&Path>,
+    goal: Goal,
+    observe: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Reference, Error> {
+    let settings = canonical(settings);
+    render::check(scene, &settings)?;
+    let store = cache.map(|cache| Store::new(cache, scene, &settings)).transpose()?;
+    let (width, height) = (settings.width, settings.height);
+    let halves = store.as_ref().map_or_else(Default::default, |store| [0, 1].map(|half| store.load(half)));
+    let mut reference = Reference { width, height, halves };
+    let start = Instant::now();
+    let total = 2 * goal.samples.max(1).div_ceil(2 * u64::from(BATCH_SAMPLES));
+    let mut saved = Instant::now();
+    let mut changed = false;
+    let outcome = loop {
+        let [a, b] = [0, 1].map(|half: usize| u64::from(reference.halves[half].batches));
+        let late = a > 0 && a == b && goal.time.is_some_and(|time| start.elapsed() >= time);
+        if (a + b >= total && a > 0 && b > 0) || late {
+            break Ok(());
+        }
+        let half = usize::from(b < a);
+        match batch(executor, scene, &settings, &mut reference.halves[half], half, &mut |_| {
+            observe(Progress { done: a + b, total })
+        }) {
+            Ok(()) => changed = true,
+            Err(error) => break Err(error),
+        }
+        if saved.elapsed() > SAVE_EVERY {
+            store.as_ref().map_or(Ok(()), |store| store.save(&reference))?;
+            (saved, changed) = (Instant::now(), false);
+        }
+    };
+    if changed {
+        store.as_ref().map_or(Ok(()), |store| store.save(&reference))?;
+    }
+    outcome.map(|()| reference.rounded())
+}
+
+/// The settings with everything fixed that does not change the integral.
+fn canonical(settings: &RenderSettings) -> RenderSettings {
+    let path = PathSettings { roulette: false, ..settings.path.clone() };
+    RenderSettings { samples: BATCH_SAMPLES, seed: 0, path, ..settings.clone() }
+}
+
+fn batch(
+    executor: &mut dyn Executor,
+    scene: &SceneBuffers,
+    settings: &RenderSettings,
+    half: &mut Half,
+    index: usize,
+    observe: &mut dyn FnMut(render::Progress) -> ControlFlow<()>,
+) -> Result<(), Error> {
+    let seed = FIRST_SEED + 2 * half.batches + index as u32;
+    let rendered = render::render(executor, scene, &RenderSettings { seed, ..settings.clone() }, observe)?;
+    half.add(&rendered.image, rendered.dropped_samples);
+    Ok(())
+}
+
+/// Names the integral: the arenas and the parameters of the pass that traces, in 16 hexadecimal digits.
+fn digest(scene: &SceneBuffers, settings: &RenderSettings) -> String {
+    let mut hasher = blake3::Hasher::new();
+    let mut plan = render::path_plan(scene, settings);
+    for words in plan.buffers.iter().filter_map(|buffer| buffer.contents.as_ref()) {
+        hasher.update(&(words.len() as u64).to_le_bytes());
+        hasher.update(bytemuck::cast_slice(words));
+    }
+    if let Some(pass) = plan.passes.next() {
+        let params: PathParams = bytemuck::pod_read_unaligned(bytemuck::cast_slice(&pass.params));
+        // how samples are split over dispatches does not matter
+        let params = PathParams { first_sample: 0, block_log2: 0, seed: 0, ..params };
+        hasher.update(bytemuck::bytes_of(&params));
+    }
+    hasher.update(FORMAT.as_bytes());
+    hasher.finalize().to_hex().as_str().chars().take(16).collect()
+}
+
+/// The files of a reference in a cache.
+struct Store {
+    folder: PathBuf,
+    digest: String,
+    size: [u32; 2],
+    metadata: Vec<(String, String)>,
+}
+
+impl Store {
+    fn new(cache: &Path, scene: &SceneBuffers, settings: &RenderSettings) -> Result<Self, Error> {
+        let digest = digest(scene, settings);
+        let folder = cache.join(&digest);
+        std::fs::create_dir_all(&folder).map_err(|error| Error::File {
+            action: "write",
+            path: folder.clone(),
+            reason: format!("{error}; choose another folder by --cache"),
+        })?;
+        let pairs = [
+            ("format", FORMAT.to_owned()),
+            ("digest", digest.clone()),
+            ("technique", "path".to_owned()),
+            ("max_depth", settings.path.max_depth.to_string()),
+            ("jitter", settings.path.jitter.to_string()),
+            ("batch_samples", BATCH_SAMPLES.to_string()),
+        ];
+        let metadata = pairs.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
+        Ok(Self { folder, digest, size: [settings.width, settings.height], metadata })
+    }
+
+    fn path(&self, half: usize) -> PathBuf {
+        self.folder.join(format!("half{half}.exr"))
+    }
+
+    /// A half that is missing, damaged or of something else is empty.
+    fn load(&self, half: usize) -> Half {
+        self.read(half).unwrap_or_default()
+    }
+
+    fn read(&self, half: usize) -> Option<Half> {
+        let path = self.path(half);
+        let metadata = read_exr_metadata(&path).ok()?;
+        let value = |key: &str| metadata.iter().find(|(name, _)| name == key).map(|(_, value)| value.as_str());
+        let same = value("format") == Some(FORMAT)
+            && value("digest") == Some(&self.digest)
+            && value("batch_samples") == Some(&BATCH_SAMPLES.to_string());
+        let (batches, dropped) = (value("batches")?.parse().ok()?, value("dropped_samples")?.parse().ok()?);
+        let image = read_exr(&path).ok()?;
+        let values = image.pixels.as_flattened();
+        let sound =
+            same && batches > 0 && [image.width, image.height] == self.size && values.iter().all(|x| x.is_finite());
+        sound.then(|| Half { mean: values.iter().map(|&value| f64::from(value)).collect(), batches, dropped })
+    }
+
+    fn save(&self, reference: &Reference) -> Result<(), Error> {
+        (0..2).filter(|&half| reference.halves[half].batches > 0).try_for_each(|half| {
+            let Half { mean, batches, dropped } = &reference.halves[half];
+            let mut metadata = self.metadata.clone();
+            let numbers = [("half", half as u64), ("batches", u64::from(*batches)), ("dropped_samples", *dropped)];
+            metadata.extend(numbers.map(|(key, value)| (key.to_owned(), value.to_string())));
+            write_exr(&self.path(half), &reference.to_image(mean), &metadata)
+        })
+    }
+}
+
+/// The folder for references if none is named: `RESTIR_CACHE`, else `restir` in the user's folder for caches.
+pub fn default_cache() -> Option<PathBuf> {
+    let variable = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
+    let user = || {
+        if cfg!(windows) {
+            variable("LOCALAPPDATA")
+        } else if cfg!(target_os = "macos") {
+            variable("HOME").map(|home| home.join("Library/Caches"))
+        } else {
+            variable("XDG_CACHE_HOME").or_else(|| variable("HOME").map(|home| home.join(".cache")))
+        }
+    };
+    variable("RESTIR_CACHE").or_else(|| user().map(|folder| folder.join("restir")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::exec::CpuExecutor;
+    use crate::scene::Scene;
+
+    const SIZE: u32 = 6;
+
+    fn settings() -> RenderSettings {
+        let path = PathSettings { max_depth: 3, ..PathSettings::default() };
+        RenderSettings { width: SIZE, height: SIZE, samples: 1, seed: 9, path, dispatch_samples: None }
+    }
+
+    fn furnace() -> SceneBuffers {
+        SceneBuffers::build(&Scene::load("furnace").unwrap()).unwrap()
+    }
+
+    fn reference(cache: Option<&Path>, samples: u64, settings: &RenderSettings) -> Reference {
+        let mut cpu = CpuExecutor::new(Some(1)).unwrap();
+        let goal = Goal { samples, time: None };
+        make(&mut cpu, &furnace(), settings, cache, goal, &mut |_| ControlFlow::Continue(())).unwrap()
+    }
+
+    #[test]
+    fn the_stated_errors_are_those_of_the_known_radiance() {
+        let reference = reference(None, 4096, &settings());
+        assert_eq!(reference.samples(), 4096);
+        let exact = 2.0 * (1.0 - 0.5_f64.powi(3));
+        let values = reference.values();
+        let count = values.len() as f64;
+        let actual = values.iter().map(|x| (x - exact).powi(2)).sum::<f64>() / count;
+        let stated = reference.variances().iter().sum::<f64>() / count;
+        // 36 independent pixels: each mean square has a relative standard error of sqrt(2/36), their ratio of a third
+        assert!(actual / stated > 0.3 && actual / stated < 3.0, "{actual} {stated}");
+        let error = (values.iter().sum::<f64>() / count - exact).abs();
+        assert!(error < 4.0 * reference.standard_error_of_mean(), "{error}");
+        // all channels of the furnace are equal, so the mean has the error of a third of its values
+        let expected = (stated / f64::from(SIZE * SIZE)).sqrt();
+        assert!((reference.standard_error_of_mean() / expected - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_cached_reference_is_continued_and_others_are_not_taken_for_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let cache = Some(folder.path());
+        let first = reference(cache, 256, &settings());
+        let same = reference(cache, 100, &RenderSettings { seed: 1, ..settings() });
+        assert_eq!((same.samples(), &same.image()), (256, &first.image()), "nothing was missing");
+        let more = reference(cache, 512, &settings());
+        let whole = reference(None, 512, &settings());
+        assert_eq!((more.samples(), whole.samples()), (512, 512));
+        let close = |a: f64, b: f64| (a - b).abs() < 1e-6;
+        assert!(more.values().iter().zip(whole.values()).all(|(&a, b)| close(a, b)), "it is the same estimate");
+        let mut deeper = settings();
+        deeper.path.max_depth += 1;
+        assert_eq!(reference(cache, 128, &deeper).samples(), 128);
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
+    }
+
+    #[test]
+    fn a_damaged_cache_is_made_anew() {
+        let folder = tempfile::tempdir().unwrap();
+        let whole = reference(Some(folder.path()), 128, &settings());
+        let entry = std::fs::read_dir(folder.path()).unwrap().next().unwrap().unwrap();
+        std::fs::write(entry.path().join("half1.exr"), b"damaged").unwrap();
+        assert_eq!(reference(Some(folder.path()), 128, &settings()).image(), whole.image());
+    }
+
+    #[test]
+    fn an_interrupted_reference_keeps_its_batches() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut cpu = CpuExecutor::new(Some(1)).unwrap();
+        let goal = Goal { samples: 1024, time: None };
+        let stop = &mut |progress: Progress| {
+            if progress.done < 4 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        };
+        let outcome = make(&mut cpu, &furnace(), &settings(), Some(folder.path()), goal, stop);
+        assert!(matches!(outcome, Err(Error::Interrupted)));
+        assert_eq!(reference(Some(folder.path()), 1, &settings()).samples(), 4 * u64::from(BATCH_SAMPLES));
+    }
+
+    #[test]
+    fn without_time_each_half_has_one_batch() {
+        let mut cpu = CpuExecutor::new(Some(1)).unwrap();
+        let goal = Goal { samples: 1 << 40, time: Some(Duration::ZERO) };
+        let made = make(&mut cpu, &furnace(), &settings(), None, goal, &mut |_| ControlFlow::Continue(())).unwrap();
+        assert_eq!(made.samples(), 2 * u64::from(BATCH_SAMPLES));
+    }
+}

@@ -1,0 +1,137 @@
+//! A scene that writes down what it was asked.
+
+use std::cell::RefCell;
+
+use restir_shared::geometry::{Hit, Ray};
+use restir_shared::glam::{UVec4, Vec3};
+use restir_shared::scene::{EnvironmentPoint, LightSample, Lights, Surface, SurfacePoint, Trace};
+
+/// A question and its answer.
+#[derive(Clone, Copy)]
+pub enum Event {
+    /// The nearest hit of a ray.
+    Closest {
+        /// The ray.
+        ray: Ray,
+        /// What it hit.
+        hit: Hit,
+    },
+    /// What is at the last hit.
+    Surface(SurfacePoint),
+    /// The density of light sampling at the last hit.
+    LightDensity(f32),
+    /// A point on an emitter.
+    LightSample(LightSample),
+    /// What arrives along the last ray, which hit nothing.
+    Environment(EnvironmentPoint),
+    /// Whether a segment is blocked.
+    Occluded {
+        /// The segment.
+        ray: Ray,
+        /// The answer.
+        occluded: bool,
+    },
+}
+
+/// How often each question was asked.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Rays for their nearest hit.
+    pub closest: u64,
+    /// Shadow rays.
+    pub shadow: u64,
+    /// Evaluations of a surface.
+    pub surfaces: u64,
+    /// Points drawn on emitters.
+    pub light_samples: u64,
+}
+
+impl Counts {
+    /// Rays of both kinds.
+    pub fn rays(&self) -> u64 {
+        self.closest + self.shadow
+    }
+
+    /// The counts of both.
+    #[must_use]
+    pub fn plus(self, other: Self) -> Self {
+        Self {
+            closest: self.closest + other.closest,
+            shadow: self.shadow + other.shadow,
+            surfaces: self.surfaces + other.surfaces,
+            light_samples: self.light_samples + other.light_samples,
+        }
+    }
+}
+
+/// Answers as the scene does, and keeps every question with its answer, in order.
+pub struct Recording<'a, S> {
+    scene: &'a S,
+    events: RefCell<Vec<Event>>,
+}
+
+impl<'a, S> Recording<'a, S> {
+    /// A recording of what `scene` is asked.
+    pub fn new(scene: &'a S) -> Self {
+        Self { scene, events: RefCell::default() }
+    }
+
+    /// What was asked so far.
+    pub fn into_events(self) -> Vec<Event> {
+        self.events.into_inner()
+    }
+
+    /// How often each question was asked so far.
+    pub fn counts(&self) -> Counts {
+        let mut counts = Counts::default();
+        for event in self.events.borrow().iter() {
+            match event {
+                Event::Closest { .. } => counts.closest += 1,
+                Event::Surface(_) => counts.surfaces += 1,
+                Event::LightDensity(_) | Event::Environment(_) => {}
+                Event::LightSample(_) => counts.light_samples += 1,
+                Event::Occluded { .. } => counts.shadow += 1,
+            }
+        }
+        counts
+    }
+
+    fn note<T>(&self, answer: T, event: impl FnOnce(&T) -> Event) -> T {
+        self.events.borrow_mut().push(event(&answer));
+        answer
+    }
+}
+
+impl<S: Trace> Trace for Recording<'_, S> {
+    fn closest(&self, ray: &Ray) -> Hit {
+        self.note(self.scene.closest(ray), |&hit| Event::Closest { ray: *ray, hit })
+    }
+
+    fn occluded(&self, ray: &Ray) -> bool {
+        self.note(self.scene.occluded(ray), |&occluded| Event::Occluded { ray: *ray, occluded })
+    }
+}
+
+impl<S: Surface> Surface for Recording<'_, S> {
+    fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        self.note(self.scene.surface(ray, hit), |&point| Event::Surface(point))
+    }
+
+    fn features(&self) -> u32 {
+        self.scene.features()
+    }
+}
+
+impl<S: Lights> Lights for Recording<'_, S> {
+    fn sample_light(&self, words: UVec4) -> LightSample {
+        self.note(self.scene.sample_light(words), |&light| Event::LightSample(light))
+    }
+
+    fn light_density(&self, hit: &Hit) -> f32 {
+        self.note(self.scene.light_density(hit), |&density| Event::LightDensity(density))
+    }
+
+    fn environment(&self, direction: Vec3) -> EnvironmentPoint {
+        self.note(self.scene.environment(direction), |&point| Event::Environment(point))
+    }
+}

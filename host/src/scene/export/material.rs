@@ -1,0 +1,113 @@
+//! Materials.
+
+use serde_json::{Map, Value, json};
+
+use super::{Document, Problem};
+use crate::scene::{Material, Scene, Volume};
+
+impl Document {
+    /// Adds all materials, in their order.
+    pub(super) fn add_materials(&mut self, scene: &Scene) -> Result<(), Problem> {
+        for material in &scene.materials {
+            let converted =
+                self.material(material).map_err(|problem| format!("material {:?}: {problem}", material.name))?;
+            self.materials.push(converted);
+        }
+        Ok(())
+    }
+
+    fn material(&mut self, material: &Material) -> Result<Value, Problem> {
+        check(material)?;
+        let [r, g, b] = material.base_color;
+        let mut surface = json!({
+            "baseColorFactor": [r, g, b, 1.0],
+            "metallicFactor": material.metallic,
+            "roughnessFactor": material.roughness,
+        });
+        if let Some(texture) = &material.base_color_texture {
+            surface["baseColorTexture"] = self.texture_use(texture)?;
+        }
+        if let Some(texture) = &material.metallic_roughness_texture {
+            surface["metallicRoughnessTexture"] = self.texture_use(texture)?;
+        }
+        let strength = power_of_two_above(material.emission);
+        let emits = material.emission != [0.0; 3];
+        let mut converted = json!({
+            "name": material.name,
+            "pbrMetallicRoughness": surface,
+            "emissiveFactor": material.emission.map(|channel| channel / strength),
+            "doubleSided": material.two_sided_emission || !emits,
+        });
+        if let Some(texture) = &material.normal_texture {
+            converted["normalTexture"] = self.texture_use(texture)?;
+            converted["normalTexture"]["scale"] = json!(material.normal_scale);
+        }
+        if let Some(texture) = &material.emission_texture {
+            converted["emissiveTexture"] = self.texture_use(texture)?;
+        }
+        let extensions = self.extensions(material, strength);
+        if !extensions.is_empty() {
+            converted["extensions"] = Value::Object(extensions);
+        }
+        Ok(converted)
+    }
+
+    fn extensions(&mut self, material: &Material, strength: f32) -> Map<String, Value> {
+        let plain = Material::diffuse("", [0.0; 3]);
+        let mut extensions = Map::new();
+        let mut put = |name: &'static str, members: Value| {
+            extensions.insert(self.extension(name).to_owned(), members);
+        };
+        if strength != 1.0 {
+            put("KHR_materials_emissive_strength", json!({ "emissiveStrength": strength }));
+        }
+        // Absent, it is not that of `plain`.
+        put("KHR_materials_ior", json!({ "ior": material.ior }));
+        if material.transmission != plain.transmission {
+            put("KHR_materials_transmission", json!({ "transmissionFactor": material.transmission }));
+        }
+        let diffuse = |material: &Material| (material.diffuse_transmission, material.diffuse_transmission_color);
+        if diffuse(material) != diffuse(&plain) {
+            let members = json!({
+                "diffuseTransmissionFactor": material.diffuse_transmission,
+                "diffuseTransmissionColorFactor": material.diffuse_transmission_color,
+            });
+            put("KHR_materials_diffuse_transmission", members);
+        }
+        if let Some(Volume { attenuation_color, attenuation_distance }) = material.volume {
+            // Any thickness makes a volume; path tracers take the surface's own.
+            let mut members = json!({ "thicknessFactor": 1.0, "attenuationColor": attenuation_color });
+            if attenuation_distance.is_finite() {
+                members["attenuationDistance"] = json!(attenuation_distance);
+            }
+            put("KHR_materials_volume", members);
+        }
+        extensions
+    }
+}
+
+/// JSON has no NaN and no infinity.
+fn check(material: &Material) -> Result<(), Problem> {
+    let scalars = [
+        material.metallic,
+        material.roughness,
+        material.normal_scale,
+        material.ior,
+        material.transmission,
+        material.diffuse_transmission,
+    ];
+    let colors = [material.base_color, material.emission, material.diffuse_transmission_color];
+    let interior = material.volume.map_or([1.0; 3], |volume| volume.attenuation_color);
+    let all = scalars.iter().chain(colors.as_flattened()).chain(&interior);
+    if all.copied().all(f32::is_finite) { Ok(()) } else { Err("one of its factors is not finite".to_owned()) }
+}
+
+/// A power of two by which the colour lies within 0 and 1: dividing by it loses no bit.
+pub(super) fn power_of_two_above(color: [f32; 3]) -> f32 {
+    let largest = color.into_iter().fold(1.0, f32::max);
+    let mut power = 1.0;
+    while power < largest {
+        power *= 2.0;
+    }
+    power
+}

@@ -1,0 +1,116 @@
+//! Vertex attributes: normals, texture coordinates and tangents.
+
+use glam::DVec3;
+use gltf::json::mesh::{Primitive, Semantic};
+use gltf::json::validation::Checked;
+
+use super::material::Needs;
+use super::{Importer, Problem};
+use crate::scene::{MAX_COORDINATE, Mesh};
+
+/// How far from 1 the length of a vector may be that is taken as it is: rounding to single precision is 1e-7.
+const UNIT_TOLERANCE: f64 = 1e-6;
+
+impl Importer<'_> {
+    /// Reads what a mesh with its positions and triangles lacks; of the texture coordinates and tangents only what its
+    /// material needs.
+    pub(super) fn add_attributes(
+        &mut self,
+        mesh: &mut Mesh,
+        primitive: &Primitive,
+        needs: Needs,
+    ) -> Result<(), Problem> {
+        mesh.normals = self.normals(mesh, primitive)?;
+        let Some(set) = needs.uv_set else {
+            return Ok(());
+        };
+        mesh.uvs = self.attribute::<2>(mesh, primitive, Semantic::TexCoords(set), "texture coordinates")?;
+        if mesh.uvs.is_empty() {
+            self.warn(format!(
+                "mesh {}: it has no texture coordinates {set} for the textures of its material",
+                mesh.name
+            ));
+        } else if needs.tangents {
+            mesh.tangents = self.tangents(mesh, primitive)?;
+        }
+        Ok(())
+    }
+
+    fn normals(&mut self, mesh: &Mesh, primitive: &Primitive) -> Result<Vec<[f32; 3]>, Problem> {
+        let mut normals = self.attribute::<3>(mesh, primitive, Semantic::Normals, "normal")?;
+        let mut missing = Vec::new();
+        for (vertex, normal) in normals.iter_mut().enumerate() {
+            match unit(*normal) {
+                Some(unit) => *normal = unit,
+                None => missing.push(vertex),
+            }
+        }
+        if !missing.is_empty() {
+            self.warn(format!(
+                "mesh {}: {} of its normals are zero and were derived from its triangles",
+                mesh.name,
+                missing.len()
+            ));
+            let derived = geometric_normals(mesh);
+            for vertex in missing {
+                normals[vertex] = derived[vertex];
+            }
+        }
+        Ok(normals)
+    }
+
+    fn tangents(&mut self, mesh: &Mesh, primitive: &Primitive) -> Result<Vec<[f32; 4]>, Problem> {
+        let tangents = self.attribute::<4>(mesh, primitive, Semantic::Tangents, "tangent")?;
+        let units: Option<Vec<[f32; 4]>> = tangents
+            .iter()
+            .map(|&[x, y, z, sign]| unit([x, y, z]).map(|[x, y, z]| [x, y, z, if sign < 0.0 { -1.0 } else { 1.0 }]))
+            .collect();
+        if units.is_none() {
+            self.warn(format!("mesh {}: some of its tangents are zero; all are derived instead", mesh.name));
+        }
+        Ok(units.unwrap_or_default())
+    }
+
+    /// An attribute of every vertex, finite and not too large; empty if the primitive has none.
+    fn attribute<const N: usize>(
+        &self,
+        mesh: &Mesh,
+        primitive: &Primitive,
+        semantic: Semantic,
+        what: &str,
+    ) -> Result<Vec<[f32; N]>, Problem> {
+        let Some(&accessor) = primitive.attributes.get(&Checked::Valid(semantic)) else {
+            return Ok(Vec::new());
+        };
+        let values = self.document.vectors::<N>(accessor)?;
+        if values.len() != mesh.positions.len() {
+            return Err(format!("it has {} vertices, and {what} for {}", mesh.positions.len(), values.len()));
+        }
+        let is_good = |value: &[f32; N]| value.iter().all(|x| f64::from(*x).abs() <= MAX_COORDINATE);
+        match values.iter().position(|value| !is_good(value)) {
+            Some(vertex) => Err(format!("the {what} of vertex {vertex} is not finite within {MAX_COORDINATE:e}")),
+            None => Ok(values),
+        }
+    }
+}
+
+/// The vector at length 1, unchanged if it has that up to rounding; none for zero.
+fn unit(vector: [f32; 3]) -> Option<[f32; 3]> {
+    let exact = DVec3::from_array(vector.map(f64::from));
+    let length = exact.length();
+    if (length - 1.0).abs() <= UNIT_TOLERANCE {
+        return Some(vector);
+    }
+    (length > 0.0).then(|| (exact / length).as_vec3().to_array())
+}
+
+/// The mean normal of the triangles at each vertex, weighted by area; +z where there is none.
+fn geometric_normals(mesh: &Mesh) -> Vec<[f32; 3]> {
+    let position = |vertex: u32| DVec3::from_array(mesh.positions[vertex as usize].map(f64::from));
+    let mut sums = vec![DVec3::ZERO; mesh.positions.len()];
+    for &[a, b, c] in &mesh.indices {
+        let normal = (position(b) - position(a)).cross(position(c) - position(a));
+        [a, b, c].into_iter().for_each(|vertex| sums[vertex as usize] += normal);
+    }
+    sums.iter().map(|sum| sum.normalize_or(DVec3::Z).as_vec3().to_array()).collect()
+}

@@ -1,0 +1,158 @@
+//! What a scene holds and glTF's numbers do not, in both directions.
+//!
+//! A scene has matrices, cameras and cone angles in double precision, lenses, and texture transforms that are any affine
+//! map. The export rounds them to what glTF can say, for other programs, and keeps them as they are in a member `restir`
+//! of the `extras` beside it. The import believes the extras only if rounding them gives what the file says: a program
+//! that edits the file and copies the extras is not overruled.
+
+use glam::{DAffine3, DMat3, DVec3};
+use gltf::json::Extras;
+use serde_json::{Value, json};
+
+use crate::render::MAX_SIDE;
+use crate::scene::Camera;
+
+/// A texture transform in the form of `KHR_texture_transform`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::scene) struct PlacedTexture {
+    pub(in crate::scene) offset: [f32; 2],
+    /// In radians.
+    pub(in crate::scene) rotation: f32,
+    pub(in crate::scene) scale: [f32; 2],
+}
+
+impl Default for PlacedTexture {
+    fn default() -> Self {
+        Self { offset: [0.0; 2], rotation: 0.0, scale: [1.0; 2] }
+    }
+}
+
+impl PlacedTexture {
+    /// As [`crate::scene::TextureUse::transform`]: scaled, then turned counter-clockwise as seen in the image, then
+    /// moved. The signs of the sine are those of the extension's example (and of its implementations), not of its GLSL.
+    pub(in crate::scene) fn transform(&self) -> [f32; 6] {
+        let (sine, cosine) = f64::from(self.rotation).sin_cos();
+        let [x, y] = self.scale.map(f64::from);
+        let linear = [cosine * x, sine * y, -sine * x, cosine * y].map(|entry| (entry + 0.0) as f32);
+        [linear[0], linear[1], self.offset[0], linear[2], linear[3], self.offset[1]]
+    }
+
+    /// The nearest form of an affine map; exact if it has no shear.
+    pub(in crate::scene) fn of(transform: [f32; 6]) -> Self {
+        let [a, b, tx, c, d, ty] = transform;
+        let [a64, b64, c64, d64] = [a, b, c, d].map(f64::from);
+        if [b, c] == [0.0; 2] {
+            return Self { offset: [tx, ty], rotation: 0.0, scale: [a, d] };
+        }
+        let rotation = (-c64).atan2(a64);
+        let (sine, cosine) = rotation.sin_cos();
+        let scale = [a64 * cosine - c64 * sine, b64 * sine + d64 * cosine].map(|x| x as f32);
+        Self { offset: [tx, ty], rotation: rotation as f32, scale }
+    }
+}
+
+/// A matrix as a node has it: column by column, in single precision.
+pub(in crate::scene) fn matrix(transform: &DAffine3) -> [f32; 16] {
+    let [x, y, z] = transform.matrix3.to_cols_array_2d().map(|column| column.map(|entry| entry as f32));
+    let [tx, ty, tz] = transform.translation.to_array().map(|entry| entry as f32);
+    [x[0], x[1], x[2], 0.0, y[0], y[1], y[2], 0.0, z[0], z[1], z[2], 0.0, tx, ty, tz, 1.0]
+}
+
+/// Where a node of `matrix` is, in the precision of its extras if they fit.
+pub(super) fn node_transform(extras: &Extras, rounded: [f32; 16]) -> Option<DAffine3> {
+    let [columns @ .., translation] = vectors::<4>(&own(extras)?, "transform")?;
+    let [x, y, z] = columns;
+    let exact = DAffine3::from_mat3_translation(DMat3::from_cols(x, y, z), translation);
+    (exact.is_finite() && matrix(&exact) == rounded).then_some(exact)
+}
+
+/// The extras of a node: its matrix, unless single precision holds it.
+pub(in crate::scene) fn node_extras(transform: &DAffine3) -> Option<Value> {
+    let exact = transform.to_cols_array();
+    let rounded = matrix(transform);
+    let is_rounded = (0..12).all(|i| f64::from(rounded[i / 3 * 4 + i % 3]) == exact[i]);
+    (!is_rounded).then(|| json!({ "restir": { "transform": exact } }))
+}
+
+/// The transform of a camera's node: it looks along -z.
+pub(in crate::scene) fn camera_transform(camera: &Camera) -> DAffine3 {
+    let [right, up, forward] = camera.frame();
+    DAffine3::from_mat3_translation(DMat3::from_cols(right, up, -forward), camera.position)
+}
+
+/// The camera that the extras describe, if it is that of the file.
+pub(super) fn camera(extras: &Extras, world: &DAffine3, vertical_fov: f32) -> Option<Camera> {
+    let value = own(extras)?;
+    let camera = Camera {
+        position: vector(value.get("position")?)?,
+        target: vector(value.get("target")?)?,
+        up: vector(value.get("up")?)?,
+        vertical_fov: value.get("verticalFov")?.as_f64()?,
+        lens_radius: value.get("lensRadius")?.as_f64()?,
+        focus_distance: value.get("focusDistance").and_then(Value::as_f64),
+    };
+    let fits = matrix(&camera_transform(&camera)) == matrix(world) && camera.vertical_fov as f32 == vertical_fov;
+    (fits && camera.check().is_ok()).then_some(camera)
+}
+
+/// The extras of a camera.
+pub(in crate::scene) fn camera_extras(camera: &Camera) -> Value {
+    json!({ "restir": {
+        "position": camera.position.to_array(),
+        "target": camera.target.to_array(),
+        "up": camera.up.to_array(),
+        "verticalFov": camera.vertical_fov,
+        "lensRadius": camera.lens_radius,
+        "focusDistance": camera.focus_distance,
+    } })
+}
+
+/// Inner and outer angle of a spot light in double precision, if they are those of the file.
+pub(super) fn cone(extras: &Extras, rounded: [f32; 2]) -> Option<[f64; 2]> {
+    let angles = numbers::<2>(own(extras)?.get("cone")?)?;
+    (angles.map(|angle| angle as f32) == rounded).then_some(angles)
+}
+
+/// The extras of a spot light.
+pub(in crate::scene) fn cone_extras(angles: [f64; 2]) -> Value {
+    json!({ "restir": { "cone": angles } })
+}
+
+/// An affine map of texture coordinates.
+pub(super) fn texture_transform(extras: &Extras) -> Option<[f32; 6]> {
+    Some(numbers::<6>(own(extras)?.get("transform")?)?.map(|entry| entry as f32))
+}
+
+/// The extras of a use of a texture, unless `KHR_texture_transform` says the same.
+pub(in crate::scene) fn texture_extras(transform: [f32; 6]) -> Option<Value> {
+    let is_said = PlacedTexture::of(transform).transform() == transform;
+    (!is_said).then(|| json!({ "restir": { "transform": transform } }))
+}
+
+/// The image size that suits the scene.
+pub(super) fn size(extras: &Extras) -> Option<[u32; 2]> {
+    let [width, height] = numbers::<2>(own(extras)?.get("size")?)?;
+    let side = |side: f64| (1.0..=f64::from(MAX_SIDE)).contains(&side).then_some(side as u32);
+    Some([side(width)?, side(height)?])
+}
+
+fn own(extras: &Extras) -> Option<Value> {
+    let value: Value = serde_json::from_str(extras.as_ref()?.get()).ok()?;
+    value.get("restir").cloned()
+}
+
+fn numbers<const N: usize>(value: &Value) -> Option<[f64; N]> {
+    let numbers: Option<Vec<f64>> = value.as_array()?.iter().map(Value::as_f64).collect();
+    numbers?.try_into().ok()
+}
+
+fn vector(value: &Value) -> Option<DVec3> {
+    numbers::<3>(value).map(DVec3::from_array)
+}
+
+/// Vectors one after the other in an array.
+fn vectors<const N: usize>(value: &Value, member: &str) -> Option<[DVec3; N]> {
+    let entries: Option<Vec<f64>> = value.get(member)?.as_array()?.iter().map(Value::as_f64).collect();
+    let vectors: Vec<DVec3> = entries?.as_chunks::<3>().0.iter().map(|&vector| DVec3::from_array(vector)).collect();
+    vectors.try_into().ok()
+}

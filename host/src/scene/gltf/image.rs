@@ -1,0 +1,118 @@
+//! Images of textures: PNG and JPEG, as RGBA of eight bits a channel.
+//!
+//! Colours are taken as they are stored: as glTF demands, gamma and colour profiles are ignored, and the first frame
+//! counts. Sixteen bits are rounded to eight. The JPEG decoder runs without vector instructions, so that every machine
+//! gets the same texels.
+
+use std::io::Cursor;
+use std::sync::Arc;
+
+use zune_jpeg::JpegDecoder;
+use zune_jpeg::zune_core::bytestream::ZCursor;
+use zune_jpeg::zune_core::colorspace::ColorSpace;
+use zune_jpeg::zune_core::options::DecoderOptions;
+
+use super::Problem;
+use super::budget::gib;
+
+/// The most texels along a side of a texture.
+const MAX_SIDE: u32 = 16_384;
+
+const PNG_SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
+const JPEG_SIGNATURE: &[u8] = b"\xff\xd8\xff";
+
+/// An image's size and its texels, rows from the top.
+#[derive(Clone)]
+pub(super) struct Decoded {
+    pub(super) size: [u32; 2],
+    pub(super) texels: Arc<[[u8; 4]]>,
+}
+
+/// Decodes a PNG or JPEG file whose texels take at most `room` bytes.
+pub(super) fn decode(file: &[u8], room: u64) -> Result<Decoded, Problem> {
+    if file.starts_with(PNG_SIGNATURE) {
+        png(file, room)
+    } else if file.starts_with(JPEG_SIGNATURE) {
+        jpeg(file, room)
+    } else {
+        Err("it is neither a PNG nor a JPEG file; convert it to one".to_owned())
+    }
+}
+
+fn check_size(width: u32, height: u32, room: u64) -> Result<(), Problem> {
+    if !(1..=MAX_SIDE).contains(&width) || !(1..=MAX_SIDE).contains(&height) {
+        return Err(format!(
+            "it has {width} x {height} texels; a texture has at least 1 and at most {MAX_SIDE} on a side: resize it"
+        ));
+    }
+    let bytes = 4 * u64::from(width) * u64::from(height);
+    if bytes > room {
+        return Err(format!(
+            "its {width} x {height} texels take {}, more than the {} that is left for textures; use smaller ones",
+            gib(bytes),
+            gib(room)
+        ));
+    }
+    Ok(())
+}
+
+fn png(file: &[u8], room: u64) -> Result<Decoded, Problem> {
+    let broken = |error: png::DecodingError| format!("its PNG is broken: {}", one_line(&error.to_string()));
+    let mut decoder = png::Decoder::new(Cursor::new(file));
+    // Palettes become colours, and less than eight bits become eight.
+    decoder.set_transformations(png::Transformations::EXPAND);
+    decoder.set_ignore_text_chunk(true);
+    decoder.set_ignore_iccp_chunk(true);
+    let mut reader = decoder.read_info().map_err(broken)?;
+    let (width, height) = reader.info().size();
+    check_size(width, height, room)?;
+    let (color, depth) = reader.output_color_type();
+    let mut bytes = vec![0; reader.output_buffer_size().ok_or("its PNG is too large")?];
+    reader.next_frame(&mut bytes).map_err(broken)?;
+    if depth == png::BitDepth::Sixteen {
+        bytes = bytes.as_chunks::<2>().0.iter().map(|&channel| eight_bits(u16::from_be_bytes(channel))).collect();
+    }
+    let texels = match color {
+        png::ColorType::Grayscale => texels(&bytes, |&[grey]| [grey, grey, grey, u8::MAX]),
+        png::ColorType::GrayscaleAlpha => texels(&bytes, |&[grey, alpha]| [grey, grey, grey, alpha]),
+        png::ColorType::Rgb => texels(&bytes, |&[r, g, b]| [r, g, b, u8::MAX]),
+        png::ColorType::Rgba => texels(&bytes, |&texel: &[u8; 4]| texel),
+        png::ColorType::Indexed => return Err("its PNG has a palette that cannot be read".to_owned()),
+    };
+    Ok(Decoded { size: [width, height], texels })
+}
+
+fn jpeg(file: &[u8], room: u64) -> Result<Decoded, Problem> {
+    let broken = |error: zune_jpeg::errors::DecodeErrors| {
+        format!("its JPEG is broken or of an unusual kind ({}); export it again", one_line(&error.to_string()))
+    };
+    let options = DecoderOptions::default()
+        .set_strict_mode(true)
+        .set_max_width(usize::from(u16::MAX))
+        .set_max_height(usize::from(u16::MAX))
+        .jpeg_set_out_colorspace(ColorSpace::RGB);
+    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(file), options);
+    decoder.decode_headers().map_err(broken)?;
+    let info = decoder.info().ok_or("its JPEG has no size")?;
+    let size = [info.width, info.height].map(u32::from);
+    check_size(size[0], size[1], room)?;
+    let bytes = decoder.decode().map_err(broken)?;
+    let texels = texels(&bytes, |&[r, g, b]| [r, g, b, u8::MAX]);
+    if texels.len() as u64 != u64::from(size[0]) * u64::from(size[1]) {
+        return Err("its JPEG has channels that are no colours; export it as RGB".to_owned());
+    }
+    Ok(Decoded { size, texels })
+}
+
+fn texels<const N: usize>(bytes: &[u8], texel: impl Fn(&[u8; N]) -> [u8; 4]) -> Arc<[[u8; 4]]> {
+    bytes.as_chunks::<N>().0.iter().map(texel).collect()
+}
+
+/// The nearest of 256 shades.
+fn eight_bits(channel: u16) -> u8 {
+    ((u32::from(channel) * 255 + 32_767) / 65_535) as u8
+}
+
+fn one_line(message: &str) -> String {
+    message.replace(['\n', '\r'], " ")
+}

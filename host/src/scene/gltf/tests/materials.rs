@@ -1,0 +1,106 @@
+//! Materials and their extensions.
+
+use super::*;
+use crate::scene::{Material, Volume};
+
+/// The material that a file with this one has, and the warnings.
+fn material(members: &str) -> (Material, Vec<String>) {
+    let scene = load(&with_material(members)).unwrap();
+    (scene.materials[scene.meshes[0].material].clone(), scene.warnings)
+}
+
+fn with_material(members: &str) -> String {
+    let primitive = r#"{ "attributes": { "POSITION": 0 }, "mode": 6, "material": 0 }"#;
+    square(&format!(r#""materials": [{{ {members} }}],"#), primitive, ONE_NODE)
+}
+
+#[test]
+fn factors_and_emission_are_read() {
+    let (lamp, warnings) = material(
+        r#""name": "lamp", "emissiveFactor": [1, 0.5, 0], "doubleSided": true, "alphaMode": "BLEND",
+        "pbrMetallicRoughness": { "baseColorFactor": [0.5, 2, -1, 1], "metallicFactor": 0.25, "roughnessFactor": 0.5 },
+        "extensions": { "KHR_materials_emissive_strength": { "emissiveStrength": 8 } }"#,
+    );
+    assert_eq!((lamp.base_color, lamp.emission), ([0.5, 1.0, 0.0], [8.0, 4.0, 0.0]));
+    assert_eq!((lamp.metallic, lamp.roughness), (0.25, 0.5));
+    assert!(lamp.two_sided_emission);
+    assert_eq!(warnings.len(), 2, "{warnings:?}");
+    for (warning, word) in warnings.iter().zip(["clamped", "opaque"]) {
+        assert!(warning.contains(word), "{warning}");
+    }
+}
+
+#[test]
+fn defaults_are_those_of_gltf() {
+    let (plain, warnings) = material("");
+    let expected = Material { metallic: 1.0, ior: 1.5, ..Material::diffuse("material 0", [1.0; 3]) };
+    assert_eq!(plain, expected);
+    assert!(warnings.is_empty());
+    let scene = load(&square("", FAN, ONE_NODE)).unwrap();
+    assert_eq!(scene.materials, [Material { name: "default".to_owned(), ..expected }]);
+}
+
+#[test]
+fn extensions_are_read() {
+    let (glass, warnings) = material(
+        r#""extensions": {
+        "KHR_materials_ior": { "ior": 1.25 },
+        "KHR_materials_transmission": { "transmissionFactor": 0.75 },
+        "KHR_materials_diffuse_transmission": {
+            "diffuseTransmissionFactor": 0.5, "diffuseTransmissionColorFactor": [0.25, 0.5, 1] },
+        "KHR_materials_volume": {
+            "thicknessFactor": 0.1, "attenuationDistance": 3, "attenuationColor": [0.5, 1, 0.25] } }"#,
+    );
+    assert_eq!((glass.ior, glass.transmission, glass.diffuse_transmission), (1.25, 0.75, 0.5));
+    assert_eq!(glass.diffuse_transmission_color, [0.25, 0.5, 1.0]);
+    assert_eq!(glass.volume, Some(Volume { attenuation_color: [0.5, 1.0, 0.25], attenuation_distance: 3.0 }));
+    assert!(warnings.is_empty(), "{warnings:?}");
+}
+
+#[test]
+fn a_volume_needs_a_thickness() {
+    let volume = |members: &str| {
+        let extension = format!(r#""extensions": {{ "KHR_materials_volume": {{ {members} }} }}"#);
+        material(&extension)
+    };
+    assert_eq!(volume(r#""attenuationDistance": 3"#).0.volume, None);
+    let (clear, warnings) = volume(r#""thicknessFactor": 1, "attenuationColor": [0, 1, 1]"#);
+    let clear = clear.volume.unwrap();
+    assert!(clear.attenuation_distance.is_infinite() && clear.attenuation_color[0] > 0.0);
+    assert!(warnings[0].contains("attenuation colour"), "{warnings:?}");
+    let broken = r#""extensions": { "KHR_materials_volume": { "thicknessFactor": 1, "attenuationDistance": 0 } }"#;
+    assert!(problem(&with_material(broken)).contains("attenuation distance"));
+}
+
+#[test]
+fn unusual_indices_of_refraction() {
+    let with = |ior: &str| {
+        material(&format!(
+            r#""pbrMetallicRoughness": {{ "metallicFactor": 0.5, "baseColorFactor": [0.5, 0, 1, 1] }},
+            "extensions": {{ "KHR_materials_ior": {{ "ior": {ior} }} }}"#
+        ))
+    };
+    let (low, warnings) = with("0.5");
+    assert_eq!(low.ior, 1.0);
+    assert!(warnings[0].contains("raised"), "{warnings:?}");
+    let (mirror, warnings) = with("0");
+    assert_eq!((mirror.metallic, mirror.base_color, mirror.ior), (1.0, [0.75, 0.5, 1.0], 1.5));
+    assert!(warnings[0].contains("white metal"), "{warnings:?}");
+}
+
+#[test]
+fn textures_of_transmission_are_ignored_with_a_warning() {
+    let (_, warnings) = material(
+        r#""extensions": {
+        "KHR_materials_transmission": { "transmissionTexture": { "index": 9 } },
+        "KHR_materials_diffuse_transmission": { "diffuseTransmissionColorTexture": { "index": 9 } },
+        "KHR_materials_volume": { "thicknessFactor": 1, "thicknessTexture": { "index": 9 } } }"#,
+    );
+    assert_eq!(warnings.len(), 3, "{warnings:?}");
+}
+
+#[test]
+fn what_is_no_radiance_is_refused() {
+    let problem = problem(&with_material(r#""name": "lamp", "emissiveFactor": [-1, 0, 0]"#));
+    assert!(problem.contains("lamp") && problem.contains("radiance"), "{problem}");
+}

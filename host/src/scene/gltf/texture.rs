@@ -1,0 +1,136 @@
+//! Textures: images, samplers, and how materials use them.
+
+use std::sync::Arc;
+
+use gltf::json;
+use gltf::json::extensions::texture::TextureTransform;
+use gltf::json::texture::{MagFilter, WrappingMode};
+use gltf::json::validation::Checked;
+
+use super::exact::{self, PlacedTexture};
+use super::image::{self, Decoded};
+use super::{Importer, Problem, budget, label, uri};
+use crate::scene::{Filter, MAX_COORDINATE, Texture, TextureUse, Wrap};
+
+/// A reference to a texture, from any of a material's slots.
+pub(super) struct Slot {
+    texture: usize,
+    /// Which of the mesh's sets of texture coordinates.
+    pub(super) uv_set: u32,
+    placed: PlacedTexture,
+    exact: Option<[f32; 6]>,
+}
+
+impl From<&json::texture::Info> for Slot {
+    fn from(info: &json::texture::Info) -> Self {
+        let transform = info.extensions.as_ref().and_then(|extensions| extensions.texture_transform.clone());
+        Self::new(info.index.value(), info.tex_coord, transform, exact::texture_transform(&info.extras))
+    }
+}
+
+impl From<&json::material::NormalTexture> for Slot {
+    fn from(info: &json::material::NormalTexture) -> Self {
+        let extension =
+            info.extensions.as_ref().and_then(|extensions| extensions.others.get("KHR_texture_transform")).cloned();
+        let transform = extension.and_then(|value| serde_json::from_value::<TextureTransform>(value).ok());
+        Self::new(info.index.value(), info.tex_coord, transform, exact::texture_transform(&info.extras))
+    }
+}
+
+impl Slot {
+    fn new(texture: usize, tex_coord: u32, transform: Option<TextureTransform>, exact: Option<[f32; 6]>) -> Self {
+        let uv_set = transform.as_ref().and_then(|transform| transform.tex_coord).unwrap_or(tex_coord);
+        let placed = transform.map_or_else(PlacedTexture::default, |transform| PlacedTexture {
+            offset: transform.offset.0,
+            rotation: transform.rotation.0,
+            scale: transform.scale.0,
+        });
+        Self { texture, uv_set, placed, exact }
+    }
+
+    fn transform(&self) -> [f32; 6] {
+        let exact = self.exact.filter(|&exact| PlacedTexture::of(exact) == self.placed);
+        exact.unwrap_or_else(|| self.placed.transform())
+    }
+}
+
+impl Importer<'_> {
+    /// Adds the texture of a slot, if no slot has used it before.
+    pub(super) fn texture_use(&mut self, slot: &Slot) -> Result<TextureUse, Problem> {
+        let transform = slot.transform();
+        if !transform.iter().all(|x| f64::from(*x).abs() <= MAX_COORDINATE) {
+            return Err(format!("its texture transform {transform:?} is not finite or too large"));
+        }
+        Ok(TextureUse { texture: self.texture(slot.texture)?, transform })
+    }
+
+    fn texture(&mut self, index: usize) -> Result<usize, Problem> {
+        if let Some(&known) = self.textures.get(&index) {
+            return Ok(known);
+        }
+        let root = self.document.root;
+        let texture =
+            root.textures.get(index).ok_or_else(|| format!("it refers to texture {index}, which does not exist"))?;
+        let (wrap, filter) = match texture.sampler {
+            Some(sampler) => sampling(root.samplers.get(sampler.value()).ok_or_else(|| {
+                format!("texture {index} refers to sampler {}, which does not exist", sampler.value())
+            })?),
+            None => Default::default(),
+        };
+        let Decoded { size, texels } = self.image(texture.source.value(), index)?;
+        let same =
+            |known: &Texture| Arc::ptr_eq(&known.texels, &texels) && (known.wrap, known.filter) == (wrap, filter);
+        let position = self.scene.textures.iter().position(same).unwrap_or_else(|| {
+            let name = label(texture.name.as_ref(), "texture", index);
+            self.scene.textures.push(Texture { name, size, texels, wrap, filter });
+            self.scene.textures.len() - 1
+        });
+        self.textures.insert(index, position);
+        Ok(position)
+    }
+
+    fn image(&mut self, index: usize, texture: usize) -> Result<Decoded, Problem> {
+        if let Some(decoded) = self.images.get(&index) {
+            return Ok(decoded.clone());
+        }
+        let Some(source) = self.document.root.images.get(index) else {
+            return Err(format!("texture {texture} has no PNG or JPEG image; export it with one"));
+        };
+        let name = label(source.name.as_ref().or(source.uri.as_ref().filter(|uri| is_short(uri))), "image", index);
+        let decoded = self.decoded(source).map_err(|problem| format!("image {name}: {problem}"))?;
+        self.images.insert(index, decoded.clone());
+        Ok(decoded)
+    }
+
+    fn decoded(&mut self, source: &json::Image) -> Result<Decoded, Problem> {
+        let taken: u64 = self.images.values().map(|image| 4 * image.texels.len() as u64).sum();
+        let room = budget::max_bytes().saturating_sub(taken);
+        match (&source.uri, source.buffer_view) {
+            (Some(uri), _) => {
+                let file = uri::bytes(uri, "image", self.folder, u64::MAX, &mut self.file_room)?;
+                image::decode(&file, room)
+            }
+            (None, Some(view)) => image::decode(self.document.view(view)?.0, room),
+            (None, None) => Err("it has no data: neither a URI nor a buffer view".to_owned()),
+        }
+    }
+}
+
+/// Whether a URI can stand for the image in a message.
+fn is_short(uri: &str) -> bool {
+    !uri.starts_with("data:")
+}
+
+/// What lies between and beyond texels; an unknown mode counts as the default.
+fn sampling(sampler: &json::texture::Sampler) -> ([Wrap; 2], Filter) {
+    let wrap = |mode: Checked<WrappingMode>| match mode {
+        Checked::Valid(WrappingMode::ClampToEdge) => Wrap::Clamp,
+        Checked::Valid(WrappingMode::MirroredRepeat) => Wrap::Mirror,
+        _ => Wrap::Repeat,
+    };
+    let filter = match sampler.mag_filter {
+        Some(Checked::Valid(MagFilter::Nearest)) => Filter::Nearest,
+        _ => Filter::Linear,
+    };
+    ([wrap(sampler.wrap_s), wrap(sampler.wrap_t)], filter)
+}

@@ -1,0 +1,224 @@
+//! From the binary tree of the arena to the wide one: nodes and packs of least expected cost, by dynamic programming
+//! over the number of roots that a subtree may have (Ylitie, Karras and Laine 2017, §3.1).
+
+use super::simd::{LANES, Row};
+use super::{Node, PACK, Pack};
+use glam::{UVec4, Vec3};
+use restir_shared::layout::{LEAF, LEAF_COUNT_SHIFT, LEAF_MAX_COUNT, MAX_TRIANGLES, NODE_WORDS, NONE, TRIANGLE_WORDS};
+use restir_shared::scene::SceneView;
+
+/// Cost of a pack, in units of that of a node.
+const PACK_COST: f32 = 1.0;
+
+/// The wide tree.
+pub(super) struct Tree {
+    pub nodes: Vec<Node>,
+    pub packs: Vec<Pack>,
+    /// As a child of a node.
+    pub root: u32,
+    /// Nodes on the longest way from the root.
+    pub depth: usize,
+}
+
+/// A subtree of the binary tree: a reference as in the arena, and its box.
+#[derive(Clone, Copy)]
+struct Subtree {
+    reference: u32,
+    lo: Vec3,
+    hi: Vec3,
+}
+
+impl Subtree {
+    /// Half of the surface of its box.
+    fn area(&self) -> f32 {
+        let d = self.hi - self.lo;
+        d.x * d.y + d.y * d.z + d.z * d.x
+    }
+
+    fn is_leaf(&self) -> bool {
+        self.reference & LEAF != 0
+    }
+
+    /// The triangles of a leaf.
+    fn ids(&self) -> std::ops::Range<u32> {
+        let first = self.reference & (MAX_TRIANGLES - 1);
+        first..first + (self.reference >> LEAF_COUNT_SHIFT & LEAF_MAX_COUNT)
+    }
+}
+
+/// What the best forests of a binary inner node cost.
+#[derive(Clone, Copy)]
+struct Best {
+    /// Of at most 1, 2, ... roots.
+    forest: [f32; LANES - 1],
+    /// Triangles below it.
+    triangles: u32,
+    /// Whether as a single root it becomes a pack.
+    pack: bool,
+}
+
+/// Where in the wide tree the next node goes: a slot of a node.
+type Slot = Option<(usize, usize)>;
+
+struct Collapse<'a> {
+    scene: &'a SceneView<'a>,
+    best: Vec<Best>,
+}
+
+pub(super) fn collapse(scene: &SceneView<'_>) -> Tree {
+    let header = &scene.header;
+    let root = Subtree {
+        reference: header.root,
+        lo: Vec3::from_array(header.bounds_lo),
+        hi: Vec3::from_array(header.bounds_hi),
+    };
+    Collapse::new(scene).emit(root)
+}
+
+fn xyz(word: UVec4) -> Vec3 {
+    Vec3::new(f32::from_bits(word.x), f32::from_bits(word.y), f32::from_bits(word.z))
+}
+
+impl<'a> Collapse<'a> {
+    fn new(scene: &'a SceneView<'a>) -> Self {
+        let unknown = Best { forest: [0.0; LANES - 1], triangles: 0, pack: false };
+        let count = scene.header.triangle_base / NODE_WORDS;
+        let mut this = Self { scene, best: vec![unknown; count as usize] };
+        // children have larger indices than their parents
+        for node in (0..count).rev() {
+            this.best[node as usize] = this.solve(node);
+        }
+        this
+    }
+
+    fn children(&self, node: u32) -> [Subtree; 2] {
+        let at = (node * NODE_WORDS) as usize;
+        let words = &self.scene.geometry[at..at + NODE_WORDS as usize];
+        let child = |reference, lo, hi| {
+            assert!(reference & LEAF != 0 || reference > node, "children come after their parents");
+            Subtree { reference, lo: xyz(lo), hi: xyz(hi) }
+        };
+        [child(words[0].w, words[0], words[1]), child(words[1].w, words[2], words[3])]
+    }
+
+    fn triangles(&self, subtree: &Subtree) -> u32 {
+        if subtree.is_leaf() { subtree.ids().len() as u32 } else { self.best[subtree.reference as usize].triangles }
+    }
+
+    fn is_pack(&self, subtree: &Subtree) -> bool {
+        subtree.is_leaf() || self.best[subtree.reference as usize].pack
+    }
+
+    /// Cost of the best forest of at most `roots` roots.
+    fn cost(&self, subtree: &Subtree, roots: usize) -> f32 {
+        if subtree.is_leaf() {
+            subtree.area() * PACK_COST
+        } else {
+            self.best[subtree.reference as usize].forest[roots.min(LANES - 1) - 1]
+        }
+    }
+
+    /// How many of `roots` the first child gets at best, and the cost.
+    fn share(&self, [a, b]: &[Subtree; 2], roots: usize) -> (usize, f32) {
+        let costs = (1..roots).map(|k| (k, self.cost(a, k) + self.cost(b, roots - k)));
+        costs.fold((1, f32::INFINITY), |best, next| if next.1 < best.1 { next } else { best })
+    }
+
+    fn solve(&self, node: u32) -> Best {
+        let children = self.children(node);
+        let [a, b] = &children;
+        let area = Subtree { reference: node, lo: a.lo.min(b.lo), hi: a.hi.max(b.hi) }.area();
+        let triangles = self.triangles(a) + self.triangles(b);
+        let as_node = area + self.share(&children, LANES).1;
+        let as_pack = if triangles as usize <= LANES { area * PACK_COST } else { f32::INFINITY };
+        let mut forest = [as_node.min(as_pack); LANES - 1];
+        for roots in 2..LANES {
+            forest[roots - 1] = self.share(&children, roots).1.min(forest[roots - 2]);
+        }
+        Best { forest, triangles, pack: as_pack <= as_node }
+    }
+
+    /// The roots of the best forest.
+    fn roots(&self, subtree: Subtree, roots: usize, out: &mut Vec<Subtree>) {
+        let cost = self.cost(&subtree, roots);
+        if subtree.is_leaf() || cost == self.cost(&subtree, 1) {
+            out.push(subtree);
+        } else {
+            let fewest = (2..roots).find(|&n| self.cost(&subtree, n) == cost).unwrap_or(roots);
+            self.split(subtree.reference, fewest, out);
+        }
+    }
+
+    /// The roots of the best forest of several trees.
+    fn split(&self, node: u32, roots: usize, out: &mut Vec<Subtree>) {
+        let [a, b] = self.children(node);
+        let (k, _) = self.share(&[a, b], roots);
+        self.roots(a, k, out);
+        self.roots(b, roots - k, out);
+    }
+
+    fn emit(&self, root: Subtree) -> Tree {
+        let mut tree = Tree { nodes: Vec::new(), packs: Vec::new(), root: 0, depth: 0 };
+        let mut work: Vec<(Subtree, Slot, usize)> = vec![(root, None, 0)];
+        let mut roots = Vec::with_capacity(LANES);
+        while let Some((subtree, slot, level)) = work.pop() {
+            let reference = if self.is_pack(&subtree) {
+                tree.packs.push(self.pack(&subtree));
+                PACK | (tree.packs.len() - 1) as u32
+            } else {
+                roots.clear();
+                self.split(subtree.reference, LANES, &mut roots);
+                let index = tree.nodes.len();
+                tree.nodes.push(node(&roots));
+                tree.depth = tree.depth.max(level + 1);
+                work.extend(roots.iter().enumerate().map(|(i, &child)| (child, Some((index, i)), level + 1)));
+                index as u32
+            };
+            match slot {
+                Some((node, slot)) => tree.nodes[node].children[slot] = reference,
+                None => tree.root = reference,
+            }
+        }
+        tree.nodes.shrink_to_fit();
+        tree.packs.shrink_to_fit();
+        tree
+    }
+
+    fn ids(&self, subtree: &Subtree, out: &mut Vec<u32>) {
+        if subtree.is_leaf() {
+            out.extend(subtree.ids());
+        } else {
+            self.children(subtree.reference).iter().for_each(|child| self.ids(child, out));
+        }
+    }
+
+    fn pack(&self, subtree: &Subtree) -> Pack {
+        let mut ids = Vec::with_capacity(LANES);
+        self.ids(subtree, &mut ids);
+        assert!((1..=LANES).contains(&ids.len()), "a leaf of {} triangles", ids.len());
+        let zero = Row([0.0; LANES]);
+        let mut pack = Pack { vertices: [[zero; 3]; 3], ids: [NONE; LANES] };
+        for (lane, &id) in ids.iter().enumerate() {
+            pack.ids[lane] = id;
+            let at = (self.scene.header.triangle_base + id * TRIANGLE_WORDS) as usize;
+            for vertex in 0..3 {
+                for (axis, x) in xyz(self.scene.geometry[at + vertex]).to_array().into_iter().enumerate() {
+                    pack.vertices[vertex][axis].0[lane] = x;
+                }
+            }
+        }
+        pack
+    }
+}
+
+fn node(children: &[Subtree]) -> Node {
+    let nowhere = [Row([f32::INFINITY; LANES]), Row([f32::NEG_INFINITY; LANES])];
+    let mut node = Node { planes: [nowhere; 3], children: [NONE; LANES] };
+    for (slot, child) in children.iter().enumerate() {
+        for axis in 0..3 {
+            node.planes[axis][0].0[slot] = child.lo[axis];
+            node.planes[axis][1].0[slot] = child.hi[axis];
+        }
+    }
+    node
+}

@@ -1,0 +1,124 @@
+//! A BVH of eight children a node for the CPU, with the same hits, bit for bit, as the traversal of the arena.
+//!
+//! It needs no proof of its own: the closest hit is *defined* by [`restir_shared::geometry`], the triangles are tested by
+//! the same operations in the same order, eight at a time, and boxes by the same monotone arithmetic. Ids are those of
+//! the arena, so the tree may be any tree.
+
+mod collapse;
+mod simd;
+mod traverse;
+
+use glam::Vec3;
+use restir_shared::geometry::{Hit, Ray};
+use restir_shared::layout::STACK_DEPTH;
+use restir_shared::scene::{SceneView, Trace};
+use simd::{LANES, Row};
+
+/// What a processor offers for traversal. Every level gives the same bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SimdLevel {
+    /// Whatever the compiler makes of arrays for the target.
+    Portable,
+    /// 256-bit registers, detected when the program runs.
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+}
+
+impl SimdLevel {
+    /// The levels that this processor has, best last.
+    pub fn available() -> Vec<Self> {
+        let mut levels = vec![Self::Portable];
+        #[cfg(target_arch = "x86_64")]
+        if is_x86_feature_detected!("avx2") {
+            levels.push(Self::Avx2);
+        }
+        levels
+    }
+}
+
+/// Marks a child as a pack of triangles; the other bits are its index.
+const PACK: u32 = 1 << 31;
+
+/// Up to eight children. Slots without one have boxes that nothing hits.
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+struct Node {
+    /// For each axis the lower and the upper planes of the children's boxes.
+    planes: [[Row; 2]; 3],
+    /// [`PACK`] and the index of a pack, or the index of a node.
+    children: [u32; LANES],
+}
+
+/// Up to eight triangles. The other lanes hold triangles without an area, which nothing hits.
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+struct Pack {
+    /// Vertices, each by axis.
+    vertices: [[Row; 3]; 3],
+    /// The triangles' ids.
+    ids: [u32; LANES],
+}
+
+/// A BVH of eight children a node over the triangles of a scene.
+#[derive(Debug)]
+pub struct WideBvh {
+    nodes: Vec<Node>,
+    packs: Vec<Pack>,
+    /// As a child of a node.
+    root: u32,
+    bounds: [Vec3; 2],
+    level: SimdLevel,
+}
+
+impl WideBvh {
+    /// Makes a wide tree of the binary one in the arena.
+    ///
+    /// # Panics
+    /// If the arena does not hold a tree as `SceneBuffers::build` makes it.
+    pub fn new(scene: &SceneView<'_>) -> Self {
+        let collapse::Tree { nodes, packs, root, depth } = collapse::collapse(scene);
+        assert!(depth <= STACK_DEPTH, "a wide tree is no deeper than the binary one");
+        let header = &scene.header;
+        Self {
+            nodes,
+            packs,
+            root,
+            bounds: [header.bounds_lo, header.bounds_hi].map(Vec3::from_array),
+            level: *SimdLevel::available().last().unwrap_or(&SimdLevel::Portable),
+        }
+    }
+
+    /// The same tree, traversed at a level out of [`SimdLevel::available`]; a level that this processor lacks is ignored.
+    #[must_use]
+    pub fn with_level(mut self, level: SimdLevel) -> Self {
+        if SimdLevel::available().contains(&level) {
+            self.level = level;
+        }
+        self
+    }
+
+    /// Memory that it takes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.nodes.as_slice()) + size_of_val(self.packs.as_slice())
+    }
+
+    #[inline(always)]
+    fn trace<const ANY: bool>(&self, ray: &Ray) -> Hit {
+        match self.level {
+            SimdLevel::Portable => traverse::traverse::<simd::Portable, ANY>(self, ray),
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: the level is set to what the processor was found to have
+            SimdLevel::Avx2 => unsafe { traverse::traverse_avx2::<ANY>(self, ray) },
+        }
+    }
+}
+
+impl Trace for WideBvh {
+    fn closest(&self, ray: &Ray) -> Hit {
+        self.trace::<false>(ray)
+    }
+
+    fn occluded(&self, ray: &Ray) -> bool {
+        self.trace::<true>(ray).is_hit()
+    }
+}

@@ -1,0 +1,204 @@
+//! `restir bench`, `restir reference` and `restir explain`.
+
+use std::path::Path;
+use std::process::Command;
+
+use restir_host::image::read_exr;
+use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::support::{Outcome, Workplace, assert_done, assert_refused, finish, program, run};
+
+/// Adds those of `defaults` that are not given in `more`, and `more`.
+fn with_defaults(command: &mut Command, defaults: &[[&str; 2]], more: &[&str]) -> Outcome {
+    command.args(defaults.iter().filter(|[name, _]| !more.contains(name)).flatten());
+    finish(command.args(more))
+}
+
+/// A benchmark that takes less than a second, with a cache of its own.
+fn bench(workplace: &Workplace, cache: &TempDir, more: &[&str]) -> Outcome {
+    let mut command = program(["bench", "furnace", "--device", "cpu", "--out", &workplace.output("")]);
+    command.arg("--cache").arg(cache.path());
+    let restarts = [["--spp", "1,2,4"], ["--restarts", "3"], ["--reference-spp", "1024"]];
+    with_defaults(&mut command, &[&restarts[..], &SMALL].concat(), more)
+}
+
+const SMALL: [[&str; 2]; 2] = [["--size", "8x8"], ["--max-depth", "4"]];
+
+fn table(workplace: &Workplace) -> String {
+    std::fs::read_to_string(workplace.output("report.csv")).unwrap()
+}
+
+/// The values of a column, which hold no comma.
+fn column(table: &str, name: &str) -> Vec<String> {
+    let at = table.lines().next().unwrap().split(',').position(|column| column == name).unwrap();
+    table.lines().skip(1).map(|line| line.split(',').nth(at).unwrap().to_owned()).collect()
+}
+
+#[test]
+fn a_benchmark_writes_its_report() {
+    let (workplace, cache) = (Workplace::new(), TempDir::new().unwrap());
+    let outcome = bench(&workplace, &cache, &["--technique", "path", "--technique", "path:roulette=on"]);
+    assert_done(&outcome);
+    assert_eq!(workplace.outputs(), ["furnace.svg", "report.csv", "report.md"]);
+    let report = std::fs::read_to_string(workplace.output("report.md")).unwrap();
+    assert!(outcome.stdout.starts_with(&report), "the report is printed, too");
+    assert!(report.contains("furnace.svg") && report.contains("1024 samples"), "{report}");
+    assert_eq!(table(&workplace).lines().count(), 1 + 2 * 3 * 3);
+    assert_eq!(column(&table(&workplace), "closest_rays")[0].parse(), Ok(4.0));
+    let again = bench(&workplace, &cache, &[]);
+    assert_done(&again);
+    assert_eq!(table(&workplace).lines().count(), 1 + 3 * 3, "the report of before was replaced");
+}
+
+#[test]
+fn what_got_worse_is_flagged() {
+    let (workplace, cache) = (Workplace::new(), TempDir::new().unwrap());
+    assert_done(&bench(&workplace, &cache, &[]));
+    let text = table(&workplace);
+    let old: Vec<String> = text
+        .lines()
+        .enumerate()
+        .map(|(i, line)| {
+            let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+            if i > 0 {
+                // scene technique width height max_depth jitter spp restart seed seconds mse
+                fields[10] = format!("{:e}", fields[10].parse::<f64>().unwrap() / 100.0);
+            }
+            fields.join(",")
+        })
+        .collect();
+    let (same, better) = (workplace.input("same.csv", text.as_bytes()), old.join("\n") + "\n");
+    let better = workplace.input("better.csv", better.as_bytes());
+    let worse = bench(&workplace, &cache, &["--against", &better]);
+    assert_eq!(worse.code, Some(1), "{}", worse.stderr);
+    let last = worse.stderr.lines().last().unwrap();
+    assert!(last.starts_with("error: worse than") && last.contains("furnace path at 1 spp"), "{last}");
+    assert!(worse.stdout.contains("**worse**"));
+    // seeds are fixed, so errors are those of before; times may say what they like
+    let unchanged = bench(&workplace, &cache, &["--against", &same]);
+    assert!(unchanged.stdout.contains("1.000 of"), "{}", unchanged.stdout);
+}
+
+#[test]
+fn a_poor_reference_gives_no_figures() {
+    let (workplace, cache) = (Workplace::new(), TempDir::new().unwrap());
+    let outcome = bench(&workplace, &cache, &["--spp", "64", "--reference-spp", "128"]);
+    assert_done(&outcome);
+    assert!(outcome.stdout.contains("reference too noisy"), "{}", outcome.stdout);
+    assert!(column(&table(&workplace), "mse").iter().all(String::is_empty));
+    assert!(table(&workplace).lines().skip(1).all(|line| line.ends_with("reference too noisy")));
+}
+
+#[test]
+fn benchmarks_that_cannot_be() {
+    let (workplace, cache) = (Workplace::new(), TempDir::new().unwrap());
+    let text = workplace.input("text.csv", b"a,b\n1,2\n");
+    let empty = workplace.input("empty.csv", b"");
+    let refused = |more: &[&str], words: &[&str]| {
+        assert_refused(&bench(&workplace, &cache, more), words);
+        assert_eq!(workplace.outputs(), [""; 0]);
+    };
+    refused(&["teapot"], &["teapot", "cornell"]);
+    refused(&["furnace"], &["furnace", "twice"]);
+    refused(&["--restarts", "0"], &["0 restarts", "2 to"]);
+    refused(&["--spp", "1,0"], &["--spp", "at least 1"]);
+    refused(&["--spp", "1,x"], &["--spp", "natural number"]);
+    refused(&["--reference-spp", "0"], &["--reference-spp"]);
+    refused(&["--against", "missing.csv"], &["cannot read", "missing.csv"]);
+    refused(&["--against", &text], &["cannot read", "text.csv", "line 2", "scene", "report.csv"]);
+    refused(&["--against", &empty], &["empty.csv", "no rows"]);
+    refused(&["--technique", "pth"], &["pth", "path"]);
+    refused(&["--technique", "path:jitter=on"], &["--jitter"]);
+    refused(&["--technique", "path", "--technique", "path"], &["path", "twice"]);
+    refused(&["--max-depth", "0"], &["depth"]);
+    refused(&["--size", "0x8"], &["image"]);
+    assert_refused(&run(["bench"]), &[]);
+    let file = workplace.input("file", b"");
+    let mut command = program(["bench", "furnace", "--device", "cpu", "--size", "8x8", "--out", &file]);
+    assert_refused(&finish(command.arg("--cache").arg(cache.path())), &["cannot write", "--out"]);
+}
+
+fn reference(cache: &Path, more: &[&str]) -> Outcome {
+    let mut command = program(["reference", "furnace", "--device", "cpu", "--cache"]);
+    with_defaults(command.arg(cache), &[&[["--spp", "512"]], &SMALL[..]].concat(), more)
+}
+
+#[test]
+fn a_reference_is_written_with_its_error_and_kept() {
+    let (workplace, cache) = (Workplace::new(), TempDir::new().unwrap());
+    let (output, error) = (workplace.output("r.exr"), workplace.output("e.exr"));
+    let made = reference(cache.path(), &["-o", &output, "--error", &error]);
+    assert_done(&made);
+    let mean = |path: &str| {
+        let image = read_exr(Path::new(path)).unwrap();
+        assert_eq!((image.width, image.height), (8, 8));
+        let values = image.pixels.as_flattened();
+        values.iter().map(|&x| f64::from(x)).sum::<f64>() / values.len() as f64
+    };
+    assert!((mean(&output) - 1.875).abs() < 0.02 && mean(&error) > 0.0 && mean(&error) < 0.1);
+    let kept = reference(cache.path(), &[]);
+    assert_eq!(kept.stdout, made.stdout, "nothing was rendered anew");
+    let more = reference(cache.path(), &["--spp", "640"]);
+    assert!(more.stdout.contains("640 per pixel"), "{}", more.stdout);
+}
+
+#[test]
+fn references_that_cannot_be() {
+    let (workplace, cache) = (Workplace::new(), TempDir::new().unwrap());
+    let refused = |more: &[&str], words: &[&str]| assert_refused(&reference(cache.path(), more), words);
+    refused(&["--spp", "0"], &["0 samples"]);
+    refused(&["--max-depth", "0"], &["depth"]);
+    refused(&["-o", &workplace.output("missing/r.exr")], &["cannot write", "missing"]);
+    let file = workplace.input("file", b"");
+    assert_refused(&reference(Path::new(&file), &[]), &["cannot write", "--cache"]);
+    assert_refused(&run(["reference", "teapot"]), &["teapot"]);
+}
+
+#[test]
+fn an_explained_sample_is_the_pixel_of_a_render() {
+    let workplace = Workplace::new();
+    let output = workplace.output("image.exr");
+    let common = ["--size", "16x12", "--seed", "7", "--jitter", "--device", "cpu"];
+    assert_done(&run(["render", "cornell", "-o", &output, "--spp", "1"].iter().chain(&common)));
+    let image = read_exr(Path::new(&output)).unwrap();
+    for (x, y) in [(0, 0), (7, 1), (8, 6), (15, 11)] {
+        let pixel = format!("{x},{y}");
+        let arguments = ["explain", "cornell", "--pixel", &pixel, "--json"];
+        let outcome = run(arguments.iter().chain(&common));
+        assert_done(&outcome);
+        let object: Value = serde_json::from_str(&outcome.stdout).unwrap();
+        let radiance: Vec<f32> =
+            object["radiance"].as_array().unwrap().iter().map(|value| value.as_f64().unwrap() as f32).collect();
+        let expected = image.pixels[y * 16 + x];
+        assert_eq!(radiance.iter().map(|x| x.to_bits()).collect::<Vec<_>>(), expected.map(f32::to_bits));
+        assert_eq!((&object["film_identical"], &object["sum_identical"]), (&Value::Bool(true), &Value::Bool(true)));
+        // the corners look past the box
+        let hits = object["vertices"].as_array().unwrap().len();
+        assert!(hits > 0 || (expected == [0.0; 3] && !object["miss"].is_null()), "{object}");
+    }
+}
+
+#[test]
+fn an_explanation_can_be_read() {
+    let outcome = run(["explain", "furnace", "--pixel", "3,4", "--sample", "5", "--size", "8x8", "--device", "cpu"]);
+    assert_done(&outcome);
+    for word in ["pixel (3, 4), sample 5", "8. along", "walls", "emits", "light from triangle", "per steradian"] {
+        assert!(outcome.stdout.contains(word), "{word} is not in:\n{}", outcome.stdout);
+    }
+    assert_eq!(outcome.stdout.matches("the same bits").count(), 2, "{}", outcome.stdout);
+}
+
+#[test]
+fn explanations_that_cannot_be() {
+    let refused = |more: &[&str], words: &[&str]| {
+        let common = ["explain", "furnace", "--size", "8x8", "--device", "cpu"];
+        assert_refused(&run(common.iter().chain(more)), words);
+    };
+    refused(&["--pixel", "8,0"], &["(8, 0)", "8 x 8"]);
+    refused(&["--pixel", "-1,0"], &["--pixel", "natural number"]);
+    refused(&["--pixel", "1"], &["--pixel", "X,Y"]);
+    refused(&[], &["--pixel"]);
+    refused(&["--pixel", "1,1", "--set", "rolette=on"], &["roulette"]);
+    refused(&["--pixel", "1,1", "--sample", "x"], &["--sample"]);
+}

@@ -1,0 +1,28 @@
+//! Offsets of a compaction, one level of them.
+
+use restir_shared::compact::{self, ScanParams};
+
+kernel! {
+    /// The sum of all values before an element, by those of its block and the block's own offset.
+    pub fn compact_scan(64, 1) {
+        constants {}
+        params 0: ScanParams,
+        read { 1: values: u32, 2: parents: u32 },
+        own { 3: offsets: u32 },
+    }
+    |x, y, at, p| offsets[at] = compact::scan(&p, values, parents, y * p.width + x)
+}
+
+#[cfg(not(target_arch = "spirv"))]
+fn cases(_: &dyn crate::CaseScenes) -> Vec<crate::Case> {
+    // one more offset than values; the last invocations of the second case only fill the grid
+    [(1_u32, [2, 1]), (1000, [101, 10]), (4096, [4097, 1])]
+        .map(|(count, [width, height])| {
+            crate::Case::new(format!("{count} values"), width, height)
+                .with(&[ScanParams { width, height, count, reserved: 0 }])
+                .with(&crate::probe::random_words(count, 3))
+                .with(&crate::probe::random_words(count / compact::BLOCK + 1, 4))
+                .output()
+        })
+        .into()
+}

@@ -1,0 +1,74 @@
+//! What a material is at a point.
+
+use super::{DELTA_BELOW, NARROW_BELOW};
+use crate::layout::{FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_GLOSSY, FEATURE_TRANSMISSION};
+use crate::num;
+use glam::Vec3;
+
+/// Parameters at a point, after textures: glTF's metallic-roughness model and its extensions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Material {
+    /// Linear RGB in [0, 1]: reflectance of metal and of the diffuse part, tint of what is transmitted.
+    pub base_color: Vec3,
+    /// Share of metal, in [0, 1].
+    pub metallic: f32,
+    /// Perceptual roughness in [0, 1]; GGX's alpha is its square.
+    pub roughness: f32,
+    /// Index of refraction in [1, [`super::IOR_MAX`]]; 1 for a surface without specular reflection, unless metallic.
+    pub ior: f32,
+    /// Share of what is not metal that transmits specularly, in [0, 1].
+    pub transmission: f32,
+    /// Share of the diffuse part that is transmitted, in [0, 1].
+    pub diffuse_transmission: f32,
+    /// Linear RGB in [0, 1].
+    pub diffuse_transmission_color: Vec3,
+    /// The surface is a sheet: what is transmitted keeps its direction.
+    pub thin: bool,
+}
+
+impl Material {
+    /// Lambertian reflection.
+    #[inline(always)]
+    pub fn diffuse(reflectance: Vec3) -> Self {
+        Self {
+            base_color: reflectance,
+            metallic: 0.0,
+            roughness: 1.0,
+            ior: 1.0,
+            transmission: 0.0,
+            diffuse_transmission: 0.0,
+            diffuse_transmission_color: Vec3::ZERO,
+            thin: false,
+        }
+    }
+
+    /// The feature bits that this material needs. A textured material needs those of all its points: the sum of the
+    /// bits at the extremes of its parameters.
+    pub fn features(&self) -> u32 {
+        let dielectric = 1.0 - self.metallic;
+        let transmits = dielectric * self.transmission > 0.0;
+        let specular = (self.metallic > 0.0) | transmits | ((dielectric > 0.0) & (self.ior > 1.0));
+        let delta = self.roughness < DELTA_BELOW;
+        let narrow = transmits & self.is_narrow();
+        let mut features = 0;
+        if specular & !delta {
+            features |= FEATURE_GLOSSY;
+        }
+        if specular & (delta | narrow) {
+            features |= FEATURE_DELTA;
+        }
+        if transmits {
+            features |= FEATURE_TRANSMISSION;
+        }
+        if dielectric * (1.0 - self.transmission) * self.diffuse_transmission > 0.0 {
+            features |= FEATURE_DIFFUSE_TRANSMISSION;
+        }
+        features
+    }
+
+    /// Whether refraction makes the transmitted lobe too narrow to be resolved.
+    #[inline(always)]
+    pub(super) fn is_narrow(&self) -> bool {
+        !self.thin & (self.roughness * self.roughness * num::abs(self.ior - 1.0) < NARROW_BELOW)
+    }
+}

@@ -1,0 +1,571 @@
+//! The mixture of lobes that a material is for one direction to the viewer.
+
+use super::fresnel::Fresnel;
+use super::{
+    COS_MIN, DELTA_BELOW, DELTA_MARKER, DIFFUSE_REFLECTION, DIFFUSE_TRANSMISSION, DIFFUSE_TRANSMISSION_MARKER,
+    Dielectric, GLOSSY_MARKER, Ggx, Material, SPECULAR_REFLECTION, SPECULAR_TRANSMISSION, TRANSMISSION_MARKER,
+    schlick_weight,
+};
+use crate::layout::{FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_GLOSSY, FEATURE_TRANSMISSION};
+use crate::num::{self, eft, mul_wide};
+use crate::rng;
+use crate::sampling::{cosine_hemisphere_pdf, invert_cosine_hemisphere, sample_cosine_hemisphere};
+use crate::vec::{dot, luminance};
+use glam::{UVec4, Vec2, Vec3};
+
+/// A lobe that contributes is chosen at least this often, however small its estimate is.
+const LEAST_SHARE: f32 = 1.0 / 1024.0;
+/// Adding and subtracting it leaves a multiple of 2^-20.
+const ROUNDER: f32 = 8.0;
+/// Random numbers are multiples of 1 / CELLS.
+const CELLS: f32 = 16_777_216.0;
+const LAST_CELL: f32 = 16_777_215.0;
+
+/// Value and density for a pair of directions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Evaluation {
+    /// `f |cos_i|`, linear RGB.
+    pub value: Vec3,
+    /// Density per steradian with which [`Bsdf::sample`] gives this direction.
+    pub pdf: f32,
+}
+
+/// A direction drawn from a [`Bsdf`]. Weight and density are zero if the light is absorbed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BsdfSample {
+    /// Unit direction.
+    pub direction: Vec3,
+    /// `f |cos_i| / pdf`, of the whole mixture; of a delta lobe its energy over its selection probability.
+    pub weight: Vec3,
+    /// Density of the mixture per steradian; of a delta lobe its selection probability.
+    pub pdf: f32,
+    /// The lobe that gave the direction.
+    pub lobe: u32,
+    /// Whether that lobe is a delta.
+    pub delta: bool,
+}
+
+/// How a lobe spreads light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Kind {
+    /// Into the whole hemisphere.
+    Diffuse,
+    /// Around the directions of reflection or refraction.
+    Specular,
+    /// Into one direction.
+    Delta,
+}
+
+/// A material, prepared for one direction to the viewer.
+#[derive(Clone, Copy)]
+pub struct Bsdf {
+    features: u32,
+    wo: Vec3,
+    /// Colours of the diffuse lobes.
+    reflected: Vec3,
+    transmitted: Vec3,
+    /// Schlick's reflectance of the diffuse part's coat is `coat_f0 + (coat_f90 - coat_f0) schlick_weight`.
+    coat_f0: f32,
+    coat_f90: f32,
+    /// `1 - Fs(cos_o)`.
+    entering: f32,
+    /// Schlick's reflectance of metal and coat together.
+    f0: Vec3,
+    f90: f32,
+    /// T and T times the tint.
+    transmission: f32,
+    tint: Vec3,
+    interface: Dielectric,
+    index: f32,
+    /// Index of the other side over that of the viewer's, and its reciprocal.
+    relative: f32,
+    inv_relative: f32,
+    /// `wo` is on the side of the lower index of a transmitting interface, which is not thin.
+    front: bool,
+    thin: bool,
+    ggx: Ggx,
+    roughness: f32,
+    perfect_reflection: bool,
+    perfect_transmission: bool,
+    /// Selection: diffuse reflection below the first, diffuse transmission below the second, specular above; multiples
+    /// of 2^-20, so that probabilities are what sampling makes of them.
+    diffuse_reflection_end: f32,
+    diffuse_end: f32,
+    /// Within the specular lobes, reflection has probability `opaque + clear F`.
+    opaque: f32,
+    clear: f32,
+    /// What stands for F if the choice comes before the normal, because only transmission is perfect.
+    early_fresnel: f32,
+}
+
+const NOTHING: Evaluation = Evaluation { value: Vec3::ZERO, pdf: 0.0 };
+
+impl Bsdf {
+    /// `wo` is a unit vector with z > 0, and `front` says whether it is on the outside of the surface. Of `features`
+    /// (see [`crate::layout`]) those of [`Material::features`] must be set; others only add code.
+    #[inline(always)]
+    pub fn new(material: &Material, wo: Vec3, front: bool, features: u32) -> Self {
+        let has = |feature: u32| features & feature != 0;
+        let has_specular = has(FEATURE_GLOSSY | FEATURE_DELTA);
+        let has_transmission = has(FEATURE_TRANSMISSION);
+        let has_diffuse_transmission = has(FEATURE_DIFFUSE_TRANSMISSION);
+        let base = material.base_color;
+
+        let metallic = if has_specular { material.metallic } else { 0.0 };
+        let dielectric = if has_specular { 1.0 - metallic } else { 1.0 };
+        let transmission = if has_transmission { dielectric * material.transmission } else { 0.0 };
+        let opaque = if has_transmission { dielectric * (1.0 - material.transmission) } else { dielectric };
+        let through = if has_diffuse_transmission & (material.diffuse_transmission > DIFFUSE_TRANSMISSION_MARKER) {
+            material.diffuse_transmission
+        } else {
+            0.0
+        };
+        let reflected = if has_diffuse_transmission { base * (opaque * (1.0 - through)) } else { base * opaque };
+        let transmitted = if has_diffuse_transmission {
+            material.diffuse_transmission_color * (opaque * through)
+        } else {
+            Vec3::ZERO
+        };
+
+        let index = material.ior;
+        let coated = has_specular & (index > 1.0);
+        let (inv_index, ratio) = if has_specular {
+            let both = num::recip(index * (index + 1.0));
+            (both * (index + 1.0), (index - 1.0) * (both * index))
+        } else {
+            (1.0, 0.0)
+        };
+        let coat_f0 = ratio * ratio;
+        let coat_f90 = if coated { 1.0 } else { 0.0 };
+        let schlick_o = if has_specular { schlick_weight(wo.z) } else { 0.0 };
+        let coat = coat_f0 + (coat_f90 - coat_f0) * schlick_o;
+        let f0 = if has_specular { base * metallic + Vec3::splat(opaque * coat_f0) } else { Vec3::ZERO };
+        let f90 = if has_specular { metallic + opaque * coat_f90 } else { 0.0 };
+
+        let front = front | material.thin;
+        let contrast = (index - 1.0) * (index + 1.0);
+        let interface = if front {
+            Dielectric { index_squared: index * index, contrast }
+        } else {
+            let squared = inv_index * inv_index;
+            Dielectric { index_squared: squared, contrast: -contrast * squared }
+        };
+        let perfect_reflection = if has(FEATURE_GLOSSY) {
+            has(FEATURE_DELTA) & (material.roughness < DELTA_BELOW)
+        } else {
+            has(FEATURE_DELTA)
+        };
+        let perfect_transmission = perfect_reflection | (has(FEATURE_DELTA) & has_transmission & material.is_narrow());
+        let alpha = num::max(material.roughness * material.roughness, GLOSSY_MARKER);
+
+        let mut bsdf = Self {
+            features,
+            wo,
+            reflected,
+            transmitted,
+            coat_f0,
+            coat_f90,
+            entering: if has_specular { 1.0 - coat } else { 1.0 },
+            f0,
+            f90,
+            transmission,
+            tint: base * transmission,
+            interface,
+            index,
+            relative: if front { index } else { inv_index },
+            inv_relative: if front { inv_index } else { index },
+            front,
+            thin: material.thin,
+            ggx: Ggx::new(alpha, wo),
+            roughness: material.roughness,
+            perfect_reflection,
+            perfect_transmission,
+            diffuse_reflection_end: 1.0,
+            diffuse_end: 1.0,
+            opaque: 1.0,
+            clear: 0.0,
+            early_fresnel: if interface.contrast + wo.z * wo.z < TRANSMISSION_MARKER { 1.0 } else { coat },
+        };
+        bsdf.select_lobes(luminance(base), schlick_o, coat);
+        bsdf
+    }
+
+    /// Selection probabilities, in proportion to estimates of what each lobe sends to the viewer.
+    #[inline(always)]
+    fn select_lobes(&mut self, tint: f32, schlick_o: f32, coat: f32) {
+        if !self.has(FEATURE_GLOSSY | FEATURE_DELTA | FEATURE_DIFFUSE_TRANSMISSION) {
+            return;
+        }
+        let reflection = luminance(self.reflected) * self.entering;
+        let through =
+            if self.has(FEATURE_DIFFUSE_TRANSMISSION) { luminance(self.transmitted) * self.entering } else { 0.0 };
+        let f0 = luminance(self.f0);
+        let mirror = f0 + (self.f90 - f0) * schlick_o;
+        let clear = self.transmission * (coat + (1.0 - coat) * tint);
+        let least = ((reflection + through) + (mirror + clear)) * LEAST_SHARE;
+        let at_least = |estimate: f32, present: bool| if present { estimate + least } else { 0.0 };
+        let reflection = at_least(reflection, reflection > 0.0);
+        let through = at_least(through, through > 0.0);
+        let mirror = at_least(mirror, self.f90 > 0.0);
+        let clear = at_least(clear, self.transmission > 0.0);
+        let specular = mirror + clear;
+        let total = (reflection + through) + specular;
+        if total > num::FLUSH_BELOW {
+            let inv_total = num::recip(total);
+            // from above, so that an absent diffuse reflection has probability zero
+            let through = round(through * inv_total);
+            let specular = round(specular * inv_total);
+            self.diffuse_end = 1.0 - specular;
+            self.diffuse_reflection_end = self.diffuse_end - through;
+            if self.has(FEATURE_TRANSMISSION) & (clear > 0.0) {
+                self.clear = num::div(clear, mirror + clear);
+                self.opaque = 1.0 - self.clear;
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn has(&self, features: u32) -> bool {
+        self.features & features != 0
+    }
+
+    /// Value and density of all lobes but deltas, for light from any direction.
+    #[inline(always)]
+    pub fn evaluate(&self, wi: Vec3) -> Evaluation {
+        let (diffuse, specular) = self.parts(wi);
+        Evaluation { value: flush(diffuse.value + specular.value), pdf: diffuse.pdf + specular.pdf }
+    }
+
+    /// Value and density of one lobe, its selection probability included; of a delta nothing.
+    #[inline(always)]
+    pub fn evaluate_lobe(&self, lobe: u32, wi: Vec3) -> Evaluation {
+        let (diffuse, specular) = self.parts(wi);
+        let part = if is_specular(lobe) { specular } else { diffuse };
+        if is_transmission(lobe) == (wi.z < 0.0) { part } else { NOTHING }
+    }
+
+    /// The probability with which the lobe, of the specular lobes either, is selected: densities over it are those
+    /// given the selection.
+    #[inline(always)]
+    pub fn selection(&self, lobe: u32) -> f32 {
+        if is_specular(lobe) {
+            1.0 - self.diffuse_end
+        } else if lobe == DIFFUSE_TRANSMISSION {
+            self.diffuse_end - self.diffuse_reflection_end
+        } else {
+            self.diffuse_reflection_end
+        }
+    }
+
+    /// The diffuse and the specular lobe on the side of `wi`.
+    #[inline(always)]
+    fn parts(&self, wi: Vec3) -> (Evaluation, Evaluation) {
+        let cos = num::abs(wi.z);
+        if (self.wo.z < COS_MIN) | (cos < COS_MIN) {
+            return (NOTHING, NOTHING);
+        }
+        let specular = if self.has(FEATURE_GLOSSY) { self.specular(wi) } else { NOTHING };
+        (self.diffuse(wi), specular)
+    }
+
+    #[inline(always)]
+    fn diffuse(&self, wi: Vec3) -> Evaluation {
+        let cos = num::abs(wi.z);
+        let pdf = cosine_hemisphere_pdf(cos);
+        let below = wi.z < 0.0;
+        let color = if below { self.transmitted } else { self.reflected };
+        let share = self.selection(if below { DIFFUSE_TRANSMISSION } else { DIFFUSE_REFLECTION });
+        Evaluation { value: color * (self.coupling(cos) * pdf), pdf: share * pdf }
+    }
+
+    /// What enters and leaves through the coat.
+    #[inline(always)]
+    fn coupling(&self, cos_i: f32) -> f32 {
+        if !self.has(FEATURE_GLOSSY | FEATURE_DELTA) {
+            return 1.0;
+        }
+        let coat = self.coat_f0 + (self.coat_f90 - self.coat_f0) * schlick_weight(cos_i);
+        self.entering * (1.0 - coat)
+    }
+
+    /// The rough specular lobe on the side of `wi`.
+    #[inline(always)]
+    fn specular(&self, wi: Vec3) -> Evaluation {
+        let below = wi.z < 0.0;
+        let bends = below & !self.thin;
+        let n = self.normal(wi);
+        let (on, in_) = (dot(self.wo, n), dot(wi, n));
+        let perfect = if below { self.perfect_transmission } else { self.perfect_reflection };
+        let absent = below & !self.has(FEATURE_TRANSMISSION);
+        let impossible = (n.z <= 0.0) | (bends & ((on <= 0.0) | (in_ >= 0.0)));
+        if perfect | absent | impossible {
+            return NOTHING;
+        }
+        let facet = self.ggx.facet(wi, n);
+        let inv_length = num::rsqrt(facet.length_squared);
+        let cos = if bends { on * inv_length } else { 0.5 * (facet.length_squared * inv_length) };
+        let cos_t = -(in_ * inv_length);
+        let fresnel =
+            if bends { self.interface.fresnel_between(cos, self.relative * cos_t) } else { self.fresnel(cos) };
+        // the change of variables from normals to directions, times (o.n) and 2: the cosines cancel in reflection
+        let (density, scale_value, scale_pdf) = if bends {
+            let squared = self.index * self.index;
+            let jacobian = 2.0 * cos * cos_t * facet.density;
+            if self.front { (jacobian, 1.0, squared) } else { (jacobian, squared, 1.0) }
+        } else {
+            (0.5 * facet.density * facet.length_squared, 1.0, 1.0)
+        };
+        let color = if below { self.tint * fresnel.transmitted } else { self.reflectance(cos, &fresnel) };
+        let choice = if below { self.choose_transmission(&fresnel) } else { self.choose_reflection(&fresnel) };
+        Evaluation {
+            value: color * (density * facet.masking * scale_value),
+            pdf: density * facet.visible * scale_pdf * (choice * self.selection(SPECULAR_REFLECTION)),
+        }
+    }
+
+    /// The normal that takes light from `wi` to `wo`, of any length and pointing up if there is one.
+    ///
+    /// For refraction it is `-+(n_o wo + n_i wi)`, with the rounding error of the product added back: the sum may be
+    /// small and its tangential part is then smaller still.
+    #[inline(always)]
+    fn normal(&self, wi: Vec3) -> Vec3 {
+        let mirrored = self.wo + Vec3::new(wi.x, wi.y, num::abs(wi.z));
+        if !self.has(FEATURE_TRANSMISSION) | self.thin | (wi.z >= 0.0) {
+            return mirrored;
+        }
+        let (dense, thin) = if self.front { (-wi, -self.wo) } else { (self.wo, wi) };
+        Vec3::new(
+            self.scale_and_add(dense.x, thin.x),
+            self.scale_and_add(dense.y, thin.y),
+            self.scale_and_add(dense.z, thin.z),
+        )
+    }
+
+    /// `index a + b`, rounded once but for an ulp.
+    #[inline(always)]
+    fn scale_and_add(&self, a: f32, b: f32) -> f32 {
+        let (product, product_error) = eft::two_prod(self.index, a);
+        let (sum, sum_error) = eft::two_sum(product, b);
+        sum + (sum_error + product_error)
+    }
+
+    #[inline(always)]
+    fn fresnel(&self, cos: f32) -> Fresnel {
+        if self.has(FEATURE_TRANSMISSION) {
+            self.interface.fresnel(cos)
+        } else {
+            Fresnel { reflected: 0.0, transmitted: 0.0, bent: 0.0, shift: 0.0 }
+        }
+    }
+
+    /// Fresnel reflectance of all parts at the angle between `wo` and a normal.
+    #[inline(always)]
+    fn reflectance(&self, cos: f32, fresnel: &Fresnel) -> Vec3 {
+        let opaque = self.f0 + (Vec3::splat(self.f90) - self.f0) * schlick_weight(cos);
+        if self.has(FEATURE_TRANSMISSION) {
+            opaque + Vec3::splat(self.transmission * fresnel.reflected)
+        } else {
+            opaque
+        }
+    }
+
+    /// Only transmission is perfect: the choice is made before a normal is drawn.
+    #[inline(always)]
+    fn chooses_early(&self) -> bool {
+        self.has(FEATURE_TRANSMISSION) & self.perfect_transmission & !self.perfect_reflection
+    }
+
+    /// The probability of reflection among the specular lobes.
+    #[inline(always)]
+    fn choose_reflection(&self, fresnel: &Fresnel) -> f32 {
+        let f = if self.chooses_early() { self.early_fresnel } else { fresnel.reflected };
+        self.opaque + self.clear * f
+    }
+
+    /// One less [`Self::choose_reflection`].
+    #[inline(always)]
+    fn choose_transmission(&self, fresnel: &Fresnel) -> f32 {
+        self.clear * if self.chooses_early() { 1.0 - self.early_fresnel } else { fresnel.transmitted }
+    }
+
+    /// Draws a direction. `words.xy` give the direction, `z` chooses the lobe, `w` reflection or refraction.
+    #[inline(always)]
+    pub fn sample(&self, words: UVec4) -> BsdfSample {
+        let u = Vec2::new(rng::unit(words.x), rng::unit(words.y));
+        let selector = rng::unit(words.z);
+        let (direction, lobe, delta) = if selector < self.diffuse_end {
+            self.sample_diffuse(u, selector < self.diffuse_reflection_end)
+        } else {
+            self.sample_specular(u, rng::unit(words.w))
+        };
+        if delta {
+            return self.delta_sample(direction, lobe);
+        }
+        let Evaluation { value, pdf } = self.evaluate(direction);
+        // a facet may send light to the wrong side, where it would meet another one: it counts as absorbed
+        let pdf = if is_transmission(lobe) == (direction.z < 0.0) { pdf } else { 0.0 };
+        let weight = if pdf <= 0.0 {
+            Vec3::ZERO
+        } else if self.diffuse_reflection_end == 1.0 {
+            self.reflected * self.coupling(direction.z)
+        } else {
+            value * num::recip(pdf)
+        };
+        BsdfSample { direction, weight: flush(weight), pdf, lobe, delta }
+    }
+
+    #[inline(always)]
+    fn sample_diffuse(&self, u: Vec2, reflect: bool) -> (Vec3, u32, bool) {
+        let w = sample_cosine_hemisphere(u);
+        if reflect | !self.has(FEATURE_DIFFUSE_TRANSMISSION) {
+            (w, DIFFUSE_REFLECTION, false)
+        } else {
+            (Vec3::new(w.x, w.y, -w.z), DIFFUSE_TRANSMISSION, false)
+        }
+    }
+
+    #[inline(always)]
+    fn sample_specular(&self, u: Vec2, choice: f32) -> (Vec3, u32, bool) {
+        if !self.has(FEATURE_GLOSSY | FEATURE_DELTA) {
+            return (self.wo, SPECULAR_REFLECTION, false);
+        }
+        let early = self.chooses_early() & (choice >= self.opaque + self.clear * self.early_fresnel);
+        let perfect = self.perfect_reflection | early;
+        let rough = self.has(FEATURE_GLOSSY) & !perfect;
+        let n = if rough { self.ggx.sample_normal(u) } else { Vec3::Z };
+        let cos = if rough { num::max(dot(self.wo, n), COS_MIN) } else { self.wo.z };
+        let fresnel = self.fresnel(cos);
+        let reflect = !self.has(FEATURE_TRANSMISSION) | (choice < self.choose_reflection(&fresnel));
+        let mirrored = if rough { n * (2.0 * cos) - self.wo } else { Vec3::new(-self.wo.x, -self.wo.y, self.wo.z) };
+        if reflect {
+            return (mirrored, SPECULAR_REFLECTION, perfect);
+        }
+        let direction = if self.thin {
+            Vec3::new(mirrored.x, mirrored.y, -mirrored.z)
+        } else if rough {
+            (n * fresnel.shift - self.wo) * self.inv_relative
+        } else {
+            Vec3::new(-self.wo.x, -self.wo.y, -fresnel.bent) * self.inv_relative
+        };
+        (direction, SPECULAR_TRANSMISSION, perfect)
+    }
+
+    /// The energy of a delta lobe over its selection probability.
+    #[inline(always)]
+    fn delta_sample(&self, direction: Vec3, lobe: u32) -> BsdfSample {
+        let fresnel = self.fresnel(self.wo.z);
+        let reflects = lobe == SPECULAR_REFLECTION;
+        let scale = if self.thin { 1.0 } else { self.inv_relative * self.inv_relative };
+        let energy =
+            if reflects { self.reflectance(self.wo.z, &fresnel) } else { self.tint * (fresnel.transmitted * scale) };
+        let choice = if reflects { self.choose_reflection(&fresnel) } else { self.choose_transmission(&fresnel) };
+        let pdf = choice * self.selection(lobe);
+        let visible = (pdf > DELTA_MARKER) & (num::abs(direction.z) >= COS_MIN);
+        let pdf = if visible { pdf } else { 0.0 };
+        let weight = if visible { flush(energy * num::recip(pdf)) } else { Vec3::ZERO };
+        BsdfSample { direction, weight, pdf, lobe, delta: true }
+    }
+
+    /// Random words of which [`Self::sample`] makes this lobe and direction, up to rounding; what they leave free comes
+    /// from `gamma`. The lobe must have a positive density there; for a delta the direction does not matter.
+    #[inline(always)]
+    pub fn invert(&self, lobe: u32, wi: Vec3, gamma: UVec4) -> UVec4 {
+        let transmits = is_transmission(lobe);
+        if !is_specular(lobe) {
+            let u = invert_cosine_hemisphere(Vec3::new(wi.x, wi.y, num::abs(wi.z)));
+            let z = if transmits {
+                within(self.diffuse_reflection_end, self.diffuse_end, gamma.z)
+            } else {
+                within(0.0, self.diffuse_reflection_end, gamma.z)
+            };
+            return UVec4::new(word(u.x, gamma.x), word(u.y, gamma.y), z, gamma.w);
+        }
+        let perfect = if transmits { self.perfect_transmission } else { self.perfect_reflection };
+        let n = self.normal(wi);
+        let cos = if perfect { self.wo.z } else { num::max(dot(self.wo, n) * num::rsqrt(dot(n, n)), COS_MIN) };
+        let reflection = self.choose_reflection(&self.fresnel(cos));
+        let w = if transmits { within(reflection, 1.0, gamma.w) } else { within(0.0, reflection, gamma.w) };
+        let z = within(self.diffuse_end, 1.0, gamma.z);
+        if perfect {
+            return UVec4::new(gamma.x, gamma.y, z, w);
+        }
+        let u = self.ggx.invert_normal(n, rng::unit(gamma.y));
+        UVec4::new(word(u.x, gamma.x), word(u.y, gamma.y), z, w)
+    }
+
+    /// Perceptual roughness: 1 of a diffuse lobe, 0 of a delta.
+    #[inline(always)]
+    pub fn roughness(&self, lobe: u32) -> f32 {
+        match self.kind(lobe) {
+            Kind::Diffuse => 1.0,
+            Kind::Specular => self.roughness,
+            Kind::Delta => 0.0,
+        }
+    }
+
+    /// How the lobe spreads light.
+    #[inline(always)]
+    pub fn kind(&self, lobe: u32) -> Kind {
+        let perfect = if is_transmission(lobe) { self.perfect_transmission } else { self.perfect_reflection };
+        if !is_specular(lobe) {
+            Kind::Diffuse
+        } else if perfect {
+            Kind::Delta
+        } else {
+            Kind::Specular
+        }
+    }
+
+    /// Whether any lobe can be evaluated: without one, light that is sampled elsewhere contributes nothing.
+    #[inline(always)]
+    pub fn has_smooth_part(&self) -> bool {
+        (self.diffuse_end > 0.0) | !self.perfect_reflection
+    }
+}
+
+/// Whether the lobe lies on the other side of the surface.
+#[inline(always)]
+pub fn is_transmission(lobe: u32) -> bool {
+    lobe & 1 != 0
+}
+
+/// Whether the lobe is a specular one.
+#[inline(always)]
+pub fn is_specular(lobe: u32) -> bool {
+    lobe & 2 != 0
+}
+
+/// `p` in [0, 1], rounded to a multiple of 2^-20.
+#[inline(always)]
+fn round(p: f32) -> f32 {
+    (p + ROUNDER) - ROUNDER
+}
+
+/// The word whose number is nearest to `u`, below 1.
+#[inline(always)]
+fn word(u: f32, free: u32) -> u32 {
+    (num::clamp(u * CELLS + 0.5, 0.0, LAST_CELL) as u32) << 8 | (free & 0xff)
+}
+
+/// A word whose number is uniform in [lo, hi).
+#[inline(always)]
+fn within(lo: f32, hi: f32, free: u32) -> u32 {
+    let first = cells_below(lo);
+    let (cell, rest) = mul_wide(free, cells_below(hi).wrapping_sub(first));
+    first.wrapping_add(cell) << 8 | (rest >> 24)
+}
+
+/// How many random numbers are below `p`.
+#[inline(always)]
+fn cells_below(p: f32) -> u32 {
+    let scaled = num::clamp(p, 0.0, 1.0) * CELLS;
+    let cell = scaled as u32;
+    if (cell as f32) < scaled { cell.wrapping_add(1) } else { cell }
+}
+
+/// Named point of flushing: magnitudes below 2^-100 are zero.
+#[inline(always)]
+fn flush(v: Vec3) -> Vec3 {
+    Vec3::new(num::flush(v.x), num::flush(v.y), num::flush(v.z))
+}

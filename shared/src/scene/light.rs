@@ -1,0 +1,110 @@
+//! Lights over the arenas.
+
+use super::{EnvironmentPoint, LightKind, LightSample, Lights, SceneView, xyz};
+use crate::geometry::Hit;
+use crate::layout::{
+    ALIAS_WORDS, FEATURE_EMISSIVE, FEATURE_ENVIRONMENT, FEATURE_LIGHT_TABLE, FEATURE_PUNCTUAL, LIGHT_ENVIRONMENT,
+    LIGHT_PUNCTUAL, LIGHT_TRIANGLE, LIGHT_WORDS, NONE, PUNCTUAL_DIRECTIONAL, PUNCTUAL_WORDS,
+};
+use crate::rng;
+use crate::sampling::{sample_alias, sample_triangle};
+use glam::{UVec4, Vec2, Vec3};
+
+/// A light record.
+struct Light {
+    /// Triangle, or index among the punctual lights.
+    index: u32,
+    density: f32,
+    kind: u32,
+}
+
+impl SceneView<'_> {
+    #[inline(always)]
+    fn light(&self, index: u32) -> Light {
+        let word = self.attribute(self.header.light_base + index * LIGHT_WORDS);
+        Light { index: word.x, density: f32::from_bits(word.y), kind: word.z }
+    }
+
+    #[inline(always)]
+    fn choose_light(&self, words: [u32; 2]) -> u32 {
+        sample_alias(words, self.header.light_count, |i| {
+            if self.has(FEATURE_LIGHT_TABLE) && self.header.alias_base != NONE {
+                let word = self.attribute(self.header.alias_base + i * ALIAS_WORDS);
+                (f32::from_bits(word.x), word.y)
+            } else {
+                (1.0, i)
+            }
+        })
+    }
+
+    #[inline(always)]
+    fn sample_emissive(&self, light: &Light, words: [u32; 2]) -> LightSample {
+        let b = sample_triangle(Vec2::new(rng::unit(words[0]), rng::unit(words[1])));
+        let p = self.triangle_point(light.index, b);
+        let material = self.emitter(p.material, light.index, b);
+        LightSample {
+            position: p.position,
+            normal: p.normal,
+            offset: p.offset,
+            emission: material.emission,
+            two_sided: material.two_sided,
+            density: light.density,
+            kind: LightKind::Area,
+            ..LightSample::NONE
+        }
+    }
+
+    #[inline(always)]
+    fn punctual(&self, light: &Light) -> LightSample {
+        let at = self.header.punctual_base + light.index * PUNCTUAL_WORDS;
+        let (a, b, c) = (self.attribute(at), self.attribute(at + 1), self.attribute(at + 2));
+        let directional = a.w == PUNCTUAL_DIRECTIONAL;
+        LightSample {
+            position: if directional { -xyz(b) } else { xyz(a) },
+            normal: xyz(b),
+            emission: xyz(c),
+            density: light.density,
+            kind: if directional { LightKind::Directional } else { LightKind::Point },
+            falloff: Vec2::new(f32::from_bits(b.w), f32::from_bits(c.w)),
+            ..LightSample::NONE
+        }
+    }
+}
+
+impl Lights for SceneView<'_> {
+    #[inline(always)]
+    fn sample_light(&self, words: UVec4) -> LightSample {
+        let mut sample = LightSample::NONE;
+        if self.header.light_count != 0 {
+            let light = self.light(self.choose_light([words.x, words.y]));
+            if self.has(FEATURE_EMISSIVE) && light.kind == LIGHT_TRIANGLE {
+                sample = self.sample_emissive(&light, [words.z, words.w]);
+            }
+            if self.has(FEATURE_PUNCTUAL) && light.kind == LIGHT_PUNCTUAL {
+                sample = self.punctual(&light);
+            }
+            if self.has(FEATURE_ENVIRONMENT) && light.kind == LIGHT_ENVIRONMENT {
+                sample = self.sample_environment([words.z, words.w]);
+            }
+        }
+        sample
+    }
+
+    #[inline(always)]
+    fn light_density(&self, hit: &Hit) -> f32 {
+        if !self.has(FEATURE_EMISSIVE) {
+            return 0.0;
+        }
+        let light = self.geometry[self.triangle_word(hit.id) + 1].w;
+        if light == NONE { 0.0 } else { self.light(light).density }
+    }
+
+    #[inline(always)]
+    fn environment(&self, direction: Vec3) -> EnvironmentPoint {
+        if self.has(FEATURE_ENVIRONMENT) && self.header.environment_base != NONE {
+            self.environment_point(direction)
+        } else {
+            EnvironmentPoint { radiance: Vec3::ZERO, density: 0.0 }
+        }
+    }
+}

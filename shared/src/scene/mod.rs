@@ -1,0 +1,175 @@
+//! What a technique asks of a scene, as small traits that an embedder implements as far as needed, and
+//! [`SceneView`], which implements all of them over the scene's arenas.
+//!
+//! Every method is a function of its arguments alone: techniques rely on asking twice and getting the same bits.
+
+mod environment;
+mod light;
+mod surface;
+mod texture;
+mod view;
+
+pub use view::SceneView;
+pub(crate) use view::xyz;
+
+use crate::bsdf::Material;
+use crate::geometry::{Hit, Ray};
+use crate::layout::FEATURES_ALL;
+use crate::num;
+use glam::{UVec4, Vec2, Vec3};
+
+/// Visibility.
+pub trait Trace {
+    /// The nearest hit with `0 < t < ray.t_max`: the smallest (t, id) over all primitives. [`Hit::MISS`] if none.
+    fn closest(&self, ray: &Ray) -> Hit;
+    /// Whether there is any hit with `0 < t < ray.t_max`.
+    fn occluded(&self, ray: &Ray) -> bool;
+}
+
+/// What answers visibility queries in place of the BVH in the arenas: natively, perhaps, a structure that suits the
+/// processor better; on a device nothing.
+#[cfg(not(target_arch = "spirv"))]
+pub type Tracer<'a> = Option<&'a (dyn Trace + Sync)>;
+/// Nothing: the arenas answer.
+#[cfg(target_arch = "spirv")]
+pub type Tracer<'a> = ();
+
+/// What is at a hit.
+pub trait Surface {
+    /// Geometry and material at `hit`, which `closest` gave for `ray`.
+    fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint;
+
+    /// The `FEATURE_` bits of [`crate::layout`] that surfaces and lights may have: code for others is skipped.
+    #[inline(always)]
+    fn features(&self) -> u32 {
+        FEATURES_ALL
+    }
+}
+
+/// Emitters, chosen without regard to the receiver: what reuse across pixels needs.
+pub trait Lights {
+    /// A point on an emitter from four random words; its density is zero if the scene has none.
+    fn sample_light(&self, words: UVec4) -> LightSample;
+    /// The density per area with which [`Self::sample_light`] gives the point at `hit`; zero off the emitters.
+    fn light_density(&self, hit: &Hit) -> f32;
+    /// What arrives along a ray of the given unit direction that hits nothing. Black, if not implemented.
+    #[inline(always)]
+    fn environment(&self, direction: Vec3) -> EnvironmentPoint {
+        let _ = direction;
+        EnvironmentPoint { radiance: Vec3::ZERO, density: 0.0 }
+    }
+}
+
+/// A point of a surface.
+#[derive(Clone, Copy)]
+pub struct SurfacePoint {
+    /// World position.
+    pub position: Vec3,
+    /// Unit geometric normal of the front side.
+    pub normal: Vec3,
+    /// Unit shading normal, on the front side. The geometric normal where the surface is what it seems.
+    pub shading_normal: Vec3,
+    /// How far along the normal a ray that leaves the surface must begin, so that it does not hit it again.
+    pub offset: f32,
+    /// How it scatters.
+    pub material: Material,
+    /// Radiance emitted towards the origin of the ray that hit, linear RGB.
+    pub emission: Vec3,
+    /// Absorption behind the surface, per unit length, linear RGB: of a segment that ends at the back of the surface.
+    pub absorption: Vec3,
+}
+
+impl SurfacePoint {
+    /// A point of a Lambertian surface that emits nothing.
+    #[inline(always)]
+    pub fn diffuse(position: Vec3, normal: Vec3, offset: f32, reflectance: Vec3) -> Self {
+        Self {
+            position,
+            normal,
+            shading_normal: normal,
+            offset,
+            material: Material::diffuse(reflectance),
+            emission: Vec3::ZERO,
+            absorption: Vec3::ZERO,
+        }
+    }
+}
+
+/// A point on an emitter, or a direction in which there is one.
+#[derive(Clone, Copy)]
+pub struct LightSample {
+    /// World position; the unit direction towards a light at infinity.
+    pub position: Vec3,
+    /// Unit normal of an emitting surface's front side; where a spot light shines to.
+    pub normal: Vec3,
+    /// As [`SurfacePoint::offset`].
+    pub offset: f32,
+    /// Radiance of a surface's front side or of the environment, radiant intensity of a punctual light along its axis,
+    /// irradiance from a directional light; linear RGB.
+    pub emission: Vec3,
+    /// An emitting surface emits from its back as well.
+    pub two_sided: bool,
+    /// Density: per area on a surface, per steradian in the environment, else the probability of the light. Zero: no
+    /// light.
+    pub density: f32,
+    /// What it lies on.
+    pub kind: LightKind,
+    /// Of a light at a point, intensity depends on the cosine c to its axis as the square of c x + y, limited to [0, 1].
+    pub falloff: Vec2,
+}
+
+/// What a light sample lies on. Scattering finds the first and the last kind, too.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum LightKind {
+    /// A surface.
+    Area,
+    /// A point in space.
+    Point,
+    /// A single direction.
+    Directional,
+    /// A direction of the environment.
+    Environment,
+}
+
+impl LightSample {
+    /// No light.
+    pub const NONE: Self = Self {
+        position: Vec3::ZERO,
+        normal: Vec3::Z,
+        offset: 0.0,
+        emission: Vec3::ZERO,
+        two_sided: false,
+        density: 0.0,
+        kind: LightKind::Area,
+        falloff: Vec2::Y,
+    };
+
+    /// Whether the light is infinitely far away.
+    #[inline(always)]
+    pub fn at_infinity(&self) -> bool {
+        (self.kind == LightKind::Directional) | (self.kind == LightKind::Environment)
+    }
+
+    /// Whether scattering cannot find the light.
+    #[inline(always)]
+    pub fn is_punctual(&self) -> bool {
+        (self.kind == LightKind::Point) | (self.kind == LightKind::Directional)
+    }
+
+    /// The factor on a point light's intensity, where `cos` is that of the angle between its axis and the receiver.
+    #[inline(always)]
+    pub fn spot_falloff(&self, cos: f32) -> f32 {
+        let linear = num::clamp(cos * self.falloff.x + self.falloff.y, 0.0, 1.0);
+        linear * linear
+    }
+}
+
+/// The environment in a direction.
+#[derive(Clone, Copy)]
+pub struct EnvironmentPoint {
+    /// Linear RGB.
+    pub radiance: Vec3,
+    /// Density per steradian with which [`Lights::sample_light`] gives the direction.
+    pub density: f32,
+}

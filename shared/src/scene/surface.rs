@@ -1,0 +1,201 @@
+//! Surfaces over the arenas: materials, textures, shading normals.
+
+use super::view::TrianglePoint;
+use super::{SceneView, Surface, SurfacePoint, xyz};
+use crate::bsdf::Material;
+use crate::geometry::{Hit, Ray};
+use crate::layout::{
+    FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE, FEATURE_GLOSSY, FEATURE_SHADING, FEATURE_TEXTURES,
+    FEATURE_TRANSMISSION, FEATURE_VOLUME, MATERIAL_TWO_SIDED_EMISSION, MATERIAL_VOLUME, MATERIAL_WORDS, NONE,
+    SHADING_WORDS, SLOT_BASE_COLOR, SLOT_EMISSION, SLOT_METALLIC_ROUGHNESS, SLOT_NORMAL, TEXTURE_SLOTS,
+};
+use crate::num;
+use crate::pack::decode_unit_vector;
+use crate::vec::{cross, dot, normalize};
+use glam::{Vec2, Vec3};
+
+/// Squared lengths of interpolated normals and tangents below this give no direction.
+const MIN_LENGTH_SQUARED: f32 = 1.0e-12;
+
+/// Emission of a material at a point of its front side.
+pub(super) struct Emitter {
+    pub(super) emission: Vec3,
+    pub(super) two_sided: bool,
+}
+
+/// What is interpolated over a triangle, with a tangent frame.
+struct Shading {
+    normal: Vec3,
+    tangent: Vec3,
+    bitangent_sign: f32,
+    uv: Vec2,
+}
+
+/// The values of a material's textures at a point.
+struct Textures {
+    base_color: Vec3,
+    metallic_roughness: Vec3,
+    normal: Vec3,
+    emission: Vec3,
+}
+
+impl Textures {
+    /// No texture; the normal is the one that a texture of ones would never give: straight up.
+    const NONE: Self = Self {
+        base_color: Vec3::ONE,
+        metallic_roughness: Vec3::ONE,
+        normal: Vec3::new(0.5, 0.5, 1.0),
+        emission: Vec3::ONE,
+    };
+}
+
+impl SceneView<'_> {
+    /// Normal, tangent and texture coordinates at a point of a triangle.
+    #[inline(always)]
+    fn shading(&self, triangle: u32, b: Vec2, geometric: Vec3) -> Shading {
+        let at = (self.header.shading_base + triangle * SHADING_WORDS) as usize;
+        let (w0, w1, w2) = (self.geometry[at], self.geometry[at + 1], self.geometry[at + 2]);
+        let weights = Vec3::new(1.0 - b.x - b.y, b.x, b.y);
+        let mix = |p: u32, q: u32, r: u32| {
+            decode_unit_vector(p) * weights.x + decode_unit_vector(q) * weights.y + decode_unit_vector(r) * weights.z
+        };
+        let normal = mix(w0.x, w0.y, w0.z);
+        let smooth = dot(normal, normal) > MIN_LENGTH_SQUARED;
+        let normal = if smooth { normalize(normal) } else { geometric };
+        let normal = if dot(normal, geometric) < 0.0 { -normal } else { normal };
+        let tangent = if self.has(FEATURE_TEXTURES) { mix(w0.w, w1.x, w1.y) } else { Vec3::ZERO };
+        let f = f32::from_bits;
+        let uv = Vec2::new(f(w1.z), f(w1.w)) * weights.x
+            + Vec2::new(f(w2.x), f(w2.y)) * weights.y
+            + Vec2::new(f(w2.z), f(w2.w)) * weights.z;
+        Shading { normal, tangent, bitangent_sign: if w0.w & 1 == 0 { 1.0 } else { -1.0 }, uv }
+    }
+
+    /// Texture coordinates alone.
+    #[inline(always)]
+    fn uv(&self, triangle: u32, b: Vec2) -> Vec2 {
+        let at = (self.header.shading_base + triangle * SHADING_WORDS) as usize;
+        let (w1, w2) = (self.geometry[at + 1], self.geometry[at + 2]);
+        let f = f32::from_bits;
+        Vec2::new(f(w1.z), f(w1.w)) * (1.0 - b.x - b.y)
+            + Vec2::new(f(w2.x), f(w2.y)) * b.x
+            + Vec2::new(f(w2.z), f(w2.w)) * b.y
+    }
+
+    #[inline(always)]
+    fn textures(&self, uses: u32, uv: Vec2) -> Textures {
+        let mut textures = Textures::NONE;
+        let mut slot = 0;
+        while slot < TEXTURE_SLOTS {
+            if self.has_texture(uses, slot) {
+                let value = self.texture(uses, slot, uv);
+                if slot == SLOT_BASE_COLOR {
+                    textures.base_color = value;
+                } else if slot == SLOT_METALLIC_ROUGHNESS {
+                    textures.metallic_roughness = value;
+                } else if slot == SLOT_NORMAL {
+                    textures.normal = value;
+                } else {
+                    textures.emission = value;
+                }
+            }
+            slot += 1;
+        }
+        textures
+    }
+
+    /// What a material emits at a point of a triangle.
+    #[inline(always)]
+    pub(super) fn emitter(&self, material: u32, triangle: u32, b: Vec2) -> Emitter {
+        let at = material * MATERIAL_WORDS;
+        let (a, e) = (self.attribute(at), self.attribute(at + 1));
+        let mut emission = xyz(e);
+        if self.has(FEATURE_TEXTURES) && e.w != NONE && self.has_texture(e.w, SLOT_EMISSION) {
+            emission *= self.texture(e.w, SLOT_EMISSION, self.uv(triangle, b));
+        }
+        Emitter { emission, two_sided: a.w & MATERIAL_TWO_SIDED_EMISSION != 0 }
+    }
+
+    /// A material whose parameters are factors alone; what the scene's features exclude is not read.
+    #[inline(always)]
+    fn material(&self, at: u32, flags: u32) -> Material {
+        let mut material = Material::diffuse(xyz(self.attribute(at)));
+        if self.has(FEATURE_GLOSSY | FEATURE_DELTA | FEATURE_TRANSMISSION) {
+            let word = self.attribute(at + 2);
+            material.metallic = f32::from_bits(word.x);
+            material.roughness = f32::from_bits(word.y);
+            material.ior = f32::from_bits(word.z);
+            material.transmission = f32::from_bits(word.w);
+            material.thin = flags & MATERIAL_VOLUME == 0;
+        }
+        if self.has(FEATURE_DIFFUSE_TRANSMISSION) {
+            let word = self.attribute(at + 3);
+            material.diffuse_transmission_color = xyz(word);
+            material.diffuse_transmission = f32::from_bits(word.w);
+        }
+        material
+    }
+
+    /// The shading normal under a normal map.
+    #[inline(always)]
+    fn mapped_normal(&self, shading: &Shading, texel: Vec3, scale: f32) -> Vec3 {
+        let n = shading.normal;
+        let tangent = shading.tangent - n * dot(n, shading.tangent);
+        let length_squared = dot(tangent, tangent);
+        if length_squared < MIN_LENGTH_SQUARED {
+            return n;
+        }
+        let t = tangent * num::rsqrt(length_squared);
+        let b = cross(n, t) * shading.bitangent_sign;
+        let mapped =
+            t * ((texel.x * 2.0 - 1.0) * scale) + b * ((texel.y * 2.0 - 1.0) * scale) + n * (texel.z * 2.0 - 1.0);
+        if dot(mapped, mapped) < MIN_LENGTH_SQUARED { n } else { normalize(mapped) }
+    }
+}
+
+impl Surface for SceneView<'_> {
+    #[inline(always)]
+    fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        let p: TrianglePoint = self.triangle_point(hit.id, hit.uv);
+        let at = p.material * MATERIAL_WORDS;
+        let flags = self.attribute(at).w;
+        let mut point = SurfacePoint {
+            position: p.position,
+            normal: p.normal,
+            shading_normal: p.normal,
+            offset: p.offset,
+            material: self.material(at, flags),
+            emission: Vec3::ZERO,
+            absorption: Vec3::ZERO,
+        };
+        let front = dot(p.normal, ray.direction) < 0.0;
+        let emission = self.attribute(at + 1);
+        if self.has(FEATURE_EMISSIVE) && (front || flags & MATERIAL_TWO_SIDED_EMISSION != 0) {
+            point.emission = xyz(emission);
+        }
+        if self.has(FEATURE_VOLUME) && flags & MATERIAL_VOLUME != 0 {
+            point.absorption = xyz(self.attribute(at + 4));
+        }
+        if self.has(FEATURE_SHADING) && self.header.shading_base != NONE {
+            let shading = self.shading(hit.id, hit.uv, p.normal);
+            point.shading_normal = shading.normal;
+            if self.has(FEATURE_TEXTURES) && emission.w != NONE {
+                let textures = self.textures(emission.w, shading.uv);
+                point.emission *= textures.emission;
+                point.material.base_color *= textures.base_color;
+                point.material.roughness *= textures.metallic_roughness.y;
+                point.material.metallic *= textures.metallic_roughness.z;
+                if self.has_texture(emission.w, SLOT_NORMAL) {
+                    let scale = f32::from_bits(self.attribute(at + 4).w);
+                    point.shading_normal = self.mapped_normal(&shading, textures.normal, scale);
+                }
+            }
+        }
+        point
+    }
+
+    #[inline(always)]
+    fn features(&self) -> u32 {
+        self.features
+    }
+}

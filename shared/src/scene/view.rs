@@ -1,0 +1,101 @@
+//! The scene over its arenas.
+
+use super::{Trace, Tracer};
+use crate::geometry::{self, Hit, Ray};
+use crate::layout::{SceneHeader, TRIANGLE_WORDS};
+use crate::num;
+use crate::vec::{cross, max_abs, normalize};
+use glam::{UVec4, Vec2, Vec3};
+
+/// Spawn offsets as a fraction of a triangle's largest coordinate: 2^-18, some sixty roundings.
+const SPAWN_OFFSET: f32 = 1.0 / 262_144.0;
+
+/// A scene in its arenas, see [`crate::layout`].
+#[derive(Clone, Copy)]
+pub struct SceneView<'a> {
+    /// Where the tables are.
+    pub header: SceneHeader,
+    /// Nodes and triangles.
+    pub geometry: &'a [UVec4],
+    /// Materials, lights, alias table.
+    pub attributes: &'a [UVec4],
+    /// Textures and environment.
+    pub texels: &'a [UVec4],
+    /// Feature bits that the scene may have; a constant where the kernel was specialised.
+    pub features: u32,
+    /// What answers visibility queries in place of the geometry arena, with the same hits.
+    pub tracer: Tracer<'a>,
+}
+
+/// The float components x, y, z of a word.
+#[inline(always)]
+pub(crate) fn xyz(word: UVec4) -> Vec3 {
+    Vec3::new(f32::from_bits(word.x), f32::from_bits(word.y), f32::from_bits(word.z))
+}
+
+impl SceneView<'_> {
+    /// First word of a triangle in the geometry arena.
+    #[inline(always)]
+    pub(crate) fn triangle_word(&self, triangle: u32) -> usize {
+        (self.header.triangle_base + triangle * TRIANGLE_WORDS) as usize
+    }
+
+    #[inline(always)]
+    pub(super) fn attribute(&self, word: u32) -> UVec4 {
+        self.attributes[word as usize]
+    }
+
+    #[inline(always)]
+    pub(super) fn texel_word(&self, word: u32) -> UVec4 {
+        self.texels[word as usize]
+    }
+
+    #[inline(always)]
+    pub(super) fn has(&self, feature: u32) -> bool {
+        self.features & feature != 0
+    }
+
+    /// The point of a triangle with the given barycentric coordinates.
+    #[inline(always)]
+    pub(super) fn triangle_point(&self, triangle: u32, b: Vec2) -> TrianglePoint {
+        let at = self.triangle_word(triangle);
+        let (w0, w1, w2) = (self.geometry[at], self.geometry[at + 1], self.geometry[at + 2]);
+        let (v0, v1, v2) = (xyz(w0), xyz(w1), xyz(w2));
+        let extent = num::max(num::max(max_abs(v0), max_abs(v1)), max_abs(v2));
+        TrianglePoint {
+            position: v0 * (1.0 - b.x - b.y) + v1 * b.x + v2 * b.y,
+            normal: normalize(cross(v1 - v0, v2 - v0)),
+            offset: extent * SPAWN_OFFSET,
+            material: w0.w,
+        }
+    }
+}
+
+/// A point of a triangle, before its material.
+pub(super) struct TrianglePoint {
+    pub(super) position: Vec3,
+    pub(super) normal: Vec3,
+    pub(super) offset: f32,
+    pub(super) material: u32,
+}
+
+impl Trace for SceneView<'_> {
+    #[inline(always)]
+    fn closest(&self, ray: &Ray) -> Hit {
+        #[cfg(not(target_arch = "spirv"))]
+        if let Some(tracer) = self.tracer {
+            return tracer.closest(ray);
+        }
+        geometry::traverse::<false>(self, ray)
+    }
+
+    #[inline(always)]
+    fn occluded(&self, ray: &Ray) -> bool {
+        #[cfg(not(target_arch = "spirv"))]
+        if let Some(tracer) = self.tracer {
+            return tracer.occluded(ray);
+        }
+        let hit = geometry::traverse::<true>(self, ray);
+        hit.is_hit() | hit.is_cut()
+    }
+}

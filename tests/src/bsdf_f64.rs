@@ -1,0 +1,255 @@
+//! The scattering functions again in `f64`, straight from the formulas of the papers: angles, Snell's law and unit
+//! normals where the kernels rearrange, Heitz's polar map of visible normals where they use spherical caps, and solid
+//! angles by numerical differentiation where they have closed forms.
+
+use glam::DVec3;
+use restir_shared::bsdf::{Material, is_specular, is_transmission};
+use std::f64::consts::{PI, TAU};
+
+/// The golden ratio less 1.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+/// Step of the central differences in [`Shadow::solid_angle`].
+const STEP: f64 = 1.0e-6;
+
+/// A material seen from `wo`, as [`restir_shared::bsdf`] documents it. Specular lobes are rough here; perfect ones are
+/// for their tests to compute.
+#[derive(Clone, Copy, Debug)]
+pub struct Shadow {
+    wo: DVec3,
+    base: DVec3,
+    through_color: DVec3,
+    metallic: f64,
+    alpha: f64,
+    ior: f64,
+    transmission: f64,
+    diffuse_transmission: f64,
+    /// Indices on the side of the viewer and on the other one.
+    indices: [f64; 2],
+    thin: bool,
+}
+
+impl Shadow {
+    /// The same inputs as the kernels', exactly.
+    pub fn new(material: &Material, wo: glam::Vec3, front: bool) -> Self {
+        let ior = f64::from(material.ior);
+        Self {
+            wo: wo.as_dvec3(),
+            base: material.base_color.as_dvec3(),
+            through_color: material.diffuse_transmission_color.as_dvec3(),
+            metallic: f64::from(material.metallic),
+            alpha: f64::from(material.roughness).powi(2),
+            ior,
+            transmission: f64::from(material.transmission),
+            diffuse_transmission: f64::from(material.diffuse_transmission),
+            indices: if front || material.thin { [1.0, ior] } else { [ior, 1.0] },
+            thin: material.thin,
+        }
+    }
+
+    /// Cosine of the viewer.
+    pub fn cos_o(&self) -> f64 {
+        self.wo.z
+    }
+
+    /// T of the model.
+    pub fn clear_share(&self) -> f64 {
+        (1.0 - self.metallic) * self.transmission
+    }
+
+    fn opaque_share(&self) -> f64 {
+        (1.0 - self.metallic) * (1.0 - self.transmission)
+    }
+
+    /// `f |cos_i|` of one lobe for light from `wi`.
+    pub fn value(&self, lobe: u32, wi: DVec3) -> DVec3 {
+        if is_transmission(lobe) != (wi.z < 0.0) {
+            return DVec3::ZERO;
+        }
+        if is_specular(lobe) { self.specular(wi) } else { self.diffuse(wi) }
+    }
+
+    /// Schlick's reflectance of the coat.
+    pub fn coat(&self, cos: f64) -> f64 {
+        if self.ior == 1.0 {
+            return 0.0;
+        }
+        let f0 = ((self.ior - 1.0) / (self.ior + 1.0)).powi(2);
+        f0 + (1.0 - f0) * (1.0 - cos).max(0.0).powi(5)
+    }
+
+    fn diffuse(&self, wi: DVec3) -> DVec3 {
+        let d = self.diffuse_transmission;
+        let color = if wi.z < 0.0 { self.through_color * d } else { self.base * (1.0 - d) };
+        let coupling = (1.0 - self.coat(self.wo.z)) * (1.0 - self.coat(wi.z.abs()));
+        color * (self.opaque_share() * coupling * wi.z.abs() / PI)
+    }
+
+    fn specular(&self, wi: DVec3) -> DVec3 {
+        let h = self.normal(wi);
+        let ih = wi.dot(h);
+        let g = 1.0 / (1.0 + self.lambda(self.wo) + self.lambda(wi));
+        let d = self.distribution(h);
+        let (co, ci) = (self.wo.z, wi.z.abs());
+        if wi.z > 0.0 || self.thin {
+            let factor = d * g / (4.0 * co * ci) * ci;
+            let oh = self.cosine(wi);
+            let through = self.base * (self.clear_share() * (1.0 - self.dielectric(oh)));
+            return if wi.z > 0.0 { self.reflectance(oh) } else { through } * factor;
+        }
+        let oh = self.wo.dot(h);
+        if h.z <= 0.0 || oh <= 0.0 || ih >= 0.0 {
+            return DVec3::ZERO;
+        }
+        let [no, ni] = self.indices;
+        let f = (ih * oh).abs() / (co * ci) * no * no * g * d / (ni * ih + no * oh).powi(2);
+        let transmittance = 1.0 - reflectance(ni / no, oh, -ih);
+        self.base * (self.clear_share() * transmittance * f * ci)
+    }
+
+    /// The cosine between `wo` and the normal of a reflection: half of |o + i|, which is o.h for unit vectors.
+    pub fn cosine(&self, wi: DVec3) -> f64 {
+        0.5 * (self.wo + DVec3::new(wi.x, wi.y, wi.z.abs())).length()
+    }
+
+    /// What all specular parts reflect at a normal.
+    pub fn reflectance(&self, oh: f64) -> DVec3 {
+        let schlick = |f0: DVec3| f0 + (DVec3::ONE - f0) * (1.0 - oh).max(0.0).powi(5);
+        schlick(self.base) * self.metallic
+            + DVec3::splat(self.opaque_share() * self.coat(oh) + self.clear_share() * self.dielectric(oh))
+    }
+
+    /// Fresnel's equations for unpolarised light that comes from the viewer's side.
+    pub fn dielectric(&self, cos: f64) -> f64 {
+        let n = self.indices[1] / self.indices[0];
+        let sin_t = (1.0 - cos * cos).max(0.0).sqrt() / n;
+        if sin_t >= 1.0 {
+            return 1.0;
+        }
+        reflectance(n, cos, (1.0 - sin_t * sin_t).sqrt())
+    }
+
+    /// The unit normal between `wo` and `wi`.
+    fn normal(&self, wi: DVec3) -> DVec3 {
+        let n = if wi.z >= 0.0 {
+            self.wo + wi
+        } else if self.thin {
+            self.wo + DVec3::new(wi.x, wi.y, -wi.z)
+        } else {
+            (self.wo * self.indices[0] + wi * self.indices[1]) * (self.indices[0] - self.indices[1]).signum()
+        };
+        n.normalize()
+    }
+
+    fn distribution(&self, h: DVec3) -> f64 {
+        let tan2 = (h.x * h.x + h.y * h.y) / (h.z * h.z);
+        let a2 = self.alpha * self.alpha;
+        1.0 / (PI * a2 * h.z.powi(4) * (1.0 + tan2 / a2).powi(2))
+    }
+
+    fn lambda(&self, v: DVec3) -> f64 {
+        let tan2 = (v.x * v.x + v.y * v.y) / (v.z * v.z);
+        0.5 * ((1.0 + self.alpha * self.alpha * tan2).sqrt() - 1.0)
+    }
+
+    /// The frame of Heitz 2018: the stretched viewer and two vectors across, the first of them horizontal.
+    fn frame(&self) -> [DVec3; 3] {
+        let w = DVec3::new(self.alpha * self.wo.x, self.alpha * self.wo.y, self.wo.z).normalize();
+        let across = DVec3::new(-w.y, w.x, 0.0);
+        let t1 = if across.length() > 0.0 { across.normalize() } else { DVec3::X };
+        [t1, w.cross(t1), w]
+    }
+
+    /// A direction of the lobe for a point of the unit square: cosine-weighted, or about the visible normals of Heitz
+    /// 2018, "Sampling the GGX Distribution of Visible Normals". None if total reflection leaves none; below the
+    /// horizon there are some.
+    pub fn direction(&self, lobe: u32, u: [f64; 2]) -> Option<DVec3> {
+        self.direction_in(lobe, u, self.frame())
+    }
+
+    /// [`Self::direction`] with another frame, for wrong ones.
+    pub fn direction_in(&self, lobe: u32, [a, b]: [f64; 2], [t1, t2, w]: [DVec3; 3]) -> Option<DVec3> {
+        let r = a.sqrt();
+        let (y, x) = (TAU * b).sin_cos();
+        let side = if is_transmission(lobe) { -1.0 } else { 1.0 };
+        if !is_specular(lobe) {
+            return Some(DVec3::new(r * x, r * y, side * (1.0 - a).sqrt()));
+        }
+        let p1 = r * x;
+        let s = 0.5 * (1.0 + w.z);
+        let p2 = (1.0 - s) * (1.0 - p1 * p1).max(0.0).sqrt() + s * r * y;
+        let n = t1 * p1 + t2 * p2 + w * (1.0 - p1 * p1 - p2 * p2).max(0.0).sqrt();
+        self.scatter(lobe, DVec3::new(self.alpha * n.x, self.alpha * n.y, n.z).normalize())
+    }
+
+    /// What becomes of light from the viewer at a facet.
+    fn scatter(&self, lobe: u32, h: DVec3) -> Option<DVec3> {
+        let oh = self.wo.dot(h);
+        let mirrored = h * (2.0 * oh) - self.wo;
+        if !is_transmission(lobe) {
+            return Some(mirrored);
+        }
+        if self.thin {
+            return Some(DVec3::new(mirrored.x, mirrored.y, -mirrored.z));
+        }
+        // Snell's law
+        let n = self.indices[1] / self.indices[0];
+        let cos_t2 = 1.0 - (1.0 - oh * oh) / (n * n);
+        (cos_t2 > 0.0).then(|| h * (oh / n - cos_t2.sqrt()) - self.wo / n)
+    }
+
+    /// The point of the unit square that [`Self::direction`] maps to `wi`.
+    pub fn coordinates(&self, lobe: u32, wi: DVec3) -> [f64; 2] {
+        let turn = |y: f64, x: f64| (y.atan2(x) / TAU).rem_euclid(1.0);
+        if !is_specular(lobe) {
+            return [wi.x * wi.x + wi.y * wi.y, turn(wi.y, wi.x)];
+        }
+        let h = self.normal(wi);
+        let n = DVec3::new(h.x / self.alpha, h.y / self.alpha, h.z).normalize();
+        let [t1, t2, w] = self.frame();
+        let s = 0.5 * (1.0 + w.z);
+        let p1 = n.dot(t1);
+        let p2 = (n.dot(t2) - (1.0 - s) * (1.0 - p1 * p1).max(0.0).sqrt()) / s;
+        [p1 * p1 + p2 * p2, turn(p2, p1)]
+    }
+
+    /// Solid angle per area of the unit square at `u`, by central differences; zero where the map is not defined.
+    pub fn solid_angle(&self, lobe: u32, [a, b]: [f64; 2]) -> f64 {
+        let at = |x: f64, y: f64| self.direction(lobe, [x, y]);
+        match (at(a + STEP, b), at(a - STEP, b), at(a, b + STEP), at(a, b - STEP)) {
+            (Some(right), Some(left), Some(up), Some(down)) => {
+                (right - left).cross(up - down).length() / (4.0 * STEP * STEP)
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// Directions of a lobe and their solid angles, for sums that are integrals: `n` points of a lattice over the part of
+    /// the unit square from `lo` to `hi`. Directions on the wrong side count for nothing.
+    pub fn nodes(&self, lobe: u32, lo: [f64; 2], hi: [f64; 2], n: usize) -> impl Iterator<Item = (DVec3, f64)> {
+        let size = [hi[0] - lo[0], hi[1] - lo[1]];
+        let area = size[0] * size[1] / n as f64;
+        (0..n).filter_map(move |i| {
+            let at = i as f64 + 0.5;
+            let u = [lo[0] + size[0] * (at / n as f64), lo[1] + size[1] * (at * GOLDEN).fract()];
+            let wi = self.direction(lobe, u).filter(|wi| (wi.z < 0.0) == is_transmission(lobe))?;
+            Some((wi, self.solid_angle(lobe, u) * area))
+        })
+    }
+
+    /// The integral of a function over the directions of a lobe.
+    pub fn integrate(&self, lobe: u32, n: usize, f: impl Fn(DVec3) -> DVec3) -> DVec3 {
+        self.nodes(lobe, [0.0; 2], [1.0; 2], n).map(|(wi, solid_angle)| f(wi) * solid_angle).sum()
+    }
+
+    /// Directional albedo of a lobe.
+    pub fn albedo(&self, lobe: u32, n: usize) -> DVec3 {
+        self.integrate(lobe, n, |wi| self.value(lobe, wi))
+    }
+}
+
+/// Fresnel's equations for a relative index and the cosines on both sides.
+fn reflectance(n: f64, cos: f64, cos_t: f64) -> f64 {
+    let s = (cos - n * cos_t) / (cos + n * cos_t);
+    let p = (n * cos - cos_t) / (n * cos + cos_t);
+    0.5 * (s * s + p * p)
+}

@@ -1,0 +1,337 @@
+//! Small glTF files with textures, lights and every extension that the importer reads, written independently of the
+//! exporter.
+
+use restir_host::scene::Scene;
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// A checkerboard of 8 x 8 texels in 16 x 16, in red and blue.
+const JPEG: &[u8] = include_bytes!("../files/checker.jpg");
+
+/// A document and the bytes that it refers to.
+struct File {
+    document: Value,
+    bytes: Vec<u8>,
+}
+
+impl File {
+    /// A floor and a wall of material 0, under a lamp of material 1, and a camera.
+    fn stage(materials: Value) -> Self {
+        let mut file = Self { document: json!({ "asset": { "version": "2.0" }, "scene": 0 }), bytes: Vec::new() };
+        file.document["materials"] = materials;
+        let floor = [[-1.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 0.0, -1.0]];
+        let wall = [[-1.0, 0.0, -1.0], [1.0, 0.0, -1.0], [1.0, 2.0, -1.0], [-1.0, 2.0, -1.0]];
+        let lamp = [[-0.5, 2.0, -0.5], [0.5, 2.0, -0.5], [0.5, 2.0, 0.5], [-0.5, 2.0, 0.5]];
+        // The floor is shaded as if it were domed: its normals lean outwards.
+        let domed = floor.map(|[x, _, z]| [0.28 * x, 0.9182592, 0.28 * z].map(|c: f32| c));
+        file.quad("floor", floor, Some(domed), 3.0, 0);
+        file.quad("wall", wall, None, 1.0, 0);
+        file.quad("lamp", lamp, None, 1.0, 1);
+        file.document["cameras"] = json!([{ "type": "perspective", "perspective": { "yfov": 0.7, "znear": 0.1 } }]);
+        file.add("nodes", json!({ "camera": 0, "translation": [0.0, 1.0, 4.0] }));
+        file
+    }
+
+    /// Adds a member to an array of the document and gives its index.
+    fn add(&mut self, array: &str, member: Value) -> usize {
+        if self.document[array].is_null() {
+            self.document[array] = json!([]);
+        }
+        let members = self.document[array].as_array_mut().expect("an array of the document");
+        members.push(member);
+        members.len() - 1
+    }
+
+    fn view(&mut self, bytes: &[u8]) -> usize {
+        let offset = self.bytes.len();
+        self.bytes.extend(bytes);
+        self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
+        self.add("bufferViews", json!({ "buffer": 0, "byteOffset": offset, "byteLength": bytes.len() }))
+    }
+
+    fn floats(&mut self, values: &[f32], components: usize) -> usize {
+        let bytes: Vec<u8> = values.iter().flat_map(|x| x.to_le_bytes()).collect();
+        let view = self.view(&bytes);
+        let count = values.len() / components;
+        self.add(
+            "accessors",
+            json!({ "bufferView": view, "componentType": 5126, "count": count, "type": format!("VEC{components}") }),
+        )
+    }
+
+    /// A quadrilateral whose texture coordinates reach from 0 to `repeats`; with tangents where it has normals.
+    fn quad(
+        &mut self,
+        name: &str,
+        corners: [[f32; 3]; 4],
+        normals: Option<[[f32; 3]; 4]>,
+        repeats: f32,
+        material: usize,
+    ) {
+        let uvs = [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]].map(|uv| uv.map(|x| repeats * x));
+        let mut attributes = json!({
+            "POSITION": self.floats(corners.as_flattened(), 3),
+            "TEXCOORD_0": self.floats(uvs.as_flattened(), 2),
+        });
+        if let Some(normals) = normals {
+            let tangents = normals.map(|[x, y, _]| {
+                let length = f64::from(x).hypot(f64::from(y)) as f32;
+                [y / length, -x / length, 0.0, 1.0]
+            });
+            attributes["NORMAL"] = json!(self.floats(normals.as_flattened(), 3));
+            attributes["TANGENT"] = json!(self.floats(tangents.as_flattened(), 4));
+        }
+        let primitive = json!({ "attributes": attributes, "mode": 6, "material": material });
+        let mesh = self.add("meshes", json!({ "name": name, "primitives": [primitive] }));
+        self.add("nodes", json!({ "mesh": mesh }));
+    }
+
+    /// Adds a texture of an embedded image, with its sampler.
+    fn texture(&mut self, image: &[u8], sampler: Value) -> usize {
+        let kind = if image.starts_with(b"\x89PNG") { "image/png" } else { "image/jpeg" };
+        let view = self.view(image);
+        let image = self.add("images", json!({ "bufferView": view, "mimeType": kind }));
+        let sampler = self.add("samplers", sampler);
+        self.add("textures", json!({ "source": image, "sampler": sampler }))
+    }
+
+    /// The document with all of its nodes in one scene.
+    fn finished(mut self) -> Self {
+        let nodes: Vec<usize> = (0..self.document["nodes"].as_array().map_or(0, Vec::len)).collect();
+        self.document["scenes"] = json!([{ "nodes": nodes }]);
+        self.document["buffers"] = json!([{ "byteLength": self.bytes.len() }]);
+        self
+    }
+
+    fn glb(self) -> Vec<u8> {
+        let Self { document, bytes } = self.finished();
+        let mut text = document.to_string().into_bytes();
+        text.resize(text.len().next_multiple_of(4), b' ');
+        let mut file = b"glTF\x02\0\0\0".to_vec();
+        file.extend((28 + text.len() as u32 + bytes.len() as u32).to_le_bytes());
+        for (kind, data) in [(b"JSON", text), (b"BIN\0", bytes)] {
+            file.extend((data.len() as u32).to_le_bytes());
+            file.extend(kind);
+            file.extend(data);
+        }
+        file
+    }
+}
+
+fn lamp() -> Value {
+    json!({ "name": "lamp", "pbrMetallicRoughness": { "metallicFactor": 0.0 }, "emissiveFactor": [1.0, 0.9, 0.8],
+        "extensions": { "KHR_materials_emissive_strength": { "emissiveStrength": 5.0 } } })
+}
+
+/// A stage whose subject is of the given material.
+fn stage(subject: Value) -> File {
+    File::stage(json!([subject, lamp()]))
+}
+
+/// A dielectric with the given texture of base colour.
+fn painted(info: Value) -> Value {
+    json!({ "pbrMetallicRoughness": { "baseColorTexture": info, "metallicFactor": 0.0, "roughnessFactor": 0.8 } })
+}
+
+fn png(side: u32, texel: impl Fn(u32, u32) -> [u8; 3]) -> Vec<u8> {
+    let bytes: Vec<u8> = (0..side * side).flat_map(|i| texel(i % side, i / side)).collect();
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, side, side);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    let written = encoder.write_header().and_then(|mut writer| {
+        writer.write_image_data(&bytes)?;
+        writer.finish()
+    });
+    written.expect("a PNG in memory");
+    file
+}
+
+/// Four by four texels, each of another colour.
+fn colors() -> Vec<u8> {
+    png(4, |x, y| if (x + y) % 2 == 0 { [250, 60 * x as u8, 60 * y as u8] } else { [20, 90, 250 - 60 * y as u8] })
+}
+
+/// Roughness in green, metalness in blue.
+fn metallic_roughness() -> Vec<u8> {
+    png(4, |x, y| [0, 40 + 60 * x as u8, if y % 2 == 0 { 255 } else { 0 }])
+}
+
+/// A normal map of bumps.
+fn bumps() -> Vec<u8> {
+    let slope = |i: u32| (f64::from(i) / 8.0 * std::f64::consts::TAU).sin() * 0.4;
+    let byte = |x: f64| (127.5 * (x + 1.0)).round() as u8;
+    png(8, |x, y| [byte(slope(x)), byte(slope(y)), byte(0.8)])
+}
+
+const NEAREST: u32 = 9728;
+const LINEAR: u32 = 9729;
+const CLAMP: u32 = 33_071;
+const MIRROR: u32 = 33_648;
+const REPEAT: u32 = 10_497;
+
+fn sampler(filter: u32, wrap: [u32; 2]) -> Value {
+    json!({ "magFilter": filter, "wrapS": wrap[0], "wrapT": wrap[1] })
+}
+
+/// Binary files, each about one thing, by their names. They import without a warning.
+pub fn textured() -> Vec<(&'static str, Vec<u8>)> {
+    let smooth = || sampler(LINEAR, [REPEAT; 2]);
+    let with = |subject: Value, textures: &[(Vec<u8>, Value)]| {
+        let mut file = stage(subject);
+        for (image, sampler) in textures {
+            file.texture(image, sampler.clone());
+        }
+        file
+    };
+    let base = |info: Value, sampler: Value| with(painted(info), &[(colors(), sampler)]);
+    let moved = json!({ "offset": [0.3, -0.2], "rotation": 0.5, "scale": [1.5, 0.7] });
+    let moved = json!({ "index": 0, "extensions": { "KHR_texture_transform": moved } });
+    let mut files = BTreeMap::from([
+        ("nearest", base(json!({ "index": 0 }), sampler(NEAREST, [REPEAT; 2]))),
+        ("linear", base(json!({ "index": 0 }), smooth())),
+        ("mirror-clamp", base(json!({ "index": 0 }), sampler(LINEAR, [MIRROR, CLAMP]))),
+        ("clamp-mirror-nearest", base(json!({ "index": 0 }), sampler(NEAREST, [CLAMP, MIRROR]))),
+        ("transform", base(moved.clone(), smooth())),
+        ("jpeg", with(painted(json!({ "index": 0 })), &[(JPEG.to_vec(), smooth())])),
+    ]);
+    let metal = json!({ "pbrMetallicRoughness": { "metallicRoughnessTexture": { "index": 0 },
+        "baseColorFactor": [0.9, 0.7, 0.3, 1.0] } });
+    files.insert("metallic-roughness", with(metal, &[(metallic_roughness(), smooth())]));
+    let mut bumpy = painted(json!({ "index": 1 }));
+    bumpy["normalTexture"] = json!({ "index": 0, "scale": 0.7 });
+    files.insert("normal-map", with(bumpy, &[(bumps(), smooth()), (colors(), smooth())]));
+    let glowing = json!({ "emissiveTexture": { "index": 0 }, "emissiveFactor": [1.0, 0.5, 1.0], "doubleSided": true,
+        "extensions": { "KHR_materials_emissive_strength": { "emissiveStrength": 3.0 } } });
+    files.insert("emission", with(glowing, &[(colors(), sampler(NEAREST, [REPEAT; 2]))]));
+    files.insert("glass", stage(glass()));
+    let leaf = json!({ "pbrMetallicRoughness": { "metallicFactor": 0.0 }, "extensions": {
+        "KHR_materials_diffuse_transmission": {
+            "diffuseTransmissionFactor": 0.4, "diffuseTransmissionColorFactor": [0.4, 0.9, 0.3] } } });
+    files.insert("leaf", stage(leaf));
+    files.insert("lights", lights());
+    files.insert("everything", everything(moved));
+    files.into_iter().map(|(name, file)| (name, file.glb())).collect()
+}
+
+fn glass() -> Value {
+    json!({ "pbrMetallicRoughness": { "metallicFactor": 0.0, "roughnessFactor": 0.0 }, "extensions": {
+        "KHR_materials_ior": { "ior": 1.45 },
+        "KHR_materials_transmission": { "transmissionFactor": 0.95 },
+        "KHR_materials_volume": {
+            "thicknessFactor": 1.0, "attenuationDistance": 0.5, "attenuationColor": [0.6, 0.9, 0.7] } } })
+}
+
+/// A point, a spot and a directional light, the last two turned to shine down and to the back.
+fn lights() -> File {
+    let mut file = stage(painted(Value::Null));
+    if let Some(surface) = file.document["materials"][0]["pbrMetallicRoughness"].as_object_mut() {
+        surface.remove("baseColorTexture");
+    }
+    file.document["extensions"] = json!({ "KHR_lights_punctual": { "lights": [
+        { "type": "point", "intensity": 2.0, "color": [1.0, 0.4, 0.2] },
+        { "type": "spot", "intensity": 9.0, "spot": { "innerConeAngle": 0.2, "outerConeAngle": 0.6 } },
+        { "type": "directional", "intensity": 0.5, "color": [0.3, 0.5, 1.0] },
+    ] } });
+    for (light, rotation) in [(0, [0.0, 0.0, 0.0, 1.0]), (1, [-0.6, 0.0, 0.0, 0.8]), (2, [-0.28, 0.0, 0.0, 0.96])] {
+        file.add(
+            "nodes",
+            json!({ "translation": [0.4 * f64::from(light) - 0.4, 1.5, 0.3], "rotation": rotation,
+                "extensions": { "KHR_lights_punctual": { "light": light } } }),
+        );
+    }
+    file
+}
+
+/// All textures in one material, and glass on the lamp's place.
+fn everything(base_color: Value) -> File {
+    let mut subject = painted(base_color);
+    subject["pbrMetallicRoughness"]["metallicRoughnessTexture"] = json!({ "index": 1 });
+    subject["normalTexture"] = json!({ "index": 2 });
+    subject["emissiveTexture"] = json!({ "index": 3 });
+    subject["emissiveFactor"] = json!([0.1, 0.1, 0.2]);
+    let mut file = File::stage(json!([subject, lamp(), glass()]));
+    let pane = [[-0.6, 0.2, 0.3], [0.6, 0.2, 0.3], [0.6, 1.2, 0.1], [-0.6, 1.2, 0.1]];
+    file.quad("pane", pane, None, 1.0, 2);
+    for image in [colors(), metallic_roughness(), bumps(), JPEG.to_vec()] {
+        file.texture(&image, sampler(LINEAR, [REPEAT, MIRROR]));
+    }
+    file
+}
+
+/// Writes a `.gltf` file into a folder, with its buffer and its images, a PNG and a JPEG, in files of their own.
+///
+/// # Errors
+/// As of [`std::fs::write`].
+pub fn external(folder: &Path) -> io::Result<PathBuf> {
+    let mut subject = painted(json!({ "index": 0 }));
+    subject["emissiveTexture"] = json!({ "index": 1 });
+    subject["emissiveFactor"] = json!([0.2, 0.2, 0.2]);
+    let mut file = stage(subject);
+    for (name, image) in [("four colours.png", colors()), ("checker.jpg", JPEG.to_vec())] {
+        std::fs::write(folder.join(name), image)?;
+        let image = file.add("images", json!({ "uri": name.replace(' ', "%20") }));
+        file.add("textures", json!({ "source": image }));
+    }
+    let File { mut document, bytes } = file.finished();
+    document["buffers"][0]["uri"] = json!("stage.bin");
+    std::fs::write(folder.join("stage.bin"), bytes)?;
+    let path = folder.join("stage.gltf");
+    std::fs::write(&path, document.to_string())?;
+    Ok(path)
+}
+
+/// The scene with its meshes and textures numbered as they are used, as the importer does, and without what is not
+/// used: equal renderings have equal ones.
+pub fn renumbered(scene: &Scene) -> Scene {
+    let mut result = Scene { meshes: Vec::new(), textures: Vec::new(), ..scene.clone() };
+    let mut textures = BTreeMap::new();
+    for material in &mut result.materials {
+        let slots = [
+            &mut material.base_color_texture,
+            &mut material.metallic_roughness_texture,
+            &mut material.normal_texture,
+            &mut material.emission_texture,
+        ];
+        for texture_use in slots.into_iter().flatten() {
+            let own = textures.entry(texture_use.texture).or_insert_with(|| {
+                result.textures.push(scene.textures[texture_use.texture].clone());
+                result.textures.len() - 1
+            });
+            texture_use.texture = *own;
+        }
+        material.two_sided_emission &= material.emission != [0.0; 3];
+    }
+    let mut meshes = BTreeMap::new();
+    result.instances.retain(|instance| !scene.meshes[instance.mesh].indices.is_empty());
+    for instance in &mut result.instances {
+        instance.mesh = *meshes.entry(instance.mesh).or_insert_with(|| {
+            result.meshes.push(scene.meshes[instance.mesh].clone());
+            result.meshes.len() - 1
+        });
+    }
+    result
+}
+
+/// The first line in which two scenes differ when all of their numbers are written out; every bit counts. The name and
+/// the environment, which a file does not have, do not.
+pub fn difference(a: &Scene, b: &Scene) -> Option<String> {
+    let lines = |scene: &Scene| -> Vec<String> {
+        let scene = renumbered(scene);
+        let meshes = scene.meshes.iter().map(|mesh| format!("{mesh:?}"));
+        let instances = scene.instances.iter().map(|instance| format!("{instance:?}"));
+        let materials = scene.materials.iter().map(|material| format!("{material:?}"));
+        let textures = scene.textures.iter().map(|texture| format!("{texture:?}"));
+        let lights = scene.lights.iter().map(|light| format!("{light:?}"));
+        let view = [format!("{:?} {:?}", scene.camera, scene.default_size)];
+        meshes.chain(instances).chain(materials).chain(textures).chain(lights).chain(view).collect()
+    };
+    let (a, b) = (lines(a), lines(b));
+    if a.len() != b.len() {
+        return Some(format!("{} parts and {} parts", a.len(), b.len()));
+    }
+    let short = |text: &str| text.chars().take(300).collect::<String>();
+    a.iter().zip(&b).find(|(a, b)| a != b).map(|(a, b)| format!("{}\n{}", short(a), short(b)))
+}

@@ -1,0 +1,90 @@
+//! glTF files in and out: generated ones with everything in them, built-in scenes, and files of other programs.
+
+use libtest_mimic::{Arguments, Failed, Trial};
+use restir_host::buffers::SceneBuffers;
+use restir_host::scene::{Scene, builtin, export, gltf};
+use restir_tests::{data, gltf_files};
+
+fn import(name: &str, file: &[u8]) -> Result<Scene, Failed> {
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join(format!("{name}.glb"));
+    std::fs::write(&path, file)?;
+    Ok(gltf::load(&path)?)
+}
+
+/// Exporting and importing a scene changes no bit of it, nor of its buffers.
+fn comes_back(scene: &Scene) -> Result<(), Failed> {
+    let back = import("back", &export::glb(scene)?)?;
+    if let Some(difference) = gltf_files::difference(scene, &back) {
+        return Err(difference.into());
+    }
+    let [own, other] = [SceneBuffers::build(scene)?, SceneBuffers::build(&back)?];
+    if own.geometry != other.geometry || own.attributes != other.attributes {
+        return Err("the buffers differ".into());
+    }
+    Ok(())
+}
+
+fn generated(name: &'static str, file: &[u8]) -> Result<(), Failed> {
+    let scene = import(name, file)?;
+    if !scene.warnings.is_empty() {
+        return Err(format!("{:?}", scene.warnings).into());
+    }
+    comes_back(&scene)
+}
+
+/// Files beside the document hold the same texels as embedded ones.
+fn external() -> Result<(), Failed> {
+    let folder = tempfile::tempdir()?;
+    let scene = gltf::load(&gltf_files::external(folder.path())?)?;
+    let files = gltf_files::textured();
+    let embedded = |wanted: &str| -> Result<Scene, Failed> {
+        let (name, file) = files.iter().find(|(name, _)| *name == wanted).ok_or("no such file")?;
+        import(name, file)
+    };
+    let [png, jpeg] = [embedded("linear")?, embedded("jpeg")?];
+    assert_eq!(scene.textures.len(), 2);
+    assert_eq!(scene.textures[0].texels, png.textures[0].texels);
+    assert_eq!(scene.textures[1].texels, jpeg.textures[0].texels);
+    comes_back(&scene)
+}
+
+/// The comparison sees a change of the last bit of anything.
+fn comparison_is_alive() -> Result<(), Failed> {
+    let files = gltf_files::textured();
+    let (name, file) = files.iter().find(|(name, _)| *name == "everything").ok_or("no such file")?;
+    let scene = import(name, file)?;
+    let changes: [fn(&mut Scene); 6] = [
+        |scene| scene.meshes[0].positions[0][0] = scene.meshes[0].positions[0][0].next_up(),
+        |scene| scene.meshes[0].uvs[3][1] = -0.0,
+        |scene| scene.instances[1].transform.translation.x += f64::MIN_POSITIVE,
+        |scene| scene.materials[0].roughness = scene.materials[0].roughness.next_up(),
+        |scene| scene.textures[0].texels = scene.textures[1].texels.clone(),
+        |scene| scene.materials.iter_mut().for_each(|material| material.normal_texture = None),
+    ];
+    for (number, change) in changes.iter().enumerate() {
+        let mut changed = scene.clone();
+        change(&mut changed);
+        if gltf_files::difference(&scene, &changed).is_none() {
+            return Err(format!("change {number} is not seen").into());
+        }
+    }
+    Ok(())
+}
+
+fn main() {
+    let mut trials =
+        vec![Trial::test("external files", external), Trial::test("the comparison is alive", comparison_is_alive)];
+    for (name, file) in gltf_files::textured() {
+        trials.push(Trial::test(format!("generated/{name}"), move || generated(name, &file)));
+    }
+    for (name, _) in builtin::NAMES {
+        let scene = || builtin::scene(name).ok_or("no such scene");
+        trials.push(Trial::test(format!("built-in/{name}"), move || comes_back(&scene()?)));
+    }
+    for name in ["bunny.glb", "suzanne.glb", "dragon_res3.glb"] {
+        let trial = Trial::test(format!("data/{name}"), move || comes_back(&data::mesh(name)?));
+        trials.push(data::trial(trial));
+    }
+    libtest_mimic::run(&Arguments::from_args(), trials).exit();
+}

@@ -1,0 +1,93 @@
+//! The random numbers of the kernels.
+
+use crate::support::{DRAWS, ROUNDING, family, report};
+use libtest_mimic::Failed;
+use restir_shared::rng::{self, Rng};
+use restir_tests::stats::{Family, histogram, uniform};
+use restir_tests::suite::ensure;
+
+/// What varies while the rest of the key is fixed.
+const AXES: [&str; 4] = ["pixel", "sample", "dimension", "seed"];
+
+/// The key (pixel, sample, dimension, seed) with `i` along one axis; a pixel is (x, y) of an image 1024 wide.
+fn key(axis: usize, i: u32) -> (Rng, u32) {
+    let (x, y) = if axis == 0 { (i % 1024, i / 1024) } else { (517, 260) };
+    let on = |number: usize, otherwise: u32| if axis == number { i } else { otherwise };
+    (Rng::new(x, y, on(1, 3), on(3, 1)), on(2, 5))
+}
+
+fn draw(axis: usize, i: u32) -> [u32; 4] {
+    let (rng, dimension) = key(axis, i);
+    rng.draw(dimension).to_array()
+}
+
+pub(crate) fn words_are_uniform() -> Result<(), Failed> {
+    let mut family = family("uniformity");
+    for (axis, name) in AXES.iter().enumerate() {
+        for word in 0..4 {
+            let bits = |shift: u32, i: u32| (draw(axis, i)[word] >> shift) as usize & 0xfff;
+            family.chi_square(
+                format!("top bits of word {word} over {name}"),
+                uniform(histogram(4096, DRAWS, |i| bits(20, i as u32))),
+            );
+            family.chi_square(
+                format!("low bits of word {word} over {name}"),
+                uniform(histogram(4096, DRAWS, |i| bits(8, i as u32))),
+            );
+        }
+    }
+    report(&family)
+}
+
+/// Pairs of top bits of neighbours at distances that occur: the next, the next row, the next block.
+fn serial_pairs(draw: impl Fn(usize, u32) -> [u32; 4] + Sync) -> Family {
+    let mut family = family("serial pairs");
+    for (axis, name) in AXES.iter().enumerate() {
+        for distance in [1, 2, 64, 1024] {
+            for word in 0..4 {
+                let pair = |i: u64| {
+                    let i = i as u32;
+                    let (a, b) = (draw(axis, i)[word], draw(axis, i + distance)[word]);
+                    ((a >> 26) << 6 | b >> 26) as usize
+                };
+                let name = format!("word {word}, {name}s {distance} apart");
+                family.chi_square(name, uniform(histogram(4096, DRAWS / 4, pair)));
+            }
+        }
+    }
+    family
+}
+
+pub(crate) fn neighbouring_keys_are_independent() -> Result<(), Failed> {
+    report(&serial_pairs(draw))
+}
+
+pub(crate) fn words_of_a_draw_are_independent() -> Result<(), Failed> {
+    let mut family = family("pairs of words");
+    for (axis, name) in AXES.iter().enumerate() {
+        for (a, b) in [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)] {
+            let pair = |i: u64| {
+                let words = draw(axis, i as u32);
+                ((words[a] >> 26) << 6 | words[b] >> 26) as usize
+            };
+            family.chi_square(format!("words {a} and {b} over {name}"), uniform(histogram(4096, DRAWS / 4, pair)));
+        }
+    }
+    report(&family)
+}
+
+/// One multiplication per word, without the mixing between them.
+pub(crate) fn a_weak_generator_is_seen() -> Result<(), Failed> {
+    let weak = |axis: usize, i: u32| {
+        let mut key = [1_u32, 3, 5, 7];
+        key[axis] = i;
+        let sum = key.iter().fold(0_u32, |sum, &k| sum.wrapping_mul(31).wrapping_add(k));
+        [1_664_525_u32, 22_695_477, 214_013, 1_103_515_245].map(|factor| sum.wrapping_mul(factor))
+    };
+    ensure(!serial_pairs(weak).passed(), || "a linear congruence passes as random".to_owned())
+}
+
+pub(crate) fn unit_numbers_are_below_one() -> Result<(), Failed> {
+    ensure(f64::from(rng::unit(u32::MAX)) == 1.0 - ROUNDING, || "the largest number is not 1 - 2^-24".to_owned())?;
+    ensure(rng::unit(255) == 0.0 && rng::unit(256) > 0.0, || "the low 8 bits count".to_owned())
+}
