@@ -33,7 +33,7 @@ impl Walks {
         let [width, height] = self.size;
         let pixel =
             Vec2::new((self.random.unit() * f64::from(width)) as f32, (self.random.unit() * f64::from(height)) as f32);
-        primary_ray(&self.buffers.camera.params(width, height), pixel)
+        primary_ray(&self.buffers.camera.params(width, height), pixel, Vec2::ZERO)
     }
 
     pub(super) fn trace(&self, ray: &Ray) -> Option<Vertex> {
