@@ -23,10 +23,10 @@ const COLOURS: [[f32; 3]; 3] = [[0.62, 0.42, 0.33], [0.66, 0.55, 0.45], [0.5, 0.
 
 const SKY_SIZE: [u32; 2] = [512, 256];
 const LOBES: usize = 200;
-/// Standard deviation of a lobe in radians: about a pixel and a half of the sky's.
-const LOBE_WIDTH: f64 = 0.018;
+/// Standard deviation of a lobe in radians: about a pixel of the sky's.
+const LOBE_WIDTH: f64 = 0.012;
 /// Irradiance by all lobes on a surface that faces them.
-const LOBES_IRRADIANCE: f64 = 11.0;
+const LOBES_IRRADIANCE: f64 = 4.0;
 
 pub(super) fn scene() -> Scene {
     let mut scene = Scene {
@@ -182,7 +182,7 @@ fn night() -> Environment {
     lobes.iter_mut().for_each(|(_, colour)| *colour = colour.map(|channel| channel * peak));
     sky("night", SKY_SIZE, |direction| {
         let up = 0.5 + 0.5 * direction.y;
-        let mut radiance = [0.0024, 0.003, 0.0055].map(|channel| channel * (1.3 - up));
+        let mut radiance = [0.0009, 0.0011, 0.002].map(|channel| channel * (1.3 - up));
         for (middle, colour) in &lobes {
             let squares = (direction - *middle).length_squared() / (2.0 * LOBE_WIDTH * LOBE_WIDTH);
             // the exponential is zero in f32 well before
@@ -219,7 +219,7 @@ mod tests {
         let mut walks = Walks::new(&scene);
         let sky = scene.environment.as_ref().unwrap();
         let (mut direct, mut indirect) = (0.0, 0.0);
-        for _ in 0..30_000 {
+        for _ in 0..60_000 {
             let mut ray = walks.camera_ray();
             let mut throughput = 1.0;
             for bounce in 0..9 {
