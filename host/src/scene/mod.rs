@@ -15,6 +15,7 @@ pub mod export;
 pub mod gltf;
 mod light;
 mod material;
+mod shapes;
 mod texture;
 
 pub use light::{Environment, Light, LightKind};

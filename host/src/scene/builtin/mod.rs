@@ -4,15 +4,34 @@ use glam::DAffine3;
 
 use super::{Instance, Mesh, Scene};
 
+mod ajar;
 mod cornell;
 mod cornell_mitsuba;
+mod cornell_mixed;
 mod furnace;
+mod glass;
+mod glossy;
+mod isosurface;
+mod many_lights;
+#[cfg(test)]
+mod measure;
+mod parts;
+mod random;
+mod statue;
+mod tower;
 
 /// Name of each built-in scene, and a line about it.
 pub const NAMES: &[(&str, &str)] = &[
     ("cornell", "the Cornell box from its measured data"),
     ("cornell-mitsuba", "the Cornell box as Mitsuba 3 has it (mi.cornell_box()), for comparisons with Mitsuba"),
     ("furnace", "inside a closed box that emits 1 and reflects 0.5: at depth n every pixel is 2 (1 - 0.5^n)"),
+    ("cornell-mixed", "the Cornell box with glossy blocks, a mirror and a glass sphere"),
+    ("ajar", "two rooms and a door ajar; the only light is in the far room"),
+    ("many-lights", "a hall of stalls with more than 10000 emissive triangles, most of them hidden"),
+    ("glossy", "a corridor of metal and plastic whose roughness grows with the distance"),
+    ("glass", "a mirror, and glass that is smooth, rough, or coloured by absorption"),
+    ("tower", "two towers of bricks at night: a sky of small bright lights, a shadow side lit indirectly"),
+    ("statue", "a hare of wax: one closed mesh with ears, fingers and a thick belly"),
 ];
 
 /// The built-in scene called `name`, if there is one.
@@ -21,9 +40,19 @@ pub fn scene(name: &str) -> Option<Scene> {
         "cornell" => Some(cornell::scene()),
         "cornell-mitsuba" => Some(cornell_mitsuba::scene()),
         "furnace" => Some(furnace::scene()),
+        "cornell-mixed" => Some(cornell_mixed::scene()),
+        "ajar" => Some(ajar::scene(AJAR_DEGREES)),
+        "many-lights" => Some(many_lights::scene()),
+        "glossy" => Some(glossy::scene()),
+        "glass" => Some(glass::scene()),
+        "tower" => Some(tower::scene()),
+        "statue" => Some(statue::scene()),
         _ => None,
     }
 }
+
+/// How far the door of `ajar` is open.
+const AJAR_DEGREES: f64 = 16.68;
 
 /// Planar quadrilaterals, their corners counter-clockwise as seen from the front.
 fn quads(name: &str, material: usize, quads: &[[[f64; 3]; 4]]) -> Mesh {
@@ -76,6 +105,12 @@ mod tests {
         faces
     }
 
+    /// Of the cones from the origin to the triangles, positive where their front sides are out.
+    fn volume(mesh: &Mesh, origin: DVec3) -> f64 {
+        let corner = |i: u32| DVec3::from_array(mesh.positions[i as usize].map(f64::from)) - origin;
+        mesh.indices.iter().map(|&[a, b, c]| corner(a).cross(corner(b)).dot(corner(c)) / 6.0).sum()
+    }
+
     fn centre_of(faces: &[(DVec3, DVec3)]) -> DVec3 {
         faces.iter().map(|(centre, _)| *centre).sum::<DVec3>() / faces.len() as f64
     }
@@ -102,10 +137,28 @@ mod tests {
             assert!(built.has_light() && built.camera.is_some() && built.default_size.is_some());
             for mesh in &built.meshes {
                 assert!(mesh.material < built.materials.len());
+                assert!(mesh.normals.is_empty() || mesh.normals.len() == mesh.positions.len(), "{name}: {}", mesh.name);
+                assert!(mesh.uvs.is_empty() || mesh.uvs.len() == mesh.positions.len(), "{name}: {}", mesh.name);
+                let textured = built.materials[mesh.material].base_color_texture.is_some();
+                assert!(!textured || !mesh.uvs.is_empty(), "{name}: {}", mesh.name);
                 assert!(mesh.indices.as_flattened().iter().all(|&i| (i as usize) < mesh.positions.len()));
             }
         }
         assert!(scene("Cornell").is_none());
+    }
+
+    #[test]
+    fn glass_is_closed_and_no_scene_has_triangles_without_area() {
+        for (name, _) in NAMES {
+            let built = scene(name).unwrap();
+            for mesh in built.meshes.iter().filter(|mesh| built.materials[mesh.material].volume.is_some()) {
+                // the volume between an origin and the surface is the same for all origins if the surface is closed
+                let [here, there] = [DVec3::ZERO, DVec3::new(3.0, -5.0, 7.0)].map(|origin| volume(mesh, origin));
+                assert!(here > 0.0 && (there / here - 1.0).abs() < 1e-4, "{name}: {} {here} {there}", mesh.name);
+            }
+            let stats = crate::buffers::SceneBuffers::build(&built).unwrap().stats();
+            assert_eq!(stats.skipped_triangles, 0, "{name}");
+        }
     }
 
     #[test]

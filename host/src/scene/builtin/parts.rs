@@ -1,0 +1,83 @@
+//! Materials, textures and skies that several scenes use.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use crate::scene::{Environment, Filter, Material, Scene, Texture, TextureUse, Volume, Wrap};
+
+/// Index of refraction of glass, and of what is called plastic.
+const IOR: f32 = 1.5;
+
+/// A dielectric over a diffuse base.
+pub(super) fn plastic(name: &str, base_color: [f32; 3], roughness: f32) -> Material {
+    Material { roughness, ior: IOR, ..Material::diffuse(name, base_color) }
+}
+
+/// A metal; a mirror where `roughness` is zero.
+pub(super) fn metal(name: &str, reflectance: [f32; 3], roughness: f32) -> Material {
+    Material { metallic: 1.0, ..plastic(name, reflectance, roughness) }
+}
+
+/// A clear interior behind a closed surface.
+pub(super) fn glass(name: &str, roughness: f32) -> Material {
+    tinted_glass(name, roughness, [1.0; 3], f32::INFINITY)
+}
+
+/// As [`glass`], with `color` left of white light after `distance`.
+pub(super) fn tinted_glass(name: &str, roughness: f32, color: [f32; 3], distance: f32) -> Material {
+    let volume = Volume { attenuation_color: color, attenuation_distance: distance };
+    Material { transmission: 1.0, volume: Some(volume), ..plastic(name, [1.0; 3], roughness) }
+}
+
+/// A checkerboard of two greys (sRGB, eight bits), `squares` along u and along v.
+pub(super) fn checker(scene: &mut Scene, greys: [u8; 2], squares: [f32; 2]) -> TextureUse {
+    let [a, b] = greys.map(|grey| [grey, grey, grey, 255]);
+    scene.textures.push(Texture {
+        name: "checker".to_owned(),
+        size: [2, 2],
+        texels: Arc::new([a, b, b, a]),
+        wrap: [Wrap::Repeat; 2],
+        filter: Filter::Nearest,
+    });
+    let [u, v] = squares.map(|count| 0.5 * count);
+    TextureUse { transform: [u, 0.0, 0.0, 0.0, v, 0.0], ..TextureUse::new(scene.textures.len() - 1) }
+}
+
+/// An environment from its radiance as a function of the unit direction, taken at the middle of each pixel.
+pub(super) fn sky(name: &str, size: [u32; 2], radiance: impl Fn(DVec3) -> [f32; 3]) -> Environment {
+    let pixel = |index: u32| {
+        let u = (f64::from(index % size[0]) + 0.5) / f64::from(size[0]);
+        let v = (f64::from(index / size[0]) + 0.5) / f64::from(size[1]);
+        let (sin_theta, cos_theta) = (std::f64::consts::PI * v).sin_cos();
+        let (sin_phi, cos_phi) = (std::f64::consts::TAU * (0.5 - u)).sin_cos();
+        radiance(DVec3::new(sin_theta * sin_phi, cos_theta, sin_theta * cos_phi))
+    };
+    Environment {
+        name: name.to_owned(),
+        size,
+        pixels: (0..size[0] * size[1]).map(pixel).collect(),
+        scale: 1.0,
+        rotation: 0.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_middle_of_a_sky_is_at_plus_z_and_a_quarter_to_the_left_plus_x() {
+        let sky = sky("axes", [64, 32], |direction| direction.as_vec3().to_array());
+        let near = |x: usize, y: usize, axis: DVec3| {
+            let pixel = DVec3::from_array(sky.pixels[y * 64 + x].map(f64::from));
+            assert!((pixel.length() - 1.0).abs() < 1e-6 && pixel.dot(axis) > 0.99, "{x} {y}: {pixel}");
+        };
+        near(32, 16, DVec3::Z);
+        near(16, 16, DVec3::X);
+        near(48, 16, DVec3::NEG_X);
+        near(0, 16, DVec3::NEG_Z);
+        near(7, 0, DVec3::Y);
+        near(7, 31, DVec3::NEG_Y);
+    }
+}

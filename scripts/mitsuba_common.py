@@ -1,0 +1,252 @@
+"""What the comparisons with Mitsuba 3 share: running both renderers on one scene, and reading their images."""
+
+import json
+import os
+import re
+import struct
+import subprocess
+import tempfile
+from pathlib import Path
+
+import mitsuba as mi
+import numpy as np
+
+
+def restir(program, scene, size, spp, depth, seed, output, env=None):
+    """Renders with `restir`; returns the image and the seconds that the program reports for rendering."""
+    command = [program, "render", str(scene), "-o", str(output), "--jitter", "--device", "cpu"]
+    command += ["--size", f"{size[0]}x{size[1]}", "--spp", str(spp), "--max-depth", str(depth), "--seed", str(seed)]
+    command += ["--env", str(env)] if env else []
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode != 0:
+        raise RuntimeError(done.stderr.strip() or f"restir ended with {done.returncode}")
+    return read_exr(output), float(re.search(r" in ([0-9.]+) s ", done.stdout).group(1))
+
+
+def read_exr(path):
+    bitmap = mi.Bitmap(str(path)).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, False)
+    return np.array(bitmap, dtype=np.float64)
+
+
+def mitsuba_cornell_box(size):
+    """`mi.cornell_box()` with a box filter. Surfaces are two-sided, as they are in restir."""
+    scene = mi.cornell_box()
+    for name, entry in list(scene.items()):
+        if isinstance(entry, dict) and entry.get("type") == "diffuse":
+            scene[name] = {"type": "twosided", "bsdf": entry}
+    scene["sensor"]["film"] = film(size)
+    scene["sensor"]["sampler"] = {"type": "independent"}
+    scene.pop("integrator", None)
+    return scene
+
+
+def film(size):
+    return {
+        "type": "hdrfilm",
+        "width": size[0],
+        "height": size[1],
+        "pixel_format": "rgb",
+        "component_format": "float32",
+        "rfilter": {"type": "box"},
+    }
+
+
+def path_tracer(depth):
+    """As restir's: next event estimation with multiple importance sampling, and no roulette."""
+    return mi.load_dict({"type": "path", "max_depth": depth, "rr_depth": depth + 1})
+
+
+def mitsuba(scene, integrator, spp, seed):
+    return np.array(mi.render(scene, integrator=integrator, spp=spp, seed=seed), dtype=np.float64)[..., :3]
+
+
+def write_png(path, image):
+    """Linear radiance to an sRGB PNG."""
+    bitmap = mi.Bitmap(np.ascontiguousarray(image, dtype=np.float32))
+    bitmap = bitmap.convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.UInt8, True)
+    bitmap.write(str(path))
+
+
+def commit():
+    """The commit that was measured, with a + if files differ from it."""
+    git = lambda *arguments: subprocess.run(["git", *arguments], capture_output=True, text=True).stdout.strip()
+    return git("rev-parse", "--short=10", "HEAD") + ("+" if git("status", "--porcelain", "--untracked-files=no") else "")
+
+
+def cpu():
+    lines = Path("/proc/cpuinfo").read_text().splitlines() if Path("/proc/cpuinfo").exists() else []
+    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return f"{names[0] if names else 'unknown CPU'}, {os.cpu_count()} hardware threads"
+
+
+def write_atomically(path, text):
+    path = Path(path)
+    with tempfile.NamedTemporaryFile("w", dir=path.parent, delete=False) as file:
+        file.write(text)
+    os.chmod(file.name, 0o644)
+    os.replace(file.name, path)
+
+
+class Object:
+    """A faceted mesh with a material, given as the arguments of `material_gltf` and `material_mitsuba`."""
+
+    def __init__(self, positions, triangles, uvs=None, **material):
+        self.positions = np.asarray(positions, dtype=np.float32)
+        self.triangles = np.asarray(triangles, dtype=np.uint32)
+        self.uvs = None if uvs is None else np.asarray(uvs, dtype=np.float32)
+        self.material = material
+
+
+def quad(corner, u, v, **material):
+    corner, u, v = (np.asarray(x, dtype=np.float64) for x in (corner, u, v))
+    positions = [corner, corner + u, corner + u + v, corner + v]
+    return Object(positions, [[0, 1, 2], [0, 2, 3]], [[0, 0], [1, 0], [1, 1], [0, 1]], **material)
+
+
+def sphere(centre, radius, rings=48, **material):
+    """A closed sphere of facets, front sides out."""
+    segments = 2 * rings
+    theta = np.pi * np.arange(1, rings) / rings
+    phi = 2 * np.pi * np.arange(segments) / segments
+    grid = [
+        np.outer(np.sin(theta), np.cos(phi)),
+        np.outer(np.cos(theta), np.ones(segments)),
+        np.outer(np.sin(theta), np.sin(phi)),
+    ]
+    points = np.concatenate([[[0, 1, 0]], np.stack(grid, -1).reshape(-1, 3), [[0, -1, 0]]])
+    last = len(points) - 1
+    at = lambda ring, k: 1 + ring * segments + k % segments
+    triangles = []
+    for k in range(segments):
+        triangles += [[0, at(0, k + 1), at(0, k)], [last, at(rings - 2, k), at(rings - 2, k + 1)]]
+        for ring in range(rings - 2):
+            a, b, c, d = at(ring, k), at(ring, k + 1), at(ring + 1, k), at(ring + 1, k + 1)
+            triangles += [[a, b, d], [a, d, c]]
+    return Object(np.asarray(centre) + radius * points, triangles, **material)
+
+
+def write_glb(path, objects, camera, texture_png=None):
+    """The objects and a camera {position, target, yfov} as a glTF 2.0 binary file."""
+    blob, views, accessors, meshes, nodes, materials = bytearray(), [], [], [], [], []
+
+    def view(data):
+        views.append({"buffer": 0, "byteOffset": len(blob), "byteLength": len(data)})
+        blob.extend(data + b"\0" * (-len(data) % 4))
+        return len(views) - 1
+
+    def accessor(array, component, kind):
+        entry = {"bufferView": view(array.tobytes()), "componentType": component, "type": kind, "count": len(array)}
+        if kind == "VEC3":
+            entry |= {"min": array.min(0).tolist(), "max": array.max(0).tolist()}
+        accessors.append(entry)
+        return len(accessors) - 1
+
+    for object in objects:
+        attributes = {"POSITION": accessor(object.positions, 5126, "VEC3")}
+        if object.uvs is not None:
+            attributes["TEXCOORD_0"] = accessor(object.uvs, 5126, "VEC2")
+        indices = object.triangles.reshape(-1)
+        accessors.append(
+            {"bufferView": view(indices.tobytes()), "componentType": 5125, "type": "SCALAR", "count": len(indices)}
+        )
+        primitive = {"attributes": attributes, "indices": len(accessors) - 1, "material": len(materials)}
+        materials.append(material_gltf(**object.material))
+        nodes.append({"mesh": len(meshes)})
+        meshes.append({"primitives": [primitive]})
+    nodes.append({"camera": 0, "matrix": camera_matrix(camera).T.reshape(-1).tolist()})
+    gltf = {
+        "asset": {"version": "2.0"},
+        "extensionsUsed": sorted({name for m in materials for name in m.get("extensions", {})}),
+        "scene": 0,
+        "scenes": [{"nodes": list(range(len(nodes)))}],
+        "nodes": nodes,
+        "meshes": meshes,
+        "materials": materials,
+        "cameras": [{"type": "perspective", "perspective": {"yfov": camera["yfov"], "znear": 0.01}}],
+    }
+    if texture_png:
+        gltf["images"] = [{"bufferView": view(Path(texture_png).read_bytes()), "mimeType": "image/png"}]
+        gltf["samplers"] = [{"magFilter": 9729, "minFilter": 9729, "wrapS": 10497, "wrapT": 10497}]
+        gltf["textures"] = [{"source": 0, "sampler": 0}]
+    gltf |= {"accessors": accessors, "bufferViews": views, "buffers": [{"byteLength": len(blob)}]}
+    text = json.dumps(gltf).encode()
+    text += b" " * (-len(text) % 4)
+    length = 12 + 8 + len(text) + 8 + len(blob)
+    header = struct.pack("<4sII", b"glTF", 2, length) + struct.pack("<I4s", len(text), b"JSON")
+    Path(path).write_bytes(header + text + struct.pack("<I4s", len(blob), b"BIN\0") + blob)
+
+
+def camera_matrix(camera):
+    position, target = (np.asarray(camera[key], dtype=np.float64) for key in ("position", "target"))
+    back = (position - target) / np.linalg.norm(position - target)
+    right = np.cross([0, 1, 0], back)
+    right /= np.linalg.norm(right)
+    matrix = np.eye(4)
+    matrix[:3, 0], matrix[:3, 1], matrix[:3, 2], matrix[:3, 3] = right, np.cross(back, right), back, position
+    return matrix
+
+
+def material_gltf(kind, color=(1, 1, 1), roughness=1.0, textured=False, emission=None):
+    """`kind` is "diffuse", "metal" (white: Schlick's Fresnel term is one) or "glass" (smooth, index 1.5)."""
+    pbr = {
+        "baseColorFactor": [*color, 1.0],
+        "metallicFactor": 1.0 if kind == "metal" else 0.0,
+        "roughnessFactor": {"diffuse": 1.0, "metal": roughness, "glass": 0.0}[kind],
+    }
+    if textured:
+        pbr["baseColorTexture"] = {"index": 0}
+    material = {"pbrMetallicRoughness": pbr, "extensions": {}}
+    if kind != "metal":
+        # with an index of 1 nothing is reflected specularly
+        material["extensions"]["KHR_materials_ior"] = {"ior": 1.5 if kind == "glass" else 1.0}
+    if kind == "glass":
+        material["extensions"]["KHR_materials_transmission"] = {"transmissionFactor": 1.0}
+        material["extensions"]["KHR_materials_volume"] = {"thicknessFactor": 1.0}
+    if emission:
+        material["emissiveFactor"] = [1.0, 1.0, 1.0]
+        material["extensions"]["KHR_materials_emissive_strength"] = {"emissiveStrength": emission}
+    return material
+
+
+def material_mitsuba(texture_png, kind, color=(1, 1, 1), roughness=1.0, textured=False, emission=None):
+    if kind == "metal":
+        # glTF: GGX's alpha is the square of the roughness
+        bsdf = {"type": "roughconductor", "material": "none", "distribution": "ggx", "alpha": roughness**2}
+    elif kind == "glass":
+        return {"type": "dielectric", "int_ior": 1.5, "ext_ior": 1.0}
+    elif textured:
+        texture = {"type": "bitmap", "filename": str(texture_png), "filter_type": "bilinear", "wrap_mode": "repeat"}
+        bsdf = {"type": "diffuse", "reflectance": texture}
+    else:
+        bsdf = {"type": "diffuse", "reflectance": {"type": "rgb", "value": list(color)}}
+    return {"type": "twosided", "bsdf": bsdf}
+
+
+def mitsuba_scene(folder, objects, camera, size, env=None, texture_png=None):
+    """The same as a Mitsuba scene; meshes go through PLY files in `folder`."""
+    to_world = mi.ScalarTransform4f().look_at(camera["position"], camera["target"], [0, 1, 0])
+    sensor = {"type": "perspective", "fov_axis": "y", "fov": float(np.degrees(camera["yfov"])), "to_world": to_world}
+    scene = {"type": "scene", "sensor": sensor | {"film": film(size), "sampler": {"type": "independent"}}}
+    if env:
+        scene["environment"] = {"type": "envmap", "filename": str(env)}
+    for index, object in enumerate(objects):
+        path = Path(folder) / f"{index}.ply"
+        write_ply(path, object)
+        bsdf = material_mitsuba(texture_png, **object.material)
+        scene[f"object{index}"] = {"type": "ply", "filename": str(path), "face_normals": True, "bsdf": bsdf}
+        if object.material.get("emission"):
+            radiance = {"type": "rgb", "value": [object.material["emission"]] * 3}
+            scene[f"object{index}"]["emitter"] = {"type": "area", "radiance": radiance}
+    return scene
+
+
+def write_ply(path, object):
+    # both have v = 0 at the image's first row
+    uvs = np.zeros((len(object.positions), 2), np.float32) if object.uvs is None else object.uvs
+    names = "".join(f"property float {name}\n" for name in ("x", "y", "z", "u", "v"))
+    header = f"ply\nformat binary_little_endian 1.0\nelement vertex {len(uvs)}\n{names}"
+    header += f"element face {len(object.triangles)}\nproperty list uchar int vertex_index\nend_header\n"
+    faces = np.zeros(len(object.triangles), dtype=[("count", "u1"), ("index", "<i4", 3)])
+    faces["count"], faces["index"] = 3, object.triangles
+    vertices = np.concatenate([object.positions, uvs], axis=1).astype("<f4")
+    Path(path).write_bytes(header.encode() + vertices.tobytes() + faces.tobytes())
