@@ -36,6 +36,7 @@ fn run(executor: &mut dyn Executor, words: &[u32], buckets: Buckets) -> Result<(
         pass_count: passes.len() as u64,
         passes: Box::new(passes.into_iter()),
         outputs: vec![indices, offsets],
+        scene: None,
     };
     let mut results = executor.run(plan, &mut |_| ControlFlow::Continue(()))?;
     let offsets = results.pop().unwrap_or_default();
