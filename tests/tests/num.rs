@@ -127,7 +127,8 @@ fn a_power_by_rounded_logarithm_is_seen() -> Result<(), Failed> {
 
 /// Over neighbours and over steps of any size, where the error of the function is larger than its slope.
 fn functions_that_grow_do_not_fall() -> Result<(), Failed> {
-    let growing: [(&str, fn(f32) -> f32, f32, f32); 5] = [
+    type Growing = (&'static str, fn(f32) -> f32, f32, f32);
+    let growing: [Growing; 5] = [
         ("srgb_encode", color::srgb_encode, 0.0, 1.0),
         ("srgb_decode", color::srgb_decode, 0.0, 1.0),
         ("exp2", num::exp2, -126.0, 127.0),

@@ -24,21 +24,7 @@ pub(super) fn check(scene: &Scene) -> Result<(), Error> {
 }
 
 pub(super) fn check_camera(scene: &Scene, camera: &Camera) -> Result<(), Error> {
-    let direction = camera.target - camera.position;
-    let focus = camera.focus_distance.unwrap_or_else(|| direction.length());
-    // a camera that frames the largest scene stands outside of it
-    let problem = if camera.position.abs().max_element() > 4.0 * MAX_COORDINATE
-        || !(direction.is_finite() && direction.length() > 0.0)
-    {
-        format!("the camera at {} is not within 4.29e9 or looks nowhere; correct it", camera.position)
-    } else if !(0.0..=MAX_COORDINATE).contains(&camera.lens_radius) {
-        format!("a lens of radius {} is not within 0 and 1.07e9; correct it", camera.lens_radius)
-    } else if !(focus > 0.0 && focus <= 4.0 * MAX_COORDINATE) {
-        format!("a focus distance of {focus} is not positive or beyond 4.29e9; correct it")
-    } else {
-        return Ok(());
-    };
-    Err(scene_error(scene, problem))
+    camera.check().map_err(|problem| scene_error(scene, problem))
 }
 
 fn outside(values: &[f32], lo: f32, hi: f32) -> bool {

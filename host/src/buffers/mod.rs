@@ -91,7 +91,7 @@ impl SceneBuffers {
         let attributes = Attributes::new(scene, &tables, &texels, environment.as_ref());
         let geometry = pack_geometry(scene, &bvh, &triangles, &tables, with_shading);
         let materials = scene.materials.iter().zip(&used).filter(|(_, used)| **used).map(|(material, _)| material);
-        let features = features::of(materials, &tables, with_shading, textures > 0 && with_shading);
+        let features = features::of(materials, &tables, with_shading, textures > 0);
 
         let triangle_base = bvh.nodes.len() as u32 * NODE_WORDS;
         let triangle_count = triangles.len() as u32;

@@ -98,7 +98,7 @@ pub(crate) fn distances_have_their_density() -> Result<(), Failed> {
     let mut family = family("distances");
     let sample = |i: u64| Some(sample_exponential(numbers(i, 5).x, RATE).into());
     family.chi_square("exponential", line(LONGEST).table(sample, |t| exponential_pdf(*t as f32, RATE).into()));
-    let values = (0..DRAWS / 8).filter_map(|i| sample(i)).collect();
+    let values = (0..DRAWS / 8).filter_map(sample).collect();
     family.kolmogorov("exponential", values, |t: f64| -(-f64::from(RATE) * t).exp_m1());
     for depth in DEPTHS {
         let rate = depth / T_MAX;

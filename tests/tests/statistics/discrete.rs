@@ -127,11 +127,11 @@ pub(crate) fn discrete_has_its_probabilities() -> Result<(), Failed> {
         let counts = histogram(weights.len(), DRAWS, |i| list.sample(words(i, 51 + number as u32)[0]).index as usize);
         let cells = counts.into_iter().enumerate().map(|(i, count)| (count, list.probability(i) * DRAWS as f64));
         family.chi_square(format!("list {number}"), cells);
-        for i in 0..weights.len() {
+        for (i, &weight) in weights.iter().enumerate() {
             let p = f64::from(discrete_probability(i as u32, list.count(), |i| list.0[i as usize]));
             let exact = list.probability(i);
             ensure((p - exact).abs() <= ROUNDING * exact, || format!("item {i} of list {number}: {p} for {exact}"))?;
-            ensure((weights[i] > 0.0) == (exact > 0.0), || format!("item {i} of list {number}: {exact}"))?;
+            ensure((weight > 0.0) == (exact > 0.0), || format!("item {i} of list {number}: {exact}"))?;
         }
     }
     report(&family)
@@ -230,10 +230,10 @@ pub(crate) fn table_has_its_density() -> Result<(), Failed> {
     let counts = histogram(WIDTH * HEIGHT * PARTS * PARTS, DRAWS, cell).into_iter().enumerate();
     family.chi_square("unit square", counts.map(|(i, count)| (count, expected(i))));
     let mut integral = 0.0;
-    for row in 0..HEIGHT {
+    for (row, columns) in columns.iter().enumerate() {
         for column in 0..WIDTH {
             let p = table_2d_probability([column as u32, row as u32], width, height, row_cdf, column_cdf);
-            let exact = rows.probability(row) * columns[row].probability(column);
+            let exact = rows.probability(row) * columns.probability(column);
             ensure((f64::from(p) - exact).abs() <= 3.0 * ROUNDING * exact, || format!("({column}, {row}): {p}"))?;
             integral += f64::from(table_2d_pdf(p, width, height)) / (WIDTH * HEIGHT) as f64;
         }

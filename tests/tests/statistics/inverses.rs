@@ -83,7 +83,7 @@ pub(crate) fn distances_invert() -> Result<(), Failed> {
     let check = |name: &str, back: &dyn Fn(f32) -> f32| {
         // numbers of a grid, and those that an inverse may make, down to 2^-40
         let small = |i: u64, u: f32| {
-            if i % 2 == 0 { u } else { u * f32::from_bits(0x3f80_0000 - ((i as u32 >> 1) % 40 << 23)) }
+            if i.is_multiple_of(2) { u } else { u * f32::from_bits(0x3f80_0000 - (((i as u32 >> 1) % 40) << 23)) }
         };
         let error = |i: u64| {
             let u = small(i, numbers(i, 9).x);
