@@ -71,6 +71,8 @@ struct Cell {
     kind: Kind,
     /// Factor of the tested technique's throughput at every bounce; 1 is right.
     throughput: f32,
+    /// Restarts of a round.
+    round: u32,
     scene: Scene,
     buffers: SceneBuffers,
 }
@@ -92,16 +94,22 @@ struct State {
 /// [`Error::Failed`] if the expectations differ; [`Error::Environment`] for a cell that does not exist or a state that
 /// is of something else; [`Error::Io`] if the state cannot be read or written.
 pub fn run(options: &Options) -> Result<(), Error> {
-    let cell = Cell::open(&options.cell, if options.wrong { WRONG_THROUGHPUT } else { 1.0 })?;
+    run_in_rounds(options, ROUND)
+}
+
+/// `round` restarts between two writes of the state.
+fn run_in_rounds(options: &Options, round: u32) -> Result<(), Error> {
+    let throughput = if options.wrong { WRONG_THROUGHPUT } else { 1.0 };
+    let cell = Cell { throughput, round, ..Cell::open(&options.cell)? };
     let path = state_path(options)?;
     let digest = cell.digest()?;
     let mut state = if options.fresh { State::new(digest) } else { State::load(&path, digest)? };
     let start = Instant::now();
-    let rounds = options.restarts.div_ceil(ROUND).max(1);
-    while state.restarts < rounds * ROUND {
+    let restarts = options.restarts.max(1).next_multiple_of(round);
+    while state.restarts < restarts {
         cell.round(&mut state)?;
         state.save(&path)?;
-        eprintln!("{} of {} restarts, {:.0} s", state.restarts, rounds * ROUND, start.elapsed().as_secs_f64());
+        eprintln!("{} of {} restarts, {:.0} s", state.restarts, restarts, start.elapsed().as_secs_f64());
     }
     report(options, &state)
 }
@@ -141,7 +149,7 @@ fn z_scores(tested: &[Moments], reference: &[Moments]) -> Vec<f64> {
 }
 
 impl Cell {
-    fn open(name: &str, throughput: f32) -> Result<Self, Error> {
+    fn open(name: &str) -> Result<Self, Error> {
         let unknown = || {
             let scenes: Vec<&str> = builtin::NAMES.iter().map(|(name, _)| *name).collect();
             let scenes = scenes.join(", ");
@@ -165,7 +173,7 @@ impl Cell {
             )));
         }
         let buffers = SceneBuffers::build(&scene).map_err(environment)?;
-        Ok(Self { kind, throughput, scene, buffers })
+        Ok(Self { kind, throughput: 1.0, round: ROUND, scene, buffers })
     }
 
     fn settings(roulette: bool) -> RenderSettings {
@@ -181,7 +189,8 @@ impl Cell {
             &arenas.iter().flat_map(|words| words.iter().flat_map(|word| word.to_le_bytes())).collect::<Vec<_>>(),
         );
         hasher.update(
-            format!("{params:?} {:?} {} {TILE} {ROUND} {REFERENCE_RESTARTS}", self.kind, self.throughput).as_bytes(),
+            format!("{params:?} {:?} {} {TILE} {} {REFERENCE_RESTARTS}", self.kind, self.throughput, self.round)
+                .as_bytes(),
         );
         Ok(hasher.finalize().to_hex().to_string())
     }
@@ -189,8 +198,8 @@ impl Cell {
     /// Adds a round to both sides.
     fn round(&self, state: &mut State) -> Result<(), Error> {
         let first = state.restarts;
-        let tested = self.trace(self.kind == Kind::Roulette, self.throughput, ROUND, first)?;
-        let (count, from) = (ROUND * REFERENCE_RESTARTS, first * REFERENCE_RESTARTS);
+        let tested = self.trace(self.kind == Kind::Roulette, self.throughput, self.round, first)?;
+        let (count, from) = (self.round * REFERENCE_RESTARTS, first * REFERENCE_RESTARTS);
         let reference = match self.kind {
             Kind::Roulette => self.trace(false, 1.0, count, REFERENCE_SEED + from)?,
             Kind::Oracle => {
@@ -200,7 +209,7 @@ impl Cell {
         };
         state.tested = merged(&state.tested, tested);
         state.reference = merged(&state.reference, reference);
-        state.restarts += ROUND;
+        state.restarts += self.round;
         Ok(())
     }
 
@@ -299,17 +308,23 @@ fn environment(error: restir_host::Error) -> Error {
 mod tests {
     use super::*;
 
+    /// Short ones, of a single task.
+    const SHORT: u32 = 64;
+
     fn options(cell: &str, folder: &Path, rounds: u32) -> Options {
         let state = Some(folder.to_owned());
-        Options { cell: cell.to_owned(), restarts: rounds * ROUND, state, fresh: false, wrong: false }
+        Options { cell: cell.to_owned(), restarts: rounds * SHORT, state, fresh: false, wrong: false }
     }
 
     #[test]
     fn a_cell_that_was_interrupted_ends_as_one_that_ran_through() {
         let [through, stopped] = [(); 2].map(|()| tempfile::tempdir().unwrap());
-        run(&options("path-roulette/furnace", through.path(), 2)).unwrap();
-        run(&options("path-roulette/furnace", stopped.path(), 1)).unwrap();
-        run(&options("path-roulette/furnace", stopped.path(), 2)).unwrap();
+        let run = |folder: &tempfile::TempDir, rounds| {
+            run_in_rounds(&options("path-roulette/furnace", folder.path(), rounds), SHORT).unwrap();
+        };
+        run(&through, 2);
+        run(&stopped, 1);
+        run(&stopped, 2);
         let state = |folder: &tempfile::TempDir| {
             std::fs::read_to_string(folder.path().join("path-roulette-furnace.json")).unwrap()
         };
@@ -320,7 +335,7 @@ mod tests {
     fn a_wrong_technique_is_biased() {
         let folder = tempfile::tempdir().unwrap();
         let wrong = Options { wrong: true, ..options("path/furnace", folder.path(), 1) };
-        assert!(matches!(run(&wrong), Err(Error::Failed(_))));
+        assert!(matches!(run_in_rounds(&wrong, SHORT), Err(Error::Failed(_))));
     }
 
     #[test]
