@@ -19,6 +19,7 @@
 //!
 //! * The diffuse lobes are coupled to the specular one as in Ashikhmin and Shirley 2000, by the product of what enters
 //!   and what leaves. glTF's own weight `1 - Fs(v.h)` gains energy at grazing angles, up to a factor of nearly 2.
+//!   The coupling knows no roughness: rough plastic darkens at grazing angles, to an albedo below 0.1 at cosine 0.005.
 //! * The transmission scales **radiance** by (no / ni)^2, as paths from the camera need; there is no such factor where
 //!   a material is `thin`: then light goes straight through, spread by D as if mirrored at the surface.
 //! * Scattering is single: light that a facet sends to another one is lost. A white conductor, seen from above, keeps
@@ -33,8 +34,8 @@ mod lambert;
 mod material;
 mod mixture;
 
-pub use fresnel::{Dielectric, schlick_complement, schlick_weight};
-pub use ggx::Ggx;
+pub use fresnel::{Dielectric, Fresnel, schlick_complement, schlick_weight};
+pub use ggx::{Facet, Ggx};
 pub use lambert::{Lambert, LambertSample};
 pub use material::Material;
 pub use mixture::{Bsdf, BsdfSample, Evaluation, Kind, is_specular, is_transmission};
@@ -57,7 +58,7 @@ pub const DELTA_BELOW: f32 = 0.01;
 pub const NARROW_BELOW: f32 = 2.0e-5;
 /// The cosine below which a direction counts as lying in the surface.
 pub const COS_MIN: f32 = 1.0e-6;
-/// The largest index of refraction.
+/// The largest index of refraction, which the host sees to: directions lose precision with its square.
 pub const IOR_MAX: f32 = 10.0;
 
 // Each optional part has a constant that occurs nowhere else: a module that lacks it lacks the part.
