@@ -18,12 +18,17 @@ pub fn trial(trial: Trial) -> Trial {
     trial.with_kind("no ../shared/data beside the workspace").with_ignored_flag(true)
 }
 
+/// Where a file of the folder is.
+pub fn path(name: &str) -> PathBuf {
+    folder().join(name)
+}
+
 /// A mesh as it is.
 ///
 /// # Errors
 /// What the importer reports.
 pub fn mesh(name: &str) -> Result<Scene, Error> {
-    Scene::load(&folder().join(name).to_string_lossy())
+    Scene::open(&path(name))
 }
 
 /// A mesh under the default light, seen as the program shows it in an image of the given aspect ratio.

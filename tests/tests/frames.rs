@@ -5,37 +5,56 @@ use restir_host::buffers::SceneBuffers;
 use restir_host::exec::{CpuExecutor, Executor, GpuExecutor};
 use restir_host::metrics::compare;
 use restir_host::render::{PathSettings, RenderSettings, Rendered, render};
-use restir_host::scene::Scene;
+use restir_host::scene::{Camera, Environment, Scene, builtin};
 use restir_kernels::{Case, path};
 use restir_shared::film::MAX_BLOCK_LOG2;
 use restir_shared::layout::{PATH_ROULETTE, PathParams};
 use restir_tests::data;
 use restir_tests::device::{self, Adapter, is_llvmpipe};
-use restir_tests::parity;
 use restir_tests::suite::ensure;
+use restir_tests::{gltf_files, parity};
 use std::ops::ControlFlow;
 use std::process::ExitCode;
 
 /// Most samples of a pixel in a dispatch.
 const SPLITS: [Option<u32>; 6] = [Some(1), Some(2), Some(3), Some(5), Some(64), None];
+/// The same where the scene is what matters.
+const FEW_SPLITS: [Option<u32>; 2] = [Some(1), None];
 const THREADS: [usize; 3] = [1, 2, 3];
 /// Of all surfaces where blocks are to take long.
 const REFLECTANCE: f32 = 0.99;
 
-/// A picture.
+/// A render.
 #[derive(Clone, Copy)]
 struct Frame {
-    /// A built-in scene, or a file in the folder of meshes.
-    scene: &'static str,
+    subject: Subject,
     size: [u32; 2],
     samples: u32,
     seed: u32,
     jitter: bool,
     roulette: bool,
+    splits: &'static [Option<u32>],
 }
 
-const fn frame(scene: &'static str, size: [u32; 2], samples: u32, seed: u32) -> Frame {
-    Frame { scene, size, samples, seed, jitter: false, roulette: false }
+/// What is rendered.
+#[derive(Clone, Copy)]
+enum Subject {
+    /// A built-in scene.
+    Builtin(&'static str),
+    /// A built-in scene through a lens.
+    Lens(&'static str),
+    /// A file in the folder of meshes, under the default light.
+    Mesh(&'static str),
+    /// The same under an environment from that folder.
+    Outdoors(&'static str),
+    /// A generated glTF file with textures, under the default light.
+    Textured(&'static str),
+}
+
+use Subject::{Builtin, Lens, Mesh, Outdoors, Textured};
+
+const fn frame(subject: Subject, size: [u32; 2], samples: u32, seed: u32) -> Frame {
+    Frame { subject, size, samples, seed, jitter: false, roulette: false, splits: &SPLITS }
 }
 
 impl Frame {
@@ -48,34 +67,48 @@ impl Frame {
     }
 }
 
-const FRAMES: [Frame; 16] = [
-    frame("cornell", [33, 17], 1, 0),
-    frame("cornell", [33, 17], 7, 1).jittered(),
-    frame("cornell", [1, 1], 7, 2).jittered(),
-    frame("cornell", [50, 3], 7, u32::MAX).jittered().with_roulette(),
-    frame("cornell-mitsuba", [33, 17], 7, 3).with_roulette(),
-    frame("cornell-mitsuba", [3, 50], 1, 4),
-    frame("furnace", [33, 17], 7, 5).jittered(),
-    frame("furnace", [1, 1], 1, 6),
-    frame("furnace", [50, 3], 7, 7).with_roulette(),
-    frame("cornell", [8, 8], 128, 13),
-    frame("dragon_res3.glb", [33, 17], 1, 8),
-    frame("dragon_res3.glb", [17, 9], 64, 14),
-    frame("dragon_res3.glb", [41, 29], 7, 9).jittered().with_roulette(),
-    frame("bunny.glb", [33, 17], 7, 10).jittered(),
-    frame("bunny.glb", [50, 3], 1, 11),
-    frame("suzanne.glb", [33, 17], 7, 12).with_roulette(),
+const FRAMES: [Frame; 17] = [
+    frame(Builtin("cornell"), [33, 17], 1, 0),
+    frame(Builtin("cornell"), [33, 17], 7, 1).jittered(),
+    frame(Builtin("cornell"), [1, 1], 7, 2).jittered(),
+    frame(Builtin("cornell"), [50, 3], 7, u32::MAX).jittered().with_roulette(),
+    frame(Builtin("cornell-mitsuba"), [33, 17], 7, 3).with_roulette(),
+    frame(Builtin("cornell-mitsuba"), [3, 50], 1, 4),
+    frame(Builtin("furnace"), [33, 17], 7, 5).jittered(),
+    frame(Builtin("furnace"), [1, 1], 1, 6),
+    frame(Builtin("furnace"), [50, 3], 7, 7).with_roulette(),
+    frame(Builtin("cornell"), [8, 8], 128, 13),
+    frame(Lens("cornell-mixed"), [33, 17], 7, 15).jittered(),
+    frame(Mesh("dragon_res3.glb"), [33, 17], 1, 8),
+    frame(Mesh("dragon_res3.glb"), [17, 9], 64, 14),
+    frame(Mesh("dragon_res3.glb"), [41, 29], 7, 9).jittered().with_roulette(),
+    frame(Mesh("bunny.glb"), [33, 17], 7, 10).jittered(),
+    frame(Mesh("bunny.glb"), [50, 3], 1, 11),
+    frame(Mesh("suzanne.glb"), [33, 17], 7, 12).with_roulette(),
 ];
+
+const ENVIRONMENT: &str = "studio.exr";
+const MESHES: [&str; 4] = ["bunny.glb", "dragon_res2.glb", "dragon_res3.glb", "suzanne.glb"];
+
+/// [`FRAMES`], and every built-in scene, every mesh outdoors, and every generated file.
+fn frames() -> Vec<Frame> {
+    let builtin = builtin::NAMES.iter().map(|(name, _)| Builtin(name));
+    let meshes = MESHES.into_iter().map(Outdoors);
+    let files = gltf_files::textured().into_iter().map(|(name, _)| Textured(name));
+    let few = |(seed, subject)| Frame { splits: &FEW_SPLITS, ..frame(subject, [40, 24], 3, seed).jittered() };
+    let more = (100..).zip(builtin.chain(meshes).chain(files)).map(few);
+    FRAMES.into_iter().chain(more).collect()
+}
 
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
-    let mut trials: Vec<Trial> = FRAMES.iter().map(cpu_trial).collect();
+    let mut trials: Vec<Trial> = frames().into_iter().map(cpu_trial).collect();
     trials.extend(device::trials("frames", |adapter| {
         let cut = [("", 0), (", with roulette", PATH_ROULETTE)].map(|(how, flags)| {
             let name = format!("blocks that the device cuts short are dropped and counted{how}");
             adapter.trial(&name, move |executor| cut_blocks_are_counted(executor, flags))
         });
-        FRAMES.iter().map(|frame| gpu_trial(adapter, frame)).chain(cut).collect()
+        frames().into_iter().map(|frame| gpu_trial(adapter, frame)).chain(cut).collect()
     }));
     libtest_mimic::run(&arguments, trials).exit_code()
 }
@@ -119,13 +152,13 @@ fn cut_blocks_are_counted(executor: &mut GpuExecutor, flags: u32) -> Result<(), 
     ensure(cut > 0 || !is_llvmpipe(executor), || "no block was cut: nothing was shown".to_owned())
 }
 
-fn cpu_trial(frame: &'static Frame) -> Trial {
-    let trial = Trial::test(format!("{}: threads and dispatches", frame.name()), || same_on_cpu(frame));
+fn cpu_trial(frame: Frame) -> Trial {
+    let trial = Trial::test(format!("{}: threads and dispatches", frame.name()), move || same_on_cpu(&frame));
     frame.ignored_without_data(trial)
 }
 
-fn gpu_trial(adapter: &Adapter, frame: &'static Frame) -> Trial {
-    frame.ignored_without_data(adapter.trial(&frame.name(), |executor| same_on_gpu(executor, frame)))
+fn gpu_trial(adapter: &Adapter, frame: Frame) -> Trial {
+    frame.ignored_without_data(adapter.trial(&frame.name(), move |executor| same_on_gpu(executor, &frame)))
 }
 
 impl Frame {
@@ -134,7 +167,7 @@ impl Frame {
         let flag = |on, text| if on { text } else { "" };
         format!(
             "{}, {width}x{height}, {} spp, seed {}{}{}",
-            self.scene,
+            self.subject.name(),
             self.samples,
             self.seed,
             flag(self.jitter, ", jitter"),
@@ -142,18 +175,13 @@ impl Frame {
         )
     }
 
-    fn is_mesh(&self) -> bool {
-        self.scene.ends_with(".glb")
-    }
-
     fn ignored_without_data(&self, trial: Trial) -> Trial {
-        if self.is_mesh() { data::trial(trial) } else { trial }
+        if let Mesh(_) | Outdoors(_) = self.subject { data::trial(trial) } else { trial }
     }
 
     fn buffers(&self) -> Result<SceneBuffers, Failed> {
         let [width, height] = self.size.map(f64::from);
-        let scene = if self.is_mesh() { data::lit_mesh(self.scene, width / height)? } else { Scene::load(self.scene)? };
-        Ok(SceneBuffers::build(&scene)?)
+        Ok(SceneBuffers::build(&self.subject.scene(width / height)?)?)
     }
 
     fn settings(&self, dispatch_samples: Option<u32>) -> RenderSettings {
@@ -183,13 +211,55 @@ impl Frame {
     }
 }
 
+impl Subject {
+    fn name(self) -> String {
+        match self {
+            Builtin(name) | Mesh(name) => name.to_owned(),
+            Lens(name) => format!("{name} through a lens"),
+            Outdoors(name) => format!("{name} under {ENVIRONMENT}"),
+            Textured(name) => format!("generated file {name}"),
+        }
+    }
+
+    fn scene(self, aspect: f64) -> Result<Scene, Failed> {
+        Ok(match self {
+            Builtin(name) => Scene::load(name)?,
+            Lens(name) => {
+                let scene = Scene::load(name)?;
+                let through = |camera| Camera { lens_radius: 0.1, focus_distance: Some(3.0), ..camera };
+                Scene { camera: scene.camera.map(through), ..scene }
+            }
+            Mesh(name) => data::lit_mesh(name, aspect)?,
+            Outdoors(name) => {
+                let mut scene = data::mesh(name)?;
+                scene.environment = Some(Environment::load(&data::path(ENVIRONMENT), &mut scene.warnings)?);
+                scene
+            }
+            Textured(name) => textured(name)?,
+        })
+    }
+}
+
+/// As the program reads it.
+fn textured(name: &str) -> Result<Scene, Failed> {
+    let (_, bytes) = gltf_files::textured().into_iter().find(|(n, _)| *n == name).ok_or("no such file")?;
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join("generated.glb");
+    std::fs::write(&path, bytes)?;
+    let mut scene = Scene::open(&path)?;
+    if !scene.has_light() {
+        scene.add_default_light();
+    }
+    Ok(scene)
+}
+
 fn same_on_cpu(frame: &Frame) -> Result<(), Failed> {
     let buffers = frame.buffers()?;
     let reference = frame.reference(&buffers)?;
     ensure_shows_something(&reference)?;
     for threads in THREADS {
         let mut executor = CpuExecutor::new(Some(threads))?;
-        for split in SPLITS {
+        for &split in frame.splits {
             let rendered = frame.render(&mut executor, &buffers, split)?;
             ensure_same(&format!("{threads} threads, dispatches of {split:?}"), &rendered, &reference)?;
         }
@@ -200,7 +270,7 @@ fn same_on_cpu(frame: &Frame) -> Result<(), Failed> {
 fn same_on_gpu(executor: &mut GpuExecutor, frame: &Frame) -> Result<(), Failed> {
     let buffers = frame.buffers()?;
     let reference = frame.reference(&buffers)?;
-    for split in SPLITS {
+    for &split in frame.splits {
         let rendered = frame.render(executor, &buffers, split)?;
         let what = format!("{}, dispatches of {split:?}", executor.loading());
         ensure_same(&what, &rendered, &reference)?;
