@@ -3,9 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use super::console;
-use crate::Error;
+use super::render::natural;
+use crate::{Error, memory};
 use crate::buffers::SceneBuffers;
 use crate::scene::{Camera, Environment, MAX_COORDINATE, Scene};
+use restir_shared::layout::MAX_TRIANGLES;
 
 /// Image size of a scene that has none of its own, in pixels.
 pub(super) const DEFAULT_SIZE: [u32; 2] = [512, 512];
@@ -40,7 +42,13 @@ pub(super) struct Additions {
     /// from glTF.
     #[arg(long, value_name = "DISTANCE", allow_hyphen_values = true)]
     focus_distance: Option<f64>,
+    /// Split each triangle in 4^LEVELS of the same plane: the same picture at more cost.
+    #[arg(long, value_name = "LEVELS", default_value = "0", value_parser = natural::<u32>, allow_hyphen_values = true)]
+    subdivide: u32,
 }
+
+/// Host memory that a triangle of a mesh takes: its indices and half a vertex.
+const BYTES_PER_TRIANGLE: u64 = 30;
 
 impl SceneArguments {
     /// The scene with its environment.
@@ -68,7 +76,20 @@ impl Additions {
             scene.environment =
                 Some(environment.placed(self.env_scale.unwrap_or(1.0), self.env_rotate.unwrap_or(0.0))?);
         }
-        Ok(scene)
+        self.check_subdivision(&scene)?;
+        Ok(scene.subdivided(self.subdivide))
+    }
+
+    fn check_subdivision(&self, scene: &Scene) -> Result<(), Error> {
+        let triangles: u64 = scene.meshes.iter().map(|mesh| mesh.indices.len() as u64).sum();
+        let split = triangles.saturating_mul(4_u64.saturating_pow(self.subdivide));
+        if split >= u64::from(MAX_TRIANGLES) {
+            return Err(Error::Setting(format!(
+                "--subdivide {} makes {split} triangles, more than the limit of {MAX_TRIANGLES}; give fewer levels",
+                self.subdivide
+            )));
+        }
+        memory::check(split * BYTES_PER_TRIANGLE, "the subdivided scene", "give fewer levels to --subdivide")
     }
 
     /// Adds the camera for an image of the given size and the light that the scene lacks, and says what the user should

@@ -248,6 +248,9 @@ fn settings_that_do_not_exist() {
     assert_options_refused(&["--set", "roulette=maybe"], &["roulette", "on or off"]);
     assert_options_refused(&["--set", "roulette"], &["roulette", "on or off"]);
     assert_options_refused(&["--max-depth", "0"], &["depth"]);
+    for levels in ["12", "40", "4294967295"] {
+        assert_options_refused(&["--subdivide", levels], &["--subdivide", "triangles", "fewer levels"]);
+    }
     assert_options_refused(&["--flavour", "fast"], &["fast", "GPU"]);
     assert_options_refused(&["--adapter", "any"], &["--adapter"]);
 }
