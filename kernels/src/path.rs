@@ -26,13 +26,16 @@ type Row = (&'static str, &'static str, [u32; 2], u32, u32, u32, u32, u32);
 #[cfg(not(target_arch = "spirv"))]
 fn cases(scenes: &dyn crate::CaseScenes) -> Vec<crate::Case> {
     use restir_shared::layout::{FEATURES_ALL, PATH_JITTER, PATH_ROULETTE};
-    let rows: [Row; 6] = [
+    let rows: [Row; 9] = [
         ("cornell, 1 sample", "cornell", [24, 24], 0, 0, 1, 8, 0),
         ("cornell, a later block", "cornell", [17, 11], 2, 12, 7, 8, PATH_JITTER),
         ("cornell, roulette", "cornell", [16, 16], 1, 0, 3, 32, PATH_JITTER | PATH_ROULETTE),
         ("cornell-mitsuba, one pixel", "cornell-mitsuba", [1, 1], 3, 0, 0xffff_ffff, 8, 0),
         ("furnace, many lights", "furnace", [16, 9], 0, 5, 2, 5, PATH_JITTER),
         ("depth 1", "cornell", [16, 16], 0, 0, 1, 1, 0),
+        ("all materials", "glass", [20, 14], 1, 0, 4, 12, PATH_JITTER),
+        ("rough metal and plastic", "glossy", [20, 14], 1, 0, 5, 8, PATH_JITTER),
+        ("environment", "tower", [20, 14], 1, 0, 6, 6, PATH_JITTER),
     ];
     let mut cases = Vec::new();
     for (name, scene, [width, height], block_log2, first_sample, seed, max_depth, flags) in rows {

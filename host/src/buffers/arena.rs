@@ -47,7 +47,7 @@ fn rgb_word(rgb: [f32; 3], w: f32) -> [u32; 4] {
 pub(super) fn pack_geometry(
     scene: &Scene,
     bvh: &Bvh,
-    triangles: &[&Triangle],
+    triangles: &[Triangle],
     tables: &LightTables,
     with_shading: bool,
 ) -> Arc<[u32]> {
@@ -63,10 +63,10 @@ pub(super) fn pack_geometry(
         [float_word(a.lo, left), float_word(a.hi, right), float_word(b.lo, 0), float_word(b.hi, 0)]
     });
     let corners = triangles.iter().zip(light_of).flat_map(|(t, light)| {
-        let [a, b, c] = t.vertices;
-        [float_word(a, t.material), float_word(b, light), float_word(c, t.object)]
+        let [a, b, c] = t.vertices(scene);
+        [float_word(a, t.material(scene) as u32), float_word(b, light), float_word(c, t.object)]
     });
-    let records = triangles.iter().filter(|_| with_shading).flat_map(|t| shading::record(scene, t));
+    let records = triangles.iter().filter(|_| with_shading).flat_map(|&t| shading::record(scene, t));
     let per_triangle = if with_shading { 24 } else { 12 };
     // of known length, so that the words are written where they stay: a copy of them would be the peak of memory
     let mut words: Arc<[u32]> = repeat_n(0, bvh.nodes.len() * 16 + triangles.len() * per_triangle).collect();

@@ -2,7 +2,7 @@
 
 use super::check::texture_uses;
 use super::environment::EnvironmentMap;
-use super::triangles::{Triangle, area, is_mirrored};
+use super::triangles::{Triangle, area};
 use crate::alias;
 use crate::bvh::Bounds;
 use crate::scene::{Light, LightKind, Material, Scene, Texture, TextureUse};
@@ -42,7 +42,7 @@ impl LightTables {
     /// `triangles` in the order of the arena; the environment is black if it is `None`.
     pub(super) fn new(
         scene: &Scene,
-        triangles: &[&Triangle],
+        triangles: &[Triangle],
         environment: Option<&EnvironmentMap>,
         bounds: &Bounds,
     ) -> Self {
@@ -84,17 +84,17 @@ fn luminance([r, g, b]: [f32; 3]) -> f64 {
     0.2126 * f64::from(r) + 0.7152 * f64::from(g) + 0.0722 * f64::from(b)
 }
 
-fn emissive(scene: &Scene, triangles: &[&Triangle]) -> Vec<Candidate> {
+fn emissive(scene: &Scene, triangles: &[Triangle]) -> Vec<Candidate> {
     let mut candidates = Vec::new();
-    for (index, triangle) in triangles.iter().enumerate() {
-        let material = &scene.materials[triangle.material as usize];
+    for (index, &triangle) in triangles.iter().enumerate() {
+        let material = &scene.materials[triangle.material(scene)];
         let mut radiance = luminance(material.emission);
         if radiance > 0.0 {
             if let Some(used) = texture_uses(material)[SLOT_EMISSION as usize] {
                 radiance *= textured(scene, triangle, used);
             }
             let sides = if material.two_sided_emission { 2.0 } else { 1.0 };
-            let area = area(&triangle.vertices);
+            let area = area(&triangle.vertices(scene));
             let power = area * radiance * sides;
             if power > 0.0 {
                 candidates.push(Candidate { index: index as u32, kind: LIGHT_TRIANGLE, power, area });
@@ -105,7 +105,7 @@ fn emissive(scene: &Scene, triangles: &[&Triangle]) -> Vec<Candidate> {
 }
 
 /// The mean luminance of a texture over a triangle, about.
-fn textured(scene: &Scene, triangle: &Triangle, used: &TextureUse) -> f64 {
+fn textured(scene: &Scene, triangle: Triangle, used: &TextureUse) -> f64 {
     let texture = &scene.textures[used.texture];
     let uvs = corner_uvs(scene, triangle);
     let mut sum = 0.0;
@@ -141,12 +141,9 @@ fn nearest_luminance(texture: &Texture, used: &TextureUse, uv: DVec2) -> f64 {
 }
 
 /// The texture coordinates of a triangle's corners, in the order of its vertices; zero without.
-pub(super) fn corner_uvs(scene: &Scene, triangle: &Triangle) -> [DVec2; 3] {
-    let instance = &scene.instances[triangle.object as usize];
-    let mesh = &scene.meshes[instance.mesh];
-    let [a, b, c] = mesh.indices[triangle.index as usize];
-    let corners = if is_mirrored(instance) { [a, c, b] } else { [a, b, c] };
-    corners.map(|i| mesh.uvs.get(i as usize).map_or(DVec2::ZERO, |&[u, v]| DVec2::new(f64::from(u), f64::from(v))))
+pub(super) fn corner_uvs(scene: &Scene, triangle: Triangle) -> [DVec2; 3] {
+    let uvs = &triangle.mesh(scene).uvs;
+    triangle.corners(scene).map(|i| uvs.get(i).map_or(DVec2::ZERO, |&[u, v]| DVec2::new(f64::from(u), f64::from(v))))
 }
 
 /// Power over pi, as of surfaces of area A and radiance L, which have L A.

@@ -76,9 +76,10 @@ impl SceneBuffers {
     /// any triangle of positive area; [`Error::Memory`] for one too large to hold.
     pub fn build(scene: &Scene) -> Result<Self, Error> {
         check::check(scene)?;
-        let (triangles, skipped) = triangles::flatten(scene)?;
-        let bvh = bvh::build(&triangles.iter().map(|t| Bounds::of(&t.vertices)).collect::<Vec<_>>());
-        let triangles: Vec<&Triangle> = bvh.order.iter().map(|&i| &triangles[i as usize]).collect();
+        let (triangles, boxes, skipped) = triangles::flatten(scene)?;
+        let bvh = bvh::build(&boxes);
+        drop(boxes);
+        let triangles: Vec<Triangle> = bvh.order.iter().map(|&i| triangles[i as usize]).collect();
         let camera = scene.camera.unwrap_or_else(|| Camera::framing(corners(&bvh.bounds), 1.0));
         check::check_camera(scene, &camera)?;
 
@@ -174,10 +175,10 @@ fn scene_error(scene: &Scene, problem: String) -> Error {
 }
 
 /// Of each material, whether a triangle has it.
-fn used_materials(scene: &Scene, triangles: &[&Triangle]) -> Vec<bool> {
+fn used_materials(scene: &Scene, triangles: &[Triangle]) -> Vec<bool> {
     let mut used = vec![false; scene.materials.len()];
     for triangle in triangles {
-        used[triangle.material as usize] = true;
+        used[triangle.material(scene)] = true;
     }
     used
 }

@@ -15,14 +15,11 @@ pub(super) fn needs_shading(scene: &Scene) -> bool {
 }
 
 /// The record of a triangle, see [`restir_shared::layout`].
-pub(super) fn record(scene: &Scene, triangle: &Triangle) -> [[u32; 4]; 3] {
-    let instance = &scene.instances[triangle.object as usize];
-    let mesh = &scene.meshes[instance.mesh];
-    let mirrored = is_mirrored(instance);
-    let [a, b, c] = mesh.indices[triangle.index as usize];
-    let corners = if mirrored { [a, c, b] } else { [a, b, c] }.map(|i| i as usize);
+pub(super) fn record(scene: &Scene, triangle: Triangle) -> [[u32; 4]; 3] {
+    let (instance, mesh) = (triangle.instance(scene), triangle.mesh(scene));
+    let corners = triangle.corners(scene);
     let uvs = corner_uvs(scene, triangle);
-    let positions = triangle.vertices.map(|v| v.as_dvec3());
+    let positions = triangle.vertices(scene).map(|v| v.as_dvec3());
     let geometric = (positions[1] - positions[0]).cross(positions[2] - positions[0]).normalize_or(DVec3::Z);
     let to_world = instance.transform.matrix3;
     let normal_to_world = to_world.inverse().transpose();
@@ -32,7 +29,7 @@ pub(super) fn record(scene: &Scene, triangle: &Triangle) -> [[u32; 4]; 3] {
     });
     let (tangents, sign) = match own_tangents(mesh, corners) {
         Some((tangents, sign)) => {
-            (tangents.map(|t| (to_world * t).normalize_or(DVec3::X)), if mirrored { -sign } else { sign })
+            (tangents.map(|t| (to_world * t).normalize_or(DVec3::X)), if is_mirrored(instance) { -sign } else { sign })
         }
         None => derived_tangent(positions, uvs, geometric),
     };

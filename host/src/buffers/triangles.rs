@@ -1,7 +1,8 @@
 //! Triangles of all instances in world space.
 
 use super::scene_error;
-use crate::scene::{Instance, MAX_COORDINATE, Scene};
+use crate::bvh::Bounds;
+use crate::scene::{Instance, MAX_COORDINATE, Mesh, Scene};
 use crate::{Error, memory};
 use glam::{DVec3, Vec3};
 use restir_shared::layout::MAX_TRIANGLES;
@@ -13,15 +14,40 @@ const MIN_AREA_SQUARED: f32 = restir_shared::num::FLUSH_BELOW;
 /// Host memory that a triangle takes while the arenas are built: its flattened form, boxes, tree and records.
 const BYTES_PER_TRIANGLE: u64 = 400;
 
-/// A triangle in world space.
+/// A triangle of an instance. Everything else is looked up in the scene: a large one has millions of these.
+#[derive(Clone, Copy)]
 pub(super) struct Triangle {
-    /// Counter-clockwise from the front.
-    pub(super) vertices: [Vec3; 3],
-    pub(super) material: u32,
     /// Its instance.
     pub(super) object: u32,
     /// Its index in the instance's mesh.
-    pub(super) index: u32,
+    index: u32,
+}
+
+impl Triangle {
+    pub(super) fn instance(self, scene: &Scene) -> &Instance {
+        &scene.instances[self.object as usize]
+    }
+
+    pub(super) fn mesh(self, scene: &Scene) -> &Mesh {
+        &scene.meshes[self.instance(scene).mesh]
+    }
+
+    /// Index of its material.
+    pub(super) fn material(self, scene: &Scene) -> usize {
+        self.mesh(scene).material
+    }
+
+    /// The mesh's vertices at its corners, counter-clockwise from the front in the world.
+    pub(super) fn corners(self, scene: &Scene) -> [usize; 3] {
+        let [a, b, c] = self.mesh(scene).indices[self.index as usize];
+        if is_mirrored(self.instance(scene)) { [a, c, b] } else { [a, b, c] }.map(|i| i as usize)
+    }
+
+    /// Its corners in world space.
+    pub(super) fn vertices(self, scene: &Scene) -> [Vec3; 3] {
+        let (instance, mesh) = (self.instance(scene), self.mesh(scene));
+        self.corners(scene).map(|i| rounded(world_position(instance, mesh.positions[i])))
+    }
 }
 
 /// Whether the transform turns the mesh inside out, so that the second and third corner of its triangles are exchanged.
@@ -29,21 +55,30 @@ pub(super) fn is_mirrored(instance: &Instance) -> bool {
     instance.transform.matrix3.determinant() < 0.0
 }
 
+fn world_position(instance: &Instance, p: [f32; 3]) -> DVec3 {
+    instance.transform.transform_point3(DVec3::from_array(p.map(f64::from)))
+}
+
+fn rounded(world: DVec3) -> Vec3 {
+    Vec3::from_array(world.to_array().map(|x| flush(x as f32)))
+}
+
 /// Refuses what could not be held, before anything is made of it: a small file can place a large mesh many times.
-fn check_count(scene: &Scene) -> Result<(), Error> {
+fn check_count(scene: &Scene) -> Result<usize, Error> {
     let size =
         |instance: &crate::scene::Instance| scene.meshes.get(instance.mesh).map_or(0, |m| m.indices.len() as u64);
     let count: u64 = scene.instances.iter().map(size).sum();
     if count >= u64::from(MAX_TRIANGLES) {
         return Err(scene_error(scene, format!("has {count} triangles, more than the limit of {MAX_TRIANGLES}")));
     }
-    memory::check(count * BYTES_PER_TRIANGLE, &format!("scene {}", scene.name), "choose a smaller scene")
+    memory::check(count * BYTES_PER_TRIANGLE, &format!("scene {}", scene.name), "choose a smaller scene")?;
+    Ok(count as usize)
 }
 
-/// The triangles of all instances in world space, and how many were skipped for want of area.
-pub(super) fn flatten(scene: &Scene) -> Result<(Vec<Triangle>, u64), Error> {
-    check_count(scene)?;
-    let mut triangles = Vec::new();
+/// The triangles of all instances with their bounds in world space, and how many were skipped for want of area.
+pub(super) fn flatten(scene: &Scene) -> Result<(Vec<Triangle>, Vec<Bounds>, u64), Error> {
+    let count = check_count(scene)?;
+    let (mut triangles, mut bounds) = (Vec::with_capacity(count), Vec::with_capacity(count));
     let mut skipped = 0;
     for (object, instance) in scene.instances.iter().enumerate() {
         let Some(mesh) = scene.meshes.get(instance.mesh) else {
@@ -68,32 +103,27 @@ pub(super) fn flatten(scene: &Scene) -> Result<(Vec<Triangle>, u64), Error> {
                     format!("mesh {:?}: triangle {index} refers to a vertex that does not exist", mesh.name),
                 ));
             };
-            let vertices = if flipped { [a, c, b] } else { [a, b, c] };
-            if !has_normal(&vertices) {
-                skipped += 1;
+            if has_normal(&if flipped { [a, c, b] } else { [a, b, c] }) {
+                triangles.push(Triangle { object: object as u32, index: index as u32 });
+                bounds.push(Bounds::of(&[a, b, c]));
             } else {
-                triangles.push(Triangle {
-                    vertices,
-                    material: mesh.material as u32,
-                    object: object as u32,
-                    index: index as u32,
-                });
+                skipped += 1;
             }
         }
     }
     if triangles.is_empty() {
         return Err(scene_error(scene, format!("has no triangle with an area ({skipped} without one were skipped)")));
     }
-    Ok((triangles, skipped))
+    Ok((triangles, bounds, skipped))
 }
 
 fn world_positions(scene: &Scene, mesh: usize, object: usize) -> Result<Vec<Vec3>, Error> {
-    let transform = scene.instances[object].transform;
+    let instance = &scene.instances[object];
     let mesh = &scene.meshes[mesh];
     let place = |(index, p): (usize, &[f32; 3])| {
-        let world = transform.transform_point3(DVec3::from_array(p.map(f64::from)));
+        let world = world_position(instance, *p);
         if world.abs().max_element() <= MAX_COORDINATE {
-            Ok(Vec3::from_array(world.to_array().map(|x| flush(x as f32))))
+            Ok(rounded(world))
         } else {
             let problem = format!(
                 "mesh {:?}: vertex {index} at {world} is not a finite position within 1.07e9; correct or scale the mesh",

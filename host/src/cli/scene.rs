@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use super::console;
 use super::render::natural;
-use crate::{Error, memory};
 use crate::buffers::SceneBuffers;
 use crate::scene::{Camera, Environment, MAX_COORDINATE, Scene};
+use crate::{Error, memory};
 use restir_shared::layout::MAX_TRIANGLES;
 
 /// Image size of a scene that has none of its own, in pixels.

@@ -158,7 +158,10 @@ impl<'a> Collapse<'a> {
     }
 
     fn emit(&self, root: Subtree) -> Tree {
-        let mut tree = Tree { nodes: Vec::new(), packs: Vec::new(), root: 0, depth: 0 };
+        // more than enough, so that nothing is ever copied: that would be the peak of memory. What stays unused is only
+        // reserved, and given back at the end
+        let most = self.best.len() + 1;
+        let mut tree = Tree { nodes: Vec::with_capacity(most), packs: Vec::with_capacity(most), root: 0, depth: 0 };
         let mut work: Vec<(Subtree, Slot, usize)> = vec![(root, None, 0)];
         let mut roots = Vec::with_capacity(LANES);
         while let Some((subtree, slot, level)) = work.pop() {
