@@ -2,11 +2,8 @@
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::glam::{UVec4, Vec2, Vec3};
 use restir_shared::scene::{LightSample, Lights, Surface, SurfacePoint, Trace};
-use restir_shared::{
-    num, rng,
-    technique::path,
-    vec::{dot, normalize},
-};
+use restir_shared::vec::{dot, normalize};
+use restir_shared::{num, rng, technique::path};
 
 const SPHERES: [(Vec3, f32); 2] = [(Vec3::new(0.0, 1.0, 0.0), 1.0), (Vec3::new(1.5, 3.5, 1.0), 0.5)];
 const LAMP: u32 = 1;
@@ -40,8 +37,8 @@ impl Surface for Spheres {
         let position = ray.origin + ray.direction * hit.t;
         let center = if hit.id == FLOOR { position - Vec3::Y } else { SPHERES[hit.id as usize].0 };
         let radius = if hit.id == FLOOR { 1.0 } else { SPHERES[hit.id as usize].1 };
-        let (normal, emission) = ((position - center) * num::recip(radius), if hit.id == LAMP { 20.0 } else { 0.0 });
-        let emission = Vec3::splat(emission);
+        let emission = Vec3::splat(if hit.id == LAMP { 20.0 } else { 0.0 });
+        let normal = (position - center) * num::recip(radius);
         SurfacePoint { emission, ..SurfacePoint::diffuse(position, normal, 1e-3, Vec3::splat(0.6)) }
     }
 }
@@ -51,8 +48,7 @@ impl Lights for Spheres {
         let (r, (center, radius)) = (num::sqrt(num::max(1.0 - z * z, 0.0)), SPHERES[LAMP as usize]);
         let (normal, emission) = (Vec3::new(r * cos, r * sin, z), Vec3::splat(20.0));
         let density = num::recip(4.0 * num::PI * radius * radius);
-        let position = center + normal * radius;
-        LightSample { position, normal, offset: 1e-3, emission, density, ..LightSample::NONE }
+        LightSample { position: center + normal * radius, normal, offset: 1e-3, emission, density, ..LightSample::NONE }
     }
     fn light_density(&self, hit: &Hit) -> f32 {
         if hit.id == LAMP { num::recip(4.0 * num::PI * SPHERES[1].1 * SPHERES[1].1) } else { 0.0 }
@@ -60,8 +56,8 @@ impl Lights for Spheres {
 }
 
 fn main() {
-    let ray =
-        Ray { origin: Vec3::new(0.0, 1.0, 6.0), direction: normalize(Vec3::new(0.1, -0.05, -1.0)), t_max: Ray::FAR };
+    let direction = normalize(Vec3::new(0.1, -0.05, -1.0));
+    let ray = Ray { origin: Vec3::new(0.0, 1.0, 6.0), direction, t_max: Ray::FAR };
     let sample = |i| path::radiance(&Spheres, ray, &rng::Rng::new(0, 0, i, 7), 5, false).x;
     println!("radiance along the ray: {:.3}", (0..4096).map(sample).sum::<f32>() / 4096.0);
 }

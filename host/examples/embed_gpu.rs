@@ -46,7 +46,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let pipeline = pipelines.get(&DESC, &[scene.features])?;
     let buffers = [&params_buffer, &geometry, &attributes, &texels, &film];
     let entries =
-        [0, 1, 2, 3].map(|i| wgpu::BindGroupEntry { binding: i, resource: buffers[i as usize].as_entire_binding() });
+        [0, 1, 2, 3, 4].map(|i| wgpu::BindGroupEntry { binding: i, resource: buffers[i as usize].as_entire_binding() });
     let layout = &pipeline.get_bind_group_layout(0);
     let group = device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries });
     let mut encoder = device.create_command_encoder(&Default::default());

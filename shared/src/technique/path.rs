@@ -97,10 +97,12 @@ pub fn radiance<S: Trace + Surface + Lights>(scene: &S, ray: Ray, rng: &Rng, max
             if alive {
                 let dimension = FIRST_DIMENSION + (depth - 1).wrapping_mul(DIMENSIONS_PER_SEGMENT);
                 let vertex = Vertex::new(&point, &ray, features);
-                let light = scene.sample_light(rng.draw(dimension + LIGHT));
-                let next_event = vertex.next_event(&light);
-                if max_component(next_event.value) > 0.0 && !scene.occluded(&next_event.shadow) {
-                    sum += throughput * next_event.value;
+                if vertex.bsdf.has_smooth_part() {
+                    let light = scene.sample_light(rng.draw(dimension + LIGHT));
+                    let next_event = vertex.next_event(&light);
+                    if max_component(next_event.value) > 0.0 && !scene.occluded(&next_event.shadow) {
+                        sum += throughput * next_event.value;
+                    }
                 }
                 let scattered = vertex.bsdf.sample(rng.draw(dimension + SCATTER));
                 let direction = vertex.frame.to_world(scattered.direction);
