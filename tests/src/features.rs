@@ -45,7 +45,7 @@ pub const PARTS: [Part; 11] = [
     part(FEATURE_DELTA, "delta", Some(DELTA_MARKER)),
     part(FEATURE_TRANSMISSION, "transmission", Some(TRANSMISSION_MARKER)),
     part(FEATURE_DIFFUSE_TRANSMISSION, "diffuse transmission", Some(DIFFUSE_TRANSMISSION_MARKER)),
-    // the first step of exp's argument reduction, log2(e); absorption is the only exponential
+    // the first step of exp's argument reduction in the flavour exact; absorption is the only exponential
     part(FEATURE_VOLUME, "volume", Some(std::f32::consts::LOG2_E)),
 ];
 
