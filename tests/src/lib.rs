@@ -4,6 +4,7 @@ pub mod brute;
 pub mod bsdf_f64;
 pub mod data;
 pub mod device;
+pub mod features;
 pub mod flush;
 pub mod foreign;
 pub mod gltf_files;

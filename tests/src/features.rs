@@ -1,0 +1,123 @@
+//! The features that `path` can be specialised to, and what is left of its module then.
+
+use restir_host::exec::Flavour;
+use restir_host::{Shaders, spirv};
+use restir_kernels::path;
+use restir_shared::bsdf::{DELTA_MARKER, DIFFUSE_TRANSMISSION_MARKER, GLOSSY_MARKER, TRANSMISSION_MARKER};
+use restir_shared::layout::{
+    FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE, FEATURE_ENVIRONMENT, FEATURE_GLOSSY,
+    FEATURE_LIGHT_TABLE, FEATURE_PUNCTUAL, FEATURE_SHADING, FEATURE_TEXTURES, FEATURE_TRANSMISSION, FEATURE_VOLUME,
+};
+use std::collections::HashSet;
+use std::io::Write;
+use std::process::{Command, Stdio};
+
+/// The features of a diffuse scene whose only lights are triangles that differ in power.
+pub const DIFFUSE: u32 = FEATURE_EMISSIVE | FEATURE_LIGHT_TABLE;
+
+/// What a feature adds to the module.
+#[derive(Clone, Copy, Debug)]
+pub struct Part {
+    /// Its `FEATURE_` bit.
+    pub feature: u32,
+    /// For messages.
+    pub name: &'static str,
+    /// A number that only its code has; without one, the code only chooses among integers.
+    pub marker: Option<f32>,
+}
+
+const fn part(feature: u32, name: &'static str, marker: Option<f32>) -> Part {
+    Part { feature, name, marker }
+}
+
+/// Every feature. Markers of other parts than BSDFs are numbers that their code needs anyway.
+pub const PARTS: [Part; 11] = [
+    part(FEATURE_LIGHT_TABLE, "light table", None),
+    part(FEATURE_EMISSIVE, "emissive", None),
+    part(FEATURE_PUNCTUAL, "punctual", None),
+    // one over 2 pi^2, the area of a map
+    part(FEATURE_ENVIRONMENT, "environment", Some(0.050_660_59)),
+    // one step of 8 bits
+    part(FEATURE_TEXTURES, "textures", Some(1.0 / 255.0)),
+    // the least squared length of an interpolated normal
+    part(FEATURE_SHADING, "shading", Some(1.0e-12)),
+    part(FEATURE_GLOSSY, "glossy", Some(GLOSSY_MARKER)),
+    part(FEATURE_DELTA, "delta", Some(DELTA_MARKER)),
+    part(FEATURE_TRANSMISSION, "transmission", Some(TRANSMISSION_MARKER)),
+    part(FEATURE_DIFFUSE_TRANSMISSION, "diffuse transmission", Some(DIFFUSE_TRANSMISSION_MARKER)),
+    // the first step of exp's argument reduction in the flavour exact; absorption is the only exponential
+    part(FEATURE_VOLUME, "volume", Some(std::f32::consts::LOG2_E)),
+];
+
+/// The module of `path`, specialised to `features` and optimised.
+///
+/// # Errors
+/// A sentence, if the module or `spirv-opt` is missing or broken.
+pub fn specialised(flavour: Flavour, features: u32) -> Result<Vec<u32>, String> {
+    optimise(&frozen(flavour, features)?)
+}
+
+/// The module of `path` as executors load it: specialised, and not optimised again.
+fn frozen(flavour: Flavour, features: u32) -> Result<Vec<u32>, String> {
+    let words = Shaders::from_env().load(path::DESC.name, flavour).map_err(|e| e.to_string())?;
+    spirv::freeze(&words, &[(path::DESC.constants[0].id, features)]).ok_or_else(|| "not a SPIR-V module".to_owned())
+}
+
+/// Whether `spirv-opt` can be started.
+pub fn has_optimiser() -> bool {
+    Command::new("spirv-opt").arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok()
+}
+
+fn optimise(words: &[u32]) -> Result<Vec<u32>, String> {
+    let failed = |e: std::io::Error| format!("cannot run spirv-opt ({e}): install SPIRV-Tools");
+    let mut command = Command::new("spirv-opt");
+    command.args(["--target-env=vulkan1.2", "-O", "--strip-debug", "-", "-o", "-"]);
+    let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().map_err(failed)?;
+    // it reads everything before it writes anything
+    let written = child.stdin.take().map_or(Ok(()), |mut input| input.write_all(bytemuck::cast_slice(words)));
+    let output = child.wait_with_output().map_err(failed)?;
+    if output.status.success() && written.is_ok() {
+        Ok(bytemuck::pod_collect_to_vec(&output.stdout))
+    } else {
+        Err(format!("spirv-opt ended with {}", output.status))
+    }
+}
+
+/// What counts in a module.
+pub struct Content {
+    /// Instructions inside functions, without labels.
+    pub operations: usize,
+    /// The bits of its 32-bit constants.
+    pub constants: HashSet<u32>,
+}
+
+impl Content {
+    /// # Errors
+    /// A sentence, if the words are no SPIR-V.
+    pub fn of(words: &[u32]) -> Result<Self, String> {
+        let module = rspirv::dr::load_words(words).map_err(|state| format!("not a SPIR-V module: {state}"))?;
+        let blocks = module.functions.iter().flat_map(|f| &f.blocks);
+        let constants = module.types_global_values.iter().filter_map(|i| match i.operands[..] {
+            [rspirv::dr::Operand::LiteralBit32(bits)] if i.class.opcode == rspirv::spirv::Op::Constant => Some(bits),
+            _ => None,
+        });
+        Ok(Self { operations: blocks.map(|b| b.instructions.len()).sum(), constants: constants.collect() })
+    }
+
+    /// The features whose markers it has.
+    pub fn marked(&self) -> u32 {
+        let has = |part: &&Part| part.marker.is_some_and(|marker| self.constants.contains(&marker.to_bits()));
+        PARTS.iter().filter(has).fold(0, |features, part| features | part.feature)
+    }
+}
+
+/// The features that have markers.
+pub fn with_markers() -> u32 {
+    PARTS.iter().filter(|part| part.marker.is_some()).fold(0, |features, part| features | part.feature)
+}
+
+/// The names of features, for messages.
+pub fn names(features: u32) -> String {
+    let set = PARTS.iter().filter(|part| part.feature & features != 0).map(|part| part.name);
+    set.collect::<Vec<_>>().join(", ")
+}

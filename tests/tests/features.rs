@@ -1,0 +1,295 @@
+//! The feature set of a scene decides what runs: the code of its module, its buffers, and no bit of its image.
+
+use libtest_mimic::{Arguments, Failed, Trial};
+use restir_host::Error;
+use restir_host::buffers::SceneBuffers;
+use restir_host::exec::{CpuExecutor, Description, Executor, Flavour};
+use restir_host::plan::FramePlan;
+use restir_host::render::{PathSettings, RenderSettings, render};
+use restir_host::scene::{
+    Environment, Filter, Light, LightKind, Material, Scene, Texture, TextureUse, Volume, Wrap, builtin,
+};
+use restir_shared::layout::{
+    ALIAS_WORDS, ENVIRONMENT_WORDS, FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE, FEATURE_ENVIRONMENT,
+    FEATURE_GLOSSY, FEATURE_LIGHT_TABLE, FEATURE_PUNCTUAL, FEATURE_SHADING, FEATURE_TEXTURES, FEATURE_TRANSMISSION,
+    FEATURE_VOLUME, FEATURES_ALL, LIGHT_WORDS, MATERIAL_WORDS, NODE_WORDS, NONE, PUNCTUAL_WORDS, SHADING_WORDS,
+    TEXTURE_SLOTS, TEXTURE_USE_WORDS, TRIANGLE_WORDS,
+};
+use restir_tests::device::{self, Adapter};
+use restir_tests::features::{Content, DIFFUSE, PARTS, has_optimiser, names, specialised, with_markers};
+use restir_tests::suite::{ensure, trials};
+use std::collections::BTreeSet;
+use std::ops::ControlFlow;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let arguments = Arguments::from_args();
+    let mut tests = trials(&[
+        ("scenes_have_their_features", scenes_have_their_features),
+        ("absent_parts_are_not_allocated", absent_parts_are_not_allocated),
+        ("a_feature_in_use_cannot_be_dropped", a_feature_in_use_cannot_be_dropped),
+    ]);
+    tests.extend(builtin::NAMES.iter().map(|&(name, _)| {
+        Trial::test(format!("{name}: frozen is general"), move || {
+            same_bits(&mut CpuExecutor::new(None)?, &Scene::load(name)?)
+        })
+    }));
+    tests.extend(VARIANTS.iter().map(|variant| {
+        Trial::test(format!("cornell, {}: frozen is general", variant.name), || {
+            same_bits(&mut CpuExecutor::new(None)?, &variant.scene())
+        })
+    }));
+    tests.extend(module_trials());
+    tests.extend(device::trials("features", on));
+    libtest_mimic::run(&arguments, tests).exit_code()
+}
+
+/// The tests that need spirv-opt: without it they are ignored, visibly, or fail if they are required.
+fn module_trials() -> Vec<Trial> {
+    if !has_optimiser() {
+        let trial = Trial::test("modules: no spirv-opt; install SPIRV-Tools", || Err("there is no spirv-opt".into()));
+        return vec![trial.with_ignored_flag(!device::required())];
+    }
+    trials(&[("the_general_module_has_every_marker", general), ("markers_follow_the_features", follow)])
+}
+
+fn on(adapter: &Adapter) -> Vec<Trial> {
+    let scene = |variant: &'static Variant| {
+        adapter.trial(&format!("cornell, {}: frozen is general", variant.name), |gpu| same_bits(gpu, &variant.scene()))
+    };
+    let mut tests: Vec<Trial> = VARIANTS.iter().map(scene).collect();
+    tests.push(adapter.trial("cornell-mixed: frozen is general", |gpu| same_bits(gpu, &Scene::load("cornell-mixed")?)));
+    tests
+}
+
+/// A change to the white material, the meshes or the lights of `cornell`.
+struct Variant {
+    name: &'static str,
+    features: u32,
+    edit: fn(&mut Scene),
+}
+
+impl Variant {
+    fn scene(&self) -> Scene {
+        let mut scene = builtin::scene("cornell").expect("built in");
+        (self.edit)(&mut scene);
+        scene
+    }
+}
+
+const VARIANTS: [Variant; 11] = [
+    Variant { name: "diffuse", features: FEATURE_EMISSIVE, edit: |_| {} },
+    Variant { name: "two powers", features: DIFFUSE, edit: |scene| scene.materials[1].emission = [0.1, 0.2, 0.3] },
+    Variant {
+        name: "glossy",
+        features: FEATURE_EMISSIVE | FEATURE_GLOSSY,
+        edit: |scene| white(scene, |m| (m.metallic, m.roughness) = (1.0, 0.3)),
+    },
+    Variant {
+        name: "delta",
+        features: FEATURE_EMISSIVE | FEATURE_DELTA,
+        edit: |scene| white(scene, |m| (m.metallic, m.roughness) = (1.0, 0.0)),
+    },
+    Variant {
+        name: "glass",
+        features: FEATURE_EMISSIVE | FEATURE_DELTA | FEATURE_TRANSMISSION,
+        edit: |scene| white(scene, |m| (m.ior, m.transmission, m.roughness) = (1.5, 1.0, 0.0)),
+    },
+    Variant {
+        name: "diffuse transmission",
+        features: FEATURE_EMISSIVE | FEATURE_DIFFUSE_TRANSMISSION,
+        edit: |scene| white(scene, |m| m.diffuse_transmission = 0.5),
+    },
+    Variant {
+        name: "interior",
+        features: FEATURE_EMISSIVE | FEATURE_DIFFUSE_TRANSMISSION | FEATURE_VOLUME,
+        edit: |scene| {
+            white(scene, |m| {
+                m.diffuse_transmission = 0.5;
+                m.volume = Some(Volume { attenuation_color: [0.9, 0.5, 0.2], attenuation_distance: 1.0 });
+            });
+        },
+    },
+    Variant {
+        name: "normals",
+        features: FEATURE_EMISSIVE | FEATURE_SHADING,
+        edit: |scene| {
+            let mesh = &mut scene.meshes[0];
+            mesh.normals = vec![[0.28, 0.96, 0.0]; mesh.positions.len()];
+        },
+    },
+    Variant { name: "textures", features: FEATURE_EMISSIVE | FEATURE_SHADING | FEATURE_TEXTURES, edit: textured },
+    Variant {
+        name: "environment",
+        features: DIFFUSE | FEATURE_ENVIRONMENT,
+        edit: |scene| {
+            let pixels = (0..32).map(|i| [0.1, 0.01 * i as f32, 0.3]).collect();
+            let name = "test".to_owned();
+            scene.environment = Some(Environment { name, size: [8, 4], pixels, scale: 1.0, rotation: 30.0 });
+        },
+    },
+    Variant {
+        name: "point light",
+        features: DIFFUSE | FEATURE_PUNCTUAL,
+        edit: |scene| {
+            let kind = LightKind::Point { position: glam::DVec3::new(0.1, 0.2, 0.3) };
+            scene.lights.push(Light { name: "test".to_owned(), intensity: [0.5, 0.4, 0.3], kind });
+        },
+    },
+];
+
+fn white(scene: &mut Scene, edit: impl Fn(&mut Material)) {
+    edit(&mut scene.materials[0]);
+}
+
+fn textured(scene: &mut Scene) {
+    let texels = [[255, 200, 90, 255], [30, 60, 90, 255]].into();
+    let texture =
+        Texture { name: "test".to_owned(), size: [2, 1], texels, wrap: [Wrap::Repeat; 2], filter: Filter::Linear };
+    scene.textures.push(texture);
+    let texture = TextureUse { texture: 0, transform: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0] };
+    white(scene, |m| m.base_color_texture = Some(texture));
+    for mesh in &mut scene.meshes {
+        mesh.uvs = mesh.positions.iter().map(|p| [p[0], p[2]]).collect();
+    }
+}
+
+fn scenes_have_their_features() -> Result<(), Failed> {
+    for variant in &VARIANTS {
+        let features = SceneBuffers::build(&variant.scene())?.features;
+        ensure(features == variant.features, || format!("{} has {}", variant.name, names(features)))?;
+    }
+    let seen = VARIANTS.iter().fold(0, |seen, variant| seen | variant.features);
+    let unseen: Vec<&str> = PARTS.iter().filter(|part| part.feature & seen == 0).map(|part| part.name).collect();
+    ensure(unseen.is_empty(), || format!("no scene has {unseen:?}"))
+}
+
+fn marked(features: u32) -> Result<u32, Failed> {
+    Ok(Content::of(&specialised(Flavour::Exact, features)?)?.marked())
+}
+
+/// Without this the test below would show nothing.
+fn general() -> Result<(), Failed> {
+    let marked = marked(FEATURES_ALL)?;
+    ensure(marked == with_markers(), || format!("it only has those of {}", names(marked)))
+}
+
+/// A module has the markers of its features and no other: where one feature stands alone, and for every scene.
+fn follow() -> Result<(), Failed> {
+    let alone = PARTS.iter().map(|part| DIFFUSE | part.feature);
+    let sets: BTreeSet<u32> = alone.chain(VARIANTS.iter().map(|variant| variant.features)).collect();
+    for features in sets {
+        let marked = marked(features)?;
+        ensure(marked == features & with_markers(), || {
+            format!("with {} it is marked {}", names(features), names(marked))
+        })?;
+    }
+    Ok(())
+}
+
+fn settings() -> RenderSettings {
+    RenderSettings {
+        width: 16,
+        height: 12,
+        samples: 2,
+        seed: 5,
+        path: PathSettings { max_depth: 6, jitter: true, roulette: false },
+        dispatch_samples: None,
+    }
+}
+
+fn image(executor: &mut dyn Executor, scene: &SceneBuffers) -> Result<Vec<[u32; 3]>, Error> {
+    let rendered = render(executor, scene, &settings(), &mut |_| ControlFlow::Continue(()))?;
+    Ok(rendered.image.pixels.iter().map(|rgb| rgb.map(f32::to_bits)).collect())
+}
+
+/// The scene as a kernel sees it that is specialised to other features.
+fn with_features(scene: &SceneBuffers, features: u32) -> SceneBuffers {
+    let mut scene = scene.clone();
+    scene.features = features;
+    scene
+}
+
+fn same_bits(executor: &mut dyn Executor, scene: &Scene) -> Result<(), Failed> {
+    let scene = SceneBuffers::build(scene)?;
+    let frozen = image(executor, &scene)?;
+    ensure(frozen.iter().any(|rgb| *rgb != [0; 3]), || "the image is black".to_owned())?;
+    let general = image(executor, &with_features(&scene, FEATURES_ALL))?;
+    ensure(frozen == general, || "the general kernel gives another image".to_owned())
+}
+
+/// The comparison above sees code that is missing: an image changes with every feature that its scene loses.
+fn a_feature_in_use_cannot_be_dropped() -> Result<(), Failed> {
+    let cpu = &mut CpuExecutor::new(None)?;
+    for variant in &VARIANTS {
+        let scene = SceneBuffers::build(&variant.scene())?;
+        let own = image(cpu, &scene)?;
+        for part in PARTS.iter().filter(|part| part.feature & variant.features != 0) {
+            let without = image(cpu, &with_features(&scene, scene.features & !part.feature))?;
+            ensure(without != own, || format!("{}: {} changes nothing", variant.name, part.name))?;
+        }
+    }
+    Ok(())
+}
+
+/// Keeps the sizes of the first three buffers of a plan, the scene's, and runs nothing.
+#[derive(Default)]
+struct Recorder {
+    words: [u32; 3],
+}
+
+impl Executor for Recorder {
+    fn describe(&self) -> Description {
+        Description { executor: "recorder", adapter: None, flavour: Flavour::Exact, parity: None }
+    }
+
+    fn run(
+        &mut self,
+        plan: FramePlan<'_>,
+        _observe: &mut dyn FnMut(u64) -> ControlFlow<()>,
+    ) -> Result<Vec<Vec<u32>>, Error> {
+        for (words, buffer) in self.words.iter_mut().zip(&plan.buffers) {
+            // in the layout's words of 16 bytes
+            *words = (buffer.words / 4) as u32;
+        }
+        Err(Error::Interrupted)
+    }
+}
+
+/// The arenas that a plan allocates have what the features name and nothing else.
+fn absent_parts_are_not_allocated() -> Result<(), Failed> {
+    for variant in &VARIANTS {
+        let source = variant.scene();
+        let scene = SceneBuffers::build(&source)?;
+        let mut recorder = Recorder::default();
+        // it interrupts itself
+        let _ = render(&mut recorder, &scene, &settings(), &mut |_| ControlFlow::Continue(()));
+        let (header, stats) = (scene.header, scene.stats());
+        let only_with = |feature: u32, words: u32| if variant.features & feature == 0 { 0 } else { words };
+        let triangles = header.triangle_count;
+        let geometry = stats.nodes as u32 * NODE_WORDS
+            + triangles * TRIANGLE_WORDS
+            + only_with(FEATURE_SHADING, triangles * SHADING_WORDS);
+        let attributes = source.materials.len() as u32 * MATERIAL_WORDS
+            + header.light_count * LIGHT_WORDS
+            + only_with(FEATURE_TEXTURES, TEXTURE_SLOTS * TEXTURE_USE_WORDS)
+            + only_with(FEATURE_PUNCTUAL, PUNCTUAL_WORDS)
+            + only_with(FEATURE_ENVIRONMENT, ENVIRONMENT_WORDS)
+            + only_with(FEATURE_LIGHT_TABLE, header.light_count * ALIAS_WORDS);
+        // the sRGB table and the one word of the texture; pixels and rows of the map; else a word that is never read
+        let texels = only_with(FEATURE_TEXTURES, 256 + 1) + only_with(FEATURE_ENVIRONMENT, 32 + 4);
+        let expected = [geometry, attributes, texels.max(1)];
+        ensure(recorder.words == expected, || {
+            format!("{}: {:?} words instead of {expected:?}", variant.name, recorder.words)
+        })?;
+        for (base, feature) in [
+            (header.shading_base, FEATURE_SHADING),
+            (header.environment_base, FEATURE_ENVIRONMENT),
+            (header.alias_base, FEATURE_LIGHT_TABLE),
+        ] {
+            let present = variant.features & feature != 0;
+            ensure((base != NONE) == present, || format!("{}: {} begins at {base}", variant.name, names(feature)))?;
+        }
+    }
+    Ok(())
+}
