@@ -3,6 +3,7 @@
 //! It is a library too, so that integration tests can feed modules to the post-pass and to the checks.
 
 pub mod error;
+pub mod features;
 pub mod num;
 pub mod parity;
 pub mod shader;

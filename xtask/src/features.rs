@@ -1,0 +1,152 @@
+//! `cargo xtask features`: what each feature of a scene costs where it is compiled in, and the report of it.
+
+use std::fmt::Write;
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::time::Instant;
+
+use clap::Args;
+use restir_host::Shaders;
+use restir_host::buffers::SceneBuffers;
+use restir_host::exec::gpu::{Pipelines, adapters};
+use restir_host::exec::{CpuExecutor, Executor, Flavour, GpuExecutor};
+use restir_host::render::{PathSettings, RenderSettings, render};
+use restir_host::scene::Scene;
+use restir_kernels::path;
+use restir_shared::layout::FEATURES_ALL;
+use restir_tests::features::{Content, DIFFUSE, PARTS, specialised};
+
+use crate::{Error, num};
+
+/// Measurements of which the median counts; those of all rows are interleaved.
+const ROUNDS: usize = 5;
+/// A scene that needs emission alone.
+const SCENE: &str = "cornell";
+
+/// Options of `cargo xtask features`.
+#[derive(Args)]
+pub struct Options {
+    /// Replace docs/features.md.
+    #[arg(long)]
+    write: bool,
+}
+
+/// A set of features that the kernel is specialised to.
+struct Row {
+    name: String,
+    features: u32,
+    /// Operations of the flavours exact and fast.
+    operations: [usize; 2],
+    /// Seconds in the rounds: to make the pipeline, of a frame on the adapter, of a frame on the CPU.
+    seconds: [Vec<f64>; 3],
+}
+
+/// Measures and prints the report.
+///
+/// # Errors
+/// [`Error::Environment`] without spirv-opt or where an adapter does not run the kernel; [`Error::Io`] if the report
+/// cannot be written.
+pub fn run(options: &Options) -> Result<(), Error> {
+    let mut rows = rows().map_err(Error::Environment)?;
+    let adapter = measure(&mut rows).map_err(|e| Error::Environment(e.to_string()))?;
+    let report = report(&rows, &adapter);
+    println!("{report}");
+    if options.write {
+        num::write(&Path::new(env!("CARGO_MANIFEST_DIR")).with_file_name("docs").join("features.md"), &report)?;
+    }
+    Ok(())
+}
+
+/// Everything, everything but one feature, and a diffuse scene with one more; all of them run [`SCENE`] correctly but
+/// the one without emission, which is not timed against it.
+fn rows() -> Result<Vec<Row>, String> {
+    let without = PARTS.iter().map(|part| (format!("all but {}", part.name), FEATURES_ALL & !part.feature));
+    let extra = PARTS.iter().filter(|part| part.feature & DIFFUSE == 0);
+    let with = extra.map(|part| (format!("diffuse and {}", part.name), DIFFUSE | part.feature));
+    let sets = [("all".to_owned(), FEATURES_ALL)].into_iter().chain(without);
+    sets.chain([("diffuse".to_owned(), DIFFUSE)]).chain(with).map(|(name, features)| row(name, features)).collect()
+}
+
+fn row(name: String, features: u32) -> Result<Row, String> {
+    let operations = |flavour| Ok::<_, String>(Content::of(&specialised(flavour, features)?)?.operations);
+    let operations = [operations(Flavour::Exact)?, operations(Flavour::Fast)?];
+    Ok(Row { name, features, operations, seconds: Default::default() })
+}
+
+/// Fills in the times, and gives the name of the adapter if there is one.
+fn measure(rows: &mut [Row]) -> Result<Option<String>, restir_host::Error> {
+    let mut scene = SceneBuffers::build(&Scene::load(SCENE)?)?;
+    let mut cpu = CpuExecutor::new(None)?;
+    let adapter = adapters().into_iter().next().map(|adapter| adapter.name);
+    let mut gpu = adapter.as_deref().map(|name| GpuExecutor::open(Some(name), Flavour::Exact)).transpose()?;
+    for round in 0..=ROUNDS {
+        for row in rows.iter_mut() {
+            scene.features = row.features;
+            let mut seconds = [0.0; 3];
+            if let Some(gpu) = &mut gpu {
+                let device = gpu.device().clone();
+                let pipeline = || Pipelines::new(&device, Flavour::Exact, Shaders::from_env());
+                seconds[0] = timed(|| pipeline().get(&path::DESC, &[row.features]).map(drop))?;
+                seconds[1] = timed(|| frame(gpu, &scene))?;
+            }
+            seconds[2] = timed(|| frame(&mut cpu, &scene))?;
+            // the first round warms up: caches, and the executor's pipelines
+            if round > 0 {
+                row.seconds.iter_mut().zip(seconds).for_each(|(all, one)| all.push(one));
+            }
+        }
+    }
+    Ok(gpu.and_then(|gpu| gpu.describe().adapter))
+}
+
+fn timed(work: impl FnOnce() -> Result<(), restir_host::Error>) -> Result<f64, restir_host::Error> {
+    let start = Instant::now();
+    work()?;
+    Ok(start.elapsed().as_secs_f64())
+}
+
+fn frame(executor: &mut dyn Executor, scene: &SceneBuffers) -> Result<(), restir_host::Error> {
+    let path = PathSettings { max_depth: 8, jitter: true, roulette: false };
+    let settings = RenderSettings { width: 128, height: 128, samples: 4, seed: 1, path, dispatch_samples: None };
+    render(executor, scene, &settings, &mut |_| ControlFlow::Continue(())).map(drop)
+}
+
+fn median(seconds: &[f64]) -> f64 {
+    let mut sorted = seconds.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+fn report(rows: &[Row], adapter: &Option<String>) -> String {
+    let adapter = adapter.as_deref().unwrap_or("no adapter");
+    let mut text = format!(
+        "# What the features of a scene cost\n\nThe kernel `path`, specialised to sets of features and optimised by \
+         spirv-opt; \"diffuse\" has emissive triangles and the light table. Times are medians of {ROUNDS} interleaved \
+         rounds on `{SCENE}`, 128 x 128 pixels, 4 samples, depth 8, relative to \"all\": what a feature costs that the \
+         scene does not use. Without emission there is less to render: that row compares nothing.\n\n\
+         GPU: {adapter}, flavour exact. CPU: {}, {} threads; there a feature is a branch at run time.\n\n\
+         Made by `MESA_SHADER_CACHE_DISABLE=true cargo xtask features --write`.\n\n\
+         | features | operations, exact | operations, fast | pipeline | GPU frame | CPU frame |\n\
+         |---|---:|---:|---:|---:|---:|\n",
+        processor(),
+        std::thread::available_parallelism().map_or(1, usize::from),
+    );
+    let Some(all) = rows.first() else { return text };
+    for row in rows {
+        let ratios = row.seconds.iter().zip(&all.seconds).map(|(a, b)| format!("{:.3}", median(a) / median(b)));
+        let ratios = ratios.collect::<Vec<_>>().join(" | ");
+        let [exact, fast] = row.operations;
+        // writing to a string cannot fail
+        let _ = writeln!(text, "| {} | {exact} | {fast} | {ratios} |", row.name);
+    }
+    let [pipeline, gpu, cpu] = all.seconds.each_ref().map(|seconds| median(seconds));
+    let _ = writeln!(text, "\n\"all\": pipeline {pipeline:.3} s, GPU frame {gpu:.3} s, CPU frame {cpu:.3} s.");
+    text
+}
+
+/// The processor's model, where Linux tells it.
+fn processor() -> String {
+    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = info.lines().find(|line| line.starts_with("model name")).and_then(|line| line.split(": ").nth(1));
+    model.unwrap_or("unknown").to_owned()
+}
