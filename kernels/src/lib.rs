@@ -13,6 +13,7 @@ pub mod probe;
 pub use desc::{Access, Binding, Case, CaseScene, CaseScenes, Constant, KernelDesc, NativeRow};
 
 kernels! {
+    bsdf_check,
     compact_count,
     compact_gather,
     compact_scan,

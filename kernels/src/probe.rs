@@ -1,5 +1,6 @@
 //! Inputs for the parity cases.
 
+use crate::bsdf_check::BsdfOperands;
 use crate::num_probe::NumOperands;
 use crate::sampler_check::SamplerOperands;
 use crate::self_check::Operands;
@@ -167,4 +168,86 @@ pub(crate) fn random_sampler_operands(count: u32) -> Vec<SamplerOperands> {
             SamplerOperands { u, words: [a.z, a.w], versine, rate: wide(b.y), t_max: wide(b.z), reserved: 0 }
         })
         .collect()
+}
+
+/// Materials of one lobe and of several: metallic, transmission, diffuse transmission, and whether it is a sheet.
+const MATERIALS: [(f32, f32, f32, u32); 7] = [
+    (0.0, 0.0, 0.0, 0),
+    (1.0, 0.0, 0.0, 0),
+    (0.0, 1.0, 0.0, 0),
+    (0.0, 1.0, 0.0, 1),
+    (0.0, 0.0, 0.4, 0),
+    (0.3, 0.5, 0.4, 0),
+    (0.3, 0.5, 0.4, 1),
+];
+const ROUGHNESSES: [f32; 6] = [0.0, 0.0099, 0.01, 0.02, 0.3, 1.0];
+const INDICES: [f32; 5] = [1.0, 1.000_000_1, 1.5, 2.4, 10.0];
+const COSINES: [f32; 7] = [1.0, 0.7, 0.05, 1.0e-3, 2.0e-6, 1.0e-6, 5.0e-7];
+
+/// A unit vector by the cosine with z and an angle in turns.
+fn direction(cos: f32, turn: f32) -> [f32; 3] {
+    let r = num::sqrt(1.0 - cos * cos);
+    let (sin, turned) = num::sin_cos(turn);
+    [r * turned, r * sin, cos]
+}
+
+/// Every combination of the ends of the ranges of materials and viewers; directions of light and random words take
+/// turns.
+pub(crate) fn bsdf_ends() -> Vec<BsdfOperands> {
+    let words = [0, 0xff, 0x100, 0x4000_0000, 0x7fff_ffff, 0x8000_0000, 0xffff_feff, u32::MAX];
+    let mut operands: Vec<BsdfOperands> = Vec::new();
+    for (material, roughness) in MATERIALS.iter().flat_map(|m| ROUGHNESSES.map(|r| (m, r))) {
+        for (ior, cos) in INDICES.iter().flat_map(|&n| COSINES.map(|c| (n, c))) {
+            for front in [0, 1] {
+                let (i, wo) = (operands.len() as u32, direction(cos, 0.1));
+                let w = pcg4d(UVec4::new(i, 0, 0, 105)).to_array().map(|word| words[(word >> 29) as usize]);
+                let light = COSINES[i as usize % COSINES.len()] * if i & 8 == 0 { 1.0 } else { -1.0 };
+                let wi = [[-wo[0], -wo[1], wo[2]], [-wo[0], -wo[1], -wo[2]], direction(light, 0.6)][i as usize % 3];
+                let (metallic, transmission, diffuse_transmission, thin) = *material;
+                operands.push(BsdfOperands {
+                    base_color: [1.0, 0.5, 0.0],
+                    metallic,
+                    roughness,
+                    ior,
+                    transmission,
+                    diffuse_transmission,
+                    diffuse_transmission_color: [0.2, 1.0, 0.4],
+                    thin,
+                    front,
+                    wo,
+                    wi,
+                    words: w,
+                    free: [w[3], w[2], w[1], w[0]],
+                });
+            }
+        }
+    }
+    operands
+}
+
+/// Pseudo-random operands of the scattering functions.
+pub(crate) fn random_bsdf_operands(count: u32) -> Vec<BsdfOperands> {
+    let operands = |i: u32| {
+        let words = |salt: u32| pcg4d(UVec4::new(i, 0, 0, salt)).to_array();
+        let units = |salt: u32| words(salt).map(unit);
+        let (colors, shares, turns, cosines) = (units(107), units(108), units(109), units(110));
+        let share = |u: f32| num::clamp(2.0 * u - 0.5, 0.0, 1.0);
+        let [a, b, c, _] = words(111);
+        BsdfOperands {
+            base_color: [colors[0], colors[1], colors[2]],
+            metallic: share(shares[0]),
+            roughness: shares[1],
+            ior: 1.0 + shares[2] * shares[2] * 9.0,
+            transmission: share(shares[3]),
+            diffuse_transmission: share(colors[3]),
+            diffuse_transmission_color: [colors[2], colors[0], colors[1]],
+            thin: a & 1,
+            front: b & 1,
+            wo: direction(num::max(cosines[0], 1.0e-6), turns[0]),
+            wi: direction(if c & 1 == 0 { cosines[1] } else { -cosines[1] }, turns[1]),
+            words: words(112),
+            free: words(113),
+        }
+    };
+    (0..count).map(operands).collect()
 }

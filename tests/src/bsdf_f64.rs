@@ -106,6 +106,26 @@ impl Shadow {
         self.base * (self.clear_share() * transmittance * f * ci)
     }
 
+    /// Density of directions given the specular lobe and its choice: visible normals (Heitz 2018, eq. 2) and the change
+    /// of variables of Walter et al. 2007, eqs. 14 and 17.
+    pub fn pdf(&self, lobe: u32, wi: DVec3) -> f64 {
+        let h = self.normal(wi);
+        let visible = self.distribution(h) / (self.wo.z * (1.0 + self.lambda(self.wo)));
+        if !is_transmission(lobe) || self.thin {
+            return 0.25 * visible;
+        }
+        let ([no, ni], oh, ih) = (self.indices, self.wo.dot(h), wi.dot(h));
+        if h.z <= 0.0 || oh <= 0.0 || ih >= 0.0 {
+            return 0.0;
+        }
+        visible * oh * ni * ni * ih.abs() / (ni * ih + no * oh).powi(2)
+    }
+
+    /// The cosine between `wo` and the normal that takes light from `wi` to it.
+    pub fn facet_cosine(&self, wi: DVec3) -> f64 {
+        if wi.z >= 0.0 || self.thin { self.cosine(wi) } else { self.wo.dot(self.normal(wi)) }
+    }
+
     /// The cosine between `wo` and the normal of a reflection: half of |o + i|, which is o.h for unit vectors.
     pub fn cosine(&self, wi: DVec3) -> f64 {
         0.5 * (self.wo + DVec3::new(wi.x, wi.y, wi.z.abs())).length()
@@ -121,11 +141,9 @@ impl Shadow {
     /// Fresnel's equations for unpolarised light that comes from the viewer's side.
     pub fn dielectric(&self, cos: f64) -> f64 {
         let n = self.indices[1] / self.indices[0];
-        let sin_t = (1.0 - cos * cos).max(0.0).sqrt() / n;
-        if sin_t >= 1.0 {
-            return 1.0;
-        }
-        reflectance(n, cos, (1.0 - sin_t * sin_t).sqrt())
+        // n^2 cos_t^2, without the cancellation of 1 - sin^2 at grazing angles
+        let bent = (n - 1.0) * (n + 1.0) + cos * cos;
+        if bent <= 0.0 { 1.0 } else { reflectance(n, cos, bent.sqrt() / n) }
     }
 
     /// The unit normal between `wo` and `wi`.

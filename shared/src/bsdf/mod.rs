@@ -30,13 +30,11 @@
 
 mod fresnel;
 mod ggx;
-mod lambert;
 mod material;
 mod mixture;
 
 pub use fresnel::{Dielectric, Fresnel, schlick_complement, schlick_weight};
 pub use ggx::{Facet, Ggx};
-pub use lambert::{Lambert, LambertSample};
 pub use material::Material;
 pub use mixture::{Bsdf, BsdfSample, Evaluation, Kind, is_specular, is_transmission};
 

@@ -13,7 +13,7 @@ const TWELFTH: f32 = 1.0 / 12.0;
 /// largest `u` is 1 - 2^-24.
 #[inline(always)]
 pub fn sample_exponential(u: f32, rate: f32) -> f32 {
-    num::div(-ln_1p(-u), rate)
+    num::div(-num::ln_1p(-u), rate)
 }
 
 /// `rate exp(-rate t)` per length, for `t` >= 0.
@@ -25,7 +25,7 @@ pub fn exponential_pdf(t: f32, rate: f32) -> f32 {
 /// The `u` of which [`sample_exponential`] makes the distance `t`.
 #[inline(always)]
 pub fn invert_exponential(t: f32, rate: f32) -> f32 {
-    to_unit(-expm1(-(rate * t)))
+    to_unit(-num::expm1(-(rate * t)))
 }
 
 /// A distance in [0, `t_max`] with density [`bounded_exponential_pdf`]; `u` in [0, 1), `rate` >= 0, `t_max` > 0.
@@ -35,9 +35,9 @@ pub fn sample_bounded_exponential(u: f32, rate: f32, t_max: f32) -> f32 {
     if depth < THIN {
         t_max * (u * (1.0 - 0.5 * depth * (1.0 - u)))
     } else {
-        let absorbed = u * -expm1(-depth);
+        let absorbed = u * -num::expm1(-depth);
         // where little is left, what is left must not come from a difference
-        let log = if absorbed > 0.5 { num::ln((1.0 - u) + u * num::exp(-depth)) } else { ln_1p(-absorbed) };
+        let log = if absorbed > 0.5 { num::ln((1.0 - u) + u * num::exp(-depth)) } else { num::ln_1p(-absorbed) };
         num::min(num::div(-log, rate), t_max)
     }
 }
@@ -49,7 +49,7 @@ pub fn bounded_exponential_pdf(t: f32, rate: f32, t_max: f32) -> f32 {
     let thin = depth < THIN;
     // depth / (1 - exp(-depth)) by its series
     let series = 1.0 + depth * (0.5 + depth * TWELFTH);
-    let (scale, norm) = if thin { (series, t_max) } else { (rate, -expm1(-depth)) };
+    let (scale, norm) = if thin { (series, t_max) } else { (rate, -num::expm1(-depth)) };
     let density = num::div(scale * num::exp(-(rate * t)), norm);
     if (t >= 0.0) & (t <= t_max) { density } else { 0.0 }
 }
@@ -59,29 +59,7 @@ pub fn bounded_exponential_pdf(t: f32, rate: f32, t_max: f32) -> f32 {
 pub fn invert_bounded_exponential(t: f32, rate: f32, t_max: f32) -> f32 {
     let depth = rate * t_max;
     let thin = depth < THIN;
-    let (part, whole) = if thin { (t, t_max) } else { (expm1(-(rate * t)), expm1(-depth)) };
+    let (part, whole) = if thin { (t, t_max) } else { (num::expm1(-(rate * t)), num::expm1(-depth)) };
     let ratio = num::div(part, whole);
     to_unit(if thin { ratio * (1.0 + 0.5 * depth * (1.0 - ratio)) } else { ratio })
-}
-
-/// ln(1 + x) for x >= -1: the rounding of `1 + x` is divided out (Kahan; Goldberg 1991, theorem 4).
-#[inline(always)]
-fn ln_1p(x: f32) -> f32 {
-    let w = 1.0 + x;
-    let rounded = w - 1.0;
-    if rounded == 0.0 { x } else { num::ln(w) * num::div(x, rounded) }
-}
-
-/// e^x - 1 for x <= 0, in the same way.
-#[inline(always)]
-fn expm1(x: f32) -> f32 {
-    let w = num::exp(x);
-    let rounded = w - 1.0;
-    if rounded == 0.0 {
-        x
-    } else if rounded == -1.0 {
-        -1.0
-    } else {
-        num::div(rounded * x, num::ln(w))
-    }
 }

@@ -13,6 +13,8 @@ const LOG_ENDS: i32 = 7;
 pub enum Axis {
     /// A random number: a multiple of 2^-24 in [0, 1).
     Unit,
+    /// The same, of which few ends are tested, for functions of many.
+    Coarse,
     /// What an inverse may give: random numbers, and any below them down to 2^-40.
     Fine,
     /// From the first to the second, both positive, by their logarithm.
@@ -32,6 +34,7 @@ impl Axis {
             [0.0, STEP, 2.0 * STEP, 1.0e-3, 0.25, 0.5 - STEP, 0.5, 0.5 + STEP, 0.75, 1.0 - 2.0 * STEP, 1.0 - STEP];
         match self {
             Self::Unit => unit.to_vec(),
+            Self::Coarse => vec![0.0, 0.5, 1.0 - STEP],
             Self::Fine => [&unit[..], &[STEP * STEP, 1.0e-10, 1.0e-8]].concat(),
             Self::Log(lo, hi) => {
                 let between = |i: i32| {
@@ -56,7 +59,7 @@ impl Axis {
     pub(super) fn inside(self, random: &mut SplitMix) -> f32 {
         let mut unit = || random.below(1 << 24) as f32 * STEP;
         match self {
-            Self::Unit => unit(),
+            Self::Unit | Self::Coarse => unit(),
             Self::Fine => {
                 let (u, scale) = (unit(), unit());
                 // half of them on the grid
@@ -76,7 +79,7 @@ impl Axis {
 impl fmt::Display for Axis {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Unit => f.write_str("[0, 1)"),
+            Self::Unit | Self::Coarse => f.write_str("[0, 1)"),
             Self::Fine => f.write_str("[0, 1), also below 2⁻²⁴"),
             Self::Log(lo, hi) => write!(f, "{lo:e} .. {hi:e}"),
             Self::ZeroLog(lo, hi) => write!(f, "0, {lo:e} .. {hi:e}"),

@@ -4,8 +4,10 @@
 //! the two may differ. To add functions, write a module with a list of rows and name it in [`rows`].
 
 mod axis;
+mod bsdf;
 mod report;
 mod samplers;
+pub mod scenes;
 
 pub use axis::Axis;
 pub use report::markdown;
@@ -177,7 +179,7 @@ impl Finding {
 
 /// Everything under stress, by the name of its group.
 pub fn rows() -> Vec<(&'static str, Vec<Row>)> {
-    vec![("Samplers", samplers::rows())]
+    vec![("Samplers", samplers::rows()), ("Scattering functions", bsdf::rows())]
 }
 
 /// A group's name with its rows and what came out of each.

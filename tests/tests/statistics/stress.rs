@@ -1,7 +1,7 @@
 //! The rows of `cargo xtask stress`, on fewer random inputs.
 
 use libtest_mimic::Failed;
-use restir_tests::stress::{Axis, Effort, Expected, Row, run};
+use restir_tests::stress::{Axis, Effort, Expected, Row, run, scenes};
 use restir_tests::suite::ensure;
 
 pub(crate) fn ends_of_ranges_hold() -> Result<(), Failed> {
@@ -13,6 +13,13 @@ pub(crate) fn ends_of_ranges_hold() -> Result<(), Failed> {
             wrong.push(format!("{name}: {:.1e} at {:?}, allowed {tolerance:e}", finding.worst, finding.worst_at));
         }
     }
+    ensure(wrong.is_empty(), || wrong.join("\n"))
+}
+
+pub(crate) fn scenes_hold_at_their_ends() -> Result<(), Failed> {
+    let comparisons = scenes::run(Effort::Reduced);
+    println!("{}", scenes::markdown(&comparisons));
+    let wrong: Vec<_> = comparisons.iter().filter(|c| !c.passed()).map(|c| format!("{c:?}")).collect();
     ensure(wrong.is_empty(), || wrong.join("\n"))
 }
 

@@ -1,0 +1,124 @@
+//! Scattering functions on given operands, so that host and device are compared at the ends of the ranges.
+
+use restir_shared::bsdf::{Bsdf, Material};
+use restir_shared::glam::{UVec4, Vec3};
+use restir_shared::layout::Extent;
+
+/// Parameters of the kernel `bsdf_check`.
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct BsdfCheckParams {
+    /// Number of probes.
+    pub count: u32,
+}
+
+impl Extent for BsdfCheckParams {
+    fn extent(&self) -> [u32; 2] {
+        [self.count, 1]
+    }
+}
+
+/// Operands of a probe: a material, directions and random words.
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct BsdfOperands {
+    /// Linear RGB.
+    pub base_color: [f32; 3],
+    /// Share of metal.
+    pub metallic: f32,
+    /// Perceptual roughness.
+    pub roughness: f32,
+    /// Index of refraction.
+    pub ior: f32,
+    /// Share of specular transmission.
+    pub transmission: f32,
+    /// Share of diffuse transmission.
+    pub diffuse_transmission: f32,
+    /// Linear RGB.
+    pub diffuse_transmission_color: [f32; 3],
+    /// Not zero for a sheet.
+    pub thin: u32,
+    /// Not zero if the viewer is outside.
+    pub front: u32,
+    /// Unit vector to the viewer, with z > 0.
+    pub wo: [f32; 3],
+    /// Unit vector to evaluate.
+    pub wi: [f32; 3],
+    /// Random words of the sample.
+    pub words: [u32; 4],
+    /// Random words of the inverse.
+    pub free: [u32; 4],
+}
+
+/// An evaluation, a sample and its inverse.
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct BsdfResults {
+    /// `f |cos_i|` towards `wi`.
+    pub value: [f32; 3],
+    /// Its density.
+    pub pdf: f32,
+    /// Of the sample.
+    pub direction: [f32; 3],
+    /// Of the sample.
+    pub weight: [f32; 3],
+    /// Of the sample.
+    pub sample_pdf: f32,
+    /// Of the sample.
+    pub lobe: u32,
+    /// Whether that lobe is a delta.
+    pub delta: u32,
+    /// Random words of the sample's lobe and direction; zero if it is absorbed.
+    pub inverse: [u32; 4],
+}
+
+#[inline(always)]
+fn probe(o: &BsdfOperands, features: u32) -> BsdfResults {
+    let vector = |v: [f32; 3]| Vec3::new(v[0], v[1], v[2]);
+    let words = |w: [u32; 4]| UVec4::new(w[0], w[1], w[2], w[3]);
+    let material = Material {
+        base_color: vector(o.base_color),
+        metallic: o.metallic,
+        roughness: o.roughness,
+        ior: o.ior,
+        transmission: o.transmission,
+        diffuse_transmission: o.diffuse_transmission,
+        diffuse_transmission_color: vector(o.diffuse_transmission_color),
+        thin: o.thin != 0,
+    };
+    let bsdf = Bsdf::new(&material, vector(o.wo), o.front != 0, features);
+    let evaluation = bsdf.evaluate(vector(o.wi));
+    let sample = bsdf.sample(words(o.words));
+    let back = if sample.pdf > 0.0 { bsdf.invert(sample.lobe, sample.direction, words(o.free)) } else { UVec4::ZERO };
+    BsdfResults {
+        value: [evaluation.value.x, evaluation.value.y, evaluation.value.z],
+        pdf: evaluation.pdf,
+        direction: [sample.direction.x, sample.direction.y, sample.direction.z],
+        weight: [sample.weight.x, sample.weight.y, sample.weight.z],
+        sample_pdf: sample.pdf,
+        lobe: sample.lobe,
+        delta: if sample.delta { 1 } else { 0 },
+        inverse: [back.x, back.y, back.z, back.w],
+    }
+}
+
+kernel! {
+    /// Evaluates one probe an invocation.
+    pub fn bsdf_check(64, 1) {
+        constants { 0: features = 0xffff_ffff }
+        params 0: BsdfCheckParams,
+        read { 1: operands: BsdfOperands },
+        own { 2: results: BsdfResults },
+    }
+    |x, _y, at, _p| results[at] = probe(&operands[x as usize], features)
+}
+
+#[cfg(not(target_arch = "spirv"))]
+fn cases(_: &dyn crate::CaseScenes) -> Vec<crate::Case> {
+    [("ends", crate::probe::bsdf_ends()), ("random", crate::probe::random_bsdf_operands(4096))]
+        .map(|(name, operands)| {
+            let params = BsdfCheckParams { count: operands.len() as u32 };
+            crate::Case::new(name, params.count, 1).freeze(0, u32::MAX).with(&[params]).with(&operands).output()
+        })
+        .into()
+}
