@@ -82,7 +82,9 @@ pub fn radiance<S: Trace + Surface + Lights>(scene: &S, ray: Ray, rng: &Rng, max
             sum = CUT;
         } else if !alive {
             let environment = scene.environment(ray.direction);
-            sum += throughput * environment.radiance * environment_weight(environment.density, chosen);
+            if max_component(environment.radiance) > 0.0 {
+                sum += throughput * environment.radiance * environment_weight(environment.density, chosen);
+            }
         }
         if alive {
             let point = scene.surface(&ray, &hit);
@@ -90,8 +92,10 @@ pub fn radiance<S: Trace + Surface + Lights>(scene: &S, ray: Ray, rng: &Rng, max
             if features & FEATURE_VOLUME != 0 && dot(point.normal, ray.direction) > 0.0 {
                 throughput = flush(throughput * transmittance(point.absorption, hit.t));
             }
-            let weight = emission_weight(scene.light_density(&hit), &point, &ray, hit.t, chosen);
-            sum += throughput * point.emission * weight;
+            if max_component(point.emission) > 0.0 {
+                let weight = emission_weight(scene.light_density(&hit), &point, &ray, hit.t, chosen);
+                sum += throughput * point.emission * weight;
+            }
             depth += 1;
             alive = depth < max_depth && max_component(throughput) > 0.0;
             if alive {

@@ -220,7 +220,7 @@ fn sky() -> Environment {
 }
 
 fn checks() -> Texture {
-    let texel = |i: u8| if (i + i / 4) % 2 == 0 { [230, 220, 200, 255] } else { [90, 110, 140, 255] };
+    let texel = |i: u8| if (i + i / 4).is_multiple_of(2) { [230, 220, 200, 255] } else { [90, 110, 140, 255] };
     Texture {
         name: "checks".to_owned(),
         size: [4, 4],
