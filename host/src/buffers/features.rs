@@ -41,8 +41,8 @@ pub(super) fn of<'a>(
     let mut features = materials.fold(0, |features, m| features | of_material(m));
     for (present, bit) in [
         (tables.alias.is_some(), FEATURE_LIGHT_TABLE),
-        (tables.has(LIGHT_PUNCTUAL), FEATURE_PUNCTUAL),
-        (tables.has(LIGHT_ENVIRONMENT), FEATURE_ENVIRONMENT),
+        (tables.count(LIGHT_PUNCTUAL) > 0, FEATURE_PUNCTUAL),
+        (tables.count(LIGHT_ENVIRONMENT) > 0, FEATURE_ENVIRONMENT),
         (with_shading, FEATURE_SHADING),
         (with_textures, FEATURE_TEXTURES),
     ] {

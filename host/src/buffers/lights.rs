@@ -69,9 +69,9 @@ impl LightTables {
         Self { lights: candidates.iter().zip(probabilities).map(record).collect(), alias }
     }
 
-    /// Whether there is a light of that kind.
-    pub(super) fn has(&self, kind: u32) -> bool {
-        self.lights.iter().any(|light| light.kind == kind)
+    /// How many lights are of that kind.
+    pub(super) fn count(&self, kind: u32) -> usize {
+        self.lights.iter().filter(|light| light.kind == kind).count()
     }
 
     /// The probability with which the environment is chosen.

@@ -14,7 +14,7 @@ use crate::bvh::{self, Bounds};
 use crate::scene::{Camera, Scene};
 use crate::wide_bvh::WideBvh;
 use glam::UVec4;
-use restir_shared::layout::{NODE_WORDS, NONE, SceneHeader, TRIANGLE_WORDS};
+use restir_shared::layout::{LIGHT_TRIANGLE, NODE_WORDS, NONE, SceneHeader, TRIANGLE_WORDS};
 use restir_shared::scene::SceneView;
 use std::sync::{Arc, OnceLock};
 
@@ -54,8 +54,8 @@ pub struct SceneStats {
     pub nodes: u64,
     /// Most nodes that a traversal can have pending.
     pub bvh_depth: u32,
-    /// Emissive triangles, punctual lights and the environment.
-    pub lights: u64,
+    /// Emissive triangles.
+    pub emissive_triangles: u64,
     /// Textures in use.
     pub textures: u64,
     /// Materials.
@@ -118,7 +118,7 @@ impl SceneBuffers {
             skipped_triangles: skipped,
             nodes: bvh.nodes.len() as u64,
             bvh_depth: bvh.depth as u32,
-            lights: tables.lights.len() as u64,
+            emissive_triangles: tables.count(LIGHT_TRIANGLE) as u64,
             textures: textures as u64,
             materials: scene.materials.len() as u64,
             bytes: words as u64 * 4,

@@ -1,6 +1,5 @@
 //! Shading records: normals, tangents and texture coordinates of the triangles' corners.
 
-use super::check::texture_uses;
 use super::lights::corner_uvs;
 use super::triangles::{Triangle, is_mirrored};
 use crate::scene::{Mesh, Scene};
@@ -9,7 +8,7 @@ use restir_shared::pack::encode_unit_vector;
 
 /// Whether any mesh of the scene has what the records hold, or needs it.
 pub(super) fn needs_shading(scene: &Scene) -> bool {
-    let is_textured = |mesh: &Mesh| texture_uses(&scene.materials[mesh.material]).iter().any(Option::is_some);
+    let is_textured = |mesh: &Mesh| scene.materials[mesh.material].is_textured();
     let needs = |mesh: &Mesh| !mesh.normals.is_empty() || !mesh.uvs.is_empty() || is_textured(mesh);
     scene.instances.iter().map(|i| &scene.meshes[i.mesh]).any(|mesh| !mesh.indices.is_empty() && needs(mesh))
 }

@@ -50,7 +50,7 @@ fn lights(scene: &Scene, stats: &SceneStats) -> String {
         ("directional", count(|kind| matches!(kind, LightKind::Directional { .. }))),
     ];
     let present = punctual.iter().filter(|(_, count)| *count > 0).map(|(kind, count)| format!(", {count} {kind}"));
-    format!("{} triangles{}", stats.lights, present.collect::<String>())
+    format!("{} triangles{}", stats.emissive_triangles, present.collect::<String>())
 }
 
 fn environment(environment: &Environment) -> String {

@@ -82,6 +82,13 @@ impl Material {
         }
     }
 
+    /// Whether it has any texture.
+    pub fn is_textured(&self) -> bool {
+        let textures =
+            [&self.base_color_texture, &self.metallic_roughness_texture, &self.normal_texture, &self.emission_texture];
+        textures.into_iter().any(Option::is_some)
+    }
+
     /// A Lambertian material that emits from its front.
     pub fn emitter(name: impl Into<String>, reflectance: [f32; 3], emission: [f32; 3]) -> Self {
         Self { emission, ..Self::diffuse(name, reflectance) }

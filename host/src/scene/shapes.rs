@@ -168,8 +168,10 @@ impl Scene {
 
     /// As [`Self::add_mesh`], with the instance placed by `transform`.
     pub fn place_mesh(&mut self, name: &str, material: usize, mesh: Mesh, transform: DAffine3) -> usize {
+        // coordinates that no texture needs would only take memory
+        let uvs = if self.materials.get(material).is_some_and(Material::is_textured) { mesh.uvs } else { Vec::new() };
         self.instances.push(Instance { mesh: self.meshes.len(), transform });
-        self.meshes.push(Mesh { name: name.to_owned(), material, ..mesh });
+        self.meshes.push(Mesh { name: name.to_owned(), material, uvs, ..mesh });
         self.meshes.len() - 1
     }
 

@@ -175,7 +175,7 @@ fn an_explained_sample_is_the_pixel_of_a_render() {
         assert_eq!((&object["film_identical"], &object["sum_identical"]), (&Value::Bool(true), &Value::Bool(true)));
         // the corners look past the box
         let hits = object["vertices"].as_array().unwrap().len();
-        assert!(hits > 0 || (expected == [0.0; 3] && !object["miss"].is_null()), "{object}");
+        assert!(hits > 0 || (expected == [0.0; 3] && !object["escape"].is_null()), "{object}");
     }
 }
 

@@ -66,6 +66,6 @@ pub const GLOSSY_MARKER: f32 = 9.871e-5;
 /// Occurs where perfect specular lobes are compiled in: the least selection probability of a delta sample.
 pub const DELTA_MARKER: f32 = 1.173e-9;
 /// Occurs where dielectric transmission is compiled in: the squared cosine below which reflection is total.
-pub const TRANSMISSION_MARKER: f32 = 1.079e-12;
+pub const TRANSMISSION_MARKER: f32 = 9.71e-13;
 /// Occurs where diffuse transmission is compiled in: smaller shares count as none.
 pub const DIFFUSE_TRANSMISSION_MARKER: f32 = 1.307e-7;

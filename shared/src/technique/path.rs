@@ -26,7 +26,7 @@ const MIN_SURVIVAL: f32 = 0.05;
 /// The radiance of a sample that a device which limits loops has cut short: beyond what the film accepts, so that it
 /// is dropped and counted.
 const CUT: Vec3 = Vec3::splat(f32::MAX);
-/// Shading normals are bent towards the viewer until the cosine to it is this.
+/// Shading normals are bent towards the viewer until the cosine to it is this, or the geometric normal's if that is less.
 const MIN_SHADING_COS: f32 = 0.01;
 /// Points closer than 2^-40 count as the same: no light passes between them.
 const MIN_DISTANCE_SQUARED: f32 = 8.271_806e-25;
@@ -182,7 +182,7 @@ impl Vertex {
         let wo = -ray.direction;
         let normal = if front { point.normal } else { -point.normal };
         let shading = if features & FEATURE_SHADING != 0 {
-            facing(if front { point.shading_normal } else { -point.shading_normal }, wo)
+            facing(if front { point.shading_normal } else { -point.shading_normal }, normal, wo)
         } else {
             normal
         };
@@ -240,9 +240,10 @@ impl Vertex {
     }
 }
 
-/// A shading normal bent towards the viewer, if it turns away from it.
+/// A shading normal bent towards the viewer, if it turns away from it. The geometric normal itself stays as it is.
 #[inline(always)]
-fn facing(normal: Vec3, wo: Vec3) -> Vec3 {
-    let cos = dot(normal, wo);
-    if cos < MIN_SHADING_COS { normalize(normal + wo * (MIN_SHADING_COS - cos)) } else { normal }
+fn facing(shading: Vec3, geometric: Vec3, wo: Vec3) -> Vec3 {
+    let cos = dot(shading, wo);
+    let least = num::min(MIN_SHADING_COS, dot(geometric, wo));
+    if cos < least { normalize(shading + wo * (least - cos)) } else { shading }
 }
