@@ -41,7 +41,7 @@ const REFERENCE_SEED: u32 = 1 << 31;
 /// Options of `cargo xtask unbiased`.
 #[derive(Args)]
 pub struct Options {
-    /// The cell, as <technique>/<scene>: path or path-roulette, and a built-in scene.
+    /// The cell, as `<technique>/<scene>`: path or path-roulette, and a built-in scene.
     #[arg(long)]
     cell: String,
     /// Restarts of the technique in all, in whole rounds of 256.
