@@ -19,6 +19,9 @@ const PARTS: u64 = 20;
 pub struct Options {
     /// Name of a built-in scene or a glTF file: one closed mesh whose triangles face outwards.
     scene: String,
+    /// Take only the mesh of this name.
+    #[arg(long)]
+    mesh: Option<String>,
     /// How many rays to trace.
     #[arg(long, default_value_t = 100_000_000)]
     rays: u64,
@@ -29,11 +32,15 @@ pub struct Options {
 /// # Errors
 /// [`Error::Failed`] if a ray escapes, [`Error::Environment`] if the scene cannot be loaded or is not closed.
 pub fn run(options: &Options) -> Result<(), Error> {
-    let scene = Scene::load(&options.scene).map_err(|error| Error::Environment(error.to_string()))?;
+    let mut scene = Scene::load(&options.scene).map_err(|error| Error::Environment(error.to_string()))?;
+    if let Some(name) = &options.mesh {
+        let Scene { instances, meshes, .. } = &mut scene;
+        instances.retain(|instance| meshes.get(instance.mesh).is_some_and(|mesh| mesh.name == *name));
+    }
     let buffers = SceneBuffers::build(&scene).map_err(|error| Error::Environment(error.to_string()))?;
     let closed = Closed::new(&buffers).map_err(|open| {
         Error::Environment(format!(
-            "{} is not closed: {open} edges have triangles on one side only; give a scene of closed meshes",
+            "{} is not closed: {open} edges have triangles on one side only; give a scene of closed meshes, or --mesh",
             options.scene
         ))
     })?;
