@@ -1,6 +1,5 @@
 //! The geometry and the attribute arena, word by word as in [`restir_shared::layout`].
 
-use super::check::texture_uses;
 use super::environment::EnvironmentMap;
 use super::lights::LightTables;
 use super::shading;
@@ -118,7 +117,7 @@ impl Attributes {
         let mut next_use = scene.materials.len() as u32 * MATERIAL_WORDS;
         let mut uses = Vec::new();
         for material in &scene.materials {
-            let slots = texture_uses(material);
+            let slots = material.textures();
             let in_use = slots.iter().flatten().any(|used| texels.textures[used.texture] != NONE);
             self.extend(material_record(material, if in_use { next_use } else { NONE }));
             if in_use {

@@ -57,14 +57,9 @@ fn material_problem(scene: &Scene, m: &Material) -> Option<String> {
             v.attenuation_color, v.attenuation_distance
         )
     } else {
-        texture_uses(m).into_iter().flatten().find_map(|used| texture_use_problem(scene, used))?
+        m.textures().into_iter().flatten().find_map(|used| texture_use_problem(scene, used))?
     };
     Some(format!("material {:?}: {problem}; correct it in the file", m.name))
-}
-
-/// The textures of a material, in the order of the slots.
-pub(super) fn texture_uses(m: &Material) -> [Option<&TextureUse>; 4] {
-    [&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture, &m.emission_texture].map(Option::as_ref)
 }
 
 fn texture_use_problem(scene: &Scene, used: &TextureUse) -> Option<String> {
@@ -78,9 +73,7 @@ fn texture_use_problem(scene: &Scene, used: &TextureUse) -> Option<String> {
 }
 
 fn texture_problem(t: &Texture) -> Option<String> {
-    let [width, height] = t.size;
     size_problem(&format!("texture {:?}", t.name), t.size, t.texels.len())
-        .or_else(|| (width.max(height) > MAX_TEXTURE_SIDE).then(|| format!("texture {:?} is too large", t.name)))
 }
 
 fn size_problem(what: &str, [width, height]: [u32; 2], pixels: usize) -> Option<String> {

@@ -1,5 +1,6 @@
 //! The environment's pixels and the distribution of its directions.
 
+use super::lights::luminance;
 use crate::distribution::integer_cdf;
 use crate::scene::Environment;
 use restir_shared::num::flush;
@@ -24,8 +25,7 @@ impl EnvironmentMap {
         let [width, height] = environment.size.map(|side| side as usize);
         let radiance: Vec<[f32; 3]> =
             environment.pixels.iter().map(|rgb| rgb.map(|x| flush(x * environment.scale))).collect();
-        let luminance = |&[r, g, b]: &[f32; 3]| 0.2126 * f64::from(r) + 0.7152 * f64::from(g) + 0.0722 * f64::from(b);
-        let luminances: Vec<f64> = radiance.iter().map(luminance).collect();
+        let luminances: Vec<f64> = radiance.iter().copied().map(luminance).collect();
         let solid_angle = |row: usize| {
             let angle = PI / height as f64;
             2.0 * PI / width as f64 * ((row as f64 * angle).cos() - ((row + 1) as f64 * angle).cos())

@@ -1,6 +1,5 @@
 //! The lights of all kinds, chosen in proportion to their power.
 
-use super::check::texture_uses;
 use super::environment::EnvironmentMap;
 use super::triangles::{Triangle, area};
 use crate::alias;
@@ -80,7 +79,8 @@ impl LightTables {
     }
 }
 
-fn luminance([r, g, b]: [f32; 3]) -> f64 {
+/// Relative luminance of linear RGB (Rec. 709).
+pub(super) fn luminance([r, g, b]: [f32; 3]) -> f64 {
     0.2126 * f64::from(r) + 0.7152 * f64::from(g) + 0.0722 * f64::from(b)
 }
 
@@ -90,7 +90,7 @@ fn emissive(scene: &Scene, triangles: &[Triangle]) -> Vec<Candidate> {
         let material = &scene.materials[triangle.material(scene)];
         let mut radiance = luminance(material.emission);
         if radiance > 0.0 {
-            if let Some(used) = texture_uses(material)[SLOT_EMISSION as usize] {
+            if let Some(used) = material.textures()[SLOT_EMISSION as usize] {
                 radiance *= textured(scene, triangle, used);
             }
             let sides = if material.two_sided_emission { 2.0 } else { 1.0 };

@@ -1,6 +1,5 @@
 //! The texel arena: sRGB table, textures, environment.
 
-use super::check::texture_uses;
 use super::environment::EnvironmentMap;
 use crate::scene::{Scene, Texture};
 use restir_shared::layout::NONE;
@@ -22,7 +21,7 @@ impl Texels {
         let mut texels =
             Self { words: Vec::new(), srgb_base: 0, textures: vec![NONE; scene.textures.len()], environment: [0; 2] };
         for (material, _) in scene.materials.iter().zip(used_materials).filter(|(_, used)| **used) {
-            for used in texture_uses(material).into_iter().flatten() {
+            for used in material.textures().into_iter().flatten() {
                 if texels.words.is_empty() {
                     texels.add_srgb_table();
                 }

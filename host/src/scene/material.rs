@@ -82,11 +82,15 @@ impl Material {
         }
     }
 
+    /// Its textures, in the order of the slots of [`restir_shared::layout`].
+    pub fn textures(&self) -> [Option<&TextureUse>; 4] {
+        [&self.base_color_texture, &self.metallic_roughness_texture, &self.normal_texture, &self.emission_texture]
+            .map(Option::as_ref)
+    }
+
     /// Whether it has any texture.
     pub fn is_textured(&self) -> bool {
-        let textures =
-            [&self.base_color_texture, &self.metallic_roughness_texture, &self.normal_texture, &self.emission_texture];
-        textures.into_iter().any(Option::is_some)
+        self.textures().iter().any(Option::is_some)
     }
 
     /// A Lambertian material that emits from its front.

@@ -12,7 +12,8 @@ use std::f64::consts::TAU;
 const SURFACE: (&str, Axis) = ("surface", Axis::Set(&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]));
 /// Those with one lobe, or with specular reflection and transmission alone.
 const SIMPLE: (&str, Axis) = ("surface", Axis::Set(&[1.0, 5.0, 6.0, 7.0]));
-// Up to diamond. At 10, facets far in the tail of a narrow lobe count as facing away that do not, just so.
+// Up to diamond. At 10 a value in the far tail of a refracted lobe is zero where the shadow's is not (surface 4,
+// roughness 0.0215, cos_o 1, side -1, cos_i 0.1): the cause is open, see issue 3.
 const IOR: (&str, Axis) = ("ior", Axis::Set(&[1.0, 1.000_000_1, 1.02, 1.5, 2.4]));
 const ROUGH: (&str, Axis) = ("roughness", Axis::Log(0.01, 1.0));
 const SMOOTH: (&str, Axis) = ("roughness", Axis::Set(&[0.0, 0.0099]));
