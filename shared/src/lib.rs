@@ -17,6 +17,8 @@
 //! | [`geometry`] | rays, the watertight triangle test, BVH traversal |
 //! | [`scene`] | the traits an embedder implements, and [`scene::SceneView`], which implements all of them |
 //! | [`bsdf`] | scattering functions |
+//! | [`reservoir`] | the streaming reservoir |
+//! | [`mis`] | how the inputs of a combine share what several of them can produce |
 //! | [`camera`] | the pinhole and the thin-lens camera |
 //! | [`film`] | the pairwise sum over samples |
 //! | [`technique`] | the per-pixel bodies |
@@ -32,8 +34,10 @@ pub mod compact;
 pub mod film;
 pub mod geometry;
 pub mod layout;
+pub mod mis;
 pub mod num;
 pub mod pack;
+pub mod reservoir;
 pub mod rng;
 pub mod sampling;
 pub mod scene;

@@ -17,6 +17,7 @@ mod logarithm;
 #[cfg_attr(all(target_arch = "spirv", feature = "fast"), allow(dead_code, unreachable_pub))]
 mod parts;
 mod pow;
+mod scalar;
 pub mod soft;
 #[cfg_attr(all(target_arch = "spirv", feature = "fast"), allow(dead_code, unreachable_pub))]
 mod trigonometric;
@@ -26,6 +27,7 @@ pub use cbrt::cbrt;
 pub use exponential::{expm1, sinh};
 pub use logarithm::{asinh, ln_1p};
 pub use pow::pow;
+pub use scalar::Scalar;
 pub use trigonometric::{acos, asin};
 
 // What the `fast` flavour has instructions for. An undecorated module lets the driver cancel `(x + c) - c`, so rounding

@@ -1,0 +1,298 @@
+//! Multiple importance sampling among reservoirs: how the inputs of a combine share what several of them can produce.
+//!
+//! Input 0 is canonical: the reservoir of the pixel that combines, which can produce everything that the pixel wants.
+//! Every form obeys one contract: for any sample y, the weights of all inputs that can produce y sum to one. Two ways
+//! of applying a weight have the same mean and different noise:
+//!
+//! * **inside**: `w_i = m_i(y_i) p(y_i) W_i`, and the result's contribution weight is `sum w / p(y)`;
+//! * **after the selection** (Bitterli et al. 2020): `w_i = M_i p(y_i) W_i`, and it is `m(y) sum w / p(y)`, where
+//!   `sum_i M_i m_i(y) = 1`.
+//!
+//! `a_j(y)` is the target of input j's pixel for the sample y, times its visibility there if the reservoirs lack what is
+//! occluded; it must be zero exactly where input j cannot produce y. M are confidence weights, S their sum.
+//!
+//! | form | weight | applied | asks for |
+//! |---|---|---|---|
+//! | [`Mis::ONE_OVER_M`] | 1 / S; biased where inputs differ in what they can produce | after | nothing |
+//! | [`Mis::ONE_OVER_Z`] | 1 / sum of the M_j with a_j(y) > 0 | after | a_j of the selected sample |
+//! | [`Mis::CONTRIBUTION`] | a_s(y) / sum M_j a_j(y), s being where y comes from | after | a_j of the selected sample |
+//! | [`Mis::TALBOT`] | M_i a_i(y) / sum M_j a_j(y) (generalised balance heuristic) | inside | all a_j(y_i) |
+//! | [`Mis::PAIRWISE`] | C = S - M_0: `(M_i / C) C a_i / (C a_i + M_0 a_0)`, of the canonical the sum of the complements | inside | a_i(y_i), a_i(y_0) |
+//! | [`Mis::PAIRWISE_COUNTED`] | as pairwise, with equal pairs, in which input i has the weight K M_i, K being the number of neighbours asked for (Bitterli 2022, eq. 9.10) | inside | a_i(y_i), a_i(y_0) |
+//! | [`Mis::CONSTANT`] | M_i / S; biased unless all inputs can produce the same | inside | nothing |
+//!
+//! [`Mis::DEFENSIVE`] with a pairwise form gives the canonical input a share of its own, as of one more pair: `M_0 / S`,
+//! the pairs keeping the rest.
+//!
+//! The formulas printed in the supplement of Bitterli et al. 2020 leave M out of the sum in contribution MIS, which is M
+//! times too bright, and out of Talbot's weights, which is biased for unequal M.
+
+use crate::num::Scalar;
+
+/// The most inputs of a combine, the canonical one included.
+pub const INPUTS: usize = 9;
+
+/// A form of the weights: one of the forms, and perhaps [`Mis::DEFENSIVE`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Mis(pub u32);
+
+impl Mis {
+    /// See the module's table.
+    pub const ONE_OVER_M: Self = Self(1);
+    /// See the module's table.
+    pub const ONE_OVER_Z: Self = Self(1 << 1);
+    /// See the module's table.
+    pub const CONTRIBUTION: Self = Self(1 << 2);
+    /// See the module's table.
+    pub const TALBOT: Self = Self(1 << 3);
+    /// See the module's table.
+    pub const PAIRWISE: Self = Self(1 << 4);
+    /// See the module's table.
+    pub const PAIRWISE_COUNTED: Self = Self(1 << 5);
+    /// See the module's table.
+    pub const CONSTANT: Self = Self(1 << 6);
+    /// The canonical input of a pairwise form has a share of its own.
+    pub const DEFENSIVE: Self = Self(1 << 7);
+    /// All bits.
+    pub const MASK: u32 = 0xff;
+
+    /// Both.
+    #[must_use]
+    #[inline(always)]
+    pub const fn with(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    #[inline(always)]
+    const fn is(self, other: Self) -> bool {
+        self.0 & other.0 != 0
+    }
+
+    /// Whether it is one of the pairwise forms.
+    #[inline(always)]
+    pub const fn is_pairwise(self) -> bool {
+        self.0 & (Self::PAIRWISE.0 | Self::PAIRWISE_COUNTED.0) != 0
+    }
+
+    /// Whether the weight is applied after the selection.
+    #[inline(always)]
+    pub const fn is_after_selection(self) -> bool {
+        self.0 & (Self::ONE_OVER_M.0 | Self::ONE_OVER_Z.0 | Self::CONTRIBUTION.0) != 0
+    }
+
+    /// Whether it asks for the targets a_j of the selected sample at all inputs.
+    #[inline(always)]
+    pub const fn asks_for_selected(self) -> bool {
+        self.0 & (Self::ONE_OVER_Z.0 | Self::CONTRIBUTION.0) != 0
+    }
+
+    /// Whether it asks, before the selection, for the target of input `sample`'s sample at input `receiver`.
+    #[inline(always)]
+    pub fn asks_for(self, receiver: u32, sample: u32) -> bool {
+        let pair = (receiver == sample) | (sample == 0) | (receiver == 0);
+        self.is(Self::TALBOT) | (self.is_pairwise() & pair)
+    }
+}
+
+/// Up to [`INPUTS`] inputs on their way to one.
+///
+/// First [`Self::input`] for each, then [`Self::target`] for each pair that the form asks for, then [`Self::weight`] of
+/// each, to select by. Forms after the selection are told a_j of the selected sample by [`Self::selected_target`], and
+/// [`Self::share`] is what their weight sum is multiplied by.
+#[derive(Clone, Copy, Debug)]
+pub struct Combine<T> {
+    form: Mis,
+    count: u32,
+    /// K of the counted pairs.
+    requested: T,
+    /// S.
+    confidence_sum: T,
+    /// M_i.
+    confidence: [T; INPUTS],
+    /// p(y_i) W_i.
+    contribution: [T; INPUTS],
+    /// a_0(y_i).
+    at_canonical: [T; INPUTS],
+    /// a_i(y_i).
+    at_source: [T; INPUTS],
+    /// Talbot: sum of M_j a_j(y_i); pairwise: a_i(y_0).
+    other: [T; INPUTS],
+    /// Of the selected sample: a_s, and the sum that its form divides by.
+    selected: [T; 2],
+}
+
+impl<T: Scalar> Combine<T> {
+    /// No input yet. `requested` is the number of neighbours asked for, of which some may be missing.
+    #[inline(always)]
+    pub fn new(form: Mis, requested: T) -> Self {
+        Self {
+            form,
+            count: 0,
+            requested,
+            confidence_sum: T::ZERO,
+            confidence: [T::ZERO; INPUTS],
+            contribution: [T::ZERO; INPUTS],
+            at_canonical: [T::ZERO; INPUTS],
+            at_source: [T::ZERO; INPUTS],
+            other: [T::ZERO; INPUTS],
+            selected: [T::ZERO; 2],
+        }
+    }
+
+    /// The next input, the canonical one first: its confidence weight and p(y_i) W_i, p being the canonical pixel's target,
+    /// W_i the contribution weight, times the Jacobian if the sample had to be shifted.
+    #[inline(always)]
+    pub fn input(&mut self, confidence: T, contribution: T) {
+        let at = self.count as usize;
+        self.confidence[at] = confidence;
+        self.contribution[at] = contribution;
+        self.confidence_sum = self.confidence_sum + confidence;
+        self.count = self.count.wrapping_add(1);
+    }
+
+    /// a_receiver(y_sample), for a pair that [`Mis::asks_for`].
+    #[inline(always)]
+    pub fn target(&mut self, receiver: u32, sample: u32, a: T) {
+        let i = sample as usize;
+        if receiver == 0 {
+            self.at_canonical[i] = a;
+        }
+        if receiver == sample {
+            self.at_source[i] = a;
+        }
+        if self.form.is(Mis::TALBOT) {
+            self.other[i] = self.other[i] + self.confidence[receiver as usize] * a;
+        } else if sample == 0 {
+            self.other[receiver as usize] = a;
+        }
+    }
+
+    /// a_receiver of the selected sample, which comes from input `source`.
+    #[inline(always)]
+    pub fn selected_target(&mut self, receiver: u32, source: u32, a: T) {
+        if receiver == source {
+            self.selected[0] = a;
+        }
+        let confidence = self.confidence[receiver as usize];
+        let part = if self.form.is(Mis::CONTRIBUTION) {
+            confidence * a
+        } else if a > T::ZERO {
+            confidence
+        } else {
+            T::ZERO
+        };
+        self.selected[1] = self.selected[1] + part;
+    }
+
+    /// S.
+    #[inline(always)]
+    pub fn confidence(&self) -> T {
+        self.confidence_sum
+    }
+
+    /// The weight with which the input is selected.
+    #[inline(always)]
+    pub fn weight(&self, input: u32) -> T {
+        let i = input as usize;
+        let m = if self.form.is_after_selection() {
+            self.confidence[i]
+        } else if self.form.is(Mis::CONSTANT) {
+            ratio(self.confidence[i], self.confidence_sum)
+        } else if self.form.is(Mis::TALBOT) {
+            ratio(self.confidence[i] * self.at_source[i], self.other[i])
+        } else if input == 0 {
+            self.canonical_share()
+        } else {
+            let own = self.neighbour_confidence(i) * self.at_source[i];
+            self.pair_share(i) * fraction(own, self.confidence[0] * self.at_canonical[i])
+        };
+        (m * self.contribution[i]).within_range()
+    }
+
+    /// What the sum of the weights is multiplied by, once the selected sample's targets are known.
+    #[inline(always)]
+    pub fn share(&self) -> T {
+        let numerator = if self.form.is(Mis::CONTRIBUTION) { self.selected[0] } else { T::ONE };
+        let divisor = if self.form.is(Mis::ONE_OVER_M) { self.confidence_sum } else { self.selected[1] };
+        if self.form.is_after_selection() { ratio(numerator, divisor) } else { T::ONE }
+    }
+
+    /// The canonical input's weight in a pairwise form: in each pair what the neighbour leaves, and its own share.
+    #[inline(always)]
+    fn canonical_share(&self) -> T {
+        let own = self.confidence[0] * self.at_canonical[0];
+        let all = self.neighbours();
+        let alone = self.canonical_pair();
+        let mut share = if all > T::ZERO { fraction(alone, all) } else { T::ONE };
+        let mut i = 1;
+        while i < self.count as usize {
+            share = share + self.pair_share(i) * fraction(own, self.neighbour_confidence(i) * self.other[i]);
+            i += 1;
+        }
+        share
+    }
+
+    /// What the canonical input's own share is in proportion to.
+    #[inline(always)]
+    fn canonical_pair(&self) -> T {
+        if !self.form.is(Mis::DEFENSIVE) {
+            T::ZERO
+        } else if self.form.is(Mis::PAIRWISE_COUNTED) {
+            T::ONE
+        } else {
+            self.confidence[0]
+        }
+    }
+
+    /// The share of input i's pair.
+    #[inline(always)]
+    fn pair_share(&self, i: usize) -> T {
+        let counted = self.form.is(Mis::PAIRWISE_COUNTED);
+        let own = if counted { present(self.confidence[i]) } else { self.confidence[i] };
+        ratio(own, self.neighbours() + self.canonical_pair())
+    }
+
+    /// The number of neighbours that stand for anything, or their confidence.
+    #[inline(always)]
+    fn neighbours(&self) -> T {
+        if !self.form.is(Mis::PAIRWISE_COUNTED) {
+            return self.confidence_sum - self.confidence[0];
+        }
+        let mut sum = T::ZERO;
+        let mut i = 1;
+        while i < self.count as usize {
+            sum = sum + present(self.confidence[i]);
+            i += 1;
+        }
+        sum
+    }
+
+    /// What multiplies a neighbour's target against the canonical one's.
+    #[inline(always)]
+    fn neighbour_confidence(&self, i: usize) -> T {
+        if self.form.is(Mis::PAIRWISE_COUNTED) {
+            self.requested * self.confidence[i]
+        } else if self.confidence[i] > T::ZERO {
+            self.neighbours()
+        } else {
+            T::ZERO
+        }
+    }
+}
+
+#[inline(always)]
+fn present<T: Scalar>(confidence: T) -> T {
+    if confidence > T::ZERO { T::ONE } else { T::ZERO }
+}
+
+/// `a / (a + b)`, zero for a = 0.
+#[inline(always)]
+fn fraction<T: Scalar>(a: T, b: T) -> T {
+    ratio(a, a + b)
+}
+
+/// `a / b`, zero for a = 0.
+#[inline(always)]
+fn ratio<T: Scalar>(a: T, b: T) -> T {
+    if a > T::ZERO { a.over(b) } else { T::ZERO }
+}

@@ -1,0 +1,49 @@
+//! What resampling asks of a number, so that its formulas run in `f32` on a device and in wider types in tests.
+
+use core::ops::{Add, Mul, Sub};
+
+/// A real number.
+pub trait Scalar: Copy + PartialOrd + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
+    /// 0.
+    const ZERO: Self;
+    /// 1.
+    const ONE: Self;
+
+    /// The quotient.
+    fn over(self, divisor: Self) -> Self;
+
+    /// Zero if the magnitude is below 2^-100, and at most 2^100: the range in which kernels keep weights.
+    fn within_range(self) -> Self;
+}
+
+/// The largest weight: 2^100.
+const LARGEST: f32 = 1.267_650_6e30;
+
+impl Scalar for f32 {
+    const ZERO: Self = 0.0;
+    const ONE: Self = 1.0;
+
+    #[inline(always)]
+    fn over(self, divisor: Self) -> Self {
+        super::div(self, divisor)
+    }
+
+    #[inline(always)]
+    fn within_range(self) -> Self {
+        super::min(super::flush(self), LARGEST)
+    }
+}
+
+#[cfg(not(target_arch = "spirv"))]
+impl Scalar for f64 {
+    const ZERO: Self = 0.0;
+    const ONE: Self = 1.0;
+
+    fn over(self, divisor: Self) -> Self {
+        self / divisor
+    }
+
+    fn within_range(self) -> Self {
+        self
+    }
+}

@@ -1,0 +1,51 @@
+//! The streaming reservoir: one sample out of many, kept in proportion to its weight (Chao 1982; Bitterli et al. 2020,
+//! Algorithm 2).
+
+use crate::num::Scalar;
+
+/// A sample kept from a stream of weighted ones, of any type `S`, with weights of type `T`.
+///
+/// Merging is updating with another reservoir's sample, weight sum and confidence.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reservoir<S, T> {
+    /// The sample kept; what the reservoir began with, while the sum is zero.
+    pub sample: S,
+    /// Sum of the weights streamed so far.
+    pub weight_sum: T,
+    /// Confidence weight: how many candidates the sample stands for.
+    pub confidence: T,
+}
+
+impl<S: Copy, T: Scalar> Reservoir<S, T> {
+    /// Nothing streamed yet; `sample` stands in for none.
+    #[inline(always)]
+    pub fn empty(sample: S) -> Self {
+        Self { sample, weight_sum: T::ZERO, confidence: T::ZERO }
+    }
+
+    /// Streams one sample with its finite weight >= 0; `u` in [0, 1) decides, with probability weight / sum, whether it is
+    /// kept. Says whether it was. A weight of zero never is, the first one above zero always.
+    #[inline(always)]
+    pub fn update(&mut self, sample: S, weight: T, confidence: T, u: T) -> bool {
+        self.weight_sum = self.weight_sum + weight;
+        self.confidence = self.confidence + confidence;
+        let kept = u * self.weight_sum < weight;
+        if kept {
+            self.sample = sample;
+        }
+        kept
+    }
+
+    /// The unbiased contribution weight of the sample kept, an estimate of 1 / its density: `share` times the sum over the
+    /// sample's target, zero if either is (Bitterli et al. 2020, eq. 6; Lin et al. 2022, eq. 22).
+    ///
+    /// Multiplied and divided one after the other: the product of share and target may leave the range.
+    #[inline(always)]
+    pub fn contribution_weight(&self, share: T, target: T) -> T {
+        if (self.weight_sum > T::ZERO) & (target > T::ZERO) {
+            (share * self.weight_sum).over(target).within_range()
+        } else {
+            T::ZERO
+        }
+    }
+}
