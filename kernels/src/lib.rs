@@ -7,6 +7,8 @@ mod kernel;
 #[cfg(not(target_arch = "spirv"))]
 mod desc;
 #[cfg(not(target_arch = "spirv"))]
+mod di_cases;
+#[cfg(not(target_arch = "spirv"))]
 pub mod probe;
 
 #[cfg(not(target_arch = "spirv"))]
@@ -18,6 +20,10 @@ kernels! {
     compact_gather,
     compact_scan,
     compact_sum,
+    di_combine,
+    di_initial,
+    di_primary,
+    di_shade,
     film_add,
     film_resolve,
     num_probe,

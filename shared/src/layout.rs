@@ -11,7 +11,7 @@
 //! | geometry | shading | [`SHADING_WORDS`] | `n0, n1, n2, t0`, `t1, t2, uv0`, `uv1, uv2`: a record a triangle; `n` unit normals and `t` tangents as [`crate::pack`] has them, the lowest bit of a tangent set where the bitangent is `-n x t`; absent without [`FEATURE_SHADING`] |
 //! | attributes | materials | [`MATERIAL_WORDS`] | `base colour.rgb, flags`, `emission.rgb, texture uses or NONE`, `metallic, roughness, ior, transmission`, `diffuse transmission.rgb, its share`, `absorption.rgb, normal scale` |
 //! | attributes | texture uses | [`TEXTURE_USE_WORDS`] | `first texel word or NONE, width, height, flags`, `m00, m01, m02, 0`, `m10, m11, m12, 0`; [`TEXTURE_SLOTS`] in a row |
-//! | attributes | lights | [`LIGHT_WORDS`] | `triangle or index, density, kind, 0` |
+//! | attributes | lights | [`LIGHT_WORDS`] | `triangle or index, density, kind, area of a triangle or 1`; the environment is the last |
 //! | attributes | punctual lights | [`PUNCTUAL_WORDS`] | `position.xyz, kind`, `direction.xyz, falloff scale`, `intensity.rgb, falloff offset` |
 //! | attributes | environment | [`ENVIRONMENT_WORDS`] | `first texel word, width, height, first row word`, `rotation in turns, probability, 0, 0` |
 //! | attributes | alias table | [`ALIAS_WORDS`] | `threshold, alias, 0, 0`; absent without [`FEATURE_LIGHT_TABLE`] |
@@ -128,6 +128,26 @@ pub const PATH_JITTER: u32 = 1;
 /// Path tracing flag: Russian roulette on the throughput from the fourth segment on.
 pub const PATH_ROULETTE: u32 = 2;
 
+/// Direct light flag: camera rays are spread uniformly over the pixel.
+pub const DI_JITTER: u32 = 1;
+/// Direct light flag: an initial sample that is occluded has no contribution weight ("visibility reuse").
+pub const DI_INITIAL_VISIBILITY: u32 = 1 << 1;
+/// Direct light flag: samples are selected by their target times visibility.
+pub const DI_TARGET_VISIBILITY: u32 = 1 << 2;
+/// Direct light flag: targets in MIS weights are multiplied by visibility.
+pub const DI_MIS_VISIBILITY: u32 = 1 << 3;
+/// Direct light flag: shading traces a ray. Without it, it takes the visibility that the reservoir has.
+pub const DI_FINAL_RAY: u32 = 1 << 4;
+/// Direct light flag: a combine's visibility is the weighted mean over its inputs, not that of the selected one.
+pub const DI_AVERAGE_VISIBILITY: u32 = 1 << 5;
+/// Direct light flag: one candidate comes from scattering.
+pub const DI_SCATTER_CANDIDATE: u32 = 1 << 6;
+/// Direct light flag of a combine: the other reservoirs are of another frame; the first of them is at the place that the
+/// camera of that frame saw the surface. Without it they are of the same frame, the canonical one is among them.
+pub const DI_OTHER_FRAME: u32 = 1 << 7;
+/// Position of the bits of [`crate::mis::Mis`] among the flags of direct light.
+pub const DI_MIS_SHIFT: u32 = 16;
+
 /// A launch over a two-dimensional grid; each parameter block knows its extent.
 pub trait Extent {
     /// Width and height of the grid in invocations.
@@ -220,6 +240,54 @@ impl Extent for PathParams {
     }
 }
 
+/// Parameters of the kernels of ReSTIR DI.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct DiParams {
+    /// The scene's tables.
+    pub scene: SceneHeader,
+    /// The camera.
+    pub camera: CameraParams,
+    /// The camera of the other reservoirs' frame; the same one within a frame.
+    pub other_camera: CameraParams,
+    /// Image width in pixels, at most 16384.
+    pub width: u32,
+    /// Image height in pixels, at most 16384.
+    pub height: u32,
+    /// Index of the frame: the sample index of its random numbers.
+    pub frame: u32,
+    /// Index of the other reservoirs' frame.
+    pub other_frame: u32,
+    /// Seed of the random numbers.
+    pub seed: u32,
+    /// `DI_` bits, and those of [`crate::mis::Mis`] from [`DI_MIS_SHIFT`] on.
+    pub flags: u32,
+    /// Initial candidates from lights.
+    pub candidates: u32,
+    /// Neighbours of a combine, at most [`crate::mis::INPUTS`] - 2.
+    pub neighbours: u32,
+    /// Which combine of the frame this is: their random numbers differ.
+    pub combine: u32,
+    /// Largest confidence of a reservoir of another frame.
+    pub confidence_cap: f32,
+    /// Largest distance of a neighbour in pixels.
+    pub radius: f32,
+    /// A neighbour nearer than this, in pixels, is believed to have the same visibility.
+    pub near_radius: f32,
+    /// A neighbour's distance from the tangent plane is at most this part of the distance to the camera.
+    pub max_plane_distance: f32,
+    /// A neighbour's normal has at least this cosine with the pixel's.
+    pub min_normal_cos: f32,
+    /// Zero.
+    pub reserved: [u32; 2],
+}
+
+impl Extent for DiParams {
+    fn extent(&self) -> [u32; 2] {
+        [self.width, self.height]
+    }
+}
+
 /// Parameters of the film kernels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
@@ -255,6 +323,7 @@ const _: () = {
     assert!(size_of::<SceneHeader>() == 64);
     assert!(size_of::<CameraParams>() == 64);
     assert!(size_of::<PathParams>() == 160);
+    assert!(size_of::<DiParams>() == 256);
     assert!(size_of::<FilmParams>() == 16);
     assert!(size_of::<FilmPixel>() == 16);
 };

@@ -86,6 +86,12 @@ impl Mis {
         self.0 & (Self::ONE_OVER_Z.0 | Self::CONTRIBUTION.0) != 0
     }
 
+    /// Whether it asks, before the selection, for targets at other inputs than the canonical one.
+    #[inline(always)]
+    pub const fn asks_for_pairs(self) -> bool {
+        self.is(Self::TALBOT) | self.is_pairwise()
+    }
+
     /// Whether it asks, before the selection, for the target of input `sample`'s sample at input `receiver`.
     #[inline(always)]
     pub fn asks_for(self, receiver: u32, sample: u32) -> bool {

@@ -85,7 +85,7 @@ impl Attributes {
             Self { words: Vec::new(), light_base: 0, alias_base: NONE, punctual_base: 0, environment_base: NONE };
         attributes.add_materials(scene, texels);
         attributes.light_base = attributes.next_word();
-        attributes.extend(tables.lights.iter().map(|l| [l.index, l.density.to_bits(), l.kind, 0]));
+        attributes.extend(tables.lights.iter().map(|l| [l.index, l.density.to_bits(), l.kind, l.area.to_bits()]));
         const { assert!(LIGHT_WORDS == 1 && restir_shared::layout::ALIAS_WORDS == 1) };
         if let Some(alias) = &tables.alias {
             attributes.alias_base = attributes.next_word();

@@ -26,6 +26,8 @@ pub(super) struct LightRecord {
     pub(super) index: u32,
     pub(super) density: f32,
     pub(super) kind: u32,
+    /// Of a triangle; 1 of other lights.
+    pub(super) area: f32,
 }
 
 /// A light and its power over pi.
@@ -64,6 +66,7 @@ impl LightTables {
             index: c.index,
             density: flush((p / c.area) as f32),
             kind: c.kind,
+            area: c.area as f32,
         };
         Self { lights: candidates.iter().zip(probabilities).map(record).collect(), alias }
     }

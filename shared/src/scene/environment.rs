@@ -4,13 +4,14 @@
 //! interpolated bilinearly; the density is constant in a pixel but for the sine of the polar angle, and positive
 //! wherever the interpolated radiance is, because the host builds the table of 3 x 3 neighbourhoods.
 
-use super::{EnvironmentPoint, LightKind, LightSample, SceneView, xyz};
+use super::{AddressedLight, EnvironmentPoint, LightKind, LightSample, SceneView, xyz};
 use crate::num;
-use crate::sampling::{sample_table_2d, table_2d_pdf, table_2d_probability};
+use crate::sampling::{TableSample, sample_table_2d, table_2d_pdf, table_2d_probability};
 use glam::{Vec2, Vec3};
 
 /// Sines of polar angles below this count as this, so that the density is finite at the poles.
 const MIN_SINE: f32 = 1.0e-6;
+const TWO_PI_SQUARED: f32 = 19.739_21;
 const INV_TWO_PI_SQUARED: f32 = 0.050_660_59;
 
 /// The record of the environment.
@@ -55,12 +56,17 @@ impl SceneView<'_> {
     /// What arrives from a unit direction.
     #[inline(always)]
     pub(super) fn environment_point(&self, direction: Vec3) -> EnvironmentPoint {
-        let e = self.environment_record();
+        let (uv, sine) = self.map_point(direction);
+        self.environment_at(&self.environment_record(), uv, sine)
+    }
+
+    /// The point of the map in a unit direction, and the sine of the polar angle.
+    #[inline(always)]
+    pub(super) fn map_point(&self, direction: Vec3) -> (Vec2, f32) {
         let sine = num::sqrt(direction.x * direction.x + direction.z * direction.z);
-        let azimuth = num::atan2(direction.x, -direction.z) - e.rotation;
+        let azimuth = num::atan2(direction.x, -direction.z) - self.environment_record().rotation;
         let u = azimuth - num::floor(azimuth);
-        let v = num::clamp(num::atan2(sine, direction.y) * 2.0, 0.0, 1.0);
-        self.environment_at(&e, Vec2::new(u, v), sine)
+        (Vec2::new(u, num::clamp(num::atan2(sine, direction.y) * 2.0, 0.0, 1.0)), sine)
     }
 
     /// Radiance and density at a point of the map; `sine` is that of the polar angle.
@@ -105,25 +111,66 @@ impl SceneView<'_> {
     #[inline(always)]
     pub(super) fn sample_environment(&self, words: [u32; 2]) -> LightSample {
         let e = self.environment_record();
-        let sample = sample_table_2d(
-            words,
-            e.width,
-            e.height,
-            |row| self.row_bound(&e, row),
-            |row, column| self.column_bound(&e, row, column),
-        );
+        let sample = self.sample_cell(&e, words);
         let at = Vec2::new(sample.cell[0] as f32, sample.cell[1] as f32) + sample.fraction;
-        let u = at.x * num::recip(e.width as f32) + e.rotation;
-        let (sine, cosine) = num::sin_cos(at.y * num::recip(e.height as f32) * 0.5);
-        let (sin_u, cos_u) = num::sin_cos(u);
+        let (direction, sine) = direction(&e, at);
         LightSample {
-            position: Vec3::new(sine * sin_u, cosine, -sine * cos_u),
+            position: direction,
             emission: self.environment_radiance(&e, at),
             density: density(&e, sample.probability, sine),
             kind: LightKind::Environment,
             ..LightSample::NONE
         }
     }
+
+    #[inline(always)]
+    fn sample_cell(&self, e: &Environment, words: [u32; 2]) -> TableSample {
+        sample_table_2d(
+            words,
+            e.width,
+            e.height,
+            |row| self.row_bound(e, row),
+            |row, column| self.column_bound(e, row, column),
+        )
+    }
+
+    /// A point of the map, as [`Self::sample_environment`] chooses it.
+    #[inline(always)]
+    pub(super) fn sample_map(&self, words: [u32; 2]) -> Vec2 {
+        let e = self.environment_record();
+        let sample = self.sample_cell(&e, words);
+        Vec2::new(
+            (sample.cell[0] as f32 + sample.fraction.x) * num::recip(e.width as f32),
+            (sample.cell[1] as f32 + sample.fraction.y) * num::recip(e.height as f32),
+        )
+    }
+
+    /// The environment at a point of the map.
+    #[inline(always)]
+    pub(super) fn environment_sample(&self, uv: Vec2) -> AddressedLight {
+        let e = self.environment_record();
+        let (direction, sine) = direction(&e, Vec2::new(uv.x * e.width as f32, uv.y * e.height as f32));
+        let point = self.environment_at(&e, uv, sine);
+        AddressedLight {
+            sample: LightSample {
+                position: direction,
+                emission: point.radiance,
+                density: point.density,
+                kind: LightKind::Environment,
+                ..LightSample::NONE
+            },
+            extent: TWO_PI_SQUARED * num::max(sine, MIN_SINE),
+        }
+    }
+}
+
+/// The direction of a point of the map, in pixels, and the sine of its polar angle.
+#[inline(always)]
+fn direction(e: &Environment, at: Vec2) -> (Vec3, f32) {
+    let u = at.x * num::recip(e.width as f32) + e.rotation;
+    let (sine, cosine) = num::sin_cos(at.y * num::recip(e.height as f32) * 0.5);
+    let (sin_u, cos_u) = num::sin_cos(u);
+    (Vec3::new(sine * sin_u, cosine, -sine * cos_u), sine)
 }
 
 /// Density per steradian in a pixel of the given probability: the map's area element is 2 pi^2 sin.

@@ -1,13 +1,15 @@
 //! Lights over the arenas.
 
-use super::{EnvironmentPoint, LightKind, LightSample, Lights, SceneView, xyz};
+use super::{
+    AddressedLight, AddressedLights, EnvironmentPoint, LightAddress, LightKind, LightSample, Lights, SceneView, xyz,
+};
 use crate::geometry::Hit;
 use crate::layout::{
     ALIAS_WORDS, FEATURE_EMISSIVE, FEATURE_ENVIRONMENT, FEATURE_LIGHT_TABLE, FEATURE_PUNCTUAL, LIGHT_ENVIRONMENT,
     LIGHT_PUNCTUAL, LIGHT_TRIANGLE, LIGHT_WORDS, NONE, PUNCTUAL_DIRECTIONAL, PUNCTUAL_WORDS,
 };
 use crate::rng;
-use crate::sampling::{sample_alias, sample_triangle};
+use crate::sampling::{invert_triangle, sample_alias, sample_triangle};
 use glam::{UVec4, Vec2, Vec3};
 
 /// A light record.
@@ -16,13 +18,15 @@ struct Light {
     index: u32,
     density: f32,
     kind: u32,
+    /// Area of a triangle, 1 of other lights.
+    area: f32,
 }
 
 impl SceneView<'_> {
     #[inline(always)]
     fn light(&self, index: u32) -> Light {
         let word = self.attribute(self.header.light_base + index * LIGHT_WORDS);
-        Light { index: word.x, density: f32::from_bits(word.y), kind: word.z }
+        Light { index: word.x, density: f32::from_bits(word.y), kind: word.z, area: f32::from_bits(word.w) }
     }
 
     #[inline(always)]
@@ -38,8 +42,8 @@ impl SceneView<'_> {
     }
 
     #[inline(always)]
-    fn sample_emissive(&self, light: &Light, words: [u32; 2]) -> LightSample {
-        let b = sample_triangle(Vec2::new(rng::unit(words[0]), rng::unit(words[1])));
+    fn sample_emissive(&self, light: &Light, uv: Vec2) -> LightSample {
+        let b = sample_triangle(uv);
         let p = self.triangle_point(light.index, b);
         let material = self.emitter(p.material, light.index, b);
         LightSample {
@@ -78,7 +82,7 @@ impl Lights for SceneView<'_> {
         if self.header.light_count != 0 {
             let light = self.light(self.choose_light([words.x, words.y]));
             if self.has(FEATURE_EMISSIVE) && light.kind == LIGHT_TRIANGLE {
-                sample = self.sample_emissive(&light, [words.z, words.w]);
+                sample = self.sample_emissive(&light, Vec2::new(rng::unit(words.z), rng::unit(words.w)));
             }
             if self.has(FEATURE_PUNCTUAL) && light.kind == LIGHT_PUNCTUAL {
                 sample = self.punctual(&light);
@@ -105,6 +109,58 @@ impl Lights for SceneView<'_> {
             self.environment_point(direction)
         } else {
             EnvironmentPoint { radiance: Vec3::ZERO, density: 0.0 }
+        }
+    }
+}
+
+impl AddressedLights for SceneView<'_> {
+    #[inline(always)]
+    fn choose_address(&self, words: UVec4) -> LightAddress {
+        if self.header.light_count == 0 {
+            return LightAddress::NONE;
+        }
+        let index = self.choose_light([words.x, words.y]);
+        if self.has(FEATURE_ENVIRONMENT) && self.light(index).kind == LIGHT_ENVIRONMENT {
+            LightAddress::nearest(index, self.sample_map([words.z, words.w]))
+        } else {
+            LightAddress { light: index, u: words.z >> 8, v: words.w >> 8 }
+        }
+    }
+
+    #[inline(always)]
+    fn light_at(&self, address: LightAddress) -> AddressedLight {
+        let light = self.light(address.light);
+        let mut found = AddressedLight { sample: LightSample::NONE, extent: light.area };
+        if self.has(FEATURE_EMISSIVE) && light.kind == LIGHT_TRIANGLE {
+            found.sample = self.sample_emissive(&light, address.uv());
+        }
+        if self.has(FEATURE_PUNCTUAL) && light.kind == LIGHT_PUNCTUAL {
+            found.sample = self.punctual(&light);
+        }
+        if self.has(FEATURE_ENVIRONMENT) && light.kind == LIGHT_ENVIRONMENT {
+            found = self.environment_sample(address.uv());
+        }
+        found
+    }
+
+    #[inline(always)]
+    fn address_of_hit(&self, hit: &Hit) -> LightAddress {
+        let light = self.geometry[self.triangle_word(hit.id) + 1].w;
+        if self.has(FEATURE_EMISSIVE) && light != NONE {
+            LightAddress::nearest(light, invert_triangle(hit.uv))
+        } else {
+            LightAddress::NONE
+        }
+    }
+
+    #[inline(always)]
+    fn address_of_environment(&self, direction: Vec3) -> LightAddress {
+        if self.has(FEATURE_ENVIRONMENT) && self.header.environment_base != NONE {
+            // the environment is the last of the lights
+            let (uv, _) = self.map_point(direction);
+            LightAddress::nearest(self.header.light_count.wrapping_sub(1), uv)
+        } else {
+            LightAddress::NONE
         }
     }
 }

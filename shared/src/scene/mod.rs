@@ -60,6 +60,76 @@ pub trait Lights {
     }
 }
 
+/// Emitters by address: what keeps light samples and evaluates them elsewhere.
+///
+/// An address is a light and a point (u, v) of the unit square, which parametrises it. The lattice of (u, v) is as fine
+/// as random numbers are, so that an address in a reservoir is the sample itself, and not its rounding.
+pub trait AddressedLights: Lights {
+    /// The address of a light chosen as [`Lights::sample_light`] does, from four random words;
+    /// [`LightAddress::NONE`] if the scene has none.
+    fn choose_address(&self, words: UVec4) -> LightAddress;
+    /// What lies at an address that one of the other methods gave.
+    fn light_at(&self, address: LightAddress) -> AddressedLight;
+    /// The address nearest to a hit; [`LightAddress::NONE`] off the emitters.
+    fn address_of_hit(&self, hit: &Hit) -> LightAddress;
+    /// The address nearest to a direction of the environment; [`LightAddress::NONE`] without one.
+    fn address_of_environment(&self, direction: Vec3) -> LightAddress;
+}
+
+/// A light and a point of its parametrisation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LightAddress {
+    /// Index of the light, below [`LightAddress::NO_LIGHT`].
+    pub light: u32,
+    /// Coordinate in 2^-24.
+    pub u: u32,
+    /// Coordinate in 2^-24.
+    pub v: u32,
+}
+
+impl LightAddress {
+    /// An index that refers to no light: the largest of 24 bits.
+    pub const NO_LIGHT: u32 = 0x00ff_ffff;
+    /// Nowhere.
+    pub const NONE: Self = Self { light: Self::NO_LIGHT, u: 0, v: 0 };
+
+    /// Whether there is a light.
+    #[inline(always)]
+    pub fn is_light(&self) -> bool {
+        self.light != Self::NO_LIGHT
+    }
+
+    /// The lattice point below `uv`, which is limited to the unit square.
+    #[inline(always)]
+    pub fn nearest(light: u32, uv: Vec2) -> Self {
+        Self { light, u: cell(uv.x), v: cell(uv.y) }
+    }
+
+    /// The point of the unit square.
+    #[inline(always)]
+    pub fn uv(&self) -> Vec2 {
+        Vec2::new(self.u as f32 * num::UNIT_ROUNDOFF, self.v as f32 * num::UNIT_ROUNDOFF)
+    }
+}
+
+#[inline(always)]
+fn cell(x: f32) -> u32 {
+    (num::clamp(x, 0.0, 1.0 - num::UNIT_ROUNDOFF) * CELLS) as u32
+}
+
+/// Lattice points along a side of the parametrisation of a light.
+const CELLS: f32 = 16_777_216.0;
+
+/// A light sample and the measure of its light's parametrisation.
+#[derive(Clone, Copy)]
+pub struct AddressedLight {
+    /// The sample, with the density that [`Lights::sample_light`] would give it.
+    pub sample: LightSample,
+    /// Area on a surface, or solid angle in the environment, per area of the unit square, 1 of a punctual light: times
+    /// the density, it is the density over (light, u, v).
+    pub extent: f32,
+}
+
 /// A point of a surface.
 #[derive(Clone, Copy)]
 pub struct SurfacePoint {

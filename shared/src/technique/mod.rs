@@ -1,3 +1,5 @@
 //! The per-pixel bodies of the techniques.
 
+pub mod di;
 pub mod path;
+mod vertex;

@@ -1,15 +1,15 @@
 //! Path tracing: next-event estimation and BSDF sampling, joined by the balance heuristic (Veach 1997, §9.2).
 
-use crate::bsdf::Bsdf;
+use super::vertex::{Connection, Vertex, flush};
 use crate::camera::{has_lens, primary_ray};
 use crate::film::sum_block;
 use crate::geometry::Ray;
-use crate::layout::{FEATURE_SHADING, FEATURE_VOLUME, FilmPixel, PATH_JITTER, PATH_ROULETTE, PathParams};
+use crate::layout::{CameraParams, FEATURE_VOLUME, FilmPixel, PATH_JITTER, PATH_ROULETTE, PathParams};
 use crate::num;
 use crate::rng::{self, Rng};
 use crate::sampling::sample_concentric_disk;
-use crate::scene::{LightKind, LightSample, Lights, Surface, SurfacePoint, Trace};
-use crate::vec::{Frame, dot, max_component, normalize};
+use crate::scene::{LightSample, Lights, Surface, SurfacePoint, Trace};
+use crate::vec::{dot, max_component};
 use glam::{Vec2, Vec3};
 
 /// Random dimensions: one for the camera, then [`DIMENSIONS_PER_SEGMENT`] a segment, used or not, so that a
@@ -25,36 +25,27 @@ const ROULETTE_FROM: u32 = 3;
 const MIN_SURVIVAL: f32 = 0.05;
 /// The radiance of a sample that a device which limits loops has cut short: beyond what the film accepts, so that it
 /// is dropped and counted.
-const CUT: Vec3 = Vec3::splat(f32::MAX);
-/// Shading normals are bent towards the viewer until the cosine to it is this, or the geometric normal's if that is less.
-const MIN_SHADING_COS: f32 = 0.01;
-/// Points closer than 2^-40 count as the same: no light passes between them.
-const MIN_DISTANCE_SQUARED: f32 = 8.271_806e-25;
-
+pub(super) const CUT: Vec3 = Vec3::splat(f32::MAX);
 /// The sum of one block of samples of the pixel (x, y).
 pub fn pixel<S: Trace + Surface + Lights>(scene: &S, params: &PathParams, x: u32, y: u32) -> FilmPixel {
     sum_block(params.first_sample, params.block_log2, |sample| {
         let rng = Rng::new(x, y, sample, params.seed);
-        let ray = camera_ray(params, &rng, x, y);
+        let ray = camera_ray(&params.camera, params.flags & PATH_JITTER != 0, &rng, x, y);
         radiance(scene, ray, &rng, params.max_depth, params.flags & PATH_ROULETTE != 0)
     })
 }
 
-/// The camera's ray of a sample of the pixel (x, y).
+/// The camera's ray of a sample of the pixel (x, y): through its centre, or anywhere in it with `jitter`.
 #[inline(always)]
-pub fn camera_ray(params: &PathParams, rng: &Rng, x: u32, y: u32) -> Ray {
+pub fn camera_ray(camera: &CameraParams, jitter: bool, rng: &Rng, x: u32, y: u32) -> Ray {
     let words = rng.draw(CAMERA_DIMENSION);
-    let within = if params.flags & PATH_JITTER != 0 {
-        Vec2::new(rng::unit(words.x), rng::unit(words.y))
-    } else {
-        Vec2::splat(0.5)
-    };
-    let lens = if has_lens(&params.camera) {
+    let within = if jitter { Vec2::new(rng::unit(words.x), rng::unit(words.y)) } else { Vec2::splat(0.5) };
+    let lens = if has_lens(camera) {
         sample_concentric_disk(Vec2::new(rng::unit(words.z), rng::unit(words.w)))
     } else {
         Vec2::ZERO
     };
-    primary_ray(&params.camera, Vec2::new(x as f32, y as f32) + within, lens)
+    primary_ray(camera, Vec2::new(x as f32, y as f32) + within, lens)
 }
 
 /// How the current segment's direction was chosen.
@@ -103,9 +94,9 @@ pub fn radiance<S: Trace + Surface + Lights>(scene: &S, ray: Ray, rng: &Rng, max
                 let vertex = Vertex::new(&point, &ray, features);
                 if vertex.bsdf.has_smooth_part() {
                     let light = scene.sample_light(rng.draw(dimension + LIGHT));
-                    let next_event = vertex.next_event(&light);
-                    if max_component(next_event.value) > 0.0 && !scene.occluded(&next_event.shadow) {
-                        sum += throughput * next_event.value;
+                    let connection = vertex.connect(&light);
+                    if max_component(connection.value) > 0.0 && !scene.occluded(&connection.shadow) {
+                        sum += throughput * next_event(&light, &connection);
                     }
                 }
                 let scattered = vertex.bsdf.sample(rng.draw(dimension + SCATTER));
@@ -125,10 +116,12 @@ pub fn radiance<S: Trace + Surface + Lights>(scene: &S, ray: Ray, rng: &Rng, max
     if alive { CUT } else { sum }
 }
 
-/// Named point of flushing: magnitudes below 2^-100 are zero.
+/// Light from a sampled point, with the balance heuristic's weight folded in: with w = l / (l + s), the value f cos L / l
+/// times w is f cos L / (l + s), where l and s are the densities per steradian of the light and of scattering.
 #[inline(always)]
-fn flush(v: Vec3) -> Vec3 {
-    Vec3::new(num::flush(v.x), num::flush(v.y), num::flush(v.z))
+fn next_event(light: &LightSample, connection: &Connection) -> Vec3 {
+    let Connection { value, scatter_pdf, cos_light, distance_squared, .. } = *connection;
+    value * num::div(cos_light, light.density * distance_squared + scatter_pdf * cos_light)
 }
 
 /// The share of light that is left after a distance `t` (Beer and Lambert).
@@ -156,94 +149,4 @@ fn emission_weight(light_density: f32, point: &SurfacePoint, ray: &Ray, t: f32, 
 #[inline(always)]
 fn environment_weight(density: f32, chosen: Chosen) -> f32 {
     if chosen.alone { 1.0 } else { num::div(chosen.pdf, chosen.pdf + density) }
-}
-
-/// A vertex of a path, seen from the side that the path came from.
-struct Vertex {
-    position: Vec3,
-    offset: f32,
-    /// Geometric normal on that side.
-    normal: Vec3,
-    /// Around the shading normal on that side.
-    frame: Frame,
-    bsdf: Bsdf,
-}
-
-/// Light from a sampled point, weighted, if nothing lies on the segment.
-struct NextEvent {
-    value: Vec3,
-    shadow: Ray,
-}
-
-impl Vertex {
-    #[inline(always)]
-    fn new(point: &SurfacePoint, ray: &Ray, features: u32) -> Self {
-        let front = dot(point.normal, ray.direction) <= 0.0;
-        let wo = -ray.direction;
-        let normal = if front { point.normal } else { -point.normal };
-        let shading = if features & FEATURE_SHADING != 0 {
-            facing(if front { point.shading_normal } else { -point.shading_normal }, normal, wo)
-        } else {
-            normal
-        };
-        let frame = Frame::new(shading);
-        Self {
-            position: point.position,
-            offset: point.offset,
-            normal,
-            frame,
-            bsdf: Bsdf::new(&point.material, frame.to_local(wo), front, features),
-        }
-    }
-
-    /// Where a ray in the given direction leaves from: on the side that it goes to.
-    #[inline(always)]
-    fn origin(&self, direction: Vec3) -> Vec3 {
-        let offset = if dot(self.normal, direction) < 0.0 { -self.offset } else { self.offset };
-        self.position + self.normal * offset
-    }
-
-    /// Whether a direction lies on the same side of the surface as of the shading frame. Others would leak through
-    /// the surface; they carry nothing, whoever chooses them.
-    #[inline(always)]
-    fn is_consistent(&self, direction: Vec3, local: Vec3) -> bool {
-        (dot(self.normal, direction) < 0.0) == (local.z < 0.0)
-    }
-
-    /// The balance heuristic's weight is folded in: with w = l / (l + s), the value f cos L / l times w is
-    /// f cos L / (l + s), where l and s are the densities per steradian of the light and of scattering.
-    #[inline(always)]
-    fn next_event(&self, light: &LightSample) -> NextEvent {
-        let far = light.at_infinity();
-        let origin = self.origin(if far { light.position } else { light.position - self.position });
-        let to_light = if far { light.position } else { light.position - origin };
-        let facing = dot(light.normal, to_light) < 0.0;
-        let side = if facing { light.offset } else { -light.offset };
-        let target = if far { to_light } else { (light.position + light.normal * side) - origin };
-        let shadow = Ray { origin, direction: target, t_max: if far { Ray::FAR } else { 1.0 } };
-        let distance_squared = if far { 1.0 } else { dot(to_light, to_light) };
-        let emits = (light.density > 0.0) & ((light.kind != LightKind::Area) | facing | light.two_sided);
-        if !(emits & (distance_squared > MIN_DISTANCE_SQUARED)) {
-            return NextEvent { value: Vec3::ZERO, shadow };
-        }
-        let inv_distance = if far { 1.0 } else { num::rsqrt(distance_squared) };
-        let wi = to_light * inv_distance;
-        let local = self.frame.to_local(wi);
-        let axis_cos = -dot(light.normal, wi);
-        let cos_light = if light.kind == LightKind::Area { num::abs(axis_cos) } else { 1.0 };
-        let falloff = if light.kind == LightKind::Point { light.spot_falloff(axis_cos) } else { 1.0 };
-        let scattered = self.bsdf.evaluate(local);
-        let scatter_scaled = if light.is_punctual() { 0.0 } else { scattered.pdf * cos_light };
-        let value = flush(light.emission * falloff * scattered.value)
-            * num::div(cos_light, light.density * distance_squared + scatter_scaled);
-        NextEvent { value: if self.is_consistent(wi, local) { value } else { Vec3::ZERO }, shadow }
-    }
-}
-
-/// A shading normal bent towards the viewer, if it turns away from it. The geometric normal itself stays as it is.
-#[inline(always)]
-fn facing(shading: Vec3, geometric: Vec3, wo: Vec3) -> Vec3 {
-    let cos = dot(shading, wo);
-    let least = num::min(MIN_SHADING_COS, dot(geometric, wo));
-    if cos < least { normalize(shading + wo * (least - cos)) } else { shading }
 }

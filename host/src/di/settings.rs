@@ -1,0 +1,324 @@
+//! Settings of ReSTIR DI: data, with the reasons why some of them bias.
+
+use crate::Error;
+use restir_shared::layout::{
+    DI_AVERAGE_VISIBILITY, DI_FINAL_RAY, DI_INITIAL_VISIBILITY, DI_JITTER, DI_MIS_SHIFT, DI_MIS_VISIBILITY,
+    DI_SCATTER_CANDIDATE, DI_TARGET_VISIBILITY,
+};
+use restir_shared::mis::{INPUTS, Mis};
+
+/// The most neighbours of one combine: its own reservoir and the last frame's are inputs as well.
+pub const MAX_NEIGHBOURS: u32 = INPUTS as u32 - 2;
+/// The most candidates from lights.
+pub const MAX_CANDIDATES: u32 = 1024;
+/// The most spatial passes of a frame.
+pub const MAX_SPATIAL_PASSES: u32 = 8;
+/// The largest cap on confidence: what the packed reservoir holds, with room for a pass of spatial reuse.
+pub const MAX_CONFIDENCE_CAP: u32 = 255;
+
+/// How the inputs of a combine share what several of them can produce: see [`restir_shared::mis`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MisForm {
+    /// By confidence alone, after the selection. Biased.
+    OneOverM,
+    /// Over those that can produce the selected sample.
+    OneOverZ,
+    /// Contribution MIS of Bitterli et al. 2020, weighted by confidence.
+    Contribution,
+    /// Talbot's weights, the generalised balance heuristic.
+    Talbot,
+    /// Pairwise, weighted by confidence.
+    Pairwise,
+    /// Pairwise with a share of its own for the pixel's reservoir.
+    PairwiseDefensive,
+    /// Pairwise with equal pairs.
+    PairwiseCounted,
+    /// Equal pairs, with a share of its own for the pixel's reservoir.
+    PairwiseCountedDefensive,
+    /// By confidence alone, inside the weights. Biased.
+    Constant,
+}
+
+impl MisForm {
+    /// All of them, by the names that the program knows.
+    pub const ALL: [(&'static str, Self); 9] = [
+        ("1/m", Self::OneOverM),
+        ("1/z", Self::OneOverZ),
+        ("contribution", Self::Contribution),
+        ("talbot", Self::Talbot),
+        ("pairwise", Self::Pairwise),
+        ("pairwise-defensive", Self::PairwiseDefensive),
+        ("pairwise-counted", Self::PairwiseCounted),
+        ("pairwise-counted-defensive", Self::PairwiseCountedDefensive),
+        ("constant", Self::Constant),
+    ];
+
+    /// The kernels' form.
+    pub fn mis(self) -> Mis {
+        match self {
+            Self::OneOverM => Mis::ONE_OVER_M,
+            Self::OneOverZ => Mis::ONE_OVER_Z,
+            Self::Contribution => Mis::CONTRIBUTION,
+            Self::Talbot => Mis::TALBOT,
+            Self::Pairwise => Mis::PAIRWISE,
+            Self::PairwiseDefensive => Mis::PAIRWISE.with(Mis::DEFENSIVE),
+            Self::PairwiseCounted => Mis::PAIRWISE_COUNTED,
+            Self::PairwiseCountedDefensive => Mis::PAIRWISE_COUNTED.with(Mis::DEFENSIVE),
+            Self::Constant => Mis::CONSTANT,
+        }
+    }
+
+    /// The program's name.
+    pub fn name(self) -> &'static str {
+        Self::ALL.iter().find(|(_, form)| *form == self).map_or("", |(name, _)| name)
+    }
+}
+
+/// Where shading takes visibility from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Visibility {
+    /// A ray.
+    Ray,
+    /// What the reservoir knows of its sample (Wyman and Panteleev 2021).
+    Selected,
+    /// The mean over all samples that competed (Tokuyoshi).
+    Averaged,
+}
+
+impl Visibility {
+    /// All of them, by the names that the program knows.
+    pub const ALL: [(&'static str, Self); 3] =
+        [("ray", Self::Ray), ("selected", Self::Selected), ("averaged", Self::Averaged)];
+
+    /// The program's name.
+    pub fn name(self) -> &'static str {
+        Self::ALL.iter().find(|(_, visibility)| *visibility == self).map_or("", |(name, _)| name)
+    }
+}
+
+/// Settings of ReSTIR DI. The defaults are unbiased.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DiSettings {
+    /// Initial candidates from lights, in 0..=[`MAX_CANDIDATES`]. Default 32.
+    pub candidates: u32,
+    /// One more candidate from scattering, which costs a ray. Default on.
+    pub scatter: bool,
+    /// Form of MIS in all combines. Default [`MisForm::PairwiseDefensive`].
+    pub mis: MisForm,
+    /// Reuse the last frame's reservoirs. Default on.
+    pub temporal: bool,
+    /// Passes of spatial reuse, in 0..=[`MAX_SPATIAL_PASSES`]. Default 1.
+    pub spatial: u32,
+    /// Neighbours of a pass, in 1..=[`MAX_NEIGHBOURS`]. Default 4.
+    pub neighbours: u32,
+    /// One pass for both: the neighbours are the last frame's. Instead of [`Self::spatial`] passes. Default off.
+    pub fused: bool,
+    /// Largest distance of neighbours in pixels. Default 30.
+    pub radius: f32,
+    /// Largest confidence of the last frame's reservoirs, in frames, in 1..=[`MAX_CONFIDENCE_CAP`]. Default 20.
+    pub confidence_cap: u32,
+    /// Initial samples that are occluded count for nothing (visibility reuse). Default on.
+    pub initial_visibility: bool,
+    /// Samples are selected by target times visibility. Default on.
+    pub target_visibility: bool,
+    /// Targets in MIS weights are multiplied by visibility. Default on.
+    pub mis_visibility: bool,
+    /// What shading multiplies by. Default [`Visibility::Selected`], which is exact with [`Self::mis_visibility`].
+    pub visibility: Visibility,
+    /// Neighbours nearer than this many pixels are believed to see the same, where visibility is reused. Default 0.
+    pub near_radius: f32,
+    /// A neighbour farther from the tangent plane than this part of the distance to the camera is left out. Default 0.02.
+    pub max_plane_distance: f32,
+    /// A neighbour whose normal has a smaller cosine with the pixel's is left out. Default 0.5.
+    pub min_normal_cos: f32,
+    /// Spread camera rays over the pixel. Default off.
+    pub jitter: bool,
+}
+
+impl Default for DiSettings {
+    fn default() -> Self {
+        Self {
+            candidates: 32,
+            scatter: true,
+            mis: MisForm::PairwiseDefensive,
+            temporal: true,
+            spatial: 1,
+            neighbours: 4,
+            fused: false,
+            radius: 30.0,
+            confidence_cap: 20,
+            initial_visibility: true,
+            target_visibility: true,
+            mis_visibility: true,
+            visibility: Visibility::Selected,
+            near_radius: 0.0,
+            max_plane_distance: 0.02,
+            min_normal_cos: 0.5,
+            jitter: false,
+        }
+    }
+}
+
+impl DiSettings {
+    /// The presets by name.
+    pub const PRESETS: [&'static str; 6] = ["biased-2020", "unbiased-2020", "talbot", "wis", "quality", "fast"];
+
+    /// A preset.
+    pub fn preset(name: &str) -> Option<Self> {
+        let without = Self {
+            target_visibility: false,
+            mis_visibility: false,
+            visibility: Visibility::Ray,
+            neighbours: 3,
+            ..Self::default()
+        };
+        Some(match name {
+            "biased-2020" => Self { mis: MisForm::OneOverM, neighbours: 5, spatial: 2, ..without },
+            "unbiased-2020" => Self { mis: MisForm::Contribution, mis_visibility: true, ..without },
+            "talbot" => Self { mis: MisForm::Talbot, mis_visibility: true, ..without },
+            "wis" => Self { mis: MisForm::Talbot, visibility: Visibility::Averaged, neighbours: 1, ..without },
+            "quality" => Self::default(),
+            "fast" => Self {
+                candidates: 8,
+                initial_visibility: false,
+                neighbours: 1,
+                ..without
+            },
+            _ => return None,
+        })
+    }
+
+    /// Whether the values are in range, and make sense together.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] that names the setting.
+    pub fn check(&self) -> Result<(), Error> {
+        self.problem().map_or(Ok(()), |problem| Err(Error::Setting(problem)))
+    }
+
+    fn problem(&self) -> Option<String> {
+        let in_range = |name, value: u32, low, high| {
+            (!(low..=high).contains(&value))
+                .then(|| format!("the setting {name} is {value}; it has to be from {low} to {high}"))
+        };
+        let positive = |name, value: f32, largest: f32| {
+            (!(0.0..=largest).contains(&value))
+                .then(|| format!("the setting {name} is {value}; it has to be from 0 to {largest}"))
+        };
+        let after = self.mis.mis().is_after_selection();
+        in_range("candidates", self.candidates, 0, MAX_CANDIDATES)
+            .or_else(|| in_range("spatial", self.spatial, 0, MAX_SPATIAL_PASSES))
+            .or_else(|| in_range("neighbours", self.neighbours, 1, MAX_NEIGHBOURS))
+            .or_else(|| in_range("confidence_cap", self.confidence_cap, 1, MAX_CONFIDENCE_CAP))
+            .or_else(|| positive("radius", self.radius, 4096.0))
+            .or_else(|| positive("near_radius", self.near_radius, 4096.0))
+            .or_else(|| positive("max_plane_distance", self.max_plane_distance, 1.0e6))
+            .or_else(|| {
+                (!(-1.0..=1.0).contains(&self.min_normal_cos))
+                    .then(|| format!("the setting min_normal_cos is {}; it has to be from -1 to 1", self.min_normal_cos))
+            })
+            .or_else(|| {
+                (self.candidates == 0 && !self.scatter)
+                    .then(|| "no candidates: give candidates at least 1, or set scatter=on".to_owned())
+            })
+            .or_else(|| {
+                (self.fused && !self.temporal)
+                    .then(|| "fused=on reuses the last frame; set temporal=on as well".to_owned())
+            })
+            .or_else(|| {
+                (self.target_visibility && !self.mis_visibility).then(|| {
+                    "target_visibility=on needs mis_visibility=on: no reservoir has what is occluded at its own pixel"
+                        .to_owned()
+                })
+            })
+            .or_else(|| {
+                (self.mis_visibility && !self.initial_visibility).then(|| {
+                    "mis_visibility=on needs initial_visibility=on: the visibility of initial samples is not known"
+                        .to_owned()
+                })
+            })
+            .or_else(|| {
+                (self.visibility == Visibility::Averaged && (self.mis_visibility || after)).then(|| {
+                    "visibility=averaged needs mis_visibility=off and MIS weights inside (talbot, pairwise..., constant)"
+                        .to_owned()
+                })
+            })
+    }
+
+    /// Why the mean of an image may be wrong; none for unbiased settings.
+    pub fn biases(&self) -> Vec<&'static str> {
+        let reuses = self.temporal || self.spatial > 0;
+        let mut biases = Vec::new();
+        if !reuses {
+            return biases;
+        }
+        if matches!(self.mis, MisForm::OneOverM | MisForm::Constant) {
+            biases.push("the MIS weights count pixels that cannot produce a sample: darker");
+        }
+        if self.initial_visibility && !self.mis_visibility {
+            biases.push("what neighbours found occluded is missing where it is visible: darker near shadows");
+        }
+        if self.visibility != Visibility::Ray && !self.mis_visibility {
+            biases.push("visibility of the last frame is reused: shadows lag behind what moves");
+        }
+        if self.visibility == Visibility::Averaged {
+            biases.push("averaged visibility does not know which colour it belongs to: leaks at coloured shadow edges");
+        }
+        if self.visibility != Visibility::Ray && !self.mis_visibility && self.near_radius > 0.0 {
+            biases.push("near neighbours are believed to see the same: brighter in shadows");
+        }
+        biases
+    }
+
+    /// The kernels' flags, but for [`restir_shared::layout::DI_OTHER_FRAME`].
+    pub(crate) fn flags(&self) -> u32 {
+        let flag = |on, bit| if on { bit } else { 0 };
+        flag(self.jitter, DI_JITTER)
+            | flag(self.initial_visibility, DI_INITIAL_VISIBILITY)
+            | flag(self.target_visibility, DI_TARGET_VISIBILITY)
+            | flag(self.mis_visibility, DI_MIS_VISIBILITY)
+            | flag(self.visibility == Visibility::Ray, DI_FINAL_RAY)
+            | flag(self.visibility == Visibility::Averaged, DI_AVERAGE_VISIBILITY)
+            | flag(self.scatter, DI_SCATTER_CANDIDATE)
+            | (self.mis.mis().0 << DI_MIS_SHIFT)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn presets_are_sound_and_say_whether_they_bias() {
+        for name in DiSettings::PRESETS {
+            let preset = DiSettings::preset(name).expect("listed");
+            preset.check().expect(name);
+            assert_eq!(preset.biases().is_empty(), !matches!(name, "biased-2020" | "wis"), "{name}");
+        }
+        assert!(DiSettings::preset("none").is_none());
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused() {
+        let default = DiSettings::default;
+        let wrong = [
+            DiSettings { neighbours: MAX_NEIGHBOURS + 1, ..default() },
+            DiSettings { radius: f32::NAN, ..default() },
+            DiSettings { candidates: 0, scatter: false, ..default() },
+            DiSettings { fused: true, temporal: false, ..default() },
+            DiSettings { mis_visibility: false, ..default() },
+            DiSettings { initial_visibility: false, ..default() },
+            DiSettings { visibility: Visibility::Averaged, ..default() },
+            DiSettings {
+                visibility: Visibility::Averaged,
+                mis_visibility: false,
+                target_visibility: false,
+                mis: MisForm::Contribution,
+                ..default()
+            },
+        ];
+        for settings in wrong {
+            settings.check().expect_err("refused");
+        }
+    }
+}

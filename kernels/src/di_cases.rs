@@ -1,0 +1,120 @@
+//! Parity cases of the kernels of ReSTIR DI: a short chain of passes, run natively, whose planes the kernels are given.
+
+use crate::{Case, CaseScene, CaseScenes};
+use restir_shared::glam::UVec4;
+use restir_shared::layout::{
+    DI_AVERAGE_VISIBILITY, DI_FINAL_RAY, DI_INITIAL_VISIBILITY, DI_JITTER, DI_MIS_SHIFT, DI_MIS_VISIBILITY,
+    DI_OTHER_FRAME, DI_SCATTER_CANDIDATE, DI_TARGET_VISIBILITY, DiParams, FEATURES_ALL, FilmPixel,
+};
+use restir_shared::mis::Mis;
+use restir_shared::scene::SceneView;
+use restir_shared::technique::di;
+
+const WIDTH: u32 = 20;
+const HEIGHT: u32 = 14;
+
+/// The planes of two frames.
+pub(crate) struct Chain {
+    pub(crate) params: DiParams,
+    pub(crate) hits: [Vec<UVec4>; 2],
+    pub(crate) reservoirs: [Vec<UVec4>; 2],
+    pub(crate) direct: Vec<FilmPixel>,
+}
+
+/// Visibility where the reservoirs of initial samples lack what is occluded.
+const REUSE: u32 = DI_INITIAL_VISIBILITY | DI_MIS_VISIBILITY;
+
+/// Name, scene, flags, form of MIS, neighbours.
+const ROWS: [(&str, &str, u32, Mis, u32); 12] = [
+    ("1/M, temporal", "cornell", DI_OTHER_FRAME | DI_INITIAL_VISIBILITY | DI_FINAL_RAY, Mis::ONE_OVER_M, 0),
+    ("1/Z, spatial", "cornell", REUSE | DI_FINAL_RAY, Mis::ONE_OVER_Z, 4),
+    ("contribution, temporal", "many-lights", DI_OTHER_FRAME | REUSE | DI_JITTER, Mis::CONTRIBUTION, 0),
+    ("contribution, spatial", "glossy", REUSE | DI_TARGET_VISIBILITY | DI_SCATTER_CANDIDATE, Mis::CONTRIBUTION, 3),
+    ("talbot, spatial", "cornell", REUSE | DI_FINAL_RAY | DI_SCATTER_CANDIDATE, Mis::TALBOT, 4),
+    ("talbot, averaged", "many-lights", DI_INITIAL_VISIBILITY | DI_AVERAGE_VISIBILITY, Mis::TALBOT, 1),
+    ("talbot, averaged in time", "cornell", DI_OTHER_FRAME | DI_AVERAGE_VISIBILITY | DI_JITTER, Mis::TALBOT, 0),
+    ("pairwise, both at once", "tower", DI_OTHER_FRAME | REUSE | DI_TARGET_VISIBILITY, Mis::PAIRWISE, 4),
+    ("defensive, spatial", "glass", REUSE | DI_TARGET_VISIBILITY | DI_SCATTER_CANDIDATE, DEFENSIVE, 5),
+    ("counted, spatial", "tower", DI_FINAL_RAY | DI_SCATTER_CANDIDATE, Mis::PAIRWISE_COUNTED, 7),
+    ("counted, defensive", "cornell", REUSE | DI_TARGET_VISIBILITY, Mis::PAIRWISE_COUNTED.with(Mis::DEFENSIVE), 5),
+    ("constant, no light", "empty", DI_FINAL_RAY | DI_SCATTER_CANDIDATE, Mis::CONSTANT, 2),
+];
+
+const DEFENSIVE: Mis = Mis::PAIRWISE.with(Mis::DEFENSIVE);
+
+/// The cases of a kernel: `add` gives one its planes, after the parameters and the scene. Each runs as the general kernel
+/// and, some, as the one frozen to scene and settings.
+pub(crate) fn make(scenes: &dyn CaseScenes, add: impl Fn(&Chain, Case) -> Case) -> Vec<Case> {
+    let mut cases = Vec::new();
+    for (row, (name, scene_name, flags, mis, neighbours)) in ROWS.into_iter().enumerate() {
+        let scene = scenes.scene(if scene_name == "empty" { "cornell" } else { scene_name });
+        let chain = chain(&scene, flags | (mis.0 << DI_MIS_SHIFT), neighbours, scene_name == "empty");
+        let frozen = [scene.features, chain.params.flags];
+        let both: &[[u32; 2]] = if row % 4 == 3 { &[[FEATURES_ALL; 2], frozen] } else { &[[FEATURES_ALL; 2]] };
+        for &[features, settings] in both {
+            let kind = if features == FEATURES_ALL { "general" } else { "frozen" };
+            let case = Case::new(format!("{name}, {scene_name}, {kind}"), WIDTH, HEIGHT)
+                .freeze(0, features)
+                .freeze(1, settings)
+                .with(&[chain.params])
+                .with(&scene.geometry)
+                .with(&scene.attributes)
+                .with(&scene.texels);
+            cases.push(add(&chain, case));
+        }
+    }
+    cases
+}
+
+/// Two frames of initial reservoirs; the camera moves in between. The parameters are those of the second frame's combine.
+fn chain(scene: &CaseScene, flags: u32, neighbours: u32, lightless: bool) -> Chain {
+    let mut header = scene.header;
+    if lightless {
+        header.light_count = 0;
+    }
+    let view = SceneView {
+        header,
+        geometry: bytemuck::cast_slice(&scene.geometry),
+        attributes: bytemuck::cast_slice(&scene.attributes),
+        texels: bytemuck::cast_slice(&scene.texels),
+        features: FEATURES_ALL,
+        tracer: None,
+    };
+    let before = (scene.camera)(WIDTH, HEIGHT);
+    let mut camera = before;
+    for (position, right) in camera.position.iter_mut().zip(before.right) {
+        *position += 0.05 * right;
+    }
+    let of_frame = |frame: u32| DiParams {
+        scene: header,
+        camera: if frame == 0 { before } else { camera },
+        other_camera: if frame == 0 { before } else { camera },
+        width: WIDTH,
+        height: HEIGHT,
+        frame,
+        other_frame: frame,
+        seed: 5,
+        flags,
+        candidates: 8,
+        neighbours,
+        combine: 1,
+        confidence_cap: 20.0,
+        radius: 6.0,
+        near_radius: 2.0,
+        max_plane_distance: 0.05,
+        min_normal_cos: 0.5,
+        reserved: [0; 2],
+    };
+    let pixels = || (0..HEIGHT).flat_map(|y| (0..WIDTH).map(move |x| [x, y]));
+    let hits = [0, 1].map(|frame| pixels().map(|at| di::primary(&view, &of_frame(frame), flags, at)).collect());
+    let initial = |frame: u32| -> Vec<(UVec4, FilmPixel)> {
+        let hits: &Vec<UVec4> = &hits[frame as usize];
+        pixels().zip(hits).map(|(at, &hit)| di::initial(&view, &of_frame(frame), flags, hit, at)).collect()
+    };
+    let both = [initial(0), initial(1)];
+    let reservoirs = [0, 1].map(|frame: usize| both[frame].iter().map(|(reservoir, _)| *reservoir).collect());
+    let direct = both[1].iter().map(|(_, direct)| *direct).collect();
+    let other_frame = if flags & DI_OTHER_FRAME != 0 { 0 } else { 1 };
+    let params = DiParams { other_camera: if other_frame == 0 { before } else { camera }, other_frame, ..of_frame(1) };
+    Chain { params, hits, reservoirs, direct }
+}

@@ -1,0 +1,36 @@
+//! Temporal and spatial reuse of ReSTIR DI.
+
+use restir_shared::glam::UVec4;
+use restir_shared::layout::DiParams;
+use restir_shared::scene::SceneView;
+use restir_shared::technique::di;
+
+kernel! {
+    /// Each pixel's reservoir, combined with others: of the last frame in place, of the same frame into another plane.
+    pub fn di_combine(8, 8) {
+        constants { 0: features = 0xffff_ffff, 1: settings = 0xffff_ffff }
+        params 0: DiParams,
+        read {
+            1: geometry: UVec4, 2: attributes: UVec4, 3: texels: UVec4,
+            4: hits: UVec4, 5: other_hits: UVec4, 6: others: UVec4,
+        },
+        own { 7: reservoirs: UVec4 },
+    }
+    |x, y, at, p, tracer| {
+        let scene = SceneView { header: p.scene, geometry, attributes, texels, features, tracer };
+        let planes = di::Planes { hits, other_hits, others };
+        reservoirs[at] = di::combine(&scene, &p, p.flags & settings, &planes, reservoirs[at], [x, y])
+    }
+}
+
+#[cfg(not(target_arch = "spirv"))]
+fn cases(scenes: &dyn crate::CaseScenes) -> Vec<crate::Case> {
+    use restir_shared::layout::DI_OTHER_FRAME;
+    crate::di_cases::make(scenes, |chain, case| {
+        let other = if chain.params.flags & DI_OTHER_FRAME != 0 { 0 } else { 1 };
+        case.with(&chain.hits[1])
+            .with(&chain.hits[other])
+            .with(&chain.reservoirs[other])
+            .with(&chain.reservoirs[1])
+    })
+}

@@ -1,0 +1,31 @@
+//! Last pass of ReSTIR DI.
+
+use restir_shared::glam::UVec4;
+use restir_shared::layout::{DiParams, FilmPixel};
+use restir_shared::scene::SceneView;
+use restir_shared::technique::di;
+
+kernel! {
+    /// The radiance of each pixel from its reservoir, as a film's sample.
+    pub fn di_shade(8, 8) {
+        constants { 0: features = 0xffff_ffff, 1: settings = 0xffff_ffff }
+        params 0: DiParams,
+        read {
+            1: geometry: UVec4, 2: attributes: UVec4, 3: texels: UVec4,
+            4: hits: UVec4, 5: reservoirs: UVec4, 6: direct: FilmPixel,
+        },
+        own { 7: film: FilmPixel },
+    }
+    |x, y, at, p, tracer| {
+        let scene = SceneView { header: p.scene, geometry, attributes, texels, features, tracer };
+        let i = (y * p.width + x) as usize;
+        film[at] = di::shade(&scene, &p, p.flags & settings, hits[i], reservoirs[i], direct[i], [x, y])
+    }
+}
+
+#[cfg(not(target_arch = "spirv"))]
+fn cases(scenes: &dyn crate::CaseScenes) -> Vec<crate::Case> {
+    crate::di_cases::make(scenes, |chain, case| {
+        case.with(&chain.hits[1]).with(&chain.reservoirs[1]).with(&chain.direct).output()
+    })
+}

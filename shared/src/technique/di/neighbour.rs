@@ -1,0 +1,77 @@
+//! Where a combine looks for other reservoirs, and which of them it takes.
+
+use crate::layout::{CameraParams, DiParams};
+use crate::num;
+use crate::rng;
+use crate::sampling::sample_concentric_disk;
+use crate::scene::SurfacePoint;
+use crate::vec::dot;
+use glam::{UVec4, Vec2, Vec3};
+
+/// 2^32 over the plastic number and over its square: the R2 sequence (Roberts 2018), whose every stretch is well spread.
+const R2: [u32; 2] = [3_242_174_889, 2_447_445_414];
+/// Surfaces nearer to the camera's plane than this part of the distance to the image plane are behind it.
+const MIN_DEPTH: f32 = 1.0e-6;
+
+/// A pixel position, if it is one.
+#[derive(Clone, Copy)]
+pub(super) struct Place {
+    pub(super) x: u32,
+    pub(super) y: u32,
+    pub(super) inside: bool,
+}
+
+impl Place {
+    /// Whether the places are less than `radius` apart.
+    #[inline(always)]
+    pub(super) fn is_near(&self, other: &Self, radius: f32) -> bool {
+        let (dx, dy) = (self.x as f32 - other.x as f32, self.y as f32 - other.y as f32);
+        dx * dx + dy * dy < radius * radius
+    }
+}
+
+/// The n-th place in a disk around `center`, mirrored at the image's borders; the words shift the sequence.
+#[inline(always)]
+pub(super) fn nearby(params: &DiParams, center: Place, n: u32, words: UVec4) -> Place {
+    let u = rng::unit(words.x.wrapping_add(R2[0].wrapping_mul(n)));
+    let v = rng::unit(words.y.wrapping_add(R2[1].wrapping_mul(n)));
+    let at = sample_concentric_disk(Vec2::new(u, v)) * params.radius;
+    let x = (center.x as i32).wrapping_add(num::nearest(at.x));
+    let y = (center.y as i32).wrapping_add(num::nearest(at.y));
+    Place { x: mirrored(x, params.width), y: mirrored(y, params.height), inside: center.inside }
+}
+
+/// A coordinate beyond a border, mirrored at it; limited to the image, should it be narrower than the way.
+#[inline(always)]
+fn mirrored(x: i32, size: u32) -> u32 {
+    let size = size as i32;
+    let from_low = if x < 0 { !x } else { x };
+    let from_high = if from_low >= size { size.wrapping_mul(2).wrapping_add(!from_low) } else { from_low };
+    (if from_high < 0 { 0 } else { from_high }) as u32
+}
+
+/// Where a camera sees a position.
+#[inline(always)]
+pub(super) fn project(camera: &CameraParams, params: &DiParams, position: Vec3) -> Place {
+    let to = position - Vec3::from_array(camera.position);
+    let [forward, right, up] =
+        [Vec3::from_array(camera.forward), Vec3::from_array(camera.right), Vec3::from_array(camera.up)];
+    let depth = num::div(dot(to, forward), dot(forward, forward));
+    let before = depth > MIN_DEPTH;
+    let inv_depth = num::recip(if before { depth } else { 1.0 });
+    let across = num::div(dot(to, right), dot(right, right)) * inv_depth;
+    let along = num::div(dot(to, up), dot(up, up)) * inv_depth;
+    let x = (across + 1.0) * 0.5 * params.width as f32;
+    let y = (1.0 - along) * 0.5 * params.height as f32;
+    // compared as floats: a conversion beyond the range would not be the same everywhere
+    let inside = before & (x >= 0.0) & (y >= 0.0) & (x < params.width as f32) & (y < params.height as f32);
+    if inside { Place { x: x as u32, y: y as u32, inside } } else { Place { x: 0, y: 0, inside } }
+}
+
+/// Whether two surfaces are enough alike for reuse to pay. It depends on nothing but surfaces, so it is unbiased.
+#[inline(always)]
+pub(super) fn alike(params: &DiParams, view_distance: f32, here: &SurfacePoint, there: &SurfacePoint) -> bool {
+    let from_plane = num::abs(dot(here.normal, there.position - here.position));
+    (dot(here.normal, there.normal) >= params.min_normal_cos)
+        & (from_plane <= params.max_plane_distance * view_distance)
+}
