@@ -12,9 +12,11 @@ mod bvh;
 #[cfg(feature = "cli")]
 pub mod cli;
 pub mod compact;
+pub mod di;
 pub mod distribution;
 pub mod error;
 pub mod exec;
+mod film;
 pub mod image;
 mod input;
 mod memory;

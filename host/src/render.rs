@@ -1,11 +1,12 @@
 //! Renders an image with a technique on an executor.
 
 use crate::exec::Executor;
+use crate::film::Film;
 use crate::plan::{Buffer, FramePlan, Pass};
 use crate::{Error, buffers::SceneBuffers, image::Image, memory};
 use restir_kernels as kernels;
 use restir_shared::film::MAX_BLOCK_LOG2;
-use restir_shared::layout::{FilmParams, FilmPixel, PATH_JITTER, PATH_ROULETTE, PathParams};
+use restir_shared::layout::{FilmPixel, PATH_JITTER, PATH_ROULETTE, PathParams};
 use std::ops::ControlFlow;
 
 /// Longest side of an image in pixels.
@@ -51,6 +52,13 @@ pub struct RenderSettings {
     /// Most samples of a pixel in one dispatch, rounded down to a power of two; `None` suits the image size.
     /// It does not change the image.
     pub dispatch_samples: Option<u32>,
+}
+
+/// One sample a pixel of 512 x 512 pixels.
+impl Default for RenderSettings {
+    fn default() -> Self {
+        Self { width: 512, height: 512, samples: 1, seed: 0, path: PathSettings::default(), dispatch_samples: None }
+    }
 }
 
 /// How far a render is.
@@ -157,21 +165,14 @@ fn block_count(samples: u32, largest: u32) -> u64 {
     u64::from(samples >> largest) + u64::from((samples & ((1 << largest) - 1)).count_ones())
 }
 
-/// Film planes that are ever in use at once: waiting blocks, whose sizes differ, and the one in work.
-fn plane_count(samples: u32, largest: u32) -> usize {
-    (u32::BITS - (samples >> largest).leading_zeros()).max(samples.count_ones()) as usize
-}
-
 /// Buffers of a plan for path tracing.
 const GEOMETRY: usize = 0;
 const ATTRIBUTES: usize = 1;
 const TEXELS: usize = 2;
-const FIRST_PLANE: usize = 3;
 
 pub(crate) fn path_plan<'a>(scene: &'a SceneBuffers, settings: &'a RenderSettings) -> FramePlan<'a> {
     let largest = block_log2(settings);
-    let (samples, planes) = (settings.samples, plane_count(settings.samples, largest));
-    let plane_words = settings.width as usize * settings.height as usize * size_of::<FilmPixel>() / 4;
+    let samples = settings.samples;
     let arena =
         |name, words: &std::sync::Arc<[u32]>| Buffer { name, words: words.len(), contents: Some(words.clone()) };
     let mut buffers = vec![
@@ -179,54 +180,29 @@ pub(crate) fn path_plan<'a>(scene: &'a SceneBuffers, settings: &'a RenderSetting
         arena("attributes", &scene.attributes),
         arena("texels", &scene.texels),
     ];
-    let plane = |name| Buffer { name, words: plane_words, contents: None };
-    buffers.extend((0..planes).map(|_| plane("film")).chain([plane("mean")]));
+    let film = Film::new(&mut buffers, [settings.width, settings.height], samples, largest);
     let blocks = block_count(samples, largest);
     FramePlan {
         buffers,
-        passes: Box::new(PathPasses::new(scene, settings, largest, planes)),
+        outputs: vec![film.output()],
+        passes: Box::new(PathPasses { scene, settings, blocks: Box::new(aligned_blocks(samples, largest)), film }),
         // merging n blocks into one takes n - 1 additions
         pass_count: blocks + (blocks - 1) + 1,
-        outputs: vec![FIRST_PLANE + planes],
         scene: Some(scene),
     }
 }
 
-/// Makes the passes: each block is traced into a free plane, then merged with the waiting plane of its own size, as
-/// often as there is one; what waits at the end is merged from the smallest up.
+/// Makes the passes: each block is traced into a plane of the film.
 struct PathPasses<'a> {
     scene: &'a SceneBuffers,
     settings: &'a RenderSettings,
     blocks: Box<dyn Iterator<Item = (u32, u32)>>,
-    free: Vec<usize>,
-    /// (log2 of the samples, plane), largest first
-    waiting: Vec<(u32, usize)>,
-    output: usize,
-    state: State,
+    film: Film,
 }
 
-enum State {
-    Tracing,
-    Merging,
-    Done,
-}
-
-impl<'a> PathPasses<'a> {
-    fn new(scene: &'a SceneBuffers, settings: &'a RenderSettings, largest: u32, planes: usize) -> Self {
-        Self {
-            scene,
-            settings,
-            blocks: Box::new(aligned_blocks(settings.samples, largest)),
-            free: (FIRST_PLANE..FIRST_PLANE + planes).rev().collect(),
-            waiting: Vec::new(),
-            output: FIRST_PLANE + planes,
-            state: State::Tracing,
-        }
-    }
-
+impl PathPasses<'_> {
     fn trace(&mut self, first: u32, log2: u32) -> Option<Pass> {
-        let plane = self.free.pop()?;
-        self.waiting.push((log2, plane));
+        let plane = self.film.open(log2)?;
         let s = self.settings;
         let flag = |on, bit| if on { bit } else { 0 };
         let params = PathParams {
@@ -249,55 +225,18 @@ impl<'a> PathPasses<'a> {
             grid: [s.width, s.height],
         })
     }
-
-    /// Merges the two smallest waiting planes if `condition` holds for their sizes.
-    fn merge(&mut self, condition: impl Fn(u32, u32) -> bool) -> Option<Pass> {
-        let &[.., (left_log2, left), (right_log2, right)] = self.waiting.as_slice() else {
-            return None;
-        };
-        condition(left_log2, right_log2).then(|| {
-            self.waiting.truncate(self.waiting.len() - 2);
-            self.waiting.push((left_log2 + 1, right));
-            self.free.push(left);
-            self.film_pass(&kernels::film_add::DESC, vec![left, right])
-        })
-    }
-
-    fn film_pass(&self, kernel: &'static kernels::KernelDesc, bindings: Vec<usize>) -> Pass {
-        let s = self.settings;
-        let params = FilmParams { width: s.width, height: s.height, samples: s.samples as f32, reserved: 0 };
-        Pass {
-            kernel,
-            constants: Vec::new(),
-            params: bytemuck::cast_slice(&[params]).to_vec(),
-            bindings,
-            grid: [s.width, s.height],
-        }
-    }
-
-    fn resolve(&mut self) -> Option<Pass> {
-        self.state = State::Done;
-        let &(_, plane) = self.waiting.first()?;
-        Some(self.film_pass(&kernels::film_resolve::DESC, vec![plane, self.output]))
-    }
 }
 
 impl Iterator for PathPasses<'_> {
     type Item = Pass;
 
     fn next(&mut self) -> Option<Pass> {
-        if let State::Tracing = self.state {
-            if let Some(pass) = self.merge(|left, right| left == right) {
-                return Some(pass);
-            }
-            if let Some((first, log2)) = self.blocks.next() {
-                return self.trace(first, log2);
-            }
-            self.state = State::Merging;
+        if let Some(pass) = self.film.merge_equal() {
+            return Some(pass);
         }
-        match self.state {
-            State::Done => None,
-            _ => self.merge(|_, _| true).or_else(|| self.resolve()),
+        match self.blocks.next() {
+            Some((first, log2)) => self.trace(first, log2),
+            None => self.film.finish(),
         }
     }
 }
@@ -338,12 +277,12 @@ mod tests {
                 let mut used = std::collections::BTreeSet::new();
                 let mut passes = 0;
                 for pass in plan.passes {
-                    used.extend(pass.bindings.iter().copied().filter(|id| *id >= FIRST_PLANE));
+                    used.extend(pass.bindings.iter().copied().filter(|id| *id > TEXELS));
                     passes += 1;
                 }
                 assert_eq!(
                     (passes, used.len()),
-                    (plan.pass_count, plan.buffers.len() - FIRST_PLANE),
+                    (plan.pass_count, plan.buffers.len() - TEXELS - 1),
                     "{samples} {largest}"
                 );
             }

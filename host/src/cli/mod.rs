@@ -67,6 +67,8 @@ enum Command {
     ///
     /// Exits with 1 if something got worse since the table named by --against.
     Bench(bench::Arguments),
+    /// List the settings of a technique with their defaults, and its presets.
+    Settings(settings::Arguments),
     /// Replay one sample of a pixel and print its path.
     Explain(explain::Arguments),
 }
@@ -131,6 +133,7 @@ fn run(command: Command) -> Result<(), Error> {
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Reference(arguments) => reference::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
+        Command::Settings(arguments) => settings::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
     }
 }

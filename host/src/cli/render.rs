@@ -13,10 +13,16 @@ use super::scene::{DEFAULT_SIZE, SceneArguments};
 use super::{console, interrupt, metadata, settings};
 use crate::Error;
 use crate::buffers::SceneBuffers;
+use crate::di::{self, DiRender, DiSettings};
 use crate::image::{write_exr, write_png};
 use crate::output::check_writable;
 use crate::render::{self, PathSettings, RenderSettings, Rendered};
 use crate::scene::Scene;
+
+const DEFAULT_SAMPLES: u64 = 64;
+const DEFAULT_FRAMES: u32 = 16;
+/// Depth of the path tracer that computes what restir-di does.
+const DIRECT_DEPTH: u32 = 2;
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
@@ -31,9 +37,15 @@ pub(super) struct Arguments {
     /// How to render.
     #[arg(long, value_enum, default_value_t = Technique::Path)]
     technique: Technique,
-    /// Samples per pixel.
-    #[arg(long, default_value = "64", value_parser = saturating, allow_hyphen_values = true)]
-    spp: u64,
+    /// Samples per pixel of the technique path; 64 if not given.
+    #[arg(long, value_parser = saturating, allow_hyphen_values = true)]
+    spp: Option<u64>,
+    /// Frames of the technique restir-di, of which the last is written; 16 if not given.
+    #[arg(long, value_parser = natural::<u32>, allow_hyphen_values = true)]
+    frames: Option<u32>,
+    /// Write the mean of the frames.
+    #[arg(long)]
+    accumulate: bool,
     /// Longest path in segments: 1 is directly visible light, 2 adds direct light; 8 if not given.
     #[arg(long, value_parser = natural::<u32>, allow_hyphen_values = true)]
     max_depth: Option<u32>,
@@ -48,7 +60,7 @@ pub(super) struct Arguments {
     jitter: bool,
     #[command(flatten)]
     device: device::DeviceArguments,
-    /// A setting of the technique, as KEY=VALUE; a wrong key lists the known ones.
+    /// A setting of the technique, as KEY=VALUE, or preset=NAME; `restir settings` lists them.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     settings: Vec<String>,
 }
@@ -57,13 +69,72 @@ pub(super) struct Arguments {
 pub(super) enum Technique {
     /// Path tracing with next event estimation.
     Path,
+    /// Direct light by resampling, over frames.
+    RestirDi,
 }
 
 impl Technique {
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Path => "path",
+            Self::RestirDi => "restir-di",
         }
+    }
+}
+
+/// What is rendered, by technique.
+pub(super) enum Work {
+    Path(RenderSettings),
+    RestirDi(DiRender),
+}
+
+impl Work {
+    fn new(arguments: &Arguments, scene: &Scene) -> Result<Self, Error> {
+        let size = match arguments.size {
+            Some(size) => size.sides()?,
+            None => scene.default_size.unwrap_or(DEFAULT_SIZE),
+        };
+        match arguments.technique {
+            Technique::Path => path_settings(arguments, size).map(Self::Path),
+            Technique::RestirDi => di_render(arguments, size).map(Self::RestirDi),
+        }
+    }
+
+    pub(super) fn size(&self) -> [u32; 2] {
+        match self {
+            Self::Path(settings) => [settings.width, settings.height],
+            Self::RestirDi(render) => [render.width, render.height],
+        }
+    }
+
+    /// Samples or frames a pixel.
+    fn samples(&self) -> u32 {
+        match self {
+            Self::Path(settings) => settings.samples,
+            Self::RestirDi(render) => render.frames,
+        }
+    }
+
+    fn check(&self, buffers: &SceneBuffers) -> Result<(), Error> {
+        match self {
+            Self::Path(settings) => render::check(buffers, settings),
+            Self::RestirDi(render) => di::check(buffers, render),
+        }
+    }
+
+    fn render(&self, device: &mut Device, buffers: &SceneBuffers) -> Result<Rendered, Error> {
+        let mut reporter = Reporter::new();
+        let mut observe = |progress| {
+            reporter.update(&progress);
+            if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        let executor = device.executor.as_mut();
+        let rendered = match self {
+            Self::Path(settings) => render::render(executor, buffers, settings, &mut observe),
+            Self::RestirDi(render) => di::render(executor, buffers, render, &mut observe),
+        };
+        reporter.finish();
+        rendered
     }
 }
 
@@ -71,22 +142,22 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     check_outputs(arguments)?;
     interrupt::install()?;
     let mut scene = arguments.scene.open()?;
-    let settings = render_settings(arguments, &scene)?;
-    arguments.scene.complete(&mut scene, [settings.width, settings.height])?;
+    let work = Work::new(arguments, &scene)?;
+    arguments.scene.complete(&mut scene, work.size())?;
     let buffers = arguments.scene.buffers(&scene)?;
-    render::check(&buffers, &settings)?;
+    work.check(&buffers)?;
     let mut device = device::open(&arguments.device)?;
     let start = Instant::now();
-    let rendered = render_observed(&mut device, &buffers, &settings)?;
+    let rendered = work.render(&mut device, &buffers)?;
     let seconds = start.elapsed().as_secs_f64();
-    let metadata = metadata::of_render(&scene, arguments.technique, &settings, &device, &rendered);
+    let metadata = metadata::of_render(&scene, arguments.technique, &work, &device, &rendered);
     interrupt::begin_writing();
     // All files come before any report: standard output may be closed or full.
     write_exr(&arguments.output, &rendered.image, &metadata)?;
     if let Some(path) = &arguments.png {
         write_png(path, &rendered.image)?;
     }
-    report(&settings, &rendered, seconds)?;
+    report(&work, &rendered, seconds)?;
     [Some(&arguments.output), arguments.png.as_ref()].into_iter().flatten().try_for_each(|path| report_written(path))
 }
 
@@ -114,44 +185,55 @@ fn ends_in(path: &Path, ending: &str) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(ending))
 }
 
-fn render_settings(arguments: &Arguments, scene: &Scene) -> Result<RenderSettings, Error> {
-    let [width, height] = match arguments.size {
-        Some(size) => size.sides()?,
-        None => scene.default_size.unwrap_or(DEFAULT_SIZE),
-    };
-    let samples = u32::try_from(arguments.spp)
-        .map_err(|_| Error::Setting(format!("{} samples are too many: samples > {}", arguments.spp, u32::MAX)))?;
+fn path_settings(arguments: &Arguments, [width, height]: [u32; 2]) -> Result<RenderSettings, Error> {
+    if arguments.frames.is_some() || arguments.accumulate {
+        return Err(Error::Setting(
+            "--frames and --accumulate are for techniques that reuse frames; --spp is the one of path".to_owned(),
+        ));
+    }
+    let samples = arguments.spp.unwrap_or(DEFAULT_SAMPLES);
+    let samples = u32::try_from(samples)
+        .map_err(|_| Error::Setting(format!("{samples} samples are too many: samples > {}", u32::MAX)))?;
     let mut path = PathSettings::default();
     path.jitter |= arguments.jitter;
     path.max_depth = arguments.max_depth.unwrap_or(path.max_depth);
     let mut render = RenderSettings { width, height, samples, seed: arguments.seed, path, dispatch_samples: None };
-    arguments.settings.iter().try_for_each(|setting| settings::apply(&mut render, setting))?;
+    arguments.settings.iter().try_for_each(|text| settings::apply(&mut render, text))?;
     Ok(render)
 }
 
-fn render_observed(device: &mut Device, buffers: &SceneBuffers, settings: &RenderSettings) -> Result<Rendered, Error> {
-    let mut reporter = Reporter::new();
-    let rendered = render::render(device.executor.as_mut(), buffers, settings, &mut |progress| {
-        reporter.update(&progress);
-        if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    });
-    reporter.finish();
-    rendered
+fn di_render(arguments: &Arguments, size: [u32; 2]) -> Result<DiRender, Error> {
+    if arguments.spp.is_some() {
+        return Err(Error::Setting("--spp is for the technique path; restir-di renders --frames".to_owned()));
+    }
+    if arguments.max_depth.is_some_and(|depth| depth != DIRECT_DEPTH) {
+        return Err(Error::Setting(format!(
+            "restir-di renders direct light, paths of {DIRECT_DEPTH} segments; leave --max-depth out"
+        )));
+    }
+    let mut settings = DiSettings::default();
+    settings::apply_di(&mut settings, &arguments.settings)?;
+    settings.jitter |= arguments.jitter;
+    let frames = arguments.frames.unwrap_or(DEFAULT_FRAMES);
+    Ok(DiRender { frames, accumulate: arguments.accumulate, seed: arguments.seed, ..DiRender::new(size, settings) })
 }
 
-fn report(settings: &RenderSettings, rendered: &Rendered, seconds: f64) -> Result<(), Error> {
+fn report(work: &Work, rendered: &Rendered, seconds: f64) -> Result<(), Error> {
     if rendered.dropped_samples > 0 {
         console::note(&format!(
             "warning: {} samples were dropped: not finite, or cut short by the device (a smaller --max-depth or --device cpu may help)",
             rendered.dropped_samples
         ));
     }
-    let samples = f64::from(settings.width) * f64::from(settings.height) * f64::from(settings.samples);
+    if let Work::RestirDi(render) = work {
+        render.settings.biases().iter().for_each(|bias| console::note(&format!("biased settings: {bias}")));
+    }
+    let [width, height] = work.size();
+    let what = if let Work::Path(_) = work { "samples" } else { "frames" };
+    let samples = f64::from(width) * f64::from(height) * f64::from(work.samples());
     console::print(&format!(
-        "rendered {} x {} pixels with {} samples in {seconds:.2} s ({:.3e} samples/s)\n",
-        settings.width,
-        settings.height,
-        settings.samples,
+        "rendered {width} x {height} pixels with {} {what} in {seconds:.2} s ({:.3e} samples/s)\n",
+        work.samples(),
         samples / seconds
     ))
 }

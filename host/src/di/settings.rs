@@ -178,12 +178,7 @@ impl DiSettings {
             "talbot" => Self { mis: MisForm::Talbot, mis_visibility: true, ..without },
             "wis" => Self { mis: MisForm::Talbot, visibility: Visibility::Averaged, neighbours: 1, ..without },
             "quality" => Self::default(),
-            "fast" => Self {
-                candidates: 8,
-                initial_visibility: false,
-                neighbours: 1,
-                ..without
-            },
+            "fast" => Self { candidates: 8, initial_visibility: false, neighbours: 1, ..without },
             _ => return None,
         })
     }

@@ -1,0 +1,99 @@
+//! Direct light by ReSTIR: frames that reuse each other's reservoirs.
+
+mod plan;
+mod settings;
+
+pub use plan::BYTES_A_PIXEL;
+pub use settings::{
+    DiSettings, MAX_CANDIDATES, MAX_CONFIDENCE_CAP, MAX_NEIGHBOURS, MAX_SPATIAL_PASSES, MisForm, Visibility,
+};
+
+use crate::buffers::SceneBuffers;
+use crate::exec::Executor;
+use crate::image::Image;
+use crate::render::{MAX_SIDE, Progress, Rendered};
+use crate::scene::Camera;
+use crate::{Error, memory};
+use restir_shared::layout::FilmPixel;
+use restir_shared::scene::LightAddress;
+use std::ops::ControlFlow;
+
+/// What to render.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DiRender {
+    /// Image width in pixels, in 1..=[`MAX_SIDE`].
+    pub width: u32,
+    /// Image height in pixels, in 1..=[`MAX_SIDE`].
+    pub height: u32,
+    /// Frames, not zero. The first has no history.
+    pub frames: u32,
+    /// The image is the mean of all frames instead of the last one.
+    pub accumulate: bool,
+    /// Seed of the random numbers.
+    pub seed: u32,
+    /// The camera of each frame, of which the last one stays; the scene's if there is none.
+    pub cameras: Vec<Camera>,
+    /// Settings of the technique.
+    pub settings: DiSettings,
+}
+
+impl DiRender {
+    /// One frame of the scene's camera.
+    pub fn new([width, height]: [u32; 2], settings: DiSettings) -> Self {
+        Self { width, height, frames: 1, accumulate: false, seed: 0, cameras: Vec::new(), settings }
+    }
+
+    fn camera(&self, scene: &SceneBuffers, frame: u32) -> Camera {
+        self.cameras.get(frame as usize).or(self.cameras.last()).copied().unwrap_or(scene.camera)
+    }
+}
+
+/// Renders frames of `scene`; `observe` is called after each dispatch and may stop the render.
+///
+/// # Errors
+/// As [`crate::render::render`].
+pub fn render(
+    executor: &mut dyn Executor,
+    scene: &SceneBuffers,
+    render: &DiRender,
+    observe: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Rendered, Error> {
+    check(scene, render)?;
+    let plan = plan::plan(scene, render);
+    let total = plan.pass_count;
+    let words = executor.run(plan, &mut |done| observe(Progress { done, total }))?;
+    let pixels: &[FilmPixel] = words.first().map_or(&[], |words| bytemuck::cast_slice(words));
+    Ok(Rendered {
+        image: Image { width: render.width, height: render.height, pixels: pixels.iter().map(|p| p.sum).collect() },
+        dispatches: total,
+        dropped_samples: pixels.iter().map(|p| p.dropped as u64).sum(),
+    })
+}
+
+/// Whether the settings are in range and the buffers fit: what [`render`] checks first.
+///
+/// # Errors
+/// [`Error::Setting`] and [`Error::Memory`].
+pub fn check(scene: &SceneBuffers, render: &DiRender) -> Result<(), Error> {
+    render.settings.check()?;
+    let (width, height) = (render.width, render.height);
+    let problem = if width == 0 || height == 0 {
+        Some(format!("an image of {width}x{height} pixels has no pixel; give both sides at least 1"))
+    } else if width > MAX_SIDE || height > MAX_SIDE {
+        Some(format!("an image of {width}x{height} pixels is too large; the longest side is {MAX_SIDE}"))
+    } else if render.frames == 0 {
+        Some("0 frames make no image; give at least 1".to_owned())
+    } else if scene.header.light_count >= LightAddress::NO_LIGHT {
+        Some(format!(
+            "the scene has {} lights and reservoirs know at most {}; use --technique path",
+            scene.header.light_count,
+            LightAddress::NO_LIGHT - 1
+        ))
+    } else {
+        None
+    };
+    problem.map_or(Ok(()), |problem| Err(Error::Setting(problem)))?;
+    // beside the plan: the words read back, the image and its encoded form
+    let copies = 3 * u64::from(width) * u64::from(height) * size_of::<FilmPixel>() as u64;
+    memory::check(plan::plan(scene, render).bytes() + copies, "this render", "choose a smaller size")
+}

@@ -1,0 +1,241 @@
+//! The passes of ReSTIR DI.
+
+use super::DiRender;
+use crate::buffers::SceneBuffers;
+use crate::film::{Film, plane_words};
+use crate::plan::{Buffer, BufferId, FramePlan, Pass};
+use restir_kernels::{self as kernels, KernelDesc};
+use restir_shared::layout::{DI_OTHER_FRAME, DiParams};
+use std::collections::VecDeque;
+
+/// Bytes a pixel of a reservoir, of a hit and of the direct part: one plane each.
+pub const BYTES_A_PIXEL: usize = 16;
+
+const ARENAS: [BufferId; 3] = [0, 1, 2];
+
+pub(crate) fn plan<'a>(scene: &'a SceneBuffers, render: &'a DiRender) -> FramePlan<'a> {
+    let arena =
+        |name, words: &std::sync::Arc<[u32]>| Buffer { name, words: words.len(), contents: Some(words.clone()) };
+    let mut buffers = vec![
+        arena("geometry", &scene.geometry),
+        arena("attributes", &scene.attributes),
+        arena("texels", &scene.texels),
+    ];
+    let planes = Planes::new(&mut buffers, render);
+    let samples = if render.accumulate { render.frames } else { 1 };
+    let film = Film::new(&mut buffers, [render.width, render.height], samples, 0);
+    let outputs = vec![film.output()];
+    let passes = || Passes { scene, render, planes: planes.clone(), frame: 0, queue: VecDeque::new(), film: None };
+    let pass_count = passes().count(samples);
+    FramePlan {
+        buffers,
+        passes: Box::new(Passes { film: Some(film), ..passes() }),
+        pass_count,
+        outputs,
+        scene: Some(scene),
+    }
+}
+
+/// The planes of the frames; what the settings do not need is not there.
+#[derive(Clone)]
+struct Planes {
+    /// Of this frame and, with temporal reuse, of the last one.
+    hits: Vec<BufferId>,
+    /// The one in work, one more for spatial reuse, one more for the last frame's.
+    reservoirs: Vec<BufferId>,
+    direct: BufferId,
+}
+
+impl Planes {
+    fn new(buffers: &mut Vec<Buffer>, render: &DiRender) -> Self {
+        let words = plane_words([render.width, render.height]);
+        let mut add = |name| {
+            buffers.push(Buffer { name, words, contents: None });
+            buffers.len() - 1
+        };
+        let s = &render.settings;
+        let history = usize::from(keeps_history(render));
+        let spatial = usize::from(s.spatial > 0 && !s.fused);
+        Self {
+            hits: (0..1 + history).map(|_| add("hits")).collect(),
+            reservoirs: (0..1 + history + spatial).map(|_| add("reservoirs")).collect(),
+            direct: add("direct"),
+        }
+    }
+}
+
+fn keeps_history(render: &DiRender) -> bool {
+    render.settings.temporal && render.frames > 1
+}
+
+/// Makes the passes, a frame at a time.
+struct Passes<'a> {
+    scene: &'a SceneBuffers,
+    render: &'a DiRender,
+    planes: Planes,
+    frame: u32,
+    queue: VecDeque<Pass>,
+    /// None where passes are only counted.
+    film: Option<Film>,
+}
+
+impl Passes<'_> {
+    /// How many there are: merging n samples into one takes n - 1 additions, and one division.
+    fn count(mut self, samples: u32) -> u64 {
+        let mut first_and_later = [0; 2];
+        for passes in &mut first_and_later {
+            self.reuse();
+            *passes = self.queue.len() as u64;
+            self.queue.clear();
+            self.frame += 1;
+        }
+        let [first, later] = first_and_later;
+        first + later * u64::from(self.render.frames - 1) + 2 * u64::from(samples)
+    }
+
+    /// The passes of a frame up to its reservoirs.
+    fn reuse(&mut self) {
+        let settings = &self.render.settings;
+        let (hits, last_hits) = self.hits();
+        self.push(&kernels::di_primary::DESC, self.params(), &ARENAS[..1], &[hits]);
+        let work = self.planes.reservoirs[0];
+        self.push(&kernels::di_initial::DESC, self.params(), &ARENAS, &[hits, work, self.planes.direct]);
+        if self.frame > 0 && keeps_history(self.render) {
+            let last = self.planes.reservoirs[self.planes.reservoirs.len() - 1];
+            let of_last = DiParams {
+                flags: settings.flags() | DI_OTHER_FRAME,
+                other_camera: self.camera_params(self.frame - 1),
+                other_frame: self.frame - 1,
+                neighbours: if settings.fused { settings.neighbours } else { 0 },
+                ..self.params()
+            };
+            self.push(&kernels::di_combine::DESC, of_last, &ARENAS, &[hits, last_hits, last, work]);
+        }
+        for pass in 0..if settings.fused { 0 } else { settings.spatial } {
+            let params = DiParams { combine: 1 + pass, ..self.params() };
+            let [work, free] = [self.planes.reservoirs[0], self.planes.reservoirs[1]];
+            self.push(&kernels::di_combine::DESC, params, &ARENAS, &[hits, hits, work, free]);
+            self.planes.reservoirs.swap(0, 1);
+        }
+    }
+
+    /// The plane of this frame's hits, and of the last one's.
+    fn hits(&self) -> (BufferId, BufferId) {
+        let planes = &self.planes.hits;
+        let at = |frame: u32| planes[frame as usize % planes.len()];
+        (at(self.frame), at(self.frame + 1))
+    }
+
+    /// What the frame adds to the film.
+    fn shade(&mut self) {
+        let (hits, _) = self.hits();
+        let Some(plane) = self.film.as_mut().and_then(|film| film.open(0)) else { return };
+        let inputs = [hits, self.planes.reservoirs[0], self.planes.direct, plane];
+        self.push(&kernels::di_shade::DESC, self.params(), &ARENAS, &inputs);
+        while let Some(pass) = self.film.as_mut().and_then(Film::merge_equal) {
+            self.queue.push_back(pass);
+        }
+    }
+
+    fn push(&mut self, kernel: &'static KernelDesc, params: DiParams, arenas: &[BufferId], planes: &[BufferId]) {
+        let constants = [self.scene.features, params.flags];
+        self.queue.push_back(Pass {
+            kernel,
+            constants: constants[2 - kernel.constants.len()..].to_vec(),
+            params: bytemuck::cast_slice(&[params]).to_vec(),
+            bindings: [arenas, planes].concat(),
+            grid: [self.render.width, self.render.height],
+        });
+    }
+
+    fn camera_params(&self, frame: u32) -> restir_shared::layout::CameraParams {
+        self.render.camera(self.scene, frame).params(self.render.width, self.render.height)
+    }
+
+    /// Of passes within the frame.
+    fn params(&self) -> DiParams {
+        let (render, s) = (self.render, &self.render.settings);
+        let camera = self.camera_params(self.frame);
+        DiParams {
+            scene: self.scene.header,
+            camera,
+            other_camera: camera,
+            width: render.width,
+            height: render.height,
+            frame: self.frame,
+            other_frame: self.frame,
+            seed: render.seed,
+            flags: s.flags(),
+            candidates: s.candidates,
+            neighbours: s.neighbours,
+            combine: 0,
+            confidence_cap: s.confidence_cap as f32,
+            radius: s.radius,
+            near_radius: s.near_radius,
+            max_plane_distance: s.max_plane_distance,
+            min_normal_cos: s.min_normal_cos,
+            reserved: [0; 2],
+        }
+    }
+
+    /// The last plane of the reservoirs is the one that the next frame finds its history in.
+    fn end_frame(&mut self) {
+        let last = self.planes.reservoirs.len() - 1;
+        if keeps_history(self.render) {
+            self.planes.reservoirs.swap(0, last);
+        }
+        self.frame += 1;
+    }
+}
+
+impl Iterator for Passes<'_> {
+    type Item = Pass;
+
+    fn next(&mut self) -> Option<Pass> {
+        while self.queue.is_empty() && self.frame < self.render.frames {
+            self.reuse();
+            if self.render.accumulate || self.frame + 1 == self.render.frames {
+                self.shade();
+            }
+            self.end_frame();
+        }
+        self.queue.pop_front().or_else(|| self.film.as_mut()?.finish())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::di::DiSettings;
+
+    /// Counts are right, every pass fits its buffers, and every buffer is used.
+    #[test]
+    fn plans_hold_what_the_settings_need() {
+        let scene = SceneBuffers::build(&crate::scene::builtin::scene("cornell").expect("built in")).expect("builds");
+        let plain = DiSettings { temporal: false, spatial: 0, ..DiSettings::default() };
+        let rows = [
+            (plain.clone(), 3, 1 + 1 + 1),
+            (DiSettings { spatial: 2, ..plain.clone() }, 3, 1 + 2 + 1),
+            (DiSettings { temporal: true, ..plain.clone() }, 3, 2 + 2 + 1),
+            (DiSettings { temporal: true, ..plain.clone() }, 1, 1 + 1 + 1),
+            (DiSettings { temporal: true, fused: true, ..plain }, 5, 2 + 2 + 1),
+            (DiSettings::default(), 4, 2 + 3 + 1),
+        ];
+        for (settings, frames, planes) in rows {
+            for accumulate in [false, true] {
+                let render = DiRender { frames, accumulate, ..DiRender::new([3, 2], settings.clone()) };
+                let plan = plan(&scene, &render);
+                let film = if accumulate { Film::plane_count(frames, 0) } else { 1 } + 1;
+                assert_eq!(plan.buffers.len(), 3 + planes + film, "{render:?}");
+                let mut used = std::collections::BTreeSet::new();
+                let mut count = 0;
+                for pass in plan.passes {
+                    pass.check(&plan.buffers).expect("fits");
+                    used.extend(pass.bindings);
+                    count += 1;
+                }
+                assert_eq!((count, used.len()), (plan.pass_count, plan.buffers.len()), "{render:?}");
+            }
+        }
+    }
+}
