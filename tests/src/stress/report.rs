@@ -12,7 +12,7 @@ that is not finite is a failure.
 
 An error beyond what is allowed is no failure if rounding of the inputs explains it. The two directions of a scattering
 function are unit vectors only to within rounding. Near total reflection and at facets seen edge-on, and in what a coat
-of an index of almost 1 reflects (Schlick's (1 - cos)⁵ near cosine 1: a reflectance of 10⁻⁵ at most), one rounding moves
+of an index of almost 1 reflects (Schlick's (1 - cos)⁵ near cosine 1: a reflectance of 10⁻⁵ at most), roundings move
 the exact answer by more than 10⁻⁵ of itself. There the result must lie, but for the allowed error, between the exact
 values for directions each of whose components is moved by 4 roundings of 2⁻²⁴, up or down, as the same implementation
 in `f64` computes them. The column `explained` counts these inputs, of which one in 500 may need it; the largest error
