@@ -18,7 +18,7 @@ struct Light {
     kind: u32,
 }
 
-impl SceneView<'_> {
+impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     #[inline(always)]
     fn light(&self, index: u32) -> Light {
         let word = self.attribute(self.header.light_base + index * LIGHT_WORDS);
@@ -71,7 +71,7 @@ impl SceneView<'_> {
     }
 }
 
-impl Lights for SceneView<'_> {
+impl<const COMPILED: u32> Lights for SceneView<'_, COMPILED> {
     #[inline(always)]
     fn sample_light(&self, words: UVec4) -> LightSample {
         let mut sample = LightSample::NONE;
