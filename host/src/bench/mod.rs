@@ -50,22 +50,28 @@ pub(crate) struct Matrix {
     pub(crate) techniques: Vec<Technique>,
     /// Samples a pixel, ascending.
     pub(crate) budgets: Vec<u32>,
+    /// Each takes about equal time for every number of samples.
     pub(crate) restarts: u32,
     /// No restart after the second begins later than this.
     pub(crate) time: Duration,
 }
 
-/// One image.
+/// A restart: images with seeds of their own, as many as together have the samples of the largest budget, so that the
+/// errors of all budgets are known equally well.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Run {
-    pub(crate) restart: u32,
+    /// The first image's seed; the others' follow.
     pub(crate) seed: u32,
+    pub(crate) images: u32,
+    /// The median over the images.
     pub(crate) seconds: f64,
+    /// The means over the images.
     pub(crate) errors: Errors,
+    /// The sum over the images.
     pub(crate) dropped_samples: u64,
 }
 
-/// The restarts of one technique with one number of samples.
+/// The restarts of one technique with one number of samples, in the order in which they were made.
 #[derive(Clone, Debug)]
 pub(crate) struct Cell {
     pub(crate) samples: u32,
@@ -159,7 +165,7 @@ impl Series {
 }
 
 /// Measures one scene against `truth`. Restarts are interleaved: each runs every technique with every number of
-/// samples, so that a slow spell of the machine meets all of them; one run of each technique comes first and does not
+/// samples, so that a slow spell of the machine meets all of them; one image of each technique comes first and does not
 /// count. `observe` hears of samples a pixel, of all that were asked for.
 ///
 /// # Errors
@@ -173,30 +179,26 @@ pub(crate) fn measure(
 ) -> Result<(Vec<Series>, u32), Error> {
     let mut series: Vec<Series> =
         matrix.techniques.iter().map(|technique| empty(scene, matrix, technique)).collect::<Result<_, _>>()?;
-    let once: u64 = matrix.budgets.iter().map(|&samples| u64::from(samples)).sum::<u64>() * series.len() as u64;
-    let total = once * u64::from(matrix.restarts);
+    let total = series.len() as u64 * u64::from(matrix.restarts) * matrix.samples_of_a_restart();
     for technique in &matrix.techniques {
         let settings = technique.settings(1, 0);
         render(executor, scene, &settings, &mut |_| observe(Progress { done: 0, total }))?;
     }
     let start = Instant::now();
     let mut done = 0;
+    let mut seed = 0;
     let mut restart = 0;
     while restart < matrix.restarts && (restart < FEWEST_RESTARTS || start.elapsed() < matrix.time) {
         for (budget, &samples) in matrix.budgets.iter().enumerate() {
+            let images = matrix.images(samples);
             for series in &mut series {
-                let seed = restart * matrix.budgets.len() as u32 + budget as u32;
-                let settings = series.technique.settings(samples, seed);
-                let mut timed = Timed::new(executor);
-                let begin = Instant::now();
-                let rendered = render(&mut timed, scene, &settings, &mut |_| observe(Progress { done, total }))?;
-                let seconds = begin.elapsed().as_secs_f64();
-                let errors = truth.errors(&rendered.image);
-                let run = Run { restart, seed, seconds, errors, dropped_samples: rendered.dropped_samples };
+                let run = series.run(executor, scene, truth, [samples, images, seed], &mut |made| {
+                    observe(Progress { done: done + u64::from(made) * u64::from(samples), total })
+                })?;
                 series.cells[budget].runs.push(run);
-                series.add_passes(timed.passes, u64::from(samples) * matrix.pixels());
-                done += u64::from(samples);
+                done += u64::from(images) * u64::from(samples);
             }
+            seed += images;
         }
         restart += 1;
     }
@@ -204,8 +206,20 @@ pub(crate) fn measure(
 }
 
 impl Matrix {
-    fn pixels(&self) -> u64 {
-        u64::from(self.integral.width) * u64::from(self.integral.height)
+    /// Images of so many samples in a restart.
+    fn images(&self, samples: u32) -> u32 {
+        self.budgets.last().map_or(1, |largest| largest / samples)
+    }
+
+    /// Samples a pixel that a technique takes in a restart.
+    fn samples_of_a_restart(&self) -> u64 {
+        self.budgets.iter().map(|&samples| u64::from(samples) * u64::from(self.images(samples))).sum()
+    }
+
+    /// Seeds that all restarts take.
+    pub(crate) fn seeds(&self) -> u64 {
+        let images: u64 = self.budgets.iter().map(|&samples| u64::from(self.images(samples))).sum();
+        u64::from(self.restarts) * images
     }
 }
 
@@ -216,6 +230,30 @@ impl Technique {
 }
 
 impl Series {
+    /// Makes the images of a restart; `observe` hears how many are done.
+    fn run(
+        &mut self,
+        executor: &mut dyn Executor,
+        scene: &SceneBuffers,
+        truth: &Truth,
+        [samples, images, seed]: [u32; 3],
+        observe: &mut dyn FnMut(u32) -> ControlFlow<()>,
+    ) -> Result<Run, Error> {
+        let (mut seconds, mut errors, mut dropped_samples) = (Vec::new(), Vec::new(), 0);
+        for image in 0..images {
+            let settings = self.technique.settings(samples, seed + image);
+            let mut timed = Timed::new(executor);
+            let begin = Instant::now();
+            let rendered = render(&mut timed, scene, &settings, &mut |_| observe(image))?;
+            seconds.push(begin.elapsed().as_secs_f64());
+            errors.push(truth.errors(&rendered.image));
+            dropped_samples += rendered.dropped_samples;
+            self.add_passes(timed.passes, u64::from(samples) * u64::from(settings.width) * u64::from(settings.height));
+        }
+        let seconds = fit::median(&seconds);
+        Ok(Run { seed, images, seconds, errors: Errors::mean(&errors), dropped_samples })
+    }
+
     fn add_passes(&mut self, passes: BTreeMap<&'static str, PassTime>, samples: u64) {
         self.traced += samples;
         for (kernel, time) in passes {
@@ -299,6 +337,7 @@ mod tests {
                 let bias = cell.bias(&result.truth);
                 assert!(bias.value.abs() < 2.5 * bias.half_width, "{name}: {bias:?}");
                 assert_eq!(cell.runs.len(), 6);
+                assert!(cell.runs.iter().all(|run| run.images * cell.samples == 16));
                 assert!(cell.runs.iter().all(|run| run.seconds > 0.0 && run.dropped_samples == 0));
             }
             assert!(series.mega_rays("path").unwrap() > 0.0);
@@ -310,12 +349,10 @@ mod tests {
     }
 
     #[test]
-    fn no_two_runs_share_a_seed() {
-        let result = furnace();
-        let mut seeds: Vec<u32> =
-            result.series[0].cells.iter().flat_map(|cell| cell.runs.iter().map(|run| run.seed)).collect();
+    fn no_two_images_share_a_seed() {
+        let runs = || furnace().series.remove(0).cells.into_iter().flat_map(|cell| cell.runs);
+        let mut seeds: Vec<u32> = runs().flat_map(|run| run.seed..run.seed + run.images).collect();
         seeds.sort_unstable();
-        assert_eq!(seeds, (0..30).collect::<Vec<_>>());
-        assert!(seeds.iter().all(|&seed| seed < reference::FIRST_SEED));
+        assert_eq!(seeds, (0..6 * (16 + 8 + 4 + 2 + 1)).collect::<Vec<_>>());
     }
 }

@@ -20,7 +20,7 @@ use crate::bench::table::{self, Row, Setup};
 use crate::bench::{Matrix, SceneResult, Technique, machine, measure, plot};
 use crate::buffers::SceneBuffers;
 use crate::output::{check_writable, write_atomically};
-use crate::reference::Goal;
+use crate::reference::{FIRST_SEED, Goal};
 use crate::render::RenderSettings;
 use crate::scene::Scene;
 use crate::{Error, input};
@@ -42,7 +42,7 @@ pub(super) struct Arguments {
     /// Samples per pixel.
     #[arg(long, value_delimiter = ',', default_value = "1,2,4,8,16,32,64", value_parser = natural::<u32>, allow_hyphen_values = true)]
     spp: Vec<u32>,
-    /// Independent images for every technique and number of samples.
+    /// Independent images of the largest number of samples; of smaller ones as many more as have equal samples.
     #[arg(long, default_value = "8", value_parser = natural::<u32>, allow_hyphen_values = true)]
     restarts: u32,
     /// Time for a scene: the reference stops at 55 % of it if it is not good enough before, and no restart after the
@@ -114,7 +114,12 @@ fn matrix(arguments: &Arguments) -> Result<Matrix, Error> {
     refuse_twice("technique", techniques.iter().map(|technique| technique.name.clone()))?;
     let budgets: BTreeSet<u32> = arguments.spp.iter().copied().collect();
     let time = Duration::from_secs_f64((1.0 - REFERENCE_SHARE) * f64::from(arguments.seconds));
-    Ok(Matrix { integral, techniques, budgets: budgets.into_iter().collect(), restarts: arguments.restarts, time })
+    let budgets = budgets.into_iter().collect();
+    let matrix = Matrix { integral, techniques, budgets, restarts: arguments.restarts, time };
+    if matrix.seeds() > u64::from(FIRST_SEED) {
+        return refuse(format!("{} images need more seeds than there are; give fewer --restarts", matrix.seeds()));
+    }
+    Ok(matrix)
 }
 
 /// A technique from its name and settings; these may not change what the picture converges to.

@@ -31,7 +31,7 @@ struct Taps {
     share: f32,
 }
 
-impl SceneView<'_> {
+impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     /// Whether a slot of the texture uses that begin at attribute word `uses` has a texture.
     #[inline(always)]
     pub(super) fn has_texture(&self, uses: u32, slot: u32) -> bool {
