@@ -72,7 +72,7 @@ fn chain(scene: &CaseScene, flags: u32, neighbours: u32, lightless: bool) -> Cha
     if lightless {
         header.light_count = 0;
     }
-    let view = SceneView {
+    let view: SceneView<'_> = SceneView {
         header,
         geometry: bytemuck::cast_slice(&scene.geometry),
         attributes: bytemuck::cast_slice(&scene.attributes),

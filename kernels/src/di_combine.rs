@@ -17,7 +17,7 @@ kernel! {
         own { 7: reservoirs: UVec4 },
     }
     |x, y, at, p, tracer| {
-        let scene = SceneView { header: p.scene, geometry, attributes, texels, features, tracer };
+        let scene: SceneView<'_> = SceneView { header: p.scene, geometry, attributes, texels, features, tracer };
         let planes = di::Planes { hits, other_hits, others };
         reservoirs[at] = di::combine(&scene, &p, p.flags & settings, &planes, reservoirs[at], [x, y])
     }

@@ -17,7 +17,7 @@ kernel! {
         own { 7: film: FilmPixel },
     }
     |x, y, at, p, tracer| {
-        let scene = SceneView { header: p.scene, geometry, attributes, texels, features, tracer };
+        let scene: SceneView<'_> = SceneView { header: p.scene, geometry, attributes, texels, features, tracer };
         let i = (y * p.width + x) as usize;
         film[at] = di::shade(&scene, &p, p.flags & settings, hits[i], reservoirs[i], direct[i], [x, y])
     }

@@ -5,6 +5,7 @@
 
 pub(crate) mod against;
 pub(crate) mod error;
+pub(crate) mod estimator;
 pub(crate) mod fit;
 pub(crate) mod machine;
 #[cfg(test)]
@@ -21,16 +22,13 @@ use std::time::{Duration, Instant};
 use crate::Error;
 use crate::buffers::SceneBuffers;
 use crate::exec::Executor;
-use crate::render::{Progress, RenderSettings, render};
-use crate::replay::{self, Counts, Recording};
+use crate::render::{Progress, RenderSettings};
+use crate::replay::Counts;
 
 use error::{Errors, Figure, Truth};
+use estimator::Estimator;
 use timed::{PassTime, Timed};
 
-/// Rays are counted over about this many pixels ...
-const COUNTED_PIXELS: u32 = 2048;
-/// ... and this many samples of each.
-const COUNTED_SAMPLES: u32 = 4;
 /// However little time there is, this many restarts are made: fewer have no spread.
 const FEWEST_RESTARTS: u32 = 2;
 
@@ -38,8 +36,8 @@ const FEWEST_RESTARTS: u32 = 2;
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Technique {
     pub(crate) name: String,
-    /// Size, depth and jitter are the matrix's; samples and seed do not matter.
-    pub(crate) settings: RenderSettings,
+    /// Size, depth and jitter are the matrix's.
+    pub(crate) estimator: Estimator,
 }
 
 /// What to measure on every scene.
@@ -181,8 +179,7 @@ pub(crate) fn measure(
         matrix.techniques.iter().map(|technique| empty(scene, matrix, technique)).collect::<Result<_, _>>()?;
     let total = series.len() as u64 * u64::from(matrix.restarts) * matrix.samples_of_a_restart();
     for technique in &matrix.techniques {
-        let settings = technique.settings(1, 0);
-        render(executor, scene, &settings, &mut |_| observe(Progress { done: 0, total }))?;
+        technique.estimator.render(executor, scene, [1, 0], &mut |_| observe(Progress { done: 0, total }))?;
     }
     let start = Instant::now();
     let mut done = 0;
@@ -223,12 +220,6 @@ impl Matrix {
     }
 }
 
-impl Technique {
-    fn settings(&self, samples: u32, seed: u32) -> RenderSettings {
-        RenderSettings { samples, seed, ..self.settings.clone() }
-    }
-}
-
 impl Series {
     /// Makes the images of a restart; `observe` hears how many are done.
     fn run(
@@ -241,14 +232,14 @@ impl Series {
     ) -> Result<Run, Error> {
         let (mut seconds, mut errors, mut dropped_samples) = (Vec::new(), Vec::new(), 0);
         for image in 0..images {
-            let settings = self.technique.settings(samples, seed + image);
             let mut timed = Timed::new(executor);
             let begin = Instant::now();
-            let rendered = render(&mut timed, scene, &settings, &mut |_| observe(image))?;
+            let estimator = &self.technique.estimator;
+            let rendered = estimator.render(&mut timed, scene, [samples, seed + image], &mut |_| observe(image))?;
             seconds.push(begin.elapsed().as_secs_f64());
             errors.push(truth.errors(&rendered.image));
             dropped_samples += rendered.dropped_samples;
-            self.add_passes(timed.passes, u64::from(samples) * u64::from(settings.width) * u64::from(settings.height));
+            self.add_passes(timed.passes, u64::from(samples) * rendered.image.pixels.len() as u64);
         }
         let seconds = fit::median(&seconds);
         Ok(Run { seed, images, seconds, errors: Errors::mean(&errors), dropped_samples })
@@ -264,22 +255,9 @@ impl Series {
     }
 }
 
-/// A series without runs, with its rays counted natively over some of its samples: what is measured is not burdened.
+/// A series without runs.
 fn empty(scene: &SceneBuffers, matrix: &Matrix, technique: &Technique) -> Result<Series, Error> {
-    let settings = technique.settings(1, 0);
-    let view = scene.view();
-    let (width, height) = (settings.width, settings.height);
-    let stride = (width * height).div_ceil(COUNTED_PIXELS) | 1;
-    let (mut counts, mut counted) = (Counts::default(), 0);
-    for index in 0..COUNTED_SAMPLES {
-        let params = replay::params(scene, &settings, index)?;
-        for pixel in (0..width * height).step_by(stride as usize) {
-            let recording = Recording::new(&view);
-            replay::trace(&recording, &params, pixel % width, pixel / width);
-            counts = counts.plus(recording.counts());
-            counted += 1;
-        }
-    }
+    let (counts, counted) = technique.estimator.counts(scene)?;
     let cells = matrix.budgets.iter().map(|&samples| Cell { samples, runs: Vec::new() }).collect();
     Ok(Series { technique: technique.clone(), cells, passes: BTreeMap::new(), counts, counted, traced: 0 })
 }
@@ -306,7 +284,8 @@ mod tests {
             RenderSettings { width: 16, height: 16, samples: 1, seed: 0, path: path.clone(), dispatch_samples: None };
         let technique = |name: &str, roulette| {
             let path = PathSettings { roulette, ..path.clone() };
-            Technique { name: name.to_owned(), settings: RenderSettings { path, ..integral.clone() } }
+            let settings = RenderSettings { path, ..integral.clone() };
+            Technique { name: name.to_owned(), estimator: Estimator::Path(settings) }
         };
         let matrix = Matrix {
             integral: integral.clone(),

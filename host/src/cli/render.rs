@@ -22,7 +22,7 @@ use crate::scene::Scene;
 const DEFAULT_SAMPLES: u64 = 64;
 const DEFAULT_FRAMES: u32 = 16;
 /// Depth of the path tracer that computes what restir-di does.
-const DIRECT_DEPTH: u32 = 2;
+pub(super) const DIRECT_DEPTH: u32 = 2;
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {

@@ -1,6 +1,6 @@
 //! Direct light by ReSTIR: frames that reuse each other's reservoirs.
 
-mod plan;
+pub(crate) mod plan;
 mod settings;
 
 pub use plan::BYTES_A_PIXEL;

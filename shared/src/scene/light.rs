@@ -113,7 +113,7 @@ impl<const COMPILED: u32> Lights for SceneView<'_, COMPILED> {
     }
 }
 
-impl AddressedLights for SceneView<'_> {
+impl<const COMPILED: u32> AddressedLights for SceneView<'_, COMPILED> {
     #[inline(always)]
     fn choose_address(&self, words: UVec4) -> LightAddress {
         if self.header.light_count == 0 {
