@@ -9,6 +9,7 @@ use crate::Error;
 
 pub mod builtin;
 mod camera;
+mod camera_path;
 mod default_light;
 mod environment;
 pub mod export;
@@ -18,6 +19,7 @@ mod material;
 mod shapes;
 mod texture;
 
+pub use camera_path::{CameraPath, Keyframe};
 pub use light::{Environment, Light, LightKind};
 pub use material::{Material, TextureUse, Volume};
 pub use texture::{Filter, Texture, Wrap};
