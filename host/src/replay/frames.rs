@@ -59,11 +59,11 @@ impl Frames {
             self.fill(ids[6], |at, own| di::combine(scene, &p, p.flags, &planes, own, at));
         } else if name == kernels::di_shade::DESC.name {
             let [hits, reservoirs, direct] = [ids[3], ids[4], ids[5]].map(|id| self.planes[id].clone());
+            let planes = di::Planes { hits: &hits, other_hits: &hits, others: &reservoirs };
             let width = self.width;
             self.fill(ids[6], |at, _| {
-                let i = (at[1] * width + at[0]) as usize;
-                let direct: FilmPixel = bytemuck::cast(direct[i]);
-                bytemuck::cast(di::shade(scene, &p, p.flags, hits[i], reservoirs[i], direct, at))
+                let direct: FilmPixel = bytemuck::cast(direct[(at[1] * width + at[0]) as usize]);
+                bytemuck::cast(di::shade(scene, &p, p.flags, &planes, direct, at))
             });
         }
     }
