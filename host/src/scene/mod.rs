@@ -11,6 +11,7 @@ pub mod builtin;
 mod camera;
 mod camera_path;
 mod default_light;
+mod emitters;
 mod environment;
 pub mod export;
 pub mod gltf;
