@@ -67,8 +67,9 @@ pub(crate) fn a_million_merges_do_not_drift() -> Result<(), Failed> {
 }
 
 const DEPTH: usize = 8;
+type Function = fn(f64) -> f64;
 /// Functions and their integrals over [0, 1].
-const FUNCTIONS: [(fn(f64) -> f64, f64); 5] = [
+const FUNCTIONS: [(Function, f64); 5] = [
     (|_| 1.0, 1.0),
     (|x| x, 0.5),
     (|x| x * x * x, 0.25),

@@ -31,6 +31,7 @@ fn main() -> ExitCode {
         ("a_comparison_with_equality_is_seen", stream::a_comparison_with_equality_is_seen),
         ("nothing_leaves_the_range", range::nothing_leaves_the_range),
         ("what_is_no_number_counts_as_zero", range::what_is_no_number_counts_as_zero),
+        ("what_nobody_produces_counts_nothing", range::what_nobody_produces_counts_nothing),
         ("selection_does_not_depend_on_the_scale", range::selection_does_not_depend_on_the_scale),
         ("the_table_is_what_its_seed_makes", rows::the_table_is_what_its_seed_makes),
         ("forms_have_their_expectation", rows::forms_have_their_expectation),

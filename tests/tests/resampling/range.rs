@@ -2,6 +2,7 @@
 
 use crate::support::MIS;
 use libtest_mimic::Failed;
+use restir_shared::mis::Mis;
 use restir_shared::reservoir::Reservoir;
 use restir_tests::random::SplitMix;
 use restir_tests::resampling::forms::{Combined, Form, Input};
@@ -35,7 +36,7 @@ fn pick<T: Copy>(random: &mut SplitMix, of: &[T]) -> T {
 }
 
 /// A combine of three whose numbers are among the given ones.
-fn combined(mis: restir_shared::mis::Mis, numbers: &[f32], random: &mut SplitMix) -> Combined<f32> {
+fn combined(mis: Mis, numbers: &[f32], random: &mut SplitMix) -> Combined<f32> {
     let mut inputs =
         [(); 3].map(|()| Input { confidence: pick(random, &CONFIDENCE), contribution: pick(random, numbers) });
     inputs[0].confidence = pick(random, &CONFIDENCE[1..]);
@@ -78,6 +79,18 @@ pub(crate) fn what_is_no_number_counts_as_zero() -> Result<(), Failed> {
     let mut reservoir = Reservoir::empty(0);
     let kept = reservoir.update(1, f32::NAN, 1.0, 0.0) | reservoir.update(1, -1.0, 1.0, 0.0);
     ensure(!kept & (reservoir.weight_sum == 0.0), || format!("{reservoir:?}"))
+}
+
+/// A sample with a weight that no input claims to produce: what targets say at one time and not at another, say after a
+/// light has moved, counts nothing rather than everything.
+pub(crate) fn what_nobody_produces_counts_nothing() -> Result<(), Failed> {
+    let inputs = [Input { confidence: 1.0_f32, contribution: 1.0 }; 3];
+    for mis in [Mis::ONE_OVER_Z, Mis::CONTRIBUTION, Mis::TALBOT] {
+        let combined = Form::Library(mis).combine(&inputs, |_, _| 0.0, || 0.5);
+        let weight = combined.reservoir.contribution_weight(combined.share, 1.0);
+        ensure(weight == 0.0, || format!("{mis:?}: the weight is {weight}"))?;
+    }
+    Ok(())
 }
 
 /// Contributions or targets times 2^40 or 2^-40: the same inputs are selected, by weights that differ by just that.
