@@ -16,7 +16,7 @@
 //! | form | weight | applied | asks for |
 //! |---|---|---|---|
 //! | [`Mis::ONE_OVER_M`] | 1 / S; biased where inputs differ in what they can produce | after | nothing |
-//! | [`Mis::ONE_OVER_Z`] | 1 / sum of the M_j with a_j(y) > 0 | after | a_j of the selected sample |
+//! | [`Mis::ONE_OVER_Z`] | 1 / sum of the M_j with a_j(y) > 0, zero for a_s(y) = 0 | after | a_j of the selected sample |
 //! | [`Mis::CONTRIBUTION`] | a_s(y) / sum M_j a_j(y), s being where y comes from | after | a_j of the selected sample |
 //! | [`Mis::TALBOT`] | M_i a_i(y) / sum M_j a_j(y) (generalised balance heuristic) | inside | all a_j(y_i) |
 //! | [`Mis::PAIRWISE`] | C = S - M_0: `(M_i / C) C a_i / (C a_i + M_0 a_0)`, of the canonical the sum of the complements | inside | a_i(y_i), a_i(y_0) |
@@ -228,7 +228,15 @@ impl<T: Scalar> Combine<T> {
     /// What the sum of the weights is multiplied by, once the selected sample's targets are known.
     #[inline(always)]
     pub fn share(&self) -> T {
-        let numerator = if self.form.is(Mis::CONTRIBUTION) { self.selected[0] } else { T::ONE };
+        // an input can hold what a_s says that it cannot produce: what its neighbours saw and it does not
+        let produced = self.form.is(Mis::ONE_OVER_M) | (self.selected[0] > T::ZERO);
+        let numerator = if self.form.is(Mis::CONTRIBUTION) {
+            self.selected[0]
+        } else if produced {
+            T::ONE
+        } else {
+            T::ZERO
+        };
         let divisor = if self.form.is(Mis::ONE_OVER_M) { self.confidence_sum } else { self.selected[1] };
         if self.form.is_after_selection() { ratio(numerator, divisor) } else { T::ONE }
     }
