@@ -5,6 +5,7 @@
 
 mod axis;
 mod bsdf;
+pub mod frames;
 mod report;
 mod samplers;
 pub mod scenes;

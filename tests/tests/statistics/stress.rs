@@ -1,7 +1,7 @@
 //! The rows of `cargo xtask stress`, on fewer random inputs.
 
 use libtest_mimic::Failed;
-use restir_tests::stress::{Axis, Effort, Expected, Finding, Row, run, scenes};
+use restir_tests::stress::{Axis, Effort, Expected, Finding, Row, frames, run, scenes};
 use restir_tests::suite::ensure;
 
 pub(crate) fn ends_of_ranges_hold() -> Result<(), Failed> {
@@ -21,6 +21,18 @@ pub(crate) fn scenes_hold_at_their_ends() -> Result<(), Failed> {
     println!("{}", scenes::markdown(&comparisons));
     let wrong: Vec<_> = comparisons.iter().filter(|c| !c.passed()).map(|c| format!("{c:?}")).collect();
     ensure(wrong.is_empty(), || wrong.join("\n"))
+}
+
+pub(crate) fn frames_hold_at_their_ends() -> Result<(), Failed> {
+    let findings = frames::run(Effort::Reduced);
+    println!("{}", frames::markdown(&findings));
+    // few restarts bound nothing, but light in another unit must give the same choices
+    let exposed = findings.comparisons.iter().filter(|c| c.name.contains("light"));
+    let same = exposed.map(|c| c.difference).fold(0.0, f64::max);
+    ensure(same == 0.0, || format!("light in another unit changes pictures by {same:e}"))?;
+    let broken: u64 = findings.comparisons.iter().map(|c| c.broken).sum::<u64>() + findings.broken;
+    ensure(broken == 0, || format!("{broken} broken pixels"))?;
+    ensure(findings.long.passed(), || findings.long.to_string())
 }
 
 /// The textbook's forms, which cancel.
