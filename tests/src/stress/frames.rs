@@ -4,6 +4,7 @@
 use super::Effort;
 use super::scenes::{Comparison, PLAIN, Variant, largest_difference, scene};
 use crate::stats::{Moments, TileGrid, TileTest, Verdict};
+use rayon::prelude::*;
 use restir_host::buffers::SceneBuffers;
 use restir_host::di::{DiRender, DiSettings};
 use restir_host::replay::Frames;
@@ -25,7 +26,9 @@ const FAMILY_RATE: f64 = 1.0e-3;
 const BATCH: u32 = 250;
 /// Frames before the first batch.
 const WARM_UP: u32 = 250;
-const REFERENCE_IMAGES: u32 = 4096;
+/// Fewer have no spread to judge by.
+const FEWEST_BATCHES: usize = 100;
+const REFERENCE_IMAGES: u32 = 8192;
 /// Width and height of images that are smaller than a neighbourhood.
 const SMALL: [[u32; 2]; 4] = [[1, 1], [1, 9], [9, 1], [2, 2]];
 
@@ -34,10 +37,10 @@ const SMALL: [[u32; 2]; 4] = [[1, 1], [1, 9], [9, 1], [2, 2]];
 pub struct Findings {
     /// Pictures at the ends of ranges against those of the plain scene.
     pub comparisons: Vec<Comparison>,
-    /// The last frames of a long run against path tracing.
-    pub long: Verdict,
-    /// How long it was.
-    pub frames: u32,
+    /// Long runs against path tracing; none of runs too short to judge.
+    pub long: Option<Verdict>,
+    /// How many there were, and of how many frames.
+    pub runs: [u32; 2],
     /// Pixels that were dropped or are no finite numbers, of the long run and of the small images.
     pub broken: u64,
 }
@@ -47,8 +50,8 @@ impl Findings {
     pub fn failed(&self) -> Vec<String> {
         let comparisons = self.comparisons.iter().filter(|c| c.broken > 0 || c.bound > ALLOWED);
         let mut failed: Vec<String> = comparisons.map(|c| format!("ReSTIR DI, {}", c.name)).collect();
-        if !self.long.passed() {
-            failed.push(format!("ReSTIR DI after {} frames: {}", self.frames, self.long));
+        if let Some(long) = self.long.as_ref().filter(|long| !long.passed()) {
+            failed.push(format!("ReSTIR DI over {} frames: {long}", self.runs[1]));
         }
         if self.broken > 0 {
             failed.push(format!("ReSTIR DI: {} broken pixels", self.broken));
@@ -59,9 +62,9 @@ impl Findings {
 
 /// Runs everything.
 pub fn run(effort: Effort) -> Findings {
-    let (restarts, scales, presets, frames) = match effort {
-        Effort::Reduced => (4, &SCALES[3..], &["quality"][..], 2000),
-        Effort::Full => (256, &SCALES[..], &DiSettings::PRESETS[..], 10_000),
+    let (restarts, scales, presets, runs) = match effort {
+        Effort::Reduced => (2, &SCALES[3..], &["quality"][..], [1, 200]),
+        Effort::Full => (256, &SCALES[..], &DiSettings::PRESETS[..], [4, 10_000]),
     };
     let mut comparisons = Vec::new();
     for &preset in presets {
@@ -73,8 +76,8 @@ pub fn run(effort: Effort) -> Findings {
             add(format!("{preset}, light x 2^{exposure}"), Variant { exposure, ..PLAIN });
         }
     }
-    let (long, broken) = long_run(frames);
-    Findings { comparisons, long, frames, broken: broken + small_images() }
+    let (long, broken) = long_runs(runs);
+    Findings { comparisons, long, runs, broken: broken + small_images() }
 }
 
 fn render(preset: &str, frames: u32, seed: u32) -> DiRender {
@@ -124,27 +127,38 @@ fn compare(name: String, preset: &str, variant: Variant, restarts: u32) -> Compa
 }
 
 /// Confidence stays at its cap, and the mean stays where it is: batches of frames against path tracing.
-fn long_run(frames: u32) -> (Verdict, u64) {
+fn long_runs([runs, frames]: [u32; 2]) -> (Option<Verdict>, u64) {
     let buffers = SceneBuffers::build(&scene(PLAIN)).expect("the scene is valid");
-    let render = DiRender { accumulate: true, ..render("quality", frames, 1) };
-    let pixels = (GRID.width * GRID.height) as usize;
-    let (mut batches, mut batch) = (Vec::new(), vec![[0.0; 3]; pixels]);
+    let runs: Vec<_> = (0..runs).into_par_iter().map(|seed| long_run(&buffers, frames, seed)).collect();
+    let broken = runs.iter().map(|(_, broken)| broken).sum();
+    let batches: Vec<_> = runs.into_iter().flat_map(|(batches, _)| batches).collect();
+    if batches.len() < FEWEST_BATCHES {
+        return (None, broken);
+    }
+    let tested = GRID.moments(batches.len() as u32, |b, x, y| batches[b as usize][(y * GRID.width + x) as usize]);
+    (Some(TileTest { grid: GRID, family_rate: FAMILY_RATE }.compare(&tested, &reference(&buffers))), broken)
+}
+
+/// The batches of one run, and how many pixels were broken.
+fn long_run(buffers: &SceneBuffers, frames: u32, seed: u32) -> (Vec<Vec<[f64; 3]>>, u64) {
+    let render = DiRender { accumulate: true, ..render("quality", frames, seed) };
+    let black = || vec![[0.0; 3]; (GRID.width * GRID.height) as usize];
+    let (mut batches, mut batch) = (Vec::new(), black());
     let (mut frame, mut broken) = (0, 0);
-    pictures(&buffers, &render, &mut |picture| {
+    pictures(buffers, &render, &mut |picture| {
         broken += picture.iter().filter(|pixel| is_broken(pixel)).count() as u64;
         for (sum, pixel) in batch.iter_mut().zip(picture) {
             *sum = std::array::from_fn(|channel| sum[channel] + f64::from(pixel.sum[channel]) / f64::from(BATCH));
         }
         frame += 1;
         if frame % BATCH == 0 {
-            let full = std::mem::replace(&mut batch, vec![[0.0; 3]; pixels]);
+            let full = std::mem::replace(&mut batch, black());
             if frame > WARM_UP {
                 batches.push(full);
             }
         }
     });
-    let tested = GRID.moments(batches.len() as u32, |b, x, y| batches[b as usize][(y * GRID.width + x) as usize]);
-    (TileTest { grid: GRID, family_rate: FAMILY_RATE }.compare(&tested, &reference(&buffers)), broken)
+    (batches, broken)
 }
 
 /// Direct light by path tracing.
@@ -195,12 +209,13 @@ numbers: the largest difference of a tile's mean, relative to it, and an upper b
         writeln!(text, "| {name} | {paths} | {difference:.1e} | {bound:.1e} | {ALLOWED:.0e} | {broken} |")
             .expect("a String takes all text");
     }
-    let Findings { long, frames, broken, .. } = findings;
+    let Findings { long, runs: [runs, frames], broken, .. } = findings;
+    let long = long.as_ref().map_or_else(|| "too short to judge".to_owned(), Verdict::to_string);
     writeln!(
         text,
-        "\nPreset quality over {frames} frames, means of {BATCH} of them after {WARM_UP}, against path tracing: {long}. Images
-of 1 x 1, 1 x 9, 9 x 1 and 2 x 2 pixels in all presets, 8 frames each, are finite: {broken} pixels dropped or not finite,
-those of the long run included."
+        "\nPreset quality, {runs} runs of {frames} frames, means of {BATCH} of them after {WARM_UP}, against path tracing: {long}.
+Images of 1 x 1, 1 x 9, 9 x 1 and 2 x 2 pixels in all presets, 8 frames each: {broken} pixels dropped or not finite, those of
+the long runs included."
     )
     .expect("a String takes all text");
     text

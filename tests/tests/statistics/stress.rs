@@ -31,8 +31,7 @@ pub(crate) fn frames_hold_at_their_ends() -> Result<(), Failed> {
     let same = exposed.map(|c| c.difference).fold(0.0, f64::max);
     ensure(same == 0.0, || format!("light in another unit changes pictures by {same:e}"))?;
     let broken: u64 = findings.comparisons.iter().map(|c| c.broken).sum::<u64>() + findings.broken;
-    ensure(broken == 0, || format!("{broken} broken pixels"))?;
-    ensure(findings.long.passed(), || findings.long.to_string())
+    ensure(broken == 0, || format!("{broken} broken pixels"))
 }
 
 /// The textbook's forms, which cancel.
