@@ -12,6 +12,7 @@ use restir_kernels::di_shade;
 use restir_shared::layout::{FilmPixel, PATH_JITTER, PathParams};
 use restir_shared::technique::path;
 use std::fmt::Write;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 const GRID: TileGrid = TileGrid { width: 16, height: 16, tile: 8 };
 /// Frames of a picture that is compared.
@@ -64,7 +65,7 @@ impl Findings {
 pub fn run(effort: Effort) -> Findings {
     let (restarts, scales, presets, runs) = match effort {
         Effort::Reduced => (2, &SCALES[3..], &["quality"][..], [1, 200]),
-        Effort::Full => (256, &SCALES[..], &DiSettings::PRESETS[..], [4, 10_000]),
+        Effort::Full => (64, &SCALES[..], &DiSettings::PRESETS[..], [4, 10_000]),
     };
     let mut comparisons = Vec::new();
     for &preset in presets {
@@ -102,18 +103,17 @@ fn is_broken(pixel: &FilmPixel) -> bool {
 fn compare(name: String, preset: &str, variant: Variant, restarts: u32) -> Comparison {
     let [tested, reference] = [variant, PLAIN].map(|v| SceneBuffers::build(&scene(v)).expect("the scene is valid"));
     let unit = 2.0_f64.powi(-variant.exposure);
-    let mut broken = 0;
-    let mut all = |buffers: &SceneBuffers, unit: f64| -> Vec<Vec<[f64; 3]>> {
-        (0..restarts)
-            .map(|seed| {
-                let mut picture = Vec::new();
-                pictures(buffers, &render(preset, FRAMES, seed), &mut |pixels| {
-                    broken += pixels.iter().filter(|pixel| is_broken(pixel)).count() as u64;
-                    picture = pixels.iter().map(|pixel| pixel.sum.map(|x| f64::from(x) * unit)).collect();
-                });
-                picture
-            })
-            .collect()
+    let broken = AtomicU64::new(0);
+    let all = |buffers: &SceneBuffers, unit: f64| -> Vec<Vec<[f64; 3]>> {
+        let picture = |seed| {
+            let mut picture = Vec::new();
+            pictures(buffers, &render(preset, FRAMES, seed), &mut |pixels| {
+                broken.fetch_add(pixels.iter().filter(|pixel| is_broken(pixel)).count() as u64, Relaxed);
+                picture = pixels.iter().map(|pixel| pixel.sum.map(|x| f64::from(x) * unit)).collect();
+            });
+            picture
+        };
+        (0..restarts).into_par_iter().map(picture).collect()
     };
     let (tested, reference) = (all(&tested, unit), all(&reference, 1.0));
     let at = |x: u32, y: u32| (y * GRID.width + x) as usize;
@@ -123,7 +123,7 @@ fn compare(name: String, preset: &str, variant: Variant, restarts: u32) -> Compa
         std::array::from_fn(|channel| a[channel] - b[channel])
     });
     let (difference, bound) = largest_difference(&means, &differences);
-    Comparison { name, paths: restarts * FRAMES, difference, bound, broken }
+    Comparison { name, paths: restarts * FRAMES, difference, bound, broken: broken.into_inner() }
 }
 
 /// Confidence stays at its cap, and the mean stays where it is: batches of frames against path tracing.
