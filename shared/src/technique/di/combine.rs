@@ -67,6 +67,10 @@ pub fn combine<S: Trace + Surface + AddressedLights>(
     let mut inputs = [Input::NONE; INPUTS];
     inputs[0] = Input { pixel: at, reservoir: canonical, ..Input::NONE };
     let count = pass.gather(scene, &pixel, [x, y], rng.draw(dimension), &mut inputs);
+    if count == 1 {
+        // alone it stays as it is, without a rounding
+        return canonical;
+    }
     let u = rng::unit(rng.draw(dimension.wrapping_add(1)).x);
     pass.resample(scene, &pixel, &mut inputs, count, u).pack()
 }
