@@ -1,16 +1,16 @@
 //! ReSTIR DI against the path tracer's direct light. A restart is a short chain of frames with its own seed, of which the
-//! last frame counts.
+//! last frame counts. Chains run natively, with the bits of a render (the suite `restir_di` compares them).
 
 use std::fmt::Write;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use rayon::prelude::*;
 use restir_host::buffers::SceneBuffers;
-use restir_host::di::{self, DiRender, DiSettings, MisForm, Visibility};
-use restir_host::exec::CpuExecutor;
+use restir_host::di::{DiSettings, MisForm, Visibility};
 use restir_host::render::{PathSettings, RenderSettings};
 use restir_host::replay;
+use restir_tests::chain::Chain;
 use restir_tests::scenes::named;
 use restir_tests::stats::{Moments, TileTest, Verdict, ZTest, sidak};
 use serde::{Deserialize, Serialize};
@@ -152,7 +152,6 @@ struct Stage {
     buffers: SceneBuffers,
     /// The same, brighter.
     wrong: SceneBuffers,
-    executor: CpuExecutor,
     folder: PathBuf,
     fresh: bool,
 }
@@ -172,7 +171,6 @@ impl Stage {
             setup,
             buffers: SceneBuffers::build(&scene).map_err(environment)?,
             wrong: SceneBuffers::build(&wrong).map_err(environment)?,
-            executor: CpuExecutor::new(None).map_err(environment)?,
             folder: folder(options)?,
             fresh: options.fresh,
         })
@@ -214,7 +212,7 @@ impl Stage {
         Ok(side)
     }
 
-    fn tested(&mut self, name: &str, wrong: bool, restarts: u32) -> Result<Side, Error> {
+    fn tested(&self, name: &str, wrong: bool, restarts: u32) -> Result<Side, Error> {
         let settings = settings(name, self.setup.candidates).ok_or_else(|| {
             let forms: Vec<&str> = MisForm::ALL.iter().map(|(name, _)| *name).collect();
             Error::Environment(format!(
@@ -228,24 +226,18 @@ impl Stage {
         let digest = self.digest(&format!("{settings:?} {wrong} {ROUND} {FRAMES}"));
         let mut side = Side::load(&path, digest, self.fresh)?;
         let scene = if wrong { &self.wrong } else { &self.buffers };
-        let mut render = DiRender { frames: FRAMES, ..DiRender::new([SIZE; 2], settings) };
         // cells differ in their seeds, so that the same picture twice is two tests
         let [a, b, ..] = *blake3::hash(format!("{name}{suffix}").as_bytes()).as_bytes();
         let seed = u32::from_le_bytes([0, 0, a, b & 0x7f]);
-        let executor = &mut self.executor;
+        let view = scene.traced_view();
         side.advance(&path, [restarts, ROUND], &mut |first, count| {
-            let mut images = Vec::new();
-            for restart in first..first + count {
-                render.seed = seed + restart;
-                let rendered =
-                    di::render(executor, scene, &render, &mut |_| ControlFlow::Continue(())).map_err(environment)?;
-                if rendered.dropped_samples > 0 {
-                    return Err(Error::Failed(format!("{name}: seed {} drops samples", render.seed)));
-                }
-                images.push(rendered.image.pixels);
+            let film = |restart| Chain::new(&view, scene, [SIZE; 2], &settings, seed + restart).film(FRAMES);
+            let films: Vec<_> = (first..first + count).into_par_iter().map(film).collect();
+            if films.iter().flatten().any(|pixel| pixel.dropped > 0.0) {
+                return Err(Error::Failed(format!("{name}/{}: dropped samples", self.setup.name)));
             }
             let at = |x: u32, y: u32| (y * SIZE + x) as usize;
-            Ok(grid().moments(count, |restart, x, y| images[restart as usize][at(x, y)].map(f64::from)))
+            Ok(grid().moments(count, |restart, x, y| films[restart as usize][at(x, y)].sum.map(f64::from)))
         })?;
         Ok(side)
     }
@@ -315,7 +307,7 @@ fn relative_bias(tested: &[Moments], reference: &[Moments]) -> [f64; 2] {
 
 /// The cell `restir-di:<settings>/<scene>`.
 pub(super) fn run_cell(options: &Options, name: &str, scene: &str) -> Result<(), Error> {
-    let mut stage = Stage::open(scene, options)?;
+    let stage = Stage::open(scene, options)?;
     let tested = stage.tested(name, options.wrong, restarts(options))?;
     let reference = stage.reference(name.contains("+jitter"))?;
     let (a, b) = (moments(&tested.moments), moments(&reference.moments));
@@ -339,7 +331,7 @@ pub(super) fn run_matrix(options: &Options) -> Result<(), Error> {
     let start = Instant::now();
     let mut rows = Vec::new();
     for Scene { name: scene, .. } in SCENES {
-        let mut stage = Stage::open(scene, options)?;
+        let stage = Stage::open(scene, options)?;
         for (name, expected) in &cells {
             let tested = stage.tested(name, *expected == Expected::Wrong, restarts(options))?;
             let reference = stage.reference(name.contains("+jitter"))?;
@@ -426,4 +418,28 @@ fn report(rows: &[Row]) -> String {
         let _ = writeln!(text, "{}", line(row));
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_known_is_what_the_settings_say() {
+        for (name, expected) in cells() {
+            let settings = settings(&name, 4).expect(&name);
+            settings.check().expect(&name);
+            assert_eq!(settings.biases().is_empty(), expected != Expected::Darker, "{name}");
+        }
+    }
+
+    #[test]
+    fn settings_and_scenes_that_are_none_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        for (cell, known) in [("restir-di:magic/cornell", "talbot"), ("restir-di:talbot/teapot", "all-lights")] {
+            let options = super::super::tests::options(cell, folder.path(), 1);
+            let message = super::super::run(&options).unwrap_err().to_string();
+            assert!(message.contains(known), "{message}");
+        }
+    }
 }

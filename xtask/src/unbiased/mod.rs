@@ -340,7 +340,7 @@ mod tests {
     /// Short ones, of a single task.
     const SHORT: u32 = 64;
 
-    fn options(cell: &str, folder: &Path, rounds: u32) -> Options {
+    pub(super) fn options(cell: &str, folder: &Path, rounds: u32) -> Options {
         let state = Some(folder.to_owned());
         let restarts = Some(rounds * SHORT);
         Options { cell: cell.to_owned(), di: false, write: false, restarts, state, fresh: false, wrong: false }
