@@ -2,6 +2,8 @@
 
 pub mod brute;
 pub mod bsdf_f64;
+pub mod chain;
+pub mod counting;
 pub mod data;
 pub mod device;
 pub mod features;

@@ -1,9 +1,9 @@
 //! Test scenes as data, in the forms of the kernels and of the [`oracle`].
 
 use crate::oracle::{self, Oracle};
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 use restir_host::buffers::SceneBuffers;
-use restir_host::scene::{Camera, Instance, Material, Mesh, Scene};
+use restir_host::scene::{Camera, Environment, Instance, Light, LightKind, Material, Mesh, Scene, builtin};
 use restir_shared::layout::{CameraParams, PathParams};
 
 /// A planar quadrilateral, its corners counter-clockwise as seen from the front, with the index of its material.
@@ -147,18 +147,13 @@ impl Setting {
     pub fn scene(&self) -> Scene {
         let meshes: Vec<_> = self.quads.iter().map(mesh).collect();
         let in_place = |mesh| Instance { mesh, transform: DAffine3::IDENTITY };
-        let eye = glam::DVec3::from_array(self.eye.map(f64::from));
+        let eye = DVec3::from_array(self.eye.map(f64::from));
         Scene {
             name: self.name.to_owned(),
             instances: (0..meshes.len()).map(in_place).collect(),
             meshes,
             materials: self.materials.iter().map(material).collect(),
-            camera: Some(Camera::pinhole(
-                eye,
-                eye - glam::DVec3::Z,
-                glam::DVec3::Y,
-                2.0 * f64::from(self.half_height).atan(),
-            )),
+            camera: Some(Camera::pinhole(eye, eye - DVec3::Z, DVec3::Y, 2.0 * f64::from(self.half_height).atan())),
             default_size: Some(self.size),
             ..Scene::default()
         }
@@ -198,6 +193,80 @@ impl Setting {
             ..PathParams::default()
         }
     }
+}
+
+/// A built-in scene, or one of this module's: [`statue_by_night`] and [`all_lights`] by `statue-by-night` and `all-lights`.
+pub fn named(name: &str) -> Option<Scene> {
+    match name {
+        "statue-by-night" => Some(statue_by_night()),
+        "all-lights" => Some(all_lights()),
+        _ => builtin::scene(name),
+    }
+}
+
+/// The built-in statue, with the small bright lights of the built-in tower's sky in place of its own.
+pub fn statue_by_night() -> Scene {
+    let [statue, tower] = ["statue", "tower"].map(|name| builtin::scene(name).expect("built in"));
+    let mut scene = Scene { name: "statue-by-night".to_owned(), environment: tower.environment, ..statue };
+    scene.materials.iter_mut().for_each(|material| material.emission = [0.0; 3]);
+    scene
+}
+
+/// A stage under every kind of light: surfaces that emit from one side and from both, a lamp, a spot, the sun, a sky.
+/// The surfaces are matte, glossy, and a mirror.
+pub fn all_lights() -> Scene {
+    let eye = DVec3::new(0.3, 1.5, 4.4);
+    let pixel =
+        |i: u32| [[0.10, 0.14, 0.2], [0.02, 0.02, 0.03]][(i / 32) as usize].map(|x| x * (1 + i % 8) as f32 * 0.5);
+    let lamp = |name: &str, intensity, kind| Light { name: name.to_owned(), intensity, kind };
+    let mut scene = Scene {
+        name: "all-lights".to_owned(),
+        camera: Some(Camera::pinhole(eye, DVec3::new(0.0, 0.75, 0.0), DVec3::Y, 40.0_f64.to_radians())),
+        environment: Some(Environment {
+            name: "sky".to_owned(),
+            size: [8, 8],
+            pixels: (0..64).map(pixel).collect(),
+            scale: 1.0,
+            rotation: 30.0,
+        }),
+        lights: vec![
+            lamp("lamp", [1.6, 1.0, 0.6], LightKind::Point { position: DVec3::new(-0.9, 0.9, 1.2) }),
+            lamp(
+                "spot",
+                [2.0, 4.0, 6.0],
+                LightKind::Spot {
+                    position: DVec3::new(1.4, 2.4, 1.0),
+                    direction: DVec3::new(-0.6, -1.0, -0.3),
+                    inner: 0.2,
+                    outer: 0.5,
+                },
+            ),
+            lamp("sun", [0.6, 0.5, 0.4], LightKind::Directional { direction: DVec3::new(0.5, -1.0, -0.8) }),
+        ],
+        ..Scene::default()
+    };
+    let floor = scene.add_material(Material::diffuse("floor", [0.6, 0.55, 0.5]));
+    let glossy =
+        scene.add_material(Material { roughness: 0.35, ior: 1.5, ..Material::diffuse("glossy", [0.3, 0.4, 0.6]) });
+    let mirror = scene.add_material(Material {
+        metallic: 1.0,
+        roughness: 0.0,
+        ior: 1.5,
+        ..Material::diffuse("mirror", [0.9; 3])
+    });
+    scene.add_mesh("floor", floor, Mesh::quad(DVec3::new(-3.0, 0.0, -2.0), [DVec3::Z * 5.0, DVec3::X * 6.0]));
+    scene.add_mesh("wall", glossy, Mesh::quad(DVec3::new(-3.0, 0.0, -2.0), [DVec3::X * 6.0, DVec3::Y * 3.0]));
+    scene.add_mesh("block", glossy, Mesh::cuboid(DVec3::new(-0.2, 0.0, -0.4), DVec3::new(0.5, 0.9, 0.3)));
+    scene.add_mesh("ball", floor, Mesh::sphere(DVec3::new(-0.9, 0.36, 0.2), 0.35, 3));
+    scene.add_mesh(
+        "mirror",
+        mirror,
+        Mesh::quad(DVec3::new(0.8, 0.0, -1.2), [DVec3::new(0.9, 0.0, 0.7), DVec3::Y * 1.4]),
+    );
+    let [front, back] = [DVec3::new(-1.4, 2.2, -1.0), DVec3::new(0.2, 1.5, -1.6)];
+    scene.add_quad_light(front, [DVec3::X * 0.8, DVec3::new(0.0, 0.3, 0.7)], [5.0, 4.0, 2.5], false);
+    scene.add_quad_light(back, [DVec3::new(0.6, 0.0, 0.3), DVec3::Y * 0.3], [2.0, 3.0, 4.0], true);
+    scene
 }
 
 fn mesh(quad: &Quad) -> Mesh {

@@ -292,7 +292,7 @@ impl DiSettings {
     }
 
     /// The kernels' flags, but for [`restir_shared::layout::DI_OTHER_FRAME`].
-    pub(crate) fn flags(&self) -> u32 {
+    pub fn flags(&self) -> u32 {
         let flag = |on, bit| if on { bit } else { 0 };
         flag(self.jitter, DI_JITTER)
             | flag(self.initial_visibility, DI_INITIAL_VISIBILITY)

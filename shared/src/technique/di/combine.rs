@@ -115,6 +115,10 @@ impl Pass<'_> {
         let mut inputs = [Input::NONE; INPUTS];
         inputs[0] = Input { pixel: at, reservoir: canonical, ..Input::NONE };
         let count = self.gather(scene, &pixel, [x, y], rng.draw(dimension), &mut inputs);
+        if (count == 1) & !self.shades {
+            // alone it stays as it is, without a rounding
+            return Outcome { reservoir: canonical, radiance: Vec3::ZERO };
+        }
         let u = rng::unit(rng.draw(dimension.wrapping_add(1)).x);
         self.resample(scene, &pixel, &mut inputs, count, u)
     }

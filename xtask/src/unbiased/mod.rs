@@ -5,6 +5,10 @@
 //! code with it, on scenes of Lambertian surfaces with few triangles; `path-roulette` against `path`, on any scene. The
 //! moments are kept in a file after every round, so that a cell can be interrupted and continued, or given more restarts.
 //! The file knows the scene and the settings it is of, not the code: after a change of that, begin anew by `--fresh`.
+//!
+//! `restir-di:<settings>` is tested against `path` with direct light alone, see [`direct`]; `--di` runs all its cells.
+
+mod direct;
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -28,6 +32,8 @@ const TILE: u32 = 8;
 const MAX_DEPTH: u32 = 6;
 /// How often the test of a cell fails although nothing is wrong.
 const FAMILY_RATE: f64 = 1.0e-3;
+/// Restarts, if nothing else is asked for.
+const RESTARTS: u32 = 16_384;
 /// Restarts between two writes of the state.
 const ROUND: u32 = 256;
 /// Restarts of the reference for each of the technique: it is the noisier of the two.
@@ -41,19 +47,25 @@ const REFERENCE_SEED: u32 = 1 << 31;
 /// Options of `cargo xtask unbiased`.
 #[derive(Args)]
 pub struct Options {
-    /// The cell, as `<technique>/<scene>`: path or path-roulette, and a built-in scene.
-    #[arg(long)]
+    /// The cell, as `<technique>/<scene>`: path, path-roulette or restir-di:<settings>, and a built-in scene.
+    #[arg(long, required_unless_present = "di", conflicts_with = "di", default_value = "")]
     cell: String,
-    /// Restarts of the technique in all, in whole rounds of 256.
-    #[arg(long, default_value_t = 64 * ROUND)]
-    restarts: u32,
+    /// All cells of ReSTIR DI, and the report on them.
+    #[arg(long)]
+    di: bool,
+    /// With --di: replace docs/restir-di-bias.md.
+    #[arg(long, requires = "di")]
+    write: bool,
+    /// Restarts of the technique in all; 16384 if not given, of ReSTIR DI 512.
+    #[arg(long)]
+    restarts: Option<u32>,
     /// Folder of the state files; target/unbiased if not given.
     #[arg(long)]
     state: Option<PathBuf>,
     /// Discard the state of the cell.
     #[arg(long)]
     fresh: bool,
-    /// Test a known-wrong form, with throughput x 1.01: the test has to fail.
+    /// Test a known-wrong form, with throughput or, of ReSTIR DI, radiance x 1.01: the test has to fail.
     #[arg(long)]
     wrong: bool,
 }
@@ -94,7 +106,14 @@ struct State {
 /// [`Error::Failed`] if the expectations differ; [`Error::Environment`] for a cell that does not exist or a state that
 /// is of something else; [`Error::Io`] if the state cannot be read or written.
 pub fn run(options: &Options) -> Result<(), Error> {
-    run_in_rounds(options, ROUND)
+    if options.di {
+        return direct::run_matrix(options);
+    }
+    let direct = options.cell.strip_prefix("restir-di:").and_then(|cell| cell.rsplit_once('/'));
+    match direct {
+        Some((settings, scene)) => direct::run_cell(options, settings, scene),
+        None => run_in_rounds(options, ROUND),
+    }
 }
 
 /// `round` restarts between two writes of the state.
@@ -105,10 +124,10 @@ fn run_in_rounds(options: &Options, round: u32) -> Result<(), Error> {
     let digest = cell.digest()?;
     let mut state = if options.fresh { State::new(digest) } else { State::load(&path, digest)? };
     let start = Instant::now();
-    let restarts = options.restarts.max(1).next_multiple_of(round);
+    let restarts = options.restarts.unwrap_or(RESTARTS).max(1).next_multiple_of(round);
     while state.restarts < restarts {
         cell.round(&mut state)?;
-        state.save(&path)?;
+        save(&state, &path)?;
         eprintln!("{} of {} restarts, {:.0} s", state.restarts, restarts, start.elapsed().as_secs_f64());
     }
     report(options, &state)
@@ -120,14 +139,18 @@ fn report(options: &Options, state: &State) -> Result<(), Error> {
     let wrong = if options.wrong { format!(", throughput x {WRONG_THROUGHPUT}") } else { String::new() };
     println!("{}{wrong}: {SIZE} x {SIZE} pixels, depth {MAX_DEPTH}, {} restarts", options.cell, state.restarts);
     println!("false-alarm rate of the family {FAMILY_RATE}, power 99 %: {verdict}");
+    print_tiles(&tested, &reference);
+    if verdict.passed() { Ok(()) } else { Err(Error::Failed(format!("{}{wrong} is biased: {verdict}", options.cell))) }
+}
+
+fn print_tiles(tested: &[Moments], reference: &[Moments]) {
     println!("largest |z| of each tile's channels:");
-    let largest = z_scores(&tested, &reference);
+    let largest = z_scores(tested, reference);
     let (tiles, _) = largest.split_at(largest.len() - 1);
     for row in tiles.chunks(grid_columns()) {
         println!("{}", row.iter().map(|z| format!("{z:6.2}")).collect::<String>());
     }
     println!("{} of {} tiles beyond 3", tiles.iter().filter(|z| **z > 3.0).count(), tiles.len());
-    if verdict.passed() { Ok(()) } else { Err(Error::Failed(format!("{}{wrong} is biased: {verdict}", options.cell))) }
 }
 
 fn grid() -> TileGrid {
@@ -154,7 +177,8 @@ impl Cell {
             let scenes: Vec<&str> = builtin::NAMES.iter().map(|(name, _)| *name).collect();
             let scenes = scenes.join(", ");
             Error::Environment(format!(
-                "there is no cell {name}; it is path/<scene> or path-roulette/<scene> of {scenes}"
+                "there is no cell {name}; it is path/<scene>, path-roulette/<scene> or restir-di:<settings>/<scene> of \
+                 {scenes}"
             ))
         };
         let (technique, scene) = name.split_once('/').ok_or_else(unknown)?;
@@ -282,22 +306,27 @@ impl State {
             Error::Environment(format!("{} is of another scene or version; discard it by --fresh", path.display()))
         })
     }
-
-    fn save(&self, path: &Path) -> Result<(), Error> {
-        let write = |file: &mut std::io::BufWriter<&std::fs::File>| Ok(serde_json::to_writer(file, self)?);
-        write_atomically(path, write).map_err(environment)
-    }
 }
 
-fn state_path(options: &Options) -> Result<PathBuf, Error> {
+fn save(state: &impl Serialize, path: &Path) -> Result<(), Error> {
+    let write = |file: &mut std::io::BufWriter<&std::fs::File>| Ok(serde_json::to_writer(file, state)?);
+    write_atomically(path, write).map_err(environment)
+}
+
+/// Where the states are.
+fn folder(options: &Options) -> Result<PathBuf, Error> {
     let target = || {
         let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).with_file_name("target");
         std::env::var_os("CARGO_TARGET_DIR").map_or(workspace, PathBuf::from).join("unbiased")
     };
     let folder = options.state.clone().unwrap_or_else(target);
     std::fs::create_dir_all(&folder).map_err(Error::io("create", &folder))?;
+    Ok(folder)
+}
+
+fn state_path(options: &Options) -> Result<PathBuf, Error> {
     let wrong = if options.wrong { "-wrong" } else { "" };
-    Ok(folder.join(format!("{}{wrong}.json", options.cell.replace('/', "-"))))
+    Ok(folder(options)?.join(format!("{}{wrong}.json", options.cell.replace('/', "-"))))
 }
 
 fn environment(error: restir_host::Error) -> Error {
@@ -311,9 +340,10 @@ mod tests {
     /// Short ones, of a single task.
     const SHORT: u32 = 64;
 
-    fn options(cell: &str, folder: &Path, rounds: u32) -> Options {
+    pub(super) fn options(cell: &str, folder: &Path, rounds: u32) -> Options {
         let state = Some(folder.to_owned());
-        Options { cell: cell.to_owned(), restarts: rounds * SHORT, state, fresh: false, wrong: false }
+        let restarts = Some(rounds * SHORT);
+        Options { cell: cell.to_owned(), di: false, write: false, restarts, state, fresh: false, wrong: false }
     }
 
     #[test]

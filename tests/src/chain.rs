@@ -1,0 +1,131 @@
+//! Frames of ReSTIR DI, pass by pass, natively over any scene and with any flags: also with those that the host refuses.
+
+use restir_host::buffers::SceneBuffers;
+use restir_host::di::DiSettings;
+use restir_shared::glam::UVec4;
+use restir_shared::layout::{DI_OTHER_FRAME, DiParams, FilmPixel};
+use restir_shared::scene::{AddressedLights, Surface, Trace};
+use restir_shared::technique::di;
+
+/// A static camera before a scene, and settings, of which the next frame reuses what spatial reuse has made.
+pub struct Chain<'a, S> {
+    /// What is asked.
+    pub scene: &'a S,
+    /// Of a frame's first pass; frame 0.
+    pub params: DiParams,
+    /// The last frame is reused.
+    pub temporal: bool,
+    /// Passes of spatial reuse.
+    pub spatial: u32,
+    /// One pass for both.
+    pub fused: bool,
+    /// Neighbours whose samples are shaded.
+    pub shaded: u32,
+}
+
+/// The planes of a frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Frame {
+    /// Index in the chain.
+    pub index: u32,
+    /// What pixels see.
+    pub hits: Vec<UVec4>,
+    /// Reservoirs.
+    pub reservoirs: Vec<UVec4>,
+    /// What needs no resampling.
+    pub direct: Vec<FilmPixel>,
+}
+
+impl<'a, S: Trace + Surface + AddressedLights> Chain<'a, S> {
+    /// The settings' chain over `scene`, which is `buffers` or asks it.
+    pub fn new(scene: &'a S, buffers: &SceneBuffers, [width, height]: [u32; 2], s: &DiSettings, seed: u32) -> Self {
+        let camera = buffers.camera.params(width, height);
+        let params = DiParams {
+            scene: buffers.header,
+            camera,
+            other_camera: camera,
+            width,
+            height,
+            seed,
+            flags: s.flags(),
+            candidates: s.candidates,
+            neighbours: s.neighbours,
+            confidence_cap: s.confidence_cap as f32,
+            radius: s.radius,
+            near_radius: s.near_radius,
+            max_plane_distance: s.max_plane_distance,
+            min_normal_cos: s.min_normal_cos,
+            ..DiParams::default()
+        };
+        Self { scene, params, temporal: s.temporal, spatial: s.spatial, fused: s.fused, shaded: s.shaded }
+    }
+
+    /// All pixels, rows from top to bottom.
+    pub fn pixels(&self) -> impl Iterator<Item = [u32; 2]> + use<S> {
+        let (width, height) = (self.params.width, self.params.height);
+        (0..height).flat_map(move |y| (0..width).map(move |x| [x, y]))
+    }
+
+    fn of_frame(&self, index: u32) -> DiParams {
+        DiParams { frame: index, other_frame: index, ..self.params }
+    }
+
+    /// A frame before any reuse.
+    pub fn initial(&self, index: u32) -> Frame {
+        let p = self.of_frame(index);
+        let hits: Vec<UVec4> = self.pixels().map(|at| di::primary(self.scene, &p, p.flags, at)).collect();
+        let initial = self.pixels().zip(&hits).map(|(at, &hit)| di::initial(self.scene, &p, p.flags, hit, at));
+        let (reservoirs, direct) = initial.unzip();
+        Frame { index, hits, reservoirs, direct }
+    }
+
+    /// The parameters and the planes of a combine with the frame before, for one pixel.
+    pub fn temporal_pixel(&self, frame: &Frame, last: &Frame, at: [u32; 2]) -> UVec4 {
+        let p = DiParams {
+            flags: self.params.flags | DI_OTHER_FRAME,
+            other_frame: last.index,
+            neighbours: if self.fused { self.params.neighbours } else { 0 },
+            ..self.of_frame(frame.index)
+        };
+        let planes = di::Planes { hits: &frame.hits, other_hits: &last.hits, others: &last.reservoirs };
+        let own = frame.reservoirs[(at[1] * p.width + at[0]) as usize];
+        di::combine(self.scene, &p, p.flags, &planes, own, at)
+    }
+
+    /// A pixel of a spatial pass.
+    pub fn spatial_pixel(&self, frame: &Frame, pass: u32, at: [u32; 2]) -> UVec4 {
+        let p = DiParams { combine: 1 + pass, ..self.of_frame(frame.index) };
+        let planes = di::Planes { hits: &frame.hits, other_hits: &frame.hits, others: &frame.reservoirs };
+        di::combine(self.scene, &p, p.flags, &planes, UVec4::ZERO, at)
+    }
+
+    /// A pixel's radiance.
+    pub fn shade_pixel(&self, frame: &Frame, [x, y]: [u32; 2]) -> FilmPixel {
+        let p = DiParams { combine: 1 + self.spatial, neighbours: self.shaded, ..self.of_frame(frame.index) };
+        let planes = di::Planes { hits: &frame.hits, other_hits: &frame.hits, others: &frame.reservoirs };
+        di::shade(self.scene, &p, p.flags, &planes, frame.direct[(y * p.width + x) as usize], [x, y])
+    }
+
+    /// A frame with all reuse.
+    pub fn frame(&self, index: u32, last: Option<&Frame>) -> Frame {
+        let mut frame = self.initial(index);
+        if let Some(last) = last.filter(|_| self.temporal) {
+            frame.reservoirs = self.pixels().map(|at| self.temporal_pixel(&frame, last, at)).collect();
+        }
+        for pass in 0..if self.fused { 0 } else { self.spatial } {
+            frame.reservoirs = self.pixels().map(|at| self.spatial_pixel(&frame, pass, at)).collect();
+        }
+        frame
+    }
+
+    /// The last of a number of frames.
+    pub fn last_frame(&self, frames: u32) -> Frame {
+        (1..frames).fold(self.frame(0, None), |last, index| self.frame(index, Some(&last)))
+    }
+
+    /// The picture of the last frame.
+    pub fn film(&self, frames: u32) -> Vec<FilmPixel> {
+        let frame = self.last_frame(frames);
+        self.pixels().map(|at| self.shade_pixel(&frame, at)).collect()
+    }
+}

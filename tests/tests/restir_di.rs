@@ -1,0 +1,478 @@
+//! ReSTIR DI: what its passes cost, what they leave alone, and a part of the matrix of `cargo xtask unbiased --di`.
+
+use libtest_mimic::Failed;
+use restir_host::buffers::SceneBuffers;
+use restir_host::di::{self, DiRender, DiSettings, MisForm, Visibility};
+use restir_host::exec::CpuExecutor;
+use restir_host::scene::{Camera, Material, Mesh, Scene};
+use restir_shared::glam::UVec4;
+use restir_shared::layout::{DI_MIS_VISIBILITY, FilmPixel, PathParams};
+use restir_shared::scene::LightAddress;
+use restir_shared::technique::di::Stored;
+use restir_shared::technique::path;
+use restir_tests::chain::{Chain, Frame};
+use restir_tests::counting::{Counting, Counts};
+use restir_tests::random::SplitMix;
+use restir_tests::scenes::named;
+use restir_tests::stats::{Moments, TileGrid, TileTest, Verdict, ZTest};
+use restir_tests::suite::{ensure, run};
+use std::ops::ControlFlow;
+use std::process::ExitCode;
+use std::sync::OnceLock;
+
+fn main() -> ExitCode {
+    run(&[
+        ("chains_have_the_bits_of_renders", chains_have_the_bits_of_renders),
+        ("combines_cost_what_the_table_says", combines_cost_what_the_table_says),
+        ("selection_by_visibility_costs_what_the_table_says", selection_by_visibility_costs),
+        ("evaluations_grow_with_k_and_its_square", evaluations_grow_with_k_and_its_square),
+        ("frames_cost_what_the_table_says", frames_cost_what_the_table_says),
+        ("averaged_visibility_costs_two_rays", averaged_visibility_costs_two_rays),
+        ("without_neighbours_a_reservoir_stays", without_neighbours_a_reservoir_stays),
+        ("known_visibility_needs_no_final_ray", known_visibility_needs_no_final_ray),
+        ("images_of_one_pixel_and_one_row_render", images_of_one_pixel_and_one_row_render),
+        ("without_lights_it_is_dark", without_lights_it_is_dark),
+        ("reservoirs_come_back_from_their_words", reservoirs_come_back_from_their_words),
+        ("broken_words_are_empty_reservoirs", broken_words_are_empty_reservoirs),
+        ("unbiased_settings_agree_with_paths", unbiased_settings_agree_with_paths),
+        ("wrong_settings_are_seen", wrong_settings_are_seen),
+    ])
+}
+
+/// Candidates from lights, selection without visibility, a final ray.
+fn plain(mis: MisForm) -> DiSettings {
+    DiSettings {
+        mis,
+        candidates: 4,
+        scatter: false,
+        initial_visibility: false,
+        target_visibility: false,
+        mis_visibility: false,
+        visibility: Visibility::Ray,
+        shaded: 0,
+        ..DiSettings::default()
+    }
+}
+
+/// Occluded initial samples count for nothing, and MIS weights know of it.
+fn reusing_visibility(mis: MisForm) -> DiSettings {
+    DiSettings { initial_visibility: true, mis_visibility: true, ..plain(mis) }
+}
+
+fn buffers(name: &str) -> Result<SceneBuffers, Failed> {
+    let scene = named(name).ok_or_else(|| Failed::from(format!("no scene {name}")))?;
+    Ok(SceneBuffers::build(&scene)?)
+}
+
+fn bits(film: &[FilmPixel]) -> Vec<[u32; 4]> {
+    film.iter().map(|p| [p.sum[0], p.sum[1], p.sum[2], p.dropped].map(f32::to_bits)).collect()
+}
+
+/// What follows is tested on chains; this is that a user gets the same.
+fn chains_have_the_bits_of_renders() -> Result<(), Failed> {
+    let mut executor = CpuExecutor::new(None)?;
+    let default = DiSettings::default();
+    let presets = DiSettings::PRESETS.iter().filter_map(|name| DiSettings::preset(name));
+    let more = [
+        DiSettings { jitter: true, spatial: 2, ..default.clone() },
+        DiSettings { fused: true, ..default.clone() },
+        DiSettings { temporal: false, ..default },
+    ];
+    let buffers = buffers("all-lights")?;
+    for settings in presets.chain(more) {
+        let render = DiRender { frames: 3, seed: 7, ..DiRender::new([20, 14], settings.clone()) };
+        let rendered = di::render(&mut executor, &buffers, &render, &mut |_| ControlFlow::Continue(()))?;
+        let view = buffers.view();
+        let film = Chain::new(&view, &buffers, [20, 14], &settings, 7).film(3);
+        let same = film.iter().zip(&rendered.image.pixels).all(|(a, b)| a.sum.map(f32::to_bits) == b.map(f32::to_bits));
+        ensure(same, || format!("{settings:?}"))?;
+    }
+    Ok(())
+}
+
+const SIDE: u32 = 24;
+
+/// A wall under a light that all of it sees: every sample of every pixel is worth something everywhere.
+fn lit_wall() -> Result<SceneBuffers, Failed> {
+    let mut scene = Scene {
+        camera: Some(Camera::pinhole([0.0, 0.0, 3.0].into(), [0.0; 3].into(), [0.0, 1.0, 0.0].into(), 0.6)),
+        ..Scene::default()
+    };
+    let wall = scene.add_material(Material::diffuse("wall", [0.5; 3]));
+    scene.add_mesh(
+        "wall",
+        wall,
+        Mesh::quad([-3.0, -3.0, 0.0].into(), [[6.0, 0.0, 0.0].into(), [0.0, 6.0, 0.0].into()]),
+    );
+    scene.add_quad_light([-1.0, -1.0, 5.0].into(), [[0.0, 2.0, 0.0].into(), [2.0, 0.0, 0.0].into()], [3.0; 3], false);
+    Ok(SceneBuffers::build(&scene)?)
+}
+
+/// The costs of a combine of exactly k inputs, one for each pixel that has so many: the pixel's own reservoir, and of
+/// the last frame the one at its place and k - 2 around.
+fn costs(settings: &DiSettings, k: u32) -> Result<Vec<Counts>, Failed> {
+    let buffers = lit_wall()?;
+    let view = buffers.view();
+    let counting = Counting::new(&view);
+    let mut chain = Chain::new(&counting, &buffers, [SIDE; 2], settings, 3);
+    (chain.fused, chain.params.neighbours) = (true, k - 2);
+    let [last, frame] = [0, 1].map(|index| chain.initial(index));
+    let costs = chain.pixels().filter_map(|at| {
+        let (word, counts) = counting.of(|| chain.temporal_pixel(&frame, &last, at));
+        // every input counts once
+        (Stored::unpack(word).confidence == k as f32).then_some(counts)
+    });
+    let costs: Vec<Counts> = costs.collect();
+    // a neighbour at the pixel's own place is none
+    ensure(costs.len() as u32 > SIDE * SIDE * 9 / 10, || format!("{} pixels have {k} inputs", costs.len()))?;
+    Ok(costs)
+}
+
+fn ensure_costs(settings: &DiSettings, k: u32, shadow: &[u32], evaluations: u32) -> Result<(), Failed> {
+    let costs = costs(settings, k)?;
+    let wrong = costs.iter().find(|c| c.closest != 0 || !shadow.contains(&c.shadow) || c.evaluations != evaluations);
+    ensure(wrong.is_none(), || {
+        format!("k = {k}: {wrong:?} for {shadow:?} rays, {evaluations} evaluations, of {settings:?}")
+    })
+}
+
+/// Rays as of §1.13 of Bitterli's count less those of a sample at its own pixel; evaluations with the k that select.
+fn combines_cost_what_the_table_says() -> Result<(), Failed> {
+    for k in [2, 5, 6] {
+        let pairs = 2 * (k - 1);
+        let rows = [
+            (MisForm::OneOverZ, k - 1, k + k),
+            (MisForm::Contribution, k - 1, k + k),
+            (MisForm::Talbot, k * k - k, k * k),
+            (MisForm::Pairwise, pairs, k + pairs),
+            (MisForm::PairwiseDefensive, pairs, k + pairs),
+            (MisForm::PairwiseCounted, pairs, k + pairs),
+        ];
+        for (form, rays, evaluations) in rows {
+            ensure_costs(&reusing_visibility(form), k, &[rays], evaluations)?;
+            // without visibility the selected sample's target at the pixel is known
+            let known = u32::from(matches!(form, MisForm::OneOverZ | MisForm::Contribution));
+            ensure_costs(&plain(form), k, &[0], evaluations - known)?;
+        }
+        for form in [MisForm::OneOverM, MisForm::Constant] {
+            ensure_costs(&DiSettings { initial_visibility: true, ..plain(form) }, k, &[0], k)?;
+        }
+    }
+    Ok(())
+}
+
+/// With visibility in the selection: nothing more for pairwise MIS; for contribution MIS k - 1 to select by, then one for
+/// each other pixel, but for the one that the sample comes from.
+fn selection_by_visibility_costs() -> Result<(), Failed> {
+    for k in [2, 5, 6] {
+        let by_visibility =
+            |form| DiSettings { target_visibility: true, visibility: Visibility::Selected, ..reusing_visibility(form) };
+        ensure_costs(&by_visibility(MisForm::PairwiseDefensive), k, &[2 * (k - 1)], 3 * k - 2)?;
+        ensure_costs(&by_visibility(MisForm::Contribution), k, &[2 * k - 3, 2 * k - 2], 2 * k - 1)?;
+    }
+    Ok(())
+}
+
+/// The slope of a line through points of logarithms.
+fn slope(points: &[(f64, f64)]) -> f64 {
+    let logs: Vec<(f64, f64)> = points.iter().map(|(x, y)| (x.ln(), y.ln())).collect();
+    let mean = |f: fn(&(f64, f64)) -> f64| logs.iter().map(f).sum::<f64>() / logs.len() as f64;
+    let (x, y) = (mean(|p| p.0), mean(|p| p.1));
+    logs.iter().map(|p| (p.0 - x) * (p.1 - y)).sum::<f64>() / logs.iter().map(|p| (p.0 - x).powi(2)).sum::<f64>()
+}
+
+/// Evaluations for MIS, each of which would be a ray if pixels did not know their own samples: of Talbot's weights the
+/// square of k, of contribution MIS k, less what the selection needs in any case.
+fn evaluations_grow_with_k_and_its_square() -> Result<(), Failed> {
+    let points = |form, selection: fn(u32) -> u32| -> Result<Vec<(f64, f64)>, Failed> {
+        (2..=9)
+            .map(|k| Ok((f64::from(k), f64::from(costs(&reusing_visibility(form), k)?[0].evaluations - selection(k)))))
+            .collect()
+    };
+    let square = slope(&points(MisForm::Talbot, |_| 0)?);
+    let line = slope(&points(MisForm::Contribution, |k| k)?);
+    ensure((square - 2.0).abs() < 0.05 && (line - 1.0).abs() < 0.05, || format!("slopes {square} and {line}"))
+}
+
+/// The shadow rays of a frame's passes: initial, temporal with 2 inputs, spatial with 5, final.
+fn frame_costs(settings: &DiSettings, neighbours: u32) -> Result<[u32; 4], Failed> {
+    let buffers = lit_wall()?;
+    let view = buffers.view();
+    let counting = Counting::new(&view);
+    let settings = DiSettings { neighbours, ..settings.clone() };
+    let chain = Chain::new(&counting, &buffers, [SIDE; 2], &settings, 3);
+    let last = chain.initial(0);
+    let (mut frame, initial) = counting.of(|| chain.initial(1));
+    let pass = |work: &dyn Fn([u32; 2]) -> UVec4| -> (Vec<UVec4>, Vec<u32>) {
+        chain.pixels().map(|at| counting.of(|| work(at))).map(|(word, counts)| (word, counts.shadow)).unzip()
+    };
+    let (reservoirs, temporal) = pass(&|at| chain.temporal_pixel(&frame, &last, at));
+    frame.reservoirs = reservoirs;
+    let (reservoirs, spatial) = pass(&|at| chain.spatial_pixel(&frame, 0, at));
+    frame.reservoirs = reservoirs;
+    let shading: Vec<u32> = chain.pixels().map(|at| counting.of(|| chain.shade_pixel(&frame, at)).1.shadow).collect();
+    // each input stands for two
+    let full = |i: &usize| Stored::unpack(frame.reservoirs[*i]).confidence == 2.0 * (1 + neighbours) as f32;
+    let pixels: Vec<usize> = (0..frame.hits.len()).filter(full).collect();
+    ensure(pixels.len() as u32 > SIDE * SIDE * 9 / 10, || format!("{} pixels have all inputs", pixels.len()))?;
+    let one = |costs: &[u32]| -> Result<u32, Failed> {
+        let cost = costs[pixels[0]];
+        ensure(pixels.iter().all(|&i| costs[i] == cost), || format!("the cost differs, {settings:?}"))?;
+        Ok(cost)
+    };
+    Ok([initial.shadow / (SIDE * SIDE), one(&temporal)?, one(&spatial)?, one(&shading)?])
+}
+
+fn frames_cost_what_the_table_says() -> Result<(), Failed> {
+    let biased = DiSettings { initial_visibility: true, ..plain(MisForm::OneOverM) };
+    let rows = [
+        (reusing_visibility(MisForm::Contribution), [1, 1, 4, 1], 7),
+        (reusing_visibility(MisForm::Talbot), [1, 2, 20, 1], 24),
+        (reusing_visibility(MisForm::PairwiseDefensive), [1, 2, 8, 1], 12),
+        (biased, [1, 0, 0, 1], 2),
+        (plain(MisForm::Contribution), [0, 0, 0, 1], 1),
+        (plain(MisForm::Talbot), [0, 0, 0, 1], 1),
+    ];
+    for (settings, parts, total) in rows {
+        let found = frame_costs(&settings, 4)?;
+        ensure(found == parts && found.iter().sum::<u32>() == total, || {
+            format!("{found:?} for {parts:?}, {settings:?}")
+        })?;
+    }
+    Ok(())
+}
+
+/// One for the initial sample, one for the neighbour's, none for the last frame's and none to shade.
+fn averaged_visibility_costs_two_rays() -> Result<(), Failed> {
+    let wis = DiSettings::preset("wis").ok_or("no preset wis")?;
+    let found = frame_costs(&DiSettings { scatter: false, ..wis }, 1)?;
+    ensure(found == [1, 0, 1, 0], || format!("{found:?}"))
+}
+
+/// All neighbours rejected, or none asked for: the words stay as they are.
+fn without_neighbours_a_reservoir_stays() -> Result<(), Failed> {
+    let buffers = buffers("all-lights")?;
+    let view = buffers.view();
+    for (name, form) in MisForm::ALL {
+        for settings in [plain(form), reusing_visibility(form)] {
+            let mut chain = Chain::new(&view, &buffers, [12, 12], &settings, 5);
+            let frame = chain.last_frame(2);
+            let other = chain.frame(2, None);
+            for neighbours in [0, 4] {
+                // no cosine is so large
+                (chain.params.neighbours, chain.params.min_normal_cos) = (neighbours, 2.0);
+                let stays = |combined: Vec<UVec4>, own: &Frame| combined == own.reservoirs;
+                let spatial = chain.pixels().map(|at| chain.spatial_pixel(&frame, 0, at)).collect();
+                let temporal = chain.pixels().map(|at| chain.temporal_pixel(&other, &frame, at)).collect();
+                ensure(stays(spatial, &frame), || format!("{name}, {neighbours} neighbours"))?;
+                ensure(stays(temporal, &other), || format!("{name} in time"))?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// With visibility in the MIS weights a pixel knows that of its sample.
+fn known_visibility_needs_no_final_ray() -> Result<(), Failed> {
+    for scene in ["cornell", "all-lights"] {
+        let buffers = buffers(scene)?;
+        let view = buffers.view();
+        for (name, form) in MisForm::ALL {
+            for target_visibility in [false, true] {
+                let ray = DiSettings { target_visibility, scatter: true, ..reusing_visibility(form) };
+                let known = DiSettings { visibility: Visibility::Selected, ..ray.clone() };
+                let [a, b] = [ray, known].map(|s| Chain::new(&view, &buffers, [16, 16], &s, 2).film(3));
+                ensure(bits(&a) == bits(&b), || format!("{scene}, {name}, in the target: {target_visibility}"))?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Neighbours beyond the image are mirrored into it; a single pixel has none.
+fn images_of_one_pixel_and_one_row_render() -> Result<(), Failed> {
+    let buffers = buffers("all-lights")?;
+    let view = buffers.view();
+    for (name, form) in MisForm::ALL {
+        let settings = DiSettings { neighbours: 7, ..reusing_visibility(form) };
+        for size in [[1, 1], [1, 7], [7, 1], [2, 2]] {
+            let mut chain = Chain::new(&view, &buffers, size, &settings, 1);
+            let film = chain.film(4);
+            let sound = film.iter().all(|p| p.dropped == 0.0 && p.sum.iter().all(|x| x.is_finite() && *x >= 0.0));
+            ensure(sound, || format!("{name}, {size:?}: {film:?}"))?;
+            chain.spatial = 0;
+            ensure(size != [1, 1] || bits(&film) == bits(&chain.film(4)), || {
+                format!("{name}: a neighbour of one pixel")
+            })?;
+        }
+    }
+    Ok(())
+}
+
+fn without_lights_it_is_dark() -> Result<(), Failed> {
+    let mut scene = named("cornell").ok_or("no cornell")?;
+    scene.materials.iter_mut().for_each(|material| material.emission = [0.0; 3]);
+    let buffers = SceneBuffers::build(&scene)?;
+    ensure(buffers.header.light_count == 0, || "there is a light".to_owned())?;
+    let view = buffers.view();
+    for name in DiSettings::PRESETS {
+        let settings = DiSettings::preset(name).ok_or(name)?;
+        let film = Chain::new(&view, &buffers, [8, 8], &settings, 1).film(3);
+        ensure(film.iter().all(|p| *p == FilmPixel::default()), || format!("{name}: light from nowhere"))?;
+    }
+    Ok(())
+}
+
+fn stored(random: &mut SplitMix) -> Stored {
+    let mut below = |n: u32| (random.unit() * f64::from(n)) as u32;
+    let exponent = below(190) as i32 - 95;
+    Stored {
+        address: LightAddress { light: below(1 << 24), u: below(1 << 24), v: below(1 << 24) },
+        contribution_weight: (1.0 + below(1 << 23) as f32 / 8_388_608.0)
+            * f32::from_bits(((127 + exponent) as u32) << 23),
+        confidence: below(256) as f32,
+        // a half
+        visibility: below(2049) as f32 / 2048.0,
+    }
+}
+
+fn reservoirs_come_back_from_their_words() -> Result<(), Failed> {
+    let mut random = SplitMix::new(1);
+    for _ in 0..100_000 {
+        let stored = stored(&mut random);
+        ensure(Stored::unpack(stored.pack()) == stored, || {
+            format!("{stored:?} became {:?}", Stored::unpack(stored.pack()))
+        })?;
+        let beyond = Stored { confidence: stored.confidence + 256.0, ..stored };
+        ensure(Stored::unpack(beyond.pack()) == Stored { confidence: 255.0, ..stored }, || format!("{beyond:?}"))?;
+    }
+    let empty = Stored::unpack(Stored::EMPTY.pack());
+    ensure(empty == Stored::EMPTY, || format!("{empty:?}"))
+}
+
+/// Weights that are no number, infinite or negative, and visibility beyond 1.
+fn broken_words_are_empty_reservoirs() -> Result<(), Failed> {
+    let mut random = SplitMix::new(2);
+    for _ in 0..1_000 {
+        let stored = stored(&mut random);
+        let word = stored.pack();
+        for weight in [f32::NAN, -f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0, f32::MAX, 1.0e-40] {
+            let broken = UVec4 { w: weight.to_bits(), ..word };
+            ensure(Stored::unpack(broken) == Stored::EMPTY, || format!("{weight} from a plane"))?;
+            let packed = Stored::unpack(Stored { contribution_weight: weight, ..stored }.pack());
+            let limited = packed.contribution_weight <= 1.3e30 && packed.contribution_weight >= 0.0;
+            let kept = packed.has_sample() && (weight.is_nan() || weight <= 1.0);
+            ensure(limited && !kept, || format!("{weight} became {packed:?}"))?;
+        }
+        // 1.5, infinity, NaN and -1 as halves
+        for half in [0x3e00_u32, 0x7c00, 0x7e00, 0xbc00] {
+            let visibility = |word: u32, byte: u32| (word & 0x00ff_ffff) | (byte << 24);
+            let broken = UVec4 { y: visibility(word.y, half >> 8), z: visibility(word.z, half & 0xff), ..word };
+            ensure(Stored::unpack(broken) == Stored::EMPTY, || format!("visibility {half:x}"))?;
+        }
+    }
+    Ok(())
+}
+
+/// How often the tests of equal expectations fail in all. Seeds are fixed: a failure is a bug.
+const FAMILY_RATE: f64 = 1.0e-3;
+const GRID: TileGrid = TileGrid { width: 16, height: 16, tile: 8 };
+const SCENE: &str = "all-lights";
+const FRAMES: u32 = 3;
+/// Chains of a test, and of one that is to see something wrong.
+const RESTARTS: u32 = 256;
+const GROSS: u32 = 192;
+/// Images by the path tracer.
+const REFERENCE_RESTARTS: u32 = 6_144;
+/// The bias of the image that is noticed with 99 % probability is at most this.
+const GOAL_IMAGE: f64 = 0.06;
+
+/// The path tracer's direct light.
+fn reference() -> Result<&'static [Moments], Failed> {
+    static REFERENCE: OnceLock<Vec<Moments>> = OnceLock::new();
+    let buffers = buffers(SCENE)?;
+    Ok(REFERENCE.get_or_init(|| {
+        let view = buffers.traced_view();
+        let params = PathParams {
+            scene: buffers.header,
+            camera: buffers.camera.params(GRID.width, GRID.height),
+            width: GRID.width,
+            height: GRID.height,
+            max_depth: 2,
+            ..PathParams::default()
+        };
+        GRID.moments(REFERENCE_RESTARTS, |restart, x, y| {
+            path::pixel(&view, &PathParams { seed: (1 << 31) + restart, ..params }, x, y).sum.map(f64::from)
+        })
+    }))
+}
+
+/// Moments of the last frames of chains; flags are changed by `force`.
+fn moments(settings: &DiSettings, restarts: u32, force: u32) -> Result<Vec<Moments>, Failed> {
+    use rayon::prelude::*;
+    let buffers = buffers(SCENE)?;
+    let view = buffers.traced_view();
+    let film = |seed| {
+        let mut chain = Chain::new(&view, &buffers, [GRID.width, GRID.height], settings, seed);
+        chain.params.flags |= force;
+        chain.film(FRAMES)
+    };
+    let films: Vec<Vec<FilmPixel>> = (0..restarts).into_par_iter().map(film).collect();
+    ensure(films.iter().flatten().all(|p| p.dropped == 0.0), || format!("dropped samples: {settings:?}"))?;
+    Ok(GRID
+        .moments(restarts, |restart, x, y| films[restart as usize][(y * GRID.width + x) as usize].sum.map(f64::from)))
+}
+
+fn verdict(tested: &[Moments]) -> Result<Verdict, Failed> {
+    Ok(TileTest { grid: GRID, family_rate: FAMILY_RATE / UNBIASED as f64 }.compare(tested, reference()?))
+}
+
+fn small(settings: DiSettings) -> DiSettings {
+    DiSettings { scatter: true, neighbours: 3, radius: 6.0, confidence_cap: 3, ..settings }
+}
+
+const UNBIASED: usize = 7;
+
+fn unbiased_settings_agree_with_paths() -> Result<(), Failed> {
+    let by_visibility =
+        |form| DiSettings { target_visibility: true, visibility: Visibility::Selected, ..reusing_visibility(form) };
+    let rows: [DiSettings; UNBIASED] = [
+        plain(MisForm::Talbot),
+        // two passes: what neighbours saw and the pixel itself does not must not count
+        DiSettings { spatial: 2, ..reusing_visibility(MisForm::OneOverZ) },
+        reusing_visibility(MisForm::Contribution),
+        by_visibility(MisForm::Pairwise),
+        by_visibility(MisForm::PairwiseDefensive),
+        DiSettings { fused: true, ..by_visibility(MisForm::PairwiseCounted) },
+        DiSettings { fused: true, ..reusing_visibility(MisForm::Talbot) },
+    ];
+    for settings in rows.map(small) {
+        let verdict = verdict(&moments(&settings, RESTARTS, 0)?)?;
+        println!("{}, {} passes, fused {}: {verdict}", settings.mis.name(), settings.spatial, settings.fused);
+        ensure(verdict.passed(), || format!("{verdict}: {settings:?}"))?;
+        ensure(verdict.detectable_in_image <= GOAL_IMAGE, || format!("too few chains: {verdict}"))?;
+    }
+    Ok(())
+}
+
+/// Settings that the host calls biased or refuses, with the direction of their bias.
+fn wrong_settings_are_seen() -> Result<(), Failed> {
+    let zeroed = |form| DiSettings { initial_visibility: true, ..plain(form) };
+    // visibility in MIS without initial visibility: samples are believed to be visible at their own pixel
+    let believed = DI_MIS_VISIBILITY;
+    let rows = [
+        ("1/M", zeroed(MisForm::OneOverM), 0, -1.0),
+        ("constant", zeroed(MisForm::Constant), 0, -1.0),
+        ("no visibility in MIS", zeroed(MisForm::PairwiseDefensive), 0, -1.0),
+        ("visibility believed", plain(MisForm::Talbot), believed, 1.0),
+    ];
+    for (what, settings, force, sign) in rows {
+        let tested = moments(&small(settings), GROSS, force)?;
+        let green = tested.len() - 2;
+        let test = ZTest::new(tested[green], reference()?[green]);
+        println!("{what}: {:+.2} % of the image, z = {:.1}", 100.0 * test.difference / tested[green].mean(), test.z);
+        ensure(test.z * sign > 5.0, || format!("{what}: z = {}", test.z))?;
+        ensure(!verdict(&tested)?.passed(), || format!("{what} went unnoticed"))?;
+    }
+    Ok(())
+}
