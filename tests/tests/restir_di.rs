@@ -431,7 +431,7 @@ fn small(settings: DiSettings) -> DiSettings {
     DiSettings { scatter: true, neighbours: 3, radius: 6.0, confidence_cap: 3, ..settings }
 }
 
-const UNBIASED: usize = 7;
+const UNBIASED: usize = 9;
 
 fn unbiased_settings_agree_with_paths() -> Result<(), Failed> {
     let by_visibility =
@@ -445,10 +445,13 @@ fn unbiased_settings_agree_with_paths() -> Result<(), Failed> {
         by_visibility(MisForm::PairwiseDefensive),
         DiSettings { fused: true, ..by_visibility(MisForm::PairwiseCounted) },
         DiSettings { fused: true, ..reusing_visibility(MisForm::Talbot) },
+        DiSettings { shaded: 4, ..by_visibility(MisForm::PairwiseDefensive) },
+        DiSettings { shaded: 3, spatial: 0, ..plain(MisForm::Talbot) },
     ];
     for settings in rows.map(small) {
         let verdict = verdict(&moments(&settings, RESTARTS, 0)?)?;
-        println!("{}, {} passes, fused {}: {verdict}", settings.mis.name(), settings.spatial, settings.fused);
+        let DiSettings { mis, spatial, fused, shaded, .. } = settings;
+        println!("{}, {spatial} passes, fused {fused}, {shaded} shaded: {verdict}", mis.name());
         ensure(verdict.passed(), || format!("{verdict}: {settings:?}"))?;
         ensure(verdict.detectable_in_image <= GOAL_IMAGE, || format!("too few chains: {verdict}"))?;
     }
