@@ -1,5 +1,6 @@
 //! Direct light by ReSTIR: frames that reuse each other's reservoirs.
 
+mod moments;
 mod plan;
 mod settings;
 
@@ -83,10 +84,10 @@ pub fn check(scene: &SceneBuffers, render: &DiRender) -> Result<(), Error> {
         Some(format!("an image of {width}x{height} pixels is too large; the longest side is {MAX_SIDE}"))
     } else if render.frames == 0 {
         Some("0 frames make no image; give at least 1".to_owned())
-    } else if scene.header.light_count >= LightAddress::NO_LIGHT {
+    } else if scene.most_lights() >= LightAddress::NO_LIGHT {
         Some(format!(
             "the scene has {} lights and reservoirs know at most {}; use --technique path",
-            scene.header.light_count,
+            scene.most_lights(),
             LightAddress::NO_LIGHT - 1
         ))
     } else {

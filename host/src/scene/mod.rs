@@ -7,6 +7,7 @@ use glam::{DAffine3, DVec3};
 
 use crate::Error;
 
+mod animation;
 pub mod builtin;
 mod camera;
 mod default_light;
@@ -18,6 +19,7 @@ mod material;
 mod shapes;
 mod texture;
 
+pub use animation::{Animation, Blackout, Emitter, Keyframe, Motion};
 pub use light::{Environment, Light, LightKind};
 pub use material::{Material, TextureUse, Volume};
 pub use texture::{Filter, Texture, Wrap};
@@ -41,6 +43,8 @@ pub struct Scene {
     pub environment: Option<Environment>,
     /// The camera; `None` is framed automatically, see [`Camera::framing`].
     pub camera: Option<Camera>,
+    /// How it changes with time. What does not ask for a time sees the scene at time 0.
+    pub animation: Animation,
     /// Image size that suits the scene, in pixels.
     pub default_size: Option<[u32; 2]>,
     /// What the importer skipped or assumed, a sentence each.

@@ -71,7 +71,7 @@ fn closest_in_leaf(scene: &SceneView<'_>, test: &TriangleTest, slab: &Slab, leaf
 /// The children of a node that may hold a hit up to `limit`, the nearer first; [`NONE`] where there is none.
 #[inline(always)]
 fn order_children(scene: &SceneView<'_>, slab: &Slab, node: u32, limit: f32) -> (u32, u32) {
-    let at = (node * NODE_WORDS) as usize;
+    let at = (scene.header.node_base + node * NODE_WORDS) as usize;
     let lo0 = scene.geometry[at];
     let hi0 = scene.geometry[at + 1];
     let lo1 = scene.geometry[at + 2];

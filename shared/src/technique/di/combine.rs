@@ -12,7 +12,7 @@ use crate::mis::{Combine, INPUTS, Mis};
 use crate::num::{self, Scalar};
 use crate::reservoir::Reservoir;
 use crate::rng::{self, Rng};
-use crate::scene::{AddressedLights, Surface, Trace};
+use crate::scene::{Frames, LightAddress, Trace};
 use glam::UVec4;
 
 /// The planes that a combine reads.
@@ -46,9 +46,10 @@ impl Input {
 /// Combines the reservoir of the pixel (x, y), `own`, with others; both are packed.
 ///
 /// Targets are a matrix a_j(y_i) of receiving pixels j and samples i, of which the form of MIS asks for some entries. It is
-/// gone through row by row, so that each pixel's surface is made once.
-pub fn combine<S: Trace + Surface + AddressedLights>(
-    scene: &S,
+/// gone through row by row, so that each pixel's surface is made once. Pixels of another frame see that frame's scene: what
+/// a reservoir can produce was decided there.
+pub fn combine<F: Frames>(
+    frames: &F,
     params: &DiParams,
     flags: u32,
     planes: &Planes<'_>,
@@ -66,9 +67,9 @@ pub fn combine<S: Trace + Surface + AddressedLights>(
     let dimension = COMBINE_DIMENSION.wrapping_add(params.combine.wrapping_mul(2));
     let mut inputs = [Input::NONE; INPUTS];
     inputs[0] = Input { pixel: at, reservoir: canonical, ..Input::NONE };
-    let count = pass.gather(scene, &pixel, [x, y], rng.draw(dimension), &mut inputs);
+    let count = pass.gather(frames, &pixel, [x, y], rng.draw(dimension), &mut inputs);
     let u = rng::unit(rng.draw(dimension.wrapping_add(1)).x);
-    pass.resample(scene, &pixel, &mut inputs, count, u).pack()
+    pass.resample(frames, &pixel, &mut inputs, count, u).pack()
 }
 
 /// What all of a combine has in common.
@@ -98,16 +99,18 @@ impl Pass<'_> {
     /// Fills in the inputs after the canonical one, and returns how many there are with it. What is rejected is none of
     /// them.
     #[inline(always)]
-    fn gather<S: Surface>(
+    fn gather<F: Frames>(
         &self,
-        scene: &S,
+        frames: &F,
         pixel: &Pixel,
         [x, y]: [u32; 2],
         words: UVec4,
         inputs: &mut [Input; INPUTS],
     ) -> u32 {
         let p = self.params;
-        let here = pixel.point(scene);
+        // the pixel's surface as it was when the others saw it
+        let scene = frames.scene(self.has(DI_OTHER_FRAME));
+        let here = pixel.point(&scene);
         let center = if self.has(DI_OTHER_FRAME) {
             project(&p.other_camera, p, here.position)
         } else {
@@ -124,7 +127,7 @@ impl Pass<'_> {
                 let reservoir = self.planes.others[at as usize];
                 let other = self.other([place.x, place.y]);
                 let counts = Stored::unpack(reservoir).confidence > 0.0;
-                if other.hit.is_hit() && counts && alike(p, pixel.hit.t, &here, &other.point(scene)) {
+                if other.hit.is_hit() && counts && alike(p, pixel.hit.t, &here, &other.point(&scene)) {
                     let near = (n == 0) | place.is_near(&center, p.near_radius);
                     inputs[count as usize] = Input { pixel: at, reservoir, near, ..Input::NONE };
                     count = count.wrapping_add(1);
@@ -139,15 +142,28 @@ impl Pass<'_> {
     #[inline(always)]
     fn load(&self, input: &Input, index: u32) -> Stored {
         let stored = Stored::unpack(input.reservoir);
-        let capped = self.has(DI_OTHER_FRAME) & (index != 0);
+        let capped = self.is_elsewhere(index);
         let cap = self.params.confidence_cap;
         Stored { confidence: if capped { num::min(stored.confidence, cap) } else { stored.confidence }, ..stored }
     }
 
+    /// Whether an input, or the pixel that it came from, is of another frame.
     #[inline(always)]
-    fn resample<S: Trace + Surface + AddressedLights>(
+    fn is_elsewhere(&self, index: u32) -> bool {
+        self.has(DI_OTHER_FRAME) & (index != 0)
+    }
+
+    /// The address of an input's sample among the lights of this frame or, `elsewhere`, of the other one.
+    #[inline(always)]
+    fn address<F: Frames>(&self, frames: &F, address: LightAddress, index: u32, elsewhere: bool) -> LightAddress {
+        let of_other = self.is_elsewhere(index);
+        if of_other == elsewhere { address } else { frames.counterpart(address, of_other) }
+    }
+
+    #[inline(always)]
+    fn resample<F: Frames>(
         &self,
-        scene: &S,
+        frames: &F,
         pixel: &Pixel,
         inputs: &mut [Input; INPUTS],
         count: u32,
@@ -172,16 +188,22 @@ impl Pass<'_> {
             let width = self.params.width;
             let at = inputs[receiver as usize].pixel;
             let seen = if receiver == 0 { *pixel } else { self.other([at % width, at / width]) };
-            let vertex = seen.vertex(scene);
+            let elsewhere = self.is_elsewhere(receiver);
+            let scene = frames.scene(elsewhere);
+            let vertex = seen.vertex(&scene);
             let mut i = 0_u32;
             while i < count {
                 let input = inputs[i as usize];
                 let stored = self.load(&input, i);
                 let is_selected = late & (row > 0) & (i == selection.input);
+                let address = self.address(frames, stored.address, i, elsewhere);
                 let mut target = 0.0;
                 let mut visibility = stored.visibility;
-                if ((row == 0) | is_selected | form.asks_for(receiver, i)) & stored.has_sample() {
-                    let e = evaluate(scene, &vertex, stored.address);
+                if ((row == 0) | is_selected | form.asks_for(receiver, i))
+                    & stored.has_sample()
+                    & address.is_light()
+                {
+                    let e = evaluate(&scene, &vertex, address);
                     target = e.target;
                     let traced =
                         if row == 0 { in_target | (in_mis & !late) | (for_shading & !input.near) } else { in_mis };
@@ -214,9 +236,10 @@ impl Pass<'_> {
             row = row.wrapping_add(1);
         }
         let average = for_shading & self.has(DI_AVERAGE_VISIBILITY);
+        let kept = Stored::unpack(inputs[selection.input as usize].reservoir);
         let reservoir = Reservoir { sample: (), weight_sum: selection.weight_sum, confidence: combine.confidence() };
         Stored {
-            address: Stored::unpack(inputs[selection.input as usize].reservoir).address,
+            address: self.address(frames, kept.address, selection.input, false),
             contribution_weight: reservoir.contribution_weight(combine.share(), selection.target),
             confidence: reservoir.confidence,
             visibility: if average { selection.mean_visibility } else { selection.visibility },
