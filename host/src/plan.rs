@@ -36,7 +36,7 @@ pub struct SceneFrame {
     /// What differs in the buffers.
     pub uploads: Vec<Upload>,
     /// The scene, and that of the other frame, for executors that have a better structure than the arena to trace rays in.
-    pub scenes: [Arc<SceneBuffers>; 2],
+    pub scenes: Option<[Arc<SceneBuffers>; 2]>,
 }
 
 /// One dispatch.

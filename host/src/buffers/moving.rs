@@ -136,3 +136,91 @@ fn difference(a: &Scene, b: &Scene) -> Option<&'static str> {
     ];
     parts.into_iter().find(|(_, same)| !same).map(|(what, _)| what)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Instance, builtin};
+    use restir_shared::layout::{LIGHT_PUNCTUAL, LIGHT_TRIANGLE};
+
+    fn moving() -> (Scene, SceneBuffers) {
+        let scene = builtin::scene("moving").expect("built in");
+        let buffers = SceneBuffers::build(&scene).expect("builds");
+        (scene, buffers)
+    }
+
+    #[test]
+    fn at_the_same_time_the_arenas_are_the_same() {
+        let (scene, first) = moving();
+        for time in [0.0, 9.0, 14.5] {
+            let there = first.at(time).expect("moves");
+            let again = there.at(25.0).and_then(|later| later.at(time)).expect("moves");
+            let edited = first.refit(&scene.at(time)).expect("refits");
+            for other in [&again, &edited] {
+                assert_eq!(there.header, other.header);
+                assert_eq!(there.geometry, other.geometry);
+                assert_eq!(there.attributes, other.attributes);
+            }
+            assert_eq!(time == 0.0, there.geometry == first.geometry);
+            assert_eq!(first.features, there.features);
+        }
+        assert_eq!(first.at(0.0).expect("moves").attributes, first.attributes);
+    }
+
+    #[test]
+    fn no_time_has_more_than_there_is_room_for() {
+        let (_, first) = moving();
+        for time in 0..32 {
+            let [this, next] = [0.0, 1.0].map(|step| first.at(f64::from(time) + step).expect("moves"));
+            let [geometry, attributes] = first.most_words();
+            let counterparts = [this.counterparts(&next), next.counterparts(&this)];
+            let words: usize = counterparts.iter().flatten().map(|words| words.len()).sum();
+            assert!(next.geometry.len() == geometry && next.attributes.len() + words <= attributes, "{time}");
+        }
+    }
+
+    #[test]
+    fn lights_find_their_counterparts() {
+        let (_, first) = moving();
+        let at = |time| first.at(time).expect("moves");
+        assert!(at(1.0).counterparts(&at(2.0)).is_none(), "nothing goes out");
+        // the sign's two triangles go out at 5, the bulb at 7
+        let (before, after) = (at(4.0), at(8.0));
+        let forth = before.counterparts(&after).expect("lights go out");
+        let back = after.counterparts(&before).expect("lights come back");
+        let (before, after) = (before.light_keys(), after.light_keys());
+        assert_eq!(before.len(), after.len() + 3);
+        for (light, key) in after.iter().enumerate() {
+            assert_eq!(before[back[light] as usize], *key);
+            assert_eq!(forth[back[light] as usize], light as u32);
+        }
+        let gone: Vec<u32> =
+            (0..before.len()).filter(|&i| forth[i] == LightAddress::NO_LIGHT).map(|i| before[i][0]).collect();
+        assert_eq!(gone.len(), 3);
+        assert_eq!(before.iter().filter(|key| key[0] == LIGHT_PUNCTUAL).count(), 2);
+        assert!(before.windows(2).all(|pair| pair[0] < pair[1]) && before[0][0] == LIGHT_TRIANGLE);
+    }
+
+    #[test]
+    fn what_cannot_be_refitted_is_refused() {
+        let (scene, first) = moving();
+        let refused = |edit: fn(&mut Scene)| {
+            let mut scene = scene.at(3.0);
+            edit(&mut scene);
+            first.refit(&scene).expect_err("refused").to_string()
+        };
+        let wrong: [(fn(&mut Scene), &str); 5] = [
+            (|scene| scene.meshes[0].indices.truncate(1), "meshes"),
+            (|scene| scene.instances.push(Instance { ..scene.instances[0] }), "instances"),
+            (|scene| scene.lights.clear(), "lights"),
+            (|scene| scene.instances[3].transform.matrix3 *= 0.0, "area"),
+            (|scene| scene.materials[0].emission = [1.0; 3], "build it anew"),
+        ];
+        for (edit, part) in wrong {
+            let message = refused(edit);
+            assert!(message.contains(part), "{part}: {message}");
+        }
+        let still = SceneBuffers::build(&scene.at(0.0)).expect("builds");
+        assert!(!still.is_animated() && still.refit(&scene).is_err());
+    }
+}

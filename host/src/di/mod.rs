@@ -4,7 +4,7 @@ mod moments;
 mod plan;
 mod settings;
 
-pub use plan::BYTES_A_PIXEL;
+pub use plan::{BYTES_A_PIXEL, plan};
 pub use settings::{
     DiSettings, MAX_CANDIDATES, MAX_CONFIDENCE_CAP, MAX_NEIGHBOURS, MAX_SPATIAL_PASSES, MisForm, Visibility,
 };
@@ -49,7 +49,7 @@ impl DiRender {
     }
 }
 
-/// Renders frames of `scene`; `observe` is called after each dispatch and may stop the render.
+/// Renders frames of `scene`, of one with an animation frame f at time f; `observe` is called after each dispatch and may stop the render.
 ///
 /// # Errors
 /// As [`crate::render::render`].
@@ -60,7 +60,7 @@ pub fn render(
     observe: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Rendered, Error> {
     check(scene, render)?;
-    let plan = plan::plan(scene, render);
+    let plan = plan(scene, render);
     let total = plan.pass_count;
     let words = executor.run(plan, &mut |done| observe(Progress { done, total }))?;
     let pixels: &[FilmPixel] = words.first().map_or(&[], |words| bytemuck::cast_slice(words));
@@ -96,5 +96,5 @@ pub fn check(scene: &SceneBuffers, render: &DiRender) -> Result<(), Error> {
     problem.map_or(Ok(()), |problem| Err(Error::Setting(problem)))?;
     // beside the plan: the words read back, the image and its encoded form
     let copies = 3 * u64::from(width) * u64::from(height) * size_of::<FilmPixel>() as u64;
-    memory::check(plan::plan(scene, render).bytes() + copies, "this render", "choose a smaller size")
+    memory::check(plan(scene, render).bytes() + copies, "this render", "choose a smaller size")
 }

@@ -65,7 +65,7 @@ impl<'a> Moments<'a> {
                 end += words.len();
             }
         }
-        let scenes = [this.scene.clone(), last.scene.clone()];
+        let scenes = Some([this.scene.clone(), last.scene.clone()]);
         self.placed = Some([this, last]);
         Ok(SceneFrame { uploads, scenes })
     }

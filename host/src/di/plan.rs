@@ -15,7 +15,8 @@ pub const BYTES_A_PIXEL: usize = 16;
 
 const ARENAS: [BufferId; 3] = [0, 1, 2];
 
-pub(crate) fn plan<'a>(scene: &'a SceneBuffers, render: &'a DiRender) -> FramePlan<'a> {
+/// The frames' passes, for settings that [`super::check`] accepts: what [`super::render`] runs.
+pub fn plan<'a>(scene: &'a SceneBuffers, render: &'a DiRender) -> FramePlan<'a> {
     let arena =
         |name, words: &std::sync::Arc<[u32]>| Buffer { name, words: words.len(), contents: Some(words.clone()) };
     let texels = arena("texels", &scene.texels);

@@ -113,8 +113,7 @@ impl Executor for CpuExecutor {
             .iter()
             .map(|b| b.contents.clone().map_or_else(|| Storage::Owned(vec![0; b.words]), Storage::Shared))
             .collect();
-        // of this frame and of the other one
-        let mut moved: Option<[Arc<SceneBuffers>; 2]> = None;
+        let mut frame_scenes = None;
         for (done, pass) in (1..).zip(plan.passes) {
             let mut pass = pass?;
             pass.check(&plan.buffers)?;
@@ -122,9 +121,14 @@ impl Executor for CpuExecutor {
                 for upload in &frame.uploads {
                     buffers[upload.buffer].write(upload);
                 }
-                moved = Some(frame.scenes);
+                frame_scenes = Some(frame.scenes);
             }
-            let scenes = moved.as_ref().map_or([plan.scene; 2], |scenes| scenes.each_ref().map(|scene| Some(&**scene)));
+            // of this frame and of the other one
+            let scenes: [Option<&SceneBuffers>; 2] = match &frame_scenes {
+                None => [plan.scene; 2],
+                Some(None) => [None; 2],
+                Some(Some(scenes)) => scenes.each_ref().map(|scene| Some(&**scene)),
+            };
             let tracers = scenes.map(|scene| scene.map(|scene| scene.tracer() as &(dyn Trace + Sync)));
             self.pass(&pass, &mut buffers, tracers);
             if observe(done).is_break() {

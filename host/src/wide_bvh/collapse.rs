@@ -187,11 +187,16 @@ impl<'a> Collapse<'a> {
         tree
     }
 
+    /// The triangles of a subtree. Not by recursion, of which rustc 1.95 loses a branch when it optimises.
     fn ids(&self, subtree: &Subtree, out: &mut Vec<u32>) {
-        if subtree.is_leaf() {
-            out.extend(subtree.ids());
-        } else {
-            self.children(subtree.reference).iter().for_each(|child| self.ids(child, out));
+        let mut pending = vec![*subtree];
+        while let Some(subtree) = pending.pop() {
+            if subtree.is_leaf() {
+                out.extend(subtree.ids());
+            } else {
+                let [a, b] = self.children(subtree.reference);
+                pending.extend([b, a]);
+            }
         }
     }
 
