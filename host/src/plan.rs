@@ -100,7 +100,10 @@ impl Pass {
         }
         for Upload { buffer: id, first, words } in self.frame.iter().flat_map(|frame| &frame.uploads) {
             if buffers.get(*id).is_none_or(|buffer| first + words.len() > buffer.words) {
-                return Some(format!("writes words {first} to {} of buffer {id}, which it has not", first + words.len()));
+                return Some(format!(
+                    "writes words {first} to {} of buffer {id}, which it has not",
+                    first + words.len()
+                ));
             }
         }
         let invocations = self.grid[0] as usize * self.grid[1] as usize;

@@ -75,7 +75,10 @@ impl SceneBuffers {
         let bvh = flat.bvh.refit(&moved_bounds(scene, &flat.triangles)?);
         let buffers = Self::assemble(scene, flat, &bvh, self.texels.clone())?;
         if buffers.features & !moving.features != 0 || buffers.header.light_count > moving.most_lights {
-            return Err(scene_error(scene, "has lights or materials of kinds that it had not; build it anew".to_owned()));
+            return Err(scene_error(
+                scene,
+                "has lights or materials of kinds that it had not; build it anew".to_owned(),
+            ));
         }
         Ok(buffers.with_motion(moving.clone()))
     }

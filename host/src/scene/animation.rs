@@ -149,11 +149,7 @@ mod tests {
     use crate::scene::{Light, LightKind, Material};
 
     fn scene() -> Scene {
-        let key = |time, x, turn| Keyframe {
-            time,
-            translation: DVec3::X * x,
-            rotation: DQuat::from_rotation_z(turn),
-        };
+        let key = |time, x, turn| Keyframe { time, translation: DVec3::X * x, rotation: DQuat::from_rotation_z(turn) };
         let rest = DAffine3::from_translation(DVec3::Y) * DAffine3::from_scale(DVec3::splat(2.0));
         Scene {
             instances: vec![Instance { mesh: 0, transform: rest }],

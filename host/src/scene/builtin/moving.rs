@@ -4,9 +4,7 @@
 use glam::{DAffine3, DQuat, DVec3};
 
 use super::parts::plastic;
-use crate::scene::{
-    Animation, Blackout, Camera, Emitter, Keyframe, Light, LightKind, Material, Mesh, Motion, Scene,
-};
+use crate::scene::{Animation, Blackout, Camera, Emitter, Keyframe, Light, LightKind, Material, Mesh, Motion, Scene};
 
 // The room reaches from -1 to 1 along each axis and is open to the viewer; times are in frames.
 
@@ -66,7 +64,13 @@ fn add_lights(scene: &mut Scene) {
 fn add_moving(scene: &mut Scene) {
     let lamp = scene.add_material(Material::emitter("lamp", [0.2; 3], [14.0, 5.0, 3.0]));
     let half = DVec3::new(0.12, 0.03, 0.06);
-    add(scene, lamp, Mesh::cuboid(-half, half), DVec3::new(-0.6, 0.6, 0.2), (DVec3::new(0.9, -0.2, -0.4), DVec3::Y, 3.0));
+    add(
+        scene,
+        lamp,
+        Mesh::cuboid(-half, half),
+        DVec3::new(-0.6, 0.6, 0.2),
+        (DVec3::new(0.9, -0.2, -0.4), DVec3::Y, 3.0),
+    );
     let wood = scene.add_material(Material::diffuse("board", [0.55, 0.4, 0.25]));
     let half = DVec3::new(0.35, 0.02, 0.25);
     add(scene, wood, Mesh::cuboid(-half, half), DVec3::new(-0.5, 0.15, 0.0), (DVec3::X * 1.1, DVec3::Z, 0.5));

@@ -199,10 +199,7 @@ impl Pass<'_> {
                 let address = self.address(frames, stored.address, i, elsewhere);
                 let mut target = 0.0;
                 let mut visibility = stored.visibility;
-                if ((row == 0) | is_selected | form.asks_for(receiver, i))
-                    & stored.has_sample()
-                    & address.is_light()
-                {
+                if ((row == 0) | is_selected | form.asks_for(receiver, i)) & stored.has_sample() & address.is_light() {
                     let e = evaluate(&scene, &vertex, address);
                     target = e.target;
                     let traced =
