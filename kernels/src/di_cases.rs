@@ -45,10 +45,20 @@ const DEFENSIVE: Mis = Mis::PAIRWISE.with(Mis::DEFENSIVE);
 /// The cases of a kernel: `add` gives one its planes, after the parameters and the scene. Each runs as the general kernel
 /// and, some, as the one frozen to scene and settings.
 pub(crate) fn make(scenes: &dyn CaseScenes, add: impl Fn(&Chain, Case) -> Case) -> Vec<Case> {
+    make_with(scenes, |_| {}, add)
+}
+
+/// As [`make`], with other parameters for the kernel than for the chain.
+pub(crate) fn make_with(
+    scenes: &dyn CaseScenes,
+    adjust: impl Fn(&mut DiParams),
+    add: impl Fn(&Chain, Case) -> Case,
+) -> Vec<Case> {
     let mut cases = Vec::new();
     for (row, (name, scene_name, flags, mis, neighbours)) in ROWS.into_iter().enumerate() {
         let scene = scenes.scene(if scene_name == "empty" { "cornell" } else { scene_name });
-        let chain = chain(&scene, flags | (mis.0 << DI_MIS_SHIFT), neighbours, scene_name == "empty");
+        let mut chain = chain(&scene, flags | (mis.0 << DI_MIS_SHIFT), neighbours, scene_name == "empty");
+        adjust(&mut chain.params);
         let frozen = [scene.features, chain.params.flags];
         let both: &[[u32; 2]] = if row % 4 == 3 { &[[FEATURES_ALL; 2], frozen] } else { &[[FEATURES_ALL; 2]] };
         for &[features, settings] in both {
@@ -72,7 +82,7 @@ fn chain(scene: &CaseScene, flags: u32, neighbours: u32, lightless: bool) -> Cha
     if lightless {
         header.light_count = 0;
     }
-    let view = SceneView {
+    let view: SceneView<'_> = SceneView {
         header,
         geometry: bytemuck::cast_slice(&scene.geometry),
         attributes: bytemuck::cast_slice(&scene.attributes),

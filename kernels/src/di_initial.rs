@@ -14,7 +14,7 @@ kernel! {
         own { 5: reservoirs: UVec4, 6: direct: FilmPixel },
     }
     |x, y, at, p, tracer| {
-        let scene = SceneView { header: p.scene, geometry, attributes, texels, features, tracer };
+        let scene: SceneView<'_> = SceneView { header: p.scene, geometry, attributes, texels, features, tracer };
         let hit = hits[(y * p.width + x) as usize];
         let (reservoir, radiance) = di::initial(&scene, &p, p.flags & settings, hit, [x, y]);
         reservoirs[at] = reservoir;

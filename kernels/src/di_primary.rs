@@ -17,7 +17,7 @@ kernel! {
     }
     |x, y, at, p, tracer| {
         // rays need no more than the geometry
-        let scene = SceneView {
+        let scene: SceneView<'_> = SceneView {
             header: p.scene,
             geometry,
             attributes: geometry,

@@ -103,6 +103,22 @@ macro_rules! kernel {
     };
 }
 
+/// A value computed from a scene. Natively there is a variant of the code for each of the given sets of features, and the
+/// first runs that has all of the scene's; a device has only the general one, which is specialised when it is loaded.
+///
+/// ```text
+/// film[at] = variants!(scene in [FEATURES_DIFFUSE] => technique::path::pixel(&scene, &p, x, y))
+/// ```
+macro_rules! variants {
+    ($scene:ident in [$($features:expr),*] => $value:expr) => {{
+        #[cfg(target_arch = "spirv")]
+        let value = $value;
+        #[cfg(not(target_arch = "spirv"))]
+        let value = $(if let Some($scene) = $scene.within::<{ $features }>() { $value } else)* { $value };
+        value
+    }};
+}
+
 /// Declares the kernels' modules and the list of their descriptors.
 macro_rules! kernels {
     ($($(#[$attribute:meta])* $name:ident),* $(,)?) => {

@@ -1,6 +1,8 @@
 //! Path tracing, one block of samples of every pixel.
 
 use restir_shared::glam::UVec4;
+#[cfg(not(target_arch = "spirv"))]
+use restir_shared::layout::FEATURES_DIFFUSE;
 use restir_shared::layout::{FilmPixel, PathParams};
 use restir_shared::scene::SceneView;
 use restir_shared::technique;
@@ -14,8 +16,8 @@ kernel! {
         own { 4: film: FilmPixel },
     }
     |x, y, at, p, tracer| {
-        let scene = SceneView { header: p.scene, geometry, attributes, texels, features, tracer };
-        film[at] = technique::path::pixel(&scene, &p, x, y)
+        let scene: SceneView<'_> = SceneView { header: p.scene, geometry, attributes, texels, features, tracer };
+        film[at] = variants!(scene in [FEATURES_DIFFUSE] => technique::path::pixel(&scene, &p, x, y))
     }
 }
 

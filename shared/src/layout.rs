@@ -121,6 +121,8 @@ pub const FEATURE_TRANSMISSION: u32 = 1 << 8;
 pub const FEATURE_DIFFUSE_TRANSMISSION: u32 = 1 << 9;
 /// Scene feature: absorbing interiors.
 pub const FEATURE_VOLUME: u32 = 1 << 10;
+/// The features of a diffuse scene whose lights are triangles.
+pub const FEATURES_DIFFUSE: u32 = FEATURE_EMISSIVE | FEATURE_LIGHT_TABLE;
 /// All features: what a kernel that was not specialised to a scene assumes.
 pub const FEATURES_ALL: u32 = u32::MAX;
 

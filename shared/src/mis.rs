@@ -1,20 +1,22 @@
 //! Multiple importance sampling among reservoirs: how the inputs of a combine share what several of them can produce.
 //!
 //! Input 0 is canonical: the reservoir of the pixel that combines, which can produce everything that the pixel wants.
-//! Every form obeys one contract: for any sample y, the weights of all inputs that can produce y sum to one. Two ways
-//! of applying a weight have the same mean and different noise:
+//! Every form obeys one contract: for any sample y with a_0(y) > 0, the weights of all inputs that can produce y sum to one
+//! (for any other y to no more, which is all that a sample asks for that the pixel does not want). Two ways of applying a
+//! weight have the same mean and different noise:
 //!
 //! * **inside**: `w_i = m_i(y_i) p(y_i) W_i`, and the result's contribution weight is `sum w / p(y)`;
 //! * **after the selection** (Bitterli et al. 2020): `w_i = M_i p(y_i) W_i`, and it is `m(y) sum w / p(y)`, where
 //!   `sum_i M_i m_i(y) = 1`.
 //!
 //! `a_j(y)` is the target of input j's pixel for the sample y, times its visibility there if the reservoirs lack what is
-//! occluded; it must be zero exactly where input j cannot produce y. M are confidence weights, S their sum.
+//! occluded; it must be zero exactly where input j cannot produce y. M are confidence weights, zero or from 2^-20 to 2^20,
+//! M_0 > 0, and S is their sum. An input of confidence zero is as if it were not there.
 //!
 //! | form | weight | applied | asks for |
 //! |---|---|---|---|
 //! | [`Mis::ONE_OVER_M`] | 1 / S; biased where inputs differ in what they can produce | after | nothing |
-//! | [`Mis::ONE_OVER_Z`] | 1 / sum of the M_j with a_j(y) > 0 | after | a_j of the selected sample |
+//! | [`Mis::ONE_OVER_Z`] | 1 / sum of the M_j with a_j(y) > 0, zero for a_s(y) = 0 | after | a_j of the selected sample |
 //! | [`Mis::CONTRIBUTION`] | a_s(y) / sum M_j a_j(y), s being where y comes from | after | a_j of the selected sample |
 //! | [`Mis::TALBOT`] | M_i a_i(y) / sum M_j a_j(y) (generalised balance heuristic) | inside | all a_j(y_i) |
 //! | [`Mis::PAIRWISE`] | C = S - M_0: `(M_i / C) C a_i / (C a_i + M_0 a_0)`, of the canonical the sum of the complements | inside | a_i(y_i), a_i(y_0) |
@@ -113,6 +115,8 @@ pub struct Combine<T> {
     requested: T,
     /// S.
     confidence_sum: T,
+    /// C; of counted pairs the number of neighbours that stand for anything.
+    neighbours: T,
     /// M_i.
     confidence: [T; INPUTS],
     /// p(y_i) W_i.
@@ -136,6 +140,7 @@ impl<T: Scalar> Combine<T> {
             count: 0,
             requested,
             confidence_sum: T::ZERO,
+            neighbours: T::ZERO,
             confidence: [T::ZERO; INPUTS],
             contribution: [T::ZERO; INPUTS],
             at_canonical: [T::ZERO; INPUTS],
@@ -151,7 +156,10 @@ impl<T: Scalar> Combine<T> {
     pub fn input(&mut self, confidence: T, contribution: T) {
         let at = self.count as usize;
         self.confidence[at] = confidence;
-        self.contribution[at] = contribution;
+        self.contribution[at] = contribution.within_range();
+        if at > 0 {
+            self.neighbours = self.neighbours + self.pair(confidence);
+        }
         self.confidence_sum = self.confidence_sum + confidence;
         self.count = self.count.wrapping_add(1);
     }
@@ -160,6 +168,7 @@ impl<T: Scalar> Combine<T> {
     #[inline(always)]
     pub fn target(&mut self, receiver: u32, sample: u32, a: T) {
         let i = sample as usize;
+        let a = a.within_range();
         if receiver == 0 {
             self.at_canonical[i] = a;
         }
@@ -176,6 +185,7 @@ impl<T: Scalar> Combine<T> {
     /// a_receiver of the selected sample, which comes from input `source`.
     #[inline(always)]
     pub fn selected_target(&mut self, receiver: u32, source: u32, a: T) {
+        let a = a.within_range();
         if receiver == source {
             self.selected[0] = a;
         }
@@ -218,7 +228,15 @@ impl<T: Scalar> Combine<T> {
     /// What the sum of the weights is multiplied by, once the selected sample's targets are known.
     #[inline(always)]
     pub fn share(&self) -> T {
-        let numerator = if self.form.is(Mis::CONTRIBUTION) { self.selected[0] } else { T::ONE };
+        // an input can hold what a_s says that it cannot produce: what its neighbours saw and it does not
+        let produced = self.form.is(Mis::ONE_OVER_M) | (self.selected[0] > T::ZERO);
+        let numerator = if self.form.is(Mis::CONTRIBUTION) {
+            self.selected[0]
+        } else if produced {
+            T::ONE
+        } else {
+            T::ZERO
+        };
         let divisor = if self.form.is(Mis::ONE_OVER_M) { self.confidence_sum } else { self.selected[1] };
         if self.form.is_after_selection() { ratio(numerator, divisor) } else { T::ONE }
     }
@@ -227,9 +245,8 @@ impl<T: Scalar> Combine<T> {
     #[inline(always)]
     fn canonical_share(&self) -> T {
         let own = self.confidence[0] * self.at_canonical[0];
-        let all = self.neighbours();
-        let alone = self.canonical_pair();
-        let mut share = if all > T::ZERO { fraction(alone, all) } else { T::ONE };
+        let all = self.neighbours;
+        let mut share = if all > T::ZERO { fraction(self.canonical_pair(), all) } else { T::ONE };
         let mut i = 1;
         while i < self.count as usize {
             share = share + self.pair_share(i) * fraction(own, self.neighbour_confidence(i) * self.other[i]);
@@ -253,42 +270,26 @@ impl<T: Scalar> Combine<T> {
     /// The share of input i's pair.
     #[inline(always)]
     fn pair_share(&self, i: usize) -> T {
-        let counted = self.form.is(Mis::PAIRWISE_COUNTED);
-        let own = if counted { present(self.confidence[i]) } else { self.confidence[i] };
-        ratio(own, self.neighbours() + self.canonical_pair())
+        ratio(self.pair(self.confidence[i]), self.neighbours + self.canonical_pair())
     }
 
-    /// The number of neighbours that stand for anything, or their confidence.
+    /// What the share of the pair of a neighbour with the given confidence is in proportion to.
     #[inline(always)]
-    fn neighbours(&self) -> T {
+    fn pair(&self, confidence: T) -> T {
         if !self.form.is(Mis::PAIRWISE_COUNTED) {
-            return self.confidence_sum - self.confidence[0];
+            confidence
+        } else if confidence > T::ZERO {
+            T::ONE
+        } else {
+            T::ZERO
         }
-        let mut sum = T::ZERO;
-        let mut i = 1;
-        while i < self.count as usize {
-            sum = sum + present(self.confidence[i]);
-            i += 1;
-        }
-        sum
     }
 
     /// What multiplies a neighbour's target against the canonical one's.
     #[inline(always)]
     fn neighbour_confidence(&self, i: usize) -> T {
-        if self.form.is(Mis::PAIRWISE_COUNTED) {
-            self.requested * self.confidence[i]
-        } else if self.confidence[i] > T::ZERO {
-            self.neighbours()
-        } else {
-            T::ZERO
-        }
+        if self.form.is(Mis::PAIRWISE_COUNTED) { self.requested * self.confidence[i] } else { self.neighbours }
     }
-}
-
-#[inline(always)]
-fn present<T: Scalar>(confidence: T) -> T {
-    if confidence > T::ZERO { T::ONE } else { T::ZERO }
 }
 
 /// `a / (a + b)`, zero for a = 0.
@@ -297,8 +298,9 @@ fn fraction<T: Scalar>(a: T, b: T) -> T {
     ratio(a, a + b)
 }
 
-/// `a / b`, zero for a = 0.
+/// `a / b`, zero for a = 0 and for b = 0, [within the range](Scalar::within_range) of weights: a device gives zero for a
+/// quotient that is not a normal number.
 #[inline(always)]
 fn ratio<T: Scalar>(a: T, b: T) -> T {
-    if a > T::ZERO { a.over(b) } else { T::ZERO }
+    if (a > T::ZERO) & (b > T::ZERO) { a.over(b).within_range() } else { T::ZERO }
 }

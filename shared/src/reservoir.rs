@@ -23,10 +23,14 @@ impl<S: Copy, T: Scalar> Reservoir<S, T> {
         Self { sample, weight_sum: T::ZERO, confidence: T::ZERO }
     }
 
-    /// Streams one sample with its finite weight >= 0; `u` in [0, 1) decides, with probability weight / sum, whether it is
-    /// kept. Says whether it was. A weight of zero never is, the first one above zero always.
+    /// Streams one sample with its weight >= 0; `u` in [0, 1) decides, with probability weight / sum, whether it is kept.
+    /// Says whether it was. A weight of zero never is, the first one above zero always.
+    ///
+    /// Weights are taken [within their range](Scalar::within_range), so that the sum of 2^27 of them is finite, and the
+    /// first is kept in spite of rounding.
     #[inline(always)]
     pub fn update(&mut self, sample: S, weight: T, confidence: T, u: T) -> bool {
+        let weight = weight.within_range();
         self.weight_sum = self.weight_sum + weight;
         self.confidence = self.confidence + confidence;
         let kept = u * self.weight_sum < weight;
@@ -43,7 +47,7 @@ impl<S: Copy, T: Scalar> Reservoir<S, T> {
     #[inline(always)]
     pub fn contribution_weight(&self, share: T, target: T) -> T {
         if (self.weight_sum > T::ZERO) & (target > T::ZERO) {
-            (share * self.weight_sum).over(target).within_range()
+            (share * self.weight_sum).within_range().over(target).within_range()
         } else {
             T::ZERO
         }

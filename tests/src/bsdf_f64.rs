@@ -46,6 +46,17 @@ impl Shadow {
         }
     }
 
+    /// The same from a viewer that is no `f32`.
+    #[must_use]
+    pub fn seen_from(self, wo: DVec3) -> Self {
+        Self { wo, ..self }
+    }
+
+    /// Direction to the viewer.
+    pub fn viewer(&self) -> DVec3 {
+        self.wo
+    }
+
     /// Cosine of the viewer.
     pub fn cos_o(&self) -> f64 {
         self.wo.z
@@ -102,8 +113,7 @@ impl Shadow {
         }
         let [no, ni] = self.indices;
         let f = (ih * oh).abs() / (co * ci) * no * no * g * d / (ni * ih + no * oh).powi(2);
-        let transmittance = 1.0 - reflectance(ni / no, oh, -ih);
-        self.base * (self.clear_share() * transmittance * f * ci)
+        self.base * (self.clear_share() * (1.0 - self.fresnel(wi)) * f * ci)
     }
 
     /// Density of directions given the specular lobe and its choice: visible normals (Heitz 2018, eq. 2) and the change
@@ -121,9 +131,14 @@ impl Shadow {
         visible * oh * ni * ni * ih.abs() / (ni * ih + no * oh).powi(2)
     }
 
-    /// The cosine between `wo` and the normal that takes light from `wi` to it.
-    pub fn facet_cosine(&self, wi: DVec3) -> f64 {
-        if wi.z >= 0.0 || self.thin { self.cosine(wi) } else { self.wo.dot(self.normal(wi)) }
+    /// F at the facet that takes light from `wi` to `wo`. Of refraction both cosines are known: near total reflection they
+    /// tell more than one of them and Snell's law.
+    pub fn fresnel(&self, wi: DVec3) -> f64 {
+        if wi.z >= 0.0 || self.thin {
+            return self.dielectric(self.cosine(wi));
+        }
+        let h = self.normal(wi);
+        reflectance(self.indices[1] / self.indices[0], self.wo.dot(h), -wi.dot(h))
     }
 
     /// The cosine between `wo` and the normal of a reflection: half of |o + i|, which is o.h for unit vectors.

@@ -12,9 +12,6 @@ use std::collections::HashSet;
 use std::io::Write;
 use std::process::{Command, Stdio};
 
-/// The features of a diffuse scene whose only lights are triangles that differ in power.
-pub const DIFFUSE: u32 = FEATURE_EMISSIVE | FEATURE_LIGHT_TABLE;
-
 /// What a feature adds to the module.
 #[derive(Clone, Copy, Debug)]
 pub struct Part {

@@ -15,6 +15,7 @@ pub mod oracle;
 pub mod parity;
 pub mod random;
 pub mod rays;
+pub mod resampling;
 pub mod scenes;
 pub mod stats;
 pub mod stress;

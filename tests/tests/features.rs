@@ -12,11 +12,11 @@ use restir_host::scene::{
 use restir_shared::layout::{
     ALIAS_WORDS, ENVIRONMENT_WORDS, FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE, FEATURE_ENVIRONMENT,
     FEATURE_GLOSSY, FEATURE_LIGHT_TABLE, FEATURE_PUNCTUAL, FEATURE_SHADING, FEATURE_TEXTURES, FEATURE_TRANSMISSION,
-    FEATURE_VOLUME, FEATURES_ALL, LIGHT_WORDS, MATERIAL_WORDS, NODE_WORDS, NONE, PUNCTUAL_WORDS, SHADING_WORDS,
-    TEXTURE_SLOTS, TEXTURE_USE_WORDS, TRIANGLE_WORDS,
+    FEATURE_VOLUME, FEATURES_ALL, FEATURES_DIFFUSE, LIGHT_WORDS, MATERIAL_WORDS, NODE_WORDS, NONE, PUNCTUAL_WORDS,
+    SHADING_WORDS, TEXTURE_SLOTS, TEXTURE_USE_WORDS, TRIANGLE_WORDS,
 };
 use restir_tests::device::{self, Adapter};
-use restir_tests::features::{Content, DIFFUSE, PARTS, has_optimiser, names, specialised, with_markers};
+use restir_tests::features::{Content, PARTS, has_optimiser, names, specialised, with_markers};
 use restir_tests::suite::{ensure, trials};
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
@@ -79,7 +79,11 @@ impl Variant {
 
 const VARIANTS: [Variant; 11] = [
     Variant { name: "diffuse", features: FEATURE_EMISSIVE, edit: |_| {} },
-    Variant { name: "two powers", features: DIFFUSE, edit: |scene| scene.materials[1].emission = [0.1, 0.2, 0.3] },
+    Variant {
+        name: "two powers",
+        features: FEATURES_DIFFUSE,
+        edit: |scene| scene.materials[1].emission = [0.1, 0.2, 0.3],
+    },
     Variant {
         name: "glossy",
         features: FEATURE_EMISSIVE | FEATURE_GLOSSY,
@@ -121,7 +125,7 @@ const VARIANTS: [Variant; 11] = [
     Variant { name: "textures", features: FEATURE_EMISSIVE | FEATURE_SHADING | FEATURE_TEXTURES, edit: textured },
     Variant {
         name: "environment",
-        features: DIFFUSE | FEATURE_ENVIRONMENT,
+        features: FEATURES_DIFFUSE | FEATURE_ENVIRONMENT,
         edit: |scene| {
             let pixels = (0..32).map(|i| [0.1, 0.01 * i as f32, 0.3]).collect();
             let name = "test".to_owned();
@@ -130,7 +134,7 @@ const VARIANTS: [Variant; 11] = [
     },
     Variant {
         name: "point light",
-        features: DIFFUSE | FEATURE_PUNCTUAL,
+        features: FEATURES_DIFFUSE | FEATURE_PUNCTUAL,
         edit: |scene| {
             let kind = LightKind::Point { position: glam::DVec3::new(0.1, 0.2, 0.3) };
             scene.lights.push(Light { name: "test".to_owned(), intensity: [0.5, 0.4, 0.3], kind });
@@ -176,7 +180,7 @@ fn general() -> Result<(), Failed> {
 
 /// A module has the markers of its features and no other: where one feature stands alone, and for every scene.
 fn follow() -> Result<(), Failed> {
-    let alone = PARTS.iter().map(|part| DIFFUSE | part.feature);
+    let alone = PARTS.iter().map(|part| FEATURES_DIFFUSE | part.feature);
     let sets: BTreeSet<u32> = alone.chain(VARIANTS.iter().map(|variant| variant.features)).collect();
     for features in sets {
         let marked = marked(features)?;

@@ -13,8 +13,8 @@ use restir_host::exec::{CpuExecutor, Executor, Flavour, GpuExecutor};
 use restir_host::render::{PathSettings, RenderSettings, render};
 use restir_host::scene::Scene;
 use restir_kernels::path;
-use restir_shared::layout::FEATURES_ALL;
-use restir_tests::features::{Content, DIFFUSE, PARTS, specialised};
+use restir_shared::layout::{FEATURES_ALL, FEATURES_DIFFUSE};
+use restir_tests::features::{Content, PARTS, specialised};
 
 use crate::{Error, num};
 
@@ -61,10 +61,13 @@ pub fn run(options: &Options) -> Result<(), Error> {
 /// the one without emission, which is not timed against it.
 fn rows() -> Result<Vec<Row>, String> {
     let without = PARTS.iter().map(|part| (format!("all but {}", part.name), FEATURES_ALL & !part.feature));
-    let extra = PARTS.iter().filter(|part| part.feature & DIFFUSE == 0);
-    let with = extra.map(|part| (format!("diffuse and {}", part.name), DIFFUSE | part.feature));
+    let extra = PARTS.iter().filter(|part| part.feature & FEATURES_DIFFUSE == 0);
+    let with = extra.map(|part| (format!("diffuse and {}", part.name), FEATURES_DIFFUSE | part.feature));
     let sets = [("all".to_owned(), FEATURES_ALL)].into_iter().chain(without);
-    sets.chain([("diffuse".to_owned(), DIFFUSE)]).chain(with).map(|(name, features)| row(name, features)).collect()
+    sets.chain([("diffuse".to_owned(), FEATURES_DIFFUSE)])
+        .chain(with)
+        .map(|(name, features)| row(name, features))
+        .collect()
 }
 
 fn row(name: String, features: u32) -> Result<Row, String> {
@@ -124,7 +127,8 @@ fn report(rows: &[Row], adapter: &Option<String>) -> String {
          spirv-opt; \"diffuse\" has emissive triangles and the light table. Times are medians of {ROUNDS} interleaved \
          rounds on `{SCENE}`, 128 x 128 pixels, 4 samples, depth 8, relative to \"all\": what a feature costs that the \
          scene does not use. Without emission there is less to render: that row compares nothing.\n\n\
-         GPU: {adapter}, flavour exact. CPU: {}, {} threads; there a feature is a branch at run time.\n\n\
+         GPU: {adapter}, flavour exact. CPU: {}, {} threads; there a feature is a branch at run time, but for a variant \
+         of the code for diffuse scenes.\n\n\
          Made by `MESA_SHADER_CACHE_DISABLE=true cargo xtask features --write`.\n\n\
          | features | operations, exact | operations, fast | pipeline | GPU frame | CPU frame |\n\
          |---|---:|---:|---:|---:|---:|\n",

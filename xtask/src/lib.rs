@@ -6,6 +6,7 @@ pub mod error;
 pub mod features;
 pub mod num;
 pub mod parity;
+pub mod resampling;
 pub mod shader;
 pub mod stress;
 pub mod timer;

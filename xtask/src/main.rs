@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use xtask::{Error, features, num, parity, shader, stress, timer, unbiased, watertight};
+use xtask::{Error, features, num, parity, resampling, shader, stress, timer, unbiased, watertight};
 
 /// Tools of the project.
 #[derive(Parser)]
@@ -28,6 +28,8 @@ enum Task {
     Unbiased(unbiased::Options),
     /// Test functions at the ends of their ranges against f64 and print the report.
     Stress(stress::Options),
+    /// Combine reservoirs by every form of MIS on a small table, against computed expectations, and print the report.
+    Resampling(resampling::Options),
     /// Measure what each feature of a scene costs the path tracer, and print the report.
     Features(features::Options),
 }
@@ -40,6 +42,7 @@ fn run(task: Task) -> Result<(), Error> {
         Task::Watertight(options) => watertight::run(&options),
         Task::Unbiased(options) => unbiased::run(&options),
         Task::Stress(options) => stress::run(&options),
+        Task::Resampling(options) => resampling::run(&options),
         Task::Features(options) => features::run(&options),
     }
 }

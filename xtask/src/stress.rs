@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use clap::Args;
-use restir_tests::stress::{Effort, markdown, run as run_rows, scenes};
+use restir_tests::stress::{Effort, frames, markdown, run as run_rows, scenes};
 
 use crate::{Error, num};
 
@@ -26,17 +26,17 @@ pub struct Options {
 pub fn run(options: &Options) -> Result<(), Error> {
     let start = Instant::now();
     let effort = if options.full || options.write { Effort::Full } else { Effort::Reduced };
-    let (groups, comparisons) = (run_rows(effort), scenes::run(effort));
-    let report = markdown(&groups) + &scenes::markdown(&comparisons);
+    let (groups, comparisons, frames) = (run_rows(effort), scenes::run(effort), frames::run(effort));
+    let report = markdown(&groups) + &scenes::markdown(&comparisons) + &frames::markdown(&frames);
     println!("{report}");
     eprintln!("{:.1} s", start.elapsed().as_secs_f64());
     if options.write {
         num::write(&Path::new(env!("CARGO_MANIFEST_DIR")).with_file_name("docs").join("stress.md"), &report)?;
     }
     let rows = groups.iter().flat_map(|(_, rows)| rows);
-    let rows = rows.filter(|(_, finding)| !finding.passed()).map(|(row, _)| row.name);
-    let comparisons = comparisons.iter().filter(|comparison| !comparison.passed()).map(|c| c.name.as_str());
-    let failed: Vec<_> = rows.chain(comparisons).collect();
+    let rows = rows.filter(|(_, finding)| !finding.passed()).map(|(row, _)| row.name.to_owned());
+    let comparisons = comparisons.iter().filter(|comparison| !comparison.passed()).map(|c| c.name.clone());
+    let failed: Vec<_> = rows.chain(comparisons).chain(frames.failed()).collect();
     if failed.is_empty() {
         Ok(())
     } else {

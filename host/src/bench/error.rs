@@ -57,6 +57,15 @@ impl Figure {
     }
 }
 
+impl Errors {
+    /// The mean over images; NaN of none.
+    pub(crate) fn mean(of: &[Self]) -> Self {
+        let share = 1.0 / of.len() as f64;
+        let mean = |value: fn(&Self) -> f64| of.iter().map(value).sum::<f64>() * share;
+        Self { mse: mean(|e| e.mse), rel_mse: mean(|e| e.rel_mse), mape: mean(|e| e.mape), mean: mean(|e| e.mean) }
+    }
+}
+
 impl Truth {
     pub(crate) fn new(reference: &Reference) -> Self {
         Self::from_values(reference.values(), &reference.variances(), reference.standard_error_of_mean())

@@ -35,44 +35,65 @@ pub(crate) fn median(values: &[f64]) -> f64 {
     }
 }
 
-/// The slope of the least-squares line.
-fn slope(points: &[(f64, f64)]) -> f64 {
-    let count = points.len() as f64;
-    let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count;
-    let (mx, my) = (mean(|p| p.0), mean(|p| p.1));
-    let across: f64 = points.iter().map(|(x, y)| (x - mx) * (y - my)).sum();
-    let along: f64 = points.iter().map(|(x, _)| (x - mx).powi(2)).sum();
-    across / along
-}
-
 /// The exponent with which the root of an error falls with the number of samples, from squared errors
 /// `squared[budget][restart]`: the least-squares slope of log(RMSE) over log(samples), where the RMSE of a budget is
-/// that of its restarts together. The interval is the jackknife's (Efron and Stein 1981) over restarts.
+/// that of its restarts together.
+///
+/// The slope is a sum over budgets, which are independent: its variance is the sum of the jackknife's (Efron and Stein
+/// 1981) of each budget, and the interval is Student's with the degrees of freedom of Welch (1947). Restarts should
+/// stand for equal numbers of samples in all budgets: then rare bright samples disturb all of them alike, no budget
+/// deserves a larger weight, and what the logarithm of a mean is too small by cancels.
+///
+/// The reference is the same for all restarts, so the error of the noise that was subtracted is not in the interval: it
+/// moves the slope by 0.005 if all of the noise at the largest share that is not refused (5 % at 64 samples, less at
+/// fewer) was subtracted in error.
 ///
 /// `None` for fewer than three budgets or two restarts, or where an error is not positive.
 pub(crate) fn convergence(samples: &[f64], squared: &[Vec<f64>]) -> Option<Estimate> {
-    let restarts = squared.iter().map(Vec::len).min()?;
-    if samples.len() < 3 || restarts < 2 {
+    if samples.len() < 3 || squared.iter().any(|restarts| restarts.len() < 2) {
         return None;
     }
-    let without = |left_out: Option<usize>| {
-        let mean = |row: &Vec<f64>| {
-            let kept = row.iter().take(restarts).enumerate().filter(|(i, _)| Some(*i) != left_out);
-            kept.map(|(_, value)| value).sum::<f64>() / (restarts - usize::from(left_out.is_some())) as f64
-        };
-        let points = samples.iter().zip(squared).map(|(n, row)| (n.ln(), 0.5 * mean(row).ln()));
-        slope(&points.collect::<Vec<_>>())
-    };
-    let value = without(None);
-    let parts: Vec<f64> = (0..restarts).map(|restart| without(Some(restart))).collect();
-    let (_, error) = mean_and_error(&parts);
-    let half_width = student(restarts - 1) * error * (restarts - 1) as f64;
+    let parts = leverages(samples).into_iter().zip(squared).map(|(leverage, restarts)| part(leverage, restarts));
+    let (mut value, mut variance, mut squares) = (0.0, 0.0, 0.0);
+    for part in parts {
+        value += part.value;
+        variance += part.variance;
+        squares += part.variance * part.variance / part.degrees;
+    }
+    let degrees = (variance * variance / squares).max(1.0);
+    let half_width = student(degrees as usize) * variance.sqrt();
     (value.is_finite() && half_width.is_finite()).then_some(Estimate { value, half_width })
 }
 
-/// Half the width of a 95 % interval in standard errors that were estimated with so many degrees of freedom.
+/// What the least-squares slope over log(samples) multiplies each ordinate by.
+fn leverages(samples: &[f64]) -> Vec<f64> {
+    let mean = samples.iter().map(|n| n.ln()).sum::<f64>() / samples.len() as f64;
+    let along: f64 = samples.iter().map(|n| (n.ln() - mean).powi(2)).sum();
+    samples.iter().map(|n| (n.ln() - mean) / along).collect()
+}
+
+/// A budget's part in the slope.
+struct Part {
+    value: f64,
+    variance: f64,
+    degrees: f64,
+}
+
+fn part(leverage: f64, squared: &[f64]) -> Part {
+    let count = squared.len() as f64;
+    let sum: f64 = squared.iter().sum();
+    let value = |mean: f64| leverage * 0.5 * mean.ln();
+    let without: Vec<f64> = squared.iter().map(|one| value((sum - one) / (count - 1.0))).collect();
+    let (_, error) = mean_and_error(&without);
+    Part { value: value(sum / count), variance: (error * (count - 1.0)).powi(2), degrees: count - 1.0 }
+}
+
+/// Half the width of a 95 % interval in standard errors that were estimated with so many degrees of freedom; beyond
+/// the table by the expansion of Cornish and Fisher, whose next term is below 0.004 there.
 pub(super) fn student(degrees: usize) -> f64 {
-    degrees.checked_sub(1).and_then(|i| STUDENT.get(i)).copied().unwrap_or(NORMAL)
+    let Some(tabulated) = degrees.checked_sub(1) else { return f64::INFINITY };
+    let expansion = || NORMAL + (NORMAL.powi(3) + NORMAL) / (4.0 * degrees as f64);
+    STUDENT.get(tabulated).copied().unwrap_or_else(expansion)
 }
 
 /// The time at which an error is reached, by a power law between the two measurements (time, error) around it;
@@ -107,18 +128,50 @@ mod tests {
         assert!((fit.value + 0.5).abs() < 1e-12 && fit.half_width < 1e-12, "{fit:?}");
     }
 
-    #[test]
-    fn the_interval_holds_the_exponent_as_often_as_it_says() {
+    /// The squared error of an image of 64 pixels, each the mean of `samples` samples: one in 64 is bright, as the square
+    /// of an exponential number. Their mean is 1; the expected squared error is (6 x 64 - 1) / `samples`; of one sample
+    /// and pixel it scatters by 67 times that.
+    fn heavy_tailed(noise: &mut Noise, samples: u32) -> f64 {
+        const PIXELS: u32 = 64;
+        const BRIGHT: f64 = 1.0 / 64.0;
+        let mut sample = || {
+            let unit = noise.unit();
+            if unit < BRIGHT { (unit / BRIGHT).ln().powi(2) / (2.0 * BRIGHT) } else { 0.0 }
+        };
+        let mut pixel = || (0..samples).map(|_| sample()).sum::<f64>() / f64::from(samples);
+        (0..PIXELS).map(|_| (pixel() - 1.0).powi(2)).sum::<f64>() / f64::from(PIXELS)
+    }
+
+    /// How many of `trials` intervals hold -1/2; a restart is the mean of `images(samples)` images.
+    fn held(trials: usize, images: impl Fn(u32) -> u32) -> usize {
         let mut noise = Noise::new(2);
-        let trials = 400;
-        let held = (0..trials)
-            .filter(|_| {
-                let fit = convergence(&SAMPLES, &errors(&mut noise, 8, 0.1, 0.0)).unwrap();
-                (fit.value + 0.5).abs() <= fit.half_width
-            })
-            .count();
+        let mut restart = |samples: u32| {
+            let images = images(samples);
+            (0..images).map(|_| heavy_tailed(&mut noise, samples)).sum::<f64>() / f64::from(images)
+        };
+        let mut fit = || {
+            let squared: Vec<Vec<f64>> =
+                SAMPLES.iter().map(|&samples| (0..8).map(|_| restart(samples as u32)).collect()).collect();
+            convergence(&SAMPLES, &squared).unwrap()
+        };
+        (0..trials).map(|_| fit()).filter(|fit| (fit.value + 0.5).abs() <= fit.half_width).count()
+    }
+
+    #[test]
+    fn the_interval_holds_the_exponent_of_heavy_tails_as_often_as_it_says() {
         // 95 % of 400 are 380 with a deviation of 4.4
-        assert!((362..=398).contains(&held), "{held} of {trials}");
+        let equal_samples = held(400, |samples| 64 / samples);
+        assert!((362..=398).contains(&equal_samples), "{equal_samples}");
+        // known wrong: as many images of one sample as of 64, whose errors are too small on average in the logarithm
+        let equal_images = held(400, |_| 1);
+        println!("of 400 intervals hold -1/2: {equal_samples} with equal samples, {equal_images} with equal images");
+        assert!(equal_images < 362, "{equal_images}");
+    }
+
+    #[test]
+    fn quantiles_continue_beyond_the_table() {
+        assert!((student(31) - 2.0395).abs() < 0.004 && (student(100) - 1.984).abs() < 0.001);
+        assert_eq!((student(1), student(0)), (STUDENT[0], f64::INFINITY));
     }
 
     #[test]

@@ -5,6 +5,7 @@
 
 pub(crate) mod against;
 pub(crate) mod error;
+pub(crate) mod estimator;
 pub(crate) mod fit;
 pub(crate) mod machine;
 #[cfg(test)]
@@ -21,16 +22,13 @@ use std::time::{Duration, Instant};
 use crate::Error;
 use crate::buffers::SceneBuffers;
 use crate::exec::Executor;
-use crate::render::{Progress, RenderSettings, render};
-use crate::replay::{self, Counts, Recording};
+use crate::render::{Progress, RenderSettings};
+use crate::replay::Counts;
 
 use error::{Errors, Figure, Truth};
+use estimator::Estimator;
 use timed::{PassTime, Timed};
 
-/// Rays are counted over about this many pixels ...
-const COUNTED_PIXELS: u32 = 2048;
-/// ... and this many samples of each.
-const COUNTED_SAMPLES: u32 = 4;
 /// However little time there is, this many restarts are made: fewer have no spread.
 const FEWEST_RESTARTS: u32 = 2;
 
@@ -38,8 +36,8 @@ const FEWEST_RESTARTS: u32 = 2;
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Technique {
     pub(crate) name: String,
-    /// Size, depth and jitter are the matrix's; samples and seed do not matter.
-    pub(crate) settings: RenderSettings,
+    /// Size, depth and jitter are the matrix's.
+    pub(crate) estimator: Estimator,
 }
 
 /// What to measure on every scene.
@@ -50,22 +48,28 @@ pub(crate) struct Matrix {
     pub(crate) techniques: Vec<Technique>,
     /// Samples a pixel, ascending.
     pub(crate) budgets: Vec<u32>,
+    /// Each takes about equal time for every number of samples.
     pub(crate) restarts: u32,
     /// No restart after the second begins later than this.
     pub(crate) time: Duration,
 }
 
-/// One image.
+/// A restart: images with seeds of their own, as many as together have the samples of the largest budget, so that the
+/// errors of all budgets are known equally well.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Run {
-    pub(crate) restart: u32,
+    /// The first image's seed; the others' follow.
     pub(crate) seed: u32,
+    pub(crate) images: u32,
+    /// The median over the images.
     pub(crate) seconds: f64,
+    /// The means over the images.
     pub(crate) errors: Errors,
+    /// The sum over the images.
     pub(crate) dropped_samples: u64,
 }
 
-/// The restarts of one technique with one number of samples.
+/// The restarts of one technique with one number of samples, in the order in which they were made.
 #[derive(Clone, Debug)]
 pub(crate) struct Cell {
     pub(crate) samples: u32,
@@ -159,7 +163,7 @@ impl Series {
 }
 
 /// Measures one scene against `truth`. Restarts are interleaved: each runs every technique with every number of
-/// samples, so that a slow spell of the machine meets all of them; one run of each technique comes first and does not
+/// samples, so that a slow spell of the machine meets all of them; one image of each technique comes first and does not
 /// count. `observe` hears of samples a pixel, of all that were asked for.
 ///
 /// # Errors
@@ -173,30 +177,25 @@ pub(crate) fn measure(
 ) -> Result<(Vec<Series>, u32), Error> {
     let mut series: Vec<Series> =
         matrix.techniques.iter().map(|technique| empty(scene, matrix, technique)).collect::<Result<_, _>>()?;
-    let once: u64 = matrix.budgets.iter().map(|&samples| u64::from(samples)).sum::<u64>() * series.len() as u64;
-    let total = once * u64::from(matrix.restarts);
+    let total = series.len() as u64 * u64::from(matrix.restarts) * matrix.samples_of_a_restart();
     for technique in &matrix.techniques {
-        let settings = technique.settings(1, 0);
-        render(executor, scene, &settings, &mut |_| observe(Progress { done: 0, total }))?;
+        technique.estimator.render(executor, scene, [1, 0], &mut |_| observe(Progress { done: 0, total }))?;
     }
     let start = Instant::now();
     let mut done = 0;
+    let mut seed = 0;
     let mut restart = 0;
     while restart < matrix.restarts && (restart < FEWEST_RESTARTS || start.elapsed() < matrix.time) {
         for (budget, &samples) in matrix.budgets.iter().enumerate() {
+            let images = matrix.images(samples);
             for series in &mut series {
-                let seed = restart * matrix.budgets.len() as u32 + budget as u32;
-                let settings = series.technique.settings(samples, seed);
-                let mut timed = Timed::new(executor);
-                let begin = Instant::now();
-                let rendered = render(&mut timed, scene, &settings, &mut |_| observe(Progress { done, total }))?;
-                let seconds = begin.elapsed().as_secs_f64();
-                let errors = truth.errors(&rendered.image);
-                let run = Run { restart, seed, seconds, errors, dropped_samples: rendered.dropped_samples };
+                let run = series.run(executor, scene, truth, [samples, images, seed], &mut |made| {
+                    observe(Progress { done: done + u64::from(made) * u64::from(samples), total })
+                })?;
                 series.cells[budget].runs.push(run);
-                series.add_passes(timed.passes, u64::from(samples) * matrix.pixels());
-                done += u64::from(samples);
+                done += u64::from(images) * u64::from(samples);
             }
+            seed += images;
         }
         restart += 1;
     }
@@ -204,18 +203,48 @@ pub(crate) fn measure(
 }
 
 impl Matrix {
-    fn pixels(&self) -> u64 {
-        u64::from(self.integral.width) * u64::from(self.integral.height)
+    /// Images of so many samples in a restart.
+    fn images(&self, samples: u32) -> u32 {
+        self.budgets.last().map_or(1, |largest| largest / samples)
     }
-}
 
-impl Technique {
-    fn settings(&self, samples: u32, seed: u32) -> RenderSettings {
-        RenderSettings { samples, seed, ..self.settings.clone() }
+    /// Samples a pixel that a technique takes in a restart.
+    fn samples_of_a_restart(&self) -> u64 {
+        self.budgets.iter().map(|&samples| u64::from(samples) * u64::from(self.images(samples))).sum()
+    }
+
+    /// Seeds that all restarts take.
+    pub(crate) fn seeds(&self) -> u64 {
+        let images: u64 = self.budgets.iter().map(|&samples| u64::from(self.images(samples))).sum();
+        u64::from(self.restarts) * images
     }
 }
 
 impl Series {
+    /// Makes the images of a restart; `observe` hears how many are done.
+    fn run(
+        &mut self,
+        executor: &mut dyn Executor,
+        scene: &SceneBuffers,
+        truth: &Truth,
+        [samples, images, seed]: [u32; 3],
+        observe: &mut dyn FnMut(u32) -> ControlFlow<()>,
+    ) -> Result<Run, Error> {
+        let (mut seconds, mut errors, mut dropped_samples) = (Vec::new(), Vec::new(), 0);
+        for image in 0..images {
+            let mut timed = Timed::new(executor);
+            let begin = Instant::now();
+            let estimator = &self.technique.estimator;
+            let rendered = estimator.render(&mut timed, scene, [samples, seed + image], &mut |_| observe(image))?;
+            seconds.push(begin.elapsed().as_secs_f64());
+            errors.push(truth.errors(&rendered.image));
+            dropped_samples += rendered.dropped_samples;
+            self.add_passes(timed.passes, u64::from(samples) * rendered.image.pixels.len() as u64);
+        }
+        let seconds = fit::median(&seconds);
+        Ok(Run { seed, images, seconds, errors: Errors::mean(&errors), dropped_samples })
+    }
+
     fn add_passes(&mut self, passes: BTreeMap<&'static str, PassTime>, samples: u64) {
         self.traced += samples;
         for (kernel, time) in passes {
@@ -226,22 +255,9 @@ impl Series {
     }
 }
 
-/// A series without runs, with its rays counted natively over some of its samples: what is measured is not burdened.
+/// A series without runs.
 fn empty(scene: &SceneBuffers, matrix: &Matrix, technique: &Technique) -> Result<Series, Error> {
-    let settings = technique.settings(1, 0);
-    let view = scene.view();
-    let (width, height) = (settings.width, settings.height);
-    let stride = (width * height).div_ceil(COUNTED_PIXELS) | 1;
-    let (mut counts, mut counted) = (Counts::default(), 0);
-    for index in 0..COUNTED_SAMPLES {
-        let params = replay::params(scene, &settings, index)?;
-        for pixel in (0..width * height).step_by(stride as usize) {
-            let recording = Recording::new(&view);
-            replay::trace(&recording, &params, pixel % width, pixel / width);
-            counts = counts.plus(recording.counts());
-            counted += 1;
-        }
-    }
+    let (counts, counted) = technique.estimator.counts(scene)?;
     let cells = matrix.budgets.iter().map(|&samples| Cell { samples, runs: Vec::new() }).collect();
     Ok(Series { technique: technique.clone(), cells, passes: BTreeMap::new(), counts, counted, traced: 0 })
 }
@@ -268,7 +284,8 @@ mod tests {
             RenderSettings { width: 16, height: 16, samples: 1, seed: 0, path: path.clone(), dispatch_samples: None };
         let technique = |name: &str, roulette| {
             let path = PathSettings { roulette, ..path.clone() };
-            Technique { name: name.to_owned(), settings: RenderSettings { path, ..integral.clone() } }
+            let settings = RenderSettings { path, ..integral.clone() };
+            Technique { name: name.to_owned(), estimator: Estimator::Path(settings) }
         };
         let matrix = Matrix {
             integral: integral.clone(),
@@ -299,6 +316,7 @@ mod tests {
                 let bias = cell.bias(&result.truth);
                 assert!(bias.value.abs() < 2.5 * bias.half_width, "{name}: {bias:?}");
                 assert_eq!(cell.runs.len(), 6);
+                assert!(cell.runs.iter().all(|run| run.images * cell.samples == 16));
                 assert!(cell.runs.iter().all(|run| run.seconds > 0.0 && run.dropped_samples == 0));
             }
             assert!(series.mega_rays("path").unwrap() > 0.0);
@@ -310,12 +328,10 @@ mod tests {
     }
 
     #[test]
-    fn no_two_runs_share_a_seed() {
-        let result = furnace();
-        let mut seeds: Vec<u32> =
-            result.series[0].cells.iter().flat_map(|cell| cell.runs.iter().map(|run| run.seed)).collect();
+    fn no_two_images_share_a_seed() {
+        let runs = || furnace().series.remove(0).cells.into_iter().flat_map(|cell| cell.runs);
+        let mut seeds: Vec<u32> = runs().flat_map(|run| run.seed..run.seed + run.images).collect();
         seeds.sort_unstable();
-        assert_eq!(seeds, (0..30).collect::<Vec<_>>());
-        assert!(seeds.iter().all(|&seed| seed < reference::FIRST_SEED));
+        assert_eq!(seeds, (0..6 * (16 + 8 + 4 + 2 + 1)).collect::<Vec<_>>());
     }
 }

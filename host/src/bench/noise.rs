@@ -1,6 +1,6 @@
-//! Normal random numbers for tests.
+//! Random numbers for tests.
 
-/// A stream of normal numbers: SplitMix64 and the method of Box and Muller.
+/// A stream of random numbers: SplitMix64, and for normal ones the method of Box and Muller.
 pub(super) struct Noise(u64);
 
 impl Noise {
@@ -8,7 +8,8 @@ impl Noise {
         Self(seed)
     }
 
-    fn unit(&mut self) -> f64 {
+    /// Uniform in [0, 1).
+    pub(super) fn unit(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

@@ -49,8 +49,9 @@ fn heading(report: &Report<'_>) -> String {
          | images | {} x {} pixels, paths of up to {} segments, {pixel} |\n\n\
          Errors are over all values (three a pixel), against a reference whose own noise was subtracted from MSE and \
          relMSE (denominator ref² + 0.01 mean²); where that noise is more than {:.0} % of what was measured, the figure is \
-         refused: *{REFUSED}*. MAPE (denominator ref + 0.01 mean) is as measured. Times are medians over restarts, \
-         which are interleaved and have seeds of their own; `±` is half of a 95 % interval.\n",
+         refused: *{REFUSED}*. MAPE (denominator ref + 0.01 mean) is as measured. Restarts are \
+         interleaved; each makes as many images of every number of samples as together have the samples of the largest, all \
+         with seeds of their own. Times are medians; `±` is half of a 95 % interval.\n",
         one_line(report.command),
         integral.width,
         integral.height,

@@ -1,8 +1,8 @@
-//! The runs as a table, and as CSV: one row a run.
+//! The restarts as a table, and as CSV: one row for each and every number of samples.
 
 use std::collections::BTreeMap;
 
-use super::{Cell, Run, SceneResult, Series};
+use super::{Cell, SceneResult, Series};
 use crate::render::RenderSettings;
 
 /// What all rows have in common.
@@ -14,7 +14,8 @@ pub(crate) struct Setup {
     pub(crate) integral: RenderSettings,
 }
 
-/// One run. Errors are those of the image alone, and `None` where the reference is too noisy.
+/// One restart: the median time and the mean errors of its images. Errors are those of the images alone, and `None`
+/// where the reference is too noisy.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Row {
     pub(crate) scene: String,
@@ -26,6 +27,7 @@ pub(crate) struct Row {
     pub(crate) spp: u32,
     pub(crate) restart: u32,
     pub(crate) seed: u32,
+    pub(crate) images: u32,
     pub(crate) seconds: f64,
     pub(crate) mse: Option<f64>,
     pub(crate) rel_mse: Option<f64>,
@@ -107,20 +109,22 @@ macro_rules! columns {
 }
 
 columns! {
-    scene technique width height max_depth jitter spp restart seed seconds mse rel_mse mape measured_mse mean
-    reference_mean reference_mean_error reference_spp reference_mse closest_rays shadow_rays surface_evaluations
+    scene technique width height max_depth jitter spp restart seed images seconds mse rel_mse mape measured_mse
+    mean reference_mean reference_mean_error reference_spp reference_mse closest_rays shadow_rays surface_evaluations
     light_samples dropped_samples device machine commit note
 }
 
 /// The rows of a scene.
 pub(crate) fn rows(setup: &Setup, result: &SceneResult) -> Vec<Row> {
     let cells = result.series.iter().flat_map(|series| series.cells.iter().map(move |cell| (series, cell)));
-    cells.flat_map(|(series, cell)| cell.runs.iter().map(move |run| row(setup, result, series, cell, run))).collect()
+    let restarts = cells.flat_map(|(series, cell)| (0..cell.runs.len()).map(move |restart| (series, cell, restart)));
+    restarts.map(|(series, cell, restart)| row(setup, result, series, cell, restart)).collect()
 }
 
-fn row(setup: &Setup, result: &SceneResult, series: &Series, cell: &Cell, run: &Run) -> Row {
+fn row(setup: &Setup, result: &SceneResult, series: &Series, cell: &Cell, restart: usize) -> Row {
+    let run = &cell.runs[restart];
     let truth = &result.truth;
-    // a cell is refused as a whole: single runs scatter
+    // a cell is refused as a whole: single restarts scatter
     let known = cell.mse(truth).corrected().is_some();
     let known_relative = cell.rel_mse(truth).corrected().is_some();
     Row {
@@ -131,8 +135,9 @@ fn row(setup: &Setup, result: &SceneResult, series: &Series, cell: &Cell, run: &
         max_depth: setup.integral.path.max_depth,
         jitter: setup.integral.path.jitter,
         spp: cell.samples,
-        restart: run.restart,
+        restart: restart as u32,
         seed: run.seed,
+        images: run.images,
         seconds: run.seconds,
         mse: known.then_some(run.errors.mse - truth.noise),
         rel_mse: known_relative.then_some(run.errors.rel_mse - truth.relative_noise),
@@ -248,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn a_benchmark_has_a_row_a_run() {
+    fn a_benchmark_has_a_row_a_restart() {
         let result = super::super::tests::furnace();
         let integral = RenderSettings {
             width: 12,

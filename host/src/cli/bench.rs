@@ -15,12 +15,14 @@ use super::render::{self, natural};
 use super::{console, interrupt, settings};
 use crate::bench::against::{self, Change};
 use crate::bench::error::Truth;
+use crate::bench::estimator::Estimator;
 use crate::bench::report::{self, Report};
 use crate::bench::table::{self, Row, Setup};
 use crate::bench::{Matrix, SceneResult, Technique, machine, measure, plot};
 use crate::buffers::SceneBuffers;
+use crate::di::{DiRender, DiSettings};
 use crate::output::{check_writable, write_atomically};
-use crate::reference::Goal;
+use crate::reference::{FIRST_SEED, Goal};
 use crate::render::RenderSettings;
 use crate::scene::Scene;
 use crate::{Error, input};
@@ -28,6 +30,8 @@ use crate::{Error, input};
 /// The part of a scene's time that its reference may take.
 const REFERENCE_SHARE: f64 = 0.55;
 const MAX_RESTARTS: u32 = 100_000;
+/// What a technique of frames says to be judged by its last one.
+const LAST_FRAME: &str = "last";
 const REPORT: &str = "report.md";
 const TABLE: &str = "report.csv";
 
@@ -36,13 +40,14 @@ pub(super) struct Arguments {
     /// Names of built-in scenes, or .gltf or .glb files.
     #[arg(required = true)]
     scenes: Vec<PathBuf>,
-    /// A technique, alone or with settings as in path:roulette=on; may be repeated.
+    /// A technique, alone or with settings as in path:roulette=on; may be repeated. A frame of restir-di is a sample, and
+    /// its image the mean of the frames, or with the word last as a setting the last frame.
     #[arg(long = "technique", default_value = "path", value_name = "NAME[:KEY=VALUE,...]")]
     techniques: Vec<String>,
     /// Samples per pixel.
     #[arg(long, value_delimiter = ',', default_value = "1,2,4,8,16,32,64", value_parser = natural::<u32>, allow_hyphen_values = true)]
     spp: Vec<u32>,
-    /// Independent images for every technique and number of samples.
+    /// Independent images of the largest number of samples; of smaller ones as many more as have equal samples.
     #[arg(long, default_value = "8", value_parser = natural::<u32>, allow_hyphen_values = true)]
     restarts: u32,
     /// Time for a scene: the reference stops at 55 % of it if it is not good enough before, and no restart after the
@@ -114,28 +119,59 @@ fn matrix(arguments: &Arguments) -> Result<Matrix, Error> {
     refuse_twice("technique", techniques.iter().map(|technique| technique.name.clone()))?;
     let budgets: BTreeSet<u32> = arguments.spp.iter().copied().collect();
     let time = Duration::from_secs_f64((1.0 - REFERENCE_SHARE) * f64::from(arguments.seconds));
-    Ok(Matrix { integral, techniques, budgets: budgets.into_iter().collect(), restarts: arguments.restarts, time })
+    let budgets = budgets.into_iter().collect();
+    let matrix = Matrix { integral, techniques, budgets, restarts: arguments.restarts, time };
+    if matrix.seeds() > u64::from(FIRST_SEED) {
+        return refuse(format!("{} images need more seeds than there are; give fewer --restarts", matrix.seeds()));
+    }
+    Ok(matrix)
 }
 
 /// A technique from its name and settings; these may not change what the picture converges to.
 fn technique(text: &str, integral: &RenderSettings) -> Result<Technique, Error> {
     let (name, changes) = text.split_once(':').unwrap_or((text, ""));
-    render::Technique::from_str(name, false).map_err(|_| {
+    let known = render::Technique::from_str(name, false).map_err(|_| {
         let known: Vec<&str> = render::Technique::value_variants().iter().map(|technique| technique.name()).collect();
         Error::Setting(format!("there is no technique {name:?}; there is {}", known.join(", ")))
     })?;
+    let changes: Vec<String> = changes.split(',').filter(|change| !change.is_empty()).map(str::to_owned).collect();
+    let estimator = match known {
+        render::Technique::Path => Estimator::Path(path_settings(text, &changes, integral)?),
+        render::Technique::RestirDi => Estimator::RestirDi(di_render(text, &changes, integral)?),
+    };
+    Ok(Technique { name: text.to_owned(), estimator })
+}
+
+fn path_settings(text: &str, changes: &[String], integral: &RenderSettings) -> Result<RenderSettings, Error> {
     let mut settings = integral.clone();
-    changes
-        .split(',')
-        .filter(|change| !change.is_empty())
-        .try_for_each(|change| settings::apply(&mut settings, change))?;
-    if (settings.path.max_depth, settings.path.jitter) != (integral.path.max_depth, integral.path.jitter) {
+    changes.iter().try_for_each(|change| settings::apply(&mut settings, change))?;
+    let same = (settings.path.max_depth, settings.path.jitter) == (integral.path.max_depth, integral.path.jitter);
+    same.then_some(settings).ok_or_else(|| of_its_own(text))
+}
+
+/// The mean of the frames, or with the change `last` the last one.
+fn di_render(text: &str, changes: &[String], integral: &RenderSettings) -> Result<DiRender, Error> {
+    if integral.path.max_depth != render::DIRECT_DEPTH {
         return Err(Error::Setting(format!(
-            "the technique {text} has a depth or jitter of its own, so that errors cannot be compared; give --max-depth or \
-             --jitter to all"
+            "restir-di renders direct light, paths of {0} segments; give --max-depth {0}",
+            render::DIRECT_DEPTH
         )));
     }
-    Ok(Technique { name: text.to_owned(), settings })
+    let (last, changes): (Vec<String>, Vec<String>) = changes.iter().cloned().partition(|change| change == LAST_FRAME);
+    let mut settings = DiSettings::default();
+    settings::apply_di(&mut settings, &changes)?;
+    if settings.jitter && !integral.path.jitter {
+        return Err(of_its_own(text));
+    }
+    settings.jitter = integral.path.jitter;
+    Ok(DiRender { accumulate: last.is_empty(), ..DiRender::new([integral.width, integral.height], settings) })
+}
+
+fn of_its_own(text: &str) -> Error {
+    Error::Setting(format!(
+        "the technique {text} has a depth or jitter of its own, so that errors cannot be compared; give --max-depth or \
+         --jitter to all"
+    ))
 }
 
 fn refuse_twice(what: &str, names: impl Iterator<Item = String>) -> Result<(), Error> {
@@ -151,7 +187,7 @@ fn refuse_twice(what: &str, names: impl Iterator<Item = String>) -> Result<(), E
 fn subjects(arguments: &Arguments, matrix: &Matrix) -> Result<Vec<Subject>, Error> {
     let subject = |path: &PathBuf| {
         let (scene, buffers) = arguments.integral.load(path, [matrix.integral.width, matrix.integral.height])?;
-        matrix.techniques.iter().try_for_each(|technique| crate::render::check(&buffers, &technique.settings))?;
+        matrix.techniques.iter().try_for_each(|technique| technique.estimator.check(&buffers))?;
         let plot =
             format!("{}.svg", path.file_stem().unwrap_or_default().to_string_lossy().replace([' ', '(', ')'], "-"));
         Ok(Subject { scene, buffers, plot })
@@ -272,8 +308,9 @@ mod tests {
     #[test]
     fn techniques_are_parsed() {
         let parsed = technique("path:roulette=on,dispatch_samples=4", &integral()).unwrap();
-        assert!(parsed.settings.path.roulette && parsed.settings.dispatch_samples == Some(4));
-        assert_eq!(technique("path", &integral()).unwrap().settings, integral());
+        let Estimator::Path(settings) = parsed.estimator else { panic!("{parsed:?}") };
+        assert!(settings.path.roulette && settings.dispatch_samples == Some(4));
+        assert_eq!(technique("path", &integral()).unwrap().estimator, Estimator::Path(integral()));
         for (text, word) in [("pth", "path"), ("path:rolette=on", "roulette"), ("path:max_depth=3", "--max-depth")] {
             let message = technique(text, &integral()).unwrap_err().to_string();
             assert!(message.contains(word), "{message}");

@@ -17,12 +17,12 @@ use crate::di::{self, DiRender, DiSettings};
 use crate::image::{write_exr, write_png};
 use crate::output::check_writable;
 use crate::render::{self, PathSettings, RenderSettings, Rendered};
-use crate::scene::Scene;
+use crate::scene::{Camera, CameraPath, Scene};
 
 const DEFAULT_SAMPLES: u64 = 64;
 const DEFAULT_FRAMES: u32 = 16;
 /// Depth of the path tracer that computes what restir-di does.
-const DIRECT_DEPTH: u32 = 2;
+pub(super) const DIRECT_DEPTH: u32 = 2;
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
@@ -46,6 +46,9 @@ pub(super) struct Arguments {
     /// Write the mean of the frames.
     #[arg(long)]
     accumulate: bool,
+    /// Move the camera from frame to frame: orbit, pan, or a JSON file of keyframes.
+    #[arg(long, value_name = "PATH")]
+    camera_path: Option<PathBuf>,
     /// Longest path in segments: 1 is directly visible light, 2 adds direct light; 8 if not given.
     #[arg(long, value_parser = natural::<u32>, allow_hyphen_values = true)]
     max_depth: Option<u32>,
@@ -115,6 +118,17 @@ impl Work {
         }
     }
 
+    /// With a camera that moves.
+    fn along(self, path: Option<&Path>, camera: Camera) -> Result<Self, Error> {
+        match (self, path) {
+            (Self::RestirDi(render), Some(path)) => {
+                let cameras = CameraPath::open(path)?.cameras(camera, render.frames)?;
+                Ok(Self::RestirDi(DiRender { cameras, ..render }))
+            }
+            (work, _) => Ok(work),
+        }
+    }
+
     fn check(&self, buffers: &SceneBuffers) -> Result<(), Error> {
         match self {
             Self::Path(settings) => render::check(buffers, settings),
@@ -145,6 +159,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let work = Work::new(arguments, &scene)?;
     arguments.scene.complete(&mut scene, work.size())?;
     let buffers = arguments.scene.buffers(&scene)?;
+    let work = work.along(arguments.camera_path.as_deref(), buffers.camera)?;
     work.check(&buffers)?;
     let mut device = device::open(&arguments.device)?;
     let start = Instant::now();
@@ -186,9 +201,10 @@ fn ends_in(path: &Path, ending: &str) -> bool {
 }
 
 fn path_settings(arguments: &Arguments, [width, height]: [u32; 2]) -> Result<RenderSettings, Error> {
-    if arguments.frames.is_some() || arguments.accumulate {
+    if arguments.frames.is_some() || arguments.accumulate || arguments.camera_path.is_some() {
         return Err(Error::Setting(
-            "--frames and --accumulate are for techniques that reuse frames; --spp is the one of path".to_owned(),
+            "--frames, --accumulate and --camera-path are for techniques that reuse frames; --spp is the one of path"
+                .to_owned(),
         ));
     }
     let samples = arguments.spp.unwrap_or(DEFAULT_SAMPLES);

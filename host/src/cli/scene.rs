@@ -26,6 +26,9 @@ pub(super) struct Additions {
     /// Add a light above the scene.
     #[arg(long)]
     default_light: bool,
+    /// Add this many small emissive triangles around the scene.
+    #[arg(long, value_name = "COUNT", default_value = "0", value_parser = natural::<u32>, allow_hyphen_values = true)]
+    emitters: u32,
     /// Light from all around: a latitude-longitude EXR file. It adds to the scene's lights and replaces its environment.
     #[arg(long, value_name = "FILE")]
     env: Option<PathBuf>,
@@ -47,6 +50,8 @@ pub(super) struct Additions {
     subdivide: u32,
 }
 
+/// The most triangles that --emitters adds.
+const MAX_EMITTERS: u32 = 1 << 20;
 /// Host memory that a triangle of a mesh takes: its indices and half a vertex.
 const BYTES_PER_TRIANGLE: u64 = 30;
 
@@ -99,6 +104,9 @@ impl Additions {
         let aspect = f64::from(width) / f64::from(height);
         let camera = scene.camera.unwrap_or_else(|| Camera::framing(scene.bounds(), aspect));
         scene.camera = Some(self.with_lens(camera)?);
+        if self.emitters > 0 {
+            add_emitters(scene, self.emitters, &camera)?;
+        }
         if self.default_light {
             add_light(scene)?;
         } else if !scene.has_light() {
@@ -138,19 +146,29 @@ impl Additions {
 }
 
 fn add_light(scene: &mut Scene) -> Result<(), Error> {
+    add_within_bounds(scene, "a default light", Scene::add_default_light)
+}
+
+fn add_emitters(scene: &mut Scene, count: u32, camera: &Camera) -> Result<(), Error> {
+    if count > MAX_EMITTERS {
+        return Err(Error::Setting(format!("{count} emitters are too many; give at most {MAX_EMITTERS}")));
+    }
+    add_within_bounds(scene, "emitters around it", |scene| scene.add_emitters(count, camera))
+}
+
+/// Adds something to a scene, which must not become too large by it.
+fn add_within_bounds(scene: &mut Scene, what: &str, add: impl FnOnce(&mut Scene)) -> Result<(), Error> {
     let fits = |scene: &Scene| {
         let bounds = scene.bounds();
         let mut coordinates = bounds.as_flattened().iter();
         coordinates.all(|&x| f64::from(x).abs() <= MAX_COORDINATE)
     };
     let fitted = fits(scene);
-    scene.add_default_light();
+    add(scene);
     if fitted && !fits(scene) {
         return Err(Error::Scene {
             scene: scene.name.clone(),
-            problem: format!(
-                "it is too large for a default light, which would reach beyond {MAX_COORDINATE:e}; scale it down"
-            ),
+            problem: format!("it is too large for {what}, which would reach beyond {MAX_COORDINATE:e}; scale it down"),
         });
     }
     Ok(())

@@ -74,12 +74,14 @@ const DI_KEYS: &[Key<DiSettings>] = keys! {
     spatial: number, "a number of passes of spatial reuse";
     neighbours: number, "a number of neighbours of a pass";
     fused: switch, "on or off: the last frame's neighbours, in one pass with the last frame's reservoir";
+    feedback: switch, "on or off: the next frame reuses what spatial reuse has made";
     radius: number, "the largest distance of a neighbour, in pixels";
     confidence_cap: number, "the largest confidence of the last frame's reservoirs, in frames";
     initial_visibility: switch, "on or off: occluded initial samples count for nothing";
     target_visibility: switch, "on or off: samples are selected by target times visibility";
     mis_visibility: switch, "on or off: targets in MIS weights are multiplied by visibility";
     visibility: choice, "ray, selected or averaged: what shading multiplies by";
+    shaded: number, "a number of neighbours whose samples are shaded beside the pixel's own";
     near_radius: number, "a distance in pixels, within which neighbours are believed to see the same";
     max_plane_distance: number, "the largest distance of a neighbour from the tangent plane, in parts of the viewing distance";
     min_normal_cos: number, "the smallest cosine between the normals of neighbours";

@@ -1,7 +1,7 @@
 //! Direct light by ReSTIR: frames that reuse each other's reservoirs.
 
 mod moments;
-mod plan;
+pub(crate) mod plan;
 mod settings;
 
 pub use plan::{BYTES_A_PIXEL, plan};

@@ -129,9 +129,11 @@ impl Passes<'_> {
         }
         for pass in 0..if settings.fused { 0 } else { settings.spatial } {
             let params = DiParams { combine: 1 + pass, ..self.params() };
-            let [work, free] = [self.planes.reservoirs[0], self.planes.reservoirs[1]];
+            // what the next frame reads is not written over
+            let free_at = if pass > 0 && !settings.feedback { 2 } else { 1 };
+            let [work, free] = [self.planes.reservoirs[0], self.planes.reservoirs[free_at]];
             self.push(&kernels::di_combine::DESC, params, &ARENAS, &[hits, hits, work, free]);
-            self.planes.reservoirs.swap(0, 1);
+            self.planes.reservoirs.swap(0, free_at);
         }
     }
 
@@ -147,7 +149,9 @@ impl Passes<'_> {
         let (hits, _) = self.hits();
         let Some(plane) = self.film.as_mut().and_then(|film| film.open(0)) else { return };
         let inputs = [hits, self.planes.reservoirs[0], self.planes.direct, plane];
-        self.push(&kernels::di_shade::DESC, self.params(), &ARENAS, &inputs);
+        let settings = &self.render.settings;
+        let params = DiParams { combine: 1 + settings.spatial, neighbours: settings.shaded, ..self.params() };
+        self.push(&kernels::di_shade::DESC, params, &ARENAS, &inputs);
         while let Some(pass) = self.film.as_mut().and_then(Film::merge_equal) {
             self.queue.push_back(pass);
         }
@@ -205,7 +209,9 @@ impl Passes<'_> {
     fn end_frame(&mut self) {
         let last = self.planes.reservoirs.len() - 1;
         if keeps_history(self.render) {
-            self.planes.reservoirs.swap(0, last);
+            let s = &self.render.settings;
+            let before_spatial = !s.feedback && s.spatial > 0 && !s.fused;
+            self.planes.reservoirs.swap(usize::from(before_spatial), last);
         }
         self.frame += 1;
     }

@@ -99,7 +99,7 @@ impl Visibility {
 /// Settings of ReSTIR DI. The defaults are unbiased.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DiSettings {
-    /// Initial candidates from lights, in 0..=[`MAX_CANDIDATES`]. Default 32.
+    /// Initial candidates from lights, in 0..=[`MAX_CANDIDATES`]. Default 16.
     pub candidates: u32,
     /// One more candidate from scattering, which costs a ray. Default on.
     pub scatter: bool,
@@ -113,8 +113,10 @@ pub struct DiSettings {
     pub neighbours: u32,
     /// One pass for both: the neighbours are the last frame's. Instead of [`Self::spatial`] passes. Default off.
     pub fused: bool,
-    /// Largest distance of neighbours in pixels. Default 30.
+    /// Largest distance of neighbours in pixels. Default 16.
     pub radius: f32,
+    /// The next frame reuses what spatial reuse has made, not what it began with. Default on.
+    pub feedback: bool,
     /// Largest confidence of the last frame's reservoirs, in frames, in 1..=[`MAX_CONFIDENCE_CAP`]. Default 20.
     pub confidence_cap: u32,
     /// Initial samples that are occluded count for nothing (visibility reuse). Default on.
@@ -125,6 +127,9 @@ pub struct DiSettings {
     pub mis_visibility: bool,
     /// What shading multiplies by. Default [`Visibility::Selected`], which is exact with [`Self::mis_visibility`].
     pub visibility: Visibility,
+    /// Neighbours whose samples are shaded beside the pixel's own, in 0..=[`MAX_NEIGHBOURS`]: the mean over one more
+    /// combine's selection instead of one of its samples. Default 4.
+    pub shaded: u32,
     /// Neighbours nearer than this many pixels are believed to see the same, where visibility is reused. Default 0.
     pub near_radius: f32,
     /// A neighbour farther from the tangent plane than this part of the distance to the camera is left out. Default 0.02.
@@ -138,19 +143,21 @@ pub struct DiSettings {
 impl Default for DiSettings {
     fn default() -> Self {
         Self {
-            candidates: 32,
+            candidates: 16,
             scatter: true,
             mis: MisForm::PairwiseDefensive,
             temporal: true,
             spatial: 1,
             neighbours: 4,
             fused: false,
-            radius: 30.0,
+            radius: 16.0,
+            feedback: true,
             confidence_cap: 20,
             initial_visibility: true,
             target_visibility: true,
             mis_visibility: true,
             visibility: Visibility::Selected,
+            shaded: 4,
             near_radius: 0.0,
             max_plane_distance: 0.02,
             min_normal_cos: 0.5,
@@ -165,20 +172,33 @@ impl DiSettings {
 
     /// A preset.
     pub fn preset(name: &str) -> Option<Self> {
-        let without = Self {
+        // parameters of the papers
+        let published = Self {
+            candidates: 32,
             target_visibility: false,
             mis_visibility: false,
             visibility: Visibility::Ray,
             neighbours: 3,
+            radius: 30.0,
+            shaded: 0,
             ..Self::default()
         };
         Some(match name {
-            "biased-2020" => Self { mis: MisForm::OneOverM, neighbours: 5, spatial: 2, ..without },
-            "unbiased-2020" => Self { mis: MisForm::Contribution, mis_visibility: true, ..without },
-            "talbot" => Self { mis: MisForm::Talbot, mis_visibility: true, ..without },
-            "wis" => Self { mis: MisForm::Talbot, visibility: Visibility::Averaged, neighbours: 1, ..without },
-            "quality" => Self::default(),
-            "fast" => Self { candidates: 8, initial_visibility: false, neighbours: 1, ..without },
+            "biased-2020" => Self { mis: MisForm::OneOverM, neighbours: 5, spatial: 2, ..published },
+            "unbiased-2020" => Self { mis: MisForm::Contribution, mis_visibility: true, ..published },
+            "talbot" => Self { mis: MisForm::Talbot, mis_visibility: true, ..published },
+            "wis" => Self { mis: MisForm::Talbot, visibility: Visibility::Averaged, neighbours: 1, ..published },
+            "quality" => Self { neighbours: 6, shaded: MAX_NEIGHBOURS, ..Self::default() },
+            "fast" => Self {
+                candidates: 8,
+                initial_visibility: false,
+                target_visibility: false,
+                mis_visibility: false,
+                visibility: Visibility::Ray,
+                neighbours: 1,
+                shaded: 0,
+                ..Self::default()
+            },
             _ => return None,
         })
     }
@@ -204,6 +224,7 @@ impl DiSettings {
         in_range("candidates", self.candidates, 0, MAX_CANDIDATES)
             .or_else(|| in_range("spatial", self.spatial, 0, MAX_SPATIAL_PASSES))
             .or_else(|| in_range("neighbours", self.neighbours, 1, MAX_NEIGHBOURS))
+            .or_else(|| in_range("shaded", self.shaded, 0, MAX_NEIGHBOURS))
             .or_else(|| in_range("confidence_cap", self.confidence_cap, 1, MAX_CONFIDENCE_CAP))
             .or_else(|| positive("radius", self.radius, 4096.0))
             .or_else(|| positive("near_radius", self.near_radius, 4096.0))
@@ -215,6 +236,11 @@ impl DiSettings {
             .or_else(|| {
                 (self.candidates == 0 && !self.scatter)
                     .then(|| "no candidates: give candidates at least 1, or set scatter=on".to_owned())
+            })
+            .or_else(|| {
+                (self.shaded > 0 && after).then(|| {
+                    "shaded neighbours need MIS weights inside (talbot, pairwise..., constant)".to_owned()
+                })
             })
             .or_else(|| {
                 (self.fused && !self.temporal)
@@ -242,7 +268,7 @@ impl DiSettings {
 
     /// Why the mean of an image may be wrong; none for unbiased settings.
     pub fn biases(&self) -> Vec<&'static str> {
-        let reuses = self.temporal || self.spatial > 0;
+        let reuses = self.temporal || self.spatial > 0 || self.shaded > 0;
         let mut biases = Vec::new();
         if !reuses {
             return biases;

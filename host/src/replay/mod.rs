@@ -5,10 +5,13 @@
 //! ([`Source`]). Radiance is linear in emission, so what each run gives is exactly what the source has added, and the
 //! sum in the order of the path has the bits of the sample.
 
+mod frames;
 mod isolated;
 mod path;
 mod recording;
+mod still;
 
+pub use frames::Frames;
 pub use isolated::{Isolated, Source};
 pub use path::{Emission, Escape, NextEvent, Path, Vertex, explain};
 pub use recording::{Counts, Event, Recording};

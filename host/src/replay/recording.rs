@@ -4,7 +4,9 @@ use std::cell::RefCell;
 
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::glam::{UVec4, Vec3};
-use restir_shared::scene::{EnvironmentPoint, LightSample, Lights, Surface, SurfacePoint, Trace};
+use restir_shared::scene::{
+    AddressedLight, AddressedLights, EnvironmentPoint, LightAddress, LightSample, Lights, Surface, SurfacePoint, Trace,
+};
 
 /// A question and its answer.
 #[derive(Clone, Copy)]
@@ -42,7 +44,7 @@ pub struct Counts {
     pub shadow: u64,
     /// Evaluations of a surface.
     pub surfaces: u64,
-    /// Points drawn on emitters.
+    /// Points on emitters: drawn, or evaluated by their address.
     pub light_samples: u64,
 }
 
@@ -60,6 +62,17 @@ impl Counts {
             shadow: self.shadow + other.shadow,
             surfaces: self.surfaces + other.surfaces,
             light_samples: self.light_samples + other.light_samples,
+        }
+    }
+
+    /// What these counts have beyond others.
+    #[must_use]
+    pub fn minus(self, other: Self) -> Self {
+        Self {
+            closest: self.closest.saturating_sub(other.closest),
+            shadow: self.shadow.saturating_sub(other.shadow),
+            surfaces: self.surfaces.saturating_sub(other.surfaces),
+            light_samples: self.light_samples.saturating_sub(other.light_samples),
         }
     }
 }
@@ -133,5 +146,25 @@ impl<S: Lights> Lights for Recording<'_, S> {
 
     fn environment(&self, direction: Vec3) -> EnvironmentPoint {
         self.note(self.scene.environment(direction), |&point| Event::Environment(point))
+    }
+}
+
+impl<S: AddressedLights> AddressedLights for Recording<'_, S> {
+    fn choose_address(&self, words: UVec4) -> LightAddress {
+        self.scene.choose_address(words)
+    }
+
+    fn light_at(&self, address: LightAddress) -> AddressedLight {
+        let light = self.scene.light_at(address);
+        self.note(light.sample, |&sample| Event::LightSample(sample));
+        light
+    }
+
+    fn address_of_hit(&self, hit: &Hit) -> LightAddress {
+        self.scene.address_of_hit(hit)
+    }
+
+    fn address_of_environment(&self, direction: Vec3) -> LightAddress {
+        self.scene.address_of_environment(direction)
     }
 }

@@ -24,12 +24,12 @@ pub struct Motion {
     /// Index into [`Scene::instances`].
     pub instance: usize,
     /// At least one, times ascending. Before the first and after the last one the instance stands still.
-    pub keys: Vec<Keyframe>,
+    pub keys: Vec<Pose>,
 }
 
 /// Where an instance is at a time, relative to its own transform.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Keyframe {
+pub struct Pose {
     /// In frames.
     pub time: f64,
     /// In world space; between keys it is linear.
@@ -68,7 +68,7 @@ impl Animation {
         let motion = self.motions.iter().enumerate().find_map(|(index, motion)| {
             let first = self.motions[..index].iter().all(|other| other.instance != motion.instance);
             let ascending = motion.keys.windows(2).all(|pair| pair[0].time < pair[1].time);
-            let sound = |key: &Keyframe| {
+            let sound = |key: &Pose| {
                 key.time.is_finite() && key.translation.is_finite() && (key.rotation.length() - 1.0).abs() < 1.0e-6
             };
             if motion.instance >= scene.instances.len() {
@@ -98,13 +98,13 @@ impl Animation {
 }
 
 impl Motion {
-    fn at(&self, time: f64) -> Option<Keyframe> {
+    fn at(&self, time: f64) -> Option<Pose> {
         let next = self.keys.partition_point(|key| key.time <= time);
         let (Some(a), Some(b)) = (next.checked_sub(1).and_then(|i| self.keys.get(i)), self.keys.get(next)) else {
             return self.keys.get(next).or(self.keys.last()).copied();
         };
         let share = (time - a.time) / (b.time - a.time);
-        Some(Keyframe {
+        Some(Pose {
             time,
             translation: a.translation.lerp(b.translation, share),
             rotation: a.rotation.slerp(b.rotation, share),
@@ -112,7 +112,7 @@ impl Motion {
     }
 }
 
-impl Keyframe {
+impl Pose {
     fn place(&self, instance: &Instance) -> DAffine3 {
         let rest = instance.transform;
         DAffine3 {
@@ -149,7 +149,7 @@ mod tests {
     use crate::scene::{Light, LightKind, Material};
 
     fn scene() -> Scene {
-        let key = |time, x, turn| Keyframe { time, translation: DVec3::X * x, rotation: DQuat::from_rotation_z(turn) };
+        let key = |time, x, turn| Pose { time, translation: DVec3::X * x, rotation: DQuat::from_rotation_z(turn) };
         let rest = DAffine3::from_translation(DVec3::Y) * DAffine3::from_scale(DVec3::splat(2.0));
         Scene {
             instances: vec![Instance { mesh: 0, transform: rest }],

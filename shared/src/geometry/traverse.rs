@@ -7,7 +7,7 @@ use glam::Vec3;
 
 /// The closest hit, or with `ANY` some hit, with `0 < t < ray.t_max`; [`Hit::MISS`] if there is none, [`Hit::CUT`] if
 /// the device did not let the search end.
-pub fn traverse<const ANY: bool>(scene: &SceneView<'_>, ray: &Ray) -> Hit {
+pub fn traverse<const ANY: bool, const COMPILED: u32>(scene: &SceneView<'_, COMPILED>, ray: &Ray) -> Hit {
     let header = scene.header;
     let slab = Slab::new(ray, Vec3::from_array(header.bounds_lo), Vec3::from_array(header.bounds_hi));
     let test = TriangleTest::new(ray);
@@ -50,7 +50,13 @@ pub fn traverse<const ANY: bool>(scene: &SceneView<'_>, ray: &Ray) -> Hit {
 }
 
 #[inline(always)]
-fn closest_in_leaf(scene: &SceneView<'_>, test: &TriangleTest, slab: &Slab, leaf: u32, mut best: Hit) -> Hit {
+fn closest_in_leaf<const COMPILED: u32>(
+    scene: &SceneView<'_, COMPILED>,
+    test: &TriangleTest,
+    slab: &Slab,
+    leaf: u32,
+    mut best: Hit,
+) -> Hit {
     let mut id = leaf & (MAX_TRIANGLES - 1);
     let end = id + ((leaf >> LEAF_COUNT_SHIFT) & LEAF_MAX_COUNT);
     while id < end {
@@ -70,7 +76,12 @@ fn closest_in_leaf(scene: &SceneView<'_>, test: &TriangleTest, slab: &Slab, leaf
 
 /// The children of a node that may hold a hit up to `limit`, the nearer first; [`NONE`] where there is none.
 #[inline(always)]
-fn order_children(scene: &SceneView<'_>, slab: &Slab, node: u32, limit: f32) -> (u32, u32) {
+fn order_children<const COMPILED: u32>(
+    scene: &SceneView<'_, COMPILED>,
+    slab: &Slab,
+    node: u32,
+    limit: f32,
+) -> (u32, u32) {
     let at = (scene.header.node_base + node * NODE_WORDS) as usize;
     let lo0 = scene.geometry[at];
     let hi0 = scene.geometry[at + 1];

@@ -12,7 +12,7 @@ pub trait Scalar: Copy + PartialOrd + Add<Output = Self> + Sub<Output = Self> + 
     /// The quotient.
     fn over(self, divisor: Self) -> Self;
 
-    /// Zero if the magnitude is below 2^-100, and at most 2^100: the range in which kernels keep weights.
+    /// A weight in the range in which kernels keep them: at most 2^100, zero below 2^-100 and for what is no number.
     fn within_range(self) -> Self;
 }
 
@@ -30,7 +30,7 @@ impl Scalar for f32 {
 
     #[inline(always)]
     fn within_range(self) -> Self {
-        super::min(super::flush(self), LARGEST)
+        if self >= super::FLUSH_BELOW { super::min(self, LARGEST) } else { Self::ZERO }
     }
 }
 
@@ -44,6 +44,6 @@ impl Scalar for f64 {
     }
 
     fn within_range(self) -> Self {
-        self
+        if self > 0.0 { self } else { 0.0 }
     }
 }

@@ -28,7 +28,7 @@ struct Environment {
     probability: f32,
 }
 
-impl SceneView<'_> {
+impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     #[inline(always)]
     fn environment_record(&self) -> Environment {
         let a = self.attribute(self.header.environment_base);

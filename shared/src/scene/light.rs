@@ -22,7 +22,7 @@ struct Light {
     area: f32,
 }
 
-impl SceneView<'_> {
+impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     #[inline(always)]
     fn light(&self, index: u32) -> Light {
         let word = self.attribute(self.header.light_base + index * LIGHT_WORDS);
@@ -75,7 +75,7 @@ impl SceneView<'_> {
     }
 }
 
-impl Lights for SceneView<'_> {
+impl<const COMPILED: u32> Lights for SceneView<'_, COMPILED> {
     #[inline(always)]
     fn sample_light(&self, words: UVec4) -> LightSample {
         let mut sample = LightSample::NONE;
@@ -113,7 +113,7 @@ impl Lights for SceneView<'_> {
     }
 }
 
-impl AddressedLights for SceneView<'_> {
+impl<const COMPILED: u32> AddressedLights for SceneView<'_, COMPILED> {
     #[inline(always)]
     fn choose_address(&self, words: UVec4) -> LightAddress {
         if self.header.light_count == 0 {

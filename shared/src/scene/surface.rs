@@ -49,7 +49,7 @@ impl Textures {
     };
 }
 
-impl SceneView<'_> {
+impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     /// Normal, tangent and texture coordinates at a point of a triangle.
     #[inline(always)]
     fn shading(&self, triangle: u32, b: Vec2, geometric: Vec3) -> Shading {
@@ -153,7 +153,7 @@ impl SceneView<'_> {
     }
 }
 
-impl Surface for SceneView<'_> {
+impl<const COMPILED: u32> Surface for SceneView<'_, COMPILED> {
     #[inline(always)]
     fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         let p: TrianglePoint = self.triangle_point(hit.id, hit.uv);
@@ -196,6 +196,6 @@ impl Surface for SceneView<'_> {
 
     #[inline(always)]
     fn features(&self) -> u32 {
-        self.features
+        self.features & COMPILED
     }
 }

@@ -31,7 +31,7 @@ struct Taps {
     share: f32,
 }
 
-impl SceneView<'_> {
+impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     /// Whether a slot has a texture, of the texture uses that begin `uses` words after the materials.
     #[inline(always)]
     pub(super) fn has_texture(&self, uses: u32, slot: u32) -> bool {

@@ -2,7 +2,7 @@
 
 use super::{Trace, Tracer};
 use crate::geometry::{self, Hit, Ray};
-use crate::layout::{SceneHeader, TRIANGLE_WORDS};
+use crate::layout::{FEATURES_ALL, SceneHeader, TRIANGLE_WORDS};
 use crate::num;
 use crate::vec::{cross, max_abs, normalize};
 use glam::{UVec4, Vec2, Vec3};
@@ -10,9 +10,9 @@ use glam::{UVec4, Vec2, Vec3};
 /// Spawn offsets as a fraction of a triangle's largest coordinate: 2^-18, some sixty roundings.
 const SPAWN_OFFSET: f32 = 1.0 / 262_144.0;
 
-/// A scene in its arenas, see [`crate::layout`].
+/// A scene in its arenas, see [`crate::layout`]. What is not in `COMPILED`, it has not, and no code is compiled for it.
 #[derive(Clone, Copy)]
-pub struct SceneView<'a> {
+pub struct SceneView<'a, const COMPILED: u32 = FEATURES_ALL> {
     /// Where the tables are.
     pub header: SceneHeader,
     /// Nodes and triangles.
@@ -33,7 +33,17 @@ pub(crate) fn xyz(word: UVec4) -> Vec3 {
     Vec3::new(f32::from_bits(word.x), f32::from_bits(word.y), f32::from_bits(word.z))
 }
 
-impl SceneView<'_> {
+#[cfg(not(target_arch = "spirv"))]
+impl<'a> SceneView<'a> {
+    /// The same scene for code that is compiled for some features only, if it has no others.
+    #[inline(always)]
+    pub fn within<const COMPILED: u32>(&self) -> Option<SceneView<'a, COMPILED>> {
+        let Self { header, geometry, attributes, texels, features, tracer } = *self;
+        (features & !COMPILED == 0).then_some(SceneView { header, geometry, attributes, texels, features, tracer })
+    }
+}
+
+impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     /// First word of a triangle in the geometry arena.
     #[inline(always)]
     pub(crate) fn triangle_word(&self, triangle: u32) -> usize {
@@ -52,7 +62,7 @@ impl SceneView<'_> {
 
     #[inline(always)]
     pub(super) fn has(&self, feature: u32) -> bool {
-        self.features & feature != 0
+        self.features & COMPILED & feature != 0
     }
 
     /// The point of a triangle with the given barycentric coordinates.
@@ -79,14 +89,14 @@ pub(super) struct TrianglePoint {
     pub(super) material: u32,
 }
 
-impl Trace for SceneView<'_> {
+impl<const COMPILED: u32> Trace for SceneView<'_, COMPILED> {
     #[inline(always)]
     fn closest(&self, ray: &Ray) -> Hit {
         #[cfg(not(target_arch = "spirv"))]
         if let Some(tracer) = self.tracer {
             return tracer.closest(ray);
         }
-        geometry::traverse::<false>(self, ray)
+        geometry::traverse::<false, COMPILED>(self, ray)
     }
 
     #[inline(always)]
@@ -95,7 +105,7 @@ impl Trace for SceneView<'_> {
         if let Some(tracer) = self.tracer {
             return tracer.occluded(ray);
         }
-        let hit = geometry::traverse::<true>(self, ray);
+        let hit = geometry::traverse::<true, COMPILED>(self, ray);
         hit.is_hit() | hit.is_cut()
     }
 }

@@ -4,7 +4,7 @@
 //! numbers. A row passes if the difference of each tile's mean, plus what it may be wrong by, is below [`BIAS`].
 
 use super::Effort;
-use crate::stats::{TileGrid, sidak, two_sided_threshold};
+use crate::stats::{Moments, TileGrid, sidak, two_sided_threshold};
 use glam::DVec3;
 use restir_host::buffers::SceneBuffers;
 use restir_host::scene::{
@@ -29,16 +29,18 @@ const ROUGHNESSES: [f32; 4] = [0.02, 0.0101, 0.01, 0.0099];
 
 /// What may change without changing the expectation, or by little.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Variant {
+pub(super) struct Variant {
     /// Lengths in units of the plain scene's.
-    scale: f64,
+    pub(super) scale: f64,
     /// Of the metal and the glass.
-    roughness: f32,
+    pub(super) roughness: f32,
     /// The camera looks along the floor, a thousandth above it.
-    grazing: bool,
+    pub(super) grazing: bool,
+    /// All light, in powers of two of the plain scene's.
+    pub(super) exposure: i32,
 }
 
-const PLAIN: Variant = Variant { scale: 1.0, roughness: 0.1, grazing: false };
+pub(super) const PLAIN: Variant = Variant { scale: 1.0, roughness: 0.1, grazing: false, exposure: 0 };
 
 /// A picture against a plainer one.
 #[derive(Clone, Debug)]
@@ -103,16 +105,21 @@ fn compare(name: String, tested: Variant, reference: Variant, paths: u32) -> Com
         let (a, b) = (pixel(&tested, &of_tested, x, y, seed), pixel(&reference, &of_reference, x, y, seed));
         std::array::from_fn(|channel| a[channel] - b[channel])
     });
+    let (difference, bound) = largest_difference(&means, &differences);
+    Comparison { name, paths, difference, bound, broken: broken.into_inner() }
+}
+
+/// The largest difference among tiles, relative to their means, and an upper bound on it.
+pub(super) fn largest_difference(means: &[Moments], differences: &[Moments]) -> (f64, f64) {
     let reach = two_sided_threshold(sidak(FAMILY_RATE, means.len()));
     let largest = |error: &dyn Fn(f64) -> f64| {
-        let relative = means.iter().zip(&differences).map(|(mean, difference)| {
+        let relative = means.iter().zip(differences).map(|(mean, difference)| {
             let bias = (difference.mean().abs() + error(difference.standard_error())) / mean.mean();
             if bias.is_finite() { bias } else { f64::INFINITY }
         });
         relative.fold(0.0, f64::max)
     };
-    let (difference, bound) = (largest(&|_| 0.0), largest(&|error| reach * error));
-    Comparison { name, paths, difference, bound, broken: broken.into_inner() }
+    (largest(&|_| 0.0), largest(&|error| reach * error))
 }
 
 fn params(buffers: &SceneBuffers) -> PathParams {
@@ -128,8 +135,9 @@ fn params(buffers: &SceneBuffers) -> PathParams {
 }
 
 /// A room that is open to the viewer, with every kind of light and material.
-fn scene(variant: Variant) -> Scene {
-    let Variant { scale, grazing, .. } = variant;
+pub(super) fn scene(variant: Variant) -> Scene {
+    let Variant { scale, grazing, exposure, .. } = variant;
+    let brightness = 2.0_f64.powi(exposure);
     let (eye, target) = if grazing {
         (DVec3::new(0.05, -0.999, 1.4), DVec3::new(0.0, -0.999, -1.0))
     } else {
@@ -139,16 +147,16 @@ fn scene(variant: Variant) -> Scene {
         name: "stress".to_owned(),
         camera: Some(Camera::pinhole(eye * scale, target * scale, DVec3::Y, 0.7)),
         textures: vec![checks()],
-        lights: lights(scale),
-        environment: Some(sky()),
+        lights: lights(scale, brightness),
+        environment: Some(Environment { scale: brightness as f32, ..sky() }),
         ..Scene::default()
     };
-    add_walls(&mut scene, scale);
+    add_walls(&mut scene, scale, brightness as f32);
     add_things(&mut scene, variant);
     scene
 }
 
-fn add_walls(scene: &mut Scene, scale: f64) {
+fn add_walls(scene: &mut Scene, scale: f64, brightness: f32) {
     let floor = Material { base_color_texture: Some(TextureUse::new(0)), ..Material::diffuse("floor", [0.9; 3]) };
     let plastic = Material { ior: 1.5, roughness: 0.3, ..Material::diffuse("plastic", [0.6, 0.2, 0.15]) };
     let leaf = Material {
@@ -170,7 +178,7 @@ fn add_walls(scene: &mut Scene, scale: f64) {
         scene.add_mesh(name, material, Mesh::quad(corner * scale, edges.map(|edge| edge * scale)));
     }
     let edges = [DVec3::X * 0.6, DVec3::Z * 0.6].map(|edge| edge * scale);
-    scene.add_quad_light(DVec3::new(-0.3, 0.95, -0.3) * scale, edges, [5.0, 4.5, 4.0], false);
+    scene.add_quad_light(DVec3::new(-0.3, 0.95, -0.3) * scale, edges, [5.0, 4.5, 4.0].map(|x| x * brightness), false);
 }
 
 fn add_things(scene: &mut Scene, Variant { scale, roughness, .. }: Variant) {
@@ -188,10 +196,10 @@ fn add_things(scene: &mut Scene, Variant { scale, roughness, .. }: Variant) {
 }
 
 /// Intensities grow with the square of lengths, so that irradiance stays.
-fn lights(scale: f64) -> Vec<Light> {
+fn lights(scale: f64, brightness: f64) -> Vec<Light> {
     let light = |name: &str, rgb: [f64; 3], kind| Light {
         name: name.to_owned(),
-        intensity: rgb.map(|x| (x * scale * scale) as f32),
+        intensity: rgb.map(|x| (x * brightness * scale * scale) as f32),
         kind,
     };
     let spot = LightKind::Spot {
@@ -204,7 +212,7 @@ fn lights(scale: f64) -> Vec<Light> {
     vec![
         light("point", [0.4, 0.5, 0.6], LightKind::Point { position: DVec3::new(0.7, 0.6, 0.3) * scale }),
         light("spot", [2.0, 1.8, 1.5], spot),
-        Light { intensity: [0.6, 0.5, 0.4], ..light("sun", [0.0; 3], sun) },
+        Light { intensity: [0.6, 0.5, 0.4].map(|x| (x * brightness) as f32), ..light("sun", [0.0; 3], sun) },
     ]
 }
 

@@ -37,6 +37,7 @@ fn main() -> ExitCode {
         ("inverses_stay_below_one", inverses::inverses_stay_below_one),
         ("ends_of_ranges_hold", stress::ends_of_ranges_hold),
         ("scenes_hold_at_their_ends", stress::scenes_hold_at_their_ends),
+        ("frames_hold_at_their_ends", stress::frames_hold_at_their_ends),
         ("forms_that_cancel_are_seen", stress::forms_that_cancel_are_seen),
     ])
 }

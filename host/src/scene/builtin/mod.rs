@@ -21,6 +21,8 @@ mod random;
 mod statue;
 mod tower;
 
+pub(in crate::scene) use random::Random;
+
 /// Name of each built-in scene, and a line about it.
 pub const NAMES: &[(&str, &str)] = &[
     ("cornell", "the Cornell box from its measured data"),

@@ -4,7 +4,7 @@
 use glam::{DAffine3, DQuat, DVec3};
 
 use super::parts::plastic;
-use crate::scene::{Animation, Blackout, Camera, Emitter, Keyframe, Light, LightKind, Material, Mesh, Motion, Scene};
+use crate::scene::{Animation, Blackout, Camera, Emitter, Light, LightKind, Material, Mesh, Motion, Pose, Scene};
 
 // The room reaches from -1 to 1 along each axis and is open to the viewer; times are in frames.
 
@@ -83,7 +83,7 @@ fn add_moving(scene: &mut Scene) {
 fn add(scene: &mut Scene, material: usize, mesh: Mesh, at: DVec3, (way, axis, angle): (DVec3, DVec3, f64)) {
     let name = scene.materials[material].name.clone();
     scene.place_mesh(&name, material, mesh, DAffine3::from_translation(at));
-    let key = |part: f64, share: f64| Keyframe {
+    let key = |part: f64, share: f64| Pose {
         time: part * PERIOD,
         translation: way * share,
         rotation: DQuat::from_axis_angle(axis, angle * share),

@@ -1,15 +1,15 @@
 //! Random numbers for building scenes: the same ones always.
 
 /// SplitMix64 (Steele, Lea and Flood, "Fast splittable pseudorandom number generators", 2014).
-pub(super) struct Random(u64);
+pub(in crate::scene) struct Random(u64);
 
 impl Random {
-    pub(super) fn new(seed: u64) -> Self {
+    pub(in crate::scene) fn new(seed: u64) -> Self {
         Self(seed)
     }
 
     /// Uniform in [0, 1), 53 bits.
-    pub(super) fn unit(&mut self) -> f64 {
+    pub(in crate::scene) fn unit(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -18,17 +18,17 @@ impl Random {
     }
 
     /// Uniform in [lo, hi).
-    pub(super) fn range(&mut self, lo: f64, hi: f64) -> f64 {
+    pub(in crate::scene) fn range(&mut self, lo: f64, hi: f64) -> f64 {
         lo + (hi - lo) * self.unit()
     }
 
     /// Uniform below `count`.
-    pub(super) fn below(&mut self, count: usize) -> usize {
+    pub(in crate::scene) fn below(&mut self, count: usize) -> usize {
         (self.unit() * count as f64) as usize
     }
 
     /// A power law: density in proportion to `x^(-1 - exponent)` from 1 to `most`.
-    pub(super) fn power_law(&mut self, exponent: f64, most: f64) -> f64 {
+    pub(in crate::scene) fn power_law(&mut self, exponent: f64, most: f64) -> f64 {
         let tail = most.powf(-exponent);
         (1.0 - self.unit() * (1.0 - tail)).powf(-1.0 / exponent)
     }

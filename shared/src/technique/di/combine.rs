@@ -6,14 +6,14 @@ use super::stored::Stored;
 use super::{COMBINE_DIMENSION, evaluate};
 use crate::layout::{
     DI_AVERAGE_VISIBILITY, DI_FINAL_RAY, DI_MIS_SHIFT, DI_MIS_VISIBILITY, DI_OTHER_FRAME, DI_TARGET_VISIBILITY,
-    DiParams,
+    DiParams, FilmPixel,
 };
 use crate::mis::{Combine, INPUTS, Mis};
 use crate::num::{self, Scalar};
 use crate::reservoir::Reservoir;
 use crate::rng::{self, Rng};
 use crate::scene::{Frames, LightAddress, Trace};
-use glam::UVec4;
+use glam::{UVec4, Vec3};
 
 /// The planes that a combine reads.
 #[derive(Clone, Copy)]
@@ -37,10 +37,13 @@ struct Input {
     visibility: f32,
     /// Near enough for its visibility to be believed.
     near: bool,
+    /// What the sample sends, over the target.
+    color: Vec3,
 }
 
 impl Input {
-    const NONE: Self = Self { pixel: 0, reservoir: UVec4::ZERO, target: 0.0, visibility: 0.0, near: false };
+    const NONE: Self =
+        Self { pixel: 0, reservoir: UVec4::ZERO, target: 0.0, visibility: 0.0, near: false, color: Vec3::ZERO };
 }
 
 /// Combines the reservoir of the pixel (x, y), `own`, with others; both are packed.
@@ -54,22 +57,37 @@ pub fn combine<F: Frames>(
     flags: u32,
     planes: &Planes<'_>,
     own: UVec4,
-    [x, y]: [u32; 2],
+    at: [u32; 2],
 ) -> UVec4 {
-    let at = y * params.width + x;
-    let pass = Pass { params, flags, planes };
-    let canonical = if pass.has(DI_OTHER_FRAME) { own } else { planes.others[at as usize] };
-    let pixel = Pixel::new(&params.camera, flags, params.seed, params.frame, [x, y], planes.hits[at as usize]);
-    if !pixel.hit.is_hit() {
-        return canonical;
-    }
-    let rng = Rng::new(x, y, params.frame, params.seed);
-    let dimension = COMBINE_DIMENSION.wrapping_add(params.combine.wrapping_mul(2));
-    let mut inputs = [Input::NONE; INPUTS];
-    inputs[0] = Input { pixel: at, reservoir: canonical, ..Input::NONE };
-    let count = pass.gather(frames, &pixel, [x, y], rng.draw(dimension), &mut inputs);
-    let u = rng::unit(rng.draw(dimension.wrapping_add(1)).x);
-    pass.resample(frames, &pixel, &mut inputs, count, u).pack()
+    let pass = Pass { params, flags, planes, form: Mis((flags >> DI_MIS_SHIFT) & Mis::MASK), shades: false };
+    pass.run(frames, own, at).reservoir
+}
+
+/// The radiance of the pixel (x, y), as a film's sample: of its reservoir, and of its neighbours' if there are any.
+///
+/// With neighbours this is one more combine, of which not only the selected sample is shaded but each, by its weight: the
+/// mean over the selection, which has the same expectation and less noise in colour. The form of MIS must act inside the
+/// weights; without neighbours it does not matter.
+pub fn shade<F: Frames>(
+    frames: &F,
+    params: &DiParams,
+    flags: u32,
+    planes: &Planes<'_>,
+    direct: FilmPixel,
+    at: [u32; 2],
+) -> FilmPixel {
+    let form = if params.neighbours == 0 { Mis::CONSTANT } else { Mis((flags >> DI_MIS_SHIFT) & Mis::MASK) };
+    let pass = Pass { params, flags, planes, form, shades: true };
+    let outcome = pass.run(frames, UVec4::ZERO, at);
+    let pixel = FilmPixel::from_radiance(Vec3::from_array(direct.sum) + outcome.radiance);
+    FilmPixel { sum: pixel.sum, dropped: num::min(pixel.dropped + direct.dropped, 1.0) }
+}
+
+/// What comes of a combine.
+struct Outcome {
+    reservoir: UVec4,
+    /// If it shades.
+    radiance: Vec3,
 }
 
 /// What all of a combine has in common.
@@ -78,9 +96,30 @@ struct Pass<'a> {
     params: &'a DiParams,
     flags: u32,
     planes: &'a Planes<'a>,
+    form: Mis,
+    /// Radiance is asked for.
+    shades: bool,
 }
 
 impl Pass<'_> {
+    #[inline(always)]
+    fn run<F: Frames>(&self, frames: &F, own: UVec4, [x, y]: [u32; 2]) -> Outcome {
+        let p = self.params;
+        let at = y * p.width + x;
+        let canonical = if self.has(DI_OTHER_FRAME) { own } else { self.planes.others[at as usize] };
+        let pixel = Pixel::new(&p.camera, self.flags, p.seed, p.frame, [x, y], self.planes.hits[at as usize]);
+        if !pixel.hit.is_hit() {
+            return Outcome { reservoir: canonical, radiance: Vec3::ZERO };
+        }
+        let rng = Rng::new(x, y, p.frame, p.seed);
+        let dimension = COMBINE_DIMENSION.wrapping_add(p.combine.wrapping_mul(2));
+        let mut inputs = [Input::NONE; INPUTS];
+        inputs[0] = Input { pixel: at, reservoir: canonical, ..Input::NONE };
+        let count = self.gather(frames, &pixel, [x, y], rng.draw(dimension), &mut inputs);
+        let u = rng::unit(rng.draw(dimension.wrapping_add(1)).x);
+        self.resample(frames, &pixel, &mut inputs, count, u)
+    }
+
     #[inline(always)]
     fn has(&self, flag: u32) -> bool {
         self.flags & flag != 0
@@ -168,8 +207,8 @@ impl Pass<'_> {
         inputs: &mut [Input; INPUTS],
         count: u32,
         u: f32,
-    ) -> Stored {
-        let form = Mis((self.flags >> DI_MIS_SHIFT) & Mis::MASK);
+    ) -> Outcome {
+        let form = self.form;
         let in_target = self.has(DI_TARGET_VISIBILITY);
         let in_mis = self.has(DI_MIS_VISIBILITY);
         // shading will take the visibility that is kept, and nothing else asks for it
@@ -202,11 +241,15 @@ impl Pass<'_> {
                 if ((row == 0) | is_selected | form.asks_for(receiver, i)) & stored.has_sample() & address.is_light() {
                     let e = evaluate(&scene, &vertex, address);
                     target = e.target;
-                    let traced =
+                    let asked =
                         if row == 0 { in_target | (in_mis & !late) | (for_shading & !input.near) } else { in_mis };
                     // of its own sample a pixel knows
-                    if traced & (receiver != i) & (target > 0.0) {
+                    let traced = (asked & (receiver != i)) | (self.shades & (row == 0) & self.has(DI_FINAL_RAY));
+                    if traced & (target > 0.0) {
                         visibility = if scene.occluded(&e.shadow) { 0.0 } else { 1.0 };
+                    }
+                    if self.shades & (row == 0) & (target > 0.0) {
+                        inputs[i as usize].color = e.value * num::recip(target);
                     }
                 }
                 let a = if in_mis { target * visibility } else { target };
@@ -235,12 +278,13 @@ impl Pass<'_> {
         let average = for_shading & self.has(DI_AVERAGE_VISIBILITY);
         let kept = Stored::unpack(inputs[selection.input as usize].reservoir);
         let reservoir = Reservoir { sample: (), weight_sum: selection.weight_sum, confidence: combine.confidence() };
-        Stored {
+        let stored = Stored {
             address: self.address(frames, kept.address, selection.input, false),
             contribution_weight: reservoir.contribution_weight(combine.share(), selection.target),
             confidence: reservoir.confidence,
             visibility: if average { selection.mean_visibility } else { selection.visibility },
-        }
+        };
+        Outcome { reservoir: stored.pack(), radiance: selection.radiance }
     }
 }
 
@@ -253,10 +297,13 @@ struct Selection {
     weight_sum: f32,
     /// Of all inputs, by weight (Tokuyoshi, eq. 4).
     mean_visibility: f32,
+    /// Of all inputs, times their weight and visibility.
+    radiance: Vec3,
 }
 
 impl Selection {
-    const NONE: Self = Self { input: 0, target: 0.0, visibility: 0.0, weight_sum: 0.0, mean_visibility: 0.0 };
+    const NONE: Self =
+        Self { input: 0, target: 0.0, visibility: 0.0, weight_sum: 0.0, mean_visibility: 0.0, radiance: Vec3::ZERO };
 }
 
 /// Selects an input in proportion to its weight by one random number.
@@ -265,12 +312,15 @@ fn select(combine: &Combine<f32>, inputs: &[Input; INPUTS], count: u32, u: f32) 
     let mut weights = [0.0; INPUTS];
     let mut sum = 0.0;
     let mut visible = 0.0;
+    let mut radiance = Vec3::ZERO;
     let mut i = 0;
     while i < count {
         let weight = combine.weight(i);
         weights[i as usize] = weight;
         sum += weight;
-        visible += weight * inputs[i as usize].visibility;
+        let Input { visibility, color, .. } = inputs[i as usize];
+        visible += weight * visibility;
+        radiance += color * (weight * visibility);
         i = i.wrapping_add(1);
     }
     let mut chosen = 0;
@@ -292,5 +342,6 @@ fn select(combine: &Combine<f32>, inputs: &[Input; INPUTS], count: u32, u: f32) 
         visibility: input.visibility,
         weight_sum: sum,
         mean_visibility: mean,
+        radiance,
     }
 }

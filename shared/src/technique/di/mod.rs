@@ -8,11 +8,11 @@
 //! | [`initial`] | hits | reservoirs of candidates from lights and scattering; direct: what needs no resampling |
 //! | [`combine`], temporal | both frames' hits, the last frame's reservoirs | reservoirs, in place |
 //! | [`combine`], spatial, any number | hits, reservoirs | reservoirs |
-//! | [`shade`] | hits, reservoirs, direct | radiance |
+//! | [`shade`] | hits, reservoirs, direct | radiance, of the pixel's reservoir or of several |
 //!
 //! The sample is an address, see [`crate::scene::AddressedLights`]: a light and a point of its parametrisation. Over this
 //! domain a sample moves between pixels and frames with a Jacobian of 1. The target is the luminance of what the
-//! address sends to the camera, without visibility unless [`DI_TARGET_VISIBILITY`] says so.
+//! address sends to the camera, without visibility unless [`crate::layout::DI_TARGET_VISIBILITY`] says so.
 //!
 //! Visibility can enter in four places (flags in [`crate::layout`]), and not every combination is unbiased; the host's
 //! settings know which are.
@@ -23,19 +23,17 @@ mod neighbour;
 mod pixel;
 mod stored;
 
-pub use combine::{Planes, combine};
+pub use combine::{Planes, combine, shade};
 pub use initial::initial;
 pub use pixel::{pack_hit, primary, unpack_hit};
 pub use stored::Stored;
 
 use crate::geometry::Ray;
-use crate::layout::{DI_FINAL_RAY, DiParams, FilmPixel};
 use crate::num;
-use crate::scene::{AddressedLights, LightAddress, LightKind, Surface, Trace};
+use crate::scene::{AddressedLights, LightAddress, LightKind};
 use crate::technique::vertex::{Vertex, flush};
 use crate::vec::luminance;
-use glam::{UVec4, Vec3};
-use pixel::Pixel;
+use glam::Vec3;
 
 /// Random dimensions after the camera's: one for scattering, then two a combine, then two a candidate.
 const SCATTER_DIMENSION: u32 = 1;
@@ -84,28 +82,4 @@ fn evaluate<S: AddressedLights>(scene: &S, vertex: &Vertex, address: LightAddres
 #[inline(always)]
 fn sanitized(target: f32) -> f32 {
     if target > num::FLUSH_BELOW { num::min(target, MAX_TARGET) } else { 0.0 }
-}
-
-/// The radiance of the pixel (x, y), as a film's sample.
-pub fn shade<S: Trace + Surface + AddressedLights>(
-    scene: &S,
-    params: &DiParams,
-    flags: u32,
-    hit: UVec4,
-    reservoir: UVec4,
-    direct: FilmPixel,
-    [x, y]: [u32; 2],
-) -> FilmPixel {
-    let stored = Stored::unpack(reservoir);
-    let mut radiance = Vec3::from_array(direct.sum);
-    if (stored.contribution_weight > 0.0) & (stored.visibility > 0.0) {
-        let pixel = Pixel::new(&params.camera, flags, params.seed, params.frame, [x, y], hit);
-        let evaluation = evaluate(scene, &pixel.vertex(scene), stored.address);
-        let reused = flags & DI_FINAL_RAY == 0;
-        if (evaluation.target > 0.0) && (reused || !scene.occluded(&evaluation.shadow)) {
-            radiance += evaluation.value * (stored.contribution_weight * if reused { stored.visibility } else { 1.0 });
-        }
-    }
-    let pixel = FilmPixel::from_radiance(radiance);
-    FilmPixel { sum: pixel.sum, dropped: num::min(pixel.dropped + direct.dropped, 1.0) }
 }

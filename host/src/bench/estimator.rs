@@ -1,0 +1,109 @@
+//! What a benchmark can measure: a technique with its settings.
+
+use std::ops::ControlFlow;
+
+use crate::Error;
+use crate::buffers::SceneBuffers;
+use crate::di::{self, DiRender};
+use crate::exec::Executor;
+use crate::render::{self, Progress, RenderSettings, Rendered};
+use crate::replay::{self, Counts, Frames, Recording};
+
+/// Rays are counted over about this many pixels ...
+const COUNTED_PIXELS: u32 = 2048;
+/// ... and this many samples of each.
+const COUNTED_SAMPLES: u32 = 4;
+
+/// A technique with its settings; samples and seed do not matter. A frame of ReSTIR DI is a sample.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Estimator {
+    Path(RenderSettings),
+    RestirDi(DiRender),
+}
+
+impl Estimator {
+    /// One image of so many samples a pixel.
+    ///
+    /// # Errors
+    /// As of [`render::render`].
+    pub(crate) fn render(
+        &self,
+        executor: &mut dyn Executor,
+        scene: &SceneBuffers,
+        [samples, seed]: [u32; 2],
+        observe: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    ) -> Result<Rendered, Error> {
+        match self {
+            Self::Path(settings) => {
+                render::render(executor, scene, &RenderSettings { samples, seed, ..settings.clone() }, observe)
+            }
+            Self::RestirDi(render) => {
+                di::render(executor, scene, &DiRender { frames: samples, seed, ..render.clone() }, observe)
+            }
+        }
+    }
+
+    /// Whether the settings are in range and the buffers fit.
+    ///
+    /// # Errors
+    /// As of [`render::check`].
+    pub(crate) fn check(&self, scene: &SceneBuffers) -> Result<(), Error> {
+        match self {
+            Self::Path(settings) => render::check(scene, settings),
+            Self::RestirDi(render) => di::check(scene, render),
+        }
+    }
+
+    /// Rays and evaluations, and the samples over which they were counted, natively: what is measured is not burdened.
+    ///
+    /// # Errors
+    /// As of [`Self::check`].
+    pub(crate) fn counts(&self, scene: &SceneBuffers) -> Result<(Counts, u64), Error> {
+        match self {
+            Self::Path(settings) => path_counts(scene, settings),
+            Self::RestirDi(render) => {
+                self.check(scene)?;
+                Ok(di_counts(scene, render))
+            }
+        }
+    }
+}
+
+fn path_counts(scene: &SceneBuffers, settings: &RenderSettings) -> Result<(Counts, u64), Error> {
+    let view = scene.view();
+    let (width, height) = (settings.width, settings.height);
+    let stride = (width * height).div_ceil(COUNTED_PIXELS) | 1;
+    let (mut counts, mut counted) = (Counts::default(), 0);
+    for index in 0..COUNTED_SAMPLES {
+        let params = replay::params(scene, settings, index)?;
+        for pixel in (0..width * height).step_by(stride as usize) {
+            let recording = Recording::new(&view);
+            replay::trace(&recording, &params, pixel % width, pixel / width);
+            counts = counts.plus(recording.counts());
+            counted += 1;
+        }
+    }
+    Ok((counts, counted))
+}
+
+/// A few frames of a smaller image; with the first, which has no history, left out.
+fn di_counts(scene: &SceneBuffers, render: &DiRender) -> (Counts, u64) {
+    let shrink = (f64::from(COUNTED_PIXELS) / (f64::from(render.width) * f64::from(render.height))).sqrt().min(1.0);
+    let side = |side: u32| ((f64::from(side) * shrink) as u32).max(1);
+    let frames = |frames| DiRender {
+        width: side(render.width),
+        height: side(render.height),
+        frames,
+        accumulate: true,
+        ..render.clone()
+    };
+    let counts = |frames: DiRender| {
+        let view = scene.view();
+        let recording = Recording::new(&view);
+        Frames::replay(&recording, scene, &frames, &mut |_, _| {});
+        recording.counts()
+    };
+    let (first, all) = (counts(frames(1)), counts(frames(1 + COUNTED_SAMPLES)));
+    let pixels = u64::from(side(render.width)) * u64::from(side(render.height));
+    (all.minus(first), pixels * u64::from(COUNTED_SAMPLES))
+}

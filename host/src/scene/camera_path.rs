@@ -1,0 +1,180 @@
+//! A camera that moves from frame to frame.
+
+use std::io::Read;
+use std::path::Path;
+
+use glam::{DQuat, DVec3};
+use serde_json::Value;
+
+use super::Camera;
+use crate::{Error, input};
+
+/// What an orbit and a pan turn by in a frame, in degrees.
+const DEGREES_A_FRAME: f64 = 1.0;
+/// The largest file that is read.
+const MAX_BYTES: u64 = 1 << 24;
+/// The fields of a keyframe, all of them needed.
+const FIELDS: &str = r#"{"frame": 0, "position": [x, y, z], "target": [x, y, z], "fov": degrees}"#;
+
+/// Where the camera is in each frame.
+#[derive(Clone, Debug, PartialEq)]
+pub enum CameraPath {
+    /// Around the target about the camera's up vector, a degree a frame.
+    Orbit,
+    /// Turning about the camera's up vector, a degree a frame.
+    Pan,
+    /// Between keyframes, in straight lines; it stays at the last one.
+    Keyframes(Vec<Keyframe>),
+}
+
+/// The camera in one frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Keyframe {
+    /// Index of the frame.
+    pub frame: f64,
+    /// Where the camera is.
+    pub position: DVec3,
+    /// What it looks at.
+    pub target: DVec3,
+    /// Vertical field of view in radians.
+    pub vertical_fov: f64,
+}
+
+impl CameraPath {
+    /// `orbit`, `pan`, or a JSON file: an array of keyframes `{"frame", "position", "target", "fov"}`, frames ascending,
+    /// the field of view in degrees.
+    ///
+    /// # Errors
+    /// [`Error::File`] for a file that cannot be read or is no camera path.
+    pub fn open(name_or_file: &Path) -> Result<Self, Error> {
+        match name_or_file.to_str() {
+            Some("orbit") => Ok(Self::Orbit),
+            Some("pan") => Ok(Self::Pan),
+            _ => read(name_or_file).map_err(|reason| Error::File {
+                action: "read",
+                path: name_or_file.to_owned(),
+                reason: format!("{reason}; a camera path is orbit, pan or a JSON array of {FIELDS}"),
+            }),
+        }
+    }
+
+    /// The cameras of the first `frames` frames; `camera` is the scene's, whose up vector and lens stay.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for a camera that [`Camera::check`] refuses.
+    pub fn cameras(&self, camera: Camera, frames: u32) -> Result<Vec<Camera>, Error> {
+        (0..frames)
+            .map(|frame| {
+                let camera = self.camera(camera, f64::from(frame));
+                camera
+                    .check()
+                    .map_err(|problem| Error::Setting(format!("frame {frame} of the camera path: {problem}")))?;
+                Ok(camera)
+            })
+            .collect()
+    }
+
+    fn camera(&self, camera: Camera, frame: f64) -> Camera {
+        let turn = DQuat::from_axis_angle(camera.up.normalize_or(DVec3::Y), (frame * DEGREES_A_FRAME).to_radians());
+        match self {
+            Self::Orbit => Camera { position: camera.target + turn * (camera.position - camera.target), ..camera },
+            Self::Pan => Camera { target: camera.position + turn * (camera.target - camera.position), ..camera },
+            Self::Keyframes(keys) => {
+                let next = keys.partition_point(|key| key.frame <= frame);
+                let (a, b) = (keys[next.saturating_sub(1)], keys[next.min(keys.len() - 1)]);
+                let t = if b.frame > a.frame { ((frame - a.frame) / (b.frame - a.frame)).max(0.0) } else { 0.0 };
+                Camera {
+                    position: a.position.lerp(b.position, t),
+                    target: a.target.lerp(b.target, t),
+                    vertical_fov: a.vertical_fov + (b.vertical_fov - a.vertical_fov) * t,
+                    ..camera
+                }
+            }
+        }
+    }
+}
+
+fn read(path: &Path) -> Result<CameraPath, String> {
+    let mut text = String::new();
+    input::open(path)
+        .and_then(|file| file.take(MAX_BYTES).read_to_string(&mut text))
+        .map_err(|error| error.to_string())?;
+    let value: Value = serde_json::from_str(&text).map_err(|error| format!("it is no JSON: {error}"))?;
+    let keys = value.as_array().filter(|keys| !keys.is_empty()).ok_or("it is no array of keyframes")?;
+    let keys: Vec<Keyframe> = keys.iter().enumerate().map(|(i, key)| keyframe(i, key)).collect::<Result<_, _>>()?;
+    let ascending = keys.windows(2).all(|pair| pair[0].frame < pair[1].frame);
+    ascending.then_some(CameraPath::Keyframes(keys)).ok_or_else(|| "its frames do not ascend".to_owned())
+}
+
+fn keyframe(index: usize, key: &Value) -> Result<Keyframe, String> {
+    let number = |value: &Value| value.as_f64().filter(|number| number.is_finite());
+    let field =
+        |name: &str| key.get(name).and_then(number).ok_or_else(|| format!("keyframe {index} has no number {name:?}"));
+    let vector = |name: &str| {
+        let numbers: Option<Vec<f64>> = key.get(name)?.as_array()?.iter().map(number).collect();
+        numbers.filter(|numbers| numbers.len() == 3).map(|n| DVec3::new(n[0], n[1], n[2]))
+    };
+    let place = |name: &str| vector(name).ok_or_else(|| format!("keyframe {index} has no three numbers {name:?}"));
+    Ok(Keyframe {
+        frame: field("frame")?,
+        position: place("position")?,
+        target: place("target")?,
+        vertical_fov: field("fov")?.to_radians(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write;
+
+    fn camera() -> Camera {
+        Camera::pinhole(DVec3::new(0.0, 1.0, 4.0), DVec3::new(0.0, 1.0, 0.0), DVec3::Y, 0.7)
+    }
+
+    fn file(text: &str) -> Result<CameraPath, Error> {
+        let mut file = tempfile::NamedTempFile::new().unwrap();
+        file.write_all(text.as_bytes()).unwrap();
+        CameraPath::open(file.path())
+    }
+
+    #[test]
+    fn orbits_and_pans_keep_their_distance() {
+        for path in [CameraPath::Orbit, CameraPath::Pan] {
+            let cameras = path.cameras(camera(), 91).unwrap();
+            assert_eq!(cameras[0], camera());
+            assert!(cameras.iter().all(|c| ((c.position - c.target).length() - 4.0).abs() < 1e-9));
+            let across = (cameras[90].position - cameras[90].target).normalize();
+            assert!(across.dot(DVec3::Z).abs() < 1e-9, "{path:?} has turned by a right angle");
+        }
+    }
+
+    #[test]
+    fn keyframes_are_joined_by_straight_lines() {
+        let path = file(
+            r#"[{"frame": 1, "position": [0, 0, 4], "target": [0, 0, 0], "fov": 40},
+                {"frame": 3, "position": [2, 0, 4], "target": [0, 0, 0], "fov": 60}]"#,
+        );
+        let cameras = path.unwrap().cameras(camera(), 6).unwrap();
+        let x: Vec<f64> = cameras.iter().map(|c| c.position.x).collect();
+        assert_eq!(x, [0.0, 0.0, 1.0, 2.0, 2.0, 2.0]);
+        assert!((cameras[2].vertical_fov.to_degrees() - 50.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn what_is_no_path_is_refused() {
+        let key = r#""position": [0, 0, 4], "target": [0, 0, 0], "fov": 40"#;
+        for (text, word) in [
+            ("", "no JSON"),
+            ("[]", "no array"),
+            (r#"[{"frame": 0}]"#, "position"),
+            (&format!(r#"[{{"frame": 1, {key}}}, {{"frame": 1, {key}}}]"#), "ascend"),
+        ] {
+            let message = file(text).unwrap_err().to_string();
+            assert!(message.contains(word) && message.contains("orbit"), "{message}");
+        }
+        CameraPath::open(Path::new("/no/such/file")).unwrap_err();
+        let same = r#"[{"frame": 0, "position": [1, 1, 1], "target": [1, 1, 1], "fov": 40}]"#;
+        file(same).unwrap().cameras(camera(), 1).unwrap_err();
+    }
+}
