@@ -96,5 +96,7 @@ pub fn check(scene: &SceneBuffers, render: &DiRender) -> Result<(), Error> {
     problem.map_or(Ok(()), |problem| Err(Error::Setting(problem)))?;
     // beside the plan: the words read back, the image and its encoded form
     let copies = 3 * u64::from(width) * u64::from(height) * size_of::<FilmPixel>() as u64;
-    memory::check(plan(scene, render).bytes() + copies, "this render", "choose a smaller size")
+    // of a scene that moves: the frame in work and the last one
+    let frames = if scene.is_animated() { 2 * scene.stats().bytes } else { 0 };
+    memory::check(plan(scene, render).bytes() + copies + frames, "this render", "choose a smaller size")
 }
