@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use obvhs::{Boundable, BvhBuildParams, aabb::Aabb, bvh2::builder::build_bvh2};
-use restir_shared::layout::{LEAF, LEAF_COUNT_SHIFT, STACK_DEPTH};
+use restir_shared::layout::{LEAF, LEAF_COUNT_SHIFT, LEAF_MAX_COUNT, MAX_TRIANGLES, STACK_DEPTH};
 use std::time::Duration;
 
 /// Leaves hold up to this many triangles.
@@ -43,7 +43,7 @@ pub(crate) struct Node {
 }
 
 /// A binary BVH.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Bvh {
     /// Inner nodes, parents before children.
     pub nodes: Vec<Node>,
@@ -55,6 +55,28 @@ pub(crate) struct Bvh {
     pub bounds: Bounds,
     /// Most nodes that a traversal can have pending.
     pub depth: usize,
+}
+
+impl Bvh {
+    /// The same tree around triangles that have moved; their boxes in the order of the leaves.
+    pub(crate) fn refit(&self, boxes: &[Bounds]) -> Self {
+        let mut bvh = self.clone();
+        for index in (0..bvh.nodes.len()).rev() {
+            bvh.nodes[index].bounds = bvh.nodes[index].children.map(|child| bvh.bounds_of(child, boxes));
+        }
+        bvh.bounds = bvh.bounds_of(self.root, boxes);
+        bvh
+    }
+
+    fn bounds_of(&self, reference: u32, boxes: &[Bounds]) -> Bounds {
+        if reference & LEAF == 0 {
+            let [a, b] = self.nodes[reference as usize].bounds;
+            return a.union(b);
+        }
+        let first = (reference & (MAX_TRIANGLES - 1)) as usize;
+        let count = (reference >> LEAF_COUNT_SHIFT & LEAF_MAX_COUNT) as usize;
+        boxes[first..first + count].iter().fold(Bounds::EMPTY, |b, leaf| b.union(*leaf))
+    }
 }
 
 /// A node's parent: its index, and which of its children the node is.

@@ -131,6 +131,7 @@ impl Maker<'_> {
     ) -> BufferId {
         let output = self.buffer(name, grid[0] * grid[1]);
         self.passes.push(Pass {
+            frame: None,
             kernel,
             constants: Vec::new(),
             params: bytemuck::cast_slice(&[params(grid)]).to_vec(),

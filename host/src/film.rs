@@ -78,6 +78,7 @@ impl Film {
         let [width, height] = self.size;
         let params = FilmParams { width, height, samples: self.samples as f32, reserved: 0 };
         Pass {
+            frame: None,
             kernel,
             constants: Vec::new(),
             params: bytemuck::cast_slice(&[params]).to_vec(),

@@ -19,9 +19,31 @@ pub struct Buffer {
     pub contents: Option<Arc<[u32]>>,
 }
 
+/// Words that are written to a buffer.
+#[derive(Clone, Debug)]
+pub struct Upload {
+    /// The buffer.
+    pub buffer: BufferId,
+    /// Index of the first word in it.
+    pub first: usize,
+    /// The words.
+    pub words: Arc<[u32]>,
+}
+
+/// The frame of a scene that moves.
+#[derive(Clone, Debug)]
+pub struct SceneFrame {
+    /// What differs in the buffers.
+    pub uploads: Vec<Upload>,
+    /// The scene, and that of the other frame, for executors that have a better structure than the arena to trace rays in.
+    pub scenes: Option<[Arc<SceneBuffers>; 2]>,
+}
+
 /// One dispatch.
 #[derive(Clone)]
 pub struct Pass {
+    /// A frame that begins with this pass; the plan's scene until there is one.
+    pub frame: Option<SceneFrame>,
     /// The kernel.
     pub kernel: &'static KernelDesc,
     /// Values of its specialization constants, in the order of the descriptor.
@@ -39,7 +61,7 @@ pub struct FramePlan<'a> {
     /// The buffers.
     pub buffers: Vec<Buffer>,
     /// The passes, in order.
-    pub passes: Box<dyn Iterator<Item = Pass> + 'a>,
+    pub passes: Box<dyn Iterator<Item = Result<Pass, Error>> + 'a>,
     /// How many passes there are.
     pub pass_count: u64,
     /// The buffers that hold the results.
@@ -75,6 +97,14 @@ impl Pass {
         }
         if self.bindings.len() != bindings.len() {
             return Some(format!("binds {} buffers instead of {}", self.bindings.len(), bindings.len()));
+        }
+        for Upload { buffer: id, first, words } in self.frame.iter().flat_map(|frame| &frame.uploads) {
+            if buffers.get(*id).is_none_or(|buffer| first + words.len() > buffer.words) {
+                return Some(format!(
+                    "writes words {first} to {} of buffer {id}, which it has not",
+                    first + words.len()
+                ));
+            }
         }
         let invocations = self.grid[0] as usize * self.grid[1] as usize;
         for (binding, &id) in bindings.iter().zip(&self.bindings) {

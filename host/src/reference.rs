@@ -235,7 +235,7 @@ fn digest(scene: &SceneBuffers, settings: &RenderSettings, origin: &str) -> Stri
         hasher.update(&(words.len() as u64).to_le_bytes());
         hasher.update(bytemuck::cast_slice(words));
     }
-    if let Some(pass) = plan.passes.next() {
+    if let Some(Ok(pass)) = plan.passes.next() {
         let params: PathParams = bytemuck::pod_read_unaligned(bytemuck::cast_slice(&pass.params));
         // how samples are split over dispatches does not matter
         let params = PathParams { first_sample: 0, block_log2: 0, seed: 0, ..params };

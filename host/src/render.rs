@@ -185,7 +185,9 @@ pub(crate) fn path_plan<'a>(scene: &'a SceneBuffers, settings: &'a RenderSetting
     FramePlan {
         buffers,
         outputs: vec![film.output()],
-        passes: Box::new(PathPasses { scene, settings, blocks: Box::new(aligned_blocks(samples, largest)), film }),
+        passes: Box::new(
+            PathPasses { scene, settings, blocks: Box::new(aligned_blocks(samples, largest)), film }.map(Ok),
+        ),
         // merging n blocks into one takes n - 1 additions
         pass_count: blocks + (blocks - 1) + 1,
         scene: Some(scene),
@@ -218,6 +220,7 @@ impl PathPasses<'_> {
             reserved: 0,
         };
         Some(Pass {
+            frame: None,
             kernel: &kernels::path::DESC,
             constants: vec![self.scene.features],
             params: bytemuck::cast_slice(&[params]).to_vec(),
@@ -277,7 +280,7 @@ mod tests {
                 let mut used = std::collections::BTreeSet::new();
                 let mut passes = 0;
                 for pass in plan.passes {
-                    used.extend(pass.bindings.iter().copied().filter(|id| *id > TEXELS));
+                    used.extend(pass.expect("a pass").bindings.iter().copied().filter(|id| *id > TEXELS));
                     passes += 1;
                 }
                 assert_eq!(

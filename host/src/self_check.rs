@@ -45,6 +45,7 @@ fn probes() -> FramePlan<'static> {
     let count = operands.len() as u32;
     let operands: Vec<u32> = bytemuck::cast_slice(&operands).to_vec();
     let pass = Pass {
+        frame: None,
         kernel: &DESC,
         constants: Vec::new(),
         params: bytemuck::cast_slice(&[SelfCheckParams { count }]).to_vec(),
@@ -57,7 +58,7 @@ fn probes() -> FramePlan<'static> {
             Buffer { name: "operands", words: operands.len(), contents: Some(operands.into()) },
             Buffer { name: "results", words, contents: None },
         ],
-        passes: Box::new(std::iter::once(pass)),
+        passes: Box::new(std::iter::once(Ok(pass))),
         pass_count: 1,
         outputs: vec![1],
         scene: None,

@@ -72,6 +72,8 @@ pub struct NativeRow<'a> {
     pub own: &'a mut [&'a mut [u32]],
     /// What traces rays instead of the geometry arena.
     pub tracer: Tracer<'a>,
+    /// The same in the scene of another frame.
+    pub other_tracer: Tracer<'a>,
 }
 
 /// A scene that cases may use: header and arenas as kernels see them.

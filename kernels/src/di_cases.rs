@@ -97,6 +97,7 @@ fn chain(scene: &CaseScene, flags: u32, neighbours: u32, lightless: bool) -> Cha
     }
     let of_frame = |frame: u32| DiParams {
         scene: header,
+        other_scene: header,
         camera: if frame == 0 { before } else { camera },
         other_camera: if frame == 0 { before } else { camera },
         width: WIDTH,

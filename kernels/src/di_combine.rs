@@ -2,7 +2,7 @@
 
 use restir_shared::glam::UVec4;
 use restir_shared::layout::DiParams;
-use restir_shared::scene::SceneView;
+use restir_shared::scene::{SceneFrames, SceneView};
 use restir_shared::technique::di;
 
 kernel! {
@@ -16,10 +16,11 @@ kernel! {
         },
         own { 7: reservoirs: UVec4 },
     }
-    |x, y, at, p, tracer| {
-        let scene: SceneView<'_> = SceneView { header: p.scene, geometry, attributes, texels, features, tracer };
+    |x, y, at, p, tracer, other_tracer| {
+        let this = SceneView { header: p.scene, geometry, attributes, texels, features, tracer };
+        let frames = SceneFrames { this, other: p.other_scene, other_tracer };
         let planes = di::Planes { hits, other_hits, others };
-        reservoirs[at] = di::combine(&scene, &p, p.flags & settings, &planes, reservoirs[at], [x, y])
+        reservoirs[at] = di::combine(&frames, &p, p.flags & settings, &planes, reservoirs[at], [x, y])
     }
 }
 

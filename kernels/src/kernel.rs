@@ -16,7 +16,8 @@
 /// ```
 ///
 /// The body's names stand for the invocation's position, the index of its element, and a copy of the parameter block;
-/// a kernel that traces rays names a fifth, the [`restir_shared::scene::Tracer`]. Bindings are numbered from 0 without gaps. A function
+/// a kernel that traces rays names a fifth, the [`restir_shared::scene::Tracer`], and one that traces them in the scene of
+/// another frame a sixth, the tracer of that. Bindings are numbered from 0 without gaps. A function
 /// `cases(&dyn CaseScenes) -> Vec<Case>` in the same file gives the parity cases.
 macro_rules! kernel {
     (
@@ -27,7 +28,7 @@ macro_rules! kernel {
             read { $($rb:tt : $read:ident : $rt:ty),* $(,)? },
             own { $($ob:tt : $own:ident : $ot:ty),* $(,)? } $(,)?
         }
-        |$x:ident, $y:ident, $at:ident, $p:ident $(, $tracer:ident)?| $body:expr
+        |$x:ident, $y:ident, $at:ident, $p:ident $(, $tracer:ident $(, $other_tracer:ident)?)?| $body:expr
     ) => {
         $(#[$doc])*
         #[cfg(target_arch = "spirv")]
@@ -42,7 +43,10 @@ macro_rules! kernel {
             let $p = *params;
             let extent = restir_shared::layout::Extent::extent(&$p);
             let ($x, $y) = (id.x, id.y);
-            $(let $tracer = restir_shared::scene::Tracer::default();)?
+            $(
+                let $tracer = restir_shared::scene::Tracer::default();
+                $(let $other_tracer = restir_shared::scene::Tracer::default();)?
+            )?
             if $x < extent[0] && $y < extent[1] {
                 let $at = ($y * extent[0] + $x) as usize;
                 $body;
@@ -59,7 +63,10 @@ macro_rules! kernel {
             $(let $read: &[$rt] = bytemuck::cast_slice(_read.next().unwrap_or_default());)*
             let mut _own = row.own.iter_mut();
             $(let $own: &mut [$ot] = _own.next().map_or(&mut [], |o| bytemuck::cast_slice_mut(o));)*
-            $(let $tracer = row.tracer;)?
+            $(
+                let $tracer = row.tracer;
+                $(let $other_tracer = row.other_tracer;)?
+            )?
             let $y = row.y;
             for $x in 0..row.width {
                 let $at = $x as usize;

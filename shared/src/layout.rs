@@ -9,12 +9,13 @@
 //! | geometry | nodes | [`NODE_WORDS`] | `lo0.xyz, child0`, `hi0.xyz, child1`, `lo1.xyz, 0`, `hi1.xyz, 0` |
 //! | geometry | triangles | [`TRIANGLE_WORDS`] | `v0.xyz, material`, `v1.xyz, light or NONE`, `v2.xyz, object` |
 //! | geometry | shading | [`SHADING_WORDS`] | `n0, n1, n2, t0`, `t1, t2, uv0`, `uv1, uv2`: a record a triangle; `n` unit normals and `t` tangents as [`crate::pack`] has them, the lowest bit of a tangent set where the bitangent is `-n x t`; absent without [`FEATURE_SHADING`] |
-//! | attributes | materials | [`MATERIAL_WORDS`] | `base colour.rgb, flags`, `emission.rgb, texture uses or NONE`, `metallic, roughness, ior, transmission`, `diffuse transmission.rgb, its share`, `absorption.rgb, normal scale` |
+//! | attributes | materials | [`MATERIAL_WORDS`] | `base colour.rgb, flags`, `emission.rgb, texture uses, in words after the first material, or NONE`, `metallic, roughness, ior, transmission`, `diffuse transmission.rgb, its share`, `absorption.rgb, normal scale` |
 //! | attributes | texture uses | [`TEXTURE_USE_WORDS`] | `first texel word or NONE, width, height, flags`, `m00, m01, m02, 0`, `m10, m11, m12, 0`; [`TEXTURE_SLOTS`] in a row |
 //! | attributes | lights | [`LIGHT_WORDS`] | `triangle or index, density, kind, area of a triangle or 1`; the environment is the last |
 //! | attributes | punctual lights | [`PUNCTUAL_WORDS`] | `position.xyz, kind`, `direction.xyz, falloff scale`, `intensity.rgb, falloff offset` |
 //! | attributes | environment | [`ENVIRONMENT_WORDS`] | `first texel word, width, height, first row word`, `rotation in turns, probability, 0, 0` |
 //! | attributes | alias table | [`ALIAS_WORDS`] | `threshold, alias, 0, 0`; absent without [`FEATURE_LIGHT_TABLE`] |
+//! | attributes | counterparts | a quarter | of four lights, their indices in the other frame or [`LightAddress::NO_LIGHT`](crate::scene::LightAddress::NO_LIGHT); absent where they are the same |
 //! | texels | sRGB table | 1 | `linear value, 0, 0, 0` of each of 256 codes |
 //! | texels | texture | a quarter | four RGBA texels of 8 bits a channel |
 //! | texels | environment | 1 | `radiance.rgb, lower bound of the column's share of its row`, in 2^-32 |
@@ -162,13 +163,13 @@ pub trait Extent {
 pub struct SceneHeader {
     /// Lower corner of the bounds of all triangles.
     pub bounds_lo: [f32; 3],
-    /// First word of the triangles in the geometry arena; nodes begin at word 0.
+    /// First word of the triangles in the geometry arena.
     pub triangle_base: u32,
     /// Upper corner of the bounds of all triangles.
     pub bounds_hi: [f32; 3],
     /// Number of triangles.
     pub triangle_count: u32,
-    /// First word of the lights in the attribute arena; materials begin at word 0.
+    /// First word of the lights in the attribute arena.
     pub light_base: u32,
     /// Number of lights of all kinds.
     pub light_count: u32,
@@ -184,6 +185,34 @@ pub struct SceneHeader {
     pub environment_base: u32,
     /// First word of the sRGB table in the texel arena.
     pub srgb_base: u32,
+    /// First word of the nodes in the geometry arena.
+    pub node_base: u32,
+    /// First word of the materials in the attribute arena.
+    pub material_base: u32,
+    /// First word of the lights' counterparts in the other frame, in the attribute arena; [`NONE`] where they are the same.
+    pub counterpart_base: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+
+impl SceneHeader {
+    /// Of the same tables, so many words further on in the geometry and the attribute arena.
+    #[must_use]
+    pub fn moved(self, geometry: u32, attributes: u32) -> Self {
+        let by = |base: u32, words: u32| if base == NONE { NONE } else { base.wrapping_add(words) };
+        Self {
+            node_base: by(self.node_base, geometry),
+            triangle_base: by(self.triangle_base, geometry),
+            shading_base: by(self.shading_base, geometry),
+            material_base: by(self.material_base, attributes),
+            light_base: by(self.light_base, attributes),
+            alias_base: by(self.alias_base, attributes),
+            punctual_base: by(self.punctual_base, attributes),
+            environment_base: by(self.environment_base, attributes),
+            counterpart_base: by(self.counterpart_base, attributes),
+            ..self
+        }
+    }
 }
 
 /// A camera with a thin lens, or a pinhole. `right` and `up` span half of the image plane at distance `|forward|`, which
@@ -248,6 +277,9 @@ impl Extent for PathParams {
 pub struct DiParams {
     /// The scene's tables.
     pub scene: SceneHeader,
+    /// The tables of the other reservoirs' frame, in the same arenas; the same ones within a frame, and of a scene that
+    /// does not move.
+    pub other_scene: SceneHeader,
     /// The camera.
     pub camera: CameraParams,
     /// The camera of the other reservoirs' frame; the same one within a frame.
@@ -322,10 +354,10 @@ pub struct FilmPixel {
 
 const _: () = {
     assert!(size_of::<UVec4>() == 16);
-    assert!(size_of::<SceneHeader>() == 64);
+    assert!(size_of::<SceneHeader>() == 80);
     assert!(size_of::<CameraParams>() == 64);
-    assert!(size_of::<PathParams>() == 160);
-    assert!(size_of::<DiParams>() == 256);
+    assert!(size_of::<PathParams>() == 176);
+    assert!(size_of::<DiParams>() == 352);
     assert!(size_of::<FilmParams>() == 16);
     assert!(size_of::<FilmPixel>() == 16);
 };

@@ -91,7 +91,7 @@ impl<'a> Triangles<'a> {
                 }
                 continue;
             }
-            let at = (node * NODE_WORDS) as usize;
+            let at = (self.view.header.node_base + node * NODE_WORDS) as usize;
             let words = &self.view.geometry[at..at + NODE_WORDS as usize];
             for (lo, hi, child) in [(words[0], words[1], words[0].w), (words[2], words[3], words[1].w)] {
                 let (enter, exit) = boxes.interval(xyz(lo), xyz(hi));

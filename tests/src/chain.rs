@@ -2,6 +2,7 @@
 
 use restir_host::buffers::SceneBuffers;
 use restir_host::di::DiSettings;
+use restir_host::replay::Still;
 use restir_shared::glam::UVec4;
 use restir_shared::layout::{DI_OTHER_FRAME, DiParams, FilmPixel};
 use restir_shared::scene::{AddressedLights, Surface, Trace};
@@ -42,6 +43,7 @@ impl<'a, S: Trace + Surface + AddressedLights> Chain<'a, S> {
         let camera = buffers.camera.params(width, height);
         let params = DiParams {
             scene: buffers.header,
+            other_scene: buffers.header,
             camera,
             other_camera: camera,
             width,
@@ -89,21 +91,21 @@ impl<'a, S: Trace + Surface + AddressedLights> Chain<'a, S> {
         };
         let planes = di::Planes { hits: &frame.hits, other_hits: &last.hits, others: &last.reservoirs };
         let own = frame.reservoirs[(at[1] * p.width + at[0]) as usize];
-        di::combine(self.scene, &p, p.flags, &planes, own, at)
+        di::combine(&Still(self.scene), &p, p.flags, &planes, own, at)
     }
 
     /// A pixel of a spatial pass.
     pub fn spatial_pixel(&self, frame: &Frame, pass: u32, at: [u32; 2]) -> UVec4 {
         let p = DiParams { combine: 1 + pass, ..self.of_frame(frame.index) };
         let planes = di::Planes { hits: &frame.hits, other_hits: &frame.hits, others: &frame.reservoirs };
-        di::combine(self.scene, &p, p.flags, &planes, UVec4::ZERO, at)
+        di::combine(&Still(self.scene), &p, p.flags, &planes, UVec4::ZERO, at)
     }
 
     /// A pixel's radiance.
     pub fn shade_pixel(&self, frame: &Frame, [x, y]: [u32; 2]) -> FilmPixel {
         let p = DiParams { combine: 1 + self.spatial, neighbours: self.shaded, ..self.of_frame(frame.index) };
         let planes = di::Planes { hits: &frame.hits, other_hits: &frame.hits, others: &frame.reservoirs };
-        di::shade(self.scene, &p, p.flags, &planes, frame.direct[(y * p.width + x) as usize], [x, y])
+        di::shade(&Still(self.scene), &p, p.flags, &planes, frame.direct[(y * p.width + x) as usize], [x, y])
     }
 
     /// A frame with all reuse.

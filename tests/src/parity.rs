@@ -132,6 +132,7 @@ pub fn plan(kernel: &'static KernelDesc, case: &Case) -> FramePlan<'static> {
         .collect();
     let own = kernel.bindings[1..].iter().enumerate().filter(|(_, b)| b.access == Access::Own);
     let pass = Pass {
+        frame: None,
         kernel,
         constants,
         params: case.buffers[0].clone().unwrap_or_default(),
@@ -141,7 +142,7 @@ pub fn plan(kernel: &'static KernelDesc, case: &Case) -> FramePlan<'static> {
     FramePlan {
         outputs: own.map(|(i, _)| i).collect(),
         buffers,
-        passes: Box::new(std::iter::once(pass)),
+        passes: Box::new(std::iter::once(Ok(pass))),
         pass_count: 1,
         scene: None,
     }

@@ -34,7 +34,7 @@ fn run(executor: &mut dyn Executor, words: &[u32], buckets: Buckets) -> Result<(
     let plan = FramePlan {
         buffers,
         pass_count: passes.len() as u64,
-        passes: Box::new(passes.into_iter()),
+        passes: Box::new(passes.into_iter().map(Ok)),
         outputs: vec![indices, offsets],
         scene: None,
     };

@@ -5,7 +5,7 @@ use glam::Vec3;
 use libtest_mimic::{Arguments, Failed, Trial};
 use rayon::prelude::*;
 use restir_host::buffers::SceneBuffers;
-use restir_host::scene::Mesh;
+use restir_host::scene::{Mesh, Scene};
 use restir_host::wide_bvh::{SimdLevel, WideBvh};
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::scene::Trace;
@@ -20,6 +20,8 @@ use std::process::ExitCode;
 
 /// Rays against each procedural mesh; there are ten.
 const RAYS: u64 = 100_000;
+/// Rays against each moment of a scene that moves; there are five.
+const MOVED_RAYS: u64 = 20_000;
 /// Rays against a mesh from a file, and how many of its triangles.
 const FILE_RAYS: u64 = 2_000;
 /// Rays from the inside of each closed mesh; there are four.
@@ -33,7 +35,8 @@ const FAR: f32 = 1_073_741_824.0 - FAR_HALF;
 const FAR_HALF: f32 = 131_072.0;
 
 fn main() -> ExitCode {
-    let checks: [(&str, Check); 6] = [
+    let checks: [(&str, Check); 7] = [
+        ("refitted_hierarchies_equal_fresh_ones", refitted_hierarchies_equal_fresh_ones),
         ("hierarchy_equals_brute_force", hierarchy_equals_brute_force),
         ("closed_meshes_are_tight", closed_meshes_are_tight),
         ("boxes_without_padding_are_seen", boxes_without_padding_are_seen),
@@ -113,6 +116,31 @@ fn hierarchy_equals_brute_force() -> Result<(), Failed> {
             .map_err(|e| format!("{name}: {}", e.message().unwrap_or_default()))?;
         println!("{name}: {} triangles, {RAYS} rays, {:.0} % hit", buffers.header.triangle_count, 100.0 * share);
         ensure(share > 0.2 && share < 0.99, || format!("{name}: {share} of the rays hit"))?;
+    }
+    Ok(())
+}
+
+/// A scene that has moved: the refitted tree gives the hits of brute force, and those of a tree that is built anew, where
+/// triangles have other ids.
+fn refitted_hierarchies_equal_fresh_ones() -> Result<(), Failed> {
+    let scene = Scene::load("moving")?;
+    let first = SceneBuffers::build(&scene)?;
+    for (stream, time) in [0.0, 3.5, 8.0, 16.0, 29.25].into_iter().enumerate() {
+        let (moved, fresh) = (first.at(time)?, SceneBuffers::build(&scene.at(time))?);
+        let share = compare(&moved, MOVED_RAYS, 200 + stream as u64)?;
+        let [here, there] = [&moved, &fresh].map(|buffers| Triangles::new(buffers.view()));
+        let mut others = 0;
+        for i in 0..MOVED_RAYS {
+            let ray = adversarial(&here, &mut SplitMix::new((300 + stream as u64) << 40 | i));
+            let (a, b) = (moved.tracer().closest(&ray), fresh.tracer().closest(&ray));
+            ensure(a.t.to_bits() == b.t.to_bits() && a.is_hit() == b.is_hit(), || {
+                format!("time {time}: {}: {a:?}, anew {b:?}", describe(&ray))
+            })?;
+            // at the same t, another triangle may have the lower id
+            others += u64::from(a.is_hit() && here.get(a.id as usize) != there.get(b.id as usize));
+        }
+        println!("time {time}: {:.0} % hit, {others} of {MOVED_RAYS} on a triangle at the same place", 100.0 * share);
+        ensure(share > 0.2 && others < MOVED_RAYS / 4, || format!("{share} of the rays hit, {others} elsewhere"))?;
     }
     Ok(())
 }

@@ -41,7 +41,7 @@ impl Executor for Timed<'_> {
         let begun = RefCell::new(VecDeque::new());
         let started = std::cell::Cell::new(None);
         let named = plan.passes.inspect(|pass| {
-            begun.borrow_mut().push_back(pass.kernel.name);
+            begun.borrow_mut().extend(pass.iter().map(|pass| pass.kernel.name));
             started.set(started.get().or_else(|| Some(Instant::now())));
         });
         let plan = FramePlan { passes: Box::new(named), ..plan };

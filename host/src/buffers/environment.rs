@@ -7,6 +7,7 @@ use restir_shared::num::flush;
 use std::f64::consts::PI;
 
 /// The environment as [`restir_shared::layout`] has it.
+#[derive(Debug)]
 pub(super) struct EnvironmentMap {
     pub(super) size: [u32; 2],
     /// Scaled radiance, rows from the top, and the lower bound of the column's share of its row.

@@ -2,7 +2,9 @@
 
 use super::arena::absorption;
 use super::lights::{LightTables, emits};
-use crate::scene::Material;
+use super::shading::needs_shading;
+use super::texels::Texels;
+use crate::scene::{Material, Scene};
 use glam::Vec3;
 use restir_shared::bsdf::Material as Scattering;
 use restir_shared::layout::{
@@ -32,19 +34,15 @@ pub(super) fn names(features: u32) -> Vec<&'static str> {
 }
 
 /// The features of the materials in use and the lights.
-pub(super) fn of<'a>(
-    materials: impl Iterator<Item = &'a Material>,
-    tables: &LightTables,
-    with_shading: bool,
-    with_textures: bool,
-) -> u32 {
-    let mut features = materials.fold(0, |features, m| features | of_material(m));
+pub(super) fn of_scene(scene: &Scene, used_materials: &[bool], tables: &LightTables, texels: &Texels) -> u32 {
+    let materials = scene.materials.iter().zip(used_materials).filter(|(_, used)| **used);
+    let mut features = materials.fold(0, |features, (m, _)| features | of_material(m));
     for (present, bit) in [
         (tables.alias.is_some(), FEATURE_LIGHT_TABLE),
         (tables.count(LIGHT_PUNCTUAL) > 0, FEATURE_PUNCTUAL),
         (tables.count(LIGHT_ENVIRONMENT) > 0, FEATURE_ENVIRONMENT),
-        (with_shading, FEATURE_SHADING),
-        (with_textures, FEATURE_TEXTURES),
+        (needs_shading(scene), FEATURE_SHADING),
+        (texels.count() > 0, FEATURE_TEXTURES),
     ] {
         features |= if present { bit } else { 0 };
     }

@@ -5,12 +5,13 @@ mod check;
 mod environment;
 mod features;
 mod lights;
+mod moving;
 mod shading;
 mod texels;
 mod triangles;
 
 use crate::Error;
-use crate::bvh::{self, Bounds};
+use crate::bvh::{self, Bounds, Bvh};
 use crate::scene::{Camera, Scene};
 use crate::wide_bvh::WideBvh;
 use glam::UVec4;
@@ -21,6 +22,7 @@ use std::sync::{Arc, OnceLock};
 use arena::{Attributes, pack_geometry};
 use environment::EnvironmentMap;
 use lights::LightTables;
+use moving::Moving;
 use texels::Texels;
 use triangles::Triangle;
 
@@ -41,6 +43,20 @@ pub struct SceneBuffers {
     pub camera: Camera,
     stats: SceneStats,
     wide: OnceLock<Arc<WideBvh>>,
+    moving: Option<Arc<Moving>>,
+}
+
+/// A scene's triangles under their tree, and its images.
+#[derive(Debug)]
+struct Flat {
+    /// In the order of the arena.
+    triangles: Vec<Triangle>,
+    bvh: Bvh,
+    /// How many were left out for want of area.
+    skipped: u64,
+    /// Where they are; the words lie in the arena.
+    texels: Texels,
+    environment: Option<EnvironmentMap>,
 }
 
 /// What a scene consists of.
@@ -69,30 +85,44 @@ pub struct SceneStats {
 }
 
 impl SceneBuffers {
-    /// Flattens a scene and builds its BVH.
+    /// Flattens a scene and builds its BVH. Of a scene with an animation it is the moment 0.
     ///
     /// # Errors
     /// [`Error::Scene`] for what is not finite or too far away, an index or a parameter out of range, or a scene without
     /// any triangle of positive area; [`Error::Memory`] for one too large to hold.
     pub fn build(scene: &Scene) -> Result<Self, Error> {
         check::check(scene)?;
+        if scene.animation.is_still() {
+            return Ok(Self::flattened(scene)?.0);
+        }
+        let (buffers, flat) = Self::flattened(&scene.at(0.0))?;
+        Ok(buffers.with_motion(Arc::new(Moving::new(scene, flat))))
+    }
+
+    fn flattened(scene: &Scene) -> Result<(Self, Flat), Error> {
         let (triangles, boxes, skipped) = triangles::flatten(scene)?;
         let bvh = bvh::build(&boxes);
         drop(boxes);
         let triangles: Vec<Triangle> = bvh.order.iter().map(|&i| triangles[i as usize]).collect();
+        let environment = scene.environment.as_ref().and_then(EnvironmentMap::new);
+        let mut texels = Texels::new(scene, &used_materials(scene, &triangles), environment.as_ref());
+        let mut words = std::mem::take(&mut texels.words);
+        words.resize(words.len().max(4), 0);
+        let flat = Flat { triangles, bvh, skipped, texels, environment };
+        Ok((Self::assemble(scene, &flat, &flat.bvh, words.into())?, flat))
+    }
+
+    /// The arenas and all about them, with the boxes of `bvh`.
+    fn assemble(scene: &Scene, flat: &Flat, bvh: &Bvh, texel_words: Arc<[u32]>) -> Result<Self, Error> {
+        let Flat { triangles, skipped, texels, .. } = flat;
+        let environment = flat.environment.as_ref();
         let camera = scene.camera.unwrap_or_else(|| Camera::framing(corners(&bvh.bounds), 1.0));
         check::check_camera(scene, &camera)?;
-
-        let environment = scene.environment.as_ref().and_then(EnvironmentMap::new);
-        let tables = LightTables::new(scene, &triangles, environment.as_ref(), &bvh.bounds);
-        let used = used_materials(scene, &triangles);
-        let texels = Texels::new(scene, &used, environment.as_ref());
+        let tables = LightTables::new(scene, triangles, environment, &bvh.bounds);
         let with_shading = shading::needs_shading(scene);
-        let textures = texels.textures.iter().filter(|&&first| first != NONE).count();
-        let attributes = Attributes::new(scene, &tables, &texels, environment.as_ref());
-        let geometry = pack_geometry(scene, &bvh, &triangles, &tables, with_shading);
-        let materials = scene.materials.iter().zip(&used).filter(|(_, used)| **used).map(|(material, _)| material);
-        let features = features::of(materials, &tables, with_shading, textures > 0);
+        let attributes = Attributes::new(scene, &tables, texels, environment);
+        let geometry = pack_geometry(scene, bvh, triangles, &tables, with_shading);
+        let features = features::of_scene(scene, &used_materials(scene, triangles), &tables, texels);
 
         let triangle_base = bvh.nodes.len() as u32 * NODE_WORDS;
         let triangle_count = triangles.len() as u32;
@@ -109,17 +139,19 @@ impl SceneBuffers {
             punctual_base: attributes.punctual_base,
             environment_base: attributes.environment_base,
             srgb_base: texels.srgb_base,
+            node_base: 0,
+            material_base: 0,
+            counterpart_base: NONE,
+            reserved: 0,
         };
-        let mut texel_words = texels.words;
-        texel_words.resize(texel_words.len().max(4), 0);
         let words = geometry.len() + attributes.words.len() + texel_words.len();
         let stats = SceneStats {
             triangles: u64::from(triangle_count),
-            skipped_triangles: skipped,
+            skipped_triangles: *skipped,
             nodes: bvh.nodes.len() as u64,
             bvh_depth: bvh.depth as u32,
             emissive_triangles: tables.count(LIGHT_TRIANGLE) as u64,
-            textures: textures as u64,
+            textures: texels.count() as u64,
             materials: scene.materials.len() as u64,
             bytes: words as u64 * 4,
             bounds: corners(&bvh.bounds),
@@ -129,12 +161,21 @@ impl SceneBuffers {
             header,
             geometry,
             attributes: attributes.words.into(),
-            texels: texel_words.into(),
+            texels: texel_words,
             features,
             camera,
             stats,
             wide: OnceLock::new(),
+            moving: None,
         })
+    }
+
+    /// As a moment of a scene that moves.
+    fn with_motion(mut self, moving: Arc<Moving>) -> Self {
+        self.features = moving.features();
+        self.stats.features = features::names(self.features);
+        self.moving = Some(moving);
+        self
     }
 
     /// What the scene consists of.

@@ -5,6 +5,7 @@ use crate::scene::{Scene, Texture};
 use restir_shared::layout::NONE;
 
 /// The arena and where things begin in it.
+#[derive(Debug)]
 pub(super) struct Texels {
     pub(super) words: Vec<u32>,
     /// First word of the sRGB table.
@@ -34,6 +35,11 @@ impl Texels {
             texels.environment = texels.add_environment(map);
         }
         texels
+    }
+
+    /// How many of the scene's textures it has.
+    pub(super) fn count(&self) -> usize {
+        self.textures.iter().filter(|&&first| first != NONE).count()
     }
 
     fn next_word(&self) -> u32 {

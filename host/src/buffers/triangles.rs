@@ -15,7 +15,7 @@ const MIN_AREA_SQUARED: f32 = restir_shared::num::FLUSH_BELOW;
 const BYTES_PER_TRIANGLE: u64 = 400;
 
 /// A triangle of an instance. Everything else is looked up in the scene: a large one has millions of these.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Triangle {
     /// Its instance.
     pub(super) object: u32,
@@ -115,6 +115,22 @@ pub(super) fn flatten(scene: &Scene) -> Result<(Vec<Triangle>, Vec<Bounds>, u64)
         return Err(scene_error(scene, format!("has no triangle with an area ({skipped} without one were skipped)")));
     }
     Ok((triangles, bounds, skipped))
+}
+
+/// The bounds of triangles that [`flatten`] gave, in the same order, where the scene has moved them.
+pub(super) fn moved_bounds(scene: &Scene, triangles: &[Triangle]) -> Result<Vec<Bounds>, Error> {
+    let bounds = |triangle: &Triangle| {
+        let vertices = triangle.vertices(scene);
+        let name = &triangle.mesh(scene).name;
+        if !vertices.iter().all(|v| f64::from(v.abs().max_element()) <= MAX_COORDINATE) {
+            Err(scene_error(scene, format!("mesh {name:?} moves beyond 1.07e9; correct its motion")))
+        } else if !has_normal(&vertices) {
+            Err(scene_error(scene, format!("mesh {name:?} has a triangle that loses its area; build the scene anew")))
+        } else {
+            Ok(Bounds::of(&vertices))
+        }
+    };
+    triangles.iter().map(bounds).collect()
 }
 
 fn world_positions(scene: &Scene, mesh: usize, object: usize) -> Result<Vec<Vec3>, Error> {

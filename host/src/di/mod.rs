@@ -1,9 +1,10 @@
 //! Direct light by ReSTIR: frames that reuse each other's reservoirs.
 
+mod moments;
 pub(crate) mod plan;
 mod settings;
 
-pub use plan::BYTES_A_PIXEL;
+pub use plan::{BYTES_A_PIXEL, plan};
 pub use settings::{
     DiSettings, MAX_CANDIDATES, MAX_CONFIDENCE_CAP, MAX_NEIGHBOURS, MAX_SPATIAL_PASSES, MisForm, Visibility,
 };
@@ -48,7 +49,7 @@ impl DiRender {
     }
 }
 
-/// Renders frames of `scene`; `observe` is called after each dispatch and may stop the render.
+/// Renders frames of `scene`, of one with an animation frame f at time f; `observe` is called after each dispatch and may stop the render.
 ///
 /// # Errors
 /// As [`crate::render::render`].
@@ -59,7 +60,7 @@ pub fn render(
     observe: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Rendered, Error> {
     check(scene, render)?;
-    let plan = plan::plan(scene, render);
+    let plan = plan(scene, render);
     let total = plan.pass_count;
     let words = executor.run(plan, &mut |done| observe(Progress { done, total }))?;
     let pixels: &[FilmPixel] = words.first().map_or(&[], |words| bytemuck::cast_slice(words));
@@ -83,10 +84,10 @@ pub fn check(scene: &SceneBuffers, render: &DiRender) -> Result<(), Error> {
         Some(format!("an image of {width}x{height} pixels is too large; the longest side is {MAX_SIDE}"))
     } else if render.frames == 0 {
         Some("0 frames make no image; give at least 1".to_owned())
-    } else if scene.header.light_count >= LightAddress::NO_LIGHT {
+    } else if scene.most_lights() >= LightAddress::NO_LIGHT {
         Some(format!(
             "the scene has {} lights and reservoirs know at most {}; use --technique path",
-            scene.header.light_count,
+            scene.most_lights(),
             LightAddress::NO_LIGHT - 1
         ))
     } else {
@@ -95,5 +96,7 @@ pub fn check(scene: &SceneBuffers, render: &DiRender) -> Result<(), Error> {
     problem.map_or(Ok(()), |problem| Err(Error::Setting(problem)))?;
     // beside the plan: the words read back, the image and its encoded form
     let copies = 3 * u64::from(width) * u64::from(height) * size_of::<FilmPixel>() as u64;
-    memory::check(plan::plan(scene, render).bytes() + copies, "this render", "choose a smaller size")
+    // of a scene that moves: the frame in work and the last one
+    let frames = if scene.is_animated() { 2 * scene.stats().bytes } else { 0 };
+    memory::check(plan(scene, render).bytes() + copies + frames, "this render", "choose a smaller size")
 }

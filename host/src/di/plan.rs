@@ -1,11 +1,13 @@
 //! The passes of ReSTIR DI.
 
 use super::DiRender;
+use super::moments::Moments;
+use crate::Error;
 use crate::buffers::SceneBuffers;
 use crate::film::{Film, plane_words};
 use crate::plan::{Buffer, BufferId, FramePlan, Pass};
 use restir_kernels::{self as kernels, KernelDesc};
-use restir_shared::layout::{DI_OTHER_FRAME, DiParams};
+use restir_shared::layout::{DI_OTHER_FRAME, DiParams, SceneHeader};
 use std::collections::VecDeque;
 
 /// Bytes a pixel of a reservoir, of a hit and of the direct part: one plane each.
@@ -13,23 +15,34 @@ pub const BYTES_A_PIXEL: usize = 16;
 
 const ARENAS: [BufferId; 3] = [0, 1, 2];
 
-pub(crate) fn plan<'a>(scene: &'a SceneBuffers, render: &'a DiRender) -> FramePlan<'a> {
+/// The frames' passes, for settings that [`super::check`] accepts: what [`super::render`] runs.
+pub fn plan<'a>(scene: &'a SceneBuffers, render: &'a DiRender) -> FramePlan<'a> {
     let arena =
         |name, words: &std::sync::Arc<[u32]>| Buffer { name, words: words.len(), contents: Some(words.clone()) };
-    let mut buffers = vec![
-        arena("geometry", &scene.geometry),
-        arena("attributes", &scene.attributes),
-        arena("texels", &scene.texels),
-    ];
+    let texels = arena("texels", &scene.texels);
+    let moments = scene.is_animated().then(|| Moments::new(scene, ARENAS, if keeps_history(render) { 2 } else { 1 }));
+    let [geometry, attributes] = match &moments {
+        Some(moments) => moments.buffers(),
+        None => [arena("geometry", &scene.geometry), arena("attributes", &scene.attributes)],
+    };
+    let mut buffers = vec![geometry, attributes, texels];
     let planes = Planes::new(&mut buffers, render);
     let samples = if render.accumulate { render.frames } else { 1 };
     let film = Film::new(&mut buffers, [render.width, render.height], samples, 0);
     let outputs = vec![film.output()];
-    let passes = || Passes { scene, render, planes: planes.clone(), frame: 0, queue: VecDeque::new(), film: None };
+    let passes = || Passes {
+        scene,
+        render,
+        planes: planes.clone(),
+        frame: 0,
+        queue: VecDeque::new(),
+        film: None,
+        moments: None,
+    };
     let pass_count = passes().count(samples);
     FramePlan {
         buffers,
-        passes: Box::new(Passes { film: Some(film), ..passes() }),
+        passes: Box::new(Passes { film: Some(film), moments, ..passes() }),
         pass_count,
         outputs,
         scene: Some(scene),
@@ -77,6 +90,8 @@ struct Passes<'a> {
     queue: VecDeque<Pass>,
     /// None where passes are only counted.
     film: Option<Film>,
+    /// Of a scene that moves, unless passes are only counted.
+    moments: Option<Moments<'a>>,
 }
 
 impl Passes<'_> {
@@ -104,6 +119,7 @@ impl Passes<'_> {
             let last = self.planes.reservoirs[self.planes.reservoirs.len() - 1];
             let of_last = DiParams {
                 flags: settings.flags() | DI_OTHER_FRAME,
+                other_scene: self.headers()[1],
                 other_camera: self.camera_params(self.frame - 1),
                 other_frame: self.frame - 1,
                 neighbours: if settings.fused { settings.neighbours } else { 0 },
@@ -144,6 +160,7 @@ impl Passes<'_> {
     fn push(&mut self, kernel: &'static KernelDesc, params: DiParams, arenas: &[BufferId], planes: &[BufferId]) {
         let constants = [self.scene.features, params.flags];
         self.queue.push_back(Pass {
+            frame: None,
             kernel,
             constants: constants[2 - kernel.constants.len()..].to_vec(),
             params: bytemuck::cast_slice(&[params]).to_vec(),
@@ -156,12 +173,18 @@ impl Passes<'_> {
         self.render.camera(self.scene, frame).params(self.render.width, self.render.height)
     }
 
+    /// Of this frame and of the last one.
+    fn headers(&self) -> [SceneHeader; 2] {
+        self.moments.as_ref().and_then(Moments::headers).unwrap_or([self.scene.header; 2])
+    }
+
     /// Of passes within the frame.
     fn params(&self) -> DiParams {
         let (render, s) = (self.render, &self.render.settings);
-        let camera = self.camera_params(self.frame);
+        let (camera, [scene, _]) = (self.camera_params(self.frame), self.headers());
         DiParams {
-            scene: self.scene.header,
+            scene,
+            other_scene: scene,
             camera,
             other_camera: camera,
             width: render.width,
@@ -195,17 +218,24 @@ impl Passes<'_> {
 }
 
 impl Iterator for Passes<'_> {
-    type Item = Pass;
+    type Item = Result<Pass, Error>;
 
-    fn next(&mut self) -> Option<Pass> {
+    fn next(&mut self) -> Option<Self::Item> {
         while self.queue.is_empty() && self.frame < self.render.frames {
+            let begun = match self.moments.as_mut().map(|moments| moments.advance(self.frame)).transpose() {
+                Ok(begun) => begun,
+                Err(e) => return Some(Err(e)),
+            };
             self.reuse();
+            if let Some(first) = self.queue.front_mut() {
+                first.frame = begun;
+            }
             if self.render.accumulate || self.frame + 1 == self.render.frames {
                 self.shade();
             }
             self.end_frame();
         }
-        self.queue.pop_front().or_else(|| self.film.as_mut()?.finish())
+        self.queue.pop_front().or_else(|| self.film.as_mut()?.finish()).map(Ok)
     }
 }
 
@@ -236,6 +266,7 @@ mod tests {
                 let mut used = std::collections::BTreeSet::new();
                 let mut count = 0;
                 for pass in plan.passes {
+                    let pass = pass.expect("the scene stands still");
                     pass.check(&plan.buffers).expect("fits");
                     used.extend(pass.bindings);
                     count += 1;

@@ -2,7 +2,8 @@
 
 use super::{Description, Executor, Flavour};
 use crate::Error;
-use crate::plan::{FramePlan, Pass};
+use crate::buffers::SceneBuffers;
+use crate::plan::{FramePlan, Pass, Upload};
 use rayon::prelude::*;
 use restir_kernels::{Access, NativeRow};
 use restir_shared::scene::{Trace, Tracer};
@@ -28,6 +29,12 @@ impl Storage {
         }
     }
 
+    fn write(&mut self, upload: &Upload) {
+        let mut words = self.take();
+        words[upload.first..][..upload.words.len()].copy_from_slice(&upload.words);
+        *self = Self::Owned(words);
+    }
+
     fn take(&mut self) -> Vec<u32> {
         match self {
             Self::Shared(words) => words.to_vec(),
@@ -49,7 +56,7 @@ impl CpuExecutor {
             .map_err(|e| Error::Setting(format!("cannot start {threads:?} threads: {e}; ask for fewer")))
     }
 
-    fn pass(&self, pass: &Pass, buffers: &mut [Storage], tracer: Tracer<'_>) {
+    fn pass(&self, pass: &Pass, buffers: &mut [Storage], [tracer, other_tracer]: [Tracer<'_>; 2]) {
         let bindings = pass.kernel.bindings.iter().skip(1).zip(&pass.bindings);
         let strides: Vec<usize> = bindings
             .clone()
@@ -70,6 +77,7 @@ impl CpuExecutor {
                     read: &read,
                     own: &mut own,
                     tracer,
+                    other_tracer,
                 });
             });
         });
@@ -105,10 +113,24 @@ impl Executor for CpuExecutor {
             .iter()
             .map(|b| b.contents.clone().map_or_else(|| Storage::Owned(vec![0; b.words]), Storage::Shared))
             .collect();
-        let tracer = plan.scene.map(|scene| scene.tracer() as &(dyn Trace + Sync));
+        let mut frame_scenes = None;
         for (done, pass) in (1..).zip(plan.passes) {
+            let mut pass = pass?;
             pass.check(&plan.buffers)?;
-            self.pass(&pass, &mut buffers, tracer);
+            if let Some(frame) = pass.frame.take() {
+                for upload in &frame.uploads {
+                    buffers[upload.buffer].write(upload);
+                }
+                frame_scenes = Some(frame.scenes);
+            }
+            // of this frame and of the other one
+            let scenes: [Option<&SceneBuffers>; 2] = match &frame_scenes {
+                None => [plan.scene; 2],
+                Some(None) => [None; 2],
+                Some(Some(scenes)) => scenes.each_ref().map(|scene| Some(&**scene)),
+            };
+            let tracers = scenes.map(|scene| scene.map(|scene| scene.tracer() as &(dyn Trace + Sync)));
+            self.pass(&pass, &mut buffers, tracers);
             if observe(done).is_break() {
                 return Err(Error::Interrupted);
             }

@@ -1,5 +1,6 @@
 //! The frames of ReSTIR DI, replayed natively over any scene: one that counts rays, or writes down what it is asked.
 
+use super::still::Still;
 use crate::buffers::SceneBuffers;
 use crate::di::{DiRender, plan};
 use crate::plan::{BufferId, Pass};
@@ -16,7 +17,7 @@ pub struct Frames {
 }
 
 impl Frames {
-    /// Runs all passes of a render on `scene`, whose arenas are those of `buffers`, but for the film. `observe` sees each
+    /// Runs all passes of a render on `scene`, which stands still, whose arenas are those of `buffers`, but for the film. `observe` sees each
     /// pass when it is done.
     pub fn replay<S: Trace + Surface + AddressedLights>(
         scene: &S,
@@ -29,7 +30,8 @@ impl Frames {
         // the arenas are the scene's
         let planes = (0..plan.buffers.len()).map(|id| vec![UVec4::ZERO; if id < 3 { 0 } else { pixels }]).collect();
         let mut frames = Self { width: render.width, planes };
-        for pass in plan.passes {
+        // of a still scene every pass can be made
+        for pass in plan.passes.map_while(Result::ok) {
             frames.run(scene, &pass);
             observe(&pass, &frames);
         }
@@ -56,14 +58,14 @@ impl Frames {
         } else if name == kernels::di_combine::DESC.name {
             let [hits, other_hits, others] = [ids[3], ids[4], ids[5]].map(|id| self.planes[id].clone());
             let planes = di::Planes { hits: &hits, other_hits: &other_hits, others: &others };
-            self.fill(ids[6], |at, own| di::combine(scene, &p, p.flags, &planes, own, at));
+            self.fill(ids[6], |at, own| di::combine(&Still(scene), &p, p.flags, &planes, own, at));
         } else if name == kernels::di_shade::DESC.name {
             let [hits, reservoirs, direct] = [ids[3], ids[4], ids[5]].map(|id| self.planes[id].clone());
             let planes = di::Planes { hits: &hits, other_hits: &hits, others: &reservoirs };
             let width = self.width;
             self.fill(ids[6], |at, _| {
                 let direct: FilmPixel = bytemuck::cast(direct[(at[1] * width + at[0]) as usize]);
-                bytemuck::cast(di::shade(scene, &p, p.flags, &planes, direct, at))
+                bytemuck::cast(di::shade(&Still(scene), &p, p.flags, &planes, direct, at))
             });
         }
     }

@@ -9,11 +9,13 @@ mod frames;
 mod isolated;
 mod path;
 mod recording;
+mod still;
 
 pub use frames::Frames;
 pub use isolated::{Isolated, Source};
 pub use path::{Emission, Escape, NextEvent, Path, Vertex, explain};
 pub use recording::{Counts, Event, Recording};
+pub use still::Still;
 
 use std::ops::ControlFlow;
 
@@ -60,7 +62,7 @@ pub fn film(
     let (buffers, pass) = sample_pass(scene, settings, index)?;
     let outputs = pass.bindings.last().copied().into_iter().collect();
     let plan =
-        FramePlan { buffers, passes: Box::new(std::iter::once(pass)), pass_count: 1, outputs, scene: Some(scene) };
+        FramePlan { buffers, passes: Box::new(std::iter::once(Ok(pass))), pass_count: 1, outputs, scene: Some(scene) };
     let words = executor.run(plan, &mut |_| ControlFlow::Continue(()))?;
     Ok(bytemuck::cast_slice(words.first().map_or(&[], |words| words)).to_vec())
 }
@@ -79,7 +81,7 @@ fn sample_pass(
     let settings = RenderSettings { samples: 1, ..settings.clone() };
     render::check(scene, &settings)?;
     let mut plan = render::path_plan(scene, &settings);
-    let Some(mut pass) = plan.passes.next() else {
+    let Some(Ok(mut pass)) = plan.passes.next() else {
         return Err(Error::Setting("a plan without a pass cannot be replayed; correct the plan".to_owned()));
     };
     let mut params: PathParams = bytemuck::pod_read_unaligned(bytemuck::cast_slice(&pass.params));

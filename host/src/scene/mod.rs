@@ -7,6 +7,7 @@ use glam::{DAffine3, DVec3};
 
 use crate::Error;
 
+mod animation;
 pub mod builtin;
 mod camera;
 mod camera_path;
@@ -20,6 +21,7 @@ mod material;
 mod shapes;
 mod texture;
 
+pub use animation::{Animation, Blackout, Emitter, Motion, Pose};
 pub use camera_path::{CameraPath, Keyframe};
 pub use light::{Environment, Light, LightKind};
 pub use material::{Material, TextureUse, Volume};
@@ -44,6 +46,8 @@ pub struct Scene {
     pub environment: Option<Environment>,
     /// The camera; `None` is framed automatically, see [`Camera::framing`].
     pub camera: Option<Camera>,
+    /// How it changes with time. What does not ask for a time sees the scene at time 0.
+    pub animation: Animation,
     /// Image size that suits the scene, in pixels.
     pub default_size: Option<[u32; 2]>,
     /// What the importer skipped or assumed, a sentence each.

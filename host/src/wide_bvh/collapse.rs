@@ -82,7 +82,7 @@ fn xyz(word: UVec4) -> Vec3 {
 impl<'a> Collapse<'a> {
     fn new(scene: &'a SceneView<'a>) -> Self {
         let unknown = Best { forest: [0.0; LANES - 1], triangles: 0, pack: false };
-        let count = scene.header.triangle_base / NODE_WORDS;
+        let count = (scene.header.triangle_base - scene.header.node_base) / NODE_WORDS;
         let mut this = Self { scene, best: vec![unknown; count as usize] };
         // children have larger indices than their parents
         for node in (0..count).rev() {
@@ -92,7 +92,7 @@ impl<'a> Collapse<'a> {
     }
 
     fn children(&self, node: u32) -> [Subtree; 2] {
-        let at = (node * NODE_WORDS) as usize;
+        let at = (self.scene.header.node_base + node * NODE_WORDS) as usize;
         let words = &self.scene.geometry[at..at + NODE_WORDS as usize];
         let child = |reference, lo, hi| {
             assert!(reference & LEAF != 0 || reference > node, "children come after their parents");
@@ -187,11 +187,16 @@ impl<'a> Collapse<'a> {
         tree
     }
 
+    /// The triangles of a subtree. Not by recursion, of which rustc 1.95 loses a branch when it optimises.
     fn ids(&self, subtree: &Subtree, out: &mut Vec<u32>) {
-        if subtree.is_leaf() {
-            out.extend(subtree.ids());
-        } else {
-            self.children(subtree.reference).iter().for_each(|child| self.ids(child, out));
+        let mut pending = vec![*subtree];
+        while let Some(subtree) = pending.pop() {
+            if subtree.is_leaf() {
+                out.extend(subtree.ids());
+            } else {
+                let [a, b] = self.children(subtree.reference);
+                pending.extend([b, a]);
+            }
         }
     }
 

@@ -82,7 +82,7 @@ fn order_children<const COMPILED: u32>(
     node: u32,
     limit: f32,
 ) -> (u32, u32) {
-    let at = (node * NODE_WORDS) as usize;
+    let at = (scene.header.node_base + node * NODE_WORDS) as usize;
     let lo0 = scene.geometry[at];
     let hi0 = scene.geometry[at + 1];
     let lo1 = scene.geometry[at + 2];

@@ -4,11 +4,13 @@
 //! Every method is a function of its arguments alone: techniques rely on asking twice and getting the same bits.
 
 mod environment;
+mod frames;
 mod light;
 mod surface;
 mod texture;
 mod view;
 
+pub use frames::SceneFrames;
 pub use view::SceneView;
 pub(crate) use view::xyz;
 
@@ -74,6 +76,19 @@ pub trait AddressedLights: Lights {
     fn address_of_hit(&self, hit: &Hit) -> LightAddress;
     /// The address nearest to a direction of the environment; [`LightAddress::NONE`] without one.
     fn address_of_environment(&self, direction: Vec3) -> LightAddress;
+}
+
+/// A scene that may move, in two frames: what reuse over time needs. A surface keeps its hits' ids and coordinates.
+pub trait Frames {
+    /// The scene of a frame.
+    type Scene: Trace + Surface + AddressedLights;
+
+    /// The scene of this frame or, with `other`, of the other one.
+    fn scene(&self, other: bool) -> Self::Scene;
+
+    /// Where an address of this frame or, with `of_other`, of the other one lies in the respective other frame;
+    /// [`LightAddress::NONE`] where its light does not shine there.
+    fn counterpart(&self, address: LightAddress, of_other: bool) -> LightAddress;
 }
 
 /// A light and a point of its parametrisation.

@@ -107,7 +107,7 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     /// What a material emits at a point of a triangle.
     #[inline(always)]
     pub(super) fn emitter(&self, material: u32, triangle: u32, b: Vec2) -> Emitter {
-        let at = material * MATERIAL_WORDS;
+        let at = self.header.material_base + material * MATERIAL_WORDS;
         let (a, e) = (self.attribute(at), self.attribute(at + 1));
         let mut emission = xyz(e);
         if self.has(FEATURE_TEXTURES) && e.w != NONE && self.has_texture(e.w, SLOT_EMISSION) {
@@ -157,7 +157,7 @@ impl<const COMPILED: u32> Surface for SceneView<'_, COMPILED> {
     #[inline(always)]
     fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         let p: TrianglePoint = self.triangle_point(hit.id, hit.uv);
-        let at = p.material * MATERIAL_WORDS;
+        let at = self.header.material_base + p.material * MATERIAL_WORDS;
         let flags = self.attribute(at).w;
         let mut point = SurfacePoint {
             position: p.position,

@@ -32,16 +32,16 @@ struct Taps {
 }
 
 impl<const COMPILED: u32> SceneView<'_, COMPILED> {
-    /// Whether a slot of the texture uses that begin at attribute word `uses` has a texture.
+    /// Whether a slot has a texture, of the texture uses that begin `uses` words after the materials.
     #[inline(always)]
     pub(super) fn has_texture(&self, uses: u32, slot: u32) -> bool {
-        self.attribute(uses + slot * TEXTURE_USE_WORDS).x != NONE
+        self.attribute(self.header.material_base + uses + slot * TEXTURE_USE_WORDS).x != NONE
     }
 
     /// RGB of a slot that has a texture.
     #[inline(always)]
     pub(super) fn texture(&self, uses: u32, slot: u32, uv: Vec2) -> Vec3 {
-        let texture = self.texture_use(uses + slot * TEXTURE_USE_WORDS);
+        let texture = self.texture_use(self.header.material_base + uses + slot * TEXTURE_USE_WORDS);
         let [a, b] = texture.transform;
         let u = taps(a.x * uv.x + a.y * uv.y + a.z, texture.width, texture.flags);
         let v = taps(b.x * uv.x + b.y * uv.y + b.z, texture.height, texture.flags >> V_SHIFT);
@@ -80,7 +80,7 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
 }
 
 #[inline(always)]
-fn component(word: UVec4, index: u32) -> u32 {
+pub(super) fn component(word: UVec4, index: u32) -> u32 {
     let low = if index & 1 == 0 { word.x } else { word.y };
     let high = if index & 1 == 0 { word.z } else { word.w };
     if index & 2 == 0 { low } else { high }

@@ -206,7 +206,15 @@ impl Executor for GpuExecutor {
     ) -> Result<Vec<Vec<u32>>, Error> {
         let buffers = self.create_buffers(&plan.buffers)?;
         for (done, pass) in (1..).zip(plan.passes) {
+            let pass = pass?;
             pass.check(&plan.buffers)?;
+            for upload in pass.frame.iter().flat_map(|frame| &frame.uploads) {
+                let (first, words) = (upload.first as u64 * 4, bytemuck::cast_slice(&upload.words));
+                self.guarded(|this| {
+                    this.queue.write_buffer(&buffers[upload.buffer], first, words);
+                    Ok(())
+                })?;
+            }
             let pipeline = self.pipelines.get(pass.kernel, &pass.constants)?;
             self.guarded(|this| this.submit(&pass, &pipeline, &buffers))?;
             if observe(done).is_break() {

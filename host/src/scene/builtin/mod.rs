@@ -15,6 +15,7 @@ mod isosurface;
 mod many_lights;
 #[cfg(test)]
 mod measure;
+mod moving;
 mod parts;
 mod random;
 mod statue;
@@ -33,6 +34,7 @@ pub const NAMES: &[(&str, &str)] = &[
     ("glossy", "a corridor of metal and plastic whose roughness grows with the distance"),
     ("glass", "a mirror, and glass that is smooth, rough, or coloured by absorption"),
     ("tower", "two towers of bricks at night: a sky of small bright lights, a shadow side lit indirectly"),
+    ("moving", "a room with a moving board, lamp and ball, and lights that go out and come back: frame f is time f"),
     ("statue", "a hare of wax: one closed mesh with ears, fingers and a thick belly"),
 ];
 
@@ -48,6 +50,7 @@ pub fn scene(name: &str) -> Option<Scene> {
         "glossy" => Some(glossy::scene()),
         "glass" => Some(glass::scene()),
         "tower" => Some(tower::scene()),
+        "moving" => Some(moving::scene()),
         "statue" => Some(statue::scene()),
         _ => None,
     }

@@ -4,7 +4,7 @@
 //! instances as nodes, materials with the extensions that the import reads, textures as PNG, punctual lights, the camera.
 //! Where glTF's numbers are coarser than the scene's, the exact ones stand in `extras` for [`super::gltf`] to find.
 //! Importing the file again gives the scene back: every vertex, matrix, factor and texel has its bits. Left out are the
-//! environment, for which glTF has no name, meshes without a triangle, and the order of meshes and textures: the import
+//! animation, the environment, for which glTF has no name, meshes without a triangle, and the order of meshes and textures: the import
 //! numbers them as they are used.
 //!
 //! Restir renders both sides of a surface, where glTF hides the back of what is not double-sided; what neither emits nor

@@ -12,7 +12,7 @@ use crate::mis::{Combine, INPUTS, Mis};
 use crate::num::{self, Scalar};
 use crate::reservoir::Reservoir;
 use crate::rng::{self, Rng};
-use crate::scene::{AddressedLights, Surface, Trace};
+use crate::scene::{Frames, LightAddress, Trace};
 use glam::{UVec4, Vec3};
 
 /// The planes that a combine reads.
@@ -49,9 +49,10 @@ impl Input {
 /// Combines the reservoir of the pixel (x, y), `own`, with others; both are packed.
 ///
 /// Targets are a matrix a_j(y_i) of receiving pixels j and samples i, of which the form of MIS asks for some entries. It is
-/// gone through row by row, so that each pixel's surface is made once.
-pub fn combine<S: Trace + Surface + AddressedLights>(
-    scene: &S,
+/// gone through row by row, so that each pixel's surface is made once. Pixels of another frame see that frame's scene: what
+/// a reservoir can produce was decided there.
+pub fn combine<F: Frames>(
+    frames: &F,
     params: &DiParams,
     flags: u32,
     planes: &Planes<'_>,
@@ -59,7 +60,7 @@ pub fn combine<S: Trace + Surface + AddressedLights>(
     at: [u32; 2],
 ) -> UVec4 {
     let pass = Pass { params, flags, planes, form: Mis((flags >> DI_MIS_SHIFT) & Mis::MASK), shades: false };
-    pass.run(scene, own, at).reservoir
+    pass.run(frames, own, at).reservoir
 }
 
 /// The radiance of the pixel (x, y), as a film's sample: of its reservoir, and of its neighbours' if there are any.
@@ -67,8 +68,8 @@ pub fn combine<S: Trace + Surface + AddressedLights>(
 /// With neighbours this is one more combine, of which not only the selected sample is shaded but each, by its weight: the
 /// mean over the selection, which has the same expectation and less noise in colour. The form of MIS must act inside the
 /// weights; without neighbours it does not matter.
-pub fn shade<S: Trace + Surface + AddressedLights>(
-    scene: &S,
+pub fn shade<F: Frames>(
+    frames: &F,
     params: &DiParams,
     flags: u32,
     planes: &Planes<'_>,
@@ -77,7 +78,7 @@ pub fn shade<S: Trace + Surface + AddressedLights>(
 ) -> FilmPixel {
     let form = if params.neighbours == 0 { Mis::CONSTANT } else { Mis((flags >> DI_MIS_SHIFT) & Mis::MASK) };
     let pass = Pass { params, flags, planes, form, shades: true };
-    let outcome = pass.run(scene, UVec4::ZERO, at);
+    let outcome = pass.run(frames, UVec4::ZERO, at);
     let pixel = FilmPixel::from_radiance(Vec3::from_array(direct.sum) + outcome.radiance);
     FilmPixel { sum: pixel.sum, dropped: num::min(pixel.dropped + direct.dropped, 1.0) }
 }
@@ -102,7 +103,7 @@ struct Pass<'a> {
 
 impl Pass<'_> {
     #[inline(always)]
-    fn run<S: Trace + Surface + AddressedLights>(&self, scene: &S, own: UVec4, [x, y]: [u32; 2]) -> Outcome {
+    fn run<F: Frames>(&self, frames: &F, own: UVec4, [x, y]: [u32; 2]) -> Outcome {
         let p = self.params;
         let at = y * p.width + x;
         let canonical = if self.has(DI_OTHER_FRAME) { own } else { self.planes.others[at as usize] };
@@ -114,13 +115,13 @@ impl Pass<'_> {
         let dimension = COMBINE_DIMENSION.wrapping_add(p.combine.wrapping_mul(2));
         let mut inputs = [Input::NONE; INPUTS];
         inputs[0] = Input { pixel: at, reservoir: canonical, ..Input::NONE };
-        let count = self.gather(scene, &pixel, [x, y], rng.draw(dimension), &mut inputs);
+        let count = self.gather(frames, &pixel, [x, y], rng.draw(dimension), &mut inputs);
         if (count == 1) & !self.shades {
             // alone it stays as it is, without a rounding
             return Outcome { reservoir: canonical, radiance: Vec3::ZERO };
         }
         let u = rng::unit(rng.draw(dimension.wrapping_add(1)).x);
-        self.resample(scene, &pixel, &mut inputs, count, u)
+        self.resample(frames, &pixel, &mut inputs, count, u)
     }
 
     #[inline(always)]
@@ -141,16 +142,18 @@ impl Pass<'_> {
     /// Fills in the inputs after the canonical one, and returns how many there are with it. What is rejected is none of
     /// them.
     #[inline(always)]
-    fn gather<S: Surface>(
+    fn gather<F: Frames>(
         &self,
-        scene: &S,
+        frames: &F,
         pixel: &Pixel,
         [x, y]: [u32; 2],
         words: UVec4,
         inputs: &mut [Input; INPUTS],
     ) -> u32 {
         let p = self.params;
-        let here = pixel.point(scene);
+        // the pixel's surface as it was when the others saw it
+        let scene = frames.scene(self.has(DI_OTHER_FRAME));
+        let here = pixel.point(&scene);
         let center = if self.has(DI_OTHER_FRAME) {
             project(&p.other_camera, p, here.position)
         } else {
@@ -167,7 +170,7 @@ impl Pass<'_> {
                 let reservoir = self.planes.others[at as usize];
                 let other = self.other([place.x, place.y]);
                 let counts = Stored::unpack(reservoir).confidence > 0.0;
-                if other.hit.is_hit() && counts && alike(p, pixel.hit.t, &here, &other.point(scene)) {
+                if other.hit.is_hit() && counts && alike(p, pixel.hit.t, &here, &other.point(&scene)) {
                     let near = (n == 0) | place.is_near(&center, p.near_radius);
                     inputs[count as usize] = Input { pixel: at, reservoir, near, ..Input::NONE };
                     count = count.wrapping_add(1);
@@ -182,15 +185,28 @@ impl Pass<'_> {
     #[inline(always)]
     fn load(&self, input: &Input, index: u32) -> Stored {
         let stored = Stored::unpack(input.reservoir);
-        let capped = self.has(DI_OTHER_FRAME) & (index != 0);
+        let capped = self.is_elsewhere(index);
         let cap = self.params.confidence_cap;
         Stored { confidence: if capped { num::min(stored.confidence, cap) } else { stored.confidence }, ..stored }
     }
 
+    /// Whether an input, or the pixel that it came from, is of another frame.
     #[inline(always)]
-    fn resample<S: Trace + Surface + AddressedLights>(
+    fn is_elsewhere(&self, index: u32) -> bool {
+        self.has(DI_OTHER_FRAME) & (index != 0)
+    }
+
+    /// The address of an input's sample among the lights of this frame or, `elsewhere`, of the other one.
+    #[inline(always)]
+    fn address<F: Frames>(&self, frames: &F, address: LightAddress, index: u32, elsewhere: bool) -> LightAddress {
+        let of_other = self.is_elsewhere(index);
+        if of_other == elsewhere { address } else { frames.counterpart(address, of_other) }
+    }
+
+    #[inline(always)]
+    fn resample<F: Frames>(
         &self,
-        scene: &S,
+        frames: &F,
         pixel: &Pixel,
         inputs: &mut [Input; INPUTS],
         count: u32,
@@ -215,16 +231,19 @@ impl Pass<'_> {
             let width = self.params.width;
             let at = inputs[receiver as usize].pixel;
             let seen = if receiver == 0 { *pixel } else { self.other([at % width, at / width]) };
-            let vertex = seen.vertex(scene);
+            let elsewhere = self.is_elsewhere(receiver);
+            let scene = frames.scene(elsewhere);
+            let vertex = seen.vertex(&scene);
             let mut i = 0_u32;
             while i < count {
                 let input = inputs[i as usize];
                 let stored = self.load(&input, i);
                 let is_selected = late & (row > 0) & (i == selection.input);
+                let address = self.address(frames, stored.address, i, elsewhere);
                 let mut target = 0.0;
                 let mut visibility = stored.visibility;
-                if ((row == 0) | is_selected | form.asks_for(receiver, i)) & stored.has_sample() {
-                    let e = evaluate(scene, &vertex, stored.address);
+                if ((row == 0) | is_selected | form.asks_for(receiver, i)) & stored.has_sample() & address.is_light() {
+                    let e = evaluate(&scene, &vertex, address);
                     target = e.target;
                     let asked =
                         if row == 0 { in_target | (in_mis & !late) | (for_shading & !input.near) } else { in_mis };
@@ -261,9 +280,10 @@ impl Pass<'_> {
             row = row.wrapping_add(1);
         }
         let average = for_shading & self.has(DI_AVERAGE_VISIBILITY);
+        let kept = Stored::unpack(inputs[selection.input as usize].reservoir);
         let reservoir = Reservoir { sample: (), weight_sum: selection.weight_sum, confidence: combine.confidence() };
         let stored = Stored {
-            address: Stored::unpack(inputs[selection.input as usize].reservoir).address,
+            address: self.address(frames, kept.address, selection.input, false),
             contribution_weight: reservoir.contribution_weight(combine.share(), selection.target),
             confidence: reservoir.confidence,
             visibility: if average { selection.mean_visibility } else { selection.visibility },

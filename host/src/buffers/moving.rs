@@ -1,0 +1,229 @@
+//! Scenes that move: the same triangles, tree and textures at another time.
+
+use super::lights::LightTables;
+use super::triangles::moved_bounds;
+use super::{Flat, SceneBuffers, check, features, scene_error, used_materials};
+use crate::Error;
+use crate::scene::Scene;
+use restir_shared::layout::{ALIAS_WORDS, ENVIRONMENT_WORDS, FEATURE_LIGHT_TABLE, LIGHT_WORDS, PUNCTUAL_WORDS};
+use restir_shared::scene::LightAddress;
+use std::sync::Arc;
+
+/// What stays while a scene moves.
+#[derive(Debug)]
+pub(super) struct Moving {
+    scene: Scene,
+    flat: Flat,
+    features: u32,
+    most_lights: u32,
+}
+
+impl Moving {
+    /// Of a scene with its animation.
+    pub(super) fn new(scene: &Scene, flat: Flat) -> Self {
+        // with every emitter shining
+        let tables = LightTables::new(scene, &flat.triangles, flat.environment.as_ref(), &flat.bvh.bounds);
+        let used = used_materials(scene, &flat.triangles);
+        // powers that are equal at one time may not be at another
+        let features = features::of_scene(scene, &used, &tables, &flat.texels) | FEATURE_LIGHT_TABLE;
+        Self { scene: scene.clone(), flat, features, most_lights: tables.lights.len() as u32 }
+    }
+
+    /// All that the scene has at any time.
+    pub(super) fn features(&self) -> u32 {
+        self.features
+    }
+}
+
+impl SceneBuffers {
+    /// Whether the scene has an animation: this is one moment of it.
+    pub fn is_animated(&self) -> bool {
+        self.moving.is_some()
+    }
+
+    /// The scene at a time in frames; itself if nothing ever changes. Triangles keep their ids, feature bits are those
+    /// of all times, and the lights that shine keep their order.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] if it moves too far away, or a triangle loses its area.
+    pub fn at(&self, time: f64) -> Result<Self, Error> {
+        match &self.moving {
+            Some(moving) => self.refitted(moving, &moving.scene.at(time)),
+            None => Ok(self.clone()),
+        }
+    }
+
+    /// As [`Self::at`], for a scene that an embedder has moved: transforms of instances, positions of vertices, factors
+    /// of materials and lights may differ.
+    ///
+    /// # Errors
+    /// As of [`Self::build`]; [`Error::Scene`] as well if anything else differs, if a triangle loses its area, or if this
+    /// was built of a scene without an animation, of which nothing is kept.
+    pub fn refit(&self, scene: &Scene) -> Result<Self, Error> {
+        let Some(moving) = &self.moving else {
+            return Err(scene_error(scene, "was built without an animation; build it anew".to_owned()));
+        };
+        check::check(scene)?;
+        if let Some(what) = difference(&moving.scene, scene) {
+            return Err(scene_error(scene, format!("differs in its {what}, which cannot be refitted; build it anew")));
+        }
+        self.refitted(moving, scene)
+    }
+
+    fn refitted(&self, moving: &Arc<Moving>, scene: &Scene) -> Result<Self, Error> {
+        let flat = &moving.flat;
+        let bvh = flat.bvh.refit(&moved_bounds(scene, &flat.triangles)?);
+        let buffers = Self::assemble(scene, flat, &bvh, self.texels.clone())?;
+        if buffers.features & !moving.features != 0 || buffers.header.light_count > moving.most_lights {
+            return Err(scene_error(
+                scene,
+                "has lights or materials of kinds that it had not; build it anew".to_owned(),
+            ));
+        }
+        Ok(buffers.with_motion(moving.clone()))
+    }
+
+    /// The most lights that shine at any time.
+    pub fn most_lights(&self) -> u32 {
+        self.moving.as_ref().map_or(self.header.light_count, |moving| moving.most_lights)
+    }
+
+    /// The most words of 32 bits that the geometry and the attributes of any time take, these with the lights'
+    /// counterparts in both directions.
+    pub(crate) fn most_words(&self) -> [usize; 2] {
+        let Some(moving) = &self.moving else { return [self.geometry.len(), self.attributes.len()] };
+        let lights = moving.most_lights;
+        let punctual = moving.scene.lights.len() as u32 * PUNCTUAL_WORDS;
+        let tables = lights * (LIGHT_WORDS + ALIAS_WORDS) + punctual + ENVIRONMENT_WORDS;
+        let counterparts = 2 * lights.div_ceil(4);
+        [self.geometry.len(), 4 * (self.header.light_base + tables + counterparts) as usize]
+    }
+
+    /// For each light its index in `other`, the same scene at another time, or [`LightAddress::NO_LIGHT`]; `None` if the
+    /// same lights shine. Four to a word of the arena.
+    pub(crate) fn counterparts(&self, other: &Self) -> Option<Arc<[u32]>> {
+        let (own, others) = (self.light_keys(), other.light_keys());
+        let index = |key| others.binary_search(key).map_or(LightAddress::NO_LIGHT, |index| index as u32);
+        let mut words: Vec<u32> = own.iter().map(index).collect();
+        words.resize(words.len().next_multiple_of(4), LightAddress::NO_LIGHT);
+        (own != others).then(|| words.into())
+    }
+
+    /// What each light is: its kind, and its triangle or index; ascending.
+    fn light_keys(&self) -> Vec<[u32; 2]> {
+        let (first, count) = (self.header.light_base as usize, self.header.light_count as usize);
+        const { assert!(LIGHT_WORDS == 1) };
+        self.attributes.chunks_exact(4).skip(first).take(count).map(|record| [record[2], record[0]]).collect()
+    }
+}
+
+/// What two scenes differ in, if one cannot be refitted to the other.
+fn difference(a: &Scene, b: &Scene) -> Option<&'static str> {
+    let same_mesh = |(a, b): (&crate::scene::Mesh, &crate::scene::Mesh)| {
+        a.indices == b.indices
+            && a.material == b.material
+            && a.positions.len() == b.positions.len()
+            && a.normals.is_empty() == b.normals.is_empty()
+            && a.uvs == b.uvs
+            && a.tangents.is_empty() == b.tangents.is_empty()
+    };
+    let textures = |scene: &Scene| -> Vec<_> {
+        scene.materials.iter().map(|m| m.textures().map(|used| used.map(|used| used.texture))).collect()
+    };
+    let parts = [
+        ("meshes", a.meshes.len() == b.meshes.len() && a.meshes.iter().zip(&b.meshes).all(same_mesh)),
+        ("instances", a.instances.iter().map(|i| i.mesh).eq(b.instances.iter().map(|i| i.mesh))),
+        ("textures", a.textures == b.textures && textures(a) == textures(b)),
+        ("lights", a.lights.len() == b.lights.len()),
+        ("environment", a.environment == b.environment),
+    ];
+    parts.into_iter().find(|(_, same)| !same).map(|(what, _)| what)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Instance, builtin};
+    use restir_shared::layout::{LIGHT_PUNCTUAL, LIGHT_TRIANGLE};
+
+    fn moving() -> (Scene, SceneBuffers) {
+        let scene = builtin::scene("moving").expect("built in");
+        let buffers = SceneBuffers::build(&scene).expect("builds");
+        (scene, buffers)
+    }
+
+    #[test]
+    fn at_the_same_time_the_arenas_are_the_same() {
+        let (scene, first) = moving();
+        for time in [0.0, 9.0, 14.5] {
+            let there = first.at(time).expect("moves");
+            let again = there.at(25.0).and_then(|later| later.at(time)).expect("moves");
+            let edited = first.refit(&scene.at(time)).expect("refits");
+            for other in [&again, &edited] {
+                assert_eq!(there.header, other.header);
+                assert_eq!(there.geometry, other.geometry);
+                assert_eq!(there.attributes, other.attributes);
+            }
+            assert_eq!(time == 0.0, there.geometry == first.geometry);
+            assert_eq!(first.features, there.features);
+        }
+        assert_eq!(first.at(0.0).expect("moves").attributes, first.attributes);
+    }
+
+    #[test]
+    fn no_time_has_more_than_there_is_room_for() {
+        let (_, first) = moving();
+        for time in 0..32 {
+            let [this, next] = [0.0, 1.0].map(|step| first.at(f64::from(time) + step).expect("moves"));
+            let [geometry, attributes] = first.most_words();
+            let counterparts = [this.counterparts(&next), next.counterparts(&this)];
+            let words: usize = counterparts.iter().flatten().map(|words| words.len()).sum();
+            assert!(next.geometry.len() == geometry && next.attributes.len() + words <= attributes, "{time}");
+        }
+    }
+
+    #[test]
+    fn lights_find_their_counterparts() {
+        let (_, first) = moving();
+        let at = |time| first.at(time).expect("moves");
+        assert!(at(1.0).counterparts(&at(2.0)).is_none(), "nothing goes out");
+        // the sign's two triangles go out at 5, the bulb at 7
+        let (before, after) = (at(4.0), at(8.0));
+        let forth = before.counterparts(&after).expect("lights go out");
+        let back = after.counterparts(&before).expect("lights come back");
+        let (before, after) = (before.light_keys(), after.light_keys());
+        assert_eq!(before.len(), after.len() + 3);
+        for (light, key) in after.iter().enumerate() {
+            assert_eq!(before[back[light] as usize], *key);
+            assert_eq!(forth[back[light] as usize], light as u32);
+        }
+        let gone: Vec<u32> =
+            (0..before.len()).filter(|&i| forth[i] == LightAddress::NO_LIGHT).map(|i| before[i][0]).collect();
+        assert_eq!(gone.len(), 3);
+        assert_eq!(before.iter().filter(|key| key[0] == LIGHT_PUNCTUAL).count(), 2);
+        assert!(before.windows(2).all(|pair| pair[0] < pair[1]) && before[0][0] == LIGHT_TRIANGLE);
+    }
+
+    #[test]
+    fn what_cannot_be_refitted_is_refused() {
+        let (scene, first) = moving();
+        let refused = |edit: fn(&mut Scene)| {
+            let mut scene = scene.at(3.0);
+            edit(&mut scene);
+            first.refit(&scene).expect_err("refused").to_string()
+        };
+        let wrong: [(fn(&mut Scene), &str); 5] = [
+            (|scene| scene.meshes[0].indices.truncate(1), "meshes"),
+            (|scene| scene.instances.push(Instance { ..scene.instances[0] }), "instances"),
+            (|scene| scene.lights.clear(), "lights"),
+            (|scene| scene.instances[3].transform.matrix3 *= 0.0, "area"),
+            (|scene| scene.materials[0].emission = [1.0; 3], "build it anew"),
+        ];
+        for (edit, part) in wrong {
+            let message = refused(edit);
+            assert!(message.contains(part), "{part}: {message}");
+        }
+        let still = SceneBuffers::build(&scene.at(0.0)).expect("builds");
+        assert!(!still.is_animated() && still.refit(&scene).is_err());
+    }
+}

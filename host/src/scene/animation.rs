@@ -1,0 +1,219 @@
+//! How a scene changes with time.
+
+use std::ops::Range;
+
+use glam::{DAffine3, DMat3, DQuat, DVec3};
+
+use super::{Instance, Scene};
+
+/// How a scene changes with time, which is counted in frames. Meshes, materials' textures and the number of everything
+/// stay; what is not named here stands still.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Animation {
+    /// Instances that move, each at most once.
+    pub motions: Vec<Motion>,
+    /// When emitters do not shine.
+    pub blackouts: Vec<Blackout>,
+    /// After this many frames everything begins anew; `None` for once.
+    pub period: Option<f64>,
+}
+
+/// The motion of an instance.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Motion {
+    /// Index into [`Scene::instances`].
+    pub instance: usize,
+    /// At least one, times ascending. Before the first and after the last one the instance stands still.
+    pub keys: Vec<Pose>,
+}
+
+/// Where an instance is at a time, relative to its own transform.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// In frames.
+    pub time: f64,
+    /// In world space; between keys it is linear.
+    pub translation: DVec3,
+    /// About the origin of the instance's mesh, along the world's axes; a unit quaternion. Between keys it turns at constant
+    /// speed, the shorter way.
+    pub rotation: DQuat,
+}
+
+/// A time in which an emitter does not shine.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Blackout {
+    /// What does not.
+    pub emitter: Emitter,
+    /// In frames.
+    pub time: Range<f64>,
+}
+
+/// What emits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Emitter {
+    /// All surfaces of a material, by its index.
+    Material(usize),
+    /// A light, by its index.
+    Light(usize),
+}
+
+impl Animation {
+    /// Whether nothing ever changes.
+    pub fn is_still(&self) -> bool {
+        self.motions.is_empty() && self.blackouts.is_empty()
+    }
+
+    /// What is wrong with it, as a sentence without a full stop.
+    pub(crate) fn problem(&self, scene: &Scene) -> Option<String> {
+        let motion = self.motions.iter().enumerate().find_map(|(index, motion)| {
+            let first = self.motions[..index].iter().all(|other| other.instance != motion.instance);
+            let ascending = motion.keys.windows(2).all(|pair| pair[0].time < pair[1].time);
+            let sound = |key: &Pose| {
+                key.time.is_finite() && key.translation.is_finite() && (key.rotation.length() - 1.0).abs() < 1.0e-6
+            };
+            if motion.instance >= scene.instances.len() {
+                Some("is of an instance that does not exist")
+            } else if !first {
+                Some("is the second one of its instance")
+            } else if motion.keys.is_empty() || !ascending {
+                Some("has no keys with ascending times")
+            } else if !motion.keys.iter().all(sound) {
+                Some("has a key that is not finite, or whose rotation is no unit quaternion")
+            } else {
+                None
+            }
+            .map(|problem| format!("motion {index} {problem}; correct it"))
+        });
+        let blackout = || {
+            self.blackouts.iter().position(|blackout| match blackout.emitter {
+                Emitter::Material(index) => index >= scene.materials.len(),
+                Emitter::Light(index) => index >= scene.lights.len(),
+            })
+        };
+        let period = self.period.filter(|period| !(period.is_finite() && *period > 0.0));
+        motion
+            .or_else(|| blackout().map(|i| format!("blackout {i} is of an emitter that does not exist; correct it")))
+            .or_else(|| period.map(|period| format!("the period of its animation is {period}; give a positive one")))
+    }
+}
+
+impl Motion {
+    fn at(&self, time: f64) -> Option<Pose> {
+        let next = self.keys.partition_point(|key| key.time <= time);
+        let (Some(a), Some(b)) = (next.checked_sub(1).and_then(|i| self.keys.get(i)), self.keys.get(next)) else {
+            return self.keys.get(next).or(self.keys.last()).copied();
+        };
+        let share = (time - a.time) / (b.time - a.time);
+        Some(Pose {
+            time,
+            translation: a.translation.lerp(b.translation, share),
+            rotation: a.rotation.slerp(b.rotation, share),
+        })
+    }
+}
+
+impl Pose {
+    fn place(&self, instance: &Instance) -> DAffine3 {
+        let rest = instance.transform;
+        DAffine3 {
+            matrix3: DMat3::from_quat(self.rotation) * rest.matrix3,
+            translation: rest.translation + self.translation,
+        }
+    }
+}
+
+impl Scene {
+    /// The scene as it stands at a time in frames. It has no animation.
+    #[must_use]
+    pub fn at(&self, time: f64) -> Scene {
+        let mut scene = Scene { animation: Animation::default(), ..self.clone() };
+        let time = self.animation.period.map_or(time, |period| time.rem_euclid(period));
+        for motion in &self.animation.motions {
+            if let (Some(instance), Some(key)) = (scene.instances.get_mut(motion.instance), motion.at(time)) {
+                instance.transform = key.place(instance);
+            }
+        }
+        for blackout in self.animation.blackouts.iter().filter(|blackout| blackout.time.contains(&time)) {
+            match blackout.emitter {
+                Emitter::Material(index) => scene.materials.get_mut(index).map(|m| m.emission = [0.0; 3]),
+                Emitter::Light(index) => scene.lights.get_mut(index).map(|light| light.intensity = [0.0; 3]),
+            };
+        }
+        scene
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Light, LightKind, Material};
+
+    fn scene() -> Scene {
+        let key = |time, x, turn| Pose { time, translation: DVec3::X * x, rotation: DQuat::from_rotation_z(turn) };
+        let rest = DAffine3::from_translation(DVec3::Y) * DAffine3::from_scale(DVec3::splat(2.0));
+        Scene {
+            instances: vec![Instance { mesh: 0, transform: rest }],
+            materials: vec![Material::emitter("lamp", [0.0; 3], [1.0; 3])],
+            lights: vec![Light {
+                name: String::new(),
+                intensity: [1.0; 3],
+                kind: LightKind::Point { position: DVec3::ZERO },
+            }],
+            animation: Animation {
+                motions: vec![Motion { instance: 0, keys: vec![key(1.0, 0.0, 0.0), key(3.0, 4.0, 1.0)] }],
+                blackouts: vec![
+                    Blackout { emitter: Emitter::Material(0), time: 2.0..3.0 },
+                    Blackout { emitter: Emitter::Light(0), time: 4.0..5.0 },
+                ],
+                period: Some(10.0),
+            },
+            ..Scene::default()
+        }
+    }
+
+    #[test]
+    fn motions_interpolate_their_keys_about_the_origin_of_the_mesh() {
+        let scene = scene();
+        for (time, x, turn) in [(0.0, 0.0, 0.0), (2.0, 2.0, 0.5), (3.0, 4.0, 1.0), (9.0, 4.0, 1.0), (12.0, 2.0, 0.5)] {
+            let moved = scene.at(time);
+            assert!(moved.animation.is_still());
+            let [origin, tip] = [DVec3::ZERO, DVec3::X].map(|p| moved.instances[0].transform.transform_point3(p));
+            let expected = DVec3::new(x, 1.0, 0.0);
+            assert!((origin - expected).length() < 1.0e-12, "{time}: {origin}");
+            assert!((tip - origin - DQuat::from_rotation_z(turn) * DVec3::X * 2.0).length() < 1.0e-12, "{time}: {tip}");
+        }
+    }
+
+    #[test]
+    fn emitters_go_out_and_come_back() {
+        let shining = |time: f64| {
+            let moved = scene().at(time);
+            (moved.materials[0].emission[0] > 0.0, moved.lights[0].intensity[0] > 0.0)
+        };
+        assert_eq!(shining(1.0), (true, true));
+        assert_eq!(shining(2.0), (false, true));
+        assert_eq!(shining(3.0), (true, true));
+        assert_eq!(shining(14.5), (true, false));
+    }
+
+    #[test]
+    fn what_cannot_be_is_named() {
+        let problem = |edit: fn(&mut Animation)| {
+            let mut scene = scene();
+            edit(&mut scene.animation);
+            scene.animation.problem(&scene)
+        };
+        assert_eq!(problem(|_| ()), None);
+        let wrong: [(fn(&mut Animation), &str); 6] = [
+            (|a| a.motions[0].instance = 1, "does not exist"),
+            (|a| a.motions.push(a.motions[0].clone()), "second"),
+            (|a| a.motions[0].keys.reverse(), "ascending"),
+            (|a| a.motions[0].keys[0].translation.x = f64::NAN, "finite"),
+            (|a| a.blackouts[1].emitter = Emitter::Light(1), "blackout 1"),
+            (|a| a.period = Some(0.0), "period"),
+        ];
+        for (edit, part) in wrong {
+            assert!(problem(edit).expect(part).contains(part));
+        }
+    }
+}

@@ -1,0 +1,56 @@
+//! A scene in two frames over the same arenas.
+
+use super::texture::component;
+use super::{Frames, LightAddress, SceneView, Tracer};
+use crate::layout::{NONE, SceneHeader};
+use glam::UVec4;
+
+/// A scene in two frames: two headers over the same arenas, which are the same header if nothing moves.
+#[derive(Clone, Copy)]
+pub struct SceneFrames<'a> {
+    /// The scene of this frame.
+    pub this: SceneView<'a>,
+    /// The tables of the other frame.
+    pub other: SceneHeader,
+    /// What answers visibility queries in the other frame.
+    pub other_tracer: Tracer<'a>,
+}
+
+/// A scene that stands still.
+impl<const COMPILED: u32> Frames for SceneView<'_, COMPILED> {
+    type Scene = Self;
+
+    #[inline(always)]
+    fn scene(&self, _other: bool) -> Self {
+        *self
+    }
+
+    #[inline(always)]
+    fn counterpart(&self, address: LightAddress, _of_other: bool) -> LightAddress {
+        address
+    }
+}
+
+impl<'a> Frames for SceneFrames<'a> {
+    type Scene = SceneView<'a>;
+
+    #[inline(always)]
+    fn scene(&self, other: bool) -> SceneView<'a> {
+        SceneView {
+            header: if other { self.other } else { self.this.header },
+            tracer: if other { self.other_tracer } else { self.this.tracer },
+            ..self.this
+        }
+    }
+
+    #[inline(always)]
+    fn counterpart(&self, address: LightAddress, of_other: bool) -> LightAddress {
+        let base = if of_other { self.other.counterpart_base } else { self.this.header.counterpart_base };
+        let mut light = address.light;
+        if (base != NONE) & address.is_light() {
+            let word: UVec4 = self.this.attribute(base.wrapping_add(light >> 2));
+            light = component(word, light & 3);
+        }
+        LightAddress { light, ..address }
+    }
+}

@@ -1,0 +1,223 @@
+//! Scenes that move, by ReSTIR DI: the same bits on every executor, and no bias by what the last frame was like.
+
+use libtest_mimic::{Arguments, Failed, Trial};
+use restir_host::buffers::SceneBuffers;
+use restir_host::di::{DiRender, DiSettings, plan};
+use restir_host::exec::{CpuExecutor, Executor};
+use restir_host::plan::{FramePlan, Pass};
+use restir_host::render::{PathSettings, RenderSettings, render};
+use restir_host::scene::{Camera, Scene, builtin};
+use restir_shared::glam::DVec3;
+use restir_shared::layout::{DI_OTHER_FRAME, DiParams, FilmPixel, NONE, SceneHeader};
+use restir_tests::device;
+use restir_tests::stats::{Moments, TileGrid, TileTest};
+use restir_tests::suite::ensure;
+use std::ops::ControlFlow;
+use std::process::ExitCode;
+use std::sync::OnceLock;
+
+/// Frames of the comparison: the whole period of the scene.
+const FRAMES: u32 = 32;
+/// Presets that differ in what they do in the last frame: rays there, light that is found there, neither.
+const PRESETS: [&str; 3] = ["quality", "unbiased-2020", "wis"];
+/// Of the tests for bias. Frame 9 sees the sign again, has lost the bulb for two frames, and everything has moved.
+const LAST_FRAME: u32 = 9;
+const GRID: TileGrid = TileGrid { width: 32, height: 32, tile: 8 };
+/// How often the test fails although nothing is wrong.
+const FAMILY_RATE: f64 = 1.0e-3;
+const RESTARTS: u32 = 256;
+/// Seeds of the reference lie beyond those of the chains.
+const REFERENCE_SEED: u32 = 1 << 31;
+const REFERENCE_SAMPLES: u32 = 64;
+const REFERENCE_RESTARTS: u32 = 64;
+
+fn main() -> ExitCode {
+    let mut trials: Vec<Trial> =
+        vec![Trial::test("a scene that stands still pays nothing", a_still_scene_pays_nothing)];
+    trials.extend(PRESETS.map(|preset| {
+        Trial::test(format!("{preset}: {FRAMES} frames by any tracer"), move || any_tracer_gives_the_same(preset))
+    }));
+    trials.extend(VARIANTS.map(|(name, change, wrong)| {
+        Trial::test(format!("frame {LAST_FRAME} {name}"), move || against_path_tracing(change, wrong))
+    }));
+    trials.extend(device::trials("moving", |adapter| {
+        let trial = |preset| {
+            adapter.trial(&format!("{preset}: {FRAMES} frames"), move |executor| same_on_device(executor, preset))
+        };
+        PRESETS.map(trial).into()
+    }));
+    libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
+}
+
+fn scene() -> Result<SceneBuffers, Failed> {
+    Ok(SceneBuffers::build(&Scene::load("moving")?)?)
+}
+
+/// A camera that flies past, at every frame.
+fn frames(preset: &str) -> Result<DiRender, Failed> {
+    let settings = DiSettings::preset(preset).ok_or("no such preset")?;
+    let camera = |frame: u32| {
+        let along = f64::from(frame) / f64::from(FRAMES);
+        let position = DVec3::new(-0.6 + 1.3 * along, 0.3 - 0.5 * along, 3.6 - 0.4 * along);
+        Camera::pinhole(position, DVec3::new(0.1 * along, 0.0, 0.0), DVec3::Y, 0.7)
+    };
+    let cameras = (0..FRAMES).map(camera).collect();
+    Ok(DiRender { frames: FRAMES, accumulate: true, seed: 3, cameras, ..DiRender::new([24, 16], settings) })
+}
+
+/// All planes after the last pass.
+fn planes(executor: &mut dyn Executor, plan: FramePlan<'_>) -> Result<Vec<Vec<u32>>, Failed> {
+    let outputs = (3..plan.buffers.len()).collect();
+    Ok(executor.run(FramePlan { outputs, ..plan }, &mut |_| ControlFlow::Continue(()))?)
+}
+
+fn ensure_same(a: &[Vec<u32>], b: &[Vec<u32>], what: &str) -> Result<(), Failed> {
+    let differing = a.iter().zip(b).map(|(a, b)| a.iter().zip(b).filter(|(a, b)| a != b).count()).sum::<usize>();
+    ensure(differing == 0 && a.len() == b.len(), || format!("{what}: {differing} words differ"))
+}
+
+fn same_on_device(executor: &mut dyn Executor, preset: &str) -> Result<(), Failed> {
+    let (scene, render) = (scene()?, frames(preset)?);
+    let host = planes(&mut CpuExecutor::new(None)?, plan(&scene, &render))?;
+    let device = planes(executor, plan(&scene, &render))?;
+    ensure_same(&host, &device, "host and device")
+}
+
+/// The wide trees of both frames, or the arenas that hold both.
+fn any_tracer_gives_the_same(preset: &str) -> Result<(), Failed> {
+    let (scene, render) = (scene()?, frames(preset)?);
+    let wide = planes(&mut CpuExecutor::new(None)?, plan(&scene, &render))?;
+    let mut in_arenas = plan(&scene, &render);
+    in_arenas.scene = None;
+    in_arenas.passes = Box::new(in_arenas.passes.map(|pass| {
+        let mut pass = pass?;
+        if let Some(frame) = &mut pass.frame {
+            frame.scenes = None;
+        }
+        Ok(pass)
+    }));
+    let arenas = planes(&mut CpuExecutor::new(Some(1))?, in_arenas)?;
+    ensure_same(&wide, &arenas, "wide trees and arenas")?;
+    let black = wide.last().is_none_or(|film| film.iter().all(|word| *word == 0));
+    ensure(!black, || "the picture is black".to_owned())
+}
+
+fn a_still_scene_pays_nothing() -> Result<(), Failed> {
+    let scene = SceneBuffers::build(&builtin::scene("cornell").ok_or("no such scene")?)?;
+    let render = DiRender { frames: 4, ..DiRender::new([4, 4], DiSettings::default()) };
+    let plan = plan(&scene, &render);
+    let arenas = [&scene.geometry, &scene.attributes, &scene.texels].map(|words| words.len());
+    ensure(plan.buffers.iter().take(3).map(|buffer| buffer.words).eq(arenas), || "an arena has grown".to_owned())?;
+    for pass in plan.passes {
+        ensure(pass?.frame.is_none(), || "a frame of a still scene".to_owned())?;
+    }
+    Ok(())
+}
+
+/// Direct light at the time of the last frame, by path tracing.
+fn reference(scene: &SceneBuffers) -> Result<&'static [Moments], Failed> {
+    static MOMENTS: OnceLock<Vec<Moments>> = OnceLock::new();
+    if let Some(moments) = MOMENTS.get() {
+        return Ok(moments);
+    }
+    let moved = scene.at(f64::from(LAST_FRAME))?;
+    let mut executor = CpuExecutor::new(None)?;
+    let path = PathSettings { max_depth: 2, ..PathSettings::default() };
+    let settings = RenderSettings {
+        width: GRID.width,
+        height: GRID.height,
+        samples: REFERENCE_SAMPLES,
+        path,
+        ..RenderSettings::default()
+    };
+    let image = |restart| -> Result<Vec<[f32; 3]>, Failed> {
+        let settings = RenderSettings { seed: REFERENCE_SEED + restart, ..settings.clone() };
+        Ok(render(&mut executor, &moved, &settings, &mut |_| ControlFlow::Continue(()))?.image.pixels)
+    };
+    let images = (0..REFERENCE_RESTARTS).map(image).collect::<Result<Vec<_>, _>>()?;
+    Ok(MOMENTS.get_or_init(|| moments(&images)))
+}
+
+fn moments(images: &[Vec<[f32; 3]>]) -> Vec<Moments> {
+    let pixel = |restart: u32, x, y| images[restart as usize][(y * GRID.width + x) as usize].map(f64::from);
+    GRID.moments(images.len() as u32, pixel)
+}
+
+/// The last frame of independent chains.
+fn chains(scene: &SceneBuffers, change: Change, restarts: u32) -> Result<Vec<Moments>, Failed> {
+    let settings = DiSettings { candidates: 4, neighbours: 2, ..DiSettings::default() };
+    let mut executor = CpuExecutor::new(None)?;
+    let image = |seed| -> Result<Vec<[f32; 3]>, Failed> {
+        let size = [GRID.width, GRID.height];
+        let render = DiRender { frames: LAST_FRAME + 1, seed, ..DiRender::new(size, settings.clone()) };
+        let plan = plan(scene, &render);
+        let changed = plan.passes.map(|pass| {
+            let mut pass = pass?;
+            change(&mut pass);
+            Ok(pass)
+        });
+        let plan = FramePlan { passes: Box::new(changed), ..plan };
+        let words = executor.run(plan, &mut |_| ControlFlow::Continue(()))?.concat();
+        Ok(bytemuck::cast_slice::<u32, FilmPixel>(&words).iter().map(|pixel| pixel.sum).collect())
+    };
+    Ok(moments(&(0..restarts).map(image).collect::<Result<Vec<_>, _>>()?))
+}
+
+fn against_path_tracing(change: Change, biased: bool) -> Result<(), Failed> {
+    let scene = scene()?;
+    // what is wrong is wrong by a fifth
+    let restarts = if biased { RESTARTS / 8 } else { RESTARTS };
+    let test = TileTest { grid: GRID, family_rate: FAMILY_RATE };
+    let verdict = test.compare(&chains(&scene, change, restarts)?, reference(&scene)?);
+    println!("{verdict}");
+    ensure(verdict.passed() != biased, || verdict.to_string())
+}
+
+/// What is done to the passes.
+type Change = fn(&mut Pass);
+
+const VARIANTS: [(&str, Change, bool); 3] = [
+    ("is unbiased", |_| (), false),
+    ("is biased by the last frame seen in this one's geometry", in_this_geometry, true),
+    ("is biased by lights that are taken for others", without_translation, true),
+];
+
+fn edit(pass: &mut Pass, edit: impl Fn(&mut DiParams)) {
+    if pass.kernel.name == restir_kernels::di_combine::DESC.name {
+        let mut params: DiParams = bytemuck::pod_read_unaligned(bytemuck::cast_slice(&pass.params));
+        if params.flags & DI_OTHER_FRAME != 0 {
+            edit(&mut params);
+        }
+        pass.params = bytemuck::cast_slice(&[params]).to_vec();
+    }
+}
+
+fn in_this_geometry(pass: &mut Pass) {
+    // by the arenas, as the parameters have it
+    if let Some(frame) = &mut pass.frame {
+        frame.scenes = None;
+    }
+    edit(pass, |params| {
+        let SceneHeader { light_base, alias_base, light_count, punctual_base, material_base, counterpart_base, .. } =
+            params.other_scene;
+        let lights = SceneHeader {
+            light_base,
+            alias_base,
+            light_count,
+            punctual_base,
+            material_base,
+            counterpart_base,
+            ..params.scene
+        };
+        params.other_scene = lights;
+    });
+}
+
+/// Where lights come back, so that the indices of the last frame's are in range.
+fn without_translation(pass: &mut Pass) {
+    edit(pass, |params| {
+        if params.other_scene.light_count < params.scene.light_count {
+            params.other_scene.counterpart_base = NONE;
+        }
+    });
+}
