@@ -220,7 +220,7 @@ impl Pass<'_> {
                 let mut target = 0.0;
                 let mut visibility = stored.visibility;
                 if ((row == 0) | is_selected | form.asks_for(receiver, i)) & stored.has_sample() {
-                    let e = evaluate(scene, &vertex, stored.address);
+                    let e = evaluate(scene, self.flags, &vertex, stored.address);
                     target = e.target;
                     let asked =
                         if row == 0 { in_target | (in_mis & !late) | (for_shading & !input.near) } else { in_mis };
