@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use xtask::{Error, features, num, parity, shader, stress, timer, unbiased, watertight};
+use xtask::{Error, features, num, parity, shader, stress, timer, unbiased, visibility, watertight};
 
 /// Tools of the project.
 #[derive(Parser)]
@@ -30,6 +30,8 @@ enum Task {
     Stress(stress::Options),
     /// Measure what each feature of a scene costs the path tracer, and print the report.
     Features(features::Options),
+    /// Compare averaged visibility with that of the selected sample, and print the report.
+    Visibility(visibility::Options),
 }
 
 fn run(task: Task) -> Result<(), Error> {
@@ -41,6 +43,7 @@ fn run(task: Task) -> Result<(), Error> {
         Task::Unbiased(options) => unbiased::run(&options),
         Task::Stress(options) => stress::run(&options),
         Task::Features(options) => features::run(&options),
+        Task::Visibility(options) => visibility::run(&options),
     }
 }
 
