@@ -148,6 +148,9 @@ pub const DI_SCATTER_CANDIDATE: u32 = 1 << 6;
 /// Direct light flag of a combine: the other reservoirs are of another frame; the first of them is at the place that the
 /// camera of that frame saw the surface. Without it they are of the same frame, the canonical one is among them.
 pub const DI_OTHER_FRAME: u32 = 1 << 7;
+/// Position of two bits among the flags of direct light: the target is 0 the luminance, else the channel of that number,
+/// red being 1.
+pub const DI_TARGET_SHIFT: u32 = 8;
 /// Position of the bits of [`crate::mis::Mis`] among the flags of direct light.
 pub const DI_MIS_SHIFT: u32 = 16;
 

@@ -22,5 +22,6 @@ pub mod scenes;
 pub mod stats;
 pub mod stress;
 pub mod suite;
+pub mod visibility;
 pub mod watertight;
 pub mod wrong;

@@ -109,6 +109,49 @@ pub fn terrace() -> Setting {
     }
 }
 
+/// Lights of [`penumbra`].
+pub const ROW: usize = 24;
+/// Index of the board of [`penumbra`] among its quads.
+pub const BOARD: usize = 1;
+
+/// A wall that fills the picture, lit past a board by a row of [`ROW`] small lights out of sight; `emission` is that of
+/// each, by its place from 0 to 1. The shadows of the lights lie side by side: hardly a place is in full shadow, and much
+/// of the wall in part.
+pub fn penumbra(emission: impl Fn(f32) -> [f32; 3]) -> Setting {
+    let wall = [[-1.2, -1.2, 0.0], [1.2, -1.2, 0.0], [1.2, 1.2, 0.0], [-1.2, 1.2, 0.0]];
+    let board = [[-0.35, 0.25, 0.45], [0.35, 0.25, 0.45], [0.35, 0.65, 0.45], [-0.35, 0.65, 0.45]];
+    let mut quads = vec![quad(0, wall), quad(0, board)];
+    let mut materials = vec![matte([0.7; 3])];
+    for i in 0..ROW {
+        let place = (i as f32 + 0.5) / ROW as f32;
+        let (x, half) = (2.4 * place - 1.2, 0.03);
+        // faces the wall's middle: tilted around x
+        let corner = |across: f32, along: f32| [x + across * half, 1.6 - 0.6 * along * half, 1.2 + 0.8 * along * half];
+        quads.push(quad(1 + i, [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)]));
+        materials.push(Paint { emission: emission(place), ..matte([0.7; 3]) });
+    }
+    Setting {
+        name: "penumbra",
+        quads,
+        materials,
+        eye: [0.0, 0.0, 3.0],
+        half_height: 1.0 / 3.0,
+        size: [64, 64],
+        max_depth: 2,
+    }
+}
+
+/// White, for [`penumbra`].
+pub fn white(_: f32) -> [f32; 3] {
+    [40.0; 3]
+}
+
+/// From red by way of green to blue, each light with some white in it, for [`penumbra`].
+pub fn coloured(place: f32) -> [f32; 3] {
+    let near = |center: f32| 10.0 + 60.0 * (1.0 - 2.0 * (place - center).abs()).max(0.0);
+    [near(0.0), near(0.5), near(1.0)]
+}
+
 impl Setting {
     fn half_width(&self) -> f32 {
         self.half_height * self.size[0] as f32 * (1.0 / self.size[1] as f32)

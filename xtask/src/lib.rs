@@ -11,6 +11,7 @@ pub mod shader;
 pub mod stress;
 pub mod timer;
 pub mod unbiased;
+pub mod visibility;
 pub mod watertight;
 
 pub use error::Error;

@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use xtask::{Error, features, num, parity, resampling, shader, stress, timer, unbiased, watertight};
+use xtask::{Error, features, num, parity, resampling, shader, stress, timer, unbiased, visibility, watertight};
 
 /// Tools of the project.
 #[derive(Parser)]
@@ -32,6 +32,8 @@ enum Task {
     Resampling(resampling::Options),
     /// Measure what each feature of a scene costs the path tracer, and print the report.
     Features(features::Options),
+    /// Compare averaged visibility with that of the selected sample, and print the report.
+    Visibility(visibility::Options),
 }
 
 fn run(task: Task) -> Result<(), Error> {
@@ -44,6 +46,7 @@ fn run(task: Task) -> Result<(), Error> {
         Task::Stress(options) => stress::run(&options),
         Task::Resampling(options) => resampling::run(&options),
         Task::Features(options) => features::run(&options),
+        Task::Visibility(options) => visibility::run(&options),
     }
 }
 

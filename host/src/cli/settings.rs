@@ -5,7 +5,7 @@ use std::fmt::Write;
 use super::console;
 use super::render::Technique;
 use crate::Error;
-use crate::di::{DiSettings, MisForm, Visibility};
+use crate::di::{DiSettings, MisForm, Target, Visibility};
 use crate::render::RenderSettings;
 
 /// A setting: how it is called, what its values are, how it is read and set. Setting returns `None` if the text is no
@@ -78,6 +78,7 @@ const DI_KEYS: &[Key<DiSettings>] = keys! {
     radius: number, "the largest distance of a neighbour, in pixels";
     confidence_cap: number, "the largest confidence of the last frame's reservoirs, in frames";
     initial_visibility: switch, "on or off: occluded initial samples count for nothing";
+    target: choice, "luminance, red, green or blue: what of its light a sample is selected by";
     target_visibility: switch, "on or off: samples are selected by target times visibility";
     mis_visibility: switch, "on or off: targets in MIS weights are multiplied by visibility";
     visibility: choice, "ray, selected or averaged: what shading multiplies by";
@@ -175,6 +176,10 @@ trait Choice: Sized + Copy + 'static {
 }
 
 impl Choice for MisForm {
+    const ALL_NAMED: &'static [(&'static str, Self)] = &Self::ALL;
+}
+
+impl Choice for Target {
     const ALL_NAMED: &'static [(&'static str, Self)] = &Self::ALL;
 }
 

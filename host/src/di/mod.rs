@@ -6,7 +6,7 @@ mod settings;
 
 pub use plan::{BYTES_A_PIXEL, plan};
 pub use settings::{
-    DiSettings, MAX_CANDIDATES, MAX_CONFIDENCE_CAP, MAX_NEIGHBOURS, MAX_SPATIAL_PASSES, MisForm, Visibility,
+    DiSettings, MAX_CANDIDATES, MAX_CONFIDENCE_CAP, MAX_NEIGHBOURS, MAX_SPATIAL_PASSES, MisForm, Target, Visibility,
 };
 
 use crate::buffers::SceneBuffers;

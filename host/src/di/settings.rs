@@ -3,7 +3,7 @@
 use crate::Error;
 use restir_shared::layout::{
     DI_AVERAGE_VISIBILITY, DI_FINAL_RAY, DI_INITIAL_VISIBILITY, DI_JITTER, DI_MIS_SHIFT, DI_MIS_VISIBILITY,
-    DI_SCATTER_CANDIDATE, DI_TARGET_VISIBILITY,
+    DI_SCATTER_CANDIDATE, DI_TARGET_SHIFT, DI_TARGET_VISIBILITY,
 };
 use restir_shared::mis::{INPUTS, Mis};
 
@@ -96,6 +96,30 @@ impl Visibility {
     }
 }
 
+/// What of its contribution a sample is selected by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// Its luminance.
+    Luminance,
+    /// Its red alone; the other channels of the image are of no use.
+    Red,
+    /// Its green alone.
+    Green,
+    /// Its blue alone.
+    Blue,
+}
+
+impl Target {
+    /// All of them, by the names that the program knows.
+    pub const ALL: [(&'static str, Self); 4] =
+        [("luminance", Self::Luminance), ("red", Self::Red), ("green", Self::Green), ("blue", Self::Blue)];
+
+    /// The program's name.
+    pub fn name(self) -> &'static str {
+        Self::ALL[self as usize].0
+    }
+}
+
 /// Settings of ReSTIR DI. The defaults are unbiased.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DiSettings {
@@ -121,6 +145,8 @@ pub struct DiSettings {
     pub confidence_cap: u32,
     /// Initial samples that are occluded count for nothing (visibility reuse). Default on.
     pub initial_visibility: bool,
+    /// What samples are selected by. Default [`Target::Luminance`].
+    pub target: Target,
     /// Samples are selected by target times visibility. Default on.
     pub target_visibility: bool,
     /// Targets in MIS weights are multiplied by visibility. Default on.
@@ -154,6 +180,7 @@ impl Default for DiSettings {
             feedback: true,
             confidence_cap: 20,
             initial_visibility: true,
+            target: Target::Luminance,
             target_visibility: true,
             mis_visibility: true,
             visibility: Visibility::Selected,
@@ -270,6 +297,9 @@ impl DiSettings {
     pub fn biases(&self) -> Vec<&'static str> {
         let reuses = self.temporal || self.spatial > 0 || self.shaded > 0;
         let mut biases = Vec::new();
+        if self.target != Target::Luminance {
+            biases.push("samples are selected by one channel: the others lack the lights that have nothing of it");
+        }
         if !reuses {
             return biases;
         }
@@ -282,7 +312,7 @@ impl DiSettings {
         if self.visibility != Visibility::Ray && !self.mis_visibility {
             biases.push("visibility of the last frame is reused: shadows lag behind what moves");
         }
-        if self.visibility == Visibility::Averaged {
+        if self.visibility == Visibility::Averaged && self.target == Target::Luminance {
             biases.push("averaged visibility does not know which colour it belongs to: leaks at coloured shadow edges");
         }
         if self.visibility != Visibility::Ray && !self.mis_visibility && self.near_radius > 0.0 {
@@ -301,6 +331,7 @@ impl DiSettings {
             | flag(self.visibility == Visibility::Ray, DI_FINAL_RAY)
             | flag(self.visibility == Visibility::Averaged, DI_AVERAGE_VISIBILITY)
             | flag(self.scatter, DI_SCATTER_CANDIDATE)
+            | ((self.target as u32) << DI_TARGET_SHIFT)
             | (self.mis.mis().0 << DI_MIS_SHIFT)
     }
 }

@@ -243,7 +243,7 @@ impl Pass<'_> {
                 let mut target = 0.0;
                 let mut visibility = stored.visibility;
                 if ((row == 0) | is_selected | form.asks_for(receiver, i)) & stored.has_sample() & address.is_light() {
-                    let e = evaluate(&scene, &vertex, address);
+                    let e = evaluate(&scene, self.flags, &vertex, address);
                     target = e.target;
                     let asked =
                         if row == 0 { in_target | (in_mis & !late) | (for_shading & !input.near) } else { in_mis };

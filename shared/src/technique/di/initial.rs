@@ -112,7 +112,7 @@ fn stream<S: Trace + Surface + AddressedLights>(
         let seen = i == params.candidates;
         let address = if seen { scattered.address } else { scene.choose_address(rng.draw(dimension)) };
         if address.is_light() {
-            let e = evaluate(scene, vertex, address);
+            let e = evaluate(scene, flags, vertex, address);
             let density = from_lights * e.light_density + from_scattering * e.scatter_density;
             let weight =
                 if (e.target > 0.0) & (density > num::FLUSH_BELOW) { num::div(e.target, density) } else { 0.0 };

@@ -12,7 +12,8 @@
 //!
 //! The sample is an address, see [`crate::scene::AddressedLights`]: a light and a point of its parametrisation. Over this
 //! domain a sample moves between pixels and frames with a Jacobian of 1. The target is the luminance of what the
-//! address sends to the camera, without visibility unless [`crate::layout::DI_TARGET_VISIBILITY`] says so.
+//! address sends to the camera, or one channel of it ([`crate::layout::DI_TARGET_SHIFT`]), without visibility unless
+//! [`crate::layout::DI_TARGET_VISIBILITY`] says so.
 //!
 //! Visibility can enter in four places (flags in [`crate::layout`]), and not every combination is unbiased; the host's
 //! settings know which are.
@@ -29,6 +30,7 @@ pub use pixel::{pack_hit, primary, unpack_hit};
 pub use stored::Stored;
 
 use crate::geometry::Ray;
+use crate::layout::DI_TARGET_SHIFT;
 use crate::num;
 use crate::scene::{AddressedLights, LightAddress, LightKind};
 use crate::technique::vertex::{Vertex, flush};
@@ -49,7 +51,7 @@ const MAX_TARGET: f32 = 1.152_921_5e18;
 struct Evaluation {
     /// Contribution over (light, u, v), without visibility.
     value: Vec3,
-    /// Its luminance.
+    /// Its luminance, or one channel.
     target: f32,
     /// Density over (light, u, v) with which lights are sampled.
     light_density: f32,
@@ -59,7 +61,7 @@ struct Evaluation {
 }
 
 #[inline(always)]
-fn evaluate<S: AddressedLights>(scene: &S, vertex: &Vertex, address: LightAddress) -> Evaluation {
+fn evaluate<S: AddressedLights>(scene: &S, flags: u32, vertex: &Vertex, address: LightAddress) -> Evaluation {
     let light = scene.light_at(address);
     let connection = vertex.connect(&light.sample);
     // solid angle per area of the parametrisation
@@ -71,10 +73,21 @@ fn evaluate<S: AddressedLights>(scene: &S, vertex: &Vertex, address: LightAddres
     let value = flush(connection.value * spread);
     Evaluation {
         value,
-        target: sanitized(luminance(value)),
+        target: sanitized(brightness(value, flags)),
         light_density: light.sample.density * light.extent,
         scatter_density: connection.scatter_pdf * spread,
         shadow: connection.shadow,
+    }
+}
+
+/// What of a contribution the target is.
+#[inline(always)]
+fn brightness(value: Vec3, flags: u32) -> f32 {
+    match (flags >> DI_TARGET_SHIFT) & 3 {
+        0 => luminance(value),
+        1 => value.x,
+        2 => value.y,
+        _ => value.z,
     }
 }
 

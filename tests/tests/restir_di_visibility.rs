@@ -1,0 +1,594 @@
+//! Averaged visibility (Tokuyoshi): what it leaves as it is, what it costs, what it gains, and where it is biased.
+//!
+//! Tests of expectations have fixed seeds: a failure is a bug.
+
+use libtest_mimic::Failed;
+use restir_host::buffers::SceneBuffers;
+use restir_host::di::{DiRender, DiSettings, MisForm, Target, Visibility};
+use restir_host::plan::Pass;
+use restir_host::replay::{Event, Frames, Recording, Still};
+use restir_kernels as kernels;
+use restir_shared::geometry::{Hit, Ray};
+use restir_shared::glam::{UVec4, Vec3};
+use restir_shared::layout::{DI_OTHER_FRAME, DiParams, PathParams};
+use restir_shared::rng::Rng;
+use restir_shared::scene::{
+    AddressedLight, AddressedLights, EnvironmentPoint, LightAddress, LightSample, Lights, SceneView, Surface,
+    SurfacePoint, Trace,
+};
+use restir_shared::technique::di::{self, Stored};
+use restir_shared::technique::path;
+use restir_tests::scenes::{BOARD, Setting, coloured, penumbra, white};
+use restir_tests::stats::{Moments, TileGrid, TileTest, Verdict};
+use restir_tests::suite::{ensure, run};
+use restir_tests::visibility::{Restart, Run, settings, visibility_moments, without_visibility};
+use std::cell::Cell;
+use std::process::ExitCode;
+use std::sync::OnceLock;
+
+/// How often a z-test of equal expectations, over tiles, channels and the image, fails.
+const FAMILY_RATE: f64 = 1.0e-3;
+const SIZE: [u32; 2] = [16, 16];
+const TEST: TileTest =
+    TileTest { grid: TileGrid { width: SIZE[0], height: SIZE[1], tile: 4 }, family_rate: FAMILY_RATE };
+const RESTARTS: u32 = 96;
+/// Samples of a reference's pixel.
+const REFERENCE: u32 = 4096;
+/// A bias of the image's mean that must be noticed with 99 % probability.
+const GOAL_IMAGE: f64 = 0.01;
+/// How many times less visibility varies at least; the measured ratios are 2.6 and more.
+const REDUCTION: f64 = 1.5;
+/// Standard errors of a sign that is claimed: one test in 740 is wrong.
+const SIGN: f64 = 3.0;
+
+fn main() -> ExitCode {
+    run(&[
+        ("sample_weight_and_confidence_do_not_know_of_the_averaging", same_reservoirs),
+        ("the_average_is_the_weighted_mean_and_costs_one_ray_a_neighbour", average_is_the_weighted_mean),
+        ("rays_of_each_pass", rays_of_each_pass),
+        ("visibility_varies_less", visibility_varies_less),
+        ("static_white_light_is_unbiased", static_white_light_is_unbiased),
+        ("coloured_light_leaks_unless_each_channel_has_its_own_target", coloured_light_leaks),
+        ("visibility_reuse_darkens", visibility_reuse_darkens),
+        ("believing_near_neighbours_brightens", near_neighbours_brighten),
+        ("a_shadow_that_arrives_lags_by_the_cap", shadows_lag),
+    ])
+}
+
+fn buffers(emission: fn(f32) -> [f32; 3]) -> SceneBuffers {
+    penumbra(emission).buffers()
+}
+
+fn params(pass: &Pass) -> DiParams {
+    bytemuck::cast_slice(&pass.params)[0]
+}
+
+fn is_combine(pass: &Pass) -> bool {
+    pass.kernel.name == kernels::di_combine::DESC.name
+}
+
+fn is_initial(pass: &Pass) -> bool {
+    pass.kernel.name == kernels::di_initial::DESC.name
+}
+
+/// Every plane of reservoirs that a pass has made.
+fn reservoirs(buffers: &SceneBuffers, run: &Run, seed: u32) -> Vec<Vec<UVec4>> {
+    let mut planes = Vec::new();
+    Frames::replay(&buffers.view(), buffers, &run.render(seed), &mut |pass, frames| {
+        if is_initial(pass) {
+            planes.push(frames.plane(pass.bindings[4]).to_vec());
+        } else if is_combine(pass) {
+            planes.push(frames.plane(pass.bindings[6]).to_vec());
+        }
+    });
+    planes
+}
+
+fn same_reservoirs() -> Result<(), Failed> {
+    let buffers = buffers(coloured);
+    let base = settings(Visibility::Averaged);
+    let rows = [
+        base.clone(),
+        DiSettings { initial_visibility: false, ..base.clone() },
+        DiSettings { neighbours: 3, spatial: 2, mis: MisForm::Pairwise, scatter: true, ..base.clone() },
+        DiSettings { fused: true, neighbours: 4, mis: MisForm::PairwiseDefensive, feedback: false, ..base },
+    ];
+    for row in rows {
+        let of = |visibility, seed| {
+            let settings = DiSettings { visibility, ..row.clone() };
+            reservoirs(&buffers, &Run { size: [24, 24], frames: 6, from: 0, settings }, seed)
+        };
+        let bare = |planes: &[Vec<UVec4>]| planes.concat().into_iter().map(without_visibility).collect::<Vec<_>>();
+        let averaged = of(Visibility::Averaged, 3);
+        let selected = of(Visibility::Selected, 3);
+        let differ = averaged.concat().iter().zip(selected.concat()).filter(|(a, b)| *a != b).count();
+        ensure(differ > 0, || "no visibility was averaged".to_owned())?;
+        for other in [selected, of(Visibility::Ray, 3)] {
+            ensure(bare(&averaged) == bare(&other), || format!("sample, weight or confidence differ: {row:?}"))?;
+        }
+        ensure(bare(&averaged) != bare(&of(Visibility::Averaged, 4)), || "seeds do nothing".to_owned())?;
+        println!("{} reservoirs alike, {differ} visibilities not", bare(&averaged).len());
+    }
+    Ok(())
+}
+
+/// An input of a combine, in f64.
+struct Input {
+    pixel: usize,
+    stored: Stored,
+    visibility: f64,
+}
+
+/// What combines with Talbot's weights are checked against.
+struct Offline<'a> {
+    view: &'a SceneView<'a>,
+    points: Vec<(SurfacePoint, Ray)>,
+    width: u32,
+}
+
+impl<'a> Offline<'a> {
+    fn new(view: &'a SceneView<'a>, p: &DiParams, hits: &[UVec4]) -> Self {
+        let point = |(i, &word): (u32, &UVec4)| {
+            let [x, y] = [i % p.width, i / p.width];
+            let ray = path::camera_ray(&p.camera, false, &Rng::new(x, y, p.frame, p.seed), x, y);
+            (view.surface(&ray, &di::unpack_hit(word)), ray)
+        };
+        Self { view, points: (0..).zip(hits).map(point).collect(), width: p.width }
+    }
+
+    /// The target of an address at a pixel, but for the reflectance, which is everywhere the same.
+    fn target(&self, pixel: usize, address: LightAddress) -> f64 {
+        let wide = |v: Vec3| v.as_dvec3();
+        let light = self.view.light_at(address);
+        let (point, ray) = &self.points[pixel];
+        let way = wide(light.sample.position) - wide(point.position);
+        let normal = wide(point.normal) * -wide(point.normal).dot(wide(ray.direction)).signum();
+        let cosines = normal.dot(way).max(0.0) * (-wide(light.sample.normal).dot(way)).max(0.0);
+        let emission = wide(light.sample.emission);
+        let luminance = 0.2126 * emission.x + 0.7152 * emission.y + 0.0722 * emission.z;
+        luminance * f64::from(light.extent) * cosines / way.length_squared().powi(2)
+    }
+
+    /// The inputs, from what the combine has asked, and the shadow rays that it may trace.
+    fn inputs(
+        &self,
+        at: usize,
+        own: UVec4,
+        others: &[UVec4],
+        events: &[Event],
+        cap: Option<f32>,
+    ) -> Option<(Vec<Input>, usize)> {
+        let first = events.iter().position(|event| matches!(event, Event::LightSample(_)))?;
+        let seen: Vec<Vec3> = events[..first]
+            .iter()
+            .filter_map(|event| if let Event::Surface(point) = event { Some(point.position) } else { None })
+            .collect();
+        // the pixel itself comes first, and once more when its row begins
+        let neighbours = &seen[1..seen.len() - 1];
+        let find = |position: &Vec3| self.points.iter().position(|(point, _)| point.position == *position);
+        let mut inputs = vec![Input { pixel: at, stored: Stored::unpack(own), visibility: 0.0 }];
+        for position in neighbours {
+            let pixel = find(position)?;
+            let stored = Stored::unpack(others[pixel]);
+            let confidence = cap.map_or(stored.confidence, |cap| stored.confidence.min(cap));
+            inputs.push(Input { pixel, stored: Stored { confidence, ..stored }, visibility: 0.0 });
+        }
+        let mut rest = events[first..].iter().peekable();
+        let mut rays = 0;
+        for (i, input) in inputs.iter_mut().enumerate() {
+            input.visibility = f64::from(input.stored.visibility);
+            if !input.stored.has_sample() {
+                continue;
+            }
+            rest.next();
+            rays += usize::from(i > 0 && cap.is_none() && self.target(at, input.stored.address) > 0.0);
+            if let Some(Event::Occluded { occluded, .. }) = rest.peek() {
+                input.visibility = if *occluded { 0.0 } else { 1.0 };
+                rest.next();
+            }
+        }
+        Some((inputs, rays))
+    }
+
+    /// Talbot's weights.
+    fn weights(&self, inputs: &[Input]) -> Vec<f64> {
+        let weight = |input: &Input| {
+            if !input.stored.has_sample() {
+                return 0.0;
+            }
+            let shared = |j: &Input| f64::from(j.stored.confidence) * self.target(j.pixel, input.stored.address);
+            let sum: f64 = inputs.iter().map(shared).sum();
+            if sum == 0.0 {
+                return 0.0;
+            }
+            let target = self.target(inputs[0].pixel, input.stored.address);
+            shared(input) / sum * target * f64::from(input.stored.contribution_weight)
+        };
+        inputs.iter().map(weight).collect()
+    }
+}
+
+/// Sums over the combines of a run.
+#[derive(Default)]
+struct Tally {
+    combines: usize,
+    between: usize,
+    wrong_forms: [usize; 2],
+    failures: Vec<String>,
+}
+
+impl Tally {
+    /// Checks one combine: the stored visibility lies within the rounding of a half (Tokuyoshi, eq. 4), sample and
+    /// contribution weight are the selection's.
+    fn check(&mut self, offline: &Offline<'_>, inputs: &[Input], made: UVec4) {
+        let weights = offline.weights(inputs);
+        let sum: f64 = weights.iter().sum();
+        let mean = |weights: &[f64]| {
+            let sum: f64 = weights.iter().sum();
+            inputs.iter().zip(weights).map(|(input, w)| w * input.visibility).sum::<f64>() / sum
+        };
+        let made = Stored::unpack(made);
+        self.combines += 1;
+        if sum == 0.0 {
+            if made.visibility != 0.0 || made.contribution_weight != 0.0 {
+                self.failures.push(format!("nothing competes, and {made:?} is kept"));
+            }
+            return;
+        }
+        // of a half: 2^-11; of the weights in f32: some roundings
+        let agrees = |mean: f64| (f64::from(made.visibility) - mean).abs() <= mean * 2.0_f64.powi(-11) + 2.0e-5;
+        let v = mean(&weights);
+        self.between += usize::from(v > 0.01 && v < 0.99);
+        let equal = vec![1.0; inputs.len()];
+        let unshared: Vec<f64> = inputs
+            .iter()
+            .map(|i| offline.target(inputs[0].pixel, i.stored.address) * f64::from(i.stored.contribution_weight))
+            .collect();
+        for (count, wrong) in self.wrong_forms.iter_mut().zip([equal, unshared]) {
+            *count += usize::from(!agrees(mean(&wrong)));
+        }
+        let target = offline.target(inputs[0].pixel, made.address);
+        let is_input = inputs.iter().any(|input| input.stored.address == made.address);
+        let weight = target * f64::from(made.contribution_weight);
+        if !agrees(v) || !is_input || (weight - sum).abs() > 1.0e-4 * sum {
+            self.failures
+                .push(format!("{made:?} of {} inputs, expected visibility {v}, weight sum {sum}", inputs.len()));
+        }
+    }
+}
+
+fn average_is_the_weighted_mean() -> Result<(), Failed> {
+    let setting = Setting { size: [12, 12], ..penumbra(coloured) };
+    let buffers = setting.buffers();
+    let view = buffers.view();
+    let wide = DiSettings { max_plane_distance: 1.0e3, min_normal_cos: -1.0, ..settings(Visibility::Averaged) };
+    let rows = [
+        wide.clone(),
+        DiSettings { initial_visibility: false, ..wide.clone() },
+        DiSettings { initial_visibility: false, neighbours: 3, ..wide },
+    ];
+    for settings in rows {
+        let run = Run { size: setting.size, frames: 5, from: 0, settings };
+        let (mut tally, mut offline, mut rays) = (Tally::default(), None, [0, 0]);
+        let mut initial = Vec::new();
+        Frames::replay(&view, &buffers, &run.render(7), &mut |pass, frames| {
+            if is_initial(pass) {
+                initial = frames.plane(pass.bindings[4]).to_vec();
+            }
+            if !is_combine(pass) {
+                return;
+            }
+            let p = params(pass);
+            let [hits, other_hits, others, made] = [3, 4, 5, 6].map(|binding| frames.plane(pass.bindings[binding]));
+            let offline = offline.get_or_insert_with(|| Offline::new(&view, &p, hits));
+            let temporal = p.flags & DI_OTHER_FRAME != 0;
+            for at in 0..made.len() {
+                let own = if temporal { initial[at] } else { others[at] };
+                let recording = Recording::new(&view);
+                let planes = di::Planes { hits, other_hits, others };
+                let place = [at as u32 % offline.width, at as u32 / offline.width];
+                if di::combine(&Still(&recording), &p, p.flags, &planes, own, place) != made[at] {
+                    tally.failures.push("a combine alone is not what it is in a frame".to_owned());
+                }
+                rays[0] += recording.counts().shadow as usize;
+                let cap = temporal.then_some(p.confidence_cap);
+                if let Some((inputs, asked)) = offline.inputs(at, own, others, &recording.into_events(), cap) {
+                    rays[1] += asked;
+                    tally.check(offline, &inputs, made[at]);
+                }
+            }
+        });
+        let Tally { combines, between, wrong_forms: [equal, unshared], failures } = tally;
+        println!(
+            "{combines} combines, {between} of them with a mean between; an equal mean would be off in {equal}, one \
+             without MIS in {unshared}; {} shadow rays",
+            rays[0]
+        );
+        ensure(failures.is_empty(), || format!("{} of {combines} combines: {}", failures.len(), failures[0]))?;
+        ensure(rays[0] == rays[1] && rays[0] > 0, || format!("{} shadow rays instead of {}", rays[0], rays[1]))?;
+        ensure(between > 100 && equal > 100 && unshared > 100, || "too little is shown".to_owned())?;
+    }
+    Ok(())
+}
+
+/// Shadow rays of the passes, for each pixel and frame: initial, temporal, spatial, shading.
+fn shadow_rays(buffers: &SceneBuffers, settings: DiSettings) -> [f64; 4] {
+    let run = Run { size: SIZE, frames: 9, from: 0, settings };
+    let view = buffers.view();
+    let recording = Recording::new(&view);
+    let (mut rays, mut before) = ([0; 4], recording.counts());
+    Frames::replay(&recording, buffers, &run.render(1), &mut |pass, _| {
+        let counts = recording.counts();
+        let kind = match pass.kernel.name {
+            name if name == kernels::di_initial::DESC.name => 0,
+            name if name == kernels::di_shade::DESC.name => 3,
+            _ if is_combine(pass) && params(pass).flags & DI_OTHER_FRAME != 0 => 1,
+            _ => 2,
+        };
+        rays[kind] += counts.minus(before).shadow;
+        before = counts;
+    });
+    rays.map(|count| count as f64 / (run.pixels() as f64 * f64::from(run.frames)))
+}
+
+fn rays_of_each_pass() -> Result<(), Failed> {
+    let buffers = buffers(white);
+    let of = |visibility| shadow_rays(&buffers, DiSettings { initial_visibility: false, ..settings(visibility) });
+    let (ray, selected, averaged) = (of(Visibility::Ray), of(Visibility::Selected), of(Visibility::Averaged));
+    println!("initial, temporal, spatial, shading: {ray:?} with a final ray, {selected:?}, averaged {averaged:?}");
+    ensure(averaged == selected, || "averaging is not free".to_owned())?;
+    ensure(averaged[1] == 0.0 && averaged[3] == 0.0, || "history and shading ask for visibility".to_owned())?;
+    ensure(averaged[0] > 0.95 && averaged[0] <= 1.0, || format!("{} initial rays", averaged[0]))?;
+    ensure(averaged[2] > 0.8 && averaged[2] <= 1.0, || format!("{} spatial rays", averaged[2]))?;
+    ensure(ray[..3] == [0.0; 3] && ray[3] > 0.95 && ray[3] <= 1.0, || "a final ray is one a pixel".to_owned())?;
+    let with_reuse = shadow_rays(&buffers, settings(Visibility::Averaged));
+    ensure(with_reuse[0] == averaged[0], || "visibility reuse costs more than the initial ray".to_owned())?;
+    let near = DiSettings { near_radius: 100.0, ..settings(Visibility::Averaged) };
+    ensure(shadow_rays(&buffers, near)[2] == 0.0, || "near neighbours cost rays".to_owned())
+}
+
+/// The mean variance of the visibility of both, over the pixels where the first's is partial, and how many these are.
+fn variances(restarts: &[Vec<Restart>; 2]) -> ([f64; 2], usize) {
+    let moments = restarts.each_ref().map(|restarts| visibility_moments(restarts));
+    let partial: Vec<usize> = (0..moments[0].len()).filter(|&i| (0.05..0.95).contains(&moments[0][i].mean())).collect();
+    let mean = |m: &Vec<Moments>| partial.iter().map(|&i| m[i].variance()).sum::<f64>() / partial.len() as f64;
+    (moments.each_ref().map(mean), partial.len())
+}
+
+fn visibility_varies_less() -> Result<(), Failed> {
+    let buffers = buffers(white);
+    for initial_visibility in [true, false] {
+        let restarts = [Visibility::Selected, Visibility::Averaged].map(|visibility| {
+            let settings = DiSettings { initial_visibility, ..settings(visibility) };
+            Run { size: SIZE, frames: 8, from: 7, settings }.restarts(&buffers, 32)
+        });
+        let ([selected, averaged], pixels) = variances(&restarts);
+        println!(
+            "initial_visibility={initial_visibility}: variance {selected:.4} selected, {averaged:.4} averaged, ratio \
+             {:.2} over {pixels} pixels",
+            selected / averaged
+        );
+        ensure(pixels >= 20 && selected >= REDUCTION * averaged, || "visibility does not vary less".to_owned())?;
+    }
+    Ok(())
+}
+
+/// Path tracing of one bounce in white light.
+fn white_reference() -> &'static [Moments] {
+    static MOMENTS: OnceLock<Vec<Moments>> = OnceLock::new();
+    MOMENTS.get_or_init(|| reference(&buffers(white)))
+}
+
+/// Path tracing of one bounce.
+fn reference(buffers: &SceneBuffers) -> Vec<Moments> {
+    let view = buffers.view();
+    let [width, height] = SIZE;
+    let camera = buffers.camera.params(width, height);
+    let params = PathParams { scene: buffers.header, camera, width, height, max_depth: 2, ..PathParams::default() };
+    TEST.grid
+        .moments(REFERENCE, |seed, x, y| path::pixel(&view, &PathParams { seed, ..params }, x, y).sum.map(f64::from))
+}
+
+fn moments(restarts: &[Restart]) -> Vec<Moments> {
+    TEST.grid
+        .moments(restarts.len() as u32, |restart, x, y| restarts[restart as usize].image[(y * SIZE[0] + x) as usize])
+}
+
+fn verdict(buffers: &SceneBuffers, settings: DiSettings, reference: &[Moments]) -> Verdict {
+    let run = Run { size: SIZE, frames: 6, from: 2, settings };
+    TEST.compare(&moments(&run.restarts(buffers, RESTARTS)), reference)
+}
+
+/// Of Tokuyoshi's unbiased variant: reuse over time, or once in space.
+fn unbiased(visibility: Visibility) -> [(&'static str, DiSettings); 2] {
+    let base = DiSettings { initial_visibility: false, ..settings(visibility) };
+    [
+        ("temporal", DiSettings { spatial: 0, ..base.clone() }),
+        ("spatial", DiSettings { temporal: false, neighbours: 3, ..base }),
+    ]
+}
+
+fn static_white_light_is_unbiased() -> Result<(), Failed> {
+    let buffers = buffers(white);
+    for visibility in [Visibility::Selected, Visibility::Averaged] {
+        for (name, settings) in unbiased(visibility) {
+            let verdict = verdict(&buffers, settings, white_reference());
+            println!("{name}, {}: {verdict}", visibility.name());
+            ensure(verdict.passed(), || verdict.to_string())?;
+            ensure(verdict.detectable_in_image <= GOAL_IMAGE, || format!("too few samples: {verdict}"))?;
+        }
+    }
+    Ok(())
+}
+
+fn coloured_light_leaks() -> Result<(), Failed> {
+    let buffers = buffers(coloured);
+    let reference = reference(&buffers);
+    let [(_, temporal), _] = unbiased(Visibility::Averaged);
+    let leaking = verdict(&buffers, temporal.clone(), &reference);
+    println!("by luminance: {leaking}");
+    ensure(!leaking.passed(), || format!("no leak was seen: {leaking}"))?;
+    for (channel, target) in [Target::Red, Target::Green, Target::Blue].into_iter().enumerate() {
+        let run = Run { size: SIZE, frames: 6, from: 2, settings: DiSettings { target, ..temporal.clone() } };
+        let only = |moments: Vec<Moments>| moments.into_iter().skip(channel).step_by(3).collect::<Vec<_>>();
+        let verdict = TEST.compare(&only(moments(&run.restarts(&buffers, RESTARTS))), &only(reference.clone()));
+        println!("{}: max |z| {:.2} of {:.2}", target.name(), verdict.max_z, verdict.threshold);
+        ensure(verdict.passed(), || format!("{}: {}", target.name(), verdict.max_z))?;
+    }
+    Ok(())
+}
+
+/// The mean of each restart's image.
+fn image_means<'a>(restarts: impl Iterator<Item = &'a Restart>) -> impl Iterator<Item = f64> {
+    restarts.map(|restart| restart.image.iter().flatten().sum::<f64>() / (3 * restart.image.len()) as f64)
+}
+
+fn visibility_reuse_darkens() -> Result<(), Failed> {
+    let buffers = buffers(white);
+    let reference = *white_reference().last().ok_or("no image")?;
+    for visibility in [Visibility::Selected, Visibility::Averaged] {
+        let run = Run { size: SIZE, frames: 6, from: 2, settings: settings(visibility) };
+        let mut mean = Moments::default();
+        image_means(run.restarts(&buffers, RESTARTS).iter()).for_each(|value| mean.push(value));
+        let error = (mean.variance_of_mean() + reference.variance_of_mean()).sqrt();
+        let z = (mean.mean() - reference.mean()) / error;
+        println!("{}: {:+.2} %, z {z:.1}", visibility.name(), 100.0 * (mean.mean() / reference.mean() - 1.0));
+        ensure(z < -SIGN, || format!("{} is not darker: z {z}", visibility.name()))?;
+    }
+    Ok(())
+}
+
+fn near_neighbours_brighten() -> Result<(), Failed> {
+    let buffers = buffers(white);
+    let of = |near_radius| {
+        let settings = DiSettings { near_radius, ..settings(Visibility::Averaged) };
+        let run = Run { size: SIZE, frames: 6, from: 2, settings };
+        image_means(run.restarts(&buffers, 64).iter()).collect::<Vec<_>>()
+    };
+    let sweep = [0.0, 2.5, 3.5, 100.0].map(of);
+    for pair in sweep.windows(2) {
+        let mut step = Moments::default();
+        pair[1].iter().zip(&pair[0]).for_each(|(more, less)| step.push(more - less));
+        let z = step.mean() / step.standard_error();
+        println!("+{:.5}, z {z:.1}", step.mean());
+        ensure(z > SIGN, || format!("no brighter: z {z}"))?;
+    }
+    Ok(())
+}
+
+/// One scene, then another, with the same surfaces in sight.
+struct Switched<'a> {
+    scenes: [&'a SceneView<'a>; 2],
+    now: Cell<usize>,
+}
+
+impl Switched<'_> {
+    fn scene(&self) -> &SceneView<'_> {
+        self.scenes[self.now.get()]
+    }
+}
+
+impl Trace for Switched<'_> {
+    fn closest(&self, ray: &Ray) -> Hit {
+        self.scene().closest(ray)
+    }
+
+    fn occluded(&self, ray: &Ray) -> bool {
+        self.scene().occluded(ray)
+    }
+}
+
+impl Surface for Switched<'_> {
+    fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        self.scene().surface(ray, hit)
+    }
+
+    fn features(&self) -> u32 {
+        self.scene().features()
+    }
+}
+
+impl Lights for Switched<'_> {
+    fn sample_light(&self, words: UVec4) -> LightSample {
+        self.scene().sample_light(words)
+    }
+
+    fn light_density(&self, hit: &Hit) -> f32 {
+        self.scene().light_density(hit)
+    }
+
+    fn environment(&self, direction: Vec3) -> EnvironmentPoint {
+        self.scene().environment(direction)
+    }
+}
+
+impl AddressedLights for Switched<'_> {
+    fn choose_address(&self, words: UVec4) -> LightAddress {
+        self.scene().choose_address(words)
+    }
+
+    fn light_at(&self, address: LightAddress) -> AddressedLight {
+        self.scene().light_at(address)
+    }
+
+    fn address_of_hit(&self, hit: &Hit) -> LightAddress {
+        self.scene().address_of_hit(hit)
+    }
+
+    fn address_of_environment(&self, direction: Vec3) -> LightAddress {
+        self.scene().address_of_environment(direction)
+    }
+}
+
+/// The scene with its board elsewhere, out of sight: far from all light, or before all lights.
+fn with_board(before_lights: bool) -> SceneBuffers {
+    let mut setting = penumbra(white);
+    let corner = |across: f32, along: f32| [1.6 * across, 1.36 - 0.18 * along, 1.02 + 0.24 * along];
+    let lift = if before_lights { 0.0 } else { 3.0 };
+    setting.quads[BOARD].corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(across, along)| {
+        let [x, y, z] = corner(across, along);
+        [x, y + lift, z]
+    });
+    setting.buffers()
+}
+
+/// The image's mean in each frame; all light goes out of sight after `open` frames.
+fn shut(settings: DiSettings, open: u32, frames: u32) -> Vec<f64> {
+    let (bright, dark) = (with_board(false), with_board(true));
+    let views = [bright.view(), dark.view()];
+    let scene = Switched { scenes: [&views[0], &views[1]], now: Cell::new(0) };
+    let mut means = Vec::new();
+    let render = DiRender { frames, accumulate: true, ..DiRender::new(SIZE, settings) };
+    Frames::replay(&scene, &bright, &render, &mut |pass, planes| {
+        if pass.kernel.name == kernels::di_shade::DESC.name {
+            let film = planes.plane(pass.bindings[6]);
+            means.push(film.iter().map(|pixel| f64::from(f32::from_bits(pixel.x))).sum());
+            scene.now.set(usize::from(params(pass).frame + 1 >= open));
+        }
+    });
+    means
+}
+
+fn shadows_lag() -> Result<(), Failed> {
+    let (open, frames, cap) = (8, 16, 4_u32);
+    let share = f64::from(cap) / f64::from(cap + 1);
+    for (visibility, initial_visibility, keeps) in [
+        (Visibility::Averaged, true, true),
+        (Visibility::Selected, true, true),
+        (Visibility::Averaged, false, true),
+        (Visibility::Ray, true, false),
+    ] {
+        let settings = DiSettings { initial_visibility, spatial: 0, confidence_cap: cap, ..settings(visibility) };
+        let means = shut(settings, open, frames);
+        let before = means[open as usize - 1];
+        let ratios: Vec<f64> = means[open as usize..].iter().map(|mean| mean / before).collect();
+        println!("{}, initial_visibility={initial_visibility}: {ratios:.4?}", visibility.name());
+        for (n, ratio) in (1..).zip(&ratios) {
+            // what was believed keeps the history's share in every frame; halves round by 2^-11 in each
+            let expected = if keeps { share.powi(n) } else { 0.0 };
+            let tolerance = expected * 2.0_f64.powi(-11) * f64::from(n) + 1.0e-6;
+            ensure((ratio - expected).abs() <= tolerance, || format!("after {n} frames {ratio}, expected {expected}"))?;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,509 @@
+//! `cargo xtask visibility`: averaged visibility (Tokuyoshi) against that of the selected sample, in error and variance,
+//! and the report of it.
+
+use std::fmt::Write;
+use std::path::Path;
+use std::time::Instant;
+
+use clap::Args;
+use rayon::prelude::*;
+use restir_host::buffers::SceneBuffers;
+use restir_host::di::{DiSettings, Target, Visibility};
+use restir_host::replay::{Frames, Recording};
+use restir_shared::layout::PathParams;
+use restir_shared::technique::path;
+use restir_tests::random::SplitMix;
+use restir_tests::scenes::{coloured, penumbra, white};
+use restir_tests::stats::Moments;
+use restir_tests::visibility::{Restart, Run, settings, visibility_moments};
+
+use crate::{Error, num};
+
+const SIZE: u32 = 64;
+/// Frames of a restart, and the first that counts.
+const FRAMES: [u32; 2] = [16, 8];
+/// What is resampled: batches of restarts, and of the reference's samples.
+const BATCHES: u32 = 64;
+/// Samples of the path tracer for a pixel of a batch.
+const REFERENCE_SAMPLES: u32 = 256;
+const RESAMPLES: u32 = 1000;
+const RESAMPLES_OF_VARIANCE: u32 = 200;
+/// Reference values below this part of their mean do not count in RMSPE.
+const DARK: f64 = 1.0e-3;
+/// Pixels in part shadow have a mean visibility in this range.
+const PARTIAL: std::ops::Range<f64> = 0.05..0.95;
+/// Frames and side of the picture whose rays are counted.
+const COUNTED: [u32; 2] = [8, 32];
+
+/// Options of `cargo xtask visibility`.
+#[derive(Args)]
+pub struct Options {
+    /// Independent restarts of each setting, in whole batches of 64.
+    #[arg(long, default_value_t = 256)]
+    restarts: u32,
+    /// Replace docs/visibility.md.
+    #[arg(long)]
+    write: bool,
+}
+
+/// Measures, prints the report and writes it where asked, also if a claim does not hold: the report says so.
+///
+/// # Errors
+/// [`Error::Failed`] if a claim does not hold; [`Error::Io`] if the report cannot be written.
+pub fn run(options: &Options) -> Result<(), Error> {
+    let start = Instant::now();
+    let restarts = options.restarts.max(1).next_multiple_of(BATCHES);
+    let findings = Findings::measure(restarts);
+    let report = findings.report(restarts);
+    println!("{report}");
+    eprintln!("{:.0} s", start.elapsed().as_secs_f64());
+    if options.write {
+        num::write(&Path::new(env!("CARGO_MANIFEST_DIR")).with_file_name("docs").join("visibility.md"), &report)?;
+    }
+    let failed: Vec<_> = findings.claims().into_iter().filter(|claim| !claim.holds).map(|claim| claim.text).collect();
+    if failed.is_empty() { Ok(()) } else { Err(Error::Failed(format!("does not hold: {}", failed.join("; ")))) }
+}
+
+/// A number and its 95 % interval.
+#[derive(Clone, Copy)]
+struct Interval {
+    value: f64,
+    ends: [f64; 2],
+}
+
+impl Interval {
+    /// The basic bootstrap interval: the resampled statistic scatters around its value for what is resampled from as the
+    /// statistic does around the truth.
+    fn basic(value: f64, center: f64, mut resampled: Vec<f64>) -> Self {
+        resampled.sort_by(f64::total_cmp);
+        let quantile = |q: f64| resampled[((resampled.len() - 1) as f64 * q).round() as usize] - center;
+        Self { value, ends: [value - quantile(0.975), value - quantile(0.025)] }
+    }
+
+    fn inside(&self, low: f64, high: f64) -> bool {
+        self.ends[0] > low && self.ends[1] < high
+    }
+}
+
+impl std::fmt::Display for Interval {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{:.3} [{:.3}, {:.3}]", self.value, self.ends[0], self.ends[1])
+    }
+}
+
+/// Independent images of the same expectation, all values of a picture each.
+type Images = Vec<Vec<f64>>;
+
+/// A mean image and the variance of each of its values.
+struct Estimate {
+    mean: Vec<f64>,
+    variance: Vec<f64>,
+}
+
+impl Estimate {
+    /// Of images that count `times` each.
+    fn new(images: &Images, times: &[f64]) -> Self {
+        let count: f64 = times.iter().sum();
+        let values = images[0].len();
+        let (mut mean, mut variance) = (vec![0.0; values], vec![0.0; values]);
+        for (image, times) in images.iter().zip(times) {
+            mean.iter_mut().zip(image).for_each(|(mean, x)| *mean += times * x / count);
+        }
+        for (image, times) in images.iter().zip(times) {
+            for ((variance, x), mean) in variance.iter_mut().zip(image).zip(&mean) {
+                *variance += times * (x - mean).powi(2) / (count * (count - 1.0));
+            }
+        }
+        Self { mean, variance }
+    }
+
+    /// As if the mean were the truth.
+    fn without_noise(self) -> Self {
+        Self { variance: vec![0.0; self.mean.len()], ..self }
+    }
+}
+
+/// The statistics of a comparison, in the order of the report.
+const STATISTICS: [&str; 6] = [
+    "RMSPE(prev, ref)",
+    "RMSPE(ours, ref)",
+    "difference, points",
+    "RMSPE(ours, prev)",
+    "mean error of prev, %",
+    "mean error of ours, %",
+];
+const DIFFERENCE: usize = 2;
+const DIRECT: usize = 3;
+const MEAN_ERRORS: [usize; 2] = [4, 5];
+
+/// The selected sample's visibility ("prev"), the averaged one ("ours") and the reference.
+struct Comparison {
+    prev: Images,
+    ours: Images,
+    /// Ours less prev: they share seeds.
+    change: Images,
+    reference: Images,
+    counts: Vec<bool>,
+}
+
+impl Comparison {
+    fn new(prev: Images, ours: Images, reference: Images) -> Self {
+        let change = ours.iter().zip(&prev).map(|(a, b)| a.iter().zip(b).map(|(a, b)| a - b).collect()).collect();
+        let mean = Estimate::new(&reference, &vec![1.0; reference.len()]).mean;
+        let dark = DARK * mean.iter().sum::<f64>() / mean.len() as f64;
+        Self { prev, ours, change, counts: mean.iter().map(|&r| r > dark).collect(), reference }
+    }
+
+    fn estimates(&self, times: &[f64], reference_times: &[f64]) -> [Estimate; 4] {
+        [
+            Estimate::new(&self.prev, times),
+            Estimate::new(&self.ours, times),
+            Estimate::new(&self.change, times),
+            Estimate::new(&self.reference, reference_times),
+        ]
+    }
+
+    /// Noise-corrected: what the estimates' own variances add to squared errors is taken off.
+    fn statistics(&self, [prev, ours, change, reference]: &[Estimate; 4]) -> [f64; STATISTICS.len()] {
+        let mut squares = [0.0; 3];
+        let mut sums = [0.0; 3];
+        let mut count = 0.0;
+        for i in (0..self.counts.len()).filter(|&i| self.counts[i]) {
+            let r = reference.mean[i];
+            let off = |x: &Estimate| (x.mean[i] - r).powi(2) - x.variance[i] - reference.variance[i];
+            let terms = [off(prev), off(ours), change.mean[i].powi(2) - change.variance[i]];
+            squares.iter_mut().zip(terms).for_each(|(sum, term)| *sum += term / (r * r));
+            sums.iter_mut().zip([r, prev.mean[i], ours.mean[i]]).for_each(|(sum, x)| *sum += x);
+            count += 1.0;
+        }
+        // a square that noise took below zero stays visible as such
+        let percent = |square: f64| 100.0 * (square.abs() / count).sqrt().copysign(square);
+        let [a, b, direct] = squares.map(percent);
+        let [r, p, o] = sums;
+        [a, b, b - a, direct, 100.0 * (p / r - 1.0), 100.0 * (o / r - 1.0)]
+    }
+
+    fn intervals(&self) -> [Interval; STATISTICS.len()] {
+        let once = vec![1.0; BATCHES as usize];
+        let values = self.statistics(&self.estimates(&once, &once));
+        let centers = self.statistics(&self.estimates(&once, &once).map(Estimate::without_noise));
+        let resampled: Vec<_> = (0..RESAMPLES)
+            .into_par_iter()
+            .map(|i| self.statistics(&self.estimates(&resample(2 * i, BATCHES), &resample(2 * i + 1, BATCHES))))
+            .collect();
+        std::array::from_fn(|k| Interval::basic(values[k], centers[k], resampled.iter().map(|all| all[k]).collect()))
+    }
+
+    /// The part of the squared change, noise-corrected and relative to the reference, that lies in the given pixels.
+    fn share_of_change(&self, pixels: &[bool]) -> f64 {
+        let once = vec![1.0; BATCHES as usize];
+        let [_, _, change, reference] = self.estimates(&once, &once);
+        let term = |i: usize| (change.mean[i].powi(2) - change.variance[i]) / reference.mean[i].powi(2);
+        let all = (0..self.counts.len()).filter(|&i| self.counts[i]);
+        let (inside, sum) = all
+            .fold((0.0, 0.0), |(inside, sum), i| (inside + if pixels[i / 3] { term(i) } else { 0.0 }, sum + term(i)));
+        inside / sum
+    }
+}
+
+/// How often each of `count` things is drawn in `count` draws.
+fn resample(seed: u32, count: u32) -> Vec<f64> {
+    let mut random = SplitMix::new(u64::from(seed));
+    let mut times = vec![0.0; count as usize];
+    (0..count).for_each(|_| times[(random.unit() * f64::from(count)) as usize] += 1.0);
+    times
+}
+
+/// Means of batches of restarts.
+fn batches(restarts: &[Restart]) -> Images {
+    let size = restarts.len() / BATCHES as usize;
+    let mean = |batch: &[Restart]| {
+        let mut sum = vec![0.0; 3 * batch[0].image.len()];
+        for restart in batch {
+            sum.iter_mut().zip(restart.image.as_flattened()).for_each(|(sum, x)| *sum += x / size as f64);
+        }
+        sum
+    };
+    restarts.chunks(size).map(mean).collect()
+}
+
+/// Of path tracing with one bounce.
+fn reference(buffers: &SceneBuffers) -> Images {
+    let view = buffers.view();
+    let camera = buffers.camera.params(SIZE, SIZE);
+    let params =
+        PathParams { scene: buffers.header, camera, width: SIZE, height: SIZE, max_depth: 2, ..PathParams::default() };
+    let pixel = |batch: u32, i: u32| {
+        let first = batch * REFERENCE_SAMPLES;
+        let sum = (first..first + REFERENCE_SAMPLES).fold([0.0; 3], |sum: [f64; 3], seed| {
+            let sample = path::pixel(&view, &PathParams { seed, ..params }, i % SIZE, i / SIZE).sum;
+            std::array::from_fn(|channel| sum[channel] + f64::from(sample[channel]))
+        });
+        sum.map(|sum| sum / f64::from(REFERENCE_SAMPLES))
+    };
+    (0..BATCHES).into_par_iter().map(|batch| (0..SIZE * SIZE).flat_map(|i| pixel(batch, i)).collect()).collect()
+}
+
+fn of_size(settings: DiSettings) -> Run {
+    Run { size: [SIZE; 2], frames: FRAMES[0], from: FRAMES[1], settings }
+}
+
+/// How much less the visibility of a reservoir varies.
+struct Reduction {
+    variances: [f64; 2],
+    ratio: Interval,
+    pixels: usize,
+}
+
+impl Reduction {
+    /// Over the given pixels.
+    fn new([prev, ours]: [&[Restart]; 2], pixels: &[bool]) -> Self {
+        let chosen: Vec<usize> = (0..pixels.len()).filter(|&i| pixels[i]).collect();
+        let variance = |restarts: &[Restart], times: &[f64]| {
+            let of_pixel = |&i: &usize| {
+                let (mut sum, mut squares) = (0.0, 0.0);
+                for (restart, times) in restarts.iter().zip(times) {
+                    let v = f64::from(restart.visibility[i]);
+                    (sum, squares) = (sum + times * v, squares + times * v * v);
+                }
+                let count = restarts.len() as f64;
+                (squares - sum * sum / count) / (count - 1.0)
+            };
+            chosen.iter().map(of_pixel).sum::<f64>() / chosen.len() as f64
+        };
+        let count = prev.len() as u32;
+        let of = |times: &[f64]| [variance(prev, times), variance(ours, times)];
+        let variances = of(&vec![1.0; prev.len()]);
+        let resampled: Vec<f64> = (0..RESAMPLES_OF_VARIANCE)
+            .into_par_iter()
+            .map(|i| of(&resample(i, count)))
+            .map(|[prev, ours]| prev / ours)
+            .collect();
+        let ratio = variances[0] / variances[1];
+        Self { variances, ratio: Interval::basic(ratio, ratio, resampled), pixels: chosen.len() }
+    }
+}
+
+/// One line of the tables.
+struct Row {
+    name: &'static str,
+    intervals: [Interval; STATISTICS.len()],
+    reduction: Option<Reduction>,
+    share_of_change: f64,
+}
+
+/// What was measured.
+struct Findings {
+    /// White and coloured, each with and without visibility reuse, then coloured by channel.
+    rows: Vec<Row>,
+    /// Rays for each pixel and frame: by luminance, and by channel.
+    rays: [f64; 2],
+}
+
+/// Claims about the method, and whether they hold here.
+struct Claim {
+    text: String,
+    found: String,
+    holds: bool,
+}
+
+impl Findings {
+    fn measure(restarts: u32) -> Self {
+        let scenes: [[&'static str; 2]; 2] =
+            [["white", "white, occluded samples kept"], ["coloured", "coloured, occluded samples kept"]];
+        let mut rows = Vec::new();
+        for (names, emission) in scenes.into_iter().zip([white as fn(f32) -> [f32; 3], coloured]) {
+            let buffers = penumbra(emission).buffers();
+            let reference = reference(&buffers);
+            eprintln!("{}: reference", names[0]);
+            let mut partial = Vec::new();
+            let mut prev_with_reuse = Images::new();
+            // those that keep what is occluded know how much of the light each pixel sees
+            for (name, initial_visibility) in [(names[1], false), (names[0], true)] {
+                let [prev, ours] = [Visibility::Selected, Visibility::Averaged].map(|visibility| {
+                    of_size(DiSettings { initial_visibility, ..settings(visibility) }).restarts(&buffers, restarts)
+                });
+                eprintln!("{name}");
+                if !initial_visibility {
+                    partial =
+                        visibility_moments(&prev).iter().map(Moments::mean).map(|v| PARTIAL.contains(&v)).collect();
+                }
+                let comparison = Comparison::new(batches(&prev), batches(&ours), reference.clone());
+                rows.push(Row {
+                    name,
+                    intervals: comparison.intervals(),
+                    reduction: Some(Reduction::new([&prev, &ours], &partial)),
+                    share_of_change: comparison.share_of_change(&partial),
+                });
+                prev_with_reuse = comparison.prev;
+            }
+            if names[0] == "coloured" {
+                let comparison = Comparison::new(prev_with_reuse, by_channel(&buffers, restarts), reference);
+                rows.push(Row {
+                    name: "coloured, a render for each channel",
+                    intervals: comparison.intervals(),
+                    reduction: None,
+                    share_of_change: comparison.share_of_change(&partial),
+                });
+            }
+        }
+        Self { rows, rays: rays() }
+    }
+
+    fn row(&self, name: &str) -> Option<&Row> {
+        self.rows.iter().find(|row| row.name == name)
+    }
+
+    fn claims(&self) -> Vec<Claim> {
+        let mut claims = Vec::new();
+        let mut claim = |text: &str, found: String, holds| claims.push(Claim { text: text.to_owned(), found, holds });
+        for name in ["white", "coloured"] {
+            let Some(row) = self.row(name) else { continue };
+            if let Some(Reduction { ratio, .. }) = &row.reduction {
+                let text = format!("{name}: the variance of visibility falls by 1.5 or more");
+                claim(&text, ratio.to_string(), ratio.ends[0] >= 1.5);
+            }
+            for (which, k) in ["prev", "ours"].into_iter().zip(MEAN_ERRORS) {
+                let error = row.intervals[k];
+                claim(&format!("{name}: {which} is darker, in %"), error.to_string(), error.ends[1] < 0.0);
+            }
+        }
+        let bounds = [("white", -0.1, 0.1), ("coloured", 0.0, 1.5), ("coloured, a render for each channel", -0.1, 0.1)];
+        for (name, low, high) in bounds {
+            let Some(row) = self.row(name) else { continue };
+            let difference = row.intervals[DIFFERENCE];
+            let text = format!("{name}: the difference in RMSPE lies inside ({low}, {high}) points");
+            claim(&text, difference.to_string(), difference.inside(low, high));
+        }
+        let cost = self.rays[1] / self.rays[0];
+        claim(
+            "a render for each channel costs 2.5 to 3.2 times the rays",
+            format!("{cost:.3}"),
+            (2.5..3.2).contains(&cost),
+        );
+        let direct = |name| self.row(name).map(|row| row.intervals[DIRECT]);
+        if let (Some(with), Some(without)) = (direct("coloured"), direct("coloured, occluded samples kept")) {
+            let found = format!("{with} with, {without} without");
+            claim("visibility reuse makes the leak smaller", found, with.ends[1] < without.ends[0]);
+        }
+        if let Some(row) = self.row("coloured") {
+            let found = format!("{:.1} %", 100.0 * row.share_of_change);
+            claim("80 % of the squared leak lies in part shadow", found, row.share_of_change >= 0.8);
+        }
+        claims
+    }
+
+    fn report(&self, restarts: u32) -> String {
+        let mut text = header(restarts);
+        let _ = write!(text, "\n## Claims\n\n| claim | found | holds |\n|---|---|---|\n");
+        for Claim { text: claim, found, holds } in self.claims() {
+            let _ = writeln!(text, "| {claim} | {found} | {} |", if holds { "yes" } else { "**no**" });
+        }
+        let _ = write!(text, "\n## Error\n\nRMSPE in percent.\n\n| lights |");
+        STATISTICS.iter().for_each(|name| text += &format!(" {name} |"));
+        text += "\n|---|";
+        STATISTICS.iter().for_each(|_| text += "---:|");
+        for row in &self.rows {
+            let _ = write!(text, "\n| {} |", row.name);
+            row.intervals.iter().for_each(|interval| text += &format!(" {interval} |"));
+        }
+        text += VARIANCE;
+        for (row, reduction) in self.rows.iter().filter_map(|row| Some((row, row.reduction.as_ref()?))) {
+            let Reduction { variances: [prev, ours], ratio, pixels } = reduction;
+            let _ = writeln!(text, "| {} | {prev:.4} | {ours:.4} | {ratio} | {pixels} |", row.name);
+        }
+        let [one, three] = self.rays;
+        let _ = write!(
+            text,
+            "\n## Cost\n\nRays for each pixel and frame, the camera's included: {one:.2}, in three renders of a channel each \
+             {three:.2}. Averaging itself costs no ray.\n"
+        );
+        text
+    }
+}
+
+const VARIANCE: &str = "
+
+## Variance of visibility
+
+Of the visibility of a pixel's reservoir in the last frame, over the restarts; the mean over the pixels in part shadow.
+
+| lights | prev | ours | ratio | pixels |
+|---|---:|---:|---:|---:|
+";
+
+fn header(restarts: u32) -> String {
+    let DiSettings { candidates, radius, confidence_cap, neighbours, .. } = settings(Visibility::Averaged);
+    let [frames, from] = FRAMES;
+    let samples = BATCHES * REFERENCE_SAMPLES;
+    format!(
+        "# Averaged visibility
+
+Reuse of visibility in ReSTIR DI: that of the selected sample (Wyman and Panteleev 2021, \"prev\") and the weighted mean
+over all samples that competed (Tokuyoshi, \"ours\"), with the same seeds, against path tracing of one bounce with {samples}
+samples a pixel (\"ref\").
+
+The scene is a wall of {SIZE} x {SIZE} pixels, lit past a board by a row of 24 small lights, white ones or from red by way
+of green to blue; nothing moves. Settings: preset `wis` with {candidates} candidates, no candidate from scattering, temporal
+reuse up to {confidence_cap} frames, {neighbours} neighbour within {radius} pixels. A restart has {frames} frames, the mean
+of those from the {from}th on (counted from 0) is its image; there are {restarts} restarts. `initial_visibility` is on, as
+in Tokuyoshi's algorithm 1, but for the rows \"occluded samples kept\". In \"a render for each channel\", ours are three
+renders whose samples are selected by one channel each (`target=red`...), prev is selected by luminance.
+
+RMSPE runs over all channels of all pixels. It is corrected for noise: the variances of the mean images, of the restarts
+and of the reference, are taken off the squared errors; a sum that is below zero then is shown as a negative RMSPE. Brackets
+hold 95 % intervals, basic bootstrap over {BATCHES} batches of restarts and of the reference ({RESAMPLES} resamples), of
+the variance over single restarts. Where the error itself is within the noise (occluded samples kept, white), the interval of
+an RMSPE is not to be relied on; those of the mean error are.
+
+Made by `cargo xtask visibility --write`. That sample, weight and confidence are the same bits with and without the
+averaging, that the mean is the weighted one, which rays are traced, that static white light is unbiased and how far
+shadows lag is tested by `cargo test --test restir_di_visibility`.
+"
+    )
+}
+
+/// The images of averaged visibility of which each channel has a render of its own.
+fn by_channel(buffers: &SceneBuffers, restarts: u32) -> Images {
+    let channels = [Target::Red, Target::Green, Target::Blue].map(|target| {
+        eprintln!("{}", target.name());
+        batches(&of_size(DiSettings { target, ..settings(Visibility::Averaged) }).restarts(buffers, restarts))
+    });
+    let batch = |b: usize| (0..channels[0][b].len()).map(|i| channels[i % 3][b][i]).collect();
+    (0..BATCHES as usize).map(batch).collect()
+}
+
+/// Rays for each pixel and frame, by luminance and summed over the channels.
+fn rays() -> [f64; 2] {
+    let buffers = penumbra(coloured).buffers();
+    let view = buffers.view();
+    let [frames, side] = COUNTED;
+    let of = |target| {
+        let settings = DiSettings { target, ..settings(Visibility::Averaged) };
+        let run = Run { size: [side; 2], frames, from: 0, settings };
+        let recording = Recording::new(&view);
+        Frames::replay(&recording, &buffers, &run.render(0), &mut |_, _| {});
+        recording.counts().rays() as f64 / f64::from(frames * side * side)
+    };
+    [of(Target::Luminance), [Target::Red, Target::Green, Target::Blue].map(of).iter().sum()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Noisy images of a known error, where the noise alone would be an RMSPE of 5 %.
+    #[test]
+    fn noise_is_taken_off_and_intervals_hold_the_truth() {
+        let mut random = SplitMix::new(5);
+        let mut images = |mean: f64| -> Images {
+            (0..BATCHES).map(|_| (0..600).map(|_| mean * (1.0 + 1.4 * (random.unit() - 0.5))).collect()).collect()
+        };
+        let comparison = Comparison::new(images(0.9), images(0.88), images(1.0));
+        let intervals = comparison.intervals();
+        for (interval, truth) in intervals.iter().zip([10.0, 12.0, 2.0, 2.0, -10.0, -12.0]) {
+            assert!(interval.inside(truth - 1.5, truth + 1.5), "{interval} for {truth}");
+            assert!(interval.ends[0] - 0.3 < truth && truth < interval.ends[1] + 0.3, "{interval} for {truth}");
+        }
+    }
+}
