@@ -101,7 +101,8 @@ impl Visibility {
 pub struct DiSettings {
     /// Initial candidates from lights, in 0..=[`MAX_CANDIDATES`]. Default 32.
     pub candidates: u32,
-    /// One more candidate from scattering, which costs a ray. Default on.
+    /// One more candidate from scattering, which costs a ray. Default on. Biased if reservoirs are reused without
+    /// [`Self::mis_visibility`].
     pub scatter: bool,
     /// Form of MIS in all combines. Default [`MisForm::PairwiseDefensive`].
     pub mis: MisForm,
@@ -178,7 +179,7 @@ impl DiSettings {
             "talbot" => Self { mis: MisForm::Talbot, mis_visibility: true, ..without },
             "wis" => Self { mis: MisForm::Talbot, visibility: Visibility::Averaged, neighbours: 1, ..without },
             "quality" => Self::default(),
-            "fast" => Self { candidates: 8, initial_visibility: false, neighbours: 1, ..without },
+            "fast" => Self { candidates: 8, scatter: false, initial_visibility: false, neighbours: 1, ..without },
             _ => return None,
         })
     }
@@ -252,6 +253,9 @@ impl DiSettings {
         }
         if self.initial_visibility && !self.mis_visibility {
             biases.push("what neighbours found occluded is missing where it is visible: darker near shadows");
+        }
+        if self.scatter && !self.mis_visibility {
+            biases.push("scattering does not find what is occluded, and weights of reused samples count on it: darker near shadows");
         }
         if self.visibility != Visibility::Ray && !self.mis_visibility {
             biases.push("visibility of the last frame is reused: shadows lag behind what moves");
