@@ -125,7 +125,8 @@ impl Target {
 pub struct DiSettings {
     /// Initial candidates from lights, in 0..=[`MAX_CANDIDATES`]. Default 16.
     pub candidates: u32,
-    /// One more candidate from scattering, which costs a ray. Default on.
+    /// One more candidate from scattering, which costs a ray. Default on. Biased if reservoirs are reused without
+    /// [`Self::mis_visibility`].
     pub scatter: bool,
     /// Form of MIS in all combines. Default [`MisForm::PairwiseDefensive`].
     pub mis: MisForm,
@@ -202,6 +203,7 @@ impl DiSettings {
         // parameters of the papers
         let published = Self {
             candidates: 32,
+            scatter: false,
             target_visibility: false,
             mis_visibility: false,
             visibility: Visibility::Ray,
@@ -218,6 +220,7 @@ impl DiSettings {
             "quality" => Self { neighbours: 6, shaded: MAX_NEIGHBOURS, ..Self::default() },
             "fast" => Self {
                 candidates: 8,
+                scatter: false,
                 initial_visibility: false,
                 target_visibility: false,
                 mis_visibility: false,
@@ -308,6 +311,9 @@ impl DiSettings {
         }
         if self.initial_visibility && !self.mis_visibility {
             biases.push("what neighbours found occluded is missing where it is visible: darker near shadows");
+        }
+        if self.scatter && !self.mis_visibility {
+            biases.push("scattering does not find what is occluded, and weights of reused samples count on it: darker near shadows");
         }
         if self.visibility != Visibility::Ray && !self.mis_visibility {
             biases.push("visibility of the last frame is reused: shadows lag behind what moves");

@@ -42,20 +42,21 @@ const SCENES: [Scene; 4] = [
 /// Unbiased forms of MIS.
 const FORMS: [&str; 6] = ["1/z", "contribution", "talbot", "pairwise", "pairwise-defensive", "pairwise-counted"];
 /// Unbiased uses of visibility.
-const ROWS: [&str; 4] = ["", "+Z+D", "+Z+D+selected", "+Z+D+Q+selected"];
+const ROWS: [&str; 4] = ["+lights", "+Z+D", "+Z+D+selected", "+Z+D+Q+selected"];
 /// Unbiased settings beside forms x rows.
 const MORE: [&str; 8] = [
-    "talbot+jitter",
+    "talbot+lights+jitter",
     "pairwise-defensive+Z+D+Q+selected+jitter",
-    "talbot+fused",
+    "talbot+lights+fused",
     "contribution+Z+D+fused",
     "pairwise-defensive+Z+D+Q+selected+fused",
     "1/z+Z+D+twice",
     "pairwise-counted-defensive+Z+D+Q+selected",
-    "pairwise+lights",
+    "pairwise+Z+D+lights",
 ];
 /// Settings that make pictures darker.
-const DARKER: [&str; 6] = ["1/m", "1/m+Z", "constant", "constant+Z", "pairwise-defensive+Z", "talbot+Z+averaged"];
+const DARKER: [&str; 7] =
+    ["1/m+lights", "1/m+Z", "constant+lights", "constant+Z", "pairwise-defensive+Z", "talbot", "talbot+Z+averaged"];
 /// Tested with [`WRONG_RADIANCE`] as well.
 const WRONG: &str = "pairwise-defensive+Z+D+Q+selected";
 
@@ -408,7 +409,7 @@ fn report(rows: &[Row]) -> String {
          3 neighbours within 8 pixels. Z: occluded initial samples count for nothing; Q: targets of the selection contain \
          visibility; D: those of MIS weights do; shading traces a ray, or takes the visibility of the selected sample, or \
          the averaged one. Fused: one pass for both kinds of reuse. Twice: two spatial passes. Lights: no candidate from \
-         scattering. Of settings known to be darker a row tells where the bias exceeds {BIASED} standard errors; of \
+         scattering, which cannot find what is occluded and so needs D. Of settings known to be darker a row tells where the bias exceeds {BIASED} standard errors; of \
          radiance x 1.01, where that is detectable.\n\n\
          Made by `cargo xtask unbiased --di --write`.\n\n\
          | scene | settings | known bias | restarts | max \\|z\\| | detectable in tiles, % | in the image, % | bias, % | \
