@@ -409,8 +409,8 @@ fn report(rows: &[Row]) -> String {
          3 neighbours within 8 pixels. Z: occluded initial samples count for nothing; Q: targets of the selection contain \
          visibility; D: those of MIS weights do; shading traces a ray, or takes the visibility of the selected sample, or \
          the averaged one. Fused: one pass for both kinds of reuse. Twice: two spatial passes. Lights: no candidate from \
-         scattering, which cannot find what is occluded and so needs D. Of settings known to be darker a row tells where the bias exceeds {BIASED} standard errors; of \
-         radiance x 1.01, where that is detectable.\n\n\
+         scattering, which cannot find what is occluded and so needs D. Of settings known to be darker a row tells where \
+         the bias exceeds {BIASED} standard errors; of radiance x 1.01, where that is detectable.\n\n\
          Made by `cargo xtask unbiased --di --write`.\n\n\
          | scene | settings | known bias | restarts | max \\|z\\| | detectable in tiles, % | in the image, % | bias, % | \
          outcome |\n|---|---|---|---:|---:|---:|---:|---:|---|\n",
