@@ -410,7 +410,8 @@ fn report(rows: &[Row]) -> String {
          visibility; D: those of MIS weights do; shading traces a ray, or takes the visibility of the selected sample, or \
          the averaged one. Fused: one pass for both kinds of reuse. Twice: two spatial passes. Lights: no candidate from \
          scattering, which cannot find what is occluded and so needs D. Of settings known to be darker a row tells where \
-         the bias exceeds {BIASED} standard errors; of radiance x 1.01, where that is detectable.\n\n\
+         the bias exceeds {BIASED} standard errors; of radiance x 1.01, where that is detectable. A tile that \
+         light reaches rarely has no variance yet in few restarts, and z says nothing: such rows need more of them.\n\n\
          Made by `cargo xtask unbiased --di --write`.\n\n\
          | scene | settings | known bias | restarts | max \\|z\\| | detectable in tiles, % | in the image, % | bias, % | \
          outcome |\n|---|---|---|---:|---:|---:|---:|---:|---|\n",
