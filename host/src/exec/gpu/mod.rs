@@ -210,7 +210,10 @@ impl Executor for GpuExecutor {
             pass.check(&plan.buffers)?;
             for upload in pass.frame.iter().flat_map(|frame| &frame.uploads) {
                 let (first, words) = (upload.first as u64 * 4, bytemuck::cast_slice(&upload.words));
-                self.guarded(|this| Ok(this.queue.write_buffer(&buffers[upload.buffer], first, words)))?;
+                self.guarded(|this| {
+                    this.queue.write_buffer(&buffers[upload.buffer], first, words);
+                    Ok(())
+                })?;
             }
             let pipeline = self.pipelines.get(pass.kernel, &pass.constants)?;
             self.guarded(|this| this.submit(&pass, &pipeline, &buffers))?;
