@@ -34,9 +34,8 @@ const REFERENCE_RESTARTS: u32 = 64;
 fn main() -> ExitCode {
     let mut trials: Vec<Trial> =
         vec![Trial::test("a scene that stands still pays nothing", a_still_scene_pays_nothing)];
-    trials.extend(PRESETS.map(|preset| {
-        Trial::test(format!("{preset}: {FRAMES} frames by any tracer"), move || any_tracer_gives_the_same(preset))
-    }));
+    let name = format!("{}: {FRAMES} frames by any tracer", PRESETS[0]);
+    trials.push(Trial::test(name, || any_tracer_gives_the_same(PRESETS[0])));
     trials.extend(VARIANTS.map(|(name, change, wrong)| {
         Trial::test(format!("frame {LAST_FRAME} {name}"), move || against_path_tracing(change, wrong))
     }));

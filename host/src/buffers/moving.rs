@@ -212,7 +212,8 @@ mod tests {
             edit(&mut scene);
             first.refit(&scene).expect_err("refused").to_string()
         };
-        let wrong: [(fn(&mut Scene), &str); 5] = [
+        type Edit = fn(&mut Scene);
+        let wrong: [(Edit, &str); 5] = [
             (|scene| scene.meshes[0].indices.truncate(1), "meshes"),
             (|scene| scene.instances.push(Instance { ..scene.instances[0] }), "instances"),
             (|scene| scene.lights.clear(), "lights"),

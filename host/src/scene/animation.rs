@@ -204,7 +204,8 @@ mod tests {
             scene.animation.problem(&scene)
         };
         assert_eq!(problem(|_| ()), None);
-        let wrong: [(fn(&mut Animation), &str); 6] = [
+        type Edit = fn(&mut Animation);
+        let wrong: [(Edit, &str); 6] = [
             (|a| a.motions[0].instance = 1, "does not exist"),
             (|a| a.motions.push(a.motions[0].clone()), "second"),
             (|a| a.motions[0].keys.reverse(), "ascending"),
