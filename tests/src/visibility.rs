@@ -87,7 +87,7 @@ pub fn without_visibility(word: UVec4) -> UVec4 {
     UVec4::new(word.x, word.y & 0x00ff_ffff, word.z & 0x00ff_ffff, word.w)
 }
 
-/// Variance over restarts of the visibility of each pixel's reservoir, with its mean.
+/// Moments over restarts of the visibility of each pixel's reservoir.
 pub fn visibility_moments(restarts: &[Restart]) -> Vec<Moments> {
     let pixels = restarts.first().map_or(0, |restart| restart.visibility.len());
     (0..pixels)
