@@ -6,7 +6,7 @@
 //! moments are kept in a file after every round, so that a cell can be interrupted and continued, or given more restarts.
 //! The file knows the scene and the settings it is of, not the code: after a change of that, begin anew by `--fresh`.
 //!
-//! `restir-di:<settings>` is tested against `path` with direct light alone, see [`direct`]; `--di` runs all its cells.
+//! `restir-di:<settings>` is tested against `path` with direct light alone, see `direct`; `--di` runs all its cells.
 
 mod direct;
 
@@ -47,7 +47,7 @@ const REFERENCE_SEED: u32 = 1 << 31;
 /// Options of `cargo xtask unbiased`.
 #[derive(Args)]
 pub struct Options {
-    /// The cell, as `<technique>/<scene>`: path, path-roulette or restir-di:<settings>, and a built-in scene.
+    /// The cell, as `<technique>/<scene>`: path, path-roulette or `restir-di:SETTINGS`, and a built-in scene.
     #[arg(long, required_unless_present = "di", conflicts_with = "di", default_value = "")]
     cell: String,
     /// All cells of ReSTIR DI, and the report on them.
