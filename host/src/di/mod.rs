@@ -4,7 +4,7 @@ mod moments;
 pub(crate) mod plan;
 mod settings;
 
-pub use plan::{BYTES_A_PIXEL, plan};
+pub use plan::plan;
 pub use settings::{
     DiSettings, MAX_CANDIDATES, MAX_CONFIDENCE_CAP, MAX_NEIGHBOURS, MAX_SPATIAL_PASSES, MisForm, Target, Visibility,
 };

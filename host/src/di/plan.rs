@@ -10,9 +10,6 @@ use restir_kernels::{self as kernels, KernelDesc};
 use restir_shared::layout::{DI_OTHER_FRAME, DiParams, SceneHeader};
 use std::collections::VecDeque;
 
-/// Bytes a pixel of a reservoir, of a hit and of the direct part: one plane each.
-pub const BYTES_A_PIXEL: usize = 16;
-
 const ARENAS: [BufferId; 3] = [0, 1, 2];
 
 /// The frames' passes, for settings that [`super::check`] accepts: what [`super::render`] runs.
@@ -130,7 +127,7 @@ impl Passes<'_> {
         for pass in 0..if settings.fused { 0 } else { settings.spatial } {
             let params = DiParams { combine: 1 + pass, ..self.params() };
             // what the next frame reads is not written over
-            let free_at = if pass > 0 && !settings.feedback { 2 } else { 1 };
+            let free_at = if pass > 0 && self.keeps_before_spatial() { 2 } else { 1 };
             let [work, free] = [self.planes.reservoirs[0], self.planes.reservoirs[free_at]];
             self.push(&kernels::di_combine::DESC, params, &ARENAS, &[hits, hits, work, free]);
             self.planes.reservoirs.swap(0, free_at);
@@ -142,6 +139,12 @@ impl Passes<'_> {
         let planes = &self.planes.hits;
         let at = |frame: u32| planes[frame as usize % planes.len()];
         (at(self.frame), at(self.frame + 1))
+    }
+
+    /// Whether the next frame reuses what spatial reuse began with.
+    fn keeps_before_spatial(&self) -> bool {
+        let s = &self.render.settings;
+        keeps_history(self.render) && !s.feedback && s.spatial > 0 && !s.fused
     }
 
     /// What the frame adds to the film.
@@ -209,9 +212,8 @@ impl Passes<'_> {
     fn end_frame(&mut self) {
         let last = self.planes.reservoirs.len() - 1;
         if keeps_history(self.render) {
-            let s = &self.render.settings;
-            let before_spatial = !s.feedback && s.spatial > 0 && !s.fused;
-            self.planes.reservoirs.swap(usize::from(before_spatial), last);
+            let history = usize::from(self.keeps_before_spatial());
+            self.planes.reservoirs.swap(history, last);
         }
         self.frame += 1;
     }
@@ -252,7 +254,10 @@ mod tests {
         let rows = [
             (plain.clone(), 3, 1 + 1 + 1),
             (DiSettings { spatial: 2, ..plain.clone() }, 3, 1 + 2 + 1),
+            (DiSettings { spatial: 3, feedback: false, ..plain.clone() }, 3, 1 + 2 + 1),
             (DiSettings { temporal: true, ..plain.clone() }, 3, 2 + 2 + 1),
+            (DiSettings { temporal: true, spatial: 3, feedback: false, ..plain.clone() }, 1, 1 + 2 + 1),
+            (DiSettings { temporal: true, spatial: 3, feedback: false, ..plain.clone() }, 4, 2 + 3 + 1),
             (DiSettings { temporal: true, ..plain.clone() }, 1, 1 + 1 + 1),
             (DiSettings { temporal: true, fused: true, ..plain }, 5, 2 + 2 + 1),
             (DiSettings::default(), 4, 2 + 3 + 1),
@@ -263,6 +268,9 @@ mod tests {
                 let plan = plan(&scene, &render);
                 let film = if accumulate { Film::plane_count(frames, 0) } else { 1 } + 1;
                 assert_eq!(plan.buffers.len(), 3 + planes + film, "{render:?}");
+                let words: usize = plan.buffers[3..].iter().map(|buffer| buffer.words).sum();
+                let bytes_a_pixel = 4 * words / (render.width * render.height) as usize;
+                assert_eq!(bytes_a_pixel, 16 * (planes + film), "{render:?}");
                 let mut used = std::collections::BTreeSet::new();
                 let mut count = 0;
                 for pass in plan.passes {
