@@ -283,4 +283,28 @@ mod tests {
             }
         }
     }
+
+    /// All combinations of what decides on passes and planes.
+    #[test]
+    fn no_combination_of_settings_is_without_a_plan() {
+        let scene = SceneBuffers::build(&crate::scene::builtin::scene("cornell").expect("built in")).expect("builds");
+        for bits in 0..16_u32 {
+            let on = |bit: u32| bits >> bit & 1 == 1;
+            let settings = DiSettings { temporal: on(0), feedback: on(1), fused: on(2), ..DiSettings::default() };
+            for (spatial, frames) in (0..4).flat_map(|spatial| [1, 2, 5].map(|frames| (spatial, frames))) {
+                let settings = DiSettings { spatial, ..settings.clone() };
+                if settings.check().is_err() {
+                    continue;
+                }
+                let render = DiRender { frames, accumulate: on(3), ..DiRender::new([2, 1], settings) };
+                let plan = plan(&scene, &render);
+                let mut count = 0;
+                for pass in plan.passes {
+                    pass.expect("the scene stands still").check(&plan.buffers).expect("fits");
+                    count += 1;
+                }
+                assert_eq!(count, plan.pass_count, "{render:?}");
+            }
+        }
+    }
 }
