@@ -15,6 +15,7 @@ use crate::Error;
 use crate::buffers::SceneBuffers;
 use crate::di::{self, DiRender, DiSettings};
 use crate::image::{write_exr, write_png};
+use crate::memory;
 use crate::output::check_writable;
 use crate::render::{self, PathSettings, RenderSettings, Rendered};
 use crate::scene::{Camera, CameraPath, Scene};
@@ -122,6 +123,8 @@ impl Work {
     fn along(self, path: Option<&Path>, camera: Camera) -> Result<Self, Error> {
         match (self, path) {
             (Self::RestirDi(render), Some(path)) => {
+                let bytes = u64::from(render.frames) * size_of::<Camera>() as u64;
+                memory::check(bytes, "this camera path", "give fewer --frames")?;
                 let cameras = CameraPath::open(path)?.cameras(camera, render.frames)?;
                 Ok(Self::RestirDi(DiRender { cameras, ..render }))
             }

@@ -256,6 +256,34 @@ fn settings_that_do_not_exist() {
 }
 
 #[test]
+fn frames_that_cannot_be() {
+    let refused = |more: &[&str], words: &[&str]| {
+        let workplace = Workplace::new();
+        let output = workplace.output("image.exr");
+        let mut command = program(["render", "cornell", "-o", &output, "--device", "cpu", "--size", "8x8"]);
+        assert_render_refused(&workplace, command.args(["--technique", "restir-di"]).args(more), words);
+    };
+    refused(&["--frames", "0"], &["0 frames"]);
+    refused(&["--spp", "4"], &["--spp", "--frames"]);
+    refused(&["--max-depth", "8"], &["direct light", "--max-depth"]);
+    refused(&["--camera-path", "none.json"], &["none.json", "orbit"]);
+    refused(&["--camera-path", "orbit", "--frames", "4294967295"], &["camera path", "fewer --frames"]);
+    refused(&["--emitters", "99999999"], &["emitters", "at most"]);
+    let settings = [
+        ("preset=none", "biased-2020"),
+        ("mis=none", "talbot"),
+        ("radius=nan", "radius"),
+        ("neighbours=99", "from 1 to 7"),
+        ("mis_visibility=off", "target_visibility"),
+        ("visibility=averaged", "mis_visibility=off"),
+    ];
+    for (setting, word) in settings {
+        refused(&["--set", setting], &[word]);
+    }
+    assert_options_refused(&["--frames", "3"], &["--frames", "--spp"]);
+}
+
+#[test]
 fn outputs_that_cannot_be_written() {
     let workplace = Workplace::new();
     std::fs::create_dir(workplace.output("folder.exr")).unwrap();
