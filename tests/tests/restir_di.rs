@@ -41,17 +41,7 @@ fn main() -> ExitCode {
 
 /// Candidates from lights, selection without visibility, a final ray.
 fn plain(mis: MisForm) -> DiSettings {
-    DiSettings {
-        mis,
-        candidates: 4,
-        scatter: false,
-        initial_visibility: false,
-        target_visibility: false,
-        mis_visibility: false,
-        visibility: Visibility::Ray,
-        shaded: 0,
-        ..DiSettings::default()
-    }
+    DiSettings { mis, candidates: 4, ..DiSettings::visibility_in_shading() }
 }
 
 /// Occluded initial samples count for nothing, and MIS weights know of it.

@@ -198,19 +198,29 @@ impl DiSettings {
     /// The presets by name.
     pub const PRESETS: [&'static str; 6] = ["biased-2020", "unbiased-2020", "talbot", "wis", "quality", "fast"];
 
+    /// No visibility but in shading, by a ray for the one sample shaded; so no candidate from scattering, which finds only what
+    /// is visible.
+    pub fn visibility_in_shading() -> Self {
+        Self {
+            scatter: false,
+            initial_visibility: false,
+            target_visibility: false,
+            mis_visibility: false,
+            visibility: Visibility::Ray,
+            shaded: 0,
+            ..Self::default()
+        }
+    }
+
     /// A preset.
     pub fn preset(name: &str) -> Option<Self> {
         // parameters of the papers
         let published = Self {
             candidates: 32,
-            scatter: false,
-            target_visibility: false,
-            mis_visibility: false,
-            visibility: Visibility::Ray,
+            initial_visibility: true,
             neighbours: 3,
             radius: 30.0,
-            shaded: 0,
-            ..Self::default()
+            ..Self::visibility_in_shading()
         };
         Some(match name {
             "biased-2020" => Self { mis: MisForm::OneOverM, neighbours: 5, spatial: 2, ..published },
@@ -218,17 +228,7 @@ impl DiSettings {
             "talbot" => Self { mis: MisForm::Talbot, mis_visibility: true, ..published },
             "wis" => Self { mis: MisForm::Talbot, visibility: Visibility::Averaged, neighbours: 1, ..published },
             "quality" => Self { neighbours: 6, shaded: MAX_NEIGHBOURS, ..Self::default() },
-            "fast" => Self {
-                candidates: 8,
-                scatter: false,
-                initial_visibility: false,
-                target_visibility: false,
-                mis_visibility: false,
-                visibility: Visibility::Ray,
-                neighbours: 1,
-                shaded: 0,
-                ..Self::default()
-            },
+            "fast" => Self { candidates: 8, neighbours: 1, ..Self::visibility_in_shading() },
             _ => return None,
         })
     }

@@ -88,12 +88,8 @@ fn settings(name: &str, candidates: u32) -> Option<DiSettings> {
         neighbours: 3,
         radius: 8.0,
         confidence_cap: 3,
-        initial_visibility: false,
-        target_visibility: false,
-        mis_visibility: false,
-        visibility: Visibility::Ray,
-        shaded: 0,
-        ..DiSettings::default()
+        scatter: true,
+        ..DiSettings::visibility_in_shading()
     };
     for word in words.split('+').filter(|word| !word.is_empty()) {
         match word {
