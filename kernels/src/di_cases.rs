@@ -4,7 +4,7 @@ use crate::{Case, CaseScene, CaseScenes};
 use restir_shared::glam::UVec4;
 use restir_shared::layout::{
     DI_AVERAGE_VISIBILITY, DI_FINAL_RAY, DI_INITIAL_VISIBILITY, DI_JITTER, DI_MIS_SHIFT, DI_MIS_VISIBILITY,
-    DI_OTHER_FRAME, DI_SCATTER_CANDIDATE, DI_TARGET_VISIBILITY, DiParams, FEATURES_ALL, FilmPixel,
+    DI_OTHER_FRAME, DI_SCATTER_CANDIDATE, DI_STILL, DI_TARGET_VISIBILITY, DiParams, FEATURES_ALL, FilmPixel,
 };
 use restir_shared::mis::Mis;
 use restir_shared::scene::SceneView;
@@ -25,7 +25,7 @@ pub(crate) struct Chain {
 const REUSE: u32 = DI_INITIAL_VISIBILITY | DI_MIS_VISIBILITY;
 
 /// Name, scene, flags, form of MIS, neighbours.
-const ROWS: [(&str, &str, u32, Mis, u32); 12] = [
+const ROWS: [(&str, &str, u32, Mis, u32); 13] = [
     ("1/M, temporal", "cornell", DI_OTHER_FRAME | DI_INITIAL_VISIBILITY | DI_FINAL_RAY, Mis::ONE_OVER_M, 0),
     ("1/Z, spatial", "cornell", REUSE | DI_FINAL_RAY, Mis::ONE_OVER_Z, 4),
     ("contribution, temporal", "many-lights", DI_OTHER_FRAME | REUSE | DI_JITTER, Mis::CONTRIBUTION, 0),
@@ -37,6 +37,7 @@ const ROWS: [(&str, &str, u32, Mis, u32); 12] = [
     ("defensive, spatial", "glass", REUSE | DI_TARGET_VISIBILITY | DI_SCATTER_CANDIDATE, DEFENSIVE, 5),
     ("counted, spatial", "tower", DI_FINAL_RAY | DI_SCATTER_CANDIDATE, Mis::PAIRWISE_COUNTED, 7),
     ("counted, defensive", "cornell", REUSE | DI_TARGET_VISIBILITY, Mis::PAIRWISE_COUNTED.with(Mis::DEFENSIVE), 5),
+    ("constant, a still view", "cornell", DI_OTHER_FRAME | DI_STILL | REUSE | DI_TARGET_VISIBILITY, Mis::CONSTANT, 0),
     ("constant, no light", "empty", DI_FINAL_RAY | DI_SCATTER_CANDIDATE, Mis::CONSTANT, 2),
 ];
 
@@ -114,7 +115,8 @@ fn chain(scene: &CaseScene, flags: u32, neighbours: u32, lightless: bool) -> Cha
         near_radius: 2.0,
         max_plane_distance: 0.05,
         min_normal_cos: 0.5,
-        reserved: [0; 2],
+        first_neighbour: neighbours % 3,
+        group: 5,
     };
     let pixels = || (0..HEIGHT).flat_map(|y| (0..WIDTH).map(move |x| [x, y]));
     let hits = [0, 1].map(|frame| pixels().map(|at| di::primary(&view, &of_frame(frame), flags, at)).collect());

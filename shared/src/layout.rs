@@ -151,6 +151,9 @@ pub const DI_OTHER_FRAME: u32 = 1 << 7;
 /// Position of two bits among the flags of direct light: the target is 0 the luminance, else the channel of that number,
 /// red being 1.
 pub const DI_TARGET_SHIFT: u32 = 8;
+/// Direct light flag of a combine with another frame, without neighbours: scene and camera are that frame's, so that both
+/// reservoirs are the pixel's own and know what they see.
+pub const DI_STILL: u32 = 1 << 10;
 /// Position of the bits of [`crate::mis::Mis`] among the flags of direct light.
 pub const DI_MIS_SHIFT: u32 = 16;
 
@@ -315,8 +318,10 @@ pub struct DiParams {
     pub max_plane_distance: f32,
     /// A neighbour's normal has at least this cosine with the pixel's.
     pub min_normal_cos: f32,
-    /// Zero.
-    pub reserved: [u32; 2],
+    /// How many places of the sequence of neighbours are passed over.
+    pub first_neighbour: u32,
+    /// Candidates from lights that share a ray for initial visibility.
+    pub group: u32,
 }
 
 impl Extent for DiParams {

@@ -4,7 +4,7 @@ use restir_host::buffers::SceneBuffers;
 use restir_host::di::DiSettings;
 use restir_host::replay::Still;
 use restir_shared::glam::UVec4;
-use restir_shared::layout::{DI_OTHER_FRAME, DiParams, FilmPixel};
+use restir_shared::layout::{DiParams, FilmPixel};
 use restir_shared::scene::{AddressedLights, Surface, Trace};
 use restir_shared::technique::di;
 
@@ -20,8 +20,12 @@ pub struct Chain<'a, S> {
     pub spatial: u32,
     /// One pass for both.
     pub fused: bool,
-    /// Neighbours whose samples are shaded.
+    /// Neighbours whose samples are shaded, in one pass.
     pub shaded: u32,
+    /// How far away these are at most, in pixels.
+    pub shading_radius: f32,
+    /// Flags of the combine with the frame before.
+    pub temporal_flags: u32,
 }
 
 /// The planes of a frame.
@@ -57,9 +61,19 @@ impl<'a, S: Trace + Surface + AddressedLights> Chain<'a, S> {
             near_radius: s.near_radius,
             max_plane_distance: s.max_plane_distance,
             min_normal_cos: s.min_normal_cos,
+            group: s.candidates_per_ray(),
             ..DiParams::default()
         };
-        Self { scene, params, temporal: s.temporal, spatial: s.spatial, fused: s.fused, shaded: s.shaded }
+        Self {
+            scene,
+            params,
+            temporal: s.temporal,
+            spatial: s.spatial,
+            fused: s.fused,
+            shaded: s.shaded,
+            shading_radius: s.shading_radius,
+            temporal_flags: s.temporal_flags(true),
+        }
     }
 
     /// All pixels, rows from top to bottom.
@@ -84,7 +98,7 @@ impl<'a, S: Trace + Surface + AddressedLights> Chain<'a, S> {
     /// The parameters and the planes of a combine with the frame before, for one pixel.
     pub fn temporal_pixel(&self, frame: &Frame, last: &Frame, at: [u32; 2]) -> UVec4 {
         let p = DiParams {
-            flags: self.params.flags | DI_OTHER_FRAME,
+            flags: self.temporal_flags,
             other_frame: last.index,
             neighbours: if self.fused { self.params.neighbours } else { 0 },
             ..self.of_frame(frame.index)
@@ -103,7 +117,12 @@ impl<'a, S: Trace + Surface + AddressedLights> Chain<'a, S> {
 
     /// A pixel's radiance.
     pub fn shade_pixel(&self, frame: &Frame, [x, y]: [u32; 2]) -> FilmPixel {
-        let p = DiParams { combine: 1 + self.spatial, neighbours: self.shaded, ..self.of_frame(frame.index) };
+        let p = DiParams {
+            combine: 1 + self.spatial,
+            neighbours: self.shaded,
+            radius: self.shading_radius,
+            ..self.of_frame(frame.index)
+        };
         let planes = di::Planes { hits: &frame.hits, other_hits: &frame.hits, others: &frame.reservoirs };
         di::shade(&Still(self.scene), &p, p.flags, &planes, frame.direct[(y * p.width + x) as usize], [x, y])
     }

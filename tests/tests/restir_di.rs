@@ -30,6 +30,8 @@ fn main() -> ExitCode {
         ("averaged_visibility_costs_two_rays", averaged_visibility_costs_two_rays),
         ("without_neighbours_a_reservoir_stays", without_neighbours_a_reservoir_stays),
         ("known_visibility_needs_no_final_ray", known_visibility_needs_no_final_ray),
+        ("a_still_view_merges_as_by_talbot", a_still_view_merges_as_by_talbot),
+        ("many_neighbours_are_shaded_in_passes", many_neighbours_are_shaded_in_passes),
         ("images_of_one_pixel_and_one_row_render", images_of_one_pixel_and_one_row_render),
         ("without_lights_it_is_dark", without_lights_it_is_dark),
         ("reservoirs_come_back_from_their_words", reservoirs_come_back_from_their_words),
@@ -104,7 +106,8 @@ fn costs(settings: &DiSettings, k: u32) -> Result<Vec<Counts>, Failed> {
     let buffers = lit_wall()?;
     let view = buffers.view();
     let counting = Counting::new(&view);
-    let mut chain = Chain::new(&counting, &buffers, [SIDE; 2], settings, 3);
+    let settings = DiSettings { still: false, ..settings.clone() };
+    let mut chain = Chain::new(&counting, &buffers, [SIDE; 2], &settings, 3);
     (chain.fused, chain.params.neighbours) = (true, k - 2);
     let [last, frame] = [0, 1].map(|index| chain.initial(index));
     let costs = chain.pixels().filter_map(|at| {
@@ -189,7 +192,7 @@ fn frame_costs(settings: &DiSettings, neighbours: u32) -> Result<[u32; 4], Faile
     let buffers = lit_wall()?;
     let view = buffers.view();
     let counting = Counting::new(&view);
-    let settings = DiSettings { neighbours, ..settings.clone() };
+    let settings = DiSettings { neighbours, shaded: 0, ..settings.clone() };
     let chain = Chain::new(&counting, &buffers, [SIDE; 2], &settings, 3);
     let last = chain.initial(0);
     let (mut frame, initial) = counting.of(|| chain.initial(1));
@@ -224,10 +227,15 @@ fn frames_cost_what_the_table_says() -> Result<(), Failed> {
         (plain(MisForm::Talbot), [0, 0, 0, 1], 1),
     ];
     for (settings, parts, total) in rows {
-        let found = frame_costs(&settings, 4)?;
+        let moving = DiSettings { still: false, ..settings.clone() };
+        let found = frame_costs(&moving, 4)?;
         ensure(found == parts && found.iter().sum::<u32>() == total, || {
             format!("{found:?} for {parts:?}, {settings:?}")
         })?;
+        // a view that stands still knows what the last frame's pixel saw
+        let found = frame_costs(&settings, 4)?;
+        let parts = [parts[0], 0, parts[2], parts[3]];
+        ensure(found == parts, || format!("{found:?} for {parts:?} in a still view, {settings:?}"))?;
     }
     Ok(())
 }
@@ -245,6 +253,7 @@ fn without_neighbours_a_reservoir_stays() -> Result<(), Failed> {
     let view = buffers.view();
     for (name, form) in MisForm::ALL {
         for settings in [plain(form), reusing_visibility(form)] {
+            let settings = DiSettings { still: false, ..settings };
             let mut chain = Chain::new(&view, &buffers, [12, 12], &settings, 5);
             let frame = chain.last_frame(2);
             let other = chain.frame(2, None);
@@ -277,6 +286,42 @@ fn known_visibility_needs_no_final_ray() -> Result<(), Failed> {
         }
     }
     Ok(())
+}
+
+/// Talbot's weights of two reservoirs of one pixel are their shares of confidence, but for roundings.
+fn a_still_view_merges_as_by_talbot() -> Result<(), Failed> {
+    let buffers = buffers("all-lights")?;
+    let view = buffers.view();
+    let selected = DiSettings { visibility: Visibility::Selected, ..reusing_visibility(MisForm::Talbot) };
+    for settings in [plain(MisForm::Talbot), selected] {
+        let general = DiSettings { still: false, ..settings.clone() };
+        let [still, general] = [settings, general].map(|s| Chain::new(&view, &buffers, [24, 24], &s, 4).film(4));
+        let near = |(a, b): (&f32, &f32)| (a - b).abs() <= 1.0e-5 * b.abs();
+        let alike = still.iter().zip(&general).filter(|(a, b)| a.sum.iter().zip(&b.sum).all(near)).count();
+        // a rounding may decide a selection
+        ensure(alike + 4 >= still.len() && bits(&still) != bits(&general), || format!("{alike} pixels are alike"))?;
+    }
+    Ok(())
+}
+
+/// More neighbours than a combine has are shaded by several, whose mean it is.
+fn many_neighbours_are_shaded_in_passes() -> Result<(), Failed> {
+    let buffers = buffers("all-lights")?;
+    let view = buffers.view();
+    let settings = DiSettings { shaded: 10, shading_radius: 9.0, ..DiSettings::default() };
+    let render = DiRender { frames: 2, seed: 7, ..DiRender::new([20, 14], settings.clone()) };
+    let mut executor = CpuExecutor::new(None)?;
+    let rendered = di::render(&mut executor, &buffers, &render, &mut |_| ControlFlow::Continue(()))?;
+    let mut chain = Chain::new(&view, &buffers, [20, 14], &DiSettings { shaded: 5, ..settings }, 7);
+    let frame = chain.last_frame(2);
+    let passes = [0, 5].map(|first| {
+        chain.params.first_neighbour = first;
+        chain.pixels().map(|at| chain.shade_pixel(&frame, at).sum).collect::<Vec<_>>()
+    });
+    let [first, second] = &passes;
+    let mean = |i: usize| [0, 1, 2].map(|channel| ((first[i][channel] + second[i][channel]) * 0.5).to_bits());
+    let same = (0..first.len()).all(|i| mean(i) == rendered.image.pixels[i].map(f32::to_bits));
+    ensure(same && first != second, || "the picture is not the mean of two passes".to_owned())
 }
 
 /// Neighbours beyond the image are mirrored into it; a single pixel has none.
@@ -405,6 +450,7 @@ fn moments(settings: &DiSettings, restarts: u32, force: u32) -> Result<Vec<Momen
     let film = |seed| {
         let mut chain = Chain::new(&view, &buffers, [GRID.width, GRID.height], settings, seed);
         chain.params.flags |= force;
+        chain.temporal_flags |= force;
         chain.film(FRAMES)
     };
     let films: Vec<Vec<FilmPixel>> = (0..restarts).into_par_iter().map(film).collect();
@@ -419,15 +465,22 @@ fn verdict(tested: &[Moments]) -> Result<Verdict, Failed> {
 
 fn small(settings: DiSettings) -> DiSettings {
     // scattering finds nothing that is occluded, so that MIS has to know of visibility
-    DiSettings { scatter: settings.mis_visibility, neighbours: 3, radius: 6.0, confidence_cap: 3, ..settings }
+    DiSettings {
+        scatter: settings.mis_visibility,
+        neighbours: 3,
+        radius: 6.0,
+        confidence_cap: 3,
+        still: false,
+        ..settings
+    }
 }
 
-const UNBIASED: usize = 9;
+const UNBIASED: usize = 11;
 
 fn unbiased_settings_agree_with_paths() -> Result<(), Failed> {
     let by_visibility =
         |form| DiSettings { target_visibility: true, visibility: Visibility::Selected, ..reusing_visibility(form) };
-    let rows: [DiSettings; UNBIASED] = [
+    let rows: [DiSettings; UNBIASED - 2] = [
         plain(MisForm::Talbot),
         // two passes: what neighbours saw and the pixel itself does not must not count
         DiSettings { spatial: 2, ..reusing_visibility(MisForm::OneOverZ) },
@@ -439,10 +492,15 @@ fn unbiased_settings_agree_with_paths() -> Result<(), Failed> {
         DiSettings { shaded: 4, ..by_visibility(MisForm::PairwiseDefensive) },
         DiSettings { shaded: 3, spatial: 0, ..plain(MisForm::Talbot) },
     ];
-    for settings in rows.map(small) {
+    let still = [
+        DiSettings { initial_rays: 3, shaded: 4, ..by_visibility(MisForm::Pairwise) },
+        DiSettings { initial_rays: 2, ..reusing_visibility(MisForm::Contribution) },
+    ];
+    let still = still.map(|settings| DiSettings { still: true, ..small(settings) });
+    for settings in rows.map(small).into_iter().chain(still) {
         let verdict = verdict(&moments(&settings, RESTARTS, 0)?)?;
-        let DiSettings { mis, spatial, fused, shaded, .. } = settings;
-        println!("{}, {spatial} passes, fused {fused}, {shaded} shaded: {verdict}", mis.name());
+        let DiSettings { mis, spatial, fused, shaded, still, .. } = settings;
+        println!("{}, {spatial} passes, fused {fused}, {shaded} shaded, still {still}: {verdict}", mis.name());
         ensure(verdict.passed(), || format!("{verdict}: {settings:?}"))?;
         ensure(verdict.detectable_in_image <= GOAL_IMAGE, || format!("too few chains: {verdict}"))?;
     }

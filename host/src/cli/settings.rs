@@ -68,9 +68,11 @@ macro_rules! keys {
 /// The keys of the technique `restir-di`.
 const DI_KEYS: &[Key<DiSettings>] = keys! {
     candidates: number, "a number of candidates from lights";
+    initial_rays: number, "a number of groups of candidates from lights, of each of which one is tested by a ray";
     scatter: switch, "on or off: one more candidate, from scattering";
     mis: choice, "1/m, 1/z, contribution, talbot, pairwise, pairwise-defensive, pairwise-counted, pairwise-counted-defensive or constant";
     temporal: switch, "on or off: reuse of the last frame";
+    still: switch, "on or off: a frame that sees what the last one saw is merged with it without tests and rays";
     spatial: number, "a number of passes of spatial reuse";
     neighbours: number, "a number of neighbours of a pass";
     fused: switch, "on or off: the last frame's neighbours, in one pass with the last frame's reservoir";
@@ -83,6 +85,7 @@ const DI_KEYS: &[Key<DiSettings>] = keys! {
     mis_visibility: switch, "on or off: targets in MIS weights are multiplied by visibility";
     visibility: choice, "ray, selected or averaged: what shading multiplies by";
     shaded: number, "a number of neighbours whose samples are shaded beside the pixel's own";
+    shading_radius: number, "the largest distance of a shaded neighbour, in pixels";
     near_radius: number, "a distance in pixels, within which neighbours are believed to see the same";
     max_plane_distance: number, "the largest distance of a neighbour from the tangent plane, in parts of the viewing distance";
     min_normal_cos: number, "the smallest cosine between the normals of neighbours";

@@ -6,7 +6,8 @@ mod settings;
 
 pub use plan::plan;
 pub use settings::{
-    DiSettings, MAX_CANDIDATES, MAX_CONFIDENCE_CAP, MAX_NEIGHBOURS, MAX_SPATIAL_PASSES, MisForm, Target, Visibility,
+    DiSettings, MAX_CANDIDATES, MAX_CONFIDENCE_CAP, MAX_NEIGHBOURS, MAX_SHADED, MAX_SPATIAL_PASSES, MisForm, Target,
+    Visibility,
 };
 
 use crate::buffers::SceneBuffers;
@@ -42,6 +43,11 @@ impl DiRender {
     /// One frame of the scene's camera.
     pub fn new([width, height]: [u32; 2], settings: DiSettings) -> Self {
         Self { width, height, frames: 1, accumulate: false, seed: 0, cameras: Vec::new(), settings }
+    }
+
+    /// Samples that the film holds.
+    fn film_samples(&self) -> u64 {
+        u64::from(if self.accumulate { self.frames } else { 1 }) * u64::from(self.settings.shading_passes())
     }
 
     fn camera(&self, scene: &SceneBuffers, frame: u32) -> Camera {
@@ -84,6 +90,12 @@ pub fn check(scene: &SceneBuffers, render: &DiRender) -> Result<(), Error> {
         Some(format!("an image of {width}x{height} pixels is too large; the longest side is {MAX_SIDE}"))
     } else if render.frames == 0 {
         Some("0 frames make no image; give at least 1".to_owned())
+    } else if render.film_samples() > u64::from(u32::MAX) {
+        Some(format!(
+            "{} frames of {} passes of shading are too many; give fewer frames, or a smaller setting shaded",
+            render.frames,
+            render.settings.shading_passes()
+        ))
     } else if scene.most_lights() >= LightAddress::NO_LIGHT {
         Some(format!(
             "the scene has {} lights and reservoirs know at most {}; use --technique path",

@@ -7,7 +7,7 @@ use crate::buffers::SceneBuffers;
 use crate::film::{Film, plane_words};
 use crate::plan::{Buffer, BufferId, FramePlan, Pass};
 use restir_kernels::{self as kernels, KernelDesc};
-use restir_shared::layout::{DI_OTHER_FRAME, DiParams, SceneHeader};
+use restir_shared::layout::{DiParams, SceneHeader};
 use std::collections::VecDeque;
 
 const ARENAS: [BufferId; 3] = [0, 1, 2];
@@ -24,7 +24,7 @@ pub fn plan<'a>(scene: &'a SceneBuffers, render: &'a DiRender) -> FramePlan<'a> 
     };
     let mut buffers = vec![geometry, attributes, texels];
     let planes = Planes::new(&mut buffers, render);
-    let samples = if render.accumulate { render.frames } else { 1 };
+    let samples = render.film_samples() as u32;
     let film = Film::new(&mut buffers, [render.width, render.height], samples, 0);
     let outputs = vec![film.output()];
     let passes = || Passes {
@@ -115,7 +115,7 @@ impl Passes<'_> {
         if self.frame > 0 && keeps_history(self.render) {
             let last = self.planes.reservoirs[self.planes.reservoirs.len() - 1];
             let of_last = DiParams {
-                flags: settings.flags() | DI_OTHER_FRAME,
+                flags: settings.temporal_flags(self.same_view()),
                 other_scene: self.headers()[1],
                 other_camera: self.camera_params(self.frame - 1),
                 other_frame: self.frame - 1,
@@ -134,6 +134,11 @@ impl Passes<'_> {
         }
     }
 
+    /// Whether the last frame saw the same.
+    fn same_view(&self) -> bool {
+        self.moments.is_none() && self.camera_params(self.frame - 1) == self.camera_params(self.frame)
+    }
+
     /// The plane of this frame's hits, and of the last one's.
     fn hits(&self) -> (BufferId, BufferId) {
         let planes = &self.planes.hits;
@@ -150,13 +155,23 @@ impl Passes<'_> {
     /// What the frame adds to the film.
     fn shade(&mut self) {
         let (hits, _) = self.hits();
-        let Some(plane) = self.film.as_mut().and_then(|film| film.open(0)) else { return };
-        let inputs = [hits, self.planes.reservoirs[0], self.planes.direct, plane];
         let settings = &self.render.settings;
-        let params = DiParams { combine: 1 + settings.spatial, neighbours: settings.shaded, ..self.params() };
-        self.push(&kernels::di_shade::DESC, params, &ARENAS, &inputs);
-        while let Some(pass) = self.film.as_mut().and_then(Film::merge_equal) {
-            self.queue.push_back(pass);
+        let passes = settings.shading_passes();
+        for pass in 0..passes {
+            let Some(plane) = self.film.as_mut().and_then(|film| film.open(0)) else { return };
+            let inputs = [hits, self.planes.reservoirs[0], self.planes.direct, plane];
+            let [first, end] = [pass, pass + 1].map(|pass| pass * settings.shaded / passes);
+            let params = DiParams {
+                combine: 1 + settings.spatial,
+                neighbours: end - first,
+                first_neighbour: first,
+                radius: settings.shading_radius,
+                ..self.params()
+            };
+            self.push(&kernels::di_shade::DESC, params, &ARENAS, &inputs);
+            while let Some(pass) = self.film.as_mut().and_then(Film::merge_equal) {
+                self.queue.push_back(pass);
+            }
         }
     }
 
@@ -204,7 +219,8 @@ impl Passes<'_> {
             near_radius: s.near_radius,
             max_plane_distance: s.max_plane_distance,
             min_normal_cos: s.min_normal_cos,
-            reserved: [0; 2],
+            first_neighbour: 0,
+            group: s.candidates_per_ray(),
         }
     }
 
@@ -261,12 +277,13 @@ mod tests {
             (DiSettings { temporal: true, ..plain.clone() }, 1, 1 + 1 + 1),
             (DiSettings { temporal: true, fused: true, ..plain }, 5, 2 + 2 + 1),
             (DiSettings::default(), 4, 2 + 3 + 1),
+            (DiSettings { shaded: 20, ..DiSettings::default() }, 3, 2 + 3 + 1),
         ];
         for (settings, frames, planes) in rows {
             for accumulate in [false, true] {
                 let render = DiRender { frames, accumulate, ..DiRender::new([3, 2], settings.clone()) };
                 let plan = plan(&scene, &render);
-                let film = if accumulate { Film::plane_count(frames, 0) } else { 1 } + 1;
+                let film = Film::plane_count(render.film_samples() as u32, 0) + 1;
                 assert_eq!(plan.buffers.len(), 3 + planes + film, "{render:?}");
                 let words: usize = plan.buffers[3..].iter().map(|buffer| buffer.words).sum();
                 let bytes_a_pixel = 4 * words / (render.width * render.height) as usize;

@@ -3,12 +3,14 @@
 use crate::Error;
 use restir_shared::layout::{
     DI_AVERAGE_VISIBILITY, DI_FINAL_RAY, DI_INITIAL_VISIBILITY, DI_JITTER, DI_MIS_SHIFT, DI_MIS_VISIBILITY,
-    DI_SCATTER_CANDIDATE, DI_TARGET_SHIFT, DI_TARGET_VISIBILITY,
+    DI_OTHER_FRAME, DI_SCATTER_CANDIDATE, DI_STILL, DI_TARGET_SHIFT, DI_TARGET_VISIBILITY,
 };
 use restir_shared::mis::{INPUTS, Mis};
 
 /// The most neighbours of one combine: its own reservoir and the last frame's are inputs as well.
 pub const MAX_NEIGHBOURS: u32 = INPUTS as u32 - 2;
+/// The most neighbours that are shaded.
+pub const MAX_SHADED: u32 = 16 * MAX_NEIGHBOURS;
 /// The most candidates from lights.
 pub const MAX_CANDIDATES: u32 = 1024;
 /// The most spatial passes of a frame.
@@ -125,6 +127,8 @@ impl Target {
 pub struct DiSettings {
     /// Initial candidates from lights, in 0..=[`MAX_CANDIDATES`]. Default 16.
     pub candidates: u32,
+    /// Groups of candidates from lights, of each of which one is tested by a ray, in 1..=[`Self::candidates`]. Default 1.
+    pub initial_rays: u32,
     /// One more candidate from scattering, which costs a ray. Default on. Biased if reservoirs are reused without
     /// [`Self::mis_visibility`].
     pub scatter: bool,
@@ -132,6 +136,9 @@ pub struct DiSettings {
     pub mis: MisForm,
     /// Reuse the last frame's reservoirs. Default on.
     pub temporal: bool,
+    /// A frame that sees what the last one saw, without [`Self::jitter`] or [`Self::fused`], is merged with it without tests
+    /// or rays. Default on.
+    pub still: bool,
     /// Passes of spatial reuse, in 0..=[`MAX_SPATIAL_PASSES`]. Default 1.
     pub spatial: u32,
     /// Neighbours of a pass, in 1..=[`MAX_NEIGHBOURS`]. Default 4.
@@ -154,9 +161,12 @@ pub struct DiSettings {
     pub mis_visibility: bool,
     /// What shading multiplies by. Default [`Visibility::Selected`], which is exact with [`Self::mis_visibility`].
     pub visibility: Visibility,
-    /// Neighbours whose samples are shaded beside the pixel's own, in 0..=[`MAX_NEIGHBOURS`]: the mean over one more
-    /// combine's selection instead of one of its samples. Default 4.
+    /// Neighbours whose samples are shaded beside the pixel's own, in 0..=[`MAX_SHADED`]: the mean over the selection of one
+    /// more combine instead of one sample, or the mean of several such combines, each of which has at most
+    /// [`MAX_NEIGHBOURS`]. Default 4.
     pub shaded: u32,
+    /// Largest distance of shaded neighbours in pixels. Default 16.
+    pub shading_radius: f32,
     /// Neighbours nearer than this many pixels are believed to see the same, where visibility is reused. Default 0.
     pub near_radius: f32,
     /// A neighbour farther from the tangent plane than this part of the distance to the camera is left out. Default 0.02.
@@ -171,9 +181,11 @@ impl Default for DiSettings {
     fn default() -> Self {
         Self {
             candidates: 16,
+            initial_rays: 1,
             scatter: true,
             mis: MisForm::PairwiseDefensive,
             temporal: true,
+            still: true,
             spatial: 1,
             neighbours: 4,
             fused: false,
@@ -186,6 +198,7 @@ impl Default for DiSettings {
             mis_visibility: true,
             visibility: Visibility::Selected,
             shaded: 4,
+            shading_radius: 16.0,
             near_radius: 0.0,
             max_plane_distance: 0.02,
             min_normal_cos: 0.5,
@@ -227,7 +240,15 @@ impl DiSettings {
             "unbiased-2020" => Self { mis: MisForm::Contribution, mis_visibility: true, ..published },
             "talbot" => Self { mis: MisForm::Talbot, mis_visibility: true, ..published },
             "wis" => Self { mis: MisForm::Talbot, visibility: Visibility::Averaged, neighbours: 1, ..published },
-            "quality" => Self { neighbours: 6, shaded: MAX_NEIGHBOURS, ..Self::default() },
+            "quality" => Self {
+                mis: MisForm::Pairwise,
+                initial_rays: 2,
+                neighbours: 3,
+                radius: 6.0,
+                shading_radius: 6.0,
+                shaded: MAX_NEIGHBOURS,
+                ..Self::default()
+            },
             "fast" => Self { candidates: 8, neighbours: 1, ..Self::visibility_in_shading() },
             _ => return None,
         })
@@ -252,11 +273,13 @@ impl DiSettings {
         };
         let after = self.mis.mis().is_after_selection();
         in_range("candidates", self.candidates, 0, MAX_CANDIDATES)
+            .or_else(|| in_range("initial_rays", self.initial_rays, 1, self.candidates.max(1)))
             .or_else(|| in_range("spatial", self.spatial, 0, MAX_SPATIAL_PASSES))
             .or_else(|| in_range("neighbours", self.neighbours, 1, MAX_NEIGHBOURS))
-            .or_else(|| in_range("shaded", self.shaded, 0, MAX_NEIGHBOURS))
+            .or_else(|| in_range("shaded", self.shaded, 0, MAX_SHADED))
             .or_else(|| in_range("confidence_cap", self.confidence_cap, 1, MAX_CONFIDENCE_CAP))
             .or_else(|| positive("radius", self.radius, 4096.0))
+            .or_else(|| positive("shading_radius", self.shading_radius, 4096.0))
             .or_else(|| positive("near_radius", self.near_radius, 4096.0))
             .or_else(|| positive("max_plane_distance", self.max_plane_distance, 1.0e6))
             .or_else(|| {
@@ -327,7 +350,25 @@ impl DiSettings {
         biases
     }
 
-    /// The kernels' flags, but for [`restir_shared::layout::DI_OTHER_FRAME`].
+    /// Candidates from lights in a group, of which one is tested by a ray.
+    pub fn candidates_per_ray(&self) -> u32 {
+        self.candidates.div_ceil(self.initial_rays)
+    }
+
+    /// Passes of shading a frame.
+    pub fn shading_passes(&self) -> u32 {
+        self.shaded.div_ceil(MAX_NEIGHBOURS).max(1)
+    }
+
+    /// The kernels' flags of the combine with the last frame, whose scene and camera may be this frame's, too: then both
+    /// reservoirs are of one technique, and any form of MIS weights them by confidence alone.
+    pub fn temporal_flags(&self, same_view: bool) -> u32 {
+        let still = same_view && self.still && !self.fused && !self.jitter;
+        let settings = if still { Self { mis: MisForm::Constant, ..self.clone() } } else { self.clone() };
+        settings.flags() | DI_OTHER_FRAME | if still { DI_STILL } else { 0 }
+    }
+
+    /// The kernels' flags, but for [`DI_OTHER_FRAME`] and [`DI_STILL`].
     pub fn flags(&self) -> u32 {
         let flag = |on, bit| if on { bit } else { 0 };
         flag(self.jitter, DI_JITTER)
@@ -362,6 +403,10 @@ mod tests {
         let wrong = [
             DiSettings { neighbours: MAX_NEIGHBOURS + 1, ..default() },
             DiSettings { radius: f32::NAN, ..default() },
+            DiSettings { shading_radius: -1.0, ..default() },
+            DiSettings { shaded: MAX_SHADED + 1, ..default() },
+            DiSettings { initial_rays: 0, ..default() },
+            DiSettings { initial_rays: 17, ..default() },
             DiSettings { candidates: 0, scatter: false, ..default() },
             DiSettings { fused: true, temporal: false, ..default() },
             DiSettings { mis_visibility: false, ..default() },

@@ -44,7 +44,7 @@ const FORMS: [&str; 6] = ["1/z", "contribution", "talbot", "pairwise", "pairwise
 /// Unbiased uses of visibility.
 const ROWS: [&str; 4] = ["+lights", "+Z+D", "+Z+D+selected", "+Z+D+Q+selected"];
 /// Unbiased settings beside forms x rows.
-const MORE: [&str; 8] = [
+const MORE: [&str; 13] = [
     "talbot+lights+jitter",
     "pairwise-defensive+Z+D+Q+selected+jitter",
     "talbot+lights+fused",
@@ -53,6 +53,11 @@ const MORE: [&str; 8] = [
     "1/z+Z+D+twice",
     "pairwise-counted-defensive+Z+D+Q+selected",
     "pairwise+Z+D+lights",
+    "talbot+lights+shaded",
+    "pairwise+Z+D+Q+selected+rays+shaded",
+    "pairwise+Z+D+Q+selected+still+gathered",
+    "contribution+Z+D+still",
+    "pairwise-defensive+Z+D+twice+forgets",
 ];
 /// Settings that make pictures darker.
 const DARKER: [&str; 7] =
@@ -89,6 +94,7 @@ fn settings(name: &str, candidates: u32) -> Option<DiSettings> {
         radius: 8.0,
         confidence_cap: 3,
         scatter: true,
+        still: false,
         ..DiSettings::visibility_in_shading()
     };
     for word in words.split('+').filter(|word| !word.is_empty()) {
@@ -103,6 +109,10 @@ fn settings(name: &str, candidates: u32) -> Option<DiSettings> {
             "twice" => s.spatial = 2,
             "lights" => s.scatter = false,
             "shaded" => s.shaded = 4,
+            "gathered" => s.shaded = 20,
+            "rays" => s.initial_rays = 4,
+            "still" => s.still = true,
+            "forgets" => s.feedback = false,
             _ => return None,
         }
     }

@@ -5,8 +5,8 @@ use super::pixel::Pixel;
 use super::stored::Stored;
 use super::{COMBINE_DIMENSION, evaluate};
 use crate::layout::{
-    DI_AVERAGE_VISIBILITY, DI_FINAL_RAY, DI_MIS_SHIFT, DI_MIS_VISIBILITY, DI_OTHER_FRAME, DI_TARGET_VISIBILITY,
-    DiParams, FilmPixel,
+    DI_AVERAGE_VISIBILITY, DI_FINAL_RAY, DI_MIS_SHIFT, DI_MIS_VISIBILITY, DI_OTHER_FRAME, DI_STILL,
+    DI_TARGET_VISIBILITY, DiParams, FilmPixel,
 };
 use crate::mis::{Combine, INPUTS, Mis};
 use crate::num::{self, Scalar};
@@ -154,7 +154,8 @@ impl Pass<'_> {
         // the pixel's surface as it was when the others saw it
         let scene = frames.scene(self.has(DI_OTHER_FRAME));
         let here = pixel.point(&scene);
-        let center = if self.has(DI_OTHER_FRAME) {
+        let still = self.has(DI_STILL);
+        let center = if self.has(DI_OTHER_FRAME) & !still {
             project(&p.other_camera, p, here.position)
         } else {
             Place { x, y, inside: true }
@@ -163,14 +164,15 @@ impl Pass<'_> {
         // the first place is the centre, which is a neighbour in another frame only
         let mut n = if self.has(DI_OTHER_FRAME) { 0 } else { 1 };
         while n <= p.neighbours {
-            let place = if n == 0 { center } else { nearby(p, center, n, words) };
+            let place = if n == 0 { center } else { nearby(p, center, p.first_neighbour.wrapping_add(n), words) };
             let is_center = (place.x == center.x) & (place.y == center.y);
             if place.inside & ((n == 0) | !is_center) {
                 let at = place.y * p.width + place.x;
                 let reservoir = self.planes.others[at as usize];
                 let other = self.other([place.x, place.y]);
                 let counts = Stored::unpack(reservoir).confidence > 0.0;
-                if other.hit.is_hit() && counts && alike(p, pixel.hit.t, &here, &other.point(&scene)) {
+                let reused = still || (other.hit.is_hit() && alike(p, pixel.hit.t, &here, &other.point(&scene)));
+                if counts && reused {
                     let near = (n == 0) | place.is_near(&center, p.near_radius);
                     inputs[count as usize] = Input { pixel: at, reservoir, near, ..Input::NONE };
                     count = count.wrapping_add(1);
@@ -248,7 +250,8 @@ impl Pass<'_> {
                     let asked =
                         if row == 0 { in_target | (in_mis & !late) | (for_shading & !input.near) } else { in_mis };
                     // of its own sample a pixel knows
-                    let traced = (asked & (receiver != i)) | (self.shades & (row == 0) & self.has(DI_FINAL_RAY));
+                    let own = (receiver == i) | self.has(DI_STILL);
+                    let traced = (asked & !own) | (self.shades & (row == 0) & self.has(DI_FINAL_RAY));
                     if traced & (target > 0.0) {
                         visibility = if scene.occluded(&e.shadow) { 0.0 } else { 1.0 };
                     }
@@ -258,7 +261,8 @@ impl Pass<'_> {
                 }
                 let a = if in_mis { target * visibility } else { target };
                 if row == 0 {
-                    let p = if in_target { a } else { target };
+                    // what is known to be occluded at a pixel is no sample of its own
+                    let p = if in_target | (in_mis & self.has(DI_STILL)) { a } else { target };
                     combine.input(stored.confidence, (p * stored.contribution_weight).within_range());
                     inputs[i as usize].target = p;
                     inputs[i as usize].visibility = visibility;

@@ -4,7 +4,9 @@ use super::pixel::Pixel;
 use super::stored::Stored;
 use super::{CANDIDATE_DIMENSION, SCATTER_DIMENSION, evaluate};
 use crate::geometry::Ray;
-use crate::layout::{DI_FINAL_RAY, DI_INITIAL_VISIBILITY, DI_SCATTER_CANDIDATE, DiParams, FilmPixel};
+use crate::layout::{
+    DI_AVERAGE_VISIBILITY, DI_FINAL_RAY, DI_INITIAL_VISIBILITY, DI_SCATTER_CANDIDATE, DiParams, FilmPixel,
+};
 use crate::num;
 use crate::reservoir::Reservoir;
 use crate::rng::{self, Rng};
@@ -18,9 +20,27 @@ use glam::{UVec4, Vec3};
 struct Candidate {
     address: LightAddress,
     target: f32,
-    /// Scattering has found it, so it is visible.
-    seen: bool,
+    /// Index in the stream; the one after the lights' is scattering's.
+    index: u32,
     shadow: Ray,
+}
+
+impl Candidate {
+    const NONE: Self = Self {
+        address: LightAddress::NONE,
+        target: 0.0,
+        index: 0,
+        shadow: Ray { origin: Vec3::ZERO, direction: Vec3::Z, t_max: Ray::FAR },
+    };
+}
+
+/// A candidate whose visibility is known, as far as it is asked for.
+#[derive(Clone, Copy)]
+struct Tested {
+    address: LightAddress,
+    target: f32,
+    index: u32,
+    visibility: f32,
 }
 
 /// What scattering finds.
@@ -34,18 +54,34 @@ struct Scattered {
 /// perfect lobes show, as a film's sample.
 ///
 /// One RIS over all candidates: with the balance heuristic each has the weight `p / sum n_t p_t`, whatever technique t
-/// gave it (Veach 1997, eq. 9.8, in Talbot's form). Densities are over (light, u, v). The reservoir's confidence is 1.
+/// gave it (Veach 1997, eq. 9.8, in Talbot's form). Densities are over (light, u, v). Candidates from lights come in
+/// groups; each group's selection is tested by a ray, and selected among by its group's weights. The reservoir's
+/// confidence is 1.
 pub fn initial<S: Trace + Surface + AddressedLights>(
     scene: &S,
     params: &DiParams,
     flags: u32,
     hit: UVec4,
-    [x, y]: [u32; 2],
+    at: [u32; 2],
 ) -> (UVec4, FilmPixel) {
+    let (reservoir, direct, _) = initial_from(scene, params, flags, hit, at);
+    (reservoir, direct)
+}
+
+/// As [`initial`], with the index of the candidate that the reservoir keeps, if it has a sample: those from lights come first,
+/// then the one from scattering.
+#[inline(always)]
+pub fn initial_from<S: Trace + Surface + AddressedLights>(
+    scene: &S,
+    params: &DiParams,
+    flags: u32,
+    hit: UVec4,
+    [x, y]: [u32; 2],
+) -> (UVec4, FilmPixel, u32) {
     let pixel = Pixel::new(&params.camera, flags, params.seed, params.frame, [x, y], hit);
     if !pixel.hit.is_hit() {
         let radiance = if pixel.hit.is_cut() { CUT } else { scene.environment(pixel.ray.direction).radiance };
-        return (Stored::EMPTY.pack(), FilmPixel::from_radiance(radiance));
+        return (Stored::EMPTY.pack(), FilmPixel::from_radiance(radiance), 0);
     }
     let rng = Rng::new(x, y, params.frame, params.seed);
     let point = pixel.point(scene);
@@ -53,17 +89,13 @@ pub fn initial<S: Trace + Surface + AddressedLights>(
     let scattered = scatter(scene, &vertex, flags, rng.draw(SCATTER_DIMENSION));
     let reservoir = stream(scene, params, flags, &vertex, &scattered, &rng);
     let kept = reservoir.sample;
-    let asks = flags & DI_INITIAL_VISIBILITY != 0 || flags & DI_FINAL_RAY == 0;
-    let traced = asks & !kept.seen & (kept.target > 0.0);
-    let visible = !(traced && scene.occluded(&kept.shadow));
-    let lost = !visible & (flags & DI_INITIAL_VISIBILITY != 0);
     let stored = Stored {
         address: kept.address,
-        contribution_weight: if lost { 0.0 } else { reservoir.contribution_weight(1.0, kept.target) },
+        contribution_weight: reservoir.contribution_weight(1.0, kept.target),
         confidence: 1.0,
-        visibility: if visible { 1.0 } else { 0.0 },
+        visibility: kept.visibility,
     };
-    (stored.pack(), FilmPixel::from_radiance(point.emission + scattered.radiance))
+    (stored.pack(), FilmPixel::from_radiance(point.emission + scattered.radiance), kept.index)
 }
 
 /// Follows one direction of scattering.
@@ -99,28 +131,47 @@ fn stream<S: Trace + Surface + AddressedLights>(
     vertex: &Vertex,
     scattered: &Scattered,
     rng: &Rng,
-) -> Reservoir<Candidate, f32> {
-    let none = Ray { origin: Vec3::ZERO, direction: Vec3::Z, t_max: Ray::FAR };
-    let mut reservoir =
-        Reservoir::empty(Candidate { address: LightAddress::NONE, target: 0.0, seen: false, shadow: none });
+) -> Reservoir<Tested, f32> {
+    let mut group = Reservoir::empty(Candidate::NONE);
+    let mut all = Reservoir::empty(Tested { address: LightAddress::NONE, target: 0.0, index: 0, visibility: 0.0 });
+    let loses = flags & DI_INITIAL_VISIBILITY != 0;
+    let asks = loses | (flags & DI_FINAL_RAY == 0);
     let from_lights = params.candidates as f32;
     let from_scattering = if flags & DI_SCATTER_CANDIDATE != 0 { 1.0 } else { 0.0 };
     let count = if vertex.bsdf.has_smooth_part() { params.candidates.wrapping_add(1) } else { 0 };
+    let mut visible_sum = 0.0;
+    let mut left = params.group;
     let mut i = 0;
     while i < count {
         let dimension = CANDIDATE_DIMENSION.wrapping_add(i.wrapping_mul(2));
+        // what scattering has found is visible
         let seen = i == params.candidates;
         let address = if seen { scattered.address } else { scene.choose_address(rng.draw(dimension)) };
+        let decisions = rng.draw(dimension.wrapping_add(1));
         if address.is_light() {
             let e = evaluate(scene, flags, vertex, address);
             let density = from_lights * e.light_density + from_scattering * e.scatter_density;
             let weight =
                 if (e.target > 0.0) & (density > num::FLUSH_BELOW) { num::div(e.target, density) } else { 0.0 };
-            let u = rng::unit(rng.draw(dimension.wrapping_add(1)).x);
-            let candidate = Candidate { address, target: e.target, seen, shadow: e.shadow };
-            reservoir.update(candidate, weight, 1.0, u);
+            let candidate = Candidate { address, target: e.target, index: i, shadow: e.shadow };
+            group.update(candidate, weight, 1.0, rng::unit(decisions.x));
         }
         i = i.wrapping_add(1);
+        left = left.wrapping_sub(1);
+        if (left == 0) | seen | (i == params.candidates) {
+            let kept = group.sample;
+            let traced = asks & !seen & (kept.target > 0.0);
+            let visibility = if traced && scene.occluded(&kept.shadow) { 0.0 } else { 1.0 };
+            let weight = if loses { group.weight_sum * visibility } else { group.weight_sum };
+            let tested = Tested { address: kept.address, target: kept.target, index: kept.index, visibility };
+            all.update(tested, weight, 1.0, rng::unit(decisions.y));
+            visible_sum += weight * visibility;
+            group = Reservoir::empty(Candidate::NONE);
+            left = params.group;
+        }
     }
-    reservoir
+    if (flags & DI_AVERAGE_VISIBILITY != 0) & (all.weight_sum > 0.0) {
+        all.sample.visibility = num::clamp(num::div(visible_sum, all.weight_sum), 0.0, 1.0);
+    }
+    all
 }
