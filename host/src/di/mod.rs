@@ -62,7 +62,7 @@ pub fn render(
     check(scene, render)?;
     let plan = plan(scene, render);
     let total = plan.pass_count;
-    let words = executor.run(plan, &mut |done| observe(Progress { done, total }))?;
+    let words = executor.run(plan, &mut |step| observe(Progress { done: step.done, total }))?;
     let pixels: &[FilmPixel] = words.first().map_or(&[], |words| bytemuck::cast_slice(words));
     Ok(Rendered {
         image: Image { width: render.width, height: render.height, pixels: pixels.iter().map(|p| p.sum).collect() },
