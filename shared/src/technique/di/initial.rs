@@ -18,8 +18,8 @@ use glam::{UVec4, Vec3};
 struct Candidate {
     address: LightAddress,
     target: f32,
-    /// Scattering has found it, so it is visible.
-    seen: bool,
+    /// Index in the stream; the one after the lights' is scattering's.
+    index: u32,
     shadow: Ray,
 }
 
@@ -40,12 +40,26 @@ pub fn initial<S: Trace + Surface + AddressedLights>(
     params: &DiParams,
     flags: u32,
     hit: UVec4,
-    [x, y]: [u32; 2],
+    at: [u32; 2],
 ) -> (UVec4, FilmPixel) {
+    let (reservoir, direct, _) = initial_from(scene, params, flags, hit, at);
+    (reservoir, direct)
+}
+
+/// As [`initial`], with the index of the candidate that the reservoir keeps, if it has a sample: those from lights come first,
+/// then the one from scattering.
+#[inline(always)]
+pub fn initial_from<S: Trace + Surface + AddressedLights>(
+    scene: &S,
+    params: &DiParams,
+    flags: u32,
+    hit: UVec4,
+    [x, y]: [u32; 2],
+) -> (UVec4, FilmPixel, u32) {
     let pixel = Pixel::new(&params.camera, flags, params.seed, params.frame, [x, y], hit);
     if !pixel.hit.is_hit() {
         let radiance = if pixel.hit.is_cut() { CUT } else { scene.environment(pixel.ray.direction).radiance };
-        return (Stored::EMPTY.pack(), FilmPixel::from_radiance(radiance));
+        return (Stored::EMPTY.pack(), FilmPixel::from_radiance(radiance), 0);
     }
     let rng = Rng::new(x, y, params.frame, params.seed);
     let point = pixel.point(scene);
@@ -54,7 +68,9 @@ pub fn initial<S: Trace + Surface + AddressedLights>(
     let reservoir = stream(scene, params, flags, &vertex, &scattered, &rng);
     let kept = reservoir.sample;
     let asks = flags & DI_INITIAL_VISIBILITY != 0 || flags & DI_FINAL_RAY == 0;
-    let traced = asks & !kept.seen & (kept.target > 0.0);
+    // what scattering has found is visible
+    let seen = kept.index == params.candidates;
+    let traced = asks & !seen & (kept.target > 0.0);
     let visible = !(traced && scene.occluded(&kept.shadow));
     let lost = !visible & (flags & DI_INITIAL_VISIBILITY != 0);
     let stored = Stored {
@@ -63,7 +79,7 @@ pub fn initial<S: Trace + Surface + AddressedLights>(
         confidence: 1.0,
         visibility: if visible { 1.0 } else { 0.0 },
     };
-    (stored.pack(), FilmPixel::from_radiance(point.emission + scattered.radiance))
+    (stored.pack(), FilmPixel::from_radiance(point.emission + scattered.radiance), kept.index)
 }
 
 /// Follows one direction of scattering.
@@ -102,22 +118,22 @@ fn stream<S: Trace + Surface + AddressedLights>(
 ) -> Reservoir<Candidate, f32> {
     let none = Ray { origin: Vec3::ZERO, direction: Vec3::Z, t_max: Ray::FAR };
     let mut reservoir =
-        Reservoir::empty(Candidate { address: LightAddress::NONE, target: 0.0, seen: false, shadow: none });
+        Reservoir::empty(Candidate { address: LightAddress::NONE, target: 0.0, index: 0, shadow: none });
     let from_lights = params.candidates as f32;
     let from_scattering = if flags & DI_SCATTER_CANDIDATE != 0 { 1.0 } else { 0.0 };
     let count = if vertex.bsdf.has_smooth_part() { params.candidates.wrapping_add(1) } else { 0 };
     let mut i = 0;
     while i < count {
         let dimension = CANDIDATE_DIMENSION.wrapping_add(i.wrapping_mul(2));
-        let seen = i == params.candidates;
-        let address = if seen { scattered.address } else { scene.choose_address(rng.draw(dimension)) };
+        let address =
+            if i == params.candidates { scattered.address } else { scene.choose_address(rng.draw(dimension)) };
         if address.is_light() {
             let e = evaluate(scene, flags, vertex, address);
             let density = from_lights * e.light_density + from_scattering * e.scatter_density;
             let weight =
                 if (e.target > 0.0) & (density > num::FLUSH_BELOW) { num::div(e.target, density) } else { 0.0 };
             let u = rng::unit(rng.draw(dimension.wrapping_add(1)).x);
-            let candidate = Candidate { address, target: e.target, seen, shadow: e.shadow };
+            let candidate = Candidate { address, target: e.target, index: i, shadow: e.shadow };
             reservoir.update(candidate, weight, 1.0, u);
         }
         i = i.wrapping_add(1);
