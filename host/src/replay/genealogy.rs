@@ -116,7 +116,9 @@ fn check(scene: &SceneBuffers, render: &DiRender, [x, y]: [u32; 2]) -> Result<()
     // hits, candidates, temporal and spatial reuse, 16 bytes each
     let planes = 3 + u64::from(settings.spatial);
     let bytes = 16 * planes * u64::from(*width) * u64::from(*height) * u64::from(render.frames);
-    memory::check(bytes, "this genealogy", "give fewer --frames or a smaller --size")
+    // and of a scene that moves its frames, with their wide trees
+    let frames = if scene.is_animated() { 2 * scene.stats().bytes * u64::from(render.frames) } else { 0 };
+    memory::check(bytes + frames, "this genealogy", "give fewer --frames or a smaller --size")
 }
 
 fn generation(pass: &ReservoirPass, pixel: u32) -> Generation {

@@ -1,12 +1,12 @@
 //! What reservoirs hold, pixel by pixel, to be looked at.
 
 use super::lineage::{Follower, Origin, ReservoirPass};
-use crate::Error;
 use crate::buffers::SceneBuffers;
 use crate::di::{self, DiRender};
 use crate::exec::Executor;
 use crate::image::Channel;
 use crate::render::{Progress, Rendered};
+use crate::{Error, memory};
 use rayon::prelude::*;
 use restir_shared::technique::di::Stored;
 use std::collections::BTreeMap;
@@ -51,6 +51,10 @@ pub fn render_with_layers(
     render: &DiRender,
     observe: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<(Rendered, Layers), Error> {
+    di::check(scene, render)?;
+    // beside the plan: its planes read back, ages, channels and their encoded form
+    let bytes = 2 * di::plan(scene, render).bytes() + 64 * u64::from(render.width) * u64::from(render.height);
+    memory::check(bytes, "this render with layers", "choose a smaller size")?;
     let mut follower = Follower::new(scene);
     let mut ages = BTreeMap::new();
     let mut last = None;

@@ -9,7 +9,7 @@ use crate::plan::BufferId;
 use restir_kernels::{di_combine, di_initial, di_primary};
 use restir_shared::glam::UVec4;
 use restir_shared::layout::{DI_OTHER_FRAME, DiParams};
-use restir_shared::scene::LightAddress;
+use restir_shared::scene::{Frames, LightAddress};
 use restir_shared::technique::di;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -73,14 +73,13 @@ impl ReservoirPass {
     /// The reservoir of a pixel, computed once more, and where its sample comes from.
     pub(super) fn replay(&self, pixel: u32) -> (UVec4, Origin) {
         let (p, at, index) = (&self.params, self.position(pixel), pixel as usize);
-        let frames = &&*self.frames;
+        let frames = &*self.frames;
         let Some(Combined { other_hits, others, own }) = &self.combined else {
-            let scene = restir_shared::scene::Frames::scene(frames, false);
-            let (word, _, candidate) = di::initial_from(&scene, p, p.flags, self.hits[index], at);
+            let (word, _, candidate) = di::initial_from(&frames.scene(false), p, p.flags, self.hits[index], at);
             return (word, Origin::Candidate(candidate));
         };
         let planes = di::Planes { hits: &self.hits, other_hits, others: &others.words };
-        let (word, source) = di::combine_from(frames, p, p.flags, &planes, own.words[index], at);
+        let (word, source) = di::combine_from(&frames, p, p.flags, &planes, own.words[index], at);
         let di::Source { is_other, pixel } = source;
         let made_by = if is_other { others } else { own }.made_by;
         (word, Origin::Reservoir { made_by, pixel, is_other, of_last_frame: is_other && self.is_temporal() })
@@ -88,9 +87,8 @@ impl ReservoirPass {
 
     /// The target of an address at a pixel, without visibility.
     pub(super) fn target(&self, pixel: u32, address: LightAddress) -> f32 {
-        let scene = restir_shared::scene::Frames::scene(&&*self.frames, false);
-        let (p, at) = (&self.params, self.position(pixel));
-        di::target(&scene, p, p.flags, self.hits[pixel as usize], at, address)
+        let (frames, p, at) = (&*self.frames, &self.params, self.position(pixel));
+        di::target(&frames.scene(false), p, p.flags, self.hits[pixel as usize], at, address)
     }
 }
 

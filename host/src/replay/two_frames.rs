@@ -18,6 +18,8 @@ impl TwoFrames {
 
     /// A scene that stands still.
     pub(super) fn still(scene: &SceneBuffers) -> Self {
+        // so that the copy has it as well
+        scene.tracer();
         let scene = Arc::new(scene.clone());
         Self { scenes: [scene.clone(), scene], counterparts: [None, None] }
     }
