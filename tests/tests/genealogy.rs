@@ -141,20 +141,23 @@ fn chains_lead_to_the_candidate() -> Result<(), Failed> {
 
 /// A generation left out, a neighbour's instead of its own, another point of the light, another candidate.
 fn a_false_chain_is_seen() -> Result<(), Failed> {
+    type Change<'a> = &'a dyn Fn(&mut Vec<Generation>);
     let scene = scene("moving")?;
     let render = di_render(&scene, DiSettings::default())?;
     let mut executor = CpuExecutor::new(None)?;
     let chain = genealogy(&mut executor, &scene, &render, PIXELS[0])?;
     ensure(chain.len() > 3, || format!("too short to be falsified: {chain:?}"))?;
-    let changed = |change: &dyn Fn(&mut Vec<Generation>)| {
+    let changed = |change: Change<'_>| {
         let mut chain = chain.clone();
         change(&mut chain);
         problem(&scene, &render, &chain)
     };
     ensure(changed(&|_| ())?.is_none(), || "the true chain is not".to_owned())?;
     let last = chain.len() - 1;
-    let false_chains: [&dyn Fn(&mut Vec<Generation>); 4] = [
-        &|chain| drop(chain.remove(1)),
+    let false_chains: [Change<'_>; 4] = [
+        &|chain| {
+            chain.remove(1);
+        },
         &|chain| chain[1].pixel += 1,
         &|chain| {
             chain[1].word.y ^= 1;

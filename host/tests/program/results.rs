@@ -220,7 +220,8 @@ fn layers_show_the_reservoirs_and_leave_the_image_as_it_is() {
     for pixel in 0..16 * 12 {
         let has_sample = light[pixel] >= 0.0;
         assert_eq!(age[pixel] >= 0.0, has_sample);
-        assert!(confidence[pixel].fract() == 0.0 && age[pixel] < 5.0 && light[pixel].fract() == 0.0);
+        assert!([confidence[pixel], light[pixel], age[pixel]].iter().all(|&whole| f64::from(whole).fract() == 0.0));
+        assert!(age[pixel] < 5.0);
         assert!((0.0..=1.0).contains(&visibility[pixel]));
         assert!(has_sample || weight[pixel] == 0.0);
     }
