@@ -5,8 +5,8 @@ use std::io::{self, BufReader, BufWriter};
 use std::path::Path;
 
 use exr::prelude::{
-    AttributeValue, Blocks, Compression, Encoding, Image as ExrImage, Layer, LayerAttributes, LineOrder, MetaData,
-    ReadChannels, ReadLayers, ReadSpecificChannel, SpecificChannels, Text, Vec2, WritableImage,
+    AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, Image as ExrImage, Layer,
+    LayerAttributes, LineOrder, MetaData, ReadChannels, ReadLayers, ReadSpecificChannel, Text, Vec2, WritableImage,
 };
 
 use crate::Error;
@@ -33,6 +33,15 @@ pub struct Image {
     pub height: u32,
     /// `width * height` pixels, rows from top to bottom.
     pub pixels: Vec<[f32; 3]>,
+}
+
+/// A further channel of an image.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channel {
+    /// Its name: that of its layer, a point, and its own; R, G and B are taken.
+    pub name: &'static str,
+    /// A value a pixel, rows from top to bottom.
+    pub values: Vec<f32>,
 }
 
 /// Reads the channels R, G and B of the first layer that has them; half floats are widened exactly.
@@ -87,16 +96,31 @@ pub fn read_exr_metadata(path: &Path) -> Result<Vec<(String, String)>, Error> {
 /// # Errors
 /// [`Error::File`] if the file cannot be written, or if the image has no pixels or not `width * height`.
 pub fn write_exr(path: &Path, image: &Image, metadata: &[(String, String)]) -> Result<(), Error> {
-    check_pixels(path, image)?;
-    let width = image.width as usize;
-    let pixel = |at: Vec2<usize>| {
-        let [r, g, b] = image.pixels.get(at.y() * width + at.x()).copied().unwrap_or_default();
-        (r, g, b)
-    };
+    write_exr_with(path, image, &[], metadata)
+}
+
+/// As [`write_exr`], with further channels beside R, G and B, which other readers of the image pass over.
+///
+/// # Errors
+/// As of [`write_exr`], also for a channel that has not `width * height` values.
+pub fn write_exr_with(
+    path: &Path,
+    image: &Image,
+    more: &[Channel],
+    metadata: &[(String, String)],
+) -> Result<(), Error> {
+    check_pixels(path, image, image.pixels.len())?;
+    more.iter().try_for_each(|channel| check_pixels(path, image, channel.values.len()))?;
+    let color = ["R", "G", "B"].into_iter().enumerate().map(|(i, name)| {
+        let values = image.pixels.iter().map(|pixel| pixel[i]).collect();
+        AnyChannel::new(name, FlatSamples::F32(values))
+    });
+    let more = more.iter().map(|Channel { name, values }| AnyChannel::new(*name, FlatSamples::F32(values.clone())));
+    let channels = AnyChannels::sort(color.chain(more).collect());
     let encoding =
         Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
-    let size = (width, image.height as usize);
-    let layer = Layer::new(size, attributes(metadata), encoding, SpecificChannels::rgb(pixel));
+    let size = (image.width as usize, image.height as usize);
+    let layer = Layer::new(size, attributes(metadata), encoding, channels);
     write_atomically(path, |file| {
         ExrImage::from_layer(layer).write().non_parallel().to_buffered(file).map_err(io::Error::other)
     })
@@ -107,7 +131,7 @@ pub fn write_exr(path: &Path, image: &Image, metadata: &[(String, String)]) -> R
 /// # Errors
 /// [`Error::File`] if the file cannot be written, or if the image has no pixels or not `width * height`.
 pub fn write_png(path: &Path, image: &Image) -> Result<(), Error> {
-    check_pixels(path, image)?;
+    check_pixels(path, image, image.pixels.len())?;
     let bytes: Vec<u8> = image.pixels.as_flattened().iter().map(|&value| srgb_byte(value)).collect();
     write_atomically(path, |file| encode_png(file, image, &bytes).map_err(io::Error::other))
 }
@@ -180,13 +204,14 @@ fn cannot_read(path: &Path, reason: &dyn std::fmt::Display) -> Error {
     Error::File { action: "read", path: path.to_owned(), reason: one_line(&reason.to_string()) }
 }
 
-fn check_pixels(path: &Path, image: &Image) -> Result<(), Error> {
+/// Whether the image has a size, and that is the number of pixels of what is to be written.
+fn check_pixels(path: &Path, image: &Image, pixels: usize) -> Result<(), Error> {
     let expected = u64::from(image.width) * u64::from(image.height);
-    if expected == 0 || expected != image.pixels.len() as u64 {
+    if expected == 0 || expected != pixels as u64 {
         return Err(Error::File {
             action: "write",
             path: path.to_owned(),
-            reason: format!("an image of {} x {} with {} pixels", image.width, image.height, image.pixels.len()),
+            reason: format!("an image of {} x {} with {pixels} pixels", image.width, image.height),
         });
     }
     Ok(())
@@ -219,6 +244,27 @@ mod tests {
         assert_eq!(bits(&read), bits(&awkward()));
         let expected = [("scene", "böx in a box"), ("seed", "7")].map(|(k, v)| (k.to_owned(), v.to_owned()));
         assert_eq!(read_exr_metadata(&path).unwrap(), expected);
+    }
+
+    #[test]
+    fn further_channels_leave_the_image_as_it_is() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("image.exr");
+        let values = |shift| (0..17 * 35_u16).map(|i| f32::from(i) + shift).collect();
+        let more = [("layer.b", 0.5), ("layer.A", 0.25)].map(|(name, shift)| Channel { name, values: values(shift) });
+        write_exr_with(&path, &awkward(), &more, &[]).unwrap();
+        assert_eq!(bits(&read_exr(&path).unwrap()), bits(&awkward()));
+        let image = exr::prelude::read_first_flat_layer_from_file(&path).unwrap();
+        let channels = image.layer_data.channel_data.list;
+        assert_eq!(
+            channels.iter().map(|c| c.name.to_string()).collect::<Vec<_>>(),
+            ["B", "G", "R", "layer.A", "layer.b"]
+        );
+        for (channel, expected) in channels[3..].iter().zip([&more[1], &more[0]]) {
+            assert_eq!(channel.sample_data.values_as_f32().collect::<Vec<_>>(), expected.values);
+        }
+        let short = [Channel { name: "layer.c", values: vec![0.0] }];
+        write_exr_with(&path, &awkward(), &short, &[]).unwrap_err();
     }
 
     #[test]

@@ -95,7 +95,7 @@ pub fn render(
     check(scene, settings)?;
     let plan = path_plan(scene, settings);
     let total = plan.pass_count;
-    let words = executor.run(plan, &mut |done| observe(Progress { done, total }))?;
+    let words = executor.run(plan, &mut |step| observe(Progress { done: step.done, total }))?;
     let pixels: &[FilmPixel] = words.first().map_or(&[], |words| bytemuck::cast_slice(words));
     let image =
         Image { width: settings.width, height: settings.height, pixels: pixels.iter().map(|p| p.sum).collect() };

@@ -80,6 +80,8 @@ pub struct NativeRow<'a> {
 pub struct CaseScene {
     /// Where the tables are.
     pub header: SceneHeader,
+    /// Where those of the frame before are; the same ones if the scene stands still.
+    pub other_header: SceneHeader,
     /// Geometry arena.
     pub geometry: Vec<u32>,
     /// Attribute arena.
@@ -94,7 +96,7 @@ pub struct CaseScene {
 
 /// Gives the built-in scenes to the cases; this crate cannot build a BVH.
 pub trait CaseScenes {
-    /// The built-in scene of that name.
+    /// The built-in scene of that name; as `moving 5`, that frame of an animated one, with the frame before.
     fn scene(&self, name: &str) -> CaseScene;
 }
 

@@ -25,7 +25,7 @@ pub(crate) struct Chain {
 const REUSE: u32 = DI_INITIAL_VISIBILITY | DI_MIS_VISIBILITY;
 
 /// Name, scene, flags, form of MIS, neighbours.
-const ROWS: [(&str, &str, u32, Mis, u32); 13] = [
+const ROWS: [(&str, &str, u32, Mis, u32); 15] = [
     ("1/M, temporal", "cornell", DI_OTHER_FRAME | DI_INITIAL_VISIBILITY | DI_FINAL_RAY, Mis::ONE_OVER_M, 0),
     ("1/Z, spatial", "cornell", REUSE | DI_FINAL_RAY, Mis::ONE_OVER_Z, 4),
     ("contribution, temporal", "many-lights", DI_OTHER_FRAME | REUSE | DI_JITTER, Mis::CONTRIBUTION, 0),
@@ -39,6 +39,8 @@ const ROWS: [(&str, &str, u32, Mis, u32); 13] = [
     ("counted, defensive", "cornell", REUSE | DI_TARGET_VISIBILITY, Mis::PAIRWISE_COUNTED.with(Mis::DEFENSIVE), 5),
     ("constant, a still view", "cornell", DI_OTHER_FRAME | DI_STILL | REUSE | DI_TARGET_VISIBILITY, Mis::CONSTANT, 0),
     ("constant, no light", "empty", DI_FINAL_RAY | DI_SCATTER_CANDIDATE, Mis::CONSTANT, 2),
+    ("defensive, as lights go out", "moving 5", DI_OTHER_FRAME | REUSE | DI_TARGET_VISIBILITY, DEFENSIVE, 3),
+    ("1/Z, as lights come back", "moving 9", DI_OTHER_FRAME | REUSE | DI_SCATTER_CANDIDATE, Mis::ONE_OVER_Z, 2),
 ];
 
 const DEFENSIVE: Mis = Mis::PAIRWISE.with(Mis::DEFENSIVE);
@@ -77,19 +79,21 @@ pub(crate) fn make_with(
     cases
 }
 
-/// Two frames of initial reservoirs; the camera moves in between. The parameters are those of the second frame's combine.
+/// Two frames of initial reservoirs; the camera moves in between, and what moves in the scene. The parameters are those of the second frame's combine.
 fn chain(scene: &CaseScene, flags: u32, neighbours: u32, lightless: bool) -> Chain {
-    let mut header = scene.header;
+    let mut headers = [scene.other_header, scene.header];
     if lightless {
-        header.light_count = 0;
+        headers.iter_mut().for_each(|header| header.light_count = 0);
     }
-    let view: SceneView<'_> = SceneView {
-        header,
-        geometry: bytemuck::cast_slice(&scene.geometry),
-        attributes: bytemuck::cast_slice(&scene.attributes),
-        texels: bytemuck::cast_slice(&scene.texels),
-        features: FEATURES_ALL,
-        tracer: None,
+    let view = |frame: u32| -> SceneView<'_> {
+        SceneView {
+            header: headers[frame as usize],
+            geometry: bytemuck::cast_slice(&scene.geometry),
+            attributes: bytemuck::cast_slice(&scene.attributes),
+            texels: bytemuck::cast_slice(&scene.texels),
+            features: FEATURES_ALL,
+            tracer: None,
+        }
     };
     let before = (scene.camera)(WIDTH, HEIGHT);
     let mut camera = before;
@@ -97,8 +101,8 @@ fn chain(scene: &CaseScene, flags: u32, neighbours: u32, lightless: bool) -> Cha
         *position += 0.05 * right;
     }
     let of_frame = |frame: u32| DiParams {
-        scene: header,
-        other_scene: header,
+        scene: headers[frame as usize],
+        other_scene: headers[frame as usize],
         camera: if frame == 0 { before } else { camera },
         other_camera: if frame == 0 { before } else { camera },
         width: WIDTH,
@@ -119,15 +123,16 @@ fn chain(scene: &CaseScene, flags: u32, neighbours: u32, lightless: bool) -> Cha
         group: 5,
     };
     let pixels = || (0..HEIGHT).flat_map(|y| (0..WIDTH).map(move |x| [x, y]));
-    let hits = [0, 1].map(|frame| pixels().map(|at| di::primary(&view, &of_frame(frame), flags, at)).collect());
+    let hits = [0, 1].map(|frame| pixels().map(|at| di::primary(&view(frame), &of_frame(frame), flags, at)).collect());
     let initial = |frame: u32| -> Vec<(UVec4, FilmPixel)> {
         let hits: &Vec<UVec4> = &hits[frame as usize];
-        pixels().zip(hits).map(|(at, &hit)| di::initial(&view, &of_frame(frame), flags, hit, at)).collect()
+        pixels().zip(hits).map(|(at, &hit)| di::initial(&view(frame), &of_frame(frame), flags, hit, at)).collect()
     };
     let both = [initial(0), initial(1)];
     let reservoirs = [0, 1].map(|frame: usize| both[frame].iter().map(|(reservoir, _)| *reservoir).collect());
     let direct = both[1].iter().map(|(_, direct)| *direct).collect();
     let other_frame = if flags & DI_OTHER_FRAME != 0 { 0 } else { 1 };
-    let params = DiParams { other_camera: if other_frame == 0 { before } else { camera }, other_frame, ..of_frame(1) };
+    let DiParams { scene: other_scene, camera: other_camera, .. } = of_frame(other_frame);
+    let params = DiParams { other_scene, other_camera, other_frame, ..of_frame(1) };
     Chain { params, hits, reservoirs, direct }
 }

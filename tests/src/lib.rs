@@ -11,6 +11,7 @@ pub mod flush;
 pub mod foreign;
 pub mod gltf_files;
 pub mod liveness;
+pub mod lockstep;
 pub mod meshes;
 pub mod num;
 pub mod oracle;

@@ -2,12 +2,13 @@
 
 use restir_host::Error;
 use restir_host::buffers::SceneBuffers;
+use restir_host::di::{self, DiRender, DiSettings};
 use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::metrics::ulp_distance;
-use restir_host::plan::{Buffer, FramePlan, Pass};
+use restir_host::plan::{Buffer, FramePlan, Pass, Upload};
 use restir_host::scene::{Camera, Scene};
 use restir_kernels::{Access, Case, CaseScene, CaseScenes, KernelDesc};
-use restir_shared::layout::CameraParams;
+use restir_shared::layout::{CameraParams, DI_OTHER_FRAME, DiParams, SceneHeader};
 use std::fmt;
 use std::ops::ControlFlow;
 
@@ -21,17 +22,60 @@ pub struct BuiltinScenes;
 
 impl CaseScenes for BuiltinScenes {
     fn scene(&self, name: &str) -> CaseScene {
-        let scene = Scene::load(name).and_then(|s| SceneBuffers::build(&s));
-        let scene = scene.unwrap_or_else(|e| panic!("a case asks for the built-in scene {name:?}: {e}"));
+        let (name, frame) = name.split_once(' ').map_or((name, None), |(name, frame)| (name, frame.parse().ok()));
+        let scene = Scene::load(name).and_then(|s| SceneBuffers::build(&s)).and_then(|scene| {
+            let arenas = frame.map_or_else(|| Ok(Arenas::still(&scene)), |frame| Arenas::of_frame(&scene, frame))?;
+            Ok((scene, arenas))
+        });
+        let (scene, arenas) = scene.unwrap_or_else(|e| panic!("a case asks for the built-in scene {name:?}: {e}"));
+        let Arenas { headers: [header, other_header], words: [geometry, attributes, texels] } = arenas;
         let camera: Camera = scene.camera;
         CaseScene {
-            header: scene.header,
-            geometry: scene.geometry.to_vec(),
-            attributes: scene.attributes.to_vec(),
-            texels: scene.texels.to_vec(),
+            header,
+            other_header,
+            geometry,
+            attributes,
+            texels,
             camera: Box::new(move |width, height| -> CameraParams { camera.params(width, height) }),
             features: scene.features,
         }
+    }
+}
+
+/// What the kernels of ReSTIR DI are given of a scene: the headers of a frame and of the one before, and the arenas.
+struct Arenas {
+    headers: [SceneHeader; 2],
+    words: [Vec<u32>; 3],
+}
+
+impl Arenas {
+    fn still(scene: &SceneBuffers) -> Self {
+        let words = [&scene.geometry, &scene.attributes, &scene.texels].map(|words| words.to_vec());
+        Self { headers: [scene.header; 2], words }
+    }
+
+    /// As a render has them when it combines the frame with the one before.
+    fn of_frame(scene: &SceneBuffers, frame: u32) -> Result<Self, Error> {
+        let render = DiRender { frames: frame + 1, ..DiRender::new([1, 1], DiSettings::default()) };
+        let plan = di::plan(scene, &render);
+        let contents = |id: usize| {
+            let Buffer { words, contents, .. } = &plan.buffers[id];
+            contents.as_ref().map_or_else(|| vec![0; *words], |contents| contents.to_vec())
+        };
+        let mut arenas = Self { words: [0, 1, 2].map(contents), ..Self::still(scene) };
+        for pass in plan.passes {
+            let pass = pass?;
+            for Upload { buffer, first, words } in pass.frame.iter().flat_map(|frame| &frame.uploads) {
+                arenas.words[*buffer][*first..][..words.len()].copy_from_slice(words);
+            }
+            if let Ok([params]) = bytemuck::try_cast_slice::<u32, DiParams>(&pass.params) {
+                arenas.headers = [params.scene, params.other_scene];
+                if params.frame == frame && params.flags & DI_OTHER_FRAME != 0 {
+                    break;
+                }
+            }
+        }
+        Ok(arenas)
     }
 }
 

@@ -3,7 +3,7 @@
 use libtest_mimic::{Arguments, Failed, Trial};
 use restir_host::Error;
 use restir_host::buffers::SceneBuffers;
-use restir_host::exec::{CpuExecutor, Description, Executor, Flavour};
+use restir_host::exec::{CpuExecutor, Description, Executor, Flavour, Step};
 use restir_host::plan::FramePlan;
 use restir_host::render::{PathSettings, RenderSettings, render};
 use restir_host::scene::{
@@ -250,7 +250,7 @@ impl Executor for Recorder {
     fn run(
         &mut self,
         plan: FramePlan<'_>,
-        _observe: &mut dyn FnMut(u64) -> ControlFlow<()>,
+        _observe: &mut dyn FnMut(&Step<'_>) -> ControlFlow<()>,
     ) -> Result<Vec<Vec<u32>>, Error> {
         for (words, buffer) in self.words.iter_mut().zip(&plan.buffers) {
             // in the layout's words of 16 bytes

@@ -2,14 +2,16 @@
 
 use libtest_mimic::{Arguments, Failed, Trial};
 use restir_host::buffers::SceneBuffers;
-use restir_host::di::{DiRender, DiSettings, plan};
+use restir_host::di::{DiRender, DiSettings, MisForm, Target, plan};
 use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::plan::{FramePlan, Pass};
 use restir_host::render::{PathSettings, RenderSettings, render};
 use restir_host::scene::{Camera, Scene, builtin};
+use restir_kernels::{di_combine, di_primary};
 use restir_shared::glam::DVec3;
 use restir_shared::layout::{DI_OTHER_FRAME, DiParams, FilmPixel, NONE, SceneHeader};
 use restir_tests::device;
+use restir_tests::lockstep::{first_divergence, trace};
 use restir_tests::stats::{Moments, TileGrid, TileTest};
 use restir_tests::suite::ensure;
 use std::ops::ControlFlow;
@@ -18,8 +20,7 @@ use std::sync::OnceLock;
 
 /// Frames of the comparison: the whole period of the scene.
 const FRAMES: u32 = 32;
-/// Presets that differ in what they do in the last frame: rays there, light that is found there, neither.
-const PRESETS: [&str; 3] = ["quality", "unbiased-2020", "wis"];
+const SIZE: [u32; 2] = [18, 12];
 /// Of the tests for bias. Frame 9 sees the sign again, has lost the bulb for two frames, and everything has moved.
 const LAST_FRAME: u32 = 9;
 const GRID: TileGrid = TileGrid { width: 32, height: 32, tile: 8 };
@@ -32,36 +33,59 @@ const REFERENCE_SAMPLES: u32 = 64;
 const REFERENCE_RESTARTS: u32 = 64;
 
 fn main() -> ExitCode {
-    let mut trials: Vec<Trial> =
-        vec![Trial::test("a scene that stands still pays nothing", a_still_scene_pays_nothing)];
-    let name = format!("{}: {FRAMES} frames by any tracer", PRESETS[0]);
-    trials.push(Trial::test(name, || any_tracer_gives_the_same(PRESETS[0])));
+    let mut trials: Vec<Trial> = vec![
+        Trial::test("a scene that stands still pays nothing", a_still_scene_pays_nothing),
+        Trial::test(format!("quality: {FRAMES} frames by any tracer"), any_tracer_gives_the_same),
+        Trial::test("what differs for one pass is found there", what_differs_is_found),
+    ];
     trials.extend(VARIANTS.map(|(name, change, wrong)| {
         Trial::test(format!("frame {LAST_FRAME} {name}"), move || against_path_tracing(change, wrong))
     }));
     trials.extend(device::trials("moving", |adapter| {
-        let trial = |preset| {
-            adapter.trial(&format!("{preset}: {FRAMES} frames"), move |executor| same_on_device(executor, preset))
+        let trial = |(name, settings): (&'static str, DiSettings)| {
+            let title = format!("{name}: {FRAMES} frames, all buffers after every pass");
+            adapter.trial(&title, move |executor| same_on_device(executor, name, settings))
         };
-        PRESETS.map(trial).into()
+        rows().into_iter().map(trial).collect()
     }));
     libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
+}
+
+/// All presets, and what none of them does.
+fn rows() -> Vec<(&'static str, DiSettings)> {
+    let presets = DiSettings::PRESETS.map(|name| (name, DiSettings::preset(name).unwrap_or_default()));
+    let several = DiSettings {
+        spatial: 3,
+        feedback: false,
+        jitter: true,
+        target: Target::Red,
+        mis: MisForm::Talbot,
+        neighbours: 2,
+        shaded: 1,
+        ..DiSettings::default()
+    };
+    let fused = DiSettings { fused: true, spatial: 0, target: Target::Blue, ..several.clone() };
+    let more = [("several passes, no feedback, jitter, red", several), ("fused, jitter, blue", fused)];
+    presets.into_iter().chain(more).collect()
 }
 
 fn scene() -> Result<SceneBuffers, Failed> {
     Ok(SceneBuffers::build(&Scene::load("moving")?)?)
 }
 
+fn quality() -> Result<DiSettings, Failed> {
+    Ok(DiSettings::preset("quality").ok_or("no such preset")?)
+}
+
 /// A camera that flies past, at every frame.
-fn frames(preset: &str) -> Result<DiRender, Failed> {
-    let settings = DiSettings::preset(preset).ok_or("no such preset")?;
+fn frames(settings: DiSettings) -> DiRender {
     let camera = |frame: u32| {
         let along = f64::from(frame) / f64::from(FRAMES);
         let position = DVec3::new(-0.6 + 1.3 * along, 0.3 - 0.5 * along, 3.6 - 0.4 * along);
         Camera::pinhole(position, DVec3::new(0.1 * along, 0.0, 0.0), DVec3::Y, 0.7)
     };
     let cameras = (0..FRAMES).map(camera).collect();
-    Ok(DiRender { frames: FRAMES, accumulate: true, seed: 3, cameras, ..DiRender::new([24, 16], settings) })
+    DiRender { frames: FRAMES, accumulate: true, seed: 3, cameras, ..DiRender::new(SIZE, settings) }
 }
 
 /// All planes after the last pass.
@@ -75,16 +99,62 @@ fn ensure_same(a: &[Vec<u32>], b: &[Vec<u32>], what: &str) -> Result<(), Failed>
     ensure(differing == 0 && a.len() == b.len(), || format!("{what}: {differing} words differ"))
 }
 
-fn same_on_device(executor: &mut dyn Executor, preset: &str) -> Result<(), Failed> {
-    let (scene, render) = (scene()?, frames(preset)?);
-    let host = planes(&mut CpuExecutor::new(None)?, plan(&scene, &render))?;
-    let device = planes(executor, plan(&scene, &render))?;
-    ensure_same(&host, &device, "host and device")
+fn same_on_device(executor: &mut dyn Executor, name: &str, settings: DiSettings) -> Result<(), Failed> {
+    settings.check()?;
+    let (scene, render) = (scene()?, frames(settings));
+    let host = trace(&mut CpuExecutor::new(None)?, plan(&scene, &render))?;
+    let found = first_divergence(executor, plan(&scene, &render), &host)?;
+    found.map_or(Ok(()), |divergence| Err(format!("{name}: {divergence}").into()))
+}
+
+/// One bit in what a frame uploads, and one random number in a pass: each is found in the pass, the buffer and the word that
+/// it is in, also where the last picture has nothing of it.
+fn what_differs_is_found() -> Result<(), Failed> {
+    const FRAME: u32 = 5;
+    let (scene, mut cpu) = (scene()?, CpuExecutor::new(None)?);
+    let render = DiRender { frames: FRAME + 2, accumulate: false, ..frames(quality()?) };
+    let host = trace(&mut cpu, plan(&scene, &render))?;
+    let same = first_divergence(&mut cpu, plan(&scene, &render), &host)?;
+    ensure(same.is_none(), || format!("a run differs from itself: {same:?}"))?;
+    let mut changed = |change: &dyn Fn(&mut Pass, &DiParams)| {
+        let plan = plan(&scene, &render);
+        let passes = plan.passes.map(|pass| {
+            let mut pass = pass?;
+            if let Ok([params]) = bytemuck::try_cast_slice::<u32, DiParams>(&pass.params.clone()) {
+                change(&mut pass, params);
+            }
+            Ok(pass)
+        });
+        first_divergence(&mut cpu, FramePlan { passes: Box::new(passes), ..plan }, &host)?
+            .ok_or_else(|| Failed::from("nothing differs"))
+    };
+    let flipped = changed(&|pass, params| {
+        let uploads = pass.frame.as_mut().filter(|_| params.frame == FRAME).map(|frame| &mut frame.uploads);
+        if let Some(upload) = uploads.and_then(|uploads| uploads.last_mut()) {
+            let mut words = upload.words.to_vec();
+            words[6] ^= 1 << 20;
+            upload.words = words.into();
+        }
+    })?;
+    println!("one bit: {flipped}");
+    let at = (flipped.frame, flipped.kernel, flipped.difference.buffer, flipped.difference.word, flipped.differing);
+    ensure(at == (FRAME, di_primary::DESC.name, "attributes", 2, 1), || format!("one bit: {flipped}"))?;
+    ensure(flipped.difference.host ^ flipped.difference.device == 1 << 20, || format!("one bit: {flipped}"))?;
+    let reseeded = changed(&|pass, params| {
+        if params.frame == FRAME && params.flags & DI_OTHER_FRAME != 0 {
+            pass.params = bytemuck::cast_slice(&[DiParams { seed: params.seed + 1, ..*params }]).to_vec();
+        }
+    })?;
+    println!("another seed: {reseeded}");
+    let at = (reseeded.frame, reseeded.kernel, reseeded.difference.buffer);
+    ensure(at == (FRAME, di_combine::DESC.name, "reservoirs") && reseeded.pixel.is_some(), || {
+        format!("another seed: {reseeded}")
+    })
 }
 
 /// The wide trees of both frames, or the arenas that hold both.
-fn any_tracer_gives_the_same(preset: &str) -> Result<(), Failed> {
-    let (scene, render) = (scene()?, frames(preset)?);
+fn any_tracer_gives_the_same() -> Result<(), Failed> {
+    let (scene, render) = (scene()?, frames(quality()?));
     let wide = planes(&mut CpuExecutor::new(None)?, plan(&scene, &render))?;
     let mut in_arenas = plan(&scene, &render);
     in_arenas.scene = None;
@@ -182,7 +252,7 @@ const VARIANTS: [(&str, Change, bool); 3] = [
 ];
 
 fn edit(pass: &mut Pass, edit: impl Fn(&mut DiParams)) {
-    if pass.kernel.name == restir_kernels::di_combine::DESC.name {
+    if pass.kernel.name == di_combine::DESC.name {
         let mut params: DiParams = bytemuck::pod_read_unaligned(bytemuck::cast_slice(&pass.params));
         if params.flags & DI_OTHER_FRAME != 0 {
             edit(&mut params);

@@ -1,12 +1,12 @@
 //! An executor that takes the time of every pass.
 
-use std::cell::RefCell;
-use std::collections::{BTreeMap, VecDeque};
+use std::cell::Cell;
+use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
 use crate::Error;
-use crate::exec::{Description, Executor};
+use crate::exec::{Description, Executor, Step};
 use crate::plan::FramePlan;
 
 /// What the passes of one kernel took together.
@@ -36,24 +36,20 @@ impl Executor for Timed<'_> {
     fn run(
         &mut self,
         plan: FramePlan<'_>,
-        observe: &mut dyn FnMut(u64) -> ControlFlow<()>,
+        observe: &mut dyn FnMut(&Step<'_>) -> ControlFlow<()>,
     ) -> Result<Vec<Vec<u32>>, Error> {
-        let begun = RefCell::new(VecDeque::new());
-        let started = std::cell::Cell::new(None);
-        let named = plan.passes.inspect(|pass| {
-            begun.borrow_mut().extend(pass.iter().map(|pass| pass.kernel.name));
-            started.set(started.get().or_else(|| Some(Instant::now())));
-        });
-        let plan = FramePlan { passes: Box::new(named), ..plan };
+        let started = Cell::new(None);
+        let begun = plan.passes.inspect(|_| started.set(started.get().or_else(|| Some(Instant::now()))));
+        let plan = FramePlan { passes: Box::new(begun), ..plan };
         let passes = &mut self.passes;
-        self.inner.run(plan, &mut |done| {
+        self.inner.run(plan, &mut |step| {
             let now = Instant::now();
-            if let (Some(name), Some(start)) = (begun.borrow_mut().pop_front(), started.replace(Some(now))) {
-                let time = passes.entry(name).or_default();
+            if let Some(start) = started.replace(Some(now)) {
+                let time = passes.entry(step.pass.kernel.name).or_default();
                 time.dispatches += 1;
                 time.seconds += now.duration_since(start).as_secs_f64();
             }
-            observe(done)
+            observe(step)
         })
     }
 }

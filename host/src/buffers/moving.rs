@@ -109,6 +109,11 @@ impl SceneBuffers {
         (own != others).then(|| words.into())
     }
 
+    /// The triangle of a light, or its index among the punctual lights.
+    pub(crate) fn light_index(&self, light: u32) -> u32 {
+        self.light_keys()[light as usize][1]
+    }
+
     /// What each light is: its kind, and its triangle or index; ascending.
     fn light_keys(&self) -> Vec<[u32; 2]> {
         let (first, count) = (self.header.light_base as usize, self.header.light_count as usize);

@@ -8,11 +8,13 @@ use restir_shared::glam::Vec3;
 use restir_shared::scene::LightKind;
 use serde_json::{Value, json};
 
+use super::genealogy::Genealogy;
 use super::reference::Integral;
-use super::render::natural;
+use super::render::{DEFAULT_FRAMES, Technique, cameras, natural};
 use super::scene::DEFAULT_SIZE;
 use super::{console, device, settings};
 use crate::Error;
+use crate::di::{DiRender, DiSettings};
 use crate::render::RenderSettings;
 use crate::replay::{self, NextEvent, Path, Sample, Vertex};
 use crate::scene::Scene;
@@ -24,9 +26,18 @@ pub(super) struct Arguments {
     /// The pixel as X,Y, counted from 0 from the upper left corner.
     #[arg(long, allow_hyphen_values = true)]
     pixel: Pixel,
-    /// Index of the sample.
-    #[arg(long, default_value = "0", value_parser = natural::<u32>, allow_hyphen_values = true)]
-    sample: u32,
+    /// What is explained: a path, or a reservoir of restir-di.
+    #[arg(long, value_enum, default_value_t = Technique::Path)]
+    technique: Technique,
+    /// Index of the sample of the technique path; 0 if not given.
+    #[arg(long, value_parser = natural::<u32>, allow_hyphen_values = true)]
+    sample: Option<u32>,
+    /// Frames of the technique restir-di, of which the last is explained; 16 if not given.
+    #[arg(long, value_parser = natural::<u32>, allow_hyphen_values = true)]
+    frames: Option<u32>,
+    /// Move the camera from frame to frame: orbit, pan, or a JSON file of keyframes.
+    #[arg(long, value_name = "PATH")]
+    camera_path: Option<PathBuf>,
     /// Seed of the random numbers.
     #[arg(long, default_value = "0", value_parser = natural::<u32>, allow_hyphen_values = true)]
     seed: u32,
@@ -69,6 +80,41 @@ struct Explanation<'a> {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
+    match arguments.technique {
+        Technique::Path => explain_path(arguments),
+        Technique::RestirDi => explain_reservoir(arguments),
+    }
+}
+
+fn explain_reservoir(arguments: &Arguments) -> Result<(), Error> {
+    if arguments.sample.is_some() {
+        return Err(Error::Setting(
+            "--sample is for the technique path; restir-di explains the last of --frames".to_owned(),
+        ));
+    }
+    let Arguments { integral, pixel: Pixel { x, y }, .. } = arguments;
+    let mut settings = DiSettings::default();
+    settings::apply_di(&mut settings, &arguments.settings)?;
+    let mut scene = integral.additions.open(&arguments.scene)?;
+    let RenderSettings { width, height, path, .. } = integral.settings(scene.default_size.unwrap_or(DEFAULT_SIZE))?;
+    settings.jitter |= path.jitter;
+    integral.additions.complete(&mut scene, [width, height])?;
+    let buffers = integral.additions.buffers(&scene)?;
+    let frames = arguments.frames.unwrap_or(DEFAULT_FRAMES);
+    let cameras = cameras(arguments.camera_path.as_deref(), buffers.camera, frames)?;
+    let render = DiRender { frames, seed: arguments.seed, cameras, ..DiRender::new([width, height], settings) };
+    let mut device = device::open(&arguments.device)?;
+    let generations = replay::genealogy(device.executor.as_mut(), &buffers, &render, [*x, *y])?;
+    let genealogy = Genealogy { scene: &scene, render: &render, generations: &generations };
+    console::print(&if arguments.json { genealogy.json() } else { genealogy.text() })
+}
+
+fn explain_path(arguments: &Arguments) -> Result<(), Error> {
+    if arguments.frames.is_some() || arguments.camera_path.is_some() {
+        return Err(Error::Setting(
+            "--frames and --camera-path are for the technique restir-di; path explains a --sample".to_owned(),
+        ));
+    }
     let additions = &arguments.integral.additions;
     let mut scene = additions.open(&arguments.scene)?;
     let size = scene.default_size.unwrap_or(DEFAULT_SIZE);
@@ -77,7 +123,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     additions.complete(&mut scene, [settings.width, settings.height])?;
     let buffers = additions.buffers(&scene)?;
     let Pixel { x, y } = arguments.pixel;
-    let sample = Sample { x, y, index: arguments.sample };
+    let sample = Sample { x, y, index: arguments.sample.unwrap_or(0) };
     let path = replay::explain(&buffers, &settings, sample)?;
     let mut device = device::open(&arguments.device)?;
     let film = replay::film(device.executor.as_mut(), &buffers, &settings, sample.index)?;
@@ -99,7 +145,7 @@ fn exact(v: Vec3) -> String {
     format!("({:e}, {:e}, {:e})", v.x, v.y, v.z)
 }
 
-fn kind(kind: LightKind) -> &'static str {
+pub(super) fn kind(kind: LightKind) -> &'static str {
     match kind {
         LightKind::Area => "surface",
         LightKind::Point => "point",

@@ -18,6 +18,7 @@ mod device;
 mod devices;
 mod explain;
 mod export;
+mod genealogy;
 mod info;
 mod interrupt;
 mod metadata;
@@ -69,7 +70,7 @@ enum Command {
     Bench(bench::Arguments),
     /// List the settings of a technique with their defaults, and its presets.
     Settings(settings::Arguments),
-    /// Replay one sample of a pixel and print its path.
+    /// Replay one sample of a pixel and print its path, or from where a pixel's reservoir has its sample.
     Explain(explain::Arguments),
 }
 

@@ -14,14 +14,15 @@ use super::{console, interrupt, metadata, settings};
 use crate::Error;
 use crate::buffers::SceneBuffers;
 use crate::di::{self, DiRender, DiSettings};
-use crate::image::{write_exr, write_png};
+use crate::image::{Channel, write_exr_with, write_png};
 use crate::memory;
 use crate::output::check_writable;
 use crate::render::{self, PathSettings, RenderSettings, Rendered};
+use crate::replay::render_with_layers;
 use crate::scene::{Camera, CameraPath, Scene};
 
 const DEFAULT_SAMPLES: u64 = 64;
-const DEFAULT_FRAMES: u32 = 16;
+pub(super) const DEFAULT_FRAMES: u32 = 16;
 /// Depth of the path tracer that computes what restir-di does.
 pub(super) const DIRECT_DEPTH: u32 = 2;
 
@@ -47,6 +48,10 @@ pub(super) struct Arguments {
     /// Write the mean of the frames.
     #[arg(long)]
     accumulate: bool,
+    /// Write what the last frame's reservoirs hold into further channels of the EXR file: reservoir.M (confidence), .W
+    /// (contribution weight), .visibility, .light (index) and .age (of the sample, in frames), for the technique restir-di.
+    #[arg(long)]
+    layers: bool,
     /// Move the camera from frame to frame: orbit, pan, or a JSON file of keyframes.
     #[arg(long, value_name = "PATH")]
     camera_path: Option<PathBuf>,
@@ -121,15 +126,12 @@ impl Work {
 
     /// With a camera that moves.
     fn along(self, path: Option<&Path>, camera: Camera) -> Result<Self, Error> {
-        match (self, path) {
-            (Self::RestirDi(render), Some(path)) => {
-                let bytes = u64::from(render.frames) * size_of::<Camera>() as u64;
-                memory::check(bytes, "this camera path", "give fewer --frames")?;
-                let cameras = CameraPath::open(path)?.cameras(camera, render.frames)?;
-                Ok(Self::RestirDi(DiRender { cameras, ..render }))
+        Ok(match self {
+            Self::RestirDi(render) => {
+                Self::RestirDi(DiRender { cameras: cameras(path, camera, render.frames)?, ..render })
             }
-            (work, _) => Ok(work),
-        }
+            work => work,
+        })
     }
 
     fn check(&self, buffers: &SceneBuffers) -> Result<(), Error> {
@@ -139,7 +141,13 @@ impl Work {
         }
     }
 
-    fn render(&self, device: &mut Device, buffers: &SceneBuffers) -> Result<Rendered, Error> {
+    /// With further channels for the file, if `layers` are asked for.
+    fn render(
+        &self,
+        device: &mut Device,
+        buffers: &SceneBuffers,
+        layers: bool,
+    ) -> Result<(Rendered, Vec<Channel>), Error> {
         let mut reporter = Reporter::new();
         let mut observe = |progress| {
             reporter.update(&progress);
@@ -147,12 +155,26 @@ impl Work {
         };
         let executor = device.executor.as_mut();
         let rendered = match self {
-            Self::Path(settings) => render::render(executor, buffers, settings, &mut observe),
-            Self::RestirDi(render) => di::render(executor, buffers, render, &mut observe),
+            Self::Path(settings) => render::render(executor, buffers, settings, &mut observe).map(without_layers),
+            Self::RestirDi(render) if layers => render_with_layers(executor, buffers, render, &mut observe)
+                .map(|(rendered, layers)| (rendered, layers.channels())),
+            Self::RestirDi(render) => di::render(executor, buffers, render, &mut observe).map(without_layers),
         };
         reporter.finish();
         rendered
     }
+}
+
+fn without_layers(rendered: Rendered) -> (Rendered, Vec<Channel>) {
+    (rendered, Vec::new())
+}
+
+/// The cameras of frames along a path; none without one.
+pub(super) fn cameras(path: Option<&Path>, camera: Camera, frames: u32) -> Result<Vec<Camera>, Error> {
+    let Some(path) = path else { return Ok(Vec::new()) };
+    let bytes = u64::from(frames) * size_of::<Camera>() as u64;
+    memory::check(bytes, "this camera path", "give fewer --frames")?;
+    CameraPath::open(path)?.cameras(camera, frames)
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
@@ -166,12 +188,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     work.check(&buffers)?;
     let mut device = device::open(&arguments.device)?;
     let start = Instant::now();
-    let rendered = work.render(&mut device, &buffers)?;
+    let (rendered, layers) = work.render(&mut device, &buffers, arguments.layers)?;
     let seconds = start.elapsed().as_secs_f64();
     let metadata = metadata::of_render(&scene, arguments.technique, &work, &device, &rendered);
     interrupt::begin_writing();
     // All files come before any report: standard output may be closed or full.
-    write_exr(&arguments.output, &rendered.image, &metadata)?;
+    write_exr_with(&arguments.output, &rendered.image, &layers, &metadata)?;
     if let Some(path) = &arguments.png {
         write_png(path, &rendered.image)?;
     }
@@ -204,9 +226,9 @@ fn ends_in(path: &Path, ending: &str) -> bool {
 }
 
 fn path_settings(arguments: &Arguments, [width, height]: [u32; 2]) -> Result<RenderSettings, Error> {
-    if arguments.frames.is_some() || arguments.accumulate || arguments.camera_path.is_some() {
+    if arguments.frames.is_some() || arguments.accumulate || arguments.layers || arguments.camera_path.is_some() {
         return Err(Error::Setting(
-            "--frames, --accumulate and --camera-path are for techniques that reuse frames; --spp is the one of path"
+            "--frames, --accumulate, --layers and --camera-path are for techniques that reuse frames; --spp is the one of path"
                 .to_owned(),
         ));
     }

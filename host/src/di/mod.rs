@@ -11,7 +11,7 @@ pub use settings::{
 };
 
 use crate::buffers::SceneBuffers;
-use crate::exec::Executor;
+use crate::exec::{Executor, Step};
 use crate::image::Image;
 use crate::render::{MAX_SIDE, Progress, Rendered};
 use crate::scene::Camera;
@@ -65,10 +65,27 @@ pub fn render(
     render: &DiRender,
     observe: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Rendered, Error> {
+    render_shown(executor, scene, render, &mut |_| Ok(()), observe)
+}
+
+/// As [`render`]; `show` is given each pass when it is done, and may end the work with an error.
+pub(crate) fn render_shown(
+    executor: &mut dyn Executor,
+    scene: &SceneBuffers,
+    render: &DiRender,
+    show: &mut dyn FnMut(&Step<'_>) -> Result<(), Error>,
+    observe: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Rendered, Error> {
     check(scene, render)?;
     let plan = plan(scene, render);
     let total = plan.pass_count;
-    let words = executor.run(plan, &mut |done| observe(Progress { done, total }))?;
+    let mut shown = Ok(());
+    let run = executor.run(plan, &mut |step| {
+        shown = show(step);
+        if shown.is_ok() { observe(Progress { done: step.done, total }) } else { ControlFlow::Break(()) }
+    });
+    shown?;
+    let words = run?;
     let pixels: &[FilmPixel] = words.first().map_or(&[], |words| bytemuck::cast_slice(words));
     Ok(Rendered {
         image: Image { width: render.width, height: render.height, pixels: pixels.iter().map(|p| p.sum).collect() },

@@ -1,6 +1,6 @@
 //! The native executor: rows of a grid in parallel.
 
-use super::{Description, Executor, Flavour};
+use super::{Description, Executor, Flavour, Step};
 use crate::Error;
 use crate::buffers::SceneBuffers;
 use crate::plan::{FramePlan, Pass, Upload};
@@ -106,7 +106,7 @@ impl Executor for CpuExecutor {
     fn run(
         &mut self,
         plan: FramePlan<'_>,
-        observe: &mut dyn FnMut(u64) -> ControlFlow<()>,
+        observe: &mut dyn FnMut(&Step<'_>) -> ControlFlow<()>,
     ) -> Result<Vec<Vec<u32>>, Error> {
         let mut buffers: Vec<Storage> = plan
             .buffers
@@ -115,13 +115,13 @@ impl Executor for CpuExecutor {
             .collect();
         let mut frame_scenes = None;
         for (done, pass) in (1..).zip(plan.passes) {
-            let mut pass = pass?;
+            let pass = pass?;
             pass.check(&plan.buffers)?;
-            if let Some(frame) = pass.frame.take() {
+            if let Some(frame) = &pass.frame {
                 for upload in &frame.uploads {
                     buffers[upload.buffer].write(upload);
                 }
-                frame_scenes = Some(frame.scenes);
+                frame_scenes = Some(frame.scenes.clone());
             }
             // of this frame and of the other one
             let scenes: [Option<&SceneBuffers>; 2] = match &frame_scenes {
@@ -131,7 +131,7 @@ impl Executor for CpuExecutor {
             };
             let tracers = scenes.map(|scene| scene.map(|scene| scene.tracer() as &(dyn Trace + Sync)));
             self.pass(&pass, &mut buffers, tracers);
-            if observe(done).is_break() {
+            if observe(&Step::new(done, &pass, &|id| Ok(buffers[id].words().to_vec()))).is_break() {
                 return Err(Error::Interrupted);
             }
         }

@@ -9,7 +9,7 @@ pub use cpu::CpuExecutor;
 pub use gpu::GpuExecutor;
 
 use crate::Error;
-use crate::plan::FramePlan;
+use crate::plan::{BufferId, FramePlan, Pass};
 use crate::self_check::Parity;
 use std::fmt;
 use std::ops::ControlFlow;
@@ -46,13 +46,37 @@ pub struct Description {
     pub parity: Option<Parity>,
 }
 
+/// A pass that is done, and the buffers after it.
+pub struct Step<'a> {
+    /// How many passes are done.
+    pub done: u64,
+    /// The last of them.
+    pub pass: &'a Pass,
+    read: &'a dyn Fn(BufferId) -> Result<Vec<u32>, Error>,
+}
+
+impl<'a> Step<'a> {
+    /// For executors: `read` copies a buffer of the plan.
+    pub fn new(done: u64, pass: &'a Pass, read: &'a dyn Fn(BufferId) -> Result<Vec<u32>, Error>) -> Self {
+        Self { done, pass, read }
+    }
+
+    /// The words of a buffer of the plan as the pass left it.
+    ///
+    /// # Errors
+    /// What a GPU reports.
+    pub fn read(&self, buffer: BufferId) -> Result<Vec<u32>, Error> {
+        (self.read)(buffer)
+    }
+}
+
 /// Runs frame plans.
 pub trait Executor {
     /// What it is.
     fn describe(&self) -> Description;
 
-    /// Runs all passes in order and gives the words of the output buffers. `observe` hears how many passes are done
-    /// after each, and may stop the work.
+    /// Runs all passes in order and gives the words of the output buffers. `observe` sees each pass
+    /// when it is done, and may stop the work.
     ///
     /// # Errors
     /// [`Error::Interrupted`] if `observe` breaks; on a GPU also [`Error::Kernel`], [`Error::Memory`] and
@@ -60,6 +84,6 @@ pub trait Executor {
     fn run(
         &mut self,
         plan: FramePlan<'_>,
-        observe: &mut dyn FnMut(u64) -> ControlFlow<()>,
+        observe: &mut dyn FnMut(&Step<'_>) -> ControlFlow<()>,
     ) -> Result<Vec<Vec<u32>>, Error>;
 }

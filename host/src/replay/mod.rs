@@ -6,13 +6,20 @@
 //! sum in the order of the path has the bits of the sample.
 
 mod frames;
+mod genealogy;
 mod isolated;
+mod layers;
+mod lineage;
 mod path;
 mod recording;
 mod still;
+mod two_frames;
 
 pub use frames::Frames;
+pub use genealogy::{Generation, LightSource, Reuse, genealogy};
 pub use isolated::{Isolated, Source};
+pub use layers::{Layers, render_with_layers};
+pub use lineage::Origin;
 pub use path::{Emission, Escape, NextEvent, Path, Vertex, explain};
 pub use recording::{Counts, Event, Recording};
 pub use still::Still;

@@ -60,6 +60,24 @@ fn the_gpu_gives_the_picture_of_the_cpu() {
     assert_eq!(metadata(&cpu, "adapter"), "none");
 }
 
+#[test]
+fn reservoirs_of_the_gpu_have_the_genealogy_of_the_cpu() {
+    if !has_adapter() {
+        return;
+    }
+    let runtime = tempfile::tempdir().unwrap();
+    let [cpu, gpu] = ["cpu", "gpu"].map(|device| {
+        let arguments =
+            "explain moving --technique restir-di --frames 6 --size 32x20 --pixel 17,13 --camera-path pan --json";
+        let mut command = program(arguments.split(' ').chain(["--device", device]));
+        let outcome = finish(command.env("XDG_RUNTIME_DIR", runtime.path()).env_remove("RESTIR_SHADERS"));
+        assert_done(&outcome);
+        outcome.stdout
+    });
+    assert!(gpu.contains("\"identical\":true") && gpu.contains("initial candidates"), "{gpu}");
+    assert_eq!(cpu, gpu);
+}
+
 /// The committed modules in a folder of their own.
 fn copied_modules() -> TempDir {
     let committed = Path::new(env!("CARGO_MANIFEST_DIR")).join("../kernels/spirv");

@@ -207,3 +207,33 @@ fn explanations_that_cannot_be() {
     refused(&["--pixel", "1,1", "--set", "rolette=on"], &["roulette"]);
     refused(&["--pixel", "1,1", "--sample", "x"], &["--sample"]);
 }
+
+#[test]
+fn a_reservoir_has_a_genealogy() {
+    let common =
+        ["explain", "moving", "--technique", "restir-di", "--size", "16x12", "--pixel", "8,6", "--device", "cpu"];
+    let frames = ["--frames", "4", "--camera-path", "orbit", "--set", "spatial=2"];
+    let outcome = run(common.iter().chain(&frames));
+    assert_done(&outcome);
+    for word in
+        ["frame 3, spatial reuse 2, pixel (8, 6): M ", "light ", " at u ", "initial candidates", "the same bits"]
+    {
+        assert!(outcome.stdout.contains(word), "{word} is not in:\n{}", outcome.stdout);
+    }
+    let outcome = run(common.iter().chain(&frames).chain(&["--json"]));
+    assert_done(&outcome);
+    let object: Value = serde_json::from_str(&outcome.stdout).unwrap();
+    assert_eq!(object["identical"], Value::Bool(true));
+    let reservoirs = object["reservoirs"].as_array().unwrap();
+    let (first, last) = (&reservoirs[0], &reservoirs[reservoirs.len() - 1]);
+    assert_eq!((&first["frame"], &first["pass"]), (&Value::from(3), &Value::from("spatial reuse 2")));
+    assert_eq!(last["pass"], Value::from("initial candidates"));
+    assert!(last["from"]["candidate"].is_u64(), "{last}");
+    assert_eq!(object["age"].as_u64().unwrap(), 3 - last["frame"].as_u64().unwrap());
+    assert_refused(&run(common.iter().chain(&["--sample", "1"])), &["--sample", "restir-di"]);
+    assert_refused(&run(common.iter().chain(&["--frames", "0"])), &["0 frames"]);
+    assert_refused(&run(common.iter().chain(&["--frames", "4000000000"])), &["memory"]);
+    let outside = common.map(|argument| if argument == "8,6" { "16,6" } else { argument });
+    assert_refused(&run(outside), &["(16, 6)", "16 x 12"]);
+    assert_refused(&run(["explain", "furnace", "--pixel", "0,0", "--frames", "2"]), &["--frames", "restir-di"]);
+}

@@ -194,3 +194,38 @@ fn images_of_different_sizes_are_refused() {
     };
     assert_refused(&run(["compare", &write(1), &write(2)]), &["different sizes", "1 x 1", "2 x 1"]);
 }
+
+#[test]
+fn layers_show_the_reservoirs_and_leave_the_image_as_it_is() {
+    let workplace = Workplace::new();
+    let [plain, layered] = ["plain.exr", "layered.exr"].map(|name| workplace.output(name));
+    let common = ["--technique", "restir-di", "--frames", "5"];
+    render("moving", &plain, &common);
+    render("moving", &layered, &[&common[..], &["--layers"]].concat());
+    assert_eq!(read_exr(Path::new(&plain)).unwrap(), read_exr(Path::new(&layered)).unwrap());
+    let compared = run(["compare", &plain, &layered]);
+    assert_done(&compared);
+    assert!(compared.stdout.lines().any(|line| line.starts_with("identical") && line.ends_with("yes")));
+    let channels = |path: &str| {
+        let image = exr::prelude::read_first_flat_layer_from_file(path).unwrap();
+        let list = image.layer_data.channel_data.list;
+        list.iter().map(|c| (c.name.to_string(), c.sample_data.values_as_f32().collect())).collect::<Vec<(_, Vec<_>)>>()
+    };
+    assert_eq!(channels(&plain).len(), 3);
+    let layers = channels(&layered);
+    let names: Vec<&str> = layers.iter().map(|(name, _)| name.as_str()).collect();
+    let expected = ["M", "W", "age", "light", "visibility"].map(|name| format!("reservoir.{name}"));
+    assert_eq!(names, [&["B", "G", "R"].map(str::to_owned)[..], &expected].concat());
+    let [confidence, weight, age, light, visibility] = [3, 4, 5, 6, 7].map(|i: usize| &layers[i].1);
+    for pixel in 0..16 * 12 {
+        let has_sample = light[pixel] >= 0.0;
+        assert_eq!(age[pixel] >= 0.0, has_sample);
+        assert!([confidence[pixel], light[pixel], age[pixel]].iter().all(|&whole| f64::from(whole).fract() == 0.0));
+        assert!(age[pixel] < 5.0);
+        assert!((0.0..=1.0).contains(&visibility[pixel]));
+        assert!(has_sample || weight[pixel] == 0.0);
+    }
+    assert!(age.iter().any(|&age| age > 0.0) && weight.iter().any(|&weight| weight > 0.0));
+    let arguments = ["render", "cornell", "-o", &workplace.output("path.exr"), "--layers"];
+    assert_refused(&run(arguments), &["--layers"]);
+}

@@ -7,8 +7,8 @@ mod pipeline;
 pub use adapter::{AdapterInfo, adapters};
 pub use pipeline::{Pipelines, takes_passthrough};
 
-use super::{Description, Executor, Flavour};
-use crate::plan::{Buffer, FramePlan, Pass};
+use super::{Description, Executor, Flavour, Step};
+use crate::plan::{Buffer, BufferId, FramePlan, Pass};
 use crate::self_check::{Parity, self_check};
 use crate::{Error, Shaders};
 use std::ops::ControlFlow;
@@ -202,7 +202,7 @@ impl Executor for GpuExecutor {
     fn run(
         &mut self,
         plan: FramePlan<'_>,
-        observe: &mut dyn FnMut(u64) -> ControlFlow<()>,
+        observe: &mut dyn FnMut(&Step<'_>) -> ControlFlow<()>,
     ) -> Result<Vec<Vec<u32>>, Error> {
         let buffers = self.create_buffers(&plan.buffers)?;
         for (done, pass) in (1..).zip(plan.passes) {
@@ -217,7 +217,8 @@ impl Executor for GpuExecutor {
             }
             let pipeline = self.pipelines.get(pass.kernel, &pass.constants)?;
             self.guarded(|this| this.submit(&pass, &pipeline, &buffers))?;
-            if observe(done).is_break() {
+            let read = |id: BufferId| self.guarded(|this| this.read(&buffers[id]));
+            if observe(&Step::new(done, &pass, &read)).is_break() {
                 return Err(Error::Interrupted);
             }
         }

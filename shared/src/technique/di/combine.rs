@@ -59,8 +59,22 @@ pub fn combine<F: Frames>(
     own: UVec4,
     at: [u32; 2],
 ) -> UVec4 {
+    combine_from(frames, params, flags, planes, own, at).0
+}
+
+/// As [`combine`], with the reservoir that the sample comes from.
+#[inline(always)]
+pub fn combine_from<F: Frames>(
+    frames: &F,
+    params: &DiParams,
+    flags: u32,
+    planes: &Planes<'_>,
+    own: UVec4,
+    at: [u32; 2],
+) -> (UVec4, Source) {
     let pass = Pass { params, flags, planes, form: Mis((flags >> DI_MIS_SHIFT) & Mis::MASK), shades: false };
-    pass.run(frames, own, at).reservoir
+    let outcome = pass.run(frames, own, at);
+    (outcome.reservoir, outcome.source)
 }
 
 /// The radiance of the pixel (x, y), as a film's sample: of its reservoir, and of its neighbours' if there are any.
@@ -83,9 +97,19 @@ pub fn shade<F: Frames>(
     FilmPixel { sum: pixel.sum, dropped: num::min(pixel.dropped + direct.dropped, 1.0) }
 }
 
+/// Which reservoir a combine has selected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Source {
+    /// One of the others, not the pixel's own.
+    pub is_other: bool,
+    /// Index of its pixel.
+    pub pixel: u32,
+}
+
 /// What comes of a combine.
 struct Outcome {
     reservoir: UVec4,
+    source: Source,
     /// If it shades.
     radiance: Vec3,
 }
@@ -107,9 +131,11 @@ impl Pass<'_> {
         let p = self.params;
         let at = y * p.width + x;
         let canonical = if self.has(DI_OTHER_FRAME) { own } else { self.planes.others[at as usize] };
+        let unchanged =
+            Outcome { reservoir: canonical, source: Source { is_other: false, pixel: at }, radiance: Vec3::ZERO };
         let pixel = Pixel::new(&p.camera, self.flags, p.seed, p.frame, [x, y], self.planes.hits[at as usize]);
         if !pixel.hit.is_hit() {
-            return Outcome { reservoir: canonical, radiance: Vec3::ZERO };
+            return unchanged;
         }
         let rng = Rng::new(x, y, p.frame, p.seed);
         let dimension = COMBINE_DIMENSION.wrapping_add(p.combine.wrapping_mul(2));
@@ -118,7 +144,7 @@ impl Pass<'_> {
         let count = self.gather(frames, &pixel, [x, y], rng.draw(dimension), &mut inputs);
         if (count == 1) & !self.shades {
             // alone it stays as it is, without a rounding
-            return Outcome { reservoir: canonical, radiance: Vec3::ZERO };
+            return unchanged;
         }
         let u = rng::unit(rng.draw(dimension.wrapping_add(1)).x);
         self.resample(frames, &pixel, &mut inputs, count, u)
@@ -292,7 +318,8 @@ impl Pass<'_> {
             confidence: reservoir.confidence,
             visibility: if average { selection.mean_visibility } else { selection.visibility },
         };
-        Outcome { reservoir: stored.pack(), radiance: selection.radiance }
+        let source = Source { is_other: selection.input != 0, pixel: inputs[selection.input as usize].pixel };
+        Outcome { reservoir: stored.pack(), source, radiance: selection.radiance }
     }
 }
 

@@ -24,18 +24,20 @@ mod neighbour;
 mod pixel;
 mod stored;
 
-pub use combine::{Planes, combine, shade};
-pub use initial::initial;
+pub use combine::{Planes, Source, combine, combine_from, shade};
+pub use initial::{initial, initial_from};
 pub use pixel::{pack_hit, primary, unpack_hit};
 pub use stored::Stored;
 
+use pixel::Pixel;
+
 use crate::geometry::Ray;
-use crate::layout::DI_TARGET_SHIFT;
+use crate::layout::{DI_TARGET_SHIFT, DiParams};
 use crate::num;
-use crate::scene::{AddressedLights, LightAddress, LightKind};
+use crate::scene::{AddressedLights, LightAddress, LightKind, Surface};
 use crate::technique::vertex::{Vertex, flush};
 use crate::vec::luminance;
-use glam::Vec3;
+use glam::{UVec4, Vec3};
 
 /// Random dimensions after the camera's: one for scattering, then two a combine, then two a candidate.
 const SCATTER_DIMENSION: u32 = 1;
@@ -77,6 +79,23 @@ fn evaluate<S: AddressedLights>(scene: &S, flags: u32, vertex: &Vertex, address:
         light_density: light.sample.density * light.extent,
         scatter_density: connection.scatter_pdf * spread,
         shadow: connection.shadow,
+    }
+}
+
+/// The target of an address at the pixel (x, y), which sees `hit` (packed), without visibility: zero where nothing is hit.
+pub fn target<S: Surface + AddressedLights>(
+    scene: &S,
+    params: &DiParams,
+    flags: u32,
+    hit: UVec4,
+    at: [u32; 2],
+    address: LightAddress,
+) -> f32 {
+    let pixel = Pixel::new(&params.camera, flags, params.seed, params.frame, at, hit);
+    if pixel.hit.is_hit() & address.is_light() {
+        evaluate(scene, flags, &pixel.vertex(scene), address).target
+    } else {
+        0.0
     }
 }
 

@@ -1,0 +1,147 @@
+//! The genealogy of a reservoir: from which reservoir of which pass and frame it has its sample, back to the candidate.
+
+use super::lineage::{Follower, Origin, ReservoirPass};
+use crate::buffers::SceneBuffers;
+use crate::di::{self, DiRender};
+use crate::exec::Executor;
+use crate::{Error, memory};
+use restir_shared::glam::UVec4;
+use restir_shared::layout::TRIANGLE_WORDS;
+use restir_shared::scene::{AddressedLights, LightAddress, LightKind};
+use restir_shared::technique::di::Stored;
+use std::ops::ControlFlow;
+
+/// What a pass does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reuse {
+    /// Draws candidates.
+    Initial,
+    /// Combines with the last frame.
+    Temporal,
+    /// Combines with the last frame's reservoir and its neighbours.
+    Fused,
+    /// Combines with neighbours: which of the passes that do, from 1.
+    Spatial(u32),
+}
+
+/// A reservoir of the genealogy.
+#[derive(Clone, Debug)]
+pub struct Generation {
+    /// Index of the frame.
+    pub frame: u32,
+    /// Index of the pass among those that make reservoirs.
+    pub pass: usize,
+    /// What it does.
+    pub reuse: Reuse,
+    /// Index of the pixel.
+    pub pixel: u32,
+    /// The reservoir as the executor left it.
+    pub word: UVec4,
+    /// The same, replayed natively.
+    pub replayed: UVec4,
+    /// Target of its sample at the pixel, without visibility.
+    pub target: f32,
+    /// The light of its sample, if it has one.
+    pub light: Option<LightSource>,
+    /// Where its sample comes from.
+    pub origin: Origin,
+}
+
+/// What a light is, in whatever frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LightSource {
+    /// What emits.
+    pub kind: LightKind,
+    /// The triangle, in the order of the geometry arena, or the index among the scene's punctual lights.
+    pub index: u32,
+    /// Of a triangle, the index of its material.
+    pub material: Option<u32>,
+}
+
+impl Generation {
+    /// The reservoir.
+    pub fn stored(&self) -> Stored {
+        Stored::unpack(self.word)
+    }
+}
+
+/// The genealogy of the reservoir that a pixel has in the last frame, from there to the candidate; of a reservoir without a
+/// sample only itself.
+///
+/// # Errors
+/// As of [`di::render`]; [`Error::Setting`] for a pixel outside of the image, [`Error::Memory`] for frames whose reservoirs cannot
+/// all be kept.
+pub fn genealogy(
+    executor: &mut dyn Executor,
+    scene: &SceneBuffers,
+    render: &DiRender,
+    [x, y]: [u32; 2],
+) -> Result<Vec<Generation>, Error> {
+    check(scene, render, [x, y])?;
+    let mut follower = Follower::new(scene);
+    let mut passes = Vec::new();
+    di::render_shown(
+        executor,
+        scene,
+        render,
+        &mut |step| {
+            passes.extend(follower.follow(step)?);
+            Ok(())
+        },
+        &mut |_| ControlFlow::Continue(()),
+    )?;
+    let mut generations = Vec::new();
+    let mut next = passes.len().checked_sub(1).map(|last| (last, y * render.width + x));
+    while let Some((pass, pixel)) = next {
+        let generation = generation(&passes[pass], pixel);
+        next = match generation.origin {
+            Origin::Reservoir { made_by, pixel, .. } if generation.stored().address.is_light() => {
+                Some((made_by, pixel))
+            }
+            _ => None,
+        };
+        generations.push(generation);
+    }
+    Ok(generations)
+}
+
+fn check(scene: &SceneBuffers, render: &DiRender, [x, y]: [u32; 2]) -> Result<(), Error> {
+    di::check(scene, render)?;
+    let DiRender { width, height, settings, .. } = render;
+    if x >= *width || y >= *height {
+        return Err(Error::Setting(format!(
+            "pixel ({x}, {y}) lies outside of the image of {width} x {height} pixels, which count from (0, 0)"
+        )));
+    }
+    // hits, candidates, temporal and spatial reuse, 16 bytes each
+    let planes = 3 + u64::from(settings.spatial);
+    let bytes = 16 * planes * u64::from(*width) * u64::from(*height) * u64::from(render.frames);
+    // and of a scene that moves its frames, with their wide trees
+    let frames = if scene.is_animated() { 2 * scene.stats().bytes * u64::from(render.frames) } else { 0 };
+    memory::check(bytes + frames, "this genealogy", "give fewer --frames or a smaller --size")
+}
+
+fn generation(pass: &ReservoirPass, pixel: u32) -> Generation {
+    let word = pass.made.words[pixel as usize];
+    let (replayed, origin) = pass.replay(pixel);
+    let address = Stored::unpack(word).address;
+    let light = address.is_light().then(|| light_source(pass.frames.this(), address));
+    let p = &pass.params;
+    let reuse = match (pass.is_initial(), pass.is_temporal(), p.neighbours) {
+        (true, ..) => Reuse::Initial,
+        (_, true, 0) => Reuse::Temporal,
+        (_, true, _) => Reuse::Fused,
+        _ => Reuse::Spatial(p.combine),
+    };
+    let target = pass.target(pixel, address);
+    Generation { frame: p.frame, pass: pass.made.made_by, reuse, pixel, word, replayed, target, light, origin }
+}
+
+fn light_source(scene: &SceneBuffers, address: LightAddress) -> LightSource {
+    let view = scene.view();
+    let kind = view.light_at(address).sample.kind;
+    let index = scene.light_index(address.light);
+    let first_word = (view.header.triangle_base + index * TRIANGLE_WORDS) as usize;
+    let material = (kind == LightKind::Area).then(|| view.geometry[first_word].w);
+    LightSource { kind, index, material }
+}

@@ -1,0 +1,147 @@
+//! Where the sample of a reservoir comes from: the passes of a render with all that they read, so that each pixel of one
+//! can be replayed natively, whatever executor ran it.
+
+use super::two_frames::TwoFrames;
+use crate::Error;
+use crate::buffers::SceneBuffers;
+use crate::exec::Step;
+use crate::plan::BufferId;
+use restir_kernels::{di_combine, di_initial, di_primary};
+use restir_shared::glam::UVec4;
+use restir_shared::layout::{DI_OTHER_FRAME, DiParams};
+use restir_shared::scene::{Frames, LightAddress};
+use restir_shared::technique::di;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// Where a pass has a pixel's sample from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// A candidate of its own stream, if the reservoir has a sample: those from lights, then the one from scattering.
+    Candidate(u32),
+    /// A reservoir that another pass has made.
+    Reservoir {
+        /// Index of that pass among those that make reservoirs.
+        made_by: usize,
+        /// Index of the pixel.
+        pixel: u32,
+        /// It is not the pixel's own.
+        is_other: bool,
+        /// It is of the last frame.
+        of_last_frame: bool,
+    },
+}
+
+/// Reservoirs as a pass left them.
+#[derive(Clone)]
+pub(super) struct Reservoirs {
+    pub(super) words: Arc<[UVec4]>,
+    pub(super) made_by: usize,
+}
+
+/// A pass that makes reservoirs.
+pub(super) struct ReservoirPass {
+    pub(super) params: DiParams,
+    pub(super) frames: Arc<TwoFrames>,
+    pub(super) made: Reservoirs,
+    hits: Arc<[UVec4]>,
+    /// None for a pass of initial candidates.
+    combined: Option<Combined>,
+}
+
+/// What a combine reads beside its hits.
+struct Combined {
+    other_hits: Arc<[UVec4]>,
+    others: Reservoirs,
+    /// Of each pixel: in another plane than its neighbours', if those are of the last frame.
+    own: Reservoirs,
+}
+
+impl ReservoirPass {
+    pub(super) fn is_initial(&self) -> bool {
+        self.combined.is_none()
+    }
+
+    pub(super) fn is_temporal(&self) -> bool {
+        self.params.flags & DI_OTHER_FRAME != 0
+    }
+
+    pub(super) fn position(&self, pixel: u32) -> [u32; 2] {
+        [pixel % self.params.width, pixel / self.params.width]
+    }
+
+    /// The reservoir of a pixel, computed once more, and where its sample comes from.
+    pub(super) fn replay(&self, pixel: u32) -> (UVec4, Origin) {
+        let (p, at, index) = (&self.params, self.position(pixel), pixel as usize);
+        let frames = &*self.frames;
+        let Some(Combined { other_hits, others, own }) = &self.combined else {
+            let (word, _, candidate) = di::initial_from(&frames.scene(false), p, p.flags, self.hits[index], at);
+            return (word, Origin::Candidate(candidate));
+        };
+        let planes = di::Planes { hits: &self.hits, other_hits, others: &others.words };
+        let (word, source) = di::combine_from(&frames, p, p.flags, &planes, own.words[index], at);
+        let di::Source { is_other, pixel } = source;
+        let made_by = if is_other { others } else { own }.made_by;
+        (word, Origin::Reservoir { made_by, pixel, is_other, of_last_frame: is_other && self.is_temporal() })
+    }
+
+    /// The target of an address at a pixel, without visibility.
+    pub(super) fn target(&self, pixel: u32, address: LightAddress) -> f32 {
+        let (frames, p, at) = (&*self.frames, &self.params, self.position(pixel));
+        di::target(&frames.scene(false), p, p.flags, self.hits[pixel as usize], at, address)
+    }
+}
+
+/// Follows the reservoirs of a render from pass to pass.
+pub(super) struct Follower {
+    frames: Arc<TwoFrames>,
+    hits: BTreeMap<BufferId, Arc<[UVec4]>>,
+    reservoirs: BTreeMap<BufferId, Reservoirs>,
+    /// Passes so far that have made reservoirs.
+    passes: usize,
+}
+
+impl Follower {
+    pub(super) fn new(scene: &SceneBuffers) -> Self {
+        let frames = Arc::new(TwoFrames::still(scene));
+        Self { frames, hits: BTreeMap::new(), reservoirs: BTreeMap::new(), passes: 0 }
+    }
+
+    /// The passes whose reservoirs are still in some plane.
+    pub(super) fn kept(&self) -> impl Iterator<Item = usize> {
+        self.reservoirs.values().map(|reservoirs| reservoirs.made_by)
+    }
+
+    /// What the step was, if it made reservoirs. Every step of the render has to be shown.
+    ///
+    /// # Errors
+    /// What a GPU reports.
+    pub(super) fn follow(&mut self, step: &Step<'_>) -> Result<Option<ReservoirPass>, Error> {
+        if let Some(scenes) = step.pass.frame.as_ref().and_then(|frame| frame.scenes.clone()) {
+            self.frames = Arc::new(TwoFrames::new(scenes));
+        }
+        let Ok(&[params]) = bytemuck::try_cast_slice::<u32, DiParams>(&step.pass.params) else { return Ok(None) };
+        let read = |id| step.read(id).map(|words| bytemuck::cast_slice::<u32, UVec4>(&words).into());
+        let (name, ids) = (step.pass.kernel.name, &step.pass.bindings);
+        if name == di_primary::DESC.name {
+            self.hits.insert(ids[1], read(ids[1])?);
+            return Ok(None);
+        }
+        let (hits, target, combined) = if name == di_initial::DESC.name {
+            (self.hits.get(&ids[3]).cloned(), ids[4], None)
+        } else if name == di_combine::DESC.name {
+            let own = if params.flags & DI_OTHER_FRAME != 0 { ids[6] } else { ids[5] };
+            let [others, own] = [ids[5], own].map(|id| self.reservoirs.get(&id).cloned());
+            let parts = self.hits.get(&ids[4]).cloned().zip(others).zip(own);
+            let combined = parts.map(|((other_hits, others), own)| Combined { other_hits, others, own });
+            (self.hits.get(&ids[3]).cloned().filter(|_| combined.is_some()), ids[6], combined)
+        } else {
+            return Ok(None);
+        };
+        let Some(hits) = hits else { return Ok(None) };
+        let made = Reservoirs { words: read(target)?, made_by: self.passes };
+        self.reservoirs.insert(target, made.clone());
+        self.passes += 1;
+        Ok(Some(ReservoirPass { params, frames: self.frames.clone(), made, hits, combined }))
+    }
+}

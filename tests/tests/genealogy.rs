@@ -1,0 +1,204 @@
+//! Where reservoirs have their samples from: genealogies against the renders they are of, and their ages.
+
+use libtest_mimic::Failed;
+use restir_host::buffers::SceneBuffers;
+use restir_host::di::{DiRender, DiSettings, MisForm, plan, render};
+use restir_host::exec::{CpuExecutor, Executor};
+use restir_host::render::Progress;
+use restir_host::replay::{Generation, Origin, Reuse, genealogy, render_with_layers};
+use restir_host::scene::{CameraPath, Scene};
+use restir_kernels::di_shade;
+use restir_shared::glam::UVec4;
+use restir_shared::rng::Rng;
+use restir_shared::scene::{AddressedLights, LightAddress};
+use restir_tests::suite::{self, ensure};
+use std::ops::ControlFlow;
+use std::process::ExitCode;
+
+const SIZE: [u32; 2] = [20, 14];
+const SEED: u32 = 5;
+/// The sign and the bulb have gone out and come back.
+const FRAMES: u32 = 16;
+const PIXELS: [[u32; 2]; 9] = [[10, 7], [4, 5], [15, 11], [3, 3], [11, 5], [13, 3], [7, 4], [9, 9], [12, 4]];
+
+fn main() -> ExitCode {
+    suite::run(&[
+        ("chains_lead_to_the_candidate", chains_lead_to_the_candidate),
+        ("a_false_chain_is_seen", a_false_chain_is_seen),
+        ("layers_are_the_last_reservoirs", layers_are_the_last_reservoirs),
+    ])
+}
+
+fn settings() -> [DiSettings; 4] {
+    let default = DiSettings::default;
+    [
+        default(),
+        DiSettings { spatial: 3, feedback: false, jitter: true, mis: MisForm::Talbot, ..default() },
+        DiSettings { fused: true, candidates: 2, ..default() },
+        DiSettings { temporal: false, candidates: 1, mis: MisForm::Contribution, shaded: 0, ..default() },
+    ]
+}
+
+fn scene(name: &str) -> Result<SceneBuffers, Failed> {
+    Ok(SceneBuffers::build(&Scene::load(name)?)?)
+}
+
+fn di_render(scene: &SceneBuffers, settings: DiSettings) -> Result<DiRender, Failed> {
+    let cameras = CameraPath::Orbit.cameras(scene.camera, FRAMES)?;
+    Ok(DiRender { frames: FRAMES, seed: SEED, cameras, ..DiRender::new(SIZE, settings) })
+}
+
+/// The plane of reservoirs that is shaded in the end.
+fn last_reservoirs(scene: &SceneBuffers, render: &DiRender) -> Result<Vec<UVec4>, Failed> {
+    let mut shaded = Ok(Vec::new());
+    CpuExecutor::new(None)?.run(plan(scene, render), &mut |step| {
+        if step.pass.kernel.name == di_shade::DESC.name {
+            shaded = step.read(step.pass.bindings[4]);
+        }
+        ControlFlow::Continue(())
+    })?;
+    Ok(bytemuck::cast_slice(&shaded?).to_vec())
+}
+
+/// Follows a genealogy by hand: every reservoir replayed is the one that is stored, the next one is that which it names, and has
+/// the same point of the same light, and the last one has drawn it.
+fn problem(scene: &SceneBuffers, render: &DiRender, chain: &[Generation]) -> Result<Option<String>, Failed> {
+    for g in chain {
+        if g.word != g.replayed {
+            return Ok(Some(format!("another reservoir: {g:?}")));
+        }
+        if g.stored().has_sample() && g.target <= 0.0 {
+            return Ok(Some(format!("a sample with target zero: {g:?}")));
+        }
+    }
+    for pair in chain.windows(2) {
+        let [child, parent] = pair else { continue };
+        let Origin::Reservoir { made_by, pixel, of_last_frame, is_other } = child.origin else {
+            return Ok(Some(format!("it goes on beyond a candidate: {child:?}")));
+        };
+        let [a, b] = [child, parent].map(|g| g.stored().address);
+        let same = (a.u, a.v, child.light) == (b.u, b.v, parent.light)
+            && (of_last_frame || a.light == b.light)
+            && (parent.pass, parent.pixel) == (made_by, pixel)
+            && parent.frame + u32::from(of_last_frame) == child.frame
+            && parent.pass < child.pass
+            && (is_other || parent.pixel == child.pixel);
+        if !same {
+            return Ok(Some(format!("{child:?} is no child of {parent:?}")));
+        }
+    }
+    let Some(last) = chain.last() else { return Ok(Some("there is nothing".to_owned())) };
+    let address = last.stored().address;
+    Ok(match last.origin {
+        _ if !address.is_light() => (chain.len() != 1).then(|| format!("it ends without a sample: {last:?}")),
+        Origin::Candidate(index) if last.reuse == Reuse::Initial => {
+            let drawn = candidate(scene, render, last, index)?;
+            let scattered = index == render.settings.candidates;
+            (!scattered && drawn != address).then(|| format!("{drawn:?} was drawn, not {last:?}"))
+        }
+        _ => Some(format!("it does not end in a candidate: {last:?}")),
+    })
+}
+
+/// A candidate from the lights, drawn once more. Of a frame's random dimensions the first is scattering's, then come two for each
+/// of up to 16 combines.
+fn candidate(scene: &SceneBuffers, render: &DiRender, g: &Generation, index: u32) -> Result<LightAddress, Failed> {
+    let rng = Rng::new(g.pixel % render.width, g.pixel / render.width, g.frame, render.seed);
+    Ok(scene.at(f64::from(g.frame))?.view().choose_address(rng.draw(2 + 2 * 16 + 2 * index)))
+}
+
+fn chains_lead_to_the_candidate() -> Result<(), Failed> {
+    let mut executor = CpuExecutor::new(None)?;
+    // own, neighbour, last frame, lights, scattering; the oldest sample
+    let (mut seen, mut oldest) = ([0; 5], 0);
+    for name in ["moving", "tower"] {
+        let scene = scene(name)?;
+        for settings in settings() {
+            let render = di_render(&scene, settings)?;
+            let stored = last_reservoirs(&scene, &render)?;
+            for [x, y] in PIXELS {
+                let chain = genealogy(&mut executor, &scene, &render, [x, y])?;
+                let found = problem(&scene, &render, &chain)?;
+                ensure(found.is_none(), || format!("{name} ({x}, {y}) {:?}: {found:?}", render.settings))?;
+                ensure(chain[0].word == stored[(y * render.width + x) as usize], || {
+                    format!("{name} ({x}, {y}): the first is not the last reservoir of the render")
+                })?;
+                oldest = oldest.max(chain[0].frame - chain[chain.len() - 1].frame);
+                for g in &chain {
+                    seen[match g.origin {
+                        Origin::Reservoir { is_other: false, .. } => 0,
+                        Origin::Reservoir { of_last_frame: false, .. } => 1,
+                        Origin::Reservoir { .. } => 2,
+                        Origin::Candidate(index) => 3 + usize::from(index == render.settings.candidates),
+                    }] += 1;
+                }
+            }
+        }
+    }
+    println!("own, neighbour, last frame, lights, scattering: {seen:?}; up to {oldest} frames old");
+    ensure(seen.iter().all(|&count| count > 0) && oldest > 2, || format!("not all occurs: {seen:?}, {oldest}"))
+}
+
+/// A generation left out, a neighbour's instead of its own, another point of the light, another candidate.
+fn a_false_chain_is_seen() -> Result<(), Failed> {
+    type Change<'a> = &'a dyn Fn(&mut Vec<Generation>);
+    let scene = scene("moving")?;
+    let render = di_render(&scene, DiSettings::default())?;
+    let mut executor = CpuExecutor::new(None)?;
+    let chain = genealogy(&mut executor, &scene, &render, PIXELS[0])?;
+    ensure(chain.len() > 3, || format!("too short to be falsified: {chain:?}"))?;
+    let changed = |change: Change<'_>| {
+        let mut chain = chain.clone();
+        change(&mut chain);
+        problem(&scene, &render, &chain)
+    };
+    ensure(changed(&|_| ())?.is_none(), || "the true chain is not".to_owned())?;
+    let last = chain.len() - 1;
+    let false_chains: [Change<'_>; 4] = [
+        &|chain| {
+            chain.remove(1);
+        },
+        &|chain| chain[1].pixel += 1,
+        &|chain| {
+            chain[1].word.y ^= 1;
+            chain[1].replayed.y ^= 1;
+        },
+        &|chain| {
+            if let Origin::Candidate(index) = &mut chain[last].origin {
+                *index = u32::from(*index == 0);
+            }
+        },
+    ];
+    for (number, change) in false_chains.into_iter().enumerate() {
+        ensure(changed(change)?.is_some(), || format!("false chain {number} passes"))?;
+    }
+    Ok(())
+}
+
+fn layers_are_the_last_reservoirs() -> Result<(), Failed> {
+    let mut executor = CpuExecutor::new(None)?;
+    let go_on = &mut |_: Progress| ControlFlow::Continue(());
+    for settings in settings() {
+        let scene = scene("moving")?;
+        let reuses = settings.temporal;
+        let di = di_render(&scene, settings)?;
+        let plain = render(&mut executor, &scene, &di, go_on)?;
+        let (rendered, layers) = render_with_layers(&mut executor, &scene, &di, go_on)?;
+        ensure(rendered.image == plain.image, || "layers change the image".to_owned())?;
+        for [x, y] in PIXELS {
+            let pixel = (y * di.width + x) as usize;
+            let chain = genealogy(&mut executor, &scene, &di, [x, y])?;
+            let age = chain[0].frame - chain[chain.len() - 1].frame;
+            let first = chain[0].stored();
+            ensure(layers.reservoirs[pixel] == first, || format!("({x}, {y}): {:?}", layers.reservoirs[pixel]))?;
+            ensure(!first.address.is_light() || layers.ages[pixel] == age, || {
+                format!("({x}, {y}): age {} instead of {age}", layers.ages[pixel])
+            })?;
+        }
+        ensure(layers.ages.iter().any(|&age| age > 0) == reuses, || format!("ages {:?}", layers.ages))?;
+        let names: Vec<&str> = layers.channels().iter().map(|channel| channel.name).collect();
+        let expected = ["M", "W", "visibility", "light", "age"].map(|name| format!("reservoir.{name}"));
+        ensure(names == expected, || format!("{names:?}"))?;
+    }
+    Ok(())
+}
