@@ -6,7 +6,7 @@ const STUDENT: [f64; 30] = [
     2.110, 2.101, 2.093, 2.086, 2.080, 2.074, 2.069, 2.064, 2.060, 2.056, 2.052, 2.048, 2.045, 2.042,
 ];
 /// The same of the normal distribution.
-pub(super) const NORMAL: f64 = 1.960;
+pub(crate) const NORMAL: f64 = 1.960;
 
 /// A number with the half width of its 95 % confidence interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
