@@ -55,7 +55,7 @@ pub fn draws(seed: u32, count: usize) -> Vec<f64> {
     let mut times = vec![0.0; count];
     for draw in 0..count {
         let word = pcg4d(UVec4::new(seed, draw as u32, 0, 0)).x;
-        times[(u64::from(word) * count as u64 >> 32) as usize] += 1.0;
+        times[((u64::from(word) * count as u64) >> 32) as usize] += 1.0;
     }
     times
 }

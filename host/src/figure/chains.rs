@@ -1,4 +1,4 @@
-//! Independent chains of frames: each begins without a history, and its last frame is the image that counts.
+//! Independent chains of frames: each begins without a history, and its last frame or the mean of all is its image.
 
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -15,10 +15,12 @@ use crate::render::Progress;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Protocol {
     pub(crate) size: [u32; 2],
-    /// Frames before the one that counts.
+    /// Frames before the last one.
     pub(crate) warm_up: u32,
     /// Chains; their seeds are their numbers.
     pub(crate) chains: u32,
+    /// The image is the mean of all frames instead of the last one.
+    pub(crate) accumulate: bool,
 }
 
 /// The chains of one configuration.
@@ -26,7 +28,7 @@ pub(crate) struct Protocol {
 pub(crate) struct Chains {
     /// Seconds a frame, of each chain.
     pub(crate) seconds: Vec<f64>,
-    /// The values of each chain's last frame.
+    /// The values of each chain's image.
     pub(crate) images: Vec<Vec<f64>>,
 }
 
@@ -48,7 +50,8 @@ pub(crate) fn run(
     for seed in 0..protocol.chains {
         for (chains, settings) in all.iter_mut().zip(configurations) {
             let frames = protocol.warm_up + 1;
-            let render = DiRender { frames, seed, ..DiRender::new(protocol.size, settings.clone()) };
+            let accumulate = protocol.accumulate;
+            let render = DiRender { frames, seed, accumulate, ..DiRender::new(protocol.size, settings.clone()) };
             let start = Instant::now();
             let rendered = di::render(executor, scene, &render, &mut |_| observe(Progress { done, total }))?;
             chains.seconds.push(start.elapsed().as_secs_f64() / f64::from(frames));

@@ -41,3 +41,9 @@ pub(crate) fn wall(name: &str, stripes: &[f32], radiance: impl Fn(f32) -> [f32; 
 pub(crate) fn white(_: f32) -> [f32; 3] {
     [40.0; 3]
 }
+
+/// From red by way of green to blue, each light with some white in it, for [`wall`].
+pub(crate) fn coloured(place: f32) -> [f32; 3] {
+    let near = |center: f32| 10.0 + 60.0 * (1.0 - 2.0 * (place - center).abs()).max(0.0);
+    [near(0.0), near(0.5), near(1.0)]
+}

@@ -5,13 +5,12 @@ mod claims;
 mod ratio;
 mod report;
 
-use std::ops::ControlFlow;
 use std::time::Duration;
 
-use super::File;
 use super::chains::{self, Chains, Protocol};
 use super::cost::Cost;
 use super::scenes::{wall, white};
+use super::{Environs, File};
 use crate::Error;
 use crate::bench::error::Truth;
 use crate::bench::estimator::Estimator;
@@ -19,9 +18,8 @@ use crate::bench::table::Setup;
 use crate::bench::{self, Matrix, Series, Technique};
 use crate::buffers::SceneBuffers;
 use crate::di::{DiRender, DiSettings, MisForm, Visibility};
-use crate::exec::Executor;
-use crate::reference::{Goal, Reference};
-use crate::render::{Progress, RenderSettings};
+use crate::reference::Goal;
+use crate::render::RenderSettings;
 use crate::scene::{Environment, Scene};
 use rayon::prelude::*;
 
@@ -43,9 +41,7 @@ const SMALLEST_RADIUS: f32 = 1.5;
 /// How much is done.
 #[derive(Clone, Debug)]
 pub(crate) struct Effort {
-    pub(crate) size: [u32; 2],
-    pub(crate) chains: u32,
-    pub(crate) warm_up: u32,
+    pub(crate) protocol: Protocol,
     /// The largest number of frames of a running chain: a power of two.
     pub(crate) frames: u32,
     /// Running chains of that many frames.
@@ -96,18 +92,6 @@ struct Findings {
 struct Stripes {
     walls: [Subject; 2],
     of: [Pair; 2],
-}
-
-/// Makes references and reports progress: what a figure needs of the program.
-pub(crate) trait Environs {
-    /// The reference of a scene.
-    fn reference(&mut self, name: &str, scene: &SceneBuffers, goal: Goal) -> Result<Reference, Error>;
-    /// Where chains are run, and who hears of it.
-    fn run<T>(
-        &mut self,
-        what: &str,
-        work: impl FnOnce(&mut dyn Executor, &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Result<T, Error>,
-    ) -> Result<T, Error>;
 }
 
 /// The files of the figure. `environment` lights the exterior instead of its own.
@@ -194,26 +178,20 @@ fn pairs(
     settings.into_iter().map(|setting| Ok(Pair { setting, of: [next()?, next()?] })).collect()
 }
 
-impl Effort {
-    fn protocol(&self) -> Protocol {
-        Protocol { size: self.size, warm_up: self.warm_up, chains: self.chains }
-    }
-}
-
 fn measure(
     environs: &mut impl Environs,
     effort: &Effort,
     integral: &RenderSettings,
     subject: Subject,
 ) -> Result<Findings, Error> {
-    let settings = settings(effort.size);
+    let settings = settings(effort.protocol.size);
     let few = CANDIDATES.map(|candidates| Setting {
         settings: DiSettings { candidates, ..settings[0].settings.clone() },
         ..settings[0].clone()
     });
-    let candidates = pairs(environs, &subject, effort.protocol(), few.to_vec())?;
+    let candidates = pairs(environs, &subject, effort.protocol, few.to_vec())?;
     let running = running(environs, effort, integral, &subject, &settings[..2])?;
-    let pairs = pairs(environs, &subject, effort.protocol(), settings.to_vec())?;
+    let pairs = pairs(environs, &subject, effort.protocol, settings.to_vec())?;
     Ok(Findings { subject, pairs, candidates, running })
 }
 
@@ -227,7 +205,7 @@ fn running(
 ) -> Result<Vec<Series>, Error> {
     let technique = |setting: &Setting, (name, mis): (&str, MisForm)| {
         let settings = DiSettings { mis, ..setting.settings.clone() };
-        let render = DiRender { accumulate: true, ..DiRender::new(effort.size, settings) };
+        let render = DiRender { accumulate: true, ..DiRender::new(effort.protocol.size, settings) };
         Technique { name: curve(name, setting), estimator: Estimator::RestirDi(render) }
     };
     let matrix = Matrix {
@@ -254,8 +232,8 @@ fn stripes(environs: &mut impl Environs, effort: &Effort) -> Result<Stripes, Err
     let turns: Vec<f32> = (0..STRIPES).map(|i| if i % 2 == 0 { 1.0 } else { DARK_STRIPE }).collect();
     let mut make = |name: &str, stripes: &[f32]| -> Result<(Subject, Pair), Error> {
         let subject = subject(environs, effort, name, "", &wall(name, stripes, white))?;
-        let [reused, ..] = settings(effort.size);
-        let mut pairs = pairs(environs, &subject, effort.protocol(), vec![reused])?;
+        let [reused, ..] = settings(effort.protocol.size);
+        let mut pairs = pairs(environs, &subject, effort.protocol, vec![reused])?;
         Ok((subject, pairs.remove(0)))
     };
     let (plain, striped) = (make("wall", &[1.0])?, make("striped wall", &turns)?);

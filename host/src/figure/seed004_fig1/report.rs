@@ -12,6 +12,7 @@ use crate::bench::report::REFUSED;
 use crate::bench::table::Setup;
 use crate::bench::{Cell, Series};
 use crate::bootstrap::Interval;
+use crate::figure::chains::Protocol;
 use crate::figure::{File, claim, origin};
 
 const PANEL: (u32, u32) = (560, 420);
@@ -199,8 +200,8 @@ impl Report<'_> {
     }
 
     fn protocol(&self) -> String {
-        let Effort { chains, warm_up, frames, restarts, .. } = self.effort;
-        let settings = &super::settings(self.effort.size)[0].settings;
+        let Effort { protocol: Protocol { chains, warm_up, .. }, frames, restarts, .. } = self.effort;
+        let settings = &super::settings(self.effort.protocol.size)[0].settings;
         format!(
             "\"Proposed\" is contribution MIS (the paper's algorithm 1), Talbot's is algorithm 2; both weighted by confidence, \
              because as printed they are biased for unequal M. All curves are unbiased temporal and spatial reuse with {} \
@@ -296,11 +297,11 @@ fn scene(f: &Findings) -> String {
     text += "\n|---|---|";
     Per::ALL.iter().for_each(|_| text += "---:|");
     for pair in &f.pairs {
-        let rows: [(&str, fn(&Pair, &crate::bench::error::Truth, Per) -> Option<Interval>); 2] =
-            [("RMAE", Pair::at_equal_rmae), ("relMSE", Pair::at_equal_mse)];
-        for (what, ratio) in rows {
+        for what in ["RMAE", "relMSE"] {
+            let ratio =
+                |per| if what == "RMAE" { pair.at_equal_rmae(truth, per) } else { pair.at_equal_mse(truth, per) };
             let _ = write!(text, "\n| {} | {what} |", pair.setting.name);
-            Per::ALL.iter().for_each(|(per, _)| text += &format!(" {} |", known(ratio(pair, truth, *per))));
+            Per::ALL.iter().for_each(|(per, _)| text += &format!(" {} |", known(ratio(*per))));
         }
     }
     text + "\n"
