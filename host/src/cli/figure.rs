@@ -67,10 +67,10 @@ impl Figure {
                 Effort { size: [36, 27], restarts: [8, 4], frames: [9, 2], reference_spp: 16_384 }
             }
             (Self::VisibilityTerm, false) => {
-                Effort { size: [192, 108], restarts: [2, 1], frames: [48, UNCOUNTED + 2], reference_spp: 1 }
+                Effort { size: [128, 96], restarts: [2, 1], frames: [48, UNCOUNTED + 2], reference_spp: 1 }
             }
             (Self::VisibilityTerm, true) => {
-                Effort { size: [96, 54], restarts: [2, 1], frames: [48, UNCOUNTED + 2], reference_spp: 1 }
+                Effort { size: [64, 48], restarts: [2, 1], frames: [48, UNCOUNTED + 2], reference_spp: 1 }
             }
             (Self::ConvergedTrio, false) => {
                 Effort { size: [64, 48], restarts: [16, 4], frames: [128, 1], reference_spp: 32_768 }

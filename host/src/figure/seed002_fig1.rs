@@ -49,6 +49,11 @@ fn visibility(word: UVec4) -> f64 {
     f64::from(f32_from_half((word.y >> 24 << 8) | (word.z >> 24)))
 }
 
+/// Whether a reservoir has a weight. Where it has none, nothing is multiplied by its visibility.
+fn weighs(word: UVec4) -> bool {
+    f32::from_bits(word.w) > 0.0
+}
+
 /// The reservoir, as if its sample were visible.
 fn seen(word: UVec4) -> UVec4 {
     let [y, z] = SEEN;
@@ -83,6 +88,11 @@ impl Moments {
         Self { count: self.count + other.count, sum: self.sum + other.sum, squares: self.squares + other.squares }
     }
 
+    /// Whether there are enough numbers for a variance.
+    fn is_known(&self) -> bool {
+        self.count >= 2.0
+    }
+
     fn mean(self) -> f64 {
         self.sum / self.count
     }
@@ -90,6 +100,14 @@ impl Moments {
     fn variance(self) -> f64 {
         (self.squares - self.sum * self.sum / self.count) / (self.count - 1.0)
     }
+}
+
+/// Sums over the pixels of a tile, by method.
+#[derive(Clone, Copy, Default)]
+struct Tile {
+    pixels: f64,
+    variances: [f64; 2],
+    means: [f64; 2],
 }
 
 /// What was found.
@@ -160,7 +178,8 @@ fn chain(scene: &SceneBuffers, render: &DiRender, first: u32) -> Chain {
         let [hits, reservoirs, direct, film] = [3, 4, 5, 6].map(|binding| frames.plane(pass.bindings[binding]));
         chain.samples.push(reservoirs.iter().map(|&word| without_visibility(word)).collect());
         if p.frame >= first {
-            chain.visibility.iter_mut().zip(reservoirs).for_each(|(moments, &word)| moments.push(visibility(word)));
+            let pixels = chain.visibility.iter_mut().zip(reservoirs).filter(|(_, word)| weighs(**word));
+            pixels.for_each(|(moments, &word)| moments.push(visibility(word)));
         }
         if p.frame + 1 == render.frames {
             let visible: Vec<UVec4> = reservoirs.iter().map(|&word| seen(word)).collect();
@@ -173,7 +192,7 @@ fn chain(scene: &SceneBuffers, render: &DiRender, first: u32) -> Chain {
             let size = [render.width, render.height];
             chain.last = [
                 image(film.iter().map(|&word| bytemuck::cast::<_, FilmPixel>(word).sum).collect()),
-                grey(size, reservoirs.iter().map(|&word| visibility(word))),
+                grey(size, reservoirs.iter().map(|&word| if weighs(word) { visibility(word) } else { 0.0 })),
                 image((0..).zip(direct).map(unseen).collect()),
             ];
         }
@@ -198,18 +217,20 @@ impl Findings {
         }
     }
 
-    /// Sums over tiles of the pixels' variances and means, by method.
-    fn tiles(&self) -> Vec<([u32; 2], [[f64; 2]; 2])> {
+    /// Tiles by their first pixel.
+    fn tiles(&self) -> Vec<([u32; 2], Tile)> {
         let [width, height] = self.size;
         let columns = width.div_ceil(TILE);
         let mut tiles: Vec<_> = (0..columns * height.div_ceil(TILE))
-            .map(|i| ([i % columns * TILE, i / columns * TILE], [[0.0; 2]; 2]))
+            .map(|i| ([i % columns * TILE, i / columns * TILE], Tile::default()))
             .collect();
-        for i in 0..width * height {
-            let tile = (i / width / TILE) * columns + i % width / TILE;
-            for (sums, moments) in tiles[tile as usize].1.iter_mut().zip(&self.moments) {
+        for i in (0..width * height).filter(|&i| self.moments[0][i as usize].is_known()) {
+            let (_, tile) = &mut tiles[((i / width / TILE) * columns + i % width / TILE) as usize];
+            tile.pixels += 1.0;
+            for (method, moments) in self.moments.iter().enumerate() {
                 let of_pixel = moments[i as usize];
-                *sums = [sums[0] + of_pixel.variance(), sums[1] + of_pixel.mean()];
+                tile.variances[method] += of_pixel.variance();
+                tile.means[method] += of_pixel.mean();
             }
         }
         tiles
@@ -218,12 +239,13 @@ impl Findings {
     /// The variance of prev over that of ours.
     fn reduction(&self) -> Interval {
         let tiles = self.tiles();
-        let [prev, ours] = [0, 1].map(|i| tiles.iter().map(|(_, of)| of[i][0]).collect::<Vec<_>>());
+        let [prev, ours] = [0, 1].map(|i| tiles.iter().map(|(_, tile)| tile.variances[i]).collect::<Vec<_>>());
         Interval::of_positive(tiles.len(), RESAMPLES, |times| mean(&prev, times) / mean(&ours, times))
     }
 
     fn mean(&self, of: impl Fn(&Moments) -> f64, method: usize) -> f64 {
-        self.moments[method].iter().map(of).sum::<f64>() / self.moments[method].len() as f64
+        let known: Vec<f64> = self.moments[method].iter().filter(|moments| moments.is_known()).map(of).collect();
+        known.iter().sum::<f64>() / known.len() as f64
     }
 
     /// Prev and ours, their visibility below, and beside them the image without and the ratio of the variances.
@@ -238,11 +260,10 @@ impl Findings {
     }
 
     fn table(&self) -> String {
-        let mut text = "x,y,variance_prev,mean_prev,variance_ours,mean_ours\n".to_owned();
-        for ([x, y], [[a, b], [c, d]]) in self.tiles() {
-            let pixels = f64::from(TILE.min(self.size[0] - x) * TILE.min(self.size[1] - y));
-            let [a, b, c, d] = [a, b, c, d].map(|sum| sum / pixels);
-            let _ = writeln!(text, "{x},{y},{a:.6},{b:.6},{c:.6},{d:.6}");
+        let mut text = "x,y,pixels,variance_prev,mean_prev,variance_ours,mean_ours\n".to_owned();
+        for ([x, y], Tile { pixels, variances: [a, c], means: [b, d] }) in self.tiles() {
+            let [a, b, c, d] = [a, b, c, d].map(|sum| if pixels > 0.0 { sum / pixels } else { 0.0 });
+            let _ = writeln!(text, "{x},{y},{pixels},{a:.6},{b:.6},{c:.6},{d:.6}");
         }
         text
     }
@@ -287,7 +308,8 @@ impl Findings {
              times less that of ours varies, from black for 0 to white for {WHITE_RATIO}. The images are the last frame of the \
              first chain, of biased ReSTIR as in algorithm 1: preset `wis` with {} candidates and a neighbour within {:.1} \
              pixels.\n\n## Claims\n\n{}\n## The visibility of a pixel's reservoir\n\nOver {counted} frames of each of {} chains, after \
-             {} that do not count; both methods have the same seeds. The mean over all pixels of each pixel's mean and variance \
+             {} that do not count; both methods have the same seeds. What counts are frames in which the \
+             reservoir has a weight, the same ones for both. The mean over all pixels of each pixel's mean and variance \
              (frames of a chain are dependent, in the same way for both):\n\n| method | mean | variance |\n|---|---:|---:|\n{prev}{ours}\n\
              The interval of the ratio is a basic bootstrap's over tiles of {TILE} x {TILE} pixels; `tiles.csv` has each.\n",
             origin(setup, command),

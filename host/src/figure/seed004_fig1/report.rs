@@ -218,11 +218,13 @@ impl Report<'_> {
              is taken off relMSE (denominator ref² + 0.01 mean²), RMAE is as measured; where it is more than 5 % of a squared \
              error there is no figure but *{REFUSED}*, and no point in a plot. Brackets are 95 % intervals, basic bootstrap over chains; \
              times are medians of ratios of chains run side by side. The ratios for equal RMAE start from means of {} chains \
-             each. The machine had other work.\n",
+             each. Where a mean is tested, 3 standard errors are those of Student's distribution, {:.2} of {chains} chains; \
+             configurations share seeds, so that chance moves their means together. The machine had other work.\n",
             settings.candidates,
             settings.confidence_cap,
             settings.radius,
             (chains / 8).max(1),
+            claims::standard_errors(*chains as usize),
         )
     }
 
