@@ -63,6 +63,12 @@ const MORE: [f64; 2] = [1.0, f64::INFINITY];
 fn c1(f: &Findings) -> Vec<Claim> {
     let rays = |text: &str, found| f.interval("B20, C1", text, found, [TIMES_THE_RAYS, f64::INFINITY]);
     vec![
+        f.interval(
+            "B20, C1",
+            "with visibility reuse Talbot needs more shadow rays for equal RMAE",
+            f.at_equal_rmae(0, Per::ShadowRay),
+            MORE,
+        ),
         rays(
             "with visibility reuse Talbot needs 3 times the shadow rays, or more, for equal RMAE",
             f.at_equal_rmae(0, Per::ShadowRay),
