@@ -7,6 +7,7 @@ mod alias;
 mod artifact;
 #[cfg(feature = "cli")]
 mod bench;
+pub mod bootstrap;
 pub mod buffers;
 mod bvh;
 #[cfg(feature = "cli")]
@@ -16,6 +17,8 @@ pub mod di;
 pub mod distribution;
 pub mod error;
 pub mod exec;
+#[cfg(feature = "cli")]
+mod figure;
 mod film;
 pub mod image;
 mod input;

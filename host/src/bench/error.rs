@@ -13,6 +13,7 @@
 //! too large by about half of the share that the reference has in the MSE.
 
 use crate::image::Image;
+use crate::metrics::RELATIVE_THRESHOLD;
 use crate::reference::Reference;
 
 /// Where the reference has a larger share in a measured error, the figure is refused.
@@ -22,7 +23,7 @@ const DARK: f64 = 0.01;
 /// A reference, prepared for comparisons.
 #[derive(Clone)]
 pub(crate) struct Truth {
-    values: Vec<f64>,
+    pub(crate) values: Vec<f64>,
     /// Mean over all values.
     pub(crate) mean: f64,
     /// Standard error of the mean.
@@ -39,6 +40,9 @@ pub(crate) struct Errors {
     pub(crate) mse: f64,
     pub(crate) rel_mse: f64,
     pub(crate) mape: f64,
+    /// RMAE of form A and of form B, as in [`crate::metrics`]: as measured, like MAPE.
+    pub(crate) rmae: f64,
+    pub(crate) rmae_global: f64,
     pub(crate) mean: f64,
 }
 
@@ -62,7 +66,14 @@ impl Errors {
     pub(crate) fn mean(of: &[Self]) -> Self {
         let share = 1.0 / of.len() as f64;
         let mean = |value: fn(&Self) -> f64| of.iter().map(value).sum::<f64>() * share;
-        Self { mse: mean(|e| e.mse), rel_mse: mean(|e| e.rel_mse), mape: mean(|e| e.mape), mean: mean(|e| e.mean) }
+        Self {
+            mse: mean(|e| e.mse),
+            rel_mse: mean(|e| e.rel_mse),
+            mape: mean(|e| e.mape),
+            rmae: mean(|e| e.rmae),
+            rmae_global: mean(|e| e.rmae_global),
+            mean: mean(|e| e.mean),
+        }
     }
 }
 
@@ -91,18 +102,28 @@ impl Truth {
         self.errors_of(image.pixels.as_flattened().iter().map(|&x| f64::from(x)))
     }
 
-    fn errors_of(&self, image: impl Iterator<Item = f64>) -> Errors {
+    /// As [`Self::errors`], of an image's values.
+    pub(crate) fn errors_of(&self, image: impl Iterator<Item = f64>) -> Errors {
         let mut sums = Errors::default();
         for (x, &r) in image.zip(&self.values) {
             let squared = (x - r) * (x - r);
             sums.mse += squared;
             sums.rel_mse += ratio(squared, self.scale(r));
             sums.mape += ratio((x - r).abs(), r + DARK * self.mean);
+            sums.rmae += ratio((x - r).abs(), r + RELATIVE_THRESHOLD * self.mean);
+            sums.rmae_global += ratio((x - r).abs(), self.mean);
             sums.mean += x;
         }
         let share = 1.0 / self.values.len() as f64;
-        let Errors { mse, rel_mse, mape, mean } = sums;
-        Errors { mse: mse * share, rel_mse: rel_mse * share, mape: mape * share, mean: mean * share }
+        let Errors { mse, rel_mse, mape, rmae, rmae_global, mean } = sums;
+        Errors {
+            mse: mse * share,
+            rel_mse: rel_mse * share,
+            mape: mape * share,
+            rmae: rmae * share,
+            rmae_global: rmae_global * share,
+            mean: mean * share,
+        }
     }
 }
 

@@ -1,46 +1,75 @@
-//! relMSE against time, both axes logarithmic, as SVG.
+//! Curves with logarithmic axes, as SVG.
 
 use std::ops::Range;
 
+use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use super::SceneResult;
 
 const SIZE: (u32, u32) = (720, 480);
 
+/// Points that are joined.
+pub(crate) struct Line {
+    pub(crate) name: String,
+    pub(crate) points: Vec<(f64, f64)>,
+}
+
+/// A chart of several lines. What is not positive has no place in it.
+pub(crate) struct Panel {
+    pub(crate) title: String,
+    /// What is along x and along y.
+    pub(crate) axes: [&'static str; 2],
+    pub(crate) lines: Vec<Line>,
+}
+
+type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
+
 /// The plot of a scene; without a single figure it is an empty frame that says so.
 ///
 /// # Errors
 /// What the plotter says.
 pub(crate) fn svg(result: &SceneResult) -> Result<String, String> {
-    let series: Vec<(&str, Vec<(f64, f64)>)> = result
+    let lines: Vec<Line> = result
         .series
         .iter()
-        .map(|series| {
-            let positive = |point: &(f64, f64)| point.0 > 0.0 && point.1 > 0.0;
-            let points = series.error_over_time(&result.truth).into_iter().filter(positive).collect();
-            (series.technique.name.as_str(), points)
+        .map(|series| Line {
+            name: series.technique.name.clone(),
+            points: series.error_over_time(&result.truth).into_iter().filter(is_positive).collect(),
         })
         .collect();
+    let empty = lines.iter().all(|line| line.points.is_empty());
+    let title = if empty { format!("{}: {}", result.scene, super::report::REFUSED) } else { result.scene.clone() };
+    grid(&[Panel { title, axes: ["time, s", "relMSE"], lines }], 1, SIZE)
+}
+
+/// Panels of the given size, row by row.
+///
+/// # Errors
+/// What the plotter says.
+pub(crate) fn grid(panels: &[Panel], columns: usize, (width, height): (u32, u32)) -> Result<String, String> {
+    let rows = panels.len().div_ceil(columns);
     let mut text = String::new();
-    draw(&mut text, &result.scene, &series).map_err(|error| error.to_string())?;
+    let draw = |text: &mut String| -> Drawn {
+        let area = SVGBackend::with_string(text, (width * columns as u32, height * rows as u32)).into_drawing_area();
+        area.fill(&WHITE)?;
+        area.split_evenly((rows, columns)).iter().zip(panels).try_for_each(|(area, panel)| draw_panel(area, panel))?;
+        area.present()
+    };
+    draw(&mut text).map_err(|error| error.to_string())?;
     Ok(text)
 }
 
-fn draw(
-    text: &mut String,
-    scene: &str,
-    series: &[(&str, Vec<(f64, f64)>)],
-) -> Result<(), DrawingAreaErrorKind<std::io::Error>> {
-    let area = SVGBackend::with_string(text, SIZE).into_drawing_area();
-    area.fill(&WHITE)?;
-    let points = || series.iter().flat_map(|(_, points)| points);
-    let title =
-        if points().next().is_none() { format!("{scene}: {}", super::report::REFUSED) } else { scene.to_owned() };
+fn is_positive(point: &(f64, f64)) -> bool {
+    point.0 > 0.0 && point.1 > 0.0
+}
+
+fn draw_panel(area: &DrawingArea<SVGBackend<'_>, Shift>, panel: &Panel) -> Drawn {
+    let points = || panel.lines.iter().flat_map(|line| &line.points).filter(|point| is_positive(point));
     let x = decades(points().map(|point| point.0));
     let y = decades(points().map(|point| point.1));
-    let mut chart = ChartBuilder::on(&area)
-        .caption(title, ("sans-serif", 20))
+    let mut chart = ChartBuilder::on(area)
+        .caption(&panel.title, ("sans-serif", 20))
         .margin(12)
         .x_label_area_size(40)
         .y_label_area_size(70)
@@ -48,27 +77,27 @@ fn draw(
     let label = |value: &f64| format!("{value:e}");
     chart
         .configure_mesh()
-        .x_desc("time, s")
-        .y_desc("relMSE")
+        .x_desc(panel.axes[0])
+        .y_desc(panel.axes[1])
         .x_label_formatter(&label)
         .y_label_formatter(&label)
         .light_line_style(BLACK.mix(0.06))
         .draw()?;
-    for (index, (name, points)) in series.iter().enumerate() {
+    for (index, line) in panel.lines.iter().enumerate() {
         let color = Palette99::pick(index).to_rgba();
+        let points = || line.points.iter().copied().filter(is_positive);
         chart
-            .draw_series(LineSeries::new(points.iter().copied(), color.stroke_width(2)))?
-            .label(*name)
+            .draw_series(LineSeries::new(points(), color.stroke_width(2)))?
+            .label(&line.name)
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], color.stroke_width(2)));
-        chart.draw_series(points.iter().map(|&point| Circle::new(point, 3, color.filled())))?;
+        chart.draw_series(points().map(|point| Circle::new(point, 3, color.filled())))?;
     }
     chart
         .configure_series_labels()
         .position(SeriesLabelPosition::UpperRight)
         .background_style(WHITE.mix(0.8))
         .border_style(BLACK.mix(0.3))
-        .draw()?;
-    area.present()
+        .draw()
 }
 
 /// The decades around positive values; one around 1 without any.

@@ -199,16 +199,21 @@ fn subjects(arguments: &Arguments, matrix: &Matrix) -> Result<Vec<Subject>, Erro
 
 /// Before minutes of work: can the results be written?
 fn prepare_output(out: &Path, subjects: &[Subject]) -> Result<(), Error> {
-    std::fs::create_dir_all(out).map_err(|error| Error::File {
-        action: "write",
-        path: out.to_owned(),
-        reason: format!("{error}; name another folder by --out"),
-    })?;
+    create_folder(out)?;
     let plots = subjects.iter().map(|subject| subject.plot.as_str());
     [REPORT, TABLE].into_iter().chain(plots).try_for_each(|name| check_writable(&out.join(name)))
 }
 
-fn device_name(device: &Device) -> String {
+/// Makes the folder for results, unless it is there.
+pub(super) fn create_folder(out: &Path) -> Result<(), Error> {
+    std::fs::create_dir_all(out).map_err(|error| Error::File {
+        action: "write",
+        path: out.to_owned(),
+        reason: format!("{error}; name another folder by --out"),
+    })
+}
+
+pub(super) fn device_name(device: &Device) -> String {
     let description = device.executor.describe();
     let adapter = description.adapter.map_or_else(String::new, |adapter| format!(", {adapter}"));
     format!("{}{adapter}, flavour {}, self-check {}", description.executor, description.flavour, device.parity)
@@ -244,7 +249,7 @@ fn measured(
 }
 
 /// As the user could write it.
-fn command_line() -> String {
+pub(super) fn command_line() -> String {
     let arguments = std::env::args_os().skip(1).map(|argument| argument.to_string_lossy().into_owned());
     let quoted = arguments
         .map(|argument| if argument.contains(char::is_whitespace) { format!("'{argument}'") } else { argument });

@@ -18,6 +18,7 @@ mod device;
 mod devices;
 mod explain;
 mod export;
+mod figure;
 mod genealogy;
 mod info;
 mod interrupt;
@@ -68,6 +69,8 @@ enum Command {
     ///
     /// Exits with 1 if something got worse since the table named by --against.
     Bench(bench::Arguments),
+    /// Make a figure of a paper anew: plots or pictures, their data, and a report of what became of its claims.
+    Figure(figure::Arguments),
     /// List the settings of a technique with their defaults, and its presets.
     Settings(settings::Arguments),
     /// Replay one sample of a pixel and print its path, or from where a pixel's reservoir has its sample.
@@ -134,6 +137,7 @@ fn run(command: Command) -> Result<(), Error> {
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Reference(arguments) => reference::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
+        Command::Figure(arguments) => figure::run(&arguments),
         Command::Settings(arguments) => settings::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
     }

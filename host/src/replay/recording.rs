@@ -94,6 +94,13 @@ impl<'a, S> Recording<'a, S> {
         self.events.into_inner()
     }
 
+    /// How often each question was asked since the last time, or since the beginning; what was asked is forgotten.
+    pub fn take_counts(&self) -> Counts {
+        let counts = self.counts();
+        self.events.borrow_mut().clear();
+        counts
+    }
+
     /// How often each question was asked so far.
     pub fn counts(&self) -> Counts {
         let mut counts = Counts::default();

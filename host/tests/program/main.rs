@@ -4,6 +4,7 @@
 
 mod bad_input;
 mod data_files;
+mod figure;
 #[cfg(feature = "gpu")]
 mod gpu;
 mod input_output;

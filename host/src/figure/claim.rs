@@ -1,0 +1,30 @@
+//! What a paper says, and what was found.
+
+use std::fmt::Write;
+
+/// A claim beside what was found.
+#[derive(Clone, Debug)]
+pub(crate) struct Claim {
+    /// The row of the specification's table that asks for it.
+    pub(crate) id: &'static str,
+    pub(crate) text: String,
+    /// Where it was looked for.
+    pub(crate) scene: String,
+    pub(crate) found: String,
+    /// `None` if what was measured does not decide it.
+    pub(crate) holds: Option<bool>,
+}
+
+/// The claims as a table.
+pub(crate) fn table(claims: &[Claim]) -> String {
+    let mut text = "| | claim | scene | found | holds |\n|---|---|---|---|---|\n".to_owned();
+    for Claim { id, text: claim, scene, found, holds } in claims {
+        let verdict = match holds {
+            Some(true) => "yes",
+            Some(false) => "**no**",
+            None => "undecided",
+        };
+        let _ = writeln!(text, "| {id} | {claim} | {scene} | {found} | {verdict} |");
+    }
+    text
+}

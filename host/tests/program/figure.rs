@@ -1,0 +1,104 @@
+//! `restir figure`
+
+use restir_host::image::{Image, write_exr};
+use tempfile::TempDir;
+
+use crate::support::{Outcome, Workplace, assert_done, assert_refused, finish, program};
+
+/// A figure of a few pixels, with a cache of its own.
+fn figure(workplace: &Workplace, cache: &TempDir, more: &[&str]) -> Outcome {
+    let mut command = program(["figure", "--device", "cpu", "--size", "16x12", "--out", &workplace.output("")]);
+    finish(command.arg("--cache").arg(cache.path()).args(more))
+}
+
+fn text(workplace: &Workplace, name: &str) -> String {
+    std::fs::read_to_string(workplace.output(name)).unwrap()
+}
+
+/// The lines of a report's table of claims that name `id`, and what the last column says.
+fn verdicts(report: &str, id: &str) -> Vec<String> {
+    let rows = report.lines().filter(|line| line.starts_with(&format!("| {id}")));
+    rows.map(|line| line.trim_end_matches(" |").rsplit(" | ").next().unwrap().to_owned()).collect()
+}
+
+/// Every row of a table has as many columns as its names.
+fn assert_table(csv: &str, rows: usize) {
+    // names of configurations hold commas, and are quoted
+    let columns = |line: &str| line.split('"').step_by(2).map(|part| part.matches(',').count()).sum::<usize>();
+    let mut lines = csv.lines();
+    let names = lines.next().map(columns);
+    assert!(lines.clone().all(|line| Some(columns(line)) == names), "{csv}");
+    assert_eq!(lines.count(), rows);
+}
+
+#[test]
+fn error_over_time_by_form_of_mis() {
+    let (workplace, cache) = (Workplace::new(), TempDir::new().unwrap());
+    let few = ["--quick", "--restarts", "4", "--frames", "3", "--reference-spp", "256"];
+    let outcome = figure(&workplace, &cache, &[&["seed004-fig1"][..], &few].concat());
+    assert_done(&outcome);
+    assert_eq!(
+        workplace.outputs(),
+        ["chains.csv", "curves.csv", "many-lights.svg", "report.md", "statue.svg", "wall.svg"]
+    );
+    let report = text(&workplace, "report.md");
+    assert!(outcome.stdout.starts_with(&report), "the report is printed, too");
+    // what does not depend on how much was measured: no ray for MIS without visibility reuse
+    assert_eq!(verdicts(&report, "B23"), ["yes"; 3], "{report}");
+    for id in ["B20", "B21", "B22", "B6", "B7", "B24", "B19"] {
+        assert!(!verdicts(&report, id).is_empty(), "{id}");
+    }
+    // eight configurations and eight of candidates on three scenes, two on two walls, four chains each
+    assert_table(&text(&workplace, "chains.csv"), (3 * 16 + 2 * 2) * 4);
+    // four curves of 1, 2 and 4 chains and of up to 8 frames, on three scenes
+    assert_table(&text(&workplace, "curves.csv"), 3 * 4 * (3 + 4));
+}
+
+#[test]
+fn the_visibility_term() {
+    let (workplace, cache) = (Workplace::new(), TempDir::new().unwrap());
+    let outcome = figure(&workplace, &cache, &["seed002-fig1", "--restarts", "1", "--frames", "24"]);
+    assert_done(&outcome);
+    assert_eq!(workplace.outputs(), ["images.png", "report.md", "tiles.csv"]);
+    let report = text(&workplace, "report.md");
+    // the samples are the same bits with and without averaging, and there are two rays a pixel, of any picture
+    assert_eq!([verdicts(&report, "T18"), verdicts(&report, "T17")], [["yes"], ["yes"]], "{report}");
+    assert!(report.contains(&format!("0 of {} differ", 24 * 16 * 12)), "{report}");
+    assert_table(&text(&workplace, "tiles.csv"), 2 * 2);
+}
+
+#[test]
+fn the_converged_trio() {
+    let (workplace, cache) = (Workplace::new(), TempDir::new().unwrap());
+    let more = ["seed002-fig2", "--restarts", "4", "--frames", "4", "--reference-spp", "256"];
+    assert_done(&figure(&workplace, &cache, &more));
+    assert_eq!(workplace.outputs(), ["images.png", "pixels.csv", "report.md"]);
+    let report = text(&workplace, "report.md");
+    assert!(report.contains("RMSPE(ours, prev)") && verdicts(&report, "T21").len() == 3, "{report}");
+    assert_table(&text(&workplace, "pixels.csv"), 16 * 12);
+}
+
+#[test]
+fn figures_that_cannot_be() {
+    let (workplace, cache) = (Workplace::new(), TempDir::new().unwrap());
+    let refused = |more: &[&str], words: &[&str]| {
+        assert_refused(&figure(&workplace, &cache, more), words);
+        assert_eq!(workplace.outputs(), [""; 0]);
+    };
+    refused(&["seed004-fig2"], &["seed004-fig2", "seed004-fig1", "seed002-fig1", "seed002-fig2"]);
+    refused(&["seed004-fig1", "--restarts", "3"], &["--restarts 3", "4 to"]);
+    refused(&["seed004-fig1", "--frames", "1"], &["--frames 1", "2 to"]);
+    refused(&["seed002-fig1", "--frames", "17"], &["--frames 17", "18 to"]);
+    refused(&["seed002-fig2", "--restarts", "5"], &["--restarts 5", "even"]);
+    refused(&["seed002-fig2", "--reference-spp", "0"], &["--reference-spp"]);
+    refused(&["seed004-fig1", "--env", "missing.exr"], &["cannot read", "missing.exr"]);
+    let sky = workplace.output("../sky.exr");
+    write_exr(sky.as_ref(), &Image { width: 2, height: 1, pixels: vec![[1.0; 3]; 2] }, &[]).unwrap();
+    refused(&["seed002-fig1", "--env", &sky], &["--env", "leave it out"]);
+    let no_size = ["figure", "seed002-fig1", "--size", "0x9", "--out", &workplace.output("")];
+    assert_refused(&finish(&mut program(no_size)), &["0x9", "sides from 1"]);
+    assert_refused(&finish(&mut program(["figure", "seed002-fig1"])), &["--out"]);
+    let file = workplace.input("file", b"");
+    let no_folder = ["figure", "seed002-fig1", "--size", "8x8", "--device", "cpu", "--out", &file];
+    assert_refused(&finish(&mut program(no_folder)), &["cannot write", "--out"]);
+}
