@@ -4,7 +4,7 @@ use crate::{Case, CaseScene, CaseScenes};
 use restir_shared::glam::UVec4;
 use restir_shared::layout::{
     DI_AVERAGE_VISIBILITY, DI_FINAL_RAY, DI_INITIAL_VISIBILITY, DI_JITTER, DI_MIS_SHIFT, DI_MIS_VISIBILITY,
-    DI_OTHER_FRAME, DI_SCATTER_CANDIDATE, DI_TARGET_VISIBILITY, DiParams, FEATURES_ALL, FilmPixel,
+    DI_OTHER_FRAME, DI_SCATTER_CANDIDATE, DI_TARGET_VISIBILITY, DI_TRANSMITTANCE, DiParams, FEATURES_ALL, FilmPixel,
 };
 use restir_shared::mis::Mis;
 use restir_shared::scene::SceneView;
@@ -25,7 +25,7 @@ pub(crate) struct Chain {
 const REUSE: u32 = DI_INITIAL_VISIBILITY | DI_MIS_VISIBILITY;
 
 /// Name, scene, flags, form of MIS, neighbours.
-const ROWS: [(&str, &str, u32, Mis, u32); 12] = [
+const ROWS: [(&str, &str, u32, Mis, u32); 16] = [
     ("1/M, temporal", "cornell", DI_OTHER_FRAME | DI_INITIAL_VISIBILITY | DI_FINAL_RAY, Mis::ONE_OVER_M, 0),
     ("1/Z, spatial", "cornell", REUSE | DI_FINAL_RAY, Mis::ONE_OVER_Z, 4),
     ("contribution, temporal", "many-lights", DI_OTHER_FRAME | REUSE | DI_JITTER, Mis::CONTRIBUTION, 0),
@@ -38,8 +38,13 @@ const ROWS: [(&str, &str, u32, Mis, u32); 12] = [
     ("counted, spatial", "tower", DI_FINAL_RAY | DI_SCATTER_CANDIDATE, Mis::PAIRWISE_COUNTED, 7),
     ("counted, defensive", "cornell", REUSE | DI_TARGET_VISIBILITY, Mis::PAIRWISE_COUNTED.with(Mis::DEFENSIVE), 5),
     ("constant, no light", "empty", DI_FINAL_RAY | DI_SCATTER_CANDIDATE, Mis::CONSTANT, 2),
+    ("through glass, by a final ray", "panes", DI_TRANSMITTANCE | DI_FINAL_RAY, Mis::TALBOT, 3),
+    ("through glass, averaged", "panes", DI_TRANSMITTANCE | DI_AVERAGE_VISIBILITY, Mis::PAIRWISE, 3),
+    ("through glass, averaged in time", "panes", TINTED | DI_AVERAGE_VISIBILITY | DI_OTHER_FRAME, Mis::TALBOT, 0),
+    ("through glass, selected", "panes", TINTED | REUSE | DI_TARGET_VISIBILITY | DI_SCATTER_CANDIDATE, DEFENSIVE, 4),
 ];
 
+const TINTED: u32 = DI_TRANSMITTANCE | DI_INITIAL_VISIBILITY;
 const DEFENSIVE: Mis = Mis::PAIRWISE.with(Mis::DEFENSIVE);
 
 /// The cases of a kernel: `add` gives one its planes, after the parameters and the scene. Each runs as the general kernel

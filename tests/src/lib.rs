@@ -14,6 +14,7 @@ pub mod liveness;
 pub mod meshes;
 pub mod num;
 pub mod oracle;
+pub mod panes;
 pub mod parity;
 pub mod random;
 pub mod rays;

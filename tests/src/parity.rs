@@ -1,5 +1,6 @@
 //! Native against device, word by word: every kernel, case, adapter and flavour.
 
+use crate::scenes::named;
 use restir_host::Error;
 use restir_host::buffers::SceneBuffers;
 use restir_host::exec::{CpuExecutor, Executor};
@@ -16,13 +17,13 @@ pub const POISON: u32 = 0x7fc0_dead;
 /// How many differing words a report lists.
 const LISTED: usize = 8;
 
-/// The built-in scenes, for the cases.
+/// The built-in scenes and those of the harness, for the cases.
 pub struct BuiltinScenes;
 
 impl CaseScenes for BuiltinScenes {
     fn scene(&self, name: &str) -> CaseScene {
-        let scene = Scene::load(name).and_then(|s| SceneBuffers::build(&s));
-        let scene = scene.unwrap_or_else(|e| panic!("a case asks for the built-in scene {name:?}: {e}"));
+        let scene = named(name).map_or_else(|| Scene::load(name), Ok).and_then(|s| SceneBuffers::build(&s));
+        let scene = scene.unwrap_or_else(|e| panic!("a case asks for the scene {name:?}: {e}"));
         let camera: Camera = scene.camera;
         CaseScene {
             header: scene.header,

@@ -1,6 +1,7 @@
 //! Test scenes as data, in the forms of the kernels and of the [`oracle`].
 
 use crate::oracle::{self, Oracle};
+use crate::panes::Panes;
 use crate::random::SplitMix;
 use glam::{DAffine3, DVec3};
 use restir_host::buffers::SceneBuffers;
@@ -46,11 +47,11 @@ pub struct Setting {
     pub max_depth: u32,
 }
 
-const fn matte(reflectance: [f32; 3]) -> Paint {
+pub(crate) const fn matte(reflectance: [f32; 3]) -> Paint {
     Paint { reflectance, emission: [0.0; 3], two_sided: false }
 }
 
-const fn quad(material: usize, corners: [[f32; 3]; 4]) -> Quad {
+pub(crate) const fn quad(material: usize, corners: [[f32; 3]; 4]) -> Quad {
     Quad { corners, material }
 }
 
@@ -272,11 +273,13 @@ impl Setting {
     }
 }
 
-/// A built-in scene, or one of this module's: [`statue_by_night`] and [`all_lights`] by `statue-by-night` and `all-lights`.
+/// A built-in scene, or one of the harness: [`statue_by_night`], [`all_lights`] and [`Panes`] by `statue-by-night`,
+/// `all-lights` and `panes`.
 pub fn named(name: &str) -> Option<Scene> {
     match name {
         "statue-by-night" => Some(statue_by_night()),
         "all-lights" => Some(all_lights()),
+        "panes" => Some(Panes { coloured: true, count: 2 }.scene()),
         _ => builtin::scene(name),
     }
 }
