@@ -321,11 +321,11 @@ fn stored(random: &mut SplitMix) -> Stored {
         address: LightAddress { light: below(1 << 24), u: below(1 << 24), v: below(1 << 24) },
         contribution_weight: f32::from_bits((exponent << 23) | below(1 << 23)),
         confidence: below(256) as f32,
-        // a half in all channels, or a colour of five bits a channel
+        // a half in all channels, or a colour of five bits a channel, which is not grey
         visibility: if below(2) == 0 {
             Vec3::splat(below(2049) as f32 / 2048.0)
         } else {
-            Vec3::from([0; 3].map(|_| below(32) as f32 * (1.0 / Stored::LEVELS)))
+            Vec3::from([below(16), 16 + below(16), below(32)].map(|level| level as f32 * (1.0 / Stored::LEVELS)))
         },
     }
 }
