@@ -4,7 +4,8 @@ use crate::{Case, CaseScene, CaseScenes};
 use restir_shared::glam::UVec4;
 use restir_shared::layout::{
     DI_AVERAGE_VISIBILITY, DI_FINAL_RAY, DI_INITIAL_VISIBILITY, DI_JITTER, DI_MIS_SHIFT, DI_MIS_VISIBILITY,
-    DI_OTHER_FRAME, DI_SCATTER_CANDIDATE, DI_STILL, DI_TARGET_VISIBILITY, DiParams, FEATURES_ALL, FilmPixel,
+    DI_OTHER_FRAME, DI_SCATTER_CANDIDATE, DI_STILL, DI_TARGET_VISIBILITY, DI_TRANSMITTANCE, DiParams, FEATURES_ALL,
+    FilmPixel,
 };
 use restir_shared::mis::Mis;
 use restir_shared::scene::SceneView;
@@ -25,7 +26,7 @@ pub(crate) struct Chain {
 const REUSE: u32 = DI_INITIAL_VISIBILITY | DI_MIS_VISIBILITY;
 
 /// Name, scene, flags, form of MIS, neighbours.
-const ROWS: [(&str, &str, u32, Mis, u32); 15] = [
+const ROWS: [(&str, &str, u32, Mis, u32); 19] = [
     ("1/M, temporal", "cornell", DI_OTHER_FRAME | DI_INITIAL_VISIBILITY | DI_FINAL_RAY, Mis::ONE_OVER_M, 0),
     ("1/Z, spatial", "cornell", REUSE | DI_FINAL_RAY, Mis::ONE_OVER_Z, 4),
     ("contribution, temporal", "many-lights", DI_OTHER_FRAME | REUSE | DI_JITTER, Mis::CONTRIBUTION, 0),
@@ -41,8 +42,13 @@ const ROWS: [(&str, &str, u32, Mis, u32); 15] = [
     ("constant, no light", "empty", DI_FINAL_RAY | DI_SCATTER_CANDIDATE, Mis::CONSTANT, 2),
     ("defensive, as lights go out", "moving 5", DI_OTHER_FRAME | REUSE | DI_TARGET_VISIBILITY, DEFENSIVE, 3),
     ("1/Z, as lights come back", "moving 9", DI_OTHER_FRAME | REUSE | DI_SCATTER_CANDIDATE, Mis::ONE_OVER_Z, 2),
+    ("through glass, by a final ray", "panes", DI_TRANSMITTANCE | DI_FINAL_RAY, Mis::TALBOT, 3),
+    ("through glass, averaged", "panes", DI_TRANSMITTANCE | DI_AVERAGE_VISIBILITY, Mis::PAIRWISE, 3),
+    ("through glass, averaged in time", "panes", TINTED | DI_AVERAGE_VISIBILITY | DI_OTHER_FRAME, Mis::TALBOT, 0),
+    ("through glass, selected", "panes", TINTED | REUSE | DI_TARGET_VISIBILITY | DI_SCATTER_CANDIDATE, DEFENSIVE, 4),
 ];
 
+const TINTED: u32 = DI_TRANSMITTANCE | DI_INITIAL_VISIBILITY;
 const DEFENSIVE: Mis = Mis::PAIRWISE.with(Mis::DEFENSIVE);
 
 /// The cases of a kernel: `add` gives one its planes, after the parameters and the scene. Each runs as the general kernel

@@ -121,6 +121,8 @@ pub const FEATURE_TRANSMISSION: u32 = 1 << 8;
 pub const FEATURE_DIFFUSE_TRANSMISSION: u32 = 1 << 9;
 /// Scene feature: absorbing interiors.
 pub const FEATURE_VOLUME: u32 = 1 << 10;
+/// Scene feature: smooth glass without a volume, which light may pass straight.
+pub const FEATURE_CLEAR: u32 = 1 << 11;
 /// The features of a diffuse scene whose lights are triangles.
 pub const FEATURES_DIFFUSE: u32 = FEATURE_EMISSIVE | FEATURE_LIGHT_TABLE;
 /// All features: what a kernel that was not specialised to a scene assumes.
@@ -148,12 +150,14 @@ pub const DI_SCATTER_CANDIDATE: u32 = 1 << 6;
 /// Direct light flag of a combine: the other reservoirs are of another frame; the first of them is at the place that the
 /// camera of that frame saw the surface. Without it they are of the same frame, the canonical one is among them.
 pub const DI_OTHER_FRAME: u32 = 1 << 7;
+/// Direct light flag: light passes straight through clear glass, if the scene has any ([`FEATURE_CLEAR`]).
+pub const DI_TRANSMITTANCE: u32 = 1 << 10;
 /// Position of two bits among the flags of direct light: the target is 0 the luminance, else the channel of that number,
 /// red being 1.
 pub const DI_TARGET_SHIFT: u32 = 8;
 /// Direct light flag of a combine with another frame, without neighbours: scene and camera are that frame's, so that both
 /// reservoirs are the pixel's own and know what they see.
-pub const DI_STILL: u32 = 1 << 10;
+pub const DI_STILL: u32 = 1 << 11;
 /// Position of the bits of [`crate::mis::Mis`] among the flags of direct light.
 pub const DI_MIS_SHIFT: u32 = 16;
 

@@ -61,6 +61,10 @@ impl<S: Surface> Surface for Counting<'_, S> {
         self.scene.surface(ray, hit)
     }
 
+    fn sheet(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        self.scene.sheet(ray, hit)
+    }
+
     fn features(&self) -> u32 {
         self.scene.features()
     }

@@ -15,6 +15,7 @@ pub mod lockstep;
 pub mod meshes;
 pub mod num;
 pub mod oracle;
+pub mod panes;
 pub mod parity;
 pub mod random;
 pub mod rays;

@@ -1,5 +1,6 @@
 //! Native against device, word by word: every kernel, case, adapter and flavour.
 
+use crate::scenes::named;
 use restir_host::Error;
 use restir_host::buffers::SceneBuffers;
 use restir_host::di::{self, DiRender, DiSettings};
@@ -17,17 +18,18 @@ pub const POISON: u32 = 0x7fc0_dead;
 /// How many differing words a report lists.
 const LISTED: usize = 8;
 
-/// The built-in scenes, for the cases.
+/// The built-in scenes and those of the harness, for the cases.
 pub struct BuiltinScenes;
 
 impl CaseScenes for BuiltinScenes {
     fn scene(&self, name: &str) -> CaseScene {
         let (name, frame) = name.split_once(' ').map_or((name, None), |(name, frame)| (name, frame.parse().ok()));
-        let scene = Scene::load(name).and_then(|s| SceneBuffers::build(&s)).and_then(|scene| {
+        let scene = named(name).map_or_else(|| Scene::load(name), Ok);
+        let scene = scene.and_then(|s| SceneBuffers::build(&s)).and_then(|scene| {
             let arenas = frame.map_or_else(|| Ok(Arenas::still(&scene)), |frame| Arenas::of_frame(&scene, frame))?;
             Ok((scene, arenas))
         });
-        let (scene, arenas) = scene.unwrap_or_else(|e| panic!("a case asks for the built-in scene {name:?}: {e}"));
+        let (scene, arenas) = scene.unwrap_or_else(|e| panic!("a case asks for the scene {name:?}: {e}"));
         let Arenas { headers: [header, other_header], words: [geometry, attributes, texels] } = arenas;
         let camera: Camera = scene.camera;
         CaseScene {

@@ -1,6 +1,8 @@
 //! Test scenes as data, in the forms of the kernels and of the [`oracle`].
 
 use crate::oracle::{self, Oracle};
+use crate::panes::Panes;
+use crate::random::SplitMix;
 use glam::{DAffine3, DVec3};
 use restir_host::buffers::SceneBuffers;
 use restir_host::scene::{Camera, Environment, Instance, Light, LightKind, Material, Mesh, Scene, builtin};
@@ -45,11 +47,11 @@ pub struct Setting {
     pub max_depth: u32,
 }
 
-const fn matte(reflectance: [f32; 3]) -> Paint {
+pub(crate) const fn matte(reflectance: [f32; 3]) -> Paint {
     Paint { reflectance, emission: [0.0; 3], two_sided: false }
 }
 
-const fn quad(material: usize, corners: [[f32; 3]; 4]) -> Quad {
+pub(crate) const fn quad(material: usize, corners: [[f32; 3]; 4]) -> Quad {
     Quad { corners, material }
 }
 
@@ -109,7 +111,7 @@ pub fn terrace() -> Setting {
     }
 }
 
-/// Lights of [`penumbra`].
+/// Lights of [`penumbra`] and [`spread`].
 pub const ROW: usize = 24;
 /// Index of the board of [`penumbra`] among its quads.
 pub const BOARD: usize = 1;
@@ -150,6 +152,39 @@ pub fn white(_: f32) -> [f32; 3] {
 pub fn coloured(place: f32) -> [f32; 3] {
     let near = |center: f32| 10.0 + 60.0 * (1.0 - 2.0 * (place - center).abs()).max(0.0);
     [near(0.0), near(0.5), near(1.0)]
+}
+
+/// Power to which the random numbers of a hue are taken in [`spread`]: few lights are nearly white then.
+const HUE_POWER: i32 = 4;
+
+/// A wall past a board under [`ROW`] point lights, whose places, intensities and hues have nothing to do with each other:
+/// the flat experiment of seed 002's specification (appendix A4), with both directions of the wall as its one direction
+/// there. The wall reaches from -2 to 2, the board, 0.7 before it, from -0.6 to 0.5; the lights are uniform within 3 of the
+/// middle and 1.5 to 3 before the wall, their intensities in 0.5 to 4. A hue is three uniform numbers to the fourth power,
+/// over the largest; without `coloured` all are white, in the same places. The camera stands between wall and board.
+pub fn spread(coloured: bool) -> Scene {
+    let square = |lo: f32, hi: f32, z: f32| [[lo, lo, z], [hi, lo, z], [hi, hi, z], [lo, hi, z]];
+    let setting = Setting {
+        name: "spread",
+        quads: vec![quad(0, square(-2.0, 2.0, 0.0)), quad(0, square(-0.6, 0.5, 0.7))],
+        materials: vec![matte([0.7; 3])],
+        eye: [0.0, 0.0, 0.5],
+        half_height: 4.0,
+        size: [64, 64],
+        max_depth: 2,
+    };
+    let mut random = SplitMix::new(ROW as u64);
+    let light = |_| {
+        let [x, y] = [(); 2].map(|()| random.range(-3.0, 3.0));
+        let position = DVec3::new(x, y, random.range(1.5, 3.0));
+        let power = random.range(0.5, 4.0);
+        let hue = [(); 3].map(|()| random.unit().powi(HUE_POWER));
+        let largest = hue.into_iter().fold(0.0, f64::max);
+        let intensity = hue.map(|channel| (power * if coloured { channel / largest } else { 1.0 }) as f32);
+        Light { name: String::new(), intensity, kind: LightKind::Point { position } }
+    };
+    let lights = (0..ROW).map(light).collect();
+    Scene { lights, ..setting.scene() }
 }
 
 impl Setting {
@@ -238,11 +273,13 @@ impl Setting {
     }
 }
 
-/// A built-in scene, or one of this module's: [`statue_by_night`] and [`all_lights`] by `statue-by-night` and `all-lights`.
+/// A built-in scene, or one of the harness: [`statue_by_night`], [`all_lights`] and [`Panes`] by `statue-by-night`,
+/// `all-lights` and `panes`.
 pub fn named(name: &str) -> Option<Scene> {
     match name {
         "statue-by-night" => Some(statue_by_night()),
         "all-lights" => Some(all_lights()),
+        "panes" => Some(Panes { coloured: true, count: 2 }.scene()),
         _ => builtin::scene(name),
     }
 }

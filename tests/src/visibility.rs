@@ -29,7 +29,7 @@ pub struct Run {
 pub struct Restart {
     /// Radiance of each pixel, the mean of the frames that count.
     pub image: Vec<[f64; 3]>,
-    /// Visibility of each pixel's reservoir in the last frame.
+    /// Visibility of each pixel's reservoir in the last frame, in red if it has a colour.
     pub visibility: Vec<f32>,
 }
 
@@ -65,7 +65,7 @@ impl Run {
                     *sum = std::array::from_fn(|channel| sum[channel] + weight * radiance[channel]);
                 }
             }
-            restart.visibility = reservoirs.iter().map(|&word| Stored::unpack(word).visibility).collect();
+            restart.visibility = reservoirs.iter().map(|&word| Stored::unpack(word).visibility.x).collect();
         });
         restart
     }

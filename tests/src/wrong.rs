@@ -2,7 +2,9 @@
 
 use glam::{UVec4, Vec3};
 use restir_shared::geometry::{Hit, Ray};
-use restir_shared::scene::{EnvironmentPoint, LightSample, Lights, Surface, SurfacePoint, Trace};
+use restir_shared::scene::{
+    AddressedLight, AddressedLights, EnvironmentPoint, LightAddress, LightSample, Lights, Surface, SurfacePoint, Trace,
+};
 
 /// A way of being wrong.
 pub trait Fault: Sync {
@@ -60,6 +62,26 @@ impl<S: Lights, F: Fault> Lights for Faulty<S, F> {
 
     fn environment(&self, direction: Vec3) -> EnvironmentPoint {
         self.scene.environment(direction)
+    }
+}
+
+impl<S: AddressedLights, F: Fault> AddressedLights for Faulty<S, F> {
+    fn choose_address(&self, words: UVec4) -> LightAddress {
+        self.scene.choose_address(words)
+    }
+
+    fn light_at(&self, address: LightAddress) -> AddressedLight {
+        let mut light = self.scene.light_at(address);
+        self.fault.light(&mut light.sample);
+        light
+    }
+
+    fn address_of_hit(&self, hit: &Hit) -> LightAddress {
+        self.scene.address_of_hit(hit)
+    }
+
+    fn address_of_environment(&self, direction: Vec3) -> LightAddress {
+        self.scene.address_of_environment(direction)
     }
 }
 

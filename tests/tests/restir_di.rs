@@ -5,7 +5,7 @@ use restir_host::buffers::SceneBuffers;
 use restir_host::di::{self, DiRender, DiSettings, MisForm, Visibility};
 use restir_host::exec::CpuExecutor;
 use restir_host::scene::{Camera, Material, Mesh, Scene};
-use restir_shared::glam::UVec4;
+use restir_shared::glam::{UVec4, Vec3};
 use restir_shared::layout::{DI_MIS_VISIBILITY, FilmPixel, PathParams};
 use restir_shared::scene::LightAddress;
 use restir_shared::technique::di::Stored;
@@ -366,8 +366,12 @@ fn stored(random: &mut SplitMix) -> Stored {
         address: LightAddress { light: below(1 << 24), u: below(1 << 24), v: below(1 << 24) },
         contribution_weight: f32::from_bits((exponent << 23) | below(1 << 23)),
         confidence: below(256) as f32,
-        // a half
-        visibility: below(2049) as f32 / 2048.0,
+        // a half in all channels, or a colour of five bits a channel, which is not grey
+        visibility: if below(2) == 0 {
+            Vec3::splat(below(2049) as f32 / 2048.0)
+        } else {
+            Vec3::from([below(16), 16 + below(16), below(32)].map(|level| level as f32 * (1.0 / Stored::LEVELS)))
+        },
     }
 }
 
@@ -399,8 +403,8 @@ fn broken_words_are_empty_reservoirs() -> Result<(), Failed> {
             let kept = packed.has_sample() && (weight.is_nan() || weight < 1.0);
             ensure(limited && !kept, || format!("{weight} became {packed:?}"))?;
         }
-        // 1.5, infinity, NaN and -1 as halves
-        for half in [0x3e00_u32, 0x7c00, 0x7e00, 0xbc00] {
+        // 1.5, infinity and NaN as halves; with the highest bit it would be a colour
+        for half in [0x3e00_u32, 0x7c00, 0x7e00] {
             let visibility = |word: u32, byte: u32| (word & 0x00ff_ffff) | (byte << 24);
             let broken = UVec4 { y: visibility(word.y, half >> 8), z: visibility(word.z, half & 0xff), ..word };
             ensure(Stored::unpack(broken) == Stored::EMPTY, || format!("visibility {half:x}"))?;

@@ -176,7 +176,7 @@ impl<'a> Offline<'a> {
         let mut rest = events[first..].iter().peekable();
         let mut rays = 0;
         for (i, input) in inputs.iter_mut().enumerate() {
-            input.visibility = f64::from(input.stored.visibility);
+            input.visibility = f64::from(input.stored.visibility.x);
             if !input.stored.has_sample() {
                 continue;
             }
@@ -230,13 +230,13 @@ impl Tally {
         let made = Stored::unpack(made);
         self.combines += 1;
         if sum == 0.0 {
-            if made.visibility != 0.0 || made.contribution_weight != 0.0 {
+            if made.visibility != Vec3::ZERO || made.contribution_weight != 0.0 {
                 self.failures.push(format!("nothing competes, and {made:?} is kept"));
             }
             return;
         }
         // of a half: 2^-11; of the weights in f32: some roundings
-        let agrees = |mean: f64| (f64::from(made.visibility) - mean).abs() <= mean * 2.0_f64.powi(-11) + 2.0e-5;
+        let agrees = |mean: f64| (f64::from(made.visibility.x) - mean).abs() <= mean * 2.0_f64.powi(-11) + 2.0e-5;
         let v = mean(&weights);
         self.between += usize::from(v > 0.01 && v < 0.99);
         let equal = vec![1.0; inputs.len()];

@@ -8,13 +8,13 @@ use crate::scene::{Material, Scene};
 use glam::Vec3;
 use restir_shared::bsdf::Material as Scattering;
 use restir_shared::layout::{
-    FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE, FEATURE_ENVIRONMENT, FEATURE_GLOSSY,
+    FEATURE_CLEAR, FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE, FEATURE_ENVIRONMENT, FEATURE_GLOSSY,
     FEATURE_LIGHT_TABLE, FEATURE_PUNCTUAL, FEATURE_SHADING, FEATURE_TEXTURES, FEATURE_TRANSMISSION, FEATURE_VOLUME,
     LIGHT_ENVIRONMENT, LIGHT_PUNCTUAL,
 };
 
 /// Every feature with its name.
-const NAMES: [(u32, &str); 11] = [
+const NAMES: [(u32, &str); 12] = [
     (FEATURE_LIGHT_TABLE, "light-table"),
     (FEATURE_EMISSIVE, "emissive"),
     (FEATURE_PUNCTUAL, "punctual"),
@@ -26,6 +26,7 @@ const NAMES: [(u32, &str); 11] = [
     (FEATURE_TRANSMISSION, "transmission"),
     (FEATURE_DIFFUSE_TRANSMISSION, "diffuse-transmission"),
     (FEATURE_VOLUME, "volume"),
+    (FEATURE_CLEAR, "clear-glass"),
 ];
 
 /// The names of the features that are set.

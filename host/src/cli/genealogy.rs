@@ -134,7 +134,7 @@ impl Genealogy<'_> {
             "pixel": pixel(g.pixel),
             "confidence": confidence,
             "contribution_weight": contribution_weight,
-            "visibility": visibility,
+            "visibility": visibility.to_array(),
             "target": g.target,
             "light": g.light.map(|light| json!({
                 "index": address.light,

@@ -89,6 +89,7 @@ const DI_KEYS: &[Key<DiSettings>] = keys! {
     near_radius: number, "a distance in pixels, within which neighbours are believed to see the same";
     max_plane_distance: number, "the largest distance of a neighbour from the tangent plane, in parts of the viewing distance";
     min_normal_cos: number, "the smallest cosine between the normals of neighbours";
+    transmittance: switch, "on or off: light passes straight through clear glass, and is tinted";
     jitter: switch, "on or off: camera rays anywhere in the pixel";
 };
 

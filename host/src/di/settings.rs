@@ -3,7 +3,7 @@
 use crate::Error;
 use restir_shared::layout::{
     DI_AVERAGE_VISIBILITY, DI_FINAL_RAY, DI_INITIAL_VISIBILITY, DI_JITTER, DI_MIS_SHIFT, DI_MIS_VISIBILITY,
-    DI_OTHER_FRAME, DI_SCATTER_CANDIDATE, DI_STILL, DI_TARGET_SHIFT, DI_TARGET_VISIBILITY,
+    DI_OTHER_FRAME, DI_SCATTER_CANDIDATE, DI_STILL, DI_TARGET_SHIFT, DI_TARGET_VISIBILITY, DI_TRANSMITTANCE,
 };
 use restir_shared::mis::{INPUTS, Mis};
 
@@ -173,6 +173,9 @@ pub struct DiSettings {
     pub max_plane_distance: f32,
     /// A neighbour whose normal has a smaller cosine with the pixel's is left out. Default 0.5.
     pub min_normal_cos: f32,
+    /// Light passes straight through clear glass (smooth, transmitting, without a volume), up to 12 sheets of it, and is tinted;
+    /// otherwise everything occludes. It costs nothing in a scene without. Default on.
+    pub transmittance: bool,
     /// Spread camera rays over the pixel. Default off.
     pub jitter: bool,
 }
@@ -202,6 +205,7 @@ impl Default for DiSettings {
             near_radius: 0.0,
             max_plane_distance: 0.02,
             min_normal_cos: 0.5,
+            transmittance: true,
             jitter: false,
         }
     }
@@ -378,6 +382,7 @@ impl DiSettings {
             | flag(self.visibility == Visibility::Ray, DI_FINAL_RAY)
             | flag(self.visibility == Visibility::Averaged, DI_AVERAGE_VISIBILITY)
             | flag(self.scatter, DI_SCATTER_CANDIDATE)
+            | flag(self.transmittance, DI_TRANSMITTANCE)
             | ((self.target as u32) << DI_TARGET_SHIFT)
             | (self.mis.mis().0 << DI_MIS_SHIFT)
     }

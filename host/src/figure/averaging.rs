@@ -11,5 +11,5 @@ pub(crate) const METHODS: [(&str, Visibility); 2] = [("prev", Visibility::Select
 pub(crate) fn settings(height: u32) -> [DiSettings; 2] {
     let radius = (30.0 / 1080.0 * height as f32).max(1.5);
     let preset = DiSettings::preset("wis").unwrap_or_default();
-    METHODS.map(|(_, visibility)| DiSettings { visibility, radius, ..preset.clone() })
+    METHODS.map(|(_, visibility)| DiSettings { visibility, radius, still: false, ..preset.clone() })
 }

@@ -9,6 +9,7 @@ use crate::render::{Progress, Rendered};
 use crate::{Error, memory};
 use rayon::prelude::*;
 use restir_shared::technique::di::Stored;
+use restir_shared::vec::luminance;
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
@@ -22,7 +23,7 @@ pub struct Layers {
 }
 
 impl Layers {
-    /// As channels of an EXR file, named after the layer `reservoir`: confidence `M`, contribution weight `W`, `visibility`,
+    /// As channels of an EXR file, named after the layer `reservoir`: confidence `M`, contribution weight `W`, the luminance of its `visibility`,
     /// index of the `light` and `age` in frames; these two are -1 without a sample.
     pub fn channels(&self) -> Vec<Channel> {
         let channel = |name, value: &dyn Fn(&Stored, u32) -> f32| Channel {
@@ -33,7 +34,7 @@ impl Layers {
         vec![
             channel("reservoir.M", &|stored, _| stored.confidence),
             channel("reservoir.W", &|stored, _| stored.contribution_weight),
-            channel("reservoir.visibility", &|stored, _| stored.visibility),
+            channel("reservoir.visibility", &|stored, _| luminance(stored.visibility)),
             channel("reservoir.light", &|stored, _| with_sample(stored, stored.address.light)),
             channel("reservoir.age", &with_sample),
         ]

@@ -137,6 +137,10 @@ impl<S: Surface> Surface for Recording<'_, S> {
         self.note(self.scene.surface(ray, hit), |&point| Event::Surface(point))
     }
 
+    fn sheet(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        self.note(self.scene.sheet(ray, hit), |&point| Event::Surface(point))
+    }
+
     fn features(&self) -> u32 {
         self.scene.features()
     }

@@ -37,6 +37,10 @@ impl<S: Surface> Surface for Still<'_, S> {
         self.0.surface(ray, hit)
     }
 
+    fn sheet(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        self.0.sheet(ray, hit)
+    }
+
     fn features(&self) -> u32 {
         self.0.features()
     }

@@ -1,7 +1,7 @@
 //! What a material is at a point.
 
-use super::{DELTA_BELOW, NARROW_BELOW};
-use crate::layout::{FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_GLOSSY, FEATURE_TRANSMISSION};
+use super::{COS_MIN, DELTA_BELOW, Dielectric, NARROW_BELOW};
+use crate::layout::{FEATURE_CLEAR, FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_GLOSSY, FEATURE_TRANSMISSION};
 use crate::num;
 use glam::Vec3;
 
@@ -60,10 +60,24 @@ impl Material {
         if transmits {
             features |= FEATURE_TRANSMISSION;
         }
+        if transmits & self.thin & delta {
+            features |= FEATURE_CLEAR;
+        }
         if dielectric * (1.0 - self.transmission) * self.diffuse_transmission > 0.0 {
             features |= FEATURE_DIFFUSE_TRANSMISSION;
         }
         features
+    }
+
+    /// What passes straight through, of light at the cosine `cos` > 0 to the normal: the energy of the perfect lobe of
+    /// transmission if this is a smooth sheet, else nothing.
+    #[inline(always)]
+    pub fn straight(&self, cos: f32) -> Vec3 {
+        let clear = self.thin & (self.roughness < DELTA_BELOW) & (cos >= COS_MIN);
+        let share = (1.0 - self.metallic) * self.transmission;
+        let interface = Dielectric::new(self.ior, 1.0, true);
+        let passed = interface.fresnel(cos, interface.bent(cos)).transmitted;
+        if clear { self.base_color * (share * passed) } else { Vec3::ZERO }
     }
 
     /// Whether refraction makes the transmitted lobe too narrow to be resolved.

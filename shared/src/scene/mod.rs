@@ -41,6 +41,13 @@ pub trait Surface {
     /// Geometry and material at `hit`, which `closest` gave for `ray`.
     fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint;
 
+    /// As [`Self::surface`], of what passes straight through: the shading normal may be the geometric one, and the emission that
+    /// without its texture.
+    #[inline(always)]
+    fn sheet(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        self.surface(ray, hit)
+    }
+
     /// The `FEATURE_` bits of [`crate::layout`] that surfaces and lights may have: code for others is skipped.
     #[inline(always)]
     fn features(&self) -> u32 {

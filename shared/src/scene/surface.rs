@@ -31,6 +31,14 @@ struct Shading {
     uv: Vec2,
 }
 
+impl Shading {
+    /// Of a flat triangle.
+    #[inline(always)]
+    fn of(normal: Vec3) -> Self {
+        Self { normal, tangent: Vec3::ZERO, bitangent_sign: 1.0, uv: Vec2::ZERO }
+    }
+}
+
 /// The values of a material's textures at a point.
 struct Textures {
     base_color: Vec3,
@@ -82,11 +90,12 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
             + Vec2::new(f(w2.z), f(w2.w)) * b.y
     }
 
+    /// Of the slots below `end`.
     #[inline(always)]
-    fn textures(&self, uses: u32, uv: Vec2) -> Textures {
+    fn textures(&self, uses: u32, uv: Vec2, end: u32) -> Textures {
         let mut textures = Textures::NONE;
         let mut slot = 0;
-        while slot < TEXTURE_SLOTS {
+        while slot < end {
             if self.has_texture(uses, slot) {
                 let value = self.texture(uses, slot, uv);
                 if slot == SLOT_BASE_COLOR {
@@ -153,9 +162,10 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     }
 }
 
-impl<const COMPILED: u32> Surface for SceneView<'_, COMPILED> {
+impl<const COMPILED: u32> SceneView<'_, COMPILED> {
+    /// A point, with its shading normal and the texture of its emission, or without.
     #[inline(always)]
-    fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+    fn point<const SHADED: bool>(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         let p: TrianglePoint = self.triangle_point(hit.id, hit.uv);
         let at = self.header.material_base + p.material * MATERIAL_WORDS;
         let flags = self.attribute(at).w;
@@ -177,21 +187,37 @@ impl<const COMPILED: u32> Surface for SceneView<'_, COMPILED> {
             point.absorption = xyz(self.attribute(at + 4));
         }
         if self.has(FEATURE_SHADING) && self.header.shading_base != NONE {
-            let shading = self.shading(hit.id, hit.uv, p.normal);
+            let shading = if SHADED {
+                self.shading(hit.id, hit.uv, p.normal)
+            } else {
+                Shading { uv: self.uv(hit.id, hit.uv), ..Shading::of(p.normal) }
+            };
             point.shading_normal = shading.normal;
             if self.has(FEATURE_TEXTURES) && emission.w != NONE {
-                let textures = self.textures(emission.w, shading.uv);
+                let textures = self.textures(emission.w, shading.uv, if SHADED { TEXTURE_SLOTS } else { SLOT_NORMAL });
                 point.emission *= textures.emission;
                 point.material.base_color *= textures.base_color;
                 point.material.roughness *= textures.metallic_roughness.y;
                 point.material.metallic *= textures.metallic_roughness.z;
-                if self.has_texture(emission.w, SLOT_NORMAL) {
+                if SHADED && self.has_texture(emission.w, SLOT_NORMAL) {
                     let scale = f32::from_bits(self.attribute(at + 4).w);
                     point.shading_normal = self.mapped_normal(&shading, textures.normal, scale);
                 }
             }
         }
         point
+    }
+}
+
+impl<const COMPILED: u32> Surface for SceneView<'_, COMPILED> {
+    #[inline(always)]
+    fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        self.point::<true>(ray, hit)
+    }
+
+    #[inline(always)]
+    fn sheet(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        self.point::<false>(ray, hit)
     }
 
     #[inline(always)]

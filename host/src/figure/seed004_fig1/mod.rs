@@ -131,6 +131,8 @@ fn settings(size: [u32; 2]) -> [Setting; 4] {
     let reused = DiSettings {
         neighbours: 4,
         radius: SMALLEST_RADIUS.max(RADIUS * size[1] as f32),
+        // what is compared is MIS, in time as well
+        still: false,
         ..DiSettings::preset("unbiased-2020").unwrap_or_default()
     };
     let off = DiSettings { initial_visibility: false, mis_visibility: false, ..reused.clone() };

@@ -1,18 +1,19 @@
 //! One reservoir of several: temporal reuse, spatial reuse, or both at once.
 
 use super::neighbour::{Place, alike, nearby, project};
+use super::passage::transmittance;
 use super::pixel::Pixel;
-use super::stored::Stored;
-use super::{COMBINE_DIMENSION, evaluate};
+use super::stored::{Stored, dithered};
+use super::{COMBINE_DIMENSION, evaluate, in_use};
 use crate::layout::{
     DI_AVERAGE_VISIBILITY, DI_FINAL_RAY, DI_MIS_SHIFT, DI_MIS_VISIBILITY, DI_OTHER_FRAME, DI_STILL,
-    DI_TARGET_VISIBILITY, DiParams, FilmPixel,
+    DI_TARGET_VISIBILITY, DI_TRANSMITTANCE, DiParams, FilmPixel,
 };
 use crate::mis::{Combine, INPUTS, Mis};
 use crate::num::{self, Scalar};
 use crate::reservoir::Reservoir;
 use crate::rng::{self, Rng};
-use crate::scene::{Frames, LightAddress, Trace};
+use crate::scene::{Frames, LightAddress};
 use glam::{UVec4, Vec3};
 
 /// The planes that a combine reads.
@@ -34,7 +35,7 @@ struct Input {
     /// Target for the selection.
     target: f32,
     /// Visibility, as far as it was asked for.
-    visibility: f32,
+    visibility: Vec3,
     /// Near enough for its visibility to be believed.
     near: bool,
     /// What the sample sends, over the target.
@@ -43,7 +44,7 @@ struct Input {
 
 impl Input {
     const NONE: Self =
-        Self { pixel: 0, reservoir: UVec4::ZERO, target: 0.0, visibility: 0.0, near: false, color: Vec3::ZERO };
+        Self { pixel: 0, reservoir: UVec4::ZERO, target: 0.0, visibility: Vec3::ZERO, near: false, color: Vec3::ZERO };
 }
 
 /// Combines the reservoir of the pixel (x, y), `own`, with others; both are packed.
@@ -72,6 +73,7 @@ pub fn combine_from<F: Frames>(
     own: UVec4,
     at: [u32; 2],
 ) -> (UVec4, Source) {
+    let flags = in_use(flags, &frames.scene(false));
     let pass = Pass { params, flags, planes, form: Mis((flags >> DI_MIS_SHIFT) & Mis::MASK), shades: false };
     let outcome = pass.run(frames, own, at);
     (outcome.reservoir, outcome.source)
@@ -91,6 +93,7 @@ pub fn shade<F: Frames>(
     at: [u32; 2],
 ) -> FilmPixel {
     let form = if params.neighbours == 0 { Mis::CONSTANT } else { Mis((flags >> DI_MIS_SHIFT) & Mis::MASK) };
+    let flags = in_use(flags, &frames.scene(false));
     let pass = Pass { params, flags, planes, form, shades: true };
     let outcome = pass.run(frames, UVec4::ZERO, at);
     let pixel = FilmPixel::from_radiance(Vec3::from_array(direct.sum) + outcome.radiance);
@@ -146,8 +149,8 @@ impl Pass<'_> {
             // alone it stays as it is, without a rounding
             return unchanged;
         }
-        let u = rng::unit(rng.draw(dimension.wrapping_add(1)).x);
-        self.resample(frames, &pixel, &mut inputs, count, u)
+        let words = rng.draw(dimension.wrapping_add(1));
+        self.resample(frames, &pixel, &mut inputs, count, [rng::unit(words.x), rng::unit(words.y)])
     }
 
     #[inline(always)]
@@ -238,11 +241,13 @@ impl Pass<'_> {
         pixel: &Pixel,
         inputs: &mut [Input; INPUTS],
         count: u32,
-        u: f32,
+        [u, dither]: [f32; 2],
     ) -> Outcome {
         let form = self.form;
         let in_target = self.has(DI_TARGET_VISIBILITY);
         let in_mis = self.has(DI_MIS_VISIBILITY);
+        // what a reservoir keeps of a colour is not good enough for MIS
+        let forgets = in_mis & self.has(DI_TRANSMITTANCE);
         // shading will take the visibility that is kept, and nothing else asks for it
         let for_shading = !in_mis & !self.has(DI_FINAL_RAY);
         let late = form.asks_for_selected();
@@ -269,6 +274,7 @@ impl Pass<'_> {
                 let is_selected = late & (row > 0) & (i == selection.input);
                 let address = self.address(frames, stored.address, i, elsewhere);
                 let mut target = 0.0;
+                let mut visible_target = 0.0;
                 let mut visibility = stored.visibility;
                 if ((row == 0) | is_selected | form.asks_for(receiver, i)) & stored.has_sample() & address.is_light() {
                     let e = evaluate(&scene, self.flags, &vertex, address);
@@ -277,15 +283,17 @@ impl Pass<'_> {
                         if row == 0 { in_target | (in_mis & !late) | (for_shading & !input.near) } else { in_mis };
                     // of its own sample a pixel knows
                     let own = (receiver == i) | self.has(DI_STILL);
-                    let traced = (asked & !own) | (self.shades & (row == 0) & self.has(DI_FINAL_RAY));
+                    let traced = (asked & (!own | forgets)) | (self.shades & (row == 0) & self.has(DI_FINAL_RAY));
                     if traced & (target > 0.0) {
-                        visibility = if scene.occluded(&e.shadow) { 0.0 } else { 1.0 };
+                        visibility = transmittance(&scene, self.flags, &e.shadow);
                     }
-                    if self.shades & (row == 0) & (target > 0.0) {
-                        inputs[i as usize].color = e.value * num::recip(target);
+                    visible_target = e.visible_target(visibility, self.flags);
+                    let p = if in_target { visible_target } else { target };
+                    if self.shades & (row == 0) & (p > 0.0) {
+                        inputs[i as usize].color = e.value * num::recip(p);
                     }
                 }
-                let a = if in_mis { target * visibility } else { target };
+                let a = if in_mis { visible_target } else { target };
                 if row == 0 {
                     // what is known to be occluded at a pixel is no sample of its own
                     let p = if in_target | (in_mis & self.has(DI_STILL)) { a } else { target };
@@ -316,7 +324,7 @@ impl Pass<'_> {
             address: self.address(frames, kept.address, selection.input, false),
             contribution_weight: reservoir.contribution_weight(combine.share(), selection.target),
             confidence: reservoir.confidence,
-            visibility: if average { selection.mean_visibility } else { selection.visibility },
+            visibility: dithered(if average { selection.mean_visibility } else { selection.visibility }, dither),
         };
         let source = Source { is_other: selection.input != 0, pixel: inputs[selection.input as usize].pixel };
         Outcome { reservoir: stored.pack(), source, radiance: selection.radiance }
@@ -328,17 +336,23 @@ impl Pass<'_> {
 struct Selection {
     input: u32,
     target: f32,
-    visibility: f32,
+    visibility: Vec3,
     weight_sum: f32,
     /// Of all inputs, by weight (Tokuyoshi, eq. 4).
-    mean_visibility: f32,
+    mean_visibility: Vec3,
     /// Of all inputs, times their weight and visibility.
     radiance: Vec3,
 }
 
 impl Selection {
-    const NONE: Self =
-        Self { input: 0, target: 0.0, visibility: 0.0, weight_sum: 0.0, mean_visibility: 0.0, radiance: Vec3::ZERO };
+    const NONE: Self = Self {
+        input: 0,
+        target: 0.0,
+        visibility: Vec3::ZERO,
+        weight_sum: 0.0,
+        mean_visibility: Vec3::ZERO,
+        radiance: Vec3::ZERO,
+    };
 }
 
 /// Selects an input in proportion to its weight by one random number.
@@ -346,7 +360,7 @@ impl Selection {
 fn select(combine: &Combine<f32>, inputs: &[Input; INPUTS], count: u32, u: f32) -> Selection {
     let mut weights = [0.0; INPUTS];
     let mut sum = 0.0;
-    let mut visible = 0.0;
+    let mut visible = Vec3::ZERO;
     let mut radiance = Vec3::ZERO;
     let mut i = 0;
     while i < count {
@@ -354,8 +368,8 @@ fn select(combine: &Combine<f32>, inputs: &[Input; INPUTS], count: u32, u: f32) 
         weights[i as usize] = weight;
         sum += weight;
         let Input { visibility, color, .. } = inputs[i as usize];
-        visible += weight * visibility;
-        radiance += color * (weight * visibility);
+        visible += visibility * weight;
+        radiance += color * (visibility * weight);
         i = i.wrapping_add(1);
     }
     let mut chosen = 0;
@@ -369,14 +383,14 @@ fn select(combine: &Combine<f32>, inputs: &[Input; INPUTS], count: u32, u: f32) 
         open &= !here;
         i = i.wrapping_add(1);
     }
-    let mean = if sum > 0.0 { num::clamp(num::div(visible, sum), 0.0, 1.0) } else { 0.0 };
+    let share = |visible: f32| if sum > 0.0 { num::clamp(num::div(visible, sum), 0.0, 1.0) } else { 0.0 };
     let input = inputs[chosen as usize];
     Selection {
         input: chosen,
         target: input.target,
         visibility: input.visibility,
         weight_sum: sum,
-        mean_visibility: mean,
+        mean_visibility: Vec3::new(share(visible.x), share(visible.y), share(visible.z)),
         radiance,
     }
 }

@@ -1,11 +1,14 @@
 //! Initial candidates.
 
+use super::passage::{Passage, follow};
 use super::pixel::Pixel;
-use super::stored::Stored;
-use super::{CANDIDATE_DIMENSION, SCATTER_DIMENSION, evaluate};
+use super::stored::{Stored, dithered};
+use super::{CANDIDATE_DIMENSION, SCATTER_DIMENSION, evaluate, in_use};
+use crate::bsdf::BsdfSample;
 use crate::geometry::Ray;
 use crate::layout::{
-    DI_AVERAGE_VISIBILITY, DI_FINAL_RAY, DI_INITIAL_VISIBILITY, DI_SCATTER_CANDIDATE, DiParams, FilmPixel,
+    DI_AVERAGE_VISIBILITY, DI_FINAL_RAY, DI_INITIAL_VISIBILITY, DI_SCATTER_CANDIDATE, DI_TRANSMITTANCE, DiParams,
+    FilmPixel,
 };
 use crate::num;
 use crate::reservoir::Reservoir;
@@ -13,6 +16,7 @@ use crate::rng::{self, Rng};
 use crate::scene::{AddressedLights, LightAddress, Surface, Trace};
 use crate::technique::path::CUT;
 use crate::technique::vertex::Vertex;
+use crate::vec::max_component;
 use glam::{UVec4, Vec3};
 
 /// An address in a stream of candidates.
@@ -40,14 +44,24 @@ struct Tested {
     address: LightAddress,
     target: f32,
     index: u32,
-    visibility: f32,
+    visibility: Vec3,
+}
+
+impl Tested {
+    const NONE: Self = Self { address: LightAddress::NONE, target: 0.0, index: 0, visibility: Vec3::ZERO };
 }
 
 /// What scattering finds.
 struct Scattered {
     address: LightAddress,
+    /// What is left of its light on the way.
+    transmittance: Vec3,
     /// Light by way of a perfect lobe, weighted.
     radiance: Vec3,
+}
+
+impl Scattered {
+    const NOTHING: Self = Self { address: LightAddress::NONE, transmittance: Vec3::ONE, radiance: Vec3::ZERO };
 }
 
 /// The reservoir of the pixel (x, y), packed, and the radiance that needs no resampling: what is seen to emit, and what
@@ -83,95 +97,123 @@ pub fn initial_from<S: Trace + Surface + AddressedLights>(
         let radiance = if pixel.hit.is_cut() { CUT } else { scene.environment(pixel.ray.direction).radiance };
         return (Stored::EMPTY.pack(), FilmPixel::from_radiance(radiance), 0);
     }
+    let flags = in_use(flags, scene);
     let rng = Rng::new(x, y, params.frame, params.seed);
     let point = pixel.point(scene);
     let vertex = Vertex::new(&point, &pixel.ray, scene.features());
-    let scattered = scatter(scene, &vertex, flags, rng.draw(SCATTER_DIMENSION));
-    let reservoir = stream(scene, params, flags, &vertex, &scattered, &rng);
+    let (reservoir, radiance) = resample(scene, params, flags, &vertex, &rng);
     let kept = reservoir.sample;
     let stored = Stored {
         address: kept.address,
         contribution_weight: reservoir.contribution_weight(1.0, kept.target),
         confidence: 1.0,
-        visibility: kept.visibility,
+        visibility: dithered(kept.visibility, rng::unit(rng.draw(CANDIDATE_DIMENSION.wrapping_add(1)).z)),
     };
-    (stored.pack(), FilmPixel::from_radiance(point.emission + scattered.radiance), kept.index)
+    (stored.pack(), FilmPixel::from_radiance(point.emission + radiance), kept.index)
 }
 
-/// Follows one direction of scattering.
+/// The selection among all candidates, and the radiance by way of a perfect lobe.
+///
+/// The ray of scattering and the shadow rays of what groups select are followed in one place, for a way through glass takes
+/// much code: a round follows a ray, then streams the next group.
 #[inline(always)]
-fn scatter<S: Trace + Surface + AddressedLights>(scene: &S, vertex: &Vertex, flags: u32, words: UVec4) -> Scattered {
-    let sample = vertex.bsdf.sample(words);
-    let direction = vertex.frame.to_world(sample.direction);
-    let mut scattered = Scattered { address: LightAddress::NONE, radiance: Vec3::ZERO };
-    let wanted = sample.delta | (flags & DI_SCATTER_CANDIDATE != 0);
-    if wanted & (sample.pdf > 0.0) & vertex.is_consistent(direction, sample.direction) {
-        let ray = Ray { origin: vertex.origin(direction), direction, t_max: Ray::FAR };
-        let hit = scene.closest(&ray);
-        if hit.is_cut() {
-            scattered.radiance = CUT;
-        } else if sample.delta {
-            let seen =
-                if hit.is_hit() { scene.surface(&ray, &hit).emission } else { scene.environment(direction).radiance };
-            scattered.radiance = sample.weight * seen;
-        } else if hit.is_hit() {
-            scattered.address = scene.address_of_hit(&hit);
-        } else {
-            scattered.address = scene.address_of_environment(direction);
-        }
-    }
-    scattered
-}
-
-#[inline(always)]
-fn stream<S: Trace + Surface + AddressedLights>(
+fn resample<S: Trace + Surface + AddressedLights>(
     scene: &S,
     params: &DiParams,
     flags: u32,
     vertex: &Vertex,
-    scattered: &Scattered,
     rng: &Rng,
-) -> Reservoir<Tested, f32> {
-    let mut group = Reservoir::empty(Candidate::NONE);
-    let mut all = Reservoir::empty(Tested { address: LightAddress::NONE, target: 0.0, index: 0, visibility: 0.0 });
+) -> (Reservoir<Tested, f32>, Vec3) {
+    let sample = vertex.bsdf.sample(rng.draw(SCATTER_DIMENSION));
+    let direction = vertex.frame.to_world(sample.direction);
+    let wanted = sample.delta | (flags & DI_SCATTER_CANDIDATE != 0);
+    let scatters = wanted & (sample.pdf > 0.0) & vertex.is_consistent(direction, sample.direction);
     let loses = flags & DI_INITIAL_VISIBILITY != 0;
     let asks = loses | (flags & DI_FINAL_RAY == 0);
     let from_lights = params.candidates as f32;
     let from_scattering = if flags & DI_SCATTER_CANDIDATE != 0 { 1.0 } else { 0.0 };
     let count = if vertex.bsdf.has_smooth_part() { params.candidates.wrapping_add(1) } else { 0 };
-    let mut visible_sum = 0.0;
-    let mut left = params.group;
-    let mut i = 0;
-    while i < count {
-        let dimension = CANDIDATE_DIMENSION.wrapping_add(i.wrapping_mul(2));
-        // what scattering has found is visible
-        let seen = i == params.candidates;
-        let address = if seen { scattered.address } else { scene.choose_address(rng.draw(dimension)) };
-        let decisions = rng.draw(dimension.wrapping_add(1));
-        if address.is_light() {
-            let e = evaluate(scene, flags, vertex, address);
-            let density = from_lights * e.light_density + from_scattering * e.scatter_density;
-            let weight =
-                if (e.target > 0.0) & (density > num::FLUSH_BELOW) { num::div(e.target, density) } else { 0.0 };
-            let candidate = Candidate { address, target: e.target, index: i, shadow: e.shadow };
-            group.update(candidate, weight, 1.0, rng::unit(decisions.x));
+    let mut scattered = Scattered::NOTHING;
+    let mut group = Reservoir::empty(Candidate::NONE);
+    let mut all = Reservoir::empty(Tested::NONE);
+    let mut arriving = Vec3::ZERO;
+    let mut visibility = Vec3::ONE;
+    let mut ray = Ray { origin: vertex.origin(direction), direction, t_max: Ray::FAR };
+    let mut follows = scatters;
+    let mut words = UVec4::ZERO;
+    let mut i = 0_u32;
+    let mut first = true;
+    let mut open = true;
+    while open {
+        let passage = if follows { follow(scene, flags, &ray) } else { Passage::begin(&ray) };
+        if first {
+            if scatters {
+                scattered = found(scene, &sample, &passage);
+            }
+        } else {
+            visibility = if follows { passage.arriving() } else { visibility };
+            let lost = loses & (max_component(visibility) <= 0.0);
+            let weight = if lost { 0.0 } else { group.weight_sum };
+            let Candidate { address, target, index, .. } = group.sample;
+            all.update(Tested { address, target, index, visibility }, weight, 1.0, rng::unit(words.y));
+            arriving += visibility * weight;
         }
-        i = i.wrapping_add(1);
-        left = left.wrapping_sub(1);
-        if (left == 0) | seen | (i == params.candidates) {
-            let kept = group.sample;
-            let traced = asks & !seen & (kept.target > 0.0);
-            let visibility = if traced && scene.occluded(&kept.shadow) { 0.0 } else { 1.0 };
-            let weight = if loses { group.weight_sum * visibility } else { group.weight_sum };
-            let tested = Tested { address: kept.address, target: kept.target, index: kept.index, visibility };
-            all.update(tested, weight, 1.0, rng::unit(decisions.y));
-            visible_sum += weight * visibility;
-            group = Reservoir::empty(Candidate::NONE);
-            left = params.group;
+        first = false;
+        open = i < count;
+        group = Reservoir::empty(Candidate::NONE);
+        // after the groups of candidates from lights the one from scattering
+        let last = i >= params.candidates;
+        let size = if params.group == 0 { params.candidates } else { params.group };
+        let end = if last { count } else { least(least(i.wrapping_add(size), params.candidates), count) };
+        while i < end {
+            let dimension = CANDIDATE_DIMENSION.wrapping_add(i.wrapping_mul(2));
+            let address = if last { scattered.address } else { scene.choose_address(rng.draw(dimension)) };
+            words = rng.draw(dimension.wrapping_add(1));
+            if address.is_light() {
+                let e = evaluate(scene, flags, vertex, address);
+                let density = from_lights * e.light_density + from_scattering * e.scatter_density;
+                let weight =
+                    if (e.target > 0.0) & (density > num::FLUSH_BELOW) { num::div(e.target, density) } else { 0.0 };
+                let candidate = Candidate { address, target: e.target, index: i, shadow: e.shadow };
+                group.update(candidate, weight, 1.0, rng::unit(words.x));
+            }
+            i = i.wrapping_add(1);
+        }
+        let traced = asks & !last & (group.sample.target > 0.0);
+        follows = traced & (flags & DI_TRANSMITTANCE != 0);
+        ray = group.sample.shadow;
+        visibility = if last { scattered.transmittance } else { Vec3::ONE };
+        if traced & !follows {
+            visibility = if scene.occluded(&ray) { Vec3::ZERO } else { Vec3::ONE };
         }
     }
     if (flags & DI_AVERAGE_VISIBILITY != 0) & (all.weight_sum > 0.0) {
-        all.sample.visibility = num::clamp(num::div(visible_sum, all.weight_sum), 0.0, 1.0);
+        let mean = |sum: f32| num::clamp(num::div(sum, all.weight_sum), 0.0, 1.0);
+        all.sample.visibility = Vec3::new(mean(arriving.x), mean(arriving.y), mean(arriving.z));
     }
-    all
+    (all, scattered.radiance)
+}
+
+#[inline(always)]
+fn least(a: u32, b: u32) -> u32 {
+    if a < b { a } else { b }
+}
+
+/// What the way of a scattered ray ends at.
+#[inline(always)]
+fn found<S: Surface + AddressedLights>(scene: &S, sample: &BsdfSample, passage: &Passage) -> Scattered {
+    let Passage { hit, ray, transmittance } = passage;
+    let mut scattered = Scattered { transmittance: *transmittance, ..Scattered::NOTHING };
+    if hit.is_cut() {
+        scattered.radiance = CUT;
+    } else if sample.delta {
+        let seen =
+            if hit.is_hit() { scene.surface(ray, hit).emission } else { scene.environment(ray.direction).radiance };
+        scattered.radiance = sample.weight * *transmittance * seen;
+    } else if hit.is_hit() {
+        scattered.address = scene.address_of_hit(hit);
+    } else {
+        scattered.address = scene.address_of_environment(ray.direction);
+    }
+    scattered
 }

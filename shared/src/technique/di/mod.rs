@@ -15,24 +15,28 @@
 //! address sends to the camera, or one channel of it ([`crate::layout::DI_TARGET_SHIFT`]), without visibility unless
 //! [`crate::layout::DI_TARGET_VISIBILITY`] says so.
 //!
+//! Visibility is a factor by channel in [0, 1]: 0 or 1, unless light passes through clear glass (smooth sheets that transmit,
+//! [`crate::layout::DI_TRANSMITTANCE`]). Targets with visibility are those of what is left of the contribution.
+//!
 //! Visibility can enter in four places (flags in [`crate::layout`]), and not every combination is unbiased; the host's
 //! settings know which are.
 
 mod combine;
 mod initial;
 mod neighbour;
+mod passage;
 mod pixel;
 mod stored;
 
 pub use combine::{Planes, Source, combine, combine_from, shade};
 pub use initial::{initial, initial_from};
 pub use pixel::{pack_hit, primary, unpack_hit};
-pub use stored::Stored;
+pub use stored::{Stored, dithered};
 
 use pixel::Pixel;
 
 use crate::geometry::Ray;
-use crate::layout::{DI_TARGET_SHIFT, DiParams};
+use crate::layout::{DI_TARGET_SHIFT, DI_TRANSMITTANCE, DiParams, FEATURE_CLEAR};
 use crate::num;
 use crate::scene::{AddressedLights, LightAddress, LightKind, Surface};
 use crate::technique::vertex::{Vertex, flush};
@@ -48,6 +52,12 @@ const CANDIDATE_DIMENSION: u32 = COMBINE_DIMENSION + 2 * COMBINES;
 /// The largest target: 2^60, so that sums and products with confidence weights stay far from infinity.
 const MAX_TARGET: f32 = 1.152_921_5e18;
 
+/// The flags, without those of what the scene does not have.
+#[inline(always)]
+fn in_use<S: Surface>(flags: u32, scene: &S) -> u32 {
+    if scene.features() & FEATURE_CLEAR == 0 { flags & !DI_TRANSMITTANCE } else { flags }
+}
+
 /// What an address sends to the camera by way of a vertex.
 #[derive(Clone, Copy)]
 struct Evaluation {
@@ -60,6 +70,18 @@ struct Evaluation {
     /// Density over (light, u, v) with which scattering finds the address.
     scatter_density: f32,
     shadow: Ray,
+}
+
+impl Evaluation {
+    /// The target of what is left of the contribution: it is zero where nothing can be shaded.
+    #[inline(always)]
+    fn visible_target(&self, visibility: Vec3, flags: u32) -> f32 {
+        if flags & DI_TRANSMITTANCE == 0 {
+            self.target * visibility.x
+        } else {
+            sanitized(brightness(flush(self.value * visibility), flags))
+        }
+    }
 }
 
 #[inline(always)]

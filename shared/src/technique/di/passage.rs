@@ -1,0 +1,83 @@
+//! Straight ways through clear glass.
+
+use crate::geometry::{Hit, Ray};
+use crate::layout::DI_TRANSMITTANCE;
+use crate::num;
+use crate::scene::{Surface, SurfacePoint, Trace};
+use crate::technique::vertex::flush;
+use crate::vec::{dot, max_component};
+use glam::Vec3;
+
+/// A way passes at most as many sheets of glass: what lies behind more is not seen.
+const MAX_SHEETS: u32 = 12;
+
+/// A straight way to the first surface that lets nothing through.
+pub(super) struct Passage {
+    /// That surface, and the last stretch of the way, which hits it.
+    pub(super) hit: Hit,
+    pub(super) ray: Ray,
+    /// What is left of light that comes this way, in [0, 1].
+    pub(super) transmittance: Vec3,
+}
+
+/// Follows a ray, of t_max 1 or [`Ray::FAR`]. Without [`DI_TRANSMITTANCE`] everything that it hits ends the way.
+#[inline(always)]
+pub(super) fn follow<S: Trace + Surface>(scene: &S, flags: u32, ray: &Ray) -> Passage {
+    let end = ray.origin + ray.direction;
+    let mut passage = Passage::begin(ray);
+    let mut sheets = 0;
+    let mut open = true;
+    while open {
+        passage.hit = scene.closest(&passage.ray);
+        open = passage.hit.is_hit() & (flags & DI_TRANSMITTANCE != 0) & (sheets < MAX_SHEETS);
+        if open {
+            let direction = ray.direction * num::rsqrt(dot(ray.direction, ray.direction));
+            let point = scene.sheet(&passage.ray, &passage.hit);
+            let passed = straight(&point, direction);
+            open = max_component(passed) > 0.0;
+            if open {
+                let offset = if dot(point.normal, direction) < 0.0 { -point.offset } else { point.offset };
+                let origin = point.position + point.normal * offset;
+                let direction = if ray.t_max == Ray::FAR { ray.direction } else { end - origin };
+                passage.ray = Ray { origin, direction, t_max: ray.t_max };
+                passage.transmittance = flush(passage.transmittance * passed);
+            }
+        }
+        sheets += 1;
+    }
+    passage
+}
+
+/// What passes straight through a point, of light along the unit vector `direction`: nothing but at clear glass, which does
+/// not emit. The angle is that to the geometric normal.
+#[inline(always)]
+fn straight(point: &SurfacePoint, direction: Vec3) -> Vec3 {
+    let passed = flush(point.material.straight(num::abs(dot(point.normal, direction))));
+    if max_component(point.emission) > 0.0 { Vec3::ZERO } else { passed }
+}
+
+impl Passage {
+    /// Nothing but a beginning.
+    #[inline(always)]
+    pub(super) fn begin(ray: &Ray) -> Self {
+        Self { hit: Hit::MISS, ray: *ray, transmittance: Vec3::ONE }
+    }
+
+    /// What of the light of a shadow ray arrives.
+    #[inline(always)]
+    pub(super) fn arriving(&self) -> Vec3 {
+        if self.hit.is_hit() | self.hit.is_cut() { Vec3::ZERO } else { self.transmittance }
+    }
+}
+
+/// What of the light of a shadow ray arrives: with [`DI_TRANSMITTANCE`] by channel, in [0, 1], else all or nothing.
+#[inline(always)]
+pub(super) fn transmittance<S: Trace + Surface>(scene: &S, flags: u32, shadow: &Ray) -> Vec3 {
+    if flags & DI_TRANSMITTANCE != 0 {
+        follow(scene, flags, shadow).arriving()
+    } else if scene.occluded(shadow) {
+        Vec3::ZERO
+    } else {
+        Vec3::ONE
+    }
+}
