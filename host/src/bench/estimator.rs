@@ -54,6 +54,14 @@ impl Estimator {
         }
     }
 
+    /// Whether samples depend on each other, or only the last of them is in the image.
+    pub(crate) fn reuses(&self) -> bool {
+        match self {
+            Self::Path(_) => false,
+            Self::RestirDi(render) => !render.accumulate || render.settings.reuses(),
+        }
+    }
+
     /// Rays and evaluations, and the samples over which they were counted, natively: what is measured is not burdened.
     ///
     /// # Errors

@@ -4,6 +4,7 @@
 //! report, the comparison with an older report) is made of these rows or of [`SceneResult`].
 
 pub(crate) mod against;
+mod equal_time;
 pub(crate) mod error;
 pub(crate) mod estimator;
 pub(crate) mod fit;

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use super::against::{Change, Ratio};
+use super::equal_time::{self, Comparison};
 use super::error::{Figure, LARGEST_SHARE};
 use super::fit::{self, Estimate};
 use super::table::Setup;
@@ -88,6 +89,7 @@ fn scene(report: &Report<'_>, result: &SceneResult, plot: &str) -> String {
     TARGETS.iter().for_each(|target| text += &format!(" {target} |"));
     text += "\n|---|---:|---:|---:|---:|---:|\n";
     result.series.iter().for_each(|series| text += &times_to_error(result, series));
+    text += &equal_time(result);
     text += "\n| technique | pass | dispatches | ms a dispatch | share of the time | Mrays/s |\n|---|---|---:|---:|---:|---:|\n";
     result.series.iter().for_each(|series| text += &passes(series));
     text
@@ -135,6 +137,35 @@ fn times_to_error(result: &SceneResult, series: &Series) -> String {
         format!(" {} |", seconds.map_or_else(|| "-".to_owned(), |seconds| format!("{seconds:.4}")))
     };
     format!("| {} |{}\n", series.technique.name, TARGETS.iter().map(time).collect::<String>())
+}
+
+/// What reuse gains, if there is any, over the best technique without.
+fn equal_time(result: &SceneResult) -> String {
+    let Some((baseline, comparisons)) = equal_time::compare(result) else { return String::new() };
+    let name = |i: usize| &result.series[i].technique.name;
+    let mut text = format!(
+        "\nEqual time: beside `{}`, whose squared error times run time is the smallest without reuse. Errors are of the largest \
+         number of samples, over the baseline's after the same time; brackets are 95 % intervals over restarts.\n\n\
+         | technique | time of a sample | relMSE at equal time | |\n|---|---:|---:|---|\n",
+        name(baseline)
+    );
+    for (i, comparison) in comparisons.iter().enumerate() {
+        let figures = comparison.as_ref().map_or_else(|| format!("{REFUSED} | - | "), compared);
+        let _ = writeln!(text, "| {} | {figures} |", name(i));
+    }
+    text
+}
+
+fn compared(comparison: &Comparison) -> String {
+    let Comparison { time, error, reuses } = comparison;
+    let verdict = match comparison.pays() {
+        _ if !reuses => "",
+        Some(true) => "reuse pays",
+        Some(false) => "**reuse does not pay**",
+        None => "undecided",
+    };
+    let [low, high] = [-error.half_width, error.half_width].map(|by| error.value * by.exp());
+    format!("{time:.2} | {:.3} [{low:.3}, {high:.3}] | {verdict}", error.value)
 }
 
 fn passes(series: &Series) -> String {

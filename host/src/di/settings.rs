@@ -323,14 +323,18 @@ impl DiSettings {
             })
     }
 
+    /// Whether pixels or frames use samples of others.
+    pub fn reuses(&self) -> bool {
+        self.temporal || self.spatial > 0 || self.shaded > 0
+    }
+
     /// Why the mean of an image may be wrong; none for unbiased settings.
     pub fn biases(&self) -> Vec<&'static str> {
-        let reuses = self.temporal || self.spatial > 0 || self.shaded > 0;
         let mut biases = Vec::new();
         if self.target != Target::Luminance {
             biases.push("samples are selected by one channel: the others lack the lights that have nothing of it");
         }
-        if !reuses {
+        if !self.reuses() {
             return biases;
         }
         if matches!(self.mis, MisForm::OneOverM | MisForm::Constant) {
