@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use clap::Args;
 use rayon::prelude::*;
+use restir_host::bootstrap::Interval;
 use restir_host::buffers::SceneBuffers;
 use restir_host::di::{DiSettings, Target, Visibility};
 use restir_host::replay::{Frames, Recording};
@@ -88,41 +89,6 @@ pub fn run(options: &Options) -> Result<(), Error> {
     let failed: Vec<_> =
         findings.claims().into_iter().filter(|c| c.required && c.holds != Some(true)).map(|c| c.text).collect();
     if failed.is_empty() { Ok(()) } else { Err(Error::Failed(format!("not shown: {}", failed.join("; ")))) }
-}
-
-/// A number and its 95 % interval.
-#[derive(Clone, Copy)]
-struct Interval {
-    value: f64,
-    ends: [f64; 2],
-}
-
-impl Interval {
-    /// The basic bootstrap interval: the resampled statistic scatters around its value for what is resampled from as the
-    /// statistic does around the truth.
-    fn basic(value: f64, center: f64, mut resampled: Vec<f64>) -> Self {
-        resampled.sort_by(f64::total_cmp);
-        let quantile = |q: f64| resampled[((resampled.len() - 1) as f64 * q).round() as usize] - center;
-        Self { value, ends: [value - quantile(0.975), value - quantile(0.025)] }
-    }
-
-    /// Whether the truth lies between `low` and `high`; `None` if the interval does not decide it.
-    fn inside(&self, low: f64, high: f64) -> Option<bool> {
-        let [first, last] = self.ends;
-        if first > low && last < high {
-            Some(true)
-        } else if last <= low || first >= high {
-            Some(false)
-        } else {
-            None
-        }
-    }
-}
-
-impl std::fmt::Display for Interval {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{:.3} [{:.3}, {:.3}]", self.value, self.ends[0], self.ends[1])
-    }
 }
 
 /// Independent images of the same expectation, all values of a picture each.
