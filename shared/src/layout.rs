@@ -155,8 +155,8 @@ pub const DI_TRANSMITTANCE: u32 = 1 << 10;
 /// Position of two bits among the flags of direct light: the target is 0 the luminance, else the channel of that number,
 /// red being 1.
 pub const DI_TARGET_SHIFT: u32 = 8;
-/// Direct light flag of a combine with another frame, without neighbours: scene and camera are that frame's, so that both
-/// reservoirs are the pixel's own and know what they see.
+/// Direct light flag of a combine with another frame, without neighbours: every pixel has the same camera ray in it, and
+/// scenes are the same. Both reservoirs are the pixel's own then, and the visibility that they have is its own.
 pub const DI_STILL: u32 = 1 << 11;
 /// Position of the bits of [`crate::mis::Mis`] among the flags of direct light.
 pub const DI_MIS_SHIFT: u32 = 16;
@@ -324,7 +324,7 @@ pub struct DiParams {
     pub min_normal_cos: f32,
     /// How many places of the sequence of neighbours are passed over.
     pub first_neighbour: u32,
-    /// Candidates from lights that share a ray for initial visibility.
+    /// Candidates from lights in a group, of which one is tested by a ray if its visibility is asked for; 0 for one group.
     pub group: u32,
 }
 

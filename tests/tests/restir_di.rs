@@ -278,10 +278,14 @@ fn known_visibility_needs_no_final_ray() -> Result<(), Failed> {
         let view = buffers.view();
         for (name, form) in MisForm::ALL {
             for target_visibility in [false, true] {
-                let ray = DiSettings { target_visibility, scatter: true, ..reusing_visibility(form) };
-                let known = DiSettings { visibility: Visibility::Selected, ..ray.clone() };
-                let [a, b] = [ray, known].map(|s| Chain::new(&view, &buffers, [16, 16], &s, 2).film(3));
-                ensure(bits(&a) == bits(&b), || format!("{scene}, {name}, in the target: {target_visibility}"))?;
+                for still in [false, true] {
+                    let ray = DiSettings { target_visibility, scatter: true, still, ..reusing_visibility(form) };
+                    let known = DiSettings { visibility: Visibility::Selected, ..ray.clone() };
+                    let [a, b] = [ray, known].map(|s| Chain::new(&view, &buffers, [16, 16], &s, 2).film(3));
+                    ensure(bits(&a) == bits(&b), || {
+                        format!("{scene}, {name}, in the target: {target_visibility}, still: {still}")
+                    })?;
+                }
             }
         }
     }

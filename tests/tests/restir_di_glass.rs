@@ -108,11 +108,12 @@ fn the_reference_agrees_with_paths() -> Result<(), Failed> {
 }
 
 /// Every way in which settings use visibility without bias.
-fn unbiased() -> [(&'static str, DiSettings); 9] {
-    let ray = DiSettings { mis: MisForm::Talbot, ..DiSettings::visibility_in_shading() };
+fn unbiased() -> [(&'static str, DiSettings); 10] {
+    let ray = DiSettings { mis: MisForm::Talbot, still: false, ..DiSettings::visibility_in_shading() };
     let in_mis = DiSettings { initial_visibility: true, mis_visibility: true, scatter: true, ..ray.clone() };
     let selected = DiSettings { visibility: Visibility::Selected, ..ray.clone() };
-    let default = DiSettings::default();
+    let still = DiSettings { initial_rays: 2, ..DiSettings::default() };
+    let default = DiSettings { still: false, ..DiSettings::default() };
     [
         ("a final ray", ray.clone()),
         ("a final ray, neighbours shaded", DiSettings { shaded: 3, spatial: 0, ..ray }),
@@ -120,6 +121,7 @@ fn unbiased() -> [(&'static str, DiSettings); 9] {
         ("visibility in MIS, contribution", DiSettings { mis: MisForm::Contribution, ..in_mis.clone() }),
         ("visibility in MIS, 1/z", DiSettings { mis: MisForm::OneOverZ, ..in_mis }),
         ("visibility in the target", default.clone()),
+        ("visibility in the target, a still view", still),
         ("visibility in the target, fused", DiSettings { fused: true, shaded: 0, ..default }),
         ("the selected sample's, temporal", DiSettings { spatial: 0, ..selected.clone() }),
         ("the selected sample's, spatial", DiSettings { temporal: false, shaded: 3, ..selected }),

@@ -35,8 +35,8 @@ pub(crate) fn compare(result: &SceneResult) -> Option<(usize, Vec<Option<Compari
     }
     let costs: Vec<Option<Cost>> = result.series.iter().map(|series| Cost::of(series, &result.truth)).collect();
     let known = costs.iter().enumerate().filter_map(|(i, cost)| cost.map(|cost| (i, cost)));
-    let (index, baseline) =
-        known.filter(|(i, _)| !reuses(&result.series[*i])).min_by(|(_, a), (_, b)| a.value.total_cmp(&b.value))?;
+    let may_be = |i: usize| !reuses(&result.series[i]) && result.series[i].technique.estimator.accumulates();
+    let (index, baseline) = known.filter(|(i, _)| may_be(*i)).min_by(|(_, a), (_, b)| a.value.total_cmp(&b.value))?;
     let comparison = |(series, cost): (&Series, &Option<Cost>)| {
         cost.map(|cost| Comparison {
             time: cost.sample_seconds / baseline.sample_seconds,

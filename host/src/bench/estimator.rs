@@ -54,11 +54,16 @@ impl Estimator {
         }
     }
 
-    /// Whether samples depend on each other, or only the last of them is in the image.
+    /// Whether samples depend on each other.
     pub(crate) fn reuses(&self) -> bool {
+        matches!(self, Self::RestirDi(render) if render.settings.reuses())
+    }
+
+    /// Whether the image is the mean of all samples.
+    pub(crate) fn accumulates(&self) -> bool {
         match self {
-            Self::Path(_) => false,
-            Self::RestirDi(render) => !render.accumulate || render.settings.reuses(),
+            Self::Path(_) => true,
+            Self::RestirDi(render) => render.accumulate,
         }
     }
 

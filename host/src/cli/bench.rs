@@ -26,6 +26,7 @@ use crate::reference::{FIRST_SEED, Goal};
 use crate::render::RenderSettings;
 use crate::scene::Scene;
 use crate::{Error, input};
+use restir_shared::layout::FEATURE_CLEAR;
 
 /// The part of a scene's time that its reference may take.
 const REFERENCE_SHARE: f64 = 0.55;
@@ -219,6 +220,19 @@ pub(super) fn device_name(device: &Device) -> String {
     format!("{}{adapter}, flavour {}, self-check {}", description.executor, description.flavour, device.parity)
 }
 
+/// Refuses what would be compared with another integral: light through clear glass is direct to ReSTIR DI only.
+fn check_glass(matrix: &Matrix, subject: &Subject) -> Result<(), Error> {
+    let through_glass = |technique: &Technique| matches!(&technique.estimator, Estimator::RestirDi(render) if render.settings.transmittance);
+    match matrix.techniques.iter().find(|technique| through_glass(technique)) {
+        Some(technique) if subject.buffers.features & FEATURE_CLEAR != 0 => Err(Error::Setting(format!(
+            "{} has clear glass, through which {} sees lights and the reference's paths of two segments do not; \
+             give the technique transmittance=off",
+            subject.scene.name, technique.name
+        ))),
+        _ => Ok(()),
+    }
+}
+
 /// Makes the reference of a scene, then measures.
 fn measured(
     arguments: &Arguments,
@@ -227,6 +241,7 @@ fn measured(
     device: &mut Device,
 ) -> Result<SceneResult, Error> {
     let scene = &subject.scene.name;
+    check_glass(matrix, subject)?;
     let largest = matrix.budgets.last().copied().unwrap_or(1);
     let goal = Goal {
         samples: arguments.reference_spp.unwrap_or_else(|| 200 * u64::from(largest)),

@@ -72,7 +72,7 @@ const DI_KEYS: &[Key<DiSettings>] = keys! {
     scatter: switch, "on or off: one more candidate, from scattering";
     mis: choice, "1/m, 1/z, contribution, talbot, pairwise, pairwise-defensive, pairwise-counted, pairwise-counted-defensive or constant";
     temporal: switch, "on or off: reuse of the last frame";
-    still: switch, "on or off: a frame that sees what the last one saw is merged with it without tests and rays";
+    still: switch, "on or off: where camera and scene stand still, frames are merged by confidence, and visibility is taken as known";
     spatial: number, "a number of passes of spatial reuse";
     neighbours: number, "a number of neighbours of a pass";
     fused: switch, "on or off: the last frame's neighbours, in one pass with the last frame's reservoir";

@@ -134,9 +134,12 @@ impl Passes<'_> {
         }
     }
 
-    /// Whether the last frame saw the same.
+    /// Whether the last frame had the same scene and the same ray in every pixel, jitter aside.
     fn same_view(&self) -> bool {
-        self.moments.is_none() && self.camera_params(self.frame - 1) == self.camera_params(self.frame)
+        let [last, camera] = [self.frame - 1, self.frame].map(|frame| self.camera_params(frame));
+        // a point of a lens is another one each frame
+        let is_pinhole = camera.lens_right == 0.0 && camera.lens_up == 0.0;
+        self.moments.is_none() && is_pinhole && last == camera
     }
 
     /// The plane of this frame's hits, and of the last one's.
@@ -261,6 +264,8 @@ impl Iterator for Passes<'_> {
 mod tests {
     use super::*;
     use crate::di::DiSettings;
+    use crate::scene::Camera;
+    use restir_shared::layout::{DI_OTHER_FRAME, DI_STILL};
 
     /// Counts are right, every pass fits its buffers, and every buffer is used.
     #[test]
@@ -299,6 +304,42 @@ mod tests {
                 assert_eq!((count, used.len()), (plan.pass_count, plan.buffers.len()), "{render:?}");
             }
         }
+    }
+
+    /// Merging without tests needs the same ray in every pixel.
+    #[test]
+    fn only_a_still_view_is_merged_as_such() {
+        let still_passes = |scene: &SceneBuffers, render: &DiRender| -> Vec<bool> {
+            let params = |pass: &Pass| bytemuck::pod_read_unaligned::<DiParams>(bytemuck::cast_slice(&pass.params));
+            plan(scene, render)
+                .passes
+                .map(|pass| pass.expect("made"))
+                .filter(|pass| pass.kernel.name == kernels::di_combine::DESC.name)
+                .map(|pass| params(&pass).flags)
+                .filter(|flags| flags & DI_OTHER_FRAME != 0)
+                .map(|flags| flags & DI_STILL != 0)
+                .collect()
+        };
+        let build = |name| SceneBuffers::build(&crate::scene::builtin::scene(name).expect("built in")).expect("builds");
+        let scene = build("cornell");
+        let of = |settings| DiRender { frames: 3, ..DiRender::new([4, 3], settings) };
+        let default = DiSettings::default;
+        assert_eq!(still_passes(&scene, &of(default())), [true; 2]);
+        for settings in [
+            DiSettings { jitter: true, ..default() },
+            DiSettings { fused: true, ..default() },
+            DiSettings { still: false, ..default() },
+        ] {
+            assert_eq!(still_passes(&scene, &of(settings.clone())), [false; 2], "{settings:?}");
+        }
+        let lens = Camera { lens_radius: 0.1, ..scene.camera };
+        let moved = Camera { position: scene.camera.position * 1.01, ..scene.camera };
+        assert_eq!(still_passes(&scene, &DiRender { cameras: vec![lens], ..of(default()) }), [false; 2]);
+        assert_eq!(
+            still_passes(&scene, &DiRender { cameras: vec![scene.camera, moved], ..of(default()) }),
+            [false, true]
+        );
+        assert_eq!(still_passes(&build("moving"), &of(default())), [false; 2]);
     }
 
     /// All combinations of what decides on passes and planes.

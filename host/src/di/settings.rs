@@ -127,7 +127,8 @@ impl Target {
 pub struct DiSettings {
     /// Initial candidates from lights, in 0..=[`MAX_CANDIDATES`]. Default 16.
     pub candidates: u32,
-    /// Groups of candidates from lights, of each of which one is tested by a ray, in 1..=[`Self::candidates`]. Default 1.
+    /// At most so many groups of candidates from lights, of equal size but for the last, of each of which one is tested by a
+    /// ray, in 1..=[`Self::candidates`]. Default 1.
     pub initial_rays: u32,
     /// One more candidate from scattering, which costs a ray. Default on. Biased if reservoirs are reused without
     /// [`Self::mis_visibility`].
@@ -136,8 +137,9 @@ pub struct DiSettings {
     pub mis: MisForm,
     /// Reuse the last frame's reservoirs. Default on.
     pub temporal: bool,
-    /// A frame that sees what the last one saw, without [`Self::jitter`] or [`Self::fused`], is merged with it without tests
-    /// or rays. Default on.
+    /// Where every pixel has the camera ray of the last frame, and the scene is the same, a pixel merges its two reservoirs by
+    /// confidence alone, which is the balance heuristic then whatever [`Self::mis`] is, and takes their visibility as known.
+    /// Not with [`Self::jitter`], [`Self::fused`] or a lens. Default on.
     pub still: bool,
     /// Passes of spatial reuse, in 0..=[`MAX_SPATIAL_PASSES`]. Default 1.
     pub spatial: u32,
@@ -368,8 +370,8 @@ impl DiSettings {
         self.shaded.div_ceil(MAX_NEIGHBOURS).max(1)
     }
 
-    /// The kernels' flags of the combine with the last frame, whose scene and camera may be this frame's, too: then both
-    /// reservoirs are of one technique, and any form of MIS weights them by confidence alone.
+    /// The kernels' flags of the combine with the last frame. `same_view`: scene and camera rays are that frame's, so that both
+    /// reservoirs are of one technique; confidence alone is the balance heuristic then, and replaces the form of MIS.
     pub fn temporal_flags(&self, same_view: bool) -> u32 {
         let still = same_view && self.still && !self.fused && !self.jitter;
         let settings = if still { Self { mis: MisForm::Constant, ..self.clone() } } else { self.clone() };

@@ -97,7 +97,9 @@ pub fn shade<F: Frames>(
     let pass = Pass { params, flags, planes, form, shades: true };
     let outcome = pass.run(frames, UVec4::ZERO, at);
     let pixel = FilmPixel::from_radiance(Vec3::from_array(direct.sum) + outcome.radiance);
-    FilmPixel { sum: pixel.sum, dropped: num::min(pixel.dropped + direct.dropped, 1.0) }
+    // counted once, however many passes shade
+    let of_direct = if params.first_neighbour == 0 { direct.dropped } else { 0.0 };
+    FilmPixel { sum: pixel.sum, dropped: num::min(pixel.dropped + of_direct, 1.0) }
 }
 
 /// Which reservoir a combine has selected.
@@ -180,11 +182,16 @@ impl Pass<'_> {
         inputs: &mut [Input; INPUTS],
     ) -> u32 {
         let p = self.params;
+        if self.has(DI_STILL) {
+            let at = y * p.width + x;
+            let reservoir = self.planes.others[at as usize];
+            inputs[1] = Input { pixel: at, reservoir, near: true, ..Input::NONE };
+            return if Stored::unpack(reservoir).confidence > 0.0 { 2 } else { 1 };
+        }
         // the pixel's surface as it was when the others saw it
         let scene = frames.scene(self.has(DI_OTHER_FRAME));
         let here = pixel.point(&scene);
-        let still = self.has(DI_STILL);
-        let center = if self.has(DI_OTHER_FRAME) & !still {
+        let center = if self.has(DI_OTHER_FRAME) {
             project(&p.other_camera, p, here.position)
         } else {
             Place { x, y, inside: true }
@@ -200,8 +207,7 @@ impl Pass<'_> {
                 let reservoir = self.planes.others[at as usize];
                 let other = self.other([place.x, place.y]);
                 let counts = Stored::unpack(reservoir).confidence > 0.0;
-                let reused = still || (other.hit.is_hit() && alike(p, pixel.hit.t, &here, &other.point(&scene)));
-                if counts && reused {
+                if other.hit.is_hit() && counts && alike(p, pixel.hit.t, &here, &other.point(&scene)) {
                     let near = (n == 0) | place.is_near(&center, p.near_radius);
                     inputs[count as usize] = Input { pixel: at, reservoir, near, ..Input::NONE };
                     count = count.wrapping_add(1);
