@@ -210,7 +210,7 @@ impl Fault for Coated {
 fn wrong_glass_is_seen() -> Result<(), Failed> {
     let buffers = SceneBuffers::build(&BOTH.scene())?;
     let view = buffers.traced_view();
-    let [ray, _, in_mis, _, _, in_target, _, selected, _] = unbiased();
+    let [ray, _, in_mis, _, _, in_target, _, _, selected, _] = unbiased();
     for (name, settings) in [ray, in_mis, in_target, selected] {
         let settings = small(settings);
         let opaque = DiSettings { transmittance: false, ..settings.clone() };
