@@ -194,6 +194,7 @@ fn subjects(arguments: &Arguments, matrix: &Matrix) -> Result<Vec<Subject>, Erro
         Ok(Subject { scene, buffers, plot })
     };
     let subjects: Vec<Subject> = arguments.scenes.iter().map(subject).collect::<Result<_, Error>>()?;
+    subjects.iter().try_for_each(|subject| check_comparable(matrix, subject))?;
     refuse_twice("scene", subjects.iter().map(|subject| subject.plot.trim_end_matches(".svg").to_owned()))?;
     Ok(subjects)
 }
@@ -220,17 +221,28 @@ pub(super) fn device_name(device: &Device) -> String {
     format!("{}{adapter}, flavour {}, self-check {}", description.executor, description.flavour, device.parity)
 }
 
-/// Refuses what would be compared with another integral: light through clear glass is direct to ReSTIR DI only.
-fn check_glass(matrix: &Matrix, subject: &Subject) -> Result<(), Error> {
-    let through_glass = |technique: &Technique| matches!(&technique.estimator, Estimator::RestirDi(render) if render.settings.transmittance);
-    match matrix.techniques.iter().find(|technique| through_glass(technique)) {
-        Some(technique) if subject.buffers.features & FEATURE_CLEAR != 0 => Err(Error::Setting(format!(
-            "{} has clear glass, through which {} sees lights and the reference's paths of two segments do not; \
-             give the technique transmittance=off",
-            subject.scene.name, technique.name
-        ))),
-        _ => Ok(()),
+/// Refuses what would be compared with another integral: light through clear glass is direct to ReSTIR DI only, and its
+/// frames show a moving scene at times of their own.
+fn check_comparable(matrix: &Matrix, subject: &Subject) -> Result<(), Error> {
+    let Subject { scene, buffers, .. } = subject;
+    let refuse =
+        |technique: &Technique, why: &str| Err(Error::Setting(format!("{}: {} {why}", scene.name, technique.name)));
+    for technique in &matrix.techniques {
+        let Estimator::RestirDi(render) = &technique.estimator else { continue };
+        if buffers.is_animated() {
+            return refuse(
+                technique,
+                "renders frames of a moving scene, and the reference shows one moment; take a scene that stands still",
+            );
+        }
+        if render.settings.transmittance && buffers.features & FEATURE_CLEAR != 0 {
+            return refuse(
+                technique,
+                "sees lights through clear glass, and the reference does not; give transmittance=off",
+            );
+        }
     }
+    Ok(())
 }
 
 /// Makes the reference of a scene, then measures.
@@ -241,7 +253,6 @@ fn measured(
     device: &mut Device,
 ) -> Result<SceneResult, Error> {
     let scene = &subject.scene.name;
-    check_glass(matrix, subject)?;
     let largest = matrix.budgets.last().copied().unwrap_or(1);
     let goal = Goal {
         samples: arguments.reference_spp.unwrap_or_else(|| 200 * u64::from(largest)),

@@ -82,6 +82,12 @@ impl Camera {
         {
             return Err(format!("the camera at {} is not within 4.29e9 or looks nowhere; correct it", self.position));
         }
+        if !(self.vertical_fov > 0.0 && self.vertical_fov < std::f64::consts::PI) {
+            return Err(format!(
+                "a field of view of {} degrees is not between 0 and 180",
+                self.vertical_fov.to_degrees()
+            ));
+        }
         if !(0.0..=MAX_COORDINATE).contains(&self.lens_radius) {
             return Err(format!(
                 "a lens radius of {} is not within 0 and {MAX_COORDINATE:e}; 0 is a pinhole",

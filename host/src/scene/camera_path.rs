@@ -176,5 +176,10 @@ mod tests {
         CameraPath::open(Path::new("/no/such/file")).unwrap_err();
         let same = r#"[{"frame": 0, "position": [1, 1, 1], "target": [1, 1, 1], "fov": 40}]"#;
         file(same).unwrap().cameras(camera(), 1).unwrap_err();
+        for fov in ["0", "-10", "180", "1e308"] {
+            let text = format!(r#"[{{"frame": 0, "position": [0, 0, 4], "target": [0, 0, 0], "fov": {fov}}}]"#);
+            let message = file(&text).unwrap().cameras(camera(), 1).unwrap_err().to_string();
+            assert!(message.contains("field of view"), "{message}");
+        }
     }
 }

@@ -115,6 +115,7 @@ fn benchmarks_that_cannot_be() {
     refused(&["--against", &empty], &["empty.csv", "no rows"]);
     refused(&["--technique", "pth"], &["pth", "path"]);
     refused(&["--technique", "path:jitter=on"], &["--jitter"]);
+    refused(&["moving", "--technique", "restir-di", "--max-depth", "2"], &["moving", "one moment"]);
     refused(&["--technique", "path", "--technique", "path"], &["path", "twice"]);
     refused(&["--max-depth", "0"], &["depth"]);
     refused(&["--size", "0x8"], &["image"]);
