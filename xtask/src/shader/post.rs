@@ -26,6 +26,7 @@ pub fn prepare(module: &mut Module, flavour: Flavour) -> Result<(), String> {
         declare_float_controls(module)?;
     }
     drop_private_layout(module);
+    merge_equal_types(module);
     use_glsl450_memory_model(module)
 }
 
@@ -115,6 +116,42 @@ pub fn drop_private_layout(module: &mut Module) {
     module.annotations.retain(|i| {
         let is_offset = matches!(i.operands.get(2), Some(Operand::Decoration(Decoration::Offset)));
         !(i.class.opcode == Op::MemberDecorate && is_offset) || id_operand(i, 0).is_some_and(|id| shared.contains(&id))
+    });
+}
+
+/// Makes one of the types that differed in their layout alone: `spirv-opt` takes either for the other.
+pub fn merge_equal_types(module: &mut Module) {
+    let shared = types_in_buffers(module);
+    let mut merged: HashMap<Word, Word> = HashMap::new();
+    let mut seen: Vec<Instruction> = Vec::new();
+    module.types_global_values.retain_mut(|i| {
+        rename(i, &merged);
+        let Some(id) = i.result_id.filter(|id| is_type(i.class.opcode) && !shared.contains(id)) else { return true };
+        let same = seen.iter().find(|other| other.class.opcode == i.class.opcode && other.operands == i.operands);
+        if let Some(same) = same.and_then(|same| same.result_id) {
+            merged.insert(id, same);
+            return false;
+        }
+        seen.push(i.clone());
+        true
+    });
+    let of_merged = |i: &Instruction| id_operand(i, 0).is_some_and(|id| merged.contains_key(&id));
+    module.debug_names.retain(|i| !of_merged(i));
+    module.annotations.retain(|i| !of_merged(i));
+    module.functions.iter_mut().flat_map(|f| f.all_inst_iter_mut()).for_each(|i| rename(i, &merged));
+}
+
+fn is_type(opcode: Op) -> bool {
+    matches!(opcode, Op::TypeStruct | Op::TypeArray | Op::TypePointer | Op::TypeFunction)
+}
+
+fn rename(instruction: &mut Instruction, names: &HashMap<Word, Word>) {
+    let renamed = |id: &mut Word| *id = names.get(id).copied().unwrap_or(*id);
+    instruction.result_type.iter_mut().for_each(renamed);
+    instruction.operands.iter_mut().for_each(|operand| {
+        if let Operand::IdRef(id) = operand {
+            renamed(id);
+        }
     });
 }
 
