@@ -9,15 +9,19 @@
 //! | MAPE | `mean abs(x-r) / (r + 0.01 m)` |
 //!
 //! The noise of the reference is independent of the image's, so it adds its variance to the MSE, and the weighted
-//! variance to relMSE; [`Figure`] subtracts it. A mean of magnitudes has no such rule: MAPE stays as it is measured,
-//! too large by about half of the share that the reference has in the MSE.
+//! variance to relMSE; [`Figure`] subtracts it, as far as it is known. A mean of magnitudes has no such rule: MAPE stays as
+//! it is measured, too large by about half of the share that the reference has in the MSE, which must be small.
 
 use crate::image::Image;
 use crate::metrics::RELATIVE_THRESHOLD;
 use crate::reference::Reference;
 
-/// Where the reference has a larger share in a measured error, the figure is refused.
-pub(crate) const LARGEST_SHARE: f64 = 0.05;
+/// Where the reference has a larger share in a measured error, what cannot be corrected is refused.
+pub(crate) const SMALL_SHARE: f64 = 0.05;
+/// Where it has a larger one, all is: the denominators of relMSE are too noisy then.
+pub(crate) const LARGEST_SHARE: f64 = 0.25;
+/// A corrected error is refused if two standard errors of the noise are more than this part of it.
+pub(crate) const LARGEST_DOUBT: f64 = 0.05;
 const DARK: f64 = 0.01;
 
 /// A reference, prepared for comparisons.
@@ -32,6 +36,8 @@ pub(crate) struct Truth {
     pub(crate) noise: f64,
     /// What it adds to a relMSE.
     pub(crate) relative_noise: f64,
+    /// Standard errors of [`Self::noise`] and [`Self::relative_noise`].
+    pub(crate) noise_errors: [f64; 2],
 }
 
 /// An image's errors as they are measured, and its mean.
@@ -51,13 +57,21 @@ pub(crate) struct Errors {
 pub(crate) struct Figure {
     pub(crate) measured: f64,
     pub(crate) noise: f64,
+    /// The standard error of that part.
+    pub(crate) noise_error: f64,
 }
 
 impl Figure {
     /// The error of the image alone; `None` if the reference is too noisy to tell.
     pub(crate) fn corrected(self) -> Option<f64> {
-        let known = self.noise <= LARGEST_SHARE * self.measured;
-        known.then_some(self.measured - self.noise)
+        let corrected = self.measured - self.noise;
+        let known = self.noise <= LARGEST_SHARE * self.measured && 2.0 * self.noise_error <= LARGEST_DOUBT * corrected;
+        known.then_some(corrected)
+    }
+
+    /// Whether the reference's noise hardly matters.
+    pub(crate) fn is_pure(self) -> bool {
+        self.noise <= SMALL_SHARE * self.measured
     }
 }
 
@@ -85,11 +99,21 @@ impl Truth {
     fn from_values(values: Vec<f64>, variances: &[f64], mean_error: f64) -> Self {
         let count = values.len() as f64;
         let mean = values.iter().sum::<f64>() / count;
-        let truth =
-            Self { values, mean, mean_error, noise: variances.iter().sum::<f64>() / count, relative_noise: 0.0 };
+        let (noise, error) = mean_and_error_of_pixels(variances);
+        let truth = Self { values, mean, mean_error, noise, relative_noise: 0.0, noise_errors: [error, 0.0] };
         let weighted = truth.values.iter().zip(variances).map(|(&r, &variance)| ratio(variance, truth.scale(r)));
-        let relative_noise = weighted.sum::<f64>() / count;
-        Self { relative_noise, ..truth }
+        let (relative_noise, relative_error) = mean_and_error_of_pixels(&weighted.collect::<Vec<_>>());
+        Self { relative_noise, noise_errors: [error, relative_error], ..truth }
+    }
+
+    /// An MSE as it is measured.
+    pub(crate) fn mse(&self, measured: f64) -> Figure {
+        Figure { measured, noise: self.noise, noise_error: self.noise_errors[0] }
+    }
+
+    /// A relMSE as it is measured.
+    pub(crate) fn rel_mse(&self, measured: f64) -> Figure {
+        Figure { measured, noise: self.relative_noise, noise_error: self.noise_errors[1] }
     }
 
     /// The denominator of relMSE.
@@ -127,6 +151,15 @@ impl Truth {
     }
 }
 
+/// The mean of all values, and its standard error: the channels of a pixel are dependent, pixels are not.
+fn mean_and_error_of_pixels(values: &[f64]) -> (f64, f64) {
+    let pixels: Vec<f64> = values.chunks_exact(3).map(|pixel| pixel.iter().sum::<f64>() / 3.0).collect();
+    let count = pixels.len() as f64;
+    let mean = pixels.iter().sum::<f64>() / count;
+    let squares: f64 = pixels.iter().map(|value| (value - mean).powi(2)).sum();
+    (mean, squares.sqrt() / count)
+}
+
 /// `error / scale`, where no error is 0 on any scale.
 fn ratio(error: f64, scale: f64) -> f64 {
     if error == 0.0 { 0.0 } else { error / scale }
@@ -162,7 +195,7 @@ mod tests {
     fn the_noise_of_the_reference_is_subtracted() {
         // halves with variance 0.08 give a reference with 0.04: a share just below the limit
         let (truth, errors) = synthetic(0.08);
-        let figure = Figure { measured: errors.mse, noise: truth.noise };
+        let figure = truth.mse(errors.mse);
         let corrected = figure.corrected().expect("the reference is good enough");
         assert!((corrected - 1.0).abs() < tolerance(), "{corrected}");
         // the known-wrong figure, which does not subtract, is off by more than chance
@@ -172,7 +205,7 @@ mod tests {
     #[test]
     fn so_it_is_for_relative_errors() {
         let (truth, errors) = synthetic(0.08);
-        let corrected = Figure { measured: errors.rel_mse, noise: truth.relative_noise }.corrected().unwrap();
+        let corrected = truth.rel_mse(errors.rel_mse).corrected().unwrap();
         let exact = synthetic(0.0).1.rel_mse;
         // the weights take part: some of the terms count more
         assert!((corrected / exact - 1.0).abs() < 1.5 * tolerance(), "{corrected} {exact}");
@@ -182,10 +215,15 @@ mod tests {
     #[test]
     fn too_noisy_a_reference_gives_no_figure() {
         let (truth, errors) = synthetic(0.14);
-        assert_eq!(Figure { measured: errors.mse, noise: truth.noise }.corrected(), None);
-        assert_eq!(Figure { measured: 1.0, noise: LARGEST_SHARE }.corrected(), Some(1.0 - LARGEST_SHARE));
-        assert_eq!(Figure { measured: 0.0, noise: 0.0 }.corrected(), Some(0.0));
-        assert_eq!(Figure { measured: f64::NAN, noise: 0.0 }.corrected(), None);
+        let figure = truth.mse(errors.mse);
+        assert!(!figure.is_pure() && figure.corrected().is_some_and(|left| (left - 1.0).abs() < tolerance()));
+        let (truth, errors) = synthetic(0.8);
+        assert_eq!(truth.mse(errors.mse).corrected(), None);
+        let figure = |measured, noise, noise_error| Figure { measured, noise, noise_error }.corrected();
+        assert_eq!(figure(1.0, LARGEST_SHARE, 0.01), Some(1.0 - LARGEST_SHARE));
+        assert_eq!(figure(1.0, LARGEST_SHARE, 0.02), None);
+        assert_eq!(figure(0.0, 0.0, 0.0), Some(0.0));
+        assert_eq!(figure(f64::NAN, 0.0, 0.0), None);
     }
 
     #[test]

@@ -115,16 +115,16 @@ impl Cell {
     }
 
     pub(crate) fn mse(&self, truth: &Truth) -> Figure {
-        Figure { measured: self.mean(|run| run.errors.mse), noise: truth.noise }
+        truth.mse(self.mean(|run| run.errors.mse))
     }
 
     pub(crate) fn rel_mse(&self, truth: &Truth) -> Figure {
-        Figure { measured: self.mean(|run| run.errors.rel_mse), noise: truth.relative_noise }
+        truth.rel_mse(self.mean(|run| run.errors.rel_mse))
     }
 
-    /// MAPE as it is measured, refused where the MSE is.
+    /// MAPE as it is measured, refused where the reference has more than a small share in the MSE.
     pub(crate) fn mape(&self, truth: &Truth) -> Option<f64> {
-        self.mse(truth).corrected().map(|_| self.mean(|run| run.errors.mape))
+        self.mse(truth).is_pure().then(|| self.mean(|run| run.errors.mape))
     }
 
     /// The bias of the mean, relative to it; the reference's error has its part in the interval.
@@ -148,9 +148,9 @@ impl Series {
         Some(self.per_sample(self.counts.rays()) * self.traced as f64 / pass.seconds * 1e-6)
     }
 
-    /// Exponent of the RMSE in the number of samples, over the cells that the reference can judge.
+    /// Exponent of the RMSE in the number of samples, over the cells in which the reference has a small share.
     pub(crate) fn convergence(&self, truth: &Truth) -> Option<fit::Estimate> {
-        let judged = || self.cells.iter().filter(|cell| cell.mse(truth).corrected().is_some());
+        let judged = || self.cells.iter().filter(|cell| cell.mse(truth).is_pure());
         let samples: Vec<f64> = judged().map(|cell| f64::from(cell.samples)).collect();
         let squared: Vec<_> = judged().map(|cell| cell.each(|run| run.errors.mse - truth.noise)).collect();
         fit::convergence(&samples, &squared)

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::against::{Change, Ratio};
 use super::equal_time::{self, Comparison};
-use super::error::{Figure, LARGEST_SHARE};
+use super::error::{Figure, LARGEST_DOUBT, LARGEST_SHARE, SMALL_SHARE};
 use super::fit::{self, Estimate};
 use super::table::Setup;
 use super::{SceneResult, Series};
@@ -49,8 +49,9 @@ fn heading(report: &Report<'_>) -> String {
          | commit | {commit} |\n\
          | images | {} x {} pixels, paths of up to {} segments, {pixel} |\n\n\
          Errors are over all values (three a pixel), against a reference whose own noise was subtracted from MSE and \
-         relMSE (denominator ref² + 0.01 mean²); where that noise is more than {:.0} % of what was measured, the figure is \
-         refused: *{REFUSED}*. MAPE (denominator ref + 0.01 mean) is as measured. Restarts are \
+         relMSE (denominator ref² + 0.01 mean²); where that noise is more than {:.0} % of what was measured, or two standard errors of it \
+         more than {:.0} % of what is left, the figure is refused: *{REFUSED}*. MAPE (denominator ref + 0.01 mean) is as \
+         measured, and refused from {:.0} % of noise on, as is the slope. Restarts are \
          interleaved; each makes as many images of every number of samples as together have the samples of the largest, all \
          with seeds of their own. Times are medians; `±` is half of a 95 % interval.\n",
         one_line(report.command),
@@ -58,6 +59,8 @@ fn heading(report: &Report<'_>) -> String {
         integral.height,
         integral.path.max_depth,
         100.0 * LARGEST_SHARE,
+        100.0 * LARGEST_DOUBT,
+        100.0 * SMALL_SHARE,
     )
 }
 

@@ -141,7 +141,7 @@ fn row(setup: &Setup, result: &SceneResult, series: &Series, cell: &Cell, restar
         seconds: run.seconds,
         mse: known.then_some(run.errors.mse - truth.noise),
         rel_mse: known_relative.then_some(run.errors.rel_mse - truth.relative_noise),
-        mape: known.then_some(run.errors.mape),
+        mape: cell.mape(truth).map(|_| run.errors.mape),
         measured_mse: run.errors.mse,
         mean: run.errors.mean,
         reference_mean: truth.mean,

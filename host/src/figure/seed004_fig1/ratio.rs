@@ -1,7 +1,7 @@
 //! What one form of MIS needs over what the other does, for equal error.
 
 use super::{FORMS, Measured, PROPOSED, Pair, TALBOT};
-use crate::bench::error::{Errors, Figure, Truth};
+use crate::bench::error::{Errors, Truth};
 use crate::bootstrap::{Interval, mean};
 use crate::di::DiSettings;
 
@@ -112,8 +112,7 @@ impl Pair {
 
 /// Whether the reference's noise has a small share in the errors.
 pub(super) fn judged(errors: &[Errors], truth: &Truth) -> bool {
-    let measured = Errors::mean(errors).rel_mse;
-    Figure { measured, noise: truth.relative_noise }.corrected().is_some()
+    truth.rel_mse(Errors::mean(errors).rel_mse).is_pure()
 }
 
 /// The time of Talbot's frames over that of the proposed form's, chains side by side; the median of each block.
