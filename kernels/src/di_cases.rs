@@ -4,8 +4,8 @@ use crate::{Case, CaseScene, CaseScenes};
 use restir_shared::glam::UVec4;
 use restir_shared::layout::{
     DI_AVERAGE_VISIBILITY, DI_FINAL_RAY, DI_INITIAL_VISIBILITY, DI_JITTER, DI_MIS_SHIFT, DI_MIS_VISIBILITY,
-    DI_OTHER_FRAME, DI_SCATTER_CANDIDATE, DI_STILL, DI_TARGET_VISIBILITY, DI_TRANSMITTANCE, DiParams, FEATURES_ALL,
-    FilmPixel,
+    DI_OTHER_FRAME, DI_SCATTER_CANDIDATE, DI_STILL, DI_TARGET_VISIBILITY, DI_TILES, DI_TRANSMITTANCE, DiParams,
+    FEATURES_ALL, FilmPixel, TileParams, TileWords,
 };
 use restir_shared::mis::Mis;
 use restir_shared::scene::SceneView;
@@ -20,13 +20,15 @@ pub(crate) struct Chain {
     pub(crate) hits: [Vec<UVec4>; 2],
     pub(crate) reservoirs: [Vec<UVec4>; 2],
     pub(crate) direct: Vec<FilmPixel>,
+    /// Candidates of the second frame.
+    pub(crate) tiles: Vec<TileWords>,
 }
 
 /// Visibility where the reservoirs of initial samples lack what is occluded.
 const REUSE: u32 = DI_INITIAL_VISIBILITY | DI_MIS_VISIBILITY;
 
 /// Name, scene, flags, form of MIS, neighbours.
-const ROWS: [(&str, &str, u32, Mis, u32); 19] = [
+const ROWS: [(&str, &str, u32, Mis, u32); 22] = [
     ("1/M, temporal", "cornell", DI_OTHER_FRAME | DI_INITIAL_VISIBILITY | DI_FINAL_RAY, Mis::ONE_OVER_M, 0),
     ("1/Z, spatial", "cornell", REUSE | DI_FINAL_RAY, Mis::ONE_OVER_Z, 4),
     ("contribution, temporal", "many-lights", DI_OTHER_FRAME | REUSE | DI_JITTER, Mis::CONTRIBUTION, 0),
@@ -40,6 +42,9 @@ const ROWS: [(&str, &str, u32, Mis, u32); 19] = [
     ("counted, defensive", "cornell", REUSE | DI_TARGET_VISIBILITY, Mis::PAIRWISE_COUNTED.with(Mis::DEFENSIVE), 5),
     ("constant, a still view", "cornell", DI_OTHER_FRAME | DI_STILL | REUSE | DI_TARGET_VISIBILITY, Mis::CONSTANT, 0),
     ("constant, no light", "empty", DI_FINAL_RAY | DI_SCATTER_CANDIDATE, Mis::CONSTANT, 2),
+    ("tiles", "many-lights", DI_TILES | REUSE | DI_TARGET_VISIBILITY | DI_SCATTER_CANDIDATE, DEFENSIVE, 3),
+    ("tiles of all kinds of lights", "tower", DI_TILES | REUSE | DI_SCATTER_CANDIDATE, Mis::TALBOT, 2),
+    ("tiles, no light", "empty", DI_TILES | DI_FINAL_RAY, Mis::CONSTANT, 2),
     ("defensive, as lights go out", "moving 5", DI_OTHER_FRAME | REUSE | DI_TARGET_VISIBILITY, DEFENSIVE, 3),
     ("1/Z, as lights come back", "moving 9", DI_OTHER_FRAME | REUSE | DI_SCATTER_CANDIDATE, Mis::ONE_OVER_Z, 2),
     ("through glass, by a final ray", "panes", DI_TRANSMITTANCE | DI_FINAL_RAY, Mis::TALBOT, 3),
@@ -127,12 +132,26 @@ fn chain(scene: &CaseScene, flags: u32, neighbours: u32, lightless: bool) -> Cha
         min_normal_cos: 0.5,
         first_neighbour: neighbours % 3,
         group: 5,
+        tiles: 3,
+        tile_size: 50,
+        reserved: [0; 2],
     };
     let pixels = || (0..HEIGHT).flat_map(|y| (0..WIDTH).map(move |x| [x, y]));
     let hits = [0, 1].map(|frame| pixels().map(|at| di::primary(&view(frame), &of_frame(frame), flags, at)).collect());
+    let tiles = |frame: u32| -> Vec<TileWords> {
+        let DiParams { scene, tile_size, tiles, seed, .. } = of_frame(frame);
+        let params = TileParams { scene, tile_size, tiles, frame, seed };
+        let places = (0..tiles).flat_map(|tile| (0..tile_size).map(move |index| (index, tile)));
+        places.map(|(index, tile)| di::presample(&view(frame), &params, index, tile)).collect()
+    };
     let initial = |frame: u32| -> Vec<(UVec4, FilmPixel)> {
+        let tiles = tiles(frame);
+        let tiles = bytemuck::cast_slice(&tiles);
         let hits: &Vec<UVec4> = &hits[frame as usize];
-        pixels().zip(hits).map(|(at, &hit)| di::initial(&view(frame), &of_frame(frame), flags, hit, at)).collect()
+        pixels()
+            .zip(hits)
+            .map(|(at, &hit)| di::initial(&view(frame), &of_frame(frame), flags, tiles, hit, at))
+            .collect()
     };
     let both = [initial(0), initial(1)];
     let reservoirs = [0, 1].map(|frame: usize| both[frame].iter().map(|(reservoir, _)| *reservoir).collect());
@@ -140,5 +159,5 @@ fn chain(scene: &CaseScene, flags: u32, neighbours: u32, lightless: bool) -> Cha
     let other_frame = if flags & DI_OTHER_FRAME != 0 { 0 } else { 1 };
     let DiParams { scene: other_scene, camera: other_camera, .. } = of_frame(other_frame);
     let params = DiParams { other_scene, other_camera, other_frame, ..of_frame(1) };
-    Chain { params, hits, reservoirs, direct }
+    Chain { params, hits, reservoirs, direct, tiles: tiles(1) }
 }

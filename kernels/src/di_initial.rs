@@ -10,13 +10,13 @@ kernel! {
     pub fn di_initial(8, 8) {
         constants { 0: features = 0xffff_ffff, 1: settings = 0xffff_ffff }
         params 0: DiParams,
-        read { 1: geometry: UVec4, 2: attributes: UVec4, 3: texels: UVec4, 4: hits: UVec4 },
-        own { 5: reservoirs: UVec4, 6: direct: FilmPixel },
+        read { 1: geometry: UVec4, 2: attributes: UVec4, 3: texels: UVec4, 4: hits: UVec4, 5: tiles: UVec4 },
+        own { 6: reservoirs: UVec4, 7: direct: FilmPixel },
     }
     |x, y, at, p, tracer| {
         let scene: SceneView<'_> = SceneView { header: p.scene, geometry, attributes, texels, features, tracer };
         let hit = hits[(y * p.width + x) as usize];
-        let (reservoir, radiance) = di::initial(&scene, &p, p.flags & settings, hit, [x, y]);
+        let (reservoir, radiance) = di::initial(&scene, &p, p.flags & settings, tiles, hit, [x, y]);
         reservoirs[at] = reservoir;
         direct[at] = radiance
     }
@@ -24,5 +24,5 @@ kernel! {
 
 #[cfg(not(target_arch = "spirv"))]
 fn cases(scenes: &dyn crate::CaseScenes) -> Vec<crate::Case> {
-    crate::di_cases::make(scenes, |chain, case| case.with(&chain.hits[1]).output().output())
+    crate::di_cases::make(scenes, |chain, case| case.with(&chain.hits[1]).with(&chain.tiles).output().output())
 }

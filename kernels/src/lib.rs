@@ -24,6 +24,7 @@ kernels! {
     di_initial,
     di_primary,
     di_shade,
+    di_tiles,
     film_add,
     film_resolve,
     num_probe,

@@ -158,6 +158,8 @@ pub const DI_TARGET_SHIFT: u32 = 8;
 /// Direct light flag of a combine with another frame, without neighbours: every pixel has the same camera ray in it, and
 /// scenes are the same. Both reservoirs are the pixel's own then, and the visibility that they have is its own.
 pub const DI_STILL: u32 = 1 << 11;
+/// Direct light flag: candidates from lights come from tiles ([`DiParams::tiles`]).
+pub const DI_TILES: u32 = 1 << 12;
 /// Position of the bits of [`crate::mis::Mis`] among the flags of direct light.
 pub const DI_MIS_SHIFT: u32 = 16;
 
@@ -326,12 +328,61 @@ pub struct DiParams {
     pub first_neighbour: u32,
     /// Candidates from lights in a group, of which one is tested by a ray if its visibility is asked for; 0 for one group.
     pub group: u32,
+    /// Tiles of presampled candidates, with [`DI_TILES`]; at most 2^15.
+    pub tiles: u32,
+    /// Candidates in a tile, at most 2^15.
+    pub tile_size: u32,
+    /// Zero.
+    pub reserved: [u32; 2],
 }
 
 impl Extent for DiParams {
     fn extent(&self) -> [u32; 2] {
         [self.width, self.height]
     }
+}
+
+/// Parameters of the kernel that fills tiles with candidates.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct TileParams {
+    /// The scene's tables.
+    pub scene: SceneHeader,
+    /// Candidates in a tile, at most 2^15.
+    pub tile_size: u32,
+    /// Tiles, at most 2^15.
+    pub tiles: u32,
+    /// Index of the frame: the sample index of its random numbers.
+    pub frame: u32,
+    /// Seed of the random numbers.
+    pub seed: u32,
+}
+
+impl Extent for TileParams {
+    fn extent(&self) -> [u32; 2] {
+        [self.tile_size, self.tiles]
+    }
+}
+
+/// A candidate in a tile: a light's address and all that lies there, in four words of 16 bytes.
+///
+/// | word | x, y, z | w |
+/// |---|---|---|
+/// | 0 | position | index of the light |
+/// | 1 | normal | u, in 2^-24 |
+/// | 2 | emission | v, in 2^-24 |
+/// | 3 | density; offset and extent, or the falloff of a light at a point | kind, + 4 if it is two-sided |
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct TileWords {
+    /// Word 0.
+    pub position: [u32; 4],
+    /// Word 1.
+    pub normal: [u32; 4],
+    /// Word 2.
+    pub emission: [u32; 4],
+    /// Word 3.
+    pub rest: [u32; 4],
 }
 
 /// Parameters of the film kernels.
@@ -369,7 +420,9 @@ const _: () = {
     assert!(size_of::<SceneHeader>() == 80);
     assert!(size_of::<CameraParams>() == 64);
     assert!(size_of::<PathParams>() == 176);
-    assert!(size_of::<DiParams>() == 352);
+    assert!(size_of::<DiParams>() == 368);
+    assert!(size_of::<TileParams>() == 96);
+    assert!(size_of::<TileWords>() == 64);
     assert!(size_of::<FilmParams>() == 16);
     assert!(size_of::<FilmPixel>() == 16);
 };

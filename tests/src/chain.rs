@@ -4,7 +4,7 @@ use restir_host::buffers::SceneBuffers;
 use restir_host::di::DiSettings;
 use restir_host::replay::Still;
 use restir_shared::glam::UVec4;
-use restir_shared::layout::{DiParams, FilmPixel};
+use restir_shared::layout::{DiParams, FilmPixel, TileParams, TileWords};
 use restir_shared::scene::{AddressedLights, Surface, Trace};
 use restir_shared::technique::di;
 
@@ -18,6 +18,8 @@ pub struct Chain<'a, S> {
     pub temporal: bool,
     /// Passes of spatial reuse.
     pub spatial: u32,
+    /// These come first.
+    pub spatial_first: bool,
     /// One pass for both.
     pub fused: bool,
     /// Neighbours whose samples are shaded, in one pass.
@@ -62,6 +64,8 @@ impl<'a, S: Trace + Surface + AddressedLights> Chain<'a, S> {
             max_plane_distance: s.max_plane_distance,
             min_normal_cos: s.min_normal_cos,
             group: s.candidates_per_ray(),
+            tiles: s.tiles,
+            tile_size: s.tile_size,
             ..DiParams::default()
         };
         Self {
@@ -69,6 +73,7 @@ impl<'a, S: Trace + Surface + AddressedLights> Chain<'a, S> {
             params,
             temporal: s.temporal,
             spatial: s.spatial,
+            spatial_first: s.spatial_first,
             fused: s.fused,
             shaded: s.shaded,
             shading_radius: s.shading_radius,
@@ -90,9 +95,18 @@ impl<'a, S: Trace + Surface + AddressedLights> Chain<'a, S> {
     pub fn initial(&self, index: u32) -> Frame {
         let p = self.of_frame(index);
         let hits: Vec<UVec4> = self.pixels().map(|at| di::primary(self.scene, &p, p.flags, at)).collect();
-        let initial = self.pixels().zip(&hits).map(|(at, &hit)| di::initial(self.scene, &p, p.flags, hit, at));
+        let tiles = self.tiles(&p);
+        let tiles = bytemuck::cast_slice(&tiles);
+        let initial = self.pixels().zip(&hits).map(|(at, &hit)| di::initial(self.scene, &p, p.flags, tiles, hit, at));
         let (reservoirs, direct) = initial.unzip();
         Frame { index, hits, reservoirs, direct }
+    }
+
+    fn tiles(&self, p: &DiParams) -> Vec<TileWords> {
+        let params =
+            TileParams { scene: p.scene, tile_size: p.tile_size, tiles: p.tiles, frame: p.frame, seed: p.seed };
+        let places = (0..p.tiles).flat_map(|tile| (0..p.tile_size).map(move |index| (index, tile)));
+        places.map(|(index, tile)| di::presample(self.scene, &params, index, tile)).collect()
     }
 
     /// The parameters and the planes of a combine with the frame before, for one pixel.
@@ -130,13 +144,22 @@ impl<'a, S: Trace + Surface + AddressedLights> Chain<'a, S> {
     /// A frame with all reuse.
     pub fn frame(&self, index: u32, last: Option<&Frame>) -> Frame {
         let mut frame = self.initial(index);
+        if self.spatial_first {
+            self.reuse_in_space(&mut frame);
+        }
         if let Some(last) = last.filter(|_| self.temporal) {
             frame.reservoirs = self.pixels().map(|at| self.temporal_pixel(&frame, last, at)).collect();
         }
-        for pass in 0..if self.fused { 0 } else { self.spatial } {
-            frame.reservoirs = self.pixels().map(|at| self.spatial_pixel(&frame, pass, at)).collect();
+        if !self.spatial_first {
+            self.reuse_in_space(&mut frame);
         }
         frame
+    }
+
+    fn reuse_in_space(&self, frame: &mut Frame) {
+        for pass in 0..if self.fused { 0 } else { self.spatial } {
+            frame.reservoirs = self.pixels().map(|at| self.spatial_pixel(frame, pass, at)).collect();
+        }
     }
 
     /// The last of a number of frames.

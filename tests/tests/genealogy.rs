@@ -29,12 +29,13 @@ fn main() -> ExitCode {
     ])
 }
 
-fn settings() -> [DiSettings; 4] {
+fn settings() -> [DiSettings; 5] {
     let default = DiSettings::default;
     [
         default(),
         DiSettings { spatial: 3, feedback: false, jitter: true, mis: MisForm::Talbot, ..default() },
         DiSettings { fused: true, candidates: 2, ..default() },
+        DiSettings { tiles: 3, tile_size: 20, spatial_first: true, ..default() },
         DiSettings { temporal: false, candidates: 1, mis: MisForm::Contribution, shaded: 0, ..default() },
     ]
 }
@@ -101,10 +102,21 @@ fn problem(scene: &SceneBuffers, render: &DiRender, chain: &[Generation]) -> Res
 }
 
 /// A candidate from the lights, drawn once more. Of a frame's random dimensions the first is scattering's, then come two for each
-/// of up to 16 combines.
+/// of up to 16 combines. With tiles the first of a pixel's candidates says where in its block's tile they begin; the random
+/// dimensions of tiles and blocks lie beyond all of these.
 fn candidate(scene: &SceneBuffers, render: &DiRender, g: &Generation, index: u32) -> Result<LightAddress, Failed> {
     let rng = Rng::new(g.pixel % render.width, g.pixel / render.width, g.frame, render.seed);
-    Ok(scene.at(f64::from(g.frame))?.view().choose_address(rng.draw(2 + 2 * 16 + 2 * index)))
+    let scene = scene.at(f64::from(g.frame))?;
+    let draw = |rng: Rng, dimension: u32| scene.view().choose_address(rng.draw(dimension));
+    let DiSettings { tiles, tile_size, .. } = render.settings;
+    if tiles == 0 {
+        return Ok(draw(rng, 2 + 2 * 16 + 2 * index));
+    }
+    let below = |count: u32, word: u32| ((u64::from(count) * u64::from(word >> 8)) >> 24) as u32;
+    let block = Rng::new(g.pixel % render.width / 8, g.pixel / render.width / 8, g.frame, render.seed);
+    let tile = below(tiles, block.draw(65_537).x);
+    let place = (below(tile_size, rng.draw(2 + 2 * 16).x) + index) % tile_size;
+    Ok(draw(Rng::new(place, tile, g.frame, render.seed), 65_536))
 }
 
 fn chains_lead_to_the_candidate() -> Result<(), Failed> {

@@ -2,7 +2,7 @@
 
 use libtest_mimic::Failed;
 use restir_host::buffers::SceneBuffers;
-use restir_host::di::{self, DiRender, DiSettings, MisForm, Visibility};
+use restir_host::di::{self, DiRender, DiSettings, MAX_NEIGHBOURS, MisForm, Visibility};
 use restir_host::exec::CpuExecutor;
 use restir_host::scene::{Camera, Material, Mesh, Scene};
 use restir_shared::glam::{UVec4, Vec3};
@@ -72,6 +72,8 @@ fn chains_have_the_bits_of_renders() -> Result<(), Failed> {
     ];
     let buffers = buffers("all-lights")?;
     for settings in presets.chain(more) {
+        // a chain shades in one pass
+        let settings = DiSettings { shaded: settings.shaded.min(MAX_NEIGHBOURS), ..settings };
         let render = DiRender { frames: 3, seed: 7, ..DiRender::new([20, 14], settings.clone()) };
         let rendered = di::render(&mut executor, &buffers, &render, &mut |_| ControlFlow::Continue(()))?;
         let view = buffers.view();
@@ -355,7 +357,8 @@ fn without_lights_it_is_dark() -> Result<(), Failed> {
     ensure(buffers.header.light_count == 0, || "there is a light".to_owned())?;
     let view = buffers.view();
     for name in DiSettings::PRESETS {
-        let settings = DiSettings::preset(name).ok_or(name)?;
+        let preset = DiSettings::preset(name).ok_or(name)?;
+        let settings = DiSettings { shaded: preset.shaded.min(MAX_NEIGHBOURS), ..preset };
         let film = Chain::new(&view, &buffers, [8, 8], &settings, 1).film(3);
         ensure(film.iter().all(|p| *p == FilmPixel::default()), || format!("{name}: light from nowhere"))?;
     }
@@ -483,12 +486,12 @@ fn small(settings: DiSettings) -> DiSettings {
     }
 }
 
-const UNBIASED: usize = 11;
+const UNBIASED: usize = 13;
 
 fn unbiased_settings_agree_with_paths() -> Result<(), Failed> {
     let by_visibility =
         |form| DiSettings { target_visibility: true, visibility: Visibility::Selected, ..reusing_visibility(form) };
-    let rows: [DiSettings; UNBIASED - 2] = [
+    let rows: [DiSettings; UNBIASED - 3] = [
         plain(MisForm::Talbot),
         // two passes: what neighbours saw and the pixel itself does not must not count
         DiSettings { spatial: 2, ..reusing_visibility(MisForm::OneOverZ) },
@@ -499,16 +502,19 @@ fn unbiased_settings_agree_with_paths() -> Result<(), Failed> {
         DiSettings { fused: true, ..reusing_visibility(MisForm::Talbot) },
         DiSettings { shaded: 4, ..by_visibility(MisForm::PairwiseDefensive) },
         DiSettings { shaded: 3, spatial: 0, ..plain(MisForm::Talbot) },
+        DiSettings { tiles: 3, tile_size: 64, ..by_visibility(MisForm::Talbot) },
     ];
     let still = [
         DiSettings { initial_rays: 3, shaded: 4, ..by_visibility(MisForm::Pairwise) },
         DiSettings { initial_rays: 2, ..reusing_visibility(MisForm::Contribution) },
+        DiSettings { tiles: 2, tile_size: 64, spatial_first: true, shaded: 4, ..by_visibility(MisForm::Pairwise) },
     ];
     let still = still.map(|settings| DiSettings { still: true, ..small(settings) });
     for settings in rows.map(small).into_iter().chain(still) {
         let verdict = verdict(&moments(&settings, RESTARTS, 0)?)?;
-        let DiSettings { mis, spatial, fused, shaded, still, .. } = settings;
-        println!("{}, {spatial} passes, fused {fused}, {shaded} shaded, still {still}: {verdict}", mis.name());
+        let DiSettings { mis, spatial, fused, shaded, still, tiles, .. } = settings;
+        let mis = mis.name();
+        println!("{mis}, {spatial} passes, fused {fused}, {shaded} shaded, still {still}, {tiles} tiles: {verdict}");
         ensure(verdict.passed(), || format!("{verdict}: {settings:?}"))?;
         ensure(verdict.detectable_in_image <= GOAL_IMAGE, || format!("too few chains: {verdict}"))?;
     }

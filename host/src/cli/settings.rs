@@ -69,6 +69,8 @@ macro_rules! keys {
 const DI_KEYS: &[Key<DiSettings>] = keys! {
     candidates: number, "a number of candidates from lights";
     initial_rays: number, "a number of groups of candidates from lights, of each of which one is tested by a ray";
+    tiles: number, "a number of tiles of candidates that pixels share; 0 if each samples its own";
+    tile_size: number, "a number of candidates in a tile";
     scatter: switch, "on or off: one more candidate, from scattering";
     mis: choice, "1/m, 1/z, contribution, talbot, pairwise, pairwise-defensive, pairwise-counted, pairwise-counted-defensive or constant";
     temporal: switch, "on or off: reuse of the last frame";
@@ -77,6 +79,7 @@ const DI_KEYS: &[Key<DiSettings>] = keys! {
     neighbours: number, "a number of neighbours of a pass";
     fused: switch, "on or off: the last frame's neighbours, in one pass with the last frame's reservoir";
     feedback: switch, "on or off: the next frame reuses what spatial reuse has made";
+    spatial_first: switch, "on or off: spatial reuse comes before reuse in time";
     radius: number, "the largest distance of a neighbour, in pixels";
     confidence_cap: number, "the largest confidence of the last frame's reservoirs, in frames";
     initial_visibility: switch, "on or off: occluded initial samples count for nothing";

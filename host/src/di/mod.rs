@@ -6,8 +6,8 @@ mod settings;
 
 pub use plan::plan;
 pub use settings::{
-    DiSettings, MAX_CANDIDATES, MAX_CONFIDENCE_CAP, MAX_NEIGHBOURS, MAX_SHADED, MAX_SPATIAL_PASSES, MisForm, Target,
-    Visibility,
+    DiSettings, MAX_CANDIDATES, MAX_CONFIDENCE_CAP, MAX_NEIGHBOURS, MAX_SHADED, MAX_SPATIAL_PASSES, MAX_TILE_SIZE,
+    MAX_TILES, MisForm, Target, Visibility,
 };
 
 use crate::buffers::SceneBuffers;

@@ -7,7 +7,7 @@ use crate::buffers::SceneBuffers;
 use crate::film::{Film, plane_words};
 use crate::plan::{Buffer, BufferId, FramePlan, Pass};
 use restir_kernels::{self as kernels, KernelDesc};
-use restir_shared::layout::{DiParams, SceneHeader};
+use restir_shared::layout::{DiParams, SceneHeader, TileParams, TileWords};
 use std::collections::VecDeque;
 
 const ARENAS: [BufferId; 3] = [0, 1, 2];
@@ -54,22 +54,27 @@ struct Planes {
     /// The one in work, one more for spatial reuse, one more for the last frame's.
     reservoirs: Vec<BufferId>,
     direct: BufferId,
+    /// Candidates that pixels share, if they do.
+    tiles: Option<BufferId>,
 }
 
 impl Planes {
     fn new(buffers: &mut Vec<Buffer>, render: &DiRender) -> Self {
-        let words = plane_words([render.width, render.height]);
-        let mut add = |name| {
+        let s = &render.settings;
+        let mut add = |name, words| {
             buffers.push(Buffer { name, words, contents: None });
             buffers.len() - 1
         };
-        let s = &render.settings;
+        let candidates = s.tiles as usize * s.tile_size as usize;
+        let tiles = (candidates > 0).then(|| add("tiles", candidates * size_of::<TileWords>() / size_of::<u32>()));
+        let mut add = |name| add(name, plane_words([render.width, render.height]));
         let history = usize::from(keeps_history(render));
         let spatial = usize::from(s.spatial > 0 && !s.fused);
         Self {
             hits: (0..1 + history).map(|_| add("hits")).collect(),
             reservoirs: (0..1 + history + spatial).map(|_| add("reservoirs")).collect(),
             direct: add("direct"),
+            tiles,
         }
     }
 }
@@ -96,34 +101,78 @@ impl Passes<'_> {
     fn count(mut self, samples: u32) -> u64 {
         let mut first_and_later = [0; 2];
         for passes in &mut first_and_later {
-            self.reuse();
+            self.reuse_hits();
             *passes = self.queue.len() as u64;
             self.queue.clear();
             self.frame += 1;
         }
         let [first, later] = first_and_later;
-        first + later * u64::from(self.render.frames - 1) + 2 * u64::from(samples)
+        let hits = (0..self.render.frames).filter(|&frame| !self.knows_hits(frame)).count() as u64;
+        hits + first + later * u64::from(self.render.frames - 1) + 2 * u64::from(samples)
     }
 
     /// The passes of a frame up to its reservoirs.
     fn reuse(&mut self) {
-        let settings = &self.render.settings;
-        let (hits, last_hits) = self.hits();
-        self.push(&kernels::di_primary::DESC, self.params(), &ARENAS[..1], &[hits]);
-        let work = self.planes.reservoirs[0];
-        self.push(&kernels::di_initial::DESC, self.params(), &ARENAS, &[hits, work, self.planes.direct]);
-        if self.frame > 0 && keeps_history(self.render) {
-            let last = self.planes.reservoirs[self.planes.reservoirs.len() - 1];
-            let of_last = DiParams {
-                flags: settings.temporal_flags(self.same_view()),
-                other_scene: self.headers()[1],
-                other_camera: self.camera_params(self.frame - 1),
-                other_frame: self.frame - 1,
-                neighbours: if settings.fused { settings.neighbours } else { 0 },
-                ..self.params()
-            };
-            self.push(&kernels::di_combine::DESC, of_last, &ARENAS, &[hits, last_hits, last, work]);
+        if !self.knows_hits(self.frame) {
+            let (hits, _) = self.hits();
+            self.push(&kernels::di_primary::DESC, self.params(), &ARENAS[..1], &[hits]);
         }
+        self.reuse_hits();
+    }
+
+    /// The passes that find hits in their plane.
+    fn reuse_hits(&mut self) {
+        let (hits, last_hits) = self.hits();
+        let work = self.planes.reservoirs[0];
+        self.presample();
+        // without tiles any buffer will do, for none is read
+        let tiles = self.planes.tiles.unwrap_or(hits);
+        self.push(&kernels::di_initial::DESC, self.params(), &ARENAS, &[hits, tiles, work, self.planes.direct]);
+        let spatial_first = self.render.settings.spatial_first;
+        if spatial_first {
+            self.reuse_in_space();
+        }
+        if self.frame > 0 && keeps_history(self.render) {
+            self.reuse_in_time(hits, last_hits);
+        }
+        if !spatial_first {
+            self.reuse_in_space();
+        }
+    }
+
+    /// Fills the tiles, if there are any.
+    fn presample(&mut self) {
+        let Some(tiles) = self.planes.tiles else { return };
+        let DiParams { scene, tile_size, tiles: count, frame, seed, .. } = self.params();
+        let params = TileParams { scene, tile_size, tiles: count, frame, seed };
+        self.queue.push_back(Pass {
+            frame: None,
+            kernel: &kernels::di_tiles::DESC,
+            constants: vec![self.scene.features],
+            params: bytemuck::cast_slice(&[params]).to_vec(),
+            bindings: [ARENAS.as_slice(), &[tiles]].concat(),
+            grid: [tile_size, count],
+        });
+    }
+
+    fn reuse_in_time(&mut self, hits: BufferId, last_hits: BufferId) {
+        let settings = &self.render.settings;
+        let work = self.planes.reservoirs[0];
+        let last = self.planes.reservoirs[self.planes.reservoirs.len() - 1];
+        let of_last = DiParams {
+            flags: settings.temporal_flags(self.same_view(self.frame - 1)),
+            other_scene: self.headers()[1],
+            other_camera: self.camera_params(self.frame - 1),
+            other_frame: self.frame - 1,
+            neighbours: if settings.fused { settings.neighbours } else { 0 },
+            ..self.params()
+        };
+        self.push(&kernels::di_combine::DESC, of_last, &ARENAS, &[hits, last_hits, last, work]);
+    }
+
+    fn reuse_in_space(&mut self) {
+        let settings = &self.render.settings;
+        let (hits, _) = self.hits();
         for pass in 0..if settings.fused { 0 } else { settings.spatial } {
             let params = DiParams { combine: 1 + pass, ..self.params() };
             // what the next frame reads is not written over
@@ -134,12 +183,18 @@ impl Passes<'_> {
         }
     }
 
-    /// Whether the last frame had the same scene and the same ray in every pixel, jitter aside.
-    fn same_view(&self) -> bool {
-        let [last, camera] = [self.frame - 1, self.frame].map(|frame| self.camera_params(frame));
+    /// Whether the plane of hits is still that of the same rays: its frame, and every one since, had them.
+    fn knows_hits(&self, frame: u32) -> bool {
+        let written = frame.checked_sub(self.planes.hits.len() as u32);
+        !self.render.settings.jitter && written.is_some_and(|at| (at..frame).all(|frame| self.same_view(frame)))
+    }
+
+    /// Whether a frame and the one after it have the same scene and the same ray in every pixel, jitter aside.
+    fn same_view(&self, frame: u32) -> bool {
+        let [last, camera] = [frame, frame + 1].map(|frame| self.camera_params(frame));
         // a point of a lens is another one each frame
         let is_pinhole = camera.lens_right == 0.0 && camera.lens_up == 0.0;
-        self.moments.is_none() && is_pinhole && last == camera
+        !self.scene.is_animated() && is_pinhole && last == camera
     }
 
     /// The plane of this frame's hits, and of the last one's.
@@ -152,7 +207,7 @@ impl Passes<'_> {
     /// Whether the next frame reuses what spatial reuse began with.
     fn keeps_before_spatial(&self) -> bool {
         let s = &self.render.settings;
-        keeps_history(self.render) && !s.feedback && s.spatial > 0 && !s.fused
+        keeps_history(self.render) && !s.feedback && !s.spatial_first && s.spatial > 0 && !s.fused
     }
 
     /// What the frame adds to the film.
@@ -224,6 +279,9 @@ impl Passes<'_> {
             min_normal_cos: s.min_normal_cos,
             first_neighbour: 0,
             group: s.candidates_per_ray(),
+            tiles: s.tiles,
+            tile_size: s.tile_size,
+            reserved: [0; 2],
         }
     }
 
@@ -306,6 +364,40 @@ mod tests {
         }
     }
 
+    #[test]
+    fn tiles_are_there_if_they_are_asked_for() {
+        let scene = SceneBuffers::build(&crate::scene::builtin::scene("cornell").expect("built in")).expect("builds");
+        let words = |settings: DiSettings| {
+            let plan_of = DiRender::new([4, 3], settings);
+            let plan = plan(&scene, &plan_of);
+            plan.buffers.iter().find(|buffer| buffer.name == "tiles").map(|buffer| buffer.words)
+        };
+        assert_eq!(words(DiSettings::default()), None);
+        assert_eq!(words(DiSettings { tiles: 3, tile_size: 50, ..DiSettings::default() }), Some(3 * 50 * 16));
+    }
+
+    /// Hits are found again where rays or scene may be others.
+    #[test]
+    fn hits_of_a_still_view_are_known() {
+        let build = |name| SceneBuffers::build(&crate::scene::builtin::scene(name).expect("built in")).expect("builds");
+        let scene = build("cornell");
+        let primary = |scene: &SceneBuffers, settings, cameras: &[Camera]| {
+            let render = DiRender { frames: 6, cameras: cameras.to_vec(), ..DiRender::new([4, 3], settings) };
+            let passes = plan(scene, &render).passes.map(|pass| pass.expect("made"));
+            passes.filter(|pass| pass.kernel.name == kernels::di_primary::DESC.name).count()
+        };
+        let default = DiSettings::default;
+        assert_eq!(primary(&scene, default(), &[]), 2);
+        assert_eq!(primary(&scene, DiSettings { temporal: false, ..default() }, &[]), 1);
+        assert_eq!(primary(&scene, DiSettings { jitter: true, ..default() }, &[]), 6);
+        assert_eq!(primary(&build("moving"), default(), &[]), 6);
+        let lens = Camera { lens_radius: 0.1, ..scene.camera };
+        assert_eq!(primary(&scene, default(), &[lens]), 6);
+        let moved = |by: f64| Camera { position: scene.camera.position * by, ..scene.camera };
+        // frames 0 to 3 see what none saw before, and 4 fills the other plane
+        assert_eq!(primary(&scene, default(), &[1.0, 1.01, 1.0, 1.02].map(moved)), 5);
+    }
+
     /// Merging without tests needs the same ray in every pixel.
     #[test]
     fn only_a_still_view_is_merged_as_such() {
@@ -346,9 +438,17 @@ mod tests {
     #[test]
     fn no_combination_of_settings_is_without_a_plan() {
         let scene = SceneBuffers::build(&crate::scene::builtin::scene("cornell").expect("built in")).expect("builds");
-        for bits in 0..16_u32 {
+        for bits in 0..64_u32 {
             let on = |bit: u32| bits >> bit & 1 == 1;
-            let settings = DiSettings { temporal: on(0), feedback: on(1), fused: on(2), ..DiSettings::default() };
+            let settings = DiSettings {
+                temporal: on(0),
+                feedback: on(1),
+                fused: on(2),
+                spatial_first: on(4),
+                jitter: on(5),
+                tiles: u32::from(on(5)),
+                ..DiSettings::default()
+            };
             for (spatial, frames) in (0..4).flat_map(|spatial| [1, 2, 5].map(|frames| (spatial, frames))) {
                 let settings = DiSettings { spatial, ..settings.clone() };
                 if settings.check().is_err() {

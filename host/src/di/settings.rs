@@ -3,7 +3,7 @@
 use crate::Error;
 use restir_shared::layout::{
     DI_AVERAGE_VISIBILITY, DI_FINAL_RAY, DI_INITIAL_VISIBILITY, DI_JITTER, DI_MIS_SHIFT, DI_MIS_VISIBILITY,
-    DI_OTHER_FRAME, DI_SCATTER_CANDIDATE, DI_STILL, DI_TARGET_SHIFT, DI_TARGET_VISIBILITY, DI_TRANSMITTANCE,
+    DI_OTHER_FRAME, DI_SCATTER_CANDIDATE, DI_STILL, DI_TARGET_SHIFT, DI_TARGET_VISIBILITY, DI_TILES, DI_TRANSMITTANCE,
 };
 use restir_shared::mis::{INPUTS, Mis};
 
@@ -13,6 +13,10 @@ pub const MAX_NEIGHBOURS: u32 = INPUTS as u32 - 2;
 pub const MAX_SHADED: u32 = 16 * MAX_NEIGHBOURS;
 /// The most candidates from lights.
 pub const MAX_CANDIDATES: u32 = 1024;
+/// The most tiles of candidates.
+pub const MAX_TILES: u32 = 1024;
+/// The most candidates of a tile.
+pub const MAX_TILE_SIZE: u32 = 32768;
 /// The most spatial passes of a frame.
 pub const MAX_SPATIAL_PASSES: u32 = 8;
 /// The largest cap on confidence: what the packed reservoir holds, with room for a pass of spatial reuse.
@@ -130,6 +134,11 @@ pub struct DiSettings {
     /// At most so many groups of candidates from lights, of equal size but for the last, of each of which one is tested by a
     /// ray, in 1..=[`Self::candidates`]. Default 1.
     pub initial_rays: u32,
+    /// Tiles of candidates from lights, sampled once a frame, of which each block of 8x8 pixels takes one, in
+    /// 0..=[`MAX_TILES`]; none if 0, when each pixel samples its own. Pixels that share candidates share their errors. Default 0.
+    pub tiles: u32,
+    /// Candidates in a tile, in 1..=[`MAX_TILE_SIZE`]. Default 2048.
+    pub tile_size: u32,
     /// One more candidate from scattering, which costs a ray. Default on. Biased if reservoirs are reused without
     /// [`Self::mis_visibility`].
     pub scatter: bool,
@@ -143,6 +152,10 @@ pub struct DiSettings {
     pub still: bool,
     /// Passes of spatial reuse, in 0..=[`MAX_SPATIAL_PASSES`]. Default 1.
     pub spatial: u32,
+    /// Spatial reuse comes before reuse in time, so that neighbours give what they have found in this frame: a sample does not
+    /// spread over their histories, and neighbours keep different ones. Better where the view stands still, worse where it
+    /// moves. Not with [`Self::fused`]; [`Self::feedback`] has to be on. Default off.
+    pub spatial_first: bool,
     /// Neighbours of a pass, in 1..=[`MAX_NEIGHBOURS`]. Default 4.
     pub neighbours: u32,
     /// One pass for both: the neighbours are the last frame's. Instead of [`Self::spatial`] passes. Default off.
@@ -187,11 +200,14 @@ impl Default for DiSettings {
         Self {
             candidates: 16,
             initial_rays: 1,
+            tiles: 0,
+            tile_size: 2048,
             scatter: true,
             mis: MisForm::PairwiseDefensive,
             temporal: true,
             still: true,
             spatial: 1,
+            spatial_first: false,
             neighbours: 4,
             fused: false,
             radius: 16.0,
@@ -215,7 +231,8 @@ impl Default for DiSettings {
 
 impl DiSettings {
     /// The presets by name.
-    pub const PRESETS: [&'static str; 6] = ["biased-2020", "unbiased-2020", "talbot", "wis", "quality", "fast"];
+    pub const PRESETS: [&'static str; 7] =
+        ["biased-2020", "unbiased-2020", "talbot", "wis", "quality", "offline", "fast"];
 
     /// No visibility but in shading, by a ray for the one sample shaded; so no candidate from scattering, which finds only what
     /// is visible.
@@ -241,19 +258,29 @@ impl DiSettings {
             radius: 30.0,
             ..Self::visibility_in_shading()
         };
+        let quality = Self {
+            mis: MisForm::Pairwise,
+            initial_rays: 2,
+            neighbours: 3,
+            radius: 6.0,
+            shading_radius: 6.0,
+            shaded: MAX_NEIGHBOURS,
+            ..Self::default()
+        };
         Some(match name {
             "biased-2020" => Self { mis: MisForm::OneOverM, neighbours: 5, spatial: 2, ..published },
             "unbiased-2020" => Self { mis: MisForm::Contribution, mis_visibility: true, ..published },
             "talbot" => Self { mis: MisForm::Talbot, mis_visibility: true, ..published },
             "wis" => Self { mis: MisForm::Talbot, visibility: Visibility::Averaged, neighbours: 1, ..published },
-            "quality" => Self {
-                mis: MisForm::Pairwise,
-                initial_rays: 2,
-                neighbours: 3,
-                radius: 6.0,
-                shading_radius: 6.0,
-                shaded: MAX_NEIGHBOURS,
-                ..Self::default()
+            "quality" => quality,
+            "offline" => Self {
+                candidates: 32,
+                tiles: 32,
+                tile_size: 2048,
+                spatial_first: true,
+                confidence_cap: MAX_CONFIDENCE_CAP,
+                shaded: 4 * MAX_NEIGHBOURS,
+                ..quality
             },
             "fast" => Self { candidates: 8, neighbours: 1, ..Self::visibility_in_shading() },
             _ => return None,
@@ -280,6 +307,8 @@ impl DiSettings {
         let after = self.mis.mis().is_after_selection();
         in_range("candidates", self.candidates, 0, MAX_CANDIDATES)
             .or_else(|| in_range("initial_rays", self.initial_rays, 1, self.candidates.max(1)))
+            .or_else(|| in_range("tiles", self.tiles, 0, MAX_TILES))
+            .or_else(|| in_range("tile_size", self.tile_size, 1, MAX_TILE_SIZE))
             .or_else(|| in_range("spatial", self.spatial, 0, MAX_SPATIAL_PASSES))
             .or_else(|| in_range("neighbours", self.neighbours, 1, MAX_NEIGHBOURS))
             .or_else(|| in_range("shaded", self.shaded, 0, MAX_SHADED))
@@ -304,6 +333,11 @@ impl DiSettings {
             .or_else(|| {
                 (self.fused && !self.temporal)
                     .then(|| "fused=on reuses the last frame; set temporal=on as well".to_owned())
+            })
+            .or_else(|| {
+                (self.spatial_first && (self.fused || !self.feedback)).then(|| {
+                    "spatial_first=on needs fused=off and feedback=on: the next frame reuses what both have made".to_owned()
+                })
             })
             .or_else(|| {
                 (self.target_visibility && !self.mis_visibility).then(|| {
@@ -388,6 +422,7 @@ impl DiSettings {
             | flag(self.visibility == Visibility::Ray, DI_FINAL_RAY)
             | flag(self.visibility == Visibility::Averaged, DI_AVERAGE_VISIBILITY)
             | flag(self.scatter, DI_SCATTER_CANDIDATE)
+            | flag(self.tiles > 0, DI_TILES)
             | flag(self.transmittance, DI_TRANSMITTANCE)
             | ((self.target as u32) << DI_TARGET_SHIFT)
             | (self.mis.mis().0 << DI_MIS_SHIFT)
@@ -420,6 +455,10 @@ mod tests {
             DiSettings { initial_rays: 17, ..default() },
             DiSettings { candidates: 0, scatter: false, ..default() },
             DiSettings { fused: true, temporal: false, ..default() },
+            DiSettings { spatial_first: true, fused: true, ..default() },
+            DiSettings { spatial_first: true, feedback: false, ..default() },
+            DiSettings { tiles: MAX_TILES + 1, ..default() },
+            DiSettings { tiles: 1, tile_size: 0, ..default() },
             DiSettings { mis_visibility: false, ..default() },
             DiSettings { initial_visibility: false, ..default() },
             DiSettings { visibility: Visibility::Averaged, ..default() },

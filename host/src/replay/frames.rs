@@ -3,10 +3,10 @@
 use super::still::Still;
 use crate::buffers::SceneBuffers;
 use crate::di::{DiRender, plan};
-use crate::plan::{BufferId, Pass};
+use crate::plan::{Buffer, BufferId, Pass};
 use restir_kernels as kernels;
 use restir_shared::glam::UVec4;
-use restir_shared::layout::{DiParams, FilmPixel};
+use restir_shared::layout::{DiParams, FilmPixel, TileParams};
 use restir_shared::scene::{AddressedLights, Surface, Trace};
 use restir_shared::technique::di;
 
@@ -26,9 +26,10 @@ impl Frames {
         observe: &mut dyn FnMut(&Pass, &Self),
     ) -> Self {
         let plan = plan::plan(buffers, render);
-        let pixels = render.width as usize * render.height as usize;
         // the arenas are the scene's
-        let planes = (0..plan.buffers.len()).map(|id| vec![UVec4::ZERO; if id < 3 { 0 } else { pixels }]).collect();
+        let words = |words: usize| words * size_of::<u32>() / size_of::<UVec4>();
+        let plane = |(id, buffer): (usize, &Buffer)| vec![UVec4::ZERO; if id < 3 { 0 } else { words(buffer.words) }];
+        let planes = plan.buffers.iter().enumerate().map(plane).collect();
         let mut frames = Self { width: render.width, planes };
         // of a still scene every pass can be made
         for pass in plan.passes.map_while(Result::ok) {
@@ -45,16 +46,19 @@ impl Frames {
 
     fn run<S: Trace + Surface + AddressedLights>(&mut self, scene: &S, pass: &Pass) {
         let name = pass.kernel.name;
+        if name == kernels::di_tiles::DESC.name {
+            self.presample(scene, pass);
+        }
         let Ok(p) = bytemuck::try_cast_slice::<u32, DiParams>(&pass.params).map(|all| all[0]) else { return };
         let ids = &pass.bindings;
         if name == kernels::di_primary::DESC.name {
             self.fill(ids[1], |at, _| di::primary(scene, &p, p.flags, at));
         } else if name == kernels::di_initial::DESC.name {
-            let hits = self.planes[ids[3]].clone();
+            let [hits, tiles] = [ids[3], ids[4]].map(|id| &self.planes[id]);
             let made: Vec<_> =
-                (0..).zip(hits).map(|(i, hit)| di::initial(scene, &p, p.flags, hit, self.at(i))).collect();
-            self.planes[ids[4]] = made.iter().map(|(reservoir, _)| *reservoir).collect();
-            self.planes[ids[5]] = made.iter().map(|(_, direct)| bytemuck::cast(*direct)).collect();
+                (0..).zip(hits).map(|(i, &hit)| di::initial(scene, &p, p.flags, tiles, hit, self.at(i))).collect();
+            self.planes[ids[5]] = made.iter().map(|(reservoir, _)| *reservoir).collect();
+            self.planes[ids[6]] = made.iter().map(|(_, direct)| bytemuck::cast(*direct)).collect();
         } else if name == kernels::di_combine::DESC.name {
             let [hits, other_hits, others] = [ids[3], ids[4], ids[5]].map(|id| self.planes[id].clone());
             let planes = di::Planes { hits: &hits, other_hits: &other_hits, others: &others };
@@ -68,6 +72,13 @@ impl Frames {
                 bytemuck::cast(di::shade(&Still(scene), &p, p.flags, &planes, direct, at))
             });
         }
+    }
+
+    fn presample<S: AddressedLights>(&mut self, scene: &S, pass: &Pass) {
+        let Ok(&[p]) = bytemuck::try_cast_slice::<u32, TileParams>(&pass.params) else { return };
+        let places = (0..p.tiles).flat_map(|tile| (0..p.tile_size).map(move |index| (index, tile)));
+        let words: Vec<_> = places.map(|(index, tile)| di::presample(scene, &p, index, tile)).collect();
+        self.planes[pass.bindings[3]] = bytemuck::cast_slice(&words).to_vec();
     }
 
     fn at(&self, index: u32) -> [u32; 2] {

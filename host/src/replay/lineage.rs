@@ -6,7 +6,7 @@ use crate::Error;
 use crate::buffers::SceneBuffers;
 use crate::exec::Step;
 use crate::plan::BufferId;
-use restir_kernels::{di_combine, di_initial, di_primary};
+use restir_kernels::{di_combine, di_initial, di_primary, di_tiles};
 use restir_shared::glam::UVec4;
 use restir_shared::layout::{DI_OTHER_FRAME, DiParams};
 use restir_shared::scene::{Frames, LightAddress};
@@ -45,6 +45,8 @@ pub(super) struct ReservoirPass {
     pub(super) frames: Arc<TwoFrames>,
     pub(super) made: Reservoirs,
     hits: Arc<[UVec4]>,
+    /// Of candidates; empty where each pixel samples its own.
+    tiles: Arc<[UVec4]>,
     /// None for a pass of initial candidates.
     combined: Option<Combined>,
 }
@@ -75,7 +77,8 @@ impl ReservoirPass {
         let (p, at, index) = (&self.params, self.position(pixel), pixel as usize);
         let frames = &*self.frames;
         let Some(Combined { other_hits, others, own }) = &self.combined else {
-            let (word, _, candidate) = di::initial_from(&frames.scene(false), p, p.flags, self.hits[index], at);
+            let scene = frames.scene(false);
+            let (word, _, candidate) = di::initial_from(&scene, p, p.flags, &self.tiles, self.hits[index], at);
             return (word, Origin::Candidate(candidate));
         };
         let planes = di::Planes { hits: &self.hits, other_hits, others: &others.words };
@@ -97,6 +100,7 @@ pub(super) struct Follower {
     frames: Arc<TwoFrames>,
     hits: BTreeMap<BufferId, Arc<[UVec4]>>,
     reservoirs: BTreeMap<BufferId, Reservoirs>,
+    tiles: Arc<[UVec4]>,
     /// Passes so far that have made reservoirs.
     passes: usize,
 }
@@ -104,7 +108,7 @@ pub(super) struct Follower {
 impl Follower {
     pub(super) fn new(scene: &SceneBuffers) -> Self {
         let frames = Arc::new(TwoFrames::still(scene));
-        Self { frames, hits: BTreeMap::new(), reservoirs: BTreeMap::new(), passes: 0 }
+        Self { frames, hits: BTreeMap::new(), reservoirs: BTreeMap::new(), tiles: [].into(), passes: 0 }
     }
 
     /// The passes whose reservoirs are still in some plane.
@@ -120,15 +124,19 @@ impl Follower {
         if let Some(scenes) = step.pass.frame.as_ref().and_then(|frame| frame.scenes.clone()) {
             self.frames = Arc::new(TwoFrames::new(scenes));
         }
-        let Ok(&[params]) = bytemuck::try_cast_slice::<u32, DiParams>(&step.pass.params) else { return Ok(None) };
         let read = |id| step.read(id).map(|words| bytemuck::cast_slice::<u32, UVec4>(&words).into());
         let (name, ids) = (step.pass.kernel.name, &step.pass.bindings);
+        if name == di_tiles::DESC.name {
+            self.tiles = read(ids[3])?;
+            return Ok(None);
+        }
+        let Ok(&[params]) = bytemuck::try_cast_slice::<u32, DiParams>(&step.pass.params) else { return Ok(None) };
         if name == di_primary::DESC.name {
             self.hits.insert(ids[1], read(ids[1])?);
             return Ok(None);
         }
         let (hits, target, combined) = if name == di_initial::DESC.name {
-            (self.hits.get(&ids[3]).cloned(), ids[4], None)
+            (self.hits.get(&ids[3]).cloned(), ids[5], None)
         } else if name == di_combine::DESC.name {
             let own = if params.flags & DI_OTHER_FRAME != 0 { ids[6] } else { ids[5] };
             let [others, own] = [ids[5], own].map(|id| self.reservoirs.get(&id).cloned());
@@ -142,6 +150,7 @@ impl Follower {
         let made = Reservoirs { words: read(target)?, made_by: self.passes };
         self.reservoirs.insert(target, made.clone());
         self.passes += 1;
-        Ok(Some(ReservoirPass { params, frames: self.frames.clone(), made, hits, combined }))
+        let (frames, tiles) = (self.frames.clone(), self.tiles.clone());
+        Ok(Some(ReservoirPass { params, frames, made, hits, tiles, combined }))
     }
 }

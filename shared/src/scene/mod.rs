@@ -152,6 +152,11 @@ pub struct AddressedLight {
     pub extent: f32,
 }
 
+impl AddressedLight {
+    /// No light.
+    pub const NONE: Self = Self { sample: LightSample::NONE, extent: 1.0 };
+}
+
 /// A point of a surface.
 #[derive(Clone, Copy)]
 pub struct SurfacePoint {

@@ -44,7 +44,7 @@ const FORMS: [&str; 6] = ["1/z", "contribution", "talbot", "pairwise", "pairwise
 /// Unbiased uses of visibility.
 const ROWS: [&str; 4] = ["+lights", "+Z+D", "+Z+D+selected", "+Z+D+Q+selected"];
 /// Unbiased settings beside forms x rows.
-const MORE: [&str; 13] = [
+const MORE: [&str; 15] = [
     "talbot+lights+jitter",
     "pairwise-defensive+Z+D+Q+selected+jitter",
     "talbot+lights+fused",
@@ -58,6 +58,8 @@ const MORE: [&str; 13] = [
     "pairwise+Z+D+Q+selected+still+gathered",
     "contribution+Z+D+still",
     "pairwise-defensive+Z+D+twice+forgets",
+    "pairwise+Z+D+Q+selected+tiles+first",
+    "pairwise+Z+D+Q+selected+tiles+first+still+gathered",
 ];
 /// Settings that make pictures darker.
 const DARKER: [&str; 7] =
@@ -113,6 +115,8 @@ fn settings(name: &str, candidates: u32) -> Option<DiSettings> {
             "rays" => s.initial_rays = 4,
             "still" => s.still = true,
             "forgets" => s.feedback = false,
+            "tiles" => (s.tiles, s.tile_size) = (4, 64),
+            "first" => s.spatial_first = true,
             _ => return None,
         }
     }

@@ -13,7 +13,7 @@ use crate::mis::{Combine, INPUTS, Mis};
 use crate::num::{self, Scalar};
 use crate::reservoir::Reservoir;
 use crate::rng::{self, Rng};
-use crate::scene::{Frames, LightAddress};
+use crate::scene::{AddressedLights, Frames, LightAddress};
 use glam::{UVec4, Vec3};
 
 /// The planes that a combine reads.
@@ -283,7 +283,7 @@ impl Pass<'_> {
                 let mut visible_target = 0.0;
                 let mut visibility = stored.visibility;
                 if ((row == 0) | is_selected | form.asks_for(receiver, i)) & stored.has_sample() & address.is_light() {
-                    let e = evaluate(&scene, self.flags, &vertex, address);
+                    let e = evaluate(self.flags, &vertex, &scene.light_at(address));
                     target = e.target;
                     let asked =
                         if row == 0 { in_target | (in_mis & !late) | (for_shading & !input.near) } else { in_mis };

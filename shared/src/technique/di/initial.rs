@@ -3,17 +3,18 @@
 use super::passage::{Passage, follow};
 use super::pixel::Pixel;
 use super::stored::{Stored, dithered};
+use super::tile::{self, Window};
 use super::{CANDIDATE_DIMENSION, SCATTER_DIMENSION, evaluate, in_use};
 use crate::bsdf::BsdfSample;
 use crate::geometry::Ray;
 use crate::layout::{
-    DI_AVERAGE_VISIBILITY, DI_FINAL_RAY, DI_INITIAL_VISIBILITY, DI_SCATTER_CANDIDATE, DI_TRANSMITTANCE, DiParams,
-    FilmPixel,
+    DI_AVERAGE_VISIBILITY, DI_FINAL_RAY, DI_INITIAL_VISIBILITY, DI_SCATTER_CANDIDATE, DI_TILES, DI_TRANSMITTANCE,
+    DiParams, FilmPixel,
 };
 use crate::num;
 use crate::reservoir::Reservoir;
 use crate::rng::{self, Rng};
-use crate::scene::{AddressedLights, LightAddress, Surface, Trace};
+use crate::scene::{AddressedLight, AddressedLights, LightAddress, Surface, Trace};
 use crate::technique::path::CUT;
 use crate::technique::vertex::Vertex;
 use crate::vec::max_component;
@@ -75,10 +76,11 @@ pub fn initial<S: Trace + Surface + AddressedLights>(
     scene: &S,
     params: &DiParams,
     flags: u32,
+    tiles: &[UVec4],
     hit: UVec4,
     at: [u32; 2],
 ) -> (UVec4, FilmPixel) {
-    let (reservoir, direct, _) = initial_from(scene, params, flags, hit, at);
+    let (reservoir, direct, _) = initial_from(scene, params, flags, tiles, hit, at);
     (reservoir, direct)
 }
 
@@ -89,6 +91,7 @@ pub fn initial_from<S: Trace + Surface + AddressedLights>(
     scene: &S,
     params: &DiParams,
     flags: u32,
+    tiles: &[UVec4],
     hit: UVec4,
     [x, y]: [u32; 2],
 ) -> (UVec4, FilmPixel, u32) {
@@ -101,7 +104,7 @@ pub fn initial_from<S: Trace + Surface + AddressedLights>(
     let rng = Rng::new(x, y, params.frame, params.seed);
     let point = pixel.point(scene);
     let vertex = Vertex::new(&point, &pixel.ray, scene.features());
-    let (reservoir, radiance) = resample(scene, params, flags, &vertex, &rng);
+    let (reservoir, radiance) = resample(scene, params, flags, tiles, &vertex, [x, y]);
     let kept = reservoir.sample;
     let stored = Stored {
         address: kept.address,
@@ -121,9 +124,11 @@ fn resample<S: Trace + Surface + AddressedLights>(
     scene: &S,
     params: &DiParams,
     flags: u32,
+    tiles: &[UVec4],
     vertex: &Vertex,
-    rng: &Rng,
+    at: [u32; 2],
 ) -> (Reservoir<Tested, f32>, Vec3) {
+    let rng = Rng::new(at[0], at[1], params.frame, params.seed);
     let sample = vertex.bsdf.sample(rng.draw(SCATTER_DIMENSION));
     let direction = vertex.frame.to_world(sample.direction);
     let wanted = sample.delta | (flags & DI_SCATTER_CANDIDATE != 0);
@@ -133,6 +138,8 @@ fn resample<S: Trace + Surface + AddressedLights>(
     let from_lights = params.candidates as f32;
     let from_scattering = if flags & DI_SCATTER_CANDIDATE != 0 { 1.0 } else { 0.0 };
     let count = if vertex.bsdf.has_smooth_part() { params.candidates.wrapping_add(1) } else { 0 };
+    let tiled = flags & DI_TILES != 0;
+    let window = if tiled { Window::new(params, at, rng.draw(CANDIDATE_DIMENSION).x) } else { Window::NONE };
     let mut scattered = Scattered::NOTHING;
     let mut group = Reservoir::empty(Candidate::NONE);
     let mut all = Reservoir::empty(Tested::NONE);
@@ -167,10 +174,20 @@ fn resample<S: Trace + Surface + AddressedLights>(
         let end = if last { count } else { least(least(i.wrapping_add(size), params.candidates), count) };
         while i < end {
             let dimension = CANDIDATE_DIMENSION.wrapping_add(i.wrapping_mul(2));
-            let address = if last { scattered.address } else { scene.choose_address(rng.draw(dimension)) };
+            let from_tile = !last & tiled;
+            let mut address = scattered.address;
+            let mut light = AddressedLight::NONE;
+            if from_tile {
+                (address, light) = tile::candidate(tiles, window.at(i));
+            } else if !last {
+                address = scene.choose_address(rng.draw(dimension));
+            }
+            if !from_tile & address.is_light() {
+                light = scene.light_at(address);
+            }
             words = rng.draw(dimension.wrapping_add(1));
             if address.is_light() {
-                let e = evaluate(scene, flags, vertex, address);
+                let e = evaluate(flags, vertex, &light);
                 let density = from_lights * e.light_density + from_scattering * e.scatter_density;
                 let weight =
                     if (e.target > 0.0) & (density > num::FLUSH_BELOW) { num::div(e.target, density) } else { 0.0 };

@@ -5,7 +5,8 @@
 //! | pass | reads | makes |
 //! |---|---|---|
 //! | [`primary`] | | hits: what each pixel sees |
-//! | [`initial`] | hits | reservoirs of candidates from lights and scattering; direct: what needs no resampling |
+//! | [`presample`] | | tiles of candidates that pixels share, if they are asked for |
+//! | [`initial`] | hits, tiles | reservoirs of candidates from lights and scattering; direct: what needs no resampling |
 //! | [`combine`], temporal | both frames' hits, the last frame's reservoirs | reservoirs, in place |
 //! | [`combine`], spatial, any number | hits, reservoirs | reservoirs |
 //! | [`shade`] | hits, reservoirs, direct | radiance, of the pixel's reservoir or of several |
@@ -27,18 +28,20 @@ mod neighbour;
 mod passage;
 mod pixel;
 mod stored;
+mod tile;
 
 pub use combine::{Planes, Source, combine, combine_from, shade};
 pub use initial::{initial, initial_from};
 pub use pixel::{pack_hit, primary, unpack_hit};
 pub use stored::{Stored, dithered};
+pub use tile::presample;
 
 use pixel::Pixel;
 
 use crate::geometry::Ray;
 use crate::layout::{DI_TARGET_SHIFT, DI_TRANSMITTANCE, DiParams, FEATURE_CLEAR};
 use crate::num;
-use crate::scene::{AddressedLights, LightAddress, LightKind, Surface};
+use crate::scene::{AddressedLight, AddressedLights, LightAddress, LightKind, Surface};
 use crate::technique::vertex::{Vertex, flush};
 use crate::vec::luminance;
 use glam::{UVec4, Vec3};
@@ -85,8 +88,7 @@ impl Evaluation {
 }
 
 #[inline(always)]
-fn evaluate<S: AddressedLights>(scene: &S, flags: u32, vertex: &Vertex, address: LightAddress) -> Evaluation {
-    let light = scene.light_at(address);
+fn evaluate(flags: u32, vertex: &Vertex, light: &AddressedLight) -> Evaluation {
     let connection = vertex.connect(&light.sample);
     // solid angle per area of the parametrisation
     let spread = if light.sample.kind == LightKind::Environment {
@@ -115,7 +117,7 @@ pub fn target<S: Surface + AddressedLights>(
 ) -> f32 {
     let pixel = Pixel::new(&params.camera, flags, params.seed, params.frame, at, hit);
     if pixel.hit.is_hit() & address.is_light() {
-        evaluate(scene, flags, &pixel.vertex(scene), address).target
+        evaluate(flags, &pixel.vertex(scene), &scene.light_at(address)).target
     } else {
         0.0
     }

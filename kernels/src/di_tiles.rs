@@ -1,0 +1,45 @@
+//! Presampled candidates of ReSTIR DI.
+
+use restir_shared::glam::UVec4;
+use restir_shared::layout::{TileParams, TileWords};
+use restir_shared::scene::{SceneView, Tracer};
+use restir_shared::technique::di;
+
+kernel! {
+    /// The candidates of all tiles.
+    pub fn di_tiles(64, 1) {
+        constants { 0: features = 0xffff_ffff }
+        params 0: TileParams,
+        read { 1: geometry: UVec4, 2: attributes: UVec4, 3: texels: UVec4 },
+        own { 4: tiles: TileWords },
+    }
+    |index, tile, at, p| {
+        let tracer = Tracer::default();
+        let scene: SceneView<'_> = SceneView { header: p.scene, geometry, attributes, texels, features, tracer };
+        tiles[at] = di::presample(&scene, &p, index, tile)
+    }
+}
+
+#[cfg(not(target_arch = "spirv"))]
+fn cases(scenes: &dyn crate::CaseScenes) -> Vec<crate::Case> {
+    use restir_shared::layout::FEATURES_ALL;
+    // emissive triangles, an environment, all kinds of lights, none
+    ["many-lights", "statue", "tower", "empty"]
+        .into_iter()
+        .flat_map(|name| {
+            let scene = scenes.scene(if name == "empty" { "cornell" } else { name });
+            let mut header = scene.header;
+            header.light_count = if name == "empty" { 0 } else { header.light_count };
+            let params = TileParams { scene: header, tile_size: 100, tiles: 3, frame: 4, seed: 5 };
+            [("general", FEATURES_ALL), ("frozen", scene.features)].map(|(kind, features)| {
+                crate::Case::new(format!("{name}, {kind}"), params.tile_size, params.tiles)
+                    .freeze(0, features)
+                    .with(&[params])
+                    .with(&scene.geometry)
+                    .with(&scene.attributes)
+                    .with(&scene.texels)
+                    .output()
+            })
+        })
+        .collect()
+}
