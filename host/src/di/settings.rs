@@ -327,7 +327,7 @@ impl DiSettings {
             })
             .or_else(|| {
                 (self.shaded > 0 && after).then(|| {
-                    "shaded neighbours need MIS weights inside (talbot, pairwise..., constant)".to_owned()
+                    "shaded neighbours need MIS weights inside (talbot, pairwise..., constant); set shaded=0 with others".to_owned()
                 })
             })
             .or_else(|| {
