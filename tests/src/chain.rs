@@ -1,10 +1,11 @@
 //! Frames of ReSTIR DI, pass by pass, natively over any scene and with any flags: also with those that the host refuses.
 
 use restir_host::buffers::SceneBuffers;
-use restir_host::di::DiSettings;
+use restir_host::di::{DiSettings, MAX_NEIGHBOURS};
 use restir_host::replay::Still;
 use restir_shared::glam::UVec4;
 use restir_shared::layout::{DiParams, FilmPixel, TileParams, TileWords};
+use restir_shared::num;
 use restir_shared::scene::{AddressedLights, Surface, Trace};
 use restir_shared::technique::di;
 
@@ -22,7 +23,7 @@ pub struct Chain<'a, S> {
     pub spatial_first: bool,
     /// One pass for both.
     pub fused: bool,
-    /// Neighbours whose samples are shaded, in one pass.
+    /// Neighbours whose samples are shaded.
     pub shaded: u32,
     /// How far away these are at most, in pixels.
     pub shading_radius: f32,
@@ -129,11 +130,29 @@ impl<'a, S: Trace + Surface + AddressedLights> Chain<'a, S> {
         di::combine(&Still(self.scene), &p, p.flags, &planes, UVec4::ZERO, at)
     }
 
-    /// A pixel's radiance.
-    pub fn shade_pixel(&self, frame: &Frame, [x, y]: [u32; 2]) -> FilmPixel {
+    /// A pixel's radiance: the mean of as many passes as its neighbours take, summed as the film sums them.
+    pub fn shade_pixel(&self, frame: &Frame, at: [u32; 2]) -> FilmPixel {
+        let passes = self.shaded.div_ceil(MAX_NEIGHBOURS).max(1);
+        let mut sums: Vec<(u32, FilmPixel)> = Vec::new();
+        for pass in 0..passes {
+            let [first, end] = [pass, pass + 1].map(|pass| pass * self.shaded / passes);
+            sums.push((0, self.shading_pass(frame, [first, end], at)));
+            while let &[.., (left, a), (right, b)] = sums.as_slice()
+                && (left == right || pass + 1 == passes)
+            {
+                sums.truncate(sums.len() - 2);
+                sums.push((left + 1, a.merge(b)));
+            }
+        }
+        let sum = sums.first().map_or_else(FilmPixel::default, |&(_, sum)| sum);
+        FilmPixel { sum: sum.sum.map(|value| num::div(value, passes as f32)), dropped: sum.dropped }
+    }
+
+    fn shading_pass(&self, frame: &Frame, [first, end]: [u32; 2], [x, y]: [u32; 2]) -> FilmPixel {
         let p = DiParams {
             combine: 1 + self.spatial,
-            neighbours: self.shaded,
+            neighbours: end - first,
+            first_neighbour: first,
             radius: self.shading_radius,
             ..self.of_frame(frame.index)
         };

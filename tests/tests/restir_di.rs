@@ -2,7 +2,7 @@
 
 use libtest_mimic::Failed;
 use restir_host::buffers::SceneBuffers;
-use restir_host::di::{self, DiRender, DiSettings, MAX_NEIGHBOURS, MisForm, Visibility};
+use restir_host::di::{self, DiRender, DiSettings, MisForm, Visibility};
 use restir_host::exec::CpuExecutor;
 use restir_host::scene::{Camera, Material, Mesh, Scene};
 use restir_shared::glam::{UVec4, Vec3};
@@ -31,7 +31,6 @@ fn main() -> ExitCode {
         ("without_neighbours_a_reservoir_stays", without_neighbours_a_reservoir_stays),
         ("known_visibility_needs_no_final_ray", known_visibility_needs_no_final_ray),
         ("a_still_view_merges_as_by_talbot", a_still_view_merges_as_by_talbot),
-        ("many_neighbours_are_shaded_in_passes", many_neighbours_are_shaded_in_passes),
         ("images_of_one_pixel_and_one_row_render", images_of_one_pixel_and_one_row_render),
         ("without_lights_it_is_dark", without_lights_it_is_dark),
         ("reservoirs_come_back_from_their_words", reservoirs_come_back_from_their_words),
@@ -68,12 +67,12 @@ fn chains_have_the_bits_of_renders() -> Result<(), Failed> {
     let more = [
         DiSettings { jitter: true, spatial: 2, ..default.clone() },
         DiSettings { fused: true, ..default.clone() },
-        DiSettings { temporal: false, ..default },
+        DiSettings { temporal: false, ..default.clone() },
+        // in several passes, whose number is no power of two
+        DiSettings { shaded: 20, ..default },
     ];
     let buffers = buffers("all-lights")?;
     for settings in presets.chain(more) {
-        // a chain shades in one pass
-        let settings = DiSettings { shaded: settings.shaded.min(MAX_NEIGHBOURS), ..settings };
         let render = DiRender { frames: 3, seed: 7, ..DiRender::new([20, 14], settings.clone()) };
         let rendered = di::render(&mut executor, &buffers, &render, &mut |_| ControlFlow::Continue(()))?;
         let view = buffers.view();
@@ -310,26 +309,6 @@ fn a_still_view_merges_as_by_talbot() -> Result<(), Failed> {
     Ok(())
 }
 
-/// More neighbours than a combine has are shaded by several, whose mean it is.
-fn many_neighbours_are_shaded_in_passes() -> Result<(), Failed> {
-    let buffers = buffers("all-lights")?;
-    let view = buffers.view();
-    let settings = DiSettings { shaded: 10, shading_radius: 9.0, ..DiSettings::default() };
-    let render = DiRender { frames: 2, seed: 7, ..DiRender::new([20, 14], settings.clone()) };
-    let mut executor = CpuExecutor::new(None)?;
-    let rendered = di::render(&mut executor, &buffers, &render, &mut |_| ControlFlow::Continue(()))?;
-    let mut chain = Chain::new(&view, &buffers, [20, 14], &DiSettings { shaded: 5, ..settings }, 7);
-    let frame = chain.last_frame(2);
-    let passes = [0, 5].map(|first| {
-        chain.params.first_neighbour = first;
-        chain.pixels().map(|at| chain.shade_pixel(&frame, at).sum).collect::<Vec<_>>()
-    });
-    let [first, second] = &passes;
-    let mean = |i: usize| [0, 1, 2].map(|channel| ((first[i][channel] + second[i][channel]) * 0.5).to_bits());
-    let same = (0..first.len()).all(|i| mean(i) == rendered.image.pixels[i].map(f32::to_bits));
-    ensure(same && first != second, || "the picture is not the mean of two passes".to_owned())
-}
-
 /// Neighbours beyond the image are mirrored into it; a single pixel has none.
 fn images_of_one_pixel_and_one_row_render() -> Result<(), Failed> {
     let buffers = buffers("all-lights")?;
@@ -357,8 +336,7 @@ fn without_lights_it_is_dark() -> Result<(), Failed> {
     ensure(buffers.header.light_count == 0, || "there is a light".to_owned())?;
     let view = buffers.view();
     for name in DiSettings::PRESETS {
-        let preset = DiSettings::preset(name).ok_or(name)?;
-        let settings = DiSettings { shaded: preset.shaded.min(MAX_NEIGHBOURS), ..preset };
+        let settings = DiSettings::preset(name).ok_or(name)?;
         let film = Chain::new(&view, &buffers, [8, 8], &settings, 1).film(3);
         ensure(film.iter().all(|p| *p == FilmPixel::default()), || format!("{name}: light from nowhere"))?;
     }
