@@ -5,7 +5,7 @@ use restir_shared::glam::UVec4;
 use restir_shared::layout::{
     DI_AVERAGE_VISIBILITY, DI_FINAL_RAY, DI_INITIAL_VISIBILITY, DI_JITTER, DI_MIS_SHIFT, DI_MIS_VISIBILITY,
     DI_OTHER_FRAME, DI_SCATTER_CANDIDATE, DI_STILL, DI_TARGET_VISIBILITY, DI_TILES, DI_TRANSMITTANCE, DiParams,
-    FEATURES_ALL, FilmPixel, TileParams, TileWords,
+    FEATURES_ALL, FilmPixel, TileWords,
 };
 use restir_shared::mis::Mis;
 use restir_shared::scene::SceneView;
@@ -139,9 +139,8 @@ fn chain(scene: &CaseScene, flags: u32, neighbours: u32, lightless: bool) -> Cha
     let pixels = || (0..HEIGHT).flat_map(|y| (0..WIDTH).map(move |x| [x, y]));
     let hits = [0, 1].map(|frame| pixels().map(|at| di::primary(&view(frame), &of_frame(frame), flags, at)).collect());
     let tiles = |frame: u32| -> Vec<TileWords> {
-        let DiParams { scene, tile_size, tiles, seed, .. } = of_frame(frame);
-        let params = TileParams { scene, tile_size, tiles, frame, seed };
-        let places = (0..tiles).flat_map(|tile| (0..tile_size).map(move |index| (index, tile)));
+        let params = of_frame(frame).tile_params();
+        let places = (0..params.tiles).flat_map(|tile| (0..params.tile_size).map(move |index| (index, tile)));
         places.map(|(index, tile)| di::presample(&view(frame), &params, index, tile)).collect()
     };
     let initial = |frame: u32| -> Vec<(UVec4, FilmPixel)> {

@@ -330,7 +330,7 @@ pub struct DiParams {
     pub group: u32,
     /// Tiles of presampled candidates, with [`DI_TILES`]; at most 2^15.
     pub tiles: u32,
-    /// Candidates in a tile, at most 2^15.
+    /// Candidates in a tile, with [`DI_TILES`] from 1 to 2^15.
     pub tile_size: u32,
     /// Zero.
     pub reserved: [u32; 2],
@@ -339,6 +339,14 @@ pub struct DiParams {
 impl Extent for DiParams {
     fn extent(&self) -> [u32; 2] {
         [self.width, self.height]
+    }
+}
+
+impl DiParams {
+    /// Parameters of what fills the tiles.
+    pub fn tile_params(&self) -> TileParams {
+        let Self { scene, tile_size, tiles, frame, seed, .. } = *self;
+        TileParams { scene, tile_size, tiles, frame, seed }
     }
 }
 

@@ -4,7 +4,7 @@ use restir_host::buffers::SceneBuffers;
 use restir_host::di::{DiSettings, MAX_NEIGHBOURS};
 use restir_host::replay::Still;
 use restir_shared::glam::UVec4;
-use restir_shared::layout::{DiParams, FilmPixel, TileParams, TileWords};
+use restir_shared::layout::{DiParams, FilmPixel, TileWords};
 use restir_shared::num;
 use restir_shared::scene::{AddressedLights, Surface, Trace};
 use restir_shared::technique::di;
@@ -104,8 +104,7 @@ impl<'a, S: Trace + Surface + AddressedLights> Chain<'a, S> {
     }
 
     fn tiles(&self, p: &DiParams) -> Vec<TileWords> {
-        let params =
-            TileParams { scene: p.scene, tile_size: p.tile_size, tiles: p.tiles, frame: p.frame, seed: p.seed };
+        let params = p.tile_params();
         let places = (0..p.tiles).flat_map(|tile| (0..p.tile_size).map(move |index| (index, tile)));
         places.map(|(index, tile)| di::presample(self.scene, &params, index, tile)).collect()
     }

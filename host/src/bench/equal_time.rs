@@ -51,7 +51,7 @@ pub(crate) fn compare(result: &SceneResult) -> Option<(usize, Vec<Option<Compari
 #[derive(Clone, Copy)]
 struct Cost {
     value: f64,
-    /// Standard error of its logarithm, over restarts.
+    /// Standard error of its logarithm: over restarts, and of the reference's noise.
     error: f64,
     restarts: usize,
     sample_seconds: f64,
@@ -65,7 +65,7 @@ impl Cost {
         let seconds = cell.seconds();
         Some(Self {
             value: error * seconds,
-            error: mean_and_error(&errors).1 / error,
+            error: mean_and_error(&errors).1.hypot(truth.noise_errors[1]) / error,
             restarts: errors.len(),
             sample_seconds: seconds / f64::from(cell.samples),
         })

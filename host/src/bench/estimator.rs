@@ -8,11 +8,14 @@ use crate::di::{self, DiRender};
 use crate::exec::Executor;
 use crate::render::{self, Progress, RenderSettings, Rendered};
 use crate::replay::{self, Counts, Frames, Recording};
+use restir_shared::layout::DiParams;
 
 /// Rays are counted over about this many pixels ...
 const COUNTED_PIXELS: u32 = 2048;
 /// ... and this many samples of each.
 const COUNTED_SAMPLES: u32 = 4;
+/// Frames of ReSTIR DI that are others than the later ones: the first has no history, and both find hits for their plane.
+const SETTLING_FRAMES: u32 = 2;
 
 /// A technique with its settings; samples and seed do not matter. A frame of ReSTIR DI is a sample.
 #[derive(Clone, Debug, PartialEq)]
@@ -99,24 +102,26 @@ fn path_counts(scene: &SceneBuffers, settings: &RenderSettings) -> Result<(Count
     Ok((counts, counted))
 }
 
-/// A few frames of a smaller image; with the first, which has no history, left out.
+/// A few frames of a smaller image, after [`SETTLING_FRAMES`]. What fills tiles is shared by all pixels of the image itself.
 fn di_counts(scene: &SceneBuffers, render: &DiRender) -> (Counts, u64) {
-    let shrink = (f64::from(COUNTED_PIXELS) / (f64::from(render.width) * f64::from(render.height))).sqrt().min(1.0);
+    let pixels = u64::from(render.width) * u64::from(render.height);
+    let shrink = (f64::from(COUNTED_PIXELS) / pixels as f64).sqrt().min(1.0);
     let side = |side: u32| ((f64::from(side) * shrink) as u32).max(1);
-    let frames = |frames| DiRender {
-        width: side(render.width),
-        height: side(render.height),
-        frames,
-        accumulate: true,
-        ..render.clone()
-    };
-    let counts = |frames: DiRender| {
-        let view = scene.view();
-        let recording = Recording::new(&view);
-        Frames::replay(&recording, scene, &frames, &mut |_, _| {});
-        recording.counts()
-    };
-    let (first, all) = (counts(frames(1)), counts(frames(1 + COUNTED_SAMPLES)));
-    let pixels = u64::from(side(render.width)) * u64::from(side(render.height));
-    (all.minus(first), pixels * u64::from(COUNTED_SAMPLES))
+    let frames = SETTLING_FRAMES + COUNTED_SAMPLES;
+    let smaller =
+        DiRender { width: side(render.width), height: side(render.height), frames, accumulate: true, ..render.clone() };
+    let view = scene.view();
+    let recording = Recording::new(&view);
+    let mut counts = Counts::default();
+    Frames::replay(&recording, scene, &smaller, &mut |pass, _| {
+        let of_pass = recording.take_counts();
+        let is_settled = |p: &[DiParams]| p.iter().any(|p| p.frame >= SETTLING_FRAMES);
+        if bytemuck::try_cast_slice(&pass.params).is_ok_and(is_settled) {
+            counts = counts.plus(of_pass);
+        }
+    });
+    let counted = u64::from(smaller.width) * u64::from(smaller.height) * u64::from(COUNTED_SAMPLES);
+    let presampled = u64::from(render.settings.tiles) * u64::from(render.settings.tile_size);
+    let share = presampled as f64 / pixels as f64;
+    (Counts { light_samples: counts.light_samples + (share * counted as f64) as u64, ..counts }, counted)
 }

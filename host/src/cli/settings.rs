@@ -81,7 +81,7 @@ const DI_KEYS: &[Key<DiSettings>] = keys! {
     feedback: switch, "on or off: the next frame reuses what spatial reuse has made";
     spatial_first: switch, "on or off: spatial reuse comes before reuse in time";
     radius: number, "the largest distance of a neighbour, in pixels";
-    confidence_cap: number, "the largest confidence of the last frame's reservoirs, in frames";
+    confidence_cap: number, "the largest confidence of the last frame's reservoirs, in initial reservoirs";
     initial_visibility: switch, "on or off: occluded initial samples count for nothing";
     target: choice, "luminance, red, green or blue: what of its light a sample is selected by";
     target_visibility: switch, "on or off: samples are selected by target times visibility";

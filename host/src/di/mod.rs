@@ -127,5 +127,9 @@ pub fn check(scene: &SceneBuffers, render: &DiRender) -> Result<(), Error> {
     let copies = 3 * u64::from(width) * u64::from(height) * size_of::<FilmPixel>() as u64;
     // of a scene that moves: the frame in work and the last one
     let frames = if scene.is_animated() { 2 * scene.stats().bytes } else { 0 };
-    memory::check(plan(scene, render).bytes() + copies + frames, "this render", "choose a smaller size")
+    memory::check(
+        plan(scene, render).bytes() + copies + frames,
+        "this render",
+        "choose a smaller size, or fewer tiles if there are any",
+    )
 }

@@ -7,7 +7,7 @@ use crate::buffers::SceneBuffers;
 use crate::film::{Film, plane_words};
 use crate::plan::{Buffer, BufferId, FramePlan, Pass};
 use restir_kernels::{self as kernels, KernelDesc};
-use restir_shared::layout::{DiParams, SceneHeader, TileParams, TileWords};
+use restir_shared::layout::{DiParams, Extent, SceneHeader, TileWords};
 use std::collections::VecDeque;
 
 const ARENAS: [BufferId; 3] = [0, 1, 2];
@@ -107,7 +107,10 @@ impl Passes<'_> {
             self.frame += 1;
         }
         let [first, later] = first_and_later;
-        let hits = (0..self.render.frames).filter(|&frame| !self.knows_hits(frame)).count() as u64;
+        // once the last camera stays, frames are alike
+        let settled = self.render.frames.min((self.render.cameras.len() + self.planes.hits.len()) as u32);
+        let found = |frame: u32| u64::from(!self.knows_hits(frame));
+        let hits = (0..settled).map(found).sum::<u64>() + u64::from(self.render.frames - settled) * found(settled);
         hits + first + later * u64::from(self.render.frames - 1) + 2 * u64::from(samples)
     }
 
@@ -143,15 +146,14 @@ impl Passes<'_> {
     /// Fills the tiles, if there are any.
     fn presample(&mut self) {
         let Some(tiles) = self.planes.tiles else { return };
-        let DiParams { scene, tile_size, tiles: count, frame, seed, .. } = self.params();
-        let params = TileParams { scene, tile_size, tiles: count, frame, seed };
+        let params = self.params().tile_params();
         self.queue.push_back(Pass {
             frame: None,
             kernel: &kernels::di_tiles::DESC,
             constants: vec![self.scene.features],
             params: bytemuck::cast_slice(&[params]).to_vec(),
             bindings: [ARENAS.as_slice(), &[tiles]].concat(),
-            grid: [tile_size, count],
+            grid: params.extent(),
         });
     }
 
@@ -394,7 +396,7 @@ mod tests {
         let lens = Camera { lens_radius: 0.1, ..scene.camera };
         assert_eq!(primary(&scene, default(), &[lens]), 6);
         let moved = |by: f64| Camera { position: scene.camera.position * by, ..scene.camera };
-        // frames 0 to 3 see what none saw before, and 4 fills the other plane
+        // frames 0 to 3 see another view than the one before, and 4 fills the other plane
         assert_eq!(primary(&scene, default(), &[1.0, 1.01, 1.0, 1.02].map(moved)), 5);
     }
 
@@ -446,7 +448,7 @@ mod tests {
                 fused: on(2),
                 spatial_first: on(4),
                 jitter: on(5),
-                tiles: u32::from(on(5)),
+                tiles: u32::from(on(3)),
                 ..DiSettings::default()
             };
             for (spatial, frames) in (0..4).flat_map(|spatial| [1, 2, 5].map(|frames| (spatial, frames))) {

@@ -19,7 +19,7 @@ pub const MAX_TILES: u32 = 1024;
 pub const MAX_TILE_SIZE: u32 = 32768;
 /// The most spatial passes of a frame.
 pub const MAX_SPATIAL_PASSES: u32 = 8;
-/// The largest cap on confidence: what the packed reservoir holds, with room for a pass of spatial reuse.
+/// The largest cap on confidence: what the packed reservoir holds.
 pub const MAX_CONFIDENCE_CAP: u32 = 255;
 
 /// How the inputs of a combine share what several of them can produce: see [`restir_shared::mis`].
@@ -164,7 +164,8 @@ pub struct DiSettings {
     pub radius: f32,
     /// The next frame reuses what spatial reuse has made, not what it began with. Default on.
     pub feedback: bool,
-    /// Largest confidence of the last frame's reservoirs, in frames, in 1..=[`MAX_CONFIDENCE_CAP`]. Default 20.
+    /// Largest confidence of the last frame's reservoirs, in initial ones (one a frame; with [`Self::spatial_first`] one more
+    /// for each neighbour), in 1..=[`MAX_CONFIDENCE_CAP`]. Default 20.
     pub confidence_cap: u32,
     /// Initial samples that are occluded count for nothing (visibility reuse). Default on.
     pub initial_visibility: bool,

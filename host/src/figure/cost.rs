@@ -17,7 +17,7 @@ pub(crate) struct Cost {
     pub(crate) shadow_rays: f64,
     /// Those of the combines alone.
     pub(crate) combine_rays: f64,
-    /// Targets evaluated in all: lights at an address, candidates among them.
+    /// Targets evaluated in all: lights at an address, candidates among them unless they are from tiles.
     pub(crate) evaluations: f64,
     /// Those of the combines alone.
     pub(crate) combine_evaluations: f64,

@@ -7,6 +7,7 @@ use crate::exec::Executor;
 use crate::{Error, memory};
 use restir_shared::glam::UVec4;
 use restir_shared::layout::TRIANGLE_WORDS;
+use restir_shared::layout::TileWords;
 use restir_shared::scene::{AddressedLights, LightAddress, LightKind};
 use restir_shared::technique::di::Stored;
 use std::ops::ControlFlow;
@@ -115,10 +116,11 @@ fn check(scene: &SceneBuffers, render: &DiRender, [x, y]: [u32; 2]) -> Result<()
     }
     // hits, candidates, temporal and spatial reuse, 16 bytes each
     let planes = 3 + u64::from(settings.spatial);
-    let bytes = 16 * planes * u64::from(*width) * u64::from(*height) * u64::from(render.frames);
+    let tiles = u64::from(settings.tiles) * u64::from(settings.tile_size) * size_of::<TileWords>() as u64;
+    let bytes = (16 * planes * u64::from(*width) * u64::from(*height) + tiles) * u64::from(render.frames);
     // and of a scene that moves its frames, with their wide trees
     let frames = if scene.is_animated() { 2 * scene.stats().bytes * u64::from(render.frames) } else { 0 };
-    memory::check(bytes + frames, "this genealogy", "give fewer --frames or a smaller --size")
+    memory::check(bytes + frames, "this genealogy", "give fewer --frames, a smaller --size or fewer tiles")
 }
 
 fn generation(pass: &ReservoirPass, pixel: u32) -> Generation {

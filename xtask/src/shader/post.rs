@@ -225,3 +225,32 @@ fn drop_vulkan_access(instruction: &mut Instruction) {
         _ => true,
     });
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rspirv::dr::Builder;
+
+    /// Two structures of a float, two of such structures, pointers to both, and a third that a buffer holds.
+    #[test]
+    fn equal_types_become_one_but_for_those_of_buffers() {
+        let mut b = Builder::new();
+        let float = b.type_float(32, None);
+        let ids = [b.id(), b.id(), b.id(), b.id(), b.id()];
+        let [inner, twin, outer, outer_twin, shared] = ids;
+        for (id, member) in [(inner, float), (twin, float), (outer, inner), (outer_twin, twin), (shared, float)] {
+            b.type_struct_id(Some(id), [member]);
+            b.name(id, format!("{id}"));
+        }
+        b.type_pointer(None, StorageClass::StorageBuffer, shared);
+        let pointers = [outer, outer_twin].map(|to| b.type_pointer(None, StorageClass::Function, to));
+        let undefined = b.undef(outer_twin, None);
+        let mut module = b.module();
+        merge_equal_types(&mut module);
+        let found = |id: Word| module.types_global_values.iter().find(|i| i.result_id == Some(id));
+        assert!([inner, outer, shared, pointers[0]].iter().all(|&id| found(id).is_some()));
+        assert!([twin, outer_twin, pointers[1]].iter().all(|&id| found(id).is_none()));
+        assert_eq!(found(undefined).and_then(|i| i.result_type), Some(outer));
+        assert_eq!(module.debug_names.len(), 3);
+    }
+}
