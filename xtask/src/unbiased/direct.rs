@@ -419,7 +419,9 @@ fn report(rows: &[Row]) -> String {
          3 neighbours within 8 pixels. Z: occluded initial samples count for nothing; Q: targets of the selection contain \
          visibility; D: those of MIS weights do; shading traces a ray, or takes the visibility of the selected sample, or \
          the averaged one. Fused: one pass for both kinds of reuse. Twice: two spatial passes. Lights: no candidate from \
-         scattering, which cannot find what is occluded and so needs D. Of settings known to be darker a row tells where \
+         scattering, which cannot find what is occluded and so needs D. Shaded, gathered: 4 or 20 neighbours are shaded as \
+         well. Rays: 4 groups of candidates, each tested by a ray. Still: frames are merged as those of a still view. Forgets: \
+         spatial reuse is not fed back. Tiles: 4 tiles of 64 candidates. First: spatial reuse before that in time. Of settings known to be darker a row tells where \
          the bias exceeds {BIASED} standard errors; of radiance x 1.01, where that is detectable. A tile that \
          light reaches rarely has no variance yet in few restarts, and z says nothing: such rows need more of them.\n\n\
          Made by `cargo xtask unbiased --di --write`.\n\n\
