@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use super::genealogy::Genealogy;
 use super::reference::Integral;
-use super::render::{DEFAULT_FRAMES, Technique, cameras, natural};
+use super::render::{DEFAULT_FRAMES, Technique, cameras, check_direct, natural};
 use super::scene::DEFAULT_SIZE;
 use super::{console, device, settings};
 use crate::Error;
@@ -93,6 +93,7 @@ fn explain_reservoir(arguments: &Arguments) -> Result<(), Error> {
         ));
     }
     let Arguments { integral, pixel: Pixel { x, y }, .. } = arguments;
+    check_direct(integral.max_depth)?;
     let mut settings = DiSettings::default();
     settings::apply_di(&mut settings, &arguments.settings)?;
     let mut scene = integral.additions.open(&arguments.scene)?;
