@@ -243,6 +243,18 @@ fn too_much_memory() {
 }
 
 #[test]
+fn a_limit_of_memory_that_is_no_number() {
+    let workplace = Workplace::new();
+    let (document, bytes) = triangles(&TRIANGLE);
+    let scene = workplace.input("scene.glb", &glb(&document, &bytes));
+    for scene in ["cornell", &scene] {
+        let mut command = render(&workplace, scene, &[]);
+        command.env("RESTIR_MEMORY_LIMIT_BYTES", "abc");
+        assert_render_refused(&workplace, &mut command, &["RESTIR_MEMORY_LIMIT_BYTES", "abc", "number", "unset"]);
+    }
+}
+
+#[test]
 fn settings_that_do_not_exist() {
     assert_options_refused(&["--set", "roulete=on"], &["roulete", "roulette", "jitter", "max_depth"]);
     assert_options_refused(&["--set", "roulette=maybe"], &["roulette", "on or off"]);
