@@ -161,7 +161,8 @@ fn di_render(text: &str, changes: &[String], integral: &RenderSettings) -> Resul
     let (last, changes): (Vec<String>, Vec<String>) = changes.iter().cloned().partition(|change| change == LAST_FRAME);
     let mut settings = DiSettings::default();
     settings::apply_di(&mut settings, &changes)?;
-    if settings.jitter && !integral.path.jitter {
+    let is_other = if integral.path.jitter { settings::turn_jitter_off(&changes) } else { settings.jitter };
+    if is_other {
         return Err(of_its_own(text));
     }
     settings.jitter = integral.path.jitter;
@@ -345,6 +346,19 @@ mod tests {
         for (text, word) in [("pth", "path"), ("path:rolette=on", "roulette"), ("path:max_depth=3", "--max-depth")] {
             let message = technique(text, &integral()).unwrap_err().to_string();
             assert!(message.contains(word), "{message}");
+        }
+    }
+
+    #[test]
+    fn techniques_have_no_jitter_of_their_own() {
+        for jitter in [false, true] {
+            let path = PathSettings { jitter, max_depth: render::DIRECT_DEPTH, ..PathSettings::default() };
+            let integral = RenderSettings { path, ..integral() };
+            for name in ["path", "restir-di"] {
+                let with = |value: bool| technique(&format!("{name}:jitter={}", settings::on_or_off(value)), &integral);
+                with(jitter).unwrap();
+                assert!(with(!jitter).unwrap_err().to_string().contains("--jitter"));
+            }
         }
     }
 }

@@ -80,6 +80,7 @@ struct Explanation<'a> {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
+    settings::check_jitter(arguments.integral.jitter, &arguments.settings)?;
     match arguments.technique {
         Technique::Path => explain_path(arguments),
         Technique::RestirDi => explain_reservoir(arguments),

@@ -55,7 +55,7 @@ pub(super) struct Integral {
     pub(super) max_depth: Option<u32>,
     /// Spread the samples over the pixel instead of its centre.
     #[arg(long)]
-    jitter: bool,
+    pub(super) jitter: bool,
     #[command(flatten)]
     pub(super) additions: Additions,
 }

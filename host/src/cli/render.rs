@@ -99,6 +99,7 @@ pub(super) enum Work {
 
 impl Work {
     fn new(arguments: &Arguments, scene: &Scene) -> Result<Self, Error> {
+        settings::check_jitter(arguments.jitter, &arguments.settings)?;
         let size = match arguments.size {
             Some(size) => size.sides()?,
             None => scene.default_size.unwrap_or(DEFAULT_SIZE),

@@ -263,6 +263,7 @@ fn settings_that_do_not_exist() {
     for levels in ["12", "40", "4294967295"] {
         assert_options_refused(&["--subdivide", levels], &["--subdivide", "triangles", "fewer levels"]);
     }
+    assert_options_refused(&["--jitter", "--set", "jitter=off"], &["--jitter", "jitter=off", "leave"]);
     assert_options_refused(&["--flavour", "fast"], &["fast", "GPU"]);
     assert_options_refused(&["--adapter", "any"], &["--adapter"]);
 }
@@ -278,6 +279,7 @@ fn frames_that_cannot_be() {
     refused(&["--frames", "0"], &["0 frames"]);
     refused(&["--spp", "4"], &["--spp", "--frames"]);
     refused(&["--max-depth", "8"], &["direct light", "--max-depth"]);
+    refused(&["--jitter", "--set", "jitter=off"], &["--jitter", "jitter=off", "leave"]);
     refused(&["--camera-path", "none.json"], &["none.json", "orbit"]);
     refused(&["--camera-path", "orbit", "--frames", "4294967295"], &["camera path", "fewer --frames"]);
     refused(&["--emitters", "99999999"], &["emitters", "at most"]);
@@ -303,6 +305,9 @@ fn what_cannot_be_explained() {
     };
     let reservoir = ["--pixel", "4,4", "--technique", "restir-di"];
     refused(&[&reservoir[..], &["--max-depth", "8"]].concat(), &["direct light", "--max-depth"]);
+    let still = ["--jitter", "--set", "jitter=off"];
+    refused(&[&reservoir[..], &still].concat(), &["--jitter", "jitter=off", "leave"]);
+    refused(&[&["--pixel", "4,4"][..], &still].concat(), &["--jitter", "jitter=off", "leave"]);
 }
 
 #[test]
