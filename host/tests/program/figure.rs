@@ -91,6 +91,9 @@ fn figures_that_cannot_be() {
     refused(&["seed002-fig1", "--frames", "17"], &["--frames 17", "18 to"]);
     refused(&["seed002-fig2", "--restarts", "5"], &["--restarts 5", "even"]);
     refused(&["seed002-fig2", "--reference-spp", "0"], &["--reference-spp"]);
+    for option in ["--reference-spp", "--reference-seconds"] {
+        refused(&["seed002-fig1", option, "64"], &[option, "none", "leave"]);
+    }
     refused(&["seed004-fig1", "--env", "missing.exr"], &["cannot read", "missing.exr"]);
     let sky = workplace.output("../sky.exr");
     write_exr(sky.as_ref(), &Image { width: 2, height: 1, pixels: vec![[1.0; 3]; 2] }, &[]).unwrap();
