@@ -31,6 +31,8 @@ use restir_shared::layout::FEATURE_CLEAR;
 /// The part of a scene's time that its reference may take.
 const REFERENCE_SHARE: f64 = 0.55;
 const MAX_RESTARTS: u32 = 100_000;
+/// More are a slip: the reference would need 200 times as many.
+const MAX_SAMPLES: u32 = 1 << 24;
 /// What a technique of frames says to be judged by its last one.
 const LAST_FRAME: &str = "last";
 const REPORT: &str = "report.md";
@@ -111,6 +113,9 @@ fn matrix(arguments: &Arguments) -> Result<Matrix, Error> {
     }
     if arguments.spp.contains(&0) {
         return refuse("--spp holds 0 samples a pixel, which make no image; give at least 1".to_owned());
+    }
+    if let Some(samples) = arguments.spp.iter().find(|&&samples| samples > MAX_SAMPLES) {
+        return refuse(format!("--spp {samples} is more than can be measured; give at most {MAX_SAMPLES}"));
     }
     if arguments.reference_spp == Some(0) {
         return refuse("0 samples a pixel make no reference; give at least 1 to --reference-spp".to_owned());
