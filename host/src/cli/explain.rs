@@ -105,6 +105,7 @@ fn explain_reservoir(arguments: &Arguments) -> Result<(), Error> {
     let frames = arguments.frames.unwrap_or(DEFAULT_FRAMES);
     let cameras = cameras(arguments.camera_path.as_deref(), buffers.camera, frames)?;
     let render = DiRender { frames, seed: arguments.seed, cameras, ..DiRender::new([width, height], settings) };
+    replay::check_genealogy(&buffers, &render, [*x, *y])?;
     let mut device = device::open(&arguments.device)?;
     let generations = replay::genealogy(device.executor.as_mut(), &buffers, &render, [*x, *y])?;
     let genealogy = Genealogy { scene: &scene, render: &render, generations: &generations };

@@ -77,7 +77,7 @@ pub fn genealogy(
     render: &DiRender,
     [x, y]: [u32; 2],
 ) -> Result<Vec<Generation>, Error> {
-    check(scene, render, [x, y])?;
+    check_genealogy(scene, render, [x, y])?;
     let mut follower = Follower::new(scene);
     let mut passes = Vec::new();
     di::render_shown(
@@ -105,7 +105,11 @@ pub fn genealogy(
     Ok(generations)
 }
 
-fn check(scene: &SceneBuffers, render: &DiRender, [x, y]: [u32; 2]) -> Result<(), Error> {
+/// What [`genealogy`] checks first.
+///
+/// # Errors
+/// [`Error::Setting`] and [`Error::Memory`].
+pub(crate) fn check_genealogy(scene: &SceneBuffers, render: &DiRender, [x, y]: [u32; 2]) -> Result<(), Error> {
     di::check(scene, render)?;
     let DiRender { width, height, settings, .. } = render;
     if x >= *width || y >= *height {

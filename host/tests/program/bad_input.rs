@@ -298,19 +298,6 @@ fn frames_that_cannot_be() {
 }
 
 #[test]
-fn what_cannot_be_explained() {
-    let refused = |more: &[&str], words: &[&str]| {
-        let mut command = program(["explain", "cornell", "--size", "8x8", "--device", "cpu"]);
-        assert_refused(&finish(command.args(more)), words);
-    };
-    let reservoir = ["--pixel", "4,4", "--technique", "restir-di"];
-    refused(&[&reservoir[..], &["--max-depth", "8"]].concat(), &["direct light", "--max-depth"]);
-    let still = ["--jitter", "--set", "jitter=off"];
-    refused(&[&reservoir[..], &still].concat(), &["--jitter", "jitter=off", "leave"]);
-    refused(&[&["--pixel", "4,4"][..], &still].concat(), &["--jitter", "jitter=off", "leave"]);
-}
-
-#[test]
 fn outputs_that_cannot_be_written() {
     let workplace = Workplace::new();
     std::fs::create_dir(workplace.output("folder.exr")).unwrap();
