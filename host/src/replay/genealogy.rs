@@ -110,19 +110,26 @@ pub fn genealogy(
 /// # Errors
 /// [`Error::Setting`] and [`Error::Memory`].
 pub(crate) fn check_genealogy(scene: &SceneBuffers, render: &DiRender, [x, y]: [u32; 2]) -> Result<(), Error> {
+    // first, for di::check takes time with the number of frames
+    check_memory(scene, render)?;
     di::check(scene, render)?;
-    let DiRender { width, height, settings, .. } = render;
+    let DiRender { width, height, .. } = render;
     if x >= *width || y >= *height {
         return Err(Error::Setting(format!(
             "pixel ({x}, {y}) lies outside of the image of {width} x {height} pixels, which count from (0, 0)"
         )));
     }
+    Ok(())
+}
+
+fn check_memory(scene: &SceneBuffers, render: &DiRender) -> Result<(), Error> {
     // hits, candidates, temporal and spatial reuse, 16 bytes each
-    let planes = 3 + u64::from(settings.spatial);
-    let bytes = 16 * planes * u64::from(*width) * u64::from(*height) * u64::from(render.frames);
+    let planes = 3 + u64::from(render.settings.spatial);
+    let sides = [render.width, render.height, render.frames];
+    let bytes = sides.iter().fold(16 * planes, |bytes, &side| bytes.saturating_mul(u64::from(side)));
     // and of a scene that moves its frames, with their wide trees
     let frames = if scene.is_animated() { 2 * scene.stats().bytes * u64::from(render.frames) } else { 0 };
-    memory::check(bytes + frames, "this genealogy", "give fewer --frames or a smaller --size")
+    memory::check(bytes.saturating_add(frames), "this genealogy", "give fewer --frames or a smaller --size")
 }
 
 fn generation(pass: &ReservoirPass, pixel: u32) -> Generation {
