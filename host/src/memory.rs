@@ -1,35 +1,65 @@
 //! How much memory a render may take.
 
+use std::ffi::{OsStr, OsString};
+
 use crate::Error;
 
+const VARIABLE: &str = "RESTIR_MEMORY_LIMIT_BYTES";
 /// Share of the machine's memory.
 const SHARE: f64 = 0.8;
 
-/// 80 % of the memory that this process can get, or `RESTIR_MEMORY_LIMIT_BYTES`.
-pub(crate) fn limit() -> u64 {
-    let configured = std::env::var("RESTIR_MEMORY_LIMIT_BYTES").ok().and_then(|v| v.parse().ok());
-    configured.unwrap_or_else(|| {
-        let mut system = sysinfo::System::new();
-        system.refresh_memory();
-        let group = system.cgroup_limits().map_or(u64::MAX, |limits| limits.total_memory);
-        (system.total_memory().min(group) as f64 * SHARE) as u64
+/// 80 % of the memory that this process can get, or `RESTIR_MEMORY_LIMIT_BYTES` if it is set and not empty.
+///
+/// # Errors
+/// [`Error::Setting`] if the variable is no number.
+pub(crate) fn limit() -> Result<u64, Error> {
+    let value = std::env::var_os(VARIABLE).filter(|value| !value.is_empty());
+    value.map_or_else(|| Ok(share_of_machine()), |value: OsString| configured(&value))
+}
+
+fn configured(value: &OsStr) -> Result<u64, Error> {
+    let number = value.to_str().and_then(|text| text.parse().ok());
+    number.ok_or_else(|| {
+        let problem = format!("the environment variable {VARIABLE} is {value:?}, no number of bytes");
+        Error::Setting(format!("{problem}; give a natural number less than 2^64, or unset it"))
     })
+}
+
+fn share_of_machine() -> u64 {
+    let mut system = sysinfo::System::new();
+    system.refresh_memory();
+    let group = system.cgroup_limits().map_or(u64::MAX, |limits| limits.total_memory);
+    (system.total_memory().min(group) as f64 * SHARE) as u64
 }
 
 /// Refuses what takes more than [`limit`] bytes; `what` is named in the message, and `remedy` says what to do.
 ///
 /// # Errors
-/// [`Error::Memory`].
+/// [`Error::Memory`], and as of [`limit`].
 pub(crate) fn check(bytes: u64, what: &str, remedy: &str) -> Result<(), Error> {
-    let limit = limit();
+    let limit = limit()?;
     if bytes <= limit {
         return Ok(());
     }
     let gib = |bytes: u64| bytes as f64 / f64::from(1 << 30);
     Err(Error::Memory(format!(
         "{what} would take {:.2} GiB, more than the limit of {:.2} GiB (80 % of the memory, or \
-         RESTIR_MEMORY_LIMIT_BYTES); {remedy}",
+         {VARIABLE}); {remedy}",
         gib(bytes),
         gib(limit)
     )))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_limit_is_a_number() {
+        assert_eq!(configured(OsStr::new("1000")).unwrap(), 1000);
+        for text in ["abc", "-1", "1e9", "8GiB", " 1", "18446744073709551616"] {
+            let message = configured(OsStr::new(text)).unwrap_err().to_string();
+            assert!(message.contains(VARIABLE) && message.contains(text), "{message}");
+        }
+    }
 }

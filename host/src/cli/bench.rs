@@ -31,6 +31,8 @@ use restir_shared::layout::FEATURE_CLEAR;
 /// The part of a scene's time that its reference may take.
 const REFERENCE_SHARE: f64 = 0.55;
 const MAX_RESTARTS: u32 = 100_000;
+/// More are a slip: the reference would need 200 times as many.
+const MAX_SAMPLES: u32 = 1 << 24;
 /// What a technique of frames says to be judged by its last one.
 const LAST_FRAME: &str = "last";
 const REPORT: &str = "report.md";
@@ -112,6 +114,9 @@ fn matrix(arguments: &Arguments) -> Result<Matrix, Error> {
     if arguments.spp.contains(&0) {
         return refuse("--spp holds 0 samples a pixel, which make no image; give at least 1".to_owned());
     }
+    if let Some(samples) = arguments.spp.iter().find(|&&samples| samples > MAX_SAMPLES) {
+        return refuse(format!("--spp {samples} is more than can be measured; give at most {MAX_SAMPLES}"));
+    }
     if arguments.reference_spp == Some(0) {
         return refuse("0 samples a pixel make no reference; give at least 1 to --reference-spp".to_owned());
     }
@@ -161,7 +166,8 @@ fn di_render(text: &str, changes: &[String], integral: &RenderSettings) -> Resul
     let (last, changes): (Vec<String>, Vec<String>) = changes.iter().cloned().partition(|change| change == LAST_FRAME);
     let mut settings = DiSettings::default();
     settings::apply_di(&mut settings, &changes)?;
-    if settings.jitter && !integral.path.jitter {
+    let is_other = if integral.path.jitter { settings::turn_jitter_off(&changes) } else { settings.jitter };
+    if is_other {
         return Err(of_its_own(text));
     }
     settings.jitter = integral.path.jitter;
@@ -345,6 +351,19 @@ mod tests {
         for (text, word) in [("pth", "path"), ("path:rolette=on", "roulette"), ("path:max_depth=3", "--max-depth")] {
             let message = technique(text, &integral()).unwrap_err().to_string();
             assert!(message.contains(word), "{message}");
+        }
+    }
+
+    #[test]
+    fn techniques_have_no_jitter_of_their_own() {
+        for jitter in [false, true] {
+            let path = PathSettings { jitter, max_depth: render::DIRECT_DEPTH, ..PathSettings::default() };
+            let integral = RenderSettings { path, ..integral() };
+            for name in ["path", "restir-di"] {
+                let with = |value: bool| technique(&format!("{name}:jitter={}", settings::on_or_off(value)), &integral);
+                with(jitter).unwrap();
+                assert!(with(!jitter).unwrap_err().to_string().contains("--jitter"));
+            }
         }
     }
 }

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use super::genealogy::Genealogy;
 use super::reference::Integral;
-use super::render::{DEFAULT_FRAMES, Technique, cameras, natural};
+use super::render::{DEFAULT_FRAMES, Technique, cameras, check_direct, natural};
 use super::scene::DEFAULT_SIZE;
 use super::{console, device, settings};
 use crate::Error;
@@ -80,6 +80,7 @@ struct Explanation<'a> {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
+    settings::check_jitter(arguments.integral.jitter, &arguments.settings)?;
     match arguments.technique {
         Technique::Path => explain_path(arguments),
         Technique::RestirDi => explain_reservoir(arguments),
@@ -93,6 +94,7 @@ fn explain_reservoir(arguments: &Arguments) -> Result<(), Error> {
         ));
     }
     let Arguments { integral, pixel: Pixel { x, y }, .. } = arguments;
+    check_direct(integral.max_depth)?;
     let mut settings = DiSettings::default();
     settings::apply_di(&mut settings, &arguments.settings)?;
     let mut scene = integral.additions.open(&arguments.scene)?;
@@ -103,6 +105,7 @@ fn explain_reservoir(arguments: &Arguments) -> Result<(), Error> {
     let frames = arguments.frames.unwrap_or(DEFAULT_FRAMES);
     let cameras = cameras(arguments.camera_path.as_deref(), buffers.camera, frames)?;
     let render = DiRender { frames, seed: arguments.seed, cameras, ..DiRender::new([width, height], settings) };
+    replay::check_genealogy(&buffers, &render, [*x, *y])?;
     let mut device = device::open(&arguments.device)?;
     let generations = replay::genealogy(device.executor.as_mut(), &buffers, &render, [*x, *y])?;
     let genealogy = Genealogy { scene: &scene, render: &render, generations: &generations };

@@ -27,8 +27,12 @@ use crate::render::{MAX_SIDE, PathSettings, Progress, RenderSettings};
 use crate::scene::Environment;
 
 const REPORT: &str = "report.md";
+/// Smaller pictures decide no claim: they may be black, they fit into one tile of those that a bootstrap resamples, or
+/// their pixels miss every other stripe of the wall in `seed004-fig1`, whose 32 are twice as wide as a picture is high.
+const MIN_SIDE: u32 = 12;
 const MAX_RESTARTS: u32 = 4096;
 const MAX_FRAMES: u32 = 4096;
+const REFERENCE_SECONDS: u64 = 150;
 /// Frames of `seed002-fig1` that do not count.
 const UNCOUNTED: u32 = 16;
 
@@ -54,29 +58,30 @@ struct Effort {
     restarts: [u32; 2],
     /// Frames of a chain, and the fewest that make a picture.
     frames: [u32; 2],
-    reference_spp: u64,
+    /// None if the figure makes no reference.
+    reference_spp: Option<u64>,
 }
 
 impl Figure {
     fn effort(self, quick: bool) -> Effort {
         match (self, quick) {
             (Self::MisOverTime, false) => {
-                Effort { size: [60, 45], restarts: [16, 4], frames: [13, 2], reference_spp: 49_152 }
+                Effort { size: [60, 45], restarts: [16, 4], frames: [13, 2], reference_spp: Some(49_152) }
             }
             (Self::MisOverTime, true) => {
-                Effort { size: [36, 27], restarts: [8, 4], frames: [9, 2], reference_spp: 16_384 }
+                Effort { size: [36, 27], restarts: [8, 4], frames: [9, 2], reference_spp: Some(16_384) }
             }
             (Self::VisibilityTerm, false) => {
-                Effort { size: [128, 96], restarts: [2, 1], frames: [48, UNCOUNTED + 2], reference_spp: 1 }
+                Effort { size: [128, 96], restarts: [2, 1], frames: [48, UNCOUNTED + 2], reference_spp: None }
             }
             (Self::VisibilityTerm, true) => {
-                Effort { size: [64, 48], restarts: [2, 1], frames: [48, UNCOUNTED + 2], reference_spp: 1 }
+                Effort { size: [64, 48], restarts: [2, 1], frames: [48, UNCOUNTED + 2], reference_spp: None }
             }
             (Self::ConvergedTrio, false) => {
-                Effort { size: [64, 48], restarts: [16, 4], frames: [128, 1], reference_spp: 32_768 }
+                Effort { size: [64, 48], restarts: [16, 4], frames: [128, 1], reference_spp: Some(32_768) }
             }
             (Self::ConvergedTrio, true) => {
-                Effort { size: [32, 24], restarts: [8, 4], frames: [64, 1], reference_spp: 8192 }
+                Effort { size: [32, 24], restarts: [8, 4], frames: [64, 1], reference_spp: Some(8192) }
             }
         }
     }
@@ -101,9 +106,9 @@ pub(super) struct Arguments {
     /// Samples per pixel of the references, in figures that have one.
     #[arg(long, value_parser = natural::<u64>, allow_hyphen_values = true)]
     reference_spp: Option<u64>,
-    /// Seconds that a reference may take.
-    #[arg(long, default_value = "150", value_parser = natural::<u64>, allow_hyphen_values = true)]
-    reference_seconds: u64,
+    /// Seconds that a reference may take; 150 if not given.
+    #[arg(long, value_parser = natural::<u64>, allow_hyphen_values = true)]
+    reference_seconds: Option<u64>,
     /// Smaller defaults: a look in a fourth of the time, with wider intervals.
     #[arg(long)]
     quick: bool,
@@ -157,9 +162,11 @@ fn effort(arguments: &Arguments) -> Result<(Protocol, Goal), Error> {
     let refuse = |problem: &str| Err(Error::Setting(problem.to_owned()));
     let Effort { size, restarts, frames, reference_spp } = arguments.figure.effort(arguments.quick);
     let size = arguments.size.map_or(Ok(size), Size::sides)?;
-    if size.iter().any(|side| !(1..=MAX_SIDE).contains(side)) {
+    if size.iter().any(|side| !(MIN_SIDE..=MAX_SIDE).contains(side)) {
         let [width, height] = size;
-        return refuse(&format!("--size {width}x{height} is out of range; give sides from 1 to {MAX_SIDE}"));
+        return refuse(&format!(
+            "--size {width}x{height} is out of range, for claims need some pixels; give sides from {MIN_SIDE} to {MAX_SIDE}"
+        ));
     }
     let chains = within("--restarts", arguments.restarts.unwrap_or(restarts[0]), [restarts[1], MAX_RESTARTS])?;
     if arguments.figure == Figure::ConvergedTrio && chains % 2 == 1 {
@@ -169,11 +176,17 @@ fn effort(arguments: &Arguments) -> Result<(Protocol, Goal), Error> {
     if arguments.env.is_some() && arguments.figure != Figure::MisOverTime {
         return refuse("--env is for the exterior of seed004-fig1, and this figure has none; leave it out");
     }
-    let samples = arguments.reference_spp.unwrap_or(reference_spp);
+    if reference_spp.is_none() && (arguments.reference_spp.is_some() || arguments.reference_seconds.is_some()) {
+        return refuse(
+            "--reference-spp and --reference-seconds are for figures with a reference, and this one has none; leave them out",
+        );
+    }
+    let samples = arguments.reference_spp.or(reference_spp).unwrap_or(1);
     if samples == 0 {
         return refuse("0 samples a pixel make no reference; give at least 1 to --reference-spp");
     }
-    let goal = Goal { samples, time: Some(Duration::from_secs(arguments.reference_seconds)) };
+    let goal =
+        Goal { samples, time: Some(Duration::from_secs(arguments.reference_seconds.unwrap_or(REFERENCE_SECONDS))) };
     Ok((Protocol { size, warm_up: frames - 1, chains, accumulate: false }, goal))
 }
 

@@ -50,12 +50,12 @@ pub(super) struct Integral {
     /// Image size in pixels, as WIDTHxHEIGHT; 96x96 for measurements, the scene's or 512x512 for explain if not given.
     #[arg(long, allow_hyphen_values = true)]
     size: Option<Size>,
-    /// Longest path in segments.
-    #[arg(long, alias = "depth", default_value = "8", value_parser = natural::<u32>, allow_hyphen_values = true)]
-    max_depth: u32,
+    /// Longest path in segments; 8 if not given.
+    #[arg(long, alias = "depth", value_parser = natural::<u32>, allow_hyphen_values = true)]
+    pub(super) max_depth: Option<u32>,
     /// Spread the samples over the pixel instead of its centre.
     #[arg(long)]
-    jitter: bool,
+    pub(super) jitter: bool,
     #[command(flatten)]
     pub(super) additions: Additions,
 }
@@ -72,7 +72,8 @@ impl Integral {
     /// As settings of a render with a single sample and the seed 0; of the given size if none was asked for.
     pub(super) fn settings(&self, size: [u32; 2]) -> Result<RenderSettings, Error> {
         let [width, height] = self.size.map_or(Ok(size), Size::sides)?;
-        let path = PathSettings { max_depth: self.max_depth, jitter: self.jitter, roulette: false };
+        let max_depth = self.max_depth.unwrap_or(PathSettings::default().max_depth);
+        let path = PathSettings { max_depth, jitter: self.jitter, roulette: false };
         Ok(RenderSettings { width, height, samples: 1, seed: 0, path, dispatch_samples: None })
     }
 

@@ -99,6 +99,7 @@ pub(super) enum Work {
 
 impl Work {
     fn new(arguments: &Arguments, scene: &Scene) -> Result<Self, Error> {
+        settings::check_jitter(arguments.jitter, &arguments.settings)?;
         let size = match arguments.size {
             Some(size) => size.sides()?,
             None => scene.default_size.unwrap_or(DEFAULT_SIZE),
@@ -247,16 +248,22 @@ fn di_render(arguments: &Arguments, size: [u32; 2]) -> Result<DiRender, Error> {
     if arguments.spp.is_some() {
         return Err(Error::Setting("--spp is for the technique path; restir-di renders --frames".to_owned()));
     }
-    if arguments.max_depth.is_some_and(|depth| depth != DIRECT_DEPTH) {
-        return Err(Error::Setting(format!(
-            "restir-di renders direct light, paths of {DIRECT_DEPTH} segments; leave --max-depth out"
-        )));
-    }
+    check_direct(arguments.max_depth)?;
     let mut settings = DiSettings::default();
     settings::apply_di(&mut settings, &arguments.settings)?;
     settings.jitter |= arguments.jitter;
     let frames = arguments.frames.unwrap_or(DEFAULT_FRAMES);
     Ok(DiRender { frames, accumulate: arguments.accumulate, seed: arguments.seed, ..DiRender::new(size, settings) })
+}
+
+/// Refuses what `--max-depth` would ask of restir-di, if it is another depth than its own.
+pub(super) fn check_direct(max_depth: Option<u32>) -> Result<(), Error> {
+    if max_depth.is_some_and(|depth| depth != DIRECT_DEPTH) {
+        return Err(Error::Setting(format!(
+            "restir-di renders direct light, paths of {DIRECT_DEPTH} segments; leave --max-depth out"
+        )));
+    }
+    Ok(())
 }
 
 fn report(work: &Work, rendered: &Rendered, seconds: f64) -> Result<(), Error> {

@@ -129,6 +129,21 @@ pub(super) fn apply_di(settings: &mut DiSettings, texts: &[String]) -> Result<()
     settings.check()
 }
 
+/// Refuses `--jitter` beside a setting that turns it off.
+pub(super) fn check_jitter(jitter: bool, texts: &[String]) -> Result<(), Error> {
+    if jitter && turn_jitter_off(texts) {
+        return Err(Error::Setting(
+            "--jitter and --set jitter=off contradict each other; leave one of them out".to_owned(),
+        ));
+    }
+    Ok(())
+}
+
+/// Whether one of the settings is `jitter=off`.
+pub(super) fn turn_jitter_off(texts: &[String]) -> bool {
+    texts.iter().any(|text| text == "jitter=off")
+}
+
 /// The settings of ReSTIR DI as pairs, for metadata.
 pub(super) fn di_pairs(settings: &DiSettings) -> impl Iterator<Item = (String, String)> {
     DI_KEYS.iter().map(|key| (key.name.to_owned(), (key.get)(settings)))

@@ -78,7 +78,7 @@ pub fn genealogy(
     render: &DiRender,
     [x, y]: [u32; 2],
 ) -> Result<Vec<Generation>, Error> {
-    check(scene, render, [x, y])?;
+    check_genealogy(scene, render, [x, y])?;
     let mut follower = Follower::new(scene);
     let mut passes = Vec::new();
     di::render_shown(
@@ -106,21 +106,33 @@ pub fn genealogy(
     Ok(generations)
 }
 
-fn check(scene: &SceneBuffers, render: &DiRender, [x, y]: [u32; 2]) -> Result<(), Error> {
+/// What [`genealogy`] checks first.
+///
+/// # Errors
+/// [`Error::Setting`] and [`Error::Memory`].
+pub(crate) fn check_genealogy(scene: &SceneBuffers, render: &DiRender, [x, y]: [u32; 2]) -> Result<(), Error> {
+    // first, for di::check takes time with the number of frames
+    check_memory(scene, render)?;
     di::check(scene, render)?;
-    let DiRender { width, height, settings, .. } = render;
+    let DiRender { width, height, .. } = render;
     if x >= *width || y >= *height {
         return Err(Error::Setting(format!(
             "pixel ({x}, {y}) lies outside of the image of {width} x {height} pixels, which count from (0, 0)"
         )));
     }
+    Ok(())
+}
+
+fn check_memory(scene: &SceneBuffers, render: &DiRender) -> Result<(), Error> {
     // hits, candidates, temporal and spatial reuse, 16 bytes each
-    let planes = 3 + u64::from(settings.spatial);
+    let DiRender { width, height, frames, settings, .. } = render;
+    let [width, height, frames] = [*width, *height, *frames].map(u64::from);
+    let planes = 16 * (3 + u64::from(settings.spatial)) * width * height;
     let tiles = u64::from(settings.tiles) * u64::from(settings.tile_size) * size_of::<TileWords>() as u64;
-    let bytes = (16 * planes * u64::from(*width) * u64::from(*height) + tiles) * u64::from(render.frames);
     // and of a scene that moves its frames, with their wide trees
-    let frames = if scene.is_animated() { 2 * scene.stats().bytes * u64::from(render.frames) } else { 0 };
-    memory::check(bytes + frames, "this genealogy", "give fewer --frames, a smaller --size or fewer tiles")
+    let scenes = if scene.is_animated() { 2 * scene.stats().bytes } else { 0 };
+    let bytes = frames.saturating_mul(planes + tiles + scenes);
+    memory::check(bytes, "this genealogy", "give fewer --frames, a smaller --size or fewer tiles")
 }
 
 fn generation(pass: &ReservoirPass, pixel: u32) -> Generation {

@@ -16,6 +16,7 @@ mod still;
 mod two_frames;
 
 pub use frames::Frames;
+pub(crate) use genealogy::check_genealogy;
 pub use genealogy::{Generation, LightSource, Reuse, genealogy};
 pub use isolated::{Isolated, Source};
 pub use layers::{Layers, render_with_layers};

@@ -243,6 +243,18 @@ fn too_much_memory() {
 }
 
 #[test]
+fn a_limit_of_memory_that_is_no_number() {
+    let workplace = Workplace::new();
+    let (document, bytes) = triangles(&TRIANGLE);
+    let scene = workplace.input("scene.glb", &glb(&document, &bytes));
+    for scene in ["cornell", &scene] {
+        let mut command = render(&workplace, scene, &[]);
+        command.env("RESTIR_MEMORY_LIMIT_BYTES", "abc");
+        assert_render_refused(&workplace, &mut command, &["RESTIR_MEMORY_LIMIT_BYTES", "abc", "number", "unset"]);
+    }
+}
+
+#[test]
 fn settings_that_do_not_exist() {
     assert_options_refused(&["--set", "roulete=on"], &["roulete", "roulette", "jitter", "max_depth"]);
     assert_options_refused(&["--set", "roulette=maybe"], &["roulette", "on or off"]);
@@ -251,6 +263,7 @@ fn settings_that_do_not_exist() {
     for levels in ["12", "40", "4294967295"] {
         assert_options_refused(&["--subdivide", levels], &["--subdivide", "triangles", "fewer levels"]);
     }
+    assert_options_refused(&["--jitter", "--set", "jitter=off"], &["--jitter", "jitter=off", "leave"]);
     assert_options_refused(&["--flavour", "fast"], &["fast", "GPU"]);
     assert_options_refused(&["--adapter", "any"], &["--adapter"]);
 }
@@ -266,6 +279,7 @@ fn frames_that_cannot_be() {
     refused(&["--frames", "0"], &["0 frames"]);
     refused(&["--spp", "4"], &["--spp", "--frames"]);
     refused(&["--max-depth", "8"], &["direct light", "--max-depth"]);
+    refused(&["--jitter", "--set", "jitter=off"], &["--jitter", "jitter=off", "leave"]);
     refused(&["--camera-path", "none.json"], &["none.json", "orbit"]);
     refused(&["--camera-path", "orbit", "--frames", "4294967295"], &["camera path", "fewer --frames"]);
     refused(&["--emitters", "99999999"], &["emitters", "at most"]);

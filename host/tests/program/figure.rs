@@ -91,14 +91,21 @@ fn figures_that_cannot_be() {
     refused(&["seed002-fig1", "--frames", "17"], &["--frames 17", "18 to"]);
     refused(&["seed002-fig2", "--restarts", "5"], &["--restarts 5", "even"]);
     refused(&["seed002-fig2", "--reference-spp", "0"], &["--reference-spp"]);
+    for option in ["--reference-spp", "--reference-seconds"] {
+        refused(&["seed002-fig1", option, "64"], &[option, "none", "leave"]);
+    }
     refused(&["seed004-fig1", "--env", "missing.exr"], &["cannot read", "missing.exr"]);
     let sky = workplace.output("../sky.exr");
     write_exr(sky.as_ref(), &Image { width: 2, height: 1, pixels: vec![[1.0; 3]; 2] }, &[]).unwrap();
     refused(&["seed002-fig1", "--env", &sky], &["--env", "leave it out"]);
-    let no_size = ["figure", "seed002-fig1", "--size", "0x9", "--out", &workplace.output("")];
-    assert_refused(&finish(&mut program(no_size)), &["0x9", "sides from 1"]);
+    for figure in ["seed004-fig1", "seed002-fig1", "seed002-fig2"] {
+        for size in ["0x9", "1x1", "11x12", "12x11", "16385x12"] {
+            let no_size = ["figure", figure, "--size", size, "--out", &workplace.output("")];
+            assert_refused(&finish(&mut program(no_size)), &[size, "sides from 12 to 16384"]);
+        }
+    }
     assert_refused(&finish(&mut program(["figure", "seed002-fig1"])), &["--out"]);
     let file = workplace.input("file", b"");
-    let no_folder = ["figure", "seed002-fig1", "--size", "8x8", "--device", "cpu", "--out", &file];
+    let no_folder = ["figure", "seed002-fig1", "--size", "16x12", "--device", "cpu", "--out", &file];
     assert_refused(&finish(&mut program(no_folder)), &["cannot write", "--out"]);
 }

@@ -108,6 +108,7 @@ fn benchmarks_that_cannot_be() {
     refused(&["furnace"], &["furnace", "twice"]);
     refused(&["--restarts", "0"], &["0 restarts", "2 to"]);
     refused(&["--spp", "1,0"], &["--spp", "at least 1"]);
+    refused(&["--spp", "1,4294967295"], &["--spp 4294967295", "at most"]);
     refused(&["--spp", "1,x"], &["--spp", "natural number"]);
     refused(&["--reference-spp", "0"], &["--reference-spp"]);
     refused(&["--against", "missing.csv"], &["cannot read", "missing.csv"]);
@@ -199,9 +200,19 @@ fn an_explanation_can_be_read() {
 fn explanations_that_cannot_be() {
     let refused = |more: &[&str], words: &[&str]| {
         let common = ["explain", "furnace", "--size", "8x8", "--device", "cpu"];
-        assert_refused(&run(common.iter().chain(more)), words);
+        let outcome = run(common.iter().chain(more));
+        assert_refused(&outcome, words);
+        assert!(!outcome.stderr.contains("device:"), "arguments are judged first:\n{}", outcome.stderr);
     };
-    refused(&["--pixel", "8,0"], &["(8, 0)", "8 x 8"]);
+    for technique in ["path", "restir-di"] {
+        let refused = |more: &[&str], words: &[&str]| refused(&[&["--technique", technique], more].concat(), words);
+        refused(&["--pixel", "8,0"], &["(8, 0)", "8 x 8"]);
+        let both = ["--pixel", "1,1", "--jitter", "--set", "jitter=off"];
+        refused(&both, &["--jitter", "jitter=off", "leave"]);
+    }
+    let reservoir = ["--pixel", "1,1", "--technique", "restir-di"];
+    refused(&[&reservoir[..], &["--max-depth", "8"]].concat(), &["direct light", "--max-depth"]);
+    refused(&[&reservoir[..], &["--frames", "0"]].concat(), &["0 frames"]);
     refused(&["--pixel", "-1,0"], &["--pixel", "natural number"]);
     refused(&["--pixel", "1"], &["--pixel", "X,Y"]);
     refused(&[], &["--pixel"]);

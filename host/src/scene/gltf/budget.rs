@@ -9,8 +9,8 @@ use crate::memory;
 
 /// The most bytes of the imported meshes, of the textures, of the files beside a document, and of the document itself:
 /// 8 GiB, or what a render may take.
-pub(super) fn max_bytes() -> u64 {
-    memory::limit().min(8 << 30)
+pub(super) fn max_bytes() -> Result<u64, Problem> {
+    memory::limit().map(|limit| limit.min(8 << 30)).map_err(|error| error.to_string())
 }
 
 /// Bytes as a text in GiB.
@@ -30,7 +30,7 @@ impl Document<'_> {
     pub(super) fn check_memory(&self) -> Result<(), Problem> {
         let primitives = self.root.meshes.iter().flat_map(|mesh| &mesh.primitives);
         let bytes = primitives.fold(0_u64, |sum, primitive| sum.saturating_add(self.primitive_bytes(primitive)));
-        let most = max_bytes();
+        let most = max_bytes()?;
         if bytes <= most {
             return Ok(());
         }

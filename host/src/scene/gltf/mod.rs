@@ -62,7 +62,7 @@ pub fn load(path: &Path) -> Result<Scene, Error> {
 
 fn read(path: &Path) -> io::Result<Vec<u8>> {
     let mut file = input::open(path)?;
-    let (length, most) = (file.metadata()?.len(), budget::max_bytes());
+    let (length, most) = (file.metadata()?.len(), budget::max_bytes().map_err(io::Error::other)?);
     if length > most {
         return Err(io::Error::other(format!(
             "it has {}, more than the {} that may be read",
@@ -79,7 +79,7 @@ pub(super) fn import(name: &str, bytes: &[u8], folder: Option<&Path>) -> Result<
     let (text, blob) = container::split(bytes)?;
     let root: Root = json::deserialize::from_slice(text).map_err(|error| format!("its JSON is broken: {error}"))?;
     check_support(&root)?;
-    let mut file_room = budget::max_bytes();
+    let mut file_room = budget::max_bytes()?;
     let buffers = buffer::load_all(&root, blob, folder, &mut file_room)?;
     let document = Document { root: &root, buffers };
     document.check_memory()?;

@@ -38,10 +38,13 @@ fn read(uri: &str, what: &str, folder: Option<&Path>, length: u64, room: &mut u6
     let problem = |error| format!("cannot read its {what} {}: {error}", path.display());
     let file = input::open(&path).map_err(problem)?;
     let length = length.min(file.metadata().map_err(problem)?.len());
-    *room = room.checked_sub(length).ok_or_else(|| {
-        let most = gib(max_bytes());
-        format!("the files that it refers to have more than the {most} that may be read; export a simpler scene")
-    })?;
+    let Some(left) = room.checked_sub(length) else {
+        let most = gib(max_bytes()?);
+        return Err(format!(
+            "the files that it refers to have more than the {most} that may be read; export a simpler scene"
+        ));
+    };
+    *room = left;
     let mut bytes = Vec::new();
     file.take(length).read_to_end(&mut bytes).map_err(problem)?;
     Ok(bytes)
