@@ -76,7 +76,7 @@ fn reservoirs(buffers: &SceneBuffers, run: &Run, seed: u32) -> Vec<Vec<UVec4>> {
     let mut planes = Vec::new();
     Frames::replay(&buffers.view(), buffers, &run.render(seed), &mut |pass, frames| {
         if is_initial(pass) {
-            planes.push(frames.plane(pass.bindings[4]).to_vec());
+            planes.push(frames.plane(pass.bindings[5]).to_vec());
         } else if is_combine(pass) {
             planes.push(frames.plane(pass.bindings[6]).to_vec());
         }
@@ -278,7 +278,7 @@ fn average_is_the_weighted_mean() -> Result<(), Failed> {
         let mut initial = Vec::new();
         Frames::replay(&view, &buffers, &run.render(7), &mut |pass, frames| {
             if is_initial(pass) {
-                initial = frames.plane(pass.bindings[4]).to_vec();
+                initial = frames.plane(pass.bindings[5]).to_vec();
             }
             if !is_combine(pass) {
                 return;
