@@ -87,7 +87,7 @@ fn render(preset: &str, frames: u32, seed: u32) -> DiRender {
     DiRender { frames, seed, ..DiRender::new([GRID.width, GRID.height], settings) }
 }
 
-/// The picture that each frame shades: of the last one, or of all if the render accumulates.
+/// The picture of each pass of shading: of the last frame, or of all if the render accumulates.
 fn pictures(buffers: &SceneBuffers, render: &DiRender, observe: &mut dyn FnMut(&[FilmPixel])) {
     Frames::replay(&buffers.view(), buffers, render, &mut |pass, frames| {
         if pass.kernel.name == di_shade::DESC.name {
@@ -192,7 +192,7 @@ fn small_images() -> u64 {
                 pixels += picture.len();
                 broken += picture.iter().filter(|pixel| is_broken(pixel)).count() as u64;
             });
-            broken += u64::from(pixels != 8 * (width * height) as usize);
+            broken += u64::from(pixels != (8 * render.settings.shading_passes() * width * height) as usize);
         }
     }
     broken
