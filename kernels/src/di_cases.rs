@@ -4,8 +4,8 @@ use crate::{Case, CaseScene, CaseScenes};
 use restir_shared::glam::UVec4;
 use restir_shared::layout::{
     DI_AVERAGE_VISIBILITY, DI_FINAL_RAY, DI_INITIAL_VISIBILITY, DI_JITTER, DI_MIS_SHIFT, DI_MIS_VISIBILITY,
-    DI_OTHER_FRAME, DI_SCATTER_CANDIDATE, DI_STILL, DI_TARGET_VISIBILITY, DI_TILES, DI_TRANSMITTANCE, DiParams,
-    FEATURES_ALL, FilmPixel, TileWords,
+    DI_OTHER_FRAME, DI_SCATTER_CANDIDATE, DI_STILL, DI_TARGET_VISIBILITY, DI_TILES, DI_TRANSMITTANCE, DiPairs,
+    DiParams, DiPoint, FEATURES_ALL, FilmPixel, PAIRS, TileWords,
 };
 use restir_shared::mis::Mis;
 use restir_shared::scene::SceneView;
@@ -22,6 +22,10 @@ pub(crate) struct Chain {
     pub(crate) direct: Vec<FilmPixel>,
     /// Candidates of the second frame.
     pub(crate) tiles: Vec<TileWords>,
+    /// What its pixels show their neighbours in shading.
+    pub(crate) points: Vec<DiPoint>,
+    pairs: Vec<DiPairs>,
+    sent: Vec<FilmPixel>,
 }
 
 /// Visibility where the reservoirs of initial samples lack what is occluded.
@@ -62,19 +66,49 @@ pub(crate) fn make(scenes: &dyn CaseScenes, add: impl Fn(&Chain, Case) -> Case) 
     make_with(scenes, |_| {}, add)
 }
 
+/// As [`make`], of a kernel of shading.
+pub(crate) fn make_within_frame(scenes: &dyn CaseScenes, add: impl Fn(&Chain, Case) -> Case) -> Vec<Case> {
+    make_with(scenes, |params| *params = within_frame(params), add)
+}
+
+/// The cases of what gathers: it reads no scene.
+pub(crate) fn gathered(scenes: &dyn CaseScenes) -> Vec<Case> {
+    let of_row = |(name, scene_name, flags, mis, neighbours)| {
+        let (_, chain) = row(scenes, scene_name, flags, mis, neighbours);
+        Case::new(format!("{name}, {scene_name}"), WIDTH, HEIGHT)
+            .with(&[within_frame(&chain.params)])
+            .with(&chain.points)
+            .with(&chain.pairs)
+            .with(&chain.direct)
+            .with(&chain.sent)
+    };
+    ROWS.map(of_row).into()
+}
+
+/// Parameters of shading.
+fn within_frame(params: &DiParams) -> DiParams {
+    let mut pairs = [0; PAIRS];
+    let count = di::pair_offsets(params.seed, params.frame, params.radius, &mut pairs) as u32;
+    let neighbours = 2 * if params.neighbours < count { params.neighbours } else { count };
+    let shading_pass = params.neighbours % 3;
+    DiParams { flags: params.flags & !DI_OTHER_FRAME, neighbours, shading_pass, pairs, ..*params }
+}
+
+fn row(scenes: &dyn CaseScenes, scene_name: &str, flags: u32, mis: Mis, neighbours: u32) -> (CaseScene, Chain) {
+    let is_empty = scene_name == "empty";
+    let scene = scenes.scene(if is_empty { "cornell" } else { scene_name });
+    let chain = chain(&scene, flags | (mis.0 << DI_MIS_SHIFT), neighbours, is_empty);
+    (scene, chain)
+}
+
 /// As [`make`], with other parameters for the kernel than for the chain.
-pub(crate) fn make_with(
-    scenes: &dyn CaseScenes,
-    adjust: impl Fn(&mut DiParams),
-    add: impl Fn(&Chain, Case) -> Case,
-) -> Vec<Case> {
+fn make_with(scenes: &dyn CaseScenes, adjust: impl Fn(&mut DiParams), add: impl Fn(&Chain, Case) -> Case) -> Vec<Case> {
     let mut cases = Vec::new();
-    for (row, (name, scene_name, flags, mis, neighbours)) in ROWS.into_iter().enumerate() {
-        let scene = scenes.scene(if scene_name == "empty" { "cornell" } else { scene_name });
-        let mut chain = chain(&scene, flags | (mis.0 << DI_MIS_SHIFT), neighbours, scene_name == "empty");
+    for (index, (name, scene_name, flags, mis, neighbours)) in ROWS.into_iter().enumerate() {
+        let (scene, mut chain) = row(scenes, scene_name, flags, mis, neighbours);
         adjust(&mut chain.params);
         let frozen = [scene.features, chain.params.flags];
-        let both: &[[u32; 2]] = if row % 4 == 3 { &[[FEATURES_ALL; 2], frozen] } else { &[[FEATURES_ALL; 2]] };
+        let both: &[[u32; 2]] = if index % 4 == 3 { &[[FEATURES_ALL; 2], frozen] } else { &[[FEATURES_ALL; 2]] };
         for &[features, settings] in both {
             let kind = if features == FEATURES_ALL { "general" } else { "frozen" };
             let case = Case::new(format!("{name}, {scene_name}, {kind}"), WIDTH, HEIGHT)
@@ -130,14 +164,16 @@ fn chain(scene: &CaseScene, flags: u32, neighbours: u32, lightless: bool) -> Cha
         near_radius: 2.0,
         max_plane_distance: 0.05,
         min_normal_cos: 0.5,
-        first_neighbour: neighbours % 3,
+        shading_pass: 0,
         group: 5,
         tiles: 3,
         tile_size: 50,
         reserved: [0; 2],
+        pairs: [0; PAIRS],
     };
     let pixels = || (0..HEIGHT).flat_map(|y| (0..WIDTH).map(move |x| [x, y]));
-    let hits = [0, 1].map(|frame| pixels().map(|at| di::primary(&view(frame), &of_frame(frame), flags, at)).collect());
+    let hits: [Vec<UVec4>; 2] =
+        [0, 1].map(|frame| pixels().map(|at| di::primary(&view(frame), &of_frame(frame), flags, at)).collect());
     let tiles = |frame: u32| -> Vec<TileWords> {
         let params = of_frame(frame).tile_params();
         let places = (0..params.tiles).flat_map(|tile| (0..params.tile_size).map(move |index| (index, tile)));
@@ -153,10 +189,18 @@ fn chain(scene: &CaseScene, flags: u32, neighbours: u32, lightless: bool) -> Cha
             .collect()
     };
     let both = [initial(0), initial(1)];
-    let reservoirs = [0, 1].map(|frame: usize| both[frame].iter().map(|(reservoir, _)| *reservoir).collect());
+    let reservoirs: [Vec<UVec4>; 2] =
+        [0, 1].map(|frame: usize| both[frame].iter().map(|(reservoir, _)| *reservoir).collect());
     let direct = both[1].iter().map(|(_, direct)| *direct).collect();
     let other_frame = if flags & DI_OTHER_FRAME != 0 { 0 } else { 1 };
     let DiParams { scene: other_scene, camera: other_camera, .. } = of_frame(other_frame);
     let params = DiParams { other_scene, other_camera, other_frame, ..of_frame(1) };
-    Chain { params, hits, reservoirs, direct, tiles: tiles(1) }
+    let shading = within_frame(&params);
+    let (now, shading_flags): ([&Vec<UVec4>; 2], u32) = ([&hits[1], &reservoirs[1]], shading.flags);
+    let seen = || pixels().zip(now[0].iter().zip(now[1])).map(|(at, (&hit, &reservoir))| (at, [hit, reservoir]));
+    let points: Vec<DiPoint> =
+        seen().map(|(at, words)| di::offer(&view(1), &shading, shading_flags, words, at)).collect();
+    let (pairs, sent) =
+        seen().map(|(at, [hit, _])| di::exchange(&view(1), &shading, shading_flags, &points, hit, at)).unzip();
+    Chain { params, hits, reservoirs, direct, tiles: tiles(1), points, pairs, sent }
 }

@@ -283,6 +283,9 @@ impl Extent for PathParams {
     }
 }
 
+/// Pairs of neighbours on opposite sides in a pass of shading.
+pub const PAIRS: usize = 4;
+
 /// Parameters of the kernels of ReSTIR DI.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
@@ -310,7 +313,7 @@ pub struct DiParams {
     pub flags: u32,
     /// Initial candidates from lights.
     pub candidates: u32,
-    /// Neighbours of a combine, at most [`crate::mis::INPUTS`] - 2.
+    /// Neighbours of a combine, at most [`crate::mis::INPUTS`] - 2; of a shading pass, at most 2 [`PAIRS`], and even.
     pub neighbours: u32,
     /// Which combine of the frame this is: their random numbers differ.
     pub combine: u32,
@@ -324,8 +327,8 @@ pub struct DiParams {
     pub max_plane_distance: f32,
     /// A neighbour's normal has at least this cosine with the pixel's.
     pub min_normal_cos: f32,
-    /// How many places of the sequence of neighbours are passed over.
-    pub first_neighbour: u32,
+    /// Which of the frame's passes of shading this is.
+    pub shading_pass: u32,
     /// Candidates from lights in a group, of which one is tested by a ray if its visibility is asked for; 0 for one group.
     pub group: u32,
     /// Tiles of presampled candidates, with [`DI_TILES`]; at most 2^15.
@@ -334,6 +337,8 @@ pub struct DiParams {
     pub tile_size: u32,
     /// Zero.
     pub reserved: [u32; 2],
+    /// Offsets of a shading pass, of which every pixel has the neighbours on both sides: x in the lower half, y in the upper.
+    pub pairs: [u32; PAIRS],
 }
 
 impl Extent for DiParams {
@@ -348,6 +353,36 @@ impl DiParams {
         let Self { scene, tile_size, tiles, frame, seed, .. } = *self;
         TileParams { scene, tile_size, tiles, frame, seed }
     }
+}
+
+/// What a pixel shows its neighbours where samples are shaded together; but for the reservoir all zero where nothing is hit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct DiPoint {
+    /// Radiance by way of the pixel's own sample, linear RGB.
+    pub radiance: [f32; 3],
+    /// The sample's target there, as MIS weights have it.
+    pub target: f32,
+    /// What the pixel sees.
+    pub position: [f32; 3],
+    /// Its normal, see [`crate::pack::encode_unit_vector`].
+    pub normal: u32,
+    /// The reservoir, see [`crate::technique::di::Stored`].
+    pub reservoir: [u32; 4],
+}
+
+/// Of a pixel's neighbours in a pass of shading: the targets of their samples at the pixel, as MIS weights have them, or
+/// [`Self::NONE`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct DiPairs {
+    /// In the order of [`DiParams::pairs`], of each pair first the neighbour at the offset, then the one opposite.
+    pub targets: [f32; 2 * PAIRS],
+}
+
+impl DiPairs {
+    /// There is no neighbour, or it is too different.
+    pub const NONE: f32 = -1.0;
 }
 
 /// Parameters of the kernel that fills tiles with candidates.
@@ -428,7 +463,9 @@ const _: () = {
     assert!(size_of::<SceneHeader>() == 80);
     assert!(size_of::<CameraParams>() == 64);
     assert!(size_of::<PathParams>() == 176);
-    assert!(size_of::<DiParams>() == 368);
+    assert!(size_of::<DiParams>() == 384);
+    assert!(size_of::<DiPoint>() == 48);
+    assert!(size_of::<DiPairs>() == 32);
     assert!(size_of::<TileParams>() == 96);
     assert!(size_of::<TileWords>() == 64);
     assert!(size_of::<FilmParams>() == 16);

@@ -219,8 +219,7 @@ impl<T: Scalar> Combine<T> {
         } else if input == 0 {
             self.canonical_share()
         } else {
-            let own = self.neighbour_confidence(i) * self.at_source[i];
-            self.pair_share(i) * fraction(own, self.confidence[0] * self.at_canonical[i])
+            self.pair_of(i).of_neighbour(self.at_source[i], self.at_canonical[i])
         };
         (m * self.contribution[i]).within_range()
     }
@@ -244,12 +243,11 @@ impl<T: Scalar> Combine<T> {
     /// The canonical input's weight in a pairwise form: in each pair what the neighbour leaves, and its own share.
     #[inline(always)]
     fn canonical_share(&self) -> T {
-        let own = self.confidence[0] * self.at_canonical[0];
         let all = self.neighbours;
         let mut share = if all > T::ZERO { fraction(self.canonical_pair(), all) } else { T::ONE };
         let mut i = 1;
         while i < self.count as usize {
-            share = share + self.pair_share(i) * fraction(own, self.neighbour_confidence(i) * self.other[i]);
+            share = share + self.pair_of(i).of_canonical(self.at_canonical[0], self.other[i]);
             i += 1;
         }
         share
@@ -267,10 +265,14 @@ impl<T: Scalar> Combine<T> {
         }
     }
 
-    /// The share of input i's pair.
+    /// Input i and the canonical one.
     #[inline(always)]
-    fn pair_share(&self, i: usize) -> T {
-        ratio(self.pair(self.confidence[i]), self.neighbours + self.canonical_pair())
+    fn pair_of(&self, i: usize) -> Pair<T> {
+        Pair {
+            share: ratio(self.pair(self.confidence[i]), self.neighbours + self.canonical_pair()),
+            neighbour: self.neighbour_confidence(i),
+            canonical: self.confidence[0],
+        }
     }
 
     /// What the share of the pair of a neighbour with the given confidence is in proportion to.
@@ -289,6 +291,37 @@ impl<T: Scalar> Combine<T> {
     #[inline(always)]
     fn neighbour_confidence(&self, i: usize) -> T {
         if self.form.is(Mis::PAIRWISE_COUNTED) { self.requested * self.confidence[i] } else { self.neighbours }
+    }
+}
+
+/// A neighbour and the canonical input in a pairwise form: the balance heuristic between the two, of which the pair has a
+/// share.
+#[derive(Clone, Copy, Debug)]
+pub struct Pair<T> {
+    share: T,
+    /// What multiplies the neighbour's target.
+    neighbour: T,
+    /// What multiplies the canonical one's.
+    canonical: T,
+}
+
+impl<T: Scalar> Pair<T> {
+    /// A pair of [`Mis::PAIRWISE`]: of a neighbour of that confidence, one of neighbours whose confidence is `all` in sum.
+    #[inline(always)]
+    pub fn new(confidence: T, all: T, canonical: T) -> Self {
+        Self { share: ratio(confidence, all), neighbour: all, canonical }
+    }
+
+    /// The weight of the neighbour's sample y, from `neighbour` = a_i(y) and `canonical` = a_0(y).
+    #[inline(always)]
+    pub fn of_neighbour(&self, neighbour: T, canonical: T) -> T {
+        self.share * fraction(self.neighbour * neighbour, self.canonical * canonical)
+    }
+
+    /// What the pair gives to the weight of the canonical sample y, from a_0(y) and a_i(y).
+    #[inline(always)]
+    pub fn of_canonical(&self, canonical: T, neighbour: T) -> T {
+        self.share * fraction(self.canonical * canonical, self.neighbour * neighbour)
     }
 }
 

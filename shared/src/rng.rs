@@ -3,7 +3,10 @@
 //!
 //! The mixer is pcg4d (Jarzynski and Olano 2020, "Hash Functions for GPU Rendering", JCGT 9(3)).
 
-use glam::UVec4;
+use glam::{UVec4, Vec2};
+
+/// 2^32 over the plastic number and over its square: the R2 sequence (Roberts 2018), whose every stretch is well spread.
+const R2: [u32; 2] = [3_242_174_889, 2_447_445_414];
 
 /// Four independent 32-bit random words.
 #[inline(always)]
@@ -25,6 +28,12 @@ pub fn pcg4d(key: UVec4) -> UVec4 {
 #[inline(always)]
 pub fn unit(word: u32) -> f32 {
     (word >> 8) as f32 * crate::num::UNIT_ROUNDOFF
+}
+
+/// The n-th point of the R2 sequence in the unit square, shifted by the words.
+#[inline(always)]
+pub fn r2(shift: [u32; 2], n: u32) -> Vec2 {
+    Vec2::new(unit(shift[0].wrapping_add(R2[0].wrapping_mul(n))), unit(shift[1].wrapping_add(R2[1].wrapping_mul(n))))
 }
 
 /// The random numbers of one sample of one pixel.

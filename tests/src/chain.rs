@@ -1,10 +1,10 @@
 //! Frames of ReSTIR DI, pass by pass, natively over any scene and with any flags: also with those that the host refuses.
 
 use restir_host::buffers::SceneBuffers;
-use restir_host::di::{DiSettings, MAX_NEIGHBOURS};
+use restir_host::di::DiSettings;
 use restir_host::replay::Still;
 use restir_shared::glam::UVec4;
-use restir_shared::layout::{DiParams, FilmPixel, TileWords};
+use restir_shared::layout::{DiParams, DiPoint, FilmPixel, TileWords};
 use restir_shared::num;
 use restir_shared::scene::{AddressedLights, Surface, Trace};
 use restir_shared::technique::di;
@@ -19,14 +19,10 @@ pub struct Chain<'a, S> {
     pub temporal: bool,
     /// Passes of spatial reuse.
     pub spatial: u32,
-    /// These come first.
-    pub spatial_first: bool,
     /// One pass for both.
     pub fused: bool,
-    /// Neighbours whose samples are shaded.
-    pub shaded: u32,
-    /// How far away these are at most, in pixels.
-    pub shading_radius: f32,
+    /// Which neighbours are shaded.
+    pub settings: DiSettings,
     /// Flags of the combine with the frame before.
     pub temporal_flags: u32,
 }
@@ -74,10 +70,8 @@ impl<'a, S: Trace + Surface + AddressedLights> Chain<'a, S> {
             params,
             temporal: s.temporal,
             spatial: s.spatial,
-            spatial_first: s.spatial_first,
             fused: s.fused,
-            shaded: s.shaded,
-            shading_radius: s.shading_radius,
+            settings: s.clone(),
             temporal_flags: s.temporal_flags(true),
         }
     }
@@ -129,55 +123,67 @@ impl<'a, S: Trace + Surface + AddressedLights> Chain<'a, S> {
         di::combine(&Still(self.scene), &p, p.flags, &planes, UVec4::ZERO, at)
     }
 
-    /// A pixel's radiance: the mean of as many passes as its neighbours take, summed as the film sums them.
-    pub fn shade_pixel(&self, frame: &Frame, at: [u32; 2]) -> FilmPixel {
-        let passes = self.shaded.div_ceil(MAX_NEIGHBOURS).max(1);
-        let mut sums: Vec<(u32, FilmPixel)> = Vec::new();
-        for pass in 0..passes {
-            let [first, end] = [pass, pass + 1].map(|pass| pass * self.shaded / passes);
-            sums.push((0, self.shading_pass(frame, [first, end], at)));
-            while let &[.., (left, a), (right, b)] = sums.as_slice()
-                && (left == right || pass + 1 == passes)
-            {
-                sums.truncate(sums.len() - 2);
-                sums.push((left + 1, a.merge(b)));
-            }
-        }
-        let sum = sums.first().map_or_else(FilmPixel::default, |&(_, sum)| sum);
-        FilmPixel { sum: sum.sum.map(|value| num::div(value, passes as f32)), dropped: sum.dropped }
+    /// What the pixels of a frame show their neighbours.
+    pub fn points(&self, frame: &Frame) -> Vec<DiPoint> {
+        let p = self.of_frame(frame.index);
+        self.words(frame).map(|(at, words)| di::offer(self.scene, &p, p.flags, words, at)).collect()
     }
 
-    fn shading_pass(&self, frame: &Frame, [first, end]: [u32; 2], [x, y]: [u32; 2]) -> FilmPixel {
-        let p = DiParams {
-            combine: 1 + self.spatial,
-            neighbours: end - first,
-            first_neighbour: first,
-            radius: self.shading_radius,
-            ..self.of_frame(frame.index)
+    /// The picture of a frame: the mean of as many passes as its neighbours take, summed as the film sums them.
+    pub fn shade(&self, frame: &Frame) -> Vec<FilmPixel> {
+        let points = if self.settings.shaded > 0 { self.points(frame) } else { Vec::new() };
+        let passes = self.settings.shading(&self.of_frame(frame.index));
+        let pictures: Vec<_> = passes.iter().map(|p| self.shading_pass(frame, p, &points)).collect();
+        let mean = |pixel: usize| {
+            let mut sums: Vec<(u32, FilmPixel)> = Vec::new();
+            for (picture, left) in pictures.iter().zip((0..pictures.len()).rev()) {
+                sums.push((0, picture[pixel]));
+                while let &[.., (first, a), (second, b)] = sums.as_slice()
+                    && (first == second || left == 0)
+                {
+                    sums.truncate(sums.len() - 2);
+                    sums.push((first + 1, a.merge(b)));
+                }
+            }
+            let sum = sums.first().map_or_else(FilmPixel::default, |&(_, sum)| sum);
+            FilmPixel { sum: sum.sum.map(|value| num::div(value, pictures.len() as f32)), dropped: sum.dropped }
         };
-        let planes = di::Planes { hits: &frame.hits, other_hits: &frame.hits, others: &frame.reservoirs };
-        di::shade(&Still(self.scene), &p, p.flags, &planes, frame.direct[(y * p.width + x) as usize], [x, y])
+        (0..frame.hits.len()).map(mean).collect()
+    }
+
+    fn shading_pass(&self, frame: &Frame, p: &DiParams, points: &[DiPoint]) -> Vec<FilmPixel> {
+        if points.is_empty() {
+            return self.pixels().map(|at| self.shade_alone(frame, at)).collect();
+        }
+        let (pairs, sent): (Vec<_>, Vec<_>) =
+            self.words(frame).map(|(at, [hit, _])| di::exchange(self.scene, p, p.flags, points, hit, at)).unzip();
+        let pixels = self.pixels().zip(frame.direct.iter().zip(sent));
+        pixels.map(|(at, (&direct, sent))| di::gather(p, points, &pairs, direct, sent, at)).collect()
+    }
+
+    /// A pixel by way of its own reservoir.
+    pub fn shade_alone(&self, frame: &Frame, [x, y]: [u32; 2]) -> FilmPixel {
+        let p = self.of_frame(frame.index);
+        let i = (y * p.width + x) as usize;
+        di::shade(self.scene, &p, p.flags, [frame.hits[i], frame.reservoirs[i]], frame.direct[i], [x, y])
+    }
+
+    /// Each pixel's hit and reservoir.
+    fn words<'b>(&self, frame: &'b Frame) -> impl Iterator<Item = ([u32; 2], [UVec4; 2])> + use<'b, S> {
+        let words = frame.hits.iter().zip(&frame.reservoirs).map(|(&hit, &reservoir)| [hit, reservoir]);
+        self.pixels().zip(words)
     }
 
     /// A frame with all reuse.
     pub fn frame(&self, index: u32, last: Option<&Frame>) -> Frame {
         let mut frame = self.initial(index);
-        if self.spatial_first {
-            self.reuse_in_space(&mut frame);
-        }
         if let Some(last) = last.filter(|_| self.temporal) {
             frame.reservoirs = self.pixels().map(|at| self.temporal_pixel(&frame, last, at)).collect();
         }
-        if !self.spatial_first {
-            self.reuse_in_space(&mut frame);
+        for pass in 0..if self.fused { 0 } else { self.spatial } {
+            frame.reservoirs = self.pixels().map(|at| self.spatial_pixel(&frame, pass, at)).collect();
         }
         frame
-    }
-
-    fn reuse_in_space(&self, frame: &mut Frame) {
-        for pass in 0..if self.fused { 0 } else { self.spatial } {
-            frame.reservoirs = self.pixels().map(|at| self.spatial_pixel(frame, pass, at)).collect();
-        }
     }
 
     /// The last of a number of frames.
@@ -188,6 +194,6 @@ impl<'a, S: Trace + Surface + AddressedLights> Chain<'a, S> {
     /// The picture of the last frame.
     pub fn film(&self, frames: u32) -> Vec<FilmPixel> {
         let frame = self.last_frame(frames);
-        self.pixels().map(|at| self.shade_pixel(&frame, at)).collect()
+        self.shade(&frame)
     }
 }

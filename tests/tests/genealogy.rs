@@ -7,7 +7,7 @@ use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::render::Progress;
 use restir_host::replay::{Generation, Origin, Reuse, genealogy, render_with_layers};
 use restir_host::scene::{CameraPath, Scene};
-use restir_kernels::di_shade;
+use restir_kernels::{di_offer, di_shade};
 use restir_shared::glam::UVec4;
 use restir_shared::rng::Rng;
 use restir_shared::scene::{AddressedLights, LightAddress};
@@ -35,7 +35,7 @@ fn settings() -> [DiSettings; 5] {
         default(),
         DiSettings { spatial: 3, feedback: false, jitter: true, mis: MisForm::Talbot, ..default() },
         DiSettings { fused: true, candidates: 2, ..default() },
-        DiSettings { tiles: 3, tile_size: 20, spatial_first: true, ..default() },
+        DiSettings { tiles: 3, tile_size: 20, ..default() },
         DiSettings { temporal: false, candidates: 1, mis: MisForm::Contribution, shaded: 0, ..default() },
     ]
 }
@@ -53,7 +53,7 @@ fn di_render(scene: &SceneBuffers, settings: DiSettings) -> Result<DiRender, Fai
 fn last_reservoirs(scene: &SceneBuffers, render: &DiRender) -> Result<Vec<UVec4>, Failed> {
     let mut shaded = Ok(Vec::new());
     CpuExecutor::new(None)?.run(plan(scene, render), &mut |step| {
-        if step.pass.kernel.name == di_shade::DESC.name {
+        if [di_offer::DESC.name, di_shade::DESC.name].contains(&step.pass.kernel.name) {
             shaded = step.read(step.pass.bindings[4]);
         }
         ControlFlow::Continue(())

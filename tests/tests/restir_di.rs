@@ -6,9 +6,10 @@ use restir_host::di::{self, DiRender, DiSettings, MisForm, Visibility};
 use restir_host::exec::CpuExecutor;
 use restir_host::scene::{Camera, Material, Mesh, Scene};
 use restir_shared::glam::{UVec4, Vec3};
-use restir_shared::layout::{DI_MIS_VISIBILITY, FilmPixel, PathParams};
-use restir_shared::scene::LightAddress;
-use restir_shared::technique::di::Stored;
+use restir_shared::layout::{DI_FINAL_RAY, DI_MIS_VISIBILITY, DiPairs, DiParams, DiPoint, FilmPixel, PathParams};
+use restir_shared::mis::{Combine, Mis};
+use restir_shared::scene::{AddressedLights, LightAddress, Surface, Trace};
+use restir_shared::technique::di::{self as kernels, Stored};
 use restir_shared::technique::path;
 use restir_tests::chain::{Chain, Frame};
 use restir_tests::counting::{Counting, Counts};
@@ -35,6 +36,8 @@ fn main() -> ExitCode {
         ("without_lights_it_is_dark", without_lights_it_is_dark),
         ("reservoirs_come_back_from_their_words", reservoirs_come_back_from_their_words),
         ("broken_words_are_empty_reservoirs", broken_words_are_empty_reservoirs),
+        ("to_be_a_neighbour_is_mutual", to_be_a_neighbour_is_mutual),
+        ("shading_with_neighbours_is_pairwise_mis", shading_with_neighbours_is_pairwise_mis),
         ("unbiased_settings_agree_with_paths", unbiased_settings_agree_with_paths),
         ("wrong_settings_are_seen", wrong_settings_are_seen),
     ])
@@ -204,7 +207,7 @@ fn frame_costs(settings: &DiSettings, neighbours: u32) -> Result<[u32; 4], Faile
     frame.reservoirs = reservoirs;
     let (reservoirs, spatial) = pass(&|at| chain.spatial_pixel(&frame, 0, at));
     frame.reservoirs = reservoirs;
-    let shading: Vec<u32> = chain.pixels().map(|at| counting.of(|| chain.shade_pixel(&frame, at)).1.shadow).collect();
+    let shading: Vec<u32> = chain.pixels().map(|at| counting.of(|| chain.shade_alone(&frame, at)).1.shadow).collect();
     // each input stands for two
     let full = |i: &usize| Stored::unpack(frame.reservoirs[*i]).confidence == 2.0 * (1 + neighbours) as f32;
     let pixels: Vec<usize> = (0..frame.hits.len()).filter(full).collect();
@@ -398,6 +401,152 @@ fn broken_words_are_empty_reservoirs() -> Result<(), Failed> {
     Ok(())
 }
 
+/// A frame that is shaded with neighbours in one pass, and what that pass exchanges.
+struct Shaded<'a, S> {
+    chain: Chain<'a, S>,
+    frame: Frame,
+    params: DiParams,
+    points: Vec<DiPoint>,
+    pairs: Vec<DiPairs>,
+    sent: Vec<FilmPixel>,
+}
+
+impl<'a, S: Trace + Surface + AddressedLights> Shaded<'a, S> {
+    fn new(scene: &'a S, buffers: &SceneBuffers, settings: &DiSettings) -> Result<Self, Failed> {
+        let chain = Chain::new(scene, buffers, [GRID.width, GRID.height], settings, 11);
+        let frame = chain.last_frame(2);
+        let [params] = settings.shading(&DiParams { frame: 1, other_frame: 1, ..chain.params })[..] else {
+            return Err("not one pass".into());
+        };
+        let points = chain.points(&frame);
+        let exchange = |(at, &hit)| kernels::exchange(scene, &params, params.flags, &points, hit, at);
+        let (pairs, sent) = chain.pixels().zip(&frame.hits).map(exchange).unzip();
+        Ok(Self { chain, frame, params, points, pairs, sent })
+    }
+
+    /// The picture that comes of exchanged targets.
+    fn picture(&self, pairs: &[DiPairs]) -> Vec<FilmPixel> {
+        let Self { frame, params, points, sent, .. } = self;
+        let pixels = self.chain.pixels().zip(frame.direct.iter().zip(sent));
+        pixels.map(|(at, (&direct, &sent))| kernels::gather(params, points, pairs, direct, sent, at)).collect()
+    }
+
+    /// Index of a pixel's n-th neighbour, by the offsets' description.
+    fn neighbour(&self, pixel: usize, n: usize) -> Option<usize> {
+        let packed = self.params.pairs[n / 2];
+        let sign = if n.is_multiple_of(2) { 1 } else { -1 };
+        let [dx, dy] = [packed as i16, (packed >> 16) as i16].map(|offset| sign * i64::from(offset));
+        let width = i64::from(GRID.width);
+        let (x, y) = (pixel as i64 % width + dx, pixel as i64 / width + dy);
+        let inside = (0..width).contains(&x) && (0..i64::from(GRID.height)).contains(&y);
+        inside.then_some((y * width + x) as usize)
+    }
+
+    /// The luminance that pixel `receiver` gets by way of another's sample times its visibility, and the target of that
+    /// sample: with visibility where MIS knows of it.
+    fn seen(&self, receiver: usize, sample: usize) -> ([f64; 3], f64) {
+        let Self { chain, frame, params, .. } = self;
+        let at = [receiver as u32 % GRID.width, receiver as u32 / GRID.width];
+        let (hit, reservoir) = (frame.hits[receiver], frame.reservoirs[sample]);
+        let flags = params.flags | DI_FINAL_RAY;
+        let pixel = kernels::shade(chain.scene, params, flags, [hit, reservoir], FilmPixel::default(), at);
+        let sent = pixel.sum.map(f64::from);
+        let stored = Stored::unpack(reservoir);
+        let target = kernels::target(chain.scene, params, flags, hit, at, stored.address);
+        let counts = flags & DI_MIS_VISIBILITY == 0 || sent.iter().any(|x| *x > 0.0);
+        (sent, if counts && stored.has_sample() { f64::from(target) } else { 0.0 })
+    }
+
+    /// The radiance of a pixel by the formulas of pairwise MIS, in f64.
+    fn expected(&self, pixel: usize) -> [f64; 3] {
+        let accepted = |n: &usize| self.pairs[pixel].targets[*n] >= 0.0;
+        let others = (0..self.params.neighbours as usize).filter(accepted).filter_map(|n| self.neighbour(pixel, n));
+        let inputs: Vec<usize> = std::iter::once(pixel).chain(others).collect();
+        let confidence = |pixel: usize| f64::from(Stored::unpack(self.frame.reservoirs[pixel]).confidence);
+        let mut combine = Combine::<f64>::new(Mis::PAIRWISE, 0.0);
+        inputs.iter().for_each(|&input| combine.input(confidence(input), 1.0));
+        for (i, &sample) in (0..).zip(&inputs) {
+            combine.target(0, i, self.seen(pixel, sample).1);
+            if i > 0 {
+                combine.target(i, i, self.seen(sample, sample).1);
+                combine.target(i, 0, self.seen(sample, pixel).1);
+            }
+        }
+        let direct = self.frame.direct[pixel].sum.map(f64::from);
+        (0..).zip(&inputs).fold(direct, |sum, (i, &sample)| {
+            let (sent, weight) = (self.seen(pixel, sample).0, combine.weight(i));
+            std::array::from_fn(|channel| sum[channel] + weight * sent[channel])
+        })
+    }
+
+    /// The largest difference of a picture from the formulas, relative to their mean.
+    fn difference(&self, picture: &[FilmPixel]) -> f64 {
+        let expected: Vec<[f64; 3]> = (0..picture.len()).map(|pixel| self.expected(pixel)).collect();
+        let mean = expected.iter().flatten().sum::<f64>() / (3 * expected.len()) as f64;
+        let channels = picture.iter().flat_map(|pixel| pixel.sum).zip(expected.iter().flatten());
+        channels.map(|(a, b)| (f64::from(a) - b).abs() / (b.abs() + mean)).fold(0.0, f64::max)
+    }
+}
+
+/// Settings of which one pass shades, with and without visibility in MIS.
+fn shaded_settings() -> [DiSettings; 3] {
+    let of = |settings: DiSettings| DiSettings { shaded: 8, shading_radius: 4.0, ..small(settings) };
+    [
+        of(DiSettings {
+            target_visibility: true,
+            visibility: Visibility::Selected,
+            ..reusing_visibility(MisForm::Pairwise)
+        }),
+        of(reusing_visibility(MisForm::Talbot)),
+        of(DiSettings { scatter: false, ..plain(MisForm::Talbot) }),
+    ]
+}
+
+/// The sum of the weights of a sample is one only if its pixel is the neighbour of each of its neighbours.
+fn to_be_a_neighbour_is_mutual() -> Result<(), Failed> {
+    let buffers = buffers(SCENE)?;
+    let view = buffers.traced_view();
+    for settings in shaded_settings() {
+        let shaded = Shaded::new(&view, &buffers, &settings)?;
+        let mut counts = [0; 2];
+        for pixel in 0..shaded.pairs.len() {
+            for n in 0..shaded.params.neighbours as usize {
+                let Some(other) = shaded.neighbour(pixel, n) else { continue };
+                let [ours, theirs] = [shaded.pairs[pixel].targets[n], shaded.pairs[other].targets[n ^ 1]];
+                ensure((ours >= 0.0) == (theirs >= 0.0), || format!("{pixel} and {other}: {ours} and {theirs}"))?;
+                counts[usize::from(ours >= 0.0)] += 1;
+            }
+        }
+        println!("{} pairs, {} too different", counts[1], counts[0]);
+        ensure(counts.iter().all(|&count| count > 50), || format!("too little is shown: {counts:?}"))?;
+    }
+    Ok(())
+}
+
+/// Against formulas in f64 that know neither offsets nor planes. Roundings of f32 add up to some 2^-20.
+fn shading_with_neighbours_is_pairwise_mis() -> Result<(), Failed> {
+    let buffers = buffers(SCENE)?;
+    let view = buffers.traced_view();
+    for settings in shaded_settings() {
+        let shaded = Shaded::new(&view, &buffers, &settings)?;
+        let picture = shaded.picture(&shaded.pairs);
+        let chains = shaded.chain.shade(&shaded.frame);
+        ensure(bits(&picture) == bits(&chains), || "the chain has another picture".to_owned())?;
+        let right = shaded.difference(&picture);
+        // the target of the neighbour on the other side
+        let swapped: Vec<DiPairs> = shaded
+            .pairs
+            .iter()
+            .map(|pairs| DiPairs { targets: std::array::from_fn(|n| pairs.targets[n ^ 1]) })
+            .collect();
+        let wrong = shaded.difference(&shaded.picture(&swapped));
+        println!("{right:.1e}, with the wrong neighbour's target {wrong:.1e}");
+        ensure(right < 2.0_f64.powi(-17), || format!("a difference of {right:.1e}: {settings:?}"))?;
+        ensure(wrong > 0.01, || format!("the wrong target is not seen: {wrong:.1e}"))?;
+    }
+    Ok(())
+}
+
 /// How often the tests of equal expectations fail in all. Seeds are fixed: a failure is a bug.
 const FAMILY_RATE: f64 = 1.0e-3;
 const GRID: TileGrid = TileGrid { width: 16, height: 16, tile: 8 };
@@ -479,13 +628,13 @@ fn unbiased_settings_agree_with_paths() -> Result<(), Failed> {
         DiSettings { fused: true, ..by_visibility(MisForm::PairwiseCounted) },
         DiSettings { fused: true, ..reusing_visibility(MisForm::Talbot) },
         DiSettings { shaded: 4, ..by_visibility(MisForm::PairwiseDefensive) },
-        DiSettings { shaded: 3, spatial: 0, ..plain(MisForm::Talbot) },
+        DiSettings { shaded: 2, spatial: 0, ..plain(MisForm::Talbot) },
         DiSettings { tiles: 3, tile_size: 64, ..by_visibility(MisForm::Talbot) },
     ];
     let still = [
         DiSettings { initial_rays: 3, shaded: 4, ..by_visibility(MisForm::Pairwise) },
         DiSettings { initial_rays: 2, ..reusing_visibility(MisForm::Contribution) },
-        DiSettings { tiles: 2, tile_size: 64, spatial_first: true, shaded: 4, ..by_visibility(MisForm::Pairwise) },
+        DiSettings { tiles: 2, tile_size: 64, spatial: 0, shaded: 4, ..by_visibility(MisForm::Pairwise) },
     ];
     let still = still.map(|settings| DiSettings { still: true, ..small(settings) });
     for settings in rows.map(small).into_iter().chain(still) {

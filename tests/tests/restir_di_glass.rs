@@ -84,7 +84,7 @@ fn small(settings: DiSettings) -> DiSettings {
     DiSettings {
         candidates: 8,
         neighbours: 3,
-        shaded: settings.shaded.min(3),
+        shaded: settings.shaded.min(4),
         radius: 5.0,
         confidence_cap: 3,
         max_plane_distance: 1.0e3,
@@ -116,7 +116,7 @@ fn unbiased() -> [(&'static str, DiSettings); 10] {
     let default = DiSettings { still: false, ..DiSettings::default() };
     [
         ("a final ray", ray.clone()),
-        ("a final ray, neighbours shaded", DiSettings { shaded: 3, spatial: 0, ..ray }),
+        ("a final ray, neighbours shaded", DiSettings { shaded: 4, spatial: 0, ..ray }),
         ("visibility in MIS, talbot", in_mis.clone()),
         ("visibility in MIS, contribution", DiSettings { mis: MisForm::Contribution, ..in_mis.clone() }),
         ("visibility in MIS, 1/z", DiSettings { mis: MisForm::OneOverZ, ..in_mis }),
@@ -124,7 +124,7 @@ fn unbiased() -> [(&'static str, DiSettings); 10] {
         ("visibility in the target, a still view", still),
         ("visibility in the target, fused", DiSettings { fused: true, shaded: 0, ..default }),
         ("the selected sample's, temporal", DiSettings { spatial: 0, ..selected.clone() }),
-        ("the selected sample's, spatial", DiSettings { temporal: false, shaded: 3, ..selected }),
+        ("the selected sample's, spatial", DiSettings { temporal: false, shaded: 2, ..selected }),
     ]
 }
 

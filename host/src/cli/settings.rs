@@ -79,7 +79,6 @@ const DI_KEYS: &[Key<DiSettings>] = keys! {
     neighbours: number, "a number of neighbours of a pass";
     fused: switch, "on or off: the last frame's neighbours, in one pass with the last frame's reservoir";
     feedback: switch, "on or off: the next frame reuses what spatial reuse has made";
-    spatial_first: switch, "on or off: spatial reuse comes before reuse in time";
     radius: number, "the largest distance of a neighbour, in pixels";
     confidence_cap: number, "the largest confidence of the last frame's reservoirs, in initial reservoirs";
     initial_visibility: switch, "on or off: occluded initial samples count for nothing";
@@ -87,7 +86,7 @@ const DI_KEYS: &[Key<DiSettings>] = keys! {
     target_visibility: switch, "on or off: samples are selected by target times visibility";
     mis_visibility: switch, "on or off: targets in MIS weights are multiplied by visibility";
     visibility: choice, "ray, selected or averaged: what shading multiplies by";
-    shaded: number, "a number of neighbours whose samples are shaded beside the pixel's own";
+    shaded: number, "an even number of neighbours whose samples are shaded beside the pixel's own";
     shading_radius: number, "the largest distance of a shaded neighbour, in pixels";
     near_radius: number, "a distance in pixels, within which neighbours are believed to see the same";
     max_plane_distance: number, "the largest distance of a neighbour from the tangent plane, in parts of the viewing distance";

@@ -3,6 +3,7 @@
 mod moments;
 pub(crate) mod plan;
 mod settings;
+mod shading;
 
 pub use plan::plan;
 pub use settings::{

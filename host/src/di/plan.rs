@@ -7,7 +7,7 @@ use crate::buffers::SceneBuffers;
 use crate::film::{Film, plane_words};
 use crate::plan::{Buffer, BufferId, FramePlan, Pass};
 use restir_kernels::{self as kernels, KernelDesc};
-use restir_shared::layout::{DiParams, Extent, SceneHeader, TileWords};
+use restir_shared::layout::{DiPairs, DiParams, DiPoint, Extent, PAIRS, SceneHeader, TileWords};
 use std::collections::VecDeque;
 
 const ARENAS: [BufferId; 3] = [0, 1, 2];
@@ -56,6 +56,8 @@ struct Planes {
     direct: BufferId,
     /// Candidates that pixels share, if they do.
     tiles: Option<BufferId>,
+    /// Points and pairs of shading with neighbours, if there are any.
+    shading: Option<[BufferId; 2]>,
 }
 
 impl Planes {
@@ -67,6 +69,10 @@ impl Planes {
         };
         let candidates = s.tiles as usize * s.tile_size as usize;
         let tiles = (candidates > 0).then(|| add("tiles", candidates * size_of::<TileWords>() / size_of::<u32>()));
+        let pixels = render.width as usize * render.height as usize;
+        let mut of_pixels = |name, bytes| add(name, pixels * bytes / size_of::<u32>());
+        let shading = (s.shaded > 0)
+            .then(|| [of_pixels("points", size_of::<DiPoint>()), of_pixels("pairs", size_of::<DiPairs>())]);
         let mut add = |name| add(name, plane_words([render.width, render.height]));
         let history = usize::from(keeps_history(render));
         let spatial = usize::from(s.spatial > 0 && !s.fused);
@@ -75,6 +81,7 @@ impl Planes {
             reservoirs: (0..1 + history + spatial).map(|_| add("reservoirs")).collect(),
             direct: add("direct"),
             tiles,
+            shading,
         }
     }
 }
@@ -97,7 +104,8 @@ struct Passes<'a> {
 }
 
 impl Passes<'_> {
-    /// How many there are: merging n samples into one takes n - 1 additions, and one division.
+    /// How many there are: merging n samples into one takes n - 1 additions, and one division. With neighbours a sample takes
+    /// two passes, and a frame one before.
     fn count(mut self, samples: u32) -> u64 {
         let mut first_and_later = [0; 2];
         for passes in &mut first_and_later {
@@ -111,7 +119,9 @@ impl Passes<'_> {
         let settled = self.render.frames.min((self.render.cameras.len() + self.planes.hits.len()) as u32);
         let found = |frame: u32| u64::from(!self.knows_hits(frame));
         let hits = (0..settled).map(found).sum::<u64>() + u64::from(self.render.frames - settled) * found(settled);
-        hits + first + later * u64::from(self.render.frames - 1) + 2 * u64::from(samples)
+        let shaded = u64::from(samples) / u64::from(self.render.settings.shading_passes());
+        let of_neighbours = if self.planes.shading.is_some() { u64::from(samples) + shaded } else { 0 };
+        hits + first + later * u64::from(self.render.frames - 1) + 2 * u64::from(samples) + of_neighbours
     }
 
     /// The passes of a frame up to its reservoirs.
@@ -131,16 +141,10 @@ impl Passes<'_> {
         // without tiles any buffer will do, for none is read
         let tiles = self.planes.tiles.unwrap_or(hits);
         self.push(&kernels::di_initial::DESC, self.params(), &ARENAS, &[hits, tiles, work, self.planes.direct]);
-        let spatial_first = self.render.settings.spatial_first;
-        if spatial_first {
-            self.reuse_in_space();
-        }
         if self.frame > 0 && keeps_history(self.render) {
             self.reuse_in_time(hits, last_hits);
         }
-        if !spatial_first {
-            self.reuse_in_space();
-        }
+        self.reuse_in_space();
     }
 
     /// Fills the tiles, if there are any.
@@ -209,26 +213,25 @@ impl Passes<'_> {
     /// Whether the next frame reuses what spatial reuse began with.
     fn keeps_before_spatial(&self) -> bool {
         let s = &self.render.settings;
-        keeps_history(self.render) && !s.feedback && !s.spatial_first && s.spatial > 0 && !s.fused
+        keeps_history(self.render) && !s.feedback && s.spatial > 0 && !s.fused
     }
 
     /// What the frame adds to the film.
     fn shade(&mut self) {
         let (hits, _) = self.hits();
-        let settings = &self.render.settings;
-        let passes = settings.shading_passes();
-        for pass in 0..passes {
-            let Some(plane) = self.film.as_mut().and_then(|film| film.open(0)) else { return };
-            let inputs = [hits, self.planes.reservoirs[0], self.planes.direct, plane];
-            let [first, end] = [pass, pass + 1].map(|pass| pass * settings.shaded / passes);
-            let params = DiParams {
-                combine: 1 + settings.spatial,
-                neighbours: end - first,
-                first_neighbour: first,
-                radius: settings.shading_radius,
-                ..self.params()
-            };
-            self.push(&kernels::di_shade::DESC, params, &ARENAS, &inputs);
+        let (reservoirs, direct) = (self.planes.reservoirs[0], self.planes.direct);
+        let frame = self.params();
+        if let Some([points, _]) = self.planes.shading {
+            self.push(&kernels::di_offer::DESC, frame, &ARENAS, &[hits, reservoirs, points]);
+        }
+        for params in self.render.settings.shading(&frame) {
+            let Some(film) = self.film.as_mut().and_then(|film| film.open(0)) else { return };
+            if let Some([points, pairs]) = self.planes.shading {
+                self.push(&kernels::di_exchange::DESC, params, &ARENAS, &[hits, points, pairs, film]);
+                self.push(&kernels::di_gather::DESC, params, &[], &[points, pairs, direct, film]);
+            } else {
+                self.push(&kernels::di_shade::DESC, params, &ARENAS, &[hits, reservoirs, direct, film]);
+            }
             while let Some(pass) = self.film.as_mut().and_then(Film::merge_equal) {
                 self.queue.push_back(pass);
             }
@@ -279,11 +282,12 @@ impl Passes<'_> {
             near_radius: s.near_radius,
             max_plane_distance: s.max_plane_distance,
             min_normal_cos: s.min_normal_cos,
-            first_neighbour: 0,
+            shading_pass: 0,
             group: s.candidates_per_ray(),
             tiles: s.tiles,
             tile_size: s.tile_size,
             reserved: [0; 2],
+            pairs: [0; PAIRS],
         }
     }
 
@@ -343,16 +347,19 @@ mod tests {
             (DiSettings { temporal: true, fused: true, ..plain }, 5, 2 + 2 + 1),
             (DiSettings::default(), 4, 2 + 3 + 1),
             (DiSettings { shaded: 20, ..DiSettings::default() }, 3, 2 + 3 + 1),
+            (DiSettings { shaded: 0, ..DiSettings::default() }, 3, 2 + 3 + 1),
         ];
         for (settings, frames, planes) in rows {
             for accumulate in [false, true] {
                 let render = DiRender { frames, accumulate, ..DiRender::new([3, 2], settings.clone()) };
                 let plan = plan(&scene, &render);
                 let film = Film::plane_count(render.film_samples() as u32, 0) + 1;
-                assert_eq!(plan.buffers.len(), 3 + planes + film, "{render:?}");
+                // points of 48 bytes a pixel and pairs of 32
+                let [buffers, units] = if settings.shaded > 0 { [2, 5] } else { [0; 2] };
+                assert_eq!(plan.buffers.len(), 3 + planes + buffers + film, "{render:?}");
                 let words: usize = plan.buffers[3..].iter().map(|buffer| buffer.words).sum();
                 let bytes_a_pixel = 4 * words / (render.width * render.height) as usize;
-                assert_eq!(bytes_a_pixel, 16 * (planes + film), "{render:?}");
+                assert_eq!(bytes_a_pixel, 16 * (planes + units + film), "{render:?}");
                 let mut used = std::collections::BTreeSet::new();
                 let mut count = 0;
                 for pass in plan.passes {
@@ -446,7 +453,7 @@ mod tests {
                 temporal: on(0),
                 feedback: on(1),
                 fused: on(2),
-                spatial_first: on(4),
+                shaded: if on(4) { 20 } else { 0 },
                 jitter: on(5),
                 tiles: u32::from(on(3)),
                 ..DiSettings::default()

@@ -10,7 +10,7 @@ use restir_shared::mis::{INPUTS, Mis};
 /// The most neighbours of one combine: its own reservoir and the last frame's are inputs as well.
 pub const MAX_NEIGHBOURS: u32 = INPUTS as u32 - 2;
 /// The most neighbours that are shaded.
-pub const MAX_SHADED: u32 = 16 * MAX_NEIGHBOURS;
+pub const MAX_SHADED: u32 = 128;
 /// The most candidates from lights.
 pub const MAX_CANDIDATES: u32 = 1024;
 /// The most tiles of candidates.
@@ -152,10 +152,6 @@ pub struct DiSettings {
     pub still: bool,
     /// Passes of spatial reuse, in 0..=[`MAX_SPATIAL_PASSES`]. Default 1.
     pub spatial: u32,
-    /// Spatial reuse comes before reuse in time, so that neighbours give what they have found in this frame: a sample does not
-    /// spread over their histories, and neighbours keep different ones. Better where the view stands still, worse where it
-    /// moves. Not with [`Self::fused`]; [`Self::feedback`] has to be on. Default off.
-    pub spatial_first: bool,
     /// Neighbours of a pass, in 1..=[`MAX_NEIGHBOURS`]. Default 4.
     pub neighbours: u32,
     /// One pass for both: the neighbours are the last frame's. Instead of [`Self::spatial`] passes. Default off.
@@ -164,8 +160,8 @@ pub struct DiSettings {
     pub radius: f32,
     /// The next frame reuses what spatial reuse has made, not what it began with. Default on.
     pub feedback: bool,
-    /// Largest confidence of the last frame's reservoirs, in initial ones (one a frame; with [`Self::spatial_first`] one more
-    /// for each neighbour), in 1..=[`MAX_CONFIDENCE_CAP`]. Default 20.
+    /// Largest confidence of the last frame's reservoirs, in initial ones (one a frame), in 1..=[`MAX_CONFIDENCE_CAP`].
+    /// Default 20.
     pub confidence_cap: u32,
     /// Initial samples that are occluded count for nothing (visibility reuse). Default on.
     pub initial_visibility: bool,
@@ -177,9 +173,8 @@ pub struct DiSettings {
     pub mis_visibility: bool,
     /// What shading multiplies by. Default [`Visibility::Selected`], which is exact with [`Self::mis_visibility`].
     pub visibility: Visibility,
-    /// Neighbours whose samples are shaded beside the pixel's own, in 0..=[`MAX_SHADED`]: the mean over the selection of one
-    /// more combine instead of one sample, or the mean of several such combines, each of which has at most
-    /// [`MAX_NEIGHBOURS`]. Default 4.
+    /// Neighbours whose samples are shaded beside the pixel's own, an even number in 0..=[`MAX_SHADED`], each by its weight in
+    /// pairwise MIS, whatever [`Self::mis`] is. Default 4.
     pub shaded: u32,
     /// Largest distance of shaded neighbours in pixels. Default 16.
     pub shading_radius: f32,
@@ -208,7 +203,6 @@ impl Default for DiSettings {
             temporal: true,
             still: true,
             spatial: 1,
-            spatial_first: false,
             neighbours: 4,
             fused: false,
             radius: 16.0,
@@ -265,7 +259,7 @@ impl DiSettings {
             neighbours: 3,
             radius: 6.0,
             shading_radius: 6.0,
-            shaded: MAX_NEIGHBOURS,
+            shaded: 8,
             ..Self::default()
         };
         Some(match name {
@@ -278,9 +272,11 @@ impl DiSettings {
                 candidates: 32,
                 tiles: 32,
                 tile_size: 2048,
-                spatial_first: true,
+                spatial: 0,
+                initial_rays: 4,
                 confidence_cap: MAX_CONFIDENCE_CAP,
-                shaded: 4 * MAX_NEIGHBOURS,
+                shaded: 32,
+                shading_radius: 3.0,
                 ..quality
             },
             "fast" => Self { candidates: 8, neighbours: 1, ..Self::visibility_in_shading() },
@@ -327,18 +323,13 @@ impl DiSettings {
                     .then(|| "no candidates: give candidates at least 1, or set scatter=on".to_owned())
             })
             .or_else(|| {
-                (self.shaded > 0 && after).then(|| {
-                    "shaded neighbours need MIS weights inside (talbot, pairwise..., constant); set shaded=0 with others".to_owned()
+                (!self.shaded.is_multiple_of(2)).then(|| {
+                    format!("the setting shaded is {}; neighbours come in pairs, so give an even number", self.shaded)
                 })
             })
             .or_else(|| {
                 (self.fused && !self.temporal)
                     .then(|| "fused=on reuses the last frame; set temporal=on as well".to_owned())
-            })
-            .or_else(|| {
-                (self.spatial_first && (self.fused || !self.feedback)).then(|| {
-                    "spatial_first=on needs fused=off and feedback=on: the next frame reuses what both have made".to_owned()
-                })
             })
             .or_else(|| {
                 (self.target_visibility && !self.mis_visibility).then(|| {
@@ -374,7 +365,8 @@ impl DiSettings {
         if !self.reuses() {
             return biases;
         }
-        if matches!(self.mis, MisForm::OneOverM | MisForm::Constant) {
+        let combines = self.temporal || self.spatial > 0;
+        if combines && matches!(self.mis, MisForm::OneOverM | MisForm::Constant) {
             biases.push("the MIS weights count pixels that cannot produce a sample: darker");
         }
         if self.initial_visibility && !self.mis_visibility {
@@ -398,11 +390,6 @@ impl DiSettings {
     /// Candidates from lights in a group, of which one is tested by a ray.
     pub fn candidates_per_ray(&self) -> u32 {
         self.candidates.div_ceil(self.initial_rays)
-    }
-
-    /// Passes of shading a frame.
-    pub fn shading_passes(&self) -> u32 {
-        self.shaded.div_ceil(MAX_NEIGHBOURS).max(1)
     }
 
     /// The kernels' flags of the combine with the last frame. `same_view`: scene and camera rays are that frame's, so that both
@@ -456,8 +443,6 @@ mod tests {
             DiSettings { initial_rays: 17, ..default() },
             DiSettings { candidates: 0, scatter: false, ..default() },
             DiSettings { fused: true, temporal: false, ..default() },
-            DiSettings { spatial_first: true, fused: true, ..default() },
-            DiSettings { spatial_first: true, feedback: false, ..default() },
             DiSettings { tiles: MAX_TILES + 1, ..default() },
             DiSettings { tiles: 1, tile_size: 0, ..default() },
             DiSettings { mis_visibility: false, ..default() },

@@ -17,14 +17,14 @@ use crate::buffers::SceneBuffers;
 use crate::di::{self, DiRender, DiSettings};
 use crate::image::Image;
 use crate::render::Progress;
-use crate::replay::{Frames, Still};
+use crate::replay::Frames;
 use crate::scene::Scene;
 use rayon::prelude::*;
 use restir_kernels as kernels;
 use restir_shared::glam::UVec4;
 use restir_shared::layout::{DiParams, FilmPixel};
 use restir_shared::pack::f32_from_half;
-use restir_shared::technique::di::{Planes, shade};
+use restir_shared::technique::di::shade;
 
 const SCENE: &str = "many-lights";
 const RESAMPLES: u32 = 1000;
@@ -182,11 +182,9 @@ fn chain(scene: &SceneBuffers, render: &DiRender, first: u32) -> Chain {
             pixels.for_each(|(moments, &word)| moments.push(visibility(word)));
         }
         if p.frame + 1 == render.frames {
-            let visible: Vec<UVec4> = reservoirs.iter().map(|&word| seen(word)).collect();
-            let planes = Planes { hits, other_hits: hits, others: &visible };
-            let unseen = |(i, direct): (u32, &UVec4)| {
-                let at = [i % render.width, i / render.width];
-                shade(&Still(&view), &p, p.flags, &planes, bytemuck::cast(*direct), at).sum
+            let unseen = |(i, direct): (usize, &UVec4)| {
+                let at = [i as u32 % render.width, i as u32 / render.width];
+                shade(&view, &p, p.flags, [hits[i], seen(reservoirs[i])], bytemuck::cast(*direct), at).sum
             };
             let image = |pixels: Vec<[f32; 3]>| Image { width: render.width, height: render.height, pixels };
             let size = [render.width, render.height];

@@ -6,13 +6,14 @@ use crate::di::{DiRender, plan};
 use crate::plan::{Buffer, BufferId, Pass};
 use restir_kernels as kernels;
 use restir_shared::glam::UVec4;
-use restir_shared::layout::{DiParams, FilmPixel, TileParams};
+use restir_shared::layout::{DiPairs, DiParams, FilmPixel, TileParams};
 use restir_shared::scene::{AddressedLights, Surface, Trace};
 use restir_shared::technique::di;
 
 /// The planes of a render, by buffer.
 pub struct Frames {
     width: u32,
+    pixels: usize,
     planes: Vec<Vec<UVec4>>,
 }
 
@@ -30,7 +31,8 @@ impl Frames {
         let words = |words: usize| words * size_of::<u32>() / size_of::<UVec4>();
         let plane = |(id, buffer): (usize, &Buffer)| vec![UVec4::ZERO; if id < 3 { 0 } else { words(buffer.words) }];
         let planes = plan.buffers.iter().enumerate().map(plane).collect();
-        let mut frames = Self { width: render.width, planes };
+        let pixels = render.width as usize * render.height as usize;
+        let mut frames = Self { width: render.width, pixels, planes };
         // of a still scene every pass can be made
         for pass in plan.passes.map_while(Result::ok) {
             frames.run(scene, &pass);
@@ -64,13 +66,34 @@ impl Frames {
             let planes = di::Planes { hits: &hits, other_hits: &other_hits, others: &others };
             self.fill(ids[6], |at, own| di::combine(&Still(scene), &p, p.flags, &planes, own, at));
         } else if name == kernels::di_shade::DESC.name {
-            let [hits, reservoirs, direct] = [ids[3], ids[4], ids[5]].map(|id| self.planes[id].clone());
-            let planes = di::Planes { hits: &hits, other_hits: &hits, others: &reservoirs };
-            let width = self.width;
-            self.fill(ids[6], |at, _| {
-                let direct: FilmPixel = bytemuck::cast(direct[(at[1] * width + at[0]) as usize]);
-                bytemuck::cast(di::shade(&Still(scene), &p, p.flags, &planes, direct, at))
+            let [hits, reservoirs, direct] = [ids[3], ids[4], ids[5]].map(|id| self.plane(id));
+            self.planes[ids[6]] = self.each(|i, at| {
+                bytemuck::cast(di::shade(scene, &p, p.flags, [hits[i], reservoirs[i]], bytemuck::cast(direct[i]), at))
             });
+        } else {
+            self.run_shared(scene, pass, &p);
+        }
+    }
+
+    /// The passes of shading with neighbours.
+    fn run_shared<S: Trace + Surface + AddressedLights>(&mut self, scene: &S, pass: &Pass, p: &DiParams) {
+        let (name, ids) = (pass.kernel.name, &pass.bindings);
+        if name == kernels::di_offer::DESC.name {
+            let [hits, reservoirs] = [ids[3], ids[4]].map(|id| self.plane(id));
+            let points = self.each(|i, at| di::offer(scene, p, p.flags, [hits[i], reservoirs[i]], at));
+            self.planes[ids[5]] = bytemuck::cast_slice(&points).to_vec();
+        } else if name == kernels::di_exchange::DESC.name {
+            let (hits, points) = (self.plane(ids[3]), bytemuck::cast_slice(self.plane(ids[4])));
+            let exchanged = self.each(|i, at| di::exchange(scene, p, p.flags, points, hits[i], at));
+            let (pairs, sent): (Vec<DiPairs>, Vec<FilmPixel>) = exchanged.into_iter().unzip();
+            self.planes[ids[5]] = bytemuck::cast_slice(&pairs).to_vec();
+            self.planes[ids[6]] = bytemuck::cast_slice(&sent).to_vec();
+        } else if name == kernels::di_gather::DESC.name {
+            let (points, pairs) = (self.plane(ids[0]), bytemuck::cast_slice(self.plane(ids[1])));
+            let points = bytemuck::cast_slice(points);
+            let [direct, film] = [ids[2], ids[3]].map(|id| bytemuck::cast_slice::<UVec4, FilmPixel>(self.plane(id)));
+            let gathered = self.each(|i, at| di::gather(p, points, pairs, direct[i], film[i], at));
+            self.planes[ids[3]] = bytemuck::cast_slice(&gathered).to_vec();
         }
     }
 
@@ -83,6 +106,11 @@ impl Frames {
 
     fn at(&self, index: u32) -> [u32; 2] {
         [index % self.width, index / self.width]
+    }
+
+    /// Something for every pixel.
+    fn each<T>(&self, of: impl Fn(usize, [u32; 2]) -> T) -> Vec<T> {
+        (0..self.pixels).map(|i| of(i, self.at(i as u32))).collect()
     }
 
     /// Replaces every word of a plane.

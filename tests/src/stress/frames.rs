@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use restir_host::buffers::SceneBuffers;
 use restir_host::di::{DiRender, DiSettings};
 use restir_host::replay::Frames;
-use restir_kernels::di_shade;
+use restir_kernels::{di_gather, di_shade};
 use restir_shared::layout::{FilmPixel, PATH_JITTER, PathParams};
 use restir_shared::technique::path;
 use std::fmt::Write;
@@ -90,8 +90,10 @@ fn render(preset: &str, frames: u32, seed: u32) -> DiRender {
 /// The picture of each pass of shading: of the last frame, or of all if the render accumulates.
 fn pictures(buffers: &SceneBuffers, render: &DiRender, observe: &mut dyn FnMut(&[FilmPixel])) {
     Frames::replay(&buffers.view(), buffers, render, &mut |pass, frames| {
-        if pass.kernel.name == di_shade::DESC.name {
-            observe(bytemuck::cast_slice(frames.plane(pass.bindings[6])));
+        if let ([.., film], true) =
+            (pass.bindings.as_slice(), [di_gather::DESC.name, di_shade::DESC.name].contains(&pass.kernel.name))
+        {
+            observe(bytemuck::cast_slice(frames.plane(*film)));
         }
     });
 }

@@ -58,8 +58,8 @@ const MORE: [&str; 15] = [
     "pairwise+Z+D+Q+selected+still+gathered",
     "contribution+Z+D+still",
     "pairwise-defensive+Z+D+twice+forgets",
-    "pairwise+Z+D+Q+selected+tiles+first",
-    "pairwise+Z+D+Q+selected+tiles+first+still+gathered",
+    "pairwise+Z+D+Q+selected+tiles",
+    "pairwise+Z+D+Q+selected+tiles+rays+alone+still+gathered",
 ];
 /// Settings that make pictures darker.
 const DARKER: [&str; 7] =
@@ -116,7 +116,7 @@ fn settings(name: &str, candidates: u32) -> Option<DiSettings> {
             "still" => s.still = true,
             "forgets" => s.feedback = false,
             "tiles" => (s.tiles, s.tile_size) = (4, 64),
-            "first" => s.spatial_first = true,
+            "alone" => s.spatial = 0,
             _ => return None,
         }
     }

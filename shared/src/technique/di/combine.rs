@@ -1,13 +1,13 @@
 //! One reservoir of several: temporal reuse, spatial reuse, or both at once.
 
-use super::neighbour::{Place, alike, nearby, project};
+use super::neighbour::{Facet, Place, alike, nearby, project};
 use super::passage::transmittance;
 use super::pixel::Pixel;
 use super::stored::{Stored, dithered};
 use super::{COMBINE_DIMENSION, evaluate, in_use};
 use crate::layout::{
     DI_AVERAGE_VISIBILITY, DI_FINAL_RAY, DI_MIS_SHIFT, DI_MIS_VISIBILITY, DI_OTHER_FRAME, DI_STILL,
-    DI_TARGET_VISIBILITY, DI_TRANSMITTANCE, DiParams, FilmPixel,
+    DI_TARGET_VISIBILITY, DI_TRANSMITTANCE, DiParams,
 };
 use crate::mis::{Combine, INPUTS, Mis};
 use crate::num::{self, Scalar};
@@ -38,13 +38,10 @@ struct Input {
     visibility: Vec3,
     /// Near enough for its visibility to be believed.
     near: bool,
-    /// What the sample sends, over the target.
-    color: Vec3,
 }
 
 impl Input {
-    const NONE: Self =
-        Self { pixel: 0, reservoir: UVec4::ZERO, target: 0.0, visibility: Vec3::ZERO, near: false, color: Vec3::ZERO };
+    const NONE: Self = Self { pixel: 0, reservoir: UVec4::ZERO, target: 0.0, visibility: Vec3::ZERO, near: false };
 }
 
 /// Combines the reservoir of the pixel (x, y), `own`, with others; both are packed.
@@ -74,32 +71,8 @@ pub fn combine_from<F: Frames>(
     at: [u32; 2],
 ) -> (UVec4, Source) {
     let flags = in_use(flags, &frames.scene(false));
-    let pass = Pass { params, flags, planes, form: Mis((flags >> DI_MIS_SHIFT) & Mis::MASK), shades: false };
-    let outcome = pass.run(frames, own, at);
-    (outcome.reservoir, outcome.source)
-}
-
-/// The radiance of the pixel (x, y), as a film's sample: of its reservoir, and of its neighbours' if there are any.
-///
-/// With neighbours this is one more combine, of which not only the selected sample is shaded but each, by its weight: the
-/// mean over the selection, which has the same expectation and less noise in colour. The form of MIS must act inside the
-/// weights; without neighbours it does not matter.
-pub fn shade<F: Frames>(
-    frames: &F,
-    params: &DiParams,
-    flags: u32,
-    planes: &Planes<'_>,
-    direct: FilmPixel,
-    at: [u32; 2],
-) -> FilmPixel {
-    let form = if params.neighbours == 0 { Mis::CONSTANT } else { Mis((flags >> DI_MIS_SHIFT) & Mis::MASK) };
-    let flags = in_use(flags, &frames.scene(false));
-    let pass = Pass { params, flags, planes, form, shades: true };
-    let outcome = pass.run(frames, UVec4::ZERO, at);
-    let pixel = FilmPixel::from_radiance(Vec3::from_array(direct.sum) + outcome.radiance);
-    // counted once, however many passes shade
-    let of_direct = if params.first_neighbour == 0 { direct.dropped } else { 0.0 };
-    FilmPixel { sum: pixel.sum, dropped: num::min(pixel.dropped + of_direct, 1.0) }
+    let pass = Pass { params, flags, planes, form: Mis((flags >> DI_MIS_SHIFT) & Mis::MASK) };
+    pass.run(frames, own, at)
 }
 
 /// Which reservoir a combine has selected.
@@ -111,14 +84,6 @@ pub struct Source {
     pub pixel: u32,
 }
 
-/// What comes of a combine.
-struct Outcome {
-    reservoir: UVec4,
-    source: Source,
-    /// If it shades.
-    radiance: Vec3,
-}
-
 /// What all of a combine has in common.
 #[derive(Clone, Copy)]
 struct Pass<'a> {
@@ -126,18 +91,15 @@ struct Pass<'a> {
     flags: u32,
     planes: &'a Planes<'a>,
     form: Mis,
-    /// Radiance is asked for.
-    shades: bool,
 }
 
 impl Pass<'_> {
     #[inline(always)]
-    fn run<F: Frames>(&self, frames: &F, own: UVec4, [x, y]: [u32; 2]) -> Outcome {
+    fn run<F: Frames>(&self, frames: &F, own: UVec4, [x, y]: [u32; 2]) -> (UVec4, Source) {
         let p = self.params;
         let at = y * p.width + x;
         let canonical = if self.has(DI_OTHER_FRAME) { own } else { self.planes.others[at as usize] };
-        let unchanged =
-            Outcome { reservoir: canonical, source: Source { is_other: false, pixel: at }, radiance: Vec3::ZERO };
+        let unchanged = (canonical, Source { is_other: false, pixel: at });
         let pixel = Pixel::new(&p.camera, self.flags, p.seed, p.frame, [x, y], self.planes.hits[at as usize]);
         if !pixel.hit.is_hit() {
             return unchanged;
@@ -147,7 +109,7 @@ impl Pass<'_> {
         let mut inputs = [Input::NONE; INPUTS];
         inputs[0] = Input { pixel: at, reservoir: canonical, ..Input::NONE };
         let count = self.gather(frames, &pixel, [x, y], rng.draw(dimension), &mut inputs);
-        if (count == 1) & !self.shades {
+        if count == 1 {
             // alone it stays as it is, without a rounding
             return unchanged;
         }
@@ -190,7 +152,7 @@ impl Pass<'_> {
         }
         // the pixel's surface as it was when the others saw it
         let scene = frames.scene(self.has(DI_OTHER_FRAME));
-        let here = pixel.point(&scene);
+        let here = Facet::of(&pixel.point(&scene));
         let center = if self.has(DI_OTHER_FRAME) {
             project(&p.other_camera, p, here.position)
         } else {
@@ -200,14 +162,14 @@ impl Pass<'_> {
         // the first place is the centre, which is a neighbour in another frame only
         let mut n = if self.has(DI_OTHER_FRAME) { 0 } else { 1 };
         while n <= p.neighbours {
-            let place = if n == 0 { center } else { nearby(p, center, p.first_neighbour.wrapping_add(n), words) };
+            let place = if n == 0 { center } else { nearby(p, center, n, words) };
             let is_center = (place.x == center.x) & (place.y == center.y);
             if place.inside & ((n == 0) | !is_center) {
                 let at = place.y * p.width + place.x;
                 let reservoir = self.planes.others[at as usize];
                 let other = self.other([place.x, place.y]);
                 let counts = Stored::unpack(reservoir).confidence > 0.0;
-                if other.hit.is_hit() && counts && alike(p, pixel.hit.t, &here, &other.point(&scene)) {
+                if other.hit.is_hit() && counts && alike(p, pixel.hit.t, &here, &Facet::of(&other.point(&scene))) {
                     let near = (n == 0) | place.is_near(&center, p.near_radius);
                     inputs[count as usize] = Input { pixel: at, reservoir, near, ..Input::NONE };
                     count = count.wrapping_add(1);
@@ -248,7 +210,7 @@ impl Pass<'_> {
         inputs: &mut [Input; INPUTS],
         count: u32,
         [u, dither]: [f32; 2],
-    ) -> Outcome {
+    ) -> (UVec4, Source) {
         let form = self.form;
         let in_target = self.has(DI_TARGET_VISIBILITY);
         let in_mis = self.has(DI_MIS_VISIBILITY);
@@ -289,15 +251,10 @@ impl Pass<'_> {
                         if row == 0 { in_target | (in_mis & !late) | (for_shading & !input.near) } else { in_mis };
                     // of its own sample a pixel knows
                     let own = (receiver == i) | self.has(DI_STILL);
-                    let traced = (asked & (!own | forgets)) | (self.shades & (row == 0) & self.has(DI_FINAL_RAY));
-                    if traced & (target > 0.0) {
+                    if asked & (!own | forgets) & (target > 0.0) {
                         visibility = transmittance(&scene, self.flags, &e.shadow);
                     }
                     visible_target = e.visible_target(visibility, self.flags);
-                    let p = if in_target { visible_target } else { target };
-                    if self.shades & (row == 0) & (p > 0.0) {
-                        inputs[i as usize].color = e.value * num::recip(p);
-                    }
                 }
                 let a = if in_mis { visible_target } else { target };
                 if row == 0 {
@@ -333,7 +290,7 @@ impl Pass<'_> {
             visibility: dithered(if average { selection.mean_visibility } else { selection.visibility }, dither),
         };
         let source = Source { is_other: selection.input != 0, pixel: inputs[selection.input as usize].pixel };
-        Outcome { reservoir: stored.pack(), source, radiance: selection.radiance }
+        (stored.pack(), source)
     }
 }
 
@@ -346,19 +303,11 @@ struct Selection {
     weight_sum: f32,
     /// Of all inputs, by weight (Tokuyoshi, eq. 4).
     mean_visibility: Vec3,
-    /// Of all inputs, times their weight and visibility.
-    radiance: Vec3,
 }
 
 impl Selection {
-    const NONE: Self = Self {
-        input: 0,
-        target: 0.0,
-        visibility: Vec3::ZERO,
-        weight_sum: 0.0,
-        mean_visibility: Vec3::ZERO,
-        radiance: Vec3::ZERO,
-    };
+    const NONE: Self =
+        Self { input: 0, target: 0.0, visibility: Vec3::ZERO, weight_sum: 0.0, mean_visibility: Vec3::ZERO };
 }
 
 /// Selects an input in proportion to its weight by one random number.
@@ -367,15 +316,12 @@ fn select(combine: &Combine<f32>, inputs: &[Input; INPUTS], count: u32, u: f32) 
     let mut weights = [0.0; INPUTS];
     let mut sum = 0.0;
     let mut visible = Vec3::ZERO;
-    let mut radiance = Vec3::ZERO;
     let mut i = 0;
     while i < count {
         let weight = combine.weight(i);
         weights[i as usize] = weight;
         sum += weight;
-        let Input { visibility, color, .. } = inputs[i as usize];
-        visible += visibility * weight;
-        radiance += color * (visibility * weight);
+        visible += inputs[i as usize].visibility * weight;
         i = i.wrapping_add(1);
     }
     let mut chosen = 0;
@@ -397,6 +343,5 @@ fn select(combine: &Combine<f32>, inputs: &[Input; INPUTS], count: u32, u: f32) 
         visibility: input.visibility,
         weight_sum: sum,
         mean_visibility: Vec3::new(share(visible.x), share(visible.y), share(visible.z)),
-        radiance,
     }
 }

@@ -9,7 +9,15 @@
 //! | [`initial`] | hits, tiles | reservoirs of candidates from lights and scattering; direct: what needs no resampling |
 //! | [`combine`], temporal | both frames' hits, the last frame's reservoirs | reservoirs, in place |
 //! | [`combine`], spatial, any number | hits, reservoirs | reservoirs |
-//! | [`shade`] | hits, reservoirs, direct | radiance, of the pixel's reservoir or of several |
+//! | [`shade`] | hits, reservoirs, direct | radiance of the pixel's own reservoir |
+//!
+//! Instead of the last one, with neighbours:
+//!
+//! | pass | reads | makes |
+//! |---|---|---|
+//! | [`offer`] | hits, reservoirs | points: surface, reservoir and radiance of each pixel |
+//! | [`exchange`] | hits, points | pairs: the targets of neighbours' samples; what they send |
+//! | [`gather`] | points, pairs, direct | radiance of several reservoirs |
 //!
 //! The sample is an address, see [`crate::scene::AddressedLights`]: a light and a point of its parametrisation. Over this
 //! domain a sample moves between pixels and frames with a Jacobian of 1. The target is the luminance of what the
@@ -27,12 +35,14 @@ mod initial;
 mod neighbour;
 mod passage;
 mod pixel;
+mod shade;
 mod stored;
 mod tile;
 
-pub use combine::{Planes, Source, combine, combine_from, shade};
+pub use combine::{Planes, Source, combine, combine_from};
 pub use initial::{initial, initial_from};
 pub use pixel::{pack_hit, primary, unpack_hit};
+pub use shade::{exchange, gather, offer, pair_offsets, shade};
 pub use stored::{Stored, dithered};
 pub use tile::presample;
 

@@ -6,10 +6,8 @@ use crate::rng;
 use crate::sampling::sample_concentric_disk;
 use crate::scene::SurfacePoint;
 use crate::vec::dot;
-use glam::{UVec4, Vec2, Vec3};
+use glam::{UVec4, Vec3};
 
-/// 2^32 over the plastic number and over its square: the R2 sequence (Roberts 2018), whose every stretch is well spread.
-const R2: [u32; 2] = [3_242_174_889, 2_447_445_414];
 /// Surfaces nearer to the camera's plane than this part of the distance to the image plane are behind it.
 const MIN_DEPTH: f32 = 1.0e-6;
 
@@ -33,9 +31,7 @@ impl Place {
 /// The n-th place in a disk around `center`, mirrored at the image's borders; the words shift the sequence.
 #[inline(always)]
 pub(super) fn nearby(params: &DiParams, center: Place, n: u32, words: UVec4) -> Place {
-    let u = rng::unit(words.x.wrapping_add(R2[0].wrapping_mul(n)));
-    let v = rng::unit(words.y.wrapping_add(R2[1].wrapping_mul(n)));
-    let at = sample_concentric_disk(Vec2::new(u, v)) * params.radius;
+    let at = sample_concentric_disk(rng::r2([words.x, words.y], n)) * params.radius;
     let x = (center.x as i32).wrapping_add(num::nearest(at.x));
     let y = (center.y as i32).wrapping_add(num::nearest(at.y));
     Place { x: mirrored(x, params.width), y: mirrored(y, params.height), inside: center.inside }
@@ -68,9 +64,23 @@ pub(super) fn project(camera: &CameraParams, params: &DiParams, position: Vec3) 
     if inside { Place { x: x as u32, y: y as u32, inside } } else { Place { x: 0, y: 0, inside } }
 }
 
+/// What of a surface decides on reuse.
+#[derive(Clone, Copy)]
+pub(super) struct Facet {
+    pub(super) position: Vec3,
+    pub(super) normal: Vec3,
+}
+
+impl Facet {
+    #[inline(always)]
+    pub(super) fn of(point: &SurfacePoint) -> Self {
+        Self { position: point.position, normal: point.normal }
+    }
+}
+
 /// Whether two surfaces are enough alike for reuse to pay. It depends on nothing but surfaces, so it is unbiased.
 #[inline(always)]
-pub(super) fn alike(params: &DiParams, view_distance: f32, here: &SurfacePoint, there: &SurfacePoint) -> bool {
+pub(super) fn alike(params: &DiParams, view_distance: f32, here: &Facet, there: &Facet) -> bool {
     let from_plane = num::abs(dot(here.normal, there.position - here.position));
     (dot(here.normal, there.normal) >= params.min_normal_cos)
         & (from_plane <= params.max_plane_distance * view_distance)

@@ -1,0 +1,60 @@
+//! Which neighbours the passes of shading have.
+
+use super::DiSettings;
+use restir_shared::layout::{DiParams, PAIRS};
+use restir_shared::technique::di::pair_offsets;
+
+impl DiSettings {
+    /// Passes of shading a frame.
+    pub fn shading_passes(&self) -> u32 {
+        self.shaded.div_ceil(2 * PAIRS as u32).max(1)
+    }
+
+    /// The parameters of a frame's passes of shading, from those of its other passes: the pairs of neighbours are dealt out
+    /// evenly. Where the disk has fewer pixels than are asked for, there are as many.
+    pub fn shading(&self, frame: &DiParams) -> Vec<DiParams> {
+        let mut offsets = vec![0; self.shaded as usize / 2];
+        let count = pair_offsets(frame.seed, frame.frame, self.shading_radius, &mut offsets);
+        let passes = self.shading_passes() as usize;
+        let of_pass = |pass: usize| {
+            let [first, end] = [pass, pass + 1].map(|pass| pass * count / passes);
+            let mut pairs = [0; PAIRS];
+            pairs[..end - first].copy_from_slice(&offsets[first..end]);
+            DiParams { neighbours: 2 * (end - first) as u32, shading_pass: pass as u32, pairs, ..*frame }
+        };
+        (0..passes).map(of_pass).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    fn offsets(passes: &[DiParams]) -> Vec<[i16; 2]> {
+        let of_pass = |p: &DiParams| p.pairs[..p.neighbours as usize / 2].to_vec();
+        passes.iter().flat_map(of_pass).map(|packed| [packed as i16, (packed >> 16) as i16]).collect()
+    }
+
+    #[test]
+    fn passes_share_all_pairs_and_have_none_twice() {
+        for (shaded, shading_radius, expected) in
+            [(0, 6.0, 0), (2, 6.0, 1), (8, 6.0, 4), (20, 6.0, 10), (128, 16.0, 64), (128, 1.0, 4), (8, 0.0, 0)]
+        {
+            let settings = DiSettings { shaded, shading_radius, ..DiSettings::default() };
+            for frame in 0..20 {
+                let passes = settings.shading(&DiParams { frame, seed: 3, ..DiParams::default() });
+                assert_eq!(passes.len(), settings.shading_passes() as usize);
+                assert!((0..).zip(&passes).all(|(pass, p)| p.shading_pass == pass));
+                let all = offsets(&passes);
+                let either: BTreeSet<[i16; 2]> = all.iter().flat_map(|&[x, y]| [[x, y], [-x, -y]]).collect();
+                assert_eq!(either.len(), 2 * all.len(), "{all:?}");
+                assert_eq!(all.len(), expected, "{shaded} in {shading_radius}: {all:?}");
+                // rounding adds at most half a diagonal
+                let reach = shading_radius + 0.708;
+                let within = |at: &[i16; 2]| at.map(f32::from).iter().map(|x| x * x).sum::<f32>() <= reach * reach;
+                assert!(all.iter().all(within), "{all:?}");
+            }
+        }
+    }
+}

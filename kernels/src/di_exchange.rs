@@ -1,0 +1,33 @@
+//! Shading with neighbours, second part.
+
+use restir_shared::glam::UVec4;
+use restir_shared::layout::{DiPairs, DiParams, DiPoint, FilmPixel};
+use restir_shared::scene::SceneView;
+use restir_shared::technique::di;
+
+kernel! {
+    /// The targets of neighbours' samples at each pixel, and what they send by way of it.
+    pub fn di_exchange(8, 8) {
+        constants { 0: features = 0xffff_ffff, 1: settings = 0xffff_ffff }
+        params 0: DiParams,
+        read {
+            1: geometry: UVec4, 2: attributes: UVec4, 3: texels: UVec4,
+            4: hits: UVec4, 5: points: DiPoint,
+        },
+        own { 6: pairs: DiPairs, 7: film: FilmPixel },
+    }
+    |x, y, at, p, tracer| {
+        let scene: SceneView<'_> = SceneView { header: p.scene, geometry, attributes, texels, features, tracer };
+        let hit = hits[(y * p.width + x) as usize];
+        let (targets, sent) = di::exchange(&scene, &p, p.flags & settings, points, hit, [x, y]);
+        pairs[at] = targets;
+        film[at] = sent
+    }
+}
+
+#[cfg(not(target_arch = "spirv"))]
+fn cases(scenes: &dyn crate::CaseScenes) -> Vec<crate::Case> {
+    crate::di_cases::make_within_frame(scenes, |chain, case| {
+        case.with(&chain.hits[1]).with(&chain.points).output().output()
+    })
+}

@@ -1,0 +1,20 @@
+//! Shading with neighbours, last part.
+
+use restir_shared::layout::{DiPairs, DiParams, DiPoint, FilmPixel};
+use restir_shared::technique::di;
+
+kernel! {
+    /// The radiance of each pixel by way of several reservoirs, as a film's sample: `film` begins with the neighbours' part.
+    pub fn di_gather(8, 8) {
+        constants {}
+        params 0: DiParams,
+        read { 1: points: DiPoint, 2: pairs: DiPairs, 3: direct: FilmPixel },
+        own { 4: film: FilmPixel },
+    }
+    |x, y, at, p| film[at] = di::gather(&p, points, pairs, direct[(y * p.width + x) as usize], film[at], [x, y])
+}
+
+#[cfg(not(target_arch = "spirv"))]
+fn cases(scenes: &dyn crate::CaseScenes) -> Vec<crate::Case> {
+    crate::di_cases::gathered(scenes)
+}

@@ -1,0 +1,31 @@
+//! Shading with neighbours, first part.
+
+use restir_shared::glam::UVec4;
+use restir_shared::layout::{DiParams, DiPoint};
+use restir_shared::scene::SceneView;
+use restir_shared::technique::di;
+
+kernel! {
+    /// What each pixel shows its neighbours.
+    pub fn di_offer(8, 8) {
+        constants { 0: features = 0xffff_ffff, 1: settings = 0xffff_ffff }
+        params 0: DiParams,
+        read {
+            1: geometry: UVec4, 2: attributes: UVec4, 3: texels: UVec4,
+            4: hits: UVec4, 5: reservoirs: UVec4,
+        },
+        own { 6: points: DiPoint },
+    }
+    |x, y, at, p, tracer| {
+        let scene: SceneView<'_> = SceneView { header: p.scene, geometry, attributes, texels, features, tracer };
+        let index = (y * p.width + x) as usize;
+        points[at] = di::offer(&scene, &p, p.flags & settings, [hits[index], reservoirs[index]], [x, y])
+    }
+}
+
+#[cfg(not(target_arch = "spirv"))]
+fn cases(scenes: &dyn crate::CaseScenes) -> Vec<crate::Case> {
+    crate::di_cases::make_within_frame(scenes, |chain, case| {
+        case.with(&chain.hits[1]).with(&chain.reservoirs[1]).output()
+    })
+}
