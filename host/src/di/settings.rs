@@ -226,8 +226,8 @@ impl Default for DiSettings {
 
 impl DiSettings {
     /// The presets by name.
-    pub const PRESETS: [&'static str; 7] =
-        ["biased-2020", "unbiased-2020", "talbot", "wis", "quality", "offline", "fast"];
+    pub const PRESETS: [&'static str; 8] =
+        ["biased-2020", "unbiased-2020", "talbot", "wis", "quality", "offline", "progressive", "fast"];
 
     /// No visibility but in shading, by a ray for the one sample shaded; so no candidate from scattering, which finds only what
     /// is visible.
@@ -243,7 +243,8 @@ impl DiSettings {
         }
     }
 
-    /// A preset.
+    /// A preset: the papers' by name and year, `quality` for views that move and `fast` for less of it; for those that stand still
+    /// `offline`, of which the last frame counts, and `progressive`, whose frames are independent and are averaged.
     pub fn preset(name: &str) -> Option<Self> {
         // parameters of the papers
         let published = Self {
@@ -258,9 +259,18 @@ impl DiSettings {
             initial_rays: 2,
             neighbours: 3,
             radius: 6.0,
-            shading_radius: 6.0,
-            shaded: 8,
+            shading_radius: 4.0,
+            shaded: 16,
             ..Self::default()
+        };
+        let still = Self {
+            candidates: 32,
+            tiles: 32,
+            tile_size: 2048,
+            initial_rays: 4,
+            confidence_cap: MAX_CONFIDENCE_CAP,
+            shading_radius: 3.0,
+            ..quality.clone()
         };
         Some(match name {
             "biased-2020" => Self { mis: MisForm::OneOverM, neighbours: 5, spatial: 2, ..published },
@@ -268,17 +278,8 @@ impl DiSettings {
             "talbot" => Self { mis: MisForm::Talbot, mis_visibility: true, ..published },
             "wis" => Self { mis: MisForm::Talbot, visibility: Visibility::Averaged, neighbours: 1, ..published },
             "quality" => quality,
-            "offline" => Self {
-                candidates: 32,
-                tiles: 32,
-                tile_size: 2048,
-                spatial: 0,
-                initial_rays: 4,
-                confidence_cap: MAX_CONFIDENCE_CAP,
-                shaded: 32,
-                shading_radius: 3.0,
-                ..quality
-            },
+            "offline" => Self { spatial: 0, shaded: 32, ..still },
+            "progressive" => Self { temporal: false, ..still },
             "fast" => Self { candidates: 8, neighbours: 1, ..Self::visibility_in_shading() },
             _ => return None,
         })
