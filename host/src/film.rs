@@ -5,7 +5,7 @@ use restir_kernels::{self as kernels, KernelDesc};
 use restir_shared::layout::{FilmParams, FilmPixel};
 
 /// Words of 32 bits in a plane.
-pub(crate) fn plane_words([width, height]: [u32; 2]) -> usize {
+fn plane_words([width, height]: [u32; 2]) -> usize {
     width as usize * height as usize * size_of::<FilmPixel>() / 4
 }
 

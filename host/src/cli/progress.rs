@@ -13,9 +13,9 @@ const STEP_PERCENT: u64 = 10;
 
 pub(super) enum Reporter {
     Bar(ProgressBar),
-    /// The first update prints a line, too: it shows that the work has begun.
+    /// When what was first told of had been done, and how much that was: a reference that is continued has begun before.
     Lines {
-        start: Instant,
+        begun: Option<(Instant, u64)>,
         next_percent: u64,
     },
 }
@@ -27,7 +27,7 @@ impl Reporter {
             return Self::Bar(ProgressBar::new(1).with_style(style));
         }
         console::note("rendering: 0 %");
-        Self::Lines { start: Instant::now(), next_percent: STEP_PERCENT }
+        Self::Lines { begun: None, next_percent: STEP_PERCENT }
     }
 
     pub(super) fn update(&mut self, progress: &Progress) {
@@ -36,11 +36,13 @@ impl Reporter {
                 bar.set_length(progress.total);
                 bar.set_position(progress.done);
             }
-            Self::Lines { start, next_percent } => {
+            Self::Lines { begun, next_percent } => {
                 let percent = percent(progress);
+                let (start, before) = *begun.get_or_insert_with(|| (Instant::now(), progress.done));
                 if percent >= *next_percent {
-                    let left = seconds_left(start.elapsed().as_secs_f64(), progress);
-                    console::note(&format!("rendering: {percent} %, {left:.0} s left"));
+                    let left = seconds_left(start.elapsed().as_secs_f64(), progress, before);
+                    let left = left.map_or_else(String::new, |left| format!(", {left:.0} s left"));
+                    console::note(&format!("rendering: {percent} %{left}"));
                     *next_percent = (percent / STEP_PERCENT + 1) * STEP_PERCENT;
                 }
             }
@@ -58,6 +60,8 @@ fn percent(progress: &Progress) -> u64 {
     progress.done.saturating_mul(100).checked_div(progress.total).unwrap_or(100)
 }
 
-fn seconds_left(elapsed: f64, progress: &Progress) -> f64 {
-    elapsed * progress.total.saturating_sub(progress.done) as f64 / progress.done.max(1) as f64
+/// None while nothing has been done beyond what was `before`.
+fn seconds_left(elapsed: f64, progress: &Progress, before: u64) -> Option<f64> {
+    let done = progress.done.saturating_sub(before);
+    (done > 0).then(|| elapsed * progress.total.saturating_sub(progress.done) as f64 / done as f64)
 }

@@ -131,6 +131,6 @@ pub fn check(scene: &SceneBuffers, render: &DiRender) -> Result<(), Error> {
     memory::check(
         plan(scene, render).bytes() + copies + frames,
         "this render",
-        "choose a smaller size, or fewer tiles if there are any",
+        "choose a smaller size, fewer tiles, or shaded=0",
     )
 }

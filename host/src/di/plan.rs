@@ -4,9 +4,10 @@ use super::DiRender;
 use super::moments::Moments;
 use crate::Error;
 use crate::buffers::SceneBuffers;
-use crate::film::{Film, plane_words};
+use crate::film::Film;
 use crate::plan::{Buffer, BufferId, FramePlan, Pass};
 use restir_kernels::{self as kernels, KernelDesc};
+use restir_shared::glam::UVec4;
 use restir_shared::layout::{DiPairs, DiParams, DiPoint, Extent, PAIRS, SceneHeader, TileWords};
 use std::collections::VecDeque;
 
@@ -63,17 +64,16 @@ struct Planes {
 impl Planes {
     fn new(buffers: &mut Vec<Buffer>, render: &DiRender) -> Self {
         let s = &render.settings;
-        let mut add = |name, words| {
-            buffers.push(Buffer { name, words, contents: None });
+        let mut add = |name, count, bytes| {
+            buffers.push(Buffer { name, words: count * bytes / size_of::<u32>(), contents: None });
             buffers.len() - 1
         };
         let candidates = s.tiles as usize * s.tile_size as usize;
-        let tiles = (candidates > 0).then(|| add("tiles", candidates * size_of::<TileWords>() / size_of::<u32>()));
+        let tiles = (candidates > 0).then(|| add("tiles", candidates, size_of::<TileWords>()));
         let pixels = render.width as usize * render.height as usize;
-        let mut of_pixels = |name, bytes| add(name, pixels * bytes / size_of::<u32>());
         let shading = (s.shaded > 0)
-            .then(|| [of_pixels("points", size_of::<DiPoint>()), of_pixels("pairs", size_of::<DiPairs>())]);
-        let mut add = |name| add(name, plane_words([render.width, render.height]));
+            .then(|| [add("points", pixels, size_of::<DiPoint>()), add("pairs", pixels, size_of::<DiPairs>())]);
+        let mut add = |name| add(name, pixels, size_of::<UVec4>());
         let history = usize::from(keeps_history(render));
         let spatial = usize::from(s.spatial > 0 && !s.fused);
         Self {

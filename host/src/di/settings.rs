@@ -9,7 +9,7 @@ use restir_shared::mis::{INPUTS, Mis};
 
 /// The most neighbours of one combine: its own reservoir and the last frame's are inputs as well.
 pub const MAX_NEIGHBOURS: u32 = INPUTS as u32 - 2;
-/// The most neighbours that are shaded.
+/// The most neighbours that are shaded: twice as many as have ever paid.
 pub const MAX_SHADED: u32 = 128;
 /// The most candidates from lights.
 pub const MAX_CANDIDATES: u32 = 1024;
@@ -244,7 +244,8 @@ impl DiSettings {
     }
 
     /// A preset: the papers' by name and year, `quality` for views that move and `fast` for less of it; for those that stand still
-    /// `offline`, of which the last frame counts, and `progressive`, whose frames are independent and are averaged.
+    /// `offline`, of which the last frame counts, and `progressive`, whose frames are independent and have to be averaged
+    /// ([`super::DiRender::accumulate`]).
     pub fn preset(name: &str) -> Option<Self> {
         // parameters of the papers
         let published = Self {
@@ -268,7 +269,6 @@ impl DiSettings {
             tiles: 32,
             tile_size: 2048,
             initial_rays: 4,
-            confidence_cap: MAX_CONFIDENCE_CAP,
             shading_radius: 3.0,
             ..quality.clone()
         };
@@ -278,7 +278,7 @@ impl DiSettings {
             "talbot" => Self { mis: MisForm::Talbot, mis_visibility: true, ..published },
             "wis" => Self { mis: MisForm::Talbot, visibility: Visibility::Averaged, neighbours: 1, ..published },
             "quality" => quality,
-            "offline" => Self { spatial: 0, shaded: 32, ..still },
+            "offline" => Self { spatial: 0, confidence_cap: MAX_CONFIDENCE_CAP, shaded: 32, ..still },
             "progressive" => Self { temporal: false, ..still },
             "fast" => Self { candidates: 8, neighbours: 1, ..Self::visibility_in_shading() },
             _ => return None,
@@ -376,7 +376,7 @@ impl DiSettings {
         if self.scatter && !self.mis_visibility {
             biases.push("scattering does not find what is occluded, and weights of reused samples count on it: darker near shadows");
         }
-        if self.visibility != Visibility::Ray && !self.mis_visibility {
+        if self.temporal && self.visibility != Visibility::Ray && !self.mis_visibility {
             biases.push("visibility of the last frame is reused: shadows lag behind what moves");
         }
         if self.visibility == Visibility::Averaged && self.target == Target::Luminance {

@@ -11,16 +11,21 @@ impl DiSettings {
     }
 
     /// The parameters of a frame's passes of shading, from those of its other passes: the pairs of neighbours are dealt out
-    /// evenly. Where the disk has fewer pixels than are asked for, there are as many.
+    /// evenly. Where the disk has fewer than are asked for, they come again, in other passes.
     pub fn shading(&self, frame: &DiParams) -> Vec<DiParams> {
         let mut offsets = vec![0; self.shaded as usize / 2];
         let count = pair_offsets(frame.seed, frame.frame, self.shading_radius, &mut offsets);
         let passes = self.shading_passes() as usize;
         let of_pass = |pass: usize| {
-            let [first, end] = [pass, pass + 1].map(|pass| pass * count / passes);
+            let [first, end] = [pass, pass + 1].map(|pass| pass * offsets.len() / passes);
+            let dealt = (first..end).take(count).map(|n| offsets[n % count]);
             let mut pairs = [0; PAIRS];
-            pairs[..end - first].copy_from_slice(&offsets[first..end]);
-            DiParams { neighbours: 2 * (end - first) as u32, shading_pass: pass as u32, pairs, ..*frame }
+            let mut neighbours = 0;
+            for (pair, offset) in pairs.iter_mut().zip(dealt) {
+                *pair = offset;
+                neighbours += 2;
+            }
+            DiParams { neighbours, shading_pass: pass as u32, pairs, ..*frame }
         };
         (0..passes).map(of_pass).collect()
     }
@@ -38,15 +43,29 @@ mod tests {
 
     #[test]
     fn passes_share_all_pairs_and_have_none_twice() {
-        for (shaded, shading_radius, expected) in
-            [(0, 6.0, 0), (2, 6.0, 1), (8, 6.0, 4), (20, 6.0, 10), (128, 16.0, 64), (128, 1.0, 4), (8, 0.0, 0)]
-        {
+        // a disk of radius 1 has 4 pairs
+        for (shaded, shading_radius, expected, each) in [
+            (0, 6.0, 0, 0),
+            (2, 6.0, 1, 1),
+            (8, 6.0, 4, 1),
+            (20, 6.0, 10, 1),
+            (128, 16.0, 64, 1),
+            (128, 1.0, 4, 16),
+            (8, 0.0, 0, 0),
+        ] {
             let settings = DiSettings { shaded, shading_radius, ..DiSettings::default() };
             for frame in 0..20 {
                 let passes = settings.shading(&DiParams { frame, seed: 3, ..DiParams::default() });
                 assert_eq!(passes.len(), settings.shading_passes() as usize);
                 assert!((0..).zip(&passes).all(|(pass, p)| p.shading_pass == pass));
-                let all = offsets(&passes);
+                assert!(
+                    passes
+                        .iter()
+                        .all(|p| offsets(&[*p]).iter().collect::<BTreeSet<_>>().len() == p.neighbours as usize / 2)
+                );
+                let dealt = offsets(&passes);
+                let all: BTreeSet<[i16; 2]> = dealt.iter().copied().collect();
+                assert!(all.iter().all(|at| dealt.iter().filter(|other| *other == at).count() == each), "{dealt:?}");
                 let either: BTreeSet<[i16; 2]> = all.iter().flat_map(|&[x, y]| [[x, y], [-x, -y]]).collect();
                 assert_eq!(either.len(), 2 * all.len(), "{all:?}");
                 assert_eq!(all.len(), expected, "{shaded} in {shading_radius}: {all:?}");

@@ -71,12 +71,12 @@ impl Frames {
                 bytemuck::cast(di::shade(scene, &p, p.flags, [hits[i], reservoirs[i]], bytemuck::cast(direct[i]), at))
             });
         } else {
-            self.run_shared(scene, pass, &p);
+            self.run_exchange(scene, pass, &p);
         }
     }
 
     /// The passes of shading with neighbours.
-    fn run_shared<S: Trace + Surface + AddressedLights>(&mut self, scene: &S, pass: &Pass, p: &DiParams) {
+    fn run_exchange<S: Trace + Surface + AddressedLights>(&mut self, scene: &S, pass: &Pass, p: &DiParams) {
         let (name, ids) = (pass.kernel.name, &pass.bindings);
         if name == kernels::di_offer::DESC.name {
             let [hits, reservoirs] = [ids[3], ids[4]].map(|id| self.plane(id));

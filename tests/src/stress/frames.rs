@@ -90,10 +90,9 @@ fn render(preset: &str, frames: u32, seed: u32) -> DiRender {
 /// The picture of each pass of shading: of the last frame, or of all if the render accumulates.
 fn pictures(buffers: &SceneBuffers, render: &DiRender, observe: &mut dyn FnMut(&[FilmPixel])) {
     Frames::replay(&buffers.view(), buffers, render, &mut |pass, frames| {
-        if let ([.., film], true) =
-            (pass.bindings.as_slice(), [di_gather::DESC.name, di_shade::DESC.name].contains(&pass.kernel.name))
-        {
-            observe(bytemuck::cast_slice(frames.plane(*film)));
+        let shades = [di_gather::DESC.name, di_shade::DESC.name].contains(&pass.kernel.name);
+        if let Some(&film) = pass.bindings.last().filter(|_| shades) {
+            observe(bytemuck::cast_slice(frames.plane(film)));
         }
     });
 }

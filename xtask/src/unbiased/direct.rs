@@ -44,7 +44,7 @@ const FORMS: [&str; 6] = ["1/z", "contribution", "talbot", "pairwise", "pairwise
 /// Unbiased uses of visibility.
 const ROWS: [&str; 4] = ["+lights", "+Z+D", "+Z+D+selected", "+Z+D+Q+selected"];
 /// Unbiased settings beside forms x rows.
-const MORE: [&str; 15] = [
+const MORE: [&str; 16] = [
     "talbot+lights+jitter",
     "pairwise-defensive+Z+D+Q+selected+jitter",
     "talbot+lights+fused",
@@ -60,6 +60,7 @@ const MORE: [&str; 15] = [
     "pairwise-defensive+Z+D+twice+forgets",
     "pairwise+Z+D+Q+selected+tiles",
     "pairwise+Z+D+Q+selected+tiles+rays+alone+still+gathered",
+    "pairwise+Z+D+Q+selected+tiles+rays+apart+gathered",
 ];
 /// Settings that make pictures darker.
 const DARKER: [&str; 7] =
@@ -117,6 +118,7 @@ fn settings(name: &str, candidates: u32) -> Option<DiSettings> {
             "forgets" => s.feedback = false,
             "tiles" => (s.tiles, s.tile_size) = (4, 64),
             "alone" => s.spatial = 0,
+            "apart" => s.temporal = false,
             _ => return None,
         }
     }
@@ -421,7 +423,7 @@ fn report(rows: &[Row]) -> String {
          the averaged one. Fused: one pass for both kinds of reuse. Twice: two spatial passes. Lights: no candidate from \
          scattering, which cannot find what is occluded and so needs D. Shaded, gathered: 4 or 20 neighbours are shaded as \
          well. Rays: 4 groups of candidates, each tested by a ray. Still: frames are merged as those of a still view. Forgets: \
-         spatial reuse is not fed back. Tiles: 4 tiles of 64 candidates. First: spatial reuse before that in time. Of settings known to be darker a row tells where \
+         spatial reuse is not fed back. Tiles: 4 tiles of 64 candidates. Alone: no spatial reuse but in shading. Apart: none of the last frame. Of settings known to be darker a row tells where \
          the bias exceeds {BIASED} standard errors; of radiance x 1.01, where that is detectable. A tile that \
          light reaches rarely has no variance yet in few restarts, and z says nothing: such rows need more of them.\n\n\
          Made by `cargo xtask unbiased --di --write`.\n\n\

@@ -1,6 +1,6 @@
 //! Direct light by resampling (ReSTIR DI; Bitterli et al. 2020, "Spatiotemporal Reservoir Resampling").
 //!
-//! A frame is a chain of passes over per-pixel planes of 16 bytes a pixel:
+//! A frame is a chain of passes over planes, of 16 bytes a pixel but for points (48) and pairs (32):
 //!
 //! | pass | reads | makes |
 //! |---|---|---|

@@ -24,7 +24,7 @@ use crate::sampling::sample_concentric_disk;
 use crate::scene::{AddressedLights, Surface, Trace};
 use crate::technique::vertex::Vertex;
 use crate::vec::length;
-use glam::{UVec4, Vec3};
+use glam::{UVec4, Vec2, Vec3};
 
 /// Neighbours in a pass.
 const NEIGHBOURS: usize = 2 * PAIRS;
@@ -168,9 +168,11 @@ pub fn pair_offsets(seed: u32, frame: u32, radius: f32, offsets: &mut [u32]) -> 
     let mut count = 0;
     let mut n = 0;
     while (count < offsets.len()) & (n < draws) {
-        let offset = sample_concentric_disk(rng::r2([words.x, words.y], n)) * radius;
+        let u = rng::r2([words.x, words.y], n);
+        // of each pair the one in the upper half of the disk
+        let offset = sample_concentric_disk(Vec2::new(u.x, 0.5 + 0.5 * u.y)) * radius;
         let (x, y) = (num::nearest(offset.x), num::nearest(offset.y));
-        let [x, y] = if (y < 0) | ((y == 0) & (x < 0)) { [x.wrapping_neg(), y.wrapping_neg()] } else { [x, y] };
+        let x = if (y == 0) & (x < 0) { x.wrapping_neg() } else { x };
         let packed = (x as u32 & 0xffff) | ((y as u32) << 16);
         if packed != 0 && !offsets[..count].contains(&packed) {
             offsets[count] = packed;
