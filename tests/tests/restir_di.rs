@@ -10,7 +10,7 @@ use restir_shared::layout::{DI_FINAL_RAY, DI_MIS_VISIBILITY, DiPairs, DiParams, 
 use restir_shared::mis::{Combine, Mis};
 use restir_shared::pack::decode_unit_vector;
 use restir_shared::scene::{AddressedLights, LightAddress, Surface, Trace};
-use restir_shared::technique::di::{self as kernels, Stored};
+use restir_shared::technique::di::{self as passes, Stored};
 use restir_shared::technique::path;
 use restir_tests::chain::{Chain, Frame};
 use restir_tests::counting::{Counting, Counts};
@@ -422,7 +422,7 @@ impl<'a, S: Trace + Surface + AddressedLights> Shaded<'a, S> {
             return Err("not one pass".into());
         };
         let points = chain.points(&frame);
-        let exchange = |(at, &hit)| kernels::exchange(scene, &params, params.flags, &points, hit, at);
+        let exchange = |(at, &hit)| passes::exchange(scene, &params, params.flags, &points, hit, at);
         let (pairs, sent) = chain.pixels().zip(&frame.hits).map(exchange).unzip();
         Ok(Self { chain, frame, params, points, pairs, sent })
     }
@@ -431,7 +431,7 @@ impl<'a, S: Trace + Surface + AddressedLights> Shaded<'a, S> {
     fn picture(&self, pairs: &[DiPairs]) -> Vec<FilmPixel> {
         let Self { frame, params, points, sent, .. } = self;
         let pixels = self.chain.pixels().zip(frame.direct.iter().zip(sent));
-        pixels.map(|(at, (&direct, &sent))| kernels::gather(params, points, pairs, direct, sent, at)).collect()
+        pixels.map(|(at, (&direct, &sent))| passes::gather(params, points, pairs, direct, sent, at)).collect()
     }
 
     /// Index of a pixel's n-th neighbour, by the offsets' description.
@@ -452,10 +452,10 @@ impl<'a, S: Trace + Surface + AddressedLights> Shaded<'a, S> {
         let at = [receiver as u32 % GRID.width, receiver as u32 / GRID.width];
         let (hit, reservoir) = (frame.hits[receiver], frame.reservoirs[sample]);
         let flags = params.flags | DI_FINAL_RAY;
-        let pixel = kernels::shade(chain.scene, params, flags, [hit, reservoir], FilmPixel::default(), at);
+        let pixel = passes::shade(chain.scene, params, flags, [hit, reservoir], FilmPixel::default(), at);
         let sent = pixel.sum.map(f64::from);
         let stored = Stored::unpack(reservoir);
-        let unshadowed = kernels::target(chain.scene, params, flags, hit, at, stored.address);
+        let unshadowed = passes::target(chain.scene, params, flags, hit, at, stored.address);
         let weight = f64::from(stored.contribution_weight);
         let target = match flags & DI_MIS_VISIBILITY {
             _ if !stored.has_sample() => 0.0,
@@ -527,14 +527,15 @@ fn a_shaded_neighbour_costs_one_evaluation() -> Result<(), Failed> {
     ] {
         let settings = DiSettings { shaded: NEIGHBOURS, shading_radius: 3.0, ..settings };
         let chain = Chain::new(&counting, &buffers, [SIDE; 2], &settings, 3);
-        let (frame, points) = (chain.initial(0), chain.points(&chain.initial(0)));
+        let frame = chain.initial(0);
+        let points = chain.points(&frame);
         let p = settings.shading(&chain.params)[0];
         let inside = |at: u32| (REACH..SIDE - REACH).contains(&at);
         for at in chain.pixels().filter(|at| at.iter().all(|&at| inside(at))) {
             let i = (at[1] * SIDE + at[0]) as usize;
             let words = [frame.hits[i], frame.reservoirs[i]];
-            let (_, offer) = counting.of(|| kernels::offer(&counting, &p, p.flags, words, at));
-            let (_, exchange) = counting.of(|| kernels::exchange(&counting, &p, p.flags, &points, words[0], at));
+            let (_, offer) = counting.of(|| passes::offer(&counting, &p, p.flags, words, at));
+            let (_, exchange) = counting.of(|| passes::exchange(&counting, &p, p.flags, &points, words[0], at));
             let expected = [
                 Counts { closest: 0, shadow: own_rays, evaluations: 1 },
                 Counts { closest: 0, shadow: rays * NEIGHBOURS, evaluations: NEIGHBOURS },

@@ -9,7 +9,7 @@ use restir_shared::mis::{INPUTS, Mis};
 
 /// The most neighbours of one combine: its own reservoir and the last frame's are inputs as well.
 pub const MAX_NEIGHBOURS: u32 = INPUTS as u32 - 2;
-/// The most neighbours that are shaded: twice as many as have ever paid.
+/// The most neighbours that are shaded: those of 16 passes.
 pub const MAX_SHADED: u32 = 128;
 /// The most candidates from lights.
 pub const MAX_CANDIDATES: u32 = 1024;
