@@ -5,6 +5,7 @@
 mod bad_input;
 mod data_files;
 mod figure;
+mod films;
 #[cfg(feature = "gpu")]
 mod gpu;
 mod input_output;
