@@ -8,7 +8,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// As of [`File::open`], and for what is no regular file.
-pub(crate) fn open(path: &Path) -> io::Result<File> {
+pub fn open(path: &Path) -> io::Result<File> {
     let kind = std::fs::metadata(path)?;
     if kind.is_dir() {
         return Err(io::Error::other("it is a folder; name a file in it"));

@@ -1,28 +1,22 @@
-//! Scenes, executors and images around the ReSTIR kernels.
+//! Scenes, executors and images around the ReSTIR kernels; the program `restir` is a crate of its own.
 //!
 //! `Scene` (what a user edits) becomes [`buffers::SceneBuffers`] (arenas, BVH, alias tables), a technique makes a
 //! [`plan::FramePlan`] of it, and an [`exec::Executor`] runs the plan natively or on a GPU.
 
 mod alias;
 mod artifact;
-#[cfg(feature = "cli")]
-mod bench;
 pub mod bootstrap;
 pub mod buffers;
 mod bvh;
-#[cfg(feature = "cli")]
-pub mod cli;
 pub mod compact;
 pub mod di;
 pub mod distribution;
 pub mod error;
 pub mod exec;
-#[cfg(feature = "cli")]
-mod figure;
 mod film;
 pub mod image;
-mod input;
-mod memory;
+pub mod input;
+pub mod memory;
 pub mod metrics;
 pub mod output;
 pub mod plan;

@@ -36,7 +36,7 @@ fn share_of_machine() -> u64 {
 ///
 /// # Errors
 /// [`Error::Memory`], and as of [`limit`].
-pub(crate) fn check(bytes: u64, what: &str, remedy: &str) -> Result<(), Error> {
+pub fn check(bytes: u64, what: &str, remedy: &str) -> Result<(), Error> {
     let limit = limit()?;
     if bytes <= limit {
         return Ok(());

@@ -110,7 +110,7 @@ pub fn genealogy(
 ///
 /// # Errors
 /// [`Error::Setting`] and [`Error::Memory`].
-pub(crate) fn check_genealogy(scene: &SceneBuffers, render: &DiRender, [x, y]: [u32; 2]) -> Result<(), Error> {
+pub fn check_genealogy(scene: &SceneBuffers, render: &DiRender, [x, y]: [u32; 2]) -> Result<(), Error> {
     // first, for di::check takes time with the number of frames
     check_memory(scene, render)?;
     di::check(scene, render)?;

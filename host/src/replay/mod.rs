@@ -16,9 +16,7 @@ mod still;
 mod two_frames;
 
 pub use frames::Frames;
-#[cfg(feature = "cli")]
-pub(crate) use genealogy::check_genealogy;
-pub use genealogy::{Generation, LightSource, Reuse, genealogy};
+pub use genealogy::{Generation, LightSource, Reuse, check_genealogy, genealogy};
 pub use isolated::{Isolated, Source};
 pub use layers::{Layers, render_with_layers};
 pub use lineage::Origin;

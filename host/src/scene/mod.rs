@@ -102,7 +102,7 @@ pub struct Camera {
 }
 
 /// Coordinates of vertices and cameras beyond this magnitude cannot be rendered: 2^30.
-pub(crate) const MAX_COORDINATE: f64 = 1_073_741_824.0;
+pub const MAX_COORDINATE: f64 = 1_073_741_824.0;
 
 impl Scene {
     /// Loads a built-in scene by its name, or else a `.gltf` or `.glb` file.

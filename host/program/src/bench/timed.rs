@@ -1,0 +1,78 @@
+//! An executor that takes the time of every pass.
+
+use std::cell::Cell;
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+use restir::Error;
+use restir::exec::{Description, Executor, Step};
+use restir::plan::FramePlan;
+
+/// What the passes of one kernel took together.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct PassTime {
+    pub(crate) dispatches: u64,
+    pub(crate) seconds: f64,
+}
+
+/// Runs plans on another executor. A pass takes from the end of the one before to its own, as the observer hears it.
+pub(crate) struct Timed<'a> {
+    inner: &'a mut dyn Executor,
+    pub(crate) passes: BTreeMap<&'static str, PassTime>,
+}
+
+impl<'a> Timed<'a> {
+    pub(crate) fn new(inner: &'a mut dyn Executor) -> Self {
+        Self { inner, passes: BTreeMap::new() }
+    }
+}
+
+impl Executor for Timed<'_> {
+    fn describe(&self) -> Description {
+        self.inner.describe()
+    }
+
+    fn run(
+        &mut self,
+        plan: FramePlan<'_>,
+        observe: &mut dyn FnMut(&Step<'_>) -> ControlFlow<()>,
+    ) -> Result<Vec<Vec<u32>>, Error> {
+        let started = Cell::new(None);
+        let begun = plan.passes.inspect(|_| started.set(started.get().or_else(|| Some(Instant::now()))));
+        let plan = FramePlan { passes: Box::new(begun), ..plan };
+        let passes = &mut self.passes;
+        self.inner.run(plan, &mut |step| {
+            let now = Instant::now();
+            if let Some(start) = started.replace(Some(now)) {
+                let time = passes.entry(step.pass.kernel.name).or_default();
+                time.dispatches += 1;
+                time.seconds += now.duration_since(start).as_secs_f64();
+            }
+            observe(step)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use restir::buffers::SceneBuffers;
+    use restir::exec::CpuExecutor;
+    use restir::render::{PathSettings, RenderSettings, render};
+    use restir::scene::Scene;
+
+    #[test]
+    fn every_pass_is_counted_and_the_image_is_the_same() {
+        let scene = SceneBuffers::build(&Scene::load("furnace").unwrap()).unwrap();
+        let path = PathSettings::default();
+        let settings = RenderSettings { width: 8, height: 8, samples: 5, seed: 0, path, dispatch_samples: Some(2) };
+        let mut cpu = CpuExecutor::new(Some(1)).unwrap();
+        let plain = render(&mut cpu, &scene, &settings, &mut |_| ControlFlow::Continue(())).unwrap();
+        let mut timed = Timed::new(&mut cpu);
+        let rendered = render(&mut timed, &scene, &settings, &mut |_| ControlFlow::Continue(())).unwrap();
+        assert_eq!(rendered.image, plain.image);
+        let dispatches = |name: &str| timed.passes.get(name).map(|time| time.dispatches);
+        assert_eq!(["path", "film_add", "film_resolve"].map(dispatches), [Some(3), Some(2), Some(1)]);
+    }
+}

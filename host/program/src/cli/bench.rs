@@ -1,0 +1,369 @@
+//! `restir bench`
+
+use std::collections::BTreeSet;
+use std::io::{Read, Write};
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use clap::ValueEnum;
+use restir::buffers::SceneBuffers;
+use restir::di::{DiRender, DiSettings};
+use restir::output::{check_writable, write_atomically};
+use restir::reference::{FIRST_SEED, Goal};
+use restir::render::RenderSettings;
+use restir::scene::Scene;
+use restir::{Error, input};
+use restir_shared::layout::FEATURE_CLEAR;
+
+use super::device::{self, Device};
+use super::progress::Reporter;
+use super::reference::{Cache, Integral, MEASURED_SIZE};
+use super::render::{self, natural};
+use super::{console, interrupt, settings};
+use crate::bench::against::{self, Change};
+use crate::bench::error::Truth;
+use crate::bench::estimator::Estimator;
+use crate::bench::report::{self, Report};
+use crate::bench::table::{self, Row, Setup};
+use crate::bench::{Matrix, SceneResult, Technique, machine, measure, plot};
+
+/// The part of a scene's time that its reference may take.
+const REFERENCE_SHARE: f64 = 0.55;
+const MAX_RESTARTS: u32 = 100_000;
+/// More are a slip: the reference would need 200 times as many.
+const MAX_SAMPLES: u32 = 1 << 24;
+/// What a technique of frames says to be judged by its last one.
+const LAST_FRAME: &str = "last";
+const REPORT: &str = "report.md";
+const TABLE: &str = "report.csv";
+
+#[derive(clap::Args)]
+pub(super) struct Arguments {
+    /// Names of built-in scenes, or .gltf or .glb files.
+    #[arg(required = true)]
+    scenes: Vec<PathBuf>,
+    /// A technique, alone or with settings as in path:roulette=on; may be repeated. A frame of restir-di is a sample, and
+    /// its image the mean of the frames, or with the word last as a setting the last frame.
+    #[arg(long = "technique", default_value = "path", value_name = "NAME[:KEY=VALUE,...]")]
+    techniques: Vec<String>,
+    /// Samples per pixel.
+    #[arg(long, value_delimiter = ',', default_value = "1,2,4,8,16,32,64", value_parser = natural::<u32>, allow_hyphen_values = true)]
+    spp: Vec<u32>,
+    /// Independent images of the largest number of samples; of smaller ones as many more as have equal samples.
+    #[arg(long, default_value = "8", value_parser = natural::<u32>, allow_hyphen_values = true)]
+    restarts: u32,
+    /// Time for a scene: the reference stops at 55 % of it if it is not good enough before, and no restart after the
+    /// second begins when it is over.
+    #[arg(long, default_value = "160", value_parser = natural::<u32>, allow_hyphen_values = true)]
+    seconds: u32,
+    /// Samples per pixel of the reference; 200 times the largest --spp if not given.
+    #[arg(long, value_parser = natural::<u64>, allow_hyphen_values = true)]
+    reference_spp: Option<u64>,
+    /// Folder for report.md, report.csv and a plot of each scene; it is created if needed.
+    #[arg(long, default_value = "bench")]
+    out: PathBuf,
+    /// A report.csv of an earlier run; exits with 1 if times or errors are worse by more than chance and 5 %.
+    #[arg(long)]
+    against: Option<PathBuf>,
+    #[command(flatten)]
+    integral: Integral,
+    #[command(flatten)]
+    cache: Cache,
+    #[command(flatten)]
+    device: device::DeviceArguments,
+}
+
+/// A scene that is ready to be measured.
+struct Subject {
+    scene: Scene,
+    buffers: SceneBuffers,
+    /// Where its plot goes.
+    plot: String,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
+    let matrix = matrix(arguments)?;
+    let baseline = arguments.against.as_deref().map(|path| read_table(path).map(|rows| (path, rows))).transpose()?;
+    interrupt::install()?;
+    let subjects = subjects(arguments, &matrix)?;
+    prepare_output(&arguments.out, &subjects)?;
+    let mut device = device::open(&arguments.device)?;
+    let setup = Setup {
+        machine: machine::describe(),
+        device: device_name(&device),
+        commit: env!("RESTIR_COMMIT").to_owned(),
+        integral: matrix.integral.clone(),
+    };
+    let results: Vec<SceneResult> =
+        subjects.iter().map(|subject| measured(arguments, &matrix, subject, &mut device)).collect::<Result<_, _>>()?;
+    let rows: Vec<Row> = results.iter().flat_map(|result| table::rows(&setup, result)).collect();
+    let against = baseline.map(|(path, old)| (path.display().to_string(), against::compare(&old, &rows)));
+    let report =
+        Report { setup: &setup, command: &command_line(), results: &results, restarts: matrix.restarts, against };
+    publish(&arguments.out, &subjects, &report, &rows)?;
+    report.against.as_ref().map_or(Ok(()), |(name, changes)| judge(name, changes))
+}
+
+fn matrix(arguments: &Arguments) -> Result<Matrix, Error> {
+    let integral = arguments.integral.settings(MEASURED_SIZE)?;
+    let refuse = |problem: String| Err(Error::Setting(problem));
+    if !(2..=MAX_RESTARTS).contains(&arguments.restarts) {
+        return refuse(format!("{} restarts show no spread; give 2 to {MAX_RESTARTS}", arguments.restarts));
+    }
+    if arguments.spp.contains(&0) {
+        return refuse("--spp holds 0 samples a pixel, which make no image; give at least 1".to_owned());
+    }
+    if let Some(samples) = arguments.spp.iter().find(|&&samples| samples > MAX_SAMPLES) {
+        return refuse(format!("--spp {samples} is more than can be measured; give at most {MAX_SAMPLES}"));
+    }
+    if arguments.reference_spp == Some(0) {
+        return refuse("0 samples a pixel make no reference; give at least 1 to --reference-spp".to_owned());
+    }
+    let techniques: Vec<Technique> =
+        arguments.techniques.iter().map(|text| technique(text, &integral)).collect::<Result<_, _>>()?;
+    refuse_twice("technique", techniques.iter().map(|technique| technique.name.clone()))?;
+    let budgets: BTreeSet<u32> = arguments.spp.iter().copied().collect();
+    let time = Duration::from_secs_f64((1.0 - REFERENCE_SHARE) * f64::from(arguments.seconds));
+    let budgets = budgets.into_iter().collect();
+    let matrix = Matrix { integral, techniques, budgets, restarts: arguments.restarts, time };
+    if matrix.seeds() > u64::from(FIRST_SEED) {
+        return refuse(format!("{} images need more seeds than there are; give fewer --restarts", matrix.seeds()));
+    }
+    Ok(matrix)
+}
+
+/// A technique from its name and settings; these may not change what the picture converges to.
+fn technique(text: &str, integral: &RenderSettings) -> Result<Technique, Error> {
+    let (name, changes) = text.split_once(':').unwrap_or((text, ""));
+    let known = render::Technique::from_str(name, false).map_err(|_| {
+        let known: Vec<&str> = render::Technique::value_variants().iter().map(|technique| technique.name()).collect();
+        Error::Setting(format!("there is no technique {name:?}; there is {}", known.join(", ")))
+    })?;
+    let changes: Vec<String> = changes.split(',').filter(|change| !change.is_empty()).map(str::to_owned).collect();
+    let estimator = match known {
+        render::Technique::Path => Estimator::Path(path_settings(text, &changes, integral)?),
+        render::Technique::RestirDi => Estimator::RestirDi(di_render(text, &changes, integral)?),
+    };
+    Ok(Technique { name: text.to_owned(), estimator })
+}
+
+fn path_settings(text: &str, changes: &[String], integral: &RenderSettings) -> Result<RenderSettings, Error> {
+    let mut settings = integral.clone();
+    changes.iter().try_for_each(|change| settings::apply(&mut settings, change))?;
+    let same = (settings.path.max_depth, settings.path.jitter) == (integral.path.max_depth, integral.path.jitter);
+    same.then_some(settings).ok_or_else(|| of_its_own(text))
+}
+
+/// The mean of the frames, or with the change `last` the last one.
+fn di_render(text: &str, changes: &[String], integral: &RenderSettings) -> Result<DiRender, Error> {
+    if integral.path.max_depth != render::DIRECT_DEPTH {
+        return Err(Error::Setting(format!(
+            "restir-di renders direct light, paths of {0} segments; give --max-depth {0}",
+            render::DIRECT_DEPTH
+        )));
+    }
+    let (last, changes): (Vec<String>, Vec<String>) = changes.iter().cloned().partition(|change| change == LAST_FRAME);
+    let mut settings = DiSettings::default();
+    settings::apply_di(&mut settings, &changes)?;
+    let is_other = if integral.path.jitter { settings::turn_jitter_off(&changes) } else { settings.jitter };
+    if is_other {
+        return Err(of_its_own(text));
+    }
+    settings.jitter = integral.path.jitter;
+    Ok(DiRender { accumulate: last.is_empty(), ..DiRender::new([integral.width, integral.height], settings) })
+}
+
+fn of_its_own(text: &str) -> Error {
+    Error::Setting(format!(
+        "the technique {text} has a depth or jitter of its own, so that errors cannot be compared; give --max-depth or \
+         --jitter to all"
+    ))
+}
+
+fn refuse_twice(what: &str, names: impl Iterator<Item = String>) -> Result<(), Error> {
+    let mut seen = BTreeSet::new();
+    for name in names {
+        if !seen.insert(name.clone()) {
+            return Err(Error::Setting(format!("the {what} {name} is named twice; name it once")));
+        }
+    }
+    Ok(())
+}
+
+fn subjects(arguments: &Arguments, matrix: &Matrix) -> Result<Vec<Subject>, Error> {
+    let subject = |path: &PathBuf| {
+        let (scene, buffers) = arguments.integral.load(path, [matrix.integral.width, matrix.integral.height])?;
+        matrix.techniques.iter().try_for_each(|technique| technique.estimator.check(&buffers))?;
+        let plot =
+            format!("{}.svg", path.file_stem().unwrap_or_default().to_string_lossy().replace([' ', '(', ')'], "-"));
+        Ok(Subject { scene, buffers, plot })
+    };
+    let subjects: Vec<Subject> = arguments.scenes.iter().map(subject).collect::<Result<_, Error>>()?;
+    subjects.iter().try_for_each(|subject| check_comparable(matrix, subject))?;
+    refuse_twice("scene", subjects.iter().map(|subject| subject.plot.trim_end_matches(".svg").to_owned()))?;
+    Ok(subjects)
+}
+
+/// Before minutes of work: can the results be written?
+fn prepare_output(out: &Path, subjects: &[Subject]) -> Result<(), Error> {
+    create_folder(out)?;
+    let plots = subjects.iter().map(|subject| subject.plot.as_str());
+    [REPORT, TABLE].into_iter().chain(plots).try_for_each(|name| check_writable(&out.join(name)))
+}
+
+/// Makes the folder for results, unless it is there.
+pub(super) fn create_folder(out: &Path) -> Result<(), Error> {
+    std::fs::create_dir_all(out).map_err(|error| Error::File {
+        action: "write",
+        path: out.to_owned(),
+        reason: format!("{error}; name another folder by --out"),
+    })
+}
+
+pub(super) fn device_name(device: &Device) -> String {
+    let description = device.executor.describe();
+    let adapter = description.adapter.map_or_else(String::new, |adapter| format!(", {adapter}"));
+    format!("{}{adapter}, flavour {}, self-check {}", description.executor, description.flavour, device.parity)
+}
+
+/// Refuses what would be compared with another integral: light through clear glass is direct to ReSTIR DI only, and its
+/// frames show a moving scene at times of their own.
+fn check_comparable(matrix: &Matrix, subject: &Subject) -> Result<(), Error> {
+    let Subject { scene, buffers, .. } = subject;
+    let refuse =
+        |technique: &Technique, why: &str| Err(Error::Setting(format!("{}: {} {why}", scene.name, technique.name)));
+    for technique in &matrix.techniques {
+        let Estimator::RestirDi(render) = &technique.estimator else { continue };
+        if buffers.is_animated() {
+            return refuse(
+                technique,
+                "renders frames of a moving scene, and the reference shows one moment; take a scene that stands still",
+            );
+        }
+        if render.settings.transmittance && buffers.features & FEATURE_CLEAR != 0 {
+            return refuse(
+                technique,
+                "sees lights through clear glass, and the reference does not; give transmittance=off",
+            );
+        }
+    }
+    Ok(())
+}
+
+/// Makes the reference of a scene, then measures.
+fn measured(
+    arguments: &Arguments,
+    matrix: &Matrix,
+    subject: &Subject,
+    device: &mut Device,
+) -> Result<SceneResult, Error> {
+    let scene = &subject.scene.name;
+    let largest = matrix.budgets.last().copied().unwrap_or(1);
+    let goal = Goal {
+        samples: arguments.reference_spp.unwrap_or_else(|| 200 * u64::from(largest)),
+        time: Some(Duration::from_secs_f64(REFERENCE_SHARE * f64::from(arguments.seconds))),
+    };
+    console::note(&format!("{scene}: reference"));
+    let cache = arguments.cache.folder();
+    let executor = device.executor.as_mut();
+    let reference = super::reference::make(executor, &subject.buffers, &matrix.integral, cache.as_deref(), goal)?;
+    let truth = Truth::new(&reference);
+    console::note(&format!("{scene}: {} samples in the reference, measuring", reference.samples()));
+    let mut reporter = Reporter::new();
+    let measured = measure(executor, &subject.buffers, matrix, &truth, &mut |progress| {
+        reporter.update(&progress);
+        if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    reporter.finish();
+    let (series, restarts) = measured?;
+    Ok(SceneResult { scene: scene.clone(), truth, reference_samples: reference.samples(), series, restarts })
+}
+
+/// As the user could write it.
+pub(super) fn command_line() -> String {
+    let arguments = std::env::args_os().skip(1).map(|argument| argument.to_string_lossy().into_owned());
+    let quoted = arguments
+        .map(|argument| if argument.contains(char::is_whitespace) { format!("'{argument}'") } else { argument });
+    std::iter::once("restir".to_owned()).chain(quoted).collect::<Vec<_>>().join(" ")
+}
+
+fn read_table(path: &Path) -> Result<Vec<Row>, Error> {
+    let fail = |reason: String| Error::File { action: "read", path: path.to_owned(), reason };
+    let mut text = String::new();
+    let mut file = input::open(path).map_err(|error| fail(error.to_string()))?;
+    file.read_to_string(&mut text).map_err(|error| fail(error.to_string()))?;
+    let rows =
+        table::from_csv(&text).map_err(|problem| fail(format!("{problem}; name a report.csv of restir bench")))?;
+    if rows.is_empty() { Err(fail("it has no rows; name a report.csv of restir bench".to_owned())) } else { Ok(rows) }
+}
+
+/// Writes the plots and the table, then the report that refers to them.
+fn publish(out: &Path, subjects: &[Subject], report: &Report<'_>, rows: &[Row]) -> Result<(), Error> {
+    interrupt::begin_writing();
+    let write = |name: &str, text: &str| write_atomically(&out.join(name), |file| file.write_all(text.as_bytes()));
+    for (subject, result) in subjects.iter().zip(report.results) {
+        let path = out.join(&subject.plot);
+        let plot = plot::svg(result).map_err(|reason| Error::File { action: "write", path, reason })?;
+        write(&subject.plot, &plot)?;
+    }
+    let plot = |scene: &str| {
+        subjects
+            .iter()
+            .find(|subject| subject.scene.name == scene)
+            .map_or_else(String::new, |subject| subject.plot.clone())
+    };
+    let text = report::markdown(report, plot);
+    write(TABLE, &table::to_csv(rows))?;
+    write(REPORT, &text)?;
+    let written = format!("wrote {} and {}\n", out.join(REPORT).display(), out.join(TABLE).display());
+    console::print(&(text + "\n" + &written))
+}
+
+fn judge(name: &str, changes: &[Change]) -> Result<(), Error> {
+    let worse: Vec<String> = changes
+        .iter()
+        .filter(|change| change.worse())
+        .map(|change| format!("{} {} at {} spp", change.key.scene, change.key.technique, change.key.spp))
+        .collect();
+    if worse.is_empty() {
+        return Ok(());
+    }
+    Err(Error::Failed(format!("worse than {name}: {}; the report has the ratios", worse.join(", "))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use restir::render::PathSettings;
+
+    fn integral() -> RenderSettings {
+        let path = PathSettings::default();
+        RenderSettings { width: 8, height: 8, samples: 1, seed: 0, path, dispatch_samples: None }
+    }
+
+    #[test]
+    fn techniques_are_parsed() {
+        let parsed = technique("path:roulette=on,dispatch_samples=4", &integral()).unwrap();
+        let Estimator::Path(settings) = parsed.estimator else { panic!("{parsed:?}") };
+        assert!(settings.path.roulette && settings.dispatch_samples == Some(4));
+        assert_eq!(technique("path", &integral()).unwrap().estimator, Estimator::Path(integral()));
+        for (text, word) in [("pth", "path"), ("path:rolette=on", "roulette"), ("path:max_depth=3", "--max-depth")] {
+            let message = technique(text, &integral()).unwrap_err().to_string();
+            assert!(message.contains(word), "{message}");
+        }
+    }
+
+    #[test]
+    fn techniques_have_no_jitter_of_their_own() {
+        for jitter in [false, true] {
+            let path = PathSettings { jitter, max_depth: render::DIRECT_DEPTH, ..PathSettings::default() };
+            let integral = RenderSettings { path, ..integral() };
+            for name in ["path", "restir-di"] {
+                let with = |value: bool| technique(&format!("{name}:jitter={}", settings::on_or_off(value)), &integral);
+                with(jitter).unwrap();
+                assert!(with(!jitter).unwrap_err().to_string().contains("--jitter"));
+            }
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! `restir compare`
+
+use std::path::PathBuf;
+
+use restir::Error;
+use restir::image::read_exr;
+use restir::metrics::{self, Comparison};
+use serde_json::json;
+
+use super::console;
+
+#[derive(clap::Args)]
+pub(super) struct Arguments {
+    /// The image to judge, EXR.
+    image: PathBuf,
+    /// The reference, EXR.
+    reference: PathBuf,
+    /// Print one JSON object; a number that is not finite is null.
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
+    let comparison = metrics::compare(&read_exr(&arguments.image)?, &read_exr(&arguments.reference)?)?;
+    let format = if arguments.json { json_text } else { table };
+    console::print(&format(&comparison))
+}
+
+fn json_text(comparison: &Comparison) -> String {
+    // `json!` turns a number that is not finite into null.
+    let object = json!({
+        "identical": comparison.identical,
+        "differing_words": comparison.differing_words,
+        "max_ulp": comparison.max_ulp,
+        "rmse": comparison.rmse,
+        "rel_mse": comparison.rel_mse,
+        "rmae": comparison.rmae,
+        "rmspe": comparison.rmspe,
+        "smape": comparison.smape,
+        "mean_ratio": comparison.mean_ratio,
+    });
+    format!("{object}\n")
+}
+
+fn table(comparison: &Comparison) -> String {
+    let c = comparison;
+    let rows = [
+        ("identical", if c.identical { "yes" } else { "no" }.to_owned()),
+        ("differing words", c.differing_words.to_string()),
+        ("max ulp", c.max_ulp.to_string()),
+        ("RMSE", format!("{:.6e}", c.rmse)),
+        ("relMSE", format!("{:.6e}  (epsilon 0.001)", c.rel_mse)),
+        ("RMAE", format!("{:.6e}  (mean of relative errors, epsilon 0.001 of the mean)", c.rmae)),
+        ("RMAE, global", format!("{:.6e}  (mean error / mean of the reference)", c.rmae_global)),
+        ("RMSPE", format!("{:.4} %  ({} dark values excluded)", c.rmspe, c.rmspe_excluded)),
+        ("SMAPE", format!("{:.4} %  (of 200 %)", c.smape)),
+        ("mean ratio", format!("{:.6}", c.mean_ratio)),
+    ];
+    rows.iter().map(|(name, value)| format!("{name:16} {value}\n")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use restir::image::Image;
+
+    #[test]
+    fn numbers_that_are_not_finite_are_null() {
+        let black = Image { width: 1, height: 1, pixels: vec![[0.0; 3]] };
+        let white = Image { pixels: vec![[1.0; 3]], ..black.clone() };
+        let text = json_text(&metrics::compare(&white, &black).unwrap());
+        let object: serde_json::Value = serde_json::from_str(&text).unwrap();
+        assert!(object["mean_ratio"].is_null() && object["rmspe"].is_null());
+        assert_eq!(object["rmse"], 1.0);
+        assert_eq!(object.as_object().unwrap().len(), 9);
+    }
+}

@@ -1,0 +1,157 @@
+//! The choice of the executor.
+
+use clap::ValueEnum;
+use restir::Error;
+use restir::exec::{CpuExecutor, Executor, Flavour};
+
+use super::console;
+use super::render::natural;
+
+/// More are a slip, and each has its own stack.
+const MAX_THREADS: usize = 1024;
+
+/// Where to render.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum Kind {
+    /// A hardware GPU whose self-check is exact, else the CPU.
+    Auto,
+    /// The CPU.
+    Cpu,
+    /// A GPU.
+    Gpu,
+}
+
+/// Which form of the kernels to use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum FlavourName {
+    /// Bit-identical on every exact device.
+    Exact,
+    /// The device's own division, roots and functions: faster, statistically equal. GPU only.
+    Fast,
+}
+
+#[derive(clap::Args)]
+pub(super) struct DeviceArguments {
+    /// Where to render.
+    #[arg(long, value_enum, default_value_t = Kind::Auto)]
+    device: Kind,
+    /// Part of the name of the GPU adapter to use; implies --device gpu.
+    #[arg(long)]
+    adapter: Option<String>,
+    /// Form of the kernels; exact on the CPU and on Vulkan, fast elsewhere if not given.
+    #[arg(long, value_enum)]
+    flavour: Option<FlavourName>,
+    /// Threads of the CPU, 1 to 1024; one a core if not given.
+    #[arg(long, value_parser = natural::<usize>, allow_hyphen_values = true)]
+    threads: Option<usize>,
+}
+
+/// An executor, and whether its results equal the CPU's.
+pub(super) struct Device {
+    pub(super) executor: Box<dyn Executor>,
+    pub(super) parity: String,
+}
+
+/// Opens the executor that the arguments ask for and says on standard error which it is and why.
+pub(super) fn open(arguments: &DeviceArguments) -> Result<Device, Error> {
+    if let Some(threads) = arguments.threads.filter(|threads| !(1..=MAX_THREADS).contains(threads)) {
+        return Err(Error::Setting(format!("--threads {threads} is out of range; give 1 to {MAX_THREADS}")));
+    }
+    match (arguments.device, &arguments.adapter) {
+        (Kind::Cpu, Some(_)) => Err(Error::Setting("--adapter needs a GPU; leave out --device cpu".to_owned())),
+        (Kind::Cpu, None) => open_cpu(arguments, "as asked"),
+        (Kind::Gpu, _) | (Kind::Auto, Some(_)) => gpu::open(arguments),
+        (Kind::Auto, None) => gpu::open_best(arguments),
+    }
+}
+
+fn open_cpu(arguments: &DeviceArguments, why: &str) -> Result<Device, Error> {
+    if arguments.flavour == Some(FlavourName::Fast) {
+        return Err(Error::Setting(format!(
+            "the flavour fast needs a GPU, and the CPU was chosen ({why}); use --flavour exact or --device gpu"
+        )));
+    }
+    let executor = CpuExecutor::new(arguments.threads)?;
+    console::note(&format!("device: CPU ({why})"));
+    Ok(Device { executor: Box::new(executor), parity: "exact".to_owned() })
+}
+
+impl From<FlavourName> for Flavour {
+    fn from(name: FlavourName) -> Self {
+        match name {
+            FlavourName::Exact => Flavour::Exact,
+            FlavourName::Fast => Flavour::Fast,
+        }
+    }
+}
+
+#[cfg(feature = "gpu")]
+mod gpu {
+    use super::{Device, DeviceArguments, Error, Flavour, FlavourName, console, open_cpu};
+    use restir::exec::gpu::{AdapterInfo, adapters};
+    use restir::exec::{Executor, GpuExecutor};
+    use restir::self_check::Parity;
+
+    pub(super) fn open(arguments: &DeviceArguments) -> Result<Device, Error> {
+        let flavour = arguments.flavour.map(Flavour::from);
+        let executor = GpuExecutor::open(arguments.adapter.as_deref(), flavour)?;
+        Ok(chosen(executor, "as asked"))
+    }
+
+    /// The first hardware GPU that is exact (for the flavour fast: the first), else the CPU.
+    pub(super) fn open_best(arguments: &DeviceArguments) -> Result<Device, Error> {
+        let adapters = adapters();
+        let mut refused = Vec::new();
+        for adapter in adapters.iter().filter(|adapter| !adapter.software) {
+            match GpuExecutor::open(Some(&adapter.name), arguments.flavour.map(Flavour::from)) {
+                Ok(executor) if is_good(&executor, arguments.flavour) => {
+                    return Ok(chosen(executor, "chosen automatically"));
+                }
+                Ok(executor) => refused.push(format!("the self-check of {} is {}", adapter.name, parity(&executor))),
+                Err(error) => refused.push(error.to_string()),
+            }
+        }
+        open_cpu(arguments, &why_not(&adapters, &refused))
+    }
+
+    fn is_good(executor: &GpuExecutor, flavour: Option<FlavourName>) -> bool {
+        flavour == Some(FlavourName::Fast) || executor.describe().parity == Some(Parity::Exact)
+    }
+
+    fn parity(executor: &GpuExecutor) -> String {
+        executor.describe().parity.map_or_else(|| "missing".to_owned(), |parity| parity.to_string())
+    }
+
+    fn chosen(executor: GpuExecutor, why: &str) -> Device {
+        let adapter = executor.describe().adapter.unwrap_or_else(|| "GPU".to_owned());
+        let parity = parity(&executor);
+        console::note(&format!("device: {adapter}, {}, self-check {parity} ({why})", executor.loading()));
+        Device { executor: Box::new(executor), parity }
+    }
+
+    fn why_not(adapters: &[AdapterInfo], refused: &[String]) -> String {
+        if adapters.is_empty() {
+            return "no GPU adapter or driver was found".to_owned();
+        }
+        if refused.is_empty() {
+            let names: Vec<&str> = adapters.iter().map(|adapter| adapter.name.as_str()).collect();
+            return format!("only software adapters were found: {}", names.join(", "));
+        }
+        refused.join("; ")
+    }
+}
+
+#[cfg(not(feature = "gpu"))]
+mod gpu {
+    use super::{Device, DeviceArguments, Error, open_cpu};
+
+    const WITHOUT_GPU: &str = "this program was built without GPU support";
+
+    pub(super) fn open(_arguments: &DeviceArguments) -> Result<Device, Error> {
+        Err(Error::Adapter(format!("{WITHOUT_GPU}; use --device cpu")))
+    }
+
+    pub(super) fn open_best(arguments: &DeviceArguments) -> Result<Device, Error> {
+        open_cpu(arguments, WITHOUT_GPU)
+    }
+}

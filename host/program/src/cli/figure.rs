@@ -1,0 +1,251 @@
+//! `restir figure`
+
+use std::io::Write;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use clap::ValueEnum;
+use restir::Error;
+use restir::buffers::SceneBuffers;
+use restir::exec::Executor;
+use restir::image::write_png;
+use restir::output::{check_writable, write_atomically};
+use restir::reference::{Goal, Reference};
+use restir::render::{MAX_SIDE, PathSettings, Progress, RenderSettings};
+use restir::scene::Environment;
+
+use super::bench::{command_line, create_folder, device_name};
+use super::device::Device;
+use super::progress::Reporter;
+use super::reference::Cache;
+use super::render::{DIRECT_DEPTH, Size, natural};
+use super::{console, device, interrupt, reference};
+use crate::bench::machine;
+use crate::bench::table::Setup;
+use crate::figure::chains::Protocol;
+use crate::figure::{Contents, Environs, File, seed002_fig1, seed002_fig2, seed004_fig1};
+
+const REPORT: &str = "report.md";
+/// Smaller pictures decide no claim: they may be black, they fit into one tile of those that a bootstrap resamples, or
+/// their pixels miss every other stripe of the wall in `seed004-fig1`, whose 32 are twice as wide as a picture is high.
+const MIN_SIDE: u32 = 12;
+const MAX_RESTARTS: u32 = 4096;
+const MAX_FRAMES: u32 = 4096;
+const REFERENCE_SECONDS: u64 = 150;
+/// Frames of `seed002-fig1` that do not count.
+const UNCOUNTED: u32 = 16;
+
+/// The figures that can be made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Figure {
+    /// Bitterli et al. 2020, supplement, figure 1: error over render time, of contribution MIS and of Talbot's, with and
+    /// without reuse of visibility.
+    #[value(name = "seed004-fig1")]
+    MisOverTime,
+    /// Tokuyoshi, supplement, figure 1: the visibility term, of the selected sample and averaged.
+    #[value(name = "seed002-fig1")]
+    VisibilityTerm,
+    /// Tokuyoshi, supplement, figure 2: what both converge to under coloured lights.
+    #[value(name = "seed002-fig2")]
+    ConvergedTrio,
+}
+
+/// How much a figure does, unless it is told.
+struct Effort {
+    size: [u32; 2],
+    /// Chains of frames, and the fewest that show a spread.
+    restarts: [u32; 2],
+    /// Frames of a chain, and the fewest that make a picture.
+    frames: [u32; 2],
+    /// None if the figure makes no reference.
+    reference_spp: Option<u64>,
+}
+
+impl Figure {
+    fn effort(self, quick: bool) -> Effort {
+        match (self, quick) {
+            (Self::MisOverTime, false) => {
+                Effort { size: [60, 45], restarts: [16, 4], frames: [13, 2], reference_spp: Some(49_152) }
+            }
+            (Self::MisOverTime, true) => {
+                Effort { size: [36, 27], restarts: [8, 4], frames: [9, 2], reference_spp: Some(16_384) }
+            }
+            (Self::VisibilityTerm, false) => {
+                Effort { size: [128, 96], restarts: [2, 1], frames: [48, UNCOUNTED + 2], reference_spp: None }
+            }
+            (Self::VisibilityTerm, true) => {
+                Effort { size: [64, 48], restarts: [2, 1], frames: [48, UNCOUNTED + 2], reference_spp: None }
+            }
+            (Self::ConvergedTrio, false) => {
+                Effort { size: [64, 48], restarts: [16, 4], frames: [128, 1], reference_spp: Some(32_768) }
+            }
+            (Self::ConvergedTrio, true) => {
+                Effort { size: [32, 24], restarts: [8, 4], frames: [64, 1], reference_spp: Some(8192) }
+            }
+        }
+    }
+}
+
+#[derive(clap::Args)]
+pub(super) struct Arguments {
+    /// Which figure.
+    figure: Figure,
+    /// Folder for the report, the data, the plots and the pictures; it is created if needed.
+    #[arg(long)]
+    out: PathBuf,
+    /// Image size in pixels, as WIDTHxHEIGHT.
+    #[arg(long, allow_hyphen_values = true)]
+    size: Option<Size>,
+    /// Independent chains of frames.
+    #[arg(long, value_parser = natural::<u32>, allow_hyphen_values = true)]
+    restarts: Option<u32>,
+    /// Frames of a chain. Its picture is the last one, in seed002-fig2 the mean; in seed002-fig1 the first 16 do not count.
+    #[arg(long, value_parser = natural::<u32>, allow_hyphen_values = true)]
+    frames: Option<u32>,
+    /// Samples per pixel of the references, in figures that have one.
+    #[arg(long, value_parser = natural::<u64>, allow_hyphen_values = true)]
+    reference_spp: Option<u64>,
+    /// Seconds that a reference may take; 150 if not given.
+    #[arg(long, value_parser = natural::<u64>, allow_hyphen_values = true)]
+    reference_seconds: Option<u64>,
+    /// Smaller defaults: a look in a fourth of the time, with wider intervals.
+    #[arg(long)]
+    quick: bool,
+    /// Environment of the exterior scene of seed004-fig1 instead of its own: a latitude-longitude EXR file.
+    #[arg(long, value_name = "FILE")]
+    env: Option<PathBuf>,
+    #[command(flatten)]
+    cache: Cache,
+    #[command(flatten)]
+    device: device::DeviceArguments,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
+    let (protocol, reference) = effort(arguments)?;
+    let mut warnings = Vec::new();
+    let environment = arguments.env.as_deref().map(|path| Environment::load(path, &mut warnings)).transpose()?;
+    warnings.iter().for_each(|warning| console::note(&format!("warning: {warning}")));
+    interrupt::install()?;
+    create_folder(&arguments.out)?;
+    check_writable(&arguments.out.join(REPORT))?;
+    let device = device::open(&arguments.device)?;
+    let setup = Setup {
+        machine: machine::describe(),
+        device: device_name(&device),
+        commit: env!("RESTIR_COMMIT").to_owned(),
+        integral: integral(protocol.size),
+    };
+    let command = command_line();
+    let mut program = Program { device, cache: arguments.cache.folder(), integral: setup.integral.clone() };
+    let files = match arguments.figure {
+        Figure::MisOverTime => {
+            let frames = if arguments.quick { 8 } else { 16 };
+            let effort = seed004_fig1::Effort { protocol, frames, restarts: 2, reference };
+            seed004_fig1::make(&mut program, &effort, environment, &setup, &command)?
+        }
+        Figure::VisibilityTerm => {
+            let counted = protocol.warm_up + 1 - UNCOUNTED;
+            let protocol = Protocol { warm_up: UNCOUNTED, ..protocol };
+            seed002_fig1::make(&mut program, protocol, counted, &setup, &command)?
+        }
+        Figure::ConvergedTrio => {
+            let protocol = Protocol { accumulate: true, ..protocol };
+            seed002_fig2::make(&mut program, protocol, reference, &setup, &command)?
+        }
+    };
+    publish(&arguments.out, &files)
+}
+
+/// The chains of the figure, and how good its references have to be.
+fn effort(arguments: &Arguments) -> Result<(Protocol, Goal), Error> {
+    let refuse = |problem: &str| Err(Error::Setting(problem.to_owned()));
+    let Effort { size, restarts, frames, reference_spp } = arguments.figure.effort(arguments.quick);
+    let size = arguments.size.map_or(Ok(size), Size::sides)?;
+    if size.iter().any(|side| !(MIN_SIDE..=MAX_SIDE).contains(side)) {
+        let [width, height] = size;
+        return refuse(&format!(
+            "--size {width}x{height} is out of range, for claims need some pixels; give sides from {MIN_SIDE} to {MAX_SIDE}"
+        ));
+    }
+    let chains = within("--restarts", arguments.restarts.unwrap_or(restarts[0]), [restarts[1], MAX_RESTARTS])?;
+    if arguments.figure == Figure::ConvergedTrio && chains % 2 == 1 {
+        return refuse(&format!("--restarts {chains} has no two equal halves; give an even number"));
+    }
+    let frames = within("--frames", arguments.frames.unwrap_or(frames[0]), [frames[1], MAX_FRAMES])?;
+    if arguments.env.is_some() && arguments.figure != Figure::MisOverTime {
+        return refuse("--env is for the exterior of seed004-fig1, and this figure has none; leave it out");
+    }
+    if reference_spp.is_none() && (arguments.reference_spp.is_some() || arguments.reference_seconds.is_some()) {
+        return refuse(
+            "--reference-spp and --reference-seconds are for figures with a reference, and this one has none; leave them out",
+        );
+    }
+    let samples = arguments.reference_spp.or(reference_spp).unwrap_or(1);
+    if samples == 0 {
+        return refuse("0 samples a pixel make no reference; give at least 1 to --reference-spp");
+    }
+    let goal =
+        Goal { samples, time: Some(Duration::from_secs(arguments.reference_seconds.unwrap_or(REFERENCE_SECONDS))) };
+    Ok((Protocol { size, warm_up: frames - 1, chains, accumulate: false }, goal))
+}
+
+fn within(name: &str, value: u32, [low, high]: [u32; 2]) -> Result<u32, Error> {
+    (low..=high)
+        .contains(&value)
+        .then_some(value)
+        .ok_or_else(|| Error::Setting(format!("{name} {value} is out of range; give {low} to {high}")))
+}
+
+/// Direct light of the given size.
+fn integral([width, height]: [u32; 2]) -> RenderSettings {
+    let path = PathSettings { max_depth: DIRECT_DEPTH, jitter: false, roulette: false };
+    RenderSettings { width, height, samples: 1, seed: 0, path, dispatch_samples: None }
+}
+
+/// The executor, the cache of references and the console.
+struct Program {
+    device: Device,
+    cache: Option<PathBuf>,
+    integral: RenderSettings,
+}
+
+impl Environs for Program {
+    fn reference(&mut self, name: &str, scene: &SceneBuffers, goal: Goal) -> Result<Reference, Error> {
+        console::note(&format!("{name}: reference"));
+        reference::make(self.device.executor.as_mut(), scene, &self.integral, self.cache.as_deref(), goal)
+    }
+
+    fn run<T>(
+        &mut self,
+        what: &str,
+        work: impl FnOnce(&mut dyn Executor, &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        console::note(what);
+        let mut reporter = Reporter::new();
+        let made = work(self.device.executor.as_mut(), &mut |progress| {
+            reporter.update(&progress);
+            if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        reporter.finish();
+        made
+    }
+}
+
+/// Writes the files; the report, which refers to the others, comes last.
+fn publish(out: &Path, files: &[File]) -> Result<(), Error> {
+    interrupt::begin_writing();
+    for file in files {
+        let path = out.join(&file.name);
+        match &file.contents {
+            Contents::Text(text) => write_atomically(&path, |file| file.write_all(text.as_bytes()))?,
+            Contents::Picture(image) => write_png(&path, image)?,
+        }
+    }
+    let report = files.iter().rev().find_map(|file| match &file.contents {
+        Contents::Text(text) if file.name == REPORT => Some(text.as_str()),
+        _ => None,
+    });
+    let names: Vec<String> = files.iter().map(|file| out.join(&file.name).display().to_string()).collect();
+    console::print(&format!("{}\nwrote {}\n", report.unwrap_or_default(), names.join(", ")))
+}

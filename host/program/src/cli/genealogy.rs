@@ -1,0 +1,169 @@
+//! What `restir explain` prints of a reservoir.
+
+use std::fmt::Write;
+
+use restir::di::DiRender;
+use restir::replay::{Generation, LightSource, Origin, Reuse};
+use restir::scene::Scene;
+use restir_shared::technique::di::Stored;
+use serde_json::{Value, json};
+
+use super::explain::kind;
+
+/// The reservoirs from which a pixel has its sample, the last one first.
+pub(super) struct Genealogy<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) render: &'a DiRender,
+    pub(super) generations: &'a [Generation],
+}
+
+impl Genealogy<'_> {
+    pub(super) fn text(&self) -> String {
+        let Self { scene, render: r, generations } = self;
+        let mut text = format!(
+            "{}, {} x {} pixels, restir-di: {} frames, seed {}\n",
+            scene.name, r.width, r.height, r.frames, r.seed
+        );
+        generations.iter().for_each(|generation| text += &self.generation(generation));
+        let verdict = if generations.iter().all(is_identical) { "the same bits" } else { "OTHER BITS" };
+        if generations.last().is_some_and(|last| last.stored().address.is_light()) {
+            let _ = write!(text, "the sample is {} frames old; ", self.age());
+        }
+        let _ = writeln!(text, "{} reservoirs replayed natively: {verdict}", generations.len());
+        text
+    }
+
+    fn generation(&self, g: &Generation) -> String {
+        let Stored { address, contribution_weight, confidence, visibility } = g.stored();
+        let (x, y) = self.position(g.pixel);
+        let mut text = format!(
+            "frame {}, {}, pixel ({x}, {y}): M {confidence}, W {contribution_weight:e}, visibility {visibility}, target {:e}\n",
+            g.frame,
+            name(g.reuse),
+            g.target
+        );
+        let _ = match &g.light {
+            None => writeln!(text, "   it has no sample"),
+            Some(light) => {
+                let (u, v) = (unit(address.u), unit(address.v));
+                let (what, origin) = (self.light(light), self.origin(g));
+                writeln!(text, "   light {} ({what}) at u {u:.7}, v {v:.7}: {origin}", address.light)
+            }
+        };
+        text
+    }
+
+    fn light(&self, light: &LightSource) -> String {
+        match self.material(light) {
+            Some(material) => format!("triangle {}, {material}", light.index),
+            None => kind(light.kind).to_owned(),
+        }
+    }
+
+    fn material(&self, light: &LightSource) -> Option<&str> {
+        self.scene.materials.get(light.material? as usize).map(|material| material.name.as_str())
+    }
+
+    fn origin(&self, g: &Generation) -> String {
+        match g.origin {
+            Origin::Candidate(index) if index == self.render.settings.candidates => {
+                "drawn as the candidate from scattering".to_owned()
+            }
+            Origin::Candidate(index) => format!("drawn as candidate {index} of those from lights"),
+            Origin::Reservoir { is_other: false, .. } => "the pixel keeps its own".to_owned(),
+            Origin::Reservoir { pixel, of_last_frame, .. } => {
+                let (x, y) = self.position(pixel);
+                if of_last_frame {
+                    format!("pixel ({x}, {y}) had it in the last frame")
+                } else {
+                    format!("the neighbour ({x}, {y}) had it")
+                }
+            }
+        }
+    }
+
+    fn position(&self, pixel: u32) -> (u32, u32) {
+        (pixel % self.render.width, pixel / self.render.width)
+    }
+
+    fn age(&self) -> u32 {
+        let frame = |generation: Option<&Generation>| generation.map_or(0, |generation| generation.frame);
+        frame(self.generations.first()) - frame(self.generations.last())
+    }
+
+    pub(super) fn json(&self) -> String {
+        let Self { scene, render, generations } = self;
+        let reservoirs: Vec<Value> = generations.iter().map(|generation| self.generation_json(generation)).collect();
+        let object = json!({
+            "scene": scene.name,
+            "technique": "restir-di",
+            "width": render.width,
+            "height": render.height,
+            "frames": render.frames,
+            "seed": render.seed,
+            "age": self.age(),
+            "reservoirs": reservoirs,
+            "identical": generations.iter().all(is_identical),
+        });
+        format!("{object}\n")
+    }
+
+    fn generation_json(&self, g: &Generation) -> Value {
+        let Stored { address, contribution_weight, confidence, visibility } = g.stored();
+        let pixel = |pixel| {
+            let (x, y) = self.position(pixel);
+            [x, y]
+        };
+        let from = match g.origin {
+            Origin::Candidate(index) => {
+                let scattering = index == self.render.settings.candidates;
+                json!({"candidate": index, "of": if scattering { "scattering" } else { "lights" }})
+            }
+            Origin::Reservoir { pixel: of, is_other, of_last_frame, .. } => {
+                let what = match (is_other, of_last_frame) {
+                    (false, _) => "own",
+                    (_, true) => "last frame",
+                    _ => "neighbour",
+                };
+                json!({"reservoir": what, "pixel": pixel(of)})
+            }
+        };
+        json!({
+            "frame": g.frame,
+            "pass": name(g.reuse),
+            "pixel": pixel(g.pixel),
+            "confidence": confidence,
+            "contribution_weight": contribution_weight,
+            "visibility": visibility.to_array(),
+            "target": g.target,
+            "light": g.light.map(|light| json!({
+                "index": address.light,
+                "kind": kind(light.kind),
+                "triangle": light.material.map(|_| light.index),
+                "material": self.material(&light),
+                "u": unit(address.u),
+                "v": unit(address.v),
+            })),
+            "from": g.light.map(|_| from),
+            "identical": is_identical(g),
+        })
+    }
+}
+
+fn is_identical(generation: &Generation) -> bool {
+    generation.word == generation.replayed
+}
+
+fn name(reuse: Reuse) -> String {
+    match reuse {
+        Reuse::Initial => "initial candidates".to_owned(),
+        Reuse::Temporal => "temporal reuse".to_owned(),
+        Reuse::Fused => "fused reuse".to_owned(),
+        Reuse::Spatial(pass) => format!("spatial reuse {pass}"),
+    }
+}
+
+/// A coordinate in 2^-24.
+fn unit(lattice: u32) -> f64 {
+    f64::from(lattice) / f64::from(1 << 24)
+}

@@ -1,0 +1,73 @@
+//! `restir info`
+
+use std::path::PathBuf;
+
+use restir::Error;
+use restir::buffers::{SceneBuffers, SceneStats};
+use restir::scene::{Camera, Environment, LightKind, Scene, Texture};
+
+use super::console;
+
+#[derive(clap::Args)]
+pub(super) struct Arguments {
+    /// Name of a built-in scene, or a .gltf or .glb file.
+    scene: PathBuf,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
+    let scene = Scene::open(&arguments.scene)?;
+    let stats = SceneBuffers::build(&scene)?.stats();
+    console::print(&describe(&scene, &stats))
+}
+
+fn describe(scene: &Scene, stats: &SceneStats) -> String {
+    let [lo, hi] = stats.bounds;
+    let features = if stats.features.is_empty() { "none".to_owned() } else { stats.features.join(", ") };
+    let rows = [
+        ("scene", scene.name.clone()),
+        ("meshes", scene.meshes.len().to_string()),
+        ("instances", scene.instances.len().to_string()),
+        ("triangles", stats.triangles.to_string()),
+        ("skipped", format!("{} degenerate triangles", stats.skipped_triangles)),
+        ("lights", lights(scene, stats)),
+        ("environment", scene.environment.as_ref().map_or_else(|| "none".to_owned(), environment)),
+        ("materials", stats.materials.to_string()),
+        ("textures", textures(&scene.textures)),
+        ("BVH", format!("{} nodes, depth {}", stats.nodes, stats.bvh_depth)),
+        ("buffers", format!("{} bytes", stats.bytes)),
+        ("bounds", format!("{lo:?} to {hi:?}")),
+        ("features", features),
+        ("camera", scene.camera.map_or_else(|| "none: framed automatically".to_owned(), camera)),
+    ];
+    let warnings = scene.warnings.iter().map(|warning| format!("warning: {warning}\n"));
+    rows.iter().map(|(name, value)| format!("{name:16} {value}\n")).chain(warnings).collect()
+}
+
+fn lights(scene: &Scene, stats: &SceneStats) -> String {
+    let count = |is_kind: fn(&LightKind) -> bool| scene.lights.iter().filter(|light| is_kind(&light.kind)).count();
+    let punctual = [
+        ("point", count(|kind| matches!(kind, LightKind::Point { .. }))),
+        ("spot", count(|kind| matches!(kind, LightKind::Spot { .. }))),
+        ("directional", count(|kind| matches!(kind, LightKind::Directional { .. }))),
+    ];
+    let present = punctual.iter().filter(|(_, count)| *count > 0).map(|(kind, count)| format!(", {count} {kind}"));
+    format!("{} triangles{}", stats.emissive_triangles, present.collect::<String>())
+}
+
+fn environment(environment: &Environment) -> String {
+    let [width, height] = environment.size;
+    format!("{width} x {height} pixels, scale {}, turned {} degrees", environment.scale, environment.rotation)
+}
+
+fn textures(textures: &[Texture]) -> String {
+    let texels: usize = textures.iter().map(|texture| texture.texels.len()).sum();
+    if textures.is_empty() { "none".to_owned() } else { format!("{} with {texels} texels", textures.len()) }
+}
+
+fn camera(camera: Camera) -> String {
+    if camera.lens_radius > 0.0 {
+        let distance = camera.distance_in_focus();
+        return format!("from the scene, with a lens of radius {}, sharp at {distance}", camera.lens_radius);
+    }
+    "from the scene".to_owned()
+}

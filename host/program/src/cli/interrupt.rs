@@ -1,0 +1,33 @@
+//! Ctrl-C and termination. The first request lets the dispatch in work end; the second ends the program at once.
+//! Neither leaves a file behind, for while files are written both wait.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use restir::Error;
+
+/// The exit code of an interrupted program: 128 + SIGINT.
+pub(super) const EXIT_CODE: u8 = 130;
+
+static REQUESTED: AtomicBool = AtomicBool::new(false);
+static WRITING: AtomicBool = AtomicBool::new(false);
+
+/// From now on a signal makes [`requested`] true.
+pub(super) fn install() -> Result<(), Error> {
+    let handler = || {
+        let again = REQUESTED.swap(true, Ordering::SeqCst);
+        if again && !WRITING.load(Ordering::SeqCst) {
+            std::process::exit(i32::from(EXIT_CODE));
+        }
+    };
+    ctrlc::set_handler(handler).map_err(|error| Error::Setting(format!("cannot listen for Ctrl-C: {error}")))
+}
+
+/// Whether the user wants the program to stop.
+pub(super) fn requested() -> bool {
+    REQUESTED.load(Ordering::SeqCst)
+}
+
+/// From now on files are written: nothing ends the program before they are whole.
+pub(super) fn begin_writing() {
+    WRITING.store(true, Ordering::SeqCst);
+}

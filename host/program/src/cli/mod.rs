@@ -1,0 +1,151 @@
+//! The program `restir`: renders scenes, compares images, measures techniques, lists devices and scenes.
+//!
+//! Results go to standard output; warnings, progress and errors to standard error. It exits with 0 when it did what
+//! was asked, with 1 when a comparison that was asked for did not pass, with 2 when it could not do what was asked, and
+//! with 130 when it was interrupted; all but 0 come with one line `error: ...`.
+
+use std::process::ExitCode;
+
+use clap::error::ErrorKind;
+use clap::{Parser, Subcommand};
+use restir::Error;
+
+mod bench;
+mod compare;
+mod console;
+mod device;
+mod devices;
+mod explain;
+mod export;
+mod figure;
+mod genealogy;
+mod info;
+mod interrupt;
+mod metadata;
+mod progress;
+mod reference;
+mod render;
+mod scene;
+mod scenes;
+mod settings;
+
+const EXIT_FAILED: u8 = 1;
+const EXIT_BAD_INPUT: u8 = 2;
+
+/// Version and commit of this build.
+const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("RESTIR_COMMIT"), ")");
+
+/// ReSTIR and path tracing with bit-identical results on CPU and GPU.
+#[derive(Parser)]
+#[command(name = "restir", version = VERSION)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Render a scene to an EXR file.
+    Render(render::Arguments),
+    /// Write a scene as a .glb file, for other renderers.
+    ///
+    /// An environment is written as an EXR file beside it. The camera that a render would choose is written if the scene
+    /// has none.
+    Export(export::Arguments),
+    /// List the built-in scenes.
+    Scenes(scenes::Arguments),
+    /// List the GPU adapters and whether their results are bit-identical to the CPU's.
+    Devices,
+    /// Describe a scene.
+    Info(info::Arguments),
+    /// Compare an image with a reference.
+    ///
+    /// Exits with 0 whenever the images could be compared, also if they differ.
+    Compare(compare::Arguments),
+    /// Make or continue the reference image of a scene, with its standard error, in a cache.
+    Reference(reference::Arguments),
+    /// Measure error against run time, and write a table, plots and a report.
+    ///
+    /// Exits with 1 if something got worse since the table named by --against.
+    Bench(bench::Arguments),
+    /// Make a figure of a paper anew: plots or pictures, their data, and a report of what became of its claims.
+    Figure(figure::Arguments),
+    /// List the settings of a technique with their defaults, and its presets.
+    Settings(settings::Arguments),
+    /// Replay one sample of a pixel and print its path, or from where a pixel's reservoir has its sample.
+    Explain(explain::Arguments),
+}
+
+/// Runs the program with the arguments of the process.
+pub(crate) fn main() -> ExitCode {
+    silence_mesa();
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => return not_run(&error),
+    };
+    match run(arguments.command) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            console::note(&format!("error: {error}"));
+            ExitCode::from(exit_code(&error))
+        }
+    }
+}
+
+/// Shows the help or the version if they were asked for, else what is wrong with the arguments.
+fn not_run(error: &clap::Error) -> ExitCode {
+    if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) {
+        error.exit();
+    }
+    if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+        console::note("error: no command was given; restir --help lists them");
+    } else {
+        console::note(&one_line(&error.to_string()));
+    }
+    ExitCode::from(EXIT_BAD_INPUT)
+}
+
+/// The message of clap without its usage, in one line.
+fn one_line(message: &str) -> String {
+    let parts: Vec<&str> = message
+        .lines()
+        .take_while(|line| !line.starts_with("Usage:") && !line.starts_with("For more information"))
+        .map(str::trim)
+        .filter(|line| !line.is_empty())
+        .collect();
+    format!("{}; see --help", parts.join(" ").replace(" tip: ", "; "))
+}
+
+/// Mesa's Vulkan layer that chooses the default device writes `error: ...` where there is no display; the program
+/// makes its own choice.
+fn silence_mesa() {
+    const DISABLE: &str = "NODEVICE_SELECT";
+    if std::env::var_os(DISABLE).is_none() {
+        // SAFETY: the process has no other thread yet.
+        unsafe { std::env::set_var(DISABLE, "1") };
+    }
+}
+
+fn run(command: Command) -> Result<(), Error> {
+    match command {
+        Command::Render(arguments) => render::run(&arguments),
+        Command::Export(arguments) => export::run(&arguments),
+        Command::Scenes(arguments) => scenes::run(&arguments),
+        Command::Devices => devices::run(),
+        Command::Info(arguments) => info::run(&arguments),
+        Command::Compare(arguments) => compare::run(&arguments),
+        Command::Reference(arguments) => reference::run(&arguments),
+        Command::Bench(arguments) => bench::run(&arguments),
+        Command::Figure(arguments) => figure::run(&arguments),
+        Command::Settings(arguments) => settings::run(&arguments),
+        Command::Explain(arguments) => explain::run(&arguments),
+    }
+}
+
+fn exit_code(error: &Error) -> u8 {
+    match error {
+        Error::Interrupted => interrupt::EXIT_CODE,
+        Error::Failed(_) => EXIT_FAILED,
+        _ => EXIT_BAD_INPUT,
+    }
+}

@@ -1,0 +1,175 @@
+//! `restir reference`
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use restir::Error;
+use restir::buffers::SceneBuffers;
+use restir::exec::Executor;
+use restir::image::write_exr;
+use restir::output::check_writable;
+use restir::reference::{self, Goal, Reference};
+use restir::render::{PathSettings, Progress, RenderSettings};
+use restir::scene::Scene;
+
+use super::progress::Reporter;
+use super::render::{Size, natural};
+use super::scene::Additions;
+use super::{console, device, interrupt};
+
+/// The size of what is measured: small, so that references are good.
+pub(super) const MEASURED_SIZE: [u32; 2] = [96, 96];
+
+#[derive(clap::Args)]
+pub(super) struct Arguments {
+    /// Name of a built-in scene, or a .gltf or .glb file.
+    scene: PathBuf,
+    /// Samples per pixel, over both halves.
+    #[arg(long, default_value = "16384", value_parser = natural::<u64>, allow_hyphen_values = true)]
+    spp: u64,
+    /// Begin no further batch of samples after this many seconds.
+    #[arg(long, value_parser = natural::<u64>, allow_hyphen_values = true)]
+    seconds: Option<u64>,
+    /// Also write the reference to this EXR file.
+    #[arg(short, long)]
+    output: Option<PathBuf>,
+    /// Also write the standard error of every value to this EXR file.
+    #[arg(long)]
+    error: Option<PathBuf>,
+    #[command(flatten)]
+    integral: Integral,
+    #[command(flatten)]
+    cache: Cache,
+    #[command(flatten)]
+    device: device::DeviceArguments,
+}
+
+/// What defines the picture, whatever the technique.
+#[derive(clap::Args)]
+pub(super) struct Integral {
+    /// Image size in pixels, as WIDTHxHEIGHT; 96x96 for measurements, the scene's or 512x512 for explain if not given.
+    #[arg(long, allow_hyphen_values = true)]
+    size: Option<Size>,
+    /// Longest path in segments; 8 if not given.
+    #[arg(long, alias = "depth", value_parser = natural::<u32>, allow_hyphen_values = true)]
+    pub(super) max_depth: Option<u32>,
+    /// Spread the samples over the pixel instead of its centre.
+    #[arg(long)]
+    pub(super) jitter: bool,
+    #[command(flatten)]
+    pub(super) additions: Additions,
+}
+
+/// Where references are kept.
+#[derive(clap::Args)]
+pub(super) struct Cache {
+    /// Folder that keeps references; RESTIR_CACHE, or restir in the user's cache folder, if not given.
+    #[arg(long)]
+    cache: Option<PathBuf>,
+}
+
+impl Integral {
+    /// As settings of a render with a single sample and the seed 0; of the given size if none was asked for.
+    pub(super) fn settings(&self, size: [u32; 2]) -> Result<RenderSettings, Error> {
+        let [width, height] = self.size.map_or(Ok(size), Size::sides)?;
+        let max_depth = self.max_depth.unwrap_or(PathSettings::default().max_depth);
+        let path = PathSettings { max_depth, jitter: self.jitter, roulette: false };
+        Ok(RenderSettings { width, height, samples: 1, seed: 0, path, dispatch_samples: None })
+    }
+
+    /// The scene with what is added to it, and its buffers.
+    pub(super) fn load(&self, name_or_path: &Path, size: [u32; 2]) -> Result<(Scene, SceneBuffers), Error> {
+        let mut scene = self.additions.open(name_or_path)?;
+        self.additions.complete(&mut scene, size)?;
+        let buffers = self.additions.buffers(&scene)?;
+        Ok((scene, buffers))
+    }
+}
+
+impl Cache {
+    pub(super) fn folder(&self) -> Option<PathBuf> {
+        self.cache.clone().or_else(reference::default_cache)
+    }
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
+    [&arguments.output, &arguments.error].into_iter().flatten().try_for_each(|path| check_writable(path))?;
+    if arguments.output.is_some() && arguments.output == arguments.error {
+        return Err(Error::Setting("--output and --error name the same file; give each its own".to_owned()));
+    }
+    if arguments.spp == 0 {
+        return Err(Error::Setting("0 samples a pixel make no reference; give at least 1".to_owned()));
+    }
+    interrupt::install()?;
+    let settings = arguments.integral.settings(MEASURED_SIZE)?;
+    let (scene, buffers) = arguments.integral.load(&arguments.scene, [settings.width, settings.height])?;
+    restir::render::check(&buffers, &settings)?;
+    let mut device = device::open(&arguments.device)?;
+    let goal = Goal { samples: arguments.spp, time: arguments.seconds.map(Duration::from_secs) };
+    let cache = arguments.cache.folder();
+    let reference = make(device.executor.as_mut(), &buffers, &settings, cache.as_deref(), goal)?;
+    interrupt::begin_writing();
+    let metadata = metadata(&scene.name, &settings, &reference);
+    for (path, image) in [(&arguments.output, reference.image()), (&arguments.error, reference.error_image())] {
+        path.as_ref().map_or(Ok(()), |path| write_exr(path, &image, &metadata))?;
+    }
+    console::print(&describe(&scene.name, &reference))
+}
+
+/// Makes or continues a reference and reports how far it is.
+pub(super) fn make(
+    executor: &mut dyn Executor,
+    buffers: &SceneBuffers,
+    settings: &RenderSettings,
+    cache: Option<&Path>,
+    goal: Goal,
+) -> Result<Reference, Error> {
+    if cache.is_none() {
+        console::note("warning: there is no folder to keep the reference in; name one by --cache or RESTIR_CACHE");
+    }
+    let mut reporter = Reporter::new();
+    let made = reference::make(executor, buffers, settings, cache, goal, &mut |progress| {
+        reporter.update(&Progress { done: progress.done, total: progress.total });
+        if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    reporter.finish();
+    let reference = made?;
+    if reference.dropped_samples() > 0 {
+        console::note(&format!(
+            "warning: {} samples of the reference were dropped, not finite or cut short by the device: it is too dark",
+            reference.dropped_samples()
+        ));
+    }
+    Ok(reference)
+}
+
+fn metadata(scene: &str, settings: &RenderSettings, reference: &Reference) -> Vec<(String, String)> {
+    let pairs = [
+        ("scene", scene.to_owned()),
+        ("technique", "path".to_owned()),
+        ("samples", reference.samples().to_string()),
+        ("max_depth", settings.path.max_depth.to_string()),
+        ("jitter", settings.path.jitter.to_string()),
+        ("dropped_samples", reference.dropped_samples().to_string()),
+        ("version", env!("CARGO_PKG_VERSION").to_owned()),
+        ("commit", env!("RESTIR_COMMIT").to_owned()),
+    ];
+    pairs.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
+}
+
+fn describe(scene: &str, reference: &Reference) -> String {
+    let [width, height] = reference.size();
+    let values = reference.values();
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let variance = reference.variances().iter().sum::<f64>() / count;
+    let rows = [
+        ("scene", scene.to_owned()),
+        ("image", format!("{width} x {height} pixels")),
+        ("samples", format!("{} per pixel, in two halves", reference.samples())),
+        ("mean", format!("{mean:.6} +- {:.6}", reference.standard_error_of_mean())),
+        ("standard error", format!("{:.3e} per value, root mean square", variance.sqrt())),
+    ];
+    rows.iter().map(|(name, value)| format!("{name:16} {value}\n")).collect()
+}

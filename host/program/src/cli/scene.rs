@@ -1,0 +1,176 @@
+//! The scene that a command works on: from a file or built in, with what the arguments add.
+
+use std::path::{Path, PathBuf};
+
+use restir::buffers::SceneBuffers;
+use restir::scene::{Camera, Environment, MAX_COORDINATE, Scene};
+use restir::{Error, memory};
+use restir_shared::layout::MAX_TRIANGLES;
+
+use super::console;
+use super::render::natural;
+
+/// Image size of a scene that has none of its own, in pixels.
+pub(super) const DEFAULT_SIZE: [u32; 2] = [512, 512];
+
+#[derive(clap::Args)]
+pub(super) struct SceneArguments {
+    /// Name of a built-in scene (see `restir scenes`), or a .gltf or .glb file.
+    scene: PathBuf,
+    #[command(flatten)]
+    additions: Additions,
+}
+
+/// What is added to a scene.
+#[derive(clap::Args)]
+pub(super) struct Additions {
+    /// Add a light above the scene.
+    #[arg(long)]
+    default_light: bool,
+    /// Add this many small emissive triangles around the scene.
+    #[arg(long, value_name = "COUNT", default_value = "0", value_parser = natural::<u32>, allow_hyphen_values = true)]
+    emitters: u32,
+    /// Light from all around: a latitude-longitude EXR file. It adds to the scene's lights and replaces its environment.
+    #[arg(long, value_name = "FILE")]
+    env: Option<PathBuf>,
+    /// Factor on the radiance of --env; 1 if not given.
+    #[arg(long, value_name = "FACTOR", requires = "env", allow_hyphen_values = true)]
+    env_scale: Option<f32>,
+    /// Turn of --env about +y in degrees, counter-clockwise as seen from above; 0 if not given.
+    #[arg(long, value_name = "DEGREES", requires = "env", allow_hyphen_values = true)]
+    env_rotate: Option<f64>,
+    /// Radius of the camera's lens in the scene's unit of length; 0 is a pinhole.
+    #[arg(long, value_name = "RADIUS", allow_hyphen_values = true)]
+    aperture_radius: Option<f64>,
+    /// Distance at which a camera with a lens is sharp; if not given that of the camera's target, which is 1 in a camera
+    /// from glTF.
+    #[arg(long, value_name = "DISTANCE", allow_hyphen_values = true)]
+    focus_distance: Option<f64>,
+    /// Split each triangle in 4^LEVELS of the same plane: the same picture at more cost.
+    #[arg(long, value_name = "LEVELS", default_value = "0", value_parser = natural::<u32>, allow_hyphen_values = true)]
+    subdivide: u32,
+}
+
+/// The most triangles that --emitters adds.
+const MAX_EMITTERS: u32 = 1 << 20;
+/// Host memory that a triangle of a mesh takes: its indices and half a vertex.
+const BYTES_PER_TRIANGLE: u64 = 30;
+
+impl SceneArguments {
+    /// The scene with its environment.
+    pub(super) fn open(&self) -> Result<Scene, Error> {
+        self.additions.open(&self.scene)
+    }
+
+    /// As [`Additions::complete`].
+    pub(super) fn complete(&self, scene: &mut Scene, size: [u32; 2]) -> Result<(), Error> {
+        self.additions.complete(scene, size)
+    }
+
+    /// As [`Additions::buffers`].
+    pub(super) fn buffers(&self, scene: &Scene) -> Result<SceneBuffers, Error> {
+        self.additions.buffers(scene)
+    }
+}
+
+impl Additions {
+    /// The scene of that name or file, with the environment.
+    pub(super) fn open(&self, name_or_path: &Path) -> Result<Scene, Error> {
+        let mut scene = Scene::open(name_or_path)?;
+        if let Some(path) = &self.env {
+            let environment = Environment::load(path, &mut scene.warnings)?;
+            scene.environment =
+                Some(environment.placed(self.env_scale.unwrap_or(1.0), self.env_rotate.unwrap_or(0.0))?);
+        }
+        self.check_subdivision(&scene)?;
+        Ok(scene.subdivided(self.subdivide))
+    }
+
+    fn check_subdivision(&self, scene: &Scene) -> Result<(), Error> {
+        let triangles: u64 = scene.meshes.iter().map(|mesh| mesh.indices.len() as u64).sum();
+        let split = triangles.saturating_mul(4_u64.saturating_pow(self.subdivide));
+        if split >= u64::from(MAX_TRIANGLES) {
+            return Err(Error::Setting(format!(
+                "--subdivide {} makes {split} triangles, more than the limit of {MAX_TRIANGLES}; give fewer levels",
+                self.subdivide
+            )));
+        }
+        memory::check(split * BYTES_PER_TRIANGLE, "the subdivided scene", "give fewer levels to --subdivide")
+    }
+
+    /// Adds the camera for an image of the given size and the light that the scene lacks, and says what the user should
+    /// know about it.
+    pub(super) fn complete(&self, scene: &mut Scene, [width, height]: [u32; 2]) -> Result<(), Error> {
+        scene.warnings.iter().for_each(|warning| console::note(&format!("warning: {warning}")));
+        let aspect = f64::from(width) / f64::from(height);
+        let camera = scene.camera.unwrap_or_else(|| Camera::framing(scene.bounds(), aspect));
+        scene.camera = Some(self.with_lens(camera)?);
+        if self.emitters > 0 {
+            add_emitters(scene, self.emitters, &camera)?;
+        }
+        if self.default_light {
+            add_light(scene)?;
+        } else if !scene.has_light() {
+            console::note(
+                "warning: the scene has no light, the picture will be black; --default-light or --env adds one",
+            );
+        }
+        Ok(())
+    }
+
+    /// The buffers of the completed scene. A scene without a triangle of positive area is refused also if the default
+    /// light gives it some.
+    pub(super) fn buffers(&self, scene: &Scene) -> Result<SceneBuffers, Error> {
+        let buffers = SceneBuffers::build(scene)?;
+        let light = scene.meshes.last().map_or(0, |light| light.indices.len() as u64);
+        if !self.default_light || buffers.stats().triangles > light {
+            return Ok(buffers);
+        }
+        Err(Error::Scene {
+            scene: scene.name.clone(),
+            problem: "has no triangle with an area for the default light to shine on".to_owned(),
+        })
+    }
+
+    fn with_lens(&self, camera: Camera) -> Result<Camera, Error> {
+        if self.aperture_radius.is_none() && self.focus_distance.is_none() {
+            return Ok(camera);
+        }
+        let lens_radius = self.aperture_radius.unwrap_or(camera.lens_radius);
+        let camera = Camera { lens_radius, focus_distance: self.focus_distance.or(camera.focus_distance), ..camera };
+        if self.focus_distance.is_some() && lens_radius == 0.0 {
+            return Err(Error::Setting("--focus-distance needs a lens; give --aperture-radius".to_owned()));
+        }
+        camera.check().map_err(Error::Setting)?;
+        Ok(camera)
+    }
+}
+
+fn add_light(scene: &mut Scene) -> Result<(), Error> {
+    add_within_bounds(scene, "a default light", Scene::add_default_light)
+}
+
+fn add_emitters(scene: &mut Scene, count: u32, camera: &Camera) -> Result<(), Error> {
+    if count > MAX_EMITTERS {
+        return Err(Error::Setting(format!("{count} emitters are too many; give at most {MAX_EMITTERS}")));
+    }
+    add_within_bounds(scene, "emitters around it", |scene| scene.add_emitters(count, camera))
+}
+
+/// Adds something to a scene, which must not become too large by it.
+fn add_within_bounds(scene: &mut Scene, what: &str, add: impl FnOnce(&mut Scene)) -> Result<(), Error> {
+    let fits = |scene: &Scene| {
+        let bounds = scene.bounds();
+        let mut coordinates = bounds.as_flattened().iter();
+        coordinates.all(|&x| f64::from(x).abs() <= MAX_COORDINATE)
+    };
+    let fitted = fits(scene);
+    add(scene);
+    if fitted && !fits(scene) {
+        return Err(Error::Scene {
+            scene: scene.name.clone(),
+            problem: format!("it is too large for {what}, which would reach beyond {MAX_COORDINATE:e}; scale it down"),
+        });
+    }
+    Ok(())
+}

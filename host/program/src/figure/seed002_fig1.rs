@@ -1,0 +1,347 @@
+//! Tokuyoshi, supplement, figure 1: an image with the visibility of the selected sample and with the averaged one, what
+//! either takes for visible, and the image without visibility.
+
+use std::fmt::Write;
+use std::ops::ControlFlow;
+
+use rayon::prelude::*;
+use restir::Error;
+use restir::bootstrap::{Interval, mean};
+use restir::buffers::SceneBuffers;
+use restir::di::{self, DiRender, DiSettings};
+use restir::image::Image;
+use restir::render::Progress;
+use restir::replay::Frames;
+use restir::scene::Scene;
+use restir_kernels as kernels;
+use restir_shared::glam::UVec4;
+use restir_shared::layout::{DiParams, FilmPixel};
+use restir_shared::pack::f32_from_half;
+use restir_shared::technique::di::shade;
+
+use super::averaging::{METHODS, settings};
+use super::chains::Protocol;
+use super::claim::{self, Claim};
+use super::cost::Cost;
+use super::picture::{grey, grid};
+use super::{Contents, Environs, File, origin};
+use crate::bench::table::Setup;
+
+const SCENE: &str = "many-lights";
+const RESAMPLES: u32 = 1000;
+/// What is resampled: squares of so many pixels a side, because neighbours share samples.
+const TILE: u32 = 8;
+/// By how much the specification asks the variance to fall.
+const REDUCTION: f64 = 1.5;
+/// Where the ratio of variances is white in its map.
+const WHITE_RATIO: f64 = 4.0;
+const PICTURE: &str = "images.png";
+
+/// A half of 1, in the places where a reservoir's word has the bytes of its visibility.
+const SEEN: [u32; 2] = [0x3c00_0000, 0];
+const LOW: u32 = 0x00ff_ffff;
+
+/// A reservoir's sample, contribution weight and confidence.
+fn without_visibility(word: UVec4) -> UVec4 {
+    UVec4::new(word.x, word.y & LOW, word.z & LOW, word.w)
+}
+
+fn visibility(word: UVec4) -> f64 {
+    f64::from(f32_from_half((word.y >> 24 << 8) | (word.z >> 24)))
+}
+
+/// Whether a reservoir has a weight. Where it has none, nothing is multiplied by its visibility.
+fn weighs(word: UVec4) -> bool {
+    f32::from_bits(word.w) > 0.0
+}
+
+/// The reservoir, as if its sample were visible.
+fn seen(word: UVec4) -> UVec4 {
+    let [y, z] = SEEN;
+    without_visibility(word) | UVec4::new(0, y, z, 0)
+}
+
+/// What a method made of a chain of frames.
+#[derive(Default)]
+struct Chain {
+    /// Of every frame, the reservoirs without their visibility.
+    samples: Vec<Vec<UVec4>>,
+    /// Of each pixel over the frames that count.
+    visibility: Vec<Moments>,
+    /// Of the last frame: as shaded, its visibility, and as shaded without.
+    last: [Image; 3],
+}
+
+/// Sums of a number, and of its square.
+#[derive(Clone, Copy, Default)]
+struct Moments {
+    count: f64,
+    sum: f64,
+    squares: f64,
+}
+
+impl Moments {
+    fn push(&mut self, x: f64) {
+        *self = self.plus(Self { count: 1.0, sum: x, squares: x * x });
+    }
+
+    fn plus(self, other: Self) -> Self {
+        Self { count: self.count + other.count, sum: self.sum + other.sum, squares: self.squares + other.squares }
+    }
+
+    /// Whether there are enough numbers for a variance.
+    fn is_known(&self) -> bool {
+        self.count >= 2.0
+    }
+
+    fn mean(self) -> f64 {
+        self.sum / self.count
+    }
+
+    fn variance(self) -> f64 {
+        (self.squares - self.sum * self.sum / self.count) / (self.count - 1.0)
+    }
+}
+
+/// Sums over the pixels of a tile, by method.
+#[derive(Clone, Copy, Default)]
+struct Tile {
+    pixels: f64,
+    variances: [f64; 2],
+    means: [f64; 2],
+}
+
+/// What was found.
+struct Findings {
+    size: [u32; 2],
+    /// Moments of visibility of each pixel, by method.
+    moments: [Vec<Moments>; 2],
+    /// The last frame of the first chain, by method.
+    last: [[Image; 3]; 2],
+    /// Reservoirs that differ in sample, weight or confidence, of all.
+    differing: [u64; 2],
+    shadow_rays: f64,
+}
+
+/// The files of the figure. The first `warm_up` frames of a chain do not count, and `protocol.warm_up` after them do.
+///
+/// # Errors
+/// As of [`di::check`]; [`Error::Interrupted`].
+pub(crate) fn make(
+    environs: &mut impl Environs,
+    protocol: Protocol,
+    counted: u32,
+    setup: &Setup,
+    command: &str,
+) -> Result<Vec<File>, Error> {
+    let scene = SceneBuffers::build(&Scene::load(SCENE)?)?;
+    let settings = settings(protocol.size[1]);
+    let render = |seed: u32, settings: &DiSettings| DiRender {
+        frames: protocol.warm_up + counted,
+        // every frame is shaded
+        accumulate: true,
+        seed,
+        ..DiRender::new(protocol.size, settings.clone())
+    };
+    settings.iter().try_for_each(|settings| di::check(&scene, &render(0, settings)))?;
+    let total = u64::from(protocol.chains);
+    let findings = environs.run(SCENE, |_, observe| {
+        let mut findings: Option<Findings> = None;
+        for seed in 0..protocol.chains {
+            let chains: Vec<Chain> =
+                settings.par_iter().map(|settings| chain(&scene, &render(seed, settings), protocol.warm_up)).collect();
+            let Ok([prev, ours]) = <[Chain; 2]>::try_from(chains) else { return Err(Error::Interrupted) };
+            findings = Some(Findings::with(findings, protocol.size, [prev, ours]));
+            if let ControlFlow::Break(()) = observe(Progress { done: u64::from(seed) + 1, total }) {
+                return Err(Error::Interrupted);
+            }
+        }
+        findings.ok_or(Error::Interrupted)
+    })?;
+    let findings = Findings { shadow_rays: Cost::of(&scene, protocol.size, &settings[1]).shadow_rays, ..findings };
+    Ok(vec![
+        File { name: PICTURE.to_owned(), contents: Contents::Picture(findings.picture()) },
+        File::text("tiles.csv", findings.table()),
+        File::text("report.md", findings.report(protocol, counted, &settings[1], setup, command)),
+    ])
+}
+
+/// Runs a chain natively. Frames from `first` on count.
+fn chain(scene: &SceneBuffers, render: &DiRender, first: u32) -> Chain {
+    let view = scene.view();
+    let pixels = (render.width * render.height) as usize;
+    let mut chain = Chain { visibility: vec![Moments::default(); pixels], ..Chain::default() };
+    Frames::replay(&view, scene, render, &mut |pass, frames| {
+        if pass.kernel.name != kernels::di_shade::DESC.name {
+            return;
+        }
+        let p: DiParams = bytemuck::pod_read_unaligned(bytemuck::cast_slice(&pass.params));
+        let [hits, reservoirs, direct, film] = [3, 4, 5, 6].map(|binding| frames.plane(pass.bindings[binding]));
+        chain.samples.push(reservoirs.iter().map(|&word| without_visibility(word)).collect());
+        if p.frame >= first {
+            let pixels = chain.visibility.iter_mut().zip(reservoirs).filter(|(_, word)| weighs(**word));
+            pixels.for_each(|(moments, &word)| moments.push(visibility(word)));
+        }
+        if p.frame + 1 == render.frames {
+            let unseen = |(i, direct): (usize, &UVec4)| {
+                let at = [i as u32 % render.width, i as u32 / render.width];
+                shade(&view, &p, p.flags, [hits[i], seen(reservoirs[i])], bytemuck::cast(*direct), at).sum
+            };
+            let image = |pixels: Vec<[f32; 3]>| Image { width: render.width, height: render.height, pixels };
+            let size = [render.width, render.height];
+            chain.last = [
+                image(film.iter().map(|&word| bytemuck::cast::<_, FilmPixel>(word).sum).collect()),
+                grey(size, reservoirs.iter().map(|&word| if weighs(word) { visibility(word) } else { 0.0 })),
+                image((0..).zip(direct).map(unseen).collect()),
+            ];
+        }
+    });
+    chain
+}
+
+impl Findings {
+    /// With one more chain of either method.
+    fn with(before: Option<Self>, size: [u32; 2], [prev, ours]: [Chain; 2]) -> Self {
+        let words = || prev.samples.iter().zip(&ours.samples).flat_map(|(a, b)| a.iter().zip(b));
+        let differing = [words().filter(|(a, b)| a != b).count() as u64, words().count() as u64];
+        let moments = [prev.visibility, ours.visibility];
+        let Some(before) = before else {
+            return Self { size, moments, last: [prev.last, ours.last], differing, shadow_rays: 0.0 };
+        };
+        let sum = |a: &[Moments], b: &[Moments]| a.iter().zip(b).map(|(a, b)| a.plus(*b)).collect();
+        Self {
+            moments: [0, 1].map(|i| sum(&before.moments[i], &moments[i])),
+            differing: [0, 1].map(|i| before.differing[i] + differing[i]),
+            ..before
+        }
+    }
+
+    /// Tiles by their first pixel.
+    fn tiles(&self) -> Vec<([u32; 2], Tile)> {
+        let [width, height] = self.size;
+        let columns = width.div_ceil(TILE);
+        let mut tiles: Vec<_> = (0..columns * height.div_ceil(TILE))
+            .map(|i| ([i % columns * TILE, i / columns * TILE], Tile::default()))
+            .collect();
+        for i in (0..width * height).filter(|&i| self.moments[0][i as usize].is_known()) {
+            let (_, tile) = &mut tiles[((i / width / TILE) * columns + i % width / TILE) as usize];
+            tile.pixels += 1.0;
+            for (method, moments) in self.moments.iter().enumerate() {
+                let of_pixel = moments[i as usize];
+                tile.variances[method] += of_pixel.variance();
+                tile.means[method] += of_pixel.mean();
+            }
+        }
+        tiles
+    }
+
+    /// The variance of prev over that of ours.
+    fn reduction(&self) -> Interval {
+        let tiles = self.tiles();
+        let [prev, ours] = [0, 1].map(|i| tiles.iter().map(|(_, tile)| tile.variances[i]).collect::<Vec<_>>());
+        Interval::of_positive(tiles.len(), RESAMPLES, |times| mean(&prev, times) / mean(&ours, times))
+    }
+
+    fn mean(&self, of: impl Fn(&Moments) -> f64, method: usize) -> f64 {
+        let known: Vec<f64> = self.moments[method].iter().filter(|moments| moments.is_known()).map(of).collect();
+        known.iter().sum::<f64>() / known.len() as f64
+    }
+
+    /// Prev and ours, their visibility below, and beside them the image without and the ratio of the variances.
+    fn picture(&self) -> Image {
+        let [[prev, seen_by_prev, unseen], [ours, seen_by_ours, _]] = self.last.clone();
+        let [a, b] = &self.moments;
+        let ratio = a
+            .iter()
+            .zip(b)
+            .map(|(a, b)| if a.variance() > 0.0 { a.variance() / b.variance() / WHITE_RATIO } else { 0.0 });
+        grid(&[prev, ours, unseen, seen_by_prev, seen_by_ours, grey(self.size, ratio)], 3)
+    }
+
+    fn table(&self) -> String {
+        let mut text = "x,y,pixels,variance_prev,mean_prev,variance_ours,mean_ours\n".to_owned();
+        for ([x, y], Tile { pixels, variances: [a, c], means: [b, d] }) in self.tiles() {
+            let [a, b, c, d] = [a, b, c, d].map(|sum| if pixels > 0.0 { sum / pixels } else { 0.0 });
+            let _ = writeln!(text, "{x},{y},{pixels},{a:.6},{b:.6},{c:.6},{d:.6}");
+        }
+        text
+    }
+
+    fn claims(&self) -> Vec<Claim> {
+        let claim = |id, text: &str, found: String, holds| Claim {
+            id,
+            text: text.to_owned(),
+            scene: SCENE.to_owned(),
+            found,
+            holds,
+        };
+        let [differing, all] = self.differing;
+        let reduction = self.reduction();
+        let rays = self.shadow_rays;
+        vec![
+            claim(
+                "T18",
+                "sample, weight and confidence are the same bits in every reservoir of every frame",
+                format!("{differing} of {all} differ"),
+                Some(differing == 0),
+            ),
+            claim(
+                "T19",
+                "the variance of the visibility falls by 1.5 or more",
+                reduction.to_string(),
+                reduction.inside(REDUCTION, f64::INFINITY),
+            ),
+            claim("T17", "a pixel traces two shadow rays a frame at most", format!("{rays:.3}"), Some(rays <= 2.0)),
+        ]
+    }
+
+    fn report(&self, protocol: Protocol, counted: u32, settings: &DiSettings, setup: &Setup, command: &str) -> String {
+        let [prev, ours] = [0, 1].map(|method| {
+            let [variance, mean] = [self.mean(|m| m.variance(), method), self.mean(|m| m.mean(), method)];
+            format!("| {} | {mean:.5} | {variance:.5} |\n", METHODS[method].0)
+        });
+        format!(
+            "# The visibility term\n\nFigure 1 of the supplement of Tokuyoshi, *Efficient Visibility Reuse for Real-time \
+             ReSTIR*.\n\n{}\n![Six images]({PICTURE})\n\nAbove: `{SCENE}` with the visibility of the selected sample (\"prev\"), with \
+             the averaged one (\"ours\"), and without visibility, f(X) W. Below: the visibility of prev, of ours, and how many \
+             times less that of ours varies, from black for 0 to white for {WHITE_RATIO}. The images are the last frame of the \
+             first chain, of biased ReSTIR as in algorithm 1: preset `wis` with {} candidates and a neighbour within {:.1} \
+             pixels.\n\n## Claims\n\n{}\n## The visibility of a pixel's reservoir\n\nOver {counted} frames of each of {} chains, after \
+             {} that do not count; both methods have the same seeds. What counts are frames in which the \
+             reservoir has a weight, the same ones for both. The mean over all pixels of each pixel's mean and variance \
+             (frames of a chain are dependent, in the same way for both):\n\n| method | mean | variance |\n|---|---:|---:|\n{prev}{ours}\n\
+             The interval of the ratio is a basic bootstrap's over tiles of {TILE} x {TILE} pixels; `tiles.csv` has each.\n",
+            origin(setup, command),
+            settings.candidates,
+            settings.radius,
+            claim::table(&self.claims()),
+            protocol.chains,
+            protocol.warm_up,
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use restir_shared::scene::LightAddress;
+    use restir_shared::technique::di::Stored;
+
+    #[test]
+    fn words_are_those_of_stored_reservoirs() {
+        let address = LightAddress { light: 7, u: 0x00ab_cdef, v: 0x0012_3456 };
+        let empty = Stored::unpack(UVec4::ZERO);
+        let word = Stored { address, contribution_weight: 2.5, confidence: 20.0, ..empty }.pack();
+        assert_eq!((visibility(word), visibility(seen(word))), (0.0, 1.0));
+        let all = Stored::unpack(seen(word));
+        assert_eq!((all.address, all.contribution_weight, all.confidence), (address, 2.5, 20.0));
+        assert_eq!(without_visibility(seen(word)), without_visibility(word));
+    }
+
+    #[test]
+    fn moments_have_mean_and_variance() {
+        let mut moments = Moments::default();
+        [1.0, 2.0, 6.0].into_iter().for_each(|x| moments.push(x));
+        assert_eq!((moments.mean(), moments.variance()), (3.0, 7.0));
+    }
+}

@@ -1,0 +1,9 @@
+//! The program `restir`; see [`cli`].
+
+mod bench;
+mod cli;
+mod figure;
+
+fn main() -> std::process::ExitCode {
+    cli::main()
+}

@@ -1,0 +1,14 @@
+//! The program `restir`, run as a user runs it.
+
+mod bad_input;
+mod data_files;
+mod figure;
+mod films;
+#[cfg(feature = "gpu")]
+mod gpu;
+mod input_output;
+#[cfg(unix)]
+mod interrupt;
+mod measure;
+mod results;
+mod support;
