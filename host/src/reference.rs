@@ -14,7 +14,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use restir_shared::layout::PathParams;
+use restir_shared::technique::path::PathParams;
 
 use crate::Error;
 use crate::buffers::SceneBuffers;

@@ -6,7 +6,8 @@ use crate::plan::{Buffer, FramePlan, Pass};
 use crate::{Error, buffers::SceneBuffers, image::Image, memory};
 use restir_kernels as kernels;
 use restir_shared::film::MAX_BLOCK_LOG2;
-use restir_shared::layout::{FilmPixel, PATH_JITTER, PATH_ROULETTE, PathParams};
+use restir_shared::layout::FilmPixel;
+use restir_shared::technique::path::{PATH_JITTER, PATH_ROULETTE, PathParams};
 use std::ops::ControlFlow;
 
 /// Longest side of an image in pixels.

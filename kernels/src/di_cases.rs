@@ -2,14 +2,15 @@
 
 use crate::{Case, CaseScene, CaseScenes};
 use restir_shared::glam::UVec4;
-use restir_shared::layout::{
-    DI_AVERAGE_VISIBILITY, DI_FINAL_RAY, DI_INITIAL_VISIBILITY, DI_JITTER, DI_MIS_SHIFT, DI_MIS_VISIBILITY,
-    DI_OTHER_FRAME, DI_SCATTER_CANDIDATE, DI_STILL, DI_TARGET_VISIBILITY, DI_TILES, DI_TRANSMITTANCE, DiPairs,
-    DiParams, DiPoint, FEATURES_ALL, FilmPixel, PAIRS, TileWords,
-};
+use restir_shared::layout::{FEATURES_ALL, FilmPixel};
 use restir_shared::mis::Mis;
 use restir_shared::scene::SceneView;
 use restir_shared::technique::di;
+use restir_shared::technique::di::{
+    DI_AVERAGE_VISIBILITY, DI_FINAL_RAY, DI_INITIAL_VISIBILITY, DI_JITTER, DI_MIS_SHIFT, DI_MIS_VISIBILITY,
+    DI_OTHER_FRAME, DI_SCATTER_CANDIDATE, DI_STILL, DI_TARGET_VISIBILITY, DI_TILES, DI_TRANSMITTANCE, DiPairs,
+    DiParams, DiPoint, PAIRS, TileWords,
+};
 
 const WIDTH: u32 = 20;
 const HEIGHT: u32 = 14;

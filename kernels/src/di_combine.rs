@@ -1,7 +1,7 @@
 //! Temporal and spatial reuse of ReSTIR DI.
 
 use restir_shared::glam::UVec4;
-use restir_shared::layout::DiParams;
+use restir_shared::technique::di::DiParams;
 use restir_shared::scene::{SceneFrames, SceneView};
 use restir_shared::technique::di;
 
@@ -26,7 +26,7 @@ kernel! {
 
 #[cfg(not(target_arch = "spirv"))]
 fn cases(scenes: &dyn crate::CaseScenes) -> Vec<crate::Case> {
-    use restir_shared::layout::DI_OTHER_FRAME;
+    use restir_shared::technique::di::DI_OTHER_FRAME;
     crate::di_cases::make(scenes, |chain, case| {
         let other = if chain.params.flags & DI_OTHER_FRAME != 0 { 0 } else { 1 };
         case.with(&chain.hits[1])

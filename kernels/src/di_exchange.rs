@@ -1,7 +1,8 @@
 //! Shading with neighbours, second part.
 
 use restir_shared::glam::UVec4;
-use restir_shared::layout::{DiPairs, DiParams, DiPoint, FilmPixel};
+use restir_shared::layout::FilmPixel;
+use restir_shared::technique::di::{DiPairs, DiParams, DiPoint};
 use restir_shared::scene::SceneView;
 use restir_shared::technique::di;
 

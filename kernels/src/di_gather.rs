@@ -1,6 +1,7 @@
 //! Shading with neighbours, last part.
 
-use restir_shared::layout::{DiPairs, DiParams, DiPoint, FilmPixel};
+use restir_shared::layout::FilmPixel;
+use restir_shared::technique::di::{DiPairs, DiParams, DiPoint};
 use restir_shared::technique::di;
 
 kernel! {

@@ -1,7 +1,8 @@
 //! Initial candidates of ReSTIR DI.
 
 use restir_shared::glam::UVec4;
-use restir_shared::layout::{DiParams, FilmPixel};
+use restir_shared::layout::FilmPixel;
+use restir_shared::technique::di::DiParams;
 use restir_shared::scene::SceneView;
 use restir_shared::technique::di;
 

@@ -1,7 +1,7 @@
 //! Shading with neighbours, first part.
 
 use restir_shared::glam::UVec4;
-use restir_shared::layout::{DiParams, DiPoint};
+use restir_shared::technique::di::{DiParams, DiPoint};
 use restir_shared::scene::SceneView;
 use restir_shared::technique::di;
 

@@ -1,9 +1,9 @@
 //! First pass of ReSTIR DI.
 
 use restir_shared::glam::UVec4;
-use restir_shared::layout::DiParams;
+use restir_shared::technique::di::DiParams;
 #[cfg(not(target_arch = "spirv"))]
-use restir_shared::layout::DI_JITTER;
+use restir_shared::technique::di::DI_JITTER;
 use restir_shared::scene::SceneView;
 use restir_shared::technique::di;
 

@@ -1,7 +1,8 @@
 //! Last pass of ReSTIR DI, where each pixel shades its own sample.
 
 use restir_shared::glam::UVec4;
-use restir_shared::layout::{DiParams, FilmPixel};
+use restir_shared::layout::FilmPixel;
+use restir_shared::technique::di::DiParams;
 use restir_shared::scene::SceneView;
 use restir_shared::technique::di;
 

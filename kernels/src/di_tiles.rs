@@ -1,7 +1,7 @@
 //! Presampled candidates of ReSTIR DI.
 
 use restir_shared::glam::UVec4;
-use restir_shared::layout::{TileParams, TileWords};
+use restir_shared::technique::di::{TileParams, TileWords};
 use restir_shared::scene::{SceneView, Tracer};
 use restir_shared::technique::di;
 

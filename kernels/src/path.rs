@@ -3,7 +3,8 @@
 use restir_shared::glam::UVec4;
 #[cfg(not(target_arch = "spirv"))]
 use restir_shared::layout::FEATURES_DIFFUSE;
-use restir_shared::layout::{FilmPixel, PathParams};
+use restir_shared::layout::FilmPixel;
+use restir_shared::technique::path::PathParams;
 use restir_shared::scene::SceneView;
 use restir_shared::technique;
 
@@ -27,7 +28,8 @@ type Row = (&'static str, &'static str, [u32; 2], u32, u32, u32, u32, u32);
 
 #[cfg(not(target_arch = "spirv"))]
 fn cases(scenes: &dyn crate::CaseScenes) -> Vec<crate::Case> {
-    use restir_shared::layout::{FEATURES_ALL, PATH_JITTER, PATH_ROULETTE};
+    use restir_shared::layout::FEATURES_ALL;
+    use restir_shared::technique::path::{PATH_JITTER, PATH_ROULETTE};
     let rows: [Row; 9] = [
         ("cornell, 1 sample", "cornell", [24, 24], 0, 0, 1, 8, 0),
         ("cornell, a later block", "cornell", [17, 11], 2, 12, 7, 8, PATH_JITTER),

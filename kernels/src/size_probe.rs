@@ -4,7 +4,8 @@
 use restir_shared::camera::primary_ray;
 use restir_shared::geometry::Ray;
 use restir_shared::glam::{UVec4, Vec2, Vec3};
-use restir_shared::layout::{FilmPixel, PathParams};
+use restir_shared::layout::FilmPixel;
+use restir_shared::technique::path::PathParams;
 use restir_shared::num;
 use restir_shared::rng::{self, Rng};
 use restir_shared::scene::{SceneView, Surface, Trace};

@@ -4,10 +4,11 @@ use restir_host::buffers::SceneBuffers;
 use restir_host::di::DiSettings;
 use restir_host::replay::Still;
 use restir_shared::glam::UVec4;
-use restir_shared::layout::{DiParams, DiPoint, FilmPixel, TileWords};
+use restir_shared::layout::FilmPixel;
 use restir_shared::num;
 use restir_shared::scene::{AddressedLights, Surface, Trace};
 use restir_shared::technique::di;
+use restir_shared::technique::di::{DiParams, DiPoint, TileWords};
 
 /// A static camera before a scene, and settings, of which the next frame reuses what spatial reuse has made.
 pub struct Chain<'a, S> {

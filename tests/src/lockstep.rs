@@ -6,7 +6,7 @@ use libtest_mimic::Failed;
 use restir_host::Error;
 use restir_host::exec::{Executor, Step};
 use restir_host::plan::FramePlan;
-use restir_shared::layout::DiParams;
+use restir_shared::technique::di::DiParams;
 use std::fmt;
 use std::ops::ControlFlow;
 

@@ -9,7 +9,8 @@ use restir_host::metrics::ulp_distance;
 use restir_host::plan::{Buffer, FramePlan, Pass, Upload};
 use restir_host::scene::{Camera, Scene};
 use restir_kernels::{Access, Case, CaseScene, CaseScenes, KernelDesc};
-use restir_shared::layout::{CameraParams, DI_OTHER_FRAME, DiParams, SceneHeader};
+use restir_shared::layout::{CameraParams, SceneHeader};
+use restir_shared::technique::di::{DI_OTHER_FRAME, DiParams};
 use std::fmt;
 use std::ops::ControlFlow;
 

@@ -6,7 +6,8 @@ use crate::random::SplitMix;
 use glam::{DAffine3, DVec3};
 use restir_host::buffers::SceneBuffers;
 use restir_host::scene::{Camera, Environment, Instance, Light, LightKind, Material, Mesh, Scene, builtin};
-use restir_shared::layout::{CameraParams, PathParams};
+use restir_shared::layout::CameraParams;
+use restir_shared::technique::path::PathParams;
 
 /// A planar quadrilateral, its corners counter-clockwise as seen from the front, with the index of its material.
 #[derive(Clone, Copy, Debug)]

@@ -7,9 +7,8 @@ use restir_host::di::{DiRender, DiSettings, Visibility};
 use restir_host::replay::Frames;
 use restir_kernels as kernels;
 use restir_shared::glam::UVec4;
-use restir_shared::layout::DiParams;
 use restir_shared::scene::{AddressedLights, Surface, Trace};
-use restir_shared::technique::di::Stored;
+use restir_shared::technique::di::{DiParams, Stored};
 
 /// What is run.
 #[derive(Clone, Debug)]

@@ -11,13 +11,13 @@ use restir_shared::film::{MAX_BLOCK_LOG2, sum_block};
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::glam::{Vec2, Vec3};
 use restir_shared::layout::{
-    CameraParams, FEATURE_LIGHT_TABLE, FEATURES_ALL, FilmPixel, LIGHT_WORDS, NONE, PATH_JITTER, PATH_ROULETTE,
-    PathParams, TRIANGLE_WORDS,
+    CameraParams, FEATURE_LIGHT_TABLE, FEATURES_ALL, FilmPixel, LIGHT_WORDS, NONE, TRIANGLE_WORDS,
 };
 use restir_shared::num::{self, FLUSH_BELOW, soft};
 use restir_shared::rng::Rng;
 use restir_shared::scene::{Lights, SceneView, Surface, Trace};
 use restir_shared::technique::path;
+use restir_shared::technique::path::{PATH_JITTER, PATH_ROULETTE, PathParams};
 use restir_tests::brute::Triangles;
 use restir_tests::flush::with_flush_to_zero;
 use restir_tests::foreign::HollowSphere;

@@ -8,7 +8,7 @@ use restir_host::render::{PathSettings, RenderSettings, Rendered, render};
 use restir_host::scene::{Camera, Environment, Scene, builtin};
 use restir_kernels::{Case, path};
 use restir_shared::film::MAX_BLOCK_LOG2;
-use restir_shared::layout::{PATH_ROULETTE, PathParams};
+use restir_shared::technique::path::{PATH_ROULETTE, PathParams};
 use restir_tests::data;
 use restir_tests::device::{self, Adapter, is_llvmpipe};
 use restir_tests::suite::ensure;

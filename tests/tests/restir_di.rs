@@ -6,12 +6,15 @@ use restir_host::di::{self, DiRender, DiSettings, MisForm, Visibility};
 use restir_host::exec::CpuExecutor;
 use restir_host::scene::{Camera, Material, Mesh, Scene};
 use restir_shared::glam::{UVec4, Vec3};
-use restir_shared::layout::{DI_FINAL_RAY, DI_MIS_VISIBILITY, DiPairs, DiParams, DiPoint, FilmPixel, PathParams};
+use restir_shared::layout::FilmPixel;
 use restir_shared::mis::{Combine, Mis};
 use restir_shared::pack::decode_unit_vector;
 use restir_shared::scene::{AddressedLights, LightAddress, Surface, Trace};
-use restir_shared::technique::di::{self as passes, Stored};
+use restir_shared::technique::di::{
+    self as passes, DI_FINAL_RAY, DI_MIS_VISIBILITY, DiPairs, DiParams, DiPoint, Stored,
+};
 use restir_shared::technique::path;
+use restir_shared::technique::path::PathParams;
 use restir_tests::chain::{Chain, Frame};
 use restir_tests::counting::{Counting, Counts};
 use restir_tests::panes::Panes;

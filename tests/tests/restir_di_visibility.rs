@@ -10,14 +10,14 @@ use restir_host::replay::{Event, Frames, Recording, Still};
 use restir_kernels as kernels;
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::glam::{UVec4, Vec3};
-use restir_shared::layout::{DI_OTHER_FRAME, DiParams, PathParams};
 use restir_shared::rng::Rng;
 use restir_shared::scene::{
     AddressedLight, AddressedLights, EnvironmentPoint, LightAddress, LightSample, Lights, SceneView, Surface,
     SurfacePoint, Trace,
 };
-use restir_shared::technique::di::{self, Stored};
+use restir_shared::technique::di::{self, DI_OTHER_FRAME, DiParams, Stored};
 use restir_shared::technique::path;
+use restir_shared::technique::path::PathParams;
 use restir_tests::scenes::{BOARD, Setting, coloured, penumbra, white};
 use restir_tests::stats::{Moments, TileGrid, TileTest, Verdict};
 use restir_tests::suite::{ensure, run};

@@ -3,9 +3,9 @@
 use libtest_mimic::Failed;
 use restir_host::buffers::SceneBuffers;
 use restir_host::scene::Scene;
-use restir_shared::layout::{PATH_JITTER, PATH_ROULETTE, PathParams};
 use restir_shared::scene::{Lights, Surface, Trace};
 use restir_shared::technique::path;
+use restir_shared::technique::path::{PATH_JITTER, PATH_ROULETTE, PathParams};
 use restir_tests::scenes::{Paint, Quad, Setting, room, terrace};
 use restir_tests::stats::{Moments, TileGrid, TileTest, Verdict};
 use restir_tests::suite::{ensure, run};

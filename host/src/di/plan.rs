@@ -8,7 +8,8 @@ use crate::film::Film;
 use crate::plan::{Buffer, BufferId, FramePlan, Pass};
 use restir_kernels::{self as kernels, KernelDesc};
 use restir_shared::glam::UVec4;
-use restir_shared::layout::{DiPairs, DiParams, DiPoint, Extent, PAIRS, SceneHeader, TileWords};
+use restir_shared::layout::{Extent, SceneHeader};
+use restir_shared::technique::di::{DiPairs, DiParams, DiPoint, PAIRS, TileWords};
 use std::collections::VecDeque;
 
 const ARENAS: [BufferId; 3] = [0, 1, 2];
@@ -329,7 +330,7 @@ mod tests {
     use super::*;
     use crate::di::DiSettings;
     use crate::scene::Camera;
-    use restir_shared::layout::{DI_OTHER_FRAME, DI_STILL};
+    use restir_shared::technique::di::{DI_OTHER_FRAME, DI_STILL};
 
     /// Counts are right, every pass fits its buffers, and every buffer is used.
     #[test]

@@ -1,11 +1,11 @@
 //! Settings of ReSTIR DI: data, with the reasons why some of them bias.
 
 use crate::Error;
-use restir_shared::layout::{
+use restir_shared::mis::{INPUTS, Mis};
+use restir_shared::technique::di::{
     DI_AVERAGE_VISIBILITY, DI_FINAL_RAY, DI_INITIAL_VISIBILITY, DI_JITTER, DI_MIS_SHIFT, DI_MIS_VISIBILITY,
     DI_OTHER_FRAME, DI_SCATTER_CANDIDATE, DI_STILL, DI_TARGET_SHIFT, DI_TARGET_VISIBILITY, DI_TILES, DI_TRANSMITTANCE,
 };
-use restir_shared::mis::{INPUTS, Mis};
 
 /// The most neighbours of one combine: its own reservoir and the last frame's are inputs as well.
 pub const MAX_NEIGHBOURS: u32 = INPUTS as u32 - 2;

@@ -1,8 +1,7 @@
 //! Which neighbours the passes of shading have.
 
 use super::DiSettings;
-use restir_shared::layout::{DiParams, PAIRS};
-use restir_shared::technique::di::pair_offsets;
+use restir_shared::technique::di::{DiParams, PAIRS, pair_offsets};
 
 impl DiSettings {
     /// Passes of shading a frame.

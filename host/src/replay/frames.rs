@@ -6,9 +6,10 @@ use crate::di::{DiRender, plan};
 use crate::plan::{Buffer, BufferId, Pass};
 use restir_kernels as kernels;
 use restir_shared::glam::UVec4;
-use restir_shared::layout::{DiPairs, DiParams, FilmPixel, TileParams};
+use restir_shared::layout::FilmPixel;
 use restir_shared::scene::{AddressedLights, Surface, Trace};
 use restir_shared::technique::di;
+use restir_shared::technique::di::{DiPairs, DiParams, TileParams};
 
 /// The planes of a render, by buffer.
 pub struct Frames {

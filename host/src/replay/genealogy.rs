@@ -7,9 +7,8 @@ use crate::exec::Executor;
 use crate::{Error, memory};
 use restir_shared::glam::UVec4;
 use restir_shared::layout::TRIANGLE_WORDS;
-use restir_shared::layout::TileWords;
 use restir_shared::scene::{AddressedLights, LightAddress, LightKind};
-use restir_shared::technique::di::Stored;
+use restir_shared::technique::di::{Stored, TileWords};
 use std::ops::ControlFlow;
 
 /// What a pass does.

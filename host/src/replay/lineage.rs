@@ -8,9 +8,9 @@ use crate::exec::Step;
 use crate::plan::BufferId;
 use restir_kernels::{di_combine, di_initial, di_primary, di_tiles};
 use restir_shared::glam::UVec4;
-use restir_shared::layout::{DI_OTHER_FRAME, DiParams};
 use restir_shared::scene::{Frames, LightAddress};
 use restir_shared::technique::di;
+use restir_shared::technique::di::{DI_OTHER_FRAME, DiParams};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 

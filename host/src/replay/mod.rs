@@ -26,9 +26,10 @@ pub use still::Still;
 
 use std::ops::ControlFlow;
 
-use restir_shared::layout::{FilmPixel, PathParams};
+use restir_shared::layout::FilmPixel;
 use restir_shared::scene::{Lights, Surface, Trace};
 use restir_shared::technique;
+use restir_shared::technique::path::PathParams;
 
 use crate::Error;
 use crate::buffers::SceneBuffers;

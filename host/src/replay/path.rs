@@ -2,8 +2,9 @@
 
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::glam::Vec3;
-use restir_shared::layout::{PathParams, TRIANGLE_WORDS};
+use restir_shared::layout::TRIANGLE_WORDS;
 use restir_shared::scene::{LightKind, LightSample, SceneView, SurfacePoint, Trace};
+use restir_shared::technique::path::PathParams;
 use restir_shared::vec::dot;
 
 use super::{Event, Isolated, Recording, Sample, Source, params, trace};

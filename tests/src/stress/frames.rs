@@ -9,8 +9,9 @@ use restir_host::buffers::SceneBuffers;
 use restir_host::di::{DiRender, DiSettings};
 use restir_host::replay::Frames;
 use restir_kernels::{di_gather, di_shade};
-use restir_shared::layout::{FilmPixel, PATH_JITTER, PathParams};
+use restir_shared::layout::FilmPixel;
 use restir_shared::technique::path;
+use restir_shared::technique::path::{PATH_JITTER, PathParams};
 use std::fmt::Write;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 

@@ -10,8 +10,8 @@ use restir_host::buffers::SceneBuffers;
 use restir_host::scene::{
     Camera, Environment, Filter, Light, LightKind, Material, Mesh, Scene, Texture, TextureUse, Volume, Wrap,
 };
-use restir_shared::layout::{PATH_JITTER, PathParams};
 use restir_shared::technique::path;
+use restir_shared::technique::path::{PATH_JITTER, PathParams};
 use std::fmt::Write;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 

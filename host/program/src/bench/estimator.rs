@@ -8,7 +8,7 @@ use restir::di::{self, DiRender};
 use restir::exec::Executor;
 use restir::render::{self, Progress, RenderSettings, Rendered};
 use restir::replay::{self, Counts, Frames, Recording};
-use restir_shared::layout::DiParams;
+use restir_shared::technique::di::DiParams;
 
 /// Rays are counted over about this many pixels ...
 const COUNTED_PIXELS: u32 = 2048;

@@ -4,7 +4,7 @@ use restir::buffers::SceneBuffers;
 use restir::di::{DiRender, DiSettings};
 use restir::replay::{Counts, Frames, Recording};
 use restir_kernels as kernels;
-use restir_shared::layout::DiParams;
+use restir_shared::technique::di::DiParams;
 
 /// Frames before the one that is counted, which give it a history: rays do not depend on how long that is, only on what
 /// is occluded.

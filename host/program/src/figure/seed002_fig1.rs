@@ -15,9 +15,9 @@ use restir::replay::Frames;
 use restir::scene::Scene;
 use restir_kernels as kernels;
 use restir_shared::glam::UVec4;
-use restir_shared::layout::{DiParams, FilmPixel};
+use restir_shared::layout::FilmPixel;
 use restir_shared::pack::f32_from_half;
-use restir_shared::technique::di::shade;
+use restir_shared::technique::di::{DiParams, shade};
 
 use super::averaging::{METHODS, settings};
 use super::chains::Protocol;

@@ -5,7 +5,7 @@ use super::passage::transmittance;
 use super::pixel::Pixel;
 use super::stored::{Stored, dithered};
 use super::{COMBINE_DIMENSION, evaluate, in_use};
-use crate::layout::{
+use super::{
     DI_AVERAGE_VISIBILITY, DI_FINAL_RAY, DI_MIS_SHIFT, DI_MIS_VISIBILITY, DI_OTHER_FRAME, DI_STILL,
     DI_TARGET_VISIBILITY, DI_TRANSMITTANCE, DiParams,
 };

@@ -5,12 +5,13 @@ use super::pixel::Pixel;
 use super::stored::{Stored, dithered};
 use super::tile::{self, Window};
 use super::{CANDIDATE_DIMENSION, SCATTER_DIMENSION, evaluate, in_use};
+use super::{
+    DI_AVERAGE_VISIBILITY, DI_FINAL_RAY, DI_INITIAL_VISIBILITY, DI_SCATTER_CANDIDATE, DI_TILES, DI_TRANSMITTANCE,
+    DiParams,
+};
 use crate::bsdf::BsdfSample;
 use crate::geometry::Ray;
-use crate::layout::{
-    DI_AVERAGE_VISIBILITY, DI_FINAL_RAY, DI_INITIAL_VISIBILITY, DI_SCATTER_CANDIDATE, DI_TILES, DI_TRANSMITTANCE,
-    DiParams, FilmPixel,
-};
+use crate::layout::FilmPixel;
 use crate::num;
 use crate::reservoir::Reservoir;
 use crate::rng::{self, Rng};

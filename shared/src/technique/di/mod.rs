@@ -21,11 +21,11 @@
 //!
 //! The sample is an address, see [`crate::scene::AddressedLights`]: a light and a point of its parametrisation. Over this
 //! domain a sample moves between pixels and frames with a Jacobian of 1. The target is the luminance of what the
-//! address sends to the camera, or one channel of it ([`crate::layout::DI_TARGET_SHIFT`]), without visibility unless
-//! [`crate::layout::DI_TARGET_VISIBILITY`] says so.
+//! address sends to the camera, or one channel of it ([`DI_TARGET_SHIFT`]), without visibility unless
+//! [`DI_TARGET_VISIBILITY`] says so.
 //!
 //! Visibility is a factor by channel in [0, 1]: 0 or 1, unless light passes through clear glass (smooth sheets that transmit,
-//! [`crate::layout::DI_TRANSMITTANCE`]). Targets with visibility are those of what is left of the contribution.
+//! [`DI_TRANSMITTANCE`]). Targets with visibility are those of what is left of the contribution.
 //!
 //! Visibility can enter in four places (flags in [`crate::layout`]), and not every combination is unbiased; the host's
 //! settings know which are.
@@ -33,6 +33,7 @@
 mod combine;
 mod initial;
 mod neighbour;
+mod params;
 mod passage;
 mod pixel;
 mod shade;
@@ -41,6 +42,7 @@ mod tile;
 
 pub use combine::{Planes, Source, combine, combine_from};
 pub use initial::{initial, initial_from};
+pub use params::*;
 pub use pixel::{pack_hit, primary, unpack_hit};
 pub use shade::{exchange, gather, offer, pair_offsets, shade};
 pub use stored::{Stored, dithered};
@@ -49,7 +51,7 @@ pub use tile::presample;
 use pixel::Pixel;
 
 use crate::geometry::Ray;
-use crate::layout::{DI_TARGET_SHIFT, DI_TRANSMITTANCE, DiParams, FEATURE_CLEAR};
+use crate::layout::FEATURE_CLEAR;
 use crate::num;
 use crate::scene::{AddressedLight, AddressedLights, LightAddress, LightKind, Surface};
 use crate::technique::vertex::{Vertex, flush};

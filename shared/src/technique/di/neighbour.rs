@@ -1,6 +1,7 @@
 //! Where a combine looks for other reservoirs, and which of them it takes.
 
-use crate::layout::{CameraParams, DiParams};
+use super::DiParams;
+use crate::layout::CameraParams;
 use crate::num;
 use crate::rng;
 use crate::sampling::sample_concentric_disk;

@@ -1,7 +1,7 @@
 //! Straight ways through clear glass.
 
+use super::DI_TRANSMITTANCE;
 use crate::geometry::{Hit, Ray};
-use crate::layout::DI_TRANSMITTANCE;
 use crate::num;
 use crate::scene::{Surface, SurfacePoint, Trace};
 use crate::technique::vertex::flush;

@@ -1,7 +1,8 @@
 //! What a pixel sees.
 
+use super::{DI_JITTER, DiParams};
 use crate::geometry::{Hit, Ray};
-use crate::layout::{CameraParams, DI_JITTER, DiParams};
+use crate::layout::CameraParams;
 use crate::rng::Rng;
 use crate::scene::{Surface, SurfacePoint, Trace};
 use crate::technique::path::camera_ray;

@@ -5,7 +5,7 @@
 //! random place on. Each is distributed as one of the pixel's own would be, so nothing changes in expectation; but
 //! pixels of a block share candidates, and so their errors.
 
-use crate::layout::{DiParams, TileParams, TileWords};
+use super::{DiParams, TileParams, TileWords};
 use crate::rng::{self, Rng};
 use crate::scene::{AddressedLight, AddressedLights, LightAddress, LightKind, LightSample};
 use glam::{UVec4, Vec2, Vec3};

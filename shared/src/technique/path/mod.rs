@@ -1,10 +1,14 @@
 //! Path tracing: next-event estimation and BSDF sampling, joined by the balance heuristic (Veach 1997, §9.2).
 
+mod params;
+
+pub use params::*;
+
 use super::vertex::{Connection, Vertex, flush};
 use crate::camera::{has_lens, primary_ray};
 use crate::film::sum_block;
 use crate::geometry::Ray;
-use crate::layout::{CameraParams, FEATURE_VOLUME, FilmPixel, PATH_JITTER, PATH_ROULETTE, PathParams};
+use crate::layout::{CameraParams, FEATURE_VOLUME, FilmPixel};
 use crate::num;
 use crate::rng::{self, Rng};
 use crate::sampling::sample_concentric_disk;
@@ -26,6 +30,7 @@ const MIN_SURVIVAL: f32 = 0.05;
 /// The radiance of a sample that a device which limits loops has cut short: beyond what the film accepts, so that it
 /// is dropped and counted.
 pub(super) const CUT: Vec3 = Vec3::splat(f32::MAX);
+
 /// The sum of one block of samples of the pixel (x, y).
 pub fn pixel<S: Trace + Surface + Lights>(scene: &S, params: &PathParams, x: u32, y: u32) -> FilmPixel {
     sum_block(params.first_sample, params.block_log2, |sample| {

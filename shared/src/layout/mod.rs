@@ -1,0 +1,37 @@
+//! The plain-data types that cross the bus between host and device, and that no technique has for itself: those lie in
+//! its own folder.
+//!
+//! All fields are 32 bits wide, so that native, std430 and SPIR-V layouts agree; asserts beside the types pin the
+//! sizes. The scene lies in arenas of 16-byte words ([`UVec4`]); the [`SceneHeader`] says where each table
+//! begins, in words. Floats are stored as their bits.
+//!
+//! | arena | table | words | contents |
+//! |---|---|---|---|
+//! | geometry | nodes | [`NODE_WORDS`] | `lo0.xyz, child0`, `hi0.xyz, child1`, `lo1.xyz, 0`, `hi1.xyz, 0` |
+//! | geometry | triangles | [`TRIANGLE_WORDS`] | `v0.xyz, material`, `v1.xyz, light or NONE`, `v2.xyz, object` |
+//! | geometry | shading | [`SHADING_WORDS`] | `n0, n1, n2, t0`, `t1, t2, uv0`, `uv1, uv2`: a record a triangle; `n` unit normals and `t` tangents as [`crate::pack`] has them, the lowest bit of a tangent set where the bitangent is `-n x t`; absent without [`FEATURE_SHADING`] |
+//! | attributes | materials | [`MATERIAL_WORDS`] | `base colour.rgb, flags`, `emission.rgb, texture uses, in words after the first material, or NONE`, `metallic, roughness, ior, transmission`, `diffuse transmission.rgb, its share`, `absorption.rgb, normal scale` |
+//! | attributes | texture uses | [`TEXTURE_USE_WORDS`] | `first texel word or NONE, width, height, flags`, `m00, m01, m02, 0`, `m10, m11, m12, 0`; [`TEXTURE_SLOTS`] in a row |
+//! | attributes | lights | [`LIGHT_WORDS`] | `triangle or index, density, kind, area of a triangle or 1`; the environment is the last |
+//! | attributes | punctual lights | [`PUNCTUAL_WORDS`] | `position.xyz, kind`, `direction.xyz, falloff scale`, `intensity.rgb, falloff offset` |
+//! | attributes | environment | [`ENVIRONMENT_WORDS`] | `first texel word, width, height, first row word`, `rotation in turns, probability, 0, 0` |
+//! | attributes | alias table | [`ALIAS_WORDS`] | `threshold, alias, 0, 0`; absent without [`FEATURE_LIGHT_TABLE`] |
+//! | attributes | counterparts | a quarter | of four lights, their indices in the other frame or [`LightAddress::NO_LIGHT`](crate::scene::LightAddress::NO_LIGHT); absent where they are the same |
+//! | texels | sRGB table | 1 | `linear value, 0, 0, 0` of each of 256 codes |
+//! | texels | texture | a quarter | four RGBA texels of 8 bits a channel |
+//! | texels | environment | 1 | `radiance.rgb, lower bound of the column's share of its row`, in 2^-32 |
+//! | texels | environment rows | 1 | `lower bound of the row's share, 0, 0, 0`, in 2^-32 |
+
+mod camera;
+mod film;
+mod scene;
+
+pub use camera::CameraParams;
+pub use film::{FilmParams, FilmPixel};
+pub use scene::*;
+
+/// A launch over a two-dimensional grid; each parameter block knows its extent.
+pub trait Extent {
+    /// Width and height of the grid in invocations.
+    fn extent(&self) -> [u32; 2];
+}

@@ -1,0 +1,171 @@
+//! The scene in its arenas.
+
+use bytemuck::{Pod, Zeroable};
+use glam::UVec4;
+
+/// Words of 16 bytes in a BVH node; it holds the boxes of its two children.
+pub const NODE_WORDS: u32 = 4;
+/// Words in a triangle.
+pub const TRIANGLE_WORDS: u32 = 3;
+/// Words in a material.
+pub const MATERIAL_WORDS: u32 = 5;
+/// Words in a triangle's normals, tangents and texture coordinates.
+pub const SHADING_WORDS: u32 = 3;
+/// Words in a material's use of a texture.
+pub const TEXTURE_USE_WORDS: u32 = 3;
+/// Textures that a material can use: base colour, metallic-roughness, normal, emission.
+pub const TEXTURE_SLOTS: u32 = 4;
+/// Words in a punctual light.
+pub const PUNCTUAL_WORDS: u32 = 3;
+/// Words in the record of the environment.
+pub const ENVIRONMENT_WORDS: u32 = 2;
+/// Words in a light.
+pub const LIGHT_WORDS: u32 = 1;
+/// Words in an entry of the alias table.
+pub const ALIAS_WORDS: u32 = 1;
+
+/// An index that refers to nothing.
+pub const NONE: u32 = u32::MAX;
+
+/// Marks a child reference of a BVH node as a leaf: bits 0..=26 are the first triangle, bits 27..=30 the count.
+/// Without it the reference is the index of an inner node.
+pub const LEAF: u32 = 1 << 31;
+/// Position of the triangle count in a leaf reference.
+pub const LEAF_COUNT_SHIFT: u32 = 27;
+/// The most triangles that a leaf can hold.
+pub const LEAF_MAX_COUNT: u32 = 15;
+/// The most triangles that a scene can hold.
+pub const MAX_TRIANGLES: u32 = 1 << LEAF_COUNT_SHIFT;
+/// The most nodes that a traversal can have pending: the BVH builder keeps its depth at or below this.
+pub const STACK_DEPTH: usize = 64;
+
+/// Material flag: emits on both sides. Without it only the front (counter-clockwise) side emits.
+pub const MATERIAL_TWO_SIDED_EMISSION: u32 = 1;
+/// Material flag: encloses an interior. Without it the surface is a thin wall.
+pub const MATERIAL_VOLUME: u32 = 2;
+
+/// Texture slot: base colour, sRGB.
+pub const SLOT_BASE_COLOR: u32 = 0;
+/// Texture slot: green is roughness, blue metallic.
+pub const SLOT_METALLIC_ROUGHNESS: u32 = 1;
+/// Texture slot: tangent-space normal.
+pub const SLOT_NORMAL: u32 = 2;
+/// Texture slot: emission, sRGB.
+pub const SLOT_EMISSION: u32 = 3;
+
+/// Texture flag: along u, the texture repeats. Without it and [`TEXTURE_MIRROR_U`], the edge continues.
+pub const TEXTURE_REPEAT_U: u32 = 1;
+/// Texture flag: along u, the texture repeats mirrored.
+pub const TEXTURE_MIRROR_U: u32 = 2;
+/// As [`TEXTURE_REPEAT_U`], along v.
+pub const TEXTURE_REPEAT_V: u32 = 4;
+/// As [`TEXTURE_MIRROR_U`], along v.
+pub const TEXTURE_MIRROR_V: u32 = 8;
+/// Texture flag: the nearest texel instead of a bilinear mean.
+pub const TEXTURE_NEAREST: u32 = 16;
+/// Texture flag: RGB is sRGB-encoded.
+pub const TEXTURE_SRGB: u32 = 32;
+
+/// Kind of a light: an emissive triangle; density per area.
+pub const LIGHT_TRIANGLE: u32 = 0;
+/// Kind of a light: punctual; the density is its probability.
+pub const LIGHT_PUNCTUAL: u32 = 1;
+/// Kind of a light: the environment; the density is its probability.
+pub const LIGHT_ENVIRONMENT: u32 = 2;
+
+/// Kind of a punctual light: at a point, with a falloff about its direction.
+pub const PUNCTUAL_POINT: u32 = 0;
+/// Kind of a punctual light: infinitely far away.
+pub const PUNCTUAL_DIRECTIONAL: u32 = 1;
+
+/// Scene feature: emitters differ in power, so the choice among them needs the alias table.
+pub const FEATURE_LIGHT_TABLE: u32 = 1;
+/// Scene feature: emissive triangles.
+pub const FEATURE_EMISSIVE: u32 = 1 << 1;
+/// Scene feature: point, spot or directional lights.
+pub const FEATURE_PUNCTUAL: u32 = 1 << 2;
+/// Scene feature: an environment map.
+pub const FEATURE_ENVIRONMENT: u32 = 1 << 3;
+/// Scene feature: textures.
+pub const FEATURE_TEXTURES: u32 = 1 << 4;
+/// Scene feature: shading normals or texture coordinates.
+pub const FEATURE_SHADING: u32 = 1 << 5;
+/// Scene feature: rough specular lobes (GGX).
+pub const FEATURE_GLOSSY: u32 = 1 << 6;
+/// Scene feature: specular lobes so smooth that they are perfect (Dirac deltas).
+pub const FEATURE_DELTA: u32 = 1 << 7;
+/// Scene feature: dielectrics that transmit specularly.
+pub const FEATURE_TRANSMISSION: u32 = 1 << 8;
+/// Scene feature: diffuse transmission.
+pub const FEATURE_DIFFUSE_TRANSMISSION: u32 = 1 << 9;
+/// Scene feature: absorbing interiors.
+pub const FEATURE_VOLUME: u32 = 1 << 10;
+/// Scene feature: smooth glass without a volume, which light may pass straight.
+pub const FEATURE_CLEAR: u32 = 1 << 11;
+/// The features of a diffuse scene whose lights are triangles.
+pub const FEATURES_DIFFUSE: u32 = FEATURE_EMISSIVE | FEATURE_LIGHT_TABLE;
+/// All features: what a kernel that was not specialised to a scene assumes.
+pub const FEATURES_ALL: u32 = u32::MAX;
+
+/// Where the tables of a scene begin in its arenas, and its bounds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct SceneHeader {
+    /// Lower corner of the bounds of all triangles.
+    pub bounds_lo: [f32; 3],
+    /// First word of the triangles in the geometry arena.
+    pub triangle_base: u32,
+    /// Upper corner of the bounds of all triangles.
+    pub bounds_hi: [f32; 3],
+    /// Number of triangles.
+    pub triangle_count: u32,
+    /// First word of the lights in the attribute arena.
+    pub light_base: u32,
+    /// Number of lights of all kinds.
+    pub light_count: u32,
+    /// First word of the alias table in the attribute arena; [`NONE`] without one.
+    pub alias_base: u32,
+    /// Reference to the root, encoded as a child of a node; [`NONE`] for a scene without triangles.
+    pub root: u32,
+    /// First word of the shading records in the geometry arena; [`NONE`] without.
+    pub shading_base: u32,
+    /// First word of the punctual lights in the attribute arena.
+    pub punctual_base: u32,
+    /// First word of the environment's record in the attribute arena; [`NONE`] without.
+    pub environment_base: u32,
+    /// First word of the sRGB table in the texel arena.
+    pub srgb_base: u32,
+    /// First word of the nodes in the geometry arena.
+    pub node_base: u32,
+    /// First word of the materials in the attribute arena.
+    pub material_base: u32,
+    /// First word of the lights' counterparts in the other frame, in the attribute arena; [`NONE`] where they are the same.
+    pub counterpart_base: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+
+impl SceneHeader {
+    /// Of the same tables, so many words further on in the geometry and the attribute arena.
+    #[must_use]
+    pub fn moved(self, geometry: u32, attributes: u32) -> Self {
+        let by = |base: u32, words: u32| if base == NONE { NONE } else { base.wrapping_add(words) };
+        Self {
+            node_base: by(self.node_base, geometry),
+            triangle_base: by(self.triangle_base, geometry),
+            shading_base: by(self.shading_base, geometry),
+            material_base: by(self.material_base, attributes),
+            light_base: by(self.light_base, attributes),
+            alias_base: by(self.alias_base, attributes),
+            punctual_base: by(self.punctual_base, attributes),
+            environment_base: by(self.environment_base, attributes),
+            counterpart_base: by(self.counterpart_base, attributes),
+            ..self
+        }
+    }
+}
+
+const _: () = {
+    assert!(size_of::<UVec4>() == 16);
+    assert!(size_of::<SceneHeader>() == 80);
+};

@@ -1,0 +1,43 @@
+//! Parameters of path tracing.
+
+use crate::layout::{CameraParams, Extent, SceneHeader};
+use bytemuck::{Pod, Zeroable};
+
+/// Path tracing flag: samples are spread uniformly over the pixel instead of going through its centre.
+pub const PATH_JITTER: u32 = 1;
+/// Path tracing flag: Russian roulette on the throughput from the fourth segment on.
+pub const PATH_ROULETTE: u32 = 2;
+
+/// Parameters of the kernel `path`: one aligned block of samples of every pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct PathParams {
+    /// The scene's tables.
+    pub scene: SceneHeader,
+    /// The camera.
+    pub camera: CameraParams,
+    /// Image width in pixels, at most 16384.
+    pub width: u32,
+    /// Image height in pixels, at most 16384.
+    pub height: u32,
+    /// Index of the first sample, a multiple of `2^block_log2`.
+    pub first_sample: u32,
+    /// The block has `2^block_log2` samples; at most [`crate::film::MAX_BLOCK_LOG2`].
+    pub block_log2: u32,
+    /// Seed of the random numbers.
+    pub seed: u32,
+    /// Longest path, in segments: 1 is directly visible emission, 2 adds direct light.
+    pub max_depth: u32,
+    /// [`PATH_JITTER`] and [`PATH_ROULETTE`].
+    pub flags: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+
+impl Extent for PathParams {
+    fn extent(&self) -> [u32; 2] {
+        [self.width, self.height]
+    }
+}
+
+const _: () = assert!(size_of::<PathParams>() == 176);
