@@ -1,17 +1,16 @@
-//! The compiled kernels: embedded in the library, or in a folder.
+//! The compiled kernels: embedded in restir-kernels, or in a folder.
 
 use crate::Error;
 use crate::exec::Flavour;
 use std::borrow::Cow;
 use std::path::PathBuf;
 
-const EMBEDDED: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 const MANIFEST: &str = "manifest.json";
 
 /// Where compiled kernels come from.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Shaders {
-    /// The modules that were committed with this library.
+    /// The modules that are embedded in [`restir_kernels`].
     Embedded,
     /// A folder laid out like `kernels/spirv`.
     Folder(PathBuf),
@@ -45,10 +44,8 @@ impl Shaders {
 
     fn read(&self, name: &str) -> Result<Cow<'static, [u8]>, String> {
         match self {
-            Self::Embedded => EMBEDDED
-                .iter()
-                .find(|(n, _)| *n == name)
-                .map(|(_, bytes)| Cow::Borrowed(*bytes))
+            Self::Embedded => restir_kernels::spirv::file(name)
+                .map(Cow::Borrowed)
                 .ok_or_else(|| format!("{name} was not embedded; run `cargo xtask shader build`")),
             Self::Folder(folder) => {
                 let path = folder.join(name);

@@ -10,6 +10,8 @@ mod desc;
 mod di_cases;
 #[cfg(not(target_arch = "spirv"))]
 pub mod probe;
+#[cfg(not(target_arch = "spirv"))]
+pub mod spirv;
 
 #[cfg(not(target_arch = "spirv"))]
 pub use desc::{Access, Binding, Case, CaseScene, CaseScenes, Constant, KernelDesc, NativeRow};

@@ -1,0 +1,23 @@
+//! The compiled kernels: the files that `cargo xtask shader build` has written, embedded.
+
+const FILES: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/spirv.rs"));
+
+/// A file by its path in the folder `spirv` of this crate: `manifest.json`, or a module such as `exact/path.spv`. A module
+/// that the manifest lists is always there, but in a workspace in which somebody has removed it.
+pub fn file(path: &str) -> Option<&'static [u8]> {
+    FILES.iter().find(|(name, _)| *name == path).map(|(_, bytes)| *bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn every_kernel_is_embedded_in_both_flavours() {
+        for kernel in crate::ALL.iter().filter(|kernel| kernel.name != "size_probe") {
+            for flavour in ["exact", "fast"] {
+                let path = format!("{flavour}/{}.spv", kernel.name);
+                assert!(super::file(&path).is_some(), "{path}");
+            }
+        }
+        assert!(super::file("manifest.json").is_some() && super::file("").is_none());
+    }
+}
