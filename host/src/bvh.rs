@@ -105,7 +105,8 @@ pub(crate) fn build(boxes: &[Bounds]) -> Bvh {
 
 impl Boundable for Bounds {
     fn aabb(&self) -> Aabb {
-        Aabb::new(self.lo.into(), self.hi.into())
+        // by way of arrays, for obvhs may have another version of glam than the kernels
+        Aabb::new(self.lo.to_array().into(), self.hi.to_array().into())
     }
 }
 

@@ -1,9 +1,10 @@
 //! The compiled kernels: the files that `cargo xtask shader build` has written, embedded.
 
-const FILES: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/spirv.rs"));
+/// All of them, under their paths in the folder `spirv` of this crate: `manifest.json`, and modules such as
+/// `exact/path.spv`. What the manifest lists is there, but in a workspace in which somebody has removed it.
+pub static FILES: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/spirv.rs"));
 
-/// A file by its path in the folder `spirv` of this crate: `manifest.json`, or a module such as `exact/path.spv`. A module
-/// that the manifest lists is always there, but in a workspace in which somebody has removed it.
+/// The file at a path.
 pub fn file(path: &str) -> Option<&'static [u8]> {
     FILES.iter().find(|(name, _)| *name == path).map(|(_, bytes)| *bytes)
 }

@@ -9,7 +9,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 /// A checkerboard of 8 x 8 texels in 16 x 16, in red and blue.
-const JPEG: &[u8] = include_bytes!("../files/checker.jpg");
+const JPEG: &[u8] = include_bytes!("../../host/src/scene/gltf/tests/files/checker.jpg");
 
 /// A document and the bytes that it refers to.
 struct File {

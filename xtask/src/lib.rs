@@ -5,6 +5,7 @@
 pub mod error;
 pub mod features;
 pub mod num;
+pub mod package;
 pub mod parity;
 pub mod resampling;
 pub mod shader;

@@ -3,7 +3,9 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use xtask::{Error, features, num, parity, resampling, shader, stress, timer, unbiased, visibility, watertight};
+use xtask::{
+    Error, features, num, package, parity, resampling, shader, stress, timer, unbiased, visibility, watertight,
+};
 
 /// Tools of the project.
 #[derive(Parser)]
@@ -34,6 +36,8 @@ enum Task {
     Features(features::Options),
     /// Compare averaged visibility with that of the selected sample, and print the report.
     Visibility(visibility::Options),
+    /// Pack the published crates, build them elsewhere without the lock file, and compare pictures of CPU and device.
+    Package(package::Options),
 }
 
 fn run(task: Task) -> Result<(), Error> {
@@ -47,6 +51,7 @@ fn run(task: Task) -> Result<(), Error> {
         Task::Resampling(options) => resampling::run(&options),
         Task::Features(options) => features::run(&options),
         Task::Visibility(options) => visibility::run(&options),
+        Task::Package(options) => package::run(&options),
     }
 }
 

@@ -1,8 +1,8 @@
 //! Files that other programs made.
 
-use restir_host::buffers::SceneBuffers;
-use restir_host::image::read_exr;
-use restir_host::scene::Scene;
+use restir::buffers::SceneBuffers;
+use restir::image::read_exr;
+use restir::scene::Scene;
 
 use crate::support::data_folder;
 

@@ -1,6 +1,6 @@
 //! `restir figure`
 
-use restir_host::image::{Image, write_exr};
+use restir::image::{Image, write_exr};
 use tempfile::TempDir;
 
 use crate::support::{Outcome, Workplace, assert_done, assert_refused, finish, program};

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use rayon::prelude::*;
-use restir_host::image::read_exr;
+use restir::image::read_exr;
 
 use crate::support::{Workplace, assert_done, run};
 

@@ -4,8 +4,9 @@ use std::io::Write;
 use std::path::Path;
 use std::process::Command;
 
-use restir_host::exec::gpu::adapters;
-use restir_host::image::{read_exr, read_exr_metadata};
+use restir::exec::gpu::adapters;
+use restir::image::{read_exr, read_exr_metadata};
+use restir::kernels::spirv::FILES;
 use tempfile::TempDir;
 
 use crate::support::{Workplace, assert_done, assert_refused, finish, program};
@@ -78,18 +79,11 @@ fn reservoirs_of_the_gpu_have_the_genealogy_of_the_cpu() {
     assert_eq!(cpu, gpu);
 }
 
-/// The committed modules in a folder of their own.
+/// The embedded modules in a folder of their own.
 fn copied_modules() -> TempDir {
-    let committed = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../kernels/spirv");
     let copy = tempfile::tempdir().unwrap();
-    std::fs::copy(committed.join("manifest.json"), copy.path().join("manifest.json")).unwrap();
-    for flavour in ["exact", "fast"] {
-        std::fs::create_dir(copy.path().join(flavour)).unwrap();
-        for entry in std::fs::read_dir(committed.join(flavour)).unwrap() {
-            let file = entry.unwrap();
-            std::fs::copy(file.path(), copy.path().join(flavour).join(file.file_name())).unwrap();
-        }
-    }
+    ["exact", "fast"].iter().for_each(|flavour| std::fs::create_dir(copy.path().join(flavour)).unwrap());
+    FILES.iter().for_each(|(name, bytes)| std::fs::write(copy.path().join(name), bytes).unwrap());
     copy
 }
 

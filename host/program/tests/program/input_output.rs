@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use restir_host::image::{Image, read_exr, read_exr_metadata, write_exr};
-use restir_host::scene::Scene;
+use restir::image::{Image, read_exr, read_exr_metadata, write_exr};
+use restir::scene::Scene;
 use serde_json::{Value, json};
 
 use crate::support::{TRIANGLE, Workplace, assert_done, assert_refused, glb, run, triangles};

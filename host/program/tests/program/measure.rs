@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use restir_host::image::read_exr;
+use restir::image::read_exr;
 use serde_json::Value;
 use tempfile::TempDir;
 

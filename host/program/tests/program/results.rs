@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use restir_host::image::{Image, read_exr, read_exr_metadata, write_exr};
+use restir::image::{Image, read_exr, read_exr_metadata, write_exr};
 use serde_json::{Value, json};
 
 use crate::support::{TRIANGLE, Workplace, assert_done, assert_refused, glb, program, run, triangles};
@@ -17,7 +17,7 @@ fn render(scene: &str, output: &str, more: &[&str]) -> String {
 #[test]
 fn the_scenes_are_listed() {
     let names = run(["scenes", "--names"]).stdout;
-    let expected: Vec<&str> = restir_host::scene::builtin::NAMES.iter().map(|(name, _)| *name).collect();
+    let expected: Vec<&str> = restir::scene::builtin::NAMES.iter().map(|(name, _)| *name).collect();
     assert_eq!(names.lines().collect::<Vec<_>>(), expected);
     assert_eq!(run(["scenes"]).stdout.lines().count(), expected.len());
     for name in names.lines() {

@@ -5,10 +5,10 @@ use super::*;
 use crate::scene::{Filter, TextureUse, Wrap};
 
 /// A checkerboard of 8 x 8 texels in 16 x 16; each as another kind of JPEG.
-const RGB: &[u8] = include_bytes!("../../../../../tests/files/checker.jpg");
-const PROGRESSIVE: &[u8] = include_bytes!("../../../../../tests/files/checker-progressive-420.jpg");
-const GREY: &[u8] = include_bytes!("../../../../../tests/files/checker-grey.jpg");
-const CMYK: &[u8] = include_bytes!("../../../../../tests/files/checker-cmyk.jpg");
+const RGB: &[u8] = include_bytes!("files/checker.jpg");
+const PROGRESSIVE: &[u8] = include_bytes!("files/checker-progressive-420.jpg");
+const GREY: &[u8] = include_bytes!("files/checker-grey.jpg");
+const CMYK: &[u8] = include_bytes!("files/checker-cmyk.jpg");
 
 const ROOM: u64 = 1 << 30;
 
