@@ -9,7 +9,6 @@ pub mod bootstrap;
 pub mod buffers;
 mod bvh;
 pub mod compact;
-pub mod di;
 pub mod distribution;
 pub mod error;
 pub mod exec;
@@ -25,7 +24,9 @@ pub mod render;
 pub mod replay;
 pub mod scene;
 pub mod self_check;
+pub mod settings;
 pub mod spirv;
+pub mod technique;
 pub mod wide_bvh;
 
 pub use artifact::Shaders;

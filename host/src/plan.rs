@@ -19,6 +19,17 @@ pub struct Buffer {
     pub contents: Option<Arc<[u32]>>,
 }
 
+/// The buffers of a scene's arenas, which come first in every plan of a technique: geometry, attributes, texels.
+pub const ARENAS: [BufferId; 3] = [0, 1, 2];
+
+impl Buffer {
+    /// The [`ARENAS`] of a scene.
+    pub fn arenas(scene: &SceneBuffers) -> [Self; 3] {
+        let arenas = [("geometry", &scene.geometry), ("attributes", &scene.attributes), ("texels", &scene.texels)];
+        arenas.map(|(name, words)| Self { name, words: words.len(), contents: Some(words.clone()) })
+    }
+}
+
 /// Words that are written to a buffer.
 #[derive(Clone, Debug)]
 pub struct Upload {

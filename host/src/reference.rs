@@ -20,8 +20,10 @@ use crate::Error;
 use crate::buffers::SceneBuffers;
 use crate::exec::{Description, Executor, Flavour};
 use crate::image::{Image, read_exr, read_exr_metadata, write_exr};
-use crate::render::{self, PathSettings, RenderSettings};
+use crate::render::{self, Render};
 use crate::self_check::Parity;
+use crate::technique::Integral;
+use crate::technique::path::PathSettings;
 
 /// Samples a pixel in a batch.
 pub const BATCH_SAMPLES: u32 = 64;
@@ -31,6 +33,15 @@ const FORMAT: &str = "1";
 pub const FIRST_SEED: u32 = 1 << 31;
 /// How long a killed program may have worked for nothing.
 const SAVE_EVERY: Duration = Duration::from_secs(30);
+
+/// What a reference is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Picture {
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// What the pixels converge to.
+    pub integral: Integral,
+}
 
 /// How good a reference has to be, and how long that may take.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -147,8 +158,15 @@ pub struct Progress {
     pub total: u64,
 }
 
-/// Makes the reference of a scene, or continues the one in the folder `cache`. Of the settings only those count that
-/// define the integral: size, depth and jitter.
+/// Whether the picture is in range and its buffers fit: what [`make`] checks first.
+///
+/// # Errors
+/// As of [`render::check`].
+pub fn check(scene: &SceneBuffers, picture: Picture) -> Result<(), Error> {
+    render::check(scene, &batch_of(picture))
+}
+
+/// Makes the reference of a scene by path tracing, or continues the one in the folder `cache`.
 ///
 /// # Errors
 /// As of [`render::render`]; [`Error::Interrupted`] if `observe` breaks, after what is done was saved; [`Error::File`]
@@ -156,16 +174,16 @@ pub struct Progress {
 pub fn make(
     executor: &mut dyn Executor,
     scene: &SceneBuffers,
-    settings: &RenderSettings,
+    picture: Picture,
     cache: Option<&Path>,
     goal: Goal,
     observe: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Reference, Error> {
-    let settings = canonical(settings);
-    render::check(scene, &settings)?;
+    let render = batch_of(picture);
+    let [width, height] = picture.size;
+    render::check(scene, &render)?;
     let origin = origin(&executor.describe());
-    let store = cache.map(|cache| Store::new(cache, scene, &settings, &origin)).transpose()?;
-    let (width, height) = (settings.width, settings.height);
+    let store = cache.map(|cache| Store::new(cache, scene, &render, &origin)).transpose()?;
     let halves = store.as_ref().map_or_else(Default::default, |store| [0, 1].map(|half| store.load(half)));
     let mut reference = Reference { width, height, halves };
     let start = Instant::now();
@@ -179,7 +197,7 @@ pub fn make(
             break Ok(());
         }
         let half = usize::from(b < a);
-        match batch(executor, scene, &settings, &mut reference.halves[half], half, &mut |_| {
+        match batch(executor, scene, &render, &mut reference.halves[half], half, &mut |_| {
             observe(Progress { done: a + b, total })
         }) {
             Ok(()) => changed = true,
@@ -196,22 +214,22 @@ pub fn make(
     outcome.map(|()| reference.rounded())
 }
 
-/// The settings with everything fixed that does not change the integral.
-fn canonical(settings: &RenderSettings) -> RenderSettings {
-    let path = PathSettings { roulette: false, ..settings.path.clone() };
-    RenderSettings { samples: BATCH_SAMPLES, seed: 0, path, ..settings.clone() }
+/// A batch with the seed 0.
+fn batch_of(Picture { size, integral: Integral { max_depth, jitter } }: Picture) -> Render {
+    let path = PathSettings { max_depth, jitter, ..PathSettings::default() };
+    Render { count: BATCH_SAMPLES, ..Render::new(size, path) }
 }
 
 fn batch(
     executor: &mut dyn Executor,
     scene: &SceneBuffers,
-    settings: &RenderSettings,
+    batch: &Render,
     half: &mut Half,
     index: usize,
     observe: &mut dyn FnMut(render::Progress) -> ControlFlow<()>,
 ) -> Result<(), Error> {
     let seed = FIRST_SEED + 2 * half.batches + index as u32;
-    let rendered = render::render(executor, scene, &RenderSettings { seed, ..settings.clone() }, observe)?;
+    let rendered = render::render(executor, scene, &Render { seed, ..batch.clone() }, observe)?;
     half.add(&rendered.image, rendered.dropped_samples);
     Ok(())
 }
@@ -228,9 +246,9 @@ fn origin(description: &Description) -> String {
 
 /// Names the integral and the origin of its bits: the arenas and the parameters of the pass that traces, in 16
 /// hexadecimal digits.
-fn digest(scene: &SceneBuffers, settings: &RenderSettings, origin: &str) -> String {
+fn digest(scene: &SceneBuffers, batch: &Render, origin: &str) -> String {
     let mut hasher = blake3::Hasher::new();
-    let mut plan = render::path_plan(scene, settings);
+    let mut plan = batch.technique.plan(scene, batch);
     for words in plan.buffers.iter().filter_map(|buffer| buffer.contents.as_ref()) {
         hasher.update(&(words.len() as u64).to_le_bytes());
         hasher.update(bytemuck::cast_slice(words));
@@ -255,8 +273,9 @@ struct Store {
 }
 
 impl Store {
-    fn new(cache: &Path, scene: &SceneBuffers, settings: &RenderSettings, origin: &str) -> Result<Self, Error> {
-        let digest = digest(scene, settings, origin);
+    fn new(cache: &Path, scene: &SceneBuffers, batch: &Render, origin: &str) -> Result<Self, Error> {
+        let digest = digest(scene, batch, origin);
+        let Integral { max_depth, jitter } = batch.technique.integral();
         let folder = cache.join(&digest);
         std::fs::create_dir_all(&folder).map_err(|error| Error::File {
             action: "write",
@@ -266,14 +285,14 @@ impl Store {
         let pairs = [
             ("format", FORMAT.to_owned()),
             ("digest", digest.clone()),
-            ("technique", "path".to_owned()),
+            ("technique", batch.technique.about().name.to_owned()),
             ("bits", origin.to_owned()),
-            ("max_depth", settings.path.max_depth.to_string()),
-            ("jitter", settings.path.jitter.to_string()),
+            ("max_depth", max_depth.to_string()),
+            ("jitter", jitter.to_string()),
             ("batch_samples", BATCH_SAMPLES.to_string()),
         ];
         let metadata = pairs.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
-        Ok(Self { folder, digest, size: [settings.width, settings.height], metadata })
+        Ok(Self { folder, digest, size: [batch.width, batch.height], metadata })
     }
 
     fn path(&self, half: usize) -> PathBuf {
@@ -334,24 +353,24 @@ mod tests {
 
     const SIZE: u32 = 6;
 
-    fn settings() -> RenderSettings {
-        let path = PathSettings { max_depth: 3, ..PathSettings::default() };
-        RenderSettings { width: SIZE, height: SIZE, samples: 1, seed: 9, path, dispatch_samples: None }
-    }
+    const INTEGRAL: Integral = Integral { max_depth: 3, jitter: false };
 
     fn furnace() -> SceneBuffers {
         SceneBuffers::build(&Scene::load("furnace").unwrap()).unwrap()
     }
 
-    fn reference(cache: Option<&Path>, samples: u64, settings: &RenderSettings) -> Reference {
+    fn reference(cache: Option<&Path>, samples: u64, integral: Integral) -> Reference {
         let mut cpu = CpuExecutor::new(Some(1)).unwrap();
         let goal = Goal { samples, time: None };
-        make(&mut cpu, &furnace(), settings, cache, goal, &mut |_| ControlFlow::Continue(())).unwrap()
+        make(&mut cpu, &furnace(), Picture { size: [SIZE; 2], integral }, cache, goal, &mut |_| {
+            ControlFlow::Continue(())
+        })
+        .unwrap()
     }
 
     #[test]
     fn the_stated_errors_are_those_of_the_known_radiance() {
-        let reference = reference(None, 4096, &settings());
+        let reference = reference(None, 4096, INTEGRAL);
         assert_eq!(reference.samples(), 4096);
         let exact = 2.0 * (1.0 - 0.5_f64.powi(3));
         let values = reference.values();
@@ -371,17 +390,16 @@ mod tests {
     fn a_cached_reference_is_continued_and_others_are_not_taken_for_it() {
         let folder = tempfile::tempdir().unwrap();
         let cache = Some(folder.path());
-        let first = reference(cache, 256, &settings());
-        let same = reference(cache, 100, &RenderSettings { seed: 1, ..settings() });
+        let first = reference(cache, 256, INTEGRAL);
+        let same = reference(cache, 100, INTEGRAL);
         assert_eq!((same.samples(), &same.image()), (256, &first.image()), "nothing was missing");
-        let more = reference(cache, 512, &settings());
-        let whole = reference(None, 512, &settings());
+        let more = reference(cache, 512, INTEGRAL);
+        let whole = reference(None, 512, INTEGRAL);
         assert_eq!((more.samples(), whole.samples()), (512, 512));
         let close = |a: f64, b: f64| (a - b).abs() < 1e-6;
         assert!(more.values().iter().zip(whole.values()).all(|(&a, b)| close(a, b)), "it is the same estimate");
-        let mut deeper = settings();
-        deeper.path.max_depth += 1;
-        assert_eq!(reference(cache, 128, &deeper).samples(), 128);
+        let deeper = Integral { max_depth: 4, ..INTEGRAL };
+        assert_eq!(reference(cache, 128, deeper).samples(), 128);
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
     }
 
@@ -398,10 +416,10 @@ mod tests {
     #[test]
     fn a_damaged_cache_is_made_anew() {
         let folder = tempfile::tempdir().unwrap();
-        let whole = reference(Some(folder.path()), 128, &settings());
+        let whole = reference(Some(folder.path()), 128, INTEGRAL);
         let entry = std::fs::read_dir(folder.path()).unwrap().next().unwrap().unwrap();
         std::fs::write(entry.path().join("half1.exr"), b"damaged").unwrap();
-        assert_eq!(reference(Some(folder.path()), 128, &settings()).image(), whole.image());
+        assert_eq!(reference(Some(folder.path()), 128, INTEGRAL).image(), whole.image());
     }
 
     #[test]
@@ -412,16 +430,26 @@ mod tests {
         let stop = &mut |progress: Progress| {
             if progress.done < 4 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         };
-        let outcome = make(&mut cpu, &furnace(), &settings(), Some(folder.path()), goal, stop);
+        let outcome = make(
+            &mut cpu,
+            &furnace(),
+            Picture { size: [SIZE; 2], integral: INTEGRAL },
+            Some(folder.path()),
+            goal,
+            stop,
+        );
         assert!(matches!(outcome, Err(Error::Interrupted)));
-        assert_eq!(reference(Some(folder.path()), 1, &settings()).samples(), 4 * u64::from(BATCH_SAMPLES));
+        assert_eq!(reference(Some(folder.path()), 1, INTEGRAL).samples(), 4 * u64::from(BATCH_SAMPLES));
     }
 
     #[test]
     fn without_time_each_half_has_one_batch() {
         let mut cpu = CpuExecutor::new(Some(1)).unwrap();
         let goal = Goal { samples: 1 << 40, time: Some(Duration::ZERO) };
-        let made = make(&mut cpu, &furnace(), &settings(), None, goal, &mut |_| ControlFlow::Continue(())).unwrap();
+        let made = make(&mut cpu, &furnace(), Picture { size: [SIZE; 2], integral: INTEGRAL }, None, goal, &mut |_| {
+            ControlFlow::Continue(())
+        })
+        .unwrap();
         assert_eq!(made.samples(), 2 * u64::from(BATCH_SAMPLES));
     }
 }

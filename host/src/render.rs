@@ -1,64 +1,49 @@
 //! Renders an image with a technique on an executor.
 
-use crate::exec::Executor;
-use crate::film::Film;
-use crate::plan::{Buffer, FramePlan, Pass};
+use crate::exec::{Executor, Step};
+use crate::scene::Camera;
+use crate::technique::{Repeats, Technique};
 use crate::{Error, buffers::SceneBuffers, image::Image, memory};
-use restir_kernels as kernels;
-use restir_shared::film::MAX_BLOCK_LOG2;
 use restir_shared::layout::FilmPixel;
-use restir_shared::technique::path::{PATH_JITTER, PATH_ROULETTE, PathParams};
 use std::ops::ControlFlow;
 
 /// Longest side of an image in pixels.
 pub const MAX_SIDE: u32 = 16_384;
-/// Samples in one dispatch, over all pixels, where the image is not larger: keeps a dispatch below a second or two.
-const DISPATCH_SAMPLES_LOG2: u32 = 20;
-/// Path segments of one invocation, over its samples, unless a single path has more: drivers may limit the rounds of an invocation's loops (lavapipe
-/// to 65 535), and a segment takes two traversals.
-const INVOCATION_SEGMENTS: u32 = 64;
-/// The longest paths that a render may ask for: a closed scene that absorbs nothing never ends one.
-pub const MAX_DEPTH: u32 = 1024;
-
-/// Settings of path tracing.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PathSettings {
-    /// Longest path, in segments, in 1..=[`MAX_DEPTH`]: 1 is directly visible emission, 2 adds direct light. Default 8.
-    pub max_depth: u32,
-    /// Spread samples over the pixel instead of sending them through its centre. Default off.
-    pub jitter: bool,
-    /// Russian roulette from the fourth segment on. Default off.
-    pub roulette: bool,
-}
-
-impl Default for PathSettings {
-    fn default() -> Self {
-        Self { max_depth: 8, jitter: false, roulette: false }
-    }
-}
 
 /// What to render.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RenderSettings {
+#[derive(Clone, Debug)]
+pub struct Render {
     /// Image width in pixels, in 1..=[`MAX_SIDE`].
     pub width: u32,
     /// Image height in pixels, in 1..=[`MAX_SIDE`].
     pub height: u32,
-    /// Samples a pixel, not zero.
-    pub samples: u32,
+    /// Samples a pixel or frames, as of [`crate::technique::About::repeats`]; not zero. The first frame has no history.
+    pub count: u32,
+    /// The image is the mean of all frames instead of the last one. The mean of samples is their image in any case.
+    pub accumulate: bool,
     /// Seed of the random numbers.
     pub seed: u32,
-    /// Settings of the technique.
-    pub path: PathSettings,
-    /// Most samples of a pixel in one dispatch, rounded down to a power of two; `None` suits the image size.
-    /// It does not change the image.
-    pub dispatch_samples: Option<u32>,
+    /// The camera of each frame, of which the last one stays; the scene's if there is none.
+    pub cameras: Vec<Camera>,
+    /// The technique and its settings.
+    pub technique: Box<dyn Technique>,
 }
 
-/// One sample a pixel of 512 x 512 pixels.
-impl Default for RenderSettings {
-    fn default() -> Self {
-        Self { width: 512, height: 512, samples: 1, seed: 0, path: PathSettings::default(), dispatch_samples: None }
+impl Render {
+    /// One sample or frame, seen by the scene's camera.
+    pub fn new([width, height]: [u32; 2], technique: impl Into<Box<dyn Technique>>) -> Self {
+        let technique = technique.into();
+        Self { width, height, count: 1, accumulate: false, seed: 0, cameras: Vec::new(), technique }
+    }
+
+    /// Whether the image is the mean of all samples or frames.
+    pub fn is_mean(&self) -> bool {
+        self.accumulate || self.technique.about().repeats == Repeats::Samples
+    }
+
+    /// The camera of a frame.
+    pub fn camera(&self, scene: &SceneBuffers, frame: u32) -> Camera {
+        self.cameras.get(frame as usize).or(self.cameras.last()).copied().unwrap_or(scene.camera)
     }
 }
 
@@ -90,206 +75,68 @@ pub struct Rendered {
 pub fn render(
     executor: &mut dyn Executor,
     scene: &SceneBuffers,
-    settings: &RenderSettings,
+    render: &Render,
     observe: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Rendered, Error> {
-    check(scene, settings)?;
-    let plan = path_plan(scene, settings);
+    render_shown(executor, scene, render, &mut |_| Ok(()), observe)
+}
+
+/// As [`render`]; `show` is given each pass when it is done, and may end the work with an error.
+///
+/// # Errors
+/// As of [`render`] and of `show`.
+pub fn render_shown(
+    executor: &mut dyn Executor,
+    scene: &SceneBuffers,
+    render: &Render,
+    show: &mut dyn FnMut(&Step<'_>) -> Result<(), Error>,
+    observe: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Rendered, Error> {
+    check(scene, render)?;
+    let plan = render.technique.plan(scene, render);
     let total = plan.pass_count;
-    let words = executor.run(plan, &mut |step| observe(Progress { done: step.done, total }))?;
+    let mut shown = Ok(());
+    let run = executor.run(plan, &mut |step| {
+        shown = show(step);
+        if shown.is_ok() { observe(Progress { done: step.done, total }) } else { ControlFlow::Break(()) }
+    });
+    shown?;
+    let words = run?;
     let pixels: &[FilmPixel] = words.first().map_or(&[], |words| bytemuck::cast_slice(words));
-    let image =
-        Image { width: settings.width, height: settings.height, pixels: pixels.iter().map(|p| p.sum).collect() };
-    let dropped_samples = pixels.iter().map(|p| p.dropped as u64).sum();
-    Ok(Rendered { image, dispatches: total, dropped_samples })
+    Ok(Rendered {
+        image: Image { width: render.width, height: render.height, pixels: pixels.iter().map(|p| p.sum).collect() },
+        dispatches: total,
+        dropped_samples: pixels.iter().map(|p| p.dropped as u64).sum(),
+    })
 }
 
 /// Whether the settings are in range and the buffers fit: what [`render`] checks first.
 ///
 /// # Errors
 /// [`Error::Setting`] and [`Error::Memory`].
-pub fn check(scene: &SceneBuffers, settings: &RenderSettings) -> Result<(), Error> {
-    check_settings(settings)?;
-    // beside the plan: the words read back, the image and its encoded form
-    let copies = 3 * u64::from(settings.width) * u64::from(settings.height) * size_of::<FilmPixel>() as u64;
-    let bytes = path_plan(scene, settings).bytes() + copies;
-    memory::check(bytes, "this render", "choose a smaller size")
-}
-
-fn check_settings(settings: &RenderSettings) -> Result<(), Error> {
-    let (width, height) = (settings.width, settings.height);
+pub fn check(scene: &SceneBuffers, render: &Render) -> Result<(), Error> {
+    let (width, height, technique) = (render.width, render.height, &render.technique);
+    let repeats = technique.about().repeats.name();
     let problem = if width == 0 || height == 0 {
         format!("an image of {width}x{height} pixels has no pixel; give both sides at least 1")
     } else if width > MAX_SIDE || height > MAX_SIDE {
         format!("an image of {width}x{height} pixels is too large; the longest side is {MAX_SIDE}")
-    } else if settings.samples == 0 {
-        "0 samples a pixel make no image; give at least 1".to_owned()
-    } else if settings.path.max_depth == 0 {
-        "paths of 0 segments carry no light; give a depth of at least 1".to_owned()
-    } else if settings.path.max_depth > MAX_DEPTH {
-        format!("paths of {} segments are too long; give a depth of at most {MAX_DEPTH}", settings.path.max_depth)
-    } else if settings.dispatch_samples == Some(0) {
-        "dispatches of 0 samples never end; give at least 1".to_owned()
+    } else if render.count == 0 {
+        format!("0 {repeats} make no image; give at least 1")
     } else {
-        return Ok(());
+        technique.check_ranges()?;
+        technique.check(scene, render)?;
+        return check_memory(scene, render);
     };
     Err(Error::Setting(problem))
 }
 
-/// Samples in a block, as a power of two.
-fn block_log2(settings: &RenderSettings) -> u32 {
-    let fitting = || {
-        let pixels = settings.width * settings.height;
-        DISPATCH_SAMPLES_LOG2.saturating_sub(pixels.ilog2())
-    };
-    let loops = (INVOCATION_SEGMENTS / settings.path.max_depth).max(1).ilog2();
-    let asked = settings.dispatch_samples.map_or_else(fitting, u32::ilog2);
-    asked.min(loops).min(MAX_BLOCK_LOG2)
-}
-
-/// The samples 0..`samples` as aligned blocks (first, log2 of the size), of at most 2^`largest` samples each.
-fn aligned_blocks(samples: u32, largest: u32) -> impl Iterator<Item = (u32, u32)> {
-    let mut first = 0_u32;
-    std::iter::from_fn(move || {
-        let left = samples - first;
-        (left > 0).then(|| {
-            let log2 = largest.min(left.ilog2()).min(first.trailing_zeros());
-            let block = (first, log2);
-            first += 1 << log2;
-            block
-        })
-    })
-}
-
-/// Number of blocks: whole ones, then one for each bit of the remainder.
-fn block_count(samples: u32, largest: u32) -> u64 {
-    u64::from(samples >> largest) + u64::from((samples & ((1 << largest) - 1)).count_ones())
-}
-
-/// Buffers of a plan for path tracing.
-const GEOMETRY: usize = 0;
-const ATTRIBUTES: usize = 1;
-const TEXELS: usize = 2;
-
-pub(crate) fn path_plan<'a>(scene: &'a SceneBuffers, settings: &'a RenderSettings) -> FramePlan<'a> {
-    let largest = block_log2(settings);
-    let samples = settings.samples;
-    let arena =
-        |name, words: &std::sync::Arc<[u32]>| Buffer { name, words: words.len(), contents: Some(words.clone()) };
-    let mut buffers = vec![
-        arena("geometry", &scene.geometry),
-        arena("attributes", &scene.attributes),
-        arena("texels", &scene.texels),
-    ];
-    let film = Film::new(&mut buffers, [settings.width, settings.height], samples, largest);
-    let blocks = block_count(samples, largest);
-    FramePlan {
-        buffers,
-        outputs: vec![film.output()],
-        passes: Box::new(
-            PathPasses { scene, settings, blocks: Box::new(aligned_blocks(samples, largest)), film }.map(Ok),
-        ),
-        // merging n blocks into one takes n - 1 additions
-        pass_count: blocks + (blocks - 1) + 1,
-        scene: Some(scene),
-    }
-}
-
-/// Makes the passes: each block is traced into a plane of the film.
-struct PathPasses<'a> {
-    scene: &'a SceneBuffers,
-    settings: &'a RenderSettings,
-    blocks: Box<dyn Iterator<Item = (u32, u32)>>,
-    film: Film,
-}
-
-impl PathPasses<'_> {
-    fn trace(&mut self, first: u32, log2: u32) -> Option<Pass> {
-        let plane = self.film.open(log2)?;
-        let s = self.settings;
-        let flag = |on, bit| if on { bit } else { 0 };
-        let params = PathParams {
-            scene: self.scene.header,
-            camera: self.scene.camera.params(s.width, s.height),
-            width: s.width,
-            height: s.height,
-            first_sample: first,
-            block_log2: log2,
-            seed: s.seed,
-            max_depth: s.path.max_depth,
-            flags: flag(s.path.jitter, PATH_JITTER) | flag(s.path.roulette, PATH_ROULETTE),
-            reserved: 0,
-        };
-        Some(Pass {
-            frame: None,
-            kernel: &kernels::path::DESC,
-            constants: vec![self.scene.features],
-            params: bytemuck::cast_slice(&[params]).to_vec(),
-            bindings: vec![GEOMETRY, ATTRIBUTES, TEXELS, plane],
-            grid: [s.width, s.height],
-        })
-    }
-}
-
-impl Iterator for PathPasses<'_> {
-    type Item = Pass;
-
-    fn next(&mut self) -> Option<Pass> {
-        if let Some(pass) = self.film.merge_equal() {
-            return Some(pass);
-        }
-        match self.blocks.next() {
-            Some((first, log2)) => self.trace(first, log2),
-            None => self.film.finish(),
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn blocks_cover_the_samples_in_order_and_are_counted() {
-        for samples in (1..300).chain([1023, 4096, 70_001]) {
-            for largest in 0..=MAX_BLOCK_LOG2 {
-                let blocks: Vec<_> = aligned_blocks(samples, largest).collect();
-                let mut next = 0;
-                for &(first, log2) in &blocks {
-                    assert_eq!((first, first % (1 << log2)), (next, 0), "blocks are contiguous and aligned");
-                    next += 1 << log2;
-                }
-                assert_eq!((next, blocks.len() as u64), (samples, block_count(samples, largest)));
-            }
-        }
-    }
-
-    #[test]
-    fn every_pass_finds_a_plane_and_is_counted() {
-        let scene = SceneBuffers::build(&crate::scene::builtin::scene("cornell").expect("built in")).expect("builds");
-        for samples in (1..200).chain([1023, 1024, 1025, 4097]) {
-            for largest in 0..=MAX_BLOCK_LOG2 {
-                let settings = RenderSettings {
-                    width: 1,
-                    height: 1,
-                    samples,
-                    seed: 0,
-                    path: PathSettings::default(),
-                    dispatch_samples: Some(1 << largest),
-                };
-                let plan = path_plan(&scene, &settings);
-                let mut used = std::collections::BTreeSet::new();
-                let mut passes = 0;
-                for pass in plan.passes {
-                    used.extend(pass.expect("a pass").bindings.iter().copied().filter(|id| *id > TEXELS));
-                    passes += 1;
-                }
-                assert_eq!(
-                    (passes, used.len()),
-                    (plan.pass_count, plan.buffers.len() - TEXELS - 1),
-                    "{samples} {largest}"
-                );
-            }
-        }
-    }
+fn check_memory(scene: &SceneBuffers, render: &Render) -> Result<(), Error> {
+    // beside the plan: the words read back, the image and its encoded form
+    let copies = 3 * u64::from(render.width) * u64::from(render.height) * size_of::<FilmPixel>() as u64;
+    // of a scene that moves: the frame in work and the last one
+    let moves = scene.is_animated() && render.technique.about().repeats == Repeats::Frames;
+    let frames = if moves { 2 * scene.stats().bytes } else { 0 };
+    let bytes = render.technique.plan(scene, render).bytes() + copies + frames;
+    memory::check(bytes, "this render", "choose a smaller size or settings that keep less")
 }

@@ -1,13 +1,14 @@
 //! The start-up check: does this GPU give the host's bits? A few hundred probes of the numeric contract, with the
-//! inputs on which a build that breaks it differs, and a small frame of each technique.
+//! inputs on which a build that breaks it differs, and a small frame by path tracing.
 
 use crate::Error;
 use crate::buffers::SceneBuffers;
 use crate::exec::{CpuExecutor, Executor};
 use crate::metrics::ulp_distance;
 use crate::plan::{Buffer, FramePlan, Pass};
-use crate::render::{PathSettings, RenderSettings, path_plan};
+use crate::render::Render;
 use crate::scene::Scene;
+use crate::technique::path::PathSettings;
 use restir_kernels::probe::{boundary_operands, random_operands};
 use restir_kernels::self_check::{DESC, Results, SelfCheckParams};
 use std::fmt;
@@ -90,15 +91,10 @@ fn run_and_compare(
 /// Whatever the executor reports.
 pub fn self_check(executor: &mut dyn Executor) -> Result<Parity, Error> {
     let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
-    let settings = RenderSettings {
-        width: FRAME,
-        height: FRAME,
-        samples: 1,
-        seed: 1,
-        path: PathSettings { jitter: true, roulette: true, ..PathSettings::default() },
-        dispatch_samples: None,
-    };
     let probes = run_and_compare(executor, probes(), probes())?;
-    let frame = run_and_compare(executor, path_plan(&scene, &settings), path_plan(&scene, &settings))?;
+    let path = PathSettings { jitter: true, roulette: true, ..PathSettings::default() };
+    let render = Render { seed: 1, ..Render::new([FRAME; 2], path) };
+    let plan = || render.technique.plan(&scene, &render);
+    let frame = run_and_compare(executor, plan(), plan())?;
     Ok(probes.max(frame).map_or(Parity::Exact, |max_ulp| Parity::Approximate { max_ulp }))
 }

@@ -2,8 +2,8 @@
 
 use super::still::Still;
 use crate::buffers::SceneBuffers;
-use crate::di::{DiRender, plan};
 use crate::plan::{Buffer, BufferId, Pass};
+use crate::render::Render;
 use restir_kernels as kernels;
 use restir_shared::glam::UVec4;
 use restir_shared::layout::FilmPixel;
@@ -24,10 +24,10 @@ impl Frames {
     pub fn replay<S: Trace + Surface + AddressedLights>(
         scene: &S,
         buffers: &SceneBuffers,
-        render: &DiRender,
+        render: &Render,
         observe: &mut dyn FnMut(&Pass, &Self),
     ) -> Self {
-        let plan = plan::plan(buffers, render);
+        let plan = render.technique.plan(buffers, render);
         // the arenas are the scene's
         let words = |words: usize| words * size_of::<u32>() / size_of::<UVec4>();
         let plane = |(id, buffer): (usize, &Buffer)| vec![UVec4::ZERO; if id < 3 { 0 } else { words(buffer.words) }];

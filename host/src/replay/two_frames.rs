@@ -5,26 +5,26 @@ use restir_shared::scene::{Frames, LightAddress, SceneView};
 use std::sync::Arc;
 
 /// A scene in this frame and in the last one: what [`restir_shared::scene::SceneFrames`] is over the arenas of a plan.
-pub(super) struct TwoFrames {
+pub(crate) struct TwoFrames {
     scenes: [Arc<SceneBuffers>; 2],
     /// For each light of either frame its index in the other one, if not all are the same.
     counterparts: [Option<Arc<[u32]>>; 2],
 }
 
 impl TwoFrames {
-    pub(super) fn new([this, last]: [Arc<SceneBuffers>; 2]) -> Self {
+    pub(crate) fn new([this, last]: [Arc<SceneBuffers>; 2]) -> Self {
         Self { counterparts: [this.counterparts(&last), last.counterparts(&this)], scenes: [this, last] }
     }
 
     /// A scene that stands still.
-    pub(super) fn still(scene: &SceneBuffers) -> Self {
+    pub(crate) fn still(scene: &SceneBuffers) -> Self {
         // so that the copy has it as well
         scene.tracer();
         let scene = Arc::new(scene.clone());
         Self { scenes: [scene.clone(), scene], counterparts: [None, None] }
     }
 
-    pub(super) fn this(&self) -> &SceneBuffers {
+    pub(crate) fn this(&self) -> &SceneBuffers {
         &self.scenes[0]
     }
 }

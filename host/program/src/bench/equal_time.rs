@@ -29,13 +29,13 @@ impl Comparison {
 /// The baseline's index and each technique's comparison with it, `None` where the reference cannot judge. `None` if no
 /// technique is without reuse, or if all are.
 pub(crate) fn compare(result: &SceneResult) -> Option<(usize, Vec<Option<Comparison>>)> {
-    let reuses = |series: &Series| series.technique.estimator.reuses();
+    let reuses = |series: &Series| series.technique.render.technique.reuses();
     if !result.series.iter().any(reuses) {
         return None;
     }
     let costs: Vec<Option<Cost>> = result.series.iter().map(|series| Cost::of(series, &result.truth)).collect();
     let known = costs.iter().enumerate().filter_map(|(i, cost)| cost.map(|cost| (i, cost)));
-    let may_be = |i: usize| !reuses(&result.series[i]) && result.series[i].technique.estimator.accumulates();
+    let may_be = |i: usize| !reuses(&result.series[i]) && result.series[i].technique.render.is_mean();
     let (index, baseline) = known.filter(|(i, _)| may_be(*i)).min_by(|(_, a), (_, b)| a.value.total_cmp(&b.value))?;
     let comparison = |(series, cost): (&Series, &Option<Cost>)| {
         cost.map(|cost| Comparison {
@@ -80,15 +80,14 @@ impl Cost {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bench::estimator::Estimator;
     use crate::bench::tests::furnace;
-    use restir::di::{DiRender, DiSettings};
+    use restir::render::Render;
+    use restir::technique::restir_di::{DiSettings, Temporal};
 
     /// The furnace's two techniques, the second one called ReSTIR DI, with times and errors as given.
     fn result(settings: DiSettings, seconds: [f64; 2], scale: f64) -> SceneResult {
         let mut result = furnace();
-        let render = DiRender { accumulate: true, ..DiRender::new([16, 16], settings) };
-        result.series[1].technique.estimator = Estimator::RestirDi(render);
+        result.series[1].technique.render = Render { accumulate: true, ..Render::new([16, 16], settings) };
         let noise = result.truth.relative_noise;
         let errors: Vec<f64> = result.series[0].cells[4].runs.iter().map(|run| run.errors.rel_mse).collect();
         for (series, seconds) in result.series.iter_mut().zip(seconds) {
@@ -115,7 +114,7 @@ mod tests {
 
     #[test]
     fn the_better_technique_without_reuse_is_the_baseline() {
-        let without = DiSettings { temporal: false, spatial: 0, shaded: 0, ..DiSettings::default() };
+        let without = DiSettings { temporal: Temporal::Off, spatial: 0, shaded: 0, ..DiSettings::default() };
         assert_eq!(compare(&result(without, [1.0, 1.0], 0.5)), None);
         let mut three = result(DiSettings::default(), [1.0, 1.0], 0.5);
         let mut slow = three.series[0].clone();

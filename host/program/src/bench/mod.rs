@@ -23,29 +23,29 @@ use std::time::{Duration, Instant};
 use restir::Error;
 use restir::buffers::SceneBuffers;
 use restir::exec::Executor;
-use restir::render::{Progress, RenderSettings};
-use restir::replay::Counts;
+use restir::reference::Picture;
+use restir::render::{Progress, Render, render};
 
 use error::{Errors, Figure, Truth};
-use estimator::Estimator;
+use estimator::{PerSample, per_sample};
 use timed::{PassTime, Timed};
 
 /// However little time there is, this many restarts are made: fewer have no spread.
 const FEWEST_RESTARTS: u32 = 2;
 
-/// An estimator with its settings, under the name that the reports use.
-#[derive(Clone, Debug, PartialEq)]
+/// What is measured, under the name that the reports use.
+#[derive(Clone, Debug)]
 pub(crate) struct Technique {
     pub(crate) name: String,
-    /// Size, depth and jitter are the matrix's.
-    pub(crate) estimator: Estimator,
+    /// Size and integral are the matrix's; count and seed do not matter. A frame is a sample.
+    pub(crate) render: Render,
 }
 
 /// What to measure on every scene.
 #[derive(Clone, Debug)]
 pub(crate) struct Matrix {
-    /// Size, depth and jitter: what all techniques have in common.
-    pub(crate) integral: RenderSettings,
+    /// What all techniques have in common.
+    pub(crate) picture: Picture,
     pub(crate) techniques: Vec<Technique>,
     /// Samples a pixel, ascending.
     pub(crate) budgets: Vec<u32>,
@@ -83,9 +83,8 @@ pub(crate) struct Series {
     pub(crate) technique: Technique,
     pub(crate) cells: Vec<Cell>,
     pub(crate) passes: BTreeMap<&'static str, PassTime>,
-    pub(crate) counts: Counts,
-    /// Samples over which `counts` counts.
-    pub(crate) counted: u64,
+    /// What a sample asks, kernel by kernel.
+    pub(crate) asked: BTreeMap<&'static str, PerSample>,
     /// Samples that the passes have traced, over all pixels.
     pub(crate) traced: u64,
 }
@@ -137,15 +136,15 @@ impl Cell {
 }
 
 impl Series {
-    /// A count divided by the samples over which it was counted.
-    pub(crate) fn per_sample(&self, count: u64) -> f64 {
-        count as f64 / self.counted as f64
+    /// What a sample asks in all.
+    pub(crate) fn per_sample(&self) -> PerSample {
+        self.asked.values().fold(PerSample::default(), |sum, &kernel| sum.plus(kernel))
     }
 
     /// Millions of rays a second in the passes of a kernel, if it traces rays.
     pub(crate) fn mega_rays(&self, kernel: &str) -> Option<f64> {
-        let pass = self.passes.get(kernel).filter(|_| kernel == restir_kernels::path::DESC.name)?;
-        Some(self.per_sample(self.counts.rays()) * self.traced as f64 / pass.seconds * 1e-6)
+        let (pass, asked) = self.passes.get(kernel).zip(self.asked.get(kernel))?;
+        (asked.rays() > 0.0).then(|| asked.rays() * self.traced as f64 / pass.seconds * 1e-6)
     }
 
     /// Exponent of the RMSE in the number of samples, over the cells in which the reference has a small share.
@@ -180,7 +179,8 @@ pub(crate) fn measure(
         matrix.techniques.iter().map(|technique| empty(scene, matrix, technique)).collect::<Result<_, _>>()?;
     let total = series.len() as u64 * u64::from(matrix.restarts) * matrix.samples_of_a_restart();
     for technique in &matrix.techniques {
-        technique.estimator.render(executor, scene, [1, 0], &mut |_| observe(Progress { done: 0, total }))?;
+        let once = Render { count: 1, ..technique.render.clone() };
+        render(executor, scene, &once, &mut |_| observe(Progress { done: 0, total }))?;
     }
     let start = Instant::now();
     let mut done = 0;
@@ -235,8 +235,8 @@ impl Series {
         for image in 0..images {
             let mut timed = Timed::new(executor);
             let begin = Instant::now();
-            let estimator = &self.technique.estimator;
-            let rendered = estimator.render(&mut timed, scene, [samples, seed + image], &mut |_| observe(image))?;
+            let of_image = Render { count: samples, seed: seed + image, ..self.technique.render.clone() };
+            let rendered = render(&mut timed, scene, &of_image, &mut |_| observe(image))?;
             seconds.push(begin.elapsed().as_secs_f64());
             errors.push(truth.errors(&rendered.image));
             dropped_samples += rendered.dropped_samples;
@@ -258,9 +258,9 @@ impl Series {
 
 /// A series without runs.
 fn empty(scene: &SceneBuffers, matrix: &Matrix, technique: &Technique) -> Result<Series, Error> {
-    let (counts, counted) = technique.estimator.counts(scene)?;
+    let asked = per_sample(scene, &technique.render)?;
     let cells = matrix.budgets.iter().map(|&samples| Cell { samples, runs: Vec::new() }).collect();
-    Ok(Series { technique: technique.clone(), cells, passes: BTreeMap::new(), counts, counted, traced: 0 })
+    Ok(Series { technique: technique.clone(), cells, passes: BTreeMap::new(), asked, traced: 0 })
 }
 
 #[cfg(test)]
@@ -268,8 +268,9 @@ mod tests {
     use super::*;
     use restir::exec::CpuExecutor;
     use restir::reference::{self, Goal};
-    use restir::render::PathSettings;
     use restir::scene::Scene;
+    use restir::technique::Integral;
+    use restir::technique::path::PathSettings;
     use std::sync::OnceLock;
 
     /// A small benchmark of the furnace; it is run once.
@@ -281,15 +282,13 @@ mod tests {
     fn run_furnace() -> SceneResult {
         let scene = SceneBuffers::build(&Scene::load("furnace").unwrap()).unwrap();
         let path = PathSettings { max_depth: 4, ..PathSettings::default() };
-        let integral =
-            RenderSettings { width: 16, height: 16, samples: 1, seed: 0, path: path.clone(), dispatch_samples: None };
+        let picture = Picture { size: [16; 2], integral: Integral { max_depth: 4, jitter: false } };
         let technique = |name: &str, roulette| {
             let path = PathSettings { roulette, ..path.clone() };
-            let settings = RenderSettings { path, ..integral.clone() };
-            Technique { name: name.to_owned(), estimator: Estimator::Path(settings) }
+            Technique { name: name.to_owned(), render: Render::new(picture.size, path) }
         };
         let matrix = Matrix {
-            integral: integral.clone(),
+            picture,
             techniques: vec![technique("path", false), technique("path:roulette=on", true)],
             budgets: vec![1, 2, 4, 8, 16],
             restarts: 6,
@@ -298,7 +297,7 @@ mod tests {
         let mut cpu = CpuExecutor::new(Some(1)).unwrap();
         let go = |_| ControlFlow::Continue(());
         let goal = Goal { samples: 2048, time: None };
-        let reference = reference::make(&mut cpu, &scene, &integral, None, goal, &mut |_| go(())).unwrap();
+        let reference = reference::make(&mut cpu, &scene, picture, None, goal, &mut |_| go(())).unwrap();
         let truth = Truth::new(&reference);
         let (series, restarts) = measure(&mut cpu, &scene, &matrix, &truth, &mut |_| go(())).unwrap();
         SceneResult { scene: "furnace".to_owned(), truth, reference_samples: reference.samples(), series, restarts }
@@ -323,7 +322,7 @@ mod tests {
             assert!(series.mega_rays("path").unwrap() > 0.0);
             assert_eq!(series.mega_rays("film_resolve"), None);
             // closed: as many segments as it may have, less where roulette ends a path
-            let segments = series.per_sample(series.counts.closest);
+            let segments = series.per_sample().closest;
             assert!(if name == "path" { segments == 4.0 } else { segments < 4.0 }, "{name}: {segments}");
         }
     }

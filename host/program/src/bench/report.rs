@@ -5,9 +5,11 @@ use std::fmt::Write;
 use super::against::{Change, Ratio};
 use super::equal_time::{self, Comparison};
 use super::error::{Figure, LARGEST_DOUBT, LARGEST_SHARE, SMALL_SHARE};
+use super::estimator::PerSample;
 use super::fit::{self, Estimate};
 use super::table::Setup;
 use super::{SceneResult, Series};
+use restir::reference::Picture;
 
 /// What stands instead of a figure that the reference cannot give.
 pub(crate) const REFUSED: &str = "reference too noisy";
@@ -38,8 +40,8 @@ pub(crate) fn markdown(report: &Report<'_>, plot: impl Fn(&str) -> String) -> St
 }
 
 fn heading(report: &Report<'_>) -> String {
-    let Setup { machine, device, commit, integral } = report.setup;
-    let pixel = if integral.path.jitter { "spread over the pixel" } else { "through the pixel's centre" };
+    let Setup { machine, device, commit, picture: Picture { size: [width, height], integral } } = report.setup;
+    let pixel = if integral.jitter { "spread over the pixel" } else { "through the pixel's centre" };
     format!(
         "# Error against run time\n\n\
          | | |\n|---|---|\n\
@@ -47,7 +49,7 @@ fn heading(report: &Report<'_>) -> String {
          | machine | {machine} |\n\
          | device | {device} |\n\
          | commit | {commit} |\n\
-         | images | {} x {} pixels, paths of up to {} segments, {pixel} |\n\n\
+         | images | {width} x {height} pixels, paths of up to {} segments, {pixel} |\n\n\
          Errors are over all values (three a pixel), against a reference whose own noise was subtracted from MSE and \
          relMSE (denominator ref² + 0.01 mean²); where that noise is more than {:.0} % of what was measured, or two standard errors of it \
          more than {:.0} % of what is left, the figure is refused: *{REFUSED}*. MAPE (denominator ref + 0.01 mean) is as \
@@ -55,9 +57,7 @@ fn heading(report: &Report<'_>) -> String {
          interleaved; each makes as many images of every number of samples as together have the samples of the largest, all \
          with seeds of their own. Times are medians; `±` is half of a 95 % interval.\n",
         one_line(report.command),
-        integral.width,
-        integral.height,
-        integral.path.max_depth,
+        integral.max_depth,
         100.0 * LARGEST_SHARE,
         100.0 * LARGEST_DOUBT,
         100.0 * SMALL_SHARE,
@@ -124,13 +124,10 @@ fn costs(result: &SceneResult, series: &Series) -> String {
     let slope = series.convergence(&result.truth);
     let slope =
         slope.map_or_else(|| "-".to_owned(), |Estimate { value, half_width }| format!("{value:.3} ± {half_width:.3}"));
-    let counts = &series.counts;
-    let each =
-        [counts.closest, counts.shadow, counts.surfaces, counts.light_samples].map(|count| series.per_sample(count));
+    let PerSample { closest, shadow, surfaces, light_samples } = series.per_sample();
     let dropped: u64 = series.cells.iter().flat_map(|cell| &cell.runs).map(|run| run.dropped_samples).sum();
-    let [closest, shadow, surfaces, lights] = each;
     let name = &series.technique.name;
-    format!("| {name} | {slope} | {closest:.3} | {shadow:.3} | {surfaces:.3} | {lights:.3} | {dropped} |\n")
+    format!("| {name} | {slope} | {closest:.3} | {shadow:.3} | {surfaces:.3} | {light_samples:.3} | {dropped} |\n")
 }
 
 fn times_to_error(result: &SceneResult, series: &Series) -> String {
@@ -209,15 +206,14 @@ pub(crate) fn comparison(name: &str, changes: &[Change]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use restir::render::{PathSettings, RenderSettings};
+    use restir::technique::Integral;
 
     fn setup() -> Setup {
-        let path = PathSettings::default();
         Setup {
             machine: "a machine".to_owned(),
             device: "cpu".to_owned(),
             commit: "c0ffee".to_owned(),
-            integral: RenderSettings { width: 12, height: 12, samples: 1, seed: 0, path, dispatch_samples: None },
+            picture: Picture { size: [12; 2], integral: Integral { max_depth: 8, jitter: false } },
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use restir::render::RenderSettings;
+use restir::reference::Picture;
 
 use super::{Cell, SceneResult, Series};
 
@@ -12,7 +12,7 @@ pub(crate) struct Setup {
     /// Executor, adapter and flavour.
     pub(crate) device: String,
     pub(crate) commit: String,
-    pub(crate) integral: RenderSettings,
+    pub(crate) picture: Picture,
 }
 
 /// One restart: the median time and the mean errors of its images. Errors are those of the images alone, and `None`
@@ -131,10 +131,10 @@ fn row(setup: &Setup, result: &SceneResult, series: &Series, cell: &Cell, restar
     Row {
         scene: result.scene.clone(),
         technique: series.technique.name.clone(),
-        width: setup.integral.width,
-        height: setup.integral.height,
-        max_depth: setup.integral.path.max_depth,
-        jitter: setup.integral.path.jitter,
+        width: setup.picture.size[0],
+        height: setup.picture.size[1],
+        max_depth: setup.picture.integral.max_depth,
+        jitter: setup.picture.integral.jitter,
         spp: cell.samples,
         restart: restart as u32,
         seed: run.seed,
@@ -149,10 +149,10 @@ fn row(setup: &Setup, result: &SceneResult, series: &Series, cell: &Cell, restar
         reference_mean_error: truth.mean_error,
         reference_spp: result.reference_samples,
         reference_mse: truth.noise,
-        closest_rays: series.per_sample(series.counts.closest),
-        shadow_rays: series.per_sample(series.counts.shadow),
-        surface_evaluations: series.per_sample(series.counts.surfaces),
-        light_samples: series.per_sample(series.counts.light_samples),
+        closest_rays: asked.closest,
+        shadow_rays: asked.shadow,
+        surface_evaluations: asked.surfaces,
+        light_samples: asked.light_samples,
         dropped_samples: run.dropped_samples,
         device: setup.device.clone(),
         machine: setup.machine.clone(),
@@ -256,16 +256,9 @@ mod tests {
     #[test]
     fn a_benchmark_has_a_row_a_restart() {
         let result = super::super::tests::furnace();
-        let integral = RenderSettings {
-            width: 12,
-            height: 12,
-            samples: 1,
-            seed: 0,
-            path: restir::render::PathSettings::default(),
-            dispatch_samples: None,
-        };
+        let picture = Picture { size: [12; 2], integral: restir::technique::Integral { max_depth: 8, jitter: false } };
         let text = String::new;
-        let setup = Setup { machine: text(), device: text(), commit: text(), integral };
+        let setup = Setup { machine: text(), device: text(), commit: text(), picture };
         let rows = rows(&setup, &result);
         assert_eq!(rows.len(), 2 * 5 * 6);
         assert!(rows.iter().all(|row| row.mse.is_some() && row.note.is_empty()));

@@ -59,14 +59,15 @@ mod tests {
     use super::*;
     use restir::buffers::SceneBuffers;
     use restir::exec::CpuExecutor;
-    use restir::render::{PathSettings, RenderSettings, render};
+    use restir::render::{Render, render};
     use restir::scene::Scene;
+    use restir::technique::path::PathSettings;
 
     #[test]
     fn every_pass_is_counted_and_the_image_is_the_same() {
         let scene = SceneBuffers::build(&Scene::load("furnace").unwrap()).unwrap();
-        let path = PathSettings::default();
-        let settings = RenderSettings { width: 8, height: 8, samples: 5, seed: 0, path, dispatch_samples: Some(2) };
+        let path = PathSettings { dispatch_samples: Some(2), ..PathSettings::default() };
+        let settings = Render { count: 5, ..Render::new([8, 8], path) };
         let mut cpu = CpuExecutor::new(Some(1)).unwrap();
         let plain = render(&mut cpu, &scene, &settings, &mut |_| ControlFlow::Continue(())).unwrap();
         let mut timed = Timed::new(&mut cpu);

@@ -6,24 +6,22 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use clap::ValueEnum;
 use restir::buffers::SceneBuffers;
-use restir::di::{DiRender, DiSettings};
 use restir::output::{check_writable, write_atomically};
-use restir::reference::{FIRST_SEED, Goal};
-use restir::render::RenderSettings;
+use restir::reference::{FIRST_SEED, Goal, Picture};
+use restir::render::{self, Render};
 use restir::scene::Scene;
+use restir::technique::Repeats;
 use restir::{Error, input};
-use restir_shared::layout::FEATURE_CLEAR;
 
 use super::device::{self, Device};
 use super::progress::Reporter;
-use super::reference::{Cache, Integral, MEASURED_SIZE};
-use super::render::{self, natural};
-use super::{console, interrupt, settings};
+use super::reference::{Cache, PictureArguments};
+use super::render::natural;
+use super::technique::configured;
+use super::{console, interrupt};
 use crate::bench::against::{self, Change};
 use crate::bench::error::Truth;
-use crate::bench::estimator::Estimator;
 use crate::bench::report::{self, Report};
 use crate::bench::table::{self, Row, Setup};
 use crate::bench::{Matrix, SceneResult, Technique, machine, measure, plot};
@@ -43,8 +41,8 @@ pub(super) struct Arguments {
     /// Names of built-in scenes, or .gltf or .glb files.
     #[arg(required = true)]
     scenes: Vec<PathBuf>,
-    /// A technique, alone or with settings as in path:roulette=on; may be repeated. A frame of restir-di is a sample, and
-    /// its image the mean of the frames, or with the word last as a setting the last frame.
+    /// A technique, alone or with settings as in path:roulette=on; may be repeated. If a technique renders frames, a frame is
+    /// a sample and the image the mean of the frames, or with the word last as a setting the last frame.
     #[arg(long = "technique", default_value = "path", value_name = "NAME[:KEY=VALUE,...]")]
     techniques: Vec<String>,
     /// Samples per pixel.
@@ -67,7 +65,7 @@ pub(super) struct Arguments {
     #[arg(long)]
     against: Option<PathBuf>,
     #[command(flatten)]
-    integral: Integral,
+    picture: PictureArguments,
     #[command(flatten)]
     cache: Cache,
     #[command(flatten)]
@@ -93,7 +91,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
         machine: machine::describe(),
         device: device_name(&device),
         commit: env!("RESTIR_COMMIT").to_owned(),
-        integral: matrix.integral.clone(),
+        picture: matrix.picture,
     };
     let results: Vec<SceneResult> =
         subjects.iter().map(|subject| measured(arguments, &matrix, subject, &mut device)).collect::<Result<_, _>>()?;
@@ -106,7 +104,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
 }
 
 fn matrix(arguments: &Arguments) -> Result<Matrix, Error> {
-    let integral = arguments.integral.settings(MEASURED_SIZE)?;
+    let picture = arguments.picture.measured()?;
     let refuse = |problem: String| Err(Error::Setting(problem));
     if !(2..=MAX_RESTARTS).contains(&arguments.restarts) {
         return refuse(format!("{} restarts show no spread; give 2 to {MAX_RESTARTS}", arguments.restarts));
@@ -121,12 +119,12 @@ fn matrix(arguments: &Arguments) -> Result<Matrix, Error> {
         return refuse("0 samples a pixel make no reference; give at least 1 to --reference-spp".to_owned());
     }
     let techniques: Vec<Technique> =
-        arguments.techniques.iter().map(|text| technique(text, &integral)).collect::<Result<_, _>>()?;
+        arguments.techniques.iter().map(|text| technique(text, picture)).collect::<Result<_, _>>()?;
     refuse_twice("technique", techniques.iter().map(|technique| technique.name.clone()))?;
     let budgets: BTreeSet<u32> = arguments.spp.iter().copied().collect();
     let time = Duration::from_secs_f64((1.0 - REFERENCE_SHARE) * f64::from(arguments.seconds));
     let budgets = budgets.into_iter().collect();
-    let matrix = Matrix { integral, techniques, budgets, restarts: arguments.restarts, time };
+    let matrix = Matrix { picture, techniques, budgets, restarts: arguments.restarts, time };
     if matrix.seeds() > u64::from(FIRST_SEED) {
         return refuse(format!("{} images need more seeds than there are; give fewer --restarts", matrix.seeds()));
     }
@@ -134,51 +132,22 @@ fn matrix(arguments: &Arguments) -> Result<Matrix, Error> {
 }
 
 /// A technique from its name and settings; these may not change what the picture converges to.
-fn technique(text: &str, integral: &RenderSettings) -> Result<Technique, Error> {
+fn technique(text: &str, picture: Picture) -> Result<Technique, Error> {
     let (name, changes) = text.split_once(':').unwrap_or((text, ""));
-    let known = render::Technique::from_str(name, false).map_err(|_| {
-        let known: Vec<&str> = render::Technique::value_variants().iter().map(|technique| technique.name()).collect();
-        Error::Setting(format!("there is no technique {name:?}; there is {}", known.join(", ")))
-    })?;
-    let changes: Vec<String> = changes.split(',').filter(|change| !change.is_empty()).map(str::to_owned).collect();
-    let estimator = match known {
-        render::Technique::Path => Estimator::Path(path_settings(text, &changes, integral)?),
-        render::Technique::RestirDi => Estimator::RestirDi(di_render(text, &changes, integral)?),
-    };
-    Ok(Technique { name: text.to_owned(), estimator })
-}
-
-fn path_settings(text: &str, changes: &[String], integral: &RenderSettings) -> Result<RenderSettings, Error> {
-    let mut settings = integral.clone();
-    changes.iter().try_for_each(|change| settings::apply(&mut settings, change))?;
-    let same = (settings.path.max_depth, settings.path.jitter) == (integral.path.max_depth, integral.path.jitter);
-    same.then_some(settings).ok_or_else(|| of_its_own(text))
-}
-
-/// The mean of the frames, or with the change `last` the last one.
-fn di_render(text: &str, changes: &[String], integral: &RenderSettings) -> Result<DiRender, Error> {
-    if integral.path.max_depth != render::DIRECT_DEPTH {
+    let changes = changes.split(',').filter(|change| !change.is_empty()).map(str::to_owned);
+    let (last, changes): (Vec<String>, Vec<String>) = changes.partition(|change| change == LAST_FRAME);
+    let technique = configured(name, &changes, Some(picture.integral.max_depth), picture.integral.jitter)?;
+    if technique.integral() != picture.integral {
         return Err(Error::Setting(format!(
-            "restir-di renders direct light, paths of {0} segments; give --max-depth {0}",
-            render::DIRECT_DEPTH
+            "the technique {text} has a depth or jitter of its own, so that errors cannot be compared; give --max-depth or \
+             --jitter to all"
         )));
     }
-    let (last, changes): (Vec<String>, Vec<String>) = changes.iter().cloned().partition(|change| change == LAST_FRAME);
-    let mut settings = DiSettings::default();
-    settings::apply_di(&mut settings, &changes)?;
-    let is_other = if integral.path.jitter { settings::turn_jitter_off(&changes) } else { settings.jitter };
-    if is_other {
-        return Err(of_its_own(text));
+    if !last.is_empty() && technique.about().repeats != Repeats::Frames {
+        return Err(Error::Setting(format!("the technique {name} has no last frame; leave {LAST_FRAME} out")));
     }
-    settings.jitter = integral.path.jitter;
-    Ok(DiRender { accumulate: last.is_empty(), ..DiRender::new([integral.width, integral.height], settings) })
-}
-
-fn of_its_own(text: &str) -> Error {
-    Error::Setting(format!(
-        "the technique {text} has a depth or jitter of its own, so that errors cannot be compared; give --max-depth or \
-         --jitter to all"
-    ))
+    let render = Render { accumulate: last.is_empty(), ..Render::new(picture.size, technique) };
+    Ok(Technique { name: text.to_owned(), render })
 }
 
 fn refuse_twice(what: &str, names: impl Iterator<Item = String>) -> Result<(), Error> {
@@ -193,8 +162,8 @@ fn refuse_twice(what: &str, names: impl Iterator<Item = String>) -> Result<(), E
 
 fn subjects(arguments: &Arguments, matrix: &Matrix) -> Result<Vec<Subject>, Error> {
     let subject = |path: &PathBuf| {
-        let (scene, buffers) = arguments.integral.load(path, [matrix.integral.width, matrix.integral.height])?;
-        matrix.techniques.iter().try_for_each(|technique| technique.estimator.check(&buffers))?;
+        let (scene, buffers) = arguments.picture.load(path, matrix.picture.size)?;
+        matrix.techniques.iter().try_for_each(|technique| render::check(&buffers, &technique.render))?;
         let plot =
             format!("{}.svg", path.file_stem().unwrap_or_default().to_string_lossy().replace([' ', '(', ')'], "-"));
         Ok(Subject { scene, buffers, plot })
@@ -227,25 +196,16 @@ pub(super) fn device_name(device: &Device) -> String {
     format!("{}{adapter}, flavour {}, self-check {}", description.executor, description.flavour, device.parity)
 }
 
-/// Refuses what would be compared with another integral: light through clear glass is direct to ReSTIR DI only, and its
-/// frames show a moving scene at times of their own.
+/// Refuses what converges to something else than the reference.
 fn check_comparable(matrix: &Matrix, subject: &Subject) -> Result<(), Error> {
     let Subject { scene, buffers, .. } = subject;
-    let refuse =
-        |technique: &Technique, why: &str| Err(Error::Setting(format!("{}: {} {why}", scene.name, technique.name)));
-    for technique in &matrix.techniques {
-        let Estimator::RestirDi(render) = &technique.estimator else { continue };
-        if buffers.is_animated() {
-            return refuse(
-                technique,
-                "renders frames of a moving scene, and the reference shows one moment; take a scene that stands still",
-            );
-        }
-        if render.settings.transmittance && buffers.features & FEATURE_CLEAR != 0 {
-            return refuse(
-                technique,
-                "sees lights through clear glass, and the reference does not; give transmittance=off",
-            );
+    for Technique { name, render } in &matrix.techniques {
+        let of_frames = render.technique.about().repeats == Repeats::Frames;
+        let moves = (of_frames && buffers.is_animated()).then_some(
+            "renders frames of a moving scene, and the reference shows one moment; take a scene that stands still",
+        );
+        if let Some(why) = moves.or_else(|| render.technique.differs_from_path(buffers)) {
+            return Err(Error::Setting(format!("{}: {name} {why}", scene.name)));
         }
     }
     Ok(())
@@ -267,7 +227,7 @@ fn measured(
     console::note(&format!("{scene}: reference"));
     let cache = arguments.cache.folder();
     let executor = device.executor.as_mut();
-    let reference = super::reference::make(executor, &subject.buffers, &matrix.integral, cache.as_deref(), goal)?;
+    let reference = super::reference::make(executor, &subject.buffers, matrix.picture, cache.as_deref(), goal)?;
     let truth = Truth::new(&reference);
     console::note(&format!("{scene}: {} samples in the reference, measuring", reference.samples()));
     let mut reporter = Reporter::new();
@@ -335,21 +295,19 @@ fn judge(name: &str, changes: &[Change]) -> Result<(), Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use restir::render::PathSettings;
+    use restir::technique::Integral;
 
-    fn integral() -> RenderSettings {
-        let path = PathSettings::default();
-        RenderSettings { width: 8, height: 8, samples: 1, seed: 0, path, dispatch_samples: None }
+    fn picture(max_depth: u32, jitter: bool) -> Picture {
+        Picture { size: [8; 2], integral: Integral { max_depth, jitter } }
     }
 
     #[test]
     fn techniques_are_parsed() {
-        let parsed = technique("path:roulette=on,dispatch_samples=4", &integral()).unwrap();
-        let Estimator::Path(settings) = parsed.estimator else { panic!("{parsed:?}") };
-        assert!(settings.path.roulette && settings.dispatch_samples == Some(4));
-        assert_eq!(technique("path", &integral()).unwrap().estimator, Estimator::Path(integral()));
+        let parsed = technique("path:roulette=on,dispatch_samples=4", picture(8, false)).unwrap();
+        let value = |key| parsed.render.technique.value(key);
+        assert_eq!(["roulette", "dispatch_samples"].map(value), ["on", "4"].map(|text| Some(text.to_owned())));
         for (text, word) in [("pth", "path"), ("path:rolette=on", "roulette"), ("path:max_depth=3", "--max-depth")] {
-            let message = technique(text, &integral()).unwrap_err().to_string();
+            let message = technique(text, picture(8, false)).unwrap_err().to_string();
             assert!(message.contains(word), "{message}");
         }
     }
@@ -357,12 +315,10 @@ mod tests {
     #[test]
     fn techniques_have_no_jitter_of_their_own() {
         for jitter in [false, true] {
-            let path = PathSettings { jitter, max_depth: render::DIRECT_DEPTH, ..PathSettings::default() };
-            let integral = RenderSettings { path, ..integral() };
-            for name in ["path", "restir-di"] {
-                let with = |value: bool| technique(&format!("{name}:jitter={}", settings::on_or_off(value)), &integral);
-                with(jitter).unwrap();
-                assert!(with(!jitter).unwrap_err().to_string().contains("--jitter"));
+            for name in restir::technique::all().iter().map(|technique| technique.about().name) {
+                let text = |value| format!("{name}:jitter={}", if value { "on" } else { "off" });
+                technique(&text(jitter), picture(2, jitter)).unwrap();
+                assert!(technique(&text(!jitter), picture(2, jitter)).unwrap_err().to_string().contains("--jitter"));
             }
         }
     }

@@ -11,15 +11,16 @@ use restir::buffers::SceneBuffers;
 use restir::exec::Executor;
 use restir::image::write_png;
 use restir::output::{check_writable, write_atomically};
-use restir::reference::{Goal, Reference};
-use restir::render::{MAX_SIDE, PathSettings, Progress, RenderSettings};
+use restir::reference::{Goal, Picture, Reference};
+use restir::render::{MAX_SIDE, Progress};
 use restir::scene::Environment;
+use restir::technique::Integral;
 
 use super::bench::{command_line, create_folder, device_name};
 use super::device::Device;
 use super::progress::Reporter;
 use super::reference::Cache;
-use super::render::{DIRECT_DEPTH, Size, natural};
+use super::render::{Size, natural};
 use super::{console, device, interrupt, reference};
 use crate::bench::machine;
 use crate::bench::table::Setup;
@@ -33,6 +34,8 @@ const MIN_SIDE: u32 = 12;
 const MAX_RESTARTS: u32 = 4096;
 const MAX_FRAMES: u32 = 4096;
 const REFERENCE_SECONDS: u64 = 150;
+/// What all figures show: direct light at the centres of pixels.
+const DIRECT: Integral = Integral { max_depth: 2, jitter: false };
 /// Frames of `seed002-fig1` that do not count.
 const UNCOUNTED: u32 = 16;
 
@@ -134,10 +137,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
         machine: machine::describe(),
         device: device_name(&device),
         commit: env!("RESTIR_COMMIT").to_owned(),
-        integral: integral(protocol.size),
+        picture: Picture { size: protocol.size, integral: DIRECT },
     };
     let command = command_line();
-    let mut program = Program { device, cache: arguments.cache.folder(), integral: setup.integral.clone() };
+    let mut program = Program { device, cache: arguments.cache.folder(), picture: setup.picture };
     let files = match arguments.figure {
         Figure::MisOverTime => {
             let frames = if arguments.quick { 8 } else { 16 };
@@ -197,23 +200,17 @@ fn within(name: &str, value: u32, [low, high]: [u32; 2]) -> Result<u32, Error> {
         .ok_or_else(|| Error::Setting(format!("{name} {value} is out of range; give {low} to {high}")))
 }
 
-/// Direct light of the given size.
-fn integral([width, height]: [u32; 2]) -> RenderSettings {
-    let path = PathSettings { max_depth: DIRECT_DEPTH, jitter: false, roulette: false };
-    RenderSettings { width, height, samples: 1, seed: 0, path, dispatch_samples: None }
-}
-
 /// The executor, the cache of references and the console.
 struct Program {
     device: Device,
     cache: Option<PathBuf>,
-    integral: RenderSettings,
+    picture: Picture,
 }
 
 impl Environs for Program {
     fn reference(&mut self, name: &str, scene: &SceneBuffers, goal: Goal) -> Result<Reference, Error> {
         console::note(&format!("{name}: reference"));
-        reference::make(self.device.executor.as_mut(), scene, &self.integral, self.cache.as_deref(), goal)
+        reference::make(self.device.executor.as_mut(), scene, self.picture, self.cache.as_deref(), goal)
     }
 
     fn run<T>(

@@ -18,7 +18,6 @@ mod devices;
 mod explain;
 mod export;
 mod figure;
-mod genealogy;
 mod info;
 mod interrupt;
 mod metadata;
@@ -28,6 +27,7 @@ mod render;
 mod scene;
 mod scenes;
 mod settings;
+mod technique;
 
 const EXIT_FAILED: u8 = 1;
 const EXIT_BAD_INPUT: u8 = 2;

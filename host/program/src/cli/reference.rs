@@ -9,9 +9,11 @@ use restir::buffers::SceneBuffers;
 use restir::exec::Executor;
 use restir::image::write_exr;
 use restir::output::check_writable;
-use restir::reference::{self, Goal, Reference};
-use restir::render::{PathSettings, Progress, RenderSettings};
+use restir::reference::{self, Goal, Picture, Reference};
+use restir::render::Progress;
 use restir::scene::Scene;
+use restir::technique::path::PathSettings;
+use restir::technique::{Integral, Technique};
 
 use super::progress::Reporter;
 use super::render::{Size, natural};
@@ -38,7 +40,7 @@ pub(super) struct Arguments {
     #[arg(long)]
     error: Option<PathBuf>,
     #[command(flatten)]
-    integral: Integral,
+    picture: PictureArguments,
     #[command(flatten)]
     cache: Cache,
     #[command(flatten)]
@@ -47,10 +49,10 @@ pub(super) struct Arguments {
 
 /// What defines the picture, whatever the technique.
 #[derive(clap::Args)]
-pub(super) struct Integral {
+pub(super) struct PictureArguments {
     /// Image size in pixels, as WIDTHxHEIGHT; 96x96 for measurements, the scene's or 512x512 for explain if not given.
     #[arg(long, allow_hyphen_values = true)]
-    size: Option<Size>,
+    pub(super) size: Option<Size>,
     /// Longest path in segments; 8 if not given.
     #[arg(long, alias = "depth", value_parser = natural::<u32>, allow_hyphen_values = true)]
     pub(super) max_depth: Option<u32>,
@@ -69,13 +71,17 @@ pub(super) struct Cache {
     cache: Option<PathBuf>,
 }
 
-impl Integral {
-    /// As settings of a render with a single sample and the seed 0; of the given size if none was asked for.
-    pub(super) fn settings(&self, size: [u32; 2]) -> Result<RenderSettings, Error> {
-        let [width, height] = self.size.map_or(Ok(size), Size::sides)?;
-        let max_depth = self.max_depth.unwrap_or(PathSettings::default().max_depth);
-        let path = PathSettings { max_depth, jitter: self.jitter, roulette: false };
-        Ok(RenderSettings { width, height, samples: 1, seed: 0, path, dispatch_samples: None })
+impl PictureArguments {
+    /// The size, which is the given one if none was asked for.
+    pub(super) fn size(&self, default: [u32; 2]) -> Result<[u32; 2], Error> {
+        self.size.map_or(Ok(default), Size::sides)
+    }
+
+    /// What is measured.
+    pub(super) fn measured(&self) -> Result<Picture, Error> {
+        let max_depth = self.max_depth.unwrap_or(PathSettings::default().integral().max_depth);
+        let integral = Integral { max_depth, jitter: self.jitter };
+        Ok(Picture { size: self.size(MEASURED_SIZE)?, integral })
     }
 
     /// The scene with what is added to it, and its buffers.
@@ -102,15 +108,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
         return Err(Error::Setting("0 samples a pixel make no reference; give at least 1".to_owned()));
     }
     interrupt::install()?;
-    let settings = arguments.integral.settings(MEASURED_SIZE)?;
-    let (scene, buffers) = arguments.integral.load(&arguments.scene, [settings.width, settings.height])?;
-    restir::render::check(&buffers, &settings)?;
+    let picture = arguments.picture.measured()?;
+    let (scene, buffers) = arguments.picture.load(&arguments.scene, picture.size)?;
+    reference::check(&buffers, picture)?;
     let mut device = device::open(&arguments.device)?;
     let goal = Goal { samples: arguments.spp, time: arguments.seconds.map(Duration::from_secs) };
     let cache = arguments.cache.folder();
-    let reference = make(device.executor.as_mut(), &buffers, &settings, cache.as_deref(), goal)?;
+    let reference = make(device.executor.as_mut(), &buffers, picture, cache.as_deref(), goal)?;
     interrupt::begin_writing();
-    let metadata = metadata(&scene.name, &settings, &reference);
+    let metadata = metadata(&scene.name, picture.integral, &reference);
     for (path, image) in [(&arguments.output, reference.image()), (&arguments.error, reference.error_image())] {
         path.as_ref().map_or(Ok(()), |path| write_exr(path, &image, &metadata))?;
     }
@@ -121,7 +127,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
 pub(super) fn make(
     executor: &mut dyn Executor,
     buffers: &SceneBuffers,
-    settings: &RenderSettings,
+    picture: Picture,
     cache: Option<&Path>,
     goal: Goal,
 ) -> Result<Reference, Error> {
@@ -129,7 +135,7 @@ pub(super) fn make(
         console::note("warning: there is no folder to keep the reference in; name one by --cache or RESTIR_CACHE");
     }
     let mut reporter = Reporter::new();
-    let made = reference::make(executor, buffers, settings, cache, goal, &mut |progress| {
+    let made = reference::make(executor, buffers, picture, cache, goal, &mut |progress| {
         reporter.update(&Progress { done: progress.done, total: progress.total });
         if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
@@ -144,13 +150,13 @@ pub(super) fn make(
     Ok(reference)
 }
 
-fn metadata(scene: &str, settings: &RenderSettings, reference: &Reference) -> Vec<(String, String)> {
+fn metadata(scene: &str, integral: Integral, reference: &Reference) -> Vec<(String, String)> {
     let pairs = [
         ("scene", scene.to_owned()),
         ("technique", "path".to_owned()),
         ("samples", reference.samples().to_string()),
-        ("max_depth", settings.path.max_depth.to_string()),
-        ("jitter", settings.path.jitter.to_string()),
+        ("max_depth", integral.max_depth.to_string()),
+        ("jitter", integral.jitter.to_string()),
         ("dropped_samples", reference.dropped_samples().to_string()),
         ("version", env!("CARGO_PKG_VERSION").to_owned()),
         ("commit", env!("RESTIR_COMMIT").to_owned()),

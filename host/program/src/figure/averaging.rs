@@ -1,6 +1,6 @@
 //! What the figures of averaged visibility (Tokuyoshi, supplement) have in common.
 
-use restir::di::{DiSettings, Visibility};
+use restir::technique::restir_di::{DiSettings, Visibility};
 
 /// The visibility that is compared: that of the selected sample (Wyman and Panteleev 2021), and the mean over all that
 /// competed.

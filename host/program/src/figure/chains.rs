@@ -5,9 +5,9 @@ use std::time::Instant;
 
 use restir::Error;
 use restir::buffers::SceneBuffers;
-use restir::di::{self, DiRender, DiSettings};
 use restir::exec::Executor;
-use restir::render::Progress;
+use restir::render::{self, Progress, Render};
+use restir::technique::Technique;
 
 use crate::bench::error::{Errors, Truth};
 use crate::bench::fit::{self, Estimate};
@@ -37,11 +37,11 @@ pub(crate) struct Chains {
 /// chains.
 ///
 /// # Errors
-/// As of [`di::render`]; [`Error::Interrupted`] if `observe` breaks.
+/// As of [`render::render`]; [`Error::Interrupted`] if `observe` breaks.
 pub(crate) fn run(
     executor: &mut dyn Executor,
     scene: &SceneBuffers,
-    configurations: &[DiSettings],
+    configurations: &[impl Technique],
     protocol: Protocol,
     observe: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Vec<Chains>, Error> {
@@ -49,13 +49,13 @@ pub(crate) fn run(
     let total = configurations.len() as u64 * u64::from(protocol.chains);
     let mut done = 0;
     for seed in 0..protocol.chains {
-        for (chains, settings) in all.iter_mut().zip(configurations) {
-            let frames = protocol.warm_up + 1;
+        for (chains, technique) in all.iter_mut().zip(configurations) {
+            let count = protocol.warm_up + 1;
             let accumulate = protocol.accumulate;
-            let render = DiRender { frames, seed, accumulate, ..DiRender::new(protocol.size, settings.clone()) };
+            let render = Render { count, seed, accumulate, ..Render::new(protocol.size, technique.boxed()) };
             let start = Instant::now();
-            let rendered = di::render(executor, scene, &render, &mut |_| observe(Progress { done, total }))?;
-            chains.seconds.push(start.elapsed().as_secs_f64() / f64::from(frames));
+            let rendered = render::render(executor, scene, &render, &mut |_| observe(Progress { done, total }))?;
+            chains.seconds.push(start.elapsed().as_secs_f64() / f64::from(count));
             chains.images.push(rendered.image.pixels.as_flattened().iter().map(|&x| f64::from(x)).collect());
             done += 1;
         }

@@ -1,14 +1,16 @@
-//! What a frame of ReSTIR DI asks of the scene, counted pass by pass.
+//! What a frame of ReSTIR DI asks of the scene.
 
+use restir::Error;
 use restir::buffers::SceneBuffers;
-use restir::di::{DiRender, DiSettings};
-use restir::replay::{Counts, Frames, Recording};
-use restir_kernels as kernels;
-use restir_shared::technique::di::DiParams;
+use restir::render::Render;
+use restir::replay::asked_after;
+use restir::technique::restir_di::DiSettings;
 
 /// Frames before the one that is counted, which give it a history: rays do not depend on how long that is, only on what
 /// is occluded.
 const EARLIER: u32 = 5;
+/// The kernel of temporal and spatial reuse.
+const COMBINE: &str = "di_combine";
 
 /// Of a frame with a history, a pixel.
 #[derive(Clone, Copy, Debug, Default)]
@@ -25,28 +27,18 @@ pub(crate) struct Cost {
 
 impl Cost {
     /// Counts natively; `scene` stands still.
-    pub(crate) fn of(scene: &SceneBuffers, size: [u32; 2], settings: &DiSettings) -> Self {
-        let view = scene.view();
-        let recording = Recording::new(&view);
-        let render = DiRender { frames: 1 + EARLIER, accumulate: true, ..DiRender::new(size, settings.clone()) };
-        let (mut all, mut combines) = (Counts::default(), Counts::default());
-        Frames::replay(&recording, scene, &render, &mut |pass, _| {
-            let counts = recording.take_counts();
-            let is_frame = |p: &[DiParams]| p.iter().any(|p| p.frame == EARLIER);
-            if !bytemuck::try_cast_slice(&pass.params).is_ok_and(is_frame) {
-                return;
-            }
-            all = all.plus(counts);
-            if pass.kernel.name == kernels::di_combine::DESC.name {
-                combines = combines.plus(counts);
-            }
-        });
+    pub(crate) fn of(scene: &SceneBuffers, size: [u32; 2], settings: &DiSettings) -> Result<Self, Error> {
+        let render = Render { count: 1 + EARLIER, accumulate: true, ..Render::new(size, settings.clone()) };
         let share = 1.0 / (f64::from(size[0]) * f64::from(size[1]));
-        Self {
-            shadow_rays: all.shadow as f64 * share,
-            combine_rays: combines.shadow as f64 * share,
-            evaluations: all.light_samples as f64 * share,
-            combine_evaluations: combines.light_samples as f64 * share,
+        let mut cost = Self::default();
+        for (kernel, asked) in asked_after(scene, &render, EARLIER)?.into_iter().filter(|(_, asked)| asked.by_pixel) {
+            let (rays, evaluations) = (asked.counts.shadow as f64 * share, asked.counts.light_samples as f64 * share);
+            cost.shadow_rays += rays;
+            cost.evaluations += evaluations;
+            if kernel == COMBINE {
+                (cost.combine_rays, cost.combine_evaluations) = (rays, evaluations);
+            }
         }
+        Ok(cost)
     }
 }

@@ -54,12 +54,10 @@ impl File {
 
 /// A report's table of what it was made by and on.
 pub(crate) fn origin(setup: &Setup, command: &str) -> String {
-    let Setup { machine, device, commit, integral } = setup;
+    let Setup { machine, device, commit, picture: Picture { size: [width, height], .. } } = setup;
     format!(
         "| | |\n|---|---|\n| command | `{}` |\n| machine | {machine} |\n| device | {device} |\n| commit | {commit} |\n\
-         | images | {} x {} pixels |\n",
+         | images | {width} x {height} pixels |\n",
         command.replace(['\n', '\r', '`', '|'], " "),
-        integral.width,
-        integral.height,
     )
 }

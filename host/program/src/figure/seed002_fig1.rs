@@ -8,11 +8,12 @@ use rayon::prelude::*;
 use restir::Error;
 use restir::bootstrap::{Interval, mean};
 use restir::buffers::SceneBuffers;
-use restir::di::{self, DiRender, DiSettings};
+use restir::exec::{CpuExecutor, Executor, Step};
 use restir::image::Image;
 use restir::render::Progress;
-use restir::replay::Frames;
+use restir::render::{self, Render};
 use restir::scene::Scene;
+use restir::technique::restir_di::DiSettings;
 use restir_kernels as kernels;
 use restir_shared::glam::UVec4;
 use restir_shared::layout::FilmPixel;
@@ -126,7 +127,7 @@ struct Findings {
 /// The files of the figure. The first `warm_up` frames of a chain do not count, and `protocol.warm_up` after them do.
 ///
 /// # Errors
-/// As of [`di::check`]; [`Error::Interrupted`].
+/// As of [`render::check`]; [`Error::Interrupted`].
 pub(crate) fn make(
     environs: &mut impl Environs,
     protocol: Protocol,
@@ -136,20 +137,22 @@ pub(crate) fn make(
 ) -> Result<Vec<File>, Error> {
     let scene = SceneBuffers::build(&Scene::load(SCENE)?)?;
     let settings = settings(protocol.size[1]);
-    let render = |seed: u32, settings: &DiSettings| DiRender {
-        frames: protocol.warm_up + counted,
+    let render = |seed: u32, settings: &DiSettings| Render {
+        count: protocol.warm_up + counted,
         // every frame is shaded
         accumulate: true,
         seed,
-        ..DiRender::new(protocol.size, settings.clone())
+        ..Render::new(protocol.size, settings.clone())
     };
-    settings.iter().try_for_each(|settings| di::check(&scene, &render(0, settings)))?;
+    settings.iter().try_for_each(|settings| render::check(&scene, &render(0, settings)))?;
     let total = u64::from(protocol.chains);
     let findings = environs.run(SCENE, |_, observe| {
         let mut findings: Option<Findings> = None;
         for seed in 0..protocol.chains {
-            let chains: Vec<Chain> =
-                settings.par_iter().map(|settings| chain(&scene, &render(seed, settings), protocol.warm_up)).collect();
+            let chains: Vec<Chain> = settings
+                .par_iter()
+                .map(|settings| chain(&scene, &render(seed, settings), protocol.warm_up))
+                .collect::<Result<_, _>>()?;
             let Ok([prev, ours]) = <[Chain; 2]>::try_from(chains) else { return Err(Error::Interrupted) };
             findings = Some(Findings::with(findings, protocol.size, [prev, ours]));
             if let ControlFlow::Break(()) = observe(Progress { done: u64::from(seed) + 1, total }) {
@@ -158,7 +161,7 @@ pub(crate) fn make(
         }
         findings.ok_or(Error::Interrupted)
     })?;
-    let findings = Findings { shadow_rays: Cost::of(&scene, protocol.size, &settings[1]).shadow_rays, ..findings };
+    let findings = Findings { shadow_rays: Cost::of(&scene, protocol.size, &settings[1])?.shadow_rays, ..findings };
     Ok(vec![
         File { name: PICTURE.to_owned(), contents: Contents::Picture(findings.picture()) },
         File::text("tiles.csv", findings.table()),
@@ -167,22 +170,21 @@ pub(crate) fn make(
 }
 
 /// Runs a chain natively. Frames from `first` on count.
-fn chain(scene: &SceneBuffers, render: &DiRender, first: u32) -> Chain {
+fn chain(scene: &SceneBuffers, render: &Render, first: u32) -> Result<Chain, Error> {
     let view = scene.view();
     let pixels = (render.width * render.height) as usize;
     let mut chain = Chain { visibility: vec![Moments::default(); pixels], ..Chain::default() };
-    Frames::replay(&view, scene, render, &mut |pass, frames| {
-        if pass.kernel.name != kernels::di_shade::DESC.name {
-            return;
-        }
-        let p: DiParams = bytemuck::pod_read_unaligned(bytemuck::cast_slice(&pass.params));
-        let [hits, reservoirs, direct, film] = [3, 4, 5, 6].map(|binding| frames.plane(pass.bindings[binding]));
+    let mut shaded = |step: &Step<'_>| -> Result<(), Error> {
+        let plane =
+            |role| Ok::<_, Error>(bytemuck::cast_slice::<u32, UVec4>(&step.read(step.pass.bound(role)?)?).to_vec());
+        let p: DiParams = bytemuck::pod_read_unaligned(bytemuck::cast_slice(&step.pass.params));
+        let [hits, reservoirs, direct, film] = [plane("hits")?, plane("reservoirs")?, plane("direct")?, plane("film")?];
         chain.samples.push(reservoirs.iter().map(|&word| without_visibility(word)).collect());
         if p.frame >= first {
-            let pixels = chain.visibility.iter_mut().zip(reservoirs).filter(|(_, word)| weighs(**word));
+            let pixels = chain.visibility.iter_mut().zip(&reservoirs).filter(|(_, word)| weighs(**word));
             pixels.for_each(|(moments, &word)| moments.push(visibility(word)));
         }
-        if p.frame + 1 == render.frames {
+        if p.frame + 1 == render.count {
             let unseen = |(i, direct): (usize, &UVec4)| {
                 let at = [i as u32 % render.width, i as u32 / render.width];
                 shade(&view, &p, p.flags, [hits[i], seen(reservoirs[i])], bytemuck::cast(*direct), at).sum
@@ -192,11 +194,19 @@ fn chain(scene: &SceneBuffers, render: &DiRender, first: u32) -> Chain {
             chain.last = [
                 image(film.iter().map(|&word| bytemuck::cast::<_, FilmPixel>(word).sum).collect()),
                 grey(size, reservoirs.iter().map(|&word| if weighs(word) { visibility(word) } else { 0.0 })),
-                image((0..).zip(direct).map(unseen).collect()),
+                image((0..).zip(&direct).map(unseen).collect()),
             ];
         }
-    });
-    chain
+        Ok(())
+    };
+    let mut outcome = Ok(());
+    CpuExecutor::inline().run(render.technique.plan(scene, render), &mut |step| {
+        if step.pass.kernel.name == SHADE {
+            outcome = shaded(step);
+        }
+        if outcome.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    })?;
+    outcome.map(|()| chain)
 }
 
 impl Findings {

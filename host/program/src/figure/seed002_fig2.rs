@@ -7,10 +7,10 @@ use rayon::prelude::*;
 use restir::Error;
 use restir::bootstrap::{Interval, draws, mean};
 use restir::buffers::SceneBuffers;
-use restir::di::{self, DiRender};
 use restir::image::Image;
 use restir::metrics::{self, RELATIVE_THRESHOLD};
 use restir::reference::{Goal, Reference};
+use restir::render::{self, Render};
 
 use super::averaging::{METHODS, settings};
 use super::chains::{self, Chains, Protocol};
@@ -107,7 +107,7 @@ impl<'a> Comparison<'a> {
 /// The files of the figure. Of a chain all frames count.
 ///
 /// # Errors
-/// As of [`di::render`] and of making references.
+/// As of [`render::render`] and of making references.
 pub(crate) fn make(
     environs: &mut impl Environs,
     protocol: Protocol,
@@ -117,7 +117,7 @@ pub(crate) fn make(
 ) -> Result<Vec<File>, Error> {
     let scene = SceneBuffers::build(&wall(SCENE, &[1.0], coloured))?;
     let settings = settings(protocol.size[1]);
-    settings.iter().try_for_each(|settings| di::check(&scene, &DiRender::new(protocol.size, settings.clone())))?;
+    settings.iter().try_for_each(|settings| render::check(&scene, &Render::new(protocol.size, settings.clone())))?;
     let reference = environs.reference(SCENE, &scene, goal)?;
     let chains =
         environs.run(SCENE, |executor, observe| chains::run(executor, &scene, &settings, protocol, observe))?;

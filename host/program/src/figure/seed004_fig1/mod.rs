@@ -10,10 +10,11 @@ use std::time::Duration;
 use rayon::prelude::*;
 use restir::Error;
 use restir::buffers::SceneBuffers;
-use restir::di::{DiRender, DiSettings, MisForm, Visibility};
 use restir::reference::Goal;
-use restir::render::RenderSettings;
+use restir::reference::Picture;
+use restir::render::Render;
 use restir::scene::{Environment, Scene};
+use restir::technique::restir_di::{DiSettings, MisForm, Visibility, VisibilityReuse};
 
 use super::chains::{self, Chains, Protocol};
 use super::cost::Cost;
@@ -98,7 +99,7 @@ struct Stripes {
 /// The files of the figure. `environment` lights the exterior instead of its own.
 ///
 /// # Errors
-/// As of [`restir::di::render`] and of making references.
+/// As of [`restir::render::render`] and of making references.
 pub(crate) fn make(
     environs: &mut impl Environs,
     effort: &Effort,
@@ -109,7 +110,7 @@ pub(crate) fn make(
     let mut findings = Vec::new();
     for (name, what, scene) in scenes(environment)? {
         let subject = subject(environs, effort, name, what, &scene)?;
-        findings.push(measure(environs, effort, &setup.integral, subject)?);
+        findings.push(measure(environs, effort, setup.picture, subject)?);
     }
     let stripes = stripes(environs, effort)?;
     let report = report::Report { setup, command, effort, findings: &findings, stripes: &stripes };
@@ -136,9 +137,10 @@ fn settings(size: [u32; 2]) -> [Setting; 4] {
         still: false,
         ..DiSettings::preset("unbiased-2020").unwrap_or_default()
     };
-    let off = DiSettings { initial_visibility: false, mis_visibility: false, ..reused.clone() };
+    let off = DiSettings { visibility_reuse: VisibilityReuse::Off, ..reused.clone() };
     // the kept visibility is exact then, and no final ray is needed
-    let selected = DiSettings { target_visibility: true, visibility: Visibility::Selected, ..reused.clone() };
+    let selected =
+        DiSettings { visibility_reuse: VisibilityReuse::Selection, visibility: Visibility::Selected, ..reused.clone() };
     let six = DiSettings { neighbours: 5, ..reused.clone() };
     [
         Setting { name: "visibility reuse", settings: reused },
@@ -172,8 +174,9 @@ fn pairs(
     let all: Vec<DiSettings> =
         settings.iter().flat_map(|setting| FORMS.map(|(_, form)| of_form(setting, form))).collect();
     let scene = &subject.buffers;
-    all.iter().try_for_each(|settings| restir::di::check(scene, &DiRender::new(protocol.size, settings.clone())))?;
-    let costs: Vec<Cost> = all.par_iter().map(|settings| Cost::of(scene, protocol.size, settings)).collect();
+    all.iter().try_for_each(|settings| restir::render::check(scene, &Render::new(protocol.size, settings.clone())))?;
+    let costs: Vec<Cost> =
+        all.par_iter().map(|settings| Cost::of(scene, protocol.size, settings)).collect::<Result<_, _>>()?;
     let chains =
         environs.run(&subject.name, |executor, observe| chains::run(executor, scene, &all, protocol, observe))?;
     let mut measured = chains.into_iter().zip(costs).map(|(chains, cost)| Measured { chains, cost });
@@ -184,7 +187,7 @@ fn pairs(
 fn measure(
     environs: &mut impl Environs,
     effort: &Effort,
-    integral: &RenderSettings,
+    picture: Picture,
     subject: Subject,
 ) -> Result<Findings, Error> {
     let settings = settings(effort.protocol.size);
@@ -193,7 +196,7 @@ fn measure(
         ..settings[0].clone()
     });
     let candidates = pairs(environs, &subject, effort.protocol, few.to_vec())?;
-    let running = running(environs, effort, integral, &subject, &settings[..2])?;
+    let running = running(environs, effort, picture, &subject, &settings[..2])?;
     let pairs = pairs(environs, &subject, effort.protocol, settings.to_vec())?;
     Ok(Findings { subject, pairs, candidates, running })
 }
@@ -202,17 +205,17 @@ fn measure(
 fn running(
     environs: &mut impl Environs,
     effort: &Effort,
-    integral: &RenderSettings,
+    picture: Picture,
     subject: &Subject,
     settings: &[Setting],
 ) -> Result<Vec<Series>, Error> {
     let technique = |setting: &Setting, (name, mis): (&str, MisForm)| {
         let settings = DiSettings { mis, ..setting.settings.clone() };
-        let render = DiRender { accumulate: true, ..DiRender::new(effort.protocol.size, settings) };
-        Technique { name: curve(name, setting), estimator: Estimator::RestirDi(render) }
+        let render = Render { accumulate: true, ..Render::new(effort.protocol.size, settings) };
+        Technique { name: curve(name, setting), render }
     };
     let matrix = Matrix {
-        integral: integral.clone(),
+        picture,
         techniques: settings.iter().flat_map(|setting| FORMS.map(|form| technique(setting, form))).collect(),
         budgets: (0..=effort.frames.ilog2()).map(|log| 1 << log).collect(),
         restarts: effort.restarts,

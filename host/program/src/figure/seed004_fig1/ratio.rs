@@ -1,7 +1,7 @@
 //! What one form of MIS needs over what the other does, for equal error.
 
 use restir::bootstrap::{Interval, mean};
-use restir::di::DiSettings;
+use restir::technique::restir_di::DiSettings;
 
 use super::{FORMS, Measured, PROPOSED, Pair, TALBOT};
 use crate::bench::error::{Errors, Truth};

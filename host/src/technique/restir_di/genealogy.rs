@@ -1,9 +1,11 @@
 //! The genealogy of a reservoir: from which reservoir of which pass and frame it has its sample, back to the candidate.
 
+use super::DiSettings;
 use super::lineage::{Follower, Origin, ReservoirPass};
 use crate::buffers::SceneBuffers;
-use crate::di::{self, DiRender};
 use crate::exec::Executor;
+use crate::render::{self, Render};
+use crate::technique::explain::Place;
 use crate::{Error, memory};
 use restir_shared::glam::UVec4;
 use restir_shared::layout::TRIANGLE_WORDS;
@@ -69,18 +71,20 @@ impl Generation {
 /// sample only itself.
 ///
 /// # Errors
-/// As of [`di::render`]; [`Error::Setting`] for a pixel outside of the image, [`Error::Memory`] for frames whose reservoirs cannot
+/// As of [`render::render`]; [`Error::Setting`] for a pixel outside of the image, [`Error::Memory`] for frames whose reservoirs cannot
 /// all be kept.
 pub fn genealogy(
+    settings: &DiSettings,
     executor: &mut dyn Executor,
     scene: &SceneBuffers,
-    render: &DiRender,
-    [x, y]: [u32; 2],
+    render: &Render,
+    place: Place,
 ) -> Result<Vec<Generation>, Error> {
-    check_genealogy(scene, render, [x, y])?;
+    check(settings, scene, render)?;
+    place.check(render)?;
     let mut follower = Follower::new(scene);
     let mut passes = Vec::new();
-    di::render_shown(
+    render::render_shown(
         executor,
         scene,
         render,
@@ -91,7 +95,7 @@ pub fn genealogy(
         &mut |_| ControlFlow::Continue(()),
     )?;
     let mut generations = Vec::new();
-    let mut next = passes.len().checked_sub(1).map(|last| (last, y * render.width + x));
+    let mut next = passes.len().checked_sub(1).map(|last| (last, place.y * render.width + place.x));
     while let Some((pass, pixel)) = next {
         let generation = generation(&passes[pass], pixel);
         next = match generation.origin {
@@ -106,28 +110,18 @@ pub fn genealogy(
 }
 
 /// What [`genealogy`] checks first.
-///
-/// # Errors
-/// [`Error::Setting`] and [`Error::Memory`].
-pub fn check_genealogy(scene: &SceneBuffers, render: &DiRender, [x, y]: [u32; 2]) -> Result<(), Error> {
-    // first, for di::check takes time with the number of frames
-    check_memory(scene, render)?;
-    di::check(scene, render)?;
-    let DiRender { width, height, .. } = render;
-    if x >= *width || y >= *height {
-        return Err(Error::Setting(format!(
-            "pixel ({x}, {y}) lies outside of the image of {width} x {height} pixels, which count from (0, 0)"
-        )));
-    }
-    Ok(())
+pub(super) fn check(settings: &DiSettings, scene: &SceneBuffers, render: &Render) -> Result<(), Error> {
+    // first, for to check a render takes time with the number of frames
+    check_memory(settings, scene, render)?;
+    render::check(scene, render)
 }
 
-fn check_memory(scene: &SceneBuffers, render: &DiRender) -> Result<(), Error> {
+fn check_memory(settings: &DiSettings, scene: &SceneBuffers, render: &Render) -> Result<(), Error> {
     // hits, candidates, temporal and spatial reuse, 16 bytes each
-    let DiRender { width, height, frames, settings, .. } = render;
-    let [width, height, frames] = [*width, *height, *frames].map(u64::from);
+    let [width, height, frames] = [render.width, render.height, render.count].map(u64::from);
     let planes = 16 * (3 + u64::from(settings.spatial)) * width * height;
-    let tiles = u64::from(settings.tiles) * u64::from(settings.tile_size) * size_of::<TileWords>() as u64;
+    let candidates = settings.tiles.map_or(0, |tiles| u64::from(tiles.count) * u64::from(tiles.size));
+    let tiles = candidates * size_of::<TileWords>() as u64;
     // and of a scene that moves its frames, with their wide trees
     let scenes = if scene.is_animated() { 2 * scene.stats().bytes } else { 0 };
     let bytes = frames.saturating_mul(planes + tiles + scenes);

@@ -1,28 +1,47 @@
-//! What `restir explain` prints of a reservoir.
+//! What is printed of a reservoir: from where it has its sample, back to the candidate.
 
 use std::fmt::Write;
 
-use restir::di::DiRender;
-use restir::replay::{Generation, LightSource, Origin, Reuse};
-use restir::scene::Scene;
 use restir_shared::technique::di::Stored;
 use serde_json::{Value, json};
 
-use super::explain::kind;
+use super::DiSettings;
+use super::genealogy::{Generation, LightSource, Reuse, genealogy};
+use super::lineage::Origin;
+use crate::Error;
+use crate::buffers::SceneBuffers;
+use crate::exec::Executor;
+use crate::render::Render;
+use crate::scene::Scene;
+use crate::technique::explain::{Explanation, Place, light_kind as kind};
+
+/// Explains the reservoir that a pixel has in the last frame.
+pub(super) fn explain(
+    settings: &DiSettings,
+    executor: &mut dyn Executor,
+    (scene, buffers): (&Scene, &SceneBuffers),
+    render: &Render,
+    place: Place,
+) -> Result<Explanation, Error> {
+    let generations = genealogy(settings, executor, buffers, render, place)?;
+    let genealogy = Genealogy { scene, settings, render, generations: &generations };
+    Ok(Explanation { text: genealogy.text(), json: genealogy.json() })
+}
 
 /// The reservoirs from which a pixel has its sample, the last one first.
-pub(super) struct Genealogy<'a> {
-    pub(super) scene: &'a Scene,
-    pub(super) render: &'a DiRender,
-    pub(super) generations: &'a [Generation],
+struct Genealogy<'a> {
+    scene: &'a Scene,
+    settings: &'a DiSettings,
+    render: &'a Render,
+    generations: &'a [Generation],
 }
 
 impl Genealogy<'_> {
-    pub(super) fn text(&self) -> String {
-        let Self { scene, render: r, generations } = self;
+    fn text(&self) -> String {
+        let Self { scene, render: r, generations, .. } = self;
         let mut text = format!(
             "{}, {} x {} pixels, restir-di: {} frames, seed {}\n",
-            scene.name, r.width, r.height, r.frames, r.seed
+            scene.name, r.width, r.height, r.count, r.seed
         );
         generations.iter().for_each(|generation| text += &self.generation(generation));
         let verdict = if generations.iter().all(is_identical) { "the same bits" } else { "OTHER BITS" };
@@ -66,7 +85,7 @@ impl Genealogy<'_> {
 
     fn origin(&self, g: &Generation) -> String {
         match g.origin {
-            Origin::Candidate(index) if index == self.render.settings.candidates => {
+            Origin::Candidate(index) if index == self.settings.candidates => {
                 "drawn as the candidate from scattering".to_owned()
             }
             Origin::Candidate(index) => format!("drawn as candidate {index} of those from lights"),
@@ -91,21 +110,20 @@ impl Genealogy<'_> {
         frame(self.generations.first()) - frame(self.generations.last())
     }
 
-    pub(super) fn json(&self) -> String {
-        let Self { scene, render, generations } = self;
+    fn json(&self) -> Value {
+        let Self { scene, render, generations, .. } = self;
         let reservoirs: Vec<Value> = generations.iter().map(|generation| self.generation_json(generation)).collect();
-        let object = json!({
+        json!({
             "scene": scene.name,
             "technique": "restir-di",
             "width": render.width,
             "height": render.height,
-            "frames": render.frames,
+            "frames": render.count,
             "seed": render.seed,
             "age": self.age(),
             "reservoirs": reservoirs,
             "identical": generations.iter().all(is_identical),
-        });
-        format!("{object}\n")
+        })
     }
 
     fn generation_json(&self, g: &Generation) -> Value {
@@ -116,7 +134,7 @@ impl Genealogy<'_> {
         };
         let from = match g.origin {
             Origin::Candidate(index) => {
-                let scattering = index == self.render.settings.candidates;
+                let scattering = index == self.settings.candidates;
                 json!({"candidate": index, "of": if scattering { "scattering" } else { "lights" }})
             }
             Origin::Reservoir { pixel: of, is_other, of_last_frame, .. } => {

@@ -1,11 +1,11 @@
 //! Where the sample of a reservoir comes from: the passes of a render with all that they read, so that each pixel of one
 //! can be replayed natively, whatever executor ran it.
 
-use super::two_frames::TwoFrames;
 use crate::Error;
 use crate::buffers::SceneBuffers;
 use crate::exec::Step;
 use crate::plan::BufferId;
+use crate::replay::TwoFrames;
 use restir_kernels::{di_combine, di_initial, di_primary, di_tiles};
 use restir_shared::glam::UVec4;
 use restir_shared::scene::{Frames, LightAddress};

@@ -2,10 +2,9 @@
 
 use super::lineage::{Follower, Origin, ReservoirPass};
 use crate::buffers::SceneBuffers;
-use crate::di::{self, DiRender};
 use crate::exec::Executor;
 use crate::image::Channel;
-use crate::render::{Progress, Rendered};
+use crate::render::{self, Progress, Render, Rendered};
 use crate::{Error, memory};
 use rayon::prelude::*;
 use restir_shared::technique::di::Stored;
@@ -41,25 +40,26 @@ impl Layers {
     }
 }
 
-/// As [`di::render`], with the reservoirs of the last frame. The plan is the same; ages are found by replaying natively all
+/// As [`render::render`], with the reservoirs of the last frame. The plan is the same; ages are found by replaying natively all
 /// passes that combine reservoirs, which takes the time that they take on the CPU.
 ///
 /// # Errors
-/// As of [`di::render`].
+/// As of [`render::render`].
 pub fn render_with_layers(
     executor: &mut dyn Executor,
     scene: &SceneBuffers,
-    render: &DiRender,
+    render: &Render,
     observe: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<(Rendered, Layers), Error> {
-    di::check(scene, render)?;
+    render::check(scene, render)?;
     // beside the plan: its planes read back, ages, channels and their encoded form
-    let bytes = 2 * di::plan(scene, render).bytes() + 64 * u64::from(render.width) * u64::from(render.height);
+    let bytes =
+        2 * render.technique.plan(scene, render).bytes() + 64 * u64::from(render.width) * u64::from(render.height);
     memory::check(bytes, "this render with layers", "choose a smaller size")?;
     let mut follower = Follower::new(scene);
     let mut ages = BTreeMap::new();
     let mut last = None;
-    let rendered = di::render_shown(
+    let rendered = render::render_shown(
         executor,
         scene,
         render,

@@ -7,10 +7,12 @@ use restir_shared::scene::{LightKind, LightSample, SceneView, SurfacePoint, Trac
 use restir_shared::technique::path::PathParams;
 use restir_shared::vec::dot;
 
-use super::{Event, Isolated, Recording, Sample, Source, params, trace};
+use super::{Isolated, Source, params, trace};
 use crate::Error;
 use crate::buffers::SceneBuffers;
-use crate::render::RenderSettings;
+use crate::render::Render;
+use crate::replay::{Event, Recording};
+use crate::technique::explain::Place;
 
 /// A sample of a pixel: its path and its radiance.
 #[derive(Clone, Debug)]
@@ -107,20 +109,15 @@ impl Path {
     }
 }
 
-/// Replays `sample` natively.
+/// Replays a sample natively.
 ///
 /// # Errors
 /// [`Error::Setting`] for a pixel outside of the image, and as of [`crate::render::check`].
-pub fn explain(scene: &SceneBuffers, settings: &RenderSettings, sample: Sample) -> Result<Path, Error> {
-    let Sample { x, y, index } = sample;
-    if x >= settings.width || y >= settings.height {
-        return Err(Error::Setting(format!(
-            "the pixel ({x}, {y}) is outside of the image of {} x {} pixels; count from 0, from the upper left corner",
-            settings.width, settings.height
-        )));
-    }
+pub fn explain_sample(scene: &SceneBuffers, render: &Render, place: Place) -> Result<Path, Error> {
+    place.check(render)?;
+    let Place { x, y, sample } = place;
     let view = scene.view();
-    let replay = Replay { view: &view, params: params(scene, settings, index)?, x, y };
+    let replay = Replay { view: &view, params: params(scene, render, sample)?, x, y };
     Ok(replay.path())
 }
 

@@ -1,35 +1,36 @@
 //! The passes of ReSTIR DI.
 
-use super::DiRender;
 use super::moments::Moments;
+use super::{DiSettings, Temporal, Tiles};
 use crate::Error;
 use crate::buffers::SceneBuffers;
 use crate::film::Film;
-use crate::plan::{Buffer, BufferId, FramePlan, Pass};
+use crate::plan::{ARENAS, Buffer, BufferId, FramePlan, Pass};
+use crate::render::Render;
 use restir_kernels::{self as kernels, KernelDesc};
 use restir_shared::glam::UVec4;
 use restir_shared::layout::{Extent, SceneHeader};
 use restir_shared::technique::di::{DiPairs, DiParams, DiPoint, PAIRS, TileWords};
 use std::collections::VecDeque;
 
-const ARENAS: [BufferId; 3] = [0, 1, 2];
+/// Samples that the film holds.
+pub(super) fn film_samples(settings: &DiSettings, render: &Render) -> u64 {
+    u64::from(if render.accumulate { render.count } else { 1 }) * u64::from(settings.shading_passes())
+}
 
-/// The frames' passes, for settings that [`super::check`] accepts: what [`super::render`] runs.
-pub fn plan<'a>(scene: &'a SceneBuffers, render: &'a DiRender) -> FramePlan<'a> {
-    let arena =
-        |name, words: &std::sync::Arc<[u32]>| Buffer { name, words: words.len(), contents: Some(words.clone()) };
-    let texels = arena("texels", &scene.texels);
-    let moments = scene.is_animated().then(|| Moments::new(scene, ARENAS, if keeps_history(render) { 2 } else { 1 }));
-    let [geometry, attributes] = match &moments {
-        Some(moments) => moments.buffers(),
-        None => [arena("geometry", &scene.geometry), arena("attributes", &scene.attributes)],
-    };
+/// The frames' passes.
+pub(super) fn plan<'a>(settings: &'a DiSettings, scene: &'a SceneBuffers, render: &'a Render) -> FramePlan<'a> {
+    let parts = if keeps_history(settings, render) { 2 } else { 1 };
+    let moments = scene.is_animated().then(|| Moments::new(scene, ARENAS, parts));
+    let [geometry, attributes, texels] = Buffer::arenas(scene);
+    let [geometry, attributes] = moments.as_ref().map_or([geometry, attributes], Moments::buffers);
     let mut buffers = vec![geometry, attributes, texels];
-    let planes = Planes::new(&mut buffers, render);
-    let samples = render.film_samples() as u32;
+    let planes = Planes::new(&mut buffers, settings, render);
+    let samples = film_samples(settings, render) as u32;
     let film = Film::new(&mut buffers, [render.width, render.height], samples, 0);
     let outputs = vec![film.output()];
     let passes = || Passes {
+        settings,
         scene,
         render,
         planes: planes.clone(),
@@ -63,20 +64,18 @@ struct Planes {
 }
 
 impl Planes {
-    fn new(buffers: &mut Vec<Buffer>, render: &DiRender) -> Self {
-        let s = &render.settings;
+    fn new(buffers: &mut Vec<Buffer>, s: &DiSettings, render: &Render) -> Self {
         let mut add = |name, count, bytes| {
             buffers.push(Buffer { name, words: count * bytes / size_of::<u32>(), contents: None });
             buffers.len() - 1
         };
-        let candidates = s.tiles as usize * s.tile_size as usize;
-        let tiles = (candidates > 0).then(|| add("tiles", candidates, size_of::<TileWords>()));
+        let tiles = s.tiles.map(|t| add("tiles", t.count as usize * t.size as usize, size_of::<TileWords>()));
         let pixels = render.width as usize * render.height as usize;
         let shading = (s.shaded > 0)
             .then(|| [add("points", pixels, size_of::<DiPoint>()), add("pairs", pixels, size_of::<DiPairs>())]);
         let mut add = |name| add(name, pixels, size_of::<UVec4>());
-        let history = usize::from(keeps_history(render));
-        let spatial = usize::from(s.spatial > 0 && !s.fused);
+        let history = usize::from(keeps_history(s, render));
+        let spatial = usize::from(s.spatial_passes() > 0);
         Self {
             hits: (0..1 + history).map(|_| add("hits")).collect(),
             reservoirs: (0..1 + history + spatial).map(|_| add("reservoirs")).collect(),
@@ -87,14 +86,15 @@ impl Planes {
     }
 }
 
-fn keeps_history(render: &DiRender) -> bool {
-    render.settings.temporal && render.frames > 1
+fn keeps_history(settings: &DiSettings, render: &Render) -> bool {
+    settings.temporal != Temporal::Off && render.count > 1
 }
 
 /// Makes the passes, a frame at a time.
 struct Passes<'a> {
+    settings: &'a DiSettings,
     scene: &'a SceneBuffers,
-    render: &'a DiRender,
+    render: &'a Render,
     planes: Planes,
     frame: u32,
     queue: VecDeque<Pass>,
@@ -117,12 +117,12 @@ impl Passes<'_> {
         }
         let [first, later] = first_and_later;
         // once the last camera stays, frames are alike
-        let settled = self.render.frames.min((self.render.cameras.len() + self.planes.hits.len()) as u32);
+        let settled = self.render.count.min((self.render.cameras.len() + self.planes.hits.len()) as u32);
         let found = |frame: u32| u64::from(!self.knows_hits(frame));
-        let hits = (0..settled).map(found).sum::<u64>() + u64::from(self.render.frames - settled) * found(settled);
-        let shaded = u64::from(samples) / u64::from(self.render.settings.shading_passes());
+        let hits = (0..settled).map(found).sum::<u64>() + u64::from(self.render.count - settled) * found(settled);
+        let shaded = u64::from(samples) / u64::from(self.settings.shading_passes());
         let of_neighbours = if self.planes.shading.is_some() { u64::from(samples) + shaded } else { 0 };
-        hits + first + later * u64::from(self.render.frames - 1) + 2 * u64::from(samples) + of_neighbours
+        hits + first + later * u64::from(self.render.count - 1) + 2 * u64::from(samples) + of_neighbours
     }
 
     /// The passes of a frame up to its reservoirs.
@@ -142,7 +142,7 @@ impl Passes<'_> {
         // without tiles any buffer will do, for none is read
         let tiles = self.planes.tiles.unwrap_or(hits);
         self.push(&kernels::di_initial::DESC, self.params(), &ARENAS, &[hits, tiles, work, self.planes.direct]);
-        if self.frame > 0 && keeps_history(self.render) {
+        if self.frame > 0 && keeps_history(self.settings, self.render) {
             self.reuse_in_time(hits, last_hits);
         }
         self.reuse_in_space();
@@ -163,7 +163,7 @@ impl Passes<'_> {
     }
 
     fn reuse_in_time(&mut self, hits: BufferId, last_hits: BufferId) {
-        let settings = &self.render.settings;
+        let settings = self.settings;
         let work = self.planes.reservoirs[0];
         let last = self.planes.reservoirs[self.planes.reservoirs.len() - 1];
         let of_last = DiParams {
@@ -171,16 +171,15 @@ impl Passes<'_> {
             other_scene: self.headers()[1],
             other_camera: self.camera_params(self.frame - 1),
             other_frame: self.frame - 1,
-            neighbours: if settings.fused { settings.neighbours } else { 0 },
+            neighbours: if settings.temporal == Temporal::Fused { settings.neighbours } else { 0 },
             ..self.params()
         };
         self.push(&kernels::di_combine::DESC, of_last, &ARENAS, &[hits, last_hits, last, work]);
     }
 
     fn reuse_in_space(&mut self) {
-        let settings = &self.render.settings;
         let (hits, _) = self.hits();
-        for pass in 0..if settings.fused { 0 } else { settings.spatial } {
+        for pass in 0..self.settings.spatial_passes() {
             let params = DiParams { combine: 1 + pass, ..self.params() };
             // what the next frame reads is not written over
             let free_at = if pass > 0 && self.keeps_before_spatial() { 2 } else { 1 };
@@ -193,7 +192,7 @@ impl Passes<'_> {
     /// Whether the plane of hits is still that of the same rays: its frame, and every one since, had them.
     fn knows_hits(&self, frame: u32) -> bool {
         let written = frame.checked_sub(self.planes.hits.len() as u32);
-        !self.render.settings.jitter && written.is_some_and(|at| (at..frame).all(|frame| self.same_view(frame)))
+        !self.settings.jitter && written.is_some_and(|at| (at..frame).all(|frame| self.same_view(frame)))
     }
 
     /// Whether a frame and the one after it have the same scene and the same ray in every pixel, jitter aside.
@@ -213,8 +212,7 @@ impl Passes<'_> {
 
     /// Whether the next frame reuses what spatial reuse began with.
     fn keeps_before_spatial(&self) -> bool {
-        let s = &self.render.settings;
-        keeps_history(self.render) && !s.feedback && s.spatial > 0 && !s.fused
+        keeps_history(self.settings, self.render) && !self.settings.feedback && self.settings.spatial_passes() > 0
     }
 
     /// What the frame adds to the film.
@@ -225,7 +223,7 @@ impl Passes<'_> {
         if let Some([points, _]) = self.planes.shading {
             self.push(&kernels::di_offer::DESC, frame, &ARENAS, &[hits, reservoirs, points]);
         }
-        for params in self.render.settings.shading(&frame) {
+        for params in self.settings.shading(&frame) {
             let Some(film) = self.film.as_mut().and_then(|film| film.open(0)) else { return };
             if let Some([points, pairs]) = self.planes.shading {
                 self.push(&kernels::di_exchange::DESC, params, &ARENAS, &[hits, points, pairs, film]);
@@ -262,7 +260,8 @@ impl Passes<'_> {
 
     /// Of passes within the frame.
     fn params(&self) -> DiParams {
-        let (render, s) = (self.render, &self.render.settings);
+        let (render, s) = (self.render, self.settings);
+        let tiles = s.tiles.unwrap_or(Tiles { count: 0, size: 0 });
         let (camera, [scene, _]) = (self.camera_params(self.frame), self.headers());
         DiParams {
             scene,
@@ -285,8 +284,8 @@ impl Passes<'_> {
             min_normal_cos: s.min_normal_cos,
             shading_pass: 0,
             group: s.candidates_per_ray(),
-            tiles: s.tiles,
-            tile_size: s.tile_size,
+            tiles: tiles.count,
+            tile_size: tiles.size,
             reserved: [0; 2],
             pairs: [0; PAIRS],
         }
@@ -295,7 +294,7 @@ impl Passes<'_> {
     /// The last plane of the reservoirs is the one that the next frame finds its history in.
     fn end_frame(&mut self) {
         let last = self.planes.reservoirs.len() - 1;
-        if keeps_history(self.render) {
+        if keeps_history(self.settings, self.render) {
             let history = usize::from(self.keeps_before_spatial());
             self.planes.reservoirs.swap(history, last);
         }
@@ -307,7 +306,7 @@ impl Iterator for Passes<'_> {
     type Item = Result<Pass, Error>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        while self.queue.is_empty() && self.frame < self.render.frames {
+        while self.queue.is_empty() && self.frame < self.render.count {
             let begun = match self.moments.as_mut().map(|moments| moments.advance(self.frame)).transpose() {
                 Ok(begun) => begun,
                 Err(e) => return Some(Err(e)),
@@ -316,7 +315,7 @@ impl Iterator for Passes<'_> {
             if let Some(first) = self.queue.front_mut() {
                 first.frame = begun;
             }
-            if self.render.accumulate || self.frame + 1 == self.render.frames {
+            if self.render.accumulate || self.frame + 1 == self.render.count {
                 self.shade();
             }
             self.end_frame();
@@ -328,7 +327,6 @@ impl Iterator for Passes<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::di::DiSettings;
     use crate::scene::Camera;
     use restir_shared::technique::di::{DI_OTHER_FRAME, DI_STILL};
 
@@ -336,25 +334,25 @@ mod tests {
     #[test]
     fn plans_hold_what_the_settings_need() {
         let scene = SceneBuffers::build(&crate::scene::builtin::scene("cornell").expect("built in")).expect("builds");
-        let plain = DiSettings { temporal: false, spatial: 0, ..DiSettings::default() };
+        let plain = DiSettings { temporal: Temporal::Off, spatial: 0, ..DiSettings::default() };
         let rows = [
             (plain.clone(), 3, 1 + 1 + 1),
             (DiSettings { spatial: 2, ..plain.clone() }, 3, 1 + 2 + 1),
             (DiSettings { spatial: 3, feedback: false, ..plain.clone() }, 3, 1 + 2 + 1),
-            (DiSettings { temporal: true, ..plain.clone() }, 3, 2 + 2 + 1),
-            (DiSettings { temporal: true, spatial: 3, feedback: false, ..plain.clone() }, 1, 1 + 2 + 1),
-            (DiSettings { temporal: true, spatial: 3, feedback: false, ..plain.clone() }, 4, 2 + 3 + 1),
-            (DiSettings { temporal: true, ..plain.clone() }, 1, 1 + 1 + 1),
-            (DiSettings { temporal: true, fused: true, ..plain }, 5, 2 + 2 + 1),
+            (DiSettings { temporal: Temporal::On, ..plain.clone() }, 3, 2 + 2 + 1),
+            (DiSettings { temporal: Temporal::On, spatial: 3, feedback: false, ..plain.clone() }, 1, 1 + 2 + 1),
+            (DiSettings { temporal: Temporal::On, spatial: 3, feedback: false, ..plain.clone() }, 4, 2 + 3 + 1),
+            (DiSettings { temporal: Temporal::On, ..plain.clone() }, 1, 1 + 1 + 1),
+            (DiSettings { temporal: Temporal::Fused, ..plain }, 5, 2 + 2 + 1),
             (DiSettings::default(), 4, 2 + 3 + 1),
             (DiSettings { shaded: 20, ..DiSettings::default() }, 3, 2 + 3 + 1),
             (DiSettings { shaded: 0, ..DiSettings::default() }, 3, 2 + 3 + 1),
         ];
         for (settings, frames, planes) in rows {
             for accumulate in [false, true] {
-                let render = DiRender { frames, accumulate, ..DiRender::new([3, 2], settings.clone()) };
-                let plan = plan(&scene, &render);
-                let film = Film::plane_count(render.film_samples() as u32, 0) + 1;
+                let render = Render { count: frames, accumulate, ..Render::new([3, 2], settings.clone()) };
+                let plan = render.technique.plan(&scene, &render);
+                let film = Film::plane_count(film_samples(&settings, &render) as u32, 0) + 1;
                 // points of 48 bytes a pixel and pairs of 32
                 let [buffers, units] = if settings.shaded > 0 { [2, 5] } else { [0; 2] };
                 assert_eq!(plan.buffers.len(), 3 + planes + buffers + film, "{render:?}");
@@ -378,12 +376,15 @@ mod tests {
     fn tiles_are_there_if_they_are_asked_for() {
         let scene = SceneBuffers::build(&crate::scene::builtin::scene("cornell").expect("built in")).expect("builds");
         let words = |settings: DiSettings| {
-            let plan_of = DiRender::new([4, 3], settings);
-            let plan = plan(&scene, &plan_of);
+            let render = Render::new([4, 3], settings);
+            let plan = render.technique.plan(&scene, &render);
             plan.buffers.iter().find(|buffer| buffer.name == "tiles").map(|buffer| buffer.words)
         };
         assert_eq!(words(DiSettings::default()), None);
-        assert_eq!(words(DiSettings { tiles: 3, tile_size: 50, ..DiSettings::default() }), Some(3 * 50 * 16));
+        assert_eq!(
+            words(DiSettings { tiles: Some(Tiles { count: 3, size: 50 }), ..DiSettings::default() }),
+            Some(3 * 50 * 16)
+        );
     }
 
     /// Hits are found again where rays or scene may be others.
@@ -392,13 +393,13 @@ mod tests {
         let build = |name| SceneBuffers::build(&crate::scene::builtin::scene(name).expect("built in")).expect("builds");
         let scene = build("cornell");
         let primary = |scene: &SceneBuffers, settings, cameras: &[Camera]| {
-            let render = DiRender { frames: 6, cameras: cameras.to_vec(), ..DiRender::new([4, 3], settings) };
-            let passes = plan(scene, &render).passes.map(|pass| pass.expect("made"));
+            let render = Render { count: 6, cameras: cameras.to_vec(), ..Render::new([4, 3], settings) };
+            let passes = render.technique.plan(scene, &render).passes.map(|pass| pass.expect("made"));
             passes.filter(|pass| pass.kernel.name == kernels::di_primary::DESC.name).count()
         };
         let default = DiSettings::default;
         assert_eq!(primary(&scene, default(), &[]), 2);
-        assert_eq!(primary(&scene, DiSettings { temporal: false, ..default() }, &[]), 1);
+        assert_eq!(primary(&scene, DiSettings { temporal: Temporal::Off, ..default() }, &[]), 1);
         assert_eq!(primary(&scene, DiSettings { jitter: true, ..default() }, &[]), 6);
         assert_eq!(primary(&build("moving"), default(), &[]), 6);
         let lens = Camera { lens_radius: 0.1, ..scene.camera };
@@ -411,9 +412,11 @@ mod tests {
     /// Merging without tests needs the same ray in every pixel.
     #[test]
     fn only_a_still_view_is_merged_as_such() {
-        let still_passes = |scene: &SceneBuffers, render: &DiRender| -> Vec<bool> {
+        let still_passes = |scene: &SceneBuffers, render: &Render| -> Vec<bool> {
             let params = |pass: &Pass| bytemuck::pod_read_unaligned::<DiParams>(bytemuck::cast_slice(&pass.params));
-            plan(scene, render)
+            render
+                .technique
+                .plan(scene, render)
                 .passes
                 .map(|pass| pass.expect("made"))
                 .filter(|pass| pass.kernel.name == kernels::di_combine::DESC.name)
@@ -424,21 +427,21 @@ mod tests {
         };
         let build = |name| SceneBuffers::build(&crate::scene::builtin::scene(name).expect("built in")).expect("builds");
         let scene = build("cornell");
-        let of = |settings| DiRender { frames: 3, ..DiRender::new([4, 3], settings) };
+        let of = |settings| Render { count: 3, ..Render::new([4, 3], settings) };
         let default = DiSettings::default;
         assert_eq!(still_passes(&scene, &of(default())), [true; 2]);
         for settings in [
             DiSettings { jitter: true, ..default() },
-            DiSettings { fused: true, ..default() },
+            DiSettings { temporal: Temporal::Fused, ..default() },
             DiSettings { still: false, ..default() },
         ] {
             assert_eq!(still_passes(&scene, &of(settings.clone())), [false; 2], "{settings:?}");
         }
         let lens = Camera { lens_radius: 0.1, ..scene.camera };
         let moved = Camera { position: scene.camera.position * 1.01, ..scene.camera };
-        assert_eq!(still_passes(&scene, &DiRender { cameras: vec![lens], ..of(default()) }), [false; 2]);
+        assert_eq!(still_passes(&scene, &Render { cameras: vec![lens], ..of(default()) }), [false; 2]);
         assert_eq!(
-            still_passes(&scene, &DiRender { cameras: vec![scene.camera, moved], ..of(default()) }),
+            still_passes(&scene, &Render { cameras: vec![scene.camera, moved], ..of(default()) }),
             [false, true]
         );
         assert_eq!(still_passes(&build("moving"), &of(default())), [false; 2]);
@@ -448,24 +451,20 @@ mod tests {
     #[test]
     fn no_combination_of_settings_is_without_a_plan() {
         let scene = SceneBuffers::build(&crate::scene::builtin::scene("cornell").expect("built in")).expect("builds");
-        for bits in 0..64_u32 {
+        for bits in 0..3 * 32_u32 {
             let on = |bit: u32| bits >> bit & 1 == 1;
             let settings = DiSettings {
-                temporal: on(0),
+                temporal: Temporal::ALL[(bits / 32) as usize],
                 feedback: on(1),
-                fused: on(2),
                 shaded: if on(4) { 20 } else { 0 },
                 jitter: on(5),
-                tiles: u32::from(on(3)),
+                tiles: on(0).then_some(Tiles { count: 1, size: 8 }),
                 ..DiSettings::default()
             };
             for (spatial, frames) in (0..4).flat_map(|spatial| [1, 2, 5].map(|frames| (spatial, frames))) {
                 let settings = DiSettings { spatial, ..settings.clone() };
-                if settings.check().is_err() {
-                    continue;
-                }
-                let render = DiRender { frames, accumulate: on(3), ..DiRender::new([2, 1], settings) };
-                let plan = plan(&scene, &render);
+                let render = Render { count: frames, accumulate: on(3), ..Render::new([2, 1], settings) };
+                let plan = render.technique.plan(&scene, &render);
                 let mut count = 0;
                 for pass in plan.passes {
                     pass.expect("the scene stands still").check(&plan.buffers).expect("fits");

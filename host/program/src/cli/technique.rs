@@ -1,0 +1,100 @@
+//! The technique that a command works with, and its settings.
+
+use clap::builder::{PossibleValue, PossibleValuesParser};
+use restir::Error;
+use restir::technique::{self, Repeats, Technique, configure};
+
+use super::render::natural;
+
+#[derive(clap::Args)]
+pub(super) struct TechniqueArguments {
+    /// How to render.
+    #[arg(long = "technique", value_name = "NAME", default_value_t = default_name(), value_parser = names())]
+    name: String,
+    /// A setting of the technique, as KEY=VALUE, or preset=NAME; `restir settings` lists them.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    settings: Vec<String>,
+    /// Frames of a technique that reuses them, of which the last counts; as many as suit the technique if not given.
+    #[arg(long, value_parser = natural::<u32>, allow_hyphen_values = true)]
+    pub(super) frames: Option<u32>,
+    /// Move the camera from frame to frame: orbit, pan, or a JSON file of keyframes.
+    #[arg(long, value_name = "PATH")]
+    pub(super) camera_path: Option<std::path::PathBuf>,
+    /// Seed of the random numbers.
+    #[arg(long, default_value = "0", value_parser = natural::<u32>, allow_hyphen_values = true)]
+    pub(super) seed: u32,
+}
+
+/// The first of the list.
+fn default_name() -> String {
+    technique::all().first().map_or_else(String::new, |technique| technique.about().name.to_owned())
+}
+
+/// The names of all techniques, with what they do.
+pub(super) fn names() -> PossibleValuesParser {
+    let value = |technique: &Box<dyn Technique>| {
+        let about = technique.about();
+        PossibleValue::new(about.name).help(about.summary)
+    };
+    PossibleValuesParser::new(technique::all().iter().map(value).collect::<Vec<_>>())
+}
+
+impl TechniqueArguments {
+    /// The technique with its settings and what options say of its integral.
+    pub(super) fn configured(&self, max_depth: Option<u32>, jitter: bool) -> Result<Box<dyn Technique>, Error> {
+        configured(&self.name, &self.settings, max_depth, jitter)
+    }
+}
+
+/// A technique with settings, and with the integral that the options --max-depth and --jitter ask for.
+pub(super) fn configured(
+    name: &str,
+    settings: &[String],
+    max_depth: Option<u32>,
+    jitter: bool,
+) -> Result<Box<dyn Technique>, Error> {
+    let mut technique = technique::named(name)?;
+    configure(technique.as_mut(), settings)?;
+    if let Some(depth) = max_depth.filter(|&depth| depth != technique.integral().max_depth) {
+        set_by_option(technique.as_mut(), settings, "--max-depth", ["max_depth", &depth.to_string()])?;
+    }
+    if jitter && !technique.integral().jitter {
+        set_by_option(technique.as_mut(), settings, "--jitter", ["jitter", "on"])?;
+    }
+    Ok(technique)
+}
+
+/// Sets what has an option, unless a setting says something else.
+fn set_by_option(
+    technique: &mut dyn Technique,
+    settings: &[String],
+    option: &str,
+    [key, value]: [&str; 2],
+) -> Result<(), Error> {
+    let name = technique.about().name;
+    if technique.value(key).is_none() {
+        let depth = technique.integral().max_depth;
+        return Err(Error::Setting(format!(
+            "the technique {name} has no {key}, its paths have {depth} segments; leave {option} out"
+        )));
+    }
+    if settings.iter().any(|text| text.split_once('=').is_some_and(|(set, _)| set == key)) {
+        let message = format!("{option} and --set {key}=... contradict each other; leave one of them out");
+        return Err(Error::Setting(message));
+    }
+    technique.set(key, value)
+}
+
+/// Refuses options that the technique has no use for.
+pub(super) fn refuse_unused(technique: &dyn Technique, options: &[(&str, bool, Repeats)]) -> Result<(), Error> {
+    let about = technique.about();
+    let unused = options.iter().find(|(_, given, repeats)| *given && *repeats != about.repeats);
+    unused.map_or(Ok(()), |(option, _, repeats)| {
+        let (name, own) = (about.name, about.repeats.name());
+        Err(Error::Setting(format!(
+            "{option} is for techniques that repeat {}; {name} repeats {own}: give --{}",
+            repeats.name(),
+            if about.repeats == Repeats::Samples { "spp" } else { "frames" }
+        )))
+    })
+}

@@ -1,0 +1,56 @@
+//! What the kernels of a render ask of a scene, counted natively.
+
+use super::{Counts, Recording};
+use crate::Error;
+use crate::buffers::SceneBuffers;
+use crate::exec::CpuExecutor;
+use crate::render::Render;
+use restir_shared::scene::Still;
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+
+/// What the passes of one kernel asked.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Asked {
+    /// How often each question was asked.
+    pub counts: Counts,
+    /// The kernel runs once a pixel. What others ask does not depend on the size of the image.
+    pub by_pixel: bool,
+}
+
+/// What each kernel of a render asks, by its name; of a scene that stands still.
+///
+/// # Errors
+/// As of [`crate::render::check`].
+pub fn asked(scene: &SceneBuffers, render: &Render) -> Result<BTreeMap<&'static str, Asked>, Error> {
+    crate::render::check(scene, render)?;
+    let view = scene.traced_view();
+    let recording = Recording::new(&view);
+    let mut kernels: BTreeMap<&'static str, Asked> = BTreeMap::new();
+    let plan = render.technique.plan(scene, render);
+    CpuExecutor::inline().run_over(&Still(&recording), plan, &mut |step| {
+        let kernel = kernels.entry(step.pass.kernel.name).or_default();
+        kernel.counts = kernel.counts.plus(recording.take_counts());
+        kernel.by_pixel = step.pass.grid == [render.width, render.height];
+        ControlFlow::Continue(())
+    })?;
+    Ok(kernels)
+}
+
+/// As [`asked`], by the repeats of a render after the first `settled` of them.
+///
+/// # Errors
+/// As of [`asked`].
+pub fn asked_after(
+    scene: &SceneBuffers,
+    render: &Render,
+    settled: u32,
+) -> Result<BTreeMap<&'static str, Asked>, Error> {
+    let mut kernels = asked(scene, render)?;
+    if settled > 0 {
+        for (name, before) in asked(scene, &Render { count: settled, ..render.clone() })? {
+            kernels.entry(name).and_modify(|kernel| kernel.counts = kernel.counts.minus(before.counts));
+        }
+    }
+    Ok(kernels)
+}

@@ -1,0 +1,300 @@
+//! Settings of techniques, each declared once.
+//!
+//! [`settings!`](crate::settings!) declares a struct of settings: a line has the field, its type, its default, its range and its unit, and
+//! the doc comment above it is the text of `restir settings`. The field's name is the key in `--set key=value`, in an
+//! image's metadata and in reports.
+
+use crate::Error;
+
+/// A type that settings may have, as text.
+pub trait Value: Sized {
+    /// What a text has to be, as in "on or off".
+    fn expected() -> String;
+    /// The value that a text means, if it is one.
+    fn read(text: &str) -> Option<Self>;
+    /// The text that [`Self::read`] gives the value for.
+    fn write(&self) -> String;
+}
+
+macro_rules! numbers {
+    ($($type:ty),*) => {$(
+        impl Value for $type {
+            fn expected() -> String {
+                "a number".to_owned()
+            }
+
+            fn read(text: &str) -> Option<Self> {
+                text.parse().ok()
+            }
+
+            fn write(&self) -> String {
+                self.to_string()
+            }
+        }
+    )*};
+}
+
+numbers!(u32, f32);
+
+impl Value for bool {
+    fn expected() -> String {
+        "on or off".to_owned()
+    }
+
+    fn read(text: &str) -> Option<Self> {
+        Some(text == "on").filter(|&on| on || text == "off")
+    }
+
+    fn write(&self) -> String {
+        if *self { "on" } else { "off" }.to_owned()
+    }
+}
+
+/// A value, or `off`.
+impl<V: Value> Value for Option<V> {
+    fn expected() -> String {
+        format!("off or {}", V::expected())
+    }
+
+    fn read(text: &str) -> Option<Self> {
+        if text == "off" { Some(None) } else { V::read(text).map(Some) }
+    }
+
+    fn write(&self) -> String {
+        self.as_ref().map_or_else(|| "off".to_owned(), V::write)
+    }
+}
+
+/// Declares an enumeration of named values, in the order in which they are listed.
+///
+/// ```
+/// restir_host::choices! {
+///     /// What to have for breakfast.
+///     pub enum Breakfast {
+///         /// Coffee alone.
+///         "coffee" => Coffee,
+///         /// Bread.
+///         "bread" => Bread,
+///     }
+/// }
+/// assert_eq!(Breakfast::ALL.map(Breakfast::name), ["coffee", "bread"]);
+/// ```
+#[macro_export]
+macro_rules! choices {
+    ($(#[$meta:meta])* pub enum $type:ident { $($(#[$doc:meta])* $name:literal => $variant:ident),* $(,)? }) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+        pub enum $type {
+            $($(#[$doc])* $variant,)*
+        }
+
+        impl $type {
+            /// All values.
+            pub const ALL: [Self; [$($name),*].len()] = [$(Self::$variant),*];
+
+            /// The name in `--set key=name`.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $name,)*
+                }
+            }
+        }
+
+        impl $crate::settings::Value for $type {
+            fn expected() -> String {
+                [$($name),*].join(" | ")
+            }
+
+            fn read(text: &str) -> Option<Self> {
+                Self::ALL.into_iter().find(|value| value.name() == text)
+            }
+
+            fn write(&self) -> String {
+                self.name().to_owned()
+            }
+        }
+    };
+}
+
+/// A setting of `S` as it was declared.
+pub struct Setting<S: 'static> {
+    /// The field's name.
+    pub key: &'static str,
+    /// The field's documentation.
+    pub doc: &'static str,
+    /// What values are counted or measured in; empty where they have no unit.
+    pub unit: &'static str,
+    /// What a value has to be.
+    pub expected: fn() -> String,
+    /// The value as text.
+    pub get: fn(&S) -> String,
+    /// Sets the value that a text means, and says whether it is one.
+    pub set: fn(&mut S, &str) -> bool,
+    /// Whether the value is in the declared range.
+    pub in_range: fn(&S) -> bool,
+}
+
+/// A struct of settings that [`settings!`](crate::settings!) has declared.
+pub trait Declared: Clone + Default + 'static {
+    /// The settings, in the order of the fields.
+    const SETTINGS: &'static [Setting<Self>];
+    /// Names of presets, each of which sets everything.
+    const PRESETS: &'static [&'static str];
+    /// The preset of a name in [`Self::PRESETS`].
+    fn preset(name: &str) -> Option<Self>;
+}
+
+/// A setting and its value.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Entry {
+    /// The key.
+    pub key: &'static str,
+    /// The value as text.
+    pub value: String,
+    /// What a value has to be, with its unit.
+    pub expected: String,
+    /// What the setting does.
+    pub doc: String,
+}
+
+/// Settings by key and text, whatever their type is.
+pub trait Settings {
+    /// All settings with their values.
+    fn entries(&self) -> Vec<Entry>;
+
+    /// Sets a value; the key `preset` sets all of them.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for an unknown key or preset, which lists those that there are, and for a text that is no value.
+    fn set(&mut self, key: &str, value: &str) -> Result<(), Error>;
+
+    /// The presets by name, each with the settings that differ from the defaults.
+    fn presets(&self) -> Vec<(&'static str, Vec<Entry>)>;
+
+    /// Whether every value is in its range.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] that names the first that is not, and its range.
+    fn check_ranges(&self) -> Result<(), Error>;
+
+    /// The value of a setting as text; `None` if there is no such key.
+    fn value(&self, key: &str) -> Option<String> {
+        self.entries().into_iter().find(|entry| entry.key == key).map(|entry| entry.value)
+    }
+}
+
+impl<S: Declared> Settings for S {
+    fn entries(&self) -> Vec<Entry> {
+        let entry = |setting: &Setting<S>| Entry {
+            key: setting.key,
+            value: (setting.get)(self),
+            expected: [&(setting.expected)(), setting.unit].join(" ").trim().to_owned(),
+            doc: setting.doc.split_whitespace().collect::<Vec<_>>().join(" "),
+        };
+        S::SETTINGS.iter().map(entry).collect()
+    }
+
+    fn set(&mut self, key: &str, value: &str) -> Result<(), Error> {
+        if key == "preset" {
+            *self = S::preset(value).ok_or_else(|| {
+                let known = S::PRESETS.join(", ");
+                Error::Setting(format!("there is no preset {value:?}; there are: {known}"))
+            })?;
+            return Ok(());
+        }
+        let Some(setting) = S::SETTINGS.iter().find(|setting| setting.key == key) else {
+            let known: Vec<&str> = S::SETTINGS.iter().map(|setting| setting.key).collect();
+            return Err(Error::Setting(format!("there is no setting {key:?}; there are: {}", known.join(", "))));
+        };
+        if (setting.set)(self, value) {
+            return Ok(());
+        }
+        Err(Error::Setting(format!("the setting {key} is {value:?}; it has to be {}", (setting.expected)())))
+    }
+
+    fn presets(&self) -> Vec<(&'static str, Vec<Entry>)> {
+        let defaults = S::default().entries();
+        let differing = |preset: S| preset.entries().into_iter().filter(|entry| !defaults.contains(entry)).collect();
+        S::PRESETS.iter().filter_map(|&name| Some((name, differing(S::preset(name)?)))).collect()
+    }
+
+    fn check_ranges(&self) -> Result<(), Error> {
+        S::SETTINGS.iter().find(|setting| !(setting.in_range)(self)).map_or(Ok(()), |setting| {
+            let (key, value, expected) = (setting.key, (setting.get)(self), (setting.expected)());
+            Err(Error::Setting(format!("the setting {key} is {value}; it has to be {expected}")))
+        })
+    }
+}
+
+/// Declares a struct of settings with its defaults, ranges, units and presets: see [`Declared`].
+///
+/// ```
+/// restir_host::settings! {
+///     /// How to boil an egg.
+///     pub struct Egg {
+///         /// Time in the water.
+///         minutes: f32 = 4.5, in 0.0..=15.0, unit "minutes";
+///         /// Whether it is salted.
+///         salt: bool = true;
+///     }
+///     presets { "hard" => Egg { minutes: 10.0, ..Egg::default() } }
+/// }
+/// use restir_host::settings::Settings;
+/// let mut egg = Egg::default();
+/// egg.set("minutes", "7").unwrap();
+/// assert_eq!((egg.minutes, egg.value("salt").as_deref()), (7.0, Some("on")));
+/// egg.set("minutes", "20").unwrap();
+/// assert!(egg.check_ranges().unwrap_err().to_string().contains("from 0 to 15"));
+/// ```
+#[macro_export]
+macro_rules! settings {
+    (
+        $(#[$meta:meta])*
+        pub struct $type:ident {
+            $($(#[doc = $doc:literal])* $field:ident: $value:ty = $default:expr $(, in $range:expr)? $(, unit $unit:literal)?;)*
+        }
+        $(presets { $($preset:literal => $settings:expr),* $(,)? })?
+    ) => {
+        $(#[$meta])*
+        #[derive(Clone, Debug, PartialEq)]
+        pub struct $type {
+            $($(#[doc = $doc])* pub $field: $value,)*
+        }
+
+        impl Default for $type {
+            fn default() -> Self {
+                Self { $($field: $default,)* }
+            }
+        }
+
+        impl $crate::settings::Declared for $type {
+            const SETTINGS: &'static [$crate::settings::Setting<Self>] = &[$($crate::settings::Setting {
+                key: stringify!($field),
+                doc: concat!($($doc),*),
+                unit: concat!("", $($unit)?),
+                expected: || {
+                    #[allow(unused_mut, reason = "not all settings have a range")]
+                    let mut expected = <$value as $crate::settings::Value>::expected();
+                    $(expected += &format!(" from {} to {}", $range.start(), $range.end());)?
+                    expected
+                },
+                get: |settings| $crate::settings::Value::write(&settings.$field),
+                set: |settings, text| {
+                    $crate::settings::Value::read(text).map(|value| settings.$field = value).is_some()
+                },
+                in_range: |settings| {
+                    let _ = settings;
+                    true $(&& $range.contains(&settings.$field))?
+                },
+            }),*];
+            const PRESETS: &'static [&'static str] = &[$($($preset),*)?];
+
+            fn preset(name: &str) -> Option<Self> {
+                match name {
+                    $($($preset => Some($settings),)*)?
+                    _ => None,
+                }
+            }
+        }
+    };
+}

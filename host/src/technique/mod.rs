@@ -1,0 +1,192 @@
+//! Techniques: what turns a scene into an image.
+//!
+//! A technique is a struct of settings that implements [`Technique`], in a folder of its own, and a line in [`registry`].
+//! Whatever drives techniques (renders, benchmarks, references, replay, the program, the tests) takes a
+//! `Box<dyn Technique>` and knows none by name.
+
+pub mod explain;
+pub mod path;
+mod registry;
+pub mod restir_di;
+
+pub use registry::{all, named};
+
+use crate::buffers::SceneBuffers;
+use crate::exec::Executor;
+use crate::image::Channel;
+use crate::plan::FramePlan;
+use crate::render::{Progress, Render, Rendered};
+use crate::settings::{Declared, Settings};
+use crate::{Error, scene::Scene};
+use explain::{Explanation, Place};
+use std::any::Any;
+use std::fmt;
+use std::ops::ControlFlow;
+
+/// What [`Render::count`] counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Repeats {
+    /// Independent samples of each pixel, whose mean is the image.
+    Samples,
+    /// Frames, each of which may reuse what the ones before it have found; frame f shows an animated scene at time f.
+    Frames,
+}
+
+impl Repeats {
+    /// What they are called.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Samples => "samples",
+            Self::Frames => "frames",
+        }
+    }
+}
+
+/// What a technique is, whatever its settings are.
+#[derive(Clone, Copy, Debug)]
+pub struct About {
+    /// The name by which it is asked for.
+    pub name: &'static str,
+    /// What it does, in a phrase.
+    pub summary: &'static str,
+    /// What its renders repeat.
+    pub repeats: Repeats,
+    /// How many of them a render has, unless it is told.
+    pub default_count: u32,
+    /// How many repeats differ from all later ones in what they cost.
+    pub settling: u32,
+}
+
+/// What an image converges to: the mean over the pixel, or its value at the centre, of the light that paths carry.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Integral {
+    /// Longest path in segments: 1 is directly visible emission, 2 adds direct light.
+    pub max_depth: u32,
+    /// Camera rays are spread over the pixel instead of going through its centre.
+    pub jitter: bool,
+}
+
+/// A technique with its settings.
+pub trait Technique: Settings + Duplicate + fmt::Debug + Send + Sync {
+    /// What it is.
+    fn about(&self) -> &'static About;
+
+    /// The passes of a render, for settings and a scene that [`Self::check`] accepts. Others may be planned as well, for
+    /// tests that have to see what is wrong with them.
+    fn plan<'a>(&'a self, scene: &'a SceneBuffers, render: &'a Render) -> FramePlan<'a>;
+
+    /// What the image converges to.
+    fn integral(&self) -> Integral;
+
+    /// Whether the settings make sense together and suit the scene. Ranges are checked before.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] that names the setting, or what of the scene is beyond the technique.
+    fn check(&self, scene: &SceneBuffers, render: &Render) -> Result<(), Error> {
+        let _ = (scene, render);
+        Ok(())
+    }
+
+    /// Whether samples of other pixels or frames are used, so that the repeats of a render depend on each other.
+    fn reuses(&self) -> bool {
+        false
+    }
+
+    /// Why the mean of an image may be wrong; empty for unbiased settings.
+    fn biases(&self) -> Vec<&'static str> {
+        Vec::new()
+    }
+
+    /// Why the image of this scene converges to something else than the technique `path` with the same [`Integral`] does,
+    /// if it does; the sentence goes on after the technique's name.
+    fn differs_from_path(&self, scene: &SceneBuffers) -> Option<&'static str> {
+        let _ = scene;
+        None
+    }
+
+    /// Explains one pixel of a render. What is printed by default is what every pass reads and writes there, replayed
+    /// natively and compared with the executor.
+    ///
+    /// # Errors
+    /// As of [`crate::render::render`], and for a place outside of the image.
+    fn explain(
+        &self,
+        executor: &mut dyn Executor,
+        scene: (&Scene, &SceneBuffers),
+        render: &Render,
+        place: Place,
+    ) -> Result<Explanation, Error> {
+        explain::passes(executor, scene, render, place)
+    }
+
+    /// Whether [`Self::explain`] can be done, before a device is opened for it.
+    ///
+    /// # Errors
+    /// As of [`crate::render::check`].
+    fn check_explained(&self, scene: &SceneBuffers, render: &Render) -> Result<(), Error> {
+        crate::render::check(scene, render)
+    }
+
+    /// Renders, and gives further channels that show what the technique holds after its last pass.
+    ///
+    /// # Errors
+    /// As of [`crate::render::render`]; [`Error::Setting`] if the technique has nothing to show.
+    fn render_with_layers(
+        &self,
+        executor: &mut dyn Executor,
+        scene: &SceneBuffers,
+        render: &Render,
+        observe: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    ) -> Result<(Rendered, Vec<Channel>), Error> {
+        let _ = (executor, scene, render, observe);
+        Err(Error::Setting(format!("the technique {} has no layers", self.about().name)))
+    }
+}
+
+/// Copies and types of a technique behind a `Box`.
+pub trait Duplicate {
+    /// A copy.
+    fn boxed(&self) -> Box<dyn Technique>;
+    /// For those who know the technique's type.
+    fn as_any(&self) -> &dyn Any;
+}
+
+impl<T: Technique + Declared> Duplicate for T {
+    fn boxed(&self) -> Box<dyn Technique> {
+        Box::new(self.clone())
+    }
+
+    fn as_any(&self) -> &dyn Any {
+        self
+    }
+}
+
+impl Clone for Box<dyn Technique> {
+    fn clone(&self) -> Self {
+        self.as_ref().boxed()
+    }
+}
+
+/// The same technique with the same settings.
+impl PartialEq for dyn Technique {
+    fn eq(&self, other: &Self) -> bool {
+        self.about().name == other.about().name && self.entries() == other.entries()
+    }
+}
+
+impl<T: Technique + Declared> From<T> for Box<dyn Technique> {
+    fn from(technique: T) -> Self {
+        Box::new(technique)
+    }
+}
+
+/// Applies settings written as `key=value`, in their order.
+///
+/// # Errors
+/// As of [`Settings::set`], with the technique's name.
+pub fn configure(technique: &mut dyn Technique, texts: &[impl AsRef<str>]) -> Result<(), Error> {
+    texts.iter().try_for_each(|text| {
+        let (key, value) = text.as_ref().split_once('=').unwrap_or((text.as_ref(), ""));
+        technique.set(key, value).map_err(|error| Error::Setting(format!("{}: {error}", technique.about().name)))
+    })
+}

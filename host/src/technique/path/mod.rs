@@ -1,0 +1,75 @@
+//! Path tracing: the reference for all other techniques.
+
+mod explain;
+mod isolated;
+mod plan;
+mod replay;
+mod vertices;
+
+pub use isolated::{Isolated, Source};
+pub use replay::{film, params, trace};
+pub use vertices::{Emission, Escape, NextEvent, Path, Vertex, explain_sample};
+
+use super::{About, Integral, Repeats, Technique};
+use crate::Error;
+use crate::buffers::SceneBuffers;
+use crate::exec::Executor;
+use crate::plan::FramePlan;
+use crate::render::Render;
+use crate::scene::Scene;
+use crate::technique::explain::{Explanation, Place};
+
+/// The longest paths that a render may ask for: a closed scene that absorbs nothing never ends one.
+pub const MAX_DEPTH: u32 = 1024;
+
+crate::settings! {
+    /// Settings of path tracing.
+    pub struct PathSettings {
+        /// Russian roulette from the fourth segment on.
+        roulette: bool = false;
+        /// Samples are spread over the pixel instead of going through its centre.
+        jitter: bool = false;
+        /// Longest path: 1 is directly visible emission, 2 adds direct light.
+        max_depth: u32 = 8, in 1..=MAX_DEPTH, unit "segments";
+        /// Most samples of a pixel in one dispatch, rounded down to a power of two; off leaves it to the size of the image.
+        /// It does not change the image.
+        dispatch_samples: Option<u32> = None, unit "samples";
+    }
+}
+
+impl Technique for PathSettings {
+    fn about(&self) -> &'static About {
+        &About {
+            name: "path",
+            summary: "Path tracing with next-event estimation",
+            repeats: Repeats::Samples,
+            default_count: 64,
+            settling: 0,
+        }
+    }
+
+    fn plan<'a>(&'a self, scene: &'a SceneBuffers, render: &'a Render) -> FramePlan<'a> {
+        plan::plan(self, scene, render)
+    }
+
+    fn integral(&self) -> Integral {
+        Integral { max_depth: self.max_depth, jitter: self.jitter }
+    }
+
+    fn check(&self, _scene: &SceneBuffers, _render: &Render) -> Result<(), Error> {
+        match self.dispatch_samples {
+            Some(0) => Err(Error::Setting("dispatches of 0 samples never end; give at least 1".to_owned())),
+            _ => Ok(()),
+        }
+    }
+
+    fn explain(
+        &self,
+        executor: &mut dyn Executor,
+        scene: (&Scene, &SceneBuffers),
+        render: &Render,
+        place: Place,
+    ) -> Result<Explanation, Error> {
+        explain::explain(executor, scene, render, place)
+    }
+}

@@ -1,0 +1,145 @@
+//! Replays single samples of a render natively, and shows what happened in them.
+//!
+//! There is no second copy of the algorithm: the technique itself runs over a scene that writes down what it was
+//! asked ([`Recording`](crate::replay::Recording)), and once more for each source of light over a scene in which only that
+//! source shines ([`Source`](super::Source)). Radiance is linear in emission, so what each run gives is exactly what the
+//! source has added, and the sum in the order of the path has the bits of the sample.
+
+use std::ops::ControlFlow;
+
+use restir_shared::layout::FilmPixel;
+use restir_shared::scene::{Lights, Surface, Trace};
+use restir_shared::technique::path::{self, PathParams};
+
+use crate::Error;
+use crate::buffers::SceneBuffers;
+use crate::exec::Executor;
+use crate::plan::{Buffer, FramePlan, Pass};
+use crate::render::{self, Render};
+
+/// The parameters of a pass of path tracing that traces the sample `index` of every pixel.
+///
+/// # Errors
+/// As of [`render::check`].
+pub fn params(scene: &SceneBuffers, render: &Render, index: u32) -> Result<PathParams, Error> {
+    let (_, pass) = sample_pass(scene, render, index)?;
+    Ok(bytemuck::pod_read_unaligned(bytemuck::cast_slice(&pass.params)))
+}
+
+/// The film of an executor after the sample `index` of every pixel, rows from top to bottom.
+///
+/// # Errors
+/// As of [`render::check`] and of the executor.
+pub fn film(
+    executor: &mut dyn Executor,
+    scene: &SceneBuffers,
+    render: &Render,
+    index: u32,
+) -> Result<Vec<FilmPixel>, Error> {
+    let (buffers, pass) = sample_pass(scene, render, index)?;
+    let outputs = pass.bindings.last().copied().into_iter().collect();
+    let plan =
+        FramePlan { buffers, passes: Box::new(std::iter::once(Ok(pass))), pass_count: 1, outputs, scene: Some(scene) };
+    let words = executor.run(plan, &mut |_| ControlFlow::Continue(()))?;
+    Ok(bytemuck::cast_slice(words.first().map_or(&[], |words| words)).to_vec())
+}
+
+/// Traces one sample natively over any scene; `params` are those of [`params`] for that sample.
+pub fn trace(scene: &(impl Trace + Surface + Lights), params: &PathParams, x: u32, y: u32) -> FilmPixel {
+    path::pixel(scene, params, x, y)
+}
+
+/// The first pass of a render of one sample, moved to the sample `index`, with the plan's buffers.
+fn sample_pass(scene: &SceneBuffers, render: &Render, index: u32) -> Result<(Vec<Buffer>, Pass), Error> {
+    let render = Render { count: 1, ..render.clone() };
+    render::check(scene, &render)?;
+    let mut plan = render.technique.plan(scene, &render);
+    let Some(Ok(mut pass)) = plan.passes.next() else {
+        return Err(Error::Setting("a plan without a pass cannot be replayed; correct the plan".to_owned()));
+    };
+    let mut params: PathParams = bytemuck::pod_read_unaligned(bytemuck::cast_slice(&pass.params));
+    params.first_sample = index;
+    pass.params = bytemuck::cast_slice(&[params]).to_vec();
+    drop(plan.passes);
+    Ok((plan.buffers, pass))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{PathSettings, explain_sample};
+    use super::*;
+    use crate::exec::CpuExecutor;
+    use crate::replay::Recording;
+    use crate::scene::Scene;
+    use crate::technique::explain::Place;
+    use restir_shared::glam::Vec3;
+
+    fn settings(roulette: bool) -> Render {
+        let path = PathSettings { max_depth: 8, jitter: true, roulette, ..PathSettings::default() };
+        Render { seed: 5, ..Render::new([12, 10], path) }
+    }
+
+    fn bits(v: Vec3) -> [u32; 3] {
+        v.to_array().map(f32::to_bits)
+    }
+
+    #[test]
+    fn a_replayed_path_has_the_bits_of_the_film_and_so_has_the_sum_of_its_parts() {
+        let mut cpu = CpuExecutor::new(Some(1)).unwrap();
+        for (name, roulette) in [("cornell", false), ("cornell", true), ("furnace", false)] {
+            let scene = SceneBuffers::build(&Scene::load(name).unwrap()).unwrap();
+            let settings = settings(roulette);
+            for index in [0, 7] {
+                let film = film(&mut cpu, &scene, &settings, index).unwrap();
+                for (i, pixel) in film.iter().enumerate() {
+                    let place = Place { x: i as u32 % 12, y: i as u32 / 12, sample: index };
+                    let path = explain_sample(&scene, &settings, place).unwrap();
+                    assert_eq!(bits(path.radiance), pixel.sum.map(f32::to_bits), "{name} {place:?}");
+                    assert_eq!(bits(path.radiance), bits(path.sum_of_parts()), "{name} {place:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_path_through_the_furnace_is_as_it_must_be() {
+        let scene = SceneBuffers::build(&Scene::load("furnace").unwrap()).unwrap();
+        let settings = settings(false);
+        let path = explain_sample(&scene, &settings, Place { x: 3, y: 4, sample: 2 }).unwrap();
+        // closed, so every path has its full length; it reflects half and emits 1
+        assert_eq!(path.vertices.len(), 8);
+        for (i, vertex) in path.vertices.iter().enumerate() {
+            assert_eq!(vertex.throughput, Vec3::splat(1.0 / (1 << i) as f32));
+            assert_eq!(vertex.emission.radiance, Vec3::ONE);
+            assert_eq!(vertex.next_event.is_some(), i < 7, "the last vertex gathers nothing");
+            let weight = vertex.emission.weight;
+            assert!(if i == 0 { weight == 1.0 } else { weight > 0.0 && weight < 1.0 });
+        }
+        // Lambertian: the density of a direction is its cosine over pi
+        for pair in path.vertices.windows(2) {
+            let cos = restir_shared::vec::dot(pair[0].normal, pair[1].direction).abs();
+            let expected = f64::from(cos) * std::f64::consts::FRAC_1_PI;
+            assert!((f64::from(pair[1].scatter_pdf) / expected - 1.0).abs() < 1e-4, "{}", pair[1].scatter_pdf);
+        }
+    }
+
+    #[test]
+    fn queries_are_counted() {
+        let scene = SceneBuffers::build(&Scene::load("furnace").unwrap()).unwrap();
+        let settings = settings(false);
+        let view = scene.view();
+        let recording = Recording::new(&view);
+        trace(&recording, &params(&scene, &settings, 0).unwrap(), 1, 1);
+        let counts = recording.counts();
+        assert_eq!((counts.closest, counts.surfaces, counts.light_samples), (8, 8, 7));
+        assert!(counts.shadow <= 7 && counts.shadow > 0);
+    }
+
+    #[test]
+    fn samples_out_of_range_are_refused() {
+        let scene = SceneBuffers::build(&Scene::load("furnace").unwrap()).unwrap();
+        let message =
+            explain_sample(&scene, &settings(false), Place { x: 12, y: 0, sample: 0 }).unwrap_err().to_string();
+        assert!(message.contains("(12, 0)") && message.contains("12 x 10"), "{message}");
+    }
+}

@@ -1,0 +1,408 @@
+//! Settings of ReSTIR DI: data, with the reasons why some of them bias.
+
+use crate::Error;
+use crate::settings::{Declared, Value};
+use crate::{choices, settings};
+use restir_shared::mis::{INPUTS, Mis};
+use restir_shared::technique::di::{
+    DI_AVERAGE_VISIBILITY, DI_FINAL_RAY, DI_INITIAL_VISIBILITY, DI_JITTER, DI_MIS_SHIFT, DI_MIS_VISIBILITY,
+    DI_OTHER_FRAME, DI_SCATTER_CANDIDATE, DI_STILL, DI_TARGET_SHIFT, DI_TARGET_VISIBILITY, DI_TILES, DI_TRANSMITTANCE,
+};
+
+/// The most neighbours of one combine: its own reservoir and the last frame's are inputs as well.
+pub const MAX_NEIGHBOURS: u32 = INPUTS as u32 - 2;
+/// The most neighbours that are shaded: those of 16 passes.
+pub const MAX_SHADED: u32 = 128;
+/// The most candidates from lights.
+pub const MAX_CANDIDATES: u32 = 1024;
+/// The most tiles of candidates.
+pub const MAX_TILES: u32 = 1024;
+/// The most candidates of a tile.
+pub const MAX_TILE_SIZE: u32 = 32768;
+/// The most spatial passes of a frame.
+pub const MAX_SPATIAL_PASSES: u32 = 8;
+/// The largest cap on confidence: what the packed reservoir holds.
+pub const MAX_CONFIDENCE_CAP: u32 = 255;
+
+choices! {
+    /// How the inputs of a combine share what several of them can produce: see [`restir_shared::mis`].
+    pub enum MisForm {
+        /// By confidence alone, after the selection. Biased.
+        "1/m" => OneOverM,
+        /// Over those that can produce the selected sample.
+        "1/z" => OneOverZ,
+        /// Contribution MIS of Bitterli et al. 2020, weighted by confidence.
+        "contribution" => Contribution,
+        /// Talbot's weights, the generalised balance heuristic.
+        "talbot" => Talbot,
+        /// Pairwise, weighted by confidence.
+        "pairwise" => Pairwise,
+        /// Pairwise with a share of its own for the pixel's reservoir.
+        "pairwise-defensive" => PairwiseDefensive,
+        /// Pairwise with equal pairs.
+        "pairwise-counted" => PairwiseCounted,
+        /// Equal pairs, with a share of its own for the pixel's reservoir.
+        "pairwise-counted-defensive" => PairwiseCountedDefensive,
+        /// By confidence alone, inside the weights. Biased.
+        "constant" => Constant,
+    }
+}
+
+impl MisForm {
+    /// The kernels' form.
+    pub fn mis(self) -> Mis {
+        match self {
+            Self::OneOverM => Mis::ONE_OVER_M,
+            Self::OneOverZ => Mis::ONE_OVER_Z,
+            Self::Contribution => Mis::CONTRIBUTION,
+            Self::Talbot => Mis::TALBOT,
+            Self::Pairwise => Mis::PAIRWISE,
+            Self::PairwiseDefensive => Mis::PAIRWISE.with(Mis::DEFENSIVE),
+            Self::PairwiseCounted => Mis::PAIRWISE_COUNTED,
+            Self::PairwiseCountedDefensive => Mis::PAIRWISE_COUNTED.with(Mis::DEFENSIVE),
+            Self::Constant => Mis::CONSTANT,
+        }
+    }
+}
+
+choices! {
+    /// How far a frame reuses the last one's reservoirs.
+    pub enum Temporal {
+        /// Each frame begins anew.
+        "off" => Off,
+        /// A pixel's reservoir is combined with the one that the last frame has for what it sees.
+        "on" => On,
+        /// The same pass also takes the last frame's neighbours, instead of spatial passes.
+        "fused" => Fused,
+    }
+}
+
+choices! {
+    /// Where resampling uses the visibility of samples. Each level needs what the ones before it know.
+    pub enum VisibilityReuse {
+        /// Nowhere: samples are chosen as if nothing was in the way.
+        "off" => Off,
+        /// Initial samples that are occluded count for nothing (Bitterli et al. 2020, visibility reuse).
+        "candidates" => Candidates,
+        /// The targets in MIS weights are multiplied by visibility, too.
+        "weights" => Weights,
+        /// Samples are also selected by target times visibility.
+        "selection" => Selection,
+    }
+}
+
+choices! {
+    /// Where shading takes visibility from.
+    pub enum Visibility {
+        /// A ray.
+        "ray" => Ray,
+        /// What the reservoir knows of its sample (Wyman and Panteleev 2021).
+        "selected" => Selected,
+        /// The mean over all samples that competed (Tokuyoshi).
+        "averaged" => Averaged,
+    }
+}
+
+choices! {
+    /// What of its contribution a sample is selected by.
+    pub enum Target {
+        /// Its luminance.
+        "luminance" => Luminance,
+        /// Its red alone; the other channels of the image are of no use.
+        "red" => Red,
+        /// Its green alone.
+        "green" => Green,
+        /// Its blue alone.
+        "blue" => Blue,
+    }
+}
+
+/// Candidates from lights that are sampled once a frame and shared by pixels; written as `32x2048`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tiles {
+    /// How many tiles there are, in 1..=[`MAX_TILES`].
+    pub count: u32,
+    /// Candidates in a tile, in 1..=[`MAX_TILE_SIZE`].
+    pub size: u32,
+}
+
+impl Value for Tiles {
+    fn expected() -> String {
+        format!("COUNTxSIZE from 1x1 to {MAX_TILES}x{MAX_TILE_SIZE}")
+    }
+
+    fn read(text: &str) -> Option<Self> {
+        let (count, size) = text.split_once('x')?;
+        Some(Self { count: count.parse().ok()?, size: size.parse().ok()? })
+    }
+
+    fn write(&self) -> String {
+        format!("{}x{}", self.count, self.size)
+    }
+}
+
+settings! {
+    /// Settings of ReSTIR DI. The defaults are unbiased.
+    pub struct DiSettings {
+        /// Initial candidates from lights.
+        candidates: u32 = 16, in 0..=MAX_CANDIDATES, unit "candidates";
+        /// Candidates from lights are dealt into this many groups of equal size, the last perhaps smaller; of each group one
+        /// candidate is selected and tested by a ray.
+        initial_rays: u32 = 1, in 1..=MAX_CANDIDATES, unit "rays";
+        /// Candidates from lights are sampled once a frame into tiles, of which each block of 8x8 pixels takes one; off if each
+        /// pixel samples its own. Pixels that share candidates share their errors.
+        tiles: Option<Tiles> = None;
+        /// One more candidate from scattering, which costs a ray. It biases reused reservoirs unless visibility_reuse is at
+        /// least weights.
+        scatter: bool = true;
+        /// Form of MIS in all combines.
+        mis: MisForm = MisForm::PairwiseDefensive;
+        /// Reuse of the last frame's reservoirs.
+        temporal: Temporal = Temporal::On;
+        /// Where every pixel has the camera ray of the last frame, and the scene is the same, a pixel merges its two reservoirs
+        /// by confidence alone, which is the balance heuristic then whatever mis is, and takes their visibility as known. It
+        /// has no effect with jitter, a lens, or temporal=fused.
+        still: bool = true;
+        /// Passes of spatial reuse; none with temporal=fused.
+        spatial: u32 = 1, in 0..=MAX_SPATIAL_PASSES, unit "passes";
+        /// Neighbours of a pass.
+        neighbours: u32 = 4, in 1..=MAX_NEIGHBOURS, unit "neighbours";
+        /// Largest distance of neighbours.
+        radius: f32 = 16.0, in 0.0..=4096.0, unit "pixels";
+        /// The next frame reuses what spatial reuse has made, not what it began with.
+        feedback: bool = true;
+        /// Largest confidence of the last frame's reservoirs; an initial reservoir has one.
+        confidence_cap: u32 = 20, in 1..=MAX_CONFIDENCE_CAP, unit "initial reservoirs";
+        /// What samples are selected by.
+        target: Target = Target::Luminance;
+        /// Where resampling uses visibility.
+        visibility_reuse: VisibilityReuse = VisibilityReuse::Selection;
+        /// What shading multiplies by; selected is exact if visibility_reuse is at least weights.
+        visibility: Visibility = Visibility::Selected;
+        /// Neighbours whose samples are shaded beside the pixel's own, an even number, each by its weight in pairwise MIS,
+        /// whatever mis is.
+        shaded: u32 = 4, in 0..=MAX_SHADED, unit "neighbours";
+        /// Largest distance of shaded neighbours.
+        shading_radius: f32 = 16.0, in 0.0..=4096.0, unit "pixels";
+        /// Neighbours nearer than this are believed to see the same, where visibility is reused.
+        near_radius: f32 = 0.0, in 0.0..=4096.0, unit "pixels";
+        /// A neighbour farther from the tangent plane than this is left out.
+        max_plane_distance: f32 = 0.02, in 0.0..=1.0e6, unit "of the distance to the camera";
+        /// A neighbour whose normal has a smaller cosine with the pixel's is left out.
+        min_normal_cos: f32 = 0.5, in -1.0..=1.0;
+        /// Light passes straight through clear glass (smooth, transmitting, without a volume), up to 12 sheets of it, and is
+        /// tinted; otherwise everything occludes. It costs nothing in a scene without.
+        transmittance: bool = true;
+        /// Camera rays are spread over the pixel.
+        jitter: bool = false;
+    }
+    presets {
+        "biased-2020" => Self { mis: MisForm::OneOverM, neighbours: 5, spatial: 2, ..Self::published() },
+        "unbiased-2020" => Self { mis: MisForm::Contribution, visibility_reuse: VisibilityReuse::Weights, ..Self::published() },
+        "talbot" => Self { mis: MisForm::Talbot, visibility_reuse: VisibilityReuse::Weights, ..Self::published() },
+        "wis" => Self { mis: MisForm::Talbot, visibility: Visibility::Averaged, neighbours: 1, ..Self::published() },
+        "quality" => Self::quality(),
+        "offline" => Self { spatial: 0, confidence_cap: MAX_CONFIDENCE_CAP, shaded: 32, ..Self::tiled() },
+        "progressive" => Self { temporal: Temporal::Off, ..Self::tiled() },
+        "fast" => Self { candidates: 8, neighbours: 1, ..Self::visibility_in_shading() },
+    }
+}
+
+impl DiSettings {
+    /// No visibility but in shading, by a ray for the one sample shaded; so no candidate from scattering, which finds only what
+    /// is visible.
+    pub fn visibility_in_shading() -> Self {
+        Self {
+            scatter: false,
+            visibility_reuse: VisibilityReuse::Off,
+            visibility: Visibility::Ray,
+            shaded: 0,
+            ..Self::default()
+        }
+    }
+
+    /// A preset of that name: the papers' by name and year, `quality` for views that move and `fast` for less of it; for those
+    /// that stand still `offline`, of which the last frame counts, and `progressive`, whose frames are independent and have to
+    /// be averaged ([`crate::render::Render::accumulate`]).
+    pub fn preset(name: &str) -> Option<Self> {
+        <Self as Declared>::preset(name)
+    }
+
+    /// Parameters of the papers.
+    fn published() -> Self {
+        Self {
+            candidates: 32,
+            visibility_reuse: VisibilityReuse::Candidates,
+            neighbours: 3,
+            radius: 30.0,
+            ..Self::visibility_in_shading()
+        }
+    }
+
+    fn quality() -> Self {
+        Self {
+            mis: MisForm::Pairwise,
+            initial_rays: 2,
+            neighbours: 3,
+            radius: 6.0,
+            shading_radius: 4.0,
+            shaded: 16,
+            ..Self::default()
+        }
+    }
+
+    /// Of views that stand still.
+    fn tiled() -> Self {
+        Self {
+            candidates: 32,
+            tiles: Some(Tiles { count: 32, size: 2048 }),
+            initial_rays: 4,
+            shading_radius: 3.0,
+            ..Self::quality()
+        }
+    }
+
+    /// Whether the settings make sense together; ranges are for [`crate::settings::Settings::check_ranges`].
+    ///
+    /// # Errors
+    /// [`Error::Setting`] that names the settings.
+    pub fn check_together(&self) -> Result<(), Error> {
+        let after = self.mis.mis().is_after_selection();
+        let sized = |tiles: &Tiles| (1..=MAX_TILES).contains(&tiles.count) && (1..=MAX_TILE_SIZE).contains(&tiles.size);
+        let problem = if self.initial_rays > self.candidates.max(1) {
+            format!("initial_rays={} needs as many candidates; there are {}", self.initial_rays, self.candidates)
+        } else if !self.tiles.as_ref().is_none_or(sized) {
+            format!("the setting tiles is {}; it has to be off or {}", self.tiles.write(), Tiles::expected())
+        } else if self.candidates == 0 && !self.scatter {
+            "no candidates: give candidates at least 1, or set scatter=on".to_owned()
+        } else if !self.shaded.is_multiple_of(2) {
+            format!("the setting shaded is {}; neighbours come in pairs, so give an even number", self.shaded)
+        } else if self.visibility == Visibility::Averaged && (self.knows_visibility() || after) {
+            "visibility=averaged needs visibility_reuse off or candidates, and MIS weights inside (talbot, pairwise..., \
+             constant)"
+                .to_owned()
+        } else {
+            return Ok(());
+        };
+        Err(Error::Setting(problem))
+    }
+
+    /// Whether the targets in MIS weights have visibility, so that all that is reused knows what it sees.
+    pub fn knows_visibility(&self) -> bool {
+        self.visibility_reuse >= VisibilityReuse::Weights
+    }
+
+    /// Whether occluded initial samples count for nothing.
+    fn drops_occluded(&self) -> bool {
+        self.visibility_reuse >= VisibilityReuse::Candidates
+    }
+
+    /// Passes of spatial reuse that are made.
+    pub fn spatial_passes(&self) -> u32 {
+        if self.temporal == Temporal::Fused { 0 } else { self.spatial }
+    }
+    /// Why the mean of an image may be wrong; none for unbiased settings.
+    pub(super) fn reasons_for_bias(&self) -> Vec<&'static str> {
+        let mut biases = Vec::new();
+        if self.target != Target::Luminance {
+            biases.push("samples are selected by one channel: the others lack the lights that have nothing of it");
+        }
+        let over_time = self.temporal != Temporal::Off;
+        let combines = over_time || self.spatial > 0;
+        if !combines && self.shaded == 0 {
+            return biases;
+        }
+        let known = self.knows_visibility();
+        if combines && matches!(self.mis, MisForm::OneOverM | MisForm::Constant) {
+            biases.push("the MIS weights count pixels that cannot produce a sample: darker");
+        }
+        if self.drops_occluded() && !known {
+            biases.push("what neighbours found occluded is missing where it is visible: darker near shadows");
+        }
+        if self.scatter && !known {
+            biases.push("scattering does not find what is occluded, and weights of reused samples count on it: darker near shadows");
+        }
+        if over_time && self.visibility != Visibility::Ray && !known {
+            biases.push("visibility of the last frame is reused: shadows lag behind what moves");
+        }
+        if self.visibility == Visibility::Averaged && self.target == Target::Luminance {
+            biases.push("averaged visibility does not know which colour it belongs to: leaks at coloured shadow edges");
+        }
+        if self.visibility != Visibility::Ray && !known && self.near_radius > 0.0 {
+            biases.push("near neighbours are believed to see the same: brighter in shadows");
+        }
+        biases
+    }
+
+    /// Candidates from lights in a group, of which one is tested by a ray.
+    pub fn candidates_per_ray(&self) -> u32 {
+        self.candidates.div_ceil(self.initial_rays)
+    }
+
+    /// The kernels' flags of the combine with the last frame. `same_view`: scene and camera rays are that frame's, so that both
+    /// reservoirs are of one technique; confidence alone is the balance heuristic then, and replaces the form of MIS.
+    pub fn temporal_flags(&self, same_view: bool) -> u32 {
+        let still = same_view && self.still && self.temporal != Temporal::Fused && !self.jitter;
+        let settings = if still { Self { mis: MisForm::Constant, ..self.clone() } } else { self.clone() };
+        settings.flags() | DI_OTHER_FRAME | if still { DI_STILL } else { 0 }
+    }
+
+    /// The kernels' flags, but for [`DI_OTHER_FRAME`] and [`DI_STILL`].
+    pub fn flags(&self) -> u32 {
+        let flag = |on, bit| if on { bit } else { 0 };
+        flag(self.jitter, DI_JITTER)
+            | flag(self.drops_occluded(), DI_INITIAL_VISIBILITY)
+            | flag(self.visibility_reuse == VisibilityReuse::Selection, DI_TARGET_VISIBILITY)
+            | flag(self.knows_visibility(), DI_MIS_VISIBILITY)
+            | flag(self.visibility == Visibility::Ray, DI_FINAL_RAY)
+            | flag(self.visibility == Visibility::Averaged, DI_AVERAGE_VISIBILITY)
+            | flag(self.scatter, DI_SCATTER_CANDIDATE)
+            | flag(self.tiles.is_some(), DI_TILES)
+            | flag(self.transmittance, DI_TRANSMITTANCE)
+            | ((self.target as u32) << DI_TARGET_SHIFT)
+            | (self.mis.mis().0 << DI_MIS_SHIFT)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::settings::Settings;
+
+    #[test]
+    fn presets_are_sound_and_say_whether_they_bias() {
+        for &name in DiSettings::PRESETS {
+            let preset = DiSettings::preset(name).expect("listed");
+            preset.check_ranges().expect(name);
+            preset.check_together().expect(name);
+            assert_eq!(preset.reasons_for_bias().is_empty(), !matches!(name, "biased-2020" | "wis"), "{name}");
+        }
+        assert!(DiSettings::preset("none").is_none());
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused() {
+        let default = DiSettings::default;
+        let wrong = [
+            DiSettings { neighbours: MAX_NEIGHBOURS + 1, ..default() },
+            DiSettings { radius: f32::NAN, ..default() },
+            DiSettings { shading_radius: -1.0, ..default() },
+            DiSettings { shaded: MAX_SHADED + 1, ..default() },
+            DiSettings { initial_rays: 0, ..default() },
+            DiSettings { initial_rays: 17, ..default() },
+            DiSettings { candidates: 0, scatter: false, ..default() },
+            DiSettings { tiles: Some(Tiles { count: MAX_TILES + 1, size: 1 }), ..default() },
+            DiSettings { tiles: Some(Tiles { count: 1, size: 0 }), ..default() },
+            DiSettings { visibility: Visibility::Averaged, ..default() },
+            DiSettings {
+                visibility: Visibility::Averaged,
+                visibility_reuse: VisibilityReuse::Off,
+                mis: MisForm::Contribution,
+                ..default()
+            },
+        ];
+        for settings in wrong {
+            settings.check_ranges().and_then(|()| settings.check_together()).expect_err("refused");
+        }
+    }
+}
