@@ -28,7 +28,7 @@ pub fn asked(scene: &SceneBuffers, render: &Render) -> Result<BTreeMap<&'static 
     let recording = Recording::new(&view);
     let mut kernels: BTreeMap<&'static str, Asked> = BTreeMap::new();
     let plan = render.technique.plan(scene, render);
-    CpuExecutor::inline().run_over(&Still(&recording), plan, &mut |step| {
+    CpuExecutor::run_over(&Still(&recording), plan, &mut |step| {
         let kernel = kernels.entry(step.pass.kernel.name).or_default();
         kernel.counts = kernel.counts.plus(recording.take_counts());
         kernel.by_pixel = step.pass.grid == [render.width, render.height];

@@ -1,11 +1,12 @@
 //! The passes of path tracing: aligned blocks of samples, each traced into a plane of the film.
 
 use super::PathSettings;
+use crate::Error;
 use crate::buffers::SceneBuffers;
 use crate::film::Film;
 use crate::plan::{ARENAS, Buffer, FramePlan, Pass};
 use crate::render::Render;
-use restir_kernels as kernels;
+use restir_kernels::path::path;
 use restir_shared::film::MAX_BLOCK_LOG2;
 use restir_shared::technique::path::{PATH_JITTER, PATH_ROULETTE, PathParams};
 
@@ -51,7 +52,7 @@ pub(super) fn plan<'a>(settings: &'a PathSettings, scene: &'a SceneBuffers, rend
     let passes = Passes { settings, scene, render, blocks: Box::new(aligned_blocks(render.count, largest)), film };
     // merging n blocks into one takes n - 1 additions
     let pass_count = blocks + (blocks - 1) + 1;
-    FramePlan { buffers, outputs, passes: Box::new(passes.map(Ok)), pass_count, scene: Some(scene) }
+    FramePlan { buffers, outputs, passes: Box::new(passes), pass_count, scene: Some(scene) }
 }
 
 /// Makes the passes: each block is traced into a plane of the film.
@@ -64,7 +65,7 @@ struct Passes<'a> {
 }
 
 impl Passes<'_> {
-    fn trace(&mut self, first: u32, log2: u32) -> Option<Pass> {
+    fn trace(&mut self, first: u32, log2: u32) -> Option<Result<Pass, Error>> {
         let plane = self.film.open(log2)?;
         let (settings, render) = (self.settings, self.render);
         let flag = |on, bit| if on { bit } else { 0 };
@@ -80,21 +81,15 @@ impl Passes<'_> {
             flags: flag(settings.jitter, PATH_JITTER) | flag(settings.roulette, PATH_ROULETTE),
             reserved: 0,
         };
-        Some(Pass {
-            frame: None,
-            kernel: &kernels::path::DESC,
-            constants: vec![self.scene.features],
-            params: bytemuck::cast_slice(&[params]).to_vec(),
-            bindings: [ARENAS.as_slice(), &[plane]].concat(),
-            grid: [render.width, render.height],
-        })
+        let bound = [ARENAS.as_slice(), &[("film", plane)]].concat();
+        Some(Pass::new(&path::DESC, &[self.scene.features], &params, &bound, [render.width, render.height]))
     }
 }
 
 impl Iterator for Passes<'_> {
-    type Item = Pass;
+    type Item = Result<Pass, Error>;
 
-    fn next(&mut self) -> Option<Pass> {
+    fn next(&mut self) -> Option<Self::Item> {
         if let Some(pass) = self.film.merge_equal() {
             return Some(pass);
         }
@@ -135,7 +130,7 @@ mod tests {
                 let mut used = std::collections::BTreeSet::new();
                 let mut passes = 0;
                 for pass in plan.passes {
-                    used.extend(pass.expect("a pass").bindings.iter().copied().filter(|id| !ARENAS.contains(id)));
+                    used.extend(pass.expect("a pass").bindings.iter().copied().filter(|id| *id >= ARENAS.len()));
                     passes += 1;
                 }
                 assert_eq!(

@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::buffers::SceneBuffers;
-use crate::plan::{Buffer, BufferId, SceneFrame, Upload};
+use crate::plan::{ARENAS, Buffer, SceneFrame, Upload};
 use restir_shared::layout::{NONE, SceneHeader};
 use std::sync::Arc;
 
@@ -10,7 +10,6 @@ use std::sync::Arc;
 /// into one part, the last one stays in the other.
 pub(super) struct Moments<'a> {
     scene: &'a SceneBuffers,
-    arenas: [BufferId; 3],
     parts: usize,
     /// Words of 32 bits in a part of either arena.
     words: [usize; 2],
@@ -27,8 +26,8 @@ struct Placed {
 
 impl<'a> Moments<'a> {
     /// With one part, or with two for the last frame.
-    pub(super) fn new(scene: &'a SceneBuffers, arenas: [BufferId; 3], parts: usize) -> Self {
-        Self { scene, arenas, parts, words: scene.most_words(), placed: None }
+    pub(super) fn new(scene: &'a SceneBuffers, parts: usize) -> Self {
+        Self { scene, parts, words: scene.most_words(), placed: None }
     }
 
     /// The geometry and the attribute arena, which are written frame by frame.
@@ -47,7 +46,7 @@ impl<'a> Moments<'a> {
         let scene = Arc::new(self.scene.at(f64::from(frame))?);
         let [geometry, attributes] = self.words.map(|words| frame as usize % self.parts * words);
         let upload = |arena: usize, first, words: &Arc<[u32]>| Upload {
-            buffer: self.arenas[arena],
+            buffer: ARENAS[arena].1,
             first,
             words: words.clone(),
         };

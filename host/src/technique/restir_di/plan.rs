@@ -21,7 +21,7 @@ pub(super) fn film_samples(settings: &DiSettings, render: &Render) -> u64 {
 /// The frames' passes.
 pub(super) fn plan<'a>(settings: &'a DiSettings, scene: &'a SceneBuffers, render: &'a Render) -> FramePlan<'a> {
     let parts = if keeps_history(settings, render) { 2 } else { 1 };
-    let moments = scene.is_animated().then(|| Moments::new(scene, ARENAS, parts));
+    let moments = scene.is_animated().then(|| Moments::new(scene, parts));
     let [geometry, attributes, texels] = Buffer::arenas(scene);
     let [geometry, attributes] = moments.as_ref().map_or([geometry, attributes], Moments::buffers);
     let mut buffers = vec![geometry, attributes, texels];
@@ -97,7 +97,7 @@ struct Passes<'a> {
     render: &'a Render,
     planes: Planes,
     frame: u32,
-    queue: VecDeque<Pass>,
+    queue: VecDeque<Result<Pass, Error>>,
     /// None where passes are only counted.
     film: Option<Film>,
     /// Of a scene that moves, unless passes are only counted.
@@ -129,7 +129,7 @@ impl Passes<'_> {
     fn reuse(&mut self) {
         if !self.knows_hits(self.frame) {
             let (hits, _) = self.hits();
-            self.push(&kernels::di_primary::DESC, self.params(), &ARENAS[..1], &[hits]);
+            self.push(&kernels::di::di_primary::DESC, self.params(), &ARENAS[..1], &[("hits", hits)]);
         }
         self.reuse_hits();
     }
@@ -141,7 +141,8 @@ impl Passes<'_> {
         self.presample();
         // without tiles any buffer will do, for none is read
         let tiles = self.planes.tiles.unwrap_or(hits);
-        self.push(&kernels::di_initial::DESC, self.params(), &ARENAS, &[hits, tiles, work, self.planes.direct]);
+        let planes = [("hits", hits), ("tiles", tiles), ("reservoirs", work), ("direct", self.planes.direct)];
+        self.push(&kernels::di::di_initial::DESC, self.params(), &ARENAS, &planes);
         if self.frame > 0 && keeps_history(self.settings, self.render) {
             self.reuse_in_time(hits, last_hits);
         }
@@ -152,14 +153,9 @@ impl Passes<'_> {
     fn presample(&mut self) {
         let Some(tiles) = self.planes.tiles else { return };
         let params = self.params().tile_params();
-        self.queue.push_back(Pass {
-            frame: None,
-            kernel: &kernels::di_tiles::DESC,
-            constants: vec![self.scene.features],
-            params: bytemuck::cast_slice(&[params]).to_vec(),
-            bindings: [ARENAS.as_slice(), &[tiles]].concat(),
-            grid: params.extent(),
-        });
+        let bound = [ARENAS.as_slice(), &[("tiles", tiles)]].concat();
+        let kernel = &kernels::di::di_tiles::DESC;
+        self.queue.push_back(Pass::new(kernel, &[self.scene.features], &params, &bound, params.extent()));
     }
 
     fn reuse_in_time(&mut self, hits: BufferId, last_hits: BufferId) {
@@ -174,7 +170,8 @@ impl Passes<'_> {
             neighbours: if settings.temporal == Temporal::Fused { settings.neighbours } else { 0 },
             ..self.params()
         };
-        self.push(&kernels::di_combine::DESC, of_last, &ARENAS, &[hits, last_hits, last, work]);
+        let planes = [("hits", hits), ("other_hits", last_hits), ("others", last), ("reservoirs", work)];
+        self.push(&kernels::di::di_combine::DESC, of_last, &ARENAS, &planes);
     }
 
     fn reuse_in_space(&mut self) {
@@ -184,7 +181,8 @@ impl Passes<'_> {
             // what the next frame reads is not written over
             let free_at = if pass > 0 && self.keeps_before_spatial() { 2 } else { 1 };
             let [work, free] = [self.planes.reservoirs[0], self.planes.reservoirs[free_at]];
-            self.push(&kernels::di_combine::DESC, params, &ARENAS, &[hits, hits, work, free]);
+            let planes = [("hits", hits), ("other_hits", hits), ("others", work), ("reservoirs", free)];
+            self.push(&kernels::di::di_combine::DESC, params, &ARENAS, &planes);
             self.planes.reservoirs.swap(0, free_at);
         }
     }
@@ -221,15 +219,19 @@ impl Passes<'_> {
         let (reservoirs, direct) = (self.planes.reservoirs[0], self.planes.direct);
         let frame = self.params();
         if let Some([points, _]) = self.planes.shading {
-            self.push(&kernels::di_offer::DESC, frame, &ARENAS, &[hits, reservoirs, points]);
+            let planes = [("hits", hits), ("reservoirs", reservoirs), ("points", points)];
+            self.push(&kernels::di::di_offer::DESC, frame, &ARENAS, &planes);
         }
         for params in self.settings.shading(&frame) {
             let Some(film) = self.film.as_mut().and_then(|film| film.open(0)) else { return };
             if let Some([points, pairs]) = self.planes.shading {
-                self.push(&kernels::di_exchange::DESC, params, &ARENAS, &[hits, points, pairs, film]);
-                self.push(&kernels::di_gather::DESC, params, &[], &[points, pairs, direct, film]);
+                let planes = [("hits", hits), ("points", points), ("pairs", pairs), ("film", film)];
+                self.push(&kernels::di::di_exchange::DESC, params, &ARENAS, &planes);
+                let planes = [("points", points), ("pairs", pairs), ("direct", direct), ("film", film)];
+                self.push(&kernels::di::di_gather::DESC, params, &[], &planes);
             } else {
-                self.push(&kernels::di_shade::DESC, params, &ARENAS, &[hits, reservoirs, direct, film]);
+                let planes = [("hits", hits), ("reservoirs", reservoirs), ("direct", direct), ("film", film)];
+                self.push(&kernels::di::di_shade::DESC, params, &ARENAS, &planes);
             }
             while let Some(pass) = self.film.as_mut().and_then(Film::merge_equal) {
                 self.queue.push_back(pass);
@@ -237,16 +239,17 @@ impl Passes<'_> {
         }
     }
 
-    fn push(&mut self, kernel: &'static KernelDesc, params: DiParams, arenas: &[BufferId], planes: &[BufferId]) {
+    fn push(
+        &mut self,
+        kernel: &'static KernelDesc,
+        params: DiParams,
+        arenas: &[(&str, BufferId)],
+        planes: &[(&str, BufferId)],
+    ) {
         let constants = [self.scene.features, params.flags];
-        self.queue.push_back(Pass {
-            frame: None,
-            kernel,
-            constants: constants[2 - kernel.constants.len()..].to_vec(),
-            params: bytemuck::cast_slice(&[params]).to_vec(),
-            bindings: [arenas, planes].concat(),
-            grid: [self.render.width, self.render.height],
-        });
+        let constants = &constants[2 - kernel.constants.len()..];
+        let grid = [self.render.width, self.render.height];
+        self.queue.push_back(Pass::new(kernel, constants, &params, &[arenas, planes].concat(), grid));
     }
 
     fn camera_params(&self, frame: u32) -> restir_shared::layout::CameraParams {
@@ -312,7 +315,7 @@ impl Iterator for Passes<'_> {
                 Err(e) => return Some(Err(e)),
             };
             self.reuse();
-            if let Some(first) = self.queue.front_mut() {
+            if let Some(Ok(first)) = self.queue.front_mut() {
                 first.frame = begun;
             }
             if self.render.accumulate || self.frame + 1 == self.render.count {
@@ -320,7 +323,7 @@ impl Iterator for Passes<'_> {
             }
             self.end_frame();
         }
-        self.queue.pop_front().or_else(|| self.film.as_mut()?.finish()).map(Ok)
+        self.queue.pop_front().or_else(|| self.film.as_mut()?.finish())
     }
 }
 
@@ -395,7 +398,7 @@ mod tests {
         let primary = |scene: &SceneBuffers, settings, cameras: &[Camera]| {
             let render = Render { count: 6, cameras: cameras.to_vec(), ..Render::new([4, 3], settings) };
             let passes = render.technique.plan(scene, &render).passes.map(|pass| pass.expect("made"));
-            passes.filter(|pass| pass.kernel.name == kernels::di_primary::DESC.name).count()
+            passes.filter(|pass| pass.kernel.name == kernels::di::di_primary::DESC.name).count()
         };
         let default = DiSettings::default;
         assert_eq!(primary(&scene, default(), &[]), 2);
@@ -419,7 +422,7 @@ mod tests {
                 .plan(scene, render)
                 .passes
                 .map(|pass| pass.expect("made"))
-                .filter(|pass| pass.kernel.name == kernels::di_combine::DESC.name)
+                .filter(|pass| pass.kernel.name == kernels::di::di_combine::DESC.name)
                 .map(|pass| params(&pass).flags)
                 .filter(|flags| flags & DI_OTHER_FRAME != 0)
                 .map(|flags| flags & DI_STILL != 0)
