@@ -128,6 +128,7 @@ fn row(setup: &Setup, result: &SceneResult, series: &Series, cell: &Cell, restar
     // a cell is refused as a whole: single restarts scatter
     let known = cell.mse(truth).corrected().is_some();
     let known_relative = cell.rel_mse(truth).corrected().is_some();
+    let asked = series.per_sample();
     Row {
         scene: result.scene.clone(),
         technique: series.technique.name.clone(),

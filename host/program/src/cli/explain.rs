@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use restir::Error;
-use restir::render::{self, Render};
+use restir::render::Render;
 use restir::technique::Repeats;
 use restir::technique::explain::Place;
 

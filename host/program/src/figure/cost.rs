@@ -5,12 +5,11 @@ use restir::buffers::SceneBuffers;
 use restir::render::Render;
 use restir::replay::asked_after;
 use restir::technique::restir_di::DiSettings;
+use restir_kernels::di::di_combine;
 
 /// Frames before the one that is counted, which give it a history: rays do not depend on how long that is, only on what
 /// is occluded.
 const EARLIER: u32 = 5;
-/// The kernel of temporal and spatial reuse.
-const COMBINE: &str = "di_combine";
 
 /// Of a frame with a history, a pixel.
 #[derive(Clone, Copy, Debug, Default)]
@@ -35,7 +34,7 @@ impl Cost {
             let (rays, evaluations) = (asked.counts.shadow as f64 * share, asked.counts.light_samples as f64 * share);
             cost.shadow_rays += rays;
             cost.evaluations += evaluations;
-            if kernel == COMBINE {
+            if kernel == di_combine::DESC.name {
                 (cost.combine_rays, cost.combine_evaluations) = (rays, evaluations);
             }
         }

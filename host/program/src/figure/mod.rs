@@ -16,6 +16,7 @@ use restir::Error;
 use restir::buffers::SceneBuffers;
 use restir::exec::Executor;
 use restir::image::Image;
+use restir::reference::Picture;
 use restir::reference::{Goal, Reference};
 use restir::render::Progress;
 

@@ -14,7 +14,7 @@ use restir::render::Progress;
 use restir::render::{self, Render};
 use restir::scene::Scene;
 use restir::technique::restir_di::DiSettings;
-use restir_kernels as kernels;
+use restir_kernels::di::di_shade;
 use restir_shared::glam::UVec4;
 use restir_shared::layout::FilmPixel;
 use restir_shared::pack::f32_from_half;
@@ -201,7 +201,7 @@ fn chain(scene: &SceneBuffers, render: &Render, first: u32) -> Result<Chain, Err
     };
     let mut outcome = Ok(());
     CpuExecutor::inline().run(render.technique.plan(scene, render), &mut |step| {
-        if step.pass.kernel.name == SHADE {
+        if step.pass.kernel.name == di_shade::DESC.name {
             outcome = shaded(step);
         }
         if outcome.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }

@@ -45,11 +45,8 @@ impl<'a> Moments<'a> {
     pub(super) fn advance(&mut self, frame: u32) -> Result<SceneFrame, Error> {
         let scene = Arc::new(self.scene.at(f64::from(frame))?);
         let [geometry, attributes] = self.words.map(|words| frame as usize % self.parts * words);
-        let upload = |arena: usize, first, words: &Arc<[u32]>| Upload {
-            buffer: ARENAS[arena].1,
-            first,
-            words: words.clone(),
-        };
+        let upload =
+            |arena: usize, first, words: &Arc<[u32]>| Upload { buffer: ARENAS[arena].1, first, words: words.clone() };
         let mut uploads = vec![upload(0, geometry, &scene.geometry), upload(1, attributes, &scene.attributes)];
         let mut end = attributes + scene.attributes.len();
         let mut this =

@@ -21,7 +21,6 @@ use super::cost::Cost;
 use super::scenes::{wall, white};
 use super::{Environs, File};
 use crate::bench::error::Truth;
-use crate::bench::estimator::Estimator;
 use crate::bench::table::Setup;
 use crate::bench::{self, Matrix, Series, Technique};
 

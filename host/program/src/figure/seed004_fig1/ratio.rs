@@ -1,7 +1,7 @@
 //! What one form of MIS needs over what the other does, for equal error.
 
 use restir::bootstrap::{Interval, mean};
-use restir::technique::restir_di::DiSettings;
+use restir::technique::restir_di::{DiSettings, VisibilityReuse};
 
 use super::{FORMS, Measured, PROPOSED, Pair, TALBOT};
 use crate::bench::error::{Errors, Truth};
@@ -39,12 +39,13 @@ impl Per {
 /// the combines of 2 and of k inputs, and the final one unless the selection knows visibility.
 pub(super) fn counted_rays(form: usize, settings: &DiSettings) -> f64 {
     let others = [1, settings.neighbours];
-    let of_combine = |others: u32| match (settings.mis_visibility, form) {
+    let selects = settings.visibility_reuse == VisibilityReuse::Selection;
+    let of_combine = |others: u32| match (settings.knows_visibility(), form) {
         (false, _) => 0,
         (true, TALBOT) => (others + 1) * others,
-        (true, _) => others * if settings.target_visibility { 2 } else { 1 },
+        (true, _) => others * if selects { 2 } else { 1 },
     };
-    let once = u32::from(settings.initial_visibility) + u32::from(!settings.target_visibility);
+    let once = u32::from(settings.visibility_reuse >= VisibilityReuse::Candidates) + u32::from(!selects);
     f64::from(once + others.map(of_combine).iter().sum::<u32>())
 }
 
