@@ -8,6 +8,7 @@ use restir_host::di::{DiRender, DiSettings, MisForm, Target, Visibility};
 use restir_host::plan::Pass;
 use restir_host::replay::{Event, Frames, Recording, Still};
 use restir_kernels as kernels;
+use restir_shared::camera::camera_ray;
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::glam::{UVec4, Vec3};
 use restir_shared::rng::Rng;
@@ -16,8 +17,7 @@ use restir_shared::scene::{
     SurfacePoint, Trace,
 };
 use restir_shared::technique::di::{self, DI_OTHER_FRAME, DiParams, Stored};
-use restir_shared::technique::path;
-use restir_shared::technique::path::PathParams;
+use restir_shared::technique::path::{self, PathParams};
 use restir_tests::scenes::{BOARD, Setting, coloured, penumbra, white};
 use restir_tests::stats::{Moments, TileGrid, TileTest, Verdict};
 use restir_tests::suite::{ensure, run};
@@ -130,7 +130,7 @@ impl<'a> Offline<'a> {
     fn new(view: &'a SceneView<'a>, p: &DiParams, hits: &[UVec4]) -> Self {
         let point = |(i, &word): (u32, &UVec4)| {
             let [x, y] = [i % p.width, i / p.width];
-            let ray = path::camera_ray(&p.camera, false, &Rng::new(x, y, p.frame, p.seed), x, y);
+            let ray = camera_ray(&p.camera, false, &Rng::new(x, y, p.frame, p.seed), x, y);
             (view.surface(&ray, &di::unpack_hit(word)), ray)
         };
         Self { view, points: (0..).zip(hits).map(point).collect(), width: p.width }

@@ -1,7 +1,7 @@
 //! Settings of ReSTIR DI: data, with the reasons why some of them bias.
 
 use crate::Error;
-use restir_shared::mis::{INPUTS, Mis};
+use restir_shared::resample::mis::{INPUTS, Mis};
 use restir_shared::technique::di::{
     DI_AVERAGE_VISIBILITY, DI_FINAL_RAY, DI_INITIAL_VISIBILITY, DI_JITTER, DI_MIS_SHIFT, DI_MIS_VISIBILITY,
     DI_OTHER_FRAME, DI_SCATTER_CANDIDATE, DI_STILL, DI_TARGET_SHIFT, DI_TARGET_VISIBILITY, DI_TILES, DI_TRANSMITTANCE,

@@ -12,7 +12,6 @@ mod view;
 
 pub use frames::SceneFrames;
 pub use view::SceneView;
-pub(crate) use view::xyz;
 
 use crate::bsdf::Material;
 use crate::geometry::{Hit, Ray};
