@@ -3,7 +3,7 @@
 use restir_host::exec::Flavour;
 use restir_host::exec::gpu::{Pipelines, takes_passthrough};
 use restir_host::{Shaders, buffers::SceneBuffers, scene::Scene};
-use restir_kernels::path::DESC;
+use restir_kernels::path::path::DESC;
 use restir_shared::layout::FilmPixel;
 use restir_shared::technique::path;
 use restir_shared::technique::path::PathParams;

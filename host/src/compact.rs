@@ -3,7 +3,8 @@
 use crate::Error;
 use crate::plan::{Buffer, BufferId, Pass};
 use bytemuck::Pod;
-use restir_kernels::{KernelDesc, compact_count, compact_gather, compact_scan, compact_sum};
+use restir_kernels::KernelDesc;
+use restir_kernels::compact::{compact_count, compact_gather, compact_scan, compact_sum};
 use restir_shared::compact::{BLOCK, CompactParams, ScanParams};
 
 /// The most items.

@@ -58,7 +58,7 @@ impl Film {
     pub(crate) fn finish(&mut self) -> Option<Pass> {
         self.merge(|_, _| true).or_else(|| {
             let (_, plane) = self.waiting.pop()?;
-            Some(self.pass(&kernels::film_resolve::DESC, vec![plane, self.output]))
+            Some(self.pass(&kernels::film::film_resolve::DESC, vec![plane, self.output]))
         })
     }
 
@@ -70,7 +70,7 @@ impl Film {
             self.waiting.truncate(self.waiting.len() - 2);
             self.waiting.push((left_log2 + 1, right));
             self.free.push(left);
-            self.pass(&kernels::film_add::DESC, vec![left, right])
+            self.pass(&kernels::film::film_add::DESC, vec![left, right])
         })
     }
 

@@ -222,7 +222,7 @@ impl PathPasses<'_> {
         };
         Some(Pass {
             frame: None,
-            kernel: &kernels::path::DESC,
+            kernel: &kernels::path::path::DESC,
             constants: vec![self.scene.features],
             params: bytemuck::cast_slice(&[params]).to_vec(),
             bindings: vec![GEOMETRY, ATTRIBUTES, TEXELS, plane],

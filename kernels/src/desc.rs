@@ -2,7 +2,7 @@
 
 use bytemuck::Pod;
 use restir_shared::layout::{CameraParams, SceneHeader};
-use restir_shared::scene::Tracer;
+use restir_shared::scene::{AnyFrames, Tracer};
 
 /// How a kernel uses a binding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,12 +18,19 @@ pub enum Access {
 /// A storage buffer of a kernel. Its index in [`KernelDesc::bindings`] is its binding number in set 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Binding {
-    /// Name, as in the kernel's declaration.
+    /// Name, as in the kernel's declaration: the role of the buffer that is bound.
     pub name: &'static str,
     /// How the kernel uses it.
     pub access: Access,
     /// Size of an element (of the block for [`Access::Params`]) in bytes.
     pub stride: u32,
+}
+
+impl Binding {
+    /// A binding of elements, or of a block, of type `T`.
+    pub const fn new<T>(name: &'static str, access: Access) -> Self {
+        Self { name, access, stride: size_of::<T>() as u32 }
+    }
 }
 
 /// A specialization constant.
@@ -70,10 +77,10 @@ pub struct NativeRow<'a> {
     pub read: &'a [&'a [u32]],
     /// The row's part of the [`Access::Own`] arrays, in the order of the descriptor.
     pub own: &'a mut [&'a mut [u32]],
-    /// What traces rays instead of the geometry arena.
-    pub tracer: Tracer<'a>,
-    /// The same in the scene of another frame.
-    pub other_tracer: Tracer<'a>,
+    /// What traces rays instead of the geometry arena, in the scene of this frame and in that of the other one.
+    pub tracers: [Tracer<'a>; 2],
+    /// What a kernel asks instead of a scene in its arenas.
+    pub frames: Option<&'a dyn AnyFrames>,
 }
 
 /// A scene that cases may use: header and arenas as kernels see them.

@@ -5,30 +5,39 @@
 /// ```text
 /// kernel! {
 ///     /// What it does.
-///     pub fn scale(64, 1) {
+///     pub fn shade(8, 8) {
 ///         constants { 0: features = 7 }          // SpecId: name = default
 ///         params 0: Params,                      // the first binding; implements `layout::Extent`
-///         read { 1: input: Item },               // any element may be read
-///         own { 2: output: Item },               // one element an invocation: `output[at]`
+///         asks scene(features) { 1: geometry, 2: attributes, 3: texels },
+///         read { 4: hits: UVec4 },               // any element may be read
+///         own { 5: film: FilmPixel },            // one element an invocation: `film[at]`
 ///     }
-///     |x, y, at, p| output[at] = technique::scale(&p, input, x, y)
+///     |x, y, at, p, scene| film[at] = technique::shade(&scene, &p, hits, x, y)
 /// }
 /// ```
 ///
-/// The body's names stand for the invocation's position, the index of its element, and a copy of the parameter block;
-/// a kernel that traces rays names a fifth, the [`restir_shared::scene::Tracer`], and one that traces them in the scene of
-/// another frame a sixth, the tracer of that. Bindings are numbered from 0 without gaps. A function
-/// `cases(&dyn CaseScenes) -> Vec<Case>` in the same file gives the parity cases.
+/// The body's names stand for the invocation's position, the index of its element, a copy of the parameter block and, of a
+/// kernel that asks one, the scene whose header is the parameters' `scene`. The scene has the given features; of a kernel
+/// that only traces rays, `asks scene(0) { 1: geometry }` is enough. With `asks frames` the name stands for
+/// [`restir_shared::scene::Frames`], whose other frame has the header `other_scene`. Bindings are numbered from 0 without
+/// gaps; the name of one is its role, by which the host binds buffers.
+///
+/// Natively the body runs over the arenas, or over any other scene, see `NativeRow`. Over the arenas there is a variant for
+/// each set of features in `compiled [FEATURES_DIFFUSE]` after them, and the first runs that has all of the scene's.
 macro_rules! kernel {
     (
         $(#[$doc:meta])*
         pub fn $name:ident($wx:tt, $wy:tt) {
             constants { $($spec_id:tt : $spec:ident = $default:tt),* $(,)? }
             params $pb:tt : $params:ty,
+            $(
+                asks $asked:ident($features:expr) { $($arena_b:tt : $arena:ident),* $(,)? }
+                $(compiled [$($compiled:expr),*])?,
+            )?
             read { $($rb:tt : $read:ident : $rt:ty),* $(,)? },
             own { $($ob:tt : $own:ident : $ot:ty),* $(,)? } $(,)?
         }
-        |$x:ident, $y:ident, $at:ident, $p:ident $(, $tracer:ident $(, $other_tracer:ident)?)?| $body:expr
+        |$x:ident, $y:ident, $at:ident, $p:ident $(, $scene:ident)?| $body:expr
     ) => {
         $(#[$doc])*
         #[cfg(target_arch = "spirv")]
@@ -36,6 +45,10 @@ macro_rules! kernel {
         pub fn $name(
             #[spirv(global_invocation_id)] id: spirv_std::glam::UVec3,
             #[spirv(storage_buffer, descriptor_set = 0, binding = $pb)] params: &$params,
+            $($(
+                #[spirv(storage_buffer, descriptor_set = 0, binding = $arena_b)]
+                $arena: &[restir_shared::glam::UVec4],
+            )*)?
             $(#[spirv(storage_buffer, descriptor_set = 0, binding = $rb)] $read: &[$rt],)*
             $(#[spirv(storage_buffer, descriptor_set = 0, binding = $ob)] $own: &mut [$ot],)*
             $(#[spirv(spec_constant(id = $spec_id, default = $default))] $spec: u32,)*
@@ -43,10 +56,7 @@ macro_rules! kernel {
             let $p = *params;
             let extent = restir_shared::layout::Extent::extent(&$p);
             let ($x, $y) = (id.x, id.y);
-            $(
-                let $tracer = restir_shared::scene::Tracer::default();
-                $(let $other_tracer = restir_shared::scene::Tracer::default();)?
-            )?
+            $(let $scene = over_arenas!($asked, $p, $features, [$($arena),*], [Default::default(); 2]);)?
             if $x < extent[0] && $y < extent[1] {
                 let $at = ($y * extent[0] + $x) as usize;
                 $body;
@@ -60,17 +70,19 @@ macro_rules! kernel {
             let mut _constants = row.constants.iter().copied();
             $(let $spec: u32 = _constants.next().unwrap_or($default);)*
             let mut _read = row.read.iter().copied();
+            $($(
+                let $arena: &[restir_shared::glam::UVec4] = bytemuck::cast_slice(_read.next().unwrap_or_default());
+            )*)?
             $(let $read: &[$rt] = bytemuck::cast_slice(_read.next().unwrap_or_default());)*
             let mut _own = row.own.iter_mut();
             $(let $own: &mut [$ot] = _own.next().map_or(&mut [], |o| bytemuck::cast_slice_mut(o));)*
-            $(
-                let $tracer = row.tracer;
-                $(let $other_tracer = row.other_tracer;)?
-            )?
             let $y = row.y;
-            for $x in 0..row.width {
-                let $at = $x as usize;
-                $body;
+            over_scenes! {
+                row, [$($scene = $asked($p, $features) [$($arena),*] [$($($compiled),*)?])?]
+                for $x in 0..row.width {
+                    let $at = $x as usize;
+                    $body;
+                }
             }
         }
 
@@ -81,21 +93,12 @@ macro_rules! kernel {
             workgroup: [$wx, $wy, 1],
             constants: &[$($crate::Constant { name: stringify!($spec), id: $spec_id, default: $default }),*],
             bindings: &[
-                $crate::Binding {
-                    name: "params",
-                    access: $crate::Access::Params,
-                    stride: size_of::<$params>() as u32,
-                },
-                $($crate::Binding {
-                    name: stringify!($read),
-                    access: $crate::Access::Read,
-                    stride: size_of::<$rt>() as u32,
-                },)*
-                $($crate::Binding {
-                    name: stringify!($own),
-                    access: $crate::Access::Own,
-                    stride: size_of::<$ot>() as u32,
-                },)*
+                $crate::Binding::new::<$params>("params", $crate::Access::Params),
+                $($(
+                    $crate::Binding::new::<restir_shared::glam::UVec4>(stringify!($arena), $crate::Access::Read),
+                )*)?
+                $($crate::Binding::new::<$rt>(stringify!($read), $crate::Access::Read),)*
+                $($crate::Binding::new::<$ot>(stringify!($own), $crate::Access::Own),)*
             ],
             native,
             cases,
@@ -103,29 +106,98 @@ macro_rules! kernel {
     };
 }
 
-/// A value computed from a scene. Natively there is a variant of the code for each of the given sets of features, and the
-/// first runs that has all of the scene's; a device has only the general one, which is specialised when it is loaded.
-///
-/// ```text
-/// film[at] = variants!(scene in [FEATURES_DIFFUSE] => technique::path::pixel(&scene, &p, x, y))
-/// ```
-macro_rules! variants {
-    ($scene:ident in [$($features:expr),*] => $value:expr) => {{
-        #[cfg(target_arch = "spirv")]
-        let value = $value;
-        #[cfg(not(target_arch = "spirv"))]
-        let value = $(if let Some($scene) = $scene.within::<{ $features }>() { $value } else)* { $value };
-        value
+/// The scene, or the scene in two frames, over the arenas.
+macro_rules! over_arenas {
+    (scene, $p:ident, $features:expr, [$geometry:ident], $tracers:expr) => {
+        over_arenas!(scene, $p, $features, [$geometry, $geometry, $geometry], $tracers)
+    };
+    (scene, $p:ident, $features:expr, [$geometry:ident, $attributes:ident, $texels:ident], $tracers:expr) => {{
+        let [tracer, _]: [restir_shared::scene::Tracer<'_>; 2] = $tracers;
+        let scene: restir_shared::scene::SceneView<'_> = restir_shared::scene::SceneView {
+            header: $p.scene,
+            geometry: $geometry,
+            attributes: $attributes,
+            texels: $texels,
+            features: $features,
+            tracer,
+        };
+        scene
+    }};
+    (frames, $p:ident, $features:expr, $arenas:tt, $tracers:expr) => {{
+        let tracers: [restir_shared::scene::Tracer<'_>; 2] = $tracers;
+        restir_shared::scene::SceneFrames {
+            this: over_arenas!(scene, $p, $features, $arenas, tracers),
+            other: $p.other_scene,
+            other_tracer: tracers[1],
+        }
     }};
 }
 
-/// Declares the kernels' modules and the list of their descriptors.
+/// Runs a native row's loop: over the scene that the row brings, else over the arenas, in the first variant that will do.
+#[cfg(not(target_arch = "spirv"))]
+macro_rules! over_scenes {
+    ($row:ident, [] $($invocations:tt)*) => { $($invocations)* };
+    (
+        $row:ident, [$scene:ident = $asked:ident($p:ident, $features:expr) $arenas:tt [$($compiled:expr),*]]
+        $($invocations:tt)*
+    ) => {
+        if let Some(frames) = $row.frames {
+            let $scene = over_any!($asked, frames);
+            $($invocations)*
+        } else {
+            let scene = over_arenas!($asked, $p, $features, $arenas, $row.tracers);
+            over_variants!(scene, $scene, [$($compiled),*], $($invocations)*);
+        }
+    };
+}
+
+/// Tries each variant in turn, then the general one.
+#[cfg(not(target_arch = "spirv"))]
+macro_rules! over_variants {
+    ($all:ident, $scene:ident, [], $($invocations:tt)*) => {
+        let $scene = $all;
+        $($invocations)*
+    };
+    ($all:ident, $scene:ident, [$first:expr $(, $more:expr)*], $($invocations:tt)*) => {
+        if let Some($scene) = $all.within::<{ $first }>() {
+            $($invocations)*
+        } else {
+            over_variants!($all, $scene, [$($more),*], $($invocations)*);
+        }
+    };
+}
+
+/// What a kernel asks of scenes behind a pointer.
+#[cfg(not(target_arch = "spirv"))]
+macro_rules! over_any {
+    (scene, $frames:ident) => {
+        $frames.scene(false)
+    };
+    (frames, $frames:ident) => {
+        $frames
+    };
+}
+
+/// Declares the modules of a folder's kernels, and the list of their descriptors.
 macro_rules! kernels {
     ($($(#[$attribute:meta])* $name:ident),* $(,)?) => {
         $($(#[$attribute])* pub mod $name;)*
 
+        /// The kernels of this folder.
+        #[cfg(not(target_arch = "spirv"))]
+        pub const KERNELS: &[&$crate::KernelDesc] = &[$($(#[$attribute])* &$name::DESC),*];
+    };
+}
+
+/// Declares the folders, and the list of all their kernels.
+macro_rules! folders {
+    ($($name:ident),* $(,)?) => {
+        $(pub mod $name;)*
+
         /// Every kernel.
         #[cfg(not(target_arch = "spirv"))]
-        pub const ALL: &[KernelDesc] = &[$($(#[$attribute])* $name::DESC),*];
+        pub fn all() -> Vec<&'static KernelDesc> {
+            [$($name::KERNELS),*].concat()
+        }
     };
 }

@@ -1,9 +1,9 @@
 //! Inputs for the parity cases.
 
-use crate::bsdf_check::BsdfOperands;
-use crate::num_probe::NumOperands;
-use crate::sampler_check::SamplerOperands;
-use crate::self_check::Operands;
+use crate::check::bsdf_check::BsdfOperands;
+use crate::check::num_probe::NumOperands;
+use crate::check::sampler_check::SamplerOperands;
+use crate::check::self_check::Operands;
 use restir_shared::glam::UVec4;
 use restir_shared::layout::FilmPixel;
 use restir_shared::num;

@@ -2,11 +2,10 @@
 
 use restir_host::buffers::SceneBuffers;
 use restir_host::di::DiSettings;
-use restir_host::replay::Still;
 use restir_shared::glam::UVec4;
 use restir_shared::layout::FilmPixel;
 use restir_shared::num;
-use restir_shared::scene::{AddressedLights, Surface, Trace};
+use restir_shared::scene::{AddressedLights, Still, Surface, Trace};
 use restir_shared::technique::di;
 use restir_shared::technique::di::{DiParams, DiPoint, TileWords};
 

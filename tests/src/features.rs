@@ -2,7 +2,7 @@
 
 use restir_host::exec::Flavour;
 use restir_host::{Shaders, spirv};
-use restir_kernels::path;
+use restir_kernels::path::path;
 use restir_shared::bsdf::{DELTA_MARKER, DIFFUSE_TRANSMISSION_MARKER, GLOSSY_MARKER, TRANSMISSION_MARKER};
 use restir_shared::layout::{
     FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE, FEATURE_ENVIRONMENT, FEATURE_GLOSSY,

@@ -3,7 +3,7 @@
 
 use restir_host::Shaders;
 use restir_host::exec::Flavour;
-use restir_kernels::ALL;
+use restir_kernels::all;
 use rspirv::binary::Assemble;
 use rspirv::dr::{Instruction, Loader, Module, Operand};
 use rspirv::spirv::{Capability, Decoration, ExecutionMode, GlslStd450Op, Op, Word};
@@ -26,7 +26,7 @@ pub fn build(change: Change) -> Result<TempDir, String> {
     };
     std::fs::create_dir(folder.path().join("exact")).map_err(|e| e.to_string())?;
     let mut kernels = serde_json::Map::new();
-    for kernel in ALL {
+    for kernel in all() {
         let words = Shaders::from_env().load(kernel.name, Flavour::Exact).map_err(|e| e.to_string())?;
         let bytes = changed(&words, change)?;
         write(&format!("exact/{}.spv", kernel.name), &bytes)?;

@@ -54,7 +54,7 @@ impl Run {
         let mut restart = Restart { image: vec![[0.0; 3]; self.pixels()], visibility: Vec::new() };
         let weight = 1.0 / f64::from(self.frames - self.from);
         Frames::replay(scene, buffers, &self.render(seed), &mut |pass, frames| {
-            if pass.kernel.name != kernels::di_shade::DESC.name {
+            if pass.kernel.name != kernels::di::di_shade::DESC.name {
                 return;
             }
             let [reservoirs, film] = [4, 6].map(|binding| frames.plane(pass.bindings[binding]));

@@ -7,7 +7,7 @@ use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::render::Progress;
 use restir_host::replay::{Generation, Origin, Reuse, genealogy, render_with_layers};
 use restir_host::scene::{CameraPath, Scene};
-use restir_kernels::{di_offer, di_shade};
+use restir_kernels::di::{di_offer, di_shade};
 use restir_shared::glam::UVec4;
 use restir_shared::rng::Rng;
 use restir_shared::scene::{AddressedLights, LightAddress};

@@ -3,9 +3,10 @@
 use libtest_mimic::{Arguments, Failed, Trial};
 use restir_host::exec::{CpuExecutor, Executor, Flavour, GpuExecutor};
 use restir_host::{Error, Shaders};
+use restir_kernels::check::self_check;
+use restir_kernels::check::self_check::Operands;
+use restir_kernels::path::path;
 use restir_kernels::probe::boundary_operands;
-use restir_kernels::self_check::Operands;
-use restir_kernels::{path, self_check};
 use restir_tests::device::{self, Adapter, is_llvmpipe, label};
 use restir_tests::liveness::{Change, build, fuse, fuse_in_double, reassociate, undecorate};
 use restir_tests::parity::{BuiltinScenes, compare, run};

@@ -7,7 +7,7 @@ use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::plan::{FramePlan, Pass};
 use restir_host::render::{PathSettings, RenderSettings, render};
 use restir_host::scene::{Camera, Scene, builtin};
-use restir_kernels::{di_combine, di_primary, di_tiles};
+use restir_kernels::di::{di_combine, di_primary, di_tiles};
 use restir_shared::glam::DVec3;
 use restir_shared::layout::{Extent, FilmPixel, NONE, SceneHeader};
 use restir_shared::technique::di::{DI_OTHER_FRAME, DiParams, TileParams};

@@ -6,7 +6,7 @@
 use libtest_mimic::{Arguments, Failed, Trial};
 use restir_host::Shaders;
 use restir_host::exec::{Flavour, GpuExecutor};
-use restir_kernels::{ALL, Case, KernelDesc};
+use restir_kernels::{Case, KernelDesc, all};
 use restir_tests::device::{self, Adapter};
 use restir_tests::parity::{cases, compare};
 use restir_tests::suite::ensure;
@@ -15,7 +15,7 @@ use std::process::ExitCode;
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
     let mut trials = vec![Trial::test("a kernel without cases fails", kernel_without_cases)];
-    for kernel in ALL {
+    for kernel in all() {
         trials
             .push(Trial::test(format!("{}: has cases", kernel.name), || cases(kernel).map(drop).map_err(Failed::from)));
     }
@@ -24,7 +24,7 @@ fn main() -> ExitCode {
 }
 
 fn kernel_without_cases() -> Result<(), Failed> {
-    let untested = KernelDesc { cases: |_| Vec::new(), ..restir_kernels::path::DESC };
+    let untested = KernelDesc { cases: |_| Vec::new(), ..restir_kernels::path::path::DESC };
     match cases(&untested) {
         Err(message) if message.contains("no parity cases") => Ok(()),
         other => Err(format!("a kernel without cases was let through: {other:?}").into()),
@@ -33,7 +33,7 @@ fn kernel_without_cases() -> Result<(), Failed> {
 
 fn on(adapter: &Adapter) -> Vec<Trial> {
     let mut trials = Vec::new();
-    for kernel in ALL {
+    for kernel in all() {
         for case in cases(kernel).unwrap_or_default() {
             let name = |flavour| format!("{} / {}: {flavour}", kernel.name, case.name);
             let same = case.clone();

@@ -6,14 +6,14 @@ use libtest_mimic::Failed;
 use restir_host::buffers::SceneBuffers;
 use restir_host::di::{DiRender, DiSettings, MisForm, Target, Visibility};
 use restir_host::plan::Pass;
-use restir_host::replay::{Event, Frames, Recording, Still};
+use restir_host::replay::{Event, Frames, Recording};
 use restir_kernels as kernels;
 use restir_shared::camera::camera_ray;
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::glam::{UVec4, Vec3};
 use restir_shared::rng::Rng;
 use restir_shared::scene::{
-    AddressedLight, AddressedLights, EnvironmentPoint, LightAddress, LightSample, Lights, SceneView, Surface,
+    AddressedLight, AddressedLights, EnvironmentPoint, LightAddress, LightSample, Lights, SceneView, Still, Surface,
     SurfacePoint, Trace,
 };
 use restir_shared::technique::di::{self, DI_OTHER_FRAME, DiParams, Stored};
@@ -64,11 +64,11 @@ fn params(pass: &Pass) -> DiParams {
 }
 
 fn is_combine(pass: &Pass) -> bool {
-    pass.kernel.name == kernels::di_combine::DESC.name
+    pass.kernel.name == kernels::di::di_combine::DESC.name
 }
 
 fn is_initial(pass: &Pass) -> bool {
-    pass.kernel.name == kernels::di_initial::DESC.name
+    pass.kernel.name == kernels::di::di_initial::DESC.name
 }
 
 /// Every plane of reservoirs that a pass has made.
@@ -325,8 +325,8 @@ fn shadow_rays(buffers: &SceneBuffers, settings: DiSettings) -> [f64; 4] {
     Frames::replay(&recording, buffers, &run.render(1), &mut |pass, _| {
         let counts = recording.counts();
         let kind = match pass.kernel.name {
-            name if name == kernels::di_initial::DESC.name => 0,
-            name if name == kernels::di_shade::DESC.name => 3,
+            name if name == kernels::di::di_initial::DESC.name => 0,
+            name if name == kernels::di::di_shade::DESC.name => 3,
             _ if is_combine(pass) && params(pass).flags & DI_OTHER_FRAME != 0 => 1,
             _ => 2,
         };
@@ -565,7 +565,7 @@ fn shut(settings: DiSettings, open: u32, frames: u32) -> Vec<f64> {
     let mut means = Vec::new();
     let render = DiRender { frames, accumulate: true, ..DiRender::new(SIZE, settings) };
     Frames::replay(&scene, &bright, &render, &mut |pass, planes| {
-        if pass.kernel.name == kernels::di_shade::DESC.name {
+        if pass.kernel.name == kernels::di::di_shade::DESC.name {
             let film = planes.plane(pass.bindings[6]);
             means.push(film.iter().map(|pixel| f64::from(f32::from_bits(pixel.x))).sum());
             scene.now.set(usize::from(params(pass).frame + 1 >= open));

@@ -12,7 +12,7 @@ use restir_host::exec::gpu::{Pipelines, adapters};
 use restir_host::exec::{CpuExecutor, Executor, Flavour, GpuExecutor};
 use restir_host::render::{PathSettings, RenderSettings, render};
 use restir_host::scene::Scene;
-use restir_kernels::path;
+use restir_kernels::path::path;
 use restir_shared::layout::{FEATURES_ALL, FEATURES_DIFFUSE};
 use restir_tests::features::{Content, PARTS, specialised};
 

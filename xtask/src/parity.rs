@@ -4,7 +4,7 @@ use clap::Args;
 use restir_host::Shaders;
 use restir_host::exec::gpu::{AdapterInfo, adapters};
 use restir_host::exec::{Executor, GpuExecutor};
-use restir_kernels::{ALL, Case, KernelDesc};
+use restir_kernels::{Case, KernelDesc, all};
 use restir_tests::parity::{Outcome, cases, compare};
 
 use crate::Error;
@@ -107,14 +107,14 @@ fn rows(options: &Options) -> Result<Vec<Row>, Error> {
     let flavours = options.flavour.map_or(Flavour::ALL.to_vec(), |flavour| vec![flavour]);
     let named = |kernel: &&KernelDesc| options.kernel.as_ref().is_none_or(|name| name == kernel.name);
     let mut rows = Vec::new();
-    for kernel in ALL.iter().filter(named) {
+    for kernel in all().into_iter().filter(named) {
         let cases = cases(kernel).map_err(Error::Failed)?;
         for case in cases.into_iter().filter(|case| case.name.contains(&options.case)) {
             rows.extend(flavours.iter().map(|&flavour| Row { flavour, kernel, case: case.clone() }));
         }
     }
     if rows.is_empty() {
-        let names: Vec<&str> = ALL.iter().map(|kernel| kernel.name).collect();
+        let names: Vec<&str> = all().iter().map(|kernel| kernel.name).collect();
         return Err(Error::Environment(format!(
             "no case has that kernel and that name: the kernels are {}",
             names.join(", ")

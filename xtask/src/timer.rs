@@ -7,7 +7,8 @@ use std::time::Instant;
 use restir_host::exec::gpu::{Pipelines, adapters};
 use restir_host::exec::{Executor, Flavour, GpuExecutor};
 use restir_host::{Error, Shaders};
-use restir_kernels::{Case, KernelDesc, path};
+use restir_kernels::path::path;
+use restir_kernels::{Case, KernelDesc};
 use restir_tests::parity::{BuiltinScenes, plan};
 
 use crate::shader::probe::DeviceTiming;

@@ -129,7 +129,7 @@ impl Passes<'_> {
     fn reuse(&mut self) {
         if !self.knows_hits(self.frame) {
             let (hits, _) = self.hits();
-            self.push(&kernels::di_primary::DESC, self.params(), &ARENAS[..1], &[hits]);
+            self.push(&kernels::di::di_primary::DESC, self.params(), &ARENAS[..1], &[hits]);
         }
         self.reuse_hits();
     }
@@ -141,7 +141,7 @@ impl Passes<'_> {
         self.presample();
         // without tiles any buffer will do, for none is read
         let tiles = self.planes.tiles.unwrap_or(hits);
-        self.push(&kernels::di_initial::DESC, self.params(), &ARENAS, &[hits, tiles, work, self.planes.direct]);
+        self.push(&kernels::di::di_initial::DESC, self.params(), &ARENAS, &[hits, tiles, work, self.planes.direct]);
         if self.frame > 0 && keeps_history(self.render) {
             self.reuse_in_time(hits, last_hits);
         }
@@ -154,7 +154,7 @@ impl Passes<'_> {
         let params = self.params().tile_params();
         self.queue.push_back(Pass {
             frame: None,
-            kernel: &kernels::di_tiles::DESC,
+            kernel: &kernels::di::di_tiles::DESC,
             constants: vec![self.scene.features],
             params: bytemuck::cast_slice(&[params]).to_vec(),
             bindings: [ARENAS.as_slice(), &[tiles]].concat(),
@@ -174,7 +174,7 @@ impl Passes<'_> {
             neighbours: if settings.fused { settings.neighbours } else { 0 },
             ..self.params()
         };
-        self.push(&kernels::di_combine::DESC, of_last, &ARENAS, &[hits, last_hits, last, work]);
+        self.push(&kernels::di::di_combine::DESC, of_last, &ARENAS, &[hits, last_hits, last, work]);
     }
 
     fn reuse_in_space(&mut self) {
@@ -185,7 +185,7 @@ impl Passes<'_> {
             // what the next frame reads is not written over
             let free_at = if pass > 0 && self.keeps_before_spatial() { 2 } else { 1 };
             let [work, free] = [self.planes.reservoirs[0], self.planes.reservoirs[free_at]];
-            self.push(&kernels::di_combine::DESC, params, &ARENAS, &[hits, hits, work, free]);
+            self.push(&kernels::di::di_combine::DESC, params, &ARENAS, &[hits, hits, work, free]);
             self.planes.reservoirs.swap(0, free_at);
         }
     }
@@ -223,15 +223,15 @@ impl Passes<'_> {
         let (reservoirs, direct) = (self.planes.reservoirs[0], self.planes.direct);
         let frame = self.params();
         if let Some([points, _]) = self.planes.shading {
-            self.push(&kernels::di_offer::DESC, frame, &ARENAS, &[hits, reservoirs, points]);
+            self.push(&kernels::di::di_offer::DESC, frame, &ARENAS, &[hits, reservoirs, points]);
         }
         for params in self.render.settings.shading(&frame) {
             let Some(film) = self.film.as_mut().and_then(|film| film.open(0)) else { return };
             if let Some([points, pairs]) = self.planes.shading {
-                self.push(&kernels::di_exchange::DESC, params, &ARENAS, &[hits, points, pairs, film]);
-                self.push(&kernels::di_gather::DESC, params, &[], &[points, pairs, direct, film]);
+                self.push(&kernels::di::di_exchange::DESC, params, &ARENAS, &[hits, points, pairs, film]);
+                self.push(&kernels::di::di_gather::DESC, params, &[], &[points, pairs, direct, film]);
             } else {
-                self.push(&kernels::di_shade::DESC, params, &ARENAS, &[hits, reservoirs, direct, film]);
+                self.push(&kernels::di::di_shade::DESC, params, &ARENAS, &[hits, reservoirs, direct, film]);
             }
             while let Some(pass) = self.film.as_mut().and_then(Film::merge_equal) {
                 self.queue.push_back(pass);
@@ -394,7 +394,7 @@ mod tests {
         let primary = |scene: &SceneBuffers, settings, cameras: &[Camera]| {
             let render = DiRender { frames: 6, cameras: cameras.to_vec(), ..DiRender::new([4, 3], settings) };
             let passes = plan(scene, &render).passes.map(|pass| pass.expect("made"));
-            passes.filter(|pass| pass.kernel.name == kernels::di_primary::DESC.name).count()
+            passes.filter(|pass| pass.kernel.name == kernels::di::di_primary::DESC.name).count()
         };
         let default = DiSettings::default;
         assert_eq!(primary(&scene, default(), &[]), 2);
@@ -416,7 +416,7 @@ mod tests {
             plan(scene, render)
                 .passes
                 .map(|pass| pass.expect("made"))
-                .filter(|pass| pass.kernel.name == kernels::di_combine::DESC.name)
+                .filter(|pass| pass.kernel.name == kernels::di::di_combine::DESC.name)
                 .map(|pass| params(&pass).flags)
                 .filter(|flags| flags & DI_OTHER_FRAME != 0)
                 .map(|flags| flags & DI_STILL != 0)

@@ -56,7 +56,7 @@ impl CpuExecutor {
             .map_err(|e| Error::Setting(format!("cannot start {threads:?} threads: {e}; ask for fewer")))
     }
 
-    fn pass(&self, pass: &Pass, buffers: &mut [Storage], [tracer, other_tracer]: [Tracer<'_>; 2]) {
+    fn pass(&self, pass: &Pass, buffers: &mut [Storage], tracers: [Tracer<'_>; 2]) {
         let bindings = pass.kernel.bindings.iter().skip(1).zip(&pass.bindings);
         let strides: Vec<usize> = bindings
             .clone()
@@ -76,8 +76,8 @@ impl CpuExecutor {
                     params: &pass.params,
                     read: &read,
                     own: &mut own,
-                    tracer,
-                    other_tracer,
+                    tracers,
+                    frames: None,
                 });
             });
         });

@@ -6,7 +6,7 @@ use crate::Error;
 use crate::buffers::SceneBuffers;
 use crate::exec::Step;
 use crate::plan::BufferId;
-use restir_kernels::{di_combine, di_initial, di_primary, di_tiles};
+use restir_kernels::di::{di_combine, di_initial, di_primary, di_tiles};
 use restir_shared::glam::UVec4;
 use restir_shared::scene::{Frames, LightAddress};
 use restir_shared::technique::di;

@@ -12,7 +12,6 @@ mod layers;
 mod lineage;
 mod path;
 mod recording;
-mod still;
 mod two_frames;
 
 pub use frames::Frames;
@@ -22,7 +21,6 @@ pub use layers::{Layers, render_with_layers};
 pub use lineage::Origin;
 pub use path::{Emission, Escape, NextEvent, Path, Vertex, explain};
 pub use recording::{Counts, Event, Recording};
-pub use still::Still;
 
 use std::ops::ControlFlow;
 

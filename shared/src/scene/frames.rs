@@ -16,21 +16,6 @@ pub struct SceneFrames<'a> {
     pub other_tracer: Tracer<'a>,
 }
 
-/// A scene that stands still.
-impl<const COMPILED: u32> Frames for SceneView<'_, COMPILED> {
-    type Scene = Self;
-
-    #[inline(always)]
-    fn scene(&self, _other: bool) -> Self {
-        *self
-    }
-
-    #[inline(always)]
-    fn counterpart(&self, address: LightAddress, _of_other: bool) -> LightAddress {
-        address
-    }
-}
-
 impl<'a> Frames for SceneFrames<'a> {
     type Scene = SceneView<'a>;
 

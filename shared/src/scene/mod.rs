@@ -3,14 +3,21 @@
 //!
 //! Every method is a function of its arguments alone: techniques rely on asking twice and getting the same bits.
 
+#[cfg(not(target_arch = "spirv"))]
+mod any;
 mod environment;
 mod frames;
 mod light;
+mod reference;
+mod still;
 mod surface;
 mod texture;
 mod view;
 
+#[cfg(not(target_arch = "spirv"))]
+pub use any::{AnyFrames, AnyScene};
 pub use frames::SceneFrames;
+pub use still::Still;
 pub use view::SceneView;
 
 use crate::bsdf::Material;

@@ -29,7 +29,7 @@ pub(super) fn run(workspace: &Workspace, install_toolchain: bool) -> Result<(), 
     // Taken before the build: an edit during it must not pass for built.
     let digest = source_digest(workspace)?;
     let built = pipeline::build(workspace, &toolchain)?;
-    let findings = findings(&built, restir_kernels::ALL);
+    let findings = findings(&built, &restir_kernels::all());
     if !findings.is_empty() {
         return Err(Error::Failed(format!("nothing was written, because\n  {}", findings.join("\n  "))));
     }
@@ -41,7 +41,7 @@ pub(super) fn run(workspace: &Workspace, install_toolchain: bool) -> Result<(), 
 }
 
 /// What is wrong with freshly built modules.
-pub(super) fn findings(built: &BTreeMap<Flavour, Modules>, kernels: &[KernelDesc]) -> Vec<String> {
+pub(super) fn findings(built: &BTreeMap<Flavour, Modules>, kernels: &[&KernelDesc]) -> Vec<String> {
     let mut findings = Vec::new();
     for (&flavour, modules) in built {
         findings.extend(verify::compare_entries(modules.keys().map(String::as_str), flavour, kernels));

@@ -120,7 +120,7 @@ pub fn examine(workspace: &Workspace) -> Result<Committed, Error> {
     let files = publish::read_files(&workspace.spirv())?;
     let modules = modules_of(&manifest, &files);
     let mut findings = compare_files(&manifest, &files);
-    findings.extend(build::findings(&modules, restir_kernels::ALL));
+    findings.extend(build::findings(&modules, &restir_kernels::all()));
     if source_digest(workspace)? != manifest.source_digest {
         findings.push("the source has changed since the modules were built".to_owned());
     }

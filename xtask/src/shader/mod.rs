@@ -75,8 +75,8 @@ pub fn run(command: Command, timer: Option<probe::DeviceTimer>) -> Result<(), Er
 }
 
 fn dis(workspace: &Workspace, kernel: &str, flavour: Flavour) -> Result<(), Error> {
-    if restir_kernels::ALL.iter().all(|k| k.name != kernel) {
-        let names: Vec<&str> = restir_kernels::ALL.iter().map(|k| k.name).collect();
+    if restir_kernels::all().iter().all(|k| k.name != kernel) {
+        let names: Vec<&str> = restir_kernels::all().iter().map(|k| k.name).collect();
         return Err(Error::Environment(format!("no kernel `{kernel}`: the kernels are {}", names.join(", "))));
     }
     let module = workspace.module(flavour, kernel);

@@ -34,7 +34,7 @@ fn verify_module(module: &rspirv::dr::Module, bytes: &[u8], flavour: Flavour, ke
 pub fn compare_entries<'a>(
     built: impl IntoIterator<Item = &'a str>,
     flavour: Flavour,
-    kernels: &[KernelDesc],
+    kernels: &[&KernelDesc],
 ) -> Vec<String> {
     let built: Vec<&str> = built.into_iter().collect();
     let missing = kernels

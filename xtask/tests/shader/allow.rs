@@ -26,7 +26,7 @@ fn assert_one(module: &Module, opcode: &str, reason: &str) -> Violation {
 
 #[test]
 fn committed_exact_modules_are_accepted() {
-    for kernel in restir_kernels::ALL {
+    for kernel in restir_kernels::all() {
         assert_eq!(check_exact(&committed(Flavour::Exact, kernel.name)), Ok(()), "{}", kernel.name);
     }
 }

@@ -7,7 +7,7 @@ use super::committed;
 
 #[test]
 fn fast_modules_reach_every_language() {
-    for kernel in restir_kernels::ALL {
+    for kernel in restir_kernels::all() {
         assert_eq!(check(&committed(Flavour::Fast, kernel.name), kernel.name), Vec::<String>::new());
     }
 }

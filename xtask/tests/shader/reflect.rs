@@ -10,7 +10,7 @@ use xtask::shader::{Flavour, verify};
 use super::{committed, exact_module};
 
 fn kernel(name: &str) -> KernelDesc {
-    *restir_kernels::ALL.iter().find(|k| k.name == name).unwrap()
+    **restir_kernels::all().iter().find(|k| k.name == name).unwrap()
 }
 
 /// The one difference between a committed module and a changed descriptor of its kernel.
@@ -32,7 +32,7 @@ fn with_binding(bindings: &[Binding], change: impl FnOnce(&mut Vec<Binding>)) ->
 
 #[test]
 fn every_descriptor_agrees_with_both_modules() {
-    for kernel in restir_kernels::ALL {
+    for kernel in restir_kernels::all() {
         for flavour in Flavour::ALL {
             assert_eq!(verify::verify(&committed(flavour, kernel.name), flavour, kernel), Vec::<String>::new());
         }
@@ -127,7 +127,7 @@ fn a_module_without_workgroup_size_is_refused() {
 
 #[test]
 fn entry_lists_name_what_is_missing_and_what_is_more() {
-    let kernels = &restir_kernels::ALL[..1];
+    let kernels = &restir_kernels::all()[..1];
     let name = kernels[0].name;
     assert_eq!(
         verify::compare_entries(["smuggled"], Flavour::Fast, kernels),

@@ -144,7 +144,7 @@ impl Series {
 
     /// Millions of rays a second in the passes of a kernel, if it traces rays.
     pub(crate) fn mega_rays(&self, kernel: &str) -> Option<f64> {
-        let pass = self.passes.get(kernel).filter(|_| kernel == restir_kernels::path::DESC.name)?;
+        let pass = self.passes.get(kernel).filter(|_| kernel == restir_kernels::path::path::DESC.name)?;
         Some(self.per_sample(self.counts.rays()) * self.traced as f64 / pass.seconds * 1e-6)
     }
 

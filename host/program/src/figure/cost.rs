@@ -37,7 +37,7 @@ impl Cost {
                 return;
             }
             all = all.plus(counts);
-            if pass.kernel.name == kernels::di_combine::DESC.name {
+            if pass.kernel.name == kernels::di::di_combine::DESC.name {
                 combines = combines.plus(counts);
             }
         });

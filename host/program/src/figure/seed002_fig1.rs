@@ -172,7 +172,7 @@ fn chain(scene: &SceneBuffers, render: &DiRender, first: u32) -> Chain {
     let pixels = (render.width * render.height) as usize;
     let mut chain = Chain { visibility: vec![Moments::default(); pixels], ..Chain::default() };
     Frames::replay(&view, scene, render, &mut |pass, frames| {
-        if pass.kernel.name != kernels::di_shade::DESC.name {
+        if pass.kernel.name != kernels::di::di_shade::DESC.name {
             return;
         }
         let p: DiParams = bytemuck::pod_read_unaligned(bytemuck::cast_slice(&pass.params));

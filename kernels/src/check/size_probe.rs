@@ -3,12 +3,12 @@
 
 use restir_shared::camera::primary_ray;
 use restir_shared::geometry::Ray;
-use restir_shared::glam::{UVec4, Vec2, Vec3};
+use restir_shared::glam::{Vec2, Vec3};
 use restir_shared::layout::FilmPixel;
 use restir_shared::technique::path::PathParams;
 use restir_shared::num;
 use restir_shared::rng::{self, Rng};
-use restir_shared::scene::{SceneView, Surface, Trace};
+use restir_shared::scene::{Surface, Trace};
 use restir_shared::vec::{Frame, cross, dot, normalize};
 
 kernel! {
@@ -16,16 +16,14 @@ kernel! {
     pub fn size_probe(8, 8) {
         constants { 0: features = 0xffff_ffff }
         params 0: PathParams,
-        read { 1: geometry: UVec4, 2: attributes: UVec4, 3: texels: UVec4 },
+        asks scene(features) { 1: geometry, 2: attributes, 3: texels },
+        read {},
         own { 4: film: FilmPixel },
     }
-    |x, y, at, p, tracer| {
-        let scene = SceneView { header: p.scene, geometry, attributes, texels, features, tracer };
-        film[at] = FilmPixel::from_radiance(four_segments(&scene, &p, x, y))
-    }
+    |x, y, at, p, scene| film[at] = FilmPixel::from_radiance(four_segments(&scene, &p, x, y))
 }
 
-fn four_segments(scene: &SceneView<'_>, params: &PathParams, x: u32, y: u32) -> Vec3 {
+fn four_segments(scene: &(impl Trace + Surface), params: &PathParams, x: u32, y: u32) -> Vec3 {
     let rng = Rng::new(x, y, params.first_sample, params.seed);
     let mut ray = primary_ray(&params.camera, Vec2::new(x as f32 + 0.5, y as f32 + 0.5), Vec2::ZERO);
     let mut sum = Vec3::ZERO;
@@ -39,7 +37,7 @@ fn four_segments(scene: &SceneView<'_>, params: &PathParams, x: u32, y: u32) -> 
 }
 
 #[inline(always)]
-fn segment(scene: &SceneView<'_>, rng: &Rng, dimension: u32, sum: Vec3, weight: Vec3, ray: Ray) -> (Vec3, Vec3, Ray) {
+fn segment(scene: &(impl Trace + Surface), rng: &Rng, dimension: u32, sum: Vec3, weight: Vec3, ray: Ray) -> (Vec3, Vec3, Ray) {
     let hit = scene.closest(&ray);
     if !hit.is_hit() {
         return (sum, weight, ray);

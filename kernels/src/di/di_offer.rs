@@ -2,7 +2,6 @@
 
 use restir_shared::glam::UVec4;
 use restir_shared::technique::di::{DiParams, DiPoint};
-use restir_shared::scene::SceneView;
 use restir_shared::technique::di;
 
 kernel! {
@@ -10,14 +9,11 @@ kernel! {
     pub fn di_offer(8, 8) {
         constants { 0: features = 0xffff_ffff, 1: settings = 0xffff_ffff }
         params 0: DiParams,
-        read {
-            1: geometry: UVec4, 2: attributes: UVec4, 3: texels: UVec4,
-            4: hits: UVec4, 5: reservoirs: UVec4,
-        },
+        asks scene(features) { 1: geometry, 2: attributes, 3: texels },
+        read { 4: hits: UVec4, 5: reservoirs: UVec4 },
         own { 6: points: DiPoint },
     }
-    |x, y, at, p, tracer| {
-        let scene: SceneView<'_> = SceneView { header: p.scene, geometry, attributes, texels, features, tracer };
+    |x, y, at, p, scene| {
         let index = (y * p.width + x) as usize;
         points[at] = di::offer(&scene, &p, p.flags & settings, [hits[index], reservoirs[index]], [x, y])
     }

@@ -2,7 +2,6 @@
 
 use restir_shared::glam::UVec4;
 use restir_shared::technique::di::{TileParams, TileWords};
-use restir_shared::scene::{SceneView, Tracer};
 use restir_shared::technique::di;
 
 kernel! {
@@ -10,14 +9,11 @@ kernel! {
     pub fn di_tiles(64, 1) {
         constants { 0: features = 0xffff_ffff }
         params 0: TileParams,
-        read { 1: geometry: UVec4, 2: attributes: UVec4, 3: texels: UVec4 },
+        asks scene(features) { 1: geometry, 2: attributes, 3: texels },
+        read {},
         own { 4: tiles: TileWords },
     }
-    |index, tile, at, p| {
-        let tracer = Tracer::default();
-        let scene: SceneView<'_> = SceneView { header: p.scene, geometry, attributes, texels, features, tracer };
-        tiles[at] = di::presample(&scene, &p, index, tile)
-    }
+    |index, tile, at, p, scene| tiles[at] = di::presample(&scene, &p, index, tile)
 }
 
 #[cfg(not(target_arch = "spirv"))]

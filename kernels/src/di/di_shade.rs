@@ -3,7 +3,6 @@
 use restir_shared::glam::UVec4;
 use restir_shared::layout::FilmPixel;
 use restir_shared::technique::di::DiParams;
-use restir_shared::scene::SceneView;
 use restir_shared::technique::di;
 
 kernel! {
@@ -11,14 +10,11 @@ kernel! {
     pub fn di_shade(8, 8) {
         constants { 0: features = 0xffff_ffff, 1: settings = 0xffff_ffff }
         params 0: DiParams,
-        read {
-            1: geometry: UVec4, 2: attributes: UVec4, 3: texels: UVec4,
-            4: hits: UVec4, 5: reservoirs: UVec4, 6: direct: FilmPixel,
-        },
+        asks scene(features) { 1: geometry, 2: attributes, 3: texels },
+        read { 4: hits: UVec4, 5: reservoirs: UVec4, 6: direct: FilmPixel },
         own { 7: film: FilmPixel },
     }
-    |x, y, at, p, tracer| {
-        let scene: SceneView<'_> = SceneView { header: p.scene, geometry, attributes, texels, features, tracer };
+    |x, y, at, p, scene| {
         let index = (y * p.width + x) as usize;
         film[at] = di::shade(&scene, &p, p.flags & settings, [hits[index], reservoirs[index]], direct[index], [x, y])
     }

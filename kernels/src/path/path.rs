@@ -1,11 +1,9 @@
 //! Path tracing, one block of samples of every pixel.
 
-use restir_shared::glam::UVec4;
 #[cfg(not(target_arch = "spirv"))]
 use restir_shared::layout::FEATURES_DIFFUSE;
 use restir_shared::layout::FilmPixel;
 use restir_shared::technique::path::PathParams;
-use restir_shared::scene::SceneView;
 use restir_shared::technique;
 
 kernel! {
@@ -13,13 +11,11 @@ kernel! {
     pub fn path(8, 8) {
         constants { 0: features = 0xffff_ffff }
         params 0: PathParams,
-        read { 1: geometry: UVec4, 2: attributes: UVec4, 3: texels: UVec4 },
+        asks scene(features) { 1: geometry, 2: attributes, 3: texels } compiled [FEATURES_DIFFUSE],
+        read {},
         own { 4: film: FilmPixel },
     }
-    |x, y, at, p, tracer| {
-        let scene: SceneView<'_> = SceneView { header: p.scene, geometry, attributes, texels, features, tracer };
-        film[at] = variants!(scene in [FEATURES_DIFFUSE] => technique::path::pixel(&scene, &p, x, y))
-    }
+    |x, y, at, p, scene| film[at] = technique::path::pixel(&scene, &p, x, y)
 }
 
 /// Name, scene, size, block, first sample, seed, depth, flags.

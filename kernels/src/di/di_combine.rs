@@ -2,7 +2,6 @@
 
 use restir_shared::glam::UVec4;
 use restir_shared::technique::di::DiParams;
-use restir_shared::scene::{SceneFrames, SceneView};
 use restir_shared::technique::di;
 
 kernel! {
@@ -10,15 +9,11 @@ kernel! {
     pub fn di_combine(8, 8) {
         constants { 0: features = 0xffff_ffff, 1: settings = 0xffff_ffff }
         params 0: DiParams,
-        read {
-            1: geometry: UVec4, 2: attributes: UVec4, 3: texels: UVec4,
-            4: hits: UVec4, 5: other_hits: UVec4, 6: others: UVec4,
-        },
+        asks frames(features) { 1: geometry, 2: attributes, 3: texels },
+        read { 4: hits: UVec4, 5: other_hits: UVec4, 6: others: UVec4 },
         own { 7: reservoirs: UVec4 },
     }
-    |x, y, at, p, tracer, other_tracer| {
-        let this = SceneView { header: p.scene, geometry, attributes, texels, features, tracer };
-        let frames = SceneFrames { this, other: p.other_scene, other_tracer };
+    |x, y, at, p, frames| {
         let planes = di::Planes { hits, other_hits, others };
         reservoirs[at] = di::combine(&frames, &p, p.flags & settings, &planes, reservoirs[at], [x, y])
     }

@@ -4,7 +4,6 @@ use restir_shared::glam::UVec4;
 use restir_shared::technique::di::DiParams;
 #[cfg(not(target_arch = "spirv"))]
 use restir_shared::technique::di::DI_JITTER;
-use restir_shared::scene::SceneView;
 use restir_shared::technique::di;
 
 kernel! {
@@ -12,21 +11,12 @@ kernel! {
     pub fn di_primary(8, 8) {
         constants { 0: settings = 0xffff_ffff }
         params 0: DiParams,
-        read { 1: geometry: UVec4 },
+        // rays need no more
+        asks scene(0) { 1: geometry },
+        read {},
         own { 2: hits: UVec4 },
     }
-    |x, y, at, p, tracer| {
-        // rays need no more than the geometry
-        let scene: SceneView<'_> = SceneView {
-            header: p.scene,
-            geometry,
-            attributes: geometry,
-            texels: geometry,
-            features: 0,
-            tracer,
-        };
-        hits[at] = di::primary(&scene, &p, p.flags & settings, [x, y])
-    }
+    |x, y, at, p, scene| hits[at] = di::primary(&scene, &p, p.flags & settings, [x, y])
 }
 
 #[cfg(not(target_arch = "spirv"))]

@@ -1,0 +1,75 @@
+//! A reference to a scene is a scene.
+
+use super::{
+    AddressedLight, AddressedLights, EnvironmentPoint, LightAddress, LightSample, Lights, Surface, SurfacePoint, Trace,
+};
+use crate::geometry::{Hit, Ray};
+use glam::{UVec4, Vec3};
+
+impl<S: Trace + ?Sized> Trace for &S {
+    #[inline(always)]
+    fn closest(&self, ray: &Ray) -> Hit {
+        (**self).closest(ray)
+    }
+
+    #[inline(always)]
+    fn occluded(&self, ray: &Ray) -> bool {
+        (**self).occluded(ray)
+    }
+}
+
+impl<S: Surface + ?Sized> Surface for &S {
+    #[inline(always)]
+    fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        (**self).surface(ray, hit)
+    }
+
+    #[inline(always)]
+    fn sheet(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        (**self).sheet(ray, hit)
+    }
+
+    #[inline(always)]
+    fn features(&self) -> u32 {
+        (**self).features()
+    }
+}
+
+impl<S: Lights + ?Sized> Lights for &S {
+    #[inline(always)]
+    fn sample_light(&self, words: UVec4) -> LightSample {
+        (**self).sample_light(words)
+    }
+
+    #[inline(always)]
+    fn light_density(&self, hit: &Hit) -> f32 {
+        (**self).light_density(hit)
+    }
+
+    #[inline(always)]
+    fn environment(&self, direction: Vec3) -> EnvironmentPoint {
+        (**self).environment(direction)
+    }
+}
+
+impl<S: AddressedLights + ?Sized> AddressedLights for &S {
+    #[inline(always)]
+    fn choose_address(&self, words: UVec4) -> LightAddress {
+        (**self).choose_address(words)
+    }
+
+    #[inline(always)]
+    fn light_at(&self, address: LightAddress) -> AddressedLight {
+        (**self).light_at(address)
+    }
+
+    #[inline(always)]
+    fn address_of_hit(&self, hit: &Hit) -> LightAddress {
+        (**self).address_of_hit(hit)
+    }
+
+    #[inline(always)]
+    fn address_of_environment(&self, direction: Vec3) -> LightAddress {
+        (**self).address_of_environment(direction)
+    }
+}

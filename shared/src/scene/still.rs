@@ -1,0 +1,34 @@
+//! A scene that stands still, for code that asks for two frames.
+
+use super::{AddressedLights, Frames, LightAddress, Surface, Trace};
+#[cfg(not(target_arch = "spirv"))]
+use super::{AnyFrames, AnyScene};
+
+/// A scene that was the same in any other frame.
+#[derive(Clone, Copy)]
+pub struct Still<S>(pub S);
+
+impl<S: Trace + Surface + AddressedLights + Copy> Frames for Still<S> {
+    type Scene = S;
+
+    #[inline(always)]
+    fn scene(&self, _other: bool) -> S {
+        self.0
+    }
+
+    #[inline(always)]
+    fn counterpart(&self, address: LightAddress, _of_other: bool) -> LightAddress {
+        address
+    }
+}
+
+#[cfg(not(target_arch = "spirv"))]
+impl<S: Trace + Surface + AddressedLights> AnyFrames for Still<S> {
+    fn scene(&self, _other: bool) -> &dyn AnyScene {
+        &self.0
+    }
+
+    fn counterpart(&self, address: LightAddress, _of_other: bool) -> LightAddress {
+        address
+    }
+}
