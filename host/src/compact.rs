@@ -81,9 +81,10 @@ pub fn compact(buffers: &mut Vec<Buffer>, words: BufferId, items: u32, buckets: 
     };
     let mut maker = Maker { buffers, passes: Vec::new() };
     let cells = blocks * buckets.count;
-    let counts = maker.pass(&compact_count::DESC, "compact counts", [blocks, buckets.count], params, &[words]);
-    let offsets = maker.offsets(counts, cells);
-    let indices = maker.pass(&compact_gather::DESC, "compact indices", grid(items), params, &[words, offsets]);
+    let counts = maker.pass(&compact_count::DESC, "counts", [blocks, buckets.count], params, &[("words", words)])?;
+    let offsets = maker.offsets(counts, cells)?;
+    let indices =
+        maker.pass(&compact_gather::DESC, "indices", grid(items), params, &[("words", words), ("offsets", offsets)])?;
     Ok(Compaction { passes: maker.passes, indices, offsets, blocks })
 }
 
@@ -121,39 +122,34 @@ impl Maker<'_> {
         self.buffers.len() - 1
     }
 
-    /// A pass over `grid` with the parameters `params(grid)`; gives the buffer that it writes.
+    /// A pass over `grid` with the parameters `params(grid)`; gives the buffer that it writes, whose role is `made`.
     fn pass<P: Pod>(
         &mut self,
         kernel: &'static KernelDesc,
-        name: &'static str,
+        made: &'static str,
         grid: [u32; 2],
         params: impl Fn([u32; 2]) -> P,
-        read: &[BufferId],
-    ) -> BufferId {
-        let output = self.buffer(name, grid[0] * grid[1]);
-        self.passes.push(Pass {
-            frame: None,
-            kernel,
-            constants: Vec::new(),
-            params: bytemuck::cast_slice(&[params(grid)]).to_vec(),
-            bindings: [read, &[output]].concat(),
-            grid,
-        });
-        output
+        read: &[(&str, BufferId)],
+    ) -> Result<BufferId, Error> {
+        let output = self.buffer(made, grid[0] * grid[1]);
+        let bound = [read, &[(made, output)]].concat();
+        self.passes.push(Pass::new(kernel, &[], &params(grid), &bound, grid)?);
+        Ok(output)
     }
 
     /// The sums before each of `count` values, and the sum of all.
-    fn offsets(&mut self, values: BufferId, count: u32) -> BufferId {
+    fn offsets(&mut self, values: BufferId, count: u32) -> Result<BufferId, Error> {
         let params = |[width, height]: [u32; 2]| ScanParams { width, height, count, reserved: 0 };
         let parents = if count < BLOCK {
             // one block, which begins at zero
-            self.buffer("compact zero", 1)
+            self.buffer("zero", 1)
         } else {
             let sums = count.div_ceil(BLOCK);
-            let values = self.pass(&compact_sum::DESC, "compact sums", grid(sums), params, &[values]);
-            self.offsets(values, sums)
+            let values = self.pass(&compact_sum::DESC, "sums", grid(sums), params, &[("values", values)])?;
+            self.offsets(values, sums)?
         };
-        self.pass(&compact_scan::DESC, "compact offsets", grid(count + 1), params, &[values, parents])
+        let read = [("values", values), ("parents", parents)];
+        self.pass(&compact_scan::DESC, "offsets", grid(count + 1), params, &read)
     }
 }
 

@@ -1,7 +1,9 @@
 //! The film of a plan: planes of finished blocks of samples, merged pairwise as in a binary counter.
 
+use crate::Error;
 use crate::plan::{Buffer, BufferId, Pass};
-use restir_kernels::{self as kernels, KernelDesc};
+use restir_kernels::KernelDesc;
+use restir_kernels::film::{film_add, film_resolve};
 use restir_shared::layout::{FilmParams, FilmPixel};
 
 /// Words of 32 bits in a plane.
@@ -50,19 +52,19 @@ impl Film {
     }
 
     /// Merges the two smallest waiting planes if they are of a size.
-    pub(crate) fn merge_equal(&mut self) -> Option<Pass> {
+    pub(crate) fn merge_equal(&mut self) -> Option<Result<Pass, Error>> {
         self.merge(|left, right| left == right)
     }
 
     /// Merges the two smallest waiting planes; divides by the number of samples once only one is left.
-    pub(crate) fn finish(&mut self) -> Option<Pass> {
+    pub(crate) fn finish(&mut self) -> Option<Result<Pass, Error>> {
         self.merge(|_, _| true).or_else(|| {
             let (_, plane) = self.waiting.pop()?;
-            Some(self.pass(&kernels::film::film_resolve::DESC, vec![plane, self.output]))
+            Some(self.pass(&film_resolve::DESC, [("sum", plane), ("mean", self.output)]))
         })
     }
 
-    fn merge(&mut self, condition: impl Fn(u32, u32) -> bool) -> Option<Pass> {
+    fn merge(&mut self, condition: impl Fn(u32, u32) -> bool) -> Option<Result<Pass, Error>> {
         let &[.., (left_log2, left), (right_log2, right)] = self.waiting.as_slice() else {
             return None;
         };
@@ -70,20 +72,13 @@ impl Film {
             self.waiting.truncate(self.waiting.len() - 2);
             self.waiting.push((left_log2 + 1, right));
             self.free.push(left);
-            self.pass(&kernels::film::film_add::DESC, vec![left, right])
+            self.pass(&film_add::DESC, [("left", left), ("right", right)])
         })
     }
 
-    fn pass(&self, kernel: &'static KernelDesc, bindings: Vec<BufferId>) -> Pass {
+    fn pass(&self, kernel: &'static KernelDesc, bound: [(&str, BufferId); 2]) -> Result<Pass, Error> {
         let [width, height] = self.size;
         let params = FilmParams { width, height, samples: self.samples as f32, reserved: 0 };
-        Pass {
-            frame: None,
-            kernel,
-            constants: Vec::new(),
-            params: bytemuck::cast_slice(&[params]).to_vec(),
-            bindings,
-            grid: self.size,
-        }
+        Pass::new(kernel, &[], &params, &bound, self.size)
     }
 }

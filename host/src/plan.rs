@@ -2,6 +2,7 @@
 
 use crate::Error;
 use crate::buffers::SceneBuffers;
+use bytemuck::Pod;
 use restir_kernels::{Access, KernelDesc};
 use std::sync::Arc;
 
@@ -70,6 +71,11 @@ pub struct FramePlan<'a> {
     pub scene: Option<&'a SceneBuffers>,
 }
 
+fn misfit(kernel: &KernelDesc, problem: String) -> Error {
+    let problem = format!("a pass of the plan {problem}; correct the plan");
+    Error::Kernel { kernel: kernel.name.to_owned(), problem }
+}
+
 impl FramePlan<'_> {
     /// Bytes of all buffers.
     pub fn bytes(&self) -> u64 {
@@ -78,13 +84,62 @@ impl FramePlan<'_> {
 }
 
 impl Pass {
+    /// A pass over `grid` with its buffers by role, in any order: `role` is the name of a binding in the kernel's
+    /// declaration. `constants` are in the order of the descriptor.
+    ///
+    /// # Errors
+    /// [`Error::Kernel`] if the kernel has no binding of a role, or one gets no buffer, or two.
+    pub fn new<P: Pod>(
+        kernel: &'static KernelDesc,
+        constants: &[u32],
+        params: &P,
+        bound: &[(&str, BufferId)],
+        grid: [u32; 2],
+    ) -> Result<Self, Error> {
+        let roles = || kernel.bindings.iter().skip(1).map(|binding| binding.name);
+        if let Some((unknown, _)) = bound.iter().find(|(role, _)| roles().all(|name| name != *role)) {
+            return Err(misfit(kernel, format!("binds {unknown}, which the kernel has not")));
+        }
+        let buffer_of = |role: &str| {
+            let mut buffers = bound.iter().filter(|(name, _)| *name == role).map(|(_, buffer)| *buffer);
+            match (buffers.next(), buffers.next()) {
+                (Some(buffer), None) => Ok(buffer),
+                (None, _) => Err(misfit(kernel, format!("binds nothing to {role}"))),
+                (Some(_), Some(_)) => Err(misfit(kernel, format!("binds two buffers to {role}"))),
+            }
+        };
+        Ok(Self {
+            frame: None,
+            kernel,
+            constants: constants.to_vec(),
+            params: bytemuck::cast_slice(std::slice::from_ref(params)).to_vec(),
+            bindings: roles().map(buffer_of).collect::<Result<_, _>>()?,
+            grid,
+        })
+    }
+
+    /// The buffer that is bound to a role: to the kernel's binding of that name.
+    ///
+    /// # Errors
+    /// [`Error::Kernel`] if the kernel has no such binding.
+    pub fn bound(&self, role: &str) -> Result<BufferId, Error> {
+        let mut bindings = self.kernel.bindings.iter().skip(1).zip(&self.bindings);
+        let found = bindings.find(|(binding, _)| binding.name == role).map(|(_, buffer)| *buffer);
+        found.ok_or_else(|| misfit(self.kernel, format!("is asked for {role}, which the kernel has not")))
+    }
+
+    /// The parameter block, if it is one of type `P`, by its size.
+    pub fn params<P: Pod>(&self) -> Option<P> {
+        let bytes: &[u8] = bytemuck::cast_slice(&self.params);
+        (bytes.len() == size_of::<P>()).then(|| bytemuck::pod_read_unaligned(bytes))
+    }
+
     /// Whether the pass fits its kernel and the plan's buffers; executors check before they run it.
     ///
     /// # Errors
     /// [`Error::Kernel`] that says what does not fit.
     pub fn check(&self, buffers: &[Buffer]) -> Result<(), Error> {
-        let problem = self.misfit(buffers).map(|problem| format!("a pass of the plan {problem}; correct the plan"));
-        problem.map_or(Ok(()), |problem| Err(Error::Kernel { kernel: self.kernel.name.to_owned(), problem }))
+        self.misfit(buffers).map_or(Ok(()), |problem| Err(misfit(self.kernel, problem)))
     }
 
     fn misfit(&self, buffers: &[Buffer]) -> Option<String> {
@@ -121,5 +176,25 @@ impl Pass {
             }
         }
         None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use restir_kernels::film::film_add::DESC;
+    use restir_shared::layout::FilmParams;
+
+    #[test]
+    fn buffers_are_bound_by_role() {
+        let pass = |bound: &[(&str, BufferId)]| Pass::new(&DESC, &[], &FilmParams::default(), bound, [1, 1]);
+        let right = pass(&[("right", 7), ("left", 3)]).expect("all are bound");
+        assert_eq!(right.bindings, [3, 7]);
+        assert_eq!((right.bound("left").ok(), right.bound("right").ok()), (Some(3), Some(7)));
+        let message = |result: Result<Pass, Error>| result.err().expect("refused").to_string();
+        assert!(message(pass(&[("left", 3)])).contains("nothing to right"));
+        assert!(message(pass(&[("left", 3), ("right", 7), ("left", 4)])).contains("two buffers to left"));
+        assert!(message(pass(&[("left", 3), ("right", 7), ("middle", 4)])).contains("middle"));
+        assert!(right.bound("middle").is_err() && right.bound("params").is_err());
     }
 }

@@ -4,7 +4,7 @@ use crate::exec::Executor;
 use crate::film::Film;
 use crate::plan::{Buffer, FramePlan, Pass};
 use crate::{Error, buffers::SceneBuffers, image::Image, memory};
-use restir_kernels as kernels;
+use restir_kernels::path::path;
 use restir_shared::film::MAX_BLOCK_LOG2;
 use restir_shared::layout::FilmPixel;
 use restir_shared::technique::path::{PATH_JITTER, PATH_ROULETTE, PathParams};
@@ -186,9 +186,7 @@ pub(crate) fn path_plan<'a>(scene: &'a SceneBuffers, settings: &'a RenderSetting
     FramePlan {
         buffers,
         outputs: vec![film.output()],
-        passes: Box::new(
-            PathPasses { scene, settings, blocks: Box::new(aligned_blocks(samples, largest)), film }.map(Ok),
-        ),
+        passes: Box::new(PathPasses { scene, settings, blocks: Box::new(aligned_blocks(samples, largest)), film }),
         // merging n blocks into one takes n - 1 additions
         pass_count: blocks + (blocks - 1) + 1,
         scene: Some(scene),
@@ -204,7 +202,7 @@ struct PathPasses<'a> {
 }
 
 impl PathPasses<'_> {
-    fn trace(&mut self, first: u32, log2: u32) -> Option<Pass> {
+    fn trace(&mut self, first: u32, log2: u32) -> Option<Result<Pass, Error>> {
         let plane = self.film.open(log2)?;
         let s = self.settings;
         let flag = |on, bit| if on { bit } else { 0 };
@@ -220,21 +218,15 @@ impl PathPasses<'_> {
             flags: flag(s.path.jitter, PATH_JITTER) | flag(s.path.roulette, PATH_ROULETTE),
             reserved: 0,
         };
-        Some(Pass {
-            frame: None,
-            kernel: &kernels::path::path::DESC,
-            constants: vec![self.scene.features],
-            params: bytemuck::cast_slice(&[params]).to_vec(),
-            bindings: vec![GEOMETRY, ATTRIBUTES, TEXELS, plane],
-            grid: [s.width, s.height],
-        })
+        let bound = [("geometry", GEOMETRY), ("attributes", ATTRIBUTES), ("texels", TEXELS), ("film", plane)];
+        Some(Pass::new(&path::DESC, &[self.scene.features], &params, &bound, [s.width, s.height]))
     }
 }
 
 impl Iterator for PathPasses<'_> {
-    type Item = Pass;
+    type Item = Result<Pass, Error>;
 
-    fn next(&mut self) -> Option<Pass> {
+    fn next(&mut self) -> Option<Self::Item> {
         if let Some(pass) = self.film.merge_equal() {
             return Some(pass);
         }

@@ -56,9 +56,9 @@ macro_rules! kernel {
             let $p = *params;
             let extent = restir_shared::layout::Extent::extent(&$p);
             let ($x, $y) = (id.x, id.y);
-            $(let $scene = over_arenas!($asked, $p, $features, [$($arena),*], [Default::default(); 2]);)?
             if $x < extent[0] && $y < extent[1] {
                 let $at = ($y * extent[0] + $x) as usize;
+                $(let $scene = over_arenas!($asked, $p, $features, [$($arena),*], [Default::default(); 2]);)?
                 $body;
             }
         }

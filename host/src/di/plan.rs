@@ -12,14 +12,16 @@ use restir_shared::layout::{Extent, SceneHeader};
 use restir_shared::technique::di::{DiPairs, DiParams, DiPoint, PAIRS, TileWords};
 use std::collections::VecDeque;
 
-const ARENAS: [BufferId; 3] = [0, 1, 2];
+const ARENAS: [(&str, BufferId); 3] = [("geometry", 0), ("attributes", 1), ("texels", 2)];
 
 /// The frames' passes, for settings that [`super::check`] accepts: what [`super::render`] runs.
 pub fn plan<'a>(scene: &'a SceneBuffers, render: &'a DiRender) -> FramePlan<'a> {
     let arena =
         |name, words: &std::sync::Arc<[u32]>| Buffer { name, words: words.len(), contents: Some(words.clone()) };
     let texels = arena("texels", &scene.texels);
-    let moments = scene.is_animated().then(|| Moments::new(scene, ARENAS, if keeps_history(render) { 2 } else { 1 }));
+    let moments = scene
+        .is_animated()
+        .then(|| Moments::new(scene, ARENAS.map(|(_, id)| id), if keeps_history(render) { 2 } else { 1 }));
     let [geometry, attributes] = match &moments {
         Some(moments) => moments.buffers(),
         None => [arena("geometry", &scene.geometry), arena("attributes", &scene.attributes)],
@@ -97,7 +99,7 @@ struct Passes<'a> {
     render: &'a DiRender,
     planes: Planes,
     frame: u32,
-    queue: VecDeque<Pass>,
+    queue: VecDeque<Result<Pass, Error>>,
     /// None where passes are only counted.
     film: Option<Film>,
     /// Of a scene that moves, unless passes are only counted.
@@ -129,7 +131,7 @@ impl Passes<'_> {
     fn reuse(&mut self) {
         if !self.knows_hits(self.frame) {
             let (hits, _) = self.hits();
-            self.push(&kernels::di::di_primary::DESC, self.params(), &ARENAS[..1], &[hits]);
+            self.push(&kernels::di::di_primary::DESC, self.params(), &ARENAS[..1], &[("hits", hits)]);
         }
         self.reuse_hits();
     }
@@ -141,7 +143,8 @@ impl Passes<'_> {
         self.presample();
         // without tiles any buffer will do, for none is read
         let tiles = self.planes.tiles.unwrap_or(hits);
-        self.push(&kernels::di::di_initial::DESC, self.params(), &ARENAS, &[hits, tiles, work, self.planes.direct]);
+        let planes = [("hits", hits), ("tiles", tiles), ("reservoirs", work), ("direct", self.planes.direct)];
+        self.push(&kernels::di::di_initial::DESC, self.params(), &ARENAS, &planes);
         if self.frame > 0 && keeps_history(self.render) {
             self.reuse_in_time(hits, last_hits);
         }
@@ -152,14 +155,9 @@ impl Passes<'_> {
     fn presample(&mut self) {
         let Some(tiles) = self.planes.tiles else { return };
         let params = self.params().tile_params();
-        self.queue.push_back(Pass {
-            frame: None,
-            kernel: &kernels::di::di_tiles::DESC,
-            constants: vec![self.scene.features],
-            params: bytemuck::cast_slice(&[params]).to_vec(),
-            bindings: [ARENAS.as_slice(), &[tiles]].concat(),
-            grid: params.extent(),
-        });
+        let bound = [ARENAS.as_slice(), &[("tiles", tiles)]].concat();
+        let kernel = &kernels::di::di_tiles::DESC;
+        self.queue.push_back(Pass::new(kernel, &[self.scene.features], &params, &bound, params.extent()));
     }
 
     fn reuse_in_time(&mut self, hits: BufferId, last_hits: BufferId) {
@@ -174,7 +172,8 @@ impl Passes<'_> {
             neighbours: if settings.fused { settings.neighbours } else { 0 },
             ..self.params()
         };
-        self.push(&kernels::di::di_combine::DESC, of_last, &ARENAS, &[hits, last_hits, last, work]);
+        let planes = [("hits", hits), ("other_hits", last_hits), ("others", last), ("reservoirs", work)];
+        self.push(&kernels::di::di_combine::DESC, of_last, &ARENAS, &planes);
     }
 
     fn reuse_in_space(&mut self) {
@@ -185,7 +184,8 @@ impl Passes<'_> {
             // what the next frame reads is not written over
             let free_at = if pass > 0 && self.keeps_before_spatial() { 2 } else { 1 };
             let [work, free] = [self.planes.reservoirs[0], self.planes.reservoirs[free_at]];
-            self.push(&kernels::di::di_combine::DESC, params, &ARENAS, &[hits, hits, work, free]);
+            let planes = [("hits", hits), ("other_hits", hits), ("others", work), ("reservoirs", free)];
+            self.push(&kernels::di::di_combine::DESC, params, &ARENAS, &planes);
             self.planes.reservoirs.swap(0, free_at);
         }
     }
@@ -223,15 +223,19 @@ impl Passes<'_> {
         let (reservoirs, direct) = (self.planes.reservoirs[0], self.planes.direct);
         let frame = self.params();
         if let Some([points, _]) = self.planes.shading {
-            self.push(&kernels::di::di_offer::DESC, frame, &ARENAS, &[hits, reservoirs, points]);
+            let planes = [("hits", hits), ("reservoirs", reservoirs), ("points", points)];
+            self.push(&kernels::di::di_offer::DESC, frame, &ARENAS, &planes);
         }
         for params in self.render.settings.shading(&frame) {
             let Some(film) = self.film.as_mut().and_then(|film| film.open(0)) else { return };
             if let Some([points, pairs]) = self.planes.shading {
-                self.push(&kernels::di::di_exchange::DESC, params, &ARENAS, &[hits, points, pairs, film]);
-                self.push(&kernels::di::di_gather::DESC, params, &[], &[points, pairs, direct, film]);
+                let planes = [("hits", hits), ("points", points), ("pairs", pairs), ("film", film)];
+                self.push(&kernels::di::di_exchange::DESC, params, &ARENAS, &planes);
+                let planes = [("points", points), ("pairs", pairs), ("direct", direct), ("film", film)];
+                self.push(&kernels::di::di_gather::DESC, params, &[], &planes);
             } else {
-                self.push(&kernels::di::di_shade::DESC, params, &ARENAS, &[hits, reservoirs, direct, film]);
+                let planes = [("hits", hits), ("reservoirs", reservoirs), ("direct", direct), ("film", film)];
+                self.push(&kernels::di::di_shade::DESC, params, &ARENAS, &planes);
             }
             while let Some(pass) = self.film.as_mut().and_then(Film::merge_equal) {
                 self.queue.push_back(pass);
@@ -239,16 +243,17 @@ impl Passes<'_> {
         }
     }
 
-    fn push(&mut self, kernel: &'static KernelDesc, params: DiParams, arenas: &[BufferId], planes: &[BufferId]) {
+    fn push(
+        &mut self,
+        kernel: &'static KernelDesc,
+        params: DiParams,
+        arenas: &[(&str, BufferId)],
+        planes: &[(&str, BufferId)],
+    ) {
         let constants = [self.scene.features, params.flags];
-        self.queue.push_back(Pass {
-            frame: None,
-            kernel,
-            constants: constants[2 - kernel.constants.len()..].to_vec(),
-            params: bytemuck::cast_slice(&[params]).to_vec(),
-            bindings: [arenas, planes].concat(),
-            grid: [self.render.width, self.render.height],
-        });
+        let constants = &constants[2 - kernel.constants.len()..];
+        let grid = [self.render.width, self.render.height];
+        self.queue.push_back(Pass::new(kernel, constants, &params, &[arenas, planes].concat(), grid));
     }
 
     fn camera_params(&self, frame: u32) -> restir_shared::layout::CameraParams {
@@ -313,7 +318,7 @@ impl Iterator for Passes<'_> {
                 Err(e) => return Some(Err(e)),
             };
             self.reuse();
-            if let Some(first) = self.queue.front_mut() {
+            if let Some(Ok(first)) = self.queue.front_mut() {
                 first.frame = begun;
             }
             if self.render.accumulate || self.frame + 1 == self.render.frames {
@@ -321,7 +326,7 @@ impl Iterator for Passes<'_> {
             }
             self.end_frame();
         }
-        self.queue.pop_front().or_else(|| self.film.as_mut()?.finish()).map(Ok)
+        self.queue.pop_front().or_else(|| self.film.as_mut()?.finish())
     }
 }
 

@@ -1,6 +1,5 @@
 //! Presampled candidates of ReSTIR DI.
 
-use restir_shared::glam::UVec4;
 use restir_shared::technique::di::{TileParams, TileWords};
 use restir_shared::technique::di;
 

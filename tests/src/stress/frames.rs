@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use restir_host::buffers::SceneBuffers;
 use restir_host::di::{DiRender, DiSettings};
 use restir_host::replay::Frames;
-use restir_kernels::{di_gather, di_shade};
+use restir_kernels::di::{di_gather, di_shade};
 use restir_shared::layout::FilmPixel;
 use restir_shared::technique::path;
 use restir_shared::technique::path::{PATH_JITTER, PathParams};
