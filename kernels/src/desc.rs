@@ -63,11 +63,13 @@ pub struct KernelDesc {
     pub cases: fn(&dyn CaseScenes) -> Vec<Case>,
 }
 
-/// One row of the grid, for the native twin: `y` is fixed, `x` runs over the row.
+/// A row of the grid or a part of it, for the native twin: `y` is fixed, and x runs over the row.
 pub struct NativeRow<'a> {
+    /// Where in the row the first invocation is.
+    pub x: u32,
     /// The row.
     pub y: u32,
-    /// Number of invocations in the row.
+    /// Number of invocations.
     pub width: u32,
     /// Values of the specialization constants, in the order of the descriptor.
     pub constants: &'a [u32],

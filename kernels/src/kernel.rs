@@ -79,8 +79,8 @@ macro_rules! kernel {
             let $y = row.y;
             over_scenes! {
                 row, [$($scene = $asked($p, $features) [$($arena),*] [$($($compiled),*)?])?]
-                for $x in 0..row.width {
-                    let $at = $x as usize;
+                for $x in row.x..row.x + row.width {
+                    let $at = ($x - row.x) as usize;
                     $body;
                 }
             }

@@ -11,6 +11,7 @@ pub use gpu::GpuExecutor;
 use crate::Error;
 use crate::plan::{BufferId, FramePlan, Pass};
 use crate::self_check::Parity;
+use bytemuck::Pod;
 use std::fmt;
 use std::ops::ControlFlow;
 
@@ -68,6 +69,34 @@ impl<'a> Step<'a> {
     pub fn read(&self, buffer: BufferId) -> Result<Vec<u32>, Error> {
         (self.read)(buffer)
     }
+
+    /// The elements of the buffer that the pass binds to `role`, as it left them.
+    ///
+    /// # Errors
+    /// As [`Self::read`]; [`Error::Kernel`] if the kernel has no binding of that name.
+    pub fn plane<T: Pod>(&self, role: &str) -> Result<Vec<T>, Error> {
+        Ok(bytemuck::pod_collect_to_vec(&self.read(self.pass.bound(role)?)?))
+    }
+}
+
+/// Runs a plan by `run`, to which it gives an observer; `show` sees each pass when it is done, and may end the work with an
+/// error.
+///
+/// # Errors
+/// That of `show`, else that of `run`.
+pub(crate) fn shown<T>(
+    run: impl FnOnce(&mut dyn FnMut(&Step<'_>) -> ControlFlow<()>) -> Result<T, Error>,
+    show: &mut dyn FnMut(&Step<'_>) -> Result<(), Error>,
+) -> Result<T, Error> {
+    let mut failed = None;
+    let result = run(&mut |step| match show(step) {
+        Ok(()) => ControlFlow::Continue(()),
+        Err(e) => {
+            failed = Some(e);
+            ControlFlow::Break(())
+        }
+    });
+    failed.map_or(result, Err)
 }
 
 /// Runs frame plans.
@@ -86,4 +115,16 @@ pub trait Executor {
         plan: FramePlan<'_>,
         observe: &mut dyn FnMut(&Step<'_>) -> ControlFlow<()>,
     ) -> Result<Vec<Vec<u32>>, Error>;
+
+    /// As [`Self::run`]; `show` sees each pass when it is done, and may end the work with an error.
+    ///
+    /// # Errors
+    /// As of [`Self::run`], and that of `show`.
+    fn run_shown(
+        &mut self,
+        plan: FramePlan<'_>,
+        show: &mut dyn FnMut(&Step<'_>) -> Result<(), Error>,
+    ) -> Result<Vec<Vec<u32>>, Error> {
+        shown(|observe| self.run(plan, observe), show)
+    }
 }

@@ -5,7 +5,6 @@
 //! ([`Source`]). Radiance is linear in emission, so what each run gives is exactly what the source has added, and the
 //! sum in the order of the path has the bits of the sample.
 
-mod frames;
 mod genealogy;
 mod isolated;
 mod layers;
@@ -14,7 +13,6 @@ mod path;
 mod recording;
 mod two_frames;
 
-pub use frames::Frames;
 pub use genealogy::{Generation, LightSource, Reuse, check_genealogy, genealogy};
 pub use isolated::{Isolated, Source};
 pub use layers::{Layers, render_with_layers};
@@ -25,13 +23,13 @@ pub use recording::{Counts, Event, Recording};
 use std::ops::ControlFlow;
 
 use restir_shared::layout::FilmPixel;
-use restir_shared::scene::{Lights, Surface, Trace};
+use restir_shared::scene::{AnyScene, Lights, Still, Surface, Trace};
 use restir_shared::technique;
 use restir_shared::technique::path::PathParams;
 
 use crate::Error;
 use crate::buffers::SceneBuffers;
-use crate::exec::Executor;
+use crate::exec::{CpuExecutor, Executor, Step, shown};
 use crate::plan::{FramePlan, Pass};
 use crate::render::{self, RenderSettings};
 
@@ -66,11 +64,24 @@ pub fn film(
     index: u32,
 ) -> Result<Vec<FilmPixel>, Error> {
     let (buffers, pass) = sample_pass(scene, settings, index)?;
-    let outputs = pass.bindings.last().copied().into_iter().collect();
+    let outputs = vec![pass.bound("film")?];
     let plan =
         FramePlan { buffers, passes: Box::new(std::iter::once(Ok(pass))), pass_count: 1, outputs, scene: Some(scene) };
     let words = executor.run(plan, &mut |_| ControlFlow::Continue(()))?;
     Ok(bytemuck::cast_slice(words.first().map_or(&[], |words| words)).to_vec())
+}
+
+/// Runs a plan natively over a scene that stands still, of any type: one that counts what it is asked, or writes it down.
+/// `show` sees each pass when it is done, and may end the work with an error.
+///
+/// # Errors
+/// As of [`CpuExecutor::run_over`] and of `show`.
+pub fn run(
+    scene: &dyn AnyScene,
+    plan: FramePlan<'_>,
+    show: &mut dyn FnMut(&Step<'_>) -> Result<(), Error>,
+) -> Result<(), Error> {
+    shown(|observe| CpuExecutor::run_over(&Still(scene), plan, observe).map(drop), show)
 }
 
 /// Traces one sample natively over any scene; `params` are those of [`params`] for that sample.
@@ -100,7 +111,6 @@ fn sample_pass(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::exec::CpuExecutor;
     use crate::render::PathSettings;
     use crate::scene::Scene;
     use restir_shared::glam::Vec3;

@@ -7,7 +7,7 @@ use restir::buffers::SceneBuffers;
 use restir::di::{self, DiRender};
 use restir::exec::Executor;
 use restir::render::{self, Progress, RenderSettings, Rendered};
-use restir::replay::{self, Counts, Frames, Recording};
+use restir::replay::{self, Counts, Recording};
 use restir_shared::technique::di::DiParams;
 
 /// Rays are counted over about this many pixels ...
@@ -79,7 +79,7 @@ impl Estimator {
             Self::Path(settings) => path_counts(scene, settings),
             Self::RestirDi(render) => {
                 self.check(scene)?;
-                Ok(di_counts(scene, render))
+                di_counts(scene, render)
             }
         }
     }
@@ -103,7 +103,7 @@ fn path_counts(scene: &SceneBuffers, settings: &RenderSettings) -> Result<(Count
 }
 
 /// A few frames of a smaller image, after [`SETTLING_FRAMES`]. What fills tiles is shared by all pixels of the image itself.
-fn di_counts(scene: &SceneBuffers, render: &DiRender) -> (Counts, u64) {
+fn di_counts(scene: &SceneBuffers, render: &DiRender) -> Result<(Counts, u64), Error> {
     let pixels = u64::from(render.width) * u64::from(render.height);
     let shrink = (f64::from(COUNTED_PIXELS) / pixels as f64).sqrt().min(1.0);
     let side = |side: u32| ((f64::from(side) * shrink) as u32).max(1);
@@ -113,15 +113,15 @@ fn di_counts(scene: &SceneBuffers, render: &DiRender) -> (Counts, u64) {
     let view = scene.view();
     let recording = Recording::new(&view);
     let mut counts = Counts::default();
-    Frames::replay(&recording, scene, &smaller, &mut |pass, _| {
+    replay::run(&recording, di::plan(scene, &smaller), &mut |step| {
         let of_pass = recording.take_counts();
-        let is_settled = |p: &[DiParams]| p.iter().any(|p| p.frame >= SETTLING_FRAMES);
-        if bytemuck::try_cast_slice(&pass.params).is_ok_and(is_settled) {
+        if step.pass.params::<DiParams>().is_some_and(|p| p.frame >= SETTLING_FRAMES) {
             counts = counts.plus(of_pass);
         }
-    });
+        Ok(())
+    })?;
     let counted = u64::from(smaller.width) * u64::from(smaller.height) * u64::from(COUNTED_SAMPLES);
     let presampled = u64::from(render.settings.tiles) * u64::from(render.settings.tile_size);
     let share = presampled as f64 / pixels as f64;
-    (Counts { light_samples: counts.light_samples + (share * counted as f64) as u64, ..counts }, counted)
+    Ok((Counts { light_samples: counts.light_samples + (share * counted as f64) as u64, ..counts }, counted))
 }

@@ -1,9 +1,10 @@
 //! What a frame of ReSTIR DI asks of the scene, counted pass by pass.
 
+use restir::Error;
 use restir::buffers::SceneBuffers;
-use restir::di::{DiRender, DiSettings};
-use restir::replay::{Counts, Frames, Recording};
-use restir_kernels as kernels;
+use restir::di::{self, DiRender, DiSettings};
+use restir::replay::{self, Counts, Recording};
+use restir_kernels::di::di_combine;
 use restir_shared::technique::di::DiParams;
 
 /// Frames before the one that is counted, which give it a history: rays do not depend on how long that is, only on what
@@ -25,28 +26,30 @@ pub(crate) struct Cost {
 
 impl Cost {
     /// Counts natively; `scene` stands still.
-    pub(crate) fn of(scene: &SceneBuffers, size: [u32; 2], settings: &DiSettings) -> Self {
+    ///
+    /// # Errors
+    /// As of [`replay::run`].
+    pub(crate) fn of(scene: &SceneBuffers, size: [u32; 2], settings: &DiSettings) -> Result<Self, Error> {
         let view = scene.view();
         let recording = Recording::new(&view);
         let render = DiRender { frames: 1 + EARLIER, accumulate: true, ..DiRender::new(size, settings.clone()) };
         let (mut all, mut combines) = (Counts::default(), Counts::default());
-        Frames::replay(&recording, scene, &render, &mut |pass, _| {
+        replay::run(&recording, di::plan(scene, &render), &mut |step| {
             let counts = recording.take_counts();
-            let is_frame = |p: &[DiParams]| p.iter().any(|p| p.frame == EARLIER);
-            if !bytemuck::try_cast_slice(&pass.params).is_ok_and(is_frame) {
-                return;
+            if step.pass.params::<DiParams>().is_some_and(|p| p.frame == EARLIER) {
+                all = all.plus(counts);
+                if step.pass.kernel.name == di_combine::DESC.name {
+                    combines = combines.plus(counts);
+                }
             }
-            all = all.plus(counts);
-            if pass.kernel.name == kernels::di::di_combine::DESC.name {
-                combines = combines.plus(counts);
-            }
-        });
+            Ok(())
+        })?;
         let share = 1.0 / (f64::from(size[0]) * f64::from(size[1]));
-        Self {
+        Ok(Self {
             shadow_rays: all.shadow as f64 * share,
             combine_rays: combines.shadow as f64 * share,
             evaluations: all.light_samples as f64 * share,
             combine_evaluations: combines.light_samples as f64 * share,
-        }
+        })
     }
 }

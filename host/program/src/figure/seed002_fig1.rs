@@ -4,16 +4,15 @@
 use std::fmt::Write;
 use std::ops::ControlFlow;
 
-use rayon::prelude::*;
 use restir::Error;
 use restir::bootstrap::{Interval, mean};
 use restir::buffers::SceneBuffers;
 use restir::di::{self, DiRender, DiSettings};
+use restir::exec::{CpuExecutor, Executor, Step};
 use restir::image::Image;
 use restir::render::Progress;
-use restir::replay::Frames;
 use restir::scene::Scene;
-use restir_kernels as kernels;
+use restir_kernels::di::di_shade;
 use restir_shared::glam::UVec4;
 use restir_shared::layout::FilmPixel;
 use restir_shared::pack::f32_from_half;
@@ -148,9 +147,9 @@ pub(crate) fn make(
     let findings = environs.run(SCENE, |_, observe| {
         let mut findings: Option<Findings> = None;
         for seed in 0..protocol.chains {
-            let chains: Vec<Chain> =
-                settings.par_iter().map(|settings| chain(&scene, &render(seed, settings), protocol.warm_up)).collect();
-            let Ok([prev, ours]) = <[Chain; 2]>::try_from(chains) else { return Err(Error::Interrupted) };
+            let of = |settings| chain(&scene, &render(seed, settings), protocol.warm_up);
+            let (prev, ours) = rayon::join(|| of(&settings[0]), || of(&settings[1]));
+            let (prev, ours) = (prev?, ours?);
             findings = Some(Findings::with(findings, protocol.size, [prev, ours]));
             if let ControlFlow::Break(()) = observe(Progress { done: u64::from(seed) + 1, total }) {
                 return Err(Error::Interrupted);
@@ -158,7 +157,7 @@ pub(crate) fn make(
         }
         findings.ok_or(Error::Interrupted)
     })?;
-    let findings = Findings { shadow_rays: Cost::of(&scene, protocol.size, &settings[1]).shadow_rays, ..findings };
+    let findings = Findings { shadow_rays: Cost::of(&scene, protocol.size, &settings[1])?.shadow_rays, ..findings };
     Ok(vec![
         File { name: PICTURE.to_owned(), contents: Contents::Picture(findings.picture()) },
         File::text("tiles.csv", findings.table()),
@@ -167,36 +166,38 @@ pub(crate) fn make(
 }
 
 /// Runs a chain natively. Frames from `first` on count.
-fn chain(scene: &SceneBuffers, render: &DiRender, first: u32) -> Chain {
+fn chain(scene: &SceneBuffers, render: &DiRender, first: u32) -> Result<Chain, Error> {
     let view = scene.view();
     let pixels = (render.width * render.height) as usize;
     let mut chain = Chain { visibility: vec![Moments::default(); pixels], ..Chain::default() };
-    Frames::replay(&view, scene, render, &mut |pass, frames| {
-        if pass.kernel.name != kernels::di::di_shade::DESC.name {
-            return;
-        }
-        let p: DiParams = bytemuck::pod_read_unaligned(bytemuck::cast_slice(&pass.params));
-        let [hits, reservoirs, direct, film] = [3, 4, 5, 6].map(|binding| frames.plane(pass.bindings[binding]));
+    let show = &mut |step: &Step<'_>| {
+        let Some(p) = step.pass.params::<DiParams>().filter(|_| step.pass.kernel.name == di_shade::DESC.name) else {
+            return Ok(());
+        };
+        let (hits, reservoirs) = (step.plane::<UVec4>("hits")?, step.plane::<UVec4>("reservoirs")?);
+        let (direct, film) = (step.plane::<FilmPixel>("direct")?, step.plane::<FilmPixel>("film")?);
         chain.samples.push(reservoirs.iter().map(|&word| without_visibility(word)).collect());
         if p.frame >= first {
-            let pixels = chain.visibility.iter_mut().zip(reservoirs).filter(|(_, word)| weighs(**word));
+            let pixels = chain.visibility.iter_mut().zip(&reservoirs).filter(|(_, word)| weighs(**word));
             pixels.for_each(|(moments, &word)| moments.push(visibility(word)));
         }
         if p.frame + 1 == render.frames {
-            let unseen = |(i, direct): (usize, &UVec4)| {
+            let unseen = |(i, direct): (usize, &FilmPixel)| {
                 let at = [i as u32 % render.width, i as u32 / render.width];
-                shade(&view, &p, p.flags, [hits[i], seen(reservoirs[i])], bytemuck::cast(*direct), at).sum
+                shade(&view, &p, p.flags, [hits[i], seen(reservoirs[i])], *direct, at).sum
             };
             let image = |pixels: Vec<[f32; 3]>| Image { width: render.width, height: render.height, pixels };
             let size = [render.width, render.height];
             chain.last = [
-                image(film.iter().map(|&word| bytemuck::cast::<_, FilmPixel>(word).sum).collect()),
+                image(film.iter().map(|pixel| pixel.sum).collect()),
                 grey(size, reservoirs.iter().map(|&word| if weighs(word) { visibility(word) } else { 0.0 })),
-                image((0..).zip(direct).map(unseen).collect()),
+                image((0..).zip(&direct).map(unseen).collect()),
             ];
         }
-    });
-    chain
+        Ok(())
+    };
+    CpuExecutor::inline().run_shown(di::plan(scene, render), show)?;
+    Ok(chain)
 }
 
 impl Findings {

@@ -173,7 +173,8 @@ fn pairs(
         settings.iter().flat_map(|setting| FORMS.map(|(_, form)| of_form(setting, form))).collect();
     let scene = &subject.buffers;
     all.iter().try_for_each(|settings| restir::di::check(scene, &DiRender::new(protocol.size, settings.clone())))?;
-    let costs: Vec<Cost> = all.par_iter().map(|settings| Cost::of(scene, protocol.size, settings)).collect();
+    let costs =
+        all.par_iter().map(|settings| Cost::of(scene, protocol.size, settings)).collect::<Result<Vec<_>, _>>()?;
     let chains =
         environs.run(&subject.name, |executor, observe| chains::run(executor, scene, &all, protocol, observe))?;
     let mut measured = chains.into_iter().zip(costs).map(|(chains, cost)| Measured { chains, cost });
