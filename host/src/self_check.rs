@@ -45,21 +45,14 @@ fn probes() -> FramePlan<'static> {
     operands.extend(random_operands(RANDOM_PROBES));
     let count = operands.len() as u32;
     let operands: Vec<u32> = bytemuck::cast_slice(&operands).to_vec();
-    let pass = Pass {
-        frame: None,
-        kernel: &DESC,
-        constants: Vec::new(),
-        params: bytemuck::cast_slice(&[SelfCheckParams { count }]).to_vec(),
-        bindings: vec![0, 1],
-        grid: [count, 1],
-    };
+    let pass = Pass::new(&DESC, &[], &SelfCheckParams { count }, &[("operands", 0), ("results", 1)], [count, 1]);
     let words = count as usize * size_of::<Results>() / 4;
     FramePlan {
         buffers: vec![
             Buffer { name: "operands", words: operands.len(), contents: Some(operands.into()) },
             Buffer { name: "results", words, contents: None },
         ],
-        passes: Box::new(std::iter::once(Ok(pass))),
+        passes: Box::new(std::iter::once(pass)),
         pass_count: 1,
         outputs: vec![1],
         scene: None,

@@ -3,7 +3,7 @@
 use crate::{Case, CaseScene, CaseScenes};
 use restir_shared::glam::UVec4;
 use restir_shared::layout::{FEATURES_ALL, FilmPixel};
-use restir_shared::mis::Mis;
+use restir_shared::resample::mis::Mis;
 use restir_shared::scene::SceneView;
 use restir_shared::technique::di;
 use restir_shared::technique::di::{

@@ -3,8 +3,14 @@
 use crate::geometry::Ray;
 use crate::layout::CameraParams;
 use crate::num;
+use crate::rng::{self, Rng};
+use crate::sampling::sample_concentric_disk;
 use crate::vec::normalize;
+
 use glam::{Vec2, Vec3};
+
+/// The random dimension of a sample's camera ray.
+pub const CAMERA_DIMENSION: u32 = 0;
 
 /// The ray through a point of the image; `pixel` in pixels from the upper left corner. `lens` is a point of the unit
 /// disk, where the ray passes the lens; a pinhole has only one such point.
@@ -24,4 +30,17 @@ pub fn primary_ray(camera: &CameraParams, pixel: Vec2, lens: Vec2) -> Ray {
 #[inline(always)]
 pub fn has_lens(camera: &CameraParams) -> bool {
     num::max(camera.lens_right, camera.lens_up) > 0.0
+}
+
+/// The camera's ray of a sample of the pixel (x, y): through its centre, or anywhere in it with `jitter`.
+#[inline(always)]
+pub fn camera_ray(camera: &CameraParams, jitter: bool, rng: &Rng, x: u32, y: u32) -> Ray {
+    let words = rng.draw(CAMERA_DIMENSION);
+    let within = if jitter { Vec2::new(rng::unit(words.x), rng::unit(words.y)) } else { Vec2::splat(0.5) };
+    let lens = if has_lens(camera) {
+        sample_concentric_disk(Vec2::new(rng::unit(words.z), rng::unit(words.w)))
+    } else {
+        Vec2::ZERO
+    };
+    primary_ray(camera, Vec2::new(x as f32, y as f32) + within, lens)
 }

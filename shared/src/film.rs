@@ -10,6 +10,11 @@ use glam::Vec3;
 pub const MAX_BLOCK_LOG2: u32 = 6;
 /// The radiance from which on a sample is dropped: 2^100.
 const MAX_RADIANCE: f32 = 1.267_650_6e30;
+
+/// The radiance of a sample that a device which limits loops has cut short: beyond what the film accepts, so that it
+/// is dropped and counted.
+pub const CUT: Vec3 = Vec3::splat(f32::MAX);
+
 const LEVELS: usize = MAX_BLOCK_LOG2 as usize + 1;
 
 impl FilmPixel {

@@ -15,12 +15,12 @@
 //! | [`compact`] | compaction and counting sort: count, scan, gather |
 //! | [`sampling`] | `sample_x`, `x_pdf` and `invert_x` for each distribution |
 //! | [`geometry`] | rays, the watertight triangle test, BVH traversal |
-//! | [`scene`] | the traits an embedder implements, and [`scene::SceneView`], which implements all of them |
 //! | [`bsdf`] | scattering functions |
-//! | [`reservoir`] | the streaming reservoir |
-//! | [`mis`] | how the inputs of a combine share what several of them can produce |
+//! | [`scene`] | the traits an embedder implements, and [`scene::SceneView`], which implements all of them |
 //! | [`camera`] | the pinhole and the thin-lens camera |
 //! | [`film`] | the pairwise sum over samples |
+//! | [`transport`] | vertices of paths, their connections, straight ways through glass |
+//! | [`resample`] | reservoirs, and how several become one |
 //! | [`technique`] | the per-pixel bodies |
 #![no_std]
 #![forbid(unsafe_code)]
@@ -34,12 +34,12 @@ pub mod compact;
 pub mod film;
 pub mod geometry;
 pub mod layout;
-pub mod mis;
 pub mod num;
 pub mod pack;
-pub mod reservoir;
+pub mod resample;
 pub mod rng;
 pub mod sampling;
 pub mod scene;
 pub mod technique;
+pub mod transport;
 pub mod vec;

@@ -4,7 +4,7 @@
 
 use crate::num;
 use crate::vec::normalize;
-use glam::Vec3;
+use glam::{UVec4, Vec3};
 
 const SIGN: u32 = 0x8000_0000;
 const INFINITY: u32 = 0x7f80_0000;
@@ -32,6 +32,12 @@ pub fn decode_unit_vector(code: u32) -> Vec3 {
     let z = SNORM16.wrapping_sub(magnitude(x)).wrapping_sub(magnitude(y));
     let (x, y) = if z < 0 { fold(x, y) } else { (x, y) };
     normalize(Vec3::new(x as f32, y as f32, z as f32))
+}
+
+/// The floats in the components x, y, z of a word.
+#[inline(always)]
+pub fn xyz(word: UVec4) -> Vec3 {
+    Vec3::new(f32::from_bits(word.x), f32::from_bits(word.y), f32::from_bits(word.z))
 }
 
 /// Between the square's inner diamond (z >= 0) and its corners (z <= 0).

@@ -30,6 +30,12 @@ pub fn normalize(a: Vec3) -> Vec3 {
     a * num::rsqrt(dot(a, a))
 }
 
+/// Named point of flushing: magnitudes below 2^-100 are zero.
+#[inline(always)]
+pub fn flush(v: Vec3) -> Vec3 {
+    Vec3::new(num::flush(v.x), num::flush(v.y), num::flush(v.z))
+}
+
 /// The largest magnitude among the components.
 #[inline(always)]
 pub fn max_abs(a: Vec3) -> f32 {

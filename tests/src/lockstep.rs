@@ -50,18 +50,12 @@ fn read_all(step: &Step<'_>, buffers: usize) -> Result<Vec<Vec<u32>>, Error> {
 /// # Errors
 /// Whatever the executor reports.
 pub fn trace(executor: &mut dyn Executor, plan: FramePlan<'_>) -> Result<Trace, Error> {
-    let (buffers, mut trace, mut failed) = (plan.buffers.len(), Vec::new(), None);
-    let run = executor.run(plan, &mut |step| match read_all(step, buffers) {
-        Ok(words) => {
-            trace.push(words);
-            ControlFlow::Continue(())
-        }
-        Err(e) => {
-            failed = Some(e);
-            ControlFlow::Break(())
-        }
-    });
-    failed.map_or(run.map(|_| trace), Err)
+    let (buffers, mut trace) = (plan.buffers.len(), Vec::new());
+    executor.run_shown(plan, &mut |step| {
+        trace.push(read_all(step, buffers)?);
+        Ok(())
+    })?;
+    Ok(trace)
 }
 
 /// Runs a plan until it leaves the trace of another run, the host's; `None` if it never does.

@@ -3,11 +3,11 @@
 use crate::stats::Moments;
 use rayon::prelude::*;
 use restir_host::buffers::SceneBuffers;
-use restir_host::di::{DiRender, DiSettings, Visibility};
-use restir_host::replay::Frames;
-use restir_kernels as kernels;
+use restir_host::di::{self, DiRender, DiSettings, Visibility};
+use restir_host::exec::{CpuExecutor, Executor};
+use restir_kernels::di::di_shade;
 use restir_shared::glam::UVec4;
-use restir_shared::scene::{AddressedLights, Surface, Trace};
+use restir_shared::layout::FilmPixel;
 use restir_shared::technique::di::{DiParams, Stored};
 
 /// What is run.
@@ -45,34 +45,33 @@ impl Run {
     }
 
     /// One restart; the seed is its number.
-    pub fn restart<S: Trace + Surface + AddressedLights>(
-        &self,
-        scene: &S,
-        buffers: &SceneBuffers,
-        seed: u32,
-    ) -> Restart {
+    ///
+    /// # Panics
+    /// If the plan is wrong.
+    pub fn restart(&self, scene: &SceneBuffers, seed: u32) -> Restart {
         let mut restart = Restart { image: vec![[0.0; 3]; self.pixels()], visibility: Vec::new() };
         let weight = 1.0 / f64::from(self.frames - self.from);
-        Frames::replay(scene, buffers, &self.render(seed), &mut |pass, frames| {
-            if pass.kernel.name != kernels::di::di_shade::DESC.name {
-                return;
+        let render = self.render(seed);
+        let result = CpuExecutor::inline().run_shown(di::plan(scene, &render), &mut |step| {
+            if step.pass.kernel.name != di_shade::DESC.name {
+                return Ok(());
             }
-            let [reservoirs, film] = [4, 6].map(|binding| frames.plane(pass.bindings[binding]));
-            if bytemuck::cast_slice::<u32, DiParams>(&pass.params)[0].frame >= self.from {
-                for (sum, pixel) in restart.image.iter_mut().zip(film) {
-                    let radiance = [pixel.x, pixel.y, pixel.z].map(|bits| f64::from(f32::from_bits(bits)));
-                    *sum = std::array::from_fn(|channel| sum[channel] + weight * radiance[channel]);
+            if step.pass.params::<DiParams>().is_some_and(|p| p.frame >= self.from) {
+                for (sum, pixel) in restart.image.iter_mut().zip(step.plane::<FilmPixel>("film")?) {
+                    *sum = std::array::from_fn(|channel| sum[channel] + weight * f64::from(pixel.sum[channel]));
                 }
             }
-            restart.visibility = reservoirs.iter().map(|&word| Stored::unpack(word).visibility.x).collect();
+            let reservoirs = step.plane("reservoirs")?;
+            restart.visibility = reservoirs.into_iter().map(|word| Stored::unpack(word).visibility.x).collect();
+            Ok(())
         });
+        result.expect("the plan fits its kernels");
         restart
     }
 
     /// Independent restarts, in their order.
     pub fn restarts(&self, buffers: &SceneBuffers, count: u32) -> Vec<Restart> {
-        let view = buffers.view();
-        (0..count).into_par_iter().map(|seed| self.restart(&view, buffers, seed)).collect()
+        (0..count).into_par_iter().map(|seed| self.restart(buffers, seed)).collect()
     }
 
     /// Pixels of the picture.

@@ -51,14 +51,14 @@ fn di_render(scene: &SceneBuffers, settings: DiSettings) -> Result<DiRender, Fai
 
 /// The plane of reservoirs that is shaded in the end.
 fn last_reservoirs(scene: &SceneBuffers, render: &DiRender) -> Result<Vec<UVec4>, Failed> {
-    let mut shaded = Ok(Vec::new());
-    CpuExecutor::new(None)?.run(plan(scene, render), &mut |step| {
+    let mut shaded = Vec::new();
+    CpuExecutor::new(None)?.run_shown(plan(scene, render), &mut |step| {
         if [di_offer::DESC.name, di_shade::DESC.name].contains(&step.pass.kernel.name) {
-            shaded = step.read(step.pass.bindings[4]);
+            shaded = step.plane("reservoirs")?;
         }
-        ControlFlow::Continue(())
+        Ok(())
     })?;
-    Ok(bytemuck::cast_slice(&shaded?).to_vec())
+    Ok(shaded)
 }
 
 /// Follows a genealogy by hand: every reservoir replayed is the one that is stored, the next one is that which it names, and has

@@ -7,8 +7,8 @@ use restir_host::exec::CpuExecutor;
 use restir_host::scene::{Camera, Material, Mesh, Scene};
 use restir_shared::glam::{UVec4, Vec3};
 use restir_shared::layout::FilmPixel;
-use restir_shared::mis::{Combine, Mis};
 use restir_shared::pack::decode_unit_vector;
+use restir_shared::resample::mis::{Combine, Mis};
 use restir_shared::scene::{AddressedLights, LightAddress, Surface, Trace};
 use restir_shared::technique::di::{
     self as passes, DI_FINAL_RAY, DI_MIS_VISIBILITY, DiPairs, DiParams, DiPoint, Stored,

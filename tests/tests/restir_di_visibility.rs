@@ -4,20 +4,22 @@
 
 use libtest_mimic::Failed;
 use restir_host::buffers::SceneBuffers;
-use restir_host::di::{DiRender, DiSettings, MisForm, Target, Visibility};
+use restir_host::di::{self, DiRender, DiSettings, MisForm, Target, Visibility};
+use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::plan::Pass;
-use restir_host::replay::{Event, Frames, Recording};
-use restir_kernels as kernels;
+use restir_host::replay::{self, Event, Recording};
+use restir_kernels::di::{di_combine, di_initial, di_shade};
+use restir_shared::camera::camera_ray;
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::glam::{UVec4, Vec3};
+use restir_shared::layout::FilmPixel;
 use restir_shared::rng::Rng;
 use restir_shared::scene::{
     AddressedLight, AddressedLights, EnvironmentPoint, LightAddress, LightSample, Lights, SceneView, Still, Surface,
     SurfacePoint, Trace,
 };
-use restir_shared::technique::di::{self, DI_OTHER_FRAME, DiParams, Stored};
-use restir_shared::technique::path;
-use restir_shared::technique::path::PathParams;
+use restir_shared::technique::di::{self as technique, DI_OTHER_FRAME, DiParams, Stored};
+use restir_shared::technique::path::{self, PathParams};
 use restir_tests::scenes::{BOARD, Setting, coloured, penumbra, white};
 use restir_tests::stats::{Moments, TileGrid, TileTest, Verdict};
 use restir_tests::suite::{ensure, run};
@@ -64,24 +66,23 @@ fn params(pass: &Pass) -> DiParams {
 }
 
 fn is_combine(pass: &Pass) -> bool {
-    pass.kernel.name == kernels::di::di_combine::DESC.name
+    pass.kernel.name == di_combine::DESC.name
 }
 
 fn is_initial(pass: &Pass) -> bool {
-    pass.kernel.name == kernels::di::di_initial::DESC.name
+    pass.kernel.name == di_initial::DESC.name
 }
 
 /// Every plane of reservoirs that a pass has made.
-fn reservoirs(buffers: &SceneBuffers, run: &Run, seed: u32) -> Vec<Vec<UVec4>> {
+fn reservoirs(buffers: &SceneBuffers, run: &Run, seed: u32) -> Result<Vec<Vec<UVec4>>, Failed> {
     let mut planes = Vec::new();
-    Frames::replay(&buffers.view(), buffers, &run.render(seed), &mut |pass, frames| {
-        if is_initial(pass) {
-            planes.push(frames.plane(pass.bindings[5]).to_vec());
-        } else if is_combine(pass) {
-            planes.push(frames.plane(pass.bindings[6]).to_vec());
+    CpuExecutor::inline().run_shown(di::plan(buffers, &run.render(seed)), &mut |step| {
+        if is_initial(step.pass) || is_combine(step.pass) {
+            planes.push(step.plane("reservoirs")?);
         }
-    });
-    planes
+        Ok(())
+    })?;
+    Ok(planes)
 }
 
 fn same_reservoirs() -> Result<(), Failed> {
@@ -99,14 +100,14 @@ fn same_reservoirs() -> Result<(), Failed> {
             reservoirs(&buffers, &Run { size: [24, 24], frames: 6, from: 0, settings }, seed)
         };
         let bare = |planes: &[Vec<UVec4>]| planes.concat().into_iter().map(without_visibility).collect::<Vec<_>>();
-        let averaged = of(Visibility::Averaged, 3);
-        let selected = of(Visibility::Selected, 3);
+        let averaged = of(Visibility::Averaged, 3)?;
+        let selected = of(Visibility::Selected, 3)?;
         let differ = averaged.concat().iter().zip(selected.concat()).filter(|(a, b)| *a != b).count();
         ensure(differ > 0, || "no visibility was averaged".to_owned())?;
-        for other in [selected, of(Visibility::Ray, 3)] {
+        for other in [selected, of(Visibility::Ray, 3)?] {
             ensure(bare(&averaged) == bare(&other), || format!("sample, weight or confidence differ: {row:?}"))?;
         }
-        ensure(bare(&averaged) != bare(&of(Visibility::Averaged, 4)), || "seeds do nothing".to_owned())?;
+        ensure(bare(&averaged) != bare(&of(Visibility::Averaged, 4)?), || "seeds do nothing".to_owned())?;
         println!("{} reservoirs alike, {differ} visibilities not", bare(&averaged).len());
     }
     Ok(())
@@ -130,8 +131,8 @@ impl<'a> Offline<'a> {
     fn new(view: &'a SceneView<'a>, p: &DiParams, hits: &[UVec4]) -> Self {
         let point = |(i, &word): (u32, &UVec4)| {
             let [x, y] = [i % p.width, i / p.width];
-            let ray = path::camera_ray(&p.camera, false, &Rng::new(x, y, p.frame, p.seed), x, y);
-            (view.surface(&ray, &di::unpack_hit(word)), ray)
+            let ray = camera_ray(&p.camera, false, &Rng::new(x, y, p.frame, p.seed), x, y);
+            (view.surface(&ray, &technique::unpack_hit(word)), ray)
         };
         Self { view, points: (0..).zip(hits).map(point).collect(), width: p.width }
     }
@@ -276,33 +277,36 @@ fn average_is_the_weighted_mean() -> Result<(), Failed> {
         let run = Run { size: setting.size, frames: 5, from: 0, settings };
         let (mut tally, mut offline, mut rays) = (Tally::default(), None, [0, 0]);
         let mut initial = Vec::new();
-        Frames::replay(&view, &buffers, &run.render(7), &mut |pass, frames| {
-            if is_initial(pass) {
-                initial = frames.plane(pass.bindings[5]).to_vec();
+        CpuExecutor::inline().run_shown(di::plan(&buffers, &run.render(7)), &mut |step| {
+            if is_initial(step.pass) {
+                initial = step.plane("reservoirs")?;
             }
-            if !is_combine(pass) {
-                return;
+            if !is_combine(step.pass) {
+                return Ok(());
             }
-            let p = params(pass);
-            let [hits, other_hits, others, made] = [3, 4, 5, 6].map(|binding| frames.plane(pass.bindings[binding]));
-            let offline = offline.get_or_insert_with(|| Offline::new(&view, &p, hits));
+            let p = params(step.pass);
+            let plane = |role| step.plane::<UVec4>(role);
+            let (hits, other_hits) = (plane("hits")?, plane("other_hits")?);
+            let (others, made) = (plane("others")?, plane("reservoirs")?);
+            let offline = offline.get_or_insert_with(|| Offline::new(&view, &p, &hits));
             let temporal = p.flags & DI_OTHER_FRAME != 0;
             for at in 0..made.len() {
                 let own = if temporal { initial[at] } else { others[at] };
                 let recording = Recording::new(&view);
-                let planes = di::Planes { hits, other_hits, others };
+                let planes = technique::Planes { hits: &hits, other_hits: &other_hits, others: &others };
                 let place = [at as u32 % offline.width, at as u32 / offline.width];
-                if di::combine(&Still(&recording), &p, p.flags, &planes, own, place) != made[at] {
+                if technique::combine(&Still(&recording), &p, p.flags, &planes, own, place) != made[at] {
                     tally.failures.push("a combine alone is not what it is in a frame".to_owned());
                 }
                 rays[0] += recording.counts().shadow as usize;
                 let cap = temporal.then_some(p.confidence_cap);
-                if let Some((inputs, asked)) = offline.inputs(at, own, others, &recording.into_events(), cap) {
+                if let Some((inputs, asked)) = offline.inputs(at, own, &others, &recording.into_events(), cap) {
                     rays[1] += asked;
                     tally.check(offline, &inputs, made[at]);
                 }
             }
-        });
+            Ok(())
+        })?;
         let Tally { combines, between, wrong_forms: [equal, unshared], failures } = tally;
         println!(
             "{combines} combines, {between} of them with a mean between; an equal mean would be off in {equal}, one \
@@ -317,39 +321,40 @@ fn average_is_the_weighted_mean() -> Result<(), Failed> {
 }
 
 /// Shadow rays of the passes, for each pixel and frame: initial, temporal, spatial, shading.
-fn shadow_rays(buffers: &SceneBuffers, settings: DiSettings) -> [f64; 4] {
+fn shadow_rays(buffers: &SceneBuffers, settings: DiSettings) -> Result<[f64; 4], Failed> {
     let run = Run { size: SIZE, frames: 9, from: 0, settings };
     let view = buffers.view();
     let recording = Recording::new(&view);
     let (mut rays, mut before) = ([0; 4], recording.counts());
-    Frames::replay(&recording, buffers, &run.render(1), &mut |pass, _| {
+    replay::run(&recording, di::plan(buffers, &run.render(1)), &mut |step| {
         let counts = recording.counts();
-        let kind = match pass.kernel.name {
-            name if name == kernels::di::di_initial::DESC.name => 0,
-            name if name == kernels::di::di_shade::DESC.name => 3,
-            _ if is_combine(pass) && params(pass).flags & DI_OTHER_FRAME != 0 => 1,
+        let kind = match step.pass.kernel.name {
+            name if name == di_initial::DESC.name => 0,
+            name if name == di_shade::DESC.name => 3,
+            _ if is_combine(step.pass) && params(step.pass).flags & DI_OTHER_FRAME != 0 => 1,
             _ => 2,
         };
         rays[kind] += counts.minus(before).shadow;
         before = counts;
-    });
-    rays.map(|count| count as f64 / (run.pixels() as f64 * f64::from(run.frames)))
+        Ok(())
+    })?;
+    Ok(rays.map(|count| count as f64 / (run.pixels() as f64 * f64::from(run.frames))))
 }
 
 fn rays_of_each_pass() -> Result<(), Failed> {
     let buffers = buffers(white);
     let of = |visibility| shadow_rays(&buffers, DiSettings { initial_visibility: false, ..settings(visibility) });
-    let (ray, selected, averaged) = (of(Visibility::Ray), of(Visibility::Selected), of(Visibility::Averaged));
+    let (ray, selected, averaged) = (of(Visibility::Ray)?, of(Visibility::Selected)?, of(Visibility::Averaged)?);
     println!("initial, temporal, spatial, shading: {ray:?} with a final ray, {selected:?}, averaged {averaged:?}");
     ensure(averaged == selected, || "averaging is not free".to_owned())?;
     ensure(averaged[1] == 0.0 && averaged[3] == 0.0, || "history and shading ask for visibility".to_owned())?;
     ensure(averaged[0] > 0.95 && averaged[0] <= 1.0, || format!("{} initial rays", averaged[0]))?;
     ensure(averaged[2] > 0.8 && averaged[2] <= 1.0, || format!("{} spatial rays", averaged[2]))?;
     ensure(ray[..3] == [0.0; 3] && ray[3] > 0.95 && ray[3] <= 1.0, || "a final ray is one a pixel".to_owned())?;
-    let with_reuse = shadow_rays(&buffers, settings(Visibility::Averaged));
+    let with_reuse = shadow_rays(&buffers, settings(Visibility::Averaged))?;
     ensure(with_reuse[0] == averaged[0], || "visibility reuse costs more than the initial ray".to_owned())?;
     let near = DiSettings { near_radius: 100.0, ..settings(Visibility::Averaged) };
-    ensure(shadow_rays(&buffers, near)[2] == 0.0, || "near neighbours cost rays".to_owned())
+    ensure(shadow_rays(&buffers, near)?[2] == 0.0, || "near neighbours cost rays".to_owned())
 }
 
 /// The mean variance of the visibility of both, over the pixels where the first's is partial, and how many these are.
@@ -558,20 +563,20 @@ fn with_board(before_lights: bool) -> SceneBuffers {
 }
 
 /// The image's mean in each frame; all light goes out of sight after `open` frames.
-fn shut(settings: DiSettings, open: u32, frames: u32) -> Vec<f64> {
+fn shut(settings: DiSettings, open: u32, frames: u32) -> Result<Vec<f64>, Failed> {
     let (bright, dark) = (with_board(false), with_board(true));
     let views = [bright.view(), dark.view()];
     let scene = Switched { scenes: [&views[0], &views[1]], now: Cell::new(0) };
     let mut means = Vec::new();
     let render = DiRender { frames, accumulate: true, ..DiRender::new(SIZE, settings) };
-    Frames::replay(&scene, &bright, &render, &mut |pass, planes| {
-        if pass.kernel.name == kernels::di::di_shade::DESC.name {
-            let film = planes.plane(pass.bindings[6]);
-            means.push(film.iter().map(|pixel| f64::from(f32::from_bits(pixel.x))).sum());
-            scene.now.set(usize::from(params(pass).frame + 1 >= open));
+    replay::run(&scene, di::plan(&bright, &render), &mut |step| {
+        if step.pass.kernel.name == di_shade::DESC.name {
+            means.push(step.plane::<FilmPixel>("film")?.iter().map(|pixel| f64::from(pixel.sum[0])).sum());
+            scene.now.set(usize::from(params(step.pass).frame + 1 >= open));
         }
-    });
-    means
+        Ok(())
+    })?;
+    Ok(means)
 }
 
 fn shadows_lag() -> Result<(), Failed> {
@@ -584,7 +589,7 @@ fn shadows_lag() -> Result<(), Failed> {
         (Visibility::Ray, true, false),
     ] {
         let settings = DiSettings { initial_visibility, spatial: 0, confidence_cap: cap, ..settings(visibility) };
-        let means = shut(settings, open, frames);
+        let means = shut(settings, open, frames)?;
         let before = means[open as usize - 1];
         let ratios: Vec<f64> = means[open as usize..].iter().map(|mean| mean / before).collect();
         println!("{}, initial_visibility={initial_visibility}: {ratios:.4?}", visibility.name());

@@ -9,8 +9,8 @@ use clap::Args;
 use rayon::prelude::*;
 use restir_host::bootstrap::Interval;
 use restir_host::buffers::SceneBuffers;
-use restir_host::di::{DiSettings, Target, Visibility};
-use restir_host::replay::{Frames, Recording};
+use restir_host::di::{self, DiSettings, Target, Visibility};
+use restir_host::replay::{self, Recording};
 use restir_shared::technique::path;
 use restir_shared::technique::path::PathParams;
 use restir_tests::random::SplitMix;
@@ -587,7 +587,7 @@ fn rays_of(buffers: &SceneBuffers, settings: DiSettings) -> f64 {
     let view = buffers.view();
     let run = Run { size: [side; 2], frames, from: 0, settings };
     let recording = Recording::new(&view);
-    Frames::replay(&recording, buffers, &run.render(0), &mut |_, _| {});
+    replay::run(&recording, di::plan(buffers, &run.render(0)), &mut |_| Ok(())).expect("a still scene is replayed");
     recording.counts().rays() as f64 / f64::from(frames * side * side)
 }
 

@@ -1,14 +1,15 @@
 //! Traversal of a binary BVH.
 
 use super::{Hit, Ray, Slab, TriangleTest};
-use crate::layout::{LEAF, LEAF_COUNT_SHIFT, LEAF_MAX_COUNT, MAX_TRIANGLES, NODE_WORDS, NONE, STACK_DEPTH};
-use crate::scene::{SceneView, xyz};
-use glam::Vec3;
+use crate::layout::{
+    LEAF, LEAF_COUNT_SHIFT, LEAF_MAX_COUNT, MAX_TRIANGLES, NODE_WORDS, NONE, STACK_DEPTH, SceneHeader,
+};
+use crate::pack::xyz;
+use glam::{UVec4, Vec3};
 
-/// The closest hit, or with `ANY` some hit, with `0 < t < ray.t_max`; [`Hit::MISS`] if there is none, [`Hit::CUT`] if
+/// In the tree and the triangles of the geometry arena `words`: the closest hit, or with `ANY` some hit, with `0 < t < ray.t_max`; [`Hit::MISS`] if there is none, [`Hit::CUT`] if
 /// the device did not let the search end.
-pub fn traverse<const ANY: bool, const COMPILED: u32>(scene: &SceneView<'_, COMPILED>, ray: &Ray) -> Hit {
-    let header = scene.header;
+pub fn traverse<const ANY: bool>(words: &[UVec4], header: &SceneHeader, ray: &Ray) -> Hit {
     let slab = Slab::new(ray, Vec3::from_array(header.bounds_lo), Vec3::from_array(header.bounds_hi));
     let test = TriangleTest::new(ray);
     let mut best = Hit { t: ray.t_max, ..Hit::MISS };
@@ -20,9 +21,9 @@ pub fn traverse<const ANY: bool, const COMPILED: u32>(scene: &SceneView<'_, COMP
     while current != NONE {
         let mut next = NONE;
         if current & LEAF != 0 {
-            best = closest_in_leaf(scene, &test, &slab, current, best);
+            best = closest_in_leaf(words, header, &test, &slab, current, best);
         } else {
-            let (near, far) = order_children(scene, &slab, current, best.t);
+            let (near, far) = order_children(words, header, &slab, current, best.t);
             next = near;
             if far != NONE && pending < STACK_DEPTH {
                 stack[pending] = far;
@@ -50,8 +51,9 @@ pub fn traverse<const ANY: bool, const COMPILED: u32>(scene: &SceneView<'_, COMP
 }
 
 #[inline(always)]
-fn closest_in_leaf<const COMPILED: u32>(
-    scene: &SceneView<'_, COMPILED>,
+fn closest_in_leaf(
+    words: &[UVec4],
+    header: &SceneHeader,
     test: &TriangleTest,
     slab: &Slab,
     leaf: u32,
@@ -60,10 +62,10 @@ fn closest_in_leaf<const COMPILED: u32>(
     let mut id = leaf & (MAX_TRIANGLES - 1);
     let end = id + ((leaf >> LEAF_COUNT_SHIFT) & LEAF_MAX_COUNT);
     while id < end {
-        let at = scene.triangle_word(id);
-        let v0 = xyz(scene.geometry[at]);
-        let v1 = xyz(scene.geometry[at + 1]);
-        let v2 = xyz(scene.geometry[at + 2]);
+        let at = header.triangle_word(id);
+        let v0 = xyz(words[at]);
+        let v1 = xyz(words[at + 1]);
+        let v2 = xyz(words[at + 2]);
         let hit = test.hit(slab, id, v0, v1, v2);
         // the limit t_max stands in `best` with the id NONE, which no hit at that t beats
         if (hit.t < best.t) | ((hit.t == best.t) & (best.id != NONE) & (hit.id < best.id)) {
@@ -76,17 +78,12 @@ fn closest_in_leaf<const COMPILED: u32>(
 
 /// The children of a node that may hold a hit up to `limit`, the nearer first; [`NONE`] where there is none.
 #[inline(always)]
-fn order_children<const COMPILED: u32>(
-    scene: &SceneView<'_, COMPILED>,
-    slab: &Slab,
-    node: u32,
-    limit: f32,
-) -> (u32, u32) {
-    let at = (scene.header.node_base + node * NODE_WORDS) as usize;
-    let lo0 = scene.geometry[at];
-    let hi0 = scene.geometry[at + 1];
-    let lo1 = scene.geometry[at + 2];
-    let hi1 = scene.geometry[at + 3];
+fn order_children(words: &[UVec4], header: &SceneHeader, slab: &Slab, node: u32, limit: f32) -> (u32, u32) {
+    let at = (header.node_base + node * NODE_WORDS) as usize;
+    let lo0 = words[at];
+    let hi0 = words[at + 1];
+    let lo1 = words[at + 2];
+    let hi1 = words[at + 3];
     let (enter0, exit0) = slab.interval(xyz(lo0), xyz(hi0));
     let (enter1, exit1) = slab.interval(xyz(lo1), xyz(hi1));
     let child0 = if (enter0 <= exit0) & (enter0 <= limit) { lo0.w } else { NONE };

@@ -146,6 +146,12 @@ pub struct SceneHeader {
 }
 
 impl SceneHeader {
+    /// First word of a triangle in the geometry arena.
+    #[inline(always)]
+    pub fn triangle_word(&self, triangle: u32) -> usize {
+        (self.triangle_base + triangle * TRIANGLE_WORDS) as usize
+    }
+
     /// Of the same tables, so many words further on in the geometry and the attribute arena.
     #[must_use]
     pub fn moved(self, geometry: u32, attributes: u32) -> Self {

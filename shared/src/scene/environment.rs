@@ -4,8 +4,9 @@
 //! interpolated bilinearly; the density is constant in a pixel but for the sine of the polar angle, and positive
 //! wherever the interpolated radiance is, because the host builds the table of 3 x 3 neighbourhoods.
 
-use super::{AddressedLight, EnvironmentPoint, LightKind, LightSample, SceneView, xyz};
+use super::{AddressedLight, EnvironmentPoint, LightKind, LightSample, SceneView};
 use crate::num;
+use crate::pack::xyz;
 use crate::sampling::{TableSample, sample_table_2d, table_2d_pdf, table_2d_probability};
 use glam::{Vec2, Vec3};
 

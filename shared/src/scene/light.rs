@@ -1,13 +1,14 @@
 //! Lights over the arenas.
 
 use super::{
-    AddressedLight, AddressedLights, EnvironmentPoint, LightAddress, LightKind, LightSample, Lights, SceneView, xyz,
+    AddressedLight, AddressedLights, EnvironmentPoint, LightAddress, LightKind, LightSample, Lights, SceneView,
 };
 use crate::geometry::Hit;
 use crate::layout::{
     ALIAS_WORDS, FEATURE_EMISSIVE, FEATURE_ENVIRONMENT, FEATURE_LIGHT_TABLE, FEATURE_PUNCTUAL, LIGHT_ENVIRONMENT,
     LIGHT_PUNCTUAL, LIGHT_TRIANGLE, LIGHT_WORDS, NONE, PUNCTUAL_DIRECTIONAL, PUNCTUAL_WORDS,
 };
+use crate::pack::xyz;
 use crate::rng;
 use crate::sampling::{invert_triangle, sample_alias, sample_triangle};
 use glam::{UVec4, Vec2, Vec3};
@@ -99,7 +100,7 @@ impl<const COMPILED: u32> Lights for SceneView<'_, COMPILED> {
         if !self.has(FEATURE_EMISSIVE) {
             return 0.0;
         }
-        let light = self.geometry[self.triangle_word(hit.id) + 1].w;
+        let light = self.geometry[self.header.triangle_word(hit.id) + 1].w;
         if light == NONE { 0.0 } else { self.light(light).density }
     }
 
@@ -145,7 +146,7 @@ impl<const COMPILED: u32> AddressedLights for SceneView<'_, COMPILED> {
 
     #[inline(always)]
     fn address_of_hit(&self, hit: &Hit) -> LightAddress {
-        let light = self.geometry[self.triangle_word(hit.id) + 1].w;
+        let light = self.geometry[self.header.triangle_word(hit.id) + 1].w;
         if self.has(FEATURE_EMISSIVE) && light != NONE {
             LightAddress::nearest(light, invert_triangle(hit.uv))
         } else {

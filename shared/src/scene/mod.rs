@@ -19,7 +19,6 @@ pub use any::{AnyFrames, AnyScene};
 pub use frames::SceneFrames;
 pub use still::Still;
 pub use view::SceneView;
-pub(crate) use view::xyz;
 
 use crate::bsdf::Material;
 use crate::geometry::{Hit, Ray};

@@ -1,7 +1,7 @@
 //! Surfaces over the arenas: materials, textures, shading normals.
 
 use super::view::TrianglePoint;
-use super::{SceneView, Surface, SurfacePoint, xyz};
+use super::{SceneView, Surface, SurfacePoint};
 use crate::bsdf::Material;
 use crate::geometry::{Hit, Ray};
 use crate::layout::{
@@ -10,7 +10,7 @@ use crate::layout::{
     SHADING_WORDS, SLOT_BASE_COLOR, SLOT_EMISSION, SLOT_METALLIC_ROUGHNESS, SLOT_NORMAL, TEXTURE_SLOTS,
 };
 use crate::num;
-use crate::pack::decode_unit_vector;
+use crate::pack::{decode_unit_vector, xyz};
 use crate::vec::{cross, dot, normalize};
 use glam::{Vec2, Vec3};
 

@@ -5,6 +5,7 @@ use crate::layout::{
     NONE, TEXTURE_MIRROR_U, TEXTURE_NEAREST, TEXTURE_REPEAT_U, TEXTURE_REPEAT_V, TEXTURE_SRGB, TEXTURE_USE_WORDS,
 };
 use crate::num;
+use crate::pack::xyz;
 use glam::{UVec4, Vec2, Vec3};
 
 /// Texture coordinates are limited to this magnitude: beyond it their fractions are too coarse to mean anything.
@@ -62,7 +63,7 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     #[inline(always)]
     fn texture_use(&self, at: u32) -> TextureUse {
         let head = self.attribute(at);
-        let row = |word: u32| super::xyz(self.attribute(word));
+        let row = |word: u32| xyz(self.attribute(word));
         TextureUse { base: head.x, width: head.y, height: head.z, flags: head.w, transform: [row(at + 1), row(at + 2)] }
     }
 

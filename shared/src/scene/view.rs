@@ -2,8 +2,9 @@
 
 use super::{Trace, Tracer};
 use crate::geometry::{self, Hit, Ray};
-use crate::layout::{FEATURES_ALL, SceneHeader, TRIANGLE_WORDS};
+use crate::layout::{FEATURES_ALL, SceneHeader};
 use crate::num;
+use crate::pack::xyz;
 use crate::vec::{cross, max_abs, normalize};
 use glam::{UVec4, Vec2, Vec3};
 
@@ -27,12 +28,6 @@ pub struct SceneView<'a, const COMPILED: u32 = FEATURES_ALL> {
     pub tracer: Tracer<'a>,
 }
 
-/// The float components x, y, z of a word.
-#[inline(always)]
-pub(crate) fn xyz(word: UVec4) -> Vec3 {
-    Vec3::new(f32::from_bits(word.x), f32::from_bits(word.y), f32::from_bits(word.z))
-}
-
 #[cfg(not(target_arch = "spirv"))]
 impl<'a> SceneView<'a> {
     /// The same scene for code that is compiled for some features only, if it has no others.
@@ -44,12 +39,6 @@ impl<'a> SceneView<'a> {
 }
 
 impl<const COMPILED: u32> SceneView<'_, COMPILED> {
-    /// First word of a triangle in the geometry arena.
-    #[inline(always)]
-    pub(crate) fn triangle_word(&self, triangle: u32) -> usize {
-        (self.header.triangle_base + triangle * TRIANGLE_WORDS) as usize
-    }
-
     #[inline(always)]
     pub(super) fn attribute(&self, word: u32) -> UVec4 {
         self.attributes[word as usize]
@@ -68,7 +57,7 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     /// The point of a triangle with the given barycentric coordinates.
     #[inline(always)]
     pub(super) fn triangle_point(&self, triangle: u32, b: Vec2) -> TrianglePoint {
-        let at = self.triangle_word(triangle);
+        let at = self.header.triangle_word(triangle);
         let (w0, w1, w2) = (self.geometry[at], self.geometry[at + 1], self.geometry[at + 2]);
         let (v0, v1, v2) = (xyz(w0), xyz(w1), xyz(w2));
         let extent = num::max(num::max(max_abs(v0), max_abs(v1)), max_abs(v2));
@@ -96,7 +85,7 @@ impl<const COMPILED: u32> Trace for SceneView<'_, COMPILED> {
         if let Some(tracer) = self.tracer {
             return tracer.closest(ray);
         }
-        geometry::traverse::<false, COMPILED>(self, ray)
+        geometry::traverse::<false>(self.geometry, &self.header, ray)
     }
 
     #[inline(always)]
@@ -105,7 +94,7 @@ impl<const COMPILED: u32> Trace for SceneView<'_, COMPILED> {
         if let Some(tracer) = self.tracer {
             return tracer.occluded(ray);
         }
-        let hit = geometry::traverse::<true, COMPILED>(self, ray);
+        let hit = geometry::traverse::<true>(self.geometry, &self.header, ray);
         hit.is_hit() | hit.is_cut()
     }
 }

@@ -2,4 +2,3 @@
 
 pub mod di;
 pub mod path;
-mod vertex;

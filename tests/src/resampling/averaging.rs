@@ -4,7 +4,7 @@
 use super::forms::{Form, Input};
 use super::trials::Kept;
 use crate::random::SplitMix;
-use restir_shared::mis::Mis;
+use restir_shared::resample::mis::Mis;
 
 /// Pixels of a chain, in a ring.
 pub const RING: usize = 4;

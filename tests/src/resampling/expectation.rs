@@ -7,7 +7,7 @@
 use super::forms::Form;
 use super::setting::Setting;
 use super::table::{LIGHTS, PIXELS, radiance};
-use restir_shared::mis::Mis;
+use restir_shared::resample::mis::Mis;
 
 /// The expectation of a form's estimate, relative to the truth.
 pub fn expectation(form: Form, setting: &Setting) -> f64 {

@@ -1,8 +1,8 @@
 //! One combine, by the library's forms and by those that were printed wrong.
 
-use restir_shared::mis::{Combine, INPUTS, Mis};
 use restir_shared::num::Scalar;
-use restir_shared::reservoir::Reservoir;
+use restir_shared::resample::mis::{Combine, INPUTS, Mis};
+use restir_shared::resample::reservoir::Reservoir;
 use std::fmt::Debug;
 
 /// A number in which a combine is computed.

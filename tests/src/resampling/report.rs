@@ -5,7 +5,7 @@ use super::setting::Setting;
 use super::toys::{Claim, Toy};
 use super::trials::Row;
 use crate::stats::{POWER, detectable_bias, two_sided_p};
-use restir_shared::mis::Mis;
+use restir_shared::resample::mis::Mis;
 use std::fmt::Write;
 
 /// Standard errors that a row may be off.

@@ -12,7 +12,7 @@ use super::table::{FULL, LIGHTS, PIXELS, VISIBLE};
 use super::trials::{Kept, measure};
 use crate::random::SplitMix;
 use crate::stats::Moments;
-use restir_shared::mis::Mis;
+use restir_shared::resample::mis::Mis;
 
 /// What is claimed of the averaged estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]

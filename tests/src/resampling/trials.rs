@@ -7,7 +7,7 @@ use super::table::{LIGHTS, PIXELS, radiance, visible};
 use crate::random::SplitMix;
 use crate::stats::Moments;
 use rayon::prelude::*;
-use restir_shared::reservoir::Reservoir;
+use restir_shared::resample::reservoir::Reservoir;
 
 /// Trials that a thread does at a time; the moments do not depend on how many threads there are.
 const BLOCK: u64 = 1 << 13;

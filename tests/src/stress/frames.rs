@@ -6,8 +6,8 @@ use super::scenes::{Comparison, PLAIN, Variant, largest_difference, scene};
 use crate::stats::{Moments, TileGrid, TileTest, Verdict};
 use rayon::prelude::*;
 use restir_host::buffers::SceneBuffers;
-use restir_host::di::{DiRender, DiSettings};
-use restir_host::replay::Frames;
+use restir_host::di::{self, DiRender, DiSettings};
+use restir_host::exec::{CpuExecutor, Executor};
 use restir_kernels::di::{di_gather, di_shade};
 use restir_shared::layout::FilmPixel;
 use restir_shared::technique::path;
@@ -90,12 +90,13 @@ fn render(preset: &str, frames: u32, seed: u32) -> DiRender {
 
 /// The picture of each pass of shading: of the last frame, or of all if the render accumulates.
 fn pictures(buffers: &SceneBuffers, render: &DiRender, observe: &mut dyn FnMut(&[FilmPixel])) {
-    Frames::replay(&buffers.view(), buffers, render, &mut |pass, frames| {
-        let shades = [di_gather::DESC.name, di_shade::DESC.name].contains(&pass.kernel.name);
-        if let Some(&film) = pass.bindings.last().filter(|_| shades) {
-            observe(bytemuck::cast_slice(frames.plane(film)));
+    let result = CpuExecutor::inline().run_shown(di::plan(buffers, render), &mut |step| {
+        if [di_gather::DESC.name, di_shade::DESC.name].contains(&step.pass.kernel.name) {
+            observe(&step.plane("film")?);
         }
+        Ok(())
     });
+    result.expect("the plan fits its kernels");
 }
 
 fn is_broken(pixel: &FilmPixel) -> bool {

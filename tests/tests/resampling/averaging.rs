@@ -2,7 +2,7 @@
 
 use crate::support::{FAMILY_RATE, family, near, report};
 use libtest_mimic::Failed;
-use restir_shared::mis::Mis;
+use restir_shared::resample::mis::Mis;
 use restir_tests::random::SplitMix;
 use restir_tests::resampling::averaging::{Carried, Chain, Visibility};
 use restir_tests::resampling::forms::{Form, Input};

@@ -2,9 +2,9 @@
 
 use crate::support::{family, report};
 use libtest_mimic::Failed;
-use restir_shared::mis::Mis;
 use restir_shared::num::Scalar;
-use restir_shared::reservoir::Reservoir;
+use restir_shared::resample::mis::Mis;
+use restir_shared::resample::reservoir::Reservoir;
 use restir_tests::random::SplitMix;
 use restir_tests::resampling::expectation::truth;
 use restir_tests::resampling::forms::{Form, Input, Real};

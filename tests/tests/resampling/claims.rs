@@ -2,7 +2,7 @@
 
 use crate::support::{MIS, family, is_unbiased, near, report};
 use libtest_mimic::Failed;
-use restir_shared::mis::Mis;
+use restir_shared::resample::mis::Mis;
 use restir_tests::random::SplitMix;
 use restir_tests::resampling::expectation::truth;
 use restir_tests::resampling::forms::{Form, Input};

@@ -2,7 +2,7 @@
 
 use crate::support::MIS;
 use libtest_mimic::Failed;
-use restir_shared::mis::{INPUTS, Mis};
+use restir_shared::resample::mis::{INPUTS, Mis};
 use restir_tests::suite::ensure;
 
 pub(crate) fn targets_and_rays_are_as_many_as_stated() -> Result<(), Failed> {

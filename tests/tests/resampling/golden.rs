@@ -3,7 +3,7 @@
 
 use crate::support::{keep, near};
 use libtest_mimic::Failed;
-use restir_shared::mis::Mis;
+use restir_shared::resample::mis::Mis;
 use restir_tests::resampling::forms::{Form, Input, Real};
 use restir_tests::suite::ensure;
 

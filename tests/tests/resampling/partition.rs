@@ -2,7 +2,7 @@
 
 use crate::support::{MIS, family, is_unbiased, near, report};
 use libtest_mimic::Failed;
-use restir_shared::mis::{Combine, INPUTS, Mis};
+use restir_shared::resample::mis::{Combine, INPUTS, Mis};
 use restir_tests::random::SplitMix;
 use restir_tests::resampling::expectation::factor;
 use restir_tests::resampling::forms::{Form, Input, Real};

@@ -2,8 +2,8 @@
 
 use crate::support::MIS;
 use libtest_mimic::Failed;
-use restir_shared::mis::Mis;
-use restir_shared::reservoir::Reservoir;
+use restir_shared::resample::mis::Mis;
+use restir_shared::resample::reservoir::Reservoir;
 use restir_tests::random::SplitMix;
 use restir_tests::resampling::forms::{Combined, Form, Input};
 use restir_tests::suite::ensure;

@@ -2,7 +2,7 @@
 
 use crate::support::{LAST, family, report};
 use libtest_mimic::Failed;
-use restir_shared::reservoir::Reservoir;
+use restir_shared::resample::reservoir::Reservoir;
 use restir_tests::random::SplitMix;
 use restir_tests::stats::histogram;
 use restir_tests::suite::ensure;

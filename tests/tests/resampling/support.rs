@@ -1,7 +1,7 @@
 //! What the checks share.
 
 use libtest_mimic::Failed;
-use restir_shared::mis::Mis;
+use restir_shared::resample::mis::Mis;
 use restir_tests::resampling::forms::Real;
 use restir_tests::stats::Family;
 

@@ -4,7 +4,7 @@
 use crate::Error;
 use crate::buffers::SceneBuffers;
 use crate::exec::Step;
-use crate::plan::BufferId;
+use crate::plan::{BufferId, Pass};
 use crate::replay::TwoFrames;
 use restir_kernels::di::{di_combine, di_initial, di_primary, di_tiles};
 use restir_shared::glam::UVec4;
@@ -119,38 +119,41 @@ impl Follower {
     /// What the step was, if it made reservoirs. Every step of the render has to be shown.
     ///
     /// # Errors
-    /// What a GPU reports.
+    /// What a GPU reports, and [`Error::Kernel`] if a pass reads a plane that no step before has made.
     pub(super) fn follow(&mut self, step: &Step<'_>) -> Result<Option<ReservoirPass>, Error> {
         if let Some(scenes) = step.pass.frame.as_ref().and_then(|frame| frame.scenes.clone()) {
             self.frames = Arc::new(TwoFrames::new(scenes));
         }
-        let read = |id| step.read(id).map(|words| bytemuck::cast_slice::<u32, UVec4>(&words).into());
-        let (name, ids) = (step.pass.kernel.name, &step.pass.bindings);
+        let (pass, name) = (step.pass, step.pass.kernel.name);
         if name == di_tiles::DESC.name {
-            self.tiles = read(ids[3])?;
-            return Ok(None);
+            self.tiles = step.plane("tiles")?.into();
+        } else if name == di_primary::DESC.name {
+            self.hits.insert(pass.bound("hits")?, step.plane("hits")?.into());
         }
-        let Ok(&[params]) = bytemuck::try_cast_slice::<u32, DiParams>(&step.pass.params) else { return Ok(None) };
-        if name == di_primary::DESC.name {
-            self.hits.insert(ids[1], read(ids[1])?);
-            return Ok(None);
-        }
-        let (hits, target, combined) = if name == di_initial::DESC.name {
-            (self.hits.get(&ids[3]).cloned(), ids[5], None)
-        } else if name == di_combine::DESC.name {
-            let own = if params.flags & DI_OTHER_FRAME != 0 { ids[6] } else { ids[5] };
-            let [others, own] = [ids[5], own].map(|id| self.reservoirs.get(&id).cloned());
-            let parts = self.hits.get(&ids[4]).cloned().zip(others).zip(own);
-            let combined = parts.map(|((other_hits, others), own)| Combined { other_hits, others, own });
-            (self.hits.get(&ids[3]).cloned().filter(|_| combined.is_some()), ids[6], combined)
+        let is_combine = name == di_combine::DESC.name;
+        let makes_reservoirs = is_combine || name == di_initial::DESC.name;
+        let Some(params) = pass.params::<DiParams>().filter(|_| makes_reservoirs) else { return Ok(None) };
+        let hits = |role| known(&self.hits, pass, role);
+        let combined = if is_combine {
+            let others = known(&self.reservoirs, pass, "others")?;
+            let in_place = params.flags & DI_OTHER_FRAME != 0;
+            let own = if in_place { known(&self.reservoirs, pass, "reservoirs")? } else { others.clone() };
+            Some(Combined { other_hits: hits("other_hits")?, others, own })
         } else {
-            return Ok(None);
+            None
         };
-        let Some(hits) = hits else { return Ok(None) };
-        let made = Reservoirs { words: read(target)?, made_by: self.passes };
-        self.reservoirs.insert(target, made.clone());
+        let hits = hits("hits")?;
+        let made = Reservoirs { words: step.plane("reservoirs")?.into(), made_by: self.passes };
+        self.reservoirs.insert(pass.bound("reservoirs")?, made.clone());
         self.passes += 1;
         let (frames, tiles) = (self.frames.clone(), self.tiles.clone());
         Ok(Some(ReservoirPass { params, frames, made, hits, tiles, combined }))
     }
+}
+
+/// What an earlier pass left in the buffer of a role.
+fn known<T: Clone>(planes: &BTreeMap<BufferId, T>, pass: &Pass, role: &str) -> Result<T, Error> {
+    let plane = planes.get(&pass.bound(role)?).cloned();
+    let problem = || format!("reads {role} that no pass before it has made; show every pass of the render");
+    plane.ok_or_else(|| Error::Kernel { kernel: pass.kernel.name.to_owned(), problem: problem() })
 }

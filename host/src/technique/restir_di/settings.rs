@@ -3,7 +3,7 @@
 use crate::Error;
 use crate::settings::{Declared, Value};
 use crate::{choices, settings};
-use restir_shared::mis::{INPUTS, Mis};
+use restir_shared::resample::mis::{INPUTS, Mis};
 use restir_shared::technique::di::{
     DI_AVERAGE_VISIBILITY, DI_FINAL_RAY, DI_INITIAL_VISIBILITY, DI_JITTER, DI_MIS_SHIFT, DI_MIS_VISIBILITY,
     DI_OTHER_FRAME, DI_SCATTER_CANDIDATE, DI_STILL, DI_TARGET_SHIFT, DI_TARGET_VISIBILITY, DI_TILES, DI_TRANSMITTANCE,
@@ -25,7 +25,7 @@ pub const MAX_SPATIAL_PASSES: u32 = 8;
 pub const MAX_CONFIDENCE_CAP: u32 = 255;
 
 choices! {
-    /// How the inputs of a combine share what several of them can produce: see [`restir_shared::mis`].
+    /// How the inputs of a combine share what several of them can produce: see [`restir_shared::resample::mis`].
     pub enum MisForm {
         /// By confidence alone, after the selection. Biased.
         "1/m" => OneOverM,

@@ -1,7 +1,6 @@
 //! One reservoir of several: temporal reuse, spatial reuse, or both at once.
 
 use super::neighbour::{Facet, Place, alike, nearby, project};
-use super::passage::transmittance;
 use super::pixel::Pixel;
 use super::stored::{Stored, dithered};
 use super::{COMBINE_DIMENSION, evaluate, in_use};
@@ -9,11 +8,12 @@ use super::{
     DI_AVERAGE_VISIBILITY, DI_FINAL_RAY, DI_MIS_SHIFT, DI_MIS_VISIBILITY, DI_OTHER_FRAME, DI_STILL,
     DI_TARGET_VISIBILITY, DI_TRANSMITTANCE, DiParams,
 };
-use crate::mis::{Combine, INPUTS, Mis};
 use crate::num::{self, Scalar};
-use crate::reservoir::Reservoir;
+use crate::resample::mis::{Combine, INPUTS, Mis};
+use crate::resample::reservoir::Reservoir;
 use crate::rng::{self, Rng};
 use crate::scene::{AddressedLights, Frames, LightAddress};
+use crate::transport::transmittance;
 use glam::{UVec4, Vec3};
 
 /// The planes that a combine reads.
@@ -252,7 +252,7 @@ impl Pass<'_> {
                     // of its own sample a pixel knows
                     let own = (receiver == i) | self.has(DI_STILL);
                     if asked & (!own | forgets) & (target > 0.0) {
-                        visibility = transmittance(&scene, self.flags, &e.shadow);
+                        visibility = transmittance(&scene, self.flags & DI_TRANSMITTANCE != 0, &e.shadow);
                     }
                     visible_target = e.visible_target(visibility, self.flags);
                 }

@@ -1,6 +1,5 @@
 //! Initial candidates.
 
-use super::passage::{Passage, follow};
 use super::pixel::Pixel;
 use super::stored::{Stored, dithered};
 use super::tile::{self, Window};
@@ -10,14 +9,14 @@ use super::{
     DiParams,
 };
 use crate::bsdf::BsdfSample;
+use crate::film::CUT;
 use crate::geometry::Ray;
 use crate::layout::FilmPixel;
 use crate::num;
-use crate::reservoir::Reservoir;
+use crate::resample::reservoir::Reservoir;
 use crate::rng::{self, Rng};
 use crate::scene::{AddressedLight, AddressedLights, LightAddress, Surface, Trace};
-use crate::technique::path::CUT;
-use crate::technique::vertex::Vertex;
+use crate::transport::{Passage, Vertex, follow};
 use crate::vec::max_component;
 use glam::{UVec4, Vec3};
 
@@ -153,7 +152,7 @@ fn resample<S: Trace + Surface + AddressedLights>(
     let mut first = true;
     let mut open = true;
     while open {
-        let passage = if follows { follow(scene, flags, &ray) } else { Passage::begin(&ray) };
+        let passage = if follows { follow(scene, flags & DI_TRANSMITTANCE != 0, &ray) } else { Passage::begin(&ray) };
         if first {
             if scatters {
                 scattered = found(scene, &sample, &passage);

@@ -34,7 +34,6 @@ mod combine;
 mod initial;
 mod neighbour;
 mod params;
-mod passage;
 mod pixel;
 mod shade;
 mod stored;
@@ -54,8 +53,8 @@ use crate::geometry::Ray;
 use crate::layout::FEATURE_CLEAR;
 use crate::num;
 use crate::scene::{AddressedLight, AddressedLights, LightAddress, LightKind, Surface};
-use crate::technique::vertex::{Vertex, flush};
-use crate::vec::luminance;
+use crate::transport::Vertex;
+use crate::vec::{flush, luminance};
 use glam::{UVec4, Vec3};
 
 /// Random dimensions after the camera's: one for scattering, then two a combine, then two a candidate.

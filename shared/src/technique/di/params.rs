@@ -30,7 +30,7 @@ pub const DI_TARGET_SHIFT: u32 = 8;
 pub const DI_STILL: u32 = 1 << 11;
 /// Direct light flag: candidates from lights come from tiles ([`DiParams::tiles`]).
 pub const DI_TILES: u32 = 1 << 12;
-/// Position of the bits of [`crate::mis::Mis`] among the flags of direct light.
+/// Position of the bits of [`crate::resample::mis::Mis`] among the flags of direct light.
 pub const DI_MIS_SHIFT: u32 = 16;
 
 /// Pairs of neighbours on opposite sides in a pass of shading.
@@ -59,11 +59,11 @@ pub struct DiParams {
     pub other_frame: u32,
     /// Seed of the random numbers.
     pub seed: u32,
-    /// `DI_` bits, and those of [`crate::mis::Mis`] from [`DI_MIS_SHIFT`] on.
+    /// `DI_` bits, and those of [`crate::resample::mis::Mis`] from [`DI_MIS_SHIFT`] on.
     pub flags: u32,
     /// Initial candidates from lights.
     pub candidates: u32,
-    /// Neighbours of a combine, at most [`crate::mis::INPUTS`] - 2; of a shading pass, at most 2 [`PAIRS`], and even.
+    /// Neighbours of a combine, at most [`crate::resample::mis::INPUTS`] - 2; of a shading pass, at most 2 [`PAIRS`], and even.
     pub neighbours: u32,
     /// Which combine of the frame this is: their random numbers differ.
     pub combine: u32,

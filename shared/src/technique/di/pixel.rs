@@ -1,12 +1,12 @@
 //! What a pixel sees.
 
 use super::{DI_JITTER, DiParams};
+use crate::camera::camera_ray;
 use crate::geometry::{Hit, Ray};
 use crate::layout::CameraParams;
 use crate::rng::Rng;
 use crate::scene::{Surface, SurfacePoint, Trace};
-use crate::technique::path::camera_ray;
-use crate::technique::vertex::Vertex;
+use crate::transport::Vertex;
 use glam::{UVec4, Vec2};
 
 /// The hit of the camera's ray through the pixel (x, y), packed.

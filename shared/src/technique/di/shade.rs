@@ -11,19 +11,18 @@
 //! 3. [`gather`]: to this the pixel's own sample, by the weight that the neighbours' targets give it.
 
 use super::neighbour::{Facet, alike};
-use super::passage::transmittance;
 use super::pixel::Pixel;
 use super::stored::Stored;
 use super::{DI_FINAL_RAY, DI_MIS_VISIBILITY, DI_TRANSMITTANCE, DiPairs, DiParams, DiPoint, PAIRS};
 use super::{Evaluation, evaluate, in_use};
 use crate::layout::FilmPixel;
-use crate::mis::Pair;
 use crate::num::{self, Scalar};
 use crate::pack::{decode_unit_vector, encode_unit_vector};
+use crate::resample::mis::Pair;
 use crate::rng::{self, Rng};
 use crate::sampling::sample_concentric_disk;
 use crate::scene::{AddressedLights, Surface, Trace};
-use crate::technique::vertex::Vertex;
+use crate::transport::{Vertex, transmittance};
 use crate::vec::length;
 use glam::{UVec4, Vec2, Vec3};
 
@@ -248,7 +247,7 @@ fn facet(params: &DiParams, point: &DiPoint) -> (Facet, f32) {
 
 #[inline(always)]
 fn seen<S: Trace + Surface>(scene: &S, flags: u32, e: &Evaluation, traced: bool, known: Vec3) -> Vec3 {
-    if traced & (e.target > 0.0) { transmittance(scene, flags, &e.shadow) } else { known }
+    if traced & (e.target > 0.0) { transmittance(scene, flags & DI_TRANSMITTANCE != 0, &e.shadow) } else { known }
 }
 
 /// What MIS weighs a sample by.

@@ -4,21 +4,19 @@ mod params;
 
 pub use params::*;
 
-use super::vertex::{Connection, Vertex, flush};
-use crate::camera::{has_lens, primary_ray};
-use crate::film::sum_block;
+use crate::camera::camera_ray;
+use crate::film::{CUT, sum_block};
 use crate::geometry::Ray;
-use crate::layout::{CameraParams, FEATURE_VOLUME, FilmPixel};
+use crate::layout::{FEATURE_VOLUME, FilmPixel};
 use crate::num;
 use crate::rng::{self, Rng};
-use crate::sampling::sample_concentric_disk;
 use crate::scene::{LightSample, Lights, Surface, SurfacePoint, Trace};
-use crate::vec::{dot, max_component};
-use glam::{Vec2, Vec3};
+use crate::transport::{Connection, Vertex};
+use crate::vec::{dot, flush, max_component};
+use glam::Vec3;
 
-/// Random dimensions: one for the camera, then [`DIMENSIONS_PER_SEGMENT`] a segment, used or not, so that a
+/// Random dimensions: after the camera's [`DIMENSIONS_PER_SEGMENT`] a segment, used or not, so that a
 /// decision keeps its numbers whatever was decided before it.
-const CAMERA_DIMENSION: u32 = 0;
 const FIRST_DIMENSION: u32 = 1;
 const DIMENSIONS_PER_SEGMENT: u32 = 3;
 const LIGHT: u32 = 0;
@@ -27,10 +25,6 @@ const ROULETTE: u32 = 2;
 /// Roulette leaves paths of up to three segments alone.
 const ROULETTE_FROM: u32 = 3;
 const MIN_SURVIVAL: f32 = 0.05;
-/// The radiance of a sample that a device which limits loops has cut short: beyond what the film accepts, so that it
-/// is dropped and counted.
-pub(super) const CUT: Vec3 = Vec3::splat(f32::MAX);
-
 /// The sum of one block of samples of the pixel (x, y).
 pub fn pixel<S: Trace + Surface + Lights>(scene: &S, params: &PathParams, x: u32, y: u32) -> FilmPixel {
     sum_block(params.first_sample, params.block_log2, |sample| {
@@ -38,19 +32,6 @@ pub fn pixel<S: Trace + Surface + Lights>(scene: &S, params: &PathParams, x: u32
         let ray = camera_ray(&params.camera, params.flags & PATH_JITTER != 0, &rng, x, y);
         radiance(scene, ray, &rng, params.max_depth, params.flags & PATH_ROULETTE != 0)
     })
-}
-
-/// The camera's ray of a sample of the pixel (x, y): through its centre, or anywhere in it with `jitter`.
-#[inline(always)]
-pub fn camera_ray(camera: &CameraParams, jitter: bool, rng: &Rng, x: u32, y: u32) -> Ray {
-    let words = rng.draw(CAMERA_DIMENSION);
-    let within = if jitter { Vec2::new(rng::unit(words.x), rng::unit(words.y)) } else { Vec2::splat(0.5) };
-    let lens = if has_lens(camera) {
-        sample_concentric_disk(Vec2::new(rng::unit(words.z), rng::unit(words.w)))
-    } else {
-        Vec2::ZERO
-    };
-    primary_ray(camera, Vec2::new(x as f32, y as f32) + within, lens)
 }
 
 /// How the current segment's direction was chosen.

@@ -1,35 +1,34 @@
 //! Straight ways through clear glass.
 
-use super::DI_TRANSMITTANCE;
 use crate::geometry::{Hit, Ray};
 use crate::num;
 use crate::scene::{Surface, SurfacePoint, Trace};
-use crate::technique::vertex::flush;
-use crate::vec::{dot, max_component};
+use crate::vec::{dot, flush, max_component};
 use glam::Vec3;
 
 /// A way passes at most as many sheets of glass: what lies behind more is not seen.
 const MAX_SHEETS: u32 = 12;
 
 /// A straight way to the first surface that lets nothing through.
-pub(super) struct Passage {
-    /// That surface, and the last stretch of the way, which hits it.
-    pub(super) hit: Hit,
-    pub(super) ray: Ray,
+pub struct Passage {
+    /// That surface.
+    pub hit: Hit,
+    /// The last stretch of the way, which hits it.
+    pub ray: Ray,
     /// What is left of light that comes this way, in [0, 1].
-    pub(super) transmittance: Vec3,
+    pub transmittance: Vec3,
 }
 
-/// Follows a ray, of t_max 1 or [`Ray::FAR`]. Without [`DI_TRANSMITTANCE`] everything that it hits ends the way.
+/// Follows a ray, of t_max 1 or [`Ray::FAR`]. Unless it goes `through_glass`, everything that it hits ends the way.
 #[inline(always)]
-pub(super) fn follow<S: Trace + Surface>(scene: &S, flags: u32, ray: &Ray) -> Passage {
+pub fn follow<S: Trace + Surface>(scene: &S, through_glass: bool, ray: &Ray) -> Passage {
     let end = ray.origin + ray.direction;
     let mut passage = Passage::begin(ray);
     let mut sheets = 0;
     let mut open = true;
     while open {
         passage.hit = scene.closest(&passage.ray);
-        open = passage.hit.is_hit() & (flags & DI_TRANSMITTANCE != 0) & (sheets < MAX_SHEETS);
+        open = passage.hit.is_hit() & through_glass & (sheets < MAX_SHEETS);
         if open {
             let direction = ray.direction * num::rsqrt(dot(ray.direction, ray.direction));
             let point = scene.sheet(&passage.ray, &passage.hit);
@@ -59,22 +58,22 @@ fn straight(point: &SurfacePoint, direction: Vec3) -> Vec3 {
 impl Passage {
     /// Nothing but a beginning.
     #[inline(always)]
-    pub(super) fn begin(ray: &Ray) -> Self {
+    pub fn begin(ray: &Ray) -> Self {
         Self { hit: Hit::MISS, ray: *ray, transmittance: Vec3::ONE }
     }
 
     /// What of the light of a shadow ray arrives.
     #[inline(always)]
-    pub(super) fn arriving(&self) -> Vec3 {
+    pub fn arriving(&self) -> Vec3 {
         if self.hit.is_hit() | self.hit.is_cut() { Vec3::ZERO } else { self.transmittance }
     }
 }
 
-/// What of the light of a shadow ray arrives: with [`DI_TRANSMITTANCE`] by channel, in [0, 1], else all or nothing.
+/// What of the light of a shadow ray arrives: where it goes `through_glass` by channel, in [0, 1], else all or nothing.
 #[inline(always)]
-pub(super) fn transmittance<S: Trace + Surface>(scene: &S, flags: u32, shadow: &Ray) -> Vec3 {
-    if flags & DI_TRANSMITTANCE != 0 {
-        follow(scene, flags, shadow).arriving()
+pub fn transmittance<S: Trace + Surface>(scene: &S, through_glass: bool, shadow: &Ray) -> Vec3 {
+    if through_glass {
+        follow(scene, through_glass, shadow).arriving()
     } else if scene.occluded(shadow) {
         Vec3::ZERO
     } else {

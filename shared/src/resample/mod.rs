@@ -1,0 +1,4 @@
+//! What techniques share that reuse samples.
+
+pub mod mis;
+pub mod reservoir;

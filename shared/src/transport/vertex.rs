@@ -1,0 +1,69 @@
+//! A vertex of a path, seen from the side that the path came from.
+
+use crate::bsdf::Bsdf;
+use crate::geometry::Ray;
+use crate::layout::FEATURE_SHADING;
+use crate::num;
+use crate::scene::SurfacePoint;
+use crate::vec::{Frame, dot, normalize};
+use glam::Vec3;
+
+/// Shading normals are bent towards the viewer until the cosine to it is this, or the geometric normal's if that is less.
+const MIN_SHADING_COS: f32 = 0.01;
+
+/// A vertex of a path.
+pub struct Vertex {
+    pub(super) position: Vec3,
+    pub(super) offset: f32,
+    /// Geometric normal on the side that the path came from.
+    pub(super) normal: Vec3,
+    /// Around the shading normal on that side.
+    pub frame: Frame,
+    /// Scattering there, for the direction that the path came from.
+    pub bsdf: Bsdf,
+}
+
+impl Vertex {
+    /// The end of `ray` at `point`.
+    #[inline(always)]
+    pub fn new(point: &SurfacePoint, ray: &Ray, features: u32) -> Self {
+        let front = dot(point.normal, ray.direction) <= 0.0;
+        let wo = -ray.direction;
+        let normal = if front { point.normal } else { -point.normal };
+        let shading = if features & FEATURE_SHADING != 0 {
+            facing(if front { point.shading_normal } else { -point.shading_normal }, normal, wo)
+        } else {
+            normal
+        };
+        let frame = Frame::new(shading);
+        Self {
+            position: point.position,
+            offset: point.offset,
+            normal,
+            frame,
+            bsdf: Bsdf::new(&point.material, frame.to_local(wo), front, features),
+        }
+    }
+
+    /// Where a ray in the given direction leaves from: on the side that it goes to.
+    #[inline(always)]
+    pub fn origin(&self, direction: Vec3) -> Vec3 {
+        let offset = if dot(self.normal, direction) < 0.0 { -self.offset } else { self.offset };
+        self.position + self.normal * offset
+    }
+
+    /// Whether a direction lies on the same side of the surface as of the shading frame. Others would leak through
+    /// the surface; they carry nothing, whoever chooses them.
+    #[inline(always)]
+    pub fn is_consistent(&self, direction: Vec3, local: Vec3) -> bool {
+        (dot(self.normal, direction) < 0.0) == (local.z < 0.0)
+    }
+}
+
+/// A shading normal bent towards the viewer, if it turns away from it. The geometric normal itself stays as it is.
+#[inline(always)]
+fn facing(shading: Vec3, geometric: Vec3, wo: Vec3) -> Vec3 {
+    let cos = dot(shading, wo);
+    let least = num::min(MIN_SHADING_COS, dot(geometric, wo));
+    if cos < least { normalize(shading + wo * (least - cos)) } else { shading }
+}
