@@ -3,7 +3,7 @@
 use crate::scenes::named;
 use restir_host::Error;
 use restir_host::buffers::SceneBuffers;
-use restir_host::di::{self, DiRender, DiSettings};
+use restir_host::di::{self, Render, DiSettings};
 use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::metrics::ulp_distance;
 use restir_host::plan::{Buffer, FramePlan, Pass, Upload};
@@ -59,7 +59,7 @@ impl Arenas {
 
     /// As a render has them when it combines the frame with the one before.
     fn of_frame(scene: &SceneBuffers, frame: u32) -> Result<Self, Error> {
-        let render = DiRender { frames: frame + 1, ..DiRender::new([1, 1], DiSettings::default()) };
+        let render = Render { count: frame + 1, ..Render::new([1, 1], DiSettings::default()) };
         let plan = di::plan(scene, &render);
         let contents = |id: usize| {
             let Buffer { words, contents, .. } = &plan.buffers[id];

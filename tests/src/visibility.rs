@@ -3,7 +3,7 @@
 use crate::stats::Moments;
 use rayon::prelude::*;
 use restir_host::buffers::SceneBuffers;
-use restir_host::di::{self, DiRender, DiSettings, Visibility};
+use restir_host::di::{self, Render, DiSettings, Visibility};
 use restir_host::exec::{CpuExecutor, Executor};
 use restir_kernels::di::di_shade;
 use restir_shared::glam::UVec4;
@@ -40,8 +40,8 @@ pub fn settings(visibility: Visibility) -> DiSettings {
 
 impl Run {
     /// As the host plans it.
-    pub fn render(&self, seed: u32) -> DiRender {
-        DiRender { frames: self.frames, accumulate: true, seed, ..DiRender::new(self.size, self.settings.clone()) }
+    pub fn render(&self, seed: u32) -> Render {
+        Render { count: self.frames, accumulate: true, seed, ..Render::new(self.size, self.settings.clone()) }
     }
 
     /// One restart; the seed is its number.

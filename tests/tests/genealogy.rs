@@ -2,7 +2,7 @@
 
 use libtest_mimic::Failed;
 use restir_host::buffers::SceneBuffers;
-use restir_host::di::{DiRender, DiSettings, MisForm, plan, render};
+use restir_host::di::{Render, DiSettings, MisForm, plan, render};
 use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::render::Progress;
 use restir_host::replay::{Generation, Origin, Reuse, genealogy, render_with_layers};
@@ -34,9 +34,9 @@ fn settings() -> [DiSettings; 5] {
     [
         default(),
         DiSettings { spatial: 3, feedback: false, jitter: true, mis: MisForm::Talbot, ..default() },
-        DiSettings { fused: true, candidates: 2, ..default() },
-        DiSettings { tiles: 3, tile_size: 20, ..default() },
-        DiSettings { temporal: false, candidates: 1, mis: MisForm::Contribution, shaded: 0, ..default() },
+        DiSettings { temporal: Temporal::Fused, candidates: 2, ..default() },
+        DiSettings { tiles: Some(Tiles { count: 3, size: 20 }), ..default() },
+        DiSettings { temporal: Temporal::Off, candidates: 1, mis: MisForm::Contribution, shaded: 0, ..default() },
     ]
 }
 
@@ -44,13 +44,13 @@ fn scene(name: &str) -> Result<SceneBuffers, Failed> {
     Ok(SceneBuffers::build(&Scene::load(name)?)?)
 }
 
-fn di_render(scene: &SceneBuffers, settings: DiSettings) -> Result<DiRender, Failed> {
+fn di_render(scene: &SceneBuffers, settings: DiSettings) -> Result<Render, Failed> {
     let cameras = CameraPath::Orbit.cameras(scene.camera, FRAMES)?;
-    Ok(DiRender { frames: FRAMES, seed: SEED, cameras, ..DiRender::new(SIZE, settings) })
+    Ok(Render { count: FRAMES, seed: SEED, cameras, ..Render::new(SIZE, settings) })
 }
 
 /// The plane of reservoirs that is shaded in the end.
-fn last_reservoirs(scene: &SceneBuffers, render: &DiRender) -> Result<Vec<UVec4>, Failed> {
+fn last_reservoirs(scene: &SceneBuffers, render: &Render) -> Result<Vec<UVec4>, Failed> {
     let mut shaded = Vec::new();
     CpuExecutor::new(None)?.run_shown(plan(scene, render), &mut |step| {
         if [di_offer::DESC.name, di_shade::DESC.name].contains(&step.pass.kernel.name) {
@@ -63,7 +63,7 @@ fn last_reservoirs(scene: &SceneBuffers, render: &DiRender) -> Result<Vec<UVec4>
 
 /// Follows a genealogy by hand: every reservoir replayed is the one that is stored, the next one is that which it names, and has
 /// the same point of the same light, and the last one has drawn it.
-fn problem(scene: &SceneBuffers, render: &DiRender, chain: &[Generation]) -> Result<Option<String>, Failed> {
+fn problem(scene: &SceneBuffers, render: &Render, chain: &[Generation]) -> Result<Option<String>, Failed> {
     for g in chain {
         if g.word != g.replayed {
             return Ok(Some(format!("another reservoir: {g:?}")));
@@ -104,7 +104,7 @@ fn problem(scene: &SceneBuffers, render: &DiRender, chain: &[Generation]) -> Res
 /// A candidate from the lights, drawn once more. Of a frame's random dimensions the first is scattering's, then come two for each
 /// of up to 16 combines. With tiles the first of a pixel's candidates says where in its block's tile they begin; the random
 /// dimensions of tiles and blocks lie beyond all of these.
-fn candidate(scene: &SceneBuffers, render: &DiRender, g: &Generation, index: u32) -> Result<LightAddress, Failed> {
+fn candidate(scene: &SceneBuffers, render: &Render, g: &Generation, index: u32) -> Result<LightAddress, Failed> {
     let rng = Rng::new(g.pixel % render.width, g.pixel / render.width, g.frame, render.seed);
     let scene = scene.at(f64::from(g.frame))?;
     let draw = |rng: Rng, dimension: u32| scene.view().choose_address(rng.draw(dimension));

@@ -2,7 +2,7 @@
 
 use libtest_mimic::{Arguments, Failed, Trial};
 use restir_host::buffers::SceneBuffers;
-use restir_host::di::{DiRender, DiSettings, MisForm, Target, plan};
+use restir_host::di::{Render, DiSettings, MisForm, Target, plan};
 use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::plan::{FramePlan, Pass};
 use restir_host::render::{PathSettings, RenderSettings, render};
@@ -65,7 +65,7 @@ fn rows() -> Vec<(&'static str, DiSettings)> {
         shaded: 2,
         ..DiSettings::default()
     };
-    let fused = DiSettings { fused: true, spatial: 0, target: Target::Blue, ..several.clone() };
+    let fused = DiSettings { temporal: Temporal::Fused, spatial: 0, target: Target::Blue, ..several.clone() };
     let more = [("several passes, no feedback, jitter, red", several), ("fused, jitter, blue", fused)];
     presets.into_iter().chain(more).collect()
 }
@@ -79,14 +79,14 @@ fn quality() -> Result<DiSettings, Failed> {
 }
 
 /// A camera that flies past, at every frame.
-fn frames(settings: DiSettings) -> DiRender {
+fn frames(settings: DiSettings) -> Render {
     let camera = |frame: u32| {
         let along = f64::from(frame) / f64::from(FRAMES);
         let position = DVec3::new(-0.6 + 1.3 * along, 0.3 - 0.5 * along, 3.6 - 0.4 * along);
         Camera::pinhole(position, DVec3::new(0.1 * along, 0.0, 0.0), DVec3::Y, 0.7)
     };
     let cameras = (0..FRAMES).map(camera).collect();
-    DiRender { frames: FRAMES, accumulate: true, seed: 3, cameras, ..DiRender::new(SIZE, settings) }
+    Render { count: FRAMES, accumulate: true, seed: 3, cameras, ..Render::new(SIZE, settings) }
 }
 
 /// All planes after the last pass.
@@ -113,7 +113,7 @@ fn same_on_device(executor: &mut dyn Executor, name: &str, settings: DiSettings)
 fn what_differs_is_found() -> Result<(), Failed> {
     const FRAME: u32 = 5;
     let (scene, mut cpu) = (scene()?, CpuExecutor::new(None)?);
-    let render = DiRender { frames: FRAME + 2, accumulate: false, ..frames(quality()?) };
+    let render = Render { count: FRAME + 2, accumulate: false, ..frames(quality()?) };
     let host = trace(&mut cpu, plan(&scene, &render))?;
     let same = first_divergence(&mut cpu, plan(&scene, &render), &host)?;
     ensure(same.is_none(), || format!("a run differs from itself: {same:?}"))?;
@@ -174,7 +174,7 @@ fn any_tracer_gives_the_same() -> Result<(), Failed> {
 
 fn a_still_scene_pays_nothing() -> Result<(), Failed> {
     let scene = SceneBuffers::build(&builtin::scene("cornell").ok_or("no such scene")?)?;
-    let render = DiRender { frames: 4, ..DiRender::new([4, 4], DiSettings::default()) };
+    let render = Render { count: 4, ..Render::new([4, 4], DiSettings::default()) };
     let plan = plan(&scene, &render);
     let arenas = [&scene.geometry, &scene.attributes, &scene.texels].map(|words| words.len());
     ensure(plan.buffers.iter().take(3).map(|buffer| buffer.words).eq(arenas), || "an arena has grown".to_owned())?;
@@ -219,7 +219,7 @@ fn chains(scene: &SceneBuffers, tiles: u32, change: Change, restarts: u32) -> Re
     let mut executor = CpuExecutor::new(None)?;
     let image = |seed| -> Result<Vec<[f32; 3]>, Failed> {
         let size = [GRID.width, GRID.height];
-        let render = DiRender { frames: LAST_FRAME + 1, seed, ..DiRender::new(size, settings.clone()) };
+        let render = Render { count: LAST_FRAME + 1, seed, ..Render::new(size, settings.clone()) };
         let plan = plan(scene, &render);
         let changed = plan.passes.map(|pass| {
             let mut pass = pass?;

@@ -2,7 +2,7 @@
 
 use libtest_mimic::Failed;
 use restir_host::buffers::SceneBuffers;
-use restir_host::di::{self, DiRender, DiSettings, MisForm, Visibility};
+use restir_host::di::{self, Render, DiSettings, MisForm, Visibility};
 use restir_host::exec::CpuExecutor;
 use restir_host::scene::{Camera, Material, Mesh, Scene};
 use restir_shared::glam::{UVec4, Vec3};
@@ -56,7 +56,7 @@ fn plain(mis: MisForm) -> DiSettings {
 
 /// Occluded initial samples count for nothing, and MIS weights know of it.
 fn reusing_visibility(mis: MisForm) -> DiSettings {
-    DiSettings { initial_visibility: true, mis_visibility: true, ..plain(mis) }
+    DiSettings { visibility_reuse: VisibilityReuse::Weights, ..plain(mis) }
 }
 
 fn buffers(name: &str) -> Result<SceneBuffers, Failed> {
@@ -75,15 +75,15 @@ fn chains_have_the_bits_of_renders() -> Result<(), Failed> {
     let presets = DiSettings::PRESETS.iter().filter_map(|name| DiSettings::preset(name));
     let more = [
         DiSettings { jitter: true, spatial: 2, ..default.clone() },
-        DiSettings { fused: true, ..default.clone() },
-        DiSettings { temporal: false, ..default.clone() },
+        DiSettings { temporal: Temporal::Fused, ..default.clone() },
+        DiSettings { temporal: Temporal::Off, ..default.clone() },
         // in several passes, whose number is no power of two
         DiSettings { shaded: 20, ..default },
     ];
     let buffers = buffers("all-lights")?;
     for settings in presets.chain(more) {
-        let render = DiRender { frames: 3, seed: 7, ..DiRender::new([20, 14], settings.clone()) };
-        let rendered = di::render(&mut executor, &buffers, &render, &mut |_| ControlFlow::Continue(()))?;
+        let render = Render { count: 3, seed: 7, ..Render::new([20, 14], settings.clone()) };
+        let rendered = render::render(&mut executor, &buffers, &render, &mut |_| ControlFlow::Continue(()))?;
         let view = buffers.view();
         let film = Chain::new(&view, &buffers, [20, 14], &settings, 7).film(3);
         let same = film.iter().zip(&rendered.image.pixels).all(|(a, b)| a.sum.map(f32::to_bits) == b.map(f32::to_bits));
@@ -158,7 +158,7 @@ fn combines_cost_what_the_table_says() -> Result<(), Failed> {
             ensure_costs(&plain(form), k, &[0], evaluations - known)?;
         }
         for form in [MisForm::OneOverM, MisForm::Constant] {
-            ensure_costs(&DiSettings { initial_visibility: true, ..plain(form) }, k, &[0], k)?;
+            ensure_costs(&DiSettings { visibility_reuse: VisibilityReuse::Candidates, ..plain(form) }, k, &[0], k)?;
         }
     }
     Ok(())
@@ -169,7 +169,7 @@ fn combines_cost_what_the_table_says() -> Result<(), Failed> {
 fn selection_by_visibility_costs() -> Result<(), Failed> {
     for k in [2, 5, 6] {
         let by_visibility =
-            |form| DiSettings { target_visibility: true, visibility: Visibility::Selected, ..reusing_visibility(form) };
+            |form| DiSettings { visibility_reuse: VisibilityReuse::Selection, visibility: Visibility::Selected, ..reusing_visibility(form) };
         ensure_costs(&by_visibility(MisForm::PairwiseDefensive), k, &[2 * (k - 1)], 3 * k - 2)?;
         ensure_costs(&by_visibility(MisForm::Contribution), k, &[2 * k - 3, 2 * k - 2], 2 * k - 1)?;
     }
@@ -227,7 +227,7 @@ fn frame_costs(settings: &DiSettings, neighbours: u32) -> Result<[u32; 4], Faile
 }
 
 fn frames_cost_what_the_table_says() -> Result<(), Failed> {
-    let biased = DiSettings { initial_visibility: true, ..plain(MisForm::OneOverM) };
+    let biased = DiSettings { visibility_reuse: VisibilityReuse::Candidates, ..plain(MisForm::OneOverM) };
     let rows = [
         (reusing_visibility(MisForm::Contribution), [1, 1, 4, 1], 7),
         (reusing_visibility(MisForm::Talbot), [1, 2, 20, 1], 24),
@@ -524,7 +524,7 @@ fn a_shaded_neighbour_costs_one_evaluation() -> Result<(), Failed> {
     for (settings, own_rays, rays) in [
         (plain(MisForm::Talbot), 1, 1),
         (reusing_visibility(MisForm::Talbot), 1, 1),
-        (DiSettings { mis_visibility: true, initial_visibility: true, ..selected.clone() }, 0, 1),
+        (DiSettings { visibility_reuse: VisibilityReuse::Weights, ..selected.clone() }, 0, 1),
         (selected.clone(), 0, 1),
         (DiSettings { near_radius: 100.0, ..selected }, 0, 0),
     ] {
@@ -554,7 +554,7 @@ fn shaded_settings() -> [DiSettings; 3] {
     let of = |settings: DiSettings| DiSettings { shaded: 8, shading_radius: 4.0, ..small(settings) };
     [
         of(DiSettings {
-            target_visibility: true,
+            visibility_reuse: VisibilityReuse::Selection,
             visibility: Visibility::Selected,
             ..reusing_visibility(MisForm::Pairwise)
         }),
@@ -693,7 +693,7 @@ const UNBIASED: usize = 13;
 
 fn unbiased_settings_agree_with_paths() -> Result<(), Failed> {
     let by_visibility =
-        |form| DiSettings { target_visibility: true, visibility: Visibility::Selected, ..reusing_visibility(form) };
+        |form| DiSettings { visibility_reuse: VisibilityReuse::Selection, visibility: Visibility::Selected, ..reusing_visibility(form) };
     let rows: [DiSettings; UNBIASED - 3] = [
         plain(MisForm::Talbot),
         // two passes: what neighbours saw and the pixel itself does not must not count
@@ -701,16 +701,16 @@ fn unbiased_settings_agree_with_paths() -> Result<(), Failed> {
         reusing_visibility(MisForm::Contribution),
         by_visibility(MisForm::Pairwise),
         by_visibility(MisForm::PairwiseDefensive),
-        DiSettings { fused: true, ..by_visibility(MisForm::PairwiseCounted) },
-        DiSettings { fused: true, ..reusing_visibility(MisForm::Talbot) },
+        DiSettings { temporal: Temporal::Fused, ..by_visibility(MisForm::PairwiseCounted) },
+        DiSettings { temporal: Temporal::Fused, ..reusing_visibility(MisForm::Talbot) },
         DiSettings { shaded: 4, ..by_visibility(MisForm::PairwiseDefensive) },
         DiSettings { shaded: 2, spatial: 0, ..plain(MisForm::Talbot) },
-        DiSettings { tiles: 3, tile_size: 64, ..by_visibility(MisForm::Talbot) },
+        DiSettings { tiles: Some(Tiles { count: 3, size: 64 }), ..by_visibility(MisForm::Talbot) },
     ];
     let still = [
         DiSettings { initial_rays: 3, shaded: 4, ..by_visibility(MisForm::Pairwise) },
         DiSettings { initial_rays: 2, ..reusing_visibility(MisForm::Contribution) },
-        DiSettings { tiles: 2, tile_size: 64, spatial: 0, shaded: 4, ..by_visibility(MisForm::Pairwise) },
+        DiSettings { tiles: Some(Tiles { count: 2, size: 64 }), spatial: 0, shaded: 4, ..by_visibility(MisForm::Pairwise) },
     ];
     let still = still.map(|settings| DiSettings { still: true, ..small(settings) });
     for settings in rows.map(small).into_iter().chain(still) {
@@ -726,7 +726,7 @@ fn unbiased_settings_agree_with_paths() -> Result<(), Failed> {
 
 /// Settings that the host calls biased or refuses, with the direction of their bias.
 fn wrong_settings_are_seen() -> Result<(), Failed> {
-    let zeroed = |form| DiSettings { initial_visibility: true, ..plain(form) };
+    let zeroed = |form| DiSettings { visibility_reuse: VisibilityReuse::Candidates, ..plain(form) };
     // visibility in MIS without initial visibility: samples are believed to be visible at their own pixel
     let believed = DI_MIS_VISIBILITY;
     let rows = [

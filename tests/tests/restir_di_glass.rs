@@ -111,7 +111,7 @@ fn the_reference_agrees_with_paths() -> Result<(), Failed> {
 /// Every way in which settings use visibility without bias.
 fn unbiased() -> [(&'static str, DiSettings); 10] {
     let ray = DiSettings { mis: MisForm::Talbot, still: false, ..DiSettings::visibility_in_shading() };
-    let in_mis = DiSettings { initial_visibility: true, mis_visibility: true, scatter: true, ..ray.clone() };
+    let in_mis = DiSettings { visibility_reuse: VisibilityReuse::Weights, scatter: true, ..ray.clone() };
     let selected = DiSettings { visibility: Visibility::Selected, ..ray.clone() };
     let still = DiSettings { initial_rays: 2, ..DiSettings::default() };
     let default = DiSettings { still: false, ..DiSettings::default() };
@@ -123,9 +123,9 @@ fn unbiased() -> [(&'static str, DiSettings); 10] {
         ("visibility in MIS, 1/z", DiSettings { mis: MisForm::OneOverZ, ..in_mis }),
         ("visibility in the target", default.clone()),
         ("visibility in the target, a still view", still),
-        ("visibility in the target, fused", DiSettings { fused: true, shaded: 0, ..default }),
+        ("visibility in the target, fused", DiSettings { temporal: Temporal::Fused, shaded: 0, ..default }),
         ("the selected sample's, temporal", DiSettings { spatial: 0, ..selected.clone() }),
-        ("the selected sample's, spatial", DiSettings { temporal: false, shaded: 2, ..selected }),
+        ("the selected sample's, spatial", DiSettings { temporal: Temporal::Off, shaded: 2, ..selected }),
     ]
 }
 
@@ -157,7 +157,7 @@ fn averages_keep_the_colour_of_glass() -> Result<(), Failed> {
     let reference = white.reference(GRID, REFERENCE);
     let rows = [
         ("temporal", DiSettings { spatial: 0, ..averaged() }),
-        ("spatial", DiSettings { temporal: false, ..averaged() }),
+        ("spatial", DiSettings { temporal: Temporal::Off, ..averaged() }),
     ];
     let test = TileTest { family_rate: FAMILY_RATE / rows.len() as f64, ..TEST };
     for (name, settings) in rows {

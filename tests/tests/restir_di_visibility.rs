@@ -4,7 +4,7 @@
 
 use libtest_mimic::Failed;
 use restir_host::buffers::SceneBuffers;
-use restir_host::di::{self, DiRender, DiSettings, MisForm, Target, Visibility};
+use restir_host::di::{self, Render, DiSettings, MisForm, Target, Visibility};
 use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::plan::Pass;
 use restir_host::replay::{self, Event, Recording};
@@ -90,9 +90,9 @@ fn same_reservoirs() -> Result<(), Failed> {
     let base = settings(Visibility::Averaged);
     let rows = [
         base.clone(),
-        DiSettings { initial_visibility: false, ..base.clone() },
+        DiSettings { visibility_reuse: VisibilityReuse::Off, ..base.clone() },
         DiSettings { neighbours: 3, spatial: 2, mis: MisForm::Pairwise, scatter: true, ..base.clone() },
-        DiSettings { fused: true, neighbours: 4, mis: MisForm::PairwiseDefensive, feedback: false, ..base },
+        DiSettings { temporal: Temporal::Fused, neighbours: 4, mis: MisForm::PairwiseDefensive, feedback: false, ..base },
     ];
     for row in rows {
         let of = |visibility, seed| {
@@ -270,8 +270,8 @@ fn average_is_the_weighted_mean() -> Result<(), Failed> {
         DiSettings { still: false, max_plane_distance: 1.0e3, min_normal_cos: -1.0, ..settings(Visibility::Averaged) };
     let rows = [
         wide.clone(),
-        DiSettings { initial_visibility: false, ..wide.clone() },
-        DiSettings { initial_visibility: false, neighbours: 3, ..wide },
+        DiSettings { visibility_reuse: VisibilityReuse::Off, ..wide.clone() },
+        DiSettings { visibility_reuse: VisibilityReuse::Off, neighbours: 3, ..wide },
     ];
     for settings in rows {
         let run = Run { size: setting.size, frames: 5, from: 0, settings };
@@ -343,7 +343,7 @@ fn shadow_rays(buffers: &SceneBuffers, settings: DiSettings) -> Result<[f64; 4],
 
 fn rays_of_each_pass() -> Result<(), Failed> {
     let buffers = buffers(white);
-    let of = |visibility| shadow_rays(&buffers, DiSettings { initial_visibility: false, ..settings(visibility) });
+    let of = |visibility| shadow_rays(&buffers, DiSettings { visibility_reuse: VisibilityReuse::Off, ..settings(visibility) });
     let (ray, selected, averaged) = (of(Visibility::Ray)?, of(Visibility::Selected)?, of(Visibility::Averaged)?);
     println!("initial, temporal, spatial, shading: {ray:?} with a final ray, {selected:?}, averaged {averaged:?}");
     ensure(averaged == selected, || "averaging is not free".to_owned())?;
@@ -411,10 +411,10 @@ fn verdict(buffers: &SceneBuffers, settings: DiSettings, reference: &[Moments]) 
 
 /// Of Tokuyoshi's unbiased variant: reuse over time, or once in space.
 fn unbiased(visibility: Visibility) -> [(&'static str, DiSettings); 2] {
-    let base = DiSettings { initial_visibility: false, ..settings(visibility) };
+    let base = DiSettings { visibility_reuse: VisibilityReuse::Off, ..settings(visibility) };
     [
         ("temporal", DiSettings { spatial: 0, ..base.clone() }),
-        ("spatial", DiSettings { temporal: false, neighbours: 3, ..base }),
+        ("spatial", DiSettings { temporal: Temporal::Off, neighbours: 3, ..base }),
     ]
 }
 
@@ -568,7 +568,7 @@ fn shut(settings: DiSettings, open: u32, frames: u32) -> Result<Vec<f64>, Failed
     let views = [bright.view(), dark.view()];
     let scene = Switched { scenes: [&views[0], &views[1]], now: Cell::new(0) };
     let mut means = Vec::new();
-    let render = DiRender { frames, accumulate: true, ..DiRender::new(SIZE, settings) };
+    let render = Render { count: frames, accumulate: true, ..Render::new(SIZE, settings) };
     replay::run(&scene, di::plan(&bright, &render), &mut |step| {
         if step.pass.kernel.name == di_shade::DESC.name {
             means.push(step.plane::<FilmPixel>("film")?.iter().map(|pixel| f64::from(pixel.sum[0])).sum());

@@ -6,7 +6,7 @@ use super::scenes::{Comparison, PLAIN, Variant, largest_difference, scene};
 use crate::stats::{Moments, TileGrid, TileTest, Verdict};
 use rayon::prelude::*;
 use restir_host::buffers::SceneBuffers;
-use restir_host::di::{self, DiRender, DiSettings};
+use restir_host::di::{self, Render, DiSettings};
 use restir_host::exec::{CpuExecutor, Executor};
 use restir_kernels::di::{di_gather, di_shade};
 use restir_shared::layout::FilmPixel;
@@ -82,14 +82,14 @@ pub fn run(effort: Effort) -> Findings {
     Findings { comparisons, long, runs, broken: broken + small_images() }
 }
 
-fn render(preset: &str, frames: u32, seed: u32) -> DiRender {
+fn render(preset: &str, frames: u32, seed: u32) -> Render {
     // through the scene's clear glass paths of two segments see no light
     let settings = DiSettings { jitter: true, transmittance: false, ..DiSettings::preset(preset).unwrap_or_default() };
-    DiRender { frames, seed, ..DiRender::new([GRID.width, GRID.height], settings) }
+    Render { count: frames, seed, ..Render::new([GRID.width, GRID.height], settings) }
 }
 
 /// The picture of each pass of shading: of the last frame, or of all if the render accumulates.
-fn pictures(buffers: &SceneBuffers, render: &DiRender, observe: &mut dyn FnMut(&[FilmPixel])) {
+fn pictures(buffers: &SceneBuffers, render: &Render, observe: &mut dyn FnMut(&[FilmPixel])) {
     let result = CpuExecutor::inline().run_shown(di::plan(buffers, render), &mut |step| {
         if [di_gather::DESC.name, di_shade::DESC.name].contains(&step.pass.kernel.name) {
             observe(&step.plane("film")?);
@@ -145,7 +145,7 @@ fn long_runs([runs, frames]: [u32; 2]) -> (Option<Verdict>, u64) {
 
 /// The batches of one run, and how many pixels were broken.
 fn long_run(buffers: &SceneBuffers, frames: u32, seed: u32) -> (Vec<Vec<[f64; 3]>>, u64) {
-    let render = DiRender { accumulate: true, ..render("quality", frames, seed) };
+    let render = Render { accumulate: true, ..render("quality", frames, seed) };
     let black = || vec![[0.0; 3]; (GRID.width * GRID.height) as usize];
     let (mut batches, mut batch) = (Vec::new(), black());
     let (mut frame, mut broken) = (0, 0);
@@ -189,7 +189,7 @@ fn small_images() -> u64 {
     let mut broken = 0;
     for [width, height] in SMALL {
         for preset in DiSettings::PRESETS {
-            let render = DiRender { width, height, accumulate: true, ..render(preset, 8, 3) };
+            let render = Render { width, height, accumulate: true, ..render(preset, 8, 3) };
             let mut pixels = 0;
             pictures(&buffers, &render, &mut |picture| {
                 pixels += picture.len();

@@ -215,13 +215,13 @@ impl Stage {
             path: PathSettings { max_depth: 2, jitter, roulette: false },
             dispatch_samples: None,
         };
-        let params = replay::params(&self.buffers, &settings, 0).map_err(environment)?;
+        let params = path::params(&self.buffers, &settings, 0).map_err(environment)?;
         let view = self.buffers.traced_view();
         side.advance(&path, [self.setup.reference_restarts, REFERENCE_ROUND], &mut |first, count| {
             Ok(grid().moments(count, |restart, x, y| {
                 let mut params = params;
                 params.seed = REFERENCE_SEED + first + restart;
-                replay::trace(&view, &params, x, y).sum.map(f64::from)
+                path::trace(&view, &params, x, y).sum.map(f64::from)
             }))
         })?;
         Ok(side)

@@ -206,7 +206,7 @@ impl Cell {
     }
 
     fn digest(&self) -> Result<String, Error> {
-        let params = replay::params(&self.buffers, &Self::settings(false), 0).map_err(environment)?;
+        let params = path::params(&self.buffers, &Self::settings(false), 0).map_err(environment)?;
         let mut hasher = blake3::Hasher::new();
         let arenas = [&self.buffers.geometry, &self.buffers.attributes];
         hasher.update(
@@ -239,12 +239,12 @@ impl Cell {
 
     /// Moments of the technique's images; a restart is a seed.
     fn trace(&self, roulette: bool, throughput: f32, restarts: u32, seed: u32) -> Result<Vec<Moments>, Error> {
-        let params = replay::params(&self.buffers, &Self::settings(roulette), 0).map_err(environment)?;
+        let params = path::params(&self.buffers, &Self::settings(roulette), 0).map_err(environment)?;
         let scene = Faulty { scene: self.buffers.view(), fault: Throughput(throughput) };
         Ok(grid().moments(restarts, |restart, x, y| {
             let mut params = params;
             params.seed = seed + restart;
-            replay::trace(&scene, &params, x, y).sum.map(f64::from)
+            path::trace(&scene, &params, x, y).sum.map(f64::from)
         }))
     }
 }
