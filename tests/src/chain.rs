@@ -1,7 +1,7 @@
 //! Frames of ReSTIR DI, pass by pass, natively over any scene and with any flags: also with those that the host refuses.
 
 use restir_host::buffers::SceneBuffers;
-use restir_host::di::DiSettings;
+use restir_host::technique::restir_di::{DiSettings, Temporal};
 use restir_shared::glam::UVec4;
 use restir_shared::layout::FilmPixel;
 use restir_shared::num;
@@ -61,16 +61,16 @@ impl<'a, S: Trace + Surface + AddressedLights> Chain<'a, S> {
             max_plane_distance: s.max_plane_distance,
             min_normal_cos: s.min_normal_cos,
             group: s.candidates_per_ray(),
-            tiles: s.tiles,
-            tile_size: s.tile_size,
+            tiles: s.tiles.map_or(0, |tiles| tiles.count),
+            tile_size: s.tiles.map_or(0, |tiles| tiles.size),
             ..DiParams::default()
         };
         Self {
             scene,
             params,
-            temporal: s.temporal,
+            temporal: s.temporal != Temporal::Off,
             spatial: s.spatial,
-            fused: s.fused,
+            fused: s.temporal == Temporal::Fused,
             settings: s.clone(),
             temporal_flags: s.temporal_flags(true),
         }

@@ -24,6 +24,7 @@ pub mod scenes;
 pub mod stats;
 pub mod stress;
 pub mod suite;
+pub mod technique;
 pub mod visibility;
 pub mod watertight;
 pub mod wrong;

@@ -3,11 +3,12 @@
 use crate::scenes::named;
 use restir_host::Error;
 use restir_host::buffers::SceneBuffers;
-use restir_host::di::{self, Render, DiSettings};
 use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::metrics::ulp_distance;
 use restir_host::plan::{Buffer, FramePlan, Pass, Upload};
+use restir_host::render::{self, Render};
 use restir_host::scene::{Camera, Scene};
+use restir_host::technique::restir_di::DiSettings;
 use restir_kernels::{Access, Case, CaseScene, CaseScenes, KernelDesc};
 use restir_shared::layout::{CameraParams, SceneHeader};
 use restir_shared::technique::di::{DI_OTHER_FRAME, DiParams};
@@ -60,7 +61,7 @@ impl Arenas {
     /// As a render has them when it combines the frame with the one before.
     fn of_frame(scene: &SceneBuffers, frame: u32) -> Result<Self, Error> {
         let render = Render { count: frame + 1, ..Render::new([1, 1], DiSettings::default()) };
-        let plan = di::plan(scene, &render);
+        let plan = render.technique.plan(scene, &render);
         let contents = |id: usize| {
             let Buffer { words, contents, .. } = &plan.buffers[id];
             contents.as_ref().map_or_else(|| vec![0; *words], |contents| contents.to_vec())

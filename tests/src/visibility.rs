@@ -3,8 +3,9 @@
 use crate::stats::Moments;
 use rayon::prelude::*;
 use restir_host::buffers::SceneBuffers;
-use restir_host::di::{self, Render, DiSettings, Visibility};
 use restir_host::exec::{CpuExecutor, Executor};
+use restir_host::render::{self, Render};
+use restir_host::technique::restir_di::{DiSettings, Visibility};
 use restir_kernels::di::di_shade;
 use restir_shared::glam::UVec4;
 use restir_shared::layout::FilmPixel;
@@ -52,7 +53,7 @@ impl Run {
         let mut restart = Restart { image: vec![[0.0; 3]; self.pixels()], visibility: Vec::new() };
         let weight = 1.0 / f64::from(self.frames - self.from);
         let render = self.render(seed);
-        let result = CpuExecutor::inline().run_shown(di::plan(scene, &render), &mut |step| {
+        let result = CpuExecutor::inline().run_shown(render.technique.plan(scene, &render), &mut |step| {
             if step.pass.kernel.name != di_shade::DESC.name {
                 return Ok(());
             }

@@ -2,11 +2,12 @@
 
 use libtest_mimic::Failed;
 use restir_host::buffers::SceneBuffers;
-use restir_host::di::{Render, DiSettings, MisForm, plan, render};
 use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::render::Progress;
+use restir_host::render::{self, Render};
 use restir_host::replay::{Generation, Origin, Reuse, genealogy, render_with_layers};
 use restir_host::scene::{CameraPath, Scene};
+use restir_host::technique::restir_di::{DiSettings, MisForm, Temporal, Tiles, render};
 use restir_kernels::di::{di_offer, di_shade};
 use restir_shared::glam::UVec4;
 use restir_shared::rng::Rng;

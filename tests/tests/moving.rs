@@ -2,11 +2,12 @@
 
 use libtest_mimic::{Arguments, Failed, Trial};
 use restir_host::buffers::SceneBuffers;
-use restir_host::di::{Render, DiSettings, MisForm, Target, plan};
 use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::plan::{FramePlan, Pass};
+use restir_host::render::{self, Render};
 use restir_host::render::{PathSettings, RenderSettings, render};
 use restir_host::scene::{Camera, Scene, builtin};
+use restir_host::technique::restir_di::{DiSettings, MisForm, Target, Temporal};
 use restir_kernels::di::{di_combine, di_primary, di_tiles};
 use restir_shared::glam::DVec3;
 use restir_shared::layout::{Extent, FilmPixel, NONE, SceneHeader};
@@ -103,8 +104,8 @@ fn ensure_same(a: &[Vec<u32>], b: &[Vec<u32>], what: &str) -> Result<(), Failed>
 fn same_on_device(executor: &mut dyn Executor, name: &str, settings: DiSettings) -> Result<(), Failed> {
     settings.check()?;
     let (scene, render) = (scene()?, frames(settings));
-    let host = trace(&mut CpuExecutor::new(None)?, plan(&scene, &render))?;
-    let found = first_divergence(executor, plan(&scene, &render), &host)?;
+    let host = trace(&mut CpuExecutor::new(None)?, render.technique.plan(&scene, &render))?;
+    let found = first_divergence(executor, render.technique.plan(&scene, &render), &host)?;
     found.map_or(Ok(()), |divergence| Err(format!("{name}: {divergence}").into()))
 }
 
@@ -114,11 +115,11 @@ fn what_differs_is_found() -> Result<(), Failed> {
     const FRAME: u32 = 5;
     let (scene, mut cpu) = (scene()?, CpuExecutor::new(None)?);
     let render = Render { count: FRAME + 2, accumulate: false, ..frames(quality()?) };
-    let host = trace(&mut cpu, plan(&scene, &render))?;
-    let same = first_divergence(&mut cpu, plan(&scene, &render), &host)?;
+    let host = trace(&mut cpu, render.technique.plan(&scene, &render))?;
+    let same = first_divergence(&mut cpu, render.technique.plan(&scene, &render), &host)?;
     ensure(same.is_none(), || format!("a run differs from itself: {same:?}"))?;
     let mut changed = |change: &dyn Fn(&mut Pass, &DiParams)| {
-        let plan = plan(&scene, &render);
+        let plan = render.technique.plan(&scene, &render);
         let passes = plan.passes.map(|pass| {
             let mut pass = pass?;
             if let Ok([params]) = bytemuck::try_cast_slice::<u32, DiParams>(&pass.params.clone()) {
@@ -156,8 +157,8 @@ fn what_differs_is_found() -> Result<(), Failed> {
 /// The wide trees of both frames, or the arenas that hold both.
 fn any_tracer_gives_the_same() -> Result<(), Failed> {
     let (scene, render) = (scene()?, frames(quality()?));
-    let wide = planes(&mut CpuExecutor::new(None)?, plan(&scene, &render))?;
-    let mut in_arenas = plan(&scene, &render);
+    let wide = planes(&mut CpuExecutor::new(None)?, render.technique.plan(&scene, &render))?;
+    let mut in_arenas = render.technique.plan(&scene, &render);
     in_arenas.scene = None;
     in_arenas.passes = Box::new(in_arenas.passes.map(|pass| {
         let mut pass = pass?;
@@ -175,7 +176,7 @@ fn any_tracer_gives_the_same() -> Result<(), Failed> {
 fn a_still_scene_pays_nothing() -> Result<(), Failed> {
     let scene = SceneBuffers::build(&builtin::scene("cornell").ok_or("no such scene")?)?;
     let render = Render { count: 4, ..Render::new([4, 4], DiSettings::default()) };
-    let plan = plan(&scene, &render);
+    let plan = render.technique.plan(&scene, &render);
     let arenas = [&scene.geometry, &scene.attributes, &scene.texels].map(|words| words.len());
     ensure(plan.buffers.iter().take(3).map(|buffer| buffer.words).eq(arenas), || "an arena has grown".to_owned())?;
     for pass in plan.passes {

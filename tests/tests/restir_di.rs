@@ -2,9 +2,10 @@
 
 use libtest_mimic::Failed;
 use restir_host::buffers::SceneBuffers;
-use restir_host::di::{self, Render, DiSettings, MisForm, Visibility};
 use restir_host::exec::CpuExecutor;
+use restir_host::render::{self, Render};
 use restir_host::scene::{Camera, Material, Mesh, Scene};
+use restir_host::technique::restir_di::{DiSettings, MisForm, Temporal, Tiles, Visibility, VisibilityReuse};
 use restir_shared::glam::{UVec4, Vec3};
 use restir_shared::layout::FilmPixel;
 use restir_shared::pack::decode_unit_vector;
@@ -168,8 +169,11 @@ fn combines_cost_what_the_table_says() -> Result<(), Failed> {
 /// each other pixel, but for the one that the sample comes from.
 fn selection_by_visibility_costs() -> Result<(), Failed> {
     for k in [2, 5, 6] {
-        let by_visibility =
-            |form| DiSettings { visibility_reuse: VisibilityReuse::Selection, visibility: Visibility::Selected, ..reusing_visibility(form) };
+        let by_visibility = |form| DiSettings {
+            visibility_reuse: VisibilityReuse::Selection,
+            visibility: Visibility::Selected,
+            ..reusing_visibility(form)
+        };
         ensure_costs(&by_visibility(MisForm::PairwiseDefensive), k, &[2 * (k - 1)], 3 * k - 2)?;
         ensure_costs(&by_visibility(MisForm::Contribution), k, &[2 * k - 3, 2 * k - 2], 2 * k - 1)?;
     }
@@ -692,8 +696,11 @@ fn small(settings: DiSettings) -> DiSettings {
 const UNBIASED: usize = 13;
 
 fn unbiased_settings_agree_with_paths() -> Result<(), Failed> {
-    let by_visibility =
-        |form| DiSettings { visibility_reuse: VisibilityReuse::Selection, visibility: Visibility::Selected, ..reusing_visibility(form) };
+    let by_visibility = |form| DiSettings {
+        visibility_reuse: VisibilityReuse::Selection,
+        visibility: Visibility::Selected,
+        ..reusing_visibility(form)
+    };
     let rows: [DiSettings; UNBIASED - 3] = [
         plain(MisForm::Talbot),
         // two passes: what neighbours saw and the pixel itself does not must not count
@@ -710,7 +717,12 @@ fn unbiased_settings_agree_with_paths() -> Result<(), Failed> {
     let still = [
         DiSettings { initial_rays: 3, shaded: 4, ..by_visibility(MisForm::Pairwise) },
         DiSettings { initial_rays: 2, ..reusing_visibility(MisForm::Contribution) },
-        DiSettings { tiles: Some(Tiles { count: 2, size: 64 }), spatial: 0, shaded: 4, ..by_visibility(MisForm::Pairwise) },
+        DiSettings {
+            tiles: Some(Tiles { count: 2, size: 64 }),
+            spatial: 0,
+            shaded: 4,
+            ..by_visibility(MisForm::Pairwise)
+        },
     ];
     let still = still.map(|settings| DiSettings { still: true, ..small(settings) });
     for settings in rows.map(small).into_iter().chain(still) {

@@ -6,7 +6,7 @@
 use libtest_mimic::Failed;
 use rayon::prelude::*;
 use restir_host::buffers::SceneBuffers;
-use restir_host::di::{DiSettings, MisForm, Target, Visibility};
+use restir_host::technique::restir_di::{DiSettings, MisForm, Target, Temporal, Visibility, VisibilityReuse};
 use restir_shared::bsdf::{Bsdf, Material, SPECULAR_TRANSMISSION};
 use restir_shared::glam::{UVec4, Vec3};
 use restir_shared::layout::{FEATURES_ALL, FilmPixel};

@@ -4,10 +4,11 @@
 
 use libtest_mimic::Failed;
 use restir_host::buffers::SceneBuffers;
-use restir_host::di::{self, Render, DiSettings, MisForm, Target, Visibility};
 use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::plan::Pass;
+use restir_host::render::{self, Render};
 use restir_host::replay::{self, Event, Recording};
+use restir_host::technique::restir_di::{DiSettings, MisForm, Target, Temporal, Visibility, VisibilityReuse};
 use restir_kernels::di::{di_combine, di_initial, di_shade};
 use restir_shared::camera::camera_ray;
 use restir_shared::geometry::{Hit, Ray};
@@ -92,7 +93,13 @@ fn same_reservoirs() -> Result<(), Failed> {
         base.clone(),
         DiSettings { visibility_reuse: VisibilityReuse::Off, ..base.clone() },
         DiSettings { neighbours: 3, spatial: 2, mis: MisForm::Pairwise, scatter: true, ..base.clone() },
-        DiSettings { temporal: Temporal::Fused, neighbours: 4, mis: MisForm::PairwiseDefensive, feedback: false, ..base },
+        DiSettings {
+            temporal: Temporal::Fused,
+            neighbours: 4,
+            mis: MisForm::PairwiseDefensive,
+            feedback: false,
+            ..base
+        },
     ];
     for row in rows {
         let of = |visibility, seed| {
@@ -343,7 +350,9 @@ fn shadow_rays(buffers: &SceneBuffers, settings: DiSettings) -> Result<[f64; 4],
 
 fn rays_of_each_pass() -> Result<(), Failed> {
     let buffers = buffers(white);
-    let of = |visibility| shadow_rays(&buffers, DiSettings { visibility_reuse: VisibilityReuse::Off, ..settings(visibility) });
+    let of = |visibility| {
+        shadow_rays(&buffers, DiSettings { visibility_reuse: VisibilityReuse::Off, ..settings(visibility) })
+    };
     let (ray, selected, averaged) = (of(Visibility::Ray)?, of(Visibility::Selected)?, of(Visibility::Averaged)?);
     println!("initial, temporal, spatial, shading: {ray:?} with a final ray, {selected:?}, averaged {averaged:?}");
     ensure(averaged == selected, || "averaging is not free".to_owned())?;
@@ -569,7 +578,7 @@ fn shut(settings: DiSettings, open: u32, frames: u32) -> Result<Vec<f64>, Failed
     let scene = Switched { scenes: [&views[0], &views[1]], now: Cell::new(0) };
     let mut means = Vec::new();
     let render = Render { count: frames, accumulate: true, ..Render::new(SIZE, settings) };
-    replay::run(&scene, di::plan(&bright, &render), &mut |step| {
+    replay::run(&scene, di::render.technique.plan(&bright, &render), &mut |step| {
         if step.pass.kernel.name == di_shade::DESC.name {
             means.push(step.plane::<FilmPixel>("film")?.iter().map(|pixel| f64::from(pixel.sum[0])).sum());
             scene.now.set(usize::from(params(step.pass).frame + 1 >= open));

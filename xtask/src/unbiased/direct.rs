@@ -7,9 +7,9 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 use restir_host::buffers::SceneBuffers;
-use restir_host::di::{DiSettings, MisForm, Visibility};
 use restir_host::render::{PathSettings, RenderSettings};
 use restir_host::replay;
+use restir_host::technique::restir_di::{DiSettings, MisForm, Tiles, Visibility};
 use restir_tests::chain::Chain;
 use restir_tests::scenes::named;
 use restir_tests::stats::{Moments, TileTest, Verdict, ZTest, sidak};

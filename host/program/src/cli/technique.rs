@@ -75,12 +75,11 @@ fn set_by_option(
     if technique.value(key).is_none() {
         let depth = technique.integral().max_depth;
         return Err(Error::Setting(format!(
-            "the technique {name} has no {key}, its paths have {depth} segments; leave {option} out"
+            "{name} has no {key}, and its paths have {depth} segments; leave {option} out"
         )));
     }
-    if settings.iter().any(|text| text.split_once('=').is_some_and(|(set, _)| set == key)) {
-        let message = format!("{option} and --set {key}=... contradict each other; leave one of them out");
-        return Err(Error::Setting(message));
+    if let Some(text) = settings.iter().find(|text| text.split_once('=').is_some_and(|(set, _)| set == key)) {
+        return Err(Error::Setting(format!("{option} and --set {text} contradict each other; leave one of them out")));
     }
     technique.set(key, value)
 }
@@ -90,11 +89,9 @@ pub(super) fn refuse_unused(technique: &dyn Technique, options: &[(&str, bool, R
     let about = technique.about();
     let unused = options.iter().find(|(_, given, repeats)| *given && *repeats != about.repeats);
     unused.map_or(Ok(()), |(option, _, repeats)| {
-        let (name, own) = (about.name, about.repeats.name());
-        Err(Error::Setting(format!(
-            "{option} is for techniques that repeat {}; {name} repeats {own}: give --{}",
-            repeats.name(),
-            if about.repeats == Repeats::Samples { "spp" } else { "frames" }
-        )))
+        let known = technique::all().into_iter().map(|technique| *technique.about());
+        let suited: Vec<&str> = known.filter(|known| known.repeats == *repeats).map(|known| known.name).collect();
+        let (name, own, suited) = (about.name, about.repeats.name(), suited.join(", "));
+        Err(Error::Setting(format!("{option} is for {suited}; {name} repeats {own}, leave {option} out")))
     })
 }

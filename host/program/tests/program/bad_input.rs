@@ -278,7 +278,7 @@ fn frames_that_cannot_be() {
     };
     refused(&["--frames", "0"], &["0 frames"]);
     refused(&["--spp", "4"], &["--spp", "--frames"]);
-    refused(&["--max-depth", "8"], &["direct light", "--max-depth"]);
+    refused(&["--max-depth", "8"], &["2 segments", "--max-depth"]);
     refused(&["--jitter", "--set", "jitter=off"], &["--jitter", "jitter=off", "leave"]);
     refused(&["--camera-path", "none.json"], &["none.json", "orbit"]);
     refused(&["--camera-path", "orbit", "--frames", "4294967295"], &["camera path", "fewer --frames"]);

@@ -211,7 +211,7 @@ fn explanations_that_cannot_be() {
         refused(&both, &["--jitter", "jitter=off", "leave"]);
     }
     let reservoir = ["--pixel", "1,1", "--technique", "restir-di"];
-    refused(&[&reservoir[..], &["--max-depth", "8"]].concat(), &["direct light", "--max-depth"]);
+    refused(&[&reservoir[..], &["--max-depth", "8"]].concat(), &["2 segments", "--max-depth"]);
     refused(&[&reservoir[..], &["--frames", "0"]].concat(), &["0 frames"]);
     refused(&["--pixel", "-1,0"], &["--pixel", "natural number"]);
     refused(&["--pixel", "1"], &["--pixel", "X,Y"]);

@@ -209,6 +209,9 @@ settings! {
 }
 
 impl DiSettings {
+    /// The presets by name.
+    pub const PRESETS: &[&str] = <Self as Declared>::PRESETS;
+
     /// No visibility but in shading, by a ray for the one sample shaded; so no candidate from scattering, which finds only what
     /// is visible.
     pub fn visibility_in_shading() -> Self {

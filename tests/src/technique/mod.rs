@@ -1,0 +1,116 @@
+//! What the suites try of every technique of the registry.
+
+mod restir_di;
+
+use restir_host::Error;
+use restir_host::buffers::SceneBuffers;
+use restir_host::exec::{CpuExecutor, Executor, Step};
+use restir_host::render::Render;
+use restir_host::technique::{self, Technique, configure};
+use restir_kernels::Access;
+use restir_shared::layout::FilmPixel;
+
+/// What cannot be told from a technique's settings. A technique without a line has nothing of it.
+const KNOWN: [(&str, Known); 1] = [("restir-di", restir_di::KNOWN)];
+
+/// See the fields.
+#[derive(Clone, Copy, Debug)]
+pub struct Known {
+    /// Settings with which images converge to path tracing's on every scene.
+    pub as_path: &'static [&'static str],
+    /// Settings that no preset has, by name.
+    pub rows: &'static [(&'static str, &'static [&'static str])],
+    /// The cells of `cargo xtask unbiased --technique`.
+    pub matrix: Matrix,
+}
+
+/// Settings whose bias is measured.
+#[derive(Clone, Copy, Debug)]
+pub struct Matrix {
+    /// Scenes by name, with settings that suit them.
+    pub scenes: &'static [(&'static str, &'static [&'static str])],
+    /// Settings of all cells.
+    pub common: &'static [&'static str],
+    /// Cells: settings joined by commas. Whether one is biased is what [`Technique::biases`] says.
+    pub cells: fn() -> Vec<String>,
+}
+
+/// Default settings and presets, on a few scenes.
+const NOTHING: Known = Known {
+    as_path: &[],
+    rows: &[],
+    matrix: Matrix { scenes: &[("cornell", &[]), ("many-lights", &[])], common: &[], cells: Vec::new },
+};
+
+/// A technique, and what is tried of it.
+#[derive(Debug)]
+pub struct Trials {
+    /// With its default settings.
+    pub technique: Box<dyn Technique>,
+    /// See there.
+    pub known: Known,
+}
+
+impl Trials {
+    /// Those of every technique.
+    pub fn all() -> Vec<Self> {
+        let known = |name| KNOWN.iter().find(|(known, _)| *known == name).map_or(NOTHING, |(_, known)| *known);
+        technique::all().into_iter().map(|technique| Self { known: known(technique.about().name), technique }).collect()
+    }
+
+    /// Those of the technique of that name.
+    ///
+    /// # Errors
+    /// As of [`technique::named`].
+    pub fn of(name: &str) -> Result<Self, Error> {
+        technique::named(name)?;
+        Self::all().into_iter().find(|trials| trials.name() == name).ok_or(Error::Interrupted)
+    }
+
+    /// The technique's name.
+    pub fn name(&self) -> &'static str {
+        self.technique.about().name
+    }
+
+    /// The technique with further settings.
+    ///
+    /// # Errors
+    /// As of [`configure`].
+    pub fn with(&self, settings: &[impl AsRef<str>]) -> Result<Box<dyn Technique>, Error> {
+        let mut technique = self.technique.clone();
+        configure(technique.as_mut(), settings).map(|()| technique)
+    }
+
+    /// Its presets, or the default settings if it has none; then what no preset has.
+    pub fn rows(&self) -> Vec<(&'static str, Box<dyn Technique>)> {
+        let with = |settings: &[&str]| self.with(settings).expect("the harness knows the settings");
+        let presets = self.technique.presets();
+        let mut rows: Vec<_> =
+            presets.iter().map(|(name, _)| (*name, with(&[format!("preset={name}").as_str()]))).collect();
+        if rows.is_empty() {
+            rows.push(("defaults", self.technique.clone()));
+        }
+        rows.into_iter().chain(self.known.rows.iter().map(|(name, settings)| (*name, with(settings)))).collect()
+    }
+}
+
+/// Runs a render natively and shows the pictures that its film adds up, in their order: a plane of the film as the last
+/// pass left it that has it as its own.
+///
+/// # Panics
+/// If the plan is wrong.
+pub fn pictures(scene: &SceneBuffers, render: &Render, observe: &mut dyn FnMut(&[FilmPixel])) {
+    let mut pending: Option<(usize, Vec<FilmPixel>)> = None;
+    let mut show = |step: &Step<'_>| {
+        let owns = |binding: &restir_kernels::Binding| binding.access == Access::Own && binding.name == "film";
+        let film = step.pass.kernel.bindings.iter().any(owns).then(|| step.pass.bound("film")).transpose()?;
+        if let Some((_, picture)) = pending.take().filter(|(plane, _)| film != Some(*plane)) {
+            observe(&picture);
+        }
+        pending = film.map(|plane| step.plane("film").map(|picture| (plane, picture))).transpose()?;
+        Ok(())
+    };
+    CpuExecutor::inline()
+        .run_shown(render.technique.plan(scene, render), &mut show)
+        .expect("the plan fits its kernels");
+}
