@@ -4,8 +4,9 @@ use libtest_mimic::{Arguments, Failed, Trial};
 use restir_host::buffers::SceneBuffers;
 use restir_host::exec::{CpuExecutor, Executor, GpuExecutor};
 use restir_host::metrics::compare;
-use restir_host::render::{PathSettings, RenderSettings, Rendered, render};
+use restir_host::render::{Render, Rendered, render};
 use restir_host::scene::{Camera, Environment, Scene, builtin};
+use restir_host::technique::path::PathSettings;
 use restir_kernels::Case;
 use restir_kernels::path::path;
 use restir_shared::film::MAX_BLOCK_LOG2;
@@ -185,16 +186,10 @@ impl Frame {
         Ok(SceneBuffers::build(&self.subject.scene(width / height)?)?)
     }
 
-    fn settings(&self, dispatch_samples: Option<u32>) -> RenderSettings {
-        let [width, height] = self.size;
-        RenderSettings {
-            width,
-            height,
-            samples: self.samples,
-            seed: self.seed,
-            path: PathSettings { jitter: self.jitter, roulette: self.roulette, ..PathSettings::default() },
-            dispatch_samples,
-        }
+    fn settings(&self, dispatch_samples: Option<u32>) -> Render {
+        let (jitter, roulette) = (self.jitter, self.roulette);
+        let path = PathSettings { jitter, roulette, dispatch_samples, ..PathSettings::default() };
+        Render { count: self.samples, seed: self.seed, ..Render::new(self.size, path) }
     }
 
     fn render(

@@ -5,9 +5,10 @@ use restir_host::buffers::SceneBuffers;
 use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::plan::{FramePlan, Pass};
 use restir_host::render::{self, Render};
-use restir_host::render::{PathSettings, RenderSettings, render};
 use restir_host::scene::{Camera, Scene, builtin};
-use restir_host::technique::restir_di::{DiSettings, MisForm, Target, Temporal};
+use restir_host::technique::Technique;
+use restir_host::technique::path::PathSettings;
+use restir_host::technique::restir_di::{DiSettings, Tiles};
 use restir_kernels::di::{di_combine, di_primary, di_tiles};
 use restir_shared::glam::DVec3;
 use restir_shared::layout::{Extent, FilmPixel, NONE, SceneHeader};
@@ -16,6 +17,7 @@ use restir_tests::device;
 use restir_tests::lockstep::{first_divergence, trace};
 use restir_tests::stats::{Moments, TileGrid, TileTest};
 use restir_tests::suite::ensure;
+use restir_tests::technique::Trials;
 use std::ops::ControlFlow;
 use std::process::ExitCode;
 use std::sync::OnceLock;
@@ -44,31 +46,16 @@ fn main() -> ExitCode {
         Trial::test(format!("frame {LAST_FRAME} {name}"), move || against_path_tracing(tiles, change, wrong))
     }));
     trials.extend(device::trials("moving", |adapter| {
-        let trial = |(name, settings): (&'static str, DiSettings)| {
-            let title = format!("{name}: {FRAMES} frames, all buffers after every pass");
-            adapter.trial(&title, move |executor| same_on_device(executor, name, settings))
+        let trials = |trials: Trials| {
+            let rows = trials.rows().into_iter();
+            rows.map(move |(name, technique)| {
+                let title = format!("{}, {name}: {FRAMES} repeats, all buffers after every pass", trials.name());
+                adapter.trial(&title, move |executor| same_on_device(executor, frames(technique)))
+            })
         };
-        rows().into_iter().map(trial).collect()
+        Trials::all().into_iter().flat_map(trials).collect()
     }));
     libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
-}
-
-/// All presets, and what none of them does.
-fn rows() -> Vec<(&'static str, DiSettings)> {
-    let presets = DiSettings::PRESETS.map(|name| (name, DiSettings::preset(name).unwrap_or_default()));
-    let several = DiSettings {
-        spatial: 3,
-        feedback: false,
-        jitter: true,
-        target: Target::Red,
-        mis: MisForm::Talbot,
-        neighbours: 2,
-        shaded: 2,
-        ..DiSettings::default()
-    };
-    let fused = DiSettings { temporal: Temporal::Fused, spatial: 0, target: Target::Blue, ..several.clone() };
-    let more = [("several passes, no feedback, jitter, red", several), ("fused, jitter, blue", fused)];
-    presets.into_iter().chain(more).collect()
 }
 
 fn scene() -> Result<SceneBuffers, Failed> {
@@ -80,14 +67,14 @@ fn quality() -> Result<DiSettings, Failed> {
 }
 
 /// A camera that flies past, at every frame.
-fn frames(settings: DiSettings) -> Render {
+fn frames(technique: impl Into<Box<dyn Technique>>) -> Render {
     let camera = |frame: u32| {
         let along = f64::from(frame) / f64::from(FRAMES);
         let position = DVec3::new(-0.6 + 1.3 * along, 0.3 - 0.5 * along, 3.6 - 0.4 * along);
         Camera::pinhole(position, DVec3::new(0.1 * along, 0.0, 0.0), DVec3::Y, 0.7)
     };
     let cameras = (0..FRAMES).map(camera).collect();
-    Render { count: FRAMES, accumulate: true, seed: 3, cameras, ..Render::new(SIZE, settings) }
+    Render { count: FRAMES, accumulate: true, seed: 3, cameras, ..Render::new(SIZE, technique) }
 }
 
 /// All planes after the last pass.
@@ -101,12 +88,12 @@ fn ensure_same(a: &[Vec<u32>], b: &[Vec<u32>], what: &str) -> Result<(), Failed>
     ensure(differing == 0 && a.len() == b.len(), || format!("{what}: {differing} words differ"))
 }
 
-fn same_on_device(executor: &mut dyn Executor, name: &str, settings: DiSettings) -> Result<(), Failed> {
-    settings.check()?;
-    let (scene, render) = (scene()?, frames(settings));
+fn same_on_device(executor: &mut dyn Executor, render: Render) -> Result<(), Failed> {
+    let scene = scene()?;
+    render::check(&scene, &render)?;
     let host = trace(&mut CpuExecutor::new(None)?, render.technique.plan(&scene, &render))?;
     let found = first_divergence(executor, render.technique.plan(&scene, &render), &host)?;
-    found.map_or(Ok(()), |divergence| Err(format!("{name}: {divergence}").into()))
+    found.map_or(Ok(()), |divergence| Err(divergence.to_string().into()))
 }
 
 /// One bit in what a frame uploads, and one random number in a pass: each is found in the pass, the buffer and the word that
@@ -194,16 +181,10 @@ fn reference(scene: &SceneBuffers) -> Result<&'static [Moments], Failed> {
     let moved = scene.at(f64::from(LAST_FRAME))?;
     let mut executor = CpuExecutor::new(None)?;
     let path = PathSettings { max_depth: 2, ..PathSettings::default() };
-    let settings = RenderSettings {
-        width: GRID.width,
-        height: GRID.height,
-        samples: REFERENCE_SAMPLES,
-        path,
-        ..RenderSettings::default()
-    };
+    let batch = Render { count: REFERENCE_SAMPLES, ..Render::new([GRID.width, GRID.height], path) };
     let image = |restart| -> Result<Vec<[f32; 3]>, Failed> {
-        let settings = RenderSettings { seed: REFERENCE_SEED + restart, ..settings.clone() };
-        Ok(render(&mut executor, &moved, &settings, &mut |_| ControlFlow::Continue(()))?.image.pixels)
+        let batch = Render { seed: REFERENCE_SEED + restart, ..batch.clone() };
+        Ok(render::render(&mut executor, &moved, &batch, &mut |_| ControlFlow::Continue(()))?.image.pixels)
     };
     let images = (0..REFERENCE_RESTARTS).map(image).collect::<Result<Vec<_>, _>>()?;
     Ok(MOMENTS.get_or_init(|| moments(&images)))
@@ -215,13 +196,13 @@ fn moments(images: &[Vec<[f32; 3]>]) -> Vec<Moments> {
 }
 
 /// The last frame of independent chains.
-fn chains(scene: &SceneBuffers, tiles: u32, change: Change, restarts: u32) -> Result<Vec<Moments>, Failed> {
-    let settings = DiSettings { candidates: 4, neighbours: 2, tiles, tile_size: 256, ..DiSettings::default() };
+fn chains(scene: &SceneBuffers, tiles: Option<Tiles>, change: Change, restarts: u32) -> Result<Vec<Moments>, Failed> {
+    let settings = DiSettings { candidates: 4, neighbours: 2, tiles, ..DiSettings::default() };
     let mut executor = CpuExecutor::new(None)?;
     let image = |seed| -> Result<Vec<[f32; 3]>, Failed> {
         let size = [GRID.width, GRID.height];
         let render = Render { count: LAST_FRAME + 1, seed, ..Render::new(size, settings.clone()) };
-        let plan = plan(scene, &render);
+        let plan = render.technique.plan(scene, &render);
         let changed = plan.passes.map(|pass| {
             let mut pass = pass?;
             change(&mut pass);
@@ -234,7 +215,7 @@ fn chains(scene: &SceneBuffers, tiles: u32, change: Change, restarts: u32) -> Re
     Ok(moments(&(0..restarts).map(image).collect::<Result<Vec<_>, _>>()?))
 }
 
-fn against_path_tracing(tiles: u32, change: Change, biased: bool) -> Result<(), Failed> {
+fn against_path_tracing(tiles: Option<Tiles>, change: Change, biased: bool) -> Result<(), Failed> {
     let scene = scene()?;
     // what is wrong is wrong by a fifth
     let restarts = if biased { RESTARTS / 8 } else { RESTARTS };
@@ -247,13 +228,14 @@ fn against_path_tracing(tiles: u32, change: Change, biased: bool) -> Result<(), 
 /// What is done to the passes.
 type Change = fn(&mut Pass);
 
-/// Name, number of tiles, what is done, and whether that is wrong.
-const VARIANTS: [(&str, u32, Change, bool); 5] = [
-    ("is unbiased", 0, |_| (), false),
-    ("is biased by the last frame seen in this one's geometry", 0, in_this_geometry, true),
-    ("is biased by lights that are taken for others", 0, without_translation, true),
-    ("is unbiased with tiles", 4, |_| (), false),
-    ("is biased by the last frame's tiles", 4, without_new_tiles, true),
+const TILES: Option<Tiles> = Some(Tiles { count: 4, size: 256 });
+/// Name, tiles, what is done, and whether that is wrong.
+const VARIANTS: [(&str, Option<Tiles>, Change, bool); 5] = [
+    ("is unbiased", None, |_| (), false),
+    ("is biased by the last frame seen in this one's geometry", None, in_this_geometry, true),
+    ("is biased by lights that are taken for others", None, without_translation, true),
+    ("is unbiased with tiles", TILES, |_| (), false),
+    ("is biased by the last frame's tiles", TILES, without_new_tiles, true),
 ];
 
 /// All candidates but one are those of the frame before.

@@ -265,7 +265,8 @@ fn averaged_visibility_costs_two_rays() -> Result<(), Failed> {
 fn without_neighbours_a_reservoir_stays() -> Result<(), Failed> {
     let buffers = buffers("all-lights")?;
     let view = buffers.view();
-    for (name, form) in MisForm::ALL {
+    for form in MisForm::ALL {
+        let name = form.name();
         for settings in [plain(form), reusing_visibility(form)] {
             let settings = DiSettings { still: false, ..settings };
             let mut chain = Chain::new(&view, &buffers, [12, 12], &settings, 5);
@@ -290,14 +291,15 @@ fn known_visibility_needs_no_final_ray() -> Result<(), Failed> {
     for scene in ["cornell", "all-lights"] {
         let buffers = buffers(scene)?;
         let view = buffers.view();
-        for (name, form) in MisForm::ALL {
-            for target_visibility in [false, true] {
+        for form in MisForm::ALL {
+            let name = form.name();
+            for visibility_reuse in [VisibilityReuse::Weights, VisibilityReuse::Selection] {
                 for still in [false, true] {
-                    let ray = DiSettings { target_visibility, scatter: true, still, ..reusing_visibility(form) };
+                    let ray = DiSettings { visibility_reuse, scatter: true, still, ..reusing_visibility(form) };
                     let known = DiSettings { visibility: Visibility::Selected, ..ray.clone() };
                     let [a, b] = [ray, known].map(|s| Chain::new(&view, &buffers, [16, 16], &s, 2).film(3));
                     ensure(bits(&a) == bits(&b), || {
-                        format!("{scene}, {name}, in the target: {target_visibility}, still: {still}")
+                        format!("{scene}, {}, {visibility_reuse:?}, still: {still}", form.name())
                     })?;
                 }
             }
@@ -326,7 +328,8 @@ fn a_still_view_merges_as_by_talbot() -> Result<(), Failed> {
 fn images_of_one_pixel_and_one_row_render() -> Result<(), Failed> {
     let buffers = buffers("all-lights")?;
     let view = buffers.view();
-    for (name, form) in MisForm::ALL {
+    for form in MisForm::ALL {
+        let name = form.name();
         let settings = DiSettings { neighbours: 7, ..reusing_visibility(form) };
         for size in [[1, 1], [1, 7], [7, 1], [2, 2]] {
             let mut chain = Chain::new(&view, &buffers, size, &settings, 1);
@@ -684,7 +687,7 @@ fn verdict(tested: &[Moments]) -> Result<Verdict, Failed> {
 fn small(settings: DiSettings) -> DiSettings {
     // scattering finds nothing that is occluded, so that MIS has to know of visibility
     DiSettings {
-        scatter: settings.mis_visibility,
+        scatter: settings.knows_visibility(),
         neighbours: 3,
         radius: 6.0,
         confidence_cap: 3,
@@ -727,9 +730,7 @@ fn unbiased_settings_agree_with_paths() -> Result<(), Failed> {
     let still = still.map(|settings| DiSettings { still: true, ..small(settings) });
     for settings in rows.map(small).into_iter().chain(still) {
         let verdict = verdict(&moments(&settings, RESTARTS, 0)?)?;
-        let DiSettings { mis, spatial, fused, shaded, still, tiles, .. } = settings;
-        let mis = mis.name();
-        println!("{mis}, {spatial} passes, fused {fused}, {shaded} shaded, still {still}, {tiles} tiles: {verdict}");
+        println!("{settings:?}: {verdict}");
         ensure(verdict.passed(), || format!("{verdict}: {settings:?}"))?;
         ensure(verdict.detectable_in_image <= GOAL_IMAGE, || format!("too few chains: {verdict}"))?;
     }
