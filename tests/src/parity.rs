@@ -6,7 +6,7 @@ use restir_host::buffers::SceneBuffers;
 use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::metrics::ulp_distance;
 use restir_host::plan::{Buffer, FramePlan, Pass, Upload};
-use restir_host::render::{self, Render};
+use restir_host::render::Render;
 use restir_host::scene::{Camera, Scene};
 use restir_host::technique::restir_di::DiSettings;
 use restir_kernels::{Access, Case, CaseScene, CaseScenes, KernelDesc};

@@ -292,7 +292,6 @@ fn known_visibility_needs_no_final_ray() -> Result<(), Failed> {
         let buffers = buffers(scene)?;
         let view = buffers.view();
         for form in MisForm::ALL {
-            let name = form.name();
             for visibility_reuse in [VisibilityReuse::Weights, VisibilityReuse::Selection] {
                 for still in [false, true] {
                     let ray = DiSettings { visibility_reuse, scatter: true, still, ..reusing_visibility(form) };

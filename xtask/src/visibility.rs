@@ -481,7 +481,7 @@ A wall of {SIZE} x {SIZE} pixels is lit past a board by {ROW} lights in two arra
 
 Settings of all: preset `wis` with {candidates} candidates, no candidate from scattering, temporal
 reuse up to {confidence_cap} frames, {neighbours} neighbour within {radius} pixels. A restart has {frames} frames, the mean
-of those from the {from}th on (counted from 0) is its image; there are {restarts} restarts. `initial_visibility` is on, as
+of those from the {from}th on (counted from 0) is its image; there are {restarts} restarts. `visibility_reuse` is candidates, as
 in Tokuyoshi's algorithm 1, but for the rows \"occluded samples kept\". In \"a render for each channel\", both are
 three renders, whose samples are selected by one channel each (`target=red`...). What prev converges to does not depend on
 that: all surfaces are grey, so that a light's sample has the same MIS weights by every channel.
