@@ -21,6 +21,7 @@ use restir_shared::scene::{
 };
 use restir_shared::technique::di::{self as technique, DI_OTHER_FRAME, DiParams, Stored};
 use restir_shared::technique::path::{self, PathParams};
+use restir_tests::native::plan;
 use restir_tests::scenes::{BOARD, Setting, coloured, penumbra, white};
 use restir_tests::stats::{Moments, TileGrid, TileTest, Verdict};
 use restir_tests::suite::{ensure, run};
@@ -78,7 +79,7 @@ fn is_initial(pass: &Pass) -> bool {
 fn reservoirs(buffers: &SceneBuffers, run: &Run, seed: u32) -> Result<Vec<Vec<UVec4>>, Failed> {
     let mut planes = Vec::new();
     let render = run.render(seed);
-    CpuExecutor::inline().run_shown(render.technique.plan(buffers, &render), &mut |step| {
+    CpuExecutor::inline().run_shown(plan(buffers, &render), &mut |step| {
         if is_initial(step.pass) || is_combine(step.pass) {
             planes.push(step.plane("reservoirs")?);
         }
@@ -286,7 +287,7 @@ fn average_is_the_weighted_mean() -> Result<(), Failed> {
         let (mut tally, mut offline, mut rays) = (Tally::default(), None, [0, 0]);
         let mut initial = Vec::new();
         let render = run.render(7);
-        CpuExecutor::inline().run_shown(render.technique.plan(&buffers, &render), &mut |step| {
+        CpuExecutor::inline().run_shown(plan(&buffers, &render), &mut |step| {
             if is_initial(step.pass) {
                 initial = step.plane("reservoirs")?;
             }
@@ -336,7 +337,7 @@ fn shadow_rays(buffers: &SceneBuffers, settings: DiSettings) -> Result<[f64; 4],
     let recording = Recording::new(&view);
     let (mut rays, mut before) = ([0; 4], recording.counts());
     let render = run.render(1);
-    replay::run(&recording, render.technique.plan(buffers, &render), &mut |step| {
+    replay::run(&recording, plan(buffers, &render), &mut |step| {
         let counts = recording.counts();
         let kind = match step.pass.kernel.name {
             name if name == di_initial::DESC.name => 0,
@@ -581,7 +582,7 @@ fn shut(settings: DiSettings, open: u32, frames: u32) -> Result<Vec<f64>, Failed
     let scene = Switched { scenes: [&views[0], &views[1]], now: Cell::new(0) };
     let mut means = Vec::new();
     let render = Render { count: frames, accumulate: true, ..Render::new(SIZE, settings) };
-    replay::run(&scene, render.technique.plan(&bright, &render), &mut |step| {
+    replay::run(&scene, plan(&bright, &render), &mut |step| {
         if step.pass.kernel.name == di_shade::DESC.name {
             means.push(step.plane::<FilmPixel>("film")?.iter().map(|pixel| f64::from(pixel.sum[0])).sum());
             scene.now.set(usize::from(params(step.pass).frame + 1 >= open));
