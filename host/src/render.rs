@@ -171,7 +171,8 @@ const GEOMETRY: usize = 0;
 const ATTRIBUTES: usize = 1;
 const TEXELS: usize = 2;
 
-pub(crate) fn path_plan<'a>(scene: &'a SceneBuffers, settings: &'a RenderSettings) -> FramePlan<'a> {
+/// The passes of a render, for settings that [`check`] accepts: what [`render`] runs.
+pub fn path_plan<'a>(scene: &'a SceneBuffers, settings: &'a RenderSettings) -> FramePlan<'a> {
     let largest = block_log2(settings);
     let samples = settings.samples;
     let arena =

@@ -8,8 +8,7 @@ use crate::metrics::ulp_distance;
 use crate::plan::{Buffer, FramePlan, Pass};
 use crate::render::{PathSettings, RenderSettings, path_plan};
 use crate::scene::Scene;
-use restir_kernels::check::self_check::{DESC, Results, SelfCheckParams};
-use restir_kernels::probe::{boundary_operands, random_operands};
+use restir_kernels::check::self_check::{DESC, Results, SelfCheckParams, boundary_operands, random_operands};
 use std::fmt;
 use std::ops::ControlFlow;
 

@@ -135,7 +135,7 @@ fn long_blocks(flags: u32) -> Result<Case, Failed> {
         flags,
         ..PathParams::default()
     };
-    Ok(Case::new("long", 8, 8)
+    Ok(Case::new(&path::DESC, "long", 8, 8)
         .with(&[params])
         .with(&scene.geometry)
         .with(&scene.attributes)
@@ -147,8 +147,8 @@ fn long_blocks(flags: u32) -> Result<Case, Failed> {
 /// that; a block that goes beyond must not pass as a result.
 fn cut_blocks_are_counted(executor: &mut GpuExecutor, flags: u32) -> Result<(), Failed> {
     let case = long_blocks(flags)?;
-    let host = parity::run(&mut CpuExecutor::new(None)?, &path::DESC, &case)?.concat();
-    let device = parity::run(executor, &path::DESC, &case)?.concat();
+    let host = parity::run(&mut CpuExecutor::new(None)?, &case)?.concat();
+    let device = parity::run(executor, &case)?.concat();
     let is_cut = |pixel: &&[u32]| f32::from_bits(pixel[3]) > 0.0;
     let wrong = host.chunks(4).zip(device.chunks(4)).filter(|(h, d)| h != d && !is_cut(d)).count();
     let cut = device.chunks(4).filter(is_cut).count();

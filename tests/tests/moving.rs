@@ -1,6 +1,8 @@
 //! Scenes that move, by ReSTIR DI: the same bits on every executor, and no bias by what the last frame was like.
 
 use libtest_mimic::{Arguments, Failed, Trial};
+use rayon::prelude::*;
+use restir_host::Error;
 use restir_host::buffers::SceneBuffers;
 use restir_host::di::{DiRender, DiSettings, MisForm, Target, plan};
 use restir_host::exec::{CpuExecutor, Executor};
@@ -9,10 +11,11 @@ use restir_host::render::{PathSettings, RenderSettings, render};
 use restir_host::scene::{Camera, Scene, builtin};
 use restir_kernels::di::{di_combine, di_primary, di_tiles};
 use restir_shared::glam::DVec3;
-use restir_shared::layout::{Extent, FilmPixel, NONE, SceneHeader};
+use restir_shared::layout::{Extent, NONE, SceneHeader};
 use restir_shared::technique::di::{DI_OTHER_FRAME, DiParams, TileParams};
 use restir_tests::device;
 use restir_tests::lockstep::{first_divergence, trace};
+use restir_tests::native::{changed, edit, film};
 use restir_tests::stats::{Moments, TileGrid, TileTest};
 use restir_tests::suite::ensure;
 use std::ops::ControlFlow;
@@ -117,20 +120,13 @@ fn what_differs_is_found() -> Result<(), Failed> {
     let host = trace(&mut cpu, plan(&scene, &render))?;
     let same = first_divergence(&mut cpu, plan(&scene, &render), &host)?;
     ensure(same.is_none(), || format!("a run differs from itself: {same:?}"))?;
-    let mut changed = |change: &dyn Fn(&mut Pass, &DiParams)| {
-        let plan = plan(&scene, &render);
-        let passes = plan.passes.map(|pass| {
-            let mut pass = pass?;
-            if let Ok([params]) = bytemuck::try_cast_slice::<u32, DiParams>(&pass.params.clone()) {
-                change(&mut pass, params);
-            }
-            Ok(pass)
-        });
-        first_divergence(&mut cpu, FramePlan { passes: Box::new(passes), ..plan }, &host)?
+    let mut divergence = |change: Change| {
+        first_divergence(&mut cpu, changed(plan(&scene, &render), change), &host)?
             .ok_or_else(|| Failed::from("nothing differs"))
     };
-    let flipped = changed(&|pass, params| {
-        let uploads = pass.frame.as_mut().filter(|_| params.frame == FRAME).map(|frame| &mut frame.uploads);
+    let flipped = divergence(|pass| {
+        let is_frame = pass.params::<DiParams>().is_some_and(|p| p.frame == FRAME);
+        let uploads = pass.frame.as_mut().filter(|_| is_frame).map(|frame| &mut frame.uploads);
         if let Some(upload) = uploads.and_then(|uploads| uploads.last_mut()) {
             let mut words = upload.words.to_vec();
             words[6] ^= 1 << 20;
@@ -141,10 +137,8 @@ fn what_differs_is_found() -> Result<(), Failed> {
     let at = (flipped.frame, flipped.kernel, flipped.difference.buffer, flipped.difference.word, flipped.differing);
     ensure(at == (FRAME, di_primary::DESC.name, "attributes", 2, 1), || format!("one bit: {flipped}"))?;
     ensure(flipped.difference.host ^ flipped.difference.device == 1 << 20, || format!("one bit: {flipped}"))?;
-    let reseeded = changed(&|pass, params| {
-        if params.frame == FRAME && params.flags & DI_OTHER_FRAME != 0 {
-            pass.params = bytemuck::cast_slice(&[DiParams { seed: params.seed + 1, ..*params }]).to_vec();
-        }
+    let reseeded = divergence(|pass| {
+        edit_temporal(pass, |params| params.seed += u32::from(params.frame == FRAME));
     })?;
     println!("another seed: {reseeded}");
     let at = (reseeded.frame, reseeded.kernel, reseeded.difference.buffer);
@@ -216,21 +210,12 @@ fn moments(images: &[Vec<[f32; 3]>]) -> Vec<Moments> {
 /// The last frame of independent chains.
 fn chains(scene: &SceneBuffers, tiles: u32, change: Change, restarts: u32) -> Result<Vec<Moments>, Failed> {
     let settings = DiSettings { candidates: 4, neighbours: 2, tiles, tile_size: 256, ..DiSettings::default() };
-    let mut executor = CpuExecutor::new(None)?;
-    let image = |seed| -> Result<Vec<[f32; 3]>, Failed> {
+    let image = |seed| -> Result<Vec<[f32; 3]>, Error> {
         let size = [GRID.width, GRID.height];
         let render = DiRender { frames: LAST_FRAME + 1, seed, ..DiRender::new(size, settings.clone()) };
-        let plan = plan(scene, &render);
-        let changed = plan.passes.map(|pass| {
-            let mut pass = pass?;
-            change(&mut pass);
-            Ok(pass)
-        });
-        let plan = FramePlan { passes: Box::new(changed), ..plan };
-        let words = executor.run(plan, &mut |_| ControlFlow::Continue(()))?.concat();
-        Ok(bytemuck::cast_slice::<u32, FilmPixel>(&words).iter().map(|pixel| pixel.sum).collect())
+        Ok(film(changed(plan(scene, &render), change))?.iter().map(|pixel| pixel.sum).collect())
     };
-    Ok(moments(&(0..restarts).map(image).collect::<Result<Vec<_>, _>>()?))
+    Ok(moments(&(0..restarts).into_par_iter().map(image).collect::<Result<Vec<_>, _>>()?))
 }
 
 fn against_path_tracing(tiles: u32, change: Change, biased: bool) -> Result<(), Failed> {
@@ -258,22 +243,21 @@ const VARIANTS: [(&str, u32, Change, bool); 5] = [
 /// All candidates but one are those of the frame before.
 fn without_new_tiles(pass: &mut Pass) {
     if pass.kernel.name == di_tiles::DESC.name {
-        let params: TileParams = bytemuck::pod_read_unaligned(bytemuck::cast_slice(&pass.params));
-        if params.frame == LAST_FRAME {
-            let params = TileParams { tile_size: 1, tiles: 1, ..params };
-            (pass.params, pass.grid) = (bytemuck::cast_slice(&[params]).to_vec(), params.extent());
-        }
+        edit(pass, |params: &mut TileParams| {
+            if params.frame == LAST_FRAME {
+                (params.tile_size, params.tiles) = (1, 1);
+            }
+        });
+        pass.grid = pass.params::<TileParams>().map_or(pass.grid, |params| params.extent());
     }
 }
 
-fn edit(pass: &mut Pass, edit: impl Fn(&mut DiParams)) {
-    if pass.kernel.name == di_combine::DESC.name {
-        let mut params: DiParams = bytemuck::pod_read_unaligned(bytemuck::cast_slice(&pass.params));
+fn edit_temporal(pass: &mut Pass, change: impl Fn(&mut DiParams)) {
+    edit(pass, |params: &mut DiParams| {
         if params.flags & DI_OTHER_FRAME != 0 {
-            edit(&mut params);
+            change(params);
         }
-        pass.params = bytemuck::cast_slice(&[params]).to_vec();
-    }
+    });
 }
 
 fn in_this_geometry(pass: &mut Pass) {
@@ -281,7 +265,7 @@ fn in_this_geometry(pass: &mut Pass) {
     if let Some(frame) = &mut pass.frame {
         frame.scenes = None;
     }
-    edit(pass, |params| {
+    edit_temporal(pass, |params| {
         let SceneHeader { light_base, alias_base, light_count, punctual_base, material_base, counterpart_base, .. } =
             params.other_scene;
         let lights = SceneHeader {
@@ -299,7 +283,7 @@ fn in_this_geometry(pass: &mut Pass) {
 
 /// Where lights come back, so that the indices of the last frame's are in range.
 fn without_translation(pass: &mut Pass) {
-    edit(pass, |params| {
+    edit_temporal(pass, |params| {
         if params.other_scene.light_count < params.scene.light_count {
             params.other_scene.counterpart_base = NONE;
         }

@@ -82,19 +82,3 @@ fn ggx(view: Vec3, alpha: f32, u: Vec2) -> (Vec3, f32) {
     let lambda = |z: f32| num::sqrt(1.0 + num::div(a2 * (1.0 - z * z), z * z + 1.0e-6));
     (light, num::div(1.0 + lambda(view.z), 1.0 + lambda(view.z) + lambda(light.z)))
 }
-
-#[cfg(not(target_arch = "spirv"))]
-fn cases(scenes: &dyn crate::CaseScenes) -> Vec<crate::Case> {
-    let scene = scenes.scene("cornell");
-    let camera = (scene.camera)(16, 16);
-    let params = PathParams { scene: scene.header, camera, width: 16, height: 16, ..PathParams::default() };
-    vec![
-        crate::Case::new("cornell", 16, 16)
-            .freeze(0, scene.features)
-            .with(&[params])
-            .with(&scene.geometry)
-            .with(&scene.attributes)
-            .with(&scene.texels)
-            .output(),
-    ]
-}

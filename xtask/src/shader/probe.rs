@@ -15,7 +15,7 @@ use restir_host::scene::Scene;
 use restir_host::{Shaders, spirv};
 use restir_kernels::path::path;
 use restir_kernels::{Case, KernelDesc};
-use restir_tests::parity::{self, BuiltinScenes};
+use restir_tests::{cases, parity};
 
 use super::compile::Job;
 use super::flavour::Flavour;
@@ -35,6 +35,8 @@ const SEGMENTS_ID: u32 = 1;
 const SEGMENTS: [u32; 3] = [5, 6, 7];
 /// A scene and a preset of ReSTIR DI with the largest kernels.
 const SCENE: &str = "cornell";
+/// A parity case of `path` that is frozen to that scene.
+const FROZEN: &str = "1 sample, cornell, frozen";
 const PRESET: &str = "quality";
 /// Each time is the least of so many.
 const ROUNDS: usize = 3;
@@ -99,8 +101,9 @@ fn report(probes: &[Probe], manifest: &Manifest) -> Result<String, restir_host::
     );
     let scene = SceneBuffers::build(&Scene::load(SCENE)?)?;
     let render = DiRender { frames: 2, ..DiRender::new([16, 16], DiSettings::preset(PRESET).unwrap_or_default()) };
-    // the second case is frozen to that scene
-    let case: Case = (path::DESC.cases)(&BuiltinScenes).swap_remove(1);
+    let frozen = |case: &&Case| case.kernel.name == path::DESC.name && case.name == FROZEN;
+    let case = cases::all().iter().find(frozen).expect("the parity cases have it").clone();
+    let case = Case { kernel: &PROBE, ..case };
     for adapter in adapters() {
         text += &format!(
             "\n{} ({}, {})\n\n| kernel | operations | pipeline | first dispatch | frozen: pipeline | first dispatch |\n\
@@ -113,7 +116,7 @@ fn report(probes: &[Probe], manifest: &Manifest) -> Result<String, restir_host::
         };
         for Probe { folder, segments, operations } in probes {
             let shaders = Shaders::Folder(folder.path().to_owned());
-            let times = both(&adapter.name, &shaders, &|| parity::plan(&PROBE, &case))?;
+            let times = both(&adapter.name, &shaders, &|| parity::plan(&case))?;
             text += &row(&format!("`{}`, {segments} segments", PROBE.name), *operations, times[PROBE.name]);
         }
         for (name, times) in both(&adapter.name, &Shaders::Embedded, &|| di::plan(&scene, &render))? {

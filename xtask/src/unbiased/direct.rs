@@ -7,10 +7,10 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 use restir_host::buffers::SceneBuffers;
-use restir_host::di::{DiSettings, MisForm, Visibility};
+use restir_host::di::{self, DiRender, DiSettings, MisForm, Visibility};
 use restir_host::render::{PathSettings, RenderSettings};
 use restir_host::replay;
-use restir_tests::chain::Chain;
+use restir_tests::native::film;
 use restir_tests::scenes::named;
 use restir_tests::stats::{Moments, TileTest, Verdict, ZTest, sidak};
 use serde::{Deserialize, Serialize};
@@ -244,10 +244,11 @@ impl Stage {
         // cells differ in their seeds, so that the same picture twice is two tests
         let [a, b, ..] = *blake3::hash(format!("{name}{suffix}").as_bytes()).as_bytes();
         let seed = u32::from_le_bytes([0, 0, a, b & 0x7f]);
-        let view = scene.traced_view();
+        let render = DiRender { frames: FRAMES, ..DiRender::new([SIZE; 2], settings) };
         side.advance(&path, [restarts, ROUND], &mut |first, count| {
-            let film = |restart| Chain::new(&view, scene, [SIZE; 2], &settings, seed + restart).film(FRAMES);
-            let films: Vec<_> = (first..first + count).into_par_iter().map(film).collect();
+            let film = |restart| film(di::plan(scene, &DiRender { seed: seed + restart, ..render.clone() }));
+            let films = (first..first + count).into_par_iter().map(film).collect::<Result<Vec<_>, _>>();
+            let films = films.map_err(environment)?;
             if films.iter().flatten().any(|pixel| pixel.dropped > 0.0) {
                 return Err(Error::Failed(format!("{name}/{}: dropped samples", self.setup.name)));
             }
