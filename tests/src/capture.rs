@@ -100,7 +100,7 @@ impl Capture {
         bytemuck::pod_collect_to_vec(words)
     }
 
-    /// The same pass with other parameters, by the general kernel.
+    /// The same pass with other parameters, see [`native::edit`].
     #[must_use]
     pub fn edited<P: Pod>(&self, edit: impl FnOnce(&mut P)) -> Self {
         let mut edited = self.clone();

@@ -46,11 +46,12 @@ pub fn changed<'a>(plan: FramePlan<'a>, change: impl Fn(&mut Pass) + 'a) -> Fram
     FramePlan { passes: Box::new(passes), ..plan }
 }
 
-/// Changes the parameters of a pass that has some of type `P`; its kernel is the general one then.
+/// Changes the parameters of a pass that has some of type `P`. Its kernel is still frozen to the scene, but to no settings.
 pub fn edit<P: Pod>(pass: &mut Pass, edit: impl FnOnce(&mut P)) {
     if let Some(mut params) = pass.params::<P>() {
         edit(&mut params);
         pass.params = bytemuck::cast_slice(&[params]).to_vec();
-        pass.constants = pass.kernel.constants.iter().map(|constant| constant.default).collect();
+        let constants = pass.kernel.constants.iter().zip(&mut pass.constants);
+        constants.filter(|(constant, _)| constant.name != "features").for_each(|(c, value)| *value = c.default);
     }
 }
