@@ -1,5 +1,6 @@
 //! What the suites try of every technique of the registry.
 
+mod path;
 mod restir_di;
 
 use restir_host::Error;
@@ -11,7 +12,7 @@ use restir_kernels::Access;
 use restir_shared::layout::FilmPixel;
 
 /// What cannot be told from a technique's settings. A technique without a line has nothing of it.
-const KNOWN: [(&str, Known); 1] = [("restir-di", restir_di::KNOWN)];
+const KNOWN: [(&str, Known); 2] = [("path", path::KNOWN), ("restir-di", restir_di::KNOWN)];
 
 /// See the fields.
 #[derive(Clone, Copy, Debug)]
