@@ -9,8 +9,7 @@ use crate::plan::{Buffer, FramePlan, Pass};
 use crate::render::Render;
 use crate::scene::Scene;
 use crate::technique::path::PathSettings;
-use restir_kernels::check::self_check::{DESC, Results, SelfCheckParams};
-use restir_kernels::probe::{boundary_operands, random_operands};
+use restir_kernels::check::self_check::{DESC, Results, SelfCheckParams, boundary_operands, random_operands};
 use std::fmt;
 use std::ops::ControlFlow;
 

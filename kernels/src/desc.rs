@@ -1,7 +1,5 @@
-//! What the host knows of a kernel: its descriptor, its native twin, its parity cases.
+//! What the host knows of a kernel: its descriptor and its native twin.
 
-use bytemuck::Pod;
-use restir_shared::layout::{CameraParams, SceneHeader};
 use restir_shared::scene::{AnyFrames, Tracer};
 
 /// How a kernel uses a binding.
@@ -47,7 +45,7 @@ pub struct Constant {
 /// Everything that the host needs to run a kernel on either side.
 ///
 /// It is written by the `kernel!` macro; `cargo xtask shader check` compares it with the compiled module.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct KernelDesc {
     /// Name of the entry point, of the module and of its file.
     pub name: &'static str,
@@ -59,8 +57,6 @@ pub struct KernelDesc {
     pub bindings: &'static [Binding],
     /// Runs one row of invocations natively.
     pub native: fn(&mut NativeRow<'_>),
-    /// Inputs on which native and device runs are compared word by word.
-    pub cases: fn(&dyn CaseScenes) -> Vec<Case>,
 }
 
 /// A row of the grid or a part of it, for the native twin: `y` is fixed, and x runs over the row.
@@ -83,69 +79,4 @@ pub struct NativeRow<'a> {
     pub tracers: [Tracer<'a>; 2],
     /// What a kernel asks instead of a scene in its arenas.
     pub frames: Option<&'a dyn AnyFrames>,
-}
-
-/// A scene that cases may use: header and arenas as kernels see them.
-pub struct CaseScene {
-    /// Where the tables are.
-    pub header: SceneHeader,
-    /// Where those of the frame before are; the same ones if the scene stands still.
-    pub other_header: SceneHeader,
-    /// Geometry arena.
-    pub geometry: Vec<u32>,
-    /// Attribute arena.
-    pub attributes: Vec<u32>,
-    /// Texel arena.
-    pub texels: Vec<u32>,
-    /// The camera's parameters for an image of the given width and height.
-    pub camera: Box<dyn Fn(u32, u32) -> CameraParams>,
-    /// The scene's feature bits.
-    pub features: u32,
-}
-
-/// Gives the built-in scenes to the cases; this crate cannot build a BVH.
-pub trait CaseScenes {
-    /// The built-in scene of that name; as `moving 5`, that frame of an animated one, with the frame before.
-    fn scene(&self, name: &str) -> CaseScene;
-}
-
-/// One parity case: constants, grid and the contents of every buffer.
-#[derive(Clone, Debug)]
-pub struct Case {
-    /// Unique among the kernel's cases.
-    pub name: String,
-    /// Width and height of the grid.
-    pub grid: [u32; 2],
-    /// Frozen specialization constants: (index in the descriptor, value).
-    pub constants: Vec<(usize, u32)>,
-    /// Contents of every buffer in binding order; the harness fills buffers of `None` with poison.
-    pub buffers: Vec<Option<Vec<u32>>>,
-}
-
-impl Case {
-    /// A case over a grid of `width` by `height` invocations.
-    pub fn new(name: impl Into<String>, width: u32, height: u32) -> Self {
-        Self { name: name.into(), grid: [width, height], constants: Vec::new(), buffers: Vec::new() }
-    }
-
-    /// Freezes the constant with the given index in the descriptor.
-    #[must_use]
-    pub fn freeze(mut self, index: usize, value: u32) -> Self {
-        self.constants.push((index, value));
-        self
-    }
-
-    /// The next buffer: a parameter block or an array.
-    #[must_use]
-    pub fn with<T: Pod>(mut self, data: &[T]) -> Self {
-        self.buffers.push(Some(bytemuck::cast_slice(data).to_vec()));
-        self
-    }
-
-    /// The next buffer: an output, which starts out poisoned.
-    #[must_use]
-    pub fn output(mut self) -> Self {
-        self.buffers.push(None);
-        self
-    }
 }

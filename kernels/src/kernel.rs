@@ -101,7 +101,6 @@ macro_rules! kernel {
                 $($crate::Binding::new::<$ot>(stringify!($own), $crate::Access::Own),)*
             ],
             native,
-            cases,
         };
     };
 }

@@ -4,17 +4,17 @@
 
 #[macro_use]
 mod kernel;
+#[cfg(feature = "cases")]
+mod case;
 #[cfg(not(target_arch = "spirv"))]
 mod desc;
 #[cfg(not(target_arch = "spirv"))]
-mod di_cases;
-#[cfg(not(target_arch = "spirv"))]
-pub mod probe;
-#[cfg(not(target_arch = "spirv"))]
 pub mod spirv;
 
+#[cfg(feature = "cases")]
+pub use case::Case;
 #[cfg(not(target_arch = "spirv"))]
-pub use desc::{Access, Binding, Case, CaseScene, CaseScenes, Constant, KernelDesc, NativeRow};
+pub use desc::{Access, Binding, Constant, KernelDesc, NativeRow};
 
 folders! {
     check,
@@ -22,4 +22,10 @@ folders! {
     di,
     film,
     path,
+}
+
+/// The parity cases of kernels that need no technique.
+#[cfg(feature = "cases")]
+pub fn cases() -> Vec<Case> {
+    [check::cases(), compact::cases(), film::cases()].concat()
 }

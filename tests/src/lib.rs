@@ -2,7 +2,8 @@
 
 pub mod brute;
 pub mod bsdf_f64;
-pub mod chain;
+pub mod capture;
+pub mod cases;
 pub mod counting;
 pub mod data;
 pub mod device;
@@ -13,6 +14,7 @@ pub mod gltf_files;
 pub mod liveness;
 pub mod lockstep;
 pub mod meshes;
+pub mod native;
 pub mod num;
 pub mod oracle;
 pub mod panes;

@@ -274,15 +274,23 @@ impl Setting {
     }
 }
 
-/// A built-in scene, or one of the harness: [`statue_by_night`], [`all_lights`] and [`Panes`] by `statue-by-night`,
-/// `all-lights` and `panes`.
+/// A built-in scene, or one of the harness: [`statue_by_night`], [`all_lights`], [`Panes`] and [`unlit`] by
+/// `statue-by-night`, `all-lights`, `panes` and `unlit`.
 pub fn named(name: &str) -> Option<Scene> {
     match name {
         "statue-by-night" => Some(statue_by_night()),
         "all-lights" => Some(all_lights()),
+        "unlit" => Some(unlit()),
         "panes" => Some(Panes { coloured: true, count: 2 }.scene()),
         _ => builtin::scene(name),
     }
+}
+
+/// The built-in cornell box without its light.
+pub fn unlit() -> Scene {
+    let mut scene = Scene { name: "unlit".to_owned(), ..builtin::scene("cornell").expect("built in") };
+    scene.materials.iter_mut().for_each(|material| material.emission = [0.0; 3]);
+    scene
 }
 
 /// The built-in statue, with the small bright lights of the built-in tower's sky in place of its own.

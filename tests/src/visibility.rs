@@ -4,7 +4,7 @@ use crate::stats::Moments;
 use rayon::prelude::*;
 use restir_host::buffers::SceneBuffers;
 use restir_host::exec::{CpuExecutor, Executor};
-use restir_host::render::{self, Render};
+use restir_host::render::Render;
 use restir_host::technique::restir_di::{DiSettings, Visibility};
 use restir_kernels::di::di_shade;
 use restir_shared::glam::UVec4;

@@ -7,8 +7,9 @@ use libtest_mimic::{Arguments, Failed, Trial};
 use restir_host::buffers::SceneBuffers;
 use restir_host::exec::{CpuExecutor, Executor, Flavour, GpuExecutor};
 use restir_host::image::Image;
-use restir_host::render::{PathSettings, RenderSettings, render};
+use restir_host::render::{Render, render};
 use restir_host::scene::Scene;
+use restir_host::technique::path::PathSettings;
 use restir_host::{Error, Shaders};
 use restir_tests::device::{self, Adapter, label};
 use restir_tests::stats::{Moments, TileGrid, TileTest, Verdict};
@@ -41,14 +42,8 @@ fn trial(adapter: &Adapter, scene: &'static str) -> Trial {
 /// An image a seed.
 fn images(executor: &mut dyn Executor, scene: &SceneBuffers) -> Result<Vec<Image>, Error> {
     let image = |seed| {
-        let settings = RenderSettings {
-            width: SIDE,
-            height: SIDE,
-            samples: SAMPLES,
-            seed,
-            path: PathSettings { jitter: true, roulette: true, ..PathSettings::default() },
-            dispatch_samples: None,
-        };
+        let path = PathSettings { jitter: true, roulette: true, ..PathSettings::default() };
+        let settings = Render { count: SAMPLES, seed, ..Render::new([SIDE; 2], path) };
         Ok(render(executor, scene, &settings, &mut |_| ControlFlow::Continue(()))?.image)
     };
     (0..PAIRS).map(image).collect()

@@ -5,10 +5,11 @@ use restir_host::Error;
 use restir_host::buffers::SceneBuffers;
 use restir_host::exec::{CpuExecutor, Description, Executor, Flavour, Step};
 use restir_host::plan::FramePlan;
-use restir_host::render::{PathSettings, RenderSettings, render};
+use restir_host::render::{Render, render};
 use restir_host::scene::{
     Environment, Filter, Light, LightKind, Material, Scene, Texture, TextureUse, Volume, Wrap, builtin,
 };
+use restir_host::technique::path::PathSettings;
 use restir_shared::layout::{
     ALIAS_WORDS, ENVIRONMENT_WORDS, FEATURE_CLEAR, FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE,
     FEATURE_ENVIRONMENT, FEATURE_GLOSSY, FEATURE_LIGHT_TABLE, FEATURE_PUNCTUAL, FEATURE_SHADING, FEATURE_TEXTURES,
@@ -191,15 +192,9 @@ fn follow() -> Result<(), Failed> {
     Ok(())
 }
 
-fn settings() -> RenderSettings {
-    RenderSettings {
-        width: 16,
-        height: 12,
-        samples: 2,
-        seed: 5,
-        path: PathSettings { max_depth: 6, jitter: true, roulette: false },
-        dispatch_samples: None,
-    }
+fn settings() -> Render {
+    let path = PathSettings { max_depth: 6, jitter: true, ..PathSettings::default() };
+    Render { count: 2, seed: 5, ..Render::new([16, 12], path) }
 }
 
 fn image(executor: &mut dyn Executor, scene: &SceneBuffers) -> Result<Vec<[u32; 3]>, Error> {

@@ -1,11 +1,14 @@
 //! Whole renders: the same bits for every number of threads, split into dispatches, and on every adapter.
 
 use libtest_mimic::{Arguments, Failed, Trial};
+use restir_host::Shaders;
 use restir_host::buffers::SceneBuffers;
-use restir_host::exec::{CpuExecutor, Executor, GpuExecutor};
+use restir_host::exec::{CpuExecutor, Executor, Flavour, GpuExecutor};
 use restir_host::metrics::compare;
-use restir_host::render::{PathSettings, RenderSettings, Rendered, render};
+use restir_host::render::{Render, Rendered, render};
 use restir_host::scene::{Camera, Environment, Scene, builtin};
+use restir_host::technique::path::PathSettings;
+use restir_host::wgpu::Features;
 use restir_kernels::Case;
 use restir_kernels::path::path;
 use restir_shared::film::MAX_BLOCK_LOG2;
@@ -16,6 +19,7 @@ use restir_tests::suite::ensure;
 use restir_tests::{gltf_files, parity};
 use std::ops::ControlFlow;
 use std::process::ExitCode;
+use std::sync::mpsc;
 
 /// Most samples of a pixel in a dispatch.
 const SPLITS: [Option<u32>; 6] = [Some(1), Some(2), Some(3), Some(5), Some(64), None];
@@ -109,7 +113,8 @@ fn main() -> ExitCode {
             let name = format!("blocks that the device cuts short are dropped and counted{how}");
             adapter.trial(&name, move |executor| cut_blocks_are_counted(executor, flags))
         });
-        frames().into_iter().map(|frame| gpu_trial(adapter, frame)).chain(cut).collect()
+        let kept = adapter.trial("pipelines are kept in a file, of which a damaged one is ignored", kept_pipelines);
+        frames().into_iter().map(|frame| gpu_trial(adapter, frame)).chain(cut).chain([kept]).collect()
     }));
     libtest_mimic::run(&arguments, trials).exit_code()
 }
@@ -131,7 +136,7 @@ fn long_blocks(flags: u32) -> Result<Case, Failed> {
         flags,
         ..PathParams::default()
     };
-    Ok(Case::new("long", 8, 8)
+    Ok(Case::new(&path::DESC, "long", 8, 8)
         .with(&[params])
         .with(&scene.geometry)
         .with(&scene.attributes)
@@ -143,8 +148,8 @@ fn long_blocks(flags: u32) -> Result<Case, Failed> {
 /// that; a block that goes beyond must not pass as a result.
 fn cut_blocks_are_counted(executor: &mut GpuExecutor, flags: u32) -> Result<(), Failed> {
     let case = long_blocks(flags)?;
-    let host = parity::run(&mut CpuExecutor::new(None)?, &path::DESC, &case)?.concat();
-    let device = parity::run(executor, &path::DESC, &case)?.concat();
+    let host = parity::run(&mut CpuExecutor::new(None)?, &case)?.concat();
+    let device = parity::run(executor, &case)?.concat();
     let is_cut = |pixel: &&[u32]| f32::from_bits(pixel[3]) > 0.0;
     let wrong = host.chunks(4).zip(device.chunks(4)).filter(|(h, d)| h != d && !is_cut(d)).count();
     let cut = device.chunks(4).filter(is_cut).count();
@@ -185,16 +190,10 @@ impl Frame {
         Ok(SceneBuffers::build(&self.subject.scene(width / height)?)?)
     }
 
-    fn settings(&self, dispatch_samples: Option<u32>) -> RenderSettings {
-        let [width, height] = self.size;
-        RenderSettings {
-            width,
-            height,
-            samples: self.samples,
-            seed: self.seed,
-            path: PathSettings { jitter: self.jitter, roulette: self.roulette, ..PathSettings::default() },
-            dispatch_samples,
-        }
+    fn settings(&self, dispatch_samples: Option<u32>) -> Render {
+        let (jitter, roulette) = (self.jitter, self.roulette);
+        let path = PathSettings { jitter, roulette, dispatch_samples, ..PathSettings::default() };
+        Render { count: self.samples, seed: self.seed, ..Render::new(self.size, path) }
     }
 
     fn render(
@@ -275,6 +274,40 @@ fn same_on_gpu(executor: &mut GpuExecutor, frame: &Frame) -> Result<(), Failed> 
         let rendered = frame.render(executor, &buffers, split)?;
         let what = format!("{}, dispatches of {split:?}", executor.loading());
         ensure_same(&what, &rendered, &reference)?;
+    }
+    Ok(())
+}
+
+fn kept_pipelines(executor: &mut GpuExecutor) -> Result<(), Failed> {
+    let folder = tempfile::tempdir()?;
+    let frame = frame(Builtin("cornell"), [8, 8], 7, 16);
+    let buffers = frame.buffers()?;
+    let reference = frame.reference(&buffers)?;
+    let path = || std::fs::read_dir(folder.path())?.next().transpose().map(|file| file.map(|file| file.path()));
+    let run = |what: &str| -> Result<(), Failed> {
+        let (sender, seen) = mpsc::channel();
+        let executor = executor.reload(Flavour::Exact, Shaders::Embedded).keep_pipelines_in(folder.path());
+        let mut executor =
+            executor.observe_pipelines(move |done, total| sender.send((done, total)).unwrap_or_default());
+        ensure_same(what, &frame.render(&mut executor, &buffers, Some(1))?, &reference)?;
+        let seen: Vec<_> = seen.try_iter().collect();
+        ensure(seen == [(1, 3), (2, 3), (3, 3)], || format!("{what}: of path, film_add and film_resolve {seen:?}"))
+    };
+    run("no file")?;
+    let Some(path) = path()? else {
+        ensure(!executor.device().features().contains(Features::PIPELINE_CACHE), || "nothing was kept".to_owned())?;
+        println!("the adapter gives no access to its cache");
+        return Ok(());
+    };
+    let whole = std::fs::read(&path)?;
+    let flipped = whole.iter().enumerate().map(|(i, byte)| byte ^ u8::from(i == whole.len() - 1)).collect();
+    let files = [("whole", whole.clone()), ("empty", vec![]), ("cut", whole[..40].to_vec()), ("flipped", flipped)];
+    for (what, bytes) in files {
+        std::fs::write(&path, bytes)?;
+        run(what)?;
+        let written = std::fs::read(&path)?;
+        let (hash, data) = written.split_at(32);
+        ensure(blake3::hash(data).as_bytes() == hash, || format!("{what}: the file that was written is damaged"))?;
     }
     Ok(())
 }

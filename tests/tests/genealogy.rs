@@ -1,13 +1,15 @@
 //! Where reservoirs have their samples from: genealogies against the renders they are of, and their ages.
 
 use libtest_mimic::Failed;
+use restir_host::Error;
 use restir_host::buffers::SceneBuffers;
 use restir_host::exec::{CpuExecutor, Executor};
-use restir_host::render::Progress;
-use restir_host::render::{self, Render};
-use restir_host::replay::{Generation, Origin, Reuse, genealogy, render_with_layers};
+use restir_host::render::{self, Progress, Render};
 use restir_host::scene::{CameraPath, Scene};
-use restir_host::technique::restir_di::{DiSettings, MisForm, Temporal, Tiles, render};
+use restir_host::technique::explain::Place;
+use restir_host::technique::restir_di::{
+    DiSettings, Generation, MisForm, Origin, Reuse, Temporal, Tiles, genealogy, render_with_layers,
+};
 use restir_kernels::di::{di_offer, di_shade};
 use restir_shared::glam::UVec4;
 use restir_shared::rng::Rng;
@@ -50,10 +52,23 @@ fn di_render(scene: &SceneBuffers, settings: DiSettings) -> Result<Render, Faile
     Ok(Render { count: FRAMES, seed: SEED, cameras, ..Render::new(SIZE, settings) })
 }
 
+fn settings_of(render: &Render) -> &DiSettings {
+    DiSettings::of(render).expect("renders of this suite are of ReSTIR DI")
+}
+
+fn of_pixel(
+    executor: &mut dyn Executor,
+    scene: &SceneBuffers,
+    render: &Render,
+    [x, y]: [u32; 2],
+) -> Result<Vec<Generation>, Error> {
+    genealogy(settings_of(render), executor, scene, render, Place { x, y, sample: 0 })
+}
+
 /// The plane of reservoirs that is shaded in the end.
 fn last_reservoirs(scene: &SceneBuffers, render: &Render) -> Result<Vec<UVec4>, Failed> {
     let mut shaded = Vec::new();
-    CpuExecutor::new(None)?.run_shown(plan(scene, render), &mut |step| {
+    CpuExecutor::new(None)?.run_shown(render.technique.plan(scene, render), &mut |step| {
         if [di_offer::DESC.name, di_shade::DESC.name].contains(&step.pass.kernel.name) {
             shaded = step.plane("reservoirs")?;
         }
@@ -95,7 +110,7 @@ fn problem(scene: &SceneBuffers, render: &Render, chain: &[Generation]) -> Resul
         _ if !address.is_light() => (chain.len() != 1).then(|| format!("it ends without a sample: {last:?}")),
         Origin::Candidate(index) if last.reuse == Reuse::Initial => {
             let drawn = candidate(scene, render, last, index)?;
-            let scattered = index == render.settings.candidates;
+            let scattered = index == settings_of(render).candidates;
             (!scattered && drawn != address).then(|| format!("{drawn:?} was drawn, not {last:?}"))
         }
         _ => Some(format!("it does not end in a candidate: {last:?}")),
@@ -109,14 +124,13 @@ fn candidate(scene: &SceneBuffers, render: &Render, g: &Generation, index: u32) 
     let rng = Rng::new(g.pixel % render.width, g.pixel / render.width, g.frame, render.seed);
     let scene = scene.at(f64::from(g.frame))?;
     let draw = |rng: Rng, dimension: u32| scene.view().choose_address(rng.draw(dimension));
-    let DiSettings { tiles, tile_size, .. } = render.settings;
-    if tiles == 0 {
+    let Some(Tiles { count, size }) = settings_of(render).tiles else {
         return Ok(draw(rng, 2 + 2 * 16 + 2 * index));
-    }
+    };
     let below = |count: u32, word: u32| ((u64::from(count) * u64::from(word >> 8)) >> 24) as u32;
     let block = Rng::new(g.pixel % render.width / 8, g.pixel / render.width / 8, g.frame, render.seed);
-    let tile = below(tiles, block.draw(65_537).x);
-    let place = (below(tile_size, rng.draw(2 + 2 * 16).x) + index) % tile_size;
+    let tile = below(count, block.draw(65_537).x);
+    let place = (below(size, rng.draw(2 + 2 * 16).x) + index) % size;
     Ok(draw(Rng::new(place, tile, g.frame, render.seed), 65_536))
 }
 
@@ -130,9 +144,9 @@ fn chains_lead_to_the_candidate() -> Result<(), Failed> {
             let render = di_render(&scene, settings)?;
             let stored = last_reservoirs(&scene, &render)?;
             for [x, y] in PIXELS {
-                let chain = genealogy(&mut executor, &scene, &render, [x, y])?;
+                let chain = of_pixel(&mut executor, &scene, &render, [x, y])?;
                 let found = problem(&scene, &render, &chain)?;
-                ensure(found.is_none(), || format!("{name} ({x}, {y}) {:?}: {found:?}", render.settings))?;
+                ensure(found.is_none(), || format!("{name} ({x}, {y}) {:?}: {found:?}", render.technique))?;
                 ensure(chain[0].word == stored[(y * render.width + x) as usize], || {
                     format!("{name} ({x}, {y}): the first is not the last reservoir of the render")
                 })?;
@@ -142,7 +156,7 @@ fn chains_lead_to_the_candidate() -> Result<(), Failed> {
                         Origin::Reservoir { is_other: false, .. } => 0,
                         Origin::Reservoir { of_last_frame: false, .. } => 1,
                         Origin::Reservoir { .. } => 2,
-                        Origin::Candidate(index) => 3 + usize::from(index == render.settings.candidates),
+                        Origin::Candidate(index) => 3 + usize::from(index == settings_of(&render).candidates),
                     }] += 1;
                 }
             }
@@ -158,7 +172,7 @@ fn a_false_chain_is_seen() -> Result<(), Failed> {
     let scene = scene("moving")?;
     let render = di_render(&scene, DiSettings::default())?;
     let mut executor = CpuExecutor::new(None)?;
-    let chain = genealogy(&mut executor, &scene, &render, PIXELS[0])?;
+    let chain = of_pixel(&mut executor, &scene, &render, PIXELS[0])?;
     ensure(chain.len() > 3, || format!("too short to be falsified: {chain:?}"))?;
     let changed = |change: Change<'_>| {
         let mut chain = chain.clone();
@@ -193,14 +207,14 @@ fn layers_are_the_last_reservoirs() -> Result<(), Failed> {
     let go_on = &mut |_: Progress| ControlFlow::Continue(());
     for settings in settings() {
         let scene = scene("moving")?;
-        let reuses = settings.temporal;
+        let reuses = settings.temporal != Temporal::Off;
         let di = di_render(&scene, settings)?;
-        let plain = render(&mut executor, &scene, &di, go_on)?;
+        let plain = render::render(&mut executor, &scene, &di, go_on)?;
         let (rendered, layers) = render_with_layers(&mut executor, &scene, &di, go_on)?;
         ensure(rendered.image == plain.image, || "layers change the image".to_owned())?;
         for [x, y] in PIXELS {
             let pixel = (y * di.width + x) as usize;
-            let chain = genealogy(&mut executor, &scene, &di, [x, y])?;
+            let chain = of_pixel(&mut executor, &scene, &di, [x, y])?;
             let age = chain[0].frame - chain[chain.len() - 1].frame;
             let first = chain[0].stored();
             ensure(layers.reservoirs[pixel] == first, || format!("({x}, {y}): {:?}", layers.reservoirs[pixel]))?;

@@ -4,12 +4,12 @@ use libtest_mimic::{Arguments, Failed, Trial};
 use restir_host::exec::{CpuExecutor, Executor, Flavour, GpuExecutor};
 use restir_host::{Error, Shaders};
 use restir_kernels::check::self_check;
-use restir_kernels::check::self_check::Operands;
+use restir_kernels::check::self_check::{Operands, boundary_operands};
 use restir_kernels::path::path;
-use restir_kernels::probe::boundary_operands;
+use restir_tests::cases;
 use restir_tests::device::{self, Adapter, is_llvmpipe, label};
 use restir_tests::liveness::{Change, build, fuse, fuse_in_double, reassociate, undecorate};
-use restir_tests::parity::{BuiltinScenes, compare, run};
+use restir_tests::parity::{compare, run};
 use restir_tests::suite::ensure;
 use std::process::ExitCode;
 
@@ -131,9 +131,9 @@ fn unless_rejected<T>(result: Result<T, Error>) -> Result<Option<T>, Failed> {
 
 fn differing_fields(executor: &mut dyn Executor) -> Result<[usize; 16], Error> {
     let mut differing = [0; 16];
-    for case in (self_check::DESC.cases)(&BuiltinScenes) {
-        let host = run(&mut CpuExecutor::new(None)?, &self_check::DESC, &case)?;
-        let device = run(executor, &self_check::DESC, &case)?;
+    for case in cases::all().iter().filter(|case| case.kernel.name == self_check::DESC.name) {
+        let host = run(&mut CpuExecutor::inline(), case)?;
+        let device = run(executor, case)?;
         for (at, (&host, &device)) in host.iter().flatten().zip(device.iter().flatten()).enumerate() {
             let both_nan = f32::from_bits(host).is_nan() && f32::from_bits(device).is_nan();
             differing[at % FIELDS.len()] += usize::from(host != device && !both_nan);
@@ -143,9 +143,8 @@ fn differing_fields(executor: &mut dyn Executor) -> Result<[usize; 16], Error> {
 }
 
 fn differing_words(executor: &mut dyn Executor) -> Result<usize, Error> {
-    let cases = (path::DESC.cases)(&BuiltinScenes);
-    let words = |case| Ok(compare(executor, &path::DESC, case)?.differing);
-    cases.iter().map(words).sum()
+    let cases = cases::all().iter().filter(|case| case.kernel.name == path::DESC.name);
+    cases.map(|case| Ok(compare(executor, case)?.differing)).sum()
 }
 
 /// What the committed modules give after a change, loaded as the executor loads `exact`.

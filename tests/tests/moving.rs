@@ -1,21 +1,26 @@
 //! Scenes that move, by ReSTIR DI: the same bits on every executor, and no bias by what the last frame was like.
 
 use libtest_mimic::{Arguments, Failed, Trial};
+use rayon::prelude::*;
+use restir_host::Error;
 use restir_host::buffers::SceneBuffers;
 use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::plan::{FramePlan, Pass};
 use restir_host::render::{self, Render};
-use restir_host::render::{PathSettings, RenderSettings, render};
 use restir_host::scene::{Camera, Scene, builtin};
-use restir_host::technique::restir_di::{DiSettings, MisForm, Target, Temporal};
+use restir_host::technique::Technique;
+use restir_host::technique::path::PathSettings;
+use restir_host::technique::restir_di::{DiSettings, Tiles};
 use restir_kernels::di::{di_combine, di_primary, di_tiles};
 use restir_shared::glam::DVec3;
-use restir_shared::layout::{Extent, FilmPixel, NONE, SceneHeader};
+use restir_shared::layout::{Extent, NONE, SceneHeader};
 use restir_shared::technique::di::{DI_OTHER_FRAME, DiParams, TileParams};
 use restir_tests::device;
 use restir_tests::lockstep::{first_divergence, trace};
+use restir_tests::native::{changed, edit, film, plan};
 use restir_tests::stats::{Moments, TileGrid, TileTest};
 use restir_tests::suite::ensure;
+use restir_tests::technique::Trials;
 use std::ops::ControlFlow;
 use std::process::ExitCode;
 use std::sync::OnceLock;
@@ -44,31 +49,16 @@ fn main() -> ExitCode {
         Trial::test(format!("frame {LAST_FRAME} {name}"), move || against_path_tracing(tiles, change, wrong))
     }));
     trials.extend(device::trials("moving", |adapter| {
-        let trial = |(name, settings): (&'static str, DiSettings)| {
-            let title = format!("{name}: {FRAMES} frames, all buffers after every pass");
-            adapter.trial(&title, move |executor| same_on_device(executor, name, settings))
+        let trials = |trials: Trials| {
+            let rows = trials.rows().into_iter();
+            rows.map(move |(name, technique)| {
+                let title = format!("{}, {name}: {FRAMES} repeats, all buffers after every pass", trials.name());
+                adapter.trial(&title, move |executor| same_on_device(executor, frames(technique)))
+            })
         };
-        rows().into_iter().map(trial).collect()
+        Trials::all().into_iter().flat_map(trials).collect()
     }));
     libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
-}
-
-/// All presets, and what none of them does.
-fn rows() -> Vec<(&'static str, DiSettings)> {
-    let presets = DiSettings::PRESETS.map(|name| (name, DiSettings::preset(name).unwrap_or_default()));
-    let several = DiSettings {
-        spatial: 3,
-        feedback: false,
-        jitter: true,
-        target: Target::Red,
-        mis: MisForm::Talbot,
-        neighbours: 2,
-        shaded: 2,
-        ..DiSettings::default()
-    };
-    let fused = DiSettings { temporal: Temporal::Fused, spatial: 0, target: Target::Blue, ..several.clone() };
-    let more = [("several passes, no feedback, jitter, red", several), ("fused, jitter, blue", fused)];
-    presets.into_iter().chain(more).collect()
 }
 
 fn scene() -> Result<SceneBuffers, Failed> {
@@ -80,14 +70,14 @@ fn quality() -> Result<DiSettings, Failed> {
 }
 
 /// A camera that flies past, at every frame.
-fn frames(settings: DiSettings) -> Render {
+fn frames(technique: impl Into<Box<dyn Technique>>) -> Render {
     let camera = |frame: u32| {
         let along = f64::from(frame) / f64::from(FRAMES);
         let position = DVec3::new(-0.6 + 1.3 * along, 0.3 - 0.5 * along, 3.6 - 0.4 * along);
         Camera::pinhole(position, DVec3::new(0.1 * along, 0.0, 0.0), DVec3::Y, 0.7)
     };
     let cameras = (0..FRAMES).map(camera).collect();
-    Render { count: FRAMES, accumulate: true, seed: 3, cameras, ..Render::new(SIZE, settings) }
+    Render { count: FRAMES, accumulate: true, seed: 3, cameras, ..Render::new(SIZE, technique) }
 }
 
 /// All planes after the last pass.
@@ -101,12 +91,12 @@ fn ensure_same(a: &[Vec<u32>], b: &[Vec<u32>], what: &str) -> Result<(), Failed>
     ensure(differing == 0 && a.len() == b.len(), || format!("{what}: {differing} words differ"))
 }
 
-fn same_on_device(executor: &mut dyn Executor, name: &str, settings: DiSettings) -> Result<(), Failed> {
-    settings.check()?;
-    let (scene, render) = (scene()?, frames(settings));
-    let host = trace(&mut CpuExecutor::new(None)?, render.technique.plan(&scene, &render))?;
-    let found = first_divergence(executor, render.technique.plan(&scene, &render), &host)?;
-    found.map_or(Ok(()), |divergence| Err(format!("{name}: {divergence}").into()))
+fn same_on_device(executor: &mut dyn Executor, render: Render) -> Result<(), Failed> {
+    let scene = scene()?;
+    render::check(&scene, &render)?;
+    let host = trace(&mut CpuExecutor::new(None)?, plan(&scene, &render))?;
+    let found = first_divergence(executor, plan(&scene, &render), &host)?;
+    found.map_or(Ok(()), |divergence| Err(divergence.to_string().into()))
 }
 
 /// One bit in what a frame uploads, and one random number in a pass: each is found in the pass, the buffer and the word that
@@ -115,23 +105,16 @@ fn what_differs_is_found() -> Result<(), Failed> {
     const FRAME: u32 = 5;
     let (scene, mut cpu) = (scene()?, CpuExecutor::new(None)?);
     let render = Render { count: FRAME + 2, accumulate: false, ..frames(quality()?) };
-    let host = trace(&mut cpu, render.technique.plan(&scene, &render))?;
-    let same = first_divergence(&mut cpu, render.technique.plan(&scene, &render), &host)?;
+    let host = trace(&mut cpu, plan(&scene, &render))?;
+    let same = first_divergence(&mut cpu, plan(&scene, &render), &host)?;
     ensure(same.is_none(), || format!("a run differs from itself: {same:?}"))?;
-    let mut changed = |change: &dyn Fn(&mut Pass, &DiParams)| {
-        let plan = render.technique.plan(&scene, &render);
-        let passes = plan.passes.map(|pass| {
-            let mut pass = pass?;
-            if let Ok([params]) = bytemuck::try_cast_slice::<u32, DiParams>(&pass.params.clone()) {
-                change(&mut pass, params);
-            }
-            Ok(pass)
-        });
-        first_divergence(&mut cpu, FramePlan { passes: Box::new(passes), ..plan }, &host)?
+    let mut divergence = |change: Change| {
+        first_divergence(&mut cpu, changed(plan(&scene, &render), change), &host)?
             .ok_or_else(|| Failed::from("nothing differs"))
     };
-    let flipped = changed(&|pass, params| {
-        let uploads = pass.frame.as_mut().filter(|_| params.frame == FRAME).map(|frame| &mut frame.uploads);
+    let flipped = divergence(|pass| {
+        let is_frame = pass.params::<DiParams>().is_some_and(|p| p.frame == FRAME);
+        let uploads = pass.frame.as_mut().filter(|_| is_frame).map(|frame| &mut frame.uploads);
         if let Some(upload) = uploads.and_then(|uploads| uploads.last_mut()) {
             let mut words = upload.words.to_vec();
             words[6] ^= 1 << 20;
@@ -142,10 +125,8 @@ fn what_differs_is_found() -> Result<(), Failed> {
     let at = (flipped.frame, flipped.kernel, flipped.difference.buffer, flipped.difference.word, flipped.differing);
     ensure(at == (FRAME, di_primary::DESC.name, "attributes", 2, 1), || format!("one bit: {flipped}"))?;
     ensure(flipped.difference.host ^ flipped.difference.device == 1 << 20, || format!("one bit: {flipped}"))?;
-    let reseeded = changed(&|pass, params| {
-        if params.frame == FRAME && params.flags & DI_OTHER_FRAME != 0 {
-            pass.params = bytemuck::cast_slice(&[DiParams { seed: params.seed + 1, ..*params }]).to_vec();
-        }
+    let reseeded = divergence(|pass| {
+        edit_temporal(pass, |params| params.seed += u32::from(params.frame == FRAME));
     })?;
     println!("another seed: {reseeded}");
     let at = (reseeded.frame, reseeded.kernel, reseeded.difference.buffer);
@@ -157,8 +138,8 @@ fn what_differs_is_found() -> Result<(), Failed> {
 /// The wide trees of both frames, or the arenas that hold both.
 fn any_tracer_gives_the_same() -> Result<(), Failed> {
     let (scene, render) = (scene()?, frames(quality()?));
-    let wide = planes(&mut CpuExecutor::new(None)?, render.technique.plan(&scene, &render))?;
-    let mut in_arenas = render.technique.plan(&scene, &render);
+    let wide = planes(&mut CpuExecutor::new(None)?, plan(&scene, &render))?;
+    let mut in_arenas = plan(&scene, &render);
     in_arenas.scene = None;
     in_arenas.passes = Box::new(in_arenas.passes.map(|pass| {
         let mut pass = pass?;
@@ -176,7 +157,7 @@ fn any_tracer_gives_the_same() -> Result<(), Failed> {
 fn a_still_scene_pays_nothing() -> Result<(), Failed> {
     let scene = SceneBuffers::build(&builtin::scene("cornell").ok_or("no such scene")?)?;
     let render = Render { count: 4, ..Render::new([4, 4], DiSettings::default()) };
-    let plan = render.technique.plan(&scene, &render);
+    let plan = plan(&scene, &render);
     let arenas = [&scene.geometry, &scene.attributes, &scene.texels].map(|words| words.len());
     ensure(plan.buffers.iter().take(3).map(|buffer| buffer.words).eq(arenas), || "an arena has grown".to_owned())?;
     for pass in plan.passes {
@@ -194,16 +175,10 @@ fn reference(scene: &SceneBuffers) -> Result<&'static [Moments], Failed> {
     let moved = scene.at(f64::from(LAST_FRAME))?;
     let mut executor = CpuExecutor::new(None)?;
     let path = PathSettings { max_depth: 2, ..PathSettings::default() };
-    let settings = RenderSettings {
-        width: GRID.width,
-        height: GRID.height,
-        samples: REFERENCE_SAMPLES,
-        path,
-        ..RenderSettings::default()
-    };
+    let batch = Render { count: REFERENCE_SAMPLES, ..Render::new([GRID.width, GRID.height], path) };
     let image = |restart| -> Result<Vec<[f32; 3]>, Failed> {
-        let settings = RenderSettings { seed: REFERENCE_SEED + restart, ..settings.clone() };
-        Ok(render(&mut executor, &moved, &settings, &mut |_| ControlFlow::Continue(()))?.image.pixels)
+        let batch = Render { seed: REFERENCE_SEED + restart, ..batch.clone() };
+        Ok(render::render(&mut executor, &moved, &batch, &mut |_| ControlFlow::Continue(()))?.image.pixels)
     };
     let images = (0..REFERENCE_RESTARTS).map(image).collect::<Result<Vec<_>, _>>()?;
     Ok(MOMENTS.get_or_init(|| moments(&images)))
@@ -215,26 +190,17 @@ fn moments(images: &[Vec<[f32; 3]>]) -> Vec<Moments> {
 }
 
 /// The last frame of independent chains.
-fn chains(scene: &SceneBuffers, tiles: u32, change: Change, restarts: u32) -> Result<Vec<Moments>, Failed> {
-    let settings = DiSettings { candidates: 4, neighbours: 2, tiles, tile_size: 256, ..DiSettings::default() };
-    let mut executor = CpuExecutor::new(None)?;
-    let image = |seed| -> Result<Vec<[f32; 3]>, Failed> {
+fn chains(scene: &SceneBuffers, tiles: Option<Tiles>, change: Change, restarts: u32) -> Result<Vec<Moments>, Failed> {
+    let settings = DiSettings { candidates: 4, neighbours: 2, tiles, ..DiSettings::default() };
+    let image = |seed| -> Result<Vec<[f32; 3]>, Error> {
         let size = [GRID.width, GRID.height];
         let render = Render { count: LAST_FRAME + 1, seed, ..Render::new(size, settings.clone()) };
-        let plan = plan(scene, &render);
-        let changed = plan.passes.map(|pass| {
-            let mut pass = pass?;
-            change(&mut pass);
-            Ok(pass)
-        });
-        let plan = FramePlan { passes: Box::new(changed), ..plan };
-        let words = executor.run(plan, &mut |_| ControlFlow::Continue(()))?.concat();
-        Ok(bytemuck::cast_slice::<u32, FilmPixel>(&words).iter().map(|pixel| pixel.sum).collect())
+        Ok(film(changed(plan(scene, &render), change))?.iter().map(|pixel| pixel.sum).collect())
     };
-    Ok(moments(&(0..restarts).map(image).collect::<Result<Vec<_>, _>>()?))
+    Ok(moments(&(0..restarts).into_par_iter().map(image).collect::<Result<Vec<_>, _>>()?))
 }
 
-fn against_path_tracing(tiles: u32, change: Change, biased: bool) -> Result<(), Failed> {
+fn against_path_tracing(tiles: Option<Tiles>, change: Change, biased: bool) -> Result<(), Failed> {
     let scene = scene()?;
     // what is wrong is wrong by a fifth
     let restarts = if biased { RESTARTS / 8 } else { RESTARTS };
@@ -247,34 +213,34 @@ fn against_path_tracing(tiles: u32, change: Change, biased: bool) -> Result<(), 
 /// What is done to the passes.
 type Change = fn(&mut Pass);
 
-/// Name, number of tiles, what is done, and whether that is wrong.
-const VARIANTS: [(&str, u32, Change, bool); 5] = [
-    ("is unbiased", 0, |_| (), false),
-    ("is biased by the last frame seen in this one's geometry", 0, in_this_geometry, true),
-    ("is biased by lights that are taken for others", 0, without_translation, true),
-    ("is unbiased with tiles", 4, |_| (), false),
-    ("is biased by the last frame's tiles", 4, without_new_tiles, true),
+const TILES: Option<Tiles> = Some(Tiles { count: 4, size: 256 });
+/// Name, tiles, what is done, and whether that is wrong.
+const VARIANTS: [(&str, Option<Tiles>, Change, bool); 5] = [
+    ("is unbiased", None, |_| (), false),
+    ("is biased by the last frame seen in this one's geometry", None, in_this_geometry, true),
+    ("is biased by lights that are taken for others", None, without_translation, true),
+    ("is unbiased with tiles", TILES, |_| (), false),
+    ("is biased by the last frame's tiles", TILES, without_new_tiles, true),
 ];
 
 /// All candidates but one are those of the frame before.
 fn without_new_tiles(pass: &mut Pass) {
     if pass.kernel.name == di_tiles::DESC.name {
-        let params: TileParams = bytemuck::pod_read_unaligned(bytemuck::cast_slice(&pass.params));
-        if params.frame == LAST_FRAME {
-            let params = TileParams { tile_size: 1, tiles: 1, ..params };
-            (pass.params, pass.grid) = (bytemuck::cast_slice(&[params]).to_vec(), params.extent());
-        }
+        edit(pass, |params: &mut TileParams| {
+            if params.frame == LAST_FRAME {
+                (params.tile_size, params.tiles) = (1, 1);
+            }
+        });
+        pass.grid = pass.params::<TileParams>().map_or(pass.grid, |params| params.extent());
     }
 }
 
-fn edit(pass: &mut Pass, edit: impl Fn(&mut DiParams)) {
-    if pass.kernel.name == di_combine::DESC.name {
-        let mut params: DiParams = bytemuck::pod_read_unaligned(bytemuck::cast_slice(&pass.params));
+fn edit_temporal(pass: &mut Pass, change: impl Fn(&mut DiParams)) {
+    edit(pass, |params: &mut DiParams| {
         if params.flags & DI_OTHER_FRAME != 0 {
-            edit(&mut params);
+            change(params);
         }
-        pass.params = bytemuck::cast_slice(&[params]).to_vec();
-    }
+    });
 }
 
 fn in_this_geometry(pass: &mut Pass) {
@@ -282,7 +248,7 @@ fn in_this_geometry(pass: &mut Pass) {
     if let Some(frame) = &mut pass.frame {
         frame.scenes = None;
     }
-    edit(pass, |params| {
+    edit_temporal(pass, |params| {
         let SceneHeader { light_base, alias_base, light_count, punctual_base, material_base, counterpart_base, .. } =
             params.other_scene;
         let lights = SceneHeader {
@@ -300,7 +266,7 @@ fn in_this_geometry(pass: &mut Pass) {
 
 /// Where lights come back, so that the indices of the last frame's are in range.
 fn without_translation(pass: &mut Pass) {
-    edit(pass, |params| {
+    edit_temporal(pass, |params| {
         if params.other_scene.light_count < params.scene.light_count {
             params.other_scene.counterpart_base = NONE;
         }

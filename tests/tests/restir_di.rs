@@ -3,21 +3,24 @@
 use libtest_mimic::Failed;
 use restir_host::buffers::SceneBuffers;
 use restir_host::exec::CpuExecutor;
+use restir_host::plan::Pass;
 use restir_host::render::{self, Render};
 use restir_host::scene::{Camera, Material, Mesh, Scene};
 use restir_host::technique::restir_di::{DiSettings, MisForm, Temporal, Tiles, Visibility, VisibilityReuse};
+use restir_kernels::di::{di_combine, di_exchange, di_gather, di_offer, di_primary};
 use restir_shared::glam::{UVec4, Vec3};
 use restir_shared::layout::FilmPixel;
 use restir_shared::pack::decode_unit_vector;
 use restir_shared::resample::mis::{Combine, Mis};
 use restir_shared::scene::{AddressedLights, LightAddress, Surface, Trace};
 use restir_shared::technique::di::{
-    self as passes, DI_FINAL_RAY, DI_MIS_VISIBILITY, DiPairs, DiParams, DiPoint, Stored,
+    self as passes, DI_FINAL_RAY, DI_MIS_VISIBILITY, DI_OTHER_FRAME, DiPairs, DiParams, DiPoint, Stored,
 };
 use restir_shared::technique::path;
 use restir_shared::technique::path::PathParams;
-use restir_tests::chain::{Chain, Frame};
+use restir_tests::capture::{Capture, captured, last};
 use restir_tests::counting::{Counting, Counts};
+use restir_tests::native::{changed, edit, film, film_over, plan};
 use restir_tests::panes::Panes;
 use restir_tests::random::SplitMix;
 use restir_tests::scenes::named;
@@ -29,7 +32,7 @@ use std::sync::OnceLock;
 
 fn main() -> ExitCode {
     run(&[
-        ("chains_have_the_bits_of_renders", chains_have_the_bits_of_renders),
+        ("other_scenes_give_the_bits_of_renders", other_scenes_give_the_bits_of_renders),
         ("combines_cost_what_the_table_says", combines_cost_what_the_table_says),
         ("selection_by_visibility_costs_what_the_table_says", selection_by_visibility_costs),
         ("evaluations_grow_with_k_and_its_square", evaluations_grow_with_k_and_its_square),
@@ -69,8 +72,13 @@ fn bits(film: &[FilmPixel]) -> Vec<[u32; 4]> {
     film.iter().map(|p| [p.sum[0], p.sum[1], p.sum[2], p.dropped].map(f32::to_bits)).collect()
 }
 
-/// What follows is tested on chains; this is that a user gets the same.
-fn chains_have_the_bits_of_renders() -> Result<(), Failed> {
+/// Frames of a scene, of which the last one is the picture.
+fn render(size: [u32; 2], settings: &DiSettings, frames: u32, seed: u32) -> Render {
+    Render { count: frames, seed, ..Render::new(size, settings.clone()) }
+}
+
+/// What follows is tested over scenes that count, or answer otherwise, by the same executor; this is that a user gets the same.
+fn other_scenes_give_the_bits_of_renders() -> Result<(), Failed> {
     let mut executor = CpuExecutor::new(None)?;
     let default = DiSettings::default();
     let presets = DiSettings::PRESETS.iter().filter_map(|name| DiSettings::preset(name));
@@ -83,10 +91,9 @@ fn chains_have_the_bits_of_renders() -> Result<(), Failed> {
     ];
     let buffers = buffers("all-lights")?;
     for settings in presets.chain(more) {
-        let render = Render { count: 3, seed: 7, ..Render::new([20, 14], settings.clone()) };
+        let render = render([20, 14], &settings, 3, 7);
         let rendered = render::render(&mut executor, &buffers, &render, &mut |_| ControlFlow::Continue(()))?;
-        let view = buffers.view();
-        let film = Chain::new(&view, &buffers, [20, 14], &settings, 7).film(3);
+        let film = film_over(&buffers.view(), plan(&buffers, &render))?;
         let same = film.iter().zip(&rendered.image.pixels).all(|(a, b)| a.sum.map(f32::to_bits) == b.map(f32::to_bits));
         ensure(same, || format!("{settings:?}"))?;
     }
@@ -117,19 +124,23 @@ fn costs(settings: &DiSettings, k: u32) -> Result<Vec<Counts>, Failed> {
     let buffers = lit_wall()?;
     let view = buffers.view();
     let counting = Counting::new(&view);
-    let settings = DiSettings { still: false, ..settings.clone() };
-    let mut chain = Chain::new(&counting, &buffers, [SIDE; 2], &settings, 3);
-    (chain.fused, chain.params.neighbours) = (true, k - 2);
-    let [last, frame] = [0, 1].map(|index| chain.initial(index));
-    let costs = chain.pixels().filter_map(|at| {
-        let (word, counts) = counting.of(|| chain.temporal_pixel(&frame, &last, at));
+    let settings = DiSettings { still: false, temporal: Temporal::Fused, neighbours: k - 2, ..settings.clone() };
+    let captures = captured(plan(&buffers, &render([SIDE; 2], &settings, 2, 3)))?;
+    let combine = last(&captures, &di_combine::DESC);
+    let costs = combine.positions().filter_map(|at| {
+        let (made, counts) = counting.of(|| combine.invoke(&counting, at));
         // every input counts once
-        (Stored::unpack(word).confidence == k as f32).then_some(counts)
+        (reservoir(&made).confidence == k as f32).then_some(counts)
     });
     let costs: Vec<Counts> = costs.collect();
     // a neighbour at the pixel's own place is none
     ensure(costs.len() as u32 > SIDE * SIDE * 9 / 10, || format!("{} pixels have {k} inputs", costs.len()))?;
     Ok(costs)
+}
+
+/// The reservoir that an invocation leaves.
+fn reservoir(made: &[Vec<u32>]) -> Stored {
+    Stored::unpack(bytemuck::pod_read_unaligned(bytemuck::cast_slice(&made[0])))
 }
 
 fn ensure_costs(settings: &DiSettings, k: u32, shadow: &[u32], evaluations: u32) -> Result<(), Failed> {
@@ -206,28 +217,25 @@ fn frame_costs(settings: &DiSettings, neighbours: u32) -> Result<[u32; 4], Faile
     let buffers = lit_wall()?;
     let view = buffers.view();
     let counting = Counting::new(&view);
-    let settings = DiSettings { neighbours, shaded: 0, ..settings.clone() };
-    let chain = Chain::new(&counting, &buffers, [SIDE; 2], &settings, 3);
-    let last = chain.initial(0);
-    let (mut frame, initial) = counting.of(|| chain.initial(1));
-    let pass = |work: &dyn Fn([u32; 2]) -> UVec4| -> (Vec<UVec4>, Vec<u32>) {
-        chain.pixels().map(|at| counting.of(|| work(at))).map(|(word, counts)| (word, counts.shadow)).unzip()
+    let settings = DiSettings { neighbours, shaded: 0, feedback: false, ..settings.clone() };
+    let captures = captured(plan(&buffers, &render([SIDE; 2], &settings, 2, 3)))?;
+    let second = captures.iter().filter(|capture| capture.pass.params::<DiParams>().is_some_and(|p| p.frame == 1));
+    let passes: Vec<Capture> = second.filter(|c| c.pass.kernel.name != di_primary::DESC.name).cloned().collect();
+    let [initial, temporal, spatial, shading] = &passes[..] else {
+        return Err(format!("{} passes", passes.len()).into());
     };
-    let (reservoirs, temporal) = pass(&|at| chain.temporal_pixel(&frame, &last, at));
-    frame.reservoirs = reservoirs;
-    let (reservoirs, spatial) = pass(&|at| chain.spatial_pixel(&frame, 0, at));
-    frame.reservoirs = reservoirs;
-    let shading: Vec<u32> = chain.pixels().map(|at| counting.of(|| chain.shade_alone(&frame, at)).1.shadow).collect();
+    let cost = |capture: &Capture, at| counting.of(|| capture.invoke(&counting, at)).1.shadow;
     // each input stands for two
-    let full = |i: &usize| Stored::unpack(frame.reservoirs[*i]).confidence == 2.0 * (1 + neighbours) as f32;
-    let pixels: Vec<usize> = (0..frame.hits.len()).filter(full).collect();
+    let full = |at: &[u32; 2]| reservoir(&spatial.invoke(&view, *at)).confidence == 2.0 * (1 + neighbours) as f32;
+    let pixels: Vec<[u32; 2]> = spatial.positions().filter(full).collect();
     ensure(pixels.len() as u32 > SIDE * SIDE * 9 / 10, || format!("{} pixels have all inputs", pixels.len()))?;
-    let one = |costs: &[u32]| -> Result<u32, Failed> {
-        let cost = costs[pixels[0]];
-        ensure(pixels.iter().all(|&i| costs[i] == cost), || format!("the cost differs, {settings:?}"))?;
-        Ok(cost)
+    let one = |capture: &Capture| -> Result<u32, Failed> {
+        let first = cost(capture, pixels[0]);
+        ensure(pixels.iter().all(|&at| cost(capture, at) == first), || format!("the cost differs, {settings:?}"))?;
+        Ok(first)
     };
-    Ok([initial.shadow / (SIDE * SIDE), one(&temporal)?, one(&spatial)?, one(&shading)?])
+    let initial = initial.positions().map(|at| cost(initial, at)).sum::<u32>() / (SIDE * SIDE);
+    Ok([initial, one(temporal)?, one(spatial)?, one(shading)?])
 }
 
 fn frames_cost_what_the_table_says() -> Result<(), Failed> {
@@ -265,20 +273,20 @@ fn averaged_visibility_costs_two_rays() -> Result<(), Failed> {
 fn without_neighbours_a_reservoir_stays() -> Result<(), Failed> {
     let buffers = buffers("all-lights")?;
     let view = buffers.view();
-    for (name, form) in MisForm::ALL {
+    for form in MisForm::ALL {
+        let name = form.name();
         for settings in [plain(form), reusing_visibility(form)] {
             let settings = DiSettings { still: false, ..settings };
-            let mut chain = Chain::new(&view, &buffers, [12, 12], &settings, 5);
-            let frame = chain.last_frame(2);
-            let other = chain.frame(2, None);
-            for neighbours in [0, 4] {
-                // no cosine is so large
-                (chain.params.neighbours, chain.params.min_normal_cos) = (neighbours, 2.0);
-                let stays = |combined: Vec<UVec4>, own: &Frame| combined == own.reservoirs;
-                let spatial = chain.pixels().map(|at| chain.spatial_pixel(&frame, 0, at)).collect();
-                let temporal = chain.pixels().map(|at| chain.temporal_pixel(&other, &frame, at)).collect();
-                ensure(stays(spatial, &frame), || format!("{name}, {neighbours} neighbours"))?;
-                ensure(stays(temporal, &other), || format!("{name} in time"))?;
+            let captures = captured(plan(&buffers, &render([12, 12], &settings, 3, 5)))?;
+            for combine in captures.iter().filter(|capture| capture.pass.kernel.name == di_combine::DESC.name) {
+                let in_place = combine.params::<DiParams>().flags & DI_OTHER_FRAME != 0;
+                let own: Vec<[u32; 4]> = combine.plane(if in_place { "reservoirs" } else { "others" });
+                for neighbours in [0, 4] {
+                    // no cosine is so large
+                    let alone = combine.edited(|p: &mut DiParams| (p.neighbours, p.min_normal_cos) = (neighbours, 2.0));
+                    let stays = alone.positions().zip(&own).all(|(at, own)| alone.invoke(&view, at)[0] == own);
+                    ensure(stays, || format!("{name}, {neighbours} neighbours, of the last frame: {in_place}"))?;
+                }
             }
         }
     }
@@ -289,15 +297,15 @@ fn without_neighbours_a_reservoir_stays() -> Result<(), Failed> {
 fn known_visibility_needs_no_final_ray() -> Result<(), Failed> {
     for scene in ["cornell", "all-lights"] {
         let buffers = buffers(scene)?;
-        let view = buffers.view();
-        for (name, form) in MisForm::ALL {
-            for target_visibility in [false, true] {
+        for form in MisForm::ALL {
+            let name = form.name();
+            for visibility_reuse in [VisibilityReuse::Weights, VisibilityReuse::Selection] {
                 for still in [false, true] {
-                    let ray = DiSettings { target_visibility, scatter: true, still, ..reusing_visibility(form) };
+                    let ray = DiSettings { visibility_reuse, scatter: true, still, ..reusing_visibility(form) };
                     let known = DiSettings { visibility: Visibility::Selected, ..ray.clone() };
-                    let [a, b] = [ray, known].map(|s| Chain::new(&view, &buffers, [16, 16], &s, 2).film(3));
-                    ensure(bits(&a) == bits(&b), || {
-                        format!("{scene}, {name}, in the target: {target_visibility}, still: {still}")
+                    let [a, b] = [ray, known].map(|s| film(plan(&buffers, &render([16, 16], &s, 3, 2))));
+                    ensure(bits(&a?) == bits(&b?), || {
+                        format!("{scene}, {name}, {visibility_reuse:?}, still: {still}")
                     })?;
                 }
             }
@@ -309,11 +317,11 @@ fn known_visibility_needs_no_final_ray() -> Result<(), Failed> {
 /// Talbot's weights of two reservoirs of one pixel are their shares of confidence, but for roundings.
 fn a_still_view_merges_as_by_talbot() -> Result<(), Failed> {
     let buffers = buffers("all-lights")?;
-    let view = buffers.view();
     let selected = DiSettings { visibility: Visibility::Selected, ..reusing_visibility(MisForm::Talbot) };
     for settings in [plain(MisForm::Talbot), selected] {
         let general = DiSettings { still: false, ..settings.clone() };
-        let [still, general] = [settings, general].map(|s| Chain::new(&view, &buffers, [24, 24], &s, 4).film(4));
+        let [still, general] = [settings, general].map(|s| film(plan(&buffers, &render([24, 24], &s, 4, 4))));
+        let (still, general) = (still?, general?);
         let near = |(a, b): (&f32, &f32)| (a - b).abs() <= 1.0e-5 * b.abs();
         let alike = still.iter().zip(&general).filter(|(a, b)| a.sum.iter().zip(&b.sum).all(near)).count();
         // a rounding may decide a selection
@@ -325,32 +333,27 @@ fn a_still_view_merges_as_by_talbot() -> Result<(), Failed> {
 /// Neighbours beyond the image are mirrored into it; a single pixel has none.
 fn images_of_one_pixel_and_one_row_render() -> Result<(), Failed> {
     let buffers = buffers("all-lights")?;
-    let view = buffers.view();
-    for (name, form) in MisForm::ALL {
+    for form in MisForm::ALL {
+        let name = form.name();
         let settings = DiSettings { neighbours: 7, ..reusing_visibility(form) };
         for size in [[1, 1], [1, 7], [7, 1], [2, 2]] {
-            let mut chain = Chain::new(&view, &buffers, size, &settings, 1);
-            let film = chain.film(4);
+            let of =
+                |spatial| film(plan(&buffers, &render(size, &DiSettings { spatial, ..settings.clone() }, 4, 1)));
+            let film = of(settings.spatial)?;
             let sound = film.iter().all(|p| p.dropped == 0.0 && p.sum.iter().all(|x| x.is_finite() && *x >= 0.0));
             ensure(sound, || format!("{name}, {size:?}: {film:?}"))?;
-            chain.spatial = 0;
-            ensure(size != [1, 1] || bits(&film) == bits(&chain.film(4)), || {
-                format!("{name}: a neighbour of one pixel")
-            })?;
+            ensure(size != [1, 1] || bits(&film) == bits(&of(0)?), || format!("{name}: a neighbour of one pixel"))?;
         }
     }
     Ok(())
 }
 
 fn without_lights_it_is_dark() -> Result<(), Failed> {
-    let mut scene = named("cornell").ok_or("no cornell")?;
-    scene.materials.iter_mut().for_each(|material| material.emission = [0.0; 3]);
-    let buffers = SceneBuffers::build(&scene)?;
+    let buffers = buffers("unlit")?;
     ensure(buffers.header.light_count == 0, || "there is a light".to_owned())?;
-    let view = buffers.view();
     for name in DiSettings::PRESETS {
         let settings = DiSettings::preset(name).ok_or(name)?;
-        let film = Chain::new(&view, &buffers, [8, 8], &settings, 1).film(3);
+        let film = film(plan(&buffers, &render([8, 8], &settings, 3, 1)))?;
         ensure(film.iter().all(|p| *p == FilmPixel::default()), || format!("{name}: light from nowhere"))?;
     }
     Ok(())
@@ -413,32 +416,41 @@ fn broken_words_are_empty_reservoirs() -> Result<(), Failed> {
 
 /// A frame that is shaded with neighbours in one pass, and what that pass exchanges.
 struct Shaded<'a, S> {
-    chain: Chain<'a, S>,
-    frame: Frame,
+    scene: &'a S,
+    hits: Vec<UVec4>,
+    reservoirs: Vec<UVec4>,
     params: DiParams,
     points: Vec<DiPoint>,
     pairs: Vec<DiPairs>,
+    direct: Vec<FilmPixel>,
     sent: Vec<FilmPixel>,
 }
 
 impl<'a, S: Trace + Surface + AddressedLights> Shaded<'a, S> {
     fn new(scene: &'a S, buffers: &SceneBuffers, settings: &DiSettings) -> Result<Self, Failed> {
-        let chain = Chain::new(scene, buffers, [GRID.width, GRID.height], settings, 11);
-        let frame = chain.last_frame(2);
-        let [params] = settings.shading(&DiParams { frame: 1, other_frame: 1, ..chain.params })[..] else {
-            return Err("not one pass".into());
-        };
-        let points = chain.points(&frame);
-        let exchange = |(at, &hit)| passes::exchange(scene, &params, params.flags, &points, hit, at);
-        let (pairs, sent) = chain.pixels().zip(&frame.hits).map(exchange).unzip();
-        Ok(Self { chain, frame, params, points, pairs, sent })
+        ensure(settings.shading_passes() == 1, || "not one pass".to_owned())?;
+        let captures = captured(plan(buffers, &shaded_render(settings)))?;
+        let [offer, gather] = [&di_offer::DESC, &di_gather::DESC].map(|kernel| last(&captures, kernel));
+        Ok(Self {
+            scene,
+            hits: offer.plane("hits"),
+            reservoirs: offer.plane("reservoirs"),
+            params: gather.params(),
+            points: gather.plane("points"),
+            pairs: gather.plane("pairs"),
+            direct: gather.plane("direct"),
+            sent: gather.plane("film"),
+        })
     }
 
     /// The picture that comes of exchanged targets.
     fn picture(&self, pairs: &[DiPairs]) -> Vec<FilmPixel> {
-        let Self { frame, params, points, sent, .. } = self;
-        let pixels = self.chain.pixels().zip(frame.direct.iter().zip(sent));
-        pixels.map(|(at, (&direct, &sent))| passes::gather(params, points, pairs, direct, sent, at)).collect()
+        let Self { direct, params, points, sent, .. } = self;
+        let of = |(pixel, (&direct, &sent)): (usize, _)| {
+            let at = [pixel as u32 % GRID.width, pixel as u32 / GRID.width];
+            passes::gather(params, points, pairs, direct, sent, at)
+        };
+        direct.iter().zip(sent).enumerate().map(of).collect()
     }
 
     /// Index of a pixel's n-th neighbour, by the offsets' description.
@@ -455,14 +467,14 @@ impl<'a, S: Trace + Surface + AddressedLights> Shaded<'a, S> {
     /// The radiance that pixel `receiver` gets by way of another's sample, and the target of that sample: of what arrives,
     /// where MIS knows of visibility.
     fn seen(&self, receiver: usize, sample: usize) -> ([f64; 3], f64) {
-        let Self { chain, frame, params, .. } = self;
+        let Self { scene, params, .. } = self;
         let at = [receiver as u32 % GRID.width, receiver as u32 / GRID.width];
-        let (hit, reservoir) = (frame.hits[receiver], frame.reservoirs[sample]);
+        let (hit, reservoir) = (self.hits[receiver], self.reservoirs[sample]);
         let flags = params.flags | DI_FINAL_RAY;
-        let pixel = passes::shade(chain.scene, params, flags, [hit, reservoir], FilmPixel::default(), at);
+        let pixel = passes::shade(*scene, params, flags, [hit, reservoir], FilmPixel::default(), at);
         let sent = pixel.sum.map(f64::from);
         let stored = Stored::unpack(reservoir);
-        let unshadowed = passes::target(chain.scene, params, flags, hit, at, stored.address);
+        let unshadowed = passes::target(*scene, params, flags, hit, at, stored.address);
         let weight = f64::from(stored.contribution_weight);
         let target = match flags & DI_MIS_VISIBILITY {
             _ if !stored.has_sample() => 0.0,
@@ -491,7 +503,7 @@ impl<'a, S: Trace + Surface + AddressedLights> Shaded<'a, S> {
         let accepted = |n: &usize| self.pairs[pixel].targets[*n] >= 0.0;
         let others = (0..self.params.neighbours as usize).filter(accepted).filter_map(|n| self.neighbour(pixel, n));
         let inputs: Vec<usize> = std::iter::once(pixel).chain(others).collect();
-        let confidence = |pixel: usize| f64::from(Stored::unpack(self.frame.reservoirs[pixel]).confidence);
+        let confidence = |pixel: usize| f64::from(Stored::unpack(self.reservoirs[pixel]).confidence);
         let mut combine = Combine::<f64>::new(Mis::PAIRWISE, 0.0);
         inputs.iter().for_each(|&input| combine.input(confidence(input), 1.0));
         for (i, &sample) in (0..).zip(&inputs) {
@@ -501,7 +513,7 @@ impl<'a, S: Trace + Surface + AddressedLights> Shaded<'a, S> {
                 combine.target(i, 0, self.seen(sample, pixel).1);
             }
         }
-        let direct = self.frame.direct[pixel].sum.map(f64::from);
+        let direct = self.direct[pixel].sum.map(f64::from);
         (0..).zip(&inputs).fold(direct, |sum, (i, &sample)| {
             let (sent, weight) = (self.seen(pixel, sample).0, combine.weight(i));
             std::array::from_fn(|channel| sum[channel] + weight * sent[channel])
@@ -532,17 +544,13 @@ fn a_shaded_neighbour_costs_one_evaluation() -> Result<(), Failed> {
         (selected.clone(), 0, 1),
         (DiSettings { near_radius: 100.0, ..selected }, 0, 0),
     ] {
-        let settings = DiSettings { shaded: NEIGHBOURS, shading_radius: 3.0, ..settings };
-        let chain = Chain::new(&counting, &buffers, [SIDE; 2], &settings, 3);
-        let frame = chain.initial(0);
-        let points = chain.points(&frame);
-        let p = settings.shading(&chain.params)[0];
+        let settings = DiSettings { shaded: NEIGHBOURS, shading_radius: 3.0, spatial: 0, ..settings };
+        let captures = captured(plan(&buffers, &render([SIDE; 2], &settings, 1, 3)))?;
+        let [offer, exchange] = [&di_offer::DESC, &di_exchange::DESC].map(|kernel| last(&captures, kernel));
         let inside = |at: u32| (REACH..SIDE - REACH).contains(&at);
-        for at in chain.pixels().filter(|at| at.iter().all(|&at| inside(at))) {
-            let i = (at[1] * SIDE + at[0]) as usize;
-            let words = [frame.hits[i], frame.reservoirs[i]];
-            let (_, offer) = counting.of(|| passes::offer(&counting, &p, p.flags, words, at));
-            let (_, exchange) = counting.of(|| passes::exchange(&counting, &p, p.flags, &points, words[0], at));
+        for at in offer.positions().filter(|at| at.iter().all(|&at| inside(at))) {
+            let (_, offer) = counting.of(|| offer.invoke(&counting, at));
+            let (_, exchange) = counting.of(|| exchange.invoke(&counting, at));
             let expected = [
                 Counts { closest: 0, shadow: own_rays, evaluations: 1 },
                 Counts { closest: 0, shadow: rays * NEIGHBOURS, evaluations: NEIGHBOURS },
@@ -551,6 +559,10 @@ fn a_shaded_neighbour_costs_one_evaluation() -> Result<(), Failed> {
         }
     }
     Ok(())
+}
+
+fn shaded_render(settings: &DiSettings) -> Render {
+    render([GRID.width, GRID.height], settings, 2, 11)
 }
 
 /// Settings of which one pass shades, with and without visibility in MIS.
@@ -580,7 +592,7 @@ fn to_be_a_neighbour_is_mutual() -> Result<(), Failed> {
         // around corners, where the distance from the plane decides
         let settings = DiSettings { min_normal_cos: -0.5, max_plane_distance: 0.1, ..settings };
         let shaded = Shaded::new(&view, &buffers, &settings)?;
-        let hits = |pixel: usize| Stored::unpack(shaded.frame.reservoirs[pixel]).confidence > 0.0;
+        let hits = |pixel: usize| Stored::unpack(shaded.reservoirs[pixel]).confidence > 0.0;
         let (mut accepted, mut one_sided) = (0, 0);
         for pixel in (0..shaded.pairs.len()).filter(|&pixel| hits(pixel)) {
             for n in 0..shaded.params.neighbours as usize {
@@ -610,8 +622,8 @@ fn shading_with_neighbours_is_pairwise_mis() -> Result<(), Failed> {
         let view = buffers.traced_view();
         let shaded = Shaded::new(&view, buffers, &settings)?;
         let picture = shaded.picture(&shaded.pairs);
-        let chains = shaded.chain.shade(&shaded.frame);
-        ensure(bits(&picture) == bits(&chains), || "the chain has another picture".to_owned())?;
+        let film = film(plan(buffers, &shaded_render(&settings)))?;
+        ensure(bits(&picture) == bits(&film), || "the render has another picture".to_owned())?;
         let right = shaded.difference(&picture);
         // the target of the neighbour on the other side
         let swapped: Vec<DiPairs> = shaded
@@ -664,14 +676,16 @@ fn reference() -> Result<&'static [Moments], Failed> {
 fn moments(settings: &DiSettings, restarts: u32, force: u32) -> Result<Vec<Moments>, Failed> {
     use rayon::prelude::*;
     let buffers = buffers(SCENE)?;
-    let view = buffers.traced_view();
-    let film = |seed| {
-        let mut chain = Chain::new(&view, &buffers, [GRID.width, GRID.height], settings, seed);
-        chain.params.flags |= force;
-        chain.temporal_flags |= force;
-        chain.film(FRAMES)
+    let forced = move |pass: &mut Pass| {
+        if force != 0 {
+            edit(pass, |p: &mut DiParams| p.flags |= force);
+        }
     };
-    let films: Vec<Vec<FilmPixel>> = (0..restarts).into_par_iter().map(film).collect();
+    let film = |seed| {
+        let render = render([GRID.width, GRID.height], settings, FRAMES, seed);
+        film(changed(plan(&buffers, &render), forced))
+    };
+    let films: Vec<Vec<FilmPixel>> = (0..restarts).into_par_iter().map(film).collect::<Result<_, _>>()?;
     ensure(films.iter().flatten().all(|p| p.dropped == 0.0), || format!("dropped samples: {settings:?}"))?;
     Ok(GRID
         .moments(restarts, |restart, x, y| films[restart as usize][(y * GRID.width + x) as usize].sum.map(f64::from)))
@@ -684,7 +698,7 @@ fn verdict(tested: &[Moments]) -> Result<Verdict, Failed> {
 fn small(settings: DiSettings) -> DiSettings {
     // scattering finds nothing that is occluded, so that MIS has to know of visibility
     DiSettings {
-        scatter: settings.mis_visibility,
+        scatter: settings.knows_visibility(),
         neighbours: 3,
         radius: 6.0,
         confidence_cap: 3,
@@ -727,9 +741,7 @@ fn unbiased_settings_agree_with_paths() -> Result<(), Failed> {
     let still = still.map(|settings| DiSettings { still: true, ..small(settings) });
     for settings in rows.map(small).into_iter().chain(still) {
         let verdict = verdict(&moments(&settings, RESTARTS, 0)?)?;
-        let DiSettings { mis, spatial, fused, shaded, still, tiles, .. } = settings;
-        let mis = mis.name();
-        println!("{mis}, {spatial} passes, fused {fused}, {shaded} shaded, still {still}, {tiles} tiles: {verdict}");
+        println!("{settings:?}: {verdict}");
         ensure(verdict.passed(), || format!("{verdict}: {settings:?}"))?;
         ensure(verdict.detectable_in_image <= GOAL_IMAGE, || format!("too few chains: {verdict}"))?;
     }

@@ -6,18 +6,19 @@
 use libtest_mimic::Failed;
 use rayon::prelude::*;
 use restir_host::buffers::SceneBuffers;
+use restir_host::render::Render;
 use restir_host::technique::restir_di::{DiSettings, MisForm, Target, Temporal, Visibility, VisibilityReuse};
 use restir_shared::bsdf::{Bsdf, Material, SPECULAR_TRANSMISSION};
 use restir_shared::glam::{UVec4, Vec3};
 use restir_shared::layout::{FEATURES_ALL, FilmPixel};
 use restir_shared::num;
-use restir_shared::scene::{AddressedLights, LightAddress, Surface, SurfacePoint, Trace};
+use restir_shared::scene::{AnyScene, LightAddress, SurfacePoint};
 use restir_shared::technique::di::{Stored, dithered};
 use restir_shared::technique::path;
 use restir_shared::technique::path::PathParams;
 use restir_shared::vec::{length, luminance};
-use restir_tests::chain::Chain;
 use restir_tests::counting::Counting;
+use restir_tests::native::{film, film_over, plan};
 use restir_tests::panes::{Panes, stack, through_first};
 use restir_tests::random::SplitMix;
 use restir_tests::scenes::named;
@@ -70,13 +71,19 @@ fn reference() -> &'static [Moments] {
     REFERENCE_MOMENTS.get_or_init(|| BOTH.reference(GRID, REFERENCE))
 }
 
+fn render(settings: &DiSettings, frames: u32, seed: u32) -> Render {
+    Render { count: frames, seed, ..Render::new(SIZE, settings.clone()) }
+}
+
 /// Moments of the last frames of chains.
-fn moments<S>(scene: &S, buffers: &SceneBuffers, settings: &DiSettings, restarts: u32) -> Result<Vec<Moments>, Failed>
-where
-    S: Trace + Surface + AddressedLights + Sync,
-{
-    let film = |seed| Chain::new(scene, buffers, SIZE, settings, seed).film(FRAMES);
-    let films: Vec<Vec<FilmPixel>> = (0..restarts).into_par_iter().map(film).collect();
+fn moments<S: AnyScene + Sync>(
+    scene: &S,
+    buffers: &SceneBuffers,
+    settings: &DiSettings,
+    restarts: u32,
+) -> Result<Vec<Moments>, Failed> {
+    let film = |seed| film_over(scene, plan(buffers, &render(settings, FRAMES, seed)));
+    let films: Vec<Vec<FilmPixel>> = (0..restarts).into_par_iter().map(film).collect::<Result<_, _>>()?;
     ensure(films.iter().flatten().all(|p| p.dropped == 0.0), || format!("dropped samples: {settings:?}"))?;
     Ok(GRID.moments(restarts, |restart, x, y| films[restart as usize][(y * SIZE[0] + x) as usize].sum.map(f64::from)))
 }
@@ -267,8 +274,7 @@ fn straight_is_the_lobe() -> Result<(), Failed> {
 fn twelve_sheets() -> Result<(), Failed> {
     let brightest = |count: u32| -> Result<[f64; 3], Failed> {
         let buffers = SceneBuffers::build(&stack(count))?;
-        let view = buffers.traced_view();
-        let film = Chain::new(&view, &buffers, [1, 1], &DiSettings::default(), 1).film(2);
+        let film = film(plan(&buffers, &Render { count: 2, seed: 1, ..Render::new([1, 1], DiSettings::default()) }))?;
         Ok(film[0].sum[..3].try_into().map(|rgb: [f32; 3]| rgb.map(f64::from))?)
     };
     let free = brightest(0)?;
@@ -316,14 +322,13 @@ fn without_glass_nothing_changes() -> Result<(), Failed> {
     let buffers = SceneBuffers::build(&named("all-lights").ok_or("no scene")?)?;
     let view = buffers.view();
     for preset in DiSettings::PRESETS.iter().filter_map(|name| DiSettings::preset(name)) {
-        let of = |transmittance| {
+        let of = |transmittance| -> Result<_, Failed> {
             let counting = Counting::new(&view);
             let settings = DiSettings { transmittance, ..preset.clone() };
-            let work = || Chain::new(&counting, &buffers, SIZE, &settings, 2).film(2);
-            let (film, counts) = counting.of(work);
-            (film.iter().map(|p| p.sum.map(f32::to_bits)).collect::<Vec<_>>(), counts)
+            let (film, counts) = counting.of(|| film_over(&counting, plan(&buffers, &render(&settings, 2, 2))));
+            Ok((film?.iter().map(|p| p.sum.map(f32::to_bits)).collect::<Vec<_>>(), counts))
         };
-        ensure(of(true) == of(false), || format!("{preset:?}"))?;
+        ensure(of(true)? == of(false)?, || format!("{preset:?}"))?;
     }
     Ok(())
 }

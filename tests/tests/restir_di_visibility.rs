@@ -6,7 +6,7 @@ use libtest_mimic::Failed;
 use restir_host::buffers::SceneBuffers;
 use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::plan::Pass;
-use restir_host::render::{self, Render};
+use restir_host::render::Render;
 use restir_host::replay::{self, Event, Recording};
 use restir_host::technique::restir_di::{DiSettings, MisForm, Target, Temporal, Visibility, VisibilityReuse};
 use restir_kernels::di::{di_combine, di_initial, di_shade};
@@ -21,6 +21,7 @@ use restir_shared::scene::{
 };
 use restir_shared::technique::di::{self as technique, DI_OTHER_FRAME, DiParams, Stored};
 use restir_shared::technique::path::{self, PathParams};
+use restir_tests::native::plan;
 use restir_tests::scenes::{BOARD, Setting, coloured, penumbra, white};
 use restir_tests::stats::{Moments, TileGrid, TileTest, Verdict};
 use restir_tests::suite::{ensure, run};
@@ -77,7 +78,8 @@ fn is_initial(pass: &Pass) -> bool {
 /// Every plane of reservoirs that a pass has made.
 fn reservoirs(buffers: &SceneBuffers, run: &Run, seed: u32) -> Result<Vec<Vec<UVec4>>, Failed> {
     let mut planes = Vec::new();
-    CpuExecutor::inline().run_shown(di::plan(buffers, &run.render(seed)), &mut |step| {
+    let render = run.render(seed);
+    CpuExecutor::inline().run_shown(plan(buffers, &render), &mut |step| {
         if is_initial(step.pass) || is_combine(step.pass) {
             planes.push(step.plane("reservoirs")?);
         }
@@ -284,7 +286,8 @@ fn average_is_the_weighted_mean() -> Result<(), Failed> {
         let run = Run { size: setting.size, frames: 5, from: 0, settings };
         let (mut tally, mut offline, mut rays) = (Tally::default(), None, [0, 0]);
         let mut initial = Vec::new();
-        CpuExecutor::inline().run_shown(di::plan(&buffers, &run.render(7)), &mut |step| {
+        let render = run.render(7);
+        CpuExecutor::inline().run_shown(plan(&buffers, &render), &mut |step| {
             if is_initial(step.pass) {
                 initial = step.plane("reservoirs")?;
             }
@@ -333,7 +336,8 @@ fn shadow_rays(buffers: &SceneBuffers, settings: DiSettings) -> Result<[f64; 4],
     let view = buffers.view();
     let recording = Recording::new(&view);
     let (mut rays, mut before) = ([0; 4], recording.counts());
-    replay::run(&recording, di::plan(buffers, &run.render(1)), &mut |step| {
+    let render = run.render(1);
+    replay::run(&recording, plan(buffers, &render), &mut |step| {
         let counts = recording.counts();
         let kind = match step.pass.kernel.name {
             name if name == di_initial::DESC.name => 0,
@@ -376,14 +380,14 @@ fn variances(restarts: &[Vec<Restart>; 2]) -> ([f64; 2], usize) {
 
 fn visibility_varies_less() -> Result<(), Failed> {
     let buffers = buffers(white);
-    for initial_visibility in [true, false] {
+    for visibility_reuse in [VisibilityReuse::Candidates, VisibilityReuse::Off] {
         let restarts = [Visibility::Selected, Visibility::Averaged].map(|visibility| {
-            let settings = DiSettings { initial_visibility, ..settings(visibility) };
+            let settings = DiSettings { visibility_reuse, ..settings(visibility) };
             Run { size: SIZE, frames: 8, from: 7, settings }.restarts(&buffers, 32)
         });
         let ([selected, averaged], pixels) = variances(&restarts);
         println!(
-            "initial_visibility={initial_visibility}: variance {selected:.4} selected, {averaged:.4} averaged, ratio \
+            "{visibility_reuse:?}: variance {selected:.4} selected, {averaged:.4} averaged, ratio \
              {:.2} over {pixels} pixels",
             selected / averaged
         );
@@ -578,7 +582,7 @@ fn shut(settings: DiSettings, open: u32, frames: u32) -> Result<Vec<f64>, Failed
     let scene = Switched { scenes: [&views[0], &views[1]], now: Cell::new(0) };
     let mut means = Vec::new();
     let render = Render { count: frames, accumulate: true, ..Render::new(SIZE, settings) };
-    replay::run(&scene, di::render.technique.plan(&bright, &render), &mut |step| {
+    replay::run(&scene, plan(&bright, &render), &mut |step| {
         if step.pass.kernel.name == di_shade::DESC.name {
             means.push(step.plane::<FilmPixel>("film")?.iter().map(|pixel| f64::from(pixel.sum[0])).sum());
             scene.now.set(usize::from(params(step.pass).frame + 1 >= open));
@@ -591,17 +595,17 @@ fn shut(settings: DiSettings, open: u32, frames: u32) -> Result<Vec<f64>, Failed
 fn shadows_lag() -> Result<(), Failed> {
     let (open, frames, cap) = (8, 16, 4_u32);
     let share = f64::from(cap) / f64::from(cap + 1);
-    for (visibility, initial_visibility, keeps) in [
-        (Visibility::Averaged, true, true),
-        (Visibility::Selected, true, true),
-        (Visibility::Averaged, false, true),
-        (Visibility::Ray, true, false),
+    for (visibility, visibility_reuse, keeps) in [
+        (Visibility::Averaged, VisibilityReuse::Candidates, true),
+        (Visibility::Selected, VisibilityReuse::Candidates, true),
+        (Visibility::Averaged, VisibilityReuse::Off, true),
+        (Visibility::Ray, VisibilityReuse::Candidates, false),
     ] {
-        let settings = DiSettings { initial_visibility, spatial: 0, confidence_cap: cap, ..settings(visibility) };
+        let settings = DiSettings { visibility_reuse, spatial: 0, confidence_cap: cap, ..settings(visibility) };
         let means = shut(settings, open, frames)?;
         let before = means[open as usize - 1];
         let ratios: Vec<f64> = means[open as usize..].iter().map(|mean| mean / before).collect();
-        println!("{}, initial_visibility={initial_visibility}: {ratios:.4?}", visibility.name());
+        println!("{}, {visibility_reuse:?}: {ratios:.4?}", visibility.name());
         for (n, ratio) in (1..).zip(&ratios) {
             // what was believed keeps the history's share in every frame; halves round by 2^-11 in each
             let expected = if keeps { share.powi(n) } else { 0.0 };

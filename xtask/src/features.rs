@@ -10,8 +10,9 @@ use restir_host::Shaders;
 use restir_host::buffers::SceneBuffers;
 use restir_host::exec::gpu::{Pipelines, adapters};
 use restir_host::exec::{CpuExecutor, Executor, Flavour, GpuExecutor};
-use restir_host::render::{PathSettings, RenderSettings, render};
+use restir_host::render::{Render, render};
 use restir_host::scene::Scene;
+use restir_host::technique::path::PathSettings;
 use restir_kernels::path::path;
 use restir_shared::layout::{FEATURES_ALL, FEATURES_DIFFUSE};
 use restir_tests::features::{Content, PARTS, specialised};
@@ -109,8 +110,8 @@ fn timed(work: impl FnOnce() -> Result<(), restir_host::Error>) -> Result<f64, r
 }
 
 fn frame(executor: &mut dyn Executor, scene: &SceneBuffers) -> Result<(), restir_host::Error> {
-    let path = PathSettings { max_depth: 8, jitter: true, roulette: false };
-    let settings = RenderSettings { width: 128, height: 128, samples: 4, seed: 1, path, dispatch_samples: None };
+    let path = PathSettings { jitter: true, ..PathSettings::default() };
+    let settings = Render { count: 4, seed: 1, ..Render::new([128; 2], path) };
     render(executor, scene, &settings, &mut |_| ControlFlow::Continue(())).map(drop)
 }
 

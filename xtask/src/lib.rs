@@ -10,7 +10,6 @@ pub mod parity;
 pub mod resampling;
 pub mod shader;
 pub mod stress;
-pub mod timer;
 pub mod unbiased;
 pub mod visibility;
 pub mod watertight;

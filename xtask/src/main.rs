@@ -3,9 +3,7 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use xtask::{
-    Error, features, num, package, parity, resampling, shader, stress, timer, unbiased, visibility, watertight,
-};
+use xtask::{Error, features, num, package, parity, resampling, shader, stress, unbiased, visibility, watertight};
 
 /// Tools of the project.
 #[derive(Parser)]
@@ -42,7 +40,7 @@ enum Task {
 
 fn run(task: Task) -> Result<(), Error> {
     match task {
-        Task::Shader(command) => shader::run(command, Some(timer::time_on_devices)),
+        Task::Shader(command) => shader::run(command),
         Task::Num(options) => num::run(&options),
         Task::Parity(options) => parity::run(&options),
         Task::Watertight(options) => watertight::run(&options),

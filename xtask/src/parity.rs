@@ -4,8 +4,9 @@ use clap::Args;
 use restir_host::Shaders;
 use restir_host::exec::gpu::{AdapterInfo, adapters};
 use restir_host::exec::{Executor, GpuExecutor};
-use restir_kernels::{Case, KernelDesc, all};
-use restir_tests::parity::{Outcome, cases, compare};
+use restir_kernels::{Case, all};
+use restir_tests::cases;
+use restir_tests::parity::{Outcome, compare};
 
 use crate::Error;
 use crate::shader::Flavour;
@@ -32,8 +33,7 @@ pub struct Options {
 /// A line of the table.
 struct Row {
     flavour: Flavour,
-    kernel: &'static KernelDesc,
-    case: Case,
+    case: &'static Case,
 }
 
 /// What the table says about a [`Row`].
@@ -105,12 +105,11 @@ pub fn run(options: &Options) -> Result<(), Error> {
 
 fn rows(options: &Options) -> Result<Vec<Row>, Error> {
     let flavours = options.flavour.map_or(Flavour::ALL.to_vec(), |flavour| vec![flavour]);
-    let named = |kernel: &&KernelDesc| options.kernel.as_ref().is_none_or(|name| name == kernel.name);
     let mut rows = Vec::new();
-    for kernel in all().into_iter().filter(named) {
-        let cases = cases(kernel).map_err(Error::Failed)?;
+    for kernel in all().into_iter().filter(|kernel| options.kernel.as_ref().is_none_or(|name| name == kernel.name)) {
+        let cases = cases::of_kernel(kernel).map_err(Error::Failed)?;
         for case in cases.into_iter().filter(|case| case.name.contains(&options.case)) {
-            rows.extend(flavours.iter().map(|&flavour| Row { flavour, kernel, case: case.clone() }));
+            rows.extend(flavours.iter().map(|&flavour| Row { flavour, case }));
         }
     }
     if rows.is_empty() {
@@ -161,7 +160,7 @@ fn on(adapter: &AdapterInfo, rows: &[Row]) -> usize {
     print_table(rows, |row| {
         let executor = &mut executors[row.flavour as usize];
         let offered = row.flavour == Flavour::Fast || offers_exact;
-        let finding = Finding::of(compare(executor, row.kernel, &row.case), offered);
+        let finding = Finding::of(compare(executor, row.case), offered);
         failures += usize::from(finding.fails(row.flavour));
         finding
     });
@@ -173,12 +172,12 @@ fn print_table(rows: &[Row], mut finding: impl FnMut(&Row) -> Finding) {
     let width = |text: fn(&Row) -> &str, title: &str| {
         rows.iter().map(|row| text(row).len()).max().unwrap_or(0).max(title.len())
     };
-    let kernel = width(|row| row.kernel.name, "kernel");
+    let kernel = width(|row| row.case.kernel.name, "kernel");
     let case = width(|row| &row.case.name, "case");
     println!("{:<kernel$}  {:<case$}  {:<7}  result", "kernel", "case", "flavour");
     for row in rows {
         let finding = finding(row);
-        println!("{:<kernel$}  {:<case$}  {:<7}  {finding}", row.kernel.name, row.case.name, row.flavour.name());
+        println!("{:<kernel$}  {:<case$}  {:<7}  {finding}", row.case.kernel.name, row.case.name, row.flavour.name());
     }
     println!();
 }

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use restir_host::bootstrap::Interval;
 use restir_host::buffers::SceneBuffers;
 use restir_host::replay::{self, Recording};
-use restir_host::technique::restir_di::{DiSettings, Target, Visibility};
+use restir_host::technique::restir_di::{DiSettings, Target, Visibility, VisibilityReuse};
 use restir_shared::technique::path;
 use restir_shared::technique::path::PathParams;
 use restir_tests::random::SplitMix;
@@ -481,7 +481,7 @@ A wall of {SIZE} x {SIZE} pixels is lit past a board by {ROW} lights in two arra
 
 Settings of all: preset `wis` with {candidates} candidates, no candidate from scattering, temporal
 reuse up to {confidence_cap} frames, {neighbours} neighbour within {radius} pixels. A restart has {frames} frames, the mean
-of those from the {from}th on (counted from 0) is its image; there are {restarts} restarts. `initial_visibility` is on, as
+of those from the {from}th on (counted from 0) is its image; there are {restarts} restarts. `visibility_reuse` is candidates, as
 in Tokuyoshi's algorithm 1, but for the rows \"occluded samples kept\". In \"a render for each channel\", both are
 three renders, whose samples are selected by one channel each (`target=red`...). What prev converges to does not depend on
 that: all surfaces are grey, so that a light's sample has the same MIS weights by every channel.
@@ -512,14 +512,15 @@ impl Arrangement {
             eprintln!("{}: reference", self.row(hues));
             let mut partial = Vec::new();
             // those that keep what is occluded know how much of the light each pixel sees
-            for (name, initial_visibility) in
-                [(format!("{hues}, occluded samples kept"), false), (hues.to_owned(), true)]
-            {
+            for (name, visibility_reuse) in [
+                (format!("{hues}, occluded samples kept"), VisibilityReuse::Off),
+                (hues.to_owned(), VisibilityReuse::Candidates),
+            ] {
                 let [prev, ours] = [Visibility::Selected, Visibility::Averaged].map(|visibility| {
-                    of_size(DiSettings { initial_visibility, ..settings(visibility) }).restarts(&buffers, restarts)
+                    of_size(DiSettings { visibility_reuse, ..settings(visibility) }).restarts(&buffers, restarts)
                 });
                 eprintln!("{}", self.row(&name));
-                if !initial_visibility {
+                if visibility_reuse == VisibilityReuse::Off {
                     partial =
                         visibility_moments(&prev).iter().map(Moments::mean).map(|v| PARTIAL.contains(&v)).collect();
                 }
@@ -587,7 +588,9 @@ fn rays_of(buffers: &SceneBuffers, settings: DiSettings) -> f64 {
     let view = buffers.view();
     let run = Run { size: [side; 2], frames, from: 0, settings };
     let recording = Recording::new(&view);
-    replay::run(&recording, di::plan(buffers, &run.render(0)), &mut |_| Ok(())).expect("a still scene is replayed");
+    let render = run.render(0);
+    replay::run(&recording, render.technique.plan(buffers, &render), &mut |_| Ok(()))
+        .expect("a still scene is replayed");
     recording.counts().rays() as f64 / f64::from(frames * side * side)
 }
 

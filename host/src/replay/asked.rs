@@ -3,11 +3,8 @@
 use super::{Counts, Recording};
 use crate::Error;
 use crate::buffers::SceneBuffers;
-use crate::exec::CpuExecutor;
 use crate::render::Render;
-use restir_shared::scene::Still;
 use std::collections::BTreeMap;
-use std::ops::ControlFlow;
 
 /// What the passes of one kernel asked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -28,11 +25,11 @@ pub fn asked(scene: &SceneBuffers, render: &Render) -> Result<BTreeMap<&'static 
     let recording = Recording::new(&view);
     let mut kernels: BTreeMap<&'static str, Asked> = BTreeMap::new();
     let plan = render.technique.plan(scene, render);
-    CpuExecutor::run_over(&Still(&recording), plan, &mut |step| {
+    super::run(&recording, plan, &mut |step| {
         let kernel = kernels.entry(step.pass.kernel.name).or_default();
         kernel.counts = kernel.counts.plus(recording.take_counts());
         kernel.by_pixel = step.pass.grid == [render.width, render.height];
-        ControlFlow::Continue(())
+        Ok(())
     })?;
     Ok(kernels)
 }

@@ -7,3 +7,21 @@ mod two_frames;
 pub use asked::{Asked, asked, asked_after};
 pub use recording::{Counts, Event, Recording};
 pub(crate) use two_frames::TwoFrames;
+
+use crate::Error;
+use crate::exec::{CpuExecutor, Step, shown};
+use crate::plan::FramePlan;
+use restir_shared::scene::{AnyScene, Still};
+
+/// Runs a plan natively over a scene that stands still, instead of the one in the plan's arenas: one that counts what it is
+/// asked, writes it down, or answers differently. `show` sees each pass when it is done, and may end the work with an error.
+///
+/// # Errors
+/// As of [`CpuExecutor::run_over`] and of `show`.
+pub fn run(
+    scene: &dyn AnyScene,
+    plan: FramePlan<'_>,
+    show: &mut dyn FnMut(&Step<'_>) -> Result<(), Error>,
+) -> Result<(), Error> {
+    shown(|observe| CpuExecutor::run_over(&Still(scene), plan, observe).map(drop), show)
+}

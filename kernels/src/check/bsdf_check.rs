@@ -113,12 +113,12 @@ kernel! {
     |x, _y, at, _p| results[at] = probe(&operands[x as usize], features)
 }
 
-#[cfg(not(target_arch = "spirv"))]
-fn cases(_: &dyn crate::CaseScenes) -> Vec<crate::Case> {
-    [("ends", crate::probe::bsdf_ends()), ("random", crate::probe::random_bsdf_operands(4096))]
+#[cfg(feature = "cases")]
+pub(super) fn cases() -> Vec<crate::Case> {
+    [("ends", super::operands::bsdf_ends()), ("random", super::operands::random_bsdf_operands(4096))]
         .map(|(name, operands)| {
             let params = BsdfCheckParams { count: operands.len() as u32 };
-            crate::Case::new(name, params.count, 1).freeze(0, u32::MAX).with(&[params]).with(&operands).output()
+            crate::Case::new(&DESC, name, params.count, 1).with(&[params]).with(&operands).output()
         })
         .into()
 }

@@ -132,12 +132,12 @@ kernel! {
     |x, _y, at, _p| results[at] = probe(operands[x as usize])
 }
 
-#[cfg(not(target_arch = "spirv"))]
-fn cases(_: &dyn crate::CaseScenes) -> Vec<crate::Case> {
-    [("boundaries", crate::probe::num_boundaries()), ("random", crate::probe::num_random(8192))]
+#[cfg(feature = "cases")]
+pub(super) fn cases() -> Vec<crate::Case> {
+    [("boundaries", super::operands::num_boundaries()), ("random", super::operands::num_random(8192))]
         .map(|(name, operands)| {
             let count = operands.len() as u32;
-            crate::Case::new(name, count, 1).with(&[NumProbeParams { count }]).with(&operands).output()
+            crate::Case::new(&DESC, name, count, 1).with(&[NumProbeParams { count }]).with(&operands).output()
         })
         .into()
 }

@@ -144,14 +144,14 @@ kernel! {
     |x, _y, at, p| results[at] = probe(operands[x as usize], p.items, bounds)
 }
 
-#[cfg(not(target_arch = "spirv"))]
-fn cases(_: &dyn crate::CaseScenes) -> Vec<crate::Case> {
+#[cfg(feature = "cases")]
+pub(super) fn cases() -> Vec<crate::Case> {
     // items with and without probability, large and small, at both ends
     let bounds = [0_u32, 0, 1, 2, 2, 0x4000_0000, 0x4000_0100, 0xc123_4567, 0xc123_4567, 0xffff_fff0, CDF_END];
-    [("ends", crate::probe::sampler_ends()), ("random", crate::probe::random_sampler_operands(4096))]
+    [("ends", super::operands::sampler_ends()), ("random", super::operands::random_sampler_operands(4096))]
         .map(|(name, operands)| {
             let params = SamplerCheckParams { count: operands.len() as u32, items: bounds.len() as u32 };
-            crate::Case::new(name, params.count, 1).with(&[params]).with(&operands).with(&bounds).output()
+            crate::Case::new(&DESC, name, params.count, 1).with(&[params]).with(&operands).with(&bounds).output()
         })
         .into()
 }

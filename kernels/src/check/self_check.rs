@@ -1,8 +1,12 @@
 //! Probes of the numeric contract: the discriminators, and the functions of `num` that every technique uses, on given
 //! operands. `num_probe` has the others.
 
+#[cfg(not(target_arch = "spirv"))]
+use restir_shared::glam::UVec4;
 use restir_shared::layout::Extent;
 use restir_shared::num::{self, eft};
+#[cfg(not(target_arch = "spirv"))]
+use restir_shared::rng::{pcg4d, unit};
 
 /// Parameters of the kernel `self_check`.
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
@@ -110,12 +114,58 @@ kernel! {
     |x, _y, at, _p| results[at] = probe(operands[x as usize])
 }
 
+/// Operands at the ends of the domain and where a broken contract shows.
 #[cfg(not(target_arch = "spirv"))]
-fn cases(_: &dyn crate::CaseScenes) -> Vec<crate::Case> {
-    [("boundaries", crate::probe::boundary_operands()), ("random", crate::probe::random_operands(4096))]
+pub fn boundary_operands() -> Vec<Operands> {
+    let one_and = |k: u32| f32::from_bits(0x3f80_0000 + k);
+    let values = [
+        1.0,
+        -1.0,
+        0.0,
+        -0.0,
+        3.0,
+        -0.333_333_34,
+        one_and(1),
+        one_and(2048),
+        -one_and(0x7f_ffff),
+        f32::from_bits(0x3f7f_ffff),
+        16_777_215.0,
+        1.0e-12,
+        -7.5e11,
+        f32::from_bits(0x3080_0001),
+        f32::from_bits(0x4eff_ffff),
+    ];
+    let mut operands = Vec::new();
+    for a in values {
+        for b in values {
+            // c cancels the rounded product, so that a fused sum leaves its error
+            operands.push(Operands { a, b, c: -(a * b), d: a - num::min(b, 1.0) });
+            operands.push(Operands { a, b, c: 4097.0 * a, d: b * 0.125 });
+        }
+    }
+    operands.iter().map(|o| Operands { d: num::clamp(o.d, -80.0, 80.0), ..*o }).collect()
+}
+
+/// Pseudo-random operands, magnitudes in [2^-30, 2^30].
+#[cfg(not(target_arch = "spirv"))]
+pub fn random_operands(count: u32) -> Vec<Operands> {
+    let value = |word: u32| f32::from_bits((word & 0x807f_ffff) | ((97 + (word >> 23) % 60) << 23));
+    (0..count)
+        .map(|i| {
+            let w = pcg4d(UVec4::new(i, 0, 0, 99));
+            let (a, b) = (value(w.x), value(w.y));
+            let c = if i % 2 == 0 { -(a * b) } else { 4097.0 * a };
+            Operands { a, b, c, d: (unit(w.w) - 0.5) * 160.0 }
+        })
+        .collect()
+}
+
+#[cfg(feature = "cases")]
+pub(super) fn cases() -> Vec<crate::Case> {
+    [("boundaries", boundary_operands()), ("random", random_operands(4096))]
         .map(|(name, operands)| {
             let count = operands.len() as u32;
-            crate::Case::new(name, count, 1).with(&[SelfCheckParams { count }]).with(&operands).output()
+            crate::Case::new(&DESC, name, count, 1).with(&[SelfCheckParams { count }]).with(&operands).output()
         })
         .into()
 }

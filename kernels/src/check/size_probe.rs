@@ -1,43 +1,53 @@
-//! Measures what size costs: four traversal sites, sixty divisions and a GGX lobe in one kernel, so that later
-//! kernels are cut with knowledge. `cargo xtask shader probe` builds it; it is never shipped.
+//! Measures what size costs: up to eight segments of a path in one kernel, each with a traversal, a surface and a GGX lobe
+//! of its own, so that later kernels are cut with knowledge. `cargo xtask shader probe` builds it and freezes how many there
+//! are; it is never shipped.
 
 use restir_shared::camera::primary_ray;
 use restir_shared::geometry::Ray;
 use restir_shared::glam::{Vec2, Vec3};
 use restir_shared::layout::FilmPixel;
-use restir_shared::technique::path::PathParams;
 use restir_shared::num;
 use restir_shared::rng::{self, Rng};
 use restir_shared::scene::{Surface, Trace};
+use restir_shared::technique::path::PathParams;
 use restir_shared::vec::{Frame, cross, dot, normalize};
 
 kernel! {
-    /// Four GGX-scattered segments, each traced at a call site of its own.
+    /// GGX-scattered segments, each traced at a call site of its own.
     pub fn size_probe(8, 8) {
-        constants { 0: features = 0xffff_ffff }
+        constants { 0: features = 0xffff_ffff, 1: segments = 8 }
         params 0: PathParams,
         asks scene(features) { 1: geometry, 2: attributes, 3: texels },
         read {},
         own { 4: film: FilmPixel },
     }
-    |x, y, at, p, scene| film[at] = FilmPixel::from_radiance(four_segments(&scene, &p, x, y))
+    |x, y, at, p, scene| film[at] = FilmPixel::from_radiance(radiance(&scene, &p, segments, x, y))
 }
 
-fn four_segments(scene: &(impl Trace + Surface), params: &PathParams, x: u32, y: u32) -> Vec3 {
+fn radiance(scene: &(impl Trace + Surface), params: &PathParams, segments: u32, x: u32, y: u32) -> Vec3 {
     let rng = Rng::new(x, y, params.first_sample, params.seed);
-    let mut ray = primary_ray(&params.camera, Vec2::new(x as f32 + 0.5, y as f32 + 0.5), Vec2::ZERO);
-    let mut sum = Vec3::ZERO;
-    let mut weight = Vec3::ONE;
-    (sum, weight, ray) = segment(scene, &rng, 0, sum, weight, ray);
-    (sum, weight, ray) = segment(scene, &rng, 1, sum, weight, ray);
-    (sum, weight, ray) = segment(scene, &rng, 2, sum, weight, ray);
-    (sum, weight, _) = segment(scene, &rng, 3, sum, weight, ray);
-    let d = sixty_divisions(weight.x + 1.0);
-    sum + weight * d
+    let ray = primary_ray(&params.camera, Vec2::new(x as f32 + 0.5, y as f32 + 0.5), Vec2::ZERO);
+    let mut path = (Vec3::ZERO, Vec3::ONE, ray);
+    // not a loop: that would have one call site
+    macro_rules! segment {
+        ($($index:literal)*) => {
+            $(if segments > $index {
+                path = segment(scene, &rng, $index, path);
+            })*
+        };
+    }
+    segment!(0 1 2 3 4 5 6 7);
+    path.0 + path.1
 }
 
+/// The sum, the throughput and the ray after one more segment.
 #[inline(always)]
-fn segment(scene: &(impl Trace + Surface), rng: &Rng, dimension: u32, sum: Vec3, weight: Vec3, ray: Ray) -> (Vec3, Vec3, Ray) {
+fn segment(
+    scene: &(impl Trace + Surface),
+    rng: &Rng,
+    dimension: u32,
+    (sum, weight, ray): (Vec3, Vec3, Ray),
+) -> (Vec3, Vec3, Ray) {
     let hit = scene.closest(&ray);
     if !hit.is_hit() {
         return (sum, weight, ray);
@@ -71,39 +81,4 @@ fn ggx(view: Vec3, alpha: f32, u: Vec2) -> (Vec3, f32) {
     let a2 = alpha * alpha;
     let lambda = |z: f32| num::sqrt(1.0 + num::div(a2 * (1.0 - z * z), z * z + 1.0e-6));
     (light, num::div(1.0 + lambda(view.z), 1.0 + lambda(view.z) + lambda(light.z)))
-}
-
-#[inline(always)]
-fn ten_divisions(x: f32) -> f32 {
-    let x = num::div(x + 1.0, x + 2.0);
-    let x = num::div(x + 2.0, x + 3.0);
-    let x = num::div(x + 3.0, x + 4.0);
-    let x = num::div(x + 4.0, x + 5.0);
-    let x = num::div(x + 5.0, x + 6.0);
-    let x = num::div(x + 6.0, x + 7.0);
-    let x = num::div(x + 7.0, x + 8.0);
-    let x = num::div(x + 8.0, x + 9.0);
-    let x = num::div(x + 9.0, x + 10.0);
-    num::div(x + 10.0, x + 11.0)
-}
-
-#[inline(always)]
-fn sixty_divisions(x: f32) -> f32 {
-    ten_divisions(ten_divisions(ten_divisions(ten_divisions(ten_divisions(ten_divisions(x))))))
-}
-
-#[cfg(not(target_arch = "spirv"))]
-fn cases(scenes: &dyn crate::CaseScenes) -> Vec<crate::Case> {
-    let scene = scenes.scene("cornell");
-    let camera = (scene.camera)(16, 16);
-    let params = PathParams { scene: scene.header, camera, width: 16, height: 16, ..PathParams::default() };
-    vec![
-        crate::Case::new("cornell", 16, 16)
-            .freeze(0, scene.features)
-            .with(&[params])
-            .with(&scene.geometry)
-            .with(&scene.attributes)
-            .with(&scene.texels)
-            .output(),
-    ]
 }

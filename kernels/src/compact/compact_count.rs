@@ -13,16 +13,16 @@ kernel! {
     |x, y, at, p| counts[at] = compact::count(&p, words, x, y)
 }
 
-#[cfg(not(target_arch = "spirv"))]
-fn cases(_: &dyn crate::CaseScenes) -> Vec<crate::Case> {
+#[cfg(feature = "cases")]
+pub(super) fn cases() -> Vec<crate::Case> {
     // items, buckets, first, shift, mask
     [(1_u32, 1, 1, 0, u32::MAX), (1000, 1, 1, 0, 1), (4096, 5, 2, 0, 7), (777, 16, 0, 4, 15)]
         .map(|(items, buckets, first, shift, mask)| {
             let blocks = items.div_ceil(compact::BLOCK);
             let params = CompactParams { width: blocks, height: buckets, items, blocks, buckets, first, shift, mask };
-            crate::Case::new(format!("{items} items, {buckets} buckets"), blocks, buckets)
+            crate::Case::new(&DESC, format!("{items} items, {buckets} buckets"), blocks, buckets)
                 .with(&[params])
-                .with(&crate::probe::random_words(items, 1))
+                .with(&crate::case::random_words(items, 1))
                 .output()
         })
         .into()

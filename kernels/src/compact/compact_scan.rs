@@ -13,15 +13,15 @@ kernel! {
     |x, y, at, p| offsets[at] = compact::scan(&p, values, parents, y * p.width + x)
 }
 
-#[cfg(not(target_arch = "spirv"))]
-fn cases(_: &dyn crate::CaseScenes) -> Vec<crate::Case> {
+#[cfg(feature = "cases")]
+pub(super) fn cases() -> Vec<crate::Case> {
     // one more offset than values; the last invocations of the second case only fill the grid
     [(1_u32, [2, 1]), (1000, [101, 10]), (4096, [4097, 1])]
         .map(|(count, [width, height])| {
-            crate::Case::new(format!("{count} values"), width, height)
+            crate::Case::new(&DESC, format!("{count} values"), width, height)
                 .with(&[ScanParams { width, height, count, reserved: 0 }])
-                .with(&crate::probe::random_words(count, 3))
-                .with(&crate::probe::random_words(count / compact::BLOCK + 1, 4))
+                .with(&crate::case::random_words(count, 3))
+                .with(&crate::case::random_words(count / compact::BLOCK + 1, 4))
                 .output()
         })
         .into()

@@ -13,14 +13,14 @@ kernel! {
     |x, y, at, p| sums[at] = compact::sum(&p, values, y * p.width + x)
 }
 
-#[cfg(not(target_arch = "spirv"))]
-fn cases(_: &dyn crate::CaseScenes) -> Vec<crate::Case> {
+#[cfg(feature = "cases")]
+pub(super) fn cases() -> Vec<crate::Case> {
     // the last invocations of the second case have no values
     [(1_u32, [1, 1]), (1000, [5, 4]), (4096, [64, 1])]
         .map(|(count, [width, height])| {
-            crate::Case::new(format!("{count} values"), width, height)
+            crate::Case::new(&DESC, format!("{count} values"), width, height)
                 .with(&[ScanParams { width, height, count, reserved: 0 }])
-                .with(&crate::probe::random_words(count, 2))
+                .with(&crate::case::random_words(count, 2))
                 .output()
         })
         .into()

@@ -6,3 +6,9 @@ kernels! {
     compact_scan,
     compact_sum,
 }
+
+/// The parity cases of these kernels.
+#[cfg(feature = "cases")]
+pub(crate) fn cases() -> Vec<crate::Case> {
+    [compact_count::cases(), compact_gather::cases(), compact_scan::cases(), compact_sum::cases()].concat()
+}

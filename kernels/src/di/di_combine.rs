@@ -18,15 +18,3 @@ kernel! {
         reservoirs[at] = di::combine(&frames, &p, p.flags & settings, &planes, reservoirs[at], [x, y])
     }
 }
-
-#[cfg(not(target_arch = "spirv"))]
-fn cases(scenes: &dyn crate::CaseScenes) -> Vec<crate::Case> {
-    use restir_shared::technique::di::DI_OTHER_FRAME;
-    crate::di_cases::make(scenes, |chain, case| {
-        let other = if chain.params.flags & DI_OTHER_FRAME != 0 { 0 } else { 1 };
-        case.with(&chain.hits[1])
-            .with(&chain.hits[other])
-            .with(&chain.reservoirs[other])
-            .with(&chain.reservoirs[1])
-    })
-}

@@ -21,10 +21,3 @@ kernel! {
         film[at] = sent
     }
 }
-
-#[cfg(not(target_arch = "spirv"))]
-fn cases(scenes: &dyn crate::CaseScenes) -> Vec<crate::Case> {
-    crate::di_cases::make_within_frame(scenes, |chain, case| {
-        case.with(&chain.hits[1]).with(&chain.points).output().output()
-    })
-}

@@ -14,8 +14,3 @@ kernel! {
     }
     |x, y, at, p| film[at] = di::gather(&p, points, pairs, direct[(y * p.width + x) as usize], film[at], [x, y])
 }
-
-#[cfg(not(target_arch = "spirv"))]
-fn cases(scenes: &dyn crate::CaseScenes) -> Vec<crate::Case> {
-    crate::di_cases::gathered(scenes)
-}

@@ -21,8 +21,3 @@ kernel! {
         direct[at] = radiance
     }
 }
-
-#[cfg(not(target_arch = "spirv"))]
-fn cases(scenes: &dyn crate::CaseScenes) -> Vec<crate::Case> {
-    crate::di_cases::make(scenes, |chain, case| case.with(&chain.hits[1]).with(&chain.tiles).output().output())
-}

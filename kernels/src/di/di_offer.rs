@@ -18,10 +18,3 @@ kernel! {
         points[at] = di::offer(&scene, &p, p.flags & settings, [hits[index], reservoirs[index]], [x, y])
     }
 }
-
-#[cfg(not(target_arch = "spirv"))]
-fn cases(scenes: &dyn crate::CaseScenes) -> Vec<crate::Case> {
-    crate::di_cases::make_within_frame(scenes, |chain, case| {
-        case.with(&chain.hits[1]).with(&chain.reservoirs[1]).output()
-    })
-}

@@ -19,10 +19,3 @@ kernel! {
         film[at] = di::shade(&scene, &p, p.flags & settings, [hits[index], reservoirs[index]], direct[index], [x, y])
     }
 }
-
-#[cfg(not(target_arch = "spirv"))]
-fn cases(scenes: &dyn crate::CaseScenes) -> Vec<crate::Case> {
-    crate::di_cases::make_within_frame(scenes, |chain, case| {
-        case.with(&chain.hits[1]).with(&chain.reservoirs[1]).with(&chain.direct).output()
-    })
-}

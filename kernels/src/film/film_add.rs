@@ -13,13 +13,13 @@ kernel! {
     |x, y, at, p| right[at] = left[(y * p.width + x) as usize].merge(right[at])
 }
 
-#[cfg(not(target_arch = "spirv"))]
-fn cases(_: &dyn crate::CaseScenes) -> Vec<crate::Case> {
+#[cfg(feature = "cases")]
+pub(super) fn cases() -> Vec<crate::Case> {
     [[16, 16], [13, 7], [1, 1]]
         .map(|[width, height]| {
             let params = FilmParams { width, height, samples: 2.0, reserved: 0 };
-            let plane = |salt: u32| crate::probe::film_plane(width * height, salt);
-            crate::Case::new(format!("{width}x{height}"), width, height)
+            let plane = |salt: u32| crate::case::film_plane(width * height, salt);
+            crate::Case::new(&DESC, format!("{width}x{height}"), width, height)
                 .with(&[params])
                 .with(&plane(1))
                 .with(&plane(2))

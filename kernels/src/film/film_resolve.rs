@@ -21,14 +21,14 @@ kernel! {
     }
 }
 
-#[cfg(not(target_arch = "spirv"))]
-fn cases(_: &dyn crate::CaseScenes) -> Vec<crate::Case> {
+#[cfg(feature = "cases")]
+pub(super) fn cases() -> Vec<crate::Case> {
     [1.0, 7.0, 64.0, 1000.0, 134_217_728.0]
         .map(|samples| {
             let params = FilmParams { width: 13, height: 7, samples, reserved: 0 };
-            crate::Case::new(format!("{samples} spp"), 13, 7)
+            crate::Case::new(&DESC, format!("{samples} spp"), 13, 7)
                 .with(&[params])
-                .with(&crate::probe::film_plane(13 * 7, 3))
+                .with(&crate::case::film_plane(13 * 7, 3))
                 .output()
         })
         .into()

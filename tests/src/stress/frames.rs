@@ -4,13 +4,13 @@
 use super::Effort;
 use super::scenes::{Comparison, PLAIN, Variant, largest_difference, scene};
 use crate::stats::{Moments, TileGrid, TileTest, Verdict};
-use crate::technique::{Trials, pictures};
+use crate::technique::{Trials, configure_by, pictures};
 use rayon::prelude::*;
 use restir_host::buffers::SceneBuffers;
 use restir_host::exec::CpuExecutor;
 use restir_host::render::{self, Render, Rendered};
 use restir_host::technique::path::PathSettings;
-use restir_host::technique::{Integral, Repeats, Technique, configure};
+use restir_host::technique::{Integral, Repeats, Technique};
 use restir_shared::layout::FilmPixel;
 use std::fmt::Write;
 use std::ops::ControlFlow;
@@ -104,8 +104,8 @@ fn presets(trials: &Trials) -> Vec<(&'static str, Box<dyn Technique>)> {
     let mut rows = trials.rows();
     rows.truncate(trials.technique.presets().len().max(1));
     for (_, technique) in &mut rows {
-        configure(technique.as_mut(), trials.known.as_path).expect("the harness knows the settings");
-        configure(technique.as_mut(), &["jitter=on"]).expect("techniques of frames have jitter");
+        configure_by(technique.as_mut(), trials.known.as_path).expect("the harness knows the settings");
+        configure_by(technique.as_mut(), "jitter=on").expect("techniques of frames have jitter");
     }
     rows.sort_by_key(|(name, _)| *name != MOVING);
     rows

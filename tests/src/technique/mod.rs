@@ -18,9 +18,11 @@ const KNOWN: [(&str, Known); 2] = [("path", path::KNOWN), ("restir-di", restir_d
 #[derive(Clone, Copy, Debug)]
 pub struct Known {
     /// Settings with which images converge to path tracing's on every scene.
-    pub as_path: &'static [&'static str],
+    pub as_path: &'static str,
     /// Settings that no preset has, by name.
-    pub rows: &'static [(&'static str, &'static [&'static str])],
+    pub rows: &'static [(&'static str, &'static str)],
+    /// What the parity cases of its kernels are captured from.
+    pub cases: Cases,
     /// The cells of `cargo xtask unbiased --technique`.
     pub matrix: Matrix,
 }
@@ -29,19 +31,55 @@ pub struct Known {
 #[derive(Clone, Copy, Debug)]
 pub struct Matrix {
     /// Scenes by name, with settings that suit them.
-    pub scenes: &'static [(&'static str, &'static [&'static str])],
+    pub scenes: &'static [(&'static str, &'static str)],
     /// Settings of all cells.
-    pub common: &'static [&'static str],
+    pub common: &'static str,
     /// Cells: settings joined by commas. Whether one is biased is what [`Technique::biases`] says.
     pub cells: fn() -> Vec<String>,
 }
 
+/// Renders whose passes are parity cases. Every kernel of a technique has to be in one of its plans.
+#[derive(Clone, Copy, Debug)]
+pub struct Cases {
+    /// Settings of all rows.
+    pub common: &'static str,
+    /// Each row is rendered with each of these settings; only once if there are none.
+    pub variants: &'static [&'static str],
+    /// See there.
+    pub rows: &'static [Row],
+}
+
+/// A render.
+#[derive(Clone, Copy, Debug)]
+pub struct Row {
+    /// For messages.
+    pub name: &'static str,
+    /// Name of the scene.
+    pub scene: &'static str,
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// Samples or frames.
+    pub count: u32,
+    /// Settings.
+    pub settings: &'static str,
+}
+
 /// Default settings and presets, on a few scenes.
 const NOTHING: Known = Known {
-    as_path: &[],
+    as_path: "",
     rows: &[],
-    matrix: Matrix { scenes: &[("cornell", &[]), ("many-lights", &[])], common: &[], cells: Vec::new },
+    cases: Cases {
+        common: "",
+        variants: &[],
+        rows: &[row("defaults", "cornell", 3, ""), row("defaults", "tower", 3, ""), row("defaults", "moving", 6, "")],
+    },
+    matrix: Matrix { scenes: &[("cornell", ""), ("many-lights", "")], common: "", cells: Vec::new },
 };
+
+/// A row of the usual size.
+const fn row(name: &'static str, scene: &'static str, count: u32, settings: &'static str) -> Row {
+    Row { name, scene, size: [20, 14], count, settings }
+}
 
 /// A technique, and what is tried of it.
 #[derive(Debug)]
@@ -73,26 +111,34 @@ impl Trials {
         self.technique.about().name
     }
 
-    /// The technique with further settings.
+    /// The technique with further settings, `key=value` joined by commas.
     ///
     /// # Errors
     /// As of [`configure`].
-    pub fn with(&self, settings: &[impl AsRef<str>]) -> Result<Box<dyn Technique>, Error> {
+    pub fn with(&self, settings: &str) -> Result<Box<dyn Technique>, Error> {
         let mut technique = self.technique.clone();
-        configure(technique.as_mut(), settings).map(|()| technique)
+        configure_by(technique.as_mut(), settings).map(|()| technique)
     }
 
     /// Its presets, or the default settings if it has none; then what no preset has.
     pub fn rows(&self) -> Vec<(&'static str, Box<dyn Technique>)> {
-        let with = |settings: &[&str]| self.with(settings).expect("the harness knows the settings");
+        let with = |settings: &str| self.with(settings).expect("the harness knows the settings");
         let presets = self.technique.presets();
-        let mut rows: Vec<_> =
-            presets.iter().map(|(name, _)| (*name, with(&[format!("preset={name}").as_str()]))).collect();
+        let mut rows: Vec<_> = presets.iter().map(|(name, _)| (*name, with(&format!("preset={name}")))).collect();
         if rows.is_empty() {
             rows.push(("defaults", self.technique.clone()));
         }
         rows.into_iter().chain(self.known.rows.iter().map(|(name, settings)| (*name, with(settings)))).collect()
     }
+}
+
+/// Applies settings, `key=value` joined by commas.
+///
+/// # Errors
+/// As of [`configure`].
+pub fn configure_by(technique: &mut dyn Technique, settings: &str) -> Result<(), Error> {
+    let texts: Vec<&str> = settings.split(',').filter(|text| !text.is_empty()).collect();
+    configure(technique, &texts)
 }
 
 /// Runs a render natively and shows the pictures that its film adds up, in their order: a plane of the film as the last

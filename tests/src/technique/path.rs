@@ -1,12 +1,28 @@
 //! Path tracing: the reference of all others, and so tested against the oracle, and Russian roulette against it.
 
-use super::{Known, Matrix, NOTHING};
+use super::{Cases, Known, Matrix, NOTHING, Row, row};
 
 /// See [`Known`].
 pub(super) const KNOWN: Known = Known {
+    rows: &[("roulette, jitter, dispatches of 4 samples", "roulette=on,jitter=on,dispatch_samples=4")],
+    // the last block of the samples is the case
+    cases: Cases {
+        rows: &[
+            row("1 sample", "cornell", 1, ""),
+            Row { size: [17, 11], ..row("a later block", "cornell", 12, "jitter=on") },
+            row("roulette", "cornell", 2, "jitter=on,max_depth=32,roulette=on"),
+            Row { size: [1, 1], ..row("one pixel", "cornell-mitsuba", 8, "") },
+            row("many lights", "furnace", 5, "jitter=on,max_depth=5"),
+            row("depth 1", "cornell", 1, "max_depth=1"),
+            row("all materials", "glass", 2, "jitter=on,max_depth=12"),
+            row("rough metal and plastic", "glossy", 2, "jitter=on"),
+            row("environment", "tower", 2, "jitter=on,max_depth=6"),
+        ],
+        ..NOTHING.cases
+    },
     matrix: Matrix {
-        scenes: &[("cornell", &[]), ("furnace", &[])],
-        common: &["max_depth=6", "jitter=on"],
+        scenes: &[("cornell", ""), ("furnace", "")],
+        common: "max_depth=6,jitter=on",
         cells: || ["roulette=off", "roulette=on"].map(str::to_owned).to_vec(),
     },
     ..NOTHING

@@ -1,31 +1,107 @@
 //! ReSTIR DI: the matrix of forms of MIS by uses of visibility, and what no preset has.
 
-use super::{Known, Matrix};
+use super::{Cases, Known, Matrix, Row, row};
 
 /// See [`Known`].
 pub(super) const KNOWN: Known = Known {
-    as_path: &["transmittance=off"],
+    as_path: "transmittance=off",
     rows: &[
         (
             "several passes, no feedback, jitter, red",
-            &["spatial=3", "feedback=off", "jitter=on", "target=red", "mis=talbot", "neighbours=2", "shaded=2"],
+            "spatial=3,feedback=off,jitter=on,target=red,mis=talbot,neighbours=2,shaded=2",
         ),
-        (
-            "fused, jitter, blue",
-            &["temporal=fused", "spatial=0", "jitter=on", "target=blue", "mis=talbot", "neighbours=2", "shaded=2"],
-        ),
+        ("fused, jitter, blue", "temporal=fused,spatial=0,jitter=on,target=blue,mis=talbot,neighbours=2,shaded=2"),
     ],
+    cases: Cases {
+        common: "mis=talbot,candidates=8,initial_rays=2,scatter=off,temporal=off,still=off,spatial=0,radius=6,\
+                 near_radius=2,shading_radius=6,max_plane_distance=0.05,visibility_reuse=off,visibility=selected",
+        // in two passes, and without neighbours
+        variants: &["shaded=10", "shaded=0"],
+        rows: &ROWS,
+    },
     matrix: Matrix {
         scenes: &[
-            ("many-lights", &["candidates=32"]),
-            ("cornell", &["candidates=4"]),
-            ("statue-by-night", &["candidates=4"]),
-            ("all-lights", &["candidates=4"]),
+            ("many-lights", "candidates=32"),
+            ("cornell", "candidates=4"),
+            ("statue-by-night", "candidates=4"),
+            ("all-lights", "candidates=4"),
         ],
-        common: &["neighbours=3", "radius=8", "confidence_cap=3", "still=off", "shaded=0"],
+        common: "neighbours=3,radius=8,confidence_cap=3,still=off,shaded=0",
         cells,
     },
 };
+
+/// All forms of MIS and uses of visibility, in time, in space and both at once.
+const ROWS: [Row; 23] = [
+    row("1/M, temporal", "cornell", 2, "mis=1/m,temporal=on,visibility_reuse=candidates,visibility=ray"),
+    row("1/Z, spatial", "cornell", 2, "mis=1/z,spatial=1,neighbours=4,visibility_reuse=weights,visibility=ray"),
+    row("contribution, temporal", "many-lights", 2, "mis=contribution,temporal=on,visibility_reuse=weights,jitter=on"),
+    row(
+        "contribution, spatial",
+        "glossy",
+        2,
+        "mis=contribution,spatial=1,neighbours=3,visibility_reuse=selection,scatter=on",
+    ),
+    row("talbot, spatial", "cornell", 2, "spatial=1,neighbours=4,visibility_reuse=weights,scatter=on,visibility=ray"),
+    row("talbot, averaged", "many-lights", 2, "spatial=1,neighbours=1,visibility_reuse=candidates,visibility=averaged"),
+    row("talbot, averaged in time", "cornell", 2, "temporal=on,jitter=on,visibility=averaged"),
+    row(
+        "pairwise, both at once",
+        "tower",
+        2,
+        "mis=pairwise,temporal=fused,spatial=1,neighbours=4,visibility_reuse=selection",
+    ),
+    row(
+        "defensive, spatial",
+        "glass",
+        2,
+        "mis=pairwise-defensive,spatial=1,neighbours=5,visibility_reuse=selection,scatter=on",
+    ),
+    row("counted, spatial", "tower", 2, "mis=pairwise-counted,spatial=1,neighbours=7,scatter=on,visibility=ray"),
+    row(
+        "counted, defensive",
+        "cornell",
+        2,
+        "mis=pairwise-counted-defensive,spatial=1,neighbours=5,visibility_reuse=selection",
+    ),
+    row("a still view", "cornell", 2, "temporal=on,still=on,visibility_reuse=selection"),
+    row("constant, no light", "unlit", 2, "mis=constant,spatial=1,neighbours=2,scatter=on,visibility=ray"),
+    row(
+        "tiles",
+        "many-lights",
+        2,
+        "mis=pairwise-defensive,spatial=1,neighbours=3,visibility_reuse=selection,scatter=on,tiles=3x50",
+    ),
+    row(
+        "tiles of all kinds of lights",
+        "tower",
+        2,
+        "spatial=1,neighbours=2,visibility_reuse=weights,scatter=on,tiles=3x50",
+    ),
+    row("tiles of an environment", "statue", 2, "temporal=on,visibility_reuse=weights,tiles=3x50"),
+    row("tiles, no light", "unlit", 2, "mis=constant,spatial=1,neighbours=2,visibility=ray,tiles=3x50"),
+    row(
+        "as lights go out",
+        "moving",
+        6,
+        "mis=pairwise-defensive,temporal=fused,spatial=1,neighbours=3,visibility_reuse=selection",
+    ),
+    row(
+        "1/Z, as lights come back",
+        "moving",
+        10,
+        "mis=1/z,temporal=fused,spatial=1,neighbours=2,visibility_reuse=weights,scatter=on",
+    ),
+    row("through glass, by a final ray", "panes", 2, "spatial=1,neighbours=3,visibility=ray"),
+    row("through glass, averaged", "panes", 2, "mis=pairwise,spatial=1,neighbours=3,visibility=averaged"),
+    row("through glass, averaged in time", "panes", 2, "temporal=on,visibility_reuse=candidates,visibility=averaged"),
+    row(
+        "through glass, selected",
+        "panes",
+        2,
+        "mis=pairwise-defensive,spatial=1,neighbours=4,visibility_reuse=selection,scatter=on",
+    ),
+];
 
 /// Unbiased forms of MIS.
 const FORMS: [&str; 6] = ["1/z", "contribution", "talbot", "pairwise", "pairwise-defensive", "pairwise-counted"];

@@ -12,7 +12,7 @@ use super::manifest::{KernelRecord, Manifest};
 use super::pipeline::{self, Modules};
 use super::toolchain::{Identity, Toolchain};
 use super::workspace::{MANIFEST, Workspace, module_path};
-use super::{install, publish, verify};
+use super::{install, limits, publish, verify};
 use crate::Error;
 
 /// Libraries whose version the manifest records.
@@ -78,12 +78,13 @@ fn files(built: &BTreeMap<Flavour, Modules>, manifest: &Manifest) -> Result<BTre
     Ok(modules.chain([manifest]).collect())
 }
 
-/// A table of sizes, one line a kernel.
-fn summary(manifest: &Manifest) -> String {
-    let mut text = format!("{:<24} {:>10} {:>10} {:>10}\n", "kernel", "exact ops", "fast ops", "ratio");
+/// A table of sizes, one line a kernel, with how many operations more each might have.
+pub(super) fn summary(manifest: &Manifest) -> String {
+    let mut text = format!("{:<24} {:>10} {:>10} {:>10} {:>10}\n", "kernel", "exact ops", "fast ops", "ratio", "room");
     for (name, record) in &manifest.kernels {
-        let (exact, fast) = (record.exact.operations, record.fast.operations);
-        text += &format!("{name:<24} {exact:>10} {fast:>10} {:>10.2}\n", record.exact_per_fast);
+        let [exact, fast] = [record.exact.operations, record.fast.operations];
+        let room = limits::MAX_OPERATIONS.saturating_sub(exact.max(fast));
+        text += &format!("{name:<24} {exact:>10} {fast:>10} {:>10.2} {room:>10}\n", record.exact_per_fast);
     }
     text
 }

@@ -48,6 +48,7 @@ pub(super) fn run(workspace: &Workspace, require_rebuild: bool) -> Result<(), Er
         }
         None => Scope::Hashes,
     };
+    print!("{}", build::summary(&committed.manifest));
     println!("{scope}");
     let reached = require(&scope, require_rebuild);
     judge(&committed)?;

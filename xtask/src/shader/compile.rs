@@ -8,7 +8,6 @@ use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, Command, Stdio};
 use std::thread::JoinHandle;
-use std::time::Instant;
 
 use spirv_builder::{ModuleResult, SpirvBuilder, SpirvMetadata};
 
@@ -120,28 +119,17 @@ impl Job {
 pub struct Running {
     job: Job,
     child: Child,
-    relay: Option<JoinHandle<Option<Instant>>>,
-}
-
-/// What rust-gpu made of the kernel crate.
-pub struct Built {
-    /// Modules by entry point.
-    pub modules: BTreeMap<String, Vec<u8>>,
-    /// Seconds from the moment when only the kernel crate was left to compile; none when it was up to date.
-    pub kernel_seconds: Option<f64>,
+    relay: Option<JoinHandle<()>>,
 }
 
 impl Running {
-    /// Waits for the modules.
-    pub fn finish(mut self) -> Result<Built, Error> {
+    /// Waits for the modules that rust-gpu made of the kernel crate, by entry point.
+    pub fn finish(mut self) -> Result<BTreeMap<String, Vec<u8>>, Error> {
         let status = self.child.wait();
         // A relay that panicked lost messages, not the build.
-        let started = self.relay.take().and_then(|relay| relay.join().ok()).flatten();
+        let _ = self.relay.take().map(JoinHandle::join);
         match status {
-            Ok(status) if status.success() => {
-                let kernel_seconds = started.map(|instant| instant.elapsed().as_secs_f64());
-                Ok(Built { modules: self.job.modules()?, kernel_seconds })
-            }
+            Ok(status) if status.success() => self.job.modules(),
             _ => Err(Error::Failed(format!("the build `{}` of the kernels failed, see above", self.job.name))),
         }
     }
@@ -160,19 +148,11 @@ impl Job {
     }
 }
 
-/// Prints what a build says, each line with the build's name. Gives the moment when the kernel crate's turn came.
-fn relay(name: String, stderr: ChildStderr) -> JoinHandle<Option<Instant>> {
+/// Prints what a build says, each line with the build's name.
+fn relay(name: String, stderr: ChildStderr) -> JoinHandle<()> {
     std::thread::spawn(move || {
-        let mut started = None;
-        for line in BufReader::new(stderr).lines().map_while(Result::ok) {
-            if line.trim_start().starts_with("Compiling restir-kernels ") {
-                started = Some(Instant::now());
-            }
-            if !is_expected(&line) {
-                eprintln!("[{name}] {line}");
-            }
-        }
-        started
+        let lines = BufReader::new(stderr).lines().map_while(Result::ok);
+        lines.filter(|line| !is_expected(line)).for_each(|line| eprintln!("[{name}] {line}"));
     })
 }
 

@@ -5,8 +5,8 @@ use rspirv::dr::Module;
 use super::module::operations;
 use super::reflect::Interface;
 
-/// Instructions inside functions: larger ones take drivers minutes to compile.
-pub const MAX_OPERATIONS: usize = 20_000;
+/// Instructions inside functions: a larger kernel's first dispatch takes more than 4 s on lavapipe (docs/size-probe.md).
+pub const MAX_OPERATIONS: usize = 24_000;
 /// `maxStorageBuffersPerShaderStage` of a WebGPU device with default limits.
 pub const MAX_STORAGE_BUFFERS: usize = 8;
 

@@ -19,7 +19,7 @@ pub mod module;
 pub mod pipeline;
 pub mod portable;
 pub mod post;
-pub mod probe;
+mod probe;
 pub mod publish;
 pub mod reflect;
 pub mod toolchain;
@@ -62,14 +62,14 @@ pub enum Command {
     Compile(compile::Job),
 }
 
-/// Runs a subcommand. `timer` measures the probe kernel on a device; without one the report says so.
-pub fn run(command: Command, timer: Option<probe::DeviceTimer>) -> Result<(), Error> {
+/// Runs a subcommand.
+pub fn run(command: Command) -> Result<(), Error> {
     let workspace = Workspace::current();
     match command {
         Command::Build { install_toolchain } => build::run(&workspace, install_toolchain),
         Command::Check { require_rebuild } => check::run(&workspace, require_rebuild),
         Command::Dis { kernel, flavour } => dis(&workspace, &kernel, flavour),
-        Command::Probe => probe::run(&workspace, timer),
+        Command::Probe => probe::run(&workspace),
         Command::Compile(job) => job.run(),
     }
 }

@@ -34,7 +34,7 @@ fn build_flavour(workspace: &Workspace, toolchain: &Toolchain, flavour: Flavour)
     let folder = scratch()?;
     let job = Job::new(workspace, toolchain, flavour, &[], folder.path().join("modules"));
     let mut modules = Modules::new();
-    for (entry, bytes) in job.start()?.finish()?.modules {
+    for (entry, bytes) in job.start()?.finish()? {
         let name = post::kernel_name(&entry);
         let finished = finish_module(name, &bytes, flavour)?;
         if modules.insert(name.to_owned(), finished).is_some() {

@@ -1,112 +1,188 @@
-//! `shader probe`: what the size of a single kernel costs, from the compiler to the first dispatch.
+//! `shader probe`: what the size of a kernel costs on a device: its pipeline, and its first dispatch, to which some drivers
+//! put compilation off.
 
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
 use std::path::Path;
-use std::time::Instant;
+use std::sync::mpsc;
+
+use restir_host::buffers::SceneBuffers;
+use restir_host::di::{self, DiSettings, Render};
+use restir_host::exec::gpu::{Pipelines, adapters};
+use restir_host::exec::{Executor, Flavour as HostFlavour, GpuExecutor};
+use restir_host::plan::{FramePlan, Pass};
+use restir_host::scene::Scene;
+use restir_host::{Shaders, spirv};
+use restir_kernels::path::path;
+use restir_kernels::{Case, KernelDesc};
+use restir_tests::{cases, parity};
 
 use super::compile::Job;
 use super::flavour::Flavour;
-use super::manifest::ModuleRecord;
+use super::manifest::{Manifest, hash};
+use super::module::{operations, parse};
 use super::pipeline::finish_module;
 use super::toolchain::Toolchain;
-use super::workspace::{Workspace, scratch};
+use super::workspace::{MANIFEST, Workspace, scratch};
 use super::{install, limits, post};
 use crate::Error;
 
-/// The kernel that the feature `size-probe` adds; it goes beyond the limits on purpose and is never shipped.
-const KERNEL: &str = "size_probe";
+/// The kernel that the feature `size-probe` adds; it goes beyond the limits on purpose and is never shipped. Its interface is
+/// that of `path`, and it runs on a case of `path`.
+static PROBE: KernelDesc = KernelDesc { name: "size_probe", ..path::DESC };
+/// `SpecId` of its number of segments, and the numbers that are measured: some 20, 24 and 28 thousand operations.
+const SEGMENTS_ID: u32 = 1;
+const SEGMENTS: [u32; 3] = [5, 6, 7];
+/// A scene and a preset of ReSTIR DI with the largest kernels.
+const SCENE: &str = "cornell";
+/// A parity case of `path` that is frozen to that scene.
+const FROZEN: &str = "1 sample, cornell, frozen";
+const PRESET: &str = "quality";
+/// Each time is the least of so many.
+const ROUNDS: usize = 3;
 
-/// What one device needed.
-#[derive(Clone, Debug)]
-pub struct DeviceTiming {
-    /// Name of the adapter and its driver.
-    pub adapter: String,
-    /// Seconds to make the pipeline.
-    pub pipeline_seconds: f64,
-    /// Seconds from submitting the first dispatch to its end.
-    pub dispatch_seconds: f64,
+/// Seconds of the processor for a kernel's pipeline and for its first dispatch.
+type Seconds = [f64; 2];
+
+/// The probe with a number of segments, in a folder that [`Shaders::Folder`] takes.
+struct Probe {
+    folder: tempfile::TempDir,
+    segments: u32,
+    operations: usize,
 }
 
-/// Makes a pipeline of an exact module with the given entry point and dispatches it once, on every adapter.
-/// The error is a sentence.
-pub type DeviceTimer = fn(module: &[u8], entry: &str) -> Result<Vec<DeviceTiming>, String>;
-
-/// What the build of the probe kernel took.
-#[derive(Clone, Debug)]
-pub struct BuildTiming {
-    /// The finished module.
-    pub module: ModuleRecord,
-    /// Seconds in rust-gpu for the kernel crate, all other kernels included.
-    pub compile_seconds: f64,
-    /// Seconds in post-pass, spirv-opt and spirv-val.
-    pub finish_seconds: f64,
-}
-
-/// Builds the probe kernel, times it on devices if there is a timer, and writes the report.
-pub fn run(workspace: &Workspace, timer: Option<DeviceTimer>) -> Result<(), Error> {
+/// Builds the probe kernel, times it and shipped kernels on all adapters, and writes the report.
+pub(super) fn run(workspace: &Workspace) -> Result<(), Error> {
     let toolchain =
         Toolchain::find()?.ok_or_else(|| Error::Environment(install::consent_message(&workspace.kernels())))?;
-    let (module, build) = build(workspace, &toolchain)?;
-    let devices = match timer {
-        Some(timer) => timer(&module, KERNEL).map_err(Error::Environment)?,
-        None => Vec::new(),
-    };
-    let report = report(&build, &devices);
+    let raw = build(workspace, &toolchain)?;
+    let probes = SEGMENTS.iter().map(|&segments| finish(&raw, segments)).collect::<Result<Vec<_>, _>>()?;
+    let manifest = Manifest::read(&workspace.spirv())?;
+    let report = report(&probes, &manifest).map_err(|e| Error::Environment(e.to_string()))?;
     print!("{report}");
     let path = workspace.root().join("docs").join("size-probe.md");
-    write(&path, &report)
+    std::fs::write(&path, report).map_err(Error::io("write", &path))
 }
 
-fn build(workspace: &Workspace, toolchain: &Toolchain) -> Result<(Vec<u8>, BuildTiming), Error> {
+/// The probe kernel with all its segments, as rust-gpu gives it.
+fn build(workspace: &Workspace, toolchain: &Toolchain) -> Result<Vec<u8>, Error> {
     let folder = scratch()?;
     let job = Job::new(workspace, toolchain, Flavour::Exact, &["size-probe"], folder.path().join("modules"));
-    // Always cold, or the second run would time nothing.
-    if job.target.exists() {
-        std::fs::remove_dir_all(&job.target).map_err(Error::io("remove", &job.target))?;
-    }
-    let built = job.start()?.finish()?;
-    let raw = built
-        .modules
-        .into_iter()
-        .find_map(|(entry, bytes)| (post::kernel_name(&entry) == KERNEL).then_some(bytes))
-        .ok_or_else(|| Error::Failed(format!("the feature size-probe adds no kernel named {KERNEL}")))?;
-    let start = Instant::now();
-    let finished = finish_module(KERNEL, &raw, Flavour::Exact)?;
-    let finish_seconds = start.elapsed().as_secs_f64();
-    let module = ModuleRecord::new(&finished).map_err(Error::Failed)?;
-    let compile_seconds = built.kernel_seconds.unwrap_or_default();
-    Ok((finished, BuildTiming { module, compile_seconds, finish_seconds }))
+    let mut modules = job.start()?.finish()?.into_iter();
+    let found = modules.find_map(|(entry, bytes)| (post::kernel_name(&entry) == PROBE.name).then_some(bytes));
+    found.ok_or_else(|| Error::Failed(format!("the feature size-probe adds no kernel named {}", PROBE.name)))
 }
 
-/// The report as a section of Markdown.
-pub fn report(build: &BuildTiming, devices: &[DeviceTiming]) -> String {
+fn finish(raw: &[u8], segments: u32) -> Result<Probe, Error> {
+    let words = spirv::freeze(&bytemuck::pod_collect_to_vec(raw), &[(SEGMENTS_ID, segments)]);
+    let words = words.ok_or_else(|| Error::Failed(format!("the module of {} is no SPIR-V", PROBE.name)))?;
+    let module = finish_module(PROBE.name, bytemuck::cast_slice(&words), Flavour::Exact)?;
+    let operations = operations(&parse(&module).map_err(Error::Failed)?).count();
+    let folder = scratch()?;
+    let manifest = serde_json::json!({ "kernels": { PROBE.name: { "exact": { "blake3": hash(&module) } } } });
+    let write = |name: &str, bytes: &[u8]| {
+        let path = folder.path().join(name);
+        let made = std::fs::create_dir_all(path.parent().unwrap_or(Path::new("")));
+        made.and_then(|()| std::fs::write(&path, bytes)).map_err(Error::io("write", &path))
+    };
+    write(&format!("exact/{}.spv", PROBE.name), &module)?;
+    write(MANIFEST, manifest.to_string().as_bytes())?;
+    Ok(Probe { folder, segments, operations })
+}
+
+fn report(probes: &[Probe], manifest: &Manifest) -> Result<String, restir_host::Error> {
     let mut text = format!(
-        "## What the size of a kernel costs\n\n\
-         Measured by `cargo xtask shader probe` on the kernel `{KERNEL}`, which is as large as kernels get; \
-         the limit for shipped kernels is {} operations.\n\n\
-         | step | result |\n|---|---|\n\
-         | operations after spirv-opt | {} |\n\
-         | bytes | {} |\n\
-         | rust-gpu, the kernel crate with all other kernels | {:.1} s |\n\
-         | post-pass, spirv-opt, spirv-val | {:.1} s |\n",
-        limits::MAX_OPERATIONS,
-        build.module.operations,
-        build.module.bytes,
-        build.compile_seconds,
-        build.finish_seconds
+        "# What the size of a kernel costs\n\nMade by `MESA_SHADER_CACHE_DISABLE=true cargo xtask shader probe`. A kernel \
+         may have {} operations. `size_probe` has a number of segments of a path, each with a traversal, a surface and a \
+         GGX lobe of its own; the others are those of the preset `{PRESET}` of ReSTIR DI. Seconds of the \
+         processor for the pipeline and for the first dispatch, each the least of {ROUNDS}: of a kernel for all scenes, and of one whose \
+         constants are frozen to `{SCENE}`.\n",
+        limits::MAX_OPERATIONS
     );
-    for device in devices {
-        text += &format!("| pipeline, {} | {:.3} s |\n", device.adapter, device.pipeline_seconds);
-        text += &format!("| first dispatch, {} | {:.3} s |\n", device.adapter, device.dispatch_seconds);
+    let scene = SceneBuffers::build(&Scene::load(SCENE)?)?;
+    let render = Render { count: 2, ..Render::new([16, 16], DiSettings::preset(PRESET).unwrap_or_default()) };
+    let frozen = |case: &&Case| case.kernel.name == path::DESC.name && case.name == FROZEN;
+    let case = cases::all().iter().find(frozen).expect("the parity cases have it").clone();
+    let case = Case { kernel: &PROBE, ..case };
+    for adapter in adapters() {
+        text += &format!(
+            "\n{} ({}, {})\n\n| kernel | operations | pipeline | first dispatch | frozen: pipeline | first dispatch |\n\
+             |---|---:|---:|---:|---:|---:|\n",
+            adapter.name, adapter.backend, adapter.driver
+        );
+        let row = |name: &str, operations: usize, [all, frozen]: [Seconds; 2]| {
+            let seconds = all.iter().chain(&frozen).map(|s| format!("{s:.2}")).collect::<Vec<_>>().join(" | ");
+            format!("| {name} | {operations} | {seconds} |\n")
+        };
+        for Probe { folder, segments, operations } in probes {
+            let shaders = Shaders::Folder(folder.path().to_owned());
+            let times = both(&adapter.name, &shaders, &|| parity::plan(&case))?;
+            text += &row(&format!("`{}`, {segments} segments", PROBE.name), *operations, times[PROBE.name]);
+        }
+        for (name, times) in both(&adapter.name, &Shaders::Embedded, &|| di::plan(&scene, &render))? {
+            text += &row(&format!("`{name}`"), manifest.kernels[name].exact.operations, times);
+        }
     }
-    if devices.is_empty() {
-        text += "\nNo device was at hand, so neither pipeline creation nor a dispatch was timed.\n";
-    }
-    text
+    Ok(text)
 }
 
-fn write(path: &Path, text: &str) -> Result<(), Error> {
-    if let Some(folder) = path.parent() {
-        std::fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
+/// The times of a plan's kernels by name: for all scenes, and frozen as the plan has them.
+fn both<'a>(
+    adapter: &str,
+    shaders: &Shaders,
+    plan: &dyn Fn() -> FramePlan<'a>,
+) -> Result<BTreeMap<&'static str, [Seconds; 2]>, restir_host::Error> {
+    let mut times = BTreeMap::new();
+    for _ in 0..ROUNDS {
+        for (index, plan) in [general(plan()), plan()].into_iter().enumerate() {
+            for (name, [pipeline, dispatch]) in first_run(adapter, shaders, plan)? {
+                let least = &mut times.entry(name).or_insert([[f64::INFINITY; 2]; 2])[index];
+                *least = [least[0].min(pipeline), least[1].min(dispatch)];
+            }
+        }
     }
-    std::fs::write(path, text).map_err(Error::io("write", path))
+    Ok(times)
+}
+
+/// The plan with kernels for all scenes.
+fn general(plan: FramePlan<'_>) -> FramePlan<'_> {
+    let general = |pass: Pass| Pass { constants: pass.kernel.constants.iter().map(|c| c.default).collect(), ..pass };
+    FramePlan { passes: Box::new(plan.passes.map(move |pass| pass.map(general))), ..plan }
+}
+
+/// The times of a plan's kernels on a device that is opened for it, so that the driver has not seen them. The executor makes
+/// all pipelines before the first dispatch, and each is made once more to be timed alone.
+fn first_run(
+    adapter: &str,
+    shaders: &Shaders,
+    plan: FramePlan<'_>,
+) -> Result<BTreeMap<&'static str, Seconds>, restir_host::Error> {
+    let executor = GpuExecutor::open(Some(adapter), HostFlavour::Exact)?.reload(HostFlavour::Exact, shaders.clone());
+    let mut pipelines = Pipelines::new(executor.device(), HostFlavour::Exact, shaders.clone());
+    let (sender, made) = mpsc::channel();
+    let mut executor = executor.observe_pipelines(move |_, _| {
+        // who would receive it lives longer
+        let _ = sender.send(processor_seconds());
+    });
+    let mut times = BTreeMap::new();
+    let mut before = 0.0;
+    executor.run(plan, &mut |step| {
+        let dispatch = processor_seconds() - made.try_iter().last().unwrap_or(before);
+        let start = processor_seconds();
+        times.entry(step.pass.kernel.name).or_insert_with(|| {
+            let pipeline = pipelines.get(step.pass.kernel, &step.pass.constants);
+            pipeline.map(|_| [processor_seconds() - start, dispatch])
+        });
+        before = processor_seconds();
+        ControlFlow::Continue(())
+    })?;
+    times.into_iter().map(|(name, seconds)| Ok((name, seconds?))).collect()
+}
+
+/// Seconds of the processor that this process has used, which are the same however many others use it. Linux counts them in
+/// hundredths, in fields 14 and 15 of a line whose second field may contain anything, in parentheses.
+fn processor_seconds() -> f64 {
+    let line = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    let fields = line.rsplit(')').next().into_iter().flat_map(str::split_whitespace);
+    fields.skip(11).take(2).filter_map(|ticks| ticks.parse::<f64>().ok()).sum::<f64>() / 100.0
 }

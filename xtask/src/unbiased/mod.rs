@@ -84,10 +84,8 @@ struct Cell {
 impl Cell {
     fn new(trials: &Trials, scene: &str, settings: &str, wrong: bool) -> Result<Self, Error> {
         let matrix = trials.known.matrix;
-        let of_scene = matrix.scenes.iter().filter(|(name, _)| *name == scene).flat_map(|(_, settings)| *settings);
-        let own = settings.split(',').filter(|setting| !setting.is_empty());
-        let all: Vec<&str> = matrix.common.iter().chain(of_scene).copied().chain(own).collect();
-        let technique = trials.with(&all).map_err(environment)?;
+        let of_scene = matrix.scenes.iter().find(|(name, _)| *name == scene).map_or("", |(_, settings)| settings);
+        let technique = trials.with(&[matrix.common, of_scene, settings].join(",")).map_err(environment)?;
         let expected = match technique.biases().as_slice() {
             _ if wrong => Expected::Wrong,
             [] => Expected::Unbiased,

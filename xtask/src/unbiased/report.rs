@@ -122,7 +122,7 @@ pub(super) fn report(trials: &Trials, rows: &[Row]) -> String {
     let tiles = (SIZE / TILE).pow(2);
     let common = [("all scenes", matrix.common)];
     let beside = common.iter().chain(matrix.scenes).filter(|(_, settings)| !settings.is_empty());
-    let beside: Vec<String> = beside.map(|(place, settings)| format!("`{}` in {place}", settings.join(","))).collect();
+    let beside: Vec<String> = beside.map(|(place, settings)| format!("`{settings}` in {place}")).collect();
     let beside = if beside.is_empty() { "none".to_owned() } else { beside.join("; ") };
     let mut text = format!(
         "# Bias of `{name}`\n\nEach row compares {picture}, over independent restarts, with path tracing of the same light, \

@@ -90,7 +90,12 @@ mod gpu {
     use super::{Device, DeviceArguments, Error, Flavour, FlavourName, console, open_cpu};
     use restir::exec::gpu::{AdapterInfo, adapters};
     use restir::exec::{Executor, GpuExecutor};
+    use restir::reference::default_cache;
     use restir::self_check::Parity;
+    use std::time::{Duration, Instant};
+
+    /// How long the console is silent while kernels are compiled.
+    const A_WHILE: Duration = Duration::from_secs(1);
 
     pub(super) fn open(arguments: &DeviceArguments) -> Result<Device, Error> {
         let flavour = arguments.flavour.map(Flavour::from);
@@ -126,6 +131,18 @@ mod gpu {
         let adapter = executor.describe().adapter.unwrap_or_else(|| "GPU".to_owned());
         let parity = parity(&executor);
         console::note(&format!("device: {adapter}, {}, self-check {parity} ({why})", executor.loading()));
+        let executor = match default_cache() {
+            Some(folder) => executor.keep_pipelines_in(&folder.join("pipelines")),
+            None => executor,
+        };
+        let mut begun = Instant::now();
+        let executor = executor.observe_pipelines(move |done, total| {
+            // a line for each would be many where they come from a cache
+            if begun.elapsed() >= A_WHILE {
+                console::note(&format!("kernels: {done} of {total} are compiled"));
+                begun = Instant::now();
+            }
+        });
         Device { executor: Box::new(executor), parity }
     }
 

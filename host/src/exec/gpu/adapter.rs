@@ -66,7 +66,7 @@ pub(super) fn open(name: Option<&str>) -> Result<(wgpu::Device, wgpu::Queue), Er
     let adapter = &adapters[index];
     let descriptor = wgpu::DeviceDescriptor {
         label: Some("restir"),
-        required_features: adapter.features() & wgpu::Features::PASSTHROUGH_SHADERS,
+        required_features: adapter.features() & (wgpu::Features::PASSTHROUGH_SHADERS | wgpu::Features::PIPELINE_CACHE),
         required_limits: adapter.limits(),
         ..wgpu::DeviceDescriptor::default()
     };

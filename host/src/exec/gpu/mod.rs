@@ -1,6 +1,7 @@
 //! The wgpu executor. It accepts an existing Device and Queue, or opens an adapter of its own.
 
 mod adapter;
+mod cache;
 mod float_modes;
 mod pipeline;
 
@@ -12,7 +13,12 @@ use crate::plan::{Buffer, BufferId, FramePlan, Pass};
 use crate::self_check::{Parity, self_check};
 use crate::{Error, Shaders};
 use std::ops::ControlFlow;
+use std::path::Path;
 use wgpu::util::DeviceExt;
+
+/// How many passes are looked at before the first is run, to make the pipelines that they need side by side. Those that
+/// are new later are made when their turn comes.
+const LOOK_AHEAD: usize = 64;
 
 /// Runs compiled kernels on a GPU.
 pub struct GpuExecutor {
@@ -20,6 +26,7 @@ pub struct GpuExecutor {
     queue: wgpu::Queue,
     flavour: Flavour,
     pipelines: Pipelines,
+    observe_pipelines: Box<dyn FnMut(usize, usize) + Send>,
     parity: Option<Parity>,
 }
 
@@ -53,7 +60,21 @@ impl GpuExecutor {
     /// [`takes_passthrough`]. [`Self::check`] tells whether the device keeps its promise.
     pub fn with_device(device: wgpu::Device, queue: wgpu::Queue, flavour: Flavour, shaders: Shaders) -> Self {
         let pipelines = Pipelines::new(&device, flavour, shaders);
-        Self { device, queue, flavour, pipelines, parity: None }
+        Self { device, queue, flavour, pipelines, observe_pipelines: Box::new(|_, _| {}), parity: None }
+    }
+
+    /// Keeps compiled pipelines in a file of `folder` ([`Pipelines::kept_in`]).
+    #[must_use]
+    pub fn keep_pipelines_in(mut self, folder: &Path) -> Self {
+        self.pipelines = self.pipelines.kept_in(folder);
+        self
+    }
+
+    /// Pipelines take seconds, and a run begins with them: `observe` is told how many are done, and of how many.
+    #[must_use]
+    pub fn observe_pipelines(mut self, observe: impl FnMut(usize, usize) + Send + 'static) -> Self {
+        self.observe_pipelines = Box::new(observe);
+        self
     }
 
     /// The same device with other kernels; no self-check was made.
@@ -182,6 +203,19 @@ impl GpuExecutor {
     }
 }
 
+/// The first passes of a plan; of a scene that moves none beyond the second frame's first, because frames are large.
+fn look_ahead(passes: &mut dyn Iterator<Item = Result<Pass, Error>>) -> Vec<Result<Pass, Error>> {
+    let mut ahead = Vec::new();
+    for pass in passes.take(LOOK_AHEAD) {
+        let is_next_frame = !ahead.is_empty() && pass.as_ref().is_ok_and(|pass| pass.frame.is_some());
+        ahead.push(pass);
+        if is_next_frame {
+            break;
+        }
+    }
+    ahead
+}
+
 /// An error's text without line breaks.
 fn one_line(error: &dyn std::fmt::Display) -> String {
     error.to_string().split_whitespace().collect::<Vec<_>>().join(" ")
@@ -205,7 +239,11 @@ impl Executor for GpuExecutor {
         observe: &mut dyn FnMut(&Step<'_>) -> ControlFlow<()>,
     ) -> Result<Vec<Vec<u32>>, Error> {
         let buffers = self.create_buffers(&plan.buffers)?;
-        for (done, pass) in (1..).zip(plan.passes) {
+        let mut passes = plan.passes;
+        let ahead = look_ahead(&mut passes);
+        let wanted: Vec<_> = ahead.iter().flatten().map(|pass| (pass.kernel, pass.constants.clone())).collect();
+        self.pipelines.prepare(&wanted, &mut *self.observe_pipelines)?;
+        for (done, pass) in (1..).zip(ahead.into_iter().chain(passes)) {
             let pass = pass?;
             pass.check(&plan.buffers)?;
             for upload in pass.frame.iter().flat_map(|frame| &frame.uploads) {

@@ -1,12 +1,15 @@
 //! Pipelines from compiled kernels: passthrough for `exact` on Vulkan, naga elsewhere.
 
+use super::cache::Cache;
 use super::float_modes;
 use crate::exec::Flavour;
 use crate::spirv::{self, FloatMode};
 use crate::{Error, Shaders};
 use restir_kernels::{Access, KernelDesc};
 use std::borrow::Cow;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
+use std::path::Path;
+use std::sync::mpsc;
 
 /// Pipelines of the kernels on a device, by kernel and frozen constants.
 ///
@@ -20,8 +23,12 @@ pub struct Pipelines {
     /// `exact` modules may go through naga: only to show what that breaks
     without_guarantee: bool,
     dropped_modes: Vec<FloatMode>,
-    made: HashMap<(&'static str, Vec<u32>), wgpu::ComputePipeline>,
+    cache: Option<Cache>,
+    made: HashMap<Key, wgpu::ComputePipeline>,
 }
+
+/// Name of a kernel and values of its specialization constants.
+type Key = (&'static str, Vec<u32>);
 
 /// Whether the device takes SPIR-V as it is, which alone keeps its decorations: what the flavour `exact` needs.
 pub fn takes_passthrough(device: &wgpu::Device) -> bool {
@@ -39,8 +46,17 @@ impl Pipelines {
             passthrough: flavour == Flavour::Exact && takes_passthrough(device),
             without_guarantee: false,
             dropped_modes: float_modes::unsupported(device),
+            cache: None,
             made: HashMap::new(),
         }
+    }
+
+    /// Keeps what the driver compiles in a file of `folder`, and begins with what is there, if the device has the feature
+    /// `PIPELINE_CACHE`; without, nothing changes. The file may be deleted at any time.
+    #[must_use]
+    pub fn kept_in(mut self, folder: &Path) -> Self {
+        self.cache = Cache::open(&self.device, folder);
+        self
     }
 
     pub(super) fn disable_passthrough(&mut self) {
@@ -65,10 +81,42 @@ impl Pipelines {
     /// [`Error::Kernel`] if the module is missing or damaged, or the adapter rejects it; [`Error::Adapter`] for `exact` on
     /// a device without passthrough, where it would be wrong, not only inexact: drivers may cancel what it relies on.
     pub fn get(&mut self, kernel: &'static KernelDesc, constants: &[u32]) -> Result<wgpu::ComputePipeline, Error> {
-        let key = (kernel.name, constants.to_vec());
-        if let Some(pipeline) = self.made.get(&key) {
-            return Ok(pipeline.clone());
+        self.prepare(&[(kernel, constants.to_vec())], &mut |_, _| {})?;
+        Ok(self.made[&(kernel.name, constants.to_vec())].clone())
+    }
+
+    /// Makes the pipelines that [`Self::get`] will be asked for, those that are missing side by side. `observe` is told
+    /// how many are done, and of how many, after each of them.
+    ///
+    /// # Errors
+    /// As [`Self::get`].
+    pub fn prepare(
+        &mut self,
+        wanted: &[(&'static KernelDesc, Vec<u32>)],
+        observe: &mut dyn FnMut(usize, usize),
+    ) -> Result<(), Error> {
+        let keyed = wanted.iter().map(|(kernel, constants)| ((kernel.name, constants.clone()), *kernel));
+        let missing: BTreeMap<Key, _> = keyed.filter(|(key, _)| !self.made.contains_key(key)).collect();
+        if missing.is_empty() {
+            return Ok(());
         }
+        let total = missing.len();
+        let (sender, receiver) = mpsc::channel();
+        let made: Result<Vec<_>, Error> = std::thread::scope(|scope| {
+            let this = &*self;
+            for (key, kernel) in missing {
+                let sender = sender.clone();
+                scope.spawn(move || sender.send(this.make(kernel, &key.1).map(|pipeline| (key, pipeline))));
+            }
+            drop(sender);
+            receiver.iter().zip(1..).inspect(|&(_, done)| observe(done, total)).map(|(made, _)| made).collect()
+        });
+        self.made.extend(made?);
+        self.cache.iter().for_each(Cache::save);
+        Ok(())
+    }
+
+    fn make(&self, kernel: &KernelDesc, constants: &[u32]) -> Result<wgpu::ComputePipeline, Error> {
         if self.flavour == Flavour::Exact && !self.passthrough && !self.without_guarantee {
             return Err(Error::Adapter(
                 "the flavour exact needs Vulkan and the feature PASSTHROUGH_SHADERS; use the flavour fast here"
@@ -76,9 +124,8 @@ impl Pipelines {
             ));
         }
         let words = self.words(kernel, constants)?;
-        let pipeline = create(&self.device, kernel, words, self.passthrough)?;
-        self.made.insert(key, pipeline.clone());
-        Ok(pipeline)
+        let cache = self.cache.as_ref().map(Cache::driver);
+        create(&self.device, kernel, words, self.passthrough, cache)
     }
 
     /// The module as this device takes it.
@@ -102,6 +149,7 @@ fn create(
     kernel: &KernelDesc,
     words: Vec<u32>,
     passthrough: bool,
+    cache: Option<&wgpu::PipelineCache>,
 ) -> Result<wgpu::ComputePipeline, Error> {
     let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
     let module = shader_module(device, kernel, words, passthrough);
@@ -116,7 +164,7 @@ fn create(
         module: &module,
         entry_point: Some(kernel.name),
         compilation_options: wgpu::PipelineCompilationOptions::default(),
-        cache: None,
+        cache,
     });
     match pollster::block_on(scope.pop()) {
         None => Ok(pipeline),

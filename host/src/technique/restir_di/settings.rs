@@ -231,6 +231,11 @@ impl DiSettings {
         <Self as Declared>::preset(name)
     }
 
+    /// The settings of a render that is of this technique.
+    pub fn of(render: &crate::render::Render) -> Option<&Self> {
+        render.technique.as_any().downcast_ref()
+    }
+
     /// Parameters of the papers.
     fn published() -> Self {
         Self {

@@ -1,73 +1,11 @@
-//! Inputs for the parity cases.
+//! Operands of the parity cases.
 
-use crate::check::bsdf_check::BsdfOperands;
-use crate::check::num_probe::NumOperands;
-use crate::check::sampler_check::SamplerOperands;
-use crate::check::self_check::Operands;
+use super::bsdf_check::BsdfOperands;
+use super::num_probe::NumOperands;
+use super::sampler_check::SamplerOperands;
 use restir_shared::glam::UVec4;
-use restir_shared::layout::FilmPixel;
 use restir_shared::num;
 use restir_shared::rng::{pcg4d, unit};
-
-/// A film plane of positive radiances over many magnitudes.
-pub(crate) fn film_plane(pixels: u32, salt: u32) -> Vec<FilmPixel> {
-    let value = |word: u32| unit(word) * f32::from_bits((100 + word % 40) << 23);
-    (0..pixels)
-        .map(|i| {
-            let w = pcg4d(UVec4::new(i, salt, 0, 0));
-            FilmPixel { sum: [value(w.x), value(w.y), value(w.z)], dropped: (w.w % 3) as f32 }
-        })
-        .collect()
-}
-
-/// Pseudo-random words.
-pub(crate) fn random_words(count: u32, salt: u32) -> Vec<u32> {
-    (0..count).map(|i| pcg4d(UVec4::new(i, salt, 0, 7)).x).collect()
-}
-
-/// Operands at the ends of the domain and where a broken contract shows.
-pub fn boundary_operands() -> Vec<Operands> {
-    let one_and = |k: u32| f32::from_bits(0x3f80_0000 + k);
-    let values = [
-        1.0,
-        -1.0,
-        0.0,
-        -0.0,
-        3.0,
-        -0.333_333_34,
-        one_and(1),
-        one_and(2048),
-        -one_and(0x7f_ffff),
-        f32::from_bits(0x3f7f_ffff),
-        16_777_215.0,
-        1.0e-12,
-        -7.5e11,
-        f32::from_bits(0x3080_0001),
-        f32::from_bits(0x4eff_ffff),
-    ];
-    let mut operands = Vec::new();
-    for a in values {
-        for b in values {
-            // c cancels the rounded product, so that a fused sum leaves its error
-            operands.push(Operands { a, b, c: -(a * b), d: a - num::min(b, 1.0) });
-            operands.push(Operands { a, b, c: 4097.0 * a, d: b * 0.125 });
-        }
-    }
-    operands.iter().map(|o| Operands { d: num::clamp(o.d, -80.0, 80.0), ..*o }).collect()
-}
-
-/// Pseudo-random operands, magnitudes in [2^-30, 2^30].
-pub fn random_operands(count: u32) -> Vec<Operands> {
-    let value = |word: u32| f32::from_bits((word & 0x807f_ffff) | ((97 + (word >> 23) % 60) << 23));
-    (0..count)
-        .map(|i| {
-            let w = pcg4d(UVec4::new(i, 0, 0, 99));
-            let (a, b) = (value(w.x), value(w.y));
-            let c = if i % 2 == 0 { -(a * b) } else { 4097.0 * a };
-            Operands { a, b, c, d: (unit(w.w) - 0.5) * 160.0 }
-        })
-        .collect()
-}
 
 /// Where a function of `num`, `color` or `pack` changes its form or leaves its range, with both signs and neighbours.
 const CHANGES: [f32; 32] = [
@@ -108,7 +46,7 @@ const CHANGES: [f32; 32] = [
 ];
 
 /// Operands at which something changes, in pairs.
-pub fn num_boundaries() -> Vec<NumOperands> {
+pub(super) fn num_boundaries() -> Vec<NumOperands> {
     let is_normal = |x: &f32| *x == 0.0 || x.abs() >= f32::MIN_POSITIVE;
     let beside = |x: f32| [x, x.next_up(), x.next_down()].into_iter().filter(is_normal);
     let values: Vec<f32> = CHANGES.into_iter().flat_map(beside).flat_map(|x| [x, -x]).chain([f32::NAN]).collect();
@@ -125,7 +63,7 @@ pub fn num_boundaries() -> Vec<NumOperands> {
 }
 
 /// Pseudo-random operands, magnitudes in [2^-30, 2^30], exponents of powers in [-80, 80].
-pub fn num_random(count: u32) -> Vec<NumOperands> {
+pub(super) fn num_random(count: u32) -> Vec<NumOperands> {
     let operands = |i: u32| {
         let (v, w) = (pcg4d(UVec4::new(i, 0, 0, 101)), pcg4d(UVec4::new(i, 0, 0, 102)));
         let any = |word: u32| f32::from_bits((word & 0x807f_ffff) | ((97 + (word >> 23) % 60) << 23));
@@ -140,7 +78,7 @@ pub fn num_random(count: u32) -> Vec<NumOperands> {
 }
 
 /// Every combination of the ends of the samplers' ranges.
-pub(crate) fn sampler_ends() -> Vec<SamplerOperands> {
+pub(super) fn sampler_ends() -> Vec<SamplerOperands> {
     const STEP: f32 = 1.0 / 16_777_216.0;
     let units = [0.0, STEP, 0.25, 0.5 - STEP, 0.5, 0.75, 1.0 - STEP];
     let words = [0, 1, 2, 0x4000_00ff, 0xc123_4567, u32::MAX - 1, u32::MAX];
@@ -157,7 +95,7 @@ pub(crate) fn sampler_ends() -> Vec<SamplerOperands> {
 }
 
 /// Pseudo-random operands of the samplers.
-pub(crate) fn random_sampler_operands(count: u32) -> Vec<SamplerOperands> {
+pub(super) fn random_sampler_operands(count: u32) -> Vec<SamplerOperands> {
     // magnitudes over 2^20
     let wide = |word: u32| f32::from_bits((word & 0x007f_ffff) | ((117 + (word >> 23) % 20) << 23));
     (0..count)
@@ -193,7 +131,7 @@ fn direction(cos: f32, turn: f32) -> [f32; 3] {
 
 /// Every combination of the ends of the ranges of materials and viewers; directions of light and random words take
 /// turns.
-pub(crate) fn bsdf_ends() -> Vec<BsdfOperands> {
+pub(super) fn bsdf_ends() -> Vec<BsdfOperands> {
     let words = [0, 0xff, 0x100, 0x4000_0000, 0x7fff_ffff, 0x8000_0000, 0xffff_feff, u32::MAX];
     let mut operands: Vec<BsdfOperands> = Vec::new();
     for (material, roughness) in MATERIALS.iter().flat_map(|m| ROUGHNESSES.map(|r| (m, r))) {
@@ -226,7 +164,7 @@ pub(crate) fn bsdf_ends() -> Vec<BsdfOperands> {
 }
 
 /// Pseudo-random operands of the scattering functions.
-pub(crate) fn random_bsdf_operands(count: u32) -> Vec<BsdfOperands> {
+pub(super) fn random_bsdf_operands(count: u32) -> Vec<BsdfOperands> {
     let operands = |i: u32| {
         let words = |salt: u32| pcg4d(UVec4::new(i, 0, 0, salt)).to_array();
         let units = |salt: u32| words(salt).map(unit);
