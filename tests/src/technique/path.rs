@@ -1,6 +1,6 @@
-//! Path tracing.
+//! Path tracing: the reference of all others, and so tested against the oracle, and Russian roulette against it.
 
-use super::{Cases, Known, NOTHING, Row, row};
+use super::{Cases, Known, Matrix, NOTHING, Row, row};
 
 /// See [`Known`].
 pub(super) const KNOWN: Known = Known {
@@ -19,6 +19,11 @@ pub(super) const KNOWN: Known = Known {
             row("environment", "tower", 2, "jitter=on,max_depth=6"),
         ],
         ..NOTHING.cases
+    },
+    matrix: Matrix {
+        scenes: &[("cornell", ""), ("furnace", "")],
+        common: "max_depth=6,jitter=on",
+        cells: || ["roulette=off", "roulette=on"].map(str::to_owned).to_vec(),
     },
     ..NOTHING
 };

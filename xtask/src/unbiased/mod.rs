@@ -1,332 +1,166 @@
-//! `cargo xtask unbiased`: z-tests of a technique against an independent estimate of the same picture, tile by tile,
-//! over many independent restarts of one sample a pixel.
+//! `cargo xtask unbiased`: z-tests of a technique against an independent estimate of the same picture, tile by tile, over
+//! many independent restarts.
 //!
-//! A cell is `<technique>/<scene>`. `path` is tested against the path tracer in `f64` of the harness, which shares no
-//! code with it, on scenes of Lambertian surfaces with few triangles; `path-roulette` against `path`, on any scene. The
-//! moments are kept in a file after every round, so that a cell can be interrupted and continued, or given more restarts.
-//! The file knows the scene and the settings it is of, not the code: after a change of that, begin anew by `--fresh`.
-//!
-//! `restir-di:<settings>` is tested against `path` with direct light alone, see `direct`; `--di` runs all its cells.
+//! A restart is a render with its own seed, of one sample a pixel, or of a few frames of which the last counts. It is
+//! tested against path tracing with the same [`Integral`](restir_host::technique::Integral); path tracing itself against
+//! the path tracer in `f64` of the harness, see `oracle`. The moments of both sides are kept in files after every round,
+//! so that a test can be interrupted and continued, or given more restarts; all settings share the reference of a scene.
+//! A file knows the scene and the settings it is of, not the code: after a change of that, begin anew by `--fresh`.
 
-mod direct;
+mod oracle;
+mod report;
+mod side;
+mod stage;
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
-use glam::DVec3;
-use restir_host::buffers::SceneBuffers;
-use restir_host::output::write_atomically;
-use restir_host::render::{PathSettings, RenderSettings};
-use restir_host::replay;
-use restir_host::scene::{Scene, builtin};
-use restir_tests::oracle::{Camera, Oracle, Triangle};
-use restir_tests::stats::{Moments, TileGrid, TileTest};
-use restir_tests::wrong::{Faulty, Throughput};
-use serde::{Deserialize, Serialize};
+use restir_host::technique::Technique;
+use restir_tests::stats::{TileGrid, sidak};
+use restir_tests::technique::Trials;
 
-use crate::Error;
+use crate::{Error, num};
+use report::Row;
+use stage::Stage;
 
+/// Width and height of the pictures in pixels.
 const SIZE: u32 = 32;
+/// Width and height of a tile in pixels.
 const TILE: u32 = 8;
-const MAX_DEPTH: u32 = 6;
-/// How often the test of a cell fails although nothing is wrong.
+const GRID: TileGrid = TileGrid { width: SIZE, height: SIZE, tile: TILE };
+/// How often a family of tests fails although nothing is wrong: all of a cell, or of a technique's matrix.
 const FAMILY_RATE: f64 = 1.0e-3;
-/// Restarts, if nothing else is asked for.
-const RESTARTS: u32 = 16_384;
-/// Restarts between two writes of the state.
-const ROUND: u32 = 256;
-/// Restarts of the reference for each of the technique: it is the noisier of the two.
-const REFERENCE_RESTARTS: u32 = 4;
-/// Brute force has its limits.
-const MAX_ORACLE_TRIANGLES: usize = 500;
-const WRONG_THROUGHPUT: f32 = 1.01;
-/// Seeds of references lie beyond those of the technique.
-const REFERENCE_SEED: u32 = 1 << 31;
+/// What a known-wrong picture is too bright by.
+const WRONG_RADIANCE: f32 = 1.01;
 
 /// Options of `cargo xtask unbiased`.
 #[derive(Args)]
 pub struct Options {
-    /// The cell, as `<technique>/<scene>`: path, path-roulette or `restir-di:SETTINGS`, and a built-in scene.
-    #[arg(long, required_unless_present = "di", conflicts_with = "di", default_value = "")]
-    cell: String,
-    /// All cells of ReSTIR DI, and the report on them.
-    #[arg(long)]
-    di: bool,
-    /// With --di: replace docs/restir-di-bias.md.
-    #[arg(long, requires = "di")]
+    /// All cells that the harness declares of a technique, or its default settings and presets, with a report on them.
+    #[arg(long, value_name = "NAME", required_unless_present = "cell")]
+    technique: Option<String>,
+    /// With --technique: replace docs/NAME-bias.md.
+    #[arg(long, requires = "technique")]
     write: bool,
-    /// Restarts of the technique in all; 16384 if not given, of ReSTIR DI 512.
-    #[arg(long)]
+    /// One cell, as `NAME[:KEY=VALUE,...]/SCENE`; the settings come after those that the harness has for the scene.
+    #[arg(long, conflicts_with = "technique")]
+    cell: Option<String>,
+    /// With --cell: radiance x 1.01, which the test has to notice.
+    #[arg(long, requires = "cell")]
+    wrong: bool,
+    /// Restarts in all; 16384 if not given, of techniques of frames 512.
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     restarts: Option<u32>,
-    /// Folder of the state files; target/unbiased if not given.
-    #[arg(long)]
-    state: Option<PathBuf>,
-    /// Discard the state of the cell.
+    /// Restarts of the reference in all.
+    #[arg(long, default_value_t = 65_536, value_parser = clap::value_parser!(u32).range(1..))]
+    reference_restarts: u32,
+    /// Folder of the state files.
+    #[arg(long, default_value = "target/unbiased")]
+    state: PathBuf,
+    /// Discard the states, those of the references as well.
     #[arg(long)]
     fresh: bool,
-    /// Test a known-wrong form, with throughput or, of ReSTIR DI, radiance x 1.01: the test has to fail.
-    #[arg(long)]
-    wrong: bool,
 }
 
-/// What is tested against what.
+/// What is known of settings before they are tested.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Kind {
-    /// `path` against the oracle.
-    Oracle,
-    /// `path-roulette` against `path`.
-    Roulette,
+enum Expected {
+    Unbiased,
+    /// All known biases lose light.
+    Biased,
+    /// [`WRONG_RADIANCE`]: it has to be seen where the test has the power for it.
+    Wrong,
 }
 
+/// Settings that are tested.
 struct Cell {
-    kind: Kind,
-    /// Factor of the tested technique's throughput at every bounce; 1 is right.
-    throughput: f32,
-    /// Restarts of a round.
-    round: u32,
-    scene: Scene,
-    buffers: SceneBuffers,
-}
-
-/// The moments so far; numbers as bits, because a continued cell gives the same verdict as one that ran through.
-#[derive(Serialize, Deserialize)]
-struct State {
-    /// What it is of.
-    digest: String,
-    /// Restarts of the technique that are done.
-    restarts: u32,
-    tested: Vec<[u64; 3]>,
-    reference: Vec<[u64; 3]>,
-}
-
-/// Runs or continues a cell and prints its verdict.
-///
-/// # Errors
-/// [`Error::Failed`] if the expectations differ; [`Error::Environment`] for a cell that does not exist or a state that
-/// is of something else; [`Error::Io`] if the state cannot be read or written.
-pub fn run(options: &Options) -> Result<(), Error> {
-    if options.di {
-        return direct::run_matrix(options);
-    }
-    let direct = options.cell.strip_prefix("restir-di:").and_then(|cell| cell.rsplit_once('/'));
-    match direct {
-        Some((settings, scene)) => direct::run_cell(options, settings, scene),
-        None => run_in_rounds(options, ROUND),
-    }
-}
-
-/// `round` restarts between two writes of the state.
-fn run_in_rounds(options: &Options, round: u32) -> Result<(), Error> {
-    let throughput = if options.wrong { WRONG_THROUGHPUT } else { 1.0 };
-    let cell = Cell { throughput, round, ..Cell::open(&options.cell)? };
-    let path = state_path(options)?;
-    let digest = cell.digest()?;
-    let mut state = if options.fresh { State::new(digest) } else { State::load(&path, digest)? };
-    let start = Instant::now();
-    let restarts = options.restarts.unwrap_or(RESTARTS).max(1).next_multiple_of(round);
-    while state.restarts < restarts {
-        cell.round(&mut state)?;
-        save(&state, &path)?;
-        eprintln!("{} of {} restarts, {:.0} s", state.restarts, restarts, start.elapsed().as_secs_f64());
-    }
-    report(options, &state)
-}
-
-fn report(options: &Options, state: &State) -> Result<(), Error> {
-    let (tested, reference) = (moments(&state.tested), moments(&state.reference));
-    let verdict = TileTest { grid: grid(), family_rate: FAMILY_RATE }.compare(&tested, &reference);
-    let wrong = if options.wrong { format!(", throughput x {WRONG_THROUGHPUT}") } else { String::new() };
-    println!("{}{wrong}: {SIZE} x {SIZE} pixels, depth {MAX_DEPTH}, {} restarts", options.cell, state.restarts);
-    println!("false-alarm rate of the family {FAMILY_RATE}, power 99 %: {verdict}");
-    print_tiles(&tested, &reference);
-    if verdict.passed() { Ok(()) } else { Err(Error::Failed(format!("{}{wrong} is biased: {verdict}", options.cell))) }
-}
-
-fn print_tiles(tested: &[Moments], reference: &[Moments]) {
-    println!("largest |z| of each tile's channels:");
-    let largest = z_scores(tested, reference);
-    let (tiles, _) = largest.split_at(largest.len() - 1);
-    for row in tiles.chunks(grid_columns()) {
-        println!("{}", row.iter().map(|z| format!("{z:6.2}")).collect::<String>());
-    }
-    println!("{} of {} tiles beyond 3", tiles.iter().filter(|z| **z > 3.0).count(), tiles.len());
-}
-
-fn grid() -> TileGrid {
-    TileGrid { width: SIZE, height: SIZE, tile: TILE }
-}
-
-fn grid_columns() -> usize {
-    (SIZE / TILE) as usize
-}
-
-/// The largest |z| over the three channels of each tile, then of the image.
-fn z_scores(tested: &[Moments], reference: &[Moments]) -> Vec<f64> {
-    let z = |(a, b): (&Moments, &Moments)| {
-        let error = (a.variance_of_mean() + b.variance_of_mean()).sqrt();
-        if a.mean() == b.mean() { 0.0 } else { ((a.mean() - b.mean()) / error).abs() }
-    };
-    let all: Vec<f64> = tested.iter().zip(reference).map(z).collect();
-    all.chunks(3).map(|channels| channels.iter().copied().fold(0.0, f64::max)).collect()
+    /// What they are beside the scene's and the defaults, joined by commas.
+    settings: String,
+    expected: Expected,
+    technique: Box<dyn Technique>,
 }
 
 impl Cell {
-    fn open(name: &str) -> Result<Self, Error> {
-        let unknown = || {
-            let scenes: Vec<&str> = builtin::NAMES.iter().map(|(name, _)| *name).collect();
-            let scenes = scenes.join(", ");
-            Error::Environment(format!(
-                "there is no cell {name}; it is path/<scene>, path-roulette/<scene> or restir-di:<settings>/<scene> of \
-                 {scenes}"
-            ))
+    fn new(trials: &Trials, scene: &str, settings: &str, wrong: bool) -> Result<Self, Error> {
+        let matrix = trials.known.matrix;
+        let of_scene = matrix.scenes.iter().find(|(name, _)| *name == scene).map_or("", |(_, settings)| settings);
+        let technique = trials.with(&[matrix.common, of_scene, settings].join(",")).map_err(environment)?;
+        let expected = match technique.biases().as_slice() {
+            _ if wrong => Expected::Wrong,
+            [] => Expected::Unbiased,
+            _ => Expected::Biased,
         };
-        let (technique, scene) = name.split_once('/').ok_or_else(unknown)?;
-        let kind = match technique {
-            "path" => Kind::Oracle,
-            "path-roulette" => Kind::Roulette,
-            _ => return Err(unknown()),
-        };
-        let scene = builtin::scene(scene).ok_or_else(unknown)?;
-        let triangles: usize = scene.instances.iter().map(|i| scene.meshes[i.mesh].indices.len()).sum();
-        if kind == Kind::Oracle && triangles > MAX_ORACLE_TRIANGLES {
-            return Err(Error::Environment(format!(
-                "{name}: {triangles} triangles are too many for brute force, which takes {MAX_ORACLE_TRIANGLES}; test \
-                 path-roulette/{}",
-                scene.name
-            )));
-        }
-        let buffers = SceneBuffers::build(&scene).map_err(environment)?;
-        Ok(Self { kind, throughput: 1.0, round: ROUND, scene, buffers })
+        Ok(Self { settings: settings.to_owned(), expected, technique })
     }
 
-    fn settings(roulette: bool) -> RenderSettings {
-        let path = PathSettings { max_depth: MAX_DEPTH, jitter: true, roulette };
-        RenderSettings { width: SIZE, height: SIZE, samples: 1, seed: 0, path, dispatch_samples: None }
-    }
-
-    fn digest(&self) -> Result<String, Error> {
-        let params = path::params(&self.buffers, &Self::settings(false), 0).map_err(environment)?;
-        let mut hasher = blake3::Hasher::new();
-        let arenas = [&self.buffers.geometry, &self.buffers.attributes];
-        hasher.update(
-            &arenas.iter().flat_map(|words| words.iter().flat_map(|word| word.to_le_bytes())).collect::<Vec<_>>(),
-        );
-        hasher.update(
-            format!("{params:?} {:?} {} {TILE} {} {REFERENCE_RESTARTS}", self.kind, self.throughput, self.round)
-                .as_bytes(),
-        );
-        Ok(hasher.finalize().to_hex().to_string())
-    }
-
-    /// Adds a round to both sides.
-    fn round(&self, state: &mut State) -> Result<(), Error> {
-        let first = state.restarts;
-        let tested = self.trace(self.kind == Kind::Roulette, self.throughput, self.round, first)?;
-        let (count, from) = (self.round * REFERENCE_RESTARTS, first * REFERENCE_RESTARTS);
-        let reference = match self.kind {
-            Kind::Roulette => self.trace(false, 1.0, count, REFERENCE_SEED + from)?,
-            Kind::Oracle => {
-                let oracle = oracle(&self.scene, &self.buffers);
-                grid().moments(count, |restart, x, y| oracle.pixel(from + restart, x, y))
-            }
-        };
-        state.tested = merged(&state.tested, tested);
-        state.reference = merged(&state.reference, reference);
-        state.restarts += self.round;
-        Ok(())
-    }
-
-    /// Moments of the technique's images; a restart is a seed.
-    fn trace(&self, roulette: bool, throughput: f32, restarts: u32, seed: u32) -> Result<Vec<Moments>, Error> {
-        let params = path::params(&self.buffers, &Self::settings(roulette), 0).map_err(environment)?;
-        let scene = Faulty { scene: self.buffers.view(), fault: Throughput(throughput) };
-        Ok(grid().moments(restarts, |restart, x, y| {
-            let mut params = params;
-            params.seed = seed + restart;
-            path::trace(&scene, &params, x, y).sum.map(f64::from)
-        }))
+    /// For messages and files.
+    fn name(&self) -> String {
+        let name = self.technique.about().name;
+        let wrong = if self.expected == Expected::Wrong { " x 1.01" } else { "" };
+        [name, if self.settings.is_empty() { "" } else { ":" }, &self.settings, wrong].concat()
     }
 }
 
-/// The scene in the oracle's form. It knows Lambertian surfaces only.
-fn oracle(scene: &Scene, buffers: &SceneBuffers) -> Oracle {
-    let wide = |v: [f32; 3]| v.map(f64::from);
-    let mut triangles = Vec::new();
-    for instance in &scene.instances {
-        let mesh = &scene.meshes[instance.mesh];
-        let material = &scene.materials[mesh.material];
-        // rounded, as in the arenas
-        let position = |i: u32| {
-            let local = DVec3::from_array(wide(mesh.positions[i as usize]));
-            wide(instance.transform.transform_point3(local).as_vec3().to_array())
-        };
-        let mirrored = instance.transform.matrix3.determinant() < 0.0;
-        triangles.extend(mesh.indices.iter().map(|&[a, b, c]| Triangle {
-            vertices: (if mirrored { [a, c, b] } else { [a, b, c] }).map(position),
-            reflectance: wide(material.base_color),
-            emission: wide(material.emission),
-            two_sided: material.two_sided_emission,
-        }));
-    }
-    let camera = buffers.camera.params(SIZE, SIZE);
-    let camera = Camera {
-        position: wide(camera.position),
-        forward: wide(camera.forward),
-        right: wide(camera.right),
-        up: wide(camera.up),
-        size: [SIZE; 2],
+/// Runs or continues what is asked for and prints the verdicts.
+///
+/// # Errors
+/// [`Error::Failed`] if anything is not as known; [`Error::Environment`] for a cell that does not exist or a state that is
+/// of something else; [`Error::Io`] if a file cannot be read or written.
+pub fn run(options: &Options) -> Result<(), Error> {
+    let name = options.cell.as_deref().unwrap_or_default();
+    let (of_technique, scene) = match &options.technique {
+        Some(technique) => (technique.as_str(), None),
+        None => name.rsplit_once('/').map(|(technique, scene)| (technique, Some(scene))).ok_or_else(|| {
+            Error::Environment(format!("there is no cell {name:?}; it is NAME[:KEY=VALUE,...]/SCENE, as path/cornell"))
+        })?,
     };
-    Oracle::new(triangles, camera, MAX_DEPTH, true)
-}
-
-fn moments(bits: &[[u64; 3]]) -> Vec<Moments> {
-    bits.iter().map(|bits| Moments::from_parts(bits.map(f64::from_bits))).collect()
-}
-
-fn merged(before: &[[u64; 3]], round: Vec<Moments>) -> Vec<[u64; 3]> {
-    let before = if before.is_empty() { vec![Moments::default(); round.len()] } else { moments(before) };
-    before.into_iter().zip(round).map(|(a, b)| a.merge(b).parts().map(f64::to_bits)).collect()
-}
-
-impl State {
-    fn new(digest: String) -> Self {
-        Self { digest, restarts: 0, tested: Vec::new(), reference: Vec::new() }
-    }
-
-    fn load(path: &Path, digest: String) -> Result<Self, Error> {
-        if !path.exists() {
-            return Ok(Self::new(digest));
-        }
-        let text = std::fs::read_to_string(path).map_err(Error::io("read", path))?;
-        let state: Option<Self> = serde_json::from_str(&text).ok();
-        let numbers = 3 * (grid_columns() * grid_columns() + 1);
-        let complete = |state: &Self| state.tested.len() == numbers && state.reference.len() == numbers;
-        state.filter(|state| state.digest == digest && complete(state)).ok_or_else(|| {
-            Error::Environment(format!("{} is of another scene or version; discard it by --fresh", path.display()))
-        })
-    }
-}
-
-fn save(state: &impl Serialize, path: &Path) -> Result<(), Error> {
-    let write = |file: &mut std::io::BufWriter<&std::fs::File>| Ok(serde_json::to_writer(file, state)?);
-    write_atomically(path, write).map_err(environment)
-}
-
-/// Where the states are.
-fn folder(options: &Options) -> Result<PathBuf, Error> {
-    let target = || {
-        let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).with_file_name("target");
-        std::env::var_os("CARGO_TARGET_DIR").map_or(workspace, PathBuf::from).join("unbiased")
+    let (technique, settings) = of_technique.split_once(':').unwrap_or((of_technique, ""));
+    let trials = Trials::of(technique).map_err(environment)?;
+    let (rows, report) = if let Some(scene) = scene {
+        let rows = rows(options, &trials, &[scene], &[(settings.to_owned(), options.wrong)])?;
+        let report = rows.iter().map(Row::in_detail).collect();
+        (rows, report)
+    } else {
+        let scenes: Vec<&str> = trials.known.matrix.scenes.iter().map(|(scene, _)| *scene).collect();
+        let rows = rows(options, &trials, &scenes, &cells(&trials))?;
+        let report = report::report(&trials, &rows);
+        (rows, report)
     };
-    let folder = options.state.clone().unwrap_or_else(target);
-    std::fs::create_dir_all(&folder).map_err(Error::io("create", &folder))?;
-    Ok(folder)
+    println!("{report}");
+    if options.write {
+        let docs = Path::new(env!("CARGO_MANIFEST_DIR")).with_file_name("docs");
+        num::write(&docs.join(format!("{technique}-bias.md")), &report)?;
+    }
+    let findings = report::findings(&rows);
+    if findings.is_empty() { Ok(()) } else { Err(Error::Failed(findings.join("\n"))) }
 }
 
-fn state_path(options: &Options) -> Result<PathBuf, Error> {
-    let wrong = if options.wrong { "-wrong" } else { "" };
-    Ok(folder(options)?.join(format!("{}{wrong}.json", options.cell.replace('/', "-"))))
+/// Tests all cells on all scenes, as one family.
+fn rows(options: &Options, trials: &Trials, scenes: &[&str], cells: &[(String, bool)]) -> Result<Vec<Row>, Error> {
+    let family_rate = sidak(FAMILY_RATE, cells.len() * scenes.len());
+    let start = Instant::now();
+    let mut rows = Vec::new();
+    for scene in scenes {
+        let mut stage = Stage::open(scene, options)?;
+        for (settings, wrong) in cells {
+            let row = stage.row(Cell::new(trials, scene, settings, *wrong)?, family_rate)?;
+            eprintln!("{:.0} s: {row}", start.elapsed().as_secs_f64());
+            rows.push(row);
+        }
+    }
+    Ok(rows)
+}
+
+/// The settings of the matrix; at last the defaults once more, and whether they are to be wrong.
+fn cells(trials: &Trials) -> Vec<(String, bool)> {
+    let mut cells = (trials.known.matrix.cells)();
+    if cells.is_empty() {
+        let presets = trials.technique.presets();
+        cells.push(String::new());
+        cells.extend(presets.iter().map(|(name, _)| format!("preset={name}")));
+    }
+    cells.into_iter().map(|settings| (settings, false)).chain([(String::new(), true)]).collect()
 }
 
 fn environment(error: restir_host::Error) -> Error {
@@ -336,47 +170,77 @@ fn environment(error: restir_host::Error) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use clap::Parser;
+    use restir_host::buffers::SceneBuffers;
+    use restir_host::render::{self, Render};
+    use restir_tests::scenes::named;
+    use tempfile::{TempDir, tempdir};
 
-    /// Short ones, of a single task.
-    const SHORT: u32 = 64;
+    #[derive(Parser)]
+    struct Cli {
+        #[command(flatten)]
+        options: Options,
+    }
 
-    pub(super) fn options(cell: &str, folder: &Path, rounds: u32) -> Options {
-        let state = Some(folder.to_owned());
-        let restarts = Some(rounds * SHORT);
-        Options { cell: cell.to_owned(), di: false, write: false, restarts, state, fresh: false, wrong: false }
+    fn cell(cell: &str, folder: &TempDir, more: &[&str]) -> Result<(), Error> {
+        let state = folder.path().to_str().unwrap();
+        let few = ["unbiased", "--reference-restarts", "256", "--state", state, "--cell", cell];
+        run(&Cli::try_parse_from(few.iter().chain(more)).unwrap().options)
     }
 
     #[test]
     fn a_cell_that_was_interrupted_ends_as_one_that_ran_through() {
-        let [through, stopped] = [(); 2].map(|()| tempfile::tempdir().unwrap());
-        let run = |folder: &tempfile::TempDir, rounds| {
-            run_in_rounds(&options("path-roulette/furnace", folder.path(), rounds), SHORT).unwrap();
-        };
-        run(&through, 2);
-        run(&stopped, 1);
-        run(&stopped, 2);
-        let state = |folder: &tempfile::TempDir| {
-            std::fs::read_to_string(folder.path().join("path-roulette-furnace.json")).unwrap()
-        };
-        assert_eq!(state(&through), state(&stopped));
+        for (name, file) in [("path:roulette=on", "path-roulette=on"), ("restir-di", "restir-di")] {
+            let state = |restarts: &[&str]| {
+                let folder = tempdir().unwrap();
+                for restarts in restarts {
+                    cell(&format!("{name}/furnace"), &folder, &["--restarts", restarts]).unwrap();
+                }
+                std::fs::read_to_string(folder.path().join(format!("{file}-furnace.json"))).unwrap()
+            };
+            assert_eq!(state(&["512"]), state(&["256", "512"]));
+        }
     }
 
     #[test]
-    fn a_wrong_technique_is_biased() {
-        let folder = tempfile::tempdir().unwrap();
-        let wrong = Options { wrong: true, ..options("path/furnace", folder.path(), 1) };
-        assert!(matches!(run_in_rounds(&wrong, SHORT), Err(Error::Failed(_))));
+    fn right_and_wrong_are_told_from_each_other() {
+        let folder = tempdir().unwrap();
+        for more in [["--restarts=256"].as_slice(), &["--restarts=256", "--wrong"]] {
+            cell("path/furnace", &folder, more).unwrap();
+        }
     }
 
     #[test]
     fn cells_and_states_that_do_not_fit_are_refused() {
-        let folder = tempfile::tempdir().unwrap();
-        for cell in ["path", "path/teapot", "magic/cornell"] {
-            let message = run(&options(cell, folder.path(), 1)).unwrap_err().to_string();
-            assert!(message.contains(cell) && message.contains("cornell-mitsuba"), "{message}");
+        let folder = tempdir().unwrap();
+        std::fs::write(folder.path().join("path-furnace.json"), "{}").unwrap();
+        for (name, known) in [
+            ("path", "path/cornell"),
+            ("path/teapot", "cornell-mitsuba"),
+            ("path/statue", "too many for brute force"),
+            ("path/furnace", "--fresh"),
+            ("magic/cornell", "restir-di"),
+            ("restir-di:magic=on/cornell", "visibility_reuse"),
+            ("restir-di:mis=magic/cornell", "talbot"),
+            ("restir-di/panes", "transmittance=off"),
+            ("restir-di/moving", "does not move"),
+        ] {
+            let message = cell(name, &folder, &[]).unwrap_err().to_string();
+            assert!(message.contains(known), "{message}");
         }
-        std::fs::write(folder.path().join("path-cornell.json"), "{}").unwrap();
-        let message = run(&options("path/cornell", folder.path(), 1)).unwrap_err().to_string();
-        assert!(message.contains("--fresh"), "{message}");
+    }
+
+    #[test]
+    fn every_techniques_cells_are_sound() {
+        let furnace = SceneBuffers::build(&named("furnace").unwrap()).unwrap();
+        for trials in Trials::all() {
+            trials.rows();
+            for (scene, _) in trials.known.matrix.scenes {
+                for (settings, wrong) in cells(&trials) {
+                    let cell = Cell::new(&trials, scene, &settings, wrong).unwrap();
+                    render::check(&furnace, &Render::new([SIZE; 2], cell.technique)).expect(&settings);
+                }
+            }
+        }
     }
 }

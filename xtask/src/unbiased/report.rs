@@ -1,0 +1,145 @@
+//! What tested cells tell: a row each, and the report on a technique.
+
+use std::fmt::{self, Write};
+
+use restir_host::technique::Repeats;
+use restir_tests::stats::{Moments, TileTest, Verdict, ZTest, sidak};
+use restir_tests::technique::Trials;
+
+use super::side::Side;
+use super::stage::FRAMES;
+use super::{Cell, Expected, FAMILY_RATE, GRID, SIZE, TILE, WRONG_RADIANCE};
+
+/// A biased setting has to differ by this many standard errors.
+const BIASED: f64 = 3.0;
+
+/// A tested cell.
+pub(super) struct Row {
+    scene: String,
+    cell: Cell,
+    restarts: u32,
+    pub(super) verdict: Verdict,
+    /// Of each tile's channels, then of the image's.
+    tests: Vec<ZTest>,
+    /// The relative bias that is detectable in half of the tiles and channels.
+    detectable_in_half: f64,
+    /// Relative difference of the image's mean in green, and its standard error.
+    bias: [f64; 2],
+}
+
+impl Row {
+    pub(super) fn new(scene: &str, cell: Cell, family_rate: f64, tested: &Side, reference: &[Moments]) -> Self {
+        let moments = tested.moments();
+        let tests: Vec<ZTest> = moments.iter().zip(reference).map(|(a, b)| ZTest::new(*a, *b)).collect();
+        let rate = sidak(family_rate, tests.len());
+        let mut detectable: Vec<f64> =
+            tests.iter().zip(reference).map(|(test, b)| test.detectable_bias(rate) / b.mean()).collect();
+        detectable.sort_by(f64::total_cmp);
+        // the image's numbers are the last three
+        let green = tests.len() - 2;
+        let bias = [tests[green].difference, tests[green].standard_error].map(|x| x / reference[green].mean());
+        Self {
+            scene: scene.to_owned(),
+            cell,
+            restarts: tested.restarts,
+            verdict: TileTest { grid: GRID, family_rate }.compare(&moments, reference),
+            detectable_in_half: detectable[detectable.len() / 2],
+            tests,
+            bias,
+        }
+    }
+
+    /// Whether the outcome is what is known; nothing if the test cannot tell.
+    fn agrees(&self) -> Option<bool> {
+        let [bias, error] = self.bias;
+        match self.cell.expected {
+            Expected::Unbiased => Some(self.verdict.passed()),
+            Expected::Biased if bias.abs() <= BIASED * error => None,
+            Expected::Biased => Some(bias < 0.0),
+            Expected::Wrong if self.verdict.detectable_in_image > f64::from(WRONG_RADIANCE) - 1.0 => None,
+            Expected::Wrong => Some(!self.verdict.passed()),
+        }
+    }
+
+    /// The verdict, and the largest |z| of each tile's channels.
+    pub(super) fn in_detail(&self) -> String {
+        let z = |channels: &[ZTest]| channels.iter().map(|test| test.z.abs()).fold(0.0, f64::max);
+        let tiles: Vec<String> = self.tests.chunks(3).map(|channels| format!("{:6.2}", z(channels))).collect();
+        let tiles: Vec<String> = tiles.chunks_exact((SIZE / TILE) as usize).map(|row| row.concat()).collect();
+        format!("{HEAD}{self}\n\n{}; largest |z| of each tile:\n{}", self.verdict, tiles.join("\n"))
+    }
+}
+
+const HEAD: &str = "| scene | settings | known bias | restarts | max \\|z\\| | detectable in tiles, % | in the image, % | \
+                    bias, % | outcome |\n|---|---|---|---:|---:|---:|---:|---:|---|\n";
+
+impl fmt::Display for Row {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let known = match self.cell.expected {
+            Expected::Unbiased => "none",
+            Expected::Biased => "darker",
+            Expected::Wrong => "x 1.01",
+        };
+        let outcome = match self.agrees() {
+            Some(true) => "as known",
+            Some(false) => "**not as known**",
+            None => "not seen here",
+        };
+        let settings = if self.cell.settings.is_empty() { "defaults" } else { &self.cell.settings };
+        let Verdict { max_z, detectable_in_image, .. } = self.verdict;
+        let [half, image, bias, error] =
+            [self.detectable_in_half, detectable_in_image, self.bias[0], self.bias[1]].map(|x| 100.0 * x);
+        write!(
+            f,
+            "| {} | {settings} | {known} | {} | {max_z:.2} | {half:.2} | {image:.2} | {bias:+.3} +- {error:.3} | {outcome} |",
+            self.scene, self.restarts
+        )
+    }
+}
+
+/// What is not as it should be: a cell that says otherwise, or one whose bias is seen on no scene.
+pub(super) fn findings(rows: &[Row]) -> Vec<String> {
+    let wrong = rows.iter().filter(|row| row.agrees() == Some(false));
+    let mut findings: Vec<String> =
+        wrong.map(|row| format!("{}/{}: {}", row.cell.name(), row.scene, row.verdict)).collect();
+    for row in rows.iter().filter(|row| row.scene == rows[0].scene) {
+        let name = row.cell.name();
+        if rows.iter().filter(|row| row.cell.name() == name).all(|row| row.agrees().is_none()) {
+            findings.push(format!("{name}: its bias is not seen on any scene; give it more restarts"));
+        }
+    }
+    findings
+}
+
+/// The report on all cells of a technique.
+pub(super) fn report(trials: &Trials, rows: &[Row]) -> String {
+    let (name, matrix) = (trials.name(), trials.known.matrix);
+    let picture = match trials.technique.about().repeats {
+        Repeats::Samples => "one sample a pixel".to_owned(),
+        Repeats::Frames => format!("the last of {FRAMES} frames"),
+    };
+    let threshold = rows.first().map_or(f64::NAN, |row| row.verdict.threshold);
+    let tiles = (SIZE / TILE).pow(2);
+    let common = [("all scenes", matrix.common)];
+    let beside = common.iter().chain(matrix.scenes).filter(|(_, settings)| !settings.is_empty());
+    let beside: Vec<String> = beside.map(|(place, settings)| format!("`{settings}` in {place}")).collect();
+    let beside = if beside.is_empty() { "none".to_owned() } else { beside.join("; ") };
+    let mut text = format!(
+        "# Bias of `{name}`\n\nEach row compares {picture}, over independent restarts, with path tracing of the same light, \
+         and path tracing itself with an independent path tracer in `f64`: {SIZE} x {SIZE} pixels, the three channels of \
+         {tiles} tiles of {TILE} x {TILE} and of the image. A row passes if no |z| exceeds {threshold:.2}; the whole table \
+         has a false alarm with probability {FAMILY_RATE}. The detectable bias is noticed with 99 % probability: in half of \
+         the tiles and channels, and in the worst channel of the image. The last figures are the bias of the image's mean \
+         in green and its standard error, in percent.\n\n\
+         What settings mean is printed by `restir settings {name}`. Settings beside those of a row: {beside}. Of settings \
+         known to be darker a row tells where the bias exceeds {BIASED} standard errors; of radiance x {WRONG_RADIANCE}, \
+         where that is detectable. A tile that light reaches rarely has no variance yet in few restarts, and z says \
+         nothing: such rows need more of them.\n\n\
+         Made by `cargo xtask unbiased --technique {name} --write`.\n\n{HEAD}"
+    );
+    for row in rows {
+        // writing to a string cannot fail
+        let _ = writeln!(text, "{row}");
+    }
+    text
+}
