@@ -4,7 +4,6 @@ pub mod brute;
 pub mod bsdf_f64;
 pub mod capture;
 pub mod cases;
-pub mod counting;
 pub mod data;
 pub mod device;
 pub mod features;

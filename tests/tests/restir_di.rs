@@ -5,6 +5,7 @@ use restir_host::buffers::SceneBuffers;
 use restir_host::exec::CpuExecutor;
 use restir_host::plan::Pass;
 use restir_host::render::{self, Render};
+use restir_host::replay::Recording;
 use restir_host::scene::{Camera, Material, Mesh, Scene};
 use restir_host::technique::restir_di::{DiSettings, MisForm, Temporal, Tiles, Visibility, VisibilityReuse};
 use restir_kernels::di::{di_combine, di_exchange, di_gather, di_offer, di_primary};
@@ -12,14 +13,13 @@ use restir_shared::glam::{UVec4, Vec3};
 use restir_shared::layout::FilmPixel;
 use restir_shared::pack::decode_unit_vector;
 use restir_shared::resample::mis::{Combine, Mis};
-use restir_shared::scene::{AddressedLights, LightAddress, Surface, Trace};
+use restir_shared::scene::{AddressedLights, AnyScene, LightAddress, Surface, Trace};
 use restir_shared::technique::di::{
     self as passes, DI_FINAL_RAY, DI_MIS_VISIBILITY, DI_OTHER_FRAME, DiPairs, DiParams, DiPoint, Stored,
 };
 use restir_shared::technique::path;
 use restir_shared::technique::path::PathParams;
 use restir_tests::capture::{Capture, captured, last};
-use restir_tests::counting::{Counting, Counts};
 use restir_tests::native::{changed, edit, film, film_over, plan};
 use restir_tests::panes::Panes;
 use restir_tests::random::SplitMix;
@@ -118,21 +118,36 @@ fn lit_wall() -> Result<SceneBuffers, Failed> {
     Ok(SceneBuffers::build(&scene)?)
 }
 
+/// Of some work: rays for their nearest hit, shadow rays, and lights at an address, each of which is an evaluation of a target.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Cost {
+    closest: u32,
+    shadow: u32,
+    evaluations: u32,
+}
+
+/// What one invocation leaves, and what it asks.
+fn invoke<S: AnyScene>(capture: &Capture, scene: &S, at: [u32; 2]) -> (Vec<Vec<u32>>, Cost) {
+    let recording = Recording::new(scene);
+    let (made, counts) = (capture.invoke(&recording, at), recording.counts());
+    let [closest, shadow, evaluations] = [counts.closest, counts.shadow, counts.light_samples].map(|n| n as u32);
+    (made, Cost { closest, shadow, evaluations })
+}
+
 /// The costs of a combine of exactly k inputs, one for each pixel that has so many: the pixel's own reservoir, and of
 /// the last frame the one at its place and k - 2 around.
-fn costs(settings: &DiSettings, k: u32) -> Result<Vec<Counts>, Failed> {
+fn costs(settings: &DiSettings, k: u32) -> Result<Vec<Cost>, Failed> {
     let buffers = lit_wall()?;
     let view = buffers.view();
-    let counting = Counting::new(&view);
     let settings = DiSettings { still: false, temporal: Temporal::Fused, neighbours: k - 2, ..settings.clone() };
     let captures = captured(plan(&buffers, &render([SIDE; 2], &settings, 2, 3)))?;
     let combine = last(&captures, &di_combine::DESC);
     let costs = combine.positions().filter_map(|at| {
-        let (made, counts) = counting.of(|| combine.invoke(&counting, at));
+        let (made, cost) = invoke(combine, &view, at);
         // every input counts once
-        (reservoir(&made).confidence == k as f32).then_some(counts)
+        (reservoir(&made).confidence == k as f32).then_some(cost)
     });
-    let costs: Vec<Counts> = costs.collect();
+    let costs: Vec<Cost> = costs.collect();
     // a neighbour at the pixel's own place is none
     ensure(costs.len() as u32 > SIDE * SIDE * 9 / 10, || format!("{} pixels have {k} inputs", costs.len()))?;
     Ok(costs)
@@ -216,7 +231,6 @@ fn evaluations_grow_with_k_and_its_square() -> Result<(), Failed> {
 fn frame_costs(settings: &DiSettings, neighbours: u32) -> Result<[u32; 4], Failed> {
     let buffers = lit_wall()?;
     let view = buffers.view();
-    let counting = Counting::new(&view);
     let settings = DiSettings { neighbours, shaded: 0, feedback: false, ..settings.clone() };
     let captures = captured(plan(&buffers, &render([SIDE; 2], &settings, 2, 3)))?;
     let second = captures.iter().filter(|capture| capture.pass.params::<DiParams>().is_some_and(|p| p.frame == 1));
@@ -224,7 +238,7 @@ fn frame_costs(settings: &DiSettings, neighbours: u32) -> Result<[u32; 4], Faile
     let [initial, temporal, spatial, shading] = &passes[..] else {
         return Err(format!("{} passes", passes.len()).into());
     };
-    let cost = |capture: &Capture, at| counting.of(|| capture.invoke(&counting, at)).1.shadow;
+    let cost = |capture: &Capture, at| invoke(capture, &view, at).1.shadow;
     // each input stands for two
     let full = |at: &[u32; 2]| reservoir(&spatial.invoke(&view, *at)).confidence == 2.0 * (1 + neighbours) as f32;
     let pixels: Vec<[u32; 2]> = spatial.positions().filter(full).collect();
@@ -534,7 +548,6 @@ fn a_shaded_neighbour_costs_one_evaluation() -> Result<(), Failed> {
     const REACH: u32 = 4;
     let buffers = lit_wall()?;
     let view = buffers.view();
-    let counting = Counting::new(&view);
     let selected = DiSettings { visibility: Visibility::Selected, ..plain(MisForm::Talbot) };
     for (settings, own_rays, rays) in [
         (plain(MisForm::Talbot), 1, 1),
@@ -548,11 +561,10 @@ fn a_shaded_neighbour_costs_one_evaluation() -> Result<(), Failed> {
         let [offer, exchange] = [&di_offer::DESC, &di_exchange::DESC].map(|kernel| last(&captures, kernel));
         let inside = |at: u32| (REACH..SIDE - REACH).contains(&at);
         for at in offer.positions().filter(|at| at.iter().all(|&at| inside(at))) {
-            let (_, offer) = counting.of(|| offer.invoke(&counting, at));
-            let (_, exchange) = counting.of(|| exchange.invoke(&counting, at));
+            let [(_, offer), (_, exchange)] = [offer, exchange].map(|capture| invoke(capture, &view, at));
             let expected = [
-                Counts { closest: 0, shadow: own_rays, evaluations: 1 },
-                Counts { closest: 0, shadow: rays * NEIGHBOURS, evaluations: NEIGHBOURS },
+                Cost { closest: 0, shadow: own_rays, evaluations: 1 },
+                Cost { closest: 0, shadow: rays * NEIGHBOURS, evaluations: NEIGHBOURS },
             ];
             ensure([offer, exchange] == expected, || format!("{offer:?}, {exchange:?} at {at:?}: {settings:?}"))?;
         }

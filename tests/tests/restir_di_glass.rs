@@ -7,6 +7,7 @@ use libtest_mimic::Failed;
 use rayon::prelude::*;
 use restir_host::buffers::SceneBuffers;
 use restir_host::render::Render;
+use restir_host::replay::Recording;
 use restir_host::technique::restir_di::{DiSettings, MisForm, Target, Temporal, Visibility, VisibilityReuse};
 use restir_shared::bsdf::{Bsdf, Material, SPECULAR_TRANSMISSION};
 use restir_shared::glam::{UVec4, Vec3};
@@ -17,7 +18,6 @@ use restir_shared::technique::di::{Stored, dithered};
 use restir_shared::technique::path;
 use restir_shared::technique::path::PathParams;
 use restir_shared::vec::{length, luminance};
-use restir_tests::counting::Counting;
 use restir_tests::native::{film, film_over, plan};
 use restir_tests::panes::{Panes, stack, through_first};
 use restir_tests::random::SplitMix;
@@ -323,9 +323,9 @@ fn without_glass_nothing_changes() -> Result<(), Failed> {
     let view = buffers.view();
     for preset in DiSettings::PRESETS.iter().filter_map(|name| DiSettings::preset(name)) {
         let of = |transmittance| -> Result<_, Failed> {
-            let counting = Counting::new(&view);
+            let recording = Recording::new(&view);
             let settings = DiSettings { transmittance, ..preset.clone() };
-            let (film, counts) = counting.of(|| film_over(&counting, plan(&buffers, &render(&settings, 2, 2))));
+            let (film, counts) = recording.of(|| film_over(&recording, plan(&buffers, &render(&settings, 2, 2))));
             Ok((film?.iter().map(|p| p.sum.map(f32::to_bits)).collect::<Vec<_>>(), counts))
         };
         ensure(of(true)? == of(false)?, || format!("{preset:?}"))?;
