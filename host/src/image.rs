@@ -13,6 +13,9 @@ use crate::Error;
 use crate::input;
 use crate::output::write_atomically;
 
+/// Longest side of an image in pixels.
+pub const MAX_SIDE: u32 = 16_384;
+
 /// The EXR attribute that holds the metadata. It is one attribute because the `exr` crate writes several in a random
 /// order, and equal renders should give equal files.
 const METADATA_ATTRIBUTE: &str = "restir";

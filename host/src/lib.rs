@@ -20,7 +20,7 @@ pub mod metrics;
 pub mod output;
 pub mod plan;
 pub mod reference;
-pub mod render;
+pub use technique::render;
 pub mod replay;
 pub mod scene;
 pub mod self_check;

@@ -18,10 +18,9 @@ use restir_shared::technique::path::PathParams;
 
 use crate::Error;
 use crate::buffers::SceneBuffers;
-use crate::exec::{Description, Executor, Flavour};
+use crate::exec::{Description, Executor, Flavour, Parity};
 use crate::image::{Image, read_exr, read_exr_metadata, write_exr};
 use crate::render::{self, Render};
-use crate::self_check::Parity;
 use crate::technique::Integral;
 use crate::technique::path::PathSettings;
 

@@ -2,37 +2,19 @@
 //! inputs on which a build that breaks it differs, and a small frame by path tracing.
 
 use crate::Error;
+#[cfg(feature = "gpu")]
+use crate::Shaders;
 use crate::buffers::SceneBuffers;
-use crate::exec::{CpuExecutor, Executor};
+use crate::exec::{CpuExecutor, Executor, Parity};
+#[cfg(feature = "gpu")]
+use crate::exec::{Flavour, GpuExecutor, gpu::takes_passthrough};
 use crate::metrics::ulp_distance;
 use crate::plan::{Buffer, FramePlan, Pass};
 use crate::render::Render;
 use crate::scene::Scene;
 use crate::technique::path::PathSettings;
 use restir_kernels::check::self_check::{DESC, Results, SelfCheckParams, boundary_operands, random_operands};
-use std::fmt;
 use std::ops::ControlFlow;
-
-/// How a GPU's results compare with the host's.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Parity {
-    /// The same bits.
-    Exact,
-    /// Different bits, at most this many units in the last place apart.
-    Approximate {
-        /// The largest distance.
-        max_ulp: u32,
-    },
-}
-
-impl fmt::Display for Parity {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Exact => f.write_str("exact"),
-            Self::Approximate { max_ulp } => write!(f, "approximate (max {max_ulp} ulp)"),
-        }
-    }
-}
 
 /// Random probes beside the boundary cases.
 const RANDOM_PROBES: u32 = 256;
@@ -89,4 +71,32 @@ pub fn self_check(executor: &mut dyn Executor) -> Result<Parity, Error> {
     let plan = || render.technique.plan(&scene, &render);
     let frame = run_and_compare(executor, plan(), plan())?;
     Ok(probes.max(frame).map_or(Parity::Exact, |max_ulp| Parity::Approximate { max_ulp }))
+}
+
+#[cfg(feature = "gpu")]
+impl GpuExecutor {
+    /// Opens the first adapter whose name contains `adapter` (any case), by default the first hardware adapter, and
+    /// runs the self-check on the kernels of [`Shaders::from_env`]. Without a flavour it takes `exact` where it can be
+    /// loaded by passthrough, and `fast` elsewhere.
+    ///
+    /// # Errors
+    /// [`Error::Adapter`] if there is none or it cannot be opened; what the self-check reports.
+    pub fn open(adapter: Option<&str>, flavour: impl Into<Option<Flavour>>) -> Result<Self, Error> {
+        let (device, queue) = crate::exec::gpu::open_adapter(adapter)?;
+        let suited = if takes_passthrough(&device) { Flavour::Exact } else { Flavour::Fast };
+        let flavour = flavour.into().unwrap_or(suited);
+        let mut executor = Self::with_device(device, queue, flavour, Shaders::from_env());
+        executor.check()?;
+        Ok(executor)
+    }
+
+    /// Runs the self-check and remembers its result for [`Executor::describe`]. [`Self::open`] has done so.
+    ///
+    /// # Errors
+    /// What the kernels report.
+    pub fn check(&mut self) -> Result<Parity, Error> {
+        let parity = self_check(self)?;
+        self.set_parity(parity);
+        Ok(parity)
+    }
 }

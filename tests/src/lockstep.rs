@@ -1,4 +1,4 @@
-//! Two runs of a plan of ReSTIR DI, all buffers compared after every pass: where they part.
+//! Two runs of a plan, all buffers compared after every pass: where they part.
 
 use crate::parity::Difference;
 use crate::suite::ensure;
@@ -6,7 +6,6 @@ use libtest_mimic::Failed;
 use restir_host::Error;
 use restir_host::exec::{Executor, Step};
 use restir_host::plan::FramePlan;
-use restir_shared::technique::di::DiParams;
 use std::fmt;
 use std::ops::ControlFlow;
 
@@ -16,7 +15,7 @@ pub type Trace = Vec<Vec<Vec<u32>>>;
 /// The first word in which two runs differ.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Divergence {
-    /// The frame.
+    /// The frame of a scene that moves.
     pub frame: u32,
     /// Index of the pass in the run.
     pub pass: usize,
@@ -68,14 +67,13 @@ pub fn first_divergence(
     host: &Trace,
 ) -> Result<Option<Divergence>, Failed> {
     let names: Vec<&'static str> = plan.buffers.iter().map(|buffer| buffer.name).collect();
-    let (mut frame, mut passes, mut found) = (0, 0, Ok(None));
+    let (mut begun, mut passes, mut found) = (0_u32, 0, Ok(None));
     let run = executor.run(plan, &mut |step| {
-        if let Ok([params]) = bytemuck::try_cast_slice::<u32, DiParams>(&step.pass.params) {
-            frame = params.frame;
-        }
+        begun += u32::from(step.pass.frame.is_some());
         if let Some(host) = host.get(passes) {
-            found = divergence(step, &names, host)
-                .map(|found| found.map(|divergence| Divergence { frame, pass: passes, ..divergence }));
+            found = divergence(step, &names, host).map(|found| {
+                found.map(|divergence| Divergence { frame: begun.saturating_sub(1), pass: passes, ..divergence })
+            });
         }
         passes += 1;
         if let Ok(None) = found { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }

@@ -337,8 +337,7 @@ fn images_of_one_pixel_and_one_row_render() -> Result<(), Failed> {
         let name = form.name();
         let settings = DiSettings { neighbours: 7, ..reusing_visibility(form) };
         for size in [[1, 1], [1, 7], [7, 1], [2, 2]] {
-            let of =
-                |spatial| film(plan(&buffers, &render(size, &DiSettings { spatial, ..settings.clone() }, 4, 1)));
+            let of = |spatial| film(plan(&buffers, &render(size, &DiSettings { spatial, ..settings.clone() }, 4, 1)));
             let film = of(settings.spatial)?;
             let sound = film.iter().all(|p| p.dropped == 0.0 && p.sum.iter().all(|x| x.is_finite() && *x >= 0.0));
             ensure(sound, || format!("{name}, {size:?}: {film:?}"))?;

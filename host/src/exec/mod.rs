@@ -10,7 +10,6 @@ pub use gpu::GpuExecutor;
 
 use crate::Error;
 use crate::plan::{BufferId, FramePlan, Pass};
-use crate::self_check::Parity;
 use bytemuck::Pod;
 use std::fmt;
 use std::ops::ControlFlow;
@@ -31,6 +30,27 @@ impl fmt::Display for Flavour {
             Self::Exact => "exact",
             Self::Fast => "fast",
         })
+    }
+}
+
+/// How a GPU's results compare with the host's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Parity {
+    /// The same bits.
+    Exact,
+    /// Different bits, at most this many units in the last place apart.
+    Approximate {
+        /// The largest distance.
+        max_ulp: u32,
+    },
+}
+
+impl fmt::Display for Parity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Exact => f.write_str("exact"),
+            Self::Approximate { max_ulp } => write!(f, "approximate (max {max_ulp} ulp)"),
+        }
     }
 }
 

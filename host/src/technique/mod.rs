@@ -4,9 +4,11 @@
 //! Whatever drives techniques (renders, benchmarks, references, replay, the program, the tests) takes a
 //! `Box<dyn Technique>` and knows none by name.
 
+pub mod asked;
 pub mod explain;
 pub mod path;
 mod registry;
+pub mod render;
 pub mod restir_di;
 
 pub use registry::{all, named};

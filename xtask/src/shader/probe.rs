@@ -7,14 +7,15 @@ use std::path::Path;
 use std::sync::mpsc;
 
 use restir_host::buffers::SceneBuffers;
-use restir_host::di::{self, DiSettings, Render};
 use restir_host::exec::gpu::{Pipelines, adapters};
 use restir_host::exec::{Executor, Flavour as HostFlavour, GpuExecutor};
 use restir_host::plan::{FramePlan, Pass};
+use restir_host::render::Render;
 use restir_host::scene::Scene;
 use restir_host::{Shaders, spirv};
 use restir_kernels::path::path;
 use restir_kernels::{Case, KernelDesc};
+use restir_tests::technique::Trials;
 use restir_tests::{cases, parity};
 
 use super::compile::Job;
@@ -37,7 +38,6 @@ const SEGMENTS: [u32; 3] = [5, 6, 7];
 const SCENE: &str = "cornell";
 /// A parity case of `path` that is frozen to that scene.
 const FROZEN: &str = "1 sample, cornell, frozen";
-const PRESET: &str = "quality";
 /// Each time is the least of so many.
 const ROUNDS: usize = 3;
 
@@ -94,13 +94,15 @@ fn report(probes: &[Probe], manifest: &Manifest) -> Result<String, restir_host::
     let mut text = format!(
         "# What the size of a kernel costs\n\nMade by `MESA_SHADER_CACHE_DISABLE=true cargo xtask shader probe`. A kernel \
          may have {} operations. `size_probe` has a number of segments of a path, each with a traversal, a surface and a \
-         GGX lobe of its own; the others are those of the preset `{PRESET}` of ReSTIR DI. Seconds of the \
+         GGX lobe of its own; the others are those of every technique with the first of its settings. Seconds of the \
          processor for the pipeline and for the first dispatch, each the least of {ROUNDS}: of a kernel for all scenes, and of one whose \
          constants are frozen to `{SCENE}`.\n",
         limits::MAX_OPERATIONS
     );
     let scene = SceneBuffers::build(&Scene::load(SCENE)?)?;
-    let render = Render { count: 2, ..Render::new([16, 16], DiSettings::preset(PRESET).unwrap_or_default()) };
+    let first = |trials: Trials| trials.rows().into_iter().next();
+    let technique = |(_, technique)| Render { count: 2, ..Render::new([16, 16], technique) };
+    let renders: Vec<Render> = Trials::all().into_iter().filter_map(first).map(technique).collect();
     let frozen = |case: &&Case| case.kernel.name == path::DESC.name && case.name == FROZEN;
     let case = cases::all().iter().find(frozen).expect("the parity cases have it").clone();
     let case = Case { kernel: &PROBE, ..case };
@@ -119,8 +121,11 @@ fn report(probes: &[Probe], manifest: &Manifest) -> Result<String, restir_host::
             let times = both(&adapter.name, &shaders, &|| parity::plan(&case))?;
             text += &row(&format!("`{}`, {segments} segments", PROBE.name), *operations, times[PROBE.name]);
         }
-        for (name, times) in both(&adapter.name, &Shaders::Embedded, &|| di::plan(&scene, &render))? {
-            text += &row(&format!("`{name}`"), manifest.kernels[name].exact.operations, times);
+        for render in &renders {
+            let plan = || render.technique.plan(&scene, render);
+            for (name, times) in both(&adapter.name, &Shaders::Embedded, &plan)? {
+                text += &row(&format!("`{name}`"), manifest.kernels[name].exact.operations, times);
+            }
         }
     }
     Ok(text)

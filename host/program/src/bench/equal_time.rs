@@ -82,12 +82,18 @@ mod tests {
     use super::*;
     use crate::bench::tests::furnace;
     use restir::render::Render;
-    use restir::technique::restir_di::{DiSettings, Temporal};
+    use restir::technique::path::PathSettings;
+    use restir::technique::{self, Technique};
 
-    /// The furnace's two techniques, the second one called ReSTIR DI, with times and errors as given.
-    fn result(settings: DiSettings, seconds: [f64; 2], scale: f64) -> SceneResult {
+    /// A technique that reuses.
+    fn reusing() -> Box<dyn Technique> {
+        technique::all().into_iter().find(|technique| technique.reuses()).unwrap()
+    }
+
+    /// The furnace's two techniques, the second one taken for another, with times and errors as given.
+    fn result(technique: impl Into<Box<dyn Technique>>, seconds: [f64; 2], scale: f64) -> SceneResult {
         let mut result = furnace();
-        result.series[1].technique.render = Render { accumulate: true, ..Render::new([16, 16], settings) };
+        result.series[1].technique.render = Render { accumulate: true, ..Render::new([16, 16], technique) };
         let noise = result.truth.relative_noise;
         let errors: Vec<f64> = result.series[0].cells[4].runs.iter().map(|run| run.errors.rel_mse).collect();
         for (series, seconds) in result.series.iter_mut().zip(seconds) {
@@ -102,21 +108,20 @@ mod tests {
     #[test]
     fn half_the_error_in_the_same_time_pays_and_in_thrice_the_time_does_not() {
         for (seconds, pays) in [([1.0, 1.0], true), ([1.0, 6.0], false)] {
-            let (baseline, all) = compare(&result(DiSettings::default(), seconds, 0.5)).unwrap();
+            let (baseline, all) = compare(&result(reusing(), seconds, 0.5)).unwrap();
             let [path, restir] = [0, 1].map(|i: usize| all[i].unwrap());
             assert_eq!((baseline, path.error.value, path.reuses, restir.reuses), (0, 1.0, false, true));
             assert!((restir.error.value - 0.5 * seconds[1]).abs() < 1e-9 && restir.time == seconds[1], "{restir:?}");
             assert_eq!(restir.pays(), Some(pays), "{restir:?}");
         }
-        let (_, all) = compare(&result(DiSettings::default(), [1.0, 1.0], 1.0)).unwrap();
+        let (_, all) = compare(&result(reusing(), [1.0, 1.0], 1.0)).unwrap();
         assert_eq!(all[1].unwrap().pays(), None);
     }
 
     #[test]
     fn the_better_technique_without_reuse_is_the_baseline() {
-        let without = DiSettings { temporal: Temporal::Off, spatial: 0, shaded: 0, ..DiSettings::default() };
-        assert_eq!(compare(&result(without, [1.0, 1.0], 0.5)), None);
-        let mut three = result(DiSettings::default(), [1.0, 1.0], 0.5);
+        assert_eq!(compare(&result(PathSettings::default(), [1.0, 1.0], 0.5)), None);
+        let mut three = result(reusing(), [1.0, 1.0], 0.5);
         let mut slow = three.series[0].clone();
         slow.cells[4].runs.iter_mut().for_each(|run| run.seconds *= 2.0);
         three.series.insert(0, slow);

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use restir::Error;
 use restir::buffers::SceneBuffers;
 use restir::render::Render;
-use restir::replay::{Asked, asked_after};
+use restir::technique::asked::{Asked, asked_after};
 
 /// Rays are counted over about this many pixels ...
 const COUNTED_PIXELS: u32 = 2048;

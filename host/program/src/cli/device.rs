@@ -88,10 +88,10 @@ impl From<FlavourName> for Flavour {
 #[cfg(feature = "gpu")]
 mod gpu {
     use super::{Device, DeviceArguments, Error, Flavour, FlavourName, console, open_cpu};
+    use restir::exec::Parity;
     use restir::exec::gpu::{AdapterInfo, adapters};
     use restir::exec::{Executor, GpuExecutor};
     use restir::reference::default_cache;
-    use restir::self_check::Parity;
     use std::time::{Duration, Instant};
 
     /// How long the console is silent while kernels are compiled.

@@ -9,10 +9,10 @@ use clap::ValueEnum;
 use restir::Error;
 use restir::buffers::SceneBuffers;
 use restir::exec::Executor;
-use restir::image::write_png;
+use restir::image::{MAX_SIDE, write_png};
 use restir::output::{check_writable, write_atomically};
 use restir::reference::{Goal, Picture, Reference};
-use restir::render::{MAX_SIDE, Progress};
+use restir::render::Progress;
 use restir::scene::Environment;
 use restir::technique::Integral;
 

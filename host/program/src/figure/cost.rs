@@ -3,7 +3,7 @@
 use restir::Error;
 use restir::buffers::SceneBuffers;
 use restir::render::Render;
-use restir::replay::asked_after;
+use restir::technique::asked::asked_after;
 use restir::technique::restir_di::DiSettings;
 use restir_kernels::di::di_combine;
 

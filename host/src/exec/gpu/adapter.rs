@@ -49,7 +49,7 @@ pub fn adapters() -> Vec<AdapterInfo> {
     enumerate().iter().map(|a| AdapterInfo::of(&a.get_info())).collect()
 }
 
-pub(super) fn open(name: Option<&str>) -> Result<(wgpu::Device, wgpu::Queue), Error> {
+pub(crate) fn open(name: Option<&str>) -> Result<(wgpu::Device, wgpu::Queue), Error> {
     let adapters = enumerate();
     let names: Vec<String> = adapters.iter().map(|a| a.get_info().name).collect();
     let wanted = name.unwrap_or_default().to_lowercase();

@@ -5,12 +5,12 @@ mod cache;
 mod float_modes;
 mod pipeline;
 
+pub(crate) use adapter::open as open_adapter;
 pub use adapter::{AdapterInfo, adapters};
 pub use pipeline::{Pipelines, takes_passthrough};
 
-use super::{Description, Executor, Flavour, Step};
+use super::{Description, Executor, Flavour, Parity, Step};
 use crate::plan::{Buffer, BufferId, FramePlan, Pass};
-use crate::self_check::{Parity, self_check};
 use crate::{Error, Shaders};
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -31,31 +31,6 @@ pub struct GpuExecutor {
 }
 
 impl GpuExecutor {
-    /// Opens the first adapter whose name contains `adapter` (any case), by default the first hardware adapter, and
-    /// runs the self-check on the kernels of [`Shaders::from_env`]. Without a flavour it takes `exact` where it can be
-    /// loaded by passthrough, and `fast` elsewhere.
-    ///
-    /// # Errors
-    /// [`Error::Adapter`] if there is none or it cannot be opened; what the self-check reports.
-    pub fn open(adapter: Option<&str>, flavour: impl Into<Option<Flavour>>) -> Result<Self, Error> {
-        let (device, queue) = adapter::open(adapter)?;
-        let suited = if takes_passthrough(&device) { Flavour::Exact } else { Flavour::Fast };
-        let flavour = flavour.into().unwrap_or(suited);
-        let mut executor = Self::with_device(device, queue, flavour, Shaders::from_env());
-        executor.check()?;
-        Ok(executor)
-    }
-
-    /// Runs the self-check and remembers its result for [`Executor::describe`]. [`Self::open`] has done so.
-    ///
-    /// # Errors
-    /// What the kernels report.
-    pub fn check(&mut self) -> Result<Parity, Error> {
-        let parity = self_check(self)?;
-        self.parity = Some(parity);
-        Ok(parity)
-    }
-
     /// An executor on the embedder's device. Kernels need no more than the default limits; the `exact` flavour needs
     /// [`takes_passthrough`]. [`Self::check`] tells whether the device keeps its promise.
     pub fn with_device(device: wgpu::Device, queue: wgpu::Queue, flavour: Flavour, shaders: Shaders) -> Self {
@@ -75,6 +50,11 @@ impl GpuExecutor {
     pub fn observe_pipelines(mut self, observe: impl FnMut(usize, usize) + Send + 'static) -> Self {
         self.observe_pipelines = Box::new(observe);
         self
+    }
+
+    /// What [`Executor::describe`] says from now on.
+    pub(crate) fn set_parity(&mut self, parity: Parity) {
+        self.parity = Some(parity);
     }
 
     /// The same device with other kernels; no self-check was made.

@@ -9,7 +9,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use gltf::json::Extras;
 use serde_json::{Value, json};
 
-use crate::render::MAX_SIDE;
+use crate::image::MAX_SIDE;
 use crate::scene::Camera;
 
 /// A texture transform in the form of `KHR_texture_transform`.

@@ -1,14 +1,12 @@
 //! Renders an image with a technique on an executor.
 
 use crate::exec::{Executor, Step};
+use crate::image::{Image, MAX_SIDE};
 use crate::scene::Camera;
 use crate::technique::{Repeats, Technique};
-use crate::{Error, buffers::SceneBuffers, image::Image, memory};
+use crate::{Error, buffers::SceneBuffers, memory};
 use restir_shared::layout::FilmPixel;
 use std::ops::ControlFlow;
-
-/// Longest side of an image in pixels.
-pub const MAX_SIDE: u32 = 16_384;
 
 /// What to render.
 #[derive(Clone, Debug)]

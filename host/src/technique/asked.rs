@@ -1,9 +1,9 @@
 //! What the kernels of a render ask of a scene, counted natively.
 
-use super::{Counts, Recording};
 use crate::Error;
 use crate::buffers::SceneBuffers;
 use crate::render::Render;
+use crate::replay::{Counts, Recording};
 use std::collections::BTreeMap;
 
 /// What the passes of one kernel asked.
@@ -25,7 +25,7 @@ pub fn asked(scene: &SceneBuffers, render: &Render) -> Result<BTreeMap<&'static 
     let recording = Recording::new(&view);
     let mut kernels: BTreeMap<&'static str, Asked> = BTreeMap::new();
     let plan = render.technique.plan(scene, render);
-    super::run(&recording, plan, &mut |step| {
+    crate::replay::run(&recording, plan, &mut |step| {
         let kernel = kernels.entry(step.pass.kernel.name).or_default();
         kernel.counts = kernel.counts.plus(recording.take_counts());
         kernel.by_pixel = step.pass.grid == [render.width, render.height];
