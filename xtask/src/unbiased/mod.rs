@@ -190,23 +190,22 @@ mod tests {
 
     #[test]
     fn a_cell_that_was_interrupted_ends_as_one_that_ran_through() {
-        for (name, file) in [("path:roulette=on", "path-roulette=on"), ("restir-di", "restir-di")] {
-            let state = |restarts: &[&str]| {
-                let folder = tempdir().unwrap();
-                for restarts in restarts {
-                    cell(&format!("{name}/furnace"), &folder, &["--restarts", restarts]).unwrap();
-                }
-                std::fs::read_to_string(folder.path().join(format!("{file}-furnace.json"))).unwrap()
-            };
-            assert_eq!(state(&["512"]), state(&["256", "512"]));
-        }
+        let state = |restarts: &[&str]| {
+            let folder = tempdir().unwrap();
+            for restarts in restarts {
+                cell("path:roulette=on/furnace", &folder, &["--restarts", restarts]).unwrap();
+            }
+            std::fs::read_to_string(folder.path().join("path-roulette=on-furnace.json")).unwrap()
+        };
+        assert_eq!(state(&["512"]), state(&["256", "512"]));
     }
 
     #[test]
     fn right_and_wrong_are_told_from_each_other() {
         let folder = tempdir().unwrap();
-        for more in [["--restarts=256"].as_slice(), &["--restarts=256", "--wrong"]] {
-            cell("path/furnace", &folder, more).unwrap();
+        for name in ["path/furnace", "restir-di:candidates=1,spatial=0/furnace"] {
+            cell(name, &folder, &["--restarts=256"]).unwrap();
+            cell(name, &folder, &["--restarts=256", "--wrong"]).unwrap();
         }
     }
 
