@@ -6,6 +6,25 @@ use std::process::ExitCode;
 /// A check: it panics or returns an error if it fails.
 pub type Check = fn() -> Result<(), Failed>;
 
+/// Checks under the names of their functions; those of a module under its name too.
+#[macro_export]
+macro_rules! checks {
+    ($($check:ident)*) => { [$((stringify!($check), $check as $crate::suite::Check)),*] };
+    ($($module:ident { $($check:ident)* })*) => {
+        [$($((concat!(stringify!($module), "::", stringify!($check)), $module::$check as $crate::suite::Check)),*),*]
+    };
+}
+
+/// The `main` of a suite that is [`checks!`] and nothing else.
+#[macro_export]
+macro_rules! suite {
+    ($($checks:tt)*) => {
+        fn main() -> std::process::ExitCode {
+            $crate::suite::run(&$crate::checks! { $($checks)* })
+        }
+    };
+}
+
 /// The checks as tests.
 pub fn trials(checks: &[(&str, Check)]) -> Vec<Trial> {
     checks.iter().map(|&(name, check)| Trial::test(name, check)).collect()

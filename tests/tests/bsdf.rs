@@ -13,9 +13,8 @@ use restir_shared::layout::FEATURES_ALL;
 use restir_shared::rng::{self, pcg4d};
 use restir_tests::bsdf_f64::Shadow;
 use restir_tests::stats::{chi_square, sidak};
-use restir_tests::suite::{ensure, run};
+use restir_tests::suite::ensure;
 use std::f64::consts::PI;
-use std::process::ExitCode;
 
 const FAMILY_RATE: f64 = 1.0e-3;
 const ROUGHNESSES: [f32; 6] = [0.02, 0.05, 0.1, 0.3, 0.6, 1.0];
@@ -23,22 +22,11 @@ const ROUGHNESSES: [f32; 6] = [0.02, 0.05, 0.1, 0.3, 0.6, 1.0];
 const ROUNDING: f64 = 1.0 / 16_777_216.0;
 const COSINES: [f32; 5] = [1.0, 0.7, 0.3, 0.05, 0.005];
 
-fn main() -> ExitCode {
-    run(&[
-        ("samples_follow_the_density", samples_follow_the_density),
-        ("a_wrong_frame_of_visible_normals_is_seen", a_wrong_frame_of_visible_normals_is_seen),
-        ("a_missing_jacobian_is_seen", a_missing_jacobian_is_seen),
-        ("densities_and_albedos_integrate", densities_and_albedos_integrate),
-        ("values_equal_the_shadow", values_equal_the_shadow),
-        ("samples_invert", samples_invert),
-        ("scattering_is_reciprocal", scattering_is_reciprocal),
-        ("no_energy_is_gained", no_energy_is_gained),
-        ("gltf_mixing_gains_energy", gltf_mixing_gains_energy),
-        ("smooth_dielectrics_keep_all_energy", smooth_dielectrics_keep_all_energy),
-        ("lobes_add_up", lobes_add_up),
-        ("features_change_no_bit", features_change_no_bit),
-        ("extremes_are_finite", extremes_are_finite),
-    ])
+restir_tests::suite! {
+    samples_follow_the_density a_wrong_frame_of_visible_normals_is_seen a_missing_jacobian_is_seen
+    densities_and_albedos_integrate values_equal_the_shadow samples_invert scattering_is_reciprocal
+    no_energy_is_gained gltf_mixing_gains_energy smooth_dielectrics_keep_all_energy lobes_add_up
+    features_change_no_bit extremes_are_finite
 }
 
 /// A surface and the side it is seen from.

@@ -5,6 +5,7 @@ use restir_host::compact::{Buckets, Compaction, MAX_ITEMS, compact};
 use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::plan::{Buffer, FramePlan};
 use restir_shared::layout::NONE;
+use restir_tests::checks;
 use restir_tests::device;
 use restir_tests::random::SplitMix;
 use restir_tests::suite::{ensure, trials};
@@ -12,12 +13,9 @@ use std::ops::ControlFlow;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let mut all = trials(&[
-        ("flags_of_every_kind_and_size", flags_of_every_kind_and_size),
-        ("keys_are_sorted_stably", keys_are_sorted_stably),
-        ("digits_make_a_radix_sort", digits_make_a_radix_sort),
-        ("a_wrong_order_is_seen", a_wrong_order_is_seen),
-    ]);
+    let mut all = trials(&checks! {
+        flags_of_every_kind_and_size keys_are_sorted_stably digits_make_a_radix_sort a_wrong_order_is_seen
+    });
     all.extend(device::trials("compact", |adapter| {
         vec![adapter.trial("compaction gives the host's words", |executor| on_device(executor))]
     }));

@@ -24,24 +24,15 @@ use restir_tests::foreign::HollowSphere;
 use restir_tests::random::SplitMix;
 use restir_tests::scenes::{Setting, room, terrace};
 use restir_tests::stats::Moments;
-use restir_tests::suite::{ensure, run};
+use restir_tests::suite::ensure;
 use std::collections::HashSet;
 use std::hint::black_box;
-use std::process::ExitCode;
 
-fn main() -> ExitCode {
-    run(&[
-        ("any_split_into_blocks_has_the_same_bits", any_split_into_blocks_has_the_same_bits),
-        ("a_running_sum_is_not_a_film", a_running_sum_is_not_a_film),
-        ("dropped_samples_are_counted", dropped_samples_are_counted),
-        ("blocks_of_a_pixel_merge_to_the_pixel", blocks_of_a_pixel_merge_to_the_pixel),
-        ("arenas_hold_the_scene", arenas_hold_the_scene),
-        ("a_frozen_feature_changes_no_bit", a_frozen_feature_changes_no_bit),
-        ("a_foreign_scene_can_be_traced", a_foreign_scene_can_be_traced),
-        ("flush_to_zero_changes_no_film_word", flush_to_zero_changes_no_film_word),
-        ("an_unflushed_sum_is_seen", an_unflushed_sum_is_seen),
-        ("flush_to_zero_changes_no_function", flush_to_zero_changes_no_function),
-    ])
+restir_tests::suite! {
+    any_split_into_blocks_has_the_same_bits a_running_sum_is_not_a_film dropped_samples_are_counted
+    blocks_of_a_pixel_merge_to_the_pixel arenas_hold_the_scene a_frozen_feature_changes_no_bit
+    a_foreign_scene_can_be_traced flush_to_zero_changes_no_film_word an_unflushed_sum_is_seen
+    flush_to_zero_changes_no_function
 }
 
 fn words(pixel: FilmPixel) -> [u32; 4] {

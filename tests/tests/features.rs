@@ -16,6 +16,7 @@ use restir_shared::layout::{
     FEATURE_TRANSMISSION, FEATURE_VOLUME, FEATURES_ALL, FEATURES_DIFFUSE, LIGHT_WORDS, MATERIAL_WORDS, NODE_WORDS,
     NONE, PUNCTUAL_WORDS, SHADING_WORDS, TEXTURE_SLOTS, TEXTURE_USE_WORDS, TRIANGLE_WORDS,
 };
+use restir_tests::checks;
 use restir_tests::device::{self, Adapter};
 use restir_tests::features::{Content, PARTS, has_optimiser, names, specialised, with_markers};
 use restir_tests::suite::{ensure, trials};
@@ -25,11 +26,9 @@ use std::process::ExitCode;
 
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
-    let mut tests = trials(&[
-        ("scenes_have_their_features", scenes_have_their_features),
-        ("absent_parts_are_not_allocated", absent_parts_are_not_allocated),
-        ("a_feature_in_use_cannot_be_dropped", a_feature_in_use_cannot_be_dropped),
-    ]);
+    let mut tests = trials(&checks! {
+        scenes_have_their_features absent_parts_are_not_allocated a_feature_in_use_cannot_be_dropped
+    });
     tests.extend(builtin::NAMES.iter().map(|&(name, _)| {
         Trial::test(format!("{name}: frozen is general"), move || {
             same_bits(&mut CpuExecutor::new(None)?, &Scene::load(name)?)

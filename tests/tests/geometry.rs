@@ -10,11 +10,12 @@ use restir_host::wide_bvh::{SimdLevel, WideBvh};
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::scene::Trace;
 use restir_tests::brute::Triangles;
+use restir_tests::checks;
 use restir_tests::data;
 use restir_tests::meshes::{buffers, cube, far_grid, scaled, slivers, soup, sphere, stack, torus};
 use restir_tests::random::SplitMix;
 use restir_tests::rays::adversarial;
-use restir_tests::suite::{Check, ensure, trials};
+use restir_tests::suite::{ensure, trials};
 use restir_tests::watertight;
 use std::process::ExitCode;
 
@@ -35,20 +36,12 @@ const FAR: f32 = 1_073_741_824.0 - FAR_HALF;
 const FAR_HALF: f32 = 131_072.0;
 
 fn main() -> ExitCode {
-    let checks: [(&str, Check); 7] = [
-        ("refitted_hierarchies_equal_fresh_ones", refitted_hierarchies_equal_fresh_ones),
-        ("hierarchy_equals_brute_force", hierarchy_equals_brute_force),
-        ("closed_meshes_are_tight", closed_meshes_are_tight),
-        ("boxes_without_padding_are_seen", boxes_without_padding_are_seen),
-        ("open_edges_are_seen", open_edges_are_seen),
-        ("the_lower_id_wins_among_equal_hits", the_lower_id_wins_among_equal_hits),
-        ("hits_lie_on_their_triangles", hits_lie_on_their_triangles),
-    ];
-    let mut trials = trials(&checks);
-    let on_files: [(&str, Check); 2] = [
-        ("hierarchy_equals_brute_force_on_a_file", hierarchy_equals_brute_force_on_a_file),
-        ("a_closed_organic_mesh_is_tight", a_closed_organic_mesh_is_tight),
-    ];
+    let mut trials = trials(&checks! {
+        refitted_hierarchies_equal_fresh_ones hierarchy_equals_brute_force closed_meshes_are_tight
+        boxes_without_padding_are_seen open_edges_are_seen the_lower_id_wins_among_equal_hits
+        hits_lie_on_their_triangles
+    });
+    let on_files = checks! { hierarchy_equals_brute_force_on_a_file a_closed_organic_mesh_is_tight };
     trials.extend(on_files.map(|(name, check)| data::trial(Trial::test(name, check))));
     libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
 }

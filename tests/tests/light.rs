@@ -16,10 +16,9 @@ use restir_shared::scene::{Lights, Surface, Trace};
 use restir_shared::technique::path::radiance;
 use restir_tests::random::SplitMix;
 use restir_tests::stats::{Moments, two_sided_threshold};
-use restir_tests::suite::{ensure, run};
+use restir_tests::suite::ensure;
 use restir_tests::wrong::{Density, Faulty};
 use std::f64::consts::{PI, TAU};
-use std::process::ExitCode;
 
 /// How often a z-test of the suite fails although expectations are equal. Seeds are fixed: a failure is a bug.
 const FALSE_ALARM: f64 = 1.0e-4;
@@ -27,20 +26,11 @@ const FALSE_ALARM: f64 = 1.0e-4;
 const ROUNDINGS: f64 = 3.0e-6;
 const SAMPLES: u32 = 1 << 17;
 
-fn main() -> ExitCode {
-    run(&[
-        ("punctual_lights_have_their_irradiance", punctual_lights),
-        ("lights_of_all_kinds_add_up", lights_add_up),
-        ("environment_is_seen_as_interpolated", environment_is_seen),
-        ("environment_has_its_irradiance", environment_irradiance),
-        ("textured_light_has_its_irradiance", textured_light),
-        ("textures_are_interpolated", textures_are_interpolated),
-        ("normal_maps_turn_the_normal", normal_maps),
-        ("interiors_absorb", interiors_absorb),
-        ("clear_glass_keeps_all_light", clear_glass),
-        ("smooth_normals_neither_leak_nor_gain", smooth_normals),
-        ("lens_is_sharp_in_its_focus", lens),
-    ])
+restir_tests::suite! {
+    punctual_lights_have_their_irradiance lights_of_all_kinds_add_up environment_is_seen_as_interpolated
+    environment_has_its_irradiance textured_light_has_its_irradiance textures_are_interpolated
+    normal_maps_turn_the_normal interiors_absorb clear_glass_keeps_all_light smooth_normals_neither_leak_nor_gain
+    lens_is_sharp_in_its_focus
 }
 
 /// The estimate of the radiance along a ray.
@@ -147,7 +137,7 @@ fn punctual_kinds() -> [Light; 3] {
 }
 
 /// A single light is chosen with certainty, so one sample is exact.
-fn punctual_lights() -> Result<(), Failed> {
+fn punctual_lights_have_their_irradiance() -> Result<(), Failed> {
     for light in punctual_kinds() {
         let buffers = SceneBuffers::build(&Scene { lights: vec![light.clone()], ..floor() })?;
         for (x, z) in [(0.0, 0.0), (0.9, -0.4), (-1.2, 0.3), (1.4, 1.1), (3.0, -3.0)] {
@@ -160,7 +150,7 @@ fn punctual_lights() -> Result<(), Failed> {
     Ok(())
 }
 
-fn lights_add_up() -> Result<(), Failed> {
+fn lights_of_all_kinds_add_up() -> Result<(), Failed> {
     let lights = punctual_kinds().to_vec();
     let environment = Environment { scale: 0.3, ..sky(1, 1, |_, _| 1.0) };
     let scene = Scene { lights: lights.clone(), environment: Some(environment), ..floor() };
@@ -203,7 +193,7 @@ fn seen(sky: &Environment, direction: DVec3) -> f64 {
     mix(row(cy), row(cy + 1.0), y - cy) * f64::from(sky.scale)
 }
 
-fn environment_is_seen() -> Result<(), Failed> {
+fn environment_is_seen_as_interpolated() -> Result<(), Failed> {
     let sky = sunny();
     let brightest = 200.0;
     let buffers = SceneBuffers::build(&Scene { environment: Some(sky.clone()), ..floor() })?;
@@ -244,7 +234,7 @@ fn irradiance_of(sky: &Environment) -> f64 {
     sum * (PI / 2.0 / f64::from(STEPS)) * (TAU / f64::from(4 * STEPS))
 }
 
-fn environment_irradiance() -> Result<(), Failed> {
+fn environment_has_its_irradiance() -> Result<(), Failed> {
     let sky = sunny();
     let buffers = SceneBuffers::build(&Scene { environment: Some(sky.clone()), ..floor() })?;
     let exact = irradiance_of(&sky) * f64::from(REFLECTANCE) / PI;
@@ -363,7 +353,7 @@ fn hit(id: u32, uv: Vec2) -> Hit {
 }
 
 /// The floor under a square of side 1 at height 1 that emits an image downwards.
-fn textured_light() -> Result<(), Failed> {
+fn textured_light_has_its_irradiance() -> Result<(), Failed> {
     let image = random_texture([4, 4], 8);
     let used = TextureUse::new(0);
     let lamp = Mesh {
@@ -401,7 +391,7 @@ fn textured_light() -> Result<(), Failed> {
 }
 
 /// A map of one colour tilts the normal towards +u and against v, whichever way the coordinates run.
-fn normal_maps() -> Result<(), Failed> {
+fn normal_maps_turn_the_normal() -> Result<(), Failed> {
     let code = [191_u8, 215, 230, 255];
     let tangent_space = DVec3::from_array([code[0], code[1], code[2]].map(|c| f64::from(c) / 255.0 * 2.0 - 1.0));
     for (flip_u, scale) in [(false, 1.0), (true, 1.0), (false, 0.5)] {
@@ -473,7 +463,7 @@ fn sphere(around: u32, along: u32) -> Mesh {
 }
 
 /// In a uniform environment a body that absorbs nothing is invisible.
-fn clear_glass() -> Result<(), Failed> {
+fn clear_glass_keeps_all_light() -> Result<(), Failed> {
     for roughness in [0.0, 0.3] {
         let glass = Material {
             ior: 1.5,
@@ -500,7 +490,7 @@ fn clear_glass() -> Result<(), Failed> {
     Ok(())
 }
 
-fn smooth_normals() -> Result<(), Failed> {
+fn smooth_normals_neither_leak_nor_gain() -> Result<(), Failed> {
     let white = Material { ior: 1.5, roughness: 0.3, ..Material::diffuse("white", [1.0; 3]) };
     // a coarse sphere, whose normals differ much from the triangles'
     for (material, what) in [(white, "plastic"), (Material::diffuse("matte", [1.0; 3]), "matte")] {
@@ -531,7 +521,7 @@ fn smooth_normals() -> Result<(), Failed> {
 }
 
 /// All rays through the lens meet where it is in focus, on the pinhole's ray.
-fn lens() -> Result<(), Failed> {
+fn lens_is_sharp_in_its_focus() -> Result<(), Failed> {
     let pinhole = Camera::pinhole(DVec3::new(1.0, 2.0, 3.0), DVec3::new(0.0, 0.5, -1.0), DVec3::Y, 0.8);
     let camera = Camera { lens_radius: 0.2, focus_distance: Some(2.5), ..pinhole };
     let (with, without) = (camera.params(64, 48), pinhole.params(64, 48));

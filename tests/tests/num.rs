@@ -10,35 +10,18 @@ use restir_shared::{color, pack};
 use restir_tests::num::rounding::Subnormals;
 use restir_tests::num::{Effort, MAX_ULP, Tally, accuracy, exact, mantissa, markdown, packing, rounding, sweeps};
 use restir_tests::random::SplitMix;
-use restir_tests::suite::{ensure, run};
+use restir_tests::suite::ensure;
 use std::f64::consts::TAU;
-use std::process::ExitCode;
 
-fn main() -> ExitCode {
-    run(&[
-        ("functions_are_as_good_as_claimed", functions_are_as_good_as_claimed),
-        ("a_quotient_without_its_last_correction_is_seen", a_quotient_without_its_last_correction_is_seen),
-        ("roots_without_their_last_correction_are_seen", roots_without_their_last_correction_are_seen),
-        ("a_result_off_by_one_in_a_rare_case_is_seen", a_result_off_by_one_in_a_rare_case_is_seen),
-        ("a_truncated_polynomial_is_seen", a_truncated_polynomial_is_seen),
-        ("a_form_that_cancels_is_seen", a_form_that_cancels_is_seen),
-        ("a_power_by_rounded_logarithm_is_seen", a_power_by_rounded_logarithm_is_seen),
-        ("functions_that_grow_do_not_fall", functions_that_grow_do_not_fall),
-        ("exact_values_are_exact", exact_values_are_exact),
-        ("a_compensated_sum_keeps_what_a_plain_one_loses", a_compensated_sum_keeps_what_a_plain_one_loses),
-        ("a_rounded_angle_reduction_is_seen", a_rounded_angle_reduction_is_seen),
-        ("a_sum_and_its_error_are_exact", a_sum_and_its_error_are_exact),
-        ("a_product_and_its_error_are_exact", a_product_and_its_error_are_exact),
-        ("halves_are_rounded_to_nearest", halves_are_rounded_to_nearest),
-        ("a_truncated_half_is_seen", a_truncated_half_is_seen),
-        ("every_half_comes_back", every_half_comes_back),
-        ("shared_exponents_follow_the_specification", shared_exponents_follow_the_specification),
-        ("truncated_shared_exponents_are_seen", truncated_shared_exponents_are_seen),
-        ("unit_vectors_come_back", unit_vectors_come_back),
-        ("a_coarser_octahedron_is_seen", a_coarser_octahedron_is_seen),
-        ("codes_of_unit_vectors_come_back", codes_of_unit_vectors_come_back),
-        ("normalised_integers_come_back", normalised_integers_come_back),
-    ])
+restir_tests::suite! {
+    functions_are_as_good_as_claimed a_quotient_without_its_last_correction_is_seen
+    roots_without_their_last_correction_are_seen a_result_off_by_one_in_a_rare_case_is_seen
+    a_truncated_polynomial_is_seen a_form_that_cancels_is_seen a_power_by_rounded_logarithm_is_seen
+    functions_that_grow_do_not_fall exact_values_are_exact a_compensated_sum_keeps_what_a_plain_one_loses
+    a_rounded_angle_reduction_is_seen a_sum_and_its_error_are_exact a_product_and_its_error_are_exact
+    halves_are_rounded_to_nearest a_truncated_half_is_seen every_half_comes_back
+    shared_exponents_follow_the_specification truncated_shared_exponents_are_seen unit_vectors_come_back
+    a_coarser_octahedron_is_seen codes_of_unit_vectors_come_back normalised_integers_come_back
 }
 
 fn functions_are_as_good_as_claimed() -> Result<(), Failed> {

@@ -1,13 +1,14 @@
 //! The allow-list: what may stand in an `exact` module. The final binary is the evidence, not the intention.
 //!
-//! Everything that is not listed is forbidden. Listed are integer operations, comparisons, moves, control flow, the
+//! Everything that is not listed in `permitted.txt` is forbidden. Listed are integer operations, comparisons, moves, control flow, the
 //! float operations that Vulkan requires to be correctly rounded, and exact conversions. DETERMINISM.md says why.
 
 use std::collections::HashSet;
 use std::fmt;
+use std::sync::LazyLock;
 
 use rspirv::dr::{Instruction, Module, Operand};
-use rspirv::spirv::{Capability, Decoration, ExecutionMode, MemoryModel, Op, StorageClass, Word};
+use rspirv::spirv::{Decoration, ExecutionMode, GlslStd450Op, MemoryModel, Op, Word};
 
 use super::ext_inst;
 use super::module::{decorations, entry_name, globals, id_operand, literal_operand, parse, string_operand};
@@ -73,7 +74,7 @@ impl Checker {
 
     fn instruction(&mut self, instruction: &Instruction) {
         let opcode = instruction.class.opcode;
-        let problem = if is_permitted(opcode) {
+        let problem = if is_permitted("Op", opcode) {
             operand_problem(instruction).or_else(|| self.context_problem(instruction))
         } else {
             Some(why_forbidden(opcode).to_owned())
@@ -97,7 +98,8 @@ impl Checker {
             Op::ExtInst => {
                 let set = id_operand(instruction, 0)?;
                 let number = ext_inst::number(instruction)?;
-                let permitted = self.glsl.contains(&set) && ext_inst::is_exact(number);
+                let permitted = self.glsl.contains(&set)
+                    && GlslStd450Op::from_u32(number).is_some_and(|op| is_permitted("GLSL", op));
                 (!permitted).then(|| format!("{} is not exact on every device", ext_inst::name(number)))
             }
             _ => None,
@@ -185,48 +187,14 @@ fn operand_problem(instruction: &Instruction) -> Option<String> {
 
 fn enumerant_problem(operand: &Operand) -> Option<String> {
     let permitted = match operand {
-        Operand::Capability(capability) => is_permitted_capability(*capability),
-        Operand::Decoration(decoration) => is_permitted_decoration(*decoration),
-        Operand::ExecutionMode(mode) => is_permitted_mode(*mode),
-        Operand::StorageClass(class) => is_permitted_storage(*class),
-        Operand::LiteralSpecConstantOpInteger(opcode) => is_permitted(*opcode) && !is_float(*opcode),
+        Operand::Capability(capability) => is_permitted("Capability", capability),
+        Operand::Decoration(decoration) => is_permitted("Decoration", decoration),
+        Operand::ExecutionMode(mode) => is_permitted("ExecutionMode", mode),
+        Operand::StorageClass(class) => is_permitted("StorageClass", class),
+        Operand::LiteralSpecConstantOpInteger(opcode) => is_permitted("Op", opcode) && !is_float(*opcode),
         _ => true,
     };
     (!permitted).then(|| format!("{operand:?} is not permitted"))
-}
-
-fn is_permitted_capability(capability: Capability) -> bool {
-    use Capability::*;
-    matches!(capability, Shader | RoundingModeRTE | SignedZeroInfNanPreserve)
-}
-
-fn is_permitted_decoration(decoration: Decoration) -> bool {
-    use Decoration::*;
-    matches!(
-        decoration,
-        SpecId
-            | Block
-            | ArrayStride
-            | BuiltIn
-            | NoContraction
-            | Restrict
-            | Aliased
-            | NonWritable
-            | NonReadable
-            | Binding
-            | DescriptorSet
-            | Offset
-    )
-}
-
-fn is_permitted_mode(mode: ExecutionMode) -> bool {
-    use ExecutionMode::*;
-    matches!(mode, LocalSize | RoundingModeRTE | SignedZeroInfNanPreserve)
-}
-
-fn is_permitted_storage(class: StorageClass) -> bool {
-    use StorageClass::*;
-    matches!(class, Input | StorageBuffer | Function | Private)
 }
 
 fn is_float(opcode: Op) -> bool {
@@ -234,163 +202,20 @@ fn is_float(opcode: Op) -> bool {
     name.starts_with('F') && !name.starts_with("Function")
 }
 
-/// The list. Whoever extends it owes DETERMINISM.md the reason why every device gives the same bits.
-fn is_permitted(opcode: Op) -> bool {
-    is_declaration(opcode) || is_move(opcode) || is_control_flow(opcode) || is_integer(opcode) || is_trusted(opcode)
-}
+/// The kinds and names of the list.
+static PERMITTED: LazyLock<HashSet<(&str, &str)>> = LazyLock::new(|| {
+    let lines = include_str!("permitted.txt").lines().filter(|line| !line.starts_with('#'));
+    let words = lines.map(str::split_whitespace);
+    words
+        .flat_map(|mut words| {
+            words.next().into_iter().flat_map(move |kind| words.clone().map(move |name| (kind, name)))
+        })
+        .collect()
+});
 
-fn is_declaration(opcode: Op) -> bool {
-    use Op::*;
-    matches!(
-        opcode,
-        Capability
-            | Extension
-            | ExtInstImport
-            | MemoryModel
-            | EntryPoint
-            | ExecutionMode
-            | Decorate
-            | MemberDecorate
-            | TypeVoid
-            | TypeBool
-            | TypeInt
-            | TypeFloat
-            | TypeVector
-            | TypeArray
-            | TypeRuntimeArray
-            | TypeStruct
-            | TypePointer
-            | TypeFunction
-            | ConstantTrue
-            | ConstantFalse
-            | Constant
-            | ConstantComposite
-            | ConstantNull
-            | SpecConstant
-            | SpecConstantOp
-            | Undef
-            | Variable
-    )
-}
-
-fn is_move(opcode: Op) -> bool {
-    use Op::*;
-    matches!(
-        opcode,
-        Load | Store
-            | CopyMemory
-            | AccessChain
-            | InBoundsAccessChain
-            | ArrayLength
-            | CopyObject
-            | CopyLogical
-            | CompositeExtract
-            | CompositeInsert
-            | CompositeConstruct
-            | VectorShuffle
-            | VectorExtractDynamic
-            | VectorInsertDynamic
-            | Bitcast
-            | Select
-    )
-}
-
-fn is_control_flow(opcode: Op) -> bool {
-    use Op::*;
-    matches!(
-        opcode,
-        Function
-            | FunctionParameter
-            | FunctionEnd
-            | FunctionCall
-            | Label
-            | Phi
-            | LoopMerge
-            | SelectionMerge
-            | Branch
-            | BranchConditional
-            | Switch
-            | Return
-            | ReturnValue
-            | Unreachable
-    )
-}
-
-fn is_integer(opcode: Op) -> bool {
-    use Op::*;
-    matches!(
-        opcode,
-        IAdd | ISub
-            | IMul
-            | UDiv
-            | SDiv
-            | UMod
-            | SRem
-            | SMod
-            | SNegate
-            | IAddCarry
-            | ISubBorrow
-            | UMulExtended
-            | SMulExtended
-            | ShiftLeftLogical
-            | ShiftRightLogical
-            | ShiftRightArithmetic
-            | BitwiseAnd
-            | BitwiseOr
-            | BitwiseXor
-            | Not
-            | BitFieldInsert
-            | BitFieldSExtract
-            | BitFieldUExtract
-            | BitReverse
-            | BitCount
-            | IEqual
-            | INotEqual
-            | ULessThan
-            | ULessThanEqual
-            | UGreaterThan
-            | UGreaterThanEqual
-            | SLessThan
-            | SLessThanEqual
-            | SGreaterThan
-            | SGreaterThanEqual
-            | LogicalAnd
-            | LogicalOr
-            | LogicalNot
-            | LogicalEqual
-            | LogicalNotEqual
-            | Any
-            | All
-    )
-}
-
-/// Float operations whose result Vulkan fixes. The arithmetic ones must also be decorated.
-fn is_trusted(opcode: Op) -> bool {
-    use Op::*;
-    matches!(
-        opcode,
-        FAdd | FSub
-            | FMul
-            | FNegate
-            | VectorTimesScalar
-            | ExtInst
-            | ConvertFToU
-            | ConvertFToS
-            | ConvertUToF
-            | ConvertSToF
-            | FOrdEqual
-            | FOrdNotEqual
-            | FOrdLessThan
-            | FOrdLessThanEqual
-            | FOrdGreaterThan
-            | FOrdGreaterThanEqual
-            | FUnordEqual
-            | FUnordNotEqual
-            | FUnordLessThan
-            | FUnordLessThanEqual
-            | FUnordGreaterThan
-            | FUnordGreaterThanEqual
-    )
+/// Whether the list has something, which is named as `rspirv` shows it.
+fn is_permitted(kind: &str, name: impl fmt::Debug) -> bool {
+    PERMITTED.contains(&(kind, format!("{name:?}").as_str()))
 }
 
 /// The most helpful thing to say about a forbidden opcode.
@@ -406,5 +231,28 @@ fn why_forbidden(opcode: Op) -> &'static str {
         }
         ControlBarrier | MemoryBarrier => "kernels are barrier-free passes",
         _ => "is not on the list of permitted operations",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rspirv::spirv::{Capability, StorageClass};
+
+    use super::*;
+
+    #[test]
+    fn the_list_has_no_name_that_there_is_not() {
+        let opcodes: HashSet<String> = (0..=0xffff).filter_map(Op::from_u32).map(|op| format!("{op:?}")).collect();
+        for &(kind, name) in PERMITTED.iter() {
+            let known = match kind {
+                "Capability" => name.parse::<Capability>().is_ok(),
+                "Decoration" => name.parse::<Decoration>().is_ok(),
+                "ExecutionMode" => name.parse::<ExecutionMode>().is_ok(),
+                "StorageClass" => name.parse::<StorageClass>().is_ok(),
+                "GLSL" => (0..100).filter_map(GlslStd450Op::from_u32).any(|op| format!("{op:?}") == name),
+                _ => kind == "Op" && opcodes.contains(name),
+            };
+            assert!(known, "{kind} {name}");
+        }
     }
 }

@@ -21,29 +21,3 @@ pub fn name(number: u32) -> String {
         None => format!("GLSL.{number}"),
     }
 }
-
-/// Whether every device must give the same bits: sign and integer operations, and rounding to integers.
-pub fn is_exact(number: u32) -> bool {
-    use GlslStd450Op::*;
-    let Some(op) = GlslStd450Op::from_u32(number) else {
-        return false;
-    };
-    matches!(
-        op,
-        FAbs | FSign
-            | Floor
-            | Ceil
-            | Trunc
-            | SAbs
-            | SSign
-            | UMin
-            | SMin
-            | UMax
-            | SMax
-            | UClamp
-            | SClamp
-            | FindILsb
-            | FindSMsb
-            | FindUMsb
-    )
-}

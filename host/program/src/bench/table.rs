@@ -1,8 +1,7 @@
 //! The restarts as a table, and as CSV: one row for each and every number of samples.
 
-use std::collections::BTreeMap;
-
 use restir::reference::Picture;
+use serde::{Deserialize, Serialize};
 
 use super::{Cell, SceneResult, Series};
 
@@ -16,8 +15,8 @@ pub(crate) struct Setup {
 }
 
 /// One restart: the median time and the mean errors of its images. Errors are those of the images alone, and `None`
-/// where the reference is too noisy.
-#[derive(Clone, Debug, Default, PartialEq)]
+/// where the reference is too noisy; their columns must be there.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Row {
     pub(crate) scene: String,
     pub(crate) technique: String,
@@ -30,8 +29,11 @@ pub(crate) struct Row {
     pub(crate) seed: u32,
     pub(crate) images: u32,
     pub(crate) seconds: f64,
+    #[serde(deserialize_with = "Option::deserialize")]
     pub(crate) mse: Option<f64>,
+    #[serde(deserialize_with = "Option::deserialize")]
     pub(crate) rel_mse: Option<f64>,
+    #[serde(deserialize_with = "Option::deserialize")]
     pub(crate) mape: Option<f64>,
     pub(crate) measured_mse: f64,
     pub(crate) mean: f64,
@@ -48,71 +50,6 @@ pub(crate) struct Row {
     pub(crate) machine: String,
     pub(crate) commit: String,
     pub(crate) note: String,
-}
-
-/// A value in a field; [`Field::parse`] undoes [`Field::text`].
-trait Field: Sized {
-    fn text(&self) -> String;
-    fn parse(text: &str) -> Option<Self>;
-}
-
-macro_rules! plain_fields {
-    ($($type:ty),*) => {
-        $(impl Field for $type {
-            fn text(&self) -> String {
-                self.to_string()
-            }
-            fn parse(text: &str) -> Option<Self> {
-                text.parse().ok()
-            }
-        })*
-    };
-}
-
-plain_fields!(u32, u64, bool, String);
-
-impl Field for f64 {
-    fn text(&self) -> String {
-        format!("{self:e}")
-    }
-
-    fn parse(text: &str) -> Option<Self> {
-        text.parse().ok()
-    }
-}
-
-impl Field for Option<f64> {
-    fn text(&self) -> String {
-        self.map_or_else(String::new, |value| value.text())
-    }
-
-    fn parse(text: &str) -> Option<Self> {
-        if text.is_empty() { Some(None) } else { f64::parse(text).map(Some) }
-    }
-}
-
-/// The columns, in the order of the file.
-macro_rules! columns {
-    ($($name:ident)*) => {
-        const COLUMNS: &[&str] = &[$(stringify!($name)),*];
-
-        impl Row {
-            fn fields(&self) -> Vec<String> {
-                vec![$(self.$name.text()),*]
-            }
-
-            /// From fields by their names; the name of one that is missing or has no such value.
-            fn from_fields(fields: &BTreeMap<&str, String>) -> Result<Self, &'static str> {
-                Ok(Self { $($name: fields.get(stringify!($name)).and_then(|text| Field::parse(text)).ok_or(stringify!($name))?),* })
-            }
-        }
-    };
-}
-
-columns! {
-    scene technique width height max_depth jitter spp restart seed images seconds mse rel_mse mape measured_mse
-    mean reference_mean reference_mean_error reference_spp reference_mse closest_rays shadow_rays surface_evaluations
-    light_samples dropped_samples device machine commit note
 }
 
 /// The rows of a scene.
@@ -164,19 +101,9 @@ fn row(setup: &Setup, result: &SceneResult, series: &Series, cell: &Cell, restar
 
 /// The table as CSV, after RFC 4180, with a line of names.
 pub(crate) fn to_csv(rows: &[Row]) -> String {
-    let names = COLUMNS.iter().map(|name| (*name).to_owned()).collect();
-    let lines = std::iter::once(names).chain(rows.iter().map(Row::fields));
-    lines
-        .map(|fields: Vec<String>| fields.iter().map(|field| quoted(field)).collect::<Vec<_>>().join(",") + "\n")
-        .collect()
-}
-
-fn quoted(field: &str) -> String {
-    if field.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", field.replace('"', "\"\""))
-    } else {
-        field.to_owned()
-    }
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    rows.iter().try_for_each(|row| writer.serialize(row)).expect("a row is a record");
+    String::from_utf8(writer.into_inner().expect("memory takes all text")).expect("text of texts")
 }
 
 /// Reads a table; further columns are ignored.
@@ -184,38 +111,8 @@ fn quoted(field: &str) -> String {
 /// # Errors
 /// A clause that says what is wrong in which line.
 pub(crate) fn from_csv(text: &str) -> Result<Vec<Row>, String> {
-    let mut records = records(text).into_iter();
-    let names = records.next().unwrap_or_default();
-    let read = |(line, fields): (usize, Vec<String>)| {
-        let fields = names.iter().map(String::as_str).zip(fields).collect();
-        Row::from_fields(&fields).map_err(|column| format!("line {line} has no valid {column}"))
-    };
-    (2..).zip(records).map(read).collect()
-}
-
-/// The fields of every line. A quoted field may hold commas, line ends and doubled quotes.
-fn records(text: &str) -> Vec<Vec<String>> {
-    let mut records = Vec::new();
-    let (mut record, mut field, mut inside) = (Vec::new(), String::new(), false);
-    let mut characters = text.chars().peekable();
-    while let Some(character) = characters.next() {
-        match character {
-            '"' if inside && characters.peek() == Some(&'"') => field.extend(characters.next()),
-            '"' => inside = !inside,
-            ',' if !inside => record.push(std::mem::take(&mut field)),
-            '\n' if !inside => {
-                record.push(std::mem::take(&mut field));
-                records.push(std::mem::take(&mut record));
-            }
-            '\r' if !inside => {}
-            other => field.push(other),
-        }
-    }
-    if !field.is_empty() || !record.is_empty() {
-        record.push(field);
-        records.push(record);
-    }
-    records
+    let rows = csv::Reader::from_reader(text.as_bytes()).into_deserialize();
+    rows.collect::<Result<_, csv::Error>>().map_err(|error| error.to_string())
 }
 
 #[cfg(test)]
@@ -246,8 +143,10 @@ mod tests {
     #[test]
     fn columns_are_found_by_name_and_missing_ones_are_named() {
         let text = to_csv(&[row()]);
-        let renamed = text.replacen("seconds", "minutes", 1);
-        assert_eq!(from_csv(&renamed).unwrap_err(), "line 2 has no valid seconds");
+        for (name, other) in [("seconds", "minutes"), ("mape", "map")] {
+            let problem = from_csv(&text.replacen(name, other, 1)).unwrap_err();
+            assert!(problem.contains("line: 2") && problem.contains(name), "{problem}");
+        }
         assert_eq!(from_csv("").unwrap(), []);
         from_csv("nothing\nof this\n").unwrap_err();
         let more = text.replacen("scene,", "further,scene,", 1).replacen("\n\"a", "\n7,\"a", 1);

@@ -112,7 +112,7 @@ fn benchmarks_that_cannot_be() {
     refused(&["--spp", "1,x"], &["--spp", "natural number"]);
     refused(&["--reference-spp", "0"], &["--reference-spp"]);
     refused(&["--against", "missing.csv"], &["cannot read", "missing.csv"]);
-    refused(&["--against", &text], &["cannot read", "text.csv", "line 2", "scene", "report.csv"]);
+    refused(&["--against", &text], &["cannot read", "text.csv", "line: 2", "scene", "report.csv"]);
     refused(&["--against", &empty], &["empty.csv", "no rows"]);
     refused(&["--technique", "pth"], &["pth", "path"]);
     refused(&["--technique", "path:jitter=on"], &["--jitter"]);
