@@ -7,18 +7,18 @@
 use libtest_mimic::{Failed, Trial};
 use restir_host::exec::gpu::{GpuExecutor, adapters};
 use restir_host::exec::{Executor, Flavour};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// An adapter, with an executor of the exact flavour that the first test which needs it opens.
+/// An adapter, with the executors of the exact flavour that no test uses now. There are as many as tests have run at once.
 #[derive(Clone)]
 pub struct Adapter {
     name: String,
-    executor: Arc<Mutex<Option<GpuExecutor>>>,
+    idle: Arc<Mutex<Vec<GpuExecutor>>>,
 }
 
 impl Adapter {
     fn new(name: String) -> Self {
-        Self { name, executor: Arc::default() }
+        Self { name, idle: Arc::default() }
     }
 
     /// The adapter's name.
@@ -26,17 +26,20 @@ impl Adapter {
         &self.name
     }
 
-    /// Runs `work` on the executor, which no other test uses meanwhile.
+    fn idle(&self) -> MutexGuard<'_, Vec<GpuExecutor>> {
+        self.idle.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Runs `work` on an executor, which no other test uses meanwhile.
     ///
     /// # Errors
     /// What `work` reports, and why the adapter cannot be opened.
     pub fn with<T>(&self, work: impl FnOnce(&mut GpuExecutor) -> Result<T, Failed>) -> Result<T, Failed> {
-        let mut guard = self.executor.lock().unwrap_or_else(PoisonError::into_inner);
-        let executor = match guard.take() {
-            Some(executor) => executor,
-            None => GpuExecutor::open(Some(&self.name), Flavour::Exact)?,
-        };
-        work(guard.insert(executor))
+        let idle = self.idle().pop();
+        let mut executor = idle.map_or_else(|| GpuExecutor::open(Some(&self.name), Flavour::Exact), Ok)?;
+        let result = work(&mut executor);
+        self.idle().push(executor);
+        result
     }
 
     /// A test on this adapter, named after both.
