@@ -93,7 +93,7 @@ fn problem(scene: &SceneBuffers, render: &Render, chain: &[Generation]) -> Resul
         let Origin::Reservoir { made_by, pixel, of_last_frame, is_other } = child.origin else {
             return Ok(Some(format!("it goes on beyond a candidate: {child:?}")));
         };
-        let [a, b] = [child, parent].map(|g| g.stored().address);
+        let [a, b] = [child, parent].map(|g| g.stored().sample);
         let same = (a.u, a.v, child.light) == (b.u, b.v, parent.light)
             && (of_last_frame || a.light == b.light)
             && (parent.pass, parent.pixel) == (made_by, pixel)
@@ -105,7 +105,7 @@ fn problem(scene: &SceneBuffers, render: &Render, chain: &[Generation]) -> Resul
         }
     }
     let Some(last) = chain.last() else { return Ok(Some("there is nothing".to_owned())) };
-    let address = last.stored().address;
+    let address = last.stored().sample;
     Ok(match last.origin {
         _ if !address.is_light() => (chain.len() != 1).then(|| format!("it ends without a sample: {last:?}")),
         Origin::Candidate(index) if last.reuse == Reuse::Initial => {
@@ -218,7 +218,7 @@ fn layers_are_the_last_reservoirs() -> Result<(), Failed> {
             let age = chain[0].frame - chain[chain.len() - 1].frame;
             let first = chain[0].stored();
             ensure(layers.reservoirs[pixel] == first, || format!("({x}, {y}): {:?}", layers.reservoirs[pixel]))?;
-            ensure(!first.address.is_light() || layers.ages[pixel] == age, || {
+            ensure(!first.sample.is_light() || layers.ages[pixel] == age, || {
                 format!("({x}, {y}): age {} instead of {age}", layers.ages[pixel])
             })?;
         }

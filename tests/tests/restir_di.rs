@@ -377,14 +377,14 @@ fn stored(random: &mut SplitMix) -> Stored {
     // from 2^-95 to 2^95
     let exponent = 32 + below(190);
     Stored {
-        address: LightAddress { light: below(1 << 24), u: below(1 << 24), v: below(1 << 24) },
+        sample: LightAddress { light: below(1 << 24), u: below(1 << 24), v: below(1 << 24) },
         contribution_weight: f32::from_bits((exponent << 23) | below(1 << 23)),
         confidence: below(256) as f32,
         // a half in all channels, or a colour of five bits a channel, which is not grey
         visibility: if below(2) == 0 {
             Vec3::splat(below(2049) as f32 / 2048.0)
         } else {
-            Vec3::from([below(16), 16 + below(16), below(32)].map(|level| level as f32 * (1.0 / Stored::LEVELS)))
+            Vec3::from([below(16), 16 + below(16), below(32)].map(|level| level as f32 * (1.0 / LEVELS)))
         },
     }
 }
@@ -487,7 +487,7 @@ impl<'a, S: Trace + Surface + AddressedLights> Shaded<'a, S> {
         let pixel = passes::shade(*scene, params, flags, [hit, reservoir], FilmPixel::default(), at);
         let sent = pixel.sum.map(f64::from);
         let stored = Stored::unpack(reservoir);
-        let unshadowed = passes::target(*scene, params, flags, hit, at, stored.address);
+        let unshadowed = passes::target(*scene, params, flags, hit, at, stored.sample);
         let weight = f64::from(stored.contribution_weight);
         let target = match flags & DI_MIS_VISIBILITY {
             _ if !stored.has_sample() => 0.0,

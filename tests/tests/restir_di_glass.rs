@@ -13,6 +13,7 @@ use restir_shared::bsdf::{Bsdf, Material, SPECULAR_TRANSMISSION};
 use restir_shared::glam::{UVec4, Vec3};
 use restir_shared::layout::{FEATURES_ALL, FilmPixel};
 use restir_shared::num;
+use restir_shared::resample::packed::LEVELS;
 use restir_shared::scene::{AnyScene, LightAddress, SurfacePoint};
 use restir_shared::technique::di::{Stored, dithered};
 use restir_shared::technique::path;
@@ -45,7 +46,7 @@ const PATHS: u32 = 8_192;
 const GOAL_IMAGE: f64 = 0.09;
 const BOTH: Panes = Panes { coloured: true, count: 2 };
 const FULL: Stored = Stored {
-    address: LightAddress { light: 1, u: 2, v: 3 },
+    sample: LightAddress { light: 1, u: 2, v: 3 },
     contribution_weight: 1.0,
     confidence: 1.0,
     visibility: Vec3::ONE,
@@ -292,7 +293,7 @@ fn twelve_sheets() -> Result<(), Failed> {
 /// A reservoir's coloured visibility, over random numbers, and what it is in the end.
 fn stored_colours_keep_their_mean() -> Result<(), Failed> {
     const DRAWS: u32 = 4096;
-    const STEP: f64 = 1.0 / Stored::LEVELS as f64;
+    const STEP: f64 = 1.0 / LEVELS as f64;
     let mut random = SplitMix::new(4);
     for _ in 0..100 {
         let wanted = Vec3::new(random.unit() as f32, random.unit() as f32, random.unit() as f32);
@@ -301,7 +302,7 @@ fn stored_colours_keep_their_mean() -> Result<(), Failed> {
             let stored = Stored { visibility: dithered(wanted, random.unit() as f32), ..FULL };
             let kept = Stored::unpack(stored.pack()).visibility;
             ensure(kept == stored.visibility, || format!("{stored:?} became {kept}"))?;
-            ensure((kept - wanted).abs().max_element() < 1.0 / Stored::LEVELS, || format!("{kept} for {wanted}"))?;
+            ensure((kept - wanted).abs().max_element() < 1.0 / LEVELS, || format!("{kept} for {wanted}"))?;
             means.iter_mut().zip(kept.to_array()).for_each(|(mean, x)| mean.push(f64::from(x)));
         }
         // 300 means, false alarms: 1 in 5000 within 4.9 standard errors each

@@ -193,7 +193,7 @@ impl<'a> Offline<'a> {
                 continue;
             }
             rest.next();
-            rays += usize::from(i > 0 && cap.is_none() && self.target(at, input.stored.address) > 0.0);
+            rays += usize::from(i > 0 && cap.is_none() && self.target(at, input.stored.sample) > 0.0);
             if let Some(Event::Occluded { occluded, .. }) = rest.peek() {
                 input.visibility = if *occluded { 0.0 } else { 1.0 };
                 rest.next();
@@ -208,12 +208,12 @@ impl<'a> Offline<'a> {
             if !input.stored.has_sample() {
                 return 0.0;
             }
-            let shared = |j: &Input| f64::from(j.stored.confidence) * self.target(j.pixel, input.stored.address);
+            let shared = |j: &Input| f64::from(j.stored.confidence) * self.target(j.pixel, input.stored.sample);
             let sum: f64 = inputs.iter().map(shared).sum();
             if sum == 0.0 {
                 return 0.0;
             }
-            let target = self.target(inputs[0].pixel, input.stored.address);
+            let target = self.target(inputs[0].pixel, input.stored.sample);
             shared(input) / sum * target * f64::from(input.stored.contribution_weight)
         };
         inputs.iter().map(weight).collect()
@@ -254,13 +254,13 @@ impl Tally {
         let equal = vec![1.0; inputs.len()];
         let unshared: Vec<f64> = inputs
             .iter()
-            .map(|i| offline.target(inputs[0].pixel, i.stored.address) * f64::from(i.stored.contribution_weight))
+            .map(|i| offline.target(inputs[0].pixel, i.stored.sample) * f64::from(i.stored.contribution_weight))
             .collect();
         for (count, wrong) in self.wrong_forms.iter_mut().zip([equal, unshared]) {
             *count += usize::from(!agrees(mean(&wrong)));
         }
-        let target = offline.target(inputs[0].pixel, made.address);
-        let is_input = inputs.iter().any(|input| input.stored.address == made.address);
+        let target = offline.target(inputs[0].pixel, made.sample);
+        let is_input = inputs.iter().any(|input| input.stored.sample == made.sample);
         let weight = target * f64::from(made.contribution_weight);
         if !agrees(v) || !is_input || (weight - sum).abs() > 1.0e-4 * sum {
             self.failures

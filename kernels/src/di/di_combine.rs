@@ -1,8 +1,8 @@
 //! Temporal and spatial reuse of ReSTIR DI.
 
 use restir_shared::glam::UVec4;
-use restir_shared::technique::di::DiParams;
 use restir_shared::technique::di;
+use restir_shared::technique::di::DiParams;
 
 kernel! {
     /// Each pixel's reservoir, combined with others: of the last frame in place, of the same frame into another plane.
@@ -15,6 +15,6 @@ kernel! {
     }
     |x, y, at, p, frames| {
         let planes = di::Planes { hits, other_hits, others };
-        reservoirs[at] = di::combine(&frames, &p, p.flags & settings, &planes, reservoirs[at], [x, y])
+        reservoirs[at] = di::combine(frames, &p, p.flags & settings, &planes, reservoirs[at], [x, y])
     }
 }

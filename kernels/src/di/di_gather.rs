@@ -1,8 +1,8 @@
 //! Shading with neighbours, last part.
 
 use restir_shared::layout::FilmPixel;
-use restir_shared::technique::di::{DiPairs, DiParams, DiPoint};
 use restir_shared::technique::di;
+use restir_shared::technique::di::{DiPairs, DiParams, DiPoint};
 
 kernel! {
     /// The radiance of each pixel by way of several reservoirs, as a film's sample: `film` begins with the neighbours' part.

@@ -2,8 +2,8 @@
 
 use restir_shared::glam::UVec4;
 use restir_shared::layout::FilmPixel;
-use restir_shared::technique::di::DiParams;
 use restir_shared::technique::di;
+use restir_shared::technique::di::DiParams;
 
 kernel! {
     /// A reservoir of each pixel's candidates, and the radiance that needs no resampling.

@@ -1,7 +1,7 @@
 //! Presampled candidates of ReSTIR DI.
 
-use restir_shared::technique::di::{TileParams, TileWords};
 use restir_shared::technique::di;
+use restir_shared::technique::di::{TileParams, TileWords};
 
 kernel! {
     /// The candidates of all tiles.

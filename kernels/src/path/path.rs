@@ -3,8 +3,8 @@
 #[cfg(not(target_arch = "spirv"))]
 use restir_shared::layout::FEATURES_DIFFUSE;
 use restir_shared::layout::FilmPixel;
-use restir_shared::technique::path::PathParams;
 use restir_shared::technique;
+use restir_shared::technique::path::PathParams;
 
 kernel! {
     /// Sums the radiance of 2^`block_log2` samples of each pixel.

@@ -94,6 +94,12 @@ impl Mis {
         self.is(Self::TALBOT) | self.is_pairwise()
     }
 
+    /// Whether it asks for the target of a sample at an input that is neither the canonical one nor where the sample is from.
+    #[inline(always)]
+    pub const fn asks_for_third(self) -> bool {
+        self.is(Self::TALBOT) | self.asks_for_selected()
+    }
+
     /// Whether it asks, before the selection, for the target of input `sample`'s sample at input `receiver`.
     #[inline(always)]
     pub fn asks_for(self, receiver: u32, sample: u32) -> bool {

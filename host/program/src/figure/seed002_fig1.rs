@@ -341,10 +341,10 @@ mod tests {
     fn words_are_those_of_stored_reservoirs() {
         let address = LightAddress { light: 7, u: 0x00ab_cdef, v: 0x0012_3456 };
         let empty = Stored::unpack(UVec4::ZERO);
-        let word = Stored { address, contribution_weight: 2.5, confidence: 20.0, ..empty }.pack();
+        let word = Stored { sample: address, contribution_weight: 2.5, confidence: 20.0, ..empty }.pack();
         assert_eq!((visibility(word), visibility(seen(word))), (0.0, 1.0));
         let all = Stored::unpack(seen(word));
-        assert_eq!((all.address, all.contribution_weight, all.confidence), (address, 2.5, 20.0));
+        assert_eq!((all.sample, all.contribution_weight, all.confidence), (address, 2.5, 20.0));
         assert_eq!(without_visibility(seen(word)), without_visibility(word));
     }
 

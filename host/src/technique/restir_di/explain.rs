@@ -45,7 +45,7 @@ impl Genealogy<'_> {
         );
         generations.iter().for_each(|generation| text += &self.generation(generation));
         let verdict = if generations.iter().all(is_identical) { "the same bits" } else { "OTHER BITS" };
-        if generations.last().is_some_and(|last| last.stored().address.is_light()) {
+        if generations.last().is_some_and(|last| last.stored().sample.is_light()) {
             let _ = write!(text, "the sample is {} frames old; ", self.age());
         }
         let _ = writeln!(text, "{} reservoirs replayed natively: {verdict}", generations.len());
@@ -53,7 +53,7 @@ impl Genealogy<'_> {
     }
 
     fn generation(&self, g: &Generation) -> String {
-        let Stored { address, contribution_weight, confidence, visibility } = g.stored();
+        let Stored { sample: address, contribution_weight, confidence, visibility } = g.stored();
         let (x, y) = self.position(g.pixel);
         let mut text = format!(
             "frame {}, {}, pixel ({x}, {y}): M {confidence}, W {contribution_weight:e}, visibility {visibility}, target {:e}\n",
@@ -127,7 +127,7 @@ impl Genealogy<'_> {
     }
 
     fn generation_json(&self, g: &Generation) -> Value {
-        let Stored { address, contribution_weight, confidence, visibility } = g.stored();
+        let Stored { sample: address, contribution_weight, confidence, visibility } = g.stored();
         let pixel = |pixel| {
             let (x, y) = self.position(pixel);
             [x, y]

@@ -99,9 +99,7 @@ pub fn genealogy(
     while let Some((pass, pixel)) = next {
         let generation = generation(&passes[pass], pixel);
         next = match generation.origin {
-            Origin::Reservoir { made_by, pixel, .. } if generation.stored().address.is_light() => {
-                Some((made_by, pixel))
-            }
+            Origin::Reservoir { made_by, pixel, .. } if generation.stored().sample.is_light() => Some((made_by, pixel)),
             _ => None,
         };
         generations.push(generation);
@@ -131,7 +129,7 @@ fn check_memory(settings: &DiSettings, scene: &SceneBuffers, render: &Render) ->
 fn generation(pass: &ReservoirPass, pixel: u32) -> Generation {
     let word = pass.made.words[pixel as usize];
     let (replayed, origin) = pass.replay(pixel);
-    let address = Stored::unpack(word).address;
+    let address = Stored::unpack(word).sample;
     let light = address.is_light().then(|| light_source(pass.frames.this(), address));
     let p = &pass.params;
     let reuse = match (pass.is_initial(), pass.is_temporal(), p.neighbours) {

@@ -29,12 +29,12 @@ impl Layers {
             name,
             values: self.reservoirs.iter().zip(&self.ages).map(|(stored, &age)| value(stored, age)).collect(),
         };
-        let with_sample = |stored: &Stored, value: u32| if stored.address.is_light() { value as f32 } else { -1.0 };
+        let with_sample = |stored: &Stored, value: u32| if stored.sample.is_light() { value as f32 } else { -1.0 };
         vec![
             channel("reservoir.M", &|stored, _| stored.confidence),
             channel("reservoir.W", &|stored, _| stored.contribution_weight),
             channel("reservoir.visibility", &|stored, _| luminance(stored.visibility)),
-            channel("reservoir.light", &|stored, _| with_sample(stored, stored.address.light)),
+            channel("reservoir.light", &|stored, _| with_sample(stored, stored.sample.light)),
             channel("reservoir.age", &with_sample),
         ]
     }

@@ -1,7 +1,7 @@
 //! Initial candidates.
 
 use super::pixel::Pixel;
-use super::stored::{Stored, dithered};
+use super::stored::Stored;
 use super::tile::{self, Window};
 use super::{CANDIDATE_DIMENSION, SCATTER_DIMENSION, evaluate, in_use};
 use super::{
@@ -13,6 +13,7 @@ use crate::film::CUT;
 use crate::geometry::Ray;
 use crate::layout::FilmPixel;
 use crate::num;
+use crate::resample::packed::dithered;
 use crate::resample::reservoir::Reservoir;
 use crate::rng::{self, Rng};
 use crate::scene::{AddressedLight, AddressedLights, LightAddress, Surface, Trace};
@@ -107,7 +108,7 @@ pub fn initial_from<S: Trace + Surface + AddressedLights>(
     let (reservoir, radiance) = resample(scene, params, flags, tiles, &vertex, [x, y]);
     let kept = reservoir.sample;
     let stored = Stored {
-        address: kept.address,
+        sample: kept.address,
         contribution_weight: reservoir.contribution_weight(1.0, kept.target),
         confidence: 1.0,
         visibility: dithered(kept.visibility, rng::unit(rng.draw(CANDIDATE_DIMENSION.wrapping_add(1)).z)),

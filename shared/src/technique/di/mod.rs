@@ -31,20 +31,23 @@
 //! settings know which are.
 
 mod combine;
+mod domain;
 mod initial;
-mod neighbour;
 mod params;
 mod pixel;
 mod shade;
 mod stored;
 mod tile;
 
-pub use combine::{Planes, Source, combine, combine_from};
+pub use crate::resample::domain::Source;
+pub use crate::resample::exchange::{PAIRS, PairTargets as DiPairs};
+pub use crate::resample::packed::dithered;
+pub use combine::{Planes, combine, combine_from};
 pub use initial::{initial, initial_from};
 pub use params::*;
 pub use pixel::{pack_hit, primary, unpack_hit};
 pub use shade::{exchange, gather, offer, pair_offsets, shade};
-pub use stored::{Stored, dithered};
+pub use stored::Stored;
 pub use tile::presample;
 
 use pixel::Pixel;

@@ -1,6 +1,9 @@
 //! What ReSTIR DI puts into buffers: parameters, and records of planes.
 
 use crate::layout::{CameraParams, Extent, SceneHeader};
+use crate::resample::exchange::{Neighbours, PAIRS};
+use crate::resample::reproject::Grid;
+use crate::resample::similar::Similarity;
 use bytemuck::{Pod, Zeroable};
 
 /// Direct light flag: camera rays are spread uniformly over the pixel.
@@ -32,9 +35,6 @@ pub const DI_STILL: u32 = 1 << 11;
 pub const DI_TILES: u32 = 1 << 12;
 /// Position of the bits of [`crate::resample::mis::Mis`] among the flags of direct light.
 pub const DI_MIS_SHIFT: u32 = 16;
-
-/// Pairs of neighbours on opposite sides in a pass of shading.
-pub const PAIRS: usize = 4;
 
 /// Parameters of the kernels of ReSTIR DI.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -98,6 +98,30 @@ impl Extent for DiParams {
 }
 
 impl DiParams {
+    /// The image.
+    #[inline(always)]
+    pub fn grid(&self) -> Grid {
+        Grid { width: self.width, height: self.height }
+    }
+
+    /// How alike neighbours have to be.
+    #[inline(always)]
+    pub fn similarity(&self) -> Similarity {
+        Similarity { max_plane_distance: self.max_plane_distance, min_normal_cos: self.min_normal_cos }
+    }
+
+    /// The neighbours of a pass of shading.
+    #[inline(always)]
+    pub(super) fn shading_neighbours(&self) -> Neighbours {
+        Neighbours {
+            grid: self.grid(),
+            count: self.neighbours,
+            pairs: self.pairs,
+            near_radius: self.near_radius,
+            similarity: self.similarity(),
+        }
+    }
+
     /// Parameters of what fills the tiles.
     pub fn tile_params(&self) -> TileParams {
         let Self { scene, tile_size, tiles, frame, seed, .. } = *self;
@@ -119,20 +143,6 @@ pub struct DiPoint {
     pub normal: u32,
     /// The reservoir, see [`super::Stored`].
     pub reservoir: [u32; 4],
-}
-
-/// Of a pixel's neighbours in a pass of shading: the targets of their samples at the pixel, as MIS weights have them, or
-/// [`Self::NONE`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-#[repr(C)]
-pub struct DiPairs {
-    /// In the order of [`DiParams::pairs`], of each pair first the neighbour at the offset, then the one opposite.
-    pub targets: [f32; 2 * PAIRS],
-}
-
-impl DiPairs {
-    /// There is no neighbour, or it is too different.
-    pub const NONE: f32 = -1.0;
 }
 
 /// Parameters of the kernel that fills tiles with candidates.
@@ -181,7 +191,6 @@ pub struct TileWords {
 const _: () = {
     assert!(size_of::<DiParams>() == 384);
     assert!(size_of::<DiPoint>() == 48);
-    assert!(size_of::<DiPairs>() == 32);
     assert!(size_of::<TileParams>() == 96);
     assert!(size_of::<TileWords>() == 64);
 };

@@ -1,0 +1,90 @@
+//! Where a combine looks for other reservoirs.
+
+use crate::layout::CameraParams;
+use crate::num;
+use crate::rng;
+use crate::sampling::sample_concentric_disk;
+use crate::vec::dot;
+use glam::{UVec4, Vec3};
+
+/// Surfaces nearer to the camera's plane than this part of the distance to the image plane are behind it.
+const MIN_DEPTH: f32 = 1.0e-6;
+
+/// The pixels of an image.
+#[derive(Clone, Copy, Debug)]
+pub struct Grid {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+}
+
+/// A pixel position, if it is one.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    /// Column.
+    pub x: u32,
+    /// Row.
+    pub y: u32,
+    /// Whether it lies in the image.
+    pub inside: bool,
+}
+
+impl Place {
+    /// Whether the places are less than `radius` apart.
+    #[inline(always)]
+    pub fn is_near(&self, other: &Self, radius: f32) -> bool {
+        let (dx, dy) = (self.x as f32 - other.x as f32, self.y as f32 - other.y as f32);
+        dx * dx + dy * dy < radius * radius
+    }
+}
+
+impl Grid {
+    /// Index of a pixel.
+    #[inline(always)]
+    pub fn index(&self, [x, y]: [u32; 2]) -> u32 {
+        y * self.width + x
+    }
+
+    /// The pixel of an index.
+    #[inline(always)]
+    pub fn at(&self, index: u32) -> [u32; 2] {
+        [index % self.width, index / self.width]
+    }
+
+    /// The n-th place in a disk around `center`, mirrored at the image's borders; the words shift the sequence.
+    #[inline(always)]
+    pub fn nearby(&self, radius: f32, center: Place, n: u32, words: UVec4) -> Place {
+        let at = sample_concentric_disk(rng::r2([words.x, words.y], n)) * radius;
+        let x = (center.x as i32).wrapping_add(num::nearest(at.x));
+        let y = (center.y as i32).wrapping_add(num::nearest(at.y));
+        Place { x: mirrored(x, self.width), y: mirrored(y, self.height), inside: center.inside }
+    }
+
+    /// Where a camera sees a position.
+    #[inline(always)]
+    pub fn project(&self, camera: &CameraParams, position: Vec3) -> Place {
+        let to = position - Vec3::from_array(camera.position);
+        let [forward, right, up] =
+            [Vec3::from_array(camera.forward), Vec3::from_array(camera.right), Vec3::from_array(camera.up)];
+        let depth = num::div(dot(to, forward), dot(forward, forward));
+        let before = depth > MIN_DEPTH;
+        let inv_depth = num::recip(if before { depth } else { 1.0 });
+        let across = num::div(dot(to, right), dot(right, right)) * inv_depth;
+        let along = num::div(dot(to, up), dot(up, up)) * inv_depth;
+        let x = (across + 1.0) * 0.5 * self.width as f32;
+        let y = (1.0 - along) * 0.5 * self.height as f32;
+        // compared as floats: a conversion beyond the range would not be the same everywhere
+        let inside = before & (x >= 0.0) & (y >= 0.0) & (x < self.width as f32) & (y < self.height as f32);
+        if inside { Place { x: x as u32, y: y as u32, inside } } else { Place { x: 0, y: 0, inside } }
+    }
+}
+
+/// A coordinate beyond a border, mirrored at it; limited to the image, should it be narrower than the way.
+#[inline(always)]
+fn mirrored(x: i32, size: u32) -> u32 {
+    let size = size as i32;
+    let from_low = if x < 0 { !x } else { x };
+    let from_high = if from_low >= size { size.wrapping_mul(2).wrapping_add(!from_low) } else { from_low };
+    (if from_high < 0 { 0 } else { from_high }) as u32
+}
