@@ -304,7 +304,7 @@ fn average_is_the_weighted_mean() -> Result<(), Failed> {
                 let recording = Recording::new(&view);
                 let planes = technique::Planes { hits: &hits, other_hits: &other_hits, others: &others };
                 let place = [at as u32 % offline.width, at as u32 / offline.width];
-                if technique::combine(&Still(&recording), &p, p.flags, &planes, own, place) != made[at] {
+                if technique::combine(Still(&recording), &p, p.flags, &planes, own, place) != made[at] {
                     tally.failures.push("a combine alone is not what it is in a frame".to_owned());
                 }
                 rays[0] += recording.counts().shadow as usize;

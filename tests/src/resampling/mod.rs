@@ -8,6 +8,7 @@
 //! | [`setting`] | confidence, and where visibility counts |
 //! | [`expectation`] | what each form estimates, in closed form |
 //! | [`trials`] | the forms at work, many times |
+//! | [`line`] | samples whose shift has a Jacobian, through reuse in time and space and exchange |
 //! | [`averaging`] | visibility averaged over a chain of merges |
 //! | [`toys`] | what the averaging biases and what not |
 //! | [`report`] | the figures as a document |
@@ -15,6 +16,7 @@
 pub mod averaging;
 pub mod expectation;
 pub mod forms;
+pub mod line;
 pub mod report;
 pub mod setting;
 pub mod table;

@@ -48,6 +48,8 @@ fn main() -> ExitCode {
         ("a_normaliser_alone_is_biased_by_one_over_n", averaging::a_normaliser_alone_is_biased_by_one_over_n),
         ("a_million_merges_do_not_drift", chains::a_million_merges_do_not_drift),
         ("chains_integrate_any_function", chains::chains_integrate_any_function),
+        ("shifts_are_unbiased", shift::shifts_are_unbiased),
         ("shifts_need_their_jacobian", shift::shifts_need_their_jacobian),
+        ("weights_of_a_shifted_sample_sum_to_one", shift::weights_of_a_shifted_sample_sum_to_one),
     ])
 }

@@ -1,61 +1,67 @@
-//! Reuse between domains: a neighbour on [0, 2], the canonical pixel on [0, 1], and the shift x -> x / 2 between them.
+//! Reuse between domains: shifts with a Jacobian.
 
 use crate::support::{FAMILY_RATE, MIS, family, is_unbiased, report};
 use libtest_mimic::Failed;
 use restir_shared::resample::mis::Mis;
-use restir_shared::resample::reservoir::Reservoir;
 use restir_tests::random::SplitMix;
-use restir_tests::resampling::forms::{Form, Input};
+use restir_tests::resampling::line::{Jacobian, Setting, run};
 use restir_tests::resampling::trials::measure;
-use restir_tests::stats::{Moments, ZTest};
+use restir_tests::stats::{Moments, POWER, ZTest, sidak};
 use restir_tests::suite::ensure;
 
-const JACOBIAN: f64 = 0.5;
+/// Of a row; `cargo xtask resampling --write` makes 10^7.
+const TRIALS: u64 = 50_000;
+const WRONG: [Jacobian; 2] = [Jacobian::LeftOut, Jacobian::Inverted];
 
-/// The integrand and target of the canonical pixel; its integral over [0, 1] is 1.5.
-fn canonical(x: f64) -> f64 {
-    1.0 + x
-}
-
-/// The target of the neighbour on [0, 2], zero on half of it.
-fn neighbour(x: f64) -> f64 {
-    if x < 1.0 { 0.5 + x } else { 0.0 }
-}
-
-/// Resampling of three uniform points on [0, length].
-fn draw(random: &mut SplitMix, length: f64, target: fn(f64) -> f64) -> (f64, f64) {
-    let mut reservoir = Reservoir::empty(0.0);
-    for _ in 0..3 {
-        let x = length * random.unit();
-        reservoir.update(x, target(x) * length / 3.0, 1.0, random.unit());
-    }
-    (reservoir.sample, reservoir.contribution_weight(1.0, target(reservoir.sample)))
-}
-
-/// One estimate relative to the truth, the contribution weight of the shifted sample being multiplied by `jacobian`.
-fn estimate(form: Mis, jacobian: f64, random: &mut SplitMix) -> f64 {
-    let (own, other) = (draw(random, 1.0, canonical), draw(random, 2.0, neighbour));
-    let y = [own.0, JACOBIAN * other.0];
-    let inputs = [
-        Input { confidence: 1.0, contribution: canonical(y[0]) * own.1 },
-        Input { confidence: 2.0, contribution: canonical(y[1]) * other.1 * jacobian },
-    ];
-    // the neighbour's target pulled into the canonical domain
-    let a = |j: usize, i: usize| if j == 0 { canonical(y[i]) } else { neighbour(y[i] / JACOBIAN) / JACOBIAN };
-    let combined = Form::Library(form).combine(&inputs, a, || random.unit());
-    let x = y[combined.reservoir.sample];
-    canonical(x) * combined.reservoir.contribution_weight(combined.share, canonical(x)) / 1.5
-}
-
-/// Unbiased with the Jacobian; the same test refuses the estimate without.
-pub(crate) fn shifts_need_their_jacobian() -> Result<(), Failed> {
+/// All forms that are unbiased, without and with visibility, after each of three stages.
+pub(crate) fn shifts_are_unbiased() -> Result<(), Failed> {
     let mut family = family("shift");
-    for mis in MIS.into_iter().filter(|&mis| is_unbiased(mis)) {
-        let [right, wrong] =
-            measure(5, 100_000, |random| [JACOBIAN, 1.0].map(|jacobian| estimate(mis, jacobian, random)));
-        family.z_test(format!("{mis:?}"), ZTest::new(right, Moments::exact(1.0)));
-        let wrong = ZTest::new(wrong, Moments::exact(1.0));
-        ensure(wrong.p < FAMILY_RATE / 10.0, || format!("{mis:?} without the Jacobian passes: {wrong:?}"))?;
+    let rows = run(5, TRIALS);
+    let share = sidak(FAMILY_RATE, rows.len());
+    let mut worst: f64 = 0.0;
+    for (name, measured) in rows {
+        let test = ZTest::new(measured, Moments::exact(1.0));
+        worst = worst.max(test.detectable_bias(share));
+        family.z_test(name, test);
     }
+    println!("a bias of {worst:.4} is noticed with probability {POWER} in any row");
     report(&family)
+}
+
+/// With half as many trials the same tests refuse estimates without a Jacobian, and with the inverse one, of every form after
+/// two of the stages or more: where they are off in either direction, errors of pixels may cancel.
+pub(crate) fn shifts_need_their_jacobian() -> Result<(), Failed> {
+    let share = sidak(FAMILY_RATE, 42);
+    for form in MIS.into_iter().filter(|&form| is_unbiased(form)) {
+        for (visible, jacobian) in
+            [false, true].into_iter().flat_map(|visible| WRONG.map(|jacobian| (visible, jacobian)))
+        {
+            let setting = Setting { form, visible, jacobian };
+            let wrong = measure(5, TRIALS / 2, |random| setting.estimate(random));
+            let wrong = wrong.map(|measured| ZTest::new(measured, Moments::exact(1.0)));
+            let refused = wrong.iter().filter(|test| test.p < share / 10.0).count();
+            ensure(refused >= 2, || format!("{form:?}, visible {visible}, {jacobian:?} passes: {wrong:?}"))?;
+        }
+    }
+    Ok(())
+}
+
+/// For random confidence and random numbers of neighbours, through the same code. The wrong Jacobian is seen.
+pub(crate) fn weights_of_a_shifted_sample_sum_to_one() -> Result<(), Failed> {
+    for form in MIS.into_iter().filter(|form| !form.is_after_selection() && *form != Mis::CONSTANT) {
+        let worst = |jacobian| {
+            let setting = Setting { form, visible: false, jacobian };
+            let sums = (0..2_000).map(|index| setting.weight_sums(&mut SplitMix::new(index)));
+            sums.fold([0.0_f64; 3], |worst, sums| std::array::from_fn(|i| worst[i].max((sums[i] - 1.0).abs())))
+        };
+        let right = worst(Jacobian::Right);
+        ensure(right.iter().all(|&error| error < 1.0e-4), || format!("{form:?}: off by {right:?}"))?;
+        for jacobian in WRONG {
+            let wrong = worst(jacobian);
+            ensure(wrong.iter().all(|&error| error > 0.01), || {
+                format!("{form:?}, {jacobian:?} sums to one: {wrong:?}")
+            })?;
+        }
+    }
+    Ok(())
 }

@@ -82,7 +82,7 @@ impl ReservoirPass {
             return (word, Origin::Candidate(candidate));
         };
         let planes = di::Planes { hits: &self.hits, other_hits, others: &others.words };
-        let (word, source) = di::combine_from(&frames, p, p.flags, &planes, own.words[index], at);
+        let (word, source) = di::combine_from(frames, p, p.flags, &planes, own.words[index], at);
         let di::Source { is_other, pixel } = source;
         let made_by = if is_other { others } else { own }.made_by;
         (word, Origin::Reservoir { made_by, pixel, is_other, of_last_frame: is_other && self.is_temporal() })

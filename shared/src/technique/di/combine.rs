@@ -26,8 +26,8 @@ pub struct Planes<'a> {
 
 /// Combines the reservoir of the pixel `at`, `own`, with others; both are packed. Pixels of another frame see that frame's
 /// scene: what a reservoir can produce was decided there.
-pub fn combine<F: Frames>(
-    frames: &F,
+pub fn combine<F: Frames + Copy>(
+    frames: F,
     params: &DiParams,
     flags: u32,
     planes: &Planes<'_>,
@@ -39,8 +39,8 @@ pub fn combine<F: Frames>(
 
 /// As [`combine`], with the pixel that the sample comes from.
 #[inline(always)]
-pub fn combine_from<F: Frames>(
-    frames: &F,
+pub fn combine_from<F: Frames + Copy>(
+    frames: F,
     params: &DiParams,
     flags: u32,
     planes: &Planes<'_>,
@@ -60,11 +60,11 @@ pub fn combine_from<F: Frames>(
         dimension: COMBINE_DIMENSION.wrapping_add(params.combine.wrapping_mul(2)),
     };
     let rules = rules(&light, params);
-    merge::combine(&Neighbourhood { light, params, planes, pixel }, &rules, canonical, at, &draws)
+    merge::combine(&Neighbourhood { light, params: *params, planes: *planes, pixel }, &rules, canonical, at, &draws)
 }
 
 #[inline(always)]
-fn rules<F>(light: &Light<'_, F>, params: &DiParams) -> Rules {
+fn rules<F>(light: &Light<F>, params: &DiParams) -> Rules {
     Rules {
         form: Mis((light.flags >> DI_MIS_SHIFT) & Mis::MASK),
         others: if !light.has(DI_OTHER_FRAME) {

@@ -12,8 +12,8 @@ use glam::{UVec4, Vec3};
 
 /// Light at pixels of one frame or two.
 #[derive(Clone, Copy)]
-pub(super) struct Light<'a, F> {
-    pub(super) frames: &'a F,
+pub(super) struct Light<F> {
+    pub(super) frames: F,
     pub(super) flags: u32,
 }
 
@@ -23,7 +23,7 @@ pub(super) struct Receiver<S> {
     pub(super) vertex: Vertex,
 }
 
-impl<F> Light<'_, F> {
+impl<F> Light<F> {
     #[inline(always)]
     pub(super) fn has(&self, flag: u32) -> bool {
         self.flags & flag != 0
@@ -42,7 +42,7 @@ impl<F> Light<'_, F> {
     }
 }
 
-impl<F: Frames> Domain for Light<'_, F> {
+impl<F: Frames> Domain for Light<F> {
     type Sample = LightAddress;
     type Receiver = Receiver<F::Scene>;
     type Evaluation = Evaluation;
@@ -86,11 +86,12 @@ impl<F: Frames> Domain for Light<'_, F> {
     }
 }
 
-/// The pixels of a combine.
+/// The pixels of a combine. What has no place in a buffer is here by value: an optimiser of SPIR-V keeps a structure that
+/// points to a variable, and not every device takes one.
 pub(super) struct Neighbourhood<'a, F> {
-    pub(super) light: Light<'a, F>,
-    pub(super) params: &'a DiParams,
-    pub(super) planes: &'a Planes<'a>,
+    pub(super) light: Light<F>,
+    pub(super) params: DiParams,
+    pub(super) planes: Planes<'a>,
     /// The one that combines.
     pub(super) pixel: Pixel,
 }
@@ -98,7 +99,7 @@ pub(super) struct Neighbourhood<'a, F> {
 impl<F: Frames> Neighbourhood<'_, F> {
     #[inline(always)]
     fn pixel(&self, of: Source) -> Pixel {
-        let p = self.params;
+        let p = &self.params;
         if !of.is_other {
             return self.pixel;
         }
@@ -109,14 +110,14 @@ impl<F: Frames> Neighbourhood<'_, F> {
     }
 }
 
-impl<'a, F: Frames> Pixels for Neighbourhood<'a, F> {
-    type Domain = Light<'a, F>;
+impl<F: Frames> Pixels for Neighbourhood<'_, F> {
+    type Domain = Light<F>;
     type Packed = UVec4;
     const NO_SAMPLE: LightAddress = LightAddress::NONE;
     const NO_RESERVOIR: UVec4 = UVec4::ZERO;
 
     #[inline(always)]
-    fn domain(&self) -> &Light<'a, F> {
+    fn domain(&self) -> &Light<F> {
         &self.light
     }
 

@@ -26,7 +26,7 @@ const OFFSETS: u32 = (1 << 16) + 2;
 
 /// What pixels show each other.
 struct Points<'a> {
-    params: &'a DiParams,
+    camera: Vec3,
     points: &'a [DiPoint],
 }
 
@@ -42,7 +42,7 @@ impl Offers for Points<'_> {
     fn facet(&self, pixel: u32) -> Facet {
         let point = &self.points[pixel as usize];
         let position = Vec3::from_array(point.position);
-        let distance = length(position - Vec3::from_array(self.params.camera.position));
+        let distance = length(position - self.camera);
         Facet { position, normal: decode_unit_vector(point.normal), distance }
     }
 
@@ -53,8 +53,8 @@ impl Offers for Points<'_> {
 }
 
 /// The radiance of the pixel `at`, which sees `hit`, by way of its own reservoir, as a film's sample.
-pub fn shade<S: Trace + Surface + AddressedLights>(
-    scene: &S,
+pub fn shade<S: Trace + Surface + AddressedLights + Copy>(
+    scene: S,
     params: &DiParams,
     flags: u32,
     [hit, reservoir]: [UVec4; 2],
@@ -67,18 +67,18 @@ pub fn shade<S: Trace + Surface + AddressedLights>(
 
 /// What the pixel `at`, which sees `hit`, shows its neighbours.
 #[inline(always)]
-pub fn offer<S: Trace + Surface + AddressedLights>(
-    scene: &S,
+pub fn offer<S: Trace + Surface + AddressedLights + Copy>(
+    scene: S,
     params: &DiParams,
     flags: u32,
     [hit, reservoir]: [UVec4; 2],
     at: [u32; 2],
 ) -> DiPoint {
-    let light = Light { frames: &Still(scene), flags: in_use(flags, scene) };
+    let light = Light { frames: Still(scene), flags: in_use(flags, &scene) };
     let pixel = Pixel::new(&params.camera, light.flags, params.seed, params.frame, at, hit);
     let mut offered = DiPoint { reservoir: reservoir.to_array(), ..DiPoint::default() };
     if pixel.hit.is_hit() {
-        let point = pixel.point(scene);
+        let point = pixel.point(&scene);
         offered.position = point.position.to_array();
         offered.normal = encode_unit_vector(point.normal);
         let stored = Stored::unpack(reservoir);
@@ -94,23 +94,23 @@ pub fn offer<S: Trace + Surface + AddressedLights>(
 }
 
 /// The second part, for the pixel `at`, which sees `hit`.
-pub fn exchange<S: Trace + Surface + AddressedLights>(
-    scene: &S,
+pub fn exchange<S: Trace + Surface + AddressedLights + Copy>(
+    scene: S,
     params: &DiParams,
     flags: u32,
     points: &[DiPoint],
     hit: UVec4,
     at: [u32; 2],
 ) -> (DiPairs, FilmPixel) {
-    let light = Light { frames: &Still(scene), flags: in_use(flags, scene) };
+    let light = Light { frames: Still(scene), flags: in_use(flags, &scene) };
     let pixel = Pixel::new(&params.camera, light.flags, params.seed, params.frame, at, hit);
     if !pixel.hit.is_hit() {
         return (DiPairs::ALONE, FilmPixel::default());
     }
-    let receiver = Receiver { vertex: pixel.vertex(scene), scene };
+    let receiver = Receiver { vertex: pixel.vertex(&scene), scene };
     let mis = light.has(DI_MIS_VISIBILITY);
     let uses = Uses { mis, traced: mis | light.has(DI_FINAL_RAY) };
-    let points = Points { params, points };
+    let points = Points { camera: Vec3::from_array(params.camera.position), points };
     let (pairs, sent) = exchange::receive(&light, &points, &params.shading_neighbours(), uses, &receiver, at);
     (pairs, FilmPixel { sum: sent.to_array(), dropped: 0.0 })
 }
@@ -124,7 +124,12 @@ pub fn gather(
     sent: FilmPixel,
     at: [u32; 2],
 ) -> FilmPixel {
-    let share = exchange::own_share(&Points { params, points }, &params.shading_neighbours(), pairs, at);
+    let share = exchange::own_share(
+        &Points { camera: Vec3::from_array(params.camera.position), points },
+        &params.shading_neighbours(),
+        pairs,
+        at,
+    );
     let own = points[params.grid().index(at) as usize];
     film_pixel(params, direct, Vec3::from_array(sent.sum) + Vec3::from_array(own.radiance) * share)
 }
