@@ -13,6 +13,7 @@ use restir_shared::glam::{UVec4, Vec3};
 use restir_shared::layout::FilmPixel;
 use restir_shared::pack::decode_unit_vector;
 use restir_shared::resample::mis::{Combine, Mis};
+use restir_shared::resample::packed::LEVELS;
 use restir_shared::scene::{AddressedLights, AnyScene, LightAddress, Surface, Trace};
 use restir_shared::technique::di::{
     self as passes, DI_FINAL_RAY, DI_MIS_VISIBILITY, DI_OTHER_FRAME, DiPairs, DiParams, DiPoint, Stored,

@@ -1,0 +1,157 @@
+//! The map of modules in ARCHITECTURE.md is that of the code, and a module uses only those above it.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+/// Crates of the map: their names there, and where their sources are.
+const CRATES: [(&str, &str); 5] = [
+    ("restir-shared", "shared/src"),
+    ("restir-kernels", "kernels/src"),
+    ("restir-host", "host/src"),
+    ("restir", "host/program/src"),
+    ("xtask", "xtask/src"),
+];
+
+/// A source file: the path of its module, and the text without comments and unit tests.
+struct Source {
+    module: Vec<String>,
+    text: String,
+}
+
+/// The modules of a crate in the map, leaf first: a row `| crate | a, b, c |`.
+fn map_of(document: &str, name: &str) -> Vec<String> {
+    let head = format!("| `{name}` modules | ");
+    let row = document.lines().find_map(|line| line.strip_prefix(&head)).unwrap_or_default();
+    row.trim_end_matches(" |").split(", ").map(str::to_owned).collect()
+}
+
+/// All files below a folder that are compiled outside of tests.
+fn sources(root: &Path, module: &[String], found: &mut Vec<Source>) {
+    let file = ["mod.rs", "lib.rs", "main.rs"].into_iter().map(|name| root.join(name)).find(|file| file.exists());
+    let of_tests = file.map_or_else(BTreeSet::new, |file| test_modules(&read(&file)));
+    let mut entries: Vec<_> =
+        root.read_dir().expect("a folder of sources").flatten().map(|entry| entry.path()).collect();
+    entries.sort();
+    for path in entries {
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let mut module = module.to_vec();
+        if stem != "mod" {
+            module.push(stem.clone());
+        }
+        if of_tests.contains(&stem) || stem == "lib" || stem == "main" {
+            continue;
+        }
+        if path.is_dir() {
+            sources(&path, &module, found);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            found.push(Source { module, text: without_tests(&read(&path)) });
+        }
+    }
+}
+
+fn read(file: &Path) -> String {
+    std::fs::read_to_string(file).expect("a source file")
+}
+
+fn without_comments(text: &str) -> String {
+    text.lines().map(|line| line.split("//").next().unwrap_or_default()).collect::<Vec<_>>().join("\n")
+}
+
+fn without_tests(text: &str) -> String {
+    let text = without_comments(text);
+    text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default().to_owned()
+}
+
+/// Modules that a file declares for tests.
+fn test_modules(text: &str) -> BTreeSet<String> {
+    let after = without_comments(text);
+    let names = after.split("#[cfg(test)]\nmod ").skip(1).filter_map(|rest| rest.split(';').next());
+    names.map(str::to_owned).collect()
+}
+
+/// The names that follow a path such as `crate::`, one or several in braces.
+fn names_after<'a>(text: &'a str, path: &str) -> Vec<&'a str> {
+    let name = |text: &'a str| text.split(|c: char| !c.is_alphanumeric() && c != '_').next().unwrap_or_default();
+    let mut names = Vec::new();
+    for (at, _) in text.match_indices(path) {
+        let rest = &text[at + path.len()..];
+        let Some(group) = rest.strip_prefix('{') else {
+            names.push(name(rest));
+            continue;
+        };
+        let mut depth = 0;
+        let mut begins = true;
+        for (at, c) in group.char_indices() {
+            match c {
+                '{' => depth += 1,
+                '}' if depth == 0 => break,
+                '}' => depth -= 1,
+                ',' if depth == 0 => begins = true,
+                c if begins && !c.is_whitespace() => {
+                    names.push(name(&group[at..]));
+                    begins = false;
+                }
+                _ => {}
+            }
+        }
+    }
+    names
+}
+
+/// What of the code disagrees with a map.
+fn disagreements(map: &[String], sources: &[Source]) -> Vec<String> {
+    let modules: BTreeSet<&String> = sources.iter().map(|source| &source.module[0]).collect();
+    let mut findings: Vec<String> =
+        modules.iter().filter(|m| !map.contains(m)).map(|m| format!("{m} is not listed")).collect();
+    findings.extend(map.iter().filter(|m| !modules.contains(m)).map(|m| format!("{m} does not exist")));
+    for Source { module, text } in sources {
+        let rank = |name: &str| map.iter().position(|listed| listed == name);
+        let up = format!(" {}", "super::".repeat(module.len()));
+        let used = names_after(text, "crate::").into_iter().chain(names_after(text, &up));
+        for name in used.filter(|name| **name != module[0]) {
+            if rank(name).is_some_and(|used| Some(used) > rank(&module[0])) {
+                findings.push(format!("{} uses {name}, which is not above it", module.join("::")));
+            }
+        }
+    }
+    findings
+}
+
+#[test]
+fn modules_use_only_those_above_them() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace");
+    let document = read(&root.join("ARCHITECTURE.md"));
+    let mut findings = Vec::new();
+    for (name, folder) in CRATES {
+        let mut found = Vec::new();
+        sources(&root.join(folder), &[], &mut found);
+        findings.extend(disagreements(&map_of(&document, name), &found).into_iter().map(|f| format!("{name}: {f}")));
+    }
+    assert!(findings.is_empty(), "{}", findings.join("\n"));
+}
+
+/// A module that uses one below it, by either way of naming it, a circle, and modules that the map and the code do not share.
+#[test]
+fn disorder_is_seen() {
+    let source = |path: &str, text: &str| Source {
+        module: path.split("::").map(str::to_owned).collect(),
+        text: without_tests(text),
+    };
+    let map: Vec<String> = ["leaf", "middle", "top"].map(str::to_owned).into();
+    let check = |texts: [&str; 3]| {
+        let files = [source("leaf", texts[0]), source("middle::deep", texts[1]), source("top", texts[2])];
+        disagreements(&map, &files)
+    };
+    assert!(check(["", "use crate::leaf::A;", "use crate::{leaf, middle::B};\nuse super::leaf;"]).is_empty());
+    assert!(check(["// crate::top\n#[cfg(test)]\nmod tests {\n use crate::top;\n}", "", ""]).is_empty());
+    for wrong in [
+        ["use crate::top::C;", "", ""],
+        ["use crate::{\n    num::{self, B},\n    top,\n};", "", ""],
+        ["", "use super::super::top;", ""],
+        ["use crate::middle;", "use crate::leaf;", ""],
+        ["fn f() { crate::top::g() }", "", ""],
+    ] {
+        assert_eq!(check(wrong).len(), 1, "{wrong:?}");
+    }
+    assert_eq!(disagreements(&map, &[source("leaf", ""), source("other", "")]).len(), 3);
+}
