@@ -3,9 +3,8 @@
 use crate::native;
 use bytemuck::Pod;
 use restir_host::Error;
-use restir_host::exec::{CpuExecutor, Executor, Step};
-use restir_host::plan::{FramePlan, Pass};
-use restir_host::replay;
+use restir_host::exec::{CpuExecutor, Executor};
+use restir_host::plan::{Buffer, FramePlan, Pass};
 use restir_kernels::{Access, Binding, KernelDesc, NativeRow};
 use restir_shared::scene::{AnyScene, Still};
 use std::sync::Arc;
@@ -19,42 +18,15 @@ pub struct Capture {
     pub contents: Vec<Arc<[u32]>>,
 }
 
-/// Runs a plan natively over its own scene.
+/// Runs a plan natively.
 ///
 /// # Errors
 /// As of the executor.
 pub fn captured(plan: FramePlan<'_>) -> Result<Vec<Capture>, Error> {
-    collect(plan, |plan, show| CpuExecutor::inline().run_shown(plan, show).map(drop))
-}
-
-/// The last of a kernel's passes.
-///
-/// # Panics
-/// If it has none.
-pub fn last<'a>(captures: &'a [Capture], kernel: &KernelDesc) -> &'a Capture {
-    let found = captures.iter().rev().find(|capture| capture.pass.kernel.name == kernel.name);
-    found.unwrap_or_else(|| panic!("the plan has no pass of {}", kernel.name))
-}
-
-/// As [`captured`], over a scene of any type that stands still.
-///
-/// # Errors
-/// As of [`replay::run`].
-pub fn captured_over(scene: &dyn AnyScene, plan: FramePlan<'_>) -> Result<Vec<Capture>, Error> {
-    collect(plan, |plan, show| replay::run(scene, plan, show))
-}
-
-/// Sees each step of a run.
-type Show<'a> = &'a mut dyn FnMut(&Step<'_>) -> Result<(), Error>;
-
-fn collect(
-    plan: FramePlan<'_>,
-    run: impl FnOnce(FramePlan<'_>, Show<'_>) -> Result<(), Error>,
-) -> Result<Vec<Capture>, Error> {
-    let words = |buffer: &restir_host::plan::Buffer| buffer.contents.clone().unwrap_or_else(|| zeros(buffer.words));
+    let words = |buffer: &Buffer| buffer.contents.clone().unwrap_or_else(|| vec![0; buffer.words].into());
     let mut buffers: Vec<Arc<[u32]>> = plan.buffers.iter().map(words).collect();
     let mut captures = Vec::new();
-    run(plan, &mut |step| {
+    CpuExecutor::inline().run_shown(plan, &mut |step| {
         let pass = step.pass;
         for upload in pass.frame.iter().flat_map(|frame| &frame.uploads) {
             let mut words = buffers[upload.buffer].to_vec();
@@ -73,8 +45,13 @@ fn collect(
     Ok(captures)
 }
 
-fn zeros(words: usize) -> Arc<[u32]> {
-    vec![0; words].into()
+/// The last of a kernel's passes.
+///
+/// # Panics
+/// If it has none.
+pub fn last<'a>(captures: &'a [Capture], kernel: &KernelDesc) -> &'a Capture {
+    let found = captures.iter().rev().find(|capture| capture.pass.kernel.name == kernel.name);
+    found.unwrap_or_else(|| panic!("the plan has no pass of {}", kernel.name))
 }
 
 fn bindings(pass: &Pass) -> impl Iterator<Item = &'static Binding> {

@@ -1,213 +1,217 @@
-//! The code against ARCHITECTURE.md: modules use only those before them, and nothing but its own folders names a technique.
+//! The map of modules in ARCHITECTURE.md is that of the code, a module uses only those above it, and nothing but its own folders
+//! names a technique.
 
-use libtest_mimic::Failed;
 use restir_host::technique;
-use restir_tests::suite::{ensure, run};
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
-use std::process::ExitCode;
+use std::path::Path;
 
-/// Crates with their folders of sources, whose lists of modules ARCHITECTURE.md has.
-const CRATES: [(&str, &str); 4] = [
+/// Crates of the map: their names there, and where their sources are.
+const CRATES: [(&str, &str); 5] = [
     ("restir-shared", "shared/src"),
     ("restir-kernels", "kernels/src"),
     ("restir-host", "host/src"),
     ("restir", "host/program/src"),
+    ("xtask", "xtask/src"),
 ];
-/// Of every technique but the reference: what may name it beside its own folders. The lists of techniques, figures and reports of
-/// papers, and the suites that are about it.
-const MAY_NAME: [&str; 11] = [
-    "shared/src/technique/mod.rs",
-    "kernels/src/lib.rs",
-    "host/src/technique/mod.rs",
-    "host/src/technique/registry.rs",
-    "host/program/src/figure/",
-    "tests/src/technique/mod.rs",
-    "tests/src/visibility.rs",
-    "xtask/src/visibility.rs",
-    "tests/tests/",
-    "host/program/tests/",
-    "xtask/tests/",
+
+/// Of every technique but the reference: what may name it beside its own folders. The lists of techniques, and the reports and
+/// figures of papers.
+const MAY_NAME: [&str; 7] = [
+    "shared/src/technique",
+    "host/src/technique",
+    "host/src/technique/registry",
+    "host/program/src/figure",
+    "tests/src/technique",
+    "tests/src/visibility",
+    "xtask/src/visibility",
 ];
 /// All others are compared with it.
 const REFERENCE: &str = "path";
 
-fn main() -> ExitCode {
-    run(&[
-        ("modules_use_only_those_before_them", modules_use_only_those_before_them),
-        ("what_is_used_before_its_place_is_seen", what_is_used_before_its_place_is_seen),
-        ("a_technique_is_named_in_its_folders_alone", a_technique_is_named_in_its_folders_alone),
-        ("a_name_elsewhere_is_seen", a_name_elsewhere_is_seen),
-    ])
+/// A source file: the path of its module, and the text without comments and unit tests.
+struct Source {
+    module: Vec<String>,
+    text: String,
 }
 
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+/// The modules of a crate in the map, leaf first: a row `| crate | a, b, c |`.
+fn map_of(document: &str, name: &str) -> Vec<String> {
+    let head = format!("| `{name}` modules | ");
+    let row = document.lines().find_map(|line| line.strip_prefix(&head)).unwrap_or_default();
+    row.trim_end_matches(" |").split(", ").map(str::to_owned).collect()
 }
 
-/// All Rust files below a folder: paths from the workspace's root, and their text without unit tests.
-fn sources(folder: &str) -> Result<Vec<(String, String)>, Failed> {
-    let mut files = Vec::new();
-    let mut folders = vec![PathBuf::from(folder)];
-    while let Some(folder) = folders.pop() {
-        for entry in std::fs::read_dir(root().join(&folder))? {
-            let (entry, path) = {
-                let entry = entry?;
-                (entry.path(), folder.join(entry.file_name()))
-            };
-            if entry.is_dir() {
-                folders.push(path);
-            } else if path.extension().is_some_and(|extension| extension == "rs") {
-                files.push((path.to_string_lossy().replace('\\', "/"), code(&std::fs::read_to_string(&entry)?)));
-            }
+/// All files below a folder that are compiled outside of tests.
+fn sources(root: &Path, module: &[String], found: &mut Vec<Source>) {
+    let file = ["mod.rs", "lib.rs", "main.rs"].into_iter().map(|name| root.join(name)).find(|file| file.exists());
+    let of_tests = file.map_or_else(BTreeSet::new, |file| test_modules(&read(&file)));
+    let mut entries: Vec<_> =
+        root.read_dir().expect("a folder of sources").flatten().map(|entry| entry.path()).collect();
+    entries.sort();
+    for path in entries {
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let mut module = module.to_vec();
+        if stem != "mod" {
+            module.push(stem.clone());
+        }
+        if of_tests.contains(&stem) || stem == "lib" || stem == "main" {
+            continue;
+        }
+        if path.is_dir() {
+            sources(&path, &module, found);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            found.push(Source { module, text: without_tests(&read(&path)) });
         }
     }
-    Ok(files)
 }
 
-/// A file's code: without comments and without what is compiled for unit tests only.
-fn code(text: &str) -> String {
-    let tests = text.find("#[cfg(test)]\nmod tests {").unwrap_or(text.len());
-    let lines = text[..tests].lines().filter(|line| !line.trim_start().starts_with("//"));
-    lines.collect::<Vec<_>>().join("\n")
+fn read(file: &Path) -> String {
+    std::fs::read_to_string(file).expect("a source file")
 }
 
-/// The modules of a crate in the order of ARCHITECTURE.md.
-fn map(document: &str, name: &str) -> Result<Vec<String>, Failed> {
-    let marker = format!("* `{name}`: ");
-    let start = document.find(&marker).ok_or_else(|| Failed::from(format!("ARCHITECTURE.md has no list of {name}")))?;
-    let list = &document[start + marker.len()..];
-    let end = list.find("\n* ").or_else(|| list.find("\n\n")).unwrap_or(list.len());
-    let end = list.find("\n\n").map_or(end, |blank| end.min(blank));
-    Ok(list[..end].split(',').map(|module| module.trim().to_owned()).collect())
+fn without_comments(text: &str) -> String {
+    text.lines().map(|line| line.split("//").next().unwrap_or_default()).collect::<Vec<_>>().join("\n")
 }
 
-/// The modules that follow `crate::` in code, also in groups.
-fn used(code: &str) -> BTreeSet<String> {
-    let mut names = BTreeSet::new();
-    let name = |text: &str| text.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect::<String>();
-    for (at, marker) in code.match_indices("crate::") {
-        let rest = &code[at + marker.len()..];
+fn without_tests(text: &str) -> String {
+    let text = without_comments(text);
+    text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default().to_owned()
+}
+
+/// Modules that a file declares for tests.
+fn test_modules(text: &str) -> BTreeSet<String> {
+    let after = without_comments(text);
+    let names = after.split("#[cfg(test)]\nmod ").skip(1).filter_map(|rest| rest.split(';').next());
+    names.map(str::to_owned).collect()
+}
+
+/// The names that follow a path such as `crate::`, one or several in braces.
+fn names_after<'a>(text: &'a str, path: &str) -> Vec<&'a str> {
+    let name = |text: &'a str| text.split(|c: char| !c.is_alphanumeric() && c != '_').next().unwrap_or_default();
+    let mut names = Vec::new();
+    for (at, _) in text.match_indices(path) {
+        let rest = &text[at + path.len()..];
         let Some(group) = rest.strip_prefix('{') else {
-            names.insert(name(rest));
+            names.push(name(rest));
             continue;
         };
-        let (mut depth, mut part) = (0, String::new());
-        for c in group.chars() {
+        let mut depth = 0;
+        let mut begins = true;
+        for (at, c) in group.char_indices() {
             match c {
                 '{' => depth += 1,
                 '}' if depth == 0 => break,
                 '}' => depth -= 1,
-                ',' if depth == 0 => {
-                    names.insert(name(part.trim()));
-                    part.clear();
+                ',' if depth == 0 => begins = true,
+                c if begins && !c.is_whitespace() => {
+                    names.push(name(&group[at..]));
+                    begins = false;
                 }
-                _ if depth == 0 => part.push(c),
                 _ => {}
             }
         }
-        names.insert(name(part.trim()));
     }
     names
 }
 
-/// Uses of modules that do not come before the one that uses them, and modules that the list lacks. Files for unit tests do
-/// not count.
-fn violations(order: &[String], folder: &str, files: &[(String, String)]) -> Vec<String> {
-    let of_tests: Vec<String> = files.iter().flat_map(|(path, text)| test_modules(path, text)).collect();
-    let place = |module: &str| order.iter().position(|listed| listed == module);
-    let mut found = Vec::new();
-    for (path, text) in files {
-        let inner = path.trim_start_matches(folder).trim_start_matches('/');
-        let module = inner.split('/').next().unwrap_or_default().trim_end_matches(".rs");
-        if ["lib", "main", "kernel"].contains(&module) || of_tests.iter().any(|tests| path.starts_with(tests.as_str()))
-        {
-            continue;
+/// What of the code disagrees with a map.
+fn disagreements(map: &[String], sources: &[Source]) -> Vec<String> {
+    let modules: BTreeSet<&String> = sources.iter().map(|source| &source.module[0]).collect();
+    let mut findings: Vec<String> =
+        modules.iter().filter(|m| !map.contains(m)).map(|m| format!("{m} is not listed")).collect();
+    findings.extend(map.iter().filter(|m| !modules.contains(m)).map(|m| format!("{m} does not exist")));
+    for Source { module, text } in sources {
+        let rank = |name: &str| map.iter().position(|listed| listed == name);
+        let up = format!(" {}", "super::".repeat(module.len()));
+        let used = names_after(text, "crate::").into_iter().chain(names_after(text, &up));
+        for name in used.filter(|name| **name != module[0]) {
+            if rank(name).is_some_and(|used| Some(used) > rank(&module[0])) {
+                findings.push(format!("{} uses {name}, which is not above it", module.join("::")));
+            }
         }
-        let Some(here) = place(module) else {
-            found.push(format!("{path}: the list lacks {module}"));
-            continue;
-        };
-        let later = used(text).into_iter().filter(|used| place(used).is_some_and(|there| there > here));
-        found.extend(later.map(|used| format!("{path} uses {used}, which comes after {module}")));
     }
-    found
+    findings
 }
 
-/// What a file declares for unit tests only.
-fn test_modules(path: &str, text: &str) -> Vec<String> {
-    let folder = path.rsplit_once('/').map_or("", |(folder, _)| folder);
-    let stem = path.trim_end_matches(".rs");
-    let declared = text.split("#[cfg(test)]\nmod ").skip(1);
-    let names = declared.filter_map(|rest| rest.split_once(';')).map(|(name, _)| name.trim());
-    names.flat_map(|name| [format!("{folder}/{name}"), format!("{stem}/{name}")]).collect()
-}
-
-fn modules_use_only_those_before_them() -> Result<(), Failed> {
-    let document = std::fs::read_to_string(root().join("ARCHITECTURE.md"))?;
+#[test]
+fn modules_use_only_those_above_them() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace");
+    let document = read(&root.join("ARCHITECTURE.md"));
+    let mut findings = Vec::new();
     for (name, folder) in CRATES {
-        let order = map(&document, name)?;
-        let found = violations(&order, folder, &sources(folder)?);
-        ensure(found.is_empty(), || format!("{name}:\n{}", found.join("\n")))?;
-        let missing: Vec<&String> = order
-            .iter()
-            .filter(|module| ["", "/mod"].iter().all(|end| !root().join(format!("{folder}/{module}{end}.rs")).exists()))
-            .collect();
-        ensure(missing.is_empty(), || format!("{name}: ARCHITECTURE.md lists {missing:?}, which there are not"))?;
+        let mut found = Vec::new();
+        sources(&root.join(folder), &[], &mut found);
+        findings.extend(disagreements(&map_of(&document, name), &found).into_iter().map(|f| format!("{name}: {f}")));
     }
-    Ok(())
+    assert!(findings.is_empty(), "{}", findings.join("\n"));
 }
 
-fn what_is_used_before_its_place_is_seen() -> Result<(), Failed> {
-    let order = ["low", "middle", "high"].map(str::to_owned);
-    let file = |path: &str, text: &str| (path.to_owned(), text.to_owned());
-    let right = [file("x/low.rs", ""), file("x/high/mod.rs", "use crate::{low::A, middle};")];
-    ensure(violations(&order, "x", &right).is_empty(), || "the right order is refused".to_owned())?;
-    for wrong in ["use crate::high;", "use crate::{low, high::{A, B}};", "fn f() { crate::high::g() }"] {
-        let found = violations(&order, "x", &[file("x/middle.rs", wrong)]);
-        ensure(found.len() == 1, || format!("{wrong}: {found:?}"))?;
-    }
-    ensure(violations(&order, "x", &[file("x/other.rs", "")]).len() == 1, || "an unlisted module passes".to_owned())
-}
-
-/// The words by which code can name a technique: its name, and those of its folders.
-fn words(technique: &str) -> Vec<String> {
-    let short = technique.rsplit('-').next().unwrap_or(technique);
-    vec![
-        format!("\"{technique}"),
-        technique.replace('-', "_"),
-        format!("technique::{short}"),
-        format!("::{short}::"),
-        format!("{}{}Settings", short[..1].to_uppercase(), &short[1..]),
-    ]
-}
-
-/// Where files name a technique that is not theirs.
-fn namings(technique: &str, files: &[(String, String)]) -> Vec<String> {
-    let words = words(technique);
-    let own = |path: &str| {
-        let short = technique.rsplit('-').next().unwrap_or(technique);
-        let folders = [technique.replace('-', "_"), short.to_owned()];
-        path.split(['/', '.']).any(|part| folders.iter().any(|folder| part == folder))
+/// A module that uses one below it, by either way of naming it, a circle, and modules that the map and the code do not share.
+#[test]
+fn disorder_is_seen() {
+    let source = |path: &str, text: &str| Source {
+        module: path.split("::").map(str::to_owned).collect(),
+        text: without_tests(text),
     };
-    let elsewhere = files.iter().filter(|(path, _)| !own(path) && !MAY_NAME.iter().any(|may| path.starts_with(may)));
-    let lines = elsewhere.flat_map(|(path, text)| text.lines().map(move |line| (path, line)));
-    let named = lines.filter(|(_, line)| words.iter().any(|word| line.contains(word.as_str())));
-    named.map(|(path, line)| format!("{path}: {}", line.trim())).collect()
-}
-
-fn a_technique_is_named_in_its_folders_alone() -> Result<(), Failed> {
-    let folders = ["shared/src", "kernels/src", "host/src", "host/program/src", "tests/src", "xtask/src"];
-    let files = folders.iter().map(|folder| sources(folder)).collect::<Result<Vec<_>, _>>()?.concat();
-    for technique in technique::all().iter().map(|technique| technique.about().name).filter(|name| *name != REFERENCE) {
-        let found = namings(technique, &files);
-        ensure(found.is_empty(), || format!("{technique} is named in\n{}", found.join("\n")))?;
+    let map: Vec<String> = ["leaf", "middle", "top"].map(str::to_owned).into();
+    let check = |texts: [&str; 3]| {
+        let files = [source("leaf", texts[0]), source("middle::deep", texts[1]), source("top", texts[2])];
+        disagreements(&map, &files)
+    };
+    assert!(check(["", "use crate::leaf::A;", "use crate::{leaf, middle::B};\nuse super::leaf;"]).is_empty());
+    assert!(check(["// crate::top\n#[cfg(test)]\nmod tests {\n use crate::top;\n}", "", ""]).is_empty());
+    for wrong in [
+        ["use crate::top::C;", "", ""],
+        ["use crate::{\n    num::{self, B},\n    top,\n};", "", ""],
+        ["", "use super::super::top;", ""],
+        ["use crate::middle;", "use crate::leaf;", ""],
+        ["fn f() { crate::top::g() }", "", ""],
+    ] {
+        assert_eq!(check(wrong).len(), 1, "{wrong:?}");
     }
-    Ok(())
+    assert_eq!(disagreements(&map, &[source("leaf", ""), source("other", "")]).len(), 3);
 }
 
-fn a_name_elsewhere_is_seen() -> Result<(), Failed> {
-    let file = |path: &str| (path.to_owned(), "use restir_host::technique::restir_di::DiSettings;".to_owned());
-    ensure(namings("restir-di", &[file("host/src/technique/restir_di/plan.rs")]).is_empty(), || "its own".to_owned())?;
-    ensure(namings("restir-di", &[file("host/src/exec/cpu.rs")]).len() == 1, || "not seen".to_owned())
+/// The folders that a technique has in the crates: named as it is, or by the last word of its name.
+fn folders(technique: &str) -> [String; 2] {
+    [technique.replace('-', "_"), technique.rsplit('-').next().unwrap_or(technique).to_owned()]
+}
+
+/// Where a crate's files name a technique that is not theirs: by its name, its folders or its settings.
+fn namings(technique: &str, folder: &str, sources: &[Source]) -> Vec<String> {
+    let [long, short] = folders(technique);
+    let settings = format!("{}{}Settings", short[..1].to_uppercase(), &short[1..]);
+    let words = [format!("\"{technique}"), long.clone(), format!("::{short}::"), format!("::{short};"), settings];
+    let is_own = |source: &Source| source.module.iter().any(|module| [&long, &short].contains(&module));
+    let may = |source: &Source| {
+        let path = format!("{folder}/{}", source.module.join("/"));
+        MAY_NAME.iter().any(|may| path == *may || may.ends_with("figure") && path.starts_with(may))
+    };
+    let elsewhere = sources.iter().filter(|source| !is_own(source) && !may(source));
+    let lines = elsewhere.flat_map(|source| source.text.lines().map(move |line| (source.module.join("::"), line)));
+    let named = lines.filter(|(_, line)| words.iter().any(|word| line.contains(word.as_str())));
+    named.map(|(module, line)| format!("{folder}: {module}: {}", line.trim())).collect()
+}
+
+#[test]
+fn a_technique_is_named_in_its_folders_alone() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace");
+    let mut named = Vec::new();
+    for folder in CRATES.map(|(_, folder)| folder).into_iter().chain(["tests/src"]) {
+        let mut found = Vec::new();
+        sources(&root.join(folder), &[], &mut found);
+        let names = technique::all().into_iter().map(|technique| technique.about().name);
+        named.extend(names.filter(|name| *name != REFERENCE).flat_map(|name| namings(name, folder, &found)));
+    }
+    assert!(named.is_empty(), "{}", named.join("\n"));
+}
+
+#[test]
+fn a_name_elsewhere_is_seen() {
+    let source = |path: &str| Source {
+        module: path.split("::").map(str::to_owned).collect(),
+        text: "use crate::technique::restir_di::DiSettings;".to_owned(),
+    };
+    assert!(namings("restir-di", "host/src", &[source("technique::restir_di::plan")]).is_empty());
+    assert_eq!(namings("restir-di", "host/src", &[source("exec::cpu")]).len(), 1);
 }

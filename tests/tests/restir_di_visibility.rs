@@ -11,13 +11,12 @@ use restir_host::replay::{self, Event, Recording};
 use restir_host::technique::restir_di::{DiSettings, MisForm, Target, Temporal, Visibility, VisibilityReuse};
 use restir_kernels::di::{di_combine, di_initial, di_shade};
 use restir_shared::camera::camera_ray;
-use restir_shared::geometry::{Hit, Ray};
+use restir_shared::geometry::Ray;
 use restir_shared::glam::{UVec4, Vec3};
 use restir_shared::layout::FilmPixel;
 use restir_shared::rng::Rng;
 use restir_shared::scene::{
-    AddressedLight, AddressedLights, EnvironmentPoint, LightAddress, LightSample, Lights, SceneView, Still, Surface,
-    SurfacePoint, Trace,
+    AddressedLights, AnyFrames, AnyScene, LightAddress, SceneView, Still, Surface, SurfacePoint,
 };
 use restir_shared::technique::di::{self as technique, DI_OTHER_FRAME, DiParams, Stored};
 use restir_shared::technique::path::{self, PathParams};
@@ -337,7 +336,7 @@ fn shadow_rays(buffers: &SceneBuffers, settings: DiSettings) -> Result<[f64; 4],
     let recording = Recording::new(&view);
     let (mut rays, mut before) = ([0; 4], recording.counts());
     let render = run.render(1);
-    replay::run(&recording, plan(buffers, &render), &mut |step| {
+    replay::run(&Still(&recording), plan(buffers, &render), &mut |step| {
         let counts = recording.counts();
         let kind = match step.pass.kernel.name {
             name if name == di_initial::DESC.name => 0,
@@ -501,65 +500,17 @@ fn near_neighbours_brighten() -> Result<(), Failed> {
 
 /// One scene, then another, with the same surfaces in sight.
 struct Switched<'a> {
-    scenes: [&'a SceneView<'a>; 2],
+    scenes: [SceneView<'a>; 2],
     now: Cell<usize>,
 }
 
-impl Switched<'_> {
-    fn scene(&self) -> &SceneView<'_> {
-        self.scenes[self.now.get()]
-    }
-}
-
-impl Trace for Switched<'_> {
-    fn closest(&self, ray: &Ray) -> Hit {
-        self.scene().closest(ray)
+impl AnyFrames for Switched<'_> {
+    fn scene(&self, _other: bool) -> &dyn AnyScene {
+        &self.scenes[self.now.get()]
     }
 
-    fn occluded(&self, ray: &Ray) -> bool {
-        self.scene().occluded(ray)
-    }
-}
-
-impl Surface for Switched<'_> {
-    fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
-        self.scene().surface(ray, hit)
-    }
-
-    fn features(&self) -> u32 {
-        self.scene().features()
-    }
-}
-
-impl Lights for Switched<'_> {
-    fn sample_light(&self, words: UVec4) -> LightSample {
-        self.scene().sample_light(words)
-    }
-
-    fn light_density(&self, hit: &Hit) -> f32 {
-        self.scene().light_density(hit)
-    }
-
-    fn environment(&self, direction: Vec3) -> EnvironmentPoint {
-        self.scene().environment(direction)
-    }
-}
-
-impl AddressedLights for Switched<'_> {
-    fn choose_address(&self, words: UVec4) -> LightAddress {
-        self.scene().choose_address(words)
-    }
-
-    fn light_at(&self, address: LightAddress) -> AddressedLight {
-        self.scene().light_at(address)
-    }
-
-    fn address_of_hit(&self, hit: &Hit) -> LightAddress {
-        self.scene().address_of_hit(hit)
-    }
-
-    fn address_of_environment(&self, direction: Vec3) -> LightAddress {
-        self.scene().address_of_environment(direction)
+    fn counterpart(&self, address: LightAddress, _of_other: bool) -> LightAddress {
+        address
     }
 }
 
@@ -578,8 +529,7 @@ fn with_board(before_lights: bool) -> SceneBuffers {
 /// The image's mean in each frame; all light goes out of sight after `open` frames.
 fn shut(settings: DiSettings, open: u32, frames: u32) -> Result<Vec<f64>, Failed> {
     let (bright, dark) = (with_board(false), with_board(true));
-    let views = [bright.view(), dark.view()];
-    let scene = Switched { scenes: [&views[0], &views[1]], now: Cell::new(0) };
+    let scene = Switched { scenes: [bright.view(), dark.view()], now: Cell::new(0) };
     let mut means = Vec::new();
     let render = Render { count: frames, accumulate: true, ..Render::new(SIZE, settings) };
     replay::run(&scene, plan(&bright, &render), &mut |step| {

@@ -11,6 +11,7 @@ use restir_host::bootstrap::Interval;
 use restir_host::buffers::SceneBuffers;
 use restir_host::replay::{self, Recording};
 use restir_host::technique::restir_di::{DiSettings, Target, Visibility, VisibilityReuse};
+use restir_shared::scene::Still;
 use restir_shared::technique::path;
 use restir_shared::technique::path::PathParams;
 use restir_tests::random::SplitMix;
@@ -589,7 +590,7 @@ fn rays_of(buffers: &SceneBuffers, settings: DiSettings) -> f64 {
     let run = Run { size: [side; 2], frames, from: 0, settings };
     let recording = Recording::new(&view);
     let render = run.render(0);
-    replay::run(&recording, render.technique.plan(buffers, &render), &mut |_| Ok(()))
+    replay::run(&Still(&recording), render.technique.plan(buffers, &render), &mut |_| Ok(()))
         .expect("a still scene is replayed");
     recording.counts().rays() as f64 / f64::from(frames * side * side)
 }

@@ -94,13 +94,6 @@ impl<'a, S> Recording<'a, S> {
         self.events.into_inner()
     }
 
-    /// What `work` asks; what was asked before is forgotten.
-    pub fn of<T>(&self, work: impl FnOnce() -> T) -> (T, Counts) {
-        self.take_counts();
-        let result = work();
-        (result, self.take_counts())
-    }
-
     /// How often each question was asked since the last time, or since the beginning; what was asked is forgotten.
     pub fn take_counts(&self) -> Counts {
         let counts = self.counts();
