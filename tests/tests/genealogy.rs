@@ -14,9 +14,8 @@ use restir_kernels::di::{di_offer, di_shade};
 use restir_shared::glam::UVec4;
 use restir_shared::rng::Rng;
 use restir_shared::scene::{AddressedLights, LightAddress};
-use restir_tests::suite::{self, ensure};
+use restir_tests::suite::ensure;
 use std::ops::ControlFlow;
-use std::process::ExitCode;
 
 const SIZE: [u32; 2] = [20, 14];
 const SEED: u32 = 5;
@@ -24,12 +23,8 @@ const SEED: u32 = 5;
 const FRAMES: u32 = 16;
 const PIXELS: [[u32; 2]; 9] = [[10, 7], [4, 5], [15, 11], [3, 3], [11, 5], [13, 3], [7, 4], [9, 9], [12, 4]];
 
-fn main() -> ExitCode {
-    suite::run(&[
-        ("chains_lead_to_the_candidate", chains_lead_to_the_candidate),
-        ("a_false_chain_is_seen", a_false_chain_is_seen),
-        ("layers_are_the_last_reservoirs", layers_are_the_last_reservoirs),
-    ])
+restir_tests::suite! {
+    chains_lead_to_the_candidate a_false_chain_is_seen layers_are_the_last_reservoirs
 }
 
 fn settings() -> [DiSettings; 5] {

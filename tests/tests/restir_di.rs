@@ -26,32 +26,18 @@ use restir_tests::panes::Panes;
 use restir_tests::random::SplitMix;
 use restir_tests::scenes::named;
 use restir_tests::stats::{Moments, TileGrid, TileTest, Verdict, ZTest};
-use restir_tests::suite::{ensure, run};
+use restir_tests::suite::ensure;
 use std::ops::ControlFlow;
-use std::process::ExitCode;
 use std::sync::OnceLock;
 
-fn main() -> ExitCode {
-    run(&[
-        ("other_scenes_give_the_bits_of_renders", other_scenes_give_the_bits_of_renders),
-        ("combines_cost_what_the_table_says", combines_cost_what_the_table_says),
-        ("selection_by_visibility_costs_what_the_table_says", selection_by_visibility_costs),
-        ("evaluations_grow_with_k_and_its_square", evaluations_grow_with_k_and_its_square),
-        ("frames_cost_what_the_table_says", frames_cost_what_the_table_says),
-        ("averaged_visibility_costs_two_rays", averaged_visibility_costs_two_rays),
-        ("without_neighbours_a_reservoir_stays", without_neighbours_a_reservoir_stays),
-        ("known_visibility_needs_no_final_ray", known_visibility_needs_no_final_ray),
-        ("a_still_view_merges_as_by_talbot", a_still_view_merges_as_by_talbot),
-        ("images_of_one_pixel_and_one_row_render", images_of_one_pixel_and_one_row_render),
-        ("without_lights_it_is_dark", without_lights_it_is_dark),
-        ("reservoirs_come_back_from_their_words", reservoirs_come_back_from_their_words),
-        ("broken_words_are_empty_reservoirs", broken_words_are_empty_reservoirs),
-        ("a_shaded_neighbour_costs_one_evaluation", a_shaded_neighbour_costs_one_evaluation),
-        ("to_be_a_neighbour_is_mutual", to_be_a_neighbour_is_mutual),
-        ("shading_with_neighbours_is_pairwise_mis", shading_with_neighbours_is_pairwise_mis),
-        ("unbiased_settings_agree_with_paths", unbiased_settings_agree_with_paths),
-        ("wrong_settings_are_seen", wrong_settings_are_seen),
-    ])
+restir_tests::suite! {
+    other_scenes_give_the_bits_of_renders combines_cost_what_the_table_says
+    selection_by_visibility_costs_what_the_table_says evaluations_grow_with_k_and_its_square
+    frames_cost_what_the_table_says averaged_visibility_costs_two_rays without_neighbours_a_reservoir_stays
+    known_visibility_needs_no_final_ray a_still_view_merges_as_by_talbot images_of_one_pixel_and_one_row_render
+    without_lights_it_is_dark reservoirs_come_back_from_their_words broken_words_are_empty_reservoirs
+    a_shaded_neighbour_costs_one_evaluation to_be_a_neighbour_is_mutual shading_with_neighbours_is_pairwise_mis
+    unbiased_settings_agree_with_paths wrong_settings_are_seen
 }
 
 /// Candidates from lights, selection without visibility, a final ray.
@@ -194,7 +180,7 @@ fn combines_cost_what_the_table_says() -> Result<(), Failed> {
 
 /// With visibility in the selection: nothing more for pairwise MIS; for contribution MIS k - 1 to select by, then one for
 /// each other pixel, but for the one that the sample comes from.
-fn selection_by_visibility_costs() -> Result<(), Failed> {
+fn selection_by_visibility_costs_what_the_table_says() -> Result<(), Failed> {
     for k in [2, 5, 6] {
         let by_visibility = |form| DiSettings {
             visibility_reuse: VisibilityReuse::Selection,

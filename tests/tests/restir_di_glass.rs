@@ -24,9 +24,8 @@ use restir_tests::panes::{Panes, stack, through_first};
 use restir_tests::random::SplitMix;
 use restir_tests::scenes::named;
 use restir_tests::stats::{Moments, TileGrid, TileTest};
-use restir_tests::suite::{ensure, run};
+use restir_tests::suite::ensure;
 use restir_tests::wrong::{Fault, Faulty};
-use std::process::ExitCode;
 use std::sync::OnceLock;
 
 /// How often a z-test of equal expectations, over tiles, channels and the image, fails.
@@ -52,18 +51,10 @@ const FULL: Stored = Stored {
     visibility: Vec3::ONE,
 };
 
-fn main() -> ExitCode {
-    run(&[
-        ("the_reference_agrees_with_paths", the_reference_agrees_with_paths),
-        ("every_use_of_visibility_is_unbiased", every_use_of_visibility_is_unbiased),
-        ("averages_keep_the_colour_of_glass", averages_keep_the_colour_of_glass),
-        ("averages_by_channel_do_not_leak", averages_by_channel_do_not_leak),
-        ("wrong_glass_is_seen", wrong_glass_is_seen),
-        ("what_goes_straight_is_what_the_bsdf_transmits", straight_is_the_lobe),
-        ("twelve_sheets_pass_and_thirteen_do_not", twelve_sheets),
-        ("stored_colours_keep_their_mean", stored_colours_keep_their_mean),
-        ("without_glass_nothing_changes", without_glass_nothing_changes),
-    ])
+restir_tests::suite! {
+    the_reference_agrees_with_paths every_use_of_visibility_is_unbiased averages_keep_the_colour_of_glass
+    averages_by_channel_do_not_leak wrong_glass_is_seen what_goes_straight_is_what_the_bsdf_transmits
+    twelve_sheets_pass_and_thirteen_do_not stored_colours_keep_their_mean without_glass_nothing_changes
 }
 
 /// Integration of the light through both panes.
@@ -238,7 +229,7 @@ fn wrong_glass_is_seen() -> Result<(), Failed> {
 }
 
 /// Over angles, indices, tints and shares: weight times probability of the perfect lobe.
-fn straight_is_the_lobe() -> Result<(), Failed> {
+fn what_goes_straight_is_what_the_bsdf_transmits() -> Result<(), Failed> {
     let mut random = SplitMix::new(3);
     let mut unit = || random.unit() as f32;
     let mut compared = 0;
@@ -272,7 +263,7 @@ fn straight_is_the_lobe() -> Result<(), Failed> {
 }
 
 /// The brightest pixel, of a wall under a stack of panes, over that without.
-fn twelve_sheets() -> Result<(), Failed> {
+fn twelve_sheets_pass_and_thirteen_do_not() -> Result<(), Failed> {
     let brightest = |count: u32| -> Result<[f64; 3], Failed> {
         let buffers = SceneBuffers::build(&stack(count))?;
         let film = film(plan(&buffers, &Render { count: 2, seed: 1, ..Render::new([1, 1], DiSettings::default()) }))?;

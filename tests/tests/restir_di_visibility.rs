@@ -23,10 +23,9 @@ use restir_shared::technique::path::{self, PathParams};
 use restir_tests::native::plan;
 use restir_tests::scenes::{BOARD, Setting, coloured, penumbra, white};
 use restir_tests::stats::{Moments, TileGrid, TileTest, Verdict};
-use restir_tests::suite::{ensure, run};
+use restir_tests::suite::ensure;
 use restir_tests::visibility::{Restart, Run, settings, visibility_moments, without_visibility};
 use std::cell::Cell;
-use std::process::ExitCode;
 use std::sync::OnceLock;
 
 /// How often a z-test of equal expectations, over tiles, channels and the image, fails.
@@ -44,18 +43,11 @@ const REDUCTION: f64 = 1.5;
 /// Standard errors of a sign that is claimed: one test in 740 is wrong.
 const SIGN: f64 = 3.0;
 
-fn main() -> ExitCode {
-    run(&[
-        ("sample_weight_and_confidence_do_not_know_of_the_averaging", same_reservoirs),
-        ("the_average_is_the_weighted_mean_and_costs_one_ray_a_neighbour", average_is_the_weighted_mean),
-        ("rays_of_each_pass", rays_of_each_pass),
-        ("visibility_varies_less", visibility_varies_less),
-        ("static_white_light_is_unbiased", static_white_light_is_unbiased),
-        ("coloured_light_leaks_unless_each_channel_has_its_own_target", coloured_light_leaks),
-        ("visibility_reuse_darkens", visibility_reuse_darkens),
-        ("believing_near_neighbours_brightens", near_neighbours_brighten),
-        ("a_shadow_that_arrives_lags_by_the_cap", shadows_lag),
-    ])
+restir_tests::suite! {
+    sample_weight_and_confidence_do_not_know_of_the_averaging
+    the_average_is_the_weighted_mean_and_costs_one_ray_a_neighbour rays_of_each_pass visibility_varies_less
+    static_white_light_is_unbiased coloured_light_leaks_unless_each_channel_has_its_own_target
+    visibility_reuse_darkens believing_near_neighbours_brightens a_shadow_that_arrives_lags_by_the_cap
 }
 
 fn buffers(emission: fn(f32) -> [f32; 3]) -> SceneBuffers {
@@ -87,7 +79,7 @@ fn reservoirs(buffers: &SceneBuffers, run: &Run, seed: u32) -> Result<Vec<Vec<UV
     Ok(planes)
 }
 
-fn same_reservoirs() -> Result<(), Failed> {
+fn sample_weight_and_confidence_do_not_know_of_the_averaging() -> Result<(), Failed> {
     let buffers = buffers(coloured);
     let base = settings(Visibility::Averaged);
     let rows = [
@@ -269,7 +261,7 @@ impl Tally {
     }
 }
 
-fn average_is_the_weighted_mean() -> Result<(), Failed> {
+fn the_average_is_the_weighted_mean_and_costs_one_ray_a_neighbour() -> Result<(), Failed> {
     let setting = Setting { size: [12, 12], ..penumbra(coloured) };
     let buffers = setting.buffers();
     let view = buffers.view();
@@ -443,7 +435,7 @@ fn static_white_light_is_unbiased() -> Result<(), Failed> {
     Ok(())
 }
 
-fn coloured_light_leaks() -> Result<(), Failed> {
+fn coloured_light_leaks_unless_each_channel_has_its_own_target() -> Result<(), Failed> {
     let buffers = buffers(coloured);
     let reference = reference(&buffers);
     let [(_, temporal), _] = unbiased(Visibility::Averaged);
@@ -480,7 +472,7 @@ fn visibility_reuse_darkens() -> Result<(), Failed> {
     Ok(())
 }
 
-fn near_neighbours_brighten() -> Result<(), Failed> {
+fn believing_near_neighbours_brightens() -> Result<(), Failed> {
     let buffers = buffers(white);
     let of = |near_radius| {
         let settings = DiSettings { near_radius, ..settings(Visibility::Averaged) };
@@ -542,7 +534,7 @@ fn shut(settings: DiSettings, open: u32, frames: u32) -> Result<Vec<f64>, Failed
     Ok(means)
 }
 
-fn shadows_lag() -> Result<(), Failed> {
+fn a_shadow_that_arrives_lags_by_the_cap() -> Result<(), Failed> {
     let (open, frames, cap) = (8, 16, 4_u32);
     let share = f64::from(cap) / f64::from(cap + 1);
     for (visibility, visibility_reuse, keeps) in [

@@ -38,7 +38,6 @@
 mod chi_square;
 mod domain;
 mod family;
-mod gamma;
 mod kolmogorov;
 mod moments;
 mod normal;
@@ -50,7 +49,6 @@ mod z_test;
 pub use chi_square::{ChiSquare, chi_square};
 pub use domain::{Cap, Disk, Domain, Line, Triangle};
 pub use family::Family;
-pub use gamma::{ln_gamma, upper_gamma};
 pub use kolmogorov::{Kolmogorov, kolmogorov};
 pub use moments::Moments;
 pub use normal::{POWER, detectable_bias, sidak, two_sided_p, two_sided_threshold, upper_tail, upper_tail_quantile};

@@ -13,43 +13,33 @@ mod shift;
 mod stream;
 mod support;
 
-use restir_tests::suite::run;
-use std::process::ExitCode;
-
-fn main() -> ExitCode {
-    run(&[
-        ("golden_values", golden::golden_values),
-        ("literal_algorithms_have_their_values", golden::literal_algorithms_have_their_values),
-        ("weights_of_a_sample_sum_to_one", partition::weights_of_a_sample_sum_to_one),
-        ("literal_weights_do_not", partition::literal_weights_do_not),
-        ("who_is_alone_has_all", partition::who_is_alone_has_all),
-        ("rejected_inputs_are_as_if_absent", partition::rejected_inputs_are_as_if_absent),
-        ("neighbours_have_no_order", partition::neighbours_have_no_order),
-        ("samples_are_kept_by_their_weight", stream::samples_are_kept_by_their_weight),
-        ("merged_streams_are_one", stream::merged_streams_are_one),
-        ("weight_zero_is_never_kept_and_the_first_always", stream::weight_zero_is_never_kept_and_the_first_always),
-        ("a_comparison_with_equality_is_seen", stream::a_comparison_with_equality_is_seen),
-        ("nothing_leaves_the_range", range::nothing_leaves_the_range),
-        ("what_is_no_number_counts_as_zero", range::what_is_no_number_counts_as_zero),
-        ("what_nobody_produces_counts_nothing", range::what_nobody_produces_counts_nothing),
-        ("selection_does_not_depend_on_the_scale", range::selection_does_not_depend_on_the_scale),
-        ("the_table_is_what_its_seed_makes", rows::the_table_is_what_its_seed_makes),
-        ("forms_have_their_expectation", rows::forms_have_their_expectation),
-        ("unbiased_forms_are_as_stated", rows::unbiased_forms_are_as_stated),
-        ("biased_rows_are_those_of_the_published_toy", rows::biased_rows_are_those_of_the_published_toy),
-        ("targets_and_rays_are_as_many_as_stated", costs::targets_and_rays_are_as_many_as_stated),
-        ("any_positive_function_is_unbiased", claims::any_positive_function_is_unbiased),
-        ("unnormalised_targets_cost_variance_only", claims::unnormalised_targets_cost_variance_only),
-        ("targets_approach_densities_with_candidates", claims::targets_approach_densities_with_candidates),
-        ("provenance_and_confidence", claims::provenance_and_confidence),
-        ("averaging_is_unbiased_where_claimed", averaging::averaging_is_unbiased_where_claimed),
-        ("averaging_changes_no_reservoir", averaging::averaging_changes_no_reservoir),
-        ("the_average_is_the_weighted_mean", averaging::the_average_is_the_weighted_mean),
-        ("a_normaliser_alone_is_biased_by_one_over_n", averaging::a_normaliser_alone_is_biased_by_one_over_n),
-        ("a_million_merges_do_not_drift", chains::a_million_merges_do_not_drift),
-        ("chains_integrate_any_function", chains::chains_integrate_any_function),
-        ("shifts_are_unbiased", shift::shifts_are_unbiased),
-        ("shifts_need_their_jacobian", shift::shifts_need_their_jacobian),
-        ("weights_of_a_shifted_sample_sum_to_one", shift::weights_of_a_shifted_sample_sum_to_one),
-    ])
+restir_tests::suite! {
+    golden { golden_values literal_algorithms_have_their_values }
+    partition {
+        weights_of_a_sample_sum_to_one literal_weights_do_not who_is_alone_has_all
+        rejected_inputs_are_as_if_absent neighbours_have_no_order
+    }
+    stream {
+        samples_are_kept_by_their_weight merged_streams_are_one weight_zero_is_never_kept_and_the_first_always
+        a_comparison_with_equality_is_seen
+    }
+    range {
+        nothing_leaves_the_range what_is_no_number_counts_as_zero what_nobody_produces_counts_nothing
+        selection_does_not_depend_on_the_scale
+    }
+    rows {
+        the_table_is_what_its_seed_makes forms_have_their_expectation unbiased_forms_are_as_stated
+        biased_rows_are_those_of_the_published_toy
+    }
+    costs { targets_and_rays_are_as_many_as_stated }
+    claims {
+        any_positive_function_is_unbiased unnormalised_targets_cost_variance_only
+        targets_approach_densities_with_candidates provenance_and_confidence
+    }
+    averaging {
+        averaging_is_unbiased_where_claimed averaging_changes_no_reservoir the_average_is_the_weighted_mean
+        a_normaliser_alone_is_biased_by_one_over_n
+    }
+    chains { a_million_merges_do_not_drift chains_integrate_any_function }
+    shift { shifts_are_unbiased shifts_need_their_jacobian weights_of_a_shifted_sample_sum_to_one }
 }

@@ -4,8 +4,8 @@
 
 use glam::{DAffine3, DVec3};
 
-use super::parts::{checker, glass, metal, plastic};
-use crate::scene::{Camera, Material, Mesh, Scene};
+use super::parts::{checker, glass, metal, plastic, stage};
+use crate::scene::{Material, Mesh, Scene};
 
 // Lengths are in metres.
 
@@ -29,17 +29,7 @@ const RADIANCE: f32 = 1000.0;
 
 /// The scene with the door opened into the near room by this angle in degrees; 0 is closed.
 pub(super) fn scene(door_degrees: f64) -> Scene {
-    let mut scene = Scene {
-        name: "ajar".to_owned(),
-        camera: Some(Camera::pinhole(
-            DVec3::new(-0.25, 1.45, 2.9),
-            DVec3::new(-0.2, 0.98, -1.6),
-            DVec3::Y,
-            46.0_f64.to_radians(),
-        )),
-        default_size: Some([640, 480]),
-        ..Scene::default()
-    };
+    let mut scene = stage("ajar", [DVec3::new(-0.25, 1.45, 2.9), DVec3::new(-0.2, 0.98, -1.6)], 46.0, [640, 480]);
     add_rooms(&mut scene);
     add_door(&mut scene, door_degrees);
     add_still_life(&mut scene);

@@ -12,16 +12,10 @@ const SCALE: f64 = 1.0 / 278.0;
 /// The middle of the box in the data's coordinates.
 const CENTRE: [f64; 3] = [278.0, 274.4, 279.6];
 
-/// The published light lies in the plane of the ceiling: it is lowered by half a millimetre to be in front of it.
-const LIGHT_HEIGHT: f64 = 548.3;
-
 const FLOOR: [[f64; 3]; 4] = [[552.8, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 559.2], [549.6, 0.0, 559.2]];
-const LIGHT: [[f64; 3]; 4] = [
-    [343.0, LIGHT_HEIGHT, 227.0],
-    [343.0, LIGHT_HEIGHT, 332.0],
-    [213.0, LIGHT_HEIGHT, 332.0],
-    [213.0, LIGHT_HEIGHT, 227.0],
-];
+/// The published light lies in the plane of the ceiling: it is lowered by half a millimetre to be in front of it.
+const LIGHT: [[f64; 3]; 4] =
+    [[343.0, 548.3, 227.0], [343.0, 548.3, 332.0], [213.0, 548.3, 332.0], [213.0, 548.3, 227.0]];
 const CEILING: [[f64; 3]; 4] = [[556.0, 548.8, 0.0], [556.0, 548.8, 559.2], [0.0, 548.8, 559.2], [0.0, 548.8, 0.0]];
 const BACK: [[f64; 3]; 4] = [[549.6, 0.0, 559.2], [0.0, 0.0, 559.2], [0.0, 548.8, 559.2], [556.0, 548.8, 559.2]];
 const RIGHT: [[f64; 3]; 4] = [[0.0, 0.0, 559.2], [0.0, 0.0, 0.0], [0.0, 548.8, 0.0], [0.0, 548.8, 559.2]];
@@ -54,18 +48,14 @@ pub(super) fn scene() -> Scene {
         mesh("light", light, &[LIGHT]),
     ];
     let position = DVec3::from_array(place([278.0, 273.0, -800.0]));
+    // A focal length of 35 mm and a film 25 mm high.
+    let vertical_fov = 2.0 * (0.0125_f64 / 0.035).atan();
     Scene {
         name: "cornell".to_owned(),
         instances: in_place(&meshes),
         meshes,
         materials,
-        camera: Some(Camera::pinhole(
-            position,
-            position - DVec3::Z,
-            DVec3::Y,
-            // A focal length of 35 mm and a film 25 mm high.
-            2.0 * (0.0125_f64 / 0.035).atan(),
-        )),
+        camera: Some(Camera::pinhole(position, position - DVec3::Z, DVec3::Y, vertical_fov)),
         default_size: Some([512, 512]),
         ..Scene::default()
     }

@@ -5,8 +5,9 @@
 
 use glam::{DAffine3, DVec3};
 
+use super::parts::stage;
 use super::{CUBE, quads};
-use crate::scene::{Camera, Instance, Material, Scene};
+use crate::scene::{Instance, Material, Scene};
 
 /// Mitsuba's shape `rectangle`: from -1 to 1 in x and y, facing +z.
 const RECTANGLE: [[f64; 3]; 4] = [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]];
@@ -22,13 +23,10 @@ pub(super) fn scene() -> Scene {
     let shapes = shapes();
     let shape = |(mesh, (_, transform)): (usize, &(_, DAffine3))| Instance { mesh, transform: *transform };
     Scene {
-        name: "cornell-mitsuba".to_owned(),
         instances: shapes.iter().enumerate().map(shape).collect(),
         meshes: shapes.into_iter().map(|(mesh, _)| mesh).collect(),
         materials,
-        camera: Some(Camera::pinhole(DVec3::new(0.0, 0.0, 3.9), DVec3::ZERO, DVec3::Y, 39.3077_f64.to_radians())),
-        default_size: Some([256, 256]),
-        ..Scene::default()
+        ..stage("cornell-mitsuba", [DVec3::new(0.0, 0.0, 3.9), DVec3::ZERO], 39.3077, [256, 256])
     }
 }
 

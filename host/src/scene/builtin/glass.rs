@@ -3,27 +3,17 @@
 
 use glam::{DAffine3, DVec3};
 
-use super::parts::{checker, glass, metal, plastic, sky, tinted_glass};
-use crate::scene::{Camera, Material, Mesh, Scene};
+use super::parts::{checker, glass, metal, plastic, sky, stage, tinted_glass};
+use crate::scene::{Material, Mesh, Scene};
 
 pub(super) fn scene() -> Scene {
-    let mut scene = Scene {
-        name: "glass".to_owned(),
-        environment: Some(sky("dusk", [64, 32], |direction| {
-            // from a warm horizon to a blue zenith, dark below
-            let up = direction.y.max(0.0) as f32;
-            let down = if direction.y < 0.0 { 0.25 } else { 1.0 };
-            [0.42 - 0.3 * up, 0.36 - 0.18 * up, 0.34 + 0.1 * up].map(|channel| down * channel)
-        })),
-        camera: Some(Camera::pinhole(
-            DVec3::new(0.35, 1.75, 5.0),
-            DVec3::new(0.05, 0.72, 0.0),
-            DVec3::Y,
-            35.0_f64.to_radians(),
-        )),
-        default_size: Some([640, 480]),
-        ..Scene::default()
-    };
+    let mut scene = stage("glass", [DVec3::new(0.35, 1.75, 5.0), DVec3::new(0.05, 0.72, 0.0)], 35.0, [640, 480]);
+    scene.environment = Some(sky("dusk", [64, 32], |direction| {
+        // from a warm horizon to a blue zenith, dark below
+        let up = direction.y.max(0.0) as f32;
+        let down = if direction.y < 0.0 { 0.25 } else { 1.0 };
+        [0.42 - 0.3 * up, 0.36 - 0.18 * up, 0.34 + 0.1 * up].map(|channel| down * channel)
+    }));
     let squares = checker(&mut scene, [205, 120], [32.0, 32.0]);
     let floor =
         scene.add_material(Material { base_color_texture: Some(squares), ..Material::diffuse("floor", [1.0; 3]) });

@@ -3,8 +3,8 @@
 
 use glam::DVec3;
 
-use super::parts::{metal, plastic};
-use crate::scene::{Camera, Material, Mesh, Scene};
+use super::parts::{metal, plastic, stage};
+use crate::scene::{Material, Mesh, Scene};
 
 /// The roughness of each bay, from the camera on.
 const ROUGHNESS: [f32; 8] = [0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5];
@@ -20,17 +20,7 @@ const BEGIN: f64 = 3.0;
 const END: f64 = -BAY * ROUGHNESS.len() as f64;
 
 pub(super) fn scene() -> Scene {
-    let mut scene = Scene {
-        name: "glossy".to_owned(),
-        camera: Some(Camera::pinhole(
-            DVec3::new(0.25, 1.35, 2.6),
-            DVec3::new(-0.1, 1.1, -6.0),
-            DVec3::Y,
-            52.0_f64.to_radians(),
-        )),
-        default_size: Some([640, 480]),
-        ..Scene::default()
-    };
+    let mut scene = stage("glossy", [DVec3::new(0.25, 1.35, 2.6), DVec3::new(-0.1, 1.1, -6.0)], 52.0, [640, 480]);
     add_shell(&mut scene);
     for (bay, &roughness) in ROUGHNESS.iter().enumerate() {
         add_bay(&mut scene, -BAY * bay as f64, roughness);

@@ -3,9 +3,9 @@
 
 use glam::{DAffine3, DVec3};
 
-use super::parts::{metal, plastic};
+use super::parts::{metal, plastic, stage};
 use super::random::Random;
-use crate::scene::{Camera, Material, Mesh, Scene};
+use crate::scene::{Material, Mesh, Scene};
 
 // Lengths are in metres.
 
@@ -29,17 +29,7 @@ const HUES: [[f32; 3]; 6] =
     [[1.0, 0.62, 0.25], [1.0, 0.82, 0.58], [1.0, 0.22, 0.12], [0.2, 0.75, 0.3], [0.18, 0.4, 1.0], [0.85, 0.2, 0.8]];
 
 pub(super) fn scene() -> Scene {
-    let mut scene = Scene {
-        name: "many-lights".to_owned(),
-        camera: Some(Camera::pinhole(
-            DVec3::new(0.3, 1.7, 2.4),
-            DVec3::new(-0.15, 1.35, -6.0),
-            DVec3::Y,
-            55.0_f64.to_radians(),
-        )),
-        default_size: Some([640, 480]),
-        ..Scene::default()
-    };
+    let mut scene = stage("many-lights", [DVec3::new(0.3, 1.7, 2.4), DVec3::new(-0.15, 1.35, -6.0)], 55.0, [640, 480]);
     add_hall(&mut scene);
     add_partitions(&mut scene);
     add_goods(&mut scene);

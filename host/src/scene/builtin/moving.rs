@@ -3,8 +3,8 @@
 
 use glam::{DAffine3, DQuat, DVec3};
 
-use super::parts::plastic;
-use crate::scene::{Animation, Blackout, Camera, Emitter, Light, LightKind, Material, Mesh, Motion, Pose, Scene};
+use super::parts::{plastic, stage};
+use crate::scene::{Animation, Blackout, Emitter, Light, LightKind, Material, Mesh, Motion, Pose, Scene};
 
 // The room reaches from -1 to 1 along each axis and is open to the viewer; times are in frames.
 
@@ -12,12 +12,7 @@ use crate::scene::{Animation, Blackout, Camera, Emitter, Light, LightKind, Mater
 const PERIOD: f64 = 32.0;
 
 pub(super) fn scene() -> Scene {
-    let mut scene = Scene {
-        name: "moving".to_owned(),
-        camera: Some(Camera::pinhole(DVec3::new(0.0, 0.0, 3.9), DVec3::ZERO, DVec3::Y, 39.0_f64.to_radians())),
-        default_size: Some([512, 512]),
-        ..Scene::default()
-    };
+    let mut scene = stage("moving", [DVec3::new(0.0, 0.0, 3.9), DVec3::ZERO], 39.0, [512, 512]);
     add_room(&mut scene);
     add_lights(&mut scene);
     add_moving(&mut scene);

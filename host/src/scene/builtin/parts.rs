@@ -1,13 +1,20 @@
-//! Materials, textures and skies that several scenes use.
+//! Cameras, materials, textures and skies that several scenes use.
 
 use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::scene::{Environment, Filter, Material, Scene, Texture, TextureUse, Volume, Wrap};
+use crate::scene::{Camera, Environment, Filter, Material, Scene, Texture, TextureUse, Volume, Wrap};
 
 /// Index of refraction of glass, and of what is called plastic.
 const IOR: f32 = 1.5;
+
+/// An empty scene of a default size, seen from a position towards a target through a pinhole, `degrees` from the lower to
+/// the upper edge of the image.
+pub(super) fn stage(name: &str, [position, target]: [DVec3; 2], degrees: f64, size: [u32; 2]) -> Scene {
+    let camera = Camera::pinhole(position, target, DVec3::Y, degrees.to_radians());
+    Scene { name: name.to_owned(), camera: Some(camera), default_size: Some(size), ..Scene::default() }
+}
 
 /// A dielectric over a diffuse base.
 pub(super) fn plastic(name: &str, base_color: [f32; 3], roughness: f32) -> Material {

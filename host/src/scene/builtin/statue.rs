@@ -3,28 +3,18 @@
 use glam::{DQuat, DVec3};
 
 use super::isosurface::isosurface;
-use super::parts::{plastic, sky};
-use crate::scene::{Camera, Material, Mesh, Scene};
+use super::parts::{plastic, sky, stage};
+use crate::scene::{Material, Mesh, Scene};
 
 /// Side of the grid's cubes; the hare is 2 high.
 const CELL: f64 = 0.016;
 
 pub(super) fn scene() -> Scene {
-    let mut scene = Scene {
-        name: "statue".to_owned(),
-        environment: Some(sky("studio", [32, 16], |direction| {
-            let up = 0.5 + 0.5 * direction.y as f32;
-            [0.05 + 0.06 * up, 0.06 + 0.08 * up, 0.08 + 0.12 * up]
-        })),
-        camera: Some(Camera::pinhole(
-            DVec3::new(1.35, 1.5, 4.6),
-            DVec3::new(0.0, 0.98, 0.0),
-            DVec3::Y,
-            30.0_f64.to_radians(),
-        )),
-        default_size: Some([480, 640]),
-        ..Scene::default()
-    };
+    let mut scene = stage("statue", [DVec3::new(1.35, 1.5, 4.6), DVec3::new(0.0, 0.98, 0.0)], 30.0, [480, 640]);
+    scene.environment = Some(sky("studio", [32, 16], |direction| {
+        let up = 0.5 + 0.5 * direction.y as f32;
+        [0.05 + 0.06 * up, 0.06 + 0.08 * up, 0.08 + 0.12 * up]
+    }));
     let wax = scene.add_material(plastic("wax", [0.86, 0.68, 0.52], 0.4));
     let floor = scene.add_material(Material::diffuse("floor", [0.45, 0.44, 0.42]));
     scene.add_mesh("statue", wax, hare());

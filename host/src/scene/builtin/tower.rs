@@ -3,9 +3,9 @@
 
 use glam::DVec3;
 
-use super::parts::{plastic, sky};
+use super::parts::{plastic, sky, stage};
 use super::random::Random;
-use crate::scene::{Camera, Environment, Material, Mesh, Scene};
+use crate::scene::{Environment, Material, Mesh, Scene};
 
 // Lengths are in metres.
 
@@ -29,18 +29,8 @@ const LOBE_WIDTH: f64 = 0.012;
 const LOBES_IRRADIANCE: f64 = 4.0;
 
 pub(super) fn scene() -> Scene {
-    let mut scene = Scene {
-        name: "tower".to_owned(),
-        environment: Some(night()),
-        camera: Some(Camera::pinhole(
-            DVec3::new(-3.5, 2.0, 32.0),
-            DVec3::new(0.4, 10.6, 0.0),
-            DVec3::Y,
-            44.0_f64.to_radians(),
-        )),
-        default_size: Some([480, 640]),
-        ..Scene::default()
-    };
+    let mut scene = stage("tower", [DVec3::new(-3.5, 2.0, 32.0), DVec3::new(0.4, 10.6, 0.0)], 44.0, [480, 640]);
+    scene.environment = Some(night());
     let first = scene.materials.len();
     for colour in COLOURS {
         scene.materials.extend(ROUGHNESS.map(|roughness| plastic("brick", colour, roughness)));

@@ -3,6 +3,10 @@
 use std::io::Read;
 use std::path::{Component, Path};
 
+use base64::alphabet;
+use base64::engine::{DecodePaddingMode, Engine, GeneralPurpose, GeneralPurposeConfig};
+use percent_encoding::percent_decode_str;
+
 use super::Problem;
 use super::budget::{gib, max_bytes};
 use crate::input;
@@ -24,17 +28,17 @@ pub(super) fn bytes(
 
 fn decoded(data: &str) -> Result<Vec<u8>, Problem> {
     let (_, text) = data.split_once(";base64,").ok_or("a data URI is not in base64")?;
-    base64(text).ok_or_else(|| "a data URI has broken base64".to_owned())
+    BASE64.decode(text).map_err(|_| "a data URI has broken base64".to_owned())
 }
 
 fn read(uri: &str, what: &str, folder: Option<&Path>, length: u64, room: &mut u64) -> Result<Vec<u8>, Problem> {
-    let relative = percent_decoded(uri);
+    let relative = percent_decode_str(uri).decode_utf8_lossy();
     if uri.contains("://") || !stays_inside(&relative) {
         return Err(format!(
             "its {what} {uri} is not a file in its folder; copy it there and refer to it by a relative URI"
         ));
     }
-    let path = folder.unwrap_or(Path::new("")).join(relative);
+    let path = folder.unwrap_or(Path::new("")).join(&*relative);
     let problem = |error| format!("cannot read its {what} {}: {error}", path.display());
     let file = input::open(&path).map_err(problem)?;
     let length = length.min(file.metadata().map_err(problem)?.len());
@@ -55,59 +59,13 @@ fn stays_inside(path: &str) -> bool {
     Path::new(path).components().all(|component| matches!(component, Component::Normal(_) | Component::CurDir))
 }
 
-/// Decodes base64 (RFC 4648, with or without padding).
-fn base64(text: &str) -> Option<Vec<u8>> {
-    let digits: Option<Vec<u32>> = text.trim_end_matches('=').bytes().map(base64_digit).collect();
-    let mut bytes = Vec::with_capacity(text.len() / 4 * 3);
-    for group in digits?.chunks(4) {
-        let bits = group.iter().fold(0, |bits, digit| bits << 6 | digit) << (6 * (4 - group.len()));
-        let whole_bytes = match group.len() {
-            4 => 3,
-            3 => 2,
-            2 => 1,
-            _ => return None,
-        };
-        bytes.extend(bits.to_be_bytes().into_iter().skip(1).take(whole_bytes));
-    }
-    Some(bytes)
-}
-
-fn base64_digit(byte: u8) -> Option<u32> {
-    let digit = match byte {
-        b'A'..=b'Z' => byte - b'A',
-        b'a'..=b'z' => byte - b'a' + 26,
-        b'0'..=b'9' => byte - b'0' + 52,
-        b'+' => 62,
-        b'/' => 63,
-        _ => return None,
-    };
-    Some(u32::from(digit))
-}
-
-/// Replaces `%20` and the like; what is no such escape stays.
-fn percent_decoded(uri: &str) -> String {
-    let mut decoded = Vec::with_capacity(uri.len());
-    let mut rest = uri.as_bytes();
-    while let Some((&first, tail)) = rest.split_first() {
-        match escaped(first, tail) {
-            Some(byte) => {
-                decoded.push(byte);
-                rest = tail.get(2..).unwrap_or_default();
-            }
-            None => {
-                decoded.push(first);
-                rest = tail;
-            }
-        }
-    }
-    String::from_utf8_lossy(&decoded).into_owned()
-}
-
-fn escaped(first: u8, tail: &[u8]) -> Option<u8> {
-    let digit = |at: usize| tail.get(at).and_then(|&digit| char::from(digit).to_digit(16));
-    let value = 16 * digit(0)? + digit(1)?;
-    if first == b'%' { u8::try_from(value).ok() } else { None }
-}
+/// Base64 of RFC 4648, with or without padding.
+const BASE64: GeneralPurpose = GeneralPurpose::new(
+    &alphabet::STANDARD,
+    GeneralPurposeConfig::new()
+        .with_decode_padding_mode(DecodePaddingMode::Indifferent)
+        .with_decode_allow_trailing_bits(true),
+);
 
 #[cfg(test)]
 mod tests {
@@ -118,16 +76,15 @@ mod tests {
         for (text, bytes) in
             [("", ""), ("Zg==", "f"), ("Zm8=", "fo"), ("Zm9v", "foo"), ("Zm9vYg", "foob"), ("Zm9vYmFy", "foobar")]
         {
-            assert_eq!(base64(text).unwrap(), bytes.as_bytes());
+            assert_eq!(BASE64.decode(text).unwrap(), bytes.as_bytes());
         }
-        assert_eq!(base64("+/+/").unwrap(), [0xfb, 0xff, 0xbf]);
-        assert_eq!(base64("Z"), None);
-        assert_eq!(base64("Zm9*"), None);
+        assert_eq!(BASE64.decode("+/+/").unwrap(), [0xfb, 0xff, 0xbf]);
+        assert!(BASE64.decode("Z").is_err() && BASE64.decode("Zm9*").is_err());
     }
 
     #[test]
     fn percent_escapes() {
-        assert_eq!(percent_decoded("a%20b%2"), "a b%2");
-        assert_eq!(percent_decoded("%C3%B6%zz"), "ö%zz");
+        assert_eq!(percent_decode_str("a%20b%2").decode_utf8_lossy(), "a b%2");
+        assert_eq!(percent_decode_str("%C3%B6%zz").decode_utf8_lossy(), "ö%zz");
     }
 }
