@@ -207,8 +207,8 @@ impl Report<'_> {
             "\"Proposed\" is contribution MIS (the paper's algorithm 1), Talbot's is algorithm 2; both weighted by confidence, \
              because as printed they are biased for unequal M. All curves are unbiased temporal and spatial reuse with {} \
              candidates from lights, a confidence cap of {} frames, neighbours within {} pixels, one shaded sample, and the \
-             same seeds; they differ in the form of MIS and in whether visibility is reused (`initial_visibility` and \
-             `mis_visibility` of the preset `unbiased-2020`).\n\n\
+             same seeds; they differ in the form of MIS and in whether visibility is reused (`visibility_reuse=weights` \
+             of the preset `unbiased-2020`).\n\n\
              What the paper leaves open was settled so: k = 5 are the inputs of the spatial combine, the pixel's own and 4 \
              neighbours, after a temporal combine of 2; 5 neighbours and the pixel's own (k = 6) were measured as well. Render \
              time is that of independent chains, {warm_up} frames without a picture and one that is shaded, of which n are averaged: \
