@@ -10,6 +10,7 @@ use super::trials::measure;
 use crate::random::SplitMix;
 use crate::stats::Moments;
 use restir_shared::glam::Vec3;
+use restir_shared::num;
 use restir_shared::resample::domain::{Domain, Pixels, Shifted, Source};
 use restir_shared::resample::exchange::{self, Neighbours, Offer, Offers, PAIRS, PairTargets};
 use restir_shared::resample::merge::{self, Draws, Others, Rules};
@@ -85,7 +86,7 @@ impl Pixel {
     /// The inverse of [`Self::bent`]; more than 1 where there is none.
     fn unbent(&self, u: f32) -> f32 {
         let (v, b) = (u / self.scale, 1.0 + self.bend);
-        if v > 1.0 { 2.0 } else { 2.0 * v / (b + (b * b - 4.0 * self.bend * v).sqrt()) }
+        if v > 1.0 { 2.0 } else { 2.0 * v / (b + num::sqrt(b * b - 4.0 * self.bend * v)) }
     }
 
     fn value(&self, x: f32) -> f32 {
@@ -351,7 +352,7 @@ impl Setting {
                 let pixel = Pixel::new(x as u32, last);
                 let sample = pixel.unbent(u);
                 let confidence = if random.below(4) == 0 { 0.0 } else { 1.0 + random.below(20) as f32 };
-                let contribution_weight = pixel.stretch(sample).recip();
+                let contribution_weight = num::recip(pixel.stretch(sample));
                 Stored {
                     sample,
                     contribution_weight,

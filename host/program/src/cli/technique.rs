@@ -32,11 +32,9 @@ fn default_name() -> String {
 
 /// The names of all techniques, with what they do.
 pub(super) fn names() -> PossibleValuesParser {
-    let value = |technique: &Box<dyn Technique>| {
-        let about = technique.about();
-        PossibleValue::new(about.name).help(about.summary)
-    };
-    PossibleValuesParser::new(technique::all().iter().map(value).collect::<Vec<_>>())
+    let abouts = technique::all().into_iter().map(|technique| *technique.about());
+    let values = abouts.map(|about| PossibleValue::new(about.name).help(about.summary));
+    PossibleValuesParser::new(values.collect::<Vec<_>>())
 }
 
 impl TechniqueArguments {

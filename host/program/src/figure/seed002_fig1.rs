@@ -187,7 +187,7 @@ fn chain(scene: &SceneBuffers, render: &Render, first: u32) -> Result<Chain, Err
         if p.frame + 1 == render.count {
             let unseen = |(i, direct): (usize, &UVec4)| {
                 let at = [i as u32 % render.width, i as u32 / render.width];
-                shade(&view, &p, p.flags, [hits[i], seen(reservoirs[i])], bytemuck::cast(*direct), at).sum
+                shade(view, &p, p.flags, [hits[i], seen(reservoirs[i])], bytemuck::cast(*direct), at).sum
             };
             let image = |pixels: Vec<[f32; 3]>| Image { width: render.width, height: render.height, pixels };
             let size = [render.width, render.height];
