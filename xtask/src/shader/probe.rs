@@ -12,10 +12,10 @@ use restir_host::exec::{Executor, Flavour as HostFlavour, GpuExecutor};
 use restir_host::plan::{FramePlan, Pass};
 use restir_host::render::Render;
 use restir_host::scene::Scene;
+use restir_host::technique;
 use restir_host::{Shaders, spirv};
 use restir_kernels::path::path;
 use restir_kernels::{Case, KernelDesc};
-use restir_tests::technique::Trials;
 use restir_tests::{cases, parity};
 
 use super::compile::Job;
@@ -94,15 +94,14 @@ fn report(probes: &[Probe], manifest: &Manifest) -> Result<String, restir_host::
     let mut text = format!(
         "# What the size of a kernel costs\n\nMade by `MESA_SHADER_CACHE_DISABLE=true cargo xtask shader probe`. A kernel \
          may have {} operations. `size_probe` has a number of segments of a path, each with a traversal, a surface and a \
-         GGX lobe of its own; the others are those of every technique with the first of its settings. Seconds of the \
+         GGX lobe of its own; the others are those of every technique with its default settings. Seconds of the \
          processor for the pipeline and for the first dispatch, each the least of {ROUNDS}: of a kernel for all scenes, and of one whose \
          constants are frozen to `{SCENE}`.\n",
         limits::MAX_OPERATIONS
     );
     let scene = SceneBuffers::build(&Scene::load(SCENE)?)?;
-    let first = |trials: Trials| trials.rows().into_iter().next();
-    let technique = |(_, technique)| Render { count: 2, ..Render::new([16, 16], technique) };
-    let renders: Vec<Render> = Trials::all().into_iter().filter_map(first).map(technique).collect();
+    let render = |technique| Render { count: 2, ..Render::new([16, 16], technique) };
+    let renders: Vec<Render> = technique::all().into_iter().map(render).collect();
     let frozen = |case: &&Case| case.kernel.name == path::DESC.name && case.name == FROZEN;
     let case = cases::all().iter().find(frozen).expect("the parity cases have it").clone();
     let case = Case { kernel: &PROBE, ..case };
