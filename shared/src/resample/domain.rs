@@ -80,10 +80,12 @@ pub trait Pixels {
     fn pack(&self, stored: &Stored<SampleOf<Self>>) -> Self::Packed;
     /// The reservoir of one of the other pixels.
     fn other(&self, pixel: u32) -> Self::Packed;
-    /// Whether a pixel sees a surface.
-    fn sees(&self, pixel: Source) -> bool;
-    /// The surface that a pixel sees; of the pixel that combines, as it was when the others saw it.
-    fn facet(&self, pixel: Source) -> Facet;
+    /// The surface that the combining pixel sees, as it was when the others saw it.
+    fn own_facet(&self) -> Facet;
+    /// Whether one of the other pixels sees a surface.
+    fn sees(&self, at: [u32; 2]) -> bool;
+    /// The surface that one of the other pixels sees.
+    fn facet(&self, at: [u32; 2]) -> Facet;
     /// Where the others' frame has what the combining pixel sees; asked if that is another frame.
     fn reproject(&self, here: &Facet) -> Place;
     /// A pixel that sees a surface, ready to evaluate samples.

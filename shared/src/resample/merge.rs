@@ -135,7 +135,7 @@ fn gather<P: Pixels>(pixels: &P, rules: &Rules, at: [u32; 2], words: UVec4, inpu
         return if pixels.unpack(reservoir).confidence > 0.0 { 2 } else { 1 };
     }
     let of_other_frame = rules.others == Others::OtherFrame;
-    let here = pixels.facet(Source { is_other: false, pixel: grid.index(at) });
+    let here = pixels.own_facet();
     let center = if of_other_frame { pixels.reproject(&here) } else { Place { x: at[0], y: at[1], inside: true } };
     let mut count = 1_u32;
     // the first place is the centre, which is a neighbour in another frame only
@@ -144,12 +144,13 @@ fn gather<P: Pixels>(pixels: &P, rules: &Rules, at: [u32; 2], words: UVec4, inpu
         let place = if n == 0 { center } else { grid.nearby(rules.radius, center, n, words) };
         let is_center = (place.x == center.x) & (place.y == center.y);
         if place.inside & ((n == 0) | !is_center) {
-            let source = Source { is_other: true, pixel: grid.index([place.x, place.y]) };
-            let reservoir = pixels.other(source.pixel);
+            let at = [place.x, place.y];
+            let pixel = grid.index(at);
+            let reservoir = pixels.other(pixel);
             let counts = pixels.unpack(reservoir).confidence > 0.0;
-            if pixels.sees(source) && counts && rules.similarity.holds(&here, &pixels.facet(source)) {
+            if pixels.sees(at) && counts && rules.similarity.holds(&here, &pixels.facet(at)) {
                 let near = (n == 0) | place.is_near(&center, rules.near_radius);
-                inputs[count as usize] = Input { pixel: source.pixel, reservoir, near, ..none::<P>() };
+                inputs[count as usize] = Input { pixel, reservoir, near, ..none::<P>() };
                 count = count.wrapping_add(1);
             }
         }

@@ -173,6 +173,7 @@ type Row = [Stored<f32>; WIDTH];
 
 struct Reused<'a> {
     line: Line,
+    own: u32,
     others: &'a Row,
 }
 
@@ -209,12 +210,16 @@ impl Pixels for Reused<'_> {
         self.others[pixel as usize]
     }
 
-    fn sees(&self, _: Source) -> bool {
+    fn own_facet(&self) -> Facet {
+        facet(self.own)
+    }
+
+    fn sees(&self, _: [u32; 2]) -> bool {
         true
     }
 
-    fn facet(&self, pixel: Source) -> Facet {
-        facet(pixel.pixel)
+    fn facet(&self, [x, _]: [u32; 2]) -> Facet {
+        facet(x)
     }
 
     /// All surfaces move by one pixel.
@@ -306,7 +311,7 @@ impl Setting {
             let at = [x as u32, 0];
             let word = random.word();
             let draws = Draws { rng: Rng::new(at[0], 0, word as u32, (word >> 32) as u32), dimension: 0 };
-            merge::combine(&Reused { line, others }, &rules, own[x], at, &draws).0
+            merge::combine(&Reused { line, own: at[0], others }, &rules, own[x], at, &draws).0
         })
     }
 

@@ -60,7 +60,14 @@ pub fn combine_from<F: Frames + Copy>(
         dimension: COMBINE_DIMENSION.wrapping_add(params.combine.wrapping_mul(2)),
     };
     let rules = rules(&light, params);
-    merge::combine(&Neighbourhood { light, params: *params, planes: *planes, pixel }, &rules, canonical, at, &draws)
+    let (camera, frame) = if light.has(DI_OTHER_FRAME) {
+        (params.other_camera, params.other_frame)
+    } else {
+        (params.camera, params.frame)
+    };
+    let (grid, seed, planes) = (params.grid(), params.seed, *planes);
+    let pixels = Neighbourhood { light, planes, grid, seed, pixel, camera, frame };
+    merge::combine(&pixels, &rules, canonical, at, &draws)
 }
 
 #[inline(always)]

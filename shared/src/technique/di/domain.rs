@@ -2,7 +2,8 @@
 
 use super::pixel::Pixel;
 use super::stored::Stored;
-use super::{DI_MIS_VISIBILITY, DI_OTHER_FRAME, DI_TRANSMITTANCE, DiParams, Evaluation, Planes, evaluate};
+use super::{DI_MIS_VISIBILITY, DI_OTHER_FRAME, DI_TRANSMITTANCE, Evaluation, Planes, evaluate};
+use crate::layout::CameraParams;
 use crate::resample::domain::{Domain, Pixels, Shifted, Source};
 use crate::resample::reproject::{Grid, Place};
 use crate::resample::similar::Facet;
@@ -17,10 +18,11 @@ pub(super) struct Light<F> {
     pub(super) flags: u32,
 }
 
-/// A pixel that light is brought to, in the scene of its frame.
-pub(super) struct Receiver<S> {
-    pub(super) scene: S,
+/// A pixel that light is brought to, and whether it is of the other frame. The scene of its frame is asked for anew where it is
+/// needed: kept beside the vertex it would have to lie in memory as that does.
+pub(super) struct Receiver {
     pub(super) vertex: Vertex,
+    pub(super) elsewhere: bool,
 }
 
 impl<F> Light<F> {
@@ -44,25 +46,19 @@ impl<F> Light<F> {
 
 impl<F: Frames> Domain for Light<F> {
     type Sample = LightAddress;
-    type Receiver = Receiver<F::Scene>;
+    type Receiver = Receiver;
     type Evaluation = Evaluation;
 
     #[inline(always)]
-    fn shift(
-        &self,
-        sample: LightAddress,
-        from: Source,
-        to: Source,
-        _receiver: &Receiver<F::Scene>,
-    ) -> Shifted<LightAddress> {
+    fn shift(&self, sample: LightAddress, from: Source, to: Source, _receiver: &Receiver) -> Shifted<LightAddress> {
         let of_other = self.is_elsewhere(from);
         let sample = if of_other == self.is_elsewhere(to) { sample } else { self.frames.counterpart(sample, of_other) };
         Shifted { sample, jacobian: 1.0, exists: sample.is_light() }
     }
 
     #[inline(always)]
-    fn evaluate(&self, receiver: &Receiver<F::Scene>, sample: LightAddress) -> Evaluation {
-        evaluate(self.flags, &receiver.vertex, &receiver.scene.light_at(sample))
+    fn evaluate(&self, receiver: &Receiver, sample: LightAddress) -> Evaluation {
+        evaluate(self.flags, &receiver.vertex, &self.frames.scene(receiver.elsewhere).light_at(sample))
     }
 
     #[inline(always)]
@@ -76,8 +72,8 @@ impl<F: Frames> Domain for Light<F> {
     }
 
     #[inline(always)]
-    fn visibility(&self, receiver: &Receiver<F::Scene>, evaluation: &Evaluation) -> Vec3 {
-        transmittance(&receiver.scene, self.has(DI_TRANSMITTANCE), &evaluation.shadow)
+    fn visibility(&self, receiver: &Receiver, evaluation: &Evaluation) -> Vec3 {
+        transmittance(&self.frames.scene(receiver.elsewhere), self.has(DI_TRANSMITTANCE), &evaluation.shadow)
     }
 
     #[inline(always)]
@@ -90,23 +86,30 @@ impl<F: Frames> Domain for Light<F> {
 /// points to a variable, and not every device takes one.
 pub(super) struct Neighbourhood<'a, F> {
     pub(super) light: Light<F>,
-    pub(super) params: DiParams,
     pub(super) planes: Planes<'a>,
+    pub(super) grid: Grid,
+    pub(super) seed: u32,
     /// The one that combines.
     pub(super) pixel: Pixel,
+    /// The others' camera.
+    pub(super) camera: CameraParams,
+    /// The others' frame.
+    pub(super) frame: u32,
 }
 
 impl<F: Frames> Neighbourhood<'_, F> {
+    /// One of the others.
     #[inline(always)]
-    fn pixel(&self, of: Source) -> Pixel {
-        let p = &self.params;
-        if !of.is_other {
-            return self.pixel;
-        }
-        let elsewhere = self.light.is_elsewhere(of);
-        let (camera, frame) = if elsewhere { (p.other_camera, p.other_frame) } else { (p.camera, p.frame) };
-        let hit = self.planes.other_hits[of.pixel as usize];
-        Pixel::new(&camera, self.light.flags, p.seed, frame, self.grid().at(of.pixel), hit)
+    fn pixel(&self, at: [u32; 2]) -> Pixel {
+        let hit = self.planes.other_hits[self.grid.index(at) as usize];
+        Pixel::new(&self.camera, self.light.flags, self.seed, self.frame, at, hit)
+    }
+
+    /// What a pixel sees, in the scene of the others' frame.
+    #[inline(always)]
+    fn facet_of(&self, pixel: &Pixel) -> Facet {
+        let point = pixel.point(&self.light.frames.scene(self.light.has(DI_OTHER_FRAME)));
+        Facet { position: point.position, normal: point.normal, distance: pixel.hit.t }
     }
 }
 
@@ -123,7 +126,7 @@ impl<F: Frames> Pixels for Neighbourhood<'_, F> {
 
     #[inline(always)]
     fn grid(&self) -> Grid {
-        self.params.grid()
+        self.grid
     }
 
     #[inline(always)]
@@ -142,25 +145,29 @@ impl<F: Frames> Pixels for Neighbourhood<'_, F> {
     }
 
     #[inline(always)]
-    fn sees(&self, pixel: Source) -> bool {
-        self.pixel(pixel).hit.is_hit()
+    fn own_facet(&self) -> Facet {
+        self.facet_of(&self.pixel)
     }
 
     #[inline(always)]
-    fn facet(&self, of: Source) -> Facet {
-        let pixel = self.pixel(of);
-        let point = pixel.point(&self.light.frames.scene(self.light.has(DI_OTHER_FRAME)));
-        Facet { position: point.position, normal: point.normal, distance: pixel.hit.t }
+    fn sees(&self, at: [u32; 2]) -> bool {
+        self.pixel(at).hit.is_hit()
+    }
+
+    #[inline(always)]
+    fn facet(&self, at: [u32; 2]) -> Facet {
+        self.facet_of(&self.pixel(at))
     }
 
     #[inline(always)]
     fn reproject(&self, here: &Facet) -> Place {
-        self.grid().project(&self.params.other_camera, here.position)
+        self.grid.project(&self.camera, here.position)
     }
 
     #[inline(always)]
-    fn receiver(&self, of: Source) -> Receiver<F::Scene> {
-        let scene = self.light.frames.scene(self.light.is_elsewhere(of));
-        Receiver { vertex: self.pixel(of).vertex(&scene), scene }
+    fn receiver(&self, of: Source) -> Receiver {
+        let elsewhere = self.light.is_elsewhere(of);
+        let pixel = if of.is_other { self.pixel(self.grid.at(of.pixel)) } else { self.pixel };
+        Receiver { vertex: pixel.vertex(&self.light.frames.scene(elsewhere)), elsewhere }
     }
 }

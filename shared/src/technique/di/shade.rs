@@ -83,7 +83,7 @@ pub fn offer<S: Trace + Surface + AddressedLights + Copy>(
         offered.normal = encode_unit_vector(point.normal);
         let stored = Stored::unpack(reservoir);
         if stored.has_sample() {
-            let receiver = Receiver { vertex: Vertex::new(&point, &pixel.ray, scene.features()), scene };
+            let receiver = Receiver { vertex: Vertex::new(&point, &pixel.ray, scene.features()), elsewhere: false };
             let traced = light.forgets() | light.has(DI_FINAL_RAY);
             let own = exchange::offer(&light, &receiver, &stored, light.has(DI_MIS_VISIBILITY), traced);
             offered.target = own.target;
@@ -107,7 +107,7 @@ pub fn exchange<S: Trace + Surface + AddressedLights + Copy>(
     if !pixel.hit.is_hit() {
         return (DiPairs::ALONE, FilmPixel::default());
     }
-    let receiver = Receiver { vertex: pixel.vertex(&scene), scene };
+    let receiver = Receiver { vertex: pixel.vertex(&scene), elsewhere: false };
     let mis = light.has(DI_MIS_VISIBILITY);
     let uses = Uses { mis, traced: mis | light.has(DI_FINAL_RAY) };
     let points = Points { camera: Vec3::from_array(params.camera.position), points };
