@@ -90,6 +90,9 @@ pub(super) fn refuse_unused(technique: &dyn Technique, options: &[(&str, bool, R
         let known = technique::all().into_iter().map(|technique| *technique.about());
         let suited: Vec<&str> = known.filter(|known| known.repeats == *repeats).map(|known| known.name).collect();
         let (name, own, suited) = (about.name, about.repeats.name(), suited.join(", "));
-        Err(Error::Setting(format!("{option} is for {suited}; {name} repeats {own}, leave {option} out")))
+        let own_option = if about.repeats == Repeats::Samples { "--spp" } else { "--frames" };
+        Err(Error::Setting(format!(
+            "{option} is for {suited}; {name} repeats {own} ({own_option}), leave {option} out"
+        )))
     })
 }
