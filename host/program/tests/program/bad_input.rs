@@ -288,8 +288,8 @@ fn frames_that_cannot_be() {
         ("mis=none", "talbot"),
         ("radius=nan", "radius"),
         ("neighbours=99", "from 1 to 7"),
-        ("mis_visibility=off", "target_visibility"),
-        ("visibility=averaged", "mis_visibility=off"),
+        ("visibility_reuse=none", "candidates"),
+        ("visibility=averaged", "visibility_reuse"),
     ];
     for (setting, word) in settings {
         refused(&["--set", setting], &[word]);
