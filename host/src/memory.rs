@@ -32,10 +32,10 @@ fn share_of_machine() -> u64 {
     (system.total_memory().min(group) as f64 * SHARE) as u64
 }
 
-/// Refuses what takes more than [`limit`] bytes; `what` is named in the message, and `remedy` says what to do.
+/// Refuses what takes more bytes than this process may have; `what` is named in the message, and `remedy` says what to do.
 ///
 /// # Errors
-/// [`Error::Memory`], and as of [`limit`].
+/// [`Error::Memory`]; [`Error::Setting`] for a broken variable.
 pub fn check(bytes: u64, what: &str, remedy: &str) -> Result<(), Error> {
     let limit = limit()?;
     if bytes <= limit {

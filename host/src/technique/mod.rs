@@ -1,6 +1,6 @@
 //! Techniques: what turns a scene into an image.
 //!
-//! A technique is a struct of settings that implements [`Technique`], in a folder of its own, and a line in [`registry`].
+//! A technique is a struct of settings that implements [`Technique`], in a folder of its own, and a line in the registry.
 //! Whatever drives techniques (renders, benchmarks, references, replay, the program, the tests) takes a
 //! `Box<dyn Technique>` and knows none by name.
 

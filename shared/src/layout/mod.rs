@@ -2,7 +2,7 @@
 //! its own folder.
 //!
 //! All fields are 32 bits wide, so that native, std430 and SPIR-V layouts agree; asserts beside the types pin the
-//! sizes. The scene lies in arenas of 16-byte words ([`UVec4`]); the [`SceneHeader`] says where each table
+//! sizes. The scene lies in arenas of 16-byte words ([`UVec4`](glam::UVec4)); the [`SceneHeader`] says where each table
 //! begins, in words. Floats are stored as their bits.
 //!
 //! | arena | table | words | contents |

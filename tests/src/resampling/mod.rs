@@ -8,7 +8,7 @@
 //! | [`setting`] | confidence, and where visibility counts |
 //! | [`expectation`] | what each form estimates, in closed form |
 //! | [`trials`] | the forms at work, many times |
-//! | [`line`] | samples whose shift has a Jacobian, through reuse in time and space and exchange |
+//! | [`mod@line`] | samples whose shift has a Jacobian, through reuse in time and space and exchange |
 //! | [`averaging`] | visibility averaged over a chain of merges |
 //! | [`toys`] | what the averaging biases and what not |
 //! | [`report`] | the figures as a document |
