@@ -11,6 +11,12 @@ const FLOOR: u32 = 2;
 
 struct Spheres;
 
+/// A point of the unit sphere by height and longitude, in turns: what finds points of spheres again, and samples them.
+fn on_sphere(z: f32, longitude: f32) -> Vec3 {
+    let (r, (sin, cos)) = (num::sqrt(num::max(1.0 - z * z, 0.0)), num::sin_cos(longitude));
+    Vec3::new(r * cos, r * sin, z)
+}
+
 impl Trace for Spheres {
     fn closest(&self, ray: &Ray) -> Hit {
         let floor = num::div(-ray.origin.y, ray.direction.y);
@@ -26,6 +32,13 @@ impl Trace for Spheres {
                 best = Hit { t, id, uv: Vec2::ZERO };
             }
         }
+        let end = ray.origin + ray.direction * best.t;
+        best.uv = if best.id == FLOOR {
+            Vec2::new(end.x, end.z)
+        } else {
+            let normal = normalize(end - SPHERES[best.id as usize].0);
+            Vec2::new(normal.z, num::atan2(normal.y, normal.x))
+        };
         if best.t < ray.t_max { best } else { Hit::MISS }
     }
     fn occluded(&self, ray: &Ray) -> bool {
@@ -33,20 +46,23 @@ impl Trace for Spheres {
     }
 }
 impl Surface for Spheres {
-    fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
-        let position = ray.origin + ray.direction * hit.t;
-        let center = if hit.id == FLOOR { position - Vec3::Y } else { SPHERES[hit.id as usize].0 };
-        let radius = if hit.id == FLOOR { 1.0 } else { SPHERES[hit.id as usize].1 };
+    /// The point is where `id` and `uv` say: techniques that reuse it ask for it again from elsewhere.
+    fn surface(&self, _: &Ray, hit: &Hit) -> SurfacePoint {
+        let (position, normal) = if hit.id == FLOOR {
+            (Vec3::new(hit.uv.x, 0.0, hit.uv.y), Vec3::Y)
+        } else {
+            let ((center, radius), normal) = (SPHERES[hit.id as usize], on_sphere(hit.uv.x, hit.uv.y));
+            (center + normal * radius, normal)
+        };
         let emission = Vec3::splat(if hit.id == LAMP { 20.0 } else { 0.0 });
-        let normal = (position - center) * num::recip(radius);
         SurfacePoint { emission, ..SurfacePoint::diffuse(position, normal, 1e-3, Vec3::splat(0.6)) }
     }
 }
 impl Lights for Spheres {
     fn sample_light(&self, words: UVec4) -> LightSample {
-        let (z, (sin, cos)) = (1.0 - 2.0 * rng::unit(words.x), num::sin_cos(rng::unit(words.y)));
-        let (r, (center, radius)) = (num::sqrt(num::max(1.0 - z * z, 0.0)), SPHERES[LAMP as usize]);
-        let (normal, emission) = (Vec3::new(r * cos, r * sin, z), Vec3::splat(20.0));
+        let (center, radius) = SPHERES[LAMP as usize];
+        let normal = on_sphere(1.0 - 2.0 * rng::unit(words.x), rng::unit(words.y));
+        let emission = Vec3::splat(20.0);
         let density = num::recip(4.0 * num::PI * radius * radius);
         LightSample { position: center + normal * radius, normal, offset: 1e-3, emission, density, ..LightSample::NONE }
     }

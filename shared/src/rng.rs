@@ -3,7 +3,7 @@
 //!
 //! The mixer is pcg4d (Jarzynski and Olano 2020, "Hash Functions for GPU Rendering", JCGT 9(3)).
 
-use glam::{UVec4, Vec2};
+use glam::{UVec3, UVec4, Vec2};
 
 /// 2^32 over the plastic number and over its square: the R2 sequence (Roberts 2018), whose every stretch is well spread.
 const R2: [u32; 2] = [3_242_174_889, 2_447_445_414];
@@ -36,8 +36,17 @@ pub fn r2(shift: [u32; 2], n: u32) -> Vec2 {
     Vec2::new(unit(shift[0].wrapping_add(R2[0].wrapping_mul(n))), unit(shift[1].wrapping_add(R2[1].wrapping_mul(n))))
 }
 
+/// Dimensions of a stream.
+pub const STREAM_DIMENSIONS: u32 = 1 << 24;
+
+/// The first dimension of a stream, of which there are 256. Techniques that share a pixel, a sample and a seed, and whose numbers
+/// have to be independent, draw from streams of their own; all that one sample needs lies in one stream.
+pub const fn stream(id: u8) -> u32 {
+    id as u32 * STREAM_DIMENSIONS
+}
+
 /// The random numbers of one sample of one pixel.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rng {
     pixel: u32,
     sample: u32,
@@ -49,6 +58,18 @@ impl Rng {
     #[inline(always)]
     pub fn new(x: u32, y: u32, sample: u32, seed: u32) -> Self {
         Self { pixel: x | (y << 16), sample, seed }
+    }
+
+    /// What the numbers are a function of: who stores it can draw them again, at any other pixel ([`Self::from_key`]).
+    #[inline(always)]
+    pub fn key(&self) -> UVec3 {
+        UVec3::new(self.pixel, self.sample, self.seed)
+    }
+
+    /// The random numbers of a key that [`Self::key`] gave.
+    #[inline(always)]
+    pub fn from_key(key: UVec3) -> Self {
+        Self { pixel: key.x, sample: key.y, seed: key.z }
     }
 
     /// Four random words for a dimension. A technique gives each of its decisions a dimension of its own.

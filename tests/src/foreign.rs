@@ -2,7 +2,7 @@
 
 use glam::{UVec4, Vec2, Vec3};
 use restir_shared::geometry::{Hit, Ray};
-use restir_shared::num::{PI, div, sqrt};
+use restir_shared::num::{PI, atan2, div, max, sin_cos, sqrt};
 use restir_shared::rng::unit;
 use restir_shared::scene::{LightSample, Lights, Surface, SurfacePoint, Trace};
 use restir_shared::vec::{dot, normalize};
@@ -21,6 +21,13 @@ pub struct HollowSphere {
     pub emission: f32,
 }
 
+/// A point of the unit sphere by height and longitude, in turns.
+fn outward(uv: Vec2) -> Vec3 {
+    let ring = sqrt(max(1.0 - uv.x * uv.x, 0.0));
+    let (sin, cos) = sin_cos(uv.y);
+    Vec3::new(ring * cos, ring * sin, uv.x)
+}
+
 impl HollowSphere {
     fn density(&self) -> f32 {
         div(1.0, 4.0 * PI * self.radius * self.radius)
@@ -28,13 +35,15 @@ impl HollowSphere {
 }
 
 impl Trace for HollowSphere {
-    /// The far intersection, for rays from inside; the hit's `uv` is not used.
+    /// The far intersection, for rays from inside; `uv` are height and longitude.
     fn closest(&self, ray: &Ray) -> Hit {
         let a = dot(ray.direction, ray.direction);
         let b = dot(ray.origin, ray.direction);
         let c = dot(ray.origin, ray.origin) - self.radius * self.radius;
         let t = div(sqrt(b * b - a * c) - b, a);
-        if t > 0.0 && t < ray.t_max { Hit { t, id: 0, uv: Vec2::ZERO } } else { Hit::MISS }
+        let normal = normalize(ray.origin + ray.direction * t);
+        let uv = Vec2::new(normal.z, atan2(normal.y, normal.x));
+        if t > 0.0 && t < ray.t_max { Hit { t, id: 0, uv } } else { Hit::MISS }
     }
 
     fn occluded(&self, ray: &Ray) -> bool {
@@ -43,22 +52,18 @@ impl Trace for HollowSphere {
 }
 
 impl Surface for HollowSphere {
-    fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
-        let position = ray.origin + ray.direction * hit.t;
-        let reflectance = Vec3::splat(self.reflectance);
+    fn surface(&self, _: &Ray, hit: &Hit) -> SurfacePoint {
+        let (outward, reflectance) = (outward(hit.uv), Vec3::splat(self.reflectance));
         SurfacePoint {
             emission: Vec3::splat(self.emission),
-            ..SurfacePoint::diffuse(position, -normalize(position), self.radius * OFFSET, reflectance)
+            ..SurfacePoint::diffuse(outward * self.radius, -outward, self.radius * OFFSET, reflectance)
         }
     }
 }
 
 impl Lights for HollowSphere {
     fn sample_light(&self, words: UVec4) -> LightSample {
-        let z = 2.0 * unit(words.x) - 1.0;
-        let (sin, cos) = restir_shared::num::sin_cos(unit(words.y));
-        let ring = sqrt(1.0 - z * z);
-        let outward = Vec3::new(ring * cos, ring * sin, z);
+        let outward = outward(Vec2::new(2.0 * unit(words.x) - 1.0, unit(words.y)));
         LightSample {
             position: outward * self.radius,
             normal: -outward,

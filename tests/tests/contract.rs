@@ -15,7 +15,7 @@ use restir_shared::layout::{
 };
 use restir_shared::num::{self, FLUSH_BELOW, soft};
 use restir_shared::rng::Rng;
-use restir_shared::scene::{Lights, SceneView, Surface, Trace};
+use restir_shared::scene::{Lights, SceneView, Surface, SurfacePoint, Trace};
 use restir_shared::technique::path;
 use restir_shared::technique::path::{PATH_JITTER, PATH_ROULETTE, PathParams};
 use restir_tests::brute::Triangles;
@@ -31,8 +31,8 @@ use std::hint::black_box;
 restir_tests::suite! {
     any_split_into_blocks_has_the_same_bits a_running_sum_is_not_a_film dropped_samples_are_counted
     blocks_of_a_pixel_merge_to_the_pixel arenas_hold_the_scene a_frozen_feature_changes_no_bit
-    a_foreign_scene_can_be_traced flush_to_zero_changes_no_film_word an_unflushed_sum_is_seen
-    flush_to_zero_changes_no_function
+    a_foreign_scene_can_be_traced a_stored_hit_can_be_seen_from_elsewhere flush_to_zero_changes_no_film_word
+    an_unflushed_sum_is_seen flush_to_zero_changes_no_function
 }
 
 fn words(pixel: FilmPixel) -> [u32; 4] {
@@ -185,6 +185,54 @@ fn a_foreign_scene_can_be_traced() -> Result<(), Failed> {
     // the spawn offset of 10^-4 radii changes form factors by its square
     let z = (moments.mean() - exact) / moments.standard_error();
     ensure(z.abs() <= 3.0, || format!("{} is {z:.1} standard errors from {exact}", moments.mean()))
+}
+
+/// The place of a point, its normal, and how far off a ray begins, bit by bit.
+fn place(point: &SurfacePoint) -> [u32; 7] {
+    let ([x, y, z], [a, b, c]) = (point.position.to_array(), point.normal.to_array());
+    [x, y, z, a, b, c, point.offset].map(f32::to_bits)
+}
+
+/// Whether what is at a hit is the same when it is asked for along a ray that was never traced.
+fn keeps_its_place(scene: &(impl Trace + Surface), ray: Ray) -> bool {
+    let hit = scene.closest(&ray);
+    let from_elsewhere = Ray { origin: ray.origin + Vec3::splat(0.4), direction: -ray.direction, ..ray };
+    let stored = Hit { t: 0.0, ..hit };
+    place(&scene.surface(&ray, &hit)) == place(&scene.surface(&from_elsewhere, &stored))
+}
+
+/// A scene whose points lie where the ray happens to end.
+struct AlongTheRay<S>(S);
+
+impl<S: Trace> Trace for AlongTheRay<S> {
+    fn closest(&self, ray: &Ray) -> Hit {
+        self.0.closest(ray)
+    }
+
+    fn occluded(&self, ray: &Ray) -> bool {
+        self.0.occluded(ray)
+    }
+}
+
+impl<S: Surface> Surface for AlongTheRay<S> {
+    fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        SurfacePoint { position: ray.origin + ray.direction * hit.t, ..self.0.surface(ray, hit) }
+    }
+}
+
+fn a_stored_hit_can_be_seen_from_elsewhere() -> Result<(), Failed> {
+    let sphere = HollowSphere { radius: 2.0, reflectance: 0.5, emission: 1.0 };
+    let buffers = SceneBuffers::build(&Scene::load("all-lights")?)?;
+    let camera = buffers.camera.params(16, 16);
+    for i in 0..256 {
+        let primary = primary_ray(&camera, Vec2::new((i % 16) as f32, (i / 16) as f32), Vec2::ZERO);
+        let inside = Ray { origin: Vec3::new(0.3, -0.2, 0.1), ..primary };
+        ensure(keeps_its_place(&sphere, inside), || format!("sphere, ray {i}"))?;
+        let hits = buffers.view().closest(&primary).is_hit();
+        ensure(!hits || keeps_its_place(&buffers.view(), primary), || format!("all-lights, ray {i}"))?;
+        ensure(!keeps_its_place(&AlongTheRay(sphere), inside), || "a point along the ray goes unnoticed".to_owned())?;
+    }
+    Ok(())
 }
 
 /// A room so dim that what it reflects is subnormal.

@@ -253,16 +253,22 @@ impl Bsdf {
     /// Value and density of all lobes but deltas, for light from any direction.
     #[inline(always)]
     pub fn evaluate(&self, wi: Vec3) -> Evaluation {
-        let (diffuse, specular) = self.parts(wi);
-        Evaluation { value: flush(diffuse.value + specular.value), pdf: diffuse.pdf + specular.pdf }
+        self.evaluate_with_lobe(DIFFUSE_REFLECTION, wi).0
     }
 
     /// Value and density of one lobe, its selection probability included; of a delta nothing.
     #[inline(always)]
     pub fn evaluate_lobe(&self, lobe: u32, wi: Vec3) -> Evaluation {
-        let (diffuse, specular) = self.parts(wi);
-        let part = if is_specular(lobe) { specular } else { diffuse };
-        if is_transmission(lobe) == (wi.z < 0.0) { part } else { NOTHING }
+        part(lobe, wi, self.parts(wi))
+    }
+
+    /// What [`Self::evaluate`] gives, and the density that [`Self::evaluate_lobe`] gives, for the price of one.
+    #[inline(always)]
+    pub fn evaluate_with_lobe(&self, lobe: u32, wi: Vec3) -> (Evaluation, f32) {
+        let parts = self.parts(wi);
+        let (diffuse, specular) = parts;
+        let all = Evaluation { value: flush(diffuse.value + specular.value), pdf: diffuse.pdf + specular.pdf };
+        (all, part(lobe, wi, parts).pdf)
     }
 
     /// The probability with which the lobe, of the specular lobes either, is selected: densities over it are those
@@ -536,6 +542,13 @@ impl Bsdf {
     pub fn has_smooth_part(&self) -> bool {
         (self.selection.diffuse_end > 0.0) | !self.perfect_reflection
     }
+}
+
+/// A lobe's part in what the diffuse and the specular lobe give for a direction.
+#[inline(always)]
+fn part(lobe: u32, wi: Vec3, (diffuse, specular): (Evaluation, Evaluation)) -> Evaluation {
+    let part = if is_specular(lobe) { specular } else { diffuse };
+    if is_transmission(lobe) == (wi.z < 0.0) { part } else { NOTHING }
 }
 
 /// Whether the lobe lies on the other side of the surface.

@@ -44,7 +44,11 @@ pub type Tracer<'a> = ();
 
 /// What is at a hit.
 pub trait Surface {
-    /// Geometry and material at `hit`, which `closest` gave for `ray`.
+    /// Geometry and material at `hit`, seen along `ray`.
+    ///
+    /// The point is that of `hit.id` and `hit.uv` alone: reuse stores these two and asks for the same point from elsewhere, with a ray
+    /// that was never traced, so that neither its origin nor `hit.t` says where the point is. `ray.direction` says from which side it
+    /// is seen. A scene without triangles puts into `uv` whatever coordinates find its points again.
     fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint;
 
     /// As [`Self::surface`], of what passes straight through: the shading normal may be the geometric one, and the emission that

@@ -4,6 +4,6 @@ mod connect;
 mod passage;
 mod vertex;
 
-pub use connect::Connection;
+pub use connect::{Connection, Reconnection};
 pub use passage::{Passage, follow, transmittance};
 pub use vertex::Vertex;

@@ -115,8 +115,7 @@ impl Sample<'_> {
             vector(v.position),
             vector(v.normal)
         );
-        if v.emission.radiance != Vec3::ZERO {
-            let e = &v.emission;
+        if let Some(e) = v.emission {
             let (radiance, added) = (vector(e.radiance), exact(e.contribution));
             let _ = writeln!(text, "   emits {radiance}, weight {:.6}: adds {added}", e.weight);
         }
@@ -173,11 +172,11 @@ impl Sample<'_> {
             "instance": v.object,
             "position": v.position.to_array(),
             "normal": v.normal.to_array(),
-            "emission": {
-                "radiance": v.emission.radiance.to_array(),
-                "weight": v.emission.weight,
-                "contribution": v.emission.contribution.to_array(),
-            },
+            "emission": v.emission.map(|emission| json!({
+                "radiance": emission.radiance.to_array(),
+                "weight": emission.weight,
+                "contribution": emission.contribution.to_array(),
+            })),
             "light": v.next_event.map(|light| json!({
                 "triangle": light.triangle,
                 "material": light.material.map(|material| self.material(material)),

@@ -1,13 +1,11 @@
 //! Path tracing: the reference for all other techniques.
 
 mod explain;
-mod isolated;
 mod plan;
 mod replay;
 mod vertices;
 
-pub use isolated::{Isolated, Source};
-pub use replay::{film, params, trace};
+pub use replay::{film, params};
 pub use vertices::{Emission, Escape, NextEvent, Path, Vertex, explain_sample};
 
 use super::{About, Integral, Repeats, Technique};
@@ -18,9 +16,7 @@ use crate::plan::FramePlan;
 use crate::render::Render;
 use crate::scene::Scene;
 use crate::technique::explain::{Explanation, Place};
-
-/// The longest paths that a render may ask for: a closed scene that absorbs nothing never ends one.
-pub const MAX_DEPTH: u32 = 1024;
+use restir_shared::technique::path::MAX_DEPTH;
 
 crate::settings! {
     /// Settings of path tracing.

@@ -1,15 +1,12 @@
 //! Replays single samples of a render natively, and shows what happened in them.
 //!
-//! There is no second copy of the algorithm: the technique itself runs over a scene that writes down what it was
-//! asked ([`Recording`](crate::replay::Recording)), and once more for each source of light over a scene in which only that
-//! source shines ([`Source`](super::Source)). Radiance is linear in emission, so what each run gives is exactly what the
-//! source has added, and the sum in the order of the path has the bits of the sample.
+//! There is no second copy of the algorithm: the technique itself runs, and what it finds goes to a receiver that writes it down
+//! ([`explain_sample`](super::explain_sample)). The sum of that in the order of the path has the bits of the sample.
 
 use std::ops::ControlFlow;
 
 use restir_shared::layout::FilmPixel;
-use restir_shared::scene::{Lights, Surface, Trace};
-use restir_shared::technique::path::{self, PathParams};
+use restir_shared::technique::path::PathParams;
 
 use crate::Error;
 use crate::buffers::SceneBuffers;
@@ -44,11 +41,6 @@ pub fn film(
     Ok(bytemuck::cast_slice(words.first().map_or(&[], |words| words)).to_vec())
 }
 
-/// Traces one sample natively over any scene; `params` are those of [`params`] for that sample.
-pub fn trace(scene: &(impl Trace + Surface + Lights), params: &PathParams, x: u32, y: u32) -> FilmPixel {
-    path::pixel(scene, params, x, y)
-}
-
 /// The first pass of a render of one sample, moved to the sample `index`, with the plan's buffers.
 fn sample_pass(scene: &SceneBuffers, render: &Render, index: u32) -> Result<(Vec<Buffer>, Pass), Error> {
     let render = Render { count: 1, ..render.clone() };
@@ -73,6 +65,7 @@ mod tests {
     use crate::scene::Scene;
     use crate::technique::explain::Place;
     use restir_shared::glam::Vec3;
+    use restir_shared::technique::path;
 
     fn settings(roulette: bool) -> Render {
         let path = PathSettings { max_depth: 8, jitter: true, roulette, ..PathSettings::default() };
@@ -110,9 +103,10 @@ mod tests {
         assert_eq!(path.vertices.len(), 8);
         for (i, vertex) in path.vertices.iter().enumerate() {
             assert_eq!(vertex.throughput, Vec3::splat(1.0 / (1 << i) as f32));
-            assert_eq!(vertex.emission.radiance, Vec3::ONE);
+            let emission = vertex.emission.expect("all of the furnace emits");
+            assert_eq!(emission.radiance, Vec3::ONE);
             assert_eq!(vertex.next_event.is_some(), i < 7, "the last vertex gathers nothing");
-            let weight = vertex.emission.weight;
+            let weight = emission.weight;
             assert!(if i == 0 { weight == 1.0 } else { weight > 0.0 && weight < 1.0 });
         }
         // Lambertian: the density of a direction is its cosine over pi
@@ -129,7 +123,7 @@ mod tests {
         let settings = settings(false);
         let view = scene.view();
         let recording = Recording::new(&view);
-        trace(&recording, &params(&scene, &settings, 0).unwrap(), 1, 1);
+        path::pixel(&recording, &params(&scene, &settings, 0).unwrap(), 1, 1);
         let counts = recording.counts();
         assert_eq!((counts.closest, counts.surfaces, counts.light_samples), (8, 8, 7));
         assert!(counts.shadow <= 7 && counts.shadow > 0);

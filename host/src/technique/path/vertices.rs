@@ -3,15 +3,14 @@
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::glam::Vec3;
 use restir_shared::layout::TRIANGLE_WORDS;
-use restir_shared::scene::{LightKind, LightSample, SceneView, SurfacePoint, Trace};
-use restir_shared::technique::path::PathParams;
-use restir_shared::vec::dot;
+use restir_shared::scene::{EnvironmentPoint, LightKind, LightSample, SceneView, SurfacePoint, Trace};
+use restir_shared::technique::path::{self, Receiver, Walk};
+use restir_shared::transport::Connection;
 
-use super::{Isolated, Source, params, trace};
+use super::params;
 use crate::Error;
 use crate::buffers::SceneBuffers;
 use crate::render::Render;
-use crate::replay::{Event, Recording};
 use crate::technique::explain::Place;
 
 /// A sample of a pixel: its path and its radiance.
@@ -44,13 +43,13 @@ pub struct Vertex {
     pub position: Vec3,
     /// Unit geometric normal of the front side.
     pub normal: Vec3,
-    /// Density per steradian with which the vertex before chose the direction, to about six digits; zero at the first
-    /// hit, infinite where emission has no other way to be found.
+    /// Density per steradian with which the vertex before chose the direction; zero at the first hit, infinite where
+    /// emission has no other way to be found.
     pub scatter_pdf: f32,
     /// What a unit of radiance that leaves here towards the path adds to the sample.
     pub throughput: Vec3,
-    /// Light that the surface itself emits.
-    pub emission: Emission,
+    /// Light that the surface itself emits, if it does.
+    pub emission: Option<Emission>,
     /// The sampled light, if one was drawn here.
     pub next_event: Option<NextEvent>,
 }
@@ -102,7 +101,7 @@ impl Path {
     /// The sum of all contributions in the order in which the technique adds them.
     pub fn sum_of_parts(&self) -> Vec3 {
         let parts = self.vertices.iter().flat_map(|v| {
-            [Some(v.emission.contribution), v.next_event.map(|light| light.contribution)].into_iter().flatten()
+            [v.emission.map(|e| e.contribution), v.next_event.map(|light| light.contribution)].into_iter().flatten()
         });
         let parts = parts.chain(self.escape.map(|escape| escape.contribution));
         parts.fold(Vec3::ZERO, |sum, part| sum + part)
@@ -117,133 +116,40 @@ pub fn explain_sample(scene: &SceneBuffers, render: &Render, place: Place) -> Re
     place.check(render)?;
     let Place { x, y, sample } = place;
     let view = scene.view();
-    let replay = Replay { view: &view, params: params(scene, render, sample)?, x, y };
-    Ok(replay.path())
+    let params = params(scene, render, sample)?;
+    let radiance = Vec3::from_array(path::pixel(&view, &params, x, y).sum);
+    let path = Path { origin: Vec3::ZERO, vertices: Vec::new(), escape: None, radiance };
+    let mut writer = Writer { view: &view, path };
+    path::trace(&view, &params, [x, y], sample, &mut writer);
+    Ok(writer.path)
 }
 
-struct Replay<'a> {
+/// Writes down what a path finds.
+struct Writer<'a> {
     view: &'a SceneView<'a>,
-    params: PathParams,
-    x: u32,
-    y: u32,
+    path: Path,
 }
 
-impl Replay<'_> {
-    fn path(&self) -> Path {
-        let recording = Recording::new(self.view);
-        let radiance = Vec3::from_array(trace(&recording, &self.params, self.x, self.y).sum);
-        let mut path = Path { origin: Vec3::ZERO, vertices: Vec::new(), escape: None, radiance };
-        let (mut segment, mut light_samples) = (None, 0);
-        for event in recording.into_events() {
-            match event {
-                Event::Closest { ray, hit } => {
-                    if segment.is_none() {
-                        path.origin = ray.origin;
-                    }
-                    segment = Some((ray, hit));
-                }
-                Event::Environment(point) => {
-                    path.escape = segment.map(|(ray, _)| Escape {
-                        direction: ray.direction,
-                        radiance: point.radiance,
-                        contribution: self.only(Source::Environment),
-                    });
-                }
-                Event::Surface(point) => {
-                    let vertex = segment.map(|(ray, hit)| self.vertex(path.vertices.len() as u32, &ray, &hit, &point));
-                    path.vertices.extend(vertex);
-                }
-                Event::LightDensity(_) => {}
-                Event::LightSample(light) => {
-                    if let Some(vertex) = path.vertices.last_mut() {
-                        vertex.next_event = Some(self.next_event(light_samples, &light));
-                    }
-                    light_samples += 1;
-                }
-                Event::Occluded { ray, occluded } => {
-                    let blocker = occluded.then(|| self.view.closest(&ray)).filter(Hit::is_hit).map(|hit| hit.id);
-                    if let Some(light) = path.vertices.last_mut().and_then(|vertex| vertex.next_event.as_mut()) {
-                        (light.visible, light.blocker) = (Some(!occluded), blocker);
-                    }
-                }
-            }
-        }
-        path
-    }
-
-    /// The sample's radiance if only `source` shone.
-    fn only(&self, source: Source) -> Vec3 {
-        Vec3::from_array(trace(&Isolated::new(self.view, source), &self.params, self.x, self.y).sum)
-    }
-
-    fn vertex(&self, index: u32, ray: &Ray, hit: &Hit, point: &SurfacePoint) -> Vertex {
-        let (material, object) = self.owner(hit.id);
-        let throughput = self.only(Source::Unit { vertex: index, density: 0.0 });
-        let density = restir_shared::scene::Lights::light_density(self.view, hit);
-        Vertex {
-            triangle: hit.id,
-            material,
-            object,
-            direction: ray.direction,
-            t: hit.t,
-            position: point.position,
-            normal: point.normal,
-            scatter_pdf: if index == 0 { 0.0 } else { self.scatter_pdf(index, ray, hit, point, throughput) },
-            throughput,
-            emission: Emission {
-                radiance: point.emission,
-                weight: self.weight(index, density, throughput),
-                contribution: self.only(Source::Emission(index)),
-            },
-            next_event: None,
+impl Writer<'_> {
+    fn begin(&mut self, walk: &Walk) {
+        if walk.depth == 0 {
+            self.path.origin = walk.ray.origin;
         }
     }
 
-    /// The weight that emission would have at a vertex, were `density` that of light sampling.
-    fn weight(&self, vertex: u32, density: f32, throughput: Vec3) -> f32 {
-        let weighted = self.only(Source::Unit { vertex, density });
-        let channel = throughput.max_position();
-        if throughput[channel] > 0.0 { ratio(weighted[channel], throughput[channel]) } else { 1.0 }
+    fn vertex(&mut self) -> Option<&mut Vertex> {
+        self.path.vertices.last_mut()
     }
 
-    /// From the weight w = s / (s + l), where s is the density times the cosine and l the light's density times t²: the
-    /// first l is a guess, the second makes the weight about a half, where it tells most.
-    fn scatter_pdf(&self, vertex: u32, ray: &Ray, hit: &Hit, point: &SurfacePoint, throughput: Vec3) -> f32 {
-        let squared = f64::from(hit.t) * f64::from(hit.t);
-        let mut scatter = 1.0;
-        for _ in 0..2 {
-            let density = (scatter / squared) as f32;
-            let weight = f64::from(self.weight(vertex, density, throughput));
-            scatter = f64::from(density) * squared * weight / (1.0 - weight);
-        }
-        (scatter / f64::from(dot(point.normal, ray.direction)).abs()) as f32
-    }
-
-    fn next_event(&self, index: u32, light: &LightSample) -> NextEvent {
-        let triangle = self.triangle_below(light);
-        NextEvent {
-            triangle,
-            material: triangle.map(|triangle| self.owner(triangle).0),
-            kind: light.kind,
-            position: light.position,
-            density: light.density,
-            visible: None,
-            blocker: None,
-            contribution: self.only(Source::LightSample(index)),
-        }
+    fn nearest(&self, ray: &Ray) -> Option<u32> {
+        Some(self.view.closest(ray)).filter(Hit::is_hit).map(|hit| hit.id)
     }
 
     /// The triangle that a point was drawn on: the nearest to the point, seen from just above it.
     fn triangle_below(&self, light: &LightSample) -> Option<u32> {
-        if light.kind != LightKind::Area {
-            return None;
-        }
-        let ray = Ray {
-            origin: light.position + light.normal * light.offset,
-            direction: -light.normal,
-            t_max: 2.0 * light.offset,
-        };
-        Some(self.view.closest(&ray)).filter(Hit::is_hit).map(|hit| hit.id)
+        let origin = light.position + light.normal * light.offset;
+        let ray = Ray { origin, direction: -light.normal, t_max: 2.0 * light.offset };
+        if light.kind == LightKind::Area { self.nearest(&ray) } else { None }
     }
 
     /// Material and object of a triangle.
@@ -254,6 +160,67 @@ impl Replay<'_> {
     }
 }
 
-fn ratio(a: f32, b: f32) -> f32 {
-    (f64::from(a) / f64::from(b)) as f32
+impl Receiver for Writer<'_> {
+    fn add(&mut self, _: Vec3) {}
+
+    fn arrive(&mut self, walk: &Walk, hit: &Hit, point: &SurfacePoint) {
+        self.begin(walk);
+        let (material, object) = self.owner(hit.id);
+        self.path.vertices.push(Vertex {
+            triangle: hit.id,
+            material,
+            object,
+            direction: walk.ray.direction,
+            t: hit.t,
+            position: point.position,
+            normal: point.normal,
+            scatter_pdf: if walk.depth > 0 && walk.chosen.alone { f32::INFINITY } else { walk.chosen.pdf },
+            throughput: walk.throughput,
+            emission: None,
+            next_event: None,
+        });
+    }
+
+    fn emission(&mut self, radiance: Vec3, weight: f32, contribution: Vec3) {
+        if let Some(vertex) = self.vertex() {
+            vertex.emission = Some(Emission { radiance, weight, contribution });
+        }
+    }
+
+    /// A light that cannot add anything is asked no ray; of others the path says by [`Self::next_event`] that they are visible.
+    fn light(&mut self, light: &LightSample, connection: &Connection) {
+        let triangle = self.triangle_below(light);
+        let asked = connection.value.max_element() > 0.0;
+        let next_event = NextEvent {
+            triangle,
+            material: triangle.map(|triangle| self.owner(triangle).0),
+            kind: light.kind,
+            position: light.position,
+            density: light.density,
+            visible: asked.then_some(false),
+            blocker: if asked { self.nearest(&connection.shadow) } else { None },
+            contribution: Vec3::ZERO,
+        };
+        if let Some(vertex) = self.vertex() {
+            vertex.next_event = Some(next_event);
+        }
+    }
+
+    fn next_event(&mut self, contribution: Vec3) {
+        if let Some(light) = self.vertex().and_then(|vertex| vertex.next_event.as_mut()) {
+            *light = NextEvent { visible: Some(true), contribution, ..*light };
+        }
+    }
+
+    fn escape(&mut self, walk: &Walk) {
+        self.begin(walk);
+        let direction = walk.ray.direction;
+        self.path.escape = Some(Escape { direction, radiance: Vec3::ZERO, contribution: Vec3::ZERO });
+    }
+
+    fn environment(&mut self, environment: &EnvironmentPoint, contribution: Vec3) {
+        if let Some(escape) = &mut self.path.escape {
+            *escape = Escape { radiance: environment.radiance, contribution, ..*escape };
+        }
+    }
 }

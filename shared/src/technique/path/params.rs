@@ -8,6 +8,9 @@ pub const PATH_JITTER: u32 = 1;
 /// Path tracing flag: Russian roulette on the throughput from the fourth segment on.
 pub const PATH_ROULETTE: u32 = 2;
 
+/// The longest paths that may be asked for: a closed scene that absorbs nothing never ends one.
+pub const MAX_DEPTH: u32 = 1024;
+
 /// Parameters of the kernel `path`: one aligned block of samples of every pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
@@ -26,7 +29,7 @@ pub struct PathParams {
     pub block_log2: u32,
     /// Seed of the random numbers.
     pub seed: u32,
-    /// Longest path, in segments: 1 is directly visible emission, 2 adds direct light.
+    /// Longest path, in segments, at most [`MAX_DEPTH`]: 1 is directly visible emission, 2 adds direct light.
     pub max_depth: u32,
     /// [`PATH_JITTER`] and [`PATH_ROULETTE`].
     pub flags: u32,

@@ -1,0 +1,201 @@
+//! The loop of path tracing, which hands what it finds to a [`Receiver`].
+
+use super::MAX_DEPTH;
+use super::weight::{Chosen, emission_weight, environment_weight, next_event};
+use crate::geometry::{Hit, Ray};
+use crate::layout::FEATURE_VOLUME;
+use crate::num;
+use crate::rng::{self, Rng};
+use crate::scene::{EnvironmentPoint, LightSample, Lights, Surface, SurfacePoint, Trace};
+use crate::transport::{Connection, Vertex};
+use crate::vec::{dot, flush, max_component};
+use glam::Vec3;
+
+/// Random dimensions: after the camera's [`DIMENSIONS_PER_SEGMENT`] a segment, used or not, so that a
+/// decision keeps its numbers whatever was decided before it.
+const FIRST_DIMENSION: u32 = 1;
+const DIMENSIONS_PER_SEGMENT: u32 = 3;
+const LIGHT: u32 = 0;
+const SCATTER: u32 = 1;
+const ROULETTE: u32 = 2;
+const _: () = assert!(FIRST_DIMENSION + MAX_DEPTH * DIMENSIONS_PER_SEGMENT <= rng::STREAM_DIMENSIONS);
+/// Roulette leaves paths of up to three segments alone.
+const ROULETTE_FROM: u32 = 3;
+const MIN_SURVIVAL: f32 = 0.05;
+
+/// Takes what a path finds. A sum of the values is the path's radiance (`Vec3` is such a receiver); resampling keeps one of them,
+/// an explanation writes all of them down.
+///
+/// Each `value` is a path's whole contribution: emission, throughput, the weight of the balance heuristic, over the density.
+/// Calls come in the order of the path: after [`Self::arrive`] what concerns that vertex, after
+/// [`Self::escape`] the environment.
+pub trait Receiver {
+    /// Takes a contribution of any kind.
+    fn add(&mut self, value: Vec3);
+
+    /// The path arrives at `point`: `walk` has the segment, and what light from here is worth.
+    #[inline(always)]
+    fn arrive(&mut self, walk: &Walk, hit: &Hit, point: &SurfacePoint) {
+        let _ = (walk, hit, point);
+    }
+
+    /// The surface itself emits `radiance`; `weight` is the share of scattering in finding it, in [0, 1].
+    #[inline(always)]
+    fn emission(&mut self, radiance: Vec3, weight: f32, value: Vec3) {
+        let _ = (radiance, weight);
+        self.add(value);
+    }
+
+    /// A light sample was drawn at the vertex. Whether it is visible is not known yet.
+    #[inline(always)]
+    fn light(&mut self, light: &LightSample, connection: &Connection) {
+        let _ = (light, connection);
+    }
+
+    /// The light sample reaches the vertex.
+    #[inline(always)]
+    fn next_event(&mut self, value: Vec3) {
+        self.add(value);
+    }
+
+    /// The path's last segment leaves the scene.
+    #[inline(always)]
+    fn escape(&mut self, walk: &Walk) {
+        let _ = walk;
+    }
+
+    /// The environment shines along the last segment.
+    #[inline(always)]
+    fn environment(&mut self, environment: &EnvironmentPoint, value: Vec3) {
+        let _ = environment;
+        self.add(value);
+    }
+}
+
+impl Receiver for Vec3 {
+    #[inline(always)]
+    fn add(&mut self, value: Vec3) {
+        *self += value;
+    }
+}
+
+/// The end of a path that grows.
+#[derive(Clone, Copy)]
+pub struct Walk {
+    /// The segment that is traced next; its direction has unit length.
+    pub ray: Ray,
+    /// What radiance against the ray is worth at the path's beginning.
+    pub throughput: Vec3,
+    /// How the ray's direction was chosen.
+    pub chosen: Chosen,
+    /// Segments that have ended on surfaces.
+    pub depth: u32,
+}
+
+impl Walk {
+    /// A path that begins with `ray`, whose direction has unit length.
+    #[inline(always)]
+    pub fn new(ray: Ray) -> Self {
+        Self { ray, throughput: Vec3::ONE, chosen: Chosen { pdf: 0.0, alone: true }, depth: 0 }
+    }
+
+    /// Goes on until the path ends, at the latest after `max_depth` segments in all. False if the device cut a loop short: what
+    /// the receiver has is then not the whole path.
+    #[inline(always)]
+    pub fn run<S: Trace + Surface + Lights, R: Receiver>(
+        mut self,
+        scene: &S,
+        rng: &Rng,
+        max_depth: u32,
+        roulette: bool,
+        receiver: &mut R,
+    ) -> bool {
+        let mut cut = false;
+        let mut alive = self.depth < max_depth;
+        while alive {
+            let hit = scene.closest(&self.ray);
+            alive = hit.is_hit();
+            cut = hit.is_cut();
+            if alive {
+                let point = scene.surface(&self.ray, &hit);
+                self.arrive(scene, &hit, &point, receiver);
+                alive = self.depth < max_depth && max_component(self.throughput) > 0.0;
+                if alive {
+                    alive = self.scatter(scene, rng, &point, roulette, receiver);
+                }
+            } else if !cut {
+                self.escape(scene, receiver);
+            }
+        }
+        !(cut | alive)
+    }
+
+    #[inline(always)]
+    fn escape<S: Lights, R: Receiver>(&self, scene: &S, receiver: &mut R) {
+        receiver.escape(self);
+        let environment = scene.environment(self.ray.direction);
+        if max_component(environment.radiance) > 0.0 {
+            let weight = environment_weight(environment.density, self.chosen);
+            receiver.environment(&environment, self.throughput * environment.radiance * weight);
+        }
+    }
+
+    #[inline(always)]
+    fn arrive<S: Surface + Lights, R: Receiver>(
+        &mut self,
+        scene: &S,
+        hit: &Hit,
+        point: &SurfacePoint,
+        receiver: &mut R,
+    ) {
+        if scene.features() & FEATURE_VOLUME != 0 && dot(point.normal, self.ray.direction) > 0.0 {
+            self.throughput = flush(self.throughput * transmittance(point.absorption, hit.t));
+        }
+        receiver.arrive(self, hit, point);
+        if max_component(point.emission) > 0.0 {
+            let weight = emission_weight(scene.light_density(hit), point, &self.ray, hit.t, self.chosen);
+            receiver.emission(point.emission, weight, self.throughput * point.emission * weight);
+        }
+        self.depth += 1;
+    }
+
+    /// Samples a light, then the next direction; whether there is one.
+    #[inline(always)]
+    fn scatter<S: Trace + Surface + Lights, R: Receiver>(
+        &mut self,
+        scene: &S,
+        rng: &Rng,
+        point: &SurfacePoint,
+        roulette: bool,
+        receiver: &mut R,
+    ) -> bool {
+        let dimension = FIRST_DIMENSION + (self.depth - 1).wrapping_mul(DIMENSIONS_PER_SEGMENT);
+        let vertex = Vertex::new(point, &self.ray, scene.features());
+        if vertex.bsdf.has_smooth_part() {
+            let light = scene.sample_light(rng.draw(dimension + LIGHT));
+            let connection = vertex.connect(&light);
+            receiver.light(&light, &connection);
+            if max_component(connection.value) > 0.0 && !scene.occluded(&connection.shadow) {
+                receiver.next_event(self.throughput * next_event(&light, &connection));
+            }
+        }
+        let scattered = vertex.bsdf.sample(rng.draw(dimension + SCATTER));
+        let direction = vertex.frame.to_world(scattered.direction);
+        self.chosen = Chosen { pdf: scattered.pdf, alone: scattered.delta };
+        self.throughput = flush(self.throughput * scattered.weight);
+        self.ray = Ray { origin: vertex.origin(direction), direction, t_max: Ray::FAR };
+        let mut alive = (scattered.pdf > 0.0) & vertex.is_consistent(direction, scattered.direction);
+        if roulette && self.depth >= ROULETTE_FROM {
+            let survival = num::clamp(max_component(self.throughput), MIN_SURVIVAL, 1.0);
+            alive = alive && rng::unit(rng.draw(dimension + ROULETTE).x) < survival;
+            self.throughput *= num::recip(survival);
+        }
+        alive
+    }
+}
+
+/// The share of light that is left after a distance `t` (Beer and Lambert).
+#[inline(always)]
+fn transmittance(absorption: Vec3, t: f32) -> Vec3 {
+    Vec3::new(num::exp(-(absorption.x * t)), num::exp(-(absorption.y * t)), num::exp(-(absorption.z * t)))
+}

@@ -1,0 +1,46 @@
+//! Weights of the balance heuristic (Veach 1997, §9.2) between next-event estimation and scattering.
+
+use crate::geometry::Ray;
+use crate::num;
+use crate::scene::{LightSample, SurfacePoint};
+use crate::transport::Connection;
+use crate::vec::dot;
+use glam::Vec3;
+
+/// How the direction of a segment was chosen.
+#[derive(Clone, Copy, Debug)]
+pub struct Chosen {
+    /// Density per steradian; of a delta lobe the probability of its selection; 0 of the first segment.
+    pub pdf: f32,
+    /// Next-event estimation could not have chosen it: the first segment, and scattering by a delta lobe.
+    pub alone: bool,
+}
+
+/// Light from a sampled point, with the balance heuristic's weight folded in: with w = l / (l + s), the value f cos L / l
+/// times w is f cos L / (l + s), where l and s are the densities per steradian of the light and of scattering.
+#[inline(always)]
+pub(super) fn next_event(light: &LightSample, connection: &Connection) -> Vec3 {
+    let Connection { value, scatter_pdf, cos_light, distance_squared, .. } = *connection;
+    value * num::div(cos_light, light.density * distance_squared + scatter_pdf * cos_light)
+}
+
+/// The weight of emission that scattering found: its density over the sum of both strategies' densities.
+#[inline(always)]
+pub(super) fn emission_weight(light_density: f32, point: &SurfacePoint, ray: &Ray, t: f32, chosen: Chosen) -> f32 {
+    // the light's density per steradian is light_density t^2 / cos; multiplied out, so that cos may be zero
+    let scatter = chosen.pdf * num::abs(dot(point.normal, ray.direction));
+    let light = light_density * (t * t);
+    if chosen.alone {
+        1.0
+    } else if scatter > 0.0 {
+        num::div(scatter, scatter + light)
+    } else {
+        0.0
+    }
+}
+
+/// As [`emission_weight`], for the environment.
+#[inline(always)]
+pub(super) fn environment_weight(density: f32, chosen: Chosen) -> f32 {
+    if chosen.alone { 1.0 } else { num::div(chosen.pdf, chosen.pdf + density) }
+}
