@@ -5,10 +5,7 @@
 //! pixel integrates, `1 + b x` up to an edge, from where on the sample is occluded, has a closed form; the target is another
 //! function.
 
-use super::forms::Form;
-use super::trials::measure;
 use crate::random::SplitMix;
-use crate::stats::Moments;
 use restir_shared::glam::Vec3;
 use restir_shared::num;
 use restir_shared::resample::domain::{Domain, Pixels, Shifted, Source};
@@ -255,26 +252,12 @@ impl Offers for Shown<'_> {
     }
 }
 
-/// Names of the stages of [`Setting::estimate`].
-const STAGES: [&str; 3] = ["in time", "in space", "exchanged"];
-
-/// The right estimates of the forms that are unbiased, without and with visibility, after each stage: names, and moments
-/// relative to the truth.
-pub fn run(seed: u64, trials: u64) -> Vec<(String, Moments)> {
-    let forms = Form::ALL.into_iter().filter_map(|form| match form {
-        Form::Library(mis) if mis != Mis::ONE_OVER_M && mis != Mis::CONSTANT => Some(mis),
-        _ => None,
-    });
-    let settings = forms.flat_map(|form| [false, true].map(|visible| (form, visible)));
-    let rows = settings.flat_map(|(form, visible)| {
-        let setting = Setting { form, visible, jacobian: Jacobian::Right };
-        let measured = measure(seed, trials, |random| setting.estimate(random));
-        let named =
-            |stage| format!("{}{}, {stage}", Form::Library(form).name(), if visible { ", visible" } else { "" });
-        STAGES.map(named).into_iter().zip(measured)
-    });
-    rows.collect()
-}
+/// The stages of [`Setting::estimate`].
+pub const STAGES: [&str; 3] = ["in time", "in space", "exchanged"];
+/// Values of a stage: each pixel, and the sum of the row.
+pub const VALUES: usize = WIDTH + 1;
+/// What [`Setting::estimate`] gives: the values of the first stage, of the second, of the third.
+pub const ESTIMATES: usize = STAGES.len() * VALUES;
 
 impl Setting {
     /// A pixel's candidates, resampled.
@@ -334,9 +317,9 @@ impl Setting {
         })
     }
 
-    /// Estimates of the row relative to the truth: after reuse from the last frame, after reuse from neighbours, and shaded
-    /// with neighbours.
-    pub fn estimate(&self, random: &mut SplitMix) -> [f64; 3] {
+    /// Estimates relative to the truth, of each pixel and of the row: after reuse from the last frame, after reuse from
+    /// neighbours, and shaded with neighbours.
+    pub fn estimate(&self, random: &mut SplitMix) -> [f64; ESTIMATES] {
         let frame = |last, random: &mut SplitMix| -> Row {
             std::array::from_fn(|x| self.draw(Pixel::new(x as u32, last), random))
         };
@@ -344,7 +327,8 @@ impl Setting {
         let temporal = self.combined(&this, &last, Others::OtherFrame, 1, random);
         let spatial = self.combined(&temporal, &temporal, Others::SameFrame, 3, random);
         let shaded = |row: &Row| std::array::from_fn(|x| shade(x, &row[x]));
-        [shaded(&temporal), shaded(&spatial), self.exchanged(&spatial)].map(relative)
+        let stages = [shaded(&temporal), shaded(&spatial), self.exchanged(&spatial)].map(relative);
+        std::array::from_fn(|i| stages[i / VALUES][i % VALUES])
     }
 
     /// How the weights of one sample sum up, relative to one. All pixels hold the same point of the common coordinate, with the
@@ -388,8 +372,9 @@ fn shade(x: usize, stored: &Stored<f32>) -> f32 {
     pixel.value(stored.sample) * pixel.sees(stored.sample) * stored.contribution_weight
 }
 
-/// The mean over the row, relative to the truth.
-fn relative(row: [f32; WIDTH]) -> f64 {
+/// Each pixel and the mean over the row, relative to the truth.
+fn relative(row: [f32; WIDTH]) -> [f64; VALUES] {
     let of = |x: usize| f64::from(row[x]) / f64::from(Pixel::new(x as u32, false).truth());
-    (0..WIDTH).map(of).sum::<f64>() / WIDTH as f64
+    let mean = (0..WIDTH).map(of).sum::<f64>() / WIDTH as f64;
+    std::array::from_fn(|x| if x < WIDTH { of(x) } else { mean })
 }

@@ -9,6 +9,7 @@
 //! | [`expectation`] | what each form estimates, in closed form |
 //! | [`trials`] | the forms at work, many times |
 //! | [`mod@line`] | samples whose shift has a Jacobian, through reuse in time and space and exchange |
+//! | [`shifted`] | measurements of these, and their report |
 //! | [`averaging`] | visibility averaged over a chain of merges |
 //! | [`toys`] | what the averaging biases and what not |
 //! | [`report`] | the figures as a document |
@@ -19,6 +20,7 @@ pub mod forms;
 pub mod line;
 pub mod report;
 pub mod setting;
+pub mod shifted;
 pub mod table;
 pub mod toys;
 pub mod trials;

@@ -1,47 +1,38 @@
 //! Reuse between domains: shifts with a Jacobian.
 
-use crate::support::{FAMILY_RATE, MIS, family, is_unbiased, report};
+use crate::support::{MIS, report};
 use libtest_mimic::Failed;
 use restir_shared::resample::mis::Mis;
 use restir_tests::random::SplitMix;
-use restir_tests::resampling::line::{Jacobian, Setting, run};
-use restir_tests::resampling::trials::measure;
-use restir_tests::stats::{Moments, POWER, ZTest, sidak};
+use restir_tests::resampling::line::{Jacobian, Setting};
+use restir_tests::resampling::shifted::{FAMILY_RATE, Measured, WRONG, settings, value_name};
+use restir_tests::stats::{Family, POWER};
 use restir_tests::suite::ensure;
 
-/// Of a row; `cargo xtask resampling --write` makes 10^7.
+/// Of a row; `cargo xtask resampling --shifts --write` makes 10^7.
 const TRIALS: u64 = 50_000;
-const WRONG: [Jacobian; 2] = [Jacobian::LeftOut, Jacobian::Inverted];
 
-/// All forms that are unbiased, without and with visibility, after each of three stages.
+/// All forms that are unbiased, without and with visibility: each pixel, after each of three stages.
 pub(crate) fn shifts_are_unbiased() -> Result<(), Failed> {
-    let mut family = family("shift");
-    let rows = run(5, TRIALS);
-    let share = sidak(FAMILY_RATE, rows.len());
+    let mut family = Family::new("shift", FAMILY_RATE);
     let mut worst: f64 = 0.0;
-    for (name, measured) in rows {
-        let test = ZTest::new(measured, Moments::exact(1.0));
-        worst = worst.max(test.detectable_bias(share));
-        family.z_test(name, test);
+    for setting in settings(Jacobian::Right) {
+        let row = Measured::new(setting, 5, TRIALS);
+        for (index, test) in row.tests.into_iter().enumerate() {
+            worst = worst.max(test.detectable_bias(Measured::share()));
+            family.z_test(format!("{}, {}", row.name(), value_name(index)), test);
+        }
     }
-    println!("a bias of {worst:.4} is noticed with probability {POWER} in any row");
+    println!("a bias of {worst:.4} of any pixel is noticed with probability {POWER}");
     report(&family)
 }
 
 /// With half as many trials the same tests refuse estimates without a Jacobian, and with the inverse one, of every form after
-/// two of the stages or more: where they are off in either direction, errors of pixels may cancel.
+/// each stage.
 pub(crate) fn shifts_need_their_jacobian() -> Result<(), Failed> {
-    let share = sidak(FAMILY_RATE, 42);
-    for form in MIS.into_iter().filter(|&form| is_unbiased(form)) {
-        for (visible, jacobian) in
-            [false, true].into_iter().flat_map(|visible| WRONG.map(|jacobian| (visible, jacobian)))
-        {
-            let setting = Setting { form, visible, jacobian };
-            let wrong = measure(5, TRIALS / 2, |random| setting.estimate(random));
-            let wrong = wrong.map(|measured| ZTest::new(measured, Moments::exact(1.0)));
-            let refused = wrong.iter().filter(|test| test.p < share / 10.0).count();
-            ensure(refused >= 2, || format!("{form:?}, visible {visible}, {jacobian:?} passes: {wrong:?}"))?;
-        }
+    for setting in WRONG.into_iter().flat_map(settings) {
+        let row = Measured::new(setting, 5, TRIALS / 2);
+        ensure(row.refused() == [true; 3], || format!("{} passes: {:?}", row.name(), row.worst()))?;
     }
     Ok(())
 }
