@@ -19,9 +19,9 @@ pub use desc::{Access, Binding, Constant, KernelDesc, NativeRow};
 folders! {
     check,
     compact,
-    di,
     film,
     path,
+    restir_di,
 }
 
 /// The parity cases of kernels that need no technique.

@@ -6,10 +6,10 @@ use restir_host::buffers::SceneBuffers;
 use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::render::Render;
 use restir_host::technique::restir_di::{DiSettings, Visibility};
-use restir_kernels::di::di_shade;
+use restir_kernels::restir_di::di_shade;
 use restir_shared::glam::UVec4;
 use restir_shared::layout::FilmPixel;
-use restir_shared::technique::di::{DiParams, Stored};
+use restir_shared::technique::restir_di::{DiParams, Stored};
 
 /// What is run.
 #[derive(Clone, Debug)]

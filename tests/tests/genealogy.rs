@@ -10,7 +10,7 @@ use restir_host::technique::explain::Place;
 use restir_host::technique::restir_di::{
     DiSettings, Generation, MisForm, Origin, Reuse, Temporal, Tiles, genealogy, render_with_layers,
 };
-use restir_kernels::di::{di_offer, di_shade};
+use restir_kernels::restir_di::{di_offer, di_shade};
 use restir_shared::glam::UVec4;
 use restir_shared::rng::Rng;
 use restir_shared::scene::{AddressedLights, LightAddress};

@@ -8,18 +8,18 @@ use restir_host::render::{self, Render};
 use restir_host::replay::Recording;
 use restir_host::scene::{Camera, Material, Mesh, Scene};
 use restir_host::technique::restir_di::{DiSettings, MisForm, Temporal, Tiles, Visibility, VisibilityReuse};
-use restir_kernels::di::{di_combine, di_exchange, di_gather, di_offer, di_primary};
+use restir_kernels::restir_di::{di_combine, di_exchange, di_gather, di_offer, di_primary};
 use restir_shared::glam::{UVec4, Vec3};
 use restir_shared::layout::FilmPixel;
 use restir_shared::pack::decode_unit_vector;
 use restir_shared::resample::mis::{Combine, Mis};
 use restir_shared::resample::packed::LEVELS;
 use restir_shared::scene::{AddressedLights, AnyScene, LightAddress, Surface, Trace};
-use restir_shared::technique::di::{
-    self as passes, DI_FINAL_RAY, DI_MIS_VISIBILITY, DI_OTHER_FRAME, DiPairs, DiParams, DiPoint, Stored,
-};
 use restir_shared::technique::path;
 use restir_shared::technique::path::PathParams;
+use restir_shared::technique::restir_di::{
+    self as passes, DI_FINAL_RAY, DI_MIS_VISIBILITY, DI_OTHER_FRAME, DiPairs, DiParams, DiPoint, Stored,
+};
 use restir_tests::capture::{Capture, captured, last};
 use restir_tests::native::{changed, edit, film, film_over, plan};
 use restir_tests::panes::Panes;

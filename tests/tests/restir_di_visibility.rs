@@ -9,7 +9,7 @@ use restir_host::plan::Pass;
 use restir_host::render::Render;
 use restir_host::replay::{self, Event, Recording};
 use restir_host::technique::restir_di::{DiSettings, MisForm, Target, Temporal, Visibility, VisibilityReuse};
-use restir_kernels::di::{di_combine, di_initial, di_shade};
+use restir_kernels::restir_di::{di_combine, di_initial, di_shade};
 use restir_shared::camera::camera_ray;
 use restir_shared::geometry::Ray;
 use restir_shared::glam::{UVec4, Vec3};
@@ -18,8 +18,8 @@ use restir_shared::rng::Rng;
 use restir_shared::scene::{
     AddressedLights, AnyFrames, AnyScene, LightAddress, SceneView, Still, Surface, SurfacePoint,
 };
-use restir_shared::technique::di::{self as technique, DI_OTHER_FRAME, DiParams, Stored};
 use restir_shared::technique::path::{self, PathParams};
+use restir_shared::technique::restir_di::{self as technique, DI_OTHER_FRAME, DiParams, Stored};
 use restir_tests::native::plan;
 use restir_tests::scenes::{BOARD, Setting, coloured, penumbra, white};
 use restir_tests::stats::{Moments, TileGrid, TileTest, Verdict};

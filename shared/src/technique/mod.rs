@@ -1,4 +1,4 @@
 //! The per-pixel bodies of the techniques.
 
-pub mod di;
 pub mod path;
+pub mod restir_di;

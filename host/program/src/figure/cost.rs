@@ -5,7 +5,7 @@ use restir::buffers::SceneBuffers;
 use restir::render::Render;
 use restir::technique::asked::asked_after;
 use restir::technique::restir_di::DiSettings;
-use restir_kernels::di::di_combine;
+use restir_kernels::restir_di::di_combine;
 
 /// Frames before the one that is counted, which give it a history: rays do not depend on how long that is, only on what
 /// is occluded.

@@ -14,11 +14,11 @@ use restir::render::Progress;
 use restir::render::{self, Render};
 use restir::scene::Scene;
 use restir::technique::restir_di::DiSettings;
-use restir_kernels::di::di_shade;
+use restir_kernels::restir_di::di_shade;
 use restir_shared::glam::UVec4;
 use restir_shared::layout::FilmPixel;
 use restir_shared::pack::f32_from_half;
-use restir_shared::technique::di::{DiParams, shade};
+use restir_shared::technique::restir_di::{DiParams, shade};
 
 use super::averaging::{METHODS, settings};
 use super::chains::Protocol;
@@ -335,7 +335,7 @@ impl Findings {
 mod tests {
     use super::*;
     use restir_shared::scene::LightAddress;
-    use restir_shared::technique::di::Stored;
+    use restir_shared::technique::restir_di::Stored;
 
     #[test]
     fn words_are_those_of_stored_reservoirs() {

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use restir_shared::technique::di::Stored;
+use restir_shared::technique::restir_di::Stored;
 use serde_json::{Value, json};
 
 use super::DiSettings;

@@ -10,7 +10,7 @@ use crate::{Error, memory};
 use restir_shared::glam::UVec4;
 use restir_shared::layout::TRIANGLE_WORDS;
 use restir_shared::scene::{AddressedLights, LightAddress, LightKind};
-use restir_shared::technique::di::{Stored, TileWords};
+use restir_shared::technique::restir_di::{Stored, TileWords};
 use std::ops::ControlFlow;
 
 /// What a pass does.

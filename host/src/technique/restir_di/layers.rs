@@ -7,7 +7,7 @@ use crate::image::Channel;
 use crate::render::{self, Progress, Render, Rendered};
 use crate::{Error, memory};
 use rayon::prelude::*;
-use restir_shared::technique::di::Stored;
+use restir_shared::technique::restir_di::Stored;
 use restir_shared::vec::luminance;
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;

@@ -10,7 +10,7 @@ use crate::render::Render;
 use restir_kernels::{self as kernels, KernelDesc};
 use restir_shared::glam::UVec4;
 use restir_shared::layout::{Extent, SceneHeader};
-use restir_shared::technique::di::{DiPairs, DiParams, DiPoint, PAIRS, TileWords};
+use restir_shared::technique::restir_di::{DiPairs, DiParams, DiPoint, PAIRS, TileWords};
 use std::collections::VecDeque;
 
 /// Samples that the film holds.
@@ -129,7 +129,7 @@ impl Passes<'_> {
     fn reuse(&mut self) {
         if !self.knows_hits(self.frame) {
             let (hits, _) = self.hits();
-            self.push(&kernels::di::di_primary::DESC, self.params(), &ARENAS[..1], &[("hits", hits)]);
+            self.push(&kernels::restir_di::di_primary::DESC, self.params(), &ARENAS[..1], &[("hits", hits)]);
         }
         self.reuse_hits();
     }
@@ -142,7 +142,7 @@ impl Passes<'_> {
         // without tiles any buffer will do, for none is read
         let tiles = self.planes.tiles.unwrap_or(hits);
         let planes = [("hits", hits), ("tiles", tiles), ("reservoirs", work), ("direct", self.planes.direct)];
-        self.push(&kernels::di::di_initial::DESC, self.params(), &ARENAS, &planes);
+        self.push(&kernels::restir_di::di_initial::DESC, self.params(), &ARENAS, &planes);
         if self.frame > 0 && keeps_history(self.settings, self.render) {
             self.reuse_in_time(hits, last_hits);
         }
@@ -154,7 +154,7 @@ impl Passes<'_> {
         let Some(tiles) = self.planes.tiles else { return };
         let params = self.params().tile_params();
         let bound = [ARENAS.as_slice(), &[("tiles", tiles)]].concat();
-        let kernel = &kernels::di::di_tiles::DESC;
+        let kernel = &kernels::restir_di::di_tiles::DESC;
         self.queue.push_back(Pass::new(kernel, &[self.scene.features], &params, &bound, params.extent()));
     }
 
@@ -171,7 +171,7 @@ impl Passes<'_> {
             ..self.params()
         };
         let planes = [("hits", hits), ("other_hits", last_hits), ("others", last), ("reservoirs", work)];
-        self.push(&kernels::di::di_combine::DESC, of_last, &ARENAS, &planes);
+        self.push(&kernels::restir_di::di_combine::DESC, of_last, &ARENAS, &planes);
     }
 
     fn reuse_in_space(&mut self) {
@@ -182,7 +182,7 @@ impl Passes<'_> {
             let free_at = if pass > 0 && self.keeps_before_spatial() { 2 } else { 1 };
             let [work, free] = [self.planes.reservoirs[0], self.planes.reservoirs[free_at]];
             let planes = [("hits", hits), ("other_hits", hits), ("others", work), ("reservoirs", free)];
-            self.push(&kernels::di::di_combine::DESC, params, &ARENAS, &planes);
+            self.push(&kernels::restir_di::di_combine::DESC, params, &ARENAS, &planes);
             self.planes.reservoirs.swap(0, free_at);
         }
     }
@@ -220,18 +220,18 @@ impl Passes<'_> {
         let frame = self.params();
         if let Some([points, _]) = self.planes.shading {
             let planes = [("hits", hits), ("reservoirs", reservoirs), ("points", points)];
-            self.push(&kernels::di::di_offer::DESC, frame, &ARENAS, &planes);
+            self.push(&kernels::restir_di::di_offer::DESC, frame, &ARENAS, &planes);
         }
         for params in self.settings.shading(&frame) {
             let Some(film) = self.film.as_mut().and_then(|film| film.open(0)) else { return };
             if let Some([points, pairs]) = self.planes.shading {
                 let planes = [("hits", hits), ("points", points), ("pairs", pairs), ("film", film)];
-                self.push(&kernels::di::di_exchange::DESC, params, &ARENAS, &planes);
+                self.push(&kernels::restir_di::di_exchange::DESC, params, &ARENAS, &planes);
                 let planes = [("points", points), ("pairs", pairs), ("direct", direct), ("film", film)];
-                self.push(&kernels::di::di_gather::DESC, params, &[], &planes);
+                self.push(&kernels::restir_di::di_gather::DESC, params, &[], &planes);
             } else {
                 let planes = [("hits", hits), ("reservoirs", reservoirs), ("direct", direct), ("film", film)];
-                self.push(&kernels::di::di_shade::DESC, params, &ARENAS, &planes);
+                self.push(&kernels::restir_di::di_shade::DESC, params, &ARENAS, &planes);
             }
             while let Some(pass) = self.film.as_mut().and_then(Film::merge_equal) {
                 self.queue.push_back(pass);
@@ -331,7 +331,7 @@ impl Iterator for Passes<'_> {
 mod tests {
     use super::*;
     use crate::scene::Camera;
-    use restir_shared::technique::di::{DI_OTHER_FRAME, DI_STILL};
+    use restir_shared::technique::restir_di::{DI_OTHER_FRAME, DI_STILL};
 
     /// Counts are right, every pass fits its buffers, and every buffer is used.
     #[test]
@@ -398,7 +398,7 @@ mod tests {
         let primary = |scene: &SceneBuffers, settings, cameras: &[Camera]| {
             let render = Render { count: 6, cameras: cameras.to_vec(), ..Render::new([4, 3], settings) };
             let passes = render.technique.plan(scene, &render).passes.map(|pass| pass.expect("made"));
-            passes.filter(|pass| pass.kernel.name == kernels::di::di_primary::DESC.name).count()
+            passes.filter(|pass| pass.kernel.name == kernels::restir_di::di_primary::DESC.name).count()
         };
         let default = DiSettings::default;
         assert_eq!(primary(&scene, default(), &[]), 2);
@@ -422,7 +422,7 @@ mod tests {
                 .plan(scene, render)
                 .passes
                 .map(|pass| pass.expect("made"))
-                .filter(|pass| pass.kernel.name == kernels::di::di_combine::DESC.name)
+                .filter(|pass| pass.kernel.name == kernels::restir_di::di_combine::DESC.name)
                 .map(|pass| params(&pass).flags)
                 .filter(|flags| flags & DI_OTHER_FRAME != 0)
                 .map(|flags| flags & DI_STILL != 0)

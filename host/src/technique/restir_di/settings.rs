@@ -4,7 +4,7 @@ use crate::Error;
 use crate::settings::{Declared, Value};
 use crate::{choices, settings};
 use restir_shared::resample::mis::{INPUTS, Mis};
-use restir_shared::technique::di::{
+use restir_shared::technique::restir_di::{
     DI_AVERAGE_VISIBILITY, DI_FINAL_RAY, DI_INITIAL_VISIBILITY, DI_JITTER, DI_MIS_SHIFT, DI_MIS_VISIBILITY,
     DI_OTHER_FRAME, DI_SCATTER_CANDIDATE, DI_STILL, DI_TARGET_SHIFT, DI_TARGET_VISIBILITY, DI_TILES, DI_TRANSMITTANCE,
 };

@@ -1,7 +1,7 @@
 //! Which neighbours the passes of shading have.
 
 use super::DiSettings;
-use restir_shared::technique::di::{DiParams, PAIRS, pair_offsets};
+use restir_shared::technique::restir_di::{DiParams, PAIRS, pair_offsets};
 
 impl DiSettings {
     /// Passes of shading a frame.

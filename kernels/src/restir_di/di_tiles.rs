@@ -1,7 +1,6 @@
 //! Presampled candidates of ReSTIR DI.
 
-use restir_shared::technique::di;
-use restir_shared::technique::di::{TileParams, TileWords};
+use restir_shared::technique::restir_di::{self, TileParams, TileWords};
 
 kernel! {
     /// The candidates of all tiles.
@@ -12,5 +11,5 @@ kernel! {
         read {},
         own { 4: tiles: TileWords },
     }
-    |index, tile, at, p, scene| tiles[at] = di::presample(&scene, &p, index, tile)
+    |index, tile, at, p, scene| tiles[at] = restir_di::presample(&scene, &p, index, tile)
 }

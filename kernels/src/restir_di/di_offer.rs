@@ -1,8 +1,7 @@
 //! Shading with neighbours, first part.
 
 use restir_shared::glam::UVec4;
-use restir_shared::technique::di;
-use restir_shared::technique::di::{DiParams, DiPoint};
+use restir_shared::technique::restir_di::{self, DiParams, DiPoint};
 
 kernel! {
     /// What each pixel shows its neighbours.
@@ -15,6 +14,6 @@ kernel! {
     }
     |x, y, at, p, scene| {
         let index = (y * p.width + x) as usize;
-        points[at] = di::offer(scene, &p, p.flags & settings, [hits[index], reservoirs[index]], [x, y])
+        points[at] = restir_di::offer(scene, &p, p.flags & settings, [hits[index], reservoirs[index]], [x, y])
     }
 }

@@ -1,8 +1,7 @@
 //! First pass of ReSTIR DI.
 
 use restir_shared::glam::UVec4;
-use restir_shared::technique::di::DiParams;
-use restir_shared::technique::di;
+use restir_shared::technique::restir_di::{self, DiParams};
 
 kernel! {
     /// What each pixel sees.
@@ -14,5 +13,5 @@ kernel! {
         read {},
         own { 2: hits: UVec4 },
     }
-    |x, y, at, p, scene| hits[at] = di::primary(&scene, &p, p.flags & settings, [x, y])
+    |x, y, at, p, scene| hits[at] = restir_di::primary(&scene, &p, p.flags & settings, [x, y])
 }

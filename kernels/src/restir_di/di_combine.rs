@@ -1,8 +1,7 @@
 //! Temporal and spatial reuse of ReSTIR DI.
 
 use restir_shared::glam::UVec4;
-use restir_shared::technique::di;
-use restir_shared::technique::di::DiParams;
+use restir_shared::technique::restir_di::{self, DiParams};
 
 kernel! {
     /// Each pixel's reservoir, combined with others: of the last frame in place, of the same frame into another plane.
@@ -14,7 +13,7 @@ kernel! {
         own { 7: reservoirs: UVec4 },
     }
     |x, y, at, p, frames| {
-        let planes = di::Planes { hits, other_hits, others };
-        reservoirs[at] = di::combine(frames, &p, p.flags & settings, &planes, reservoirs[at], [x, y])
+        let planes = restir_di::Planes { hits, other_hits, others };
+        reservoirs[at] = restir_di::combine(frames, &p, p.flags & settings, &planes, reservoirs[at], [x, y])
     }
 }

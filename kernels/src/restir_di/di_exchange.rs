@@ -2,8 +2,7 @@
 
 use restir_shared::glam::UVec4;
 use restir_shared::layout::FilmPixel;
-use restir_shared::technique::di;
-use restir_shared::technique::di::{DiPairs, DiParams, DiPoint};
+use restir_shared::technique::restir_di::{self, DiPairs, DiParams, DiPoint};
 
 kernel! {
     /// The targets of neighbours' samples at each pixel, and what they send by way of it.
@@ -16,7 +15,7 @@ kernel! {
     }
     |x, y, at, p, scene| {
         let hit = hits[(y * p.width + x) as usize];
-        let (targets, sent) = di::exchange(scene, &p, p.flags & settings, points, hit, [x, y]);
+        let (targets, sent) = restir_di::exchange(scene, &p, p.flags & settings, points, hit, [x, y]);
         pairs[at] = targets;
         film[at] = sent
     }

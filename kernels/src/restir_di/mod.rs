@@ -1,4 +1,4 @@
-//! ReSTIR DI, see [`restir_shared::technique::di`].
+//! ReSTIR DI, see [`restir_shared::technique::restir_di`].
 
 kernels! {
     di_combine,

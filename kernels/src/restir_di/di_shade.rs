@@ -2,8 +2,7 @@
 
 use restir_shared::glam::UVec4;
 use restir_shared::layout::FilmPixel;
-use restir_shared::technique::di;
-use restir_shared::technique::di::DiParams;
+use restir_shared::technique::restir_di::{self, DiParams};
 
 kernel! {
     /// The radiance of each pixel by way of its reservoir, as a film's sample.
@@ -16,6 +15,6 @@ kernel! {
     }
     |x, y, at, p, scene| {
         let index = (y * p.width + x) as usize;
-        film[at] = di::shade(scene, &p, p.flags & settings, [hits[index], reservoirs[index]], direct[index], [x, y])
+        film[at] = restir_di::shade(scene, &p, p.flags & settings, [hits[index], reservoirs[index]], direct[index], [x, y])
     }
 }

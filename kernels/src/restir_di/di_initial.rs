@@ -2,8 +2,7 @@
 
 use restir_shared::glam::UVec4;
 use restir_shared::layout::FilmPixel;
-use restir_shared::technique::di;
-use restir_shared::technique::di::DiParams;
+use restir_shared::technique::restir_di::{self, DiParams};
 
 kernel! {
     /// A reservoir of each pixel's candidates, and the radiance that needs no resampling.
@@ -16,7 +15,7 @@ kernel! {
     }
     |x, y, at, p, scene| {
         let hit = hits[(y * p.width + x) as usize];
-        let (reservoir, radiance) = di::initial(&scene, &p, p.flags & settings, tiles, hit, [x, y]);
+        let (reservoir, radiance) = restir_di::initial(&scene, &p, p.flags & settings, tiles, hit, [x, y]);
         reservoirs[at] = reservoir;
         direct[at] = radiance
     }
