@@ -10,7 +10,7 @@ use restir_shared::scene::{Lights, Surface, Trace};
 use restir_shared::technique::path::{self, PathParams};
 
 /// Moments of path tracing: a restart has the parameters' seed plus its number.
-pub fn of_paths(
+pub fn path_moments(
     grid: TileGrid,
     restarts: u32,
     scene: &(impl Trace + Surface + Lights + Sync),
@@ -25,7 +25,7 @@ pub fn of_paths(
 ///
 /// # Errors
 /// As of `film`, and if a sample was dropped.
-pub fn of_films(
+pub fn film_moments(
     grid: TileGrid,
     restarts: u32,
     film: impl Fn(u32) -> Result<Vec<FilmPixel>, Error> + Sync,
@@ -40,7 +40,7 @@ pub fn of_films(
 ///
 /// # Errors
 /// The verdict, if this is not so.
-pub fn ensure_none(what: &str, verdict: &Verdict, noticed: f64) -> Result<(), Failed> {
+pub fn ensure_unbiased(what: &str, verdict: &Verdict, noticed: f64) -> Result<(), Failed> {
     println!("{what}: {verdict}");
     ensure(verdict.passed(), || format!("{what}: {verdict}"))?;
     ensure(verdict.detectable_in_image <= noticed, || format!("{what}: too few samples: {verdict}"))
@@ -50,7 +50,7 @@ pub fn ensure_none(what: &str, verdict: &Verdict, noticed: f64) -> Result<(), Fa
 ///
 /// # Errors
 /// The verdict, if nothing does.
-pub fn ensure_seen(what: &str, verdict: &Verdict) -> Result<(), Failed> {
+pub fn ensure_biased(what: &str, verdict: &Verdict) -> Result<(), Failed> {
     println!("{what}: {verdict}");
-    ensure(!verdict.passed(), || format!("{what} went unnoticed: {verdict}"))
+    ensure(!verdict.passed(), || format!("{what}: no bias is seen: {verdict}"))
 }

@@ -46,22 +46,20 @@ fn changed(words: &[u32], change: Change) -> Result<Vec<u8>, String> {
 
 /// Removes what the post-pass adds: `NoContraction` and the float-control modes.
 pub fn undecorate(builder: &mut Builder) {
-    let module = builder.module_mut();
-    let no_contraction = Operand::Decoration(Decoration::NoContraction);
-    module.annotations.retain(|i| i.operands.get(1) != Some(&no_contraction));
-    module.execution_modes.retain(|i| {
-        !matches!(
-            i.operands[1],
-            Operand::ExecutionMode(ExecutionMode::RoundingModeRTE | ExecutionMode::SignedZeroInfNanPreserve)
-        )
-    });
-    module.capabilities.retain(|i| {
-        !matches!(
-            i.operands[0],
-            Operand::Capability(Capability::RoundingModeRTE | Capability::SignedZeroInfNanPreserve)
-        )
-    });
+    let is_added = |operand: &Operand| match operand {
+        Operand::Decoration(decoration) => *decoration == Decoration::NoContraction,
+        Operand::ExecutionMode(mode) => MODES.contains(mode),
+        Operand::Capability(capability) => CAPABILITIES.contains(capability),
+        _ => false,
+    };
+    let Module { annotations, execution_modes, capabilities, .. } = builder.module_mut();
+    for list in [annotations, execution_modes, capabilities] {
+        list.retain(|instruction| !instruction.operands.iter().any(is_added));
+    }
 }
+
+const MODES: [ExecutionMode; 2] = [ExecutionMode::RoundingModeRTE, ExecutionMode::SignedZeroInfNanPreserve];
+const CAPABILITIES: [Capability; 2] = [Capability::RoundingModeRTE, Capability::SignedZeroInfNanPreserve];
 
 /// Besides, makes each sum or difference of a product one operation with one rounding: GLSL's `Fma`, which a driver
 /// may still split.

@@ -13,7 +13,7 @@ use restir_shared::glam::DVec3;
 use restir_shared::layout::{Extent, NONE, SceneHeader};
 use restir_shared::technique::di::{DI_OTHER_FRAME, DiParams, TileParams};
 use restir_shared::technique::path::PathParams;
-use restir_tests::bias::{ensure_none, ensure_seen, of_films, of_paths};
+use restir_tests::bias::{ensure_biased, ensure_unbiased, film_moments, path_moments};
 use restir_tests::device;
 use restir_tests::lockstep::{first_divergence, trace};
 use restir_tests::native::{changed, edit, film, plan};
@@ -22,7 +22,6 @@ use restir_tests::stats::{Moments, TileGrid, TileTest};
 use restir_tests::suite::ensure;
 use restir_tests::technique::Trials;
 use restir_tests::technique::restir_di::settings;
-use std::ops::ControlFlow;
 use std::process::ExitCode;
 use std::sync::OnceLock;
 
@@ -46,7 +45,7 @@ fn main() -> ExitCode {
         Trial::test("what differs for one pass is found there", what_differs_is_found),
     ];
     trials.extend(VARIANTS.map(|(name, text, change, wrong)| {
-        Trial::test(format!("frame {LAST_FRAME} {name}"), move || against_path_tracing(text, change, wrong))
+        Trial::test(format!("frame {LAST_FRAME} {name}"), move || against_path_tracing(name, text, change, wrong))
     }));
     trials.extend(device::trials("moving", |adapter| {
         let trials = |trials: Trials| {
@@ -70,17 +69,6 @@ fn frames(technique: impl Into<Box<dyn Technique>>) -> Render {
     };
     let cameras = (0..FRAMES).map(camera).collect();
     Render { count: FRAMES, accumulate: true, seed: 3, cameras, ..Render::new(SIZE, technique) }
-}
-
-/// All planes after the last pass.
-fn planes(executor: &mut dyn Executor, plan: FramePlan<'_>) -> Result<Vec<Vec<u32>>, Failed> {
-    let outputs = (3..plan.buffers.len()).collect();
-    Ok(executor.run(FramePlan { outputs, ..plan }, &mut |_| ControlFlow::Continue(()))?)
-}
-
-fn ensure_same(a: &[Vec<u32>], b: &[Vec<u32>], what: &str) -> Result<(), Failed> {
-    let differing = a.iter().zip(b).map(|(a, b)| a.iter().zip(b).filter(|(a, b)| a != b).count()).sum::<usize>();
-    ensure(differing == 0 && a.len() == b.len(), || format!("{what}: {differing} words differ"))
 }
 
 fn same_on_device(executor: &mut dyn Executor, render: Render) -> Result<(), Failed> {
@@ -130,20 +118,12 @@ fn what_differs_is_found() -> Result<(), Failed> {
 /// The wide trees of both frames, or the arenas that hold both.
 fn any_tracer_gives_the_same() -> Result<(), Failed> {
     let (scene, render) = (buffers("moving")?, frames(settings("preset=quality")));
-    let wide = planes(&mut CpuExecutor::new(None)?, plan(&scene, &render))?;
-    let mut in_arenas = plan(&scene, &render);
-    in_arenas.scene = None;
-    in_arenas.passes = Box::new(in_arenas.passes.map(|pass| {
-        let mut pass = pass?;
-        if let Some(frame) = &mut pass.frame {
-            frame.scenes = None;
-        }
-        Ok(pass)
-    }));
-    let arenas = planes(&mut CpuExecutor::new(Some(1))?, in_arenas)?;
-    ensure_same(&wide, &arenas, "wide trees and arenas")?;
-    let black = wide.last().is_none_or(|film| film.iter().all(|word| *word == 0));
-    ensure(!black, || "the picture is black".to_owned())
+    let wide = trace(&mut CpuExecutor::new(None)?, plan(&scene, &render))?;
+    let in_arenas = FramePlan { scene: None, ..changed(plan(&scene, &render), by_arenas) };
+    let found = first_divergence(&mut CpuExecutor::new(Some(1))?, in_arenas, &wide)?;
+    ensure(found.is_none(), || format!("{found:?}"))?;
+    let film = wide.last().and_then(|buffers| buffers.last());
+    ensure(film.is_some_and(|film| film.iter().any(|word| *word != 0)), || "the picture is black".to_owned())
 }
 
 fn a_still_scene_pays_nothing() -> Result<(), Failed> {
@@ -163,22 +143,22 @@ fn reference(scene: &SceneBuffers) -> Result<&'static [Moments], Failed> {
     static MOMENTS: OnceLock<Vec<Moments>> = OnceLock::new();
     let moved = scene.at(f64::from(LAST_FRAME))?;
     let params = PathParams { seed: REFERENCE_SEED, ..path_params(&moved, [GRID.width, GRID.height], 2) };
-    Ok(MOMENTS.get_or_init(|| of_paths(GRID, REFERENCE_RESTARTS, &moved.traced_view(), params)))
+    Ok(MOMENTS.get_or_init(|| path_moments(GRID, REFERENCE_RESTARTS, &moved.traced_view(), params)))
 }
 
 /// The last frame of independent chains.
-fn against_path_tracing(text: &str, change: Change, biased: bool) -> Result<(), Failed> {
+fn against_path_tracing(name: &str, text: &str, change: Change, biased: bool) -> Result<(), Failed> {
     let scene = buffers("moving")?;
     let settings = settings(&format!("candidates=4,neighbours=2,{text}"));
     // what is wrong is wrong by a fifth
     let restarts = if biased { RESTARTS / 8 } else { RESTARTS };
-    let chains = of_films(GRID, restarts, |seed| {
+    let chains = film_moments(GRID, restarts, |seed| {
         let size = [GRID.width, GRID.height];
         let render = Render { count: LAST_FRAME + 1, seed, ..Render::new(size, settings.clone()) };
         film(changed(plan(&scene, &render), change))
     })?;
     let verdict = TileTest { grid: GRID, family_rate: FAMILY_RATE }.compare(&chains, reference(&scene)?);
-    if biased { ensure_seen(text, &verdict) } else { ensure_none(text, &verdict, f64::INFINITY) }
+    if biased { ensure_biased(name, &verdict) } else { ensure_unbiased(name, &verdict, f64::INFINITY) }
 }
 
 /// What is done to the passes.
@@ -213,11 +193,13 @@ fn edit_temporal(pass: &mut Pass, change: impl Fn(&mut DiParams)) {
     });
 }
 
+/// Rays are traced in the arenas, as the parameters have it.
+fn by_arenas(pass: &mut Pass) {
+    pass.frame.iter_mut().for_each(|frame| frame.scenes = None);
+}
+
 fn in_this_geometry(pass: &mut Pass) {
-    // by the arenas, as the parameters have it
-    if let Some(frame) = &mut pass.frame {
-        frame.scenes = None;
-    }
+    by_arenas(pass);
     edit_temporal(pass, |params| {
         let SceneHeader { light_base, alias_base, light_count, punctual_base, material_base, counterpart_base, .. } =
             params.other_scene;

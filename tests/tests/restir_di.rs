@@ -19,7 +19,7 @@ use restir_shared::technique::di::{
     self as passes, DI_FINAL_RAY, DI_MIS_VISIBILITY, DI_OTHER_FRAME, DiPairs, DiParams, DiPoint, Stored,
 };
 use restir_shared::technique::path::PathParams;
-use restir_tests::bias::{ensure_none, ensure_seen, of_films, of_paths};
+use restir_tests::bias::{ensure_biased, ensure_unbiased, film_moments, path_moments};
 use restir_tests::capture::{Capture, captured, last};
 use restir_tests::native::{changed, edit, film, film_over, plan};
 use restir_tests::panes::Panes;
@@ -43,11 +43,6 @@ restir_tests::suite! {
 fn plain(text: &str) -> DiSettings {
     settings(&format!("candidates=4,scatter=off,visibility_reuse=off,visibility=ray,shaded=0,{text}"))
 }
-
-/// Occluded initial samples count for nothing, and MIS weights know of it.
-const IN_WEIGHTS: &str = "visibility_reuse=weights";
-/// Samples are selected by it, too, and shading takes it from there.
-const IN_SELECTION: &str = "visibility_reuse=selection,visibility=selected";
 
 fn bits(film: &[FilmPixel]) -> Vec<[u32; 4]> {
     film.iter().copied().map(bytemuck::cast).collect()
@@ -136,7 +131,7 @@ fn combines_cost_what_the_table_says() -> Result<(), Failed> {
             ("pairwise-counted", pairs, k + pairs),
         ];
         for (form, rays, evaluations) in rows {
-            ensure_costs(&format!("mis={form},{IN_WEIGHTS}"), k, &[rays], evaluations)?;
+            ensure_costs(&format!("mis={form},visibility_reuse=weights"), k, &[rays], evaluations)?;
             // without visibility the selected sample's target at the pixel is known
             let known = u32::from(["1/z", "contribution"].contains(&form));
             ensure_costs(&format!("mis={form}"), k, &[0], evaluations - known)?;
@@ -144,10 +139,11 @@ fn combines_cost_what_the_table_says() -> Result<(), Failed> {
         for form in ["1/m", "constant"] {
             ensure_costs(&format!("mis={form},visibility_reuse=candidates"), k, &[0], k)?;
         }
+        let by_visibility = "visibility_reuse=selection,visibility=selected";
         // with visibility in the selection: nothing more for pairwise MIS; for contribution MIS k - 1 to select by, then one
         // for each other pixel, but for the one that the sample comes from
-        ensure_costs(&format!("mis=pairwise-defensive,{IN_SELECTION}"), k, &[pairs], k + pairs)?;
-        ensure_costs(&format!("mis=contribution,{IN_SELECTION}"), k, &[2 * k - 3, 2 * k - 2], 2 * k - 1)?;
+        ensure_costs(&format!("mis=pairwise-defensive,{by_visibility}"), k, &[pairs], k + pairs)?;
+        ensure_costs(&format!("mis=contribution,{by_visibility}"), k, &[2 * k - 3, 2 * k - 2], 2 * k - 1)?;
     }
     Ok(())
 }
@@ -577,7 +573,7 @@ fn reference() -> Result<&'static [Moments], Failed> {
     static REFERENCE: OnceLock<Vec<Moments>> = OnceLock::new();
     let buffers = buffers(SCENE)?;
     let params = PathParams { seed: 1 << 31, ..path_params(&buffers, [GRID.width, GRID.height], 2) };
-    Ok(REFERENCE.get_or_init(|| of_paths(GRID, REFERENCE_RESTARTS, &buffers.traced_view(), params)))
+    Ok(REFERENCE.get_or_init(|| path_moments(GRID, REFERENCE_RESTARTS, &buffers.traced_view(), params)))
 }
 
 /// Moments of the last frames of chains, and what is found of them.
@@ -588,7 +584,7 @@ fn tested(text: &str, restarts: u32, change: fn(&mut Pass)) -> Result<(Vec<Momen
         let render = render([GRID.width, GRID.height], &settings, FRAMES, seed);
         film(changed(plan(&buffers, &render), change))
     };
-    let moments = of_films(GRID, restarts, film)?;
+    let moments = film_moments(GRID, restarts, film)?;
     let test = TileTest { grid: GRID, family_rate: FAMILY_RATE / UNBIASED.len() as f64 };
     let verdict = test.compare(&moments, reference()?);
     Ok((moments, verdict))
@@ -612,7 +608,7 @@ const UNBIASED: [&str; 13] = [
 ];
 
 fn unbiased_settings_agree_with_paths() -> Result<(), Failed> {
-    UNBIASED.iter().try_for_each(|text| ensure_none(text, &tested(text, RESTARTS, |_| ())?.1, GOAL_IMAGE))
+    UNBIASED.iter().try_for_each(|text| ensure_unbiased(text, &tested(text, RESTARTS, |_| ())?.1, GOAL_IMAGE))
 }
 
 /// Settings that the host calls biased or refuses, with the direction of their bias.
@@ -631,7 +627,7 @@ fn wrong_settings_are_seen() -> Result<(), Failed> {
         let test = ZTest::new(moments[green], reference()?[green]);
         println!("{text}: {:+.2} % of the image, z = {:.1}", 100.0 * test.difference / moments[green].mean(), test.z);
         ensure(test.z * sign > 5.0, || format!("{text}: z = {}", test.z))?;
-        ensure_seen(text, &verdict)?;
+        ensure_biased(text, &verdict)?;
     }
     Ok(())
 }

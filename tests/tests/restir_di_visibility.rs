@@ -20,7 +20,7 @@ use restir_shared::scene::{
     AddressedLights, AnyFrames, AnyScene, LightAddress, SceneView, Still, Surface, SurfacePoint,
 };
 use restir_shared::technique::di::{self as technique, DI_OTHER_FRAME, DiParams, Stored};
-use restir_tests::bias::{ensure_none, ensure_seen, of_paths};
+use restir_tests::bias::{ensure_biased, ensure_unbiased, path_moments};
 use restir_tests::native::plan;
 use restir_tests::scenes::{BOARD, Setting, coloured, path_params, penumbra, white};
 use restir_tests::stats::{Moments, TileGrid, TileTest, Verdict, ZTest};
@@ -303,10 +303,9 @@ fn shadow_rays(buffers: &SceneBuffers, settings: DiSettings) -> Result<[f64; 4],
     let run = Run { size: SIZE, frames: 9, from: 0, settings };
     let view = buffers.view();
     let recording = Recording::new(&view);
-    let (mut rays, mut before) = ([0; 4], recording.counts());
+    let mut rays = [0; 4];
     let render = run.render(1);
     replay::run(&Still(&recording), plan(buffers, &render), &mut |step| {
-        let counts = recording.counts();
         let is_temporal = |p: DiParams| p.flags & DI_OTHER_FRAME != 0;
         let kind = match step.pass.kernel.name {
             name if name == di_initial::DESC.name => 0,
@@ -314,8 +313,7 @@ fn shadow_rays(buffers: &SceneBuffers, settings: DiSettings) -> Result<[f64; 4],
             _ if params_of(&di_combine::DESC, step.pass).is_some_and(is_temporal) => 1,
             _ => 2,
         };
-        rays[kind] += counts.minus(before).shadow;
-        before = counts;
+        rays[kind] += recording.take_counts().shadow;
         Ok(())
     })?;
     Ok(rays.map(|count| count as f64 / (run.pixels() as f64 * f64::from(run.frames))))
@@ -373,7 +371,7 @@ fn white_reference() -> &'static [Moments] {
 
 /// Path tracing of one bounce.
 fn reference(buffers: &SceneBuffers) -> Vec<Moments> {
-    of_paths(TEST.grid, REFERENCE, &buffers.view(), path_params(buffers, SIZE, 2))
+    path_moments(TEST.grid, REFERENCE, &buffers.view(), path_params(buffers, SIZE, 2))
 }
 
 fn moments(restarts: &[Restart]) -> Vec<Moments> {
@@ -400,7 +398,7 @@ fn static_white_light_is_unbiased() -> Result<(), Failed> {
     for visibility in [Visibility::Selected, Visibility::Averaged] {
         for (name, settings) in unbiased(visibility) {
             let verdict = verdict(&buffers, settings, white_reference());
-            ensure_none(&format!("{name}, {}", visibility.name()), &verdict, GOAL_IMAGE)?;
+            ensure_unbiased(&format!("{name}, {}", visibility.name()), &verdict, GOAL_IMAGE)?;
         }
     }
     Ok(())
@@ -411,13 +409,13 @@ fn coloured_light_leaks_unless_each_channel_has_its_own_target() -> Result<(), F
     let reference = reference(&buffers);
     let [(_, temporal), _] = unbiased(Visibility::Averaged);
     let leaking = verdict(&buffers, temporal.clone(), &reference);
-    ensure_seen("a leak by luminance", &leaking)?;
+    ensure_biased("a leak by luminance", &leaking)?;
     let channels = [Target::Red, Target::Green, Target::Blue].map(|target| {
         let run = Run { size: SIZE, frames: 6, from: 2, settings: DiSettings { target, ..temporal.clone() } };
         moments(&run.restarts(&buffers, RESTARTS))
     });
     let own: Vec<Moments> = (0..reference.len()).map(|i| channels[i % 3][i]).collect();
-    ensure_none("by channel", &TEST.compare(&own, &reference), f64::INFINITY)
+    ensure_unbiased("by channel", &TEST.compare(&own, &reference), f64::INFINITY)
 }
 
 /// The mean of each restart's image.

@@ -3,7 +3,7 @@
 use libtest_mimic::{Arguments, Failed, Trial};
 use restir_host::scene::Material;
 use restir_shared::technique::path::{self, PATH_JITTER, PATH_ROULETTE, PathParams};
-use restir_tests::bias::{ensure_none, ensure_seen, of_paths};
+use restir_tests::bias::{ensure_biased, ensure_unbiased, path_moments};
 use restir_tests::checks;
 use restir_tests::scenes::{self, Quad, Setting, path_params, room, terrace};
 use restir_tests::stats::{Moments, TileGrid, TileTest, Verdict};
@@ -37,7 +37,7 @@ fn main() -> ExitCode {
     });
     tests.extend(WRONG.iter().map(|(case, what, restarts, fault)| {
         let name = format!("{}: {what} is seen", case.name);
-        Trial::test(name, || ensure_seen(what, &case.verdict(*fault, *restarts, 0)))
+        Trial::test(name, || ensure_biased(what, &case.verdict(*fault, *restarts, 0)))
     }));
     libtest_mimic::run(&Arguments::from_args(), tests).exit_code()
 }
@@ -96,14 +96,14 @@ impl Case {
         let test = test(setting.size);
         let scene = Faulty { scene: buffers.view(), fault };
         let params = setting.params(&buffers, PATH_JITTER | flags);
-        test.compare(&of_paths(test.grid, restarts, &scene, params), self.reference())
+        test.compare(&path_moments(test.grid, restarts, &scene, params), self.reference())
     }
 }
 
 fn room_and_terrace_agree_with_the_oracle() -> Result<(), Failed> {
     for case in [&ROOM, &TERRACE] {
         let verdict = case.verdict(Fault::NONE, RESTARTS, 0);
-        ensure_none(case.name, &verdict, GOAL_IMAGE)?;
+        ensure_unbiased(case.name, &verdict, GOAL_IMAGE)?;
         ensure(verdict.detectable_in_tile <= GOAL_TILE, || format!("too few samples: {verdict}"))?;
     }
     Ok(())
@@ -112,7 +112,7 @@ fn room_and_terrace_agree_with_the_oracle() -> Result<(), Failed> {
 fn roulette_keeps_the_mean() -> Result<(), Failed> {
     [&ROOM, &TERRACE].into_iter().try_for_each(|case| {
         let verdict = case.verdict(Fault::NONE, ROULETTE_RESTARTS, PATH_ROULETTE);
-        ensure_none(&format!("{} with roulette", case.name), &verdict, GOAL_ROULETTE)
+        ensure_unbiased(&format!("{} with roulette", case.name), &verdict, GOAL_ROULETTE)
     })
 }
 
@@ -123,7 +123,7 @@ fn furnace_has_its_known_radiance() -> Result<(), Failed> {
     for max_depth in [1, 2, 3, 5, 8] {
         let params = PathParams { flags: PATH_JITTER, ..path_params(&buffers, [32, 32], max_depth) };
         let exact = 2.0 * (1.0 - 0.5_f64.powi(max_depth as i32));
-        let traced = of_paths(test.grid, 1_024, &buffers.view(), params);
+        let traced = path_moments(test.grid, 1_024, &buffers.view(), params);
         ensure_exact(&format!("furnace at depth {max_depth}"), test, &traced, &test.grid.exact(|_, _| [exact; 3]))?;
     }
     Ok(())
@@ -131,7 +131,7 @@ fn furnace_has_its_known_radiance() -> Result<(), Failed> {
 
 /// Of the tiles, and of the image's mean, which the moments hold last, in green.
 fn ensure_exact(what: &str, test: TileTest, traced: &[Moments], exact: &[Moments]) -> Result<(), Failed> {
-    ensure_none(what, &test.compare(traced, exact), f64::INFINITY)?;
+    ensure_unbiased(what, &test.compare(traced, exact), f64::INFINITY)?;
     let [image, exact] = [traced, exact].map(|moments| moments[moments.len() - 2]);
     let rounding = 1.0e-6 * exact.mean();
     let error = image.standard_error().hypot(rounding);
@@ -193,7 +193,7 @@ fn single_bounce_has_its_form_factor() -> Result<(), Failed> {
         let point = camera.position - direction * (camera.position.z / direction.z);
         [lit_wall(point.x, point.y); 3]
     });
-    let traced = of_paths(test.grid, 2_048, &buffers.view(), setting.params(&buffers, 0));
+    let traced = path_moments(test.grid, 2_048, &buffers.view(), setting.params(&buffers, 0));
     ensure_exact("wall before light", test, &traced, &exact)
 }
 
