@@ -3,7 +3,7 @@
 
 use crate::capture::{Capture, captured};
 use crate::parity::{POISON, run};
-use crate::scenes::named;
+use crate::scenes::buffers;
 use crate::technique::{Row, Trials};
 use glam::DVec3;
 use restir_host::Error;
@@ -11,7 +11,7 @@ use restir_host::buffers::SceneBuffers;
 use restir_host::exec::CpuExecutor;
 use restir_host::plan::FramePlan;
 use restir_host::render::Render;
-use restir_host::scene::{Camera, Scene};
+use restir_host::scene::Camera;
 use restir_host::technique::{Repeats, Technique};
 use restir_kernels::{Access, Case, KernelDesc};
 use std::collections::BTreeMap;
@@ -50,7 +50,7 @@ fn of(trials: &Trials) -> Result<Vec<Case>, Error> {
     let known = &trials.known.cases;
     let mut cases = Vec::new();
     for (index, &row) in known.rows.iter().enumerate() {
-        let scene = scene(row.scene)?;
+        let scene = buffers(row.scene)?;
         let variants = if known.variants.is_empty() { &[""] } else { known.variants };
         let renders: Vec<Render> = variants
             .iter()
@@ -75,11 +75,6 @@ fn render(scene: &SceneBuffers, technique: Box<dyn Technique>, row: Row) -> Rend
     let camera = |frame| Camera { position: step(frame), ..scene.camera };
     let cameras = if is_of_frames { (0..row.count).map(camera).collect() } else { Vec::new() };
     Render { count: row.count, seed: SEED, cameras, ..Render::new(row.size, technique) }
-}
-
-/// A built-in scene, one of the harness, or a file.
-fn scene(name: &str) -> Result<SceneBuffers, Error> {
-    SceneBuffers::build(&named(name).map_or_else(|| Scene::load(name), Ok)?)
 }
 
 /// The last pass of each kernel in the plans of a row, the last of those that have one, but for kernels with cases of their

@@ -7,6 +7,7 @@
 use libtest_mimic::{Failed, Trial};
 use restir_host::exec::gpu::{GpuExecutor, adapters};
 use restir_host::exec::{Executor, Flavour};
+use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// An adapter, with the executors of the exact flavour that no test uses now. There are as many as tests have run at once.
@@ -17,39 +18,24 @@ pub struct Adapter {
 }
 
 impl Adapter {
-    fn new(name: String) -> Self {
-        Self { name, idle: Arc::default() }
-    }
-
-    /// The adapter's name.
-    pub fn name(&self) -> &str {
-        &self.name
-    }
-
     fn idle(&self) -> MutexGuard<'_, Vec<GpuExecutor>> {
         self.idle.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Runs `work` on an executor, which no other test uses meanwhile.
-    ///
-    /// # Errors
-    /// What `work` reports, and why the adapter cannot be opened.
-    pub fn with<T>(&self, work: impl FnOnce(&mut GpuExecutor) -> Result<T, Failed>) -> Result<T, Failed> {
-        let idle = self.idle().pop();
-        let mut executor = idle.map_or_else(|| GpuExecutor::open(Some(&self.name), Flavour::Exact), Ok)?;
-        let result = work(&mut executor);
-        self.idle().push(executor);
-        result
-    }
-
-    /// A test on this adapter, named after both.
+    /// A test on this adapter, named after both, with an executor that no other test uses meanwhile.
     pub fn trial(
         &self,
         name: &str,
         test: impl FnOnce(&mut GpuExecutor) -> Result<(), Failed> + Send + 'static,
     ) -> Trial {
         let adapter = self.clone();
-        Trial::test(format!("{}: {name}", self.name), move || adapter.with(test))
+        Trial::test(format!("{}: {name}", self.name), move || {
+            let idle = adapter.idle().pop();
+            let mut executor = idle.map_or_else(|| GpuExecutor::open(Some(&adapter.name), Flavour::Exact), Ok)?;
+            let result = test(&mut executor);
+            adapter.idle().push(executor);
+            result
+        })
     }
 }
 
@@ -58,26 +44,15 @@ pub fn required() -> bool {
     std::env::var_os("RESTIR_REQUIRE_GPU").is_some_and(|value| !value.is_empty() && value != "0")
 }
 
-/// The names of all adapters, each once.
-fn names() -> Vec<String> {
-    let mut names: Vec<String> = Vec::new();
-    for adapter in adapters() {
-        if !names.contains(&adapter.name) {
-            names.push(adapter.name);
-        }
-    }
-    names
-}
-
 /// The tests of `suite` on every adapter.
 pub fn trials(suite: &str, on: impl Fn(&Adapter) -> Vec<Trial>) -> Vec<Trial> {
-    let names = names();
+    let names: BTreeSet<String> = adapters().into_iter().map(|adapter| adapter.name).collect();
     if names.is_empty() {
         let name = format!("{suite}: no GPU adapter; install a Vulkan driver, for example Mesa's lavapipe");
         let trial = Trial::test(name, || Err("RESTIR_REQUIRE_GPU is set and there is no adapter".into()));
         return vec![trial.with_ignored_flag(!required())];
     }
-    names.into_iter().flat_map(|name| on(&Adapter::new(name))).collect()
+    names.into_iter().flat_map(|name| on(&Adapter { name, idle: Arc::default() })).collect()
 }
 
 /// Name and driver of an executor's adapter.

@@ -1,5 +1,6 @@
 //! Harness of the suites: sweeps of scalar functions, statistics, an independent path tracer, scenes.
 
+pub mod bias;
 pub mod brute;
 pub mod bsdf_f64;
 pub mod capture;

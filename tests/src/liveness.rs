@@ -5,15 +5,13 @@ use restir_host::Shaders;
 use restir_host::exec::Flavour;
 use restir_kernels::all;
 use rspirv::binary::Assemble;
-use rspirv::dr::{Instruction, Loader, Module, Operand};
+use rspirv::dr::{Builder, Instruction, Loader, Module, Operand};
 use rspirv::spirv::{Capability, Decoration, ExecutionMode, GlslStd450Op, Op, Word};
 use std::collections::HashMap;
 use tempfile::TempDir;
 
-const GLSL: &str = "GLSL.std.450";
-
 /// A change of a module.
-pub type Change = fn(&mut Module);
+pub type Change = fn(&mut Builder);
 
 /// All `exact` modules, changed, in a folder that [`Shaders::Folder`] takes.
 ///
@@ -41,34 +39,33 @@ pub fn build(change: Change) -> Result<TempDir, String> {
 fn changed(words: &[u32], change: Change) -> Result<Vec<u8>, String> {
     let mut loader = Loader::new();
     rspirv::binary::parse_words(words, &mut loader).map_err(|e| format!("not a SPIR-V module: {e}"))?;
-    let mut module = loader.module();
-    change(&mut module);
-    Ok(bytemuck::cast_slice(&module.assemble()).to_vec())
+    let mut builder = Builder::new_from_module(loader.module());
+    change(&mut builder);
+    Ok(bytemuck::cast_slice(&builder.module().assemble()).to_vec())
 }
 
 /// Removes what the post-pass adds: `NoContraction` and the float-control modes.
-pub fn undecorate(module: &mut Module) {
-    let no_contraction = Operand::Decoration(Decoration::NoContraction);
-    module.annotations.retain(|i| i.operands.get(1) != Some(&no_contraction));
-    module.execution_modes.retain(|i| {
-        !matches!(
-            i.operands[1],
-            Operand::ExecutionMode(ExecutionMode::RoundingModeRTE | ExecutionMode::SignedZeroInfNanPreserve)
-        )
-    });
-    module.capabilities.retain(|i| {
-        !matches!(
-            i.operands[0],
-            Operand::Capability(Capability::RoundingModeRTE | Capability::SignedZeroInfNanPreserve)
-        )
-    });
+pub fn undecorate(builder: &mut Builder) {
+    let is_added = |operand: &Operand| match operand {
+        Operand::Decoration(decoration) => *decoration == Decoration::NoContraction,
+        Operand::ExecutionMode(mode) => MODES.contains(mode),
+        Operand::Capability(capability) => CAPABILITIES.contains(capability),
+        _ => false,
+    };
+    let Module { annotations, execution_modes, capabilities, .. } = builder.module_mut();
+    for list in [annotations, execution_modes, capabilities] {
+        list.retain(|instruction| !instruction.operands.iter().any(is_added));
+    }
 }
+
+const MODES: [ExecutionMode; 2] = [ExecutionMode::RoundingModeRTE, ExecutionMode::SignedZeroInfNanPreserve];
+const CAPABILITIES: [Capability; 2] = [Capability::RoundingModeRTE, Capability::SignedZeroInfNanPreserve];
 
 /// Besides, makes each sum or difference of a product one operation with one rounding: GLSL's `Fma`, which a driver
 /// may still split.
-pub fn fuse(module: &mut Module) {
-    let glsl = import_glsl(module);
-    fuse_by(module, |instruction, terms, _| {
+pub fn fuse(builder: &mut Builder) {
+    let glsl = builder.ext_inst_import("GLSL.std.450");
+    fuse_by(builder, |instruction, terms, _| {
         let fma = [Operand::IdRef(glsl), Operand::LiteralExtInstInteger(GlslStd450Op::Fma as u32)];
         let operands = fma.into_iter().chain(terms.map(Operand::IdRef)).collect();
         vec![Instruction::new(Op::ExtInst, instruction.result_type, instruction.result_id, operands)]
@@ -76,17 +73,13 @@ pub fn fuse(module: &mut Module) {
 }
 
 /// As [`fuse`], by 64-bit arithmetic, in which the product is exact.
-pub fn fuse_in_double(module: &mut Module) {
-    let capability = vec![Operand::Capability(Capability::Float64)];
-    module.capabilities.push(Instruction::new(Op::Capability, None, None, capability));
-    let double = bound(module);
-    set_bound(module, double + 1);
-    let width = vec![Operand::LiteralBit32(64)];
-    module.types_global_values.insert(0, Instruction::new(Op::TypeFloat, None, Some(double), width));
-    fuse_by(module, |instruction, terms, fresh| {
+pub fn fuse_in_double(builder: &mut Builder) {
+    builder.capability(Capability::Float64);
+    let double = builder.type_float(64, None);
+    fuse_by(builder, |instruction, terms, builder| {
         let mut made = Vec::new();
         let mut push = |opcode, operands: &[Word]| {
-            let id = fresh();
+            let id = builder.id();
             let operands = operands.iter().copied().map(Operand::IdRef).collect();
             made.push(Instruction::new(opcode, Some(double), Some(id), operands));
             id
@@ -100,14 +93,11 @@ pub fn fuse_in_double(module: &mut Module) {
 }
 
 /// Replaces sums of products by what `make` gives for their terms: two factors and what is added to their product.
-fn fuse_by(
-    module: &mut Module,
-    mut make: impl FnMut(&Instruction, [Word; 3], &mut dyn FnMut() -> Word) -> Vec<Instruction>,
-) {
-    undecorate(module);
-    let products = operands(module, Op::FMul);
-    rewrite(module, |instruction, ids, fresh| {
-        let (opcode, [a, b]) = (instruction.class.opcode, *ids);
+fn fuse_by(builder: &mut Builder, mut make: impl FnMut(&Instruction, [Word; 3], &mut Builder) -> Vec<Instruction>) {
+    undecorate(builder);
+    let products = operands(builder.module_ref(), Op::FMul);
+    rewrite(builder, |instruction, [a, b], builder| {
+        let opcode = instruction.class.opcode;
         let (factors, addend, negate) = match (opcode, products.get(&a), products.get(&b)) {
             (Op::FAdd, Some(&factors), _) => (factors, b, None),
             (Op::FAdd, None, Some(&factors)) => (factors, a, None),
@@ -118,13 +108,13 @@ fn fuse_by(
         let mut terms = [factors[0], factors[1], addend];
         let mut made = Vec::new();
         if let Some(term) = negate {
-            let id = fresh();
+            let id = builder.id();
             let place = &mut terms[term as usize];
             let operand = vec![Operand::IdRef(*place)];
             made.push(Instruction::new(Op::FNegate, instruction.result_type, Some(id), operand));
             *place = id;
         }
-        made.extend(make(instruction, terms, fresh));
+        made.extend(make(instruction, terms, builder));
         Some(made)
     });
 }
@@ -137,14 +127,13 @@ enum Term {
 }
 
 /// Besides, simplifies as if numbers were real: `(a - b) + b`, `c - (c - a)`, `a + (b - b)`, `(x c1) c2`.
-pub fn reassociate(module: &mut Module) {
-    undecorate(module);
-    let differences = operands(module, Op::FSub);
-    let products = operands(module, Op::FMul);
+pub fn reassociate(builder: &mut Builder) {
+    undecorate(builder);
+    let module = builder.module_ref();
+    let [differences, products] = [Op::FSub, Op::FMul].map(|opcode| operands(module, opcode));
     let constants = float_constants(module);
-    let mut folded = Vec::new();
-    rewrite(module, |instruction, ids, fresh| {
-        let (opcode, [a, b]) = (instruction.class.opcode, *ids);
+    rewrite(builder, |instruction, [a, b], builder| {
+        let opcode = instruction.class.opcode;
         let (ty, result) = (instruction.result_type, instruction.result_id);
         let copy = |id| Some(vec![Instruction::new(Op::CopyObject, ty, result, vec![Operand::IdRef(id)])]);
         match (opcode, differences.get(&a), differences.get(&b)) {
@@ -154,16 +143,13 @@ pub fn reassociate(module: &mut Module) {
             (Op::FMul, ..) => {
                 let &[x, c1] = products.get(&a)?;
                 let product = constants.get(&c1)? * constants.get(&b)?;
-                let constant = fresh();
-                let bits = vec![Operand::LiteralBit32(product.to_bits())];
-                folded.push(Instruction::new(Op::Constant, ty, Some(constant), bits));
+                let constant = builder.constant_bit32(ty?, product.to_bits());
                 let scaled = vec![Operand::IdRef(x), Operand::IdRef(constant)];
                 Some(vec![Instruction::new(Op::FMul, ty, result, scaled)])
             }
             _ => None,
         }
     });
-    module.types_global_values.extend(folded);
 }
 
 /// The two operands of each instruction with that opcode.
@@ -197,48 +183,19 @@ fn float_constants(module: &Module) -> HashMap<Word, f32> {
         .collect()
 }
 
-fn import_glsl(module: &mut Module) -> Word {
-    let name = vec![Operand::LiteralString(GLSL.to_owned())];
-    let imported = module.ext_inst_imports.iter().find(|i| i.operands == name);
-    if let Some(id) = imported.and_then(|i| i.result_id) {
-        return id;
-    }
-    let id = bound(module);
-    set_bound(module, id + 1);
-    module.ext_inst_imports.push(Instruction::new(Op::ExtInstImport, None, Some(id), name));
-    id
-}
-
-/// The lowest id that is not in use.
-fn bound(module: &Module) -> Word {
-    module.header.as_ref().map_or(0, |header| header.bound)
-}
-
-fn set_bound(module: &mut Module, bound: Word) {
-    if let Some(header) = &mut module.header {
-        header.bound = bound;
-    }
-}
-
-/// Replaces instructions of two operands by what `change` makes of them; it is given a source of new ids.
+/// Replaces instructions of two operands by what `change` makes of them.
 fn rewrite(
-    module: &mut Module,
-    mut change: impl FnMut(&Instruction, &[Word; 2], &mut dyn FnMut() -> Word) -> Option<Vec<Instruction>>,
+    builder: &mut Builder,
+    mut change: impl FnMut(&Instruction, [Word; 2], &mut Builder) -> Option<Vec<Instruction>>,
 ) {
-    let mut next = bound(module);
-    let mut fresh = || {
-        next += 1;
-        next - 1
-    };
-    for block in module.functions.iter_mut().flat_map(|f| &mut f.blocks) {
+    let mut functions = std::mem::take(&mut builder.module_mut().functions);
+    for block in functions.iter_mut().flat_map(|f| &mut f.blocks) {
         let old = std::mem::take(&mut block.instructions);
-        block.instructions = old
-            .into_iter()
-            .flat_map(|i| {
-                let changed = two_ids(&i).and_then(|ids| change(&i, &ids, &mut fresh));
-                changed.unwrap_or_else(|| vec![i])
-            })
-            .collect();
+        let changed = old.into_iter().flat_map(|i| {
+            let changed = two_ids(&i).and_then(|ids| change(&i, ids, builder));
+            changed.unwrap_or_else(|| vec![i])
+        });
+        block.instructions = changed.collect();
     }
-    set_bound(module, next);
+    builder.module_mut().functions = functions;
 }

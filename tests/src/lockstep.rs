@@ -7,7 +7,6 @@ use restir_host::Error;
 use restir_host::exec::{Executor, Step};
 use restir_host::plan::FramePlan;
 use std::fmt;
-use std::ops::ControlFlow;
 
 /// The words of all buffers after every pass.
 pub type Trace = Vec<Vec<Vec<u32>>>;
@@ -67,23 +66,21 @@ pub fn first_divergence(
     host: &Trace,
 ) -> Result<Option<Divergence>, Failed> {
     let names: Vec<&'static str> = plan.buffers.iter().map(|buffer| buffer.name).collect();
-    let (mut begun, mut passes, mut found) = (0_u32, 0, Ok(None));
-    let run = executor.run(plan, &mut |step| {
+    let (mut begun, mut passes, mut found) = (0_u32, 0, None);
+    let run = executor.run_shown(plan, &mut |step| {
         begun += u32::from(step.pass.frame.is_some());
         if let Some(host) = host.get(passes) {
-            found = divergence(step, &names, host).map(|found| {
-                found.map(|divergence| Divergence { frame: begun.saturating_sub(1), pass: passes, ..divergence })
-            });
+            let place = |divergence| Divergence { frame: begun.saturating_sub(1), pass: passes, ..divergence };
+            found = divergence(step, &names, host)?.map(place);
         }
         passes += 1;
-        if let Ok(None) = found { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        if found.is_some() { Err(Error::Interrupted) } else { Ok(()) }
     });
-    if let Some(found) = found? {
-        return Ok(Some(found));
+    if found.is_none() {
+        run?;
+        ensure(passes == host.len(), || format!("{passes} passes instead of {}", host.len()))?;
     }
-    run?;
-    ensure(passes == host.len(), || format!("{passes} passes instead of {}", host.len()))?;
-    Ok(None)
+    Ok(found)
 }
 
 /// The first difference of a step's buffers from the host's; its frame and number are for the caller.

@@ -1,7 +1,7 @@
 //! A wall lit through panes of coloured glass, and its light by integration in `f64` that shares no code with the kernels.
 
 use crate::random::SplitMix;
-use crate::scenes::{Paint, Quad, Setting, matte, quad};
+use crate::scenes::{Quad, Setting, matte, quad};
 use crate::stats::{Moments, TileGrid};
 use glam::DVec3;
 use restir_host::scene::{Light, LightKind, Material, Mesh, Scene};
@@ -73,7 +73,7 @@ impl Panes {
             let corner = |across: f32, along: f32| [x + HALF * across, y + HALF * along, LIGHT_HEIGHT];
             // they face the wall
             quads.push(quad(2 + i, [corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)]));
-            materials.push(Paint { emission: self.emission(i), ..matte([0.0; 3]) });
+            materials.push(Material::emitter("", [0.0; 3], self.emission(i)));
         }
         let mut scene = before_wall(quads, materials);
         PANES[..self.count].iter().for_each(|pane| add_pane(&mut scene, pane));
@@ -121,7 +121,7 @@ fn wall() -> Quad {
     quad(0, [[-1.2, -1.2, 0.0], [1.2, -1.2, 0.0], [1.2, 1.2, 0.0], [-1.2, 1.2, 0.0]])
 }
 
-fn before_wall(quads: Vec<Quad>, materials: Vec<Paint>) -> Scene {
+fn before_wall(quads: Vec<Quad>, materials: Vec<Material>) -> Scene {
     let half_height = SEEN as f32 / EYE;
     let eye = [0.0, 0.0, EYE];
     Setting { name: "panes", quads, materials, eye, half_height, size: [16, 16], max_depth: 3 }.scene()

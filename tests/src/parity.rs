@@ -58,6 +58,20 @@ impl Outcome {
     pub fn is_exact(&self) -> bool {
         self.differing == 0 && self.poisoned == 0
     }
+
+    fn record(&mut self, difference: Difference) {
+        let Difference { host, device, .. } = difference;
+        let [a, b] = [host, device].map(f32::from_bits);
+        self.words += 1;
+        self.poisoned += usize::from(host == POISON || device == POISON);
+        if host != device && !(a.is_nan() && b.is_nan()) {
+            self.differing += 1;
+            self.max_ulp = self.max_ulp.max(ulp_distance(a, b));
+            if self.first.len() < LISTED {
+                self.first.push(difference);
+            }
+        }
+    }
 }
 
 impl fmt::Display for Outcome {
@@ -119,25 +133,8 @@ pub fn compare(device: &mut dyn Executor, case: &Case) -> Result<Outcome, Error>
     for ((binding, host), device) in own.zip(&host).zip(&device) {
         let stride = binding.stride as usize / 4;
         for (at, (&host, &device)) in host.iter().zip(device).enumerate() {
-            let difference = Difference { buffer: binding.name, element: at / stride, word: at % stride, host, device };
-            record(&mut outcome, difference);
+            outcome.record(Difference { buffer: binding.name, element: at / stride, word: at % stride, host, device });
         }
     }
     Ok(outcome)
-}
-
-fn record(outcome: &mut Outcome, difference: Difference) {
-    let Difference { host, device, .. } = difference;
-    let is_nan = |bits: u32| bits & 0x7fff_ffff > 0x7f80_0000;
-    outcome.words += 1;
-    if host == POISON || device == POISON {
-        outcome.poisoned += 1;
-    }
-    if host != device && !(is_nan(host) && is_nan(device)) {
-        outcome.differing += 1;
-        outcome.max_ulp = outcome.max_ulp.max(ulp_distance(f32::from_bits(host), f32::from_bits(device)));
-        if outcome.first.len() < LISTED {
-            outcome.first.push(difference);
-        }
-    }
 }

@@ -3,9 +3,10 @@
 use crate::oracle::{self, Oracle};
 use crate::panes::Panes;
 use crate::random::SplitMix;
-use glam::{DAffine3, DVec3};
+use glam::DVec3;
+use restir_host::Error;
 use restir_host::buffers::SceneBuffers;
-use restir_host::scene::{Camera, Environment, Instance, Light, LightKind, Material, Mesh, Scene, builtin};
+use restir_host::scene::{Camera, Environment, Light, LightKind, Material, Mesh, Scene, builtin};
 use restir_shared::layout::CameraParams;
 use restir_shared::technique::path::PathParams;
 
@@ -18,17 +19,6 @@ pub struct Quad {
     pub material: usize,
 }
 
-/// A material: reflectance, emission, emission on both sides.
-#[derive(Clone, Copy, Debug)]
-pub struct Paint {
-    /// Diffuse reflectance, linear RGB.
-    pub reflectance: [f32; 3],
-    /// Emitted radiance, linear RGB.
-    pub emission: [f32; 3],
-    /// Emits from the back as well.
-    pub two_sided: bool,
-}
-
 /// A scene and how it is looked at.
 #[derive(Clone, Debug)]
 pub struct Setting {
@@ -37,7 +27,7 @@ pub struct Setting {
     /// Surfaces.
     pub quads: Vec<Quad>,
     /// Materials.
-    pub materials: Vec<Paint>,
+    pub materials: Vec<Material>,
     /// Centre of projection; the camera looks along -z.
     pub eye: [f32; 3],
     /// Half the height of the image plane at distance 1.
@@ -48,8 +38,8 @@ pub struct Setting {
     pub max_depth: u32,
 }
 
-pub(crate) const fn matte(reflectance: [f32; 3]) -> Paint {
-    Paint { reflectance, emission: [0.0; 3], two_sided: false }
+pub(crate) fn matte(reflectance: [f32; 3]) -> Material {
+    Material::diffuse("", reflectance)
 }
 
 pub(crate) const fn quad(material: usize, corners: [[f32; 3]; 4]) -> Quad {
@@ -76,7 +66,7 @@ pub fn room() -> Setting {
             matte([0.75, 0.7, 0.65]),
             matte([0.6, 0.3, 0.25]),
             matte([0.25, 0.5, 0.3]),
-            Paint { emission: [3.0, 2.5, 2.0], ..matte([0.5, 0.5, 0.5]) },
+            Material::emitter("", [0.5; 3], [3.0, 2.5, 2.0]),
         ],
         eye: [0.1, 0.05, 3.6],
         half_height: 0.4,
@@ -102,8 +92,8 @@ pub fn terrace() -> Setting {
         materials: vec![
             matte([0.7, 0.45, 0.3]),
             matte([0.4, 0.5, 0.7]),
-            Paint { emission: [2.0, 2.5, 3.0], two_sided: true, ..matte([0.3, 0.3, 0.3]) },
-            Paint { emission: [5.0, 3.0, 2.0], ..matte([0.2, 0.3, 0.4]) },
+            Material { two_sided_emission: true, ..Material::emitter("", [0.3; 3], [2.0, 2.5, 3.0]) },
+            Material::emitter("", [0.2, 0.3, 0.4], [5.0, 3.0, 2.0]),
         ],
         eye: [0.0, 0.1, 4.2],
         half_height: 0.45,
@@ -131,17 +121,10 @@ pub fn penumbra(emission: impl Fn(f32) -> [f32; 3]) -> Setting {
         // faces the wall's middle: tilted around x
         let corner = |across: f32, along: f32| [x + across * half, 1.6 - 0.6 * along * half, 1.2 + 0.8 * along * half];
         quads.push(quad(1 + i, [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)]));
-        materials.push(Paint { emission: emission(place), ..matte([0.7; 3]) });
+        materials.push(Material::emitter("", [0.7; 3], emission(place)));
     }
-    Setting {
-        name: "penumbra",
-        quads,
-        materials,
-        eye: [0.0, 0.0, 3.0],
-        half_height: 1.0 / 3.0,
-        size: [64, 64],
-        max_depth: 2,
-    }
+    let eye = [0.0, 0.0, 3.0];
+    Setting { name: "penumbra", quads, materials, eye, half_height: 1.0 / 3.0, size: [64, 64], max_depth: 2 }
 }
 
 /// White, for [`penumbra`].
@@ -189,53 +172,37 @@ pub fn spread(coloured: bool) -> Scene {
 }
 
 impl Setting {
-    fn half_width(&self) -> f32 {
-        self.half_height * self.size[0] as f32 * (1.0 / self.size[1] as f32)
-    }
-
-    fn triangles(&self) -> impl Iterator<Item = ([[f32; 3]; 3], usize)> + '_ {
-        self.quads.iter().flat_map(|quad| {
-            let [a, b, c, d] = quad.corners;
-            [([a, b, c], quad.material), ([a, c, d], quad.material)]
-        })
-    }
-
     /// For the oracle; paths go through the pixels' whole area.
     pub fn oracle(&self) -> Oracle {
-        let wide = |v: [f32; 3]| v.map(f64::from);
-        let triangles = self.triangles().map(|(vertices, material)| {
-            let paint = &self.materials[material];
-            oracle::Triangle {
-                vertices: vertices.map(wide),
-                reflectance: wide(paint.reflectance),
-                emission: wide(paint.emission),
-                two_sided: paint.two_sided,
-            }
+        let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
+        let triangles = self.quads.iter().flat_map(|quad| {
+            let material = &self.materials[quad.material];
+            let [a, b, c, d] = quad.corners.map(wide);
+            [[a, b, c], [a, c, d]].map(|vertices| oracle::Triangle {
+                vertices,
+                reflectance: wide(material.base_color),
+                emission: wide(material.emission),
+                two_sided: material.two_sided_emission,
+            })
         });
-        let camera = oracle::Camera {
-            position: wide(self.eye),
-            forward: [0.0, 0.0, -1.0],
-            right: [f64::from(self.half_width()), 0.0, 0.0],
-            up: [0.0, f64::from(self.half_height), 0.0],
-            size: self.size,
-        };
-        Oracle::new(triangles, camera, self.max_depth, true)
+        Oracle::new(triangles, oracle::Camera::new(&self.camera(), self.size), self.max_depth, true)
     }
 
     /// As a user would write it.
     pub fn scene(&self) -> Scene {
-        let meshes: Vec<_> = self.quads.iter().map(mesh).collect();
-        let in_place = |mesh| Instance { mesh, transform: DAffine3::IDENTITY };
-        let eye = DVec3::from_array(self.eye.map(f64::from));
-        Scene {
+        let eye = DVec3::from(self.eye.map(f64::from));
+        let mut scene = Scene {
             name: self.name.to_owned(),
-            instances: (0..meshes.len()).map(in_place).collect(),
-            meshes,
-            materials: self.materials.iter().map(material).collect(),
+            materials: self.materials.clone(),
             camera: Some(Camera::pinhole(eye, eye - DVec3::Z, DVec3::Y, 2.0 * f64::from(self.half_height).atan())),
             default_size: Some(self.size),
             ..Scene::default()
+        };
+        for Quad { corners, material } in &self.quads {
+            let indices = vec![[0, 1, 2], [0, 2, 3]];
+            scene.add_mesh("", *material, Mesh { positions: corners.to_vec(), indices, ..Mesh::default() });
         }
+        scene
     }
 
     /// For the kernels.
@@ -253,25 +220,31 @@ impl Setting {
             inv_width: 1.0 / self.size[0] as f32,
             forward: [0.0, 0.0, -1.0],
             inv_height: 1.0 / self.size[1] as f32,
-            right: [self.half_width(), 0.0, 0.0],
-            lens_right: 0.0,
+            right: [self.half_height * self.size[0] as f32 * (1.0 / self.size[1] as f32), 0.0, 0.0],
             up: [0.0, self.half_height, 0.0],
-            lens_up: 0.0,
+            ..CameraParams::default()
         }
     }
 
     /// Parameters of one sample a pixel.
     pub fn params(&self, buffers: &SceneBuffers, flags: u32) -> PathParams {
-        PathParams {
-            scene: buffers.header,
-            camera: self.camera(),
-            width: self.size[0],
-            height: self.size[1],
-            max_depth: self.max_depth,
-            flags,
-            ..PathParams::default()
-        }
+        let camera = self.camera();
+        PathParams { camera, flags, ..path_params(buffers, self.size, self.max_depth) }
     }
+}
+
+/// Parameters of one path a pixel, through its centre, as the scene's camera sees it.
+pub fn path_params(buffers: &SceneBuffers, [width, height]: [u32; 2], max_depth: u32) -> PathParams {
+    let camera = buffers.camera.params(width, height);
+    PathParams { scene: buffers.header, camera, width, height, max_depth, ..PathParams::default() }
+}
+
+/// A scene of [`named`] or a file, for the kernels.
+///
+/// # Errors
+/// As of [`Scene::load`] and [`SceneBuffers::build`].
+pub fn buffers(name: &str) -> Result<SceneBuffers, Error> {
+    SceneBuffers::build(&named(name).map_or_else(|| Scene::load(name), Ok)?)
 }
 
 /// A built-in scene, or one of the harness: [`statue_by_night`], [`all_lights`], [`Panes`] and [`unlit`] by
@@ -356,18 +329,4 @@ pub fn all_lights() -> Scene {
     scene.add_quad_light(front, [DVec3::X * 0.8, DVec3::new(0.0, 0.3, 0.7)], [5.0, 4.0, 2.5], false);
     scene.add_quad_light(back, [DVec3::new(0.6, 0.0, 0.3), DVec3::Y * 0.3], [2.0, 3.0, 4.0], true);
     scene
-}
-
-fn mesh(quad: &Quad) -> Mesh {
-    Mesh {
-        name: String::new(),
-        positions: quad.corners.to_vec(),
-        indices: vec![[0, 1, 2], [0, 2, 3]],
-        material: quad.material,
-        ..Mesh::default()
-    }
-}
-
-fn material(paint: &Paint) -> Material {
-    Material { two_sided_emission: paint.two_sided, ..Material::emitter("", paint.reflectance, paint.emission) }
 }

@@ -89,11 +89,6 @@ pub fn without_visibility(word: UVec4) -> UVec4 {
 /// Moments over restarts of the visibility of each pixel's reservoir.
 pub fn visibility_moments(restarts: &[Restart]) -> Vec<Moments> {
     let pixels = restarts.first().map_or(0, |restart| restart.visibility.len());
-    (0..pixels)
-        .map(|pixel| {
-            let mut moments = Moments::default();
-            restarts.iter().for_each(|restart| moments.push(f64::from(restart.visibility[pixel])));
-            moments
-        })
-        .collect()
+    let of_pixel = |pixel: usize| restarts.iter().map(|restart| f64::from(restart.visibility[pixel])).collect();
+    (0..pixels).map(of_pixel).collect()
 }

@@ -34,6 +34,10 @@ struct Source {
     text: String,
 }
 
+fn source(path: &str, text: &str) -> Source {
+    Source { module: path.split("::").map(str::to_owned).collect(), text: without_tests(text) }
+}
+
 /// The modules of a crate in the map, leaf first: a row `| crate | a, b, c |`.
 fn map_of(document: &str, name: &str) -> Vec<String> {
     let head = format!("| `{name}` modules | ");
@@ -41,24 +45,30 @@ fn map_of(document: &str, name: &str) -> Vec<String> {
     row.trim_end_matches(" |").split(", ").map(str::to_owned).collect()
 }
 
-/// All files below a folder that are compiled outside of tests.
-fn sources(root: &Path, module: &[String], found: &mut Vec<Source>) {
+/// All files below a folder of the workspace that are compiled outside of tests.
+fn sources(folder: &str) -> Vec<Source> {
+    let mut found = Vec::new();
+    add_sources(&workspace().join(folder), &[], &mut found);
+    found
+}
+
+fn workspace() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace")
+}
+
+fn add_sources(root: &Path, module: &[String], found: &mut Vec<Source>) {
     let file = ["mod.rs", "lib.rs", "main.rs"].into_iter().map(|name| root.join(name)).find(|file| file.exists());
     let of_tests = file.map_or_else(BTreeSet::new, |file| test_modules(&read(&file)));
-    let mut entries: Vec<_> =
+    let entries: BTreeSet<_> =
         root.read_dir().expect("a folder of sources").flatten().map(|entry| entry.path()).collect();
-    entries.sort();
     for path in entries {
         let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let mut module = module.to_vec();
-        if stem != "mod" {
-            module.push(stem.clone());
-        }
         if of_tests.contains(&stem) || stem == "lib" || stem == "main" {
             continue;
         }
+        let module = [module, if stem == "mod" { &[] } else { std::slice::from_ref(&stem) }].concat();
         if path.is_dir() {
-            sources(&path, &module, found);
+            add_sources(&path, &module, found);
         } else if path.extension().is_some_and(|extension| extension == "rs") {
             found.push(Source { module, text: without_tests(&read(&path)) });
         }
@@ -87,31 +97,20 @@ fn test_modules(text: &str) -> BTreeSet<String> {
 
 /// The names that follow a path such as `crate::`, one or several in braces.
 fn names_after<'a>(text: &'a str, path: &str) -> Vec<&'a str> {
-    let name = |text: &'a str| text.split(|c: char| !c.is_alphanumeric() && c != '_').next().unwrap_or_default();
-    let mut names = Vec::new();
-    for (at, _) in text.match_indices(path) {
+    let is_word = |c: char| c.is_alphanumeric() || c == '_';
+    let name = |text: &'a str| text.trim_start().split(|c| !is_word(c)).next().unwrap_or_default();
+    let nest = |depth: &mut i32, c| {
+        *depth += i32::from(c == '{') - i32::from(c == '}');
+        *depth
+    };
+    let names = text.match_indices(path).flat_map(|(at, _)| {
         let rest = &text[at + path.len()..];
-        let Some(group) = rest.strip_prefix('{') else {
-            names.push(name(rest));
-            continue;
-        };
-        let mut depth = 0;
-        let mut begins = true;
-        for (at, c) in group.char_indices() {
-            match c {
-                '{' => depth += 1,
-                '}' if depth == 0 => break,
-                '}' => depth -= 1,
-                ',' if depth == 0 => begins = true,
-                c if begins && !c.is_whitespace() => {
-                    names.push(name(&group[at..]));
-                    begins = false;
-                }
-                _ => {}
-            }
-        }
-    }
-    names
+        let Some(group) = rest.strip_prefix('{') else { return vec![name(rest)] };
+        let (mut outer, mut inner) = (1, 0);
+        let end = group.find(|c| nest(&mut outer, c) == 0).unwrap_or(group.len());
+        group[..end].split(|c| nest(&mut inner, c) == 0 && c == ',').map(name).collect()
+    });
+    names.collect()
 }
 
 /// What of the code disagrees with a map.
@@ -135,24 +134,18 @@ fn disagreements(map: &[String], sources: &[Source]) -> Vec<String> {
 
 #[test]
 fn modules_use_only_those_above_them() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace");
-    let document = read(&root.join("ARCHITECTURE.md"));
-    let mut findings = Vec::new();
-    for (name, folder) in CRATES {
-        let mut found = Vec::new();
-        sources(&root.join(folder), &[], &mut found);
-        findings.extend(disagreements(&map_of(&document, name), &found).into_iter().map(|f| format!("{name}: {f}")));
-    }
+    let document = read(&workspace().join("ARCHITECTURE.md"));
+    let of_crate = |(name, folder)| {
+        let found = disagreements(&map_of(&document, name), &sources(folder));
+        found.into_iter().map(move |finding| format!("{name}: {finding}"))
+    };
+    let findings: Vec<String> = CRATES.into_iter().flat_map(of_crate).collect();
     assert!(findings.is_empty(), "{}", findings.join("\n"));
 }
 
 /// A module that uses one below it, by either way of naming it, a circle, and modules that the map and the code do not share.
 #[test]
 fn disorder_is_seen() {
-    let source = |path: &str, text: &str| Source {
-        module: path.split("::").map(str::to_owned).collect(),
-        text: without_tests(text),
-    };
     let map: Vec<String> = ["leaf", "middle", "top"].map(str::to_owned).into();
     let check = |texts: [&str; 3]| {
         let files = [source("leaf", texts[0]), source("middle::deep", texts[1]), source("top", texts[2])];
@@ -195,11 +188,9 @@ fn namings(technique: &str, folder: &str, sources: &[Source]) -> Vec<String> {
 
 #[test]
 fn a_technique_is_named_in_its_folders_alone() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace");
     let mut named = Vec::new();
     for folder in CRATES.map(|(_, folder)| folder).into_iter().chain(["tests/src"]) {
-        let mut found = Vec::new();
-        sources(&root.join(folder), &[], &mut found);
+        let found = sources(folder);
         let names = technique::all().into_iter().map(|technique| technique.about().name);
         named.extend(names.filter(|name| *name != REFERENCE).flat_map(|name| namings(name, folder, &found)));
     }
@@ -208,10 +199,7 @@ fn a_technique_is_named_in_its_folders_alone() {
 
 #[test]
 fn a_name_elsewhere_is_seen() {
-    let source = |path: &str| Source {
-        module: path.split("::").map(str::to_owned).collect(),
-        text: "use crate::technique::restir_di::DiSettings;".to_owned(),
-    };
+    let source = |path| source(path, "use crate::technique::restir_di::DiSettings;");
     assert!(namings("restir-di", "host/src", &[source("technique::restir_di::plan")]).is_empty());
     assert_eq!(namings("restir-di", "host/src", &[source("exec::cpu")]).len(), 1);
 }

@@ -36,15 +36,18 @@ fn run(executor: &mut dyn Executor, words: &[u32], buckets: Buckets) -> Result<(
         outputs: vec![indices, offsets],
         scene: None,
     };
-    let mut results = executor.run(plan, &mut |_| ControlFlow::Continue(()))?;
-    let offsets = results.pop().unwrap_or_default();
-    let indices = results.pop().unwrap_or_default();
+    let results = executor.run(plan, &mut |_| ControlFlow::Continue(()))?;
+    let [indices, offsets] = results.try_into().map_err(|_| "not two outputs")?;
     Ok((indices, offsets, blocks))
+}
+
+fn bucket(word: u32, buckets: Buckets) -> u32 {
+    (word >> buckets.shift & buckets.mask).wrapping_sub(buckets.first)
 }
 
 /// What the standard library says: the items that have a bucket, sorted by it.
 fn expected(words: &[u32], buckets: Buckets) -> Vec<u32> {
-    let bucket = |item: &u32| (words[*item as usize] >> buckets.shift & buckets.mask).wrapping_sub(buckets.first);
+    let bucket = |item: &u32| bucket(words[*item as usize], buckets);
     let mut items: Vec<u32> = (0..words.len() as u32).filter(|item| bucket(item) < buckets.count).collect();
     items.sort_by_key(bucket);
     items
@@ -60,11 +63,10 @@ fn compare(executor: &mut dyn Executor, words: &[u32], buckets: Buckets) -> Resu
     ensure(indices[kept..words.len()].iter().all(|&i| i == NONE), || format!("{}: more than {kept} outputs", what()))?;
     let total = offsets[(buckets.count * blocks) as usize];
     ensure(total as usize == kept, || format!("{}: {total} outputs counted, {kept} expected", what()))?;
-    for bucket in 0..buckets.count {
-        let value = |item: u32| (words[item as usize] >> buckets.shift & buckets.mask).wrapping_sub(buckets.first);
-        let begin = expected.partition_point(|&item| value(item) < bucket);
-        let found = offsets[(bucket * blocks) as usize] as usize;
-        ensure(found == begin, || format!("{}: bucket {bucket} begins at {found}, not {begin}", what()))?;
+    for at in 0..buckets.count {
+        let begin = expected.partition_point(|&item| bucket(words[item as usize], buckets) < at);
+        let found = offsets[(at * blocks) as usize] as usize;
+        ensure(found == begin, || format!("{}: bucket {at} begins at {found}, not {begin}", what()))?;
     }
     Ok(())
 }
@@ -91,9 +93,7 @@ fn flags_of_every_kind_and_size() -> Result<(), Failed> {
         for probability in [0.0, 1.0e-3, 0.5, 1.0] {
             compare(&mut cpu, &flags(n, probability, n.into()), Buckets::FLAGS)?;
         }
-        let mut ends = vec![0; n as usize];
-        ends[0] = 1;
-        ends[n as usize - 1] = 1;
+        let ends: Vec<u32> = (0..n).map(|i| u32::from(i == 0 || i + 1 == n)).collect();
         compare(&mut cpu, &ends, Buckets::FLAGS)?;
     }
     compare(&mut cpu, &flags(MAX_ITEMS, 0.01, 1), Buckets::FLAGS)

@@ -4,7 +4,7 @@ use libtest_mimic::Failed;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRng, TestRunner};
 use restir_host::buffers::SceneBuffers;
-use restir_host::scene::Scene;
+use restir_host::scene::Material;
 use restir_shared::camera::primary_ray;
 use restir_shared::color;
 use restir_shared::film::{MAX_BLOCK_LOG2, sum_block};
@@ -15,14 +15,13 @@ use restir_shared::layout::{
 };
 use restir_shared::num::{self, FLUSH_BELOW, soft};
 use restir_shared::rng::Rng;
-use restir_shared::scene::{Lights, SceneView, Surface, SurfacePoint, Trace};
-use restir_shared::technique::path;
-use restir_shared::technique::path::{PATH_JITTER, PATH_ROULETTE, PathParams};
+use restir_shared::scene::{SceneView, Surface, SurfacePoint, Trace};
+use restir_shared::technique::path::{self, PATH_JITTER, PATH_ROULETTE, PathParams};
 use restir_tests::brute::Triangles;
 use restir_tests::flush::with_flush_to_zero;
 use restir_tests::foreign::HollowSphere;
 use restir_tests::random::SplitMix;
-use restir_tests::scenes::{Setting, room, terrace};
+use restir_tests::scenes::{self, Quad, Setting, path_params, room, terrace};
 use restir_tests::stats::Moments;
 use restir_tests::suite::ensure;
 use std::collections::HashSet;
@@ -113,12 +112,11 @@ fn arenas_hold_the_scene() -> Result<(), Failed> {
     let buffers = setting.buffers();
     let view = buffers.view();
     let triangles = Triangles::new(view);
-    let mut expected = HashSet::new();
-    for quad in &setting.quads {
+    let halves = |quad: &Quad| {
         let [a, b, c, d] = quad.corners.map(|corner| corner.map(f32::to_bits));
-        expected.insert(([a, b, c], quad.material as u32));
-        expected.insert(([a, c, d], quad.material as u32));
-    }
+        [[a, b, c], [a, c, d]].map(|corners| (corners, quad.material as u32))
+    };
+    let mut expected: HashSet<_> = setting.quads.iter().flat_map(halves).collect();
     ensure(triangles.len() == expected.len(), || format!("{} triangles", triangles.len()))?;
     let mut lights = HashSet::new();
     for id in 0..triangles.len() {
@@ -126,8 +124,8 @@ fn arenas_hold_the_scene() -> Result<(), Failed> {
         let (material, light) = (view.geometry[at].w, view.geometry[at + 1].w);
         let corners = triangles.get(id).map(|v| v.to_array().map(f32::to_bits));
         ensure(expected.remove(&(corners, material)), || format!("triangle {id} is not of the scene"))?;
-        let paint = &setting.materials[material as usize];
-        ensure((light != NONE) == (paint.emission != [0.0; 3]), || format!("triangle {id} has light {light}"))?;
+        let Material { base_color, emission, .. } = setting.materials[material as usize];
+        ensure((light != NONE) == (emission != [0.0; 3]), || format!("triangle {id} has light {light}"))?;
         if light != NONE {
             let record = view.attributes[(view.header.light_base + light * LIGHT_WORDS) as usize];
             ensure(record.x == id as u32 && lights.insert(light), || format!("light {light} is not triangle {id}"))?;
@@ -137,9 +135,8 @@ fn arenas_hold_the_scene() -> Result<(), Failed> {
         let ray = Ray { origin: (a + b + c) * (1.0 / 3.0) + normal, direction: -normal, t_max: Ray::FAR };
         let hit = Hit { t: 1.0, id: id as u32, uv: Vec2::splat(0.25) };
         let point = view.surface(&ray, &hit);
-        let right =
-            point.material.base_color.to_array() == paint.reflectance && point.emission.to_array() == paint.emission;
-        ensure(right, || format!("triangle {id} has another material"))?;
+        let found = [point.material.base_color, point.emission].map(|rgb| rgb.to_array());
+        ensure(found == [base_color, emission], || format!("triangle {id} has another material"))?;
     }
     ensure(lights.len() == view.header.light_count as usize, || "lights without triangles".to_owned())
 }
@@ -239,35 +236,26 @@ fn a_stored_hit_can_be_seen_from_elsewhere() -> Result<(), Failed> {
 fn dim() -> Setting {
     let mut setting = room();
     setting.name = "dim room";
-    for paint in &mut setting.materials {
-        paint.reflectance = paint.reflectance.map(|x| x * 1.0e-13);
-        paint.emission = paint.emission.map(|x| x * 1.0e-26);
+    for material in &mut setting.materials {
+        material.base_color = material.base_color.map(|x| x * 1.0e-13);
+        material.emission = material.emission.map(|x| x * 1.0e-26);
     }
     setting
 }
 
 /// Buffers of a scene and parameters for a small image of it.
-fn flush_cases() -> Result<Vec<(String, SceneBuffers, PathParams)>, Failed> {
-    let mut cases = Vec::new();
-    for setting in [room(), terrace(), dim()] {
+fn flush_cases() -> Result<Vec<(&'static str, SceneBuffers, PathParams)>, Failed> {
+    let settings = [room(), terrace(), dim()].map(|setting| {
         let buffers = setting.buffers();
         let params = setting.params(&buffers, PATH_JITTER | PATH_ROULETTE);
-        cases.push((setting.name.to_owned(), buffers, params));
-    }
-    for name in ["cornell", "cornell-mitsuba", "furnace"] {
-        let buffers = SceneBuffers::build(&Scene::load(name)?)?;
-        let params = PathParams {
-            scene: buffers.header,
-            camera: buffers.camera.params(32, 32),
-            width: 32,
-            height: 32,
-            max_depth: 12,
-            flags: PATH_JITTER,
-            ..PathParams::default()
-        };
-        cases.push((name.to_owned(), buffers, params));
-    }
-    Ok(cases)
+        Ok((setting.name, buffers, params))
+    });
+    let builtin = ["cornell", "cornell-mitsuba", "furnace"].map(|name| {
+        let buffers = scenes::buffers(name)?;
+        let params = PathParams { flags: PATH_JITTER, ..path_params(&buffers, [32, 32], 12) };
+        Ok((name, buffers, params))
+    });
+    settings.into_iter().chain(builtin).collect()
 }
 
 /// Whether the mode is on: the smallest normal number halved is zero.
@@ -366,9 +354,3 @@ fn flush_to_zero_changes_no_function() -> Result<(), Failed> {
     }
     Ok(())
 }
-
-/// A technique asks for no more than the traits that it names.
-const _: fn(&HollowSphere) = |scene| {
-    fn needs(_: &(impl Trace + Surface + Lights)) {}
-    needs(scene);
-};

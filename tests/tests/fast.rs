@@ -8,12 +8,12 @@ use restir_host::buffers::SceneBuffers;
 use restir_host::exec::{CpuExecutor, Executor, Flavour, GpuExecutor};
 use restir_host::image::Image;
 use restir_host::render::{Render, render};
-use restir_host::scene::Scene;
 use restir_host::technique::path::PathSettings;
 use restir_host::{Error, Shaders};
+use restir_tests::bias::{ensure_biased, ensure_unbiased};
 use restir_tests::device::{self, Adapter, label};
+use restir_tests::scenes::buffers;
 use restir_tests::stats::{Moments, TileGrid, TileTest, Verdict};
-use restir_tests::suite::ensure;
 use std::ops::ControlFlow;
 use std::process::ExitCode;
 
@@ -68,14 +68,11 @@ fn paired(tested: &[Image], exact: &[Image], scale: f32) -> Verdict {
 }
 
 fn same_mean(executor: &mut GpuExecutor, scene: &str) -> Result<(), Failed> {
-    let buffers = SceneBuffers::build(&Scene::load(scene)?)?;
+    let buffers = buffers(scene)?;
     let mut fast = executor.reload(Flavour::Fast, Shaders::from_env());
     let tested = images(&mut fast, &buffers)?;
     let exact = images(&mut CpuExecutor::new(None)?, &buffers)?;
-    let verdict = paired(&tested, &exact, 1.0);
-    println!("{}, {}, {scene}: {verdict}", label(&fast), fast.loading());
-    ensure(verdict.passed(), || verdict.to_string())?;
-    ensure(verdict.detectable_in_image <= GOAL_IMAGE, || format!("too few samples: {verdict}"))?;
-    let biased = paired(&tested, &exact, WRONG);
-    ensure(!biased.passed(), || format!("a bias of 0.2 % went unnoticed: {biased}"))
+    let what = format!("{}, {}, {scene}", label(&fast), fast.loading());
+    ensure_unbiased(&what, &paired(&tested, &exact, 1.0), GOAL_IMAGE)?;
+    ensure_biased("a bias of 0.2 %", &paired(&tested, &exact, WRONG))
 }

@@ -3,8 +3,7 @@
 use libtest_mimic::{Arguments, Failed, Trial};
 use restir_host::Error;
 use restir_host::buffers::SceneBuffers;
-use restir_host::exec::{CpuExecutor, Description, Executor, Flavour, Step};
-use restir_host::plan::FramePlan;
+use restir_host::exec::{CpuExecutor, Executor, Flavour};
 use restir_host::render::{Render, render};
 use restir_host::scene::{
     Environment, Filter, Light, LightKind, Material, Scene, Texture, TextureUse, Volume, Wrap, builtin,
@@ -19,6 +18,7 @@ use restir_shared::layout::{
 use restir_tests::checks;
 use restir_tests::device::{self, Adapter};
 use restir_tests::features::{Content, PARTS, has_optimiser, names, specialised, with_markers};
+use restir_tests::native::plan;
 use restir_tests::suite::{ensure, trials};
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
@@ -77,69 +77,43 @@ impl Variant {
     }
 }
 
+const fn variant(name: &'static str, features: u32, edit: fn(&mut Scene)) -> Variant {
+    Variant { name, features, edit }
+}
+
 const VARIANTS: [Variant; 11] = [
-    Variant { name: "diffuse", features: FEATURE_EMISSIVE, edit: |_| {} },
-    Variant {
-        name: "two powers",
-        features: FEATURES_DIFFUSE,
-        edit: |scene| scene.materials[1].emission = [0.1, 0.2, 0.3],
-    },
-    Variant {
-        name: "glossy",
-        features: FEATURE_EMISSIVE | FEATURE_GLOSSY,
-        edit: |scene| white(scene, |m| (m.metallic, m.roughness) = (1.0, 0.3)),
-    },
-    Variant {
-        name: "delta",
-        features: FEATURE_EMISSIVE | FEATURE_DELTA,
-        edit: |scene| white(scene, |m| (m.metallic, m.roughness) = (1.0, 0.0)),
-    },
-    Variant {
-        name: "glass",
-        features: FEATURE_EMISSIVE | FEATURE_DELTA | FEATURE_TRANSMISSION | FEATURE_CLEAR,
-        edit: |scene| white(scene, |m| (m.ior, m.transmission, m.roughness) = (1.5, 1.0, 0.0)),
-    },
-    Variant {
-        name: "diffuse transmission",
-        features: FEATURE_EMISSIVE | FEATURE_DIFFUSE_TRANSMISSION,
-        edit: |scene| white(scene, |m| m.diffuse_transmission = 0.5),
-    },
-    Variant {
-        name: "interior",
-        features: FEATURE_EMISSIVE | FEATURE_DIFFUSE_TRANSMISSION | FEATURE_VOLUME,
-        edit: |scene| {
-            white(scene, |m| {
-                m.diffuse_transmission = 0.5;
-                m.volume = Some(Volume { attenuation_color: [0.9, 0.5, 0.2], attenuation_distance: 1.0 });
-            });
-        },
-    },
-    Variant {
-        name: "normals",
-        features: FEATURE_EMISSIVE | FEATURE_SHADING,
-        edit: |scene| {
-            let mesh = &mut scene.meshes[0];
-            mesh.normals = vec![[0.28, 0.96, 0.0]; mesh.positions.len()];
-        },
-    },
-    Variant { name: "textures", features: FEATURE_EMISSIVE | FEATURE_SHADING | FEATURE_TEXTURES, edit: textured },
-    Variant {
-        name: "environment",
-        features: FEATURES_DIFFUSE | FEATURE_ENVIRONMENT,
-        edit: |scene| {
-            let pixels = (0..32).map(|i| [0.1, 0.01 * i as f32, 0.3]).collect();
-            let name = "test".to_owned();
-            scene.environment = Some(Environment { name, size: [8, 4], pixels, scale: 1.0, rotation: 30.0 });
-        },
-    },
-    Variant {
-        name: "point light",
-        features: FEATURES_DIFFUSE | FEATURE_PUNCTUAL,
-        edit: |scene| {
-            let kind = LightKind::Point { position: glam::DVec3::new(0.1, 0.2, 0.3) };
-            scene.lights.push(Light { name: "test".to_owned(), intensity: [0.5, 0.4, 0.3], kind });
-        },
-    },
+    variant("diffuse", FEATURE_EMISSIVE, |_| {}),
+    variant("two powers", FEATURES_DIFFUSE, |scene| scene.materials[1].emission = [0.1, 0.2, 0.3]),
+    variant("glossy", FEATURE_EMISSIVE | FEATURE_GLOSSY, |scene| {
+        white(scene, |m| (m.metallic, m.roughness) = (1.0, 0.3));
+    }),
+    variant("delta", FEATURE_EMISSIVE | FEATURE_DELTA, |scene| {
+        white(scene, |m| (m.metallic, m.roughness) = (1.0, 0.0));
+    }),
+    variant("glass", FEATURE_EMISSIVE | FEATURE_DELTA | FEATURE_TRANSMISSION | FEATURE_CLEAR, |scene| {
+        white(scene, |m| (m.ior, m.transmission, m.roughness) = (1.5, 1.0, 0.0));
+    }),
+    variant("diffuse transmission", FEATURE_EMISSIVE | FEATURE_DIFFUSE_TRANSMISSION, |scene| {
+        white(scene, |m| m.diffuse_transmission = 0.5);
+    }),
+    variant("interior", FEATURE_EMISSIVE | FEATURE_DIFFUSE_TRANSMISSION | FEATURE_VOLUME, |scene| {
+        let volume = Volume { attenuation_color: [0.9, 0.5, 0.2], attenuation_distance: 1.0 };
+        white(scene, |m| (m.diffuse_transmission, m.volume) = (0.5, Some(volume)));
+    }),
+    variant("normals", FEATURE_EMISSIVE | FEATURE_SHADING, |scene| {
+        let mesh = &mut scene.meshes[0];
+        mesh.normals = vec![[0.28, 0.96, 0.0]; mesh.positions.len()];
+    }),
+    variant("textures", FEATURE_EMISSIVE | FEATURE_SHADING | FEATURE_TEXTURES, textured),
+    variant("environment", FEATURES_DIFFUSE | FEATURE_ENVIRONMENT, |scene| {
+        let pixels = (0..32).map(|i| [0.1, 0.01 * i as f32, 0.3]).collect();
+        let name = "test".to_owned();
+        scene.environment = Some(Environment { name, size: [8, 4], pixels, scale: 1.0, rotation: 30.0 });
+    }),
+    variant("point light", FEATURES_DIFFUSE | FEATURE_PUNCTUAL, |scene| {
+        let kind = LightKind::Point { position: glam::DVec3::new(0.1, 0.2, 0.3) };
+        scene.lights.push(Light { name: "test".to_owned(), intensity: [0.5, 0.4, 0.3], kind });
+    }),
 ];
 
 fn white(scene: &mut Scene, edit: impl Fn(&mut Material)) {
@@ -151,8 +125,7 @@ fn textured(scene: &mut Scene) {
     let texture =
         Texture { name: "test".to_owned(), size: [2, 1], texels, wrap: [Wrap::Repeat; 2], filter: Filter::Linear };
     scene.textures.push(texture);
-    let texture = TextureUse { texture: 0, transform: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0] };
-    white(scene, |m| m.base_color_texture = Some(texture));
+    white(scene, |m| m.base_color_texture = Some(TextureUse::new(0)));
     for mesh in &mut scene.meshes {
         mesh.uvs = mesh.positions.iter().map(|p| [p[0], p[2]]).collect();
     }
@@ -202,8 +175,7 @@ fn image(executor: &mut dyn Executor, scene: &SceneBuffers) -> Result<Vec<[u32; 
 }
 
 /// The scene as a kernel sees it that is specialised to other features.
-fn with_features(scene: &SceneBuffers, features: u32) -> SceneBuffers {
-    let mut scene = scene.clone();
+fn with_features(mut scene: SceneBuffers, features: u32) -> SceneBuffers {
     scene.features = features;
     scene
 }
@@ -212,7 +184,7 @@ fn same_bits(executor: &mut dyn Executor, scene: &Scene) -> Result<(), Failed> {
     let scene = SceneBuffers::build(scene)?;
     let frozen = image(executor, &scene)?;
     ensure(frozen.iter().any(|rgb| *rgb != [0; 3]), || "the image is black".to_owned())?;
-    let general = image(executor, &with_features(&scene, FEATURES_ALL))?;
+    let general = image(executor, &with_features(scene, FEATURES_ALL))?;
     ensure(frozen == general, || "the general kernel gives another image".to_owned())
 }
 
@@ -223,35 +195,11 @@ fn a_feature_in_use_cannot_be_dropped() -> Result<(), Failed> {
         let scene = SceneBuffers::build(&variant.scene())?;
         let own = image(cpu, &scene)?;
         for part in PARTS.iter().filter(|part| part.feature & variant.features != 0) {
-            let without = image(cpu, &with_features(&scene, scene.features & !part.feature))?;
+            let without = image(cpu, &with_features(scene.clone(), scene.features & !part.feature))?;
             ensure(without != own, || format!("{}: {} changes nothing", variant.name, part.name))?;
         }
     }
     Ok(())
-}
-
-/// Keeps the sizes of the first three buffers of a plan, the scene's, and runs nothing.
-#[derive(Default)]
-struct Recorder {
-    words: [u32; 3],
-}
-
-impl Executor for Recorder {
-    fn describe(&self) -> Description {
-        Description { executor: "recorder", adapter: None, flavour: Flavour::Exact, parity: None }
-    }
-
-    fn run(
-        &mut self,
-        plan: FramePlan<'_>,
-        _observe: &mut dyn FnMut(&Step<'_>) -> ControlFlow<()>,
-    ) -> Result<Vec<Vec<u32>>, Error> {
-        for (words, buffer) in self.words.iter_mut().zip(&plan.buffers) {
-            // in the layout's words of 16 bytes
-            *words = (buffer.words / 4) as u32;
-        }
-        Err(Error::Interrupted)
-    }
 }
 
 /// The arenas that a plan allocates have what the features name and nothing else.
@@ -259,9 +207,9 @@ fn absent_parts_are_not_allocated() -> Result<(), Failed> {
     for variant in &VARIANTS {
         let source = variant.scene();
         let scene = SceneBuffers::build(&source)?;
-        let mut recorder = Recorder::default();
-        // it interrupts itself
-        let _ = render(&mut recorder, &scene, &settings(), &mut |_| ControlFlow::Continue(()));
+        let render = settings();
+        // in the layout's words of 16 bytes
+        let found: Vec<u32> = plan(&scene, &render).buffers[..3].iter().map(|b| b.words as u32 / 4).collect();
         let (header, stats) = (scene.header, scene.stats());
         let only_with = |feature: u32, words: u32| if variant.features & feature == 0 { 0 } else { words };
         let triangles = header.triangle_count;
@@ -277,9 +225,7 @@ fn absent_parts_are_not_allocated() -> Result<(), Failed> {
         // the sRGB table and the one word of the texture; pixels and rows of the map; else a word that is never read
         let texels = only_with(FEATURE_TEXTURES, 256 + 1) + only_with(FEATURE_ENVIRONMENT, 32 + 4);
         let expected = [geometry, attributes, texels.max(1)];
-        ensure(recorder.words == expected, || {
-            format!("{}: {:?} words instead of {expected:?}", variant.name, recorder.words)
-        })?;
+        ensure(found == expected, || format!("{}: {found:?} words instead of {expected:?}", variant.name))?;
         for (base, feature) in [
             (header.shading_base, FEATURE_SHADING),
             (header.environment_base, FEATURE_ENVIRONMENT),

@@ -15,6 +15,7 @@ use restir_shared::film::MAX_BLOCK_LOG2;
 use restir_shared::technique::path::{PATH_ROULETTE, PathParams};
 use restir_tests::data;
 use restir_tests::device::{self, Adapter, is_llvmpipe};
+use restir_tests::scenes::path_params;
 use restir_tests::suite::ensure;
 use restir_tests::{gltf_files, parity};
 use std::ops::ControlFlow;
@@ -122,20 +123,9 @@ fn main() -> ExitCode {
 /// One block a pixel of paths that roulette hardly ends.
 fn long_blocks(flags: u32) -> Result<Case, Failed> {
     let mut scene = Scene::load("cornell")?;
-    for material in &mut scene.materials {
-        material.base_color = [REFLECTANCE; 3];
-    }
+    scene.materials.iter_mut().for_each(|material| material.base_color = [REFLECTANCE; 3]);
     let scene = SceneBuffers::build(&scene)?;
-    let params = PathParams {
-        scene: scene.header,
-        camera: scene.camera.params(8, 8),
-        width: 8,
-        height: 8,
-        block_log2: MAX_BLOCK_LOG2,
-        max_depth: 64,
-        flags,
-        ..PathParams::default()
-    };
+    let params = PathParams { block_log2: MAX_BLOCK_LOG2, flags, ..path_params(&scene, [8, 8], 64) };
     Ok(Case::new(&path::DESC, "long", 8, 8)
         .with(&[params])
         .with(&scene.geometry)
@@ -159,12 +149,21 @@ fn cut_blocks_are_counted(executor: &mut GpuExecutor, flags: u32) -> Result<(), 
 }
 
 fn cpu_trial(frame: Frame) -> Trial {
-    let trial = Trial::test(format!("{}: threads and dispatches", frame.name()), move || same_on_cpu(&frame));
+    let trial = Trial::test(format!("{}: threads and dispatches", frame.name()), move || {
+        let (buffers, reference) = frame.reference()?;
+        THREADS.into_iter().try_for_each(|threads| {
+            frame.is_same(&mut CpuExecutor::new(Some(threads))?, &format!("{threads} threads"), &buffers, &reference)
+        })
+    });
     frame.ignored_without_data(trial)
 }
 
 fn gpu_trial(adapter: &Adapter, frame: Frame) -> Trial {
-    frame.ignored_without_data(adapter.trial(&frame.name(), move |executor| same_on_gpu(executor, &frame)))
+    frame.ignored_without_data(adapter.trial(&frame.name(), move |executor| {
+        let (buffers, reference) = frame.reference()?;
+        let loading = executor.loading();
+        frame.is_same(executor, &loading, &buffers, &reference)
+    }))
 }
 
 impl Frame {
@@ -185,29 +184,42 @@ impl Frame {
         if let Mesh(_) | Outdoors(_) = self.subject { data::trial(trial) } else { trial }
     }
 
-    fn buffers(&self) -> Result<SceneBuffers, Failed> {
+    /// The scene, and its picture by one thread in as few dispatches as there can be, which shows something.
+    fn reference(&self) -> Result<(SceneBuffers, Rendered), Failed> {
         let [width, height] = self.size.map(f64::from);
-        Ok(SceneBuffers::build(&self.subject.scene(width / height)?)?)
-    }
-
-    fn settings(&self, dispatch_samples: Option<u32>) -> Render {
-        let (jitter, roulette) = (self.jitter, self.roulette);
-        let path = PathSettings { jitter, roulette, dispatch_samples, ..PathSettings::default() };
-        Render { count: self.samples, seed: self.seed, ..Render::new(self.size, path) }
+        let buffers = SceneBuffers::build(&self.subject.scene(width / height)?)?;
+        let reference = self.render(&mut CpuExecutor::new(Some(1))?, &buffers, None)?;
+        let pixels = &reference.image.pixels;
+        let constant = pixels.len() > 1 && pixels.iter().all(|pixel| pixel == &pixels[0]);
+        let black = pixels.as_flattened().iter().all(|&value| value == 0.0);
+        ensure(!constant && !black, || "the picture is constant".to_owned())?;
+        Ok((buffers, reference))
     }
 
     fn render(
         &self,
         executor: &mut dyn Executor,
-        buffers: &SceneBuffers,
+        scene: &SceneBuffers,
         split: Option<u32>,
     ) -> Result<Rendered, Failed> {
-        let observe = &mut |_| ControlFlow::Continue(());
-        Ok(render(executor, buffers, &self.settings(split), observe)?)
+        let &Self { jitter, roulette, samples, seed, size, .. } = self;
+        let path = PathSettings { jitter, roulette, dispatch_samples: split, ..PathSettings::default() };
+        let settings = Render { count: samples, seed, ..Render::new(size, path) };
+        Ok(render(executor, scene, &settings, &mut |_| ControlFlow::Continue(()))?)
     }
 
-    fn reference(&self, buffers: &SceneBuffers) -> Result<Rendered, Failed> {
-        self.render(&mut CpuExecutor::new(Some(1))?, buffers, None)
+    /// By every split.
+    fn is_same(
+        &self,
+        executor: &mut dyn Executor,
+        what: &str,
+        buffers: &SceneBuffers,
+        reference: &Rendered,
+    ) -> Result<(), Failed> {
+        self.splits.iter().try_for_each(|&split| {
+            let rendered = self.render(executor, buffers, split)?;
+            ensure_same(&format!("{what}, dispatches of {split:?}"), &rendered, reference)
+        })
     }
 }
 
@@ -253,36 +265,10 @@ fn textured(name: &str) -> Result<Scene, Failed> {
     Ok(scene)
 }
 
-fn same_on_cpu(frame: &Frame) -> Result<(), Failed> {
-    let buffers = frame.buffers()?;
-    let reference = frame.reference(&buffers)?;
-    ensure_shows_something(&reference)?;
-    for threads in THREADS {
-        let mut executor = CpuExecutor::new(Some(threads))?;
-        for &split in frame.splits {
-            let rendered = frame.render(&mut executor, &buffers, split)?;
-            ensure_same(&format!("{threads} threads, dispatches of {split:?}"), &rendered, &reference)?;
-        }
-    }
-    Ok(())
-}
-
-fn same_on_gpu(executor: &mut GpuExecutor, frame: &Frame) -> Result<(), Failed> {
-    let buffers = frame.buffers()?;
-    let reference = frame.reference(&buffers)?;
-    for &split in frame.splits {
-        let rendered = frame.render(executor, &buffers, split)?;
-        let what = format!("{}, dispatches of {split:?}", executor.loading());
-        ensure_same(&what, &rendered, &reference)?;
-    }
-    Ok(())
-}
-
 fn kept_pipelines(executor: &mut GpuExecutor) -> Result<(), Failed> {
     let folder = tempfile::tempdir()?;
     let frame = frame(Builtin("cornell"), [8, 8], 7, 16);
-    let buffers = frame.buffers()?;
-    let reference = frame.reference(&buffers)?;
+    let (buffers, reference) = frame.reference()?;
     let path = || std::fs::read_dir(folder.path())?.next().transpose().map(|file| file.map(|file| file.path()));
     let run = |what: &str| -> Result<(), Failed> {
         let (sender, seen) = mpsc::channel();
@@ -310,13 +296,6 @@ fn kept_pipelines(executor: &mut GpuExecutor) -> Result<(), Failed> {
         ensure(blake3::hash(data).as_bytes() == hash, || format!("{what}: the file that was written is damaged"))?;
     }
     Ok(())
-}
-
-fn ensure_shows_something(rendered: &Rendered) -> Result<(), Failed> {
-    let pixels = &rendered.image.pixels;
-    let constant = pixels.len() > 1 && pixels.iter().all(|pixel| pixel == &pixels[0]);
-    let black = pixels.as_flattened().iter().all(|&value| value == 0.0);
-    ensure(!constant && !black, || "the picture is constant".to_owned())
 }
 
 fn ensure_same(what: &str, rendered: &Rendered, reference: &Rendered) -> Result<(), Failed> {

@@ -5,16 +5,18 @@ use restir_host::Error;
 use restir_host::buffers::SceneBuffers;
 use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::render::{self, Progress, Render};
-use restir_host::scene::{CameraPath, Scene};
+use restir_host::scene::CameraPath;
 use restir_host::technique::explain::Place;
 use restir_host::technique::restir_di::{
-    DiSettings, Generation, MisForm, Origin, Reuse, Temporal, Tiles, genealogy, render_with_layers,
+    DiSettings, Generation, Origin, Reuse, Temporal, Tiles, genealogy, render_with_layers,
 };
 use restir_kernels::restir_di::{di_offer, di_shade};
 use restir_shared::glam::UVec4;
 use restir_shared::rng::Rng;
 use restir_shared::scene::{AddressedLights, LightAddress};
+use restir_tests::scenes::buffers;
 use restir_tests::suite::ensure;
+use restir_tests::technique::restir_di::settings;
 use std::ops::ControlFlow;
 
 const SIZE: [u32; 2] = [20, 14];
@@ -27,24 +29,17 @@ restir_tests::suite! {
     chains_lead_to_the_candidate a_false_chain_is_seen layers_are_the_last_reservoirs
 }
 
-fn settings() -> [DiSettings; 5] {
-    let default = DiSettings::default;
-    [
-        default(),
-        DiSettings { spatial: 3, feedback: false, jitter: true, mis: MisForm::Talbot, ..default() },
-        DiSettings { temporal: Temporal::Fused, candidates: 2, ..default() },
-        DiSettings { tiles: Some(Tiles { count: 3, size: 20 }), ..default() },
-        DiSettings { temporal: Temporal::Off, candidates: 1, mis: MisForm::Contribution, shaded: 0, ..default() },
-    ]
-}
+const SETTINGS: [&str; 5] = [
+    "",
+    "spatial=3,feedback=off,jitter=on,mis=talbot",
+    "temporal=fused,candidates=2",
+    "tiles=3x20",
+    "temporal=off,candidates=1,mis=contribution,shaded=0",
+];
 
-fn scene(name: &str) -> Result<SceneBuffers, Failed> {
-    Ok(SceneBuffers::build(&Scene::load(name)?)?)
-}
-
-fn di_render(scene: &SceneBuffers, settings: DiSettings) -> Result<Render, Failed> {
+fn di_render(scene: &SceneBuffers, text: &str) -> Result<Render, Failed> {
     let cameras = CameraPath::Orbit.cameras(scene.camera, FRAMES)?;
-    Ok(Render { count: FRAMES, seed: SEED, cameras, ..Render::new(SIZE, settings) })
+    Ok(Render { count: FRAMES, seed: SEED, cameras, ..Render::new(SIZE, settings(text)) })
 }
 
 fn settings_of(render: &Render) -> &DiSettings {
@@ -74,19 +69,14 @@ fn last_reservoirs(scene: &SceneBuffers, render: &Render) -> Result<Vec<UVec4>, 
 
 /// Follows a genealogy by hand: every reservoir replayed is the one that is stored, the next one is that which it names, and has
 /// the same point of the same light, and the last one has drawn it.
-fn problem(scene: &SceneBuffers, render: &Render, chain: &[Generation]) -> Result<Option<String>, Failed> {
+fn ensure_true(scene: &SceneBuffers, render: &Render, chain: &[Generation]) -> Result<(), Failed> {
     for g in chain {
-        if g.word != g.replayed {
-            return Ok(Some(format!("another reservoir: {g:?}")));
-        }
-        if g.stored().has_sample() && g.target <= 0.0 {
-            return Ok(Some(format!("a sample with target zero: {g:?}")));
-        }
+        ensure(g.word == g.replayed, || format!("another reservoir: {g:?}"))?;
+        ensure(!g.stored().has_sample() || g.target > 0.0, || format!("a sample with target zero: {g:?}"))?;
     }
-    for pair in chain.windows(2) {
-        let [child, parent] = pair else { continue };
+    for (child, parent) in chain.iter().zip(chain.iter().skip(1)) {
         let Origin::Reservoir { made_by, pixel, of_last_frame, is_other } = child.origin else {
-            return Ok(Some(format!("it goes on beyond a candidate: {child:?}")));
+            return Err(format!("it goes on beyond a candidate: {child:?}").into());
         };
         let [a, b] = [child, parent].map(|g| g.stored().sample);
         let same = (a.u, a.v, child.light) == (b.u, b.v, parent.light)
@@ -95,21 +85,19 @@ fn problem(scene: &SceneBuffers, render: &Render, chain: &[Generation]) -> Resul
             && parent.frame + u32::from(of_last_frame) == child.frame
             && parent.pass < child.pass
             && (is_other || parent.pixel == child.pixel);
-        if !same {
-            return Ok(Some(format!("{child:?} is no child of {parent:?}")));
-        }
+        ensure(same, || format!("{child:?} is no child of {parent:?}"))?;
     }
-    let Some(last) = chain.last() else { return Ok(Some("there is nothing".to_owned())) };
+    let last = chain.last().ok_or("there is nothing")?;
     let address = last.stored().sample;
-    Ok(match last.origin {
-        _ if !address.is_light() => (chain.len() != 1).then(|| format!("it ends without a sample: {last:?}")),
+    match last.origin {
+        _ if !address.is_light() => ensure(chain.len() == 1, || format!("it ends without a sample: {last:?}")),
         Origin::Candidate(index) if last.reuse == Reuse::Initial => {
             let drawn = candidate(scene, render, last, index)?;
             let scattered = index == settings_of(render).candidates;
-            (!scattered && drawn != address).then(|| format!("{drawn:?} was drawn, not {last:?}"))
+            ensure(scattered || drawn == address, || format!("{drawn:?} was drawn, not {last:?}"))
         }
-        _ => Some(format!("it does not end in a candidate: {last:?}")),
-    })
+        _ => Err(format!("it does not end in a candidate: {last:?}").into()),
+    }
 }
 
 /// A candidate from the lights, drawn once more. Of a frame's random dimensions the first is scattering's, then come two for each
@@ -134,23 +122,22 @@ fn chains_lead_to_the_candidate() -> Result<(), Failed> {
     // own, neighbour, last frame, lights, scattering; the oldest sample
     let (mut seen, mut oldest) = ([0; 5], 0);
     for name in ["moving", "tower"] {
-        let scene = scene(name)?;
-        for settings in settings() {
-            let render = di_render(&scene, settings)?;
+        let scene = buffers(name)?;
+        for text in SETTINGS {
+            let render = di_render(&scene, text)?;
             let stored = last_reservoirs(&scene, &render)?;
             for [x, y] in PIXELS {
                 let chain = of_pixel(&mut executor, &scene, &render, [x, y])?;
-                let found = problem(&scene, &render, &chain)?;
-                ensure(found.is_none(), || format!("{name} ({x}, {y}) {:?}: {found:?}", render.technique))?;
-                ensure(chain[0].word == stored[(y * render.width + x) as usize], || {
-                    format!("{name} ({x}, {y}): the first is not the last reservoir of the render")
-                })?;
+                let place = format!("{name} ({x}, {y}) {text}");
+                ensure_true(&scene, &render, &chain)
+                    .map_err(|e| format!("{place}: {}", e.message().unwrap_or_default()))?;
+                let is_shaded = chain[0].word == stored[(y * render.width + x) as usize];
+                ensure(is_shaded, || format!("{place}: the first is not the last reservoir of the render"))?;
                 oldest = oldest.max(chain[0].frame - chain[chain.len() - 1].frame);
                 for g in &chain {
                     seen[match g.origin {
                         Origin::Reservoir { is_other: false, .. } => 0,
-                        Origin::Reservoir { of_last_frame: false, .. } => 1,
-                        Origin::Reservoir { .. } => 2,
+                        Origin::Reservoir { of_last_frame, .. } => 1 + usize::from(of_last_frame),
                         Origin::Candidate(index) => 3 + usize::from(index == settings_of(&render).candidates),
                     }] += 1;
                 }
@@ -163,36 +150,29 @@ fn chains_lead_to_the_candidate() -> Result<(), Failed> {
 
 /// A generation left out, a neighbour's instead of its own, another point of the light, another candidate.
 fn a_false_chain_is_seen() -> Result<(), Failed> {
-    type Change<'a> = &'a dyn Fn(&mut Vec<Generation>);
-    let scene = scene("moving")?;
-    let render = di_render(&scene, DiSettings::default())?;
+    let scene = buffers("moving")?;
+    let render = di_render(&scene, "")?;
     let mut executor = CpuExecutor::new(None)?;
     let chain = of_pixel(&mut executor, &scene, &render, PIXELS[0])?;
     ensure(chain.len() > 3, || format!("too short to be falsified: {chain:?}"))?;
-    let changed = |change: Change<'_>| {
-        let mut chain = chain.clone();
-        change(&mut chain);
-        problem(&scene, &render, &chain)
-    };
-    ensure(changed(&|_| ())?.is_none(), || "the true chain is not".to_owned())?;
-    let last = chain.len() - 1;
-    let false_chains: [Change<'_>; 4] = [
-        &|chain| {
-            chain.remove(1);
-        },
-        &|chain| chain[1].pixel += 1,
-        &|chain| {
+    ensure_true(&scene, &render, &chain)?;
+    let changes: [fn(&mut Vec<Generation>); 4] = [
+        |chain| drop(chain.remove(1)),
+        |chain| chain[1].pixel += 1,
+        |chain| {
             chain[1].word.y ^= 1;
             chain[1].replayed.y ^= 1;
         },
-        &|chain| {
-            if let Origin::Candidate(index) = &mut chain[last].origin {
+        |chain| {
+            if let Some(Generation { origin: Origin::Candidate(index), .. }) = chain.last_mut() {
                 *index = u32::from(*index == 0);
             }
         },
     ];
-    for (number, change) in false_chains.into_iter().enumerate() {
-        ensure(changed(change)?.is_some(), || format!("false chain {number} passes"))?;
+    for (number, change) in changes.into_iter().enumerate() {
+        let mut chain = chain.clone();
+        change(&mut chain);
+        ensure(ensure_true(&scene, &render, &chain).is_err(), || format!("false chain {number} passes"))?;
     }
     Ok(())
 }
@@ -200,10 +180,9 @@ fn a_false_chain_is_seen() -> Result<(), Failed> {
 fn layers_are_the_last_reservoirs() -> Result<(), Failed> {
     let mut executor = CpuExecutor::new(None)?;
     let go_on = &mut |_: Progress| ControlFlow::Continue(());
-    for settings in settings() {
-        let scene = scene("moving")?;
-        let reuses = settings.temporal != Temporal::Off;
-        let di = di_render(&scene, settings)?;
+    let scene = buffers("moving")?;
+    for text in SETTINGS {
+        let di = di_render(&scene, text)?;
         let plain = render::render(&mut executor, &scene, &di, go_on)?;
         let (rendered, layers) = render_with_layers(&mut executor, &scene, &di, go_on)?;
         ensure(rendered.image == plain.image, || "layers change the image".to_owned())?;
@@ -217,6 +196,7 @@ fn layers_are_the_last_reservoirs() -> Result<(), Failed> {
                 format!("({x}, {y}): age {} instead of {age}", layers.ages[pixel])
             })?;
         }
+        let reuses = settings_of(&di).temporal != Temporal::Off;
         ensure(layers.ages.iter().any(|&age| age > 0) == reuses, || format!("ages {:?}", layers.ages))?;
         let names: Vec<&str> = layers.channels().iter().map(|channel| channel.name).collect();
         let expected = ["M", "W", "visibility", "light", "age"].map(|name| format!("reservoir.{name}"));

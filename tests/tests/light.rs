@@ -17,7 +17,7 @@ use restir_shared::technique::path::radiance;
 use restir_tests::random::SplitMix;
 use restir_tests::stats::{Moments, two_sided_threshold};
 use restir_tests::suite::ensure;
-use restir_tests::wrong::{Density, Faulty};
+use restir_tests::wrong::{Fault, Faulty};
 use std::f64::consts::{PI, TAU};
 
 /// How often a z-test of the suite fails although expectations are equal. Seeds are fixed: a failure is a bug.
@@ -242,7 +242,7 @@ fn environment_has_its_irradiance() -> Result<(), Failed> {
     let slack = 1.0e-5;
     ensure_mean("sunny sky", &estimate(&buffers.view(), down(0.1, 0.2), 2, SAMPLES), exact, slack)?;
     // densities of light samples off, but not those that scattering is weighted with
-    let wrong = Faulty { scene: buffers.view(), fault: Density(1.02) };
+    let wrong = Faulty { scene: buffers.view(), fault: Fault::DENSITY };
     let found = z(&estimate(&wrong, down(0.1, 0.2), 2, SAMPLES), exact, slack);
     ensure(found.abs() > two_sided_threshold(FALSE_ALARM), || format!("a density off by 2 % went unnoticed: z {found}"))
 }

@@ -4,35 +4,19 @@ use libtest_mimic::{Arguments, Failed, Trial};
 use restir_host::exec::{CpuExecutor, Executor, Flavour, GpuExecutor};
 use restir_host::{Error, Shaders};
 use restir_kernels::Case;
-use restir_kernels::check::self_check;
-use restir_kernels::check::self_check::{Operands, boundary_operands};
+use restir_kernels::check::self_check::{self, Operands, boundary_operands};
 use restir_kernels::path::path;
 use restir_tests::cases;
 use restir_tests::device::{self, Adapter, is_llvmpipe, label};
 use restir_tests::liveness::{Change, build, fuse, fuse_in_double, reassociate, undecorate};
 use restir_tests::parity::{compare, run};
 use restir_tests::suite::ensure;
+use std::collections::BTreeMap;
 use std::process::ExitCode;
 
 /// The words of a probe's results, in order.
-const FIELDS: [&str; 16] = [
-    "fused",
-    "cancelled",
-    "split",
-    "scaled",
-    "plus_zero",
-    "product_error",
-    "sum_error",
-    "div",
-    "recip",
-    "sqrt",
-    "rsqrt",
-    "exp",
-    "ln",
-    "sin",
-    "cos",
-    "atan2",
-];
+const FIELDS: &str = "fused cancelled split scaled plus_zero product_error sum_error \
+                      div recip sqrt rsqrt exp ln sin cos atan2";
 
 fn main() -> ExitCode {
     let mut trials = vec![Trial::test("native: a fused sum differs on the operands", native_fused)];
@@ -61,35 +45,29 @@ fn native_fused() -> Result<(), Failed> {
 
 /// Differing words of the probes' fields and of path; `None` for a kernel that the adapter rejects.
 struct Findings {
-    fields: Option<[usize; 16]>,
+    fields: Option<BTreeMap<&'static str, usize>>,
     path: Option<usize>,
 }
 
 impl Findings {
-    /// Runs all cases.
-    fn of(executor: &mut GpuExecutor) -> Result<Self, Failed> {
-        Ok(Self {
-            fields: unless_rejected(differing_fields(executor))?,
-            path: unless_rejected(differing_words(executor))?,
-        })
-    }
-
-    fn print(&self, what: &str) {
-        let count = |count: Option<usize>| count.map_or("rejected".to_owned(), |n| format!("{n} words"));
-        println!("{what}: path: {}", count(self.path));
-        for (field, &name) in FIELDS.iter().enumerate() {
-            println!("  {name}: {}", count(self.fields.map(|counts| counts[field])));
-        }
+    /// Runs all cases, and prints what is found.
+    fn of(executor: &mut GpuExecutor, what: &str) -> Result<Self, Failed> {
+        let fields = unless_rejected(differing_fields(executor))?;
+        let path = unless_rejected(differing_words(executor))?;
+        println!(
+            "{}, {what}: differing words, unless rejected, of path {path:?}, of self_check {fields:?}",
+            label(executor)
+        );
+        Ok(Self { fields, path })
     }
 
     /// Whether words of the field differ; of a kernel that the adapter rejects there are none.
     fn differs(&self, name: &str) -> bool {
-        let field = FIELDS.iter().position(|field| *field == name);
-        field.zip(self.fields).is_some_and(|(field, counts)| counts[field] > 0)
+        self.fields.as_ref().is_some_and(|fields| fields[name] > 0)
     }
 
     fn differs_anywhere(&self) -> bool {
-        FIELDS.iter().any(|name| self.differs(name))
+        self.fields.iter().flatten().any(|(_, &words)| words > 0)
     }
 
     /// Words of both kernels differ, and those of the named fields.
@@ -112,10 +90,6 @@ impl Findings {
         }
         Ok(())
     }
-
-    fn is_exact(&self) -> bool {
-        self.path == Some(0) && self.fields.is_some() && !self.differs_anywhere()
-    }
 }
 
 /// A module that the adapter rejects passes for neither exact nor different; it is printed.
@@ -130,14 +104,14 @@ fn unless_rejected<T>(result: Result<T, Error>) -> Result<Option<T>, Failed> {
     }
 }
 
-fn differing_fields(executor: &mut dyn Executor) -> Result<[usize; 16], Error> {
-    let mut differing = [0; 16];
+fn differing_fields(executor: &mut dyn Executor) -> Result<BTreeMap<&'static str, usize>, Error> {
+    let mut differing = BTreeMap::new();
     for case in cases::all().iter().filter(|case| case.kernel.name == self_check::DESC.name) {
-        let host = run(&mut CpuExecutor::inline(), case)?;
-        let device = run(executor, case)?;
-        for (at, (&host, &device)) in host.iter().flatten().zip(device.iter().flatten()).enumerate() {
+        let host = run(&mut CpuExecutor::inline(), case)?.concat();
+        let device = run(executor, case)?.concat();
+        for (name, (host, device)) in FIELDS.split(' ').cycle().zip(host.into_iter().zip(device)) {
             let both_nan = f32::from_bits(host).is_nan() && f32::from_bits(device).is_nan();
-            differing[at % FIELDS.len()] += usize::from(host != device && !both_nan);
+            *differing.entry(name).or_default() += usize::from(host != device && !both_nan);
         }
     }
     Ok(differing)
@@ -150,30 +124,22 @@ fn differing_words(executor: &mut dyn Executor) -> Result<usize, Error> {
     cases.map(|case| Ok(compare(executor, case)?.differing)).sum()
 }
 
-/// What the committed modules give after a change, loaded as the executor loads `exact`.
-fn changed(executor: &GpuExecutor, change: Change) -> Result<Findings, Failed> {
+/// What the committed modules give after a change, loaded as the executor loads `exact`. What differs is due to the change:
+/// without it nothing may ([`unchanged`]).
+fn findings(executor: &GpuExecutor, what: &str, change: Change) -> Result<Findings, Failed> {
     let folder = build(change)?;
     let shaders = Shaders::Folder(folder.path().to_owned());
-    Findings::of(&mut executor.reload(Flavour::Exact, shaders))
-}
-
-/// As [`changed`], printed. What differs is due to the change: without it nothing may ([`unchanged`]).
-fn findings(executor: &GpuExecutor, what: &str, change: Change) -> Result<Findings, Failed> {
-    let findings = changed(executor, change)?;
-    findings.print(&format!("{}, {what}", label(executor)));
-    Ok(findings)
+    Findings::of(&mut executor.reload(Flavour::Exact, shaders), what)
 }
 
 fn through_naga(executor: &mut GpuExecutor) -> Result<(), Failed> {
     let mut naga = executor.reload(Flavour::Exact, Shaders::from_env()).without_passthrough();
-    let findings = Findings::of(&mut naga)?;
-    findings.print(&format!("{}, {}", label(&naga), naga.loading()));
-    findings.ensure_seen_on_llvmpipe(executor)
+    let loading = naga.loading();
+    Findings::of(&mut naga, &loading)?.ensure_seen_on_llvmpipe(executor)
 }
 
 fn undecorated(executor: &mut GpuExecutor) -> Result<(), Failed> {
-    let findings = findings(executor, "without NoContraction and float controls", undecorate)?;
-    findings.ensure_seen_on_llvmpipe(executor)
+    findings(executor, "without NoContraction and float controls", undecorate)?.ensure_seen_on_llvmpipe(executor)
 }
 
 /// A fused product leaves the error-free transforms right, so `product_error` says nothing here.
@@ -192,9 +158,7 @@ fn reassociated(executor: &mut GpuExecutor) -> Result<(), Failed> {
 }
 
 fn unchanged(executor: &mut GpuExecutor) -> Result<(), Failed> {
-    let unchanged = changed(executor, |_| ())?;
-    ensure(unchanged.is_exact(), || {
-        unchanged.print("unchanged");
-        "words of unchanged modules differ".to_owned()
-    })
+    let found = findings(executor, "unchanged", |_| ())?;
+    let is_exact = found.path == Some(0) && found.fields.is_some() && !found.differs_anywhere();
+    ensure(is_exact, || "words of unchanged modules differ".to_owned())
 }

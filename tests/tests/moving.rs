@@ -1,27 +1,27 @@
 //! Scenes that move, by ReSTIR DI: the same bits on every executor, and no bias by what the last frame was like.
 
 use libtest_mimic::{Arguments, Failed, Trial};
-use rayon::prelude::*;
-use restir_host::Error;
 use restir_host::buffers::SceneBuffers;
 use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::plan::{FramePlan, Pass};
 use restir_host::render::{self, Render};
-use restir_host::scene::{Camera, Scene, builtin};
+use restir_host::scene::Camera;
 use restir_host::technique::Technique;
-use restir_host::technique::path::PathSettings;
-use restir_host::technique::restir_di::{DiSettings, Tiles};
+use restir_host::technique::restir_di::DiSettings;
 use restir_kernels::restir_di::{di_combine, di_primary, di_tiles};
 use restir_shared::glam::DVec3;
 use restir_shared::layout::{Extent, NONE, SceneHeader};
 use restir_shared::technique::restir_di::{DI_OTHER_FRAME, DiParams, TileParams};
+use restir_shared::technique::path::PathParams;
+use restir_tests::bias::{ensure_biased, ensure_unbiased, film_moments, path_moments};
 use restir_tests::device;
 use restir_tests::lockstep::{first_divergence, trace};
 use restir_tests::native::{changed, edit, film, plan};
+use restir_tests::scenes::{buffers, path_params};
 use restir_tests::stats::{Moments, TileGrid, TileTest};
 use restir_tests::suite::ensure;
 use restir_tests::technique::Trials;
-use std::ops::ControlFlow;
+use restir_tests::technique::restir_di::settings;
 use std::process::ExitCode;
 use std::sync::OnceLock;
 
@@ -36,8 +36,7 @@ const FAMILY_RATE: f64 = 1.0e-3;
 const RESTARTS: u32 = 256;
 /// Seeds of the reference lie beyond those of the chains.
 const REFERENCE_SEED: u32 = 1 << 31;
-const REFERENCE_SAMPLES: u32 = 64;
-const REFERENCE_RESTARTS: u32 = 64;
+const REFERENCE_RESTARTS: u32 = 4096;
 
 fn main() -> ExitCode {
     let mut trials: Vec<Trial> = vec![
@@ -45,8 +44,8 @@ fn main() -> ExitCode {
         Trial::test(format!("quality: {FRAMES} frames by any tracer"), any_tracer_gives_the_same),
         Trial::test("what differs for one pass is found there", what_differs_is_found),
     ];
-    trials.extend(VARIANTS.map(|(name, tiles, change, wrong)| {
-        Trial::test(format!("frame {LAST_FRAME} {name}"), move || against_path_tracing(tiles, change, wrong))
+    trials.extend(VARIANTS.map(|(name, text, change, wrong)| {
+        Trial::test(format!("frame {LAST_FRAME} {name}"), move || against_path_tracing(name, text, change, wrong))
     }));
     trials.extend(device::trials("moving", |adapter| {
         let trials = |trials: Trials| {
@@ -61,14 +60,6 @@ fn main() -> ExitCode {
     libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
 }
 
-fn scene() -> Result<SceneBuffers, Failed> {
-    Ok(SceneBuffers::build(&Scene::load("moving")?)?)
-}
-
-fn quality() -> Result<DiSettings, Failed> {
-    Ok(DiSettings::preset("quality").ok_or("no such preset")?)
-}
-
 /// A camera that flies past, at every frame.
 fn frames(technique: impl Into<Box<dyn Technique>>) -> Render {
     let camera = |frame: u32| {
@@ -80,19 +71,8 @@ fn frames(technique: impl Into<Box<dyn Technique>>) -> Render {
     Render { count: FRAMES, accumulate: true, seed: 3, cameras, ..Render::new(SIZE, technique) }
 }
 
-/// All planes after the last pass.
-fn planes(executor: &mut dyn Executor, plan: FramePlan<'_>) -> Result<Vec<Vec<u32>>, Failed> {
-    let outputs = (3..plan.buffers.len()).collect();
-    Ok(executor.run(FramePlan { outputs, ..plan }, &mut |_| ControlFlow::Continue(()))?)
-}
-
-fn ensure_same(a: &[Vec<u32>], b: &[Vec<u32>], what: &str) -> Result<(), Failed> {
-    let differing = a.iter().zip(b).map(|(a, b)| a.iter().zip(b).filter(|(a, b)| a != b).count()).sum::<usize>();
-    ensure(differing == 0 && a.len() == b.len(), || format!("{what}: {differing} words differ"))
-}
-
 fn same_on_device(executor: &mut dyn Executor, render: Render) -> Result<(), Failed> {
-    let scene = scene()?;
+    let scene = buffers("moving")?;
     render::check(&scene, &render)?;
     let host = trace(&mut CpuExecutor::new(None)?, plan(&scene, &render))?;
     let found = first_divergence(executor, plan(&scene, &render), &host)?;
@@ -103,8 +83,8 @@ fn same_on_device(executor: &mut dyn Executor, render: Render) -> Result<(), Fai
 /// it is in, also where the last picture has nothing of it.
 fn what_differs_is_found() -> Result<(), Failed> {
     const FRAME: u32 = 5;
-    let (scene, mut cpu) = (scene()?, CpuExecutor::new(None)?);
-    let render = Render { count: FRAME + 2, accumulate: false, ..frames(quality()?) };
+    let (scene, mut cpu) = (buffers("moving")?, CpuExecutor::new(None)?);
+    let render = Render { count: FRAME + 2, accumulate: false, ..frames(settings("preset=quality")) };
     let host = trace(&mut cpu, plan(&scene, &render))?;
     let same = first_divergence(&mut cpu, plan(&scene, &render), &host)?;
     ensure(same.is_none(), || format!("a run differs from itself: {same:?}"))?;
@@ -137,25 +117,17 @@ fn what_differs_is_found() -> Result<(), Failed> {
 
 /// The wide trees of both frames, or the arenas that hold both.
 fn any_tracer_gives_the_same() -> Result<(), Failed> {
-    let (scene, render) = (scene()?, frames(quality()?));
-    let wide = planes(&mut CpuExecutor::new(None)?, plan(&scene, &render))?;
-    let mut in_arenas = plan(&scene, &render);
-    in_arenas.scene = None;
-    in_arenas.passes = Box::new(in_arenas.passes.map(|pass| {
-        let mut pass = pass?;
-        if let Some(frame) = &mut pass.frame {
-            frame.scenes = None;
-        }
-        Ok(pass)
-    }));
-    let arenas = planes(&mut CpuExecutor::new(Some(1))?, in_arenas)?;
-    ensure_same(&wide, &arenas, "wide trees and arenas")?;
-    let black = wide.last().is_none_or(|film| film.iter().all(|word| *word == 0));
-    ensure(!black, || "the picture is black".to_owned())
+    let (scene, render) = (buffers("moving")?, frames(settings("preset=quality")));
+    let wide = trace(&mut CpuExecutor::new(None)?, plan(&scene, &render))?;
+    let in_arenas = FramePlan { scene: None, ..changed(plan(&scene, &render), by_arenas) };
+    let found = first_divergence(&mut CpuExecutor::new(Some(1))?, in_arenas, &wide)?;
+    ensure(found.is_none(), || format!("{found:?}"))?;
+    let film = wide.last().and_then(|buffers| buffers.last());
+    ensure(film.is_some_and(|film| film.iter().any(|word| *word != 0)), || "the picture is black".to_owned())
 }
 
 fn a_still_scene_pays_nothing() -> Result<(), Failed> {
-    let scene = SceneBuffers::build(&builtin::scene("cornell").ok_or("no such scene")?)?;
+    let scene = buffers("cornell")?;
     let render = Render { count: 4, ..Render::new([4, 4], DiSettings::default()) };
     let plan = plan(&scene, &render);
     let arenas = [&scene.geometry, &scene.attributes, &scene.texels].map(|words| words.len());
@@ -169,58 +141,36 @@ fn a_still_scene_pays_nothing() -> Result<(), Failed> {
 /// Direct light at the time of the last frame, by path tracing.
 fn reference(scene: &SceneBuffers) -> Result<&'static [Moments], Failed> {
     static MOMENTS: OnceLock<Vec<Moments>> = OnceLock::new();
-    if let Some(moments) = MOMENTS.get() {
-        return Ok(moments);
-    }
     let moved = scene.at(f64::from(LAST_FRAME))?;
-    let mut executor = CpuExecutor::new(None)?;
-    let path = PathSettings { max_depth: 2, ..PathSettings::default() };
-    let batch = Render { count: REFERENCE_SAMPLES, ..Render::new([GRID.width, GRID.height], path) };
-    let image = |restart| -> Result<Vec<[f32; 3]>, Failed> {
-        let batch = Render { seed: REFERENCE_SEED + restart, ..batch.clone() };
-        Ok(render::render(&mut executor, &moved, &batch, &mut |_| ControlFlow::Continue(()))?.image.pixels)
-    };
-    let images = (0..REFERENCE_RESTARTS).map(image).collect::<Result<Vec<_>, _>>()?;
-    Ok(MOMENTS.get_or_init(|| moments(&images)))
-}
-
-fn moments(images: &[Vec<[f32; 3]>]) -> Vec<Moments> {
-    let pixel = |restart: u32, x, y| images[restart as usize][(y * GRID.width + x) as usize].map(f64::from);
-    GRID.moments(images.len() as u32, pixel)
+    let params = PathParams { seed: REFERENCE_SEED, ..path_params(&moved, [GRID.width, GRID.height], 2) };
+    Ok(MOMENTS.get_or_init(|| path_moments(GRID, REFERENCE_RESTARTS, &moved.traced_view(), params)))
 }
 
 /// The last frame of independent chains.
-fn chains(scene: &SceneBuffers, tiles: Option<Tiles>, change: Change, restarts: u32) -> Result<Vec<Moments>, Failed> {
-    let settings = DiSettings { candidates: 4, neighbours: 2, tiles, ..DiSettings::default() };
-    let image = |seed| -> Result<Vec<[f32; 3]>, Error> {
-        let size = [GRID.width, GRID.height];
-        let render = Render { count: LAST_FRAME + 1, seed, ..Render::new(size, settings.clone()) };
-        Ok(film(changed(plan(scene, &render), change))?.iter().map(|pixel| pixel.sum).collect())
-    };
-    Ok(moments(&(0..restarts).into_par_iter().map(image).collect::<Result<Vec<_>, _>>()?))
-}
-
-fn against_path_tracing(tiles: Option<Tiles>, change: Change, biased: bool) -> Result<(), Failed> {
-    let scene = scene()?;
+fn against_path_tracing(name: &str, text: &str, change: Change, biased: bool) -> Result<(), Failed> {
+    let scene = buffers("moving")?;
+    let settings = settings(&format!("candidates=4,neighbours=2,{text}"));
     // what is wrong is wrong by a fifth
     let restarts = if biased { RESTARTS / 8 } else { RESTARTS };
-    let test = TileTest { grid: GRID, family_rate: FAMILY_RATE };
-    let verdict = test.compare(&chains(&scene, tiles, change, restarts)?, reference(&scene)?);
-    println!("{verdict}");
-    ensure(verdict.passed() != biased, || verdict.to_string())
+    let chains = film_moments(GRID, restarts, |seed| {
+        let size = [GRID.width, GRID.height];
+        let render = Render { count: LAST_FRAME + 1, seed, ..Render::new(size, settings.clone()) };
+        film(changed(plan(&scene, &render), change))
+    })?;
+    let verdict = TileTest { grid: GRID, family_rate: FAMILY_RATE }.compare(&chains, reference(&scene)?);
+    if biased { ensure_biased(name, &verdict) } else { ensure_unbiased(name, &verdict, f64::INFINITY) }
 }
 
 /// What is done to the passes.
 type Change = fn(&mut Pass);
 
-const TILES: Option<Tiles> = Some(Tiles { count: 4, size: 256 });
-/// Name, tiles, what is done, and whether that is wrong.
-const VARIANTS: [(&str, Option<Tiles>, Change, bool); 5] = [
-    ("is unbiased", None, |_| (), false),
-    ("is biased by the last frame seen in this one's geometry", None, in_this_geometry, true),
-    ("is biased by lights that are taken for others", None, without_translation, true),
-    ("is unbiased with tiles", TILES, |_| (), false),
-    ("is biased by the last frame's tiles", TILES, without_new_tiles, true),
+/// Name, settings, what is done, and whether that is wrong.
+const VARIANTS: [(&str, &str, Change, bool); 5] = [
+    ("is unbiased", "", |_| (), false),
+    ("is biased by the last frame seen in this one's geometry", "", in_this_geometry, true),
+    ("is biased by lights that are taken for others", "", without_translation, true),
+    ("is unbiased with tiles", "tiles=4x256", |_| (), false),
+    ("is biased by the last frame's tiles", "tiles=4x256", without_new_tiles, true),
 ];
 
 /// All candidates but one are those of the frame before.
@@ -243,15 +193,17 @@ fn edit_temporal(pass: &mut Pass, change: impl Fn(&mut DiParams)) {
     });
 }
 
+/// Rays are traced in the arenas, as the parameters have it.
+fn by_arenas(pass: &mut Pass) {
+    pass.frame.iter_mut().for_each(|frame| frame.scenes = None);
+}
+
 fn in_this_geometry(pass: &mut Pass) {
-    // by the arenas, as the parameters have it
-    if let Some(frame) = &mut pass.frame {
-        frame.scenes = None;
-    }
+    by_arenas(pass);
     edit_temporal(pass, |params| {
         let SceneHeader { light_base, alias_base, light_count, punctual_base, material_base, counterpart_base, .. } =
             params.other_scene;
-        let lights = SceneHeader {
+        params.other_scene = SceneHeader {
             light_base,
             alias_base,
             light_count,
@@ -260,7 +212,6 @@ fn in_this_geometry(pass: &mut Pass) {
             counterpart_base,
             ..params.scene
         };
-        params.other_scene = lights;
     });
 }
 

@@ -5,58 +5,47 @@ use restir_host::buffers::SceneBuffers;
 use restir_host::exec::CpuExecutor;
 use restir_host::plan::Pass;
 use restir_host::render::{self, Render};
-use restir_host::replay::Recording;
+use restir_host::replay::{Counts, Recording};
 use restir_host::scene::{Camera, Material, Mesh, Scene};
-use restir_host::technique::restir_di::{DiSettings, MisForm, Temporal, Tiles, Visibility, VisibilityReuse};
+use restir_host::technique::restir_di::{DiSettings, MisForm};
 use restir_kernels::restir_di::{di_combine, di_exchange, di_gather, di_offer, di_primary};
-use restir_shared::glam::{UVec4, Vec3};
+use restir_shared::glam::{DVec3, UVec4, Vec3};
 use restir_shared::layout::FilmPixel;
 use restir_shared::pack::decode_unit_vector;
 use restir_shared::resample::mis::{Combine, Mis};
 use restir_shared::resample::packed::LEVELS;
 use restir_shared::scene::{AddressedLights, AnyScene, LightAddress, Surface, Trace};
-use restir_shared::technique::path;
-use restir_shared::technique::path::PathParams;
 use restir_shared::technique::restir_di::{
     self as passes, DI_FINAL_RAY, DI_MIS_VISIBILITY, DI_OTHER_FRAME, DiPairs, DiParams, DiPoint, Stored,
 };
+use restir_shared::technique::path::PathParams;
+use restir_tests::bias::{ensure_biased, ensure_unbiased, film_moments, path_moments};
 use restir_tests::capture::{Capture, captured, last};
 use restir_tests::native::{changed, edit, film, film_over, plan};
 use restir_tests::panes::Panes;
 use restir_tests::random::SplitMix;
-use restir_tests::scenes::named;
+use restir_tests::scenes::{buffers, path_params};
 use restir_tests::stats::{Moments, TileGrid, TileTest, Verdict, ZTest};
 use restir_tests::suite::ensure;
+use restir_tests::technique::restir_di::settings;
 use std::ops::ControlFlow;
 use std::sync::OnceLock;
 
 restir_tests::suite! {
-    other_scenes_give_the_bits_of_renders combines_cost_what_the_table_says
-    selection_by_visibility_costs_what_the_table_says evaluations_grow_with_k_and_its_square
-    frames_cost_what_the_table_says averaged_visibility_costs_two_rays without_neighbours_a_reservoir_stays
-    known_visibility_needs_no_final_ray a_still_view_merges_as_by_talbot images_of_one_pixel_and_one_row_render
-    without_lights_it_is_dark reservoirs_come_back_from_their_words broken_words_are_empty_reservoirs
-    a_shaded_neighbour_costs_one_evaluation to_be_a_neighbour_is_mutual shading_with_neighbours_is_pairwise_mis
-    unbiased_settings_agree_with_paths wrong_settings_are_seen
+    other_scenes_give_the_bits_of_renders combines_cost_what_the_table_says frames_cost_what_the_table_says
+    without_neighbours_a_reservoir_stays known_visibility_needs_no_final_ray a_still_view_merges_as_by_talbot
+    images_of_one_pixel_and_one_row_render without_lights_it_is_dark reservoirs_come_back_from_their_words
+    broken_words_are_empty_reservoirs a_shaded_neighbour_costs_one_evaluation to_be_a_neighbour_is_mutual
+    shading_with_neighbours_is_pairwise_mis unbiased_settings_agree_with_paths wrong_settings_are_seen
 }
 
-/// Candidates from lights, selection without visibility, a final ray.
-fn plain(mis: MisForm) -> DiSettings {
-    DiSettings { mis, candidates: 4, ..DiSettings::visibility_in_shading() }
-}
-
-/// Occluded initial samples count for nothing, and MIS weights know of it.
-fn reusing_visibility(mis: MisForm) -> DiSettings {
-    DiSettings { visibility_reuse: VisibilityReuse::Weights, ..plain(mis) }
-}
-
-fn buffers(name: &str) -> Result<SceneBuffers, Failed> {
-    let scene = named(name).ok_or_else(|| Failed::from(format!("no scene {name}")))?;
-    Ok(SceneBuffers::build(&scene)?)
+/// Settings that differ as the text says from four candidates, selection without visibility, and a final ray.
+fn plain(text: &str) -> DiSettings {
+    settings(&format!("candidates=4,scatter=off,visibility_reuse=off,visibility=ray,shaded=0,{text}"))
 }
 
 fn bits(film: &[FilmPixel]) -> Vec<[u32; 4]> {
-    film.iter().map(|p| [p.sum[0], p.sum[1], p.sum[2], p.dropped].map(f32::to_bits)).collect()
+    film.iter().copied().map(bytemuck::cast).collect()
 }
 
 /// Frames of a scene, of which the last one is the picture.
@@ -67,22 +56,16 @@ fn render(size: [u32; 2], settings: &DiSettings, frames: u32, seed: u32) -> Rend
 /// What follows is tested over scenes that count, or answer otherwise, by the same executor; this is that a user gets the same.
 fn other_scenes_give_the_bits_of_renders() -> Result<(), Failed> {
     let mut executor = CpuExecutor::new(None)?;
-    let default = DiSettings::default();
-    let presets = DiSettings::PRESETS.iter().filter_map(|name| DiSettings::preset(name));
-    let more = [
-        DiSettings { jitter: true, spatial: 2, ..default.clone() },
-        DiSettings { temporal: Temporal::Fused, ..default.clone() },
-        DiSettings { temporal: Temporal::Off, ..default.clone() },
-        // in several passes, whose number is no power of two
-        DiSettings { shaded: 20, ..default },
-    ];
+    let presets = DiSettings::PRESETS.iter().map(|name| format!("preset={name}"));
+    // the last in several passes, whose number is no power of two
+    let more = ["jitter=on,spatial=2", "temporal=fused", "temporal=off", "shaded=20"].map(str::to_owned);
     let buffers = buffers("all-lights")?;
-    for settings in presets.chain(more) {
-        let render = render([20, 14], &settings, 3, 7);
+    for text in presets.chain(more) {
+        let render = render([20, 14], &settings(&text), 3, 7);
         let rendered = render::render(&mut executor, &buffers, &render, &mut |_| ControlFlow::Continue(()))?;
         let film = film_over(&buffers.view(), plan(&buffers, &render))?;
         let same = film.iter().zip(&rendered.image.pixels).all(|(a, b)| a.sum.map(f32::to_bits) == b.map(f32::to_bits));
-        ensure(same, || format!("{settings:?}"))?;
+        ensure(same, || text)?;
     }
     Ok(())
 }
@@ -91,53 +74,20 @@ const SIDE: u32 = 24;
 
 /// A wall under a light that all of it sees: every sample of every pixel is worth something everywhere.
 fn lit_wall() -> Result<SceneBuffers, Failed> {
-    let mut scene = Scene {
-        camera: Some(Camera::pinhole([0.0, 0.0, 3.0].into(), [0.0; 3].into(), [0.0, 1.0, 0.0].into(), 0.6)),
-        ..Scene::default()
-    };
+    let (x, y) = (DVec3::X, DVec3::Y);
+    let mut scene = Scene { camera: Some(Camera::pinhole(DVec3::Z * 3.0, DVec3::ZERO, y, 0.6)), ..Scene::default() };
     let wall = scene.add_material(Material::diffuse("wall", [0.5; 3]));
-    scene.add_mesh(
-        "wall",
-        wall,
-        Mesh::quad([-3.0, -3.0, 0.0].into(), [[6.0, 0.0, 0.0].into(), [0.0, 6.0, 0.0].into()]),
-    );
-    scene.add_quad_light([-1.0, -1.0, 5.0].into(), [[0.0, 2.0, 0.0].into(), [2.0, 0.0, 0.0].into()], [3.0; 3], false);
+    scene.add_mesh("wall", wall, Mesh::quad(DVec3::new(-3.0, -3.0, 0.0), [x * 6.0, y * 6.0]));
+    scene.add_quad_light(DVec3::new(-1.0, -1.0, 5.0), [y * 2.0, x * 2.0], [3.0; 3], false);
     Ok(SceneBuffers::build(&scene)?)
 }
 
-/// Of some work: rays for their nearest hit, shadow rays, and lights at an address, each of which is an evaluation of a target.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Cost {
-    closest: u32,
-    shadow: u32,
-    evaluations: u32,
-}
-
-/// What one invocation leaves, and what it asks.
-fn invoke<S: AnyScene>(capture: &Capture, scene: &S, at: [u32; 2]) -> (Vec<Vec<u32>>, Cost) {
+/// What one invocation leaves, and what it asks, but for surfaces: rays for their nearest hit, shadow rays, and lights at an
+/// address, each of which is an evaluation of a target.
+fn invoke<S: AnyScene>(capture: &Capture, scene: &S, at: [u32; 2]) -> (Vec<Vec<u32>>, Counts) {
     let recording = Recording::new(scene);
-    let (made, counts) = (capture.invoke(&recording, at), recording.counts());
-    let [closest, shadow, evaluations] = [counts.closest, counts.shadow, counts.light_samples].map(|n| n as u32);
-    (made, Cost { closest, shadow, evaluations })
-}
-
-/// The costs of a combine of exactly k inputs, one for each pixel that has so many: the pixel's own reservoir, and of
-/// the last frame the one at its place and k - 2 around.
-fn costs(settings: &DiSettings, k: u32) -> Result<Vec<Cost>, Failed> {
-    let buffers = lit_wall()?;
-    let view = buffers.view();
-    let settings = DiSettings { still: false, temporal: Temporal::Fused, neighbours: k - 2, ..settings.clone() };
-    let captures = captured(plan(&buffers, &render([SIDE; 2], &settings, 2, 3)))?;
-    let combine = last(&captures, &di_combine::DESC);
-    let costs = combine.positions().filter_map(|at| {
-        let (made, cost) = invoke(combine, &view, at);
-        // every input counts once
-        (reservoir(&made).confidence == k as f32).then_some(cost)
-    });
-    let costs: Vec<Cost> = costs.collect();
-    // a neighbour at the pixel's own place is none
-    ensure(costs.len() as u32 > SIDE * SIDE * 9 / 10, || format!("{} pixels have {k} inputs", costs.len()))?;
-    Ok(costs)
+    let made = capture.invoke(&recording, at);
+    (made, Counts { surfaces: 0, ..recording.counts() })
 }
 
 /// The reservoir that an invocation leaves.
@@ -145,171 +95,146 @@ fn reservoir(made: &[Vec<u32>]) -> Stored {
     Stored::unpack(bytemuck::pod_read_unaligned(bytemuck::cast_slice(&made[0])))
 }
 
-fn ensure_costs(settings: &DiSettings, k: u32, shadow: &[u32], evaluations: u32) -> Result<(), Failed> {
-    let costs = costs(settings, k)?;
-    let wrong = costs.iter().find(|c| c.closest != 0 || !shadow.contains(&c.shadow) || c.evaluations != evaluations);
-    ensure(wrong.is_none(), || {
-        format!("k = {k}: {wrong:?} for {shadow:?} rays, {evaluations} evaluations, of {settings:?}")
-    })
+/// The costs of a combine of exactly k inputs, at each pixel that has so many: the pixel's own reservoir, and of the last
+/// frame the one at its place and k - 2 around.
+fn ensure_costs(text: &str, k: u32, shadow: &[u32], evaluations: u32) -> Result<(), Failed> {
+    let buffers = lit_wall()?;
+    let view = buffers.view();
+    let settings = DiSettings { neighbours: k - 2, ..plain(&format!("still=off,temporal=fused,{text}")) };
+    let captures = captured(plan(&buffers, &render([SIDE; 2], &settings, 2, 3)))?;
+    let combine = last(&captures, &di_combine::DESC);
+    let costs = combine.positions().map(|at| invoke(combine, &view, at));
+    // every input counts once
+    let costs: Vec<Counts> =
+        costs.filter(|(made, _)| reservoir(made).confidence == k as f32).map(|(_, cost)| cost).collect();
+    // a neighbour at the pixel's own place is none
+    ensure(costs.len() as u32 > SIDE * SIDE * 9 / 10, || format!("{} pixels have {k} inputs", costs.len()))?;
+    let right = shadow.iter().map(|&shadow| counts(shadow, evaluations)).collect::<Vec<_>>();
+    let wrong = costs.iter().find(|cost| !right.contains(cost));
+    ensure(wrong.is_none(), || format!("k = {k}, {text}: {wrong:?} is none of {right:?}"))
+}
+
+fn counts(shadow: u32, evaluations: u32) -> Counts {
+    Counts { shadow: shadow.into(), light_samples: evaluations.into(), ..Counts::default() }
 }
 
 /// Rays as of §1.13 of Bitterli's count less those of a sample at its own pixel; evaluations with the k that select.
 fn combines_cost_what_the_table_says() -> Result<(), Failed> {
-    for k in [2, 5, 6] {
+    for k in 2..=9 {
         let pairs = 2 * (k - 1);
         let rows = [
-            (MisForm::OneOverZ, k - 1, k + k),
-            (MisForm::Contribution, k - 1, k + k),
-            (MisForm::Talbot, k * k - k, k * k),
-            (MisForm::Pairwise, pairs, k + pairs),
-            (MisForm::PairwiseDefensive, pairs, k + pairs),
-            (MisForm::PairwiseCounted, pairs, k + pairs),
+            ("1/z", k - 1, k + k),
+            ("contribution", k - 1, k + k),
+            ("talbot", k * k - k, k * k),
+            ("pairwise", pairs, k + pairs),
+            ("pairwise-defensive", pairs, k + pairs),
+            ("pairwise-counted", pairs, k + pairs),
         ];
         for (form, rays, evaluations) in rows {
-            ensure_costs(&reusing_visibility(form), k, &[rays], evaluations)?;
+            ensure_costs(&format!("mis={form},visibility_reuse=weights"), k, &[rays], evaluations)?;
             // without visibility the selected sample's target at the pixel is known
-            let known = u32::from(matches!(form, MisForm::OneOverZ | MisForm::Contribution));
-            ensure_costs(&plain(form), k, &[0], evaluations - known)?;
+            let known = u32::from(["1/z", "contribution"].contains(&form));
+            ensure_costs(&format!("mis={form}"), k, &[0], evaluations - known)?;
         }
-        for form in [MisForm::OneOverM, MisForm::Constant] {
-            ensure_costs(&DiSettings { visibility_reuse: VisibilityReuse::Candidates, ..plain(form) }, k, &[0], k)?;
+        for form in ["1/m", "constant"] {
+            ensure_costs(&format!("mis={form},visibility_reuse=candidates"), k, &[0], k)?;
         }
+        let by_visibility = "visibility_reuse=selection,visibility=selected";
+        // with visibility in the selection: nothing more for pairwise MIS; for contribution MIS k - 1 to select by, then one
+        // for each other pixel, but for the one that the sample comes from
+        ensure_costs(&format!("mis=pairwise-defensive,{by_visibility}"), k, &[pairs], k + pairs)?;
+        ensure_costs(&format!("mis=contribution,{by_visibility}"), k, &[2 * k - 3, 2 * k - 2], 2 * k - 1)?;
     }
     Ok(())
 }
 
-/// With visibility in the selection: nothing more for pairwise MIS; for contribution MIS k - 1 to select by, then one for
-/// each other pixel, but for the one that the sample comes from.
-fn selection_by_visibility_costs_what_the_table_says() -> Result<(), Failed> {
-    for k in [2, 5, 6] {
-        let by_visibility = |form| DiSettings {
-            visibility_reuse: VisibilityReuse::Selection,
-            visibility: Visibility::Selected,
-            ..reusing_visibility(form)
-        };
-        ensure_costs(&by_visibility(MisForm::PairwiseDefensive), k, &[2 * (k - 1)], 3 * k - 2)?;
-        ensure_costs(&by_visibility(MisForm::Contribution), k, &[2 * k - 3, 2 * k - 2], 2 * k - 1)?;
-    }
-    Ok(())
-}
-
-/// The slope of a line through points of logarithms.
-fn slope(points: &[(f64, f64)]) -> f64 {
-    let logs: Vec<(f64, f64)> = points.iter().map(|(x, y)| (x.ln(), y.ln())).collect();
-    let mean = |f: fn(&(f64, f64)) -> f64| logs.iter().map(f).sum::<f64>() / logs.len() as f64;
-    let (x, y) = (mean(|p| p.0), mean(|p| p.1));
-    logs.iter().map(|p| (p.0 - x) * (p.1 - y)).sum::<f64>() / logs.iter().map(|p| (p.0 - x).powi(2)).sum::<f64>()
-}
-
-/// Evaluations for MIS, each of which would be a ray if pixels did not know their own samples: of Talbot's weights the
-/// square of k, of contribution MIS k, less what the selection needs in any case.
-fn evaluations_grow_with_k_and_its_square() -> Result<(), Failed> {
-    let points = |form, selection: fn(u32) -> u32| -> Result<Vec<(f64, f64)>, Failed> {
-        (2..=9)
-            .map(|k| Ok((f64::from(k), f64::from(costs(&reusing_visibility(form), k)?[0].evaluations - selection(k)))))
-            .collect()
-    };
-    let square = slope(&points(MisForm::Talbot, |_| 0)?);
-    let line = slope(&points(MisForm::Contribution, |k| k)?);
-    ensure((square - 2.0).abs() < 0.05 && (line - 1.0).abs() < 0.05, || format!("slopes {square} and {line}"))
-}
-
-/// The shadow rays of a frame's passes: initial, temporal with 2 inputs, spatial with 5, final.
-fn frame_costs(settings: &DiSettings, neighbours: u32) -> Result<[u32; 4], Failed> {
+/// The shadow rays of a frame's passes: initial, temporal with 2 inputs, spatial with one for each neighbour besides, final.
+fn frame_costs(settings: &DiSettings) -> Result<[u64; 4], Failed> {
     let buffers = lit_wall()?;
     let view = buffers.view();
-    let settings = DiSettings { neighbours, shaded: 0, feedback: false, ..settings.clone() };
-    let captures = captured(plan(&buffers, &render([SIDE; 2], &settings, 2, 3)))?;
-    let second = captures.iter().filter(|capture| capture.pass.params::<DiParams>().is_some_and(|p| p.frame == 1));
-    let passes: Vec<Capture> = second.filter(|c| c.pass.kernel.name != di_primary::DESC.name).cloned().collect();
-    let [initial, temporal, spatial, shading] = &passes[..] else {
-        return Err(format!("{} passes", passes.len()).into());
+    let captures = captured(plan(&buffers, &render([SIDE; 2], settings, 2, 3)))?;
+    let is_primary = |capture: &Capture| capture.pass.kernel.name == di_primary::DESC.name;
+    let of_second = |capture: &&Capture| capture.pass.params::<DiParams>().is_some_and(|p| p.frame == 1);
+    let second: Vec<&Capture> = captures.iter().filter(of_second).filter(|capture| !is_primary(capture)).collect();
+    let [initial, temporal, spatial, shading] = second[..] else {
+        return Err(format!("{} passes", second.len()).into());
     };
     let cost = |capture: &Capture, at| invoke(capture, &view, at).1.shadow;
     // each input stands for two
-    let full = |at: &[u32; 2]| reservoir(&spatial.invoke(&view, *at)).confidence == 2.0 * (1 + neighbours) as f32;
+    let inputs = 2.0 * (1 + settings.neighbours) as f32;
+    let full = |at: &[u32; 2]| reservoir(&spatial.invoke(&view, *at)).confidence == inputs;
     let pixels: Vec<[u32; 2]> = spatial.positions().filter(full).collect();
     ensure(pixels.len() as u32 > SIDE * SIDE * 9 / 10, || format!("{} pixels have all inputs", pixels.len()))?;
-    let one = |capture: &Capture| -> Result<u32, Failed> {
+    let one = |capture: &Capture| -> Result<u64, Failed> {
         let first = cost(capture, pixels[0]);
         ensure(pixels.iter().all(|&at| cost(capture, at) == first), || format!("the cost differs, {settings:?}"))?;
         Ok(first)
     };
-    let initial = initial.positions().map(|at| cost(initial, at)).sum::<u32>() / (SIDE * SIDE);
+    let initial = initial.positions().map(|at| cost(initial, at)).sum::<u64>() / u64::from(SIDE * SIDE);
     Ok([initial, one(temporal)?, one(spatial)?, one(shading)?])
 }
 
 fn frames_cost_what_the_table_says() -> Result<(), Failed> {
-    let biased = DiSettings { visibility_reuse: VisibilityReuse::Candidates, ..plain(MisForm::OneOverM) };
     let rows = [
-        (reusing_visibility(MisForm::Contribution), [1, 1, 4, 1], 7),
-        (reusing_visibility(MisForm::Talbot), [1, 2, 20, 1], 24),
-        (reusing_visibility(MisForm::PairwiseDefensive), [1, 2, 8, 1], 12),
-        (biased, [1, 0, 0, 1], 2),
-        (plain(MisForm::Contribution), [0, 0, 0, 1], 1),
-        (plain(MisForm::Talbot), [0, 0, 0, 1], 1),
+        ("mis=contribution,visibility_reuse=weights", [1, 1, 4, 1]),
+        ("mis=talbot,visibility_reuse=weights", [1, 2, 20, 1]),
+        ("mis=pairwise-defensive,visibility_reuse=weights", [1, 2, 8, 1]),
+        ("mis=1/m,visibility_reuse=candidates", [1, 0, 0, 1]),
+        ("mis=contribution", [0, 0, 0, 1]),
+        ("mis=talbot", [0, 0, 0, 1]),
+        // averaged visibility: one ray for the initial sample and one for each neighbour, none to shade
+        ("preset=wis,scatter=off", [1, 0, 1, 0]),
     ];
-    for (settings, parts, total) in rows {
-        let moving = DiSettings { still: false, ..settings.clone() };
-        let found = frame_costs(&moving, 4)?;
-        ensure(found == parts && found.iter().sum::<u32>() == total, || {
-            format!("{found:?} for {parts:?}, {settings:?}")
-        })?;
-        // a view that stands still knows what the last frame's pixel saw
-        let found = frame_costs(&settings, 4)?;
-        let parts = [parts[0], 0, parts[2], parts[3]];
-        ensure(found == parts, || format!("{found:?} for {parts:?} in a still view, {settings:?}"))?;
+    for (text, parts) in rows {
+        for still in [false, true] {
+            let settings = DiSettings { still, feedback: false, ..plain(text) };
+            // a view that stands still knows what the last frame's pixel saw
+            let expected = if still { [parts[0], 0, parts[2], parts[3]] } else { parts };
+            let found = frame_costs(&settings)?;
+            ensure(found == expected, || format!("{found:?} for {expected:?}, {text}, still: {still}"))?;
+        }
     }
     Ok(())
-}
-
-/// One for the initial sample, one for the neighbour's, none for the last frame's and none to shade.
-fn averaged_visibility_costs_two_rays() -> Result<(), Failed> {
-    let wis = DiSettings::preset("wis").ok_or("no preset wis")?;
-    let found = frame_costs(&DiSettings { scatter: false, ..wis }, 1)?;
-    ensure(found == [1, 0, 1, 0], || format!("{found:?}"))
 }
 
 /// All neighbours rejected, or none asked for: the words stay as they are.
 fn without_neighbours_a_reservoir_stays() -> Result<(), Failed> {
     let buffers = buffers("all-lights")?;
     let view = buffers.view();
-    for form in MisForm::ALL {
-        let name = form.name();
-        for settings in [plain(form), reusing_visibility(form)] {
-            let settings = DiSettings { still: false, ..settings };
-            let captures = captured(plan(&buffers, &render([12, 12], &settings, 3, 5)))?;
-            for combine in captures.iter().filter(|capture| capture.pass.kernel.name == di_combine::DESC.name) {
-                let in_place = combine.params::<DiParams>().flags & DI_OTHER_FRAME != 0;
-                let own: Vec<[u32; 4]> = combine.plane(if in_place { "reservoirs" } else { "others" });
-                for neighbours in [0, 4] {
-                    // no cosine is so large
-                    let alone = combine.edited(|p: &mut DiParams| (p.neighbours, p.min_normal_cos) = (neighbours, 2.0));
-                    let stays = alone.positions().zip(&own).all(|(at, own)| alone.invoke(&view, at)[0] == own);
-                    ensure(stays, || format!("{name}, {neighbours} neighbours, of the last frame: {in_place}"))?;
-                }
+    let is_combine = |capture: &&Capture| capture.pass.kernel.name == di_combine::DESC.name;
+    for text in with_all_forms(["still=off", "still=off,visibility_reuse=weights"]) {
+        let captures = captured(plan(&buffers, &render([12, 12], &plain(&text), 3, 5)))?;
+        for combine in captures.iter().filter(is_combine) {
+            let in_place = combine.params::<DiParams>().flags & DI_OTHER_FRAME != 0;
+            let own: Vec<[u32; 4]> = combine.plane(if in_place { "reservoirs" } else { "others" });
+            for neighbours in [0, 4] {
+                // no cosine is so large
+                let alone = combine.edited(|p: &mut DiParams| (p.neighbours, p.min_normal_cos) = (neighbours, 2.0));
+                let stays = alone.positions().zip(&own).all(|(at, own)| alone.invoke(&view, at)[0] == own);
+                ensure(stays, || format!("{text}, {neighbours} neighbours, of the last frame: {in_place}"))?;
             }
         }
     }
     Ok(())
 }
 
+/// Every form of MIS with every text.
+fn with_all_forms<const N: usize>(texts: [&str; N]) -> impl Iterator<Item = String> {
+    MisForm::ALL.into_iter().flat_map(move |form| texts.map(|text| format!("mis={},{text}", form.name())))
+}
+
 /// With visibility in the MIS weights a pixel knows that of its sample.
 fn known_visibility_needs_no_final_ray() -> Result<(), Failed> {
     for scene in ["cornell", "all-lights"] {
         let buffers = buffers(scene)?;
-        for form in MisForm::ALL {
-            let name = form.name();
-            for visibility_reuse in [VisibilityReuse::Weights, VisibilityReuse::Selection] {
-                for still in [false, true] {
-                    let ray = DiSettings { visibility_reuse, scatter: true, still, ..reusing_visibility(form) };
-                    let known = DiSettings { visibility: Visibility::Selected, ..ray.clone() };
-                    let [a, b] = [ray, known].map(|s| film(plan(&buffers, &render([16, 16], &s, 3, 2))));
-                    ensure(bits(&a?) == bits(&b?), || {
-                        format!("{scene}, {name}, {visibility_reuse:?}, still: {still}")
-                    })?;
-                }
-            }
+        for text in with_all_forms([
+            "visibility_reuse=weights,scatter=on,still=off",
+            "visibility_reuse=weights,scatter=on",
+            "visibility_reuse=selection,scatter=on,still=off",
+            "visibility_reuse=selection,scatter=on",
+        ]) {
+            let of = |more: &str| film(plan(&buffers, &render([16, 16], &plain(&format!("{text},{more}")), 3, 2)));
+            ensure(bits(&of("visibility=ray")?) == bits(&of("visibility=selected")?), || format!("{scene}, {text}"))?;
         }
     }
     Ok(())
@@ -318,11 +243,9 @@ fn known_visibility_needs_no_final_ray() -> Result<(), Failed> {
 /// Talbot's weights of two reservoirs of one pixel are their shares of confidence, but for roundings.
 fn a_still_view_merges_as_by_talbot() -> Result<(), Failed> {
     let buffers = buffers("all-lights")?;
-    let selected = DiSettings { visibility: Visibility::Selected, ..reusing_visibility(MisForm::Talbot) };
-    for settings in [plain(MisForm::Talbot), selected] {
-        let general = DiSettings { still: false, ..settings.clone() };
-        let [still, general] = [settings, general].map(|s| film(plan(&buffers, &render([24, 24], &s, 4, 4))));
-        let (still, general) = (still?, general?);
+    for text in ["mis=talbot", "mis=talbot,visibility_reuse=weights,visibility=selected"] {
+        let of = |still| film(plan(&buffers, &render([24, 24], &DiSettings { still, ..plain(text) }, 4, 4)));
+        let (still, general) = (of(true)?, of(false)?);
         let near = |(a, b): (&f32, &f32)| (a - b).abs() <= 1.0e-5 * b.abs();
         let alike = still.iter().zip(&general).filter(|(a, b)| a.sum.iter().zip(&b.sum).all(near)).count();
         // a rounding may decide a selection
@@ -334,15 +257,14 @@ fn a_still_view_merges_as_by_talbot() -> Result<(), Failed> {
 /// Neighbours beyond the image are mirrored into it; a single pixel has none.
 fn images_of_one_pixel_and_one_row_render() -> Result<(), Failed> {
     let buffers = buffers("all-lights")?;
-    for form in MisForm::ALL {
-        let name = form.name();
-        let settings = DiSettings { neighbours: 7, ..reusing_visibility(form) };
+    for text in with_all_forms(["neighbours=7,visibility_reuse=weights"]) {
         for size in [[1, 1], [1, 7], [7, 1], [2, 2]] {
-            let of = |spatial| film(plan(&buffers, &render(size, &DiSettings { spatial, ..settings.clone() }, 4, 1)));
-            let film = of(settings.spatial)?;
+            let of = |settings| film(plan(&buffers, &render(size, &settings, 4, 1)));
+            let film = of(plain(&text))?;
             let sound = film.iter().all(|p| p.dropped == 0.0 && p.sum.iter().all(|x| x.is_finite() && *x >= 0.0));
-            ensure(sound, || format!("{name}, {size:?}: {film:?}"))?;
-            ensure(size != [1, 1] || bits(&film) == bits(&of(0)?), || format!("{name}: a neighbour of one pixel"))?;
+            ensure(sound, || format!("{text}, {size:?}: {film:?}"))?;
+            let alone = size != [1, 1] || bits(&film) == bits(&of(DiSettings { spatial: 0, ..plain(&text) })?);
+            ensure(alone, || format!("{text}: a neighbour of one pixel"))?;
         }
     }
     Ok(())
@@ -352,8 +274,7 @@ fn without_lights_it_is_dark() -> Result<(), Failed> {
     let buffers = buffers("unlit")?;
     ensure(buffers.header.light_count == 0, || "there is a light".to_owned())?;
     for name in DiSettings::PRESETS {
-        let settings = DiSettings::preset(name).ok_or(name)?;
-        let film = film(plan(&buffers, &render([8, 8], &settings, 3, 1)))?;
+        let film = film(plan(&buffers, &render([8, 8], &settings(&format!("preset={name}")), 3, 1)))?;
         ensure(film.iter().all(|p| *p == FilmPixel::default()), || format!("{name}: light from nowhere"))?;
     }
     Ok(())
@@ -535,25 +456,22 @@ fn a_shaded_neighbour_costs_one_evaluation() -> Result<(), Failed> {
     const REACH: u32 = 4;
     let buffers = lit_wall()?;
     let view = buffers.view();
-    let selected = DiSettings { visibility: Visibility::Selected, ..plain(MisForm::Talbot) };
-    for (settings, own_rays, rays) in [
-        (plain(MisForm::Talbot), 1, 1),
-        (reusing_visibility(MisForm::Talbot), 1, 1),
-        (DiSettings { visibility_reuse: VisibilityReuse::Weights, ..selected.clone() }, 0, 1),
-        (selected.clone(), 0, 1),
-        (DiSettings { near_radius: 100.0, ..selected }, 0, 0),
+    for (text, own_rays, rays) in [
+        ("visibility_reuse=off", 1, 1),
+        ("visibility_reuse=weights", 1, 1),
+        ("visibility_reuse=weights,visibility=selected", 0, 1),
+        ("visibility=selected", 0, 1),
+        ("visibility=selected,near_radius=100", 0, 0),
     ] {
-        let settings = DiSettings { shaded: NEIGHBOURS, shading_radius: 3.0, spatial: 0, ..settings };
+        let settings =
+            DiSettings { shaded: NEIGHBOURS, ..plain(&format!("mis=talbot,shading_radius=3,spatial=0,{text}")) };
         let captures = captured(plan(&buffers, &render([SIDE; 2], &settings, 1, 3)))?;
-        let [offer, exchange] = [&di_offer::DESC, &di_exchange::DESC].map(|kernel| last(&captures, kernel));
+        let passes = [&di_offer::DESC, &di_exchange::DESC].map(|kernel| last(&captures, kernel));
         let inside = |at: u32| (REACH..SIDE - REACH).contains(&at);
-        for at in offer.positions().filter(|at| at.iter().all(|&at| inside(at))) {
-            let [(_, offer), (_, exchange)] = [offer, exchange].map(|capture| invoke(capture, &view, at));
-            let expected = [
-                Cost { closest: 0, shadow: own_rays, evaluations: 1 },
-                Cost { closest: 0, shadow: rays * NEIGHBOURS, evaluations: NEIGHBOURS },
-            ];
-            ensure([offer, exchange] == expected, || format!("{offer:?}, {exchange:?} at {at:?}: {settings:?}"))?;
+        for at in passes[0].positions().filter(|at| at.iter().all(|&at| inside(at))) {
+            let found = passes.map(|capture| invoke(capture, &view, at).1);
+            let expected = [counts(own_rays, 1), counts(rays * NEIGHBOURS, NEIGHBOURS)];
+            ensure(found == expected, || format!("{found:?} at {at:?}: {text}"))?;
         }
     }
     Ok(())
@@ -565,16 +483,12 @@ fn shaded_render(settings: &DiSettings) -> Render {
 
 /// Settings of which one pass shades, with and without visibility in MIS.
 fn shaded_settings() -> [DiSettings; 3] {
-    let of = |settings: DiSettings| DiSettings { shaded: 8, shading_radius: 4.0, ..small(settings) };
     [
-        of(DiSettings {
-            visibility_reuse: VisibilityReuse::Selection,
-            visibility: Visibility::Selected,
-            ..reusing_visibility(MisForm::Pairwise)
-        }),
-        of(reusing_visibility(MisForm::Talbot)),
-        of(DiSettings { scatter: false, ..plain(MisForm::Talbot) }),
+        "mis=pairwise,visibility_reuse=selection,visibility=selected,scatter=on",
+        "mis=talbot,visibility_reuse=weights,scatter=on",
+        "mis=talbot",
     ]
+    .map(|text| plain(&format!("{SMALL},shaded=8,shading_radius=4,{text}")))
 }
 
 fn luminance([r, g, b]: [f64; 3]) -> f64 {
@@ -650,120 +564,70 @@ const REFERENCE_RESTARTS: u32 = 6_144;
 /// The bias of the image that is noticed with 99 % probability is at most this.
 const GOAL_IMAGE: f64 = 0.06;
 
+/// Of chains: short ones, of few neighbours. Scattering finds nothing that is occluded, so it is for settings whose MIS knows of
+/// visibility.
+const SMALL: &str = "neighbours=3,radius=6,confidence_cap=3,still=off";
+
 /// The path tracer's direct light.
 fn reference() -> Result<&'static [Moments], Failed> {
     static REFERENCE: OnceLock<Vec<Moments>> = OnceLock::new();
     let buffers = buffers(SCENE)?;
-    Ok(REFERENCE.get_or_init(|| {
-        let view = buffers.traced_view();
-        let params = PathParams {
-            scene: buffers.header,
-            camera: buffers.camera.params(GRID.width, GRID.height),
-            width: GRID.width,
-            height: GRID.height,
-            max_depth: 2,
-            ..PathParams::default()
-        };
-        GRID.moments(REFERENCE_RESTARTS, |restart, x, y| {
-            path::pixel(&view, &PathParams { seed: (1 << 31) + restart, ..params }, x, y).sum.map(f64::from)
-        })
-    }))
+    let params = PathParams { seed: 1 << 31, ..path_params(&buffers, [GRID.width, GRID.height], 2) };
+    Ok(REFERENCE.get_or_init(|| path_moments(GRID, REFERENCE_RESTARTS, &buffers.traced_view(), params)))
 }
 
-/// Moments of the last frames of chains; flags are changed by `force`.
-fn moments(settings: &DiSettings, restarts: u32, force: u32) -> Result<Vec<Moments>, Failed> {
-    use rayon::prelude::*;
+/// Moments of the last frames of chains, and what is found of them.
+fn tested(text: &str, restarts: u32, change: fn(&mut Pass)) -> Result<(Vec<Moments>, Verdict), Failed> {
     let buffers = buffers(SCENE)?;
-    let forced = move |pass: &mut Pass| {
-        if force != 0 {
-            edit(pass, |p: &mut DiParams| p.flags |= force);
-        }
-    };
+    let settings = plain(&format!("{SMALL},{text}"));
     let film = |seed| {
-        let render = render([GRID.width, GRID.height], settings, FRAMES, seed);
-        film(changed(plan(&buffers, &render), forced))
+        let render = render([GRID.width, GRID.height], &settings, FRAMES, seed);
+        film(changed(plan(&buffers, &render), change))
     };
-    let films: Vec<Vec<FilmPixel>> = (0..restarts).into_par_iter().map(film).collect::<Result<_, _>>()?;
-    ensure(films.iter().flatten().all(|p| p.dropped == 0.0), || format!("dropped samples: {settings:?}"))?;
-    Ok(GRID
-        .moments(restarts, |restart, x, y| films[restart as usize][(y * GRID.width + x) as usize].sum.map(f64::from)))
+    let moments = film_moments(GRID, restarts, film)?;
+    let test = TileTest { grid: GRID, family_rate: FAMILY_RATE / UNBIASED.len() as f64 };
+    let verdict = test.compare(&moments, reference()?);
+    Ok((moments, verdict))
 }
 
-fn verdict(tested: &[Moments]) -> Result<Verdict, Failed> {
-    Ok(TileTest { grid: GRID, family_rate: FAMILY_RATE / UNBIASED as f64 }.compare(tested, reference()?))
-}
-
-fn small(settings: DiSettings) -> DiSettings {
-    // scattering finds nothing that is occluded, so that MIS has to know of visibility
-    DiSettings {
-        scatter: settings.knows_visibility(),
-        neighbours: 3,
-        radius: 6.0,
-        confidence_cap: 3,
-        still: false,
-        ..settings
-    }
-}
-
-const UNBIASED: usize = 13;
+const UNBIASED: [&str; 13] = [
+    "mis=talbot",
+    // two passes: what neighbours saw and the pixel itself does not must not count
+    "mis=1/z,visibility_reuse=weights,scatter=on,spatial=2",
+    "mis=contribution,visibility_reuse=weights,scatter=on",
+    "mis=pairwise,visibility_reuse=selection,visibility=selected,scatter=on",
+    "mis=pairwise-defensive,visibility_reuse=selection,visibility=selected,scatter=on",
+    "mis=pairwise-counted,visibility_reuse=selection,visibility=selected,scatter=on,temporal=fused",
+    "mis=talbot,visibility_reuse=weights,scatter=on,temporal=fused",
+    "mis=pairwise-defensive,visibility_reuse=selection,visibility=selected,scatter=on,shaded=4",
+    "mis=talbot,spatial=0,shaded=2",
+    "mis=talbot,visibility_reuse=selection,visibility=selected,scatter=on,tiles=3x64",
+    "mis=pairwise,visibility_reuse=selection,visibility=selected,scatter=on,still=on,initial_rays=3,shaded=4",
+    "mis=contribution,visibility_reuse=weights,scatter=on,still=on,initial_rays=2",
+    "mis=pairwise,visibility_reuse=selection,visibility=selected,scatter=on,still=on,tiles=2x64,spatial=0,shaded=4",
+];
 
 fn unbiased_settings_agree_with_paths() -> Result<(), Failed> {
-    let by_visibility = |form| DiSettings {
-        visibility_reuse: VisibilityReuse::Selection,
-        visibility: Visibility::Selected,
-        ..reusing_visibility(form)
-    };
-    let rows: [DiSettings; UNBIASED - 3] = [
-        plain(MisForm::Talbot),
-        // two passes: what neighbours saw and the pixel itself does not must not count
-        DiSettings { spatial: 2, ..reusing_visibility(MisForm::OneOverZ) },
-        reusing_visibility(MisForm::Contribution),
-        by_visibility(MisForm::Pairwise),
-        by_visibility(MisForm::PairwiseDefensive),
-        DiSettings { temporal: Temporal::Fused, ..by_visibility(MisForm::PairwiseCounted) },
-        DiSettings { temporal: Temporal::Fused, ..reusing_visibility(MisForm::Talbot) },
-        DiSettings { shaded: 4, ..by_visibility(MisForm::PairwiseDefensive) },
-        DiSettings { shaded: 2, spatial: 0, ..plain(MisForm::Talbot) },
-        DiSettings { tiles: Some(Tiles { count: 3, size: 64 }), ..by_visibility(MisForm::Talbot) },
-    ];
-    let still = [
-        DiSettings { initial_rays: 3, shaded: 4, ..by_visibility(MisForm::Pairwise) },
-        DiSettings { initial_rays: 2, ..reusing_visibility(MisForm::Contribution) },
-        DiSettings {
-            tiles: Some(Tiles { count: 2, size: 64 }),
-            spatial: 0,
-            shaded: 4,
-            ..by_visibility(MisForm::Pairwise)
-        },
-    ];
-    let still = still.map(|settings| DiSettings { still: true, ..small(settings) });
-    for settings in rows.map(small).into_iter().chain(still) {
-        let verdict = verdict(&moments(&settings, RESTARTS, 0)?)?;
-        println!("{settings:?}: {verdict}");
-        ensure(verdict.passed(), || format!("{verdict}: {settings:?}"))?;
-        ensure(verdict.detectable_in_image <= GOAL_IMAGE, || format!("too few chains: {verdict}"))?;
-    }
-    Ok(())
+    UNBIASED.iter().try_for_each(|text| ensure_unbiased(text, &tested(text, RESTARTS, |_| ())?.1, GOAL_IMAGE))
 }
 
 /// Settings that the host calls biased or refuses, with the direction of their bias.
 fn wrong_settings_are_seen() -> Result<(), Failed> {
-    let zeroed = |form| DiSettings { visibility_reuse: VisibilityReuse::Candidates, ..plain(form) };
     // visibility in MIS without initial visibility: samples are believed to be visible at their own pixel
-    let believed = DI_MIS_VISIBILITY;
-    let rows = [
-        ("1/M", zeroed(MisForm::OneOverM), 0, -1.0),
-        ("constant", zeroed(MisForm::Constant), 0, -1.0),
-        ("no visibility in MIS", zeroed(MisForm::PairwiseDefensive), 0, -1.0),
-        ("visibility believed", plain(MisForm::Talbot), believed, 1.0),
+    let believed: fn(&mut Pass) = |pass| edit(pass, |p: &mut DiParams| p.flags |= DI_MIS_VISIBILITY);
+    let rows: [(_, fn(&mut Pass), _); 4] = [
+        ("mis=1/m,visibility_reuse=candidates", |_| (), -1.0),
+        ("mis=constant,visibility_reuse=candidates", |_| (), -1.0),
+        ("mis=pairwise-defensive,visibility_reuse=candidates", |_| (), -1.0),
+        ("mis=talbot", believed, 1.0),
     ];
-    for (what, settings, force, sign) in rows {
-        let tested = moments(&small(settings), GROSS, force)?;
-        let green = tested.len() - 2;
-        let test = ZTest::new(tested[green], reference()?[green]);
-        println!("{what}: {:+.2} % of the image, z = {:.1}", 100.0 * test.difference / tested[green].mean(), test.z);
-        ensure(test.z * sign > 5.0, || format!("{what}: z = {}", test.z))?;
-        ensure(!verdict(&tested)?.passed(), || format!("{what} went unnoticed"))?;
+    for (text, change, sign) in rows {
+        let (moments, verdict) = tested(text, GROSS, change)?;
+        let green = moments.len() - 2;
+        let test = ZTest::new(moments[green], reference()?[green]);
+        println!("{text}: {:+.2} % of the image, z = {:.1}", 100.0 * test.difference / moments[green].mean(), test.z);
+        ensure(test.z * sign > 5.0, || format!("{text}: z = {}", test.z))?;
+        ensure_biased(text, &verdict)?;
     }
     Ok(())
 }

@@ -4,27 +4,26 @@
 //! Tests of expectations have fixed seeds: a failure is a bug.
 
 use libtest_mimic::Failed;
-use rayon::prelude::*;
 use restir_host::buffers::SceneBuffers;
 use restir_host::render::Render;
 use restir_host::replay::Recording;
-use restir_host::technique::restir_di::{DiSettings, MisForm, Target, Temporal, Visibility, VisibilityReuse};
+use restir_host::technique::restir_di::DiSettings;
 use restir_shared::bsdf::{Bsdf, Material, SPECULAR_TRANSMISSION};
 use restir_shared::glam::{UVec4, Vec3};
-use restir_shared::layout::{FEATURES_ALL, FilmPixel};
+use restir_shared::layout::FEATURES_ALL;
 use restir_shared::num;
 use restir_shared::resample::packed::LEVELS;
-use restir_shared::scene::{AnyScene, LightAddress, SurfacePoint};
-use restir_shared::technique::path;
-use restir_shared::technique::path::PathParams;
+use restir_shared::scene::{AnyScene, LightAddress};
 use restir_shared::technique::restir_di::{Stored, dithered};
 use restir_shared::vec::{length, luminance};
+use restir_tests::bias::{ensure_biased, ensure_unbiased, film_moments, path_moments};
 use restir_tests::native::{film, film_over, plan};
 use restir_tests::panes::{Panes, stack, through_first};
 use restir_tests::random::SplitMix;
-use restir_tests::scenes::named;
+use restir_tests::scenes::{self, path_params};
 use restir_tests::stats::{Moments, TileGrid, TileTest};
 use restir_tests::suite::ensure;
+use restir_tests::technique::restir_di::settings;
 use restir_tests::wrong::{Fault, Faulty};
 use std::sync::OnceLock;
 
@@ -67,107 +66,74 @@ fn render(settings: &DiSettings, frames: u32, seed: u32) -> Render {
     Render { count: frames, seed, ..Render::new(SIZE, settings.clone()) }
 }
 
-/// Moments of the last frames of chains.
+/// Moments of the last frames of chains: short ones, of few neighbours.
 fn moments<S: AnyScene + Sync>(
     scene: &S,
     buffers: &SceneBuffers,
-    settings: &DiSettings,
+    text: &str,
     restarts: u32,
 ) -> Result<Vec<Moments>, Failed> {
-    let film = |seed| film_over(scene, plan(buffers, &render(settings, FRAMES, seed)));
-    let films: Vec<Vec<FilmPixel>> = (0..restarts).into_par_iter().map(film).collect::<Result<_, _>>()?;
-    ensure(films.iter().flatten().all(|p| p.dropped == 0.0), || format!("dropped samples: {settings:?}"))?;
-    Ok(GRID.moments(restarts, |restart, x, y| films[restart as usize][(y * SIZE[0] + x) as usize].sum.map(f64::from)))
+    let settings = settings(&format!("{SMALL},{text}"));
+    film_moments(GRID, restarts, |seed| film_over(scene, plan(buffers, &render(&settings, FRAMES, seed))))
 }
 
-fn small(settings: DiSettings) -> DiSettings {
-    DiSettings {
-        candidates: 8,
-        neighbours: 3,
-        shaded: settings.shaded.min(4),
-        radius: 5.0,
-        confidence_cap: 3,
-        max_plane_distance: 1.0e3,
-        ..settings
-    }
-}
+const SMALL: &str = "candidates=8,neighbours=3,radius=5,confidence_cap=3,max_plane_distance=1000";
 
 fn the_reference_agrees_with_paths() -> Result<(), Failed> {
     // behind one pane, paths of three segments hit the wall once
     let one = Panes { coloured: true, count: 1 };
     let buffers = SceneBuffers::build(&one.scene())?;
     let view = buffers.traced_view();
-    let [width, height] = SIZE;
-    let camera = buffers.camera.params(width, height);
-    let params = PathParams { scene: buffers.header, camera, width, height, max_depth: 3, ..PathParams::default() };
-    let paths =
-        GRID.moments(PATHS, |seed, x, y| path::pixel(&view, &PathParams { seed, ..params }, x, y).sum.map(f64::from));
-    let verdict = TEST.compare(&paths, &one.reference(GRID, REFERENCE));
-    println!("{verdict}");
-    ensure(verdict.passed(), || verdict.to_string())
+    let paths = path_moments(GRID, PATHS, &view, path_params(&buffers, SIZE, 3));
+    ensure_unbiased("paths", &TEST.compare(&paths, &one.reference(GRID, REFERENCE)), f64::INFINITY)
 }
 
 /// Every way in which settings use visibility without bias.
-fn unbiased() -> [(&'static str, DiSettings); 10] {
-    let ray = DiSettings { mis: MisForm::Talbot, still: false, ..DiSettings::visibility_in_shading() };
-    let in_mis = DiSettings { visibility_reuse: VisibilityReuse::Weights, scatter: true, ..ray.clone() };
-    let selected = DiSettings { visibility: Visibility::Selected, ..ray.clone() };
-    let still = DiSettings { initial_rays: 2, ..DiSettings::default() };
-    let default = DiSettings { still: false, ..DiSettings::default() };
-    [
-        ("a final ray", ray.clone()),
-        ("a final ray, neighbours shaded", DiSettings { shaded: 4, spatial: 0, ..ray }),
-        ("visibility in MIS, talbot", in_mis.clone()),
-        ("visibility in MIS, contribution", DiSettings { mis: MisForm::Contribution, ..in_mis.clone() }),
-        ("visibility in MIS, 1/z", DiSettings { mis: MisForm::OneOverZ, ..in_mis }),
-        ("visibility in the target", default.clone()),
-        ("visibility in the target, a still view", still),
-        ("visibility in the target, fused", DiSettings { temporal: Temporal::Fused, shaded: 0, ..default }),
-        ("the selected sample's, temporal", DiSettings { spatial: 0, ..selected.clone() }),
-        ("the selected sample's, spatial", DiSettings { temporal: Temporal::Off, shaded: 2, ..selected }),
-    ]
-}
+const UNBIASED: [&str; 10] = [
+    FINAL_RAY,
+    "mis=talbot,still=off,scatter=off,visibility_reuse=off,visibility=ray,spatial=0",
+    IN_WEIGHTS,
+    "mis=contribution,still=off,visibility_reuse=weights,visibility=ray,shaded=0",
+    "mis=1/z,still=off,visibility_reuse=weights,visibility=ray,shaded=0",
+    IN_TARGET,
+    "initial_rays=2",
+    "still=off,temporal=fused,shaded=0",
+    SELECTED,
+    "mis=talbot,still=off,scatter=off,visibility_reuse=off,temporal=off,shaded=2",
+];
+const FINAL_RAY: &str = "mis=talbot,still=off,scatter=off,visibility_reuse=off,visibility=ray,shaded=0";
+const IN_WEIGHTS: &str = "mis=talbot,still=off,visibility_reuse=weights,visibility=ray,shaded=0";
+/// The default settings, but for what they know of a still view.
+const IN_TARGET: &str = "still=off";
+const SELECTED: &str = "mis=talbot,still=off,scatter=off,visibility_reuse=off,spatial=0,shaded=0";
 
 fn every_use_of_visibility_is_unbiased() -> Result<(), Failed> {
-    let test = TileTest { family_rate: FAMILY_RATE / unbiased().len() as f64, ..TEST };
+    let test = TileTest { family_rate: FAMILY_RATE / UNBIASED.len() as f64, ..TEST };
     let buffers = SceneBuffers::build(&BOTH.scene())?;
-    for (name, settings) in unbiased() {
-        let verdict =
-            test.compare(&moments(&buffers.traced_view(), &buffers, &small(settings), RESTARTS)?, reference());
-        println!("{name}: {verdict}");
-        ensure(verdict.passed(), || format!("{name}: {verdict}"))?;
-        ensure(verdict.detectable_in_image <= GOAL_IMAGE, || format!("{name}: too few samples: {verdict}"))?;
-    }
-    Ok(())
+    UNBIASED.iter().try_for_each(|text| {
+        let moments = moments(&buffers.traced_view(), &buffers, text, RESTARTS)?;
+        ensure_unbiased(text, &test.compare(&moments, reference()), GOAL_IMAGE)
+    })
 }
 
-/// Tokuyoshi's estimate, unbiased: no visibility but in shading.
-fn averaged() -> DiSettings {
-    let averaged =
-        DiSettings { mis: MisForm::Talbot, visibility: Visibility::Averaged, ..DiSettings::visibility_in_shading() };
-    small(averaged)
-}
+/// Tokuyoshi's estimate, unbiased: no visibility but in shading; over time, or once in space.
+const AVERAGED: [&str; 2] = [
+    "mis=talbot,visibility=averaged,scatter=off,visibility_reuse=off,shaded=0,spatial=0",
+    "mis=talbot,visibility=averaged,scatter=off,visibility_reuse=off,shaded=0,temporal=off",
+];
 
-/// White lights: over one target for all channels the mean visibility is that of each; over time, or once in space.
+/// White lights: over one target for all channels the mean visibility is that of each.
 fn averages_keep_the_colour_of_glass() -> Result<(), Failed> {
     let white = Panes { coloured: false, ..BOTH };
     let buffers = SceneBuffers::build(&white.scene())?;
     let view = buffers.traced_view();
     let reference = white.reference(GRID, REFERENCE);
-    let rows = [
-        ("temporal", DiSettings { spatial: 0, ..averaged() }),
-        ("spatial", DiSettings { temporal: Temporal::Off, ..averaged() }),
-    ];
-    let test = TileTest { family_rate: FAMILY_RATE / rows.len() as f64, ..TEST };
-    for (name, settings) in rows {
-        let verdict = test.compare(&moments(&view, &buffers, &settings, RESTARTS)?, &reference);
-        println!("{name}: {verdict}");
-        ensure(verdict.passed(), || format!("{name}: {verdict}"))?;
-        ensure(verdict.detectable_in_image <= GOAL_IMAGE, || format!("{name}: too few samples: {verdict}"))?;
-        let wrong =
-            test.compare(&moments(&Faulty { scene: view, fault: Grey }, &buffers, &settings, GROSS)?, &reference);
-        println!("{name}, by luminance alone: {wrong}");
-        ensure(!wrong.passed(), || format!("{name}: glass without colour went unnoticed: {wrong}"))?;
+    let test = TileTest { family_rate: FAMILY_RATE / AVERAGED.len() as f64, ..TEST };
+    for text in AVERAGED {
+        let right = moments(&view, &buffers, text, RESTARTS)?;
+        ensure_unbiased(text, &test.compare(&right, &reference), GOAL_IMAGE)?;
+        let grey = moments(&Faulty { scene: view, fault: GREY }, &buffers, text, GROSS)?;
+        ensure_biased(&format!("glass without colour, {text}"), &test.compare(&grey, &reference))?;
     }
     Ok(())
 }
@@ -175,54 +141,40 @@ fn averages_keep_the_colour_of_glass() -> Result<(), Failed> {
 /// Coloured lights leak, unless each channel has its own target.
 fn averages_by_channel_do_not_leak() -> Result<(), Failed> {
     let buffers = SceneBuffers::build(&BOTH.scene())?;
-    let view = buffers.traced_view();
-    let temporal = DiSettings { spatial: 0, ..averaged() };
-    for (channel, target) in [Target::Red, Target::Green, Target::Blue].into_iter().enumerate() {
-        let only = |moments: &[Moments]| moments.iter().copied().skip(channel).step_by(3).collect::<Vec<_>>();
-        let settings = DiSettings { target, ..temporal.clone() };
-        let verdict = TEST.compare(&only(&moments(&view, &buffers, &settings, RESTARTS)?), &only(reference()));
-        println!("{}: max |z| {:.2} of {:.2}", target.name(), verdict.max_z, verdict.threshold);
-        ensure(verdict.passed(), || format!("{}: max |z| {:.2}", target.name(), verdict.max_z))?;
-    }
-    Ok(())
+    let of = |target| moments(&buffers.traced_view(), &buffers, &format!("{},target={target}", AVERAGED[0]), RESTARTS);
+    let channels = [of("red")?, of("green")?, of("blue")?];
+    let own: Vec<Moments> = (0..reference().len()).map(|i| channels[i % 3][i]).collect();
+    ensure_unbiased("by channel", &TEST.compare(&own, reference()), f64::INFINITY)
 }
 
 /// Glass dims by its luminance, in all channels.
-struct Grey;
-impl Fault for Grey {
-    fn surface(&self, point: &mut SurfacePoint, _: impl Fn() -> SurfacePoint) {
+const GREY: Fault = Fault {
+    surface: |point, _| {
         if point.material.transmission > 0.0 {
             point.material.base_color = Vec3::splat(luminance(point.material.base_color));
         }
-    }
-}
-
+    },
+    ..Fault::NONE
+};
 /// Glass reflects nothing.
-struct Coated;
-impl Fault for Coated {
-    fn surface(&self, point: &mut SurfacePoint, _: impl Fn() -> SurfacePoint) {
+const COATED: Fault = Fault {
+    surface: |point, _| {
         if point.material.transmission > 0.0 {
             point.material.ior = 1.0;
         }
-    }
-}
+    },
+    ..Fault::NONE
+};
 
 fn wrong_glass_is_seen() -> Result<(), Failed> {
     let buffers = SceneBuffers::build(&BOTH.scene())?;
     let view = buffers.traced_view();
-    let [ray, _, in_mis, _, _, in_target, _, _, selected, _] = unbiased();
-    for (name, settings) in [ray, in_mis, in_target, selected] {
-        let settings = small(settings);
-        let opaque = DiSettings { transmittance: false, ..settings.clone() };
-        let rows = [
-            ("grey", moments(&Faulty { scene: view, fault: Grey }, &buffers, &settings, GROSS)?),
-            ("coated", moments(&Faulty { scene: view, fault: Coated }, &buffers, &settings, GROSS)?),
-            ("opaque", moments(&view, &buffers, &opaque, GROSS)?),
-        ];
-        for (what, moments) in rows {
-            let verdict = TEST.compare(&moments, reference());
-            println!("{name}, {what}: {verdict}");
-            ensure(!verdict.passed(), || format!("{name}: {what} glass went unnoticed: {verdict}"))?;
+    for text in [FINAL_RAY, IN_WEIGHTS, IN_TARGET, SELECTED] {
+        let opaque = format!("{text},transmittance=off");
+        let rows = [("grey", GREY, text), ("coated", COATED, text), ("opaque", Fault::NONE, opaque.as_str())];
+        for (what, fault, text) in rows {
+            let moments = moments(&Faulty { scene: view, fault }, &buffers, text, GROSS)?;
+            ensure_biased(&format!("{what} glass, {text}"), &TEST.compare(&moments, reference()))?;
         }
     }
     Ok(())
@@ -267,14 +219,13 @@ fn twelve_sheets_pass_and_thirteen_do_not() -> Result<(), Failed> {
     let brightest = |count: u32| -> Result<[f64; 3], Failed> {
         let buffers = SceneBuffers::build(&stack(count))?;
         let film = film(plan(&buffers, &Render { count: 2, seed: 1, ..Render::new([1, 1], DiSettings::default()) }))?;
-        Ok(film[0].sum[..3].try_into().map(|rgb: [f32; 3]| rgb.map(f64::from))?)
+        Ok(film[0].sum.map(f64::from))
     };
     let free = brightest(0)?;
     for count in [1_u32, 2, 12] {
         let through = brightest(count)?;
-        for channel in 0..3 {
-            let expected = through_first()[channel].powi(count as i32);
-            let found = through[channel] / free[channel];
+        for (channel, first) in through_first().into_iter().enumerate() {
+            let (expected, found) = (first.powi(count as i32), through[channel] / free[channel]);
             ensure((found / expected - 1.0).abs() < 1.0e-5, || format!("{count} sheets: {found} for {expected}"))?;
         }
     }
@@ -311,7 +262,7 @@ fn stored_colours_keep_their_mean() -> Result<(), Failed> {
 
 /// The films have the same bits and cost the same queries.
 fn without_glass_nothing_changes() -> Result<(), Failed> {
-    let buffers = SceneBuffers::build(&named("all-lights").ok_or("no scene")?)?;
+    let buffers = scenes::buffers("all-lights")?;
     let view = buffers.view();
     for preset in DiSettings::PRESETS.iter().filter_map(|name| DiSettings::preset(name)) {
         let of = |transmittance| -> Result<_, Failed> {

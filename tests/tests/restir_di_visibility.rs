@@ -8,7 +8,8 @@ use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::plan::Pass;
 use restir_host::render::Render;
 use restir_host::replay::{self, Event, Recording};
-use restir_host::technique::restir_di::{DiSettings, MisForm, Target, Temporal, Visibility, VisibilityReuse};
+use restir_host::technique::restir_di::{DiSettings, Target, Temporal, Visibility, VisibilityReuse};
+use restir_kernels::KernelDesc;
 use restir_kernels::restir_di::{di_combine, di_initial, di_shade};
 use restir_shared::camera::camera_ray;
 use restir_shared::geometry::Ray;
@@ -18,12 +19,13 @@ use restir_shared::rng::Rng;
 use restir_shared::scene::{
     AddressedLights, AnyFrames, AnyScene, LightAddress, SceneView, Still, Surface, SurfacePoint,
 };
-use restir_shared::technique::path::{self, PathParams};
 use restir_shared::technique::restir_di::{self as technique, DI_OTHER_FRAME, DiParams, Stored};
+use restir_tests::bias::{ensure_biased, ensure_unbiased, path_moments};
 use restir_tests::native::plan;
-use restir_tests::scenes::{BOARD, Setting, coloured, penumbra, white};
-use restir_tests::stats::{Moments, TileGrid, TileTest, Verdict};
+use restir_tests::scenes::{BOARD, Setting, coloured, path_params, penumbra, white};
+use restir_tests::stats::{Moments, TileGrid, TileTest, Verdict, ZTest};
 use restir_tests::suite::ensure;
+use restir_tests::technique::configure_by;
 use restir_tests::visibility::{Restart, Run, settings, visibility_moments, without_visibility};
 use std::cell::Cell;
 use std::sync::OnceLock;
@@ -50,20 +52,9 @@ restir_tests::suite! {
     visibility_reuse_darkens believing_near_neighbours_brightens a_shadow_that_arrives_lags_by_the_cap
 }
 
-fn buffers(emission: fn(f32) -> [f32; 3]) -> SceneBuffers {
-    penumbra(emission).buffers()
-}
-
-fn params(pass: &Pass) -> DiParams {
-    bytemuck::cast_slice(&pass.params)[0]
-}
-
-fn is_combine(pass: &Pass) -> bool {
-    pass.kernel.name == di_combine::DESC.name
-}
-
-fn is_initial(pass: &Pass) -> bool {
-    pass.kernel.name == di_initial::DESC.name
+/// The parameters of a pass, if it is one of that kernel.
+fn params_of(kernel: &KernelDesc, pass: &Pass) -> Option<DiParams> {
+    pass.params().filter(|_| pass.kernel.name == kernel.name)
 }
 
 /// Every plane of reservoirs that a pass has made.
@@ -71,7 +62,7 @@ fn reservoirs(buffers: &SceneBuffers, run: &Run, seed: u32) -> Result<Vec<Vec<UV
     let mut planes = Vec::new();
     let render = run.render(seed);
     CpuExecutor::inline().run_shown(plan(buffers, &render), &mut |step| {
-        if is_initial(step.pass) || is_combine(step.pass) {
+        if [&di_initial::DESC, &di_combine::DESC].iter().any(|kernel| params_of(kernel, step.pass).is_some()) {
             planes.push(step.plane("reservoirs")?);
         }
         Ok(())
@@ -80,23 +71,16 @@ fn reservoirs(buffers: &SceneBuffers, run: &Run, seed: u32) -> Result<Vec<Vec<UV
 }
 
 fn sample_weight_and_confidence_do_not_know_of_the_averaging() -> Result<(), Failed> {
-    let buffers = buffers(coloured);
-    let base = settings(Visibility::Averaged);
-    let rows = [
-        base.clone(),
-        DiSettings { visibility_reuse: VisibilityReuse::Off, ..base.clone() },
-        DiSettings { neighbours: 3, spatial: 2, mis: MisForm::Pairwise, scatter: true, ..base.clone() },
-        DiSettings {
-            temporal: Temporal::Fused,
-            neighbours: 4,
-            mis: MisForm::PairwiseDefensive,
-            feedback: false,
-            ..base
-        },
-    ];
-    for row in rows {
+    let buffers = penumbra(coloured).buffers();
+    for row in [
+        "",
+        "visibility_reuse=off",
+        "neighbours=3,spatial=2,mis=pairwise,scatter=on",
+        "temporal=fused,neighbours=4,mis=pairwise-defensive,feedback=off",
+    ] {
         let of = |visibility, seed| {
-            let settings = DiSettings { visibility, ..row.clone() };
+            let mut settings = settings(visibility);
+            configure_by(&mut settings, row)?;
             reservoirs(&buffers, &Run { size: [24, 24], frames: 6, from: 0, settings }, seed)
         };
         let bare = |planes: &[Vec<UVec4>]| planes.concat().into_iter().map(without_visibility).collect::<Vec<_>>();
@@ -105,7 +89,7 @@ fn sample_weight_and_confidence_do_not_know_of_the_averaging() -> Result<(), Fai
         let differ = averaged.concat().iter().zip(selected.concat()).filter(|(a, b)| *a != b).count();
         ensure(differ > 0, || "no visibility was averaged".to_owned())?;
         for other in [selected, of(Visibility::Ray, 3)?] {
-            ensure(bare(&averaged) == bare(&other), || format!("sample, weight or confidence differ: {row:?}"))?;
+            ensure(bare(&averaged) == bare(&other), || format!("sample, weight or confidence differ: {row}"))?;
         }
         ensure(bare(&averaged) != bare(&of(Visibility::Averaged, 4)?), || "seeds do nothing".to_owned())?;
         println!("{} reservoirs alike, {differ} visibilities not", bare(&averaged).len());
@@ -266,26 +250,19 @@ fn the_average_is_the_weighted_mean_and_costs_one_ray_a_neighbour() -> Result<()
     let buffers = setting.buffers();
     let view = buffers.view();
     // a still view would not ask for the last frame's surfaces
-    let wide =
-        DiSettings { still: false, max_plane_distance: 1.0e3, min_normal_cos: -1.0, ..settings(Visibility::Averaged) };
-    let rows = [
-        wide.clone(),
-        DiSettings { visibility_reuse: VisibilityReuse::Off, ..wide.clone() },
-        DiSettings { visibility_reuse: VisibilityReuse::Off, neighbours: 3, ..wide },
-    ];
-    for settings in rows {
+    let wide = "still=off,max_plane_distance=1000,min_normal_cos=-1";
+    for row in ["", "visibility_reuse=off", "visibility_reuse=off,neighbours=3"] {
+        let mut settings = settings(Visibility::Averaged);
+        configure_by(&mut settings, &format!("{wide},{row}"))?;
         let run = Run { size: setting.size, frames: 5, from: 0, settings };
         let (mut tally, mut offline, mut rays) = (Tally::default(), None, [0, 0]);
         let mut initial = Vec::new();
         let render = run.render(7);
         CpuExecutor::inline().run_shown(plan(&buffers, &render), &mut |step| {
-            if is_initial(step.pass) {
+            if params_of(&di_initial::DESC, step.pass).is_some() {
                 initial = step.plane("reservoirs")?;
             }
-            if !is_combine(step.pass) {
-                return Ok(());
-            }
-            let p = params(step.pass);
+            let Some(p) = params_of(&di_combine::DESC, step.pass) else { return Ok(()) };
             let plane = |role| step.plane::<UVec4>(role);
             let (hits, other_hits) = (plane("hits")?, plane("other_hits")?);
             let (others, made) = (plane("others")?, plane("reservoirs")?);
@@ -326,25 +303,24 @@ fn shadow_rays(buffers: &SceneBuffers, settings: DiSettings) -> Result<[f64; 4],
     let run = Run { size: SIZE, frames: 9, from: 0, settings };
     let view = buffers.view();
     let recording = Recording::new(&view);
-    let (mut rays, mut before) = ([0; 4], recording.counts());
+    let mut rays = [0; 4];
     let render = run.render(1);
     replay::run(&Still(&recording), plan(buffers, &render), &mut |step| {
-        let counts = recording.counts();
+        let is_temporal = |p: DiParams| p.flags & DI_OTHER_FRAME != 0;
         let kind = match step.pass.kernel.name {
             name if name == di_initial::DESC.name => 0,
             name if name == di_shade::DESC.name => 3,
-            _ if is_combine(step.pass) && params(step.pass).flags & DI_OTHER_FRAME != 0 => 1,
+            _ if params_of(&di_combine::DESC, step.pass).is_some_and(is_temporal) => 1,
             _ => 2,
         };
-        rays[kind] += counts.minus(before).shadow;
-        before = counts;
+        rays[kind] += recording.take_counts().shadow;
         Ok(())
     })?;
     Ok(rays.map(|count| count as f64 / (run.pixels() as f64 * f64::from(run.frames))))
 }
 
 fn rays_of_each_pass() -> Result<(), Failed> {
-    let buffers = buffers(white);
+    let buffers = penumbra(white).buffers();
     let of = |visibility| {
         shadow_rays(&buffers, DiSettings { visibility_reuse: VisibilityReuse::Off, ..settings(visibility) })
     };
@@ -370,7 +346,7 @@ fn variances(restarts: &[Vec<Restart>; 2]) -> ([f64; 2], usize) {
 }
 
 fn visibility_varies_less() -> Result<(), Failed> {
-    let buffers = buffers(white);
+    let buffers = penumbra(white).buffers();
     for visibility_reuse in [VisibilityReuse::Candidates, VisibilityReuse::Off] {
         let restarts = [Visibility::Selected, Visibility::Averaged].map(|visibility| {
             let settings = DiSettings { visibility_reuse, ..settings(visibility) };
@@ -390,17 +366,12 @@ fn visibility_varies_less() -> Result<(), Failed> {
 /// Path tracing of one bounce in white light.
 fn white_reference() -> &'static [Moments] {
     static MOMENTS: OnceLock<Vec<Moments>> = OnceLock::new();
-    MOMENTS.get_or_init(|| reference(&buffers(white)))
+    MOMENTS.get_or_init(|| reference(&penumbra(white).buffers()))
 }
 
 /// Path tracing of one bounce.
 fn reference(buffers: &SceneBuffers) -> Vec<Moments> {
-    let view = buffers.view();
-    let [width, height] = SIZE;
-    let camera = buffers.camera.params(width, height);
-    let params = PathParams { scene: buffers.header, camera, width, height, max_depth: 2, ..PathParams::default() };
-    TEST.grid
-        .moments(REFERENCE, |seed, x, y| path::pixel(&view, &PathParams { seed, ..params }, x, y).sum.map(f64::from))
+    path_moments(TEST.grid, REFERENCE, &buffers.view(), path_params(buffers, SIZE, 2))
 }
 
 fn moments(restarts: &[Restart]) -> Vec<Moments> {
@@ -423,66 +394,58 @@ fn unbiased(visibility: Visibility) -> [(&'static str, DiSettings); 2] {
 }
 
 fn static_white_light_is_unbiased() -> Result<(), Failed> {
-    let buffers = buffers(white);
+    let buffers = penumbra(white).buffers();
     for visibility in [Visibility::Selected, Visibility::Averaged] {
         for (name, settings) in unbiased(visibility) {
             let verdict = verdict(&buffers, settings, white_reference());
-            println!("{name}, {}: {verdict}", visibility.name());
-            ensure(verdict.passed(), || verdict.to_string())?;
-            ensure(verdict.detectable_in_image <= GOAL_IMAGE, || format!("too few samples: {verdict}"))?;
+            ensure_unbiased(&format!("{name}, {}", visibility.name()), &verdict, GOAL_IMAGE)?;
         }
     }
     Ok(())
 }
 
 fn coloured_light_leaks_unless_each_channel_has_its_own_target() -> Result<(), Failed> {
-    let buffers = buffers(coloured);
+    let buffers = penumbra(coloured).buffers();
     let reference = reference(&buffers);
     let [(_, temporal), _] = unbiased(Visibility::Averaged);
     let leaking = verdict(&buffers, temporal.clone(), &reference);
-    println!("by luminance: {leaking}");
-    ensure(!leaking.passed(), || format!("no leak was seen: {leaking}"))?;
-    for (channel, target) in [Target::Red, Target::Green, Target::Blue].into_iter().enumerate() {
+    ensure_biased("a leak by luminance", &leaking)?;
+    let channels = [Target::Red, Target::Green, Target::Blue].map(|target| {
         let run = Run { size: SIZE, frames: 6, from: 2, settings: DiSettings { target, ..temporal.clone() } };
-        let only = |moments: Vec<Moments>| moments.into_iter().skip(channel).step_by(3).collect::<Vec<_>>();
-        let verdict = TEST.compare(&only(moments(&run.restarts(&buffers, RESTARTS))), &only(reference.clone()));
-        println!("{}: max |z| {:.2} of {:.2}", target.name(), verdict.max_z, verdict.threshold);
-        ensure(verdict.passed(), || format!("{}: {}", target.name(), verdict.max_z))?;
-    }
-    Ok(())
+        moments(&run.restarts(&buffers, RESTARTS))
+    });
+    let own: Vec<Moments> = (0..reference.len()).map(|i| channels[i % 3][i]).collect();
+    ensure_unbiased("by channel", &TEST.compare(&own, &reference), f64::INFINITY)
 }
 
 /// The mean of each restart's image.
-fn image_means<'a>(restarts: impl Iterator<Item = &'a Restart>) -> impl Iterator<Item = f64> {
-    restarts.map(|restart| restart.image.iter().flatten().sum::<f64>() / (3 * restart.image.len()) as f64)
+fn image_means(restarts: &[Restart]) -> impl Iterator<Item = f64> {
+    restarts.iter().map(|restart| restart.image.iter().flatten().sum::<f64>() / (3 * restart.image.len()) as f64)
 }
 
 fn visibility_reuse_darkens() -> Result<(), Failed> {
-    let buffers = buffers(white);
+    let buffers = penumbra(white).buffers();
     let reference = *white_reference().last().ok_or("no image")?;
     for visibility in [Visibility::Selected, Visibility::Averaged] {
         let run = Run { size: SIZE, frames: 6, from: 2, settings: settings(visibility) };
-        let mut mean = Moments::default();
-        image_means(run.restarts(&buffers, RESTARTS).iter()).for_each(|value| mean.push(value));
-        let error = (mean.variance_of_mean() + reference.variance_of_mean()).sqrt();
-        let z = (mean.mean() - reference.mean()) / error;
-        println!("{}: {:+.2} %, z {z:.1}", visibility.name(), 100.0 * (mean.mean() / reference.mean() - 1.0));
+        let mean: Moments = image_means(&run.restarts(&buffers, RESTARTS)).collect();
+        let ZTest { difference, z, .. } = ZTest::new(mean, reference);
+        println!("{}: {:+.2} %, z {z:.1}", visibility.name(), 100.0 * difference / reference.mean());
         ensure(z < -SIGN, || format!("{} is not darker: z {z}", visibility.name()))?;
     }
     Ok(())
 }
 
 fn believing_near_neighbours_brightens() -> Result<(), Failed> {
-    let buffers = buffers(white);
+    let buffers = penumbra(white).buffers();
     let of = |near_radius| {
         let settings = DiSettings { near_radius, ..settings(Visibility::Averaged) };
         let run = Run { size: SIZE, frames: 6, from: 2, settings };
-        image_means(run.restarts(&buffers, 64).iter()).collect::<Vec<_>>()
+        image_means(&run.restarts(&buffers, 64)).collect::<Vec<_>>()
     };
     let sweep = [0.0, 2.5, 3.5, 100.0].map(of);
     for pair in sweep.windows(2) {
-        let mut step = Moments::default();
-        pair[1].iter().zip(&pair[0]).for_each(|(more, less)| step.push(more - less));
+        let step: Moments = pair[1].iter().zip(&pair[0]).map(|(more, less)| more - less).collect();
         let z = step.mean() / step.standard_error();
         println!("+{:.5}, z {z:.1}", step.mean());
         ensure(z > SIGN, || format!("no brighter: z {z}"))?;
@@ -509,12 +472,9 @@ impl AnyFrames for Switched<'_> {
 /// The scene with its board elsewhere, out of sight: far from all light, or before all lights.
 fn with_board(before_lights: bool) -> SceneBuffers {
     let mut setting = penumbra(white);
-    let corner = |across: f32, along: f32| [1.6 * across, 1.36 - 0.18 * along, 1.02 + 0.24 * along];
     let lift = if before_lights { 0.0 } else { 3.0 };
-    setting.quads[BOARD].corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(across, along)| {
-        let [x, y, z] = corner(across, along);
-        [x, y + lift, z]
-    });
+    let corner = |across: f32, along: f32| [1.6 * across, 1.36 - 0.18 * along + lift, 1.02 + 0.24 * along];
+    setting.quads[BOARD].corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
     setting.buffers()
 }
 
@@ -525,9 +485,9 @@ fn shut(settings: DiSettings, open: u32, frames: u32) -> Result<Vec<f64>, Failed
     let mut means = Vec::new();
     let render = Render { count: frames, accumulate: true, ..Render::new(SIZE, settings) };
     replay::run(&scene, plan(&bright, &render), &mut |step| {
-        if step.pass.kernel.name == di_shade::DESC.name {
+        if let Some(p) = params_of(&di_shade::DESC, step.pass) {
             means.push(step.plane::<FilmPixel>("film")?.iter().map(|pixel| f64::from(pixel.sum[0])).sum());
-            scene.now.set(usize::from(params(step.pass).frame + 1 >= open));
+            scene.now.set(usize::from(p.frame + 1 >= open));
         }
         Ok(())
     })?;

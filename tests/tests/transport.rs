@@ -1,17 +1,14 @@
 //! Light transport: the path tracer against an independent one, against closed forms, and against wrong variants.
 
-use libtest_mimic::Failed;
-use restir_host::buffers::SceneBuffers;
-use restir_host::scene::Scene;
-use restir_shared::scene::{Lights, Surface, Trace};
-use restir_shared::technique::path;
-use restir_shared::technique::path::{PATH_JITTER, PATH_ROULETTE, PathParams};
-use restir_tests::scenes::{Paint, Quad, Setting, room, terrace};
+use libtest_mimic::{Arguments, Failed, Trial};
+use restir_host::scene::Material;
+use restir_shared::technique::path::{self, PATH_JITTER, PATH_ROULETTE, PathParams};
+use restir_tests::bias::{ensure_biased, ensure_unbiased, path_moments};
+use restir_tests::checks;
+use restir_tests::scenes::{self, Quad, Setting, path_params, room, terrace};
 use restir_tests::stats::{Moments, TileGrid, TileTest, Verdict};
-use restir_tests::suite::{ensure, run};
-use restir_tests::wrong::{
-    BothSides, CountedTwice, Density, Fault, Faulty, HitDensity, NoShadows, Right, Throughput, Tinted,
-};
+use restir_tests::suite::{ensure, trials};
+use restir_tests::wrong::{Fault, Faulty};
 use std::process::ExitCode;
 use std::sync::OnceLock;
 
@@ -34,45 +31,54 @@ const GOAL_IMAGE: f64 = 0.004;
 const GOAL_ROULETTE: f64 = 0.005;
 
 fn main() -> ExitCode {
-    run(&[
-        ("room_agrees_with_the_oracle", || agrees(&ROOM)),
-        ("terrace_agrees_with_the_oracle", || agrees(&TERRACE)),
-        ("roulette_keeps_the_mean", roulette_keeps_the_mean),
-        ("throughput_scaled_by_1_01_is_seen", throughput_scaled_is_seen),
-        ("wrong_light_densities_are_seen", wrong_light_densities_are_seen),
-        ("wrong_emitters_are_seen", wrong_emitters_are_seen),
-        ("missing_shadows_are_seen", missing_shadows_are_seen),
-        ("furnace_has_its_known_radiance", furnace_has_its_known_radiance),
-        ("single_bounce_has_its_form_factor", single_bounce_has_its_form_factor),
-        ("depth_limits_are_segments", depth_limits_are_segments),
-    ])
+    let mut tests = trials(&checks! {
+        room_and_terrace_agree_with_the_oracle roulette_keeps_the_mean furnace_has_its_known_radiance
+        single_bounce_has_its_form_factor depth_limits_are_segments
+    });
+    tests.extend(WRONG.iter().map(|(case, what, restarts, fault)| {
+        let name = format!("{}: {what} is seen", case.name);
+        Trial::test(name, || ensure_biased(what, &case.verdict(*fault, *restarts, 0)))
+    }));
+    libtest_mimic::run(&Arguments::from_args(), tests).exit_code()
 }
 
 /// A scene in both forms; the oracle's images are made once.
 struct Case {
+    name: &'static str,
     setting: fn() -> Setting,
     reference: OnceLock<Vec<Moments>>,
 }
 
-static ROOM: Case = Case { setting: room, reference: OnceLock::new() };
-static TERRACE: Case = Case { setting: terrace, reference: OnceLock::new() };
+static ROOM: Case = Case { name: "room", setting: room, reference: OnceLock::new() };
+static TERRACE: Case = Case { name: "terrace", setting: terrace, reference: OnceLock::new() };
 
-fn test(size: [u32; 2]) -> TileTest {
-    let [width, height] = size;
+/// What must be seen, and in how many images.
+static WRONG: [(&Case, &str, u32, Fault); 10] = [
+    (&ROOM, "throughput x 1.01", SUBTLE, THROUGHPUT),
+    (&TERRACE, "throughput x 1.01", SUBTLE, THROUGHPUT),
+    (&ROOM, "light density x 1.02", SUBTLE, Fault::DENSITY),
+    (&TERRACE, "light density x 1.02", SUBTLE, Fault::DENSITY),
+    // the weights of hit emitters use another density than those of sampled ones
+    (&ROOM, "hit density x 1.1", SUBTLE, Fault { density: |density| density * 1.1, ..Fault::NONE }),
+    // emitters that are hit count in full, as if they were not sampled as well
+    (&TERRACE, "counting emitters twice", GROSS, Fault { density: |_| 0.0, ..Fault::NONE }),
+    (&TERRACE, "emission from both sides", GROSS, BOTH_SIDES),
+    (&TERRACE, "a tint of sampled emitters by 2 %", SUBTLE, Fault { light: |l| l.emission.x *= 1.02, ..Fault::NONE }),
+    (&ROOM, "a lack of shadows", GROSS, NO_SHADOWS),
+    (&TERRACE, "a lack of shadows", GROSS, NO_SHADOWS),
+];
+
+/// At every bounce.
+const THROUGHPUT: Fault = Fault { surface: |point, _| point.material.base_color *= 1.01, ..Fault::NONE };
+const BOTH_SIDES: Fault = Fault {
+    surface: |point, reversed| point.emission = point.emission.max(reversed().emission),
+    light: |light| light.two_sided = true,
+    ..Fault::NONE
+};
+const NO_SHADOWS: Fault = Fault { occluded: |_| false, ..Fault::NONE };
+
+fn test([width, height]: [u32; 2]) -> TileTest {
     TileTest { grid: TileGrid { width, height, tile: TILE }, family_rate: FAMILY_RATE }
-}
-
-/// Moments of the technique's images; a restart is a seed.
-fn trace(
-    grid: TileGrid,
-    restarts: u32,
-    scene: &(impl Trace + Surface + Lights + Sync),
-    params: PathParams,
-) -> Vec<Moments> {
-    grid.moments(restarts, |restart, x, y| {
-        let params = PathParams { seed: restart, ..params };
-        path::pixel(scene, &params, x, y).sum.map(f64::from)
-    })
 }
 
 impl Case {
@@ -84,96 +90,54 @@ impl Case {
         })
     }
 
-    fn verdict(&self, fault: impl Fault, restarts: u32, flags: u32) -> Verdict {
+    fn verdict(&self, fault: Fault, restarts: u32, flags: u32) -> Verdict {
         let setting = (self.setting)();
         let buffers = setting.buffers();
         let test = test(setting.size);
         let scene = Faulty { scene: buffers.view(), fault };
         let params = setting.params(&buffers, PATH_JITTER | flags);
-        test.compare(&trace(test.grid, restarts, &scene, params), self.reference())
-    }
-
-    fn ensure_seen(&self, what: &str, fault: impl Fault, restarts: u32) -> Result<(), Failed> {
-        let verdict = self.verdict(fault, restarts, 0);
-        println!("{}, {what}: {verdict}", (self.setting)().name);
-        ensure(!verdict.passed(), || format!("{what} went unnoticed: {verdict}"))
+        test.compare(&path_moments(test.grid, restarts, &scene, params), self.reference())
     }
 }
 
-fn agrees(case: &Case) -> Result<(), Failed> {
-    let verdict = case.verdict(Right, RESTARTS, 0);
-    println!("{}: {verdict}", (case.setting)().name);
-    ensure(verdict.passed(), || verdict.to_string())?;
-    ensure(verdict.detectable_in_tile <= GOAL_TILE, || format!("too few samples: {verdict}"))?;
-    ensure(verdict.detectable_in_image <= GOAL_IMAGE, || format!("too few samples: {verdict}"))
-}
-
-fn roulette_keeps_the_mean() -> Result<(), Failed> {
+fn room_and_terrace_agree_with_the_oracle() -> Result<(), Failed> {
     for case in [&ROOM, &TERRACE] {
-        let verdict = case.verdict(Right, ROULETTE_RESTARTS, PATH_ROULETTE);
-        println!("{} with roulette: {verdict}", (case.setting)().name);
-        ensure(verdict.passed(), || verdict.to_string())?;
-        ensure(verdict.detectable_in_image <= GOAL_ROULETTE, || format!("too few samples: {verdict}"))?;
+        let verdict = case.verdict(Fault::NONE, RESTARTS, 0);
+        ensure_unbiased(case.name, &verdict, GOAL_IMAGE)?;
+        ensure(verdict.detectable_in_tile <= GOAL_TILE, || format!("too few samples: {verdict}"))?;
     }
     Ok(())
 }
 
-fn throughput_scaled_is_seen() -> Result<(), Failed> {
-    ROOM.ensure_seen("throughput x 1.01", Throughput(1.01), SUBTLE)?;
-    TERRACE.ensure_seen("throughput x 1.01", Throughput(1.01), SUBTLE)
-}
-
-fn wrong_light_densities_are_seen() -> Result<(), Failed> {
-    ROOM.ensure_seen("density x 1.02", Density(1.02), SUBTLE)?;
-    TERRACE.ensure_seen("density x 1.02", Density(1.02), SUBTLE)?;
-    ROOM.ensure_seen("density of hits x 1.1", HitDensity(1.1), SUBTLE)?;
-    TERRACE.ensure_seen("emitters counted twice", CountedTwice, GROSS)
-}
-
-fn wrong_emitters_are_seen() -> Result<(), Failed> {
-    TERRACE.ensure_seen("both sides emit", BothSides, GROSS)?;
-    TERRACE.ensure_seen("sampled emitters tinted by 2 %", Tinted, SUBTLE)
-}
-
-fn missing_shadows_are_seen() -> Result<(), Failed> {
-    ROOM.ensure_seen("no shadows", NoShadows, GROSS)?;
-    TERRACE.ensure_seen("no shadows", NoShadows, GROSS)
+fn roulette_keeps_the_mean() -> Result<(), Failed> {
+    [&ROOM, &TERRACE].into_iter().try_for_each(|case| {
+        let verdict = case.verdict(Fault::NONE, ROULETTE_RESTARTS, PATH_ROULETTE);
+        ensure_unbiased(&format!("{} with roulette", case.name), &verdict, GOAL_ROULETTE)
+    })
 }
 
 /// With emission 1 and reflectance 1/2 paths of up to n segments carry 2 (1 - 2^-n) everywhere.
 fn furnace_has_its_known_radiance() -> Result<(), Failed> {
-    let scene = Scene::load("furnace")?;
-    let buffers = SceneBuffers::build(&scene)?;
+    let buffers = scenes::buffers("furnace")?;
     let test = test([32, 32]);
-    let camera = buffers.camera.params(32, 32);
     for max_depth in [1, 2, 3, 5, 8] {
-        let params = PathParams {
-            scene: buffers.header,
-            camera,
-            width: 32,
-            height: 32,
-            max_depth,
-            flags: PATH_JITTER,
-            ..PathParams::default()
-        };
+        let params = PathParams { flags: PATH_JITTER, ..path_params(&buffers, [32, 32], max_depth) };
         let exact = 2.0 * (1.0 - 0.5_f64.powi(max_depth as i32));
-        let traced = trace(test.grid, 1_024, &buffers.view(), params);
-        let verdict = test.compare(&traced, &test.grid.exact(|_, _| [exact; 3]));
-        println!("furnace at depth {max_depth}: {verdict}");
-        ensure(verdict.passed(), || format!("depth {max_depth}: {verdict}"))?;
-        within_three_errors("furnace", &traced, exact)?;
+        let traced = path_moments(test.grid, 1_024, &buffers.view(), params);
+        ensure_exact(&format!("furnace at depth {max_depth}"), test, &traced, &test.grid.exact(|_, _| [exact; 3]))?;
     }
     Ok(())
 }
 
-/// The image's mean, which the moments hold last, in green.
-fn within_three_errors(what: &str, moments: &[Moments], exact: f64) -> Result<(), Failed> {
-    let image = moments[moments.len() - 2];
-    let rounding = 1.0e-6 * exact;
+/// Of the tiles, and of the image's mean, which the moments hold last, in green.
+fn ensure_exact(what: &str, test: TileTest, traced: &[Moments], exact: &[Moments]) -> Result<(), Failed> {
+    ensure_unbiased(what, &test.compare(traced, exact), f64::INFINITY)?;
+    let [image, exact] = [traced, exact].map(|moments| moments[moments.len() - 2]);
+    let rounding = 1.0e-6 * exact.mean();
     let error = image.standard_error().hypot(rounding);
-    let z = (image.mean() - exact) / error;
-    println!("{what}: {:.6} +- {error:.6} for {exact:.6}", image.mean());
-    ensure(z.abs() <= 3.0, || format!("{what}: {} is {z:.1} standard errors from {exact}", image.mean()))
+    let z = (image.mean() - exact.mean()) / error;
+    println!("{what}: {:.6} +- {error:.6} for {:.6}", image.mean(), exact.mean());
+    ensure(z.abs() <= 3.0, || format!("{what}: {} is {z:.1} standard errors from {}", image.mean(), exact.mean()))
 }
 
 const LIGHT: [f32; 2] = [0.5, 0.25];
@@ -187,15 +151,13 @@ fn wall_before_light() -> Setting {
     let rectangle = |x: f32, y: f32, z: f32| [[-x, -y, z], [x, -y, z], [x, y, z], [-x, y, z]];
     let mut light = rectangle(a, b, LIGHT_DISTANCE);
     light.reverse();
-    let paint = |reflectance: f32, emission: f32| Paint {
-        reflectance: [reflectance; 3],
-        emission: [emission; 3],
-        two_sided: false,
-    };
     Setting {
         name: "wall before light",
         quads: vec![Quad { corners: rectangle(2.0, 2.0, 0.0), material: 0 }, Quad { corners: light, material: 1 }],
-        materials: vec![paint(REFLECTANCE, 0.0), paint(0.0, RADIANCE)],
+        materials: vec![
+            Material::diffuse("wall", [REFLECTANCE; 3]),
+            Material::emitter("light", [0.0; 3], [RADIANCE; 3]),
+        ],
         eye: [0.25, 0.1, 1.0],
         half_height: 0.9,
         size: [32, 32],
@@ -227,27 +189,23 @@ fn single_bounce_has_its_form_factor() -> Result<(), Failed> {
     let camera = setting.oracle().camera;
     // through the pixels' centres, so that every pixel has one point
     let exact = test.grid.exact(|x, y| {
-        let [dx, dy, dz] = camera.direction(f64::from(x) + 0.5, f64::from(y) + 0.5);
-        let t = -camera.position[2] / dz;
-        [lit_wall(camera.position[0] + t * dx, camera.position[1] + t * dy); 3]
+        let direction = camera.direction(f64::from(x) + 0.5, f64::from(y) + 0.5);
+        let point = camera.position - direction * (camera.position.z / direction.z);
+        [lit_wall(point.x, point.y); 3]
     });
-    let traced = trace(test.grid, 2_048, &buffers.view(), setting.params(&buffers, 0));
-    let verdict = test.compare(&traced, &exact);
-    println!("wall before light: {verdict}");
-    ensure(verdict.passed(), || verdict.to_string())?;
-    within_three_errors("wall before light", &traced, exact[exact.len() - 2].mean())
+    let traced = path_moments(test.grid, 2_048, &buffers.view(), setting.params(&buffers, 0));
+    ensure_exact("wall before light", test, &traced, &exact)
 }
 
 /// Depth 0 sees nothing, depth 1 emission alone.
 fn depth_limits_are_segments() -> Result<(), Failed> {
     let setting = terrace();
     let buffers = setting.buffers();
-    let oracle = setting.oracle();
     let lit = |max_depth: u32| {
         let params = PathParams { max_depth, ..setting.params(&buffers, 0) };
         (0..32 * 32).filter(|i| path::pixel(&buffers.view(), &params, i % 32, i / 32).sum != [0.0; 3]).count()
     };
-    let mut direct = oracle.clone();
+    let mut direct = setting.oracle();
     (direct.max_depth, direct.jitter) = (1, false);
     let emitters = (0..32 * 32).filter(|i| direct.pixel(0, i % 32, i / 32) != [0.0; 3]).count();
     ensure(lit(0) == 0, || "depth 0 is not black".to_owned())?;

@@ -1,7 +1,7 @@
 //! What the suites try of every technique of the registry.
 
 mod path;
-mod restir_di;
+pub mod restir_di;
 
 use restir_host::Error;
 use restir_host::buffers::SceneBuffers;

@@ -1,6 +1,17 @@
 //! ReSTIR DI: the matrix of forms of MIS by uses of visibility, and what no preset has.
 
-use super::{Cases, Known, Matrix, Row, row};
+use super::{Cases, Known, Matrix, Row, configure_by, row};
+use restir_host::technique::restir_di::DiSettings;
+
+/// The settings that differ from the default ones as the text says, `key=value` joined by commas.
+///
+/// # Panics
+/// If it says something else.
+pub fn settings(text: &str) -> DiSettings {
+    let mut settings = DiSettings::default();
+    configure_by(&mut settings, text).expect("the harness knows the settings");
+    settings
+}
 
 /// See [`Known`].
 pub(super) const KNOWN: Known = Known {
@@ -13,8 +24,8 @@ pub(super) const KNOWN: Known = Known {
         ("fused, jitter, blue", "temporal=fused,spatial=0,jitter=on,target=blue,mis=talbot,neighbours=2,shaded=2"),
     ],
     cases: Cases {
-        common: "mis=talbot,candidates=8,initial_rays=2,scatter=off,temporal=off,still=off,spatial=0,radius=6,\
-                 near_radius=2,shading_radius=6,max_plane_distance=0.05,visibility_reuse=off,visibility=selected",
+        common: "mis=talbot,candidates=8,initial_rays=2,scatter=off,temporal=off,still=off,spatial=1,radius=6,\
+                 near_radius=2,shading_radius=6,max_plane_distance=0.05,visibility_reuse=selection,visibility=selected",
         // in two passes, and without neighbours
         variants: &["shaded=10", "shaded=0"],
         rows: &ROWS,
@@ -33,74 +44,34 @@ pub(super) const KNOWN: Known = Known {
 
 /// All forms of MIS and uses of visibility, in time, in space and both at once.
 const ROWS: [Row; 23] = [
-    row("1/M, temporal", "cornell", 2, "mis=1/m,temporal=on,visibility_reuse=candidates,visibility=ray"),
-    row("1/Z, spatial", "cornell", 2, "mis=1/z,spatial=1,neighbours=4,visibility_reuse=weights,visibility=ray"),
-    row("contribution, temporal", "many-lights", 2, "mis=contribution,temporal=on,visibility_reuse=weights,jitter=on"),
+    row("1/M, temporal", "cornell", 2, "mis=1/m,temporal=on,visibility_reuse=candidates,visibility=ray,spatial=0"),
+    row("1/Z, spatial", "cornell", 2, "mis=1/z,neighbours=4,visibility_reuse=weights,visibility=ray"),
     row(
-        "contribution, spatial",
-        "glossy",
-        2,
-        "mis=contribution,spatial=1,neighbours=3,visibility_reuse=selection,scatter=on",
-    ),
-    row("talbot, spatial", "cornell", 2, "spatial=1,neighbours=4,visibility_reuse=weights,scatter=on,visibility=ray"),
-    row("talbot, averaged", "many-lights", 2, "spatial=1,neighbours=1,visibility_reuse=candidates,visibility=averaged"),
-    row("talbot, averaged in time", "cornell", 2, "temporal=on,jitter=on,visibility=averaged"),
-    row(
-        "pairwise, both at once",
-        "tower",
-        2,
-        "mis=pairwise,temporal=fused,spatial=1,neighbours=4,visibility_reuse=selection",
-    ),
-    row(
-        "defensive, spatial",
-        "glass",
-        2,
-        "mis=pairwise-defensive,spatial=1,neighbours=5,visibility_reuse=selection,scatter=on",
-    ),
-    row("counted, spatial", "tower", 2, "mis=pairwise-counted,spatial=1,neighbours=7,scatter=on,visibility=ray"),
-    row(
-        "counted, defensive",
-        "cornell",
-        2,
-        "mis=pairwise-counted-defensive,spatial=1,neighbours=5,visibility_reuse=selection",
-    ),
-    row("a still view", "cornell", 2, "temporal=on,still=on,visibility_reuse=selection"),
-    row("constant, no light", "unlit", 2, "mis=constant,spatial=1,neighbours=2,scatter=on,visibility=ray"),
-    row(
-        "tiles",
+        "contribution, temporal",
         "many-lights",
         2,
-        "mis=pairwise-defensive,spatial=1,neighbours=3,visibility_reuse=selection,scatter=on,tiles=3x50",
+        "mis=contribution,temporal=on,visibility_reuse=weights,jitter=on,spatial=0",
     ),
-    row(
-        "tiles of all kinds of lights",
-        "tower",
-        2,
-        "spatial=1,neighbours=2,visibility_reuse=weights,scatter=on,tiles=3x50",
-    ),
-    row("tiles of an environment", "statue", 2, "temporal=on,visibility_reuse=weights,tiles=3x50"),
-    row("tiles, no light", "unlit", 2, "mis=constant,spatial=1,neighbours=2,visibility=ray,tiles=3x50"),
-    row(
-        "as lights go out",
-        "moving",
-        6,
-        "mis=pairwise-defensive,temporal=fused,spatial=1,neighbours=3,visibility_reuse=selection",
-    ),
-    row(
-        "1/Z, as lights come back",
-        "moving",
-        10,
-        "mis=1/z,temporal=fused,spatial=1,neighbours=2,visibility_reuse=weights,scatter=on",
-    ),
-    row("through glass, by a final ray", "panes", 2, "spatial=1,neighbours=3,visibility=ray"),
-    row("through glass, averaged", "panes", 2, "mis=pairwise,spatial=1,neighbours=3,visibility=averaged"),
-    row("through glass, averaged in time", "panes", 2, "temporal=on,visibility_reuse=candidates,visibility=averaged"),
-    row(
-        "through glass, selected",
-        "panes",
-        2,
-        "mis=pairwise-defensive,spatial=1,neighbours=4,visibility_reuse=selection,scatter=on",
-    ),
+    row("contribution, spatial", "glossy", 2, "mis=contribution,neighbours=3,scatter=on"),
+    row("talbot, spatial", "cornell", 2, "neighbours=4,visibility_reuse=weights,scatter=on,visibility=ray"),
+    row("averaged", "many-lights", 2, "neighbours=1,visibility_reuse=candidates,visibility=averaged"),
+    row("averaged in time", "cornell", 2, "temporal=on,jitter=on,visibility=averaged,spatial=0,visibility_reuse=off"),
+    row("pairwise, both at once", "tower", 2, "mis=pairwise,temporal=fused,neighbours=4"),
+    row("defensive, spatial", "glass", 2, "mis=pairwise-defensive,neighbours=5,scatter=on"),
+    row("counted", "tower", 2, "mis=pairwise-counted,neighbours=7,scatter=on,visibility=ray,visibility_reuse=off"),
+    row("counted, defensive", "cornell", 2, "mis=pairwise-counted-defensive,neighbours=5"),
+    row("a still view", "cornell", 2, "temporal=on,still=on,spatial=0"),
+    row("constant, no light", "unlit", 2, "mis=constant,neighbours=2,scatter=on,visibility=ray,visibility_reuse=off"),
+    row("tiles", "many-lights", 2, "mis=pairwise-defensive,neighbours=3,scatter=on,tiles=3x50"),
+    row("tiles of all kinds of lights", "tower", 2, "neighbours=2,visibility_reuse=weights,scatter=on,tiles=3x50"),
+    row("tiles of an environment", "statue", 2, "temporal=on,visibility_reuse=weights,tiles=3x50,spatial=0"),
+    row("tiles, no light", "unlit", 2, "mis=constant,neighbours=2,visibility=ray,tiles=3x50,visibility_reuse=off"),
+    row("lights go out", "moving", 6, "mis=pairwise-defensive,temporal=fused,neighbours=3"),
+    row("1/Z, lights return", "moving", 10, "mis=1/z,temporal=fused,neighbours=2,visibility_reuse=weights,scatter=on"),
+    row("glass, a final ray", "panes", 2, "neighbours=3,visibility=ray,visibility_reuse=off"),
+    row("glass, averaged", "panes", 2, "mis=pairwise,neighbours=3,visibility=averaged,visibility_reuse=off"),
+    row("glass, averaged in time", "panes", 2, "temporal=on,visibility_reuse=candidates,visibility=averaged,spatial=0"),
+    row("glass, selected", "panes", 2, "mis=pairwise-defensive,neighbours=4,scatter=on"),
 ];
 
 /// Unbiased forms of MIS.

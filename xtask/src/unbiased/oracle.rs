@@ -26,16 +26,14 @@ pub(super) fn oracle(scene: &Scene, buffers: &SceneBuffers, integral: Integral) 
             scene.name
         )));
     }
-    let wide = |v: [f32; 3]| v.map(f64::from);
+    let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
     let mut triangles = Vec::new();
     for instance in &scene.instances {
         let mesh = &scene.meshes[instance.mesh];
         let material = &scene.materials[mesh.material];
         // rounded, as in the arenas
-        let position = |i: u32| {
-            let local = DVec3::from_array(wide(mesh.positions[i as usize]));
-            wide(instance.transform.transform_point3(local).as_vec3().to_array())
-        };
+        let position =
+            |i: u32| instance.transform.transform_point3(wide(mesh.positions[i as usize])).as_vec3().as_dvec3();
         let mirrored = instance.transform.matrix3.determinant() < 0.0;
         triangles.extend(mesh.indices.iter().map(|&[a, b, c]| Triangle {
             vertices: (if mirrored { [a, c, b] } else { [a, b, c] }).map(position),
@@ -44,13 +42,6 @@ pub(super) fn oracle(scene: &Scene, buffers: &SceneBuffers, integral: Integral) 
             two_sided: material.two_sided_emission,
         }));
     }
-    let camera = buffers.camera.params(SIZE, SIZE);
-    let camera = Camera {
-        position: wide(camera.position),
-        forward: wide(camera.forward),
-        right: wide(camera.right),
-        up: wide(camera.up),
-        size: [SIZE; 2],
-    };
+    let camera = Camera::new(&buffers.camera.params(SIZE, SIZE), [SIZE; 2]);
     Ok(Oracle::new(triangles, camera, integral.max_depth, integral.jitter))
 }
