@@ -1,8 +1,6 @@
 //! `cargo xtask features`: what each feature of a scene costs where it is compiled in, and the report of it.
 
-use std::fmt::Write;
 use std::ops::ControlFlow;
-use std::path::Path;
 use std::time::Instant;
 
 use clap::Args;
@@ -17,7 +15,7 @@ use restir_kernels::path::path;
 use restir_shared::layout::{FEATURES_ALL, FEATURES_DIFFUSE};
 use restir_tests::features::{Content, PARTS, specialised};
 
-use crate::{Error, num};
+use crate::{Error, report};
 
 /// Measurements of which the median counts; those of all rows are interleaved.
 const ROUNDS: usize = 5;
@@ -45,36 +43,28 @@ struct Row {
 /// Measures and prints the report.
 ///
 /// # Errors
-/// [`Error::Environment`] without spirv-opt or where an adapter does not run the kernel; [`Error::Io`] if the report
+/// [`Error::Environment`] without spirv-opt; [`Error::Host`] where an adapter does not run the kernel, or if the report
 /// cannot be written.
 pub fn run(options: &Options) -> Result<(), Error> {
     let mut rows = rows().map_err(Error::Environment)?;
-    let adapter = measure(&mut rows).map_err(|e| Error::Environment(e.to_string()))?;
-    let report = report(&rows, &adapter);
-    println!("{report}");
-    if options.write {
-        num::write(&Path::new(env!("CARGO_MANIFEST_DIR")).with_file_name("docs").join("features.md"), &report)?;
-    }
-    Ok(())
+    let adapter = measure(&mut rows)?;
+    report::publish("features", &report(&rows, adapter.as_deref()), options.write)
 }
 
 /// Everything, everything but one feature, and a diffuse scene with one more; all of them run [`SCENE`] correctly but
 /// the one without emission, which is not timed against it.
 fn rows() -> Result<Vec<Row>, String> {
-    let without = PARTS.iter().map(|part| (format!("all but {}", part.name), FEATURES_ALL & !part.feature));
+    let mut sets = vec![("all".to_owned(), FEATURES_ALL)];
+    sets.extend(PARTS.iter().map(|part| (format!("all but {}", part.name), FEATURES_ALL & !part.feature)));
+    sets.push(("diffuse".to_owned(), FEATURES_DIFFUSE));
     let extra = PARTS.iter().filter(|part| part.feature & FEATURES_DIFFUSE == 0);
-    let with = extra.map(|part| (format!("diffuse and {}", part.name), FEATURES_DIFFUSE | part.feature));
-    let sets = [("all".to_owned(), FEATURES_ALL)].into_iter().chain(without);
-    sets.chain([("diffuse".to_owned(), FEATURES_DIFFUSE)])
-        .chain(with)
-        .map(|(name, features)| row(name, features))
-        .collect()
-}
-
-fn row(name: String, features: u32) -> Result<Row, String> {
-    let operations = |flavour| Ok::<_, String>(Content::of(&specialised(flavour, features)?)?.operations);
-    let operations = [operations(Flavour::Exact)?, operations(Flavour::Fast)?];
-    Ok(Row { name, features, operations, seconds: Default::default() })
+    sets.extend(extra.map(|part| (format!("diffuse and {}", part.name), FEATURES_DIFFUSE | part.feature)));
+    let operations = |flavour, features| Ok::<_, String>(Content::of(&specialised(flavour, features)?)?.operations);
+    let row = |(name, features)| {
+        let operations = [operations(Flavour::Exact, features)?, operations(Flavour::Fast, features)?];
+        Ok(Row { name, features, operations, seconds: Default::default() })
+    };
+    sets.into_iter().map(row).collect()
 }
 
 /// Fills in the times, and gives the name of the adapter if there is one.
@@ -121,8 +111,8 @@ fn median(seconds: &[f64]) -> f64 {
     sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
-fn report(rows: &[Row], adapter: &Option<String>) -> String {
-    let adapter = adapter.as_deref().unwrap_or("no adapter");
+fn report(rows: &[Row], adapter: Option<&str>) -> String {
+    let adapter = adapter.unwrap_or("no adapter");
     let mut text = format!(
         "# What the features of a scene cost\n\nThe kernel `path`, specialised to sets of features and optimised by \
          spirv-opt; \"diffuse\" has emissive triangles and the light table. Times are medians of {ROUNDS} interleaved \
@@ -137,16 +127,12 @@ fn report(rows: &[Row], adapter: &Option<String>) -> String {
         std::thread::available_parallelism().map_or(1, usize::from),
     );
     let Some(all) = rows.first() else { return text };
-    for row in rows {
-        let ratios = row.seconds.iter().zip(&all.seconds).map(|(a, b)| format!("{:.3}", median(a) / median(b)));
-        let ratios = ratios.collect::<Vec<_>>().join(" | ");
-        let [exact, fast] = row.operations;
-        // writing to a string cannot fail
-        let _ = writeln!(text, "| {} | {exact} | {fast} | {ratios} |", row.name);
-    }
+    text.extend(rows.iter().map(|Row { name, operations: [exact, fast], seconds, .. }| {
+        let ratio = |i: usize| format!("{:.3}", median(&seconds[i]) / median(&all.seconds[i]));
+        format!("| {name} | {exact} | {fast} | {} |\n", [0, 1, 2].map(ratio).join(" | "))
+    }));
     let [pipeline, gpu, cpu] = all.seconds.each_ref().map(|seconds| median(seconds));
-    let _ = writeln!(text, "\n\"all\": pipeline {pipeline:.3} s, GPU frame {gpu:.3} s, CPU frame {cpu:.3} s.");
-    text
+    text + &format!("\n\"all\": pipeline {pipeline:.3} s, GPU frame {gpu:.3} s, CPU frame {cpu:.3} s.\n")
 }
 
 /// The processor's model, where Linux tells it.

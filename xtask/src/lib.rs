@@ -7,6 +7,8 @@ pub mod features;
 pub mod num;
 pub mod package;
 pub mod parity;
+mod process;
+mod report;
 pub mod resampling;
 pub mod shader;
 pub mod stress;

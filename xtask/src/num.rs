@@ -1,15 +1,14 @@
 //! `cargo xtask num`: the sweeps of the scalar functions, and their table in DETERMINISM.md.
 
 use std::fs;
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 use clap::Args;
 use restir_tests::num::{Effort, Row, Sweep, markdown, sweeps};
-use tempfile::NamedTempFile;
 
-use crate::Error;
+pub(crate) use crate::report::write;
+use crate::{Error, report};
 
 /// The table stands between two of these lines.
 const MARKER: &str = "<!-- num-table -->";
@@ -31,43 +30,39 @@ pub struct Options {
 /// Runs the sweeps, prints their table and writes it where asked.
 ///
 /// # Errors
-/// [`Error::Failed`] if a function is worse than claimed; [`Error::Io`] and [`Error::Environment`] if DETERMINISM.md
-/// cannot be replaced or has no place for the table, or if a function is unknown.
+/// [`Error::Failed`] if a function is worse than claimed; others if DETERMINISM.md cannot be replaced or has no place for
+/// the table, or if a function is unknown.
 pub fn run(options: &Options) -> Result<(), Error> {
-    let document = document();
-    let text = if options.write { Some(read(&document)?) } else { None };
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).with_file_name("DETERMINISM.md");
+    let document = fs::read_to_string(&path).map_err(Error::io("read", &path))?;
+    replace_table(&document, str::to_owned)?;
     let effort = if options.full || options.write { Effort::Full } else { Effort::Reduced };
     let sweeps = selected(&options.only)?;
-    let count = sweeps.len();
     let mut rows = Vec::new();
-    for (index, sweep) in sweeps.iter().enumerate() {
+    for (number, sweep) in (1..).zip(&sweeps) {
         let start = Instant::now();
         rows.extend(sweep.rows(effort));
-        eprintln!("{} of {count}: {}, {:.1} s", index + 1, sweep.function, start.elapsed().as_secs_f64());
+        let seconds = start.elapsed().as_secs_f64();
+        eprintln!("{number} of {}: {}, {seconds:.1} s", sweeps.len(), sweep.function);
     }
     println!("{}", markdown(&rows));
-    let failed: Vec<_> = rows.iter().filter(|row| !row.passed()).map(|row| row.function).collect();
-    if !failed.is_empty() {
-        return Err(Error::Failed(format!("worse than claimed: {}", failed.join(", "))));
+    report::judge("worse than claimed", rows.iter().filter(|row| !row.passed()).map(|row| row.function.to_owned()))?;
+    if !options.write {
+        return Ok(());
     }
-    match text {
-        Some(text) if options.only.is_empty() => write(&document, &replace_table(&text, |_| markdown(&rows))?),
-        Some(text) => write(&document, &replace_table(&text, |table| merge(table, &rows))?),
-        None => Ok(()),
-    }
+    let table = |old: &str| if options.only.is_empty() { markdown(&rows) } else { merge(old, &rows) };
+    write(&path, &replace_table(&document, table)?)
 }
 
 /// The sweeps of the functions named, all if none is.
 fn selected(only: &[String]) -> Result<Vec<Sweep>, Error> {
     let mut sweeps = sweeps();
     let known: Vec<_> = sweeps.iter().map(|sweep| sweep.function).collect();
-    match only.iter().find(|name| !known.contains(&name.as_str())) {
-        Some(name) => Err(Error::Environment(format!("there is no sweep `{name}`; there are {}", known.join(", ")))),
-        None => {
-            sweeps.retain(|sweep| only.is_empty() || only.iter().any(|name| name == sweep.function));
-            Ok(sweeps)
-        }
+    if let Some(name) = only.iter().find(|name| !known.contains(&name.as_str())) {
+        return Err(Error::Environment(format!("there is no sweep `{name}`; there are {}", known.join(", "))));
     }
+    sweeps.retain(|sweep| only.is_empty() || only.iter().any(|name| name == sweep.function));
+    Ok(sweeps)
 }
 
 /// The lines of a table's functions replaced, in their place or, for a new function, at the end.
@@ -86,31 +81,12 @@ fn merge(table: &str, rows: &[Row]) -> String {
     lines.join("\n") + "\n"
 }
 
-fn document() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).with_file_name("DETERMINISM.md")
-}
-
-fn read(path: &Path) -> Result<String, Error> {
-    let text = fs::read_to_string(path).map_err(Error::io("read", path))?;
-    replace_table(&text, str::to_owned).map(|_| text)
-}
-
 /// The document with another table between its markers.
 fn replace_table(document: &str, table: impl FnOnce(&str) -> String) -> Result<String, Error> {
     match document.split(MARKER).collect::<Vec<_>>()[..] {
         [before, old, after] => Ok(format!("{before}{MARKER}\n{}{MARKER}{after}", table(old))),
         _ => Err(Error::Environment(format!("DETERMINISM.md needs exactly two lines {MARKER} around the table"))),
     }
-}
-
-/// Writes beside the file and renames, so that it is never half written.
-pub(crate) fn write(path: &Path, text: &str) -> Result<(), Error> {
-    let io = || Error::io("write", path);
-    let folder = path.parent().unwrap_or(Path::new("."));
-    let mut file = NamedTempFile::new_in(folder).map_err(io())?;
-    file.write_all(text.as_bytes()).map_err(io())?;
-    file.persist(path).map_err(|error| io()(error.error))?;
-    Ok(())
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ use clap::Args;
 use restir_host::image::read_exr;
 
 use crate::Error;
+use crate::process::finish;
 use crate::shader::workspace::{Workspace, scratch};
 
 /// The crates, each after those that it depends on.
@@ -82,16 +83,5 @@ fn render(program: &Path, place: &Path, device: &str) -> Result<Vec<u32>, Error>
     let mut command = Command::new(program);
     command.args(["render", "cornell", "--size", "64x48", "--spp", "4", "--device", device, "-o"]).arg(&path);
     finish(&mut command)?;
-    let image = read_exr(&path).map_err(|error| Error::Failed(error.to_string()))?;
-    Ok(image.pixels.as_flattened().iter().map(|value| value.to_bits()).collect())
-}
-
-/// Runs a command to success.
-fn finish(command: &mut Command) -> Result<(), Error> {
-    let program = command.get_program().display().to_string();
-    match command.status() {
-        Ok(status) if status.success() => Ok(()),
-        Ok(status) => Err(Error::Failed(format!("{program} ended with {status}, see above"))),
-        Err(error) => Err(Error::Environment(format!("cannot run {program}: {error}"))),
-    }
+    Ok(read_exr(&path)?.pixels.as_flattened().iter().map(|value| value.to_bits()).collect())
 }

@@ -3,13 +3,13 @@
 use clap::Args;
 use restir_host::Shaders;
 use restir_host::exec::gpu::{AdapterInfo, adapters};
-use restir_host::exec::{Executor, GpuExecutor};
+use restir_host::exec::{Executor, Flavour, GpuExecutor};
 use restir_kernels::{Case, all};
 use restir_tests::cases;
 use restir_tests::parity::{Outcome, compare};
 
 use crate::Error;
-use crate::shader::Flavour;
+use crate::shader::flavour;
 
 const NO_ADAPTER: &str = "no GPU adapter; install a Vulkan driver, for example Mesa's lavapipe";
 
@@ -26,7 +26,7 @@ pub struct Options {
     #[arg(long, default_value = "")]
     case: String,
     /// The flavour to test; both if not given.
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = flavour::parser())]
     flavour: Option<Flavour>,
 }
 
@@ -49,11 +49,11 @@ impl std::fmt::Display for Finding {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Compared(outcome) if outcome.is_exact() => f.write_str("exact"),
-            Self::Compared(o) if o.poisoned > 0 => {
-                write!(f, "incomplete ({} of {} words not written)", o.poisoned, o.words)
+            Self::Compared(Outcome { poisoned: 0, max_ulp, differing, words, .. }) => {
+                write!(f, "approximate ({max_ulp} ulp, {differing} of {words} words)")
             }
-            Self::Compared(o) => {
-                write!(f, "approximate ({} ulp, {} of {} words)", o.max_ulp, o.differing, o.words)
+            Self::Compared(Outcome { poisoned, words, .. }) => {
+                write!(f, "incomplete ({poisoned} of {words} words not written)")
             }
             Self::Broken(reason) => write!(f, "failed ({reason})"),
             Self::Skipped(reason) => write!(f, "skipped ({reason})"),
@@ -64,18 +64,14 @@ impl std::fmt::Display for Finding {
 impl Finding {
     /// `offered`: whether the adapter can have the flavour at all.
     fn of(result: Result<Outcome, restir_host::Error>, offered: bool) -> Self {
-        match result {
-            Ok(outcome) => Self::Compared(outcome),
-            Err(error) if offered => Self::Broken(error.to_string()),
-            Err(error) => Self::Skipped(error.to_string()),
-        }
+        let refused = if offered { Self::Broken } else { Self::Skipped };
+        result.map_or_else(|error| refused(error.to_string()), Self::Compared)
     }
 
     /// Every word must have been written, and those of `exact` are the host's.
     fn fails(&self, flavour: Flavour) -> bool {
         match self {
-            Self::Compared(outcome) if flavour == Flavour::Exact => !outcome.is_exact(),
-            Self::Compared(outcome) => outcome.poisoned > 0,
+            Self::Compared(outcome) => outcome.poisoned > 0 || flavour == Flavour::Exact && !outcome.is_exact(),
             Self::Broken(_) => true,
             Self::Skipped(_) => false,
         }
@@ -113,29 +109,21 @@ fn rows(options: &Options) -> Result<Vec<Row>, Error> {
         }
     }
     if rows.is_empty() {
-        let names: Vec<&str> = all().iter().map(|kernel| kernel.name).collect();
-        return Err(Error::Environment(format!(
-            "no case has that kernel and that name: the kernels are {}",
-            names.join(", ")
-        )));
+        let names = all().iter().map(|kernel| kernel.name).collect::<Vec<_>>().join(", ");
+        return Err(Error::Environment(format!("no case has that kernel and that name: the kernels are {names}")));
     }
     Ok(rows)
 }
 
 /// The adapters that the options name.
 fn chosen(options: &Options) -> Result<Vec<AdapterInfo>, Error> {
-    let all = adapters();
-    let Some(wanted) = options.adapter.as_ref().map(|name| name.to_lowercase()) else {
-        return Ok(all);
-    };
-    let names: Vec<String> = all.iter().map(|adapter| adapter.name.clone()).collect();
-    let chosen: Vec<AdapterInfo> =
-        all.into_iter().filter(|adapter| adapter.name.to_lowercase().contains(&wanted)).collect();
-    if chosen.is_empty() && !names.is_empty() {
-        return Err(Error::Environment(format!(
-            "no adapter has {wanted:?} in its name; there are: {}",
-            names.join(", ")
-        )));
+    let wanted = options.adapter.as_deref().unwrap_or_default().to_lowercase();
+    let (chosen, others): (Vec<_>, Vec<_>) =
+        adapters().into_iter().partition(|adapter| adapter.name.to_lowercase().contains(&wanted));
+    if chosen.is_empty() && !others.is_empty() {
+        let names: Vec<String> = others.into_iter().map(|adapter| adapter.name).collect();
+        let names = names.join(", ");
+        return Err(Error::Environment(format!("no adapter has {wanted:?} in its name; there are: {names}")));
     }
     Ok(chosen)
 }
@@ -143,7 +131,7 @@ fn chosen(options: &Options) -> Result<Vec<AdapterInfo>, Error> {
 /// Prints the table of an adapter and gives the number of its failures.
 fn on(adapter: &AdapterInfo, rows: &[Row]) -> usize {
     println!("{} ({}, {})", adapter.name, adapter.backend, adapter.driver);
-    let base = match GpuExecutor::open(Some(&adapter.name), None::<restir_host::exec::Flavour>) {
+    let base = match GpuExecutor::open(Some(&adapter.name), None::<Flavour>) {
         Ok(base) => base,
         Err(error) => {
             print_table(rows, |_| Finding::Broken(error.to_string()));
@@ -151,8 +139,8 @@ fn on(adapter: &AdapterInfo, rows: &[Row]) -> usize {
         }
     };
     // opened without a flavour, an adapter that refuses exact has taken fast
-    let offers_exact = base.describe().flavour == restir_host::exec::Flavour::Exact;
-    let mut executors = Flavour::ALL.map(|flavour| base.reload(host_flavour(flavour), Shaders::from_env()));
+    let offers_exact = base.describe().flavour == Flavour::Exact;
+    let mut executors = Flavour::ALL.map(|flavour| base.reload(flavour, Shaders::from_env()));
     for executor in &executors {
         println!("{}", executor.loading());
     }
@@ -169,24 +157,14 @@ fn on(adapter: &AdapterInfo, rows: &[Row]) -> usize {
 
 /// Prints a line a row, as they come.
 fn print_table(rows: &[Row], mut finding: impl FnMut(&Row) -> Finding) {
-    let width = |text: fn(&Row) -> &str, title: &str| {
-        rows.iter().map(|row| text(row).len()).max().unwrap_or(0).max(title.len())
-    };
-    let kernel = width(|row| row.case.kernel.name, "kernel");
-    let case = width(|row| &row.case.name, "case");
+    let width = |text: fn(&Row) -> &str| rows.iter().map(|row| text(row).len()).fold("kernel".len(), usize::max);
+    let (kernel, case) = (width(|row| row.case.kernel.name), width(|row| &row.case.name));
     println!("{:<kernel$}  {:<case$}  {:<7}  result", "kernel", "case", "flavour");
     for row in rows {
         let finding = finding(row);
-        println!("{:<kernel$}  {:<case$}  {:<7}  {finding}", row.case.kernel.name, row.case.name, row.flavour.name());
+        println!("{:<kernel$}  {:<case$}  {:<7}  {finding}", row.case.kernel.name, row.case.name, row.flavour);
     }
     println!();
-}
-
-fn host_flavour(flavour: Flavour) -> restir_host::exec::Flavour {
-    match flavour {
-        Flavour::Exact => restir_host::exec::Flavour::Exact,
-        Flavour::Fast => restir_host::exec::Flavour::Fast,
-    }
 }
 
 #[cfg(test)]

@@ -1,12 +1,11 @@
 //! `cargo xtask stress`: every function at the ends of its range against an `f64` shadow, and the report of it.
 
-use std::path::Path;
 use std::time::Instant;
 
 use clap::Args;
 use restir_tests::stress::{Effort, frames, markdown, run as run_rows, scenes};
 
-use crate::{Error, num};
+use crate::{Error, report};
 
 /// Options of `cargo xtask stress`.
 #[derive(Args)]
@@ -28,18 +27,10 @@ pub fn run(options: &Options) -> Result<(), Error> {
     let effort = if options.full || options.write { Effort::Full } else { Effort::Reduced };
     let (groups, comparisons, frames) = (run_rows(effort), scenes::run(effort), frames::run(effort));
     let report = markdown(&groups) + &scenes::markdown(&comparisons) + &frames::markdown(&frames);
-    println!("{report}");
     eprintln!("{:.1} s", start.elapsed().as_secs_f64());
-    if options.write {
-        num::write(&Path::new(env!("CARGO_MANIFEST_DIR")).with_file_name("docs").join("stress.md"), &report)?;
-    }
+    report::publish("stress", &report, options.write)?;
     let rows = groups.iter().flat_map(|(_, rows)| rows);
-    let rows = rows.filter(|(_, finding)| !finding.passed()).map(|(row, _)| row.name.to_owned());
-    let comparisons = comparisons.iter().filter(|comparison| !comparison.passed()).map(|c| c.name.clone());
-    let failed: Vec<_> = rows.chain(comparisons).chain(frames.failed()).collect();
-    if failed.is_empty() {
-        Ok(())
-    } else {
-        Err(Error::Failed(format!("off by more than allowed: {}", failed.join(", "))))
-    }
+    let rows = rows.filter(|(finding, _)| !finding.passed()).map(|(_, row)| row.function.name.to_owned());
+    let comparisons = comparisons.into_iter().filter(|comparison| !comparison.passed()).map(|c| c.name);
+    report::judge("off by more than allowed", rows.chain(comparisons).chain(frames.failed()))
 }

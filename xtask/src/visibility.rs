@@ -1,25 +1,22 @@
 //! `cargo xtask visibility`: averaged visibility (Tokuyoshi) against that of the selected sample, in error and variance,
 //! and the report of it.
 
-use std::fmt::Write;
-use std::path::Path;
 use std::time::Instant;
 
 use clap::Args;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use restir_host::bootstrap::Interval;
 use restir_host::buffers::SceneBuffers;
 use restir_host::replay::{self, Recording};
 use restir_host::technique::restir_di::{DiSettings, Target, Visibility, VisibilityReuse};
 use restir_shared::scene::Still;
-use restir_shared::technique::path;
-use restir_shared::technique::path::PathParams;
+use restir_shared::technique::path::{self, PathParams};
 use restir_tests::random::SplitMix;
 use restir_tests::scenes::{ROW, coloured, penumbra, spread, white};
-use restir_tests::stats::Moments;
 use restir_tests::visibility::{Restart, Run, settings, visibility_moments};
 
-use crate::{Error, num};
+use crate::{Error, report};
 
 const SIZE: u32 = 64;
 /// Frames of a restart, and the first that counts.
@@ -36,6 +33,10 @@ const DARK: f64 = 1.0e-3;
 const PARTIAL: std::ops::Range<f64> = 0.05..0.95;
 /// Frames and side of the picture whose rays are counted.
 const COUNTED: [u32; 2] = [8, 32];
+/// Of the selected sample ("prev"), and averaged ("ours").
+const METHODS: [Visibility; 2] = [Visibility::Selected, Visibility::Averaged];
+/// The channels of the rows of three renders.
+const CHANNELS: [Target; 3] = [Target::Red, Target::Green, Target::Blue];
 /// The row of three renders.
 const BY_CHANNEL: &str = "coloured, a render for each channel";
 /// Distances in pixels within which neighbours are believed to see the same.
@@ -81,47 +82,29 @@ pub fn run(options: &Options) -> Result<(), Error> {
     let start = Instant::now();
     let restarts = options.restarts.max(1).next_multiple_of(BATCHES);
     let findings = Findings::measure(restarts);
-    let report = findings.report(restarts);
-    println!("{report}");
     eprintln!("{:.0} s", start.elapsed().as_secs_f64());
-    if options.write {
-        num::write(&Path::new(env!("CARGO_MANIFEST_DIR")).with_file_name("docs").join("visibility.md"), &report)?;
-    }
-    let failed: Vec<_> =
-        findings.claims().into_iter().filter(|c| c.required && c.holds != Some(true)).map(|c| c.text).collect();
-    if failed.is_empty() { Ok(()) } else { Err(Error::Failed(format!("not shown: {}", failed.join("; ")))) }
+    report::publish("visibility", &findings.report(restarts), options.write)?;
+    let failed = findings.claims().into_iter().filter(|claim| claim.required && claim.holds != Some(true));
+    report::judge("not shown", failed.map(|claim| claim.text))
 }
 
 /// Independent images of the same expectation, all values of a picture each.
 type Images = Vec<Vec<f64>>;
 
-/// A mean image and the variance of each of its values.
-struct Estimate {
-    mean: Vec<f64>,
-    variance: Vec<f64>,
+/// Mean and variance of each value, of images that count `times` each.
+fn moments(images: &[impl AsRef<[f64]>], times: &[f64]) -> Vec<[f64; 2]> {
+    let mut sums = vec![[0.0; 2]; images[0].as_ref().len()];
+    for (image, times) in images.iter().zip(times) {
+        for ([sum, squares], x) in sums.iter_mut().zip(image.as_ref()) {
+            (*sum, *squares) = (*sum + times * x, *squares + times * x * x);
+        }
+    }
+    let count: f64 = times.iter().sum();
+    sums.into_iter().map(|[sum, squares]| [sum / count, (squares - sum * sum / count) / (count - 1.0)]).collect()
 }
 
-impl Estimate {
-    /// Of images that count `times` each.
-    fn new(images: &Images, times: &[f64]) -> Self {
-        let count: f64 = times.iter().sum();
-        let values = images[0].len();
-        let (mut mean, mut variance) = (vec![0.0; values], vec![0.0; values]);
-        for (image, times) in images.iter().zip(times) {
-            mean.iter_mut().zip(image).for_each(|(mean, x)| *mean += times * x / count);
-        }
-        for (image, times) in images.iter().zip(times) {
-            for ((variance, x), mean) in variance.iter_mut().zip(image).zip(&mean) {
-                *variance += times * (x - mean).powi(2) / (count * (count - 1.0));
-            }
-        }
-        Self { mean, variance }
-    }
-
-    /// As if the mean were the truth.
-    fn without_noise(self) -> Self {
-        Self { variance: vec![0.0; self.mean.len()], ..self }
-    }
+fn mean(images: &[impl AsRef<[f64]>]) -> Vec<f64> {
+    moments(images, &vec![1.0; images.len()]).into_iter().map(|[mean, _]| mean).collect()
 }
 
 /// The statistics of a comparison, in the order of the report.
@@ -148,36 +131,35 @@ struct Comparison {
 }
 
 impl Comparison {
-    fn new(prev: Images, ours: Images, reference: Images) -> Self {
+    fn new([prev, ours]: [Images; 2], reference: Images) -> Self {
         let change = ours.iter().zip(&prev).map(|(a, b)| a.iter().zip(b).map(|(a, b)| a - b).collect()).collect();
-        let mean = Estimate::new(&reference, &vec![1.0; reference.len()]).mean;
+        let mean = mean(&reference);
         let dark = DARK * mean.iter().sum::<f64>() / mean.len() as f64;
         Self { prev, ours, change, counts: mean.iter().map(|&r| r > dark).collect(), reference }
     }
 
-    fn estimates(&self, times: &[f64], reference_times: &[f64]) -> [Estimate; 4] {
-        [
-            Estimate::new(&self.prev, times),
-            Estimate::new(&self.ours, times),
-            Estimate::new(&self.change, times),
-            Estimate::new(&self.reference, reference_times),
-        ]
+    /// The values that count.
+    fn values(&self) -> impl Iterator<Item = usize> {
+        (0..self.counts.len()).filter(|&i| self.counts[i])
     }
 
-    /// Noise-corrected: what the estimates' own variances add to squared errors is taken off.
-    fn statistics(&self, [prev, ours, change, reference]: &[Estimate; 4]) -> [f64; STATISTICS.len()] {
+    /// Of batches that count so often. Corrected for noise: the variances of the mean images, which are `noise` times those
+    /// of the batches, are taken off the squared errors.
+    fn statistics(&self, times: &[f64], reference_times: &[f64], noise: f64) -> [f64; STATISTICS.len()] {
+        let [prev, ours, change] = [&self.prev, &self.ours, &self.change].map(|images| moments(images, times));
+        let reference = moments(&self.reference, reference_times);
         let mut squares = [0.0; 3];
         let mut sums = [0.0; 3];
-        let mut count = 0.0;
-        for i in (0..self.counts.len()).filter(|&i| self.counts[i]) {
-            let r = reference.mean[i];
-            let off = |x: &Estimate| (x.mean[i] - r).powi(2) - x.variance[i] - reference.variance[i];
-            let terms = [off(prev), off(ours), change.mean[i].powi(2) - change.variance[i]];
+        for i in self.values() {
+            let [r, of_reference] = reference[i];
+            let off = |[x, variance]: [f64; 2]| (x - r).powi(2) - noise * (variance + of_reference);
+            let [direct, variance] = change[i];
+            let terms = [off(prev[i]), off(ours[i]), direct.powi(2) - noise * variance];
             squares.iter_mut().zip(terms).for_each(|(sum, term)| *sum += term / (r * r));
-            sums.iter_mut().zip([r, prev.mean[i], ours.mean[i]]).for_each(|(sum, x)| *sum += x);
-            count += 1.0;
+            sums.iter_mut().zip([r, prev[i][0], ours[i][0]]).for_each(|(sum, x)| *sum += x);
         }
         // a square that noise took below zero stays visible as such
+        let count = self.values().count() as f64;
         let percent = |square: f64| 100.0 * (square.abs() / count).sqrt().copysign(square);
         let [a, b, direct] = squares.map(percent);
         let [r, p, o] = sums;
@@ -185,12 +167,13 @@ impl Comparison {
     }
 
     fn intervals(&self) -> [Interval; STATISTICS.len()] {
-        let once = vec![1.0; BATCHES as usize];
-        let values = self.statistics(&self.estimates(&once, &once));
-        let centers = self.statistics(&self.estimates(&once, &once).map(Estimate::without_noise));
+        let (once, noise) = (vec![1.0; BATCHES as usize], 1.0 / f64::from(BATCHES));
+        let values = self.statistics(&once, &once, noise);
+        // as if the means were the truth
+        let centers = self.statistics(&once, &once, 0.0);
         let resampled: Vec<_> = (0..RESAMPLES)
             .into_par_iter()
-            .map(|i| self.statistics(&self.estimates(&resample(2 * i, BATCHES), &resample(2 * i + 1, BATCHES))))
+            .map(|i| self.statistics(&resample(2 * i, BATCHES), &resample(2 * i + 1, BATCHES), noise))
             .collect();
         std::array::from_fn(|k| Interval::basic(values[k], centers[k], resampled.iter().map(|all| all[k]).collect()))
     }
@@ -198,17 +181,16 @@ impl Comparison {
     /// The part of the absolute change, relative to the reference, that lies in the given pixels. Noise alone would count
     /// for zero: each half of the restarts says which sign the other half's change should have.
     fn share_of_change(&self, pixels: &[bool]) -> f64 {
-        let every_other = |first: usize| {
-            let times: Vec<f64> = (0..self.change.len()).map(|i| f64::from(u8::from(i % 2 == first))).collect();
-            Estimate::new(&self.change, &times).mean
+        let half = |first| {
+            let times: Vec<f64> = (0..BATCHES).map(|i| f64::from(i % 2 == first)).collect();
+            moments(&self.change, &times)
         };
-        let [a, b] = [every_other(0), every_other(1)];
-        let reference = Estimate::new(&self.reference, &vec![1.0; self.reference.len()]).mean;
-        let term = |i: usize| (a[i].signum() * b[i] + b[i].signum() * a[i]) / reference[i];
-        let all = (0..self.counts.len()).filter(|&i| self.counts[i]);
-        let (inside, sum) = all
-            .fold((0.0, 0.0), |(inside, sum), i| (inside + if pixels[i / 3] { term(i) } else { 0.0 }, sum + term(i)));
-        inside / sum
+        let (a, b, reference) = (half(0), half(1), mean(&self.reference));
+        let term = |i: usize| {
+            let ([a, _], [b, _]) = (a[i], b[i]);
+            (a.signum() * b + b.signum() * a) / reference[i]
+        };
+        self.values().filter(|i| pixels[i / 3]).map(term).sum::<f64>() / self.values().map(term).sum::<f64>()
     }
 }
 
@@ -222,15 +204,8 @@ fn resample(seed: u32, count: u32) -> Vec<f64> {
 
 /// Means of batches of restarts.
 fn batches(restarts: &[Restart]) -> Images {
-    let size = restarts.len() / BATCHES as usize;
-    let mean = |batch: &[Restart]| {
-        let mut sum = vec![0.0; 3 * batch[0].image.len()];
-        for restart in batch {
-            sum.iter_mut().zip(restart.image.as_flattened()).for_each(|(sum, x)| *sum += x / size as f64);
-        }
-        sum
-    };
-    restarts.chunks(size).map(mean).collect()
+    let images: Vec<_> = restarts.iter().map(|restart| restart.image.as_flattened()).collect();
+    images.chunks(images.len() / BATCHES as usize).map(mean).collect()
 }
 
 /// Of path tracing with one bounce.
@@ -239,13 +214,11 @@ fn reference(buffers: &SceneBuffers) -> Images {
     let camera = buffers.camera.params(SIZE, SIZE);
     let params =
         PathParams { scene: buffers.header, camera, width: SIZE, height: SIZE, max_depth: 2, ..PathParams::default() };
+    let sample = |seed, i| path::pixel(&view, &PathParams { seed, ..params }, i % SIZE, i / SIZE).sum;
     let pixel = |batch: u32, i: u32| {
-        let first = batch * REFERENCE_SAMPLES;
-        let sum = (first..first + REFERENCE_SAMPLES).fold([0.0; 3], |sum: [f64; 3], seed| {
-            let sample = path::pixel(&view, &PathParams { seed, ..params }, i % SIZE, i / SIZE).sum;
-            std::array::from_fn(|channel| sum[channel] + f64::from(sample[channel]))
-        });
-        sum.map(|sum| sum / f64::from(REFERENCE_SAMPLES))
+        let seeds = batch * REFERENCE_SAMPLES..(batch + 1) * REFERENCE_SAMPLES;
+        let sum: DVec3 = seeds.map(|seed| Vec3::from(sample(seed, i)).as_dvec3()).sum();
+        (sum / f64::from(REFERENCE_SAMPLES)).to_array()
     };
     (0..BATCHES).into_par_iter().map(|batch| (0..SIZE * SIZE).flat_map(|i| pixel(batch, i)).collect()).collect()
 }
@@ -263,30 +236,21 @@ struct Reduction {
 
 impl Reduction {
     /// Over the given pixels.
-    fn new([prev, ours]: [&[Restart]; 2], pixels: &[bool]) -> Self {
+    fn new(restarts: [&[Restart]; 2], pixels: &[bool]) -> Self {
         let chosen: Vec<usize> = (0..pixels.len()).filter(|&i| pixels[i]).collect();
-        let variance = |restarts: &[Restart], times: &[f64]| {
-            let of_pixel = |&i: &usize| {
-                let (mut sum, mut squares) = (0.0, 0.0);
-                for (restart, times) in restarts.iter().zip(times) {
-                    let v = f64::from(restart.visibility[i]);
-                    (sum, squares) = (sum + times * v, squares + times * v * v);
-                }
-                let count = restarts.len() as f64;
-                (squares - sum * sum / count) / (count - 1.0)
-            };
-            chosen.iter().map(of_pixel).sum::<f64>() / chosen.len() as f64
+        let visibility = |restart: &Restart| chosen.iter().map(|&i| f64::from(restart.visibility[i])).collect();
+        let images = restarts.map(|restarts| restarts.iter().map(visibility).collect::<Images>());
+        let variances = |times: &[f64]| {
+            let sum = |images| moments(images, times).into_iter().map(|[_, variance]| variance).sum::<f64>();
+            images.each_ref().map(|images| sum(images) / chosen.len() as f64)
         };
-        let count = prev.len() as u32;
-        let of = |times: &[f64]| [variance(prev, times), variance(ours, times)];
-        let variances = of(&vec![1.0; prev.len()]);
-        let resampled: Vec<f64> = (0..RESAMPLES_OF_VARIANCE)
-            .into_par_iter()
-            .map(|i| of(&resample(i, count)))
-            .map(|[prev, ours]| prev / ours)
-            .collect();
-        let ratio = variances[0] / variances[1];
-        Self { variances, ratio: Interval::basic(ratio, ratio, resampled), pixels: chosen.len() }
+        let ratio = |[prev, ours]: [f64; 2]| prev / ours;
+        let count = restarts[0].len();
+        let measured = variances(&vec![1.0; count]);
+        let resampled =
+            (0..RESAMPLES_OF_VARIANCE).into_par_iter().map(|i| ratio(variances(&resample(i, count as u32)))).collect();
+        let ratio = Interval::basic(ratio(measured), ratio(measured), resampled);
+        Self { variances: measured, ratio, pixels: chosen.len() }
     }
 }
 
@@ -326,120 +290,105 @@ struct Claim {
     required: bool,
 }
 
+impl Claim {
+    fn inside(text: String, interval: Interval, low: f64, high: f64) -> Self {
+        Self { text, found: interval.to_string(), holds: interval.inside(low, high), required: true }
+    }
+
+    fn verdict(&self) -> &'static str {
+        match self.holds {
+            Some(true) => "yes",
+            Some(false) => "**no**",
+            None => "undecided",
+        }
+    }
+}
+
 impl Findings {
     fn measure(restarts: u32) -> Self {
         let rows = ARRANGEMENTS.iter().flat_map(|arrangement| arrangement.measure(restarts)).collect();
         Self { rows, near: near(restarts), rays: rays() }
     }
 
-    fn row(&self, arrangement: &Arrangement, name: &str) -> Option<&Row> {
-        self.rows.iter().find(|row| row.name == arrangement.row(name))
-    }
-
     fn claims(&self) -> Vec<Claim> {
-        let mut claims: Vec<Claim> = ARRANGEMENTS.iter().flat_map(|arrangement| self.claims_of(arrangement)).collect();
-        let mut claim = |text: &str, found, holds| {
-            claims.push(Claim { text: text.to_owned(), found, holds, required: true });
-        };
         let cost = self.rays[1] / self.rays[0];
-        claim(
-            "a render for each channel costs 2.5 to 3.2 times the rays",
-            format!("{cost:.3}"),
-            Some((2.5..3.2).contains(&cost)),
-        );
-        for Near { radius, brighter, .. } in self.near.iter().skip(1) {
+        let cost = Claim {
+            text: "a render for each channel costs 2.5 to 3.2 times the rays".to_owned(),
+            found: format!("{cost:.3}"),
+            holds: Some((2.5..3.2).contains(&cost)),
+            required: true,
+        };
+        let near = self.near.iter().skip(1).map(|Near { radius, brighter, .. }| {
             let text = format!("neighbours nearer than {radius} pixels are believed: brighter again, in %");
-            claim(&text, brighter.to_string(), brighter.inside(0.0, f64::INFINITY));
-        }
-        claims
+            Claim::inside(text, *brighter, 0.0, f64::INFINITY)
+        });
+        ARRANGEMENTS.iter().flat_map(|arrangement| self.claims_of(arrangement)).chain([cost]).chain(near).collect()
     }
 
     fn claims_of(&self, arrangement: &Arrangement) -> Vec<Claim> {
-        let mut claims = Vec::new();
-        let mut claim = |text: String, found: String, holds, required| {
-            claims.push(Claim { text: format!("{}, {text}", arrangement.name), found, holds, required });
+        let row = |name: &str| {
+            let name = arrangement.row(name);
+            self.rows.iter().find(|row| row.name == name).expect("every arrangement has these rows")
         };
+        let inside = |text: &str, interval, low, high| Claim::inside(arrangement.row(text), interval, low, high);
+        let mut claims = Vec::new();
         for name in ["white", "coloured"] {
-            let Some(row) = self.row(arrangement, name) else { continue };
-            if let Some(Reduction { ratio, .. }) = &row.reduction {
-                let holds = ratio.inside(1.5, f64::INFINITY);
-                claim(
-                    format!("{name}: the variance of visibility falls by 1.5 or more"),
-                    ratio.to_string(),
-                    holds,
-                    true,
-                );
-            }
-            for (which, k) in ["prev", "ours"].into_iter().zip(MEAN_ERRORS) {
-                let error = row.intervals[k];
-                let holds = error.inside(f64::NEG_INFINITY, 0.0);
-                claim(format!("{name}: {which} is darker, in %"), error.to_string(), holds, true);
-            }
+            let Row { intervals, reduction, .. } = row(name);
+            let text = format!("{name}: the variance of visibility falls by 1.5 or more");
+            claims.extend(reduction.iter().map(|reduction| inside(&text, reduction.ratio, 1.5, f64::INFINITY)));
+            let darker =
+                |(which, k)| inside(&format!("{name}: {which} is darker, in %"), intervals[k], f64::NEG_INFINITY, 0.0);
+            claims.extend(["prev", "ours"].into_iter().zip(MEAN_ERRORS).map(darker));
         }
         for (name, low, high) in [("white", -0.1, 0.1), ("coloured", 0.0, 1.5), (BY_CHANNEL, -0.1, 0.1)] {
-            let Some(row) = self.row(arrangement, name) else { continue };
-            let difference = row.intervals[DIFFERENCE];
             let text = format!("{name}: the difference in RMSPE lies inside ({low}, {high}) points");
             let required = !(arrangement.adversarial && name == "coloured");
-            claim(text, difference.to_string(), difference.inside(low, high), required);
+            claims.push(Claim { required, ..inside(&text, row(name).intervals[DIFFERENCE], low, high) });
         }
-        let direct = |name| self.row(arrangement, name).map(|row| row.intervals[DIRECT]);
-        if let (Some(with), Some(without)) = (direct("coloured"), direct("coloured, occluded samples kept")) {
-            let found = format!("{with} with, {without} without");
-            claim("visibility reuse makes the leak smaller".to_owned(), found, with.inside(0.0, without.ends[0]), true);
-        }
-        if let Some(row) = self.row(arrangement, "coloured") {
-            let found = format!("{:.1} %", 100.0 * row.share_of_change);
-            let holds = Some(row.share_of_change >= 0.8);
-            claim("80 % of the absolute leak lie in part shadow".to_owned(), found, holds, true);
-        }
+        let [with, without] = ["coloured", "coloured, occluded samples kept"].map(|name| row(name).intervals[DIRECT]);
+        let smaller = inside("visibility reuse makes the leak smaller", with, 0.0, without.ends[0]);
+        claims.push(Claim { found: format!("{with} with, {without} without"), ..smaller });
+        let share = row("coloured").share_of_change;
+        claims.push(Claim {
+            text: arrangement.row("80 % of the absolute leak lie in part shadow"),
+            found: format!("{:.1} %", 100.0 * share),
+            holds: Some(share >= 0.8),
+            required: true,
+        });
         claims
     }
 
     fn report(&self, restarts: u32) -> String {
-        let mut text = header(restarts);
-        let _ = write!(text, "\n## Claims\n\n| claim | found | holds |\n|---|---|---|\n");
-        for Claim { text: claim, found, holds, required } in self.claims() {
-            let note = if required { "" } else { " (not claimed)" };
-            let _ = writeln!(text, "| {claim} | {found} | {}{note} |", verdict(holds));
-        }
-        let _ = write!(text, "\n## Error\n\nRMSPE in percent.\n\n| lights |");
-        STATISTICS.iter().for_each(|name| text += &format!(" {name} |"));
-        text += "\n|---|";
-        STATISTICS.iter().for_each(|_| text += "---:|");
-        for row in &self.rows {
-            let _ = write!(text, "\n| {} |", row.name);
-            row.intervals.iter().for_each(|interval| text += &format!(" {interval} |"));
-        }
+        let mut text = header(restarts) + "\n## Claims\n\n| claim | found | holds |\n|---|---|---|\n";
+        text.extend(self.claims().iter().map(|claim| {
+            let note = if claim.required { "" } else { " (not claimed)" };
+            format!("| {} | {} | {}{note} |\n", claim.text, claim.found, claim.verdict())
+        }));
+        let columns = STATISTICS.join(" | ");
+        let align = "---:|".repeat(STATISTICS.len());
+        text += &format!("\n## Error\n\nRMSPE in percent.\n\n| lights | {columns} |\n|---|{align}\n");
+        text.extend(self.rows.iter().map(|row| {
+            let intervals = row.intervals.map(|interval| interval.to_string()).join(" | ");
+            format!("| {} | {intervals} |\n", row.name)
+        }));
         text += VARIANCE;
-        for (row, reduction) in self.rows.iter().filter_map(|row| Some((row, row.reduction.as_ref()?))) {
-            let Reduction { variances: [prev, ours], ratio, pixels } = reduction;
-            let _ = writeln!(text, "| {} | {prev:.4} | {ours:.4} | {ratio} | {pixels} |", row.name);
-        }
+        text.extend(self.rows.iter().filter_map(|row| {
+            let Reduction { variances: [prev, ours], ratio, pixels } = row.reduction.as_ref()?;
+            Some(format!("| {} | {prev:.4} | {ours:.4} | {ratio} | {pixels} |\n", row.name))
+        }));
         text += NEAR;
-        for Near { radius, brighter, rays } in &self.near {
-            let _ = writeln!(text, "| {radius} | {brighter} | {rays:.2} |");
-        }
+        text.extend(
+            self.near.iter().map(|Near { radius, brighter, rays }| format!("| {radius} | {brighter} | {rays:.2} |\n")),
+        );
         let [one, three] = self.rays;
-        let _ = write!(
-            text,
+        text + &format!(
             "\n## Cost\n\nRays for each pixel and frame, the camera's included: {one:.2}, in three renders of a channel each \
              {three:.2}. Averaging itself costs no ray.\n"
-        );
-        text
-    }
-}
-
-fn verdict(holds: Option<bool>) -> &'static str {
-    match holds {
-        Some(true) => "yes",
-        Some(false) => "**no**",
-        None => "undecided",
+        )
     }
 }
 
 const VARIANCE: &str = "
-
 ## Variance of visibility
 
 Of the visibility of a pixel's reservoir in the last frame, over the restarts; the mean over the pixels in part shadow.
@@ -511,38 +460,30 @@ impl Arrangement {
             let buffers = (self.buffers)(hues == "coloured");
             let reference = reference(&buffers);
             eprintln!("{}: reference", self.row(hues));
+            let row = |name: &str, images, reduction, partial: &[bool]| {
+                eprintln!("{}", self.row(name));
+                let comparison = Comparison::new(images, reference.clone());
+                let (intervals, share_of_change) = (comparison.intervals(), comparison.share_of_change(partial));
+                Row { name: self.row(name), intervals, reduction, share_of_change }
+            };
             let mut partial = Vec::new();
             // those that keep what is occluded know how much of the light each pixel sees
-            for (name, visibility_reuse) in [
-                (format!("{hues}, occluded samples kept"), VisibilityReuse::Off),
-                (hues.to_owned(), VisibilityReuse::Candidates),
-            ] {
-                let [prev, ours] = [Visibility::Selected, Visibility::Averaged].map(|visibility| {
+            for (note, visibility_reuse) in
+                [(", occluded samples kept", VisibilityReuse::Off), ("", VisibilityReuse::Candidates)]
+            {
+                let [prev, ours] = METHODS.map(|visibility| {
                     of_size(DiSettings { visibility_reuse, ..settings(visibility) }).restarts(&buffers, restarts)
                 });
-                eprintln!("{}", self.row(&name));
                 if visibility_reuse == VisibilityReuse::Off {
-                    partial =
-                        visibility_moments(&prev).iter().map(Moments::mean).map(|v| PARTIAL.contains(&v)).collect();
+                    partial = visibility_moments(&prev).iter().map(|v| PARTIAL.contains(&v.mean())).collect();
                 }
-                let comparison = Comparison::new(batches(&prev), batches(&ours), reference.clone());
-                rows.push(Row {
-                    name: self.row(&name),
-                    intervals: comparison.intervals(),
-                    reduction: Some(Reduction::new([&prev, &ours], &partial)),
-                    share_of_change: comparison.share_of_change(&partial),
-                });
+                let reduction = Reduction::new([&prev, &ours], &partial);
+                let images = [batches(&prev), batches(&ours)];
+                rows.push(row(&format!("{hues}{note}"), images, Some(reduction), &partial));
             }
             if hues == "coloured" {
-                let [prev, ours] = [Visibility::Selected, Visibility::Averaged]
-                    .map(|visibility| by_channel(&buffers, visibility, restarts));
-                let comparison = Comparison::new(prev, ours, reference);
-                rows.push(Row {
-                    name: self.row(BY_CHANNEL),
-                    intervals: comparison.intervals(),
-                    reduction: None,
-                    share_of_change: comparison.share_of_change(&partial),
-                });
+                let images = METHODS.map(|visibility| by_channel(&buffers, visibility, restarts));
+                rows.push(row(BY_CHANNEL, images, None, &partial));
             }
         }
         rows
@@ -551,7 +492,7 @@ impl Arrangement {
 
 /// Images of which each channel has a render of its own.
 fn by_channel(buffers: &SceneBuffers, visibility: Visibility, restarts: u32) -> Images {
-    let channels = [Target::Red, Target::Green, Target::Blue].map(|target| {
+    let channels = CHANNELS.map(|target| {
         eprintln!("{}", target.name());
         batches(&of_size(DiSettings { target, ..settings(visibility) }).restarts(buffers, restarts))
     });
@@ -599,7 +540,7 @@ fn rays_of(buffers: &SceneBuffers, settings: DiSettings) -> f64 {
 fn rays() -> [f64; 2] {
     let buffers = penumbra(coloured).buffers();
     let of = |target| rays_of(&buffers, DiSettings { target, ..settings(Visibility::Averaged) });
-    [of(Target::Luminance), [Target::Red, Target::Green, Target::Blue].map(of).iter().sum()]
+    [of(Target::Luminance), CHANNELS.map(of).iter().sum()]
 }
 
 #[cfg(test)]
@@ -613,8 +554,7 @@ mod tests {
         let mut images = |mean: f64| -> Images {
             (0..BATCHES).map(|_| (0..600).map(|_| mean * (1.0 + 1.4 * (random.unit() - 0.5))).collect()).collect()
         };
-        let comparison = Comparison::new(images(0.9), images(0.88), images(1.0));
-        let intervals = comparison.intervals();
+        let intervals = Comparison::new([images(0.9), images(0.88)], images(1.0)).intervals();
         for (interval, truth) in intervals.iter().zip([10.0, 12.0, 2.0, 2.0, -10.0, -12.0]) {
             assert_eq!(interval.inside(truth - 1.5, truth + 1.5), Some(true), "{interval} for {truth}");
             assert!(interval.ends[0] - 0.3 < truth && truth < interval.ends[1] + 0.3, "{interval} for {truth}");

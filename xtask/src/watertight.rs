@@ -30,14 +30,15 @@ pub struct Options {
 /// Traces the rays and says how many escape.
 ///
 /// # Errors
-/// [`Error::Failed`] if a ray escapes, [`Error::Environment`] if the scene cannot be loaded or is not closed.
+/// [`Error::Failed`] if a ray escapes, [`Error::Host`] if the scene cannot be loaded, [`Error::Environment`] if it is not
+/// closed.
 pub fn run(options: &Options) -> Result<(), Error> {
-    let mut scene = Scene::load(&options.scene).map_err(|error| Error::Environment(error.to_string()))?;
+    let mut scene = Scene::load(&options.scene)?;
     if let Some(name) = &options.mesh {
         let Scene { instances, meshes, .. } = &mut scene;
         instances.retain(|instance| meshes.get(instance.mesh).is_some_and(|mesh| mesh.name == *name));
     }
-    let buffers = SceneBuffers::build(&scene).map_err(|error| Error::Environment(error.to_string()))?;
+    let buffers = SceneBuffers::build(&scene)?;
     let closed = Closed::new(&buffers).map_err(|open| {
         Error::Environment(format!(
             "{} is not closed: {open} edges have triangles on one side only; give a scene of closed meshes, or --mesh",

@@ -15,7 +15,7 @@ use std::fmt;
 use std::ops::ControlFlow;
 
 /// Which build of the kernels a GPU runs.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Flavour {
     /// The same bits as on the host, where the backend keeps the numeric contract.
     #[default]
@@ -24,9 +24,14 @@ pub enum Flavour {
     Fast,
 }
 
+impl Flavour {
+    /// Both, in the order in which they are reported.
+    pub const ALL: [Self; 2] = [Self::Exact, Self::Fast];
+}
+
 impl fmt::Display for Flavour {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
+        f.pad(match self {
             Self::Exact => "exact",
             Self::Fast => "fast",
         })

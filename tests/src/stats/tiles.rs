@@ -77,6 +77,11 @@ impl TileGrid {
         chunks.into_iter().fold(empty, |sum, chunk| sum.iter().zip(chunk).map(|(a, b)| a.merge(b)).collect())
     }
 
+    /// Moments over independent images given by their pixels' radiance, rows from top to bottom.
+    pub fn moments_of(self, images: &[Vec<[f64; 3]>]) -> Vec<Moments> {
+        self.moments(images.len() as u32, |image, x, y| images[image as usize][(y * self.width + x) as usize])
+    }
+
     /// The moments of an image that is known.
     pub fn exact(self, pixel: impl Fn(u32, u32) -> [f64; 3]) -> Vec<Moments> {
         self.means(pixel).into_iter().map(Moments::exact).collect()

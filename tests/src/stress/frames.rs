@@ -2,31 +2,22 @@
 //! ten thousand frames.
 
 use super::Effort;
-use super::scenes::{Comparison, PLAIN, Variant, largest_difference, scene};
-use crate::stats::{Moments, TileGrid, TileTest, Verdict};
-use crate::technique::{Trials, configure_by, pictures};
+use super::comparison::{Comparison, FAMILY_RATE, GRID, Picture, SIZE, built, pictures};
+use super::scenes::{PLAIN, SCALES, Variant};
+use crate::stats::{Moments, TileTest, Verdict};
+use crate::technique::{self, Trials, configure_by};
 use rayon::prelude::*;
 use restir_host::buffers::SceneBuffers;
-use restir_host::exec::CpuExecutor;
-use restir_host::render::{self, Render, Rendered};
+use restir_host::render::Render;
 use restir_host::technique::path::PathSettings;
 use restir_host::technique::{Integral, Repeats, Technique};
 use restir_shared::layout::FilmPixel;
-use std::fmt::Write;
-use std::ops::ControlFlow;
-use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
-const GRID: TileGrid = TileGrid { width: 16, height: 16, tile: 8 };
 /// Frames of a picture that is compared.
 const FRAMES: u32 = 6;
-const SCALES: [f64; 4] = [1.0e-4, 1.0e-2, 1.0e3, 1.0e5];
 const EXPOSURES: [i32; 2] = [-40, 40];
-/// The largest difference, as a share of a tile's mean.
-const ALLOWED: f64 = 0.005;
 /// The preset that is tried where one has to do, if there is one of that name.
 const MOVING: &str = "quality";
-/// How often the test for drift fails although there is none.
-const FAMILY_RATE: f64 = 1.0e-3;
 /// Frames whose mean is one number of that test: many times as long as reservoirs remember.
 const BATCH: u32 = 250;
 /// Frames before the first batch.
@@ -55,7 +46,7 @@ pub struct Findings {
 impl Findings {
     /// What did not pass.
     pub fn failed(&self) -> Vec<String> {
-        let comparisons = self.comparisons.iter().filter(|c| c.broken > 0 || c.bound > ALLOWED);
+        let comparisons = self.comparisons.iter().filter(|comparison| !comparison.passed());
         let mut failed: Vec<String> = comparisons.map(|c| c.name.clone()).collect();
         for (name, long) in self.long.iter().filter(|(_, long)| !long.passed()) {
             failed.push(format!("{name} over {} frames: {long}", self.runs[1]));
@@ -78,18 +69,15 @@ pub fn run(effort: Effort) -> Findings {
     for trials in Trials::all().into_iter().filter(is_of_frames) {
         let settings = presets(&trials);
         for (name, technique) in settings.iter().take(rows) {
-            let name = format!("{}, {name}", trials.name());
-            let mut add = |what: String, variant| {
-                findings.comparisons.push(compare(format!("{name}, {what}"), technique.as_ref(), variant, restarts));
-            };
-            for &scale in scales {
-                add(format!("lengths x {scale:e}"), Variant { scale, ..PLAIN });
-            }
-            for exposure in EXPOSURES {
-                add(format!("light x 2^{exposure}"), Variant { exposure, ..PLAIN });
-            }
+            let render = Render { count: FRAMES, ..Render::new(SIZE, technique.clone()) };
+            let lengths = scales.iter().map(|&scale| (format!("lengths x {scale:e}"), Variant { scale, ..PLAIN }));
+            let light = EXPOSURES.map(|exposure| (format!("light x 2^{exposure}"), Variant { exposure, ..PLAIN }));
+            findings.comparisons.extend(lengths.chain(light).map(|(what, variant)| {
+                let name = format!("{}, {name}, {what}", trials.name());
+                Comparison::new(name, &render, restarts, [variant, PLAIN])
+            }));
         }
-        findings.broken += small_images(settings.iter().map(|(_, technique)| technique.as_ref()));
+        findings.broken += settings.iter().map(|(_, technique)| small_images(technique.as_ref())).sum::<u64>();
         if let Some((name, technique)) = settings.first() {
             let (verdict, broken) = long_runs(technique.as_ref(), runs);
             findings.long.extend(verdict.map(|verdict| (format!("{}, {name}", trials.name()), verdict)));
@@ -111,45 +99,6 @@ fn presets(trials: &Trials) -> Vec<(&'static str, Box<dyn Technique>)> {
     rows
 }
 
-/// A render on the caller's thread.
-fn rendered(buffers: &SceneBuffers, render: &Render) -> Rendered {
-    let go = &mut |_| ControlFlow::Continue(());
-    render::render(&mut CpuExecutor::inline(), buffers, render, go).expect("the settings are sound")
-}
-
-fn broken_pixels(rendered: &Rendered) -> u64 {
-    let finite = |pixel: &[f32; 3]| pixel.iter().all(|x| x.is_finite());
-    rendered.dropped_samples + rendered.image.pixels.iter().filter(|pixel| !finite(pixel)).count() as u64
-}
-
-fn built(variant: Variant) -> SceneBuffers {
-    SceneBuffers::build(&scene(variant)).expect("the scene is valid")
-}
-
-/// Same random numbers, another unit: the pictures are the same but for roundings that change a choice.
-fn compare(name: String, technique: &dyn Technique, variant: Variant, restarts: u32) -> Comparison {
-    let unit = 2.0_f64.powi(-variant.exposure);
-    let broken = AtomicU64::new(0);
-    let all = |buffers: SceneBuffers, unit: f64| -> Vec<Vec<[f64; 3]>> {
-        let picture = |seed| {
-            let size = [GRID.width, GRID.height];
-            let rendered = rendered(&buffers, &Render { count: FRAMES, seed, ..Render::new(size, technique.boxed()) });
-            broken.fetch_add(broken_pixels(&rendered), Relaxed);
-            rendered.image.pixels.iter().map(|pixel| pixel.map(|x| f64::from(x) * unit)).collect()
-        };
-        (0..restarts).into_par_iter().map(picture).collect()
-    };
-    let (tested, reference) = (all(built(variant), unit), all(built(PLAIN), 1.0));
-    let at = |x: u32, y: u32| (y * GRID.width + x) as usize;
-    let means = GRID.moments(restarts, |seed, x, y| reference[seed as usize][at(x, y)]);
-    let differences = GRID.moments(restarts, |seed, x, y| {
-        let (a, b) = (tested[seed as usize][at(x, y)], reference[seed as usize][at(x, y)]);
-        std::array::from_fn(|channel| a[channel] - b[channel])
-    });
-    let (difference, bound) = largest_difference(&means, &differences);
-    Comparison { name, paths: restarts * FRAMES, difference, bound, broken: broken.into_inner() }
-}
-
 /// The mean stays where it is, however long a history is: batches of frames against path tracing.
 fn long_runs(technique: &dyn Technique, [runs, frames]: [u32; 2]) -> (Option<Verdict>, u64) {
     let buffers = built(PLAIN);
@@ -159,54 +108,39 @@ fn long_runs(technique: &dyn Technique, [runs, frames]: [u32; 2]) -> (Option<Ver
     if batches.len() < FEWEST_BATCHES {
         return (None, broken);
     }
-    let tested = GRID.moments(batches.len() as u32, |b, x, y| batches[b as usize][(y * GRID.width + x) as usize]);
     let reference = reference(&buffers, technique.integral());
-    (Some(TileTest { grid: GRID, family_rate: FAMILY_RATE }.compare(&tested, &reference)), broken)
+    let test = TileTest { grid: GRID, family_rate: FAMILY_RATE };
+    (Some(test.compare(&GRID.moments_of(&batches), &reference)), broken)
 }
 
 /// The batches of one run, and how many pixels were broken.
-fn long_run(buffers: &SceneBuffers, technique: &dyn Technique, frames: u32, seed: u32) -> (Vec<Vec<[f64; 3]>>, u64) {
-    let size = [GRID.width, GRID.height];
-    let render = Render { count: frames, accumulate: true, seed, ..Render::new(size, technique.boxed()) };
-    let black = || vec![[0.0; 3]; (GRID.width * GRID.height) as usize];
-    let (mut batches, mut batch) = (Vec::new(), black());
-    let (mut made, mut broken) = (0, 0);
-    pictures(buffers, &render, &mut |picture| {
+fn long_run(buffers: &SceneBuffers, technique: &dyn Technique, frames: u32, seed: u32) -> (Vec<Picture>, u64) {
+    let render = Render { count: frames, accumulate: true, seed, ..Render::new(SIZE, technique.boxed()) };
+    let mut batches = vec![vec![[0.0; 3]; (GRID.width * GRID.height) as usize]; frames.div_ceil(BATCH) as usize];
+    let (mut frame, mut broken) = (0, 0);
+    technique::pictures(buffers, &render, &mut |picture| {
         let is_broken = |pixel: &&FilmPixel| pixel.dropped != 0.0 || pixel.sum.iter().any(|x| !x.is_finite());
         broken += picture.iter().filter(is_broken).count() as u64;
-        for (sum, pixel) in batch.iter_mut().zip(picture) {
+        for (sum, pixel) in batches[frame / BATCH as usize].iter_mut().zip(picture) {
             *sum = std::array::from_fn(|channel| sum[channel] + f64::from(pixel.sum[channel]) / f64::from(BATCH));
         }
-        made += 1;
-        if made % BATCH == 0 {
-            let full = std::mem::replace(&mut batch, black());
-            if made > WARM_UP {
-                batches.push(full);
-            }
-        }
+        frame += 1;
     });
-    (batches, broken)
+    batches.truncate(frame / BATCH as usize);
+    (batches.into_iter().skip((WARM_UP / BATCH) as usize).collect(), broken)
 }
 
 /// The same by path tracing.
 fn reference(buffers: &SceneBuffers, Integral { max_depth, jitter }: Integral) -> Vec<Moments> {
     let settings = PathSettings { max_depth, jitter, ..PathSettings::default() };
-    let render = Render { count: REFERENCE_SAMPLES, ..Render::new([GRID.width, GRID.height], settings) };
-    let images: Vec<Rendered> = (0..REFERENCE_IMAGES)
-        .into_par_iter()
-        .map(|seed| rendered(buffers, &Render { seed, ..render.clone() }))
-        .collect();
-    let at = |x: u32, y: u32| (y * GRID.width + x) as usize;
-    GRID.moments(REFERENCE_IMAGES, |seed, x, y| images[seed as usize].image.pixels[at(x, y)].map(f64::from))
+    let render = Render { count: REFERENCE_SAMPLES, ..Render::new(SIZE, settings) };
+    GRID.moments_of(&pictures(buffers, &render, REFERENCE_IMAGES).0)
 }
 
-/// Images in which most neighbours are the pixel itself or beyond the border.
-fn small_images<'a>(techniques: impl Iterator<Item = &'a dyn Technique>) -> u64 {
-    let buffers = built(PLAIN);
-    let renders = techniques.flat_map(|technique| {
-        SMALL.map(|size| Render { count: 8, accumulate: true, seed: 3, ..Render::new(size, technique.boxed()) })
-    });
-    renders.map(|render| broken_pixels(&rendered(&buffers, &render))).sum()
+/// Broken pixels of images in which most neighbours are the pixel itself or beyond the border.
+fn small_images(technique: &dyn Technique) -> u64 {
+    let render = |size| Render { count: 8, accumulate: true, seed: 3, ..Render::new(size, technique.boxed()) };
+    SMALL.map(|size| pictures(&built(PLAIN), &render(size), 1).1).iter().sum()
 }
 
 /// The findings as a section of a Markdown document.
@@ -217,19 +151,13 @@ The same scene, the last of {FRAMES} frames, in other units of length and of lig
 numbers: the largest difference of a tile's mean, relative to it, and an upper bound on it as above.\n
 | technique, preset and variant | frames | difference | bound | allowed | dropped or not finite |\n|---|---:|---:|---:|---:|---:|\n"
     );
-    for Comparison { name, paths, difference, bound, broken } in &findings.comparisons {
-        writeln!(text, "| {name} | {paths} | {difference:.1e} | {bound:.1e} | {ALLOWED:.0e} | {broken} |")
-            .expect("a String takes all text");
-    }
+    text.extend(findings.comparisons.iter().map(|comparison| format!("{comparison}\n")));
     let Findings { long, runs: [runs, frames], broken, .. } = findings;
     let judged: Vec<String> = long.iter().map(|(name, long)| format!("{name}: {long}")).collect();
     let long = if long.is_empty() { "too short to judge".to_owned() } else { judged.join("; ") };
-    writeln!(
-        text,
+    text + &format!(
         "\n{runs} runs of {frames} frames, means of {BATCH} of them after {WARM_UP}, against path tracing: {long}.
 Images of 1 x 1, 1 x 9, 9 x 1 and 2 x 2 pixels by all presets, 8 frames each: {broken} pixels dropped or not finite, those of
-the long runs included."
+the long runs included.\n"
     )
-    .expect("a String takes all text");
-    text
 }

@@ -5,11 +5,13 @@
 
 mod axis;
 mod bsdf;
+pub mod comparison;
 pub mod frames;
 mod report;
 mod samplers;
 pub mod scenes;
 
+pub use crate::num::Effort;
 pub use axis::Axis;
 pub use report::markdown;
 
@@ -27,26 +29,6 @@ const SMALLEST: f64 = restir_shared::num::FLUSH_BELOW as f64;
 pub const ROUNDINGS: f64 = 4.0;
 /// The share of inputs that may need it: one in so many.
 const NEAR_SHARE: u64 = 500;
-/// Inputs that one task visits.
-const CHUNK: u64 = 1 << 12;
-
-/// How many random inputs join the ends of all ranges.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Effort {
-    /// A few thousand, for the test suite.
-    Reduced,
-    /// A million, for the report.
-    Full,
-}
-
-impl Effort {
-    fn random_inputs(self) -> u64 {
-        match self {
-            Self::Reduced => 1 << 12,
-            Self::Full => 1 << 20,
-        }
-    }
-}
 
 /// What a component of the result should be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,48 +57,63 @@ impl Expected {
     }
 }
 
-/// A function under stress.
-#[derive(Clone)]
-pub struct Row {
+/// What a row calls.
+type Call<In, Out> = Box<dyn Fn(&[In]) -> Vec<Out> + Send + Sync>;
+
+fn call<In, Outs: IntoIterator>(f: impl Fn(&[In]) -> Outs + Send + Sync + 'static) -> Call<In, Outs::Item> {
+    Box::new(move |p| f(p).into_iter().collect())
+}
+
+/// A function and its parameters, by name. All combinations of their ends are tested, and random ones.
+pub struct Function {
     /// Its name.
     pub name: &'static str,
-    /// Its parameters, by name. All combinations of their ends are tested, and random ones.
-    pub axes: Vec<(&'static str, Axis)>,
-    /// Makes the function's arguments of the parameters.
-    pub arguments: fn(&[f32]) -> Vec<f32>,
+    axes: Vec<(&'static str, Axis)>,
+    call: Call<f32, f32>,
+}
+
+impl Function {
+    /// A function of these parameters.
+    pub fn new<Results: IntoIterator<Item = f32>>(
+        name: &'static str,
+        axes: &[(&'static str, Axis)],
+        f: impl Fn(&[f32]) -> Results + Send + Sync + 'static,
+    ) -> Self {
+        Self { name, axes: axes.to_vec(), call: call(f) }
+    }
+
+    /// Tested to within [`TOLERANCE`] against the same in `f64`, on the same arguments: the parameters themselves.
+    pub fn against<Results: IntoIterator<Item = Expected>>(
+        self,
+        shadow: impl Fn(&[f64]) -> Results + Send + Sync + 'static,
+    ) -> Row {
+        let arguments = call(<[f32]>::to_vec);
+        Row { function: self, arguments, shadow: call(shadow), tolerance: TOLERANCE, rounded: 0..0 }
+    }
+}
+
+/// A function under stress.
+pub struct Row {
     /// The function.
-    pub function: fn(&[f32]) -> Vec<f32>,
-    /// The same in `f64`, on the same arguments.
-    pub shadow: fn(&[f64]) -> Vec<Expected>,
+    pub function: Function,
+    /// Makes the function's arguments of the parameters.
+    arguments: Call<f32, f32>,
+    /// The function in `f64`.
+    shadow: Call<f64, Expected>,
     /// The largest error that is allowed.
     pub tolerance: f64,
     /// The arguments that are themselves results of rounding (see [`Row::near`]).
-    pub rounded: Range<usize>,
+    rounded: Range<usize>,
 }
 
 impl Row {
-    /// A function of its parameters themselves, to within [`TOLERANCE`].
-    pub fn new(
-        name: &'static str,
-        axes: &[(&'static str, Axis)],
-        function: fn(&[f32]) -> Vec<f32>,
-        shadow: fn(&[f64]) -> Vec<Expected>,
-    ) -> Self {
-        Self {
-            name,
-            axes: axes.to_vec(),
-            arguments: <[f32]>::to_vec,
-            function,
-            shadow,
-            tolerance: TOLERANCE,
-            rounded: 0..0,
-        }
-    }
-
     /// The same of arguments that are made of the parameters, such as the vectors that a sampler makes.
     #[must_use]
-    pub fn of(self, arguments: fn(&[f32]) -> Vec<f32>) -> Self {
-        Self { arguments, ..self }
+    pub fn of<Arguments: IntoIterator<Item = f32>>(
+        self,
+        arguments: impl Fn(&[f32]) -> Arguments + Send + Sync + 'static,
+    ) -> Self {
+        Self { arguments: call(arguments), ..self }
     }
 
     /// The same where these arguments are themselves results of rounding, such as the components of a unit vector: no
@@ -128,57 +125,43 @@ impl Row {
         Self { rounded, ..self }
     }
 
-    /// Runs the function on all combinations of ends and on random inputs.
+    /// Runs the function on all combinations of ends and on random inputs: a few thousand for the test suite, a million for
+    /// the report.
     pub fn run(&self, effort: Effort) -> Finding {
-        let ends: Vec<Vec<f32>> = self.axes.iter().map(|(_, axis)| axis.ends()).collect();
-        let combinations: u64 = ends.iter().map(|ends| ends.len() as u64).product();
-        let count = combinations + effort.random_inputs();
+        let axes: Vec<_> = self.function.axes.iter().map(|&(_, axis)| (axis, axis.ends())).collect();
+        let combinations: u64 = axes.iter().map(|(_, ends)| ends.len() as u64).product();
         let parameters = |index: u64| -> Vec<f32> {
-            if index < combinations {
-                let mut rest = index as usize;
-                let mut digit = |ends: &Vec<f32>| {
-                    let value = ends[rest % ends.len()];
+            let (mut rest, mut random) = (index as usize, SplitMix::new(index));
+            let mut value = |(axis, ends): &(Axis, Vec<f32>)| {
+                if index < combinations {
+                    let end = ends[rest % ends.len()];
                     rest /= ends.len();
-                    value
-                };
-                return ends.iter().map(&mut digit).collect();
-            }
-            let mut random = SplitMix::new(index);
-            let mut value = |((_, axis), ends): (&(_, Axis), &Vec<f32>)| {
-                // a quarter lies at an end, so that ends meet the inside of other ranges
-                if random.below(4) == 0 { ends[random.below(ends.len())] } else { axis.inside(&mut random) }
+                    end
+                } else if random.below(4) == 0 {
+                    // ends meet the inside of other ranges
+                    ends[random.below(ends.len())]
+                } else {
+                    axis.inside(&mut random)
+                }
             };
-            self.axes.iter().zip(&ends).map(&mut value).collect()
+            axes.iter().map(&mut value).collect()
         };
-        let chunk = |index: u64| {
-            let mut finding = Finding::default();
-            for i in index * CHUNK..count.min((index + 1) * CHUNK) {
-                self.visit(&parameters(i), &mut finding);
-            }
-            finding
-        };
-        // merged in order, so that the report does not depend on the schedule
-        let findings: Vec<_> = (0..count.div_ceil(CHUNK)).into_par_iter().map(chunk).collect();
-        findings.into_iter().fold(Finding::default(), Finding::merge)
+        let random_inputs = if effort == Effort::Full { 1 << 20 } else { 1 << 12 };
+        let findings = (0..combinations + random_inputs).into_par_iter().map(|index| self.visit(parameters(index)));
+        findings.reduce(Finding::default, Finding::merge)
     }
 
-    fn visit(&self, parameters: &[f32], finding: &mut Finding) {
-        let arguments = (self.arguments)(parameters);
-        let results = (self.function)(&arguments);
-        let exact = (self.shadow)(&arguments.iter().map(|&x| f64::from(x)).collect::<Vec<_>>());
+    fn visit(&self, parameters: Vec<f32>) -> Finding {
+        let arguments = (self.arguments)(&parameters);
+        let results = (self.function.call)(&arguments);
+        let exact = (self.shadow)(&wide(&arguments));
         let same = results.len() == exact.len();
         let errors = exact.iter().zip(&results).map(|(expected, &result)| expected.error(result));
-        let error = errors.fold(if same { 0.0 } else { f64::INFINITY }, f64::max);
-        finding.inputs += 1;
-        if error > self.tolerance && error.is_finite() && self.is_near(&arguments, &results, &exact) {
-            finding.near += 1;
-            return;
+        let worst = errors.fold(if same { 0.0 } else { f64::INFINITY }, f64::max);
+        if worst > self.tolerance && worst.is_finite() && self.is_near(&arguments, &results, &exact) {
+            return Finding { inputs: 1, near: 1, ..Finding::default() };
         }
-        finding.failures += u64::from(error > self.tolerance);
-        if error > finding.worst || finding.worst_at.is_empty() {
-            finding.worst = error;
-            finding.worst_at = parameters.to_vec();
-        }
+        Finding { inputs: 1, near: 0, failures: u64::from(worst > self.tolerance), worst, worst_at: parameters }
     }
 
     /// Whether values for moved arguments surround the results.
@@ -186,7 +169,7 @@ impl Row {
         let mut ranges: Vec<_> = exact.iter().map(|&Expected { value, .. }| (value, value)).collect();
         let corners = if self.rounded.is_empty() { 0 } else { 1_u32 << self.rounded.len() };
         for corner in 0..corners {
-            let mut moved: Vec<f64> = arguments.iter().map(|&x| f64::from(x)).collect();
+            let mut moved = wide(arguments);
             for (bit, argument) in moved[self.rounded.clone()].iter_mut().enumerate() {
                 let sign = if corner >> bit & 1 == 0 { -1.0 } else { 1.0 };
                 *argument *= 1.0 + sign * ROUNDINGS * f64::from(UNIT_ROUNDOFF);
@@ -195,12 +178,15 @@ impl Row {
                 (*lo, *hi) = (lo.min(value), hi.max(value));
             }
         }
-        let mut all = ranges.iter().zip(exact).zip(results);
-        all.all(|((&(lo, hi), expected), &result)| {
+        ranges.iter().zip(exact).zip(results).all(|((&(lo, hi), expected), &result)| {
             let (slack, result) = (self.tolerance * expected.scale, f64::from(result));
             (lo - slack..=hi + slack).contains(&result)
         })
     }
+}
+
+fn wide(arguments: &[f32]) -> Vec<f64> {
+    arguments.iter().copied().map(f64::from).collect()
 }
 
 /// What came out.
@@ -219,6 +205,7 @@ pub struct Finding {
 }
 
 impl Finding {
+    /// Of two errors of the same size the first counts, so that the report does not depend on the schedule.
     fn merge(self, other: Self) -> Self {
         let (inputs, near) = (self.inputs + other.inputs, self.near + other.near);
         let failures = self.failures + other.failures;
@@ -237,15 +224,12 @@ pub fn rows() -> Vec<(&'static str, Vec<Row>)> {
     vec![("Samplers", samplers::rows()), ("Scattering functions", bsdf::rows())]
 }
 
-/// A group's name with its rows and what came out of each.
-pub type Group = (&'static str, Vec<(Row, Finding)>);
+/// A group's name with what came out of its rows.
+pub type Group = (&'static str, Vec<(Finding, Row)>);
 
 /// Runs everything.
 pub fn run(effort: Effort) -> Vec<Group> {
-    let find = |row: Row| {
-        let finding = row.run(effort);
-        (row, finding)
-    };
+    let find = |row: Row| (row.run(effort), row);
     rows().into_iter().map(|(group, rows)| (group, rows.into_iter().map(find).collect())).collect()
 }
 
@@ -253,27 +237,26 @@ pub fn run(effort: Effort) -> Vec<Group> {
 mod tests {
     use super::*;
 
-    fn row(function: fn(&[f32]) -> Vec<f32>) -> Row {
-        Row::new("square", &[("x", Axis::Log(1.0e-4, 1.0e4)), ("s", Axis::Set(&[-1.0, 1.0]))], function, |p| {
-            vec![Expected::relative(p[0] * p[0] * p[1])]
-        })
+    fn run(square: fn(&[f32]) -> f32) -> Finding {
+        let axes = [("x", Axis::Log(1.0e-4, 1.0e4)), ("s", Axis::Set(&[-1.0, 1.0]))];
+        let row = Function::new("square", &axes, move |p| [square(p)]);
+        row.against(|p| [Expected::relative(p[0] * p[0] * p[1])]).run(Effort::Reduced)
     }
 
     #[test]
     fn a_right_function_passes_and_wrong_ones_do_not() {
-        let right = row(|p| vec![p[0] * p[0] * p[1]]).run(Effort::Reduced);
+        let right = run(|p| p[0] * p[0] * p[1]);
         assert!(right.passed() && right.worst > 0.0 && right.worst < 2.0e-7, "{right:?}");
-        assert!(!row(|p| vec![p[0] * p[0] * p[1] * 1.000_02]).run(Effort::Reduced).passed());
-        assert!(
-            !row(|p| vec![p[0] * p[0] * if p[0] > 9_999.0 { f32::NAN } else { p[1] }]).run(Effort::Reduced).passed()
-        );
-        assert!(!row(|_| vec![]).run(Effort::Reduced).passed());
-        assert!(!row(|p| vec![p[1] / 0.0]).run(Effort::Reduced).passed());
+        assert!(!run(|p| p[0] * p[0] * p[1] * 1.000_02).passed());
+        assert!(!run(|p| p[0] * p[0] * if p[0] > 9_999.0 { f32::NAN } else { p[1] }).passed());
+        assert!(!run(|p| p[1] / 0.0).passed());
+        let nothing = Function::new("nothing", &[("x", Axis::Unit)], |_| []).against(|_| [Expected::relative(1.0)]);
+        assert!(!nothing.run(Effort::Reduced).passed());
     }
 
     #[test]
     fn the_largest_error_is_found_where_it_is() {
-        let finding = row(|p| vec![p[0] * p[0] * p[1] * if p[0] == 1.0e4 { 1.5 } else { 1.0 }]).run(Effort::Reduced);
+        let finding = run(|p| p[0] * p[0] * p[1] * if p[0] == 1.0e4 { 1.5 } else { 1.0 });
         assert_eq!((finding.worst_at[0], finding.failures > 0), (1.0e4, true));
         assert!((finding.worst - 0.5).abs() < 1e-6);
     }
@@ -281,17 +264,19 @@ mod tests {
     /// A difference, rounded as often as it may be and more often.
     #[test]
     fn roundings_of_arguments_explain_what_cancels_and_no_more() {
-        fn difference(p: &[f32], roundings: f32) -> Vec<f32> {
-            vec![p[0] * (1.0 + 2.0 * roundings * UNIT_ROUNDOFF) - p[1]]
+        fn row(difference: fn(&[f32]) -> f32) -> Row {
+            let axes = [("x", Axis::Log(0.5, 1.0)), ("y", Axis::Set(&[0.5]))];
+            let function = Function::new("difference", &axes, move |p| [difference(p)]);
+            function.against(|p| [Expected::relative(p[0] - p[1])])
         }
-        let axes = [("x", Axis::Log(0.5, 1.0)), ("y", Axis::Set(&[0.5]))];
-        let of = |function| Row::new("difference", &axes, function, |p| vec![Expected::relative(p[0] - p[1])]);
-        let right = of(|p| difference(p, 2.0)).near(0..1).run(Effort::Reduced);
+        let rounded: fn(&[f32]) -> f32 = |p| p[0] * (1.0 + 4.0 * UNIT_ROUNDOFF) - p[1];
+        let right = row(rounded).near(0..1).run(Effort::Reduced);
         assert!(right.failures == 0 && right.near > 0 && right.near < right.inputs / 2, "{right:?}");
-        assert!(of(|p| difference(p, 2.0)).run(Effort::Reduced).failures == right.near);
-        assert!(of(|p| difference(p, 6.0)).near(0..1).run(Effort::Reduced).failures > 0);
+        assert!(row(rounded).run(Effort::Reduced).failures == right.near);
+        let more = row(|p| p[0] * (1.0 + 12.0 * UNIT_ROUNDOFF) - p[1]).near(0..1);
+        assert!(more.run(Effort::Reduced).failures > 0);
         // far from where it cancels two parts in 10^5 are seen, and so is light that is explained too often
-        let off = of(|p| vec![(p[0] - p[1]) * if p[0] > 0.9 { 1.000_02 } else { 1.0 }]).near(0..1);
+        let off = row(|p| (p[0] - p[1]) * if p[0] > 0.9 { 1.000_02 } else { 1.0 }).near(0..1);
         assert!(off.run(Effort::Reduced).failures > 0);
         assert!(!Finding { inputs: 1_000, near: 10, ..Finding::default() }.passed());
     }

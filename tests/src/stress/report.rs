@@ -1,7 +1,6 @@
 //! The result as a document.
 
-use super::Group;
-use std::fmt::Write;
+use super::{Finding, Function, Group};
 
 const HEAD: &str = "# Stress
 
@@ -24,26 +23,18 @@ Made by `cargo xtask stress --write`; `cargo test` runs the same rows on fewer r
 /// The findings as a Markdown document.
 pub fn markdown(groups: &[Group]) -> String {
     let mut text = HEAD.to_owned();
-    let mut line = |line: String| writeln!(text, "{line}").expect("a String takes all text");
     for (group, rows) in groups {
-        line(format!("\n## {group}\n"));
-        line("| function | parameters | inputs | max error | allowed | worst at | explained | failures |".to_owned());
-        line("|---|---|---:|---:|---:|---|---:|---:|".to_owned());
-        for (row, finding) in rows {
-            let domain: Vec<String> = row.axes.iter().map(|(name, axis)| format!("{name}: {axis}")).collect();
-            let worst: Vec<String> = finding.worst_at.iter().map(|x| format!("{x:e}")).collect();
-            line(format!(
-                "| `{}` | {} | {} | {:.1e} | {:.0e} | {} | {} | {} |",
-                row.name,
-                domain.join("; "),
-                finding.inputs,
-                finding.worst,
-                row.tolerance,
-                if finding.worst > 0.0 { worst.join(", ") } else { String::new() },
-                finding.near,
-                finding.failures
-            ));
-        }
+        text += &format!(
+            "\n## {group}\n\n| function | parameters | inputs | max error | allowed | worst at | explained | failures |\n\
+             |---|---|---:|---:|---:|---|---:|---:|\n"
+        );
+        text.extend(rows.iter().map(|(Finding { inputs, near, failures, worst, worst_at }, row)| {
+            let Function { name, axes, .. } = &row.function;
+            let domain: Vec<_> = axes.iter().map(|(name, axis)| format!("{name}: {axis}")).collect();
+            let at: Vec<_> = worst_at.iter().filter(|_| *worst > 0.0).map(|x| format!("{x:e}")).collect();
+            let (domain, at, allowed) = (domain.join("; "), at.join(", "), row.tolerance);
+            format!("| `{name}` | {domain} | {inputs} | {worst:.1e} | {allowed:.0e} | {at} | {near} | {failures} |\n")
+        }));
     }
     text
 }

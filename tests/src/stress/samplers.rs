@@ -1,10 +1,9 @@
 //! The samplers of [`restir_shared::sampling`].
 
-use super::{Axis, Expected, Row};
+use super::{Axis, Expected, Function, Row};
 use glam::{Vec2, Vec3};
 use restir_host::distribution::integer_cdf;
-use restir_shared::sampling as f32s;
-use restir_shared::sampling::{CDF_END, TableSample};
+use restir_shared::sampling::{self as f32s, CDF_END, TableSample};
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 use std::sync::LazyLock;
 
@@ -14,25 +13,36 @@ const VERSINE: (&str, Axis) = ("versine", Axis::Log(1.0e-12, 2.0));
 const RATE: (&str, Axis) = ("rate", Axis::Log(1.0e-6, 1.0e6));
 const DEPTH: (&str, Axis) = ("optical depth", Axis::ZeroLog(1.0e-12, 1.0e6));
 const T_MAX: (&str, Axis) = ("t_max", Axis::Log(1.0e-4, 1.0e5));
+const COS: (&str, Axis) = ("cos", Axis::ZeroLog(1.0e-6, 1.0));
+const SIN2: (&str, Axis) = ("sin²", Axis::ZeroLog(1.0e-24, 1.0));
+const AREA: (&str, Axis) = ("area", Axis::Log(1.0e-12, 1.0e12));
+const FINE: (&str, Axis) = ("u", Axis::Fine);
+const SHORT: (&str, Axis) = ("optical depth", Axis::ZeroLog(1.0e-12, 87.0));
+const PART: (&str, Axis) = ("t / t_max", Axis::Fine);
 const HALF_WORD: Axis = Axis::Below(1 << 16);
+const HIGH: (&str, Axis) = ("word / 2¹⁶", HALF_WORD);
+const LOW: (&str, Axis) = ("word mod 2¹⁶", HALF_WORD);
+const SECOND_HIGH: (&str, Axis) = ("second word / 2¹⁶", HALF_WORD);
+const SECOND_LOW: (&str, Axis) = ("second word mod 2¹⁶", HALF_WORD);
+const LIST: (&str, Axis) = ("list", Axis::Below(4));
+const COUNT: (&str, Axis) = ("count", Axis::Set(&[1.0, 2.0, 3.0, 1000.0, 16_777_216.0]));
 
 pub(super) fn rows() -> Vec<Row> {
-    [directions(), points(), distances(), choices()].concat()
+    [directions(), points(), distances(), choices()].into_iter().flatten().collect()
 }
 
 fn vec2(p: &[f32]) -> Vec2 {
-    Vec2::new(p[0], p[1])
+    Vec2::from_slice(p)
 }
 
 fn vec3(p: &[f32]) -> Vec3 {
-    Vec3::new(p[0], p[1], p[2])
+    Vec3::from_slice(p)
 }
 
 /// The direction `depth` below the pole: horizontal components relative to their length, z to that of the vector.
-fn direction(depth: f64, turn: f64) -> Vec<Expected> {
-    let r = (depth * (2.0 - depth)).sqrt();
-    let [x, y] = circle(r, turn);
-    vec![x, y, Expected::against(1.0 - depth, 1.0)]
+fn direction(depth: f64, turn: f64) -> [Expected; 3] {
+    let [x, y] = circle((depth * (2.0 - depth)).sqrt(), turn);
+    [x, y, Expected::against(1.0 - depth, 1.0)]
 }
 
 fn circle(r: f64, turn: f64) -> [Expected; 2] {
@@ -57,75 +67,36 @@ fn depth_below_pole(p: &[f64]) -> f64 {
 }
 
 fn directions() -> Vec<Row> {
-    let hemisphere: fn(&[f32]) -> Vec<f32> = |p| f32s::sample_uniform_hemisphere(vec2(p)).to_array().to_vec();
-    let sphere: fn(&[f32]) -> Vec<f32> = |p| f32s::sample_uniform_sphere(vec2(p)).to_array().to_vec();
+    let cosine = |p: &[f32]| f32s::sample_cosine_hemisphere(vec2(p)).to_array();
+    let hemisphere = |p: &[f32]| f32s::sample_uniform_hemisphere(vec2(p)).to_array();
+    let sphere = |p: &[f32]| f32s::sample_uniform_sphere(vec2(p)).to_array();
+    let cone = |p: &[f32]| f32s::sample_cone(vec2(p), p[2]).to_array();
     vec![
-        Row::new(
-            "sample_cosine_hemisphere",
-            &[U, V],
-            |p| f32s::sample_cosine_hemisphere(vec2(p)).to_array().to_vec(),
-            |p| {
-                let [x, y] = circle(p[0].sqrt(), p[1]);
-                vec![x, y, Expected::relative((1.0 - p[0]).sqrt())]
-            },
-        ),
-        Row::new(
-            "cosine_hemisphere_pdf",
-            &[("cos", Axis::ZeroLog(1.0e-6, 1.0))],
-            |p| vec![f32s::cosine_hemisphere_pdf(p[0])],
-            |p| vec![Expected::relative(p[0] / PI)],
-        ),
-        Row::new(
-            "invert_cosine_hemisphere",
-            &[U, V],
-            |p| f32s::invert_cosine_hemisphere(vec3(p)).to_array().to_vec(),
-            |p| vec![Expected::relative((p[0] * p[0] + p[1] * p[1]).min(1.0)), azimuth(p)],
-        )
-        .of(|p| f32s::sample_cosine_hemisphere(vec2(p)).to_array().to_vec()),
-        Row::new("sample_uniform_hemisphere", &[U, V], hemisphere, |p| direction(p[0], p[1])),
-        Row::new(
-            "invert_uniform_hemisphere",
-            &[U, V],
-            |p| f32s::invert_uniform_hemisphere(vec3(p)).to_array().to_vec(),
-            |p| vec![Expected::relative(depth_below_pole(p).min(1.0)), azimuth(p)],
-        )
-        .of(hemisphere),
-        Row::new("sample_uniform_sphere", &[U, V], sphere, |p| direction(2.0 * p[0], p[1])),
-        Row::new(
-            "invert_uniform_sphere",
-            &[U, V],
-            |p| f32s::invert_uniform_sphere(vec3(p)).to_array().to_vec(),
-            |p| vec![Expected::relative(0.5 * depth_below_pole(p)), azimuth(p)],
-        )
-        .of(sphere),
-        Row::new(
-            "sample_cone",
-            &[U, V, VERSINE],
-            |p| f32s::sample_cone(vec2(p), p[2]).to_array().to_vec(),
-            |p| direction(p[0] * p[2], p[1]),
-        ),
-        Row::new(
-            "cone_pdf",
-            &[VERSINE],
-            |p| vec![f32s::cone_pdf(p[0])],
-            |p| vec![Expected::relative(1.0 / (TAU * p[0]))],
-        ),
-        Row::new(
-            "invert_cone",
-            &[U, V, VERSINE],
-            |p| f32s::invert_cone(vec3(p), p[3]).to_array().to_vec(),
-            |p| vec![Expected::relative((depth_below_pole(p) / p[3]).min(1.0)), azimuth(p)],
-        )
-        .of(|p| {
-            let w = f32s::sample_cone(vec2(p), p[2]);
-            vec![w.x, w.y, w.z, p[2]]
+        Function::new("sample_cosine_hemisphere", &[U, V], cosine).against(|p| {
+            let [x, y] = circle(p[0].sqrt(), p[1]);
+            [x, y, Expected::relative((1.0 - p[0]).sqrt())]
         }),
-        Row::new(
-            "versine_of_sin2",
-            &[("sin²", Axis::ZeroLog(1.0e-24, 1.0))],
-            |p| vec![f32s::versine_of_sin2(p[0])],
-            |p| vec![Expected::relative(2.0 * (0.5 * p[0].sqrt().asin()).sin().powi(2))],
-        ),
+        Function::new("cosine_hemisphere_pdf", &[COS], |p| [f32s::cosine_hemisphere_pdf(p[0])])
+            .against(|p| [Expected::relative(p[0] / PI)]),
+        Function::new("invert_cosine_hemisphere", &[U, V], |p| f32s::invert_cosine_hemisphere(vec3(p)).to_array())
+            .against(|p| [Expected::relative((p[0] * p[0] + p[1] * p[1]).min(1.0)), azimuth(p)])
+            .of(cosine),
+        Function::new("sample_uniform_hemisphere", &[U, V], hemisphere).against(|p| direction(p[0], p[1])),
+        Function::new("invert_uniform_hemisphere", &[U, V], |p| f32s::invert_uniform_hemisphere(vec3(p)).to_array())
+            .against(|p| [Expected::relative(depth_below_pole(p).min(1.0)), azimuth(p)])
+            .of(hemisphere),
+        Function::new("sample_uniform_sphere", &[U, V], sphere).against(|p| direction(2.0 * p[0], p[1])),
+        Function::new("invert_uniform_sphere", &[U, V], |p| f32s::invert_uniform_sphere(vec3(p)).to_array())
+            .against(|p| [Expected::relative(0.5 * depth_below_pole(p)), azimuth(p)])
+            .of(sphere),
+        Function::new("sample_cone", &[U, V, VERSINE], cone).against(|p| direction(p[0] * p[2], p[1])),
+        Function::new("cone_pdf", &[VERSINE], |p| [f32s::cone_pdf(p[0])])
+            .against(|p| [Expected::relative(1.0 / (TAU * p[0]))]),
+        Function::new("invert_cone", &[U, V, VERSINE], |p| f32s::invert_cone(vec3(p), p[3]).to_array())
+            .against(|p| [Expected::relative((depth_below_pole(p) / p[3]).min(1.0)), azimuth(p)])
+            .of(move |p| cone(p).into_iter().chain([p[2]]).collect::<Vec<_>>()),
+        Function::new("versine_of_sin2", &[SIN2], |p| [f32s::versine_of_sin2(p[0])])
+            .against(|p| [Expected::relative(2.0 * (0.5 * p[0].sqrt().asin()).sin().powi(2))]),
     ]
 }
 
@@ -156,40 +127,25 @@ fn square(p: &[f64]) -> [f64; 2] {
 }
 
 fn points() -> Vec<Row> {
-    let disk: fn(&[f32]) -> Vec<f32> = |p| f32s::sample_concentric_disk(vec2(p)).to_array().to_vec();
-    let triangle: fn(&[f32]) -> Vec<f32> = |p| f32s::sample_triangle(vec2(p)).to_array().to_vec();
+    let disk = |p: &[f32]| f32s::sample_concentric_disk(vec2(p)).to_array();
+    let triangle = |p: &[f32]| f32s::sample_triangle(vec2(p)).to_array();
     vec![
-        Row::new("sample_concentric_disk", &[U, V], disk, |p| {
+        Function::new("sample_concentric_disk", &[U, V], disk).against(|p| {
             let (r, angle) = concentric(p);
-            vec![Expected::against(r * angle.cos(), r.abs()), Expected::against(r * angle.sin(), r.abs())]
+            [r * angle.cos(), r * angle.sin()].map(|x| Expected::against(x, r.abs()))
         }),
-        Row::new(
-            "invert_concentric_disk",
-            &[U, V],
-            |p| f32s::invert_concentric_disk(vec2(p)).to_array().to_vec(),
-            |p| square(p).map(unit).to_vec(),
-        )
-        .of(disk),
-        Row::new("sample_triangle", &[U, V], triangle, |p| {
+        Function::new("invert_concentric_disk", &[U, V], |p| f32s::invert_concentric_disk(vec2(p)).to_array())
+            .against(|p| square(p).map(unit))
+            .of(disk),
+        Function::new("sample_triangle", &[U, V], triangle).against(|p| {
             let half = 0.5 * p[0].min(p[1]);
-            vec![Expected::against(p[0] - half, 1.0), Expected::against(p[1] - half, 1.0)]
+            [p[0], p[1]].map(|x| Expected::against(x - half, 1.0))
         }),
-        Row::new(
-            "invert_triangle",
-            &[U, V],
-            |p| f32s::invert_triangle(vec2(p)).to_array().to_vec(),
-            |p| {
-                let less = p[0].min(p[1]);
-                vec![unit(p[0] + less), unit(p[1] + less)]
-            },
-        )
-        .of(triangle),
-        Row::new(
-            "triangle_pdf",
-            &[("area", Axis::Log(1.0e-12, 1.0e12))],
-            |p| vec![f32s::triangle_pdf(p[0])],
-            |p| vec![Expected::relative(1.0 / p[0])],
-        ),
+        Function::new("invert_triangle", &[U, V], |p| f32s::invert_triangle(vec2(p)).to_array())
+            .against(|p| [p[0], p[1]].map(|x| unit(x + p[0].min(p[1]))))
+            .of(triangle),
+        Function::new("triangle_pdf", &[AREA], |p| [f32s::triangle_pdf(p[0])])
+            .against(|p| [Expected::relative(1.0 / p[0])]),
     ]
 }
 
@@ -199,65 +155,45 @@ fn mean_transmittance(depth: f64) -> f64 {
 }
 
 fn distances() -> Vec<Row> {
-    const FINE: (&str, Axis) = ("u", Axis::Fine);
-    const SHORT: (&str, Axis) = ("optical depth", Axis::ZeroLog(1.0e-12, 87.0));
-    const PART: (&str, Axis) = ("t / t_max", Axis::Fine);
-    let bounded: fn(&[f32]) -> Vec<f32> = |p| vec![p[0], p[1] / p[2], p[2]];
-    let part: fn(&[f32]) -> Vec<f32> = |p| vec![p[0] * p[2], p[1] / p[2], p[2]];
+    let free = |p: &[f32]| [p[0] / p[1], p[1]];
+    let bounded = |p: &[f32]| [p[0], p[1] / p[2], p[2]];
+    let part = |p: &[f32]| [p[0] * p[2], p[1] / p[2], p[2]];
     vec![
-        Row::new(
-            "sample_exponential",
-            &[FINE, RATE],
-            |p| vec![f32s::sample_exponential(p[0], p[1])],
-            |p| vec![Expected::relative(-(-p[0]).ln_1p() / p[1])],
-        ),
-        Row::new(
-            "exponential_pdf",
-            &[SHORT, RATE],
-            |p| vec![f32s::exponential_pdf(p[0], p[1])],
-            |p| vec![Expected::relative(p[1] * (-p[0] * p[1]).exp())],
-        )
-        .of(|p| vec![p[0] / p[1], p[1]]),
-        Row::new(
-            "invert_exponential",
-            &[SHORT, RATE],
-            |p| vec![f32s::invert_exponential(p[0], p[1])],
-            |p| vec![Expected::relative(-(-p[0] * p[1]).exp_m1())],
-        )
-        .of(|p| vec![p[0] / p[1], p[1]]),
-        Row::new(
-            "sample_bounded_exponential",
-            &[FINE, DEPTH, T_MAX],
-            |p| vec![f32s::sample_bounded_exponential(p[0], p[1], p[2])],
-            |p| {
-                let depth = p[1] * p[2];
-                let t = if depth < 1.0e-12 { p[0] * p[2] } else { -(p[0] * (-depth).exp_m1()).ln_1p() / p[1] };
-                vec![Expected::relative(t)]
-            },
-        )
+        Function::new("sample_exponential", &[FINE, RATE], |p| [f32s::sample_exponential(p[0], p[1])])
+            .against(|p| [Expected::relative(-(-p[0]).ln_1p() / p[1])]),
+        Function::new("exponential_pdf", &[SHORT, RATE], |p| [f32s::exponential_pdf(p[0], p[1])])
+            .against(|p| [Expected::relative(p[1] * (-p[0] * p[1]).exp())])
+            .of(free),
+        Function::new("invert_exponential", &[SHORT, RATE], |p| [f32s::invert_exponential(p[0], p[1])])
+            .against(|p| [Expected::relative(-(-p[0] * p[1]).exp_m1())])
+            .of(free),
+        Function::new("sample_bounded_exponential", &[FINE, DEPTH, T_MAX], |p| {
+            [f32s::sample_bounded_exponential(p[0], p[1], p[2])]
+        })
+        .against(|p| {
+            let depth = p[1] * p[2];
+            let t = if depth < 1.0e-12 { p[0] * p[2] } else { -(p[0] * (-depth).exp_m1()).ln_1p() / p[1] };
+            [Expected::relative(t)]
+        })
         .of(bounded),
-        Row::new(
-            "bounded_exponential_pdf",
-            &[PART, DEPTH, T_MAX],
-            |p| vec![f32s::bounded_exponential_pdf(p[0], p[1], p[2])],
-            |p| {
-                // a transmittance below 2^-100 counts as zero
-                let scale = Expected::relative((-p[0] * p[1]).exp());
-                let norm = 1.0 / (p[2] * mean_transmittance(p[1] * p[2]));
-                vec![Expected::against(scale.value * norm, scale.scale * norm)]
-            },
-        )
+        Function::new("bounded_exponential_pdf", &[PART, DEPTH, T_MAX], |p| {
+            [f32s::bounded_exponential_pdf(p[0], p[1], p[2])]
+        })
+        .against(|p| {
+            // a transmittance below 2^-100 counts as zero
+            let scale = Expected::relative((-p[0] * p[1]).exp());
+            let norm = 1.0 / (p[2] * mean_transmittance(p[1] * p[2]));
+            [Expected::against(scale.value * norm, scale.scale * norm)]
+        })
         .of(part),
-        Row::new(
-            "invert_bounded_exponential",
-            &[PART, DEPTH, T_MAX],
-            |p| vec![f32s::invert_bounded_exponential(p[0], p[1], p[2])],
-            |p| {
-                let (depth, passed) = (p[1] * p[2], p[0] * p[1]);
-                let u = p[0] / p[2] * mean_transmittance(passed) / mean_transmittance(depth);
-                vec![Expected::relative(u.min(1.0))]
-            },
-        )
+        Function::new("invert_bounded_exponential", &[PART, DEPTH, T_MAX], |p| {
+            [f32s::invert_bounded_exponential(p[0], p[1], p[2])]
+        })
+        .against(|p| {
+            let (depth, passed) = (p[1] * p[2], p[0] * p[1]);
+            let u = p[0] / p[2] * mean_transmittance(passed) / mean_transmittance(depth);
+            [Expected::relative(u.min(1.0))]
+        })
         .of(part),
     ]
 }
@@ -286,50 +222,35 @@ fn choose(cdf: &[u32], high: f64, low: f64) -> [Expected; 3] {
 }
 
 fn choices() -> Vec<Row> {
-    const HIGH: (&str, Axis) = ("word / 2¹⁶", HALF_WORD);
-    const LOW: (&str, Axis) = ("word mod 2¹⁶", HALF_WORD);
-    const LIST: (&str, Axis) = ("list", Axis::Below(4));
     vec![
-        Row::new(
-            "sample_discrete",
-            &[HIGH, LOW, LIST],
-            |p| {
-                let cdf = &LISTS[p[2] as usize];
-                let cell = f32s::sample_discrete(word(p[0], p[1]), cdf.len() as u32, |i| cdf[i as usize]);
-                vec![cell.index as f32, cell.probability, cell.fraction]
-            },
-            |p| choose(&LISTS[p[2] as usize], p[0], p[1]).to_vec(),
-        ),
+        Function::new("sample_discrete", &[HIGH, LOW, LIST], |p| {
+            let cdf = &LISTS[p[2] as usize];
+            let cell = f32s::sample_discrete(word(p[0], p[1]), cdf.len() as u32, |i| cdf[i as usize]);
+            [cell.index as f32, cell.probability, cell.fraction]
+        })
+        .against(|p| choose(&LISTS[p[2] as usize], p[0], p[1])),
         // rows by one list, the columns of each row by another
-        Row::new(
-            "sample_table_2d",
-            &[HIGH, LOW, ("second word / 2¹⁶", HALF_WORD), ("second word mod 2¹⁶", HALF_WORD)],
-            |p| {
-                let (rows, columns) = (&LISTS[1], &LISTS[2]);
-                let words = [word(p[0], p[1]), word(p[2], p[3])];
-                let (width, height) = (columns.len() as u32, rows.len() as u32);
-                let TableSample { cell, fraction, probability } =
-                    f32s::sample_table_2d(words, width, height, |r| rows[r as usize], |_, c| columns[c as usize]);
-                vec![cell[0] as f32, cell[1] as f32, fraction.x, fraction.y, probability]
-            },
-            |p| {
-                let [row, of_row, y] = choose(&LISTS[1], p[0], p[1]);
-                let [column, of_column, x] = choose(&LISTS[2], p[2], p[3]);
-                vec![column, row, x, y, Expected::relative(of_row.value * of_column.value)]
-            },
-        ),
-        Row::new(
-            "sample_alias",
-            &[HIGH, LOW, U, ("count", Axis::Set(&[1.0, 2.0, 3.0, 1000.0, 16_777_216.0]))],
-            |p| {
-                let words = [word(p[0], p[1]), ((f64::from(p[2]) * 4_294_967_296.0) as u32)];
-                vec![f32s::sample_alias(words, p[3] as u32, |i| (0.5, i ^ 1)) as f32]
-            },
-            |p| {
-                let index = ((p[0] * 65_536.0 + p[1]) * p[3] / 4_294_967_296.0).floor() as u64;
-                let chosen = if p[2] < 0.5 { index } else { index ^ 1 };
-                vec![Expected::against(chosen as f64, 1.0)]
-            },
-        ),
+        Function::new("sample_table_2d", &[HIGH, LOW, SECOND_HIGH, SECOND_LOW], |p| {
+            let (rows, columns) = (&LISTS[1], &LISTS[2]);
+            let words = [word(p[0], p[1]), word(p[2], p[3])];
+            let (width, height) = (columns.len() as u32, rows.len() as u32);
+            let TableSample { cell, fraction, probability } =
+                f32s::sample_table_2d(words, width, height, |r| rows[r as usize], |_, c| columns[c as usize]);
+            [cell[0] as f32, cell[1] as f32, fraction.x, fraction.y, probability]
+        })
+        .against(|p| {
+            let [row, of_row, y] = choose(&LISTS[1], p[0], p[1]);
+            let [column, of_column, x] = choose(&LISTS[2], p[2], p[3]);
+            [column, row, x, y, Expected::relative(of_row.value * of_column.value)]
+        }),
+        Function::new("sample_alias", &[HIGH, LOW, U, COUNT], |p| {
+            let words = [word(p[0], p[1]), ((f64::from(p[2]) * 4_294_967_296.0) as u32)];
+            [f32s::sample_alias(words, p[3] as u32, |i| (0.5, i ^ 1)) as f32]
+        })
+        .against(|p| {
+            let index = ((p[0] * 65_536.0 + p[1]) * p[3] / 4_294_967_296.0).floor() as u64;
+            let chosen = if p[2] < 0.5 { index } else { index ^ 1 };
+            [Expected::against(chosen as f64, 1.0)]
+        }),
     ]
 }

@@ -1,27 +1,19 @@
 //! The path tracer at the ends of what scenes have: units of length, roughness, angles of the camera.
 //!
-//! A picture is compared with that of a plainer scene which has the same expectation, path by path with the same random
-//! numbers. A row passes if the difference of each tile's mean, plus what it may be wrong by, is below [`BIAS`].
+//! A picture is compared with that of a plainer scene which has the same expectation. A row passes if the difference of each
+//! tile's mean, plus what it may be wrong by, is below [`BIAS`](super::comparison::BIAS).
 
 use super::Effort;
-use crate::stats::{Moments, TileGrid, sidak, two_sided_threshold};
+use super::comparison::{Comparison, FAMILY_RATE, GRID, SIZE};
 use glam::DVec3;
-use restir_host::buffers::SceneBuffers;
+use restir_host::render::Render;
 use restir_host::scene::{
     Camera, Environment, Filter, Light, LightKind, Material, Mesh, Scene, Texture, TextureUse, Volume, Wrap,
 };
-use restir_shared::technique::path;
-use restir_shared::technique::path::{PATH_JITTER, PathParams};
-use std::fmt::Write;
-use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+use restir_host::technique::path::PathSettings;
 
-/// The largest bias, as a share of a tile's mean.
-pub const BIAS: f64 = 0.005;
-/// How often the bound on a comparison's bias is too low.
-const FAMILY_RATE: f64 = 1.0e-3;
-const GRID: TileGrid = TileGrid { width: 16, height: 16, tile: 8 };
 const MAX_DEPTH: u32 = 6;
-const SCALES: [f64; 4] = [1.0e-4, 1.0e-2, 1.0e3, 1.0e5];
+pub(super) const SCALES: [f64; 4] = [1.0e-4, 1.0e-2, 1.0e3, 1.0e5];
 /// Pictures at other scales differ by roundings, so few paths tell; for roughness many are needed.
 const REDUCED_SCALES: [f64; 2] = [1.0e-4, 1.0e5];
 /// From a rough lobe to the last before a delta, and below.
@@ -42,28 +34,6 @@ pub(super) struct Variant {
 
 pub(super) const PLAIN: Variant = Variant { scale: 1.0, roughness: 0.1, grazing: false, exposure: 0 };
 
-/// A picture against a plainer one.
-#[derive(Clone, Debug)]
-pub struct Comparison {
-    /// What is compared.
-    pub name: String,
-    /// Paths a pixel.
-    pub paths: u32,
-    /// The largest difference of a tile's mean in a channel, relative to it.
-    pub difference: f64,
-    /// The same with what it may be wrong by.
-    pub bound: f64,
-    /// Samples that were dropped or are no finite numbers.
-    pub broken: u64,
-}
-
-impl Comparison {
-    /// Whether the bias is known to be below [`BIAS`] and no sample is lost.
-    pub fn passed(&self) -> bool {
-        self.broken == 0 && self.bound <= BIAS
-    }
-}
-
 /// Runs all comparisons.
 ///
 /// # Panics
@@ -73,65 +43,24 @@ pub fn run(effort: Effort) -> Vec<Comparison> {
         Effort::Reduced => (16, &REDUCED_SCALES[..], &[][..]),
         Effort::Full => (2048, &SCALES[..], &ROUGHNESSES[..]),
     };
-    let mut comparisons = Vec::new();
-    for grazing in [false, true] {
-        let plain = Variant { grazing, ..PLAIN };
-        let camera = if grazing { ", camera along the floor" } else { "" };
-        for &scale in scales {
-            let name = format!("lengths x {scale:e}{camera}");
-            comparisons.push(compare(name, Variant { scale, ..plain }, plain, paths));
-        }
-    }
-    let smooth = Variant { roughness: 0.0, ..PLAIN };
-    for &roughness in roughnesses {
-        let name = format!("roughness {roughness} against 0");
-        comparisons.push(compare(name, Variant { roughness, ..PLAIN }, smooth, paths));
-    }
-    comparisons
-}
-
-fn compare(name: String, tested: Variant, reference: Variant, paths: u32) -> Comparison {
-    let [tested, reference] = [tested, reference].map(|v| SceneBuffers::build(&scene(v)).expect("the scene is valid"));
-    let broken = AtomicU64::new(0);
-    let pixel = |buffers: &SceneBuffers, params: &PathParams, x: u32, y: u32, seed: u32| {
-        let pixel = path::pixel(&buffers.view(), &PathParams { seed, ..*params }, x, y);
-        let lost = pixel.dropped != 0.0 || pixel.sum.iter().any(|x| !x.is_finite());
-        broken.fetch_add(u64::from(lost), Relaxed);
-        pixel.sum.map(f64::from)
-    };
-    let [of_tested, of_reference] = [&tested, &reference].map(params);
-    let means = GRID.moments(paths, |seed, x, y| pixel(&reference, &of_reference, x, y, seed));
-    let differences = GRID.moments(paths, |seed, x, y| {
-        let (a, b) = (pixel(&tested, &of_tested, x, y, seed), pixel(&reference, &of_reference, x, y, seed));
-        std::array::from_fn(|channel| a[channel] - b[channel])
-    });
-    let (difference, bound) = largest_difference(&means, &differences);
-    Comparison { name, paths, difference, bound, broken: broken.into_inner() }
-}
-
-/// The largest difference among tiles, relative to their means, and an upper bound on it.
-pub(super) fn largest_difference(means: &[Moments], differences: &[Moments]) -> (f64, f64) {
-    let reach = two_sided_threshold(sidak(FAMILY_RATE, means.len()));
-    let largest = |error: &dyn Fn(f64) -> f64| {
-        let relative = means.iter().zip(differences).map(|(mean, difference)| {
-            let bias = (difference.mean().abs() + error(difference.standard_error())) / mean.mean();
-            if bias.is_finite() { bias } else { f64::INFINITY }
+    let render = Render { count: 1, ..Render::new(SIZE, path()) };
+    let compare = |name, tested, reference| Comparison::new(name, &render, paths, [tested, reference]);
+    let along_the_floor = Variant { grazing: true, ..PLAIN };
+    let lengths =
+        [(PLAIN, ""), (along_the_floor, ", camera along the floor")].into_iter().flat_map(|(plain, camera)| {
+            scales
+                .iter()
+                .map(move |&scale| compare(format!("lengths x {scale:e}{camera}"), Variant { scale, ..plain }, plain))
         });
-        relative.fold(0.0, f64::max)
-    };
-    (largest(&|_| 0.0), largest(&|error| reach * error))
+    let smooth = Variant { roughness: 0.0, ..PLAIN };
+    let rough = roughnesses
+        .iter()
+        .map(|&roughness| compare(format!("roughness {roughness} against 0"), Variant { roughness, ..PLAIN }, smooth));
+    lengths.chain(rough).collect()
 }
 
-fn params(buffers: &SceneBuffers) -> PathParams {
-    PathParams {
-        scene: buffers.header,
-        camera: buffers.camera.params(GRID.width, GRID.height),
-        width: GRID.width,
-        height: GRID.height,
-        max_depth: MAX_DEPTH,
-        flags: PATH_JITTER,
-        ..PathParams::default()
-    }
+fn path() -> PathSettings {
+    PathSettings { max_depth: MAX_DEPTH, jitter: true, ..PathSettings::default() }
 }
 
 /// A room that is open to the viewer, with every kind of light and material.
@@ -249,10 +178,7 @@ mean in a channel, relative to it, and an upper bound on the bias, which is too 
 | variant | paths a pixel | difference | bound | allowed | dropped or not finite |\n|---|---:|---:|---:|---:|---:|\n",
         GRID.width, GRID.height
     );
-    for Comparison { name, paths, difference, bound, broken } in comparisons {
-        writeln!(text, "| {name} | {paths} | {difference:.1e} | {bound:.1e} | {BIAS:.0e} | {broken} |")
-            .expect("a String takes all text");
-    }
+    text.extend(comparisons.iter().map(|comparison| format!("{comparison}\n")));
     text
 }
 
@@ -263,7 +189,8 @@ mod tests {
     /// Light or material that does not scale along.
     #[test]
     fn a_wrong_scene_fails() {
-        let smooth = Variant { roughness: 0.0, ..PLAIN };
-        assert!(!compare("rough".to_owned(), Variant { roughness: 0.3, ..PLAIN }, smooth, 64).passed());
+        let render = Render { count: 1, ..Render::new(SIZE, path()) };
+        let [rough, smooth] = [0.3, 0.0].map(|roughness| Variant { roughness, ..PLAIN });
+        assert!(!Comparison::new("rough".to_owned(), &render, 64, [rough, smooth]).passed());
     }
 }

@@ -1,13 +1,13 @@
 //! The rows of `cargo xtask stress`, on fewer random inputs.
 
 use libtest_mimic::Failed;
-use restir_tests::stress::{Axis, Effort, Expected, Finding, Row, frames, run, scenes};
+use restir_tests::stress::{Axis, Effort, Expected, Finding, Function, Row, frames, run, scenes};
 use restir_tests::suite::ensure;
 
 pub(crate) fn ends_of_ranges_hold() -> Result<(), Failed> {
     let mut wrong = Vec::new();
-    for (row, finding) in run(Effort::Reduced).into_iter().flat_map(|(_, rows)| rows) {
-        let (Row { name, tolerance, .. }, Finding { inputs, near, worst, worst_at, .. }) = (&row, &finding);
+    for (finding, Row { function, tolerance, .. }) in run(Effort::Reduced).into_iter().flat_map(|(_, rows)| rows) {
+        let (name, Finding { inputs, near, worst, worst_at, .. }) = (function.name, &finding);
         println!("{name}: {worst:.1e} of {tolerance:.0e} on {inputs} inputs, but for {near} explained");
         if !finding.passed() {
             wrong.push(format!("{name}: {worst:.1e} at {worst_at:?}, allowed {tolerance:e}; {near} explained"));
@@ -37,34 +37,21 @@ pub(crate) fn frames_hold_at_their_ends() -> Result<(), Failed> {
 /// The textbook's forms, which cancel.
 pub(crate) fn forms_that_cancel_are_seen() -> Result<(), Failed> {
     let depth = [("u", Axis::Unit), ("optical depth", Axis::Log(1.0e-12, 1.0e6))];
-    let bounded: fn(&[f64]) -> Vec<Expected> = |p| vec![Expected::relative(-(p[0] * (-p[1]).exp_m1()).ln_1p() / p[1])];
-    let naive = Row::new(
-        "bounded exponential by 1 - exp(-x)",
-        &depth,
-        |p| {
-            let (u, depth) = (p[0], p[1]);
-            vec![-restir_shared::num::ln(1.0 - u * (1.0 - restir_shared::num::exp(-depth))) / depth]
-        },
-        bounded,
-    );
-    let end = Row::new(
-        "bounded exponential without care for its end",
-        &depth,
-        |p| {
-            // the product is rounded, the logarithm is not
-            let product = p[0] * f64::from(-p[1]).exp_m1() as f32;
-            vec![(-f64::from(product).ln_1p() / f64::from(p[1])) as f32]
-        },
-        bounded,
-    );
-    let narrow = Row::new(
-        "depth of a cone by its cosine",
-        &[("u", Axis::Unit), ("versine", Axis::Log(1.0e-12, 2.0))],
-        |p| vec![1.0 - (1.0 - p[0] * p[1])],
-        |p| vec![Expected::relative(p[0] * p[1])],
-    );
-    for row in [naive, end, narrow] {
-        ensure(!row.run(Effort::Reduced).passed(), || format!("passes: {}", row.name))?;
+    let bounded = |p: &[f64]| [Expected::relative(-(p[0] * (-p[1]).exp_m1()).ln_1p() / p[1])];
+    let naive = Function::new("bounded exponential by 1 - exp(-x)", &depth, |p| {
+        let (u, depth) = (p[0], p[1]);
+        [-restir_shared::num::ln(1.0 - u * (1.0 - restir_shared::num::exp(-depth))) / depth]
+    });
+    let end = Function::new("bounded exponential without care for its end", &depth, |p| {
+        // the product is rounded, the logarithm is not
+        let product = p[0] * f64::from(-p[1]).exp_m1() as f32;
+        [(-f64::from(product).ln_1p() / f64::from(p[1])) as f32]
+    });
+    let cone = [("u", Axis::Unit), ("versine", Axis::Log(1.0e-12, 2.0))];
+    let narrow = Function::new("depth of a cone by its cosine", &cone, |p| [1.0 - (1.0 - p[0] * p[1])]);
+    let narrow = narrow.against(|p| [Expected::relative(p[0] * p[1])]);
+    for row in [naive.against(bounded), end.against(bounded), narrow] {
+        ensure(!row.run(Effort::Reduced).passed(), || format!("passes: {}", row.function.name))?;
     }
     Ok(())
 }

@@ -11,15 +11,13 @@ use rspirv::dr::{Instruction, Module, Operand};
 use rspirv::spirv::{Decoration, ExecutionMode, GlslStd450Op, MemoryModel, Op, Word};
 
 use super::ext_inst;
-use super::module::{decorations, entry_name, globals, id_operand, literal_operand, parse, string_operand};
+use super::module::{decorations, id_operand, literal_operand, string_operand};
 
 /// Something in a module that breaks the contract.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Violation {
-    /// Name of the entry point.
-    pub kernel: String,
-    /// The instruction, without the prefix `Op`.
-    pub opcode: String,
+    /// Of the instruction.
+    pub opcode: Op,
     /// Its result id, or the id that it refers to.
     pub id: Option<Word>,
     /// What is wrong and what to do.
@@ -28,65 +26,46 @@ pub struct Violation {
 
 impl fmt::Display for Violation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "kernel `{}`: Op{}", self.kernel, self.opcode)?;
-        if let Some(id) = self.id {
-            write!(f, " %{id}")?;
-        }
-        write!(f, ": {}", self.reason)
+        let id = self.id.map(|id| format!(" %{id}")).unwrap_or_default();
+        write!(f, "Op{:?}{id}: {}", self.opcode, self.reason)
     }
 }
 
-/// Checks the binary of an `exact` module against the numeric contract.
-pub fn check_exact(bytes: &[u8]) -> Result<(), Vec<Violation>> {
-    let module = parse(bytes)
-        .map_err(|reason| vec![Violation { kernel: "?".to_owned(), opcode: "Nop".to_owned(), id: None, reason }])?;
-    let violations = check_module(&module);
-    if violations.is_empty() { Ok(()) } else { Err(violations) }
+/// Checks an `exact` module against the numeric contract.
+pub fn check(module: &Module) -> Vec<Violation> {
+    let context = Context::new(module);
+    let instructions = module.all_inst_iter().filter_map(|instruction| {
+        let opcode = instruction.class.opcode;
+        let reason = if is_permitted("Op", opcode) {
+            operand_problem(instruction).or_else(|| context.problem(instruction))?
+        } else {
+            why_forbidden(opcode).to_owned()
+        };
+        Some(Violation { opcode, id: instruction.result_id.or_else(|| id_operand(instruction, 0)), reason })
+    });
+    let missing = missing(module).into_iter().map(|(opcode, reason)| Violation { opcode, id: None, reason });
+    instructions.chain(missing).collect()
 }
 
-/// As [`check_exact`], for a parsed module.
-pub fn check_module(module: &Module) -> Vec<Violation> {
-    let mut checker = Checker::new(module);
-    module.all_inst_iter().for_each(|instruction| checker.instruction(instruction));
-    checker.header(module);
-    checker.violations
-}
-
-struct Checker {
-    kernel: String,
+/// What instructions refer to.
+struct Context {
     decorated: HashSet<Word>,
     glsl: HashSet<Word>,
     zeros: HashSet<Word>,
-    violations: Vec<Violation>,
 }
 
-impl Checker {
+impl Context {
     fn new(module: &Module) -> Self {
         let glsl = module.ext_inst_imports.iter().filter(|i| string_operand(i, 0) == Some(ext_inst::GLSL));
         Self {
-            kernel: entry_name(module),
             decorated: decorations(module).filter(|d| d.1 == Decoration::NoContraction).map(|d| d.0).collect(),
             glsl: glsl.filter_map(|i| i.result_id).collect(),
             zeros: zeros(module),
-            violations: Vec::new(),
-        }
-    }
-
-    fn instruction(&mut self, instruction: &Instruction) {
-        let opcode = instruction.class.opcode;
-        let problem = if is_permitted("Op", opcode) {
-            operand_problem(instruction).or_else(|| self.context_problem(instruction))
-        } else {
-            Some(why_forbidden(opcode).to_owned())
-        };
-        if let Some(reason) = problem {
-            let id = instruction.result_id.or_else(|| id_operand(instruction, 0));
-            self.violation(opcode, id, reason);
         }
     }
 
     /// What depends on the rest of the module.
-    fn context_problem(&self, instruction: &Instruction) -> Option<String> {
+    fn problem(&self, instruction: &Instruction) -> Option<String> {
         match instruction.class.opcode {
             Op::FAdd | Op::FSub | Op::FMul | Op::FNegate | Op::VectorTimesScalar => {
                 let decorated = instruction.result_id.is_some_and(|id| self.decorated.contains(&id));
@@ -116,58 +95,44 @@ impl Checker {
                 .to_owned()
         })
     }
-
-    /// What must be present.
-    fn header(&mut self, module: &Module) {
-        let model = module.memory_model.as_ref().and_then(|i| i.operands.get(1));
-        if model != Some(&Operand::MemoryModel(MemoryModel::GLSL450)) {
-            self.violation(Op::MemoryModel, None, "the memory model must be GLSL450".to_owned());
-        }
-        for mode in [ExecutionMode::RoundingModeRTE, ExecutionMode::SignedZeroInfNanPreserve] {
-            let present = module
-                .execution_modes
-                .iter()
-                .any(|i| i.operands.get(1) == Some(&Operand::ExecutionMode(mode)) && literal_operand(i, 2) == Some(32));
-            if !present {
-                self.violation(Op::ExecutionMode, None, format!("{mode:?} 32 is missing"));
-            }
-        }
-        if module.entry_points.len() != 1 {
-            let reason = format!("{} entry points instead of one", module.entry_points.len());
-            self.violation(Op::EntryPoint, None, reason);
-        }
-    }
-
-    fn violation(&mut self, opcode: Op, id: Option<Word>, reason: String) {
-        let opcode = format!("{opcode:?}");
-        self.violations.push(Violation { kernel: self.kernel.clone(), opcode, id, reason });
-    }
 }
 
-/// Constants that hold a zero: scalars of either sign, and vectors with such a component.
+/// What must be present and is not.
+fn missing(module: &Module) -> Vec<(Op, String)> {
+    let mut missing = Vec::new();
+    let model = module.memory_model.as_ref().and_then(|i| i.operands.get(1));
+    if model != Some(&Operand::MemoryModel(MemoryModel::GLSL450)) {
+        missing.push((Op::MemoryModel, "the memory model must be GLSL450".to_owned()));
+    }
+    for mode in [ExecutionMode::RoundingModeRTE, ExecutionMode::SignedZeroInfNanPreserve] {
+        let operands = [Operand::ExecutionMode(mode), Operand::LiteralBit32(32)];
+        if !module.execution_modes.iter().any(|i| i.operands.get(1..) == Some(&operands)) {
+            missing.push((Op::ExecutionMode, format!("{mode:?} 32 is missing")));
+        }
+    }
+    if module.entry_points.len() != 1 {
+        missing.push((Op::EntryPoint, format!("{} entry points instead of one", module.entry_points.len())));
+    }
+    missing
+}
+
+/// Constants that hold a zero: scalars of either sign, and vectors with such a component. What they are made of stands
+/// before them.
 fn zeros(module: &Module) -> HashSet<Word> {
-    let globals = globals(module);
-    let is_float = |ty: Option<Word>| {
-        let component = |i: &Instruction| match i.class.opcode {
-            Op::TypeVector => id_operand(i, 0),
-            _ => i.result_id,
+    let (mut floats, mut zeros) = (HashSet::new(), HashSet::new());
+    for instruction in &module.types_global_values {
+        let of = |set: &HashSet<Word>| {
+            instruction.operands.iter().any(|o| matches!(o, Operand::IdRef(id) if set.contains(id)))
         };
-        ty.and_then(|ty| component(globals.get(&ty)?))
-            .and_then(|ty| globals.get(&ty))
-            .is_some_and(|i| i.class.opcode == Op::TypeFloat)
-    };
-    let mut zeros = HashSet::new();
-    for constant in module.types_global_values.iter().filter(|i| is_float(i.result_type)) {
-        let is_zero = match constant.class.opcode {
-            Op::Constant => literal_operand(constant, 0).is_some_and(|bits| bits & 0x7fff_ffff == 0),
-            Op::ConstantNull => true,
-            // constants stand before what they are parts of
-            Op::ConstantComposite => {
-                (0..constant.operands.len()).any(|at| id_operand(constant, at).is_some_and(|id| zeros.contains(&id)))
-            }
-            _ => false,
-        };
-        zeros.extend(constant.result_id.filter(|_| is_zero));
+        match instruction.class.opcode {
+            Op::TypeFloat => floats.extend(instruction.result_id),
+            Op::TypeVector if of(&floats) => floats.extend(instruction.result_id),
+            _ if !instruction.result_type.is_some_and(|ty| floats.contains(&ty)) => {}
+            Op::Constant if literal_operand(instruction, 0).is_none_or(|bits| bits & 0x7fff_ffff != 0) => {}
+            Op::ConstantComposite if !of(&zeros) => {}
+            Op::Constant | Op::ConstantNull | Op::ConstantComposite => zeros.extend(instruction.result_id),
+            _ => {}
+        }
     }
     zeros
 }
@@ -205,12 +170,8 @@ fn is_float(opcode: Op) -> bool {
 /// The kinds and names of the list.
 static PERMITTED: LazyLock<HashSet<(&str, &str)>> = LazyLock::new(|| {
     let lines = include_str!("permitted.txt").lines().filter(|line| !line.starts_with('#'));
-    let words = lines.map(str::split_whitespace);
-    words
-        .flat_map(|mut words| {
-            words.next().into_iter().flat_map(move |kind| words.clone().map(move |name| (kind, name)))
-        })
-        .collect()
+    let lines = lines.filter_map(|line| line.split_once(char::is_whitespace));
+    lines.flat_map(|(kind, names)| names.split_whitespace().map(move |name| (kind, name))).collect()
 });
 
 /// Whether the list has something, which is named as `rspirv` shows it.

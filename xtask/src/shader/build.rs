@@ -7,11 +7,11 @@ use restir_kernels::KernelDesc;
 
 use super::cargo_files::LockFile;
 use super::digest::source_digest;
-use super::flavour::Flavour;
+use super::flavour::{Entry, Flavour};
 use super::manifest::{KernelRecord, Manifest};
 use super::pipeline::{self, Modules};
 use super::toolchain::{Identity, Toolchain};
-use super::workspace::{MANIFEST, Workspace, module_path};
+use super::workspace::{MANIFEST, Workspace};
 use super::{install, limits, publish, verify};
 use crate::Error;
 
@@ -40,17 +40,19 @@ pub(super) fn run(workspace: &Workspace, install_toolchain: bool) -> Result<(), 
     Ok(())
 }
 
-/// What is wrong with freshly built modules.
-pub(super) fn findings(built: &BTreeMap<Flavour, Modules>, kernels: &[&KernelDesc]) -> Vec<String> {
+/// What is wrong with modules, those that are missing or too many included.
+pub(super) fn findings(modules: &Modules, kernels: &[&KernelDesc]) -> Vec<String> {
     let mut findings = Vec::new();
-    for (&flavour, modules) in built {
-        findings.extend(verify::compare_entries(modules.keys().map(String::as_str), flavour, kernels));
-        for kernel in kernels {
-            if let Some(bytes) = modules.get(kernel.name) {
-                findings.extend(verify::verify(bytes, flavour, kernel));
-            }
+    for (entry, bytes) in modules {
+        match kernels.iter().find(|kernel| kernel.name == entry.kernel) {
+            Some(kernel) => findings.extend(verify::verify(entry, bytes, kernel)),
+            None => findings.push(format!("{entry}: there is a module, but no kernel of this name is listed")),
         }
     }
+    let expected =
+        Flavour::ALL.into_iter().flat_map(|flavour| kernels.iter().map(move |k| Entry::new(flavour, k.name)));
+    let missing = expected.filter(|entry| !modules.contains_key(entry));
+    findings.extend(missing.map(|entry| format!("{entry}: the kernel is listed, but there is no module for it")));
     findings
 }
 
@@ -58,24 +60,20 @@ fn describe(
     workspace: &Workspace,
     toolchain: Identity,
     source_digest: String,
-    built: &BTreeMap<Flavour, Modules>,
+    built: &Modules,
 ) -> Result<Manifest, Error> {
     let lock = LockFile::read(workspace.root())?;
     let version = |name: &str| (name.to_owned(), lock.version(name).unwrap_or("unknown").to_owned());
-    let mut kernels = BTreeMap::new();
-    for (name, exact) in &built[&Flavour::Exact] {
-        let record = KernelRecord::new(exact, &built[&Flavour::Fast][name]).map_err(Error::Failed)?;
-        kernels.insert(name.clone(), record);
-    }
+    let module = |flavour, name| &built[&Entry::new(flavour, name)];
+    let record = |name| KernelRecord::new(module(Flavour::Exact, name), module(Flavour::Fast, name));
+    let kernels = restir_kernels::all().into_iter().map(|kernel| Ok((kernel.name.to_owned(), record(kernel.name)?)));
+    let kernels = kernels.collect::<Result<_, _>>().map_err(Error::Failed)?;
     Ok(Manifest { toolchain, tools: TOOLS.map(version).into(), source_digest, kernels })
 }
 
-fn files(built: &BTreeMap<Flavour, Modules>, manifest: &Manifest) -> Result<BTreeMap<PathBuf, Vec<u8>>, Error> {
-    let modules = built.iter().flat_map(|(&flavour, modules)| {
-        modules.iter().map(move |(name, bytes)| (module_path(flavour, name), bytes.clone()))
-    });
-    let manifest = (PathBuf::from(MANIFEST), manifest.to_json()?.into_bytes());
-    Ok(modules.chain([manifest]).collect())
+fn files(built: &Modules, manifest: &Manifest) -> Result<BTreeMap<PathBuf, Vec<u8>>, Error> {
+    let modules = built.iter().map(|(entry, bytes)| (entry.path(), bytes.clone()));
+    Ok(modules.chain([(MANIFEST.into(), manifest.to_json()?.into_bytes())]).collect())
 }
 
 /// A table of sizes, one line a kernel, with how many operations more each might have.

@@ -5,16 +5,16 @@
 //! toolchain the entry points are compared; without one, nothing is compiled. `--require-rebuild` takes nothing less than
 //! the bytes.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::fmt;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use super::digest::source_digest;
-use super::flavour::Flavour;
+use super::digest::{portable_name, source_digest};
+use super::flavour::{Entry, Flavour};
 use super::manifest::{Manifest, ModuleRecord, hash};
 use super::pipeline::{self, Modules};
 use super::toolchain::{Identity, Toolchain};
-use super::workspace::{MANIFEST, Workspace, module_path};
+use super::workspace::{MANIFEST, Workspace};
 use super::{build, publish, tools};
 use crate::Error;
 
@@ -23,7 +23,7 @@ pub struct Committed {
     /// The manifest.
     pub manifest: Manifest,
     /// The modules that the manifest lists, as far as their files are there.
-    pub modules: BTreeMap<Flavour, Modules>,
+    pub modules: Modules,
     /// Findings as sentences.
     pub findings: Vec<String>,
 }
@@ -33,21 +33,20 @@ pub(super) fn run(workspace: &Workspace, require_rebuild: bool) -> Result<(), Er
     let mut committed = examine(workspace)?;
     let toolchain = Toolchain::find()?;
     if toolchain.is_some() || tools::are_installed() {
-        let findings = validate(&committed.modules)?;
-        committed.findings.extend(findings);
+        for (entry, bytes) in &committed.modules {
+            committed.findings.extend(tools::validate(bytes)?.map(|finding| format!("{entry}: {finding}")));
+        }
     } else {
         println!("no SPIRV-Tools: the modules were not validated with spirv-val");
     }
-    let scope = match toolchain {
-        Some(toolchain) => {
-            let identity = toolchain.identity()?;
-            let built = pipeline::build(workspace, &toolchain)?;
-            let (scope, findings) = compare_rebuild(&identity, &built, &committed);
-            committed.findings.extend(findings);
-            scope
-        }
-        None => Scope::Hashes,
-    };
+    let mut scope = Scope::Hashes;
+    if let Some(toolchain) = toolchain {
+        let identity = toolchain.identity()?;
+        let built = pipeline::build(workspace, &toolchain)?;
+        let findings;
+        (scope, findings) = compare_rebuild(&identity, &built, &committed);
+        committed.findings.extend(findings);
+    }
     print!("{}", build::summary(&committed.manifest));
     println!("{scope}");
     let reached = require(&scope, require_rebuild);
@@ -78,7 +77,7 @@ impl fmt::Display for Scope {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Hashes => {
-                f.write_str("no toolchain: hashes and source digest were compared, the bytes were not rebuilt")
+                write!(f, "no toolchain: hashes and source digest were compared, the bytes were not rebuilt")
             }
             Self::Bytes { id } => write!(f, "toolchain {id}, that of the manifest: rebuilt and compared byte for byte"),
             Self::Entries { id, manifest } => write!(
@@ -119,7 +118,8 @@ fn judge(committed: &Committed) -> Result<(), Error> {
 pub fn examine(workspace: &Workspace) -> Result<Committed, Error> {
     let manifest = Manifest::read(&workspace.spirv())?;
     let files = publish::read_files(&workspace.spirv())?;
-    let modules = modules_of(&manifest, &files);
+    let module = |entry: Entry| files.get(&entry.path()).map(|bytes| (entry, bytes.clone()));
+    let modules = entries(&manifest).filter_map(module).collect();
     let mut findings = compare_files(&manifest, &files);
     findings.extend(build::findings(&modules, &restir_kernels::all()));
     if source_digest(workspace)? != manifest.source_digest {
@@ -129,86 +129,45 @@ pub fn examine(workspace: &Workspace) -> Result<Committed, Error> {
 }
 
 /// Compares fresh modules with the committed ones. Gives what the comparison is worth, and its findings.
-pub fn compare_rebuild(
-    identity: &Identity,
-    built: &BTreeMap<Flavour, Modules>,
-    committed: &Committed,
-) -> (Scope, Vec<String>) {
-    let theirs = &committed.manifest.toolchain;
+pub fn compare_rebuild(identity: &Identity, built: &Modules, committed: &Committed) -> (Scope, Vec<String>) {
+    let (old, manifest) = (&committed.modules, &committed.manifest.toolchain);
+    let missing = built.keys().filter(|entry| !old.contains_key(entry));
+    let extra = old.keys().filter(|entry| !built.contains_key(entry));
+    let mut findings: Vec<String> = missing.map(|entry| format!("{entry}: built, but not committed")).collect();
+    findings.extend(extra.map(|entry| format!("{entry}: committed, but not built any more")));
     let id = identity.id.clone();
-    if identity == theirs {
-        return (Scope::Bytes { id }, compare_bytes(built, &committed.modules));
+    if identity != manifest {
+        return (Scope::Entries { id, manifest: manifest.id.clone() }, findings);
     }
-    let manifest = theirs.id.clone();
-    (Scope::Entries { id, manifest }, compare_entries(built, &committed.modules))
+    let different = built.iter().filter(|(entry, bytes)| old.get(entry).is_some_and(|old| old != *bytes));
+    findings.extend(different.map(|(entry, _)| format!("{entry}: a rebuild gives other bytes")));
+    (Scope::Bytes { id }, findings)
 }
 
 /// Compares the files with the manifest: none missing, none more, none different.
 fn compare_files(manifest: &Manifest, committed: &BTreeMap<PathBuf, Vec<u8>>) -> Vec<String> {
     let mut findings = Vec::new();
     let mut expected = vec![PathBuf::from(MANIFEST)];
-    for (name, record) in &manifest.kernels {
-        for flavour in Flavour::ALL {
-            let path = module_path(flavour, name);
-            match committed.get(&path) {
-                None => findings.push(format!("{flavour}/{name}: the file is missing")),
-                Some(bytes) if hash(bytes) != record.module(flavour).blake3 => {
-                    findings.push(format!("{flavour}/{name}: the file is not the one in the manifest"));
-                }
-                Some(bytes) if ModuleRecord::new(bytes).as_ref() != Ok(record.module(flavour)) => {
-                    findings.push(format!("{flavour}/{name}: the manifest does not describe the file"));
-                }
-                Some(_) => {}
+    for entry in entries(manifest) {
+        let record = manifest.kernels[&entry.kernel].module(entry.flavour);
+        match committed.get(&entry.path()) {
+            None => findings.push(format!("{entry}: the file is missing")),
+            Some(bytes) if hash(bytes) != record.blake3 => {
+                findings.push(format!("{entry}: the file is not the one in the manifest"));
             }
-            expected.push(path);
+            Some(bytes) if ModuleRecord::new(bytes).as_ref() != Ok(record) => {
+                findings.push(format!("{entry}: the manifest does not describe the file"));
+            }
+            Some(_) => {}
         }
+        expected.push(entry.path());
     }
     let stray = committed.keys().filter(|path| !expected.contains(path));
-    findings.extend(stray.map(|path| format!("{}: the file is not in the manifest", display(path))));
+    findings.extend(stray.map(|path| format!("{}: the file is not in the manifest", portable_name(path))));
     findings
 }
 
-fn display(path: &Path) -> String {
-    path.iter().map(|part| part.to_string_lossy()).collect::<Vec<_>>().join("/")
-}
-
-fn modules_of(manifest: &Manifest, committed: &BTreeMap<PathBuf, Vec<u8>>) -> BTreeMap<Flavour, Modules> {
-    let modules = |flavour| -> Modules {
-        let find = |name: &String| Some((name.clone(), committed.get(&module_path(flavour, name))?.clone()));
-        manifest.kernels.keys().filter_map(find).collect()
-    };
-    Flavour::ALL.map(|flavour| (flavour, modules(flavour))).into()
-}
-
-fn validate(modules: &BTreeMap<Flavour, Modules>) -> Result<Vec<String>, Error> {
-    let mut findings = Vec::new();
-    for (flavour, modules) in modules {
-        for (name, bytes) in modules {
-            findings.extend(tools::validate(bytes)?.map(|finding| format!("{flavour}/{name}: {finding}")));
-        }
-    }
-    Ok(findings)
-}
-
-fn compare_bytes(built: &BTreeMap<Flavour, Modules>, committed: &BTreeMap<Flavour, Modules>) -> Vec<String> {
-    let mut findings = compare_entries(built, committed);
-    for (flavour, modules) in built {
-        let old = committed.get(flavour);
-        for (name, bytes) in modules {
-            if old.and_then(|old| old.get(name)).is_some_and(|old| old != bytes) {
-                findings.push(format!("{flavour}/{name}: a rebuild gives other bytes"));
-            }
-        }
-    }
-    findings
-}
-
-fn compare_entries(built: &BTreeMap<Flavour, Modules>, committed: &BTreeMap<Flavour, Modules>) -> Vec<String> {
-    let entries = |modules: &BTreeMap<Flavour, Modules>| -> BTreeSet<String> {
-        modules.iter().flat_map(|(f, modules)| modules.keys().map(move |name| format!("{f}/{name}"))).collect()
-    };
-    let (new, old) = (entries(built), entries(committed));
-    let missing = new.difference(&old).map(|entry| format!("{entry}: built, but not committed"));
-    let extra = old.difference(&new).map(|entry| format!("{entry}: committed, but not built any more"));
-    missing.chain(extra).collect()
+/// What the manifest lists.
+fn entries(manifest: &Manifest) -> impl Iterator<Item = Entry> {
+    manifest.kernels.keys().flat_map(|name| Flavour::ALL.map(|flavour| Entry::new(flavour, name)))
 }

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, Command, Stdio};
 use std::thread::JoinHandle;
 
+use serde::{Deserialize, Serialize};
 use spirv_builder::{ModuleResult, SpirvBuilder, SpirvMetadata};
 
 use super::flavour::Flavour;
@@ -19,29 +20,22 @@ use crate::Error;
 const TARGET: &str = "spirv-unknown-vulkan1.2";
 
 /// One build of the kernel crate.
-#[derive(Clone, Debug, clap::Args)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Job {
     /// The kernel crate.
-    #[arg(long)]
-    pub kernels: PathBuf,
+    kernels: PathBuf,
     /// The rustup toolchain.
-    #[arg(long)]
-    pub channel: String,
+    channel: String,
     /// The backend library.
-    #[arg(long)]
-    pub backend: PathBuf,
+    backend: PathBuf,
     /// Name of the build in messages.
-    #[arg(long)]
-    pub name: String,
+    name: String,
     /// The target directory. Builds with other features need another one: their outputs have the same names.
-    #[arg(long)]
-    pub target: PathBuf,
+    target: PathBuf,
     /// Features of the kernel crate.
-    #[arg(long)]
-    pub feature: Vec<String>,
+    features: Vec<String>,
     /// Where to write the list of modules, as JSON from entry point to path.
-    #[arg(long)]
-    pub list: PathBuf,
+    list: PathBuf,
 }
 
 impl Job {
@@ -53,57 +47,48 @@ impl Job {
         features: &[&str],
         list: PathBuf,
     ) -> Self {
-        let feature = flavour.feature().iter().chain(features).map(|&f| f.to_owned()).collect();
-        let name = [flavour.name()].iter().chain(features).copied().collect::<Vec<_>>().join("-");
+        let name = features.iter().fold(flavour.to_string(), |name, feature| format!("{name}-{feature}"));
         let target = workspace.target().join("shaders").join(&name);
-        let (channel, backend) = (toolchain.channel.clone(), toolchain.backend.clone());
-        Self { kernels: workspace.kernels(), channel, backend, name, target, feature, list }
+        let fast = (flavour == Flavour::Fast).then_some("fast");
+        let features = fast.iter().chain(features).map(|&f| f.to_owned()).collect();
+        let Toolchain { channel, backend } = toolchain.clone();
+        Self { kernels: workspace.kernels(), channel, backend, name, target, features, list }
     }
 
-    /// The part of the work that runs in the child.
-    pub fn run(&self) -> Result<(), Error> {
-        let mut builder = SpirvBuilder::new(&self.kernels, TARGET)
-            .rustc_codegen_spirv_location(&self.backend)
-            .shader_crate_features(self.feature.iter().cloned())
-            .target_dir_path(&self.target)
+    /// The part of the work that runs in the child, which gets the job as JSON.
+    pub fn run(job: &str) -> Result<(), Error> {
+        let job: Self = serde_json::from_str(job).map_err(|e| Error::Environment(format!("that is no job: {e}")))?;
+        let mut builder = SpirvBuilder::new(job.kernels, TARGET)
+            .rustc_codegen_spirv_location(job.backend)
+            .shader_crate_features(job.features)
+            .target_dir_path(job.target)
             .spirv_metadata(SpirvMetadata::None)
             .multimodule(true)
             // The backend's own optimiser would run before the post-pass can decorate anything.
             .extra_arg("--no-spirv-opt");
-        builder.toolchain_overwrite = Some(self.channel.clone());
+        builder.toolchain_overwrite = Some(job.channel);
         builder.build_script.defaults = false;
         let built = builder.build().map_err(|e| Error::Failed(format!("the kernels do not compile: {e}")))?;
         let ModuleResult::MultiModule(modules) = built.module else {
             return Err(Error::Failed("rust-gpu gave one module instead of one an entry point".to_owned()));
         };
-        let text = serde_json::to_string(&modules).map_err(|e| Error::Failed(e.to_string()))?;
-        std::fs::write(&self.list, text).map_err(Error::io("write", &self.list))
+        std::fs::write(&job.list, json(&modules)?).map_err(Error::io("write", &job.list))
     }
 
     /// Starts the child.
     pub fn start(self) -> Result<Running, Error> {
         let program = std::env::current_exe().map_err(Error::io("find", Path::new("this program")))?;
         let mut child = self
-            .command(&program)
+            .command(&program)?
             .spawn()
             .map_err(|e| Error::Environment(format!("cannot run {}: {e}", program.display())))?;
         let relay = child.stderr.take().map(|stderr| relay(self.name.clone(), stderr));
         Ok(Running { job: self, child, relay })
     }
 
-    fn command(&self, program: &Path) -> Command {
+    fn command(&self, program: &Path) -> Result<Command, Error> {
         let mut command = Command::new(program);
-        command.args(["shader", "compile", "--channel", &self.channel, "--name", &self.name]);
-        let paths = [
-            ("--kernels", &self.kernels),
-            ("--backend", &self.backend),
-            ("--target", &self.target),
-            ("--list", &self.list),
-        ];
-        for (name, path) in paths {
-            command.arg(name).arg(path);
-        }
-        command.args(self.feature.iter().flat_map(|f| ["--feature", f]));
+        command.args(["shader", "compile", &json(self)?]);
         // The backend recurses deeply over large functions.
         command.env("RUST_MIN_STACK", (64 << 20).to_string());
         // The lock file decides the bytes, and nothing from a user's environment may.
@@ -111,8 +96,21 @@ impl Job {
         command.env_remove("RUSTGPU_CODEGEN_ARGS").env_remove("RUSTGPU_RUSTFLAGS");
         command.env("CARGO_TERM_PROGRESS_WHEN", "never");
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
-        command
+        Ok(command)
     }
+
+    fn modules(&self) -> Result<BTreeMap<String, Vec<u8>>, Error> {
+        let text = std::fs::read_to_string(&self.list).map_err(Error::io("read", &self.list))?;
+        let paths: BTreeMap<String, PathBuf> = serde_json::from_str(&text)
+            .map_err(|e| Error::Failed(format!("{} is not a list of modules: {e}", self.list.display())))?;
+        let read =
+            |(name, path): (String, PathBuf)| Ok((name, std::fs::read(&path).map_err(Error::io("read", &path))?));
+        paths.into_iter().map(read).collect()
+    }
+}
+
+fn json(value: &impl Serialize) -> Result<String, Error> {
+    serde_json::to_string(value).map_err(|e| Error::Environment(format!("it cannot be written as JSON: {e}")))
 }
 
 /// A build in progress.
@@ -132,19 +130,6 @@ impl Running {
             Ok(status) if status.success() => self.job.modules(),
             _ => Err(Error::Failed(format!("the build `{}` of the kernels failed, see above", self.job.name))),
         }
-    }
-}
-
-impl Job {
-    fn modules(&self) -> Result<BTreeMap<String, Vec<u8>>, Error> {
-        let text = std::fs::read_to_string(&self.list).map_err(Error::io("read", &self.list))?;
-        let paths: BTreeMap<String, PathBuf> = serde_json::from_str(&text)
-            .map_err(|e| Error::Failed(format!("{} is not a list of modules: {e}", self.list.display())))?;
-        let read = |(name, path): (String, PathBuf)| match std::fs::read(&path) {
-            Ok(bytes) => Ok((name, bytes)),
-            Err(source) => Err(Error::Io { action: "read", path, source }),
-        };
-        paths.into_iter().map(read).collect()
     }
 }
 
@@ -181,7 +166,7 @@ mod tests {
         let job =
             |flavour, features: &[&str]| Job::new(&Workspace::new("."), &toolchain, flavour, features, "list".into());
         let probe = job(Flavour::Fast, &["size-probe"]);
-        assert_eq!(probe.feature, ["fast", "size-probe"]);
+        assert_eq!(probe.features, ["fast", "size-probe"]);
         assert!(probe.target.ends_with("shaders/fast-size-probe"));
         assert!(job(Flavour::Exact, &[]).target.ends_with("shaders/exact"));
     }

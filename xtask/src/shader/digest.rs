@@ -4,10 +4,11 @@
 //! the workspace sets for these crates, and the locked version of each crate that is compiled for the device. It does not depend on where the repository lies
 //! or on how its lines end.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::cargo_files::{LockFile, workspace_settings};
+use super::publish::read_files;
 use super::workspace::Workspace;
 use crate::Error;
 
@@ -20,8 +21,7 @@ const STEPS: [&str; 3] = ["compile.rs", "post.rs", "tools.rs"];
 pub fn source_digest(workspace: &Workspace) -> Result<String, Error> {
     let root = workspace.root();
     let mut hasher = blake3::Hasher::new();
-    for file in source_files(root)? {
-        let text = std::fs::read(root.join(&file)).map_err(Error::io("read", &root.join(&file)))?;
+    for (file, text) in source_files(root)? {
         entry(&mut hasher, &portable_name(&file), &unix_lines(&text));
     }
     for line in workspace_settings(root, &CRATES)? {
@@ -41,31 +41,24 @@ fn entry(hasher: &mut blake3::Hasher, name: &str, contents: &[u8]) {
     }
 }
 
-fn source_files(root: &Path) -> Result<BTreeSet<PathBuf>, Error> {
-    let mut files = BTreeSet::new();
+fn source_files(root: &Path) -> Result<BTreeMap<PathBuf, Vec<u8>>, Error> {
+    let mut files = BTreeMap::new();
     for name in CRATES {
-        files.insert(Path::new(name).join("Cargo.toml"));
-        collect(root, &Path::new(name).join("src"), &mut files)?;
+        let folder = Path::new(name).join("src");
+        let sources =
+            read_files(&root.join(&folder))?.into_iter().filter(|(file, _)| file.extension() == Some("rs".as_ref()));
+        files.extend(sources.map(|(file, text)| (folder.join(file), text)));
     }
-    files.extend(STEPS.map(|step| Path::new("xtask/src/shader").join(step)));
+    let manifests = CRATES.map(|name| Path::new(name).join("Cargo.toml"));
+    for file in manifests.into_iter().chain(STEPS.map(|step| Path::new("xtask/src/shader").join(step))) {
+        let path = root.join(&file);
+        files.insert(file, std::fs::read(&path).map_err(Error::io("read", &path))?);
+    }
     Ok(files)
 }
 
-fn collect(root: &Path, folder: &Path, files: &mut BTreeSet<PathBuf>) -> Result<(), Error> {
-    let path = root.join(folder);
-    for entry in std::fs::read_dir(&path).map_err(Error::io("read", &path))? {
-        let entry = entry.map_err(Error::io("read", &path))?;
-        let file = folder.join(entry.file_name());
-        if entry.path().is_dir() {
-            collect(root, &file, files)?;
-        } else if file.extension().is_some_and(|e| e == "rs") {
-            files.insert(file);
-        }
-    }
-    Ok(())
-}
-
-fn portable_name(path: &Path) -> String {
+/// A path with slashes on every system.
+pub(super) fn portable_name(path: &Path) -> String {
     path.iter().map(|part| part.to_string_lossy()).collect::<Vec<_>>().join("/")
 }
 
@@ -76,6 +69,8 @@ fn unix_lines(text: &[u8]) -> Vec<u8> {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use super::*;
 
     #[test]

@@ -1,39 +1,39 @@
 //! The two builds of every kernel.
 
 use std::fmt;
+use std::path::PathBuf;
 
-/// A build of the kernels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, clap::ValueEnum)]
-pub enum Flavour {
-    /// Trusted operations only, decorated: the same bits as the native build.
-    Exact,
-    /// Native division, square root and intrinsics; also valid for WGSL, MSL, HLSL and GLSL.
-    Fast,
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+pub use restir_host::exec::Flavour;
+
+/// Takes the name of a flavour on a command line.
+pub fn parser() -> impl TypedValueParser<Value = Flavour> {
+    PossibleValuesParser::new(["exact", "fast"]).map(|name| if name == "fast" { Flavour::Fast } else { Flavour::Exact })
 }
 
-impl Flavour {
-    /// Both, in the order in which they are reported.
-    pub const ALL: [Self; 2] = [Self::Exact, Self::Fast];
+/// A kernel in one of its builds.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Entry {
+    /// The build.
+    pub flavour: Flavour,
+    /// Name of the kernel.
+    pub kernel: String,
+}
 
-    /// Name of its directory, and of its target directory.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Exact => "exact",
-            Self::Fast => "fast",
-        }
+impl Entry {
+    /// The kernel of that name.
+    pub fn new(flavour: Flavour, kernel: &str) -> Self {
+        Self { flavour, kernel: kernel.to_owned() }
     }
 
-    /// Feature of the kernel crate that selects it.
-    pub const fn feature(self) -> Option<&'static str> {
-        match self {
-            Self::Exact => None,
-            Self::Fast => Some("fast"),
-        }
+    /// The module's path inside the directory of modules.
+    pub fn path(&self) -> PathBuf {
+        format!("{self}.spv").into()
     }
 }
 
-impl fmt::Display for Flavour {
+impl fmt::Display for Entry {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
+        write!(f, "{}/{}", self.flavour, self.kernel)
     }
 }

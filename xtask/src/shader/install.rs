@@ -1,12 +1,12 @@
 //! The second way to a toolchain: cargo-gpu downloads the compiler and builds the backend, after consent.
 
 use std::env;
-use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use super::toolchain::Toolchain;
 use crate::Error;
+use crate::process::{finish, shell};
 
 /// Version of rust-gpu and of cargo-gpu; the kernels pin spirv-std to the same one.
 const VERSION: &str = "0.10.0";
@@ -16,26 +16,26 @@ const CHANNEL: &str = "nightly-2026-07-03";
 const COMPONENTS: &str = "cargo,rustc,rust-std,clippy,rust-src,rustc-dev,llvm-tools";
 
 /// The commands that install everything, in order.
-pub fn commands(kernels: &Path) -> Vec<Vec<OsString>> {
-    let shader_crate = kernels.as_os_str();
-    vec![
+fn commands(kernels: &Path) -> [Command; 3] {
+    let mut backend = command(&["cargo", "gpu", "install", "--auto-install-rust-toolchain", "--shader-crate"]);
+    backend.arg(kernels);
+    [
         command(&["rustup", "toolchain", "install", CHANNEL, "--profile", "minimal", "-c", COMPONENTS]),
         command(&["cargo", "install", "cargo-gpu", "--version", VERSION, "--locked", "--no-default-features"]),
-        [
-            command(&["cargo", "gpu", "install", "--auto-install-rust-toolchain", "--shader-crate"]),
-            vec![shader_crate.to_owned()],
-        ]
-        .concat(),
+        backend,
     ]
 }
 
-fn command(words: &[&str]) -> Vec<OsString> {
-    words.iter().map(OsString::from).collect()
+/// Cargo runs xtask with the variables of the stable toolchain, which must not reach another one.
+fn command(words: &[&str]) -> Command {
+    let mut command = Command::new(words[0]);
+    command.args(&words[1..]).env_remove("RUSTUP_TOOLCHAIN").env_remove("CARGO");
+    command
 }
 
 /// What a user reads who has no toolchain and did not consent to installing one.
 pub fn consent_message(kernels: &Path) -> String {
-    let commands: Vec<String> = commands(kernels).iter().map(|c| format!("    {}", shell(c))).collect();
+    let commands = commands(kernels).map(|command| format!("    {}", shell(&command)));
     format!(
         "There is no rust-gpu toolchain: RUST_GPU_TOOLCHAIN and RUST_GPU_CODEGEN are not set, and cargo-gpu has not \
          installed one.\n\
@@ -48,20 +48,11 @@ pub fn consent_message(kernels: &Path) -> String {
     )
 }
 
-/// A command line as one would type it.
-fn shell(words: &[OsString]) -> String {
-    let quoted = words.iter().map(|word| {
-        let word = word.to_string_lossy();
-        if word.contains(' ') { format!("\"{word}\"") } else { word.into_owned() }
-    });
-    quoted.collect::<Vec<_>>().join(" ")
-}
-
 /// Runs the commands; the caller has consent.
 pub fn install(kernels: &Path) -> Result<Toolchain, Error> {
-    for words in commands(kernels) {
-        println!("running: {}", shell(&words));
-        run(&words)?;
+    for mut command in commands(kernels) {
+        println!("running: {}", shell(&command));
+        finish(&mut command)?;
     }
     installed().ok_or_else(|| {
         Error::Environment(format!(
@@ -70,19 +61,6 @@ pub fn install(kernels: &Path) -> Result<Toolchain, Error> {
             cache_dir().map(|cache| backend_path(&cache)).unwrap_or_default().display()
         ))
     })
-}
-
-fn run(words: &[OsString]) -> Result<(), Error> {
-    let Some((program, arguments)) = words.split_first() else {
-        return Ok(());
-    };
-    // Cargo runs xtask with the variables of the stable toolchain, which must not reach another one.
-    let status = Command::new(program).args(arguments).env_remove("RUSTUP_TOOLCHAIN").env_remove("CARGO").status();
-    match status {
-        Ok(status) if status.success() => Ok(()),
-        Ok(status) => Err(Error::Environment(format!("`{}` ended with {status}", shell(words)))),
-        Err(error) => Err(Error::Environment(format!("cannot run `{}`: {error}", shell(words)))),
-    }
 }
 
 /// What an earlier run of cargo-gpu left.
@@ -116,7 +94,7 @@ mod tests {
 
     #[test]
     fn the_command_lines() {
-        let lines: Vec<String> = commands(Path::new("my kernels")).iter().map(|c| shell(c)).collect();
+        let lines = commands(Path::new("my kernels")).map(|command| shell(&command));
         assert_eq!(
             lines,
             [

@@ -92,13 +92,10 @@ impl Manifest {
     /// Reads the manifest in a directory of modules.
     pub fn read(spirv: &Path) -> Result<Self, Error> {
         let path = spirv.join(MANIFEST);
-        let text = std::fs::read_to_string(&path).map_err(|e| {
-            let path = path.display();
-            Error::Failed(format!("cannot read {path} ({e}): run `cargo xtask shader build`"))
-        })?;
-        serde_json::from_str(&text).map_err(|e| {
-            Error::Failed(format!("{} is damaged ({e}): restore it or run `cargo xtask shader build`", path.display()))
-        })
+        let failed =
+            |what: String| Error::Failed(format!("{}: {what}: run `cargo xtask shader build`", path.display()));
+        let text = std::fs::read_to_string(&path).map_err(|e| failed(format!("it cannot be read ({e})")))?;
+        serde_json::from_str(&text).map_err(|e| failed(format!("it is damaged ({e})")))
     }
 
     /// The text of the file.

@@ -11,7 +11,7 @@ pub mod check;
 pub mod compile;
 pub mod digest;
 pub mod ext_inst;
-mod flavour;
+pub mod flavour;
 pub mod install;
 pub mod limits;
 pub mod manifest;
@@ -27,7 +27,7 @@ pub mod tools;
 pub mod verify;
 pub mod workspace;
 
-pub use flavour::Flavour;
+pub use flavour::{Entry, Flavour};
 
 use crate::Error;
 use workspace::Workspace;
@@ -52,14 +52,17 @@ pub enum Command {
         /// Name of the kernel.
         kernel: String,
         /// Which build of it.
-        #[arg(long, value_enum, default_value_t = Flavour::Exact)]
+        #[arg(long, value_parser = flavour::parser(), default_value_t)]
         flavour: Flavour,
     },
     /// Measure what the size of a kernel costs, and write docs/size-probe.md.
     Probe,
     /// One build of the kernel crate; `build` starts it as a child process.
     #[command(hide = true)]
-    Compile(compile::Job),
+    Compile {
+        /// The build, as JSON.
+        job: String,
+    },
 }
 
 /// Runs a subcommand.
@@ -70,16 +73,16 @@ pub fn run(command: Command) -> Result<(), Error> {
         Command::Check { require_rebuild } => check::run(&workspace, require_rebuild),
         Command::Dis { kernel, flavour } => dis(&workspace, &kernel, flavour),
         Command::Probe => probe::run(&workspace),
-        Command::Compile(job) => job.run(),
+        Command::Compile { job } => compile::Job::run(&job),
     }
 }
 
 fn dis(workspace: &Workspace, kernel: &str, flavour: Flavour) -> Result<(), Error> {
-    if restir_kernels::all().iter().all(|k| k.name != kernel) {
-        let names: Vec<&str> = restir_kernels::all().iter().map(|k| k.name).collect();
+    let names: Vec<&str> = restir_kernels::all().iter().map(|k| k.name).collect();
+    if !names.contains(&kernel) {
         return Err(Error::Environment(format!("no kernel `{kernel}`: the kernels are {}", names.join(", "))));
     }
-    let module = workspace.module(flavour, kernel);
+    let module = workspace.spirv().join(Entry::new(flavour, kernel).path());
     if !module.is_file() {
         let path = module.display();
         return Err(Error::Environment(format!("{path} is not there: run `cargo xtask shader build`")));

@@ -11,7 +11,7 @@ use rspirv::spirv::{
 };
 
 use super::flavour::Flavour;
-use super::module::{decorations, id_operand, operations, string_operand};
+use super::module::{decorations, globals, id_operand, operations, string_operand};
 
 /// What the Vulkan memory model adds to memory operands; none of it means anything under GLSL450.
 const VULKAN_ACCESS: MemoryAccess = MemoryAccess::MAKE_POINTER_AVAILABLE
@@ -57,30 +57,20 @@ pub fn decorate_arithmetic(module: &mut Module) {
 }
 
 fn no_contraction(target: Word) -> Instruction {
-    let operands = vec![Operand::IdRef(target), Operand::Decoration(Decoration::NoContraction)];
-    Instruction::new(Op::Decorate, None, None, operands)
+    statement(Op::Decorate, [Operand::IdRef(target), Operand::Decoration(Decoration::NoContraction)])
+}
+
+/// An instruction without a result.
+fn statement(opcode: Op, operands: impl Into<Vec<Operand>>) -> Instruction {
+    Instruction::new(opcode, None, None, operands.into())
 }
 
 /// Every opcode to which SPIR-V applies `NoContraction`, whether or not the allow-list permits it.
 fn is_float_arithmetic(opcode: Op) -> bool {
     use Op::*;
-    matches!(
-        opcode,
-        FNegate
-            | FAdd
-            | FSub
-            | FMul
-            | FDiv
-            | FRem
-            | FMod
-            | Dot
-            | VectorTimesScalar
-            | VectorTimesMatrix
-            | MatrixTimesScalar
-            | MatrixTimesVector
-            | MatrixTimesMatrix
-            | OuterProduct
-    )
+    let of_numbers = matches!(opcode, FNegate | FAdd | FSub | FMul | FDiv | FRem | FMod);
+    let of_factors = matches!(opcode, VectorTimesScalar | MatrixTimesScalar | OuterProduct);
+    of_numbers || of_factors || matches!(opcode, Dot | VectorTimesMatrix | MatrixTimesVector | MatrixTimesMatrix)
 }
 
 /// Declares round-to-nearest-even and the preservation of signed zeros, infinities and NaN for 32-bit floats.
@@ -91,13 +81,13 @@ pub fn declare_float_controls(module: &mut Module) -> Result<(), String> {
         (Capability::SignedZeroInfNanPreserve, ExecutionMode::SignedZeroInfNanPreserve),
     ];
     for (capability, mode) in controls {
-        module.capabilities.push(Instruction::new(Op::Capability, None, None, vec![Operand::Capability(capability)]));
-        let operands = vec![Operand::IdRef(entry), Operand::ExecutionMode(mode), Operand::LiteralBit32(32)];
-        module.execution_modes.push(Instruction::new(Op::ExecutionMode, None, None, operands));
+        module.capabilities.push(statement(Op::Capability, [Operand::Capability(capability)]));
+        let operands = [Operand::IdRef(entry), Operand::ExecutionMode(mode), Operand::LiteralBit32(32)];
+        module.execution_modes.push(statement(Op::ExecutionMode, operands));
     }
     if module.header.as_ref().is_none_or(|header| header.version() < (1, 4)) {
-        let extension = vec![Operand::LiteralString("SPV_KHR_float_controls".to_owned())];
-        module.extensions.push(Instruction::new(Op::Extension, None, None, extension));
+        let extension = Operand::LiteralString("SPV_KHR_float_controls".to_owned());
+        module.extensions.push(statement(Op::Extension, [extension]));
     }
     Ok(())
 }
@@ -157,26 +147,18 @@ fn rename(instruction: &mut Instruction, names: &HashMap<Word, Word>) {
 
 /// The types behind pointers that leave the invocation, with all that they consist of.
 fn types_in_buffers(module: &Module) -> HashSet<Word> {
-    let types: HashMap<Word, &Instruction> =
-        module.types_global_values.iter().filter_map(|i| Some((i.result_id?, i))).collect();
+    let types = globals(module);
     let is_private = |class: StorageClass| matches!(class, StorageClass::Function | StorageClass::Private);
-    let mut work: Vec<Word> = module
-        .types_global_values
-        .iter()
-        .filter_map(|i| match i.operands[..] {
-            [Operand::StorageClass(class), Operand::IdRef(pointee)] if !is_private(class) => Some(pointee),
-            _ => None,
-        })
-        .collect();
-    let mut found = HashSet::new();
+    let pointees = module.types_global_values.iter().filter_map(|i| match i.operands[..] {
+        [Operand::StorageClass(class), Operand::IdRef(pointee)] if !is_private(class) => Some(pointee),
+        _ => None,
+    });
+    let (mut work, mut found): (Vec<Word>, _) = (pointees.collect(), HashSet::new());
     while let Some(id) = work.pop() {
         if found.insert(id)
             && let Some(instruction) = types.get(&id)
         {
-            work.extend(instruction.operands.iter().filter_map(|operand| match operand {
-                Operand::IdRef(part) => Some(*part),
-                _ => None,
-            }));
+            work.extend((0..instruction.operands.len()).filter_map(|part| id_operand(instruction, part)));
         }
     }
     found
@@ -190,15 +172,11 @@ pub fn use_glsl450_memory_model(module: &mut Module) -> Result<(), String> {
         let opcode = found.class.opname;
         return Err(format!("Op{opcode} synchronises invocations, which the GLSL450 memory model would change"));
     }
-    module.capabilities.retain(|i| {
-        !matches!(
-            i.operands[..],
-            [Operand::Capability(Capability::VulkanMemoryModel | Capability::VulkanMemoryModelDeviceScope)]
-        )
-    });
+    let of_vulkan = [Capability::VulkanMemoryModel, Capability::VulkanMemoryModelDeviceScope].map(Operand::Capability);
+    module.capabilities.retain(|i| !i.operands.iter().any(|operand| of_vulkan.contains(operand)));
     module.extensions.retain(|i| string_operand(i, 0) != Some("SPV_KHR_vulkan_memory_model"));
-    let model = vec![Operand::AddressingModel(AddressingModel::Logical), Operand::MemoryModel(MemoryModel::GLSL450)];
-    module.memory_model = Some(Instruction::new(Op::MemoryModel, None, None, model));
+    let model = [Operand::AddressingModel(AddressingModel::Logical), Operand::MemoryModel(MemoryModel::GLSL450)];
+    module.memory_model = Some(statement(Op::MemoryModel, model));
     module.all_inst_iter_mut().for_each(drop_vulkan_access);
     Ok(())
 }

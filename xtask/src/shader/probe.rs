@@ -3,12 +3,11 @@
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
-use std::path::Path;
 use std::sync::mpsc;
 
 use restir_host::buffers::SceneBuffers;
 use restir_host::exec::gpu::{Pipelines, adapters};
-use restir_host::exec::{Executor, Flavour as HostFlavour, GpuExecutor};
+use restir_host::exec::{Executor, Flavour, GpuExecutor};
 use restir_host::plan::{FramePlan, Pass};
 use restir_host::render::Render;
 use restir_host::scene::Scene;
@@ -19,14 +18,16 @@ use restir_kernels::{Case, KernelDesc};
 use restir_tests::{cases, parity};
 
 use super::compile::Job;
-use super::flavour::Flavour;
+use super::flavour::Entry;
 use super::manifest::{Manifest, hash};
 use super::module::{operations, parse};
 use super::pipeline::finish_module;
+use super::publish::write;
 use super::toolchain::Toolchain;
 use super::workspace::{MANIFEST, Workspace, scratch};
 use super::{install, limits, post};
 use crate::Error;
+use crate::report::publish;
 
 /// The kernel that the feature `size-probe` adds; it goes beyond the limits on purpose and is never shipped. Its interface is
 /// that of `path`, and it runs on a case of `path`.
@@ -58,35 +59,29 @@ pub(super) fn run(workspace: &Workspace) -> Result<(), Error> {
     let raw = build(workspace, &toolchain)?;
     let probes = SEGMENTS.iter().map(|&segments| finish(&raw, segments)).collect::<Result<Vec<_>, _>>()?;
     let manifest = Manifest::read(&workspace.spirv())?;
-    let report = report(&probes, &manifest).map_err(|e| Error::Environment(e.to_string()))?;
-    print!("{report}");
-    let path = workspace.root().join("docs").join("size-probe.md");
-    std::fs::write(&path, report).map_err(Error::io("write", &path))
+    publish("size-probe", &report(&probes, &manifest)?, true)
 }
 
 /// The probe kernel with all its segments, as rust-gpu gives it.
 fn build(workspace: &Workspace, toolchain: &Toolchain) -> Result<Vec<u8>, Error> {
     let folder = scratch()?;
     let job = Job::new(workspace, toolchain, Flavour::Exact, &["size-probe"], folder.path().join("modules"));
-    let mut modules = job.start()?.finish()?.into_iter();
-    let found = modules.find_map(|(entry, bytes)| (post::kernel_name(&entry) == PROBE.name).then_some(bytes));
-    found.ok_or_else(|| Error::Failed(format!("the feature size-probe adds no kernel named {}", PROBE.name)))
+    let found = job.start()?.finish()?.into_iter().find(|(entry, _)| post::kernel_name(entry) == PROBE.name);
+    found
+        .map(|(_, bytes)| bytes)
+        .ok_or_else(|| Error::Failed(format!("the feature size-probe adds no kernel named {}", PROBE.name)))
 }
 
 fn finish(raw: &[u8], segments: u32) -> Result<Probe, Error> {
     let words = spirv::freeze(&bytemuck::pod_collect_to_vec(raw), &[(SEGMENTS_ID, segments)]);
+    let entry = Entry::new(Flavour::Exact, PROBE.name);
     let words = words.ok_or_else(|| Error::Failed(format!("the module of {} is no SPIR-V", PROBE.name)))?;
-    let module = finish_module(PROBE.name, bytemuck::cast_slice(&words), Flavour::Exact)?;
+    let module = finish_module(&entry, bytemuck::cast_slice(&words))?;
     let operations = operations(&parse(&module).map_err(Error::Failed)?).count();
     let folder = scratch()?;
     let manifest = serde_json::json!({ "kernels": { PROBE.name: { "exact": { "blake3": hash(&module) } } } });
-    let write = |name: &str, bytes: &[u8]| {
-        let path = folder.path().join(name);
-        let made = std::fs::create_dir_all(path.parent().unwrap_or(Path::new("")));
-        made.and_then(|()| std::fs::write(&path, bytes)).map_err(Error::io("write", &path))
-    };
-    write(&format!("exact/{}.spv", PROBE.name), &module)?;
-    write(MANIFEST, manifest.to_string().as_bytes())?;
+    write(&folder.path().join(entry.path()), &module)?;
+    write(&folder.path().join(MANIFEST), manifest.to_string().as_bytes())?;
     Ok(Probe { folder, segments, operations })
 }
 
@@ -161,8 +156,8 @@ fn first_run(
     shaders: &Shaders,
     plan: FramePlan<'_>,
 ) -> Result<BTreeMap<&'static str, Seconds>, restir_host::Error> {
-    let executor = GpuExecutor::open(Some(adapter), HostFlavour::Exact)?.reload(HostFlavour::Exact, shaders.clone());
-    let mut pipelines = Pipelines::new(executor.device(), HostFlavour::Exact, shaders.clone());
+    let executor = GpuExecutor::open(Some(adapter), Flavour::Exact)?.reload(Flavour::Exact, shaders.clone());
+    let mut pipelines = Pipelines::new(executor.device(), Flavour::Exact, shaders.clone());
     let (sender, made) = mpsc::channel();
     let mut executor = executor.observe_pipelines(move |_, _| {
         // who would receive it lives longer

@@ -25,11 +25,10 @@ pub fn replace(directory: &Path, files: &BTreeMap<PathBuf, Vec<u8>>) -> Result<b
     Ok(true)
 }
 
-fn write(path: &Path, contents: &[u8]) -> Result<(), Error> {
-    if let Some(folder) = path.parent() {
-        std::fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
-    }
-    std::fs::write(path, contents).map_err(Error::io("write", path))
+/// Writes a file, with the folders that lead to it.
+pub(super) fn write(path: &Path, contents: &[u8]) -> Result<(), Error> {
+    let made = path.parent().map_or(Ok(()), std::fs::create_dir_all);
+    made.and_then(|()| std::fs::write(path, contents)).map_err(Error::io("write", path))
 }
 
 /// All files below a directory by relative path; a missing directory is empty.

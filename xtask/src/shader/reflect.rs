@@ -1,6 +1,6 @@
 //! Reflection: what a module expects of its host, and whether the kernel's descriptor says the same.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use restir_kernels::{Access, KernelDesc};
 use rspirv::dr::{Instruction, Module, Operand};
@@ -17,8 +17,8 @@ pub struct Interface {
     pub workgroup: [u32; 3],
     /// Storage buffers by (set, binding).
     pub buffers: Vec<Buffer>,
-    /// Specialization constants by id.
-    pub constants: Vec<SpecConstant>,
+    /// Default values of the specialization constants by their `SpecId`.
+    pub constants: BTreeMap<u32, u32>,
 }
 
 /// A storage buffer as the module declares it.
@@ -41,42 +41,20 @@ pub enum Contents {
     Array(u32),
 }
 
-/// A specialization constant as the module declares it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct SpecConstant {
-    /// `SpecId`.
-    pub id: u32,
-    /// Default value.
-    pub default: u32,
-}
-
 /// Reads the interface of a module with one entry point. The error is a sentence.
 pub fn reflect(module: &Module) -> Result<Interface, String> {
     let types = Types::new(module);
-    let mut buffers = Vec::new();
-    for variable in module.types_global_values.iter().filter(|i| is_resource(i)) {
-        buffers.push(types.buffer(variable)?);
-    }
+    let resources = module.types_global_values.iter().filter(|i| is_resource(i));
+    let mut buffers = resources.map(|variable| types.buffer(variable)).collect::<Result<Vec<_>, _>>()?;
     buffers.sort_unstable();
-    let mut constants: Vec<_> = module.types_global_values.iter().filter_map(|i| types.constant(i)).collect();
-    constants.sort_unstable();
+    let constants = module.types_global_values.iter().filter_map(|i| types.constant(i)).collect();
     Ok(Interface { entry: entry_name(module), workgroup: workgroup(module)?, buffers, constants })
 }
 
 fn workgroup(module: &Module) -> Result<[u32; 3], String> {
-    module
-        .execution_modes
-        .iter()
-        .find_map(|i| match i.operands[..] {
-            [
-                _,
-                Operand::ExecutionMode(ExecutionMode::LocalSize),
-                Operand::LiteralBit32(x),
-                Operand::LiteralBit32(y),
-                Operand::LiteralBit32(z),
-            ] => Some([x, y, z]),
-            _ => None,
-        })
+    let size = Operand::ExecutionMode(ExecutionMode::LocalSize);
+    let mode = module.execution_modes.iter().find(|i| i.operands.get(1) == Some(&size));
+    mode.and_then(|i| Some([literal_operand(i, 2)?, literal_operand(i, 3)?, literal_operand(i, 4)?]))
         .ok_or_else(|| "the module declares no workgroup size".to_owned())
 }
 
@@ -109,9 +87,10 @@ impl<'a> Types<'a> {
         Self { globals: globals(module), decorations: decorations.collect(), offsets: offsets.collect() }
     }
 
-    fn constant(&self, instruction: &Instruction) -> Option<SpecConstant> {
-        let id = *self.decorations.get(&(instruction.result_id?, Decoration::SpecId))?;
-        Some(SpecConstant { id, default: literal_operand(instruction, 0)? })
+    /// `SpecId` and default value.
+    fn constant(&self, instruction: &Instruction) -> Option<(u32, u32)> {
+        let id = self.decorations.get(&(instruction.result_id?, Decoration::SpecId))?;
+        Some((*id, literal_operand(instruction, 0)?))
     }
 
     fn buffer(&self, variable: &Instruction) -> Result<Buffer, String> {
@@ -154,12 +133,10 @@ impl<'a> Types<'a> {
                 Some(stride * literal_operand(length, 0)?)
             }
             Op::TypeStruct => {
-                let mut end = 0;
-                for (member, index) in (0..instruction.operands.len()).zip(0..) {
-                    let offset = self.offsets.get(&(id, index))?;
-                    end = end.max(offset + self.size(id_operand(instruction, member)?)?);
-                }
-                Some(end)
+                let end = |(member, index)| {
+                    Some(self.offsets.get(&(id, index))? + self.size(id_operand(instruction, member)?)?)
+                };
+                (0..instruction.operands.len()).zip(0..).map(end).try_fold(0, |largest, end| Some(end?.max(largest)))
             }
             _ => None,
         }
@@ -169,61 +146,41 @@ impl<'a> Types<'a> {
 /// Differences between a module and the descriptor of its kernel, as sentences.
 pub fn compare(module: &Interface, kernel: &KernelDesc) -> Vec<String> {
     let mut findings = Vec::new();
-    if module.entry != kernel.name {
-        findings
-            .push(format!("the entry point is `{}` in the module, `{}` in the descriptor", module.entry, kernel.name));
+    let mut compare = |what: String, verb, found: Option<String>, declared: Option<String>| match (found, declared) {
+        (Some(found), Some(declared)) if found != declared => {
+            findings.push(format!("{what} {verb} {found} in the module, {declared} in the descriptor"));
+        }
+        (None, Some(_)) => findings
+            .push(format!("{what} is not in the module: the kernel does not use it, remove it from the declaration")),
+        (Some(_), None) => findings.push(format!("{what} is not in the descriptor")),
+        _ => {}
+    };
+    let names = [&module.entry, kernel.name].map(|name| Some(format!("`{name}`")));
+    let sizes = [module.workgroup, kernel.workgroup].map(|size| Some(format!("{size:?}")));
+    for (what, [found, declared]) in [("the entry point", names), ("the workgroup", sizes)] {
+        compare(what.to_owned(), "is", found, declared);
     }
-    if module.workgroup != kernel.workgroup {
-        findings.push(format!(
-            "the workgroup is {:?} in the module, {:?} in the descriptor",
-            module.workgroup, kernel.workgroup
-        ));
-    }
-    compare_bindings(module, kernel, &mut findings);
-    compare_constants(module, kernel, &mut findings);
-    findings
-}
-
-fn compare_bindings(module: &Interface, kernel: &KernelDesc, findings: &mut Vec<String>) {
     for (binding, declared) in (0..).zip(kernel.bindings) {
         let expected = match declared.access {
             Access::Params => Contents::Block(declared.stride),
             Access::Read | Access::Own => Contents::Array(declared.stride),
         };
-        let name = declared.name;
-        match module.buffers.iter().find(|b| b.set == 0 && b.binding == binding) {
-            None => findings.push(format!(
-                "binding {binding} (`{name}`) is not in the module: the kernel does not use it, remove it from the declaration"
-            )),
-            Some(found) if found.contents != expected => findings.push(format!(
-                "binding {binding} (`{name}`) holds {} in the module, {} in the descriptor",
-                found.contents, expected
-            )),
-            Some(_) => {}
-        }
+        let found = module.buffers.iter().find(|b| (b.set, b.binding) == (0, binding)).map(|b| b.contents.to_string());
+        compare(format!("binding {binding} (`{}`)", declared.name), "holds", found, Some(expected.to_string()));
     }
     for extra in module.buffers.iter().filter(|b| b.set != 0 || b.binding as usize >= kernel.bindings.len()) {
-        findings.push(format!("set {} binding {} is not in the descriptor", extra.set, extra.binding));
+        let found = Some(extra.contents.to_string());
+        compare(format!("set {} binding {}", extra.set, extra.binding), "holds", found, None);
     }
-}
-
-fn compare_constants(module: &Interface, kernel: &KernelDesc, findings: &mut Vec<String>) {
     for declared in kernel.constants {
-        let (name, id) = (declared.name, declared.id);
-        match module.constants.iter().find(|c| c.id == id) {
-            None => findings.push(format!(
-                "constant {id} (`{name}`) is not in the module: the kernel does not use it, remove it from the declaration"
-            )),
-            Some(found) if found.default != declared.default => findings.push(format!(
-                "constant {id} (`{name}`) defaults to {} in the module, {} in the descriptor",
-                found.default, declared.default
-            )),
-            Some(_) => {}
-        }
+        let found = module.constants.get(&declared.id).map(u32::to_string);
+        let what = format!("constant {} (`{}`)", declared.id, declared.name);
+        compare(what, "defaults to", found, Some(declared.default.to_string()));
     }
-    for extra in module.constants.iter().filter(|c| kernel.constants.iter().all(|d| d.id != c.id)) {
-        findings.push(format!("constant {} is not in the descriptor", extra.id));
+    for (id, default) in module.constants.iter().filter(|(id, _)| kernel.constants.iter().all(|c| c.id != **id)) {
+        compare(format!("constant {id}"), "defaults to", Some(default.to_string()), None);
     }
+    findings
 }
 
 impl std::fmt::Display for Contents {

@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 
-use super::flavour::Flavour;
 use crate::Error;
 
 /// The repository that this build of xtask belongs to.
@@ -32,10 +31,7 @@ impl Workspace {
 
     /// Cargo's target directory.
     pub fn target(&self) -> PathBuf {
-        match std::env::var_os("CARGO_TARGET_DIR") {
-            Some(folder) => self.root.join(folder),
-            None => self.root.join("target"),
-        }
+        self.root.join(std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into()))
     }
 
     /// The crate of the entry points.
@@ -47,16 +43,6 @@ impl Workspace {
     pub fn spirv(&self) -> PathBuf {
         self.kernels().join("spirv")
     }
-
-    /// A committed module.
-    pub fn module(&self, flavour: Flavour, kernel: &str) -> PathBuf {
-        self.spirv().join(module_path(flavour, kernel))
-    }
-}
-
-/// A module's path inside the directory of modules.
-pub fn module_path(flavour: Flavour, kernel: &str) -> PathBuf {
-    Path::new(flavour.name()).join(format!("{kernel}.spv"))
 }
 
 /// The manifest's name inside the directory of modules.

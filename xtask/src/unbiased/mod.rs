@@ -12,7 +12,7 @@ mod report;
 mod side;
 mod stage;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
@@ -20,7 +20,8 @@ use restir_host::technique::Technique;
 use restir_tests::stats::{TileGrid, sidak};
 use restir_tests::technique::Trials;
 
-use crate::{Error, num};
+use crate::Error;
+use crate::report::{judge, publish};
 use report::Row;
 use stage::Stage;
 
@@ -85,7 +86,7 @@ impl Cell {
     fn new(trials: &Trials, scene: &str, settings: &str, wrong: bool) -> Result<Self, Error> {
         let matrix = trials.known.matrix;
         let of_scene = matrix.scenes.iter().find(|(name, _)| *name == scene).map_or("", |(_, settings)| settings);
-        let technique = trials.with(&[matrix.common, of_scene, settings].join(",")).map_err(environment)?;
+        let technique = trials.with(&[matrix.common, of_scene, settings].join(","))?;
         let expected = match technique.biases().as_slice() {
             _ if wrong => Expected::Wrong,
             [] => Expected::Unbiased,
@@ -105,8 +106,8 @@ impl Cell {
 /// Runs or continues what is asked for and prints the verdicts.
 ///
 /// # Errors
-/// [`Error::Failed`] if anything is not as known; [`Error::Environment`] for a cell that does not exist or a state that is
-/// of something else; [`Error::Io`] if a file cannot be read or written.
+/// [`Error::Failed`] if anything is not as known; others for a cell that does not exist, a state that is of something else,
+/// or a file that cannot be read or written.
 pub fn run(options: &Options) -> Result<(), Error> {
     let name = options.cell.as_deref().unwrap_or_default();
     let (of_technique, scene) = match &options.technique {
@@ -116,24 +117,18 @@ pub fn run(options: &Options) -> Result<(), Error> {
         })?,
     };
     let (technique, settings) = of_technique.split_once(':').unwrap_or((of_technique, ""));
-    let trials = Trials::of(technique).map_err(environment)?;
-    let (rows, report) = if let Some(scene) = scene {
-        let rows = rows(options, &trials, &[scene], &[(settings.to_owned(), options.wrong)])?;
-        let report = rows.iter().map(Row::in_detail).collect();
-        (rows, report)
-    } else {
-        let scenes: Vec<&str> = trials.known.matrix.scenes.iter().map(|(scene, _)| *scene).collect();
-        let rows = rows(options, &trials, &scenes, &cells(&trials))?;
-        let report = report::report(&trials, &rows);
-        (rows, report)
+    let trials = Trials::of(technique)?;
+    let (scenes, cells) = match scene {
+        Some(scene) => (vec![scene], vec![(settings.to_owned(), options.wrong)]),
+        None => (trials.known.matrix.scenes.iter().map(|(scene, _)| *scene).collect(), cells(&trials)),
     };
-    println!("{report}");
-    if options.write {
-        let docs = Path::new(env!("CARGO_MANIFEST_DIR")).with_file_name("docs");
-        num::write(&docs.join(format!("{technique}-bias.md")), &report)?;
-    }
-    let findings = report::findings(&rows);
-    if findings.is_empty() { Ok(()) } else { Err(Error::Failed(findings.join("\n"))) }
+    let rows = rows(options, &trials, &scenes, &cells)?;
+    let report = match scene {
+        Some(_) => rows.iter().map(Row::in_detail).collect(),
+        None => report::report(&trials, &rows),
+    };
+    publish(&format!("{technique}-bias"), &report, options.write)?;
+    judge("not as known", report::findings(&rows))
 }
 
 /// Tests all cells on all scenes, as one family.
@@ -161,10 +156,6 @@ fn cells(trials: &Trials) -> Vec<(String, bool)> {
         cells.extend(presets.iter().map(|(name, _)| format!("preset={name}")));
     }
     cells.into_iter().map(|settings| (settings, false)).chain([(String::new(), true)]).collect()
-}
-
-fn environment(error: restir_host::Error) -> Error {
-    Error::Environment(error.to_string())
 }
 
 #[cfg(test)]

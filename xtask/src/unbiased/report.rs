@@ -1,6 +1,7 @@
 //! What tested cells tell: a row each, and the report on a technique.
 
-use std::fmt::{self, Write};
+use std::collections::BTreeSet;
+use std::fmt;
 
 use restir_host::technique::Repeats;
 use restir_tests::stats::{Moments, TileTest, Verdict, ZTest, sidak};
@@ -65,8 +66,8 @@ impl Row {
     pub(super) fn in_detail(&self) -> String {
         let z = |channels: &[ZTest]| channels.iter().map(|test| test.z.abs()).fold(0.0, f64::max);
         let tiles: Vec<String> = self.tests.chunks(3).map(|channels| format!("{:6.2}", z(channels))).collect();
-        let tiles: Vec<String> = tiles.chunks_exact((SIZE / TILE) as usize).map(|row| row.concat()).collect();
-        format!("{HEAD}{self}\n\n{}; largest |z| of each tile:\n{}", self.verdict, tiles.join("\n"))
+        let rows: Vec<String> = tiles.chunks_exact((SIZE / TILE) as usize).map(<[_]>::concat).collect();
+        format!("{HEAD}{self}\n\n{}; largest |z| of each tile:\n{}", self.verdict, rows.join("\n"))
     }
 }
 
@@ -100,15 +101,13 @@ impl fmt::Display for Row {
 /// What is not as it should be: a cell that says otherwise, or one whose bias is seen on no scene.
 pub(super) fn findings(rows: &[Row]) -> Vec<String> {
     let wrong = rows.iter().filter(|row| row.agrees() == Some(false));
-    let mut findings: Vec<String> =
-        wrong.map(|row| format!("{}/{}: {}", row.cell.name(), row.scene, row.verdict)).collect();
-    for row in rows.iter().filter(|row| row.scene == rows[0].scene) {
-        let name = row.cell.name();
-        if rows.iter().filter(|row| row.cell.name() == name).all(|row| row.agrees().is_none()) {
-            findings.push(format!("{name}: its bias is not seen on any scene; give it more restarts"));
-        }
-    }
-    findings
+    let wrong = wrong.map(|row| format!("{}/{}: {}", row.cell.name(), row.scene, row.verdict));
+    let names: BTreeSet<_> = rows.iter().map(|row| row.cell.name()).collect();
+    let seen: BTreeSet<_> = rows.iter().filter(|row| row.agrees().is_some()).map(|row| row.cell.name()).collect();
+    let unseen = names.difference(&seen);
+    wrong
+        .chain(unseen.map(|name| format!("{name}: its bias is not seen on any scene; give it more restarts")))
+        .collect()
 }
 
 /// The report on all cells of a technique.
@@ -137,9 +136,6 @@ pub(super) fn report(trials: &Trials, rows: &[Row]) -> String {
          nothing: such rows need more of them.\n\n\
          Made by `cargo xtask unbiased --technique {name} --write`.\n\n{HEAD}"
     );
-    for row in rows {
-        // writing to a string cannot fail
-        let _ = writeln!(text, "{row}");
-    }
+    text.extend(rows.iter().map(|row| format!("{row}\n")));
     text
 }

@@ -7,7 +7,7 @@ use restir_host::output::write_atomically;
 use restir_tests::stats::Moments;
 use serde::{Deserialize, Serialize};
 
-use super::{GRID, environment};
+use super::GRID;
 use crate::Error;
 
 /// Restarts between two writes of the state.
@@ -49,11 +49,11 @@ impl Side {
             let first = self.restarts;
             let pictures: Vec<Picture> =
                 (first..first + ROUND).into_par_iter().map(picture).collect::<Result<_, _>>()?;
-            let round = GRID.moments(ROUND, |i, x, y| pictures[i as usize][(y * GRID.width + x) as usize]);
+            let round = GRID.moments_of(&pictures);
             let before = if first == 0 { vec![Moments::default(); round.len()] } else { self.moments() };
             self.moments = before.iter().zip(round).map(|(a, b)| a.merge(b).parts().map(f64::to_bits)).collect();
             self.restarts += ROUND;
-            write_atomically(path, |file| Ok(serde_json::to_writer(file, &self)?)).map_err(environment)?;
+            write_atomically(path, |file| Ok(serde_json::to_writer(file, &self)?))?;
             if self.restarts.is_multiple_of(16 * ROUND) {
                 eprintln!("{}: {} restarts", path.display(), self.restarts);
             }

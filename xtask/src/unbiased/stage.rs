@@ -15,7 +15,7 @@ use restir_tests::stats::Moments;
 use super::oracle::oracle;
 use super::report::Row;
 use super::side::{Picture, Side};
-use super::{Cell, Expected, GRID, Options, SIZE, WRONG_RADIANCE, environment};
+use super::{Cell, Expected, GRID, Options, SIZE, WRONG_RADIANCE};
 use crate::Error;
 
 /// Frames of a restart: enough for a history that has a history.
@@ -41,7 +41,7 @@ impl<'a> Stage<'a> {
                 "there is no scene {name}; there are: {names}, statue-by-night, all-lights, panes"
             ))
         })?;
-        let buffers = SceneBuffers::build(&scene).map_err(environment)?;
+        let buffers = SceneBuffers::build(&scene)?;
         Ok(Self { options, scene, buffers, references: BTreeMap::new() })
     }
 
@@ -55,21 +55,19 @@ impl<'a> Stage<'a> {
 
     /// Whether path tracing shows the same.
     fn check(&self, cell: &Cell) -> Result<(), Error> {
-        let moves = cell.technique.about().repeats == Repeats::Frames && self.buffers.is_animated();
-        let moves =
-            moves.then_some("shows its last frame, and path tracing the first; give a scene that does not move");
-        moves.or(cell.technique.differs_from_path(&self.buffers)).map_or(Ok(()), |why| {
-            Err(Error::Environment(format!("{}/{}: the technique {why}", cell.name(), self.scene.name)))
-        })
+        let why = if cell.technique.about().repeats == Repeats::Frames && self.buffers.is_animated() {
+            Some("shows its last frame, and path tracing the first; give a scene that does not move")
+        } else {
+            cell.technique.differs_from_path(&self.buffers)
+        };
+        let refused = |why| Error::Environment(format!("{}/{}: the technique {why}", cell.name(), self.scene.name));
+        why.map_or(Ok(()), |why| Err(refused(why)))
     }
 
     fn tested(&self, cell: &Cell) -> Result<Side, Error> {
-        let brighter;
-        let mut buffers = &self.buffers;
-        if cell.expected == Expected::Wrong {
-            brighter = SceneBuffers::build(&brightened(&self.scene)).map_err(environment)?;
-            buffers = &brighter;
-        }
+        let wrong = cell.expected == Expected::Wrong;
+        let brighter = wrong.then(|| SceneBuffers::build(&brightened(&self.scene))).transpose()?;
+        let buffers = brighter.as_ref().unwrap_or(&self.buffers);
         let (count, restarts) = match cell.technique.about().repeats {
             Repeats::Samples => (1, 16_384),
             Repeats::Frames => (FRAMES, 512),
@@ -96,9 +94,8 @@ impl<'a> Stage<'a> {
         let restarts = self.options.reference_restarts;
         let side = if is_itself {
             let oracle = oracle(&self.scene, &self.buffers, cell.technique.integral())?;
-            let pixels = |restart| (0..SIZE * SIZE).map(move |i| (restart, i % SIZE, i / SIZE));
             self.side(&name, "", restarts, &|restart| {
-                Ok(pixels(REFERENCE_SEED + restart).map(|(seed, x, y)| oracle.pixel(seed, x, y)).collect())
+                Ok((0..SIZE * SIZE).map(|i| oracle.pixel(REFERENCE_SEED + restart, i % SIZE, i / SIZE)).collect())
             })
         } else {
             let render = Render::new([SIZE; 2], path);
@@ -128,7 +125,7 @@ impl<'a> Stage<'a> {
 fn picture(scene: &SceneBuffers, render: &Render, seed: u32) -> Result<Picture, Error> {
     let render = Render { seed, ..render.clone() };
     let mut on = |_: Progress| ControlFlow::Continue(());
-    let rendered = render::render(&mut CpuExecutor::inline(), scene, &render, &mut on).map_err(environment)?;
+    let rendered = render::render(&mut CpuExecutor::inline(), scene, &render, &mut on)?;
     if rendered.dropped_samples > 0 {
         return Err(Error::Failed(format!("dropped samples with seed {seed}: {:?}", render.technique)));
     }

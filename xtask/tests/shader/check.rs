@@ -1,15 +1,15 @@
 //! `shader check` on copies of the repository in which something is wrong.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 use xtask::Error;
-use xtask::shader::Flavour;
 use xtask::shader::check::{Scope, compare_rebuild, examine, require};
 use xtask::shader::digest::source_digest;
 use xtask::shader::manifest::Manifest;
 use xtask::shader::workspace::{MANIFEST, Workspace};
+use xtask::shader::{Entry, Flavour};
 
 /// What `check` looks at, copied, with the digest of the source as it is now.
 struct Copy {
@@ -36,6 +36,10 @@ impl Copy {
         let mut manifest = Manifest::read(&spirv).unwrap();
         edit(&mut manifest);
         fs::write(spirv.join(MANIFEST), manifest.to_json().unwrap()).unwrap();
+    }
+
+    fn module(&self, flavour: Flavour, kernel: &str) -> PathBuf {
+        self.workspace().spirv().join(Entry::new(flavour, kernel).path())
     }
 
     fn findings(&self) -> Vec<String> {
@@ -72,13 +76,13 @@ fn changed_source_is_noticed() {
 #[test]
 fn changed_missing_and_stray_files_are_named() {
     let copy = Copy::new();
-    let module = |flavour, kernel| copy.workspace().module(flavour, kernel);
-    fs::remove_file(module(Flavour::Fast, "self_check")).unwrap();
-    fs::copy(module(Flavour::Exact, "self_check"), module(Flavour::Exact, "stray")).unwrap();
+    let exact = copy.module(Flavour::Exact, "self_check");
+    fs::remove_file(copy.module(Flavour::Fast, "self_check")).unwrap();
+    fs::copy(&exact, copy.module(Flavour::Exact, "stray")).unwrap();
     // The generator's number, which changes no meaning.
-    let mut bytes = fs::read(module(Flavour::Exact, "self_check")).unwrap();
+    let mut bytes = fs::read(&exact).unwrap();
     bytes[8] ^= 1;
-    fs::write(module(Flavour::Exact, "self_check"), bytes).unwrap();
+    fs::write(&exact, bytes).unwrap();
     assert_eq!(
         copy.findings(),
         [
@@ -88,6 +92,21 @@ fn changed_missing_and_stray_files_are_named() {
             "fast/self_check: the kernel is listed, but there is no module for it",
         ]
     );
+}
+
+#[test]
+fn a_module_without_a_kernel_is_named() {
+    let copy = Copy::new();
+    for flavour in Flavour::ALL {
+        fs::copy(copy.module(flavour, "self_check"), copy.module(flavour, "smuggled")).unwrap();
+    }
+    copy.edit_manifest(|manifest| {
+        let record = manifest.kernels["self_check"].clone();
+        manifest.kernels.insert("smuggled".to_owned(), record);
+    });
+    let expected =
+        Flavour::ALL.map(|f| format!("{f}/smuggled: there is a module, but no kernel of this name is listed"));
+    assert_eq!(copy.findings(), expected);
 }
 
 #[test]
@@ -114,7 +133,7 @@ fn the_toolchain_of_the_manifest_must_give_the_same_bytes() {
     assert!(scope.to_string().contains("byte for byte"), "{scope}");
     assert!(require(&scope, true).is_ok());
     assert_eq!(findings, Vec::<String>::new());
-    built.get_mut(&Flavour::Fast).unwrap().get_mut("self_check").unwrap().push(0);
+    built.get_mut(&Entry::new(Flavour::Fast, "self_check")).unwrap().push(0);
     let (_, findings) = compare_rebuild(&identity, &built, &committed);
     assert_eq!(findings, ["fast/self_check: a rebuild gives other bytes"]);
 }
@@ -125,10 +144,9 @@ fn another_toolchain_must_give_the_same_entry_points() {
     let mut identity = committed.manifest.toolchain.clone();
     identity.id = "another".to_owned();
     let mut built = committed.modules.clone();
-    let exact = built.get_mut(&Flavour::Exact).unwrap();
-    let module = exact.remove("self_check").unwrap();
-    exact.insert("renamed".to_owned(), module);
-    built.get_mut(&Flavour::Fast).unwrap().get_mut("self_check").unwrap().push(0);
+    let module = built.remove(&Entry::new(Flavour::Exact, "self_check")).unwrap();
+    built.insert(Entry::new(Flavour::Exact, "renamed"), module);
+    built.get_mut(&Entry::new(Flavour::Fast, "self_check")).unwrap().push(0);
     let (scope, findings) = compare_rebuild(&identity, &built, &committed);
     let text = scope.to_string();
     assert!(text.starts_with("toolchain another is not") && text.contains("not the bytes"), "{text}");

@@ -1,13 +1,12 @@
 //! The post-pass, step by step.
 
-use rspirv::dr::{Instruction, Module, Operand};
+use rspirv::dr::{Module, Operand};
 use rspirv::spirv::{AddressingModel, Capability, Decoration, ExecutionMode, MemoryAccess, MemoryModel, Op, Word};
-use xtask::shader::Flavour;
-use xtask::shader::allow::check_module;
+use xtask::shader::allow::check;
 use xtask::shader::module::{assemble, operations, parse};
-use xtask::shader::post;
+use xtask::shader::{Entry, Flavour, pipeline, post};
 
-use super::{exact_module, find, fresh_id};
+use super::{exact_module, find, instruction};
 
 /// The module as it might come from rust-gpu: without decorations and modes, with the Vulkan memory model.
 fn raw_module() -> Module {
@@ -15,13 +14,18 @@ fn raw_module() -> Module {
     module.annotations.retain(|i| i.operands.get(1) != Some(&Operand::Decoration(Decoration::NoContraction)));
     module.execution_modes.retain(|i| i.operands[1] == Operand::ExecutionMode(ExecutionMode::LocalSize));
     module.capabilities.retain(|i| i.operands[0] == Operand::Capability(Capability::Shader));
-    let capability = vec![Operand::Capability(Capability::VulkanMemoryModel)];
-    module.capabilities.push(Instruction::new(Op::Capability, None, None, capability));
-    let extension = vec![Operand::LiteralString("SPV_KHR_vulkan_memory_model".to_owned())];
-    module.extensions.push(Instruction::new(Op::Extension, None, None, extension));
-    let model = vec![Operand::AddressingModel(AddressingModel::Logical), Operand::MemoryModel(MemoryModel::Vulkan)];
-    module.memory_model = Some(Instruction::new(Op::MemoryModel, None, None, model));
+    let capability = Operand::Capability(Capability::VulkanMemoryModel);
+    module.capabilities.push(instruction(Op::Capability, [capability]));
+    let extension = Operand::LiteralString("SPV_KHR_vulkan_memory_model".to_owned());
+    module.extensions.push(instruction(Op::Extension, [extension]));
+    let model = [Operand::AddressingModel(AddressingModel::Logical), Operand::MemoryModel(MemoryModel::Vulkan)];
+    module.memory_model = Some(instruction(Op::MemoryModel, model));
     module
+}
+
+#[test]
+fn what_is_no_module_is_refused() {
+    assert!(parse(b"not SPIR-V").is_err() && parse(&[]).is_err());
 }
 
 fn no_contractions(module: &Module) -> usize {
@@ -32,9 +36,9 @@ fn no_contractions(module: &Module) -> usize {
 #[test]
 fn an_exact_module_satisfies_the_allow_list_again() {
     let mut module = raw_module();
-    assert!(!check_module(&module).is_empty());
+    assert!(!check(&module).is_empty());
     post::prepare(&mut module, Flavour::Exact).unwrap();
-    assert_eq!(check_module(&module), []);
+    assert_eq!(check(&module), []);
     assert!(module.extensions.is_empty());
     parse(&assemble(&module)).unwrap();
 }
@@ -95,27 +99,18 @@ fn vulkan_memory_operands_go_with_their_scopes() {
     let scope: Word = 1;
     let vulkan = MemoryAccess::NON_PRIVATE_POINTER | MemoryAccess::MAKE_POINTER_VISIBLE;
     assert_eq!(rewritten_load(&[Operand::MemoryAccess(vulkan), Operand::IdScope(scope)]), []);
-    assert_eq!(
-        rewritten_load(&[
-            Operand::MemoryAccess(vulkan | MemoryAccess::ALIGNED),
-            Operand::LiteralBit32(4),
-            Operand::IdScope(scope)
-        ]),
-        [Operand::MemoryAccess(MemoryAccess::ALIGNED), Operand::LiteralBit32(4)]
-    );
-    assert_eq!(
-        rewritten_load(&[Operand::MemoryAccess(MemoryAccess::VOLATILE)]),
-        [Operand::MemoryAccess(MemoryAccess::VOLATILE)]
-    );
+    let (aligned, four) = (MemoryAccess::ALIGNED, Operand::LiteralBit32(4));
+    let loaded = rewritten_load(&[Operand::MemoryAccess(vulkan | aligned), four.clone(), Operand::IdScope(scope)]);
+    assert_eq!(loaded, [Operand::MemoryAccess(aligned), four]);
+    let volatile = [Operand::MemoryAccess(MemoryAccess::VOLATILE)];
+    assert_eq!(rewritten_load(&volatile), volatile);
 }
 
 #[test]
 fn a_kernel_that_synchronises_is_refused() {
     for opcode in [Op::ControlBarrier, Op::MemoryBarrier, Op::AtomicIAdd] {
         let mut module = raw_module();
-        let id = fresh_id(&mut module);
-        let barrier = Instruction::new(opcode, None, Some(id), vec![]);
-        module.functions[0].blocks[0].instructions.insert(0, barrier);
+        module.functions[0].blocks[0].instructions.insert(0, instruction(opcode, []));
         let reason = post::use_glsl450_memory_model(&mut module).unwrap_err();
         assert!(reason.contains(&format!("{opcode:?}")), "{reason}");
     }
@@ -136,9 +131,8 @@ fn the_contract_survives_the_optimiser() {
         eprintln!("skipped: SPIRV-Tools are not installed");
         return;
     }
-    let finished =
-        xtask::shader::pipeline::finish_module("self_check", &assemble(&raw_module()), Flavour::Exact).unwrap();
-    let module = parse(&finished).unwrap();
-    assert_eq!(check_module(&module), []);
+    let entry = Entry::new(Flavour::Exact, "self_check");
+    let module = parse(&pipeline::finish_module(&entry, &assemble(&raw_module())).unwrap()).unwrap();
+    assert_eq!(check(&module), []);
     assert!(operations(&module).count() > 0);
 }
