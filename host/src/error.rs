@@ -1,6 +1,7 @@
 //! What can go wrong, each as one sentence that says what, where and what to do.
 
-use std::path::PathBuf;
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
 
 /// An error of this library. The program prints it as one line and exits with code 2.
 #[derive(Debug, thiserror::Error)]
@@ -48,3 +49,25 @@ pub enum Error {
     #[error("interrupted; nothing was written")]
     Interrupted,
 }
+
+impl Error {
+    /// That a file cannot be read, and why.
+    pub fn cannot_read(path: &Path, reason: impl Display) -> Self {
+        Self::File { action: "read", path: path.to_owned(), reason: reason.to_string() }
+    }
+
+    /// That a file cannot be written, and why.
+    pub fn cannot_write(path: &Path, reason: impl Display) -> Self {
+        Self::File { action: "write", path: path.to_owned(), reason: reason.to_string() }
+    }
+}
+
+/// Returns with a formatted problem unless a condition holds, as the macro of that name of `anyhow` does.
+macro_rules! ensure {
+    ($condition:expr, $($problem:tt)+) => {
+        if !$condition {
+            return Err(format!($($problem)+));
+        }
+    };
+}
+pub(crate) use ensure;

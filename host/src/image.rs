@@ -1,5 +1,6 @@
 //! Images: EXR without loss, PNG to look at.
 
+use std::fmt::Display;
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter};
 use std::path::Path;
@@ -9,9 +10,8 @@ use exr::prelude::{
     LayerAttributes, LineOrder, MetaData, ReadChannels, ReadLayers, ReadSpecificChannel, Text, Vec2, WritableImage,
 };
 
-use crate::Error;
-use crate::input;
 use crate::output::write_atomically;
+use crate::{Error, input};
 
 /// Longest side of an image in pixels.
 pub const MAX_SIDE: u32 = 16_384;
@@ -69,7 +69,7 @@ pub fn read_exr(path: &Path) -> Result<Image, Error> {
         .all_attributes()
         .non_parallel()
         .from_buffered(open(path)?)
-        .map_err(|error| cannot_read(path, &error))?;
+        .map_err(|error| cannot_read(path, error))?;
     Ok(image.layer_data.channel_data.pixels)
 }
 
@@ -114,11 +114,10 @@ pub fn write_exr_with(
 ) -> Result<(), Error> {
     check_pixels(path, image, image.pixels.len())?;
     more.iter().try_for_each(|channel| check_pixels(path, image, channel.values.len()))?;
-    let color = ["R", "G", "B"].into_iter().enumerate().map(|(i, name)| {
-        let values = image.pixels.iter().map(|pixel| pixel[i]).collect();
-        AnyChannel::new(name, FlatSamples::F32(values))
-    });
-    let more = more.iter().map(|Channel { name, values }| AnyChannel::new(*name, FlatSamples::F32(values.clone())));
+    let channel = |name: &str, values: Vec<f32>| AnyChannel::new(name, FlatSamples::F32(values));
+    let color = ["R", "G", "B"].into_iter().enumerate();
+    let color = color.map(|(i, name)| channel(name, image.pixels.iter().map(|pixel| pixel[i]).collect()));
+    let more = more.iter().map(|Channel { name, values }| channel(name, values.clone()));
     let channels = AnyChannels::sort(color.chain(more).collect());
     let encoding =
         Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
@@ -179,49 +178,44 @@ fn black(size: Vec2<usize>, _channels: &impl Sized) -> Image {
 }
 
 fn check_header(path: &Path) -> Result<(), Error> {
-    let bytes = std::fs::metadata(path).map_err(|error| cannot_read(path, &error))?.len();
+    let bytes = std::fs::metadata(path).map_err(|error| cannot_read(path, error))?.len();
     let pixels = |size: Vec2<usize>| (size.width() as u64).saturating_mul(size.height() as u64);
     let headers = read_header(path)?.headers;
-    let claimed = headers.iter().map(|header| pixels(header.layer_size)).max();
-    match claimed.unwrap_or(0) {
-        claimed if claimed > MAX_PIXELS => {
-            Err(cannot_read(path, &format!("it has {claimed} pixels, more than {MAX_PIXELS}")))
-        }
-        claimed if claimed / MAX_PIXELS_PER_BYTE > bytes => Err(cannot_read(
-            path,
-            &format!("it is damaged: its {bytes} bytes cannot hold the {claimed} pixels that its header claims"),
-        )),
-        _ => Ok(()),
-    }
+    let claimed = headers.iter().map(|header| pixels(header.layer_size)).max().unwrap_or(0);
+    let problem = if claimed > MAX_PIXELS {
+        format!("it has {claimed} pixels, more than {MAX_PIXELS}")
+    } else if claimed / MAX_PIXELS_PER_BYTE > bytes {
+        format!("it is damaged: its {bytes} bytes cannot hold the {claimed} pixels that its header claims")
+    } else {
+        return Ok(());
+    };
+    Err(cannot_read(path, problem))
 }
 
 fn read_header(path: &Path) -> Result<MetaData, Error> {
-    MetaData::read_from_buffered(open(path)?, false).map_err(|error| cannot_read(path, &error))
+    MetaData::read_from_buffered(open(path)?, false).map_err(|error| cannot_read(path, error))
 }
 
 fn open(path: &Path) -> Result<BufReader<File>, Error> {
-    input::open(path).map(BufReader::new).map_err(|error| cannot_read(path, &error))
+    input::open(path).map(BufReader::new).map_err(|error| cannot_read(path, error))
 }
 
-fn cannot_read(path: &Path, reason: &dyn std::fmt::Display) -> Error {
-    Error::File { action: "read", path: path.to_owned(), reason: one_line(&reason.to_string()) }
+fn cannot_read(path: &Path, reason: impl Display) -> Error {
+    Error::cannot_read(path, one_line(&reason.to_string()))
 }
 
 /// Whether the image has a size, and that is the number of pixels of what is to be written.
 fn check_pixels(path: &Path, image: &Image, pixels: usize) -> Result<(), Error> {
-    let expected = u64::from(image.width) * u64::from(image.height);
-    if expected == 0 || expected != pixels as u64 {
-        return Err(Error::File {
-            action: "write",
-            path: path.to_owned(),
-            reason: format!("an image of {} x {} with {pixels} pixels", image.width, image.height),
-        });
-    }
-    Ok(())
+    let Image { width, height, .. } = image;
+    let expected = u64::from(*width) * u64::from(*height);
+    let problem = || Error::cannot_write(path, format!("an image of {width} x {height} with {pixels} pixels"));
+    (expected != 0 && expected == pixels as u64).then_some(()).ok_or_else(problem)
 }
 
 #[cfg(test)]
 mod tests {
+    use std::path::PathBuf;
+
     use super::*;
 
     fn awkward() -> Image {
@@ -232,37 +226,38 @@ mod tests {
         Image { width: 17, height: 35, pixels: values.as_chunks::<3>().0.to_vec() }
     }
 
+    /// A folder, and the path of an image to be written in it.
+    fn place() -> (tempfile::TempDir, PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("image");
+        (folder, path)
+    }
+
     fn bits(image: &Image) -> Vec<u32> {
         image.pixels.as_flattened().iter().map(|value| value.to_bits()).collect()
     }
 
     #[test]
     fn exr_keeps_every_bit_and_the_metadata() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("image.exr");
-        let metadata = [("scene", "böx\nin a box"), ("seed", "7")].map(|(k, v)| (k.to_owned(), v.to_owned()));
-        write_exr(&path, &awkward(), &metadata).unwrap();
+        let (_folder, path) = place();
+        let metadata = |scene: &str| [("scene", scene), ("seed", "7")].map(|(k, v)| (k.to_owned(), v.to_owned()));
+        write_exr(&path, &awkward(), &metadata("böx\nin a box")).unwrap();
         let read = read_exr(&path).unwrap();
         assert_eq!((read.width, read.height), (17, 35));
         assert_eq!(bits(&read), bits(&awkward()));
-        let expected = [("scene", "böx in a box"), ("seed", "7")].map(|(k, v)| (k.to_owned(), v.to_owned()));
-        assert_eq!(read_exr_metadata(&path).unwrap(), expected);
+        assert_eq!(read_exr_metadata(&path).unwrap(), metadata("böx in a box"));
     }
 
     #[test]
     fn further_channels_leave_the_image_as_it_is() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("image.exr");
+        let (_folder, path) = place();
         let values = |shift| (0..17 * 35_u16).map(|i| f32::from(i) + shift).collect();
         let more = [("layer.b", 0.5), ("layer.A", 0.25)].map(|(name, shift)| Channel { name, values: values(shift) });
         write_exr_with(&path, &awkward(), &more, &[]).unwrap();
         assert_eq!(bits(&read_exr(&path).unwrap()), bits(&awkward()));
         let image = exr::prelude::read_first_flat_layer_from_file(&path).unwrap();
         let channels = image.layer_data.channel_data.list;
-        assert_eq!(
-            channels.iter().map(|c| c.name.to_string()).collect::<Vec<_>>(),
-            ["B", "G", "R", "layer.A", "layer.b"]
-        );
+        assert!(channels.iter().map(|c| c.name.to_string()).eq(["B", "G", "R", "layer.A", "layer.b"]));
         for (channel, expected) in channels[3..].iter().zip([&more[1], &more[0]]) {
             assert_eq!(channel.sample_data.values_as_f32().collect::<Vec<_>>(), expected.values);
         }
@@ -272,34 +267,30 @@ mod tests {
 
     #[test]
     fn equal_images_give_equal_files() {
-        let folder = tempfile::tempdir().unwrap();
         let metadata: Vec<_> = (0..20).map(|i| (format!("key {i}"), i.to_string())).collect();
-        let write = |name: &str| {
-            let path = folder.path().join(name);
+        let [a, b] = [place(), place()].map(|(_folder, path)| {
             write_exr(&path, &awkward(), &metadata).unwrap();
             std::fs::read(path).unwrap()
-        };
-        assert_eq!(write("a.exr"), write("b.exr"));
+        });
+        assert_eq!(a, b);
     }
 
     #[test]
     fn damaged_files_are_errors() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("image.exr");
+        let (_folder, path) = place();
         write_exr(&path, &awkward(), &[]).unwrap();
         let bytes = std::fs::read(&path).unwrap();
         for length in [0, 4, 100, bytes.len() - 1] {
             std::fs::write(&path, &bytes[..length]).unwrap();
             assert!(matches!(read_exr(&path), Err(Error::File { .. })), "{length} bytes");
         }
-        assert!(matches!(read_exr(&folder.path().join("missing.exr")), Err(Error::File { .. })));
+        assert!(matches!(read_exr(&path.with_extension("missing")), Err(Error::File { .. })));
     }
 
     /// A changed size in the header, found by the eight bytes of the last pixel's coordinates.
     #[test]
     fn a_header_cannot_claim_what_the_file_does_not_hold() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("image.exr");
+        let (_folder, path) = place();
         write_exr(&path, &awkward(), &[]).unwrap();
         let bytes = std::fs::read(&path).unwrap();
         let corner = [16_i32.to_le_bytes(), 34_i32.to_le_bytes()].concat();
@@ -317,15 +308,13 @@ mod tests {
 
     #[test]
     fn a_folder_is_no_image() {
-        let folder = tempfile::tempdir().unwrap();
-        let message = read_exr(folder.path()).unwrap_err().to_string();
+        let message = read_exr(tempfile::tempdir().unwrap().path()).unwrap_err().to_string();
         assert!(message.contains("folder"), "{message}");
     }
 
     #[test]
     fn a_changed_byte_never_panics() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("image.exr");
+        let (_folder, path) = place();
         let image = Image { width: 3, height: 2, pixels: vec![[0.25; 3]; 6] };
         write_exr(&path, &image, &[("key".to_owned(), "value".to_owned())]).unwrap();
         let bytes = std::fs::read(&path).unwrap();
@@ -341,16 +330,14 @@ mod tests {
 
     #[test]
     fn an_image_must_have_its_pixels() {
-        let folder = tempfile::tempdir().unwrap();
-        let image = Image { width: 2, height: 2, pixels: vec![[0.0; 3]; 3] };
-        write_exr(&folder.path().join("image.exr"), &image, &[]).unwrap_err();
-        write_png(&folder.path().join("image.png"), &Image::default()).unwrap_err();
+        let (_folder, path) = place();
+        write_exr(&path, &Image { width: 2, height: 2, pixels: vec![[0.0; 3]; 3] }, &[]).unwrap_err();
+        write_png(&path, &Image::default()).unwrap_err();
     }
 
     #[test]
     fn png_is_srgb_and_clamped() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("image.png");
+        let (_folder, path) = place();
         let image = Image { width: 2, height: 1, pixels: vec![[0.0, 0.5, 1.0], [-1.0, 7.0, f32::NAN]] };
         write_png(&path, &image).unwrap();
         let mut reader = png::Decoder::new(BufReader::new(File::open(&path).unwrap())).read_info().unwrap();

@@ -1,6 +1,6 @@
 //! How much memory a render may take.
 
-use std::ffi::{OsStr, OsString};
+use std::ffi::OsStr;
 
 use crate::Error;
 
@@ -14,7 +14,7 @@ const SHARE: f64 = 0.8;
 /// [`Error::Setting`] if the variable is no number.
 pub(crate) fn limit() -> Result<u64, Error> {
     let value = std::env::var_os(VARIABLE).filter(|value| !value.is_empty());
-    value.map_or_else(|| Ok(share_of_machine()), |value: OsString| configured(&value))
+    value.map_or_else(|| Ok(share_of_machine()), |value| configured(&value))
 }
 
 fn configured(value: &OsStr) -> Result<u64, Error> {
@@ -41,13 +41,15 @@ pub fn check(bytes: u64, what: &str, remedy: &str) -> Result<(), Error> {
     if bytes <= limit {
         return Ok(());
     }
-    let gib = |bytes: u64| bytes as f64 / f64::from(1 << 30);
-    Err(Error::Memory(format!(
-        "{what} would take {:.2} GiB, more than the limit of {:.2} GiB (80 % of the memory, or \
-         {VARIABLE}); {remedy}",
-        gib(bytes),
-        gib(limit)
-    )))
+    let [bytes, limit] = [bytes, limit].map(gib);
+    let problem =
+        format!("{what} would take {bytes}, more than the limit of {limit} (80 % of the memory, or {VARIABLE})");
+    Err(Error::Memory(format!("{problem}; {remedy}")))
+}
+
+/// Bytes as a text in GiB.
+pub(crate) fn gib(bytes: u64) -> String {
+    format!("{:.2} GiB", bytes as f64 / f64::from(1 << 30))
 }
 
 #[cfg(test)]

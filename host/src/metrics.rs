@@ -58,13 +58,15 @@ pub struct Comparison {
 pub fn compare(test: &Image, reference: &Image) -> Result<Comparison, Error> {
     check_sizes(test, reference)?;
     let values = || test.pixels.as_flattened().iter().copied().zip(reference.pixels.as_flattened().iter().copied());
-    let words = Words::count(values());
-    let sums = Sums::of(values(), mean(values().map(|(_, r)| f64::from(r))));
+    let differing_words = values().filter(|(x, r)| x.to_bits() != r.to_bits()).count() as u64;
     let count = values().count() as f64;
+    let threshold = RELATIVE_THRESHOLD * (values().map(|(_, r)| f64::from(r)).sum::<f64>() / count);
+    let mut sums = Sums::default();
+    values().for_each(|(x, r)| sums.add(f64::from(x), f64::from(r), threshold));
     Ok(Comparison {
-        identical: words.differing == 0,
-        differing_words: words.differing,
-        max_ulp: words.max_ulp,
+        identical: differing_words == 0,
+        differing_words,
+        max_ulp: values().fold(0, |most, (x, r)| most.max(ulp_distance(x, r))),
         rmse: (sums.squared / count).sqrt(),
         rel_mse: sums.relative_squared / count,
         rmae: sums.relative / count,
@@ -94,36 +96,15 @@ fn ordered(value: f32) -> i32 {
 
 fn check_sizes(test: &Image, reference: &Image) -> Result<(), Error> {
     let size = |image: &Image| (image.width, image.height, image.pixels.len());
-    if size(test) != size(reference) {
-        return Err(Error::Setting(format!(
-            "images of different sizes cannot be compared: {} x {} and {} x {}",
-            test.width, test.height, reference.width, reference.height
-        )));
-    }
-    if test.pixels.is_empty() {
-        return Err(Error::Setting("images without pixels cannot be compared".to_owned()));
-    }
-    Ok(())
-}
-
-fn mean(values: impl Iterator<Item = f64>) -> f64 {
-    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
-    sum / count
-}
-
-#[derive(Default)]
-struct Words {
-    differing: u64,
-    max_ulp: u32,
-}
-
-impl Words {
-    fn count(values: impl Iterator<Item = (f32, f32)>) -> Self {
-        values.fold(Self::default(), |words, (x, r)| Self {
-            differing: words.differing + u64::from(x.to_bits() != r.to_bits()),
-            max_ulp: words.max_ulp.max(ulp_distance(x, r)),
-        })
-    }
+    let problem = if size(test) != size(reference) {
+        let [test, reference] = [test, reference].map(|image| format!("{} x {}", image.width, image.height));
+        format!("images of different sizes cannot be compared: {test} and {reference}")
+    } else if test.pixels.is_empty() {
+        "images without pixels cannot be compared".to_owned()
+    } else {
+        return Ok(());
+    };
+    Err(Error::Setting(problem))
 }
 
 #[derive(Default)]
@@ -140,15 +121,6 @@ struct Sums {
 }
 
 impl Sums {
-    fn of(values: impl Iterator<Item = (f32, f32)>, reference_mean: f64) -> Self {
-        let threshold = RELATIVE_THRESHOLD * reference_mean;
-        let mut sums = Self::default();
-        for (x, r) in values {
-            sums.add(f64::from(x), f64::from(r), threshold);
-        }
-        sums
-    }
-
     fn add(&mut self, x: f64, r: f64, threshold: f64) {
         let error = (x - r).abs();
         self.test += x;

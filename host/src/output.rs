@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use tempfile::{Builder, NamedTempFile};
 
@@ -15,8 +15,8 @@ use crate::Error;
 /// no temporary file is left.
 pub fn write_atomically(path: &Path, write: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>) -> Result<(), Error> {
     let file = temporary_beside(path)?;
-    fill(file.as_file(), write).map_err(|error| cannot_write(path, error.to_string()))?;
-    file.persist(path).map_err(|error| cannot_write(path, error.error.to_string()))?;
+    fill(file.as_file(), write).map_err(|error| Error::cannot_write(path, error))?;
+    file.persist(path).map_err(|error| Error::cannot_write(path, error.error))?;
     Ok(())
 }
 
@@ -27,7 +27,7 @@ pub fn write_atomically(path: &Path, write: impl FnOnce(&mut BufWriter<&File>) -
 pub fn check_writable(path: &Path) -> Result<(), Error> {
     temporary_beside(path)?;
     match std::fs::symlink_metadata(path) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(cannot_write(path, error.to_string())),
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(Error::cannot_write(path, error)),
         _ => Ok(()),
     }
 }
@@ -40,31 +40,19 @@ fn fill(file: &File, write: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>
 
 fn temporary_beside(path: &Path) -> Result<NamedTempFile, Error> {
     if path.is_dir() || path.file_name().is_none() {
-        return Err(cannot_write(path, "it is a folder; name a file in it".to_owned()));
+        return Err(Error::cannot_write(path, "it is a folder; name a file in it"));
     }
-    let folder = folder_of(path);
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let cannot_write = |why: &str| Error::cannot_write(path, format!("the folder {} {why}", folder.display()));
     if !folder.is_dir() {
-        return Err(cannot_write(path, format!("the folder {} does not exist; create it first", folder.display())));
+        return Err(cannot_write("does not exist; create it first"));
     }
     let mut builder = Builder::new();
     builder.prefix(".restir-").suffix(".tmp");
     // A temporary file is private by default; the result should have a new file's usual permissions.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(&folder).map_err(|error| {
-        cannot_write(path, format!("the folder {} is not writable ({})", folder.display(), error.kind()))
-    })
-}
-
-fn folder_of(path: &Path) -> PathBuf {
-    match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
-        _ => PathBuf::from("."),
-    }
-}
-
-fn cannot_write(path: &Path, reason: String) -> Error {
-    Error::File { action: "write", path: path.to_owned(), reason }
+    builder.tempfile_in(folder).map_err(|error| cannot_write(&format!("is not writable ({})", error.kind())))
 }
 
 #[cfg(test)]

@@ -1,14 +1,15 @@
 //! The camera: framing a scene, and its form on the bus.
 
-use std::ops::RangeInclusive;
+use std::f64::consts::PI;
 
 use glam::DVec3;
 use restir_shared::layout::CameraParams;
 
-use super::{Camera, MAX_COORDINATE};
+use super::{Camera, MAX_COORDINATE, double};
+use crate::error::ensure;
 
 /// Vertical field of view of a framed camera, in radians: 40 degrees.
-const FRAMING_FOV: f64 = 40.0 * std::f64::consts::PI / 180.0;
+const FRAMING_FOV: f64 = 40.0 * PI / 180.0;
 
 /// From the scene to a framed camera: from the front (+z, as in glTF), to the right and a little above.
 const FRAMING_DIRECTION: DVec3 = DVec3::new(0.55, 0.42, 1.0);
@@ -20,7 +21,7 @@ const FRAMING_MARGIN: f64 = 1.05;
 const FOV_RANGE: (f64, f64) = (1e-3, 3.1);
 
 /// Where the plane in focus may lie.
-const FOCUS_RANGE: RangeInclusive<f64> = 1e-6..=8.0 * MAX_COORDINATE;
+const FOCUS_RANGE: [f64; 2] = [1e-6, 8.0 * MAX_COORDINATE];
 
 impl Camera {
     /// A camera without a lens.
@@ -74,34 +75,19 @@ impl Camera {
     /// # Errors
     /// What is wrong, as a sentence without a full stop.
     pub fn check(&self) -> Result<(), String> {
-        let direction = self.target - self.position;
+        let Self { position, target, vertical_fov: fov, lens_radius: radius, .. } = *self;
+        let direction = target - position;
         // A camera that frames the largest scene stands outside of it.
-        if !(self.position.abs().max_element() <= 4.0 * MAX_COORDINATE
-            && direction.is_finite()
-            && direction.length() > 0.0)
-        {
-            return Err(format!("the camera at {} is not within 4.29e9 or looks nowhere; correct it", self.position));
-        }
-        if !(self.vertical_fov > 0.0 && self.vertical_fov < std::f64::consts::PI) {
-            return Err(format!(
-                "a field of view of {} degrees is not between 0 and 180",
-                self.vertical_fov.to_degrees()
-            ));
-        }
-        if !(0.0..=MAX_COORDINATE).contains(&self.lens_radius) {
-            return Err(format!(
-                "a lens radius of {} is not within 0 and {MAX_COORDINATE:e}; 0 is a pinhole",
-                self.lens_radius
-            ));
-        }
-        let distance = self.distance_in_focus();
-        if self.lens_radius > 0.0 && !FOCUS_RANGE.contains(&distance) {
-            return Err(format!(
-                "a focus distance of {distance} is not within {:e} and {:e}",
-                FOCUS_RANGE.start(),
-                FOCUS_RANGE.end()
-            ));
-        }
+        let near = position.abs().max_element() <= 4.0 * MAX_COORDINATE;
+        let looks = direction.is_finite() && direction.length() > 0.0;
+        ensure!(near && looks, "the camera at {position} is not within 4.29e9 or looks nowhere; correct it");
+        let degrees = fov.to_degrees();
+        ensure!(fov > 0.0 && fov < PI, "a field of view of {degrees} degrees is not between 0 and 180");
+        let possible = (0.0..=MAX_COORDINATE).contains(&radius);
+        ensure!(possible, "a lens radius of {radius} is not within 0 and {MAX_COORDINATE:e}; 0 is a pinhole");
+        let (distance, [nearest, farthest]) = (self.distance_in_focus(), FOCUS_RANGE);
+        let sharp = radius == 0.0 || (nearest..=farthest).contains(&distance);
+        ensure!(sharp, "a focus distance of {distance} is not within {nearest:e} and {farthest:e}");
         Ok(())
     }
 
@@ -122,19 +108,18 @@ impl Camera {
     fn distance_to_frame(&self, half: DVec3, aspect: f64) -> f64 {
         let [right, up, forward] = self.frame();
         let half_height = self.half_height();
-        corners(half)
-            .map(|corner| {
-                let across = (corner.dot(right).abs() / (half_height * aspect)).max(corner.dot(up).abs() / half_height);
-                across - corner.dot(forward)
-            })
-            .fold(0.0, f64::max)
+        let distance = |corner: DVec3| {
+            let across = (corner.dot(right).abs() / (half_height * aspect)).max(corner.dot(up).abs() / half_height);
+            across - corner.dot(forward)
+        };
+        corners(half).map(distance).fold(0.0, f64::max)
     }
 }
 
 /// The centre and half of the size of a box. What is empty or not finite becomes a unit cube at the origin; the
 /// largest half size is never zero.
 pub(super) fn centre_and_half_size(bounds: [[f32; 3]; 2]) -> (DVec3, DVec3) {
-    let [lo, hi] = bounds.map(|corner| DVec3::from_array(corner.map(f64::from)));
+    let [lo, hi] = bounds.map(double);
     if !lo.is_finite() || !hi.is_finite() || lo.cmpgt(hi).any() {
         return (DVec3::ZERO, DVec3::splat(0.5));
     }
@@ -155,14 +140,9 @@ fn unit_perpendicular(forward: DVec3, up: DVec3) -> DVec3 {
     if right.length() > 1e-6 {
         return right.normalize();
     }
-    let size = forward.abs();
-    let axis = if size.y <= size.x.min(size.z) {
-        DVec3::Y
-    } else if size.z <= size.x {
-        DVec3::Z
-    } else {
-        DVec3::X
-    };
+    let along = |axis: &DVec3| forward.dot(*axis).abs();
+    let axes = [DVec3::Z, DVec3::X].into_iter();
+    let axis = axes.fold(DVec3::Y, |least, axis| if along(&axis) < along(&least) { axis } else { least });
     forward.cross(axis).normalize()
 }
 
@@ -193,10 +173,9 @@ mod tests {
                 let camera = Camera::framing(bounds, aspect);
                 assert!(camera.position.is_finite());
                 let aspect = if aspect > 0.0 { aspect } else { 1.0 };
-                let centre = 0.5 * (DVec3::from(bounds[0].map(f64::from)) + DVec3::from(bounds[1].map(f64::from)));
-                let half = 0.5 * (DVec3::from(bounds[1].map(f64::from)) - DVec3::from(bounds[0].map(f64::from)));
-                for corner in corners(half) {
-                    let (x, y, depth) = project(&camera, centre + corner, aspect);
+                let [lo, hi] = bounds.map(double);
+                for corner in corners(0.5 * (hi - lo)) {
+                    let (x, y, depth) = project(&camera, 0.5 * (lo + hi) + corner, aspect);
                     assert!(x.abs() < 1.0 && y.abs() < 1.0 && depth > 0.0, "{bounds:?} {aspect}: {x} {y} {depth}");
                 }
             }
@@ -212,12 +191,7 @@ mod tests {
 
     #[test]
     fn params_of_a_simple_camera() {
-        let camera = Camera::pinhole(
-            DVec3::new(0.0, 1.0, 4.0),
-            DVec3::new(0.0, 1.0, 0.0),
-            DVec3::Y,
-            std::f64::consts::FRAC_PI_2,
-        );
+        let camera = Camera::pinhole(DVec3::new(0.0, 1.0, 4.0), DVec3::Y, DVec3::Y, 0.5 * PI);
         let params = camera.params(200, 100);
         assert_eq!(params.position, [0.0, 1.0, 4.0]);
         assert_eq!(params.forward, [0.0, 0.0, -1.0]);
@@ -230,12 +204,12 @@ mod tests {
 
     #[test]
     fn a_lens_moves_the_image_plane_to_where_it_is_sharp() {
-        let pinhole = Camera::pinhole(DVec3::ZERO, DVec3::new(0.0, 0.0, -2.0), DVec3::Y, std::f64::consts::FRAC_PI_2);
+        let pinhole = Camera::pinhole(DVec3::ZERO, DVec3::new(0.0, 0.0, -2.0), DVec3::Y, 0.5 * PI);
         let lens = Camera { lens_radius: 0.5, ..pinhole };
         for (camera, distance) in [(lens, 2.0), (Camera { focus_distance: Some(8.0), ..lens }, 8.0)] {
             let params = camera.params(200, 100);
             assert_eq!(params.forward, [0.0, 0.0, -distance]);
-            let length = |v: [f32; 3]| DVec3::from_array(v.map(f64::from)).length();
+            let length = |v: [f32; 3]| double(v).length();
             for (axis, lens, half) in [(params.right, params.lens_right, 2.0), (params.up, params.lens_up, 1.0)] {
                 assert!((length(axis) - half * f64::from(distance)).abs() < 1e-5, "{axis:?}");
                 assert!((length(axis) * f64::from(lens) - 0.5).abs() < 1e-6, "the lens has its radius along {axis:?}");

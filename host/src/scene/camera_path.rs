@@ -4,9 +4,10 @@ use std::io::Read;
 use std::path::Path;
 
 use glam::{DQuat, DVec3};
-use serde_json::Value;
+use serde::{Deserialize, Deserializer};
 
 use super::Camera;
+use crate::error::ensure;
 use crate::{Error, input};
 
 /// What an orbit and a pan turn by in a frame, in degrees.
@@ -28,15 +29,18 @@ pub enum CameraPath {
 }
 
 /// The camera in one frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 pub struct Keyframe {
     /// Index of the frame.
     pub frame: f64,
     /// Where the camera is.
+    #[serde(deserialize_with = "vector")]
     pub position: DVec3,
     /// What it looks at.
+    #[serde(deserialize_with = "vector")]
     pub target: DVec3,
-    /// Vertical field of view in radians.
+    /// Vertical field of view in radians; a file has it in degrees.
+    #[serde(rename = "fov", deserialize_with = "radians")]
     pub vertical_fov: f64,
 }
 
@@ -50,10 +54,9 @@ impl CameraPath {
         match name_or_file.to_str() {
             Some("orbit") => Ok(Self::Orbit),
             Some("pan") => Ok(Self::Pan),
-            _ => read(name_or_file).map_err(|reason| Error::File {
-                action: "read",
-                path: name_or_file.to_owned(),
-                reason: format!("{reason}; a camera path is orbit, pan or a JSON array of {FIELDS}"),
+            _ => read(name_or_file).map_err(|reason| {
+                let form = format!("a camera path is orbit, pan or a JSON array of {FIELDS}");
+                Error::cannot_read(name_or_file, format!("{reason}; {form}"))
             }),
         }
     }
@@ -63,15 +66,12 @@ impl CameraPath {
     /// # Errors
     /// [`Error::Setting`] for a camera that [`Camera::check`] refuses.
     pub fn cameras(&self, camera: Camera, frames: u32) -> Result<Vec<Camera>, Error> {
-        (0..frames)
-            .map(|frame| {
-                let camera = self.camera(camera, f64::from(frame));
-                camera
-                    .check()
-                    .map_err(|problem| Error::Setting(format!("frame {frame} of the camera path: {problem}")))?;
-                Ok(camera)
-            })
-            .collect()
+        let checked = |frame: u32| {
+            let camera = self.camera(camera, f64::from(frame));
+            let refused = |problem| Error::Setting(format!("frame {frame} of the camera path: {problem}"));
+            camera.check().map(|()| camera).map_err(refused)
+        };
+        (0..frames).map(checked).collect()
     }
 
     fn camera(&self, camera: Camera, frame: f64) -> Camera {
@@ -99,28 +99,18 @@ fn read(path: &Path) -> Result<CameraPath, String> {
     input::open(path)
         .and_then(|file| file.take(MAX_BYTES).read_to_string(&mut text))
         .map_err(|error| error.to_string())?;
-    let value: Value = serde_json::from_str(&text).map_err(|error| format!("it is no JSON: {error}"))?;
-    let keys = value.as_array().filter(|keys| !keys.is_empty()).ok_or("it is no array of keyframes")?;
-    let keys: Vec<Keyframe> = keys.iter().enumerate().map(|(i, key)| keyframe(i, key)).collect::<Result<_, _>>()?;
-    let ascending = keys.windows(2).all(|pair| pair[0].frame < pair[1].frame);
-    ascending.then_some(CameraPath::Keyframes(keys)).ok_or_else(|| "its frames do not ascend".to_owned())
+    let keys: Vec<Keyframe> = serde_json::from_str(&text).map_err(|error| format!("it is no camera path: {error}"))?;
+    ensure!(!keys.is_empty(), "it has no keyframe");
+    ensure!(keys.is_sorted_by(|a, b| a.frame < b.frame), "its frames do not ascend");
+    Ok(CameraPath::Keyframes(keys))
 }
 
-fn keyframe(index: usize, key: &Value) -> Result<Keyframe, String> {
-    let number = |value: &Value| value.as_f64().filter(|number| number.is_finite());
-    let field =
-        |name: &str| key.get(name).and_then(number).ok_or_else(|| format!("keyframe {index} has no number {name:?}"));
-    let vector = |name: &str| {
-        let numbers: Option<Vec<f64>> = key.get(name)?.as_array()?.iter().map(number).collect();
-        numbers.filter(|numbers| numbers.len() == 3).map(|n| DVec3::new(n[0], n[1], n[2]))
-    };
-    let place = |name: &str| vector(name).ok_or_else(|| format!("keyframe {index} has no three numbers {name:?}"));
-    Ok(Keyframe {
-        frame: field("frame")?,
-        position: place("position")?,
-        target: place("target")?,
-        vertical_fov: field("fov")?.to_radians(),
-    })
+fn radians<'de, D: Deserializer<'de>>(degrees: D) -> Result<f64, D::Error> {
+    f64::deserialize(degrees).map(f64::to_radians)
+}
+
+fn vector<'de, D: Deserializer<'de>>(numbers: D) -> Result<DVec3, D::Error> {
+    <[f64; 3]>::deserialize(numbers).map(DVec3::from_array)
 }
 
 #[cfg(test)]
@@ -129,7 +119,7 @@ mod tests {
     use std::io::Write;
 
     fn camera() -> Camera {
-        Camera::pinhole(DVec3::new(0.0, 1.0, 4.0), DVec3::new(0.0, 1.0, 0.0), DVec3::Y, 0.7)
+        Camera::pinhole(DVec3::new(0.0, 1.0, 4.0), DVec3::Y, DVec3::Y, 0.7)
     }
 
     fn file(text: &str) -> Result<CameraPath, Error> {
@@ -165,9 +155,11 @@ mod tests {
     fn what_is_no_path_is_refused() {
         let key = r#""position": [0, 0, 4], "target": [0, 0, 0], "fov": 40"#;
         for (text, word) in [
-            ("", "no JSON"),
-            ("[]", "no array"),
+            ("", "no camera path"),
+            ("[]", "no keyframe"),
+            ("[{}]", "frame"),
             (r#"[{"frame": 0}]"#, "position"),
+            (r#"[{"frame": 1e999}]"#, "number out of range"),
             (&format!(r#"[{{"frame": 1, {key}}}, {{"frame": 1, {key}}}]"#), "ascend"),
         ] {
             let message = file(text).unwrap_err().to_string();

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec3};
 
-use super::{Instance, Material, Mesh, Scene, camera::centre_and_half_size};
+use super::{Material, Mesh, Scene, camera::centre_and_half_size};
 
 // Lengths are in radii of the scene's bounds.
 
@@ -30,18 +30,10 @@ impl Scene {
         let (centre, half) = centre_and_half_size(bounds);
         let radius = half.length();
         let position = centre + DVec3::new(0.0, half.y + HEIGHT * radius, TO_THE_FRONT * radius);
-        self.instances.push(Instance {
-            mesh: self.meshes.len(),
-            transform: DAffine3::from_translation(position) * DAffine3::from_scale(DVec3::splat(HALF_SIDE * radius)),
-        });
-        self.meshes.push(Mesh {
-            name: "default light".to_owned(),
-            positions: vec![[-1.0, 0.0, -1.0], [1.0, 0.0, -1.0], [1.0, 0.0, 1.0], [-1.0, 0.0, 1.0]],
-            indices: vec![[0, 1, 2], [0, 2, 3]],
-            material: self.materials.len(),
-            ..Mesh::default()
-        });
-        self.materials.push(Material::emitter("default light", [0.0; 3], [RADIANCE; 3]));
+        let transform = DAffine3::from_translation(position) * DAffine3::from_scale(DVec3::splat(HALF_SIDE * radius));
+        let material = self.add_material(Material::emitter("default light", [0.0; 3], [RADIANCE; 3]));
+        let square = Mesh::quad(DVec3::new(-1.0, 0.0, -1.0), [DVec3::X * 2.0, DVec3::Z * 2.0]);
+        self.place_mesh("default light", material, square, transform);
     }
 }
 
@@ -52,35 +44,23 @@ mod tests {
 
     #[test]
     fn it_is_above_the_scene_and_faces_down() {
-        let mut scene = Scene {
-            meshes: vec![Mesh {
-                positions: vec![[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]],
-                indices: vec![[0, 1, 2]],
-                ..Mesh::default()
-            }],
-            instances: vec![Instance { mesh: 0, transform: DAffine3::IDENTITY }],
-            materials: vec![Material::diffuse("grey", [0.5; 3])],
-            ..Scene::default()
-        };
+        let mut scene = Scene::default();
+        let grey = scene.add_material(Material::diffuse("grey", [0.5; 3]));
+        scene.add_mesh("square", grey, Mesh::quad(DVec3::ZERO, [DVec3::X * 2.0, DVec3::Y * 2.0]));
         assert!(!scene.has_light());
         scene.add_default_light();
         assert!(scene.has_light());
-        let light = scene.instances[1];
-        let corner = |i: usize| {
-            let [x, y, z] = scene.meshes[light.mesh].positions[i].map(f64::from);
-            light.transform.transform_point3(DVec3::new(x, y, z))
-        };
-        assert!(corner(0).y > 2.0);
-        assert!((corner(1) - corner(0)).cross(corner(2) - corner(0)).y < 0.0);
+        for [a, b, c] in scene.meshes[1].triangles() {
+            let [a, b, c] = [a, b, c].map(|corner| scene.instances[1].transform.transform_point3(corner));
+            assert!(a.y > 2.0 && (b - a).cross(c - a).y < 0.0);
+        }
     }
 
     #[test]
     fn it_does_not_stand_between_a_framed_camera_and_the_scene() {
         for size in [[2.0, 2.0, 2.0], [2.0, 0.0, 2.0], [0.1, 9.0, 0.1], [9.0, 0.1, 0.1]] {
-            let far = size.map(|x| x as f32);
-            let mesh = Mesh { positions: vec![[0.0; 3], far], ..Mesh::default() };
-            let instance = Instance { mesh: 0, transform: DAffine3::IDENTITY };
-            let mut scene = Scene { meshes: vec![mesh], instances: vec![instance], ..Scene::default() };
+            let mut scene = Scene::default();
+            scene.add_mesh("box", 0, Mesh::cuboid(DVec3::ZERO, size.into()));
             let bounds = scene.bounds();
             scene.add_default_light();
             let to_light = scene.instances[1].transform.inverse();

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use super::builtin::Random;
 use super::camera::centre_and_half_size;
-use super::{Camera, Instance, Material, Mesh, Scene};
+use super::{Camera, Material, Mesh, Scene};
 
 /// Distance from the middle of the scene, in radii of its bounds: the nearest and the farthest.
 const DISTANCE: [f64; 2] = [1.15, 2.0];
@@ -43,8 +43,7 @@ impl Scene {
         }
         let transform = DAffine3::from_translation(centre) * DAffine3::from_scale(DVec3::splat(radius));
         for (index, mesh) in meshes.into_iter().enumerate().filter(|(_, mesh)| !mesh.indices.is_empty()) {
-            self.instances.push(Instance { mesh: self.meshes.len(), transform });
-            self.meshes.push(Mesh { name: "emitters".to_owned(), material: first + index, ..mesh });
+            self.place_mesh("emitters", first + index, mesh, transform);
         }
     }
 }
@@ -52,9 +51,7 @@ impl Scene {
 /// A direction that is not the camera's.
 fn direction(random: &mut Random, to_camera: DVec3) -> DVec3 {
     loop {
-        let z = random.range(-1.0, 1.0);
-        let (sin, cos) = random.range(0.0, TAU).sin_cos();
-        let direction = DVec3::new((1.0 - z * z).sqrt() * cos, z, (1.0 - z * z).sqrt() * sin);
+        let direction = random.direction();
         if direction.dot(to_camera) < CLEAR_COS {
             return direction;
         }
@@ -79,10 +76,11 @@ fn add_triangle(mesh: &mut Mesh, middle: DVec3, side: f64, turn: f64) {
 mod tests {
     use super::*;
     use crate::buffers::SceneBuffers;
+    use crate::scene::builtin;
 
     #[test]
     fn they_light_the_scene_from_around() {
-        let mut scene = super::super::builtin::scene("statue").expect("built in");
+        let mut scene = builtin::scene("statue").expect("built in");
         scene.meshes.truncate(1);
         scene.instances.retain(|instance| instance.mesh == 0);
         let camera = Camera::framing(scene.bounds(), 1.0);
@@ -93,12 +91,8 @@ mod tests {
         let (centre, half) = centre_and_half_size(bounds);
         let to_camera = (camera.position - centre).normalize();
         for instance in &scene.instances[1..] {
-            let mesh = &scene.meshes[instance.mesh];
-            for corners in &mesh.indices {
-                let [a, b, c] = corners.map(|i| {
-                    let corner = DVec3::from_array(mesh.positions[i as usize].map(f64::from));
-                    instance.transform.transform_point3(corner) - centre
-                });
+            for corners in scene.meshes[instance.mesh].triangles() {
+                let [a, b, c] = corners.map(|corner| instance.transform.transform_point3(corner) - centre);
                 assert!((b - a).cross(c - a).dot(a) < 0.0, "it faces the middle");
                 assert!(a.length() > half.length() && a.normalize().dot(to_camera) < CLEAR_COS + 0.05);
             }

@@ -1,9 +1,11 @@
 //! Environment maps from EXR files.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use super::Environment;
-use crate::image::read_exr;
+use crate::error::ensure;
+use crate::image::{Image, read_exr};
 use crate::{Error, memory};
 
 /// Radiance beyond this could overflow in sums over paths.
@@ -27,38 +29,20 @@ impl Environment {
     pub fn load(path: &Path, warnings: &mut Vec<String>) -> Result<Environment, Error> {
         let image = read_exr(path)?;
         let name = path.display().to_string();
-        let refuse = |reason: String| Error::File { action: "read", path: path.to_owned(), reason };
-        let [width, height] = [image.width, image.height];
-        if width.max(height) > MAX_SIDE || width.min(height) == 0 {
-            return Err(refuse(format!(
-                "it has {width} x {height} pixels; an environment has at most {MAX_SIDE} on a side"
-            )));
-        }
-        memory::check(
-            u64::from(width) * u64::from(height) * BYTES_PER_PIXEL,
-            &format!("the environment {name}"),
-            "use a smaller image",
-        )?;
-        let mut pixels = image.pixels;
-        let mut negative = 0_usize;
-        for (index, pixel) in pixels.iter_mut().enumerate() {
-            if pixel.iter().any(|&channel| !channel.is_finite() || channel > MAX_RADIANCE) {
-                let (x, y) = (index % width as usize, index / width as usize);
-                return Err(refuse(format!(
-                    "its pixel at x {x}, y {y} is {pixel:?}, which is not finite within {MAX_RADIANCE:e}; correct it"
-                )));
-            }
-            negative += usize::from(pixel.iter().any(|&channel| channel < 0.0));
-            // Also turns -0 into 0.
-            *pixel = pixel.map(|channel| if channel > 0.0 { channel } else { 0.0 });
-        }
+        check(&image).map_err(|problem| Error::cannot_read(path, problem))?;
+        let bytes = image.pixels.len() as u64 * BYTES_PER_PIXEL;
+        memory::check(bytes, &format!("the environment {name}"), "use a smaller image")?;
+        let negative = image.pixels.iter().filter(|pixel| pixel.iter().any(|&channel| channel < 0.0)).count();
         if negative > 0 {
             warnings.push(format!("environment {name}: {negative} of its pixels are negative and count as 0"));
         }
+        // Also turns -0 into 0.
+        let positive = |pixel: &[f32; 3]| pixel.map(|channel| if channel > 0.0 { channel } else { 0.0 });
+        let pixels: Arc<[[f32; 3]]> = image.pixels.iter().map(positive).collect();
         if pixels.iter().all(|pixel| *pixel == [0.0; 3]) {
             warnings.push(format!("environment {name}: it is black"));
         }
-        Ok(Environment { name, size: [width, height], pixels: pixels.into(), scale: 1.0, rotation: 0.0 })
+        Ok(Environment { name, size: [image.width, image.height], pixels, scale: 1.0, rotation: 0.0 })
     }
 
     /// Sets the factor on the radiance and the turn about +y in degrees.
@@ -68,38 +52,44 @@ impl Environment {
     /// that is not finite.
     pub fn placed(self, scale: f32, rotation: f64) -> Result<Environment, Error> {
         let largest = self.pixels.as_flattened().iter().fold(0.0, |largest: f32, &channel| largest.max(channel));
-        if !(scale >= 0.0 && f64::from(scale) * f64::from(largest).max(1.0) <= f64::from(MAX_RADIANCE)) {
-            return Err(Error::Setting(format!(
-                "the environment's scale {scale} has to be at least 0 and must not make it brighter than {MAX_RADIANCE:e}"
-            )));
-        }
-        if !rotation.is_finite() {
-            return Err(Error::Setting(format!("the environment's turn of {rotation} degrees has to be finite")));
-        }
-        Ok(Environment { scale, rotation, ..self })
+        let problem = if !(scale >= 0.0 && f64::from(scale) * f64::from(largest).max(1.0) <= f64::from(MAX_RADIANCE)) {
+            format!("scale {scale} has to be at least 0 and must not make it brighter than {MAX_RADIANCE:e}")
+        } else if !rotation.is_finite() {
+            format!("turn of {rotation} degrees has to be finite")
+        } else {
+            return Ok(Environment { scale, rotation, ..self });
+        };
+        Err(Error::Setting(format!("the environment's {problem}")))
     }
+}
+
+fn check(Image { width, height, pixels }: &Image) -> Result<(), String> {
+    let fits = *width.max(height) <= MAX_SIDE && *width.min(height) > 0;
+    ensure!(fits, "it has {width} x {height} pixels; an environment has at most {MAX_SIDE} on a side");
+    let bad = |pixel: &[f32; 3]| pixel.iter().any(|&channel| !channel.is_finite() || channel > MAX_RADIANCE);
+    let Some(index) = pixels.iter().position(bad) else { return Ok(()) };
+    let (pixel, x, y) = (pixels[index], index % *width as usize, index / *width as usize);
+    Err(format!("its pixel at x {x}, y {y} is {pixel:?}, which is not finite within {MAX_RADIANCE:e}; correct it"))
 }
 
 #[cfg(test)]
 mod tests {
-    use std::path::PathBuf;
-
     use super::*;
-    use crate::image::{Image, write_exr};
+    use crate::image::write_exr;
 
-    fn written(pixels: Vec<[f32; 3]>, width: u32) -> (tempfile::TempDir, PathBuf) {
+    /// What a file of these pixels is read as, and the warnings.
+    fn loaded(pixels: Vec<[f32; 3]>, width: u32) -> Result<(Environment, Vec<String>), Error> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("sky.exr");
         let height = pixels.len() as u32 / width;
         write_exr(&path, &Image { width, height, pixels }, &[]).unwrap();
-        (folder, path)
+        let mut warnings = Vec::new();
+        Environment::load(&path, &mut warnings).map(|environment| (environment, warnings))
     }
 
     #[test]
     fn pixels_keep_their_bits_and_negative_ones_are_black() {
-        let (_folder, path) = written(vec![[1.0, 0.1, 3e10], [-0.5, 2.0, -0.0]], 2);
-        let mut warnings = Vec::new();
-        let environment = Environment::load(&path, &mut warnings).unwrap();
+        let (environment, warnings) = loaded(vec![[1.0, 0.1, 3e10], [-0.5, 2.0, -0.0]], 2).unwrap();
         assert_eq!((environment.size, environment.scale, environment.rotation), ([2, 1], 1.0, 0.0));
         assert_eq!(*environment.pixels, [[1.0, 0.1, 3e10], [0.0, 2.0, 0.0]]);
         assert_eq!(warnings.len(), 1);
@@ -111,24 +101,20 @@ mod tests {
         for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e30] {
             let mut pixels = vec![[1.0; 3]; 6];
             pixels[4][1] = bad;
-            let (_folder, path) = written(pixels, 3);
-            let message = Environment::load(&path, &mut Vec::new()).unwrap_err().to_string();
+            let message = loaded(pixels, 3).unwrap_err().to_string();
             assert!(message.contains("x 1, y 1") && message.contains("sky.exr"), "{message}");
         }
     }
 
     #[test]
     fn black_is_told() {
-        let (_folder, path) = written(vec![[0.0; 3]; 2], 1);
-        let mut warnings = Vec::new();
-        Environment::load(&path, &mut warnings).unwrap();
+        let (_, warnings) = loaded(vec![[0.0; 3]; 2], 1).unwrap();
         assert!(warnings[0].contains("black"), "{warnings:?}");
     }
 
     #[test]
     fn scale_and_turn_are_checked() {
-        let (_folder, path) = written(vec![[1e10; 3]; 2], 2);
-        let environment = Environment::load(&path, &mut Vec::new()).unwrap();
+        let (environment, _) = loaded(vec![[1e10; 3]; 2], 2).unwrap();
         let placed = environment.clone().placed(2.0, -30.0).unwrap();
         assert_eq!((placed.scale, placed.rotation), (2.0, -30.0));
         for (scale, rotation) in [(-1.0, 0.0), (f32::NAN, 0.0), (1e15, 0.0), (1.0, f64::NAN)] {

@@ -155,7 +155,7 @@ impl Scene {
         let mut hi = DVec3::NEG_INFINITY;
         for instance in &self.instances {
             for &position in self.meshes.get(instance.mesh).map_or(&[][..], |mesh| &mesh.positions) {
-                let point = instance.transform.transform_point3(DVec3::from_array(position.map(f64::from)));
+                let point = instance.transform.transform_point3(double(position));
                 if !point.is_nan() {
                     lo = lo.min(point);
                     hi = hi.max(point);
@@ -164,6 +164,11 @@ impl Scene {
         }
         [lo.to_array().map(round_down), hi.to_array().map(round_up)]
     }
+}
+
+/// A vector in double precision.
+fn double(vector: [f32; 3]) -> DVec3 {
+    DVec3::from_array(vector.map(f64::from))
 }
 
 fn round_down(value: f64) -> f32 {

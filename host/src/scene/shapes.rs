@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use glam::{DAffine3, DVec3};
 
-use super::{Instance, Material, Mesh, Scene};
+use super::{Instance, Material, Mesh, Scene, double};
 
 /// Subdivisions of the icosahedron that is a sphere light: 1280 triangles. With an area equal to the sphere's, its
 /// surface lies within 0.4 % of the radius of the sphere's.
@@ -25,8 +25,7 @@ impl Mesh {
 
     /// A closed box with its faces along the axes, front sides out; texture coordinates run from 0 to 1 on each face.
     pub fn cuboid(lo: DVec3, hi: DVec3) -> Mesh {
-        let d = hi - lo;
-        let (x, y, z) = (DVec3::X * d.x, DVec3::Y * d.y, DVec3::Z * d.z);
+        let [x, y, z] = DVec3::AXES.map(|axis| axis * (hi - lo));
         let faces = [(lo, [y, x]), (lo, [z, y]), (lo, [x, z]), (hi, [-x, -y]), (hi, [-y, -z]), (hi, [-z, -x])];
         Mesh::union(&faces.map(|(corner, edges)| Mesh::quad(corner, edges)))
     }
@@ -38,11 +37,11 @@ impl Mesh {
         let mut mesh = icosahedron();
         for _ in 0..level {
             mesh = mesh.split();
-            mesh.positions.iter_mut().for_each(|p| *p = position(*p).normalize().as_vec3().to_array());
+            mesh.positions.iter_mut().for_each(|p| *p = double(*p).normalize().as_vec3().to_array());
         }
         let scale = radius * (4.0 * std::f64::consts::PI / mesh.area()).sqrt();
         mesh.normals = mesh.positions.clone();
-        let place = |p: &[f32; 3]| (centre + position(*p) * scale).as_vec3().to_array();
+        let place = |p: &[f32; 3]| (centre + double(*p) * scale).as_vec3().to_array();
         mesh.positions = mesh.positions.iter().map(place).collect();
         mesh
     }
@@ -70,14 +69,8 @@ impl Mesh {
                 let at = |ring: usize, k: u32| {
                     ring as u32 * segments + if profile[ring][0] == 0.0 { 0 } else { k % segments }
                 };
-                let [a, b] = [at(ring - 1, k), at(ring - 1, k + 1)];
-                let [c, d] = [at(ring, k), at(ring, k + 1)];
-                if c != d {
-                    mesh.indices.push([a, c, d]);
-                }
-                if a != b {
-                    mesh.indices.push([a, d, b]);
-                }
+                let [a, b, c, d] = [at(ring - 1, k), at(ring - 1, k + 1), at(ring, k), at(ring, k + 1)];
+                mesh.indices.extend([[a, c, d], [a, d, b]].iter().filter(|[i, j, k]| j != k && k != i));
             }
         }
         mesh
@@ -86,12 +79,8 @@ impl Mesh {
     /// All of `parts` as one mesh of the first one's name and material. Normals, texture coordinates and tangents are
     /// those of the parts if each has them.
     pub fn union(parts: &[Mesh]) -> Mesh {
-        let mut union = parts.first().map_or_else(Mesh::default, |first| Mesh {
-            name: first.name.clone(),
-            material: first.material,
-            ..Mesh::default()
-        });
-        for part in parts {
+        let mut union = parts.first().cloned().unwrap_or_default();
+        for part in parts.iter().skip(1) {
             let offset = union.positions.len() as u32;
             union.positions.extend(&part.positions);
             union.indices.extend(part.indices.iter().map(|triangle| triangle.map(|i| i + offset)));
@@ -99,24 +88,32 @@ impl Mesh {
             union.uvs.extend(&part.uvs);
             union.tangents.extend(&part.tangents);
         }
-        let complete = |count: usize| count == union.positions.len();
-        if !complete(union.normals.len()) {
-            union.normals.clear();
-        }
-        if !complete(union.uvs.len()) {
-            union.uvs.clear();
-        }
-        if !complete(union.tangents.len()) {
-            union.tangents.clear();
-        }
+        let vertices = union.positions.len();
+        let complete = |count: usize| if count == vertices { count } else { 0 };
+        union.normals.truncate(complete(union.normals.len()));
+        union.uvs.truncate(complete(union.uvs.len()));
+        union.tangents.truncate(complete(union.tangents.len()));
         union
     }
 
     /// Sum of the triangles' areas in the mesh's own space.
     pub fn area(&self) -> f64 {
-        let corner = |i: u32| position(self.positions[i as usize]);
-        let doubled = |&[a, b, c]: &[u32; 3]| (corner(b) - corner(a)).cross(corner(c) - corner(a)).length();
-        0.5 * self.indices.iter().map(doubled).sum::<f64>()
+        0.5 * self.triangles().map(|[a, b, c]| (b - a).cross(c - a).length()).sum::<f64>()
+    }
+
+    /// The corners of each triangle in the mesh's own space.
+    pub fn triangles(&self) -> impl Iterator<Item = [DVec3; 3]> {
+        self.indices.iter().map(|triangle| triangle.map(|i| double(self.positions[i as usize])))
+    }
+
+    /// Whether each edge is shared by exactly two triangles that run along it in opposite directions.
+    #[cfg(test)]
+    pub(super) fn is_closed(&self) -> bool {
+        let mut edges = HashMap::new();
+        for [i, j] in self.indices.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]) {
+            *edges.entry([i, j]).or_insert(0) += 1;
+        }
+        edges.iter().all(|(&[i, j], &count)| count == 1 && edges.get(&[j, i]) == Some(&1))
     }
 
     /// The same surface with each triangle in four. Neighbours share the new vertices, so that what was closed stays so.
@@ -137,9 +134,9 @@ impl Mesh {
     fn add_middle(&mut self, i: u32, j: u32) -> u32 {
         let (i, j) = (i as usize, j as usize);
         let middle = self.positions.len() as u32;
-        self.positions.push((0.5 * (position(self.positions[i]) + position(self.positions[j]))).as_vec3().to_array());
+        self.positions.push((0.5 * (double(self.positions[i]) + double(self.positions[j]))).as_vec3().to_array());
         if !self.normals.is_empty() {
-            self.normals.push(bisector(position(self.normals[i]), position(self.normals[j])));
+            self.normals.push(bisector(double(self.normals[i]), double(self.normals[j])));
         }
         if !self.uvs.is_empty() {
             let (a, b) = (self.uvs[i], self.uvs[j]);
@@ -147,7 +144,7 @@ impl Mesh {
         }
         if !self.tangents.is_empty() {
             let ([ax, ay, az, sign], [bx, by, bz, _]) = (self.tangents[i], self.tangents[j]);
-            let [x, y, z] = bisector(position([ax, ay, az]), position([bx, by, bz]));
+            let [x, y, z] = bisector(double([ax, ay, az]), double([bx, by, bz]));
             self.tangents.push([x, y, z, sign]);
         }
         middle
@@ -200,10 +197,6 @@ impl Scene {
     }
 }
 
-fn position(p: [f32; 3]) -> DVec3 {
-    DVec3::from_array(p.map(f64::from))
-}
-
 /// The unit vector between two; the first where they are opposite.
 fn bisector(a: DVec3, b: DVec3) -> [f32; 3] {
     (a + b).normalize_or(a).as_vec3().to_array()
@@ -238,13 +231,13 @@ fn icosahedron() -> Mesh {
         .flat_map(|&a| [-golden, golden].map(|b| [corner(0.0, a, b), corner(a, b, 0.0), corner(b, 0.0, a)]))
         .flatten()
         .collect::<Vec<_>>();
-    let near = |i: u32, j: u32| position(positions[i as usize]).distance(position(positions[j as usize])) < 1.1;
+    let near = |i: u32, j: u32| double(positions[i as usize]).distance(double(positions[j as usize])) < 1.1;
     let mut indices = Vec::new();
     for a in 0..12 {
         for b in a + 1..12 {
             for c in b + 1..12 {
                 if near(a, b) && near(b, c) && near(c, a) {
-                    let [p, q, r] = [a, b, c].map(|i| position(positions[i as usize]));
+                    let [p, q, r] = [a, b, c].map(|i| double(positions[i as usize]));
                     let outwards = (q - p).cross(r - p).dot(p) > 0.0;
                     indices.push(if outwards { [a, b, c] } else { [a, c, b] });
                 }
@@ -258,31 +251,16 @@ fn icosahedron() -> Mesh {
 mod tests {
     use super::*;
 
-    /// Whether each edge is shared by exactly two triangles that run along it in opposite directions.
-    fn is_closed(mesh: &Mesh) -> bool {
-        let mut edges = HashMap::new();
-        for &[a, b, c] in &mesh.indices {
-            for [i, j] in [[a, b], [b, c], [c, a]] {
-                *edges.entry((i, j)).or_insert(0) += 1;
-            }
-        }
-        edges.iter().all(|(&(i, j), &count)| count == 1 && edges.get(&(j, i)) == Some(&1))
-    }
-
-    fn corners(mesh: &Mesh) -> impl Iterator<Item = [DVec3; 3]> {
-        mesh.indices.iter().map(|triangle| triangle.map(|i| position(mesh.positions[i as usize])))
-    }
-
     #[test]
     fn a_sphere_is_closed_and_has_the_spheres_area() {
         let centre = DVec3::new(1.0, -2.0, 3.0);
         for level in 0..5 {
             let mesh = Mesh::sphere(centre, 0.5, level);
             assert_eq!(mesh.indices.len(), 20 * 4_usize.pow(level));
-            assert!(is_closed(&mesh));
+            assert!(mesh.is_closed());
             let area = std::f64::consts::PI;
             assert!((mesh.area() - area).abs() < 1e-5 * area, "{level}: {}", mesh.area());
-            for [a, b, c] in corners(&mesh) {
+            for [a, b, c] in mesh.triangles() {
                 assert!((b - a).cross(c - a).dot(a - centre) > 0.0, "front sides are out");
             }
         }
@@ -294,7 +272,7 @@ mod tests {
         scene.add_sphere_light(DVec3::ZERO, 1.0, [1.0; 3]);
         let mesh = &scene.meshes[0];
         assert_eq!(mesh.indices.len(), 1280);
-        for triangle in corners(mesh) {
+        for triangle in mesh.triangles() {
             let plane = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).normalize().dot(triangle[0]);
             assert!(plane > 0.996 && triangle.iter().all(|corner| corner.length() < 1.004), "{plane} {triangle:?}");
         }
@@ -305,7 +283,7 @@ mod tests {
         let [lo, hi] = [DVec3::new(-1.0, 0.0, 2.0), DVec3::new(0.0, 3.0, 4.0)];
         let mesh = Mesh::cuboid(lo, hi);
         assert!((mesh.area() - 22.0).abs() < 1e-6);
-        for [a, b, c] in corners(&mesh) {
+        for [a, b, c] in mesh.triangles() {
             assert!((b - a).cross(c - a).dot(a - 0.5 * (lo + hi)) > 0.0);
         }
     }
@@ -313,11 +291,11 @@ mod tests {
     #[test]
     fn a_lathe_between_points_of_the_axis_is_closed_and_faces_out() {
         let mesh = Mesh::lathe(&[[0.0, -1.0], [1.0, 0.0], [0.0, 1.0]], 16);
-        assert!(is_closed(&mesh));
-        for (triangle, [a, b, c]) in mesh.indices.iter().zip(corners(&mesh)) {
+        assert!(mesh.is_closed());
+        for (triangle, [a, b, c]) in mesh.indices.iter().zip(mesh.triangles()) {
             let face = (b - a).cross(c - a);
             assert!(face.length() > 1e-3 && face.dot(a + b + c) > 0.0, "{face}");
-            assert!(triangle.iter().all(|&i| position(mesh.normals[i as usize]).dot(face) > 0.0));
+            assert!(triangle.iter().all(|&i| double(mesh.normals[i as usize]).dot(face) > 0.0));
         }
     }
 
@@ -331,8 +309,8 @@ mod tests {
         for (coarse, fine) in before.meshes.iter().zip(&after.meshes) {
             assert_eq!(fine.indices.len(), 16 * coarse.indices.len());
             assert!((fine.area() / coarse.area() - 1.0).abs() < 1e-6);
-            assert_eq!(is_closed(fine), is_closed(coarse));
-            assert!(fine.normals.iter().all(|&n| (position(n).length() - 1.0).abs() < 1e-6));
+            assert_eq!(fine.is_closed(), coarse.is_closed());
+            assert!(fine.normals.iter().all(|&n| (double(n).length() - 1.0).abs() < 1e-6));
             assert!(fine.normals.is_empty() || fine.normals.len() == fine.positions.len());
             assert!(fine.uvs.is_empty() || fine.uvs.len() == fine.positions.len());
         }

@@ -4,7 +4,7 @@
 
 use glam::{DAffine3, DVec3};
 
-use super::parts::{checker, glass, metal, plastic, stage};
+use super::parts::{checkered_floor, glass, metal, plastic, room, stage};
 use crate::scene::{Material, Mesh, Scene};
 
 // Lengths are in metres.
@@ -40,15 +40,10 @@ pub(super) fn scene(door_degrees: f64) -> Scene {
 
 fn add_rooms(scene: &mut Scene) {
     let wall = scene.add_material(Material::diffuse("wall", [0.8; 3]));
-    let squares = checker(scene, [225, 90], [12.0, 20.0]);
-    let floor =
-        scene.add_material(Material { base_color_texture: Some(squares), ..Material::diffuse("floor", [1.0; 3]) });
-    let (x, y, z) = (DVec3::X * 2.0 * HALF_WIDTH, DVec3::Y * HEIGHT, DVec3::Z * (NEAR - FAR));
-    let lo = DVec3::new(-HALF_WIDTH, 0.0, FAR);
-    let hi = DVec3::new(HALF_WIDTH, HEIGHT, NEAR);
-    scene.add_mesh("floor", floor, Mesh::quad(lo, [z, x]));
-    let shell = [(lo, [y, z]), (lo, [x, y]), (hi, [-x, -z]), (hi, [-z, -y]), (hi, [-y, -x])];
-    scene.add_mesh("shell", wall, Mesh::union(&shell.map(|(corner, edges)| Mesh::quad(corner, edges))));
+    let squares = checkered_floor(scene, [225, 90], [12.0, 20.0]);
+    let [floor, shell] = room(DVec3::new(-HALF_WIDTH, 0.0, FAR), DVec3::new(HALF_WIDTH, HEIGHT, NEAR));
+    scene.add_mesh("floor", squares, floor);
+    scene.add_mesh("shell", wall, shell);
     let part = |left: f64, right: f64, bottom: f64| {
         Mesh::cuboid(DVec3::new(left, bottom, WALL[1]), DVec3::new(right, HEIGHT, WALL[0]))
     };

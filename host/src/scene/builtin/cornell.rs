@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::{in_place, quads};
+use super::quads;
 use crate::scene::{Camera, Material, Scene};
 
 /// The data is in millimetres; a unit of the scene is half the width of the box.
@@ -26,39 +26,36 @@ const TALL_BLOCK: [[f64; 3]; 4] =
     [[423.0, 330.0, 247.0], [265.0, 330.0, 296.0], [314.0, 330.0, 456.0], [472.0, 330.0, 406.0]];
 
 pub(super) fn scene() -> Scene {
-    let materials = vec![
+    let position = DVec3::from_array(place([278.0, 273.0, -800.0]));
+    // A focal length of 35 mm and a film 25 mm high.
+    let vertical_fov = 2.0 * (0.0125_f64 / 0.035).atan();
+    let mut scene = Scene {
+        name: "cornell".to_owned(),
+        camera: Some(Camera::pinhole(position, position - DVec3::Z, DVec3::Y, vertical_fov)),
+        default_size: Some([512, 512]),
+        ..Scene::default()
+    };
+    let [white, red, green, light] = [
         Material::diffuse("white", [0.725, 0.71, 0.68]),
         Material::diffuse("red", [0.63, 0.065, 0.05]),
         Material::diffuse("green", [0.14, 0.45, 0.091]),
         Material::emitter("light", [0.78, 0.78, 0.78], [17.0, 12.0, 4.0]),
-    ];
-    let [white, red, green, light] = [0, 1, 2, 3];
-    let mesh = |name, material, faces: &[[[f64; 3]; 4]]| {
+    ]
+    .map(|material| scene.add_material(material));
+    for (name, material, faces) in [
+        ("floor", white, &[FLOOR][..]),
+        ("ceiling", white, &[CEILING]),
+        ("back wall", white, &[BACK]),
+        ("right wall", green, &[RIGHT]),
+        ("left wall", red, &[LEFT]),
+        ("short block", white, &block(SHORT_BLOCK)),
+        ("tall block", white, &block(TALL_BLOCK)),
+        ("light", light, &[LIGHT]),
+    ] {
         let placed: Vec<_> = faces.iter().map(|face| face.map(place)).collect();
-        quads(name, material, &placed)
-    };
-    let meshes = vec![
-        mesh("floor", white, &[FLOOR]),
-        mesh("ceiling", white, &[CEILING]),
-        mesh("back wall", white, &[BACK]),
-        mesh("right wall", green, &[RIGHT]),
-        mesh("left wall", red, &[LEFT]),
-        mesh("short block", white, &block(SHORT_BLOCK)),
-        mesh("tall block", white, &block(TALL_BLOCK)),
-        mesh("light", light, &[LIGHT]),
-    ];
-    let position = DVec3::from_array(place([278.0, 273.0, -800.0]));
-    // A focal length of 35 mm and a film 25 mm high.
-    let vertical_fov = 2.0 * (0.0125_f64 / 0.035).atan();
-    Scene {
-        name: "cornell".to_owned(),
-        instances: in_place(&meshes),
-        meshes,
-        materials,
-        camera: Some(Camera::pinhole(position, position - DVec3::Z, DVec3::Y, vertical_fov)),
-        default_size: Some([512, 512]),
-        ..Scene::default()
+        scene.add_mesh(name, material, quads(&placed));
     }
+    scene
 }
 
 /// From the data's coordinates to the scene's: centred, scaled, and turned half around the vertical so that the

@@ -4,17 +4,12 @@
 use glam::DVec3;
 
 use super::parts::stage;
-use super::{CUBE, in_place, quads};
+use super::{CUBE, quads};
 use crate::scene::{Material, Scene};
 
 pub(super) fn scene() -> Scene {
-    let inwards = CUBE.map(|[a, b, c, d]| [d, c, b, a]);
-    let meshes = vec![quads("walls", 0, &inwards)];
-    let camera = [DVec3::new(0.2, 0.1, 0.7), DVec3::new(-0.3, -0.2, -1.0)];
-    Scene {
-        instances: in_place(&meshes),
-        meshes,
-        materials: vec![Material::emitter("walls", [0.5; 3], [1.0; 3])],
-        ..stage("furnace", camera, 80.0, [64, 64])
-    }
+    let mut scene = stage("furnace", [DVec3::new(0.2, 0.1, 0.7), DVec3::new(-0.3, -0.2, -1.0)], 80.0, [64, 64]);
+    let walls = scene.add_material(Material::emitter("walls", [0.5; 3], [1.0; 3]));
+    scene.add_mesh("walls", walls, quads(&CUBE.map(|[a, b, c, d]| [d, c, b, a])));
+    scene
 }

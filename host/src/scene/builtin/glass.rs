@@ -3,8 +3,8 @@
 
 use glam::{DAffine3, DVec3};
 
-use super::parts::{checker, glass, metal, plastic, sky, stage, tinted_glass};
-use crate::scene::{Material, Mesh, Scene};
+use super::parts::{checkered_floor, glass, ground, metal, plastic, sky, stage, tinted_glass};
+use crate::scene::{Mesh, Scene};
 
 pub(super) fn scene() -> Scene {
     let mut scene = stage("glass", [DVec3::new(0.35, 1.75, 5.0), DVec3::new(0.05, 0.72, 0.0)], 35.0, [640, 480]);
@@ -14,23 +14,12 @@ pub(super) fn scene() -> Scene {
         let down = if direction.y < 0.0 { 0.25 } else { 1.0 };
         [0.42 - 0.3 * up, 0.36 - 0.18 * up, 0.34 + 0.1 * up].map(|channel| down * channel)
     }));
-    let squares = checker(&mut scene, [205, 120], [32.0, 32.0]);
-    let floor =
-        scene.add_material(Material { base_color_texture: Some(squares), ..Material::diffuse("floor", [1.0; 3]) });
-    let side = 16.0;
-    scene.add_mesh(
-        "floor",
-        floor,
-        Mesh::quad(DVec3::new(-0.5 * side, 0.0, -0.5 * side), [DVec3::Z * side, DVec3::X * side]),
-    );
+    let squares = checkered_floor(&mut scene, [205, 120], [32.0, 32.0]);
+    scene.add_mesh("floor", squares, ground(16.0));
     add_mirror(&mut scene);
     add_glasses(&mut scene);
-    scene.add_quad_light(
-        DVec3::new(-3.0, 3.6, 0.4),
-        [DVec3::new(1.4, -0.5, 0.0), DVec3::new(0.0, 0.0, 1.6)].map(|edge| 1.2 * edge),
-        [9.0, 8.2, 7.0],
-        false,
-    );
+    let lamp = [DVec3::new(1.4, -0.5, 0.0), DVec3::new(0.0, 0.0, 1.6)].map(|edge| 1.2 * edge);
+    scene.add_quad_light(DVec3::new(-3.0, 3.6, 0.4), lamp, [9.0, 8.2, 7.0], false);
     scene
 }
 
@@ -41,12 +30,8 @@ fn add_mirror(scene: &mut Scene) {
     let at = DAffine3::from_translation(DVec3::new(-0.2, 0.0, -1.5)) * DAffine3::from_rotation_y(0.2);
     let (width, height, bar) = (3.4, 1.9, 0.09);
     let half = 0.5 * width;
-    scene.place_mesh(
-        "mirror",
-        mirror,
-        Mesh::quad(DVec3::new(-half, bar, 0.0), [DVec3::X * width, DVec3::Y * height]),
-        at,
-    );
+    let panel = Mesh::quad(DVec3::new(-half, bar, 0.0), [DVec3::X * width, DVec3::Y * height]);
+    scene.place_mesh("mirror", mirror, panel, at);
     let block = |x: [f64; 2], y: [f64; 2]| Mesh::cuboid(DVec3::new(x[0], y[0], -0.06), DVec3::new(x[1], y[1], 0.06));
     let top = height + bar;
     let frame = [

@@ -27,12 +27,8 @@ pub(super) fn scene() -> Scene {
     }
     for (index, z) in [0.0, -4.0, -8.0, -12.0].into_iter().enumerate() {
         let radiance = [[14.0, 11.5, 8.5], [8.0, 10.5, 14.0]][index % 2];
-        scene.add_quad_light(
-            DVec3::new(-0.7, HEIGHT - 0.01, z - 0.4),
-            [DVec3::X * 1.4, DVec3::Z * 0.3],
-            radiance,
-            false,
-        );
+        let corner = DVec3::new(-0.7, HEIGHT - 0.01, z - 0.4);
+        scene.add_quad_light(corner, [DVec3::X * 1.4, DVec3::Z * 0.3], radiance, false);
     }
     scene
 }
@@ -46,9 +42,8 @@ fn add_shell(scene: &mut Scene) {
     let hi = DVec3::new(HALF_WIDTH, HEIGHT, BEGIN);
     let ceiling = Mesh::quad(hi, [-x, DVec3::Z * (END - BEGIN)]);
     let behind = [(lo, [y, z]), (hi, [-z, -y]), (hi, [-y, -x]), (lo, [z, x])];
-    let behind = behind.map(|(corner, edges)| Mesh::quad(corner, edges));
     scene.add_mesh("ceiling", white, ceiling);
-    scene.add_mesh("behind", white, Mesh::union(&behind));
+    scene.add_mesh("behind", white, Mesh::union(&behind.map(|(corner, edges)| Mesh::quad(corner, edges))));
     scene.add_mesh("end", red, Mesh::quad(DVec3::new(-HALF_WIDTH, 0.0, END), [x, y]));
 }
 
@@ -77,9 +72,7 @@ fn squares(back: f64, parity: usize) -> Mesh {
     const SIDE: f64 = 0.5;
     let place = |i: usize, k: usize| DVec3::new(-HALF_WIDTH + SIDE * i as f64, 0.0, back + SIDE * k as f64);
     let all = (0..6).flat_map(|i| (0..4).map(move |k| (i, k)));
-    let squares: Vec<Mesh> = all
-        .filter(|(i, k)| (i + k) % 2 == parity)
-        .map(|(i, k)| Mesh::quad(place(i, k), [DVec3::Z * SIDE, DVec3::X * SIDE]))
-        .collect();
-    Mesh::union(&squares)
+    let squares = all.filter(|(i, k)| (i + k) % 2 == parity);
+    let square = |(i, k)| Mesh::quad(place(i, k), [DVec3::Z * SIDE, DVec3::X * SIDE]);
+    Mesh::union(&squares.map(square).collect::<Vec<_>>())
 }

@@ -3,7 +3,7 @@
 
 use glam::{DAffine3, DVec3};
 
-use super::parts::{metal, plastic, stage};
+use super::parts::{metal, plastic, room, stage};
 use super::random::Random;
 use crate::scene::{Material, Mesh, Scene};
 
@@ -53,15 +53,11 @@ fn stalls() -> impl Iterator<Item = (DVec3, f64)> {
 
 fn add_hall(scene: &mut Scene) {
     let [half, length] = extent();
-    let floor = scene.add_material(plastic("floor", [0.42, 0.4, 0.38], 0.3));
+    let grey = scene.add_material(plastic("floor", [0.42, 0.4, 0.38], 0.3));
     let wall = scene.add_material(Material::diffuse("hall", [0.5; 3]));
-    let lo = DVec3::new(-half, 0.0, -length);
-    let hi = DVec3::new(half, HEIGHT, 3.0);
-    let d = hi - lo;
-    let (x, y, z) = (DVec3::X * d.x, DVec3::Y * d.y, DVec3::Z * d.z);
-    scene.add_mesh("floor", floor, Mesh::quad(lo, [z, x]));
-    let shell = [(lo, [y, z]), (lo, [x, y]), (hi, [-x, -z]), (hi, [-z, -y]), (hi, [-y, -x])];
-    scene.add_mesh("hall", wall, Mesh::union(&shell.map(|(corner, edges)| Mesh::quad(corner, edges))));
+    let [floor, hall] = room(DVec3::new(-half, 0.0, -length), DVec3::new(half, HEIGHT, 3.0));
+    scene.add_mesh("floor", grey, floor);
+    scene.add_mesh("hall", wall, hall);
 }
 
 /// Each stall has a back and two sides; it opens to its neighbour nearer to the aisle by a door.

@@ -57,18 +57,13 @@ fn add_lights(scene: &mut Scene) {
 
 /// Each on its way and back; at time 0 where its instance is.
 fn add_moving(scene: &mut Scene) {
+    let block = |half: DVec3| Mesh::cuboid(-half, half);
     let lamp = scene.add_material(Material::emitter("lamp", [0.2; 3], [14.0, 5.0, 3.0]));
-    let half = DVec3::new(0.12, 0.03, 0.06);
-    add(
-        scene,
-        lamp,
-        Mesh::cuboid(-half, half),
-        DVec3::new(-0.6, 0.6, 0.2),
-        (DVec3::new(0.9, -0.2, -0.4), DVec3::Y, 3.0),
-    );
+    let bar = block(DVec3::new(0.12, 0.03, 0.06));
+    add(scene, lamp, bar, DVec3::new(-0.6, 0.6, 0.2), (DVec3::new(0.9, -0.2, -0.4), DVec3::Y, 3.0));
     let wood = scene.add_material(Material::diffuse("board", [0.55, 0.4, 0.25]));
-    let half = DVec3::new(0.35, 0.02, 0.25);
-    add(scene, wood, Mesh::cuboid(-half, half), DVec3::new(-0.5, 0.15, 0.0), (DVec3::X * 1.1, DVec3::Z, 0.5));
+    let board = block(DVec3::new(0.35, 0.02, 0.25));
+    add(scene, wood, board, DVec3::new(-0.5, 0.15, 0.0), (DVec3::X * 1.1, DVec3::Z, 0.5));
     let shiny = scene.add_material(plastic("ball", [0.6, 0.6, 0.2], 0.3));
     let ball = Mesh::sphere(DVec3::ZERO, 0.22, 2);
     add(scene, shiny, ball, DVec3::new(0.2, -0.75, 0.4), (DVec3::new(-0.7, 0.4, -0.5), DVec3::X, 2.0));

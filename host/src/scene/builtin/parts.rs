@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::scene::{Camera, Environment, Filter, Material, Scene, Texture, TextureUse, Volume, Wrap};
+use crate::scene::{Camera, Environment, Filter, Material, Mesh, Scene, Texture, TextureUse, Volume, Wrap};
 
 /// Index of refraction of glass, and of what is called plastic.
 const IOR: f32 = 1.5;
@@ -37,8 +37,8 @@ pub(super) fn tinted_glass(name: &str, roughness: f32, color: [f32; 3], distance
     Material { transmission: 1.0, volume: Some(volume), ..plastic(name, [1.0; 3], roughness) }
 }
 
-/// A checkerboard of two greys (sRGB, eight bits), `squares` along u and along v.
-pub(super) fn checker(scene: &mut Scene, greys: [u8; 2], squares: [f32; 2]) -> TextureUse {
+/// Adds the diffuse material of a checkered floor of two greys (sRGB, eight bits), `squares` along u and along v.
+pub(super) fn checkered_floor(scene: &mut Scene, greys: [u8; 2], squares: [f32; 2]) -> usize {
     let [a, b] = greys.map(|grey| [grey, grey, grey, 255]);
     scene.textures.push(Texture {
         name: "checker".to_owned(),
@@ -48,7 +48,20 @@ pub(super) fn checker(scene: &mut Scene, greys: [u8; 2], squares: [f32; 2]) -> T
         filter: Filter::Nearest,
     });
     let [u, v] = squares.map(|count| 0.5 * count);
-    TextureUse { transform: [u, 0.0, 0.0, 0.0, v, 0.0], ..TextureUse::new(scene.textures.len() - 1) }
+    let squares = TextureUse { texture: scene.textures.len() - 1, transform: [u, 0.0, 0.0, 0.0, v, 0.0] };
+    scene.add_material(Material { base_color_texture: Some(squares), ..Material::diffuse("floor", [1.0; 3]) })
+}
+
+/// A horizontal square around the origin.
+pub(super) fn ground(side: f64) -> Mesh {
+    Mesh::quad(DVec3::new(-0.5 * side, 0.0, -0.5 * side), [DVec3::Z * side, DVec3::X * side])
+}
+
+/// The floor of a room, and its walls and ceiling, seen from inside.
+pub(super) fn room(lo: DVec3, hi: DVec3) -> [Mesh; 2] {
+    let [x, y, z] = DVec3::AXES.map(|axis| axis * (hi - lo));
+    let shell = [(lo, [y, z]), (lo, [x, y]), (hi, [-x, -z]), (hi, [-z, -y]), (hi, [-y, -x])];
+    [Mesh::quad(lo, [z, x]), Mesh::union(&shell.map(|(corner, edges)| Mesh::quad(corner, edges)))]
 }
 
 /// An environment from its radiance as a function of the unit direction, taken at the middle of each pixel.
@@ -72,12 +85,13 @@ pub(super) fn sky(name: &str, size: [u32; 2], radiance: impl Fn(DVec3) -> [f32; 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::double;
 
     #[test]
     fn the_middle_of_a_sky_is_at_plus_z_and_a_quarter_to_the_left_plus_x() {
         let sky = sky("axes", [64, 32], |direction| direction.as_vec3().to_array());
         let near = |x: usize, y: usize, axis: DVec3| {
-            let pixel = DVec3::from_array(sky.pixels[y * 64 + x].map(f64::from));
+            let pixel = double(sky.pixels[y * 64 + x]);
             assert!((pixel.length() - 1.0).abs() < 1e-6 && pixel.dot(axis) > 0.99, "{x} {y}: {pixel}");
         };
         near(32, 16, DVec3::Z);

@@ -1,5 +1,9 @@
 //! Random numbers for building scenes: the same ones always.
 
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+
 /// SplitMix64 (Steele, Lea and Flood, "Fast splittable pseudorandom number generators", 2014).
 pub(in crate::scene) struct Random(u64);
 
@@ -20,6 +24,14 @@ impl Random {
     /// Uniform in [lo, hi).
     pub(in crate::scene) fn range(&mut self, lo: f64, hi: f64) -> f64 {
         lo + (hi - lo) * self.unit()
+    }
+
+    /// Uniform on the unit sphere.
+    pub(in crate::scene) fn direction(&mut self) -> DVec3 {
+        let z = self.range(-1.0, 1.0);
+        let (sin, cos) = self.range(0.0, TAU).sin_cos();
+        let radius = (1.0 - z * z).sqrt();
+        DVec3::new(radius * cos, z, radius * sin)
     }
 
     /// Uniform below `count`.

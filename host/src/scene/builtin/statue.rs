@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 
 use super::isosurface::isosurface;
-use super::parts::{plastic, sky, stage};
+use super::parts::{ground, plastic, sky, stage};
 use crate::scene::{Material, Mesh, Scene};
 
 /// Side of the grid's cubes; the hare is 2 high.
@@ -18,14 +18,12 @@ pub(super) fn scene() -> Scene {
     let wax = scene.add_material(plastic("wax", [0.86, 0.68, 0.52], 0.4));
     let floor = scene.add_material(Material::diffuse("floor", [0.45, 0.44, 0.42]));
     scene.add_mesh("statue", wax, hare());
-    let side = 14.0;
-    let corner = DVec3::new(-0.5 * side, 0.0, -0.5 * side);
-    scene.add_mesh("floor", floor, Mesh::quad(corner, [DVec3::Z * side, DVec3::X * side]));
+    scene.add_mesh("floor", floor, ground(14.0));
     // the large one from the left in front; a bright one from behind, which shines through ears and fingers
     let key = [DVec3::new(1.0, 0.0, 1.0), DVec3::new(-0.45, -1.0, 0.45)];
     scene.add_quad_light(DVec3::new(-2.8, 3.7, 1.2), key.map(|edge| edge * 1.1), [11.0, 10.0, 8.8], false);
     let rim = [DVec3::new(0.0, -0.8, -0.5), DVec3::new(-1.0, 0.0, 0.4)];
-    scene.add_quad_light(DVec3::new(1.9, 3.1, -1.9), rim.map(|edge| edge * 1.0), [16.0, 17.0, 20.0], false);
+    scene.add_quad_light(DVec3::new(1.9, 3.1, -1.9), rim, [16.0, 17.0, 20.0], false);
     scene
 }
 
@@ -127,60 +125,44 @@ fn smooth_max(a: f64, b: f64, radius: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::HashMap;
+    use std::collections::HashSet;
 
     use super::*;
+    use crate::scene::double;
 
     #[test]
     fn the_hare_is_one_closed_oriented_surface_of_good_triangles() {
         let hare = hare();
         assert!(hare.indices.len() >= 50_000, "{}", hare.indices.len());
-        let mut edges = HashMap::new();
-        for &[a, b, c] in &hare.indices {
-            for edge in [[a, b], [b, c], [c, a]] {
-                *edges.entry(edge).or_insert(0) += 1;
-            }
+        assert!(hare.is_closed());
+        assert!(is_in_one_piece(&hare));
+        // no handle: Euler's characteristic of a sphere, with three half-edges a triangle
+        assert_eq!(2 * hare.positions.len() - hare.indices.len(), 4);
+        assert!(hare.normals.iter().all(|&normal| (double(normal).length() - 1.0).abs() < 1e-6));
+        for [p, q, r] in hare.triangles() {
+            assert!((q - p).cross(r - p).length() > 1e-3 * CELL * CELL, "no area: {p} {q} {r}");
         }
-        assert!(edges.iter().all(|(&[a, b], &count)| count == 1 && edges.get(&[b, a]) == Some(&1)));
-        // in one piece, with no handle: Euler's characteristic of a sphere
-        let vertices = hare.positions.len() as i64;
-        assert_eq!(vertices - edges.len() as i64 / 2 + hare.indices.len() as i64, 2);
-        assert_eq!(pieces(&hare), 1);
-        let mut volume = 0.0;
-        for &[a, b, c] in &hare.indices {
-            let [p, q, r] = [a, b, c].map(|i| DVec3::from_array(hare.positions[i as usize].map(f64::from)));
-            let normal = (q - p).cross(r - p);
-            assert!(normal.length() > 1e-3 * CELL * CELL, "no area: {p} {q} {r}");
-            let smooth = DVec3::from_array(hare.normals[a as usize].map(f64::from));
-            assert!((smooth.length() - 1.0).abs() < 1e-6);
-            volume += p.cross(q).dot(r) / 6.0;
-        }
+        let volume = hare.triangles().map(|[p, q, r]| p.cross(q).dot(r) / 6.0).sum::<f64>();
         assert!(volume > 0.2, "front sides are out: {volume}");
     }
 
-    /// Connected components.
-    fn pieces(mesh: &Mesh) -> usize {
-        let mut parent: Vec<u32> = (0..mesh.positions.len() as u32).collect();
-        fn root(parent: &mut [u32], mut i: u32) -> u32 {
-            while parent[i as usize] != i {
-                parent[i as usize] = parent[parent[i as usize] as usize];
-                i = parent[i as usize];
-            }
-            i
-        }
-        for &[a, b, c] in &mesh.indices {
-            for i in [b, c] {
-                let (a, i) = (root(&mut parent, a), root(&mut parent, i));
-                parent[i as usize] = a;
+    /// Whether all vertices are reached from the first along triangles.
+    fn is_in_one_piece(mesh: &Mesh) -> bool {
+        let (mut reached, mut before) = (HashSet::from([0]), 0);
+        while reached.len() > before {
+            before = reached.len();
+            for triangle in &mesh.indices {
+                if triangle.iter().any(|i| reached.contains(i)) {
+                    reached.extend(triangle);
+                }
             }
         }
-        (0..parent.len()).filter(|&i| parent[i] == i as u32).count()
+        reached.len() == mesh.positions.len()
     }
 
     #[test]
     fn it_is_thick_and_thin() {
-        let [lo, hi] =
-            scene().meshes[0].positions.iter().fold([f32::MAX, f32::MIN], |[lo, hi], p| [lo.min(p[1]), hi.max(p[1])]);
+        let [lo, hi] = hare().positions.iter().fold([f32::MAX, f32::MIN], |[lo, hi], p| [lo.min(p[1]), hi.max(p[1])]);
         let height = f64::from(hi - lo);
         let thickness = |from: DVec3, way: DVec3| {
             let steps = 4000;

@@ -50,19 +50,14 @@ pub(super) fn scene() -> Scene {
 fn add_surroundings(scene: &mut Scene) {
     let dark = scene.add_material(Material::diffuse("mortar", [0.25; 3]));
     let bright = scene.add_material(Material::diffuse("facade", [0.78, 0.74, 0.68]));
-    let mut cores: Vec<Mesh> = TOWERS
-        .iter()
-        .map(|&(left, right, layers)| {
-            let inset = BRICK.z + 0.01;
-            let height = layers as f64 * BRICK.y - 0.02;
-            Mesh::cuboid(
-                DVec3::new(left + inset, 0.0, DEPTH[1] + inset),
-                DVec3::new(right - inset, height, DEPTH[0] - inset),
-            )
-        })
-        .collect();
-    cores.push(Mesh::quad(DVec3::new(-60.0, -0.2, -60.0), [DVec3::Z * 103.0, DVec3::X * 120.0]));
-    scene.add_mesh("cores", dark, Mesh::union(&cores));
+    let [left, right] = TOWERS.map(|(left, right, layers)| {
+        let inset = BRICK.z + 0.01;
+        let height = layers as f64 * BRICK.y - 0.02;
+        let lo = DVec3::new(left + inset, 0.0, DEPTH[1] + inset);
+        Mesh::cuboid(lo, DVec3::new(right - inset, height, DEPTH[0] - inset))
+    });
+    let ground = Mesh::quad(DVec3::new(-60.0, -0.2, -60.0), [DVec3::Z * 103.0, DVec3::X * 120.0]);
+    scene.add_mesh("cores", dark, Mesh::union(&[left, right, ground]));
     scene.add_mesh("facade", bright, Mesh::cuboid(DVec3::new(-34.0, -0.2, 42.0), DVec3::new(34.0, 38.0, 43.0)));
 }
 
@@ -83,9 +78,9 @@ impl Bricks {
     /// Four walls of bricks in stretcher bond.
     fn add_tower(&mut self, &(left, right, layers): &(f64, f64, usize)) {
         for layer in 0..layers {
+            let [lo, hi] = heights(layer);
             for [from, to] in course(left, right, layer) {
                 let out = self.relief(layer, 0.5 * (from + to));
-                let [lo, hi] = heights(layer);
                 let front = DVec3::new(to, hi, DEPTH[0] + out);
                 self.add(DVec3::new(from, lo, DEPTH[0] - BRICK.z), front, 0..2);
                 let back = DVec3::new(from, lo, DEPTH[1] - out);
@@ -93,7 +88,6 @@ impl Bricks {
             }
             for [from, to] in course(DEPTH[1] + BRICK.z, DEPTH[0] - BRICK.z, layer) {
                 let out = self.relief(layer, 0.5 * (from + to));
-                let [lo, hi] = heights(layer);
                 self.add(DVec3::new(left - out, lo, from), DVec3::new(left + BRICK.z, hi, to), 0..2);
                 self.add(DVec3::new(right - BRICK.z, lo, from), DVec3::new(right + out, hi, to), 0..2);
             }
@@ -103,13 +97,8 @@ impl Bricks {
     /// How far a brick stands out: windows are recessed, a cornice protrudes, and no brick is laid exactly.
     fn relief(&mut self, layer: usize, along: f64) -> f64 {
         let window = layer % 6 >= 3 && layer > 6 && (along / (3.0 * BRICK.x)).rem_euclid(1.0) < 0.34;
-        let cornice = layer % 12 == 1;
-        let regular = match (window, cornice) {
-            (true, _) => -0.27,
-            (_, true) => 0.16,
-            _ => 0.0,
-        };
-        regular + self.random.range(0.0, 0.07)
+        let cornice = if layer % 12 == 1 { 0.16 } else { 0.0 };
+        (if window { -0.27 } else { cornice }) + self.random.range(0.0, 0.07)
     }
 
     /// Beams from the front to the back, between the towers.
@@ -190,15 +179,6 @@ mod tests {
     use super::super::measure::Walks;
     use super::*;
 
-    /// Radiance of the sky in green, at the nearest pixel.
-    fn sky_at(sky: &Environment, direction: DVec3) -> f64 {
-        let d = direction.normalize();
-        let u = (0.5 - d.x.atan2(d.z) / std::f64::consts::TAU).rem_euclid(1.0);
-        let v = d.y.clamp(-1.0, 1.0).acos() / std::f64::consts::PI;
-        let [x, y] = [u * f64::from(sky.size[0]), v * f64::from(sky.size[1])].map(|x| x as u32);
-        f64::from(sky.pixels[(y.min(sky.size[1] - 1) * sky.size[0] + x.min(sky.size[0] - 1)) as usize][1])
-    }
-
     #[test]
     fn bricks_are_many_and_what_the_camera_sees_is_lit_indirectly() {
         let scene = scene();
@@ -207,19 +187,13 @@ mod tests {
         assert!((2000..=5000).contains(&bricks), "{bricks}");
         // as if each surface reflected half of the light diffusely, up to eight vertices
         let mut walks = Walks::new(&scene);
-        let sky = scene.environment.as_ref().unwrap();
-        let (mut direct, mut indirect) = (0.0, 0.0);
+        let mut light = [0.0; 3];
         for _ in 0..60_000 {
             let mut ray = walks.camera_ray();
             let mut throughput = 1.0;
             for bounce in 0..9 {
                 let Some(vertex) = walks.trace(&ray) else {
-                    let radiance = throughput * sky_at(sky, ray.direction.as_dvec3());
-                    match bounce {
-                        0 => {}
-                        1 => direct += radiance,
-                        _ => indirect += radiance,
-                    }
+                    light[bounce.min(2)] += throughput * walks.sky(&ray);
                     break;
                 };
                 throughput *= 0.5;
@@ -227,6 +201,7 @@ mod tests {
             }
         }
         // measured: 97 % is indirect
+        let [_, direct, indirect] = light;
         assert!(direct > 0.0 && indirect > 19.0 * direct, "{direct} {indirect}");
     }
 }
