@@ -16,17 +16,6 @@ const TOLERATED: f64 = 1.05;
 /// Half widths of the 95 % interval that are left to chance.
 const INTERVALS: f64 = 3.0;
 
-/// Runs with an equal key should give equal results.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Key {
-    pub(crate) scene: String,
-    pub(crate) technique: String,
-    size: [u32; 2],
-    max_depth: u32,
-    jitter: bool,
-    pub(crate) spp: u32,
-}
-
 /// New over old, and the ratio from which on it is worse.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Ratio {
@@ -43,7 +32,8 @@ impl Ratio {
 /// A cell in both tables; a ratio that cannot be judged is `None`.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Change {
-    pub(crate) key: Key,
+    /// One of the new rows.
+    pub(crate) row: Row,
     pub(crate) time: Option<Ratio>,
     pub(crate) error: Option<Ratio>,
 }
@@ -57,29 +47,24 @@ impl Change {
 /// Compares two tables, over what is in both.
 pub(crate) fn compare(old: &[Row], new: &[Row]) -> Vec<Change> {
     let (old, new) = (cells(old), cells(new));
-    let both = old.into_iter().filter_map(|(key, old)| new.get(&key).map(|new| (key, old, new)));
-    both.map(|(key, old, new)| Change { key, time: time_ratio(&old, new), error: error_ratio(&old, new) }).collect()
+    let both = old.iter().filter_map(|(key, old)| new.get(key).map(|new| (old, new)));
+    both.map(|(old, new)| Change { row: new[0].clone(), time: time_ratio(old, new), error: error_ratio(old, new) })
+        .collect()
 }
 
-fn cells(rows: &[Row]) -> BTreeMap<Key, Vec<&Row>> {
-    let mut cells: BTreeMap<Key, Vec<&Row>> = BTreeMap::new();
+/// Rows that should give equal results, together.
+fn cells(rows: &[Row]) -> BTreeMap<impl Ord, Vec<&Row>> {
+    let mut cells: BTreeMap<_, Vec<&Row>> = BTreeMap::new();
     for row in rows {
-        let key = Key {
-            scene: row.scene.clone(),
-            technique: row.technique.clone(),
-            size: [row.width, row.height],
-            max_depth: row.max_depth,
-            jitter: row.jitter,
-            spp: row.spp,
-        };
+        let size = [row.width, row.height];
+        let key = (&row.scene, &row.technique, size, row.max_depth, row.jitter, row.spp);
         cells.entry(key).or_default().push(row);
     }
     cells
 }
 
 fn time_ratio(old: &[&Row], new: &[&Row]) -> Option<Ratio> {
-    let place = |row: &Row| (row.machine.clone(), row.device.clone());
-    let same = old.iter().chain(new).all(|row| place(row) == place(new[0]));
+    let same = old.iter().chain(new).all(|row| (&row.machine, &row.device) == (&new[0].machine, &new[0].device));
     let logarithms = |rows: &[&Row]| mean_and_error(&rows.iter().map(|row| row.seconds.ln()).collect::<Vec<_>>());
     same.then(|| ratio(logarithms(old), logarithms(new), old.len() + new.len())).flatten()
 }
@@ -123,9 +108,8 @@ mod tests {
     }
 
     fn only(old: &[Row], new: &[Row]) -> Change {
-        let changes = compare(old, new);
-        assert_eq!(changes.len(), 1);
-        changes[0].clone()
+        let [change] = compare(old, new).try_into().unwrap();
+        change
     }
 
     #[test]
@@ -150,13 +134,14 @@ mod tests {
     #[test]
     fn what_cannot_be_judged_is_not() {
         let old = rows(1, 1.0, 0.1);
-        let elsewhere: Vec<Row> =
-            rows(2, 9.0, 0.1).into_iter().map(|row| Row { machine: "another".to_owned(), ..row }).collect();
-        assert_eq!(only(&old, &elsewhere).time, None);
-        let refused: Vec<Row> = rows(2, 1.0, 0.1).into_iter().map(|row| Row { mse: None, ..row }).collect();
-        assert_eq!(only(&old, &refused).error, None);
-        assert_eq!(only(&old, &rows(2, 9.0, 0.1)[..1]).time, None);
-        let other: Vec<Row> = rows(2, 1.0, 0.1).into_iter().map(|row| Row { spp: 8, ..row }).collect();
-        assert_eq!(compare(&old, &other), []);
+        let changed = |change: fn(&mut Row)| {
+            let mut rows = rows(2, 9.0, 0.1);
+            rows.iter_mut().for_each(change);
+            rows
+        };
+        assert_eq!(only(&old, &changed(|row| row.machine = "another".to_owned())).time, None);
+        assert_eq!(only(&old, &changed(|row| row.mse = None)).error, None);
+        assert_eq!(only(&old, &changed(|_| ())[..1]).time, None);
+        assert_eq!(compare(&old, &changed(|row| row.spp = 8)), []);
     }
 }

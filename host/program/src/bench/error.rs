@@ -76,17 +76,25 @@ impl Figure {
 }
 
 impl Errors {
-    /// The mean over images; NaN of none.
-    pub(crate) fn mean(of: &[Self]) -> Self {
-        let share = 1.0 / of.len() as f64;
-        let mean = |value: fn(&Self) -> f64| of.iter().map(value).sum::<f64>() * share;
+    /// The mean of those of images, or of single values; NaN of none.
+    pub(crate) fn mean(of: impl IntoIterator<Item = Self>) -> Self {
+        let mut count = 0.0;
+        let sum = of.into_iter().fold(Self::default(), |sum, one| {
+            count += 1.0;
+            sum.combined(one, |sum, one| sum + one)
+        });
+        sum.combined(sum, |sum, _| sum * (1.0 / count))
+    }
+
+    /// Each error from those of both.
+    fn combined(self, other: Self, of: impl Fn(f64, f64) -> f64) -> Self {
         Self {
-            mse: mean(|e| e.mse),
-            rel_mse: mean(|e| e.rel_mse),
-            mape: mean(|e| e.mape),
-            rmae: mean(|e| e.rmae),
-            rmae_global: mean(|e| e.rmae_global),
-            mean: mean(|e| e.mean),
+            mse: of(self.mse, other.mse),
+            rel_mse: of(self.rel_mse, other.rel_mse),
+            mape: of(self.mape, other.mape),
+            rmae: of(self.rmae, other.rmae),
+            rmae_global: of(self.rmae_global, other.rmae_global),
+            mean: of(self.mean, other.mean),
         }
     }
 }
@@ -128,26 +136,17 @@ impl Truth {
 
     /// As [`Self::errors`], of an image's values.
     pub(crate) fn errors_of(&self, image: impl Iterator<Item = f64>) -> Errors {
-        let mut sums = Errors::default();
-        for (x, &r) in image.zip(&self.values) {
-            let squared = (x - r) * (x - r);
-            sums.mse += squared;
-            sums.rel_mse += ratio(squared, self.scale(r));
-            sums.mape += ratio((x - r).abs(), r + DARK * self.mean);
-            sums.rmae += ratio((x - r).abs(), r + RELATIVE_THRESHOLD * self.mean);
-            sums.rmae_global += ratio((x - r).abs(), self.mean);
-            sums.mean += x;
-        }
-        let share = 1.0 / self.values.len() as f64;
-        let Errors { mse, rel_mse, mape, rmae, rmae_global, mean } = sums;
-        Errors {
-            mse: mse * share,
-            rel_mse: rel_mse * share,
-            mape: mape * share,
-            rmae: rmae * share,
-            rmae_global: rmae_global * share,
-            mean: mean * share,
-        }
+        Errors::mean(image.zip(&self.values).map(|(x, &r)| {
+            let error = (x - r).abs();
+            Errors {
+                mse: error * error,
+                rel_mse: ratio(error * error, self.scale(r)),
+                mape: ratio(error, r + DARK * self.mean),
+                rmae: ratio(error, r + RELATIVE_THRESHOLD * self.mean),
+                rmae_global: ratio(error, self.mean),
+                mean: x,
+            }
+        }))
     }
 }
 

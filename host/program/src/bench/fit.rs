@@ -1,5 +1,7 @@
 //! What a row of measurements says: means and medians, the slope of a convergence, the time to an error.
 
+use std::fmt;
+
 /// 97.5 % quantiles of Student's t for 1, 2, ... degrees of freedom.
 const STUDENT: [f64; 30] = [
     12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228, 2.201, 2.179, 2.160, 2.145, 2.131, 2.120,
@@ -13,6 +15,14 @@ pub(crate) const NORMAL: f64 = 1.960;
 pub(crate) struct Estimate {
     pub(crate) value: f64,
     pub(crate) half_width: f64,
+}
+
+/// With as many digits as are asked for, or three.
+impl fmt::Display for Estimate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let digits = f.precision().unwrap_or(3);
+        write!(f, "{:.digits$} ± {:.digits$}", self.value, self.half_width)
+    }
 }
 
 /// The mean and its standard error, which is NaN for fewer than two values.
@@ -53,12 +63,12 @@ pub(crate) fn convergence(samples: &[f64], squared: &[Vec<f64>]) -> Option<Estim
     if samples.len() < 3 || squared.iter().any(|restarts| restarts.len() < 2) {
         return None;
     }
-    let parts = leverages(samples).into_iter().zip(squared).map(|(leverage, restarts)| part(leverage, restarts));
     let (mut value, mut variance, mut squares) = (0.0, 0.0, 0.0);
-    for part in parts {
-        value += part.value;
-        variance += part.variance;
-        squares += part.variance * part.variance / part.degrees;
+    for (leverage, restarts) in leverages(samples).into_iter().zip(squared) {
+        let (of_budget, its_variance) = part(leverage, restarts);
+        value += of_budget;
+        variance += its_variance;
+        squares += its_variance * its_variance / (restarts.len() - 1) as f64;
     }
     let degrees = (variance * variance / squares).max(1.0);
     let half_width = student(degrees as usize) * variance.sqrt();
@@ -72,20 +82,14 @@ fn leverages(samples: &[f64]) -> Vec<f64> {
     samples.iter().map(|n| (n.ln() - mean) / along).collect()
 }
 
-/// A budget's part in the slope.
-struct Part {
-    value: f64,
-    variance: f64,
-    degrees: f64,
-}
-
-fn part(leverage: f64, squared: &[f64]) -> Part {
+/// A budget's part in the slope, and its variance.
+fn part(leverage: f64, squared: &[f64]) -> (f64, f64) {
     let count = squared.len() as f64;
     let sum: f64 = squared.iter().sum();
     let value = |mean: f64| leverage * 0.5 * mean.ln();
     let without: Vec<f64> = squared.iter().map(|one| value((sum - one) / (count - 1.0))).collect();
     let (_, error) = mean_and_error(&without);
-    Part { value: value(sum / count), variance: (error * (count - 1.0)).powi(2), degrees: count - 1.0 }
+    (value(sum / count), (error * (count - 1.0)).powi(2))
 }
 
 /// Half the width of a 95 % interval in standard errors that were estimated with so many degrees of freedom; beyond

@@ -93,6 +93,8 @@ pub(crate) struct Series {
 #[derive(Clone)]
 pub(crate) struct SceneResult {
     pub(crate) scene: String,
+    /// The file of its plot.
+    pub(crate) plot: String,
     pub(crate) truth: Truth,
     pub(crate) reference_samples: u64,
     pub(crate) series: Vec<Series>,
@@ -233,26 +235,17 @@ impl Series {
     ) -> Result<Run, Error> {
         let (mut seconds, mut errors, mut dropped_samples) = (Vec::new(), Vec::new(), 0);
         for image in 0..images {
-            let mut timed = Timed::new(executor);
+            let mut timed = Timed { inner: executor, passes: &mut self.passes };
             let begin = Instant::now();
             let of_image = Render { count: samples, seed: seed + image, ..self.technique.render.clone() };
             let rendered = render(&mut timed, scene, &of_image, &mut |_| observe(image))?;
             seconds.push(begin.elapsed().as_secs_f64());
             errors.push(truth.errors(&rendered.image));
             dropped_samples += rendered.dropped_samples;
-            self.add_passes(timed.passes, u64::from(samples) * rendered.image.pixels.len() as u64);
+            self.traced += u64::from(samples) * rendered.image.pixels.len() as u64;
         }
         let seconds = fit::median(&seconds);
-        Ok(Run { seed, images, seconds, errors: Errors::mean(&errors), dropped_samples })
-    }
-
-    fn add_passes(&mut self, passes: BTreeMap<&'static str, PassTime>, samples: u64) {
-        self.traced += samples;
-        for (kernel, time) in passes {
-            let sum = self.passes.entry(kernel).or_default();
-            sum.dispatches += time.dispatches;
-            sum.seconds += time.seconds;
-        }
+        Ok(Run { seed, images, seconds, errors: Errors::mean(errors), dropped_samples })
     }
 }
 
@@ -272,6 +265,9 @@ mod tests {
     use restir::technique::Integral;
     use restir::technique::path::PathSettings;
     use std::sync::OnceLock;
+    use table::Setup;
+
+    const PICTURE: Picture = Picture { size: [16; 2], integral: Integral { max_depth: 4, jitter: false } };
 
     /// A small benchmark of the furnace; it is run once.
     pub(super) fn furnace() -> SceneResult {
@@ -281,14 +277,12 @@ mod tests {
 
     fn run_furnace() -> SceneResult {
         let scene = SceneBuffers::build(&Scene::load("furnace").unwrap()).unwrap();
-        let path = PathSettings { max_depth: 4, ..PathSettings::default() };
-        let picture = Picture { size: [16; 2], integral: Integral { max_depth: 4, jitter: false } };
         let technique = |name: &str, roulette| {
-            let path = PathSettings { roulette, ..path.clone() };
-            Technique { name: name.to_owned(), render: Render::new(picture.size, path) }
+            let path = PathSettings { max_depth: 4, roulette, ..PathSettings::default() };
+            Technique { name: name.to_owned(), render: Render::new(PICTURE.size, path) }
         };
         let matrix = Matrix {
-            picture,
+            picture: PICTURE,
             techniques: vec![technique("path", false), technique("path:roulette=on", true)],
             budgets: vec![1, 2, 4, 8, 16],
             restarts: 6,
@@ -297,10 +291,17 @@ mod tests {
         let mut cpu = CpuExecutor::new(Some(1)).unwrap();
         let go = |_| ControlFlow::Continue(());
         let goal = Goal { samples: 2048, time: None };
-        let reference = reference::make(&mut cpu, &scene, picture, None, goal, &mut |_| go(())).unwrap();
+        let reference = reference::make(&mut cpu, &scene, PICTURE, None, goal, &mut |_| go(())).unwrap();
         let truth = Truth::new(&reference);
         let (series, restarts) = measure(&mut cpu, &scene, &matrix, &truth, &mut |_| go(())).unwrap();
-        SceneResult { scene: "furnace".to_owned(), truth, reference_samples: reference.samples(), series, restarts }
+        let [scene, plot] = ["furnace", "furnace.svg"].map(str::to_owned);
+        SceneResult { scene, plot, truth, reference_samples: reference.samples(), series, restarts }
+    }
+
+    /// Of a benchmark of small pictures.
+    pub(super) fn setup() -> Setup {
+        let [command, machine, device, commit] = ["restir bench", "a machine", "cpu", "c0ffee"].map(str::to_owned);
+        Setup { command, machine, device, commit, picture: PICTURE }
     }
 
     #[test]

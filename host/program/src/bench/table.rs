@@ -7,11 +7,25 @@ use super::{Cell, SceneResult, Series};
 
 /// What all rows have in common.
 pub(crate) struct Setup {
+    /// The program with its arguments.
+    pub(crate) command: String,
     pub(crate) machine: String,
     /// Executor, adapter and flavour.
     pub(crate) device: String,
     pub(crate) commit: String,
     pub(crate) picture: Picture,
+}
+
+impl Setup {
+    /// As a table of a report; of the images `more` is said than their size.
+    pub(crate) fn markdown(&self, more: &str) -> String {
+        let Self { command, machine, device, commit, picture: Picture { size: [width, height], .. } } = self;
+        let command = super::report::one_line(command);
+        format!(
+            "| | |\n|---|---|\n| command | `{command}` |\n| machine | {machine} |\n| device | {device} |\n\
+             | commit | {commit} |\n| images | {width} x {height} pixels{more} |\n",
+        )
+    }
 }
 
 /// One restart: the median time and the mean errors of its images. Errors are those of the images alone, and `None`
@@ -117,6 +131,7 @@ pub(crate) fn from_csv(text: &str) -> Result<Vec<Row>, String> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::{furnace, setup};
     use super::*;
 
     fn row() -> Row {
@@ -155,14 +170,9 @@ mod tests {
 
     #[test]
     fn a_benchmark_has_a_row_a_restart() {
-        let result = super::super::tests::furnace();
-        let picture = Picture { size: [12; 2], integral: restir::technique::Integral { max_depth: 8, jitter: false } };
-        let text = String::new;
-        let setup = Setup { machine: text(), device: text(), commit: text(), picture };
-        let rows = rows(&setup, &result);
+        let rows = rows(&setup(), &furnace());
         assert_eq!(rows.len(), 2 * 5 * 6);
         assert!(rows.iter().all(|row| row.mse.is_some() && row.note.is_empty()));
-        let again = from_csv(&to_csv(&rows)).unwrap();
-        assert_eq!(again, rows);
+        assert_eq!(from_csv(&to_csv(&rows)).unwrap(), rows);
     }
 }

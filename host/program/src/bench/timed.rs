@@ -18,14 +18,9 @@ pub(crate) struct PassTime {
 
 /// Runs plans on another executor. A pass takes from the end of the one before to its own, as the observer hears it.
 pub(crate) struct Timed<'a> {
-    inner: &'a mut dyn Executor,
-    pub(crate) passes: BTreeMap<&'static str, PassTime>,
-}
-
-impl<'a> Timed<'a> {
-    pub(crate) fn new(inner: &'a mut dyn Executor) -> Self {
-        Self { inner, passes: BTreeMap::new() }
-    }
+    pub(crate) inner: &'a mut dyn Executor,
+    /// To which they add.
+    pub(crate) passes: &'a mut BTreeMap<&'static str, PassTime>,
 }
 
 impl Executor for Timed<'_> {
@@ -41,11 +36,10 @@ impl Executor for Timed<'_> {
         let started = Cell::new(None);
         let begun = plan.passes.inspect(|_| started.set(started.get().or_else(|| Some(Instant::now()))));
         let plan = FramePlan { passes: Box::new(begun), ..plan };
-        let passes = &mut self.passes;
         self.inner.run(plan, &mut |step| {
             let now = Instant::now();
             if let Some(start) = started.replace(Some(now)) {
-                let time = passes.entry(step.pass.kernel.name).or_default();
+                let time = self.passes.entry(step.pass.kernel.name).or_default();
                 time.dispatches += 1;
                 time.seconds += now.duration_since(start).as_secs_f64();
             }
@@ -70,10 +64,11 @@ mod tests {
         let settings = Render { count: 5, ..Render::new([8, 8], path) };
         let mut cpu = CpuExecutor::new(Some(1)).unwrap();
         let plain = render(&mut cpu, &scene, &settings, &mut |_| ControlFlow::Continue(())).unwrap();
-        let mut timed = Timed::new(&mut cpu);
+        let mut passes = BTreeMap::new();
+        let mut timed = Timed { inner: &mut cpu, passes: &mut passes };
         let rendered = render(&mut timed, &scene, &settings, &mut |_| ControlFlow::Continue(())).unwrap();
         assert_eq!(rendered.image, plain.image);
-        let dispatches = |name: &str| timed.passes.get(name).map(|time| time.dispatches);
+        let dispatches = |name: &str| passes.get(name).map(|time| time.dispatches);
         assert_eq!(["path", "film_add", "film_resolve"].map(dispatches), [Some(3), Some(2), Some(1)]);
     }
 }

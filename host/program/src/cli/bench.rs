@@ -1,8 +1,7 @@
 //! `restir bench`
 
 use std::collections::BTreeSet;
-use std::io::{Read, Write};
-use std::ops::ControlFlow;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -10,16 +9,15 @@ use restir::buffers::SceneBuffers;
 use restir::output::{check_writable, write_atomically};
 use restir::reference::{FIRST_SEED, Goal, Picture};
 use restir::render::{self, Render};
-use restir::scene::Scene;
 use restir::technique::Repeats;
 use restir::{Error, input};
 
 use super::device::{self, Device};
-use super::progress::Reporter;
+use super::progress::reported;
 use super::reference::{Cache, PictureArguments};
 use super::render::natural;
 use super::technique::configured;
-use super::{console, interrupt};
+use super::{console, interrupt, require};
 use crate::bench::against::{self, Change};
 use crate::bench::error::Truth;
 use crate::bench::report::{self, Report};
@@ -33,7 +31,7 @@ const MAX_RESTARTS: u32 = 100_000;
 const MAX_SAMPLES: u32 = 1 << 24;
 /// What a technique of frames says to be judged by its last one.
 const LAST_FRAME: &str = "last";
-const REPORT: &str = "report.md";
+pub(super) const REPORT: &str = "report.md";
 const TABLE: &str = "report.csv";
 
 #[derive(clap::Args)]
@@ -74,7 +72,7 @@ pub(super) struct Arguments {
 
 /// A scene that is ready to be measured.
 struct Subject {
-    scene: Scene,
+    scene: String,
     buffers: SceneBuffers,
     /// Where its plot goes.
     plot: String,
@@ -85,49 +83,40 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let baseline = arguments.against.as_deref().map(|path| read_table(path).map(|rows| (path, rows))).transpose()?;
     interrupt::install()?;
     let subjects = subjects(arguments, &matrix)?;
-    prepare_output(&arguments.out, &subjects)?;
+    let plots = subjects.iter().map(|subject| subject.plot.as_str());
+    prepare_output(&arguments.out, [REPORT, TABLE].into_iter().chain(plots))?;
     let mut device = device::open(&arguments.device)?;
-    let setup = Setup {
-        machine: machine::describe(),
-        device: device_name(&device),
-        commit: env!("RESTIR_COMMIT").to_owned(),
-        picture: matrix.picture,
-    };
-    let results: Vec<SceneResult> =
-        subjects.iter().map(|subject| measured(arguments, &matrix, subject, &mut device)).collect::<Result<_, _>>()?;
+    let setup = setup(&device, matrix.picture);
+    let result = |subject| measured(arguments, &matrix, subject, &mut device);
+    let results = subjects.into_iter().map(result).collect::<Result<Vec<_>, _>>()?;
     let rows: Vec<Row> = results.iter().flat_map(|result| table::rows(&setup, result)).collect();
     let against = baseline.map(|(path, old)| (path.display().to_string(), against::compare(&old, &rows)));
-    let report =
-        Report { setup: &setup, command: &command_line(), results: &results, restarts: matrix.restarts, against };
-    publish(&arguments.out, &subjects, &report, &rows)?;
+    let report = Report { setup: &setup, results: &results, restarts: matrix.restarts, against };
+    publish(&arguments.out, &report, &rows)?;
     report.against.as_ref().map_or(Ok(()), |(name, changes)| judge(name, changes))
 }
 
 fn matrix(arguments: &Arguments) -> Result<Matrix, Error> {
+    let Arguments { restarts, reference_spp, seconds, .. } = *arguments;
     let picture = arguments.picture.measured()?;
-    let refuse = |problem: String| Err(Error::Setting(problem));
-    if !(2..=MAX_RESTARTS).contains(&arguments.restarts) {
-        return refuse(format!("{} restarts show no spread; give 2 to {MAX_RESTARTS}", arguments.restarts));
-    }
-    if arguments.spp.contains(&0) {
-        return refuse("--spp holds 0 samples a pixel, which make no image; give at least 1".to_owned());
-    }
-    if let Some(samples) = arguments.spp.iter().find(|&&samples| samples > MAX_SAMPLES) {
-        return refuse(format!("--spp {samples} is more than can be measured; give at most {MAX_SAMPLES}"));
-    }
-    if arguments.reference_spp == Some(0) {
-        return refuse("0 samples a pixel make no reference; give at least 1 to --reference-spp".to_owned());
-    }
-    let techniques: Vec<Technique> =
-        arguments.techniques.iter().map(|text| technique(text, picture)).collect::<Result<_, _>>()?;
-    refuse_twice("technique", techniques.iter().map(|technique| technique.name.clone()))?;
+    let problem = format_args!("{restarts} restarts show no spread; give 2 to {MAX_RESTARTS}");
+    require((2..=MAX_RESTARTS).contains(&restarts), problem)?;
     let budgets: BTreeSet<u32> = arguments.spp.iter().copied().collect();
-    let time = Duration::from_secs_f64((1.0 - REFERENCE_SHARE) * f64::from(arguments.seconds));
-    let budgets = budgets.into_iter().collect();
-    let matrix = Matrix { picture, techniques, budgets, restarts: arguments.restarts, time };
-    if matrix.seeds() > u64::from(FIRST_SEED) {
-        return refuse(format!("{} images need more seeds than there are; give fewer --restarts", matrix.seeds()));
+    let problem = format_args!("--spp holds 0 samples a pixel, which make no image; give at least 1");
+    require(!budgets.contains(&0), problem)?;
+    for samples in &arguments.spp {
+        let problem = format_args!("--spp {samples} is more than can be measured; give at most {MAX_SAMPLES}");
+        require(*samples <= MAX_SAMPLES, problem)?;
     }
+    let problem = format_args!("0 samples a pixel make no reference; give at least 1 to --reference-spp");
+    require(reference_spp != Some(0), problem)?;
+    let techniques = arguments.techniques.iter().map(|text| technique(text, picture)).collect::<Result<Vec<_>, _>>()?;
+    refuse_twice("technique", techniques.iter().map(|technique| technique.name.as_str()))?;
+    let time = Duration::from_secs_f64((1.0 - REFERENCE_SHARE) * f64::from(seconds));
+    let matrix = Matrix { picture, techniques, budgets: budgets.into_iter().collect(), restarts, time };
+    let images = matrix.seeds();
+    let problem = format_args!("{images} images need more seeds than there are; give fewer --restarts");
+    require(images <= u64::from(FIRST_SEED), problem)?;
     Ok(matrix)
 }
 
@@ -137,111 +126,98 @@ fn technique(text: &str, picture: Picture) -> Result<Technique, Error> {
     let changes = changes.split(',').filter(|change| !change.is_empty()).map(str::to_owned);
     let (last, changes): (Vec<String>, Vec<String>) = changes.partition(|change| change == LAST_FRAME);
     let technique = configured(name, &changes, Some(picture.integral.max_depth), picture.integral.jitter)?;
-    if technique.integral() != picture.integral {
-        return Err(Error::Setting(format!(
-            "the technique {text} has a depth or jitter of its own, so that errors cannot be compared; give --max-depth or \
-             --jitter to all"
-        )));
-    }
-    if !last.is_empty() && technique.about().repeats != Repeats::Frames {
-        return Err(Error::Setting(format!("the technique {name} has no last frame; leave {LAST_FRAME} out")));
-    }
+    let problem = format_args!(
+        "the technique {text} has a depth or jitter of its own, so that errors cannot be compared; give --max-depth or \
+         --jitter to all"
+    );
+    require(technique.integral() == picture.integral, problem)?;
+    let problem = format_args!("the technique {name} has no last frame; leave {LAST_FRAME} out");
+    require(last.is_empty() || technique.about().repeats == Repeats::Frames, problem)?;
     let render = Render { accumulate: last.is_empty(), ..Render::new(picture.size, technique) };
     Ok(Technique { name: text.to_owned(), render })
 }
 
-fn refuse_twice(what: &str, names: impl Iterator<Item = String>) -> Result<(), Error> {
+fn refuse_twice<'a>(what: &str, mut names: impl Iterator<Item = &'a str>) -> Result<(), Error> {
     let mut seen = BTreeSet::new();
-    for name in names {
-        if !seen.insert(name.clone()) {
-            return Err(Error::Setting(format!("the {what} {name} is named twice; name it once")));
-        }
-    }
-    Ok(())
+    names
+        .try_for_each(|name| require(seen.insert(name), format_args!("the {what} {name} is named twice; name it once")))
 }
 
 fn subjects(arguments: &Arguments, matrix: &Matrix) -> Result<Vec<Subject>, Error> {
     let subject = |path: &PathBuf| {
         let (scene, buffers) = arguments.picture.load(path, matrix.picture.size)?;
         matrix.techniques.iter().try_for_each(|technique| render::check(&buffers, &technique.render))?;
-        let plot =
-            format!("{}.svg", path.file_stem().unwrap_or_default().to_string_lossy().replace([' ', '(', ')'], "-"));
-        Ok(Subject { scene, buffers, plot })
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy().replace([' ', '(', ')'], "-");
+        Ok(Subject { scene: scene.name, buffers, plot: format!("{stem}.svg") })
     };
-    let subjects: Vec<Subject> = arguments.scenes.iter().map(subject).collect::<Result<_, Error>>()?;
+    let subjects = arguments.scenes.iter().map(subject).collect::<Result<Vec<_>, Error>>()?;
     subjects.iter().try_for_each(|subject| check_comparable(matrix, subject))?;
-    refuse_twice("scene", subjects.iter().map(|subject| subject.plot.trim_end_matches(".svg").to_owned()))?;
+    refuse_twice("scene", subjects.iter().map(|subject| subject.plot.trim_end_matches(".svg")))?;
     Ok(subjects)
 }
 
-/// Before minutes of work: can the results be written?
-fn prepare_output(out: &Path, subjects: &[Subject]) -> Result<(), Error> {
-    create_folder(out)?;
-    let plots = subjects.iter().map(|subject| subject.plot.as_str());
-    [REPORT, TABLE].into_iter().chain(plots).try_for_each(|name| check_writable(&out.join(name)))
-}
-
-/// Makes the folder for results, unless it is there.
-pub(super) fn create_folder(out: &Path) -> Result<(), Error> {
+/// Makes the folder for results, unless it is there. Before minutes of work: can the `files` be written?
+pub(super) fn prepare_output<'a>(out: &Path, files: impl IntoIterator<Item = &'a str>) -> Result<(), Error> {
     std::fs::create_dir_all(out).map_err(|error| Error::File {
         action: "write",
         path: out.to_owned(),
         reason: format!("{error}; name another folder by --out"),
-    })
+    })?;
+    files.into_iter().try_for_each(|name| check_writable(&out.join(name)))
 }
 
-pub(super) fn device_name(device: &Device) -> String {
+/// What a report says of how it was made.
+pub(super) fn setup(device: &Device, picture: Picture) -> Setup {
     let description = device.executor.describe();
     let adapter = description.adapter.map_or_else(String::new, |adapter| format!(", {adapter}"));
-    format!("{}{adapter}, flavour {}, self-check {}", description.executor, description.flavour, device.parity)
+    Setup {
+        command: command_line(),
+        machine: machine::describe(),
+        device: format!(
+            "{}{adapter}, flavour {}, self-check {}",
+            description.executor, description.flavour, device.parity
+        ),
+        commit: env!("RESTIR_COMMIT").to_owned(),
+        picture,
+    }
 }
 
 /// Refuses what converges to something else than the reference.
-fn check_comparable(matrix: &Matrix, subject: &Subject) -> Result<(), Error> {
-    let Subject { scene, buffers, .. } = subject;
-    for Technique { name, render } in &matrix.techniques {
+fn check_comparable(matrix: &Matrix, Subject { scene, buffers, .. }: &Subject) -> Result<(), Error> {
+    matrix.techniques.iter().try_for_each(|Technique { name, render }| {
         let of_frames = render.technique.about().repeats == Repeats::Frames;
         let moves = (of_frames && buffers.is_animated()).then_some(
             "renders frames of a moving scene, and the reference shows one moment; take a scene that stands still",
         );
-        if let Some(why) = moves.or_else(|| render.technique.differs_from_path(buffers)) {
-            return Err(Error::Setting(format!("{}: {name} {why}", scene.name)));
-        }
-    }
-    Ok(())
+        let differs = moves.or_else(|| render.technique.differs_from_path(buffers));
+        require(differs.is_none(), format_args!("{scene}: {name} {}", differs.unwrap_or_default()))
+    })
 }
 
 /// Makes the reference of a scene, then measures.
 fn measured(
     arguments: &Arguments,
     matrix: &Matrix,
-    subject: &Subject,
+    Subject { scene, buffers, plot }: Subject,
     device: &mut Device,
 ) -> Result<SceneResult, Error> {
-    let scene = &subject.scene.name;
     let largest = matrix.budgets.last().copied().unwrap_or(1);
     let goal = Goal {
         samples: arguments.reference_spp.unwrap_or_else(|| 200 * u64::from(largest)),
         time: Some(Duration::from_secs_f64(REFERENCE_SHARE * f64::from(arguments.seconds))),
     };
     console::note(&format!("{scene}: reference"));
-    let cache = arguments.cache.folder();
     let executor = device.executor.as_mut();
-    let reference = super::reference::make(executor, &subject.buffers, matrix.picture, cache.as_deref(), goal)?;
-    let truth = Truth::new(&reference);
-    console::note(&format!("{scene}: {} samples in the reference, measuring", reference.samples()));
-    let mut reporter = Reporter::new();
-    let measured = measure(executor, &subject.buffers, matrix, &truth, &mut |progress| {
-        reporter.update(&progress);
-        if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    });
-    reporter.finish();
-    let (series, restarts) = measured?;
-    Ok(SceneResult { scene: scene.clone(), truth, reference_samples: reference.samples(), series, restarts })
+    let cache = arguments.cache.folder();
+    let reference = super::reference::make(executor, &buffers, matrix.picture, cache.as_deref(), goal)?;
+    let (truth, reference_samples) = (Truth::new(&reference), reference.samples());
+    console::note(&format!("{scene}: {reference_samples} samples in the reference, measuring"));
+    let (series, restarts) = reported(|observe| measure(executor, &buffers, matrix, &truth, observe))?;
+    Ok(SceneResult { scene, plot, truth, reference_samples, series, restarts })
 }
 
 /// As the user could write it.
-pub(super) fn command_line() -> String {
+fn command_line() -> String {
     let arguments = std::env::args_os().skip(1).map(|argument| argument.to_string_lossy().into_owned());
     let quoted = arguments
         .map(|argument| if argument.contains(char::is_whitespace) { format!("'{argument}'") } else { argument });
@@ -250,41 +226,38 @@ pub(super) fn command_line() -> String {
 
 fn read_table(path: &Path) -> Result<Vec<Row>, Error> {
     let fail = |reason: String| Error::File { action: "read", path: path.to_owned(), reason };
-    let mut text = String::new();
-    let mut file = input::open(path).map_err(|error| fail(error.to_string()))?;
-    file.read_to_string(&mut text).map_err(|error| fail(error.to_string()))?;
-    let rows =
-        table::from_csv(&text).map_err(|problem| fail(format!("{problem}; name a report.csv of restir bench")))?;
-    if rows.is_empty() { Err(fail("it has no rows; name a report.csv of restir bench".to_owned())) } else { Ok(rows) }
+    let text = input::open(path).and_then(io::read_to_string).map_err(|error| fail(error.to_string()))?;
+    let rows = table::from_csv(&text).and_then(|rows| match rows.is_empty() {
+        true => Err("it has no rows".to_owned()),
+        false => Ok(rows),
+    });
+    rows.map_err(|problem| fail(format!("{problem}; name a report.csv of restir bench")))
 }
 
 /// Writes the plots and the table, then the report that refers to them.
-fn publish(out: &Path, subjects: &[Subject], report: &Report<'_>, rows: &[Row]) -> Result<(), Error> {
+fn publish(out: &Path, report: &Report<'_>, rows: &[Row]) -> Result<(), Error> {
     interrupt::begin_writing();
-    let write = |name: &str, text: &str| write_atomically(&out.join(name), |file| file.write_all(text.as_bytes()));
-    for (subject, result) in subjects.iter().zip(report.results) {
-        let path = out.join(&subject.plot);
+    for result in report.results {
+        let path = out.join(&result.plot);
         let plot = plot::svg(result).map_err(|reason| Error::File { action: "write", path, reason })?;
-        write(&subject.plot, &plot)?;
+        write_text(out, &result.plot, &plot)?;
     }
-    let plot = |scene: &str| {
-        subjects
-            .iter()
-            .find(|subject| subject.scene.name == scene)
-            .map_or_else(String::new, |subject| subject.plot.clone())
-    };
-    let text = report::markdown(report, plot);
-    write(TABLE, &table::to_csv(rows))?;
-    write(REPORT, &text)?;
-    let written = format!("wrote {} and {}\n", out.join(REPORT).display(), out.join(TABLE).display());
-    console::print(&(text + "\n" + &written))
+    let text = report::markdown(report);
+    write_text(out, TABLE, &table::to_csv(rows))?;
+    write_text(out, REPORT, &text)?;
+    console::print(&format!("{text}\nwrote {} and {}\n", out.join(REPORT).display(), out.join(TABLE).display()))
+}
+
+/// Writes a file into the folder for results.
+pub(super) fn write_text(out: &Path, name: &str, text: &str) -> Result<(), Error> {
+    write_atomically(&out.join(name), |file| file.write_all(text.as_bytes()))
 }
 
 fn judge(name: &str, changes: &[Change]) -> Result<(), Error> {
     let worse: Vec<String> = changes
         .iter()
         .filter(|change| change.worse())
-        .map(|change| format!("{} {} at {} spp", change.key.scene, change.key.technique, change.key.spp))
+        .map(|Change { row, .. }| format!("{} {} at {} spp", row.scene, row.technique, row.spp))
         .collect();
     if worse.is_empty() {
         return Ok(());

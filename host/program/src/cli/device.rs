@@ -4,8 +4,8 @@ use clap::ValueEnum;
 use restir::Error;
 use restir::exec::{CpuExecutor, Executor, Flavour};
 
-use super::console;
 use super::render::natural;
+use super::{console, require};
 
 /// More are a slip, and each has its own stack.
 const MAX_THREADS: usize = 1024;
@@ -54,9 +54,9 @@ pub(super) struct Device {
 
 /// Opens the executor that the arguments ask for and says on standard error which it is and why.
 pub(super) fn open(arguments: &DeviceArguments) -> Result<Device, Error> {
-    if let Some(threads) = arguments.threads.filter(|threads| !(1..=MAX_THREADS).contains(threads)) {
-        return Err(Error::Setting(format!("--threads {threads} is out of range; give 1 to {MAX_THREADS}")));
-    }
+    let threads = arguments.threads.unwrap_or(1);
+    let problem = format_args!("--threads {threads} is out of range; give 1 to {MAX_THREADS}");
+    require((1..=MAX_THREADS).contains(&threads), problem)?;
     match (arguments.device, &arguments.adapter) {
         (Kind::Cpu, Some(_)) => Err(Error::Setting("--adapter needs a GPU; leave out --device cpu".to_owned())),
         (Kind::Cpu, None) => open_cpu(arguments, "as asked"),
@@ -66,11 +66,10 @@ pub(super) fn open(arguments: &DeviceArguments) -> Result<Device, Error> {
 }
 
 fn open_cpu(arguments: &DeviceArguments, why: &str) -> Result<Device, Error> {
-    if arguments.flavour == Some(FlavourName::Fast) {
-        return Err(Error::Setting(format!(
-            "the flavour fast needs a GPU, and the CPU was chosen ({why}); use --flavour exact or --device gpu"
-        )));
-    }
+    let problem = format_args!(
+        "the flavour fast needs a GPU, and the CPU was chosen ({why}); use --flavour exact or --device gpu"
+    );
+    require(arguments.flavour != Some(FlavourName::Fast), problem)?;
     let executor = CpuExecutor::new(arguments.threads)?;
     console::note(&format!("device: CPU ({why})"));
     Ok(Device { executor: Box::new(executor), parity: "exact".to_owned() })

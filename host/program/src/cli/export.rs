@@ -7,32 +7,31 @@ use restir::image::{Image, write_exr};
 use restir::output::check_writable;
 use restir::scene::{Environment, export};
 
-use super::console;
-use super::scene::{DEFAULT_SIZE, SceneArguments};
+use super::render::ends_in;
+use super::scene::{Additions, DEFAULT_SIZE};
+use super::{console, require};
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
+    /// Name of a built-in scene (see `restir scenes`), or a .gltf or .glb file.
+    scene: PathBuf,
     #[command(flatten)]
-    scene: SceneArguments,
+    additions: Additions,
     /// The .glb file to write.
     output: PathBuf,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
-    let output = &arguments.output;
-    if !output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("glb")) {
-        return Err(Error::Setting(format!("the output {} has to end in .glb", output.display())));
-    }
+    let Arguments { scene, additions, output } = arguments;
+    require(ends_in(output, "glb"), format_args!("the output {} has to end in .glb", output.display()))?;
     check_writable(output)?;
-    let mut scene = arguments.scene.open()?;
+    let mut scene = additions.open(scene)?;
     let size = scene.default_size.unwrap_or(DEFAULT_SIZE);
-    arguments.scene.complete(&mut scene, size)?;
-    let sky = scene.environment.as_ref().map(|environment| (environment, output.with_extension("env.exr")));
+    additions.complete(&mut scene, size)?;
     export::write(&scene, output)?;
     let mut report = format!("wrote {}\n", output.display());
-    if let Some((environment, path)) = &sky {
-        write_environment(environment, path)?;
-        report += &beside(environment, path);
+    if let Some(environment) = &scene.environment {
+        report += &write_environment(environment, &output.with_extension("env.exr"))?;
     }
     if scene.camera.is_some_and(|camera| camera.lens_radius > 0.0) {
         report += "glTF has no lens: other programs see a pinhole camera, restir finds the lens in the file's extras\n";
@@ -40,15 +39,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     console::print(&report)
 }
 
-fn write_environment(environment: &Environment, path: &Path) -> Result<(), Error> {
-    let [width, height] = environment.size;
-    write_exr(path, &Image { width, height, pixels: environment.pixels.to_vec() }, &[])
-}
-
-fn beside(environment: &Environment, path: &Path) -> String {
+/// Writes the environment, and says how to render with it.
+fn write_environment(environment: &Environment, path: &Path) -> Result<String, Error> {
+    let Environment { size: [width, height], scale, rotation, .. } = *environment;
+    write_exr(path, &Image { width, height, pixels: environment.pixels.to_vec() }, &[])?;
     let path = path.display();
-    format!(
-        "wrote {path}: glTF has no environment; render with --env {path} --env-scale {} --env-rotate {}\n",
-        environment.scale, environment.rotation
-    )
+    Ok(format!(
+        "wrote {path}: glTF has no environment; render with --env {path} --env-scale {scale} --env-rotate {rotation}\n"
+    ))
 }

@@ -1,6 +1,5 @@
 //! `restir figure`
 
-use std::io::Write;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -10,24 +9,20 @@ use restir::Error;
 use restir::buffers::SceneBuffers;
 use restir::exec::Executor;
 use restir::image::{MAX_SIDE, write_png};
-use restir::output::{check_writable, write_atomically};
 use restir::reference::{Goal, Picture, Reference};
 use restir::render::Progress;
 use restir::scene::Environment;
 use restir::technique::Integral;
 
-use super::bench::{command_line, create_folder, device_name};
+use super::bench::{REPORT, prepare_output, setup, write_text};
 use super::device::Device;
-use super::progress::Reporter;
+use super::progress::reported;
 use super::reference::Cache;
 use super::render::{Size, natural};
-use super::{console, device, interrupt, reference};
-use crate::bench::machine;
-use crate::bench::table::Setup;
+use super::{console, device, interrupt, reference, require};
 use crate::figure::chains::Protocol;
-use crate::figure::{Contents, Environs, File, seed002_fig1, seed002_fig2, seed004_fig1};
+use crate::figure::{Environs, Files, PICTURE, seed002_fig1, seed002_fig2, seed004_fig1};
 
-const REPORT: &str = "report.md";
 /// Smaller pictures decide no claim: they may be black, they fit into one tile of those that a bootstrap resamples, or
 /// their pixels miss every other stripe of the wall in `seed004-fig1`, whose 32 are twice as wide as a picture is high.
 const MIN_SIDE: u32 = 12;
@@ -67,25 +62,14 @@ struct Effort {
 
 impl Figure {
     fn effort(self, quick: bool) -> Effort {
+        let of = |size, restarts, frames, reference_spp| Effort { size, restarts, frames, reference_spp };
         match (self, quick) {
-            (Self::MisOverTime, false) => {
-                Effort { size: [60, 45], restarts: [16, 4], frames: [13, 2], reference_spp: Some(49_152) }
-            }
-            (Self::MisOverTime, true) => {
-                Effort { size: [36, 27], restarts: [8, 4], frames: [9, 2], reference_spp: Some(16_384) }
-            }
-            (Self::VisibilityTerm, false) => {
-                Effort { size: [128, 96], restarts: [2, 1], frames: [48, UNCOUNTED + 2], reference_spp: None }
-            }
-            (Self::VisibilityTerm, true) => {
-                Effort { size: [64, 48], restarts: [2, 1], frames: [48, UNCOUNTED + 2], reference_spp: None }
-            }
-            (Self::ConvergedTrio, false) => {
-                Effort { size: [64, 48], restarts: [16, 4], frames: [128, 1], reference_spp: Some(32_768) }
-            }
-            (Self::ConvergedTrio, true) => {
-                Effort { size: [32, 24], restarts: [8, 4], frames: [64, 1], reference_spp: Some(8192) }
-            }
+            (Self::MisOverTime, false) => of([60, 45], [16, 4], [13, 2], Some(49_152)),
+            (Self::MisOverTime, true) => of([36, 27], [8, 4], [9, 2], Some(16_384)),
+            (Self::VisibilityTerm, false) => of([128, 96], [2, 1], [48, UNCOUNTED + 2], None),
+            (Self::VisibilityTerm, true) => of([64, 48], [2, 1], [48, UNCOUNTED + 2], None),
+            (Self::ConvergedTrio, false) => of([64, 48], [16, 4], [128, 1], Some(32_768)),
+            (Self::ConvergedTrio, true) => of([32, 24], [8, 4], [64, 1], Some(8192)),
         }
     }
 }
@@ -130,31 +114,24 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let environment = arguments.env.as_deref().map(|path| Environment::load(path, &mut warnings)).transpose()?;
     warnings.iter().for_each(|warning| console::note(&format!("warning: {warning}")));
     interrupt::install()?;
-    create_folder(&arguments.out)?;
-    check_writable(&arguments.out.join(REPORT))?;
+    prepare_output(&arguments.out, [REPORT])?;
     let device = device::open(&arguments.device)?;
-    let setup = Setup {
-        machine: machine::describe(),
-        device: device_name(&device),
-        commit: env!("RESTIR_COMMIT").to_owned(),
-        picture: Picture { size: protocol.size, integral: DIRECT },
-    };
-    let command = command_line();
+    let setup = setup(&device, Picture { size: protocol.size, integral: DIRECT });
     let mut program = Program { device, cache: arguments.cache.folder(), picture: setup.picture };
     let files = match arguments.figure {
         Figure::MisOverTime => {
             let frames = if arguments.quick { 8 } else { 16 };
             let effort = seed004_fig1::Effort { protocol, frames, restarts: 2, reference };
-            seed004_fig1::make(&mut program, &effort, environment, &setup, &command)?
+            seed004_fig1::make(&mut program, &effort, environment, &setup)?
         }
         Figure::VisibilityTerm => {
             let counted = protocol.warm_up + 1 - UNCOUNTED;
             let protocol = Protocol { warm_up: UNCOUNTED, ..protocol };
-            seed002_fig1::make(&mut program, protocol, counted, &setup, &command)?
+            seed002_fig1::make(&mut program, protocol, counted, &setup)?
         }
         Figure::ConvergedTrio => {
             let protocol = Protocol { accumulate: true, ..protocol };
-            seed002_fig2::make(&mut program, protocol, reference, &setup, &command)?
+            seed002_fig2::make(&mut program, protocol, reference, &setup)?
         }
     };
     publish(&arguments.out, &files)
@@ -162,42 +139,38 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
 
 /// The chains of the figure, and how good its references have to be.
 fn effort(arguments: &Arguments) -> Result<(Protocol, Goal), Error> {
-    let refuse = |problem: &str| Err(Error::Setting(problem.to_owned()));
-    let Effort { size, restarts, frames, reference_spp } = arguments.figure.effort(arguments.quick);
+    let figure = arguments.figure;
+    let Effort { size, restarts, frames, reference_spp } = figure.effort(arguments.quick);
     let size = arguments.size.map_or(Ok(size), Size::sides)?;
-    if size.iter().any(|side| !(MIN_SIDE..=MAX_SIDE).contains(side)) {
-        let [width, height] = size;
-        return refuse(&format!(
-            "--size {width}x{height} is out of range, for claims need some pixels; give sides from {MIN_SIDE} to {MAX_SIDE}"
-        ));
-    }
-    let chains = within("--restarts", arguments.restarts.unwrap_or(restarts[0]), [restarts[1], MAX_RESTARTS])?;
-    if arguments.figure == Figure::ConvergedTrio && chains % 2 == 1 {
-        return refuse(&format!("--restarts {chains} has no two equal halves; give an even number"));
-    }
-    let frames = within("--frames", arguments.frames.unwrap_or(frames[0]), [frames[1], MAX_FRAMES])?;
-    if arguments.env.is_some() && arguments.figure != Figure::MisOverTime {
-        return refuse("--env is for the exterior of seed004-fig1, and this figure has none; leave it out");
-    }
-    if reference_spp.is_none() && (arguments.reference_spp.is_some() || arguments.reference_seconds.is_some()) {
-        return refuse(
-            "--reference-spp and --reference-seconds are for figures with a reference, and this one has none; leave them out",
-        );
-    }
+    let [width, height] = size;
+    let problem = format_args!(
+        "--size {width}x{height} is out of range, for claims need some pixels; give sides from {MIN_SIDE} to {MAX_SIDE}"
+    );
+    require(size.iter().all(|side| (MIN_SIDE..=MAX_SIDE).contains(side)), problem)?;
+    let chains = within("--restarts", arguments.restarts, restarts, MAX_RESTARTS)?;
+    let problem = format_args!("--restarts {chains} has no two equal halves; give an even number");
+    require(figure != Figure::ConvergedTrio || chains.is_multiple_of(2), problem)?;
+    let frames = within("--frames", arguments.frames, frames, MAX_FRAMES)?;
+    let problem = format_args!("--env is for the exterior of seed004-fig1, and this figure has none; leave it out");
+    require(figure == Figure::MisOverTime || arguments.env.is_none(), problem)?;
+    let asks_for_reference = arguments.reference_spp.is_some() || arguments.reference_seconds.is_some();
+    let problem = format_args!(
+        "--reference-spp and --reference-seconds are for figures with a reference, and this one has none; leave them out"
+    );
+    require(reference_spp.is_some() || !asks_for_reference, problem)?;
     let samples = arguments.reference_spp.or(reference_spp).unwrap_or(1);
-    if samples == 0 {
-        return refuse("0 samples a pixel make no reference; give at least 1 to --reference-spp");
-    }
-    let goal =
-        Goal { samples, time: Some(Duration::from_secs(arguments.reference_seconds.unwrap_or(REFERENCE_SECONDS))) };
-    Ok((Protocol { size, warm_up: frames - 1, chains, accumulate: false }, goal))
+    let problem = format_args!("0 samples a pixel make no reference; give at least 1 to --reference-spp");
+    require(samples > 0, problem)?;
+    let time = Duration::from_secs(arguments.reference_seconds.unwrap_or(REFERENCE_SECONDS));
+    let protocol = Protocol { size, warm_up: frames - 1, chains, accumulate: false };
+    Ok((protocol, Goal { samples, time: Some(time) }))
 }
 
-fn within(name: &str, value: u32, [low, high]: [u32; 2]) -> Result<u32, Error> {
-    (low..=high)
-        .contains(&value)
-        .then_some(value)
-        .ok_or_else(|| Error::Setting(format!("{name} {value} is out of range; give {low} to {high}")))
+/// What was asked for, or else the default.
+fn within(name: &str, asked: Option<u32>, [default, low]: [u32; 2], high: u32) -> Result<u32, Error> {
+    let value = asked.unwrap_or(default);
+    require((low..=high).contains(&value), format_args!("{name} {value} is out of range; give {low} to {high}"))?;
+    Ok(value)
 }
 
 /// The executor, the cache of references and the console.
@@ -219,30 +192,17 @@ impl Environs for Program {
         work: impl FnOnce(&mut dyn Executor, &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Result<T, Error>,
     ) -> Result<T, Error> {
         console::note(what);
-        let mut reporter = Reporter::new();
-        let made = work(self.device.executor.as_mut(), &mut |progress| {
-            reporter.update(&progress);
-            if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        });
-        reporter.finish();
-        made
+        reported(|observe| work(self.device.executor.as_mut(), observe))
     }
 }
 
 /// Writes the files; the report, which refers to the others, comes last.
-fn publish(out: &Path, files: &[File]) -> Result<(), Error> {
+fn publish(out: &Path, Files { picture, texts, report }: &Files) -> Result<(), Error> {
     interrupt::begin_writing();
-    for file in files {
-        let path = out.join(&file.name);
-        match &file.contents {
-            Contents::Text(text) => write_atomically(&path, |file| file.write_all(text.as_bytes()))?,
-            Contents::Picture(image) => write_png(&path, image)?,
-        }
-    }
-    let report = files.iter().rev().find_map(|file| match &file.contents {
-        Contents::Text(text) if file.name == REPORT => Some(text.as_str()),
-        _ => None,
-    });
-    let names: Vec<String> = files.iter().map(|file| out.join(&file.name).display().to_string()).collect();
-    console::print(&format!("{}\nwrote {}\n", report.unwrap_or_default(), names.join(", ")))
+    picture.as_ref().map_or(Ok(()), |picture| write_png(&out.join(PICTURE), picture))?;
+    texts.iter().try_for_each(|(name, text)| write_text(out, name, text))?;
+    write_text(out, REPORT, report)?;
+    let names = picture.iter().map(|_| PICTURE).chain(texts.iter().map(|(name, _)| name.as_str())).chain([REPORT]);
+    let paths: Vec<String> = names.map(|name| out.join(name).display().to_string()).collect();
+    console::print(&format!("{report}\nwrote {}\n", paths.join(", ")))
 }

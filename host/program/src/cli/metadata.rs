@@ -1,9 +1,10 @@
 //! What an image says about how it was made.
 
+use restir::reference::Reference;
 use restir::render::{Render, Rendered};
 use restir::scene::{Camera, Environment, Scene};
 use restir::settings::Value;
-use restir::technique::Repeats;
+use restir::technique::{Integral, Repeats};
 
 use super::device::Device;
 
@@ -11,7 +12,7 @@ use super::device::Device;
 pub(super) fn of_render(scene: &Scene, render: &Render, device: &Device, rendered: &Rendered) -> Vec<(String, String)> {
     let description = device.executor.describe();
     let about = render.technique.about();
-    let pairs = [
+    let mut pairs = vec![
         ("scene", scene.name.clone()),
         ("environment", scene.environment.as_ref().map_or_else(|| "none".to_owned(), environment)),
         ("lens", scene.camera.filter(|camera| camera.lens_radius > 0.0).map_or_else(|| "pinhole".to_owned(), lens)),
@@ -26,21 +27,35 @@ pub(super) fn of_render(scene: &Scene, render: &Render, device: &Device, rendere
         ("parity", device.parity.clone()),
         ("dispatches", rendered.dispatches.to_string()),
         ("dropped_samples", rendered.dropped_samples.to_string()),
+        (about.repeats.name(), render.count.to_string()),
+        ("seed", render.seed.to_string()),
     ];
-    let own = render.technique.entries().into_iter().map(|entry| (entry.key.to_owned(), entry.value));
-    pairs.into_iter().map(|(key, value)| (key.to_owned(), value)).chain(of_frames(render)).chain(own).collect()
-}
-
-/// What is said of every technique in the same words; its own settings come after.
-fn of_frames(render: &Render) -> Vec<(String, String)> {
-    let about = render.technique.about();
-    let mut pairs = vec![(about.repeats.name(), render.count.to_string()), ("seed", render.seed.to_string())];
     if about.repeats == Repeats::Frames {
         pairs.push(("accumulate", render.accumulate.write()));
     }
+    // what techniques without such a setting have by themselves
     if render.technique.value("max_depth").is_none() {
         pairs.push(("max_depth", render.technique.integral().max_depth.to_string()));
     }
+    pairs.extend(render.technique.entries().into_iter().map(|entry| (entry.key, entry.value)));
+    owned(pairs)
+}
+
+/// Pairs of a picture of a reference.
+pub(super) fn of_reference(scene: &str, integral: Integral, reference: &Reference) -> Vec<(String, String)> {
+    owned(vec![
+        ("scene", scene.to_owned()),
+        ("technique", "path".to_owned()),
+        ("samples", reference.samples().to_string()),
+        ("max_depth", integral.max_depth.to_string()),
+        ("jitter", integral.jitter.to_string()),
+        ("dropped_samples", reference.dropped_samples().to_string()),
+        ("version", env!("CARGO_PKG_VERSION").to_owned()),
+        ("commit", env!("RESTIR_COMMIT").to_owned()),
+    ])
+}
+
+fn owned(pairs: Vec<(&str, String)>) -> Vec<(String, String)> {
     pairs.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
 }
 

@@ -4,6 +4,7 @@
 //! was asked, with 1 when a comparison that was asked for did not pass, with 2 when it could not do what was asked, and
 //! with 130 when it was interrupted; all but 0 come with one line `error: ...`.
 
+use std::fmt;
 use std::process::ExitCode;
 
 use clap::error::ErrorKind;
@@ -140,6 +141,11 @@ fn run(command: Command) -> Result<(), Error> {
         Command::Settings(arguments) => settings::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
     }
+}
+
+/// Refuses what was asked for unless it `holds`.
+fn require(holds: bool, problem: fmt::Arguments<'_>) -> Result<(), Error> {
+    if holds { Ok(()) } else { Err(Error::Setting(problem.to_string())) }
 }
 
 fn exit_code(error: &Error) -> u8 {

@@ -1,17 +1,29 @@
 //! How far a render is: a bar on a terminal, else a line about every ten percent.
 
 use std::io::{IsTerminal, stderr};
+use std::ops::ControlFlow;
 use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use restir::render::Progress;
 
-use super::console;
+use super::{console, interrupt};
 
 const BAR: &str = "{bar:40} {percent:>3} %, {eta} left";
 const STEP_PERCENT: u64 = 10;
 
-pub(super) enum Reporter {
+/// Does work that says how far it is, and breaks it when the user wants the program to stop.
+pub(super) fn reported<T>(work: impl FnOnce(&mut dyn FnMut(Progress) -> ControlFlow<()>) -> T) -> T {
+    let mut reporter = Reporter::new();
+    let done = work(&mut |progress| {
+        reporter.update(&progress);
+        if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    reporter.finish();
+    done
+}
+
+enum Reporter {
     Bar(ProgressBar),
     /// When what was first told of had been done, and how much that was: a reference that is continued has begun before.
     Lines {
@@ -21,7 +33,7 @@ pub(super) enum Reporter {
 }
 
 impl Reporter {
-    pub(super) fn new() -> Self {
+    fn new() -> Self {
         if stderr().is_terminal() {
             let style = ProgressStyle::with_template(BAR).unwrap_or_else(|_| ProgressStyle::default_bar());
             return Self::Bar(ProgressBar::new(1).with_style(style));
@@ -30,7 +42,7 @@ impl Reporter {
         Self::Lines { begun: None, next_percent: STEP_PERCENT }
     }
 
-    pub(super) fn update(&mut self, progress: &Progress) {
+    fn update(&mut self, progress: &Progress) {
         match self {
             Self::Bar(bar) => {
                 bar.set_length(progress.total);
@@ -49,7 +61,7 @@ impl Reporter {
         }
     }
 
-    pub(super) fn finish(self) {
+    fn finish(self) {
         if let Self::Bar(bar) = self {
             bar.finish_and_clear();
         }

@@ -1,6 +1,5 @@
 //! `restir reference`
 
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -15,10 +14,10 @@ use restir::scene::Scene;
 use restir::technique::path::PathSettings;
 use restir::technique::{Integral, Technique};
 
-use super::progress::Reporter;
+use super::progress::reported;
 use super::render::{Size, natural};
 use super::scene::Additions;
-use super::{console, device, interrupt};
+use super::{console, device, interrupt, metadata, require};
 
 /// The size of what is measured: small, so that references are good.
 pub(super) const MEASURED_SIZE: [u32; 2] = [96, 96];
@@ -101,12 +100,9 @@ impl Cache {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     [&arguments.output, &arguments.error].into_iter().flatten().try_for_each(|path| check_writable(path))?;
-    if arguments.output.is_some() && arguments.output == arguments.error {
-        return Err(Error::Setting("--output and --error name the same file; give each its own".to_owned()));
-    }
-    if arguments.spp == 0 {
-        return Err(Error::Setting("0 samples a pixel make no reference; give at least 1".to_owned()));
-    }
+    let same = arguments.output.is_some() && arguments.output == arguments.error;
+    require(!same, format_args!("--output and --error name the same file; give each its own"))?;
+    require(arguments.spp > 0, format_args!("0 samples a pixel make no reference; give at least 1"))?;
     interrupt::install()?;
     let picture = arguments.picture.measured()?;
     let (scene, buffers) = arguments.picture.load(&arguments.scene, picture.size)?;
@@ -116,7 +112,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let cache = arguments.cache.folder();
     let reference = make(device.executor.as_mut(), &buffers, picture, cache.as_deref(), goal)?;
     interrupt::begin_writing();
-    let metadata = metadata(&scene.name, picture.integral, &reference);
+    let metadata = metadata::of_reference(&scene.name, picture.integral, &reference);
     for (path, image) in [(&arguments.output, reference.image()), (&arguments.error, reference.error_image())] {
         path.as_ref().map_or(Ok(()), |path| write_exr(path, &image, &metadata))?;
     }
@@ -134,13 +130,11 @@ pub(super) fn make(
     if cache.is_none() {
         console::note("warning: there is no folder to keep the reference in; name one by --cache or RESTIR_CACHE");
     }
-    let mut reporter = Reporter::new();
-    let made = reference::make(executor, buffers, picture, cache, goal, &mut |progress| {
-        reporter.update(&Progress { done: progress.done, total: progress.total });
-        if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    });
-    reporter.finish();
-    let reference = made?;
+    let reference = reported(|observe| {
+        reference::make(executor, buffers, picture, cache, goal, &mut |batches| {
+            observe(Progress { done: batches.done, total: batches.total })
+        })
+    })?;
     if reference.dropped_samples() > 0 {
         console::note(&format!(
             "warning: {} samples of the reference were dropped, not finite or cut short by the device: it is too dark",
@@ -148,20 +142,6 @@ pub(super) fn make(
         ));
     }
     Ok(reference)
-}
-
-fn metadata(scene: &str, integral: Integral, reference: &Reference) -> Vec<(String, String)> {
-    let pairs = [
-        ("scene", scene.to_owned()),
-        ("technique", "path".to_owned()),
-        ("samples", reference.samples().to_string()),
-        ("max_depth", integral.max_depth.to_string()),
-        ("jitter", integral.jitter.to_string()),
-        ("dropped_samples", reference.dropped_samples().to_string()),
-        ("version", env!("CARGO_PKG_VERSION").to_owned()),
-        ("commit", env!("RESTIR_COMMIT").to_owned()),
-    ];
-    pairs.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
 }
 
 fn describe(scene: &str, reference: &Reference) -> String {

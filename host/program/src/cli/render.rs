@@ -1,6 +1,5 @@
 //! `restir render`
 
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::Instant;
@@ -15,15 +14,17 @@ use restir::scene::{Camera, CameraPath, Scene};
 use restir::technique::Repeats;
 
 use super::device::{self, Device};
-use super::progress::Reporter;
-use super::scene::{DEFAULT_SIZE, SceneArguments};
+use super::progress::reported;
+use super::scene::{Additions, DEFAULT_SIZE};
 use super::technique::{TechniqueArguments, refuse_unused};
-use super::{console, interrupt, metadata};
+use super::{console, interrupt, metadata, require};
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
+    /// Name of a built-in scene (see `restir scenes`), or a .gltf or .glb file.
+    scene: PathBuf,
     #[command(flatten)]
-    scene: SceneArguments,
+    additions: Additions,
     /// The EXR file to write.
     #[arg(short, long)]
     output: PathBuf,
@@ -57,10 +58,7 @@ pub(super) struct Arguments {
 
 /// What the arguments ask for, seen by the scene's camera.
 fn render_of(arguments: &Arguments, scene: &Scene) -> Result<Render, Error> {
-    let size = match arguments.size {
-        Some(size) => size.sides()?,
-        None => scene.default_size.unwrap_or(DEFAULT_SIZE),
-    };
+    let size = arguments.size.map_or(Ok(scene.default_size.unwrap_or(DEFAULT_SIZE)), Size::sides)?;
     let options = &arguments.technique;
     let technique = options.configured(arguments.max_depth, arguments.jitter)?;
     let about = technique.about();
@@ -89,19 +87,11 @@ fn render_on(
     render: &Render,
     layers: bool,
 ) -> Result<(Rendered, Vec<Channel>), Error> {
-    let mut reporter = Reporter::new();
-    let mut observe = |progress| {
-        reporter.update(&progress);
-        if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    };
     let executor = device.executor.as_mut();
-    let rendered = if layers {
-        render.technique.render_with_layers(executor, buffers, render, &mut observe)
-    } else {
-        render::render(executor, buffers, render, &mut observe).map(|rendered| (rendered, Vec::new()))
-    };
-    reporter.finish();
-    rendered
+    reported(|observe| match layers {
+        true => render.technique.render_with_layers(executor, buffers, render, observe),
+        false => Ok((render::render(executor, buffers, render, observe)?, Vec::new())),
+    })
 }
 
 /// The cameras of frames along a path; none without one.
@@ -115,10 +105,10 @@ pub(super) fn cameras(path: Option<&Path>, camera: Camera, frames: u32) -> Resul
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     check_outputs(arguments)?;
     interrupt::install()?;
-    let mut scene = arguments.scene.open()?;
+    let mut scene = arguments.additions.open(&arguments.scene)?;
     let render = render_of(arguments, &scene)?;
-    arguments.scene.complete(&mut scene, [render.width, render.height])?;
-    let buffers = arguments.scene.buffers(&scene)?;
+    arguments.additions.complete(&mut scene, [render.width, render.height])?;
+    let buffers = arguments.additions.buffers(&scene)?;
     let cameras = cameras(arguments.technique.camera_path.as_deref(), buffers.camera, render.count)?;
     let render = Render { cameras, ..render };
     render::check(&buffers, &render)?;
@@ -134,30 +124,21 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
         write_png(path, &rendered.image)?;
     }
     report(&render, &rendered, seconds)?;
-    [Some(&arguments.output), arguments.png.as_ref()].into_iter().flatten().try_for_each(|path| report_written(path))
+    let written = [Some(&arguments.output), arguments.png.as_ref()].into_iter().flatten();
+    console::print(&written.map(|path| format!("wrote {}\n", path.display())).collect::<String>())
 }
 
-/// Before hours of rendering: can the results be written?
-fn check_outputs(arguments: &Arguments) -> Result<(), Error> {
-    if !ends_in(&arguments.output, "exr") {
-        return Err(Error::Setting(format!(
-            "the output {} has to end in .exr; use --png for a PNG file",
-            arguments.output.display()
-        )));
-    }
-    check_writable(&arguments.output)?;
-    arguments.png.as_deref().map_or(Ok(()), check_png)
+/// Before hours of rendering: can the results be written? Their endings differ, so that they are never the same file.
+fn check_outputs(Arguments { output, png, .. }: &Arguments) -> Result<(), Error> {
+    let problem = format_args!("the output {} has to end in .exr; use --png for a PNG file", output.display());
+    require(ends_in(output, "exr"), problem)?;
+    check_writable(output)?;
+    let Some(png) = png else { return Ok(()) };
+    require(ends_in(png, "png"), format_args!("--png {} has to end in .png", png.display()))?;
+    check_writable(png)
 }
 
-/// The endings differ, so that the two outputs are never the same file.
-fn check_png(path: &Path) -> Result<(), Error> {
-    if !ends_in(path, "png") {
-        return Err(Error::Setting(format!("--png {} has to end in .png", path.display())));
-    }
-    check_writable(path)
-}
-
-fn ends_in(path: &Path, ending: &str) -> bool {
+pub(super) fn ends_in(path: &Path, ending: &str) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(ending))
 }
 
@@ -178,10 +159,6 @@ fn report(render: &Render, rendered: &Rendered, seconds: f64) -> Result<(), Erro
     ))
 }
 
-fn report_written(path: &Path) -> Result<(), Error> {
-    console::print(&format!("wrote {}\n", path.display()))
-}
-
 /// A size as the user wrote it; sides that do not fit are judged later, with a better message.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Size {
@@ -191,11 +168,9 @@ pub(super) struct Size {
 
 impl Size {
     pub(super) fn sides(self) -> Result<[u32; 2], Error> {
-        let side = |side| u32::try_from(side).ok();
-        side(self.width)
-            .zip(side(self.height))
-            .map(|(width, height)| [width, height])
-            .ok_or_else(|| Error::Setting(format!("an image of {} x {} pixels is too large", self.width, self.height)))
+        let Self { width, height } = self;
+        let too_large = |_| Error::Setting(format!("an image of {width} x {height} pixels is too large"));
+        Ok([width.try_into().map_err(too_large)?, height.try_into().map_err(too_large)?])
     }
 }
 

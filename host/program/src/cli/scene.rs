@@ -7,19 +7,11 @@ use restir::scene::{Camera, Environment, MAX_COORDINATE, Scene};
 use restir::{Error, memory};
 use restir_shared::layout::MAX_TRIANGLES;
 
-use super::console;
 use super::render::natural;
+use super::{console, require};
 
 /// Image size of a scene that has none of its own, in pixels.
 pub(super) const DEFAULT_SIZE: [u32; 2] = [512, 512];
-
-#[derive(clap::Args)]
-pub(super) struct SceneArguments {
-    /// Name of a built-in scene (see `restir scenes`), or a .gltf or .glb file.
-    scene: PathBuf,
-    #[command(flatten)]
-    additions: Additions,
-}
 
 /// What is added to a scene.
 #[derive(clap::Args)]
@@ -56,23 +48,6 @@ const MAX_EMITTERS: u32 = 1 << 20;
 /// Host memory that a triangle of a mesh takes: its indices and half a vertex.
 const BYTES_PER_TRIANGLE: u64 = 30;
 
-impl SceneArguments {
-    /// The scene with its environment.
-    pub(super) fn open(&self) -> Result<Scene, Error> {
-        self.additions.open(&self.scene)
-    }
-
-    /// As [`Additions::complete`].
-    pub(super) fn complete(&self, scene: &mut Scene, size: [u32; 2]) -> Result<(), Error> {
-        self.additions.complete(scene, size)
-    }
-
-    /// As [`Additions::buffers`].
-    pub(super) fn buffers(&self, scene: &Scene) -> Result<SceneBuffers, Error> {
-        self.additions.buffers(scene)
-    }
-}
-
 impl Additions {
     /// The scene of that name or file, with the environment.
     pub(super) fn open(&self, name_or_path: &Path) -> Result<Scene, Error> {
@@ -89,12 +64,11 @@ impl Additions {
     fn check_subdivision(&self, scene: &Scene) -> Result<(), Error> {
         let triangles: u64 = scene.meshes.iter().map(|mesh| mesh.indices.len() as u64).sum();
         let split = triangles.saturating_mul(4_u64.saturating_pow(self.subdivide));
-        if split >= u64::from(MAX_TRIANGLES) {
-            return Err(Error::Setting(format!(
-                "--subdivide {} makes {split} triangles, more than the limit of {MAX_TRIANGLES}; give fewer levels",
-                self.subdivide
-            )));
-        }
+        let problem = format_args!(
+            "--subdivide {} makes {split} triangles, more than the limit of {MAX_TRIANGLES}; give fewer levels",
+            self.subdivide
+        );
+        require(split < u64::from(MAX_TRIANGLES), problem)?;
         memory::check(split * BYTES_PER_TRIANGLE, "the subdivided scene", "give fewer levels to --subdivide")
     }
 
@@ -106,10 +80,13 @@ impl Additions {
         let camera = scene.camera.unwrap_or_else(|| Camera::framing(scene.bounds(), aspect));
         scene.camera = Some(self.with_lens(camera)?);
         if self.emitters > 0 {
-            add_emitters(scene, self.emitters, &camera)?;
+            let count = self.emitters;
+            let problem = format_args!("{count} emitters are too many; give at most {MAX_EMITTERS}");
+            require(count <= MAX_EMITTERS, problem)?;
+            add_within_bounds(scene, "emitters around it", |scene| scene.add_emitters(count, &camera))?;
         }
         if self.default_light {
-            add_light(scene)?;
+            add_within_bounds(scene, "a default light", Scene::add_default_light)?;
         } else if !scene.has_light() {
             console::note(
                 "warning: the scene has no light, the picture will be black; --default-light or --env adds one",
@@ -138,32 +115,16 @@ impl Additions {
         }
         let lens_radius = self.aperture_radius.unwrap_or(camera.lens_radius);
         let camera = Camera { lens_radius, focus_distance: self.focus_distance.or(camera.focus_distance), ..camera };
-        if self.focus_distance.is_some() && lens_radius == 0.0 {
-            return Err(Error::Setting("--focus-distance needs a lens; give --aperture-radius".to_owned()));
-        }
+        let is_sharp = self.focus_distance.is_none() || lens_radius != 0.0;
+        require(is_sharp, format_args!("--focus-distance needs a lens; give --aperture-radius"))?;
         camera.check().map_err(Error::Setting)?;
         Ok(camera)
     }
 }
 
-fn add_light(scene: &mut Scene) -> Result<(), Error> {
-    add_within_bounds(scene, "a default light", Scene::add_default_light)
-}
-
-fn add_emitters(scene: &mut Scene, count: u32, camera: &Camera) -> Result<(), Error> {
-    if count > MAX_EMITTERS {
-        return Err(Error::Setting(format!("{count} emitters are too many; give at most {MAX_EMITTERS}")));
-    }
-    add_within_bounds(scene, "emitters around it", |scene| scene.add_emitters(count, camera))
-}
-
 /// Adds something to a scene, which must not become too large by it.
 fn add_within_bounds(scene: &mut Scene, what: &str, add: impl FnOnce(&mut Scene)) -> Result<(), Error> {
-    let fits = |scene: &Scene| {
-        let bounds = scene.bounds();
-        let mut coordinates = bounds.as_flattened().iter();
-        coordinates.all(|&x| f64::from(x).abs() <= MAX_COORDINATE)
-    };
+    let fits = |scene: &Scene| scene.bounds().as_flattened().iter().all(|&x| f64::from(x).abs() <= MAX_COORDINATE);
     let fitted = fits(scene);
     add(scene);
     if fitted && !fits(scene) {

@@ -5,6 +5,7 @@ use restir::Error;
 use restir::technique::{self, Repeats, Technique, configure};
 
 use super::render::natural;
+use super::require;
 
 #[derive(clap::Args)]
 pub(super) struct TechniqueArguments {
@@ -70,14 +71,13 @@ fn set_by_option(
     [key, value]: [&str; 2],
 ) -> Result<(), Error> {
     let name = technique.about().name;
-    if technique.value(key).is_none() {
-        let depth = technique.integral().max_depth;
-        return Err(Error::Setting(format!(
-            "{name} has no {key}, and its paths have {depth} segments; leave {option} out"
-        )));
-    }
-    if let Some(text) = settings.iter().find(|text| text.split_once('=').is_some_and(|(set, _)| set == key)) {
-        return Err(Error::Setting(format!("{option} and --set {text} contradict each other; leave one of them out")));
+    let depth = technique.integral().max_depth;
+    let problem = format_args!("{name} has no {key}, and its paths have {depth} segments; leave {option} out");
+    require(technique.value(key).is_some(), problem)?;
+    for text in settings {
+        let contradicts = text.split_once('=').is_some_and(|(set, _)| set == key);
+        let problem = format_args!("{option} and --set {text} contradict each other; leave one of them out");
+        require(!contradicts, problem)?;
     }
     technique.set(key, value)
 }

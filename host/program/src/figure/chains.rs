@@ -96,7 +96,7 @@ impl Chains {
             .iter()
             .map(|&count| {
                 let errors = self.errors(truth, count);
-                let of_block = |errors: &[Errors]| Errors::mean(errors).mse - truth.noise;
+                let of_block = |errors: &[Errors]| Errors::mean(errors.iter().copied()).mse - truth.noise;
                 errors.chunks_exact(block / count).map(of_block).collect()
             })
             .collect();

@@ -2,6 +2,10 @@
 
 use std::fmt::Write;
 
+use restir::bootstrap::Interval;
+
+use crate::bench::report::known;
+
 /// A claim beside what was found.
 #[derive(Clone, Debug)]
 pub(crate) struct Claim {
@@ -13,6 +17,20 @@ pub(crate) struct Claim {
     pub(crate) found: String,
     /// `None` if what was measured does not decide it.
     pub(crate) holds: Option<bool>,
+}
+
+impl Claim {
+    /// That a number lies between `low` and `high`; it is not known if the reference is too noisy.
+    pub(crate) fn of_interval(
+        id: &'static str,
+        text: impl Into<String>,
+        scene: &str,
+        found: Option<Interval>,
+        [low, high]: [f64; 2],
+    ) -> Self {
+        let holds = found.and_then(|found| found.inside(low, high));
+        Self { id, text: text.into(), scene: scene.to_owned(), found: known(found), holds }
+    }
 }
 
 /// The claims as a table.

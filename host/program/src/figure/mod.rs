@@ -16,11 +16,8 @@ use restir::Error;
 use restir::buffers::SceneBuffers;
 use restir::exec::Executor;
 use restir::image::Image;
-use restir::reference::Picture;
 use restir::reference::{Goal, Reference};
 use restir::render::Progress;
-
-use crate::bench::table::Setup;
 
 /// Makes references and reports progress: what a figure needs of the program.
 pub(crate) trait Environs {
@@ -34,31 +31,15 @@ pub(crate) trait Environs {
     ) -> Result<T, Error>;
 }
 
-/// A file of a figure.
-pub(crate) struct File {
-    pub(crate) name: String,
-    pub(crate) contents: Contents,
+/// What a figure is made of.
+pub(crate) struct Files {
+    /// [`PICTURE`], if there is one.
+    pub(crate) picture: Option<Image>,
+    /// Tables and plots, by their names.
+    pub(crate) texts: Vec<(String, String)>,
+    /// In Markdown; it refers to the others.
+    pub(crate) report: String,
 }
 
-/// What is in it.
-pub(crate) enum Contents {
-    Text(String),
-    /// As PNG.
-    Picture(Image),
-}
-
-impl File {
-    pub(crate) fn text(name: impl Into<String>, text: String) -> Self {
-        Self { name: name.into(), contents: Contents::Text(text) }
-    }
-}
-
-/// A report's table of what it was made by and on.
-pub(crate) fn origin(setup: &Setup, command: &str) -> String {
-    let Setup { machine, device, commit, picture: Picture { size: [width, height], .. } } = setup;
-    format!(
-        "| | |\n|---|---|\n| command | `{}` |\n| machine | {machine} |\n| device | {device} |\n| commit | {commit} |\n\
-         | images | {width} x {height} pixels |\n",
-        command.replace(['\n', '\r', '`', '|'], " "),
-    )
-}
+/// The name of a figure's picture.
+pub(crate) const PICTURE: &str = "images.png";

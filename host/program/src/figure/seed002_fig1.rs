@@ -2,16 +2,13 @@
 //! either takes for visible, and the image without visibility.
 
 use std::fmt::Write;
-use std::ops::ControlFlow;
 
-use rayon::prelude::*;
 use restir::Error;
 use restir::bootstrap::{Interval, mean};
 use restir::buffers::SceneBuffers;
 use restir::exec::{CpuExecutor, Executor, Step};
 use restir::image::Image;
-use restir::render::Progress;
-use restir::render::{self, Render};
+use restir::render::{self, Progress, Render};
 use restir::scene::Scene;
 use restir::technique::restir_di::DiSettings;
 use restir_kernels::restir_di::di_shade;
@@ -25,7 +22,7 @@ use super::chains::Protocol;
 use super::claim::{self, Claim};
 use super::cost::Cost;
 use super::picture::{grey, grid};
-use super::{Contents, Environs, File, origin};
+use super::{Environs, Files, PICTURE};
 use crate::bench::table::Setup;
 
 const SCENE: &str = "many-lights";
@@ -36,7 +33,6 @@ const TILE: u32 = 8;
 const REDUCTION: f64 = 1.5;
 /// Where the ratio of variances is white in its map.
 const WHITE_RATIO: f64 = 4.0;
-const PICTURE: &str = "images.png";
 
 /// A half of 1, in the places where a reservoir's word has the bytes of its visibility.
 const SEEN: [u32; 2] = [0x3c00_0000, 0];
@@ -65,8 +61,8 @@ fn seen(word: UVec4) -> UVec4 {
 /// What a method made of a chain of frames.
 #[derive(Default)]
 struct Chain {
-    /// Of every frame, the reservoirs without their visibility.
-    samples: Vec<Vec<UVec4>>,
+    /// The reservoirs of every frame, one after the other, without their visibility.
+    samples: Vec<UVec4>,
     /// Of each pixel over the frames that count.
     visibility: Vec<Moments>,
     /// Of the last frame: as shaded, its visibility, and as shaded without.
@@ -113,6 +109,7 @@ struct Tile {
 }
 
 /// What was found.
+#[derive(Default)]
 struct Findings {
     size: [u32; 2],
     /// Moments of visibility of each pixel, by method.
@@ -133,8 +130,7 @@ pub(crate) fn make(
     protocol: Protocol,
     counted: u32,
     setup: &Setup,
-    command: &str,
-) -> Result<Vec<File>, Error> {
+) -> Result<Files, Error> {
     let scene = SceneBuffers::build(&Scene::load(SCENE)?)?;
     let settings = settings(protocol.size[1]);
     let render = |seed: u32, settings: &DiSettings| Render {
@@ -146,83 +142,76 @@ pub(crate) fn make(
     };
     settings.iter().try_for_each(|settings| render::check(&scene, &render(0, settings)))?;
     let total = u64::from(protocol.chains);
-    let findings = environs.run(SCENE, |_, observe| {
-        let mut findings: Option<Findings> = None;
-        for seed in 0..protocol.chains {
-            let chains: Vec<Chain> = settings
-                .par_iter()
-                .map(|settings| chain(&scene, &render(seed, settings), protocol.warm_up))
-                .collect::<Result<_, _>>()?;
-            let Ok([prev, ours]) = <[Chain; 2]>::try_from(chains) else { return Err(Error::Interrupted) };
-            findings = Some(Findings::with(findings, protocol.size, [prev, ours]));
-            if let ControlFlow::Break(()) = observe(Progress { done: u64::from(seed) + 1, total }) {
-                return Err(Error::Interrupted);
-            }
-        }
-        findings.ok_or(Error::Interrupted)
+    let mut findings = Findings::default();
+    environs.run(SCENE, |_, observe| {
+        (0..protocol.chains).try_for_each(|seed| {
+            let chain = |settings| chain(&scene, &render(seed, settings), protocol.warm_up);
+            let (prev, ours) = rayon::join(|| chain(&settings[0]), || chain(&settings[1]));
+            findings.add([prev?, ours?]);
+            let done = u64::from(seed) + 1;
+            observe(Progress { done, total }).is_continue().then_some(()).ok_or(Error::Interrupted)
+        })
     })?;
-    let findings = Findings { shadow_rays: Cost::of(&scene, protocol.size, &settings[1])?.shadow_rays, ..findings };
-    Ok(vec![
-        File { name: PICTURE.to_owned(), contents: Contents::Picture(findings.picture()) },
-        File::text("tiles.csv", findings.table()),
-        File::text("report.md", findings.report(protocol, counted, &settings[1], setup, command)),
-    ])
+    let findings = Findings {
+        size: protocol.size,
+        shadow_rays: Cost::of(&scene, protocol.size, &settings[1])?.shadow_rays,
+        ..findings
+    };
+    Ok(Files {
+        picture: Some(findings.picture()),
+        texts: vec![("tiles.csv".to_owned(), findings.table())],
+        report: findings.report(protocol, counted, &settings[1], setup),
+    })
 }
 
 /// Runs a chain natively. Frames from `first` on count.
 fn chain(scene: &SceneBuffers, render: &Render, first: u32) -> Result<Chain, Error> {
-    let view = scene.view();
-    let pixels = (render.width * render.height) as usize;
-    let mut chain = Chain { visibility: vec![Moments::default(); pixels], ..Chain::default() };
+    let (view, size) = (scene.view(), [render.width, render.height]);
+    let mut chain = Chain::default();
+    chain.visibility.resize((render.width * render.height) as usize, Moments::default());
     let mut shaded = |step: &Step<'_>| -> Result<(), Error> {
-        let plane =
-            |role| Ok::<_, Error>(bytemuck::cast_slice::<u32, UVec4>(&step.read(step.pass.bound(role)?)?).to_vec());
         let p: DiParams = bytemuck::pod_read_unaligned(bytemuck::cast_slice(&step.pass.params));
-        let [hits, reservoirs, direct, film] = [plane("hits")?, plane("reservoirs")?, plane("direct")?, plane("film")?];
-        chain.samples.push(reservoirs.iter().map(|&word| without_visibility(word)).collect());
+        let reservoirs: Vec<UVec4> = step.plane("reservoirs")?;
+        chain.samples.extend(reservoirs.iter().map(|&word| without_visibility(word)));
         if p.frame >= first {
             let pixels = chain.visibility.iter_mut().zip(&reservoirs).filter(|(_, word)| weighs(**word));
             pixels.for_each(|(moments, &word)| moments.push(visibility(word)));
         }
         if p.frame + 1 == render.count {
-            let unseen = |(i, direct): (usize, &UVec4)| {
+            let [hits, direct]: [Vec<UVec4>; 2] = [step.plane("hits")?, step.plane("direct")?];
+            let film: Vec<FilmPixel> = step.plane("film")?;
+            let unseen = |i: usize| {
                 let at = [i as u32 % render.width, i as u32 / render.width];
-                shade(view, &p, p.flags, [hits[i], seen(reservoirs[i])], bytemuck::cast(*direct), at).sum
+                shade(view, &p, p.flags, [hits[i], seen(reservoirs[i])], bytemuck::cast(direct[i]), at).sum
             };
-            let image = |pixels: Vec<[f32; 3]>| Image { width: render.width, height: render.height, pixels };
-            let size = [render.width, render.height];
+            let image = |pixels| Image { width: render.width, height: render.height, pixels };
             chain.last = [
-                image(film.iter().map(|&word| bytemuck::cast::<_, FilmPixel>(word).sum).collect()),
+                image(film.iter().map(|pixel| pixel.sum).collect()),
                 grey(size, reservoirs.iter().map(|&word| if weighs(word) { visibility(word) } else { 0.0 })),
-                image((0..).zip(&direct).map(unseen).collect()),
+                image((0..hits.len()).map(unseen).collect()),
             ];
         }
         Ok(())
     };
-    let mut outcome = Ok(());
-    CpuExecutor::inline().run(render.technique.plan(scene, render), &mut |step| {
-        if step.pass.kernel.name == di_shade::DESC.name {
-            outcome = shaded(step);
-        }
-        if outcome.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    CpuExecutor::inline().run_shown(render.technique.plan(scene, render), &mut |step| {
+        if step.pass.kernel.name == di_shade::DESC.name { shaded(step) } else { Ok(()) }
     })?;
-    outcome.map(|()| chain)
+    Ok(chain)
 }
 
 impl Findings {
-    /// With one more chain of either method.
-    fn with(before: Option<Self>, size: [u32; 2], [prev, ours]: [Chain; 2]) -> Self {
-        let words = || prev.samples.iter().zip(&ours.samples).flat_map(|(a, b)| a.iter().zip(b));
-        let differing = [words().filter(|(a, b)| a != b).count() as u64, words().count() as u64];
-        let moments = [prev.visibility, ours.visibility];
-        let Some(before) = before else {
-            return Self { size, moments, last: [prev.last, ours.last], differing, shadow_rays: 0.0 };
-        };
-        let sum = |a: &[Moments], b: &[Moments]| a.iter().zip(b).map(|(a, b)| a.plus(*b)).collect();
-        Self {
-            moments: [0, 1].map(|i| sum(&before.moments[i], &moments[i])),
-            differing: [0, 1].map(|i| before.differing[i] + differing[i]),
-            ..before
+    /// Adds one more chain of either method.
+    fn add(&mut self, chains: [Chain; 2]) {
+        let [prev, ours] = chains.each_ref().map(|chain| &chain.samples);
+        self.differing[0] += prev.iter().zip(ours).filter(|(a, b)| a != b).count() as u64;
+        self.differing[1] += prev.len() as u64;
+        let is_first = self.moments[0].is_empty();
+        for ((moments, last), chain) in self.moments.iter_mut().zip(&mut self.last).zip(chains) {
+            moments.resize(chain.visibility.len(), Moments::default());
+            moments.iter_mut().zip(chain.visibility).for_each(|(sum, one)| *sum = sum.plus(one));
+            if is_first {
+                *last = chain.last;
+            }
         }
     }
 
@@ -261,10 +250,8 @@ impl Findings {
     fn picture(&self) -> Image {
         let [[prev, seen_by_prev, unseen], [ours, seen_by_ours, _]] = self.last.clone();
         let [a, b] = &self.moments;
-        let ratio = a
-            .iter()
-            .zip(b)
-            .map(|(a, b)| if a.variance() > 0.0 { a.variance() / b.variance() / WHITE_RATIO } else { 0.0 });
+        let pairs = a.iter().zip(b).map(|(a, b)| (a.variance(), b.variance()));
+        let ratio = pairs.map(|(a, b)| if a > 0.0 { a / b / WHITE_RATIO } else { 0.0 });
         grid(&[prev, ours, unseen, seen_by_prev, seen_by_ours, grey(self.size, ratio)], 3)
     }
 
@@ -278,34 +265,26 @@ impl Findings {
     }
 
     fn claims(&self) -> Vec<Claim> {
-        let claim = |id, text: &str, found: String, holds| Claim {
-            id,
-            text: text.to_owned(),
-            scene: SCENE.to_owned(),
-            found,
-            holds,
+        let claim = |id, text: &str, found, holds| {
+            let [text, scene] = [text, SCENE].map(str::to_owned);
+            Claim { id, text, scene, found, holds: Some(holds) }
         };
         let [differing, all] = self.differing;
-        let reduction = self.reduction();
+        let falls = "the variance of the visibility falls by 1.5 or more";
         let rays = self.shadow_rays;
         vec![
             claim(
                 "T18",
                 "sample, weight and confidence are the same bits in every reservoir of every frame",
                 format!("{differing} of {all} differ"),
-                Some(differing == 0),
+                differing == 0,
             ),
-            claim(
-                "T19",
-                "the variance of the visibility falls by 1.5 or more",
-                reduction.to_string(),
-                reduction.inside(REDUCTION, f64::INFINITY),
-            ),
-            claim("T17", "a pixel traces two shadow rays a frame at most", format!("{rays:.3}"), Some(rays <= 2.0)),
+            Claim::of_interval("T19", falls, SCENE, Some(self.reduction()), [REDUCTION, f64::INFINITY]),
+            claim("T17", "a pixel traces two shadow rays a frame at most", format!("{rays:.3}"), rays <= 2.0),
         ]
     }
 
-    fn report(&self, protocol: Protocol, counted: u32, settings: &DiSettings, setup: &Setup, command: &str) -> String {
+    fn report(&self, protocol: Protocol, counted: u32, settings: &DiSettings, setup: &Setup) -> String {
         let [prev, ours] = [0, 1].map(|method| {
             let [variance, mean] = [self.mean(|m| m.variance(), method), self.mean(|m| m.mean(), method)];
             format!("| {} | {mean:.5} | {variance:.5} |\n", METHODS[method].0)
@@ -321,7 +300,7 @@ impl Findings {
              reservoir has a weight, the same ones for both. The mean over all pixels of each pixel's mean and variance \
              (frames of a chain are dependent, in the same way for both):\n\n| method | mean | variance |\n|---|---:|---:|\n{prev}{ours}\n\
              The interval of the ratio is a basic bootstrap's over tiles of {TILE} x {TILE} pixels; `tiles.csv` has each.\n",
-            origin(setup, command),
+            setup.markdown(""),
             settings.candidates,
             settings.radius,
             claim::table(&self.claims()),

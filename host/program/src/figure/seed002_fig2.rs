@@ -17,7 +17,7 @@ use super::chains::{self, Chains, Protocol};
 use super::claim::{self, Claim};
 use super::picture::{enlarged, grey, grid};
 use super::scenes::{coloured, wall};
-use super::{Contents, Environs, File, origin};
+use super::{Environs, Files, PICTURE};
 use crate::bench::table::Setup;
 
 const SCENE: &str = "coloured wall";
@@ -28,7 +28,6 @@ const WHITE_LEAK: f64 = 0.2;
 const ENLARGED: u32 = 4;
 /// What "significantly smaller" is taken for.
 const SMALL: f64 = 1.0 / 3.0;
-const PICTURE: &str = "images.png";
 
 /// The statistics of the comparison, in percent.
 const STATISTICS: [&str; 6] = [
@@ -113,8 +112,7 @@ pub(crate) fn make(
     protocol: Protocol,
     goal: Goal,
     setup: &Setup,
-    command: &str,
-) -> Result<Vec<File>, Error> {
+) -> Result<Files, Error> {
     let scene = SceneBuffers::build(&wall(SCENE, &[1.0], coloured))?;
     let settings = settings(protocol.size[1]);
     settings.iter().try_for_each(|settings| render::check(&scene, &Render::new(protocol.size, settings.clone())))?;
@@ -123,12 +121,11 @@ pub(crate) fn make(
         environs.run(SCENE, |executor, observe| chains::run(executor, &scene, &settings, protocol, observe))?;
     let comparison = Comparison::new(&chains, &reference);
     let images = [0, 1].map(|method| comparison.image(protocol.size, method));
-    let origin = origin(setup, command);
-    Ok(vec![
-        File { name: PICTURE.to_owned(), contents: Contents::Picture(picture(&images, &reference.image())) },
-        File::text("pixels.csv", table(&images, &reference.image())),
-        File::text("report.md", report(&comparison, &images, &reference, protocol, &origin)?),
-    ])
+    Ok(Files {
+        picture: Some(picture(&images, &reference.image())),
+        texts: vec![("pixels.csv".to_owned(), table(&images, &reference.image()))],
+        report: report(&comparison, &images, &reference, protocol, &setup.markdown(""))?,
+    })
 }
 
 /// The leak of a pixel, in parts of the reference.
@@ -166,8 +163,8 @@ fn report(
     origin: &str,
 ) -> Result<String, Error> {
     let intervals = comparison.intervals();
-    let [prev, ours] =
-        [metrics::compare(&images[0], &reference.image())?, metrics::compare(&images[1], &reference.image())?];
+    let rmspe = |image| Ok::<_, Error>(metrics::compare(image, &reference.image())?.rmspe);
+    let [prev, ours] = [rmspe(&images[0])?, rmspe(&images[1])?];
     let mut text = format!(
         "# What averaged visibility converges to under coloured lights\n\nFigure 2 of the supplement of Tokuyoshi, \
          *Efficient Visibility Reuse for Real-time ReSTIR*.\n\n{origin}\n![Four images]({PICTURE})\n\n\
@@ -197,9 +194,9 @@ fn report(
         comparison.counts.len(),
         comparison.reference.len(),
         METHODS[0].0,
-        prev.rmspe,
+        prev,
         METHODS[1].0,
-        ours.rmspe,
+        ours,
         intervals[2].value,
         intervals[3].value,
     );
@@ -208,30 +205,17 @@ fn report(
 
 fn claims(intervals: &[Interval; STATISTICS.len()]) -> Vec<Claim> {
     let [prev, _, difference, direct, mean_of_prev, mean_of_ours] = intervals;
-    let claim = |id, text: &str, found: &Interval, [low, high]: [f64; 2]| Claim {
-        id,
-        text: text.to_owned(),
-        scene: SCENE.to_owned(),
-        found: found.to_string(),
-        holds: found.inside(low, high),
-    };
+    let claim = |id, text, found: &Interval, range| Claim::of_interval(id, text, SCENE, Some(*found), range);
     let darker = [f64::NEG_INFINITY, 0.0];
+    let small = [f64::NEG_INFINITY, SMALL * prev.ends[0]];
+    let of_difference = "the leak as difference of the RMSPEs is less than a third of prev's RMSPE";
+    let of_ours = "the leak as RMSPE of ours to prev is less than a third of prev's RMSPE";
     vec![
         claim("T22", "prev is darker than the reference, mean error in %", mean_of_prev, darker),
         claim("T22", "ours is darker than the reference, mean error in %", mean_of_ours, darker),
         claim("T21", "ours has a larger RMSPE than prev, in points", difference, [0.0, f64::INFINITY]),
-        claim(
-            "T21",
-            "the leak as difference of the RMSPEs is less than a third of prev's RMSPE",
-            difference,
-            [f64::NEG_INFINITY, SMALL * prev.ends[0]],
-        ),
-        claim(
-            "T21",
-            "the leak as RMSPE of ours to prev is less than a third of prev's RMSPE",
-            direct,
-            [f64::NEG_INFINITY, SMALL * prev.ends[0]],
-        ),
+        claim("T21", of_difference, difference, small),
+        claim("T21", of_ours, direct, small),
     ]
 }
 

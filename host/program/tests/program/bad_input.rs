@@ -2,59 +2,45 @@
 
 use std::process::Command;
 
-use serde_json::json;
+use serde_json::{Value, json};
 
-use crate::support::{Outcome, TRIANGLE, Workplace, assert_done, assert_refused, finish, glb, program, run, triangles};
+use crate::support::{Outcome, TRIANGLE, Workplace, changed, finish, glb, program, run, triangles};
 
-/// A small render of `scene` on the CPU.
-fn render(workplace: &Workplace, scene: &str, more: &[&str]) -> Command {
-    let output = workplace.output("image.exr");
-    let mut command = program(["render", scene, "-o", &output, "--device", "cpu"]);
-    for default in [["--size", "8x8"], ["--spp", "1"]] {
-        if !more.contains(&default[0]) {
-            command.args(default);
-        }
-    }
-    command.args(more);
-    command
+/// A render of `scene` is refused.
+#[track_caller]
+fn assert_scene_refused(workplace: &Workplace, scene: &str, more: &[&str], words: &[&str]) {
+    workplace.refuses(&mut workplace.render("image.exr", scene, more), words);
 }
 
-fn assert_render_refused(workplace: &Workplace, command: &mut Command, words: &[&str]) {
-    assert_refused(&finish(command), words);
-    assert_eq!(workplace.outputs(), [""; 0]);
-}
-
+#[track_caller]
 fn assert_file_refused(bytes: &[u8], words: &[&str]) {
     let workplace = Workplace::new();
     let scene = workplace.input("scene.glb", bytes);
-    assert_render_refused(&workplace, &mut render(&workplace, &scene, &[]), words);
-    assert_refused(&run(["info", &scene]), words);
+    assert_scene_refused(&workplace, &scene, &[], words);
+    run(["info", &scene]).refused(words);
 }
 
+#[track_caller]
 fn assert_options_refused(more: &[&str], words: &[&str]) {
-    let workplace = Workplace::new();
-    assert_render_refused(&workplace, &mut render(&workplace, "cornell", more), words);
+    assert_scene_refused(&Workplace::new(), "cornell", more, words);
 }
 
 #[test]
 fn a_missing_file() {
-    let workplace = Workplace::new();
     for name in ["missing.glb", "missing.gltf"] {
-        assert_render_refused(&workplace, &mut render(&workplace, name, &[]), &["cannot read", name]);
+        assert_scene_refused(&Workplace::new(), name, &[], &["cannot read", name]);
     }
 }
 
 #[test]
 fn an_unknown_scene_lists_the_known() {
-    let workplace = Workplace::new();
     let words = ["teapot", "cornell", "cornell-mitsuba", "furnace"];
-    assert_render_refused(&workplace, &mut render(&workplace, "teapot", &[]), &words);
+    assert_scene_refused(&Workplace::new(), "teapot", &[], &words);
 }
 
 #[test]
 fn a_truncated_binary_file() {
-    let (document, bytes) = triangles(&TRIANGLE);
-    let file = glb(&document, &bytes);
+    let file = glb(&triangles(&TRIANGLE));
     for length in [3, 10, 30, file.len() / 2, file.len() - 1] {
         assert_file_refused(&file[..length], &["scene.glb"]);
     }
@@ -62,132 +48,89 @@ fn a_truncated_binary_file() {
 }
 
 #[test]
-fn a_required_unknown_extension_is_named() {
-    let (mut document, bytes) = triangles(&TRIANGLE);
-    document["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]);
-    assert_file_refused(&glb(&document, &bytes), &["KHR_draco_mesh_compression", "not supported"]);
+fn a_document_that_cannot_be_right() {
+    const EXTENSION: &str = "KHR_draco_mesh_compression";
+    let refused = |change: fn(&mut Value), words: &[&str]| {
+        assert_file_refused(&glb(&changed(change)), words);
+    };
+    refused(|d| d["extensionsRequired"] = json!([EXTENSION]), &[EXTENSION, "not supported"]);
+    refused(|d| d["accessors"][0]["count"] = json!(4), &["shape", "beyond"]);
+    refused(|d| d["accessors"][0]["count"] = json!(u64::MAX), &["shape", "beyond"]);
+    // nodes in a circle
+    refused(|d| d["nodes"] = json!([{ "children": [1] }, { "children": [0], "mesh": 0 }]), &["node 0", "twice"]);
+    // a small file that asks for all memory
+    let huge = |d: &mut Value| {
+        d["meshes"][0]["primitives"] = json!(vec![d["meshes"][0]["primitives"][0].clone(); 40]);
+        d["accessors"][0] = json!({ "componentType": 5126, "count": 130_000_000, "type": "VEC3" });
+    };
+    refused(huge, &["meshes take", "GiB"]);
 }
 
 #[test]
 fn a_vertex_that_is_not_finite() {
     for value in [f32::NAN, f32::INFINITY] {
-        let (document, bytes) = triangles(&[[0.0; 3], [1.0, 0.0, value], [0.0, 1.0, 0.0]]);
-        assert_file_refused(&glb(&document, &bytes), &["shape", "vertex 1", "not finite"]);
+        let scene = triangles(&[[0.0; 3], [1.0, 0.0, value], [0.0, 1.0, 0.0]]);
+        assert_file_refused(&glb(&scene), &["shape", "vertex 1", "not finite"]);
     }
-}
-
-#[test]
-fn an_accessor_out_of_range() {
-    let (mut document, bytes) = triangles(&TRIANGLE);
-    document["accessors"][0]["count"] = json!(4);
-    assert_file_refused(&glb(&document, &bytes), &["shape", "beyond"]);
-    document["accessors"][0]["count"] = json!(u64::MAX);
-    assert_file_refused(&glb(&document, &bytes), &["shape", "beyond"]);
-}
-
-#[test]
-fn a_missing_external_buffer() {
-    let workplace = Workplace::new();
-    let (mut document, _) = triangles(&TRIANGLE);
-    document["buffers"][0]["uri"] = json!("missing.bin");
-    let scene = workplace.input("scene.gltf", document.to_string().as_bytes());
-    assert_render_refused(&workplace, &mut render(&workplace, &scene, &[]), &["missing.bin"]);
 }
 
 #[test]
 fn an_external_buffer_that_is_no_file_of_the_folder() {
     let workplace = Workplace::new();
-    let (mut document, _) = triangles(&TRIANGLE);
-    for (uri, word) in [("out", "folder"), ("/dev/zero", "relative"), ("../x", "relative")] {
-        document["buffers"][0]["uri"] = json!(uri);
+    let uris = [("missing.bin", "missing.bin"), ("out", "folder"), ("/dev/zero", "relative"), ("../x", "relative")];
+    for (uri, word) in uris {
+        let (document, _) = changed(|d| d["buffers"][0]["uri"] = json!(uri));
         let scene = workplace.input("scene.gltf", document.to_string().as_bytes());
-        assert_render_refused(&workplace, &mut render(&workplace, &scene, &[]), &[word]);
+        assert_scene_refused(&workplace, &scene, &[], &[word]);
     }
-}
-
-#[test]
-fn a_small_file_that_asks_for_all_memory() {
-    let (mut document, bytes) = triangles(&TRIANGLE);
-    let primitives = vec![document["meshes"][0]["primitives"][0].clone(); 40];
-    document["meshes"][0]["primitives"] = json!(primitives);
-    document["accessors"][0] = json!({ "componentType": 5126, "count": 130_000_000, "type": "VEC3" });
-    assert_file_refused(&glb(&document, &bytes), &["meshes take", "GiB"]);
 }
 
 #[test]
 #[cfg(unix)]
 fn what_is_no_regular_file() {
     let workplace = Workplace::new();
-    let folder = workplace.output("folder.glb");
+    let [folder, device] = ["folder.glb", "device.glb"].map(|name| workplace.output(name));
     std::fs::create_dir(&folder).unwrap();
-    let device = workplace.output("device.glb");
     std::os::unix::fs::symlink("/dev/zero", &device).unwrap();
-    assert_refused(&run(["info", &folder]), &["folder.glb", "it is a folder"]);
-    assert_refused(&run(["info", &device]), &["device.glb", "device"]);
-    assert_refused(&run(["compare", "/dev/zero", "/dev/zero"]), &["/dev/zero", "device"]);
-}
-
-#[test]
-fn a_scene_file_too_large_for_the_memory() {
-    let workplace = Workplace::new();
-    let (document, bytes) = triangles(&TRIANGLE);
-    let scene = workplace.input("scene.glb", &glb(&document, &bytes));
-    let mut command = program(["info", &scene]);
-    let outcome = finish(command.env("RESTIR_MEMORY_LIMIT_BYTES", "100"));
-    assert_refused(&outcome, &["cannot read", "scene.glb", "more than"]);
-}
-
-#[test]
-fn nodes_in_a_circle() {
-    let (mut document, bytes) = triangles(&TRIANGLE);
-    document["nodes"] = json!([{ "children": [1] }, { "children": [0], "mesh": 0 }]);
-    assert_file_refused(&glb(&document, &bytes), &["node 0", "twice"]);
+    run(["info", &folder]).refused(&["folder.glb", "it is a folder"]);
+    run(["info", &device]).refused(&["device.glb", "device"]);
+    run(["compare", "/dev/zero", "/dev/zero"]).refused(&["/dev/zero", "device"]);
 }
 
 #[test]
 fn a_scene_without_a_triangle() {
-    let (document, bytes) = triangles(&[[1.0; 3]; 3]);
-    assert_file_refused(&glb(&document, &bytes), &["scene.glb", "triangle"]);
+    let flat = triangles(&[[1.0; 3]; 3]);
+    assert_file_refused(&glb(&flat), &["scene.glb", "triangle"]);
     let workplace = Workplace::new();
-    let scene = workplace.input("scene.glb", &glb(&document, &bytes));
-    let mut lit = render(&workplace, &scene, &["--default-light"]);
-    assert_render_refused(&workplace, &mut lit, &["scene.glb", "no triangle with an area"]);
+    let words = ["scene.glb", "no triangle with an area"];
+    assert_scene_refused(&workplace, &workplace.scene(&flat), &["--default-light"], &words);
 }
 
 #[test]
 fn a_scene_too_large_for_a_default_light() {
     let workplace = Workplace::new();
-    let (document, bytes) = triangles(&[[0.0; 3], [1e9, 0.0, 0.0], [0.0, 1e9, 0.0]]);
-    let scene = workplace.input("scene.glb", &glb(&document, &bytes));
-    let mut lit = render(&workplace, &scene, &["--default-light"]);
-    assert_render_refused(&workplace, &mut lit, &["too large", "default light"]);
+    let scene = workplace.scene(&triangles(&[[0.0; 3], [1e9, 0.0, 0.0], [0.0, 1e9, 0.0]]));
+    assert_scene_refused(&workplace, &scene, &["--default-light"], &["too large", "default light"]);
 }
 
 #[test]
 fn degenerate_triangles_are_counted() {
-    let workplace = Workplace::new();
     let same = [[2.0, 2.0, 2.0]; 3];
     let in_line = [[0.0, 0.0, 0.0], [1.0, 1.0, 1.0], [3.0, 3.0, 3.0]];
-    let (document, bytes) = triangles([TRIANGLE, same, in_line].as_flattened());
-    let scene = workplace.input("scene.glb", &glb(&document, &bytes));
-    let outcome = run(["info", &scene]);
-    assert_done(&outcome);
-    let row = |name: &str| outcome.stdout.lines().find(|line| line.starts_with(name)).unwrap().to_owned();
-    assert!(row("triangles").ends_with(" 1"), "{}", outcome.stdout);
-    assert!(row("skipped").contains(" 2 degenerate"), "{}", outcome.stdout);
+    let scene = triangles([TRIANGLE, same, in_line].as_flattened());
+    let stdout = run(["info", &Workplace::new().scene(&scene)]).done().stdout;
+    let row = |name: &str| stdout.lines().find(|line| line.starts_with(name)).unwrap();
+    assert!(row("triangles").ends_with(" 1") && row("skipped").contains(" 2 degenerate"), "{stdout}");
 }
 
 #[test]
 fn a_scene_without_light_is_black_and_says_so() {
     let workplace = Workplace::new();
-    let (document, bytes) = triangles(&TRIANGLE);
-    let scene = workplace.input("scene.glb", &glb(&document, &bytes));
-    let outcome = finish(&mut render(&workplace, &scene, &[]));
-    assert_done(&outcome);
-    assert!(outcome.stderr.lines().any(|line| line.starts_with("warning:") && line.contains("no light")));
+    let scene = workplace.scene(&triangles(&TRIANGLE));
+    let dark = finish(&mut workplace.render("image.exr", &scene, &[])).done();
+    assert!(dark.stderr.lines().any(|line| line.starts_with("warning:") && line.contains("no light")));
     assert_eq!(workplace.outputs(), ["image.exr"]);
-    let lit = finish(&mut render(&workplace, &scene, &["--default-light"]));
-    assert_done(&lit);
+    let lit = finish(&mut workplace.render("image.exr", &scene, &["--default-light"])).done();
     assert!(!lit.stderr.contains("warning"), "{}", lit.stderr);
 }
 
@@ -223,34 +166,26 @@ fn arguments_that_do_not_exist() {
     assert_options_refused(&["--sze", "8x8"], &["--sze", "--size"]);
     assert_options_refused(&["--flavour", "slow"], &["slow", "exact, fast", "--help"]);
     for arguments in [&[][..], &["render"], &["draw"], &["compare", "one.exr"]] {
-        let outcome = run(arguments);
-        assert_refused(&outcome, &[]);
-        assert_eq!(outcome.stderr.lines().count(), 1, "{}", outcome.stderr);
+        let stderr = run(arguments).refused(&[]).stderr;
+        assert_eq!(stderr.lines().count(), 1, "{stderr}");
     }
     for asked in ["--help", "--version"] {
-        let outcome = run([asked]);
-        assert_done(&outcome);
-        assert!(outcome.stdout.contains("restir"), "{}", outcome.stdout);
+        run([asked]).says(&["restir"]);
     }
 }
 
 #[test]
-fn too_much_memory() {
+fn a_limit_of_memory() {
     let workplace = Workplace::new();
-    let mut command = render(&workplace, "cornell", &["--size", "64x64"]);
-    command.env("RESTIR_MEMORY_LIMIT_BYTES", "1000");
-    assert_render_refused(&workplace, &mut command, &["memory"]);
-}
-
-#[test]
-fn a_limit_of_memory_that_is_no_number() {
-    let workplace = Workplace::new();
-    let (document, bytes) = triangles(&TRIANGLE);
-    let scene = workplace.input("scene.glb", &glb(&document, &bytes));
+    let scene = workplace.scene(&triangles(&TRIANGLE));
+    let refused = |mut command: Command, limit: &str, words: &[&str]| {
+        workplace.refuses(command.env("RESTIR_MEMORY_LIMIT_BYTES", limit), words);
+    };
+    refused(workplace.render("image.exr", "cornell", &["--size", "64x64"]), "1000", &["memory"]);
+    refused(program(["info", &scene]), "100", &["cannot read", "scene.glb", "more than"]);
     for scene in ["cornell", &scene] {
-        let mut command = render(&workplace, scene, &[]);
-        command.env("RESTIR_MEMORY_LIMIT_BYTES", "abc");
-        assert_render_refused(&workplace, &mut command, &["RESTIR_MEMORY_LIMIT_BYTES", "abc", "number", "unset"]);
+        let words = ["RESTIR_MEMORY_LIMIT_BYTES", "abc", "number", "unset"];
+        refused(workplace.render("image.exr", scene, &[]), "abc", &words);
     }
 }
 
@@ -266,15 +201,13 @@ fn settings_that_do_not_exist() {
     assert_options_refused(&["--jitter", "--set", "jitter=off"], &["--jitter", "jitter=off", "leave"]);
     assert_options_refused(&["--flavour", "fast"], &["fast", "GPU"]);
     assert_options_refused(&["--adapter", "any"], &["--adapter"]);
+    assert_options_refused(&["--frames", "3"], &["--frames", "--spp"]);
 }
 
 #[test]
 fn frames_that_cannot_be() {
     let refused = |more: &[&str], words: &[&str]| {
-        let workplace = Workplace::new();
-        let output = workplace.output("image.exr");
-        let mut command = program(["render", "cornell", "-o", &output, "--device", "cpu", "--size", "8x8"]);
-        assert_render_refused(&workplace, command.args(["--technique", "restir-di"]).args(more), words);
+        assert_options_refused(&[&["--technique", "restir-di"], more].concat(), words);
     };
     refused(&["--frames", "0"], &["0 frames"]);
     refused(&["--spp", "4"], &["--spp", "--frames"]);
@@ -294,7 +227,6 @@ fn frames_that_cannot_be() {
     for (setting, word) in settings {
         refused(&["--set", setting], &[word]);
     }
-    assert_options_refused(&["--frames", "3"], &["--frames", "--spp"]);
 }
 
 #[test]
@@ -302,23 +234,22 @@ fn outputs_that_cannot_be_written() {
     let workplace = Workplace::new();
     std::fs::create_dir(workplace.output("folder.exr")).unwrap();
     let file = workplace.input("file", b"");
-    let refused = |output: &str, words: &[&str]| {
-        assert_refused(&run(["render", "cornell", "-o", output, "--device", "cpu"]), words);
+    let refused = |output: &str, more: &[&str], words: &[&str]| {
+        run(["render", "cornell", "-o", output, "--device", "cpu"].iter().chain(more)).refused(words);
     };
-    refused(&workplace.output("missing/image.exr"), &["cannot write", "missing", "does not exist"]);
-    refused(&workplace.output("folder.exr"), &["cannot write", "folder"]);
-    refused(&workplace.output("image.jpg"), &[".exr"]);
-    refused(&format!("{file}/image.exr"), &["cannot write"]);
-    let png = workplace.output("missing/image.png");
-    assert_refused(&finish(&mut render(&workplace, "cornell", &["--png", &png])), &["cannot write", "image.png"]);
-    refused(&workplace.output(&format!("{}.exr", "x".repeat(300))), &["cannot write", "too long"]);
-    let same = workplace.output("image.exr");
-    assert_refused(&finish(&mut render(&workplace, "cornell", &["--png", &same])), &["--png", ".png"]);
+    let [image, png] = ["image.exr", "missing/image.png"].map(|name| workplace.output(name));
+    refused(&workplace.output("missing/image.exr"), &[], &["cannot write", "missing", "does not exist"]);
+    refused(&workplace.output("folder.exr"), &[], &["cannot write", "folder"]);
+    refused(&workplace.output("image.jpg"), &[], &[".exr"]);
+    refused(&format!("{file}/image.exr"), &[], &["cannot write"]);
+    refused(&workplace.output(&format!("{}.exr", "x".repeat(300))), &[], &["cannot write", "too long"]);
+    refused(&image, &["--png", &png], &["cannot write", "image.png"]);
+    refused(&image, &["--png", &image], &["--png", ".png"]);
     assert_eq!(workplace.outputs(), ["folder.exr"]);
 }
 
 /// Without a driver there is no adapter to find.
-fn without_driver(command: &mut Command) -> Outcome {
+fn without_driver(mut command: Command) -> Outcome {
     finish(command.env("VK_DRIVER_FILES", "/nonexistent").env("VK_ICD_FILENAMES", "/nonexistent"))
 }
 
@@ -326,22 +257,18 @@ fn without_driver(command: &mut Command) -> Outcome {
 #[cfg(target_os = "linux")]
 fn no_gpu() {
     let workplace = Workplace::new();
-    let output = workplace.output("image.exr");
-    let gpu = without_driver(&mut program(["render", "cornell", "-o", &output, "--device", "gpu", "--size", "8x8"]));
-    assert_refused(&gpu, &["adapter"]);
+    let device = |device| without_driver(workplace.render("image.exr", "cornell", &["--spp", "1", "--device", device]));
+    device("gpu").refused(&["adapter"]);
     assert_eq!(workplace.outputs(), [""; 0]);
-    let auto = without_driver(&mut program(["render", "cornell", "-o", &output, "--spp", "1", "--size", "8x8"]));
-    assert_done(&auto);
+    let auto = device("auto").done();
     assert!(auto.stderr.contains("device: CPU (no GPU adapter"), "{}", auto.stderr);
-    let devices = without_driver(&mut program(["devices"]));
-    assert_done(&devices);
-    assert!(devices.stdout.contains("no GPU adapter"), "{}", devices.stdout);
+    without_driver(program(["devices"])).says(&["no GPU adapter"]);
 }
 
 #[test]
 fn images_that_cannot_be_compared() {
     let workplace = Workplace::new();
     let text = workplace.input("text.exr", b"not an image");
-    assert_refused(&run(["compare", "missing.exr", "missing.exr"]), &["cannot read", "missing.exr"]);
-    assert_refused(&run(["compare", &text, &text, "--json"]), &["cannot read", "text.exr"]);
+    run(["compare", "missing.exr", "missing.exr"]).refused(&["cannot read", "missing.exr"]);
+    run(["compare", &text, &text, "--json"]).refused(&["cannot read", "text.exr"]);
 }

@@ -3,16 +3,12 @@
 use restir::image::{Image, write_exr};
 use tempfile::TempDir;
 
-use crate::support::{Outcome, Workplace, assert_done, assert_refused, finish, program};
+use crate::support::{Outcome, Workplace, finish, program, run};
 
 /// A figure of a few pixels, with a cache of its own.
 fn figure(workplace: &Workplace, cache: &TempDir, more: &[&str]) -> Outcome {
     let mut command = program(["figure", "--device", "cpu", "--size", "16x12", "--out", &workplace.output("")]);
     finish(command.arg("--cache").arg(cache.path()).args(more))
-}
-
-fn text(workplace: &Workplace, name: &str) -> String {
-    std::fs::read_to_string(workplace.output(name)).unwrap()
 }
 
 /// The lines of a report's table of claims that name `id`, and what the last column says.
@@ -35,13 +31,10 @@ fn assert_table(csv: &str, rows: usize) {
 fn error_over_time_by_form_of_mis() {
     let (workplace, cache) = (Workplace::new(), TempDir::new().unwrap());
     let few = ["--quick", "--restarts", "4", "--frames", "3", "--reference-spp", "256"];
-    let outcome = figure(&workplace, &cache, &[&["seed004-fig1"][..], &few].concat());
-    assert_done(&outcome);
-    assert_eq!(
-        workplace.outputs(),
-        ["chains.csv", "curves.csv", "many-lights.svg", "report.md", "statue.svg", "wall.svg"]
-    );
-    let report = text(&workplace, "report.md");
+    let outcome = figure(&workplace, &cache, &[&["seed004-fig1"][..], &few].concat()).done();
+    let plots = ["many-lights.svg", "report.md", "statue.svg", "wall.svg"];
+    assert_eq!(workplace.outputs(), [&["chains.csv", "curves.csv"], &plots[..]].concat());
+    let report = workplace.text("report.md");
     assert!(outcome.stdout.starts_with(&report), "the report is printed, too");
     // what does not depend on how much was measured: no ray for MIS without visibility reuse
     assert_eq!(verdicts(&report, "B23"), ["yes"; 3], "{report}");
@@ -49,40 +42,39 @@ fn error_over_time_by_form_of_mis() {
         assert!(!verdicts(&report, id).is_empty(), "{id}");
     }
     // eight configurations and eight of candidates on three scenes, two on two walls, four chains each
-    assert_table(&text(&workplace, "chains.csv"), (3 * 16 + 2 * 2) * 4);
+    assert_table(&workplace.text("chains.csv"), (3 * 16 + 2 * 2) * 4);
     // four curves of 1, 2 and 4 chains and of up to 8 frames, on three scenes
-    assert_table(&text(&workplace, "curves.csv"), 3 * 4 * (3 + 4));
+    assert_table(&workplace.text("curves.csv"), 3 * 4 * (3 + 4));
 }
 
 #[test]
 fn the_visibility_term() {
     let (workplace, cache) = (Workplace::new(), TempDir::new().unwrap());
-    let outcome = figure(&workplace, &cache, &["seed002-fig1", "--restarts", "1", "--frames", "24"]);
-    assert_done(&outcome);
+    figure(&workplace, &cache, &["seed002-fig1", "--restarts", "1", "--frames", "24"]).done();
     assert_eq!(workplace.outputs(), ["images.png", "report.md", "tiles.csv"]);
-    let report = text(&workplace, "report.md");
+    let report = workplace.text("report.md");
     // the samples are the same bits with and without averaging, and there are two rays a pixel, of any picture
     assert_eq!([verdicts(&report, "T18"), verdicts(&report, "T17")], [["yes"], ["yes"]], "{report}");
     assert!(report.contains(&format!("0 of {} differ", 24 * 16 * 12)), "{report}");
-    assert_table(&text(&workplace, "tiles.csv"), 2 * 2);
+    assert_table(&workplace.text("tiles.csv"), 2 * 2);
 }
 
 #[test]
 fn the_converged_trio() {
     let (workplace, cache) = (Workplace::new(), TempDir::new().unwrap());
     let more = ["seed002-fig2", "--restarts", "4", "--frames", "4", "--reference-spp", "256"];
-    assert_done(&figure(&workplace, &cache, &more));
+    figure(&workplace, &cache, &more).done();
     assert_eq!(workplace.outputs(), ["images.png", "pixels.csv", "report.md"]);
-    let report = text(&workplace, "report.md");
+    let report = workplace.text("report.md");
     assert!(report.contains("RMSPE(ours, prev)") && verdicts(&report, "T21").len() == 3, "{report}");
-    assert_table(&text(&workplace, "pixels.csv"), 16 * 12);
+    assert_table(&workplace.text("pixels.csv"), 16 * 12);
 }
 
 #[test]
 fn figures_that_cannot_be() {
     let (workplace, cache) = (Workplace::new(), TempDir::new().unwrap());
     let refused = |more: &[&str], words: &[&str]| {
-        assert_refused(&figure(&workplace, &cache, more), words);
+        figure(&workplace, &cache, more).refused(words);
         assert_eq!(workplace.outputs(), [""; 0]);
     };
     refused(&["seed004-fig2"], &["seed004-fig2", "seed004-fig1", "seed002-fig1", "seed002-fig2"]);
@@ -101,11 +93,11 @@ fn figures_that_cannot_be() {
     for figure in ["seed004-fig1", "seed002-fig1", "seed002-fig2"] {
         for size in ["0x9", "1x1", "11x12", "12x11", "16385x12"] {
             let no_size = ["figure", figure, "--size", size, "--out", &workplace.output("")];
-            assert_refused(&finish(&mut program(no_size)), &[size, "sides from 12 to 16384"]);
+            run(no_size).refused(&[size, "sides from 12 to 16384"]);
         }
     }
-    assert_refused(&finish(&mut program(["figure", "seed002-fig1"])), &["--out"]);
+    run(["figure", "seed002-fig1"]).refused(&["--out"]);
     let file = workplace.input("file", b"");
     let no_folder = ["figure", "seed002-fig1", "--size", "16x12", "--device", "cpu", "--out", &file];
-    assert_refused(&finish(&mut program(no_folder)), &["cannot write", "--out"]);
+    run(no_folder).refused(&["cannot write", "--out"]);
 }

@@ -6,7 +6,7 @@ use restir::image::{Image, read_exr, read_exr_metadata, write_exr};
 use restir::scene::Scene;
 use serde_json::{Value, json};
 
-use crate::support::{TRIANGLE, Workplace, assert_done, assert_refused, glb, run, triangles};
+use crate::support::{TRIANGLE, Workplace, finish, run, triangles};
 
 fn sky(workplace: &Workplace, name: &str, pixels: Vec<[f32; 3]>) -> String {
     let path = workplace.input(name, b"");
@@ -15,28 +15,19 @@ fn sky(workplace: &Workplace, name: &str, pixels: Vec<[f32; 3]>) -> String {
     path
 }
 
-fn render<'a>(output: &'a str, scene: &'a str, more: &[&'a str]) -> Vec<&'a str> {
-    let common = ["render", scene, "-o", output, "--device", "cpu", "--size", "8x8", "--spp", "1"];
-    common.iter().chain(more).copied().collect()
-}
-
-fn value(image: &str, key: &str) -> String {
-    let metadata = read_exr_metadata(Path::new(image)).unwrap();
-    metadata.into_iter().find(|(name, _)| name == key).map(|(_, value)| value).unwrap()
+/// A render of the Cornell box with such options is refused.
+fn assert_options_refused(workplace: &Workplace, more: &[&str], words: &[&str]) {
+    workplace.refuses(&mut workplace.render("image.exr", "cornell", more), words);
 }
 
 #[test]
 fn an_exported_scene_renders_the_same_bits() {
     let workplace = Workplace::new();
     let file = workplace.output("cornell.glb");
-    let outcome = run(["export", "cornell", &file]);
-    assert_done(&outcome);
-    assert!(outcome.stdout.contains("wrote") && outcome.stdout.contains(&file), "{}", outcome.stdout);
-    let [own, exported] = ["own.exr", "exported.exr"].map(|name| workplace.output(name));
-    assert_done(&run(render(&own, "cornell", &[])));
-    assert_done(&run(render(&exported, &file, &[])));
-    assert_eq!(read_exr(Path::new(&own)).unwrap(), read_exr(Path::new(&exported)).unwrap());
-    assert_eq!(workplace.outputs(), ["cornell.glb", "exported.exr", "own.exr"]);
+    run(["export", "cornell", &file]).says(&["wrote", &file]);
+    let [own, exported] = ["cornell", &file].map(|scene| workplace.picture("image.exr", scene, &["--spp", "1"]));
+    assert_eq!(own, exported);
+    assert_eq!(workplace.outputs(), ["cornell.glb", "image.exr"]);
 }
 
 #[test]
@@ -44,23 +35,12 @@ fn an_environment_is_written_beside_the_scene() {
     let workplace = Workplace::new();
     let sky = sky(&workplace, "sky.exr", vec![[0.5, 1.0, 2.0]; 2]);
     let file = workplace.output("lit.glb");
-    let outcome = run([
-        "export",
-        "furnace",
-        &file,
-        "--env",
-        &sky,
-        "--env-scale",
-        "3",
-        "--env-rotate",
-        "-90",
-        "--aperture-radius",
-        "0.1",
+    let options = "--env-scale 3 --env-rotate -90 --aperture-radius 0.1";
+    run(["export", "furnace", &file, "--env", &sky].into_iter().chain(options.split(' '))).says(&[
+        "lit.env.exr",
+        "--env-scale 3 --env-rotate -90",
+        "no lens",
     ]);
-    assert_done(&outcome);
-    for words in ["lit.env.exr", "--env-scale 3 --env-rotate -90", "no lens"] {
-        assert!(outcome.stdout.contains(words), "{}", outcome.stdout);
-    }
     assert_eq!(workplace.outputs(), ["lit.env.exr", "lit.glb"]);
     let beside = workplace.output("lit.env.exr");
     assert_eq!(read_exr(Path::new(&beside)).unwrap(), read_exr(Path::new(&sky)).unwrap());
@@ -70,27 +50,29 @@ fn an_environment_is_written_beside_the_scene() {
 #[test]
 fn an_export_that_cannot_be_written_leaves_nothing() {
     let workplace = Workplace::new();
-    let refused = |arguments: &[&str], words: &[&str]| {
-        assert_refused(&run([&["export"], arguments].concat()), words);
+    let refused = |scene: &str, file: &str, words: &[&str]| {
+        run(["export", scene, &workplace.output(file)]).refused(words);
         assert_eq!(workplace.outputs(), [""; 0]);
     };
-    refused(&["cornell", &workplace.output("scene.gltf")], &[".glb"]);
-    refused(&["cornell", &workplace.output("missing/scene.glb")], &["cannot write", "missing"]);
-    refused(&["teapot", &workplace.output("scene.glb")], &["teapot", "cornell"]);
+    refused("cornell", "scene.gltf", &[".glb"]);
+    refused("cornell", "missing/scene.glb", &["cannot write", "missing"]);
+    refused("teapot", "scene.glb", &["teapot", "cornell"]);
 }
 
 #[test]
 fn a_picture_says_what_it_was_lit_by_and_seen_through() {
     let workplace = Workplace::new();
     let sky = sky(&workplace, "sky.exr", vec![[1.0; 3]; 4]);
-    let image = workplace.output("image.exr");
+    let seen = |more: &[&str]| {
+        workplace.picture("image.exr", "cornell", more);
+        let metadata = read_exr_metadata(Path::new(&workplace.output("image.exr"))).unwrap();
+        ["environment", "lens"].map(|key| metadata.iter().find(|(name, _)| name == key).unwrap().1.clone())
+    };
     let flags = ["--env", &sky, "--env-scale", "0.5", "--aperture-radius", "0.25", "--focus-distance", "3"];
-    let outcome = run(render(&image, "cornell", &flags));
-    assert_done(&outcome);
-    assert!(value(&image, "environment").ends_with("sky.exr, scale 0.5, turned 0 degrees"));
-    assert_eq!(value(&image, "lens"), "radius 0.25, sharp at 3");
-    assert_done(&run(render(&image, "cornell", &[])));
-    assert_eq!((value(&image, "environment").as_str(), value(&image, "lens").as_str()), ("none", "pinhole"));
+    let [environment, lens] = seen(&flags);
+    assert!(environment.ends_with("sky.exr, scale 0.5, turned 0 degrees"), "{environment}");
+    assert_eq!(lens, "radius 0.25, sharp at 3");
+    assert_eq!(seen(&[]), ["none", "pinhole"]);
 }
 
 #[test]
@@ -99,11 +81,7 @@ fn environments_that_cannot_be_used() {
     let good = sky(&workplace, "sky.exr", vec![[1.0; 3]; 2]);
     let nan = sky(&workplace, "nan.exr", vec![[1.0; 3], [1.0, f32::NAN, 1.0]]);
     let text = workplace.input("text.exr", b"no image");
-    let image = workplace.output("image.exr");
-    let refused = |flags: &[&str], words: &[&str]| {
-        assert_refused(&run(render(&image, "cornell", flags)), words);
-        assert_eq!(workplace.outputs(), [""; 0]);
-    };
+    let refused = |flags: &[&str], words: &[&str]| assert_options_refused(&workplace, flags, words);
     refused(&["--env", "missing.exr"], &["cannot read", "missing.exr"]);
     refused(&["--env", &text], &["cannot read", "text.exr"]);
     refused(&["--env", &nan], &["nan.exr", "x 1, y 0", "not finite"]);
@@ -119,26 +97,21 @@ fn environments_that_cannot_be_used() {
 fn negative_pixels_are_told() {
     let workplace = Workplace::new();
     let sky = sky(&workplace, "sky.exr", vec![[1.0; 3], [-1.0, 0.0, 0.0]]);
-    let outcome = run(render(&workplace.output("image.exr"), "cornell", &["--env", &sky]));
-    assert_done(&outcome);
+    let outcome = finish(&mut workplace.render("image.exr", "cornell", &["--env", &sky, "--spp", "1"])).done();
     assert!(outcome.stderr.contains("1 of its pixels are negative"), "{}", outcome.stderr);
 }
 
 #[test]
 fn lenses_that_cannot_be_used() {
     let workplace = Workplace::new();
-    let image = workplace.output("image.exr");
-    let refused = |flags: &[&str], words: &[&str]| {
-        assert_refused(&run(render(&image, "cornell", flags)), words);
-        assert_eq!(workplace.outputs(), [""; 0]);
-    };
     for radius in ["-1", "nan", "1e30"] {
-        refused(&["--aperture-radius", radius], &["lens radius"]);
+        assert_options_refused(&workplace, &["--aperture-radius", radius], &["lens radius"]);
     }
     for distance in ["0", "-1", "nan", "inf"] {
-        refused(&["--aperture-radius", "0.1", "--focus-distance", distance], &["focus distance"]);
+        let lens = ["--aperture-radius", "0.1", "--focus-distance", distance];
+        assert_options_refused(&workplace, &lens, &["focus distance"]);
     }
-    refused(&["--focus-distance", "1"], &["--aperture-radius"]);
+    assert_options_refused(&workplace, &["--focus-distance", "1"], &["--aperture-radius"]);
 }
 
 /// A triangle with a texture of two by one texels, a point light, and its bytes.
@@ -168,26 +141,21 @@ fn textured() -> (Value, Vec<u8>) {
 
 #[test]
 fn textures_and_lights_are_described() {
-    let workplace = Workplace::new();
-    let (document, bytes) = textured();
-    let outcome = run(["info", &workplace.input("scene.glb", &glb(&document, &bytes))]);
-    assert_done(&outcome);
+    let stdout = run(["info", &Workplace::new().scene(&textured())]).done().stdout;
     for (row, end) in [("textures", "1 with 2 texels"), ("lights", "0 triangles, 1 point"), ("environment", "none")] {
-        let line = outcome.stdout.lines().find(|line| line.starts_with(row)).unwrap();
+        let line = stdout.lines().find(|line| line.starts_with(row)).unwrap();
         assert!(line.ends_with(end), "{line}");
     }
-    assert!(!outcome.stdout.contains("warning"), "{}", outcome.stdout);
+    assert!(!stdout.contains("warning"), "{stdout}");
 }
 
 #[test]
 fn broken_textures_are_refused() {
     let workplace = Workplace::new();
-    let (good, bytes) = textured();
     let refused = |change: fn(&mut Value), words: &[&str]| {
-        let mut document = good.clone();
-        change(&mut document);
-        let scene = workplace.input("scene.glb", &glb(&document, &bytes));
-        assert_refused(&run(["info", &scene]), words);
+        let mut scene = textured();
+        change(&mut scene.0);
+        run(["info", &workplace.scene(&scene)]).refused(words);
     };
     refused(|d| d["images"][0]["bufferView"] = json!(1), &["stripes", "neither a PNG nor a JPEG"]);
     refused(|d| d["images"][0]["bufferView"] = json!(9), &["stripes", "buffer view 9"]);

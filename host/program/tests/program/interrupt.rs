@@ -19,13 +19,12 @@ impl Drop for Guarded {
 impl Guarded {
     fn wait_for(&mut self, limit: Duration) -> Option<ExitStatus> {
         let start = Instant::now();
-        while start.elapsed() < limit {
-            if let Some(status) = self.0.try_wait().unwrap() {
-                return Some(status);
-            }
+        let mut status = None;
+        while status.is_none() && start.elapsed() < limit {
             std::thread::sleep(Duration::from_millis(10));
+            status = self.0.try_wait().unwrap();
         }
-        None
+        status
     }
 }
 
@@ -52,9 +51,8 @@ fn interrupt(command: &mut Command, signal: &str) {
 fn an_interrupted_render_leaves_no_file() {
     for signal in ["-INT", "-TERM"] {
         let workplace = Workplace::new();
-        let (output, png) = (workplace.output("image.exr"), workplace.output("image.png"));
-        let mut command = program(["render", "cornell", "-o", &output, "--png", &png, "--device", "cpu"]);
-        interrupt(command.args(["--size", "32x32", "--spp", "100000000"]), signal);
+        let more = ["--png", &workplace.output("image.png"), "--size", "32x32", "--spp", "100000000"];
+        interrupt(&mut workplace.render("image.exr", "cornell", &more), signal);
         assert_eq!(workplace.outputs(), [""; 0]);
     }
 }

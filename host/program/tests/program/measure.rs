@@ -1,33 +1,23 @@
 //! `restir bench`, `restir reference` and `restir explain`.
 
 use std::path::Path;
-use std::process::Command;
 
 use restir::image::read_exr;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::support::{Outcome, Workplace, assert_done, assert_refused, finish, program, run};
-
-/// Adds those of `defaults` that are not given in `more`, and `more`.
-fn with_defaults(command: &mut Command, defaults: &[[&str; 2]], more: &[&str]) -> Outcome {
-    command.args(defaults.iter().filter(|[name, _]| !more.contains(name)).flatten());
-    finish(command.args(more))
-}
+use crate::support::{Outcome, Workplace, finish, program, run, with_defaults};
 
 /// A benchmark that takes less than a second, with a cache of its own.
 fn bench(workplace: &Workplace, cache: &TempDir, more: &[&str]) -> Outcome {
-    let mut command = program(["bench", "furnace", "--device", "cpu", "--out", &workplace.output("")]);
-    command.arg("--cache").arg(cache.path());
-    let restarts = [["--spp", "1,2,4"], ["--restarts", "3"], ["--reference-spp", "1024"]];
-    with_defaults(&mut command, &[&restarts[..], &SMALL].concat(), more)
+    let mut command = program(["bench", "furnace", "--device", "cpu", "--cache"]);
+    command.arg(cache.path());
+    let out = ["--out", &workplace.output("")];
+    let defaults = [["--spp", "1,2,4"], ["--restarts", "3"], ["--reference-spp", "1024"], out];
+    finish(&mut with_defaults(command, &[&defaults[..], &SMALL].concat(), more))
 }
 
 const SMALL: [[&str; 2]; 2] = [["--size", "8x8"], ["--max-depth", "4"]];
-
-fn table(workplace: &Workplace) -> String {
-    std::fs::read_to_string(workplace.output("report.csv")).unwrap()
-}
 
 /// Where a column is; no value before those that are asked for here holds a comma.
 fn position(table: &str, name: &str) -> usize {
@@ -54,24 +44,23 @@ fn with_column(table: &str, name: &str, change: impl Fn(&str) -> String) -> Stri
 #[test]
 fn a_benchmark_writes_its_report() {
     let (workplace, cache) = (Workplace::new(), TempDir::new().unwrap());
-    let outcome = bench(&workplace, &cache, &["--technique", "path", "--technique", "path:roulette=on"]);
-    assert_done(&outcome);
+    let outcome = bench(&workplace, &cache, &["--technique", "path", "--technique", "path:roulette=on"]).done();
     assert_eq!(workplace.outputs(), ["furnace.svg", "report.csv", "report.md"]);
-    let report = std::fs::read_to_string(workplace.output("report.md")).unwrap();
+    let report = workplace.text("report.md");
     assert!(outcome.stdout.starts_with(&report), "the report is printed, too");
     assert!(report.contains("furnace.svg") && report.contains("1024 samples"), "{report}");
-    assert_eq!(table(&workplace).lines().count(), 1 + 2 * 3 * 3);
-    assert_eq!(column(&table(&workplace), "closest_rays")[0].parse(), Ok(4.0));
-    let again = bench(&workplace, &cache, &[]);
-    assert_done(&again);
-    assert_eq!(table(&workplace).lines().count(), 1 + 3 * 3, "the report of before was replaced");
+    let table = workplace.text("report.csv");
+    assert_eq!(table.lines().count(), 1 + 2 * 3 * 3);
+    assert_eq!(column(&table, "closest_rays")[0].parse(), Ok(4.0));
+    bench(&workplace, &cache, &[]).done();
+    assert_eq!(workplace.text("report.csv").lines().count(), 1 + 3 * 3, "the report of before was replaced");
 }
 
 #[test]
 fn what_got_worse_is_flagged() {
     let (workplace, cache) = (Workplace::new(), TempDir::new().unwrap());
-    assert_done(&bench(&workplace, &cache, &[]));
-    let text = table(&workplace);
+    bench(&workplace, &cache, &[]).done();
+    let text = workplace.text("report.csv");
     let better = with_column(&text, "mse", |error| format!("{:e}", error.parse::<f64>().unwrap() / 100.0));
     let same = workplace.input("same.csv", text.as_bytes());
     let better = workplace.input("better.csv", better.as_bytes());
@@ -88,11 +77,10 @@ fn what_got_worse_is_flagged() {
 #[test]
 fn a_poor_reference_gives_no_figures() {
     let (workplace, cache) = (Workplace::new(), TempDir::new().unwrap());
-    let outcome = bench(&workplace, &cache, &["--spp", "64", "--reference-spp", "128"]);
-    assert_done(&outcome);
-    assert!(outcome.stdout.contains("reference too noisy"), "{}", outcome.stdout);
-    assert!(column(&table(&workplace), "mse").iter().all(String::is_empty));
-    assert!(table(&workplace).lines().skip(1).all(|line| line.ends_with("reference too noisy")));
+    bench(&workplace, &cache, &["--spp", "64", "--reference-spp", "128"]).says(&["reference too noisy"]);
+    let table = workplace.text("report.csv");
+    assert!(column(&table, "mse").iter().all(String::is_empty));
+    assert!(table.lines().skip(1).all(|line| line.ends_with("reference too noisy")));
 }
 
 #[test]
@@ -101,7 +89,7 @@ fn benchmarks_that_cannot_be() {
     let text = workplace.input("text.csv", b"a,b\n1,2\n");
     let empty = workplace.input("empty.csv", b"");
     let refused = |more: &[&str], words: &[&str]| {
-        assert_refused(&bench(&workplace, &cache, more), words);
+        bench(&workplace, &cache, more).refused(words);
         assert_eq!(workplace.outputs(), [""; 0]);
     };
     refused(&["teapot"], &["teapot", "cornell"]);
@@ -120,23 +108,21 @@ fn benchmarks_that_cannot_be() {
     refused(&["--technique", "path", "--technique", "path"], &["path", "twice"]);
     refused(&["--max-depth", "0"], &["depth"]);
     refused(&["--size", "0x8"], &["image"]);
-    assert_refused(&run(["bench"]), &[]);
-    let file = workplace.input("file", b"");
-    let mut command = program(["bench", "furnace", "--device", "cpu", "--size", "8x8", "--out", &file]);
-    assert_refused(&finish(command.arg("--cache").arg(cache.path())), &["cannot write", "--out"]);
+    refused(&["--out", &workplace.input("file", b"")], &["cannot write", "--out"]);
+    run(["bench"]).refused(&[]);
 }
 
 fn reference(cache: &Path, more: &[&str]) -> Outcome {
     let mut command = program(["reference", "furnace", "--device", "cpu", "--cache"]);
-    with_defaults(command.arg(cache), &[&[["--spp", "512"]], &SMALL[..]].concat(), more)
+    command.arg(cache);
+    finish(&mut with_defaults(command, &[&[["--spp", "512"]], &SMALL[..]].concat(), more))
 }
 
 #[test]
 fn a_reference_is_written_with_its_error_and_kept() {
     let (workplace, cache) = (Workplace::new(), TempDir::new().unwrap());
     let (output, error) = (workplace.output("r.exr"), workplace.output("e.exr"));
-    let made = reference(cache.path(), &["-o", &output, "--error", &error]);
-    assert_done(&made);
+    let made = reference(cache.path(), &["-o", &output, "--error", &error]).done();
     let mean = |path: &str| {
         let image = read_exr(Path::new(path)).unwrap();
         assert_eq!((image.width, image.height), (8, 8));
@@ -146,35 +132,30 @@ fn a_reference_is_written_with_its_error_and_kept() {
     assert!((mean(&output) - 1.875).abs() < 0.02 && mean(&error) > 0.0 && mean(&error) < 0.1);
     let kept = reference(cache.path(), &[]);
     assert_eq!(kept.stdout, made.stdout, "nothing was rendered anew");
-    let more = reference(cache.path(), &["--spp", "640"]);
-    assert!(more.stdout.contains("640 per pixel"), "{}", more.stdout);
+    reference(cache.path(), &["--spp", "640"]).says(&["640 per pixel"]);
 }
 
 #[test]
 fn references_that_cannot_be() {
     let (workplace, cache) = (Workplace::new(), TempDir::new().unwrap());
-    let refused = |more: &[&str], words: &[&str]| assert_refused(&reference(cache.path(), more), words);
+    let refused = |more: &[&str], words: &[&str]| {
+        reference(cache.path(), more).refused(words);
+    };
     refused(&["--spp", "0"], &["0 samples"]);
     refused(&["--max-depth", "0"], &["depth"]);
     refused(&["-o", &workplace.output("missing/r.exr")], &["cannot write", "missing"]);
-    let file = workplace.input("file", b"");
-    assert_refused(&reference(Path::new(&file), &[]), &["cannot write", "--cache"]);
-    assert_refused(&run(["reference", "teapot"]), &["teapot"]);
+    reference(workplace.input("file", b"").as_ref(), &[]).refused(&["cannot write", "--cache"]);
+    run(["reference", "teapot"]).refused(&["teapot"]);
 }
 
 #[test]
 fn an_explained_sample_is_the_pixel_of_a_render() {
-    let workplace = Workplace::new();
-    let output = workplace.output("image.exr");
     let common = ["--size", "16x12", "--seed", "7", "--jitter", "--device", "cpu"];
-    assert_done(&run(["render", "cornell", "-o", &output, "--spp", "1"].iter().chain(&common)));
-    let image = read_exr(Path::new(&output)).unwrap();
+    let image = Workplace::new().picture("image.exr", "cornell", &[&common[..], &["--spp", "1"]].concat());
     for (x, y) in [(0, 0), (7, 1), (8, 6), (15, 11)] {
         let pixel = format!("{x},{y}");
         let arguments = ["explain", "cornell", "--pixel", &pixel, "--json"];
-        let outcome = run(arguments.iter().chain(&common));
-        assert_done(&outcome);
-        let object: Value = serde_json::from_str(&outcome.stdout).unwrap();
+        let object = run(arguments.iter().chain(&common)).json();
         let radiance: Vec<f32> =
             object["radiance"].as_array().unwrap().iter().map(|value| value.as_f64().unwrap() as f32).collect();
         let expected = image.pixels[y * 16 + x];
@@ -189,10 +170,8 @@ fn an_explained_sample_is_the_pixel_of_a_render() {
 #[test]
 fn an_explanation_can_be_read() {
     let outcome = run(["explain", "furnace", "--pixel", "3,4", "--sample", "5", "--size", "8x8", "--device", "cpu"]);
-    assert_done(&outcome);
-    for word in ["pixel (3, 4), sample 5", "8. along", "walls", "emits", "light from triangle", "per steradian"] {
-        assert!(outcome.stdout.contains(word), "{word} is not in:\n{}", outcome.stdout);
-    }
+    let words = ["pixel (3, 4), sample 5", "8. along", "walls", "emits", "light from triangle", "per steradian"];
+    let outcome = outcome.says(&words);
     assert_eq!(outcome.stdout.matches("the same bits").count(), 2, "{}", outcome.stdout);
 }
 
@@ -200,15 +179,13 @@ fn an_explanation_can_be_read() {
 fn explanations_that_cannot_be() {
     let refused = |more: &[&str], words: &[&str]| {
         let common = ["explain", "furnace", "--size", "8x8", "--device", "cpu"];
-        let outcome = run(common.iter().chain(more));
-        assert_refused(&outcome, words);
+        let outcome = run(common.iter().chain(more)).refused(words);
         assert!(!outcome.stderr.contains("device:"), "arguments are judged first:\n{}", outcome.stderr);
     };
     for technique in ["path", "restir-di"] {
         let refused = |more: &[&str], words: &[&str]| refused(&[&["--technique", technique], more].concat(), words);
         refused(&["--pixel", "8,0"], &["(8, 0)", "8 x 8"]);
-        let both = ["--pixel", "1,1", "--jitter", "--set", "jitter=off"];
-        refused(&both, &["--jitter", "jitter=off", "leave"]);
+        refused(&["--pixel", "1,1", "--jitter", "--set", "jitter=off"], &["--jitter", "jitter=off", "leave"]);
     }
     let reservoir = ["--pixel", "1,1", "--technique", "restir-di"];
     refused(&[&reservoir[..], &["--max-depth", "8"]].concat(), &["2 segments", "--max-depth"]);
@@ -222,19 +199,15 @@ fn explanations_that_cannot_be() {
 
 #[test]
 fn a_reservoir_has_a_genealogy() {
-    let common =
-        ["explain", "moving", "--technique", "restir-di", "--size", "16x12", "--pixel", "8,6", "--device", "cpu"];
-    let frames = ["--frames", "4", "--camera-path", "orbit", "--set", "spatial=2"];
-    let outcome = run(common.iter().chain(&frames));
-    assert_done(&outcome);
-    for word in
-        ["frame 3, spatial reuse 2, pixel (8, 6): M ", "light ", " at u ", "initial candidates", "the same bits"]
-    {
-        assert!(outcome.stdout.contains(word), "{word} is not in:\n{}", outcome.stdout);
-    }
-    let outcome = run(common.iter().chain(&frames).chain(&["--json"]));
-    assert_done(&outcome);
-    let object: Value = serde_json::from_str(&outcome.stdout).unwrap();
+    let explained = |pixel: &str, more: &str| {
+        let common = "explain moving --technique restir-di --size 16x12 --device cpu --pixel";
+        run(common.split(' ').chain([pixel]).chain(more.split(' ')))
+    };
+    let frames = "--frames 4 --camera-path orbit --set spatial=2";
+    let words =
+        ["frame 3, spatial reuse 2, pixel (8, 6): M ", "light ", " at u ", "initial candidates", "the same bits"];
+    explained("8,6", frames).says(&words);
+    let object = explained("8,6", &format!("{frames} --json")).json();
     assert_eq!(object["identical"], Value::Bool(true));
     let reservoirs = object["reservoirs"].as_array().unwrap();
     let (first, last) = (&reservoirs[0], &reservoirs[reservoirs.len() - 1]);
@@ -242,10 +215,9 @@ fn a_reservoir_has_a_genealogy() {
     assert_eq!(last["pass"], Value::from("initial candidates"));
     assert!(last["from"]["candidate"].is_u64(), "{last}");
     assert_eq!(object["age"].as_u64().unwrap(), 3 - last["frame"].as_u64().unwrap());
-    assert_refused(&run(common.iter().chain(&["--sample", "1"])), &["--sample", "restir-di"]);
-    assert_refused(&run(common.iter().chain(&["--frames", "0"])), &["0 frames"]);
-    assert_refused(&run(common.iter().chain(&["--frames", "4000000000"])), &["memory"]);
-    let outside = common.map(|argument| if argument == "8,6" { "16,6" } else { argument });
-    assert_refused(&run(outside), &["(16, 6)", "16 x 12"]);
-    assert_refused(&run(["explain", "furnace", "--pixel", "0,0", "--frames", "2"]), &["--frames", "restir-di"]);
+    explained("8,6", "--sample 1").refused(&["--sample", "restir-di"]);
+    explained("8,6", "--frames 0").refused(&["0 frames"]);
+    explained("8,6", "--frames 4000000000").refused(&["memory"]);
+    explained("16,6", "--frames 4").refused(&["(16, 6)", "16 x 12"]);
+    run(["explain", "furnace", "--pixel", "0,0", "--frames", "2"]).refused(&["--frames", "restir-di"]);
 }

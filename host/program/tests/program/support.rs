@@ -5,6 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use restir::image::{Image, read_exr};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
@@ -13,6 +14,44 @@ pub(crate) struct Outcome {
     pub(crate) code: Option<i32>,
     pub(crate) stdout: String,
     pub(crate) stderr: String,
+}
+
+impl Outcome {
+    /// The run worked.
+    #[track_caller]
+    pub(crate) fn done(self) -> Self {
+        assert_eq!(self.code, Some(0), "{}", self.stderr);
+        assert!(!self.stderr.contains("error"), "{}", self.stderr);
+        self
+    }
+
+    /// The run worked and printed all of `words`.
+    #[track_caller]
+    pub(crate) fn says(self, words: &[&str]) -> Self {
+        for word in words {
+            assert!(self.stdout.contains(word), "{word} is not in:\n{}", self.stdout);
+        }
+        self.done()
+    }
+
+    /// The run worked and printed this.
+    #[track_caller]
+    pub(crate) fn json(self) -> Value {
+        serde_json::from_str(&self.done().stdout).unwrap()
+    }
+
+    /// The run is refused: exit code 2 and one line that explains it with all of `words`.
+    #[track_caller]
+    pub(crate) fn refused(self, words: &[&str]) -> Self {
+        assert_eq!(self.code, Some(2), "{}", self.stderr);
+        let errors: Vec<&str> = self.stderr.lines().filter(|line| line.starts_with("error:")).collect();
+        let [error] = errors[..] else { panic!("not one line of error:\n{}", self.stderr) };
+        assert_eq!(self.stderr.lines().last(), Some(error), "the error comes last");
+        for word in words {
+            assert!(error.contains(word), "{word} is not in: {error}");
+        }
+        self
+    }
 }
 
 /// A folder for inputs beside an empty one for outputs.
@@ -34,9 +73,19 @@ impl Workplace {
         path.to_str().unwrap().to_owned()
     }
 
+    /// As [`Self::input`], of a glTF document with the bytes that it refers to.
+    pub(crate) fn scene(&self, scene: &(Value, Vec<u8>)) -> String {
+        self.input("scene.glb", &glb(scene))
+    }
+
     /// Path of an output as an argument.
     pub(crate) fn output(&self, name: &str) -> String {
         self.output_folder().join(name).to_str().unwrap().to_owned()
+    }
+
+    /// The text of an output.
+    pub(crate) fn text(&self, name: &str) -> String {
+        std::fs::read_to_string(self.output(name)).unwrap()
     }
 
     /// Names of the files in the folder for outputs.
@@ -50,6 +99,25 @@ impl Workplace {
     fn output_folder(&self) -> PathBuf {
         self.folder.path().join("out")
     }
+
+    /// Renders `scene` to the output `name`: on the CPU, at 16x12 pixels, unless `more` says otherwise.
+    pub(crate) fn render(&self, name: &str, scene: &str, more: &[&str]) -> Command {
+        let command = program(["render", scene, "-o", &self.output(name)]);
+        with_defaults(command, &[["--device", "cpu"], ["--size", "16x12"]], more)
+    }
+
+    /// The picture that [`Self::render`] makes.
+    pub(crate) fn picture(&self, name: &str, scene: &str, more: &[&str]) -> Image {
+        finish(&mut self.render(name, scene, more)).done();
+        read_exr(Path::new(&self.output(name))).unwrap()
+    }
+
+    /// The command is refused, and leaves no output.
+    #[track_caller]
+    pub(crate) fn refuses(&self, command: &mut Command, words: &[&str]) {
+        finish(command).refused(words);
+        assert_eq!(self.outputs(), [""; 0]);
+    }
 }
 
 pub(crate) fn program<S: AsRef<OsStr>>(arguments: impl IntoIterator<Item = S>) -> Command {
@@ -58,38 +126,21 @@ pub(crate) fn program<S: AsRef<OsStr>>(arguments: impl IntoIterator<Item = S>) -
     command
 }
 
+/// Adds those of `defaults` that are not given in `more`, and `more`.
+pub(crate) fn with_defaults(mut command: Command, defaults: &[[&str; 2]], more: &[&str]) -> Command {
+    command.args(defaults.iter().filter(|[name, _]| !more.contains(name)).flatten()).args(more);
+    command
+}
+
 pub(crate) fn finish(command: &mut Command) -> Outcome {
     let output = command.output().unwrap();
-    let outcome = Outcome {
-        code: output.status.code(),
-        stdout: String::from_utf8(output.stdout).unwrap(),
-        stderr: String::from_utf8(output.stderr).unwrap(),
-    };
-    assert!(!outcome.stderr.contains("panicked"), "{}", outcome.stderr);
-    outcome
+    let [stdout, stderr] = [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap());
+    assert!(!stderr.contains("panicked"), "{stderr}");
+    Outcome { code: output.status.code(), stdout, stderr }
 }
 
 pub(crate) fn run<S: AsRef<OsStr>>(arguments: impl IntoIterator<Item = S>) -> Outcome {
     finish(&mut program(arguments))
-}
-
-/// The run is refused: exit code 2 and one line that explains it with all of `words`.
-pub(crate) fn assert_refused(outcome: &Outcome, words: &[&str]) {
-    assert_eq!(outcome.code, Some(2), "{}", outcome.stderr);
-    let errors: Vec<&str> = outcome.stderr.lines().filter(|line| line.starts_with("error:")).collect();
-    let [error] = errors[..] else {
-        panic!("not one line of error:\n{}", outcome.stderr);
-    };
-    assert_eq!(outcome.stderr.lines().last(), Some(error), "the error comes last");
-    for word in words {
-        assert!(error.contains(word), "{word} is not in: {error}");
-    }
-}
-
-/// A run that worked.
-pub(crate) fn assert_done(outcome: &Outcome) {
-    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
-    assert!(!outcome.stderr.contains("error"), "{}", outcome.stderr);
 }
 
 /// A document with one mesh of separate triangles, three positions each, and the bytes it refers to.
@@ -110,33 +161,27 @@ pub(crate) fn triangles(positions: &[[f32; 3]]) -> (Value, Vec<u8>) {
     (document, bytes)
 }
 
+/// [`TRIANGLE`] in a document that was changed.
+pub(crate) fn changed(change: impl FnOnce(&mut Value)) -> (Value, Vec<u8>) {
+    let (mut document, bytes) = triangles(&TRIANGLE);
+    change(&mut document);
+    (document, bytes)
+}
+
 /// A binary glTF file.
-pub(crate) fn glb(document: &Value, bytes: &[u8]) -> Vec<u8> {
+pub(crate) fn glb((document, bytes): &(Value, Vec<u8>)) -> Vec<u8> {
     let mut text = document.to_string().into_bytes();
     text.resize(text.len().next_multiple_of(4), b' ');
-    let mut file = b"glTF".to_vec();
+    let word = |length: usize| (length as u32).to_le_bytes();
     let length = 12 + 8 + text.len() + 8 + bytes.len();
-    for word in [2, length as u32, text.len() as u32] {
-        file.extend(word.to_le_bytes());
-    }
-    file.extend(b"JSON");
-    file.extend(&text);
-    file.extend((bytes.len() as u32).to_le_bytes());
-    file.extend(b"BIN\0");
-    file.extend(bytes);
-    file
+    let header = [*b"glTF", word(2), word(length), word(text.len()), *b"JSON"];
+    [header.as_flattened(), &text, &word(bytes.len()), b"BIN\0", bytes].concat()
 }
 
 /// A triangle in the plane z = 0, facing +z.
 pub(crate) const TRIANGLE: [[f32; 3]; 3] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
 
-/// The folder with test data made elsewhere; says on standard error when it is missing.
-pub(crate) fn data_folder() -> Option<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    // not by `eprintln!`, which the test harness hides
-    let _ = writeln!(std::io::stderr(), "skipped: there is no folder ../shared/data beside the workspace");
-    None
+/// Says on standard error why a test is skipped: not by `eprintln!`, which the test harness hides.
+pub(crate) fn skipped(why: &str) {
+    let _ = writeln!(std::io::stderr(), "skipped: {why}");
 }

@@ -10,8 +10,7 @@ use std::time::Duration;
 use rayon::prelude::*;
 use restir::Error;
 use restir::buffers::SceneBuffers;
-use restir::reference::Goal;
-use restir::reference::Picture;
+use restir::reference::{Goal, Picture};
 use restir::render::Render;
 use restir::scene::{Environment, Scene};
 use restir::technique::restir_di::{DiSettings, MisForm, Visibility, VisibilityReuse};
@@ -19,7 +18,7 @@ use restir::technique::restir_di::{DiSettings, MisForm, Visibility, VisibilityRe
 use super::chains::{self, Chains, Protocol};
 use super::cost::Cost;
 use super::scenes::{wall, white};
-use super::{Environs, File};
+use super::{Environs, Files};
 use crate::bench::error::Truth;
 use crate::bench::table::Setup;
 use crate::bench::{self, Matrix, Series, Technique};
@@ -55,6 +54,18 @@ pub(crate) struct Effort {
 struct Setting {
     name: &'static str,
     settings: DiSettings,
+}
+
+impl Setting {
+    /// The settings of either form, with the names of their curves.
+    fn by_form(&self) -> [(String, DiSettings); FORMS.len()] {
+        FORMS.map(|(form, mis)| (self.curve(form), DiSettings { mis, ..self.settings.clone() }))
+    }
+
+    /// The name of a curve.
+    fn curve(&self, form: &str) -> String {
+        format!("{form}, {}", self.name)
+    }
 }
 
 /// The chains of a form and what its frames cost.
@@ -95,6 +106,13 @@ struct Stripes {
     of: [Pair; 2],
 }
 
+/// Makes the measurements.
+struct Study<'a, E> {
+    environs: &'a mut E,
+    effort: &'a Effort,
+    picture: Picture,
+}
+
 /// The files of the figure. `environment` lights the exterior instead of its own.
 ///
 /// # Errors
@@ -104,16 +122,14 @@ pub(crate) fn make(
     effort: &Effort,
     environment: Option<Environment>,
     setup: &Setup,
-    command: &str,
-) -> Result<Vec<File>, Error> {
+) -> Result<Files, Error> {
+    let mut study = Study { environs, effort, picture: setup.picture };
     let mut findings = Vec::new();
     for (name, what, scene) in scenes(environment)? {
-        let subject = subject(environs, effort, name, what, &scene)?;
-        findings.push(measure(environs, effort, setup.picture, subject)?);
+        findings.push(study.findings(name, what, &scene)?);
     }
-    let stripes = stripes(environs, effort)?;
-    let report = report::Report { setup, command, effort, findings: &findings, stripes: &stripes };
-    report.files()
+    let stripes = study.stripes()?;
+    report::Report { setup, effort, findings: &findings, stripes: &stripes }.files()
 }
 
 /// An interior with many lights, most of them hidden, an exterior under an environment, and narrow penumbras.
@@ -149,98 +165,71 @@ fn settings(size: [u32; 2]) -> [Setting; 4] {
     ]
 }
 
-fn subject(
-    environs: &mut impl Environs,
-    effort: &Effort,
-    name: &str,
-    what: &'static str,
-    scene: &Scene,
-) -> Result<Subject, Error> {
-    let buffers = SceneBuffers::build(scene)?;
-    let reference = environs.reference(name, &buffers, effort.reference)?;
-    let (truth, reference_samples) = (Truth::new(&reference), reference.samples());
-    Ok(Subject { name: name.to_owned(), what, buffers, truth, reference_samples })
-}
+impl<E: Environs> Study<'_, E> {
+    fn subject(&mut self, name: &str, what: &'static str, scene: &Scene) -> Result<Subject, Error> {
+        let buffers = SceneBuffers::build(scene)?;
+        let reference = self.environs.reference(name, &buffers, self.effort.reference)?;
+        let (truth, reference_samples) = (Truth::new(&reference), reference.samples());
+        Ok(Subject { name: name.to_owned(), what, buffers, truth, reference_samples })
+    }
 
-/// Runs the chains of both forms of all settings.
-fn pairs(
-    environs: &mut impl Environs,
-    subject: &Subject,
-    protocol: Protocol,
-    settings: Vec<Setting>,
-) -> Result<Vec<Pair>, Error> {
-    let of_form = |setting: &Setting, form| DiSettings { mis: form, ..setting.settings.clone() };
-    let all: Vec<DiSettings> =
-        settings.iter().flat_map(|setting| FORMS.map(|(_, form)| of_form(setting, form))).collect();
-    let scene = &subject.buffers;
-    all.iter().try_for_each(|settings| restir::render::check(scene, &Render::new(protocol.size, settings.clone())))?;
-    let costs: Vec<Cost> =
-        all.par_iter().map(|settings| Cost::of(scene, protocol.size, settings)).collect::<Result<_, _>>()?;
-    let chains =
-        environs.run(&subject.name, |executor, observe| chains::run(executor, scene, &all, protocol, observe))?;
-    let mut measured = chains.into_iter().zip(costs).map(|(chains, cost)| Measured { chains, cost });
-    let mut next = || measured.next().ok_or(Error::Interrupted);
-    settings.into_iter().map(|setting| Ok(Pair { setting, of: [next()?, next()?] })).collect()
-}
+    /// Runs the chains of both forms of all settings.
+    fn pairs(&mut self, Subject { name, buffers, .. }: &Subject, settings: &[Setting]) -> Result<Vec<Pair>, Error> {
+        let protocol = self.effort.protocol;
+        let all: Vec<DiSettings> = settings.iter().flat_map(Setting::by_form).map(|(_, settings)| settings).collect();
+        all.iter().try_for_each(|di| restir::render::check(buffers, &Render::new(protocol.size, di.clone())))?;
+        let cost = |di: &DiSettings| Cost::of(buffers, protocol.size, di);
+        let costs = all.par_iter().map(cost).collect::<Result<Vec<_>, _>>()?;
+        let chains =
+            self.environs.run(name, |executor, observe| chains::run(executor, buffers, &all, protocol, observe))?;
+        let mut measured = chains.into_iter().zip(costs).map(|(chains, cost)| Measured { chains, cost });
+        let mut next = || measured.next().ok_or(Error::Interrupted);
+        settings.iter().map(|setting| Ok(Pair { setting: setting.clone(), of: [next()?, next()?] })).collect()
+    }
 
-fn measure(
-    environs: &mut impl Environs,
-    effort: &Effort,
-    picture: Picture,
-    subject: Subject,
-) -> Result<Findings, Error> {
-    let settings = settings(effort.protocol.size);
-    let few = CANDIDATES.map(|candidates| Setting {
-        settings: DiSettings { candidates, ..settings[0].settings.clone() },
-        ..settings[0].clone()
-    });
-    let candidates = pairs(environs, &subject, effort.protocol, few.to_vec())?;
-    let running = running(environs, effort, picture, &subject, &settings[..2])?;
-    let pairs = pairs(environs, &subject, effort.protocol, settings.to_vec())?;
-    Ok(Findings { subject, pairs, candidates, running })
-}
+    /// All that is measured on a scene.
+    fn findings(&mut self, name: &str, what: &'static str, scene: &Scene) -> Result<Findings, Error> {
+        let subject = self.subject(name, what, scene)?;
+        let settings = settings(self.effort.protocol.size);
+        let few = CANDIDATES.map(|candidates| Setting {
+            settings: DiSettings { candidates, ..settings[0].settings.clone() },
+            ..settings[0].clone()
+        });
+        let candidates = self.pairs(&subject, &few)?;
+        let running = self.running(&subject, &settings[..2])?;
+        let pairs = self.pairs(&subject, &settings)?;
+        Ok(Findings { subject, pairs, candidates, running })
+    }
 
-/// Averages of running chains, from their first frame on.
-fn running(
-    environs: &mut impl Environs,
-    effort: &Effort,
-    picture: Picture,
-    subject: &Subject,
-    settings: &[Setting],
-) -> Result<Vec<Series>, Error> {
-    let technique = |setting: &Setting, (name, mis): (&str, MisForm)| {
-        let settings = DiSettings { mis, ..setting.settings.clone() };
-        let render = Render { accumulate: true, ..Render::new(effort.protocol.size, settings) };
-        Technique { name: curve(name, setting), render }
-    };
-    let matrix = Matrix {
-        picture,
-        techniques: settings.iter().flat_map(|setting| FORMS.map(|form| technique(setting, form))).collect(),
-        budgets: (0..=effort.frames.ilog2()).map(|log| 1 << log).collect(),
-        restarts: effort.restarts,
-        time: Duration::MAX,
-    };
-    let Subject { buffers, truth, .. } = subject;
-    let (series, _) = environs.run(&format!("{}, running chains", subject.name), |executor, observe| {
-        bench::measure(executor, buffers, &matrix, truth, observe)
-    })?;
-    Ok(series)
-}
+    /// Averages of running chains, from their first frame on.
+    fn running(&mut self, subject: &Subject, settings: &[Setting]) -> Result<Vec<Series>, Error> {
+        let technique = |(name, settings)| {
+            let render = Render { accumulate: true, ..Render::new(self.picture.size, settings) };
+            Technique { name, render }
+        };
+        let matrix = Matrix {
+            picture: self.picture,
+            techniques: settings.iter().flat_map(Setting::by_form).map(technique).collect(),
+            budgets: (0..=self.effort.frames.ilog2()).map(|log| 1 << log).collect(),
+            restarts: self.effort.restarts,
+            time: Duration::MAX,
+        };
+        let Subject { name, buffers, truth, .. } = subject;
+        let (series, _) = self.environs.run(&format!("{name}, running chains"), |executor, observe| {
+            bench::measure(executor, buffers, &matrix, truth, observe)
+        })?;
+        Ok(series)
+    }
 
-/// The name of a curve.
-fn curve(form: &str, setting: &Setting) -> String {
-    format!("{form}, {}", setting.name)
-}
-
-/// The two walls.
-fn stripes(environs: &mut impl Environs, effort: &Effort) -> Result<Stripes, Error> {
-    let turns: Vec<f32> = (0..STRIPES).map(|i| if i % 2 == 0 { 1.0 } else { DARK_STRIPE }).collect();
-    let mut make = |name: &str, stripes: &[f32]| -> Result<(Subject, Pair), Error> {
-        let subject = subject(environs, effort, name, "", &wall(name, stripes, white))?;
-        let [reused, ..] = settings(effort.protocol.size);
-        let mut pairs = pairs(environs, &subject, effort.protocol, vec![reused])?;
-        Ok((subject, pairs.remove(0)))
-    };
-    let (plain, striped) = (make("wall", &[1.0])?, make("striped wall", &turns)?);
-    Ok(Stripes { walls: [plain.0, striped.0], of: [plain.1, striped.1] })
+    /// The two walls.
+    fn stripes(&mut self) -> Result<Stripes, Error> {
+        let turns: Vec<f32> = (0..STRIPES).map(|i| if i % 2 == 0 { 1.0 } else { DARK_STRIPE }).collect();
+        let mut make = |name: &str, stripes: &[f32]| -> Result<(Subject, Pair), Error> {
+            let subject = self.subject(name, "", &wall(name, stripes, white))?;
+            let mut pairs = self.pairs(&subject, &settings(self.effort.protocol.size)[..1])?;
+            Ok((subject, pairs.remove(0)))
+        };
+        let (plain, striped) = (make("wall", &[1.0])?, make("striped wall", &turns)?);
+        Ok(Stripes { walls: [plain.0, striped.0], of: [plain.1, striped.1] })
+    }
 }

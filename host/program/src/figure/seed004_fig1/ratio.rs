@@ -7,6 +7,8 @@ use super::{FORMS, Measured, PROPOSED, Pair, TALBOT};
 use crate::bench::error::{Errors, Truth};
 
 const RESAMPLES: u32 = 1000;
+/// As many where each takes longer.
+pub(super) const FEW_RESAMPLES: u32 = 300;
 /// Means of chains whose error is taken are so many: the RMAE of a single frame falls slower than n^-1/2.
 const BLOCKS: usize = 8;
 
@@ -54,67 +56,76 @@ impl Pair {
     /// The RMAE is of means of as many chains as make [`BLOCKS`] of them, and taken to fall with n^-1/2 from there.
     pub(super) fn at_equal_rmae(&self, truth: &Truth, per: Per) -> Option<Interval> {
         let block = (self.of[PROPOSED].chains.images.len() / BLOCKS).max(1);
-        let errors = self.errors(truth, block)?;
-        let rmae = errors.map(|errors| errors.iter().map(|e| e.rmae_global).collect::<Vec<_>>());
+        let rmae = self.errors(truth, block, |errors| errors.rmae_global)?;
         self.ratio(per, block, |times| {
-            let [proposed, talbot] = rmae.each_ref().map(|rmae| mean(rmae, times));
+            let [proposed, talbot] = means(&rmae, times);
             (talbot / proposed).powi(2)
         })
     }
 
     /// The same for equal relMSE, which is that of single frames, without the reference's noise.
     pub(super) fn at_equal_mse(&self, truth: &Truth, per: Per) -> Option<Interval> {
-        let squared = self.errors(truth, 1)?.map(|errors| errors.iter().map(|e| e.rel_mse).collect::<Vec<_>>());
+        let squared = self.errors(truth, 1, |errors| errors.rel_mse)?;
         self.ratio(per, 1, |times| {
-            let [proposed, talbot] = squared.each_ref().map(|squared| mean(squared, times) - truth.relative_noise);
+            let [proposed, talbot] = means(&squared, times).map(|mean| mean - truth.relative_noise);
             talbot / proposed
         })
     }
 
     /// By how much Talbot's RMAE of a frame is smaller.
     pub(super) fn gain_a_frame(&self, truth: &Truth) -> Option<Interval> {
-        let rmae = self.errors(truth, 1)?.map(|errors| errors.iter().map(|e| e.rmae_global).collect::<Vec<_>>());
-        let ratio = Interval::of_positive(rmae[0].len(), RESAMPLES, |times| {
-            mean(&rmae[TALBOT], times) / mean(&rmae[PROPOSED], times)
+        let rmae = self.errors(truth, 1, |errors| errors.rmae_global)?;
+        let Interval { value, ends: [low, high] } = Interval::of_positive(rmae[0].len(), RESAMPLES, |times| {
+            let [proposed, talbot] = means(&rmae, times);
+            talbot / proposed
         });
-        Some(Interval { value: 1.0 - ratio.value, ends: [1.0 - ratio.ends[1], 1.0 - ratio.ends[0]] })
+        Some(Interval { value: 1.0 - value, ends: [1.0 - high, 1.0 - low] })
+    }
+
+    /// How much better Talbot's form is, a frame, in squared error.
+    pub(super) fn gap(&self, truth: &Truth) -> Option<Interval> {
+        let squared = self.errors(truth, 1, |errors| errors.rel_mse)?;
+        Some(Interval::of_positive(squared[0].len(), FEW_RESAMPLES, |times| {
+            let [proposed, talbot] = means(&squared, times).map(|mean| mean - truth.relative_noise);
+            proposed / talbot
+        }))
     }
 
     /// Of means of `block` chains by both forms, if the reference can judge them.
-    fn errors(&self, truth: &Truth, block: usize) -> Option<[Vec<Errors>; FORMS.len()]> {
+    fn errors(&self, truth: &Truth, block: usize, of: fn(&Errors) -> f64) -> Option<[Vec<f64>; FORMS.len()]> {
         let errors = self.of.each_ref().map(|measured| measured.chains.errors(truth, block));
         let judged = errors.iter().all(|errors| judged(errors, truth));
-        judged.then_some(errors)
+        judged.then(|| errors.map(|errors| errors.iter().map(of).collect()))
     }
 
     fn ratio(&self, per: Per, block: usize, error: impl Fn(&[f64]) -> f64) -> Option<Interval> {
         let [proposed, talbot] = &self.of;
-        let cost = |of: fn(&Measured) -> f64| of(talbot) / of(proposed);
         let cost = match per {
-            Per::Frame => 1.0,
-            Per::ShadowRay => cost(|m| m.cost.shadow_rays),
+            // time goes by chains, below
+            Per::Frame | Per::Second => 1.0,
+            Per::ShadowRay => talbot.cost.shadow_rays / proposed.cost.shadow_rays,
             Per::CountedRay => {
-                let settings = &self.setting.settings;
-                counted_rays(TALBOT, settings) / counted_rays(PROPOSED, settings)
+                let [proposed, talbot] = [PROPOSED, TALBOT].map(|form| counted_rays(form, &self.setting.settings));
+                talbot / proposed
             }
-            Per::Evaluation => cost(|m| m.cost.evaluations),
-            // by chains, below
-            Per::Second => 1.0,
+            Per::Evaluation => talbot.cost.evaluations / proposed.cost.evaluations,
         };
-        let seconds: Vec<f64> = match per {
-            Per::Second => slowdowns(proposed, talbot, block),
-            _ => Vec::new(),
-        };
+        let seconds = matches!(per, Per::Second).then(|| slowdowns(proposed, talbot, block));
+        let slower = |times: &[f64]| seconds.as_ref().map_or(1.0, |seconds| weighted_median(seconds, times));
         let blocks = proposed.chains.images.len() / block;
-        let slower = |times: &[f64]| if seconds.is_empty() { 1.0 } else { weighted_median(&seconds, times) };
         let interval = Interval::of_positive(blocks, RESAMPLES, |times| error(times) * cost * slower(times));
         interval.value.is_finite().then_some(interval)
     }
 }
 
+/// By form.
+fn means(errors: &[Vec<f64>; FORMS.len()], times: &[f64]) -> [f64; FORMS.len()] {
+    errors.each_ref().map(|errors| mean(errors, times))
+}
+
 /// Whether the reference's noise has a small share in the errors.
 pub(super) fn judged(errors: &[Errors], truth: &Truth) -> bool {
-    truth.rel_mse(Errors::mean(errors).rel_mse).is_pure()
+    truth.rel_mse(Errors::mean(errors.iter().copied()).rel_mse).is_pure()
 }
 
 /// The time of Talbot's frames over that of the proposed form's, chains side by side; the median of each block.

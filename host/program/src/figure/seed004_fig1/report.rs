@@ -1,20 +1,19 @@
 //! The figure's files: plots, tables and the report.
 
-use std::fmt::Write;
+use std::fmt::{Display, Write};
 
 use restir::Error;
 use restir::bootstrap::Interval;
 
 use super::ratio::{Per, counted_rays, judged};
-use super::{Effort, FORMS, Findings, Measured, Pair, Stripes, claims, curve};
-use crate::bench::error::Errors;
-use crate::bench::fit;
+use super::{CANDIDATES, Effort, FORMS, Findings, Measured, Pair, Stripes, Subject, claims};
+use crate::bench::error::{Errors, Truth};
 use crate::bench::plot::{Line, Panel, grid};
-use crate::bench::report::REFUSED;
+use crate::bench::report::{REFUSED, if_any, known};
 use crate::bench::table::Setup;
-use crate::bench::{Cell, Series};
+use crate::bench::{Cell, fit};
 use crate::figure::chains::Protocol;
-use crate::figure::{File, claim, origin};
+use crate::figure::{Files, claim};
 
 const PANEL: (u32, u32) = (560, 420);
 /// The settings of the figure's curves, of those that are measured.
@@ -23,7 +22,6 @@ const CURVES: usize = 2;
 /// All that the report is made of.
 pub(super) struct Report<'a> {
     pub(super) setup: &'a Setup,
-    pub(super) command: &'a str,
     pub(super) effort: &'a Effort,
     pub(super) findings: &'a [Findings],
     pub(super) stripes: &'a Stripes,
@@ -55,24 +53,23 @@ const ALONG: [Along; 3] = [
 ];
 
 impl Findings {
-    fn curves(&self) -> impl Iterator<Item = (String, &Measured)> {
-        let of_pair = |pair: &'_ Pair| [0, 1].map(|form| curve(FORMS[form].0, &pair.setting));
-        let curves = self.pairs[..CURVES].iter();
-        curves.flat_map(move |pair| of_pair(pair).into_iter().zip(&pair.of))
+    fn curves<'a>(&'a self, points: impl Fn(usize, &'a Measured) -> Vec<Point>) -> Vec<Curve<'a>> {
+        let names = self.pairs[..CURVES].iter().flat_map(|pair| FORMS.map(|(form, _)| pair.setting.curve(form)));
+        let measured = self.pairs[..CURVES].iter().flat_map(|pair| &pair.of);
+        let curves = names.zip(measured).enumerate();
+        curves.map(|(i, (name, measured))| Curve { name, measured, points: points(i, measured) }).collect()
     }
 
     /// Means of independent chains.
     fn primary(&self) -> Vec<Curve<'_>> {
-        let points = |measured: &Measured| {
-            let counts = std::iter::successors(Some(1), |n| Some(2 * n));
-            let counts = counts.take_while(|&n| n as usize <= measured.chains.images.len());
-            let point = |frames: u32| {
-                let errors = measured.chains.errors(&self.subject.truth, frames as usize);
-                self.point(frames, errors.len(), &errors)
+        self.curves(|_, Measured { chains, .. }| {
+            let counts = std::iter::successors(Some(1), |n| Some(2 * n)).take_while(|&n| n <= chains.images.len());
+            let point = |frames: usize| {
+                let errors = chains.errors(&self.subject.truth, frames);
+                self.point(frames as u32, errors.len(), &errors)
             };
             counts.map(point).collect()
-        };
-        self.curves().map(|(name, measured)| Curve { name, measured, points: points(measured) }).collect()
+        })
     }
 
     /// Means of a running chain.
@@ -81,13 +78,12 @@ impl Findings {
             let images = cell.runs.iter().map(|run| run.images as usize).sum();
             self.point(cell.samples, images, &cell.runs.iter().map(|run| run.errors).collect::<Vec<_>>())
         };
-        let curves = self.curves().zip(&self.running);
-        let points = |series: &Series| series.cells.iter().map(point).collect();
-        curves.map(|((name, measured), series)| Curve { name, measured, points: points(series) }).collect()
+        self.curves(|i, _| self.running[i].cells.iter().map(point).collect())
     }
 
     fn point(&self, frames: u32, images: usize, errors: &[Errors]) -> Point {
-        Point { frames, images, errors: Errors::mean(errors), judged: judged(errors, &self.subject.truth) }
+        let judged = judged(errors, &self.subject.truth);
+        Point { frames, images, errors: Errors::mean(errors.iter().copied()), judged }
     }
 
     fn plot_name(&self) -> String {
@@ -95,7 +91,7 @@ impl Findings {
     }
 
     /// RMAE over time, rays and evaluations: of independent chains, and below of running ones.
-    fn plot(&self) -> Result<String, String> {
+    fn plot(&self) -> Result<String, Error> {
         let rows = [("independent chains", self.primary()), ("a running chain", self.chained())];
         let panel = |what: &str, curves: &[Curve<'_>], (axis, cost): Along| Panel {
             title: format!("{}: {what}", self.subject.name),
@@ -104,7 +100,8 @@ impl Findings {
         };
         let panels: Vec<Panel> =
             rows.iter().flat_map(|(what, curves)| ALONG.map(|along| panel(what, curves, along))).collect();
-        grid(&panels, ALONG.len(), PANEL)
+        let fail = |reason| Error::File { action: "write", path: self.plot_name().into(), reason };
+        grid(&panels, ALONG.len(), PANEL).map_err(fail)
     }
 }
 
@@ -118,69 +115,55 @@ impl Curve<'_> {
 }
 
 impl Report<'_> {
-    pub(super) fn files(&self) -> Result<Vec<File>, Error> {
-        let mut files = Vec::new();
-        for findings in self.findings {
-            let name = findings.plot_name();
-            let fail = |reason| Error::File { action: "write", path: name.clone().into(), reason };
-            files.push(File::text(name.clone(), findings.plot().map_err(fail)?));
-        }
-        files.push(File::text("curves.csv", self.curves()));
-        files.push(File::text("chains.csv", self.chains()));
-        files.push(File::text("report.md", self.markdown()));
-        Ok(files)
+    pub(super) fn files(&self) -> Result<Files, Error> {
+        let plot = |findings: &Findings| Ok((findings.plot_name(), findings.plot()?));
+        let mut texts = self.findings.iter().map(plot).collect::<Result<Vec<_>, Error>>()?;
+        texts.push(("curves.csv".to_owned(), self.curves()));
+        texts.push(("chains.csv".to_owned(), self.chains()));
+        Ok(Files { picture: None, texts, report: self.markdown() })
     }
 
     /// A row a point of the plots.
     fn curves(&self) -> String {
-        let mut text =
-            "scene,configuration,form,frames,images,seconds,shadow_rays,evaluations,rmae_a,rmae_b,rel_rmse,mean,note\n"
-                .to_owned();
-        for findings in self.findings {
-            for (form, curves) in [("primary", findings.primary()), ("chained", findings.chained())] {
-                for Curve { name, measured, points } in &curves {
-                    for Point { frames, images, errors, judged } in points {
-                        let note = if *judged { "" } else { REFUSED };
-                        let [seconds, rays, evaluations] = ALONG.map(|(_, cost)| f64::from(*frames) * cost(measured));
-                        let _ = writeln!(
-                            text,
-                            "{},\"{name}\",{form},{frames},{images},{seconds:e},{rays:.4},{evaluations:.4},{:e},{:e},{:e},{:e},{note}",
-                            findings.subject.name,
-                            errors.rmae,
-                            errors.rmae_global,
-                            errors.rel_mse.sqrt(),
-                            errors.mean,
-                        );
-                    }
-                }
-            }
-        }
-        text
+        let row = |scene: &str, form: &str, Curve { name, measured, .. }: &Curve<'_>, point: &Point| {
+            let Point { frames, images, errors, judged } = point;
+            let [seconds, rays, evaluations] = ALONG.map(|(_, cost)| f64::from(*frames) * cost(measured));
+            let Errors { rmae, rmae_global, rel_mse, mean, .. } = errors;
+            format!(
+                "{scene},\"{name}\",{form},{frames},{images},{seconds:e},{rays:.4},{evaluations:.4},{rmae:e},{rmae_global:e},{:e},{mean:e},{}\n",
+                rel_mse.sqrt(),
+                if *judged { "" } else { REFUSED },
+            )
+        };
+        let names =
+            "scene,configuration,form,frames,images,seconds,shadow_rays,evaluations,rmae_a,rmae_b,rel_rmse,mean,note\n";
+        let rows = self.findings.iter().flat_map(|findings| {
+            let forms = [("primary", findings.primary()), ("chained", findings.chained())];
+            forms.into_iter().flat_map(|(form, curves)| {
+                let of_curve = |curve: &Curve<'_>| -> String {
+                    curve.points.iter().map(|point| row(&findings.subject.name, form, curve, point)).collect()
+                };
+                curves.iter().map(of_curve).collect::<Vec<_>>()
+            })
+        });
+        [names.to_owned()].into_iter().chain(rows).collect()
     }
 
     /// A row a chain.
     fn chains(&self) -> String {
         let mut text = "scene,configuration,candidates,chain,seconds_a_frame,rmae_a,rmae_b,rel_mse,mean\n".to_owned();
-        let of_findings = self.findings.iter().map(|f| (&f.subject, f.pairs.iter().chain(&f.candidates).collect()));
-        let of_stripes = self.stripes.walls.iter().zip(self.stripes.of.iter().map(|pair| vec![pair]));
-        for (subject, pairs) in of_findings.chain(of_stripes) {
-            for pair in pairs {
-                for ((form, _), Measured { chains, .. }) in FORMS.iter().zip(&pair.of) {
-                    for (chain, (errors, seconds)) in
-                        chains.errors(&subject.truth, 1).iter().zip(&chains.seconds).enumerate()
-                    {
-                        let _ = writeln!(
-                            text,
-                            "{},\"{}\",{},{chain},{seconds:e},{:e},{:e},{:e},{:e}",
-                            subject.name,
-                            curve(form, &pair.setting),
-                            pair.setting.settings.candidates,
-                            errors.rmae,
-                            errors.rmae_global,
-                            errors.rel_mse,
-                            errors.mean,
-                        );
-                    }
+        let of_findings =
+            self.findings.iter().flat_map(|f| f.pairs.iter().chain(&f.candidates).map(|pair| (&f.subject, pair)));
+        for (subject, Pair { setting, of }) in of_findings.chain(self.stripes.walls.iter().zip(&self.stripes.of)) {
+            for ((form, _), Measured { chains, .. }) in FORMS.iter().zip(of) {
+                let (scene, curve, candidates) = (&subject.name, setting.curve(form), setting.settings.candidates);
+                let errors = chains.errors(&subject.truth, 1);
+                for (chain, (errors, seconds)) in errors.iter().zip(&chains.seconds).enumerate() {
+                    let Errors { rmae, rmae_global, rel_mse, mean, .. } = errors;
+                    let _ = writeln!(
+                        text,
+                        "{scene},\"{curve}\",{candidates},{chain},{seconds:e},{rmae:e},{rmae_global:e},{rel_mse:e},{mean:e}"
+                    );
                 }
             }
         }
@@ -188,16 +171,16 @@ impl Report<'_> {
     }
 
     fn markdown(&self) -> String {
-        let mut text = format!(
-            "# Error over render time, by form of MIS\n\nFigure 1 of the supplement of Bitterli et al. 2020.\n\n{}\n{}",
-            origin(self.setup, self.command),
+        format!(
+            "# Error over render time, by form of MIS\n\nFigure 1 of the supplement of Bitterli et al. 2020.\n\n{}\n{}\n\
+             ## Claims\n\n{}{READING}{}{}{}",
+            self.setup.markdown(""),
             self.protocol(),
-        );
-        let _ = write!(text, "\n## Claims\n\n{}", claim::table(&claims::claims(self.findings, self.stripes)));
-        text += READING;
-        self.findings.iter().for_each(|findings| text += &scene(findings));
-        text += &self.few_candidates();
-        text + &self.unlike_targets()
+            claim::table(&claims::claims(self.findings, self.stripes)),
+            self.findings.iter().map(scene).collect::<String>(),
+            self.few_candidates(),
+            self.unlike_targets(),
+        )
     }
 
     fn protocol(&self) -> String {
@@ -230,37 +213,35 @@ impl Report<'_> {
     }
 
     fn few_candidates(&self) -> String {
-        let mut text = "\n## Few candidates\n\nThe paper expects its approximation, that a reservoir's sample is distributed as the target, \
-                        to need many candidates. The squared error (relMSE) of the proposed form over Talbot's, a frame, \
-                        with visibility reuse:\n\n| scene |"
-            .to_owned();
-        super::CANDIDATES.iter().for_each(|count| text += &format!(" {count} |"));
-        text += "\n|---|";
-        super::CANDIDATES.iter().for_each(|_| text += "---:|");
-        for findings in self.findings {
-            let _ = write!(text, "\n| {} |", findings.subject.name);
-            claims::gaps(findings).iter().for_each(|(_, gap)| text += &format!(" {} |", known(*gap)));
-        }
-        text + "\n\nTalbot's weights use the same approximation, so this is no distance from an ideal density, which is not known \
-                here.\n"
+        let row = |Findings { subject, candidates, .. }: &Findings| {
+            format!("| {} |{}\n", subject.name, columns(candidates.iter().map(|pair| known(pair.gap(&subject.truth)))))
+        };
+        format!(
+            "\n## Few candidates\n\nThe paper expects its approximation, that a reservoir's sample is distributed as the target, \
+             to need many candidates. The squared error (relMSE) of the proposed form over Talbot's, a frame, \
+             with visibility reuse:\n\n| scene |{}\n|---|{}\n{}\n\
+             Talbot's weights use the same approximation, so this is no distance from an ideal density, which is not known \
+             here.\n",
+            columns(CANDIDATES),
+            "---:|".repeat(CANDIDATES.len()),
+            self.findings.iter().map(row).collect::<String>(),
+        )
     }
 
     fn unlike_targets(&self) -> String {
-        let mut text = "\n## Targets that are not normalised\n\nA wall as in the third scene, with stripes whose albedo is a \
-                        hundredth: the targets of neighbours then differ a hundredfold in their integrals and not at all in \
-                        their normalised form. The relative variance of a frame over that of the same pixels' on the plain \
-                        wall or, of the dark stripes, of the pixels that would be there:\n\n\
-                        | form | bright stripes | dark stripes | mean over reference |\n|---|---:|---:|---:|\n"
-            .to_owned();
-        for (form, [bright, dark]) in claims::unlike(self.stripes).iter().enumerate() {
-            let (energy, _) = self.stripes.of[1].of[form].chains.energy(&self.stripes.walls[1].truth);
-            let _ = writeln!(
-                text,
-                "| {} | {bright} | {dark} | {:.4} ± {:.4} |",
-                FORMS[form].0, energy.value, energy.half_width
-            );
-        }
-        text
+        let [_, striped] = &self.stripes.walls;
+        let row = |(form, [bright, dark]): (usize, [Interval; 2])| {
+            let (energy, _) = self.stripes.of[1].of[form].chains.energy(&striped.truth);
+            format!("| {} | {bright} | {dark} | {energy:.4} |\n", FORMS[form].0)
+        };
+        format!(
+            "\n## Targets that are not normalised\n\nA wall as in the third scene, with stripes whose albedo is a \
+             hundredth: the targets of neighbours then differ a hundredfold in their integrals and not at all in \
+             their normalised form. The relative variance of a frame over that of the same pixels' on the plain \
+             wall or, of the dark stripes, of the pixels that would be there:\n\n\
+             | form | bright stripes | dark stripes | mean over reference |\n|---|---:|---:|---:|\n{}",
+            claims::unlike(self.stripes).into_iter().enumerate().map(row).collect::<String>(),
+        )
     }
 }
 
@@ -280,64 +261,56 @@ a frame costs; the tables below have both, and so say which of the two a claim l
   of rays.
 ";
 
-fn known(found: Option<Interval>) -> String {
-    found.map_or_else(|| REFUSED.to_owned(), |found| found.to_string())
+/// Cells of a row of a table, after its first.
+fn columns(cells: impl IntoIterator<Item = impl Display>) -> String {
+    cells.into_iter().map(|cell| format!(" {cell} |")).collect()
 }
 
 fn scene(f: &Findings) -> String {
-    let (subject, truth) = (&f.subject, &f.subject.truth);
-    let mut text = format!(
-        "\n## {}: {}\n\n![RMAE over time, rays and evaluations]({})\n\nReference: {} samples a pixel, mean {:.6} ± {:.6}, its \
-         noise adds {:.2e} to a relMSE. Of a frame and a pixel:\n\n\
+    let Subject { name, what, truth, reference_samples, .. } = &f.subject;
+    let of_pair = |pair: &Pair| -> String { (0..FORMS.len()).map(|form| configuration(truth, pair, form)).collect() };
+    let ratios = |pair: &Pair| {
+        let row = |what, ratio: fn(&Pair, &Truth, Per) -> Option<Interval>| {
+            let cells = columns(Per::ALL.map(|(per, _)| known(ratio(pair, truth, per))));
+            format!("| {} | {what} |{cells}\n", pair.setting.name)
+        };
+        row("RMAE", Pair::at_equal_rmae) + &row("relMSE", Pair::at_equal_mse)
+    };
+    format!(
+        "\n## {name}: {what}\n\n![RMAE over time, rays and evaluations]({})\n\nReference: {reference_samples} samples a pixel, \
+         mean {:.6} ± {:.6}, its noise adds {:.2e} to a relMSE. Of a frame and a pixel:\n\n\
          | configuration | ms | shadow rays | of them in combines | by the paper's count | evaluations | of them in combines | RMAE B | RMAE A | relRMSE | mean over reference | slope |\n\
-         |---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|\n",
-        subject.name,
-        subject.what,
+         |---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|\n{}\n\
+         What Talbot's form needs over the proposed one, for equal RMAE and for equal relMSE:\n\n\
+         | setting | for equal |{}\n|---|---|{}\n{}",
         f.plot_name(),
-        subject.reference_samples,
         truth.mean,
         fit::NORMAL * truth.mean_error,
         truth.relative_noise,
-    );
-    for pair in &f.pairs {
-        for (form, measured) in pair.of.iter().enumerate() {
-            text += &configuration(f, pair, form, measured);
-        }
-    }
-    text += "\nWhat Talbot's form needs over the proposed one, for equal RMAE and for equal relMSE:\n\n| setting | for equal |";
-    Per::ALL.iter().for_each(|(_, name)| text += &format!(" {name} |"));
-    text += "\n|---|---|";
-    Per::ALL.iter().for_each(|_| text += "---:|");
-    for pair in &f.pairs {
-        for what in ["RMAE", "relMSE"] {
-            let ratio =
-                |per| if what == "RMAE" { pair.at_equal_rmae(truth, per) } else { pair.at_equal_mse(truth, per) };
-            let _ = write!(text, "\n| {} | {what} |", pair.setting.name);
-            Per::ALL.iter().for_each(|(per, _)| text += &format!(" {} |", known(ratio(*per))));
-        }
-    }
-    text + "\n"
+        f.pairs.iter().map(of_pair).collect::<String>(),
+        columns(Per::ALL.map(|(_, name)| name)),
+        "---:|".repeat(Per::ALL.len()),
+        f.pairs.iter().map(ratios).collect::<String>(),
+    )
 }
 
 /// A row of the table of configurations.
-fn configuration(f: &Findings, pair: &Pair, form: usize, Measured { chains, cost }: &Measured) -> String {
-    let truth = &f.subject.truth;
-    let errors = Errors::mean(&chains.errors(truth, 1));
+fn configuration(truth: &Truth, Pair { setting, of }: &Pair, form: usize) -> String {
+    let Measured { chains, cost } = &of[form];
+    let errors = Errors::mean(chains.errors(truth, 1));
     let (energy, _) = chains.energy(truth);
-    let slope = chains.slope(truth).map_or_else(|| "-".to_owned(), |s| format!("{:.3} ± {:.3}", s.value, s.half_width));
     format!(
-        "| {} | {:.2} | {:.3} | {:.3} | {} | {:.3} | {:.3} | {:.4} | {:.4} | {:.4} | {:.4} ± {:.4} | {slope} |\n",
-        curve(FORMS[form].0, &pair.setting),
+        "| {} | {:.2} | {:.3} | {:.3} | {} | {:.3} | {:.3} | {:.4} | {:.4} | {:.4} | {energy:.4} | {} |\n",
+        setting.curve(FORMS[form].0),
         1e3 * chains.seconds_a_frame(),
         cost.shadow_rays,
         cost.combine_rays,
-        counted_rays(form, &pair.setting.settings),
+        counted_rays(form, &setting.settings),
         cost.evaluations,
         cost.combine_evaluations,
         errors.rmae_global,
         errors.rmae,
         errors.rel_mse.sqrt(),
-        energy.value,
-        energy.half_width,
+        if_any(chains.slope(truth)),
     )
 }
