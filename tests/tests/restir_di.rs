@@ -15,10 +15,10 @@ use restir_shared::pack::decode_unit_vector;
 use restir_shared::resample::mis::{Combine, Mis};
 use restir_shared::resample::packed::LEVELS;
 use restir_shared::scene::{AddressedLights, AnyScene, LightAddress, Surface, Trace};
+use restir_shared::technique::path::PathParams;
 use restir_shared::technique::restir_di::{
     self as passes, DI_FINAL_RAY, DI_MIS_VISIBILITY, DI_OTHER_FRAME, DiPairs, DiParams, DiPoint, Stored,
 };
-use restir_shared::technique::path::PathParams;
 use restir_tests::bias::{ensure_biased, ensure_unbiased, film_moments, path_moments};
 use restir_tests::capture::{Capture, captured, last};
 use restir_tests::native::{changed, edit, film, film_over, plan};

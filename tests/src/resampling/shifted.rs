@@ -60,8 +60,9 @@ impl Measured {
 
     /// The value of each stage that is least like 1.
     pub fn worst(&self) -> [&ZTest; 3] {
-        let of = |stage: &[ZTest]| stage.iter().min_by(|a, b| a.p.total_cmp(&b.p));
-        std::array::from_fn(|i| of(&self.tests[i * VALUES..(i + 1) * VALUES]).expect("a stage has values"))
+        let mut stages =
+            self.tests.chunks(VALUES).map(|stage| stage.iter().max_by(|a, b| a.z.abs().total_cmp(&b.z.abs())));
+        std::array::from_fn(|_| stages.next().flatten().expect("each stage has values"))
     }
 
     /// Whether each stage has a value that is refused.
