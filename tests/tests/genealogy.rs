@@ -157,7 +157,9 @@ fn a_false_chain_is_seen() -> Result<(), Failed> {
     ensure(chain.len() > 3, || format!("too short to be falsified: {chain:?}"))?;
     ensure_true(&scene, &render, &chain)?;
     let changes: [fn(&mut Vec<Generation>); 4] = [
-        |chain| drop(chain.remove(1)),
+        |chain| {
+            chain.remove(1);
+        },
         |chain| chain[1].pixel += 1,
         |chain| {
             chain[1].word.y ^= 1;
