@@ -11,7 +11,7 @@ use restir_shared::camera::primary_ray;
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::glam::{Vec2, Vec3};
 use restir_shared::rng::Rng;
-use restir_shared::scene::{Lights, Surface, Trace};
+use restir_shared::scene::{Lights, Surface, SurfacePoint, Trace};
 use restir_shared::technique::path::radiance;
 use restir_tests::meshes::{self, cube};
 use restir_tests::num::accuracy::srgb_decode;
@@ -49,13 +49,9 @@ fn z(moments: &Moments, exact: f64, slack: f64) -> f64 {
 }
 
 fn assert_mean(what: &str, moments: &Moments, exact: f64, slack: f64) {
-    let z = z(moments, exact, slack);
-    println!("{what}: {:.6} +- {:.1e} for {exact:.6}, z {z:.2}", moments.mean(), moments.standard_error());
-    assert!(
-        z.abs() <= two_sided_threshold(FALSE_ALARM),
-        "{what}: {} is {z:.1} standard errors from {exact}",
-        moments.mean()
-    );
+    let (mean, z) = (moments.mean(), z(moments, exact, slack));
+    println!("{what}: {mean:.6} +- {:.1e} for {exact:.6}, z {z:.2}", moments.standard_error());
+    assert!(z.abs() <= two_sided_threshold(FALSE_ALARM), "{what}: {mean} is {z:.1} standard errors from {exact}");
 }
 
 fn assert_close(what: &str, value: f64, exact: f64, tolerance: f64) {
@@ -64,15 +60,15 @@ fn assert_close(what: &str, value: f64, exact: f64, tolerance: f64) {
 
 const REFLECTANCE: f32 = 0.5;
 
+fn quad(positions: [[f32; 3]; 4], uvs: [[f32; 2]; 4]) -> Mesh {
+    let indices = vec![[0, 1, 2], [0, 2, 3]];
+    Mesh { positions: positions.into(), uvs: uvs.into(), indices, ..Mesh::default() }
+}
+
 /// A square of side 2 `half` in the plane y = 0, facing up, with (0, 0) of its texture coordinates at (-x, -z).
 fn floor_mesh(half: f32) -> Mesh {
-    Mesh {
-        name: "floor".to_owned(),
-        positions: vec![[-half, 0.0, -half], [-half, 0.0, half], [half, 0.0, half], [half, 0.0, -half]],
-        uvs: vec![[0.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, 0.0]],
-        indices: vec![[0, 1, 2], [0, 2, 3]],
-        ..Mesh::default()
-    }
+    let corners = [[-half, 0.0, -half], [-half, 0.0, half], [half, 0.0, half], [half, 0.0, -half]];
+    quad(corners, [[0.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, 0.0]])
 }
 
 fn scene_of(meshes: Vec<Mesh>, materials: Vec<Material>) -> Scene {
@@ -300,17 +296,16 @@ fn textures_are_interpolated() {
                 ior: 1.5,
                 ..Material::emitter("m", [1.0; 3], [2.0; 3])
             };
-            let scene = Scene { textures: vec![image.clone()], ..scene_of(vec![floor_mesh(1.0)], vec![material]) };
-            let buffers = built(&scene);
+            let textures = vec![image.clone()];
+            let buffers = built(&Scene { textures, ..scene_of(vec![floor_mesh(1.0)], vec![material]) });
             // the BVH may have exchanged the triangles: their third corners tell
-            let exchanged =
-                buffers.view().surface(&down([0.0, 1.0, 0.0]), &hit(0, Vec2::new(0.0, 1.0))).position.z < 0.0;
+            let exchanged = surface(&buffers, 0, Vec2::new(0.0, 1.0)).position.z < 0.0;
             let mut random = SplitMix::new(9);
             for _ in 0..4_000 {
                 let b = DVec2::new(random.unit(), random.unit()).as_vec2();
                 let b = if b.x + b.y > 1.0 { Vec2::ONE - b } else { b };
                 let id = u32::from(random.unit() < 0.5);
-                let point = buffers.view().surface(&down([0.0, 1.0, 0.0]), &hit(id, b));
+                let point = surface(&buffers, id, b);
                 let uv = uv_of((id as usize) ^ usize::from(exchanged), b);
                 // coordinates of up to 4 and their products carry 1e-6; texels of a width of 13 differ by up to 1
                 let tolerance = if filter == Filter::Linear { 13.0 * 4.0e-6 } else { 1.0e-6 };
@@ -328,27 +323,21 @@ fn textures_are_interpolated() {
     }
 }
 
-fn hit(id: u32, uv: Vec2) -> Hit {
-    Hit { t: 1.0, id, uv }
+/// What a ray from above finds at a point of a triangle.
+fn surface(buffers: &SceneBuffers, id: u32, uv: Vec2) -> SurfacePoint {
+    buffers.view().surface(&down([0.0, 1.0, 0.0]), &Hit { t: 1.0, id, uv })
 }
 
 /// The floor under a square of side 1 at height 1 that emits an image downwards.
 fn textured_light_has_its_irradiance() {
     let image = random_texture([4, 4], 8);
     let used = TextureUse::new(0);
-    let lamp = Mesh {
-        positions: vec![[-0.5, 1.0, -0.5], [0.5, 1.0, -0.5], [0.5, 1.0, 0.5], [-0.5, 1.0, 0.5]],
-        uvs: vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]],
-        indices: vec![[0, 1, 2], [0, 2, 3]],
-        material: 1,
-        ..Mesh::default()
-    };
+    let corners = [[-0.5, 1.0, -0.5], [0.5, 1.0, -0.5], [0.5, 1.0, 0.5], [-0.5, 1.0, 0.5]];
+    let lamp = Mesh { material: 1, ..quad(corners, [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]) };
     let emitter = Material { emission_texture: Some(used), ..Material::emitter("lamp", [0.0; 3], [5.0; 3]) };
-    let scene = Scene {
-        textures: vec![image.clone()],
-        ..scene_of(vec![floor_mesh(4.0), lamp], vec![Material::diffuse("floor", [REFLECTANCE; 3]), emitter])
-    };
-    let buffers = built(&scene);
+    let materials = vec![Material::diffuse("floor", [REFLECTANCE; 3]), emitter];
+    let textures = vec![image.clone()];
+    let buffers = built(&Scene { textures, ..scene_of(vec![floor_mesh(4.0), lamp], materials) });
     let (x, z) = (0.2_f64, 0.6_f64);
     let irradiance = mean(|[u, v]| {
         let to_lamp = DVec3::new(u - 0.5 - x, 1.0, v - 0.5 - z);
@@ -377,7 +366,7 @@ fn normal_maps_turn_the_normal() {
             ..Material::diffuse("mapped", [0.5; 3])
         };
         let scene = Scene { textures: vec![texture([1, 1], vec![code])], ..scene_of(vec![mesh], vec![material]) };
-        let point = built(&scene).view().surface(&down([0.0, 1.0, 0.0]), &hit(0, Vec2::new(0.3, 0.2)));
+        let point = surface(&built(&scene), 0, Vec2::new(0.3, 0.2));
         let along_u = if flip_u { -DVec3::X } else { DVec3::X };
         // v grows along +z
         let exact = ((along_u * x - DVec3::Z * y) * f64::from(scale) + DVec3::Y * z).normalize();

@@ -19,22 +19,22 @@ const FORMS: [Mis; 3] = [Mis::TALBOT, Mis::PAIRWISE.with(Mis::DEFENSIVE), Mis::C
 /// Means, relative to the truth, over the blocks of one chain whose history counts for at most [`CAP`] frames.
 fn block_means<T: Real>(form: Mis) -> Vec<f64> {
     let mut random = SplitMix::new(11);
-    let mut history = (Kept::default(), T::ZERO, T::ZERO);
+    let mut history = (0, T::ZERO, T::ZERO);
     let mut blocks = Vec::new();
     let mut sum = 0.0;
     for merge in 1..=MERGES {
         let fresh = Kept::draw(&mut random, LIGHTS, 4, |light| target(0, light));
-        let (old, old_weight, confidence) = history;
+        let (light, weight, confidence) = history;
         let capped: f64 = confidence.into();
-        let carried = [(fresh.light, T::of(fresh.weight), T::ONE), (old.light, old_weight, T::of(capped.min(CAP)))];
+        let carried = [(fresh.light, T::of(fresh.weight), T::ONE), (light, weight, T::of(capped.min(CAP)))];
         let p = |i: usize| T::of(target(0, carried[i].0));
         let inputs = [0, 1].map(|i| Input { confidence: carried[i].2, contribution: p(i) * carried[i].1 });
-        let combined =
-            Form::Library(form).combine(&inputs, |_, i| p(i), || T::of((random.word() >> 40) as f64 / 16_777_216.0));
+        let u = || T::of((random.word() >> 40) as f64 / 16_777_216.0);
+        let combined = Form::Library(form).combine(&inputs, |_, i| p(i), u);
         let selected = combined.reservoir.sample;
         let weight = combined.reservoir.contribution_weight(combined.share, p(selected));
         let light = carried[selected].0;
-        history = (Kept { light, weight: 0.0 }, weight, combined.reservoir.confidence);
+        history = (light, weight, combined.reservoir.confidence);
         let confidence: f64 = history.2.into();
         let expected = (merge as f64).min(CAP + 1.0);
         assert!(confidence == expected, "merge {merge}: the confidence is {confidence}");
