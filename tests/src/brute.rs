@@ -64,13 +64,10 @@ impl<'a> Triangles<'a> {
     /// The closest hit over all triangles: its definition.
     pub fn closest(&self, ray: &Ray) -> Hit {
         let (test, slab) = (TriangleTest::new(ray), self.slab(ray));
-        (0..self.len()).map(|id| self.hit(&test, &slab, id)).filter(|hit| hit.is_hit() && hit.t < ray.t_max).fold(
-            Hit::MISS,
-            |best, hit| {
-                let before = !best.is_hit() || hit.t < best.t || (hit.t == best.t && hit.id < best.id);
-                if before { hit } else { best }
-            },
-        )
+        let hits = (0..self.len()).map(|id| self.hit(&test, &slab, id));
+        let hits = hits.filter(|hit| hit.is_hit() && hit.t < ray.t_max);
+        // of equal ones the first, which has the lowest id
+        hits.min_by(|a, b| a.t.partial_cmp(&b.t).expect("a distance is a number")).unwrap_or(Hit::MISS)
     }
 
     /// Whether some node or triangle of the hierarchy that `boxes` does not cull passes `rule` and is hit: a traversal

@@ -185,7 +185,7 @@ impl Shadow {
     }
 
     /// The frame of Heitz 2018: the stretched viewer and two vectors across, the first of them horizontal.
-    fn frame(&self) -> [DVec3; 3] {
+    pub fn frame(&self) -> [DVec3; 3] {
         let w = DVec3::new(self.alpha * self.wo.x, self.alpha * self.wo.y, self.wo.z).normalize();
         let across = DVec3::new(-w.y, w.x, 0.0);
         let t1 = if across.length() > 0.0 { across.normalize() } else { DVec3::X };

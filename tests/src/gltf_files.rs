@@ -1,10 +1,11 @@
 //! Small glTF files with textures, lights and every extension that the importer reads, written independently of the
 //! exporter.
 
-use glam::DVec2;
+use glam::{DVec2, Vec3};
 use restir_host::scene::Scene;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Debug;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -56,10 +57,8 @@ impl File {
         let bytes: Vec<u8> = values.iter().flat_map(|x| x.to_le_bytes()).collect();
         let view = self.view(&bytes);
         let count = values.len() / components;
-        self.add(
-            "accessors",
-            json!({ "bufferView": view, "componentType": 5126, "count": count, "type": format!("VEC{components}") }),
-        )
+        let kind = format!("VEC{components}");
+        self.add("accessors", json!({ "bufferView": view, "componentType": 5126, "count": count, "type": kind }))
     }
 
     /// A quadrilateral whose texture coordinates reach from 0 to `repeats`; with tangents where it has normals.
@@ -73,20 +72,13 @@ impl File {
     ) {
         let uvs = [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]].map(|uv| uv.map(|x| repeats * x));
         let positions = self.floats(corners.as_flattened(), 3);
-        let bound = |of: fn(f32, f32) -> f32| {
-            corners.into_iter().reduce(|a, b| [of(a[0], b[0]), of(a[1], b[1]), of(a[2], b[2])])
-        };
-        self.document["accessors"][positions]["min"] = json!(bound(f32::min));
-        self.document["accessors"][positions]["max"] = json!(bound(f32::max));
-        let mut attributes = json!({
-            "POSITION": positions,
-            "TEXCOORD_0": self.floats(uvs.as_flattened(), 2),
-        });
+        let bound = |of: fn(Vec3, Vec3) -> Vec3| corners.map(Vec3::from).into_iter().reduce(of).map(|v| v.to_array());
+        self.document["accessors"][positions]["min"] = json!(bound(Vec3::min));
+        self.document["accessors"][positions]["max"] = json!(bound(Vec3::max));
+        let mut attributes = json!({ "POSITION": positions, "TEXCOORD_0": self.floats(uvs.as_flattened(), 2) });
         if let Some(normals) = normals {
-            let tangents = normals.map(|[x, y, _]| {
-                let along = DVec2::new(f64::from(y), -f64::from(x)).normalize().as_vec2();
-                [along.x, along.y, 0.0, 1.0]
-            });
+            let along = |[x, y, _]: [f32; 3]| DVec2::new(y.into(), -f64::from(x)).normalize().as_vec2();
+            let tangents = normals.map(|normal| along(normal).extend(0.0).extend(1.0).to_array());
             attributes["NORMAL"] = json!(self.floats(normals.as_flattened(), 3));
             attributes["TANGENT"] = json!(self.floats(tangents.as_flattened(), 4));
         }
@@ -213,31 +205,31 @@ pub fn textured() -> Vec<(&'static str, Vec<u8>)> {
     let base = |info: Value, sampler: Value| with(painted(info), &[(colors(), sampler)]);
     let moved = json!({ "offset": [0.3, -0.2], "rotation": 0.5, "scale": [1.5, 0.7] });
     let moved = json!({ "index": 0, "extensions": { "KHR_texture_transform": moved } });
-    let mut files = BTreeMap::from([
+    let metal = json!({ "pbrMetallicRoughness": { "metallicRoughnessTexture": { "index": 0 },
+        "baseColorFactor": [0.9, 0.7, 0.3, 1.0] } });
+    let mut bumpy = painted(json!({ "index": 1 }));
+    bumpy["normalTexture"] = json!({ "index": 0, "scale": 0.7 });
+    let glowing = json!({ "emissiveTexture": { "index": 0 }, "emissiveFactor": [1.0, 0.5, 1.0], "doubleSided": true,
+        "extensions": { "KHR_materials_emissive_strength": { "emissiveStrength": 3.0 } } });
+    let leaf = json!({ "pbrMetallicRoughness": { "metallicFactor": 0.0 }, "extensions": {
+        "KHR_materials_diffuse_transmission": {
+            "diffuseTransmissionFactor": 0.4, "diffuseTransmissionColorFactor": [0.4, 0.9, 0.3] } } });
+    let files = [
         ("nearest", base(json!({ "index": 0 }), sampler(NEAREST, [REPEAT; 2]))),
         ("linear", base(json!({ "index": 0 }), smooth())),
         ("mirror-clamp", base(json!({ "index": 0 }), sampler(LINEAR, [MIRROR, CLAMP]))),
         ("clamp-mirror-nearest", base(json!({ "index": 0 }), sampler(NEAREST, [CLAMP, MIRROR]))),
         ("transform", base(moved.clone(), smooth())),
         ("jpeg", with(painted(json!({ "index": 0 })), &[(JPEG.to_vec(), smooth())])),
-    ]);
-    let metal = json!({ "pbrMetallicRoughness": { "metallicRoughnessTexture": { "index": 0 },
-        "baseColorFactor": [0.9, 0.7, 0.3, 1.0] } });
-    files.insert("metallic-roughness", with(metal, &[(metallic_roughness(), smooth())]));
-    let mut bumpy = painted(json!({ "index": 1 }));
-    bumpy["normalTexture"] = json!({ "index": 0, "scale": 0.7 });
-    files.insert("normal-map", with(bumpy, &[(bumps(), smooth()), (colors(), smooth())]));
-    let glowing = json!({ "emissiveTexture": { "index": 0 }, "emissiveFactor": [1.0, 0.5, 1.0], "doubleSided": true,
-        "extensions": { "KHR_materials_emissive_strength": { "emissiveStrength": 3.0 } } });
-    files.insert("emission", with(glowing, &[(colors(), sampler(NEAREST, [REPEAT; 2]))]));
-    files.insert("glass", stage(glass()));
-    let leaf = json!({ "pbrMetallicRoughness": { "metallicFactor": 0.0 }, "extensions": {
-        "KHR_materials_diffuse_transmission": {
-            "diffuseTransmissionFactor": 0.4, "diffuseTransmissionColorFactor": [0.4, 0.9, 0.3] } } });
-    files.insert("leaf", stage(leaf));
-    files.insert("lights", lights());
-    files.insert("everything", everything(moved));
-    files.into_iter().map(|(name, file)| (name, file.glb())).collect()
+        ("metallic-roughness", with(metal, &[(metallic_roughness(), smooth())])),
+        ("normal-map", with(bumpy, &[(bumps(), smooth()), (colors(), smooth())])),
+        ("emission", with(glowing, &[(colors(), sampler(NEAREST, [REPEAT; 2]))])),
+        ("glass", stage(glass())),
+        ("leaf", stage(leaf)),
+        ("lights", lights()),
+        ("everything", everything(moved)),
+    ];
+    files.map(|(name, file)| (name, file.glb())).into()
 }
 
 fn glass() -> Value {
@@ -250,10 +242,7 @@ fn glass() -> Value {
 
 /// A point, a spot and a directional light, the last two turned to shine down and to the back.
 fn lights() -> File {
-    let mut file = stage(painted(Value::Null));
-    if let Some(surface) = file.document["materials"][0]["pbrMetallicRoughness"].as_object_mut() {
-        surface.remove("baseColorTexture");
-    }
+    let mut file = stage(json!({ "pbrMetallicRoughness": { "metallicFactor": 0.0, "roughnessFactor": 0.8 } }));
     file.document["extensions"] = json!({ "KHR_lights_punctual": { "lights": [
         { "type": "point", "intensity": 2.0, "color": [1.0, 0.4, 0.2] },
         { "type": "spot", "intensity": 9.0, "spot": { "innerConeAngle": 0.2, "outerConeAngle": 0.6 } },
@@ -342,15 +331,13 @@ pub fn renumbered(scene: &Scene) -> Scene {
 /// The first line in which two scenes differ when all of their numbers are written out; every bit counts. The name and
 /// the environment, which a file does not have, do not.
 pub fn difference(a: &Scene, b: &Scene) -> Option<String> {
-    let lines = |scene: &Scene| -> Vec<String> {
-        let scene = renumbered(scene);
-        let meshes = scene.meshes.iter().map(|mesh| format!("{mesh:?}"));
-        let instances = scene.instances.iter().map(|instance| format!("{instance:?}"));
-        let materials = scene.materials.iter().map(|material| format!("{material:?}"));
-        let textures = scene.textures.iter().map(|texture| format!("{texture:?}"));
-        let lights = scene.lights.iter().map(|light| format!("{light:?}"));
-        let view = [format!("{:?} {:?}", scene.camera, scene.default_size)];
-        meshes.chain(instances).chain(materials).chain(textures).chain(lights).chain(view).collect()
+    fn each<T: Debug>(parts: &[T]) -> Vec<String> {
+        parts.iter().map(|part| format!("{part:?}")).collect()
+    }
+    let lines = |scene: &Scene| {
+        let Scene { meshes, instances, materials, textures, lights, camera, default_size, .. } = renumbered(scene);
+        let view = each(&[(camera, default_size)]);
+        [each(&meshes), each(&instances), each(&materials), each(&textures), each(&lights), view].concat()
     };
     let (a, b) = (lines(a), lines(b));
     if a.len() != b.len() {

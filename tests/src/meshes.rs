@@ -10,16 +10,19 @@ fn mesh(name: &str, positions: Vec<[f32; 3]>, indices: Vec<[u32; 3]>) -> Mesh {
     Mesh { name: name.to_owned(), positions, indices, ..Mesh::default() }
 }
 
+/// Places of a grid, row by row.
+fn grid(width: u32, height: u32) -> impl Iterator<Item = (u32, u32)> {
+    (0..height).flat_map(move |j| (0..width).map(move |i| (i, j)))
+}
+
 /// A closed grid of quads over (turn, height): `at(u, v)` with u in [0, 1) around and v in [0, 1] along.
 fn lathe(name: &str, around: u32, along: u32, closed: bool, at: impl Fn(f64, f64) -> [f64; 3]) -> Mesh {
     let rows = if closed { along } else { along + 1 };
     let vertex = |i: u32, j: u32| (j % rows) * around + i % around;
-    let positions = (0..rows)
-        .flat_map(|j| (0..around).map(move |i| (i, j)))
+    let positions = grid(around, rows)
         .map(|(i, j)| at(f64::from(i) / f64::from(around), f64::from(j) / f64::from(along)).map(|x| x as f32))
         .collect();
-    let indices = (0..along)
-        .flat_map(|j| (0..around).map(move |i| (i, j)))
+    let indices = grid(around, along)
         .flat_map(|(i, j)| {
             let [a, b, c, d] = [vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)];
             [[a, b, c], [a, c, d]]
@@ -48,7 +51,7 @@ pub fn torus(major: f64, minor: f64, around: u32, along: u32) -> Mesh {
     })
 }
 
-/// The cube from -`half` to `half`, each face a grid of `n` by `n` quads with exact coordinates.
+/// The cube from -`half` to `half`, front sides out, each face a grid of `n` by `n` quads with exact coordinates.
 pub fn cube(half: f32, n: u32) -> Mesh {
     let mut positions = Vec::new();
     let mut indices = Vec::new();
@@ -56,21 +59,17 @@ pub fn cube(half: f32, n: u32) -> Mesh {
     for face in 0..6_usize {
         let (axis, side) = (face / 2, if face % 2 == 0 { -half } else { half });
         let first = positions.len() as u32;
-        for j in 0..=n {
-            for i in 0..=n {
-                let mut p = [side; 3];
-                p[(axis + 1) % 3] = i as f32 * step - half;
-                p[(axis + 2) % 3] = j as f32 * step - half;
-                positions.push(p);
-            }
-        }
-        for j in 0..n {
-            for i in 0..n {
-                let a = first + j * (n + 1) + i;
-                let [b, c, d] = [a + 1, a + n + 2, a + n + 1];
-                indices.extend([[a, b, c], [a, c, d]]);
-            }
-        }
+        positions.extend(grid(n + 1, n + 1).map(|(i, j)| {
+            let mut p = [side; 3];
+            p[(axis + 1) % 3] = i as f32 * step - half;
+            p[(axis + 2) % 3] = j as f32 * step - half;
+            p
+        }));
+        indices.extend(grid(n, n).flat_map(|(i, j)| {
+            let a = first + j * (n + 1) + i;
+            let [b, c, d] = [a + 1, a + n + 2, a + n + 1];
+            if side > 0.0 { [[a, b, c], [a, c, d]] } else { [[a, c, b], [a, d, c]] }
+        }));
     }
     mesh("cube", positions, indices)
 }
@@ -78,22 +77,18 @@ pub fn cube(half: f32, n: u32) -> Mesh {
 /// Unconnected triangles of all sizes, among them tiny ones.
 pub fn soup(count: u32, stream: u64) -> Mesh {
     let mut random = SplitMix::new(stream);
-    let mut positions = Vec::new();
-    for _ in 0..count {
+    let triangle = |_| {
         let centre = [0; 3].map(|_| random.range(-1.0, 1.0));
         let size = 10.0_f64.powf(random.range(-5.0, 0.0));
-        for _ in 0..3 {
-            positions.push(centre.map(|x| (x + size * random.range(-1.0, 1.0)) as f32));
-        }
-    }
-    unconnected("soup", positions)
+        [0; 3].map(|_| centre.map(|x| (x + size * random.range(-1.0, 1.0)) as f32))
+    };
+    unconnected("soup", (0..count).flat_map(triangle).collect())
 }
 
 /// Long triangles a few units in the last place wide, some along an axis.
 pub fn slivers(count: u32) -> Mesh {
     let mut random = SplitMix::new(11);
-    let mut positions = Vec::new();
-    for i in 0..count {
+    let triangle = |i| {
         let a = [0; 3].map(|_| random.range(-1.0, 1.0) as f32);
         let mut b = [0; 3].map(|_| random.range(-1.0, 1.0) as f32);
         if i % 4 == 0 {
@@ -105,44 +100,40 @@ pub fn slivers(count: u32) -> Mesh {
             let along = f64::from(a[k]) + t * (f64::from(b[k]) - f64::from(a[k]));
             (along + width * random.range(-1.0, 1.0)) as f32
         });
-        positions.extend([a, b, c]);
-    }
-    unconnected("slivers", positions)
+        [a, b, c]
+    };
+    unconnected("slivers", (0..count).flat_map(triangle).collect())
 }
 
 /// Layers in one plane: every triangle twice, others overlapping them, some turned over.
 pub fn stack(layers: u32) -> Mesh {
-    let mut positions = Vec::new();
-    for layer in 0..layers {
+    let pair = |layer| {
         let z = (layer / 4) as f32 * 0.125;
         let shift = (layer % 2) as f32 * 0.25;
         let mut corners = [[-1.0, -1.0, z], [1.0 + shift, -1.0, z], [shift, 1.0, z]];
         if layer % 3 == 0 {
             corners.reverse();
         }
-        positions.extend(corners);
-        positions.extend(corners);
-    }
-    unconnected("stack", positions)
+        [corners; 2].concat()
+    };
+    unconnected("stack", (0..layers).flat_map(pair).collect())
+}
+
+/// The mesh under another name, with each coordinate mapped.
+fn mapped(mut mesh: Mesh, name: String, map: impl Fn(f32) -> f32) -> Mesh {
+    mesh.positions.as_flattened_mut().iter_mut().for_each(|x| *x = map(*x));
+    Mesh { name, ..mesh }
 }
 
 /// [`cube`], far from the origin along all axes.
 pub fn far_grid(half: f32, n: u32, offset: f32) -> Mesh {
-    let mut grid = cube(half, n);
-    for p in &mut grid.positions {
-        *p = p.map(|x| x + offset);
-    }
-    grid.name = "far grid".to_owned();
-    grid
+    mapped(cube(half, n), "far grid".to_owned(), |x| x + offset)
 }
 
 /// The mesh, scaled about the origin.
-pub fn scaled(mut mesh: Mesh, factor: f32) -> Mesh {
-    for p in &mut mesh.positions {
-        *p = p.map(|x| x * factor);
-    }
-    mesh.name = format!("{} x {factor:e}", mesh.name);
-    mesh
+pub fn scaled(mesh: Mesh, factor: f32) -> Mesh {
+    let name = format!("{} x {factor:e}", mesh.name);
+    mapped(mesh, name, |x| x * factor)
 }
 
 fn unconnected(name: &str, positions: Vec<[f32; 3]>) -> Mesh {

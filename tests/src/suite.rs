@@ -6,13 +6,32 @@ use std::process::ExitCode;
 /// A check: it panics or returns an error if it fails.
 pub type Check = fn() -> Result<(), Failed>;
 
+/// What the function of a check returns: nothing, or an error where it may meet one.
+pub trait Outcome {
+    /// The same as the test's.
+    fn result(self) -> Result<(), Failed>;
+}
+
+impl Outcome for () {
+    fn result(self) -> Result<(), Failed> {
+        Ok(())
+    }
+}
+
+impl Outcome for Result<(), Failed> {
+    fn result(self) -> Self {
+        self
+    }
+}
+
 /// Checks under the names of their functions; those of a module under its name too.
 #[macro_export]
 macro_rules! checks {
-    ($($check:ident)*) => { [$((stringify!($check), $check as $crate::suite::Check)),*] };
+    ($($check:ident)*) => { [$($crate::checks!(@ stringify!($check), $check)),*] };
     ($($module:ident { $($check:ident)* })*) => {
-        [$($((concat!(stringify!($module), "::", stringify!($check)), $module::$check as $crate::suite::Check)),*),*]
+        [$($($crate::checks!(@ concat!(stringify!($module), "::", stringify!($check)), $module::$check)),*),*]
     };
+    (@ $name:expr, $check:path) => { ($name, (|| $crate::suite::Outcome::result($check())) as $crate::suite::Check) };
 }
 
 /// The `main` of a suite that is [`checks!`] and nothing else.

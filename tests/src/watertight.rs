@@ -14,6 +14,18 @@ const MARGIN: f32 = 1.0 / 2048.0;
 /// Tries to find an origin; where the mesh is thin there is none.
 const TRIES: usize = 10_000;
 
+/// A vertex, the middle of an edge or any point of an edge.
+pub fn on_edge(triangles: &Triangles, random: &mut SplitMix) -> Vec3 {
+    let corners = triangles.get(random.below(triangles.len()));
+    let first = random.below(3);
+    let (a, b) = (corners[first], corners[(first + 1) % 3]);
+    match random.below(3) {
+        0 => a,
+        1 => (a + b) * 0.5,
+        _ => a + (b - a) * random.unit() as f32,
+    }
+}
+
 /// A closed mesh whose triangles face outwards.
 pub struct Closed<'a> {
     buffers: &'a SceneBuffers,
@@ -50,11 +62,8 @@ impl<'a> Closed<'a> {
             let (start, inwards) = ((a + b + c) * (1.0 / 3.0), -normalize(cross(b - a, c - a)));
             let thickness = self.closest(start + inwards * margin, inwards).t;
             let origin = start + inwards * (thickness * random.range(0.25, 0.75) as f32);
-            let axes = [Vec3::X, Vec3::Y, Vec3::Z];
-            axes.iter()
-                .flat_map(|&axis| [axis, -axis])
-                .all(|axis| self.sees_back(origin, axis, margin))
-                .then_some(origin)
+            let axes = Vec3::AXES.into_iter().flat_map(|axis| [axis, -axis]);
+            axes.into_iter().all(|axis| self.sees_back(origin, axis, margin)).then_some(origin)
         };
         (0..TRIES).find_map(candidate).expect("most normals of a closed mesh lead inside")
     }
@@ -72,25 +81,13 @@ impl<'a> Closed<'a> {
         }
     }
 
-    /// A vertex, the middle of an edge or any point of an edge.
-    fn target(&self, random: &mut SplitMix) -> Vec3 {
-        let corners = self.triangles.get(random.below(self.triangles.len()));
-        let first = random.below(3);
-        let (a, b) = (corners[first], corners[(first + 1) % 3]);
-        match random.below(3) {
-            0 => a,
-            1 => (a + b) * 0.5,
-            _ => a + (b - a) * random.unit() as f32,
-        }
-    }
-
     /// The rays of a stream, out of [`Self::RAYS`], that leave the mesh unnoticed.
     pub fn escaping(&self, stream: u64) -> Vec<Ray> {
         let random = &mut SplitMix::new(stream);
         let origin = self.origin(random);
         let tracer = self.buffers.tracer();
         (0..Self::RAYS)
-            .map(|_| Ray { origin, direction: self.target(random) - origin, t_max: Ray::FAR })
+            .map(|_| Ray { origin, direction: on_edge(&self.triangles, random) - origin, t_max: Ray::FAR })
             .filter(|ray| !(tracer.closest(ray).is_hit() && tracer.occluded(ray)))
             .collect()
     }

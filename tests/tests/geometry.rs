@@ -15,8 +15,8 @@ use restir_tests::data;
 use restir_tests::meshes::{buffers, cube, far_grid, scaled, slivers, soup, sphere, stack, torus};
 use restir_tests::random::SplitMix;
 use restir_tests::rays::adversarial;
-use restir_tests::suite::{ensure, trials};
-use restir_tests::watertight;
+use restir_tests::suite::trials;
+use restir_tests::watertight::{self, on_edge};
 use std::process::ExitCode;
 
 /// Rays against each procedural mesh; there are ten.
@@ -65,31 +65,26 @@ fn traversals(buffers: &SceneBuffers) -> Vec<(String, Box<dyn Trace + Sync + '_>
 }
 
 /// Compares `closest` and `occluded` of all traversals with brute force; gives the share of rays that hit.
-fn compare(buffers: &SceneBuffers, rays: u64, stream: u64) -> Result<f64, Failed> {
+fn compare(what: &str, buffers: &SceneBuffers, rays: u64, stream: u64) -> f64 {
     let triangles = Triangles::new(buffers.view());
     let traversals = traversals(buffers);
-    let hits = (0..rays)
-        .into_par_iter()
-        .map(|i| {
-            let ray = adversarial(&triangles, &mut SplitMix::new(stream << 40 | i));
-            let expected = triangles.closest(&ray);
-            for (name, tracer) in &traversals {
-                let found = tracer.closest(&ray);
-                if bits(&found) != bits(&expected) {
-                    let ray = describe(&ray);
-                    return Err(format!("{name}: ray {i} {ray}: {found:?}, by brute force {expected:?}"));
-                }
-                if tracer.occluded(&ray) != expected.is_hit() {
-                    return Err(format!("{name}: ray {i} {}: occluded differs from closest", describe(&ray)));
-                }
-            }
-            Ok(u64::from(expected.is_hit()))
-        })
-        .try_reduce(|| 0, |a, b| Ok(a + b))?;
-    Ok(hits as f64 / rays as f64)
+    let is_hit = |&i: &u64| {
+        let ray = adversarial(&triangles, &mut SplitMix::new(stream << 40 | i));
+        let expected = triangles.closest(&ray);
+        for (name, tracer) in &traversals {
+            let (found, at) = (tracer.closest(&ray), || format!("{what}, {name}: ray {i} {}", describe(&ray)));
+            assert!(bits(&found) == bits(&expected), "{}: {found:?}, by brute force {expected:?}", at());
+            assert!(tracer.occluded(&ray) == expected.is_hit(), "{}: occluded differs from closest", at());
+        }
+        expected.is_hit()
+    };
+    let share = (0..rays).into_par_iter().filter(is_hit).count() as f64 / rays as f64;
+    println!("{what}: {} triangles, {rays} rays, {:.0} % hit", buffers.header.triangle_count, 100.0 * share);
+    assert!(share > 0.2, "{what}: {share} of the rays hit");
+    share
 }
 
-fn hierarchy_equals_brute_force() -> Result<(), Failed> {
+fn hierarchy_equals_brute_force() {
     let meshes = [
         sphere(1.0, 24, 12),
         torus(2.0, 0.5, 24, 12),
@@ -104,13 +99,9 @@ fn hierarchy_equals_brute_force() -> Result<(), Failed> {
     ];
     for (stream, mesh) in meshes.into_iter().enumerate() {
         let name = mesh.name.clone();
-        let buffers = buffers(mesh);
-        let share = compare(&buffers, RAYS, stream as u64 + 1)
-            .map_err(|e| format!("{name}: {}", e.message().unwrap_or_default()))?;
-        println!("{name}: {} triangles, {RAYS} rays, {:.0} % hit", buffers.header.triangle_count, 100.0 * share);
-        ensure(share > 0.2 && share < 0.99, || format!("{name}: {share} of the rays hit"))?;
+        let share = compare(&name, &buffers(mesh), RAYS, stream as u64 + 1);
+        assert!(share < 0.99, "{name}: {share} of the rays hit");
     }
-    Ok(())
 }
 
 /// A scene that has moved: the refitted tree gives the hits of brute force, and those of a tree that is built anew, where
@@ -120,29 +111,26 @@ fn refitted_hierarchies_equal_fresh_ones() -> Result<(), Failed> {
     let first = SceneBuffers::build(&scene)?;
     for (stream, time) in [0.0, 3.5, 8.0, 16.0, 29.25].into_iter().enumerate() {
         let (moved, fresh) = (first.at(time)?, SceneBuffers::build(&scene.at(time))?);
-        let share = compare(&moved, MOVED_RAYS, 200 + stream as u64)?;
+        compare(&format!("time {time}"), &moved, MOVED_RAYS, 200 + stream as u64);
         let [here, there] = [&moved, &fresh].map(|buffers| Triangles::new(buffers.view()));
         let mut others = 0;
         for i in 0..MOVED_RAYS {
             let ray = adversarial(&here, &mut SplitMix::new((300 + stream as u64) << 40 | i));
             let (a, b) = (moved.tracer().closest(&ray), fresh.tracer().closest(&ray));
-            ensure(a.t.to_bits() == b.t.to_bits() && a.is_hit() == b.is_hit(), || {
-                format!("time {time}: {}: {a:?}, anew {b:?}", describe(&ray))
-            })?;
+            let same = a.t.to_bits() == b.t.to_bits() && a.is_hit() == b.is_hit();
+            assert!(same, "time {time}: {}: {a:?}, anew {b:?}", describe(&ray));
             // at the same t, another triangle may have the lower id
             others += u64::from(a.is_hit() && here.get(a.id as usize) != there.get(b.id as usize));
         }
-        println!("time {time}: {:.0} % hit, {others} of {MOVED_RAYS} on a triangle at the same place", 100.0 * share);
-        ensure(share > 0.2 && others < MOVED_RAYS / 4, || format!("{share} of the rays hit, {others} elsewhere"))?;
+        println!("time {time}: {others} of {MOVED_RAYS} on a triangle at the same place");
+        assert!(others < MOVED_RAYS / 4, "time {time}: {others} elsewhere");
     }
     Ok(())
 }
 
 fn hierarchy_equals_brute_force_on_a_file() -> Result<(), Failed> {
-    let buffers = SceneBuffers::build(&data::mesh("bunny.glb")?)?;
-    let share = compare(&buffers, FILE_RAYS, 99)?;
-    println!("bunny: {} triangles, {FILE_RAYS} rays, {:.0} % hit", buffers.header.triangle_count, 100.0 * share);
-    ensure(share > 0.2, || format!("{share} of the rays hit"))
+    compare("bunny", &SceneBuffers::build(&data::mesh("bunny.glb")?)?, FILE_RAYS, 99);
+    Ok(())
 }
 
 /// A closed mesh.
@@ -162,13 +150,7 @@ impl Closed {
 
 /// A ray from inside a closed mesh at a vertex or a point of an edge.
 fn from_inside(triangles: &Triangles, closed: &Closed, random: &mut SplitMix) -> Ray {
-    let corners = triangles.get(random.below(triangles.len()));
-    let (a, b) = (corners[random.below(3)], corners[random.below(3)]);
-    let at = match random.below(3) {
-        0 => a,
-        1 => (a + b) * 0.5,
-        _ => a + (b - a) * random.unit() as f32,
-    };
+    let at = on_edge(triangles, random);
     let mut shift = || {
         if random.below(4) == 0 { 0.0 } else { random.range(-0.125, 0.125) as f32 }
     };
@@ -194,24 +176,18 @@ fn escapes(closed: &Closed, hit: impl Fn(&Triangles, &Ray) -> bool + Sync) -> u6
     let triangles = Triangles::new(closed.buffers.view());
     (0..INSIDE_RAYS)
         .into_par_iter()
-        .filter(|&i| {
-            let ray = from_inside(&triangles, closed, &mut SplitMix::new(7 << 40 | i));
-            !hit(&triangles, &ray)
-        })
+        .filter(|&i| !hit(&triangles, &from_inside(&triangles, closed, &mut SplitMix::new(7 << 40 | i))))
         .count() as u64
 }
 
-fn closed_meshes_are_tight() -> Result<(), Failed> {
+fn closed_meshes_are_tight() {
     for closed in &closed() {
         let tracer = closed.buffers.tracer();
         let count = escapes(closed, |_, ray| tracer.closest(ray).is_hit() && tracer.occluded(ray));
-        println!(
-            "around {}: {} triangles: {count} of {INSIDE_RAYS} rays escape",
-            closed.inside, closed.buffers.header.triangle_count
-        );
-        ensure(count == 0, || format!("{count} rays escape from the mesh around {}", closed.inside))?;
+        let Closed { inside, buffers, .. } = closed;
+        println!("around {inside}: {} triangles: {count} of {INSIDE_RAYS} rays escape", buffers.header.triangle_count);
+        assert!(count == 0, "{count} rays escape from the mesh around {inside}");
     }
-    Ok(())
 }
 
 /// The reduced form of `cargo xtask watertight`.
@@ -221,27 +197,28 @@ fn a_closed_organic_mesh_is_tight() -> Result<(), Failed> {
     let streams = ORGANIC_RAYS / watertight::Closed::RAYS;
     let escaping: Vec<Ray> = (0..streams).into_par_iter().flat_map_iter(|stream| closed.escaping(stream)).collect();
     println!("bunny: {} of {ORGANIC_RAYS} rays from {streams} points inside escape", escaping.len());
-    ensure(escaping.is_empty(), || escaping.iter().map(describe).collect::<Vec<_>>().join("\n"))
+    assert!(escaping.is_empty(), "{}", escaping.iter().map(describe).collect::<Vec<_>>().join("\n"));
+    Ok(())
 }
 
-fn boxes_without_padding_are_seen() -> Result<(), Failed> {
+fn boxes_without_padding_are_seen() {
     let (mut tight, mut padded) = (0, 0);
     for closed in &closed() {
         padded += escapes(closed, |triangles, ray| triangles.any_hit(ray));
         tight += escapes(closed, |triangles, ray| triangles.any_hit_in_tight_boxes(ray));
     }
     println!("escapes: {tight} from boxes without padding, {padded} with");
-    ensure(padded == 0 && tight > 0, || format!("{padded} escapes with padding, {tight} without"))
+    assert!(padded == 0 && tight > 0, "{padded} escapes with padding, {tight} without");
 }
 
-fn open_edges_are_seen() -> Result<(), Failed> {
+fn open_edges_are_seen() {
     let open: u64 =
         closed().iter().map(|closed| escapes(closed, |triangles, ray| triangles.any_hit_with_open_edges(ray))).sum();
     println!("escapes: {open} through open edges");
-    ensure(open > 0, || "edges that belong to neither side go unnoticed".to_owned())
+    assert!(open > 0, "edges that belong to neither side go unnoticed");
 }
 
-fn the_lower_id_wins_among_equal_hits() -> Result<(), Failed> {
+fn the_lower_id_wins_among_equal_hits() {
     let buffers = buffers(stack(16));
     let view = buffers.view();
     let triangles = Triangles::new(view);
@@ -251,13 +228,12 @@ fn the_lower_id_wins_among_equal_hits() -> Result<(), Failed> {
         let ray = Ray { origin: Vec3::new(shift(), shift() - 0.3, -1.0), direction: Vec3::Z, t_max: Ray::FAR };
         let hit = view.closest(&ray);
         let twin = (0..triangles.len()).find(|&id| triangles.get(id) == triangles.get(hit.id as usize));
-        ensure(twin == Some(hit.id as usize), || format!("{hit:?}, but {twin:?} is the same triangle"))?;
+        assert!(twin == Some(hit.id as usize), "{hit:?}, but {twin:?} is the same triangle");
     }
-    Ok(())
 }
 
 /// The error of a hit point, relative to the scene and to the distance, is a few roundings.
-fn hits_lie_on_their_triangles() -> Result<(), Failed> {
+fn hits_lie_on_their_triangles() {
     let closed = Closed::new(sphere(1.0, 24, 12), Vec3::ZERO, 1.0);
     let view = closed.buffers.view();
     let triangles = Triangles::new(view);
@@ -273,5 +249,5 @@ fn hits_lie_on_their_triangles() -> Result<(), Failed> {
     }
     println!("hit points differ by {worst:.1e} at most");
     // 2^-19 of the reach is the padding to which t is limited; the reach is 1.2
-    ensure(worst < 1.2 / 524_288.0 * 3.0_f64.sqrt(), || format!("off by {worst}"))
+    assert!(worst < 1.2 / 524_288.0 * 3.0_f64.sqrt(), "off by {worst}");
 }

@@ -12,24 +12,25 @@ fn import(name: &str, file: &[u8]) -> Result<Scene, Failed> {
     Ok(gltf::load(&path)?)
 }
 
+/// The generated file of a name.
+fn embedded(wanted: &str) -> Result<Scene, Failed> {
+    let files = gltf_files::textured();
+    let (name, file) = files.iter().find(|(name, _)| *name == wanted).ok_or("no such file")?;
+    import(name, file)
+}
+
 /// Exporting and importing a scene changes no bit of it, nor of its buffers.
 fn comes_back(scene: &Scene) -> Result<(), Failed> {
     let back = import("back", &export::glb(scene)?)?;
-    if let Some(difference) = gltf_files::difference(scene, &back) {
-        return Err(difference.into());
-    }
+    assert_eq!(gltf_files::difference(scene, &back), None);
     let [own, other] = [SceneBuffers::build(scene)?, SceneBuffers::build(&back)?];
-    if own.geometry != other.geometry || own.attributes != other.attributes {
-        return Err("the buffers differ".into());
-    }
+    assert!(own.geometry == other.geometry && own.attributes == other.attributes, "the buffers differ");
     Ok(())
 }
 
 fn generated(name: &'static str, file: &[u8]) -> Result<(), Failed> {
     let scene = import(name, file)?;
-    if !scene.warnings.is_empty() {
-        return Err(format!("{:?}", scene.warnings).into());
-    }
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
     comes_back(&scene)
 }
 
@@ -37,11 +38,6 @@ fn generated(name: &'static str, file: &[u8]) -> Result<(), Failed> {
 fn external() -> Result<(), Failed> {
     let folder = tempfile::tempdir()?;
     let scene = gltf::load(&gltf_files::external(folder.path())?)?;
-    let files = gltf_files::textured();
-    let embedded = |wanted: &str| -> Result<Scene, Failed> {
-        let (name, file) = files.iter().find(|(name, _)| *name == wanted).ok_or("no such file")?;
-        import(name, file)
-    };
     let [png, jpeg] = [embedded("linear")?, embedded("jpeg")?];
     assert_eq!(scene.textures.len(), 2);
     assert_eq!(scene.textures[0].texels, png.textures[0].texels);
@@ -51,9 +47,7 @@ fn external() -> Result<(), Failed> {
 
 /// The comparison sees a change of the last bit of anything.
 fn comparison_is_alive() -> Result<(), Failed> {
-    let files = gltf_files::textured();
-    let (name, file) = files.iter().find(|(name, _)| *name == "everything").ok_or("no such file")?;
-    let scene = import(name, file)?;
+    let scene = embedded("everything")?;
     let changes: [fn(&mut Scene); 6] = [
         |scene| scene.meshes[0].positions[0][0] = scene.meshes[0].positions[0][0].next_up(),
         |scene| scene.meshes[0].uvs[3][1] = -0.0,
@@ -65,9 +59,7 @@ fn comparison_is_alive() -> Result<(), Failed> {
     for (number, change) in changes.iter().enumerate() {
         let mut changed = scene.clone();
         change(&mut changed);
-        if gltf_files::difference(&scene, &changed).is_none() {
-            return Err(format!("change {number} is not seen").into());
-        }
+        assert!(gltf_files::difference(&scene, &changed).is_some(), "change {number} is not seen");
     }
     Ok(())
 }

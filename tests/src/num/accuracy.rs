@@ -1,7 +1,7 @@
 //! The elementary functions against `f64`, whose own error is below a thousandth of the unit used here: the functions of
 //! the standard library are within a few units of 2^-53, and none of the formulas below cancels.
 
-use super::sweep::sweep;
+use super::sweep::{error_unless, sweep, sweep_all, sweep_pairs, sweep_patterns};
 use super::{Effort, MAX_ULP, Row, Sweep, Tally};
 use crate::random::SplitMix;
 use restir_shared::color;
@@ -10,7 +10,6 @@ use std::f64::consts::TAU;
 
 /// Of these a few are outside the domains.
 const PAIRS: u64 = 1_020_000_000;
-const PATTERNS: u64 = 1 << 32;
 const REDUCED_STRIDE: u64 = 4_099;
 /// Angles below this are outside the contract: their terms are subnormal.
 const SMALLEST_ANGLE: f64 = num::FLUSH_BELOW as f64;
@@ -62,7 +61,7 @@ pub fn error(computed: f32, exact: f64) -> f64 {
     } else {
         return (value - exact.clamp(-TWO_POW_128, TWO_POW_128)).abs() / ulp(exact);
     };
-    if right { 0.0 } else { f64::INFINITY }
+    error_unless(right)
 }
 
 /// A function of one number, and what it should be.
@@ -109,16 +108,13 @@ impl Function {
     fn sweep(&self, effort: Effort) -> Tally {
         match effort {
             Effort::Reduced => unary(self.limit, self.largest, self.function, self.exact),
-            Effort::Full => {
-                let [tally] = sweep(PATTERNS / u64::from(BLOCK), self.limit, |i, [tally]| {
-                    let first = i as u32 * BLOCK;
-                    if !self.visit_regular(first, tally) {
-                        let block = (first..=first + (BLOCK - 1)).map(f32::from_bits);
-                        block.for_each(|x| visit(x, self.largest, self.function, self.exact, tally));
-                    }
-                });
-                tally
-            }
+            Effort::Full => sweep((1 << 32) / u64::from(BLOCK), self.limit, |i, tally| {
+                let first = i as u32 * BLOCK;
+                if !self.visit_regular(first, tally) {
+                    let block = (first..=first + (BLOCK - 1)).map(f32::from_bits);
+                    block.for_each(|x| visit(x, self.largest, self.function, self.exact, tally));
+                }
+            }),
         }
     }
 
@@ -146,10 +142,7 @@ impl Function {
 
 /// A function of one number over every 4099th bit pattern up to a number.
 pub fn unary(limit: f64, largest: f32, function: fn(f32) -> f32, exact: fn(f64) -> f64) -> Tally {
-    let [tally] = sweep(PATTERNS / REDUCED_STRIDE, limit, |i, [tally]| {
-        visit(f32::from_bits((i * REDUCED_STRIDE) as u32), largest, function, exact, tally);
-    });
-    tally
+    sweep_patterns(REDUCED_STRIDE, limit, |bits, tally| visit(f32::from_bits(bits), largest, function, exact, tally))
 }
 
 /// One number, if it is in the domain. A subnormal operand may count as zero.
@@ -207,12 +200,13 @@ fn spacing(bits: u32) -> f32 {
     f32::from_bits(bits + 1) - f32::from_bits(bits)
 }
 
-/// The sRGB curves as IEC 61966-2-1 has them.
+/// The sRGB curve from light to codes, as IEC 61966-2-1 has it.
 fn srgb_encode(x: f64) -> f64 {
     if x <= 0.003_130_8_f32.into() { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 }
 }
 
-fn srgb_decode(x: f64) -> f64 {
+/// The sRGB curve from codes to light.
+pub fn srgb_decode(x: f64) -> f64 {
     if x <= 0.040_45_f32.into() { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
 }
 
@@ -241,37 +235,6 @@ const FUNCTIONS: [Function; 13] = [
     function!("srgb_decode", color::srgb_decode, srgb_decode).up_to(1.0).within(6.0),
 ];
 
-/// Bit patterns from `first` to `last`.
-#[derive(Clone, Copy)]
-struct Run {
-    first: u32,
-    last: u32,
-}
-
-impl Run {
-    /// The numbers between two of the same sign.
-    fn between(a: f32, b: f32) -> Self {
-        let (a, b) = (a.to_bits(), b.to_bits());
-        Self { first: a.min(b), last: a.max(b) }
-    }
-
-    /// Every `stride`-th number, and the last.
-    fn sweep<const N: usize>(self, stride: u64, visit: impl Fn(f32, &mut [Tally; N]) + Sync) -> [Tally; N] {
-        let length = u64::from(self.last - self.first);
-        sweep(length.div_ceil(stride) + 1, MAX_ULP, |i, tallies| {
-            let step = (i * stride).min(length) as u32;
-            visit(f32::from_bits(self.first + step), tallies);
-        })
-    }
-}
-
-/// The numbers of both runs.
-fn both<const N: usize>(effort: Effort, runs: [Run; 2], visit: impl Fn(f32, &mut [Tally; N]) + Sync) -> [Tally; N] {
-    let stride = effort.stride(REDUCED_STRIDE);
-    let [a, b] = runs.map(|run| run.sweep(stride, &visit));
-    std::array::from_fn(|i| a[i].merge(b[i]))
-}
-
 /// (sin, cos) of 2 pi u; the reduction is exact.
 fn exact_sin_cos(u: f32) -> (f64, f64) {
     let u = f64::from(u);
@@ -287,35 +250,27 @@ fn exact_sin_cos(u: f32) -> (f64, f64) {
 
 /// Sine and cosine over all angles up to [`TURNS_MAX`] of normal magnitude.
 pub fn sine_cosine(effort: Effort, function: impl Fn(f32) -> (f32, f32) + Sync) -> [Tally; 2] {
-    let runs = [Run::between(f32::MIN_POSITIVE, TURNS_MAX), Run::between(-f32::MIN_POSITIVE, -TURNS_MAX)];
-    both(effort, runs, |u, [sin, cos]| {
-        let input = u64::from(u.to_bits());
-        let (s, c) = function(u);
-        let (exact_sin, exact_cos) = exact_sin_cos(u);
-        sin.record(input, error(s, exact_sin));
-        cos.record(input, error(c, exact_cos));
+    let first = f32::MIN_POSITIVE.to_bits();
+    let length = u64::from(TURNS_MAX.to_bits() - first);
+    let stride = effort.stride(REDUCED_STRIDE);
+    sweep_all(length.div_ceil(stride) + 1, MAX_ULP, |i, [sin, cos]| {
+        let magnitude = f32::from_bits(first + (i * stride).min(length) as u32);
+        for u in [magnitude, -magnitude] {
+            let ((s, c), (exact_sin, exact_cos)) = (function(u), exact_sin_cos(u));
+            sin.record(u.to_bits().into(), error(s, exact_sin));
+            cos.record(u.to_bits().into(), error(c, exact_cos));
+        }
     })
 }
 
 /// The angle of random vectors, of vectors close to the octants' borders and of the axes.
 pub fn angle(effort: Effort, function: impl Fn(f32, f32) -> f32 + Sync) -> Tally {
-    let visit = |y: f32, x: f32, tally: &mut Tally| {
+    let axes = [0.0, -0.0, 1.0, -1.0, 3.0e-20, -3.0e20];
+    sweep_pairs(PAIRS / effort.stride(REDUCED_STRIDE), MAX_ULP, &axes, random_vector, |y, x| {
         // a zero of either sign is the same zero
         let exact = (f64::from(y) + 0.0).atan2(f64::from(x) + 0.0) / TAU;
-        if exact == 0.0 || exact.abs() >= SMALLEST_ANGLE {
-            let input = u64::from(y.to_bits()) << 32 | u64::from(x.to_bits());
-            tally.record(input, error(function(y, x), exact));
-        }
-    };
-    let [tally] = sweep(PAIRS / effort.stride(REDUCED_STRIDE), MAX_ULP, |i, [tally]| {
-        if i == 0 {
-            let axes = [0.0, -0.0, 1.0, -1.0, 3.0e-20, -3.0e20];
-            axes.iter().for_each(|&y| axes.iter().for_each(|&x| visit(y, x, tally)));
-        }
-        let (y, x) = random_vector(i);
-        visit(y, x, tally);
-    });
-    tally
+        (exact == 0.0 || exact.abs() >= SMALLEST_ANGLE).then(|| error(function(y, x), exact))
+    })
 }
 
 /// A quarter has exponents all over the range, the others have them close to each other; of those two thirds lie
@@ -341,22 +296,11 @@ fn random_vector(index: u64) -> (f32, f32) {
 /// Powers of random operands: a quarter of any bits at all, the others with a result of any magnitude; of these a third
 /// with a base close to 1.
 pub fn power(effort: Effort, function: impl Fn(f32, f32) -> f32 + Sync) -> Tally {
-    let visit = |x: f32, y: f32, tally: &mut Tally| {
-        let input = u64::from(x.to_bits()) << 32 | u64::from(y.to_bits());
-        tally.record(input, error(function(x, y), exact_power(x, y)));
-    };
-    let [tally] = sweep(PAIRS / effort.stride(REDUCED_STRIDE), MAX_ULP, |i, [tally]| {
-        if i == 0 {
-            let edges = [0.0, -0.0, 1.0, f32::MIN_POSITIVE, f32::MAX, f32::INFINITY, f32::NAN, 0.5, 3.0e9, 1.0e-30];
-            let signed = || edges.into_iter().flat_map(|y| [y, -y]);
-            signed().for_each(|x| signed().for_each(|y| visit(x, y, tally)));
-        }
-        let (x, y) = random_power(i);
-        if !x.is_subnormal() && !y.is_subnormal() {
-            visit(x, y, tally);
-        }
-    });
-    tally
+    let edges = [0.0, -0.0, 1.0, f32::MIN_POSITIVE, f32::MAX, f32::INFINITY, f32::NAN, 0.5, 3.0e9, 1.0e-30];
+    let edges: Vec<f32> = edges.into_iter().flat_map(|x| [x, -x]).collect();
+    sweep_pairs(PAIRS / effort.stride(REDUCED_STRIDE), MAX_ULP, &edges, random_power, |x, y| {
+        (!x.is_subnormal() && !y.is_subnormal()).then(|| error(function(x, y), exact_power(x, y)))
+    })
 }
 
 /// x^y, NaN where an operand is a NaN or the base negative.
@@ -382,12 +326,11 @@ fn random_power(index: u64) -> (f32, f32) {
 /// Sums of two products of random factors: a quarter independent, in the others the second product is close to the
 /// negative of the first. The sum of two exact products is rounded once in `f64`.
 pub fn product_sum(effort: Effort, function: impl Fn([f32; 4]) -> f32 + Sync) -> Tally {
-    let [tally] = sweep(PAIRS / effort.stride(REDUCED_STRIDE), MAX_ULP, |i, [tally]| {
+    sweep(PAIRS / effort.stride(REDUCED_STRIDE), MAX_ULP, |i, tally| {
         let [a, b, c, d] = random_factors(i);
         let exact = f64::from(a) * f64::from(b) + f64::from(c) * f64::from(d);
         tally.record(i, error(function([a, b, c, d]), exact));
-    });
-    tally
+    })
 }
 
 fn random_factors(index: u64) -> [f32; 4] {

@@ -39,13 +39,12 @@ fn unary(
     y: impl Fn(u32) -> f64 + Sync,
 ) -> Tally {
     let stride = effort.stride(REDUCED_STRIDE);
-    let [tally] = sweep(u64::from(end - HIDDEN).div_ceil(stride), 0.0, |i, [tally]| {
+    sweep(u64::from(end - HIDDEN).div_ceil(stride), 0.0, |i, tally| {
         let m = HIDDEN + (i * stride) as u32;
         // above 2^24 a mantissa is a doubled one of 24 bits
         let m = if m >= 2 * HIDDEN { m & !1 } else { m };
         visit(u64::from(m), floor(m), y(m), |seed, y| correction(m, seed, y), tally);
-    });
-    tally
+    })
 }
 
 /// The `i`-th pair: half of them are close to each other or to the ends of the range.
@@ -69,12 +68,11 @@ fn quotient([a, b]: [u32; 2]) -> (u64, u32, f64) {
 
 /// Division of random pairs of mantissas.
 pub fn division(effort: Effort, correction: impl Fn(u32, u32, u32, f32) -> u32 + Sync) -> Tally {
-    let [tally] = sweep(PAIRS / effort.stride(REDUCED_STRIDE), 0.0, |i, [tally]| {
+    sweep(PAIRS / effort.stride(REDUCED_STRIDE), 0.0, |i, tally| {
         let [a, b] = pair(i);
         let (operands, floor, y) = quotient([a, b]);
         visit_ulps(operands, floor, y, |seed, y| correction(a, b, seed, y), tally);
-    });
-    tally
+    })
 }
 
 /// Mantissas at which carries, borrows and powers of two meet: the ends of the range, one bit set, all bits set above or
@@ -95,12 +93,11 @@ fn boundary() -> Vec<u32> {
 pub fn division_at_boundaries(correction: impl Fn(u32, u32, u32, f32) -> u32 + Sync) -> Tally {
     let boundary = boundary();
     let count = boundary.len();
-    let [tally] = sweep((count * count) as u64, 0.0, |i, [tally]| {
+    sweep((count * count) as u64, 0.0, |i, tally| {
         let [a, b] = [boundary[i as usize / count], boundary[i as usize % count]];
         let (operands, floor, y) = quotient([a, b]);
         visit(operands, floor, y, |seed, y| correction(a, b, seed, y), tally);
-    });
-    tally
+    })
 }
 
 /// Reciprocals of mantissas.
@@ -127,13 +124,10 @@ fn inverse_root(m: u32) -> f64 {
 pub(super) fn rows(effort: Effort) -> Vec<Row> {
     let row = |function, domain, tally| Row::rounding(function, "correction", domain, tally);
     let all = "seeds within ±16 units, `y` to 16 bits";
+    let boundaries = "boundary pairs, seeds within ±16 units, `y` to 16 bits";
     vec![
         row("div", "10⁸ pairs, seeds within ±8 ulp, `y` to 24 bits", division(effort, soft::div_mantissa)),
-        row(
-            "div",
-            "boundary pairs, seeds within ±16 units, `y` to 16 bits",
-            division_at_boundaries(soft::div_mantissa),
-        ),
+        row("div", boundaries, division_at_boundaries(soft::div_mantissa)),
         row("recip", all, reciprocal(effort, soft::recip_mantissa)),
         row("sqrt", all, square_root(effort, soft::sqrt_mantissa)),
         row("rsqrt", all, reciprocal_root(effort, soft::rsqrt_mantissa)),

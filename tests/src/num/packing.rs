@@ -1,10 +1,11 @@
 //! Packed formats against their definitions.
 
 use super::accuracy::power_of_two;
-use super::sweep::sweep;
+use super::sweep::{sweep, sweep_patterns};
 use super::{Effort, Tally};
 use crate::random::SplitMix;
 use glam::DVec3;
+use half::f16;
 use restir_shared::glam::Vec3;
 use restir_shared::pack::{self, RGB9E5_MAX};
 
@@ -15,62 +16,36 @@ const DIRECTIONS: u64 = 4_000_000;
 /// The angle that [`pack::encode_unit_vector`] promises.
 const MAX_ANGLE: f64 = 6.6e-5;
 
-/// The value of a half, from its definition.
+/// The value of a half, by an independent implementation without the processor's instructions.
 fn half_value(code: u32) -> f64 {
-    let sign = if code & 0x8000 == 0 { 1.0 } else { -1.0 };
-    let mantissa = f64::from(code & 0x3ff);
-    match code >> 10 & 31 {
-        0 => sign * mantissa * f64::exp2(-24.0),
-        31 if mantissa == 0.0 => sign * f64::INFINITY,
-        31 => f64::NAN,
-        e => sign * (1.0 + mantissa / 1024.0) * f64::exp2(f64::from(e) - 15.0),
-    }
+    f16::from_bits(code as u16).to_f64_const()
 }
 
-/// Whether the half `code` is the nearest to `x`, the even one of two.
+/// Whether the half `code` is the nearest to `x`, the even one of two, by the same implementation.
 fn is_nearest(x: f32, code: u32) -> bool {
-    const LIMIT: f32 = 65_520.0;
-    let a = f64::from(x.abs());
-    let magnitude = code & 0x7fff;
-    if x.is_nan() {
-        return magnitude > 0x7c00;
-    }
-    if code > 0xffff || x.is_sign_negative() != (code & 0x8000 != 0) {
-        return false;
-    }
-    if x.abs() >= LIMIT || magnitude >= 0x7c00 {
-        return x.abs() >= LIMIT && magnitude == 0x7c00;
-    }
-    let distance = |code: u32| (half_value(code) - a).abs();
-    let own = distance(magnitude);
-    let neighbours = [magnitude.saturating_sub(1), magnitude + 1];
-    neighbours
-        .iter()
-        .filter(|&&n| n != magnitude && n < 0x7c00)
-        .all(|&n| own < distance(n) || (own == distance(n) && magnitude.is_multiple_of(2)))
+    let right = f16::from_f32_const(x);
+    code == u32::from(right.to_bits()) || (code <= 0xffff && right.is_nan() && half_value(code).is_nan())
 }
 
 /// Conversion to half, over all bit patterns (all of a stride) and all midpoints and their neighbours.
 pub fn to_half(effort: Effort, convert: impl Fn(f32) -> u32 + Sync) -> Tally {
     let stride = effort.stride(REDUCED_STRIDE);
     let visit = |x: f32, tally: &mut Tally| tally.check(u64::from(x.to_bits()), is_nearest(x, convert(x)));
-    let [tally] = sweep((1_u64 << 32).div_ceil(stride), 0.0, |i, [tally]| {
+    sweep((1_u64 << 32).div_ceil(stride), 0.0, |i, tally| {
         visit(f32::from_bits((i * stride) as u32), tally);
         if i < 0x7bff {
             let midpoint = ((half_value(i as u32) + half_value(i as u32 + 1)) * 0.5) as f32;
             [midpoint, -midpoint, midpoint.next_up(), midpoint.next_down()].iter().for_each(|&x| visit(x, tally));
         }
-    });
-    tally
+    })
 }
 
 /// All halves.
 pub fn from_half(convert: impl Fn(u32) -> f32 + Sync) -> Tally {
-    let [tally] = sweep(1 << 16, 0.0, |i, [tally]| {
+    sweep(1 << 16, 0.0, |i, tally| {
         let (computed, exact) = (f64::from(convert(i as u32)), half_value(i as u32));
         tally.check(i, computed.to_bits() == exact.to_bits() || (computed.is_nan() && exact.is_nan()));
-    });
-    tally
+    })
 }
 
 /// EXT_texture_shared_exponent, in real arithmetic.
@@ -92,7 +67,7 @@ fn shared_exponent_reference(rgb: [f32; 3]) -> u32 {
 pub fn shared_exponent(encode: impl Fn(Vec3) -> u32 + Sync, decode: impl Fn(u32) -> Vec3 + Sync) -> Tally {
     const EDGES: [f32; 10] =
         [0.0, -1.0, 1.0e-30, 0.000_030_5, 0.999_999, 511.5, 65_408.0, 65_500.0, f32::INFINITY, f32::NAN];
-    let [tally] = sweep(COLOURS, 0.0, |i, [tally]| {
+    sweep(COLOURS, 0.0, |i, tally| {
         let mut random = SplitMix::new(i);
         let mut channel = || match random.below(16) {
             0 => EDGES[random.below(EDGES.len())],
@@ -106,14 +81,13 @@ pub fn shared_exponent(encode: impl Fn(Vec3) -> u32 + Sync, decode: impl Fn(u32)
         let unit = f64::exp2(f64::from(code >> 27) - 24.0);
         let exact = [code, code >> 9, code >> 18].map(|m| f64::from(m & 0x1ff) * unit);
         tally.check(i, code == shared_exponent_reference(rgb) && back.map(f64::from) == exact);
-    });
-    tally
+    })
 }
 
 /// The angle between a vector and what becomes of it, over random directions, a quarter of them close to the edges and
 /// corners of the octahedron; the error is the angle. A result that is not a unit vector is a failure.
 pub fn unit_vectors(encode: impl Fn(Vec3) -> u32 + Sync, decode: impl Fn(u32) -> Vec3 + Sync) -> Tally {
-    let [tally] = sweep(DIRECTIONS, MAX_ANGLE, |i, [tally]| {
+    sweep(DIRECTIONS, MAX_ANGLE, |i, tally| {
         let mut random = SplitMix::new(i);
         let mut coordinate = || {
             let x = random.range(-1.0, 1.0);
@@ -124,15 +98,12 @@ pub fn unit_vectors(encode: impl Fn(Vec3) -> u32 + Sync, decode: impl Fn(u32) ->
         let is_unit = (back.length() - 1.0).abs() <= 2.0e-7;
         let angle = given.as_dvec3().cross(back).length().atan2(given.as_dvec3().dot(back));
         tally.record(i, if is_unit { angle } else { f64::INFINITY });
-    });
-    tally
+    })
 }
 
 /// The code of a decoded vector is the same code; on the border of the square, another one of the same vector.
 pub fn unit_vector_codes(effort: Effort) -> Tally {
-    let stride = effort.stride(REDUCED_STRIDE);
-    let [tally] = sweep((1_u64 << 32).div_ceil(stride), 0.0, |i, [tally]| {
-        let code = (i * stride) as u32;
+    sweep_patterns(effort.stride(REDUCED_STRIDE), 0.0, |code, tally| {
         let largest = [code << 16, code].map(|c| ((c as i32) >> 16).abs()).into_iter().fold(0, i32::max);
         let vector = pack::decode_unit_vector(code);
         let back = pack::encode_unit_vector(vector);
@@ -141,6 +112,5 @@ pub fn unit_vector_codes(effort: Effort) -> Tally {
         if largest <= 32_767 {
             tally.check(u64::from(code), same);
         }
-    });
-    tally
+    })
 }

@@ -1,6 +1,6 @@
 //! Division and roots against their correctly rounded values.
 
-use super::sweep::sweep;
+use super::sweep::{error_unless, sweep, sweep_pairs, sweep_patterns};
 use super::{Effort, Row, Sweep, Tally, exact};
 use crate::random::SplitMix;
 use restir_shared::num::{self, soft};
@@ -41,9 +41,9 @@ const BOUNDARY: [u32; 22] = [
     0x7fc0_0000, // NaN
 ];
 
-fn boundary() -> impl Iterator<Item = f32> + Clone {
+fn boundary() -> Vec<f32> {
     let signed = |bits: u32| [f32::from_bits(bits), f32::from_bits(bits | 1 << 31)];
-    BOUNDARY.into_iter().flat_map(signed)
+    BOUNDARY.into_iter().flat_map(signed).collect()
 }
 
 /// What a form does with subnormal numbers.
@@ -84,38 +84,22 @@ pub fn unary(
         }
     };
     let stride = effort.stride(REDUCED_STRIDE);
-    let [tally] = sweep(MANTISSAS.div_ceil(stride), 0.0, |i, [tally]| {
+    sweep(MANTISSAS.div_ceil(stride), 0.0, |i, tally| {
         if i == 0 {
-            boundary().for_each(|x| visit(x, tally));
+            boundary().into_iter().for_each(|x| visit(x, tally));
         }
         for exponent in EXPONENTS {
             visit(f32::from_bits((exponent << 23) | (i * stride) as u32), tally);
         }
-    });
-    tally
+    })
 }
 
 /// Division of random pairs, and of all pairs of boundary values.
 pub fn division(effort: Effort, subnormals: Subnormals, function: impl Fn(f32, f32) -> f32 + Sync) -> Tally {
-    let visit = |a: f32, b: f32, tally: &mut Tally| {
-        if subnormals.accepts(a) && subnormals.accepts(b) {
-            let right = subnormals.allow(function(a, b), exact::div(a, b));
-            tally.check(pair(a, b), right);
-        }
-    };
-    let [tally] = sweep(PAIRS / effort.stride(REDUCED_PAIR_STRIDE), 0.0, |i, [tally]| {
-        if i == 0 {
-            boundary().for_each(|a| boundary().for_each(|b| visit(a, b, tally)));
-        }
-        let (a, b) = random_pair(i);
-        visit(a, b, tally);
-    });
-    tally
-}
-
-/// Two operands as an input of a [`Tally`].
-fn pair(a: f32, b: f32) -> u64 {
-    u64::from(a.to_bits()) << 32 | u64::from(b.to_bits())
+    sweep_pairs(PAIRS / effort.stride(REDUCED_PAIR_STRIDE), 0.0, &boundary(), random_pair, |a, b| {
+        let right = || subnormals.allow(function(a, b), exact::div(a, b));
+        (subnormals.accepts(a) && subnormals.accepts(b)).then(|| error_unless(right()))
+    })
 }
 
 /// A quarter has any bits at all; of the others, whose quotient is a normal number, half have mantissas close to
@@ -135,12 +119,10 @@ fn random_pair(index: u64) -> (f32, f32) {
 
 /// Whether the two forms of a function give the same bits, over all bit patterns (all of a stride).
 fn agreement(effort: Effort, device: fn(f32) -> f32, host: fn(f32) -> f32) -> Tally {
-    let stride = effort.stride(REDUCED_PATTERN_STRIDE);
-    let [tally] = sweep((1_u64 << 32).div_ceil(stride), 0.0, |i, [tally]| {
-        let x = f32::from_bits((i * stride) as u32);
-        tally.check(i * stride, Subnormals::Unspecified.allow(host(exact::flush(x)), exact::flush(device(x))));
-    });
-    tally
+    sweep_patterns(effort.stride(REDUCED_PATTERN_STRIDE), 0.0, |bits, tally| {
+        let x = f32::from_bits(bits);
+        tally.check(bits.into(), Subnormals::Unspecified.allow(host(exact::flush(x)), exact::flush(device(x))));
+    })
 }
 
 /// The sweeps of the table.

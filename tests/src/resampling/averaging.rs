@@ -48,7 +48,7 @@ impl Room {
     }
 
     fn sees(&self, pixel: usize, light: usize) -> f64 {
-        if self.visible[pixel][light] { 1.0 } else { 0.0 }
+        self.visible[pixel][light].into()
     }
 }
 
@@ -98,15 +98,10 @@ impl Chain {
         for frame in 1..=self.frames {
             let is_last = frame == self.frames;
             let temporal: [Carried; RING] = std::array::from_fn(|pixel| {
-                let fresh = Kept::draw(random, LAMPS, self.candidates, |light| room.target[pixel][light]);
-                let fresh = Carried {
-                    light: fresh.light,
-                    weight: fresh.weight,
-                    confidence: 1.0,
-                    visibility: room.sees(pixel, fresh.light),
-                };
-                let mut old = history[pixel];
-                old.confidence = old.confidence.min(CAP);
+                let target = |light: usize| room.target[pixel][light];
+                let Kept { light, weight } = Kept::draw(random, LAMPS, self.candidates, target);
+                let fresh = Carried { light, weight, confidence: 1.0, visibility: room.sees(pixel, light) };
+                let old = Carried { confidence: history[pixel].confidence.min(CAP), ..history[pixel] };
                 self.merge(room, [pixel, pixel], [fresh, old], is_last & !self.spatial, random)
             });
             history = std::array::from_fn(|pixel| {
@@ -114,8 +109,7 @@ impl Chain {
                     return temporal[pixel];
                 }
                 let other = (pixel + 1) % RING;
-                let mut neighbour = temporal[other];
-                neighbour.visibility = room.sees(pixel, neighbour.light);
+                let neighbour = Carried { visibility: room.sees(pixel, temporal[other].light), ..temporal[other] };
                 self.merge(room, [pixel, other], [temporal[pixel], neighbour], is_last, random)
             });
         }
@@ -131,28 +125,21 @@ impl Chain {
         random: &mut SplitMix,
     ) -> Carried {
         let at = |pixel: usize, sample: usize| room.target[pixel][carried[sample].light];
-        let inputs = [0, 1]
-            .map(|i| Input { confidence: carried[i].confidence, contribution: at(pixels[0], i) * carried[i].weight });
-        let combined = Form::Library(self.form).combine(
-            &inputs,
-            |receiver, sample| at(pixels[receiver], sample),
-            || random.unit(),
-        );
+        let contribution = |i: usize| at(pixels[0], i) * carried[i].weight;
+        let inputs = [0, 1].map(|i| Input { confidence: carried[i].confidence, contribution: contribution(i) });
+        let a = |receiver: usize, sample: usize| at(pixels[receiver], sample);
+        let combined = Form::Library(self.form).combine(&inputs, a, || random.unit());
         let selected = combined.reservoir.sample;
-        let averages = match self.visibility {
-            Visibility::Selected => false,
-            Visibility::Averaged => true,
-            Visibility::AveragedLast => is_last,
+        let visibility = match self.visibility {
+            Visibility::AveragedLast if !is_last => carried[selected].visibility,
+            Visibility::Selected => carried[selected].visibility,
+            _ => combined.average(2, |i| carried[i].visibility),
         };
         Carried {
             light: carried[selected].light,
             weight: combined.reservoir.contribution_weight(combined.share, at(pixels[0], selected)),
             confidence: combined.reservoir.confidence,
-            visibility: if averages {
-                combined.average(2, |i| carried[i].visibility)
-            } else {
-                carried[selected].visibility
-            },
+            visibility,
         }
     }
 }

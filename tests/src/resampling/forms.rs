@@ -61,22 +61,21 @@ impl Form {
 
     /// What tables call it.
     pub fn name(self) -> &'static str {
-        const DEFENSIVE: Mis = Mis::PAIRWISE.with(Mis::DEFENSIVE);
-        const COUNTED_DEFENSIVE: Mis = Mis::PAIRWISE_COUNTED.with(Mis::DEFENSIVE);
-        match self {
-            Self::LiteralContribution => "Alg. 1 literal",
-            Self::LiteralTalbot => "Alg. 2 literal",
-            Self::Library(Mis::ONE_OVER_M) => "1/M",
-            Self::Library(Mis::CONSTANT) => "constant",
-            Self::Library(Mis::ONE_OVER_Z) => "1/Z",
-            Self::Library(Mis::CONTRIBUTION) => "contribution",
-            Self::Library(Mis::TALBOT) => "Talbot",
-            Self::Library(Mis::PAIRWISE_COUNTED) => "pairwise, counted",
-            Self::Library(Mis::PAIRWISE) => "pairwise",
-            Self::Library(DEFENSIVE) => "pairwise, defensive",
-            Self::Library(COUNTED_DEFENSIVE) => "pairwise, counted, defensive",
-            Self::Library(_) => "unknown",
-        }
+        /// In the order of [`Form::ALL`].
+        const NAMES: [&str; 11] = [
+            "1/M",
+            "constant",
+            "1/Z",
+            "Alg. 1 literal",
+            "contribution",
+            "Alg. 2 literal",
+            "Talbot",
+            "pairwise, counted",
+            "pairwise",
+            "pairwise, defensive",
+            "pairwise, counted, defensive",
+        ];
+        Self::ALL.iter().position(|form| *form == self).map_or("unknown", |form| NAMES[form])
     }
 
     /// Whether it is one of those that were printed wrong.
@@ -146,28 +145,28 @@ impl<T: Real> Combined<T> {
 }
 
 fn library<T: Real>(mis: Mis, inputs: &[Input<T>], a: impl Fn(usize, usize) -> T, u: impl FnMut() -> T) -> Combined<T> {
-    let mut combine = Combine::new(mis, T::of(inputs.len() as f64 - 1.0));
-    for input in inputs {
-        combine.input(input.confidence, input.contribution);
-    }
-    for sample in 0..inputs.len() {
-        for receiver in 0..inputs.len() {
-            if mis.asks_for(receiver as u32, sample as u32) {
-                combine.target(receiver as u32, sample as u32, a(receiver, sample));
-            }
+    let combine = weighed(mis, inputs.len() - 1, inputs, &a);
+    Combined::select(inputs, |i| combine.weight(i as u32), |source| share(mis, combine, inputs.len(), source, &a), u)
+}
+
+/// The library's combine of inputs, with the targets that it asks for, of as many neighbours as were requested.
+pub fn weighed<T: Real>(mis: Mis, requested: usize, inputs: &[Input<T>], a: impl Fn(usize, usize) -> T) -> Combine<T> {
+    let mut combine = Combine::new(mis, T::of(requested as f64));
+    inputs.iter().for_each(|input| combine.input(input.confidence, input.contribution));
+    for (sample, receiver) in (0..inputs.len()).flat_map(|i| (0..inputs.len()).map(move |j| (i, j))) {
+        if mis.asks_for(receiver as u32, sample as u32) {
+            combine.target(receiver as u32, sample as u32, a(receiver, sample));
         }
     }
-    let weights: [T; INPUTS] =
-        std::array::from_fn(|i| if i < inputs.len() { combine.weight(i as u32) } else { T::ZERO });
-    let share = |source: usize| {
-        if mis.asks_for_selected() {
-            for receiver in 0..inputs.len() {
-                combine.selected_target(receiver as u32, source as u32, a(receiver, source));
-            }
-        }
-        combine.share()
-    };
-    Combined::select(inputs, |i| weights[i], share, u)
+    combine
+}
+
+/// What the sum of the weights is multiplied by if a combine of `k` inputs selects one of them.
+pub fn share<T: Real>(mis: Mis, mut combine: Combine<T>, k: usize, source: usize, a: impl Fn(usize, usize) -> T) -> T {
+    if mis.asks_for_selected() {
+        (0..k).for_each(|j| combine.selected_target(j as u32, source as u32, a(j, source)));
+    }
+    combine.share()
 }
 
 fn sum<T: Real>(count: usize, term: impl Fn(usize) -> T) -> T {

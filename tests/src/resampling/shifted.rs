@@ -3,12 +3,10 @@
 use super::forms::Form;
 use super::line::{ESTIMATES, Jacobian, STAGES, Setting, VALUES, WIDTH};
 use super::trials::measure;
-use crate::stats::{Moments, POWER, ZTest, sidak};
+use crate::stats::{FAMILY_RATE, Moments, POWER, ZTest, sidak};
 use restir_shared::resample::mis::Mis;
 use std::fmt::Write;
 
-/// How often some value of all is refused that is right.
-pub const FAMILY_RATE: f64 = 1.0e-3;
 /// Jacobians that have to be seen.
 pub const WRONG: [Jacobian; 2] = [Jacobian::LeftOut, Jacobian::Inverted];
 

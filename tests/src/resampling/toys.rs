@@ -65,25 +65,17 @@ fn one_combine(form: Form, random: &mut SplitMix) -> [f64; 3] {
 }
 
 fn combines(seed: u64, trials: u64) -> Vec<Toy> {
-    let mut toys = Vec::new();
-    for form in [
-        Mis::ONE_OVER_M,
-        Mis::CONSTANT,
-        Mis::TALBOT,
-        Mis::PAIRWISE,
-        Mis::PAIRWISE.with(Mis::DEFENSIVE),
-        Mis::CONTRIBUTION,
-    ] {
-        let is_contribution = form == Mis::CONTRIBUTION;
-        let form = Form::Library(form);
-        let [selected, averaged, weighted] = measure(seed, trials, |random| one_combine(form, random));
-        let claim = if is_contribution { Claim::Biased(1.03, 1.15) } else { Claim::Unbiased };
-        toys.push(Toy { name: format!("one combine, {}", form.name()), selected, averaged, claim });
-        if is_contribution {
-            let name = "one combine, contribution, its weights in the average".to_owned();
-            toys.push(Toy { name, selected, averaged: weighted, claim: Claim::Unbiased });
-        }
-    }
+    let unbiased = [Mis::ONE_OVER_M, Mis::CONSTANT, Mis::TALBOT, Mis::PAIRWISE, Mis::PAIRWISE.with(Mis::DEFENSIVE)];
+    let measured = |form| measure(seed, trials, |random| one_combine(form, random));
+    let toy =
+        |name: &str, selected, averaged, claim| Toy { name: format!("one combine, {name}"), selected, averaged, claim };
+    let mut toys = Vec::from(unbiased.map(Form::Library).map(|form| {
+        let [selected, averaged, _] = measured(form);
+        toy(form.name(), selected, averaged, Claim::Unbiased)
+    }));
+    let [selected, averaged, weighted] = measured(Form::Library(Mis::CONTRIBUTION));
+    toys.push(toy("contribution", selected, averaged, Claim::Biased(1.03, 1.15)));
+    toys.push(toy("contribution, its weights in the average", selected, weighted, Claim::Unbiased));
     toys
 }
 

@@ -5,11 +5,10 @@ use super::forms::{Form, Input};
 use super::setting::Setting;
 use super::table::{LIGHTS, PIXELS, radiance, visible};
 use crate::random::SplitMix;
-use crate::stats::Moments;
-use rayon::prelude::*;
+use crate::stats::{Moments, moments};
 use restir_shared::resample::reservoir::Reservoir;
 
-/// Trials that a thread does at a time; the moments do not depend on how many threads there are.
+/// Trials that a thread does at a time.
 const BLOCK: u64 = 1 << 13;
 
 /// Moments of `N` values over `trials` independent trials, each with random numbers of its own.
@@ -18,17 +17,8 @@ pub fn measure<const N: usize>(
     trials: u64,
     trial: impl Fn(&mut SplitMix) -> [f64; N] + Sync,
 ) -> [Moments; N] {
-    let block = |block: u64| {
-        let mut moments = [Moments::default(); N];
-        for index in block * BLOCK..trials.min((block + 1) * BLOCK) {
-            let values = trial(&mut SplitMix::new((seed << 40) + index));
-            moments.iter_mut().zip(values).for_each(|(moments, value)| moments.push(value));
-        }
-        moments
-    };
-    let blocks: Vec<_> = (0..trials.div_ceil(BLOCK)).into_par_iter().map(block).collect();
-    let merge = |a: [Moments; N], b: [Moments; N]| std::array::from_fn(|i| a[i].merge(b[i]));
-    blocks.into_iter().fold([Moments::default(); N], merge)
+    let moments = moments(trials, BLOCK, N, |index| trial(&mut SplitMix::new((seed << 40) + index)));
+    std::array::from_fn(|i| moments[i])
 }
 
 /// What a pixel keeps of its candidates.

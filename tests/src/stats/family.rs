@@ -1,9 +1,13 @@
 //! Tests that are judged together.
 
+use super::sampler::histogram;
 use super::{ZTest, chi_square, kolmogorov, sidak};
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::PathBuf;
+
+/// How often a family fails, in this project's suites, that should not.
+pub const FAMILY_RATE: f64 = 1.0e-3;
 
 /// A family of tests with one rate of false alarms: it fails if the smallest p-value is below its share (Šidák).
 #[derive(Clone, Debug)]
@@ -31,14 +35,33 @@ impl Family {
     pub fn chi_square(&mut self, name: impl Into<String>, cells: impl IntoIterator<Item = (u64, f64)>) {
         let cells: Vec<_> = cells.into_iter().collect();
         let rows = cells.iter().enumerate().map(|(i, &(count, expected))| [i as f64, count as f64, expected]).collect();
-        self.add(name, chi_square(cells).p, "cell,count,expected", rows);
+        self.add(name, chi_square(cells), "cell,count,expected", rows);
+    }
+
+    /// Adds a chi-square test of the cells into which draws fall: `cell(index)` is that of a draw, of which each cell has a
+    /// share of `probability(cell)`.
+    pub fn histogram(
+        &mut self,
+        name: impl Into<String>,
+        cells: usize,
+        draws: u64,
+        cell: impl Fn(u64) -> usize + Sync,
+        probability: impl Fn(usize) -> f64,
+    ) {
+        let counts = histogram(cells, draws, cell).into_iter().enumerate();
+        self.chi_square(name, counts.map(|(i, count)| (count, probability(i) * draws as f64)));
+    }
+
+    /// The same for cells that are equally likely.
+    pub fn uniform(&mut self, name: impl Into<String>, cells: usize, draws: u64, cell: impl Fn(u64) -> usize + Sync) {
+        self.histogram(name, cells, draws, cell, |_| 1.0 / cells as f64);
     }
 
     /// Adds a Kolmogorov-Smirnov test of values against a continuous distribution function.
     pub fn kolmogorov(&mut self, name: impl Into<String>, mut values: Vec<f64>, cdf: impl Fn(f64) -> f64) {
         values.sort_by(f64::total_cmp);
         let n = values.len() as f64;
-        let p = kolmogorov(&values, &cdf).p;
+        let p = kolmogorov(&values, &cdf);
         let rows = values.iter().enumerate().map(|(i, &x)| [x, (i + 1) as f64 / n, cdf(x)]).collect();
         self.add(name, p, "value,empirical,expected", rows);
     }
@@ -78,14 +101,8 @@ impl Family {
         let Some(worst) = self.worst() else {
             return Err(format!("{}: no test was made", self.what));
         };
-        let tests = self.tests.len();
-        let text = format!(
-            "{}: smallest p {:.2e} of {tests} ({}), alarm below {:.1e}",
-            self.what,
-            worst.p,
-            worst.name,
-            self.share()
-        );
+        let (Test { name, p, .. }, tests, share) = (worst, self.tests.len(), self.share());
+        let text = format!("{}: smallest p {p:.2e} of {tests} ({name}), alarm below {share:.1e}", self.what);
         if self.passed() {
             return Ok(text);
         }
@@ -93,6 +110,14 @@ impl Family {
             Ok(path) => format!("{text}; table in {}", path.display()),
             Err(error) => format!("{text}; its table could not be written: {error}"),
         })
+    }
+
+    /// Prints the verdict.
+    ///
+    /// # Panics
+    /// If the family fails.
+    pub fn assert(&self) {
+        println!("{}", self.verdict().unwrap_or_else(|text| panic!("{text}")));
     }
 
     fn dump(&self, test: &Test) -> std::io::Result<PathBuf> {

@@ -46,12 +46,12 @@ mod sampler;
 mod tiles;
 mod z_test;
 
-pub use chi_square::{ChiSquare, chi_square};
+pub use chi_square::chi_square;
 pub use domain::{Cap, Disk, Domain, Line, Triangle};
-pub use family::Family;
-pub use kolmogorov::{Kolmogorov, kolmogorov};
-pub use moments::Moments;
+pub use family::{FAMILY_RATE, Family};
+pub use kolmogorov::kolmogorov;
+pub use moments::{Moments, moments};
 pub use normal::{POWER, detectable_bias, sidak, two_sided_p, two_sided_threshold, upper_tail, upper_tail_quantile};
-pub use sampler::{SamplerTest, histogram, uniform};
+pub use sampler::SamplerTest;
 pub use tiles::{TileGrid, TileTest, Verdict};
 pub use z_test::ZTest;

@@ -1,5 +1,7 @@
 //! Mean and variance of a stream.
 
+use rayon::prelude::*;
+
 /// Count, mean and sum of squared deviations (Welford 1962; merged after Chan, Golub and LeVeque 1979).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moments {
@@ -80,6 +82,26 @@ impl FromIterator<f64> for Moments {
         values.into_iter().for_each(|value| moments.push(value));
         moments
     }
+}
+
+/// Moments of the numbers that each index below `count` gives. They do not depend on how many threads there are: those of
+/// `block` indices are made at a time, and merged in their order.
+pub fn moments<V: IntoIterator<Item = f64>>(
+    count: u64,
+    block: u64,
+    numbers: usize,
+    values: impl Fn(u64) -> V + Sync,
+) -> Vec<Moments> {
+    let none = || vec![Moments::default(); numbers];
+    let of_block = |index: u64| {
+        let mut moments = none();
+        for i in index * block..count.min((index + 1) * block) {
+            moments.iter_mut().zip(values(i)).for_each(|(moments, value)| moments.push(value));
+        }
+        moments
+    };
+    let blocks: Vec<_> = (0..count.div_ceil(block)).into_par_iter().map(of_block).collect();
+    blocks.into_iter().fold(none(), |sum, block| sum.into_iter().zip(block).map(|(a, b)| a.merge(b)).collect())
 }
 
 #[cfg(test)]

@@ -1,10 +1,9 @@
 //! z-tests between two independent sets of images, per tile and for the whole image, with their power.
 
-use super::{Moments, POWER, sidak, two_sided_threshold, upper_tail_quantile};
-use rayon::prelude::*;
+use super::{Moments, POWER, moments, sidak, two_sided_threshold, upper_tail_quantile};
 
 /// Images that one task makes.
-const CHUNK: u32 = 64;
+const CHUNK: u64 = 64;
 /// The arithmetic's own error, relative to a mean: some twenty roundings of an `f32`.
 const ARITHMETIC: f64 = 1.0e-6;
 
@@ -63,18 +62,8 @@ impl TileGrid {
 
     /// Moments over independent images; `pixel(restart, x, y)` is an estimate of the pixel's radiance.
     pub fn moments(self, restarts: u32, pixel: impl Fn(u32, u32, u32) -> [f64; 3] + Sync) -> Vec<Moments> {
-        let chunk = |index: u32| {
-            let mut moments = vec![Moments::default(); self.numbers()];
-            for restart in index * CHUNK..restarts.min((index + 1) * CHUNK) {
-                let means = self.means(|x, y| pixel(restart, x, y));
-                moments.iter_mut().zip(means).for_each(|(m, mean)| m.push(mean));
-            }
-            moments
-        };
-        // merged in the order of the chunks, so that the result does not depend on the schedule
-        let chunks: Vec<_> = (0..restarts.div_ceil(CHUNK)).into_par_iter().map(chunk).collect();
-        let empty = vec![Moments::default(); self.numbers()];
-        chunks.into_iter().fold(empty, |sum, chunk| sum.iter().zip(chunk).map(|(a, b)| a.merge(b)).collect())
+        let means = |restart| self.means(|x, y| pixel(restart as u32, x, y));
+        moments(restarts.into(), CHUNK, self.numbers(), means)
     }
 
     /// Moments over independent images given by their pixels' radiance, rows from top to bottom.
@@ -98,7 +87,7 @@ pub struct TileTest {
 }
 
 /// What a [`TileTest`] found.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Verdict {
     /// The largest |z|.
     pub max_z: f64,
@@ -141,17 +130,9 @@ impl TileTest {
     pub fn compare(&self, tested: &[Moments], reference: &[Moments]) -> Verdict {
         let threshold = two_sided_threshold(sidak(self.family_rate, tested.len()));
         let reach = threshold + upper_tail_quantile(1.0 - POWER);
-        let mut verdict = Verdict {
-            max_z: 0.0,
-            worst: String::new(),
-            worst_difference: 0.0,
-            threshold,
-            detectable_in_tile: 0.0,
-            detectable_in_image: 0.0,
-        };
+        let mut verdict = Verdict { threshold, ..Verdict::default() };
         for (number, (a, b)) in tested.iter().zip(reference).enumerate() {
-            let arithmetic = ARITHMETIC * b.mean();
-            let error = (a.variance_of_mean() + b.variance_of_mean() + arithmetic * arithmetic).sqrt();
+            let error = (a.variance_of_mean() + b.variance_of_mean() + (ARITHMETIC * b.mean()).powi(2)).sqrt();
             if error == 0.0 && a.mean() == b.mean() {
                 continue;
             }
@@ -159,15 +140,12 @@ impl TileTest {
             let z = (difference / error).abs();
             let z = if z.is_nan() { f64::INFINITY } else { z };
             if z > verdict.max_z {
-                verdict.max_z = z;
-                verdict.worst = self.grid.name(number);
+                (verdict.max_z, verdict.worst) = (z, self.grid.name(number));
                 verdict.worst_difference = difference / b.mean();
             }
-            let detectable = if number < 3 * self.grid.tiles() {
-                &mut verdict.detectable_in_tile
-            } else {
-                &mut verdict.detectable_in_image
-            };
+            let is_tile = number < 3 * self.grid.tiles();
+            let Verdict { detectable_in_tile, detectable_in_image, .. } = &mut verdict;
+            let detectable = if is_tile { detectable_in_tile } else { detectable_in_image };
             *detectable = detectable.max(error * reach / b.mean());
         }
         verdict

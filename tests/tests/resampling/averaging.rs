@@ -1,23 +1,21 @@
 //! Visibility averaged over what competed.
 
-use crate::support::{FAMILY_RATE, family, near, report};
-use libtest_mimic::Failed;
+use crate::support::near;
 use restir_shared::resample::mis::Mis;
 use restir_tests::random::SplitMix;
 use restir_tests::resampling::averaging::{Carried, Chain, Visibility};
 use restir_tests::resampling::forms::{Form, Input};
 use restir_tests::resampling::toys::{Claim, SPATIAL, TEMPORAL, Toy, extreme, run, smooth};
 use restir_tests::resampling::trials::measure;
-use restir_tests::stats::{Moments, POWER, ZTest, sidak};
-use restir_tests::suite::ensure;
+use restir_tests::stats::{FAMILY_RATE, Family, Moments, POWER, ZTest, sidak};
 
 const TRIALS: u64 = 40_000;
 
 /// Unbiased claims by z-tests; of the others, that the same test sees the bias and that it is as large as claimed.
-pub(crate) fn averaging_is_unbiased_where_claimed() -> Result<(), Failed> {
+pub(crate) fn averaging_is_unbiased_where_claimed() {
     let toys = run(0, TRIALS);
     let share = sidak(FAMILY_RATE, 2 * toys.len());
-    let mut family = family("averaged visibility");
+    let mut family = Family::new("averaged visibility", FAMILY_RATE);
     let one = |moments| ZTest::new(moments, Moments::exact(1.0));
     let mut worst: f64 = 0.0;
     for Toy { name, selected, averaged, claim } in toys {
@@ -28,19 +26,19 @@ pub(crate) fn averaging_is_unbiased_where_claimed() -> Result<(), Failed> {
                 worst = worst.max(test.detectable_bias(share));
                 family.z_test(name, test);
             }
-            Claim::Near(low, high) => ensure((low..high).contains(&mean), || format!("{name}: {mean}"))?,
+            Claim::Near(low, high) => assert!((low..high).contains(&mean), "{name}: {mean}"),
             Claim::Biased(low, high) => {
-                ensure(test.p < share, || format!("{name} passes as unbiased: {mean}"))?;
-                ensure((low..high).contains(&mean), || format!("{name}: {mean}"))?;
+                assert!(test.p < share, "{name} passes as unbiased: {mean}");
+                assert!((low..high).contains(&mean), "{name}: {mean}");
             }
         }
     }
     println!("a bias of {worst:.3} is noticed with probability {POWER} in any unbiased row");
-    report(&family)
+    family.assert();
 }
 
 /// The samples, weights and confidence are the same, bit by bit, and the averaged visibility varies less.
-pub(crate) fn averaging_changes_no_reservoir() -> Result<(), Failed> {
+pub(crate) fn averaging_changes_no_reservoir() {
     let parts = |c: Carried| (c.light, c.weight.to_bits(), c.confidence.to_bits());
     for chain in [TEMPORAL, SPATIAL] {
         for room in [extreme(), smooth()] {
@@ -48,21 +46,20 @@ pub(crate) fn averaging_changes_no_reservoir() -> Result<(), Failed> {
             let mut moments = [Moments::default(); 2];
             for index in 0..2_000 {
                 let runs = [selected, chain].map(|chain| chain.run(&room, &mut SplitMix::new(index)));
-                ensure(runs[0].map(parts) == runs[1].map(parts), || format!("run {index}: {runs:?}"))?;
+                assert!(runs[0].map(parts) == runs[1].map(parts), "run {index}: {runs:?}");
                 for (moments, run) in moments.iter_mut().zip(runs) {
-                    ensure(run.iter().all(|c| (0.0..=1.0 + 1e-12).contains(&c.visibility)), || format!("{run:?}"))?;
+                    assert!(run.iter().all(|c| (0.0..=1.0 + 1e-12).contains(&c.visibility)), "{run:?}");
                     moments.push(run[0].visibility);
                 }
             }
             let [selected, averaged] = moments.map(|moments| moments.variance());
-            ensure(averaged < selected / 1.5, || format!("the variance falls from {selected} to {averaged}"))?;
+            assert!(averaged < selected / 1.5, "the variance falls from {selected} to {averaged}");
         }
     }
-    Ok(())
 }
 
 /// The mean over inputs, recomputed in another order; zero where nothing has a weight.
-pub(crate) fn the_average_is_the_weighted_mean() -> Result<(), Failed> {
+pub(crate) fn the_average_is_the_weighted_mean() {
     for index in 0..10_000 {
         let mut random = SplitMix::new(index);
         let inputs = [(); 5].map(|()| Input {
@@ -78,13 +75,12 @@ pub(crate) fn the_average_is_the_weighted_mean() -> Result<(), Failed> {
         let weighted: f64 = (0..5).rev().map(|i| weights[i] * f64::from(visibility[i])).sum();
         let wanted = if sum > 0.0 { weighted / sum } else { 0.0 };
         let average = f64::from(combined.average(5, |i| visibility[i]));
-        ensure(near(average, wanted, 1e-6), || format!("{average} for {wanted}"))?;
+        assert!(near(average, wanted, 1e-6), "{average} for {wanted}");
     }
-    Ok(())
 }
 
 /// `sum V w / sum w` alone (Bekaert et al. 2000) estimates `integral p V / integral p` with a bias that falls as 1 / n.
-pub(crate) fn a_normaliser_alone_is_biased_by_one_over_n() -> Result<(), Failed> {
+pub(crate) fn a_normaliser_alone_is_biased_by_one_over_n() {
     // the weight is 0.1 + x, what is above 1/2 is visible
     let exact = (0.05 + 0.375) / 0.6;
     let bias = |n: u32| {
@@ -101,6 +97,6 @@ pub(crate) fn a_normaliser_alone_is_biased_by_one_over_n() -> Result<(), Failed>
     };
     let [few, more] = [bias(4), bias(16)];
     println!("bias times n: {few:.5?} for 4, {more:.5?} for 16");
-    ensure(few[0].abs() > 10.0 * few[1], || format!("no bias: {few:?}"))?;
-    ensure((more[0] / few[0] - 1.0).abs() < 0.25 + 4.0 * more[1] / few[0].abs(), || format!("{few:?} and {more:?}"))
+    assert!(few[0].abs() > 10.0 * few[1], "no bias: {few:?}");
+    assert!((more[0] / few[0] - 1.0).abs() < 0.25 + 4.0 * more[1] / few[0].abs(), "{few:?} and {more:?}");
 }

@@ -1,7 +1,5 @@
 //! Merges of merges.
 
-use crate::support::{family, report};
-use libtest_mimic::Failed;
 use restir_shared::num::Scalar;
 use restir_shared::resample::mis::Mis;
 use restir_shared::resample::reservoir::Reservoir;
@@ -10,8 +8,7 @@ use restir_tests::resampling::expectation::truth;
 use restir_tests::resampling::forms::{Form, Input, Real};
 use restir_tests::resampling::table::{LIGHTS, radiance, target};
 use restir_tests::resampling::trials::{Kept, measure};
-use restir_tests::stats::{Moments, ZTest};
-use restir_tests::suite::ensure;
+use restir_tests::stats::{FAMILY_RATE, Family, Moments, ZTest};
 
 const MERGES: u64 = 1_000_000;
 /// Merges whose mean counts as one value: many times as many as the history remembers.
@@ -20,42 +17,42 @@ const CAP: f64 = 20.0;
 const FORMS: [Mis; 3] = [Mis::TALBOT, Mis::PAIRWISE.with(Mis::DEFENSIVE), Mis::CONTRIBUTION];
 
 /// Means, relative to the truth, over the blocks of one chain whose history counts for at most [`CAP`] frames.
-fn block_means<T: Real>(form: Mis) -> Result<Vec<f64>, Failed> {
+fn block_means<T: Real>(form: Mis) -> Vec<f64> {
     let mut random = SplitMix::new(11);
-    let mut history = (Kept::default(), T::ZERO, T::ZERO);
+    let mut history = (0, T::ZERO, T::ZERO);
     let mut blocks = Vec::new();
     let mut sum = 0.0;
     for merge in 1..=MERGES {
         let fresh = Kept::draw(&mut random, LIGHTS, 4, |light| target(0, light));
-        let (old, old_weight, confidence) = history;
+        let (light, weight, confidence) = history;
         let capped: f64 = confidence.into();
-        let carried = [(fresh.light, T::of(fresh.weight), T::ONE), (old.light, old_weight, T::of(capped.min(CAP)))];
+        let carried = [(fresh.light, T::of(fresh.weight), T::ONE), (light, weight, T::of(capped.min(CAP)))];
         let p = |i: usize| T::of(target(0, carried[i].0));
         let inputs = [0, 1].map(|i| Input { confidence: carried[i].2, contribution: p(i) * carried[i].1 });
-        let combined =
-            Form::Library(form).combine(&inputs, |_, i| p(i), || T::of((random.word() >> 40) as f64 / 16_777_216.0));
+        let u = || T::of((random.word() >> 40) as f64 / 16_777_216.0);
+        let combined = Form::Library(form).combine(&inputs, |_, i| p(i), u);
         let selected = combined.reservoir.sample;
         let weight = combined.reservoir.contribution_weight(combined.share, p(selected));
         let light = carried[selected].0;
-        history = (Kept { light, weight: 0.0 }, weight, combined.reservoir.confidence);
+        history = (light, weight, combined.reservoir.confidence);
         let confidence: f64 = history.2.into();
         let expected = (merge as f64).min(CAP + 1.0);
-        ensure(confidence == expected, || format!("merge {merge}: the confidence is {confidence}"))?;
+        assert!(confidence == expected, "merge {merge}: the confidence is {confidence}");
         let weight: f64 = weight.into();
-        ensure(weight.is_finite(), || format!("merge {merge}: the weight is {weight}"))?;
+        assert!(weight.is_finite(), "merge {merge}: the weight is {weight}");
         sum += radiance(0, light) * weight / truth();
         if merge % BLOCK == 0 {
             blocks.push(std::mem::take(&mut sum) / BLOCK as f64);
         }
     }
-    Ok(blocks)
+    blocks
 }
 
 /// The mean is the truth, and that of the first half is that of the second.
-pub(crate) fn a_million_merges_do_not_drift() -> Result<(), Failed> {
-    let mut family = family("a million merges");
+pub(crate) fn a_million_merges_do_not_drift() {
+    let mut family = Family::new("a million merges", FAMILY_RATE);
     for form in FORMS {
-        for (name, blocks) in [("f32", block_means::<f32>(form)?), ("f64", block_means::<f64>(form)?)] {
+        for (name, blocks) in [("f32", block_means::<f32>(form)), ("f64", block_means::<f64>(form))] {
             let (first, second) = blocks.split_at(blocks.len() / 2);
             let [all, first, second] = [&blocks[..], first, second].map(|b| b.iter().copied().collect::<Moments>());
             let name = format!("{form:?} in {name}");
@@ -63,7 +60,7 @@ pub(crate) fn a_million_merges_do_not_drift() -> Result<(), Failed> {
             family.z_test(format!("{name}, drift"), ZTest::new(first, second));
         }
     }
-    report(&family)
+    family.assert();
 }
 
 const DEPTH: usize = 8;
@@ -113,8 +110,8 @@ fn chain(form: Mis, random: &mut SplitMix) -> [f64; 5 * DEPTH] {
 }
 
 /// E[g(X) W] is the integral of g after any number of merges.
-pub(crate) fn chains_integrate_any_function() -> Result<(), Failed> {
-    let mut family = family("functions and chains");
+pub(crate) fn chains_integrate_any_function() {
+    let mut family = Family::new("functions and chains", FAMILY_RATE);
     for form in FORMS {
         let moments = measure(3, 60_000, |random| chain(form, random));
         for (at, moments) in moments.into_iter().enumerate() {
@@ -122,5 +119,5 @@ pub(crate) fn chains_integrate_any_function() -> Result<(), Failed> {
             family.z_test(format!("{form:?}, function {}, merge {}", at % 5, at / 5 + 1), ZTest::new(moments, exact));
         }
     }
-    report(&family)
+    family.assert();
 }

@@ -1,7 +1,6 @@
 //! What Bitterli et al.'s supplement says of targets in place of densities, and what provenance must give.
 
-use crate::support::{MIS, family, is_unbiased, near, report};
-use libtest_mimic::Failed;
+use crate::support::{MIS, is_unbiased, near};
 use restir_shared::resample::mis::Mis;
 use restir_tests::random::SplitMix;
 use restir_tests::resampling::expectation::truth;
@@ -9,8 +8,7 @@ use restir_tests::resampling::forms::{Form, Input};
 use restir_tests::resampling::setting::{Setting, UNEQUAL};
 use restir_tests::resampling::table::{LIGHTS, PIXELS, radiance};
 use restir_tests::resampling::trials::{Kept, measure, table};
-use restir_tests::stats::{Moments, ZTest};
-use restir_tests::suite::ensure;
+use restir_tests::stats::{FAMILY_RATE, Family, Moments, ZTest};
 
 const TRIALS: u64 = 100_000;
 type Table = [[f64; LIGHTS]; PIXELS];
@@ -26,8 +24,8 @@ fn estimates<const N: usize>(setting: &Setting, mis: Mis, told: [&Table; N]) -> 
 }
 
 /// Any functions that are positive exactly where the inputs can produce the sample.
-pub(crate) fn any_positive_function_is_unbiased() -> Result<(), Failed> {
-    let mut family = family("arbitrary functions");
+pub(crate) fn any_positive_function_is_unbiased() {
+    let mut family = Family::new("arbitrary functions", FAMILY_RATE);
     for setting in [Setting::ALL[1], Setting::ALL[3], Setting::ALL[5]] {
         let arbitrary = table(|pixel, light| {
             let value = SplitMix::new((100 * pixel + light) as u64).range(-3.0, 3.0).exp2();
@@ -38,13 +36,13 @@ pub(crate) fn any_positive_function_is_unbiased() -> Result<(), Failed> {
             family.z_test(format!("{mis:?}, {}", setting.name()), ZTest::new(moments, Moments::exact(1.0)));
         }
     }
-    report(&family)
+    family.assert();
 }
 
 /// Two neighbours whose targets are 100 times as large, which skews the weights: the variance rises, the mean does not
 /// change. Normalised targets are as unbiased.
-pub(crate) fn unnormalised_targets_cost_variance_only() -> Result<(), Failed> {
-    let mut family = family("unnormalised targets");
+pub(crate) fn unnormalised_targets_cost_variance_only() {
+    let mut family = Family::new("unnormalised targets", FAMILY_RATE);
     let setting = Setting::ALL[0];
     let plain = table(|pixel, light| setting.mis_target(pixel, light));
     let skewed = table(|pixel, light| plain[pixel][light] * if pixel > 2 { 100.0 } else { 1.0 });
@@ -56,9 +54,9 @@ pub(crate) fn unnormalised_targets_cost_variance_only() -> Result<(), Failed> {
         for (name, moments) in ["plain", "normalised", "skewed"].into_iter().zip(moments) {
             family.z_test(format!("{mis:?}, {name}"), ZTest::new(moments, Moments::exact(1.0)));
         }
-        ensure(skewed > 1.2 * plain, || format!("{mis:?}: the variance of {plain} is {skewed} with skewed targets"))?;
+        assert!(skewed > 1.2 * plain, "{mis:?}: the variance of {plain} is {skewed} with skewed targets");
     }
-    report(&family)
+    family.assert();
 }
 
 /// The targets of each pixel divided by their sum.
@@ -71,7 +69,7 @@ fn normalised(targets: &Table) -> Table {
 
 /// With few candidates a target says little of the density with which samples come: the variance of contribution MIS by
 /// normalised targets approaches that by the densities themselves as candidates are added.
-pub(crate) fn targets_approach_densities_with_candidates() -> Result<(), Failed> {
+pub(crate) fn targets_approach_densities_with_candidates() {
     let mut gaps = Vec::new();
     for candidates in [1, 4, 16, 64] {
         let setting = Setting { confidence: [candidates; PIXELS], ..Setting::ALL[2] };
@@ -81,7 +79,7 @@ pub(crate) fn targets_approach_densities_with_candidates() -> Result<(), Failed>
         gaps.push(by_target.variance() / by_density.variance() - 1.0);
     }
     println!("excess of the variance for 1, 4, 16, 64 candidates: {gaps:.4?}");
-    ensure(gaps.windows(2).all(|pair| pair[1] < pair[0]), || format!("{gaps:?} does not fall"))
+    assert!(gaps.windows(2).all(|pair| pair[1] < pair[0]), "{gaps:?} does not fall");
 }
 
 /// How often each pixel keeps each light.
@@ -96,7 +94,7 @@ fn densities(setting: &Setting) -> Table {
 }
 
 /// The share of contribution MIS is the selected sample's target where it comes from; the confidence is the sum.
-pub(crate) fn provenance_and_confidence() -> Result<(), Failed> {
+pub(crate) fn provenance_and_confidence() {
     let setting = Setting::ALL[1];
     for index in 0..20_000 {
         let mut random = SplitMix::new(index);
@@ -108,19 +106,19 @@ pub(crate) fn provenance_and_confidence() -> Result<(), Failed> {
         });
         for mis in MIS {
             let combined = Form::Library(mis).combine(&inputs, a, || random.unit());
-            ensure(combined.reservoir.confidence == 31.0, || format!("M = {}", combined.reservoir.confidence))?;
+            assert!(combined.reservoir.confidence == 31.0, "M = {}", combined.reservoir.confidence);
             let source = combined.reservoir.sample;
             if (mis == Mis::CONTRIBUTION) & (combined.reservoir.weight_sum > 0.0) {
                 let sum: f64 = (0..PIXELS).map(|j| inputs[j].confidence * a(j, source)).sum();
                 let wanted = a(source, source) / sum;
-                ensure(combined.share == wanted, || format!("{} for {wanted}", combined.share))?;
+                assert!(combined.share == wanted, "{} for {wanted}", combined.share);
             }
-            ensure((combined.reservoir.weight_sum == 0.0) | (combined.weights[source] > 0.0), || {
-                format!("{mis:?} selects input {source} of weight zero")
-            })?;
+            assert!(
+                (combined.reservoir.weight_sum == 0.0) | (combined.weights[source] > 0.0),
+                "{mis:?} selects input {source} of weight zero"
+            );
             let sum: f64 = combined.weights.iter().sum();
-            ensure(near(combined.reservoir.weight_sum, sum, 1e-15), || format!("{mis:?}: the sum is not {sum}"))?;
+            assert!(near(combined.reservoir.weight_sum, sum, 1e-15), "{mis:?}: the sum is not {sum}");
         }
     }
-    Ok(())
 }

@@ -1,5 +1,5 @@
 //! Reservoirs and forms of MIS without a renderer. Seeds are fixed; each check's rate of false alarms over all of its
-//! tests together is [`support::FAMILY_RATE`].
+//! tests together is [`restir_tests::stats::FAMILY_RATE`].
 
 mod averaging;
 mod chains;

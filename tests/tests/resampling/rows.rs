@@ -1,7 +1,6 @@
 //! The table of forms and settings, in the reduced form of `cargo xtask resampling`.
 
-use crate::support::{FAMILY_RATE, family, near, report};
-use libtest_mimic::Failed;
+use crate::support::near;
 use restir_tests::random::SplitMix;
 use restir_tests::resampling::expectation::expectation;
 use restir_tests::resampling::forms::Form;
@@ -9,8 +8,7 @@ use restir_tests::resampling::report::published;
 use restir_tests::resampling::setting::{EQUAL, Setting};
 use restir_tests::resampling::table::{FULL, LIGHTS, PIXELS, SEED, VISIBLE, ZEROED};
 use restir_tests::resampling::trials::{Row, run};
-use restir_tests::stats::{Moments, POWER, ZTest, sidak};
-use restir_tests::suite::ensure;
+use restir_tests::stats::{FAMILY_RATE, Family, Moments, POWER, ZTest, sidak};
 use std::sync::OnceLock;
 
 fn rows() -> &'static [Row] {
@@ -18,7 +16,7 @@ fn rows() -> &'static [Row] {
     ROWS.get_or_init(|| (101..).zip(Setting::ALL).flat_map(|(seed, setting)| run(seed, setting, 400_000)).collect())
 }
 
-pub(crate) fn the_table_is_what_its_seed_makes() -> Result<(), Failed> {
+pub(crate) fn the_table_is_what_its_seed_makes() {
     let mut random = SplitMix::new(SEED);
     for pixel in 0..PIXELS {
         for light in 0..LIGHTS {
@@ -28,16 +26,15 @@ pub(crate) fn the_table_is_what_its_seed_makes() -> Result<(), Failed> {
             let is_visible = random.unit() < 0.7;
             let drawn = (target, u8::from(is_zeroed), u8::from(is_visible));
             let kept = (FULL[pixel][light], ZEROED[pixel][light], VISIBLE[pixel][light]);
-            ensure(drawn == kept, || format!("pixel {pixel}, light {light}: {drawn:?} and {kept:?}"))?;
+            assert!(drawn == kept, "pixel {pixel}, light {light}: {drawn:?} and {kept:?}");
         }
     }
-    Ok(())
 }
 
 /// Unbiased rows at 1, biased and literal ones at the value that is computed for them; and the same test refuses each
 /// biased row at 1.
-pub(crate) fn forms_have_their_expectation() -> Result<(), Failed> {
-    let mut family = family("forms");
+pub(crate) fn forms_have_their_expectation() {
+    let mut family = Family::new("forms", FAMILY_RATE);
     for row in rows() {
         let name = format!("{}, {}", row.form.name(), row.setting.name());
         family.z_test(name, ZTest::new(row.measured, Moments::exact(row.expected)));
@@ -49,14 +46,14 @@ pub(crate) fn forms_have_their_expectation() -> Result<(), Failed> {
     println!("a bias of {worst:.4} in any of the unbiased rows is noticed with probability {POWER}");
     for row in rows().iter().filter(|row| row.is_biased()) {
         let as_unbiased = ZTest::new(row.measured, Moments::exact(1.0));
-        ensure(as_unbiased.p < share, || format!("{} passes as unbiased: {as_unbiased:?}", row.form.name()))?;
+        assert!(as_unbiased.p < share, "{} passes as unbiased: {as_unbiased:?}", row.form.name());
     }
-    report(&family)
+    family.assert();
 }
 
 /// Which rows are biased at all, by computation: those of 1/M and constant weights; contribution MIS and Talbot's as
 /// printed; and all, darker, where the MIS weights do not know of the visibility reuse.
-pub(crate) fn unbiased_forms_are_as_stated() -> Result<(), Failed> {
+pub(crate) fn unbiased_forms_are_as_stated() {
     for setting in Setting::ALL {
         let is_informed = setting.switches.mis | !setting.switches.zero;
         for form in Form::ALL {
@@ -71,7 +68,7 @@ pub(crate) fn unbiased_forms_are_as_stated() -> Result<(), Failed> {
                 _ if is_informed => near(expected, 1.0, 1e-12),
                 _ => expected < 0.95,
             };
-            ensure(wanted, || format!("{name}, {}: {expected}", setting.name()))?;
+            assert!(wanted, "{name}, {}: {expected}", setting.name());
         }
     }
     let deviation = |name: &str, setting: usize| {
@@ -80,20 +77,22 @@ pub(crate) fn unbiased_forms_are_as_stated() -> Result<(), Failed> {
     };
     for setting in [0, 1] {
         let (z, contribution) = (deviation("1/Z", setting), deviation("contribution", setting));
-        ensure(z > contribution, || format!("1/Z has the deviation {z}, contribution MIS {contribution}"))?;
+        assert!(z > contribution, "1/Z has the deviation {z}, contribution MIS {contribution}");
     }
-    Ok(())
 }
 
-pub(crate) fn biased_rows_are_those_of_the_published_toy() -> Result<(), Failed> {
+pub(crate) fn biased_rows_are_those_of_the_published_toy() {
     for row in rows() {
         if let Some([mean, deviation]) = published(row) {
             // the published mean has an error of its own
             let allowed = 0.01 + 3.0 * deviation / 400_000.0_f64.sqrt();
-            ensure((row.expected - mean).abs() <= allowed, || {
-                format!("{}, {}: {} and {mean}", row.form.name(), row.setting.name(), row.expected)
-            })?;
+            assert!(
+                (row.expected - mean).abs() <= allowed,
+                "{}, {}: {} and {mean}",
+                row.form.name(),
+                row.setting.name(),
+                row.expected
+            );
         }
     }
-    Ok(())
 }

@@ -1,19 +1,17 @@
 //! Reuse between domains: shifts with a Jacobian.
 
-use crate::support::{MIS, report};
-use libtest_mimic::Failed;
+use crate::support::MIS;
 use restir_shared::resample::mis::Mis;
 use restir_tests::random::SplitMix;
 use restir_tests::resampling::line::{Jacobian, Setting};
-use restir_tests::resampling::shifted::{FAMILY_RATE, Measured, WRONG, settings, value_name};
-use restir_tests::stats::{Family, POWER};
-use restir_tests::suite::ensure;
+use restir_tests::resampling::shifted::{Measured, WRONG, settings, value_name};
+use restir_tests::stats::{FAMILY_RATE, Family, POWER};
 
 /// Of a row; `cargo xtask resampling --shifts --write` makes 10^7.
 const TRIALS: u64 = 50_000;
 
 /// All forms that are unbiased, without and with visibility: each pixel, after each of three stages.
-pub(crate) fn shifts_are_unbiased() -> Result<(), Failed> {
+pub(crate) fn shifts_are_unbiased() {
     let mut family = Family::new("shift", FAMILY_RATE);
     let mut worst: f64 = 0.0;
     for setting in settings(Jacobian::Right) {
@@ -24,21 +22,20 @@ pub(crate) fn shifts_are_unbiased() -> Result<(), Failed> {
         }
     }
     println!("a bias of {worst:.4} of any pixel is noticed with probability {POWER}");
-    report(&family)
+    family.assert();
 }
 
 /// With half as many trials the same tests refuse estimates without a Jacobian, and with the inverse one, of every form after
 /// each stage.
-pub(crate) fn shifts_need_their_jacobian() -> Result<(), Failed> {
+pub(crate) fn shifts_need_their_jacobian() {
     for setting in WRONG.into_iter().flat_map(settings) {
         let row = Measured::new(setting, 5, TRIALS / 2);
-        ensure(row.refused() == [true; 3], || format!("{} passes: {:?}", row.name(), row.worst()))?;
+        assert_eq!(row.refused(), [true; 3], "{} passes: {:?}", row.name(), row.worst());
     }
-    Ok(())
 }
 
 /// For random confidence and random numbers of neighbours, through the same code. The wrong Jacobian is seen.
-pub(crate) fn weights_of_a_shifted_sample_sum_to_one() -> Result<(), Failed> {
+pub(crate) fn weights_of_a_shifted_sample_sum_to_one() {
     for form in MIS.into_iter().filter(|form| !form.is_after_selection() && *form != Mis::CONSTANT) {
         let worst = |jacobian| {
             let setting = Setting { form, visible: false, jacobian };
@@ -46,13 +43,10 @@ pub(crate) fn weights_of_a_shifted_sample_sum_to_one() -> Result<(), Failed> {
             sums.fold([0.0_f64; 3], |worst, sums| std::array::from_fn(|i| worst[i].max((sums[i] - 1.0).abs())))
         };
         let right = worst(Jacobian::Right);
-        ensure(right.iter().all(|&error| error < 1.0e-4), || format!("{form:?}: off by {right:?}"))?;
+        assert!(right.iter().all(|&error| error < 1.0e-4), "{form:?}: off by {right:?}");
         for jacobian in WRONG {
             let wrong = worst(jacobian);
-            ensure(wrong.iter().all(|&error| error > 0.01), || {
-                format!("{form:?}, {jacobian:?} sums to one: {wrong:?}")
-            })?;
+            assert!(wrong.iter().all(|&error| error > 0.01), "{form:?}, {jacobian:?} sums to one: {wrong:?}");
         }
     }
-    Ok(())
 }

@@ -1,12 +1,7 @@
 //! What the checks share.
 
-use libtest_mimic::Failed;
 use restir_shared::resample::mis::Mis;
 use restir_tests::resampling::forms::Real;
-use restir_tests::stats::Family;
-
-/// How often a check fails that should not.
-pub(crate) const FAMILY_RATE: f64 = 1.0e-3;
 
 /// The library's forms.
 pub(crate) const MIS: [Mis; 9] = [
@@ -24,16 +19,6 @@ pub(crate) const MIS: [Mis; 9] = [
 /// Those that are unbiased although inputs differ in what they can produce.
 pub(crate) fn is_unbiased(mis: Mis) -> bool {
     (mis != Mis::ONE_OVER_M) & (mis != Mis::CONSTANT)
-}
-
-pub(crate) fn family(what: &str) -> Family {
-    Family::new(what, FAMILY_RATE)
-}
-
-/// Prints the verdict of a family that passes.
-pub(crate) fn report(family: &Family) -> Result<(), Failed> {
-    println!("{}", family.verdict()?);
-    Ok(())
 }
 
 /// The largest uniform number of 24 bits.

@@ -1,16 +1,14 @@
 //! Samplers of continuous values against their densities.
 
-use crate::support::{DRAWS, ROUNDING, family, numbers, report, wide2, wide3};
+use crate::support::{DRAWS, ROUNDING, numbers};
 use glam::{Vec2, Vec3};
-use libtest_mimic::Failed;
 use restir_shared::sampling::{
     bounded_exponential_pdf, concentric_disk_pdf, cone_pdf, cosine_hemisphere_pdf, exponential_pdf,
     sample_bounded_exponential, sample_concentric_disk, sample_cone, sample_cosine_hemisphere, sample_exponential,
     sample_triangle, sample_uniform_hemisphere, sample_uniform_sphere, triangle_pdf, uniform_hemisphere_pdf,
     uniform_sphere_pdf, versine_of_sin2,
 };
-use restir_tests::stats::{Cap, Disk, Family, Line, Moments, SamplerTest, Triangle, ZTest};
-use restir_tests::suite::ensure;
+use restir_tests::stats::{Cap, Disk, Domain, FAMILY_RATE, Family, Line, Moments, SamplerTest, Triangle, ZTest};
 use std::f64::consts::{FRAC_1_PI, PI, TAU};
 
 /// Half angles from a third of a milliradian to almost the sphere.
@@ -21,140 +19,151 @@ const T_MAX: f32 = 2.5;
 const RATE: f32 = 3.0;
 const AREA: f32 = 0.7;
 /// Beyond this the unbounded density has no sample: there -ln(1 - u) would need u > 1 - 2^-24.
-const LONGEST: f64 = 16.7 / RATE as f64;
+const LONGEST: f32 = 16.7 / RATE;
 /// The smallest direction that a test may confuse with a longer one; all lengths are 1 to some roundings.
 const LENGTH: f64 = 16.0 * ROUNDING;
 
-fn directions(versine: f64) -> SamplerTest<Cap> {
-    SamplerTest { domain: Cap { versine }, cells: [32, 64], draws: DRAWS }
+/// A function as samplers and densities are.
+trait Map<A, B>: Fn(A) -> B + Copy + Sync + 'static {}
+impl<A, B, F: Fn(A) -> B + Copy + Sync + 'static> Map<A, B> for F {}
+
+/// A sampler with the density that it should have.
+struct Sampler {
+    name: String,
+    /// Counts and expected counts.
+    table: Box<dyn Fn() -> Vec<(u64, f64)>>,
+    /// The integral of the density.
+    integral: Box<dyn Fn() -> f64>,
 }
 
-fn line(hi: f64) -> SamplerTest<Line> {
-    SamplerTest { domain: Line { lo: 0.0, hi }, cells: [1024, 1], draws: DRAWS }
+impl Sampler {
+    fn new<D: Domain + Copy + 'static>(
+        name: &str,
+        domain: D,
+        cells: [usize; 2],
+        sample: impl Map<u64, D::Point>,
+        pdf: impl Fn(&D::Point) -> f32 + Copy + Sync + 'static,
+    ) -> Self {
+        let test = SamplerTest { domain, cells, draws: DRAWS };
+        let pdf = move |point: &D::Point| f64::from(pdf(point));
+        let table = Box::new(move || test.table(|i| Some(sample(i)), pdf));
+        Self { name: name.to_owned(), table, integral: Box::new(move || test.integral(pdf)) }
+    }
 }
 
-const DISK: SamplerTest<Disk> = SamplerTest { domain: Disk { radius: 1.0 }, cells: [32, 64], draws: DRAWS };
-const TRIANGLE: SamplerTest<Triangle> =
-    SamplerTest { domain: Triangle { area: AREA as f64 }, cells: [32, 32], draws: DRAWS };
-
-/// Adds the test of a sampler of directions, of which the density depends on z.
-fn add_directions(
-    family: &mut Family,
-    name: &str,
-    versine: f64,
-    sample: impl Fn(Vec2) -> Vec3 + Sync,
-    pdf: impl Fn(f32) -> f32 + Sync,
-) {
-    let sample = |i: u64| Some(wide3(sample(numbers(i, 1))));
-    family.chi_square(name, directions(versine).table(sample, |w| f64::from(pdf(w[2] as f32))));
+/// A sampler of directions within an angle around +z, whose density depends on z.
+fn directions(name: &str, versine: f32, sample: impl Map<Vec2, Vec3>, pdf: impl Map<f32, f32>) -> Sampler {
+    let sample = move |i| sample(numbers(i, 1)).as_dvec3().to_array();
+    Sampler::new(name, Cap { versine: versine.into() }, [32, 64], sample, move |w| pdf(w[2] as f32))
 }
 
-pub(crate) fn directions_have_their_density() -> Result<(), Failed> {
+fn disk(name: &str, sample: impl Map<Vec2, Vec2>) -> Sampler {
+    let sample = move |i| sample(numbers(i, 3)).as_dvec2().to_array();
+    Sampler::new(name, Disk { radius: 1.0 }, [32, 64], sample, |_| concentric_disk_pdf())
+}
+
+fn triangle(name: &str, sample: impl Map<Vec2, Vec2>) -> Sampler {
+    let sample = move |i| sample(numbers(i, 4)).as_dvec2().to_array();
+    Sampler::new(name, Triangle { area: AREA.into() }, [32, 32], sample, |_| triangle_pdf(AREA))
+}
+
+/// A sampler of distances up to a limit.
+fn distances(name: &str, limit: f32, sample: impl Map<f32, f32>, pdf: impl Map<f32, f32>) -> Sampler {
+    let sample = move |i| sample(numbers(i, 5).x).into();
+    Sampler::new(name, Line { lo: 0.0, hi: limit.into() }, [1024, 1], sample, move |t| pdf(*t as f32))
+}
+
+fn all_directions() -> Vec<Sampler> {
+    let mut all = vec![
+        directions("cosine hemisphere", 1.0, sample_cosine_hemisphere, cosine_hemisphere_pdf),
+        directions("cosine hemisphere over the sphere", 2.0, sample_cosine_hemisphere, cosine_hemisphere_pdf),
+        directions("uniform hemisphere", 1.0, sample_uniform_hemisphere, uniform_hemisphere_pdf),
+        directions("uniform hemisphere over the sphere", 2.0, sample_uniform_hemisphere, uniform_hemisphere_pdf),
+        directions("uniform sphere", 2.0, sample_uniform_sphere, |_| uniform_sphere_pdf()),
+    ];
+    let cone = |versine| move |u| sample_cone(u, versine);
+    all.extend(VERSINES.map(|v| directions(&format!("cone of versine {v}"), v, cone(v), move |_| cone_pdf(v))));
+    all
+}
+
+fn all_points() -> Vec<Sampler> {
+    vec![disk("disk", sample_concentric_disk), triangle("triangle", sample_triangle)]
+}
+
+fn all_distances() -> Vec<Sampler> {
+    let exponential = |u| sample_exponential(u, RATE);
+    let mut all = vec![distances("exponential", LONGEST, exponential, |t| exponential_pdf(t, RATE))];
+    all.extend(DEPTHS.map(|depth| {
+        let (name, rate) = (format!("bounded, depth {depth}"), depth / T_MAX);
+        let pdf = move |t| bounded_exponential_pdf(t, rate, T_MAX);
+        distances(&name, T_MAX, move |u| sample_bounded_exponential(u, rate, T_MAX), pdf)
+    }));
+    all
+}
+
+fn family(name: &str, samplers: Vec<Sampler>) -> Family {
+    let mut family = Family::new(name, FAMILY_RATE);
+    samplers.into_iter().for_each(|sampler| family.chi_square(sampler.name, (sampler.table)()));
+    family
+}
+
+pub(crate) fn directions_have_their_density() {
     let samplers: [fn(Vec2) -> Vec3; 4] =
         [sample_cosine_hemisphere, sample_uniform_hemisphere, sample_uniform_sphere, |u| sample_cone(u, 1.0e-4)];
     for sample in samplers {
         for i in 0..DRAWS / 8 {
             let w = sample(numbers(i, 1));
-            let length: f64 = wide3(w).iter().map(|x| x * x).sum();
+            let length = w.as_dvec3().length_squared();
             // sine and cosine have 2 ulp, roots and products a rounding each
-            ensure((length - 1.0).abs() < LENGTH, || format!("{w} has length {}", length.sqrt()))?;
+            assert!((length - 1.0).abs() < LENGTH, "{w} has length {}", length.sqrt());
         }
     }
-    let mut family = family("directions");
-    add_directions(&mut family, "cosine hemisphere", 1.0, sample_cosine_hemisphere, cosine_hemisphere_pdf);
-    add_directions(&mut family, "uniform hemisphere", 1.0, sample_uniform_hemisphere, uniform_hemisphere_pdf);
-    add_directions(&mut family, "uniform sphere", 2.0, sample_uniform_sphere, |_| uniform_sphere_pdf());
-    for versine in VERSINES {
-        let name = format!("cone of versine {versine}");
-        add_directions(&mut family, &name, versine.into(), |u| sample_cone(u, versine), |_| cone_pdf(versine));
-    }
-    report(&family)
+    family("directions", all_directions()).assert();
 }
 
-fn add_points(
-    family: &mut Family,
-    name: &str,
-    disk: impl Fn(Vec2) -> Vec2 + Sync,
-    triangle: impl Fn(Vec2) -> Vec2 + Sync,
-) {
-    let on_disk = DISK.table(|i| Some(wide2(disk(numbers(i, 3)))), |_| concentric_disk_pdf().into());
-    family.chi_square(format!("{name}: disk"), on_disk);
-    let on_triangle = TRIANGLE.table(|i| Some(wide2(triangle(numbers(i, 4)))), |_| triangle_pdf(AREA).into());
-    family.chi_square(format!("{name}: triangle"), on_triangle);
-}
-
-pub(crate) fn points_have_their_density() -> Result<(), Failed> {
+pub(crate) fn points_have_their_density() {
     for i in 0..DRAWS / 8 {
-        let b = wide2(sample_triangle(numbers(i, 4)));
-        let inside = b[0] >= 0.0 && b[1] >= 0.0 && b[0] + b[1] <= 1.0;
-        ensure(inside, || format!("{b:?} is outside of the triangle"))?;
+        let b = sample_triangle(numbers(i, 4)).as_dvec2();
+        assert!(b.min_element() >= 0.0 && b.x + b.y <= 1.0, "{b} is outside of the triangle");
     }
-    let mut family = family("points");
-    add_points(&mut family, "points", sample_concentric_disk, sample_triangle);
-    report(&family)
+    family("points", all_points()).assert();
 }
 
-pub(crate) fn distances_have_their_density() -> Result<(), Failed> {
-    let mut family = family("distances");
-    let sample = |i: u64| Some(sample_exponential(numbers(i, 5).x, RATE).into());
-    family.chi_square("exponential", line(LONGEST).table(sample, |t| exponential_pdf(*t as f32, RATE).into()));
-    let values = (0..DRAWS / 8).filter_map(sample).collect();
+pub(crate) fn distances_have_their_density() {
+    let mut family = family("distances", all_distances());
+    let values = (0..DRAWS / 8).map(|i| sample_exponential(numbers(i, 5).x, RATE).into()).collect();
     family.kolmogorov("exponential", values, |t: f64| -(-f64::from(RATE) * t).exp_m1());
-    for depth in DEPTHS {
-        let rate = depth / T_MAX;
-        let sample = |i: u64| Some(sample_bounded_exponential(numbers(i, 6).x, rate, T_MAX).into());
-        let pdf = |t: &f64| bounded_exponential_pdf(*t as f32, rate, T_MAX).into();
-        family.chi_square(format!("bounded, depth {depth}"), line(T_MAX.into()).table(sample, pdf));
-    }
-    report(&family)
+    family.assert();
 }
 
 /// The projection of the cosine hemisphere is uniform on the disk (Malley), so x and y have the semicircle's density; the
 /// mean of z is 2/3.
-pub(crate) fn moments_of_the_cosine_hemisphere() -> Result<(), Failed> {
-    let mut family = family("cosine hemisphere");
+pub(crate) fn moments_of_the_cosine_hemisphere() {
+    let mut family = Family::new("cosine hemisphere", FAMILY_RATE);
     let below = |x: f64| 0.5 + (x * (1.0 - x * x).max(0.0).sqrt() + x.asin()) / PI;
-    let samples: Vec<_> = (0..DRAWS / 8).map(|i| wide3(sample_cosine_hemisphere(numbers(i, 2)))).collect();
-    for (axis, name) in ["x", "y"].into_iter().enumerate() {
-        family.kolmogorov(name, samples.iter().map(|w| w[axis]).collect(), below);
-    }
-    let mean: Moments = samples.iter().map(|w| w[2]).collect();
-    let test = ZTest::new(mean, Moments::exact(2.0 / 3.0));
+    let samples: Vec<_> = (0..DRAWS / 8).map(|i| sample_cosine_hemisphere(numbers(i, 2)).as_dvec3()).collect();
+    family.kolmogorov("x", samples.iter().map(|w| w.x).collect(), below);
+    family.kolmogorov("y", samples.iter().map(|w| w.y).collect(), below);
+    let test = ZTest::new(samples.iter().map(|w| w.z).collect(), Moments::exact(2.0 / 3.0));
     println!("mean of z: {:+.2e}, detectable {:.1e}", test.difference, test.detectable_bias(family.share()));
     family.z_test("mean of z", test);
-    report(&family)
+    family.assert();
 }
 
-pub(crate) fn densities_integrate_to_one() -> Result<(), Failed> {
-    // a density is rounded some four times; the quadrature is exact for the constants among them
-    let check =
-        |name: &str, integral: f64| ensure((integral - 1.0).abs() <= 8.0 * ROUNDING, || format!("{name}: {integral}"));
-    let cap =
-        |versine: f64, pdf: &(dyn Fn(f32) -> f32 + Sync)| directions(versine).integral(|w| pdf(w[2] as f32).into());
-    check("cosine hemisphere", cap(1.0, &cosine_hemisphere_pdf))?;
-    check("cosine hemisphere over the sphere", cap(2.0, &cosine_hemisphere_pdf))?;
-    check("uniform hemisphere", cap(1.0, &uniform_hemisphere_pdf))?;
-    check("uniform hemisphere over the sphere", cap(2.0, &uniform_hemisphere_pdf))?;
-    check("uniform sphere", cap(2.0, &|_| uniform_sphere_pdf()))?;
-    for versine in VERSINES {
-        check("cone", cap(versine.into(), &|_| cone_pdf(versine)))?;
-    }
-    check("disk", DISK.integral(|_| concentric_disk_pdf().into()))?;
-    check("triangle", TRIANGLE.integral(|_| triangle_pdf(AREA).into()))?;
-    // what lies beyond is e^-16.7
-    check("exponential", line(LONGEST).integral(|t| exponential_pdf(*t as f32, RATE).into()))?;
-    for depth in DEPTHS {
-        let pdf = |t: &f64| f64::from(bounded_exponential_pdf(*t as f32, depth / T_MAX, T_MAX));
-        check("bounded exponential", line(T_MAX.into()).integral(pdf))?;
+pub(crate) fn densities_integrate_to_one() {
+    for Sampler { name, integral, .. } in [all_directions(), all_points(), all_distances()].into_iter().flatten() {
+        // a density is rounded some four times; the quadrature is exact for the constants among them; what lies beyond the
+        // longest distance is e^-16.7
+        let integral = integral();
+        assert!((integral - 1.0).abs() <= 8.0 * ROUNDING, "{name}: {integral}");
     }
     // a cone by the ratio of a sphere's radius to its distance
     for sin in [1.0e-6_f64, 1.0e-3, 0.5, 1.0] {
         let exact = 1.0 - (1.0 - sin * sin).sqrt();
         let exact = if sin < 1.0e-2 { 0.5 * sin * sin * (1.0 + 0.25 * sin * sin) } else { exact };
         let versine = f64::from(versine_of_sin2((sin * sin) as f32));
-        ensure((versine / exact - 1.0).abs() <= 6.0 * ROUNDING, || format!("sine {sin}: {versine} for {exact}"))?;
+        assert!((versine / exact - 1.0).abs() <= 6.0 * ROUNDING, "sine {sin}: {versine} for {exact}");
     }
-    Ok(())
 }
 
 fn polar(z: f64, turn: f32) -> Vec3 {
@@ -162,51 +171,34 @@ fn polar(z: f64, turn: f32) -> Vec3 {
     Vec3::new((r * angle.cos()) as f32, (r * angle.sin()) as f32, z as f32)
 }
 
-pub(crate) fn wrong_samplers_are_seen() -> Result<(), Failed> {
-    let mut families = Vec::new();
-    let mut wrong =
-        |name: &str, versine: f64, sample: &(dyn Fn(Vec2) -> Vec3 + Sync), pdf: &(dyn Fn(f32) -> f32 + Sync)| {
-            let mut family = family(name);
-            add_directions(&mut family, name, versine, sample, pdf);
-            families.push(family);
-        };
-    wrong("uniform as cosine", 1.0, &|u| polar(u.x.into(), u.y), &cosine_hemisphere_pdf);
+pub(crate) fn wrong_samplers_are_seen() {
     let lifted = |u: Vec2| sample_cosine_hemisphere(Vec2::new(u.x * 0.99, u.y));
-    wrong("a missing horizon", 1.0, &lifted, &cosine_hemisphere_pdf);
-    wrong("a hemisphere below the horizon", 1.0, &|u| -sample_uniform_hemisphere(u), &uniform_hemisphere_pdf);
-    wrong("the polar angle uniform", 2.0, &|u| polar((PI * f64::from(u.x)).cos(), u.y), &|_| uniform_sphere_pdf());
-    wrong("a hemisphere as sphere", 2.0, &sample_uniform_hemisphere, &|_| uniform_sphere_pdf());
-    wrong("a cone without its versine", 0.4, &sample_uniform_hemisphere, &|_| cone_pdf(0.4));
-    wrong("a density without the versine", 0.4, &|u| sample_cone(u, 0.4), &|_| uniform_hemisphere_pdf(1.0));
+    let even_angle = |u: Vec2| polar((PI * f64::from(u.x)).cos(), u.y);
     let narrow = |u: Vec2| polar((1.0 - u.x * 5.0e-8).into(), u.y);
-    wrong("a narrow cone by its cosine", 5.0e-8, &narrow, &|_| cone_pdf(5.0e-8));
-    let mut points = |name: &str, disk: &(dyn Fn(Vec2) -> Vec2 + Sync), triangle: &(dyn Fn(Vec2) -> Vec2 + Sync)| {
-        let mut family = family(name);
-        add_points(&mut family, name, disk, triangle);
-        families.push(family);
-    };
-    let no_root = |u: Vec2| {
-        let w = polar(0.0, u.y);
-        Vec2::new(w.x * u.x, w.y * u.x)
-    };
-    points("a disk without the root", &no_root, &sample_triangle);
-    points("a square as disk", &|u| u * 2.0 - Vec2::ONE, &sample_triangle);
+    let no_root = |u: Vec2| polar(0.0, u.y).truncate() * u.x;
     let clustered = |u: Vec2| if u.x + u.y > 1.0 { u * 0.5 } else { u };
-    points("a clustered triangle", &sample_concentric_disk, &clustered);
-    let mut distances = |name: &str, sample: &(dyn Fn(f32) -> f32 + Sync)| {
-        let mut family = family(name);
-        let pdf = |t: &f64| bounded_exponential_pdf(*t as f32, RATE, T_MAX).into();
-        family.chi_square(name, line(T_MAX.into()).table(|i| Some(sample(numbers(i, 7).x).into()), pdf));
-        families.push(family);
-    };
-    distances("limited instead of bounded", &|u| sample_exponential(u, RATE).min(T_MAX));
-    distances("twice the rate", &|u| sample_bounded_exponential(u, 2.0 * RATE, T_MAX));
-    for family in &families {
-        if family.passed() {
-            return Err(format!("passes: {}", family.verdict().unwrap_or_default()).into());
-        }
+    let bounded = |t| bounded_exponential_pdf(t, RATE, T_MAX);
+    let wrong = [
+        directions("uniform as cosine", 1.0, |u| polar(u.x.into(), u.y), cosine_hemisphere_pdf),
+        directions("a missing horizon", 1.0, lifted, cosine_hemisphere_pdf),
+        directions("below the horizon", 1.0, |u| -sample_uniform_hemisphere(u), uniform_hemisphere_pdf),
+        directions("the polar angle uniform", 2.0, even_angle, |_| uniform_sphere_pdf()),
+        directions("a hemisphere as sphere", 2.0, sample_uniform_hemisphere, |_| uniform_sphere_pdf()),
+        directions("a cone without its versine", 0.4, sample_uniform_hemisphere, |_| cone_pdf(0.4)),
+        directions("a density without it", 0.4, |u| sample_cone(u, 0.4), |_| uniform_hemisphere_pdf(1.0)),
+        directions("a narrow cone by its cosine", 5.0e-8, narrow, |_| cone_pdf(5.0e-8)),
+        disk("a disk without the root", no_root),
+        disk("a square as disk", |u| u * 2.0 - Vec2::ONE),
+        triangle("a clustered triangle", clustered),
+        distances("limited instead of bounded", T_MAX, |u| sample_exponential(u, RATE).min(T_MAX), bounded),
+        distances("twice the rate", T_MAX, |u| sample_bounded_exponential(u, 2.0 * RATE, T_MAX), bounded),
+    ];
+    for sampler in wrong {
+        let name = sampler.name.clone();
+        assert!(!family(&name, vec![sampler]).passed(), "{name} passes");
     }
     // a density that is off by 2 % everywhere
-    let integral = DISK.integral(|_| FRAC_1_PI * 1.02);
-    ensure((integral - 1.02).abs() < 1.0e-9, || format!("2 % too much integrates to {integral}"))
+    let disk = SamplerTest { domain: Disk { radius: 1.0 }, cells: [32, 64], draws: DRAWS };
+    let integral = disk.integral(|_| FRAC_1_PI * 1.02);
+    assert!((integral - 1.02).abs() < 1.0e-9, "2 % too much integrates to {integral}");
 }

@@ -1,5 +1,5 @@
 //! Random numbers and samplers: chi-square tests, inverses, densities. Seeds are fixed; each check's rate of false
-//! alarms over all of its tests together is [`support::FAMILY_RATE`].
+//! alarms over all of its tests together is [`restir_tests::stats::FAMILY_RATE`].
 
 mod densities;
 mod discrete;

@@ -1,10 +1,8 @@
 //! The random numbers of the kernels.
 
-use crate::support::{DRAWS, ROUNDING, family, report};
-use libtest_mimic::Failed;
+use crate::support::{DRAWS, ROUNDING};
 use restir_shared::rng::{self, Rng};
-use restir_tests::stats::{Family, histogram, uniform};
-use restir_tests::suite::ensure;
+use restir_tests::stats::{FAMILY_RATE, Family};
 
 /// What varies while the rest of the key is fixed.
 const AXES: [&str; 4] = ["pixel", "sample", "dimension", "seed"];
@@ -21,27 +19,22 @@ fn draw(axis: usize, i: u32) -> [u32; 4] {
     rng.draw(dimension).to_array()
 }
 
-pub(crate) fn words_are_uniform() -> Result<(), Failed> {
-    let mut family = family("uniformity");
+pub(crate) fn words_are_uniform() {
+    let mut family = Family::new("uniformity", FAMILY_RATE);
     for (axis, name) in AXES.iter().enumerate() {
         for word in 0..4 {
-            let bits = |shift: u32, i: u32| (draw(axis, i)[word] >> shift) as usize & 0xfff;
-            family.chi_square(
-                format!("top bits of word {word} over {name}"),
-                uniform(histogram(4096, DRAWS, |i| bits(20, i as u32))),
-            );
-            family.chi_square(
-                format!("low bits of word {word} over {name}"),
-                uniform(histogram(4096, DRAWS, |i| bits(8, i as u32))),
-            );
+            for (which, shift) in [("top", 20), ("low", 8)] {
+                let bits = |i| (draw(axis, i as u32)[word] >> shift) as usize & 0xfff;
+                family.uniform(format!("{which} bits of word {word} over {name}"), 4096, DRAWS, bits);
+            }
         }
     }
-    report(&family)
+    family.assert();
 }
 
 /// Pairs of top bits of neighbours at distances that occur: the next, the next row, the next block.
 fn serial_pairs(draw: impl Fn(usize, u32) -> [u32; 4] + Sync) -> Family {
-    let mut family = family("serial pairs");
+    let mut family = Family::new("serial pairs", FAMILY_RATE);
     for (axis, name) in AXES.iter().enumerate() {
         for distance in [1, 2, 64, 1024] {
             for word in 0..4 {
@@ -50,44 +43,43 @@ fn serial_pairs(draw: impl Fn(usize, u32) -> [u32; 4] + Sync) -> Family {
                     let (a, b) = (draw(axis, i)[word], draw(axis, i + distance)[word]);
                     ((a >> 26) << 6 | b >> 26) as usize
                 };
-                let name = format!("word {word}, {name}s {distance} apart");
-                family.chi_square(name, uniform(histogram(4096, DRAWS / 4, pair)));
+                family.uniform(format!("word {word}, {name}s {distance} apart"), 4096, DRAWS / 4, pair);
             }
         }
     }
     family
 }
 
-pub(crate) fn neighbouring_keys_are_independent() -> Result<(), Failed> {
-    report(&serial_pairs(draw))
+pub(crate) fn neighbouring_keys_are_independent() {
+    serial_pairs(draw).assert();
 }
 
-pub(crate) fn words_of_a_draw_are_independent() -> Result<(), Failed> {
-    let mut family = family("pairs of words");
+pub(crate) fn words_of_a_draw_are_independent() {
+    let mut family = Family::new("pairs of words", FAMILY_RATE);
     for (axis, name) in AXES.iter().enumerate() {
         for (a, b) in [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)] {
             let pair = |i: u64| {
                 let words = draw(axis, i as u32);
                 ((words[a] >> 26) << 6 | words[b] >> 26) as usize
             };
-            family.chi_square(format!("words {a} and {b} over {name}"), uniform(histogram(4096, DRAWS / 4, pair)));
+            family.uniform(format!("words {a} and {b} over {name}"), 4096, DRAWS / 4, pair);
         }
     }
-    report(&family)
+    family.assert();
 }
 
 /// One multiplication per word, without the mixing between them.
-pub(crate) fn a_weak_generator_is_seen() -> Result<(), Failed> {
+pub(crate) fn a_weak_generator_is_seen() {
     let weak = |axis: usize, i: u32| {
         let mut key = [1_u32, 3, 5, 7];
         key[axis] = i;
         let sum = key.iter().fold(0_u32, |sum, &k| sum.wrapping_mul(31).wrapping_add(k));
         [1_664_525_u32, 22_695_477, 214_013, 1_103_515_245].map(|factor| sum.wrapping_mul(factor))
     };
-    ensure(!serial_pairs(weak).passed(), || "a linear congruence passes as random".to_owned())
+    assert!(!serial_pairs(weak).passed(), "a linear congruence passes as random");
 }
 
-pub(crate) fn unit_numbers_are_below_one() -> Result<(), Failed> {
-    ensure(f64::from(rng::unit(u32::MAX)) == 1.0 - ROUNDING, || "the largest number is not 1 - 2^-24".to_owned())?;
-    ensure(rng::unit(255) == 0.0 && rng::unit(256) > 0.0, || "the low 8 bits count".to_owned())
+pub(crate) fn unit_numbers_are_below_one() {
+    assert!(f64::from(rng::unit(u32::MAX)) == 1.0 - ROUNDING, "the largest number is not 1 - 2^-24");
+    assert!(rng::unit(255) == 0.0 && rng::unit(256) > 0.0, "the low 8 bits count");
 }

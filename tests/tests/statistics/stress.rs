@@ -1,10 +1,8 @@
 //! The rows of `cargo xtask stress`, on fewer random inputs.
 
-use libtest_mimic::Failed;
 use restir_tests::stress::{Axis, Effort, Expected, Finding, Function, Row, frames, run, scenes};
-use restir_tests::suite::ensure;
 
-pub(crate) fn ends_of_ranges_hold() -> Result<(), Failed> {
+pub(crate) fn ends_of_ranges_hold() {
     let mut wrong = Vec::new();
     for (finding, Row { function, tolerance, .. }) in run(Effort::Reduced).into_iter().flat_map(|(_, rows)| rows) {
         let (name, Finding { inputs, near, worst, worst_at, .. }) = (function.name, &finding);
@@ -13,29 +11,29 @@ pub(crate) fn ends_of_ranges_hold() -> Result<(), Failed> {
             wrong.push(format!("{name}: {worst:.1e} at {worst_at:?}, allowed {tolerance:e}; {near} explained"));
         }
     }
-    ensure(wrong.is_empty(), || wrong.join("\n"))
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-pub(crate) fn scenes_hold_at_their_ends() -> Result<(), Failed> {
+pub(crate) fn scenes_hold_at_their_ends() {
     let comparisons = scenes::run(Effort::Reduced);
     println!("{}", scenes::markdown(&comparisons));
     let wrong: Vec<_> = comparisons.iter().filter(|c| !c.passed()).map(|c| format!("{c:?}")).collect();
-    ensure(wrong.is_empty(), || wrong.join("\n"))
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-pub(crate) fn frames_hold_at_their_ends() -> Result<(), Failed> {
+pub(crate) fn frames_hold_at_their_ends() {
     let findings = frames::run(Effort::Reduced);
     println!("{}", frames::markdown(&findings));
     // few restarts bound nothing, but light in another unit must give the same choices
     let exposed = findings.comparisons.iter().filter(|c| c.name.contains("light"));
     let same = exposed.map(|c| c.difference).fold(0.0, f64::max);
-    ensure(same == 0.0, || format!("light in another unit changes pictures by {same:e}"))?;
+    assert!(same == 0.0, "light in another unit changes pictures by {same:e}");
     let broken: u64 = findings.comparisons.iter().map(|c| c.broken).sum::<u64>() + findings.broken;
-    ensure(broken == 0, || format!("{broken} broken pixels"))
+    assert!(broken == 0, "{broken} broken pixels");
 }
 
 /// The textbook's forms, which cancel.
-pub(crate) fn forms_that_cancel_are_seen() -> Result<(), Failed> {
+pub(crate) fn forms_that_cancel_are_seen() {
     let depth = [("u", Axis::Unit), ("optical depth", Axis::Log(1.0e-12, 1.0e6))];
     let bounded = |p: &[f64]| [Expected::relative(-(p[0] * (-p[1]).exp_m1()).ln_1p() / p[1])];
     let naive = Function::new("bounded exponential by 1 - exp(-x)", &depth, |p| {
@@ -51,7 +49,6 @@ pub(crate) fn forms_that_cancel_are_seen() -> Result<(), Failed> {
     let narrow = Function::new("depth of a cone by its cosine", &cone, |p| [1.0 - (1.0 - p[0] * p[1])]);
     let narrow = narrow.against(|p| [Expected::relative(p[0] * p[1])]);
     for row in [naive.against(bounded), end.against(bounded), narrow] {
-        ensure(!row.run(Effort::Reduced).passed(), || format!("passes: {}", row.function.name))?;
+        assert!(!row.run(Effort::Reduced).passed(), "passes: {}", row.function.name);
     }
-    Ok(())
 }
