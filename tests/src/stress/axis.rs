@@ -1,6 +1,7 @@
 //! Ranges of parameters.
 
 use crate::random::SplitMix;
+use std::collections::BTreeSet;
 use std::fmt;
 
 /// The step of random numbers.
@@ -37,19 +38,13 @@ impl Axis {
             Self::Coarse => vec![0.0, 0.5, 1.0 - STEP],
             Self::Fine => [&unit[..], &[STEP * STEP, 1.0e-10, 1.0e-8]].concat(),
             Self::Log(lo, hi) => {
-                let between = |i: i32| {
-                    let t = f64::from(i) / f64::from(LOG_ENDS - 1);
-                    ((1.0 - t) * f64::from(lo).ln() + t * f64::from(hi).ln()).exp() as f32
-                };
-                (1..LOG_ENDS - 1).map(between).chain([lo, hi]).collect()
+                let between = (1..LOG_ENDS - 1).map(|i| between(lo, hi, f64::from(i) / f64::from(LOG_ENDS - 1)));
+                between.chain([lo, hi]).collect()
             }
             Self::ZeroLog(lo, hi) => [&[0.0], &Self::Log(lo, hi).ends()[..]].concat(),
             Self::Below(n) => {
-                let mut ends = vec![0, 1, n / 2, n.saturating_sub(2), n - 1];
-                ends.retain(|&i| i < n);
-                ends.sort_unstable();
-                ends.dedup();
-                ends.into_iter().map(|i| i as f32).collect()
+                let ends: BTreeSet<_> = [0, 1, n / 2, n.saturating_sub(2), n - 1].into();
+                ends.range(..n).map(|&i| i as f32).collect()
             }
             Self::Set(values) => values.to_vec(),
         }
@@ -65,15 +60,16 @@ impl Axis {
                 // half of them on the grid
                 if scale < 0.5 { u } else { u * (f64::from(scale - 0.75) * 160.0).min(0.0).exp2() as f32 }
             }
-            Self::Log(lo, hi) | Self::ZeroLog(lo, hi) => {
-                let t = f64::from(unit());
-                let value = ((1.0 - t) * f64::from(lo).ln() + t * f64::from(hi).ln()).exp() as f32;
-                value.max(lo).min(hi)
-            }
+            Self::Log(lo, hi) | Self::ZeroLog(lo, hi) => between(lo, hi, f64::from(unit())).max(lo).min(hi),
             Self::Below(n) => random.below(n as usize) as f32,
             Self::Set(values) => values[random.below(values.len())],
         }
     }
+}
+
+/// From `lo` at 0 to `hi` at 1, by the logarithm.
+fn between(lo: f32, hi: f32, t: f64) -> f32 {
+    ((1.0 - t) * f64::from(lo).ln() + t * f64::from(hi).ln()).exp() as f32
 }
 
 impl fmt::Display for Axis {

@@ -8,10 +8,9 @@ use std::fmt;
 use std::sync::LazyLock;
 
 use rspirv::dr::{Instruction, Module, Operand};
-use rspirv::spirv::{Decoration, ExecutionMode, GlslStd450Op, MemoryModel, Op, Word};
+use rspirv::spirv::{Decoration, ExecutionMode, MemoryModel, Op, Word};
 
-use super::ext_inst;
-use super::module::{decorations, id_operand, literal_operand, string_operand};
+use super::module::{GLSL, decorations, id_operand, literal_operand, operation_name, string_operand};
 
 /// Something in a module that breaks the contract.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -56,7 +55,7 @@ struct Context {
 
 impl Context {
     fn new(module: &Module) -> Self {
-        let glsl = module.ext_inst_imports.iter().filter(|i| string_operand(i, 0) == Some(ext_inst::GLSL));
+        let glsl = module.ext_inst_imports.iter().filter(|i| string_operand(i, 0) == Some(GLSL));
         Self {
             decorated: decorations(module).filter(|d| d.1 == Decoration::NoContraction).map(|d| d.0).collect(),
             glsl: glsl.filter_map(|i| i.result_id).collect(),
@@ -75,11 +74,9 @@ impl Context {
                 self.zero_problem(instruction)
             }
             Op::ExtInst => {
-                let set = id_operand(instruction, 0)?;
-                let number = ext_inst::number(instruction)?;
-                let permitted = self.glsl.contains(&set)
-                    && GlslStd450Op::from_u32(number).is_some_and(|op| is_permitted("GLSL", op));
-                (!permitted).then(|| format!("{} is not exact on every device", ext_inst::name(number)))
+                let (set, name) = (id_operand(instruction, 0)?, operation_name(instruction));
+                let exact = name.strip_prefix("GLSL.").is_some_and(|name| PERMITTED.contains(&("GLSL", name)));
+                (!exact || !self.glsl.contains(&set)).then(|| format!("{name} is not exact on every device"))
             }
             _ => None,
         }
@@ -197,7 +194,7 @@ fn why_forbidden(opcode: Op) -> &'static str {
 
 #[cfg(test)]
 mod tests {
-    use rspirv::spirv::{Capability, StorageClass};
+    use rspirv::spirv::{Capability, GlslStd450Op, StorageClass};
 
     use super::*;
 

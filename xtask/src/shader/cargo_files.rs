@@ -1,9 +1,10 @@
 //! What Cargo's files say about the crates that are compiled for the device.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use serde::Deserialize;
+use toml::{Table, Value};
 
 use crate::Error;
 
@@ -21,22 +22,6 @@ struct Package {
     checksum: Option<String>,
     #[serde(default)]
     dependencies: Vec<String>,
-}
-
-/// The part of a crate's manifest, and of the workspace's, that matters here.
-#[derive(Default, Deserialize)]
-struct Dependencies {
-    #[serde(default)]
-    dependencies: BTreeMap<String, toml::Value>,
-}
-
-/// The parts of the workspace's manifest that matter here.
-#[derive(Deserialize)]
-struct WorkspaceManifest {
-    #[serde(default)]
-    workspace: Dependencies,
-    #[serde(default)]
-    profile: BTreeMap<String, toml::Value>,
 }
 
 impl LockFile {
@@ -82,13 +67,12 @@ impl LockFile {
 /// What the workspace's manifest sets for the given members, one sorted line each: features of their dependencies,
 /// and the profiles.
 pub fn workspace_settings(root: &Path, members: &[&str]) -> Result<BTreeSet<String>, Error> {
-    let manifest: WorkspaceManifest = read_toml(&root.join("Cargo.toml"))?;
-    let mut lines = BTreeSet::from([format!("profile {}", json(&manifest.profile))]);
-    for name in dependencies(root, members)? {
-        if let Some(setting) = manifest.workspace.dependencies.get(&name) {
-            lines.insert(format!("{name} {}", json(setting)));
-        }
-    }
+    let manifest: Table = read_toml(&root.join("Cargo.toml"))?;
+    let none = Table::new().into();
+    let mut lines = BTreeSet::from([format!("profile {}", json(manifest.get("profile").unwrap_or(&none)))]);
+    let settings = manifest.get("workspace").and_then(|workspace| workspace.get("dependencies")).unwrap_or(&none);
+    let names = dependencies(root, members)?;
+    lines.extend(names.iter().filter_map(|name| Some(format!("{name} {}", json(settings.get(name)?)))));
     Ok(lines)
 }
 
@@ -96,8 +80,9 @@ pub fn workspace_settings(root: &Path, members: &[&str]) -> Result<BTreeSet<Stri
 fn dependencies(root: &Path, members: &[&str]) -> Result<Vec<String>, Error> {
     let mut names = Vec::new();
     for member in members {
-        let manifest: Dependencies = read_toml(&root.join(member).join("Cargo.toml"))?;
-        names.extend(manifest.dependencies.into_keys());
+        let manifest: Table = read_toml(&root.join(member).join("Cargo.toml"))?;
+        let table = manifest.get("dependencies").and_then(Value::as_table);
+        names.extend(table.into_iter().flat_map(Table::keys).cloned());
     }
     Ok(names)
 }

@@ -98,17 +98,20 @@ mod tests {
         write("Cargo.toml", "");
         let workspace = Workspace::new(root);
         let mut seen = BTreeSet::from([source_digest(&workspace).unwrap()]);
-        for path in ["shared/src/lib.rs", "kernels/src/deep/er.rs", "kernels/Cargo.toml", "xtask/src/shader/post.rs"] {
-            write(path, "[package]\nname = \"changed\"\n");
-            assert!(seen.insert(source_digest(&workspace).unwrap()), "{path} does not count");
+        let feature = "[workspace.dependencies]\nglam = { version = \"0.33\", features = [\"libm\"] }\n";
+        let locked = "[[package]]\nname = \"glam\"\nversion = \"0.33.12\"\nchecksum = \"a\"\n";
+        for (path, text, counts) in [
+            ("shared/src/lib.rs", "changed", true),
+            ("kernels/src/deep/er.rs", "new", true),
+            ("kernels/Cargo.toml", "[package]\nname = \"changed\"\n", true),
+            ("xtask/src/shader/post.rs", "changed", true),
+            ("host/src/lib.rs", "unrelated", false),
+            ("shared/Cargo.toml", "[dependencies]\nglam.workspace = true\n", true),
+            ("Cargo.toml", feature, true),
+            ("Cargo.lock", locked, true),
+        ] {
+            write(path, text);
+            assert_eq!(seen.insert(source_digest(&workspace).unwrap()), counts, "{path}: {text}");
         }
-        write("host/src/lib.rs", "unrelated");
-        assert!(!seen.insert(source_digest(&workspace).unwrap()), "host code counts");
-        write("shared/Cargo.toml", "[dependencies]\nglam.workspace = true\n");
-        assert!(seen.insert(source_digest(&workspace).unwrap()), "a dependency does not count");
-        write("Cargo.toml", "[workspace.dependencies]\nglam = { version = \"0.33\", features = [\"libm\"] }\n");
-        assert!(seen.insert(source_digest(&workspace).unwrap()), "a feature does not count");
-        write("Cargo.lock", "[[package]]\nname = \"glam\"\nversion = \"0.33.12\"\nchecksum = \"a\"\n");
-        assert!(seen.insert(source_digest(&workspace).unwrap()), "a locked version does not count");
     }
 }

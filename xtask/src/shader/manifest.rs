@@ -5,9 +5,8 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::ext_inst;
 use super::flavour::Flavour;
-use super::module::{operations, parse};
+use super::module::{operation_name, operations, parse};
 use super::toolchain::Identity;
 use super::workspace::MANIFEST;
 use crate::Error;
@@ -72,11 +71,7 @@ impl ModuleRecord {
         let module = parse(bytes)?;
         let mut histogram = BTreeMap::new();
         for operation in operations(&module) {
-            let name = match ext_inst::number(operation) {
-                Some(number) => ext_inst::name(number),
-                None => format!("{:?}", operation.class.opcode),
-            };
-            *histogram.entry(name).or_default() += 1;
+            *histogram.entry(operation_name(operation)).or_default() += 1;
         }
         let operations = operations(&module).count();
         Ok(Self { blake3: hash(bytes), bytes: bytes.len(), operations, histogram })

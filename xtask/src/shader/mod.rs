@@ -10,7 +10,6 @@ pub mod cargo_files;
 pub mod check;
 pub mod compile;
 pub mod digest;
-pub mod ext_inst;
 pub mod flavour;
 pub mod install;
 pub mod limits;

@@ -4,7 +4,10 @@ use std::collections::HashMap;
 
 use rspirv::binary::Assemble;
 use rspirv::dr::{Instruction, Loader, Module, Operand};
-use rspirv::spirv::{Decoration, Op, Word};
+use rspirv::spirv::{Decoration, GlslStd450Op, Op, Word};
+
+/// Name of the set of extended instructions.
+pub const GLSL: &str = "GLSL.std.450";
 
 /// Parses a binary; the error is a sentence.
 pub fn parse(bytes: &[u8]) -> Result<Module, String> {
@@ -21,6 +24,17 @@ pub fn assemble(module: &Module) -> Vec<u8> {
 /// Instructions inside functions, without labels: what the manifest calls operations.
 pub fn operations(module: &Module) -> impl Iterator<Item = &Instruction> {
     module.functions.iter().flat_map(|f| &f.blocks).flat_map(|b| &b.instructions)
+}
+
+/// Name of an operation; those of [`GLSL`], which SPIR-V keeps outside its own opcodes, have the prefix of spirv-dis.
+pub fn operation_name(instruction: &Instruction) -> String {
+    match instruction.operands[..] {
+        [_, Operand::LiteralExtInstInteger(number), ..] => match GlslStd450Op::from_u32(number) {
+            Some(op) => format!("GLSL.{op:?}"),
+            None => format!("GLSL.{number}"),
+        },
+        _ => format!("{:?}", instruction.class.opcode),
+    }
 }
 
 /// Name of the only entry point, or `"?"`.

@@ -108,15 +108,11 @@ fn an_exact_number_of_another_set_is_rejected() {
 
 #[test]
 fn other_widths_are_rejected() {
-    let signed = Operand::LiteralBit32(0);
-    for (opcode, bits, more) in [
-        (Op::TypeFloat, 64, None),
-        (Op::TypeFloat, 16, None),
-        (Op::TypeInt, 64, Some(&signed)),
-        (Op::TypeInt, 8, Some(&signed)),
-    ] {
+    for (opcode, operands) in
+        [(Op::TypeFloat, &[64][..]), (Op::TypeFloat, &[16]), (Op::TypeInt, &[64, 0]), (Op::TypeInt, &[8, 0])]
+    {
         let mut module = exact_module();
-        let operands: Vec<_> = [Operand::LiteralBit32(bits)].into_iter().chain(more.cloned()).collect();
+        let operands: Vec<_> = operands.iter().copied().map(Operand::LiteralBit32).collect();
         let id = add_global(&mut module, opcode, None, operands);
         assert_eq!(assert_one(&module, opcode, "outside the contract"), Some(id));
     }

@@ -23,10 +23,10 @@ fn difference(name: &str, change: impl FnOnce(&mut KernelDesc)) -> String {
     finding.clone()
 }
 
-fn with_binding(bindings: &[Binding], change: impl FnOnce(&mut Vec<Binding>)) -> &'static [Binding] {
-    let mut bindings = bindings.to_vec();
+fn change_bindings(kernel: &mut KernelDesc, change: impl FnOnce(&mut Vec<Binding>)) {
+    let mut bindings = kernel.bindings.to_vec();
     change(&mut bindings);
-    bindings.leak()
+    kernel.bindings = bindings.leak();
 }
 
 #[test]
@@ -40,70 +40,48 @@ fn every_descriptor_agrees_with_both_modules() {
 }
 
 #[test]
-fn the_name_and_the_workgroup() {
-    assert_eq!(
-        difference("self_check", |k| k.name = "other"),
-        "the entry point is `self_check` in the module, `other` in the descriptor"
-    );
-    assert_eq!(
-        difference("self_check", |k| k.workgroup = [8, 8, 1]),
-        "the workgroup is [64, 1, 1] in the module, [8, 8, 1] in the descriptor"
-    );
+fn a_wrong_descriptor_is_told_what_is_wrong() {
+    const UNUSED: Constant = Constant { name: "unused", id: 7, default: 1 };
+    type Change = fn(&mut KernelDesc);
+    let cases: [(Change, &str); 8] = [
+        (|k| k.name = "other", "the entry point is `self_check` in the module, `other` in the descriptor"),
+        (|k| k.workgroup = [8, 8, 1], "the workgroup is [64, 1, 1] in the module, [8, 8, 1] in the descriptor"),
+        (
+            |k| change_bindings(k, |b| b[1].stride = 20),
+            "binding 1 (`operands`) holds an array of 16-byte elements in the module, \
+             an array of 20-byte elements in the descriptor",
+        ),
+        (
+            |k| change_bindings(k, |b| b[0].stride = 8),
+            "binding 0 (`params`) holds a block of 4 bytes in the module, a block of 8 bytes in the descriptor",
+        ),
+        (
+            |k| change_bindings(k, |b| b[1].access = Access::Params),
+            "binding 1 (`operands`) holds an array of 16-byte elements in the module, a block of 16 bytes in the descriptor",
+        ),
+        (
+            |k| change_bindings(k, |b| b.push(Binding { name: "unused", access: Access::Read, stride: 4 })),
+            "binding 3 (`unused`) is not in the module: the kernel does not use it, remove it from the declaration",
+        ),
+        (|k| change_bindings(k, |b| b.truncate(2)), "set 0 binding 2 is not in the descriptor"),
+        (
+            |k| k.constants = &[UNUSED],
+            "constant 7 (`unused`) is not in the module: the kernel does not use it, remove it from the declaration",
+        ),
+    ];
+    for (change, expected) in cases {
+        assert_eq!(difference("self_check", change), expected);
+    }
 }
 
 #[test]
-fn strides_and_block_sizes() {
+fn defaults_of_constants() {
+    let path @ Constant { name, id, default } = kernel("path").constants[0];
     assert_eq!(
-        difference("self_check", |k| k.bindings = with_binding(k.bindings, |b| b[1].stride = 20)),
-        "binding 1 (`operands`) holds an array of 16-byte elements in the module, \
-         an array of 20-byte elements in the descriptor"
+        difference("path", |k| k.constants = vec![Constant { default: 5, ..path }].leak()),
+        format!("constant {id} (`{name}`) defaults to {default} in the module, 5 in the descriptor")
     );
-    assert_eq!(
-        difference("self_check", |k| k.bindings = with_binding(k.bindings, |b| b[0].stride = 8)),
-        "binding 0 (`params`) holds a block of 4 bytes in the module, a block of 8 bytes in the descriptor"
-    );
-}
-
-#[test]
-fn an_array_is_no_block() {
-    let finding = difference("self_check", |k| k.bindings = with_binding(k.bindings, |b| b[1].access = Access::Params));
-    assert!(finding.contains("a block of 16 bytes in the descriptor"), "{finding}");
-}
-
-#[test]
-fn a_binding_that_the_kernel_does_not_use_is_named() {
-    let unused = Binding { name: "unused", access: Access::Read, stride: 4 };
-    assert_eq!(
-        difference("self_check", |k| k.bindings = with_binding(k.bindings, |b| b.push(unused))),
-        "binding 3 (`unused`) is not in the module: the kernel does not use it, remove it from the declaration"
-    );
-}
-
-#[test]
-fn a_binding_that_is_not_declared_is_numbered() {
-    assert_eq!(
-        difference("self_check", |k| k.bindings = with_binding(k.bindings, |b| b.truncate(2))),
-        "set 0 binding 2 is not in the descriptor"
-    );
-}
-
-#[test]
-fn constants() {
-    const UNUSED: &[Constant] = &[Constant { name: "unused", id: 7, default: 1 }];
-    assert_eq!(
-        difference("self_check", |k| k.constants = UNUSED),
-        "constant 7 (`unused`) is not in the module: the kernel does not use it, remove it from the declaration"
-    );
-    let path = kernel("path").constants[0];
-    let changed = |constant: Constant| -> &'static [Constant] { vec![constant].leak() };
-    assert_eq!(
-        difference("path", |k| k.constants = changed(Constant { default: 5, ..path })),
-        format!(
-            "constant {} (`{}`) defaults to {} in the module, 5 in the descriptor",
-            path.id, path.name, path.default
-        )
-    );
-    assert_eq!(difference("path", |k| k.constants = &[]), format!("constant {} is not in the descriptor", path.id));
+    assert_eq!(difference("path", |k| k.constants = &[]), format!("constant {id} is not in the descriptor"));
 }
 
 #[test]
