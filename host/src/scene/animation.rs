@@ -71,18 +71,17 @@ impl Animation {
             let sound = |key: &Pose| {
                 key.time.is_finite() && key.translation.is_finite() && (key.rotation.length() - 1.0).abs() < 1.0e-6
             };
-            if motion.instance >= scene.instances.len() {
-                Some("is of an instance that does not exist")
-            } else if !first {
-                Some("is the second one of its instance")
-            } else if motion.keys.is_empty() || !ascending {
-                Some("has no keys with ascending times")
-            } else if !motion.keys.iter().all(sound) {
-                Some("has a key that is not finite, or whose rotation is no unit quaternion")
-            } else {
-                None
-            }
-            .map(|problem| format!("motion {index} {problem}; correct it"))
+            let problems = [
+                (motion.instance >= scene.instances.len(), "is of an instance that does not exist"),
+                (!first, "is the second one of its instance"),
+                (motion.keys.is_empty() || !ascending, "has no keys with ascending times"),
+                (
+                    !motion.keys.iter().all(sound),
+                    "has a key that is not finite, or whose rotation is no unit quaternion",
+                ),
+            ];
+            let (_, problem) = problems.iter().find(|(is_wrong, _)| *is_wrong)?;
+            Some(format!("motion {index} {problem}; correct it"))
         });
         let blackout = || {
             self.blackouts.iter().position(|blackout| match blackout.emitter {

@@ -1,6 +1,7 @@
 //! Small documents, whole and broken.
 
 use glam::DVec3;
+use gltf::binary::{Glb, Header};
 use restir_shared::layout::TRIANGLE_WORDS;
 
 use super::*;
@@ -11,7 +12,9 @@ mod lights;
 mod materials;
 mod textures;
 
-/// Twelve floats: the corners of a unit square, counter-clockwise seen from +z; base64 of their bytes.
+/// The corners of a unit square, counter-clockwise seen from +z.
+const CORNERS: [f32; 12] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0];
+/// Base64 of their bytes.
 const SQUARE: &str = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAACAPwAAgD8AAAAAAAAAAAAAgD8AAAAA";
 
 /// A document with the square as mesh 0 and the given nodes; `extra` members of the root end in a comma.
@@ -130,18 +133,19 @@ fn nodes_have_to_form_trees() {
 
 #[test]
 fn broken_nodes_are_explained() {
-    assert!(problem(&square("", FAN, r#"[{ "rotation": [0, 0, 0, 0] }]"#)).contains("rotation"));
-    assert!(problem(&square("", FAN, r#"[{ "matrix": [1,0,0,1, 0,1,0,0, 0,0,1,0, 0,0,0,1] }]"#)).contains("affine"));
-    assert!(
-        problem(&square("", FAN, r#"[{ "scale": [3e38, 1, 1], "matrix": [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,2] }]"#))
-            .contains("affine")
-    );
-    assert!(problem(&square("", FAN, r#"[{ "scale": [1e39, 1, 1] }]"#)).contains("out of range"));
-    assert!(problem(&square("", FAN, r#"[{ "mesh": 4 }]"#)).contains("mesh 4"));
-    assert!(problem(&square("", FAN, r#"[{ "camera": 4 }]"#)).contains("camera 4"));
-    let camera = r#""cameras": [{ "type": "perspective", "perspective": { "yfov": 4, "znear": 1 } }],"#;
-    assert!(problem(&square(camera, FAN, r#"[{ "camera": 0 }]"#)).contains("field of view"));
+    for (node, word) in [
+        (r#""rotation": [0, 0, 0, 0]"#, "rotation"),
+        (r#""matrix": [1,0,0,1, 0,1,0,0, 0,0,1,0, 0,0,0,1]"#, "affine"),
+        (r#""scale": [3e38, 1, 1], "matrix": [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,2]"#, "affine"),
+        (r#""scale": [1e39, 1, 1]"#, "out of range"),
+        (r#""mesh": 4"#, "mesh 4"),
+        (r#""camera": 4"#, "camera 4"),
+    ] {
+        assert!(problem(&square("", FAN, &format!("[{{ {node} }}]"))).contains(word), "{node}");
+    }
     let camera = r#""cameras": [{ "name": "eye", "type": "perspective", "perspective": { "yfov": 1, "znear": 1 } }],"#;
+    let wide = camera.replace(r#""yfov": 1"#, r#""yfov": 4"#);
+    assert!(problem(&square(&wide, FAN, r#"[{ "camera": 0 }]"#)).contains("field of view"));
     let far = problem(&square(camera, FAN, r#"[{ "camera": 0, "translation": [0, 1e10, 0] }]"#));
     assert!(far.contains("eye") && far.contains("beyond"), "{far}");
 }
@@ -285,25 +289,16 @@ fn other_versions_and_broken_json_are_refused() {
     assert!(problem(&"[".repeat(100_000)).contains("JSON"));
 }
 
-/// A binary container with the text and, if there are any, the bytes.
+/// A binary container with the text and the bytes.
 fn container(text: &str, bytes: &[u8]) -> Vec<u8> {
-    let mut chunks = Vec::new();
-    for (kind, data) in [(b"JSON", text.as_bytes()), (b"BIN\0", bytes)] {
-        chunks.extend((data.len() as u32).to_le_bytes());
-        chunks.extend(kind);
-        chunks.extend(data);
-    }
-    let mut file = b"glTF\x02\0\0\0".to_vec();
-    file.extend((12 + chunks.len() as u32).to_le_bytes());
-    file.extend(chunks);
-    file
+    let header = Header { magic: *b"glTF", version: 2, length: 0 };
+    Glb { header, json: text.as_bytes().into(), bin: Some(bytes.into()) }.to_vec().unwrap()
 }
 
 #[test]
 fn a_binary_file_cut_anywhere_is_an_error() {
     let text = square("", FAN, ONE_NODE).replace(r#", "uri": "data"#, r#", "name": "data"#);
-    let corners: [f32; 12] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0];
-    let file = container(&text, &corners.map(f32::to_le_bytes).concat());
+    let file = container(&text, &CORNERS.map(f32::to_le_bytes).concat());
     assert_eq!(import("test.glb", &file, None).unwrap().meshes[0].indices.len(), 2);
     for length in 0..file.len() {
         let problem = import("test.glb", &file[..length], None).unwrap_err();
