@@ -49,10 +49,9 @@ impl Importer<'_> {
 
     fn tangents(&mut self, mesh: &Mesh, primitive: &Primitive) -> Result<Vec<[f32; 4]>, Problem> {
         let tangents = self.attribute::<4>(mesh, primitive, Semantic::Tangents, "tangent")?;
-        let units: Option<Vec<[f32; 4]>> = tangents
-            .iter()
-            .map(|&[x, y, z, sign]| unit([x, y, z]).map(|[x, y, z]| [x, y, z, if sign < 0.0 { -1.0 } else { 1.0 }]))
-            .collect();
+        let signed = |[x, y, z]: [f32; 3], sign: f32| [x, y, z, if sign < 0.0 { -1.0 } else { 1.0 }];
+        let units = tangents.iter().map(|&[x, y, z, sign]| unit([x, y, z]).map(|unit| signed(unit, sign)));
+        let units: Option<Vec<[f32; 4]>> = units.collect();
         self.warn_if(units.is_none(), "some of its tangents are zero; all are derived instead");
         Ok(units.unwrap_or_default())
     }

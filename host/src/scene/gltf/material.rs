@@ -162,6 +162,7 @@ fn check(material: &Material) -> Result<(), Problem> {
     ensure!(ior.is_finite(), "its index of refraction is {ior}");
     ensure!(normal_scale.is_finite(), "the scale of its normal texture is {normal_scale}");
     let distance = volume.map_or(f32::INFINITY, |volume| volume.attenuation_distance);
-    ensure!(distance > 0.0, "its attenuation distance is {distance}; it has to be positive");
+    let positive = distance > 0.0;
+    ensure!(positive, "its attenuation distance is {distance}; it has to be positive");
     Ok(())
 }

@@ -160,44 +160,41 @@ fn broken_references_are_explained() {
     assert!(primitive(r#"{ "attributes": { "POSITION": 0 }, "mode": 9 }"#).contains("mode"));
 }
 
+const VIEW: &str = r#"{ "buffer": 0, "byteLength": 48 }"#;
+const ACCESSOR: &str = r#"{ "bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3" }"#;
+
 /// The square's document with another accessor or view in the place of its own.
 fn with_data(view: &str, accessor: &str) -> String {
-    square("", FAN, ONE_NODE)
-        .replace(r#"{ "buffer": 0, "byteLength": 48 }"#, view)
-        .replace(r#"{ "bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3" }"#, accessor)
+    square("", FAN, ONE_NODE).replace(VIEW, view).replace(ACCESSOR, accessor)
 }
 
 #[test]
 fn ranges_are_checked() {
-    let view = r#"{ "buffer": 0, "byteLength": 48 }"#;
     let accessor = |offset: u64, count: u64| {
-        format!(
-            r#"{{ "bufferView": 0, "byteOffset": {offset}, "componentType": 5126, "count": {count}, "type": "VEC3" }}"#
-        )
+        ACCESSOR.replace(r#""count": 4"#, &format!(r#""byteOffset": {offset}, "count": {count}"#))
     };
     let beyond = |view: &str, accessor: &str| problem(&with_data(view, accessor));
-    assert!(beyond(view, &accessor(0, 5)).contains("beyond its buffer view"));
-    assert!(beyond(view, &accessor(4, 4)).contains("beyond its buffer view"));
-    assert!(beyond(view, &accessor(u64::MAX, 4)).contains("beyond its buffer view"));
-    assert!(beyond(view, &accessor(0, u64::MAX)).contains("beyond its buffer view"));
+    assert!(beyond(VIEW, &accessor(0, 5)).contains("beyond its buffer view"));
+    assert!(beyond(VIEW, &accessor(4, 4)).contains("beyond its buffer view"));
+    assert!(beyond(VIEW, &accessor(u64::MAX, 4)).contains("beyond its buffer view"));
+    assert!(beyond(VIEW, &accessor(0, u64::MAX)).contains("beyond its buffer view"));
     let ok = accessor(0, 4);
     assert!(beyond(r#"{ "buffer": 0, "byteLength": 49 }"#, &ok).contains("beyond its buffer"));
     assert!(beyond(r#"{ "buffer": 0, "byteLength": 48, "byteOffset": 18446744073709551615 }"#, &ok).contains("beyond"));
     assert!(beyond(r#"{ "buffer": 3, "byteLength": 48 }"#, &ok).contains("buffer 3"));
     assert!(beyond(r#"{ "buffer": 0, "byteLength": 48, "byteStride": 4 }"#, &ok).contains("stride"));
-    assert!(load(&with_data(view, &accessor(0, 0))).unwrap().warnings[0].contains("no triangles"));
-    assert!(beyond(view, &ok.replace("5126", "77")).contains("component type"));
-    assert!(beyond(view, r#"{ "componentType": 5126, "count": 999999999999, "type": "VEC3" }"#).contains("elements"));
+    assert!(load(&with_data(VIEW, &accessor(0, 0))).unwrap().warnings[0].contains("no triangles"));
+    assert!(beyond(VIEW, &ok.replace("5126", "77")).contains("component type"));
+    assert!(beyond(VIEW, r#"{ "componentType": 5126, "count": 999999999999, "type": "VEC3" }"#).contains("elements"));
 }
 
 #[test]
 fn a_small_file_cannot_take_all_memory() {
     let many = [r#"{ "attributes": { "POSITION": 0 } }"#; 40].join(",");
     let text = square("", &many, ONE_NODE);
-    let accessor = r#"{ "bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3" }"#;
     let without_data = r#"{ "componentType": 5126, "count": 16777216, "type": "VEC3" }"#;
-    assert!(problem(&text.replace(accessor, without_data)).contains("GiB"));
-    assert!(problem(&text.replace(accessor, &without_data.replace("16777216", "130000000"))).contains("GiB"));
+    assert!(problem(&text.replace(ACCESSOR, without_data)).contains("GiB"));
+    assert!(problem(&text.replace(ACCESSOR, &without_data.replace("16777216", "130000000"))).contains("GiB"));
     assert_eq!(load(&text).unwrap().meshes.len(), 40);
 }
 
@@ -219,11 +216,10 @@ fn sparse_accessors_replace_elements() {
             "values": {{ "bufferView": 0, "byteOffset": 24 }} }} }}"#
         )
     };
-    let view = r#"{ "buffer": 0, "byteLength": 48 }"#;
-    let scene = load(&with_data(view, &sparse(10, 1))).unwrap();
+    let scene = load(&with_data(VIEW, &sparse(10, 1))).unwrap();
     assert_eq!(scene.meshes[0].positions, [[1.0, 1.0, 0.0], [0.0; 3], [0.0; 3], [0.0; 3]]);
-    assert!(problem(&with_data(view, &sparse(14, 1))).contains("replaces element 16256"));
-    assert!(problem(&with_data(view, &sparse(10, 40))).contains("beyond"));
+    assert!(problem(&with_data(VIEW, &sparse(14, 1))).contains("replaces element 16256"));
+    assert!(problem(&with_data(VIEW, &sparse(10, 40))).contains("beyond"));
 }
 
 #[test]
