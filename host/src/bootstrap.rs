@@ -34,13 +34,8 @@ impl Interval {
     /// Whether the truth lies between `low` and `high`; `None` if the interval does not decide it.
     pub fn inside(&self, low: f64, high: f64) -> Option<bool> {
         let [first, last] = self.ends;
-        if first > low && last < high {
-            Some(true)
-        } else if last <= low || first >= high {
-            Some(false)
-        } else {
-            None
-        }
+        let (inside, outside) = (first > low && last < high, last <= low || first >= high);
+        (inside || outside).then_some(inside)
     }
 }
 

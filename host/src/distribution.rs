@@ -15,16 +15,14 @@ pub fn integer_cdf(weights: &[f64]) -> Vec<u32> {
     }
     let positive = weights.iter().filter(|&&w| w > 0.0).count() as f64;
     let (mut items, mut sum) = (0.0, 0.0);
-    weights
-        .iter()
-        .map(|&weight| {
-            // one word for each item before, the rest in proportion
-            let bound = items + ((COUNTS - positive) * (sum / total)).floor();
-            items += f64::from(u8::from(weight > 0.0));
-            sum += weight;
-            bound as u32
-        })
-        .collect()
+    let bound = |&weight: &f64| {
+        // one word for each item before, the rest in proportion
+        let bound = items + ((COUNTS - positive) * (sum / total)).floor();
+        items += f64::from(u8::from(weight > 0.0));
+        sum += weight;
+        bound as u32
+    };
+    weights.iter().map(bound).collect()
 }
 
 #[cfg(test)]

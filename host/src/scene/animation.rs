@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use glam::{DAffine3, DMat3, DQuat, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 
-use super::{Instance, Scene};
+use super::Scene;
 
 /// How a scene changes with time, which is counted in frames. Meshes, materials' textures and the number of everything
 /// stay; what is not named here stands still.
@@ -71,18 +71,17 @@ impl Animation {
             let sound = |key: &Pose| {
                 key.time.is_finite() && key.translation.is_finite() && (key.rotation.length() - 1.0).abs() < 1.0e-6
             };
-            if motion.instance >= scene.instances.len() {
-                Some("is of an instance that does not exist")
-            } else if !first {
-                Some("is the second one of its instance")
-            } else if motion.keys.is_empty() || !ascending {
-                Some("has no keys with ascending times")
-            } else if !motion.keys.iter().all(sound) {
-                Some("has a key that is not finite, or whose rotation is no unit quaternion")
-            } else {
-                None
-            }
-            .map(|problem| format!("motion {index} {problem}; correct it"))
+            let problems = [
+                (motion.instance >= scene.instances.len(), "is of an instance that does not exist"),
+                (!first, "is the second one of its instance"),
+                (motion.keys.is_empty() || !ascending, "has no keys with ascending times"),
+                (
+                    !motion.keys.iter().all(sound),
+                    "has a key that is not finite, or whose rotation is no unit quaternion",
+                ),
+            ];
+            let (_, problem) = problems.iter().find(|(is_wrong, _)| *is_wrong)?;
+            Some(format!("motion {index} {problem}; correct it"))
         });
         let blackout = || {
             self.blackouts.iter().position(|blackout| match blackout.emitter {
@@ -112,16 +111,6 @@ impl Motion {
     }
 }
 
-impl Pose {
-    fn place(&self, instance: &Instance) -> DAffine3 {
-        let rest = instance.transform;
-        DAffine3 {
-            matrix3: DMat3::from_quat(self.rotation) * rest.matrix3,
-            translation: rest.translation + self.translation,
-        }
-    }
-}
-
 impl Scene {
     /// The scene as it stands at a time in frames. It has no animation.
     #[must_use]
@@ -130,7 +119,9 @@ impl Scene {
         let time = self.animation.period.map_or(time, |period| time.rem_euclid(period));
         for motion in &self.animation.motions {
             if let (Some(instance), Some(key)) = (scene.instances.get_mut(motion.instance), motion.at(time)) {
-                instance.transform = key.place(instance);
+                let transform = &mut instance.transform;
+                transform.matrix3 = DMat3::from_quat(key.rotation) * transform.matrix3;
+                transform.translation += key.translation;
             }
         }
         for blackout in self.animation.blackouts.iter().filter(|blackout| blackout.time.contains(&time)) {
@@ -145,20 +136,19 @@ impl Scene {
 
 #[cfg(test)]
 mod tests {
+    use glam::DAffine3;
+
     use super::*;
-    use crate::scene::{Light, LightKind, Material};
+    use crate::scene::{Instance, Light, LightKind, Material};
 
     fn scene() -> Scene {
         let key = |time, x, turn| Pose { time, translation: DVec3::X * x, rotation: DQuat::from_rotation_z(turn) };
+        let bulb = LightKind::Point { position: DVec3::ZERO };
         let rest = DAffine3::from_translation(DVec3::Y) * DAffine3::from_scale(DVec3::splat(2.0));
         Scene {
             instances: vec![Instance { mesh: 0, transform: rest }],
             materials: vec![Material::emitter("lamp", [0.0; 3], [1.0; 3])],
-            lights: vec![Light {
-                name: String::new(),
-                intensity: [1.0; 3],
-                kind: LightKind::Point { position: DVec3::ZERO },
-            }],
+            lights: vec![Light { name: String::new(), intensity: [1.0; 3], kind: bulb }],
             animation: Animation {
                 motions: vec![Motion { instance: 0, keys: vec![key(1.0, 0.0, 0.0), key(3.0, 4.0, 1.0)] }],
                 blackouts: vec![

@@ -192,11 +192,9 @@ mod tests {
 
     #[test]
     fn bounds_are_rounded_outwards() {
-        let scene = Scene {
-            meshes: vec![Mesh { positions: vec![[1.0; 3], [2.0; 3], [f32::NAN; 3]], ..Mesh::default() }],
-            instances: vec![Instance { mesh: 0, transform: DAffine3::from_scale(DVec3::splat(0.1)) }],
-            ..Scene::default()
-        };
+        let mut scene = Scene::default();
+        let points = Mesh { positions: vec![[1.0; 3], [2.0; 3], [f32::NAN; 3]], ..Mesh::default() };
+        scene.place_mesh("points", 0, points, DAffine3::from_scale(DVec3::splat(0.1)));
         let [lo, hi] = scene.bounds();
         assert!(f64::from(lo[0]) <= 0.1 && f64::from(lo[0].next_up()) > 0.1);
         assert!(f64::from(hi[0]) >= 0.2 && f64::from(hi[0].next_down()) < 0.2);

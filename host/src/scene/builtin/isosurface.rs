@@ -38,14 +38,11 @@ pub(super) fn isosurface(distance: impl Fn(DVec3) -> f64 + Sync, lo: DVec3, hi: 
             }
         }
     }
-    let positions: Vec<DVec3> = crossings
-        .edges
-        .iter()
-        .map(|&[a, b]| {
-            let (at_a, at_b) = (values[a as usize], values[b as usize]);
-            point(a).lerp(point(b), (at_a / (at_a - at_b)).clamp(CROSSING.0, CROSSING.1))
-        })
-        .collect();
+    let crossing = |&[a, b]: &[u32; 2]| {
+        let (at_a, at_b) = (values[a as usize], values[b as usize]);
+        point(a).lerp(point(b), (at_a / (at_a - at_b)).clamp(CROSSING.0, CROSSING.1))
+    };
+    let positions: Vec<DVec3> = crossings.edges.iter().map(crossing).collect();
     let step = 0.05 * cell;
     let normal = |p: &DVec3| {
         let slope = DVec3::AXES.map(|axis| distance(*p + axis * step) - distance(*p - axis * step));

@@ -1,6 +1,6 @@
 //! Materials.
 
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use super::{Document, Problem};
 use crate::scene::{Material, Scene, Volume};
@@ -11,7 +11,7 @@ impl Document {
         for material in &scene.materials {
             let converted =
                 self.material(material).map_err(|problem| format!("material {:?}: {problem}", material.name))?;
-            self.materials.push(converted);
+            self.add("materials", converted);
         }
         Ok(())
     }
@@ -24,12 +24,10 @@ impl Document {
             "metallicFactor": material.metallic,
             "roughnessFactor": material.roughness,
         });
-        if let Some(texture) = &material.base_color_texture {
-            surface["baseColorTexture"] = self.texture_use(texture)?;
-        }
-        if let Some(texture) = &material.metallic_roughness_texture {
-            surface["metallicRoughnessTexture"] = self.texture_use(texture)?;
-        }
+        let slots = material.textures().map(|slot| slot.map(|used| self.texture_use(used)).transpose());
+        let [base_color, metallic_roughness, normal, emission] = slots;
+        put(&mut surface, "baseColorTexture", base_color?);
+        put(&mut surface, "metallicRoughnessTexture", metallic_roughness?);
         let strength = power_of_two_above(material.emission);
         // The surface of a volume has no back to hide, and should not be double-sided.
         let shows_back = material.emission == [0.0; 3] && material.volume.is_none();
@@ -39,26 +37,19 @@ impl Document {
             "emissiveFactor": material.emission.map(|channel| channel / strength),
             "doubleSided": material.two_sided_emission || shows_back,
         });
-        if let Some(texture) = &material.normal_texture {
-            converted["normalTexture"] = self.texture_use(texture)?;
-            converted["normalTexture"]["scale"] = json!(material.normal_scale);
+        if let Some(mut texture) = normal? {
+            texture["scale"] = json!(material.normal_scale);
+            converted["normalTexture"] = texture;
         }
-        if let Some(texture) = &material.emission_texture {
-            converted["emissiveTexture"] = self.texture_use(texture)?;
-        }
-        let extensions = self.extensions(material, strength);
-        if !extensions.is_empty() {
-            converted["extensions"] = Value::Object(extensions);
-        }
+        put(&mut converted, "emissiveTexture", emission?);
+        converted["extensions"] = self.extensions(material, strength);
         Ok(converted)
     }
 
-    fn extensions(&mut self, material: &Material, strength: f32) -> Map<String, Value> {
+    fn extensions(&mut self, material: &Material, strength: f32) -> Value {
         let plain = Material::diffuse("", [0.0; 3]);
-        let mut extensions = Map::new();
-        let mut put = |name: &'static str, members: Value| {
-            extensions.insert(self.extension(name).to_owned(), members);
-        };
+        let mut extensions = json!({});
+        let mut put = |name: &'static str, members: Value| extensions[self.extension(name)] = members;
         if strength != 1.0 {
             put("KHR_materials_emissive_strength", json!({ "emissiveStrength": strength }));
         }
@@ -84,6 +75,12 @@ impl Document {
             put("KHR_materials_volume", members);
         }
         extensions
+    }
+}
+
+fn put(object: &mut Value, name: &str, texture: Option<Value>) {
+    if let Some(texture) = texture {
+        object[name] = texture;
     }
 }
 

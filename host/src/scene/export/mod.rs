@@ -10,11 +10,11 @@
 //! Restir renders both sides of a surface, where glTF hides the back of what is not double-sided; what neither emits nor
 //! encloses a volume is therefore written as double-sided.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
 use std::path::Path;
 
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use super::Scene;
 use crate::output::write_atomically;
@@ -25,8 +25,6 @@ mod material;
 mod mesh;
 mod node;
 mod texture;
-
-use binary::Binary;
 
 /// What is wrong with a scene, as a sentence without a full stop.
 type Problem = String;
@@ -70,55 +68,46 @@ fn bytes(scene: &Scene) -> u64 {
     meshes.chain(textures).map(|bytes| bytes as u64).sum()
 }
 
-/// A file in the making: the arrays of its JSON, and its binary chunk.
+/// A file in the making.
 #[derive(Default)]
 struct Document {
-    binary: Binary,
+    /// The arrays of its JSON, by their names.
+    arrays: BTreeMap<&'static str, Vec<Value>>,
     extensions: BTreeSet<&'static str>,
-    images: Vec<Value>,
-    samplers: Vec<Value>,
-    textures: Vec<Value>,
-    materials: Vec<Value>,
-    meshes: Vec<Value>,
-    cameras: Vec<Value>,
-    lights: Vec<Value>,
-    nodes: Vec<Value>,
+    /// Its binary chunk.
+    bytes: Vec<u8>,
 }
 
 impl Document {
-    fn into_file(self, scene: &Scene) -> Result<Vec<u8>, Problem> {
-        let mut root = Map::new();
-        let mut put = |name: &str, array: Vec<Value>| {
-            // glTF has no empty arrays.
-            if !array.is_empty() {
-                root.insert(name.to_owned(), Value::Array(array));
-            }
-        };
-        let nodes: Vec<usize> = (0..self.nodes.len()).collect();
-        put("images", self.images);
-        put("samplers", self.samplers);
-        put("textures", self.textures);
-        put("materials", self.materials);
-        put("meshes", self.meshes);
-        put("cameras", self.cameras);
-        put("nodes", self.nodes);
-        put("accessors", self.binary.accessors);
-        put("bufferViews", self.binary.views);
-        put("extensionsUsed", self.extensions.iter().map(|&name| name.into()).collect());
-        if !self.lights.is_empty() {
-            root.insert("extensions".to_owned(), json!({ "KHR_lights_punctual": { "lights": self.lights } }));
+    /// Adds a member to an array and gives its index.
+    fn add(&mut self, array: &'static str, member: Value) -> usize {
+        let members = self.arrays.entry(array).or_default();
+        members.push(member);
+        members.len() - 1
+    }
+
+    fn into_file(mut self, scene: &Scene) -> Result<Vec<u8>, Problem> {
+        let lights = self.arrays.remove("lights");
+        let nodes: Vec<usize> = (0..self.arrays.get("nodes").map_or(0, Vec::len)).collect();
+        let mut root: Value = self.arrays.into_iter().collect();
+        // glTF has no empty arrays.
+        if !self.extensions.is_empty() {
+            root["extensionsUsed"] = json!(self.extensions);
         }
-        if !self.binary.bytes.is_empty() {
-            root.insert("buffers".to_owned(), json!([{ "byteLength": self.binary.bytes.len() }]));
+        if let Some(lights) = lights {
+            root["extensions"] = json!({ "KHR_lights_punctual": { "lights": lights } });
+        }
+        if !self.bytes.is_empty() {
+            root["buffers"] = json!([{ "byteLength": self.bytes.len() }]);
         }
         if !nodes.is_empty() {
             let size = scene.default_size.map(|size| json!({ "restir": { "size": size } }));
-            root.insert("scene".to_owned(), json!(0));
-            root.insert("scenes".to_owned(), json!([{ "nodes": nodes, "extras": size }]));
+            root["scene"] = json!(0);
+            root["scenes"] = json!([{ "nodes": nodes, "extras": size }]);
         }
         let generator = concat!("restir ", env!("CARGO_PKG_VERSION"));
-        root.insert("asset".to_owned(), json!({ "version": "2.0", "generator": generator }));
-        binary::container(Value::Object(root).to_string().into_bytes(), self.binary.bytes)
+        root["asset"] = json!({ "version": "2.0", "generator": generator });
+        binary::container(root.to_string(), self.bytes)
     }
 }
 

@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 
 use super::material::power_of_two_above;
 use super::{Document, Problem};
+use crate::error::ensure;
 use crate::scene::gltf::exact;
 use crate::scene::{Camera, Light, LightKind, Scene};
 
@@ -15,12 +16,10 @@ impl Document {
     /// Adds a node for each instance, light and the camera; `meshes` maps the scene's meshes to the file's.
     pub(super) fn add_nodes(&mut self, scene: &Scene, meshes: &[Option<usize>]) -> Result<(), Problem> {
         for (number, instance) in scene.instances.iter().enumerate() {
-            let mesh = meshes
-                .get(instance.mesh)
-                .ok_or_else(|| format!("instance {number} refers to mesh {}, which does not exist", instance.mesh))?;
-            if let Some(mesh) = mesh {
-                let node = json!({ "mesh": mesh, "name": scene.meshes[instance.mesh].name });
-                self.add_node(node, &instance.transform)?;
+            let index = instance.mesh;
+            ensure!(index < meshes.len(), "instance {number} refers to mesh {index}, which does not exist");
+            if let Some(mesh) = meshes[index] {
+                self.add_node(json!({ "mesh": mesh, "name": scene.meshes[index].name }), &instance.transform)?;
             }
         }
         scene.lights.iter().try_for_each(|light| self.add_light(light))?;
@@ -29,42 +28,37 @@ impl Document {
 
     fn add_node(&mut self, mut node: Value, transform: &DAffine3) -> Result<(), Problem> {
         let matrix = exact::matrix(transform);
-        if !matrix.iter().all(|entry| entry.is_finite()) {
-            return Err(format!("the transform of {} is not finite", node["name"]));
-        }
+        let finite = matrix.iter().all(|entry| entry.is_finite());
+        ensure!(finite, "the transform of {} is not finite", node["name"]);
         if *transform != DAffine3::IDENTITY {
             node["matrix"] = json!(matrix);
         }
         if let Some(extras) = exact::node_extras(transform) {
             node["extras"] = extras;
         }
-        self.nodes.push(node);
+        self.add("nodes", node);
         Ok(())
     }
 
-    fn add_light(&mut self, light: &Light) -> Result<(), Problem> {
-        if !light.intensity.iter().all(|channel| channel.is_finite() && *channel >= 0.0) {
-            return Err(format!("light {:?} has an intensity of {:?}", light.name, light.intensity));
-        }
-        let power = power_of_two_above(light.intensity);
-        let mut converted = json!({
-            "name": light.name, "color": light.intensity.map(|channel| channel / power), "intensity": power,
-        });
-        let (kind, transform) = match light.kind {
+    fn add_light(&mut self, Light { name, intensity, kind }: &Light) -> Result<(), Problem> {
+        let possible = intensity.iter().all(|channel| channel.is_finite() && *channel >= 0.0);
+        ensure!(possible, "light {name:?} has an intensity of {intensity:?}");
+        let power = power_of_two_above(*intensity);
+        let color = intensity.map(|channel| channel / power);
+        let mut light = json!({ "name": name, "color": color, "intensity": power });
+        let (kind, transform) = match *kind {
             LightKind::Point { position } => ("point", DAffine3::from_translation(position)),
             LightKind::Directional { direction } => ("directional", shining(DVec3::ZERO, direction)),
             LightKind::Spot { position, direction, inner, outer } => {
                 let [inner_single, outer_single] = [inner, outer].map(|angle| angle as f32);
-                converted["spot"] = json!({ "innerConeAngle": inner_single, "outerConeAngle": outer_single });
-                converted["extras"] = exact::cone_extras([inner, outer]);
+                light["spot"] = json!({ "innerConeAngle": inner_single, "outerConeAngle": outer_single });
+                light["extras"] = exact::cone_extras([inner, outer]);
                 ("spot", shining(position, direction))
             }
         };
-        converted["type"] = json!(kind);
-        self.lights.push(converted);
-        let extension = self.extension("KHR_lights_punctual");
-        let reference = json!({ extension: { "light": self.lights.len() - 1 } });
-        self.add_node(json!({ "name": light.name, "extensions": reference }), &transform)
+        light["type"] = json!(kind);
+        let reference = json!({ self.extension("KHR_lights_punctual"): { "light": self.add("lights", light) } });
+        self.add_node(json!({ "name": name, "extensions": reference }), &transform)
     }
 
     fn add_camera(&mut self, camera: &Camera, size: Option<[u32; 2]>) -> Result<(), Problem> {
@@ -73,12 +67,11 @@ impl Document {
         if let Some([width, height]) = size.filter(|[width, height]| *width > 0 && *height > 0) {
             perspective["aspectRatio"] = json!(f64::from(width) / f64::from(height));
         }
-        self.cameras.push(json!({
-            "type": "perspective", "perspective": perspective, "extras": exact::camera_extras(camera),
-        }));
+        let extras = exact::camera_extras(camera);
+        let index = self.add("cameras", json!({ "type": "perspective", "perspective": perspective, "extras": extras }));
         // In single precision: the extras of the camera have the rest.
         let matrix = exact::matrix(&exact::camera_transform(camera));
-        self.nodes.push(json!({ "name": "camera", "camera": self.cameras.len() - 1, "matrix": matrix }));
+        self.add("nodes", json!({ "name": "camera", "camera": index, "matrix": matrix }));
         Ok(())
     }
 }

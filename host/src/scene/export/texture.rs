@@ -5,6 +5,7 @@ use std::sync::Arc;
 use serde_json::{Value, json};
 
 use super::{Document, Problem};
+use crate::error::ensure;
 use crate::scene::gltf::exact::{self, PlacedTexture};
 use crate::scene::{Filter, Scene, Texture, TextureUse, Wrap};
 
@@ -14,30 +15,27 @@ impl Document {
         for (index, texture) in scene.textures.iter().enumerate() {
             let same = |other: &Texture| Arc::ptr_eq(&other.texels, &texture.texels) && other.size == texture.size;
             let image = match scene.textures[..index].iter().position(same) {
-                Some(first) => self.textures[first]["source"].clone(),
+                Some(first) => self.arrays["textures"][first]["source"].clone(),
                 None => self.add_image(texture)?.into(),
             };
-            self.samplers.push(sampler(texture));
-            self.textures.push(json!({ "name": texture.name, "sampler": self.samplers.len() - 1, "source": image }));
+            let sampler = self.add("samplers", sampler(texture));
+            self.add("textures", json!({ "name": texture.name, "sampler": sampler, "source": image }));
         }
         Ok(())
     }
 
     fn add_image(&mut self, texture: &Texture) -> Result<usize, Problem> {
-        let view = self.binary.add(&png(texture)?);
-        self.images.push(json!({ "bufferView": view, "mimeType": "image/png", "name": texture.name }));
-        Ok(self.images.len() - 1)
+        let view = self.view(png(texture)?, None);
+        Ok(self.add("images", json!({ "bufferView": view, "mimeType": "image/png", "name": texture.name })))
     }
 
     /// A reference to a texture, as a material has it.
     pub(super) fn texture_use(&mut self, texture_use: &TextureUse) -> Result<Value, Problem> {
         let TextureUse { texture, transform } = *texture_use;
-        if texture >= self.textures.len() {
-            return Err(format!("it refers to texture {texture}, which does not exist"));
-        }
-        if !transform.iter().all(|entry| entry.is_finite()) {
-            return Err(format!("its texture transform {transform:?} is not finite"));
-        }
+        let exists = texture < self.arrays.get("textures").map_or(0, Vec::len);
+        ensure!(exists, "it refers to texture {texture}, which does not exist");
+        let finite = transform.iter().all(|entry| entry.is_finite());
+        ensure!(finite, "its texture transform {transform:?} is not finite");
         let mut info = json!({ "index": texture });
         if transform != TextureUse::new(texture).transform {
             let placed = PlacedTexture::of(transform);
@@ -74,11 +72,9 @@ fn sampler(texture: &Texture) -> Value {
 /// A PNG file; without alpha where all texels are opaque.
 fn png(texture: &Texture) -> Result<Vec<u8>, Problem> {
     let [width, height] = texture.size;
-    let count = u64::from(width) * u64::from(height);
-    if count == 0 || count != texture.texels.len() as u64 {
-        let texels = texture.texels.len();
-        return Err(format!("texture {:?} of {width} x {height} has {texels} texels", texture.name));
-    }
+    let (count, texels) = (u64::from(width) * u64::from(height), texture.texels.len());
+    let complete = count != 0 && count == texels as u64;
+    ensure!(complete, "texture {:?} of {width} x {height} has {texels} texels", texture.name);
     let opaque = texture.texels.iter().all(|texel| texel[3] == u8::MAX);
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(&mut file, width, height);

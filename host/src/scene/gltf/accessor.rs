@@ -1,10 +1,11 @@
 //! Typed reads from the buffers, dense and sparse, with every range checked.
 
-use gltf::json::accessor::{self, ComponentType, Type};
+use gltf::json::accessor::{self, ComponentType, Type, sparse::Sparse};
 use gltf::json::validation::Checked;
 use gltf::json::{Accessor, Index, buffer::View};
 
 use super::{Document, Problem};
+use crate::error::ensure;
 
 /// The most elements of an accessor that has no data of its own: its count alone must not exhaust the memory.
 pub(super) const MAX_IMPLICIT_ELEMENTS: u64 = 1 << 24;
@@ -21,17 +22,8 @@ impl Document<'_> {
     /// Vectors of two to four components: floats, or 8 and 16-bit integers (texture coordinates, and everything under
     /// KHR_mesh_quantization).
     pub(super) fn vectors<const N: usize>(&self, index: Index<Accessor>) -> Result<Vec<[f32; N]>, Problem> {
-        let accessor = self.accessor(index)?;
-        let kind = component_type(accessor)?;
-        let (type_, name) = match N {
-            2 => (Type::Vec2, "VEC2"),
-            3 => (Type::Vec3, "VEC3"),
-            _ => (Type::Vec4, "VEC4"),
-        };
-        check_type(accessor, type_, name)?;
-        if kind == ComponentType::U32 {
-            return Err("vertex attributes cannot be 32-bit integers".to_owned());
-        }
+        let (accessor, kind) = self.accessor(index, [Type::Vec2, Type::Vec3, Type::Vec4][N - 2])?;
+        ensure!(kind != ComponentType::U32, "vertex attributes cannot be 32-bit integers");
         let normalized = accessor.normalized;
         let size = kind.size();
         let decode = move |bytes: &[u8]| {
@@ -42,18 +34,21 @@ impl Document<'_> {
 
     /// Unsigned integers.
     pub(super) fn integers(&self, index: Index<Accessor>) -> Result<Vec<u32>, Problem> {
-        let accessor = self.accessor(index)?;
-        let kind = component_type(accessor)?;
-        check_type(accessor, Type::Scalar, "SCALAR")?;
-        if !matches!(kind, ComponentType::U8 | ComponentType::U16 | ComponentType::U32) {
-            return Err("indices have to be unsigned integers".to_owned());
-        }
+        let (accessor, kind) = self.accessor(index, Type::Scalar)?;
+        let unsigned = matches!(kind, ComponentType::U8 | ComponentType::U16 | ComponentType::U32);
+        ensure!(unsigned, "indices have to be unsigned integers");
         self.elements(accessor, kind.size(), 0, move |bytes| integer(kind, bytes))
     }
 
-    fn accessor(&self, index: Index<Accessor>) -> Result<&Accessor, Problem> {
-        let index = index.value();
-        self.root.accessors.get(index).ok_or_else(|| format!("it refers to accessor {index}, which does not exist"))
+    /// An accessor of this type, and the type of its components.
+    fn accessor(&self, index: Index<Accessor>, expected: Type) -> Result<(&Accessor, ComponentType), Problem> {
+        let accessor = self.get(index, "it refers to accessor")?;
+        let Checked::Valid(accessor::GenericComponentType(kind)) = accessor.component_type else {
+            return Err("an accessor has an unknown component type".to_owned());
+        };
+        let name = format!("{expected:?}").to_uppercase();
+        ensure!(accessor.type_ == Checked::Valid(expected), "an accessor has another type than {name}");
+        Ok((accessor, kind))
     }
 
     fn elements<T: Copy>(
@@ -69,12 +64,12 @@ impl Document<'_> {
                 let offset = accessor.byte_offset.unwrap_or_default().0;
                 self.dense(&Range { view, offset, count, element_bytes }, &decode)?
             }
-            None if count <= MAX_IMPLICIT_ELEMENTS => vec![zero; count as usize],
-            None => {
+            None if count > MAX_IMPLICIT_ELEMENTS => {
                 return Err(format!(
                     "an accessor without data has {count} elements, more than {MAX_IMPLICIT_ELEMENTS}"
                 ));
             }
+            None => vec![zero; count as usize],
         };
         if let Some(sparse) = &accessor.sparse {
             self.substitute(&mut elements, sparse, element_bytes, &decode)?;
@@ -85,28 +80,23 @@ impl Document<'_> {
     fn substitute<T>(
         &self,
         elements: &mut [T],
-        sparse: &accessor::sparse::Sparse,
+        sparse: &Sparse,
         element_bytes: usize,
         decode: &impl Fn(&[u8]) -> T,
     ) -> Result<(), Problem> {
-        let count = sparse.count.0;
-        let Checked::Valid(accessor::IndexComponentType(kind)) = sparse.indices.component_type else {
+        let (Sparse { indices, values, .. }, count) = (sparse, sparse.count.0);
+        let Checked::Valid(accessor::IndexComponentType(kind)) = indices.component_type else {
             return Err("a sparse accessor has indices of an unknown type".to_owned());
         };
-        let indices = Range {
-            view: sparse.indices.buffer_view,
-            offset: sparse.indices.byte_offset.0,
-            count,
-            element_bytes: kind.size(),
-        };
-        let values =
-            Range { view: sparse.values.buffer_view, offset: sparse.values.byte_offset.0, count, element_bytes };
-        let indices = self.dense(&indices, &|bytes: &[u8]| integer(kind, bytes))?;
-        for (index, value) in indices.into_iter().zip(self.dense(&values, decode)?) {
-            let length = elements.len();
-            *elements
-                .get_mut(index as usize)
-                .ok_or_else(|| format!("a sparse accessor of {length} elements replaces element {index}"))? = value;
+        let (view, offset) = (indices.buffer_view, indices.byte_offset.0);
+        let indices = self.dense(&Range { view, offset, count, element_bytes: kind.size() }, &|b| integer(kind, b))?;
+        let (view, offset) = (values.buffer_view, values.byte_offset.0);
+        let values = self.dense(&Range { view, offset, count, element_bytes }, decode)?;
+        let length = elements.len();
+        for (index, value) in indices.into_iter().zip(values) {
+            let replaced = elements.get_mut(index as usize);
+            *replaced.ok_or_else(|| format!("a sparse accessor of {length} elements replaces element {index}"))? =
+                value;
         }
         Ok(())
     }
@@ -114,59 +104,34 @@ impl Document<'_> {
     fn dense<T>(&self, range: &Range, decode: &impl Fn(&[u8]) -> T) -> Result<Vec<T>, Problem> {
         let (view, stride) = self.view(range.view)?;
         let stride = stride.unwrap_or(range.element_bytes);
-        if stride < range.element_bytes {
-            return Err(format!("elements of {} bytes overlap at a stride of {stride}", range.element_bytes));
-        }
+        let size = range.element_bytes;
+        ensure!(stride >= size, "elements of {size} bytes overlap at a stride of {stride}");
         if range.count == 0 {
             return Ok(Vec::new());
         }
-        let bytes = covered(range, stride).and_then(|(start, end)| view.get(start..end)).ok_or_else(|| {
+        let bytes = covered(range, stride).and_then(|covered| view.get(covered)).ok_or_else(|| {
             format!("an accessor of {} elements reaches beyond its buffer view of {} bytes", range.count, view.len())
         })?;
         // The last chunk may be shorter than the stride.
-        Ok(bytes.chunks(stride).map(|chunk| decode(chunk.get(..range.element_bytes).unwrap_or(chunk))).collect())
+        Ok(bytes.chunks(stride).map(|chunk| decode(chunk.get(..size).unwrap_or(chunk))).collect())
     }
 
     pub(super) fn view(&self, index: Index<View>) -> Result<(&[u8], Option<usize>), Problem> {
-        let index = index.value();
-        let view = self
-            .root
-            .buffer_views
-            .get(index)
-            .ok_or_else(|| format!("it refers to buffer view {index}, which does not exist"))?;
-        let buffer = self
-            .buffers
-            .get(view.buffer.value())
-            .ok_or_else(|| format!("it refers to buffer {}, which does not exist", view.buffer.value()))?;
-        let start = view.byte_offset.unwrap_or_default().0;
-        let bytes = start
-            .checked_add(view.byte_length.0)
-            .and_then(|end| Some(usize::try_from(start).ok()?..usize::try_from(end).ok()?))
-            .and_then(|range| buffer.get(range))
-            .ok_or_else(|| format!("buffer view {index} reaches beyond its buffer of {} bytes", buffer.len()))?;
-        Ok((bytes, view.byte_stride.as_ref().map(|stride| stride.0)))
+        let view = self.get(index, "it refers to buffer view")?;
+        self.get(view.buffer, "it refers to buffer")?;
+        let buffer = &self.buffers[view.buffer.value()];
+        let (start, length) = (view.byte_offset.unwrap_or_default().0, view.byte_length.0);
+        let cut = || buffer.get(usize::try_from(start).ok()?..)?.get(..usize::try_from(length).ok()?);
+        let beyond = || format!("buffer view {index} reaches beyond its buffer of {} bytes", buffer.len());
+        Ok((cut().ok_or_else(beyond)?, view.byte_stride.as_ref().map(|stride| stride.0)))
     }
 }
 
-/// First byte of the first element and end of the last; the count is not zero.
-fn covered(range: &Range, stride: usize) -> Option<(usize, usize)> {
+/// From the first byte of the first element to the end of the last; the count is not zero.
+fn covered(range: &Range, stride: usize) -> Option<std::ops::Range<usize>> {
     let start = usize::try_from(range.offset).ok()?;
     let steps = usize::try_from(range.count).ok()?.checked_sub(1)?.checked_mul(stride)?;
-    Some((start, start.checked_add(steps)?.checked_add(range.element_bytes)?))
-}
-
-fn component_type(accessor: &Accessor) -> Result<ComponentType, Problem> {
-    match accessor.component_type {
-        Checked::Valid(accessor::GenericComponentType(kind)) => Ok(kind),
-        Checked::Invalid => Err("an accessor has an unknown component type".to_owned()),
-    }
-}
-
-fn check_type(accessor: &Accessor, expected: Type, name: &str) -> Result<(), Problem> {
-    match accessor.type_ {
-        Checked::Valid(kind) if kind == expected => Ok(()),
-        _ => Err(format!("an accessor has another type than {name}")),
-    }
+    Some(start..start.checked_add(steps)?.checked_add(range.element_bytes)?)
 }
 
 fn component(kind: ComponentType, normalized: bool, bytes: &[u8]) -> f32 {

@@ -6,7 +6,8 @@ use gltf::json::validation::Checked;
 
 use super::material::Needs;
 use super::{Importer, Problem};
-use crate::scene::{MAX_COORDINATE, Mesh};
+use crate::error::ensure;
+use crate::scene::{MAX_COORDINATE, Mesh, double};
 
 /// How far from 1 the length of a vector may be that is taken as it is: rounding to single precision is 1e-7.
 const UNIT_TOLERANCE: f64 = 1e-6;
@@ -26,10 +27,7 @@ impl Importer<'_> {
         };
         mesh.uvs = self.attribute::<2>(mesh, primitive, Semantic::TexCoords(set), "texture coordinates")?;
         if mesh.uvs.is_empty() {
-            self.warn(format!(
-                "mesh {}: it has no texture coordinates {set} for the textures of its material",
-                mesh.name
-            ));
+            self.warn(format!("it has no texture coordinates {set} for the textures of its material"));
         } else if needs.tangents {
             mesh.tangents = self.tangents(mesh, primitive)?;
         }
@@ -38,36 +36,23 @@ impl Importer<'_> {
 
     fn normals(&mut self, mesh: &Mesh, primitive: &Primitive) -> Result<Vec<[f32; 3]>, Problem> {
         let mut normals = self.attribute::<3>(mesh, primitive, Semantic::Normals, "normal")?;
-        let mut missing = Vec::new();
-        for (vertex, normal) in normals.iter_mut().enumerate() {
-            match unit(*normal) {
-                Some(unit) => *normal = unit,
-                None => missing.push(vertex),
-            }
+        let missing = normals.iter().filter(|&&normal| unit(normal).is_none()).count();
+        if missing > 0 {
+            self.warn(format!("{missing} of its normals are zero and were derived from its triangles"));
         }
-        if !missing.is_empty() {
-            self.warn(format!(
-                "mesh {}: {} of its normals are zero and were derived from its triangles",
-                mesh.name,
-                missing.len()
-            ));
-            let derived = geometric_normals(mesh);
-            for vertex in missing {
-                normals[vertex] = derived[vertex];
-            }
+        let derived = if missing > 0 { geometric_normals(mesh) } else { Vec::new() };
+        for (vertex, normal) in normals.iter_mut().enumerate() {
+            *normal = unit(*normal).unwrap_or_else(|| derived[vertex]);
         }
         Ok(normals)
     }
 
     fn tangents(&mut self, mesh: &Mesh, primitive: &Primitive) -> Result<Vec<[f32; 4]>, Problem> {
         let tangents = self.attribute::<4>(mesh, primitive, Semantic::Tangents, "tangent")?;
-        let units: Option<Vec<[f32; 4]>> = tangents
-            .iter()
-            .map(|&[x, y, z, sign]| unit([x, y, z]).map(|[x, y, z]| [x, y, z, if sign < 0.0 { -1.0 } else { 1.0 }]))
-            .collect();
-        if units.is_none() {
-            self.warn(format!("mesh {}: some of its tangents are zero; all are derived instead", mesh.name));
-        }
+        let signed = |[x, y, z]: [f32; 3], sign: f32| [x, y, z, if sign < 0.0 { -1.0 } else { 1.0 }];
+        let units = tangents.iter().map(|&[x, y, z, sign]| unit([x, y, z]).map(|unit| signed(unit, sign)));
+        let units: Option<Vec<[f32; 4]>> = units.collect();
+        self.warn_if(units.is_none(), "some of its tangents are zero; all are derived instead");
         Ok(units.unwrap_or_default())
     }
 
@@ -83,20 +68,18 @@ impl Importer<'_> {
             return Ok(Vec::new());
         };
         let values = self.document.vectors::<N>(accessor)?;
-        if values.len() != mesh.positions.len() {
-            return Err(format!("it has {} vertices, and {what} for {}", mesh.positions.len(), values.len()));
-        }
+        let [vertices, found] = [mesh.positions.len(), values.len()];
+        ensure!(found == vertices, "it has {vertices} vertices, and {what} for {found}");
         let is_good = |value: &[f32; N]| value.iter().all(|x| f64::from(*x).abs() <= MAX_COORDINATE);
-        match values.iter().position(|value| !is_good(value)) {
-            Some(vertex) => Err(format!("the {what} of vertex {vertex} is not finite within {MAX_COORDINATE:e}")),
-            None => Ok(values),
-        }
+        values.iter().position(|value| !is_good(value)).map_or(Ok(values), |vertex| {
+            Err(format!("the {what} of vertex {vertex} is not finite within {MAX_COORDINATE:e}"))
+        })
     }
 }
 
 /// The vector at length 1, unchanged if it has that up to rounding; none for zero.
 fn unit(vector: [f32; 3]) -> Option<[f32; 3]> {
-    let exact = DVec3::from_array(vector.map(f64::from));
+    let exact = double(vector);
     let length = exact.length();
     if (length - 1.0).abs() <= UNIT_TOLERANCE {
         return Some(vector);
@@ -106,11 +89,9 @@ fn unit(vector: [f32; 3]) -> Option<[f32; 3]> {
 
 /// The mean normal of the triangles at each vertex, weighted by area; +z where there is none.
 fn geometric_normals(mesh: &Mesh) -> Vec<[f32; 3]> {
-    let position = |vertex: u32| DVec3::from_array(mesh.positions[vertex as usize].map(f64::from));
     let mut sums = vec![DVec3::ZERO; mesh.positions.len()];
-    for &[a, b, c] in &mesh.indices {
-        let normal = (position(b) - position(a)).cross(position(c) - position(a));
-        [a, b, c].into_iter().for_each(|vertex| sums[vertex as usize] += normal);
+    for (vertices, [a, b, c]) in mesh.indices.iter().zip(mesh.triangles()) {
+        vertices.iter().for_each(|&vertex| sums[vertex as usize] += (b - a).cross(c - a));
     }
     sums.iter().map(|sum| sum.normalize_or(DVec3::Z).as_vec3().to_array()).collect()
 }

@@ -7,6 +7,7 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 use gltf::json::Extras;
+use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
 use crate::image::MAX_SIDE;
@@ -19,12 +20,6 @@ pub(in crate::scene) struct PlacedTexture {
     /// In radians.
     pub(in crate::scene) rotation: f32,
     pub(in crate::scene) scale: [f32; 2],
-}
-
-impl Default for PlacedTexture {
-    fn default() -> Self {
-        Self { offset: [0.0; 2], rotation: 0.0, scale: [1.0; 2] }
-    }
 }
 
 impl PlacedTexture {
@@ -60,9 +55,7 @@ pub(in crate::scene) fn matrix(transform: &DAffine3) -> [f32; 16] {
 
 /// Where a node of `matrix` is, in the precision of its extras if they fit.
 pub(super) fn node_transform(extras: &Extras, rounded: [f32; 16]) -> Option<DAffine3> {
-    let [columns @ .., translation] = vectors::<4>(&own(extras)?, "transform")?;
-    let [x, y, z] = columns;
-    let exact = DAffine3::from_mat3_translation(DMat3::from_cols(x, y, z), translation);
+    let exact = DAffine3::from_cols_array(&own::<[f64; 12]>(extras, "transform")?);
     (exact.is_finite() && matrix(&exact) == rounded).then_some(exact)
 }
 
@@ -82,14 +75,14 @@ pub(in crate::scene) fn camera_transform(camera: &Camera) -> DAffine3 {
 
 /// The camera that the extras describe, if it is that of the file.
 pub(super) fn camera(extras: &Extras, world: &DAffine3, vertical_fov: f32) -> Option<Camera> {
-    let value = own(extras)?;
+    let vector = |member: &str| own(extras, member).map(DVec3::from_array);
     let camera = Camera {
-        position: vector(value.get("position")?)?,
-        target: vector(value.get("target")?)?,
-        up: vector(value.get("up")?)?,
-        vertical_fov: value.get("verticalFov")?.as_f64()?,
-        lens_radius: value.get("lensRadius")?.as_f64()?,
-        focus_distance: value.get("focusDistance").and_then(Value::as_f64),
+        position: vector("position")?,
+        target: vector("target")?,
+        up: vector("up")?,
+        vertical_fov: own(extras, "verticalFov")?,
+        lens_radius: own(extras, "lensRadius")?,
+        focus_distance: own(extras, "focusDistance"),
     };
     let fits = matrix(&camera_transform(&camera)) == matrix(world) && camera.vertical_fov as f32 == vertical_fov;
     (fits && camera.check().is_ok()).then_some(camera)
@@ -109,7 +102,7 @@ pub(in crate::scene) fn camera_extras(camera: &Camera) -> Value {
 
 /// Inner and outer angle of a spot light in double precision, if they are those of the file.
 pub(super) fn cone(extras: &Extras, rounded: [f32; 2]) -> Option<[f64; 2]> {
-    let angles = numbers::<2>(own(extras)?.get("cone")?)?;
+    let angles: [f64; 2] = own(extras, "cone")?;
     (angles.map(|angle| angle as f32) == rounded).then_some(angles)
 }
 
@@ -120,7 +113,7 @@ pub(in crate::scene) fn cone_extras(angles: [f64; 2]) -> Value {
 
 /// An affine map of texture coordinates.
 pub(super) fn texture_transform(extras: &Extras) -> Option<[f32; 6]> {
-    Some(numbers::<6>(own(extras)?.get("transform")?)?.map(|entry| entry as f32))
+    own::<[f64; 6]>(extras, "transform").map(|transform| transform.map(|entry| entry as f32))
 }
 
 /// The extras of a use of a texture, unless `KHR_texture_transform` says the same.
@@ -131,28 +124,12 @@ pub(in crate::scene) fn texture_extras(transform: [f32; 6]) -> Option<Value> {
 
 /// The image size that suits the scene.
 pub(super) fn size(extras: &Extras) -> Option<[u32; 2]> {
-    let [width, height] = numbers::<2>(own(extras)?.get("size")?)?;
-    let side = |side: f64| (1.0..=f64::from(MAX_SIDE)).contains(&side).then_some(side as u32);
-    Some([side(width)?, side(height)?])
+    let size: [f64; 2] = own(extras, "size")?;
+    size.iter().all(|side| (1.0..=f64::from(MAX_SIDE)).contains(side)).then_some(size.map(|side| side as u32))
 }
 
-fn own(extras: &Extras) -> Option<Value> {
-    let value: Value = serde_json::from_str(extras.as_ref()?.get()).ok()?;
-    value.get("restir").cloned()
-}
-
-fn numbers<const N: usize>(value: &Value) -> Option<[f64; N]> {
-    let numbers: Option<Vec<f64>> = value.as_array()?.iter().map(Value::as_f64).collect();
-    numbers?.try_into().ok()
-}
-
-fn vector(value: &Value) -> Option<DVec3> {
-    numbers::<3>(value).map(DVec3::from_array)
-}
-
-/// Vectors one after the other in an array.
-fn vectors<const N: usize>(value: &Value, member: &str) -> Option<[DVec3; N]> {
-    let entries: Option<Vec<f64>> = value.get(member)?.as_array()?.iter().map(Value::as_f64).collect();
-    let vectors: Vec<DVec3> = entries?.as_chunks::<3>().0.iter().map(|&vector| DVec3::from_array(vector)).collect();
-    vectors.try_into().ok()
+/// A member of what the export has written into extras.
+fn own<T: DeserializeOwned>(extras: &Extras, member: &str) -> Option<T> {
+    let mut value: Value = serde_json::from_str(extras.as_ref()?.get()).ok()?;
+    serde_json::from_value(value.get_mut("restir")?.get_mut(member)?.take()).ok()
 }

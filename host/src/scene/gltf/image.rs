@@ -13,7 +13,8 @@ use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
 use super::Problem;
-use super::budget::gib;
+use crate::error::ensure;
+use crate::memory::gib;
 
 /// The most texels along a side of a texture.
 const MAX_SIDE: u32 = 16_384;
@@ -43,19 +44,15 @@ pub(super) fn decode(file: &[u8], room: u64) -> Result<Decoded, Problem> {
 }
 
 fn check_size(width: u32, height: u32, room: u64) -> Result<(), Problem> {
-    if !(1..=MAX_SIDE).contains(&width) || !(1..=MAX_SIDE).contains(&height) {
-        return Err(format!(
-            "it has {width} x {height} texels; a texture has at least 1 and at most {MAX_SIDE} on a side: resize it"
-        ));
-    }
+    let texels = format!("{width} x {height} texels");
+    let fits = [width, height].iter().all(|side| (1..=MAX_SIDE).contains(side));
+    ensure!(fits, "it has {texels}; a texture has at least 1 and at most {MAX_SIDE} on a side: resize it");
     let bytes = DECODING_BYTES * u64::from(width) * u64::from(height);
-    if bytes > room {
-        return Err(format!(
-            "decoding its {width} x {height} texels takes {}, more than the {} that is left for textures; use smaller ones",
-            gib(bytes),
-            gib(room)
-        ));
-    }
+    let [taken, left] = [bytes, room].map(gib);
+    ensure!(
+        bytes <= room,
+        "decoding its {texels} takes {taken}, more than the {left} that is left for textures; use smaller ones"
+    );
     Ok(())
 }
 
@@ -101,9 +98,8 @@ fn jpeg(file: &[u8], room: u64) -> Result<Decoded, Problem> {
     check_size(size[0], size[1], room)?;
     let bytes = decoder.decode().map_err(broken)?;
     let texels = texels(&bytes, |&[r, g, b]| [r, g, b, u8::MAX]);
-    if texels.len() as u64 != u64::from(size[0]) * u64::from(size[1]) {
-        return Err("its JPEG has channels that are no colours; export it as RGB".to_owned());
-    }
+    let complete = texels.len() as u64 == u64::from(size[0]) * u64::from(size[1]);
+    ensure!(complete, "its JPEG has channels that are no colours; export it as RGB");
     Ok(Decoded { size, texels })
 }
 

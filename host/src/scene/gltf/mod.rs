@@ -11,12 +11,16 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::fmt::Display;
 use std::io::{self, Read};
+use std::ops::Range;
 use std::path::Path;
 
-use gltf::json::{self, Root};
+use gltf::json::{self, Index, Root, root::Get};
 
 use super::Scene;
+use crate::error::ensure;
+use crate::memory::gib;
 use crate::{Error, input};
 
 mod accessor;
@@ -54,8 +58,7 @@ type Problem = String;
 /// [`Error::File`] if the file cannot be read, [`Error::Scene`] if it is broken or requires an extension that is not
 /// supported.
 pub fn load(path: &Path) -> Result<Scene, Error> {
-    let bytes =
-        read(path).map_err(|error| Error::File { action: "read", path: path.to_owned(), reason: error.to_string() })?;
+    let bytes = read(path).map_err(|error| Error::cannot_read(path, error))?;
     let name = path.display().to_string();
     import(&name, &bytes, path.parent()).map_err(|problem| Error::Scene { scene: name, problem })
 }
@@ -64,11 +67,8 @@ fn read(path: &Path) -> io::Result<Vec<u8>> {
     let mut file = input::open(path)?;
     let (length, most) = (file.metadata()?.len(), budget::max_bytes().map_err(io::Error::other)?);
     if length > most {
-        return Err(io::Error::other(format!(
-            "it has {}, more than the {} that may be read",
-            budget::gib(length),
-            budget::gib(most)
-        )));
+        let [length, most] = [length, most].map(gib);
+        return Err(io::Error::other(format!("it has {length}, more than the {most} that may be read")));
     }
     let mut bytes = Vec::new();
     file.read_to_end(&mut bytes)?;
@@ -83,8 +83,20 @@ pub(super) fn import(name: &str, bytes: &[u8], folder: Option<&Path>) -> Result<
     let buffers = buffer::load_all(&root, blob, folder, &mut file_room)?;
     let document = Document { root: &root, buffers };
     document.check_memory()?;
-    let mut importer = Importer::new(name, document, folder, file_room);
-    importer.warn_of_ignored_extensions();
+    let mut importer = Importer {
+        document,
+        folder,
+        file_room,
+        scene: Scene { name: name.to_owned(), ..Scene::default() },
+        subject: String::new(),
+        meshes: BTreeMap::new(),
+        needs: Vec::new(),
+        textures: BTreeMap::new(),
+        images: BTreeMap::new(),
+    };
+    for extension in root.extensions_used.iter().filter(|name| !is_supported(name)) {
+        importer.warn(format!("the extension {extension} is not supported and was ignored"));
+    }
     importer.add_materials()?;
     importer.add_nodes()?;
     Ok(importer.scene)
@@ -96,6 +108,16 @@ struct Document<'a> {
     buffers: Vec<Cow<'a, [u8]>>,
 }
 
+impl<'a> Document<'a> {
+    /// An object of the JSON; `reference` says who refers to it, and what it is.
+    fn get<T>(&self, index: Index<T>, reference: &str) -> Result<&'a T, Problem>
+    where
+        Root: Get<T>,
+    {
+        self.root.get(index).ok_or_else(|| format!("{reference} {index}, which does not exist"))
+    }
+}
+
 /// A scene in the making.
 struct Importer<'a> {
     document: Document<'a>,
@@ -103,53 +125,49 @@ struct Importer<'a> {
     /// Bytes that may still be read from files.
     file_room: u64,
     scene: Scene,
-    meshes: mesh::Imported,
+    /// What is being read, as it stands before warnings and problems.
+    subject: String,
+    /// Which meshes of the scene came from which of the file.
+    meshes: BTreeMap<Index<json::Mesh>, Range<usize>>,
     /// What each of the scene's materials needs of its meshes.
     needs: Vec<material::Needs>,
     /// Which texture of the scene came from which of the file.
-    textures: BTreeMap<usize, usize>,
-    images: BTreeMap<usize, image::Decoded>,
+    textures: BTreeMap<Index<json::Texture>, usize>,
+    images: BTreeMap<Index<json::Image>, image::Decoded>,
 }
 
-impl<'a> Importer<'a> {
-    fn new(name: &str, document: Document<'a>, folder: Option<&'a Path>, file_room: u64) -> Self {
-        Self {
-            document,
-            folder,
-            file_room,
-            scene: Scene { name: name.to_owned(), ..Scene::default() },
-            meshes: mesh::Imported::default(),
-            needs: Vec::new(),
-            textures: BTreeMap::new(),
-            images: BTreeMap::new(),
-        }
+impl Importer<'_> {
+    /// Reads `subject`, which all warnings and problems name first.
+    fn about<T>(&mut self, subject: String, read: impl FnOnce(&mut Self) -> Result<T, Problem>) -> Result<T, Problem> {
+        let outer = std::mem::replace(&mut self.subject, format!("{subject}: "));
+        let result = read(self).map_err(|problem| format!("{subject}: {problem}"));
+        self.subject = outer;
+        result
     }
 
-    fn warn(&mut self, warning: String) {
+    fn warn(&mut self, warning: impl Display) {
+        let warning = format!("{}{warning}", self.subject);
         if !self.scene.warnings.contains(&warning) {
             self.scene.warnings.push(warning);
         }
     }
 
-    fn warn_of_ignored_extensions(&mut self) {
-        let root = self.document.root;
-        for extension in root.extensions_used.iter().filter(|name| !is_supported(name)) {
-            self.warn(format!("the extension {extension} is not supported and was ignored"));
+    fn warn_if(&mut self, condition: bool, warning: impl Display) {
+        if condition {
+            self.warn(warning);
         }
     }
 }
 
 fn check_support(root: &Root) -> Result<(), Problem> {
-    if !root.asset.version.starts_with("2.") {
-        return Err(format!("its glTF version {:?} is not supported; convert it to 2.0", root.asset.version));
-    }
-    if let Some(least) = root.asset.min_version.as_ref().filter(|least| !is_at_most_2_0(least)) {
-        return Err(format!("it needs glTF version {least:?}; export it for 2.0"));
-    }
-    match root.extensions_required.iter().find(|name| !is_supported(name)) {
-        Some(name) => Err(format!("it requires the glTF extension {name}, which is not supported; export it without")),
-        None => Ok(()),
-    }
+    let json::Asset { version, min_version, .. } = &root.asset;
+    ensure!(version.starts_with("2."), "its glTF version {version:?} is not supported; convert it to 2.0");
+    let least = min_version.as_deref().unwrap_or("2.0");
+    ensure!(is_at_most_2_0(least), "it needs glTF version {least:?}; export it for 2.0");
+    let required = root.extensions_required.iter().find(|name| !is_supported(name));
+    required.map_or(Ok(()), |name| {
+        Err(format!("it requires the glTF extension {name}, which is not supported; export it without"))
+    })
 }
 
 fn is_at_most_2_0(version: &str) -> bool {
@@ -162,7 +180,7 @@ fn is_supported(extension: &str) -> bool {
 }
 
 /// `name`, or what it is and its index.
-fn label(name: Option<&String>, kind: &str, index: usize) -> String {
+fn label(name: Option<&String>, kind: &str, index: impl Display) -> String {
     name.filter(|name| !name.is_empty()).cloned().unwrap_or_else(|| format!("{kind} {index}"))
 }
 

@@ -1,6 +1,7 @@
 //! Small documents, whole and broken.
 
 use glam::DVec3;
+use gltf::binary::{Glb, Header};
 use restir_shared::layout::TRIANGLE_WORDS;
 
 use super::*;
@@ -11,7 +12,9 @@ mod lights;
 mod materials;
 mod textures;
 
-/// Twelve floats: the corners of a unit square, counter-clockwise seen from +z; base64 of their bytes.
+/// The corners of a unit square, counter-clockwise seen from +z.
+const CORNERS: [f32; 12] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0];
+/// Base64 of their bytes.
 const SQUARE: &str = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAACAPwAAgD8AAAAAAAAAAAAAgD8AAAAA";
 
 /// A document with the square as mesh 0 and the given nodes; `extra` members of the root end in a comma.
@@ -130,18 +133,19 @@ fn nodes_have_to_form_trees() {
 
 #[test]
 fn broken_nodes_are_explained() {
-    assert!(problem(&square("", FAN, r#"[{ "rotation": [0, 0, 0, 0] }]"#)).contains("rotation"));
-    assert!(problem(&square("", FAN, r#"[{ "matrix": [1,0,0,1, 0,1,0,0, 0,0,1,0, 0,0,0,1] }]"#)).contains("affine"));
-    assert!(
-        problem(&square("", FAN, r#"[{ "scale": [3e38, 1, 1], "matrix": [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,2] }]"#))
-            .contains("affine")
-    );
-    assert!(problem(&square("", FAN, r#"[{ "scale": [1e39, 1, 1] }]"#)).contains("out of range"));
-    assert!(problem(&square("", FAN, r#"[{ "mesh": 4 }]"#)).contains("mesh 4"));
-    assert!(problem(&square("", FAN, r#"[{ "camera": 4 }]"#)).contains("camera 4"));
-    let camera = r#""cameras": [{ "type": "perspective", "perspective": { "yfov": 4, "znear": 1 } }],"#;
-    assert!(problem(&square(camera, FAN, r#"[{ "camera": 0 }]"#)).contains("field of view"));
+    for (node, word) in [
+        (r#""rotation": [0, 0, 0, 0]"#, "rotation"),
+        (r#""matrix": [1,0,0,1, 0,1,0,0, 0,0,1,0, 0,0,0,1]"#, "affine"),
+        (r#""scale": [3e38, 1, 1], "matrix": [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,2]"#, "affine"),
+        (r#""scale": [1e39, 1, 1]"#, "out of range"),
+        (r#""mesh": 4"#, "mesh 4"),
+        (r#""camera": 4"#, "camera 4"),
+    ] {
+        assert!(problem(&square("", FAN, &format!("[{{ {node} }}]"))).contains(word), "{node}");
+    }
     let camera = r#""cameras": [{ "name": "eye", "type": "perspective", "perspective": { "yfov": 1, "znear": 1 } }],"#;
+    let wide = camera.replace(r#""yfov": 1"#, r#""yfov": 4"#);
+    assert!(problem(&square(&wide, FAN, r#"[{ "camera": 0 }]"#)).contains("field of view"));
     let far = problem(&square(camera, FAN, r#"[{ "camera": 0, "translation": [0, 1e10, 0] }]"#));
     assert!(far.contains("eye") && far.contains("beyond"), "{far}");
 }
@@ -156,44 +160,41 @@ fn broken_references_are_explained() {
     assert!(primitive(r#"{ "attributes": { "POSITION": 0 }, "mode": 9 }"#).contains("mode"));
 }
 
+const VIEW: &str = r#"{ "buffer": 0, "byteLength": 48 }"#;
+const ACCESSOR: &str = r#"{ "bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3" }"#;
+
 /// The square's document with another accessor or view in the place of its own.
 fn with_data(view: &str, accessor: &str) -> String {
-    square("", FAN, ONE_NODE)
-        .replace(r#"{ "buffer": 0, "byteLength": 48 }"#, view)
-        .replace(r#"{ "bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3" }"#, accessor)
+    square("", FAN, ONE_NODE).replace(VIEW, view).replace(ACCESSOR, accessor)
 }
 
 #[test]
 fn ranges_are_checked() {
-    let view = r#"{ "buffer": 0, "byteLength": 48 }"#;
     let accessor = |offset: u64, count: u64| {
-        format!(
-            r#"{{ "bufferView": 0, "byteOffset": {offset}, "componentType": 5126, "count": {count}, "type": "VEC3" }}"#
-        )
+        ACCESSOR.replace(r#""count": 4"#, &format!(r#""byteOffset": {offset}, "count": {count}"#))
     };
     let beyond = |view: &str, accessor: &str| problem(&with_data(view, accessor));
-    assert!(beyond(view, &accessor(0, 5)).contains("beyond its buffer view"));
-    assert!(beyond(view, &accessor(4, 4)).contains("beyond its buffer view"));
-    assert!(beyond(view, &accessor(u64::MAX, 4)).contains("beyond its buffer view"));
-    assert!(beyond(view, &accessor(0, u64::MAX)).contains("beyond its buffer view"));
+    assert!(beyond(VIEW, &accessor(0, 5)).contains("beyond its buffer view"));
+    assert!(beyond(VIEW, &accessor(4, 4)).contains("beyond its buffer view"));
+    assert!(beyond(VIEW, &accessor(u64::MAX, 4)).contains("beyond its buffer view"));
+    assert!(beyond(VIEW, &accessor(0, u64::MAX)).contains("beyond its buffer view"));
     let ok = accessor(0, 4);
     assert!(beyond(r#"{ "buffer": 0, "byteLength": 49 }"#, &ok).contains("beyond its buffer"));
     assert!(beyond(r#"{ "buffer": 0, "byteLength": 48, "byteOffset": 18446744073709551615 }"#, &ok).contains("beyond"));
     assert!(beyond(r#"{ "buffer": 3, "byteLength": 48 }"#, &ok).contains("buffer 3"));
     assert!(beyond(r#"{ "buffer": 0, "byteLength": 48, "byteStride": 4 }"#, &ok).contains("stride"));
-    assert!(load(&with_data(view, &accessor(0, 0))).unwrap().warnings[0].contains("no triangles"));
-    assert!(beyond(view, &ok.replace("5126", "77")).contains("component type"));
-    assert!(beyond(view, r#"{ "componentType": 5126, "count": 999999999999, "type": "VEC3" }"#).contains("elements"));
+    assert!(load(&with_data(VIEW, &accessor(0, 0))).unwrap().warnings[0].contains("no triangles"));
+    assert!(beyond(VIEW, &ok.replace("5126", "77")).contains("component type"));
+    assert!(beyond(VIEW, r#"{ "componentType": 5126, "count": 999999999999, "type": "VEC3" }"#).contains("elements"));
 }
 
 #[test]
 fn a_small_file_cannot_take_all_memory() {
     let many = [r#"{ "attributes": { "POSITION": 0 } }"#; 40].join(",");
     let text = square("", &many, ONE_NODE);
-    let accessor = r#"{ "bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3" }"#;
     let without_data = r#"{ "componentType": 5126, "count": 16777216, "type": "VEC3" }"#;
-    assert!(problem(&text.replace(accessor, without_data)).contains("GiB"));
-    assert!(problem(&text.replace(accessor, &without_data.replace("16777216", "130000000"))).contains("GiB"));
+    assert!(problem(&text.replace(ACCESSOR, without_data)).contains("GiB"));
+    assert!(problem(&text.replace(ACCESSOR, &without_data.replace("16777216", "130000000"))).contains("GiB"));
     assert_eq!(load(&text).unwrap().meshes.len(), 40);
 }
 
@@ -215,11 +216,10 @@ fn sparse_accessors_replace_elements() {
             "values": {{ "bufferView": 0, "byteOffset": 24 }} }} }}"#
         )
     };
-    let view = r#"{ "buffer": 0, "byteLength": 48 }"#;
-    let scene = load(&with_data(view, &sparse(10, 1))).unwrap();
+    let scene = load(&with_data(VIEW, &sparse(10, 1))).unwrap();
     assert_eq!(scene.meshes[0].positions, [[1.0, 1.0, 0.0], [0.0; 3], [0.0; 3], [0.0; 3]]);
-    assert!(problem(&with_data(view, &sparse(14, 1))).contains("replaces element 16256"));
-    assert!(problem(&with_data(view, &sparse(10, 40))).contains("beyond"));
+    assert!(problem(&with_data(VIEW, &sparse(14, 1))).contains("replaces element 16256"));
+    assert!(problem(&with_data(VIEW, &sparse(10, 40))).contains("beyond"));
 }
 
 #[test]
@@ -285,25 +285,16 @@ fn other_versions_and_broken_json_are_refused() {
     assert!(problem(&"[".repeat(100_000)).contains("JSON"));
 }
 
-/// A binary container with the text and, if there are any, the bytes.
+/// A binary container with the text and the bytes.
 fn container(text: &str, bytes: &[u8]) -> Vec<u8> {
-    let mut chunks = Vec::new();
-    for (kind, data) in [(b"JSON", text.as_bytes()), (b"BIN\0", bytes)] {
-        chunks.extend((data.len() as u32).to_le_bytes());
-        chunks.extend(kind);
-        chunks.extend(data);
-    }
-    let mut file = b"glTF\x02\0\0\0".to_vec();
-    file.extend((12 + chunks.len() as u32).to_le_bytes());
-    file.extend(chunks);
-    file
+    let header = Header { magic: *b"glTF", version: 2, length: 0 };
+    Glb { header, json: text.as_bytes().into(), bin: Some(bytes.into()) }.to_vec().unwrap()
 }
 
 #[test]
 fn a_binary_file_cut_anywhere_is_an_error() {
     let text = square("", FAN, ONE_NODE).replace(r#", "uri": "data"#, r#", "name": "data"#);
-    let corners: [f32; 12] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0];
-    let file = container(&text, &corners.map(f32::to_le_bytes).concat());
+    let file = container(&text, &CORNERS.map(f32::to_le_bytes).concat());
     assert_eq!(import("test.glb", &file, None).unwrap().meshes[0].indices.len(), 2);
     for length in 0..file.len() {
         let problem = import("test.glb", &file[..length], None).unwrap_err();

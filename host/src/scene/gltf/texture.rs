@@ -2,19 +2,23 @@
 
 use std::sync::Arc;
 
-use gltf::json;
 use gltf::json::extensions::texture::TextureTransform;
 use gltf::json::texture::{MagFilter, WrappingMode};
 use gltf::json::validation::Checked;
+use gltf::json::{self, Index};
+use serde::Deserialize;
 
 use super::exact::{self, PlacedTexture};
 use super::image::{self, Decoded};
 use super::{Importer, Problem, budget, label, uri};
+use crate::error::ensure;
 use crate::scene::{Filter, MAX_COORDINATE, Texture, TextureUse, Wrap};
+
+type JsonIndex = Index<json::Texture>;
 
 /// A reference to a texture, from any of a material's slots.
 pub(super) struct Slot {
-    texture: usize,
+    texture: JsonIndex,
     /// Which of the mesh's sets of texture coordinates.
     pub(super) uv_set: u32,
     placed: PlacedTexture,
@@ -24,28 +28,23 @@ pub(super) struct Slot {
 impl From<&json::texture::Info> for Slot {
     fn from(info: &json::texture::Info) -> Self {
         let transform = info.extensions.as_ref().and_then(|extensions| extensions.texture_transform.clone());
-        Self::new(info.index.value(), info.tex_coord, transform, exact::texture_transform(&info.extras))
+        Self::new(info.index, info.tex_coord, transform, exact::texture_transform(&info.extras))
     }
 }
 
 impl From<&json::material::NormalTexture> for Slot {
     fn from(info: &json::material::NormalTexture) -> Self {
-        let extension =
-            info.extensions.as_ref().and_then(|extensions| extensions.others.get("KHR_texture_transform")).cloned();
-        let transform = extension.and_then(|value| serde_json::from_value::<TextureTransform>(value).ok());
-        Self::new(info.index.value(), info.tex_coord, transform, exact::texture_transform(&info.extras))
+        let extension = info.extensions.as_ref().and_then(|extensions| extensions.others.get("KHR_texture_transform"));
+        let transform = extension.and_then(|value| TextureTransform::deserialize(value).ok());
+        Self::new(info.index, info.tex_coord, transform, exact::texture_transform(&info.extras))
     }
 }
 
 impl Slot {
-    fn new(texture: usize, tex_coord: u32, transform: Option<TextureTransform>, exact: Option<[f32; 6]>) -> Self {
-        let uv_set = transform.as_ref().and_then(|transform| transform.tex_coord).unwrap_or(tex_coord);
-        let placed = transform.map_or_else(PlacedTexture::default, |transform| PlacedTexture {
-            offset: transform.offset.0,
-            rotation: transform.rotation.0,
-            scale: transform.scale.0,
-        });
-        Self { texture, uv_set, placed, exact }
+    fn new(texture: JsonIndex, tex_coord: u32, transform: Option<TextureTransform>, exact: Option<[f32; 6]>) -> Self {
+        let TextureTransform { offset, rotation, scale, tex_coord: other, .. } = transform.unwrap_or_default();
+        let placed = PlacedTexture { offset: offset.0, rotation: rotation.0, scale: scale.0 };
+        Self { texture, uv_set: other.unwrap_or(tex_coord), placed, exact }
     }
 
     fn transform(&self) -> [f32; 6] {
@@ -58,28 +57,22 @@ impl Importer<'_> {
     /// Adds the texture of a slot, if no slot has used it before.
     pub(super) fn texture_use(&mut self, slot: &Slot) -> Result<TextureUse, Problem> {
         let transform = slot.transform();
-        if !transform.iter().all(|x| f64::from(*x).abs() <= MAX_COORDINATE) {
-            return Err(format!("its texture transform {transform:?} is not finite or too large"));
-        }
+        let small = transform.iter().all(|x| f64::from(*x).abs() <= MAX_COORDINATE);
+        ensure!(small, "its texture transform {transform:?} is not finite or too large");
         Ok(TextureUse { texture: self.texture(slot.texture)?, transform })
     }
 
-    fn texture(&mut self, index: usize) -> Result<usize, Problem> {
+    fn texture(&mut self, index: JsonIndex) -> Result<usize, Problem> {
         if let Some(&known) = self.textures.get(&index) {
             return Ok(known);
         }
-        let root = self.document.root;
-        let texture =
-            root.textures.get(index).ok_or_else(|| format!("it refers to texture {index}, which does not exist"))?;
+        let texture = self.document.get(index, "it refers to texture")?;
         let (wrap, filter) = match texture.sampler {
-            Some(sampler) => sampling(root.samplers.get(sampler.value()).ok_or_else(|| {
-                format!("texture {index} refers to sampler {}, which does not exist", sampler.value())
-            })?),
+            Some(sampler) => sampling(self.document.get(sampler, &format!("texture {index} refers to sampler"))?),
             None => Default::default(),
         };
-        let Decoded { size, texels } = self.image(texture.source.value(), index)?;
-        let same =
-            |known: &Texture| Arc::ptr_eq(&known.texels, &texels) && (known.wrap, known.filter) == (wrap, filter);
+        let Decoded { size, texels } = self.image(texture.source, index)?;
+        let same = |t: &Texture| Arc::ptr_eq(&t.texels, &texels) && (t.wrap, t.filter) == (wrap, filter);
         let position = self.scene.textures.iter().position(same).unwrap_or_else(|| {
             let name = label(texture.name.as_ref(), "texture", index);
             self.scene.textures.push(Texture { name, size, texels, wrap, filter });
@@ -89,13 +82,12 @@ impl Importer<'_> {
         Ok(position)
     }
 
-    fn image(&mut self, index: usize, texture: usize) -> Result<Decoded, Problem> {
+    fn image(&mut self, index: Index<json::Image>, texture: JsonIndex) -> Result<Decoded, Problem> {
         if let Some(decoded) = self.images.get(&index) {
             return Ok(decoded.clone());
         }
-        let Some(source) = self.document.root.images.get(index) else {
-            return Err(format!("texture {texture} has no PNG or JPEG image; export it with one"));
-        };
+        let missing = || format!("texture {texture} has no PNG or JPEG image; export it with one");
+        let source = self.document.root.get(index).ok_or_else(missing)?;
         let name = label(source.name.as_ref().or(source.uri.as_ref().filter(|uri| is_short(uri))), "image", index);
         let decoded = self.decoded(source).map_err(|problem| format!("image {name}: {problem}"))?;
         self.images.insert(index, decoded.clone());
@@ -107,7 +99,7 @@ impl Importer<'_> {
         let room = budget::max_bytes()?.saturating_sub(taken);
         match (&source.uri, source.buffer_view) {
             (Some(uri), _) => {
-                let file = uri::bytes(uri, "image", self.folder, u64::MAX, &mut self.file_room)?;
+                let file = uri::bytes(uri, "image", self.folder, usize::MAX, &mut self.file_room)?;
                 image::decode(&file, room)
             }
             (None, Some(view)) => image::decode(self.document.view(view)?.0, room),

@@ -4,8 +4,7 @@ use super::*;
 
 /// A document with the square, a material, and attributes over `data`, 32-bit floats after the square's.
 fn with_attribute(attribute: &str, accessor: &str, data: &[f32], material: &str) -> Result<Scene, Problem> {
-    let corners: [f32; 12] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0];
-    let bytes: Vec<u8> = corners.iter().chain(data).flat_map(|x| x.to_le_bytes()).collect();
+    let bytes: Vec<u8> = CORNERS.iter().chain(data).flat_map(|x| x.to_le_bytes()).collect();
     let text = format!(
         r#"{{ "asset": {{ "version": "2.0" }}, "nodes": [{{ "mesh": 0 }}], "materials": [{{ {material} }}],
         "buffers": [{{ "byteLength": {0} }}],

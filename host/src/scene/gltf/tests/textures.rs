@@ -200,5 +200,6 @@ fn transforms_without_shear_have_a_place() {
         assert!((back.rotation - rotation).abs() < 1e-6 && (back.scale[0] - 2.0).abs() < 1e-6, "{back:?}");
         assert!((back.scale[1] - 0.5).abs() < 1e-6, "{back:?}");
     }
-    assert_eq!(PlacedTexture::default().transform(), TextureUse::new(0).transform);
+    let identity = PlacedTexture { offset: [0.0; 2], rotation: 0.0, scale: [1.0; 2] };
+    assert_eq!(identity.transform(), TextureUse::new(0).transform);
 }
