@@ -23,19 +23,17 @@ pub struct Capture {
 /// # Errors
 /// As of the executor.
 pub fn captured(plan: FramePlan<'_>) -> Result<Vec<Capture>, Error> {
-    let words = |buffer: &Buffer| buffer.contents.clone().unwrap_or_else(|| vec![0; buffer.words].into());
-    let mut buffers: Vec<Arc<[u32]>> = plan.buffers.iter().map(words).collect();
+    let mut buffers: Vec<Arc<[u32]>> = plan.buffers.iter().map(Buffer::initial).collect();
     let mut captures = Vec::new();
-    CpuExecutor::inline().run_shown(plan, &mut |step| {
+    CpuExecutor::inline().run(plan, &mut |step| {
         let pass = step.pass;
         for upload in pass.frame.iter().flat_map(|frame| &frame.uploads) {
-            let mut words = buffers[upload.buffer].to_vec();
-            words[upload.first..][..upload.words.len()].copy_from_slice(&upload.words);
-            buffers[upload.buffer] = words.into();
+            let words = &mut Arc::make_mut(&mut buffers[upload.buffer])[upload.first..];
+            words[..upload.words.len()].copy_from_slice(&upload.words);
         }
         let contents = pass.bindings.iter().map(|&id| buffers[id].clone()).collect();
         captures.push(Capture { pass: pass.clone(), contents });
-        for (binding, &id) in bindings(pass).zip(&pass.bindings) {
+        for (binding, id) in pass.bindings() {
             if binding.access == Access::Own {
                 buffers[id] = step.read(id)?.into();
             }

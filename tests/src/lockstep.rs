@@ -7,7 +7,6 @@ use restir_host::Error;
 use restir_host::exec::{Executor, Step};
 use restir_host::plan::FramePlan;
 use std::fmt;
-use std::ops::ControlFlow;
 
 /// The words of all buffers after every pass.
 pub type Trace = Vec<Vec<Vec<u32>>>;
@@ -50,7 +49,7 @@ fn read_all(step: &Step<'_>, buffers: usize) -> Result<Vec<Vec<u32>>, Error> {
 /// Whatever the executor reports.
 pub fn trace(executor: &mut dyn Executor, plan: FramePlan<'_>) -> Result<Trace, Error> {
     let (buffers, mut trace) = (plan.buffers.len(), Vec::new());
-    executor.run_shown(plan, &mut |step| {
+    executor.run(plan, &mut |step| {
         trace.push(read_all(step, buffers)?);
         Ok(())
     })?;
@@ -76,7 +75,7 @@ pub fn first_divergence(
             });
         }
         passes += 1;
-        if let Ok(None) = found { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        if let Ok(None) = found { Ok(()) } else { Err(Error::Interrupted) }
     });
     if let Some(found) = found? {
         return Ok(Some(found));

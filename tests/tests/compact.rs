@@ -9,7 +9,6 @@ use restir_tests::checks;
 use restir_tests::device;
 use restir_tests::random::SplitMix;
 use restir_tests::suite::{ensure, trials};
-use std::ops::ControlFlow;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -29,14 +28,7 @@ const SIZES: [u32; 14] = [1, 2, 63, 64, 65, 127, 4095, 4096, 4097, 4160, 12_345,
 fn run(executor: &mut dyn Executor, words: &[u32], buckets: Buckets) -> Result<(Vec<u32>, Vec<u32>, u32), Failed> {
     let mut buffers = vec![Buffer { name: "words", words: words.len(), contents: Some(words.into()) }];
     let Compaction { passes, indices, offsets, blocks } = compact(&mut buffers, 0, words.len() as u32, buckets)?;
-    let plan = FramePlan {
-        buffers,
-        pass_count: passes.len() as u64,
-        passes: Box::new(passes.into_iter().map(Ok)),
-        outputs: vec![indices, offsets],
-        scene: None,
-    };
-    let mut results = executor.run(plan, &mut |_| ControlFlow::Continue(()))?;
+    let mut results = executor.run(FramePlan::of(buffers, passes, vec![indices, offsets]), &mut |_| Ok(()))?;
     let offsets = results.pop().unwrap_or_default();
     let indices = results.pop().unwrap_or_default();
     Ok((indices, offsets, blocks))

@@ -3,7 +3,7 @@
 use libtest_mimic::{Arguments, Failed, Trial};
 use restir_host::Error;
 use restir_host::buffers::SceneBuffers;
-use restir_host::exec::{CpuExecutor, Description, Executor, Flavour, Step};
+use restir_host::exec::{CpuExecutor, Description, Executor, Flavour, Observer};
 use restir_host::plan::FramePlan;
 use restir_host::render::{Render, render};
 use restir_host::scene::{
@@ -21,7 +21,6 @@ use restir_tests::device::{self, Adapter};
 use restir_tests::features::{Content, PARTS, has_optimiser, names, specialised, with_markers};
 use restir_tests::suite::{ensure, trials};
 use std::collections::BTreeSet;
-use std::ops::ControlFlow;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -197,7 +196,7 @@ fn settings() -> Render {
 }
 
 fn image(executor: &mut dyn Executor, scene: &SceneBuffers) -> Result<Vec<[u32; 3]>, Error> {
-    let rendered = render(executor, scene, &settings(), &mut |_| ControlFlow::Continue(()))?;
+    let rendered = render(executor, scene, &settings(), &mut |_| Ok(()))?;
     Ok(rendered.image.pixels.iter().map(|rgb| rgb.map(f32::to_bits)).collect())
 }
 
@@ -241,11 +240,7 @@ impl Executor for Recorder {
         Description { executor: "recorder", adapter: None, flavour: Flavour::Exact, parity: None }
     }
 
-    fn run(
-        &mut self,
-        plan: FramePlan<'_>,
-        _observe: &mut dyn FnMut(&Step<'_>) -> ControlFlow<()>,
-    ) -> Result<Vec<Vec<u32>>, Error> {
+    fn run(&mut self, plan: FramePlan<'_>, _observe: &mut Observer<'_>) -> Result<Vec<Vec<u32>>, Error> {
         for (words, buffer) in self.words.iter_mut().zip(&plan.buffers) {
             // in the layout's words of 16 bytes
             *words = (buffer.words / 4) as u32;
@@ -261,7 +256,7 @@ fn absent_parts_are_not_allocated() -> Result<(), Failed> {
         let scene = SceneBuffers::build(&source)?;
         let mut recorder = Recorder::default();
         // it interrupts itself
-        let _ = render(&mut recorder, &scene, &settings(), &mut |_| ControlFlow::Continue(()));
+        let _ = render(&mut recorder, &scene, &settings(), &mut |_| Ok(()));
         let (header, stats) = (scene.header, scene.stats());
         let only_with = |feature: u32, words: u32| if variant.features & feature == 0 { 0 } else { words };
         let triangles = header.triangle_count;

@@ -17,7 +17,6 @@ use restir_tests::data;
 use restir_tests::device::{self, Adapter, is_llvmpipe};
 use restir_tests::suite::ensure;
 use restir_tests::{gltf_files, parity};
-use std::ops::ControlFlow;
 use std::process::ExitCode;
 use std::sync::mpsc;
 
@@ -202,8 +201,7 @@ impl Frame {
         buffers: &SceneBuffers,
         split: Option<u32>,
     ) -> Result<Rendered, Failed> {
-        let observe = &mut |_| ControlFlow::Continue(());
-        Ok(render(executor, buffers, &self.settings(split), observe)?)
+        Ok(render(executor, buffers, &self.settings(split), &mut |_| Ok(()))?)
     }
 
     fn reference(&self, buffers: &SceneBuffers) -> Result<Rendered, Failed> {

@@ -21,7 +21,6 @@ use restir_tests::native::{changed, edit, film, plan};
 use restir_tests::stats::{Moments, TileGrid, TileTest};
 use restir_tests::suite::ensure;
 use restir_tests::technique::Trials;
-use std::ops::ControlFlow;
 use std::process::ExitCode;
 use std::sync::OnceLock;
 
@@ -83,7 +82,7 @@ fn frames(technique: impl Into<Box<dyn Technique>>) -> Render {
 /// All planes after the last pass.
 fn planes(executor: &mut dyn Executor, plan: FramePlan<'_>) -> Result<Vec<Vec<u32>>, Failed> {
     let outputs = (3..plan.buffers.len()).collect();
-    Ok(executor.run(FramePlan { outputs, ..plan }, &mut |_| ControlFlow::Continue(()))?)
+    Ok(executor.run(FramePlan { outputs, ..plan }, &mut |_| Ok(()))?)
 }
 
 fn ensure_same(a: &[Vec<u32>], b: &[Vec<u32>], what: &str) -> Result<(), Failed> {
@@ -178,7 +177,7 @@ fn reference(scene: &SceneBuffers) -> Result<&'static [Moments], Failed> {
     let batch = Render { count: REFERENCE_SAMPLES, ..Render::new([GRID.width, GRID.height], path) };
     let image = |restart| -> Result<Vec<[f32; 3]>, Failed> {
         let batch = Render { seed: REFERENCE_SEED + restart, ..batch.clone() };
-        Ok(render::render(&mut executor, &moved, &batch, &mut |_| ControlFlow::Continue(()))?.image.pixels)
+        Ok(render::render(&mut executor, &moved, &batch, &mut |_| Ok(()))?.image.pixels)
     };
     let images = (0..REFERENCE_RESTARTS).map(image).collect::<Result<Vec<_>, _>>()?;
     Ok(MOMENTS.get_or_init(|| moments(&images)))

@@ -27,7 +27,6 @@ use restir_tests::random::SplitMix;
 use restir_tests::scenes::named;
 use restir_tests::stats::{Moments, TileGrid, TileTest, Verdict, ZTest};
 use restir_tests::suite::ensure;
-use std::ops::ControlFlow;
 use std::sync::OnceLock;
 
 restir_tests::suite! {
@@ -79,7 +78,7 @@ fn other_scenes_give_the_bits_of_renders() -> Result<(), Failed> {
     let buffers = buffers("all-lights")?;
     for settings in presets.chain(more) {
         let render = render([20, 14], &settings, 3, 7);
-        let rendered = render::render(&mut executor, &buffers, &render, &mut |_| ControlFlow::Continue(()))?;
+        let rendered = render::render(&mut executor, &buffers, &render, &mut |_| Ok(()))?;
         let film = film_over(&buffers.view(), plan(&buffers, &render))?;
         let same = film.iter().zip(&rendered.image.pixels).all(|(a, b)| a.sum.map(f32::to_bits) == b.map(f32::to_bits));
         ensure(same, || format!("{settings:?}"))?;

@@ -1,29 +1,51 @@
 //! Techniques: what turns a scene into an image.
 //!
-//! A technique is a struct of settings that implements [`Technique`], in a folder of its own, and a line in the registry.
+//! A technique is a struct of settings that implements [`Technique`], in a folder of its own, and a line in `techniques!`.
 //! Whatever drives techniques (renders, benchmarks, references, replay, the program, the tests) takes a
 //! `Box<dyn Technique>` and knows none by name.
 
 pub mod asked;
 pub mod explain;
-pub mod path;
-mod registry;
 pub mod render;
-pub mod restir_di;
 
-pub use registry::{all, named};
-
+use crate::Error;
 use crate::buffers::SceneBuffers;
-use crate::exec::Executor;
+use crate::exec::{Executor, Observer};
 use crate::image::Channel;
 use crate::plan::FramePlan;
-use crate::render::{Progress, Render, Rendered};
+use crate::render::{Render, Rendered};
 use crate::settings::{Declared, Settings};
-use crate::{Error, scene::Scene};
-use explain::{Explanation, Place};
+use explain::{Explanation, Subject};
 use std::any::Any;
 use std::fmt;
-use std::ops::ControlFlow;
+
+/// Declares the techniques: the folder of each, and its settings.
+macro_rules! techniques {
+    ($($name:ident: $settings:ident),* $(,)?) => {
+        $(pub mod $name;)*
+
+        /// Every technique with its default settings, in the order in which they are listed.
+        pub fn all() -> Vec<Box<dyn Technique>> {
+            vec![$($name::$settings::default().into()),*]
+        }
+    };
+}
+
+techniques! {
+    path: PathSettings,
+    restir_di: DiSettings,
+}
+
+/// The technique of that name with its default settings.
+///
+/// # Errors
+/// [`Error::Setting`] for an unknown name, which lists those that there are.
+pub fn named(name: &str) -> Result<Box<dyn Technique>, Error> {
+    all().into_iter().find(|technique| technique.about().name == name).ok_or_else(|| {
+        let known: Vec<&str> = all().iter().map(|technique| technique.about().name).collect();
+        Error::Setting(format!("there is no technique {name:?}; there are: {}", known.join(", ")))
+    })
+}
 
 /// What [`Render::count`] counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -111,14 +133,8 @@ pub trait Technique: Settings + Duplicate + fmt::Debug + Send + Sync {
     ///
     /// # Errors
     /// As of [`crate::render::render`], and for a place outside of the image.
-    fn explain(
-        &self,
-        executor: &mut dyn Executor,
-        scene: (&Scene, &SceneBuffers),
-        render: &Render,
-        place: Place,
-    ) -> Result<Explanation, Error> {
-        explain::passes(executor, scene, render, place)
+    fn explain(&self, executor: &mut dyn Executor, subject: Subject<'_>) -> Result<Explanation, Error> {
+        explain::passes(executor, subject)
     }
 
     /// Whether [`Self::explain`] can be done, before a device is opened for it.
@@ -138,7 +154,7 @@ pub trait Technique: Settings + Duplicate + fmt::Debug + Send + Sync {
         executor: &mut dyn Executor,
         scene: &SceneBuffers,
         render: &Render,
-        observe: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+        observe: &mut Observer<'_>,
     ) -> Result<(Rendered, Vec<Channel>), Error> {
         let _ = (executor, scene, render, observe);
         Err(Error::Setting(format!("the technique {} has no layers", self.about().name)))

@@ -13,7 +13,6 @@ use restir_host::technique::path::PathSettings;
 use restir_host::technique::{Integral, Repeats, Technique};
 use restir_shared::layout::FilmPixel;
 use std::fmt::Write;
-use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 const GRID: TileGrid = TileGrid { width: 16, height: 16, tile: 8 };
@@ -113,8 +112,7 @@ fn presets(trials: &Trials) -> Vec<(&'static str, Box<dyn Technique>)> {
 
 /// A render on the caller's thread.
 fn rendered(buffers: &SceneBuffers, render: &Render) -> Rendered {
-    let go = &mut |_| ControlFlow::Continue(());
-    render::render(&mut CpuExecutor::inline(), buffers, render, go).expect("the settings are sound")
+    render::render(&mut CpuExecutor::inline(), buffers, render, &mut |_| Ok(())).expect("the settings are sound")
 }
 
 fn broken_pixels(rendered: &Rendered) -> u64 {

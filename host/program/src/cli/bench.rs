@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 use std::io::{Read, Write};
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -233,7 +232,7 @@ fn measured(
     let mut reporter = Reporter::new();
     let measured = measure(executor, &subject.buffers, matrix, &truth, &mut |progress| {
         reporter.update(&progress);
-        if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        interrupt::check()
     });
     reporter.finish();
     let (series, restarts) = measured?;

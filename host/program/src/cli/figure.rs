@@ -1,7 +1,6 @@
 //! `restir figure`
 
 use std::io::Write;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -216,13 +215,13 @@ impl Environs for Program {
     fn run<T>(
         &mut self,
         what: &str,
-        work: impl FnOnce(&mut dyn Executor, &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Result<T, Error>,
+        work: impl FnOnce(&mut dyn Executor, &mut dyn FnMut(Progress) -> Result<(), Error>) -> Result<T, Error>,
     ) -> Result<T, Error> {
         console::note(what);
         let mut reporter = Reporter::new();
         let made = work(self.device.executor.as_mut(), &mut |progress| {
             reporter.update(&progress);
-            if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            interrupt::check()
         });
         reporter.finish();
         made

@@ -1,6 +1,5 @@
 //! `restir reference`
 
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -10,7 +9,6 @@ use restir::exec::Executor;
 use restir::image::write_exr;
 use restir::output::check_writable;
 use restir::reference::{self, Goal, Picture, Reference};
-use restir::render::Progress;
 use restir::scene::Scene;
 use restir::technique::path::PathSettings;
 use restir::technique::{Integral, Technique};
@@ -136,8 +134,8 @@ pub(super) fn make(
     }
     let mut reporter = Reporter::new();
     let made = reference::make(executor, buffers, picture, cache, goal, &mut |progress| {
-        reporter.update(&Progress { done: progress.done, total: progress.total });
-        if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        reporter.update(&progress);
+        interrupt::check()
     });
     reporter.finish();
     let reference = made?;

@@ -1,12 +1,12 @@
 //! `restir render`
 
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::Instant;
 
 use restir::Error;
 use restir::buffers::SceneBuffers;
+use restir::exec::Step;
 use restir::image::{Channel, write_exr_with, write_png};
 use restir::memory;
 use restir::output::check_writable;
@@ -90,9 +90,9 @@ fn render_on(
     layers: bool,
 ) -> Result<(Rendered, Vec<Channel>), Error> {
     let mut reporter = Reporter::new();
-    let mut observe = |progress| {
-        reporter.update(&progress);
-        if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    let mut observe = |step: &Step<'_>| {
+        reporter.update(&step.progress);
+        interrupt::check()
     };
     let executor = device.executor.as_mut();
     let rendered = if layers {

@@ -2,7 +2,6 @@
 //! either takes for visible, and the image without visibility.
 
 use std::fmt::Write;
-use std::ops::ControlFlow;
 
 use rayon::prelude::*;
 use restir::Error;
@@ -155,9 +154,7 @@ pub(crate) fn make(
                 .collect::<Result<_, _>>()?;
             let Ok([prev, ours]) = <[Chain; 2]>::try_from(chains) else { return Err(Error::Interrupted) };
             findings = Some(Findings::with(findings, protocol.size, [prev, ours]));
-            if let ControlFlow::Break(()) = observe(Progress { done: u64::from(seed) + 1, total }) {
-                return Err(Error::Interrupted);
-            }
+            observe(Progress { done: u64::from(seed) + 1, total })?;
         }
         findings.ok_or(Error::Interrupted)
     })?;
@@ -175,8 +172,7 @@ fn chain(scene: &SceneBuffers, render: &Render, first: u32) -> Result<Chain, Err
     let pixels = (render.width * render.height) as usize;
     let mut chain = Chain { visibility: vec![Moments::default(); pixels], ..Chain::default() };
     let mut shaded = |step: &Step<'_>| -> Result<(), Error> {
-        let plane =
-            |role| Ok::<_, Error>(bytemuck::cast_slice::<u32, UVec4>(&step.read(step.pass.bound(role)?)?).to_vec());
+        let plane = |role| step.plane::<UVec4>(role);
         let p: DiParams = bytemuck::pod_read_unaligned(bytemuck::cast_slice(&step.pass.params));
         let [hits, reservoirs, direct, film] = [plane("hits")?, plane("reservoirs")?, plane("direct")?, plane("film")?];
         chain.samples.push(reservoirs.iter().map(|&word| without_visibility(word)).collect());
@@ -199,14 +195,10 @@ fn chain(scene: &SceneBuffers, render: &Render, first: u32) -> Result<Chain, Err
         }
         Ok(())
     };
-    let mut outcome = Ok(());
     CpuExecutor::inline().run(render.technique.plan(scene, render), &mut |step| {
-        if step.pass.kernel.name == di_shade::DESC.name {
-            outcome = shaded(step);
-        }
-        if outcome.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        if step.pass.kernel.name == di_shade::DESC.name { shaded(step) } else { Ok(()) }
     })?;
-    outcome.map(|()| chain)
+    Ok(chain)
 }
 
 impl Findings {

@@ -9,10 +9,9 @@ pub(crate) use adapter::open as open_adapter;
 pub use adapter::{AdapterInfo, adapters};
 pub use pipeline::{Pipelines, takes_passthrough};
 
-use super::{Description, Executor, Flavour, Parity, Step};
+use super::{Description, Executor, Flavour, Observer, Parity, Progress, Step};
 use crate::plan::{Buffer, BufferId, FramePlan, Pass};
 use crate::{Error, Shaders};
-use std::ops::ControlFlow;
 use std::path::Path;
 use wgpu::util::DeviceExt;
 
@@ -213,11 +212,7 @@ impl Executor for GpuExecutor {
         }
     }
 
-    fn run(
-        &mut self,
-        plan: FramePlan<'_>,
-        observe: &mut dyn FnMut(&Step<'_>) -> ControlFlow<()>,
-    ) -> Result<Vec<Vec<u32>>, Error> {
+    fn run(&mut self, plan: FramePlan<'_>, observe: &mut Observer<'_>) -> Result<Vec<Vec<u32>>, Error> {
         let buffers = self.create_buffers(&plan.buffers)?;
         let mut passes = plan.passes;
         let ahead = look_ahead(&mut passes);
@@ -236,9 +231,7 @@ impl Executor for GpuExecutor {
             let pipeline = self.pipelines.get(pass.kernel, &pass.constants)?;
             self.guarded(|this| this.submit(&pass, &pipeline, &buffers))?;
             let read = |id: BufferId| self.guarded(|this| this.read(&buffers[id]));
-            if observe(&Step::new(done, &pass, &read)).is_break() {
-                return Err(Error::Interrupted);
-            }
+            observe(&Step::new(Progress { done, total: plan.pass_count }, &pass, &read))?;
         }
         plan.outputs.iter().map(|&id| self.guarded(|this| this.read(&buffers[id]))).collect()
     }

@@ -16,8 +16,7 @@ use crate::buffers::SceneBuffers;
 use crate::exec::Executor;
 use crate::plan::FramePlan;
 use crate::render::Render;
-use crate::scene::Scene;
-use crate::technique::explain::{Explanation, Place};
+use crate::technique::explain::{Explanation, Subject};
 
 /// The longest paths that a render may ask for: a closed scene that absorbs nothing never ends one.
 pub const MAX_DEPTH: u32 = 1024;
@@ -63,13 +62,7 @@ impl Technique for PathSettings {
         }
     }
 
-    fn explain(
-        &self,
-        executor: &mut dyn Executor,
-        scene: (&Scene, &SceneBuffers),
-        render: &Render,
-        place: Place,
-    ) -> Result<Explanation, Error> {
-        explain::explain(executor, scene, render, place)
+    fn explain(&self, executor: &mut dyn Executor, subject: Subject<'_>) -> Result<Explanation, Error> {
+        explain::explain(executor, subject)
     }
 }

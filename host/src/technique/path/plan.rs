@@ -82,7 +82,7 @@ impl Passes<'_> {
             reserved: 0,
         };
         let bound = [ARENAS.as_slice(), &[("film", plane)]].concat();
-        Some(Pass::new(&path::DESC, &[self.scene.features], &params, &bound, [render.width, render.height]))
+        Some(Pass::new(&path::DESC, &[("features", self.scene.features)], &params, &bound))
     }
 }
 

@@ -5,8 +5,6 @@
 //! source shines ([`Source`](super::Source)). Radiance is linear in emission, so what each run gives is exactly what the
 //! source has added, and the sum in the order of the path has the bits of the sample.
 
-use std::ops::ControlFlow;
-
 use restir_shared::layout::FilmPixel;
 use restir_shared::scene::{Lights, Surface, Trace};
 use restir_shared::technique::path::{self, PathParams};
@@ -22,8 +20,7 @@ use crate::render::{self, Render};
 /// # Errors
 /// As of [`render::check`].
 pub fn params(scene: &SceneBuffers, render: &Render, index: u32) -> Result<PathParams, Error> {
-    let (_, pass) = sample_pass(scene, render, index)?;
-    Ok(bytemuck::pod_read_unaligned(bytemuck::cast_slice(&pass.params)))
+    sample_pass(scene, render, index).map(|(_, _, params)| params)
 }
 
 /// The film of an executor after the sample `index` of every pixel, rows from top to bottom.
@@ -36,11 +33,10 @@ pub fn film(
     render: &Render,
     index: u32,
 ) -> Result<Vec<FilmPixel>, Error> {
-    let (buffers, pass) = sample_pass(scene, render, index)?;
-    let outputs = pass.bindings.last().copied().into_iter().collect();
-    let plan =
-        FramePlan { buffers, passes: Box::new(std::iter::once(Ok(pass))), pass_count: 1, outputs, scene: Some(scene) };
-    let words = executor.run(plan, &mut |_| ControlFlow::Continue(()))?;
+    let (buffers, pass, _) = sample_pass(scene, render, index)?;
+    let outputs = vec![pass.bound("film")?];
+    let plan = FramePlan { scene: Some(scene), ..FramePlan::of(buffers, vec![pass], outputs) };
+    let words = executor.run(plan, &mut |_| Ok(()))?;
     Ok(bytemuck::cast_slice(words.first().map_or(&[], |words| words)).to_vec())
 }
 
@@ -49,19 +45,19 @@ pub fn trace(scene: &(impl Trace + Surface + Lights), params: &PathParams, x: u3
     path::pixel(scene, params, x, y)
 }
 
-/// The first pass of a render of one sample, moved to the sample `index`, with the plan's buffers.
-fn sample_pass(scene: &SceneBuffers, render: &Render, index: u32) -> Result<(Vec<Buffer>, Pass), Error> {
+/// The first pass of a render of one sample, moved to the sample `index`, with the plan's buffers and its parameters.
+fn sample_pass(scene: &SceneBuffers, render: &Render, index: u32) -> Result<(Vec<Buffer>, Pass, PathParams), Error> {
     let render = Render { count: 1, ..render.clone() };
     render::check(scene, &render)?;
-    let mut plan = render.technique.plan(scene, &render);
-    let Some(Ok(mut pass)) = plan.passes.next() else {
-        return Err(Error::Setting("a plan without a pass cannot be replayed; correct the plan".to_owned()));
+    let FramePlan { buffers, mut passes, .. } = render.technique.plan(scene, &render);
+    let first = passes.next().transpose()?.and_then(|pass| Some((pass.params::<PathParams>()?, pass)));
+    let Some((params, pass)) = first else {
+        return Err(Error::Setting(
+            "a plan without a pass of path tracing cannot be replayed; correct the plan".to_owned(),
+        ));
     };
-    let mut params: PathParams = bytemuck::pod_read_unaligned(bytemuck::cast_slice(&pass.params));
-    params.first_sample = index;
-    pass.params = bytemuck::cast_slice(&[params]).to_vec();
-    drop(plan.passes);
-    Ok((plan.buffers, pass))
+    let params = PathParams { first_sample: index, ..params };
+    Ok((buffers, Pass { params: bytemuck::cast_slice(&[params]).to_vec(), ..pass }, params))
 }
 
 #[cfg(test)]
@@ -111,7 +107,7 @@ mod tests {
         for (i, vertex) in path.vertices.iter().enumerate() {
             assert_eq!(vertex.throughput, Vec3::splat(1.0 / (1 << i) as f32));
             assert_eq!(vertex.emission.radiance, Vec3::ONE);
-            assert_eq!(vertex.next_event.is_some(), i < 7, "the last vertex gathers nothing");
+            assert_eq!(vertex.light.is_some(), i < 7, "the last vertex gathers nothing");
             let weight = vertex.emission.weight;
             assert!(if i == 0 { weight == 1.0 } else { weight > 0.0 && weight < 1.0 });
         }

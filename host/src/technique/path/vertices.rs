@@ -6,6 +6,7 @@ use restir_shared::layout::TRIANGLE_WORDS;
 use restir_shared::scene::{LightKind, LightSample, SceneView, SurfacePoint, Trace};
 use restir_shared::technique::path::PathParams;
 use restir_shared::vec::dot;
+use serde::Serialize;
 
 use super::{Isolated, Source, params, trace};
 use crate::Error;
@@ -28,14 +29,14 @@ pub struct Path {
 }
 
 /// A hit of a path.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Vertex {
     /// The triangle, in the order of the geometry arena.
     pub triangle: u32,
     /// Index of its material, as of the scene's list.
     pub material: u32,
     /// Index of the scene's instance it belongs to.
-    pub object: u32,
+    pub instance: u32,
     /// Direction of the segment that ends here; it has unit length.
     pub direction: Vec3,
     /// Length of that segment.
@@ -52,11 +53,11 @@ pub struct Vertex {
     /// Light that the surface itself emits.
     pub emission: Emission,
     /// The sampled light, if one was drawn here.
-    pub next_event: Option<NextEvent>,
+    pub light: Option<NextEvent>,
 }
 
 /// Emission that a path has hit.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize)]
 pub struct Emission {
     /// Radiance towards the path.
     pub radiance: Vec3,
@@ -67,7 +68,7 @@ pub struct Emission {
 }
 
 /// A segment that leaves the scene.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize)]
 pub struct Escape {
     /// Its direction; it has unit length.
     pub direction: Vec3,
@@ -78,13 +79,14 @@ pub struct Escape {
 }
 
 /// A light sample, on an emitter or in the direction of one.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize)]
 pub struct NextEvent {
     /// The emitter's triangle; `None` if it has none.
     pub triangle: Option<u32>,
     /// Index of the emitter's material.
     pub material: Option<u32>,
     /// What it lies on.
+    #[serde(skip)]
     pub kind: LightKind,
     /// World position; the direction towards a light at infinity.
     pub position: Vec3,
@@ -101,10 +103,9 @@ pub struct NextEvent {
 impl Path {
     /// The sum of all contributions in the order in which the technique adds them.
     pub fn sum_of_parts(&self) -> Vec3 {
-        let parts = self.vertices.iter().flat_map(|v| {
-            [Some(v.emission.contribution), v.next_event.map(|light| light.contribution)].into_iter().flatten()
-        });
-        let parts = parts.chain(self.escape.map(|escape| escape.contribution));
+        let parts =
+            self.vertices.iter().flat_map(|v| [Some(v.emission.contribution), v.light.map(|light| light.contribution)]);
+        let parts = parts.chain([self.escape.map(|escape| escape.contribution)]).flatten();
         parts.fold(Vec3::ZERO, |sum, part| sum + part)
     }
 }
@@ -156,13 +157,13 @@ impl Replay<'_> {
                 Event::LightDensity(_) => {}
                 Event::LightSample(light) => {
                     if let Some(vertex) = path.vertices.last_mut() {
-                        vertex.next_event = Some(self.next_event(light_samples, &light));
+                        vertex.light = Some(self.next_event(light_samples, &light));
                     }
                     light_samples += 1;
                 }
                 Event::Occluded { ray, occluded } => {
                     let blocker = occluded.then(|| self.view.closest(&ray)).filter(Hit::is_hit).map(|hit| hit.id);
-                    if let Some(light) = path.vertices.last_mut().and_then(|vertex| vertex.next_event.as_mut()) {
+                    if let Some(light) = path.vertices.last_mut().and_then(|vertex| vertex.light.as_mut()) {
                         (light.visible, light.blocker) = (Some(!occluded), blocker);
                     }
                 }
@@ -177,13 +178,13 @@ impl Replay<'_> {
     }
 
     fn vertex(&self, index: u32, ray: &Ray, hit: &Hit, point: &SurfacePoint) -> Vertex {
-        let (material, object) = self.owner(hit.id);
+        let (material, instance) = self.owner(hit.id);
         let throughput = self.only(Source::Unit { vertex: index, density: 0.0 });
         let density = restir_shared::scene::Lights::light_density(self.view, hit);
         Vertex {
             triangle: hit.id,
             material,
-            object,
+            instance,
             direction: ray.direction,
             t: hit.t,
             position: point.position,
@@ -195,7 +196,7 @@ impl Replay<'_> {
                 weight: self.weight(index, density, throughput),
                 contribution: self.only(Source::Emission(index)),
             },
-            next_event: None,
+            light: None,
         }
     }
 
@@ -246,7 +247,7 @@ impl Replay<'_> {
         Some(self.view.closest(&ray)).filter(Hit::is_hit).map(|hit| hit.id)
     }
 
-    /// Material and object of a triangle.
+    /// Material and instance of a triangle.
     fn owner(&self, triangle: u32) -> (u32, u32) {
         let at = (self.view.header.triangle_base + triangle * TRIANGLE_WORDS) as usize;
         let word = |i: usize| self.view.geometry.get(at + i).map_or(0, |word| word.w);

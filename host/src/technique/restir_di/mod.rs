@@ -4,7 +4,6 @@ mod explain;
 mod genealogy;
 mod layers;
 mod lineage;
-mod moments;
 mod plan;
 mod settings;
 mod shading;
@@ -20,15 +19,13 @@ pub use settings::{
 use super::{About, Integral, Repeats, Technique};
 use crate::Error;
 use crate::buffers::SceneBuffers;
-use crate::exec::Executor;
+use crate::exec::{Executor, Observer};
 use crate::image::Channel;
 use crate::plan::FramePlan;
-use crate::render::{Progress, Render, Rendered};
-use crate::scene::Scene;
-use crate::technique::explain::{Explanation, Place};
+use crate::render::{Render, Rendered};
+use crate::technique::explain::{Explanation, Subject};
 use restir_shared::layout::FEATURE_CLEAR;
 use restir_shared::scene::LightAddress;
-use std::ops::ControlFlow;
 
 /// Paths of so many segments carry direct light and what is seen to emit.
 const DEPTH: u32 = 2;
@@ -90,14 +87,8 @@ impl Technique for DiSettings {
         genealogy::check(self, scene, render)
     }
 
-    fn explain(
-        &self,
-        executor: &mut dyn Executor,
-        scene: (&Scene, &SceneBuffers),
-        render: &Render,
-        place: Place,
-    ) -> Result<Explanation, Error> {
-        explain::explain(self, executor, scene, render, place)
+    fn explain(&self, executor: &mut dyn Executor, subject: Subject<'_>) -> Result<Explanation, Error> {
+        explain::explain(self, executor, subject)
     }
 
     fn render_with_layers(
@@ -105,7 +96,7 @@ impl Technique for DiSettings {
         executor: &mut dyn Executor,
         scene: &SceneBuffers,
         render: &Render,
-        observe: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+        observe: &mut Observer<'_>,
     ) -> Result<(Rendered, Vec<Channel>), Error> {
         render_with_layers(executor, scene, render, observe).map(|(rendered, layers)| (rendered, layers.channels()))
     }
