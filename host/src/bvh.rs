@@ -146,7 +146,7 @@ fn balanced_tree(order: &mut [u32], boxes: &[Bounds]) -> Vec<TreeNode> {
 fn lay_out(tree: &[TreeNode], order: Vec<u32>, boxes: &[Bounds]) -> Bvh {
     let mut bvh = Bvh { nodes: Vec::new(), root: 0, order: Vec::new(), bounds: Bounds::EMPTY, depth: 0 };
     // (node of the tree, its parent and which child of it, its depth); children are numbered after their parent
-    let mut work: Vec<(u32, Option<(usize, usize)>, usize)> = vec![(0, None, 0)];
+    let mut work = vec![(0_u32, None, 0_usize)];
     while let Some((index, parent, level)) = work.pop() {
         let TreeNode { first, count } = tree[index as usize];
         let reference = if count > 0 {

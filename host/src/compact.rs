@@ -81,14 +81,11 @@ pub fn compact(buffers: &mut Vec<Buffer>, words: BufferId, items: u32, buckets: 
     Ok(Compaction { passes: maker.passes, indices, offsets, blocks })
 }
 
-fn check(buffers: &[Buffer], words: BufferId, items: u32, buckets: Buckets) -> Result<(), Error> {
+fn check(buffers: &[Buffer], words: BufferId, items: u32, Buckets { count, .. }: Buckets) -> Result<(), Error> {
     let problem = if items == 0 || items > MAX_ITEMS {
         format!("cannot compact {items} items; give 1 to {MAX_ITEMS}")
-    } else if buckets.count == 0 || buckets.count > MAX_BUCKETS {
-        format!(
-            "cannot sort into {} buckets; give 1 to {MAX_BUCKETS}, or sort by one digit after the other",
-            buckets.count
-        )
+    } else if count == 0 || count > MAX_BUCKETS {
+        format!("cannot sort into {count} buckets; give 1 to {MAX_BUCKETS}, or sort by one digit after the other")
     } else if buffers.get(words).is_none_or(|buffer| buffer.words < items as usize) {
         format!("cannot compact {items} items of buffer {words}, which has fewer words; correct the plan")
     } else {

@@ -1,8 +1,7 @@
 //! The frames of a scene in the arenas of a plan, for techniques that render frame by frame.
 
-use crate::Error;
-use crate::buffers::SceneBuffers;
 use crate::plan::{ARENAS, Buffer, SceneFrame, Upload};
+use crate::{Error, buffers::SceneBuffers};
 use restir_shared::layout::{NONE, SceneHeader};
 use std::sync::Arc;
 

@@ -1,7 +1,6 @@
 //! A frame plan: the buffers of a technique and its passes in order. Executors run it; they know no technique.
 
-use crate::Error;
-use crate::buffers::SceneBuffers;
+use crate::{Error, buffers::SceneBuffers};
 use bytemuck::Pod;
 use restir_kernels::{Access, Binding, KernelDesc};
 use restir_shared::layout::Extent;

@@ -15,13 +15,10 @@ use std::time::{Duration, Instant};
 
 use restir_shared::technique::path::PathParams;
 
-use crate::Error;
-use crate::buffers::SceneBuffers;
 use crate::exec::{Description, Executor, Flavour, Parity};
 use crate::image::{Image, read_exr, read_exr_metadata, write_exr};
 use crate::render::{self, Progress, Render, Rendered};
-use crate::technique::Integral;
-use crate::technique::path::PathSettings;
+use crate::{Error, buffers::SceneBuffers, technique::Integral, technique::path::PathSettings};
 
 /// Samples a pixel in a batch.
 pub const BATCH_SAMPLES: u32 = 64;
@@ -62,8 +59,7 @@ struct Half {
 /// A reference image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reference {
-    width: u32,
-    height: u32,
+    size: [u32; 2],
     halves: [Half; 2],
 }
 
@@ -81,7 +77,7 @@ impl Half {
 impl Reference {
     /// Width and height in pixels.
     pub fn size(&self) -> [u32; 2] {
-        [self.width, self.height]
+        self.size
     }
 
     /// Samples a pixel over both halves.
@@ -126,7 +122,7 @@ impl Reference {
 
     fn to_image(&self, values: &[f64]) -> Image {
         let pixels = values.as_chunks::<3>().0.iter().map(|pixel| pixel.map(|value| value as f32)).collect();
-        Image { width: self.width, height: self.height, pixels }
+        Image { width: self.size[0], height: self.size[1], pixels }
     }
 
     /// As it is in a cache, so that a reference is the same before and after.
@@ -170,14 +166,13 @@ pub fn make(
     observe: &mut dyn FnMut(Progress) -> Result<(), Error>,
 ) -> Result<Reference, Error> {
     let batch = batch_of(picture);
-    let [width, height] = picture.size;
     render::check(scene, &batch)?;
     let origin = origin(&executor.describe());
     let store = cache.map(|cache| Store::new(cache, scene, &batch, &origin)).transpose()?;
     let save = |reference: &Reference| store.as_ref().map_or(Ok(()), |store| store.save(reference));
     // a half that is missing, damaged or of something else is empty
     let halves = [0, 1].map(|half| store.as_ref().and_then(|store| store.read(half)).unwrap_or_default());
-    let mut reference = Reference { width, height, halves };
+    let mut reference = Reference { size: picture.size, halves };
     let start = Instant::now();
     let total = 2 * goal.samples.max(1).div_ceil(2 * u64::from(BATCH_SAMPLES));
     let mut saved = Instant::now();
@@ -327,10 +322,6 @@ mod tests {
 
     const INTEGRAL: Integral = Integral { max_depth: 3, jitter: false };
 
-    fn furnace() -> SceneBuffers {
-        SceneBuffers::build(&Scene::load("furnace").unwrap()).unwrap()
-    }
-
     fn reference(cache: Option<&Path>, samples: u64, integral: Integral) -> Reference {
         made(cache, Goal { samples, time: None }, integral, &mut |_| Ok(())).unwrap()
     }
@@ -341,8 +332,8 @@ mod tests {
         integral: Integral,
         observe: &mut dyn FnMut(Progress) -> Result<(), Error>,
     ) -> Result<Reference, Error> {
-        let picture = Picture { size: [SIZE; 2], integral };
-        make(&mut CpuExecutor::new(Some(1))?, &furnace(), picture, cache, goal, observe)
+        let scene = SceneBuffers::build(&Scene::load("furnace")?)?;
+        make(&mut CpuExecutor::new(Some(1))?, &scene, Picture { size: [SIZE; 2], integral }, cache, goal, observe)
     }
 
     #[test]

@@ -8,11 +8,8 @@ use crate::buffers::SceneBuffers;
 use crate::exec::{CpuExecutor, Executor, Parity};
 #[cfg(feature = "gpu")]
 use crate::exec::{Flavour, GpuExecutor, gpu::takes_passthrough};
-use crate::metrics::ulp_distance;
 use crate::plan::{Buffer, FramePlan, Pass};
-use crate::render::Render;
-use crate::scene::Scene;
-use crate::technique::path::PathSettings;
+use crate::{metrics::ulp_distance, render::Render, scene::Scene, technique::path::PathSettings};
 use restir_kernels::check::self_check::{DESC, Results, SelfCheckParams, boundary_operands, random_operands};
 
 /// Random probes beside the boundary cases.
@@ -81,7 +78,7 @@ impl GpuExecutor {
     /// What the kernels report.
     pub fn check(&mut self) -> Result<Parity, Error> {
         let parity = self_check(self)?;
-        self.set_parity(parity);
+        self.parity = Some(parity);
         Ok(parity)
     }
 }

@@ -25,6 +25,9 @@ pub enum FloatMode {
 }
 
 impl FloatMode {
+    /// The modes of the `exact` modules.
+    pub const ALL: [Self; 2] = [Self::RoundingModeRte, Self::SignedZeroInfNanPreserve];
+
     fn capability(self) -> u32 {
         self as u32 - FLOAT_MODES.start() + FIRST_FLOAT_CAPABILITY
     }
@@ -35,11 +38,8 @@ fn instructions(words: &[u32]) -> Option<Vec<&[u32]>> {
     let mut rest = (words.first() == Some(&MAGIC)).then(|| words.get(HEADER_WORDS..))??;
     let mut all = Vec::new();
     while let Some(&first) = rest.first() {
-        let length = (first >> 16) as usize;
-        if length == 0 || length > rest.len() {
-            return None;
-        }
-        let (instruction, tail) = rest.split_at(length);
+        let split = rest.split_at_checked((first >> 16) as usize);
+        let (instruction, tail) = split.filter(|(instruction, _)| !instruction.is_empty())?;
         all.push(instruction);
         rest = tail;
     }

@@ -52,10 +52,6 @@ pub fn last<'a>(captures: &'a [Capture], kernel: &KernelDesc) -> &'a Capture {
     found.unwrap_or_else(|| panic!("the plan has no pass of {}", kernel.name))
 }
 
-fn bindings(pass: &Pass) -> impl Iterator<Item = &'static Binding> {
-    pass.kernel.bindings.iter().skip(1)
-}
-
 impl Capture {
     /// The parameter block.
     ///
@@ -70,7 +66,7 @@ impl Capture {
     /// # Panics
     /// If the kernel has no binding of that name.
     pub fn plane<T: Pod>(&self, role: &str) -> Vec<T> {
-        let found = bindings(&self.pass).zip(&self.contents).find(|(binding, _)| binding.name == role);
+        let found = self.pass.bindings().zip(&self.contents).find(|((binding, _), _)| binding.name == role);
         let (_, words) = found.unwrap_or_else(|| panic!("{} has no {role}", self.pass.kernel.name));
         bytemuck::pod_collect_to_vec(words)
     }
@@ -93,7 +89,7 @@ impl Capture {
     pub fn invoke(&self, scene: &dyn AnyScene, [x, y]: [u32; 2]) -> Vec<Vec<u32>> {
         let at = (y * self.pass.grid[0] + x) as usize;
         let of = |access| {
-            let bound = bindings(&self.pass).zip(&self.contents);
+            let bound = self.pass.bindings().zip(&self.contents).map(|((binding, _), words)| (binding, words));
             bound.filter(move |(binding, _)| binding.access == access)
         };
         let read: Vec<&[u32]> = of(Access::Read).map(|(_, words)| &**words).collect();

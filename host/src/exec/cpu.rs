@@ -1,9 +1,8 @@
 //! The native executor: rows of a grid in parallel.
 
 use super::{Description, Executor, Flavour, Observer, Progress, Step};
-use crate::Error;
-use crate::buffers::SceneBuffers;
 use crate::plan::{Buffer, FramePlan, Pass, Upload};
+use crate::{Error, buffers::SceneBuffers};
 use rayon::prelude::*;
 use restir_kernels::{Access, NativeRow};
 use restir_shared::scene::{AnyFrames, Trace, Tracer};

@@ -1,10 +1,7 @@
 //! What the kernels of a render ask of a scene, counted natively.
 
-use crate::Error;
-use crate::buffers::SceneBuffers;
-use crate::exec::CpuExecutor;
-use crate::render::Render;
 use crate::replay::{Counts, Recording};
+use crate::{Error, buffers::SceneBuffers, exec::CpuExecutor, render::Render};
 use restir_shared::scene::Still;
 use std::collections::BTreeMap;
 

@@ -1,12 +1,8 @@
 //! What explains a pixel of a render, and the explanation that every technique has.
 
-use crate::Error;
-use crate::buffers::SceneBuffers;
 use crate::exec::{CpuExecutor, Executor, Step};
-use crate::plan::BufferId;
-use crate::render::Render;
-use crate::scene::Scene;
 use crate::technique::{About, Repeats};
+use crate::{Error, buffers::SceneBuffers, plan::BufferId, render::Render, scene::Scene};
 use restir_kernels::{Access, Binding};
 use restir_shared::scene::LightKind;
 use serde_json::{Value, json};

@@ -8,16 +8,12 @@ pub mod asked;
 pub mod explain;
 pub mod render;
 
-use crate::Error;
-use crate::buffers::SceneBuffers;
 use crate::exec::{Executor, Observer};
-use crate::image::Channel;
-use crate::plan::FramePlan;
 use crate::render::{Render, Rendered};
-use crate::settings::{Declared, Settings};
+use crate::settings::{Declared, Settings, unknown};
+use crate::{Error, buffers::SceneBuffers, image::Channel, plan::FramePlan};
 use explain::{Explanation, Subject};
-use std::any::Any;
-use std::fmt;
+use std::{any::Any, fmt};
 
 /// Declares the techniques: the folder of each, and its settings.
 macro_rules! techniques {
@@ -41,10 +37,8 @@ techniques! {
 /// # Errors
 /// [`Error::Setting`] for an unknown name, which lists those that there are.
 pub fn named(name: &str) -> Result<Box<dyn Technique>, Error> {
-    all().into_iter().find(|technique| technique.about().name == name).ok_or_else(|| {
-        let known: Vec<&str> = all().iter().map(|technique| technique.about().name).collect();
-        Error::Setting(format!("there is no technique {name:?}; there are: {}", known.join(", ")))
-    })
+    let found = all().into_iter().find(|technique| technique.about().name == name);
+    found.ok_or_else(|| unknown("technique", name, all().iter().map(|technique| technique.about().name)))
 }
 
 /// What [`Render::count`] counts.
@@ -91,7 +85,7 @@ pub struct Integral {
 }
 
 /// A technique with its settings.
-pub trait Technique: Settings + Duplicate + fmt::Debug + Send + Sync {
+pub trait Technique: Settings + Duplicate + Any + fmt::Debug + Send + Sync {
     /// What it is.
     fn about(&self) -> &'static About;
 
@@ -161,21 +155,15 @@ pub trait Technique: Settings + Duplicate + fmt::Debug + Send + Sync {
     }
 }
 
-/// Copies and types of a technique behind a `Box`.
+/// Copies of a technique behind a `Box`.
 pub trait Duplicate {
     /// A copy.
     fn boxed(&self) -> Box<dyn Technique>;
-    /// For those who know the technique's type.
-    fn as_any(&self) -> &dyn Any;
 }
 
 impl<T: Technique + Declared> Duplicate for T {
     fn boxed(&self) -> Box<dyn Technique> {
         Box::new(self.clone())
-    }
-
-    fn as_any(&self) -> &dyn Any {
-        self
     }
 }
 

@@ -3,9 +3,8 @@
 pub use crate::exec::Progress;
 use crate::exec::{Executor, Observer};
 use crate::image::{Image, MAX_SIDE};
-use crate::scene::Camera;
 use crate::technique::{Repeats, Technique};
-use crate::{Error, buffers::SceneBuffers, memory};
+use crate::{Error, buffers::SceneBuffers, memory, scene::Camera};
 use restir_shared::layout::FilmPixel;
 
 /// What to render.

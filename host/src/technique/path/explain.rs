@@ -2,15 +2,12 @@
 
 use std::fmt::Write;
 
-use restir_shared::glam::Vec3;
-use restir_shared::scene::LightKind;
+use restir_shared::{glam::Vec3, scene::LightKind};
 use serde_json::{Value, json};
 
 use super::{NextEvent, Path, Vertex, explain_sample, film};
-use crate::Error;
-use crate::exec::Executor;
-use crate::render::Render;
 use crate::technique::explain::{Explanation, Place, Subject, light_kind as kind, verdict};
+use crate::{Error, exec::Executor, render::Render};
 
 /// Explains a sample by its path.
 pub(super) fn explain(executor: &mut dyn Executor, subject: Subject<'_>) -> Result<Explanation, Error> {

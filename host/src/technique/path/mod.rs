@@ -11,12 +11,8 @@ pub use replay::{film, params, trace};
 pub use vertices::{Emission, Escape, NextEvent, Path, Vertex, explain_sample};
 
 use super::{About, Integral, Repeats, Technique};
-use crate::Error;
-use crate::buffers::SceneBuffers;
-use crate::exec::Executor;
-use crate::plan::FramePlan;
-use crate::render::Render;
 use crate::technique::explain::{Explanation, Subject};
+use crate::{Error, buffers::SceneBuffers, exec::Executor, plan::FramePlan, render::Render};
 
 /// The longest paths that a render may ask for: a closed scene that absorbs nothing never ends one.
 pub const MAX_DEPTH: u32 = 1024;

@@ -9,11 +9,9 @@ use restir_shared::layout::FilmPixel;
 use restir_shared::scene::{Lights, Surface, Trace};
 use restir_shared::technique::path::{self, PathParams};
 
-use crate::Error;
-use crate::buffers::SceneBuffers;
-use crate::exec::Executor;
 use crate::plan::{Buffer, FramePlan, Pass};
 use crate::render::{self, Render};
+use crate::{Error, buffers::SceneBuffers, exec::Executor};
 
 /// The parameters of a pass of path tracing that traces the sample `index` of every pixel.
 ///

@@ -1,19 +1,13 @@
 //! A path, vertex by vertex.
 
 use restir_shared::geometry::{Hit, Ray};
-use restir_shared::glam::Vec3;
-use restir_shared::layout::TRIANGLE_WORDS;
 use restir_shared::scene::{LightKind, LightSample, SceneView, SurfacePoint, Trace};
-use restir_shared::technique::path::PathParams;
-use restir_shared::vec::dot;
+use restir_shared::{glam::Vec3, layout::TRIANGLE_WORDS, technique::path::PathParams, vec::dot};
 use serde::Serialize;
 
 use super::{Isolated, Source, params, trace};
-use crate::Error;
-use crate::buffers::SceneBuffers;
-use crate::render::Render;
 use crate::replay::{Event, Recording};
-use crate::technique::explain::Place;
+use crate::{Error, buffers::SceneBuffers, render::Render, technique::explain::Place};
 
 /// A sample of a pixel: its path and its radiance.
 #[derive(Clone, Debug)]
@@ -204,7 +198,8 @@ impl Replay<'_> {
     fn weight(&self, vertex: u32, density: f32, throughput: Vec3) -> f32 {
         let weighted = self.only(Source::Unit { vertex, density });
         let channel = throughput.max_position();
-        if throughput[channel] > 0.0 { ratio(weighted[channel], throughput[channel]) } else { 1.0 }
+        let [weighted, whole] = [weighted, throughput].map(|radiance| f64::from(radiance[channel]));
+        if whole > 0.0 { (weighted / whole) as f32 } else { 1.0 }
     }
 
     /// From the weight w = s / (s + l), where s is the density times the cosine and l the light's density times t²: the
@@ -253,8 +248,4 @@ impl Replay<'_> {
         let word = |i: usize| self.view.geometry.get(at + i).map_or(0, |word| word.w);
         (word(0), word(2))
     }
-}
-
-fn ratio(a: f32, b: f32) -> f32 {
-    (f64::from(a) / f64::from(b)) as f32
 }

@@ -5,14 +5,10 @@ use std::fmt::Write;
 use restir_shared::technique::di::Stored;
 use serde_json::{Value, json};
 
-use super::DiSettings;
 use super::genealogy::{Generation, LightSource, Reuse, genealogy};
-use super::lineage::Origin;
-use crate::Error;
-use crate::exec::Executor;
-use crate::render::Render;
-use crate::scene::Scene;
+use super::{DiSettings, lineage::Origin};
 use crate::technique::explain::{Explanation, Subject, light_kind as kind, verdict};
+use crate::{Error, exec::Executor, render::Render, scene::Scene};
 
 /// Explains the reservoir that a pixel has in the last frame.
 pub(super) fn explain(

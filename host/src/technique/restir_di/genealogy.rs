@@ -2,15 +2,11 @@
 
 use super::DiSettings;
 use super::lineage::{Follower, Origin, ReservoirPass};
-use crate::buffers::SceneBuffers;
-use crate::exec::Executor;
 use crate::render::{self, Render};
-use crate::technique::explain::Place;
-use crate::{Error, memory};
-use restir_shared::glam::UVec4;
-use restir_shared::layout::TRIANGLE_WORDS;
+use crate::{Error, buffers::SceneBuffers, exec::Executor, memory, technique::explain::Place};
 use restir_shared::scene::{AddressedLights, LightAddress, LightKind};
 use restir_shared::technique::di::{Stored, TileWords};
+use restir_shared::{glam::UVec4, layout::TRIANGLE_WORDS};
 
 /// What a pass does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

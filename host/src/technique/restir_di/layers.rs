@@ -1,14 +1,11 @@
 //! What reservoirs hold, pixel by pixel, to be looked at.
 
 use super::lineage::{Follower, Origin, ReservoirPass};
-use crate::buffers::SceneBuffers;
 use crate::exec::{Executor, Observer};
-use crate::image::Channel;
 use crate::render::{self, Render, Rendered};
-use crate::{Error, memory};
+use crate::{Error, buffers::SceneBuffers, image::Channel, memory};
 use rayon::prelude::*;
-use restir_shared::technique::di::Stored;
-use restir_shared::vec::luminance;
+use restir_shared::{technique::di::Stored, vec::luminance};
 use std::collections::BTreeMap;
 
 /// The reservoirs of the last frame.

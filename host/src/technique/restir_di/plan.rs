@@ -1,17 +1,12 @@
 //! The passes of ReSTIR DI.
 
 use super::{DiSettings, Temporal, Tiles};
-use crate::Error;
-use crate::buffers::SceneBuffers;
-use crate::film::Film;
-use crate::moments::Moments;
 use crate::plan::{ARENAS, Buffer, BufferId, FramePlan, Pass};
-use crate::render::Render;
+use crate::{Error, buffers::SceneBuffers, film::Film, moments::Moments, render::Render};
 use bytemuck::Pod;
 use restir_kernels::{KernelDesc, di};
-use restir_shared::glam::UVec4;
-use restir_shared::layout::Extent;
-use restir_shared::technique::di::{DiPairs, DiParams, DiPoint, PAIRS, TileWords};
+use restir_shared::technique::di::{DiPairs, DiParams, DiPoint, TileWords};
+use restir_shared::{glam::UVec4, layout::Extent};
 use std::collections::VecDeque;
 
 /// Samples that the film holds.
@@ -255,18 +250,15 @@ impl Passes<'_> {
             flags: s.flags(),
             candidates: s.candidates,
             neighbours: s.neighbours,
-            combine: 0,
             confidence_cap: s.confidence_cap as f32,
             radius: s.radius,
             near_radius: s.near_radius,
             max_plane_distance: s.max_plane_distance,
             min_normal_cos: s.min_normal_cos,
-            shading_pass: 0,
-            group: s.candidates_per_ray(),
+            group: s.candidates.div_ceil(s.initial_rays),
             tiles: tiles.count,
             tile_size: tiles.size,
-            reserved: [0; 2],
-            pairs: [0; PAIRS],
+            ..DiParams::default()
         }
     }
 
@@ -370,10 +362,8 @@ mod tests {
             plan.buffers.iter().find(|buffer| buffer.name == "tiles").map(|buffer| buffer.words)
         };
         assert_eq!(words(DiSettings::default()), None);
-        assert_eq!(
-            words(DiSettings { tiles: Some(Tiles { count: 3, size: 50 }), ..DiSettings::default() }),
-            Some(3 * 50 * 16)
-        );
+        let tiles = Some(Tiles { count: 3, size: 50 });
+        assert_eq!(words(DiSettings { tiles, ..DiSettings::default() }), Some(3 * 50 * 16));
     }
 
     /// Hits are found again where rays or scene may be others.
@@ -419,10 +409,8 @@ mod tests {
         let lens = Camera { lens_radius: 0.1, ..scene.camera };
         let moved = Camera { position: scene.camera.position * 1.01, ..scene.camera };
         assert_eq!(still_passes(&scene, &Render { cameras: vec![lens], ..of(default()) }), [false; 2]);
-        assert_eq!(
-            still_passes(&scene, &Render { cameras: vec![scene.camera, moved], ..of(default()) }),
-            [false, true]
-        );
+        let stops = Render { cameras: vec![scene.camera, moved], ..of(default()) };
+        assert_eq!(still_passes(&scene, &stops), [false, true]);
         assert_eq!(still_passes(&builtin("moving"), &of(default())), [false; 2]);
     }
 
