@@ -1,9 +1,7 @@
 //! The compiled kernels: embedded in restir-kernels, or in a folder.
 
-use crate::Error;
-use crate::exec::Flavour;
-use std::borrow::Cow;
-use std::path::PathBuf;
+use crate::{Error, exec::Flavour};
+use std::{borrow::Cow, path::PathBuf};
 
 const MANIFEST: &str = "manifest.json";
 

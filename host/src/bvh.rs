@@ -23,7 +23,7 @@ impl Bounds {
 
     /// The bounds of a triangle.
     pub(crate) fn of(triangle: &[Vec3; 3]) -> Self {
-        triangle.iter().fold(Self::EMPTY, |b, v| b.union(Self { lo: *v, hi: *v }))
+        triangle.iter().map(|&v| Self { lo: v, hi: v }).fold(Self::EMPTY, Self::union)
     }
 
     /// The bounds of both.
@@ -60,27 +60,28 @@ pub(crate) struct Bvh {
 impl Bvh {
     /// The same tree around triangles that have moved; their boxes in the order of the leaves.
     pub(crate) fn refit(&self, boxes: &[Bounds]) -> Self {
-        let mut bvh = self.clone();
-        for index in (0..bvh.nodes.len()).rev() {
-            bvh.nodes[index].bounds = bvh.nodes[index].children.map(|child| bvh.bounds_of(child, boxes));
-        }
-        bvh.bounds = bvh.bounds_of(self.root, boxes);
-        bvh
+        self.clone().fitted(|place| boxes[place])
     }
 
-    fn bounds_of(&self, reference: u32, boxes: &[Bounds]) -> Bounds {
+    /// With boxes from the leaves up; `of` gives that of a triangle by its place in the order of the leaves.
+    fn fitted(mut self, of: impl Fn(usize) -> Bounds) -> Self {
+        for index in (0..self.nodes.len()).rev() {
+            self.nodes[index].bounds = self.nodes[index].children.map(|child| self.bounds_of(child, &of));
+        }
+        self.bounds = self.bounds_of(self.root, &of);
+        self
+    }
+
+    fn bounds_of(&self, reference: u32, of: &impl Fn(usize) -> Bounds) -> Bounds {
         if reference & LEAF == 0 {
             let [a, b] = self.nodes[reference as usize].bounds;
             return a.union(b);
         }
         let first = (reference & (MAX_TRIANGLES - 1)) as usize;
         let count = (reference >> LEAF_COUNT_SHIFT & LEAF_MAX_COUNT) as usize;
-        boxes[first..first + count].iter().fold(Bounds::EMPTY, |b, leaf| b.union(*leaf))
+        (first..first + count).map(of).fold(Bounds::EMPTY, Bounds::union)
     }
 }
-
-/// A node's parent: its index, and which of its children the node is.
-type Parent = Option<(usize, usize)>;
 
 /// A node of a tree before it is laid out; the root is the first.
 #[derive(Clone, Copy)]
@@ -127,7 +128,7 @@ fn balanced_tree(order: &mut [u32], boxes: &[Bounds]) -> Vec<TreeNode> {
             nodes[index] = TreeNode { first: range.start as u32, count: part.len() as u32 };
             continue;
         }
-        let bounds = part.iter().fold(Bounds::EMPTY, |b, &i| b.union(boxes[i as usize]));
+        let bounds = part.iter().map(|&i| boxes[i as usize]).fold(Bounds::EMPTY, Bounds::union);
         let axis = (bounds.hi - bounds.lo).max_position();
         let key = |i: u32| boxes[i as usize].lo[axis] * 0.5 + boxes[i as usize].hi[axis] * 0.5;
         let half = part.len() / 2;
@@ -141,48 +142,29 @@ fn balanced_tree(order: &mut [u32], boxes: &[Bounds]) -> Vec<TreeNode> {
     nodes
 }
 
-/// Numbers the inner nodes, and computes boxes and depth from the leaves up.
+/// Numbers the inner nodes and finds boxes and depth.
 fn lay_out(tree: &[TreeNode], order: Vec<u32>, boxes: &[Bounds]) -> Bvh {
-    let mut nodes: Vec<Node> = Vec::new();
-    let empty = Node { bounds: [Bounds::EMPTY; 2], children: [0; 2] };
-    // (node of the tree, its parent and side, its depth); children are numbered after their parent
-    let mut work: Vec<(u32, Parent, usize)> = vec![(0, None, 0)];
-    let mut root = 0;
-    let mut depth = 0;
-    let mut parents: Vec<Parent> = Vec::new();
-    let mut bounds = Bounds::EMPTY;
+    let mut bvh = Bvh { nodes: Vec::new(), root: 0, order: Vec::new(), bounds: Bounds::EMPTY, depth: 0 };
+    // (node of the tree, its parent and which child of it, its depth); children are numbered after their parent
+    let mut work = vec![(0_u32, None, 0_usize)];
     while let Some((index, parent, level)) = work.pop() {
         let TreeNode { first, count } = tree[index as usize];
         let reference = if count > 0 {
-            let leaf = order[first as usize..(first + count) as usize].iter();
-            let leaf_bounds = leaf.fold(Bounds::EMPTY, |b, &i| b.union(boxes[i as usize]));
-            match parent {
-                Some((node, side)) => nodes[node].bounds[side] = leaf_bounds,
-                None => bounds = leaf_bounds,
-            }
             LEAF | (count << LEAF_COUNT_SHIFT) | first
         } else {
-            let node = nodes.len();
-            nodes.push(empty);
-            parents.push(parent);
-            depth = depth.max(level + 1);
-            work.push((first + 1, Some((node, 1)), level + 1));
-            work.push((first, Some((node, 0)), level + 1));
+            let node = bvh.nodes.len();
+            bvh.nodes.push(Node { bounds: [Bounds::EMPTY; 2], children: [0; 2] });
+            bvh.depth = bvh.depth.max(level + 1);
+            work.extend([(first + 1, Some((node, 1)), level + 1), (first, Some((node, 0)), level + 1)]);
             node as u32
         };
         match parent {
-            Some((node, side)) => nodes[node].children[side] = reference,
-            None => root = reference,
+            Some((node, side)) => bvh.nodes[node].children[side] = reference,
+            None => bvh.root = reference,
         }
     }
-    for index in (0..nodes.len()).rev() {
-        let union = nodes[index].bounds[0].union(nodes[index].bounds[1]);
-        match parents[index] {
-            Some((parent, side)) => nodes[parent].bounds[side] = union,
-            None => bounds = union,
-        }
-    }
-    Bvh { nodes, root, order, bounds, depth }
+    let bvh = bvh.fitted(|place| boxes[order[place] as usize]);
+    Bvh { order, ..bvh }
 }
 
 #[cfg(test)]
@@ -205,9 +187,8 @@ mod tests {
             } else {
                 let first = (reference & ((1 << LEAF_COUNT_SHIFT) - 1)) as usize;
                 let count = ((reference & !LEAF) >> LEAF_COUNT_SHIFT) as usize;
-                let union =
-                    bvh.order[first..first + count].iter().fold(Bounds::EMPTY, |b, &i| b.union(boxes[i as usize]));
-                assert_eq!(bounds, union);
+                let leaf = bvh.order[first..first + count].iter().map(|&i| boxes[i as usize]);
+                assert_eq!(bounds, leaf.fold(Bounds::EMPTY, Bounds::union));
             }
         }
     }
@@ -223,13 +204,8 @@ mod tests {
 
     #[test]
     fn a_chain_that_grows_geometrically() {
-        let mut size = 1.0e-12;
-        let mut triangles = Vec::new();
-        while size < 1.0e12 {
-            triangles.push(triangle(Vec3::splat(size), size));
-            size *= 1.25;
-        }
-        check(&triangles);
+        let sizes = std::iter::successors(Some(1.0e-12), |size| Some(size * 1.25)).take_while(|&size| size < 1.0e12);
+        check(&sizes.map(|size| triangle(Vec3::splat(size), size)).collect::<Vec<_>>());
     }
 
     #[test]

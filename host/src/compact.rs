@@ -6,6 +6,7 @@ use bytemuck::Pod;
 use restir_kernels::KernelDesc;
 use restir_kernels::compact::{compact_count, compact_gather, compact_scan, compact_sum};
 use restir_shared::compact::{BLOCK, CompactParams, ScanParams};
+use restir_shared::layout::Extent;
 
 /// The most items.
 pub const MAX_ITEMS: u32 = 1 << 24;
@@ -55,13 +56,6 @@ pub struct Compaction {
     pub blocks: u32,
 }
 
-impl Compaction {
-    /// Where in `offsets` the number of outputs is.
-    pub fn total_at(&self, buckets: Buckets) -> usize {
-        buckets.count as usize * self.blocks as usize
-    }
-}
-
 /// Makes the passes for the first `items` words of the buffer `words`, and adds the buffers that they need.
 ///
 /// # Errors
@@ -80,22 +74,18 @@ pub fn compact(buffers: &mut Vec<Buffer>, words: BufferId, items: u32, buckets: 
         mask: buckets.mask,
     };
     let mut maker = Maker { buffers, passes: Vec::new() };
-    let cells = blocks * buckets.count;
-    let counts = maker.pass(&compact_count::DESC, "counts", [blocks, buckets.count], params, &[("words", words)])?;
-    let offsets = maker.offsets(counts, cells)?;
-    let indices =
-        maker.pass(&compact_gather::DESC, "indices", grid(items), params, &[("words", words), ("offsets", offsets)])?;
+    let counts = maker.pass(&compact_count::DESC, "counts", &params([blocks, buckets.count]), &[("words", words)])?;
+    let offsets = maker.offsets(counts, blocks * buckets.count)?;
+    let read = [("words", words), ("offsets", offsets)];
+    let indices = maker.pass(&compact_gather::DESC, "indices", &params(grid(items)), &read)?;
     Ok(Compaction { passes: maker.passes, indices, offsets, blocks })
 }
 
-fn check(buffers: &[Buffer], words: BufferId, items: u32, buckets: Buckets) -> Result<(), Error> {
+fn check(buffers: &[Buffer], words: BufferId, items: u32, Buckets { count, .. }: Buckets) -> Result<(), Error> {
     let problem = if items == 0 || items > MAX_ITEMS {
         format!("cannot compact {items} items; give 1 to {MAX_ITEMS}")
-    } else if buckets.count == 0 || buckets.count > MAX_BUCKETS {
-        format!(
-            "cannot sort into {} buckets; give 1 to {MAX_BUCKETS}, or sort by one digit after the other",
-            buckets.count
-        )
+    } else if count == 0 || count > MAX_BUCKETS {
+        format!("cannot sort into {count} buckets; give 1 to {MAX_BUCKETS}, or sort by one digit after the other")
     } else if buffers.get(words).is_none_or(|buffer| buffer.words < items as usize) {
         format!("cannot compact {items} items of buffer {words}, which has fewer words; correct the plan")
     } else {
@@ -122,18 +112,17 @@ impl Maker<'_> {
         self.buffers.len() - 1
     }
 
-    /// A pass over `grid` with the parameters `params(grid)`; gives the buffer that it writes, whose role is `made`.
-    fn pass<P: Pod>(
+    /// A pass that reads some buffers; gives the one that it writes, whose role is `made`.
+    fn pass(
         &mut self,
         kernel: &'static KernelDesc,
         made: &'static str,
-        grid: [u32; 2],
-        params: impl Fn([u32; 2]) -> P,
+        params: &(impl Pod + Extent),
         read: &[(&str, BufferId)],
     ) -> Result<BufferId, Error> {
-        let output = self.buffer(made, grid[0] * grid[1]);
-        let bound = [read, &[(made, output)]].concat();
-        self.passes.push(Pass::new(kernel, &[], &params(grid), &bound, grid)?);
+        let [width, height] = params.extent();
+        let output = self.buffer(made, width * height);
+        self.passes.push(Pass::new(kernel, &[], params, &[read, &[(made, output)]].concat())?);
         Ok(output)
     }
 
@@ -145,11 +134,11 @@ impl Maker<'_> {
             self.buffer("zero", 1)
         } else {
             let sums = count.div_ceil(BLOCK);
-            let values = self.pass(&compact_sum::DESC, "sums", grid(sums), params, &[("values", values)])?;
+            let values = self.pass(&compact_sum::DESC, "sums", &params(grid(sums)), &[("values", values)])?;
             self.offsets(values, sums)?
         };
         let read = [("values", values), ("parents", parents)];
-        self.pass(&compact_scan::DESC, "offsets", grid(count + 1), params, &read)
+        self.pass(&compact_scan::DESC, "offsets", &params(grid(count + 1)), &read)
     }
 }
 
@@ -171,7 +160,7 @@ mod tests {
                     pass.check(&buffers).expect("fits");
                 }
                 assert!(buffers[compaction.indices].words >= items as usize);
-                assert!(buffers[compaction.offsets].words > compaction.total_at(buckets));
+                assert!(buffers[compaction.offsets].words > (buckets.count * compaction.blocks) as usize);
             }
         }
     }

@@ -6,13 +6,9 @@ use restir_kernels::KernelDesc;
 use restir_kernels::film::{film_add, film_resolve};
 use restir_shared::layout::{FilmParams, FilmPixel};
 
-/// Words of 32 bits in a plane.
-fn plane_words([width, height]: [u32; 2]) -> usize {
-    width as usize * height as usize * size_of::<FilmPixel>() / 4
-}
-
 /// A film over planes of its own: each finished block goes into a free plane and is merged with the waiting plane of its
 /// size, as often as there is one; what waits at the end is merged from the smallest up.
+#[derive(Clone)]
 pub(crate) struct Film {
     size: [u32; 2],
     samples: u32,
@@ -33,7 +29,8 @@ impl Film {
     pub(crate) fn new(buffers: &mut Vec<Buffer>, size: [u32; 2], samples: u32, largest: u32) -> Self {
         let first = buffers.len();
         let planes = Self::plane_count(samples, largest);
-        let plane = |name| Buffer { name, words: plane_words(size), contents: None };
+        let words = size[0] as usize * size[1] as usize * size_of::<FilmPixel>() / 4;
+        let plane = |name| Buffer { name, words, contents: None };
         buffers.extend((0..planes).map(|_| plane("film")).chain([plane("mean")]));
         let free = (first..first + planes).rev().collect();
         Self { size, samples, free, waiting: Vec::new(), output: first + planes }
@@ -79,6 +76,6 @@ impl Film {
     fn pass(&self, kernel: &'static KernelDesc, bound: [(&str, BufferId); 2]) -> Result<Pass, Error> {
         let [width, height] = self.size;
         let params = FilmParams { width, height, samples: self.samples as f32, reserved: 0 };
-        Pass::new(kernel, &[], &params, &bound, self.size)
+        Pass::new(kernel, &[], &params, &bound)
     }
 }

@@ -17,6 +17,7 @@ pub mod image;
 pub mod input;
 pub mod memory;
 pub mod metrics;
+mod moments;
 pub mod output;
 pub mod plan;
 pub mod reference;

@@ -1,9 +1,9 @@
 //! A frame plan: the buffers of a technique and its passes in order. Executors run it; they know no technique.
 
-use crate::Error;
-use crate::buffers::SceneBuffers;
+use crate::{Error, buffers::SceneBuffers};
 use bytemuck::Pod;
-use restir_kernels::{Access, KernelDesc};
+use restir_kernels::{Access, Binding, KernelDesc};
+use restir_shared::layout::Extent;
 use std::sync::Arc;
 
 /// Index into [`FramePlan::buffers`].
@@ -28,6 +28,11 @@ impl Buffer {
     pub fn arenas(scene: &SceneBuffers) -> [Self; 3] {
         let arenas = [("geometry", &scene.geometry), ("attributes", &scene.attributes), ("texels", &scene.texels)];
         arenas.map(|(name, words)| Self { name, words: words.len(), contents: Some(words.clone()) })
+    }
+
+    /// The words that it holds at the start.
+    pub fn initial(&self) -> Arc<[u32]> {
+        self.contents.clone().unwrap_or_else(|| std::iter::repeat_n(0, self.words).collect())
     }
 }
 
@@ -87,7 +92,23 @@ fn misfit(kernel: &KernelDesc, problem: String) -> Error {
     Error::Kernel { kernel: kernel.name.to_owned(), problem }
 }
 
+/// The value that is given by that name.
+fn only<T: Copy>(kernel: &KernelDesc, given: &[(&str, T)], name: &str) -> Result<T, Error> {
+    let mut values = given.iter().filter(|(of, _)| *of == name).map(|(_, value)| *value);
+    match (values.next(), values.next()) {
+        (Some(value), None) => Ok(value),
+        (None, _) => Err(misfit(kernel, format!("gives nothing to {name}"))),
+        (Some(_), Some(_)) => Err(misfit(kernel, format!("gives two values to {name}"))),
+    }
+}
+
 impl FramePlan<'_> {
+    /// A plan of passes that are all there, which ask no scene but that of their buffers.
+    pub fn of(buffers: Vec<Buffer>, passes: Vec<Pass>, outputs: Vec<BufferId>) -> FramePlan<'static> {
+        let pass_count = passes.len() as u64;
+        FramePlan { buffers, passes: Box::new(passes.into_iter().map(Ok)), pass_count, outputs, scene: None }
+    }
+
     /// Bytes of all buffers.
     pub fn bytes(&self) -> u64 {
         self.buffers.iter().map(|b| b.words as u64 * 4).sum()
@@ -95,38 +116,32 @@ impl FramePlan<'_> {
 }
 
 impl Pass {
-    /// A pass over `grid` with its buffers by role, in any order: `role` is the name of a binding in the kernel's
-    /// declaration. `constants` are in the order of the descriptor.
+    /// A pass over the extent of its parameters. The values of specialization constants and the buffers are given by name, that
+    /// in the kernel's declaration, in any order; those that the kernel has not are left out.
     ///
     /// # Errors
-    /// [`Error::Kernel`] if the kernel has no binding of a role, or one gets no buffer, or two.
-    pub fn new<P: Pod>(
+    /// [`Error::Kernel`] if one of the kernel's constants or bindings is given nothing, or two values.
+    pub fn new(
         kernel: &'static KernelDesc,
-        constants: &[u32],
-        params: &P,
+        constants: &[(&str, u32)],
+        params: &(impl Pod + Extent),
         bound: &[(&str, BufferId)],
-        grid: [u32; 2],
     ) -> Result<Self, Error> {
-        let roles = || kernel.bindings.iter().skip(1).map(|binding| binding.name);
-        if let Some((unknown, _)) = bound.iter().find(|(role, _)| roles().all(|name| name != *role)) {
-            return Err(misfit(kernel, format!("binds {unknown}, which the kernel has not")));
-        }
-        let buffer_of = |role: &str| {
-            let mut buffers = bound.iter().filter(|(name, _)| *name == role).map(|(_, buffer)| *buffer);
-            match (buffers.next(), buffers.next()) {
-                (Some(buffer), None) => Ok(buffer),
-                (None, _) => Err(misfit(kernel, format!("binds nothing to {role}"))),
-                (Some(_), Some(_)) => Err(misfit(kernel, format!("binds two buffers to {role}"))),
-            }
-        };
+        let constant_names = kernel.constants.iter().map(|constant| constant.name);
+        let roles = kernel.bindings.iter().skip(1).map(|binding| binding.name);
         Ok(Self {
             frame: None,
             kernel,
-            constants: constants.to_vec(),
+            constants: constant_names.map(|name| only(kernel, constants, name)).collect::<Result<_, _>>()?,
             params: bytemuck::cast_slice(std::slice::from_ref(params)).to_vec(),
-            bindings: roles().map(buffer_of).collect::<Result<_, _>>()?,
-            grid,
+            bindings: roles.map(|role| only(kernel, bound, role)).collect::<Result<_, _>>()?,
+            grid: params.extent(),
         })
+    }
+
+    /// The kernel's bindings but for its parameters, each with its buffer.
+    pub fn bindings(&self) -> impl Iterator<Item = (&'static Binding, BufferId)> {
+        self.kernel.bindings.iter().skip(1).zip(self.bindings.iter().copied())
     }
 
     /// The buffer that is bound to a role: to the kernel's binding of that name.
@@ -134,8 +149,7 @@ impl Pass {
     /// # Errors
     /// [`Error::Kernel`] if the kernel has no such binding.
     pub fn bound(&self, role: &str) -> Result<BufferId, Error> {
-        let mut bindings = self.kernel.bindings.iter().skip(1).zip(&self.bindings);
-        let found = bindings.find(|(binding, _)| binding.name == role).map(|(_, buffer)| *buffer);
+        let found = self.bindings().find(|(binding, _)| binding.name == role).map(|(_, buffer)| buffer);
         found.ok_or_else(|| misfit(self.kernel, format!("is asked for {role}, which the kernel has not")))
     }
 
@@ -165,47 +179,55 @@ impl Pass {
             return Some(format!("binds {} buffers instead of {}", self.bindings.len(), bindings.len()));
         }
         for Upload { buffer: id, first, words } in self.frame.iter().flat_map(|frame| &frame.uploads) {
-            if buffers.get(*id).is_none_or(|buffer| first + words.len() > buffer.words) {
-                return Some(format!(
-                    "writes words {first} to {} of buffer {id}, which it has not",
-                    first + words.len()
-                ));
+            let end = first + words.len();
+            if buffers.get(*id).is_none_or(|buffer| end > buffer.words) {
+                return Some(format!("writes words {first} to {end} of buffer {id}, which it has not"));
             }
         }
         let invocations = self.grid[0] as usize * self.grid[1] as usize;
-        for (binding, &id) in bindings.iter().zip(&self.bindings) {
+        self.bindings().find_map(|(binding, id)| {
             let own = binding.access == Access::Own;
             let needed = if own { invocations * binding.stride as usize / 4 } else { 0 };
             let shared = self.bindings.iter().filter(|&&other| other == id).count() > 1;
             match buffers.get(id) {
-                None => return Some(format!("binds buffer {id} to {}, which does not exist", binding.name)),
+                None => Some(format!("binds buffer {id} to {}, which does not exist", binding.name)),
                 Some(buffer) if buffer.words < needed => {
-                    return Some(format!("writes {needed} words of {}, which has {}", buffer.name, buffer.words));
+                    Some(format!("writes {needed} words of {}, which has {}", buffer.name, buffer.words))
                 }
-                Some(buffer) if own && shared => return Some(format!("writes {} and binds it twice", buffer.name)),
-                Some(_) => {}
+                Some(buffer) if own && shared => Some(format!("writes {} and binds it twice", buffer.name)),
+                Some(_) => None,
             }
-        }
-        None
+        })
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use restir_kernels::film::film_add::DESC;
+    use restir_kernels::film::film_add;
+    use restir_kernels::path::path;
     use restir_shared::layout::FilmParams;
+    use restir_shared::technique::path::PathParams;
 
     #[test]
     fn buffers_are_bound_by_role() {
-        let pass = |bound: &[(&str, BufferId)]| Pass::new(&DESC, &[], &FilmParams::default(), bound, [1, 1]);
-        let right = pass(&[("right", 7), ("left", 3)]).expect("all are bound");
+        let pass = |bound: &[(&str, BufferId)]| Pass::new(&film_add::DESC, &[], &FilmParams::default(), bound);
+        let right = pass(&[("right", 7), ("left", 3), ("middle", 4)]).expect("all are bound");
         assert_eq!(right.bindings, [3, 7]);
         assert_eq!((right.bound("left").ok(), right.bound("right").ok()), (Some(3), Some(7)));
         let message = |result: Result<Pass, Error>| result.err().expect("refused").to_string();
         assert!(message(pass(&[("left", 3)])).contains("nothing to right"));
-        assert!(message(pass(&[("left", 3), ("right", 7), ("left", 4)])).contains("two buffers to left"));
-        assert!(message(pass(&[("left", 3), ("right", 7), ("middle", 4)])).contains("middle"));
+        assert!(message(pass(&[("left", 3), ("right", 7), ("left", 4)])).contains("two values to left"));
         assert!(right.bound("middle").is_err() && right.bound("params").is_err());
+    }
+
+    #[test]
+    fn constants_are_given_by_name() {
+        let bound = [ARENAS.as_slice(), &[("film", 3)]].concat();
+        let pass = |constants: &[(&str, u32)]| {
+            Pass::new(&path::DESC, constants, &PathParams::default(), &bound).map(|pass| pass.constants).ok()
+        };
+        assert_eq!(pass(&[("settings", 1), ("features", 2)]), Some(vec![2]));
+        assert_eq!((pass(&[]), pass(&[("feature", 2)]), pass(&[("features", 2), ("features", 3)])), (None, None, None));
     }
 }

@@ -10,19 +10,15 @@
 //! was continued agrees with one that was made at once to the rounding of `f32`. Devices that give the CPU's bits share
 //! their references; any other has its own.
 
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use restir_shared::technique::path::PathParams;
 
-use crate::Error;
-use crate::buffers::SceneBuffers;
 use crate::exec::{Description, Executor, Flavour, Parity};
 use crate::image::{Image, read_exr, read_exr_metadata, write_exr};
-use crate::render::{self, Render};
-use crate::technique::Integral;
-use crate::technique::path::PathSettings;
+use crate::render::{self, Progress, Render, Rendered};
+use crate::{Error, buffers::SceneBuffers, technique::Integral, technique::path::PathSettings};
 
 /// Samples a pixel in a batch.
 pub const BATCH_SAMPLES: u32 = 64;
@@ -63,26 +59,25 @@ struct Half {
 /// A reference image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reference {
-    width: u32,
-    height: u32,
+    size: [u32; 2],
     halves: [Half; 2],
 }
 
 impl Half {
-    fn add(&mut self, image: &Image, dropped: u64) {
-        let values = image.pixels.as_flattened();
+    fn add(&mut self, batch: &Rendered) {
+        let values = batch.image.pixels.as_flattened();
         self.mean.resize(values.len(), 0.0);
         self.batches += 1;
         let share = 1.0 / f64::from(self.batches);
         self.mean.iter_mut().zip(values).for_each(|(mean, &value)| *mean += (f64::from(value) - *mean) * share);
-        self.dropped += dropped;
+        self.dropped += batch.dropped_samples;
     }
 }
 
 impl Reference {
     /// Width and height in pixels.
     pub fn size(&self) -> [u32; 2] {
-        [self.width, self.height]
+        self.size
     }
 
     /// Samples a pixel over both halves.
@@ -127,7 +122,7 @@ impl Reference {
 
     fn to_image(&self, values: &[f64]) -> Image {
         let pixels = values.as_chunks::<3>().0.iter().map(|pixel| pixel.map(|value| value as f32)).collect();
-        Image { width: self.width, height: self.height, pixels }
+        Image { width: self.size[0], height: self.size[1], pixels }
     }
 
     /// As it is in a cache, so that a reference is the same before and after.
@@ -139,22 +134,13 @@ impl Reference {
 
     /// The part of all samples that each half has.
     fn shares(&self) -> [f64; 2] {
-        let [a, b] = [0, 1].map(|half: usize| f64::from(self.halves[half].batches));
+        let [a, b] = self.halves.each_ref().map(|half| f64::from(half.batches));
         [a / (a + b), b / (a + b)]
     }
 
     fn pairs(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         self.halves[0].mean.iter().copied().zip(self.halves[1].mean.iter().copied())
     }
-}
-
-/// How far a reference is, in batches.
-#[derive(Clone, Copy, Debug)]
-pub struct Progress {
-    /// Batches that are done, of both halves.
-    pub done: u64,
-    /// Batches that the goal asks for.
-    pub total: u64,
 }
 
 /// Whether the picture is in range and its buffers fit: what [`make`] checks first.
@@ -165,50 +151,53 @@ pub fn check(scene: &SceneBuffers, picture: Picture) -> Result<(), Error> {
     render::check(scene, &batch_of(picture))
 }
 
-/// Makes the reference of a scene by path tracing, or continues the one in the folder `cache`.
+/// Makes the reference of a scene by path tracing, or continues the one in the folder `cache`. `observe` hears how many batches
+/// of both halves are done.
 ///
 /// # Errors
-/// As of [`render::render`]; [`Error::Interrupted`] if `observe` breaks, after what is done was saved; [`Error::File`]
-/// if the cache cannot be written. What cannot be read from it is made anew.
+/// As of [`render::render`]; that of `observe`, after what is done was saved; [`Error::File`] if the cache cannot be written.
+/// What cannot be read from it is made anew.
 pub fn make(
     executor: &mut dyn Executor,
     scene: &SceneBuffers,
     picture: Picture,
     cache: Option<&Path>,
     goal: Goal,
-    observe: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    observe: &mut dyn FnMut(Progress) -> Result<(), Error>,
 ) -> Result<Reference, Error> {
-    let render = batch_of(picture);
-    let [width, height] = picture.size;
-    render::check(scene, &render)?;
+    let batch = batch_of(picture);
+    render::check(scene, &batch)?;
     let origin = origin(&executor.describe());
-    let store = cache.map(|cache| Store::new(cache, scene, &render, &origin)).transpose()?;
-    let halves = store.as_ref().map_or_else(Default::default, |store| [0, 1].map(|half| store.load(half)));
-    let mut reference = Reference { width, height, halves };
+    let store = cache.map(|cache| Store::new(cache, scene, &batch, &origin)).transpose()?;
+    let save = |reference: &Reference| store.as_ref().map_or(Ok(()), |store| store.save(reference));
+    // a half that is missing, damaged or of something else is empty
+    let halves = [0, 1].map(|half| store.as_ref().and_then(|store| store.read(half)).unwrap_or_default());
+    let mut reference = Reference { size: picture.size, halves };
     let start = Instant::now();
     let total = 2 * goal.samples.max(1).div_ceil(2 * u64::from(BATCH_SAMPLES));
     let mut saved = Instant::now();
     let mut changed = false;
     let outcome = loop {
-        let [a, b] = [0, 1].map(|half: usize| u64::from(reference.halves[half].batches));
+        let [a, b] = reference.halves.each_ref().map(|half| u64::from(half.batches));
         let late = a > 0 && a == b && goal.time.is_some_and(|time| start.elapsed() >= time);
         if (a + b >= total && a > 0 && b > 0) || late {
             break Ok(());
         }
-        let half = usize::from(b < a);
-        match batch(executor, scene, &render, &mut reference.halves[half], half, &mut |_| {
-            observe(Progress { done: a + b, total })
-        }) {
-            Ok(()) => changed = true,
+        let index = usize::from(b < a);
+        let half = &mut reference.halves[index];
+        let batch = Render { seed: FIRST_SEED + 2 * half.batches + index as u32, ..batch.clone() };
+        match render::render(executor, scene, &batch, &mut |_| observe(Progress { done: a + b, total })) {
+            Ok(rendered) => half.add(&rendered),
             Err(error) => break Err(error),
         }
+        changed = true;
         if saved.elapsed() > SAVE_EVERY {
-            store.as_ref().map_or(Ok(()), |store| store.save(&reference))?;
+            save(&reference)?;
             (saved, changed) = (Instant::now(), false);
         }
     };
     if changed {
-        store.as_ref().map_or(Ok(()), |store| store.save(&reference))?;
+        save(&reference)?;
     }
     outcome.map(|()| reference.rounded())
 }
@@ -217,20 +206,6 @@ pub fn make(
 fn batch_of(Picture { size, integral: Integral { max_depth, jitter } }: Picture) -> Render {
     let path = PathSettings { max_depth, jitter, ..PathSettings::default() };
     Render { count: BATCH_SAMPLES, ..Render::new(size, path) }
-}
-
-fn batch(
-    executor: &mut dyn Executor,
-    scene: &SceneBuffers,
-    batch: &Render,
-    half: &mut Half,
-    index: usize,
-    observe: &mut dyn FnMut(render::Progress) -> ControlFlow<()>,
-) -> Result<(), Error> {
-    let seed = FIRST_SEED + 2 * half.batches + index as u32;
-    let rendered = render::render(executor, scene, &Render { seed, ..batch.clone() }, observe)?;
-    half.add(&rendered.image, rendered.dropped_samples);
-    Ok(())
 }
 
 /// Where the bits come from: "exact", or the device that has others.
@@ -252,11 +227,9 @@ fn digest(scene: &SceneBuffers, batch: &Render, origin: &str) -> String {
         hasher.update(&(words.len() as u64).to_le_bytes());
         hasher.update(bytemuck::cast_slice(words));
     }
-    if let Some(Ok(pass)) = plan.passes.next() {
-        let params: PathParams = bytemuck::pod_read_unaligned(bytemuck::cast_slice(&pass.params));
+    if let Some(params) = plan.passes.next().and_then(|pass| pass.ok()?.params::<PathParams>()) {
         // how samples are split over dispatches does not matter
-        let params = PathParams { first_sample: 0, block_log2: 0, seed: 0, ..params };
-        hasher.update(bytemuck::bytes_of(&params));
+        hasher.update(bytemuck::bytes_of(&PathParams { first_sample: 0, block_log2: 0, seed: 0, ..params }));
     }
     hasher.update(FORMAT.as_bytes());
     hasher.update(origin.as_bytes());
@@ -296,11 +269,6 @@ impl Store {
 
     fn path(&self, half: usize) -> PathBuf {
         self.folder.join(format!("half{half}.exr"))
-    }
-
-    /// A half that is missing, damaged or of something else is empty.
-    fn load(&self, half: usize) -> Half {
-        self.read(half).unwrap_or_default()
     }
 
     fn read(&self, half: usize) -> Option<Half> {
@@ -354,17 +322,18 @@ mod tests {
 
     const INTEGRAL: Integral = Integral { max_depth: 3, jitter: false };
 
-    fn furnace() -> SceneBuffers {
-        SceneBuffers::build(&Scene::load("furnace").unwrap()).unwrap()
+    fn reference(cache: Option<&Path>, samples: u64, integral: Integral) -> Reference {
+        made(cache, Goal { samples, time: None }, integral, &mut |_| Ok(())).unwrap()
     }
 
-    fn reference(cache: Option<&Path>, samples: u64, integral: Integral) -> Reference {
-        let mut cpu = CpuExecutor::new(Some(1)).unwrap();
-        let goal = Goal { samples, time: None };
-        make(&mut cpu, &furnace(), Picture { size: [SIZE; 2], integral }, cache, goal, &mut |_| {
-            ControlFlow::Continue(())
-        })
-        .unwrap()
+    fn made(
+        cache: Option<&Path>,
+        goal: Goal,
+        integral: Integral,
+        observe: &mut dyn FnMut(Progress) -> Result<(), Error>,
+    ) -> Result<Reference, Error> {
+        let scene = SceneBuffers::build(&Scene::load("furnace")?)?;
+        make(&mut CpuExecutor::new(Some(1))?, &scene, Picture { size: [SIZE; 2], integral }, cache, goal, observe)
     }
 
     #[test]
@@ -424,31 +393,16 @@ mod tests {
     #[test]
     fn an_interrupted_reference_keeps_its_batches() {
         let folder = tempfile::tempdir().unwrap();
-        let mut cpu = CpuExecutor::new(Some(1)).unwrap();
         let goal = Goal { samples: 1024, time: None };
-        let stop = &mut |progress: Progress| {
-            if progress.done < 4 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
-        };
-        let outcome = make(
-            &mut cpu,
-            &furnace(),
-            Picture { size: [SIZE; 2], integral: INTEGRAL },
-            Some(folder.path()),
-            goal,
-            stop,
-        );
+        let stop = &mut |progress: Progress| if progress.done < 4 { Ok(()) } else { Err(Error::Interrupted) };
+        let outcome = made(Some(folder.path()), goal, INTEGRAL, stop);
         assert!(matches!(outcome, Err(Error::Interrupted)));
         assert_eq!(reference(Some(folder.path()), 1, INTEGRAL).samples(), 4 * u64::from(BATCH_SAMPLES));
     }
 
     #[test]
     fn without_time_each_half_has_one_batch() {
-        let mut cpu = CpuExecutor::new(Some(1)).unwrap();
         let goal = Goal { samples: 1 << 40, time: Some(Duration::ZERO) };
-        let made = make(&mut cpu, &furnace(), Picture { size: [SIZE; 2], integral: INTEGRAL }, None, goal, &mut |_| {
-            ControlFlow::Continue(())
-        })
-        .unwrap();
-        assert_eq!(made.samples(), 2 * u64::from(BATCH_SAMPLES));
+        assert_eq!(made(None, goal, INTEGRAL, &mut |_| Ok(())).unwrap().samples(), 2 * u64::from(BATCH_SAMPLES));
     }
 }

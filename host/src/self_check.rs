@@ -8,55 +8,38 @@ use crate::buffers::SceneBuffers;
 use crate::exec::{CpuExecutor, Executor, Parity};
 #[cfg(feature = "gpu")]
 use crate::exec::{Flavour, GpuExecutor, gpu::takes_passthrough};
-use crate::metrics::ulp_distance;
 use crate::plan::{Buffer, FramePlan, Pass};
-use crate::render::Render;
-use crate::scene::Scene;
-use crate::technique::path::PathSettings;
+use crate::{metrics::ulp_distance, render::Render, scene::Scene, technique::path::PathSettings};
 use restir_kernels::check::self_check::{DESC, Results, SelfCheckParams, boundary_operands, random_operands};
-use std::ops::ControlFlow;
 
 /// Random probes beside the boundary cases.
 const RANDOM_PROBES: u32 = 256;
 /// Side of the frames.
 const FRAME: u32 = 16;
 
-fn probes() -> FramePlan<'static> {
-    let mut operands = boundary_operands();
-    operands.extend(random_operands(RANDOM_PROBES));
+fn probes() -> Result<FramePlan<'static>, Error> {
+    let operands = [boundary_operands(), random_operands(RANDOM_PROBES)].concat();
     let count = operands.len() as u32;
     let operands: Vec<u32> = bytemuck::cast_slice(&operands).to_vec();
-    let pass = Pass::new(&DESC, &[], &SelfCheckParams { count }, &[("operands", 0), ("results", 1)], [count, 1]);
+    let pass = Pass::new(&DESC, &[], &SelfCheckParams { count }, &[("operands", 0), ("results", 1)])?;
     let words = count as usize * size_of::<Results>() / 4;
-    FramePlan {
-        buffers: vec![
-            Buffer { name: "operands", words: operands.len(), contents: Some(operands.into()) },
-            Buffer { name: "results", words, contents: None },
-        ],
-        passes: Box::new(std::iter::once(pass)),
-        pass_count: 1,
-        outputs: vec![1],
-        scene: None,
-    }
+    let buffers = vec![
+        Buffer { name: "operands", words: operands.len(), contents: Some(operands.into()) },
+        Buffer { name: "results", words, contents: None },
+    ];
+    Ok(FramePlan::of(buffers, vec![pass], vec![1]))
 }
 
 /// The largest distance between the host's and the executor's words, `None` if no word differs.
-fn run_and_compare(
+fn run_and_compare<'a>(
     executor: &mut dyn Executor,
-    host: FramePlan<'_>,
-    device: FramePlan<'_>,
+    plan: impl Fn() -> Result<FramePlan<'a>, Error>,
 ) -> Result<Option<u32>, Error> {
-    let host = CpuExecutor::new(None)?.run(host, &mut |_| ControlFlow::Continue(()))?;
-    let device = executor.run(device, &mut |_| ControlFlow::Continue(()))?;
-    let is_nan = |bits: u32| bits & 0x7fff_ffff > 0x7f80_0000;
-    let differs = |(a, b): &(&u32, &u32)| a != b && !(is_nan(**a) && is_nan(**b));
-    Ok(host
-        .iter()
-        .flatten()
-        .zip(device.iter().flatten())
-        .filter(differs)
-        .map(|(&a, &b)| ulp_distance(f32::from_bits(a), f32::from_bits(b)))
-        .max())
+    let host = CpuExecutor::new(None)?.run(plan()?, &mut |_| Ok(()))?;
+    let device = executor.run(plan()?, &mut |_| Ok(()))?;
+    let words = host.into_iter().flatten().zip(device.into_iter().flatten());
+    let differing = words.filter(|(a, b)| a != b).map(|(a, b)| (f32::from_bits(a), f32::from_bits(b)));
+    Ok(differing.filter(|(a, b)| !(a.is_nan() && b.is_nan())).map(|(a, b)| ulp_distance(a, b)).max())
 }
 
 /// Compares the executor with the host.
@@ -65,11 +48,10 @@ fn run_and_compare(
 /// Whatever the executor reports.
 pub fn self_check(executor: &mut dyn Executor) -> Result<Parity, Error> {
     let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
-    let probes = run_and_compare(executor, probes(), probes())?;
+    let probes = run_and_compare(executor, probes)?;
     let path = PathSettings { jitter: true, roulette: true, ..PathSettings::default() };
     let render = Render { seed: 1, ..Render::new([FRAME; 2], path) };
-    let plan = || render.technique.plan(&scene, &render);
-    let frame = run_and_compare(executor, plan(), plan())?;
+    let frame = run_and_compare(executor, || Ok(render.technique.plan(&scene, &render)))?;
     Ok(probes.max(frame).map_or(Parity::Exact, |max_ulp| Parity::Approximate { max_ulp }))
 }
 
@@ -96,7 +78,7 @@ impl GpuExecutor {
     /// What the kernels report.
     pub fn check(&mut self) -> Result<Parity, Error> {
         let parity = self_check(self)?;
-        self.set_parity(parity);
+        self.parity = Some(parity);
         Ok(parity)
     }
 }

@@ -183,6 +183,11 @@ pub trait Settings {
     }
 }
 
+/// The error for a name that is none of those that there are.
+pub(crate) fn unknown(what: &str, name: &str, known: impl Iterator<Item = &'static str>) -> Error {
+    Error::Setting(format!("there is no {what} {name:?}; there are: {}", known.collect::<Vec<_>>().join(", ")))
+}
+
 impl<S: Declared> Settings for S {
     fn entries(&self) -> Vec<Entry> {
         let entry = |setting: &Setting<S>| Entry {
@@ -196,16 +201,12 @@ impl<S: Declared> Settings for S {
 
     fn set(&mut self, key: &str, value: &str) -> Result<(), Error> {
         if key == "preset" {
-            *self = S::preset(value).ok_or_else(|| {
-                let known = S::PRESETS.join(", ");
-                Error::Setting(format!("there is no preset {value:?}; there are: {known}"))
-            })?;
+            *self = S::preset(value).ok_or_else(|| unknown("preset", value, S::PRESETS.iter().copied()))?;
             return Ok(());
         }
-        let Some(setting) = S::SETTINGS.iter().find(|setting| setting.key == key) else {
-            let known: Vec<&str> = S::SETTINGS.iter().map(|setting| setting.key).collect();
-            return Err(Error::Setting(format!("there is no setting {key:?}; there are: {}", known.join(", "))));
-        };
+        let keys = S::SETTINGS.iter().map(|setting| setting.key);
+        let setting = S::SETTINGS.iter().find(|setting| setting.key == key);
+        let setting = setting.ok_or_else(|| unknown("setting", key, keys))?;
         if (setting.set)(self, value) {
             return Ok(());
         }

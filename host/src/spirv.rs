@@ -11,28 +11,25 @@ const OP_SPEC_CONSTANT: u32 = 50;
 const OP_DECORATE: u32 = 71;
 const DECORATION_SPEC_ID: u32 = 1;
 
-/// A float-control mode: its execution mode and its capability.
+/// The execution modes of float controls; their capabilities have the same order.
+const FLOAT_MODES: std::ops::RangeInclusive<u32> = 4459..=4463;
+const FIRST_FLOAT_CAPABILITY: u32 = 4464;
+
+/// A float-control mode by its execution mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FloatMode {
-    /// Round to nearest, ties to even.
-    RoundingModeRte,
     /// Keep the signs of zeros, infinities and NaN.
-    SignedZeroInfNanPreserve,
+    SignedZeroInfNanPreserve = 4461,
+    /// Round to nearest, ties to even.
+    RoundingModeRte = 4462,
 }
 
 impl FloatMode {
-    fn execution_mode(self) -> u32 {
-        match self {
-            Self::SignedZeroInfNanPreserve => 4461,
-            Self::RoundingModeRte => 4462,
-        }
-    }
+    /// The modes of the `exact` modules.
+    pub const ALL: [Self; 2] = [Self::RoundingModeRte, Self::SignedZeroInfNanPreserve];
 
     fn capability(self) -> u32 {
-        match self {
-            Self::SignedZeroInfNanPreserve => 4466,
-            Self::RoundingModeRte => 4467,
-        }
+        self as u32 - FLOAT_MODES.start() + FIRST_FLOAT_CAPABILITY
     }
 }
 
@@ -41,11 +38,8 @@ fn instructions(words: &[u32]) -> Option<Vec<&[u32]>> {
     let mut rest = (words.first() == Some(&MAGIC)).then(|| words.get(HEADER_WORDS..))??;
     let mut all = Vec::new();
     while let Some(&first) = rest.first() {
-        let length = (first >> 16) as usize;
-        if length == 0 || length > rest.len() {
-            return None;
-        }
-        let (instruction, tail) = rest.split_at(length);
+        let split = rest.split_at_checked((first >> 16) as usize);
+        let (instruction, tail) = split.filter(|(instruction, _)| !instruction.is_empty())?;
         all.push(instruction);
         rest = tail;
     }
@@ -91,14 +85,14 @@ pub fn strip_modes(words: &[u32], modes: &[FloatMode]) -> Option<Vec<u32>> {
     let dropped = |i: &[u32]| {
         modes.iter().any(|mode| match opcode(i) {
             OP_CAPABILITY => i.get(1) == Some(&mode.capability()),
-            OP_EXECUTION_MODE => i.get(2) == Some(&mode.execution_mode()),
+            OP_EXECUTION_MODE => i.get(2) == Some(&(*mode as u32)),
             _ => false,
         })
     };
     let all = instructions(words)?;
     let kept: Vec<&[u32]> = all.into_iter().filter(|i| !dropped(i)).collect();
     let uses_modes =
-        kept.iter().any(|i| opcode(i) == OP_EXECUTION_MODE && i.get(2).is_some_and(|m| (4459..=4463).contains(m)));
+        kept.iter().any(|i| opcode(i) == OP_EXECUTION_MODE && i.get(2).is_some_and(|m| FLOAT_MODES.contains(m)));
     let needless = |i: &[u32]| !uses_modes && opcode(i) == OP_EXTENSION && names_float_controls(i);
     let body = kept.into_iter().filter(|i| !needless(i)).flatten();
     Some(words[..HEADER_WORDS].iter().chain(body).copied().collect())

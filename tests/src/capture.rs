@@ -23,19 +23,17 @@ pub struct Capture {
 /// # Errors
 /// As of the executor.
 pub fn captured(plan: FramePlan<'_>) -> Result<Vec<Capture>, Error> {
-    let words = |buffer: &Buffer| buffer.contents.clone().unwrap_or_else(|| vec![0; buffer.words].into());
-    let mut buffers: Vec<Arc<[u32]>> = plan.buffers.iter().map(words).collect();
+    let mut buffers: Vec<Arc<[u32]>> = plan.buffers.iter().map(Buffer::initial).collect();
     let mut captures = Vec::new();
-    CpuExecutor::inline().run_shown(plan, &mut |step| {
+    CpuExecutor::inline().run(plan, &mut |step| {
         let pass = step.pass;
         for upload in pass.frame.iter().flat_map(|frame| &frame.uploads) {
-            let mut words = buffers[upload.buffer].to_vec();
-            words[upload.first..][..upload.words.len()].copy_from_slice(&upload.words);
-            buffers[upload.buffer] = words.into();
+            let words = &mut Arc::make_mut(&mut buffers[upload.buffer])[upload.first..];
+            words[..upload.words.len()].copy_from_slice(&upload.words);
         }
         let contents = pass.bindings.iter().map(|&id| buffers[id].clone()).collect();
         captures.push(Capture { pass: pass.clone(), contents });
-        for (binding, &id) in bindings(pass).zip(&pass.bindings) {
+        for (binding, id) in pass.bindings() {
             if binding.access == Access::Own {
                 buffers[id] = step.read(id)?.into();
             }
@@ -54,10 +52,6 @@ pub fn last<'a>(captures: &'a [Capture], kernel: &KernelDesc) -> &'a Capture {
     found.unwrap_or_else(|| panic!("the plan has no pass of {}", kernel.name))
 }
 
-fn bindings(pass: &Pass) -> impl Iterator<Item = &'static Binding> {
-    pass.kernel.bindings.iter().skip(1)
-}
-
 impl Capture {
     /// The parameter block.
     ///
@@ -72,7 +66,7 @@ impl Capture {
     /// # Panics
     /// If the kernel has no binding of that name.
     pub fn plane<T: Pod>(&self, role: &str) -> Vec<T> {
-        let found = bindings(&self.pass).zip(&self.contents).find(|(binding, _)| binding.name == role);
+        let found = self.pass.bindings().zip(&self.contents).find(|((binding, _), _)| binding.name == role);
         let (_, words) = found.unwrap_or_else(|| panic!("{} has no {role}", self.pass.kernel.name));
         bytemuck::pod_collect_to_vec(words)
     }
@@ -95,7 +89,7 @@ impl Capture {
     pub fn invoke(&self, scene: &dyn AnyScene, [x, y]: [u32; 2]) -> Vec<Vec<u32>> {
         let at = (y * self.pass.grid[0] + x) as usize;
         let of = |access| {
-            let bound = bindings(&self.pass).zip(&self.contents);
+            let bound = self.pass.bindings().zip(&self.contents).map(|((binding, _), words)| (binding, words));
             bound.filter(move |(binding, _)| binding.access == access)
         };
         let read: Vec<&[u32]> = of(Access::Read).map(|(_, words)| &**words).collect();

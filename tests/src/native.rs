@@ -8,7 +8,6 @@ use restir_host::plan::{FramePlan, Pass};
 use restir_host::render::Render;
 use restir_shared::layout::FilmPixel;
 use restir_shared::scene::{AnyScene, Still};
-use std::ops::ControlFlow;
 
 /// The plan of a render, whose settings may be such as renders refuse.
 pub fn plan<'a>(scene: &'a SceneBuffers, render: &'a Render) -> FramePlan<'a> {
@@ -20,7 +19,7 @@ pub fn plan<'a>(scene: &'a SceneBuffers, render: &'a Render) -> FramePlan<'a> {
 /// # Errors
 /// As of the executor.
 pub fn film(plan: FramePlan<'_>) -> Result<Vec<FilmPixel>, Error> {
-    CpuExecutor::inline().run(plan, &mut |_| ControlFlow::Continue(())).map(|words| pixels(&words))
+    CpuExecutor::inline().run(plan, &mut |_| Ok(())).map(|words| pixels(&words))
 }
 
 /// As [`film`], over a scene of any type that stands still.
@@ -28,7 +27,7 @@ pub fn film(plan: FramePlan<'_>) -> Result<Vec<FilmPixel>, Error> {
 /// # Errors
 /// As of the executor.
 pub fn film_over(scene: &dyn AnyScene, plan: FramePlan<'_>) -> Result<Vec<FilmPixel>, Error> {
-    CpuExecutor::run_over(&Still(scene), plan, &mut |_| ControlFlow::Continue(())).map(|words| pixels(&words))
+    CpuExecutor::run_over(&Still(scene), plan, &mut |_| Ok(())).map(|words| pixels(&words))
 }
 
 fn pixels(outputs: &[Vec<u32>]) -> Vec<FilmPixel> {

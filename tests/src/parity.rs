@@ -6,7 +6,6 @@ use restir_host::metrics::ulp_distance;
 use restir_host::plan::{Buffer, FramePlan, Pass};
 use restir_kernels::{Access, Binding, Case};
 use std::fmt;
-use std::ops::ControlFlow;
 use std::sync::Arc;
 
 /// Outputs begin as this: an invocation that ends early leaves it behind. It is a NaN.
@@ -92,7 +91,7 @@ impl fmt::Display for Outcome {
 /// # Errors
 /// Whatever the executor reports.
 pub fn run(executor: &mut dyn Executor, case: &Case) -> Result<Vec<Vec<u32>>, Error> {
-    executor.run(plan(case), &mut |_| ControlFlow::Continue(()))
+    executor.run(plan(case), &mut |_| Ok(()))
 }
 
 /// The plan of a case: one pass, which gives the kernel's [`Access::Own`] buffers.
@@ -112,13 +111,9 @@ pub fn plan(case: &Case) -> FramePlan<'static> {
         bindings: (0..bindings.len()).collect(),
         grid: case.grid,
     };
-    FramePlan {
-        outputs: (0..bindings.len()).filter(|&i| bindings[i].access == Access::Own).collect(),
-        buffers: bindings.iter().zip(&case.buffers[1..]).map(buffer).collect(),
-        passes: Box::new(std::iter::once(Ok(pass))),
-        pass_count: 1,
-        scene: None,
-    }
+    let buffers = bindings.iter().zip(&case.buffers[1..]).map(buffer).collect();
+    let outputs = (0..bindings.len()).filter(|&i| bindings[i].access == Access::Own).collect();
+    FramePlan::of(buffers, vec![pass], outputs)
 }
 
 /// Runs a case natively and on `device`, and compares.

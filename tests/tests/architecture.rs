@@ -16,10 +16,9 @@ const CRATES: [(&str, &str); 5] = [
 
 /// Of every technique but the reference: what may name it beside its own folders. The lists of techniques, and the reports and
 /// figures of papers.
-const MAY_NAME: [&str; 7] = [
+const MAY_NAME: [&str; 6] = [
     "shared/src/technique",
     "host/src/technique",
-    "host/src/technique/registry",
     "host/program/src/figure",
     "tests/src/technique",
     "tests/src/visibility",

@@ -9,7 +9,6 @@ use restir_tests::checks;
 use restir_tests::device;
 use restir_tests::random::SplitMix;
 use restir_tests::suite::{ensure, trials};
-use std::ops::ControlFlow;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -36,7 +35,7 @@ fn run(executor: &mut dyn Executor, words: &[u32], buckets: Buckets) -> Result<(
         outputs: vec![indices, offsets],
         scene: None,
     };
-    let results = executor.run(plan, &mut |_| ControlFlow::Continue(()))?;
+    let results = executor.run(plan, &mut |_| Ok(()))?;
     let [indices, offsets] = results.try_into().map_err(|_| "not two outputs")?;
     Ok((indices, offsets, blocks))
 }

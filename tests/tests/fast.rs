@@ -14,7 +14,6 @@ use restir_tests::bias::{ensure_biased, ensure_unbiased};
 use restir_tests::device::{self, Adapter, label};
 use restir_tests::scenes::buffers;
 use restir_tests::stats::{Moments, TileGrid, TileTest, Verdict};
-use std::ops::ControlFlow;
 use std::process::ExitCode;
 
 /// How often the z-tests of equal expectations fail. Seeds are fixed: a failure is a bug.
@@ -44,7 +43,7 @@ fn images(executor: &mut dyn Executor, scene: &SceneBuffers) -> Result<Vec<Image
     let image = |seed| {
         let path = PathSettings { jitter: true, roulette: true, ..PathSettings::default() };
         let settings = Render { count: SAMPLES, seed, ..Render::new([SIDE; 2], path) };
-        Ok(render(executor, scene, &settings, &mut |_| ControlFlow::Continue(()))?.image)
+        Ok(render(executor, scene, &settings, &mut |_| Ok(()))?.image)
     };
     (0..PAIRS).map(image).collect()
 }

@@ -21,7 +21,6 @@ use restir_tests::features::{Content, PARTS, has_optimiser, names, specialised, 
 use restir_tests::native::plan;
 use restir_tests::suite::{ensure, trials};
 use std::collections::BTreeSet;
-use std::ops::ControlFlow;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -170,7 +169,7 @@ fn settings() -> Render {
 }
 
 fn image(executor: &mut dyn Executor, scene: &SceneBuffers) -> Result<Vec<[u32; 3]>, Error> {
-    let rendered = render(executor, scene, &settings(), &mut |_| ControlFlow::Continue(()))?;
+    let rendered = render(executor, scene, &settings(), &mut |_| Ok(()))?;
     Ok(rendered.image.pixels.iter().map(|rgb| rgb.map(f32::to_bits)).collect())
 }
 

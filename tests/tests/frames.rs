@@ -18,7 +18,6 @@ use restir_tests::device::{self, Adapter, is_llvmpipe};
 use restir_tests::scenes::path_params;
 use restir_tests::suite::ensure;
 use restir_tests::{gltf_files, parity};
-use std::ops::ControlFlow;
 use std::process::ExitCode;
 use std::sync::mpsc;
 
@@ -205,7 +204,7 @@ impl Frame {
         let &Self { jitter, roulette, samples, seed, size, .. } = self;
         let path = PathSettings { jitter, roulette, dispatch_samples: split, ..PathSettings::default() };
         let settings = Render { count: samples, seed, ..Render::new(size, path) };
-        Ok(render(executor, scene, &settings, &mut |_| ControlFlow::Continue(()))?)
+        Ok(render(executor, scene, &settings, &mut |_| Ok(()))?)
     }
 
     /// By every split.

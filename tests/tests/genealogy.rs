@@ -4,7 +4,7 @@ use libtest_mimic::Failed;
 use restir_host::Error;
 use restir_host::buffers::SceneBuffers;
 use restir_host::exec::{CpuExecutor, Executor};
-use restir_host::render::{self, Progress, Render};
+use restir_host::render::{self, Render};
 use restir_host::scene::CameraPath;
 use restir_host::technique::explain::Place;
 use restir_host::technique::restir_di::{
@@ -17,7 +17,6 @@ use restir_shared::scene::{AddressedLights, LightAddress};
 use restir_tests::scenes::buffers;
 use restir_tests::suite::ensure;
 use restir_tests::technique::restir_di::settings;
-use std::ops::ControlFlow;
 
 const SIZE: [u32; 2] = [20, 14];
 const SEED: u32 = 5;
@@ -58,7 +57,7 @@ fn of_pixel(
 /// The plane of reservoirs that is shaded in the end.
 fn last_reservoirs(scene: &SceneBuffers, render: &Render) -> Result<Vec<UVec4>, Failed> {
     let mut shaded = Vec::new();
-    CpuExecutor::new(None)?.run_shown(render.technique.plan(scene, render), &mut |step| {
+    CpuExecutor::new(None)?.run(render.technique.plan(scene, render), &mut |step| {
         if [di_offer::DESC.name, di_shade::DESC.name].contains(&step.pass.kernel.name) {
             shaded = step.plane("reservoirs")?;
         }
@@ -181,12 +180,11 @@ fn a_false_chain_is_seen() -> Result<(), Failed> {
 
 fn layers_are_the_last_reservoirs() -> Result<(), Failed> {
     let mut executor = CpuExecutor::new(None)?;
-    let go_on = &mut |_: Progress| ControlFlow::Continue(());
     let scene = buffers("moving")?;
     for text in SETTINGS {
         let di = di_render(&scene, text)?;
-        let plain = render::render(&mut executor, &scene, &di, go_on)?;
-        let (rendered, layers) = render_with_layers(&mut executor, &scene, &di, go_on)?;
+        let plain = render::render(&mut executor, &scene, &di, &mut |_| Ok(()))?;
+        let (rendered, layers) = render_with_layers(&mut executor, &scene, &di, &mut |_| Ok(()))?;
         ensure(rendered.image == plain.image, || "layers change the image".to_owned())?;
         for [x, y] in PIXELS {
             let pixel = (y * di.width + x) as usize;

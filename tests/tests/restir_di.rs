@@ -28,7 +28,6 @@ use restir_tests::scenes::{buffers, path_params};
 use restir_tests::stats::{Moments, TileGrid, TileTest, Verdict, ZTest};
 use restir_tests::suite::ensure;
 use restir_tests::technique::restir_di::settings;
-use std::ops::ControlFlow;
 use std::sync::OnceLock;
 
 restir_tests::suite! {
@@ -62,7 +61,7 @@ fn other_scenes_give_the_bits_of_renders() -> Result<(), Failed> {
     let buffers = buffers("all-lights")?;
     for text in presets.chain(more) {
         let render = render([20, 14], &settings(&text), 3, 7);
-        let rendered = render::render(&mut executor, &buffers, &render, &mut |_| ControlFlow::Continue(()))?;
+        let rendered = render::render(&mut executor, &buffers, &render, &mut |_| Ok(()))?;
         let film = film_over(&buffers.view(), plan(&buffers, &render))?;
         let same = film.iter().zip(&rendered.image.pixels).all(|(a, b)| a.sum.map(f32::to_bits) == b.map(f32::to_bits));
         ensure(same, || text)?;

@@ -7,7 +7,7 @@ use restir_host::buffers::SceneBuffers;
 use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::plan::Pass;
 use restir_host::render::Render;
-use restir_host::replay::{self, Event, Recording};
+use restir_host::replay::{Event, Recording};
 use restir_host::technique::restir_di::{DiSettings, Target, Temporal, Visibility, VisibilityReuse};
 use restir_kernels::KernelDesc;
 use restir_kernels::restir_di::{di_combine, di_initial, di_shade};
@@ -61,7 +61,7 @@ fn params_of(kernel: &KernelDesc, pass: &Pass) -> Option<DiParams> {
 fn reservoirs(buffers: &SceneBuffers, run: &Run, seed: u32) -> Result<Vec<Vec<UVec4>>, Failed> {
     let mut planes = Vec::new();
     let render = run.render(seed);
-    CpuExecutor::inline().run_shown(plan(buffers, &render), &mut |step| {
+    CpuExecutor::inline().run(plan(buffers, &render), &mut |step| {
         if [&di_initial::DESC, &di_combine::DESC].iter().any(|kernel| params_of(kernel, step.pass).is_some()) {
             planes.push(step.plane("reservoirs")?);
         }
@@ -258,7 +258,7 @@ fn the_average_is_the_weighted_mean_and_costs_one_ray_a_neighbour() -> Result<()
         let (mut tally, mut offline, mut rays) = (Tally::default(), None, [0, 0]);
         let mut initial = Vec::new();
         let render = run.render(7);
-        CpuExecutor::inline().run_shown(plan(&buffers, &render), &mut |step| {
+        CpuExecutor::inline().run(plan(&buffers, &render), &mut |step| {
             if params_of(&di_initial::DESC, step.pass).is_some() {
                 initial = step.plane("reservoirs")?;
             }
@@ -305,7 +305,7 @@ fn shadow_rays(buffers: &SceneBuffers, settings: DiSettings) -> Result<[f64; 4],
     let recording = Recording::new(&view);
     let mut rays = [0; 4];
     let render = run.render(1);
-    replay::run(&Still(&recording), plan(buffers, &render), &mut |step| {
+    CpuExecutor::run_over(&Still(&recording), plan(buffers, &render), &mut |step| {
         let is_temporal = |p: DiParams| p.flags & DI_OTHER_FRAME != 0;
         let kind = match step.pass.kernel.name {
             name if name == di_initial::DESC.name => 0,
@@ -484,7 +484,7 @@ fn shut(settings: DiSettings, open: u32, frames: u32) -> Result<Vec<f64>, Failed
     let scene = Switched { scenes: [bright.view(), dark.view()], now: Cell::new(0) };
     let mut means = Vec::new();
     let render = Render { count: frames, accumulate: true, ..Render::new(SIZE, settings) };
-    replay::run(&scene, plan(&bright, &render), &mut |step| {
+    CpuExecutor::run_over(&scene, plan(&bright, &render), &mut |step| {
         if let Some(p) = params_of(&di_shade::DESC, step.pass) {
             means.push(step.plane::<FilmPixel>("film")?.iter().map(|pixel| f64::from(pixel.sum[0])).sum());
             scene.now.set(usize::from(p.frame + 1 >= open));

@@ -1,6 +1,5 @@
 //! `cargo xtask features`: what each feature of a scene costs where it is compiled in, and the report of it.
 
-use std::ops::ControlFlow;
 use std::time::Instant;
 
 use clap::Args;
@@ -102,7 +101,7 @@ fn timed(work: impl FnOnce() -> Result<(), restir_host::Error>) -> Result<f64, r
 fn frame(executor: &mut dyn Executor, scene: &SceneBuffers) -> Result<(), restir_host::Error> {
     let path = PathSettings { jitter: true, ..PathSettings::default() };
     let settings = Render { count: 4, seed: 1, ..Render::new([128; 2], path) };
-    render(executor, scene, &settings, &mut |_| ControlFlow::Continue(())).map(drop)
+    render(executor, scene, &settings, &mut |_| Ok(())).map(drop)
 }
 
 fn median(seconds: &[f64]) -> f64 {

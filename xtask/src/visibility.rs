@@ -8,7 +8,8 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use restir_host::bootstrap::Interval;
 use restir_host::buffers::SceneBuffers;
-use restir_host::replay::{self, Recording};
+use restir_host::exec::CpuExecutor;
+use restir_host::replay::Recording;
 use restir_host::technique::restir_di::{DiSettings, Target, Visibility, VisibilityReuse};
 use restir_shared::scene::Still;
 use restir_shared::technique::path::{self, PathParams};
@@ -531,7 +532,7 @@ fn rays_of(buffers: &SceneBuffers, settings: DiSettings) -> f64 {
     let run = Run { size: [side; 2], frames, from: 0, settings };
     let recording = Recording::new(&view);
     let render = run.render(0);
-    replay::run(&Still(&recording), render.technique.plan(buffers, &render), &mut |_| Ok(()))
+    CpuExecutor::run_over(&Still(&recording), render.technique.plan(buffers, &render), &mut |_| Ok(()))
         .expect("a still scene is replayed");
     recording.counts().rays() as f64 / f64::from(frames * side * side)
 }

@@ -1,35 +1,27 @@
 //! The geometry and the attribute arena, word by word as in [`restir_shared::layout`].
 
-use super::environment::EnvironmentMap;
-use super::lights::LightTables;
-use super::shading;
-use super::texels::Texels;
-use super::triangles::Triangle;
+use super::{environment::EnvironmentMap, lights::LightTables, shading, texels::Texels, triangles::Triangle};
 use crate::bvh::Bvh;
-use crate::scene::Filter;
-use crate::scene::{Light, LightKind, Material, Scene, TextureUse, Wrap};
+use crate::scene::{Filter, Light, LightKind, Material, Scene, TextureUse, Wrap};
 use glam::{DVec3, Vec3};
 use restir_shared::layout::{
-    ENVIRONMENT_WORDS, LIGHT_WORDS, MATERIAL_TWO_SIDED_EMISSION, MATERIAL_VOLUME, MATERIAL_WORDS, NONE,
-    PUNCTUAL_DIRECTIONAL, PUNCTUAL_POINT, PUNCTUAL_WORDS, SLOT_BASE_COLOR, SLOT_EMISSION, TEXTURE_MIRROR_U,
-    TEXTURE_MIRROR_V, TEXTURE_NEAREST, TEXTURE_REPEAT_U, TEXTURE_REPEAT_V, TEXTURE_SRGB,
+    ALIAS_WORDS, ENVIRONMENT_WORDS, LIGHT_TRIANGLE, LIGHT_WORDS, MATERIAL_TWO_SIDED_EMISSION, MATERIAL_VOLUME,
+    MATERIAL_WORDS, NONE, PUNCTUAL_DIRECTIONAL, PUNCTUAL_POINT, PUNCTUAL_WORDS, SLOT_BASE_COLOR, SLOT_EMISSION,
+    SceneHeader, TEXTURE_MIRROR_U, TEXTURE_MIRROR_V, TEXTURE_NEAREST, TEXTURE_REPEAT_U, TEXTURE_REPEAT_V, TEXTURE_SRGB,
 };
 use restir_shared::num::flush;
-use std::iter::repeat_n;
-use std::sync::Arc;
+use std::{iter::repeat_n, sync::Arc};
 
 /// Smallest difference of cosines over which a spot light's edge falls off, as glTF has it.
 const MIN_FALLOFF: f64 = 0.001;
 /// An attenuation colour of zero counts as this.
 const MIN_ATTENUATION: f64 = 1.0e-6;
 
-/// The attribute arena and where its tables begin.
+/// The attribute arena.
 pub(super) struct Attributes {
     pub(super) words: Vec<u32>,
-    pub(super) light_base: u32,
-    pub(super) alias_base: u32,
-    pub(super) punctual_base: u32,
-    pub(super) environment_base: u32,
+    /// Where its tables begin; nothing else is set.
+    pub(super) header: SceneHeader,
 }
 
 /// Magnitudes below 2^-100 are zero in the arenas, see DETERMINISM.md.
@@ -51,10 +43,8 @@ pub(super) fn pack_geometry(
     with_shading: bool,
 ) -> Arc<[u32]> {
     let mut light_of = vec![NONE; triangles.len()];
-    for (index, light) in
-        tables.lights.iter().enumerate().filter(|(_, l)| l.kind == restir_shared::layout::LIGHT_TRIANGLE)
-    {
-        light_of[light.index as usize] = index as u32;
+    for (index, light) in (0..).zip(&tables.lights).filter(|(_, light)| light.kind == LIGHT_TRIANGLE) {
+        light_of[light.index as usize] = index;
     }
     let nodes = bvh.nodes.iter().flat_map(|node| {
         let [a, b] = node.bounds;
@@ -81,20 +71,21 @@ impl Attributes {
         texels: &Texels,
         environment: Option<&EnvironmentMap>,
     ) -> Self {
-        let mut attributes =
-            Self { words: Vec::new(), light_base: 0, alias_base: NONE, punctual_base: 0, environment_base: NONE };
+        let absent = SceneHeader { alias_base: NONE, environment_base: NONE, ..SceneHeader::default() };
+        let mut attributes = Self { words: Vec::new(), header: absent };
         attributes.add_materials(scene, texels);
-        attributes.light_base = attributes.next_word();
-        attributes.extend(tables.lights.iter().map(|l| [l.index, l.density.to_bits(), l.kind, l.area.to_bits()]));
-        const { assert!(LIGHT_WORDS == 1 && restir_shared::layout::ALIAS_WORDS == 1) };
+        attributes.header.light_base = attributes.next_word();
+        attributes
+            .extend(tables.lights.iter().map(|l| [l.index, l.density.to_bits(), l.kind, (l.area as f32).to_bits()]));
+        const { assert!(LIGHT_WORDS == 1 && ALIAS_WORDS == 1) };
         if let Some(alias) = &tables.alias {
-            attributes.alias_base = attributes.next_word();
+            attributes.header.alias_base = attributes.next_word();
             attributes.extend(alias.iter().map(|entry| [entry.threshold.to_bits(), entry.alias, 0, 0]));
         }
-        attributes.punctual_base = attributes.next_word();
+        attributes.header.punctual_base = attributes.next_word();
         attributes.extend(scene.lights.iter().flat_map(punctual));
         if let Some(map) = environment {
-            attributes.environment_base = attributes.next_word();
+            attributes.header.environment_base = attributes.next_word();
             let [pixels, rows] = texels.environment;
             let probability = tables.environment_probability().to_bits();
             let record: [[u32; 4]; ENVIRONMENT_WORDS as usize] =

@@ -91,19 +91,17 @@ fn size_problem(what: &str, [width, height]: [u32; 2], pixels: usize) -> Option<
 
 fn mesh_problem(mesh: &Mesh) -> Option<String> {
     let count = mesh.positions.len();
-    let lengths =
-        [("normals", mesh.normals.len()), ("texture coordinates", mesh.uvs.len()), ("tangents", mesh.tangents.len())];
-    let wrong = lengths.iter().find(|(_, length)| *length != 0 && *length != count);
-    let problem = if let Some((what, length)) = wrong {
-        format!("{length} {what} for {count} vertices")
-    } else if mesh.normals.as_flattened().iter().any(|x| !x.is_finite()) {
-        "a normal is not finite".to_owned()
-    } else if mesh.uvs.as_flattened().iter().any(|x| !x.is_finite()) {
-        "a texture coordinate is not finite".to_owned()
-    } else if mesh.tangents.as_flattened().iter().any(|x| !x.is_finite()) {
-        "a tangent is not finite".to_owned()
+    let attributes = [
+        ("normal", mesh.normals.len(), mesh.normals.as_flattened()),
+        ("texture coordinate", mesh.uvs.len(), mesh.uvs.as_flattened()),
+        ("tangent", mesh.tangents.len(), mesh.tangents.as_flattened()),
+    ];
+    let wrong = attributes.iter().find(|(_, length, _)| *length != 0 && *length != count);
+    let problem = if let Some((what, length, _)) = wrong {
+        format!("{length} {what}s for {count} vertices")
     } else {
-        return None;
+        let (what, ..) = attributes.iter().find(|(.., values)| values.iter().any(|x| !x.is_finite()))?;
+        format!("a {what} is not finite")
     };
     Some(format!("mesh {:?}: {problem}; correct it in the file", mesh.name))
 }
@@ -130,21 +128,15 @@ fn light_problem(light: &Light) -> Option<String> {
     Some(format!("light {:?}: {problem}; correct it in the file", light.name))
 }
 
-fn environment_problem(e: &Environment) -> Option<String> {
-    let wrong = |p: &[f32; 3]| outside(p, 0.0, MAX_EMISSION);
-    size_problem(&format!("environment {:?}", e.name), e.size, e.pixels.len()).or_else(|| {
-        if !(0.0..=MAX_EMISSION).contains(&e.scale) || !e.rotation.is_finite() {
-            Some(format!(
-                "environment {:?}: scale {} or rotation {} is out of range; correct it",
-                e.name, e.scale, e.rotation
-            ))
-        } else {
-            let at = e.pixels.iter().position(wrong)?;
-            let (x, y) = (at % e.size[0] as usize, at / e.size[0] as usize);
-            Some(format!(
-                "environment {:?}: pixel {x},{y} is {:?}, not a radiance; repair the image",
-                e.name, e.pixels[at]
-            ))
+fn environment_problem(environment: &Environment) -> Option<String> {
+    let Environment { name, size, pixels, scale, rotation, .. } = environment;
+    size_problem(&format!("environment {name:?}"), *size, pixels.len()).or_else(|| {
+        if !(0.0..=MAX_EMISSION).contains(scale) || !rotation.is_finite() {
+            let values = format!("scale {scale} or rotation {rotation}");
+            return Some(format!("environment {name:?}: {values} is out of range; correct it"));
         }
+        let at = pixels.iter().position(|pixel| outside(pixel, 0.0, MAX_EMISSION))?;
+        let (x, y, pixel) = (at % size[0] as usize, at / size[0] as usize, pixels[at]);
+        Some(format!("environment {name:?}: pixel {x},{y} is {pixel:?}, not a radiance; repair the image"))
     })
 }

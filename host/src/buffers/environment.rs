@@ -1,8 +1,7 @@
 //! The environment's pixels and the distribution of its directions.
 
 use super::lights::luminance;
-use crate::distribution::integer_cdf;
-use crate::scene::Environment;
+use crate::{distribution::integer_cdf, scene::Environment};
 use restir_shared::num::flush;
 use std::f64::consts::PI;
 

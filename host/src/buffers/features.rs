@@ -1,9 +1,7 @@
 //! The feature bits of a scene: what its kernels may be specialised to.
 
-use super::arena::absorption;
 use super::lights::{LightTables, emits};
-use super::shading::needs_shading;
-use super::texels::Texels;
+use super::{arena::absorption, shading::needs_shading, texels::Texels};
 use crate::scene::{Material, Scene};
 use glam::Vec3;
 use restir_shared::bsdf::Material as Scattering;
@@ -37,17 +35,19 @@ pub(super) fn names(features: u32) -> Vec<&'static str> {
 /// The features of the materials in use and the lights.
 pub(super) fn of_scene(scene: &Scene, used_materials: &[bool], tables: &LightTables, texels: &Texels) -> u32 {
     let materials = scene.materials.iter().zip(used_materials).filter(|(_, used)| **used);
-    let mut features = materials.fold(0, |features, (m, _)| features | of_material(m));
-    for (present, bit) in [
+    let of_lights_and_tables = all_of(&[
         (tables.alias.is_some(), FEATURE_LIGHT_TABLE),
         (tables.count(LIGHT_PUNCTUAL) > 0, FEATURE_PUNCTUAL),
         (tables.count(LIGHT_ENVIRONMENT) > 0, FEATURE_ENVIRONMENT),
         (needs_shading(scene), FEATURE_SHADING),
         (texels.count() > 0, FEATURE_TEXTURES),
-    ] {
-        features |= if present { bit } else { 0 };
-    }
-    features
+    ]);
+    materials.fold(of_lights_and_tables, |features, (m, _)| features | of_material(m))
+}
+
+/// The bits whose feature is present.
+fn all_of(bits: &[(bool, u32)]) -> u32 {
+    bits.iter().filter(|(present, _)| *present).fold(0, |features, (_, bit)| features | bit)
 }
 
 fn of_material(m: &Material) -> u32 {
@@ -68,8 +68,6 @@ fn of_material(m: &Material) -> u32 {
         features |= Scattering { roughness: 0.0, ..scattering }.features();
         features |= Scattering { metallic: 0.0, roughness: 0.0, ..scattering }.features();
     }
-    for (present, bit) in [(emits(m), FEATURE_EMISSIVE), (absorption(m).iter().any(|&a| a > 0.0), FEATURE_VOLUME)] {
-        features |= if present { bit } else { 0 };
-    }
-    features
+    let absorbs = absorption(m).iter().any(|&a| a > 0.0);
+    features | all_of(&[(emits(m), FEATURE_EMISSIVE), (absorbs, FEATURE_VOLUME)])
 }

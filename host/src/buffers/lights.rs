@@ -2,9 +2,8 @@
 
 use super::environment::EnvironmentMap;
 use super::triangles::{Triangle, area};
-use crate::alias;
-use crate::bvh::Bounds;
-use crate::scene::{Light, LightKind, Material, Scene, Texture, TextureUse};
+use crate::scene::{Light, LightKind, Material, Scene, Texture, TextureUse, Wrap};
+use crate::{alias, bvh::Bounds};
 use glam::DVec2;
 use restir_shared::layout::{LIGHT_ENVIRONMENT, LIGHT_PUNCTUAL, LIGHT_TRIANGLE, SLOT_EMISSION};
 use restir_shared::num::flush;
@@ -20,23 +19,22 @@ pub(super) struct LightTables {
     pub(super) alias: Option<Vec<alias::Entry>>,
 }
 
-/// A light as [`restir_shared::layout`] has it.
+/// A light as [`restir_shared::layout`] has it, and its power over pi.
 pub(super) struct LightRecord {
     /// Triangle, or index among the punctual lights.
     pub(super) index: u32,
     pub(super) density: f32,
     pub(super) kind: u32,
     /// Of a triangle; 1 of other lights.
-    pub(super) area: f32,
+    pub(super) area: f64,
+    power: f64,
 }
 
-/// A light and its power over pi.
-struct Candidate {
-    index: u32,
-    kind: u32,
-    power: f64,
-    /// Of an emissive triangle.
-    area: f64,
+impl LightRecord {
+    /// The density is that among all lights, which are not known yet.
+    fn new(kind: u32, index: usize, power: f64, area: f64) -> Self {
+        Self { index: index as u32, density: 0.0, kind, area, power }
+    }
 }
 
 impl LightTables {
@@ -48,27 +46,18 @@ impl LightTables {
         bounds: &Bounds,
     ) -> Self {
         let radius = 0.5 * (bounds.hi.as_dvec3() - bounds.lo.as_dvec3()).length();
-        let mut candidates = emissive(scene, triangles);
-        candidates.extend(scene.lights.iter().enumerate().filter_map(|(index, light)| {
-            let power = punctual_power(light, radius);
-            (power > 0.0).then_some(Candidate { index: index as u32, kind: LIGHT_PUNCTUAL, power, area: 1.0 })
-        }));
-        candidates.extend(environment.map(|e| Candidate {
-            index: 0,
-            kind: LIGHT_ENVIRONMENT,
-            power: e.integral * radius * radius,
-            area: 1.0,
-        }));
-        let powers: Vec<f64> = candidates.iter().map(|c| c.power).collect();
+        let punctual = scene.lights.iter().map(|light| punctual_power(light, radius)).enumerate();
+        let punctual = punctual.map(|(index, power)| LightRecord::new(LIGHT_PUNCTUAL, index, power, 1.0));
+        let environment =
+            environment.map(|e| LightRecord::new(LIGHT_ENVIRONMENT, 0, e.integral * radius * radius, 1.0));
+        let mut lights: Vec<LightRecord> =
+            emissive(scene, triangles).chain(punctual).filter(|light| light.power > 0.0).chain(environment).collect();
+        let powers: Vec<f64> = lights.iter().map(|light| light.power).collect();
         let alias = alias::build(&powers);
-        let probabilities = alias::probabilities(powers.len(), alias.as_deref());
-        let record = |(c, p): (&Candidate, f64)| LightRecord {
-            index: c.index,
-            density: flush((p / c.area) as f32),
-            kind: c.kind,
-            area: c.area as f32,
-        };
-        Self { lights: candidates.iter().zip(probabilities).map(record).collect(), alias }
+        for (light, probability) in lights.iter_mut().zip(alias::probabilities(powers.len(), alias.as_deref())) {
+            light.density = flush((probability / light.area) as f32);
+        }
+        Self { lights, alias }
     }
 
     /// How many lights are of that kind.
@@ -87,24 +76,18 @@ pub(super) fn luminance([r, g, b]: [f32; 3]) -> f64 {
     0.2126 * f64::from(r) + 0.7152 * f64::from(g) + 0.0722 * f64::from(b)
 }
 
-fn emissive(scene: &Scene, triangles: &[Triangle]) -> Vec<Candidate> {
-    let mut candidates = Vec::new();
-    for (index, &triangle) in triangles.iter().enumerate() {
-        let material = &scene.materials[triangle.material(scene)];
-        let mut radiance = luminance(material.emission);
-        if radiance > 0.0 {
-            if let Some(used) = material.textures()[SLOT_EMISSION as usize] {
-                radiance *= textured(scene, triangle, used);
-            }
-            let sides = if material.two_sided_emission { 2.0 } else { 1.0 };
-            let area = area(&triangle.vertices(scene));
-            let power = area * radiance * sides;
-            if power > 0.0 {
-                candidates.push(Candidate { index: index as u32, kind: LIGHT_TRIANGLE, power, area });
-            }
-        }
-    }
-    candidates
+/// The triangles that may emit.
+fn emissive(scene: &Scene, triangles: &[Triangle]) -> impl Iterator<Item = LightRecord> {
+    let material = |triangle: Triangle| &scene.materials[triangle.material(scene)];
+    let emitting = triangles.iter().copied().enumerate().filter(move |(_, triangle)| emits(material(*triangle)));
+    emitting.map(move |(index, triangle)| {
+        let material = material(triangle);
+        let texture = material.textures()[SLOT_EMISSION as usize];
+        let radiance = luminance(material.emission) * texture.map_or(1.0, |used| textured(scene, triangle, used));
+        let sides = if material.two_sided_emission { 2.0 } else { 1.0 };
+        let area = area(&triangle.vertices(scene));
+        LightRecord::new(LIGHT_TRIANGLE, index, area * radiance * sides, area)
+    })
 }
 
 /// The mean luminance of a texture over a triangle, about.
@@ -134,9 +117,9 @@ fn nearest_luminance(texture: &Texture, used: &TextureUse, uv: DVec2) -> f64 {
     let texel = |axis: usize| {
         let size = f64::from(texture.size[axis]);
         let inside = match texture.wrap[axis] {
-            crate::scene::Wrap::Repeat => at[axis].rem_euclid(1.0),
-            crate::scene::Wrap::Mirror => 1.0 - (at[axis].rem_euclid(2.0) - 1.0).abs(),
-            crate::scene::Wrap::Clamp => at[axis].clamp(0.0, 1.0),
+            Wrap::Repeat => at[axis].rem_euclid(1.0),
+            Wrap::Mirror => 1.0 - (at[axis].rem_euclid(2.0) - 1.0).abs(),
+            Wrap::Clamp => at[axis].clamp(0.0, 1.0),
         };
         (inside * size).min(size - 1.0) as usize
     };

@@ -10,10 +10,9 @@ mod shading;
 mod texels;
 mod triangles;
 
-use crate::Error;
 use crate::bvh::{self, Bounds, Bvh};
 use crate::scene::{Camera, Scene};
-use crate::wide_bvh::WideBvh;
+use crate::{Error, wide_bvh::WideBvh};
 use glam::UVec4;
 use restir_shared::layout::{LIGHT_TRIANGLE, NODE_WORDS, NONE, SceneHeader, TRIANGLE_WORDS};
 use restir_shared::scene::SceneView;
@@ -131,18 +130,12 @@ impl SceneBuffers {
             triangle_base,
             bounds_hi: bvh.bounds.hi.to_array(),
             triangle_count,
-            light_base: attributes.light_base,
             light_count: tables.lights.len() as u32,
-            alias_base: attributes.alias_base,
             root: bvh.root,
             shading_base: if with_shading { triangle_base + triangle_count * TRIANGLE_WORDS } else { NONE },
-            punctual_base: attributes.punctual_base,
-            environment_base: attributes.environment_base,
             srgb_base: texels.srgb_base,
-            node_base: 0,
-            material_base: 0,
             counterpart_base: NONE,
-            reserved: 0,
+            ..attributes.header
         };
         let words = geometry.len() + attributes.words.len() + texel_words.len();
         let stats = SceneStats {
@@ -168,14 +161,6 @@ impl SceneBuffers {
             wide: OnceLock::new(),
             moving: None,
         })
-    }
-
-    /// As a moment of a scene that moves.
-    fn with_motion(mut self, moving: Arc<Moving>) -> Self {
-        self.features = moving.features();
-        self.stats.features = features::names(self.features);
-        self.moving = Some(moving);
-        self
     }
 
     /// What the scene consists of.

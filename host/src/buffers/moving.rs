@@ -1,10 +1,9 @@
 //! Scenes that move: the same triangles, tree and textures at another time.
 
-use super::lights::LightTables;
-use super::triangles::moved_bounds;
-use super::{Flat, SceneBuffers, check, features, scene_error, used_materials};
-use crate::Error;
-use crate::scene::Scene;
+use super::{
+    Flat, SceneBuffers, check, features, lights::LightTables, scene_error, triangles::moved_bounds, used_materials,
+};
+use crate::{Error, scene::Scene};
 use restir_shared::layout::{ALIAS_WORDS, ENVIRONMENT_WORDS, FEATURE_LIGHT_TABLE, LIGHT_WORDS, PUNCTUAL_WORDS};
 use restir_shared::scene::LightAddress;
 use std::sync::Arc;
@@ -28,14 +27,17 @@ impl Moving {
         let features = features::of_scene(scene, &used, &tables, &flat.texels) | FEATURE_LIGHT_TABLE;
         Self { scene: scene.clone(), flat, features, most_lights: tables.lights.len() as u32 }
     }
-
-    /// All that the scene has at any time.
-    pub(super) fn features(&self) -> u32 {
-        self.features
-    }
 }
 
 impl SceneBuffers {
+    /// As a moment of a scene that moves, with all the features that it has at any time.
+    pub(super) fn with_motion(mut self, moving: Arc<Moving>) -> Self {
+        self.features = moving.features;
+        self.stats.features = features::names(self.features);
+        self.moving = Some(moving);
+        self
+    }
+
     /// Whether the scene has an animation: this is one moment of it.
     pub fn is_animated(&self) -> bool {
         self.moving.is_some()
@@ -75,10 +77,8 @@ impl SceneBuffers {
         let bvh = flat.bvh.refit(&moved_bounds(scene, &flat.triangles)?);
         let buffers = Self::assemble(scene, flat, &bvh, self.texels.clone())?;
         if buffers.features & !moving.features != 0 || buffers.header.light_count > moving.most_lights {
-            return Err(scene_error(
-                scene,
-                "has lights or materials of kinds that it had not; build it anew".to_owned(),
-            ));
+            let problem = "has lights or materials of kinds that it had not; build it anew";
+            return Err(scene_error(scene, problem.to_owned()));
         }
         Ok(buffers.with_motion(moving.clone()))
     }

@@ -1,13 +1,11 @@
 //! Triangles of all instances in world space.
 
 use super::scene_error;
-use crate::bvh::Bounds;
 use crate::scene::{Instance, MAX_COORDINATE, Mesh, Scene};
-use crate::{Error, memory};
+use crate::{Error, bvh::Bounds, memory};
 use glam::{DVec3, Vec3};
-use restir_shared::layout::MAX_TRIANGLES;
-use restir_shared::num::flush;
 use restir_shared::vec::{cross, dot};
+use restir_shared::{layout::MAX_TRIANGLES, num::flush};
 
 /// The square of a triangle's doubled area below which it has no normal.
 const MIN_AREA_SQUARED: f32 = restir_shared::num::FLUSH_BELOW;
@@ -65,8 +63,7 @@ fn rounded(world: DVec3) -> Vec3 {
 
 /// Refuses what could not be held, before anything is made of it: a small file can place a large mesh many times.
 fn check_count(scene: &Scene) -> Result<usize, Error> {
-    let size =
-        |instance: &crate::scene::Instance| scene.meshes.get(instance.mesh).map_or(0, |m| m.indices.len() as u64);
+    let size = |instance: &Instance| scene.meshes.get(instance.mesh).map_or(0, |m| m.indices.len() as u64);
     let count: u64 = scene.instances.iter().map(size).sum();
     if count >= u64::from(MAX_TRIANGLES) {
         return Err(scene_error(scene, format!("has {count} triangles, more than the limit of {MAX_TRIANGLES}")));
@@ -80,28 +77,21 @@ pub(super) fn flatten(scene: &Scene) -> Result<(Vec<Triangle>, Vec<Bounds>, u64)
     let count = check_count(scene)?;
     let (mut triangles, mut bounds) = (Vec::with_capacity(count), Vec::with_capacity(count));
     let mut skipped = 0;
+    let broken = |problem: String| Err(scene_error(scene, problem));
     for (object, instance) in scene.instances.iter().enumerate() {
         let Some(mesh) = scene.meshes.get(instance.mesh) else {
-            return Err(scene_error(
-                scene,
-                format!("instance {object} refers to mesh {}, which does not exist", instance.mesh),
-            ));
+            return broken(format!("instance {object} refers to mesh {}, which does not exist", instance.mesh));
         };
-        if mesh.material >= scene.materials.len() {
-            return Err(scene_error(
-                scene,
-                format!("mesh {:?} refers to material {}, which does not exist", mesh.name, mesh.material),
-            ));
+        let Mesh { name, material, .. } = mesh;
+        if *material >= scene.materials.len() {
+            return broken(format!("mesh {name:?} refers to material {material}, which does not exist"));
         }
         let positions = world_positions(scene, instance.mesh, object)?;
         let flipped = is_mirrored(instance);
         for (index, corner) in mesh.indices.iter().enumerate() {
             let [a, b, c] = corner.map(|i| positions.get(i as usize).copied());
             let (Some(a), Some(b), Some(c)) = (a, b, c) else {
-                return Err(scene_error(
-                    scene,
-                    format!("mesh {:?}: triangle {index} refers to a vertex that does not exist", mesh.name),
-                ));
+                return broken(format!("mesh {name:?}: triangle {index} refers to a vertex that does not exist"));
             };
             if has_normal(&if flipped { [a, c, b] } else { [a, b, c] }) {
                 triangles.push(Triangle { object: object as u32, index: index as u32 });
@@ -112,7 +102,7 @@ pub(super) fn flatten(scene: &Scene) -> Result<(Vec<Triangle>, Vec<Bounds>, u64)
         }
     }
     if triangles.is_empty() {
-        return Err(scene_error(scene, format!("has no triangle with an area ({skipped} without one were skipped)")));
+        return broken(format!("has no triangle with an area ({skipped} without one were skipped)"));
     }
     Ok((triangles, bounds, skipped))
 }
@@ -141,11 +131,9 @@ fn world_positions(scene: &Scene, mesh: usize, object: usize) -> Result<Vec<Vec3
         if world.abs().max_element() <= MAX_COORDINATE {
             Ok(rounded(world))
         } else {
-            let problem = format!(
-                "mesh {:?}: vertex {index} at {world} is not a finite position within 1.07e9; correct or scale the mesh",
-                mesh.name
-            );
-            Err(scene_error(scene, problem))
+            let vertex = format!("mesh {:?}: vertex {index} at {world}", mesh.name);
+            let problem = "is not a finite position within 1.07e9; correct or scale the mesh";
+            Err(scene_error(scene, format!("{vertex} {problem}")))
         }
     };
     mesh.positions.iter().enumerate().map(place).collect()

@@ -1,46 +1,16 @@
 //! The native executor: rows of a grid in parallel.
 
-use super::{Description, Executor, Flavour, Step};
-use crate::Error;
-use crate::buffers::SceneBuffers;
-use crate::plan::{FramePlan, Pass, Upload};
+use super::{Description, Executor, Flavour, Observer, Progress, Step};
+use crate::plan::{Buffer, FramePlan, Pass, Upload};
+use crate::{Error, buffers::SceneBuffers};
 use rayon::prelude::*;
 use restir_kernels::{Access, NativeRow};
 use restir_shared::scene::{AnyFrames, Trace, Tracer};
-use std::ops::ControlFlow;
 use std::sync::Arc;
 
 /// Runs kernels natively, on a pool of threads or on the caller's.
 pub struct CpuExecutor {
     pool: Option<rayon::ThreadPool>,
-}
-
-/// A buffer: shared with the plan until a pass writes it.
-enum Storage {
-    Shared(Arc<[u32]>),
-    Owned(Vec<u32>),
-}
-
-impl Storage {
-    fn words(&self) -> &[u32] {
-        match self {
-            Self::Shared(words) => words,
-            Self::Owned(words) => words,
-        }
-    }
-
-    fn write(&mut self, upload: &Upload) {
-        let mut words = self.take();
-        words[upload.first..][..upload.words.len()].copy_from_slice(&upload.words);
-        *self = Self::Owned(words);
-    }
-
-    fn take(&mut self) -> Vec<u32> {
-        match self {
-            Self::Shared(words) => words.to_vec(),
-            Self::Owned(words) => std::mem::take(words),
-        }
-    }
 }
 
 impl CpuExecutor {
@@ -69,7 +39,7 @@ impl CpuExecutor {
     pub fn run_over(
         frames: &dyn AnyFrames,
         plan: FramePlan<'_>,
-        observe: &mut dyn FnMut(&Step<'_>) -> ControlFlow<()>,
+        observe: &mut Observer<'_>,
     ) -> Result<Vec<Vec<u32>>, Error> {
         run(plan, observe, &|dispatch, rows| {
             (0..).zip(rows).for_each(|(y, own)| dispatch.row(y, own, Some(frames)));
@@ -108,21 +78,18 @@ impl Dispatch<'_> {
 /// Runs a plan; `all` runs the rows of a pass.
 fn run(
     plan: FramePlan<'_>,
-    observe: &mut dyn FnMut(&Step<'_>) -> ControlFlow<()>,
+    observe: &mut Observer<'_>,
     all: &dyn Fn(&Dispatch<'_>, Rows<'_>),
 ) -> Result<Vec<Vec<u32>>, Error> {
-    let mut buffers: Vec<Storage> = plan
-        .buffers
-        .iter()
-        .map(|b| b.contents.clone().map_or_else(|| Storage::Owned(vec![0; b.words]), Storage::Shared))
-        .collect();
+    // shared with the plan until a pass writes them
+    let mut buffers: Vec<Arc<[u32]>> = plan.buffers.iter().map(Buffer::initial).collect();
     let mut frame_scenes = None;
     for (done, pass) in (1..).zip(plan.passes) {
         let pass = pass?;
         pass.check(&plan.buffers)?;
         if let Some(frame) = &pass.frame {
-            for upload in &frame.uploads {
-                buffers[upload.buffer].write(upload);
+            for Upload { buffer, first, words } in &frame.uploads {
+                Arc::make_mut(&mut buffers[*buffer])[*first..][..words.len()].copy_from_slice(words);
             }
             frame_scenes = Some(frame.scenes.clone());
         }
@@ -134,37 +101,23 @@ fn run(
         };
         let tracers = scenes.map(|scene| scene.map(|scene| scene.tracer() as &(dyn Trace + Sync)));
         run_pass(&pass, &mut buffers, tracers, all);
-        if observe(&Step::new(done, &pass, &|id| Ok(buffers[id].words().to_vec()))).is_break() {
-            return Err(Error::Interrupted);
-        }
+        let progress = Progress { done, total: plan.pass_count };
+        observe(&Step::new(progress, &pass, &|id| Ok(buffers[id].to_vec())))?;
     }
-    Ok(plan.outputs.iter().map(|&id| buffers[id].words().to_vec()).collect())
+    Ok(plan.outputs.iter().map(|&id| buffers[id].to_vec()).collect())
 }
 
-fn run_pass(pass: &Pass, buffers: &mut [Storage], tracers: [Tracer<'_>; 2], all: &dyn Fn(&Dispatch<'_>, Rows<'_>)) {
-    let bound = |access| {
-        let bindings = pass.kernel.bindings.iter().skip(1).zip(&pass.bindings);
-        bindings.filter(move |(binding, _)| binding.access == access).map(|(binding, &id)| (binding.stride, id))
-    };
-    let mut own: Vec<Vec<u32>> = bound(Access::Own).map(|(_, id)| buffers[id].take()).collect();
-    let read = bound(Access::Read).map(|(_, id)| buffers[id].words()).collect();
-    let strides: Vec<usize> =
-        bound(Access::Own).map(|(stride, _)| stride as usize / 4 * pass.grid[0] as usize).collect();
-    all(&Dispatch { pass, read, tracers }, rows(&mut own, &strides, pass.grid[1]));
-    for ((_, id), words) in bound(Access::Own).zip(own) {
-        buffers[id] = Storage::Owned(words);
+fn run_pass(pass: &Pass, buffers: &mut [Arc<[u32]>], tracers: [Tracer<'_>; 2], all: &dyn Fn(&Dispatch<'_>, Rows<'_>)) {
+    let bound = |access| pass.bindings().filter(move |(binding, _)| binding.access == access);
+    let mut own: Vec<Arc<[u32]>> = bound(Access::Own).map(|(_, id)| std::mem::take(&mut buffers[id])).collect();
+    let read = bound(Access::Read).map(|(_, id)| &*buffers[id]).collect();
+    let mut rows: Rows<'_> = (0..pass.grid[1]).map(|_| Vec::with_capacity(own.len())).collect();
+    for ((binding, _), words) in bound(Access::Own).zip(&mut own) {
+        let parts = Arc::make_mut(words).chunks_exact_mut(binding.stride as usize / 4 * pass.grid[0] as usize);
+        rows.iter_mut().zip(parts).for_each(|(row, part)| row.push(part));
     }
-}
-
-/// Cuts every buffer into its rows: for each row the parts of all buffers.
-fn rows<'a>(own: &'a mut [Vec<u32>], strides: &[usize], height: u32) -> Rows<'a> {
-    let mut rows: Rows<'_> = (0..height).map(|_| Vec::with_capacity(strides.len())).collect();
-    for (buffer, &stride) in own.iter_mut().zip(strides) {
-        for (row, part) in rows.iter_mut().zip(buffer.chunks_exact_mut(stride)) {
-            row.push(part);
-        }
-    }
-    rows
+    all(&Dispatch { pass, read, tracers }, rows);
+    bound(Access::Own).zip(own).for_each(|((_, id), words)| buffers[id] = words);
 }
 
 impl Executor for CpuExecutor {
@@ -172,11 +125,7 @@ impl Executor for CpuExecutor {
         Description { executor: "cpu", adapter: None, flavour: Flavour::Exact, parity: None }
     }
 
-    fn run(
-        &mut self,
-        plan: FramePlan<'_>,
-        observe: &mut dyn FnMut(&Step<'_>) -> ControlFlow<()>,
-    ) -> Result<Vec<Vec<u32>>, Error> {
+    fn run(&mut self, plan: FramePlan<'_>, observe: &mut Observer<'_>) -> Result<Vec<Vec<u32>>, Error> {
         run(plan, observe, &|dispatch, rows| match &self.pool {
             Some(pool) => pool.install(|| {
                 rows.into_par_iter().enumerate().for_each(|(y, own)| dispatch.row(y as u32, own, None));

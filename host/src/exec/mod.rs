@@ -12,7 +12,6 @@ use crate::Error;
 use crate::plan::{BufferId, FramePlan, Pass};
 use bytemuck::Pod;
 use std::fmt;
-use std::ops::ControlFlow;
 
 /// Which build of the kernels a GPU runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -72,19 +71,31 @@ pub struct Description {
     pub parity: Option<Parity>,
 }
 
+/// How far some work is, in passes or whatever it consists of.
+#[derive(Clone, Copy, Debug)]
+pub struct Progress {
+    /// What is done.
+    pub done: u64,
+    /// What there is to do in all.
+    pub total: u64,
+}
+
 /// A pass that is done, and the buffers after it.
 pub struct Step<'a> {
-    /// How many passes are done.
-    pub done: u64,
+    /// How many of the plan's passes are done.
+    pub progress: Progress,
     /// The last of them.
     pub pass: &'a Pass,
     read: &'a dyn Fn(BufferId) -> Result<Vec<u32>, Error>,
 }
 
+/// Sees each pass when it is done, and may end the work with an error.
+pub type Observer<'a> = dyn FnMut(&Step<'_>) -> Result<(), Error> + 'a;
+
 impl<'a> Step<'a> {
     /// For executors: `read` copies a buffer of the plan.
-    pub fn new(done: u64, pass: &'a Pass, read: &'a dyn Fn(BufferId) -> Result<Vec<u32>, Error>) -> Self {
-        Self { done, pass, read }
+    pub fn new(progress: Progress, pass: &'a Pass, read: &'a dyn Fn(BufferId) -> Result<Vec<u32>, Error>) -> Self {
+        Self { progress, pass, read }
     }
 
     /// The words of a buffer of the plan as the pass left it.
@@ -104,52 +115,15 @@ impl<'a> Step<'a> {
     }
 }
 
-/// Runs a plan by `run`, to which it gives an observer; `show` sees each pass when it is done, and may end the work with an
-/// error.
-///
-/// # Errors
-/// That of `show`, else that of `run`.
-pub(crate) fn shown<T>(
-    run: impl FnOnce(&mut dyn FnMut(&Step<'_>) -> ControlFlow<()>) -> Result<T, Error>,
-    show: &mut dyn FnMut(&Step<'_>) -> Result<(), Error>,
-) -> Result<T, Error> {
-    let mut failed = None;
-    let result = run(&mut |step| match show(step) {
-        Ok(()) => ControlFlow::Continue(()),
-        Err(e) => {
-            failed = Some(e);
-            ControlFlow::Break(())
-        }
-    });
-    failed.map_or(result, Err)
-}
-
 /// Runs frame plans.
 pub trait Executor {
     /// What it is.
     fn describe(&self) -> Description;
 
-    /// Runs all passes in order and gives the words of the output buffers. `observe` sees each pass
-    /// when it is done, and may stop the work.
+    /// Runs all passes in order and gives the words of the output buffers.
     ///
     /// # Errors
-    /// [`Error::Interrupted`] if `observe` breaks; on a GPU also [`Error::Kernel`], [`Error::Memory`] and
-    /// [`Error::Adapter`].
-    fn run(
-        &mut self,
-        plan: FramePlan<'_>,
-        observe: &mut dyn FnMut(&Step<'_>) -> ControlFlow<()>,
-    ) -> Result<Vec<Vec<u32>>, Error>;
-
-    /// As [`Self::run`]; `show` sees each pass when it is done, and may end the work with an error.
-    ///
-    /// # Errors
-    /// As of [`Self::run`], and that of `show`.
-    fn run_shown(
-        &mut self,
-        plan: FramePlan<'_>,
-        show: &mut dyn FnMut(&Step<'_>) -> Result<(), Error>,
-    ) -> Result<Vec<Vec<u32>>, Error> {
-        shown(|observe| self.run(plan, observe), show)
-    }
+    /// That of `observe`, by convention [`Error::Interrupted`] where it only ends the work; on a GPU also
+    /// [`Error::Kernel`], [`Error::Memory`] and [`Error::Adapter`].
+    fn run(&mut self, plan: FramePlan<'_>, observe: &mut Observer<'_>) -> Result<Vec<Vec<u32>>, Error>;
 }

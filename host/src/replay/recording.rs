@@ -57,22 +57,21 @@ impl Counts {
     /// The counts of both.
     #[must_use]
     pub fn plus(self, other: Self) -> Self {
-        Self {
-            closest: self.closest + other.closest,
-            shadow: self.shadow + other.shadow,
-            surfaces: self.surfaces + other.surfaces,
-            light_samples: self.light_samples + other.light_samples,
-        }
+        self.zip(other, u64::saturating_add)
     }
 
     /// What these counts have beyond others.
     #[must_use]
     pub fn minus(self, other: Self) -> Self {
+        self.zip(other, u64::saturating_sub)
+    }
+
+    fn zip(self, other: Self, join: fn(u64, u64) -> u64) -> Self {
         Self {
-            closest: self.closest.saturating_sub(other.closest),
-            shadow: self.shadow.saturating_sub(other.shadow),
-            surfaces: self.surfaces.saturating_sub(other.surfaces),
-            light_samples: self.light_samples.saturating_sub(other.light_samples),
+            closest: join(self.closest, other.closest),
+            shadow: join(self.shadow, other.shadow),
+            surfaces: join(self.surfaces, other.surfaces),
+            light_samples: join(self.light_samples, other.light_samples),
         }
     }
 }

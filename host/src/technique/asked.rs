@@ -1,9 +1,7 @@
 //! What the kernels of a render ask of a scene, counted natively.
 
-use crate::Error;
-use crate::buffers::SceneBuffers;
-use crate::render::Render;
 use crate::replay::{Counts, Recording};
+use crate::{Error, buffers::SceneBuffers, exec::CpuExecutor, render::Render};
 use restir_shared::scene::Still;
 use std::collections::BTreeMap;
 
@@ -26,7 +24,7 @@ pub fn asked(scene: &SceneBuffers, render: &Render) -> Result<BTreeMap<&'static 
     let recording = Recording::new(&view);
     let mut kernels: BTreeMap<&'static str, Asked> = BTreeMap::new();
     let plan = render.technique.plan(scene, render);
-    crate::replay::run(&Still(&recording), plan, &mut |step| {
+    CpuExecutor::run_over(&Still(&recording), plan, &mut |step| {
         let kernel = kernels.entry(step.pass.kernel.name).or_default();
         kernel.counts = kernel.counts.plus(recording.take_counts());
         kernel.by_pixel = step.pass.grid == [render.width, render.height];

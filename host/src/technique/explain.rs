@@ -1,17 +1,27 @@
 //! What explains a pixel of a render, and the explanation that every technique has.
 
-use crate::buffers::SceneBuffers;
 use crate::exec::{CpuExecutor, Executor, Step};
-use crate::render::{Render, render_shown};
-use crate::scene::Scene;
-use crate::{Error, technique::Repeats};
-use restir_kernels::Access;
+use crate::technique::{About, Repeats};
+use crate::{Error, buffers::SceneBuffers, plan::BufferId, render::Render, scene::Scene};
+use restir_kernels::{Access, Binding};
 use restir_shared::scene::LightKind;
 use serde_json::{Value, json};
 use std::fmt::Write;
-use std::ops::ControlFlow;
 
 /// What is explained.
+#[derive(Clone, Copy, Debug)]
+pub struct Subject<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The same as kernels see it.
+    pub buffers: &'a SceneBuffers,
+    /// The render.
+    pub render: &'a Render,
+    /// The place in its image.
+    pub place: Place,
+}
+
+/// A pixel, and a sample of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Place {
     /// Column of the pixel, from the left.
@@ -60,9 +70,8 @@ impl Written {
         if step.pass.grid != [render.width, render.height] {
             return Ok(None);
         }
-        let bindings = step.pass.kernel.bindings.iter().skip(1).zip(&step.pass.bindings);
-        let own = bindings.filter(|(binding, _)| binding.access == Access::Own);
-        let plane = |(binding, &id): (&restir_kernels::Binding, &usize)| {
+        let own = step.pass.bindings().filter(|(binding, _)| binding.access == Access::Own);
+        let plane = |(binding, id): (&Binding, BufferId)| {
             let words = binding.stride as usize / 4;
             Ok((binding.name, step.read(id)?[index * words..][..words].to_vec()))
         };
@@ -74,42 +83,31 @@ impl Written {
 ///
 /// # Errors
 /// As of [`crate::render::render`], and for a pixel outside of the image.
-pub fn passes(
-    executor: &mut dyn Executor,
-    (scene, buffers): (&Scene, &SceneBuffers),
-    render: &Render,
-    place: Place,
-) -> Result<Explanation, Error> {
-    place.check(render)?;
-    let is_samples = render.technique.about().repeats == Repeats::Samples;
-    let count = if is_samples { place.sample.saturating_add(1) } else { render.count };
+pub fn passes(executor: &mut dyn Executor, subject: Subject<'_>) -> Result<Explanation, Error> {
+    let Subject { scene, buffers, render, place: Place { x, y, sample } } = subject;
+    subject.place.check(render)?;
+    let About { name, repeats, .. } = render.technique.about();
+    let count = if *repeats == Repeats::Samples { sample.saturating_add(1) } else { render.count };
     let render = Render { count, ..render.clone() };
-    let index = (place.y * render.width + place.x) as usize;
+    let Render { width, height, seed, .. } = render;
+    let index = (y * width + x) as usize;
     let written = |executor: &mut dyn Executor| {
         let mut all = Vec::new();
-        let show = &mut |step: &Step<'_>| {
+        let rendered = crate::render::render(executor, buffers, &render, &mut |step| {
             all.extend(Written::by(step, &render, index)?);
             Ok(())
-        };
-        render_shown(executor, buffers, &render, show, &mut |_| ControlFlow::Continue(())).map(|_| all)
+        });
+        rendered.map(|_| all)
     };
     let native = written(&mut CpuExecutor::new(Some(1))?)?;
     let device = written(executor)?;
-    let name = render.technique.about().name;
-    let mut text = format!(
-        "{}, {} x {} pixels, {name}: pixel ({}, {}), {count} {}, seed {}\n",
-        scene.name,
-        render.width,
-        render.height,
-        place.x,
-        place.y,
-        render.technique.about().repeats.name(),
-        render.seed
-    );
+    let (scene, repeats) = (&scene.name, repeats.name());
+    let mut text =
+        format!("{scene}, {width} x {height} pixels, {name}: pixel ({x}, {y}), {count} {repeats}, seed {seed}\n");
     let mut rows = Vec::new();
     for (native, device) in native.iter().zip(&device) {
         let same = native == device;
-        let _ = writeln!(text, "{}: {}", native.kernel, if same { "the same bits" } else { "OTHER BITS" });
+        let _ = writeln!(text, "{}: {}", native.kernel, verdict(same));
         for (plane, words) in &native.planes {
             let floats: Vec<String> = words.iter().map(|&word| format!("{:e}", f32::from_bits(word))).collect();
             let _ = writeln!(text, "   {plane}: {words:08x?}, as numbers {}", floats.join(" "));
@@ -119,14 +117,19 @@ pub fn passes(
         rows.push(json!({"kernel": native.kernel, "planes": planes, "identical": same}));
     }
     let json = json!({
-        "scene": scene.name,
+        "scene": scene,
         "technique": name,
-        "pixel": [place.x, place.y],
-        "seed": render.seed,
+        "pixel": [x, y],
+        "seed": seed,
         "passes": rows,
         "identical": native == device,
     });
     Ok(Explanation { text, json })
+}
+
+/// What is said of bits that a replay has found the same, or not.
+pub(super) fn verdict(same: bool) -> &'static str {
+    if same { "the same bits" } else { "OTHER BITS" }
 }
 
 /// What a light is called.

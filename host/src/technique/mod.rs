@@ -1,29 +1,45 @@
 //! Techniques: what turns a scene into an image.
 //!
-//! A technique is a struct of settings that implements [`Technique`], in a folder of its own, and a line in the registry.
+//! A technique is a struct of settings that implements [`Technique`], in a folder of its own, and a line in `techniques!`.
 //! Whatever drives techniques (renders, benchmarks, references, replay, the program, the tests) takes a
 //! `Box<dyn Technique>` and knows none by name.
 
 pub mod asked;
 pub mod explain;
-pub mod path;
-mod registry;
 pub mod render;
-pub mod restir_di;
 
-pub use registry::{all, named};
+use crate::exec::{Executor, Observer};
+use crate::render::{Render, Rendered};
+use crate::settings::{Declared, Settings, unknown};
+use crate::{Error, buffers::SceneBuffers, image::Channel, plan::FramePlan};
+use explain::{Explanation, Subject};
+use std::{any::Any, fmt};
 
-use crate::buffers::SceneBuffers;
-use crate::exec::Executor;
-use crate::image::Channel;
-use crate::plan::FramePlan;
-use crate::render::{Progress, Render, Rendered};
-use crate::settings::{Declared, Settings};
-use crate::{Error, scene::Scene};
-use explain::{Explanation, Place};
-use std::any::Any;
-use std::fmt;
-use std::ops::ControlFlow;
+/// Declares the techniques: the folder of each, and its settings.
+macro_rules! techniques {
+    ($($name:ident: $settings:ident),* $(,)?) => {
+        $(pub mod $name;)*
+
+        /// Every technique with its default settings, in the order in which they are listed.
+        pub fn all() -> Vec<Box<dyn Technique>> {
+            vec![$($name::$settings::default().into()),*]
+        }
+    };
+}
+
+techniques! {
+    path: PathSettings,
+    restir_di: DiSettings,
+}
+
+/// The technique of that name with its default settings.
+///
+/// # Errors
+/// [`Error::Setting`] for an unknown name, which lists those that there are.
+pub fn named(name: &str) -> Result<Box<dyn Technique>, Error> {
+    let found = all().into_iter().find(|technique| technique.about().name == name);
+    found.ok_or_else(|| unknown("technique", name, all().iter().map(|technique| technique.about().name)))
+}
 
 /// What [`Render::count`] counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,7 +85,7 @@ pub struct Integral {
 }
 
 /// A technique with its settings.
-pub trait Technique: Settings + Duplicate + fmt::Debug + Send + Sync {
+pub trait Technique: Settings + Duplicate + Any + fmt::Debug + Send + Sync {
     /// What it is.
     fn about(&self) -> &'static About;
 
@@ -111,14 +127,8 @@ pub trait Technique: Settings + Duplicate + fmt::Debug + Send + Sync {
     ///
     /// # Errors
     /// As of [`crate::render::render`], and for a place outside of the image.
-    fn explain(
-        &self,
-        executor: &mut dyn Executor,
-        scene: (&Scene, &SceneBuffers),
-        render: &Render,
-        place: Place,
-    ) -> Result<Explanation, Error> {
-        explain::passes(executor, scene, render, place)
+    fn explain(&self, executor: &mut dyn Executor, subject: Subject<'_>) -> Result<Explanation, Error> {
+        explain::passes(executor, subject)
     }
 
     /// Whether [`Self::explain`] can be done, before a device is opened for it.
@@ -138,28 +148,22 @@ pub trait Technique: Settings + Duplicate + fmt::Debug + Send + Sync {
         executor: &mut dyn Executor,
         scene: &SceneBuffers,
         render: &Render,
-        observe: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+        observe: &mut Observer<'_>,
     ) -> Result<(Rendered, Vec<Channel>), Error> {
         let _ = (executor, scene, render, observe);
         Err(Error::Setting(format!("the technique {} has no layers", self.about().name)))
     }
 }
 
-/// Copies and types of a technique behind a `Box`.
+/// Copies of a technique behind a `Box`.
 pub trait Duplicate {
     /// A copy.
     fn boxed(&self) -> Box<dyn Technique>;
-    /// For those who know the technique's type.
-    fn as_any(&self) -> &dyn Any;
 }
 
 impl<T: Technique + Declared> Duplicate for T {
     fn boxed(&self) -> Box<dyn Technique> {
         Box::new(self.clone())
-    }
-
-    fn as_any(&self) -> &dyn Any {
-        self
     }
 }
 

@@ -1,12 +1,11 @@
 //! Renders an image with a technique on an executor.
 
-use crate::exec::{Executor, Step};
+pub use crate::exec::Progress;
+use crate::exec::{Executor, Observer};
 use crate::image::{Image, MAX_SIDE};
-use crate::scene::Camera;
 use crate::technique::{Repeats, Technique};
-use crate::{Error, buffers::SceneBuffers, memory};
+use crate::{Error, buffers::SceneBuffers, memory, scene::Camera};
 use restir_shared::layout::FilmPixel;
-use std::ops::ControlFlow;
 
 /// What to render.
 #[derive(Clone, Debug)]
@@ -45,15 +44,6 @@ impl Render {
     }
 }
 
-/// How far a render is.
-#[derive(Clone, Copy, Debug)]
-pub struct Progress {
-    /// Dispatches that are done.
-    pub done: u64,
-    /// Dispatches in all.
-    pub total: u64,
-}
-
 /// A rendered image.
 #[derive(Clone, Debug)]
 pub struct Rendered {
@@ -65,45 +55,25 @@ pub struct Rendered {
     pub dropped_samples: u64,
 }
 
-/// Renders `scene`; `observe` is called after each dispatch and may stop the render.
+/// Renders `scene`; `observe` sees each dispatch when it is done, and may end the render with an error.
 ///
 /// # Errors
 /// [`Error::Setting`] for settings out of range, [`Error::Memory`] if the buffers would take more than 80 % of the
-/// memory, [`Error::Interrupted`] if `observe` breaks, and whatever the executor reports.
+/// memory, that of `observe`, and whatever the executor reports.
 pub fn render(
     executor: &mut dyn Executor,
     scene: &SceneBuffers,
     render: &Render,
-    observe: &mut dyn FnMut(Progress) -> ControlFlow<()>,
-) -> Result<Rendered, Error> {
-    render_shown(executor, scene, render, &mut |_| Ok(()), observe)
-}
-
-/// As [`render`]; `show` is given each pass when it is done, and may end the work with an error.
-///
-/// # Errors
-/// As of [`render`] and of `show`.
-pub fn render_shown(
-    executor: &mut dyn Executor,
-    scene: &SceneBuffers,
-    render: &Render,
-    show: &mut dyn FnMut(&Step<'_>) -> Result<(), Error>,
-    observe: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    observe: &mut Observer<'_>,
 ) -> Result<Rendered, Error> {
     check(scene, render)?;
     let plan = render.technique.plan(scene, render);
-    let total = plan.pass_count;
-    let mut shown = Ok(());
-    let run = executor.run(plan, &mut |step| {
-        shown = show(step);
-        if shown.is_ok() { observe(Progress { done: step.done, total }) } else { ControlFlow::Break(()) }
-    });
-    shown?;
-    let words = run?;
+    let dispatches = plan.pass_count;
+    let words = executor.run(plan, observe)?;
     let pixels: &[FilmPixel] = words.first().map_or(&[], |words| bytemuck::cast_slice(words));
     Ok(Rendered {
         image: Image { width: render.width, height: render.height, pixels: pixels.iter().map(|p| p.sum).collect() },
-        dispatches: total,
+        dispatches,
         dropped_samples: pixels.iter().map(|p| p.dropped as u64).sum(),
     })
 }

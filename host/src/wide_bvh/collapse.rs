@@ -46,7 +46,7 @@ impl Subtree {
     }
 }
 
-/// What the best forests of a binary inner node cost.
+/// What the best forests of a subtree cost.
 #[derive(Clone, Copy)]
 struct Best {
     /// Of at most 1, 2, ... roots.
@@ -101,21 +101,17 @@ impl<'a> Collapse<'a> {
         [child(words[0].w, words[0], words[1]), child(words[1].w, words[2], words[3])]
     }
 
-    fn triangles(&self, subtree: &Subtree) -> u32 {
-        if subtree.is_leaf() { subtree.ids().len() as u32 } else { self.best[subtree.reference as usize].triangles }
-    }
-
-    fn is_pack(&self, subtree: &Subtree) -> bool {
-        subtree.is_leaf() || self.best[subtree.reference as usize].pack
+    fn best(&self, subtree: &Subtree) -> Best {
+        if subtree.is_leaf() {
+            let cost = subtree.area() * PACK_COST;
+            return Best { forest: [cost; LANES - 1], triangles: subtree.ids().len() as u32, pack: true };
+        }
+        self.best[subtree.reference as usize]
     }
 
     /// Cost of the best forest of at most `roots` roots.
     fn cost(&self, subtree: &Subtree, roots: usize) -> f32 {
-        if subtree.is_leaf() {
-            subtree.area() * PACK_COST
-        } else {
-            self.best[subtree.reference as usize].forest[roots.min(LANES - 1) - 1]
-        }
+        self.best(subtree).forest[roots.min(LANES - 1) - 1]
     }
 
     /// How many of `roots` the first child gets at best, and the cost.
@@ -128,7 +124,7 @@ impl<'a> Collapse<'a> {
         let children = self.children(node);
         let [a, b] = &children;
         let area = Subtree { reference: node, lo: a.lo.min(b.lo), hi: a.hi.max(b.hi) }.area();
-        let triangles = self.triangles(a) + self.triangles(b);
+        let triangles = self.best(a).triangles + self.best(b).triangles;
         let as_node = area + self.share(&children, LANES).1;
         let as_pack = if triangles as usize <= LANES { area * PACK_COST } else { f32::INFINITY };
         let mut forest = [as_node.min(as_pack); LANES - 1];
@@ -165,7 +161,7 @@ impl<'a> Collapse<'a> {
         let mut work: Vec<(Subtree, Slot, usize)> = vec![(root, None, 0)];
         let mut roots = Vec::with_capacity(LANES);
         while let Some((subtree, slot, level)) = work.pop() {
-            let reference = if self.is_pack(&subtree) {
+            let reference = if self.best(&subtree).pack {
                 tree.packs.push(self.pack(&subtree));
                 PACK | (tree.packs.len() - 1) as u32
             } else {

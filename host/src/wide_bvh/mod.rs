@@ -97,11 +97,6 @@ impl WideBvh {
         self
     }
 
-    /// Memory that it takes.
-    pub fn bytes(&self) -> usize {
-        size_of_val(self.nodes.as_slice()) + size_of_val(self.packs.as_slice())
-    }
-
     #[inline(always)]
     fn trace<const ANY: bool>(&self, ray: &Ray) -> Hit {
         match self.level {

@@ -41,6 +41,36 @@ pub(super) trait Lanes:
     fn bits(self) -> u32;
 }
 
+/// Implements the operations of two operands, each as one expression, and [`Lanes`] with the other ones.
+macro_rules! lanes {
+    (
+        $type:ident, |$a:ident, $b:ident|
+        { $($trait:ident::$operator:ident => $operation:expr;)* }
+        { $($method:ident => $result:expr;)* }
+        $($others:tt)*
+    ) => {
+        $(impl $trait for $type {
+            type Output = Self;
+
+            #[inline(always)]
+            fn $operator(self, other: Self) -> Self {
+                let ($a, $b) = (self, other);
+                $operation
+            }
+        })*
+
+        impl Lanes for $type {
+            $(#[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                let ($a, $b) = (self, other);
+                $result
+            })*
+
+            $($others)*
+        }
+    };
+}
+
 /// Arrays, which compilers turn into whatever vectors the target has.
 #[derive(Clone, Copy)]
 #[repr(align(32))]
@@ -58,34 +88,29 @@ impl Portable {
     }
 
     #[inline(always)]
-    fn compare(self, other: Self, f: impl Fn(f32, f32) -> bool) -> Self {
-        self.zip(other, |a, b| f32::from_bits(if f(a, b) { u32::MAX } else { 0 }))
+    fn compare(self, other: Self, f: impl Fn(&f32, &f32) -> bool) -> Self {
+        self.zip(other, |a, b| f32::from_bits(if f(&a, &b) { u32::MAX } else { 0 }))
     }
 }
 
-macro_rules! portable {
-    ($($trait:ident, $method:ident: $combine:ident, $f:expr;)*) => {
-        $(impl $trait for Portable {
-            type Output = Self;
+lanes! {
+    Portable, |a, b|
+    {
+        Add::add => a.zip(b, Add::add);
+        Sub::sub => a.zip(b, Sub::sub);
+        Mul::mul => a.zip(b, Mul::mul);
+        Div::div => a.zip(b, Div::div);
+        BitAnd::bitand => a.zip_bits(b, BitAnd::bitand);
+        BitOr::bitor => a.zip_bits(b, BitOr::bitor);
+    }
+    {
+        min => a.zip(b, |a, b| if a < b { a } else { b });
+        max => a.zip(b, |a, b| if a > b { a } else { b });
+        lt => a.compare(b, f32::lt);
+        le => a.compare(b, f32::le);
+        unless => a.zip_bits(b, |x, mask| x & !mask);
+    }
 
-            #[inline(always)]
-            fn $method(self, other: Self) -> Self {
-                self.$combine(other, $f)
-            }
-        })*
-    };
-}
-
-portable! {
-    Add, add: zip, |a, b| a + b;
-    Sub, sub: zip, |a, b| a - b;
-    Mul, mul: zip, |a, b| a * b;
-    Div, div: zip, |a, b| a / b;
-    BitAnd, bitand: zip_bits, |a, b| a & b;
-    BitOr, bitor: zip_bits, |a, b| a | b;
-}
-
-impl Lanes for Portable {
     #[inline(always)]
     fn load(row: &Row) -> Self {
         Self(row.0)
@@ -99,31 +124,6 @@ impl Lanes for Portable {
     #[inline(always)]
     fn splat(x: f32) -> Self {
         Self([x; LANES])
-    }
-
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        self.zip(other, |a, b| if a < b { a } else { b })
-    }
-
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        self.zip(other, |a, b| if a > b { a } else { b })
-    }
-
-    #[inline(always)]
-    fn lt(self, other: Self) -> Self {
-        self.compare(other, |a, b| a < b)
-    }
-
-    #[inline(always)]
-    fn le(self, other: Self) -> Self {
-        self.compare(other, |a, b| a <= b)
-    }
-
-    #[inline(always)]
-    fn unless(self, mask: Self) -> Self {
-        self.zip_bits(mask, |x, m| x & !m)
     }
 
     #[inline(always)]
@@ -148,85 +148,46 @@ mod avx2 {
     #[derive(Clone, Copy)]
     pub(in super::super) struct Avx2(__m256);
 
-    macro_rules! operators {
-        ($($trait:ident, $method:ident: $intrinsic:ident;)*) => {
-            $(impl $trait for Avx2 {
-                type Output = Self;
-
-                #[inline(always)]
-                fn $method(self, other: Self) -> Self {
-                    // SAFETY: see the type
-                    Self(unsafe { $intrinsic(self.0, other.0) })
-                }
-            })*
-        };
-    }
-
-    operators! {
-        Add, add: _mm256_add_ps;
-        Sub, sub: _mm256_sub_ps;
-        Mul, mul: _mm256_mul_ps;
-        Div, div: _mm256_div_ps;
-        BitAnd, bitand: _mm256_and_ps;
-        BitOr, bitor: _mm256_or_ps;
-    }
-
     const _: () = assert!(size_of::<__m256>() == LANES * 4 && align_of::<Row>() == 32);
 
-    impl Lanes for Avx2 {
+    // SAFETY: of all that is unsafe here, see the type
+    lanes! {
+        Avx2, |a, b|
+        {
+            Add::add => Self(unsafe { _mm256_add_ps(a.0, b.0) });
+            Sub::sub => Self(unsafe { _mm256_sub_ps(a.0, b.0) });
+            Mul::mul => Self(unsafe { _mm256_mul_ps(a.0, b.0) });
+            Div::div => Self(unsafe { _mm256_div_ps(a.0, b.0) });
+            BitAnd::bitand => Self(unsafe { _mm256_and_ps(a.0, b.0) });
+            BitOr::bitor => Self(unsafe { _mm256_or_ps(a.0, b.0) });
+        }
+        {
+            min => Self(unsafe { _mm256_min_ps(a.0, b.0) });
+            max => Self(unsafe { _mm256_max_ps(a.0, b.0) });
+            lt => Self(unsafe { _mm256_cmp_ps::<_CMP_LT_OQ>(a.0, b.0) });
+            le => Self(unsafe { _mm256_cmp_ps::<_CMP_LE_OQ>(a.0, b.0) });
+            unless => Self(unsafe { _mm256_andnot_ps(b.0, a.0) });
+        }
+
         #[inline(always)]
         fn load(row: &Row) -> Self {
-            // SAFETY: see the type
             Self(unsafe { _mm256_load_ps(row.0.as_ptr()) })
         }
 
         #[inline(always)]
         fn store(self) -> Row {
             let mut row = Row([0.0; LANES]);
-            // SAFETY: see the type
             unsafe { _mm256_store_ps(row.0.as_mut_ptr(), self.0) };
             row
         }
 
         #[inline(always)]
         fn splat(x: f32) -> Self {
-            // SAFETY: see the type
             Self(unsafe { _mm256_set1_ps(x) })
         }
 
         #[inline(always)]
-        fn min(self, other: Self) -> Self {
-            // SAFETY: see the type
-            Self(unsafe { _mm256_min_ps(self.0, other.0) })
-        }
-
-        #[inline(always)]
-        fn max(self, other: Self) -> Self {
-            // SAFETY: see the type
-            Self(unsafe { _mm256_max_ps(self.0, other.0) })
-        }
-
-        #[inline(always)]
-        fn lt(self, other: Self) -> Self {
-            // SAFETY: see the type
-            Self(unsafe { _mm256_cmp_ps::<_CMP_LT_OQ>(self.0, other.0) })
-        }
-
-        #[inline(always)]
-        fn le(self, other: Self) -> Self {
-            // SAFETY: see the type
-            Self(unsafe { _mm256_cmp_ps::<_CMP_LE_OQ>(self.0, other.0) })
-        }
-
-        #[inline(always)]
-        fn unless(self, mask: Self) -> Self {
-            // SAFETY: see the type
-            Self(unsafe { _mm256_andnot_ps(mask.0, self.0) })
-        }
-
-        #[inline(always)]
         fn bits(self) -> u32 {
-            // SAFETY: see the type
             unsafe { _mm256_movemask_ps(self.0) as u32 }
         }
     }

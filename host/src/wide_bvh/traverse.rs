@@ -175,42 +175,40 @@ impl<L: Lanes> Boxes<L> {
     /// rounded difference and product are monotone.
     #[inline(always)]
     fn children(&self, node: &Node, limit: f32) -> (Row, u32) {
-        let enter = self.near(node, 0).max(self.near(node, 1)).max(self.near(node, 2).max(L::splat(0.0)));
-        let exit = self.far(node, 0).min(self.far(node, 1)).min(self.far(node, 2));
+        let (enter, exit) = interval([self.slab(node, 0), self.slab(node, 1), self.slab(node, 2)]);
         (enter.store(), enter.le(exit.min(L::splat(limit))).bits())
     }
 
     #[inline(always)]
-    fn near(&self, node: &Node, axis: usize) -> L {
+    fn slab(&self, node: &Node, axis: usize) -> [L; 2] {
         // `& 1` shows the compiler that it is an index
-        let side = self.near[axis] & 1;
-        self.distance(axis, side, L::load(&node.planes[axis][side]))
-    }
-
-    #[inline(always)]
-    fn far(&self, node: &Node, axis: usize) -> L {
-        let side = self.near[axis] & 1 ^ 1;
-        self.distance(axis, side, L::load(&node.planes[axis][side]))
+        let near = self.near[axis] & 1;
+        let far = near ^ 1;
+        let planes = &node.planes[axis];
+        [self.distance(axis, near, L::load(&planes[near])), self.distance(axis, far, L::load(&planes[far]))]
     }
 
     /// [`Slab::interval`] of the triangles' bounds.
     #[inline(always)]
     fn bounds(&self, pack: &Pack) -> (L, L) {
-        let (x0, x1) = self.bounds_along(pack, 0);
-        let (y0, y1) = self.bounds_along(pack, 1);
-        let (z0, z1) = self.bounds_along(pack, 2);
-        (x0.max(y0).max(z0.max(L::splat(0.0))), x1.min(y1).min(z1))
+        interval([self.bounds_along(pack, 0), self.bounds_along(pack, 1), self.bounds_along(pack, 2)])
     }
 
     #[inline(always)]
-    fn bounds_along(&self, pack: &Pack, axis: usize) -> (L, L) {
+    fn bounds_along(&self, pack: &Pack, axis: usize) -> [L; 2] {
         let a = L::load(&pack.vertices[0][axis]);
         let b = L::load(&pack.vertices[1][axis]);
         let c = L::load(&pack.vertices[2][axis]);
         let lower = self.distance(axis, 0, a.min(b).min(c));
         let upper = self.distance(axis, 1, a.max(b).max(c));
-        (lower.min(upper), lower.max(upper))
+        [lower.min(upper), lower.max(upper)]
     }
+}
+
+/// Where a ray is in three slabs.
+#[inline(always)]
+fn interval<L: Lanes>([x, y, z]: [[L; 2]; 3]) -> (L, L) {
+    (x[0].max(y[0]).max(z[0].max(L::splat(0.0))), x[1].min(y[1]).min(z[1]))
 }
 
 #[inline(always)]

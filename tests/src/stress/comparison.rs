@@ -8,7 +8,6 @@ use restir_host::buffers::SceneBuffers;
 use restir_host::exec::CpuExecutor;
 use restir_host::render::{self, Render};
 use std::fmt;
-use std::ops::ControlFlow;
 
 /// The largest bias, as a share of a tile's mean.
 pub const BIAS: f64 = 0.005;
@@ -82,9 +81,8 @@ pub(super) type Picture = Vec<[f64; 3]>;
 pub(super) fn pictures(buffers: &SceneBuffers, render: &Render, restarts: u32) -> (Vec<Picture>, u64) {
     let picture = |restart| {
         let render = Render { seed: render.seed + restart, ..render.clone() };
-        let go = &mut |_| ControlFlow::Continue(());
-        let rendered =
-            render::render(&mut CpuExecutor::inline(), buffers, &render, go).expect("the settings are sound");
+        let rendered = render::render(&mut CpuExecutor::inline(), buffers, &render, &mut |_| Ok(()));
+        let rendered = rendered.expect("the settings are sound");
         let pixels: Picture = rendered.image.pixels.iter().map(|pixel| pixel.map(f64::from)).collect();
         let broken = pixels.iter().filter(|pixel| !DVec3::from(**pixel).is_finite()).count() as u64;
         (pixels, rendered.dropped_samples + broken)

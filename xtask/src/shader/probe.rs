@@ -2,7 +2,6 @@
 //! put compilation off.
 
 use std::collections::BTreeMap;
-use std::ops::ControlFlow;
 use std::sync::mpsc;
 
 use restir_host::buffers::SceneBuffers;
@@ -173,7 +172,7 @@ fn first_run(
             pipeline.map(|_| [processor_seconds() - start, dispatch])
         });
         before = processor_seconds();
-        ControlFlow::Continue(())
+        Ok(())
     })?;
     times.into_iter().map(|(name, seconds)| Ok((name, seconds?))).collect()
 }

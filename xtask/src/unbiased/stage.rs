@@ -1,11 +1,10 @@
 //! A scene, and both sides of the comparisons that are made of it.
 
 use std::collections::BTreeMap;
-use std::ops::ControlFlow;
 
 use restir_host::buffers::SceneBuffers;
 use restir_host::exec::CpuExecutor;
-use restir_host::render::{self, Progress, Render};
+use restir_host::render::{self, Render};
 use restir_host::scene::{Scene, builtin};
 use restir_host::technique::path::PathSettings;
 use restir_host::technique::{Integral, Repeats, Technique};
@@ -124,8 +123,7 @@ impl<'a> Stage<'a> {
 /// What a restart shows.
 fn picture(scene: &SceneBuffers, render: &Render, seed: u32) -> Result<Picture, Error> {
     let render = Render { seed, ..render.clone() };
-    let mut on = |_: Progress| ControlFlow::Continue(());
-    let rendered = render::render(&mut CpuExecutor::inline(), scene, &render, &mut on)?;
+    let rendered = render::render(&mut CpuExecutor::inline(), scene, &render, &mut |_| Ok(()))?;
     if rendered.dropped_samples > 0 {
         return Err(Error::Failed(format!("dropped samples with seed {seed}: {:?}", render.technique)));
     }

@@ -17,7 +17,6 @@ pub(crate) mod table;
 pub(crate) mod timed;
 
 use std::collections::BTreeMap;
-use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use restir::Error;
@@ -169,13 +168,13 @@ impl Series {
 /// count. `observe` hears of samples a pixel, of all that were asked for.
 ///
 /// # Errors
-/// As of [`render`]; [`Error::Interrupted`] if `observe` breaks.
+/// As of [`render`], and that of `observe`.
 pub(crate) fn measure(
     executor: &mut dyn Executor,
     scene: &SceneBuffers,
     matrix: &Matrix,
     truth: &Truth,
-    observe: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    observe: &mut dyn FnMut(Progress) -> Result<(), Error>,
 ) -> Result<(Vec<Series>, u32), Error> {
     let mut series: Vec<Series> =
         matrix.techniques.iter().map(|technique| empty(scene, matrix, technique)).collect::<Result<_, _>>()?;
@@ -231,7 +230,7 @@ impl Series {
         scene: &SceneBuffers,
         truth: &Truth,
         [samples, images, seed]: [u32; 3],
-        observe: &mut dyn FnMut(u32) -> ControlFlow<()>,
+        observe: &mut dyn FnMut(u32) -> Result<(), Error>,
     ) -> Result<Run, Error> {
         let (mut seconds, mut errors, mut dropped_samples) = (Vec::new(), Vec::new(), 0);
         for image in 0..images {
@@ -289,7 +288,6 @@ mod tests {
             time: Duration::from_secs(60),
         };
         let mut cpu = CpuExecutor::new(Some(1)).unwrap();
-        let go = |_| ControlFlow::Continue(());
         let goal = Goal { samples: 2048, time: None };
         let reference = reference::make(&mut cpu, &scene, PICTURE, None, goal, &mut |_| go(())).unwrap();
         let truth = Truth::new(&reference);

@@ -2,11 +2,10 @@
 
 use std::cell::Cell;
 use std::collections::BTreeMap;
-use std::ops::ControlFlow;
 use std::time::Instant;
 
 use restir::Error;
-use restir::exec::{Description, Executor, Step};
+use restir::exec::{Description, Executor, Observer};
 use restir::plan::FramePlan;
 
 /// What the passes of one kernel took together.
@@ -28,11 +27,7 @@ impl Executor for Timed<'_> {
         self.inner.describe()
     }
 
-    fn run(
-        &mut self,
-        plan: FramePlan<'_>,
-        observe: &mut dyn FnMut(&Step<'_>) -> ControlFlow<()>,
-    ) -> Result<Vec<Vec<u32>>, Error> {
+    fn run(&mut self, plan: FramePlan<'_>, observe: &mut Observer<'_>) -> Result<Vec<Vec<u32>>, Error> {
         let started = Cell::new(None);
         let begun = plan.passes.inspect(|_| started.set(started.get().or_else(|| Some(Instant::now()))));
         let plan = FramePlan { passes: Box::new(begun), ..plan };
@@ -63,10 +58,10 @@ mod tests {
         let path = PathSettings { dispatch_samples: Some(2), ..PathSettings::default() };
         let settings = Render { count: 5, ..Render::new([8, 8], path) };
         let mut cpu = CpuExecutor::new(Some(1)).unwrap();
-        let plain = render(&mut cpu, &scene, &settings, &mut |_| ControlFlow::Continue(())).unwrap();
+        let plain = render(&mut cpu, &scene, &settings, &mut |_| Ok(())).unwrap();
         let mut passes = BTreeMap::new();
         let mut timed = Timed { inner: &mut cpu, passes: &mut passes };
-        let rendered = render(&mut timed, &scene, &settings, &mut |_| ControlFlow::Continue(())).unwrap();
+        let rendered = render(&mut timed, &scene, &settings, &mut |_| Ok(())).unwrap();
         assert_eq!(rendered.image, plain.image);
         let dispatches = |name: &str| passes.get(name).map(|time| time.dispatches);
         assert_eq!(["path", "film_add", "film_resolve"].map(dispatches), [Some(3), Some(2), Some(1)]);

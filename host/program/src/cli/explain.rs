@@ -6,7 +6,7 @@ use std::str::FromStr;
 use restir::Error;
 use restir::render::Render;
 use restir::technique::Repeats;
-use restir::technique::explain::Place;
+use restir::technique::explain::{Place, Subject};
 
 use super::reference::PictureArguments;
 use super::render::{cameras, natural};
@@ -76,7 +76,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     place.check(&render)?;
     render.technique.check_explained(&buffers, &render)?;
     let mut device = device::open(&arguments.device)?;
-    let explanation = render.technique.explain(device.executor.as_mut(), (&scene, &buffers), &render, place)?;
+    let subject = Subject { scene: &scene, buffers: &buffers, render: &render, place };
+    let explanation = render.technique.explain(device.executor.as_mut(), subject)?;
     console::print(&if arguments.json { format!("{}\n", explanation.json) } else { explanation.text })
 }
 

@@ -1,6 +1,5 @@
 //! `restir figure`
 
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -189,7 +188,7 @@ impl Environs for Program {
     fn run<T>(
         &mut self,
         what: &str,
-        work: impl FnOnce(&mut dyn Executor, &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Result<T, Error>,
+        work: impl FnOnce(&mut dyn Executor, &mut dyn FnMut(Progress) -> Result<(), Error>) -> Result<T, Error>,
     ) -> Result<T, Error> {
         console::note(what);
         reported(|observe| work(self.device.executor.as_mut(), observe))

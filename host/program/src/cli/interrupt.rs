@@ -11,7 +11,7 @@ pub(super) const EXIT_CODE: u8 = 130;
 static REQUESTED: AtomicBool = AtomicBool::new(false);
 static WRITING: AtomicBool = AtomicBool::new(false);
 
-/// From now on a signal makes [`requested`] true.
+/// From now on a signal makes [`check`] fail.
 pub(super) fn install() -> Result<(), Error> {
     let handler = || {
         let again = REQUESTED.swap(true, Ordering::SeqCst);
@@ -22,9 +22,9 @@ pub(super) fn install() -> Result<(), Error> {
     ctrlc::set_handler(handler).map_err(|error| Error::Setting(format!("cannot listen for Ctrl-C: {error}")))
 }
 
-/// Whether the user wants the program to stop.
-pub(super) fn requested() -> bool {
-    REQUESTED.load(Ordering::SeqCst)
+/// An error once the user wants the program to stop.
+pub(super) fn check() -> Result<(), Error> {
+    if REQUESTED.load(Ordering::SeqCst) { Err(Error::Interrupted) } else { Ok(()) }
 }
 
 /// From now on files are written: nothing ends the program before they are whole.

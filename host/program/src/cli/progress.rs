@@ -1,10 +1,10 @@
 //! How far a render is: a bar on a terminal, else a line about every ten percent.
 
 use std::io::{IsTerminal, stderr};
-use std::ops::ControlFlow;
 use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressStyle};
+use restir::Error;
 use restir::render::Progress;
 
 use super::{console, interrupt};
@@ -12,12 +12,12 @@ use super::{console, interrupt};
 const BAR: &str = "{bar:40} {percent:>3} %, {eta} left";
 const STEP_PERCENT: u64 = 10;
 
-/// Does work that says how far it is, and breaks it when the user wants the program to stop.
-pub(super) fn reported<T>(work: impl FnOnce(&mut dyn FnMut(Progress) -> ControlFlow<()>) -> T) -> T {
+/// Does work that says how far it is, and ends it when the user wants the program to stop.
+pub(super) fn reported<T>(work: impl FnOnce(&mut dyn FnMut(Progress) -> Result<(), Error>) -> T) -> T {
     let mut reporter = Reporter::new();
     let done = work(&mut |progress| {
         reporter.update(&progress);
-        if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        interrupt::check()
     });
     reporter.finish();
     done

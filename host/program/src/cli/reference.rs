@@ -9,7 +9,6 @@ use restir::exec::Executor;
 use restir::image::write_exr;
 use restir::output::check_writable;
 use restir::reference::{self, Goal, Picture, Reference};
-use restir::render::Progress;
 use restir::scene::Scene;
 use restir::technique::path::PathSettings;
 use restir::technique::{Integral, Technique};

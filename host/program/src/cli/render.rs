@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use restir::Error;
 use restir::buffers::SceneBuffers;
+use restir::exec::Step;
 use restir::image::{Channel, write_exr_with, write_png};
 use restir::memory;
 use restir::output::check_writable;
@@ -88,9 +89,12 @@ fn render_on(
     layers: bool,
 ) -> Result<(Rendered, Vec<Channel>), Error> {
     let executor = device.executor.as_mut();
-    reported(|observe| match layers {
-        true => render.technique.render_with_layers(executor, buffers, render, observe),
-        false => Ok((render::render(executor, buffers, render, observe)?, Vec::new())),
+    reported(|observe| {
+        let observe = &mut |step: &Step<'_>| observe(step.progress);
+        match layers {
+            true => render.technique.render_with_layers(executor, buffers, render, observe),
+            false => Ok((render::render(executor, buffers, render, observe)?, Vec::new())),
+        }
     })
 }
 

@@ -1,6 +1,5 @@
 //! Independent chains of frames: each begins without a history, and its last frame or the mean of all is its image.
 
-use std::ops::ControlFlow;
 use std::time::Instant;
 
 use restir::Error;
@@ -37,13 +36,13 @@ pub(crate) struct Chains {
 /// chains.
 ///
 /// # Errors
-/// As of [`render::render`]; [`Error::Interrupted`] if `observe` breaks.
+/// As of [`render::render`]; that of `observe`.
 pub(crate) fn run(
     executor: &mut dyn Executor,
     scene: &SceneBuffers,
     configurations: &[impl Technique],
     protocol: Protocol,
-    observe: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    observe: &mut dyn FnMut(Progress) -> Result<(), Error>,
 ) -> Result<Vec<Chains>, Error> {
     let mut all = vec![Chains::default(); configurations.len()];
     let total = configurations.len() as u64 * u64::from(protocol.chains);

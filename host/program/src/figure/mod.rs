@@ -10,8 +10,6 @@ pub(crate) mod seed002_fig1;
 pub(crate) mod seed002_fig2;
 pub(crate) mod seed004_fig1;
 
-use std::ops::ControlFlow;
-
 use restir::Error;
 use restir::buffers::SceneBuffers;
 use restir::exec::Executor;
@@ -27,7 +25,7 @@ pub(crate) trait Environs {
     fn run<T>(
         &mut self,
         what: &str,
-        work: impl FnOnce(&mut dyn Executor, &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Result<T, Error>,
+        work: impl FnOnce(&mut dyn Executor, &mut dyn FnMut(Progress) -> Result<(), Error>) -> Result<T, Error>,
     ) -> Result<T, Error>;
 }
 

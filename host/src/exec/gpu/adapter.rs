@@ -53,8 +53,7 @@ pub(crate) fn open(name: Option<&str>) -> Result<(wgpu::Device, wgpu::Queue), Er
     let adapters = enumerate();
     let names: Vec<String> = adapters.iter().map(|a| a.get_info().name).collect();
     let wanted = name.unwrap_or_default().to_lowercase();
-    let index = names.iter().position(|n| n.to_lowercase().contains(&wanted));
-    let Some(index) = index else {
+    let Some(index) = names.iter().position(|n| n.to_lowercase().contains(&wanted)) else {
         return Err(Error::Adapter(match name {
             Some(name) if !names.is_empty() => {
                 format!("no adapter has {name:?} in its name; there are: {}", names.join(", "))

@@ -15,15 +15,8 @@ pub(super) fn unsupported(device: &wgpu::Device) -> Vec<FloatMode> {
         unsafe { instance.get_physical_device_properties2(device.raw_physical_device(), &mut properties) };
         controls
     });
-    let reports = |pick: fn(&vk::PhysicalDeviceFloatControlsProperties<'_>) -> vk::Bool32| {
-        supported.as_ref().is_some_and(|c| pick(c) == vk::TRUE)
-    };
-    let mut missing = Vec::new();
-    if !reports(|c| c.shader_rounding_mode_rte_float32) {
-        missing.push(FloatMode::RoundingModeRte);
-    }
-    if !reports(|c| c.shader_signed_zero_inf_nan_preserve_float32) {
-        missing.push(FloatMode::SignedZeroInfNanPreserve);
-    }
-    missing
+    let reported = supported.map_or([vk::FALSE; 2], |controls| {
+        [controls.shader_rounding_mode_rte_float32, controls.shader_signed_zero_inf_nan_preserve_float32]
+    });
+    FloatMode::ALL.into_iter().zip(reported).filter(|(_, is)| *is == vk::FALSE).map(|(mode, _)| mode).collect()
 }

@@ -9,10 +9,9 @@ pub(crate) use adapter::open as open_adapter;
 pub use adapter::{AdapterInfo, adapters};
 pub use pipeline::{Pipelines, takes_passthrough};
 
-use super::{Description, Executor, Flavour, Parity, Step};
-use crate::plan::{Buffer, BufferId, FramePlan, Pass};
+use super::{Description, Executor, Flavour, Observer, Parity, Progress, Step};
+use crate::plan::{Buffer, BufferId, FramePlan, Pass, Upload};
 use crate::{Error, Shaders};
-use std::ops::ControlFlow;
 use std::path::Path;
 use wgpu::util::DeviceExt;
 
@@ -27,7 +26,8 @@ pub struct GpuExecutor {
     flavour: Flavour,
     pipelines: Pipelines,
     observe_pipelines: Box<dyn FnMut(usize, usize) + Send>,
-    parity: Option<Parity>,
+    /// The result of the self-check, once it was made.
+    pub(crate) parity: Option<Parity>,
 }
 
 impl GpuExecutor {
@@ -50,11 +50,6 @@ impl GpuExecutor {
     pub fn observe_pipelines(mut self, observe: impl FnMut(usize, usize) + Send + 'static) -> Self {
         self.observe_pipelines = Box::new(observe);
         self
-    }
-
-    /// What [`Executor::describe`] says from now on.
-    pub(crate) fn set_parity(&mut self, parity: Parity) {
-        self.parity = Some(parity);
     }
 
     /// The same device with other kernels; no self-check was made.
@@ -120,12 +115,9 @@ impl GpuExecutor {
                 one_line(&error)
             )));
         }
-        match invalid {
-            Some(error) => {
-                Err(Error::Adapter(format!("the adapter refuses the work: {}; try `--device cpu`", one_line(&error))))
-            }
-            None => result,
-        }
+        invalid.map_or(result, |error| {
+            Err(Error::Adapter(format!("the adapter refuses the work: {}; try `--device cpu`", one_line(&error))))
+        })
     }
 
     fn submit(&self, pass: &Pass, pipeline: &wgpu::ComputePipeline, buffers: &[wgpu::Buffer]) -> Result<(), Error> {
@@ -158,10 +150,8 @@ impl GpuExecutor {
     }
 
     fn wait(&self) -> Result<(), Error> {
-        match self.device.poll(wgpu::PollType::wait_indefinitely()) {
-            Ok(_) => Ok(()),
-            Err(e) => Err(Error::Adapter(format!("the adapter stopped answering: {e}; try `--device cpu`"))),
-        }
+        let polled = self.device.poll(wgpu::PollType::wait_indefinitely());
+        polled.map(drop).map_err(|e| Error::Adapter(format!("the adapter stopped answering: {e}; try `--device cpu`")))
     }
 
     fn read(&self, buffer: &wgpu::Buffer) -> Result<Vec<u32>, Error> {
@@ -213,11 +203,7 @@ impl Executor for GpuExecutor {
         }
     }
 
-    fn run(
-        &mut self,
-        plan: FramePlan<'_>,
-        observe: &mut dyn FnMut(&Step<'_>) -> ControlFlow<()>,
-    ) -> Result<Vec<Vec<u32>>, Error> {
+    fn run(&mut self, plan: FramePlan<'_>, observe: &mut Observer<'_>) -> Result<Vec<Vec<u32>>, Error> {
         let buffers = self.create_buffers(&plan.buffers)?;
         let mut passes = plan.passes;
         let ahead = look_ahead(&mut passes);
@@ -226,19 +212,15 @@ impl Executor for GpuExecutor {
         for (done, pass) in (1..).zip(ahead.into_iter().chain(passes)) {
             let pass = pass?;
             pass.check(&plan.buffers)?;
-            for upload in pass.frame.iter().flat_map(|frame| &frame.uploads) {
-                let (first, words) = (upload.first as u64 * 4, bytemuck::cast_slice(&upload.words));
-                self.guarded(|this| {
-                    this.queue.write_buffer(&buffers[upload.buffer], first, words);
-                    Ok(())
-                })?;
-            }
             let pipeline = self.pipelines.get(pass.kernel, &pass.constants)?;
-            self.guarded(|this| this.submit(&pass, &pipeline, &buffers))?;
+            self.guarded(|this| {
+                for Upload { buffer, first, words } in pass.frame.iter().flat_map(|frame| &frame.uploads) {
+                    this.queue.write_buffer(&buffers[*buffer], *first as u64 * 4, bytemuck::cast_slice(words));
+                }
+                this.submit(&pass, &pipeline, &buffers)
+            })?;
             let read = |id: BufferId| self.guarded(|this| this.read(&buffers[id]));
-            if observe(&Step::new(done, &pass, &read)).is_break() {
-                return Err(Error::Interrupted);
-            }
+            observe(&Step::new(Progress { done, total: plan.pass_count }, &pass, &read))?;
         }
         plan.outputs.iter().map(|&id| self.guarded(|this| this.read(&buffers[id]))).collect()
     }

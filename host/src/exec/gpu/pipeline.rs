@@ -1,15 +1,11 @@
 //! Pipelines from compiled kernels: passthrough for `exact` on Vulkan, naga elsewhere.
 
-use super::cache::Cache;
-use super::float_modes;
-use crate::exec::Flavour;
+use super::{cache::Cache, float_modes};
 use crate::spirv::{self, FloatMode};
-use crate::{Error, Shaders};
+use crate::{Error, Shaders, exec::Flavour};
 use restir_kernels::{Access, KernelDesc};
-use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
-use std::path::Path;
-use std::sync::mpsc;
+use std::{borrow::Cow, path::Path, sync::mpsc};
 
 /// Pipelines of the kernels on a device, by kernel and frozen constants.
 ///
@@ -124,8 +120,24 @@ impl Pipelines {
             ));
         }
         let words = self.words(kernel, constants)?;
-        let cache = self.cache.as_ref().map(Cache::driver);
-        create(&self.device, kernel, words, self.passthrough, cache)
+        let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let layout = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some(kernel.name),
+            bind_group_layouts: &[Some(&bind_group_layout(&self.device, kernel))],
+            ..wgpu::PipelineLayoutDescriptor::default()
+        });
+        let pipeline = self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(kernel.name),
+            layout: Some(&layout),
+            module: &shader_module(&self.device, kernel, words, self.passthrough),
+            entry_point: Some(kernel.name),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            cache: self.cache.as_ref().map(Cache::driver),
+        });
+        pollster::block_on(scope.pop()).map_or(Ok(pipeline), |error| {
+            let error = super::one_line(&error);
+            Err(broken(kernel, format!("the adapter rejects the module: {error}; try `--device cpu`")))
+        })
     }
 
     /// The module as this device takes it.
@@ -133,46 +145,15 @@ impl Pipelines {
         let words = self.shaders.load(kernel.name, self.flavour)?;
         let values: Vec<(u32, u32)> = kernel.constants.iter().map(|c| c.id).zip(constants.iter().copied()).collect();
         // naga rejects the modes, and keeps no decoration that they would go with
-        let all = [FloatMode::RoundingModeRte, FloatMode::SignedZeroInfNanPreserve];
-        let dropped = if self.passthrough { self.dropped_modes.as_slice() } else { &all };
-        spirv::freeze(&words, &values).and_then(|words| spirv::strip_modes(&words, dropped)).ok_or_else(|| {
-            Error::Kernel {
-                kernel: kernel.name.to_owned(),
-                problem: "the module is no SPIR-V; run `cargo xtask shader build`".to_owned(),
-            }
-        })
+        let dropped = if self.passthrough { self.dropped_modes.as_slice() } else { &FloatMode::ALL };
+        let words = spirv::freeze(&words, &values).and_then(|words| spirv::strip_modes(&words, dropped));
+        let problem = "the module is no SPIR-V; run `cargo xtask shader build`";
+        words.ok_or_else(|| broken(kernel, problem.to_owned()))
     }
 }
 
-fn create(
-    device: &wgpu::Device,
-    kernel: &KernelDesc,
-    words: Vec<u32>,
-    passthrough: bool,
-    cache: Option<&wgpu::PipelineCache>,
-) -> Result<wgpu::ComputePipeline, Error> {
-    let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
-    let module = shader_module(device, kernel, words, passthrough);
-    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some(kernel.name),
-        bind_group_layouts: &[Some(&bind_group_layout(device, kernel))],
-        ..wgpu::PipelineLayoutDescriptor::default()
-    });
-    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some(kernel.name),
-        layout: Some(&layout),
-        module: &module,
-        entry_point: Some(kernel.name),
-        compilation_options: wgpu::PipelineCompilationOptions::default(),
-        cache,
-    });
-    match pollster::block_on(scope.pop()) {
-        None => Ok(pipeline),
-        Some(error) => Err(Error::Kernel {
-            kernel: kernel.name.to_owned(),
-            problem: format!("the adapter rejects the module: {}; try `--device cpu`", super::one_line(&error)),
-        }),
-    }
+fn broken(kernel: &KernelDesc, problem: String) -> Error {
+    Error::Kernel { kernel: kernel.name.to_owned(), problem }
 }
 
 fn shader_module(device: &wgpu::Device, kernel: &KernelDesc, words: Vec<u32>, passthrough: bool) -> wgpu::ShaderModule {

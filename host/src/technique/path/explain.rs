@@ -2,38 +2,27 @@
 
 use std::fmt::Write;
 
-use restir_shared::glam::Vec3;
-use restir_shared::scene::LightKind;
+use restir_shared::{glam::Vec3, scene::LightKind};
 use serde_json::{Value, json};
 
 use super::{NextEvent, Path, Vertex, explain_sample, film};
-use crate::Error;
-use crate::buffers::SceneBuffers;
-use crate::exec::Executor;
-use crate::render::Render;
-use crate::scene::Scene;
-use crate::technique::explain::{Explanation, Place, light_kind as kind};
+use crate::technique::explain::{Explanation, Place, Subject, light_kind as kind, verdict};
+use crate::{Error, exec::Executor, render::Render};
 
 /// Explains a sample by its path.
-pub(super) fn explain(
-    executor: &mut dyn Executor,
-    (scene, buffers): (&Scene, &SceneBuffers),
-    render: &Render,
-    place: Place,
-) -> Result<Explanation, Error> {
+pub(super) fn explain(executor: &mut dyn Executor, subject: Subject<'_>) -> Result<Explanation, Error> {
+    let Subject { buffers, render, place, .. } = subject;
     let path = explain_sample(buffers, render, place)?;
     let film = film(executor, buffers, render, place.sample)?;
     let film = film.get((place.y * render.width + place.x) as usize);
     let film = film.map_or(Vec3::NAN, |pixel| Vec3::from_array(pixel.sum));
-    let sample = Sample { scene, render, place, path: &path, film };
+    let sample = Sample { subject, path: &path, film };
     Ok(Explanation { text: sample.text(), json: sample.json() })
 }
 
 /// A replayed sample, with all that the output needs.
 struct Sample<'a> {
-    scene: &'a Scene,
-    render: &'a Render,
-    place: Place,
+    subject: Subject<'a>,
     path: &'a Path,
     /// The sample on the film of the executor.
     film: Vec3,
@@ -58,21 +47,17 @@ fn far(kind: LightKind) -> bool {
 
 impl Sample<'_> {
     fn material(&self, index: u32) -> &str {
-        self.scene.materials.get(index as usize).map_or("?", |material| &material.name)
+        self.subject.scene.materials.get(index as usize).map_or("?", |material| &material.name)
     }
 
     fn text(&self) -> String {
-        let (r, path) = (self.render, self.path);
-        let Place { x, y, sample } = self.place;
+        let Self { subject: Subject { scene, render, place: Place { x, y, sample }, .. }, path, film } = self;
+        let Render { width, height, seed, technique, .. } = render;
+        let (depth, origin) = (technique.integral().max_depth, vector(path.origin));
         let mut text = format!(
-            "{}, {} x {} pixels: pixel ({x}, {y}), sample {sample}, seed {}, paths of up to {} segments\n\
-             from the camera at {}\n",
-            self.scene.name,
-            r.width,
-            r.height,
-            r.seed,
-            r.technique.integral().max_depth,
-            vector(path.origin)
+            "{}, {width} x {height} pixels: pixel ({x}, {y}), sample {sample}, seed {seed}, paths of up to {depth} segments\n\
+             from the camera at {origin}\n",
+            scene.name
         );
         path.vertices.iter().enumerate().for_each(|(i, vertex)| text += &self.vertex(i + 1, vertex));
         if let Some(escape) = path.escape {
@@ -85,16 +70,11 @@ impl Sample<'_> {
                 writeln!(text, "; the environment sends {radiance}: adds {added}")
             };
         }
-        let verdict = |same| if same { "the same bits" } else { "OTHER BITS" };
-        let sum = path.sum_of_parts();
         let _ = writeln!(text, "radiance of the sample  {}", exact(path.radiance));
-        let _ = writeln!(text, "sum of what was added   {}: {}", exact(sum), verdict(same_bits(sum, path.radiance)));
-        let _ = writeln!(
-            text,
-            "on the film             {}: {}",
-            exact(self.film),
-            verdict(same_bits(self.film, path.radiance))
-        );
+        for (what, radiance) in [("sum of what was added  ", path.sum_of_parts()), ("on the film            ", *film)] {
+            let same = verdict(same_bits(radiance, path.radiance));
+            let _ = writeln!(text, "{what} {}: {same}", exact(radiance));
+        }
         text
     }
 
@@ -105,21 +85,17 @@ impl Sample<'_> {
             let _ = write!(text, ", chosen with density {:.5} per steradian", v.scatter_pdf);
         }
         let _ = writeln!(text, ", throughput {}", vector(v.throughput));
+        let Vertex { t, triangle, instance, .. } = v;
+        let (material, position, normal) = (self.material(v.material), vector(v.position), vector(v.normal));
         let _ = writeln!(
             text,
-            "   at t {:.6} hits triangle {} ({}, instance {}) at {}, normal {}",
-            v.t,
-            v.triangle,
-            self.material(v.material),
-            v.object,
-            vector(v.position),
-            vector(v.normal)
+            "   at t {t:.6} hits triangle {triangle} ({material}, instance {instance}) at {position}, normal {normal}"
         );
         if let Some(e) = v.emission {
             let (radiance, added) = (vector(e.radiance), exact(e.contribution));
             let _ = writeln!(text, "   emits {radiance}, weight {:.6}: adds {added}", e.weight);
         }
-        v.next_event.iter().for_each(|light| text += &self.light(light));
+        v.light.iter().for_each(|light| text += &self.light(light));
         text
     }
 
@@ -140,53 +116,30 @@ impl Sample<'_> {
     }
 
     fn json(&self) -> Value {
-        let path = self.path;
+        let Self { subject: Subject { scene, render, place, .. }, path, film } = self;
         let vertices: Vec<Value> = path.vertices.iter().map(|vertex| self.vertex_json(vertex)).collect();
         json!({
-            "scene": self.scene.name,
-            "pixel": [self.place.x, self.place.y],
-            "sample": self.place.sample,
-            "seed": self.render.seed,
-            "origin": path.origin.to_array(),
+            "scene": scene.name,
+            "pixel": [place.x, place.y],
+            "sample": place.sample,
+            "seed": render.seed,
+            "origin": path.origin,
             "vertices": vertices,
-            "escape": path.escape.map(|escape| json!({
-                "direction": escape.direction.to_array(),
-                "radiance": escape.radiance.to_array(),
-                "contribution": escape.contribution.to_array(),
-            })),
-            "radiance": path.radiance.to_array(),
-            "film": self.film.to_array(),
+            "escape": path.escape,
+            "radiance": path.radiance,
+            "film": film,
             "sum_identical": same_bits(path.sum_of_parts(), path.radiance),
-            "film_identical": same_bits(self.film, path.radiance),
+            "film_identical": same_bits(*film, path.radiance),
         })
     }
 
-    fn vertex_json(&self, v: &Vertex) -> Value {
-        json!({
-            "direction": v.direction.to_array(),
-            "scatter_pdf": v.scatter_pdf,
-            "throughput": v.throughput.to_array(),
-            "t": v.t,
-            "triangle": v.triangle,
-            "material": self.material(v.material),
-            "instance": v.object,
-            "position": v.position.to_array(),
-            "normal": v.normal.to_array(),
-            "emission": v.emission.map(|emission| json!({
-                "radiance": emission.radiance.to_array(),
-                "weight": emission.weight,
-                "contribution": emission.contribution.to_array(),
-            })),
-            "light": v.next_event.map(|light| json!({
-                "triangle": light.triangle,
-                "material": light.material.map(|material| self.material(material)),
-                "kind": kind(light.kind),
-                "position": light.position.to_array(),
-                "density": light.density,
-                "visible": light.visible,
-                "blocker": light.blocker,
-                "contribution": light.contribution.to_array(),
-            })),
-        })
+    fn vertex_json(&self, vertex: &Vertex) -> Value {
+        let mut json = json!(vertex);
+        json["material"] = json!(self.material(vertex.material));
+        if let Some(light) = &vertex.light {
+            json["light"]["kind"] = json!(kind(light.kind));
+            json["light"]["material"] = json!(light.material.map(|material| self.material(material)));
+        }
+        json
     }
 }

@@ -9,13 +9,8 @@ pub use replay::{film, params};
 pub use vertices::{Emission, Escape, NextEvent, Path, Vertex, explain_sample};
 
 use super::{About, Integral, Repeats, Technique};
-use crate::Error;
-use crate::buffers::SceneBuffers;
-use crate::exec::Executor;
-use crate::plan::FramePlan;
-use crate::render::Render;
-use crate::scene::Scene;
-use crate::technique::explain::{Explanation, Place};
+use crate::technique::explain::{Explanation, Subject};
+use crate::{Error, buffers::SceneBuffers, exec::Executor, plan::FramePlan, render::Render};
 use restir_shared::technique::path::MAX_DEPTH;
 
 crate::settings! {
@@ -59,13 +54,7 @@ impl Technique for PathSettings {
         }
     }
 
-    fn explain(
-        &self,
-        executor: &mut dyn Executor,
-        scene: (&Scene, &SceneBuffers),
-        render: &Render,
-        place: Place,
-    ) -> Result<Explanation, Error> {
-        explain::explain(executor, scene, render, place)
+    fn explain(&self, executor: &mut dyn Executor, subject: Subject<'_>) -> Result<Explanation, Error> {
+        explain::explain(executor, subject)
     }
 }

@@ -1,11 +1,8 @@
 //! The passes of path tracing: aligned blocks of samples, each traced into a plane of the film.
 
 use super::PathSettings;
-use crate::Error;
-use crate::buffers::SceneBuffers;
-use crate::film::Film;
 use crate::plan::{ARENAS, Buffer, FramePlan, Pass};
-use crate::render::Render;
+use crate::{Error, buffers::SceneBuffers, film::Film, render::Render};
 use restir_kernels::path::path;
 use restir_shared::film::MAX_BLOCK_LOG2;
 use restir_shared::technique::path::{PATH_JITTER, PATH_ROULETTE, PathParams};
@@ -82,7 +79,7 @@ impl Passes<'_> {
             reserved: 0,
         };
         let bound = [ARENAS.as_slice(), &[("film", plane)]].concat();
-        Some(Pass::new(&path::DESC, &[self.scene.features], &params, &bound, [render.width, render.height]))
+        Some(Pass::new(&path::DESC, &[("features", self.scene.features)], &params, &bound))
     }
 }
 
@@ -127,17 +124,11 @@ mod tests {
                 let settings = PathSettings { dispatch_samples: Some(1 << largest), ..PathSettings::default() };
                 let render = Render { count: samples, ..Render::new([1, 1], settings.clone()) };
                 let plan = plan(&settings, &scene, &render);
-                let mut used = std::collections::BTreeSet::new();
-                let mut passes = 0;
-                for pass in plan.passes {
-                    used.extend(pass.expect("a pass").bindings.iter().copied().filter(|id| *id >= ARENAS.len()));
-                    passes += 1;
-                }
-                assert_eq!(
-                    (passes, used.len()),
-                    (plan.pass_count, plan.buffers.len() - ARENAS.len()),
-                    "{samples} {largest}"
-                );
+                let (planes, pass_count) = (plan.buffers.len() - ARENAS.len(), plan.pass_count);
+                let passes: Vec<Pass> = plan.passes.map(|pass| pass.expect("a pass")).collect();
+                let bound = passes.iter().flat_map(|pass| &pass.bindings).filter(|id| **id >= ARENAS.len());
+                let used = bound.collect::<std::collections::BTreeSet<_>>().len();
+                assert_eq!((passes.len() as u64, used), (pass_count, planes), "{samples} {largest}");
             }
         }
     }

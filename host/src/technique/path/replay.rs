@@ -3,24 +3,19 @@
 //! There is no second copy of the algorithm: the technique itself runs, and what it finds goes to a receiver that writes it down
 //! ([`explain_sample`](super::explain_sample)). The sum of that in the order of the path has the bits of the sample.
 
-use std::ops::ControlFlow;
-
 use restir_shared::layout::FilmPixel;
 use restir_shared::technique::path::PathParams;
 
-use crate::Error;
-use crate::buffers::SceneBuffers;
-use crate::exec::Executor;
 use crate::plan::{Buffer, FramePlan, Pass};
 use crate::render::{self, Render};
+use crate::{Error, buffers::SceneBuffers, exec::Executor};
 
 /// The parameters of a pass of path tracing that traces the sample `index` of every pixel.
 ///
 /// # Errors
 /// As of [`render::check`].
 pub fn params(scene: &SceneBuffers, render: &Render, index: u32) -> Result<PathParams, Error> {
-    let (_, pass) = sample_pass(scene, render, index)?;
-    Ok(bytemuck::pod_read_unaligned(bytemuck::cast_slice(&pass.params)))
+    sample_pass(scene, render, index).map(|(_, _, params)| params)
 }
 
 /// The film of an executor after the sample `index` of every pixel, rows from top to bottom.
@@ -33,27 +28,26 @@ pub fn film(
     render: &Render,
     index: u32,
 ) -> Result<Vec<FilmPixel>, Error> {
-    let (buffers, pass) = sample_pass(scene, render, index)?;
-    let outputs = pass.bindings.last().copied().into_iter().collect();
-    let plan =
-        FramePlan { buffers, passes: Box::new(std::iter::once(Ok(pass))), pass_count: 1, outputs, scene: Some(scene) };
-    let words = executor.run(plan, &mut |_| ControlFlow::Continue(()))?;
+    let (buffers, pass, _) = sample_pass(scene, render, index)?;
+    let outputs = vec![pass.bound("film")?];
+    let plan = FramePlan { scene: Some(scene), ..FramePlan::of(buffers, vec![pass], outputs) };
+    let words = executor.run(plan, &mut |_| Ok(()))?;
     Ok(bytemuck::cast_slice(words.first().map_or(&[], |words| words)).to_vec())
 }
 
-/// The first pass of a render of one sample, moved to the sample `index`, with the plan's buffers.
-fn sample_pass(scene: &SceneBuffers, render: &Render, index: u32) -> Result<(Vec<Buffer>, Pass), Error> {
+/// The first pass of a render of one sample, moved to the sample `index`, with the plan's buffers and its parameters.
+fn sample_pass(scene: &SceneBuffers, render: &Render, index: u32) -> Result<(Vec<Buffer>, Pass, PathParams), Error> {
     let render = Render { count: 1, ..render.clone() };
     render::check(scene, &render)?;
-    let mut plan = render.technique.plan(scene, &render);
-    let Some(Ok(mut pass)) = plan.passes.next() else {
-        return Err(Error::Setting("a plan without a pass cannot be replayed; correct the plan".to_owned()));
+    let FramePlan { buffers, mut passes, .. } = render.technique.plan(scene, &render);
+    let first = passes.next().transpose()?.and_then(|pass| Some((pass.params::<PathParams>()?, pass)));
+    let Some((params, pass)) = first else {
+        return Err(Error::Setting(
+            "a plan without a pass of path tracing cannot be replayed; correct the plan".to_owned(),
+        ));
     };
-    let mut params: PathParams = bytemuck::pod_read_unaligned(bytemuck::cast_slice(&pass.params));
-    params.first_sample = index;
-    pass.params = bytemuck::cast_slice(&[params]).to_vec();
-    drop(plan.passes);
-    Ok((plan.buffers, pass))
+    let params = PathParams { first_sample: index, ..params };
+    Ok((buffers, Pass { params: bytemuck::cast_slice(&[params]).to_vec(), ..pass }, params))
 }
 
 #[cfg(test)]
@@ -105,7 +99,7 @@ mod tests {
             assert_eq!(vertex.throughput, Vec3::splat(1.0 / (1 << i) as f32));
             let emission = vertex.emission.expect("all of the furnace emits");
             assert_eq!(emission.radiance, Vec3::ONE);
-            assert_eq!(vertex.next_event.is_some(), i < 7, "the last vertex gathers nothing");
+            assert_eq!(vertex.light.is_some(), i < 7, "the last vertex gathers nothing");
             let weight = emission.weight;
             assert!(if i == 0 { weight == 1.0 } else { weight > 0.0 && weight < 1.0 });
         }

@@ -6,6 +6,7 @@ use restir_shared::layout::TRIANGLE_WORDS;
 use restir_shared::scene::{EnvironmentPoint, LightKind, LightSample, SceneView, SurfacePoint, Trace};
 use restir_shared::technique::path::{self, Receiver, Walk};
 use restir_shared::transport::Connection;
+use serde::Serialize;
 
 use super::params;
 use crate::Error;
@@ -27,14 +28,14 @@ pub struct Path {
 }
 
 /// A hit of a path.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Vertex {
     /// The triangle, in the order of the geometry arena.
     pub triangle: u32,
     /// Index of its material, as of the scene's list.
     pub material: u32,
     /// Index of the scene's instance it belongs to.
-    pub object: u32,
+    pub instance: u32,
     /// Direction of the segment that ends here; it has unit length.
     pub direction: Vec3,
     /// Length of that segment.
@@ -51,11 +52,11 @@ pub struct Vertex {
     /// Light that the surface itself emits, if it does.
     pub emission: Option<Emission>,
     /// The sampled light, if one was drawn here.
-    pub next_event: Option<NextEvent>,
+    pub light: Option<NextEvent>,
 }
 
 /// Emission that a path has hit.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize)]
 pub struct Emission {
     /// Radiance towards the path.
     pub radiance: Vec3,
@@ -66,7 +67,7 @@ pub struct Emission {
 }
 
 /// A segment that leaves the scene.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize)]
 pub struct Escape {
     /// Its direction; it has unit length.
     pub direction: Vec3,
@@ -77,13 +78,14 @@ pub struct Escape {
 }
 
 /// A light sample, on an emitter or in the direction of one.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize)]
 pub struct NextEvent {
     /// The emitter's triangle; `None` if it has none.
     pub triangle: Option<u32>,
     /// Index of the emitter's material.
     pub material: Option<u32>,
     /// What it lies on.
+    #[serde(skip)]
     pub kind: LightKind,
     /// World position; the direction towards a light at infinity.
     pub position: Vec3,
@@ -101,7 +103,7 @@ impl Path {
     /// The sum of all contributions in the order in which the technique adds them.
     pub fn sum_of_parts(&self) -> Vec3 {
         let parts = self.vertices.iter().flat_map(|v| {
-            [v.emission.map(|e| e.contribution), v.next_event.map(|light| light.contribution)].into_iter().flatten()
+            [v.emission.map(|e| e.contribution), v.light.map(|light| light.contribution)].into_iter().flatten()
         });
         let parts = parts.chain(self.escape.map(|escape| escape.contribution));
         parts.fold(Vec3::ZERO, |sum, part| sum + part)
@@ -152,7 +154,7 @@ impl Writer<'_> {
         if light.kind == LightKind::Area { self.nearest(&ray) } else { None }
     }
 
-    /// Material and object of a triangle.
+    /// Material and instance of a triangle.
     fn owner(&self, triangle: u32) -> (u32, u32) {
         let at = (self.view.header.triangle_base + triangle * TRIANGLE_WORDS) as usize;
         let word = |i: usize| self.view.geometry.get(at + i).map_or(0, |word| word.w);
@@ -165,11 +167,11 @@ impl Receiver for Writer<'_> {
 
     fn arrive(&mut self, walk: &Walk, hit: &Hit, point: &SurfacePoint) {
         self.begin(walk);
-        let (material, object) = self.owner(hit.id);
+        let (material, instance) = self.owner(hit.id);
         self.path.vertices.push(Vertex {
             triangle: hit.id,
             material,
-            object,
+            instance,
             direction: walk.ray.direction,
             t: hit.t,
             position: point.position,
@@ -177,7 +179,7 @@ impl Receiver for Writer<'_> {
             scatter_pdf: if walk.depth > 0 && walk.chosen.alone { f32::INFINITY } else { walk.chosen.pdf },
             throughput: walk.throughput,
             emission: None,
-            next_event: None,
+            light: None,
         });
     }
 
@@ -202,12 +204,12 @@ impl Receiver for Writer<'_> {
             contribution: Vec3::ZERO,
         };
         if let Some(vertex) = self.vertex() {
-            vertex.next_event = Some(next_event);
+            vertex.light = Some(next_event);
         }
     }
 
     fn next_event(&mut self, contribution: Vec3) {
-        if let Some(light) = self.vertex().and_then(|vertex| vertex.next_event.as_mut()) {
+        if let Some(light) = self.vertex().and_then(|vertex| vertex.light.as_mut()) {
             *light = NextEvent { visible: Some(true), contribution, ..*light };
         }
     }

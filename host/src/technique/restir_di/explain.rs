@@ -5,26 +5,19 @@ use std::fmt::Write;
 use restir_shared::technique::restir_di::Stored;
 use serde_json::{Value, json};
 
-use super::DiSettings;
 use super::genealogy::{Generation, LightSource, Reuse, genealogy};
-use super::lineage::Origin;
-use crate::Error;
-use crate::buffers::SceneBuffers;
-use crate::exec::Executor;
-use crate::render::Render;
-use crate::scene::Scene;
-use crate::technique::explain::{Explanation, Place, light_kind as kind};
+use super::{DiSettings, lineage::Origin};
+use crate::technique::explain::{Explanation, Subject, light_kind as kind, verdict};
+use crate::{Error, exec::Executor, render::Render, scene::Scene};
 
 /// Explains the reservoir that a pixel has in the last frame.
 pub(super) fn explain(
     settings: &DiSettings,
     executor: &mut dyn Executor,
-    (scene, buffers): (&Scene, &SceneBuffers),
-    render: &Render,
-    place: Place,
+    subject: Subject<'_>,
 ) -> Result<Explanation, Error> {
-    let generations = genealogy(settings, executor, buffers, render, place)?;
-    let genealogy = Genealogy { scene, settings, render, generations: &generations };
+    let generations = genealogy(settings, executor, subject.buffers, subject.render, subject.place)?;
+    let genealogy = Genealogy { scene: subject.scene, settings, render: subject.render, generations: &generations };
     Ok(Explanation { text: genealogy.text(), json: genealogy.json() })
 }
 
@@ -38,28 +31,22 @@ struct Genealogy<'a> {
 
 impl Genealogy<'_> {
     fn text(&self) -> String {
-        let Self { scene, render: r, generations, .. } = self;
-        let mut text = format!(
-            "{}, {} x {} pixels, restir-di: {} frames, seed {}\n",
-            scene.name, r.width, r.height, r.count, r.seed
-        );
+        let Self { scene, render: Render { width, height, count, seed, .. }, generations, .. } = self;
+        let mut text = format!("{}, {width} x {height} pixels, restir-di: {count} frames, seed {seed}\n", scene.name);
         generations.iter().for_each(|generation| text += &self.generation(generation));
-        let verdict = if generations.iter().all(is_identical) { "the same bits" } else { "OTHER BITS" };
         if generations.last().is_some_and(|last| last.stored().sample.is_light()) {
             let _ = write!(text, "the sample is {} frames old; ", self.age());
         }
-        let _ = writeln!(text, "{} reservoirs replayed natively: {verdict}", generations.len());
+        let same = verdict(generations.iter().all(is_identical));
+        let _ = writeln!(text, "{} reservoirs replayed natively: {same}", generations.len());
         text
     }
 
     fn generation(&self, g: &Generation) -> String {
         let Stored { sample: address, contribution_weight, confidence, visibility } = g.stored();
-        let (x, y) = self.position(g.pixel);
+        let ([x, y], Generation { frame, target, .. }, name) = (self.position(g.pixel), g, name(g.reuse));
         let mut text = format!(
-            "frame {}, {}, pixel ({x}, {y}): M {confidence}, W {contribution_weight:e}, visibility {visibility}, target {:e}\n",
-            g.frame,
-            name(g.reuse),
-            g.target
+            "frame {frame}, {name}, pixel ({x}, {y}): M {confidence}, W {contribution_weight:e}, visibility {visibility}, target {target:e}\n"
         );
         let _ = match &g.light {
             None => writeln!(text, "   it has no sample"),
@@ -91,18 +78,15 @@ impl Genealogy<'_> {
             Origin::Candidate(index) => format!("drawn as candidate {index} of those from lights"),
             Origin::Reservoir { is_other: false, .. } => "the pixel keeps its own".to_owned(),
             Origin::Reservoir { pixel, of_last_frame, .. } => {
-                let (x, y) = self.position(pixel);
-                if of_last_frame {
-                    format!("pixel ({x}, {y}) had it in the last frame")
-                } else {
-                    format!("the neighbour ({x}, {y}) had it")
-                }
+                let [x, y] = self.position(pixel);
+                let [who, when] = if of_last_frame { ["pixel", " in the last frame"] } else { ["the neighbour", ""] };
+                format!("{who} ({x}, {y}) had it{when}")
             }
         }
     }
 
-    fn position(&self, pixel: u32) -> (u32, u32) {
-        (pixel % self.render.width, pixel / self.render.width)
+    fn position(&self, pixel: u32) -> [u32; 2] {
+        [pixel % self.render.width, pixel / self.render.width]
     }
 
     fn age(&self) -> u32 {
@@ -128,10 +112,6 @@ impl Genealogy<'_> {
 
     fn generation_json(&self, g: &Generation) -> Value {
         let Stored { sample: address, contribution_weight, confidence, visibility } = g.stored();
-        let pixel = |pixel| {
-            let (x, y) = self.position(pixel);
-            [x, y]
-        };
         let from = match g.origin {
             Origin::Candidate(index) => {
                 let scattering = index == self.settings.candidates;
@@ -143,13 +123,13 @@ impl Genealogy<'_> {
                     (_, true) => "last frame",
                     _ => "neighbour",
                 };
-                json!({"reservoir": what, "pixel": pixel(of)})
+                json!({"reservoir": what, "pixel": self.position(of)})
             }
         };
         json!({
             "frame": g.frame,
             "pass": name(g.reuse),
-            "pixel": pixel(g.pixel),
+            "pixel": self.position(g.pixel),
             "confidence": confidence,
             "contribution_weight": contribution_weight,
             "visibility": visibility.to_array(),

@@ -2,16 +2,11 @@
 
 use super::DiSettings;
 use super::lineage::{Follower, Origin, ReservoirPass};
-use crate::buffers::SceneBuffers;
-use crate::exec::Executor;
 use crate::render::{self, Render};
-use crate::technique::explain::Place;
-use crate::{Error, memory};
-use restir_shared::glam::UVec4;
-use restir_shared::layout::TRIANGLE_WORDS;
+use crate::{Error, buffers::SceneBuffers, exec::Executor, memory, technique::explain::Place};
 use restir_shared::scene::{AddressedLights, LightAddress, LightKind};
 use restir_shared::technique::restir_di::{Stored, TileWords};
-use std::ops::ControlFlow;
+use restir_shared::{glam::UVec4, layout::TRIANGLE_WORDS};
 
 /// What a pass does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,16 +79,10 @@ pub fn genealogy(
     place.check(render)?;
     let mut follower = Follower::new(scene);
     let mut passes = Vec::new();
-    render::render_shown(
-        executor,
-        scene,
-        render,
-        &mut |step| {
-            passes.extend(follower.follow(step)?);
-            Ok(())
-        },
-        &mut |_| ControlFlow::Continue(()),
-    )?;
+    render::render(executor, scene, render, &mut |step| {
+        passes.extend(follower.follow(step)?);
+        Ok(())
+    })?;
     let mut generations = Vec::new();
     let mut next = passes.len().checked_sub(1).map(|last| (last, place.y * render.width + place.x));
     while let Some((pass, pixel)) = next {

@@ -1,16 +1,12 @@
 //! What reservoirs hold, pixel by pixel, to be looked at.
 
 use super::lineage::{Follower, Origin, ReservoirPass};
-use crate::buffers::SceneBuffers;
-use crate::exec::Executor;
-use crate::image::Channel;
-use crate::render::{self, Progress, Render, Rendered};
-use crate::{Error, memory};
+use crate::exec::{Executor, Observer};
+use crate::render::{self, Render, Rendered};
+use crate::{Error, buffers::SceneBuffers, image::Channel, memory};
 use rayon::prelude::*;
-use restir_shared::technique::restir_di::Stored;
-use restir_shared::vec::luminance;
+use restir_shared::{technique::restir_di::Stored, vec::luminance};
 use std::collections::BTreeMap;
-use std::ops::ControlFlow;
 
 /// The reservoirs of the last frame.
 pub struct Layers {
@@ -49,7 +45,7 @@ pub fn render_with_layers(
     executor: &mut dyn Executor,
     scene: &SceneBuffers,
     render: &Render,
-    observe: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    observe: &mut Observer<'_>,
 ) -> Result<(Rendered, Layers), Error> {
     render::check(scene, render)?;
     // beside the plan: its planes read back, ages, channels and their encoded form
@@ -59,20 +55,14 @@ pub fn render_with_layers(
     let mut follower = Follower::new(scene);
     let mut ages = BTreeMap::new();
     let mut last = None;
-    let rendered = render::render_shown(
-        executor,
-        scene,
-        render,
-        &mut |step| {
-            if let Some(pass) = follower.follow(step)? {
-                ages.insert(pass.made.made_by, ages_after(&pass, &ages));
-                ages.retain(|&pass, _| follower.kept().any(|kept| kept == pass));
-                last = Some(pass.made);
-            }
-            Ok(())
-        },
-        observe,
-    )?;
+    let rendered = render::render(executor, scene, render, &mut |step| {
+        if let Some(pass) = follower.follow(step)? {
+            ages.insert(pass.made.made_by, ages_after(&pass, &ages));
+            ages.retain(|&pass, _| follower.kept().any(|kept| kept == pass));
+            last = Some(pass.made);
+        }
+        observe(step)
+    })?;
     let (reservoirs, ages) = last.map_or_else(Default::default, |made| {
         let reservoirs = made.words.iter().map(|&word| Stored::unpack(word)).collect();
         (reservoirs, ages.remove(&made.made_by).unwrap_or_default())

@@ -1,17 +1,13 @@
 //! Where the sample of a reservoir comes from: the passes of a render with all that they read, so that each pixel of one
 //! can be replayed natively, whatever executor ran it.
 
-use crate::Error;
-use crate::buffers::SceneBuffers;
-use crate::exec::Step;
 use crate::plan::{BufferId, Pass};
-use crate::replay::TwoFrames;
+use crate::{Error, buffers::SceneBuffers, exec::Step, replay::TwoFrames};
 use restir_kernels::restir_di::{di_combine, di_initial, di_primary, di_tiles};
-use restir_shared::glam::UVec4;
 use restir_shared::scene::{Frames, LightAddress};
-use restir_shared::technique::restir_di::{self, DI_OTHER_FRAME, DiParams};
-use std::collections::BTreeMap;
-use std::sync::Arc;
+use restir_shared::technique::restir_di::{DI_OTHER_FRAME, DiParams};
+use restir_shared::{glam::UVec4, technique::restir_di as di};
+use std::{collections::BTreeMap, sync::Arc};
 
 /// Where a pass has a pixel's sample from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

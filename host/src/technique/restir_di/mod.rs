@@ -4,7 +4,6 @@ mod explain;
 mod genealogy;
 mod layers;
 mod lineage;
-mod moments;
 mod plan;
 mod settings;
 mod shading;
@@ -18,17 +17,11 @@ pub use settings::{
 };
 
 use super::{About, Integral, Repeats, Technique};
-use crate::Error;
-use crate::buffers::SceneBuffers;
-use crate::exec::Executor;
-use crate::image::Channel;
-use crate::plan::FramePlan;
-use crate::render::{Progress, Render, Rendered};
-use crate::scene::Scene;
-use crate::technique::explain::{Explanation, Place};
-use restir_shared::layout::FEATURE_CLEAR;
-use restir_shared::scene::LightAddress;
-use std::ops::ControlFlow;
+use crate::exec::{Executor, Observer};
+use crate::render::{Render, Rendered};
+use crate::technique::explain::{Explanation, Subject};
+use crate::{Error, buffers::SceneBuffers, image::Channel, plan::FramePlan};
+use restir_shared::{layout::FEATURE_CLEAR, scene::LightAddress};
 
 /// Paths of so many segments carry direct light and what is seen to emit.
 const DEPTH: u32 = 2;
@@ -55,18 +48,14 @@ impl Technique for DiSettings {
 
     fn check(&self, scene: &SceneBuffers, render: &Render) -> Result<(), Error> {
         self.check_together()?;
+        let (count, passes, lights) = (render.count, self.shading_passes(), scene.most_lights());
+        let most = LightAddress::NO_LIGHT - 1;
         let problem = if plan::film_samples(self, render) > u64::from(u32::MAX) {
             format!(
-                "{} frames of {} passes of shading are too many; give fewer frames, or a smaller setting shaded",
-                render.count,
-                self.shading_passes()
+                "{count} frames of {passes} passes of shading are too many; give fewer frames, or a smaller setting shaded"
             )
-        } else if scene.most_lights() >= LightAddress::NO_LIGHT {
-            format!(
-                "the scene has {} lights and reservoirs know at most {}; use another technique",
-                scene.most_lights(),
-                LightAddress::NO_LIGHT - 1
-            )
+        } else if lights > most {
+            format!("the scene has {lights} lights and reservoirs know at most {most}; use another technique")
         } else {
             return Ok(());
         };
@@ -90,14 +79,8 @@ impl Technique for DiSettings {
         genealogy::check(self, scene, render)
     }
 
-    fn explain(
-        &self,
-        executor: &mut dyn Executor,
-        scene: (&Scene, &SceneBuffers),
-        render: &Render,
-        place: Place,
-    ) -> Result<Explanation, Error> {
-        explain::explain(self, executor, scene, render, place)
+    fn explain(&self, executor: &mut dyn Executor, subject: Subject<'_>) -> Result<Explanation, Error> {
+        explain::explain(self, executor, subject)
     }
 
     fn render_with_layers(
@@ -105,7 +88,7 @@ impl Technique for DiSettings {
         executor: &mut dyn Executor,
         scene: &SceneBuffers,
         render: &Render,
-        observe: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+        observe: &mut Observer<'_>,
     ) -> Result<(Rendered, Vec<Channel>), Error> {
         render_with_layers(executor, scene, render, observe).map(|(rendered, layers)| (rendered, layers.channels()))
     }

@@ -1,13 +1,13 @@
 //! Settings of ReSTIR DI: data, with the reasons why some of them bias.
 
-use crate::Error;
 use crate::settings::{Declared, Value};
-use crate::{choices, settings};
+use crate::{Error, choices, settings};
 use restir_shared::resample::mis::{INPUTS, Mis};
 use restir_shared::technique::restir_di::{
     DI_AVERAGE_VISIBILITY, DI_FINAL_RAY, DI_INITIAL_VISIBILITY, DI_JITTER, DI_MIS_SHIFT, DI_MIS_VISIBILITY,
     DI_OTHER_FRAME, DI_SCATTER_CANDIDATE, DI_STILL, DI_TARGET_SHIFT, DI_TARGET_VISIBILITY, DI_TILES, DI_TRANSMITTANCE,
 };
+use std::any::Any;
 
 /// The most neighbours of one combine: its own reservoir and the last frame's are inputs as well.
 pub const MAX_NEIGHBOURS: u32 = INPUTS as u32 - 2;
@@ -233,7 +233,7 @@ impl DiSettings {
 
     /// The settings of a render that is of this technique.
     pub fn of(render: &crate::render::Render) -> Option<&Self> {
-        render.technique.as_any().downcast_ref()
+        (&*render.technique as &dyn Any).downcast_ref()
     }
 
     /// Parameters of the papers.
@@ -309,6 +309,7 @@ impl DiSettings {
     pub fn spatial_passes(&self) -> u32 {
         if self.temporal == Temporal::Fused { 0 } else { self.spatial }
     }
+
     /// Why the mean of an image may be wrong; none for unbiased settings.
     pub(super) fn reasons_for_bias(&self) -> Vec<&'static str> {
         let mut biases = Vec::new();
@@ -340,11 +341,6 @@ impl DiSettings {
             biases.push("near neighbours are believed to see the same: brighter in shadows");
         }
         biases
-    }
-
-    /// Candidates from lights in a group, of which one is tested by a ray.
-    pub fn candidates_per_ray(&self) -> u32 {
-        self.candidates.div_ceil(self.initial_rays)
     }
 
     /// The kernels' flags of the combine with the last frame. `same_view`: scene and camera rays are that frame's, so that both

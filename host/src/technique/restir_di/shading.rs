@@ -17,14 +17,10 @@ impl DiSettings {
         let passes = self.shading_passes() as usize;
         let of_pass = |pass: usize| {
             let [first, end] = [pass, pass + 1].map(|pass| pass * offsets.len() / passes);
-            let dealt = (first..end).take(count).map(|n| offsets[n % count]);
+            let dealt: Vec<u32> = (first..end).take(count).map(|n| offsets[n % count]).collect();
             let mut pairs = [0; PAIRS];
-            let mut neighbours = 0;
-            for (pair, offset) in pairs.iter_mut().zip(dealt) {
-                *pair = offset;
-                neighbours += 2;
-            }
-            DiParams { neighbours, shading_pass: pass as u32, pairs, ..*frame }
+            pairs[..dealt.len()].copy_from_slice(&dealt);
+            DiParams { neighbours: 2 * dealt.len() as u32, shading_pass: pass as u32, pairs, ..*frame }
         };
         (0..passes).map(of_pass).collect()
     }
@@ -57,11 +53,8 @@ mod tests {
                 let passes = settings.shading(&DiParams { frame, seed: 3, ..DiParams::default() });
                 assert_eq!(passes.len(), settings.shading_passes() as usize);
                 assert!((0..).zip(&passes).all(|(pass, p)| p.shading_pass == pass));
-                assert!(
-                    passes
-                        .iter()
-                        .all(|p| offsets(&[*p]).iter().collect::<BTreeSet<_>>().len() == p.neighbours as usize / 2)
-                );
+                let differing = |p: &DiParams| offsets(&[*p]).iter().collect::<BTreeSet<_>>().len();
+                assert!(passes.iter().all(|p| differing(p) == p.neighbours as usize / 2));
                 let dealt = offsets(&passes);
                 let all: BTreeSet<[i16; 2]> = dealt.iter().copied().collect();
                 assert!(all.iter().all(|at| dealt.iter().filter(|other| *other == at).count() == each), "{dealt:?}");
