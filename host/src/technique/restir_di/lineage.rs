@@ -73,12 +73,12 @@ impl ReservoirPass {
         let frames = &*self.frames;
         let Some(Combined { other_hits, others, own }) = &self.combined else {
             let scene = frames.scene(false);
-            let (word, _, candidate) = restir_di::initial_from(&scene, p, p.flags, &self.tiles, self.hits[index], at);
+            let (word, _, candidate) = di::initial_from(&scene, p, p.flags, &self.tiles, self.hits[index], at);
             return (word, Origin::Candidate(candidate));
         };
-        let planes = restir_di::Planes { hits: &self.hits, other_hits, others: &others.words };
-        let (word, source) = restir_di::combine_from(frames, p, p.flags, &planes, own.words[index], at);
-        let restir_di::Source { is_other, pixel } = source;
+        let planes = di::Planes { hits: &self.hits, other_hits, others: &others.words };
+        let (word, source) = di::combine_from(frames, p, p.flags, &planes, own.words[index], at);
+        let di::Source { is_other, pixel } = source;
         let made_by = if is_other { others } else { own }.made_by;
         (word, Origin::Reservoir { made_by, pixel, is_other, of_last_frame: is_other && self.is_temporal() })
     }
@@ -86,7 +86,7 @@ impl ReservoirPass {
     /// The target of an address at a pixel, without visibility.
     pub(super) fn target(&self, pixel: u32, address: LightAddress) -> f32 {
         let (frames, p, at) = (&*self.frames, &self.params, self.position(pixel));
-        restir_di::target(&frames.scene(false), p, p.flags, self.hits[pixel as usize], at, address)
+        di::target(&frames.scene(false), p, p.flags, self.hits[pixel as usize], at, address)
     }
 }
 
