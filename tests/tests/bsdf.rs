@@ -117,19 +117,24 @@ fn everything() -> Material {
 
 fn surfaces() -> Vec<Surface> {
     let (front, back) = (Surface::front, Surface::back);
-    let mut surfaces = vec![
+    vec![
         front("Lambert", plastic(1.0)),
+        front("plastic", plastic(1.1)),
+        front("plastic", plastic(1.5)),
+        front("plastic", plastic(2.4)),
         front("metal", metal()),
+        front("glass", glass(1.1)),
+        back("glass", glass(1.1)),
+        front("glass", glass(1.5)),
+        back("glass", glass(1.5)),
+        front("glass", glass(2.4)),
+        back("glass", glass(2.4)),
         front("thin glass", Material { thin: true, ..glass(1.5) }),
         front("diffuse transmitter", Material { ior: 1.0, ..leaf() }),
         front("leaf", leaf()),
         front("everything", everything()),
         back("everything", everything()),
-    ];
-    for ior in [1.1, 1.5, 2.4] {
-        surfaces.extend([front("plastic", plastic(ior)), front("glass", glass(ior)), back("glass", glass(ior))]);
-    }
-    surfaces
+    ]
 }
 
 /// Every surface with every roughness, if it has a specular lobe, at every angle.

@@ -22,7 +22,7 @@ pub fn measure<const N: usize>(
 }
 
 /// What a pixel keeps of its candidates.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Kept {
     /// The light.
     pub light: usize,
