@@ -4,9 +4,8 @@
 //! is the technique without reuse for which it is smallest. It is compared with any other as if it had run for the time
 //! that the other took for its largest number of samples.
 
-use super::error::Truth;
 use super::fit::{Estimate, mean_and_error, student};
-use super::{Cell, SceneResult, Series};
+use super::{Cell, SceneResult, Series, error::Truth};
 
 /// A technique beside the baseline.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,9 +80,8 @@ impl Cost {
 mod tests {
     use super::*;
     use crate::bench::tests::furnace;
-    use restir::render::Render;
-    use restir::technique::path::PathSettings;
     use restir::technique::{self, Technique};
+    use restir::{render::Render, technique::path::PathSettings};
 
     /// A technique that reuses.
     fn reusing() -> Box<dyn Technique> {

@@ -12,9 +12,7 @@
 //! variance to relMSE; [`Figure`] subtracts it, as far as it is known. A mean of magnitudes has no such rule: MAPE stays as
 //! it is measured, too large by about half of the share that the reference has in the MSE, which must be small.
 
-use restir::image::Image;
-use restir::metrics::RELATIVE_THRESHOLD;
-use restir::reference::Reference;
+use restir::{image::Image, metrics::RELATIVE_THRESHOLD, reference::Reference};
 
 /// Where the reference has a larger share in a measured error, what cannot be corrected is refused.
 pub(crate) const SMALL_SHARE: f64 = 0.05;

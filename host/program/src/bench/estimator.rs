@@ -2,10 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use restir::Error;
-use restir::buffers::SceneBuffers;
-use restir::render::Render;
 use restir::technique::asked::{Asked, asked_after};
+use restir::{Error, buffers::SceneBuffers, render::Render};
 
 /// Rays are counted over about this many pixels ...
 const COUNTED_PIXELS: u32 = 2048;

@@ -183,11 +183,7 @@ mod tests {
     fn quantiles_continue_beyond_the_table() {
         assert!((student(31) - 2.0395).abs() < 0.004 && (student(100) - 1.984).abs() < 0.001);
         assert_eq!((student(1), student(0)), (STUDENT[0], f64::INFINITY));
-    }
-
-    #[test]
-    fn what_is_three_deviations_of_few_is_further_out() {
-        // quantiles of 0.99865
+        // of 0.99865: three deviations of few are further out
         assert!((student_of_normal(3.0, 15) - 3.586).abs() < 0.02);
         assert!((student_of_normal(3.0, 63) - 3.1235).abs() < 0.0005);
     }

@@ -19,11 +19,8 @@ pub(crate) mod timed;
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use restir::Error;
-use restir::buffers::SceneBuffers;
-use restir::exec::Executor;
-use restir::reference::Picture;
 use restir::render::{Progress, Render, render};
+use restir::{Error, buffers::SceneBuffers, exec::Executor, reference::Picture};
 
 use error::{Errors, Figure, Truth};
 use estimator::{PerSample, per_sample};
@@ -176,17 +173,19 @@ pub(crate) fn measure(
     truth: &Truth,
     observe: &mut dyn FnMut(Progress) -> Result<(), Error>,
 ) -> Result<(Vec<Series>, u32), Error> {
-    let mut series: Vec<Series> =
-        matrix.techniques.iter().map(|technique| empty(scene, matrix, technique)).collect::<Result<_, _>>()?;
+    let empty = |technique: &Technique| {
+        let asked = per_sample(scene, &technique.render)?;
+        let cells = matrix.budgets.iter().map(|&samples| Cell { samples, runs: Vec::new() }).collect();
+        Ok(Series { technique: technique.clone(), cells, passes: BTreeMap::new(), asked, traced: 0 })
+    };
+    let mut series = matrix.techniques.iter().map(empty).collect::<Result<Vec<_>, Error>>()?;
     let total = series.len() as u64 * u64::from(matrix.restarts) * matrix.samples_of_a_restart();
     for technique in &matrix.techniques {
         let once = Render { count: 1, ..technique.render.clone() };
         render(executor, scene, &once, &mut |_| observe(Progress { done: 0, total }))?;
     }
     let start = Instant::now();
-    let mut done = 0;
-    let mut seed = 0;
-    let mut restart = 0;
+    let (mut done, mut seed, mut restart) = (0, 0, 0);
     while restart < matrix.restarts && (restart < FEWEST_RESTARTS || start.elapsed() < matrix.time) {
         for (budget, &samples) in matrix.budgets.iter().enumerate() {
             let images = matrix.images(samples);
@@ -248,21 +247,11 @@ impl Series {
     }
 }
 
-/// A series without runs.
-fn empty(scene: &SceneBuffers, matrix: &Matrix, technique: &Technique) -> Result<Series, Error> {
-    let asked = per_sample(scene, &technique.render)?;
-    let cells = matrix.budgets.iter().map(|&samples| Cell { samples, runs: Vec::new() }).collect();
-    Ok(Series { technique: technique.clone(), cells, passes: BTreeMap::new(), asked, traced: 0 })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use restir::exec::CpuExecutor;
     use restir::reference::{self, Goal};
-    use restir::scene::Scene;
-    use restir::technique::Integral;
-    use restir::technique::path::PathSettings;
+    use restir::{exec::CpuExecutor, scene::Scene, technique::Integral, technique::path::PathSettings};
     use std::sync::OnceLock;
     use table::Setup;
 

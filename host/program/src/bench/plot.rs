@@ -5,7 +5,7 @@ use std::ops::Range;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
-use super::SceneResult;
+use super::{SceneResult, Series};
 
 const SIZE: (u32, u32) = (720, 480);
 
@@ -30,14 +30,11 @@ type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
 /// # Errors
 /// What the plotter says.
 pub(crate) fn svg(result: &SceneResult) -> Result<String, String> {
-    let lines: Vec<Line> = result
-        .series
-        .iter()
-        .map(|series| Line {
-            name: series.technique.name.clone(),
-            points: series.error_over_time(&result.truth).into_iter().filter(is_positive).collect(),
-        })
-        .collect();
+    let line = |series: &Series| Line {
+        name: series.technique.name.clone(),
+        points: series.error_over_time(&result.truth).into_iter().filter(is_positive).collect(),
+    };
+    let lines: Vec<Line> = result.series.iter().map(line).collect();
     let empty = lines.iter().all(|line| line.points.is_empty());
     let title = if empty { format!("{}: {}", result.scene, super::report::REFUSED) } else { result.scene.clone() };
     grid(&[Panel { title, axes: ["time, s", "relMSE"], lines }], 1, SIZE)
@@ -116,8 +113,7 @@ mod tests {
 
     #[test]
     fn a_plot_has_a_point_a_figure_and_names_the_techniques() {
-        let result = super::super::tests::furnace();
-        let text = svg(&result).unwrap();
+        let text = svg(&super::super::tests::furnace()).unwrap();
         assert!(text.starts_with("<svg") && text.trim_end().ends_with("</svg>"));
         assert_eq!(text.matches("<circle").count(), 10);
         for word in ["furnace", "relMSE", "time, s", "path:roulette=on"] {

@@ -7,10 +7,8 @@ use restir::technique::Integral;
 use super::against::{Change, Ratio};
 use super::equal_time::{self, Comparison};
 use super::error::{LARGEST_DOUBT, LARGEST_SHARE, SMALL_SHARE, Truth};
-use super::estimator::PerSample;
 use super::table::{Row, Setup};
-use super::timed::PassTime;
-use super::{Cell, SceneResult, Series, fit};
+use super::{Cell, SceneResult, Series, estimator::PerSample, fit, timed::PassTime};
 
 /// What stands instead of a figure that the reference cannot give.
 pub(crate) const REFUSED: &str = "reference too noisy";

@@ -4,9 +4,8 @@ use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-use restir::Error;
 use restir::exec::{Description, Executor, Observer};
-use restir::plan::FramePlan;
+use restir::{Error, plan::FramePlan};
 
 /// What the passes of one kernel took together.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -46,11 +45,8 @@ impl Executor for Timed<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use restir::buffers::SceneBuffers;
-    use restir::exec::CpuExecutor;
     use restir::render::{Render, render};
-    use restir::scene::Scene;
-    use restir::technique::path::PathSettings;
+    use restir::{buffers::SceneBuffers, exec::CpuExecutor, scene::Scene, technique::path::PathSettings};
 
     #[test]
     fn every_pass_is_counted_and_the_image_is_the_same() {

@@ -5,24 +5,17 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use restir::buffers::SceneBuffers;
 use restir::output::{check_writable, write_atomically};
 use restir::reference::{FIRST_SEED, Goal, Picture};
 use restir::render::{self, Render};
-use restir::technique::Repeats;
-use restir::{Error, input};
+use restir::{Error, buffers::SceneBuffers, exec::Executor, input, technique::Repeats};
 
-use super::device::{self, Device};
-use super::progress::reported;
 use super::reference::{Cache, PictureArguments};
-use super::render::natural;
-use super::technique::configured;
-use super::{console, interrupt, require};
+use super::{console, device, interrupt, progress::reported, render::natural, require, technique::configured};
 use crate::bench::against::{self, Change};
-use crate::bench::error::Truth;
 use crate::bench::report::{self, Report};
 use crate::bench::table::{self, Row, Setup};
-use crate::bench::{Matrix, SceneResult, Technique, machine, measure, plot};
+use crate::bench::{Matrix, SceneResult, Technique, error::Truth, machine, measure, plot};
 
 /// The part of a scene's time that its reference may take.
 const REFERENCE_SHARE: f64 = 0.55;
@@ -86,8 +79,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let plots = subjects.iter().map(|subject| subject.plot.as_str());
     prepare_output(&arguments.out, [REPORT, TABLE].into_iter().chain(plots))?;
     let mut device = device::open(&arguments.device)?;
-    let setup = setup(&device, matrix.picture);
-    let result = |subject| measured(arguments, &matrix, subject, &mut device);
+    let setup = setup(device.as_ref(), matrix.picture);
+    let result = |subject| measured(arguments, &matrix, subject, device.as_mut());
     let results = subjects.into_iter().map(result).collect::<Result<Vec<_>, _>>()?;
     let rows: Vec<Row> = results.iter().flat_map(|result| table::rows(&setup, result)).collect();
     let against = baseline.map(|(path, old)| (path.display().to_string(), against::compare(&old, &rows)));
@@ -167,16 +160,14 @@ pub(super) fn prepare_output<'a>(out: &Path, files: impl IntoIterator<Item = &'a
 }
 
 /// What a report says of how it was made.
-pub(super) fn setup(device: &Device, picture: Picture) -> Setup {
-    let description = device.executor.describe();
+pub(super) fn setup(executor: &dyn Executor, picture: Picture) -> Setup {
+    let description = executor.describe();
+    let parity = device::parity(&description);
     let adapter = description.adapter.map_or_else(String::new, |adapter| format!(", {adapter}"));
     Setup {
         command: command_line(),
         machine: machine::describe(),
-        device: format!(
-            "{}{adapter}, flavour {}, self-check {}",
-            description.executor, description.flavour, device.parity
-        ),
+        device: format!("{}{adapter}, flavour {}, self-check {parity}", description.executor, description.flavour),
         commit: env!("RESTIR_COMMIT").to_owned(),
         picture,
     }
@@ -199,7 +190,7 @@ fn measured(
     arguments: &Arguments,
     matrix: &Matrix,
     Subject { scene, buffers, plot }: Subject,
-    device: &mut Device,
+    executor: &mut dyn Executor,
 ) -> Result<SceneResult, Error> {
     let largest = matrix.budgets.last().copied().unwrap_or(1);
     let goal = Goal {
@@ -207,9 +198,7 @@ fn measured(
         time: Some(Duration::from_secs_f64(REFERENCE_SHARE * f64::from(arguments.seconds))),
     };
     console::note(&format!("{scene}: reference"));
-    let executor = device.executor.as_mut();
-    let cache = arguments.cache.folder();
-    let reference = super::reference::make(executor, &buffers, matrix.picture, cache.as_deref(), goal)?;
+    let reference = super::reference::make(executor, &buffers, matrix.picture, &arguments.cache, goal)?;
     let (truth, reference_samples) = (Truth::new(&reference), reference.samples());
     console::note(&format!("{scene}: {reference_samples} samples in the reference, measuring"));
     let (series, restarts) = reported(|observe| measure(executor, &buffers, matrix, &truth, observe))?;

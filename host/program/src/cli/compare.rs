@@ -2,9 +2,8 @@
 
 use std::path::PathBuf;
 
-use restir::Error;
-use restir::image::read_exr;
 use restir::metrics::{self, Comparison};
+use restir::{Error, image::read_exr};
 use serde_json::json;
 
 use super::console;

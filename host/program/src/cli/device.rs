@@ -2,10 +2,9 @@
 
 use clap::ValueEnum;
 use restir::Error;
-use restir::exec::{CpuExecutor, Executor, Flavour};
+use restir::exec::{CpuExecutor, Description, Executor, Flavour};
 
-use super::render::natural;
-use super::{console, require};
+use super::{console, render::natural, require};
 
 /// More are a slip, and each has its own stack.
 const MAX_THREADS: usize = 1024;
@@ -46,14 +45,13 @@ pub(super) struct DeviceArguments {
     threads: Option<usize>,
 }
 
-/// An executor, and whether its results equal the CPU's.
-pub(super) struct Device {
-    pub(super) executor: Box<dyn Executor>,
-    pub(super) parity: String,
+/// How the results compare with the CPU's, which has no self-check of its own.
+pub(super) fn parity(description: &Description) -> String {
+    description.parity.map_or_else(|| "exact".to_owned(), |parity| parity.to_string())
 }
 
 /// Opens the executor that the arguments ask for and says on standard error which it is and why.
-pub(super) fn open(arguments: &DeviceArguments) -> Result<Device, Error> {
+pub(super) fn open(arguments: &DeviceArguments) -> Result<Box<dyn Executor>, Error> {
     let threads = arguments.threads.unwrap_or(1);
     let problem = format_args!("--threads {threads} is out of range; give 1 to {MAX_THREADS}");
     require((1..=MAX_THREADS).contains(&threads), problem)?;
@@ -65,14 +63,14 @@ pub(super) fn open(arguments: &DeviceArguments) -> Result<Device, Error> {
     }
 }
 
-fn open_cpu(arguments: &DeviceArguments, why: &str) -> Result<Device, Error> {
+fn open_cpu(arguments: &DeviceArguments, why: &str) -> Result<Box<dyn Executor>, Error> {
     let problem = format_args!(
         "the flavour fast needs a GPU, and the CPU was chosen ({why}); use --flavour exact or --device gpu"
     );
     require(arguments.flavour != Some(FlavourName::Fast), problem)?;
     let executor = CpuExecutor::new(arguments.threads)?;
     console::note(&format!("device: CPU ({why})"));
-    Ok(Device { executor: Box::new(executor), parity: "exact".to_owned() })
+    Ok(Box::new(executor))
 }
 
 impl From<FlavourName> for Flavour {
@@ -86,24 +84,22 @@ impl From<FlavourName> for Flavour {
 
 #[cfg(feature = "gpu")]
 mod gpu {
-    use super::{Device, DeviceArguments, Error, Flavour, FlavourName, console, open_cpu};
-    use restir::exec::Parity;
-    use restir::exec::gpu::{AdapterInfo, adapters};
-    use restir::exec::{Executor, GpuExecutor};
-    use restir::reference::default_cache;
+    use super::{DeviceArguments, Error, Executor, Flavour, FlavourName, console, open_cpu, parity};
+    use restir::exec::gpu::{AdapterInfo, GpuExecutor, adapters};
+    use restir::{exec::Parity, reference::default_cache};
     use std::time::{Duration, Instant};
 
     /// How long the console is silent while kernels are compiled.
     const A_WHILE: Duration = Duration::from_secs(1);
 
-    pub(super) fn open(arguments: &DeviceArguments) -> Result<Device, Error> {
+    pub(super) fn open(arguments: &DeviceArguments) -> Result<Box<dyn Executor>, Error> {
         let flavour = arguments.flavour.map(Flavour::from);
         let executor = GpuExecutor::open(arguments.adapter.as_deref(), flavour)?;
         Ok(chosen(executor, "as asked"))
     }
 
     /// The first hardware GPU that is exact (for the flavour fast: the first), else the CPU.
-    pub(super) fn open_best(arguments: &DeviceArguments) -> Result<Device, Error> {
+    pub(super) fn open_best(arguments: &DeviceArguments) -> Result<Box<dyn Executor>, Error> {
         let adapters = adapters();
         let mut refused = Vec::new();
         for adapter in adapters.iter().filter(|adapter| !adapter.software) {
@@ -111,7 +107,10 @@ mod gpu {
                 Ok(executor) if is_good(&executor, arguments.flavour) => {
                     return Ok(chosen(executor, "chosen automatically"));
                 }
-                Ok(executor) => refused.push(format!("the self-check of {} is {}", adapter.name, parity(&executor))),
+                Ok(executor) => {
+                    let parity = parity(&executor.describe());
+                    refused.push(format!("the self-check of {} is {parity}", adapter.name));
+                }
                 Err(error) => refused.push(error.to_string()),
             }
         }
@@ -122,13 +121,10 @@ mod gpu {
         flavour == Some(FlavourName::Fast) || executor.describe().parity == Some(Parity::Exact)
     }
 
-    fn parity(executor: &GpuExecutor) -> String {
-        executor.describe().parity.map_or_else(|| "missing".to_owned(), |parity| parity.to_string())
-    }
-
-    fn chosen(executor: GpuExecutor, why: &str) -> Device {
-        let adapter = executor.describe().adapter.unwrap_or_else(|| "GPU".to_owned());
-        let parity = parity(&executor);
+    fn chosen(executor: GpuExecutor, why: &str) -> Box<dyn Executor> {
+        let description = executor.describe();
+        let parity = parity(&description);
+        let adapter = description.adapter.unwrap_or_else(|| "GPU".to_owned());
         console::note(&format!("device: {adapter}, {}, self-check {parity} ({why})", executor.loading()));
         let executor = match default_cache() {
             Some(folder) => executor.keep_pipelines_in(&folder.join("pipelines")),
@@ -142,7 +138,7 @@ mod gpu {
                 begun = Instant::now();
             }
         });
-        Device { executor: Box::new(executor), parity }
+        Box::new(executor)
     }
 
     fn why_not(adapters: &[AdapterInfo], refused: &[String]) -> String {
@@ -159,15 +155,15 @@ mod gpu {
 
 #[cfg(not(feature = "gpu"))]
 mod gpu {
-    use super::{Device, DeviceArguments, Error, open_cpu};
+    use super::{DeviceArguments, Error, Executor, open_cpu};
 
     const WITHOUT_GPU: &str = "this program was built without GPU support";
 
-    pub(super) fn open(_arguments: &DeviceArguments) -> Result<Device, Error> {
+    pub(super) fn open(_arguments: &DeviceArguments) -> Result<Box<dyn Executor>, Error> {
         Err(Error::Adapter(format!("{WITHOUT_GPU}; use --device cpu")))
     }
 
-    pub(super) fn open_best(arguments: &DeviceArguments) -> Result<Device, Error> {
+    pub(super) fn open_best(arguments: &DeviceArguments) -> Result<Box<dyn Executor>, Error> {
         open_cpu(arguments, WITHOUT_GPU)
     }
 }

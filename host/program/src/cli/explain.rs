@@ -3,16 +3,16 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use restir::Error;
-use restir::render::Render;
-use restir::technique::Repeats;
-use restir::technique::explain::{Place, Subject};
+use restir::{
+    Error,
+    render::Render,
+    technique::Repeats,
+    technique::explain::{Place, Subject},
+};
 
-use super::reference::PictureArguments;
 use super::render::{cameras, natural};
-use super::scene::DEFAULT_SIZE;
-use super::technique::{TechniqueArguments, refuse_unused};
-use super::{console, device};
+use super::technique::{TechniqueArguments, configured, refuse_unused};
+use super::{console, device, reference::PictureArguments, scene::DEFAULT_SIZE};
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
@@ -53,15 +53,13 @@ impl FromStr for Pixel {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let Arguments { technique: options, picture, pixel: Pixel { x, y }, .. } = arguments;
-    let technique = options.configured(picture.max_depth, picture.jitter)?;
-    refuse_unused(
-        technique.as_ref(),
-        &[
-            ("--sample", arguments.sample.is_some(), Repeats::Samples),
-            ("--frames", options.frames.is_some(), Repeats::Frames),
-            ("--camera-path", options.camera_path.is_some(), Repeats::Frames),
-        ],
-    )?;
+    let technique = configured(&options.name, &options.settings, picture.max_depth, picture.jitter)?;
+    let given = [
+        ("--sample", arguments.sample.is_some(), Repeats::Samples),
+        ("--frames", options.frames.is_some(), Repeats::Frames),
+        ("--camera-path", options.camera_path.is_some(), Repeats::Frames),
+    ];
+    refuse_unused(technique.as_ref(), &given)?;
     let mut scene = picture.additions.open(&arguments.scene)?;
     let size = picture.size(scene.default_size.unwrap_or(DEFAULT_SIZE))?;
     picture.additions.complete(&mut scene, size)?;
@@ -77,7 +75,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     render.technique.check_explained(&buffers, &render)?;
     let mut device = device::open(&arguments.device)?;
     let subject = Subject { scene: &scene, buffers: &buffers, render: &render, place };
-    let explanation = render.technique.explain(device.executor.as_mut(), subject)?;
+    let explanation = render.technique.explain(device.as_mut(), subject)?;
     console::print(&if arguments.json { format!("{}\n", explanation.json) } else { explanation.text })
 }
 

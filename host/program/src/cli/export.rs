@@ -2,14 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use restir::Error;
 use restir::image::{Image, write_exr};
-use restir::output::check_writable;
 use restir::scene::{Environment, export};
+use restir::{Error, output::check_writable};
 
-use super::render::ends_in;
 use super::scene::{Additions, DEFAULT_SIZE};
-use super::{console, require};
+use super::{console, render::ends_in, require};
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {

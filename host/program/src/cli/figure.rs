@@ -4,23 +4,14 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::ValueEnum;
-use restir::Error;
-use restir::buffers::SceneBuffers;
-use restir::exec::Executor;
 use restir::image::{MAX_SIDE, write_png};
 use restir::reference::{Goal, Picture, Reference};
-use restir::render::Progress;
-use restir::scene::Environment;
-use restir::technique::Integral;
+use restir::{Error, buffers::SceneBuffers, exec::Executor, render::Progress, scene::Environment, technique::Integral};
 
 use super::bench::{REPORT, prepare_output, setup, write_text};
-use super::device::Device;
-use super::progress::reported;
-use super::reference::Cache;
 use super::render::{Size, natural};
-use super::{console, device, interrupt, reference, require};
-use crate::figure::chains::Protocol;
-use crate::figure::{Environs, Files, PICTURE, seed002_fig1, seed002_fig2, seed004_fig1};
+use super::{console, device, interrupt, progress::reported, reference, require};
+use crate::figure::{Environs, Files, PICTURE, chains::Protocol, seed002_fig1, seed002_fig2, seed004_fig1};
 
 /// Smaller pictures decide no claim: they may be black, they fit into one tile of those that a bootstrap resamples, or
 /// their pixels miss every other stripe of the wall in `seed004-fig1`, whose 32 are twice as wide as a picture is high.
@@ -102,7 +93,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE")]
     env: Option<PathBuf>,
     #[command(flatten)]
-    cache: Cache,
+    cache: reference::Cache,
     #[command(flatten)]
     device: device::DeviceArguments,
 }
@@ -115,8 +106,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     interrupt::install()?;
     prepare_output(&arguments.out, [REPORT])?;
     let device = device::open(&arguments.device)?;
-    let setup = setup(&device, Picture { size: protocol.size, integral: DIRECT });
-    let mut program = Program { device, cache: arguments.cache.folder(), picture: setup.picture };
+    let setup = setup(device.as_ref(), Picture { size: protocol.size, integral: DIRECT });
+    let mut program = Program { device, cache: &arguments.cache, picture: setup.picture };
     let files = match arguments.figure {
         Figure::MisOverTime => {
             let frames = if arguments.quick { 8 } else { 16 };
@@ -173,16 +164,16 @@ fn within(name: &str, asked: Option<u32>, [default, low]: [u32; 2], high: u32) -
 }
 
 /// The executor, the cache of references and the console.
-struct Program {
-    device: Device,
-    cache: Option<PathBuf>,
+struct Program<'a> {
+    device: Box<dyn Executor>,
+    cache: &'a reference::Cache,
     picture: Picture,
 }
 
-impl Environs for Program {
+impl Environs for Program<'_> {
     fn reference(&mut self, name: &str, scene: &SceneBuffers, goal: Goal) -> Result<Reference, Error> {
         console::note(&format!("{name}: reference"));
-        reference::make(self.device.executor.as_mut(), scene, self.picture, self.cache.as_deref(), goal)
+        reference::make(self.device.as_mut(), scene, self.picture, self.cache, goal)
     }
 
     fn run<T>(
@@ -191,7 +182,7 @@ impl Environs for Program {
         work: impl FnOnce(&mut dyn Executor, &mut dyn FnMut(Progress) -> Result<(), Error>) -> Result<T, Error>,
     ) -> Result<T, Error> {
         console::note(what);
-        reported(|observe| work(self.device.executor.as_mut(), observe))
+        reported(|observe| work(self.device.as_mut(), observe))
     }
 }
 

@@ -1,17 +1,21 @@
 //! What an image says about how it was made.
 
-use restir::reference::Reference;
 use restir::render::{Render, Rendered};
 use restir::scene::{Camera, Environment, Scene};
-use restir::settings::Value;
 use restir::technique::{Integral, Repeats};
+use restir::{exec::Executor, reference::Reference, settings::Value};
 
-use super::device::Device;
+use super::device::parity;
 
 /// Pairs for [`restir::image::write_exr`]. Times are left out, so that equal renders give equal files.
-pub(super) fn of_render(scene: &Scene, render: &Render, device: &Device, rendered: &Rendered) -> Vec<(String, String)> {
-    let description = device.executor.describe();
-    let about = render.technique.about();
+pub(super) fn of_render(
+    scene: &Scene,
+    render: &Render,
+    executor: &dyn Executor,
+    rendered: &Rendered,
+) -> Vec<(String, String)> {
+    let description = executor.describe();
+    let (about, parity) = (render.technique.about(), parity(&description));
     let mut pairs = vec![
         ("scene", scene.name.clone()),
         ("environment", scene.environment.as_ref().map_or_else(|| "none".to_owned(), environment)),
@@ -24,7 +28,7 @@ pub(super) fn of_render(scene: &Scene, render: &Render, device: &Device, rendere
         ("executor", description.executor.to_owned()),
         ("adapter", description.adapter.unwrap_or_else(|| "none".to_owned())),
         ("flavour", description.flavour.to_string()),
-        ("parity", device.parity.clone()),
+        ("parity", parity),
         ("dispatches", rendered.dispatches.to_string()),
         ("dropped_samples", rendered.dropped_samples.to_string()),
         (about.repeats.name(), render.count.to_string()),

@@ -3,20 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use restir::Error;
-use restir::buffers::SceneBuffers;
-use restir::exec::Executor;
-use restir::image::write_exr;
-use restir::output::check_writable;
 use restir::reference::{self, Goal, Picture, Reference};
-use restir::scene::Scene;
-use restir::technique::path::PathSettings;
-use restir::technique::{Integral, Technique};
+use restir::render::Progress;
+use restir::technique::{Integral, Technique, path::PathSettings};
+use restir::{Error, buffers::SceneBuffers, exec::Executor, image::write_exr, output::check_writable, scene::Scene};
 
-use super::progress::reported;
 use super::render::{Size, natural};
-use super::scene::Additions;
-use super::{console, device, interrupt, metadata, require};
+use super::{console, device, interrupt, metadata, progress::reported, require, scene::Additions};
 
 /// The size of what is measured: small, so that references are good.
 pub(super) const MEASURED_SIZE: [u32; 2] = [96, 96];
@@ -91,12 +84,6 @@ impl PictureArguments {
     }
 }
 
-impl Cache {
-    pub(super) fn folder(&self) -> Option<PathBuf> {
-        self.cache.clone().or_else(reference::default_cache)
-    }
-}
-
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     [&arguments.output, &arguments.error].into_iter().flatten().try_for_each(|path| check_writable(path))?;
     let same = arguments.output.is_some() && arguments.output == arguments.error;
@@ -108,8 +95,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     reference::check(&buffers, picture)?;
     let mut device = device::open(&arguments.device)?;
     let goal = Goal { samples: arguments.spp, time: arguments.seconds.map(Duration::from_secs) };
-    let cache = arguments.cache.folder();
-    let reference = make(device.executor.as_mut(), &buffers, picture, cache.as_deref(), goal)?;
+    let reference = make(device.as_mut(), &buffers, picture, &arguments.cache, goal)?;
     interrupt::begin_writing();
     let metadata = metadata::of_reference(&scene.name, picture.integral, &reference);
     for (path, image) in [(&arguments.output, reference.image()), (&arguments.error, reference.error_image())] {
@@ -123,14 +109,15 @@ pub(super) fn make(
     executor: &mut dyn Executor,
     buffers: &SceneBuffers,
     picture: Picture,
-    cache: Option<&Path>,
+    cache: &Cache,
     goal: Goal,
 ) -> Result<Reference, Error> {
+    let cache = cache.cache.clone().or_else(reference::default_cache);
     if cache.is_none() {
         console::note("warning: there is no folder to keep the reference in; name one by --cache or RESTIR_CACHE");
     }
     let reference = reported(|observe| {
-        reference::make(executor, buffers, picture, cache, goal, &mut |batches| {
+        reference::make(executor, buffers, picture, cache.as_deref(), goal, &mut |batches| {
             observe(Progress { done: batches.done, total: batches.total })
         })
     })?;

@@ -4,21 +4,15 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::Instant;
 
-use restir::Error;
-use restir::buffers::SceneBuffers;
 use restir::exec::Step;
 use restir::image::{Channel, write_exr_with, write_png};
-use restir::memory;
-use restir::output::check_writable;
 use restir::render::{self, Render, Rendered};
 use restir::scene::{Camera, CameraPath, Scene};
-use restir::technique::Repeats;
+use restir::{Error, buffers::SceneBuffers, exec::Executor, memory, output::check_writable, technique::Repeats};
 
-use super::device::{self, Device};
-use super::progress::reported;
 use super::scene::{Additions, DEFAULT_SIZE};
-use super::technique::{TechniqueArguments, refuse_unused};
-use super::{console, interrupt, metadata, require};
+use super::technique::{TechniqueArguments, configured, refuse_unused};
+use super::{console, device, interrupt, metadata, progress::reported, require};
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
@@ -61,18 +55,16 @@ pub(super) struct Arguments {
 fn render_of(arguments: &Arguments, scene: &Scene) -> Result<Render, Error> {
     let size = arguments.size.map_or(Ok(scene.default_size.unwrap_or(DEFAULT_SIZE)), Size::sides)?;
     let options = &arguments.technique;
-    let technique = options.configured(arguments.max_depth, arguments.jitter)?;
+    let technique = configured(&options.name, &options.settings, arguments.max_depth, arguments.jitter)?;
     let about = technique.about();
-    refuse_unused(
-        technique.as_ref(),
-        &[
-            ("--spp", arguments.spp.is_some(), Repeats::Samples),
-            ("--frames", options.frames.is_some(), Repeats::Frames),
-            ("--accumulate", arguments.accumulate, Repeats::Frames),
-            ("--layers", arguments.layers, Repeats::Frames),
-            ("--camera-path", options.camera_path.is_some(), Repeats::Frames),
-        ],
-    )?;
+    let given = [
+        ("--spp", arguments.spp.is_some(), Repeats::Samples),
+        ("--frames", options.frames.is_some(), Repeats::Frames),
+        ("--accumulate", arguments.accumulate, Repeats::Frames),
+        ("--layers", arguments.layers, Repeats::Frames),
+        ("--camera-path", options.camera_path.is_some(), Repeats::Frames),
+    ];
+    refuse_unused(technique.as_ref(), &given)?;
     let count = match arguments.spp {
         None => options.frames.unwrap_or(about.default_count),
         Some(samples) => u32::try_from(samples)
@@ -83,12 +75,11 @@ fn render_of(arguments: &Arguments, scene: &Scene) -> Result<Render, Error> {
 
 /// Renders, with further channels for the file if `layers` are asked for.
 fn render_on(
-    device: &mut Device,
+    executor: &mut dyn Executor,
     buffers: &SceneBuffers,
     render: &Render,
     layers: bool,
 ) -> Result<(Rendered, Vec<Channel>), Error> {
-    let executor = device.executor.as_mut();
     reported(|observe| {
         let observe = &mut |step: &Step<'_>| observe(step.progress);
         match layers {
@@ -118,9 +109,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     render::check(&buffers, &render)?;
     let mut device = device::open(&arguments.device)?;
     let start = Instant::now();
-    let (rendered, layers) = render_on(&mut device, &buffers, &render, arguments.layers)?;
+    let (rendered, layers) = render_on(device.as_mut(), &buffers, &render, arguments.layers)?;
     let seconds = start.elapsed().as_secs_f64();
-    let metadata = metadata::of_render(&scene, &render, &device, &rendered);
+    let metadata = metadata::of_render(&scene, &render, device.as_ref(), &rendered);
     interrupt::begin_writing();
     // All files come before any report: standard output may be closed or full.
     write_exr_with(&arguments.output, &rendered.image, &layers, &metadata)?;

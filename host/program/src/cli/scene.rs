@@ -2,13 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use restir::buffers::SceneBuffers;
 use restir::scene::{Camera, Environment, MAX_COORDINATE, Scene};
-use restir::{Error, memory};
+use restir::{Error, buffers::SceneBuffers, memory};
 use restir_shared::layout::MAX_TRIANGLES;
 
-use super::render::natural;
-use super::{console, require};
+use super::{console, render::natural, require};
 
 /// Image size of a scene that has none of its own, in pixels.
 pub(super) const DEFAULT_SIZE: [u32; 2] = [512, 512];

@@ -1,7 +1,6 @@
 //! `restir scenes`
 
-use restir::Error;
-use restir::scene::builtin;
+use restir::{Error, scene::builtin};
 
 use super::console;
 

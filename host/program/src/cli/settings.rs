@@ -2,12 +2,10 @@
 
 use std::fmt::Write;
 
-use restir::Error;
-use restir::settings::Entry;
 use restir::technique::{self, Technique};
+use restir::{Error, settings::Entry};
 
-use super::console;
-use super::technique::names;
+use super::{console, technique::names};
 
 /// Where the explanation of a setting begins.
 const COLUMN: usize = 34;

@@ -4,17 +4,16 @@ use clap::builder::{PossibleValue, PossibleValuesParser};
 use restir::Error;
 use restir::technique::{self, Repeats, Technique, configure};
 
-use super::render::natural;
-use super::require;
+use super::{render::natural, require};
 
 #[derive(clap::Args)]
 pub(super) struct TechniqueArguments {
     /// How to render.
     #[arg(long = "technique", value_name = "NAME", default_value_t = default_name(), value_parser = names())]
-    name: String,
+    pub(super) name: String,
     /// A setting of the technique, as KEY=VALUE, or preset=NAME; `restir settings` lists them.
     #[arg(long = "set", value_name = "KEY=VALUE")]
-    settings: Vec<String>,
+    pub(super) settings: Vec<String>,
     /// Frames of a technique that reuses them, of which the last counts; as many as suit the technique if not given.
     #[arg(long, value_parser = natural::<u32>, allow_hyphen_values = true)]
     pub(super) frames: Option<u32>,
@@ -36,13 +35,6 @@ pub(super) fn names() -> PossibleValuesParser {
     let abouts = technique::all().into_iter().map(|technique| *technique.about());
     let values = abouts.map(|about| PossibleValue::new(about.name).help(about.summary));
     PossibleValuesParser::new(values.collect::<Vec<_>>())
-}
-
-impl TechniqueArguments {
-    /// The technique with its settings and what options say of its integral.
-    pub(super) fn configured(&self, max_depth: Option<u32>, jitter: bool) -> Result<Box<dyn Technique>, Error> {
-        configured(&self.name, &self.settings, max_depth, jitter)
-    }
 }
 
 /// A technique with settings, and with the integral that the options --max-depth and --jitter ask for.

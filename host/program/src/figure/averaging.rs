@@ -6,10 +6,9 @@ use restir::technique::restir_di::{DiSettings, Visibility};
 /// competed.
 pub(crate) const METHODS: [(&str, Visibility); 2] = [("prev", Visibility::Selected), ("ours", Visibility::Averaged)];
 
-/// Settings of algorithm 1 for an image of the given height, by method. Neighbours are as near as 30 of 1080 pixels, but at
-/// least 1.5 pixels, within which there are eight.
+/// Settings of algorithm 1 for an image of the given height, by method.
 pub(crate) fn settings(height: u32) -> [DiSettings; 2] {
-    let radius = (30.0 / 1080.0 * height as f32).max(1.5);
+    let radius = super::radius(height);
     let preset = DiSettings::preset("wis").unwrap_or_default();
     METHODS.map(|(_, visibility)| DiSettings { visibility, radius, still: false, ..preset.clone() })
 }

@@ -2,11 +2,8 @@
 
 use std::time::Instant;
 
-use restir::Error;
-use restir::buffers::SceneBuffers;
-use restir::exec::Executor;
 use restir::render::{self, Progress, Render};
-use restir::technique::Technique;
+use restir::{Error, buffers::SceneBuffers, exec::Executor, technique::Technique};
 
 use crate::bench::error::{Errors, Truth};
 use crate::bench::fit::{self, Estimate};

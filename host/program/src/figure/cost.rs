@@ -1,10 +1,7 @@
 //! What a frame of ReSTIR DI asks of the scene.
 
-use restir::Error;
-use restir::buffers::SceneBuffers;
-use restir::render::Render;
-use restir::technique::asked::asked_after;
-use restir::technique::restir_di::DiSettings;
+use restir::technique::{asked::asked_after, restir_di::DiSettings};
+use restir::{Error, buffers::SceneBuffers, render::Render};
 use restir_kernels::restir_di::di_combine;
 
 /// Frames before the one that is counted, which give it a history: rays do not depend on how long that is, only on what

@@ -10,12 +10,8 @@ pub(crate) mod seed002_fig1;
 pub(crate) mod seed002_fig2;
 pub(crate) mod seed004_fig1;
 
-use restir::Error;
-use restir::buffers::SceneBuffers;
-use restir::exec::Executor;
-use restir::image::Image;
 use restir::reference::{Goal, Reference};
-use restir::render::Progress;
+use restir::{Error, buffers::SceneBuffers, exec::Executor, image::Image, render::Progress};
 
 /// Makes references and reports progress: what a figure needs of the program.
 pub(crate) trait Environs {
@@ -27,6 +23,12 @@ pub(crate) trait Environs {
         what: &str,
         work: impl FnOnce(&mut dyn Executor, &mut dyn FnMut(Progress) -> Result<(), Error>) -> Result<T, Error>,
     ) -> Result<T, Error>;
+}
+
+/// How near neighbours are in an image of the given height: as 30 of 1080 pixels, but at least 1.5 pixels, within which
+/// there are eight.
+fn radius(height: u32) -> f32 {
+    (30.0 / 1080.0 * height as f32).max(1.5)
 }
 
 /// What a figure is made of.

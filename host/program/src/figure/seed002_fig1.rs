@@ -3,14 +3,10 @@
 
 use std::fmt::Write;
 
-use restir::Error;
 use restir::bootstrap::{Interval, mean};
-use restir::buffers::SceneBuffers;
 use restir::exec::{CpuExecutor, Executor, Step};
-use restir::image::Image;
 use restir::render::{self, Progress, Render};
-use restir::scene::Scene;
-use restir::technique::restir_di::DiSettings;
+use restir::{Error, buffers::SceneBuffers, image::Image, scene::Scene, technique::restir_di::DiSettings};
 use restir_kernels::restir_di::di_shade;
 use restir_shared::glam::UVec4;
 use restir_shared::layout::FilmPixel;
@@ -18,11 +14,9 @@ use restir_shared::pack::f32_from_half;
 use restir_shared::technique::restir_di::{DiParams, shade};
 
 use super::averaging::{METHODS, settings};
-use super::chains::Protocol;
 use super::claim::{self, Claim};
-use super::cost::Cost;
 use super::picture::{grey, grid};
-use super::{Environs, Files, PICTURE};
+use super::{Environs, Files, PICTURE, chains::Protocol, cost::Cost};
 use crate::bench::table::Setup;
 
 const SCENE: &str = "many-lights";
@@ -35,7 +29,7 @@ const REDUCTION: f64 = 1.5;
 const WHITE_RATIO: f64 = 4.0;
 
 /// A half of 1, in the places where a reservoir's word has the bytes of its visibility.
-const SEEN: [u32; 2] = [0x3c00_0000, 0];
+const SEEN: UVec4 = UVec4::new(0, 0x3c00_0000, 0, 0);
 const LOW: u32 = 0x00ff_ffff;
 
 /// A reservoir's sample, contribution weight and confidence.
@@ -54,8 +48,7 @@ fn weighs(word: UVec4) -> bool {
 
 /// The reservoir, as if its sample were visible.
 fn seen(word: UVec4) -> UVec4 {
-    let [y, z] = SEEN;
-    without_visibility(word) | UVec4::new(0, y, z, 0)
+    without_visibility(word) | SEEN
 }
 
 /// What a method made of a chain of frames.

@@ -4,13 +4,11 @@
 use std::fmt::Write;
 
 use rayon::prelude::*;
-use restir::Error;
 use restir::bootstrap::{Interval, draws, mean};
-use restir::buffers::SceneBuffers;
-use restir::image::Image;
 use restir::metrics::{self, RELATIVE_THRESHOLD};
 use restir::reference::{Goal, Reference};
 use restir::render::{self, Render};
+use restir::{Error, buffers::SceneBuffers, image::Image};
 
 use super::averaging::{METHODS, settings};
 use super::chains::{self, Chains, Protocol};

@@ -26,14 +26,10 @@ fn assert_options_refused(more: &[&str], words: &[&str]) {
 }
 
 #[test]
-fn a_missing_file() {
+fn a_missing_file_and_an_unknown_scene() {
     for name in ["missing.glb", "missing.gltf"] {
         assert_scene_refused(&Workplace::new(), name, &[], &["cannot read", name]);
     }
-}
-
-#[test]
-fn an_unknown_scene_lists_the_known() {
     let words = ["teapot", "cornell", "cornell-mitsuba", "furnace"];
     assert_scene_refused(&Workplace::new(), "teapot", &[], &words);
 }
@@ -98,19 +94,15 @@ fn what_is_no_regular_file() {
 }
 
 #[test]
-fn a_scene_without_a_triangle() {
+fn scenes_for_which_there_is_no_default_light() {
+    let workplace = Workplace::new();
+    let refused = |scene: &(Value, Vec<u8>), words: &[&str]| {
+        assert_scene_refused(&workplace, &workplace.scene(scene), &["--default-light"], words);
+    };
     let flat = triangles(&[[1.0; 3]; 3]);
     assert_file_refused(&glb(&flat), &["scene.glb", "triangle"]);
-    let workplace = Workplace::new();
-    let words = ["scene.glb", "no triangle with an area"];
-    assert_scene_refused(&workplace, &workplace.scene(&flat), &["--default-light"], &words);
-}
-
-#[test]
-fn a_scene_too_large_for_a_default_light() {
-    let workplace = Workplace::new();
-    let scene = workplace.scene(&triangles(&[[0.0; 3], [1e9, 0.0, 0.0], [0.0, 1e9, 0.0]]));
-    assert_scene_refused(&workplace, &scene, &["--default-light"], &["too large", "default light"]);
+    refused(&flat, &["scene.glb", "no triangle with an area"]);
+    refused(&triangles(&[[0.0; 3], [1e9, 0.0, 0.0], [0.0, 1e9, 0.0]]), &["too large", "default light"]);
 }
 
 #[test]
@@ -135,22 +127,14 @@ fn a_scene_without_light_is_black_and_says_so() {
 }
 
 #[test]
-fn sizes_out_of_range() {
+fn numbers_that_cannot_be() {
     for size in ["0x0", "0x8", "8x0", "16385x1", "1x16385", "4294967296x4294967296", "1x99999999999999999999"] {
         assert_options_refused(&["--size", size], &["image"]);
     }
-}
-
-#[test]
-fn samples_out_of_range() {
     assert_options_refused(&["--spp", "0"], &["0 samples"]);
     for samples in ["4294967296", "99999999999999999999"] {
         assert_options_refused(&["--spp", samples], &["samples > 4294967295"]);
     }
-}
-
-#[test]
-fn numbers_that_are_none() {
     for option in ["--seed", "--size", "--threads", "--spp", "--max-depth"] {
         assert_options_refused(&[option, "-1"], &[option, "-1", "it has to be"]);
         assert_options_refused(&[option, "x"], &[option, "it has to be"]);

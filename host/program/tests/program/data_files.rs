@@ -2,9 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use restir::buffers::SceneBuffers;
-use restir::image::read_exr;
-use restir::scene::Scene;
+use restir::{buffers::SceneBuffers, image::read_exr, scene::Scene};
 
 use crate::support::skipped;
 

@@ -3,9 +3,8 @@
 use std::path::Path;
 use std::process::Command;
 
-use restir::exec::gpu::adapters;
 use restir::image::{read_exr, read_exr_metadata};
-use restir::kernels::spirv::FILES;
+use restir::{exec::gpu::adapters, kernels::spirv::FILES};
 use tempfile::{TempDir, tempdir};
 
 use crate::support::{Workplace, finish, program, skipped};

@@ -4,8 +4,7 @@ use restir::bootstrap::Interval;
 
 use super::ratio::{FEW_RESAMPLES, Per};
 use super::{FORMS, Findings, Measured, PROPOSED, Stripes, TALBOT};
-use crate::bench::fit;
-use crate::bench::report::known;
+use crate::bench::{fit, report::known};
 use crate::figure::claim::Claim;
 
 /// Of single tests, 3 in 1000 are further off if the standard error is known.

@@ -8,20 +8,15 @@ mod report;
 use std::time::Duration;
 
 use rayon::prelude::*;
-use restir::Error;
-use restir::buffers::SceneBuffers;
 use restir::reference::{Goal, Picture};
-use restir::render::Render;
 use restir::scene::{Environment, Scene};
 use restir::technique::restir_di::{DiSettings, MisForm, Visibility, VisibilityReuse};
+use restir::{Error, buffers::SceneBuffers, render::Render};
 
 use super::chains::{self, Chains, Protocol};
-use super::cost::Cost;
 use super::scenes::{wall, white};
-use super::{Environs, Files};
-use crate::bench::error::Truth;
-use crate::bench::table::Setup;
-use crate::bench::{self, Matrix, Series, Technique};
+use super::{Environs, Files, cost::Cost};
+use crate::bench::{self, Matrix, Series, Technique, error::Truth, table::Setup};
 
 /// The forms of MIS that are compared.
 const FORMS: [(&str, MisForm); 2] = [("proposed", MisForm::Contribution), ("Talbot", MisForm::Talbot)];
@@ -33,10 +28,6 @@ const CANDIDATES: [u32; 4] = [1, 4, 16, 64];
 /// Stripes of the wall whose targets have unlike integrals, and the smallest part of the others' albedo.
 const STRIPES: usize = 32;
 const DARK_STRIPE: f32 = 0.01;
-/// Radius of neighbours in parts of the image's height, as 30 of 1080 pixels, and the smallest in pixels, within which
-/// there are eight.
-const RADIUS: f32 = 30.0 / 1080.0;
-const SMALLEST_RADIUS: f32 = 1.5;
 
 /// How much is done.
 #[derive(Clone, Debug)]
@@ -144,10 +135,10 @@ fn scenes(environment: Option<Environment>) -> Result<[(&'static str, &'static s
 }
 
 /// What both forms are compared with, but for the form itself.
-fn settings(size: [u32; 2]) -> [Setting; 4] {
+fn settings(height: u32) -> [Setting; 4] {
     let reused = DiSettings {
         neighbours: 4,
-        radius: SMALLEST_RADIUS.max(RADIUS * size[1] as f32),
+        radius: super::radius(height),
         // what is compared is MIS, in time as well
         still: false,
         ..DiSettings::preset("unbiased-2020").unwrap_or_default()
@@ -190,7 +181,7 @@ impl<E: Environs> Study<'_, E> {
     /// All that is measured on a scene.
     fn findings(&mut self, name: &str, what: &'static str, scene: &Scene) -> Result<Findings, Error> {
         let subject = self.subject(name, what, scene)?;
-        let settings = settings(self.effort.protocol.size);
+        let settings = settings(self.effort.protocol.size[1]);
         let few = CANDIDATES.map(|candidates| Setting {
             settings: DiSettings { candidates, ..settings[0].settings.clone() },
             ..settings[0].clone()
@@ -226,7 +217,7 @@ impl<E: Environs> Study<'_, E> {
         let turns: Vec<f32> = (0..STRIPES).map(|i| if i % 2 == 0 { 1.0 } else { DARK_STRIPE }).collect();
         let mut make = |name: &str, stripes: &[f32]| -> Result<(Subject, Pair), Error> {
             let subject = self.subject(name, "", &wall(name, stripes, white))?;
-            let mut pairs = self.pairs(&subject, &settings(self.effort.protocol.size)[..1])?;
+            let mut pairs = self.pairs(&subject, &settings(self.effort.protocol.size[1])[..1])?;
             Ok((subject, pairs.remove(0)))
         };
         let (plain, striped) = (make("wall", &[1.0])?, make("striped wall", &turns)?);

@@ -155,7 +155,7 @@ mod tests {
     #[test]
     fn rays_as_the_paper_counts_them() {
         // one combine of two and one of five; none in MIS; in the selection as well; one of six
-        let counted = super::super::settings([64, 48])
+        let counted = super::super::settings(48)
             .map(|setting| [PROPOSED, TALBOT].map(|form| counted_rays(form, &setting.settings)));
         assert_eq!(counted, [[7.0, 24.0], [1.0, 1.0], [11.0, 23.0], [8.0, 34.0]]);
     }

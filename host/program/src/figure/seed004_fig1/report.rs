@@ -2,18 +2,15 @@
 
 use std::fmt::{Display, Write};
 
-use restir::Error;
-use restir::bootstrap::Interval;
+use restir::{Error, bootstrap::Interval};
 
 use super::ratio::{Per, counted_rays, judged};
 use super::{CANDIDATES, Effort, FORMS, Findings, Measured, Pair, Stripes, Subject, claims};
 use crate::bench::error::{Errors, Truth};
 use crate::bench::plot::{Line, Panel, grid};
 use crate::bench::report::{REFUSED, if_any, known};
-use crate::bench::table::Setup;
-use crate::bench::{Cell, fit};
-use crate::figure::chains::Protocol;
-use crate::figure::{Files, claim};
+use crate::bench::{Cell, fit, table::Setup};
+use crate::figure::{Files, chains::Protocol, claim};
 
 const PANEL: (u32, u32) = (560, 420);
 /// The settings of the figure's curves, of those that are measured.
@@ -112,6 +109,20 @@ impl Curve<'_> {
         let points = self.points.iter().filter(|point| point.judged).map(point).collect();
         Line { name: self.name.clone(), points }
     }
+
+    fn rows(&self, scene: &str, form: &str) -> String {
+        let row = |Point { frames, images, errors, judged }: &Point| {
+            let [seconds, rays, evaluations] = ALONG.map(|(_, cost)| f64::from(*frames) * cost(self.measured));
+            let Errors { rmae, rmae_global, rel_mse, mean, .. } = errors;
+            format!(
+                "{scene},\"{}\",{form},{frames},{images},{seconds:e},{rays:.4},{evaluations:.4},{rmae:e},{rmae_global:e},{:e},{mean:e},{}\n",
+                self.name,
+                rel_mse.sqrt(),
+                if *judged { "" } else { REFUSED },
+            )
+        };
+        self.points.iter().map(row).collect()
+    }
 }
 
 impl Report<'_> {
@@ -125,28 +136,15 @@ impl Report<'_> {
 
     /// A row a point of the plots.
     fn curves(&self) -> String {
-        let row = |scene: &str, form: &str, Curve { name, measured, .. }: &Curve<'_>, point: &Point| {
-            let Point { frames, images, errors, judged } = point;
-            let [seconds, rays, evaluations] = ALONG.map(|(_, cost)| f64::from(*frames) * cost(measured));
-            let Errors { rmae, rmae_global, rel_mse, mean, .. } = errors;
-            format!(
-                "{scene},\"{name}\",{form},{frames},{images},{seconds:e},{rays:.4},{evaluations:.4},{rmae:e},{rmae_global:e},{:e},{mean:e},{}\n",
-                rel_mse.sqrt(),
-                if *judged { "" } else { REFUSED },
-            )
-        };
-        let names =
-            "scene,configuration,form,frames,images,seconds,shadow_rays,evaluations,rmae_a,rmae_b,rel_rmse,mean,note\n";
-        let rows = self.findings.iter().flat_map(|findings| {
-            let forms = [("primary", findings.primary()), ("chained", findings.chained())];
-            forms.into_iter().flat_map(|(form, curves)| {
-                let of_curve = |curve: &Curve<'_>| -> String {
-                    curve.points.iter().map(|point| row(&findings.subject.name, form, curve, point)).collect()
-                };
-                curves.iter().map(of_curve).collect::<Vec<_>>()
-            })
-        });
-        [names.to_owned()].into_iter().chain(rows).collect()
+        let mut text =
+            "scene,configuration,form,frames,images,seconds,shadow_rays,evaluations,rmae_a,rmae_b,rel_rmse,mean,note\n"
+                .to_owned();
+        for findings in self.findings {
+            for (form, curves) in [("primary", findings.primary()), ("chained", findings.chained())] {
+                curves.iter().for_each(|curve| text += &curve.rows(&findings.subject.name, form));
+            }
+        }
+        text
     }
 
     /// A row a chain.
@@ -185,7 +183,7 @@ impl Report<'_> {
 
     fn protocol(&self) -> String {
         let Effort { protocol: Protocol { chains, warm_up, .. }, frames, restarts, .. } = self.effort;
-        let settings = &super::settings(self.effort.protocol.size)[0].settings;
+        let settings = &super::settings(self.effort.protocol.size[1])[0].settings;
         format!(
             "\"Proposed\" is contribution MIS (the paper's algorithm 1), Talbot's is algorithm 2; both weighted by confidence, \
              because as printed they are biased for unequal M. All curves are unbiased temporal and spatial reuse with {} \
