@@ -278,9 +278,9 @@ mod tests {
         };
         let mut cpu = CpuExecutor::new(Some(1)).unwrap();
         let goal = Goal { samples: 2048, time: None };
-        let reference = reference::make(&mut cpu, &scene, PICTURE, None, goal, &mut |_| go(())).unwrap();
+        let reference = reference::make(&mut cpu, &scene, PICTURE, None, goal, &mut |_| Ok(())).unwrap();
         let truth = Truth::new(&reference);
-        let (series, restarts) = measure(&mut cpu, &scene, &matrix, &truth, &mut |_| go(())).unwrap();
+        let (series, restarts) = measure(&mut cpu, &scene, &matrix, &truth, &mut |_| Ok(())).unwrap();
         let [scene, plot] = ["furnace", "furnace.svg"].map(str::to_owned);
         SceneResult { scene, plot, truth, reference_samples: reference.samples(), series, restarts }
     }

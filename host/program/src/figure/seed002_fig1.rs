@@ -142,7 +142,7 @@ pub(crate) fn make(
             let (prev, ours) = rayon::join(|| chain(&settings[0]), || chain(&settings[1]));
             findings.add([prev?, ours?]);
             let done = u64::from(seed) + 1;
-            observe(Progress { done, total }).is_continue().then_some(()).ok_or(Error::Interrupted)
+            observe(Progress { done, total })
         })
     })?;
     let findings = Findings {
