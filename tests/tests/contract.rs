@@ -5,6 +5,7 @@ use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRng, TestRunner};
 use restir_host::buffers::SceneBuffers;
 use restir_host::scene::Material;
+use restir_host::scene::Scene;
 use restir_shared::camera::primary_ray;
 use restir_shared::color;
 use restir_shared::film::{MAX_BLOCK_LOG2, sum_block};
