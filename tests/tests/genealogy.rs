@@ -8,12 +8,13 @@ use restir_host::render::{self, Progress, Render};
 use restir_host::scene::{CameraPath, Scene};
 use restir_host::technique::explain::Place;
 use restir_host::technique::restir_di::{
-    DiSettings, Generation, MisForm, Origin, Reuse, Temporal, Tiles, genealogy, render_with_layers,
+    DiSettings, Generation, Origin, Reuse, Temporal, Tiles, genealogy, render_with_layers,
 };
 use restir_kernels::restir_di::{di_offer, di_shade};
-use restir_shared::glam::UVec4;
+use restir_shared::resample::mis::Mis;
 use restir_shared::rng::Rng;
 use restir_shared::scene::{AddressedLights, LightAddress};
+use restir_shared::technique::restir_di::PackedReservoir;
 use restir_tests::suite::ensure;
 use std::ops::ControlFlow;
 
@@ -31,10 +32,10 @@ fn settings() -> [DiSettings; 5] {
     let default = DiSettings::default;
     [
         default(),
-        DiSettings { spatial: 3, feedback: false, jitter: true, mis: MisForm::Talbot, ..default() },
+        DiSettings { spatial: 3, feedback: false, jitter: true, mis: Mis::TALBOT, ..default() },
         DiSettings { temporal: Temporal::Fused, candidates: 2, ..default() },
         DiSettings { tiles: Some(Tiles { count: 3, size: 20 }), ..default() },
-        DiSettings { temporal: Temporal::Off, candidates: 1, mis: MisForm::Contribution, shaded: 0, ..default() },
+        DiSettings { temporal: Temporal::Off, candidates: 1, mis: Mis::CONTRIBUTION, shaded: 0, ..default() },
     ]
 }
 
@@ -61,7 +62,7 @@ fn of_pixel(
 }
 
 /// The plane of reservoirs that is shaded in the end.
-fn last_reservoirs(scene: &SceneBuffers, render: &Render) -> Result<Vec<UVec4>, Failed> {
+fn last_reservoirs(scene: &SceneBuffers, render: &Render) -> Result<Vec<PackedReservoir>, Failed> {
     let mut shaded = Vec::new();
     CpuExecutor::new(None)?.run_shown(render.technique.plan(scene, render), &mut |step| {
         if [di_offer::DESC.name, di_shade::DESC.name].contains(&step.pass.kernel.name) {
@@ -182,8 +183,8 @@ fn a_false_chain_is_seen() -> Result<(), Failed> {
         },
         &|chain| chain[1].pixel += 1,
         &|chain| {
-            chain[1].word.y ^= 1;
-            chain[1].replayed.y ^= 1;
+            chain[1].word.0.y ^= 1;
+            chain[1].replayed.0.y ^= 1;
         },
         &|chain| {
             if let Origin::Candidate(index) = &mut chain[last].origin {

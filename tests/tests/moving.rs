@@ -14,7 +14,7 @@ use restir_host::technique::restir_di::{DiSettings, Tiles};
 use restir_kernels::restir_di::{di_combine, di_primary, di_tiles};
 use restir_shared::glam::DVec3;
 use restir_shared::layout::{Extent, NONE, SceneHeader};
-use restir_shared::technique::restir_di::{DI_OTHER_FRAME, DiParams, TileParams};
+use restir_shared::technique::restir_di::{DiParams, Flags, TileParams};
 use restir_tests::device;
 use restir_tests::lockstep::{first_divergence, trace};
 use restir_tests::native::{changed, edit, film, plan};
@@ -237,7 +237,7 @@ fn without_new_tiles(pass: &mut Pass) {
 
 fn edit_temporal(pass: &mut Pass, change: impl Fn(&mut DiParams)) {
     edit(pass, |params: &mut DiParams| {
-        if params.flags & DI_OTHER_FRAME != 0 {
+        if params.flags.contains(Flags::OTHER_FRAME) {
             change(params);
         }
     });

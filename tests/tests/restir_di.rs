@@ -7,7 +7,7 @@ use restir_host::plan::Pass;
 use restir_host::render::{self, Render};
 use restir_host::replay::Recording;
 use restir_host::scene::{Camera, Material, Mesh, Scene};
-use restir_host::technique::restir_di::{DiSettings, MisForm, Temporal, Tiles, Visibility, VisibilityReuse};
+use restir_host::technique::restir_di::{DiSettings, Temporal, Tiles, Visibility, VisibilityReuse};
 use restir_kernels::restir_di::{di_combine, di_exchange, di_gather, di_offer, di_primary};
 use restir_shared::glam::{UVec4, Vec3};
 use restir_shared::layout::FilmPixel;
@@ -18,7 +18,7 @@ use restir_shared::scene::{AddressedLights, AnyScene, LightAddress, Surface, Tra
 use restir_shared::technique::path;
 use restir_shared::technique::path::PathParams;
 use restir_shared::technique::restir_di::{
-    self as passes, DI_FINAL_RAY, DI_MIS_VISIBILITY, DI_OTHER_FRAME, DiPairs, DiParams, DiPoint, Stored,
+    self as passes, DiPairs, DiParams, DiPoint, Flags, PackedHit, PackedReservoir, Stored,
 };
 use restir_tests::capture::{Capture, captured, last};
 use restir_tests::native::{changed, edit, film, film_over, plan};
@@ -41,12 +41,12 @@ restir_tests::suite! {
 }
 
 /// Candidates from lights, selection without visibility, a final ray.
-fn plain(mis: MisForm) -> DiSettings {
+fn plain(mis: Mis) -> DiSettings {
     DiSettings { mis, candidates: 4, ..DiSettings::visibility_in_shading() }
 }
 
 /// Occluded initial samples count for nothing, and MIS weights know of it.
-fn reusing_visibility(mis: MisForm) -> DiSettings {
+fn reusing_visibility(mis: Mis) -> DiSettings {
     DiSettings { visibility_reuse: VisibilityReuse::Weights, ..plain(mis) }
 }
 
@@ -158,20 +158,20 @@ fn combines_cost_what_the_table_says() -> Result<(), Failed> {
     for k in [2, 5, 6] {
         let pairs = 2 * (k - 1);
         let rows = [
-            (MisForm::OneOverZ, k - 1, k + k),
-            (MisForm::Contribution, k - 1, k + k),
-            (MisForm::Talbot, k * k - k, k * k),
-            (MisForm::Pairwise, pairs, k + pairs),
-            (MisForm::PairwiseDefensive, pairs, k + pairs),
-            (MisForm::PairwiseCounted, pairs, k + pairs),
+            (Mis::ONE_OVER_Z, k - 1, k + k),
+            (Mis::CONTRIBUTION, k - 1, k + k),
+            (Mis::TALBOT, k * k - k, k * k),
+            (Mis::PAIRWISE, pairs, k + pairs),
+            (Mis::PAIRWISE_DEFENSIVE, pairs, k + pairs),
+            (Mis::PAIRWISE_COUNTED, pairs, k + pairs),
         ];
         for (form, rays, evaluations) in rows {
             ensure_costs(&reusing_visibility(form), k, &[rays], evaluations)?;
             // without visibility the selected sample's target at the pixel is known
-            let known = u32::from(matches!(form, MisForm::OneOverZ | MisForm::Contribution));
+            let known = u32::from(matches!(form, Mis::ONE_OVER_Z | Mis::CONTRIBUTION));
             ensure_costs(&plain(form), k, &[0], evaluations - known)?;
         }
-        for form in [MisForm::OneOverM, MisForm::Constant] {
+        for form in [Mis::ONE_OVER_M, Mis::CONSTANT] {
             ensure_costs(&DiSettings { visibility_reuse: VisibilityReuse::Candidates, ..plain(form) }, k, &[0], k)?;
         }
     }
@@ -187,8 +187,8 @@ fn selection_by_visibility_costs_what_the_table_says() -> Result<(), Failed> {
             visibility: Visibility::Selected,
             ..reusing_visibility(form)
         };
-        ensure_costs(&by_visibility(MisForm::PairwiseDefensive), k, &[2 * (k - 1)], 3 * k - 2)?;
-        ensure_costs(&by_visibility(MisForm::Contribution), k, &[2 * k - 3, 2 * k - 2], 2 * k - 1)?;
+        ensure_costs(&by_visibility(Mis::PAIRWISE_DEFENSIVE), k, &[2 * (k - 1)], 3 * k - 2)?;
+        ensure_costs(&by_visibility(Mis::CONTRIBUTION), k, &[2 * k - 3, 2 * k - 2], 2 * k - 1)?;
     }
     Ok(())
 }
@@ -209,8 +209,8 @@ fn evaluations_grow_with_k_and_its_square() -> Result<(), Failed> {
             .map(|k| Ok((f64::from(k), f64::from(costs(&reusing_visibility(form), k)?[0].evaluations - selection(k)))))
             .collect()
     };
-    let square = slope(&points(MisForm::Talbot, |_| 0)?);
-    let line = slope(&points(MisForm::Contribution, |k| k)?);
+    let square = slope(&points(Mis::TALBOT, |_| 0)?);
+    let line = slope(&points(Mis::CONTRIBUTION, |k| k)?);
     ensure((square - 2.0).abs() < 0.05 && (line - 1.0).abs() < 0.05, || format!("slopes {square} and {line}"))
 }
 
@@ -240,14 +240,14 @@ fn frame_costs(settings: &DiSettings, neighbours: u32) -> Result<[u32; 4], Faile
 }
 
 fn frames_cost_what_the_table_says() -> Result<(), Failed> {
-    let biased = DiSettings { visibility_reuse: VisibilityReuse::Candidates, ..plain(MisForm::OneOverM) };
+    let biased = DiSettings { visibility_reuse: VisibilityReuse::Candidates, ..plain(Mis::ONE_OVER_M) };
     let rows = [
-        (reusing_visibility(MisForm::Contribution), [1, 1, 4, 1], 7),
-        (reusing_visibility(MisForm::Talbot), [1, 2, 20, 1], 24),
-        (reusing_visibility(MisForm::PairwiseDefensive), [1, 2, 8, 1], 12),
+        (reusing_visibility(Mis::CONTRIBUTION), [1, 1, 4, 1], 7),
+        (reusing_visibility(Mis::TALBOT), [1, 2, 20, 1], 24),
+        (reusing_visibility(Mis::PAIRWISE_DEFENSIVE), [1, 2, 8, 1], 12),
         (biased, [1, 0, 0, 1], 2),
-        (plain(MisForm::Contribution), [0, 0, 0, 1], 1),
-        (plain(MisForm::Talbot), [0, 0, 0, 1], 1),
+        (plain(Mis::CONTRIBUTION), [0, 0, 0, 1], 1),
+        (plain(Mis::TALBOT), [0, 0, 0, 1], 1),
     ];
     for (settings, parts, total) in rows {
         let moving = DiSettings { still: false, ..settings.clone() };
@@ -274,13 +274,12 @@ fn averaged_visibility_costs_two_rays() -> Result<(), Failed> {
 fn without_neighbours_a_reservoir_stays() -> Result<(), Failed> {
     let buffers = buffers("all-lights")?;
     let view = buffers.view();
-    for form in MisForm::ALL {
-        let name = form.name();
+    for (name, form) in Mis::NAMED {
         for settings in [plain(form), reusing_visibility(form)] {
             let settings = DiSettings { still: false, ..settings };
             let captures = captured(plan(&buffers, &render([12, 12], &settings, 3, 5)))?;
             for combine in captures.iter().filter(|capture| capture.pass.kernel.name == di_combine::DESC.name) {
-                let in_place = combine.params::<DiParams>().flags & DI_OTHER_FRAME != 0;
+                let in_place = combine.params::<DiParams>().flags.contains(Flags::OTHER_FRAME);
                 let own: Vec<[u32; 4]> = combine.plane(if in_place { "reservoirs" } else { "others" });
                 for neighbours in [0, 4] {
                     // no cosine is so large
@@ -298,8 +297,7 @@ fn without_neighbours_a_reservoir_stays() -> Result<(), Failed> {
 fn known_visibility_needs_no_final_ray() -> Result<(), Failed> {
     for scene in ["cornell", "all-lights"] {
         let buffers = buffers(scene)?;
-        for form in MisForm::ALL {
-            let name = form.name();
+        for (name, form) in Mis::NAMED {
             for visibility_reuse in [VisibilityReuse::Weights, VisibilityReuse::Selection] {
                 for still in [false, true] {
                     let ray = DiSettings { visibility_reuse, scatter: true, still, ..reusing_visibility(form) };
@@ -318,8 +316,8 @@ fn known_visibility_needs_no_final_ray() -> Result<(), Failed> {
 /// Talbot's weights of two reservoirs of one pixel are their shares of confidence, but for roundings.
 fn a_still_view_merges_as_by_talbot() -> Result<(), Failed> {
     let buffers = buffers("all-lights")?;
-    let selected = DiSettings { visibility: Visibility::Selected, ..reusing_visibility(MisForm::Talbot) };
-    for settings in [plain(MisForm::Talbot), selected] {
+    let selected = DiSettings { visibility: Visibility::Selected, ..reusing_visibility(Mis::TALBOT) };
+    for settings in [plain(Mis::TALBOT), selected] {
         let general = DiSettings { still: false, ..settings.clone() };
         let [still, general] = [settings, general].map(|s| film(plan(&buffers, &render([24, 24], &s, 4, 4))));
         let (still, general) = (still?, general?);
@@ -334,8 +332,7 @@ fn a_still_view_merges_as_by_talbot() -> Result<(), Failed> {
 /// Neighbours beyond the image are mirrored into it; a single pixel has none.
 fn images_of_one_pixel_and_one_row_render() -> Result<(), Failed> {
     let buffers = buffers("all-lights")?;
-    for form in MisForm::ALL {
-        let name = form.name();
+    for (name, form) in Mis::NAMED {
         let settings = DiSettings { neighbours: 7, ..reusing_visibility(form) };
         for size in [[1, 1], [1, 7], [7, 1], [2, 2]] {
             let of = |spatial| film(plan(&buffers, &render(size, &DiSettings { spatial, ..settings.clone() }, 4, 1)));
@@ -397,7 +394,7 @@ fn broken_words_are_empty_reservoirs() -> Result<(), Failed> {
         let stored = stored(&mut random);
         let word = stored.pack();
         for weight in [f32::NAN, -f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0, f32::MAX, 1.0e-40] {
-            let broken = UVec4 { w: weight.to_bits(), ..word };
+            let broken = PackedReservoir(UVec4 { w: weight.to_bits(), ..word.0 });
             ensure(Stored::unpack(broken) == Stored::EMPTY, || format!("{weight} from a plane"))?;
             let packed = Stored::unpack(Stored { contribution_weight: weight, ..stored }.pack());
             let limited = packed.contribution_weight <= 1.3e30 && packed.contribution_weight >= 0.0;
@@ -407,7 +404,8 @@ fn broken_words_are_empty_reservoirs() -> Result<(), Failed> {
         // 1.5, infinity and NaN as halves; with the highest bit it would be a colour
         for half in [0x3e00_u32, 0x7c00, 0x7e00] {
             let visibility = |word: u32, byte: u32| (word & 0x00ff_ffff) | (byte << 24);
-            let broken = UVec4 { y: visibility(word.y, half >> 8), z: visibility(word.z, half & 0xff), ..word };
+            let [y, z] = [visibility(word.0.y, half >> 8), visibility(word.0.z, half & 0xff)];
+            let broken = PackedReservoir(UVec4 { y, z, ..word.0 });
             ensure(Stored::unpack(broken) == Stored::EMPTY, || format!("visibility {half:x}"))?;
         }
     }
@@ -417,8 +415,8 @@ fn broken_words_are_empty_reservoirs() -> Result<(), Failed> {
 /// A frame that is shaded with neighbours in one pass, and what that pass exchanges.
 struct Shaded<'a, S> {
     scene: &'a S,
-    hits: Vec<UVec4>,
-    reservoirs: Vec<UVec4>,
+    hits: Vec<PackedHit>,
+    reservoirs: Vec<PackedReservoir>,
     params: DiParams,
     points: Vec<DiPoint>,
     pairs: Vec<DiPairs>,
@@ -467,19 +465,19 @@ impl<'a, S: Trace + Surface + AddressedLights> Shaded<'a, S> {
     /// The radiance that pixel `receiver` gets by way of another's sample, and the target of that sample: of what arrives,
     /// where MIS knows of visibility.
     fn seen(&self, receiver: usize, sample: usize) -> ([f64; 3], f64) {
-        let Self { scene, params, .. } = self;
+        let scene = self.scene;
+        let params = &DiParams { flags: self.params.flags | Flags::FINAL_RAY, ..self.params };
         let at = [receiver as u32 % GRID.width, receiver as u32 / GRID.width];
         let (hit, reservoir) = (self.hits[receiver], self.reservoirs[sample]);
-        let flags = params.flags | DI_FINAL_RAY;
-        let pixel = passes::shade(*scene, params, flags, [hit, reservoir], FilmPixel::default(), at);
+        let pixel = passes::shade(scene, params, hit, reservoir, FilmPixel::default(), at);
         let sent = pixel.sum.map(f64::from);
         let stored = Stored::unpack(reservoir);
-        let unshadowed = passes::target(*scene, params, flags, hit, at, stored.sample);
+        let unshadowed = passes::target(scene, params, hit, at, stored.sample);
         let weight = f64::from(stored.contribution_weight);
-        let target = match flags & DI_MIS_VISIBILITY {
+        let target = match params.flags.contains(Flags::MIS_VISIBILITY) {
             _ if !stored.has_sample() => 0.0,
-            0 => f64::from(unshadowed),
-            _ => luminance(sent) / weight,
+            false => f64::from(unshadowed),
+            true => luminance(sent) / weight,
         };
         (sent, target)
     }
@@ -535,10 +533,10 @@ fn a_shaded_neighbour_costs_one_evaluation() -> Result<(), Failed> {
     const REACH: u32 = 4;
     let buffers = lit_wall()?;
     let view = buffers.view();
-    let selected = DiSettings { visibility: Visibility::Selected, ..plain(MisForm::Talbot) };
+    let selected = DiSettings { visibility: Visibility::Selected, ..plain(Mis::TALBOT) };
     for (settings, own_rays, rays) in [
-        (plain(MisForm::Talbot), 1, 1),
-        (reusing_visibility(MisForm::Talbot), 1, 1),
+        (plain(Mis::TALBOT), 1, 1),
+        (reusing_visibility(Mis::TALBOT), 1, 1),
         (DiSettings { visibility_reuse: VisibilityReuse::Weights, ..selected.clone() }, 0, 1),
         (selected.clone(), 0, 1),
         (DiSettings { near_radius: 100.0, ..selected }, 0, 0),
@@ -570,10 +568,10 @@ fn shaded_settings() -> [DiSettings; 3] {
         of(DiSettings {
             visibility_reuse: VisibilityReuse::Selection,
             visibility: Visibility::Selected,
-            ..reusing_visibility(MisForm::Pairwise)
+            ..reusing_visibility(Mis::PAIRWISE)
         }),
-        of(reusing_visibility(MisForm::Talbot)),
-        of(DiSettings { scatter: false, ..plain(MisForm::Talbot) }),
+        of(reusing_visibility(Mis::TALBOT)),
+        of(DiSettings { scatter: false, ..plain(Mis::TALBOT) }),
     ]
 }
 
@@ -670,13 +668,13 @@ fn reference() -> Result<&'static [Moments], Failed> {
     }))
 }
 
-/// Moments of the last frames of chains; flags are changed by `force`.
-fn moments(settings: &DiSettings, restarts: u32, force: u32) -> Result<Vec<Moments>, Failed> {
+/// Moments of the last frames of chains; flags are added by `force`.
+fn moments(settings: &DiSettings, restarts: u32, force: Flags) -> Result<Vec<Moments>, Failed> {
     use rayon::prelude::*;
     let buffers = buffers(SCENE)?;
     let forced = move |pass: &mut Pass| {
-        if force != 0 {
-            edit(pass, |p: &mut DiParams| p.flags |= force);
+        if force != Flags::default() {
+            edit(pass, |p: &mut DiParams| p.flags = p.flags | force);
         }
     };
     let film = |seed| {
@@ -714,31 +712,26 @@ fn unbiased_settings_agree_with_paths() -> Result<(), Failed> {
         ..reusing_visibility(form)
     };
     let rows: [DiSettings; UNBIASED - 3] = [
-        plain(MisForm::Talbot),
+        plain(Mis::TALBOT),
         // two passes: what neighbours saw and the pixel itself does not must not count
-        DiSettings { spatial: 2, ..reusing_visibility(MisForm::OneOverZ) },
-        reusing_visibility(MisForm::Contribution),
-        by_visibility(MisForm::Pairwise),
-        by_visibility(MisForm::PairwiseDefensive),
-        DiSettings { temporal: Temporal::Fused, ..by_visibility(MisForm::PairwiseCounted) },
-        DiSettings { temporal: Temporal::Fused, ..reusing_visibility(MisForm::Talbot) },
-        DiSettings { shaded: 4, ..by_visibility(MisForm::PairwiseDefensive) },
-        DiSettings { shaded: 2, spatial: 0, ..plain(MisForm::Talbot) },
-        DiSettings { tiles: Some(Tiles { count: 3, size: 64 }), ..by_visibility(MisForm::Talbot) },
+        DiSettings { spatial: 2, ..reusing_visibility(Mis::ONE_OVER_Z) },
+        reusing_visibility(Mis::CONTRIBUTION),
+        by_visibility(Mis::PAIRWISE),
+        by_visibility(Mis::PAIRWISE_DEFENSIVE),
+        DiSettings { temporal: Temporal::Fused, ..by_visibility(Mis::PAIRWISE_COUNTED) },
+        DiSettings { temporal: Temporal::Fused, ..reusing_visibility(Mis::TALBOT) },
+        DiSettings { shaded: 4, ..by_visibility(Mis::PAIRWISE_DEFENSIVE) },
+        DiSettings { shaded: 2, spatial: 0, ..plain(Mis::TALBOT) },
+        DiSettings { tiles: Some(Tiles { count: 3, size: 64 }), ..by_visibility(Mis::TALBOT) },
     ];
     let still = [
-        DiSettings { initial_rays: 3, shaded: 4, ..by_visibility(MisForm::Pairwise) },
-        DiSettings { initial_rays: 2, ..reusing_visibility(MisForm::Contribution) },
-        DiSettings {
-            tiles: Some(Tiles { count: 2, size: 64 }),
-            spatial: 0,
-            shaded: 4,
-            ..by_visibility(MisForm::Pairwise)
-        },
+        DiSettings { initial_rays: 3, shaded: 4, ..by_visibility(Mis::PAIRWISE) },
+        DiSettings { initial_rays: 2, ..reusing_visibility(Mis::CONTRIBUTION) },
+        DiSettings { tiles: Some(Tiles { count: 2, size: 64 }), spatial: 0, shaded: 4, ..by_visibility(Mis::PAIRWISE) },
     ];
     let still = still.map(|settings| DiSettings { still: true, ..small(settings) });
     for settings in rows.map(small).into_iter().chain(still) {
-        let verdict = verdict(&moments(&settings, RESTARTS, 0)?)?;
+        let verdict = verdict(&moments(&settings, RESTARTS, Flags::default())?)?;
         println!("{settings:?}: {verdict}");
         ensure(verdict.passed(), || format!("{verdict}: {settings:?}"))?;
         ensure(verdict.detectable_in_image <= GOAL_IMAGE, || format!("too few chains: {verdict}"))?;
@@ -750,12 +743,12 @@ fn unbiased_settings_agree_with_paths() -> Result<(), Failed> {
 fn wrong_settings_are_seen() -> Result<(), Failed> {
     let zeroed = |form| DiSettings { visibility_reuse: VisibilityReuse::Candidates, ..plain(form) };
     // visibility in MIS without initial visibility: samples are believed to be visible at their own pixel
-    let believed = DI_MIS_VISIBILITY;
+    let (none, believed) = (Flags::default(), Flags::MIS_VISIBILITY);
     let rows = [
-        ("1/M", zeroed(MisForm::OneOverM), 0, -1.0),
-        ("constant", zeroed(MisForm::Constant), 0, -1.0),
-        ("no visibility in MIS", zeroed(MisForm::PairwiseDefensive), 0, -1.0),
-        ("visibility believed", plain(MisForm::Talbot), believed, 1.0),
+        ("1/M", zeroed(Mis::ONE_OVER_M), none, -1.0),
+        ("constant", zeroed(Mis::CONSTANT), none, -1.0),
+        ("no visibility in MIS", zeroed(Mis::PAIRWISE_DEFENSIVE), none, -1.0),
+        ("visibility believed", plain(Mis::TALBOT), believed, 1.0),
     ];
     for (what, settings, force, sign) in rows {
         let tested = moments(&small(settings), GROSS, force)?;

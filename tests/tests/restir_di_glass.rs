@@ -8,11 +8,12 @@ use rayon::prelude::*;
 use restir_host::buffers::SceneBuffers;
 use restir_host::render::Render;
 use restir_host::replay::Recording;
-use restir_host::technique::restir_di::{DiSettings, MisForm, Target, Temporal, Visibility, VisibilityReuse};
+use restir_host::technique::restir_di::{DiSettings, Target, Temporal, Visibility, VisibilityReuse};
 use restir_shared::bsdf::{Bsdf, Material, SPECULAR_TRANSMISSION};
 use restir_shared::glam::{UVec4, Vec3};
 use restir_shared::layout::{FEATURES_ALL, FilmPixel};
 use restir_shared::num;
+use restir_shared::resample::mis::Mis;
 use restir_shared::resample::packed::LEVELS;
 use restir_shared::scene::{AnyScene, LightAddress, SurfacePoint};
 use restir_shared::technique::path;
@@ -109,7 +110,7 @@ fn the_reference_agrees_with_paths() -> Result<(), Failed> {
 
 /// Every way in which settings use visibility without bias.
 fn unbiased() -> [(&'static str, DiSettings); 10] {
-    let ray = DiSettings { mis: MisForm::Talbot, still: false, ..DiSettings::visibility_in_shading() };
+    let ray = DiSettings { mis: Mis::TALBOT, still: false, ..DiSettings::visibility_in_shading() };
     let in_mis = DiSettings { visibility_reuse: VisibilityReuse::Weights, scatter: true, ..ray.clone() };
     let selected = DiSettings { visibility: Visibility::Selected, ..ray.clone() };
     let still = DiSettings { initial_rays: 2, ..DiSettings::default() };
@@ -118,8 +119,8 @@ fn unbiased() -> [(&'static str, DiSettings); 10] {
         ("a final ray", ray.clone()),
         ("a final ray, neighbours shaded", DiSettings { shaded: 4, spatial: 0, ..ray }),
         ("visibility in MIS, talbot", in_mis.clone()),
-        ("visibility in MIS, contribution", DiSettings { mis: MisForm::Contribution, ..in_mis.clone() }),
-        ("visibility in MIS, 1/z", DiSettings { mis: MisForm::OneOverZ, ..in_mis }),
+        ("visibility in MIS, contribution", DiSettings { mis: Mis::CONTRIBUTION, ..in_mis.clone() }),
+        ("visibility in MIS, 1/z", DiSettings { mis: Mis::ONE_OVER_Z, ..in_mis }),
         ("visibility in the target", default.clone()),
         ("visibility in the target, a still view", still),
         ("visibility in the target, fused", DiSettings { temporal: Temporal::Fused, shaded: 0, ..default }),
@@ -144,7 +145,7 @@ fn every_use_of_visibility_is_unbiased() -> Result<(), Failed> {
 /// Tokuyoshi's estimate, unbiased: no visibility but in shading.
 fn averaged() -> DiSettings {
     let averaged =
-        DiSettings { mis: MisForm::Talbot, visibility: Visibility::Averaged, ..DiSettings::visibility_in_shading() };
+        DiSettings { mis: Mis::TALBOT, visibility: Visibility::Averaged, ..DiSettings::visibility_in_shading() };
     small(averaged)
 }
 

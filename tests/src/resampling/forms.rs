@@ -55,14 +55,12 @@ impl Form {
         Self::Library(Mis::TALBOT),
         Self::Library(Mis::PAIRWISE_COUNTED),
         Self::Library(Mis::PAIRWISE),
-        Self::Library(Mis::PAIRWISE.with(Mis::DEFENSIVE)),
-        Self::Library(Mis::PAIRWISE_COUNTED.with(Mis::DEFENSIVE)),
+        Self::Library(Mis::PAIRWISE_DEFENSIVE),
+        Self::Library(Mis::PAIRWISE_COUNTED_DEFENSIVE),
     ];
 
     /// What tables call it.
     pub fn name(self) -> &'static str {
-        const DEFENSIVE: Mis = Mis::PAIRWISE.with(Mis::DEFENSIVE);
-        const COUNTED_DEFENSIVE: Mis = Mis::PAIRWISE_COUNTED.with(Mis::DEFENSIVE);
         match self {
             Self::LiteralContribution => "Alg. 1 literal",
             Self::LiteralTalbot => "Alg. 2 literal",
@@ -73,8 +71,8 @@ impl Form {
             Self::Library(Mis::TALBOT) => "Talbot",
             Self::Library(Mis::PAIRWISE_COUNTED) => "pairwise, counted",
             Self::Library(Mis::PAIRWISE) => "pairwise",
-            Self::Library(DEFENSIVE) => "pairwise, defensive",
-            Self::Library(COUNTED_DEFENSIVE) => "pairwise, counted, defensive",
+            Self::Library(Mis::PAIRWISE_DEFENSIVE) => "pairwise, defensive",
+            Self::Library(Mis::PAIRWISE_COUNTED_DEFENSIVE) => "pairwise, counted, defensive",
             Self::Library(_) => "unknown",
         }
     }

@@ -66,14 +66,8 @@ fn one_combine(form: Form, random: &mut SplitMix) -> [f64; 3] {
 
 fn combines(seed: u64, trials: u64) -> Vec<Toy> {
     let mut toys = Vec::new();
-    for form in [
-        Mis::ONE_OVER_M,
-        Mis::CONSTANT,
-        Mis::TALBOT,
-        Mis::PAIRWISE,
-        Mis::PAIRWISE.with(Mis::DEFENSIVE),
-        Mis::CONTRIBUTION,
-    ] {
+    for form in [Mis::ONE_OVER_M, Mis::CONSTANT, Mis::TALBOT, Mis::PAIRWISE, Mis::PAIRWISE_DEFENSIVE, Mis::CONTRIBUTION]
+    {
         let is_contribution = form == Mis::CONTRIBUTION;
         let form = Form::Library(form);
         let [selected, averaged, weighted] = measure(seed, trials, |random| one_combine(form, random));

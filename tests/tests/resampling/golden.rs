@@ -69,7 +69,7 @@ const LIBRARY: [Golden; 11] = [
         average: Some(0.729_729_7),
     },
     Golden {
-        form: Form::Library(Mis::PAIRWISE.with(Mis::DEFENSIVE)),
+        form: Form::Library(Mis::PAIRWISE_DEFENSIVE),
         weights: &[0.4, 0.135_338_3, 0.108_270_7],
         sum: 0.643_609_0,
         contribution: &[0.321_804_5, 0.643_609_0, 1.287_218],
@@ -83,7 +83,7 @@ const LIBRARY: [Golden; 11] = [
         average: Some(0.816_686_3),
     },
     Golden {
-        form: Form::Library(Mis::PAIRWISE_COUNTED.with(Mis::DEFENSIVE)),
+        form: Form::Library(Mis::PAIRWISE_COUNTED_DEFENSIVE),
         weights: &[0.566_666_7, 0.08, 0.123_076_9],
         sum: 0.769_743_6,
         contribution: &[0.384_871_8, 0.769_743_6, 1.539_487],
@@ -99,7 +99,7 @@ const LIBRARY: [Golden; 11] = [
     },
     // two inputs: the defensive balance heuristic of bevy is the defensive pairwise form
     Golden {
-        form: Form::Library(Mis::PAIRWISE.with(Mis::DEFENSIVE)),
+        form: Form::Library(Mis::PAIRWISE_DEFENSIVE),
         weights: &[0.466_666_7, 0.184_615_4],
         sum: 0.651_282_1,
         contribution: &[0.325_641_0, 0.651_282_1],

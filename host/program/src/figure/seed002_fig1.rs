@@ -15,10 +15,9 @@ use restir::render::{self, Render};
 use restir::scene::Scene;
 use restir::technique::restir_di::DiSettings;
 use restir_kernels::restir_di::di_shade;
-use restir_shared::glam::UVec4;
+use restir_shared::glam::Vec3;
 use restir_shared::layout::FilmPixel;
-use restir_shared::pack::f32_from_half;
-use restir_shared::technique::restir_di::{DiParams, shade};
+use restir_shared::technique::restir_di::{DiParams, Stored, shade};
 
 use super::averaging::{METHODS, settings};
 use super::chains::Protocol;
@@ -38,35 +37,16 @@ const REDUCTION: f64 = 1.5;
 const WHITE_RATIO: f64 = 4.0;
 const PICTURE: &str = "images.png";
 
-/// A half of 1, in the places where a reservoir's word has the bytes of its visibility.
-const SEEN: [u32; 2] = [0x3c00_0000, 0];
-const LOW: u32 = 0x00ff_ffff;
-
-/// A reservoir's sample, contribution weight and confidence.
-fn without_visibility(word: UVec4) -> UVec4 {
-    UVec4::new(word.x, word.y & LOW, word.z & LOW, word.w)
-}
-
-fn visibility(word: UVec4) -> f64 {
-    f64::from(f32_from_half((word.y >> 24 << 8) | (word.z >> 24)))
-}
-
 /// Whether a reservoir has a weight. Where it has none, nothing is multiplied by its visibility.
-fn weighs(word: UVec4) -> bool {
-    f32::from_bits(word.w) > 0.0
-}
-
-/// The reservoir, as if its sample were visible.
-fn seen(word: UVec4) -> UVec4 {
-    let [y, z] = SEEN;
-    without_visibility(word) | UVec4::new(0, y, z, 0)
+fn weighs(reservoir: &Stored) -> bool {
+    reservoir.contribution_weight > 0.0
 }
 
 /// What a method made of a chain of frames.
 #[derive(Default)]
 struct Chain {
     /// Of every frame, the reservoirs without their visibility.
-    samples: Vec<Vec<UVec4>>,
+    samples: Vec<Vec<Stored>>,
     /// Of each pixel over the frames that count.
     visibility: Vec<Moments>,
     /// Of the last frame: as shaded, its visibility, and as shaded without.
@@ -175,25 +155,31 @@ fn chain(scene: &SceneBuffers, render: &Render, first: u32) -> Result<Chain, Err
     let pixels = (render.width * render.height) as usize;
     let mut chain = Chain { visibility: vec![Moments::default(); pixels], ..Chain::default() };
     let mut shaded = |step: &Step<'_>| -> Result<(), Error> {
-        let plane =
-            |role| Ok::<_, Error>(bytemuck::cast_slice::<u32, UVec4>(&step.read(step.pass.bound(role)?)?).to_vec());
         let p: DiParams = bytemuck::pod_read_unaligned(bytemuck::cast_slice(&step.pass.params));
-        let [hits, reservoirs, direct, film] = [plane("hits")?, plane("reservoirs")?, plane("direct")?, plane("film")?];
-        chain.samples.push(reservoirs.iter().map(|&word| without_visibility(word)).collect());
+        let reservoirs: Vec<Stored> = step.plane("reservoirs")?.into_iter().map(Stored::unpack).collect();
+        let with = |visibility, reservoir: &Stored| Stored { visibility, ..*reservoir };
+        chain.samples.push(reservoirs.iter().map(|reservoir| with(Vec3::ZERO, reservoir)).collect());
         if p.frame >= first {
-            let pixels = chain.visibility.iter_mut().zip(&reservoirs).filter(|(_, word)| weighs(**word));
-            pixels.for_each(|(moments, &word)| moments.push(visibility(word)));
+            let pixels = chain.visibility.iter_mut().zip(&reservoirs).filter(|(_, reservoir)| weighs(reservoir));
+            pixels.for_each(|(moments, reservoir)| moments.push(reservoir.visibility.x.into()));
         }
         if p.frame + 1 == render.count {
-            let unseen = |(i, direct): (usize, &UVec4)| {
+            let [direct, film]: [Vec<FilmPixel>; 2] = [step.plane("direct")?, step.plane("film")?];
+            let hits = step.plane("hits")?;
+            let unseen = |(i, &direct): (usize, &FilmPixel)| {
                 let at = [i as u32 % render.width, i as u32 / render.width];
-                shade(view, &p, p.flags, [hits[i], seen(reservoirs[i])], bytemuck::cast(*direct), at).sum
+                shade(view, &p, hits[i], with(Vec3::ONE, &reservoirs[i]).pack(), direct, at).sum
             };
             let image = |pixels: Vec<[f32; 3]>| Image { width: render.width, height: render.height, pixels };
             let size = [render.width, render.height];
             chain.last = [
-                image(film.iter().map(|&word| bytemuck::cast::<_, FilmPixel>(word).sum).collect()),
-                grey(size, reservoirs.iter().map(|&word| if weighs(word) { visibility(word) } else { 0.0 })),
+                image(film.iter().map(|pixel| pixel.sum).collect()),
+                grey(
+                    size,
+                    reservoirs
+                        .iter()
+                        .map(|reservoir| if weighs(reservoir) { reservoir.visibility.x.into() } else { 0.0 }),
+                ),
                 image((0..).zip(&direct).map(unseen).collect()),
             ];
         }
@@ -334,19 +320,6 @@ impl Findings {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use restir_shared::scene::LightAddress;
-    use restir_shared::technique::restir_di::Stored;
-
-    #[test]
-    fn words_are_those_of_stored_reservoirs() {
-        let address = LightAddress { light: 7, u: 0x00ab_cdef, v: 0x0012_3456 };
-        let empty = Stored::unpack(UVec4::ZERO);
-        let word = Stored { sample: address, contribution_weight: 2.5, confidence: 20.0, ..empty }.pack();
-        assert_eq!((visibility(word), visibility(seen(word))), (0.0, 1.0));
-        let all = Stored::unpack(seen(word));
-        assert_eq!((all.sample, all.contribution_weight, all.confidence), (address, 2.5, 20.0));
-        assert_eq!(without_visibility(seen(word)), without_visibility(word));
-    }
 
     #[test]
     fn moments_have_mean_and_variance() {

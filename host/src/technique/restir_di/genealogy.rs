@@ -7,10 +7,9 @@ use crate::exec::Executor;
 use crate::render::{self, Render};
 use crate::technique::explain::Place;
 use crate::{Error, memory};
-use restir_shared::glam::UVec4;
 use restir_shared::layout::TRIANGLE_WORDS;
 use restir_shared::scene::{AddressedLights, LightAddress, LightKind};
-use restir_shared::technique::restir_di::{Stored, TileWords};
+use restir_shared::technique::restir_di::{PackedReservoir, Stored, TileWords};
 use std::ops::ControlFlow;
 
 /// What a pass does.
@@ -38,9 +37,9 @@ pub struct Generation {
     /// Index of the pixel.
     pub pixel: u32,
     /// The reservoir as the executor left it.
-    pub word: UVec4,
+    pub word: PackedReservoir,
     /// The same, replayed natively.
-    pub replayed: UVec4,
+    pub replayed: PackedReservoir,
     /// Target of its sample at the pixel, without visibility.
     pub target: f32,
     /// The light of its sample, if it has one.

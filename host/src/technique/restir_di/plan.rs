@@ -8,9 +8,8 @@ use crate::film::Film;
 use crate::plan::{ARENAS, Buffer, BufferId, FramePlan, Pass};
 use crate::render::Render;
 use restir_kernels::{self as kernels, KernelDesc};
-use restir_shared::glam::UVec4;
-use restir_shared::layout::{Extent, SceneHeader};
-use restir_shared::technique::restir_di::{DiPairs, DiParams, DiPoint, PAIRS, TileWords};
+use restir_shared::layout::{Extent, FilmPixel, SceneHeader};
+use restir_shared::technique::restir_di::{DiPairs, DiParams, DiPoint, PAIRS, PackedHit, PackedReservoir, TileWords};
 use std::collections::VecDeque;
 
 /// Samples that the film holds.
@@ -57,8 +56,8 @@ struct Planes {
     /// The one in work, one more for spatial reuse, one more for the last frame's.
     reservoirs: Vec<BufferId>,
     direct: BufferId,
-    /// Candidates that pixels share, if they do.
-    tiles: Option<BufferId>,
+    /// Candidates that pixels share; of pixels that do not a single one, which nothing reads.
+    tiles: BufferId,
     /// Points and pairs of shading with neighbours, if there are any.
     shading: Option<[BufferId; 2]>,
 }
@@ -69,17 +68,19 @@ impl Planes {
             buffers.push(Buffer { name, words: count * bytes / size_of::<u32>(), contents: None });
             buffers.len() - 1
         };
-        let tiles = s.tiles.map(|t| add("tiles", t.count as usize * t.size as usize, size_of::<TileWords>()));
+        let candidates = s.tiles.map_or(1, |tiles| tiles.count as usize * tiles.size as usize);
+        let tiles = add("tiles", candidates, size_of::<TileWords>());
         let pixels = render.width as usize * render.height as usize;
         let shading = (s.shaded > 0)
             .then(|| [add("points", pixels, size_of::<DiPoint>()), add("pairs", pixels, size_of::<DiPairs>())]);
-        let mut add = |name| add(name, pixels, size_of::<UVec4>());
         let history = usize::from(keeps_history(s, render));
         let spatial = usize::from(s.spatial_passes() > 0);
         Self {
-            hits: (0..1 + history).map(|_| add("hits")).collect(),
-            reservoirs: (0..1 + history + spatial).map(|_| add("reservoirs")).collect(),
-            direct: add("direct"),
+            hits: (0..1 + history).map(|_| add("hits", pixels, size_of::<PackedHit>())).collect(),
+            reservoirs: (0..1 + history + spatial)
+                .map(|_| add("reservoirs", pixels, size_of::<PackedReservoir>()))
+                .collect(),
+            direct: add("direct", pixels, size_of::<FilmPixel>()),
             tiles,
             shading,
         }
@@ -139,9 +140,8 @@ impl Passes<'_> {
         let (hits, last_hits) = self.hits();
         let work = self.planes.reservoirs[0];
         self.presample();
-        // without tiles any buffer will do, for none is read
-        let tiles = self.planes.tiles.unwrap_or(hits);
-        let planes = [("hits", hits), ("tiles", tiles), ("reservoirs", work), ("direct", self.planes.direct)];
+        let planes =
+            [("hits", hits), ("tiles", self.planes.tiles), ("reservoirs", work), ("direct", self.planes.direct)];
         self.push(&kernels::restir_di::di_initial::DESC, self.params(), &ARENAS, &planes);
         if self.frame > 0 && keeps_history(self.settings, self.render) {
             self.reuse_in_time(hits, last_hits);
@@ -151,9 +151,11 @@ impl Passes<'_> {
 
     /// Fills the tiles, if there are any.
     fn presample(&mut self) {
-        let Some(tiles) = self.planes.tiles else { return };
+        if self.settings.tiles.is_none() {
+            return;
+        }
         let params = self.params().tile_params();
-        let bound = [ARENAS.as_slice(), &[("tiles", tiles)]].concat();
+        let bound = [ARENAS.as_slice(), &[("tiles", self.planes.tiles)]].concat();
         let kernel = &kernels::restir_di::di_tiles::DESC;
         self.queue.push_back(Pass::new(kernel, &[self.scene.features], &params, &bound, params.extent()));
     }
@@ -246,7 +248,7 @@ impl Passes<'_> {
         arenas: &[(&str, BufferId)],
         planes: &[(&str, BufferId)],
     ) {
-        let constants = [self.scene.features, params.flags];
+        let constants = [self.scene.features, params.flags.bits()];
         let constants = &constants[2 - kernel.constants.len()..];
         let grid = [self.render.width, self.render.height];
         self.queue.push_back(Pass::new(kernel, constants, &params, &[arenas, planes].concat(), grid));
@@ -331,7 +333,7 @@ impl Iterator for Passes<'_> {
 mod tests {
     use super::*;
     use crate::scene::Camera;
-    use restir_shared::technique::restir_di::{DI_OTHER_FRAME, DI_STILL};
+    use restir_shared::technique::restir_di::Flags;
 
     /// Counts are right, every pass fits its buffers, and every buffer is used.
     #[test]
@@ -358,8 +360,8 @@ mod tests {
                 let film = Film::plane_count(film_samples(&settings, &render) as u32, 0) + 1;
                 // points of 48 bytes a pixel and pairs of 32
                 let [buffers, units] = if settings.shaded > 0 { [2, 5] } else { [0; 2] };
-                assert_eq!(plan.buffers.len(), 3 + planes + buffers + film, "{render:?}");
-                let words: usize = plan.buffers[3..].iter().map(|buffer| buffer.words).sum();
+                assert_eq!(plan.buffers.len(), 4 + planes + buffers + film, "{render:?}");
+                let words: usize = plan.buffers[4..].iter().map(|buffer| buffer.words).sum();
                 let bytes_a_pixel = 4 * words / (render.width * render.height) as usize;
                 assert_eq!(bytes_a_pixel, 16 * (planes + units + film), "{render:?}");
                 let mut used = std::collections::BTreeSet::new();
@@ -383,11 +385,9 @@ mod tests {
             let plan = render.technique.plan(&scene, &render);
             plan.buffers.iter().find(|buffer| buffer.name == "tiles").map(|buffer| buffer.words)
         };
-        assert_eq!(words(DiSettings::default()), None);
-        assert_eq!(
-            words(DiSettings { tiles: Some(Tiles { count: 3, size: 50 }), ..DiSettings::default() }),
-            Some(3 * 50 * 16)
-        );
+        assert_eq!(words(DiSettings::default()), Some(16));
+        let tiles = Some(Tiles { count: 3, size: 50 });
+        assert_eq!(words(DiSettings { tiles, ..DiSettings::default() }), Some(3 * 50 * 16));
     }
 
     /// Hits are found again where rays or scene may be others.
@@ -424,8 +424,8 @@ mod tests {
                 .map(|pass| pass.expect("made"))
                 .filter(|pass| pass.kernel.name == kernels::restir_di::di_combine::DESC.name)
                 .map(|pass| params(&pass).flags)
-                .filter(|flags| flags & DI_OTHER_FRAME != 0)
-                .map(|flags| flags & DI_STILL != 0)
+                .filter(|flags| flags.contains(Flags::OTHER_FRAME))
+                .map(|flags| flags.contains(Flags::STILL))
                 .collect()
         };
         let build = |name| SceneBuffers::build(&crate::scene::builtin::scene(name).expect("built in")).expect("builds");

@@ -14,7 +14,8 @@ use restir::reference::Goal;
 use restir::reference::Picture;
 use restir::render::Render;
 use restir::scene::{Environment, Scene};
-use restir::technique::restir_di::{DiSettings, MisForm, Visibility, VisibilityReuse};
+use restir::technique::restir_di::{DiSettings, Visibility, VisibilityReuse};
+use restir_shared::resample::mis::Mis;
 
 use super::chains::{self, Chains, Protocol};
 use super::cost::Cost;
@@ -25,7 +26,7 @@ use crate::bench::table::Setup;
 use crate::bench::{self, Matrix, Series, Technique};
 
 /// The forms of MIS that are compared.
-const FORMS: [(&str, MisForm); 2] = [("proposed", MisForm::Contribution), ("Talbot", MisForm::Talbot)];
+const FORMS: [(&str, Mis); 2] = [("proposed", Mis::CONTRIBUTION), ("Talbot", Mis::TALBOT)];
 /// Index of each form.
 const PROPOSED: usize = 0;
 const TALBOT: usize = 1;
@@ -208,7 +209,7 @@ fn running(
     subject: &Subject,
     settings: &[Setting],
 ) -> Result<Vec<Series>, Error> {
-    let technique = |setting: &Setting, (name, mis): (&str, MisForm)| {
+    let technique = |setting: &Setting, (name, mis): (&str, Mis)| {
         let settings = DiSettings { mis, ..setting.settings.clone() };
         let render = Render { accumulate: true, ..Render::new(effort.protocol.size, settings) };
         Technique { name: curve(name, setting), render }
