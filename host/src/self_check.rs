@@ -13,7 +13,8 @@ use crate::plan::{Buffer, FramePlan, Pass};
 use crate::render::Render;
 use crate::scene::Scene;
 use crate::technique::path::PathSettings;
-use restir_kernels::check::self_check::{DESC, Results, SelfCheckParams, boundary_operands, random_operands};
+use restir_kernels::check::Probes;
+use restir_kernels::check::self_check::{DESC, Results, boundary_operands, random_operands};
 use std::ops::ControlFlow;
 
 /// Random probes beside the boundary cases.
@@ -26,7 +27,7 @@ fn probes() -> FramePlan<'static> {
     operands.extend(random_operands(RANDOM_PROBES));
     let count = operands.len() as u32;
     let operands: Vec<u32> = bytemuck::cast_slice(&operands).to_vec();
-    let pass = Pass::new(&DESC, &[], &SelfCheckParams { count }, &[("operands", 0), ("results", 1)], [count, 1]);
+    let pass = Pass::new(&DESC, &[], &Probes { count }, &[("operands", 0), ("results", 1)], [count, 1]);
     let words = count as usize * size_of::<Results>() / 4;
     FramePlan {
         buffers: vec![

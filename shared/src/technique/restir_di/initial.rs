@@ -145,7 +145,7 @@ fn resample<S: Trace + Surface + AddressedLights>(
         let last = i >= params.candidates;
         let visibility = if last { scattered.transmittance } else { Vec3::ONE };
         let size = if params.group == 0 { params.candidates } else { params.group };
-        let end = if last { count } else { least(least(i.wrapping_add(size), params.candidates), count) };
+        let end = if last { count } else { i.wrapping_add(size).min(params.candidates).min(count) };
         while i < end {
             let dimension = CANDIDATE_DIMENSION.wrapping_add(i.wrapping_mul(2));
             let (address, light) = if !last & tiled {
@@ -177,11 +177,6 @@ fn resample<S: Trace + Surface + AddressedLights>(
         all.sample.visibility = Vec3::new(mean(arriving.x), mean(arriving.y), mean(arriving.z));
     }
     (all, scattered.radiance)
-}
-
-#[inline(always)]
-fn least(a: u32, b: u32) -> u32 {
-    if a < b { a } else { b }
 }
 
 /// What the way of a scattered ray ends at.
