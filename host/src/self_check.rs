@@ -10,7 +10,8 @@ use crate::exec::{CpuExecutor, Executor, Parity};
 use crate::exec::{Flavour, GpuExecutor, gpu::takes_passthrough};
 use crate::plan::{Buffer, FramePlan, Pass};
 use crate::{metrics::ulp_distance, render::Render, scene::Scene, technique::path::PathSettings};
-use restir_kernels::check::self_check::{DESC, Results, SelfCheckParams, boundary_operands, random_operands};
+use restir_kernels::check::Probes;
+use restir_kernels::check::self_check::{DESC, Results, boundary_operands, random_operands};
 
 /// Random probes beside the boundary cases.
 const RANDOM_PROBES: u32 = 256;
@@ -21,7 +22,7 @@ fn probes() -> Result<FramePlan<'static>, Error> {
     let operands = [boundary_operands(), random_operands(RANDOM_PROBES)].concat();
     let count = operands.len() as u32;
     let operands: Vec<u32> = bytemuck::cast_slice(&operands).to_vec();
-    let pass = Pass::new(&DESC, &[], &SelfCheckParams { count }, &[("operands", 0), ("results", 1)])?;
+    let pass = Pass::new(&DESC, &[], &Probes { count }, &[("operands", 0), ("results", 1)])?;
     let words = count as usize * size_of::<Results>() / 4;
     let buffers = vec![
         Buffer { name: "operands", words: operands.len(), contents: Some(operands.into()) },

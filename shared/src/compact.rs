@@ -96,7 +96,7 @@ impl Extent for ScanParams {
 #[inline(always)]
 pub fn count(p: &CompactParams, words: &[u32], block: u32, bucket: u32) -> u32 {
     let mut item = block << BLOCK_LOG2;
-    let end = smaller(item.wrapping_add(BLOCK), p.items);
+    let end = item.wrapping_add(BLOCK).min(p.items);
     let mut found = 0_u32;
     while item < end {
         if p.bucket(words[item as usize]) == bucket {
@@ -111,7 +111,7 @@ pub fn count(p: &CompactParams, words: &[u32], block: u32, bucket: u32) -> u32 {
 #[inline(always)]
 pub fn sum(p: &ScanParams, values: &[u32], block: u32) -> u32 {
     let first = block << BLOCK_LOG2;
-    sum_range(values, first, smaller(first.wrapping_add(BLOCK), p.count))
+    sum_range(values, first, first.wrapping_add(BLOCK).min(p.count))
 }
 
 /// The sum of all values before the element `at`, which is at most their number; `parents` has the same for blocks.
@@ -138,7 +138,7 @@ pub fn gather(p: &CompactParams, words: &[u32], offsets: &[u32], rank: u32) -> u
     let block = last_at_most(rank, offsets, row, 1, p.blocks);
     let mut left = rank.wrapping_sub(offsets[row.wrapping_add(block) as usize]);
     let mut item = block << BLOCK_LOG2;
-    let end = smaller(item.wrapping_add(BLOCK), p.items);
+    let end = item.wrapping_add(BLOCK).min(p.items);
     let mut found = NONE;
     while (item < end) & (found == NONE) {
         if p.bucket(words[item as usize]) == bucket {
@@ -150,11 +150,6 @@ pub fn gather(p: &CompactParams, words: &[u32], offsets: &[u32], rank: u32) -> u
         item = item.wrapping_add(1);
     }
     found
-}
-
-#[inline(always)]
-fn smaller(a: u32, b: u32) -> u32 {
-    if a < b { a } else { b }
 }
 
 #[inline(always)]

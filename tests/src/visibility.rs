@@ -7,9 +7,9 @@ use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::render::Render;
 use restir_host::technique::restir_di::{DiSettings, Visibility};
 use restir_kernels::restir_di::di_shade;
-use restir_shared::glam::UVec4;
+use restir_shared::glam::Vec3;
 use restir_shared::layout::FilmPixel;
-use restir_shared::technique::restir_di::{DiParams, Stored};
+use restir_shared::technique::restir_di::{DiParams, PackedReservoir, Stored};
 
 /// What is run.
 #[derive(Clone, Debug)]
@@ -82,8 +82,8 @@ impl Run {
 }
 
 /// A reservoir's sample, contribution weight and confidence, without its visibility.
-pub fn without_visibility(word: UVec4) -> UVec4 {
-    UVec4::new(word.x, word.y & 0x00ff_ffff, word.z & 0x00ff_ffff, word.w)
+pub fn without_visibility(reservoir: PackedReservoir) -> PackedReservoir {
+    Stored { visibility: Vec3::ZERO, ..Stored::unpack(reservoir) }.pack()
 }
 
 /// Moments over restarts of the visibility of each pixel's reservoir.

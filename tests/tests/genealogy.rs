@@ -11,7 +11,7 @@ use restir_host::technique::restir_di::{
     DiSettings, Generation, Origin, Reuse, Temporal, Tiles, genealogy, render_with_layers,
 };
 use restir_kernels::restir_di::{di_offer, di_shade};
-use restir_shared::glam::UVec4;
+use restir_shared::resample::mis::Mis;
 use restir_shared::rng::Rng;
 use restir_shared::scene::{AddressedLights, LightAddress};
 use restir_tests::scenes::buffers;
@@ -55,7 +55,7 @@ fn of_pixel(
 }
 
 /// The plane of reservoirs that is shaded in the end.
-fn last_reservoirs(scene: &SceneBuffers, render: &Render) -> Result<Vec<UVec4>, Failed> {
+fn last_reservoirs(scene: &SceneBuffers, render: &Render) -> Result<Vec<PackedReservoir>, Failed> {
     let mut shaded = Vec::new();
     CpuExecutor::new(None)?.run(render.technique.plan(scene, render), &mut |step| {
         if [di_offer::DESC.name, di_shade::DESC.name].contains(&step.pass.kernel.name) {
@@ -161,8 +161,8 @@ fn a_false_chain_is_seen() -> Result<(), Failed> {
         },
         |chain| chain[1].pixel += 1,
         |chain| {
-            chain[1].word.y ^= 1;
-            chain[1].replayed.y ^= 1;
+            chain[1].word.0.y ^= 1;
+            chain[1].replayed.0.y ^= 1;
         },
         |chain| {
             if let Some(Generation { origin: Origin::Candidate(index), .. }) = chain.last_mut() {

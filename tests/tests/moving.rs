@@ -12,7 +12,7 @@ use restir_kernels::restir_di::{di_combine, di_primary, di_tiles};
 use restir_shared::glam::DVec3;
 use restir_shared::layout::{Extent, NONE, SceneHeader};
 use restir_shared::technique::path::PathParams;
-use restir_shared::technique::restir_di::{DI_OTHER_FRAME, DiParams, TileParams};
+use restir_shared::technique::restir_di::{DiParams, Flags, TileParams};
 use restir_tests::bias::{ensure_biased, ensure_unbiased, film_moments, path_moments};
 use restir_tests::device;
 use restir_tests::lockstep::{first_divergence, trace};
@@ -187,7 +187,7 @@ fn without_new_tiles(pass: &mut Pass) {
 
 fn edit_temporal(pass: &mut Pass, change: impl Fn(&mut DiParams)) {
     edit(pass, |params: &mut DiParams| {
-        if params.flags & DI_OTHER_FRAME != 0 {
+        if params.flags.contains(Flags::OTHER_FRAME) {
             change(params);
         }
     });

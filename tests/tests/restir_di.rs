@@ -7,7 +7,7 @@ use restir_host::plan::Pass;
 use restir_host::render::{self, Render};
 use restir_host::replay::{Counts, Recording};
 use restir_host::scene::{Camera, Material, Mesh, Scene};
-use restir_host::technique::restir_di::{DiSettings, MisForm};
+use restir_host::technique::restir_di::DiSettings;
 use restir_kernels::restir_di::{di_combine, di_exchange, di_gather, di_offer, di_primary};
 use restir_shared::glam::{DVec3, UVec4, Vec3};
 use restir_shared::layout::FilmPixel;
@@ -17,7 +17,7 @@ use restir_shared::resample::packed::LEVELS;
 use restir_shared::scene::{AddressedLights, AnyScene, LightAddress, Surface, Trace};
 use restir_shared::technique::path::PathParams;
 use restir_shared::technique::restir_di::{
-    self as passes, DI_FINAL_RAY, DI_MIS_VISIBILITY, DI_OTHER_FRAME, DiPairs, DiParams, DiPoint, Stored,
+    self as passes, DiPairs, DiParams, DiPoint, Flags, PackedHit, PackedReservoir, Stored,
 };
 use restir_tests::bias::{ensure_biased, ensure_unbiased, film_moments, path_moments};
 use restir_tests::capture::{Capture, captured, last};
@@ -204,7 +204,7 @@ fn without_neighbours_a_reservoir_stays() -> Result<(), Failed> {
     for text in with_all_forms(["still=off", "still=off,visibility_reuse=weights"]) {
         let captures = captured(plan(&buffers, &render([12, 12], &plain(&text), 3, 5)))?;
         for combine in captures.iter().filter(is_combine) {
-            let in_place = combine.params::<DiParams>().flags & DI_OTHER_FRAME != 0;
+            let in_place = combine.params::<DiParams>().flags.contains(Flags::OTHER_FRAME);
             let own: Vec<[u32; 4]> = combine.plane(if in_place { "reservoirs" } else { "others" });
             for neighbours in [0, 4] {
                 // no cosine is so large
@@ -219,7 +219,7 @@ fn without_neighbours_a_reservoir_stays() -> Result<(), Failed> {
 
 /// Every form of MIS with every text.
 fn with_all_forms<const N: usize>(texts: [&str; N]) -> impl Iterator<Item = String> {
-    MisForm::ALL.into_iter().flat_map(move |form| texts.map(|text| format!("mis={},{text}", form.name())))
+    Mis::ALL.into_iter().flat_map(move |form| texts.map(|text| format!("mis={},{text}", form.name())))
 }
 
 /// With visibility in the MIS weights a pixel knows that of its sample.
@@ -317,7 +317,7 @@ fn broken_words_are_empty_reservoirs() -> Result<(), Failed> {
         let stored = stored(&mut random);
         let word = stored.pack();
         for weight in [f32::NAN, -f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0, f32::MAX, 1.0e-40] {
-            let broken = UVec4 { w: weight.to_bits(), ..word };
+            let broken = PackedReservoir(UVec4 { w: weight.to_bits(), ..word.0 });
             ensure(Stored::unpack(broken) == Stored::EMPTY, || format!("{weight} from a plane"))?;
             let packed = Stored::unpack(Stored { contribution_weight: weight, ..stored }.pack());
             let limited = packed.contribution_weight <= 1.3e30 && packed.contribution_weight >= 0.0;
@@ -327,7 +327,8 @@ fn broken_words_are_empty_reservoirs() -> Result<(), Failed> {
         // 1.5, infinity and NaN as halves; with the highest bit it would be a colour
         for half in [0x3e00_u32, 0x7c00, 0x7e00] {
             let visibility = |word: u32, byte: u32| (word & 0x00ff_ffff) | (byte << 24);
-            let broken = UVec4 { y: visibility(word.y, half >> 8), z: visibility(word.z, half & 0xff), ..word };
+            let [y, z] = [visibility(word.0.y, half >> 8), visibility(word.0.z, half & 0xff)];
+            let broken = PackedReservoir(UVec4 { y, z, ..word.0 });
             ensure(Stored::unpack(broken) == Stored::EMPTY, || format!("visibility {half:x}"))?;
         }
     }
@@ -337,8 +338,8 @@ fn broken_words_are_empty_reservoirs() -> Result<(), Failed> {
 /// A frame that is shaded with neighbours in one pass, and what that pass exchanges.
 struct Shaded<'a, S> {
     scene: &'a S,
-    hits: Vec<UVec4>,
-    reservoirs: Vec<UVec4>,
+    hits: Vec<PackedHit>,
+    reservoirs: Vec<PackedReservoir>,
     params: DiParams,
     points: Vec<DiPoint>,
     pairs: Vec<DiPairs>,
@@ -387,19 +388,19 @@ impl<'a, S: Trace + Surface + AddressedLights> Shaded<'a, S> {
     /// The radiance that pixel `receiver` gets by way of another's sample, and the target of that sample: of what arrives,
     /// where MIS knows of visibility.
     fn seen(&self, receiver: usize, sample: usize) -> ([f64; 3], f64) {
-        let Self { scene, params, .. } = self;
+        let scene = self.scene;
+        let params = &DiParams { flags: self.params.flags | Flags::FINAL_RAY, ..self.params };
         let at = [receiver as u32 % GRID.width, receiver as u32 / GRID.width];
         let (hit, reservoir) = (self.hits[receiver], self.reservoirs[sample]);
-        let flags = params.flags | DI_FINAL_RAY;
-        let pixel = passes::shade(*scene, params, flags, [hit, reservoir], FilmPixel::default(), at);
+        let pixel = passes::shade(scene, params, hit, reservoir, FilmPixel::default(), at);
         let sent = pixel.sum.map(f64::from);
         let stored = Stored::unpack(reservoir);
-        let unshadowed = passes::target(*scene, params, flags, hit, at, stored.sample);
+        let unshadowed = passes::target(scene, params, hit, at, stored.sample);
         let weight = f64::from(stored.contribution_weight);
-        let target = match flags & DI_MIS_VISIBILITY {
+        let target = match params.flags.contains(Flags::MIS_VISIBILITY) {
             _ if !stored.has_sample() => 0.0,
-            0 => f64::from(unshadowed),
-            _ => luminance(sent) / weight,
+            false => f64::from(unshadowed),
+            true => luminance(sent) / weight,
         };
         (sent, target)
     }
@@ -613,7 +614,7 @@ fn unbiased_settings_agree_with_paths() -> Result<(), Failed> {
 /// Settings that the host calls biased or refuses, with the direction of their bias.
 fn wrong_settings_are_seen() -> Result<(), Failed> {
     // visibility in MIS without initial visibility: samples are believed to be visible at their own pixel
-    let believed: fn(&mut Pass) = |pass| edit(pass, |p: &mut DiParams| p.flags |= DI_MIS_VISIBILITY);
+    let believed: fn(&mut Pass) = |pass| edit(pass, |p: &mut DiParams| p.flags = p.flags | Flags::MIS_VISIBILITY);
     let rows: [(_, fn(&mut Pass), _); 4] = [
         ("mis=1/m,visibility_reuse=candidates", |_| (), -1.0),
         ("mis=constant,visibility_reuse=candidates", |_| (), -1.0),

@@ -13,13 +13,14 @@ use restir_kernels::KernelDesc;
 use restir_kernels::restir_di::{di_combine, di_initial, di_shade};
 use restir_shared::camera::camera_ray;
 use restir_shared::geometry::Ray;
-use restir_shared::glam::{UVec4, Vec3};
+use restir_shared::glam::Vec3;
 use restir_shared::layout::FilmPixel;
+use restir_shared::resample::mis::Mis;
 use restir_shared::rng::Rng;
 use restir_shared::scene::{
     AddressedLights, AnyFrames, AnyScene, LightAddress, SceneView, Still, Surface, SurfacePoint,
 };
-use restir_shared::technique::restir_di::{self as technique, DI_OTHER_FRAME, DiParams, Stored};
+use restir_shared::technique::restir_di::{self as technique, DiParams, Flags, PackedHit, PackedReservoir, Stored};
 use restir_tests::bias::{ensure_biased, ensure_unbiased, path_moments};
 use restir_tests::native::plan;
 use restir_tests::scenes::{BOARD, Setting, coloured, path_params, penumbra, white};
@@ -58,7 +59,7 @@ fn params_of(kernel: &KernelDesc, pass: &Pass) -> Option<DiParams> {
 }
 
 /// Every plane of reservoirs that a pass has made.
-fn reservoirs(buffers: &SceneBuffers, run: &Run, seed: u32) -> Result<Vec<Vec<UVec4>>, Failed> {
+fn reservoirs(buffers: &SceneBuffers, run: &Run, seed: u32) -> Result<Vec<Vec<PackedReservoir>>, Failed> {
     let mut planes = Vec::new();
     let render = run.render(seed);
     CpuExecutor::inline().run(plan(buffers, &render), &mut |step| {
@@ -83,7 +84,8 @@ fn sample_weight_and_confidence_do_not_know_of_the_averaging() -> Result<(), Fai
             configure_by(&mut settings, row)?;
             reservoirs(&buffers, &Run { size: [24, 24], frames: 6, from: 0, settings }, seed)
         };
-        let bare = |planes: &[Vec<UVec4>]| planes.concat().into_iter().map(without_visibility).collect::<Vec<_>>();
+        let bare =
+            |planes: &[Vec<PackedReservoir>]| planes.concat().into_iter().map(without_visibility).collect::<Vec<_>>();
         let averaged = of(Visibility::Averaged, 3)?;
         let selected = of(Visibility::Selected, 3)?;
         let differ = averaged.concat().iter().zip(selected.concat()).filter(|(a, b)| *a != b).count();
@@ -112,11 +114,11 @@ struct Offline<'a> {
 }
 
 impl<'a> Offline<'a> {
-    fn new(view: &'a SceneView<'a>, p: &DiParams, hits: &[UVec4]) -> Self {
-        let point = |(i, &word): (u32, &UVec4)| {
+    fn new(view: &'a SceneView<'a>, p: &DiParams, hits: &[PackedHit]) -> Self {
+        let point = |(i, hit): (u32, &PackedHit)| {
             let [x, y] = [i % p.width, i / p.width];
             let ray = camera_ray(&p.camera, false, &Rng::new(x, y, p.frame, p.seed), x, y);
-            (view.surface(&ray, &technique::unpack_hit(word)), ray)
+            (view.surface(&ray, &hit.unpack()), ray)
         };
         Self { view, points: (0..).zip(hits).map(point).collect(), width: p.width }
     }
@@ -141,8 +143,8 @@ impl<'a> Offline<'a> {
     fn inputs(
         &self,
         at: usize,
-        own: UVec4,
-        others: &[UVec4],
+        own: PackedReservoir,
+        others: &[PackedReservoir],
         events: &[Event],
         cap: Option<f32>,
     ) -> Option<(Vec<Input>, usize)> {
@@ -208,7 +210,7 @@ struct Tally {
 impl Tally {
     /// Checks one combine: the stored visibility lies within the rounding of a half (Tokuyoshi, eq. 4), sample and
     /// contribution weight are the selection's.
-    fn check(&mut self, offline: &Offline<'_>, inputs: &[Input], made: UVec4) {
+    fn check(&mut self, offline: &Offline<'_>, inputs: &[Input], made: PackedReservoir) {
         let weights = offline.weights(inputs);
         let sum: f64 = weights.iter().sum();
         let mean = |weights: &[f64]| {
@@ -267,13 +269,13 @@ fn the_average_is_the_weighted_mean_and_costs_one_ray_a_neighbour() -> Result<()
             let (hits, other_hits) = (plane("hits")?, plane("other_hits")?);
             let (others, made) = (plane("others")?, plane("reservoirs")?);
             let offline = offline.get_or_insert_with(|| Offline::new(&view, &p, &hits));
-            let temporal = p.flags & DI_OTHER_FRAME != 0;
+            let temporal = p.flags.contains(Flags::OTHER_FRAME);
             for at in 0..made.len() {
                 let own = if temporal { initial[at] } else { others[at] };
                 let recording = Recording::new(&view);
                 let planes = technique::Planes { hits: &hits, other_hits: &other_hits, others: &others };
                 let place = [at as u32 % offline.width, at as u32 / offline.width];
-                if technique::combine(Still(&recording), &p, p.flags, &planes, own, place) != made[at] {
+                if technique::combine(Still(&recording), &p, &planes, own, place).0 != made[at] {
                     tally.failures.push("a combine alone is not what it is in a frame".to_owned());
                 }
                 rays[0] += recording.counts().shadow as usize;
@@ -306,7 +308,7 @@ fn shadow_rays(buffers: &SceneBuffers, settings: DiSettings) -> Result<[f64; 4],
     let mut rays = [0; 4];
     let render = run.render(1);
     CpuExecutor::run_over(&Still(&recording), plan(buffers, &render), &mut |step| {
-        let is_temporal = |p: DiParams| p.flags & DI_OTHER_FRAME != 0;
+        let is_temporal = |p: DiParams| p.flags.contains(Flags::OTHER_FRAME);
         let kind = match step.pass.kernel.name {
             name if name == di_initial::DESC.name => 0,
             name if name == di_shade::DESC.name => 3,

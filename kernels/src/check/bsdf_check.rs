@@ -1,22 +1,8 @@
 //! Scattering functions on given operands, so that host and device are compared at the ends of the ranges.
 
+use super::Probes;
 use restir_shared::bsdf::{Bsdf, Material};
 use restir_shared::glam::{UVec4, Vec3};
-use restir_shared::layout::Extent;
-
-/// Parameters of the kernel `bsdf_check`.
-#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-#[repr(C)]
-pub struct BsdfCheckParams {
-    /// Number of probes.
-    pub count: u32,
-}
-
-impl Extent for BsdfCheckParams {
-    fn extent(&self) -> [u32; 2] {
-        [self.count, 1]
-    }
-}
 
 /// Operands of a probe: a material, directions and random words.
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
@@ -106,7 +92,7 @@ kernel! {
     /// Evaluates one probe an invocation.
     pub fn bsdf_check(64, 1) {
         constants { 0: features = 0xffff_ffff }
-        params 0: BsdfCheckParams,
+        params 0: Probes,
         read { 1: operands: BsdfOperands },
         own { 2: results: BsdfResults },
     }
@@ -115,10 +101,5 @@ kernel! {
 
 #[cfg(feature = "cases")]
 pub(super) fn cases() -> Vec<crate::Case> {
-    [("ends", super::operands::bsdf_ends()), ("random", super::operands::random_bsdf_operands(4096))]
-        .map(|(name, operands)| {
-            let params = BsdfCheckParams { count: operands.len() as u32 };
-            crate::Case::new(&DESC, name, params.count, 1).with(&[params]).with(&operands).output()
-        })
-        .into()
+    super::probes(&DESC, [("ends", super::operands::bsdf_ends()), ("random", super::operands::random_bsdf_operands(4096))])
 }

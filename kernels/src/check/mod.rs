@@ -12,6 +12,30 @@ kernels! {
     size_probe,
 }
 
+/// Parameters of a kernel that evaluates one probe an invocation.
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct Probes {
+    /// Number of probes.
+    pub count: u32,
+}
+
+impl restir_shared::layout::Extent for Probes {
+    fn extent(&self) -> [u32; 2] {
+        [self.count, 1]
+    }
+}
+
+/// The parity cases of a kernel of probes, by name.
+#[cfg(feature = "cases")]
+fn probes<T: bytemuck::Pod>(kernel: &'static crate::KernelDesc, operands: [(&str, Vec<T>); 2]) -> Vec<crate::Case> {
+    let case = |(name, operands): (&str, Vec<T>)| {
+        let params = Probes { count: operands.len() as u32 };
+        crate::Case::new(kernel, name, params.count, 1).with(&[params]).with(&operands).output()
+    };
+    operands.map(case).into()
+}
+
 /// The parity cases of these kernels.
 #[cfg(feature = "cases")]
 pub(crate) fn cases() -> Vec<crate::Case> {

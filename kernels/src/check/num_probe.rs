@@ -1,24 +1,10 @@
 //! Probes of the scalar functions that `self_check` leaves out, of colour and of packed formats. Apart from it, because
 //! that one is compiled and run whenever a device is opened.
 
+use super::Probes;
 use restir_shared::glam::Vec3;
-use restir_shared::layout::Extent;
 use restir_shared::num::{self, eft};
 use restir_shared::{color, pack};
-
-/// Parameters of the kernel `num_probe`.
-#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-#[repr(C)]
-pub struct NumProbeParams {
-    /// Number of probes.
-    pub count: u32,
-}
-
-impl Extent for NumProbeParams {
-    fn extent(&self) -> [u32; 2] {
-        [self.count, 1]
-    }
-}
 
 /// Operands of a probe.
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
@@ -125,7 +111,7 @@ kernel! {
     /// Evaluates one probe an invocation.
     pub fn num_probe(64, 1) {
         constants {}
-        params 0: NumProbeParams,
+        params 0: Probes,
         read { 1: operands: NumOperands },
         own { 2: results: NumResults },
     }
@@ -134,10 +120,5 @@ kernel! {
 
 #[cfg(feature = "cases")]
 pub(super) fn cases() -> Vec<crate::Case> {
-    [("boundaries", super::operands::num_boundaries()), ("random", super::operands::num_random(8192))]
-        .map(|(name, operands)| {
-            let count = operands.len() as u32;
-            crate::Case::new(&DESC, name, count, 1).with(&[NumProbeParams { count }]).with(&operands).output()
-        })
-        .into()
+    super::probes(&DESC, [("boundaries", super::operands::num_boundaries()), ("random", super::operands::num_random(8192))])
 }

@@ -1,26 +1,12 @@
 //! Probes of the numeric contract: the discriminators, and the functions of `num` that every technique uses, on given
 //! operands. `num_probe` has the others.
 
+use super::Probes;
 #[cfg(not(target_arch = "spirv"))]
 use restir_shared::glam::UVec4;
-use restir_shared::layout::Extent;
 use restir_shared::num::{self, eft};
 #[cfg(not(target_arch = "spirv"))]
 use restir_shared::rng::{pcg4d, unit};
-
-/// Parameters of the kernel `self_check`.
-#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-#[repr(C)]
-pub struct SelfCheckParams {
-    /// Number of probes.
-    pub count: u32,
-}
-
-impl Extent for SelfCheckParams {
-    fn extent(&self) -> [u32; 2] {
-        [self.count, 1]
-    }
-}
 
 /// Operands of a probe.
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
@@ -107,7 +93,7 @@ kernel! {
     /// Evaluates one probe an invocation.
     pub fn self_check(64, 1) {
         constants {}
-        params 0: SelfCheckParams,
+        params 0: Probes,
         read { 1: operands: Operands },
         own { 2: results: Results },
     }
@@ -162,10 +148,5 @@ pub fn random_operands(count: u32) -> Vec<Operands> {
 
 #[cfg(feature = "cases")]
 pub(super) fn cases() -> Vec<crate::Case> {
-    [("boundaries", boundary_operands()), ("random", random_operands(4096))]
-        .map(|(name, operands)| {
-            let count = operands.len() as u32;
-            crate::Case::new(&DESC, name, count, 1).with(&[SelfCheckParams { count }]).with(&operands).output()
-        })
-        .into()
+    super::probes(&DESC, [("boundaries", boundary_operands()), ("random", random_operands(4096))])
 }

@@ -1,7 +1,6 @@
 //! Temporal and spatial reuse of ReSTIR DI.
 
-use restir_shared::glam::UVec4;
-use restir_shared::technique::restir_di::{self, DiParams};
+use restir_shared::technique::restir_di::{self, DiParams, PackedHit, PackedReservoir, Planes};
 
 kernel! {
     /// Each pixel's reservoir, combined with others: of the last frame in place, of the same frame into another plane.
@@ -9,11 +8,12 @@ kernel! {
         constants { 0: features = 0xffff_ffff, 1: settings = 0xffff_ffff }
         params 0: DiParams,
         asks frames(features) { 1: geometry, 2: attributes, 3: texels },
-        read { 4: hits: UVec4, 5: other_hits: UVec4, 6: others: UVec4 },
-        own { 7: reservoirs: UVec4 },
+        read { 4: hits: PackedHit, 5: other_hits: PackedHit, 6: others: PackedReservoir },
+        own { 7: reservoirs: PackedReservoir },
     }
     |x, y, at, p, frames| {
-        let planes = restir_di::Planes { hits, other_hits, others };
-        reservoirs[at] = restir_di::combine(frames, &p, p.flags & settings, &planes, reservoirs[at], [x, y])
+        let planes = Planes { hits, other_hits, others };
+        let (reservoir, _) = restir_di::combine(frames, &p.specialised(settings), &planes, reservoirs[at], [x, y]);
+        reservoirs[at] = reservoir
     }
 }

@@ -1,8 +1,7 @@
 //! Shading with neighbours, second part.
 
-use restir_shared::glam::UVec4;
 use restir_shared::layout::FilmPixel;
-use restir_shared::technique::restir_di::{self, DiPairs, DiParams, DiPoint};
+use restir_shared::technique::restir_di::{self, DiPairs, DiParams, DiPoint, PackedHit};
 
 kernel! {
     /// The targets of neighbours' samples at each pixel, and what they send by way of it.
@@ -10,12 +9,12 @@ kernel! {
         constants { 0: features = 0xffff_ffff, 1: settings = 0xffff_ffff }
         params 0: DiParams,
         asks scene(features) { 1: geometry, 2: attributes, 3: texels },
-        read { 4: hits: UVec4, 5: points: DiPoint },
+        read { 4: hits: PackedHit, 5: points: DiPoint },
         own { 6: pairs: DiPairs, 7: film: FilmPixel },
     }
     |x, y, at, p, scene| {
         let hit = hits[(y * p.width + x) as usize];
-        let (targets, sent) = restir_di::exchange(scene, &p, p.flags & settings, points, hit, [x, y]);
+        let (targets, sent) = restir_di::exchange(scene, &p.specialised(settings), points, hit, [x, y]);
         pairs[at] = targets;
         film[at] = sent
     }

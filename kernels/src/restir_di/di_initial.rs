@@ -1,8 +1,7 @@
 //! Initial candidates of ReSTIR DI.
 
-use restir_shared::glam::UVec4;
 use restir_shared::layout::FilmPixel;
-use restir_shared::technique::restir_di::{self, DiParams};
+use restir_shared::technique::restir_di::{self, DiParams, PackedHit, PackedReservoir, TileWords};
 
 kernel! {
     /// A reservoir of each pixel's candidates, and the radiance that needs no resampling.
@@ -10,12 +9,12 @@ kernel! {
         constants { 0: features = 0xffff_ffff, 1: settings = 0xffff_ffff }
         params 0: DiParams,
         asks scene(features) { 1: geometry, 2: attributes, 3: texels },
-        read { 4: hits: UVec4, 5: tiles: UVec4 },
-        own { 6: reservoirs: UVec4, 7: direct: FilmPixel },
+        read { 4: hits: PackedHit, 5: tiles: TileWords },
+        own { 6: reservoirs: PackedReservoir, 7: direct: FilmPixel },
     }
     |x, y, at, p, scene| {
         let hit = hits[(y * p.width + x) as usize];
-        let (reservoir, radiance) = restir_di::initial(&scene, &p, p.flags & settings, tiles, hit, [x, y]);
+        let (reservoir, radiance, _) = restir_di::initial(&scene, &p.specialised(settings), tiles, hit, [x, y]);
         reservoirs[at] = reservoir;
         direct[at] = radiance
     }

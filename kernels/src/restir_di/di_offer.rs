@@ -1,7 +1,6 @@
 //! Shading with neighbours, first part.
 
-use restir_shared::glam::UVec4;
-use restir_shared::technique::restir_di::{self, DiParams, DiPoint};
+use restir_shared::technique::restir_di::{self, DiParams, DiPoint, PackedHit, PackedReservoir};
 
 kernel! {
     /// What each pixel shows its neighbours.
@@ -9,11 +8,11 @@ kernel! {
         constants { 0: features = 0xffff_ffff, 1: settings = 0xffff_ffff }
         params 0: DiParams,
         asks scene(features) { 1: geometry, 2: attributes, 3: texels },
-        read { 4: hits: UVec4, 5: reservoirs: UVec4 },
+        read { 4: hits: PackedHit, 5: reservoirs: PackedReservoir },
         own { 6: points: DiPoint },
     }
     |x, y, at, p, scene| {
         let index = (y * p.width + x) as usize;
-        points[at] = restir_di::offer(scene, &p, p.flags & settings, [hits[index], reservoirs[index]], [x, y])
+        points[at] = restir_di::offer(scene, &p.specialised(settings), hits[index], reservoirs[index], [x, y])
     }
 }

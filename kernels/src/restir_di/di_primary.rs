@@ -1,7 +1,6 @@
 //! First pass of ReSTIR DI.
 
-use restir_shared::glam::UVec4;
-use restir_shared::technique::restir_di::{self, DiParams};
+use restir_shared::technique::restir_di::{self, DiParams, PackedHit};
 
 kernel! {
     /// What each pixel sees.
@@ -11,7 +10,7 @@ kernel! {
         // rays need no more
         asks scene(0) { 1: geometry },
         read {},
-        own { 2: hits: UVec4 },
+        own { 2: hits: PackedHit },
     }
-    |x, y, at, p, scene| hits[at] = restir_di::primary(&scene, &p, p.flags & settings, [x, y])
+    |x, y, at, p, scene| hits[at] = restir_di::primary(&scene, &p.specialised(settings), [x, y])
 }

@@ -1,8 +1,7 @@
 //! Last pass of ReSTIR DI, where each pixel shades its own sample.
 
-use restir_shared::glam::UVec4;
 use restir_shared::layout::FilmPixel;
-use restir_shared::technique::restir_di::{self, DiParams};
+use restir_shared::technique::restir_di::{self, DiParams, PackedHit, PackedReservoir};
 
 kernel! {
     /// The radiance of each pixel by way of its reservoir, as a film's sample.
@@ -10,11 +9,11 @@ kernel! {
         constants { 0: features = 0xffff_ffff, 1: settings = 0xffff_ffff }
         params 0: DiParams,
         asks scene(features) { 1: geometry, 2: attributes, 3: texels },
-        read { 4: hits: UVec4, 5: reservoirs: UVec4, 6: direct: FilmPixel },
+        read { 4: hits: PackedHit, 5: reservoirs: PackedReservoir, 6: direct: FilmPixel },
         own { 7: film: FilmPixel },
     }
     |x, y, at, p, scene| {
         let index = (y * p.width + x) as usize;
-        film[at] = restir_di::shade(scene, &p, p.flags & settings, [hits[index], reservoirs[index]], direct[index], [x, y])
+        film[at] = restir_di::shade(scene, &p.specialised(settings), hits[index], reservoirs[index], direct[index], [x, y])
     }
 }

@@ -10,7 +10,7 @@ use crate::layout::{FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_GLOSSY,
 use crate::num::{self, eft, mul_wide};
 use crate::rng;
 use crate::sampling::{cosine_hemisphere_pdf, invert_cosine_hemisphere, sample_cosine_hemisphere};
-use crate::vec::{dot, luminance};
+use crate::vec::{dot, flush, luminance};
 use glam::{UVec4, Vec2, Vec3};
 
 /// A lobe that contributes is chosen at least this often, however small its estimate is.
@@ -589,10 +589,4 @@ fn cells_below(p: f32) -> u32 {
     let scaled = num::clamp(p, 0.0, 1.0) * CELLS;
     let cell = scaled as u32;
     if (cell as f32) < scaled { cell.wrapping_add(1) } else { cell }
-}
-
-/// Named point of flushing: magnitudes below 2^-100 are zero.
-#[inline(always)]
-fn flush(v: Vec3) -> Vec3 {
-    Vec3::new(num::flush(v.x), num::flush(v.y), num::flush(v.z))
 }

@@ -34,9 +34,10 @@ use crate::num::Scalar;
 /// The most inputs of a combine, the canonical one included.
 pub const INPUTS: usize = 9;
 
-/// A form of the weights: one of the forms, and perhaps [`Mis::DEFENSIVE`].
+/// A form of the weights. Each has a bit, and the defensive ones [`Mis::DEFENSIVE`], too: a driver that knows which bits are zero
+/// drops what the other forms need.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Mis(pub u32);
+pub struct Mis(u32);
 
 impl Mis {
     /// See the module's table.
@@ -55,37 +56,57 @@ impl Mis {
     pub const CONSTANT: Self = Self(1 << 6);
     /// The canonical input of a pairwise form has a share of its own.
     pub const DEFENSIVE: Self = Self(1 << 7);
-    /// All bits.
-    pub const MASK: u32 = 0xff;
+    /// [`Self::PAIRWISE`] with [`Self::DEFENSIVE`].
+    pub const PAIRWISE_DEFENSIVE: Self = Self(Self::PAIRWISE.0 | Self::DEFENSIVE.0);
+    /// [`Self::PAIRWISE_COUNTED`] with [`Self::DEFENSIVE`].
+    pub const PAIRWISE_COUNTED_DEFENSIVE: Self = Self(Self::PAIRWISE_COUNTED.0 | Self::DEFENSIVE.0);
 
-    /// Both.
-    #[must_use]
+    /// Every form, and its name in settings.
+    pub const NAMED: [(&'static str, Self); 9] = [
+        ("1/m", Self::ONE_OVER_M),
+        ("1/z", Self::ONE_OVER_Z),
+        ("contribution", Self::CONTRIBUTION),
+        ("talbot", Self::TALBOT),
+        ("pairwise", Self::PAIRWISE),
+        ("pairwise-defensive", Self::PAIRWISE_DEFENSIVE),
+        ("pairwise-counted", Self::PAIRWISE_COUNTED),
+        ("pairwise-counted-defensive", Self::PAIRWISE_COUNTED_DEFENSIVE),
+        ("constant", Self::CONSTANT),
+    ];
+
+    /// The form in the lowest 8 bits of a word, whatever the others are.
     #[inline(always)]
-    pub const fn with(self, other: Self) -> Self {
-        Self(self.0 | other.0)
+    pub const fn from_bits(word: u32) -> Self {
+        Self(word & 0xff)
     }
 
+    /// The inverse of [`Self::from_bits`].
+    pub const fn bits(self) -> u32 {
+        self.0
+    }
+
+    /// Whether it is another form, or has [`Self::DEFENSIVE`], if that is the other one.
     #[inline(always)]
-    const fn is(self, other: Self) -> bool {
+    pub const fn is(self, other: Self) -> bool {
         self.0 & other.0 != 0
     }
 
     /// Whether it is one of the pairwise forms.
     #[inline(always)]
     pub const fn is_pairwise(self) -> bool {
-        self.0 & (Self::PAIRWISE.0 | Self::PAIRWISE_COUNTED.0) != 0
+        self.is(Self::PAIRWISE) | self.is(Self::PAIRWISE_COUNTED)
     }
 
     /// Whether the weight is applied after the selection.
     #[inline(always)]
     pub const fn is_after_selection(self) -> bool {
-        self.0 & (Self::ONE_OVER_M.0 | Self::ONE_OVER_Z.0 | Self::CONTRIBUTION.0) != 0
+        self.is(Self::ONE_OVER_M) | self.asks_for_selected()
     }
 
     /// Whether it asks for the targets a_j of the selected sample at all inputs.
     #[inline(always)]
     pub const fn asks_for_selected(self) -> bool {
-        self.0 & (Self::ONE_OVER_Z.0 | Self::CONTRIBUTION.0) != 0
+        self.is(Self::ONE_OVER_Z) | self.is(Self::CONTRIBUTION)
     }
 
     /// Whether it asks, before the selection, for targets at other inputs than the canonical one.

@@ -62,7 +62,7 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     #[inline(always)]
     fn shading(&self, triangle: u32, b: Vec2, geometric: Vec3) -> Shading {
         let at = (self.header.shading_base + triangle * SHADING_WORDS) as usize;
-        let (w0, w1, w2) = (self.geometry[at], self.geometry[at + 1], self.geometry[at + 2]);
+        let (w0, w1) = (self.geometry[at], self.geometry[at + 1]);
         let weights = Vec3::new(1.0 - b.x - b.y, b.x, b.y);
         let mix = |p: u32, q: u32, r: u32| {
             decode_unit_vector(p) * weights.x + decode_unit_vector(q) * weights.y + decode_unit_vector(r) * weights.z
@@ -72,14 +72,11 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
         let normal = if smooth { normalize(normal) } else { geometric };
         let normal = if dot(normal, geometric) < 0.0 { -normal } else { normal };
         let tangent = if self.has(FEATURE_TEXTURES) { mix(w0.w, w1.x, w1.y) } else { Vec3::ZERO };
-        let f = f32::from_bits;
-        let uv = Vec2::new(f(w1.z), f(w1.w)) * weights.x
-            + Vec2::new(f(w2.x), f(w2.y)) * weights.y
-            + Vec2::new(f(w2.z), f(w2.w)) * weights.z;
-        Shading { normal, tangent, bitangent_sign: if w0.w & 1 == 0 { 1.0 } else { -1.0 }, uv }
+        let bitangent_sign = if w0.w & 1 == 0 { 1.0 } else { -1.0 };
+        Shading { normal, tangent, bitangent_sign, uv: self.uv(triangle, b) }
     }
 
-    /// Texture coordinates alone.
+    /// Texture coordinates.
     #[inline(always)]
     fn uv(&self, triangle: u32, b: Vec2) -> Vec2 {
         let at = (self.header.shading_base + triangle * SHADING_WORDS) as usize;
@@ -160,9 +157,7 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
             t * ((texel.x * 2.0 - 1.0) * scale) + b * ((texel.y * 2.0 - 1.0) * scale) + n * (texel.z * 2.0 - 1.0);
         if dot(mapped, mapped) < MIN_LENGTH_SQUARED { n } else { normalize(mapped) }
     }
-}
 
-impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     /// A point, with its shading normal and the texture of its emission, or without.
     #[inline(always)]
     fn point<const SHADED: bool>(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {

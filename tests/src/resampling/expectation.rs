@@ -48,8 +48,8 @@ pub fn factor(form: Form, m: &[f64], a: &[f64], i: usize) -> f64 {
 
 /// The neighbours' trust against the canonical input, the shares of the pairs and what is the canonical input's alone.
 fn pairwise(mis: Mis, m: &[f64], a: &[f64], i: usize) -> f64 {
-    let counted = mis.0 & Mis::PAIRWISE_COUNTED.0 != 0;
-    let defensive = mis.0 & Mis::DEFENSIVE.0 != 0;
+    let counted = mis.is(Mis::PAIRWISE_COUNTED);
+    let defensive = mis.is(Mis::DEFENSIVE);
     let requested = (m.len() - 1) as f64;
     let others: f64 = m[1..].iter().sum();
     let valid = m[1..].iter().filter(|m| **m > 0.0).count() as f64;

@@ -55,8 +55,8 @@ impl Form {
         Self::Library(Mis::TALBOT),
         Self::Library(Mis::PAIRWISE_COUNTED),
         Self::Library(Mis::PAIRWISE),
-        Self::Library(Mis::PAIRWISE.with(Mis::DEFENSIVE)),
-        Self::Library(Mis::PAIRWISE_COUNTED.with(Mis::DEFENSIVE)),
+        Self::Library(Mis::PAIRWISE_DEFENSIVE),
+        Self::Library(Mis::PAIRWISE_COUNTED_DEFENSIVE),
     ];
 
     /// What tables call it.

@@ -65,7 +65,7 @@ fn one_combine(form: Form, random: &mut SplitMix) -> [f64; 3] {
 }
 
 fn combines(seed: u64, trials: u64) -> Vec<Toy> {
-    let unbiased = [Mis::ONE_OVER_M, Mis::CONSTANT, Mis::TALBOT, Mis::PAIRWISE, Mis::PAIRWISE.with(Mis::DEFENSIVE)];
+    let unbiased = [Mis::ONE_OVER_M, Mis::CONSTANT, Mis::TALBOT, Mis::PAIRWISE, Mis::PAIRWISE_DEFENSIVE];
     let measured = |form| measure(seed, trials, |random| one_combine(form, random));
     let toy =
         |name: &str, selected, averaged, claim| Toy { name: format!("one combine, {name}"), selected, averaged, claim };

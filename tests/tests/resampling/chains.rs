@@ -14,7 +14,7 @@ const MERGES: u64 = 1_000_000;
 /// Merges whose mean counts as one value: many times as many as the history remembers.
 const BLOCK: u64 = 2_000;
 const CAP: f64 = 20.0;
-const FORMS: [Mis; 3] = [Mis::TALBOT, Mis::PAIRWISE.with(Mis::DEFENSIVE), Mis::CONTRIBUTION];
+const FORMS: [Mis; 3] = [Mis::TALBOT, Mis::PAIRWISE_DEFENSIVE, Mis::CONTRIBUTION];
 
 /// Means, relative to the truth, over the blocks of one chain whose history counts for at most [`CAP`] frames.
 fn block_means<T: Real>(form: Mis) -> Vec<f64> {

@@ -33,8 +33,8 @@ const LIBRARY: [Golden; 11] = [
     // two inputs: the defensive balance heuristic of bevy is the defensive pairwise form
     (Library(DEFENSIVE), &[0.466_666_7, 0.184_615_4], &[1.0; 2], None),
 ];
-const DEFENSIVE: Mis = Mis::PAIRWISE.with(Mis::DEFENSIVE);
-const COUNTED_DEFENSIVE: Mis = Mis::PAIRWISE_COUNTED.with(Mis::DEFENSIVE);
+const DEFENSIVE: Mis = Mis::PAIRWISE_DEFENSIVE;
+const COUNTED_DEFENSIVE: Mis = Mis::PAIRWISE_COUNTED_DEFENSIVE;
 
 const LITERAL: [Golden; 2] = [
     (LiteralContribution, &[1.0, 1.0, 0.8], &[4.0 / 7.0, 15.0 / 22.0, 0.75], None),

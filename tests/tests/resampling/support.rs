@@ -12,8 +12,8 @@ pub(crate) const MIS: [Mis; 9] = [
     Mis::TALBOT,
     Mis::PAIRWISE,
     Mis::PAIRWISE_COUNTED,
-    Mis::PAIRWISE.with(Mis::DEFENSIVE),
-    Mis::PAIRWISE_COUNTED.with(Mis::DEFENSIVE),
+    Mis::PAIRWISE_DEFENSIVE,
+    Mis::PAIRWISE_COUNTED_DEFENSIVE,
 ];
 
 /// Those that are unbiased although inputs differ in what they can produce.

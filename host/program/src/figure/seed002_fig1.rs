@@ -8,10 +8,9 @@ use restir::exec::{CpuExecutor, Executor, Step};
 use restir::render::{self, Progress, Render};
 use restir::{Error, buffers::SceneBuffers, image::Image, scene::Scene, technique::restir_di::DiSettings};
 use restir_kernels::restir_di::di_shade;
-use restir_shared::glam::UVec4;
+use restir_shared::glam::Vec3;
 use restir_shared::layout::FilmPixel;
-use restir_shared::pack::f32_from_half;
-use restir_shared::technique::restir_di::{DiParams, shade};
+use restir_shared::technique::restir_di::{DiParams, Stored, shade};
 
 use super::averaging::{METHODS, settings};
 use super::claim::{self, Claim};
@@ -28,34 +27,21 @@ const REDUCTION: f64 = 1.5;
 /// Where the ratio of variances is white in its map.
 const WHITE_RATIO: f64 = 4.0;
 
-/// A half of 1, in the places where a reservoir's word has the bytes of its visibility.
-const SEEN: UVec4 = UVec4::new(0, 0x3c00_0000, 0, 0);
-const LOW: u32 = 0x00ff_ffff;
-
-/// A reservoir's sample, contribution weight and confidence.
-fn without_visibility(word: UVec4) -> UVec4 {
-    UVec4::new(word.x, word.y & LOW, word.z & LOW, word.w)
-}
-
-fn visibility(word: UVec4) -> f64 {
-    f64::from(f32_from_half((word.y >> 24 << 8) | (word.z >> 24)))
-}
-
 /// Whether a reservoir has a weight. Where it has none, nothing is multiplied by its visibility.
-fn weighs(word: UVec4) -> bool {
-    f32::from_bits(word.w) > 0.0
+fn weighs(reservoir: &Stored) -> bool {
+    reservoir.contribution_weight > 0.0
 }
 
-/// The reservoir, as if its sample were visible.
-fn seen(word: UVec4) -> UVec4 {
-    without_visibility(word) | SEEN
+/// What a reservoir takes for visible; nothing without a weight.
+fn visibility(reservoir: &Stored) -> f64 {
+    if weighs(reservoir) { reservoir.visibility.x.into() } else { 0.0 }
 }
 
 /// What a method made of a chain of frames.
 #[derive(Default)]
 struct Chain {
     /// The reservoirs of every frame, one after the other, without their visibility.
-    samples: Vec<UVec4>,
+    samples: Vec<Stored>,
     /// Of each pixel over the frames that count.
     visibility: Vec<Moments>,
     /// Of the last frame: as shaded, its visibility, and as shaded without.
@@ -164,23 +150,24 @@ fn chain(scene: &SceneBuffers, render: &Render, first: u32) -> Result<Chain, Err
     chain.visibility.resize((render.width * render.height) as usize, Moments::default());
     let mut shaded = |step: &Step<'_>| -> Result<(), Error> {
         let p: DiParams = bytemuck::pod_read_unaligned(bytemuck::cast_slice(&step.pass.params));
-        let reservoirs: Vec<UVec4> = step.plane("reservoirs")?;
-        chain.samples.extend(reservoirs.iter().map(|&word| without_visibility(word)));
+        let reservoirs: Vec<Stored> = step.plane("reservoirs")?.into_iter().map(Stored::unpack).collect();
+        let with = |visibility, reservoir: &Stored| Stored { visibility, ..*reservoir };
+        chain.samples.extend(reservoirs.iter().map(|reservoir| with(Vec3::ZERO, reservoir)));
         if p.frame >= first {
-            let pixels = chain.visibility.iter_mut().zip(&reservoirs).filter(|(_, word)| weighs(**word));
-            pixels.for_each(|(moments, &word)| moments.push(visibility(word)));
+            let pixels = chain.visibility.iter_mut().zip(&reservoirs).filter(|(_, reservoir)| weighs(reservoir));
+            pixels.for_each(|(moments, reservoir)| moments.push(reservoir.visibility.x.into()));
         }
         if p.frame + 1 == render.count {
-            let [hits, direct]: [Vec<UVec4>; 2] = [step.plane("hits")?, step.plane("direct")?];
-            let film: Vec<FilmPixel> = step.plane("film")?;
+            let [direct, film]: [Vec<FilmPixel>; 2] = [step.plane("direct")?, step.plane("film")?];
+            let hits = step.plane("hits")?;
             let unseen = |i: usize| {
                 let at = [i as u32 % render.width, i as u32 / render.width];
-                shade(view, &p, p.flags, [hits[i], seen(reservoirs[i])], bytemuck::cast(direct[i]), at).sum
+                shade(view, &p, hits[i], with(Vec3::ONE, &reservoirs[i]).pack(), direct[i], at).sum
             };
             let image = |pixels| Image { width: render.width, height: render.height, pixels };
             chain.last = [
                 image(film.iter().map(|pixel| pixel.sum).collect()),
-                grey(size, reservoirs.iter().map(|&word| if weighs(word) { visibility(word) } else { 0.0 })),
+                grey(size, reservoirs.iter().map(visibility)),
                 image((0..hits.len()).map(unseen).collect()),
             ];
         }
@@ -306,19 +293,6 @@ impl Findings {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use restir_shared::scene::LightAddress;
-    use restir_shared::technique::restir_di::Stored;
-
-    #[test]
-    fn words_are_those_of_stored_reservoirs() {
-        let address = LightAddress { light: 7, u: 0x00ab_cdef, v: 0x0012_3456 };
-        let empty = Stored::unpack(UVec4::ZERO);
-        let word = Stored { sample: address, contribution_weight: 2.5, confidence: 20.0, ..empty }.pack();
-        assert_eq!((visibility(word), visibility(seen(word))), (0.0, 1.0));
-        let all = Stored::unpack(seen(word));
-        assert_eq!((all.sample, all.contribution_weight, all.confidence), (address, 2.5, 20.0));
-        assert_eq!(without_visibility(seen(word)), without_visibility(word));
-    }
 
     #[test]
     fn moments_have_mean_and_variance() {

@@ -5,8 +5,8 @@ use super::lineage::{Follower, Origin, ReservoirPass};
 use crate::render::{self, Render};
 use crate::{Error, buffers::SceneBuffers, exec::Executor, memory, technique::explain::Place};
 use restir_shared::scene::{AddressedLights, LightAddress, LightKind};
-use restir_shared::technique::restir_di::{Stored, TileWords};
-use restir_shared::{glam::UVec4, layout::TRIANGLE_WORDS};
+use restir_shared::layout::TRIANGLE_WORDS;
+use restir_shared::technique::restir_di::{PackedReservoir, Stored, TileWords};
 
 /// What a pass does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,9 +33,9 @@ pub struct Generation {
     /// Index of the pixel.
     pub pixel: u32,
     /// The reservoir as the executor left it.
-    pub word: UVec4,
+    pub word: PackedReservoir,
     /// The same, replayed natively.
-    pub replayed: UVec4,
+    pub replayed: PackedReservoir,
     /// Target of its sample at the pixel, without visibility.
     pub target: f32,
     /// The light of its sample, if it has one.

@@ -5,8 +5,7 @@ use crate::plan::{BufferId, Pass};
 use crate::{Error, buffers::SceneBuffers, exec::Step, replay::TwoFrames};
 use restir_kernels::restir_di::{di_combine, di_initial, di_primary, di_tiles};
 use restir_shared::scene::{Frames, LightAddress};
-use restir_shared::technique::restir_di::{DI_OTHER_FRAME, DiParams};
-use restir_shared::{glam::UVec4, technique::restir_di as di};
+use restir_shared::technique::restir_di::{self as di, DiParams, Flags, PackedHit, PackedReservoir, TileWords};
 use std::{collections::BTreeMap, sync::Arc};
 
 /// Where a pass has a pixel's sample from.
@@ -30,7 +29,7 @@ pub enum Origin {
 /// Reservoirs as a pass left them.
 #[derive(Clone)]
 pub(super) struct Reservoirs {
-    pub(super) words: Arc<[UVec4]>,
+    pub(super) words: Arc<[PackedReservoir]>,
     pub(super) made_by: usize,
 }
 
@@ -39,16 +38,16 @@ pub(super) struct ReservoirPass {
     pub(super) params: DiParams,
     pub(super) frames: Arc<TwoFrames>,
     pub(super) made: Reservoirs,
-    hits: Arc<[UVec4]>,
+    hits: Arc<[PackedHit]>,
     /// Of candidates; empty where each pixel samples its own.
-    tiles: Arc<[UVec4]>,
+    tiles: Arc<[TileWords]>,
     /// None for a pass of initial candidates.
     combined: Option<Combined>,
 }
 
 /// What a combine reads beside its hits.
 struct Combined {
-    other_hits: Arc<[UVec4]>,
+    other_hits: Arc<[PackedHit]>,
     others: Reservoirs,
     /// Of each pixel: in another plane than its neighbours', if those are of the last frame.
     own: Reservoirs,
@@ -60,7 +59,7 @@ impl ReservoirPass {
     }
 
     pub(super) fn is_temporal(&self) -> bool {
-        self.params.flags & DI_OTHER_FRAME != 0
+        self.params.flags.contains(Flags::OTHER_FRAME)
     }
 
     pub(super) fn position(&self, pixel: u32) -> [u32; 2] {
@@ -68,16 +67,16 @@ impl ReservoirPass {
     }
 
     /// The reservoir of a pixel, computed once more, and where its sample comes from.
-    pub(super) fn replay(&self, pixel: u32) -> (UVec4, Origin) {
+    pub(super) fn replay(&self, pixel: u32) -> (PackedReservoir, Origin) {
         let (p, at, index) = (&self.params, self.position(pixel), pixel as usize);
         let frames = &*self.frames;
         let Some(Combined { other_hits, others, own }) = &self.combined else {
             let scene = frames.scene(false);
-            let (word, _, candidate) = di::initial_from(&scene, p, p.flags, &self.tiles, self.hits[index], at);
+            let (word, _, candidate) = di::initial(&scene, p, &self.tiles, self.hits[index], at);
             return (word, Origin::Candidate(candidate));
         };
         let planes = di::Planes { hits: &self.hits, other_hits, others: &others.words };
-        let (word, source) = di::combine_from(frames, p, p.flags, &planes, own.words[index], at);
+        let (word, source) = di::combine(frames, p, &planes, own.words[index], at);
         let di::Source { is_other, pixel } = source;
         let made_by = if is_other { others } else { own }.made_by;
         (word, Origin::Reservoir { made_by, pixel, is_other, of_last_frame: is_other && self.is_temporal() })
@@ -86,16 +85,16 @@ impl ReservoirPass {
     /// The target of an address at a pixel, without visibility.
     pub(super) fn target(&self, pixel: u32, address: LightAddress) -> f32 {
         let (frames, p, at) = (&*self.frames, &self.params, self.position(pixel));
-        di::target(&frames.scene(false), p, p.flags, self.hits[pixel as usize], at, address)
+        di::target(&frames.scene(false), p, self.hits[pixel as usize], at, address)
     }
 }
 
 /// Follows the reservoirs of a render from pass to pass.
 pub(super) struct Follower {
     frames: Arc<TwoFrames>,
-    hits: BTreeMap<BufferId, Arc<[UVec4]>>,
+    hits: BTreeMap<BufferId, Arc<[PackedHit]>>,
     reservoirs: BTreeMap<BufferId, Reservoirs>,
-    tiles: Arc<[UVec4]>,
+    tiles: Arc<[TileWords]>,
     /// Passes so far that have made reservoirs.
     passes: usize,
 }
@@ -131,7 +130,7 @@ impl Follower {
         let hits = |role| known(&self.hits, pass, role);
         let combined = if is_combine {
             let others = known(&self.reservoirs, pass, "others")?;
-            let in_place = params.flags & DI_OTHER_FRAME != 0;
+            let in_place = params.flags.contains(Flags::OTHER_FRAME);
             let own = if in_place { known(&self.reservoirs, pass, "reservoirs")? } else { others.clone() };
             Some(Combined { other_hits: hits("other_hits")?, others, own })
         } else {

@@ -13,7 +13,7 @@ pub use layers::{Layers, render_with_layers};
 pub use lineage::Origin;
 pub use settings::{
     DiSettings, MAX_CANDIDATES, MAX_CONFIDENCE_CAP, MAX_NEIGHBOURS, MAX_SHADED, MAX_SPATIAL_PASSES, MAX_TILE_SIZE,
-    MAX_TILES, MisForm, Target, Temporal, Tiles, Visibility, VisibilityReuse,
+    MAX_TILES, Target, Temporal, Tiles, Visibility, VisibilityReuse,
 };
 
 use super::{About, Integral, Repeats, Technique};

@@ -5,8 +5,8 @@ use crate::plan::{ARENAS, Buffer, BufferId, FramePlan, Pass};
 use crate::{Error, buffers::SceneBuffers, film::Film, moments::Moments, render::Render};
 use bytemuck::Pod;
 use restir_kernels::{KernelDesc, restir_di as di};
-use restir_shared::technique::restir_di::{DiPairs, DiParams, DiPoint, TileWords};
-use restir_shared::{glam::UVec4, layout::Extent};
+use restir_shared::layout::{Extent, FilmPixel};
+use restir_shared::technique::restir_di::{DiPairs, DiParams, DiPoint, Flags, PackedHit, PackedReservoir, TileWords};
 use std::collections::VecDeque;
 
 /// Samples that the film holds.
@@ -44,8 +44,8 @@ struct Planes {
     /// The one in work, one more for spatial reuse, one more for the last frame's.
     reservoirs: Vec<BufferId>,
     direct: BufferId,
-    /// Candidates that pixels share, if they do.
-    tiles: Option<BufferId>,
+    /// Candidates that pixels share; of pixels that do not a single one, which nothing reads.
+    tiles: BufferId,
     /// Points and pairs of shading with neighbours, if there are any.
     shading: Option<[BufferId; 2]>,
 }
@@ -56,17 +56,19 @@ impl Planes {
             buffers.push(Buffer { name, words: count * bytes / size_of::<u32>(), contents: None });
             buffers.len() - 1
         };
-        let tiles = s.tiles.map(|t| add("tiles", t.count as usize * t.size as usize, size_of::<TileWords>()));
+        let candidates = s.tiles.map_or(1, |tiles| tiles.count as usize * tiles.size as usize);
+        let tiles = add("tiles", candidates, size_of::<TileWords>());
         let pixels = render.width as usize * render.height as usize;
         let shading = (s.shaded > 0)
             .then(|| [add("points", pixels, size_of::<DiPoint>()), add("pairs", pixels, size_of::<DiPairs>())]);
-        let mut add = |name| add(name, pixels, size_of::<UVec4>());
         let history = usize::from(keeps_history(s, render));
         let spatial = usize::from(s.spatial_passes() > 0);
         Self {
-            hits: (0..1 + history).map(|_| add("hits")).collect(),
-            reservoirs: (0..1 + history + spatial).map(|_| add("reservoirs")).collect(),
-            direct: add("direct"),
+            hits: (0..1 + history).map(|_| add("hits", pixels, size_of::<PackedHit>())).collect(),
+            reservoirs: (0..1 + history + spatial)
+                .map(|_| add("reservoirs", pixels, size_of::<PackedReservoir>()))
+                .collect(),
+            direct: add("direct", pixels, size_of::<FilmPixel>()),
             tiles,
             shading,
         }
@@ -79,9 +81,7 @@ impl Planes {
 
     /// The arenas and what has one role in all passes of a frame.
     fn of_frame(&self, frame: u32) -> Vec<(&'static str, BufferId)> {
-        let hits = self.hits(frame);
-        // without tiles any buffer will do, for none is read
-        let mut roles = vec![("hits", hits), ("direct", self.direct), ("tiles", self.tiles.unwrap_or(hits))];
+        let mut roles = vec![("hits", self.hits(frame)), ("direct", self.direct), ("tiles", self.tiles)];
         roles.extend(ARENAS);
         roles.extend(self.shading.iter().flat_map(|&[points, pairs]| [("points", points), ("pairs", pairs)]));
         roles
@@ -135,7 +135,7 @@ impl Passes<'_> {
 
     /// The passes that find hits in their plane.
     fn reuse_hits(&mut self) {
-        if self.planes.tiles.is_some() {
+        if self.settings.tiles.is_some() {
             self.push_over(&di::di_tiles::DESC, &self.params().tile_params(), &[], self.settings.flags());
         }
         self.push(&di::di_initial::DESC, self.params(), &[("reservoirs", self.planes.reservoirs[0])]);
@@ -221,9 +221,9 @@ impl Passes<'_> {
         kernel: &'static KernelDesc,
         params: &(impl Pod + Extent),
         planes: &[(&str, BufferId)],
-        flags: u32,
+        flags: Flags,
     ) {
-        let constants = [("features", self.scene.features), ("settings", flags)];
+        let constants = [("features", self.scene.features), ("settings", flags.bits())];
         let bound = [planes, &self.planes.of_frame(self.frame)].concat();
         self.queue.push_back(Pass::new(kernel, &constants, params, &bound));
     }
@@ -299,7 +299,6 @@ impl Iterator for Passes<'_> {
 mod tests {
     use super::*;
     use crate::scene::Camera;
-    use restir_shared::technique::restir_di::{DI_OTHER_FRAME, DI_STILL};
     use std::collections::BTreeSet;
 
     fn builtin(name: &str) -> SceneBuffers {
@@ -343,8 +342,8 @@ mod tests {
                 let film = Film::plane_count(film_samples(&settings, &render) as u32, 0) + 1;
                 // points of 48 bytes a pixel and pairs of 32
                 let [buffers, units] = if settings.shaded > 0 { [2, 5] } else { [0; 2] };
-                assert_eq!(plan.buffers.len(), 3 + planes + buffers + film, "{render:?}");
-                let words: usize = plan.buffers[3..].iter().map(|buffer| buffer.words).sum();
+                assert_eq!(plan.buffers.len(), 4 + planes + buffers + film, "{render:?}");
+                let words: usize = plan.buffers[4..].iter().map(|buffer| buffer.words).sum();
                 let bytes_a_pixel = 4 * words / (render.width * render.height) as usize;
                 assert_eq!(bytes_a_pixel, 16 * (planes + units + film), "{render:?}");
                 let buffers = plan.buffers.len();
@@ -361,7 +360,7 @@ mod tests {
             let plan = render.technique.plan(&scene, &render);
             plan.buffers.iter().find(|buffer| buffer.name == "tiles").map(|buffer| buffer.words)
         };
-        assert_eq!(words(DiSettings::default()), None);
+        assert_eq!(words(DiSettings::default()), Some(16));
         let tiles = Some(Tiles { count: 3, size: 50 });
         assert_eq!(words(DiSettings { tiles, ..DiSettings::default() }), Some(3 * 50 * 16));
     }
@@ -393,7 +392,7 @@ mod tests {
             let combines =
                 passes(scene, render).into_iter().filter(|pass| pass.kernel.name == di::di_combine::DESC.name);
             let flags = combines.map(|pass| pass.params::<DiParams>().expect("of this technique").flags);
-            flags.filter(|flags| flags & DI_OTHER_FRAME != 0).map(|flags| flags & DI_STILL != 0).collect()
+            flags.filter(|flags| flags.contains(Flags::OTHER_FRAME)).map(|flags| flags.contains(Flags::STILL)).collect()
         };
         let scene = builtin("cornell");
         let of = |settings| Render { count: 3, ..Render::new([4, 3], settings) };

@@ -3,10 +3,7 @@
 use crate::settings::{Declared, Value};
 use crate::{Error, choices, settings};
 use restir_shared::resample::mis::{INPUTS, Mis};
-use restir_shared::technique::restir_di::{
-    DI_AVERAGE_VISIBILITY, DI_FINAL_RAY, DI_INITIAL_VISIBILITY, DI_JITTER, DI_MIS_SHIFT, DI_MIS_VISIBILITY,
-    DI_OTHER_FRAME, DI_SCATTER_CANDIDATE, DI_STILL, DI_TARGET_SHIFT, DI_TARGET_VISIBILITY, DI_TILES, DI_TRANSMITTANCE,
-};
+use restir_shared::technique::restir_di::Flags;
 use std::any::Any;
 
 /// The most neighbours of one combine: its own reservoir and the last frame's are inputs as well.
@@ -24,44 +21,17 @@ pub const MAX_SPATIAL_PASSES: u32 = 8;
 /// The largest cap on confidence: what the packed reservoir holds.
 pub const MAX_CONFIDENCE_CAP: u32 = 255;
 
-choices! {
-    /// How the inputs of a combine share what several of them can produce: see [`restir_shared::resample::mis`].
-    pub enum MisForm {
-        /// By confidence alone, after the selection. Biased.
-        "1/m" => OneOverM,
-        /// Over those that can produce the selected sample.
-        "1/z" => OneOverZ,
-        /// Contribution MIS of Bitterli et al. 2020, weighted by confidence.
-        "contribution" => Contribution,
-        /// Talbot's weights, the generalised balance heuristic.
-        "talbot" => Talbot,
-        /// Pairwise, weighted by confidence.
-        "pairwise" => Pairwise,
-        /// Pairwise with a share of its own for the pixel's reservoir.
-        "pairwise-defensive" => PairwiseDefensive,
-        /// Pairwise with equal pairs.
-        "pairwise-counted" => PairwiseCounted,
-        /// Equal pairs, with a share of its own for the pixel's reservoir.
-        "pairwise-counted-defensive" => PairwiseCountedDefensive,
-        /// By confidence alone, inside the weights. Biased.
-        "constant" => Constant,
+impl Value for Mis {
+    fn expected() -> String {
+        Self::NAMED.map(|(name, _)| name).join(" | ")
     }
-}
 
-impl MisForm {
-    /// The kernels' form.
-    pub fn mis(self) -> Mis {
-        match self {
-            Self::OneOverM => Mis::ONE_OVER_M,
-            Self::OneOverZ => Mis::ONE_OVER_Z,
-            Self::Contribution => Mis::CONTRIBUTION,
-            Self::Talbot => Mis::TALBOT,
-            Self::Pairwise => Mis::PAIRWISE,
-            Self::PairwiseDefensive => Mis::PAIRWISE.with(Mis::DEFENSIVE),
-            Self::PairwiseCounted => Mis::PAIRWISE_COUNTED,
-            Self::PairwiseCountedDefensive => Mis::PAIRWISE_COUNTED.with(Mis::DEFENSIVE),
-            Self::Constant => Mis::CONSTANT,
-        }
+    fn read(text: &str) -> Option<Self> {
+        Self::NAMED.iter().find(|(name, _)| *name == text).map(|&(_, form)| form)
+    }
+
+    fn write(&self) -> String {
+        Self::NAMED.iter().find(|(_, form)| form == self).map_or("", |(name, _)| name).to_owned()
     }
 }
 
@@ -156,7 +126,7 @@ settings! {
         /// least weights.
         scatter: bool = true;
         /// Form of MIS in all combines.
-        mis: MisForm = MisForm::PairwiseDefensive;
+        mis: Mis = Mis::PAIRWISE_DEFENSIVE;
         /// Reuse of the last frame's reservoirs.
         temporal: Temporal = Temporal::On;
         /// Where every pixel has the camera ray of the last frame, and the scene is the same, a pixel merges its two reservoirs
@@ -197,10 +167,10 @@ settings! {
         jitter: bool = false;
     }
     presets {
-        "biased-2020" => Self { mis: MisForm::OneOverM, neighbours: 5, spatial: 2, ..Self::published() },
-        "unbiased-2020" => Self { mis: MisForm::Contribution, visibility_reuse: VisibilityReuse::Weights, ..Self::published() },
-        "talbot" => Self { mis: MisForm::Talbot, visibility_reuse: VisibilityReuse::Weights, ..Self::published() },
-        "wis" => Self { mis: MisForm::Talbot, visibility: Visibility::Averaged, neighbours: 1, ..Self::published() },
+        "biased-2020" => Self { mis: Mis::ONE_OVER_M, neighbours: 5, spatial: 2, ..Self::published() },
+        "unbiased-2020" => Self { mis: Mis::CONTRIBUTION, visibility_reuse: VisibilityReuse::Weights, ..Self::published() },
+        "talbot" => Self { mis: Mis::TALBOT, visibility_reuse: VisibilityReuse::Weights, ..Self::published() },
+        "wis" => Self { mis: Mis::TALBOT, visibility: Visibility::Averaged, neighbours: 1, ..Self::published() },
         "quality" => Self::quality(),
         "offline" => Self { spatial: 0, confidence_cap: MAX_CONFIDENCE_CAP, shaded: 32, ..Self::tiled() },
         "progressive" => Self { temporal: Temporal::Off, ..Self::tiled() },
@@ -249,7 +219,7 @@ impl DiSettings {
 
     fn quality() -> Self {
         Self {
-            mis: MisForm::Pairwise,
+            mis: Mis::PAIRWISE,
             initial_rays: 2,
             neighbours: 3,
             radius: 6.0,
@@ -275,7 +245,7 @@ impl DiSettings {
     /// # Errors
     /// [`Error::Setting`] that names the settings.
     pub fn check_together(&self) -> Result<(), Error> {
-        let after = self.mis.mis().is_after_selection();
+        let after = self.mis.is_after_selection();
         let sized = |tiles: &Tiles| (1..=MAX_TILES).contains(&tiles.count) && (1..=MAX_TILE_SIZE).contains(&tiles.size);
         let problem = if self.initial_rays > self.candidates.max(1) {
             format!("initial_rays={} needs as many candidates; there are {}", self.initial_rays, self.candidates)
@@ -322,7 +292,7 @@ impl DiSettings {
             return biases;
         }
         let known = self.knows_visibility();
-        if combines && matches!(self.mis, MisForm::OneOverM | MisForm::Constant) {
+        if combines && matches!(self.mis, Mis::ONE_OVER_M | Mis::CONSTANT) {
             biases.push("the MIS weights count pixels that cannot produce a sample: darker");
         }
         if self.drops_occluded() && !known {
@@ -345,26 +315,32 @@ impl DiSettings {
 
     /// The kernels' flags of the combine with the last frame. `same_view`: scene and camera rays are that frame's, so that both
     /// reservoirs are of one technique; confidence alone is the balance heuristic then, and replaces the form of MIS.
-    pub fn temporal_flags(&self, same_view: bool) -> u32 {
+    pub fn temporal_flags(&self, same_view: bool) -> Flags {
         let still = same_view && self.still && self.temporal != Temporal::Fused && !self.jitter;
-        let settings = if still { Self { mis: MisForm::Constant, ..self.clone() } } else { self.clone() };
-        settings.flags() | DI_OTHER_FRAME | if still { DI_STILL } else { 0 }
+        let of_last =
+            if still { Self { mis: Mis::CONSTANT, ..self.clone() }.flags() | Flags::STILL } else { self.flags() };
+        of_last | Flags::OTHER_FRAME
     }
 
-    /// The kernels' flags, but for [`DI_OTHER_FRAME`] and [`DI_STILL`].
-    pub fn flags(&self) -> u32 {
-        let flag = |on, bit| if on { bit } else { 0 };
-        flag(self.jitter, DI_JITTER)
-            | flag(self.drops_occluded(), DI_INITIAL_VISIBILITY)
-            | flag(self.visibility_reuse == VisibilityReuse::Selection, DI_TARGET_VISIBILITY)
-            | flag(self.knows_visibility(), DI_MIS_VISIBILITY)
-            | flag(self.visibility == Visibility::Ray, DI_FINAL_RAY)
-            | flag(self.visibility == Visibility::Averaged, DI_AVERAGE_VISIBILITY)
-            | flag(self.scatter, DI_SCATTER_CANDIDATE)
-            | flag(self.tiles.is_some(), DI_TILES)
-            | flag(self.transmittance, DI_TRANSMITTANCE)
-            | ((self.target as u32) << DI_TARGET_SHIFT)
-            | (self.mis.mis().0 << DI_MIS_SHIFT)
+    /// The kernels' flags, but for [`Flags::OTHER_FRAME`] and [`Flags::STILL`].
+    pub fn flags(&self) -> Flags {
+        [
+            (self.jitter, Flags::JITTER),
+            (self.drops_occluded(), Flags::INITIAL_VISIBILITY),
+            (self.visibility_reuse == VisibilityReuse::Selection, Flags::TARGET_VISIBILITY),
+            (self.knows_visibility(), Flags::MIS_VISIBILITY),
+            (self.visibility == Visibility::Ray, Flags::FINAL_RAY),
+            (self.visibility == Visibility::Averaged, Flags::AVERAGE_VISIBILITY),
+            (self.scatter, Flags::SCATTER_CANDIDATE),
+            (self.tiles.is_some(), Flags::TILES),
+            (self.transmittance, Flags::TRANSMITTANCE),
+            (self.target == Target::Red, Flags::RED),
+            (self.target == Target::Green, Flags::GREEN),
+            (self.target == Target::Blue, Flags::BLUE),
+        ]
+        .into_iter()
+        .filter(|(is_on, _)| *is_on)
+        .fold(Flags::of_form(self.mis), |flags, (_, flag)| flags | flag)
     }
 }
 
@@ -401,7 +377,7 @@ mod tests {
             DiSettings {
                 visibility: Visibility::Averaged,
                 visibility_reuse: VisibilityReuse::Off,
-                mis: MisForm::Contribution,
+                mis: Mis::CONTRIBUTION,
                 ..default()
             },
         ];

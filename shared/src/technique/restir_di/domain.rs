@@ -1,9 +1,7 @@
 //! What samples are: addresses of lights, which move between pixels and frames with a Jacobian of 1.
 
-use super::pixel::Pixel;
-use super::stored::Stored;
-use super::{DI_MIS_VISIBILITY, DI_OTHER_FRAME, DI_TRANSMITTANCE, Evaluation, Planes, evaluate};
-use crate::layout::CameraParams;
+use super::pixel::{Pixel, View};
+use super::{Evaluation, Flags, PackedReservoir, Planes, Stored, evaluate};
 use crate::resample::domain::{Domain, Pixels, Shifted, Source};
 use crate::resample::reproject::{Grid, Place};
 use crate::resample::similar::Facet;
@@ -15,7 +13,7 @@ use glam::{UVec4, Vec3};
 #[derive(Clone, Copy)]
 pub(super) struct Light<F> {
     pub(super) frames: F,
-    pub(super) flags: u32,
+    pub(super) flags: Flags,
 }
 
 /// A pixel that light is brought to, and whether it is of the other frame. The scene of its frame is asked for anew where it is
@@ -27,20 +25,20 @@ pub(super) struct Receiver {
 
 impl<F> Light<F> {
     #[inline(always)]
-    pub(super) fn has(&self, flag: u32) -> bool {
-        self.flags & flag != 0
+    pub(super) fn has(&self, flag: Flags) -> bool {
+        self.flags.contains(flag)
     }
 
     /// Whether what a reservoir keeps of a visibility is not good enough for MIS: it has a colour.
     #[inline(always)]
     pub(super) fn forgets(&self) -> bool {
-        self.has(DI_MIS_VISIBILITY) & self.has(DI_TRANSMITTANCE)
+        self.has(Flags::MIS_VISIBILITY) & self.has(Flags::TRANSMITTANCE)
     }
 
     /// Whether a pixel is of another frame.
     #[inline(always)]
     fn is_elsewhere(&self, pixel: Source) -> bool {
-        self.has(DI_OTHER_FRAME) & pixel.is_other
+        self.has(Flags::OTHER_FRAME) & pixel.is_other
     }
 }
 
@@ -73,7 +71,7 @@ impl<F: Frames> Domain for Light<F> {
 
     #[inline(always)]
     fn visibility(&self, receiver: &Receiver, evaluation: &Evaluation) -> Vec3 {
-        transmittance(&self.frames.scene(receiver.elsewhere), self.has(DI_TRANSMITTANCE), &evaluation.shadow)
+        transmittance(&self.frames.scene(receiver.elsewhere), self.has(Flags::TRANSMITTANCE), &evaluation.shadow)
     }
 
     #[inline(always)]
@@ -88,36 +86,32 @@ pub(super) struct Neighbourhood<'a, F> {
     pub(super) light: Light<F>,
     pub(super) planes: Planes<'a>,
     pub(super) grid: Grid,
-    pub(super) seed: u32,
     /// The one that combines.
     pub(super) pixel: Pixel,
-    /// The others' camera.
-    pub(super) camera: CameraParams,
-    /// The others' frame.
-    pub(super) frame: u32,
+    /// The others' view.
+    pub(super) view: View,
 }
 
 impl<F: Frames> Neighbourhood<'_, F> {
     /// One of the others.
     #[inline(always)]
     fn pixel(&self, at: [u32; 2]) -> Pixel {
-        let hit = self.planes.other_hits[self.grid.index(at) as usize];
-        Pixel::new(&self.camera, self.light.flags, self.seed, self.frame, at, hit)
+        self.view.pixel(at, self.planes.other_hits[self.grid.index(at) as usize])
     }
 
     /// What a pixel sees, in the scene of the others' frame.
     #[inline(always)]
     fn facet_of(&self, pixel: &Pixel) -> Facet {
-        let point = pixel.point(&self.light.frames.scene(self.light.has(DI_OTHER_FRAME)));
+        let point = pixel.point(&self.light.frames.scene(self.light.has(Flags::OTHER_FRAME)));
         Facet { position: point.position, normal: point.normal, distance: pixel.hit.t }
     }
 }
 
 impl<F: Frames> Pixels for Neighbourhood<'_, F> {
     type Domain = Light<F>;
-    type Packed = UVec4;
+    type Packed = PackedReservoir;
     const NO_SAMPLE: LightAddress = LightAddress::NONE;
-    const NO_RESERVOIR: UVec4 = UVec4::ZERO;
+    const NO_RESERVOIR: PackedReservoir = PackedReservoir(UVec4::ZERO);
 
     #[inline(always)]
     fn domain(&self) -> &Light<F> {
@@ -130,17 +124,17 @@ impl<F: Frames> Pixels for Neighbourhood<'_, F> {
     }
 
     #[inline(always)]
-    fn unpack(&self, packed: UVec4) -> Stored {
+    fn unpack(&self, packed: PackedReservoir) -> Stored {
         Stored::unpack(packed)
     }
 
     #[inline(always)]
-    fn pack(&self, stored: &Stored) -> UVec4 {
+    fn pack(&self, stored: &Stored) -> PackedReservoir {
         stored.pack()
     }
 
     #[inline(always)]
-    fn other(&self, pixel: u32) -> UVec4 {
+    fn other(&self, pixel: u32) -> PackedReservoir {
         self.planes.others[pixel as usize]
     }
 
@@ -161,7 +155,7 @@ impl<F: Frames> Pixels for Neighbourhood<'_, F> {
 
     #[inline(always)]
     fn reproject(&self, here: &Facet) -> Place {
-        self.grid.project(&self.camera, here.position)
+        self.grid.project(&self.view.camera, here.position)
     }
 
     #[inline(always)]

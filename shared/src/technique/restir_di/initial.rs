@@ -1,12 +1,8 @@
 //! Initial candidates.
 
-use super::pixel::Pixel;
-use super::stored::Stored;
 use super::tile::{self, Window};
-use super::{CANDIDATE_DIMENSION, SCATTER_DIMENSION, evaluate, in_use};
 use super::{
-    DI_AVERAGE_VISIBILITY, DI_FINAL_RAY, DI_INITIAL_VISIBILITY, DI_SCATTER_CANDIDATE, DI_TILES, DI_TRANSMITTANCE,
-    DiParams,
+    CANDIDATE_DIMENSION, DiParams, Flags, PackedHit, PackedReservoir, SCATTER_DIMENSION, Stored, TileWords, evaluate,
 };
 use crate::bsdf::BsdfSample;
 use crate::film::CUT;
@@ -15,7 +11,7 @@ use crate::layout::FilmPixel;
 use crate::num;
 use crate::resample::packed::dithered;
 use crate::resample::reservoir::Reservoir;
-use crate::rng::{self, Rng};
+use crate::rng;
 use crate::scene::{AddressedLight, AddressedLights, LightAddress, Surface, Trace};
 use crate::transport::{Passage, Vertex, follow};
 use crate::vec::max_component;
@@ -29,6 +25,8 @@ struct Candidate {
     /// Index in the stream; the one after the lights' is scattering's.
     index: u32,
     shadow: Ray,
+    /// As far as it is asked for: one until then.
+    visibility: Vec3,
 }
 
 impl Candidate {
@@ -37,20 +35,8 @@ impl Candidate {
         target: 0.0,
         index: 0,
         shadow: Ray { origin: Vec3::ZERO, direction: Vec3::Z, t_max: Ray::FAR },
+        visibility: Vec3::ZERO,
     };
-}
-
-/// A candidate whose visibility is known, as far as it is asked for.
-#[derive(Clone, Copy)]
-struct Tested {
-    address: LightAddress,
-    target: f32,
-    index: u32,
-    visibility: Vec3,
-}
-
-impl Tested {
-    const NONE: Self = Self { address: LightAddress::NONE, target: 0.0, index: 0, visibility: Vec3::ZERO };
 }
 
 /// What scattering finds.
@@ -66,8 +52,9 @@ impl Scattered {
     const NOTHING: Self = Self { address: LightAddress::NONE, transmittance: Vec3::ONE, radiance: Vec3::ZERO };
 }
 
-/// The reservoir of the pixel (x, y), packed, and the radiance that needs no resampling: what is seen to emit, and what
-/// perfect lobes show, as a film's sample.
+/// The reservoir of the pixel `at`, the radiance that needs no resampling (what is seen to emit, and what perfect lobes show) as a
+/// film's sample, and the index of the candidate that the reservoir keeps, if it has a sample: those from lights come first, then
+/// the one from scattering.
 ///
 /// One RIS over all candidates: with the balance heuristic each has the weight `p / sum n_t p_t`, whatever technique t
 /// gave it (Veach 1997, eq. 9.8, in Talbot's form). Densities are over (light, u, v). Candidates from lights come in
@@ -76,42 +63,25 @@ impl Scattered {
 pub fn initial<S: Trace + Surface + AddressedLights>(
     scene: &S,
     params: &DiParams,
-    flags: u32,
-    tiles: &[UVec4],
-    hit: UVec4,
+    tiles: &[TileWords],
+    hit: PackedHit,
     at: [u32; 2],
-) -> (UVec4, FilmPixel) {
-    let (reservoir, direct, _) = initial_from(scene, params, flags, tiles, hit, at);
-    (reservoir, direct)
-}
-
-/// As [`initial`], with the index of the candidate that the reservoir keeps, if it has a sample: those from lights come first,
-/// then the one from scattering.
-#[inline(always)]
-pub fn initial_from<S: Trace + Surface + AddressedLights>(
-    scene: &S,
-    params: &DiParams,
-    flags: u32,
-    tiles: &[UVec4],
-    hit: UVec4,
-    [x, y]: [u32; 2],
-) -> (UVec4, FilmPixel, u32) {
-    let pixel = Pixel::new(&params.camera, flags, params.seed, params.frame, [x, y], hit);
+) -> (PackedReservoir, FilmPixel, u32) {
+    let pixel = params.view().pixel(at, hit);
     if !pixel.hit.is_hit() {
         let radiance = if pixel.hit.is_cut() { CUT } else { scene.environment(pixel.ray.direction).radiance };
         return (Stored::EMPTY.pack(), FilmPixel::from_radiance(radiance), 0);
     }
-    let flags = in_use(flags, scene);
-    let rng = Rng::new(x, y, params.frame, params.seed);
     let point = pixel.point(scene);
     let vertex = Vertex::new(&point, &pixel.ray, scene.features());
-    let (reservoir, radiance) = resample(scene, params, flags, tiles, &vertex, [x, y]);
+    let (reservoir, radiance) = resample(scene, params, tiles, &vertex, at);
     let kept = reservoir.sample;
+    let dither = rng::unit(params.rng(at).draw(CANDIDATE_DIMENSION.wrapping_add(1)).z);
     let stored = Stored {
         sample: kept.address,
         contribution_weight: reservoir.contribution_weight(1.0, kept.target),
         confidence: 1.0,
-        visibility: dithered(kept.visibility, rng::unit(rng.draw(CANDIDATE_DIMENSION.wrapping_add(1)).z)),
+        visibility: dithered(kept.visibility, dither),
     };
     (stored.pack(), FilmPixel::from_radiance(point.emission + radiance), kept.index)
 }
@@ -124,28 +94,28 @@ pub fn initial_from<S: Trace + Surface + AddressedLights>(
 fn resample<S: Trace + Surface + AddressedLights>(
     scene: &S,
     params: &DiParams,
-    flags: u32,
-    tiles: &[UVec4],
+    tiles: &[TileWords],
     vertex: &Vertex,
     at: [u32; 2],
-) -> (Reservoir<Tested, f32>, Vec3) {
-    let rng = Rng::new(at[0], at[1], params.frame, params.seed);
+) -> (Reservoir<Candidate, f32>, Vec3) {
+    let rng = params.rng(at);
+    let flags = params.flags.in_use(scene);
+    let through_glass = flags.contains(Flags::TRANSMITTANCE);
+    let loses = flags.contains(Flags::INITIAL_VISIBILITY);
+    let asks = loses | !flags.contains(Flags::FINAL_RAY);
     let sample = vertex.bsdf.sample(rng.draw(SCATTER_DIMENSION));
     let direction = vertex.frame.to_world(sample.direction);
-    let wanted = sample.delta | (flags & DI_SCATTER_CANDIDATE != 0);
+    let wanted = sample.delta | flags.contains(Flags::SCATTER_CANDIDATE);
     let scatters = wanted & (sample.pdf > 0.0) & vertex.is_consistent(direction, sample.direction);
-    let loses = flags & DI_INITIAL_VISIBILITY != 0;
-    let asks = loses | (flags & DI_FINAL_RAY == 0);
     let from_lights = params.candidates as f32;
-    let from_scattering = if flags & DI_SCATTER_CANDIDATE != 0 { 1.0 } else { 0.0 };
+    let from_scattering = if flags.contains(Flags::SCATTER_CANDIDATE) { 1.0 } else { 0.0 };
     let count = if vertex.bsdf.has_smooth_part() { params.candidates.wrapping_add(1) } else { 0 };
-    let tiled = flags & DI_TILES != 0;
+    let tiled = flags.contains(Flags::TILES);
     let window = if tiled { Window::new(params, at, rng.draw(CANDIDATE_DIMENSION).x) } else { Window::NONE };
     let mut scattered = Scattered::NOTHING;
     let mut group = Reservoir::empty(Candidate::NONE);
-    let mut all = Reservoir::empty(Tested::NONE);
+    let mut all = Reservoir::empty(Candidate::NONE);
     let mut arriving = Vec3::ZERO;
-    let mut visibility = Vec3::ONE;
     let mut ray = Ray { origin: vertex.origin(direction), direction, t_max: Ray::FAR };
     let mut follows = scatters;
     let mut words = UVec4::ZERO;
@@ -153,68 +123,60 @@ fn resample<S: Trace + Surface + AddressedLights>(
     let mut first = true;
     let mut open = true;
     while open {
-        let passage = if follows { follow(scene, flags & DI_TRANSMITTANCE != 0, &ray) } else { Passage::begin(&ray) };
+        let passage = if follows { follow(scene, through_glass, &ray) } else { Passage::begin(&ray) };
         if first {
             if scatters {
                 scattered = found(scene, &sample, &passage);
             }
         } else {
-            visibility = if follows { passage.arriving() } else { visibility };
-            let lost = loses & (max_component(visibility) <= 0.0);
+            let mut selected = group.sample;
+            if follows {
+                selected.visibility = passage.arriving();
+            }
+            let lost = loses & (max_component(selected.visibility) <= 0.0);
             let weight = if lost { 0.0 } else { group.weight_sum };
-            let Candidate { address, target, index, .. } = group.sample;
-            all.update(Tested { address, target, index, visibility }, weight, 1.0, rng::unit(words.y));
-            arriving += visibility * weight;
+            all.update(selected, weight, 1.0, rng::unit(words.y));
+            arriving += selected.visibility * weight;
         }
         first = false;
         open = i < count;
         group = Reservoir::empty(Candidate::NONE);
         // after the groups of candidates from lights the one from scattering
         let last = i >= params.candidates;
+        let visibility = if last { scattered.transmittance } else { Vec3::ONE };
         let size = if params.group == 0 { params.candidates } else { params.group };
-        let end = if last { count } else { least(least(i.wrapping_add(size), params.candidates), count) };
+        let end = if last { count } else { i.wrapping_add(size).min(params.candidates).min(count) };
         while i < end {
             let dimension = CANDIDATE_DIMENSION.wrapping_add(i.wrapping_mul(2));
-            let from_tile = !last & tiled;
-            let mut address = scattered.address;
-            let mut light = AddressedLight::NONE;
-            if from_tile {
-                (address, light) = tile::candidate(tiles, window.at(i));
-            } else if !last {
-                address = scene.choose_address(rng.draw(dimension));
-            }
-            if !from_tile & address.is_light() {
-                light = scene.light_at(address);
-            }
+            let (address, light) = if !last & tiled {
+                tile::unpack(&tiles[window.at(i) as usize])
+            } else {
+                let address = if last { scattered.address } else { scene.choose_address(rng.draw(dimension)) };
+                (address, if address.is_light() { scene.light_at(address) } else { AddressedLight::NONE })
+            };
             words = rng.draw(dimension.wrapping_add(1));
             if address.is_light() {
                 let e = evaluate(flags, vertex, &light);
                 let density = from_lights * e.light_density + from_scattering * e.scatter_density;
                 let weight =
                     if (e.target > 0.0) & (density > num::FLUSH_BELOW) { num::div(e.target, density) } else { 0.0 };
-                let candidate = Candidate { address, target: e.target, index: i, shadow: e.shadow };
+                let candidate = Candidate { address, target: e.target, index: i, shadow: e.shadow, visibility };
                 group.update(candidate, weight, 1.0, rng::unit(words.x));
             }
             i = i.wrapping_add(1);
         }
         let traced = asks & !last & (group.sample.target > 0.0);
-        follows = traced & (flags & DI_TRANSMITTANCE != 0);
+        follows = traced & through_glass;
         ray = group.sample.shadow;
-        visibility = if last { scattered.transmittance } else { Vec3::ONE };
-        if traced & !follows {
-            visibility = if scene.occluded(&ray) { Vec3::ZERO } else { Vec3::ONE };
+        if traced && !follows && scene.occluded(&ray) {
+            group.sample.visibility = Vec3::ZERO;
         }
     }
-    if (flags & DI_AVERAGE_VISIBILITY != 0) & (all.weight_sum > 0.0) {
+    if flags.contains(Flags::AVERAGE_VISIBILITY) & (all.weight_sum > 0.0) {
         let mean = |sum: f32| num::clamp(num::div(sum, all.weight_sum), 0.0, 1.0);
         all.sample.visibility = Vec3::new(mean(arriving.x), mean(arriving.y), mean(arriving.z));
     }
     (all, scattered.radiance)
-}
-
-#[inline(always)]
-fn least(a: u32, b: u32) -> u32 {
-    if a < b { a } else { b }
 }
 
 /// What the way of a scattered ray ends at.

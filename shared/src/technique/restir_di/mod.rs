@@ -21,13 +21,13 @@
 //!
 //! The sample is an address, see [`crate::scene::AddressedLights`]: a light and a point of its parametrisation. Over this
 //! domain a sample moves between pixels and frames with a Jacobian of 1. The target is the luminance of what the
-//! address sends to the camera, or one channel of it ([`DI_TARGET_SHIFT`]), without visibility unless
-//! [`DI_TARGET_VISIBILITY`] says so.
+//! address sends to the camera, or one channel of it ([`Flags::RED`]), without visibility unless
+//! [`Flags::TARGET_VISIBILITY`] says so.
 //!
 //! Visibility is a factor by channel in [0, 1]: 0 or 1, unless light passes through clear glass (smooth sheets that transmit,
-//! [`DI_TRANSMITTANCE`]). Targets with visibility are those of what is left of the contribution.
+//! [`Flags::TRANSMITTANCE`]). Targets with visibility are those of what is left of the contribution.
 //!
-//! Visibility can enter in four places (flags in [`crate::layout`]), and not every combination is unbiased; the host's
+//! Visibility can enter in four places ([`Flags`]), and not every combination is unbiased; the host's
 //! settings know which are.
 
 mod combine;
@@ -42,23 +42,20 @@ mod tile;
 pub use crate::resample::domain::Source;
 pub use crate::resample::exchange::{PAIRS, PairTargets as DiPairs};
 pub use crate::resample::packed::dithered;
-pub use combine::{Planes, combine, combine_from};
-pub use initial::{initial, initial_from};
+pub use combine::{Planes, combine};
+pub use initial::initial;
 pub use params::*;
-pub use pixel::{pack_hit, primary, unpack_hit};
+pub use pixel::{PackedHit, primary};
 pub use shade::{exchange, gather, offer, pair_offsets, shade};
-pub use stored::Stored;
+pub use stored::{PackedReservoir, Stored};
 pub use tile::presample;
 
-use pixel::Pixel;
-
 use crate::geometry::Ray;
-use crate::layout::FEATURE_CLEAR;
 use crate::num;
 use crate::scene::{AddressedLight, AddressedLights, LightAddress, LightKind, Surface};
 use crate::transport::Vertex;
 use crate::vec::{flush, luminance};
-use glam::{UVec4, Vec3};
+use glam::Vec3;
 
 /// Random dimensions after the camera's: one for scattering, then two a combine, then two a candidate.
 const SCATTER_DIMENSION: u32 = 1;
@@ -68,12 +65,6 @@ const COMBINES: u32 = 16;
 const CANDIDATE_DIMENSION: u32 = COMBINE_DIMENSION + 2 * COMBINES;
 /// The largest target: 2^60, so that sums and products with confidence weights stay far from infinity.
 const MAX_TARGET: f32 = 1.152_921_5e18;
-
-/// The flags, without those of what the scene does not have.
-#[inline(always)]
-fn in_use<S: Surface>(flags: u32, scene: &S) -> u32 {
-    if scene.features() & FEATURE_CLEAR == 0 { flags & !DI_TRANSMITTANCE } else { flags }
-}
 
 /// What an address sends to the camera by way of a vertex.
 #[derive(Clone, Copy)]
@@ -92,17 +83,17 @@ struct Evaluation {
 impl Evaluation {
     /// The target of what is left of the contribution: it is zero where nothing can be shaded.
     #[inline(always)]
-    fn visible_target(&self, visibility: Vec3, flags: u32) -> f32 {
-        if flags & DI_TRANSMITTANCE == 0 {
-            self.target * visibility.x
-        } else {
+    fn visible_target(&self, visibility: Vec3, flags: Flags) -> f32 {
+        if flags.contains(Flags::TRANSMITTANCE) {
             sanitized(brightness(flush(self.value * visibility), flags))
+        } else {
+            self.target * visibility.x
         }
     }
 }
 
 #[inline(always)]
-fn evaluate(flags: u32, vertex: &Vertex, light: &AddressedLight) -> Evaluation {
+fn evaluate(flags: Flags, vertex: &Vertex, light: &AddressedLight) -> Evaluation {
     let connection = vertex.connect(&light.sample);
     // solid angle per area of the parametrisation
     let spread = if light.sample.kind == LightKind::Environment {
@@ -120,18 +111,17 @@ fn evaluate(flags: u32, vertex: &Vertex, light: &AddressedLight) -> Evaluation {
     }
 }
 
-/// The target of an address at the pixel (x, y), which sees `hit` (packed), without visibility: zero where nothing is hit.
+/// The target of an address at the pixel (x, y), which sees `hit`, without visibility: zero where nothing is hit.
 pub fn target<S: Surface + AddressedLights>(
     scene: &S,
     params: &DiParams,
-    flags: u32,
-    hit: UVec4,
+    hit: PackedHit,
     at: [u32; 2],
     address: LightAddress,
 ) -> f32 {
-    let pixel = Pixel::new(&params.camera, flags, params.seed, params.frame, at, hit);
+    let pixel = params.view().pixel(at, hit);
     if pixel.hit.is_hit() & address.is_light() {
-        evaluate(flags, &pixel.vertex(scene), &scene.light_at(address)).target
+        evaluate(params.flags, &pixel.vertex(scene), &scene.light_at(address)).target
     } else {
         0.0
     }
@@ -139,12 +129,15 @@ pub fn target<S: Surface + AddressedLights>(
 
 /// What of a contribution the target is.
 #[inline(always)]
-fn brightness(value: Vec3, flags: u32) -> f32 {
-    match (flags >> DI_TARGET_SHIFT) & 3 {
-        0 => luminance(value),
-        1 => value.x,
-        2 => value.y,
-        _ => value.z,
+fn brightness(value: Vec3, flags: Flags) -> f32 {
+    if flags.contains(Flags::RED) {
+        value.x
+    } else if flags.contains(Flags::GREEN) {
+        value.y
+    } else if flags.contains(Flags::BLUE) {
+        value.z
+    } else {
+        luminance(value)
     }
 }
 

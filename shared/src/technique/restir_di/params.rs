@@ -1,40 +1,92 @@
 //! What ReSTIR DI puts into buffers: parameters, and records of planes.
 
-use crate::layout::{CameraParams, Extent, SceneHeader};
+use super::stored::PackedReservoir;
+use crate::layout::{CameraParams, Extent, FEATURE_CLEAR, SceneHeader};
 use crate::resample::exchange::{Neighbours, PAIRS};
+use crate::resample::mis::Mis;
 use crate::resample::reproject::Grid;
 use crate::resample::similar::Similarity;
+use crate::scene::Surface;
 use bytemuck::{Pod, Zeroable};
+use core::ops::BitOr;
+use glam::UVec4;
 
-/// Direct light flag: camera rays are spread uniformly over the pixel.
-pub const DI_JITTER: u32 = 1;
-/// Direct light flag: an initial sample that is occluded has no contribution weight ("visibility reuse").
-pub const DI_INITIAL_VISIBILITY: u32 = 1 << 1;
-/// Direct light flag: samples are selected by their target times visibility.
-pub const DI_TARGET_VISIBILITY: u32 = 1 << 2;
-/// Direct light flag: targets in MIS weights are multiplied by visibility.
-pub const DI_MIS_VISIBILITY: u32 = 1 << 3;
-/// Direct light flag: shading traces a ray. Without it, it takes the visibility that the reservoir has.
-pub const DI_FINAL_RAY: u32 = 1 << 4;
-/// Direct light flag: a combine's visibility is the weighted mean over its inputs, not that of the selected one.
-pub const DI_AVERAGE_VISIBILITY: u32 = 1 << 5;
-/// Direct light flag: one candidate comes from scattering.
-pub const DI_SCATTER_CANDIDATE: u32 = 1 << 6;
-/// Direct light flag of a combine: the other reservoirs are of another frame; the first of them is at the place that the
-/// camera of that frame saw the surface. Without it they are of the same frame, the canonical one is among them.
-pub const DI_OTHER_FRAME: u32 = 1 << 7;
-/// Direct light flag: light passes straight through clear glass, if the scene has any ([`crate::layout::FEATURE_CLEAR`]).
-pub const DI_TRANSMITTANCE: u32 = 1 << 10;
-/// Position of two bits among the flags of direct light: the target is 0 the luminance, else the channel of that number,
-/// red being 1.
-pub const DI_TARGET_SHIFT: u32 = 8;
-/// Direct light flag of a combine with another frame, without neighbours: every pixel has the same camera ray in it, and
-/// scenes are the same. Both reservoirs are the pixel's own then, and the visibility that they have is its own.
-pub const DI_STILL: u32 = 1 << 11;
-/// Direct light flag: candidates from lights come from tiles ([`DiParams::tiles`]).
-pub const DI_TILES: u32 = 1 << 12;
-/// Position of the bits of [`crate::resample::mis::Mis`] among the flags of direct light.
-pub const DI_MIS_SHIFT: u32 = 16;
+/// What a pass does: a set of flags, and a form of MIS.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[repr(transparent)]
+pub struct Flags(u32);
+
+impl Flags {
+    /// Camera rays are spread uniformly over the pixel.
+    pub const JITTER: Self = Self(1);
+    /// An initial sample that is occluded has no contribution weight ("visibility reuse").
+    pub const INITIAL_VISIBILITY: Self = Self(1 << 1);
+    /// Samples are selected by their target times visibility.
+    pub const TARGET_VISIBILITY: Self = Self(1 << 2);
+    /// Targets in MIS weights are multiplied by visibility.
+    pub const MIS_VISIBILITY: Self = Self(1 << 3);
+    /// Shading traces a ray. Without it, it takes the visibility that the reservoir has.
+    pub const FINAL_RAY: Self = Self(1 << 4);
+    /// A combine's visibility is the weighted mean over its inputs, not that of the selected one.
+    pub const AVERAGE_VISIBILITY: Self = Self(1 << 5);
+    /// One candidate comes from scattering.
+    pub const SCATTER_CANDIDATE: Self = Self(1 << 6);
+    /// Of a combine: the other reservoirs are of another frame; the first of them is at the place that the camera of that frame
+    /// saw the surface. Without it they are of the same frame, the canonical one is among them.
+    pub const OTHER_FRAME: Self = Self(1 << 7);
+    /// The target is red alone, not the luminance.
+    pub const RED: Self = Self(1 << 8);
+    /// The target is green alone.
+    pub const GREEN: Self = Self(1 << 9);
+    /// The target is blue alone.
+    pub const BLUE: Self = Self(1 << 10);
+    /// Light passes straight through clear glass, if the scene has any ([`FEATURE_CLEAR`]).
+    pub const TRANSMITTANCE: Self = Self(1 << 11);
+    /// Of a combine with another frame, without neighbours: every pixel has the same camera ray in it, and scenes are the same.
+    /// Both reservoirs are the pixel's own then, and the visibility that they have is its own.
+    pub const STILL: Self = Self(1 << 12);
+    /// Candidates from lights come from tiles ([`DiParams::tiles`]).
+    pub const TILES: Self = Self(1 << 13);
+    /// Position of the bits of [`Mis`].
+    const MIS_SHIFT: u32 = 16;
+
+    /// No flag but a form of MIS.
+    pub const fn of_form(form: Mis) -> Self {
+        Self(form.bits() << Self::MIS_SHIFT)
+    }
+
+    /// The form of MIS.
+    #[inline(always)]
+    pub fn form(self) -> Mis {
+        Mis::from_bits(self.0 >> Self::MIS_SHIFT)
+    }
+
+    /// Whether a flag is set.
+    #[inline(always)]
+    pub fn contains(self, flag: Self) -> bool {
+        self.0 & flag.0 != 0
+    }
+
+    /// The word, to which a kernel is specialised.
+    pub const fn bits(self) -> u32 {
+        self.0
+    }
+
+    /// Without what the scene does not have.
+    #[inline(always)]
+    pub(super) fn in_use<S: Surface>(self, scene: &S) -> Self {
+        if scene.features() & FEATURE_CLEAR == 0 { Self(self.0 & !Self::TRANSMITTANCE.0) } else { self }
+    }
+}
+
+impl BitOr for Flags {
+    type Output = Self;
+
+    #[inline(always)]
+    fn bitor(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+}
 
 /// Parameters of the kernels of ReSTIR DI.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -59,8 +111,8 @@ pub struct DiParams {
     pub other_frame: u32,
     /// Seed of the random numbers.
     pub seed: u32,
-    /// `DI_` bits, and those of [`crate::resample::mis::Mis`] from [`DI_MIS_SHIFT`] on.
-    pub flags: u32,
+    /// What the pass does.
+    pub flags: Flags,
     /// Initial candidates from lights.
     pub candidates: u32,
     /// Neighbours of a combine, at most [`crate::resample::mis::INPUTS`] - 2; of a shading pass, at most 2 [`PAIRS`], and even.
@@ -81,9 +133,9 @@ pub struct DiParams {
     pub shading_pass: u32,
     /// Candidates from lights in a group, of which one is tested by a ray if its visibility is asked for; 0 for one group.
     pub group: u32,
-    /// Tiles of presampled candidates, with [`DI_TILES`]; at most 2^15.
+    /// Tiles of presampled candidates, with [`Flags::TILES`]; at most 2^15.
     pub tiles: u32,
-    /// Candidates in a tile, with [`DI_TILES`] from 1 to 2^15.
+    /// Candidates in a tile, with [`Flags::TILES`] from 1 to 2^15.
     pub tile_size: u32,
     /// Zero.
     pub reserved: [u32; 2],
@@ -98,6 +150,14 @@ impl Extent for DiParams {
 }
 
 impl DiParams {
+    /// The same in a kernel that was specialised to the flags in `bits`, or to none by a word without zeros: what other flags
+    /// ask for, a driver need not compile.
+    #[inline(always)]
+    #[must_use]
+    pub fn specialised(self, bits: u32) -> Self {
+        Self { flags: Flags(self.flags.0 & bits), ..self }
+    }
+
     /// The image.
     #[inline(always)]
     pub fn grid(&self) -> Grid {
@@ -141,8 +201,8 @@ pub struct DiPoint {
     pub position: [f32; 3],
     /// Its normal, see [`crate::pack::encode_unit_vector`].
     pub normal: u32,
-    /// The reservoir, see [`super::Stored`].
-    pub reservoir: [u32; 4],
+    /// The reservoir.
+    pub reservoir: PackedReservoir,
 }
 
 /// Parameters of the kernel that fills tiles with candidates.
@@ -167,7 +227,7 @@ impl Extent for TileParams {
     }
 }
 
-/// A candidate in a tile: a light's address and all that lies there, in four words of 16 bytes.
+/// A candidate in a tile: a light's address and all that lies there, floats as their bits.
 ///
 /// | word | x, y, z | w |
 /// |---|---|---|
@@ -179,13 +239,13 @@ impl Extent for TileParams {
 #[repr(C)]
 pub struct TileWords {
     /// Word 0.
-    pub position: [u32; 4],
+    pub position: UVec4,
     /// Word 1.
-    pub normal: [u32; 4],
+    pub normal: UVec4,
     /// Word 2.
-    pub emission: [u32; 4],
+    pub emission: UVec4,
     /// Word 3.
-    pub rest: [u32; 4],
+    pub rest: UVec4,
 }
 
 const _: () = {

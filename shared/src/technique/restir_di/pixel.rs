@@ -1,30 +1,79 @@
 //! What a pixel sees.
 
-use super::{DI_JITTER, DiParams};
+use super::{DiParams, Flags};
 use crate::camera::camera_ray;
 use crate::geometry::{Hit, Ray};
 use crate::layout::CameraParams;
 use crate::rng::Rng;
 use crate::scene::{Surface, SurfacePoint, Trace};
 use crate::transport::Vertex;
+use bytemuck::{Pod, Zeroable};
 use glam::{UVec4, Vec2};
 
-/// The hit of the camera's ray through the pixel (x, y), packed.
-pub fn primary<S: Trace>(scene: &S, params: &DiParams, flags: u32, [x, y]: [u32; 2]) -> UVec4 {
-    let rng = Rng::new(x, y, params.frame, params.seed);
-    pack_hit(&scene.closest(&camera_ray(&params.camera, flags & DI_JITTER != 0, &rng, x, y)))
+/// A hit as it lies in a plane: t, id, u and v, floats as their bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[repr(transparent)]
+pub struct PackedHit(pub UVec4);
+
+impl PackedHit {
+    /// The inverse of [`Self::unpack`].
+    #[inline(always)]
+    pub fn pack(hit: &Hit) -> Self {
+        Self(UVec4::new(hit.t.to_bits(), hit.id, hit.uv.x.to_bits(), hit.uv.y.to_bits()))
+    }
+
+    /// The hit.
+    #[inline(always)]
+    pub fn unpack(self) -> Hit {
+        let UVec4 { x: t, y: id, z: u, w: v } = self.0;
+        Hit { t: f32::from_bits(t), id, uv: Vec2::new(f32::from_bits(u), f32::from_bits(v)) }
+    }
 }
 
-/// A hit as it lies in a plane.
-#[inline(always)]
-pub fn pack_hit(hit: &Hit) -> UVec4 {
-    UVec4::new(hit.t.to_bits(), hit.id, hit.uv.x.to_bits(), hit.uv.y.to_bits())
+/// The hit of the camera's ray through the pixel `at`.
+pub fn primary<S: Trace>(scene: &S, params: &DiParams, at: [u32; 2]) -> PackedHit {
+    PackedHit::pack(&scene.closest(&params.view().ray(at)))
 }
 
-/// The inverse of [`pack_hit`].
-#[inline(always)]
-pub fn unpack_hit(word: UVec4) -> Hit {
-    Hit { t: f32::from_bits(word.x), id: word.y, uv: Vec2::new(f32::from_bits(word.z), f32::from_bits(word.w)) }
+/// The camera of a frame.
+#[derive(Clone, Copy)]
+pub(super) struct View {
+    pub(super) camera: CameraParams,
+    jitter: bool,
+    frame: u32,
+    seed: u32,
+}
+
+impl DiParams {
+    #[inline(always)]
+    pub(super) fn view(&self) -> View {
+        let Self { camera, frame, seed, flags, .. } = *self;
+        View { camera, jitter: flags.contains(Flags::JITTER), frame, seed }
+    }
+
+    /// Of the other reservoirs' frame.
+    #[inline(always)]
+    pub(super) fn other_view(&self) -> View {
+        View { camera: self.other_camera, frame: self.other_frame, ..self.view() }
+    }
+
+    /// The random numbers of a pixel.
+    #[inline(always)]
+    pub(super) fn rng(&self, [x, y]: [u32; 2]) -> Rng {
+        Rng::new(x, y, self.frame, self.seed)
+    }
+}
+
+impl View {
+    #[inline(always)]
+    fn ray(&self, [x, y]: [u32; 2]) -> Ray {
+        camera_ray(&self.camera, self.jitter, &Rng::new(x, y, self.frame, self.seed), x, y)
+    }
+
+    #[inline(always)]
+    pub(super) fn pixel(&self, at: [u32; 2], hit: PackedHit) -> Pixel {
+        Pixel { ray: self.ray(at), hit: hit.unpack() }
+    }
 }
 
 /// A pixel of a frame: its camera ray and what it hits.
@@ -35,12 +84,6 @@ pub(super) struct Pixel {
 }
 
 impl Pixel {
-    #[inline(always)]
-    pub(super) fn new(camera: &CameraParams, flags: u32, seed: u32, frame: u32, [x, y]: [u32; 2], hit: UVec4) -> Self {
-        let rng = Rng::new(x, y, frame, seed);
-        Self { ray: camera_ray(camera, flags & DI_JITTER != 0, &rng, x, y), hit: unpack_hit(hit) }
-    }
-
     #[inline(always)]
     pub(super) fn point<S: Surface>(&self, scene: &S) -> SurfacePoint {
         scene.surface(&self.ray, &self.hit)

@@ -7,9 +7,7 @@
 //! 3. [`gather`]: to this the pixel's own sample, by the weight that the neighbours' targets give it.
 
 use super::domain::{Light, Receiver};
-use super::pixel::Pixel;
-use super::stored::Stored;
-use super::{DI_FINAL_RAY, DI_MIS_VISIBILITY, DiPairs, DiParams, DiPoint, in_use};
+use super::{DiPairs, DiParams, DiPoint, Flags, PackedHit, PackedReservoir, Stored};
 use crate::layout::FilmPixel;
 use crate::num;
 use crate::pack::{decode_unit_vector, encode_unit_vector};
@@ -19,7 +17,7 @@ use crate::rng::Rng;
 use crate::scene::{AddressedLights, LightAddress, Still, Surface, Trace};
 use crate::transport::Vertex;
 use crate::vec::length;
-use glam::{UVec4, Vec3};
+use glam::Vec3;
 
 /// The random dimension of offsets, which no pixel has.
 const OFFSETS: u32 = (1 << 16) + 2;
@@ -35,7 +33,7 @@ impl Offers for Points<'_> {
 
     #[inline(always)]
     fn reservoir(&self, pixel: u32) -> Stored {
-        Stored::unpack(UVec4::from_array(self.points[pixel as usize].reservoir))
+        Stored::unpack(self.points[pixel as usize].reservoir)
     }
 
     #[inline(always)]
@@ -56,12 +54,12 @@ impl Offers for Points<'_> {
 pub fn shade<S: Trace + Surface + AddressedLights + Copy>(
     scene: S,
     params: &DiParams,
-    flags: u32,
-    [hit, reservoir]: [UVec4; 2],
+    hit: PackedHit,
+    reservoir: PackedReservoir,
     direct: FilmPixel,
     at: [u32; 2],
 ) -> FilmPixel {
-    let point = offer(scene, params, flags, [hit, reservoir], at);
+    let point = offer(scene, params, hit, reservoir, at);
     film_pixel(params, direct, Vec3::from_array(point.radiance))
 }
 
@@ -70,13 +68,13 @@ pub fn shade<S: Trace + Surface + AddressedLights + Copy>(
 pub fn offer<S: Trace + Surface + AddressedLights + Copy>(
     scene: S,
     params: &DiParams,
-    flags: u32,
-    [hit, reservoir]: [UVec4; 2],
+    hit: PackedHit,
+    reservoir: PackedReservoir,
     at: [u32; 2],
 ) -> DiPoint {
-    let light = Light { frames: Still(scene), flags: in_use(flags, &scene) };
-    let pixel = Pixel::new(&params.camera, light.flags, params.seed, params.frame, at, hit);
-    let mut offered = DiPoint { reservoir: reservoir.to_array(), ..DiPoint::default() };
+    let light = Light { frames: Still(scene), flags: params.flags.in_use(&scene) };
+    let pixel = params.view().pixel(at, hit);
+    let mut offered = DiPoint { reservoir, ..DiPoint::default() };
     if pixel.hit.is_hit() {
         let point = pixel.point(&scene);
         offered.position = point.position.to_array();
@@ -84,8 +82,8 @@ pub fn offer<S: Trace + Surface + AddressedLights + Copy>(
         let stored = Stored::unpack(reservoir);
         if stored.has_sample() {
             let receiver = Receiver { vertex: Vertex::new(&point, &pixel.ray, scene.features()), elsewhere: false };
-            let traced = light.forgets() | light.has(DI_FINAL_RAY);
-            let own = exchange::offer(&light, &receiver, &stored, light.has(DI_MIS_VISIBILITY), traced);
+            let traced = light.forgets() | light.has(Flags::FINAL_RAY);
+            let own = exchange::offer(&light, &receiver, &stored, light.has(Flags::MIS_VISIBILITY), traced);
             offered.target = own.target;
             offered.radiance = own.radiance.to_array();
         }
@@ -97,19 +95,18 @@ pub fn offer<S: Trace + Surface + AddressedLights + Copy>(
 pub fn exchange<S: Trace + Surface + AddressedLights + Copy>(
     scene: S,
     params: &DiParams,
-    flags: u32,
     points: &[DiPoint],
-    hit: UVec4,
+    hit: PackedHit,
     at: [u32; 2],
 ) -> (DiPairs, FilmPixel) {
-    let light = Light { frames: Still(scene), flags: in_use(flags, &scene) };
-    let pixel = Pixel::new(&params.camera, light.flags, params.seed, params.frame, at, hit);
+    let light = Light { frames: Still(scene), flags: params.flags.in_use(&scene) };
+    let pixel = params.view().pixel(at, hit);
     if !pixel.hit.is_hit() {
         return (DiPairs::ALONE, FilmPixel::default());
     }
     let receiver = Receiver { vertex: pixel.vertex(&scene), elsewhere: false };
-    let mis = light.has(DI_MIS_VISIBILITY);
-    let uses = Uses { mis, traced: mis | light.has(DI_FINAL_RAY) };
+    let mis = light.has(Flags::MIS_VISIBILITY);
+    let uses = Uses { mis, traced: mis | light.has(Flags::FINAL_RAY) };
     let points = Points { camera: Vec3::from_array(params.camera.position), points };
     let (pairs, sent) = exchange::receive(&light, &points, &params.shading_neighbours(), uses, &receiver, at);
     (pairs, FilmPixel { sum: sent.to_array(), dropped: 0.0 })

@@ -3,12 +3,13 @@
 use crate::num::{self, Scalar};
 use crate::resample::packed::{self, pack_visibility, unpack_visibility};
 use crate::scene::LightAddress;
+use bytemuck::{Pod, Zeroable};
 use glam::{UVec4, Vec3};
 
 /// The largest confidence that is kept.
 const MAX_CONFIDENCE: f32 = 255.0;
 
-/// What a pass leaves of a reservoir. Without a sample its address is [`LightAddress::NONE`].
+/// A reservoir as it lies in a plane.
 ///
 /// | word | bits | content |
 /// |---|---|---|
@@ -18,6 +19,11 @@ const MAX_CONFIDENCE: f32 = 255.0;
 /// | w | 32 | contribution weight, `f32` |
 ///
 /// The 16 bits of the visibility are those of [`pack_visibility`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[repr(transparent)]
+pub struct PackedReservoir(pub UVec4);
+
+/// What a pass leaves of a reservoir. Without a sample its address is [`LightAddress::NONE`].
 pub type Stored = packed::Stored<LightAddress>;
 
 impl Stored {
@@ -27,7 +33,7 @@ impl Stored {
 
     /// The plane's word. A contribution weight that is no number, or out of range, is not kept: the reservoir is empty.
     #[inline(always)]
-    pub fn pack(&self) -> UVec4 {
+    pub fn pack(&self) -> PackedReservoir {
         let weight = self.contribution_weight.within_range();
         let sound = (weight >= 0.0) & (self.confidence >= 0.0);
         let confidence = num::nearest(num::clamp(self.confidence, 0.0, MAX_CONFIDENCE)) as u32;
@@ -38,12 +44,12 @@ impl Stored {
             self.sample.v | (visibility << 24),
             weight.to_bits(),
         );
-        if sound { word } else { UVec4::new(LightAddress::NO_LIGHT, 0, 0, 0) }
+        PackedReservoir(if sound { word } else { UVec4::new(LightAddress::NO_LIGHT, 0, 0, 0) })
     }
 
     /// The inverse of [`Self::pack`]. A word that it cannot have made is an empty reservoir.
     #[inline(always)]
-    pub fn unpack(word: UVec4) -> Self {
+    pub fn unpack(PackedReservoir(word): PackedReservoir) -> Self {
         let contribution_weight = f32::from_bits(word.w);
         let visibility = unpack_visibility(((word.y >> 24) << 8) | (word.z >> 24));
         let sound = (contribution_weight.within_range() == contribution_weight)

@@ -10,8 +10,6 @@ use crate::rng::{self, Rng};
 use crate::scene::{AddressedLight, AddressedLights, LightAddress, LightKind, LightSample};
 use glam::{UVec4, Vec2, Vec3};
 
-/// Words of 16 bytes of a candidate.
-const WORDS: u32 = 4;
 /// Side of a block of pixels, as a power of two.
 const BLOCK_LOG2: u32 = 3;
 /// Random dimensions that no pixel has: of tiles' candidates, and of blocks.
@@ -29,7 +27,7 @@ pub fn presample<S: AddressedLights>(scene: &S, params: &TileParams, index: u32,
 fn pack(address: LightAddress, light: &AddressedLight) -> TileWords {
     let AddressedLight { sample, extent } = light;
     let [a, b] = if sample.kind == LightKind::Point { sample.falloff.to_array() } else { [sample.offset, *extent] };
-    let word = |v: Vec3, w: u32| [v.x.to_bits(), v.y.to_bits(), v.z.to_bits(), w];
+    let word = |v: Vec3, w: u32| UVec4::new(v.x.to_bits(), v.y.to_bits(), v.z.to_bits(), w);
     let kind = sample.kind as u32 + if sample.two_sided { TWO_SIDED } else { 0 };
     TileWords {
         position: word(sample.position, address.light),
@@ -39,11 +37,10 @@ fn pack(address: LightAddress, light: &AddressedLight) -> TileWords {
     }
 }
 
-/// The candidate at an index among those of all tiles.
+/// The inverse of [`pack`].
 #[inline(always)]
-pub(super) fn candidate(tiles: &[UVec4], index: u32) -> (LightAddress, AddressedLight) {
-    let at = index.wrapping_mul(WORDS) as usize;
-    let (position, normal, emission, rest) = (tiles[at], tiles[at + 1], tiles[at + 2], tiles[at + 3]);
+pub(super) fn unpack(words: &TileWords) -> (LightAddress, AddressedLight) {
+    let TileWords { position, normal, emission, rest } = *words;
     let vector = |word: UVec4| Vec3::new(f32::from_bits(word.x), f32::from_bits(word.y), f32::from_bits(word.z));
     let Vec3 { x: density, y: a, z: b } = vector(rest);
     let kind = match rest.w & 3 {
@@ -122,13 +119,7 @@ mod tests {
             };
             let extent = if area | (kind == LightKind::Environment) { 0.7 } else { 1.0 };
             let address = LightAddress { light: 5, u: 6, v: 7 };
-            let words = pack(address, &AddressedLight { sample, extent });
-            let tiles = [UVec4::ZERO; 4]
-                .into_iter()
-                .chain([words.position, words.normal, words.emission, words.rest].map(UVec4::from_array));
-            let mut all = [UVec4::ZERO; 8];
-            all.iter_mut().zip(tiles).for_each(|(to, from)| *to = from);
-            let (back, light) = candidate(&all, 1);
+            let (back, light) = unpack(&pack(address, &AddressedLight { sample, extent }));
             assert_eq!(back, address);
             let parts = |l: &AddressedLight| (l.sample.position, l.sample.normal, l.sample.emission, l.sample.falloff);
             let numbers = |l: &AddressedLight| (l.sample.offset, l.sample.density, l.extent, l.sample.two_sided);

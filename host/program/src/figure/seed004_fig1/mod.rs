@@ -10,8 +10,9 @@ use std::time::Duration;
 use rayon::prelude::*;
 use restir::reference::{Goal, Picture};
 use restir::scene::{Environment, Scene};
-use restir::technique::restir_di::{DiSettings, MisForm, Visibility, VisibilityReuse};
+use restir::technique::restir_di::{DiSettings, Visibility, VisibilityReuse};
 use restir::{Error, buffers::SceneBuffers, render::Render};
+use restir_shared::resample::mis::Mis;
 
 use super::chains::{self, Chains, Protocol};
 use super::scenes::{wall, white};
@@ -19,7 +20,7 @@ use super::{Environs, Files, cost::Cost};
 use crate::bench::{self, Matrix, Series, Technique, error::Truth, table::Setup};
 
 /// The forms of MIS that are compared.
-const FORMS: [(&str, MisForm); 2] = [("proposed", MisForm::Contribution), ("Talbot", MisForm::Talbot)];
+const FORMS: [(&str, Mis); 2] = [("proposed", Mis::CONTRIBUTION), ("Talbot", Mis::TALBOT)];
 /// Index of each form.
 const PROPOSED: usize = 0;
 const TALBOT: usize = 1;
