@@ -11,9 +11,9 @@ use restir_host::technique::restir_di::{
     DiSettings, Generation, Origin, Reuse, Temporal, Tiles, genealogy, render_with_layers,
 };
 use restir_kernels::restir_di::{di_offer, di_shade};
-use restir_shared::resample::mis::Mis;
 use restir_shared::rng::Rng;
 use restir_shared::scene::{AddressedLights, LightAddress};
+use restir_shared::technique::restir_di::PackedReservoir;
 use restir_tests::scenes::buffers;
 use restir_tests::suite::ensure;
 use restir_tests::technique::restir_di::settings;

@@ -219,7 +219,7 @@ fn without_neighbours_a_reservoir_stays() -> Result<(), Failed> {
 
 /// Every form of MIS with every text.
 fn with_all_forms<const N: usize>(texts: [&str; N]) -> impl Iterator<Item = String> {
-    Mis::ALL.into_iter().flat_map(move |form| texts.map(|text| format!("mis={},{text}", form.name())))
+    Mis::NAMED.into_iter().flat_map(move |(form, _)| texts.map(|text| format!("mis={form},{text}")))
 }
 
 /// With visibility in the MIS weights a pixel knows that of its sample.

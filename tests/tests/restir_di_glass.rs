@@ -12,7 +12,6 @@ use restir_shared::bsdf::{Bsdf, Material, SPECULAR_TRANSMISSION};
 use restir_shared::glam::{UVec4, Vec3};
 use restir_shared::layout::FEATURES_ALL;
 use restir_shared::num;
-use restir_shared::resample::mis::Mis;
 use restir_shared::resample::packed::LEVELS;
 use restir_shared::scene::{AnyScene, LightAddress};
 use restir_shared::technique::restir_di::{Stored, dithered};

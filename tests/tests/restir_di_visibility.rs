@@ -15,7 +15,6 @@ use restir_shared::camera::camera_ray;
 use restir_shared::geometry::Ray;
 use restir_shared::glam::Vec3;
 use restir_shared::layout::FilmPixel;
-use restir_shared::resample::mis::Mis;
 use restir_shared::rng::Rng;
 use restir_shared::scene::{
     AddressedLights, AnyFrames, AnyScene, LightAddress, SceneView, Still, Surface, SurfacePoint,
@@ -265,9 +264,8 @@ fn the_average_is_the_weighted_mean_and_costs_one_ray_a_neighbour() -> Result<()
                 initial = step.plane("reservoirs")?;
             }
             let Some(p) = params_of(&di_combine::DESC, step.pass) else { return Ok(()) };
-            let plane = |role| step.plane::<UVec4>(role);
-            let (hits, other_hits) = (plane("hits")?, plane("other_hits")?);
-            let (others, made) = (plane("others")?, plane("reservoirs")?);
+            let [hits, other_hits] = [step.plane("hits")?, step.plane("other_hits")?];
+            let [others, made] = [step.plane("others")?, step.plane("reservoirs")?];
             let offline = offline.get_or_insert_with(|| Offline::new(&view, &p, &hits));
             let temporal = p.flags.contains(Flags::OTHER_FRAME);
             for at in 0..made.len() {

@@ -116,17 +116,21 @@ fn long_runs(technique: &dyn Technique, [runs, frames]: [u32; 2]) -> (Option<Ver
 /// The batches of one run, and how many pixels were broken.
 fn long_run(buffers: &SceneBuffers, technique: &dyn Technique, frames: u32, seed: u32) -> (Vec<Picture>, u64) {
     let render = Render { count: frames, accumulate: true, seed, ..Render::new(SIZE, technique.boxed()) };
-    let mut batches = vec![vec![[0.0; 3]; (GRID.width * GRID.height) as usize]; frames.div_ceil(BATCH) as usize];
-    let (mut frame, mut broken) = (0, 0);
+    let mut batches: Vec<Picture> = Vec::new();
+    // there may be several of a frame
+    let (mut shown, mut broken) = (0, 0);
     technique::pictures(buffers, &render, &mut |picture| {
         let is_broken = |pixel: &&FilmPixel| pixel.dropped != 0.0 || pixel.sum.iter().any(|x| !x.is_finite());
         broken += picture.iter().filter(is_broken).count() as u64;
-        for (sum, pixel) in batches[frame / BATCH as usize].iter_mut().zip(picture) {
+        if shown % BATCH == 0 {
+            batches.push(vec![[0.0; 3]; picture.len()]);
+        }
+        for (sum, pixel) in batches.last_mut().into_iter().flatten().zip(picture) {
             *sum = std::array::from_fn(|channel| sum[channel] + f64::from(pixel.sum[channel]) / f64::from(BATCH));
         }
-        frame += 1;
+        shown += 1;
     });
-    batches.truncate(frame / BATCH as usize);
+    batches.truncate((shown / BATCH) as usize);
     (batches.into_iter().skip((WARM_UP / BATCH) as usize).collect(), broken)
 }
 
