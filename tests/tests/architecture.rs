@@ -41,7 +41,7 @@ fn source(path: &str, text: &str) -> Source {
 fn map_of(document: &str, name: &str) -> Vec<String> {
     let head = format!("| `{name}` modules | ");
     let row = document.lines().find_map(|line| line.strip_prefix(&head)).unwrap_or_default();
-    row.trim_end_matches(" |").split(", ").map(str::to_owned).collect()
+    row.trim_end_matches(" |").split(';').next().unwrap_or_default().split(", ").map(str::to_owned).collect()
 }
 
 /// All files below a folder of the workspace that are compiled outside of tests.
@@ -135,7 +135,12 @@ fn disagreements(map: &[String], sources: &[Source]) -> Vec<String> {
 fn modules_use_only_those_above_them() {
     let document = read(&workspace().join("ARCHITECTURE.md"));
     let of_crate = |(name, folder)| {
-        let found = disagreements(&map_of(&document, name), &sources(folder));
+        let sources = sources(folder);
+        // a technique's own folder at the root of a crate is below all that the map lists
+        let techniques = technique::all().into_iter().map(|technique| technique.about().name.replace('-', "_"));
+        let own = techniques.filter(|folder| sources.iter().any(|source| source.module[0] == *folder));
+        let map: Vec<String> = map_of(&document, name).into_iter().chain(own).collect();
+        let found = disagreements(&map, &sources);
         found.into_iter().map(move |finding| format!("{name}: {finding}"))
     };
     let findings: Vec<String> = CRATES.into_iter().flat_map(of_crate).collect();

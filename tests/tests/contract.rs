@@ -5,7 +5,6 @@ use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRng, TestRunner};
 use restir_host::buffers::SceneBuffers;
 use restir_host::scene::Material;
-use restir_host::scene::Scene;
 use restir_shared::camera::primary_ray;
 use restir_shared::color;
 use restir_shared::film::{MAX_BLOCK_LOG2, sum_block};
@@ -220,7 +219,7 @@ impl<S: Surface> Surface for AlongTheRay<S> {
 
 fn a_stored_hit_can_be_seen_from_elsewhere() -> Result<(), Failed> {
     let sphere = HollowSphere { radius: 2.0, reflectance: 0.5, emission: 1.0 };
-    let buffers = SceneBuffers::build(&Scene::load("all-lights")?)?;
+    let buffers = restir_tests::scenes::buffers("all-lights")?;
     let camera = buffers.camera.params(16, 16);
     for i in 0..256 {
         let primary = primary_ray(&camera, Vec2::new((i % 16) as f32, (i / 16) as f32), Vec2::ZERO);

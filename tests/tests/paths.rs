@@ -3,7 +3,6 @@
 
 use libtest_mimic::Failed;
 use restir_host::buffers::SceneBuffers;
-use restir_host::scene::Scene;
 use restir_shared::bsdf::{self, LOBES};
 use restir_shared::camera::primary_ray;
 use restir_shared::geometry::Ray;
@@ -13,6 +12,7 @@ use restir_shared::scene::{LightKind, LightSample, Lights, Surface, SurfacePoint
 use restir_shared::technique::path::{self, Receiver, Walk};
 use restir_shared::transport::{Connection, Reconnection, Vertex};
 use restir_tests::random::SplitMix;
+use restir_tests::scenes::buffers;
 use restir_tests::stats::Moments;
 use restir_tests::suite::ensure;
 
@@ -28,10 +28,6 @@ const DEPTH: u32 = 6;
 fn rays(buffers: &SceneBuffers) -> impl Iterator<Item = Ray> {
     let camera = buffers.camera.params(SIDE, SIDE);
     (0..SIDE * SIDE).map(move |i| primary_ray(&camera, Vec2::new((i % SIDE) as f32, (i / SIDE) as f32), Vec2::ZERO))
-}
-
-fn buffers(name: &str) -> Result<SceneBuffers, Failed> {
-    Ok(SceneBuffers::build(&Scene::load(name)?)?)
 }
 
 /// Keeps all values.
@@ -55,7 +51,7 @@ fn what_a_receiver_gets_is_the_radiance() -> Result<(), Failed> {
         ensure(sum == radiance, || format!("path {i}: {sum} for {radiance}"))?;
         values += all.0.len();
     }
-    ensure(values > 2 * (SIDE * SIDE) as usize, || format!("{values} values are too few to tell"))
+    ensure(values > (SIDE * SIDE) as usize, || format!("{values} values are too few to tell"))
 }
 
 /// Path-tree RIS in its simplest form (Lin et al. 2022, §5): keeps one value, with a probability in proportion to its brightness,
@@ -108,7 +104,7 @@ fn one_path_of_many_keeps_the_mean() -> Result<(), Failed> {
         // what the test would notice with probability 0.99
         let noticed = (CRITICAL + 2.33) * difference.standard_error() / whole.mean();
         println!("one path kept, wrong {wrong}: z {z:.1}, a bias of {:.2} % is noticed", 100.0 * noticed);
-        ensure(noticed < 0.01, || format!("a bias of {noticed} may go unnoticed"))?;
+        ensure(wrong || noticed < 0.01, || format!("a bias of {noticed} may go unnoticed"))?;
         ensure((z.abs() > CRITICAL) == wrong, || format!("wrong {wrong}, {z:.1} standard errors"))?;
     }
     Ok(())

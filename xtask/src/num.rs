@@ -7,7 +7,7 @@ use std::time::Instant;
 use clap::Args;
 use restir_tests::num::{Effort, Row, Sweep, markdown, sweeps};
 
-pub(crate) use crate::report::write;
+use crate::report::write;
 use crate::{Error, report};
 
 /// The table stands between two of these lines.

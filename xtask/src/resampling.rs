@@ -1,15 +1,14 @@
 //! `cargo xtask resampling`: every form of MIS on the table of lights, or on samples with a Jacobian, and the report of it.
 
-use std::path::Path;
 use std::time::Instant;
 
 use clap::Args;
 use restir_tests::resampling::line::Jacobian;
 use restir_tests::resampling::setting::Setting;
 use restir_tests::resampling::shifted::{Measured, WRONG};
-use restir_tests::resampling::{report, shifted, toys, trials};
+use restir_tests::resampling::{self, shifted, toys, trials};
 
-use crate::{Error, num};
+use crate::{Error, report};
 
 /// Options of `cargo xtask resampling`.
 #[derive(Args)]
@@ -43,11 +42,8 @@ const SEED: u64 = 1;
 /// [`Error::Failed`] if a row is off, or a wrong one is not; [`Error::Io`] if the report cannot be written.
 pub fn run(options: &Options) -> Result<(), Error> {
     let (name, text, failed) = if options.shifts { shifts(options) } else { table(options) };
-    println!("{text}");
-    if options.write {
-        num::write(&Path::new(env!("CARGO_MANIFEST_DIR")).with_file_name("docs").join(name), &text)?;
-    }
-    if failed.is_empty() { Ok(()) } else { Err(Error::Failed(format!("not as computed: {}", failed.join("; ")))) }
+    report::publish(name, &text, options.write)?;
+    report::judge("not as computed", failed)
 }
 
 /// File, text and rows that failed of the report on the table of lights.
@@ -62,11 +58,11 @@ fn table(options: &Options) -> (&'static str, String, Vec<String>) {
     }
     let toys = toys::run(SEED, trials / CHAINS);
     eprintln!("chains: {:.1} s", start.elapsed().as_secs_f64());
-    let text = report::markdown(&rows, &toys);
+    let text = resampling::report::markdown(&rows, &toys);
     let rows = rows.iter().filter(|row| !row.passed());
     let rows = rows.map(|row| format!("{} ({})", row.form.name(), row.setting.name()));
     let toys = toys.iter().filter(|toy| !toy.passed()).map(|toy| toy.name.clone());
-    ("resampling.md", text, rows.chain(toys).collect())
+    ("resampling", text, rows.chain(toys).collect())
 }
 
 /// The same of samples with a Jacobian.
@@ -81,5 +77,5 @@ fn shifts(options: &Options) -> (&'static str, String, Vec<String>) {
     let text = shifted::markdown(&right, &wrong, [trials, WRONG_TRIALS]);
     let off = right.iter().filter(|row| row.refused() != [false; 3]);
     let unseen = wrong.iter().filter(|row| row.refused() != [true; 3]);
-    ("resampling-shifts.md", text, off.chain(unseen).map(Measured::name).collect())
+    ("resampling-shifts", text, off.chain(unseen).map(Measured::name).collect())
 }

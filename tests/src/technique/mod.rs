@@ -1,8 +1,5 @@
 //! What the suites try of every technique of the registry.
 
-mod path;
-pub mod restir_di;
-
 use restir_host::Error;
 use restir_host::buffers::SceneBuffers;
 use restir_host::exec::{CpuExecutor, Executor, Step};
@@ -11,8 +8,20 @@ use restir_host::technique::{self, Technique, configure};
 use restir_kernels::Access;
 use restir_shared::layout::FilmPixel;
 
-/// What cannot be told from a technique's settings. A technique without a line has nothing of it.
-const KNOWN: [(&str, Known); 2] = [("path", path::KNOWN), ("restir-di", restir_di::KNOWN)];
+/// Declares the files of techniques, named as their folders are.
+macro_rules! known {
+    ($($technique:ident),* $(,)?) => {
+        $(pub mod $technique;)*
+
+        /// What cannot be told from a technique's settings. A technique without a line has nothing of it.
+        const KNOWN: &[(&str, Known)] = &[$((stringify!($technique), $technique::KNOWN)),*];
+    };
+}
+
+known! {
+    path,
+    restir_di,
+}
 
 /// See the fields.
 #[derive(Clone, Copy, Debug)]
@@ -93,7 +102,8 @@ pub struct Trials {
 impl Trials {
     /// Those of every technique.
     pub fn all() -> Vec<Self> {
-        let known = |name| KNOWN.iter().find(|(known, _)| *known == name).map_or(NOTHING, |(_, known)| *known);
+        let of = |name: &str| KNOWN.iter().find(|(known, _)| *known == name.replace('-', "_"));
+        let known = |name| of(name).map_or(NOTHING, |(_, known)| *known);
         technique::all().into_iter().map(|technique| Self { known: known(technique.about().name), technique }).collect()
     }
 

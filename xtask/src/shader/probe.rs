@@ -34,7 +34,7 @@ static PROBE: KernelDesc = KernelDesc { name: "size_probe", ..path::DESC };
 /// `SpecId` of its number of segments, and the numbers that are measured: some 20, 24 and 28 thousand operations.
 const SEGMENTS_ID: u32 = 1;
 const SEGMENTS: [u32; 3] = [5, 6, 7];
-/// A scene and a preset of ReSTIR DI with the largest kernels.
+/// A scene on which kernels are large.
 const SCENE: &str = "cornell";
 /// A parity case of `path` that is frozen to that scene.
 const FROZEN: &str = "1 sample, cornell, frozen";

@@ -8,7 +8,7 @@ use std::time::Duration;
 use restir::output::{check_writable, write_atomically};
 use restir::reference::{FIRST_SEED, Goal, Picture};
 use restir::render::{self, Render};
-use restir::{Error, buffers::SceneBuffers, exec::Executor, input, technique::Repeats};
+use restir::{Error, buffers::SceneBuffers, exec::Executor, input, technique, technique::Repeats};
 
 use super::reference::{Cache, PictureArguments};
 use super::{console, device, interrupt, progress::reported, render::natural, require, technique::configured};
@@ -91,7 +91,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
 
 fn matrix(arguments: &Arguments) -> Result<Matrix, Error> {
     let Arguments { restarts, reference_spp, seconds, .. } = *arguments;
-    let picture = arguments.picture.measured()?;
+    let picture = picture(arguments)?;
     let problem = format_args!("{restarts} restarts show no spread; give 2 to {MAX_RESTARTS}");
     require((2..=MAX_RESTARTS).contains(&restarts), problem)?;
     let budgets: BTreeSet<u32> = arguments.spp.iter().copied().collect();
@@ -111,6 +111,18 @@ fn matrix(arguments: &Arguments) -> Result<Matrix, Error> {
     let problem = format_args!("{images} images need more seeds than there are; give fewer --restarts");
     require(images <= u64::from(FIRST_SEED), problem)?;
     Ok(matrix)
+}
+
+/// What is measured: without --max-depth as a technique has it that knows paths of one length only.
+fn picture(arguments: &Arguments) -> Result<Picture, Error> {
+    let mut picture = arguments.picture.measured()?;
+    for text in arguments.techniques.iter().filter(|_| arguments.picture.max_depth.is_none()) {
+        let technique = technique::named(text.split(':').next().unwrap_or_default())?;
+        if technique.value("max_depth").is_none() {
+            picture.integral.max_depth = technique.integral().max_depth;
+        }
+    }
+    Ok(picture)
 }
 
 /// A technique from its name and settings; these may not change what the picture converges to.
@@ -276,11 +288,13 @@ mod tests {
 
     #[test]
     fn techniques_have_no_jitter_of_their_own() {
-        for jitter in [false, true] {
-            for name in restir::technique::all().iter().map(|technique| technique.about().name) {
-                let text = |value| format!("{name}:jitter={}", if value { "on" } else { "off" });
-                technique(&text(jitter), picture(2, jitter)).unwrap();
-                assert!(technique(&text(!jitter), picture(2, jitter)).unwrap_err().to_string().contains("--jitter"));
+        let with_jitter = |technique: &Box<dyn technique::Technique>| technique.value("jitter").is_some();
+        for known in technique::all().into_iter().filter(with_jitter) {
+            for jitter in [false, true] {
+                let text = |value| format!("{}:jitter={}", known.about().name, if value { "on" } else { "off" });
+                let picture = picture(known.integral().max_depth, jitter);
+                technique(&text(jitter), picture).unwrap();
+                assert!(technique(&text(!jitter), picture).unwrap_err().to_string().contains("--jitter"));
             }
         }
     }

@@ -1,8 +1,8 @@
 //! What scenes promise about their light, measured by diffuse random walks from the camera.
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, UVec4, Vec2, Vec3};
 use restir_shared::camera::primary_ray;
-use restir_shared::geometry::Ray;
+use restir_shared::geometry::{Hit, Ray};
 use restir_shared::scene::{Lights, Surface, SurfacePoint, Trace};
 
 use super::random::Random;
@@ -30,12 +30,14 @@ impl Walks {
 
     /// A ray through a uniform point of the image.
     pub(super) fn camera_ray(&mut self) -> Ray {
-        let pixel = self.size.map(|side| (self.random.unit() * f64::from(side)) as f32);
-        primary_ray(&self.buffers.camera.params(self.size[0], self.size[1]), pixel.into(), Vec2::ZERO)
+        let [width, height] = self.size;
+        let pixel =
+            Vec2::new((self.random.unit() * f64::from(width)) as f32, (self.random.unit() * f64::from(height)) as f32);
+        primary_ray(&self.buffers.camera.params(width, height), pixel, Vec2::ZERO)
     }
 
     pub(super) fn trace(&self, ray: &Ray) -> Option<Vertex> {
-        let hit = self.buffers.view().closest(ray);
+        let hit: Hit = self.buffers.view().closest(ray);
         hit.is_hit().then(|| {
             let mut point = self.buffers.view().surface(ray, &hit);
             if point.normal.as_dvec3().dot(ray.direction.as_dvec3()) > 0.0 {
@@ -45,22 +47,21 @@ impl Walks {
         })
     }
 
-    /// Radiance of the environment in green.
-    pub(super) fn sky(&self, ray: &Ray) -> f64 {
-        f64::from(self.buffers.view().environment(ray.direction).radiance.y)
-    }
-
     /// The way on from a vertex.
     pub(super) fn bounce(&mut self, vertex: &Vertex) -> Ray {
         let normal = vertex.point.normal.as_dvec3();
-        let direction = (normal + self.random.direction()).normalize_or(normal);
+        let z = self.random.range(-1.0, 1.0);
+        let (sin, cos) = self.random.range(0.0, std::f64::consts::TAU).sin_cos();
+        let r = (1.0 - z * z).sqrt();
+        let direction = (normal + DVec3::new(r * cos, r * sin, z)).normalize_or(normal);
         Ray { origin: leave(&vertex.point), direction: direction.as_vec3(), t_max: Ray::FAR }
     }
 
     /// Whether a point on an emitter, chosen by power, shines on the vertex.
     pub(super) fn light_arrives(&mut self, vertex: &Vertex) -> bool {
-        let words = [(); 4].map(|()| (self.random.unit() * 4_294_967_296.0) as u32);
-        let light = self.buffers.view().sample_light(words.into());
+        let word = |random: &mut Random| (random.unit() * 4_294_967_296.0) as u32;
+        let words = UVec4::from_array([(); 4].map(|()| word(&mut self.random)));
+        let light = self.buffers.view().sample_light(words);
         let origin = leave(&vertex.point);
         let target = light.position + light.normal * light.offset;
         let way = (target - origin).as_dvec3();

@@ -4,8 +4,8 @@ use super::DiSettings;
 use super::lineage::{Follower, Origin, ReservoirPass};
 use crate::render::{self, Render};
 use crate::{Error, buffers::SceneBuffers, exec::Executor, memory, technique::explain::Place};
-use restir_shared::scene::{AddressedLights, LightAddress, LightKind};
 use restir_shared::layout::TRIANGLE_WORDS;
+use restir_shared::scene::{AddressedLights, LightAddress, LightKind};
 use restir_shared::technique::restir_di::{PackedReservoir, Stored, TileWords};
 
 /// What a pass does.
