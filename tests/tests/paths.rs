@@ -11,6 +11,7 @@ use restir_shared::rng::{self, Rng};
 use restir_shared::scene::{LightKind, LightSample, Lights, Surface, SurfacePoint, Trace};
 use restir_shared::technique::path::{self, Receiver, Walk};
 use restir_shared::transport::{Connection, Reconnection, Vertex};
+use restir_shared::vec::dot;
 use restir_tests::random::SplitMix;
 use restir_tests::scenes::buffers;
 use restir_tests::stats::Moments;
@@ -188,7 +189,7 @@ fn a_reconnection_measures_solid_angle() -> Result<(), Failed> {
         let link = vertex.reconnect(&point, 0);
         let (normal, position) = (point.normal.as_dvec3(), point.position.as_dvec3());
         let distance = link.shadow.direction.as_dvec3().length();
-        if link.pdf == 0.0 || distance < 0.1 || link.direction.dot(point.normal).abs() < 0.1 {
+        if link.pdf == 0.0 || distance < 0.1 || dot(link.direction, point.normal).abs() < 0.1 {
             continue;
         }
         let (tangent, side) = (normal.any_orthonormal_vector(), 1.0e-3 * distance);

@@ -288,8 +288,7 @@ mod tests {
 
     #[test]
     fn techniques_have_no_jitter_of_their_own() {
-        let with_jitter = |technique: &Box<dyn technique::Technique>| technique.value("jitter").is_some();
-        for known in technique::all().into_iter().filter(with_jitter) {
+        for known in technique::all().into_iter().filter(|known| known.value("jitter").is_some()) {
             for jitter in [false, true] {
                 let text = |value| format!("{}:jitter={}", known.about().name, if value { "on" } else { "off" });
                 let picture = picture(known.integral().max_depth, jitter);
