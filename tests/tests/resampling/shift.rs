@@ -7,7 +7,7 @@ use restir_tests::resampling::line::{Jacobian, Setting};
 use restir_tests::resampling::shifted::{Measured, WRONG, settings, value_name};
 use restir_tests::stats::{FAMILY_RATE, Family, POWER};
 
-/// Of a row; `cargo xtask resampling --shifts --write` makes 10^7.
+/// Of a row; `cargo xtask resampling --shifts` makes more.
 const TRIALS: u64 = 50_000;
 
 /// All forms that are unbiased, without and with visibility: each pixel, after each of three stages.
