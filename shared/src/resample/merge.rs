@@ -117,7 +117,7 @@ fn none<P: Pixels>() -> Input<P::Packed, SampleOf<P>> {
         pixel: 0,
         reservoir: P::NO_RESERVOIR,
         sample: P::NO_SAMPLE,
-        jacobian: 1.0,
+        jacobian: 0.0,
         target: 0.0,
         visibility: Vec3::ZERO,
         near: false,

@@ -19,6 +19,7 @@ pub struct Planes<'a> {
 
 /// Combines the reservoir of the pixel `at`, `own`, with others, and says which pixel the sample comes from. Pixels of another
 /// frame see that frame's scene: what a reservoir can produce was decided there.
+#[inline(always)]
 pub fn combine<F: Frames + Copy>(
     frames: F,
     params: &DiParams,

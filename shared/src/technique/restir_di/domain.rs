@@ -110,7 +110,8 @@ impl<F: Frames> Neighbourhood<'_, F> {
 impl<F: Frames> Pixels for Neighbourhood<'_, F> {
     type Domain = Light<F>;
     type Packed = PackedReservoir;
-    const NO_SAMPLE: LightAddress = LightAddress::NONE;
+    // zeros, which cost least to write
+    const NO_SAMPLE: LightAddress = LightAddress { light: 0, u: 0, v: 0 };
     const NO_RESERVOIR: PackedReservoir = PackedReservoir(UVec4::ZERO);
 
     #[inline(always)]
