@@ -7,6 +7,8 @@ use std::time::Duration;
 
 /// Leaves hold up to this many triangles.
 const LEAF_SIZE: u32 = 4;
+/// More triangles than this with the same box become one for the builder, whose time grows with the square of their number.
+const MOST_COINCIDENT: usize = 256;
 
 /// An axis-aligned box.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,7 +95,10 @@ struct TreeNode {
 
 /// Builds a BVH over at least one triangle with finite bounds.
 pub(crate) fn build(boxes: &[Bounds]) -> Bvh {
-    let (tree, order) = surface_area_tree(boxes);
+    let (tree, order) = match coincident(boxes) {
+        Some(groups) => tree_of_groups(&groups, boxes),
+        None => surface_area_tree(boxes),
+    };
     let bvh = lay_out(&tree, order, boxes);
     if bvh.depth <= STACK_DEPTH {
         return bvh;
@@ -118,10 +123,46 @@ fn surface_area_tree(boxes: &[Bounds]) -> (Vec<TreeNode>, Vec<u32>) {
     (nodes.collect(), bvh.primitive_indices)
 }
 
+/// The triangles by their boxes, if too many have the same.
+fn coincident(boxes: &[Bounds]) -> Option<Vec<Vec<u32>>> {
+    let key = |index: u32| {
+        let Bounds { lo, hi } = boxes[index as usize];
+        [lo, hi].map(|corner| corner.to_array().map(f32::to_bits))
+    };
+    let mut sorted: Vec<u32> = (0..boxes.len() as u32).collect();
+    sorted.sort_unstable_by_key(|&index| (key(index), index));
+    let groups = sorted.chunk_by(|&a, &b| key(a) == key(b));
+    let crowded = groups.clone().any(|group| group.len() > MOST_COINCIDENT);
+    crowded.then(|| groups.map(<[u32]>::to_vec).collect())
+}
+
+/// The tree of one triangle of each group; where it has leaves, the groups are halved.
+fn tree_of_groups(groups: &[Vec<u32>], boxes: &[Bounds]) -> (Vec<TreeNode>, Vec<u32>) {
+    let one_of_each: Vec<Bounds> = groups.iter().map(|group| boxes[group[0] as usize]).collect();
+    let (mut nodes, group_order) = surface_area_tree(&one_of_each);
+    let mut order = Vec::with_capacity(boxes.len());
+    for index in 0..nodes.len() {
+        let TreeNode { first, count } = nodes[index];
+        if count > 0 {
+            let begin = order.len();
+            let inside = &group_order[first as usize..(first + count) as usize];
+            order.extend(inside.iter().flat_map(|&group| &groups[group as usize]));
+            halve(&mut nodes, index, &mut order, begin, boxes);
+        }
+    }
+    (nodes, order)
+}
+
 /// Halves at the median of the longest axis.
 fn balanced_tree(order: &mut [u32], boxes: &[Bounds]) -> Vec<TreeNode> {
     let mut nodes = vec![TreeNode { first: 0, count: 0 }];
-    let mut work = vec![(0, 0..order.len())];
+    halve(&mut nodes, 0, order, 0, boxes);
+    nodes
+}
+
+/// Puts the triangles of `order` from `begin` on below the node `root`, by halves.
+fn halve(nodes: &mut Vec<TreeNode>, root: usize, order: &mut [u32], begin: usize, boxes: &[Bounds]) {
+    let mut work = vec![(root, begin..order.len())];
     while let Some((index, range)) = work.pop() {
         let part = &mut order[range.clone()];
         if part.len() <= LEAF_SIZE as usize {
@@ -139,7 +180,6 @@ fn balanced_tree(order: &mut [u32], boxes: &[Bounds]) -> Vec<TreeNode> {
         let middle = range.start + half;
         work.extend([(first + 1, middle..range.end), (first, range.start..middle)]);
     }
-    nodes
 }
 
 /// Numbers the inner nodes and finds boxes and depth.
@@ -209,7 +249,11 @@ mod tests {
     }
 
     #[test]
-    fn ten_thousand_triangles_in_one_place() {
-        check(&vec![triangle(Vec3::ONE, 1.0); 10_000]);
+    fn a_million_triangles_in_few_places() {
+        // by the builder alone it would take hours
+        check(&vec![triangle(Vec3::ONE, 1.0); 1_000_000]);
+        let crowd = |i: i32| triangle(Vec3::splat((i % 7) as f32), 1.0);
+        let alone = |i: i32| triangle(Vec3::splat(i as f32 * 0.01), 0.5);
+        check(&(0..20_000).map(crowd).chain((0..2_000).map(alone)).collect::<Vec<_>>());
     }
 }

@@ -8,6 +8,9 @@ const VARIABLE: &str = "RESTIR_MEMORY_LIMIT_BYTES";
 /// Share of the machine's memory.
 const SHARE: f64 = 0.8;
 
+/// Where Linux says what a process may have.
+const LIMITS: &str = "/proc/self/limits";
+
 /// 80 % of the memory that this process can get, or `RESTIR_MEMORY_LIMIT_BYTES` if it is set and not empty.
 ///
 /// # Errors
@@ -29,7 +32,14 @@ fn share_of_machine() -> u64 {
     let mut system = sysinfo::System::new();
     system.refresh_memory();
     let group = system.cgroup_limits().map_or(u64::MAX, |limits| limits.total_memory);
-    (system.total_memory().min(group) as f64 * SHARE) as u64
+    let space = std::fs::read_to_string(LIMITS).map_or(u64::MAX, |limits| address_space(&limits));
+    (system.total_memory().min(group).min(space) as f64 * SHARE) as u64
+}
+
+/// The limit on addresses (`ulimit -v`) in the table of [`LIMITS`]; none is the largest number.
+fn address_space(limits: &str) -> u64 {
+    let row = limits.lines().find_map(|line| line.strip_prefix("Max address space"));
+    row.and_then(|row| row.split_whitespace().next()?.parse().ok()).unwrap_or(u64::MAX)
 }
 
 /// Refuses what takes more bytes than this process may have; `what` is named in the message, and `remedy` says what to do.
@@ -55,6 +65,15 @@ pub(crate) fn gib(bytes: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_limit_on_addresses_is_read() {
+        let table = |limit: &str| {
+            format!("Limit    Soft Limit    Hard Limit    Units\nMax address space    {limit}    unlimited    bytes\n")
+        };
+        assert_eq!(address_space(&table("8192000000")), 8_192_000_000);
+        assert_eq!([address_space(&table("unlimited")), address_space("")], [u64::MAX; 2]);
+    }
 
     #[test]
     fn a_limit_is_a_number() {

@@ -2,18 +2,20 @@
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use tempfile::{Builder, NamedTempFile};
 
 use crate::Error;
 
-/// Writes the file `path` with `write`; it replaces an existing file, and only after all was written.
+/// Writes the file `path` with `write`; it replaces an existing file, and only after all was written. A link stays one: what it
+/// leads to is replaced.
 ///
 /// # Errors
 /// [`Error::File`] if the folder or the file is not writable or `write` fails; then `path` is as it was before and
 /// no temporary file is left.
 pub fn write_atomically(path: &Path, write: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>) -> Result<(), Error> {
+    let path = &destination(path);
     let file = temporary_beside(path)?;
     fill(file.as_file(), write).map_err(|error| Error::cannot_write(path, error))?;
     file.persist(path).map_err(|error| Error::cannot_write(path, error.error))?;
@@ -25,10 +27,22 @@ pub fn write_atomically(path: &Path, write: impl FnOnce(&mut BufWriter<&File>) -
 /// # Errors
 /// [`Error::File`] if the folder is missing or not writable, if `path` is a folder, or if its name is too long.
 pub fn check_writable(path: &Path) -> Result<(), Error> {
-    temporary_beside(path)?;
+    temporary_beside(&destination(path))?;
     match std::fs::symlink_metadata(path) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(Error::cannot_write(path, error)),
         _ => Ok(()),
+    }
+}
+
+/// The file behind a link, also one that is not there yet.
+fn destination(path: &Path) -> PathBuf {
+    let linked = std::fs::canonicalize(path).or_else(|_| {
+        let target = std::fs::read_link(path)?;
+        io::Result::Ok(path.parent().unwrap_or(Path::new(".")).join(target))
+    });
+    match std::fs::symlink_metadata(path) {
+        Ok(entry) if entry.is_symlink() => linked.unwrap_or_else(|_| path.to_owned()),
+        _ => path.to_owned(),
     }
 }
 
@@ -75,6 +89,21 @@ mod tests {
         assert!(failed.unwrap_err().to_string().contains("no more"));
         assert_eq!(std::fs::read(&path).unwrap(), b"old");
         assert_eq!(entries(folder.path()), 1);
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_link_stays_a_link() {
+        let folder = tempfile::tempdir().unwrap();
+        let [link, file] = ["link.exr", "file.exr"].map(|name| folder.path().join(name));
+        std::os::unix::fs::symlink("file.exr", &link).unwrap();
+        for text in ["made", "replaced"] {
+            check_writable(&link).unwrap();
+            write_atomically(&link, |file| file.write_all(text.as_bytes())).unwrap();
+            assert_eq!(std::fs::read_to_string(&file).unwrap(), text);
+        }
+        assert!(std::fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(entries(folder.path()), 2);
     }
 
     #[test]

@@ -23,7 +23,7 @@ use crate::{Error, buffers::SceneBuffers, technique::Integral, technique::path::
 /// Samples a pixel in a batch.
 pub const BATCH_SAMPLES: u32 = 64;
 /// Changes with what the cache means; a reference of another version is made anew.
-const FORMAT: &str = "1";
+const FORMAT: &str = "2";
 /// Seeds from here on are those of references; others should stay below.
 pub const FIRST_SEED: u32 = 1 << 31;
 /// How long a killed program may have worked for nothing.
@@ -199,6 +199,9 @@ pub fn make(
     if changed {
         save(&reference)?;
     }
+    if let Some(store) = &store {
+        store.forget_if_empty();
+    }
     outcome.map(|()| reference.rounded())
 }
 
@@ -267,6 +270,11 @@ impl Store {
         Ok(Self { folder, digest, size: [batch.width, batch.height], metadata })
     }
 
+    /// The folder goes again if nothing came into it.
+    fn forget_if_empty(&self) {
+        let _ = std::fs::remove_dir(&self.folder);
+    }
+
     fn path(&self, half: usize) -> PathBuf {
         self.folder.join(format!("half{half}.exr"))
     }
@@ -281,8 +289,11 @@ impl Store {
         let (batches, dropped) = (value("batches")?.parse().ok()?, value("dropped_samples")?.parse().ok()?);
         let image = read_exr(&path).ok()?;
         let values = image.pixels.as_flattened();
-        let sound =
-            same && batches > 0 && [image.width, image.height] == self.size && values.iter().all(|x| x.is_finite());
+        let sound = same
+            && batches > 0
+            && [image.width, image.height] == self.size
+            && values.iter().all(|x| x.is_finite())
+            && value("checksum") == Some(&checksum(half, batches, dropped, values));
         sound.then(|| Half { mean: values.iter().map(|&value| f64::from(value)).collect(), batches, dropped })
     }
 
@@ -292,9 +303,20 @@ impl Store {
             let mut metadata = self.metadata.clone();
             let numbers = [("half", half as u64), ("batches", u64::from(*batches)), ("dropped_samples", *dropped)];
             metadata.extend(numbers.map(|(key, value)| (key.to_owned(), value.to_string())));
-            write_exr(&self.path(half), &reference.to_image(mean), &metadata)
+            let image = reference.to_image(mean);
+            let checksum = checksum(half, *batches, *dropped, image.pixels.as_flattened());
+            metadata.push(("checksum".to_owned(), checksum));
+            write_exr(&self.path(half), &image, &metadata)
         })
     }
+}
+
+/// Of all that a half holds, so that a file whose bits have changed is not believed.
+fn checksum(half: usize, batches: u32, dropped: u64, values: &[f32]) -> String {
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(format!("{half} {batches} {dropped}").as_bytes());
+    hasher.update(bytemuck::cast_slice(values));
+    hasher.finalize().to_hex().to_string()
 }
 
 /// The folder for references if none is named: `RESTIR_CACHE`, else `restir` in the user's folder for caches.
@@ -386,14 +408,26 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let whole = reference(Some(folder.path()), 128, INTEGRAL);
         let entry = std::fs::read_dir(folder.path()).unwrap().next().unwrap().unwrap();
-        std::fs::write(entry.path().join("half1.exr"), b"damaged").unwrap();
+        let file = entry.path().join("half1.exr");
+        let bytes = std::fs::read(&file).unwrap();
+        std::fs::write(&file, b"damaged").unwrap();
         assert_eq!(reference(Some(folder.path()), 128, INTEGRAL).image(), whole.image());
+        for at in (0..bytes.len()).step_by(37) {
+            let mut flipped = bytes.clone();
+            flipped[at] ^= 1 << (at % 8);
+            std::fs::write(&file, &flipped).unwrap();
+            let again = reference(Some(folder.path()), 128, INTEGRAL);
+            assert_eq!((again.image(), again.samples()), (whole.image(), 128), "a bit of byte {at}");
+        }
     }
 
     #[test]
     fn an_interrupted_reference_keeps_its_batches() {
         let folder = tempfile::tempdir().unwrap();
         let goal = Goal { samples: 1024, time: None };
+        let at_once = made(Some(folder.path()), goal, INTEGRAL, &mut |_| Err(Error::Interrupted));
+        assert!(matches!(at_once, Err(Error::Interrupted)));
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "an empty folder is left");
         let stop = &mut |progress: Progress| if progress.done < 4 { Ok(()) } else { Err(Error::Interrupted) };
         let outcome = made(Some(folder.path()), goal, INTEGRAL, stop);
         assert!(matches!(outcome, Err(Error::Interrupted)));

@@ -12,7 +12,7 @@ mod triangles;
 
 use crate::bvh::{self, Bounds, Bvh};
 use crate::scene::{Camera, Scene};
-use crate::{Error, wide_bvh::WideBvh};
+use crate::{Error, memory, wide_bvh::WideBvh};
 use glam::UVec4;
 use restir_shared::layout::{LIGHT_TRIANGLE, NODE_WORDS, NONE, SceneHeader, TRIANGLE_WORDS};
 use restir_shared::scene::SceneView;
@@ -104,6 +104,7 @@ impl SceneBuffers {
         drop(boxes);
         let triangles: Vec<Triangle> = bvh.order.iter().map(|&i| triangles[i as usize]).collect();
         let environment = scene.environment.as_ref().and_then(EnvironmentMap::new);
+        check_texels(scene)?;
         let mut texels = Texels::new(scene, &used_materials(scene, &triangles), environment.as_ref());
         let mut words = std::mem::take(&mut texels.words);
         words.resize(words.len().max(4), 0);
@@ -190,6 +191,13 @@ impl SceneBuffers {
     pub fn traced_view(&self) -> SceneView<'_> {
         SceneView { tracer: Some(self.tracer()), ..self.view() }
     }
+}
+
+/// The scene has its textures, the arena is made of them, and then shared: for a moment all three are there.
+fn check_texels(scene: &Scene) -> Result<(), Error> {
+    let texels: usize = scene.textures.iter().map(|texture| texture.texels.len()).sum();
+    let bytes = 3 * size_of::<[u8; 4]>() as u64 * texels as u64;
+    memory::check(bytes, &format!("the textures of scene {}", scene.name), "use smaller ones")
 }
 
 fn corners(bounds: &Bounds) -> [[f32; 3]; 2] {

@@ -24,6 +24,9 @@ impl Texels {
         for (material, _) in scene.materials.iter().zip(used_materials).filter(|(_, used)| **used) {
             for used in material.textures().into_iter().flatten() {
                 if texels.words.is_empty() {
+                    // all at once, for a vector that grows would take twice as much
+                    let texels_of_all: usize = scene.textures.iter().map(|texture| texture.texels.len() + 4).sum();
+                    texels.words.reserve_exact(4 * 256 + texels_of_all);
                     texels.add_srgb_table();
                 }
                 if texels.textures[used.texture] == NONE {

@@ -23,7 +23,11 @@ impl CpuExecutor {
             .num_threads(threads.unwrap_or(0))
             .build()
             .map(|pool| Self { pool: Some(pool) })
-            .map_err(|e| Error::Setting(format!("cannot start {threads:?} threads: {e}; ask for fewer")))
+            .map_err(|error| {
+                let number =
+                    threads.map_or_else(|| "one thread a core".to_owned(), |number| format!("{number} threads"));
+                Error::Setting(format!("cannot start {number}: {error}; ask for fewer"))
+            })
     }
 
     /// An executor without threads of its own, for renders that are themselves run in parallel.

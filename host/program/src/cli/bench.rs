@@ -92,7 +92,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
 fn matrix(arguments: &Arguments) -> Result<Matrix, Error> {
     let Arguments { restarts, reference_spp, seconds, .. } = *arguments;
     let picture = picture(arguments)?;
-    let problem = format_args!("{restarts} restarts show no spread; give 2 to {MAX_RESTARTS}");
+    let problem =
+        format_args!("--restarts {restarts} is out of range; give 2 to {MAX_RESTARTS}, so that there is a spread");
     require((2..=MAX_RESTARTS).contains(&restarts), problem)?;
     let budgets: BTreeSet<u32> = arguments.spp.iter().copied().collect();
     let problem = format_args!("--spp holds 0 samples a pixel, which make no image; give at least 1");

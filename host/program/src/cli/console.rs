@@ -21,7 +21,26 @@ pub(super) fn print(text: &str) -> Result<(), Error> {
 
 /// Writes one line to standard error; if that fails there is nowhere left to say so.
 pub(super) fn note(message: &str) {
-    // Names from files may hold anything, also what moves a terminal's cursor.
-    let line = message.replace(char::is_control, " ");
-    let _ = writeln!(io::stderr(), "{line}");
+    let _ = writeln!(io::stderr(), "{}", harmless(message));
+}
+
+/// A text in one line. Names from files may hold anything: what moves a terminal's cursor or turns the direction of what follows,
+/// and more than anybody reads.
+pub(super) fn harmless(text: &str) -> String {
+    let turns =
+        |c: char| matches!(c, '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}');
+    let line = text.replace(|c: char| c.is_control() || turns(c), " ");
+    line.split(' ').map(shortened).collect::<Vec<_>>().join(" ")
+}
+
+/// A word with its middle left out if it is a long one.
+fn shortened(word: &str) -> String {
+    const MOST: usize = 320;
+    const KEPT: usize = 100;
+    let length = word.chars().count();
+    if length <= MOST {
+        return word.to_owned();
+    }
+    let (begin, end) = (word.chars().take(KEPT), word.chars().skip(length - KEPT));
+    begin.chain("[...]".chars()).chain(end).collect()
 }

@@ -50,6 +50,16 @@ pub(super) fn parity(description: &Description) -> String {
     description.parity.map_or_else(|| "exact".to_owned(), |parity| parity.to_string())
 }
 
+/// Threads that nobody asked for by --threads are as many as this variable says, for rayon reads it.
+const THREADS_VARIABLE: &str = "RAYON_NUM_THREADS";
+
+/// Refuses what the environment asks for and no machine can give.
+pub(super) fn check_environment() -> Result<(), Error> {
+    let threads = std::env::var(THREADS_VARIABLE).ok().and_then(|text| text.parse::<usize>().ok()).unwrap_or(0);
+    let problem = format_args!("{THREADS_VARIABLE} is {threads}; give at most {MAX_THREADS}, or unset it");
+    require(threads <= MAX_THREADS, problem)
+}
+
 /// Opens the executor that the arguments ask for and says on standard error which it is and why.
 pub(super) fn open(arguments: &DeviceArguments) -> Result<Box<dyn Executor>, Error> {
     let threads = arguments.threads.unwrap_or(1);

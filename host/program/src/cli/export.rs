@@ -6,8 +6,8 @@ use restir::image::{Image, write_exr};
 use restir::scene::{Environment, export};
 use restir::{Error, output::check_writable};
 
-use super::scene::{Additions, DEFAULT_SIZE};
-use super::{console, render::ends_in, require};
+use super::scene::{Additions, DEFAULT_SIZE, refuse_overwriting};
+use super::{console, interrupt, render::ends_in, require};
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
@@ -23,13 +23,20 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let Arguments { scene, additions, output } = arguments;
     require(ends_in(output, "glb"), format_args!("the output {} has to end in .glb", output.display()))?;
     check_writable(output)?;
+    refuse_overwriting(&additions.inputs(scene), [output])?;
+    interrupt::install()?;
     let mut scene = additions.open(scene)?;
     let size = scene.default_size.unwrap_or(DEFAULT_SIZE);
     additions.complete(&mut scene, size)?;
+    interrupt::check()?;
+    interrupt::begin_writing();
     export::write(&scene, output)?;
     let mut report = format!("wrote {}\n", output.display());
     if let Some(environment) = &scene.environment {
         report += &write_environment(environment, &output.with_extension("env.exr"))?;
+    }
+    if !scene.animation.is_still() {
+        report += "what moves in the scene is not written: the file has its first frame\n";
     }
     if scene.camera.is_some_and(|camera| camera.lens_radius > 0.0) {
         report += "glTF has no lens: other programs see a pinhole camera, restir finds the lens in the file's extras\n";

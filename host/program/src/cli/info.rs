@@ -6,7 +6,7 @@ use restir::Error;
 use restir::buffers::{SceneBuffers, SceneStats};
 use restir::scene::{Camera, Environment, LightKind, Scene, Texture};
 
-use super::console;
+use super::console::{self, harmless};
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
@@ -39,8 +39,8 @@ fn describe(scene: &Scene, stats: &SceneStats) -> String {
         ("features", features),
         ("camera", scene.camera.map_or_else(|| "none: framed automatically".to_owned(), camera)),
     ];
-    let warnings = scene.warnings.iter().map(|warning| format!("warning: {warning}\n"));
-    rows.iter().map(|(name, value)| format!("{name:16} {value}\n")).chain(warnings).collect()
+    let warnings = scene.warnings.iter().map(|warning| format!("warning: {}\n", harmless(warning)));
+    rows.iter().map(|(name, value)| format!("{name:16} {}\n", harmless(value))).chain(warnings).collect()
 }
 
 fn lights(scene: &Scene, stats: &SceneStats) -> String {

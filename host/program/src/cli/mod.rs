@@ -84,7 +84,12 @@ pub(crate) fn main() -> ExitCode {
         Ok(arguments) => arguments,
         Err(error) => return not_run(&error),
     };
-    match run(arguments.command) {
+    ended(device::check_environment().and_then(|()| run(arguments.command)))
+}
+
+/// Says what went wrong.
+fn ended(outcome: Result<(), Error>) -> ExitCode {
+    match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             console::note(&format!("error: {error}"));
@@ -96,7 +101,7 @@ pub(crate) fn main() -> ExitCode {
 /// Shows the help or the version if they were asked for, else what is wrong with the arguments.
 fn not_run(error: &clap::Error) -> ExitCode {
     if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) {
-        error.exit();
+        return ended(console::print(&error.render().to_string()));
     }
     if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
         console::note("error: no command was given; restir --help lists them");

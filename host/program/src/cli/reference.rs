@@ -9,7 +9,8 @@ use restir::technique::{Integral, Technique, path::PathSettings};
 use restir::{Error, buffers::SceneBuffers, exec::Executor, image::write_exr, output::check_writable, scene::Scene};
 
 use super::render::{Size, natural};
-use super::{console, device, interrupt, metadata, progress::reported, require, scene::Additions};
+use super::scene::{Additions, refuse_overwriting};
+use super::{console, device, interrupt, metadata, progress::reported, require};
 
 /// The size of what is measured: small, so that references are good.
 pub(super) const MEASURED_SIZE: [u32; 2] = [96, 96];
@@ -86,6 +87,8 @@ impl PictureArguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     [&arguments.output, &arguments.error].into_iter().flatten().try_for_each(|path| check_writable(path))?;
+    let inputs = arguments.picture.additions.inputs(&arguments.scene);
+    refuse_overwriting(&inputs, [&arguments.output, &arguments.error].into_iter().flatten())?;
     let same = arguments.output.is_some() && arguments.output == arguments.error;
     require(!same, format_args!("--output and --error name the same file; give each its own"))?;
     require(arguments.spp > 0, format_args!("0 samples a pixel make no reference; give at least 1"))?;
@@ -120,6 +123,12 @@ pub(super) fn make(
         reference::make(executor, buffers, picture, cache.as_deref(), goal, &mut |batches| {
             observe(Progress { done: batches.done, total: batches.total })
         })
+    })
+    .inspect_err(|error| match &cache {
+        Some(cache) if matches!(error, Error::Interrupted) => {
+            console::note(&format!("what was done of the reference is kept in {}", cache.display()));
+        }
+        _ => (),
     })?;
     if reference.dropped_samples() > 0 {
         console::note(&format!(

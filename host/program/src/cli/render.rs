@@ -10,7 +10,7 @@ use restir::render::{self, Render, Rendered};
 use restir::scene::{Camera, CameraPath, Scene};
 use restir::{Error, buffers::SceneBuffers, exec::Executor, memory, output::check_writable, technique::Repeats};
 
-use super::scene::{Additions, DEFAULT_SIZE};
+use super::scene::{Additions, DEFAULT_SIZE, refuse_overwriting};
 use super::technique::{TechniqueArguments, configured, refuse_unused};
 use super::{console, device, interrupt, metadata, progress::reported, require};
 
@@ -99,6 +99,9 @@ pub(super) fn cameras(path: Option<&Path>, camera: Camera, frames: u32) -> Resul
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     check_outputs(arguments)?;
+    let mut inputs = arguments.additions.inputs(&arguments.scene);
+    inputs.extend(arguments.technique.camera_path.as_deref());
+    refuse_overwriting(&inputs, [Some(&arguments.output), arguments.png.as_ref()].into_iter().flatten())?;
     interrupt::install()?;
     let mut scene = arguments.additions.open(&arguments.scene)?;
     let render = render_of(arguments, &scene)?;

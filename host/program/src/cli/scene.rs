@@ -46,7 +46,25 @@ const MAX_EMITTERS: u32 = 1 << 20;
 /// Host memory that a triangle of a mesh takes: its indices and half a vertex.
 const BYTES_PER_TRIANGLE: u64 = 30;
 
+/// Refuses to write over what is read.
+pub(super) fn refuse_overwriting<'a>(
+    inputs: &[&Path],
+    outputs: impl IntoIterator<Item = &'a PathBuf>,
+) -> Result<(), Error> {
+    let file = |path: &Path| std::fs::canonicalize(path).ok();
+    let read: Vec<PathBuf> = inputs.iter().filter_map(|input| file(input)).collect();
+    outputs.into_iter().try_for_each(|output| {
+        let same = file(output).is_some_and(|output| read.contains(&output));
+        require(!same, format_args!("the output {} is also read; name another file", output.display()))
+    })
+}
+
 impl Additions {
+    /// The files that [`Self::open`] reads, if they are files.
+    pub(super) fn inputs<'a>(&'a self, scene: &'a Path) -> Vec<&'a Path> {
+        [scene].into_iter().chain(self.env.as_deref()).collect()
+    }
+
     /// The scene of that name or file, with the environment.
     pub(super) fn open(&self, name_or_path: &Path) -> Result<Scene, Error> {
         let mut scene = Scene::open(name_or_path)?;
@@ -60,6 +78,9 @@ impl Additions {
     }
 
     fn check_subdivision(&self, scene: &Scene) -> Result<(), Error> {
+        if self.subdivide == 0 {
+            return Ok(());
+        }
         let triangles: u64 = scene.meshes.iter().map(|mesh| mesh.indices.len() as u64).sum();
         let split = triangles.saturating_mul(4_u64.saturating_pow(self.subdivide));
         let problem = format_args!(

@@ -6,7 +6,7 @@ use restir::image::{Image, read_exr, read_exr_metadata, write_exr};
 use restir::scene::Scene;
 use serde_json::{Value, json};
 
-use crate::support::{TRIANGLE, Workplace, finish, run, triangles};
+use crate::support::{TRIANGLE, Workplace, finish, program, run, triangles};
 
 fn sky(workplace: &Workplace, name: &str, pixels: Vec<[f32; 3]>) -> String {
     let path = workplace.input(name, b"");
@@ -116,10 +116,15 @@ fn lenses_that_cannot_be_used() {
 
 /// A triangle with a texture of two by one texels, a point light, and its bytes.
 fn textured() -> (Value, Vec<u8>) {
+    textured_by(2, 1)
+}
+
+/// As [`textured`], with other numbers of texels; they are grey.
+fn textured_by(width: u32, height: u32) -> (Value, Vec<u8>) {
     let (mut document, mut bytes) = triangles(&TRIANGLE);
     let mut image = Vec::new();
-    let mut writer = png::Encoder::new(&mut image, 2, 1).write_header().unwrap();
-    writer.write_image_data(&[0, 255]).unwrap();
+    let mut writer = png::Encoder::new(&mut image, width, height).write_header().unwrap();
+    writer.write_image_data(&vec![127; (width * height) as usize]).unwrap();
     writer.finish().unwrap();
     let [uvs, end] = [bytes.len(), bytes.len() + 24];
     bytes.extend([[0.0_f32, 1.0], [1.0, 1.0], [0.0, 0.0]].as_flattened().iter().flat_map(|x| x.to_le_bytes()));
@@ -147,6 +152,23 @@ fn textures_and_lights_are_described() {
         assert!(line.ends_with(end), "{line}");
     }
     assert!(!stdout.contains("warning"), "{stdout}");
+}
+
+#[test]
+fn textures_beyond_the_memory_are_refused() {
+    let mut scene = textured_by(1024, 1024);
+    let image = scene.0["images"][0].clone();
+    scene.0["images"].as_array_mut().unwrap().push(image);
+    scene.0["textures"] = json!([{ "source": 0 }, { "source": 1 }]);
+    scene.0["materials"][0]["emissiveTexture"] = json!({ "index": 1 });
+    let workplace = Workplace::new();
+    let mut command = program(["info", &workplace.scene(&scene)]);
+    // decoding takes 16 bytes a texel of one of them, holding both 24
+    let limited = |command: &mut std::process::Command, mebibytes: u32| {
+        finish(command.env("RESTIR_MEMORY_LIMIT_BYTES", (mebibytes << 20).to_string()))
+    };
+    limited(&mut command, 22).refused(&["the textures of scene", "smaller ones"]);
+    limited(&mut command, 32).done();
 }
 
 #[test]

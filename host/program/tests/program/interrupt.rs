@@ -29,7 +29,7 @@ impl Guarded {
 }
 
 /// Starts the program, sends it a signal once it renders, and expects it to end as interrupted.
-fn interrupt(command: &mut Command, signal: &str) {
+fn interrupt(command: &mut Command, signal: &str) -> String {
     let mut child = Guarded(command.stderr(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap());
     let mut stderr = BufReader::new(child.0.stderr.take().unwrap());
     let mut line = String::new();
@@ -45,6 +45,7 @@ fn interrupt(command: &mut Command, signal: &str) {
     assert_eq!(status.code(), Some(130), "{rest}");
     assert_eq!(rest.lines().filter(|line| line.starts_with("error:")).count(), 1, "{rest}");
     assert!(!rest.contains("panicked"), "{rest}");
+    rest
 }
 
 #[test]
@@ -62,6 +63,7 @@ fn an_interrupted_benchmark_leaves_no_file() {
     let (workplace, cache) = (Workplace::new(), tempfile::tempdir().unwrap());
     let mut command = program(["bench", "cornell", "--device", "cpu", "--seconds", "1000000"]);
     command.args(["--size", "16x16", "--reference-spp", "100000000"]).arg("--cache").arg(cache.path());
-    interrupt(command.args(["--out", &workplace.output("")]), "-INT");
+    let said = interrupt(command.args(["--out", &workplace.output("")]), "-INT");
+    assert!(said.contains("kept in"), "{said}");
     assert_eq!(workplace.outputs(), [""; 0]);
 }

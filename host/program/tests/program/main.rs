@@ -1,6 +1,7 @@
 //! The program `restir`, run as a user runs it.
 
 mod bad_input;
+mod careless;
 mod data_files;
 mod figure;
 mod films;

@@ -25,6 +25,13 @@ impl Outcome {
         self
     }
 
+    /// The run worked; its words may be those of a file.
+    #[track_caller]
+    pub(crate) fn done_whatever_it_says(self) -> Self {
+        assert_eq!(self.code, Some(0), "{}", self.stderr);
+        self
+    }
+
     /// The run worked and printed all of `words`.
     #[track_caller]
     pub(crate) fn says(self, words: &[&str]) -> Self {

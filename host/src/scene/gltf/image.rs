@@ -57,7 +57,8 @@ fn check_size(width: u32, height: u32, room: u64) -> Result<(), Problem> {
 }
 
 fn png(file: &[u8], room: u64) -> Result<Decoded, Problem> {
-    let broken = |error: png::DecodingError| format!("its PNG is broken: {}", one_line(&error.to_string()));
+    let broken =
+        |error: png::DecodingError| format!("its PNG is broken ({}); save it anew", one_line(&error.to_string()));
     let mut decoder = png::Decoder::new(Cursor::new(file));
     // Palettes become colours, and less than eight bits become eight.
     decoder.set_transformations(png::Transformations::EXPAND);

@@ -77,7 +77,8 @@ fn read(path: &Path) -> io::Result<Vec<u8>> {
 
 pub(super) fn import(name: &str, bytes: &[u8], folder: Option<&Path>) -> Result<Scene, Problem> {
     let (text, blob) = container::split(bytes)?;
-    let root: Root = json::deserialize::from_slice(text).map_err(|error| format!("its JSON is broken: {error}"))?;
+    let root: Root =
+        json::deserialize::from_slice(text).map_err(|error| format!("its JSON is broken: {error}; export it again"))?;
     check_support(&root)?;
     let mut file_room = budget::max_bytes()?;
     let buffers = buffer::load_all(&root, blob, folder, &mut file_room)?;
@@ -97,6 +98,7 @@ pub(super) fn import(name: &str, bytes: &[u8], folder: Option<&Path>) -> Result<
     for extension in root.extensions_used.iter().filter(|name| !is_supported(name)) {
         importer.warn(format!("the extension {extension} is not supported and was ignored"));
     }
+    importer.warn_if(!root.animations.is_empty(), "its animations are ignored: everything stands where its nodes say");
     importer.add_materials()?;
     importer.add_nodes()?;
     Ok(importer.scene)

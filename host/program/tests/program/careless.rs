@@ -1,0 +1,96 @@
+//! What careless or hostile use must not do: to a terminal, to files that are read, to a machine.
+
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use serde_json::json;
+
+use crate::support::{Workplace, changed, finish, program, run};
+
+/// What a terminal would take for more than a name: a title, a line, a reversal, an escape in one character.
+const HOSTILE: &str = "a\u{1b}]0;title\u{7}\nerror: forged\u{202e}\u{9b}31m";
+
+#[test]
+fn names_from_files_are_only_names() {
+    let workplace = Workplace::new();
+    let long = "x".repeat(5000);
+    let scene = workplace.scene(&changed(|d| d["extensionsUsed"] = json!([HOSTILE, long])));
+    let outcomes = [run(["info", &scene]), finish(&mut workplace.render("image.exr", &scene, &["--spp", "1"]))];
+    for outcome in outcomes.map(crate::support::Outcome::done_whatever_it_says) {
+        let text = outcome.stdout + &outcome.stderr;
+        assert!(text.contains("forged") && text.contains("xx[...]xx"), "{text}");
+        assert!(!text.contains(|c: char| c != '\n' && c.is_control() || c == '\u{202e}'), "{text:?}");
+        assert!(text.lines().all(|line| line.len() < 1000 && !line.starts_with("error:")), "{text}");
+    }
+}
+
+#[test]
+fn threads_of_the_environment_are_limited_too() {
+    let workplace = Workplace::new();
+    let mut command = workplace.render("image.exr", "cornell", &["--spp", "1"]);
+    workplace.refuses(command.env("RAYON_NUM_THREADS", "30000"), &["RAYON_NUM_THREADS", "30000", "1024"]);
+    finish(command.env("RAYON_NUM_THREADS", "2")).done();
+}
+
+#[test]
+fn what_is_read_is_not_written_over() {
+    let workplace = Workplace::new();
+    let [sky, scene] = ["sky.exr", "scene.glb"].map(|name| workplace.output(name));
+    finish(&mut workplace.render("sky.exr", "furnace", &["--spp", "1", "--size", "4x2"])).done();
+    run(["export", "cornell", &scene]).done();
+    let before = [&sky, &scene].map(|path| std::fs::read(path).unwrap());
+    let words = ["also read", "another file"];
+    finish(&mut workplace.render("sky.exr", "cornell", &["--env", &sky])).refused(&words);
+    run(["export", &scene, &scene]).refused(&words);
+    run(["reference", "cornell", "--env", &sky, "-o", &sky]).refused(&words);
+    assert_eq!([&sky, &scene].map(|path| std::fs::read(path).unwrap()), before);
+    assert_eq!(workplace.outputs(), ["scene.glb", "sky.exr"]);
+}
+
+#[test]
+#[cfg(unix)]
+fn an_interrupted_export_leaves_a_whole_file_or_none() {
+    let workplace = Workplace::new();
+    let file = workplace.output("glass.glb");
+    run(["export", "glass", &file]).done();
+    let whole = std::fs::read(&file).unwrap();
+    for delay in 0..40 {
+        std::fs::remove_file(&file).ok();
+        let mut child =
+            program(["export", "glass", &file]).stderr(Stdio::null()).stdout(Stdio::null()).spawn().unwrap();
+        std::thread::sleep(Duration::from_millis(delay));
+        Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+        child.wait().unwrap();
+        let written = std::fs::read(&file).ok();
+        assert!(written.is_none_or(|bytes| bytes == whole), "a part of a file after {delay} ms");
+        assert!(workplace.outputs().iter().all(|name| name.starts_with("glass.")), "{:?}", workplace.outputs());
+    }
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn help_that_cannot_be_printed_is_an_error() {
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let status = program(["--help"]).stdout(full).stderr(Stdio::null()).status().unwrap();
+    assert_eq!(status.code(), Some(2));
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_limit_on_addresses_is_a_limit_of_memory() {
+    let workplace = Workplace::new();
+    let command = format!(
+        "ulimit -v 8000000; exec {} render cornell --subdivide 10 -o {} --device cpu",
+        env!("CARGO_BIN_EXE_restir"),
+        workplace.output("image.exr")
+    );
+    workplace.refuses(Command::new("sh").args(["-c", &command]), &["would take", "limit"]);
+}
+
+#[test]
+fn what_moves_and_is_left_out_is_named() {
+    let workplace = Workplace::new();
+    let scene = workplace.scene(&changed(|d| d["animations"] = json!([{ "channels": [], "samplers": [] }])));
+    run(["info", &scene]).says(&["animations are ignored"]);
+    run(["export", "moving", &workplace.output("moving.glb")]).says(&["first frame"]);
+}
