@@ -28,6 +28,7 @@ pub mod self_check;
 pub mod settings;
 pub mod spirv;
 pub mod technique;
+pub mod tonemap;
 pub mod wide_bvh;
 
 pub use artifact::Shaders;

@@ -7,7 +7,7 @@
 use std::fmt;
 use std::process::ExitCode;
 
-use clap::error::ErrorKind;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Parser, Subcommand};
 use restir::Error;
 
@@ -106,20 +106,46 @@ fn not_run(error: &clap::Error) -> ExitCode {
     if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
         console::note("error: no command was given; restir --help lists them");
     } else {
-        console::note(&one_line(&error.to_string()));
+        console::note(&one_line(&error.to_string(), known_elsewhere(error)));
     }
     ExitCode::from(EXIT_BAD_INPUT)
 }
 
-/// The message of clap without its usage, in one line.
-fn one_line(message: &str) -> String {
+/// What other renderers call an option, and its name here.
+const ELSEWHERE: [(&str, &str); 14] = [
+    ("--samples", "--spp"),
+    ("--sample-count", "--spp"),
+    ("--width", "--size WIDTHxHEIGHT"),
+    ("--height", "--size WIDTHxHEIGHT"),
+    ("--resolution", "--size WIDTHxHEIGHT"),
+    ("--res", "--size WIDTHxHEIGHT"),
+    ("--bounces", "--max-depth, which counts segments: one more than bounces"),
+    ("--fov", "--camera EYE:TARGET:FOV"),
+    ("--ev", "--exposure"),
+    ("--tone-map", "--tonemap"),
+    ("--envmap", "--env"),
+    ("--gpu", "--device gpu"),
+    ("--cpu", "--device cpu"),
+    ("--integrator", "--technique"),
+];
+
+/// The name of an option that was asked for by another one.
+fn known_elsewhere(error: &clap::Error) -> Option<&'static str> {
+    let Some(ContextValue::String(asked)) = error.get(ContextKind::InvalidArg) else { return None };
+    ELSEWHERE.iter().find(|(name, _)| name == asked).map(|(_, here)| *here)
+}
+
+/// The message of clap without its usage and without the hint at a form that nobody wants, in one line.
+fn one_line(message: &str, known: Option<&str>) -> String {
     let parts: Vec<&str> = message
         .lines()
         .take_while(|line| !line.starts_with("Usage:") && !line.starts_with("For more information"))
         .map(str::trim)
-        .filter(|line| !line.is_empty())
+        .filter(|line| !line.is_empty() && !line.contains("as a value, use '-- "))
+        .filter(|line| known.is_none() || !line.starts_with("tip:"))
         .collect();
-    format!("{}; see --help", parts.join(" ").replace(" tip: ", "; "))
+    let hint = known.map_or_else(String::new, |known| format!("; here it is {known}"));
+    format!("{}{hint}; see --help", parts.join(" ").replace(" tip: ", "; "))
 }
 
 /// Mesa's Vulkan layer that chooses the default device writes `error: ...` where there is no display; the program

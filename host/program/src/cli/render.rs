@@ -8,11 +8,16 @@ use restir::exec::Step;
 use restir::image::{Channel, write_exr_with, write_png};
 use restir::render::{self, Render, Rendered};
 use restir::scene::{Camera, CameraPath, Scene};
+use restir::settings::Value;
+use restir::tonemap::{Operator, Tone};
 use restir::{Error, buffers::SceneBuffers, exec::Executor, memory, output::check_writable, technique::Repeats};
 
 use super::scene::{Additions, DEFAULT_SIZE, refuse_overwriting};
 use super::technique::{TechniqueArguments, configured, refuse_unused};
 use super::{console, device, interrupt, metadata, progress::reported, require};
+
+/// Stops either way: more would leave the range of floats.
+const MAX_EXPOSURE: f64 = 64.0;
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
@@ -26,6 +31,12 @@ pub(super) struct Arguments {
     /// Also write an 8-bit PNG file.
     #[arg(long)]
     png: Option<PathBuf>,
+    /// Brighten the PNG by this many stops; each doubles it. The EXR file keeps the radiance.
+    #[arg(long, value_name = "STOPS", requires = "png", allow_hyphen_values = true, default_value = "0")]
+    exposure: f64,
+    /// How the PNG shows what is brighter than white: clamp, reinhard, aces, or neutral (Khronos' PBR Neutral).
+    #[arg(long, value_name = "OPERATOR", requires = "png", value_parser = operator, default_value = "clamp")]
+    tonemap: Operator,
     #[command(flatten)]
     technique: TechniqueArguments,
     /// Samples per pixel of a technique that repeats samples; as many as suit the technique if not given.
@@ -119,15 +130,23 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     // All files come before any report: standard output may be closed or full.
     write_exr_with(&arguments.output, &rendered.image, &layers, &metadata)?;
     if let Some(path) = &arguments.png {
-        write_png(path, &rendered.image)?;
+        let tone = Tone { exposure: arguments.exposure, operator: arguments.tonemap };
+        write_png(path, &tone.of(&rendered.image))?;
     }
     report(&render, &rendered, seconds)?;
     let written = [Some(&arguments.output), arguments.png.as_ref()].into_iter().flatten();
     console::print(&written.map(|path| format!("wrote {}\n", path.display())).collect::<String>())
 }
 
+/// A tone mapping by its name.
+fn operator(text: &str) -> Result<Operator, String> {
+    Operator::read(text).ok_or_else(|| format!("it has to be one of {}", Operator::expected()))
+}
+
 /// Before hours of rendering: can the results be written? Their endings differ, so that they are never the same file.
-fn check_outputs(Arguments { output, png, .. }: &Arguments) -> Result<(), Error> {
+fn check_outputs(Arguments { output, png, exposure, .. }: &Arguments) -> Result<(), Error> {
+    let problem = format_args!("--exposure {exposure} is out of range; give -{MAX_EXPOSURE} to {MAX_EXPOSURE} stops");
+    require(exposure.abs() <= MAX_EXPOSURE, problem)?;
     let problem = format_args!("the output {} has to end in .exr; use --png for a PNG file", output.display());
     require(ends_in(output, "exr"), problem)?;
     check_writable(output)?;

@@ -29,6 +29,10 @@ pub(super) struct Additions {
     /// Turn of --env about +y in degrees, counter-clockwise as seen from above; 0 if not given.
     #[arg(long, value_name = "DEGREES", requires = "env", allow_hyphen_values = true)]
     env_rotate: Option<f64>,
+    /// Look from one point at another instead of through the scene's camera, as EYE:TARGET or EYE:TARGET:FOV: points as X,Y,Z,
+    /// the vertical field of view in degrees, 40 if not given.
+    #[arg(long, value_name = "CAMERA", value_parser = look, allow_hyphen_values = true)]
+    camera: Option<Camera>,
     /// Radius of the camera's lens in the scene's unit of length; 0 is a pinhole.
     #[arg(long, value_name = "RADIUS", allow_hyphen_values = true)]
     aperture_radius: Option<f64>,
@@ -45,6 +49,25 @@ pub(super) struct Additions {
 const MAX_EMITTERS: u32 = 1 << 20;
 /// Host memory that a triangle of a mesh takes: its indices and half a vertex.
 const BYTES_PER_TRIANGLE: u64 = 30;
+
+/// A camera from the argument of --camera.
+fn look(text: &str) -> Result<Camera, String> {
+    const FORM: &str = "it has to be EYE:TARGET or EYE:TARGET:FOV, as in 0,1,5:0,1,0:40";
+    let numbers =
+        |text: &str| text.split(',').map(|number| number.trim().parse::<f64>().ok()).collect::<Option<Vec<_>>>();
+    let parts = text.split(':').map(numbers).collect::<Option<Vec<_>>>().ok_or(FORM)?;
+    let parts: Vec<&[f64]> = parts.iter().map(Vec::as_slice).collect();
+    let (&[ex, ey, ez], &[tx, ty, tz], degrees) = (match parts[..] {
+        [eye, target] => (eye, target, 40.0),
+        [eye, target, &[degrees]] => (eye, target, degrees),
+        _ => return Err(FORM.to_owned()),
+    }) else {
+        return Err(FORM.to_owned());
+    };
+    let camera =
+        Camera::pinhole([ex, ey, ez].into(), [tx, ty, tz].into(), [0.0, 1.0, 0.0].into(), f64::to_radians(degrees));
+    camera.check().map(|()| camera)
+}
 
 /// Refuses to write over what is read.
 pub(super) fn refuse_overwriting<'a>(
@@ -96,7 +119,7 @@ impl Additions {
     pub(super) fn complete(&self, scene: &mut Scene, [width, height]: [u32; 2]) -> Result<(), Error> {
         scene.warnings.iter().for_each(|warning| console::note(&format!("warning: {warning}")));
         let aspect = f64::from(width) / f64::from(height);
-        let camera = scene.camera.unwrap_or_else(|| Camera::framing(scene.bounds(), aspect));
+        let camera = self.camera.or(scene.camera).unwrap_or_else(|| Camera::framing(scene.bounds(), aspect));
         scene.camera = Some(self.with_lens(camera)?);
         if self.emitters > 0 {
             let count = self.emitters;

@@ -148,6 +148,10 @@ fn numbers_that_cannot_be() {
 #[test]
 fn arguments_that_do_not_exist() {
     assert_options_refused(&["--sze", "8x8"], &["--sze", "--size"]);
+    assert_options_refused(&["--samples", "4"], &["--samples", "here it is --spp"]);
+    assert_options_refused(&["--width=64"], &["--width", "here it is --size"]);
+    let unknown = finish(&mut Workplace::new().render("image.exr", "cornell", &["--zzz"])).refused(&["--zzz"]);
+    assert!(!unknown.stderr.contains("-- --zzz"), "{}", unknown.stderr);
     assert_options_refused(&["--flavour", "slow"], &["slow", "exact, fast", "--help"]);
     for arguments in [&[][..], &["render"], &["draw"], &["compare", "one.exr"]] {
         let stderr = run(arguments).refused(&[]).stderr;
@@ -179,6 +183,15 @@ fn settings_that_do_not_exist() {
     assert_options_refused(&["--set", "roulette=maybe"], &["roulette", "on or off"]);
     assert_options_refused(&["--set", "roulette"], &["roulette", "on or off"]);
     assert_options_refused(&["--max-depth", "0"], &["depth"]);
+    for camera in ["0,0,1", "0,0,1:0,0", "0,0,1:0,0,0:40:1", "x,0,1:0,0,0"] {
+        assert_options_refused(&["--camera", camera], &["--camera", "EYE:TARGET"]);
+    }
+    assert_options_refused(&["--camera", "0,0,1:0,0,1"], &["--camera", "looks nowhere"]);
+    assert_options_refused(&["--camera", "0,0,1:0,0,0:180"], &["--camera", "field of view"]);
+    assert_options_refused(&["--exposure", "1"], &["--png"]);
+    let png = Workplace::new().output("image.png");
+    assert_options_refused(&["--png", &png, "--exposure", "nan"], &["--exposure", "stops"]);
+    assert_options_refused(&["--png", &png, "--tonemap", "none"], &["--tonemap", "reinhard", "aces"]);
     for levels in ["12", "40", "4294967295"] {
         assert_options_refused(&["--subdivide", levels], &["--subdivide", "triangles", "fewer levels"]);
     }

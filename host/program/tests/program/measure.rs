@@ -94,7 +94,7 @@ fn benchmarks_that_cannot_be() {
     };
     refused(&["teapot"], &["teapot", "cornell"]);
     refused(&["furnace"], &["furnace", "twice"]);
-    refused(&["--restarts", "0"], &["0 restarts", "2 to"]);
+    refused(&["--restarts", "0"], &["--restarts 0", "2 to"]);
     refused(&["--spp", "1,0"], &["--spp", "at least 1"]);
     refused(&["--spp", "1,4294967295"], &["--spp 4294967295", "at most"]);
     refused(&["--spp", "1,x"], &["--spp", "natural number"]);

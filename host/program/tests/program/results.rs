@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use restir::image::{Image, read_exr, read_exr_metadata, write_exr};
+use restir::scene::Scene;
 use serde_json::json;
 
 use crate::support::{TRIANGLE, Workplace, changed, finish, run, triangles};
@@ -60,6 +61,49 @@ fn a_render_writes_its_files_and_how_it_was_made() {
         assert_eq!(value(key), Some(expected), "{key}");
     }
     assert!(value("commit").is_some() && value("version").is_some() && value("dispatches").is_some());
+}
+
+/// The sum over a PNG's bytes.
+fn brightness(path: &str) -> u64 {
+    let file = std::io::BufReader::new(std::fs::File::open(path).unwrap());
+    let mut reader = png::Decoder::new(file).read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    reader.next_frame(&mut bytes).unwrap();
+    bytes.into_iter().map(u64::from).sum()
+}
+
+#[test]
+fn exposure_and_tone_mapping_change_the_png_alone() {
+    let workplace = Workplace::new();
+    let png = workplace.output("image.png");
+    let mut pictures = Vec::new();
+    let mut shown = |more: &[&str]| {
+        let options = [&["--spp", "1", "--png", png.as_str()], more].concat();
+        pictures.push(workplace.picture("image.exr", "cornell", &options));
+        brightness(&png)
+    };
+    let plain = shown(&[]);
+    let [brighter, darker] = ["1", "-1.5"].map(|stops| shown(&["--exposure", stops]));
+    assert!(darker < plain && plain < brighter, "{darker} {plain} {brighter}");
+    let mapped = ["reinhard", "aces", "neutral"].map(|operator| shown(&["--tonemap", operator]));
+    let all: std::collections::BTreeSet<u64> = mapped.into_iter().chain([plain]).collect();
+    assert_eq!(all.len(), 4, "an operator does nothing");
+    assert!(pictures.iter().all(|picture| *picture == pictures[0]), "the EXR file changed");
+}
+
+/// The built-in scene's own camera, given by hand, shows the same; another one does not.
+#[test]
+fn a_camera_can_be_given() {
+    let workplace = Workplace::new();
+    let camera = Scene::load("cornell").unwrap().camera.unwrap();
+    let point = |p: [f64; 3]| p.map(|x| x.to_string()).join(",");
+    let [eye, target] = [camera.position, camera.target].map(|p| point(p.to_array()));
+    let fov = camera.vertical_fov.to_degrees();
+    let seen = |camera: &[&str]| workplace.picture("image.exr", "cornell", &[&["--spp", "1"], camera].concat());
+    let own = seen(&[]);
+    let given = seen(&["--camera", &format!("{eye}:{target}:{fov}")]);
+    assert_eq!(own, given);
+    assert!(own != seen(&["--camera", &format!("{eye}:{target}:20")]));
 }
 
 #[test]
