@@ -26,7 +26,7 @@ enum Task {
     Watertight(watertight::Options),
     /// Test a technique for bias, tile by tile; can be interrupted and continued.
     Unbiased(unbiased::Options),
-    /// Test functions at the ends of their ranges against f64 and print the report.
+    /// Test functions at the ends of their ranges against f64, scenes and techniques of frames at theirs, and print the report.
     Stress(stress::Options),
     /// Combine reservoirs by every form of MIS on a small table, against computed expectations, and print the report.
     Resampling(resampling::Options),

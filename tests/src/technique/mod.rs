@@ -26,7 +26,7 @@ known! {
 /// See the fields.
 #[derive(Clone, Copy, Debug)]
 pub struct Known {
-    /// Settings with which images converge to path tracing's on every scene.
+    /// Settings with which images converge to path tracing's in the scenes of the stress report.
     pub as_path: &'static str,
     /// Settings that no preset has, by name.
     pub rows: &'static [(&'static str, &'static str)],

@@ -50,7 +50,7 @@ pub struct Options {
     /// With --cell: radiance x 1.01, which the test has to notice.
     #[arg(long, requires = "cell")]
     wrong: bool,
-    /// Restarts in all; 16384 if not given, of techniques of frames 512.
+    /// Restarts in all, rounded up to a multiple of 256; 16384 if not given, of techniques of frames 512.
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     restarts: Option<u32>,
     /// Restarts of the reference in all.

@@ -73,7 +73,7 @@ enum Command {
     Figure(figure::Arguments),
     /// List the settings of a technique with their defaults, and its presets.
     Settings(settings::Arguments),
-    /// Replay one sample of a pixel and print its path, or from where a pixel's reservoir has its sample.
+    /// Replay one sample of a pixel and print its path, from where its reservoir has its sample, or what each pass writes.
     Explain(explain::Arguments),
 }
 

@@ -14,7 +14,7 @@ pub(super) struct TechniqueArguments {
     /// A setting of the technique, as KEY=VALUE, or preset=NAME; `restir settings` lists them.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(super) settings: Vec<String>,
-    /// Frames of a technique that reuses them, of which the last counts; as many as suit the technique if not given.
+    /// Frames of a technique that repeats frames, of which the last counts; as many as suit the technique if not given.
     #[arg(long, value_parser = natural::<u32>, allow_hyphen_values = true)]
     pub(super) frames: Option<u32>,
     /// Move the camera from frame to frame: orbit, pan, or a JSON file of keyframes.
