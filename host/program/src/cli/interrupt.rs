@@ -1,21 +1,28 @@
-//! Ctrl-C and termination. The first request lets the dispatch in work end; the second ends the program at once.
-//! Neither leaves a file behind, for while files are written both wait.
+//! Ctrl-C and termination. While a scene is built, the first request ends the program at once. Once it renders, the first lets the
+//! dispatch in work end, and the second ends the program. None leaves a file behind, for while files are written all wait.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use restir::Error;
 
+use super::console;
+
 /// The exit code of an interrupted program: 128 + SIGINT.
 pub(super) const EXIT_CODE: u8 = 130;
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
+static LISTENING: AtomicBool = AtomicBool::new(false);
 static WRITING: AtomicBool = AtomicBool::new(false);
 
 /// From now on a signal makes [`check`] fail.
 pub(super) fn install() -> Result<(), Error> {
     let handler = || {
         let again = REQUESTED.swap(true, Ordering::SeqCst);
-        if again && !WRITING.load(Ordering::SeqCst) {
+        let heard = LISTENING.load(Ordering::SeqCst) && !again;
+        if !heard && !WRITING.load(Ordering::SeqCst) {
+            if !again {
+                console::note(&format!("error: {}", Error::Interrupted));
+            }
             std::process::exit(i32::from(EXIT_CODE));
         }
     };
@@ -25,6 +32,11 @@ pub(super) fn install() -> Result<(), Error> {
 /// An error once the user wants the program to stop.
 pub(super) fn check() -> Result<(), Error> {
     if REQUESTED.load(Ordering::SeqCst) { Err(Error::Interrupted) } else { Ok(()) }
+}
+
+/// From now on [`check`] is asked often.
+pub(super) fn begin_listening() {
+    LISTENING.store(true, Ordering::SeqCst);
 }
 
 /// From now on files are written: nothing ends the program before they are whole.

@@ -14,6 +14,7 @@ const STEP_PERCENT: u64 = 10;
 
 /// Does work that says how far it is, and ends it when the user wants the program to stop.
 pub(super) fn reported<T>(work: impl FnOnce(&mut dyn FnMut(Progress) -> Result<(), Error>) -> T) -> T {
+    interrupt::begin_listening();
     let mut reporter = Reporter::new();
     let done = work(&mut |progress| {
         reporter.update(&progress);

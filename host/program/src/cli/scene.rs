@@ -45,6 +45,8 @@ pub(super) struct Additions {
     subdivide: u32,
 }
 
+/// More triangles take seconds to build.
+const MANY_TRIANGLES: usize = 2_000_000;
 /// The most triangles that --emitters adds.
 const MAX_EMITTERS: u32 = 1 << 20;
 /// Host memory that a triangle of a mesh takes: its indices and half a vertex.
@@ -140,6 +142,12 @@ impl Additions {
     /// The buffers of the completed scene. A scene without a triangle of positive area is refused also if the default
     /// light gives it some.
     pub(super) fn buffers(&self, scene: &Scene) -> Result<SceneBuffers, Error> {
+        let of =
+            |instance: &restir::scene::Instance| scene.meshes.get(instance.mesh).map_or(0, |mesh| mesh.indices.len());
+        let triangles: usize = scene.instances.iter().map(of).sum();
+        if triangles > MANY_TRIANGLES {
+            console::note(&format!("building a scene of {triangles} triangles"));
+        }
         let buffers = SceneBuffers::build(scene)?;
         let light = scene.meshes.last().map_or(0, |light| light.indices.len() as u64);
         if !self.default_light || buffers.stats().triangles > light {

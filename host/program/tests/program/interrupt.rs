@@ -30,12 +30,17 @@ impl Guarded {
 
 /// Starts the program, sends it a signal once it renders, and expects it to end as interrupted.
 fn interrupt(command: &mut Command, signal: &str) -> String {
+    interrupt_at("rendering:", command, signal)
+}
+
+/// As [`interrupt`], after a line that begins in this way.
+fn interrupt_at(begin: &str, command: &mut Command, signal: &str) -> String {
     let mut child = Guarded(command.stderr(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap());
     let mut stderr = BufReader::new(child.0.stderr.take().unwrap());
     let mut line = String::new();
-    while !line.starts_with("rendering:") {
+    while !line.starts_with(begin) {
         line.clear();
-        assert_ne!(stderr.read_line(&mut line).unwrap(), 0, "it ended before it rendered");
+        assert_ne!(stderr.read_line(&mut line).unwrap(), 0, "it ended before");
     }
     let sent = Command::new("kill").args([signal, &child.0.id().to_string()]).status().unwrap();
     assert!(sent.success());
@@ -65,5 +70,15 @@ fn an_interrupted_benchmark_leaves_no_file() {
     command.args(["--size", "16x16", "--reference-spp", "100000000"]).arg("--cache").arg(cache.path());
     let said = interrupt(command.args(["--out", &workplace.output("")]), "-INT");
     assert!(said.contains("kept in"), "{said}");
+    assert_eq!(workplace.outputs(), [""; 0]);
+}
+
+/// Two million triangles take seconds to build, and the first signal ends that.
+#[test]
+fn a_scene_that_is_built_can_be_interrupted() {
+    let workplace = Workplace::new();
+    let mut command = workplace.render("image.exr", "cornell", &["--subdivide", "8", "--spp", "1"]);
+    let said = interrupt_at("building a scene of", &mut command, "-INT");
+    assert!(!said.contains("rendering:"), "{said}");
     assert_eq!(workplace.outputs(), [""; 0]);
 }
