@@ -123,17 +123,27 @@ fn surface_area_tree(boxes: &[Bounds]) -> (Vec<TreeNode>, Vec<u32>) {
     (nodes.collect(), bvh.primitive_indices)
 }
 
-/// The triangles by their boxes, if too many have the same.
+/// The triangles by their boxes, if too many have the same. That there are none is found out by hashes, which are sorted quickly.
 fn coincident(boxes: &[Bounds]) -> Option<Vec<Vec<u32>>> {
+    let mut hashes: Vec<u64> = boxes.iter().map(hash).collect();
+    hashes.sort_unstable();
+    if hashes.chunk_by(|a, b| a == b).all(|same| same.len() <= MOST_COINCIDENT) {
+        return None;
+    }
     let key = |index: u32| {
         let Bounds { lo, hi } = boxes[index as usize];
         [lo, hi].map(|corner| corner.to_array().map(f32::to_bits))
     };
     let mut sorted: Vec<u32> = (0..boxes.len() as u32).collect();
     sorted.sort_unstable_by_key(|&index| (key(index), index));
-    let groups = sorted.chunk_by(|&a, &b| key(a) == key(b));
-    let crowded = groups.clone().any(|group| group.len() > MOST_COINCIDENT);
-    crowded.then(|| groups.map(<[u32]>::to_vec).collect())
+    Some(sorted.chunk_by(|&a, &b| key(a) == key(b)).map(<[u32]>::to_vec).collect())
+}
+
+/// The same for the same box.
+fn hash(Bounds { lo, hi }: &Bounds) -> u64 {
+    const ODD: u64 = 0x9e37_79b9_7f4a_7c15;
+    let mix = |hash: u64, x: f32| (hash ^ u64::from(x.to_bits())).wrapping_mul(ODD).rotate_left(29);
+    mix(mix(mix(mix(mix(mix(0, lo.x), lo.y), lo.z), hi.x), hi.y), hi.z)
 }
 
 /// The tree of one triangle of each group; where it has leaves, the groups are halved.
