@@ -8,7 +8,7 @@ use std::time::Duration;
 /// Leaves hold up to this many triangles.
 const LEAF_SIZE: u32 = 4;
 /// More triangles than this with the same box become one for the builder, whose time grows with the square of their number.
-const MOST_COINCIDENT: usize = 256;
+const MOST_COINCIDENT: u32 = 256;
 
 /// An axis-aligned box.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -123,11 +123,12 @@ fn surface_area_tree(boxes: &[Bounds]) -> (Vec<TreeNode>, Vec<u32>) {
     (nodes.collect(), bvh.primitive_indices)
 }
 
-/// The triangles by their boxes, if too many have the same. That there are none is found out by hashes, which are sorted quickly.
+/// The triangles by their boxes, if too many have the same. That there are none is found out by counting hashes.
 fn coincident(boxes: &[Bounds]) -> Option<Vec<Vec<u32>>> {
-    let mut hashes: Vec<u64> = boxes.iter().map(hash).collect();
-    hashes.sort_unstable();
-    if hashes.chunk_by(|a, b| a == b).all(|same| same.len() <= MOST_COINCIDENT) {
+    let mut counts = vec![0_u32; boxes.len().next_power_of_two()];
+    let mask = counts.len() - 1;
+    boxes.iter().for_each(|bounds| counts[hash(bounds) as usize & mask] += 1);
+    if counts.iter().all(|&count| count <= MOST_COINCIDENT) {
         return None;
     }
     let key = |index: u32| {
