@@ -140,7 +140,7 @@ fn coincident(boxes: &[Bounds]) -> Option<Vec<Vec<u32>>> {
     Some(sorted.chunk_by(|&a, &b| key(a) == key(b)).map(<[u32]>::to_vec).collect())
 }
 
-/// The same for the same box.
+/// A number that is equal for equal boxes, and rarely for others.
 fn hash(Bounds { lo, hi }: &Bounds) -> u64 {
     const ODD: u64 = 0x9e37_79b9_7f4a_7c15;
     let mix = |hash: u64, x: f32| (hash ^ u64::from(x.to_bits())).wrapping_mul(ODD).rotate_left(29);

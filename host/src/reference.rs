@@ -311,7 +311,7 @@ impl Store {
     }
 }
 
-/// Of all that a half holds, so that a file whose bits have changed is not believed.
+/// The hash of all that a half holds, so that a file whose bits have changed is not believed.
 fn checksum(half: usize, batches: u32, dropped: u64, values: &[f32]) -> String {
     let mut hasher = blake3::Hasher::new();
     hasher.update(format!("{half} {batches} {dropped}").as_bytes());

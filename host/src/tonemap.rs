@@ -2,6 +2,8 @@
 
 use crate::choices;
 use crate::image::Image;
+use glam::Vec3;
+use restir_shared::vec::luminance;
 
 choices! {
     /// A curve from radiance to display values. All keep black at 0; grey stays grey.
@@ -17,9 +19,6 @@ choices! {
         "neutral" => Neutral,
     }
 }
-
-/// Relative luminance of linear RGB (Rec. 709).
-const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 
 /// How a picture is shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,8 +44,8 @@ impl Operator {
         match self {
             Self::Clamp => rgb,
             Self::Reinhard => {
-                let luminance: f64 = rgb.iter().zip(LUMINANCE).map(|(value, share)| value * share).sum();
-                rgb.map(|value| value / (1.0 + luminance))
+                let luminance = luminance(Vec3::from_array(rgb.map(|value| value as f32)));
+                rgb.map(|value| value / (1.0 + f64::from(luminance)))
             }
             Self::Aces => rgb.map(|x| x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)),
             Self::Neutral => neutral(rgb),

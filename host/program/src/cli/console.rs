@@ -24,8 +24,8 @@ pub(super) fn note(message: &str) {
     let _ = writeln!(io::stderr(), "{}", harmless(message));
 }
 
-/// A text in one line. Names from files may hold anything: what moves a terminal's cursor or turns the direction of what follows,
-/// and more than anybody reads.
+/// The text in one line, without control characters or marks that turn the direction of what follows, and with long words
+/// shortened: names from files may hold all of these.
 pub(super) fn harmless(text: &str) -> String {
     let turns =
         |c: char| matches!(c, '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}');

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use serde_json::json;
 
-use crate::support::{Workplace, changed, finish, program, run};
+use crate::support::{Outcome, Workplace, changed, finish, program, run};
 
 /// What a terminal would take for more than a name: a title, a line, a reversal, an escape in one character.
 const HOSTILE: &str = "a\u{1b}]0;title\u{7}\nerror: forged\u{202e}\u{9b}31m";
@@ -16,7 +16,7 @@ fn names_from_files_are_only_names() {
     let long = "x".repeat(5000);
     let scene = workplace.scene(&changed(|d| d["extensionsUsed"] = json!([HOSTILE, long])));
     let outcomes = [run(["info", &scene]), finish(&mut workplace.render("image.exr", &scene, &["--spp", "1"]))];
-    for outcome in outcomes.map(crate::support::Outcome::done_whatever_it_says) {
+    for outcome in outcomes.map(Outcome::done_whatever_it_says) {
         let text = outcome.stdout + &outcome.stderr;
         assert!(text.contains("forged") && text.contains("xx[...]xx"), "{text}");
         assert!(!text.contains(|c: char| c != '\n' && c.is_control() || c == '\u{202e}'), "{text:?}");
