@@ -206,9 +206,8 @@ pub fn make(
 }
 
 /// A batch with the seed 0.
-fn batch_of(Picture { size, integral: Integral { max_depth, jitter } }: Picture) -> Render {
-    let path = PathSettings { max_depth, jitter, ..PathSettings::default() };
-    Render { count: BATCH_SAMPLES, ..Render::new(size, path) }
+fn batch_of(Picture { size, integral }: Picture) -> Render {
+    Render { count: BATCH_SAMPLES, ..Render::new(size, PathSettings::of(integral)) }
 }
 
 /// Where the bits come from: "exact", or the device that has others.
@@ -230,7 +229,9 @@ fn digest(scene: &SceneBuffers, batch: &Render, origin: &str) -> String {
         hasher.update(&(words.len() as u64).to_le_bytes());
         hasher.update(bytemuck::cast_slice(words));
     }
-    if let Some(params) = plan.passes.next().and_then(|pass| pass.ok()?.params::<PathParams>()) {
+    let pass = plan.passes.next().and_then(Result::ok);
+    if let Some((params, constants)) = pass.and_then(|pass| Some((pass.params::<PathParams>()?, pass.constants))) {
+        hasher.update(bytemuck::cast_slice(&constants));
         // how samples are split over dispatches does not matter
         hasher.update(bytemuck::bytes_of(&PathParams { first_sample: 0, block_log2: 0, seed: 0, ..params }));
     }
@@ -250,7 +251,7 @@ struct Store {
 impl Store {
     fn new(cache: &Path, scene: &SceneBuffers, batch: &Render, origin: &str) -> Result<Self, Error> {
         let digest = digest(scene, batch, origin);
-        let Integral { max_depth, jitter } = batch.technique.integral();
+        let Integral { max_depth, jitter, multiscatter } = batch.technique.integral();
         let folder = cache.join(&digest);
         std::fs::create_dir_all(&folder).map_err(|error| Error::File {
             action: "write",
@@ -264,6 +265,7 @@ impl Store {
             ("bits", origin.to_owned()),
             ("max_depth", max_depth.to_string()),
             ("jitter", jitter.to_string()),
+            ("multiscatter", multiscatter.to_string()),
             ("batch_samples", BATCH_SAMPLES.to_string()),
         ];
         let metadata = pairs.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
@@ -342,7 +344,7 @@ mod tests {
 
     const SIZE: u32 = 6;
 
-    const INTEGRAL: Integral = Integral { max_depth: 3, jitter: false };
+    const INTEGRAL: Integral = Integral { max_depth: 3, jitter: false, multiscatter: true };
 
     fn reference(cache: Option<&Path>, samples: u64, integral: Integral) -> Reference {
         made(cache, Goal { samples, time: None }, integral, &mut |_| Ok(())).unwrap()

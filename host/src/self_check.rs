@@ -50,7 +50,7 @@ fn run_and_compare<'a>(
 pub fn self_check(executor: &mut dyn Executor) -> Result<Parity, Error> {
     let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
     let probes = run_and_compare(executor, probes)?;
-    let path = PathSettings { jitter: true, roulette: true, ..PathSettings::default() };
+    let path = PathSettings { roulette: true, ..PathSettings::default() };
     let render = Render { seed: 1, ..Render::new([FRAME; 2], path) };
     let frame = run_and_compare(executor, || Ok(render.technique.plan(&scene, &render)))?;
     Ok(probes.max(frame).map_or(Parity::Exact, |max_ulp| Parity::Approximate { max_ulp }))

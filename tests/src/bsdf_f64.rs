@@ -3,7 +3,8 @@
 //! angles by numerical differentiation where they have closed forms.
 
 use glam::DVec3;
-use restir_shared::bsdf::{Material, is_specular, is_transmission};
+use restir_shared::bsdf::albedo::fit;
+use restir_shared::bsdf::{DELTA_BELOW, Material, is_specular, is_transmission};
 use std::f64::consts::{PI, TAU};
 
 /// The golden ratio less 1.
@@ -20,7 +21,13 @@ pub struct Shadow {
     through_color: DVec3,
     metallic: f64,
     alpha: f64,
+    roughness: f64,
     ior: f64,
+    /// Factor and colour of the coat's reflection.
+    specular: f64,
+    specular_color: DVec3,
+    /// Light that specular lobes lose comes back.
+    multiscatter: bool,
     transmission: f64,
     diffuse_transmission: f64,
     /// Indices on the side of the viewer and on the other one.
@@ -30,7 +37,7 @@ pub struct Shadow {
 
 impl Shadow {
     /// The same inputs as the kernels', exactly.
-    pub fn new(material: &Material, wo: glam::Vec3, front: bool) -> Self {
+    pub fn new(material: &Material, wo: glam::Vec3, front: bool, multiscatter: bool) -> Self {
         let ior = f64::from(material.ior);
         Self {
             wo: wo.as_dvec3(),
@@ -38,7 +45,11 @@ impl Shadow {
             through_color: material.diffuse_transmission_color.as_dvec3(),
             metallic: f64::from(material.metallic),
             alpha: f64::from(material.roughness).powi(2),
+            roughness: f64::from(material.roughness),
             ior,
+            specular: f64::from(material.specular),
+            specular_color: material.specular_color.as_dvec3(),
+            multiscatter,
             transmission: f64::from(material.transmission),
             diffuse_transmission: f64::from(material.diffuse_transmission),
             indices: if front || material.thin { [1.0, ior] } else { [ior, 1.0] },
@@ -80,19 +91,48 @@ impl Shadow {
     }
 
     /// Schlick's reflectance of the coat.
-    pub fn coat(&self, cos: f64) -> f64 {
+    pub fn coat(&self, cos: f64) -> DVec3 {
         if self.ior == 1.0 {
-            return 0.0;
+            return DVec3::ZERO;
         }
+        let f0 = self.coat_f0();
+        f0 + (DVec3::splat(self.specular) - f0) * (1.0 - cos).max(0.0).powi(5)
+    }
+
+    fn coat_f0(&self) -> DVec3 {
         let f0 = ((self.ior - 1.0) / (self.ior + 1.0)).powi(2);
-        f0 + (1.0 - f0) * (1.0 - cos).max(0.0).powi(5)
+        (self.specular_color * f0).min(DVec3::ONE) * self.specular
     }
 
     fn diffuse(&self, wi: DVec3) -> DVec3 {
         let d = self.diffuse_transmission;
         let color = if wi.z < 0.0 { self.through_color * d } else { self.base * (1.0 - d) };
-        let coupling = (1.0 - self.coat(self.wo.z)) * (1.0 - self.coat(wi.z.abs()));
-        color * (self.opaque_share() * coupling * wi.z.abs() / PI)
+        let (co, ci) = (self.wo.z, wi.z.abs());
+        color * (self.opaque_share() * self.coupling(co, ci) * ci / PI)
+    }
+
+    fn coupling(&self, co: f64, ci: f64) -> f64 {
+        if !self.multiscatter {
+            return (1.0 - self.coat(co).max_element()) * (1.0 - self.coat(ci).max_element());
+        }
+        if self.ior == 1.0 {
+            return 1.0;
+        }
+        let (f0, f90) = (self.coat_f0().max_element(), self.specular);
+        let clear = |Losses { all, schlick }: Losses| 1.0 - f0 * (1.0 - all) - (f90 - f0) * (1.0 - schlick);
+        clear(Losses::at(self.roughness, co)) * clear(Losses::at(self.roughness, ci))
+            / clear(Losses::mean(self.roughness))
+    }
+
+    /// What metal reflects more than once, over what it reflects once.
+    fn interreflected(&self, ci: f64) -> DVec3 {
+        if !self.multiscatter || self.roughness < f64::from(DELTA_BELOW) {
+            return DVec3::ZERO;
+        }
+        let lost = Losses::mean(self.roughness).all;
+        let mean = self.base + (DVec3::ONE - self.base) / 21.0;
+        let color = mean * (1.0 - lost) / (DVec3::ONE - mean * lost);
+        color * (gain(self.roughness, self.wo.z) * gain(self.roughness, ci) - 1.0)
     }
 
     fn specular(&self, wi: DVec3) -> DVec3 {
@@ -105,7 +145,8 @@ impl Shadow {
             let factor = d * g / (4.0 * co * ci) * ci;
             let oh = self.cosine(wi);
             let through = self.base * (self.clear_share() * (1.0 - self.dielectric(oh)));
-            return if wi.z > 0.0 { self.reflectance(oh) } else { through } * factor;
+            let metal = self.metal(oh) * (DVec3::ONE + self.interreflected(ci));
+            return if wi.z > 0.0 { metal + self.dielectric_part(oh) } else { through } * factor;
         }
         let oh = self.wo.dot(h);
         if h.z <= 0.0 || oh <= 0.0 || ih >= 0.0 {
@@ -146,11 +187,17 @@ impl Shadow {
         0.5 * (self.wo + DVec3::new(wi.x, wi.y, wi.z.abs())).length()
     }
 
-    /// What all specular parts reflect at a normal.
+    /// What all specular parts reflect at a normal, once.
     pub fn reflectance(&self, oh: f64) -> DVec3 {
-        let schlick = |f0: DVec3| f0 + (DVec3::ONE - f0) * (1.0 - oh).max(0.0).powi(5);
-        schlick(self.base) * self.metallic
-            + DVec3::splat(self.opaque_share() * self.coat(oh) + self.clear_share() * self.dielectric(oh))
+        self.metal(oh) + self.dielectric_part(oh)
+    }
+
+    fn metal(&self, oh: f64) -> DVec3 {
+        (self.base + (DVec3::ONE - self.base) * (1.0 - oh).max(0.0).powi(5)) * self.metallic
+    }
+
+    fn dielectric_part(&self, oh: f64) -> DVec3 {
+        self.coat(oh) * self.opaque_share() + DVec3::splat(self.clear_share() * self.dielectric(oh))
     }
 
     /// Fresnel's equations for unpolarised light that comes from the viewer's side.
@@ -278,6 +325,56 @@ impl Shadow {
     pub fn albedo(&self, lobe: u32, n: usize) -> DVec3 {
         self.integrate(lobe, n, |wi| self.value(lobe, wi))
     }
+}
+
+/// What facets lose that reflect everything, and that reflect Schlick's weight: the fits of the kernels in `f64`.
+#[derive(Clone, Copy)]
+struct Losses {
+    all: f64,
+    schlick: f64,
+}
+
+impl Losses {
+    fn at(roughness: f64, cos: f64) -> Self {
+        let (s, p, alpha) = stretched(roughness, cos);
+        let all = (s * quotient(&fit::LOST, s, p, alpha)).clamp(0.0, 1.0);
+        let basis = [1.0, s, cos, cos * cos, s * cos];
+        let h: f64 = basis.iter().zip(&fit::SCHLICK).map(|(b, row)| b * at(row, roughness)).sum();
+        let facet = (cos + alpha * p * h).clamp(0.0, 1.0);
+        Self { all, schlick: 1.0 - (1.0 - all) * (1.0 - facet).powi(5) }
+    }
+
+    fn mean(roughness: f64) -> Self {
+        let all = (roughness * roughness * at(&fit::MEAN_LOST, roughness)).max(0.0);
+        Self { all, schlick: at(&fit::MEAN_SCHLICK, roughness) }
+    }
+}
+
+/// What scales white metal to an albedo of 1, for each of the two directions.
+fn gain(roughness: f64, cos: f64) -> f64 {
+    let (s, p, alpha) = stretched(roughness, cos);
+    1.0 + quotient(&fit::BALANCE, s, p, alpha)
+}
+
+/// The cosine and the sine in the space where the distribution of normals is uniform, and alpha.
+fn stretched(roughness: f64, cos: f64) -> (f64, f64, f64) {
+    let alpha = roughness * roughness;
+    let sine2 = (1.0 - cos * cos).max(0.0);
+    let reach = (alpha * alpha * sine2 + cos * cos).sqrt();
+    (cos / reach, alpha * sine2.sqrt() / reach, alpha)
+}
+
+fn quotient(rows: &[[f32; 4]; 7], s: f64, p: f64, alpha: f64) -> f64 {
+    let part = |rows: &[[f32; 4]]| polynomial(&rows.iter().map(|row| at(row, alpha)).collect::<Vec<_>>(), s);
+    (p * p * part(&rows[..2]) + alpha * alpha * part(&rows[2..4])) / (1.0 + s * part(&rows[4..]))
+}
+
+fn at(coefficients: &[f32], x: f64) -> f64 {
+    polynomial(&coefficients.iter().map(|&c| f64::from(c)).collect::<Vec<_>>(), x)
+}
+
+fn polynomial(coefficients: &[f64], x: f64) -> f64 {
+    coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c)
 }
 
 /// Fresnel's equations for a relative index and the cosines on both sides.

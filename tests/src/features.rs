@@ -3,12 +3,16 @@
 use restir_host::exec::Flavour;
 use restir_host::{Shaders, spirv};
 use restir_kernels::path::path;
-use restir_shared::bsdf::{DELTA_MARKER, DIFFUSE_TRANSMISSION_MARKER, GLOSSY_MARKER, TRANSMISSION_MARKER};
+use restir_shared::bsdf::{
+    DELTA_MARKER, DIFFUSE_TRANSMISSION_MARKER, GLOSSY_MARKER, MULTISCATTER_MARKER, SPECULAR_MARKER, TRANSMISSION_MARKER,
+};
 use restir_shared::layout::{
     FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE, FEATURE_ENVIRONMENT, FEATURE_GLOSSY,
-    FEATURE_LIGHT_TABLE, FEATURE_PUNCTUAL, FEATURE_SHADING, FEATURE_TEXTURES, FEATURE_TRANSMISSION, FEATURE_VOLUME,
+    FEATURE_LIGHT_TABLE, FEATURE_MULTISCATTER, FEATURE_PUNCTUAL, FEATURE_SHADING, FEATURE_SPECULAR, FEATURE_TEXTURES,
+    FEATURE_TRANSMISSION, FEATURE_VOLUME,
 };
-use std::collections::HashSet;
+use rspirv::dr::{Function, Instruction, Operand};
+use std::collections::{HashMap, HashSet};
 use std::io::Write;
 use std::process::{Command, Stdio};
 
@@ -28,7 +32,7 @@ const fn part(feature: u32, name: &'static str, marker: Option<f32>) -> Part {
 }
 
 /// Every feature. Markers of other parts than BSDFs are numbers that their code needs anyway.
-pub const PARTS: [Part; 11] = [
+pub const PARTS: [Part; 13] = [
     part(FEATURE_LIGHT_TABLE, "light table", None),
     part(FEATURE_EMISSIVE, "emissive", None),
     part(FEATURE_PUNCTUAL, "punctual", None),
@@ -44,6 +48,8 @@ pub const PARTS: [Part; 11] = [
     part(FEATURE_DIFFUSE_TRANSMISSION, "diffuse transmission", Some(DIFFUSE_TRANSMISSION_MARKER)),
     // the first step of exp's argument reduction in the flavour exact; absorption is the only exponential
     part(FEATURE_VOLUME, "volume", Some(std::f32::consts::LOG2_E)),
+    part(FEATURE_MULTISCATTER, "multiscatter", Some(MULTISCATTER_MARKER)),
+    part(FEATURE_SPECULAR, "specular", Some(SPECULAR_MARKER)),
 ];
 
 /// The module of `path`, specialised to `features` and optimised.
@@ -65,10 +71,54 @@ pub fn has_optimiser() -> bool {
     Command::new("spirv-opt").arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok()
 }
 
+/// The BLAKE3 hash of what is left of `path`, specialised to `features` and optimised: two sources that leave the same
+/// operations have the same hash. Identifiers are numbered in the order of their use, and types and constants are what they say:
+/// neither their numbers nor the order in which they are declared count.
+///
+/// # Errors
+/// A sentence, if the module or `spirv-opt` is missing or broken.
+pub fn hash(flavour: Flavour, features: u32) -> Result<String, String> {
+    let words = spirv_opt(&frozen(flavour, features)?, &["-O", "--strip-debug"])?;
+    let module = rspirv::dr::load_words(&words).map_err(|state| format!("not a SPIR-V module: {state}"))?;
+    let mut names: HashMap<u32, String> = HashMap::new();
+    for global in &module.types_global_values {
+        let Some(id) = global.result_id else { continue };
+        let decorated = module.annotations.iter().filter(|a| a.operands.first() == Some(&Operand::IdRef(id)));
+        let decorations: Vec<String> = decorated.map(|a| format!("{:?}", &a.operands[1..])).collect();
+        let text = text(global, &mut |id| names.get(&id).cloned().unwrap_or_default());
+        names.insert(id, text + &decorations.concat());
+    }
+    let mut hasher = blake3::Hasher::new();
+    let globals = names.len();
+    for instruction in module.functions.iter().flat_map(Function::all_inst_iter) {
+        let mut name = |id: u32| {
+            let next = format!("%{}", names.len() - globals);
+            names.entry(id).or_insert(next).clone()
+        };
+        hasher.update(text(instruction, &mut name).as_bytes());
+        hasher.update(instruction.result_id.map(name).unwrap_or_default().as_bytes());
+    }
+    Ok(hasher.finalize().to_hex().to_string())
+}
+
+/// An instruction without its result, by the names of what it uses.
+fn text(instruction: &Instruction, name: &mut dyn FnMut(u32) -> String) -> String {
+    let kind = instruction.result_type.map(&mut *name);
+    let operands = instruction.operands.iter().map(|operand| match operand.id_ref_any() {
+        Some(id) => name(id),
+        None => format!("{operand:?}"),
+    });
+    format!("({} {kind:?} {:?})", instruction.class.opname, operands.collect::<Vec<_>>())
+}
+
 fn optimise(words: &[u32]) -> Result<Vec<u32>, String> {
+    spirv_opt(words, &["-O", "--strip-debug"])
+}
+
+fn spirv_opt(words: &[u32], passes: &[&str]) -> Result<Vec<u32>, String> {
     let failed = |e: std::io::Error| format!("cannot run spirv-opt ({e}): install SPIRV-Tools");
     let mut command = Command::new("spirv-opt");
-    command.args(["--target-env=vulkan1.2", "-O", "--strip-debug", "-", "-o", "-"]);
+    command.arg("--target-env=vulkan1.2").args(passes).args(["-", "-o", "-"]);
     let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().map_err(failed)?;
     // it reads everything before it writes anything
     let written = child.stdin.take().map_or(Ok(()), |mut input| input.write_all(bytemuck::cast_slice(words)));

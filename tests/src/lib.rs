@@ -1,5 +1,6 @@
 //! Harness of the suites: sweeps of scalar functions, statistics, an independent path tracer, scenes.
 
+pub mod albedo;
 pub mod bias;
 pub mod brute;
 pub mod bsdf_f64;
@@ -10,6 +11,7 @@ pub mod device;
 pub mod features;
 pub mod flush;
 pub mod foreign;
+pub mod furnace;
 pub mod gltf_files;
 pub mod liveness;
 pub mod lockstep;

@@ -6,11 +6,12 @@ use glam::{DVec3, UVec4, Vec3};
 use rayon::prelude::*;
 use restir_shared::bsdf::{
     Bsdf, BsdfSample, COS_MIN, DELTA_BELOW, Evaluation, IOR_MAX, Kind, LOBES, Material, SPECULAR_REFLECTION,
-    SPECULAR_TRANSMISSION, is_transmission,
+    SPECULAR_TRANSMISSION, is_specular, is_transmission,
 };
-use restir_shared::layout::FEATURES_ALL;
+use restir_shared::layout::{FEATURE_MULTISCATTER, FEATURES_ALL};
 use restir_shared::rng::{self, pcg4d};
 use restir_tests::bsdf_f64::Shadow;
+use restir_tests::furnace::{self, Cell};
 use restir_tests::stats::{FAMILY_RATE, chi_square, sidak};
 use std::f64::consts::PI;
 
@@ -22,7 +23,7 @@ const COSINES: [f32; 5] = [1.0, 0.7, 0.3, 0.05, 0.005];
 restir_tests::suite! {
     samples_follow_the_density a_wrong_frame_of_visible_normals_is_seen a_missing_jacobian_is_seen
     densities_and_albedos_integrate values_equal_the_shadow samples_invert scattering_is_reciprocal
-    no_energy_is_gained gltf_mixing_gains_energy smooth_dielectrics_keep_all_energy lobes_add_up
+    no_energy_is_gained white_surfaces_return_the_light gltf_mixing_gains_energy smooth_dielectrics_keep_all_energy lobes_add_up
     features_change_no_bit extremes_are_finite
 }
 
@@ -55,6 +56,8 @@ impl Surface {
 struct Setting {
     surface: Surface,
     wo: Vec3,
+    /// Light that specular lobes lose comes back.
+    multiscatter: bool,
     /// Of random numbers.
     stream: u32,
 }
@@ -62,21 +65,31 @@ struct Setting {
 impl Setting {
     fn new(surface: Surface, roughness: f32, cos: f32, stream: u32) -> Self {
         let material = Material { roughness, ..surface.material };
-        Self { surface: Surface { material, ..surface }, wo: direction(cos, 0.1), stream }
+        Self { surface: Surface { material, ..surface }, wo: direction(cos, 0.1), multiscatter: true, stream }
+    }
+
+    /// The same without what single scattering loses.
+    fn single(self) -> Self {
+        Self { multiscatter: false, ..self }
+    }
+
+    fn features(&self) -> u32 {
+        if self.multiscatter { FEATURES_ALL } else { FEATURES_ALL & !FEATURE_MULTISCATTER }
     }
 
     fn bsdf(&self) -> Bsdf {
-        Bsdf::new(&self.surface.material, self.wo, self.surface.front, FEATURES_ALL)
+        Bsdf::new(&self.surface.material, self.wo, self.surface.front, self.features())
     }
 
     fn shadow(&self) -> Shadow {
-        Shadow::new(&self.surface.material, self.wo, self.surface.front)
+        Shadow::new(&self.surface.material, self.wo, self.surface.front, self.multiscatter)
     }
 
     fn name(&self) -> String {
         let Surface { name, material, front } = self.surface;
         let side = if front { "" } else { " from inside" };
-        format!("{name}{side}, ior {}, roughness {}, cos {}", material.ior, material.roughness, self.wo.z)
+        let scattering = if self.multiscatter { "" } else { ", single scattering" };
+        format!("{name}{side}{scattering}, ior {}, roughness {}, cos {}", material.ior, material.roughness, self.wo.z)
     }
 
     /// Lobes that [`Shadow`] knows: those that contribute and are not deltas.
@@ -134,10 +147,12 @@ fn surfaces() -> Vec<Surface> {
         front("leaf", leaf()),
         front("everything", everything()),
         back("everything", everything()),
+        front("coated red", Material { specular: 0.7, specular_color: Vec3::new(9.0, 1.0, 0.2), ..plastic(1.5) }),
     ]
 }
 
-/// Every surface with every roughness, if it has a specular lobe, at every angle.
+/// Every surface with every roughness, if it has a specular lobe, at every angle; then those again whose single scattering
+/// loses light, with single scattering.
 fn settings(surfaces: &[Surface], roughnesses: &[f32], cosines: &[f32]) -> Vec<Setting> {
     let mut settings = Vec::new();
     for &surface in surfaces {
@@ -149,6 +164,9 @@ fn settings(surfaces: &[Surface], roughnesses: &[f32], cosines: &[f32]) -> Vec<S
             }
         }
     }
+    let loses = |setting: &&Setting| setting.surface.material.features() & FEATURE_MULTISCATTER != 0;
+    let single: Vec<Setting> = settings.iter().filter(loses).map(|setting| setting.single()).collect();
+    settings.extend(single);
     settings
 }
 
@@ -248,7 +266,7 @@ fn samples_follow_the_density() {
 
 /// Visible normals around an arbitrary frame, as a general routine for frames gives it.
 fn a_wrong_frame_of_visible_normals_is_seen() {
-    let setting = Setting::new(Surface::front("metal", metal()), 0.6, 0.3, 0);
+    let setting = Setting::new(Surface::front("metal", metal()), 0.6, 0.3, 0).single();
     let (bsdf, shadow) = (setting.bsdf(), setting.shadow());
     let alpha = f64::from(setting.surface.material.roughness).powi(2);
     let stretched = (setting.wo.as_dvec3() * DVec3::new(alpha, alpha, 1.0)).normalize();
@@ -321,7 +339,7 @@ fn errors_of_integrals(setting: &Setting) -> [f64; 3] {
 }
 
 /// Tolerance 1e-3 throughout: quadrature errs where the horizon or total reflection cuts a lobe, and the mean over evenly
-/// spread samples by its discrepancy.
+/// spread samples by its discrepancy; three times that where smooth metal gives back to rare directions what it loses there.
 fn densities_and_albedos_integrate() {
     let settings = settings(&surfaces(), &[0.02, 0.1, 0.3, 1.0], &[1.0, 0.3, 0.05, 0.005]);
     let all: Vec<_> = settings.par_iter().map(errors_of_integrals).collect();
@@ -329,11 +347,13 @@ fn densities_and_albedos_integrate() {
         let errors = all.iter().zip(&settings).map(|(errors, setting)| (errors[index], setting.name()));
         let (error, name) = errors.max_by(|a, b| a.0.total_cmp(&b.0)).expect("there are settings");
         println!("{what}: off by {error:.1e} at most ({name})");
-        assert!(error < 1.0e-3, "{what}, {name}: off by {error:.2e}");
+        let tolerance = if index == 2 { 3.0e-3 } else { 1.0e-3 };
+        assert!(error < tolerance, "{what}, {name}: off by {error:.2e}");
     }
 }
 
-/// Values at sampled directions against the shadow's, to 1e-5.
+/// Values at sampled directions against the shadow's, to 1e-5; where the fits of losses enter, which err by roundings of 1,
+/// relative to a hundredth of white at least.
 fn values_equal_the_shadow() {
     let settings = settings(&surfaces(), &ROUGHNESSES, &COSINES);
     let (error, name) = largest(&settings, |setting| {
@@ -342,7 +362,9 @@ fn values_equal_the_shadow() {
             let (lobe, wi) = (sample.lobe, sample.direction);
             let value = bsdf.evaluate_lobe(lobe, wi).value.as_dvec3();
             let exact = shadow.value(lobe, wi.as_dvec3());
-            let error = (value - exact).abs().max_element() / exact.max_element().max(1.0e-30);
+            let fitted = setting.multiscatter && !is_specular(lobe);
+            let least = if fitted { 0.01 * f64::from(wi.z.abs()) / PI } else { 1.0e-30 };
+            let error = (value - exact).abs().max_element() / exact.max_element().max(least);
             // a rounding of the cosine moves Fresnel's reflectance most near total reflection
             let slope = |cos: f64| {
                 let [a, b] = [1.0, -1.0].map(|sign| shadow.reflectance(cos * (1.0 + sign * 4.0 * ROUNDING)));
@@ -411,7 +433,7 @@ fn asymmetry(power: i32) -> (f64, String) {
             let through = is_transmission(lobe);
             let (viewer, light, side) =
                 if through { (flipped(wi), flipped(setting.wo), !front) } else { (wi, setting.wo, front) };
-            let back = Bsdf::new(&material, viewer, side, FEATURES_ALL);
+            let back = Bsdf::new(&material, viewer, side, setting.features());
             let forth = bsdf.evaluate_lobe(lobe, wi).value.as_dvec3() / f64::from(wi.z.abs());
             let back = back.evaluate_lobe(lobe, light).value.as_dvec3() / f64::from(light.z.abs());
             let back = back / setting.surface.scale(lobe, power);
@@ -450,16 +472,45 @@ fn no_energy_is_gained() {
         }
     }
     let settings = settings(&white_surfaces, &ROUGHNESSES, &COSINES);
-    let (albedo, name) = largest(&settings, |setting| {
+    // the fits of losses are as good as that up to index 3
+    let allowed = |setting: &Setting| match setting {
+        Setting { multiscatter: false, .. } => 1.0e-5,
+        Setting { surface: Surface { material, .. }, .. } if material.ior <= 3.0 => 5.0e-4,
+        _ => 1.0e-3,
+    };
+    let (excess, name) = largest(&settings, |setting| {
         let (bsdf, shadow) = (setting.bsdf(), setting.shadow());
         // a refracted lobe too narrow to be rough
         let narrow = bsdf.kind(SPECULAR_TRANSMISSION) == Kind::Delta;
         let through = if narrow { shadow.clear_share() * (1.0 - shadow.dielectric(shadow.cos_o())) } else { 0.0 };
-        let flux = |lobe| shadow.albedo(lobe, 600).max_element() * setting.surface.scale(lobe, 2);
-        through + setting.lobes().into_iter().map(flux).sum::<f64>()
+        let flux = |lobe| {
+            shadow.albedo(lobe, if setting.multiscatter { 4000 } else { 600 }).max_element()
+                * setting.surface.scale(lobe, 2)
+        };
+        through + setting.lobes().into_iter().map(flux).sum::<f64>() - 1.0 - allowed(setting)
     });
-    println!("largest albedo {albedo:.6} of {} ({name})", settings.len());
-    assert!(albedo <= 1.0 + 1.0e-5, "{name}: {albedo}");
+    println!("the most light of {} is {excess:.6} more than allowed ({name})", settings.len());
+    assert!(excess <= 0.0, "{name}: {excess} more than allowed");
+}
+
+/// Samples a batch: the largest standard error is then below 0.001 (it is printed), so that a gain or a loss of 0.004 beyond
+/// the bounds is seen in any cell. A false alarm: three standard errors of 16 batches, 1 in 110 for a cell on its bound; the fits
+/// keep farther away than that.
+const FURNACE_SAMPLES: u32 = 2048;
+
+/// White surfaces of every roughness, metalness and index return between 0.99 and 1.0005 at every cosine from 1/64 on; by
+/// single scattering metal and plastic do not.
+fn white_surfaces_return_the_light() {
+    let cells = furnace::opaque(true, FURNACE_SAMPLES);
+    let error = cells.iter().map(|cell| cell.returned[1]).fold(0.0, f64::max);
+    let [least, most] = [f64::min, f64::max].map(|f| cells.iter().map(|cell| cell.returned[0]).reduce(f).unwrap());
+    println!("{} white surfaces return {least:.4} to {most:.4}, standard errors up to {error:.1e}", cells.len());
+    assert!(error < 1.0e-3, "standard errors up to {error:.1e}");
+    let off: Vec<_> = cells.iter().filter(|cell| cell.is_off()).collect();
+    assert!(off.is_empty(), "{off:?}");
+    let off = |cells: &[Cell], metallic| cells.iter().any(|cell| cell.material.metallic == metallic && cell.is_off());
+    let single = furnace::opaque(false, FURNACE_SAMPLES / 8);
+    assert!(off(&single, 0.0) && off(&single, 1.0), "what single scattering loses is not seen");
 }
 
 /// glTF weighs the diffuse part by `1 - Fs(o.h)`.
@@ -467,10 +518,7 @@ fn gltf_mixing_gains_energy() {
     let setting = Setting::new(Surface::front("plastic", white(plastic(1.5))), 0.1, 0.05, 0);
     let shadow = setting.shadow();
     let wo = setting.wo.as_dvec3();
-    let diffuse = shadow.integrate(0, 4000, |wi| {
-        let coat = shadow.coat(0.5 * (wo + wi).length());
-        DVec3::splat((1.0 - coat) * wi.z / PI)
-    });
+    let diffuse = shadow.integrate(0, 4000, |wi| (DVec3::ONE - shadow.coat(0.5 * (wo + wi).length())) * (wi.z / PI));
     let sum = (diffuse + shadow.albedo(SPECULAR_REFLECTION, 4000)).x;
     println!("albedo {sum:.3} with glTF's weights");
     assert!(sum > 1.1, "albedo {sum}");
@@ -524,7 +572,7 @@ fn lobes_add_up() {
 fn features_change_no_bit() {
     for setting in settings(&surfaces(), &[0.0, 0.3], &COSINES) {
         let Surface { material, front, .. } = setting.surface;
-        let own = Bsdf::new(&material, setting.wo, front, material.features());
+        let own = Bsdf::new(&material, setting.wo, front, material.features() & setting.features());
         let (general, words) = (setting.bsdf(), random_words(&setting, 9));
         for i in 0..500 {
             let (a, b) = (own.sample(words(i)), general.sample(words(i)));

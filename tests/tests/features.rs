@@ -11,9 +11,10 @@ use restir_host::scene::{
 use restir_host::technique::path::PathSettings;
 use restir_shared::layout::{
     ALIAS_WORDS, ENVIRONMENT_WORDS, FEATURE_CLEAR, FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE,
-    FEATURE_ENVIRONMENT, FEATURE_GLOSSY, FEATURE_LIGHT_TABLE, FEATURE_PUNCTUAL, FEATURE_SHADING, FEATURE_TEXTURES,
-    FEATURE_TRANSMISSION, FEATURE_VOLUME, FEATURES_ALL, FEATURES_DIFFUSE, LIGHT_WORDS, MATERIAL_WORDS, NODE_WORDS,
-    NONE, PUNCTUAL_WORDS, SHADING_WORDS, TEXTURE_SLOTS, TEXTURE_USE_WORDS, TRIANGLE_WORDS,
+    FEATURE_ENVIRONMENT, FEATURE_GLOSSY, FEATURE_LIGHT_TABLE, FEATURE_MULTISCATTER, FEATURE_PUNCTUAL, FEATURE_SHADING,
+    FEATURE_SPECULAR, FEATURE_TEXTURES, FEATURE_TRANSMISSION, FEATURE_VOLUME, FEATURES_ALL, FEATURES_DIFFUSE,
+    LIGHT_WORDS, MATERIAL_WORDS, NODE_WORDS, NONE, PUNCTUAL_WORDS, SHADING_WORDS, TEXTURE_SLOTS, TEXTURE_USE_WORDS,
+    TRIANGLE_WORDS,
 };
 use restir_tests::checks;
 use restir_tests::device::{self, Adapter};
@@ -80,11 +81,14 @@ const fn variant(name: &'static str, features: u32, edit: fn(&mut Scene)) -> Var
     Variant { name, features, edit }
 }
 
-const VARIANTS: [Variant; 11] = [
+const VARIANTS: [Variant; 12] = [
     variant("diffuse", FEATURE_EMISSIVE, |_| {}),
     variant("two powers", FEATURES_DIFFUSE, |scene| scene.materials[1].emission = [0.1, 0.2, 0.3]),
-    variant("glossy", FEATURE_EMISSIVE | FEATURE_GLOSSY, |scene| {
+    variant("glossy", FEATURE_EMISSIVE | FEATURE_GLOSSY | FEATURE_MULTISCATTER, |scene| {
         white(scene, |m| (m.metallic, m.roughness) = (1.0, 0.3));
+    }),
+    variant("coat", FEATURE_EMISSIVE | FEATURE_GLOSSY | FEATURE_MULTISCATTER | FEATURE_SPECULAR, |scene| {
+        white(scene, |m| (m.ior, m.roughness, m.specular) = (1.5, 0.4, 0.5));
     }),
     variant("delta", FEATURE_EMISSIVE | FEATURE_DELTA, |scene| {
         white(scene, |m| (m.metallic, m.roughness) = (1.0, 0.0));

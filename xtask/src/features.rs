@@ -1,4 +1,5 @@
-//! `cargo xtask features`: what each feature of a scene costs where it is compiled in, and the report of it.
+//! `cargo xtask features`: what each feature of a scene costs where it is compiled in, and the report of it; or hashes
+//! of the specialised modules, which show that a feature costs nothing where it is not.
 
 use std::time::Instant;
 
@@ -12,7 +13,7 @@ use restir_host::scene::Scene;
 use restir_host::technique::path::PathSettings;
 use restir_kernels::path::path;
 use restir_shared::layout::{FEATURES_ALL, FEATURES_DIFFUSE};
-use restir_tests::features::{Content, PARTS, specialised};
+use restir_tests::features::{Content, PARTS, hash, specialised};
 
 use crate::{Error, report};
 
@@ -27,6 +28,13 @@ pub struct Options {
     /// Replace docs/features.md.
     #[arg(long)]
     write: bool,
+    /// Print the hashes of the optimised modules instead: before and after the code of a feature is added, those of the
+    /// modules without that feature are equal.
+    #[arg(long, conflicts_with = "write")]
+    hash: bool,
+    /// With --hash: a feature that no set has.
+    #[arg(long, requires = "hash")]
+    without: Vec<String>,
 }
 
 /// A set of features that the kernel is specialised to.
@@ -45,6 +53,9 @@ struct Row {
 /// [`Error::Environment`] without spirv-opt; [`Error::Host`] where an adapter does not run the kernel, or if the report
 /// cannot be written.
 pub fn run(options: &Options) -> Result<(), Error> {
+    if options.hash {
+        return hashes(&options.without);
+    }
     let mut rows = rows().map_err(Error::Environment)?;
     let adapter = measure(&mut rows)?;
     report::publish("features", &report(&rows, adapter.as_deref()), options.write)
@@ -52,18 +63,37 @@ pub fn run(options: &Options) -> Result<(), Error> {
 
 /// Everything, everything but one feature, and a diffuse scene with one more; all of them run [`SCENE`] correctly but
 /// the one without emission, which is not timed against it.
-fn rows() -> Result<Vec<Row>, String> {
+fn sets() -> Vec<(String, u32)> {
     let mut sets = vec![("all".to_owned(), FEATURES_ALL)];
     sets.extend(PARTS.iter().map(|part| (format!("all but {}", part.name), FEATURES_ALL & !part.feature)));
     sets.push(("diffuse".to_owned(), FEATURES_DIFFUSE));
     let extra = PARTS.iter().filter(|part| part.feature & FEATURES_DIFFUSE == 0);
     sets.extend(extra.map(|part| (format!("diffuse and {}", part.name), FEATURES_DIFFUSE | part.feature)));
+    sets
+}
+
+fn rows() -> Result<Vec<Row>, String> {
     let operations = |flavour, features| Ok::<_, String>(Content::of(&specialised(flavour, features)?)?.operations);
     let row = |(name, features)| {
         let operations = [operations(Flavour::Exact, features)?, operations(Flavour::Fast, features)?];
         Ok(Row { name, features, operations, seconds: Default::default() })
     };
-    sets.into_iter().map(row).collect()
+    sets().into_iter().map(row).collect()
+}
+
+fn hashes(without: &[String]) -> Result<(), Error> {
+    let unknown = |name: &&String| !PARTS.iter().any(|part| part.name == **name);
+    if let Some(name) = without.iter().find(unknown) {
+        let names: Vec<&str> = PARTS.iter().map(|part| part.name).collect();
+        return Err(Error::Environment(format!("no feature is called {name}; there are: {}", names.join(", "))));
+    }
+    let dropped = PARTS.iter().filter(|part| without.iter().any(|name| name == part.name));
+    let dropped = dropped.fold(0, |bits, part| bits | part.feature);
+    for (name, features) in sets() {
+        let hash = hash(Flavour::Exact, features & !dropped).map_err(Error::Environment)?;
+        println!("{hash}  {name}");
+    }
+    Ok(())
 }
 
 /// Fills in the times, and gives the name of the adapter if there is one.
@@ -99,8 +129,7 @@ fn timed(work: impl FnOnce() -> Result<(), restir_host::Error>) -> Result<f64, r
 }
 
 fn frame(executor: &mut dyn Executor, scene: &SceneBuffers) -> Result<(), restir_host::Error> {
-    let path = PathSettings { jitter: true, ..PathSettings::default() };
-    let settings = Render { count: 4, seed: 1, ..Render::new([128; 2], path) };
+    let settings = Render { count: 4, seed: 1, ..Render::new([128; 2], PathSettings::default()) };
     render(executor, scene, &settings, &mut |_| Ok(())).map(drop)
 }
 

@@ -2,8 +2,11 @@
 //!
 //! It is a library too, so that integration tests can feed modules to the post-pass and to the checks.
 
+pub mod albedo;
 pub mod error;
 pub mod features;
+mod fit;
+pub mod furnace;
 pub mod num;
 pub mod package;
 pub mod parity;

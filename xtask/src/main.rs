@@ -3,7 +3,10 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use xtask::{Error, features, num, package, parity, resampling, shader, stress, unbiased, visibility, watertight};
+use xtask::{
+    Error, albedo, features, furnace, num, package, parity, resampling, shader, stress, unbiased, visibility,
+    watertight,
+};
 
 /// Tools of the project.
 #[derive(Parser)]
@@ -30,6 +33,10 @@ enum Task {
     Stress(stress::Options),
     /// Combine reservoirs by every form of MIS on a small table, against computed expectations, and print the report.
     Resampling(resampling::Options),
+    /// Fit what GGX reflects of light from everywhere, and print what white surfaces return.
+    Albedo(albedo::Options),
+    /// Print how much light white surfaces return, with and without what single scattering loses.
+    Furnace(furnace::Options),
     /// Measure what each feature of a scene costs the path tracer, and print the report.
     Features(features::Options),
     /// Compare averaged visibility with that of the selected sample, and print the report.
@@ -47,6 +54,8 @@ fn run(task: Task) -> Result<(), Error> {
         Task::Unbiased(options) => unbiased::run(&options),
         Task::Stress(options) => stress::run(&options),
         Task::Resampling(options) => resampling::run(&options),
+        Task::Albedo(options) => albedo::run(&options),
+        Task::Furnace(options) => furnace::run(&options),
         Task::Features(options) => features::run(&options),
         Task::Visibility(options) => visibility::run(&options),
         Task::Package(options) => package::run(&options),

@@ -130,6 +130,8 @@ fn material_record(m: &Material, uses: u32) -> [[u32; 4]; MATERIAL_WORDS as usiz
         rgb_word([m.metallic, m.roughness, m.ior], m.transmission),
         rgb_word(m.diffuse_transmission_color, m.diffuse_transmission),
         rgb_word(absorption(m), m.normal_scale),
+        [0; 4],
+        rgb_word(m.specular_color, m.specular),
     ]
 }
 

@@ -7,12 +7,12 @@ use glam::Vec3;
 use restir_shared::bsdf::Material as Scattering;
 use restir_shared::layout::{
     FEATURE_CLEAR, FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE, FEATURE_ENVIRONMENT, FEATURE_GLOSSY,
-    FEATURE_LIGHT_TABLE, FEATURE_PUNCTUAL, FEATURE_SHADING, FEATURE_TEXTURES, FEATURE_TRANSMISSION, FEATURE_VOLUME,
-    LIGHT_ENVIRONMENT, LIGHT_PUNCTUAL,
+    FEATURE_LIGHT_TABLE, FEATURE_MULTISCATTER, FEATURE_PUNCTUAL, FEATURE_SHADING, FEATURE_SPECULAR, FEATURE_TEXTURES,
+    FEATURE_TRANSMISSION, FEATURE_VOLUME, LIGHT_ENVIRONMENT, LIGHT_PUNCTUAL,
 };
 
 /// Every feature with its name.
-const NAMES: [(u32, &str); 12] = [
+const NAMES: [(u32, &str); 14] = [
     (FEATURE_LIGHT_TABLE, "light-table"),
     (FEATURE_EMISSIVE, "emissive"),
     (FEATURE_PUNCTUAL, "punctual"),
@@ -25,6 +25,8 @@ const NAMES: [(u32, &str); 12] = [
     (FEATURE_DIFFUSE_TRANSMISSION, "diffuse-transmission"),
     (FEATURE_VOLUME, "volume"),
     (FEATURE_CLEAR, "clear-glass"),
+    (FEATURE_MULTISCATTER, "multiscatter"),
+    (FEATURE_SPECULAR, "specular"),
 ];
 
 /// The names of the features that are set.
@@ -56,6 +58,8 @@ fn of_material(m: &Material) -> u32 {
         metallic: m.metallic,
         roughness: m.roughness,
         ior: m.ior,
+        specular: m.specular,
+        specular_color: Vec3::from_array(m.specular_color),
         transmission: m.transmission,
         diffuse_transmission: m.diffuse_transmission,
         diffuse_transmission_color: Vec3::from_array(m.diffuse_transmission_color),

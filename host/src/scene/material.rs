@@ -1,7 +1,7 @@
 //! Materials: glTF's metallic-roughness model with its extensions.
 
 /// How a surface scatters and emits light: the metallic-roughness model of glTF 2.0 with the extensions
-/// `KHR_materials_emissive_strength`, `_ior`, `_transmission`, `_diffuse_transmission` and `_volume`.
+/// `KHR_materials_emissive_strength`, `_ior`, `_specular`, `_transmission`, `_diffuse_transmission` and `_volume`.
 ///
 /// A texture multiplies the factor beside it.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,6 +31,10 @@ pub struct Material {
     pub two_sided_emission: bool,
     /// Index of refraction, at least 1. With 1 a dielectric has no specular reflection: purely diffuse.
     pub ior: f32,
+    /// Strength of the specular reflection of a dielectric that does not transmit, in [0, 1].
+    pub specular: f32,
+    /// Scales that reflection at normal incidence, where it stays at most 1; linear RGB, not negative.
+    pub specular_color: [f32; 3],
     /// Share of the dielectric's light that is transmitted specularly instead of reflected diffusely, in [0, 1].
     pub transmission: f32,
     /// Share of the diffuse light that is transmitted diffusely, in [0, 1].
@@ -75,6 +79,8 @@ impl Material {
             emission_texture: None,
             two_sided_emission: false,
             ior: 1.0,
+            specular: 1.0,
+            specular_color: [1.0; 3],
             transmission: 0.0,
             diffuse_transmission: 0.0,
             diffuse_transmission_color: [1.0; 3],

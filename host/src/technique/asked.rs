@@ -2,7 +2,7 @@
 
 use crate::replay::{Counts, Recording};
 use crate::{Error, buffers::SceneBuffers, exec::CpuExecutor, render::Render};
-use restir_shared::scene::Still;
+use restir_shared::scene::{SceneView, Still};
 use std::collections::BTreeMap;
 
 /// What the passes of one kernel asked.
@@ -20,7 +20,7 @@ pub struct Asked {
 /// As of [`crate::render::check`].
 pub fn asked(scene: &SceneBuffers, render: &Render) -> Result<BTreeMap<&'static str, Asked>, Error> {
     crate::render::check(scene, render)?;
-    let view = scene.traced_view();
+    let view = SceneView { features: render.technique.integral().features(scene), ..scene.traced_view() };
     let recording = Recording::new(&view);
     let mut kernels: BTreeMap<&'static str, Asked> = BTreeMap::new();
     let plan = render.technique.plan(scene, render);

@@ -13,6 +13,7 @@ use crate::render::{Render, Rendered};
 use crate::settings::{Declared, Settings, unknown};
 use crate::{Error, buffers::SceneBuffers, image::Channel, plan::FramePlan};
 use explain::{Explanation, Subject};
+use restir_shared::layout::FEATURE_MULTISCATTER;
 use std::{any::Any, fmt};
 
 /// Declares the techniques: the folder of each, and its settings.
@@ -82,6 +83,15 @@ pub struct Integral {
     pub max_depth: u32,
     /// Camera rays are spread over the pixel instead of going through its centre.
     pub jitter: bool,
+    /// The light that rough specular lobes lose in single scattering comes back.
+    pub multiscatter: bool,
+}
+
+impl Integral {
+    /// The features of a scene that its kernels may have.
+    pub fn features(&self, scene: &SceneBuffers) -> u32 {
+        if self.multiscatter { scene.features } else { scene.features & !FEATURE_MULTISCATTER }
+    }
 }
 
 /// A technique with its settings.

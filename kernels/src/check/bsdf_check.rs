@@ -16,6 +16,10 @@ pub struct BsdfOperands {
     pub roughness: f32,
     /// Index of refraction.
     pub ior: f32,
+    /// Strength of the specular reflection of a coat.
+    pub specular: f32,
+    /// Linear RGB.
+    pub specular_color: [f32; 3],
     /// Share of specular transmission.
     pub transmission: f32,
     /// Share of diffuse transmission.
@@ -67,6 +71,8 @@ fn probe(o: &BsdfOperands, features: u32) -> BsdfResults {
         metallic: o.metallic,
         roughness: o.roughness,
         ior: o.ior,
+        specular: o.specular,
+        specular_color: vector(o.specular_color),
         transmission: o.transmission,
         diffuse_transmission: o.diffuse_transmission,
         diffuse_transmission_color: vector(o.diffuse_transmission_color),

@@ -147,6 +147,8 @@ pub(super) fn bsdf_ends() -> Vec<BsdfOperands> {
                     metallic,
                     roughness,
                     ior,
+                    specular: [1.0, 0.5, 0.0, 1.0][i as usize % 4],
+                    specular_color: [[1.0; 3], [0.0, 1.0, 30.0]][i as usize / 4 % 2],
                     transmission,
                     diffuse_transmission,
                     diffuse_transmission_color: [0.2, 1.0, 0.4],
@@ -169,6 +171,7 @@ pub(super) fn random_bsdf_operands(count: u32) -> Vec<BsdfOperands> {
         let words = |salt: u32| pcg4d(UVec4::new(i, 0, 0, salt)).to_array();
         let units = |salt: u32| words(salt).map(unit);
         let (colors, shares, turns, cosines) = (units(107), units(108), units(109), units(110));
+        let specular = units(114);
         let share = |u: f32| num::clamp(2.0 * u - 0.5, 0.0, 1.0);
         let [a, b, c, _] = words(111);
         BsdfOperands {
@@ -176,6 +179,8 @@ pub(super) fn random_bsdf_operands(count: u32) -> Vec<BsdfOperands> {
             metallic: share(shares[0]),
             roughness: shares[1],
             ior: 1.0 + shares[2] * shares[2] * 9.0,
+            specular: share(specular[0]),
+            specular_color: [2.0 * specular[1], 2.0 * specular[2], 2.0 * specular[3]],
             transmission: share(shares[3]),
             diffuse_transmission: share(colors[3]),
             diffuse_transmission_color: [colors[2], colors[0], colors[1]],

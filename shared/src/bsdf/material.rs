@@ -1,7 +1,10 @@
 //! What a material is at a point.
 
 use super::{COS_MIN, DELTA_BELOW, Dielectric, NARROW_BELOW};
-use crate::layout::{FEATURE_CLEAR, FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_GLOSSY, FEATURE_TRANSMISSION};
+use crate::layout::{
+    FEATURE_CLEAR, FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_GLOSSY, FEATURE_MULTISCATTER, FEATURE_SPECULAR,
+    FEATURE_TRANSMISSION,
+};
 use crate::num;
 use glam::Vec3;
 
@@ -16,6 +19,10 @@ pub struct Material {
     pub roughness: f32,
     /// Index of refraction in [1, [`super::IOR_MAX`]]; 1 for a surface without specular reflection, unless metallic.
     pub ior: f32,
+    /// Strength of the specular reflection of what is neither metal nor transmits, in [0, 1] (`KHR_materials_specular`).
+    pub specular: f32,
+    /// Linear RGB >= 0: scales that reflection at normal incidence, which stays at most 1.
+    pub specular_color: Vec3,
     /// Share of what is not metal that transmits specularly, in [0, 1].
     pub transmission: f32,
     /// Share of the diffuse part that is transmitted, in [0, 1].
@@ -35,6 +42,8 @@ impl Material {
             metallic: 0.0,
             roughness: 1.0,
             ior: 1.0,
+            specular: 1.0,
+            specular_color: Vec3::ONE,
             transmission: 0.0,
             diffuse_transmission: 0.0,
             diffuse_transmission_color: Vec3::ZERO,
@@ -47,6 +56,7 @@ impl Material {
     pub fn features(&self) -> u32 {
         let dielectric = 1.0 - self.metallic;
         let transmits = dielectric * self.transmission > 0.0;
+        let coated = (dielectric * (1.0 - self.transmission) > 0.0) & (self.ior > 1.0);
         let specular = (self.metallic > 0.0) | transmits | ((dielectric > 0.0) & (self.ior > 1.0));
         let delta = self.roughness < DELTA_BELOW;
         let narrow = transmits & self.is_narrow();
@@ -56,6 +66,12 @@ impl Material {
         }
         if specular & (delta | narrow) {
             features |= FEATURE_DELTA;
+        }
+        if coated | ((self.metallic > 0.0) & !delta) {
+            features |= FEATURE_MULTISCATTER;
+        }
+        if coated & ((self.specular != 1.0) | (self.specular_color != Vec3::ONE)) {
+            features |= FEATURE_SPECULAR;
         }
         if transmits {
             features |= FEATURE_TRANSMISSION;

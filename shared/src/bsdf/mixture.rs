@@ -1,12 +1,17 @@
 //! The mixture of lobes that a material is for one direction to the viewer.
 
+use super::albedo::Towards;
+use super::coat::Coat;
+use super::compensation::Compensation;
 use super::fresnel::Fresnel;
 use super::{
     COS_MIN, DELTA_BELOW, DELTA_MARKER, DIFFUSE_REFLECTION, DIFFUSE_TRANSMISSION, DIFFUSE_TRANSMISSION_MARKER,
     Dielectric, GLOSSY_MARKER, Ggx, Material, SPECULAR_REFLECTION, SPECULAR_TRANSMISSION, TRANSMISSION_MARKER,
-    schlick_complement, schlick_weight,
+    schlick_weight,
 };
-use crate::layout::{FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_GLOSSY, FEATURE_TRANSMISSION};
+use crate::layout::{
+    FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_GLOSSY, FEATURE_MULTISCATTER, FEATURE_TRANSMISSION,
+};
 use crate::num::{self, eft, mul_wide};
 use crate::rng;
 use crate::sampling::{cosine_hemisphere_pdf, invert_cosine_hemisphere, sample_cosine_hemisphere};
@@ -65,11 +70,11 @@ pub struct Bsdf {
     /// Colours of the diffuse lobes.
     reflected: Vec3,
     transmitted: Vec3,
-    /// The diffuse part has a coat, which lets `1 - Fs = clear_coat schlick_complement` through.
+    coat: Coat,
     coated: bool,
-    clear_coat: f32,
     /// `1 - Fs(cos_o)`.
     entering: f32,
+    compensation: Compensation,
     /// Schlick's reflectance of metal and coat together.
     f0: Vec3,
     f90: f32,
@@ -186,14 +191,14 @@ impl Bsdf {
         } else {
             (1.0, 0.0)
         };
-        let coat_f0 = ratio * ratio;
-        let coat_f90 = if coated { 1.0 } else { 0.0 };
+        let interface_f0 = ratio * ratio;
+        let interface_f90 = if coated { 1.0 } else { 0.0 };
         let schlick_o = if has_specular { schlick_weight(wo.z) } else { 0.0 };
-        let clear_coat = 1.0 - coat_f0;
-        let entering = if coated { clear_coat * schlick_complement(wo.z) } else { 1.0 };
-        let coat = if coated { coat_f0 + clear_coat * schlick_o } else { 0.0 };
-        let f0 = if has_specular { base * metallic + Vec3::splat(opaque * coat_f0) } else { Vec3::ZERO };
-        let f90 = if has_specular { metallic + opaque * coat_f90 } else { 0.0 };
+        let coat = Coat::new(material, interface_f0, interface_f90, features);
+        let entering = if coated { coat.clear(wo.z) } else { 1.0 };
+        let mirrored = if coated { interface_f0 + (1.0 - interface_f0) * schlick_o } else { 0.0 };
+        let f0 = if has_specular { coat.beside(base * metallic, opaque) } else { Vec3::ZERO };
+        let f90 = if has_specular { metallic + opaque * coat.f90 } else { 0.0 };
 
         let front = front | material.thin;
         let interface = Dielectric::new(index, inv_index, front);
@@ -205,13 +210,27 @@ impl Bsdf {
         let perfect_transmission = perfect_reflection | (has(FEATURE_DELTA) & has_transmission & material.is_narrow());
         let alpha = num::max(material.roughness * material.roughness, GLOSSY_MARKER);
 
+        let rough_metal = if perfect_reflection { 0.0 } else { metallic };
+        let loses = (coated & (opaque > 0.0)) | (rough_metal > 0.0);
+        let compensation = if has(FEATURE_MULTISCATTER) & loses {
+            Compensation::new(coat, rough_metal, base, material.roughness, wo.z)
+        } else {
+            Compensation::NONE
+        };
+
         let f0_luminance = luminance(f0);
-        let estimates = Estimates {
+        let mut estimates = Estimates {
             reflection: luminance(reflected) * entering,
             transmission: luminance(transmitted) * entering,
             mirror: f0_luminance + (f90 - f0_luminance) * schlick_o,
-            clear: transmission * (coat + (1.0 - coat) * luminance(base)),
+            clear: transmission * (mirrored + (1.0 - mirrored) * luminance(base)),
         };
+        if has(FEATURE_MULTISCATTER) & compensation.needed {
+            let metal = luminance(base);
+            estimates.reflection = luminance(reflected) * compensation.passing;
+            estimates.transmission = luminance(transmitted) * compensation.passing;
+            estimates.mirror = metallic * (metal + (1.0 - metal) * schlick_o) + opaque * (1.0 - compensation.passing);
+        }
         let selection = if has_specular | has_diffuse_transmission {
             Selection::new(&estimates, f90 > 0.0, transmission > 0.0)
         } else {
@@ -223,9 +242,10 @@ impl Bsdf {
             wo,
             reflected,
             transmitted,
+            coat,
             coated,
-            clear_coat,
             entering,
+            compensation,
             f0,
             f90,
             transmission,
@@ -241,7 +261,7 @@ impl Bsdf {
             perfect_reflection,
             perfect_transmission,
             selection,
-            early_fresnel: if total { 1.0 } else { coat },
+            early_fresnel: if total { 1.0 } else { mirrored },
         }
     }
 
@@ -291,29 +311,36 @@ impl Bsdf {
         if (self.wo.z < COS_MIN) | (cos < COS_MIN) {
             return (NOTHING, NOTHING);
         }
-        let specular = if self.has(FEATURE_GLOSSY) { self.specular(wi) } else { NOTHING };
-        (self.diffuse(wi), specular)
+        let light = if self.compensates() { self.compensation.towards(cos) } else { Towards::NONE };
+        let specular = if self.has(FEATURE_GLOSSY) { self.specular(wi, &light) } else { NOTHING };
+        (self.diffuse(wi, &light), specular)
     }
 
     #[inline(always)]
-    fn diffuse(&self, wi: Vec3) -> Evaluation {
+    fn diffuse(&self, wi: Vec3, light: &Towards) -> Evaluation {
         let cos = num::abs(wi.z);
         let pdf = cosine_hemisphere_pdf(cos);
         let below = wi.z < 0.0;
         let color = if below { self.transmitted } else { self.reflected };
         let share = self.selection(if below { DIFFUSE_TRANSMISSION } else { DIFFUSE_REFLECTION });
-        Evaluation { value: color * (self.coupling(cos) * pdf), pdf: share * pdf }
+        let coupling = if self.compensates() { self.compensation.coupling(light) } else { self.coupling(cos) };
+        Evaluation { value: color * (coupling * pdf), pdf: share * pdf }
     }
 
-    /// What enters and leaves through the coat.
+    #[inline(always)]
+    fn compensates(&self) -> bool {
+        self.has(FEATURE_MULTISCATTER) & self.compensation.needed
+    }
+
+    /// What enters and leaves through the coat, in single scattering.
     #[inline(always)]
     fn coupling(&self, cos_i: f32) -> f32 {
-        if self.coated { self.entering * (self.clear_coat * schlick_complement(cos_i)) } else { 1.0 }
+        if self.coated { self.entering * self.coat.clear(cos_i) } else { 1.0 }
     }
 
     /// The rough specular lobe on the side of `wi`.
     #[inline(always)]
-    fn specular(&self, wi: Vec3) -> Evaluation {
+    fn specular(&self, wi: Vec3, light: &Towards) -> Evaluation {
         let below = wi.z < 0.0;
         let bends = below & !self.thin & self.has(FEATURE_TRANSMISSION);
         let n = self.normal(wi);
@@ -339,6 +366,11 @@ impl Bsdf {
             (0.5 * facet.density * facet.length_squared, 1.0, 1.0)
         };
         let color = if below { self.tint * fresnel.transmitted } else { self.reflectance(cos, &fresnel) };
+        let color = if self.compensates() & !below {
+            color + self.compensation.interreflected(light, schlick_weight(cos))
+        } else {
+            color
+        };
         let choice = if below { self.choose_transmission(&fresnel) } else { self.choose_reflection(&fresnel) };
         Evaluation {
             value: color * (density * facet.masking * scale_value),
@@ -430,6 +462,7 @@ impl Bsdf {
         let weight = if pdf <= 0.0 {
             Vec3::ZERO
         } else if self.selection.diffuse_reflection_end == 1.0 {
+            // of a coat, the specular lobe would have a share
             self.reflected * self.coupling(direction.z)
         } else {
             value * num::recip(pdf)

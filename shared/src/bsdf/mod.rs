@@ -7,27 +7,40 @@
 //!
 //! | lobe | value |
 //! |---|---|
-//! | [`DIFFUSE_REFLECTION`] | `P (1 - d) base / pi (1 - Fs(cos_o)) (1 - Fs(cos_i))`, d the diffuse transmission |
-//! | [`DIFFUSE_TRANSMISSION`] | `P d color / pi (1 - Fs(cos_o)) (1 - Fs(cos_i))` |
-//! | [`SPECULAR_REFLECTION`] | `D G2 (f0 + (f90 - f0)(1 - o.h)^5 + T F) / (4 cos_o cos_i)` |
+//! | [`DIFFUSE_REFLECTION`] | `P (1 - d) base / pi C(cos_o) C(cos_i) / mean C`, d the diffuse transmission |
+//! | [`DIFFUSE_TRANSMISSION`] | `P d color / pi C(cos_o) C(cos_i) / mean C` |
+//! | [`SPECULAR_REFLECTION`] | `D G2 (f0 + (f90 - f0)(1 - o.h)^5 + m I + T F) / (4 cos_o cos_i)` |
 //! | [`SPECULAR_TRANSMISSION`] | `T base (1 - F) D G2 abs(o.h i.h) no^2 / (cos_o cos_i (ni i.h + no o.h)^2)` |
 //!
 //! where D and G2 are GGX with Smith's height-correlated masking (Walter et al. 2007, eq. 33; Heitz 2014, eq. 99; Walter's
-//! eq. 21 for the transmission), F is Fresnel's reflectance of a dielectric, `Fs` Schlick's approximation with
-//! `f0s = ((ior - 1) / (ior + 1))^2` and 1, `f0 = m base + P f0s`, and `f90 = m + P`; with `ior = 1` P has no
+//! eq. 21 for the transmission), F is Fresnel's reflectance of a dielectric, `Fs` Schlick's approximation between
+//! f0s and f90s, `f0 = m base + P f0s` and `f90 = m + P f90s`. With s and k the factor and the colour of
+//! `KHR_materials_specular` (1 without it), `f0s = s min(k ((ior - 1) / (ior + 1))^2, 1)` and f90s = s; with `ior = 1` P has no
 //! specular part (`Fs = 0`, `f90 = m`), and what is left is Lambert's law.
 //!
-//! * The diffuse lobes are coupled to the specular one as in Ashikhmin and Shirley 2000, by the product of what enters
-//!   and what leaves. glTF's own weight `1 - Fs(v.h)` gains energy at grazing angles, up to a factor of nearly 2.
-//!   The coupling knows no roughness: rough plastic darkens at grazing angles, to an albedo below 0.1 at cosine 0.005.
+//! * **Energy is kept** ([`crate::layout::FEATURE_MULTISCATTER`]). The diffuse lobes have what the coat does not reflect:
+//!   C(cos) is one less the albedo of the coat towards the cosine, and its mean is over the hemisphere (Kelemen and Szirmay-Kalos
+//!   2001; Kulla and Conty 2017). Metal returns in its own lobe what single scattering loses: white metal is scaled by
+//!   `g(cos_o) g(cos_i)`, which gives it an albedo of 1 at every angle and is reciprocal; coloured metal has
+//!   `I = K (g(cos_o) g(cos_i) - 1) (base + (1 - base)(1 - o.h)^5)`, where `K = a E / (1 - a (1 - E))` is the colour of more
+//!   than one reflection, a the mean of Schlick's reflectance, `base + (1 - base) / 21`, and E the mean albedo of single
+//!   scattering (Fdez-Aguera 2019). C, E and g are fits ([`albedo`]). So sampling and densities are those of single
+//!   scattering. A white surface returns 0.99 to 1.0005 of the light that reaches it, at every roughness, metalness
+//!   and index (docs/furnace.md).
+//! * Without that feature, C is `1 - Fs(cos)`, its mean counts as 1 (Ashikhmin and Shirley 2000), and I is 0: scattering is
+//!   single. A white metal, seen from above, then keeps 0.99 of the energy at roughness 0.3, 0.92 at 0.5, 0.70 at 0.7, and
+//!   1 - ln 2 = 0.31 at 1, and white plastic less than 0.1 at grazing angles. glTF's own weight `1 - Fs(v.h)` of the diffuse
+//!   lobe gains energy at grazing angles, up to a factor of nearly 2.
+//! * Rough transmission scatters once in either case: docs/furnace.md has what it loses.
 //! * The transmission scales **radiance** by (no / ni)^2, as paths from the camera need; there is no such factor where
 //!   a material is `thin`: then light goes straight through, spread by D as if mirrored at the surface.
-//! * Scattering is single: light that a facet sends to another one is lost. A white conductor, seen from above, keeps
-//!   0.99 of the energy at roughness 0.3, 0.92 at 0.5, 0.70 at 0.7, and 1 - ln 2 = 0.31 at 1.
 //! * Below roughness [`DELTA_BELOW`] the specular lobes are perfect (deltas); so is a transmission lobe that
 //!   refraction makes narrower than [`NARROW_BELOW`], as where the indices of both sides are almost equal.
 //! * A cosine below [`COS_MIN`] counts as zero in value, density and sampling alike.
 
+pub mod albedo;
+mod coat;
+mod compensation;
 mod fresnel;
 mod ggx;
 mod material;
@@ -69,3 +82,7 @@ pub const DELTA_MARKER: f32 = 1.173e-9;
 pub const TRANSMISSION_MARKER: f32 = 9.71e-13;
 /// Occurs where diffuse transmission is compiled in: smaller shares count as none.
 pub const DIFFUSE_TRANSMISSION_MARKER: f32 = 1.307e-7;
+/// Occurs where light that specular lobes lose comes back: 20 / 21, one less the mean of Schlick's weight.
+pub const MULTISCATTER_MARKER: f32 = 0.952_380_95;
+/// Occurs where `KHR_materials_specular` is compiled in: the least share that a coat lets through.
+pub const SPECULAR_MARKER: f32 = 1.411e-11;

@@ -8,7 +8,7 @@ pub const NODE_WORDS: u32 = 4;
 /// Words in a triangle.
 pub const TRIANGLE_WORDS: u32 = 3;
 /// Words in a material.
-pub const MATERIAL_WORDS: u32 = 5;
+pub const MATERIAL_WORDS: u32 = 7;
 /// Words in a triangle's normals, tangents and texture coordinates.
 pub const SHADING_WORDS: u32 = 3;
 /// Words in a material's use of a texture.
@@ -102,6 +102,11 @@ pub const FEATURE_DIFFUSE_TRANSMISSION: u32 = 1 << 9;
 pub const FEATURE_VOLUME: u32 = 1 << 10;
 /// Scene feature: smooth glass without a volume, which light may pass straight.
 pub const FEATURE_CLEAR: u32 = 1 << 11;
+/// Scene feature: specular reflection whose losses come back (multiple scattering). It may be taken from a scene that has
+/// it, to render single scattering.
+pub const FEATURE_MULTISCATTER: u32 = 1 << 12;
+/// Scene feature: specular reflection scaled by factor and colour.
+pub const FEATURE_SPECULAR: u32 = 1 << 14;
 /// The features of a diffuse scene whose lights are triangles.
 pub const FEATURES_DIFFUSE: u32 = FEATURE_EMISSIVE | FEATURE_LIGHT_TABLE;
 /// All features: what a kernel that was not specialised to a scene assumes.

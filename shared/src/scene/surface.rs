@@ -5,9 +5,10 @@ use super::{SceneView, Surface, SurfacePoint};
 use crate::bsdf::Material;
 use crate::geometry::{Hit, Ray};
 use crate::layout::{
-    FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE, FEATURE_GLOSSY, FEATURE_SHADING, FEATURE_TEXTURES,
-    FEATURE_TRANSMISSION, FEATURE_VOLUME, MATERIAL_TWO_SIDED_EMISSION, MATERIAL_VOLUME, MATERIAL_WORDS, NONE,
-    SHADING_WORDS, SLOT_BASE_COLOR, SLOT_EMISSION, SLOT_METALLIC_ROUGHNESS, SLOT_NORMAL, TEXTURE_SLOTS,
+    FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE, FEATURE_GLOSSY, FEATURE_SHADING, FEATURE_SPECULAR,
+    FEATURE_TEXTURES, FEATURE_TRANSMISSION, FEATURE_VOLUME, MATERIAL_TWO_SIDED_EMISSION, MATERIAL_VOLUME,
+    MATERIAL_WORDS, NONE, SHADING_WORDS, SLOT_BASE_COLOR, SLOT_EMISSION, SLOT_METALLIC_ROUGHNESS, SLOT_NORMAL,
+    TEXTURE_SLOTS,
 };
 use crate::num;
 use crate::pack::{decode_unit_vector, xyz};
@@ -134,6 +135,11 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
             material.transmission = f32::from_bits(word.w);
             material.thin = flags & MATERIAL_VOLUME == 0;
         }
+        if self.has(FEATURE_SPECULAR) {
+            let word = self.attribute(at + 6);
+            material.specular_color = xyz(word);
+            material.specular = f32::from_bits(word.w);
+        }
         if self.has(FEATURE_DIFFUSE_TRANSMISSION) {
             let word = self.attribute(at + 3);
             material.diffuse_transmission_color = xyz(word);
@@ -164,43 +170,40 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
         let p: TrianglePoint = self.triangle_point(hit.id, hit.uv);
         let at = self.header.material_base + p.material * MATERIAL_WORDS;
         let flags = self.attribute(at).w;
-        let mut point = SurfacePoint {
-            position: p.position,
-            normal: p.normal,
-            shading_normal: p.normal,
-            offset: p.offset,
-            material: self.material(at, flags),
-            emission: Vec3::ZERO,
-            absorption: Vec3::ZERO,
-        };
         let front = dot(p.normal, ray.direction) < 0.0;
-        let emission = self.attribute(at + 1);
-        if self.has(FEATURE_EMISSIVE) && (front || flags & MATERIAL_TWO_SIDED_EMISSION != 0) {
-            point.emission = xyz(emission);
-        }
-        if self.has(FEATURE_VOLUME) && flags & MATERIAL_VOLUME != 0 {
-            point.absorption = xyz(self.attribute(at + 4));
-        }
+        let word = self.attribute(at + 1);
+        // each a variable of its own: a member of a larger one would be carried with all others through every branch
+        let shines = self.has(FEATURE_EMISSIVE) && (front || flags & MATERIAL_TWO_SIDED_EMISSION != 0);
+        let mut emission = if shines { xyz(word) } else { Vec3::ZERO };
+        let absorbs = self.has(FEATURE_VOLUME) && flags & MATERIAL_VOLUME != 0;
+        let absorption = if absorbs { xyz(self.attribute(at + 4)) } else { Vec3::ZERO };
+        let mut textures = Textures::NONE;
+        let mut shading_normal = p.normal;
+        let textured = self.has(FEATURE_TEXTURES) && word.w != NONE;
         if self.has(FEATURE_SHADING) && self.header.shading_base != NONE {
             let shading = if SHADED {
                 self.shading(hit.id, hit.uv, p.normal)
             } else {
                 Shading { uv: self.uv(hit.id, hit.uv), ..Shading::of(p.normal) }
             };
-            point.shading_normal = shading.normal;
-            if self.has(FEATURE_TEXTURES) && emission.w != NONE {
-                let textures = self.textures(emission.w, shading.uv, if SHADED { TEXTURE_SLOTS } else { SLOT_NORMAL });
-                point.emission *= textures.emission;
-                point.material.base_color *= textures.base_color;
-                point.material.roughness *= textures.metallic_roughness.y;
-                point.material.metallic *= textures.metallic_roughness.z;
-                if SHADED && self.has_texture(emission.w, SLOT_NORMAL) {
+            shading_normal = shading.normal;
+            if textured {
+                textures = self.textures(word.w, shading.uv, if SHADED { TEXTURE_SLOTS } else { SLOT_NORMAL });
+                emission *= textures.emission;
+                if SHADED && self.has_texture(word.w, SLOT_NORMAL) {
                     let scale = f32::from_bits(self.attribute(at + 4).w);
-                    point.shading_normal = self.mapped_normal(&shading, textures.normal, scale);
+                    shading_normal = self.mapped_normal(&shading, textures.normal, scale);
                 }
             }
         }
-        point
+        let mut material = self.material(at, flags);
+        if self.has(FEATURE_TEXTURES) {
+            material.base_color *= textures.base_color;
+            material.roughness *= textures.metallic_roughness.y;
+            material.metallic *= textures.metallic_roughness.z;
+        }
+        let TrianglePoint { position, normal, offset, .. } = p;
+        SurfacePoint { position, normal, shading_normal, offset, material, emission, absorption }
     }
 }
 

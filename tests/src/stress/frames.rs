@@ -137,9 +137,8 @@ fn long_run(buffers: &SceneBuffers, technique: &dyn Technique, frames: u32, seed
 }
 
 /// The same by path tracing.
-fn reference(buffers: &SceneBuffers, Integral { max_depth, jitter }: Integral) -> Vec<Moments> {
-    let settings = PathSettings { max_depth, jitter, ..PathSettings::default() };
-    let render = Render { count: REFERENCE_SAMPLES, ..Render::new(SIZE, settings) };
+fn reference(buffers: &SceneBuffers, integral: Integral) -> Vec<Moments> {
+    let render = Render { count: REFERENCE_SAMPLES, ..Render::new(SIZE, PathSettings::of(integral)) };
     GRID.moments_of(&pictures(buffers, &render, REFERENCE_IMAGES).0)
 }
 

@@ -82,11 +82,14 @@ impl<'a> Stage<'a> {
 
     /// Path tracing with the technique's integral, or the oracle, if that is what the technique is.
     fn reference(&mut self, cell: &Cell) -> Result<Vec<Moments>, Error> {
-        let Integral { max_depth, jitter } = cell.technique.integral();
-        let path: Box<dyn Technique> = PathSettings { max_depth, jitter, ..PathSettings::default() }.into();
+        let integral = cell.technique.integral();
+        let Integral { max_depth, jitter, multiscatter } = integral;
+        let path: Box<dyn Technique> = PathSettings::of(integral).into();
         let is_itself = *path == *cell.technique;
         let by = if is_itself { "oracle" } else { "reference" };
-        let name = format!("{by}-{max_depth}{}", if jitter { "-jitter" } else { "" });
+        let [jitter, single] =
+            [(jitter, "-jitter"), (!multiscatter, "-single")].map(|(on, name)| if on { name } else { "" });
+        let name = format!("{by}-{max_depth}{jitter}{single}");
         if let Some(known) = self.references.get(&name) {
             return Ok(known.clone());
         }

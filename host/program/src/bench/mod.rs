@@ -255,7 +255,8 @@ mod tests {
     use std::sync::OnceLock;
     use table::Setup;
 
-    const PICTURE: Picture = Picture { size: [16; 2], integral: Integral { max_depth: 4, jitter: false } };
+    const PICTURE: Picture =
+        Picture { size: [16; 2], integral: Integral { max_depth: 4, jitter: false, multiscatter: true } };
 
     /// A small benchmark of the furnace; it is run once.
     pub(super) fn furnace() -> SceneResult {

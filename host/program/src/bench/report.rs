@@ -36,8 +36,9 @@ pub(crate) fn markdown(report: &Report<'_>) -> String {
 }
 
 fn heading(setup: &Setup) -> String {
-    let Integral { max_depth, jitter } = setup.picture.integral;
+    let Integral { max_depth, jitter, multiscatter } = setup.picture.integral;
     let pixel = if jitter { "spread over the pixel" } else { "through the pixel's centre" };
+    let scattering = if multiscatter { "" } else { ", specular lobes of single scattering" };
     format!(
         "# Error against run time\n\n{}\n\
          Errors are over all values (three a pixel), against a reference whose own noise was subtracted from MSE and \
@@ -46,7 +47,7 @@ fn heading(setup: &Setup) -> String {
          measured, and refused from {:.0} % of noise on, as is the slope. Restarts are \
          interleaved; each makes as many images of every number of samples as together have the samples of the largest, all \
          with seeds of their own. Times are medians; `±` is half of a 95 % interval.\n",
-        setup.markdown(&format!(", paths of up to {max_depth} segments, {pixel}")),
+        setup.markdown(&format!(", paths of up to {max_depth} segments, {pixel}{scattering}")),
         100.0 * LARGEST_SHARE,
         100.0 * LARGEST_DOUBT,
         100.0 * SMALL_SHARE,

@@ -8,7 +8,8 @@ use std::time::Duration;
 use restir::output::{check_writable, write_atomically};
 use restir::reference::{FIRST_SEED, Goal, Picture};
 use restir::render::{self, Render};
-use restir::{Error, buffers::SceneBuffers, exec::Executor, input, technique, technique::Repeats};
+use restir::technique::{self, Integral, Repeats};
+use restir::{Error, buffers::SceneBuffers, exec::Executor, input};
 
 use super::reference::{Cache, PictureArguments};
 use super::{console, device, interrupt, progress::reported, render::natural, require, technique::configured};
@@ -114,9 +115,9 @@ fn matrix(arguments: &Arguments) -> Result<Matrix, Error> {
     Ok(matrix)
 }
 
-/// What is measured: without --max-depth as a technique has it that knows paths of one length only.
+/// What is measured: at the centres of pixels, which techniques with reservoirs keep, unless --jitter is given; without --max-depth as a technique has it that knows paths of one length only.
 fn picture(arguments: &Arguments) -> Result<Picture, Error> {
-    let mut picture = arguments.picture.measured()?;
+    let mut picture = arguments.picture.measured(false)?;
     for text in arguments.techniques.iter().filter(|_| arguments.picture.max_depth.is_none()) {
         let technique = technique::named(text.split(':').next().unwrap_or_default())?;
         if technique.value("max_depth").is_none() {
@@ -131,10 +132,11 @@ fn technique(text: &str, picture: Picture) -> Result<Technique, Error> {
     let (name, changes) = text.split_once(':').unwrap_or((text, ""));
     let changes = changes.split(',').filter(|change| !change.is_empty()).map(str::to_owned);
     let (last, changes): (Vec<String>, Vec<String>) = changes.partition(|change| change == LAST_FRAME);
-    let technique = configured(name, &changes, Some(picture.integral.max_depth), picture.integral.jitter)?;
+    let Integral { max_depth, jitter, .. } = picture.integral;
+    let technique = configured(name, &changes, Some(max_depth), Some(jitter))?;
     let problem = format_args!(
-        "the technique {text} has a depth or jitter of its own, so that errors cannot be compared; give --max-depth or \
-         --jitter to all"
+        "the technique {text} has a depth, jitter or multiscatter of its own, so that errors cannot be compared; give --max-depth, \
+         --jitter or --no-jitter to all"
     );
     require(technique.integral() == picture.integral, problem)?;
     let problem = format_args!("the technique {name} has no last frame; leave {LAST_FRAME} out");
@@ -270,10 +272,9 @@ fn judge(name: &str, changes: &[Change]) -> Result<(), Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use restir::technique::Integral;
 
     fn picture(max_depth: u32, jitter: bool) -> Picture {
-        Picture { size: [8; 2], integral: Integral { max_depth, jitter } }
+        Picture { size: [8; 2], integral: Integral { max_depth, jitter, multiscatter: true } }
     }
 
     #[test]

@@ -53,7 +53,7 @@ impl FromStr for Pixel {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let Arguments { technique: options, picture, pixel: Pixel { x, y }, .. } = arguments;
-    let technique = configured(&options.name, &options.settings, picture.max_depth, picture.jitter)?;
+    let technique = configured(&options.name, &options.settings, picture.max_depth, picture.within_pixel.jitter())?;
     let given = [
         ("--sample", arguments.sample.is_some(), Repeats::Samples),
         ("--frames", options.frames.is_some(), Repeats::Frames),

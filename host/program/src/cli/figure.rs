@@ -20,7 +20,7 @@ const MAX_RESTARTS: u32 = 4096;
 const MAX_FRAMES: u32 = 4096;
 const REFERENCE_SECONDS: u64 = 150;
 /// What all figures show: direct light at the centres of pixels.
-const DIRECT: Integral = Integral { max_depth: 2, jitter: false };
+const DIRECT: Integral = Integral { max_depth: 2, jitter: false, multiscatter: true };
 /// Frames of `seed002-fig1` that do not count.
 const UNCOUNTED: u32 = 16;
 

@@ -53,6 +53,7 @@ pub(super) fn of_reference(scene: &str, integral: Integral, reference: &Referenc
         ("samples", reference.samples().to_string()),
         ("max_depth", integral.max_depth.to_string()),
         ("jitter", integral.jitter.to_string()),
+        ("multiscatter", integral.multiscatter.to_string()),
         ("dropped_samples", reference.dropped_samples().to_string()),
         ("version", env!("CARGO_PKG_VERSION").to_owned()),
         ("commit", env!("RESTIR_COMMIT").to_owned()),

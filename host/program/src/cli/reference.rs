@@ -10,6 +10,7 @@ use restir::{Error, buffers::SceneBuffers, exec::Executor, image::write_exr, out
 
 use super::render::{Size, natural};
 use super::scene::{Additions, refuse_overwriting};
+use super::technique::PixelArguments;
 use super::{console, device, interrupt, metadata, progress::reported, require};
 
 /// The size of what is measured: small, so that references are good.
@@ -48,9 +49,8 @@ pub(super) struct PictureArguments {
     /// Longest path in segments; 8 if not given.
     #[arg(long, alias = "depth", value_parser = natural::<u32>, allow_hyphen_values = true)]
     pub(super) max_depth: Option<u32>,
-    /// Spread the samples over the pixel instead of its centre.
-    #[arg(long)]
-    pub(super) jitter: bool,
+    #[command(flatten)]
+    pub(super) within_pixel: PixelArguments,
     #[command(flatten)]
     pub(super) additions: Additions,
 }
@@ -69,10 +69,12 @@ impl PictureArguments {
         self.size.map_or(Ok(default), Size::sides)
     }
 
-    /// What is measured.
-    pub(super) fn measured(&self) -> Result<Picture, Error> {
-        let max_depth = self.max_depth.unwrap_or(PathSettings::default().integral().max_depth);
-        let integral = Integral { max_depth, jitter: self.jitter };
+    /// What is measured; `jitter` unless it was asked for.
+    pub(super) fn measured(&self, jitter: bool) -> Result<Picture, Error> {
+        let path = PathSettings::default().integral();
+        let max_depth = self.max_depth.unwrap_or(path.max_depth);
+        let jitter = self.within_pixel.jitter().unwrap_or(jitter);
+        let integral = Integral { max_depth, jitter, ..path };
         Ok(Picture { size: self.size(MEASURED_SIZE)?, integral })
     }
 
@@ -93,7 +95,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     require(!same, format_args!("--output and --error name the same file; give each its own"))?;
     require(arguments.spp > 0, format_args!("0 samples a pixel make no reference; give at least 1"))?;
     interrupt::install()?;
-    let picture = arguments.picture.measured()?;
+    let picture = arguments.picture.measured(PathSettings::default().jitter)?;
     let (scene, buffers) = arguments.picture.load(&arguments.scene, picture.size)?;
     reference::check(&buffers, picture)?;
     let mut device = device::open(&arguments.device)?;

@@ -13,7 +13,7 @@ use restir::tonemap::{Operator, Tone};
 use restir::{Error, buffers::SceneBuffers, exec::Executor, memory, output::check_writable, technique::Repeats};
 
 use super::scene::{Additions, DEFAULT_SIZE, refuse_overwriting};
-use super::technique::{TechniqueArguments, configured, refuse_unused};
+use super::technique::{PixelArguments, TechniqueArguments, configured, refuse_unused};
 use super::{console, device, interrupt, metadata, progress::reported, require};
 
 /// Stops either way: more would leave the range of floats.
@@ -55,9 +55,8 @@ pub(super) struct Arguments {
     /// Image size in pixels, as WIDTHxHEIGHT; the scene's or 512x512 if not given.
     #[arg(long, allow_hyphen_values = true)]
     size: Option<Size>,
-    /// Spread the samples over the pixel instead of its centre.
-    #[arg(long)]
-    jitter: bool,
+    #[command(flatten)]
+    pixel: PixelArguments,
     #[command(flatten)]
     device: device::DeviceArguments,
 }
@@ -66,7 +65,7 @@ pub(super) struct Arguments {
 fn render_of(arguments: &Arguments, scene: &Scene) -> Result<Render, Error> {
     let size = arguments.size.map_or(Ok(scene.default_size.unwrap_or(DEFAULT_SIZE)), Size::sides)?;
     let options = &arguments.technique;
-    let technique = configured(&options.name, &options.settings, arguments.max_depth, arguments.jitter)?;
+    let technique = configured(&options.name, &options.settings, arguments.max_depth, arguments.pixel.jitter())?;
     let about = technique.about();
     let given = [
         ("--spp", arguments.spp.is_some(), Repeats::Samples),

@@ -37,20 +37,39 @@ pub(super) fn names() -> PossibleValuesParser {
     PossibleValuesParser::new(values.collect::<Vec<_>>())
 }
 
-/// A technique with settings, and with the integral that the options --max-depth and --jitter ask for.
+/// Where camera rays go through a pixel.
+#[derive(clap::Args)]
+pub(super) struct PixelArguments {
+    /// Spread the samples over the area of the pixel.
+    #[arg(long)]
+    jitter: bool,
+    /// Send all samples through the centre of the pixel.
+    #[arg(long, conflicts_with = "jitter")]
+    no_jitter: bool,
+}
+
+impl PixelArguments {
+    /// What was asked for, if anything was.
+    pub(super) fn jitter(&self) -> Option<bool> {
+        (self.jitter || self.no_jitter).then_some(self.jitter)
+    }
+}
+
+/// A technique with settings, and with the integral that the options --max-depth, --jitter and --no-jitter ask for.
 pub(super) fn configured(
     name: &str,
     settings: &[String],
     max_depth: Option<u32>,
-    jitter: bool,
+    jitter: Option<bool>,
 ) -> Result<Box<dyn Technique>, Error> {
     let mut technique = technique::named(name)?;
     configure(technique.as_mut(), settings)?;
     if let Some(depth) = max_depth.filter(|&depth| depth != technique.integral().max_depth) {
         set_by_option(technique.as_mut(), settings, "--max-depth", ["max_depth", &depth.to_string()])?;
     }
-    if jitter && !technique.integral().jitter {
-        set_by_option(technique.as_mut(), settings, "--jitter", ["jitter", "on"])?;
+    if let Some(jitter) = jitter.filter(|&jitter| jitter != technique.integral().jitter) {
+        let [option, value] = if jitter { ["--jitter", "on"] } else { ["--no-jitter", "off"] };
+        set_by_option(technique.as_mut(), settings, option, ["jitter", value])?;
     }
     Ok(technique)
 }

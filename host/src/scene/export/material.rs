@@ -55,6 +55,12 @@ impl Document {
         }
         // Absent, it is not that of `plain`.
         put("KHR_materials_ior", json!({ "ior": material.ior }));
+        let specular = |material: &Material| (material.specular, material.specular_color);
+        if specular(material) != specular(&plain) {
+            let members =
+                json!({ "specularFactor": material.specular, "specularColorFactor": material.specular_color });
+            put("KHR_materials_specular", members);
+        }
         if material.transmission != plain.transmission {
             put("KHR_materials_transmission", json!({ "transmissionFactor": material.transmission }));
         }
@@ -91,10 +97,11 @@ fn check(material: &Material) -> Result<(), Problem> {
         material.roughness,
         material.normal_scale,
         material.ior,
+        material.specular,
         material.transmission,
         material.diffuse_transmission,
     ];
-    let colors = [material.base_color, material.emission, material.diffuse_transmission_color];
+    let colors = [material.base_color, material.emission, material.specular_color, material.diffuse_transmission_color];
     let interior = material.volume.map_or([1.0; 3], |volume| volume.attenuation_color);
     let all = scalars.iter().chain(colors.as_flattened()).chain(&interior);
     if all.copied().all(f32::is_finite) { Ok(()) } else { Err("one of its factors is not finite".to_owned()) }

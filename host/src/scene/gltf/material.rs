@@ -119,9 +119,22 @@ impl Importer<'_> {
             self.warn_if(volume.thickness_texture.is_some(), "its thickness texture is ignored");
             material.volume = (volume.thickness_factor.0 > 0.0).then(|| self.volume(volume));
         }
+        if let Some(specular) = &extensions.specular {
+            self.set_specular(material, specular);
+        }
         if let Some(ior) = &extensions.ior {
             self.set_ior(material, ior.ior.0);
         }
+    }
+
+    fn set_specular(&mut self, material: &mut Material, specular: &json::extensions::material::Specular) {
+        material.specular = self.unit("specular factor", [specular.specular_factor.0])[0];
+        material.specular_color = specular.specular_color_factor.0;
+        let textured = specular.specular_texture.is_some() || specular.specular_color_texture.is_some();
+        self.warn_if(textured, "its textures of specular reflection are ignored");
+        let scaled = material.specular != 1.0 || material.specular_color != [1.0; 3];
+        let warning = "its specular factor and colour do not scale what its transmitting part reflects";
+        self.warn_if(scaled && material.transmission > 0.0, warning);
     }
 
     fn volume(&mut self, volume: &json::extensions::material::Volume) -> Volume {
@@ -156,9 +169,11 @@ impl Importer<'_> {
 
 /// What no clamping can correct.
 fn check(material: &Material) -> Result<(), Problem> {
-    let Material { emission, ior, normal_scale, volume, .. } = material;
+    let Material { emission, ior, specular_color, normal_scale, volume, .. } = material;
     let possible = emission.iter().all(|channel| channel.is_finite() && *channel >= 0.0);
     ensure!(possible, "it emits {emission:?}, which is not a radiance");
+    let possible = specular_color.iter().all(|channel| channel.is_finite() && *channel >= 0.0);
+    ensure!(possible, "its specular colour is {specular_color:?}, which is not a reflectance");
     ensure!(ior.is_finite(), "its index of refraction is {ior}");
     ensure!(normal_scale.is_finite(), "the scale of its normal texture is {normal_scale}");
     let distance = volume.map_or(f32::INFINITY, |volume| volume.attenuation_distance);

@@ -19,12 +19,22 @@ crate::settings! {
         /// Russian roulette from the fourth segment on.
         roulette: bool = false;
         /// Samples are spread over the pixel instead of going through its centre.
-        jitter: bool = false;
+        jitter: bool = true;
+        /// The light that rough specular lobes lose in single scattering comes back.
+        multiscatter: bool = true;
         /// Longest path: 1 is directly visible emission, 2 adds direct light.
         max_depth: u32 = 8, in 1..=MAX_DEPTH, unit "segments";
         /// Most samples of a pixel in one dispatch, rounded down to a power of two; off leaves it to the size of the image.
         /// It does not change the image.
         dispatch_samples: Option<u32> = None, unit "samples";
+    }
+}
+
+impl PathSettings {
+    /// The reference of all techniques that have this integral.
+    pub fn of(integral: Integral) -> Self {
+        let Integral { max_depth, jitter, multiscatter } = integral;
+        Self { max_depth, jitter, multiscatter, ..Self::default() }
     }
 }
 
@@ -44,7 +54,7 @@ impl Technique for PathSettings {
     }
 
     fn integral(&self) -> Integral {
-        Integral { max_depth: self.max_depth, jitter: self.jitter }
+        Integral { max_depth: self.max_depth, jitter: self.jitter, multiscatter: self.multiscatter }
     }
 
     fn check(&self, _scene: &SceneBuffers, _render: &Render) -> Result<(), Error> {

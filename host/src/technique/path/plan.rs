@@ -2,6 +2,7 @@
 
 use super::PathSettings;
 use crate::plan::{ARENAS, Buffer, FramePlan, Pass};
+use crate::technique::Technique;
 use crate::{Error, buffers::SceneBuffers, film::Film, render::Render};
 use restir_kernels::path::path;
 use restir_shared::film::MAX_BLOCK_LOG2;
@@ -79,7 +80,7 @@ impl Passes<'_> {
             reserved: 0,
         };
         let bound = [ARENAS.as_slice(), &[("film", plane)]].concat();
-        Some(Pass::new(&path::DESC, &[("features", self.scene.features)], &params, &bound))
+        Some(Pass::new(&path::DESC, &[("features", settings.integral().features(self.scene))], &params, &bound))
     }
 }
 

@@ -62,7 +62,7 @@ mod tests {
     use restir_shared::technique::path;
 
     fn settings(roulette: bool) -> Render {
-        let path = PathSettings { max_depth: 8, jitter: true, roulette, ..PathSettings::default() };
+        let path = PathSettings { roulette, ..PathSettings::default() };
         Render { seed: 5, ..Render::new([12, 10], path) }
     }
 

@@ -77,7 +77,7 @@ pub fn genealogy(
 ) -> Result<Vec<Generation>, Error> {
     check(settings, scene, render)?;
     place.check(render)?;
-    let mut follower = Follower::new(scene);
+    let mut follower = Follower::new(scene, render);
     let mut passes = Vec::new();
     render::render(executor, scene, render, &mut |step| {
         passes.extend(follower.follow(step)?);

@@ -52,7 +52,7 @@ pub fn render_with_layers(
     let bytes =
         2 * render.technique.plan(scene, render).bytes() + 64 * u64::from(render.width) * u64::from(render.height);
     memory::check(bytes, "this render with layers", "choose a smaller size")?;
-    let mut follower = Follower::new(scene);
+    let mut follower = Follower::new(scene, render);
     let mut ages = BTreeMap::new();
     let mut last = None;
     let rendered = render::render(executor, scene, render, &mut |step| {

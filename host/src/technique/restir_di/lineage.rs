@@ -2,7 +2,7 @@
 //! can be replayed natively, whatever executor ran it.
 
 use crate::plan::{BufferId, Pass};
-use crate::{Error, buffers::SceneBuffers, exec::Step, replay::TwoFrames};
+use crate::{Error, buffers::SceneBuffers, exec::Step, render::Render, replay::TwoFrames};
 use restir_kernels::restir_di::{di_combine, di_initial, di_primary, di_tiles};
 use restir_shared::scene::{Frames, LightAddress};
 use restir_shared::technique::restir_di::{self as di, DiParams, Flags, PackedHit, PackedReservoir, TileWords};
@@ -92,6 +92,7 @@ impl ReservoirPass {
 /// Follows the reservoirs of a render from pass to pass.
 pub(super) struct Follower {
     frames: Arc<TwoFrames>,
+    features: u32,
     hits: BTreeMap<BufferId, Arc<[PackedHit]>>,
     reservoirs: BTreeMap<BufferId, Reservoirs>,
     tiles: Arc<[TileWords]>,
@@ -100,9 +101,10 @@ pub(super) struct Follower {
 }
 
 impl Follower {
-    pub(super) fn new(scene: &SceneBuffers) -> Self {
-        let frames = Arc::new(TwoFrames::still(scene));
-        Self { frames, hits: BTreeMap::new(), reservoirs: BTreeMap::new(), tiles: [].into(), passes: 0 }
+    pub(super) fn new(scene: &SceneBuffers, render: &Render) -> Self {
+        let features = render.technique.integral().features(scene);
+        let frames = Arc::new(TwoFrames::still(scene, features));
+        Self { frames, features, hits: BTreeMap::new(), reservoirs: BTreeMap::new(), tiles: [].into(), passes: 0 }
     }
 
     /// The passes whose reservoirs are still in some plane.
@@ -116,7 +118,7 @@ impl Follower {
     /// What a GPU reports, and [`Error::Kernel`] if a pass reads a plane that no step before has made.
     pub(super) fn follow(&mut self, step: &Step<'_>) -> Result<Option<ReservoirPass>, Error> {
         if let Some(scenes) = step.pass.frame.as_ref().and_then(|frame| frame.scenes.clone()) {
-            self.frames = Arc::new(TwoFrames::new(scenes));
+            self.frames = Arc::new(TwoFrames::new(scenes, self.features));
         }
         let (pass, name) = (step.pass, step.pass.kernel.name);
         if name == di_tiles::DESC.name {

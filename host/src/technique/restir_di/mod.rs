@@ -43,7 +43,7 @@ impl Technique for DiSettings {
     }
 
     fn integral(&self) -> Integral {
-        Integral { max_depth: DEPTH, jitter: self.jitter }
+        Integral { max_depth: DEPTH, jitter: self.jitter, multiscatter: self.multiscatter }
     }
 
     fn check(&self, scene: &SceneBuffers, render: &Render) -> Result<(), Error> {

@@ -2,6 +2,7 @@
 
 use super::{DiSettings, Temporal, Tiles};
 use crate::plan::{ARENAS, Buffer, BufferId, FramePlan, Pass};
+use crate::technique::Technique;
 use crate::{Error, buffers::SceneBuffers, film::Film, moments::Moments, render::Render};
 use bytemuck::Pod;
 use restir_kernels::{KernelDesc, restir_di as di};
@@ -223,7 +224,7 @@ impl Passes<'_> {
         planes: &[(&str, BufferId)],
         flags: Flags,
     ) {
-        let constants = [("features", self.scene.features), ("settings", flags.bits())];
+        let constants = [("features", self.settings.integral().features(self.scene)), ("settings", flags.bits())];
         let bound = [planes, &self.planes.of_frame(self.frame)].concat();
         self.queue.push_back(Pass::new(kernel, &constants, params, &bound));
     }

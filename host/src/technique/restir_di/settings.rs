@@ -163,8 +163,11 @@ settings! {
         /// Light passes straight through clear glass (smooth, transmitting, without a volume), up to 12 sheets of it, and is
         /// tinted; otherwise everything occludes. It costs nothing in a scene without.
         transmittance: bool = true;
-        /// Camera rays are spread over the pixel.
+        /// Camera rays are spread over the pixel. Without, a still view has the same rays in every frame, which reuse over time
+        /// lives on.
         jitter: bool = false;
+        /// The light that rough specular lobes lose in single scattering comes back.
+        multiscatter: bool = true;
     }
     presets {
         "biased-2020" => Self { mis: Mis::ONE_OVER_M, neighbours: 5, spatial: 2, ..Self::published() },
