@@ -11,6 +11,7 @@ pub mod features;
 pub mod flush;
 pub mod foreign;
 pub mod gltf_files;
+pub mod gltf_motion;
 pub mod liveness;
 pub mod lockstep;
 pub mod meshes;

@@ -3,15 +3,9 @@
 use libtest_mimic::{Arguments, Failed, Trial};
 use restir_host::buffers::SceneBuffers;
 use restir_host::scene::{Mesh, Scene, builtin, export, gltf};
+use restir_tests::gltf_motion::imported as import;
 use restir_tests::{data, gltf_files};
 use std::sync::Arc;
-
-fn import(name: &str, file: &[u8]) -> Result<Scene, Failed> {
-    let folder = tempfile::tempdir()?;
-    let path = folder.path().join(format!("{name}.glb"));
-    std::fs::write(&path, file)?;
-    Ok(gltf::load(&path)?)
-}
 
 /// The generated file of a name.
 fn embedded(wanted: &str) -> Result<Scene, Failed> {
