@@ -416,6 +416,8 @@ const ARM: [Key<3>; 2] =
     [(0.0, [0.0; 3], [0.2, 0.3, 0.0], [0.5, 2.0, 0.0]), (1.5, [0.0, -1.0, 0.3], [0.3, 0.9, 0.1], [0.0; 3])];
 /// Of the sign: from each time on.
 const SIZES: [(f64, [f64; 3]); 2] = [(0.0, [1.0, 1.0, 1.0]), (0.5, [0.5, 1.5, 1.0])];
+/// Of the light, in front of the sign.
+const LAMP: DVec3 = DVec3::new(0.125, 0.125, 0.25);
 const CAMERA: [(f64, f64); 2] = [(0.0, 0.0), (2.0, 1.2)];
 const PAN: [(f64, f64); 2] = [(0.0, 0.0), (2.0, 0.3)];
 
@@ -432,11 +434,10 @@ fn animated() -> Vec<u8> {
     let [arm, sign] = [mesh("arm"), mesh("sign")];
     file.document["extensions"] =
         json!({ "KHR_lights_punctual": { "lights": [{ "type": "point", "intensity": 0.4 }] } });
-    let sign = file.add(
-        "nodes",
-        json!({ "name": "sign", "mesh": sign, "translation": [0.0, 0.3, 0.1],
-        "extensions": { "KHR_lights_punctual": { "light": 0 } } }),
-    );
+    let lamp = json!({ "translation": LAMP.to_array(), "extensions": { "KHR_lights_punctual": { "light": 0 } } });
+    let lamp = file.add("nodes", lamp);
+    let sign = json!({ "name": "sign", "mesh": sign, "translation": [0.0, 0.3, 0.1], "children": [lamp] });
+    let sign = file.add("nodes", sign);
     let arm = file.add("nodes", json!({ "name": "arm", "mesh": arm, "children": [sign] }));
     let table = file.add("nodes", json!({ "name": "table", "translation": [0.0, 0.0, 0.2], "children": [arm] }));
     let turns: Vec<f32> = TABLE.iter().flat_map(|key| turn(DVec3::Y, key.1)).collect();
@@ -473,6 +474,6 @@ fn animated_at(time: f64, mistake: Option<Mistake>) -> Moved {
     Moved {
         meshes: vec![("arm", placed(arm)), ("sign", placed(sign))],
         camera: Some([position, DVec3::new(-angle.sin(), 0.0, -angle.cos())]),
-        light: Some(sign.transform_point3(DVec3::ZERO)),
+        light: Some(sign.transform_point3(LAMP)),
     }
 }

@@ -46,7 +46,7 @@ impl Document {
         } else if let Some(carrier) = carrier(rig, Part::Instance(number)) {
             self.carry(carrier, "mesh", json!(mesh))
         } else if let Some(motion) = motion_of(scene, number) {
-            self.add_motion(motion, node, &transform).map(drop)
+            self.add_motion(motion, node, &transform)
         } else {
             self.add_node(node, &transform).map(drop)
         }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use glam::{DAffine3, DVec3};
+use glam::DAffine3;
 use serde_json::{Value, json};
 
 use super::{Document, Problem};
@@ -109,25 +109,23 @@ impl Document {
         self.add("channels", json!({ "sampler": sampler, "target": { "node": track.node, "path": path } }));
     }
 
-    /// Adds a node that moves an instance as a motion does, and one within it that has the rest of the instance's
-    /// transform, which it gives.
-    pub(super) fn add_motion(&mut self, motion: &Motion, node: Value, transform: &DAffine3) -> Result<usize, Problem> {
-        let translation = |pose: DVec3| (transform.translation + pose).as_vec3().to_array();
-        let outer = self.add("nodes", json!({ "name": node["name"], "translation": translation(DVec3::ZERO) }));
-        let track = |property, values| Track {
-            node: outer,
-            property,
-            interpolation: Interpolation::Linear,
-            times: motion.keys.iter().map(|key| key.time as f32).collect(),
-            values,
-        };
-        let translations = motion.keys.iter().flat_map(|key| translation(key.translation)).collect();
-        let rotations = motion.keys.iter().flat_map(|key| key.rotation.to_array().map(|x| x as f32)).collect();
-        self.add_track(&track(Property::Translation, translations));
-        self.add_track(&track(Property::Rotation, rotations));
+    /// Adds nodes within each other that move an instance as a motion does: moved, where it rests, turned, and the rest of its
+    /// transform.
+    pub(super) fn add_motion(&mut self, motion: &Motion, node: Value, transform: &DAffine3) -> Result<(), Problem> {
+        let moved = self.add("nodes", json!({ "name": node["name"] }));
+        let at_rest = self.add_node(json!({}), &DAffine3::from_translation(transform.translation))?;
+        let turned = self.add("nodes", json!({}));
         let inner = self.add_node(node, &DAffine3::from_mat3(transform.matrix3))?;
-        self.add_child(outer, inner);
-        Ok(inner)
+        [moved, at_rest, turned, inner].windows(2).for_each(|pair| self.add_child(pair[0], pair[1]));
+        let mut add = |node: usize, property: Property, values: Vec<f64>| {
+            let times = motion.keys.iter().map(|key| key.time as f32).collect();
+            let values = values.into_iter().map(|x| x as f32).collect();
+            self.add_track(&Track { node, property, interpolation: Interpolation::Linear, times, values });
+        };
+        let keys = || motion.keys.iter();
+        add(moved, Property::Translation, keys().flat_map(|key| key.translation.to_array()).collect());
+        add(turned, Property::Rotation, keys().flat_map(|key| key.rotation.to_array()).collect());
+        Ok(())
     }
 
     /// Writes the reference to a part of the scene into the node that carries it, or into one within that if it has another
