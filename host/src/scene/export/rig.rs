@@ -92,11 +92,10 @@ impl Document {
     }
 
     fn add_track(&mut self, track: &Track) {
-        let (path, kind) = match track.property {
-            Property::Translation => ("translation", "VEC3"),
-            Property::Rotation => ("rotation", "VEC4"),
-            Property::Scale => ("scale", "VEC3"),
-            Property::Weights => ("weights", "SCALAR"),
+        let kind = match track.property {
+            Property::Translation | Property::Scale => "VEC3",
+            Property::Rotation => "VEC4",
+            Property::Weights => "SCALAR",
         };
         let interpolation = match track.interpolation {
             Interpolation::Step => "STEP",
@@ -106,7 +105,10 @@ impl Document {
         let (input, output) = (self.add_floats(&track.times, "SCALAR"), self.add_floats(&track.values, kind));
         let sampler =
             self.add("samplers of tracks", json!({ "input": input, "output": output, "interpolation": interpolation }));
-        self.add("channels", json!({ "sampler": sampler, "target": { "node": track.node, "path": path } }));
+        self.add(
+            "channels",
+            json!({ "sampler": sampler, "target": { "node": track.node, "path": track.property.name() } }),
+        );
     }
 
     /// Adds nodes within each other that move an instance as a motion does: moved, where it rests, turned, and the rest of its

@@ -13,13 +13,6 @@ impl Rig {
     /// Whether [`Self::pose`] can pose the scene.
     pub(in crate::scene) fn check(&self, scene: &Scene) -> Result<(), Problem> {
         (0..self.nodes.len()).try_for_each(|node| self.check_node(node))?;
-        let mut changed = BTreeSet::new();
-        for track in &self.tracks {
-            let name = self.node_name(track.node)?;
-            let first = changed.insert((track.node, track.property));
-            ensure!(first, "the {:?} of node {name} has two tracks; keep one", track.property);
-            self.check_track(track).map_err(|problem| format!("the {:?} of node {name}: {problem}", track.property))?;
-        }
         self.check_attachments(scene)?;
         for skin in &self.skins {
             let (joints, matrices) = (skin.joints.len(), skin.inverse_bind.len());
@@ -39,6 +32,12 @@ impl Rig {
             let mesh = scene.meshes.get(index).ok_or_else(|| format!("mesh {index} deforms, but does not exist"))?;
             ensure!(meshes.insert(index), "mesh {:?} deforms in two ways; keep one", mesh.name);
             self.check_deformation(deformation, mesh).map_err(|problem| format!("mesh {:?}: {problem}", mesh.name))?;
+        }
+        let mut changed = BTreeSet::new();
+        for track in &self.tracks {
+            let subject = format!("the {} of node {}", track.property.name(), self.node_name(track.node)?);
+            ensure!(changed.insert((track.node, track.property)), "{subject} has two tracks; keep one");
+            self.check_track(track).map_err(|problem| format!("{subject}: {problem}"))?;
         }
         Ok(())
     }

@@ -44,6 +44,16 @@ pub enum Interpolation {
 }
 
 impl Property {
+    /// As glTF names it.
+    pub(in crate::scene) fn name(self) -> &'static str {
+        match self {
+            Self::Translation => "translation",
+            Self::Rotation => "rotation",
+            Self::Scale => "scale",
+            Self::Weights => "weights",
+        }
+    }
+
     /// How many numbers a value has, at a node with so many morph targets.
     pub(super) fn width(self, targets: usize) -> usize {
         match self {
