@@ -40,11 +40,10 @@ pub(super) struct Additions {
     /// from glTF.
     #[arg(long, value_name = "DISTANCE", allow_hyphen_values = true)]
     focus_distance: Option<f64>,
-    /// Show the scene as at this time of its animation, in seconds of a glTF file and in frames of a built-in scene; frames
-    /// go on from there.
+    /// Show the scene as at this time of its animation, in seconds (of `moving` in frames); frames go on from there.
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     time: Option<f64>,
-    /// Frames in a unit of that time; 24 a second of a glTF file if not given.
+    /// Frames a second of the animation; 24 of a glTF file if not given.
     #[arg(long, value_name = "RATE", allow_hyphen_values = true)]
     frame_rate: Option<f64>,
     /// Split each triangle in 4^LEVELS of the same plane: the same picture at more cost. What deforms stays as it is.
