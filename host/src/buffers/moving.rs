@@ -165,7 +165,7 @@ fn difference(a: &Scene, b: &Scene) -> Option<&'static str> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Instance, builtin};
+    use crate::scene::{Instance, Interpolation, Property, Track, builtin};
     use restir_shared::layout::{LIGHT_PUNCTUAL, LIGHT_TRIANGLE};
 
     fn moving() -> (Scene, SceneBuffers) {
@@ -224,6 +224,28 @@ mod tests {
         assert_eq!(gone.len(), 3);
         assert_eq!(before.iter().filter(|key| key[0] == LIGHT_PUNCTUAL).count(), 2);
         assert!(before.windows(2).all(|pair| pair[0] < pair[1]) && before[0][0] == LIGHT_TRIANGLE);
+    }
+
+    /// What has no size at first is there, and shines, as soon as it has one.
+    #[test]
+    fn triangles_lose_their_area_and_get_it_back() {
+        let mut scene = builtin::scene("toys").expect("built in");
+        let rig = &mut scene.animation.rig;
+        let node = rig.nodes.iter().position(|node| node.name == "mast").expect("of the carousel");
+        let values = [[0.0; 3], [1.0; 3], [0.0; 3]].as_flattened().to_vec();
+        let (property, interpolation, times) = (Property::Scale, Interpolation::Step, vec![0.0, 1.0, 2.0]);
+        rig.tracks.push(Track { node, property, interpolation, times, values });
+        scene.animation.frame_rate = 1.0;
+        let first = SceneBuffers::build(&scene).expect("builds");
+        let [hidden, shown, gone] = [0.0, 1.0, 2.0].map(|frame| first.at(frame).expect("moves"));
+        assert_eq!(hidden.stats().triangles, shown.stats().triangles);
+        assert_eq!([&hidden, &gone].map(|there| there.stats().emissive_triangles), [2; 2]);
+        assert_eq!(shown.stats().emissive_triangles, 14);
+        assert!(shown.header.light_count <= first.most_lights());
+        let fresh = SceneBuffers::build(&scene.at(1.0)).expect("builds");
+        assert_eq!((shown.stats().bounds, shown.stats().triangles), (fresh.stats().bounds, fresh.stats().triangles));
+        let forth = hidden.counterparts(&shown).expect("lights come");
+        assert!(forth.iter().take(2).all(|&light| light != LightAddress::NO_LIGHT));
     }
 
     #[test]

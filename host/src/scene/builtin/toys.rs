@@ -142,7 +142,7 @@ fn add_ball(scene: &mut Scene, centre: DVec3) {
     let squashed = |p: DVec3| p * DVec3::new(1.35, 0.5, 1.35);
     let bumpy = |p: DVec3| {
         let [x, y, z] = (p * 16.0).to_array();
-        p * (1.0 + 0.5 * x.sin() * y.sin() * z.sin())
+        p * (1.0 + 0.3 * x.sin() * y.sin() * z.sin())
     };
     let targets = vec![target(&mesh, squashed), target(&mesh, bumpy)];
     let node = add_node(scene, "ball", None, centre);

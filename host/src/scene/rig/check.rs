@@ -148,6 +148,7 @@ fn check_vertex(skinning: &Skinning, vertex: usize, joints: usize) -> Result<(),
             sum += f64::from(weight);
         }
     }
-    ensure!(sum > 0.0, "hangs on no joint: its weights are all 0");
+    let hangs = sum > 0.0;
+    ensure!(hangs, "hangs on no joint: its weights are all 0");
     Ok(())
 }

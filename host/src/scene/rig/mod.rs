@@ -272,3 +272,6 @@ impl LightKind {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

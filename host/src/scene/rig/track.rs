@@ -84,7 +84,7 @@ impl Track {
         }
     }
 
-    fn at(&self, time: f64) -> Vec<f64> {
+    pub(super) fn at(&self, time: f64) -> Vec<f64> {
         let next = self.times.partition_point(|&key| f64::from(key) <= time);
         let Some((before, [start, end])) = next.checked_sub(1).and_then(|before| {
             let times = [self.times[before], *self.times.get(next)?];
