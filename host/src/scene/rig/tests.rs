@@ -123,6 +123,6 @@ fn what_an_embedder_got_wrong_is_named_and_does_not_panic() {
         edit(&mut scene.animation.rig);
         let problem = scene.animation.problem(&scene).unwrap();
         assert!(problem.contains(word), "{word}: {problem}");
-        scene.at(1.0);
+        assert_eq!(scene.at(1.0).meshes.len(), 1);
     }
 }
