@@ -1,5 +1,7 @@
 //! Nodes: instances, lights and the camera.
 
+use std::collections::BTreeSet;
+
 use glam::{DAffine3, DMat3, DVec3};
 use serde_json::{Value, json};
 
@@ -19,11 +21,11 @@ impl Document {
         let rig = &scene.animation.rig;
         check_skins(rig)?;
         self.add_rig(rig)?;
-        let deforms = |mesh: usize| rig.deformations.iter().any(|deformation| deformation.mesh == mesh);
+        let deforming: BTreeSet<usize> = rig.deformations.iter().map(|deformation| deformation.mesh).collect();
         let mut instances: Vec<(usize, usize)> =
             scene.instances.iter().map(|instance| instance.mesh).enumerate().collect();
         // what deforms has to lie in its node, what else that carries may lie in one within
-        instances.sort_by_key(|&(_, mesh)| !deforms(mesh));
+        instances.sort_by_key(|&(_, mesh)| !deforming.contains(&mesh));
         for (number, index) in instances {
             ensure!(index < meshes.len(), "instance {number} refers to mesh {index}, which does not exist");
             if let Some(mesh) = meshes[index] {
