@@ -45,6 +45,7 @@ fn main() -> ExitCode {
         add("pictures are those of a scene that stands still", pictures_are_those_of_a_still_scene);
         add("an export poses as it did", an_export_poses_as_it_did);
         add("any tracer gives the same", any_tracer_gives_the_same);
+        add("a changed byte never panics", a_changed_byte_never_panics);
     }
     trials.extend(device::trials("posed", |adapter| {
         let trial = |motion: Motion| {
@@ -215,6 +216,33 @@ fn an_export_poses_as_it_did(motion: Motion) -> Result<(), Failed> {
     let other = imported("other", &export::glb(&Scene { animation: start.clone(), ..scene })?)?.animation;
     let times = |animation: &Animation| (animation.start, animation.period, animation.frame_rate);
     ensure(times(&other) == times(&start), || format!("{:?}", times(&other)))
+}
+
+/// A byte of the document in so many, each in turn changed to digits and punctuation: the file is refused in a line, or posed.
+fn a_changed_byte_never_panics(motion: Motion) -> Result<(), Failed> {
+    const STRIDE: usize = 7;
+    let file = (motion.file)();
+    let length = u32::from_le_bytes([file[12], file[13], file[14], file[15]]) as usize;
+    let (mut refused, mut built) = (0, 0);
+    for position in (20..20 + length).step_by(STRIDE) {
+        for value in *b"09\"-" {
+            let mut changed = file.clone();
+            changed[position] = value;
+            let scene = match imported("changed", &changed) {
+                Ok(scene) => scene,
+                Err(problem) => {
+                    let text = problem.message().unwrap_or_default();
+                    ensure(!text.is_empty() && !text.contains('\n'), || format!("byte {position}: {text}"))?;
+                    refused += 1;
+                    continue;
+                }
+            };
+            built += u32::from(SceneBuffers::build(&scene).and_then(|buffers| buffers.at(9.0)).is_ok());
+            let _ = export::glb(&scene);
+        }
+    }
+    println!("{}: {refused} refused, {built} built", motion.name);
+    ensure(refused > 100 && built > 100, || format!("{refused} refused, {built} built"))
 }
 
 fn frames() -> Render {
