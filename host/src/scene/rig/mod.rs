@@ -179,7 +179,7 @@ struct Placed {
 }
 
 impl Rig {
-    /// Poses a scene, whose meshes are those of rest, as at a time in the units of the tracks. What [`Self::problem`]
+    /// Poses a scene, whose meshes are those of rest, as at a time in the units of the tracks. What [`Self::check`]
     /// refuses stays as it is.
     pub(super) fn pose(&self, scene: &mut Scene, time: f64) {
         let nodes = self.placed(time);
