@@ -13,14 +13,14 @@ use std::path::{Path, PathBuf};
 const JPEG: &[u8] = include_bytes!("../../host/src/scene/gltf/tests/files/checker.jpg");
 
 /// A document and the bytes that it refers to.
-struct File {
-    document: Value,
+pub(crate) struct File {
+    pub(crate) document: Value,
     bytes: Vec<u8>,
 }
 
 impl File {
     /// A floor and a wall of material 0, under a lamp of material 1, and a camera.
-    fn stage(materials: Value) -> Self {
+    pub(crate) fn stage(materials: Value) -> Self {
         let mut file = Self { document: json!({ "asset": { "version": "2.0" }, "scene": 0 }), bytes: Vec::new() };
         file.document["materials"] = materials;
         let floor = [[-1.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 0.0, -1.0]];
@@ -37,7 +37,7 @@ impl File {
     }
 
     /// Adds a member to an array of the document and gives its index.
-    fn add(&mut self, array: &str, member: Value) -> usize {
+    pub(crate) fn add(&mut self, array: &str, member: Value) -> usize {
         if self.document[array].is_null() {
             self.document[array] = json!([]);
         }
@@ -46,18 +46,23 @@ impl File {
         members.len() - 1
     }
 
-    fn view(&mut self, bytes: &[u8]) -> usize {
+    pub(crate) fn view(&mut self, bytes: &[u8]) -> usize {
         let offset = self.bytes.len();
         self.bytes.extend(bytes);
         self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
         self.add("bufferViews", json!({ "buffer": 0, "byteOffset": offset, "byteLength": bytes.len() }))
     }
 
-    fn floats(&mut self, values: &[f32], components: usize) -> usize {
+    /// Adds an accessor of so many floats an element, one, two to four, or sixteen.
+    pub(crate) fn floats(&mut self, values: &[f32], components: usize) -> usize {
         let bytes: Vec<u8> = values.iter().flat_map(|x| x.to_le_bytes()).collect();
         let view = self.view(&bytes);
         let count = values.len() / components;
-        let kind = format!("VEC{components}");
+        let kind = match components {
+            1 => "SCALAR".to_owned(),
+            16 => "MAT4".to_owned(),
+            _ => format!("VEC{components}"),
+        };
         self.add("accessors", json!({ "bufferView": view, "componentType": 5126, "count": count, "type": kind }))
     }
 
@@ -98,7 +103,9 @@ impl File {
 
     /// The document with all of its nodes in one scene.
     fn finished(mut self) -> Self {
-        let nodes: Vec<usize> = (0..self.document["nodes"].as_array().map_or(0, Vec::len)).collect();
+        let nodes = self.document["nodes"].as_array().map_or(&[][..], Vec::as_slice);
+        let children: Vec<&Value> = nodes.iter().filter_map(|node| node["children"].as_array()).flatten().collect();
+        let nodes: Vec<usize> = (0..nodes.len()).filter(|node| !children.contains(&&json!(node))).collect();
         self.document["scenes"] = json!([{ "nodes": nodes }]);
         self.document["buffers"] = json!([{ "byteLength": self.bytes.len() }]);
         let mut extensions = BTreeSet::new();
@@ -109,7 +116,7 @@ impl File {
         self
     }
 
-    fn glb(self) -> Vec<u8> {
+    pub(crate) fn glb(self) -> Vec<u8> {
         let Self { document, bytes } = self.finished();
         let mut text = document.to_string().into_bytes();
         text.resize(text.len().next_multiple_of(4), b' ');
@@ -136,7 +143,7 @@ fn note_extensions(value: &Value, names: &mut BTreeSet<String>) {
     }
 }
 
-fn lamp() -> Value {
+pub(crate) fn lamp() -> Value {
     json!({ "name": "lamp", "pbrMetallicRoughness": { "metallicFactor": 0.0 }, "emissiveFactor": [1.0, 0.9, 0.8],
         "extensions": { "KHR_materials_emissive_strength": { "emissiveStrength": 5.0 } } })
 }

@@ -13,6 +13,7 @@ pub mod flush;
 pub mod foreign;
 pub mod furnace;
 pub mod gltf_files;
+pub mod gltf_motion;
 pub mod liveness;
 pub mod lockstep;
 pub mod meshes;

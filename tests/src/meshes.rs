@@ -148,7 +148,7 @@ fn unconnected(name: &str, positions: Vec<[f32; 3]>) -> Mesh {
 pub fn buffers(mesh: Mesh) -> SceneBuffers {
     let scene = Scene {
         name: mesh.name.clone(),
-        meshes: vec![mesh],
+        meshes: vec![mesh.into()],
         instances: vec![Instance { mesh: 0, transform: DAffine3::IDENTITY }],
         materials: vec![Material::emitter("", [0.5; 3], [1.0; 3])],
         // no test looks through it; one that frames a huge mesh would be beyond the host's limit

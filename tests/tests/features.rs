@@ -23,6 +23,7 @@ use restir_tests::native::plan;
 use restir_tests::suite::{ensure, trials};
 use std::collections::BTreeSet;
 use std::process::ExitCode;
+use std::sync::Arc;
 
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
@@ -104,7 +105,7 @@ const VARIANTS: [Variant; 12] = [
         white(scene, |m| (m.diffuse_transmission, m.volume) = (0.5, Some(volume)));
     }),
     variant("normals", FEATURE_EMISSIVE | FEATURE_SHADING, |scene| {
-        let mesh = &mut scene.meshes[0];
+        let mesh = Arc::make_mut(&mut scene.meshes[0]);
         mesh.normals = vec![[0.28, 0.96, 0.0]; mesh.positions.len()];
     }),
     variant("textures", FEATURE_EMISSIVE | FEATURE_SHADING | FEATURE_TEXTURES, textured),
@@ -129,7 +130,7 @@ fn textured(scene: &mut Scene) {
         Texture { name: "test".to_owned(), size: [2, 1], texels, wrap: [Wrap::Repeat; 2], filter: Filter::Linear };
     scene.textures.push(texture);
     white(scene, |m| m.base_color_texture = Some(TextureUse::new(0)));
-    for mesh in &mut scene.meshes {
+    for mesh in scene.meshes.iter_mut().map(Arc::make_mut) {
         mesh.uvs = mesh.positions.iter().map(|p| [p[0], p[2]]).collect();
     }
 }

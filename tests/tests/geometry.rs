@@ -12,6 +12,7 @@ use restir_shared::scene::Trace;
 use restir_tests::brute::Triangles;
 use restir_tests::checks;
 use restir_tests::data;
+use restir_tests::gltf_motion::{MOTIONS, TIMES};
 use restir_tests::meshes::{buffers, cube, far_grid, scaled, slivers, soup, sphere, stack, torus};
 use restir_tests::random::SplitMix;
 use restir_tests::rays::adversarial;
@@ -21,7 +22,7 @@ use std::process::ExitCode;
 
 /// Rays against each procedural mesh; there are ten.
 const RAYS: u64 = 100_000;
-/// Rays against each moment of a scene that moves; there are five.
+/// Rays against each moment of a scene that moves; there are five of one and three of each file.
 const MOVED_RAYS: u64 = 20_000;
 /// Rays against a mesh from a file, and how many of its triangles.
 const FILE_RAYS: u64 = 2_000;
@@ -107,11 +108,19 @@ fn hierarchy_equals_brute_force() {
 /// A scene that has moved: the refitted tree gives the hits of brute force, and those of a tree that is built anew, where
 /// triangles have other ids.
 fn refitted_hierarchies_equal_fresh_ones() -> Result<(), Failed> {
-    let scene = Scene::load("moving")?;
-    let first = SceneBuffers::build(&scene)?;
-    for (stream, time) in [0.0, 3.5, 8.0, 16.0, 29.25].into_iter().enumerate() {
+    refitted_hierarchy_equals_a_fresh_one(&Scene::load("moving")?, &[0.0, 3.5, 8.0, 16.0, 29.25])?;
+    for motion in MOTIONS {
+        let scene = motion.scene()?;
+        refitted_hierarchy_equals_a_fresh_one(&scene, &TIMES.map(|time| time * scene.animation.frame_rate))?;
+    }
+    Ok(())
+}
+
+fn refitted_hierarchy_equals_a_fresh_one(scene: &Scene, frames: &[f64]) -> Result<(), Failed> {
+    let first = SceneBuffers::build(scene)?;
+    for (stream, &time) in frames.iter().enumerate() {
         let (moved, fresh) = (first.at(time)?, SceneBuffers::build(&scene.at(time))?);
-        compare(&format!("time {time}"), &moved, MOVED_RAYS, 200 + stream as u64);
+        compare(&format!("{}, frame {time}", scene.name), &moved, MOVED_RAYS, 200 + stream as u64);
         let [here, there] = [&moved, &fresh].map(|buffers| Triangles::new(buffers.view()));
         let mut others = 0;
         for i in 0..MOVED_RAYS {

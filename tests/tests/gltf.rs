@@ -2,15 +2,10 @@
 
 use libtest_mimic::{Arguments, Failed, Trial};
 use restir_host::buffers::SceneBuffers;
-use restir_host::scene::{Scene, builtin, export, gltf};
+use restir_host::scene::{Mesh, Scene, builtin, export, gltf};
+use restir_tests::gltf_motion::imported as import;
 use restir_tests::{data, gltf_files};
-
-fn import(name: &str, file: &[u8]) -> Result<Scene, Failed> {
-    let folder = tempfile::tempdir()?;
-    let path = folder.path().join(format!("{name}.glb"));
-    std::fs::write(&path, file)?;
-    Ok(gltf::load(&path)?)
-}
+use std::sync::Arc;
 
 /// The generated file of a name.
 fn embedded(wanted: &str) -> Result<Scene, Failed> {
@@ -48,9 +43,12 @@ fn external() -> Result<(), Failed> {
 /// The comparison sees a change of the last bit of anything.
 fn comparison_is_alive() -> Result<(), Failed> {
     let scene = embedded("everything")?;
+    fn edit(scene: &mut Scene, change: impl FnOnce(&mut Mesh)) {
+        change(Arc::make_mut(&mut scene.meshes[0]));
+    }
     let changes: [fn(&mut Scene); 6] = [
-        |scene| scene.meshes[0].positions[0][0] = scene.meshes[0].positions[0][0].next_up(),
-        |scene| scene.meshes[0].uvs[3][1] = -0.0,
+        |scene| edit(scene, |mesh| mesh.positions[0][0] = mesh.positions[0][0].next_up()),
+        |scene| edit(scene, |mesh| mesh.uvs[3][1] = -0.0),
         |scene| scene.instances[1].transform.translation.x += f64::MIN_POSITIVE,
         |scene| scene.materials[0].roughness = scene.materials[0].roughness.next_up(),
         |scene| scene.textures[0].texels = scene.textures[1].texels.clone(),

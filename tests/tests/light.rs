@@ -19,6 +19,7 @@ use restir_tests::random::SplitMix;
 use restir_tests::stats::{Cap, Domain, Moments, moments, two_sided_threshold};
 use restir_tests::wrong::{Fault, Faulty};
 use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
 
 /// How often a z-test of the suite fails although expectations are equal. Seeds are fixed: a failure is a bug.
 const FALSE_ALARM: f64 = 1.0e-4;
@@ -75,7 +76,7 @@ fn scene_of(meshes: Vec<Mesh>, materials: Vec<Material>) -> Scene {
     Scene {
         name: "test".to_owned(),
         instances: (0..meshes.len()).map(|mesh| Instance { mesh, transform: DAffine3::IDENTITY }).collect(),
-        meshes,
+        meshes: meshes.into_iter().map(Arc::new).collect(),
         materials,
         camera: Some(Camera::pinhole(DVec3::new(0.0, 1.0, 0.0), DVec3::ZERO, DVec3::Z, 1.0)),
         ..Scene::default()

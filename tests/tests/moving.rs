@@ -5,7 +5,7 @@ use restir_host::buffers::SceneBuffers;
 use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::plan::{FramePlan, Pass};
 use restir_host::render::{self, Render};
-use restir_host::scene::Camera;
+use restir_host::scene::{Camera, Scene};
 use restir_host::technique::Technique;
 use restir_host::technique::restir_di::DiSettings;
 use restir_kernels::restir_di::{di_combine, di_primary, di_tiles};
@@ -44,8 +44,9 @@ fn main() -> ExitCode {
         Trial::test(format!("quality: {FRAMES} frames by any tracer"), any_tracer_gives_the_same),
         Trial::test("what differs for one pass is found there", what_differs_is_found),
     ];
-    trials.extend(VARIANTS.map(|(name, text, change, wrong)| {
-        Trial::test(format!("frame {LAST_FRAME} {name}"), move || against_path_tracing(name, text, change, wrong))
+    trials.extend(VARIANTS.iter().map(|&(subject, name, text, change, wrong)| {
+        let title = format!("{}, frame {LAST_FRAME} {name}", subject.name);
+        Trial::test(title, move || against_path_tracing(subject, name, text, change, wrong))
     }));
     trials.extend(device::trials("moving", |adapter| {
         let trials = |trials: Trials| {
@@ -138,17 +139,42 @@ fn a_still_scene_pays_nothing() -> Result<(), Failed> {
     Ok(())
 }
 
+/// A scene whose frames are tested for bias.
+struct Subject {
+    name: &'static str,
+    /// Frames in a unit of its time.
+    frame_rate: f64,
+    reference: OnceLock<Vec<Moments>>,
+}
+
+static MOVING: Subject = Subject { name: "moving", frame_rate: 1.0, reference: OnceLock::new() };
+/// So few that its meshes deform visibly from one to the next.
+static TOYS: Subject = Subject { name: "toys", frame_rate: 6.0, reference: OnceLock::new() };
+
+impl Subject {
+    fn buffers(&self) -> Result<SceneBuffers, Failed> {
+        let mut scene = Scene::load(self.name)?;
+        scene.animation.frame_rate = self.frame_rate;
+        Ok(SceneBuffers::build(&scene)?)
+    }
+}
+
 /// Direct light at the time of the last frame, by path tracing.
-fn reference(scene: &SceneBuffers) -> Result<&'static [Moments], Failed> {
-    static MOMENTS: OnceLock<Vec<Moments>> = OnceLock::new();
+fn reference(subject: &'static Subject, scene: &SceneBuffers) -> Result<&'static [Moments], Failed> {
     let moved = scene.at(f64::from(LAST_FRAME))?;
     let params = PathParams { seed: REFERENCE_SEED, ..path_params(&moved, [GRID.width, GRID.height], 2) };
-    Ok(MOMENTS.get_or_init(|| path_moments(GRID, REFERENCE_RESTARTS, &moved.traced_view(), params)))
+    Ok(subject.reference.get_or_init(|| path_moments(GRID, REFERENCE_RESTARTS, &moved.traced_view(), params)))
 }
 
 /// The last frame of independent chains.
-fn against_path_tracing(name: &str, text: &str, change: Change, biased: bool) -> Result<(), Failed> {
-    let scene = buffers("moving")?;
+fn against_path_tracing(
+    subject: &'static Subject,
+    name: &str,
+    text: &str,
+    change: Change,
+    biased: bool,
+) -> Result<(), Failed> {
+    let scene = subject.buffers()?;
     let settings = settings(&format!("candidates=4,neighbours=2,{text}"));
     // what is wrong is wrong by a fifth
     let restarts = if biased { RESTARTS / 8 } else { RESTARTS };
@@ -157,20 +183,22 @@ fn against_path_tracing(name: &str, text: &str, change: Change, biased: bool) ->
         let render = Render { count: LAST_FRAME + 1, seed, ..Render::new(size, settings.clone()) };
         film(changed(plan(&scene, &render), change))
     })?;
-    let verdict = TileTest { grid: GRID, family_rate: FAMILY_RATE }.compare(&chains, reference(&scene)?);
+    let verdict = TileTest { grid: GRID, family_rate: FAMILY_RATE }.compare(&chains, reference(subject, &scene)?);
     if biased { ensure_biased(name, &verdict) } else { ensure_unbiased(name, &verdict, f64::INFINITY) }
 }
 
 /// What is done to the passes.
 type Change = fn(&mut Pass);
 
-/// Name, settings, what is done, and whether that is wrong.
-const VARIANTS: [(&str, &str, Change, bool); 5] = [
-    ("is unbiased", "", |_| (), false),
-    ("is biased by the last frame seen in this one's geometry", "", in_this_geometry, true),
-    ("is biased by lights that are taken for others", "", without_translation, true),
-    ("is unbiased with tiles", "tiles=4x256", |_| (), false),
-    ("is biased by the last frame's tiles", "tiles=4x256", without_new_tiles, true),
+/// Scene, name, settings, what is done, and whether that is wrong.
+static VARIANTS: [(&Subject, &str, &str, Change, bool); 7] = [
+    (&MOVING, "is unbiased", "", |_| (), false),
+    (&TOYS, "is unbiased", "", |_| (), false),
+    (&TOYS, "is biased by the last frame seen in this one's geometry", "", in_this_geometry, true),
+    (&MOVING, "is biased by the last frame seen in this one's geometry", "", in_this_geometry, true),
+    (&MOVING, "is biased by lights that are taken for others", "", without_translation, true),
+    (&MOVING, "is unbiased with tiles", "tiles=4x256", |_| (), false),
+    (&MOVING, "is biased by the last frame's tiles", "tiles=4x256", without_new_tiles, true),
 ];
 
 /// All candidates but one are those of the frame before.

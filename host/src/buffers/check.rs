@@ -17,10 +17,16 @@ pub(super) fn check(scene: &Scene) -> Result<(), Error> {
         .iter()
         .find_map(texture_problem)
         .or_else(|| scene.materials.iter().find_map(|m| material_problem(scene, m)))
-        .or_else(|| scene.meshes.iter().find_map(mesh_problem))
+        .or_else(|| scene.meshes.iter().find_map(|mesh| mesh_problem(mesh)))
         .or_else(|| scene.lights.iter().find_map(light_problem))
         .or_else(|| scene.environment.as_ref().and_then(environment_problem))
         .or_else(|| scene.animation.problem(scene));
+    problem.map_or(Ok(()), |problem| Err(scene_error(scene, problem)))
+}
+
+/// Checks the lights alone, which may have moved.
+pub(super) fn check_lights(scene: &Scene) -> Result<(), Error> {
+    let problem = scene.lights.iter().find_map(light_problem);
     problem.map_or(Ok(()), |problem| Err(scene_error(scene, problem)))
 }
 

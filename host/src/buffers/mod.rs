@@ -91,15 +91,13 @@ impl SceneBuffers {
     /// any triangle of positive area; [`Error::Memory`] for one too large to hold.
     pub fn build(scene: &Scene) -> Result<Self, Error> {
         check::check(scene)?;
-        if scene.animation.is_still() {
-            return Ok(Self::flattened(scene)?.0);
-        }
-        let (buffers, flat) = Self::flattened(&scene.at(0.0))?;
-        Ok(buffers.with_motion(Arc::new(Moving::new(scene, flat))))
+        let moves = !scene.animation.is_still();
+        let (buffers, flat) = Self::flattened(&scene.at(0.0), moves)?;
+        Ok(if moves { buffers.with_motion(Arc::new(Moving::new(scene, flat))) } else { buffers })
     }
 
-    fn flattened(scene: &Scene) -> Result<(Self, Flat), Error> {
-        let (triangles, boxes, skipped) = triangles::flatten(scene)?;
+    fn flattened(scene: &Scene, moves: bool) -> Result<(Self, Flat), Error> {
+        let (triangles, boxes, skipped) = triangles::flatten(scene, moves)?;
         let bvh = bvh::build(&boxes);
         drop(boxes);
         let triangles: Vec<Triangle> = bvh.order.iter().map(|&i| triangles[i as usize]).collect();

@@ -1,9 +1,14 @@
 //! Scenes that move: the same triangles, tree and textures at another time.
 
 use super::{
-    Flat, SceneBuffers, check, features, lights::LightTables, scene_error, triangles::moved_bounds, used_materials,
+    Flat, SceneBuffers, check, features,
+    lights::{LightTables, emits},
+    scene_error,
+    triangles::moved_bounds,
+    used_materials,
 };
-use crate::{Error, scene::Scene};
+use crate::Error;
+use crate::scene::{Camera, Mesh, Scene};
 use restir_shared::layout::{ALIAS_WORDS, ENVIRONMENT_WORDS, FEATURE_LIGHT_TABLE, LIGHT_WORDS, PUNCTUAL_WORDS};
 use restir_shared::scene::LightAddress;
 use std::sync::Arc;
@@ -25,7 +30,10 @@ impl Moving {
         let used = used_materials(scene, &flat.triangles);
         // powers that are equal at one time may not be at another
         let features = features::of_scene(scene, &used, &tables, &flat.texels) | FEATURE_LIGHT_TABLE;
-        Self { scene: scene.clone(), flat, features, most_lights: tables.lights.len() as u32 }
+        // a triangle without an area may get one
+        let emitting = flat.triangles.iter().filter(|t| emits(&scene.materials[t.material(scene)])).count();
+        let most_lights = (emitting + scene.lights.len() + usize::from(flat.environment.is_some())) as u32;
+        Self { scene: scene.clone(), flat, features, most_lights }
     }
 }
 
@@ -43,24 +51,33 @@ impl SceneBuffers {
         self.moving.is_some()
     }
 
-    /// The scene at a time in frames; itself if nothing ever changes. Triangles keep their ids, feature bits are those
-    /// of all times, and the lights that shine keep their order.
+    /// The scene at a frame; itself if nothing ever changes. Triangles keep their ids, feature bits are those of all times,
+    /// and the lights that shine keep their order. A triangle without an area is not seen.
     ///
     /// # Errors
-    /// [`Error::Scene`] if it moves too far away, or a triangle loses its area.
-    pub fn at(&self, time: f64) -> Result<Self, Error> {
+    /// [`Error::Scene`] if it moves too far away.
+    pub fn at(&self, frame: f64) -> Result<Self, Error> {
         match &self.moving {
-            Some(moving) => self.refitted(moving, &moving.scene.at(time)),
+            Some(moving) => {
+                let scene = moving.scene.at(frame);
+                check::check_lights(&scene)?;
+                self.refitted(moving, &scene)
+            }
             None => Ok(self.clone()),
         }
+    }
+
+    /// The camera at a frame.
+    pub(crate) fn camera_at(&self, frame: f64) -> Camera {
+        self.moving.as_ref().and_then(|moving| moving.scene.camera_at(frame)).unwrap_or(self.camera)
     }
 
     /// As [`Self::at`], for a scene that an embedder has moved: transforms of instances, positions of vertices, factors
     /// of materials and lights may differ.
     ///
     /// # Errors
-    /// As of [`Self::build`]; [`Error::Scene`] as well if anything else differs, if a triangle loses its area, or if this
-    /// was built of a scene without an animation, of which nothing is kept.
+    /// As of [`Self::build`]; [`Error::Scene`] as well if anything else differs, or if this was built of a scene without an
+    /// animation, of which nothing is kept.
     pub fn refit(&self, scene: &Scene) -> Result<Self, Error> {
         let Some(moving) = &self.moving else {
             return Err(scene_error(scene, "was built without an animation; build it anew".to_owned()));
@@ -124,7 +141,7 @@ impl SceneBuffers {
 
 /// What two scenes differ in, if one cannot be refitted to the other.
 fn difference(a: &Scene, b: &Scene) -> Option<&'static str> {
-    let same_mesh = |(a, b): (&crate::scene::Mesh, &crate::scene::Mesh)| {
+    let same_mesh = |(a, b): (&Arc<Mesh>, &Arc<Mesh>)| {
         a.indices == b.indices
             && a.material == b.material
             && a.positions.len() == b.positions.len()
@@ -148,7 +165,7 @@ fn difference(a: &Scene, b: &Scene) -> Option<&'static str> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Instance, builtin};
+    use crate::scene::{Instance, Interpolation, Property, Track, builtin};
     use restir_shared::layout::{LIGHT_PUNCTUAL, LIGHT_TRIANGLE};
 
     fn moving() -> (Scene, SceneBuffers) {
@@ -209,6 +226,28 @@ mod tests {
         assert!(before.windows(2).all(|pair| pair[0] < pair[1]) && before[0][0] == LIGHT_TRIANGLE);
     }
 
+    /// What has no size at first is there, and shines, as soon as it has one.
+    #[test]
+    fn triangles_lose_their_area_and_get_it_back() {
+        let mut scene = builtin::scene("toys").expect("built in");
+        let rig = &mut scene.animation.rig;
+        let node = rig.nodes.iter().position(|node| node.name == "mast").expect("of the carousel");
+        let values = [[0.0; 3], [1.0; 3], [0.0; 3]].as_flattened().to_vec();
+        let (property, interpolation, times) = (Property::Scale, Interpolation::Step, vec![0.0, 1.0, 2.0]);
+        rig.tracks.push(Track { node, property, interpolation, times, values });
+        scene.animation.frame_rate = 1.0;
+        let first = SceneBuffers::build(&scene).expect("builds");
+        let [hidden, shown, gone] = [0.0, 1.0, 2.0].map(|frame| first.at(frame).expect("moves"));
+        assert_eq!(hidden.stats().triangles, shown.stats().triangles);
+        assert_eq!([&hidden, &gone].map(|there| there.stats().emissive_triangles), [2; 2]);
+        assert_eq!(shown.stats().emissive_triangles, 14);
+        assert!(shown.header.light_count <= first.most_lights());
+        let fresh = SceneBuffers::build(&scene.at(1.0)).expect("builds");
+        assert_eq!((shown.stats().bounds, shown.stats().triangles), (fresh.stats().bounds, fresh.stats().triangles));
+        let forth = hidden.counterparts(&shown).expect("lights come");
+        assert!(forth.iter().take(2).all(|&light| light != LightAddress::NO_LIGHT));
+    }
+
     #[test]
     fn what_cannot_be_refitted_is_refused() {
         let (scene, first) = moving();
@@ -218,11 +257,10 @@ mod tests {
             first.refit(&scene).expect_err("refused").to_string()
         };
         type Edit = fn(&mut Scene);
-        let wrong: [(Edit, &str); 5] = [
-            (|scene| scene.meshes[0].indices.truncate(1), "meshes"),
+        let wrong: [(Edit, &str); 4] = [
+            (|scene| Arc::make_mut(&mut scene.meshes[0]).indices.truncate(1), "meshes"),
             (|scene| scene.instances.push(Instance { ..scene.instances[0] }), "instances"),
             (|scene| scene.lights.clear(), "lights"),
-            (|scene| scene.instances[3].transform.matrix3 *= 0.0, "area"),
             (|scene| scene.materials[0].emission = [1.0; 3], "build it anew"),
         ];
         for (edit, part) in wrong {

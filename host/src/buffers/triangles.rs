@@ -41,10 +41,10 @@ impl Triangle {
         if is_mirrored(self.instance(scene)) { [a, c, b] } else { [a, b, c] }.map(|i| i as usize)
     }
 
-    /// Its corners in world space.
+    /// Its corners in world space; without an area they are one point, which no ray hits.
     pub(super) fn vertices(self, scene: &Scene) -> [Vec3; 3] {
         let (instance, mesh) = (self.instance(scene), self.mesh(scene));
-        self.corners(scene).map(|i| rounded(world_position(instance, mesh.positions[i])))
+        seen(self.corners(scene).map(|i| rounded(world_position(instance, mesh.positions[i]))))
     }
 }
 
@@ -72,8 +72,9 @@ fn check_count(scene: &Scene) -> Result<usize, Error> {
     Ok(count as usize)
 }
 
-/// The triangles of all instances with their bounds in world space, and how many were skipped for want of area.
-pub(super) fn flatten(scene: &Scene) -> Result<(Vec<Triangle>, Vec<Bounds>, u64), Error> {
+/// The triangles of all instances with their bounds in world space, and how many were skipped for want of area: none if the
+/// scene moves, which may give them one.
+pub(super) fn flatten(scene: &Scene, moves: bool) -> Result<(Vec<Triangle>, Vec<Bounds>, u64), Error> {
     let count = check_count(scene)?;
     let (mut triangles, mut bounds) = (Vec::with_capacity(count), Vec::with_capacity(count));
     let mut skipped = 0;
@@ -82,7 +83,7 @@ pub(super) fn flatten(scene: &Scene) -> Result<(Vec<Triangle>, Vec<Bounds>, u64)
         let Some(mesh) = scene.meshes.get(instance.mesh) else {
             return broken(format!("instance {object} refers to mesh {}, which does not exist", instance.mesh));
         };
-        let Mesh { name, material, .. } = mesh;
+        let Mesh { name, material, .. } = mesh.as_ref();
         if *material >= scene.materials.len() {
             return broken(format!("mesh {name:?} refers to material {material}, which does not exist"));
         }
@@ -93,9 +94,10 @@ pub(super) fn flatten(scene: &Scene) -> Result<(Vec<Triangle>, Vec<Bounds>, u64)
             let (Some(a), Some(b), Some(c)) = (a, b, c) else {
                 return broken(format!("mesh {name:?}: triangle {index} refers to a vertex that does not exist"));
             };
-            if has_normal(&if flipped { [a, c, b] } else { [a, b, c] }) {
+            let corners = if flipped { [a, c, b] } else { [a, b, c] };
+            if moves || has_normal(&corners) {
                 triangles.push(Triangle { object: object as u32, index: index as u32 });
-                bounds.push(Bounds::of(&[a, b, c]));
+                bounds.push(Bounds::of(&seen(corners)));
             } else {
                 skipped += 1;
             }
@@ -114,8 +116,6 @@ pub(super) fn moved_bounds(scene: &Scene, triangles: &[Triangle]) -> Result<Vec<
         let name = &triangle.mesh(scene).name;
         if !vertices.iter().all(|v| f64::from(v.abs().max_element()) <= MAX_COORDINATE) {
             Err(scene_error(scene, format!("mesh {name:?} moves beyond 1.07e9; correct its motion")))
-        } else if !has_normal(&vertices) {
-            Err(scene_error(scene, format!("mesh {name:?} has a triangle that loses its area; build the scene anew")))
         } else {
             Ok(Bounds::of(&vertices))
         }
@@ -143,6 +143,11 @@ fn world_positions(scene: &Scene, mesh: usize, object: usize) -> Result<Vec<Vec3
 fn has_normal(&[a, b, c]: &[Vec3; 3]) -> bool {
     let normal = cross(b - a, c - a);
     dot(normal, normal) >= MIN_AREA_SQUARED
+}
+
+/// A triangle as rays find it: one without an area is a point.
+fn seen(vertices: [Vec3; 3]) -> [Vec3; 3] {
+    if has_normal(&vertices) { vertices } else { [vertices[0]; 3] }
 }
 
 /// The area of a triangle.

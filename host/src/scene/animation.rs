@@ -4,18 +4,41 @@ use std::ops::Range;
 
 use glam::{DMat3, DQuat, DVec3};
 
-use super::Scene;
+use super::{Camera, Rig, Scene};
 
-/// How a scene changes with time, which is counted in frames. Meshes, materials' textures and the number of everything
-/// stay; what is not named here stands still.
-#[derive(Clone, Debug, Default, PartialEq)]
+/// How a scene changes with time. Triangles, materials' textures and the number of everything stay; what is not named here
+/// stands still.
+///
+/// All times below have the same unit, of which [`Self::frame_rate`] frames make one: frames themselves unless set
+/// otherwise, seconds in a scene from glTF.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Animation {
+    /// Nodes, skins and morph targets: where things are, before their motions.
+    pub rig: Rig,
     /// Instances that move, each at most once.
     pub motions: Vec<Motion>,
     /// When emitters do not shine.
     pub blackouts: Vec<Blackout>,
-    /// After this many frames everything begins anew; `None` for once.
+    /// After this time everything begins anew; `None` for once.
     pub period: Option<f64>,
+    /// The time of frame 0.
+    pub start: f64,
+    /// Frames in a unit of time, positive.
+    pub frame_rate: f64,
+}
+
+impl Default for Animation {
+    /// Nothing ever changes.
+    fn default() -> Self {
+        Self {
+            rig: Rig::default(),
+            motions: Vec::new(),
+            blackouts: Vec::new(),
+            period: None,
+            start: 0.0,
+            frame_rate: 1.0,
+        }
+    }
 }
 
 /// The motion of an instance.
@@ -30,7 +53,7 @@ pub struct Motion {
 /// Where an instance is at a time, relative to its own transform.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
-    /// In frames.
+    /// When.
     pub time: f64,
     /// In world space; between keys it is linear.
     pub translation: DVec3,
@@ -44,7 +67,7 @@ pub struct Pose {
 pub struct Blackout {
     /// What does not.
     pub emitter: Emitter,
-    /// In frames.
+    /// When.
     pub time: Range<f64>,
 }
 
@@ -60,7 +83,13 @@ pub enum Emitter {
 impl Animation {
     /// Whether nothing ever changes.
     pub fn is_still(&self) -> bool {
-        self.motions.is_empty() && self.blackouts.is_empty()
+        self.motions.is_empty() && self.blackouts.is_empty() && self.rig.tracks.is_empty()
+    }
+
+    /// The time of a frame.
+    fn time(&self, frame: f64) -> f64 {
+        let time = self.start + frame / self.frame_rate;
+        self.period.map_or(time, |period| time.rem_euclid(period))
     }
 
     /// What is wrong with it, as a sentence without a full stop.
@@ -89,10 +118,20 @@ impl Animation {
                 Emitter::Light(index) => index >= scene.lights.len(),
             })
         };
-        let period = self.period.filter(|period| !(period.is_finite() && *period > 0.0));
-        motion
+        let positive = |number: f64| number.is_finite() && number > 0.0;
+        let period = self.period.filter(|period| !positive(*period));
+        let rate = Some(self.frame_rate).filter(|rate| !positive(*rate));
+        let start = Some(self.start).filter(|start| !start.is_finite());
+        self.rig
+            .check(scene)
+            .err()
+            .or(motion)
             .or_else(|| blackout().map(|i| format!("blackout {i} is of an emitter that does not exist; correct it")))
             .or_else(|| period.map(|period| format!("the period of its animation is {period}; give a positive one")))
+            .or_else(|| {
+                rate.map(|rate| format!("its animation has {rate} frames in a unit of time; give a positive number"))
+            })
+            .or_else(|| start.map(|start| format!("its animation starts at {start}; give a finite time")))
     }
 }
 
@@ -112,11 +151,13 @@ impl Motion {
 }
 
 impl Scene {
-    /// The scene as it stands at a time in frames. It has no animation.
+    /// The scene as it stands at a frame, which may lie between two. It has no animation, and shares with this one what does
+    /// not deform.
     #[must_use]
-    pub fn at(&self, time: f64) -> Scene {
-        let mut scene = Scene { animation: Animation::default(), ..self.clone() };
-        let time = self.animation.period.map_or(time, |period| time.rem_euclid(period));
+    pub fn at(&self, frame: f64) -> Scene {
+        let mut scene = self.without_animation();
+        let time = self.animation.time(frame);
+        self.animation.rig.pose(&mut scene, time);
         for motion in &self.animation.motions {
             if let (Some(instance), Some(key)) = (scene.instances.get_mut(motion.instance), motion.at(time)) {
                 let transform = &mut instance.transform;
@@ -131,6 +172,28 @@ impl Scene {
             };
         }
         scene
+    }
+
+    /// The camera as of [`Self::at`].
+    pub fn camera_at(&self, frame: f64) -> Option<Camera> {
+        Some(self.animation.rig.camera(self.camera?, self.animation.time(frame)))
+    }
+
+    fn without_animation(&self) -> Scene {
+        let Scene { name, meshes, instances, materials, textures, lights, environment, .. } = self;
+        Scene {
+            name: name.clone(),
+            meshes: meshes.clone(),
+            instances: instances.clone(),
+            materials: materials.clone(),
+            textures: textures.clone(),
+            lights: lights.clone(),
+            environment: environment.clone(),
+            camera: self.camera,
+            animation: Animation::default(),
+            default_size: self.default_size,
+            warnings: self.warnings.clone(),
+        }
     }
 }
 
@@ -156,6 +219,7 @@ mod tests {
                     Blackout { emitter: Emitter::Light(0), time: 4.0..5.0 },
                 ],
                 period: Some(10.0),
+                ..Animation::default()
             },
             ..Scene::default()
         }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use restir_shared::layout::CameraParams;
 
 use super::{Camera, MAX_COORDINATE, double};
@@ -39,6 +39,16 @@ impl Camera {
         let camera = Camera::pinhole(centre + FRAMING_DIRECTION, centre, DVec3::Y, FRAMING_FOV);
         let distance = FRAMING_MARGIN * camera.distance_to_frame(half, aspect);
         Camera { position: centre + FRAMING_DIRECTION.normalize() * distance, ..camera }
+    }
+
+    /// The camera at the origin of a node, looking along its -z with +y up, from whose scale nothing follows. Its target is
+    /// at distance 1; a lens stays sharp where it was.
+    pub(super) fn carried(self, world: &DAffine3) -> Camera {
+        let position = world.translation;
+        let forward = world.transform_vector3(DVec3::NEG_Z).normalize_or(DVec3::NEG_Z);
+        let up = world.transform_vector3(DVec3::Y).normalize_or(DVec3::Y);
+        let focus_distance = if self.lens_radius > 0.0 { Some(self.distance_in_focus()) } else { self.focus_distance };
+        Camera { position, target: position + forward, up, focus_distance, ..self }
     }
 
     /// The camera for an image of `width` x `height` pixels: computed in `f64`, then rounded.

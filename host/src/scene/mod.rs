@@ -2,6 +2,7 @@
 //! [`crate::buffers::SceneBuffers`].
 
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
 
@@ -18,6 +19,7 @@ pub mod export;
 pub mod gltf;
 mod light;
 mod material;
+mod rig;
 mod shapes;
 mod texture;
 
@@ -25,6 +27,10 @@ pub use animation::{Animation, Blackout, Emitter, Motion, Pose};
 pub use camera_path::{CameraPath, Keyframe};
 pub use light::{Environment, Light, LightKind};
 pub use material::{Material, TextureUse, Volume};
+pub use rig::{
+    Attachment, Deformation, Influences, Interpolation, MorphTarget, Node, Part, Placement, Property, Rig, Skin,
+    Skinning, Track,
+};
 pub use texture::{Filter, Texture, Wrap};
 
 /// A scene: instances of meshes, materials, lights, a camera.
@@ -32,8 +38,8 @@ pub use texture::{Filter, Texture, Wrap};
 pub struct Scene {
     /// Name for messages: a built-in scene's name or a file.
     pub name: String,
-    /// Triangle meshes in their own space.
-    pub meshes: Vec<Mesh>,
+    /// Triangle meshes in their own space, shared between copies of the scene.
+    pub meshes: Vec<Arc<Mesh>>,
     /// Placed meshes, in world space.
     pub instances: Vec<Instance>,
     /// Materials.
@@ -151,6 +157,9 @@ impl Scene {
     /// Lower and upper corner of all instances' vertices in world space, rounded outwards; an empty scene has its
     /// lower corner at +infinity and its upper at -infinity. Vertices that are NaN do not count.
     pub fn bounds(&self) -> [[f32; 3]; 2] {
+        if self.animation != Animation::default() {
+            return self.at(0.0).bounds();
+        }
         let mut lo = DVec3::INFINITY;
         let mut hi = DVec3::NEG_INFINITY;
         for instance in &self.instances {

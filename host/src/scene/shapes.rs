@@ -1,6 +1,6 @@
 //! Shapes as meshes, lights made of them, and subdivision.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use glam::{DAffine3, DVec3};
 
@@ -168,7 +168,7 @@ impl Scene {
         // coordinates that no texture needs would only take memory
         let uvs = if self.materials.get(material).is_some_and(Material::is_textured) { mesh.uvs } else { Vec::new() };
         self.instances.push(Instance { mesh: self.meshes.len(), transform });
-        self.meshes.push(Mesh { name: name.to_owned(), material, uvs, ..mesh });
+        self.meshes.push(Mesh { name: name.to_owned(), material, uvs, ..mesh }.into());
         self.meshes.len() - 1
     }
 
@@ -188,10 +188,14 @@ impl Scene {
         self.add_mesh("sphere light", material, Mesh::sphere(centre, radius, SPHERE_LIGHT_LEVEL));
     }
 
-    /// The scene with each triangle split in `4^levels` of the same plane: the same picture at more cost.
+    /// The scene with each triangle split in `4^levels` of the same plane: the same picture at more cost. Meshes that
+    /// deform keep their triangles.
     pub fn subdivided(mut self, levels: u32) -> Scene {
+        let deforming: BTreeSet<usize> = self.animation.rig.deformations.iter().map(|d| d.mesh).collect();
         for _ in 0..levels {
-            self.meshes.iter_mut().for_each(|mesh| *mesh = mesh.split());
+            for (_, mesh) in self.meshes.iter_mut().enumerate().filter(|(index, _)| !deforming.contains(index)) {
+                *mesh = mesh.split().into();
+            }
         }
         self
     }

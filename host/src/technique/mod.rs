@@ -47,7 +47,7 @@ pub fn named(name: &str) -> Result<Box<dyn Technique>, Error> {
 pub enum Repeats {
     /// Independent samples of each pixel, whose mean is the image.
     Samples,
-    /// Frames, each of which may reuse what the ones before it have found; frame f shows an animated scene at time f.
+    /// Frames, each of which may reuse what the ones before it have found; frame f shows an animated scene at frame f.
     Frames,
 }
 

@@ -20,7 +20,7 @@ pub struct Render {
     pub accumulate: bool,
     /// Seed of the random numbers.
     pub seed: u32,
-    /// The camera of each frame, of which the last one stays; the scene's if there is none.
+    /// The camera of each frame, of which the last one stays; the scene's, which may move, if there is none.
     pub cameras: Vec<Camera>,
     /// The technique and its settings.
     pub technique: Box<dyn Technique>,
@@ -38,9 +38,13 @@ impl Render {
         self.accumulate || self.technique.about().repeats == Repeats::Samples
     }
 
-    /// The camera of a frame.
+    /// The camera of a frame. Samples have one camera, that of the scene as it stands.
     pub fn camera(&self, scene: &SceneBuffers, frame: u32) -> Camera {
-        self.cameras.get(frame as usize).or(self.cameras.last()).copied().unwrap_or(scene.camera)
+        let own = self.cameras.get(frame as usize).or(self.cameras.last()).copied();
+        own.unwrap_or_else(|| match self.technique.about().repeats {
+            Repeats::Samples => scene.camera,
+            Repeats::Frames => scene.camera_at(f64::from(frame)),
+        })
     }
 }
 

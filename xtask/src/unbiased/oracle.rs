@@ -18,6 +18,8 @@ const MAX_TRIANGLES: usize = 500;
 /// # Errors
 /// [`Error::Environment`] for a scene that is too large.
 pub(super) fn oracle(scene: &Scene, buffers: &SceneBuffers, integral: Integral) -> Result<Oracle, Error> {
+    // what has no time is at time 0
+    let scene = &scene.at(0.0);
     let count: usize = scene.instances.iter().map(|i| scene.meshes[i.mesh].indices.len()).sum();
     if count > MAX_TRIANGLES {
         return Err(Error::Environment(format!(

@@ -22,9 +22,10 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let Arguments { scene, additions, output } = arguments;
     require(ends_in(output, "glb"), format_args!("the output {} has to end in .glb", output.display()))?;
+    // the check makes a file for a moment
+    interrupt::install()?;
     check_writable(output)?;
     refuse_overwriting(&additions.inputs(scene), [output])?;
-    interrupt::install()?;
     let mut scene = additions.open(scene)?;
     let size = scene.default_size.unwrap_or(DEFAULT_SIZE);
     additions.complete(&mut scene, size)?;
@@ -35,9 +36,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     if let Some(environment) = &scene.environment {
         report += &write_environment(environment, &output.with_extension("env.exr"))?;
     }
-    if !scene.animation.is_still() {
-        report += "what moves in the scene is not written: the file has its first frame\n";
-    }
+    report.extend(export::left_out(&scene).iter().map(|sentence| format!("{sentence}\n")));
     if scene.camera.is_some_and(|camera| camera.lens_radius > 0.0) {
         report += "glTF has no lens: other programs see a pinhole camera, restir finds the lens in the file's extras\n";
     }

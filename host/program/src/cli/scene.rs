@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use restir::scene::{Camera, Environment, MAX_COORDINATE, Scene};
+use restir::scene::{Animation, Camera, Environment, MAX_COORDINATE, Scene};
 use restir::{Error, buffers::SceneBuffers, memory};
 use restir_shared::layout::MAX_TRIANGLES;
 
@@ -40,7 +40,13 @@ pub(super) struct Additions {
     /// from glTF.
     #[arg(long, value_name = "DISTANCE", allow_hyphen_values = true)]
     focus_distance: Option<f64>,
-    /// Split each triangle in 4^LEVELS of the same plane: the same picture at more cost.
+    /// Show the scene as at this time of its animation, in seconds (of `moving` in frames); frames go on from there.
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    time: Option<f64>,
+    /// Frames a second of the animation; 24 of a glTF file if not given.
+    #[arg(long, value_name = "RATE", allow_hyphen_values = true)]
+    frame_rate: Option<f64>,
+    /// Split each triangle in 4^LEVELS of the same plane: the same picture at more cost. What deforms stays as it is.
     #[arg(long, value_name = "LEVELS", default_value = "0", value_parser = natural::<u32>, allow_hyphen_values = true)]
     subdivide: u32,
 }
@@ -98,8 +104,21 @@ impl Additions {
             scene.environment =
                 Some(environment.placed(self.env_scale.unwrap_or(1.0), self.env_rotate.unwrap_or(0.0))?);
         }
+        self.set_time(&mut scene)?;
         self.check_subdivision(&scene)?;
         Ok(scene.subdivided(self.subdivide))
+    }
+
+    fn set_time(&self, scene: &mut Scene) -> Result<(), Error> {
+        let Animation { start, frame_rate, .. } = &mut scene.animation;
+        (*start, *frame_rate) = (self.time.unwrap_or(*start), self.frame_rate.unwrap_or(*frame_rate));
+        require(start.is_finite(), format_args!("--time {start} is no time; give a finite number"))?;
+        let positive = frame_rate.is_finite() && *frame_rate > 0.0;
+        require(positive, format_args!("--frame-rate {frame_rate} is out of range; give a positive number"))?;
+        if scene.animation.is_still() && (self.time.is_some() || self.frame_rate.is_some()) {
+            console::note("warning: nothing moves in the scene; --time and --frame-rate change nothing");
+        }
+        Ok(())
     }
 
     fn check_subdivision(&self, scene: &Scene) -> Result<(), Error> {
@@ -121,12 +140,16 @@ impl Additions {
     pub(super) fn complete(&self, scene: &mut Scene, [width, height]: [u32; 2]) -> Result<(), Error> {
         scene.warnings.iter().for_each(|warning| console::note(&format!("warning: {warning}")));
         let aspect = f64::from(width) / f64::from(height);
+        if self.camera.is_some() {
+            scene.animation.rig.release_camera();
+        }
         let camera = self.camera.or(scene.camera).unwrap_or_else(|| Camera::framing(scene.bounds(), aspect));
         scene.camera = Some(self.with_lens(camera)?);
         if self.emitters > 0 {
             let count = self.emitters;
             let problem = format_args!("{count} emitters are too many; give at most {MAX_EMITTERS}");
             require(count <= MAX_EMITTERS, problem)?;
+            let camera = scene.camera_at(0.0).unwrap_or(camera);
             add_within_bounds(scene, "emitters around it", |scene| scene.add_emitters(count, &camera))?;
         }
         if self.default_light {

@@ -59,7 +59,7 @@ fn a_document_that_cannot_be_right() {
         d["meshes"][0]["primitives"] = json!(vec![d["meshes"][0]["primitives"][0].clone(); 40]);
         d["accessors"][0] = json!({ "componentType": 5126, "count": 130_000_000, "type": "VEC3" });
     };
-    refused(huge, &["meshes take", "GiB"]);
+    refused(huge, &["meshes and animations take", "GiB"]);
 }
 
 #[test]

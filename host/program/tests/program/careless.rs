@@ -90,7 +90,15 @@ fn a_limit_on_addresses_is_a_limit_of_memory() {
 #[test]
 fn what_moves_and_is_left_out_is_named() {
     let workplace = Workplace::new();
-    let scene = workplace.scene(&changed(|d| d["animations"] = json!([{ "channels": [], "samplers": [] }])));
-    run(["info", &scene]).says(&["animations are ignored"]);
-    run(["export", "moving", &workplace.output("moving.glb")]).says(&["first frame"]);
+    let channel = json!({ "sampler": 0, "target": { "node": 0, "path": "translation" } });
+    let walk = |name: &str| json!({ "name": name, "channels": [channel], "samplers": [{ "input": 0, "output": 0 }] });
+    let same = changed(|d| {
+        d["accessors"] = json!([d["accessors"][0], { "componentType": 5126, "count": 3, "type": "SCALAR" }]);
+        let mut walks = json!([walk("walk"), walk("run")]);
+        walks.as_array_mut().unwrap().iter_mut().for_each(|walk| walk["samplers"][0]["input"] = json!(1));
+        d["animations"] = walks;
+    });
+    run(["info", &workplace.scene(&same)]).says(&["animation run", "an animation before it", "ignored"]);
+    let words = ["go out", "single precision", "period"];
+    run(["export", "moving", &workplace.output("moving.glb")]).says(&words);
 }

@@ -11,5 +11,6 @@ mod input_output;
 #[cfg(unix)]
 mod interrupt;
 mod measure;
+mod motion;
 mod results;
 mod support;

@@ -1,6 +1,8 @@
 //! The Cornell box with a mirror, glass, and glossy blocks whose roughness is on either side of 0.2, a usual threshold
 //! between what is connected to and what is not.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use super::cornell;
@@ -15,8 +17,8 @@ pub(super) fn scene() -> Scene {
     let clear = scene.add_material(glass("glass", 0.0));
     for mesh in &mut scene.meshes {
         match mesh.name.as_str() {
-            "tall block" => mesh.material = copper,
-            "short block" => mesh.material = white,
+            "tall block" => Arc::make_mut(mesh).material = copper,
+            "short block" => Arc::make_mut(mesh).material = white,
             _ => {}
         }
     }

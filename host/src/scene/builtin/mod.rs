@@ -18,6 +18,7 @@ mod parts;
 mod random;
 mod statue;
 mod tower;
+mod toys;
 
 pub(in crate::scene) use random::Random;
 
@@ -33,6 +34,10 @@ pub const NAMES: &[(&str, &str)] = &[
     ("glass", "a mirror, and glass that is smooth, rough, or coloured by absorption"),
     ("tower", "two towers of bricks at night: a sky of small bright lights, a shadow side lit indirectly"),
     ("moving", "a room with a moving board, lamp and ball, and lights that go out and come back: frame f is time f"),
+    (
+        "toys",
+        "a tentacle on joints, a ball with morph targets, a carousel of nodes and a camera on a rail: 4 s, 24 frames each",
+    ),
     ("statue", "a hare of wax: one closed mesh with ears, fingers and a thick belly"),
 ];
 
@@ -49,6 +54,7 @@ pub fn scene(name: &str) -> Option<Scene> {
         "glass" => Some(glass::scene()),
         "tower" => Some(tower::scene()),
         "moving" => Some(moving::scene()),
+        "toys" => Some(toys::scene()),
         "statue" => Some(statue::scene()),
         _ => None,
     }

@@ -44,7 +44,6 @@ fn add_lights(scene: &mut Scene) {
     }
     let out = |emitter, from, until| Blackout { emitter, time: from..until };
     scene.animation = Animation {
-        motions: Vec::new(),
         blackouts: vec![
             out(Emitter::Material(sign), 5.0, 9.0),
             out(Emitter::Material(sign), 20.0, 21.0),
@@ -52,6 +51,7 @@ fn add_lights(scene: &mut Scene) {
             out(Emitter::Light(0), 28.0, 30.0),
         ],
         period: Some(PERIOD),
+        ..Animation::default()
     };
 }
 

@@ -7,6 +7,7 @@ use super::{Document, Problem};
 use crate::error::ensure;
 
 const FLOAT: u32 = 5126;
+const UNSIGNED_SHORT: u32 = 5123;
 const UNSIGNED_INT: u32 = 5125;
 const VERTICES: u32 = 34_962;
 const INDICES: u32 = 34_963;
@@ -36,6 +37,32 @@ impl Document {
         let view = self.view(triangles.as_flattened().iter().flat_map(|i| i.to_le_bytes()), Some(INDICES));
         let count = 3 * triangles.len();
         let accessor = json!({ "bufferView": view, "componentType": UNSIGNED_INT, "count": count, "type": "SCALAR" });
+        self.add("accessors", accessor)
+    }
+
+    /// Adds numbers of tracks or matrices, with the bounds that glTF wants of times, and gives the index of their accessor.
+    pub(super) fn add_floats(&mut self, values: &[f32], kind: &str) -> usize {
+        let view = self.view(values.iter().flat_map(|x| x.to_le_bytes()), None);
+        let width = match kind {
+            "VEC3" => 3,
+            "VEC4" => 4,
+            "MAT4" => 16,
+            _ => 1,
+        };
+        let count = values.len() / width;
+        let mut accessor = json!({ "bufferView": view, "componentType": FLOAT, "count": count, "type": kind });
+        if width == 1 {
+            accessor["min"] = json!([values.iter().copied().fold(f32::INFINITY, f32::min)]);
+            accessor["max"] = json!([values.iter().copied().fold(f32::NEG_INFINITY, f32::max)]);
+        }
+        self.add("accessors", accessor)
+    }
+
+    /// Adds the joints of every vertex and gives the index of their accessor.
+    pub(super) fn add_joints(&mut self, joints: &[[u16; 4]]) -> usize {
+        let view = self.view(joints.as_flattened().iter().flat_map(|i| i.to_le_bytes()), Some(VERTICES));
+        let accessor =
+            json!({ "bufferView": view, "componentType": UNSIGNED_SHORT, "count": joints.len(), "type": "VEC4" });
         self.add("accessors", accessor)
     }
 

@@ -1,18 +1,50 @@
 //! Meshes.
 
-use serde_json::json;
+use std::collections::BTreeMap;
+
+use serde_json::{Value, json};
 
 use super::{Document, Problem};
 use crate::error::ensure;
-use crate::scene::{Mesh, Scene};
+use crate::scene::{Deformation, Mesh, MorphTarget, Scene};
 
 impl Document {
-    /// Adds all meshes that have a triangle; gives the index in the file for each of the scene's.
+    /// Adds all meshes that have a triangle; gives the index in the file for each of the scene's. What a node deforms is one
+    /// mesh of the file.
     pub(super) fn add_meshes(&mut self, scene: &Scene) -> Result<Vec<Option<usize>>, Problem> {
-        scene.meshes.iter().map(|mesh| self.add_mesh(mesh, scene.materials.len())).collect()
+        let deformations = &scene.animation.rig.deformations;
+        let deformation = |mesh: usize| deformations.iter().find(|deformation| deformation.mesh == mesh);
+        let mut of_nodes = BTreeMap::new();
+        let mut meshes = Vec::new();
+        for (index, mesh) in scene.meshes.iter().enumerate() {
+            let deformation = deformation(index);
+            let primitive = self.primitive(mesh, deformation.map(|d| &**d), scene.materials.len())?;
+            let shared = deformation.and_then(|deformation| of_nodes.get(&deformation.node)).copied();
+            let own = primitive.map(|primitive| match shared {
+                Some(shared) => self.add_primitive(shared, primitive),
+                None => self.add("meshes", json!({ "name": mesh.name, "primitives": [primitive] })),
+            });
+            if let (Some(deformation), Some(own)) = (deformation, own) {
+                of_nodes.insert(deformation.node, own);
+            }
+            meshes.push(own);
+        }
+        Ok(meshes)
     }
 
-    fn add_mesh(&mut self, mesh: &Mesh, materials: usize) -> Result<Option<usize>, Problem> {
+    fn add_primitive(&mut self, mesh: usize, primitive: Value) -> usize {
+        let mesh_of_file = self.arrays.get_mut("meshes").and_then(|meshes| meshes.get_mut(mesh));
+        let primitives = mesh_of_file.and_then(|mesh| mesh["primitives"].as_array_mut());
+        primitives.into_iter().for_each(|primitives| primitives.push(primitive.clone()));
+        mesh
+    }
+
+    fn primitive(
+        &mut self,
+        mesh: &Mesh,
+        deformation: Option<&Deformation>,
+        materials: usize,
+    ) -> Result<Option<Value>, Problem> {
         if mesh.indices.is_empty() {
             return Ok(None);
         }
@@ -22,9 +54,30 @@ impl Document {
         self.add_attribute(&mut attributes, "NORMAL", &mesh.normals);
         self.add_attribute(&mut attributes, "TEXCOORD_0", &mesh.uvs);
         self.add_attribute(&mut attributes, "TANGENT", &mesh.tangents);
+        let skinning = deformation.and_then(|deformation| deformation.skinning.as_ref());
+        for (number, set) in skinning.iter().flat_map(|skinning| &skinning.sets).enumerate() {
+            attributes[format!("JOINTS_{number}")] = self.add_joints(&set.joints).into();
+            self.add_attribute(&mut attributes, &format!("WEIGHTS_{number}"), &set.weights);
+        }
         let indices = self.add_triangles(&mesh.indices);
-        let primitive = json!({ "attributes": attributes, "indices": indices, "material": mesh.material });
-        Ok(Some(self.add("meshes", json!({ "name": mesh.name, "primitives": [primitive] }))))
+        let mut primitive = json!({ "attributes": attributes, "indices": indices, "material": mesh.material });
+        let targets = deformation.map_or(&[][..], |deformation| &deformation.targets);
+        if !targets.is_empty() {
+            primitive["targets"] = targets.iter().map(|target| self.target(target, mesh.positions.len())).collect();
+        }
+        Ok(Some(primitive))
+    }
+
+    fn target(&mut self, target: &MorphTarget, vertices: usize) -> Value {
+        let mut attributes = json!({});
+        self.add_attribute(&mut attributes, "POSITION", &target.positions);
+        self.add_attribute(&mut attributes, "NORMAL", &target.normals);
+        self.add_attribute(&mut attributes, "TANGENT", &target.tangents);
+        // a target has at least one attribute
+        if attributes == json!({}) {
+            self.add_attribute(&mut attributes, "POSITION", &vec![[0.0; 3]; vertices]);
+        }
+        attributes
     }
 }
 

@@ -1,11 +1,12 @@
 //! Export as binary glTF 2.0, so that other renderers can load any scene.
 //!
 //! All of a scene is written that glTF has a name for: meshes with their normals, texture coordinates and tangents,
-//! instances as nodes, materials with the extensions that the import reads, textures as PNG, punctual lights, the camera.
+//! instances as nodes, materials with the extensions that the import reads, textures as PNG, punctual lights, the camera,
+//! the rig with its skins and morph targets, and motions as animations.
 //! Where glTF's numbers are coarser than the scene's, the exact ones stand in `extras` for [`super::gltf`] to find.
-//! Importing the file again gives the scene back: every vertex, matrix, factor and texel has its bits. Left out are the
-//! animation, the environment, for which glTF has no name, meshes without a triangle, and the order of meshes and textures: the import
-//! numbers them as they are used.
+//! Importing the file again gives the scene back: every vertex, matrix, factor and texel has its bits, and a rig poses as it
+//! did; motions of instances are rounded to single precision. Left out are what [`left_out`] names, the environment, for which
+//! glTF has no name, meshes without a triangle, and the order of meshes and textures: the import numbers them as they are used.
 //!
 //! Restir renders both sides of a surface, where glTF hides the back of what is not double-sided; what neither emits nor
 //! encloses a volume is therefore written as double-sided.
@@ -16,7 +17,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::Scene;
+use super::{MorphTarget, Scene};
 use crate::output::write_atomically;
 use crate::{Error, memory};
 
@@ -24,7 +25,10 @@ mod binary;
 mod material;
 mod mesh;
 mod node;
+mod rig;
 mod texture;
+
+pub use rig::left_out;
 
 /// What is wrong with a scene, as a sentence without a full stop.
 type Problem = String;
@@ -47,6 +51,7 @@ pub fn glb(scene: &Scene) -> Result<Vec<u8>, Error> {
     // The bytes are gathered once, and copied into the file.
     memory::check(2 * bytes(scene), &format!("the export of scene {}", scene.name), "choose a smaller scene")?;
     let export = || -> Result<Vec<u8>, Problem> {
+        scene.animation.problem(scene).map_or(Ok(()), Err)?;
         let mut document = Document::default();
         document.add_textures(scene)?;
         document.add_materials(scene)?;
@@ -64,8 +69,13 @@ fn bytes(scene: &Scene) -> u64 {
             + 8 * mesh.uvs.len()
             + 16 * mesh.tangents.len()
     });
+    let deformations = scene.animation.rig.deformations.iter().map(|deformation| {
+        let deltas = |target: &MorphTarget| target.positions.len() + target.normals.len() + target.tangents.len();
+        let joints = deformation.skinning.iter().flat_map(|skinning| &skinning.sets).map(|set| set.joints.len());
+        12 * deformation.targets.iter().map(deltas).sum::<usize>() + 24 * joints.sum::<usize>()
+    });
     let textures = scene.textures.iter().map(|texture| 4 * texture.texels.len());
-    meshes.chain(textures).map(|bytes| bytes as u64).sum()
+    meshes.chain(deformations).chain(textures).map(|bytes| bytes as u64).sum()
 }
 
 /// A file in the making.
@@ -86,9 +96,19 @@ impl Document {
         members.len() - 1
     }
 
+    /// The nodes that are in no other one.
+    fn roots(&self) -> Vec<usize> {
+        let nodes = self.arrays.get("nodes").map_or(&[][..], Vec::as_slice);
+        let children = nodes.iter().filter_map(|node| node.get("children")?.as_array()).flatten();
+        let children: BTreeSet<u64> = children.filter_map(Value::as_u64).collect();
+        (0..nodes.len()).filter(|&node| !children.contains(&(node as u64))).collect()
+    }
+
     fn into_file(mut self, scene: &Scene) -> Result<Vec<u8>, Problem> {
         let lights = self.arrays.remove("lights");
-        let nodes: Vec<usize> = (0..self.arrays.get("nodes").map_or(0, Vec::len)).collect();
+        let mut extras = json!({});
+        self.finish_animation(scene, &mut extras);
+        let nodes = self.roots();
         let mut root: Value = self.arrays.into_iter().collect();
         // glTF has no empty arrays.
         if !self.extensions.is_empty() {
@@ -101,9 +121,11 @@ impl Document {
             root["buffers"] = json!([{ "byteLength": self.bytes.len() }]);
         }
         if !nodes.is_empty() {
-            let size = scene.default_size.map(|size| json!({ "restir": { "size": size } }));
+            if let Some(size) = scene.default_size {
+                extras["size"] = json!(size);
+            }
             root["scene"] = json!(0);
-            root["scenes"] = json!([{ "nodes": nodes, "extras": size }]);
+            root["scenes"] = json!([{ "nodes": nodes, "extras": { "restir": extras } }]);
         }
         let generator = concat!("restir ", env!("CARGO_PKG_VERSION"));
         root["asset"] = json!({ "version": "2.0", "generator": generator });

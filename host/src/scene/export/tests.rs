@@ -1,5 +1,7 @@
 //! What is exported comes back. The suite `gltf` has built-in scenes and files.
 
+use std::sync::Arc;
+
 use glam::{DAffine3, DQuat, DVec3};
 
 use super::*;
@@ -80,7 +82,7 @@ fn everything() -> Scene {
     let [position, direction] = [DVec3::new(0.1, 0.2, 0.3), DVec3::new(0.3, -2.0, 0.1)];
     Scene {
         name: "everything".to_owned(),
-        meshes: vec![shaded, faceted("pane", 1), faceted("water", 2)],
+        meshes: [shaded, faceted("pane", 1), faceted("water", 2)].map(Arc::new).into(),
         instances: vec![
             Instance { mesh: 0, transform: DAffine3::IDENTITY },
             Instance { mesh: 1, transform: turn },
@@ -157,10 +159,13 @@ fn what_cannot_be_written_is_refused() {
         change(&mut scene);
         glb(&scene).unwrap_err().to_string()
     };
-    assert!(problem(|s| s.meshes[0].normals.truncate(1)).contains("attribute for 1"));
-    assert!(problem(|s| s.meshes[0].indices[0][0] = 9).contains("index 9"));
-    assert!(problem(|s| s.meshes[0].material = 9).contains("material 9"));
-    assert!(problem(|s| s.meshes[1].positions[0][1] = f32::NAN).contains("not finite"));
+    fn mesh(scene: &mut Scene, index: usize) -> &mut Mesh {
+        Arc::make_mut(&mut scene.meshes[index])
+    }
+    assert!(problem(|s| mesh(s, 0).normals.truncate(1)).contains("attribute for 1"));
+    assert!(problem(|s| mesh(s, 0).indices[0][0] = 9).contains("index 9"));
+    assert!(problem(|s| mesh(s, 0).material = 9).contains("material 9"));
+    assert!(problem(|s| mesh(s, 1).positions[0][1] = f32::NAN).contains("not finite"));
     assert!(problem(|s| s.instances[0].mesh = 9).contains("mesh 9"));
     assert!(problem(|s| s.instances[0].transform.translation.x = f64::NAN).contains("transform"));
     assert!(problem(|s| s.textures[0].size = [4, 4]).contains("15 texels"));

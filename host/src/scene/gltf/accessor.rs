@@ -19,17 +19,46 @@ struct Range {
 }
 
 impl Document<'_> {
-    /// Vectors of two to four components: floats, or 8 and 16-bit integers (texture coordinates, and everything under
-    /// KHR_mesh_quantization).
+    /// Numbers, or vectors of two to four: floats, or 8 and 16-bit integers (texture coordinates, weights, tracks, and
+    /// everything under KHR_mesh_quantization).
     pub(super) fn vectors<const N: usize>(&self, index: Index<Accessor>) -> Result<Vec<[f32; N]>, Problem> {
-        let (accessor, kind) = self.accessor(index, [Type::Vec2, Type::Vec3, Type::Vec4][N - 2])?;
-        ensure!(kind != ComponentType::U32, "vertex attributes cannot be 32-bit integers");
+        let (accessor, kind) = self.accessor(index, [Type::Scalar, Type::Vec2, Type::Vec3, Type::Vec4][N - 1])?;
+        ensure!(kind != ComponentType::U32, "vertex attributes and tracks cannot be 32-bit integers");
         let normalized = accessor.normalized;
         let size = kind.size();
         let decode = move |bytes: &[u8]| {
             std::array::from_fn(|axis| component(kind, normalized, bytes.get(axis * size..).unwrap_or_default()))
         };
         self.elements(accessor, N * size, [0.0; N], decode)
+    }
+
+    /// The joints of vertices.
+    pub(super) fn joints(&self, index: Index<Accessor>) -> Result<Vec<[u16; 4]>, Problem> {
+        let (accessor, kind) = self.accessor(index, Type::Vec4)?;
+        ensure!(
+            matches!(kind, ComponentType::U8 | ComponentType::U16),
+            "joints have to be 8 or 16-bit unsigned integers"
+        );
+        let size = kind.size();
+        let joint = |bytes: &[u8]| integer(kind, bytes) as u16;
+        let decode = |bytes: &[u8]| std::array::from_fn(|k| joint(bytes.get(k * size..).unwrap_or_default()));
+        self.elements(accessor, 4 * size, [0; 4], decode)
+    }
+
+    /// Affine maps as 4 x 4 matrices of floats: three columns and a translation.
+    pub(super) fn affine_matrices(&self, index: Index<Accessor>) -> Result<Vec<[[f32; 3]; 4]>, Problem> {
+        let (accessor, kind) = self.accessor(index, Type::Mat4)?;
+        ensure!(kind == ComponentType::F32, "matrices have to be floats");
+        let decode =
+            |bytes: &[u8]| std::array::from_fn(|k| f32::from_le_bytes(first(bytes.get(4 * k..).unwrap_or_default())));
+        let matrices = self.elements(accessor, 64, [0.0; 16], decode)?;
+        let affine = matrices.iter().position(|m| [m[3], m[7], m[11], m[15]] != [0.0, 0.0, 0.0, 1.0]);
+        ensure!(
+            affine.is_none(),
+            "matrix {} is not affine; its last row has to be 0, 0, 0, 1",
+            affine.unwrap_or_default()
+        );
+        Ok(matrices.iter().map(|m| [0, 4, 8, 12].map(|k| [m[k], m[k + 1], m[k + 2]])).collect())
     }
 
     /// Unsigned integers.

@@ -1,9 +1,11 @@
 //! How much memory the import takes: a small file can refer to the same data, or to none, any number of times.
 
+use gltf::json::animation::Sampler;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 use gltf::json::{Accessor, Index};
 
+use super::deform::Deformer;
 use super::{Document, Problem};
 use crate::error::ensure;
 use crate::memory::{self, gib};
@@ -17,15 +19,50 @@ pub(super) fn max_bytes() -> Result<u64, Problem> {
 impl Document<'_> {
     /// Refuses meshes that would take more than [`max_bytes`], before the first is read.
     pub(super) fn check_memory(&self) -> Result<(), Problem> {
-        let primitives = self.root.meshes.iter().flat_map(|mesh| &mesh.primitives);
-        let bytes = primitives.fold(0_u64, |sum, primitive| sum.saturating_add(self.primitive_bytes(primitive)));
+        let meshes = self.root.meshes.iter().zip(self.copies());
+        let primitives = meshes.flat_map(|(mesh, copies)| mesh.primitives.iter().map(move |p| (p, copies)));
+        let bytes = primitives.fold(0_u64, |sum, (primitive, copies)| {
+            sum.saturating_add(self.primitive_bytes(primitive).saturating_mul(copies))
+        });
+        let bytes = bytes.saturating_add(self.motion_bytes());
         let most = max_bytes()?;
         let [taken, room] = [bytes, most].map(gib);
         ensure!(
             bytes <= most,
-            "its meshes take {taken}, more than the {room} that may be read; export fewer or simpler meshes"
+            "its meshes and animations take {taken}, more than the {room} that may be read; export fewer or simpler meshes"
         );
         Ok(())
+    }
+
+    /// How often each mesh is read: once, or by each node that deforms it.
+    fn copies(&self) -> Vec<u64> {
+        let mut copies = vec![1; self.root.meshes.len()];
+        for (index, node) in self.root.nodes.iter().enumerate() {
+            let Some(mesh) = node.mesh else { continue };
+            if let Some(own) = self.root.meshes.get(mesh.value())
+                && Deformer::of(Index::new(index as u32), node, own).is_some()
+            {
+                copies[mesh.value()] += 1;
+            }
+        }
+        copies
+    }
+
+    /// The keys of all animations and the matrices of all skins.
+    fn motion_bytes(&self) -> u64 {
+        let samplers = self.root.animations.iter().flat_map(|animation| {
+            animation.channels.iter().filter_map(|channel| animation.samplers.get(channel.sampler.value()))
+        });
+        let size = |sampler: &Sampler| {
+            let [times, values] = [sampler.input, sampler.output].map(|accessor| self.elements_at_most(accessor));
+            times
+                .saturating_mul(size_of::<f32>() as u64)
+                .saturating_add(values.saturating_mul(size_of::<[f32; 4]>() as u64))
+        };
+        let matrices = self.root.skins.iter().filter_map(|skin| skin.inverse_bind_matrices);
+        let matrices =
+            matrices.map(|accessor| self.elements_at_most(accessor).saturating_mul(size_of::<[f32; 16]>() as u64));
+        samplers.map(size).chain(matrices).fold(0, u64::saturating_add)
     }
 
     fn primitive_bytes(&self, primitive: &Primitive) -> u64 {
@@ -37,12 +74,17 @@ impl Document<'_> {
             let bytes = match semantic {
                 Checked::Valid(Semantic::Positions | Semantic::Normals) => size_of::<[f32; 3]>(),
                 Checked::Valid(Semantic::TexCoords(_)) => size_of::<[f32; 2]>(),
-                Checked::Valid(Semantic::Tangents) => size_of::<[f32; 4]>(),
+                Checked::Valid(Semantic::Tangents | Semantic::Weights(_)) => size_of::<[f32; 4]>(),
+                Checked::Valid(Semantic::Joints(_)) => size_of::<[u16; 4]>(),
                 _ => 0,
             };
             (self.elements_at_most(accessor), bytes)
         });
-        let parts = attributes.chain([(indices, size_of::<u32>()), (triangles, size_of::<[u32; 3]>())]);
+        let targets = primitive.targets.iter().flatten();
+        let deltas = targets.flat_map(|target| [target.positions, target.normals, target.tangents]).flatten();
+        let deltas = deltas.map(|accessor| (self.elements_at_most(accessor), size_of::<[f32; 3]>()));
+        let own = [(indices, size_of::<u32>()), (triangles, size_of::<[u32; 3]>())];
+        let parts = attributes.chain(deltas).chain(own);
         parts.fold(0, |sum, (count, bytes)| sum.saturating_add(count.saturating_mul(bytes as u64)))
     }
 

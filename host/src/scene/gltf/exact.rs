@@ -8,6 +8,7 @@
 use glam::{DAffine3, DMat3, DVec3};
 use gltf::json::Extras;
 use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use crate::image::MAX_SIDE;
@@ -84,8 +85,14 @@ pub(super) fn camera(extras: &Extras, world: &DAffine3, vertical_fov: f32) -> Op
         lens_radius: own(extras, "lensRadius")?,
         focus_distance: own(extras, "focusDistance"),
     };
-    let fits = matrix(&camera_transform(&camera)) == matrix(world) && camera.vertical_fov as f32 == vertical_fov;
+    let fits = near(&camera_transform(&camera), world) && camera.vertical_fov as f32 == vertical_fov;
     (fits && camera.check().is_ok()).then_some(camera)
+}
+
+/// Whether two transforms differ by roundings to single precision alone.
+fn near(a: &DAffine3, b: &DAffine3) -> bool {
+    let same = |(a, b): (&f64, &f64)| (a - b).abs() <= 4.0 * f64::from(f32::EPSILON) * a.abs().max(1.0);
+    a.to_cols_array().iter().zip(&b.to_cols_array()).all(same)
 }
 
 /// The extras of a camera.
@@ -126,6 +133,20 @@ pub(in crate::scene) fn texture_extras(transform: [f32; 6]) -> Option<Value> {
 pub(super) fn size(extras: &Extras) -> Option<[u32; 2]> {
     let size: [f64; 2] = own(extras, "size")?;
     size.iter().all(|side| (1.0..=f64::from(MAX_SIDE)).contains(side)).then_some(size.map(|side| side as u32))
+}
+
+/// How the times of tracks and frames go together.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[serde(rename_all = "camelCase")]
+pub(in crate::scene) struct Times {
+    pub(in crate::scene) frame_rate: f64,
+    pub(in crate::scene) start: f64,
+    pub(in crate::scene) period: Option<f64>,
+}
+
+/// The times of the scene's animation.
+pub(super) fn times(extras: &Extras) -> Option<Times> {
+    own(extras, "times")
 }
 
 /// A member of what the export has written into extras.

@@ -5,6 +5,7 @@ use std::ops::Range;
 use gltf::json::mesh::{Mesh as JsonMesh, Mode, Primitive, Semantic};
 use gltf::json::{Index, validation::Checked};
 
+use super::deform::Deformer;
 use super::{Importer, Problem, label};
 use crate::error::ensure;
 use crate::scene::Mesh;
@@ -15,19 +16,33 @@ impl Importer<'_> {
         if let Some(range) = self.meshes.get(&index) {
             return Ok(range.clone());
         }
+        let range = self.add_mesh(index, None)?;
+        self.meshes.insert(index, range.clone());
+        Ok(range)
+    }
+
+    /// Adds a mesh of the file once more, for a node that deforms it.
+    pub(super) fn add_mesh(
+        &mut self,
+        index: Index<JsonMesh>,
+        deformer: Option<Deformer>,
+    ) -> Result<Range<usize>, Problem> {
         let mesh = self.document.get(index, "a node has mesh")?;
         let first = self.scene.meshes.len();
         for (number, primitive) in mesh.primitives.iter().enumerate() {
             let name = label(mesh.name.as_ref(), "mesh", index);
             let name = if mesh.primitives.len() == 1 { name } else { format!("{name}, primitive {number}") };
-            self.about(format!("mesh {name}"), |importer| importer.add_primitive(name, primitive))?;
+            self.about(format!("mesh {name}"), |importer| importer.add_primitive(name, primitive, deformer))?;
         }
-        let range = first..self.scene.meshes.len();
-        self.meshes.insert(index, range.clone());
-        Ok(range)
+        Ok(first..self.scene.meshes.len())
     }
 
-    fn add_primitive(&mut self, name: String, primitive: &Primitive) -> Result<(), Problem> {
+    fn add_primitive(
+        &mut self,
+        name: String,
+        primitive: &Primitive,
+        deformer: Option<Deformer>,
+    ) -> Result<(), Problem> {
         let Checked::Valid(mode) = primitive.mode else {
             return Err("it has an unknown primitive mode".to_owned());
         };
@@ -51,7 +66,11 @@ impl Importer<'_> {
         let mut mesh = Mesh { name, positions, indices, material, ..Mesh::default() };
         let needs = self.needs.get(material).copied().unwrap_or_default();
         self.add_attributes(&mut mesh, primitive, needs)?;
-        self.scene.meshes.push(mesh);
+        if let Some(deformer) = deformer {
+            let deformation = self.deformation(self.scene.meshes.len(), &mesh, primitive, deformer)?;
+            self.movers.deformations.push(deformation);
+        }
+        self.scene.meshes.push(mesh.into());
         Ok(())
     }
 
@@ -68,8 +87,6 @@ impl Importer<'_> {
         self.warn_if(incomplete, "its last triangle is incomplete and was skipped");
         let is_color = |semantic: &Checked<Semantic>| matches!(semantic, Checked::Valid(Semantic::Colors(_)));
         self.warn_if(primitive.attributes.keys().any(is_color), "its vertex colours are ignored");
-        let targets = primitive.targets.as_ref().is_some_and(|targets| !targets.is_empty());
-        self.warn_if(targets, "its morph targets are ignored");
     }
 }
 

@@ -1,7 +1,7 @@
 //! Import of glTF 2.0, `.gltf` and `.glb`.
 //!
-//! Read are meshes (triangles, strips and fans) with normals, tangents and texture coordinates, the node hierarchy, the
-//! first perspective camera, materials with their textures (PNG and JPEG), and the extensions in
+//! Read are meshes (triangles, strips and fans) with normals, tangents and texture coordinates, their morph targets and
+//! skins, the node hierarchy, animations of nodes and weights, the first perspective camera, materials with their textures (PNG and JPEG), and the extensions in
 //! [`SUPPORTED_EXTENSIONS`]. What is skipped or replaced gets a warning: alpha (all surfaces are opaque), textures of
 //! transmission and thickness, the range of lights, a second set of texture coordinates in one material. Occlusion
 //! textures are not needed.
@@ -18,22 +18,25 @@ use std::path::Path;
 
 use gltf::json::{self, Index, Root, root::Get};
 
-use super::Scene;
+use super::{Scene, Track};
 use crate::error::ensure;
 use crate::memory::gib;
 use crate::{Error, input};
 
 mod accessor;
+mod animation;
 mod attribute;
 mod budget;
 mod buffer;
 mod container;
+mod deform;
 pub(super) mod exact;
 mod image;
 mod light;
 mod material;
 mod mesh;
 mod node;
+mod rig;
 mod texture;
 mod uri;
 
@@ -95,13 +98,16 @@ pub(super) fn import(name: &str, bytes: &[u8], folder: Option<&Path>) -> Result<
         needs: Vec::new(),
         textures: BTreeMap::new(),
         images: BTreeMap::new(),
+        tracks: Vec::new(),
+        movers: rig::Movers::default(),
     };
     for extension in root.extensions_used.iter().filter(|name| !is_supported(name)) {
         importer.warn(format!("the extension {extension} is not supported and was ignored"));
     }
-    importer.warn_if(!root.animations.is_empty(), "its animations are ignored: everything stands where its nodes say");
     importer.add_materials()?;
+    importer.add_animations()?;
     importer.add_nodes()?;
+    importer.add_rig()?;
     Ok(importer.scene)
 }
 
@@ -137,6 +143,9 @@ struct Importer<'a> {
     /// Which texture of the scene came from which of the file.
     textures: BTreeMap<Index<json::Texture>, usize>,
     images: BTreeMap<Index<json::Image>, image::Decoded>,
+    /// How nodes of the file move.
+    tracks: Vec<Track>,
+    movers: rig::Movers,
 }
 
 impl Importer<'_> {

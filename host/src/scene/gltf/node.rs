@@ -2,12 +2,23 @@
 
 use std::collections::HashSet;
 
-use glam::{DAffine3, DMat4, DQuat, DVec3, DVec4};
+use glam::{DAffine3, DMat4, DVec3, DVec4};
 use gltf::json::{Camera as JsonCamera, Index, Node};
 
+use super::deform::Deformer;
 use super::{Importer, Problem, exact, label};
 use crate::error::ensure;
-use crate::scene::{Camera, Instance, MAX_COORDINATE, double};
+use crate::scene::{Camera, Instance, MAX_COORDINATE, Part, Placement, Property};
+
+/// A node on the way down.
+struct Reached {
+    index: Index<Node>,
+    parent: Option<usize>,
+    /// From the parent's space to the world's.
+    world: DAffine3,
+    /// Whether a node that it is within moves.
+    moves: bool,
+}
 
 impl Importer<'_> {
     /// Adds what the nodes of the default scene hold.
@@ -18,14 +29,20 @@ impl Importer<'_> {
         let scene = root.scenes.get(root.scene.map_or(0, |scene| scene.value()));
         self.scene.default_size = scene.and_then(|scene| exact::size(&scene.extras));
         let mut reached = HashSet::new();
-        let mut pending: Vec<_> = self.roots()?.into_iter().rev().map(|node| (node, DAffine3::IDENTITY)).collect();
-        while let Some((index, parent)) = pending.pop() {
+        let moved: HashSet<usize> =
+            self.tracks.iter().filter(|t| t.property != Property::Weights).map(|t| t.node).collect();
+        let root = |index| Reached { index, parent: None, world: DAffine3::IDENTITY, moves: false };
+        let mut pending: Vec<Reached> = self.roots()?.into_iter().rev().map(root).collect();
+        while let Some(Reached { index, parent, world, moves }) = pending.pop() {
             let node = self.document.get(index, "it refers to node")?;
             ensure!(reached.insert(index), "node {index} is reached twice; nodes have to form trees");
-            let world = parent * transform(node, index)?;
+            let world = world * placement(node, index)?.at_rest();
             ensure!(world.is_finite(), "the transform of node {index} is not finite");
-            self.add_node(node, index, world)?;
-            pending.extend(node.children.iter().flatten().rev().map(|&child| (child, world)));
+            let moves = moves || moved.contains(&index.value());
+            self.movers.nodes.push((index.value(), parent));
+            self.add_node(node, index, world, moves)?;
+            let child = |&child: &Index<Node>| Reached { index: child, parent: Some(index.value()), world, moves };
+            pending.extend(node.children.iter().flatten().rev().map(child));
         }
         Ok(())
     }
@@ -43,17 +60,29 @@ impl Importer<'_> {
         Ok(scene.nodes.clone())
     }
 
-    fn add_node(&mut self, node: &Node, index: Index<Node>, world: DAffine3) -> Result<(), Problem> {
+    fn add_node(&mut self, node: &Node, index: Index<Node>, world: DAffine3, moves: bool) -> Result<(), Problem> {
+        let first = self.scene.instances.len();
+        let mut deforms = false;
         if let Some(mesh) = node.mesh {
-            let instances = self.primitives(mesh)?.map(|mesh| Instance { mesh, transform: world });
-            self.scene.instances.extend(instances);
+            let deformer = Deformer::of(index, node, self.document.get(mesh, "a node has mesh")?);
+            deforms = deformer.is_some();
+            let meshes = if deforms { self.add_mesh(mesh, deformer)? } else { self.primitives(mesh)? };
+            // joints alone place what hangs on them
+            let transform = if node.skin.is_some() { DAffine3::IDENTITY } else { world };
+            self.scene.instances.extend(meshes.map(|mesh| Instance { mesh, transform }));
         }
-        let name = label(node.name.as_ref(), "node", index);
-        self.warn_if(node.skin.is_some(), format!("{name}: its skin is ignored"));
-        if let (Some(camera), None) = (node.camera, self.scene.camera) {
+        let instances = first..self.scene.instances.len();
+        let mut parts: Vec<Part> =
+            instances.filter(|_| (moves || deforms) && node.skin.is_none()).map(Part::Instance).collect();
+        let (lights, had_camera) = (self.scene.lights.len(), self.scene.camera.is_some());
+        if let (Some(camera), false) = (node.camera, had_camera) {
             self.add_camera(camera, world)?;
+            parts.extend((moves && self.scene.camera.is_some()).then_some(Part::Camera));
         }
-        self.add_light(node, &world)
+        self.add_light(node, &world)?;
+        parts.extend((lights..self.scene.lights.len()).filter(|_| moves).map(Part::Light));
+        self.movers.attachments.extend(parts.into_iter().map(|part| (index.value(), part)));
+        Ok(())
     }
 
     fn add_camera(&mut self, index: Index<JsonCamera>, world: DAffine3) -> Result<(), Problem> {
@@ -69,10 +98,7 @@ impl Importer<'_> {
         let position = world.translation;
         let near = position.abs().max_element() <= MAX_COORDINATE;
         ensure!(near, "{name} is at {position}, beyond {MAX_COORDINATE:e}; move it nearer to the origin");
-        // A camera looks along its -z; its scale has no meaning.
-        let forward = world.transform_vector3(DVec3::NEG_Z).normalize_or(DVec3::NEG_Z);
-        let up = world.transform_vector3(DVec3::Y).normalize_or(DVec3::Y);
-        let rounded = Camera::pinhole(position, position + forward, up, vertical_fov);
+        let rounded = Camera::pinhole(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, vertical_fov).carried(&world);
         let exact = exact::camera(&camera.extras, &world, perspective.yfov);
         self.scene.camera = Some(exact.unwrap_or(rounded));
         Ok(())
@@ -80,16 +106,16 @@ impl Importer<'_> {
 }
 
 /// From the node's space to its parent's.
-fn transform(node: &Node, index: Index<Node>) -> Result<DAffine3, Problem> {
+pub(super) fn placement(node: &Node, index: Index<Node>) -> Result<Placement, Problem> {
     if let Some(matrix) = node.matrix {
         let rounded = affine(matrix).ok_or_else(|| format!("the matrix of node {index} is not affine"))?;
-        return Ok(exact::node_transform(&node.extras, matrix).unwrap_or(rounded));
+        return Ok(Placement::Matrix(exact::node_transform(&node.extras, matrix).unwrap_or(rounded)));
     }
-    let rotation = DQuat::from_array(node.rotation.unwrap_or_default().0.map(f64::from));
-    let length = rotation.length();
-    ensure!(length > 0.0 && length.is_finite(), "the rotation of node {index} has no direction");
-    let [scale, translation] = [node.scale.unwrap_or([1.0; 3]), node.translation.unwrap_or_default()].map(double);
-    Ok(DAffine3::from_scale_rotation_translation(scale, rotation.normalize(), translation))
+    let rotation = node.rotation.unwrap_or_default().0;
+    let turned = rotation != [0.0; 4] && rotation.iter().all(|x| x.is_finite());
+    ensure!(turned, "the rotation of node {index} has no direction");
+    let translation = node.translation.unwrap_or_default();
+    Ok(Placement::Parts { translation, rotation, scale: node.scale.unwrap_or([1.0; 3]) })
 }
 
 /// A column-major matrix whose last row is 0, 0, 0, 1.
