@@ -8,7 +8,7 @@ use restir_host::buffers::SceneBuffers;
 use restir_host::scene::{Mesh, Scene};
 use restir_host::wide_bvh::{SimdLevel, WideBvh};
 use restir_shared::geometry::{Hit, Ray};
-use restir_shared::scene::Trace;
+use restir_shared::scene::{SceneView, Trace};
 use restir_tests::brute::Triangles;
 use restir_tests::checks;
 use restir_tests::data;
@@ -54,20 +54,23 @@ fn describe(ray: &Ray) -> String {
     format!("from {} along {} up to {:e}", ray.origin, ray.direction, ray.t_max)
 }
 
-/// Every traversal of a scene: that of the arena, and the wide BVH at every level that the processor has.
-fn traversals(buffers: &SceneBuffers) -> Vec<(String, Box<dyn Trace + Sync + '_>)> {
-    let mut all: Vec<(String, Box<dyn Trace + Sync>)> = vec![("arena".to_owned(), Box::new(buffers.view()))];
-    for level in SimdLevel::available() {
-        let wide = WideBvh::new(&buffers.view()).with_level(level);
-        all.push((format!("wide, {level:?}"), Box::new(wide)));
-    }
-    all
+/// The wide BVH at every level that the processor has.
+fn wide_trees(view: &SceneView<'_>) -> Vec<(String, WideBvh)> {
+    let tree = |level| (format!("wide, {level:?}"), WideBvh::new(view).with_level(level));
+    SimdLevel::available().into_iter().map(tree).collect()
+}
+
+/// Every traversal of a scene: that of the arena, and those of `wide` trees.
+fn traversals<'a>(view: SceneView<'a>, wide: &'a [(String, WideBvh)]) -> Vec<(&'a str, SceneView<'a>)> {
+    let traced = wide.iter().map(|(name, tree)| (name.as_str(), SceneView { tracer: Some(tree), ..view }));
+    std::iter::once(("arena", view)).chain(traced).collect()
 }
 
 /// Compares `closest` and `occluded` of all traversals with brute force; gives the share of rays that hit.
 fn compare(what: &str, buffers: &SceneBuffers, rays: u64, stream: u64) -> f64 {
-    let triangles = Triangles::new(buffers.view());
-    let traversals = traversals(buffers);
+    let view = buffers.view();
+    let (triangles, wide) = (Triangles::new(view), wide_trees(&view));
+    let traversals = traversals(view, &wide);
     let is_hit = |&i: &u64| {
         let ray = adversarial(&triangles, &mut SplitMix::new(stream << 40 | i));
         let expected = triangles.closest(&ray);
@@ -116,7 +119,7 @@ fn refitted_hierarchies_equal_fresh_ones() -> Result<(), Failed> {
         let mut others = 0;
         for i in 0..MOVED_RAYS {
             let ray = adversarial(&here, &mut SplitMix::new((300 + stream as u64) << 40 | i));
-            let (a, b) = (moved.tracer().closest(&ray), fresh.tracer().closest(&ray));
+            let (a, b) = (moved.traced_view().closest(&ray), fresh.traced_view().closest(&ray));
             let same = a.t.to_bits() == b.t.to_bits() && a.is_hit() == b.is_hit();
             assert!(same, "time {time}: {}: {a:?}, anew {b:?}", describe(&ray));
             // at the same t, another triangle may have the lower id
@@ -155,7 +158,7 @@ fn from_inside(triangles: &Triangles, closed: &Closed, random: &mut SplitMix) ->
         if random.below(4) == 0 { 0.0 } else { random.range(-0.125, 0.125) as f32 }
     };
     let origin = closed.inside + Vec3::new(shift(), shift(), shift()) * closed.size;
-    Ray { origin, direction: at - origin, t_max: Ray::FAR }
+    Ray { origin, direction: at - origin, t_max: Ray::FAR, key: 0 }
 }
 
 /// From within the torus even a ray through its hole has to hit.
@@ -182,7 +185,7 @@ fn escapes(closed: &Closed, hit: impl Fn(&Triangles, &Ray) -> bool + Sync) -> u6
 
 fn closed_meshes_are_tight() {
     for closed in &closed() {
-        let tracer = closed.buffers.tracer();
+        let tracer = closed.buffers.traced_view();
         let count = escapes(closed, |_, ray| tracer.closest(ray).is_hit() && tracer.occluded(ray));
         let Closed { inside, buffers, .. } = closed;
         println!("around {inside}: {} triangles: {count} of {INSIDE_RAYS} rays escape", buffers.header.triangle_count);
@@ -225,7 +228,7 @@ fn the_lower_id_wins_among_equal_hits() {
     let mut random = SplitMix::new(3);
     for _ in 0..1000 {
         let mut shift = || random.range(-0.2, 0.2) as f32;
-        let ray = Ray { origin: Vec3::new(shift(), shift() - 0.3, -1.0), direction: Vec3::Z, t_max: Ray::FAR };
+        let ray = Ray { origin: Vec3::new(shift(), shift() - 0.3, -1.0), direction: Vec3::Z, t_max: Ray::FAR, key: 0 };
         let hit = view.closest(&ray);
         let twin = (0..triangles.len()).find(|&id| triangles.get(id) == triangles.get(hit.id as usize));
         assert!(twin == Some(hit.id as usize), "{hit:?}, but {twin:?} is the same triangle");

@@ -24,7 +24,7 @@ mod texture;
 pub use animation::{Animation, Blackout, Emitter, Motion, Pose};
 pub use camera_path::{CameraPath, Keyframe};
 pub use light::{Environment, Light, LightKind};
-pub use material::{Material, TextureUse, Volume};
+pub use material::{AlphaMode, Material, TextureUse, Volume};
 pub use texture::{Filter, Texture, Wrap};
 
 /// A scene: instances of meshes, materials, lights, a camera.

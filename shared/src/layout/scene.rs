@@ -8,7 +8,7 @@ pub const NODE_WORDS: u32 = 4;
 /// Words in a triangle.
 pub const TRIANGLE_WORDS: u32 = 3;
 /// Words in a material.
-pub const MATERIAL_WORDS: u32 = 5;
+pub const MATERIAL_WORDS: u32 = 7;
 /// Words in a triangle's normals, tangents and texture coordinates.
 pub const SHADING_WORDS: u32 = 3;
 /// Words in a material's use of a texture.
@@ -44,7 +44,14 @@ pub const MATERIAL_TWO_SIDED_EMISSION: u32 = 1;
 /// Material flag: encloses an interior. Without it the surface is a thin wall.
 pub const MATERIAL_VOLUME: u32 = 2;
 
-/// Texture slot: base colour, sRGB.
+/// Material flag: a mask. Where alpha is below the cutoff, there is no surface.
+pub const MATERIAL_MASK: u32 = 4;
+/// Material flag: blended. Alpha is the probability with which a ray meets the surface.
+pub const MATERIAL_BLEND: u32 = 8;
+/// Marks the object of a triangle whose material is [`MATERIAL_MASK`] or [`MATERIAL_BLEND`]: rays may miss it where they hit it.
+pub const TRIANGLE_ALPHA: u32 = 1 << 31;
+
+/// Texture slot: base colour, sRGB; alpha is linear.
 pub const SLOT_BASE_COLOR: u32 = 0;
 /// Texture slot: green is roughness, blue metallic.
 pub const SLOT_METALLIC_ROUGHNESS: u32 = 1;
@@ -102,6 +109,10 @@ pub const FEATURE_DIFFUSE_TRANSMISSION: u32 = 1 << 9;
 pub const FEATURE_VOLUME: u32 = 1 << 10;
 /// Scene feature: smooth glass without a volume, which light may pass straight.
 pub const FEATURE_CLEAR: u32 = 1 << 11;
+/// Scene feature: surfaces that are not everywhere, by a mask or blended.
+pub const FEATURE_ALPHA: u32 = 1 << 13;
+/// Scene feature: blended surfaces; with [`FEATURE_ALPHA`].
+pub const FEATURE_BLEND: u32 = 1 << 15;
 /// The features of a diffuse scene whose lights are triangles.
 pub const FEATURES_DIFFUSE: u32 = FEATURE_EMISSIVE | FEATURE_LIGHT_TABLE;
 /// All features: what a kernel that was not specialised to a scene assumes.

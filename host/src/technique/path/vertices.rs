@@ -150,7 +150,7 @@ impl Writer<'_> {
     /// The triangle that a point was drawn on: the nearest to the point, seen from just above it.
     fn triangle_below(&self, light: &LightSample) -> Option<u32> {
         let origin = light.position + light.normal * light.offset;
-        let ray = Ray { origin, direction: -light.normal, t_max: 2.0 * light.offset };
+        let ray = Ray { origin, direction: -light.normal, t_max: 2.0 * light.offset, key: light.key };
         if light.kind == LightKind::Area { self.nearest(&ray) } else { None }
     }
 

@@ -5,7 +5,7 @@ use crate::plan::{ARENAS, Buffer, BufferId, FramePlan, Pass};
 use crate::{Error, buffers::SceneBuffers, film::Film, moments::Moments, render::Render};
 use bytemuck::Pod;
 use restir_kernels::{KernelDesc, restir_di as di};
-use restir_shared::layout::{Extent, FilmPixel};
+use restir_shared::layout::{Extent, FEATURE_BLEND, FilmPixel};
 use restir_shared::technique::restir_di::{DiPairs, DiParams, DiPoint, Flags, PackedHit, PackedReservoir, TileWords};
 use std::collections::VecDeque;
 
@@ -184,7 +184,9 @@ impl Passes<'_> {
         let [last, camera] = [frame, frame + 1].map(|frame| self.camera_params(frame));
         // a point of a lens is another one each frame
         let is_pinhole = camera.lens_right == 0.0 && camera.lens_up == 0.0;
-        !self.scene.is_animated() && is_pinhole && last == camera
+        // what is blended is met by the rays of some frames
+        let is_still = !self.scene.is_animated() && self.scene.features & FEATURE_BLEND == 0;
+        is_still && is_pinhole && last == camera
     }
 
     /// Whether the next frame reuses what spatial reuse began with.
