@@ -5,14 +5,14 @@ use glam::Vec3;
 use libtest_mimic::{Arguments, Failed, Trial};
 use rayon::prelude::*;
 use restir_host::buffers::SceneBuffers;
-use restir_host::scene::{Mesh, Scene};
+use restir_host::scene::{AlphaMode, Filter, Mesh, Scene};
 use restir_host::wide_bvh::{SimdLevel, WideBvh};
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::scene::{SceneView, Trace};
 use restir_tests::brute::Triangles;
 use restir_tests::checks;
 use restir_tests::data;
-use restir_tests::meshes::{buffers, cube, far_grid, scaled, slivers, soup, sphere, stack, torus};
+use restir_tests::meshes::{buffers, cube, far_grid, scaled, slivers, soup, sphere, stack, torus, with_alpha};
 use restir_tests::random::SplitMix;
 use restir_tests::rays::adversarial;
 use restir_tests::suite::trials;
@@ -23,6 +23,9 @@ use std::process::ExitCode;
 const RAYS: u64 = 100_000;
 /// Rays against each moment of a scene that moves; there are five.
 const MOVED_RAYS: u64 = 20_000;
+/// Rays against each procedural mesh under a mask, and blended.
+const MASKED_RAYS: u64 = 100_000;
+const BLENDED_RAYS: u64 = 20_000;
 /// Rays against a mesh from a file, and how many of its triangles.
 const FILE_RAYS: u64 = 2_000;
 /// Rays from the inside of each closed mesh; there are four.
@@ -37,7 +40,7 @@ const FAR_HALF: f32 = 131_072.0;
 
 fn main() -> ExitCode {
     let mut trials = trials(&checks! {
-        refitted_hierarchies_equal_fresh_ones hierarchy_equals_brute_force closed_meshes_are_tight
+        refitted_hierarchies_equal_fresh_ones hierarchy_equals_brute_force hierarchy_equals_brute_force_under_alpha closed_meshes_are_tight
         boxes_without_padding_are_seen open_edges_are_seen the_lower_id_wins_among_equal_hits
         hits_lie_on_their_triangles
     });
@@ -87,8 +90,8 @@ fn compare(what: &str, buffers: &SceneBuffers, rays: u64, stream: u64) -> f64 {
     share
 }
 
-fn hierarchy_equals_brute_force() {
-    let meshes = [
+fn meshes() -> [Mesh; 10] {
+    [
         sphere(1.0, 24, 12),
         torus(2.0, 0.5, 24, 12),
         cube(1.0, 6),
@@ -99,12 +102,46 @@ fn hierarchy_equals_brute_force() {
         far_grid(1.0, 4, 4096.0),
         scaled(torus(0.75, 0.1875, 24, 12), HUGE),
         far_grid(FAR_HALF, 4, FAR),
-    ];
-    for (stream, mesh) in meshes.into_iter().enumerate() {
+    ]
+}
+
+fn hierarchy_equals_brute_force() {
+    for (stream, mesh) in meshes().into_iter().enumerate() {
         let name = mesh.name.clone();
         let share = compare(&name, &buffers(mesh), RAYS, stream as u64 + 1);
         assert!(share < 0.99, "{name}: {share} of the rays hit");
     }
+}
+
+/// Masks, and surfaces of which a ray's own bits and key say whether it meets them.
+fn hierarchy_equals_brute_force_under_alpha() {
+    let modes = [
+        ("masked", AlphaMode::Mask { cutoff: 0.4 }, Filter::Nearest, MASKED_RAYS),
+        ("blended", AlphaMode::Blend, Filter::Linear, BLENDED_RAYS),
+    ];
+    for (mode, (name, alpha, filter, rays)) in (0..).zip(modes) {
+        for (stream, mesh) in meshes().into_iter().enumerate() {
+            let what = format!("{name} {}", mesh.name);
+            let opaque = buffers(mesh.clone());
+            let partial = with_alpha(mesh, alpha, filter);
+            compare(&what, &partial, rays, 400 + 100 * mode + stream as u64);
+            let missed = missed(&opaque, &partial, rays / 10, 400 + 100 * mode + stream as u64);
+            assert!(missed > 0.1, "{what}: {missed} of the hits do not count");
+        }
+    }
+}
+
+/// The share of a scene's hits that are none in another one of the same triangles.
+fn missed(opaque: &SceneBuffers, partial: &SceneBuffers, rays: u64, stream: u64) -> f64 {
+    let triangles = Triangles::new(opaque.view());
+    let ray = |i| adversarial(&triangles, &mut SplitMix::new(stream << 40 | i));
+    let hits: Vec<(Ray, Hit)> = (0..rays)
+        .map(ray)
+        .map(|ray| (ray, opaque.traced_view().closest(&ray)))
+        .filter(|(_, hit)| hit.is_hit())
+        .collect();
+    let other = |(ray, hit): &&(Ray, Hit)| bits(&partial.traced_view().closest(ray)) != bits(hit);
+    hits.iter().filter(other).count() as f64 / hits.len() as f64
 }
 
 /// A scene that has moved: the refitted tree gives the hits of brute force, and those of a tree that is built anew, where

@@ -2,7 +2,9 @@
 
 use super::scene_error;
 use crate::Error;
-use crate::scene::{AlphaMode, Camera, Environment, Light, LightKind, MAX_COORDINATE, Material, Mesh, Scene, Texture, TextureUse};
+use crate::scene::{
+    AlphaMode, Camera, Environment, Light, LightKind, MAX_COORDINATE, Material, Mesh, Scene, Texture, TextureUse,
+};
 use restir_shared::bsdf::IOR_MAX;
 
 /// Emission beyond this could overflow in sums over paths.

@@ -159,7 +159,13 @@ impl<'a> Collapse<'a> {
         // more than enough, so that nothing is ever copied: that would be the peak of memory. What stays unused is only
         // reserved, and given back at the end
         let most = self.best.len() + 1;
-        let mut tree = Tree { nodes: Vec::with_capacity(most), packs: Vec::with_capacity(most), root: 0, partial: false, depth: 0 };
+        let mut tree = Tree {
+            nodes: Vec::with_capacity(most),
+            packs: Vec::with_capacity(most),
+            root: 0,
+            partial: false,
+            depth: 0,
+        };
         let mut work: Vec<(Subtree, Slot, usize)> = vec![(root, None, 0)];
         let mut roots = Vec::with_capacity(LANES);
         while let Some((subtree, slot, level)) = work.pop() {

@@ -89,7 +89,8 @@ impl Vertex {
     #[inline(always)]
     pub fn connect(&self, light: &LightSample) -> Connection {
         let far = light.at_infinity();
-        let Reach { to: to_light, facing, shadow } = self.reach(light.position, light.normal, light.offset, far, light.key);
+        let Reach { to: to_light, facing, shadow } =
+            self.reach(light.position, light.normal, light.offset, far, light.key);
         let distance_squared = if far { 1.0 } else { dot(to_light, to_light) };
         let emits = (light.density > 0.0) & ((light.kind != LightKind::Area) | facing | light.two_sided);
         if !(emits & (distance_squared > MIN_DISTANCE_SQUARED)) {

@@ -58,7 +58,12 @@ fn everything() -> Scene {
         ..Material::diffuse("glass", [1.0; 3])
     };
     let clear = Volume { attenuation_color: [1.0; 3], attenuation_distance: f32::INFINITY };
-    let water = Material { alpha: 0.7, alpha_mode: AlphaMode::Blend, volume: Some(clear), ..Material::diffuse("water", [0.5; 3]) };
+    let water = Material {
+        alpha: 0.7,
+        alpha_mode: AlphaMode::Blend,
+        volume: Some(clear),
+        ..Material::diffuse("water", [0.5; 3])
+    };
     let unit = |v: DVec3| v.normalize().as_vec3().to_array();
     let corners = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.3, 1e-30]];
     let shaded = Mesh {
