@@ -5,8 +5,9 @@ use restir_host::{Shaders, spirv};
 use restir_kernels::path::path;
 use restir_shared::bsdf::{DELTA_MARKER, DIFFUSE_TRANSMISSION_MARKER, GLOSSY_MARKER, TRANSMISSION_MARKER};
 use restir_shared::layout::{
-    FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE, FEATURE_ENVIRONMENT, FEATURE_GLOSSY,
-    FEATURE_LIGHT_TABLE, FEATURE_PUNCTUAL, FEATURE_SHADING, FEATURE_TEXTURES, FEATURE_TRANSMISSION, FEATURE_VOLUME,
+    FEATURE_ALPHA, FEATURE_BLEND, FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE, FEATURE_ENVIRONMENT,
+    FEATURE_GLOSSY, FEATURE_LIGHT_TABLE, FEATURE_PUNCTUAL, FEATURE_SHADING, FEATURE_TEXTURES, FEATURE_TRANSMISSION,
+    FEATURE_VOLUME,
 };
 use std::collections::HashSet;
 use std::io::Write;
@@ -28,7 +29,7 @@ const fn part(feature: u32, name: &'static str, marker: Option<f32>) -> Part {
 }
 
 /// Every feature. Markers of other parts than BSDFs are numbers that their code needs anyway.
-pub const PARTS: [Part; 11] = [
+pub const PARTS: [Part; 13] = [
     part(FEATURE_LIGHT_TABLE, "light table", None),
     part(FEATURE_EMISSIVE, "emissive", None),
     part(FEATURE_PUNCTUAL, "punctual", None),
@@ -44,6 +45,8 @@ pub const PARTS: [Part; 11] = [
     part(FEATURE_DIFFUSE_TRANSMISSION, "diffuse transmission", Some(DIFFUSE_TRANSMISSION_MARKER)),
     // the first step of exp's argument reduction in the flavour exact; absorption is the only exponential
     part(FEATURE_VOLUME, "volume", Some(std::f32::consts::LOG2_E)),
+    part(FEATURE_ALPHA, "alpha", None),
+    part(FEATURE_BLEND, "blend", None),
 ];
 
 /// The module of `path`, specialised to `features` and optimised.

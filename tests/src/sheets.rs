@@ -26,7 +26,7 @@ const SHEETS: [Sheet; 3] = [
         codes: &PLAIN,
     },
     Sheet {
-        rectangle: Rectangle { corner: [-1.5, -1.5, 0.45], sides: [[1.7, 0.0, 0.0], [0.0, 3.0, 0.0]] },
+        rectangle: Rectangle { corner: [-1.5, -1.5, 0.38], sides: [[1.7, 0.0, 0.0], [0.0, 3.0, 0.0]] },
         factor: 0.9,
         codes: &[[255, 51], [0, 153]],
     },
@@ -37,8 +37,8 @@ const SHEETS: [Sheet; 3] = [
     },
 ];
 
-/// Half the side of a light with a surface.
-const HALF: f64 = 0.15;
+/// Half the side of a light with a surface, so large that scattering finds lights as often as sampling does.
+const HALF: f64 = 0.55;
 const LIGHT_HEIGHT: f64 = 1.6;
 const CHECKER: [[u8; 2]; 2] = [[255, 0], [0, 255]];
 
@@ -53,18 +53,18 @@ struct Panel {
 
 /// One is everywhere, one blended, one masked, and the last is blended here and more so there.
 const PANELS: [Panel; 4] = [
-    Panel { middle: [-0.6, -0.5], emission: [20.0, 12.0, 8.0], mode: AlphaMode::Opaque, factor: 1.0, codes: &PLAIN },
-    Panel { middle: [0.6, -0.5], emission: [24.0, 40.0, 24.0], mode: AlphaMode::Blend, factor: 0.5, codes: &PLAIN },
+    Panel { middle: [-0.6, -0.6], emission: [2.0, 1.2, 0.8], mode: AlphaMode::Opaque, factor: 1.0, codes: &PLAIN },
+    Panel { middle: [0.6, -0.6], emission: [2.4, 4.0, 2.4], mode: AlphaMode::Blend, factor: 0.5, codes: &PLAIN },
     Panel {
-        middle: [0.6, 0.5],
-        emission: [16.0, 16.0, 40.0],
+        middle: [0.6, 0.6],
+        emission: [1.6, 1.6, 4.0],
         mode: AlphaMode::Mask { cutoff: 0.3 },
         factor: 0.5,
         codes: &CHECKER,
     },
     Panel {
-        middle: [-0.6, 0.5],
-        emission: [30.0, 30.0, 10.0],
+        middle: [-0.6, 0.6],
+        emission: [3.0, 3.0, 1.0],
         mode: AlphaMode::Blend,
         factor: 1.0,
         codes: &[[204, 51], [102, 255]],
@@ -110,27 +110,29 @@ impl Sheets {
         glass.transmittance(from, to).map(|glass| glass * through)
     }
 
-    /// Moments of what the camera sees over images of one random point on a light with a surface, and the lamp, a pixel. A
+    /// Moments of what the camera sees over images of one random point on each light with a surface, and the lamp, a pixel. A
     /// pixel is its middle.
     pub fn reference(self, grid: TileGrid, images: u32) -> Vec<Moments> {
-        let area = (2.0 * HALF).powi(2) * PANELS.len() as f64;
+        let area = (2.0 * HALF).powi(2);
         grid.moments(images, |image, x, y| {
             let mut random = SplitMix::new(u64::from((image * grid.height + y) * grid.width + x));
             let place = |index: u32, size: u32| SEEN * (2.0 * (f64::from(index) + 0.5) / f64::from(size) - 1.0);
             let wall = DVec3::new(place(x, grid.width), -place(y, grid.height), 0.0);
-            let panel = &PANELS[random.below(PANELS.len())];
-            let at = [random.unit(), random.unit()];
-            let (point, lamp) = (panel.rectangle().point(at), DVec3::from(LAMP.0));
-            let cos = |to: DVec3| (to - wall).normalize().z;
-            let per_distance = |to: DVec3| cos(to) / (to - wall).length_squared();
-            let panel_factor = per_distance(point) * cos(point) * area * panel.coverage(at);
-            let seen = self.transmittance(wall, DVec3::new(0.0, 0.0, f64::from(EYE)));
-            let [from_panel, from_lamp] = [point, lamp].map(|to| self.transmittance(wall, to));
-            std::array::from_fn(|k| {
-                let panel = panel_factor * f64::from(panel.emission[k]) * from_panel[k];
-                let lamp = per_distance(lamp) * f64::from(LAMP.1[k]) * from_lamp[k];
-                seen[k] * f64::from(WALL) / PI * (panel + lamp)
-            })
+            let arriving = |to: DVec3, intensity: [f32; 3]| {
+                let way = to - wall;
+                let factor = way.normalize().z / way.length_squared();
+                DVec3::from(self.transmittance(wall, to)) * DVec3::from(intensity.map(f64::from)) * factor
+            };
+            let from_lamp = arriving(LAMP.0.into(), LAMP.1);
+            let from_panels = PANELS.iter().map(|panel| {
+                let at = [random.unit(), random.unit()];
+                let point = panel.rectangle().point(at);
+                // it is parallel to the wall
+                let cos = (point - wall).normalize().z;
+                arriving(point, panel.emission) * cos * area * panel.coverage(at)
+            });
+            let seen = DVec3::from(self.transmittance(wall, DVec3::new(0.0, 0.0, f64::from(EYE))));
+            (seen * f64::from(WALL) / PI * (from_lamp + from_panels.sum::<DVec3>())).to_array()
         })
     }
 }

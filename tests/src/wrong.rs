@@ -130,6 +130,10 @@ impl<S: Surface> Surface for Mixed<S> {
     fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         self.seen.surface(ray, hit)
     }
+
+    fn features(&self) -> u32 {
+        self.seen.features()
+    }
 }
 
 impl<S: Lights> Lights for Mixed<S> {

@@ -300,7 +300,7 @@ impl Iterator for Passes<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Camera;
+    use crate::scene::{AlphaMode, Camera};
     use std::collections::BTreeSet;
 
     fn builtin(name: &str) -> SceneBuffers {
@@ -413,6 +413,14 @@ mod tests {
         let stops = Render { cameras: vec![scene.camera, moved], ..of(default()) };
         assert_eq!(still_passes(&scene, &stops), [false, true]);
         assert_eq!(still_passes(&builtin("moving"), &of(default())), [false; 2]);
+        let with = |mode| {
+            let mut source = crate::scene::builtin::scene("cornell").expect("built in");
+            (source.materials[0].alpha, source.materials[0].alpha_mode) = (0.5, mode);
+            SceneBuffers::build(&source).expect("builds")
+        };
+        // rays of some frames pass what is blended, a mask is the same in all
+        assert_eq!(still_passes(&with(AlphaMode::Blend), &of(default())), [false; 2]);
+        assert_eq!(still_passes(&with(AlphaMode::Mask { cutoff: 0.7 }), &of(default())), [true; 2]);
     }
 
     /// All combinations of what decides on passes and planes.
