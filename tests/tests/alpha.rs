@@ -6,10 +6,11 @@
 use libtest_mimic::Failed;
 use restir_host::buffers::SceneBuffers;
 use restir_host::render::Render;
+use restir_host::scene::{AlphaMode, Material, builtin};
 use restir_host::technique::restir_di::DiSettings;
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::glam::Vec3;
-use restir_shared::layout::FEATURE_ALPHA;
+use restir_shared::layout::{FEATURE_ALPHA, FEATURE_BLEND};
 use restir_shared::scene::{AnyScene, SceneView, Trace};
 use restir_shared::technique::path::PathParams;
 use restir_tests::bias::{ensure_biased, ensure_unbiased, film_moments, path_moments};
@@ -50,7 +51,7 @@ restir_tests::suite! {
     rays_see_a_mask_as_geometry_that_is_cut paths_see_a_mask_as_geometry_that_is_cut
     restir_sees_a_mask_as_geometry_that_is_cut masks_that_are_ignored_are_seen
     blended_surfaces_dim_paths blended_surfaces_dim_restir blended_surfaces_dim_beside_glass
-    answers_of_wrong_rays_are_seen chances_are_uniform
+    answers_of_wrong_rays_are_seen chances_are_uniform what_is_everywhere_is_not_asked bad_alpha_is_refused
 }
 
 fn built(form: Form) -> Result<SceneBuffers, Failed> {
@@ -244,6 +245,46 @@ fn answers_of_wrong_rays_are_seen() -> Result<(), Failed> {
 
 /// Few candidates from lights, so that scattering counts.
 const SCATTERING: &str = "candidates=1,scatter=on";
+
+/// A material whose alpha leaves nothing out has no feature, nor has one that no triangle has.
+fn what_is_everywhere_is_not_asked() -> Result<(), Failed> {
+    let features = |alpha: f32, alpha_mode: AlphaMode| -> Result<u32, Failed> {
+        let mut scene = builtin::scene("cornell").ok_or("built in")?;
+        scene.add_material(Material {
+            alpha_mode: AlphaMode::Blend,
+            alpha: 0.5,
+            ..Material::diffuse("unused", [0.5; 3])
+        });
+        (scene.materials[0].alpha, scene.materials[0].alpha_mode) = (alpha, alpha_mode);
+        Ok(SceneBuffers::build(&scene)?.features & (FEATURE_ALPHA | FEATURE_BLEND))
+    };
+    for (alpha, mode, expected) in [
+        (0.3, AlphaMode::Opaque, 0),
+        (1.0, AlphaMode::Blend, 0),
+        (0.6, AlphaMode::Mask { cutoff: 0.5 }, 0),
+        (0.4, AlphaMode::Mask { cutoff: 0.5 }, FEATURE_ALPHA),
+        (1.0, AlphaMode::Mask { cutoff: 1.5 }, FEATURE_ALPHA),
+        (0.9, AlphaMode::Blend, FEATURE_ALPHA | FEATURE_BLEND),
+    ] {
+        ensure(features(alpha, mode)? == expected, || format!("{alpha}, {mode:?}"))?;
+    }
+    Ok(())
+}
+
+fn bad_alpha_is_refused() -> Result<(), Failed> {
+    for (alpha, alpha_mode) in [
+        (f32::NAN, AlphaMode::Blend),
+        (1.5, AlphaMode::Blend),
+        (1.0, AlphaMode::Mask { cutoff: f32::NAN }),
+        (1.0, AlphaMode::Mask { cutoff: -0.5 }),
+    ] {
+        let mut scene = masks::scene(Form::Cut);
+        (scene.materials[0].alpha, scene.materials[0].alpha_mode) = (alpha, alpha_mode);
+        let refused = SceneBuffers::build(&scene).err().ok_or("it is taken")?.to_string();
+        ensure(refused.contains("alpha"), || refused.clone())?;
+    }
+    Ok(())
+}
 
 /// Over keys, origins, directions and triangles alike, and as often below alpha as alpha says.
 fn chances_are_uniform() -> Result<(), Failed> {

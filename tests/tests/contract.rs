@@ -250,7 +250,7 @@ fn flush_cases() -> Result<Vec<(&'static str, SceneBuffers, PathParams)>, Failed
         let params = setting.params(&buffers, PATH_JITTER | PATH_ROULETTE);
         Ok((setting.name, buffers, params))
     });
-    let builtin = ["cornell", "cornell-mitsuba", "furnace"].map(|name| {
+    let builtin = ["cornell", "cornell-mitsuba", "furnace", "masks", "sheets"].map(|name| {
         let buffers = scenes::buffers(name)?;
         let params = PathParams { flags: PATH_JITTER, ..path_params(&buffers, [32, 32], 12) };
         Ok((name, buffers, params))

@@ -41,11 +41,15 @@ const REFERENCE_RESTARTS: u32 = 4096;
 fn main() -> ExitCode {
     let mut trials: Vec<Trial> = vec![
         Trial::test("a scene that stands still pays nothing", a_still_scene_pays_nothing),
-        Trial::test(format!("quality: {FRAMES} frames by any tracer"), any_tracer_gives_the_same),
+        Trial::test(format!("quality: {FRAMES} frames by any tracer"), || any_tracer_gives_the_same("moving")),
+        Trial::test(format!("alpha, quality: {FRAMES} frames by any tracer"), || {
+            any_tracer_gives_the_same("moving-alpha")
+        }),
         Trial::test("what differs for one pass is found there", what_differs_is_found),
     ];
-    trials.extend(VARIANTS.map(|(name, text, change, wrong)| {
-        Trial::test(format!("frame {LAST_FRAME} {name}"), move || against_path_tracing(name, text, change, wrong))
+    trials.extend(VARIANTS.map(|(name, scene, text, change, wrong)| {
+        let title = format!("frame {LAST_FRAME} {name}");
+        Trial::test(title, move || against_path_tracing(name, scene, text, change, wrong))
     }));
     trials.extend(device::trials("moving", |adapter| {
         let trials = |trials: Trials| {
@@ -116,8 +120,8 @@ fn what_differs_is_found() -> Result<(), Failed> {
 }
 
 /// The wide trees of both frames, or the arenas that hold both.
-fn any_tracer_gives_the_same() -> Result<(), Failed> {
-    let (scene, render) = (buffers("moving")?, frames(settings("preset=quality")));
+fn any_tracer_gives_the_same(scene: &str) -> Result<(), Failed> {
+    let (scene, render) = (buffers(scene)?, frames(settings("preset=quality")));
     let wide = trace(&mut CpuExecutor::new(None)?, plan(&scene, &render))?;
     let in_arenas = FramePlan { scene: None, ..changed(plan(&scene, &render), by_arenas) };
     let found = first_divergence(&mut CpuExecutor::new(Some(1))?, in_arenas, &wide)?;
@@ -138,17 +142,24 @@ fn a_still_scene_pays_nothing() -> Result<(), Failed> {
     Ok(())
 }
 
-/// Direct light at the time of the last frame, by path tracing.
-fn reference(scene: &SceneBuffers) -> Result<&'static [Moments], Failed> {
-    static MOMENTS: OnceLock<Vec<Moments>> = OnceLock::new();
+/// A test's scene, and direct light in it at the time of the last frame by path tracing, once it is known.
+struct Place {
+    scene: &'static str,
+    reference: OnceLock<Vec<Moments>>,
+}
+
+static PLAIN: Place = Place { scene: "moving", reference: OnceLock::new() };
+static ALPHA: Place = Place { scene: "moving-alpha", reference: OnceLock::new() };
+
+fn reference<'a>(place: &'a Place, scene: &SceneBuffers) -> Result<&'a [Moments], Failed> {
     let moved = scene.at(f64::from(LAST_FRAME))?;
     let params = PathParams { seed: REFERENCE_SEED, ..path_params(&moved, [GRID.width, GRID.height], 2) };
-    Ok(MOMENTS.get_or_init(|| path_moments(GRID, REFERENCE_RESTARTS, &moved.traced_view(), params)))
+    Ok(place.reference.get_or_init(|| path_moments(GRID, REFERENCE_RESTARTS, &moved.traced_view(), params)))
 }
 
 /// The last frame of independent chains.
-fn against_path_tracing(name: &str, text: &str, change: Change, biased: bool) -> Result<(), Failed> {
-    let scene = buffers("moving")?;
+fn against_path_tracing(name: &str, place: &Place, text: &str, change: Change, biased: bool) -> Result<(), Failed> {
+    let scene = buffers(place.scene)?;
     let settings = settings(&format!("candidates=4,neighbours=2,{text}"));
     // what is wrong is wrong by a fifth
     let restarts = if biased { RESTARTS / 8 } else { RESTARTS };
@@ -157,20 +168,22 @@ fn against_path_tracing(name: &str, text: &str, change: Change, biased: bool) ->
         let render = Render { count: LAST_FRAME + 1, seed, ..Render::new(size, settings.clone()) };
         film(changed(plan(&scene, &render), change))
     })?;
-    let verdict = TileTest { grid: GRID, family_rate: FAMILY_RATE }.compare(&chains, reference(&scene)?);
+    let verdict = TileTest { grid: GRID, family_rate: FAMILY_RATE }.compare(&chains, reference(place, &scene)?);
     if biased { ensure_biased(name, &verdict) } else { ensure_unbiased(name, &verdict, f64::INFINITY) }
 }
 
 /// What is done to the passes.
 type Change = fn(&mut Pass);
 
-/// Name, settings, what is done, and whether that is wrong.
-const VARIANTS: [(&str, &str, Change, bool); 5] = [
-    ("is unbiased", "", |_| (), false),
-    ("is biased by the last frame seen in this one's geometry", "", in_this_geometry, true),
-    ("is biased by lights that are taken for others", "", without_translation, true),
-    ("is unbiased with tiles", "tiles=4x256", |_| (), false),
-    ("is biased by the last frame's tiles", "tiles=4x256", without_new_tiles, true),
+/// Name, place, settings, what is done, and whether that is wrong.
+const VARIANTS: [(&str, &Place, &str, Change, bool); 7] = [
+    ("is unbiased", &PLAIN, "", |_| (), false),
+    ("is biased by the last frame seen in this one's geometry", &PLAIN, "", in_this_geometry, true),
+    ("is biased by lights that are taken for others", &PLAIN, "", without_translation, true),
+    ("is unbiased with tiles", &PLAIN, "tiles=4x256", |_| (), false),
+    ("is biased by the last frame's tiles", &PLAIN, "tiles=4x256", without_new_tiles, true),
+    ("is unbiased under alpha", &ALPHA, "", |_| (), false),
+    ("under alpha is biased by the last frame seen in this one's geometry", &ALPHA, "", in_this_geometry, true),
 ];
 
 /// All candidates but one are those of the frame before.

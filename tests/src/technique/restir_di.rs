@@ -74,7 +74,12 @@ const ROWS: [Row; 27] = [
     row("glass, selected", "panes", 2, "mis=pairwise-defensive,neighbours=4,scatter=on"),
     row("masks", "masks", 3, "mis=pairwise,temporal=on,neighbours=3,scatter=on,still=on"),
     row("blended, glass", "sheets", 3, "mis=contribution,temporal=on,neighbours=3,scatter=on,tiles=3x50"),
-    row("blended, weights", "sheets", 2, "neighbours=3,scatter=on,visibility_reuse=weights,visibility=ray,transmittance=off"),
+    row(
+        "blended, weights",
+        "sheets",
+        2,
+        "neighbours=3,scatter=on,visibility_reuse=weights,visibility=ray,transmittance=off",
+    ),
     row("masks and blending that move", "moving-alpha", 10, "mis=pairwise-defensive,temporal=fused,neighbours=3"),
 ];
 

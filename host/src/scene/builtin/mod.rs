@@ -6,6 +6,7 @@ mod ajar;
 mod cornell;
 mod cornell_mitsuba;
 mod cornell_mixed;
+mod foliage;
 mod furnace;
 mod glass;
 mod glossy;
@@ -33,6 +34,7 @@ pub const NAMES: &[(&str, &str)] = &[
     ("glass", "a mirror, and glass that is smooth, rough, or coloured by absorption"),
     ("tower", "two towers of bricks at night: a sky of small bright lights, a shadow side lit indirectly"),
     ("moving", "a room with a moving board, lamp and ball, and lights that go out and come back: frame f is time f"),
+    ("foliage", "a terrace under leaves, with a veil and a paper lantern: masks and blending"),
     ("statue", "a hare of wax: one closed mesh with ears, fingers and a thick belly"),
 ];
 
@@ -49,6 +51,7 @@ pub fn scene(name: &str) -> Option<Scene> {
         "glass" => Some(glass::scene()),
         "tower" => Some(tower::scene()),
         "moving" => Some(moving::scene()),
+        "foliage" => Some(foliage::scene()),
         "statue" => Some(statue::scene()),
         _ => None,
     }

@@ -40,11 +40,8 @@ fn alpha_is_read() {
     assert_eq!(mode(r#", "alphaMode": "MASK""#), AlphaMode::Mask { cutoff: 0.5 });
     assert_eq!(mode(r#", "alphaMode": "MASK", "alphaCutoff": 1.5"#), AlphaMode::Mask { cutoff: 1.5 });
     assert_eq!(mode(r#", "alphaMode": "BLEND""#), AlphaMode::Blend);
-    for cutoff in ["-0.5", "1e39"] {
-        let members = format!(r#""name": "leaf", "alphaMode": "MASK", "alphaCutoff": {cutoff}"#);
-        let problem = problem(&with_material(&members));
-        assert!(problem.contains("leaf") && problem.contains("alpha cutoff"), "{problem}");
-    }
+    let problem = problem(&with_material(r#""name": "leaf", "alphaMode": "MASK", "alphaCutoff": -0.5"#));
+    assert!(problem.contains("leaf") && problem.contains("alpha cutoff"), "{problem}");
     let (clamped, warnings) = material(r#""pbrMetallicRoughness": { "baseColorFactor": [1, 1, 1, 2] }"#);
     assert!(clamped.alpha == 1.0 && warnings[0].contains("alpha"), "{warnings:?}");
 }
