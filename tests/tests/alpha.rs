@@ -13,6 +13,7 @@ use restir_shared::glam::Vec3;
 use restir_shared::layout::{FEATURE_ALPHA, FEATURE_BLEND};
 use restir_shared::scene::{AnyScene, SceneView, Trace};
 use restir_shared::technique::path::PathParams;
+use restir_shared::vec::length;
 use restir_tests::bias::{ensure_biased, ensure_unbiased, film_moments, path_moments};
 use restir_tests::masks::{self, Form};
 use restir_tests::native::{film_over, plan};
@@ -72,8 +73,8 @@ fn ray(random: &mut SplitMix) -> Ray {
 
 /// The same point, up to rounding.
 fn alike(ray: &Ray, a: &Hit, b: &Hit) -> bool {
-    let length = (ray.direction * (a.t - b.t)).length();
-    a.is_hit() == b.is_hit() && (!a.is_hit() || length < 1.0e-5)
+    let apart = length(ray.direction * (a.t - b.t));
+    a.is_hit() == b.is_hit() && (!a.is_hit() || apart < 1.0e-5)
 }
 
 /// But for rays at the very edge of a texel.
@@ -286,11 +287,14 @@ fn bad_alpha_is_refused() -> Result<(), Failed> {
     Ok(())
 }
 
+/// What becomes of a ray at triangle 3 in a step, of a size and with a number: a ray and a triangle.
+type Way = fn(Ray, f32, u32) -> (Ray, u32);
+
 /// Over keys, origins, directions and triangles alike, and as often below alpha as alpha says.
 fn chances_are_uniform() -> Result<(), Failed> {
     let fixed = Ray { origin: Vec3::new(0.1, 0.2, 0.3), direction: Vec3::Z, t_max: 1.0, key: 7 };
     let step = |i: u32| i as f32 * f32::EPSILON;
-    let ways: [(&str, fn(Ray, f32, u32) -> (Ray, u32)); 4] = [
+    let ways: [(&str, Way); 4] = [
         ("keys", |ray, _, i| (Ray { key: i, ..ray }, 3)),
         ("origins", |ray, x, _| (Ray { origin: ray.origin + Vec3::X * x, ..ray }, 3)),
         ("directions", |ray, x, _| (Ray { direction: ray.direction + Vec3::Z * x, ..ray }, 3)),
