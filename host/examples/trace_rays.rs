@@ -57,7 +57,7 @@ fn chords(bounds: [[f32; 3]; 2]) -> Vec<Ray> {
     let chord = |i| {
         let words = Rng::new(i, 0, 0, 1).draw(0);
         let (origin, end) = (point(words.x, words.y), point(words.z, words.w));
-        Ray { origin, direction: end - origin, t_max: Ray::FAR }
+        Ray { origin, direction: end - origin, t_max: Ray::FAR, key: 0 }
     };
     (0..SIDE * SIDE).map(chord).collect()
 }
@@ -84,14 +84,14 @@ fn trace(tracer: &dyn Trace, rays: &[Ray], hits: &mut Vec<Hit>) -> Vec<f64> {
 fn report(view: &SceneView<'_>, sets: &[(&str, Vec<Ray>)]) {
     let wide = |level| (format!("wide, {level:?}"), WideBvh::new(view).with_level(level));
     let wide: Vec<_> = SimdLevel::available().into_iter().map(wide).collect();
-    let mut tracers: Vec<(&str, &dyn Trace)> = vec![("arena", view)];
-    tracers.extend(wide.iter().map(|(name, tracer)| (name.as_str(), tracer as &dyn Trace)));
+    let traced = wide.iter().map(|(name, wide)| (name.as_str(), SceneView { tracer: Some(wide), ..*view }));
+    let tracers: Vec<(&str, SceneView<'_>)> = std::iter::once(("arena", *view)).chain(traced).collect();
     let mut hits = Vec::with_capacity((SIDE * SIDE) as usize);
     for (set, rays) in sets {
         let mut shortest = vec![vec![f64::INFINITY; rays.len().div_ceil(CHUNK)]; tracers.len()];
         for _ in 0..RUNS {
             for ((_, tracer), shortest) in tracers.iter().zip(&mut shortest) {
-                let seconds = trace(*tracer, rays, &mut hits);
+                let seconds = trace(tracer, rays, &mut hits);
                 shortest.iter_mut().zip(seconds).for_each(|(best, seconds)| *best = best.min(seconds));
             }
         }
@@ -103,7 +103,7 @@ fn report(view: &SceneView<'_>, sets: &[(&str, Vec<Ray>)]) {
 
 fn serve(buffers: &SceneBuffers, sets: &[(&str, Vec<Ray>)], folder: &Path) -> Result<(), Box<dyn Error>> {
     let view = buffers.view();
-    let tracer = WideBvh::new(&view);
+    let tracer = buffers.traced_view();
     let floats = |v: Vec3| v.to_array().map(f32::to_le_bytes);
     let triangles = &view.geometry[view.header.triangle_base as usize..];
     let corner = |word: &glam::UVec4| [word.x, word.y, word.z].map(u32::to_le_bytes);

@@ -17,8 +17,7 @@
 /// ```
 ///
 /// The body's names stand for the invocation's position, the index of its element, a copy of the parameter block and, of a
-/// kernel that asks one, the scene whose header is the parameters' `scene`. The scene has the given features; of a kernel
-/// that only traces rays, `asks scene(0) { 1: geometry }` is enough. With `asks frames` the name stands for
+/// kernel that asks one, the scene whose header is the parameters' `scene`. The scene has the given features. With `asks frames` the name stands for
 /// [`restir_shared::scene::Frames`], whose other frame has the header `other_scene`. Bindings are numbered from 0 without
 /// gaps; the name of one is its role, by which the host binds buffers.
 ///
@@ -107,9 +106,6 @@ macro_rules! kernel {
 
 /// The scene, or the scene in two frames, over the arenas.
 macro_rules! over_arenas {
-    (scene, $p:ident, $features:expr, [$geometry:ident], $tracers:expr) => {
-        over_arenas!(scene, $p, $features, [$geometry, $geometry, $geometry], $tracers)
-    };
     (scene, $p:ident, $features:expr, [$geometry:ident, $attributes:ident, $texels:ident], $tracers:expr) => {{
         let [tracer, _]: [restir_shared::scene::Tracer<'_>; 2] = $tracers;
         let scene: restir_shared::scene::SceneView<'_> = restir_shared::scene::SceneView {

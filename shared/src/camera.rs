@@ -23,7 +23,7 @@ pub fn primary_ray(camera: &CameraParams, pixel: Vec2, lens: Vec2) -> Ray {
     let (lens_x, lens_y) = (lens.x * camera.lens_right, lens.y * camera.lens_up);
     let direction = Vec3::from_array(camera.forward) + right * (x - lens_x) + up * (y - lens_y);
     let origin = Vec3::from_array(camera.position) + right * lens_x + up * lens_y;
-    Ray { origin, direction: normalize(direction), t_max: Ray::FAR }
+    Ray { origin, direction: normalize(direction), t_max: Ray::FAR, key: 0 }
 }
 
 /// Whether the camera has a lens.
@@ -42,5 +42,5 @@ pub fn camera_ray(camera: &CameraParams, jitter: bool, rng: &Rng, x: u32, y: u32
     } else {
         Vec2::ZERO
     };
-    primary_ray(camera, Vec2::new(x as f32, y as f32) + within, lens)
+    Ray { key: Ray::random_key(words.x), ..primary_ray(camera, Vec2::new(x as f32, y as f32) + within, lens) }
 }

@@ -1,8 +1,10 @@
 //! Intersection without a hierarchy, and hierarchies that are traversed wrongly.
 
 use glam::{UVec4, Vec3};
-use restir_shared::geometry::{Hit, Ray, Slab, TriangleTest};
-use restir_shared::layout::{LEAF, LEAF_COUNT_SHIFT, LEAF_MAX_COUNT, MAX_TRIANGLES, NODE_WORDS, NONE, TRIANGLE_WORDS};
+use restir_shared::geometry::{Coverage, Hit, Ray, Slab, TriangleTest};
+use restir_shared::layout::{
+    LEAF, LEAF_COUNT_SHIFT, LEAF_MAX_COUNT, MAX_TRIANGLES, NODE_WORDS, NONE, TRIANGLE_ALPHA, TRIANGLE_WORDS,
+};
 use restir_shared::scene::SceneView;
 
 fn xyz(word: UVec4) -> Vec3 {
@@ -55,16 +57,22 @@ impl<'a> Triangles<'a> {
         Slab::new(ray, lo, hi)
     }
 
-    /// The hit of one triangle.
-    fn hit(&self, test: &TriangleTest, slab: &Slab, id: usize) -> Hit {
+    /// The hit of one triangle, if it counts.
+    fn hit(&self, ray: &Ray, test: &TriangleTest, slab: &Slab, id: usize) -> Hit {
         let [a, b, c] = self.get(id);
-        test.hit(slab, id as u32, a, b, c)
+        let hit = test.hit(slab, id as u32, a, b, c);
+        if hit.is_hit() && self.is_marked(id) && !self.view.covers(ray, &hit) { Hit::MISS } else { hit }
+    }
+
+    /// Whether rays may miss a triangle that they hit.
+    fn is_marked(&self, id: usize) -> bool {
+        self.view.geometry[self.view.header.triangle_word(id as u32) + 2].w & TRIANGLE_ALPHA != 0
     }
 
     /// The closest hit over all triangles: its definition.
     pub fn closest(&self, ray: &Ray) -> Hit {
         let (test, slab) = (TriangleTest::new(ray), self.slab(ray));
-        let hits = (0..self.len()).map(|id| self.hit(&test, &slab, id));
+        let hits = (0..self.len()).map(|id| self.hit(ray, &test, &slab, id));
         let hits = hits.filter(|hit| hit.is_hit() && hit.t < ray.t_max);
         // of equal ones the first, which has the lowest id
         hits.min_by(|a, b| a.t.partial_cmp(&b.t).expect("a distance is a number")).unwrap_or(Hit::MISS)
@@ -82,7 +90,7 @@ impl<'a> Triangles<'a> {
             if node & LEAF != 0 {
                 let first = (node & (MAX_TRIANGLES - 1)) as usize;
                 let count = ((node >> LEAF_COUNT_SHIFT) & LEAF_MAX_COUNT) as usize;
-                let mut hits = (first..first + count).map(|id| self.hit(&test, &slab, id));
+                let mut hits = (first..first + count).map(|id| self.hit(ray, &test, &slab, id));
                 if hits.any(|hit| hit.is_hit() && hit.t < ray.t_max && rule(&hit)) {
                     return true;
                 }

@@ -7,9 +7,9 @@ use restir_shared::bsdf::{
     DELTA_MARKER, DIFFUSE_TRANSMISSION_MARKER, GLOSSY_MARKER, MULTISCATTER_MARKER, SPECULAR_MARKER, TRANSMISSION_MARKER,
 };
 use restir_shared::layout::{
-    FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE, FEATURE_ENVIRONMENT, FEATURE_GLOSSY,
-    FEATURE_LIGHT_TABLE, FEATURE_MULTISCATTER, FEATURE_PUNCTUAL, FEATURE_SHADING, FEATURE_SPECULAR, FEATURE_TEXTURES,
-    FEATURE_TRANSMISSION, FEATURE_VOLUME,
+    FEATURE_ALPHA, FEATURE_BLEND, FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE, FEATURE_ENVIRONMENT,
+    FEATURE_GLOSSY, FEATURE_LIGHT_TABLE, FEATURE_MULTISCATTER, FEATURE_PUNCTUAL, FEATURE_SHADING, FEATURE_SPECULAR,
+    FEATURE_TEXTURES, FEATURE_TRANSMISSION, FEATURE_VOLUME,
 };
 use rspirv::dr::{Function, Instruction, Operand};
 use std::collections::{HashMap, HashSet};
@@ -32,7 +32,7 @@ const fn part(feature: u32, name: &'static str, marker: Option<f32>) -> Part {
 }
 
 /// Every feature. Markers of other parts than BSDFs are numbers that their code needs anyway.
-pub const PARTS: [Part; 13] = [
+pub const PARTS: [Part; 15] = [
     part(FEATURE_LIGHT_TABLE, "light table", None),
     part(FEATURE_EMISSIVE, "emissive", None),
     part(FEATURE_PUNCTUAL, "punctual", None),
@@ -50,6 +50,8 @@ pub const PARTS: [Part; 13] = [
     part(FEATURE_VOLUME, "volume", Some(std::f32::consts::LOG2_E)),
     part(FEATURE_MULTISCATTER, "multiscatter", Some(MULTISCATTER_MARKER)),
     part(FEATURE_SPECULAR, "specular", Some(SPECULAR_MARKER)),
+    part(FEATURE_ALPHA, "alpha", None),
+    part(FEATURE_BLEND, "blend", None),
 ];
 
 /// The module of `path`, specialised to `features` and optimised.

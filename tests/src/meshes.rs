@@ -3,7 +3,7 @@
 use crate::random::SplitMix;
 use glam::{DAffine3, DVec3};
 use restir_host::buffers::SceneBuffers;
-use restir_host::scene::{Camera, Instance, Material, Mesh, Scene};
+use restir_host::scene::{AlphaMode, Camera, Filter, Instance, Material, Mesh, Scene, Texture, TextureUse, Wrap};
 use std::f64::consts::{PI, TAU};
 
 fn mesh(name: &str, positions: Vec<[f32; 3]>, indices: Vec<[u32; 3]>) -> Mesh {
@@ -146,11 +146,33 @@ fn unconnected(name: &str, positions: Vec<[f32; 3]>) -> Mesh {
 /// # Panics
 /// If the host refuses it.
 pub fn buffers(mesh: Mesh) -> SceneBuffers {
+    alone(mesh, Material::emitter("", [0.5; 3], [1.0; 3]), Vec::new())
+}
+
+/// As [`buffers`], with a texture of random alpha that lies at random on the triangles.
+///
+/// # Panics
+/// If the host refuses it.
+pub fn with_alpha(mesh: Mesh, alpha_mode: AlphaMode, filter: Filter) -> SceneBuffers {
+    const SIDE: u32 = 8;
+    let mut random = SplitMix::new(17);
+    let texels = (0..SIDE * SIDE).map(|_| [255, 255, 255, random.below(256) as u8]).collect();
+    let noise =
+        Texture { name: "noise".to_owned(), size: [SIDE; 2], texels, wrap: [Wrap::Repeat, Wrap::Mirror], filter };
+    let mut place = || random.range(-2.0, 2.0) as f32;
+    let uvs = mesh.positions.iter().map(|_| [place(), place()]).collect();
+    let base_color_texture = Some(TextureUse::new(0));
+    let material = Material { alpha_mode, base_color_texture, ..Material::diffuse("", [0.5; 3]) };
+    alone(Mesh { uvs, ..mesh }, material, vec![noise])
+}
+
+fn alone(mesh: Mesh, material: Material, textures: Vec<Texture>) -> SceneBuffers {
     let scene = Scene {
         name: mesh.name.clone(),
         meshes: vec![mesh.into()],
         instances: vec![Instance { mesh: 0, transform: DAffine3::IDENTITY }],
-        materials: vec![Material::emitter("", [0.5; 3], [1.0; 3])],
+        materials: vec![material],
+        textures,
         // no test looks through it; one that frames a huge mesh would be beyond the host's limit
         camera: Some(Camera::pinhole(DVec3::ZERO, DVec3::Z, DVec3::Y, 1.0)),
         ..Scene::default()

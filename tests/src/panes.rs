@@ -8,31 +8,31 @@ use restir_host::scene::{Light, LightKind, Material, Mesh, Scene};
 use std::f64::consts::PI;
 
 /// Reflectance of the wall.
-const WALL: f32 = 0.7;
+pub(crate) const WALL: f32 = 0.7;
 /// Camera's distance from the wall, and half the side of what it sees of it.
-const EYE: f32 = 0.25;
-const SEEN: f64 = 1.0;
+pub(crate) const EYE: f32 = 0.25;
+pub(crate) const SEEN: f64 = 1.0;
 /// Half the side of a light.
 const HALF: f32 = 0.15;
 const LIGHT_HEIGHT: f32 = 1.6;
 
 /// A rectangle.
 #[derive(Clone, Copy, Debug)]
-struct Rectangle {
-    corner: [f64; 3],
-    sides: [[f64; 3]; 2],
+pub(crate) struct Rectangle {
+    pub(crate) corner: [f64; 3],
+    pub(crate) sides: [[f64; 3]; 2],
 }
 
 /// A sheet of smooth glass.
 #[derive(Clone, Copy, Debug)]
-struct Pane {
+pub(crate) struct Pane {
     rectangle: Rectangle,
     color: [f32; 3],
     ior: f32,
 }
 
 /// The panes overlap before a part of the wall, and leave another one free; the second is tilted.
-const PANES: [Pane; 2] = [
+pub(crate) const PANES: [Pane; 2] = [
     Pane {
         rectangle: Rectangle { corner: [-1.5, -1.5, 0.45], sides: [[1.7, 0.0, 0.0], [0.0, 3.0, 0.0]] },
         color: [0.9, 0.5, 0.2],
@@ -45,7 +45,7 @@ const PANES: [Pane; 2] = [
     },
 ];
 /// What lets nothing through.
-const BOARD: Rectangle = Rectangle { corner: [-0.15, -0.3, 0.9], sides: [[0.5, 0.0, 0.0], [0.0, 0.4, 0.0]] };
+pub(crate) const BOARD: Rectangle = Rectangle { corner: [-0.15, -0.3, 0.9], sides: [[0.5, 0.0, 0.0], [0.0, 0.4, 0.0]] };
 /// Middle and colour of the lights.
 const LIGHTS: [([f32; 2], [f32; 3]); 4] = [
     ([-0.6, -0.5], [40.0, 8.0, 8.0]),
@@ -103,7 +103,7 @@ impl Panes {
         if self.coloured { LIGHTS[light].1 } else { [10.0 + 10.0 * light as f32; 3] }
     }
 
-    fn transmittance(self, from: DVec3, to: DVec3) -> [f64; 3] {
+    pub(crate) fn transmittance(self, from: DVec3, to: DVec3) -> [f64; 3] {
         if BOARD.crossed(from, to).is_some() {
             return [0.0; 3];
         }
@@ -117,23 +117,23 @@ impl Panes {
     }
 }
 
-fn wall() -> Quad {
+pub(crate) fn wall() -> Quad {
     quad(0, [[-1.2, -1.2, 0.0], [1.2, -1.2, 0.0], [1.2, 1.2, 0.0], [-1.2, 1.2, 0.0]])
 }
 
-fn before_wall(quads: Vec<Quad>, materials: Vec<Material>) -> Scene {
+pub(crate) fn before_wall(quads: Vec<Quad>, materials: Vec<Material>) -> Scene {
     let half_height = SEEN as f32 / EYE;
     let eye = [0.0, 0.0, EYE];
     Setting { name: "panes", quads, materials, eye, half_height, size: [16, 16], max_depth: 3 }.scene()
 }
 
-fn board() -> Quad {
+pub(crate) fn board() -> Quad {
     let Rectangle { corner, sides: [across, along] } = BOARD;
     let at = |u: f64, v: f64| std::array::from_fn(|k| (corner[k] + u * across[k] + v * along[k]) as f32);
     quad(1, [at(0.0, 0.0), at(1.0, 0.0), at(1.0, 1.0), at(0.0, 1.0)])
 }
 
-fn add_pane(scene: &mut Scene, pane: &Pane) {
+pub(crate) fn add_pane(scene: &mut Scene, pane: &Pane) {
     let glass = scene.add_material(Material {
         roughness: 0.0,
         ior: pane.ior,
@@ -158,15 +158,30 @@ pub fn stack(count: u32) -> Scene {
 }
 
 impl Rectangle {
-    /// The cosine at which the segment passes it, if it does.
-    fn crossed(&self, from: DVec3, to: DVec3) -> Option<f64> {
+    fn normal(&self) -> DVec3 {
         let [u, v] = self.sides.map(DVec3::from);
-        let normal = u.cross(v).normalize();
-        let way = to - from;
+        u.cross(v).normalize()
+    }
+
+    /// The point of the unit square along its sides.
+    pub(crate) fn point(&self, [u, v]: [f64; 2]) -> DVec3 {
+        let [along, across] = self.sides.map(DVec3::from);
+        DVec3::from(self.corner) + along * u + across * v
+    }
+
+    /// The cosine at which the segment passes it, if it does.
+    pub(crate) fn crossed(&self, from: DVec3, to: DVec3) -> Option<f64> {
+        self.place(from, to).map(|_| self.normal().dot((to - from).normalize()).abs())
+    }
+
+    /// Where along its sides the segment passes it, if it does.
+    pub(crate) fn place(&self, from: DVec3, to: DVec3) -> Option<[f64; 2]> {
+        let (normal, way) = (self.normal(), to - from);
         let t = normal.dot(DVec3::from(self.corner) - from) / normal.dot(way);
         let at = from + way * t - DVec3::from(self.corner);
-        let inside = |side: DVec3| (0.0..=1.0).contains(&(at.dot(side) / side.length_squared()));
-        (t > 0.0 && t < 1.0 && inside(u) && inside(v)).then(|| normal.dot(way.normalize()).abs())
+        let place = self.sides.map(|side| at.dot(side.into()) / DVec3::from(side).length_squared());
+        let inside = place.iter().all(|x| (0.0..=1.0).contains(x));
+        (t > 0.0 && t < 1.0 && inside).then_some(place)
     }
 }
 

@@ -67,5 +67,5 @@ pub fn adversarial(triangles: &Triangles, random: &mut SplitMix) -> Ray {
         1 => random.range(0.0, 2.0) as f32,
         _ => Ray::FAR,
     };
-    Ray { origin, direction, t_max }
+    Ray { origin, direction, t_max, key: random.below(4) as u32 }
 }

@@ -1,12 +1,16 @@
 //! Test scenes as data, in the forms of the kernels and of the [`oracle`].
 
+use crate::masks::{self, Form};
 use crate::oracle::{self, Oracle};
 use crate::panes::Panes;
 use crate::random::SplitMix;
+use crate::sheets::Sheets;
 use glam::DVec3;
 use restir_host::Error;
 use restir_host::buffers::SceneBuffers;
-use restir_host::scene::{Camera, Environment, Light, LightKind, Material, Mesh, Scene, builtin};
+use restir_host::scene::{
+    AlphaMode, Camera, Environment, Filter, Light, LightKind, Material, Mesh, Scene, Texture, TextureUse, Wrap, builtin,
+};
 use restir_shared::layout::CameraParams;
 use restir_shared::technique::path::PathParams;
 
@@ -247,16 +251,36 @@ pub fn buffers(name: &str) -> Result<SceneBuffers, Error> {
     SceneBuffers::build(&named(name).map_or_else(|| Scene::load(name), Ok)?)
 }
 
-/// A built-in scene, or one of the harness: [`statue_by_night`], [`all_lights`], [`Panes`] and [`unlit`] by
-/// `statue-by-night`, `all-lights`, `panes` and `unlit`.
+/// A built-in scene, or one of the harness: [`statue_by_night`], [`all_lights`], [`Panes`], [`unlit`], [`masks`], [`Sheets`] with
+/// glass and [`moving_alpha`] by `statue-by-night`, `all-lights`, `panes`, `unlit`, `masks`, `sheets` and `moving-alpha`.
 pub fn named(name: &str) -> Option<Scene> {
     match name {
         "statue-by-night" => Some(statue_by_night()),
         "all-lights" => Some(all_lights()),
         "unlit" => Some(unlit()),
+        "masks" => Some(masks::scene(Form::Masked)),
+        "sheets" => Some(Sheets { glass: true }.scene()),
+        "moving-alpha" => Some(moving_alpha()),
         "panes" => Some(Panes { coloured: true, count: 2 }.scene()),
         _ => builtin::scene(name),
     }
+}
+
+/// The built-in moving room, in which the board is a mask, and sign and ball are blended.
+pub fn moving_alpha() -> Scene {
+    let mut scene = Scene { name: "moving-alpha".to_owned(), ..builtin::scene("moving").expect("built in") };
+    let texels = (0..16).map(|i| [255, 255, 255, if i * i % 7 < 4 { 255 } else { 0 }]).collect();
+    let (wrap, filter) = ([Wrap::Repeat; 2], Filter::Linear);
+    scene.textures.push(Texture { name: "holes".to_owned(), size: [4, 4], texels, wrap, filter });
+    let modes = [("board", AlphaMode::Mask { cutoff: 0.5 }), ("sign", AlphaMode::Blend), ("ball", AlphaMode::Blend)];
+    for (name, alpha_mode) in modes {
+        let material = scene.materials.iter_mut().find(|material| material.name == name).expect("it is there");
+        (material.alpha, material.alpha_mode) = (0.7, alpha_mode);
+        if name != "ball" {
+            material.base_color_texture = Some(TextureUse::new(0));
+        }
+    }
+    scene
 }
 
 /// The built-in cornell box without its light.

@@ -69,7 +69,7 @@ impl<'a> Closed<'a> {
     }
 
     fn closest(&self, origin: Vec3, direction: Vec3) -> Hit {
-        self.buffers.tracer().closest(&Ray { origin, direction, t_max: Ray::FAR })
+        self.buffers.traced_view().closest(&Ray { origin, direction, t_max: Ray::FAR, key: 0 })
     }
 
     /// Whether the first surface, no nearer than `margin`, is seen from its back.
@@ -85,9 +85,9 @@ impl<'a> Closed<'a> {
     pub fn escaping(&self, stream: u64) -> Vec<Ray> {
         let random = &mut SplitMix::new(stream);
         let origin = self.origin(random);
-        let tracer = self.buffers.tracer();
+        let tracer = self.buffers.traced_view();
         (0..Self::RAYS)
-            .map(|_| Ray { origin, direction: on_edge(&self.triangles, random) - origin, t_max: Ray::FAR })
+            .map(|_| Ray { origin, direction: on_edge(&self.triangles, random) - origin, t_max: Ray::FAR, key: 0 })
             .filter(|ray| !(tracer.closest(ray).is_hit() && tracer.occluded(ray)))
             .collect()
     }

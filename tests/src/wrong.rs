@@ -9,6 +9,8 @@ use restir_shared::scene::{
 /// A way of being wrong: what becomes of the right answers.
 #[derive(Clone, Copy, Debug)]
 pub struct Fault {
+    /// Changes a ray before it is traced.
+    pub ray: fn(&mut Ray),
     /// Changes a point; the function gives the same point seen from the other side.
     pub surface: fn(&mut SurfacePoint, &dyn Fn() -> SurfacePoint),
     /// Changes a point on an emitter.
@@ -21,8 +23,13 @@ pub struct Fault {
 
 impl Fault {
     /// Nothing is wrong.
-    pub const NONE: Self =
-        Self { surface: |_, _| (), light: |_| (), density: |density| density, occluded: |occluded| occluded };
+    pub const NONE: Self = Self {
+        ray: |_| (),
+        surface: |_, _| (),
+        light: |_| (),
+        density: |density| density,
+        occluded: |occluded| occluded,
+    };
     /// The light's density is off by a factor, in sampling and in the weights.
     pub const DENSITY: Self =
         Self { light: |light| light.density *= 1.02, density: |density| density * 1.02, ..Self::NONE };
@@ -38,11 +45,19 @@ pub struct Faulty<S> {
 
 impl<S: Trace> Trace for Faulty<S> {
     fn closest(&self, ray: &Ray) -> Hit {
-        self.scene.closest(ray)
+        self.scene.closest(&self.changed(ray))
     }
 
     fn occluded(&self, ray: &Ray) -> bool {
-        (self.fault.occluded)(self.scene.occluded(ray))
+        (self.fault.occluded)(self.scene.occluded(&self.changed(ray)))
+    }
+}
+
+impl<S> Faulty<S> {
+    fn changed(&self, ray: &Ray) -> Ray {
+        let mut ray = *ray;
+        (self.fault.ray)(&mut ray);
+        ray
     }
 }
 
@@ -88,5 +103,67 @@ impl<S: AddressedLights> AddressedLights for Faulty<S> {
 
     fn address_of_environment(&self, direction: Vec3) -> LightAddress {
         self.scene.address_of_environment(direction)
+    }
+}
+
+/// A scene put together of the answers of several.
+pub struct Mixed<S> {
+    /// What rays hit, and what is there.
+    pub seen: S,
+    /// What blocks segments.
+    pub blocking: S,
+    /// What lights there are.
+    pub shining: S,
+}
+
+impl<S: Trace> Trace for Mixed<S> {
+    fn closest(&self, ray: &Ray) -> Hit {
+        self.seen.closest(ray)
+    }
+
+    fn occluded(&self, ray: &Ray) -> bool {
+        self.blocking.occluded(ray)
+    }
+}
+
+impl<S: Surface> Surface for Mixed<S> {
+    fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        self.seen.surface(ray, hit)
+    }
+
+    fn features(&self) -> u32 {
+        self.seen.features()
+    }
+}
+
+impl<S: Lights> Lights for Mixed<S> {
+    fn sample_light(&self, words: UVec4) -> LightSample {
+        self.shining.sample_light(words)
+    }
+
+    fn light_density(&self, hit: &Hit) -> f32 {
+        self.shining.light_density(hit)
+    }
+
+    fn environment(&self, direction: Vec3) -> EnvironmentPoint {
+        self.shining.environment(direction)
+    }
+}
+
+impl<S: AddressedLights> AddressedLights for Mixed<S> {
+    fn choose_address(&self, words: UVec4) -> LightAddress {
+        self.shining.choose_address(words)
+    }
+
+    fn light_at(&self, address: LightAddress) -> AddressedLight {
+        self.shining.light_at(address)
+    }
+
+    fn address_of_hit(&self, hit: &Hit) -> LightAddress {
+        self.shining.address_of_hit(hit)
+    }
+
+    fn address_of_environment(&self, direction: Vec3) -> LightAddress {
+        self.shining.address_of_environment(direction)
     }
 }

@@ -132,7 +132,7 @@ fn arenas_hold_the_scene() -> Result<(), Failed> {
         }
         let [a, b, c] = triangles.get(id);
         let normal = (b - a).cross(c - a);
-        let ray = Ray { origin: (a + b + c) * (1.0 / 3.0) + normal, direction: -normal, t_max: Ray::FAR };
+        let ray = Ray { origin: (a + b + c) * (1.0 / 3.0) + normal, direction: -normal, t_max: Ray::FAR, key: 0 };
         let hit = Hit { t: 1.0, id: id as u32, uv: Vec2::splat(0.25) };
         let point = view.surface(&ray, &hit);
         let found = [point.material.base_color, point.emission].map(|rgb| rgb.to_array());
@@ -166,7 +166,7 @@ fn a_frozen_feature_changes_no_bit() -> Result<(), Failed> {
 fn a_foreign_scene_can_be_traced() -> Result<(), Failed> {
     let sphere = HollowSphere { radius: 2.0, reflectance: 0.5, emission: 1.0 };
     let max_depth = 4;
-    let ray = Ray { origin: Vec3::new(0.3, -0.2, 0.1), direction: Vec3::Z, t_max: Ray::FAR };
+    let ray = Ray { origin: Vec3::new(0.3, -0.2, 0.1), direction: Vec3::Z, t_max: Ray::FAR, key: 0 };
     let estimate = |i: u32| path::radiance(&sphere, ray, &Rng::new(0, 0, i, 1), max_depth, false);
     let moments: Moments = (0..100_000).map(|i| f64::from(estimate(i).y)).collect();
     let exact = 2.0 * (1.0 - 0.5_f64.powi(max_depth as i32));
@@ -250,7 +250,7 @@ fn flush_cases() -> Result<Vec<(&'static str, SceneBuffers, PathParams)>, Failed
         let params = setting.params(&buffers, PATH_JITTER | PATH_ROULETTE);
         Ok((setting.name, buffers, params))
     });
-    let builtin = ["cornell", "cornell-mitsuba", "furnace"].map(|name| {
+    let builtin = ["cornell", "cornell-mitsuba", "furnace", "masks", "sheets"].map(|name| {
         let buffers = scenes::buffers(name)?;
         let params = PathParams { flags: PATH_JITTER, ..path_params(&buffers, [32, 32], 12) };
         Ok((name, buffers, params))

@@ -6,15 +6,15 @@ use restir_host::buffers::SceneBuffers;
 use restir_host::exec::{CpuExecutor, Executor, Flavour};
 use restir_host::render::{Render, render};
 use restir_host::scene::{
-    Environment, Filter, Light, LightKind, Material, Scene, Texture, TextureUse, Volume, Wrap, builtin,
+    AlphaMode, Environment, Filter, Light, LightKind, Material, Scene, Texture, TextureUse, Volume, Wrap, builtin,
 };
 use restir_host::technique::path::PathSettings;
 use restir_shared::layout::{
-    ALIAS_WORDS, ENVIRONMENT_WORDS, FEATURE_CLEAR, FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE,
-    FEATURE_ENVIRONMENT, FEATURE_GLOSSY, FEATURE_LIGHT_TABLE, FEATURE_MULTISCATTER, FEATURE_PUNCTUAL, FEATURE_SHADING,
-    FEATURE_SPECULAR, FEATURE_TEXTURES, FEATURE_TRANSMISSION, FEATURE_VOLUME, FEATURES_ALL, FEATURES_DIFFUSE,
-    LIGHT_WORDS, MATERIAL_WORDS, NODE_WORDS, NONE, PUNCTUAL_WORDS, SHADING_WORDS, TEXTURE_SLOTS, TEXTURE_USE_WORDS,
-    TRIANGLE_WORDS,
+    ALIAS_WORDS, ENVIRONMENT_WORDS, FEATURE_ALPHA, FEATURE_BLEND, FEATURE_CLEAR, FEATURE_DELTA,
+    FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE, FEATURE_ENVIRONMENT, FEATURE_GLOSSY, FEATURE_LIGHT_TABLE,
+    FEATURE_MULTISCATTER, FEATURE_PUNCTUAL, FEATURE_SHADING, FEATURE_SPECULAR, FEATURE_TEXTURES, FEATURE_TRANSMISSION,
+    FEATURE_VOLUME, FEATURES_ALL, FEATURES_DIFFUSE, LIGHT_WORDS, MATERIAL_WORDS, NODE_WORDS, NONE, PUNCTUAL_WORDS,
+    SHADING_WORDS, TEXTURE_SLOTS, TEXTURE_USE_WORDS, TRIANGLE_WORDS,
 };
 use restir_tests::checks;
 use restir_tests::device::{self, Adapter};
@@ -82,7 +82,7 @@ const fn variant(name: &'static str, features: u32, edit: fn(&mut Scene)) -> Var
     Variant { name, features, edit }
 }
 
-const VARIANTS: [Variant; 12] = [
+const VARIANTS: [Variant; 14] = [
     variant("diffuse", FEATURE_EMISSIVE, |_| {}),
     variant("two powers", FEATURES_DIFFUSE, |scene| scene.materials[1].emission = [0.1, 0.2, 0.3]),
     variant("glossy", FEATURE_EMISSIVE | FEATURE_GLOSSY | FEATURE_MULTISCATTER, |scene| {
@@ -109,6 +109,8 @@ const VARIANTS: [Variant; 12] = [
         mesh.normals = vec![[0.28, 0.96, 0.0]; mesh.positions.len()];
     }),
     variant("textures", FEATURE_EMISSIVE | FEATURE_SHADING | FEATURE_TEXTURES, textured),
+    variant("mask", ALPHA_TEXTURED, |scene| partial(scene, AlphaMode::Mask { cutoff: 0.5 })),
+    variant("blended", ALPHA_TEXTURED | FEATURE_BLEND, |scene| partial(scene, AlphaMode::Blend)),
     variant("environment", FEATURES_DIFFUSE | FEATURE_ENVIRONMENT, |scene| {
         let pixels = (0..32).map(|i| [0.1, 0.01 * i as f32, 0.3]).collect();
         let name = "test".to_owned();
@@ -119,6 +121,15 @@ const VARIANTS: [Variant; 12] = [
         scene.lights.push(Light { name: "test".to_owned(), intensity: [0.5, 0.4, 0.3], kind });
     }),
 ];
+
+const ALPHA_TEXTURED: u32 = FEATURE_EMISSIVE | FEATURE_SHADING | FEATURE_TEXTURES | FEATURE_ALPHA;
+
+/// As [`textured`], with an alpha.
+fn partial(scene: &mut Scene, alpha_mode: AlphaMode) {
+    textured(scene);
+    scene.textures[0].texels = [[255, 200, 90, 40], [30, 60, 90, 200]].into();
+    white(scene, |m| m.alpha_mode = alpha_mode);
+}
 
 fn white(scene: &mut Scene, edit: impl Fn(&mut Material)) {
     edit(&mut scene.materials[0]);

@@ -91,7 +91,7 @@ fn floor() -> Scene {
 
 /// Down from a point.
 fn down(from: [f32; 3]) -> Ray {
-    Ray { origin: from.into(), direction: Vec3::NEG_Y, t_max: Ray::FAR }
+    Ray { origin: from.into(), direction: Vec3::NEG_Y, t_max: Ray::FAR, key: 0 }
 }
 
 fn light(intensity: f32, kind: LightKind) -> Light {
@@ -348,7 +348,7 @@ fn textured_light_has_its_irradiance() {
     // from the side, past the lamp
     let away = DVec3::new(2.0, 1.0, 0.0);
     let origin = (DVec3::new(x, 0.0, z) + away).as_vec3();
-    let ray = Ray { origin, direction: -away.normalize().as_vec3(), t_max: Ray::FAR };
+    let ray = Ray { origin, direction: -away.normalize().as_vec3(), t_max: Ray::FAR, key: 0 };
     assert_mean("textured lamp", &estimate(&buffers.view(), ray, 2, SAMPLES), exact, 1.0e-5);
 }
 

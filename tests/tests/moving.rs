@@ -17,7 +17,7 @@ use restir_tests::bias::{ensure_biased, ensure_unbiased, film_moments, path_mome
 use restir_tests::device;
 use restir_tests::lockstep::{first_divergence, trace};
 use restir_tests::native::{changed, edit, film, plan};
-use restir_tests::scenes::{buffers, path_params};
+use restir_tests::scenes::{buffers, named, path_params};
 use restir_tests::stats::{Moments, TileGrid, TileTest};
 use restir_tests::suite::ensure;
 use restir_tests::technique::Trials;
@@ -41,7 +41,10 @@ const REFERENCE_RESTARTS: u32 = 4096;
 fn main() -> ExitCode {
     let mut trials: Vec<Trial> = vec![
         Trial::test("a scene that stands still pays nothing", a_still_scene_pays_nothing),
-        Trial::test(format!("quality: {FRAMES} frames by any tracer"), any_tracer_gives_the_same),
+        Trial::test(format!("quality: {FRAMES} frames by any tracer"), || any_tracer_gives_the_same("moving")),
+        Trial::test(format!("alpha, quality: {FRAMES} frames by any tracer"), || {
+            any_tracer_gives_the_same("moving-alpha")
+        }),
         Trial::test("what differs for one pass is found there", what_differs_is_found),
     ];
     trials.extend(VARIANTS.iter().map(|&(subject, name, text, change, wrong)| {
@@ -117,8 +120,8 @@ fn what_differs_is_found() -> Result<(), Failed> {
 }
 
 /// The wide trees of both frames, or the arenas that hold both.
-fn any_tracer_gives_the_same() -> Result<(), Failed> {
-    let (scene, render) = (buffers("moving")?, frames(settings("preset=quality")));
+fn any_tracer_gives_the_same(scene: &str) -> Result<(), Failed> {
+    let (scene, render) = (buffers(scene)?, frames(settings("preset=quality")));
     let wide = trace(&mut CpuExecutor::new(None)?, plan(&scene, &render))?;
     let in_arenas = FramePlan { scene: None, ..changed(plan(&scene, &render), by_arenas) };
     let found = first_divergence(&mut CpuExecutor::new(Some(1))?, in_arenas, &wide)?;
@@ -148,12 +151,13 @@ struct Subject {
 }
 
 static MOVING: Subject = Subject { name: "moving", frame_rate: 1.0, reference: OnceLock::new() };
+static ALPHA: Subject = Subject { name: "moving-alpha", frame_rate: 1.0, reference: OnceLock::new() };
 /// So few that its meshes deform visibly from one to the next.
 static TOYS: Subject = Subject { name: "toys", frame_rate: 6.0, reference: OnceLock::new() };
 
 impl Subject {
     fn buffers(&self) -> Result<SceneBuffers, Failed> {
-        let mut scene = Scene::load(self.name)?;
+        let mut scene = named(self.name).map_or_else(|| Scene::load(self.name), Ok)?;
         scene.animation.frame_rate = self.frame_rate;
         Ok(SceneBuffers::build(&scene)?)
     }
@@ -191,7 +195,7 @@ fn against_path_tracing(
 type Change = fn(&mut Pass);
 
 /// Scene, name, settings, what is done, and whether that is wrong.
-static VARIANTS: [(&Subject, &str, &str, Change, bool); 7] = [
+static VARIANTS: [(&Subject, &str, &str, Change, bool); 9] = [
     (&MOVING, "is unbiased", "", |_| (), false),
     (&TOYS, "is unbiased", "", |_| (), false),
     (&TOYS, "is biased by the last frame seen in this one's geometry", "", in_this_geometry, true),
@@ -199,6 +203,8 @@ static VARIANTS: [(&Subject, &str, &str, Change, bool); 7] = [
     (&MOVING, "is biased by lights that are taken for others", "", without_translation, true),
     (&MOVING, "is unbiased with tiles", "tiles=4x256", |_| (), false),
     (&MOVING, "is biased by the last frame's tiles", "tiles=4x256", without_new_tiles, true),
+    (&ALPHA, "is unbiased", "", |_| (), false),
+    (&ALPHA, "is biased by the last frame seen in this one's geometry", "", in_this_geometry, true),
 ];
 
 /// All candidates but one are those of the frame before.

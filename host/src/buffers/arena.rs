@@ -2,12 +2,13 @@
 
 use super::{environment::EnvironmentMap, lights::LightTables, shading, texels::Texels, triangles::Triangle};
 use crate::bvh::Bvh;
-use crate::scene::{Filter, Light, LightKind, Material, Scene, TextureUse, Wrap};
+use crate::scene::{AlphaMode, Filter, Light, LightKind, Material, Scene, TextureUse, Wrap};
 use glam::{DVec3, Vec3};
 use restir_shared::layout::{
     ALIAS_WORDS, ENVIRONMENT_WORDS, LIGHT_TRIANGLE, LIGHT_WORDS, MATERIAL_TWO_SIDED_EMISSION, MATERIAL_VOLUME,
     MATERIAL_WORDS, NONE, PUNCTUAL_DIRECTIONAL, PUNCTUAL_POINT, PUNCTUAL_WORDS, SLOT_BASE_COLOR, SLOT_EMISSION,
     SceneHeader, TEXTURE_MIRROR_U, TEXTURE_MIRROR_V, TEXTURE_NEAREST, TEXTURE_REPEAT_U, TEXTURE_REPEAT_V, TEXTURE_SRGB,
+    TRIANGLE_ALPHA,
 };
 use restir_shared::num::flush;
 use std::{iter::repeat_n, sync::Arc};
@@ -40,8 +41,11 @@ pub(super) fn pack_geometry(
     bvh: &Bvh,
     triangles: &[Triangle],
     tables: &LightTables,
+    texels: &Texels,
     with_shading: bool,
 ) -> Arc<[u32]> {
+    let mark = |m: &Material| if texels.alpha_flags(m) == 0 { 0 } else { TRIANGLE_ALPHA };
+    let marks: Vec<u32> = scene.materials.iter().map(mark).collect();
     let mut light_of = vec![NONE; triangles.len()];
     for (index, light) in (0..).zip(&tables.lights).filter(|(_, light)| light.kind == LIGHT_TRIANGLE) {
         light_of[light.index as usize] = index;
@@ -53,7 +57,8 @@ pub(super) fn pack_geometry(
     });
     let corners = triangles.iter().zip(light_of).flat_map(|(t, light)| {
         let [a, b, c] = t.vertices(scene);
-        [float_word(a, t.material(scene) as u32), float_word(b, light), float_word(c, t.object)]
+        let material = t.material(scene);
+        [float_word(a, material as u32), float_word(b, light), float_word(c, t.object | marks[material])]
     });
     let records = triangles.iter().filter(|_| with_shading).flat_map(|&t| shading::record(scene, t));
     let per_triangle = if with_shading { 24 } else { 12 };
@@ -110,7 +115,8 @@ impl Attributes {
         for material in &scene.materials {
             let slots = material.textures();
             let in_use = slots.iter().flatten().any(|used| texels.textures[used.texture] != NONE);
-            self.extend(material_record(material, if in_use { next_use } else { NONE }));
+            let flags = texels.alpha_flags(material);
+            self.extend(material_record(material, flags, if in_use { next_use } else { NONE }));
             if in_use {
                 let records = (0..).zip(slots).map(|(slot, used)| texture_use(scene, texels, slot, used));
                 uses.extend(records.flatten());
@@ -121,16 +127,19 @@ impl Attributes {
     }
 }
 
-fn material_record(m: &Material, uses: u32) -> [[u32; 4]; MATERIAL_WORDS as usize] {
+fn material_record(m: &Material, alpha_flags: u32, uses: u32) -> [[u32; 4]; MATERIAL_WORDS as usize] {
     let flag = |on: bool, bit: u32| if on { bit } else { 0 };
-    let flags = flag(m.two_sided_emission, MATERIAL_TWO_SIDED_EMISSION) | flag(m.volume.is_some(), MATERIAL_VOLUME);
+    let flags = alpha_flags
+        | flag(m.two_sided_emission, MATERIAL_TWO_SIDED_EMISSION)
+        | flag(m.volume.is_some(), MATERIAL_VOLUME);
+    let cutoff = if let AlphaMode::Mask { cutoff } = m.alpha_mode { cutoff } else { 0.0 };
     [
         float_word(Vec3::from_array(m.base_color), flags),
         float_word(Vec3::from_array(m.emission), uses),
         rgb_word([m.metallic, m.roughness, m.ior], m.transmission),
         rgb_word(m.diffuse_transmission_color, m.diffuse_transmission),
         rgb_word(absorption(m), m.normal_scale),
-        [0; 4],
+        rgb_word([m.alpha, cutoff, 0.0], 0.0),
         rgb_word(m.specular_color, m.specular),
     ]
 }

@@ -2,7 +2,9 @@
 
 use super::scene_error;
 use crate::Error;
-use crate::scene::{Camera, Environment, Light, LightKind, MAX_COORDINATE, Material, Mesh, Scene, Texture, TextureUse};
+use crate::scene::{
+    AlphaMode, Camera, Environment, Light, LightKind, MAX_COORDINATE, Material, Mesh, Scene, Texture, TextureUse,
+};
 use restir_shared::bsdf::IOR_MAX;
 
 /// Emission beyond this could overflow in sums over paths.
@@ -41,6 +43,7 @@ fn outside(values: &[f32], lo: f32, hi: f32) -> bool {
 fn material_problem(scene: &Scene, m: &Material) -> Option<String> {
     let fractions = [
         ("base colour", &m.base_color[..]),
+        ("alpha", &[m.alpha]),
         ("metallic", &[m.metallic]),
         ("roughness", &[m.roughness]),
         ("transmission", &[m.transmission]),
@@ -54,6 +57,10 @@ fn material_problem(scene: &Scene, m: &Material) -> Option<String> {
         format!("emission {:?} is outside [0, {MAX_EMISSION:e}]", m.emission)
     } else if outside(&[m.ior], 1.0, IOR_MAX) {
         format!("index of refraction {} is outside [1, {IOR_MAX}]", m.ior)
+    } else if let AlphaMode::Mask { cutoff } = m.alpha_mode
+        && outside(&[cutoff], 0.0, f32::MAX)
+    {
+        format!("alpha cutoff {cutoff} is not a finite number from 0 on")
     } else if !m.normal_scale.is_finite() {
         format!("normal scale {} is not finite", m.normal_scale)
     } else if let Some(v) = m.volume

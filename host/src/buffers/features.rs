@@ -6,13 +6,14 @@ use crate::scene::{Material, Scene};
 use glam::Vec3;
 use restir_shared::bsdf::Material as Scattering;
 use restir_shared::layout::{
-    FEATURE_CLEAR, FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE, FEATURE_ENVIRONMENT, FEATURE_GLOSSY,
-    FEATURE_LIGHT_TABLE, FEATURE_MULTISCATTER, FEATURE_PUNCTUAL, FEATURE_SHADING, FEATURE_SPECULAR, FEATURE_TEXTURES,
-    FEATURE_TRANSMISSION, FEATURE_VOLUME, LIGHT_ENVIRONMENT, LIGHT_PUNCTUAL,
+    FEATURE_ALPHA, FEATURE_BLEND, FEATURE_CLEAR, FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE,
+    FEATURE_ENVIRONMENT, FEATURE_GLOSSY, FEATURE_LIGHT_TABLE, FEATURE_MULTISCATTER, FEATURE_PUNCTUAL, FEATURE_SHADING,
+    FEATURE_SPECULAR, FEATURE_TEXTURES, FEATURE_TRANSMISSION, FEATURE_VOLUME, LIGHT_ENVIRONMENT, LIGHT_PUNCTUAL,
+    MATERIAL_BLEND,
 };
 
 /// Every feature with its name.
-const NAMES: [(u32, &str); 14] = [
+const NAMES: [(u32, &str); 16] = [
     (FEATURE_LIGHT_TABLE, "light-table"),
     (FEATURE_EMISSIVE, "emissive"),
     (FEATURE_PUNCTUAL, "punctual"),
@@ -27,6 +28,8 @@ const NAMES: [(u32, &str); 14] = [
     (FEATURE_CLEAR, "clear-glass"),
     (FEATURE_MULTISCATTER, "multiscatter"),
     (FEATURE_SPECULAR, "specular"),
+    (FEATURE_ALPHA, "alpha"),
+    (FEATURE_BLEND, "blend"),
 ];
 
 /// The names of the features that are set.
@@ -44,7 +47,7 @@ pub(super) fn of_scene(scene: &Scene, used_materials: &[bool], tables: &LightTab
         (needs_shading(scene), FEATURE_SHADING),
         (texels.count() > 0, FEATURE_TEXTURES),
     ]);
-    materials.fold(of_lights_and_tables, |features, (m, _)| features | of_material(m))
+    materials.fold(of_lights_and_tables, |features, (m, _)| features | of_material(m, texels.alpha_flags(m)))
 }
 
 /// The bits whose feature is present.
@@ -52,7 +55,7 @@ fn all_of(bits: &[(bool, u32)]) -> u32 {
     bits.iter().filter(|(present, _)| *present).fold(0, |features, (_, bit)| features | bit)
 }
 
-fn of_material(m: &Material) -> u32 {
+fn of_material(m: &Material, alpha_flags: u32) -> u32 {
     let scattering = Scattering {
         base_color: Vec3::from_array(m.base_color),
         metallic: m.metallic,
@@ -73,5 +76,11 @@ fn of_material(m: &Material) -> u32 {
         features |= Scattering { metallic: 0.0, roughness: 0.0, ..scattering }.features();
     }
     let absorbs = absorption(m).iter().any(|&a| a > 0.0);
-    features | all_of(&[(emits(m), FEATURE_EMISSIVE), (absorbs, FEATURE_VOLUME)])
+    features
+        | all_of(&[
+            (emits(m), FEATURE_EMISSIVE),
+            (absorbs, FEATURE_VOLUME),
+            (alpha_flags != 0, FEATURE_ALPHA),
+            (alpha_flags & MATERIAL_BLEND != 0, FEATURE_BLEND),
+        ])
 }

@@ -119,7 +119,7 @@ impl SceneBuffers {
         let tables = LightTables::new(scene, triangles, environment, &bvh.bounds);
         let with_shading = shading::needs_shading(scene);
         let attributes = Attributes::new(scene, &tables, texels, environment);
-        let geometry = pack_geometry(scene, bvh, triangles, &tables, with_shading);
+        let geometry = pack_geometry(scene, bvh, triangles, &tables, texels, with_shading);
         let features = features::of_scene(scene, &used_materials(scene, triangles), &tables, texels);
 
         let triangle_base = bvh.nodes.len() as u32 * NODE_WORDS;

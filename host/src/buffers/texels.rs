@@ -1,8 +1,8 @@
 //! The texel arena: sRGB table, textures, environment.
 
 use super::environment::EnvironmentMap;
-use crate::scene::{Scene, Texture};
-use restir_shared::layout::NONE;
+use crate::scene::{AlphaMode, Material, Scene, Texture};
+use restir_shared::layout::{MATERIAL_BLEND, MATERIAL_MASK, NONE};
 
 /// The arena and where things begin in it.
 #[derive(Debug)]
@@ -12,6 +12,8 @@ pub(super) struct Texels {
     pub(super) srgb_base: u32,
     /// First word of each of the scene's textures; [`NONE`] of those that no material uses.
     pub(super) textures: Vec<u32>,
+    /// The least alpha of each of the textures that an alpha is taken from; 1 of others.
+    least_alpha: Vec<f32>,
     /// First words of the environment's pixels and rows.
     pub(super) environment: [u32; 2],
 }
@@ -19,8 +21,14 @@ pub(super) struct Texels {
 impl Texels {
     /// Empty for a scene without textures and environment.
     pub(super) fn new(scene: &Scene, used_materials: &[bool], environment: Option<&EnvironmentMap>) -> Self {
-        let mut texels =
-            Self { words: Vec::new(), srgb_base: 0, textures: vec![NONE; scene.textures.len()], environment: [0; 2] };
+        let count = scene.textures.len();
+        let mut texels = Self {
+            words: Vec::new(),
+            srgb_base: 0,
+            textures: vec![NONE; count],
+            least_alpha: vec![1.0; count],
+            environment: [0; 2],
+        };
         for (material, _) in scene.materials.iter().zip(used_materials).filter(|(_, used)| **used) {
             for used in material.textures().into_iter().flatten() {
                 if texels.words.is_empty() {
@@ -33,6 +41,9 @@ impl Texels {
                     texels.textures[used.texture] = texels.add_texture(&scene.textures[used.texture]);
                 }
             }
+            if let Some(used) = material.base_color_texture.filter(|_| material.alpha_mode != AlphaMode::Opaque) {
+                texels.least_alpha[used.texture] = least_alpha(&scene.textures[used.texture]);
+            }
         }
         if let Some(map) = environment {
             texels.environment = texels.add_environment(map);
@@ -43,6 +54,17 @@ impl Texels {
     /// How many of the scene's textures it has.
     pub(super) fn count(&self) -> usize {
         self.textures.iter().filter(|&&first| first != NONE).count()
+    }
+
+    /// The `MATERIAL_` flags of a material's alpha: none if it is everywhere.
+    pub(super) fn alpha_flags(&self, material: &Material) -> u32 {
+        let texture = material.base_color_texture.map_or(1.0, |used| self.least_alpha[used.texture]);
+        let least = material.alpha * texture;
+        match material.alpha_mode {
+            AlphaMode::Mask { cutoff } if least < cutoff => MATERIAL_MASK,
+            AlphaMode::Blend if least < 1.0 => MATERIAL_BLEND,
+            _ => 0,
+        }
     }
 
     fn next_word(&self) -> u32 {
@@ -70,6 +92,10 @@ impl Texels {
         self.words.extend(map.rows.iter().flat_map(|&bound| [bound, 0, 0, 0]));
         [pixels, rows]
     }
+}
+
+fn least_alpha(texture: &Texture) -> f32 {
+    f32::from(texture.texels.iter().map(|texel| texel[3]).min().unwrap_or(u8::MAX)) / 255.0
 }
 
 /// The linear value of an sRGB code (IEC 61966-2-1).

@@ -5,7 +5,7 @@ use crate::plan::{Buffer, FramePlan, Pass, Upload};
 use crate::{Error, buffers::SceneBuffers};
 use rayon::prelude::*;
 use restir_kernels::{Access, NativeRow};
-use restir_shared::scene::{AnyFrames, Trace, Tracer};
+use restir_shared::scene::{AnyFrames, Hierarchy, Tracer};
 use std::sync::Arc;
 
 /// Runs kernels natively, on a pool of threads or on the caller's.
@@ -103,7 +103,7 @@ fn run(
             Some(None) => [None; 2],
             Some(Some(scenes)) => scenes.each_ref().map(|scene| Some(&**scene)),
         };
-        let tracers = scenes.map(|scene| scene.map(|scene| scene.tracer() as &(dyn Trace + Sync)));
+        let tracers = scenes.map(|scene| scene.map(|scene| scene.tracer() as &(dyn Hierarchy + Sync)));
         run_pass(&pass, &mut buffers, tracers, all);
         let progress = Progress { done, total: plan.pass_count };
         observe(&Step::new(progress, &pass, &|id| Ok(buffers[id].to_vec())))?;

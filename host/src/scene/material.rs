@@ -11,7 +11,11 @@ pub struct Material {
     /// Diffuse reflectance of a dielectric, reflectance at normal incidence of a metal, tint of transmitted light; linear
     /// RGB in [0, 1].
     pub base_color: [f32; 3],
-    /// sRGB.
+    /// Factor on the alpha of the base colour's texture, in [0, 1].
+    pub alpha: f32,
+    /// What alpha means.
+    pub alpha_mode: AlphaMode,
+    /// sRGB, with a linear alpha.
     pub base_color_texture: Option<TextureUse>,
     /// 0 is a dielectric, 1 a metal.
     pub metallic: f32,
@@ -45,6 +49,21 @@ pub struct Material {
     pub volume: Option<Volume>,
 }
 
+/// What the alpha of a base colour means.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum AlphaMode {
+    /// Nothing.
+    #[default]
+    Opaque,
+    /// There is a surface where alpha is no less than the cutoff, which is not negative.
+    Mask {
+        /// Least alpha of the surface; above 1 there is none.
+        cutoff: f32,
+    },
+    /// The share of light that meets the surface. The rest goes straight on, its colour unchanged.
+    Blend,
+}
+
 /// A homogeneous absorbing interior (`KHR_materials_volume`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Volume {
@@ -69,6 +88,8 @@ impl Material {
         Self {
             name: name.into(),
             base_color: reflectance,
+            alpha: 1.0,
+            alpha_mode: AlphaMode::Opaque,
             base_color_texture: None,
             metallic: 0.0,
             roughness: 1.0,

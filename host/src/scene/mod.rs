@@ -26,7 +26,7 @@ mod texture;
 pub use animation::{Animation, Blackout, Emitter, Motion, Pose};
 pub use camera_path::{CameraPath, Keyframe};
 pub use light::{Environment, Light, LightKind};
-pub use material::{Material, TextureUse, Volume};
+pub use material::{AlphaMode, Material, TextureUse, Volume};
 pub use rig::{
     Attachment, Deformation, Influences, Interpolation, MorphTarget, Node, Part, Placement, Property, Rig, Skin,
     Skinning, Track,

@@ -2,7 +2,7 @@
 //! over the number of roots that a subtree may have (Ylitie, Karras and Laine 2017, §3.1).
 
 use super::simd::{LANES, Row};
-use super::{Node, PACK, Pack};
+use super::{Node, PACK, PARTIAL, Pack};
 use glam::{UVec4, Vec3};
 use restir_shared::layout::{LEAF, LEAF_COUNT_SHIFT, LEAF_MAX_COUNT, MAX_TRIANGLES, NODE_WORDS, NONE, TRIANGLE_WORDS};
 use restir_shared::scene::SceneView;
@@ -16,6 +16,8 @@ pub(super) struct Tree {
     pub packs: Vec<Pack>,
     /// As a child of a node.
     pub root: u32,
+    /// Some triangle is marked.
+    pub partial: bool,
     /// Nodes on the longest way from the root.
     pub depth: usize,
 }
@@ -157,12 +159,20 @@ impl<'a> Collapse<'a> {
         // more than enough, so that nothing is ever copied: that would be the peak of memory. What stays unused is only
         // reserved, and given back at the end
         let most = self.best.len() + 1;
-        let mut tree = Tree { nodes: Vec::with_capacity(most), packs: Vec::with_capacity(most), root: 0, depth: 0 };
+        let mut tree = Tree {
+            nodes: Vec::with_capacity(most),
+            packs: Vec::with_capacity(most),
+            root: 0,
+            partial: false,
+            depth: 0,
+        };
         let mut work: Vec<(Subtree, Slot, usize)> = vec![(root, None, 0)];
         let mut roots = Vec::with_capacity(LANES);
         while let Some((subtree, slot, level)) = work.pop() {
             let reference = if self.best(&subtree).pack {
-                tree.packs.push(self.pack(&subtree));
+                let pack = self.pack(&subtree);
+                tree.partial |= pack.ids.iter().any(|&id| id != NONE && id & PARTIAL != 0);
+                tree.packs.push(pack);
                 PACK | (tree.packs.len() - 1) as u32
             } else {
                 roots.clear();
@@ -203,8 +213,8 @@ impl<'a> Collapse<'a> {
         let zero = Row([0.0; LANES]);
         let mut pack = Pack { vertices: [[zero; 3]; 3], ids: [NONE; LANES] };
         for (lane, &id) in ids.iter().enumerate() {
-            pack.ids[lane] = id;
             let at = (self.scene.header.triangle_base + id * TRIANGLE_WORDS) as usize;
+            pack.ids[lane] = id | self.scene.geometry[at + 2].w & PARTIAL;
             for vertex in 0..3 {
                 for (axis, x) in xyz(self.scene.geometry[at + vertex]).to_array().into_iter().enumerate() {
                     pack.vertices[vertex][axis].0[lane] = x;

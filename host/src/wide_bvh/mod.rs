@@ -9,9 +9,9 @@ mod simd;
 mod traverse;
 
 use glam::Vec3;
-use restir_shared::geometry::{Hit, Ray};
-use restir_shared::layout::STACK_DEPTH;
-use restir_shared::scene::{SceneView, Trace};
+use restir_shared::geometry::{Coverage, Hit, Ray, Solid};
+use restir_shared::layout::{STACK_DEPTH, TRIANGLE_ALPHA};
+use restir_shared::scene::{Hierarchy, SceneView};
 use simd::{LANES, Row};
 
 /// What a processor offers for traversal. Every level gives the same bits.
@@ -39,6 +39,9 @@ impl SimdLevel {
 /// Marks a child as a pack of triangles; the other bits are its index.
 const PACK: u32 = 1 << 31;
 
+/// Marks the id of a triangle that is not everywhere, as in the arena.
+const PARTIAL: u32 = TRIANGLE_ALPHA;
+
 /// Up to eight children. Slots without one have boxes that nothing hits.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
@@ -55,7 +58,7 @@ struct Node {
 struct Pack {
     /// Vertices, each by axis.
     vertices: [[Row; 3]; 3],
-    /// The triangles' ids.
+    /// The triangles' ids, with their marks.
     ids: [u32; LANES],
 }
 
@@ -66,6 +69,8 @@ pub struct WideBvh {
     packs: Vec<Pack>,
     /// As a child of a node.
     root: u32,
+    /// Some triangle is marked.
+    partial: bool,
     bounds: [Vec3; 2],
     level: SimdLevel,
 }
@@ -76,13 +81,14 @@ impl WideBvh {
     /// # Panics
     /// If the arena does not hold a tree as `SceneBuffers::build` makes it.
     pub fn new(scene: &SceneView<'_>) -> Self {
-        let collapse::Tree { nodes, packs, root, depth } = collapse::collapse(scene);
+        let collapse::Tree { nodes, packs, root, partial, depth } = collapse::collapse(scene);
         assert!(depth <= STACK_DEPTH, "a wide tree is no deeper than the binary one");
         let header = &scene.header;
         Self {
             nodes,
             packs,
             root,
+            partial,
             bounds: [header.bounds_lo, header.bounds_hi].map(Vec3::from_array),
             level: *SimdLevel::available().last().unwrap_or(&SimdLevel::Portable),
         }
@@ -98,22 +104,27 @@ impl WideBvh {
     }
 
     #[inline(always)]
-    fn trace<const ANY: bool>(&self, ray: &Ray) -> Hit {
+    fn trace<const ANY: bool>(&self, ray: &Ray, coverage: &dyn Coverage) -> Hit {
+        if self.partial { self.trace_over::<ANY, _>(ray, &coverage) } else { self.trace_over::<ANY, _>(ray, &Solid) }
+    }
+
+    #[inline(always)]
+    fn trace_over<const ANY: bool, C: Coverage>(&self, ray: &Ray, coverage: &C) -> Hit {
         match self.level {
-            SimdLevel::Portable => traverse::traverse::<simd::Portable, ANY>(self, ray),
+            SimdLevel::Portable => traverse::traverse::<simd::Portable, ANY, C>(self, ray, coverage),
             #[cfg(target_arch = "x86_64")]
             // SAFETY: the level is set to what the processor was found to have
-            SimdLevel::Avx2 => unsafe { traverse::traverse_avx2::<ANY>(self, ray) },
+            SimdLevel::Avx2 => unsafe { traverse::traverse_avx2::<ANY, C>(self, ray, coverage) },
         }
     }
 }
 
-impl Trace for WideBvh {
-    fn closest(&self, ray: &Ray) -> Hit {
-        self.trace::<false>(ray)
+impl Hierarchy for WideBvh {
+    fn closest(&self, ray: &Ray, coverage: &dyn Coverage) -> Hit {
+        self.trace::<false>(ray, coverage)
     }
 
-    fn occluded(&self, ray: &Ray) -> bool {
-        self.trace::<true>(ray).is_hit()
+    fn occluded(&self, ray: &Ray, coverage: &dyn Coverage) -> bool {
+        self.trace::<true>(ray, coverage).is_hit()
     }
 }

@@ -1,9 +1,9 @@
 //! Traversal, once for every [`Lanes`].
 
 use super::simd::{LANES, Lanes, Row};
-use super::{Node, PACK, Pack, WideBvh};
+use super::{Node, PACK, PARTIAL, Pack, WideBvh};
 use glam::{Vec2, Vec3};
-use restir_shared::geometry::{Hit, Ray, Slab};
+use restir_shared::geometry::{Coverage, Hit, Ray, Slab};
 use restir_shared::layout::{NONE, STACK_DEPTH};
 use restir_shared::num;
 use std::mem::MaybeUninit;
@@ -14,13 +14,13 @@ use std::mem::MaybeUninit;
 /// The processor has AVX2.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-pub(super) unsafe fn traverse_avx2<const ANY: bool>(bvh: &WideBvh, ray: &Ray) -> Hit {
-    traverse::<super::simd::Avx2, ANY>(bvh, ray)
+pub(super) unsafe fn traverse_avx2<const ANY: bool, C: Coverage>(bvh: &WideBvh, ray: &Ray, coverage: &C) -> Hit {
+    traverse::<super::simd::Avx2, ANY, C>(bvh, ray, coverage)
 }
 
-/// The closest hit, or with `ANY` some hit, with `0 < t < ray.t_max`; [`Hit::MISS`] if there is none.
+/// Of the hits that count the closest, or with `ANY` some hit, with `0 < t < ray.t_max`; [`Hit::MISS`] if there is none.
 #[inline(always)]
-pub(super) fn traverse<L: Lanes, const ANY: bool>(bvh: &WideBvh, ray: &Ray) -> Hit {
+pub(super) fn traverse<L: Lanes, const ANY: bool, C: Coverage>(bvh: &WideBvh, ray: &Ray, coverage: &C) -> Hit {
     let boxes = Boxes::<L>::new(&Slab::new(ray, bvh.bounds[0], bvh.bounds[1]));
     let triangles = Triangles::<L>::new(ray);
     let mut best = Hit { t: ray.t_max, ..Hit::MISS };
@@ -30,7 +30,7 @@ pub(super) fn traverse<L: Lanes, const ANY: bool>(bvh: &WideBvh, ray: &Ray) -> H
         if current & PACK != 0 {
             // SAFETY: references of a `WideBvh` are indices of its packs and nodes
             let pack = unsafe { bvh.packs.get_unchecked((current & !PACK) as usize) };
-            triangles.closest(pack, &boxes, &mut best);
+            triangles.closest(pack, &boxes, |hit| coverage.covers(ray, hit), &mut best);
             if ANY && best.id != NONE {
                 return best;
             }
@@ -262,9 +262,9 @@ impl<L: Lanes> Triangles<L> {
         L::load(&vertices[axis]) - self.origin[axis]
     }
 
-    /// `TriangleTest::hit` of all triangles of the pack, into the closest hit so far.
+    /// `TriangleTest::hit` of all triangles of the pack, into the closest hit so far; of marked ones where `covers` says so.
     #[inline(always)]
-    fn closest(&self, pack: &Pack, boxes: &Boxes<L>, best: &mut Hit) {
+    fn closest(&self, pack: &Pack, boxes: &Boxes<L>, covers: impl Fn(&Hit) -> bool, best: &mut Hit) {
         let zero = L::splat(0.0);
         let a = self.shear(&pack.vertices[0]);
         let b = self.shear(&pack.vertices[1]);
@@ -290,10 +290,12 @@ impl<L: Lanes> Triangles<L> {
         let (t, v, w) = (t.store(), (v * inv).store(), (w * inv).store());
         while hits != 0 {
             let lane = take_lowest(&mut hits);
-            let (t, id) = (t.0[lane], pack.ids[lane]);
+            let marked = pack.ids[lane] & PARTIAL != 0;
+            let hit = Hit { t: t.0[lane], id: pack.ids[lane] & !PARTIAL, uv: Vec2::new(v.0[lane], w.0[lane]) };
             // the limit t_max stands in `best` with the id NONE, which no hit at that t beats
-            if (t < best.t) | ((t == best.t) & (best.id != NONE) & (id < best.id)) {
-                *best = Hit { t, id, uv: Vec2::new(v.0[lane], w.0[lane]) };
+            let nearer = (hit.t < best.t) | ((hit.t == best.t) & (best.id != NONE) & (hit.id < best.id));
+            if nearer && (!marked || covers(&hit)) {
+                *best = hit;
             }
         }
     }

@@ -58,7 +58,7 @@ fn segment(
     let view = frame.to_local(-ray.direction);
     let (local, value) = ggx(view, 0.09, Vec2::new(rng::unit(words.x), rng::unit(words.y)));
     let origin = point.position + frame.n * point.offset;
-    let next = Ray { origin, direction: frame.to_world(local), t_max: Ray::FAR };
+    let next = Ray { origin, direction: frame.to_world(local), t_max: Ray::FAR, key: 0 };
     (sum + weight * point.emission, weight * point.material.base_color * value, next)
 }
 

@@ -5,12 +5,11 @@ use restir_shared::technique::restir_di::{self, DiParams, PackedHit};
 kernel! {
     /// What each pixel sees.
     pub fn di_primary(8, 8) {
-        constants { 0: settings = 0xffff_ffff }
+        constants { 0: features = 0xffff_ffff, 1: settings = 0xffff_ffff }
         params 0: DiParams,
-        // rays need no more
-        asks scene(0) { 1: geometry },
+        asks scene(features) { 1: geometry, 2: attributes, 3: texels },
         read {},
-        own { 2: hits: PackedHit },
+        own { 4: hits: PackedHit },
     }
     |x, y, at, p, scene| hits[at] = restir_di::primary(&scene, &p.specialised(settings), [x, y])
 }

@@ -1,19 +1,24 @@
 //! Rays, the watertight triangle test, BVH traversal.
 //!
-//! **The closest hit is defined** as the smallest (t, id) over all triangles by [`TriangleTest`], and any traversal
-//! finds it exactly. This does not rest on an error analysis: a hit's t is limited to the interval in which the ray
+//! **The closest hit is defined** as the smallest (t, id) over all hits by [`TriangleTest`] that count, and any traversal
+//! finds it exactly. Whether a hit counts is a function of ray and hit alone ([`Coverage`]): a mask leaves triangles out where
+//! it is zero, so what is behind is hit. This does not rest on an error analysis: a hit's t is limited to the interval in which the ray
 //! passes the triangle's own padded bounds, computed by the same arithmetic as for the boxes of the BVH. That
 //! arithmetic is monotone, so every box around the triangle has an interval at least as wide, and none that holds
 //! the hit can be culled.
 
+mod coverage;
 mod traverse;
 mod triangle;
 
+pub use coverage::{Coverage, Solid};
 pub use traverse::traverse;
 pub use triangle::{Slab, TriangleTest};
 
 use crate::layout::NONE;
-use glam::{Vec2, Vec3};
+use crate::rng::{pcg4d, unit};
+use crate::vec::flush;
+use glam::{UVec4, Vec2, Vec3};
 
 /// A ray, or a segment if `t_max` is finite; `direction` need not have unit length.
 #[derive(Clone, Copy)]
@@ -24,11 +29,33 @@ pub struct Ray {
     pub direction: Vec3,
     /// Hits lie at `0 < t < t_max`.
     pub t_max: f32,
+    /// What decides, with the bits of origin and direction, whether the ray meets a blended surface ([`Self::chance`]). Rays that
+    /// are the same but for their keys decide independently of each other.
+    pub key: u32,
 }
 
 impl Ray {
     /// A `t_max` beyond every hit.
     pub const FAR: f32 = 1.0e30;
+    /// The key of a ray that meets no blended surface at all.
+    pub const THROUGH: u32 = u32::MAX;
+
+    /// A key, which is not [`Self::THROUGH`], of a random word.
+    #[inline(always)]
+    pub fn random_key(word: u32) -> u32 {
+        word >> 1
+    }
+
+    /// A number, uniform in [0, 1) over rays and triangles: the ray meets the blended triangle where this is below the surface's
+    /// alpha. 1 for [`Self::THROUGH`]. To ask twice gives the same answer.
+    #[inline(always)]
+    pub fn chance(&self, triangle: u32) -> f32 {
+        let (origin, direction) = (flush(self.origin), flush(self.direction));
+        let from = pcg4d(UVec4::new(origin.x.to_bits(), origin.y.to_bits(), origin.z.to_bits(), self.key));
+        let to = UVec4::new(direction.x.to_bits(), direction.y.to_bits(), direction.z.to_bits(), triangle);
+        let word = pcg4d(UVec4::new(from.x ^ to.x, from.y ^ to.y, from.z ^ to.z, from.w ^ to.w)).x;
+        if self.key == Self::THROUGH { 1.0 } else { unit(word) }
+    }
 }
 
 /// The result of a query.

@@ -1,15 +1,15 @@
 //! Traversal of a binary BVH.
 
-use super::{Hit, Ray, Slab, TriangleTest};
+use super::{Coverage, Hit, Ray, Slab, TriangleTest};
 use crate::layout::{
-    LEAF, LEAF_COUNT_SHIFT, LEAF_MAX_COUNT, MAX_TRIANGLES, NODE_WORDS, NONE, STACK_DEPTH, SceneHeader,
+    LEAF, LEAF_COUNT_SHIFT, LEAF_MAX_COUNT, MAX_TRIANGLES, NODE_WORDS, NONE, STACK_DEPTH, SceneHeader, TRIANGLE_ALPHA,
 };
 use crate::pack::xyz;
 use glam::{UVec4, Vec3};
 
-/// In the tree and the triangles of the geometry arena `words`: the closest hit, or with `ANY` some hit, with `0 < t < ray.t_max`; [`Hit::MISS`] if there is none, [`Hit::CUT`] if
-/// the device did not let the search end.
-pub fn traverse<const ANY: bool>(words: &[UVec4], header: &SceneHeader, ray: &Ray) -> Hit {
+/// In the tree and the triangles of the geometry arena `words`: of the hits that count the closest, or with `ANY` some hit, with
+/// `0 < t < ray.t_max`; [`Hit::MISS`] if there is none, [`Hit::CUT`] if the device did not let the search end.
+pub fn traverse<const ANY: bool, C: Coverage>(words: &[UVec4], header: &SceneHeader, coverage: &C, ray: &Ray) -> Hit {
     let slab = Slab::new(ray, Vec3::from_array(header.bounds_lo), Vec3::from_array(header.bounds_hi));
     let test = TriangleTest::new(ray);
     let mut best = Hit { t: ray.t_max, ..Hit::MISS };
@@ -21,7 +21,7 @@ pub fn traverse<const ANY: bool>(words: &[UVec4], header: &SceneHeader, ray: &Ra
     while current != NONE {
         let mut next = NONE;
         if current & LEAF != 0 {
-            best = closest_in_leaf(words, header, &test, &slab, current, best);
+            best = closest_in_leaf(words, header, coverage, ray, &test, &slab, current, best);
         } else {
             let (near, far) = order_children(words, header, &slab, current, best.t);
             next = near;
@@ -51,9 +51,12 @@ pub fn traverse<const ANY: bool>(words: &[UVec4], header: &SceneHeader, ray: &Ra
 }
 
 #[inline(always)]
-fn closest_in_leaf(
+#[expect(clippy::too_many_arguments, reason = "a structure of references would outlive the optimiser of SPIR-V")]
+fn closest_in_leaf<C: Coverage>(
     words: &[UVec4],
     header: &SceneHeader,
+    coverage: &C,
+    ray: &Ray,
     test: &TriangleTest,
     slab: &Slab,
     leaf: u32,
@@ -65,10 +68,11 @@ fn closest_in_leaf(
         let at = header.triangle_word(id);
         let v0 = xyz(words[at]);
         let v1 = xyz(words[at + 1]);
-        let v2 = xyz(words[at + 2]);
-        let hit = test.hit(slab, id, v0, v1, v2);
+        let w2 = words[at + 2];
+        let hit = test.hit(slab, id, v0, v1, xyz(w2));
         // the limit t_max stands in `best` with the id NONE, which no hit at that t beats
-        if (hit.t < best.t) | ((hit.t == best.t) & (best.id != NONE) & (hit.id < best.id)) {
+        let nearer = (hit.t < best.t) | ((hit.t == best.t) & (best.id != NONE) & (hit.id < best.id));
+        if nearer && (w2.w & TRIANGLE_ALPHA == 0 || coverage.covers(ray, &hit)) {
             best = hit;
         }
         id += 1;

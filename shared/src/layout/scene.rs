@@ -44,7 +44,14 @@ pub const MATERIAL_TWO_SIDED_EMISSION: u32 = 1;
 /// Material flag: encloses an interior. Without it the surface is a thin wall.
 pub const MATERIAL_VOLUME: u32 = 2;
 
-/// Texture slot: base colour, sRGB.
+/// Material flag: a mask. Where alpha is below the cutoff, there is no surface.
+pub const MATERIAL_MASK: u32 = 4;
+/// Material flag: blended. Alpha is the probability with which a ray meets the surface.
+pub const MATERIAL_BLEND: u32 = 8;
+/// Marks the object of a triangle whose material is [`MATERIAL_MASK`] or [`MATERIAL_BLEND`]: rays may miss it where they hit it.
+pub const TRIANGLE_ALPHA: u32 = 1 << 31;
+
+/// Texture slot: base colour, sRGB; alpha is linear.
 pub const SLOT_BASE_COLOR: u32 = 0;
 /// Texture slot: green is roughness, blue metallic.
 pub const SLOT_METALLIC_ROUGHNESS: u32 = 1;
@@ -107,6 +114,10 @@ pub const FEATURE_CLEAR: u32 = 1 << 11;
 pub const FEATURE_MULTISCATTER: u32 = 1 << 12;
 /// Scene feature: specular reflection scaled by factor and colour.
 pub const FEATURE_SPECULAR: u32 = 1 << 14;
+/// Scene feature: surfaces that are not everywhere, by a mask or blended.
+pub const FEATURE_ALPHA: u32 = 1 << 13;
+/// Scene feature: blended surfaces; with [`FEATURE_ALPHA`].
+pub const FEATURE_BLEND: u32 = 1 << 15;
 /// The features of a diffuse scene whose lights are triangles.
 pub const FEATURES_DIFFUSE: u32 = FEATURE_EMISSIVE | FEATURE_LIGHT_TABLE;
 /// All features: what a kernel that was not specialised to a scene assumes.

@@ -9,7 +9,6 @@ use crate::layout::{
     LIGHT_PUNCTUAL, LIGHT_TRIANGLE, LIGHT_WORDS, NONE, PUNCTUAL_DIRECTIONAL, PUNCTUAL_WORDS,
 };
 use crate::pack::xyz;
-use crate::rng;
 use crate::sampling::{invert_triangle, sample_alias, sample_triangle};
 use glam::{UVec4, Vec2, Vec3};
 
@@ -43,8 +42,8 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     }
 
     #[inline(always)]
-    fn sample_emissive(&self, light: &Light, uv: Vec2) -> LightSample {
-        let b = sample_triangle(uv);
+    fn sample_emissive(&self, light: &Light, address: LightAddress) -> LightSample {
+        let b = sample_triangle(address.uv());
         let p = self.triangle_point(light.index, b);
         let material = self.emitter(p.material, light.index, b);
         LightSample {
@@ -55,12 +54,14 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
             two_sided: material.two_sided,
             density: light.density,
             kind: LightKind::Area,
+            blended: material.blended,
+            key: address.key(),
             ..LightSample::NONE
         }
     }
 
     #[inline(always)]
-    fn punctual(&self, light: &Light) -> LightSample {
+    fn punctual(&self, light: &Light, address: LightAddress) -> LightSample {
         let at = self.header.punctual_base + light.index * PUNCTUAL_WORDS;
         let (a, b, c) = (self.attribute(at), self.attribute(at + 1), self.attribute(at + 2));
         let directional = a.w == PUNCTUAL_DIRECTIONAL;
@@ -70,6 +71,7 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
             emission: xyz(c),
             density: light.density,
             kind: if directional { LightKind::Directional } else { LightKind::Point },
+            key: address.key(),
             falloff: Vec2::new(f32::from_bits(b.w), f32::from_bits(c.w)),
             ..LightSample::NONE
         }
@@ -81,12 +83,13 @@ impl<const COMPILED: u32> Lights for SceneView<'_, COMPILED> {
     fn sample_light(&self, words: UVec4) -> LightSample {
         let mut sample = LightSample::NONE;
         if self.header.light_count != 0 {
-            let light = self.light(self.choose_light([words.x, words.y]));
+            let address = LightAddress::of_words(self.choose_light([words.x, words.y]), words);
+            let light = self.light(address.light);
             if self.has(FEATURE_EMISSIVE) && light.kind == LIGHT_TRIANGLE {
-                sample = self.sample_emissive(&light, Vec2::new(rng::unit(words.z), rng::unit(words.w)));
+                sample = self.sample_emissive(&light, address);
             }
             if self.has(FEATURE_PUNCTUAL) && light.kind == LIGHT_PUNCTUAL {
-                sample = self.punctual(&light);
+                sample = self.punctual(&light, address);
             }
             if self.has(FEATURE_ENVIRONMENT) && light.kind == LIGHT_ENVIRONMENT {
                 sample = self.sample_environment([words.z, words.w]);
@@ -124,7 +127,7 @@ impl<const COMPILED: u32> AddressedLights for SceneView<'_, COMPILED> {
         if self.has(FEATURE_ENVIRONMENT) && self.light(index).kind == LIGHT_ENVIRONMENT {
             LightAddress::nearest(index, self.sample_map([words.z, words.w]))
         } else {
-            LightAddress { light: index, u: words.z >> 8, v: words.w >> 8 }
+            LightAddress::of_words(index, words)
         }
     }
 
@@ -133,10 +136,10 @@ impl<const COMPILED: u32> AddressedLights for SceneView<'_, COMPILED> {
         let light = self.light(address.light);
         let mut found = AddressedLight { sample: LightSample::NONE, extent: light.area };
         if self.has(FEATURE_EMISSIVE) && light.kind == LIGHT_TRIANGLE {
-            found.sample = self.sample_emissive(&light, address.uv());
+            found.sample = self.sample_emissive(&light, address);
         }
         if self.has(FEATURE_PUNCTUAL) && light.kind == LIGHT_PUNCTUAL {
-            found.sample = self.punctual(&light);
+            found.sample = self.punctual(&light, address);
         }
         if self.has(FEATURE_ENVIRONMENT) && light.kind == LIGHT_ENVIRONMENT {
             found = self.environment_sample(address.uv());

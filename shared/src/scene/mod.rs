@@ -5,6 +5,7 @@
 
 #[cfg(not(target_arch = "spirv"))]
 mod any;
+mod coverage;
 mod environment;
 mod frames;
 mod light;
@@ -21,6 +22,8 @@ pub use still::Still;
 pub use view::SceneView;
 
 use crate::bsdf::Material;
+#[cfg(not(target_arch = "spirv"))]
+use crate::geometry::Coverage;
 use crate::geometry::{Hit, Ray};
 use crate::layout::FEATURES_ALL;
 use crate::num;
@@ -28,16 +31,26 @@ use glam::{UVec4, Vec2, Vec3};
 
 /// Visibility.
 pub trait Trace {
-    /// The nearest hit with `0 < t < ray.t_max`: the smallest (t, id) over all primitives. [`Hit::MISS`] if none.
+    /// The nearest hit with `0 < t < ray.t_max`: the smallest (t, id) over all primitives that the ray meets. [`Hit::MISS`] if
+    /// none.
     fn closest(&self, ray: &Ray) -> Hit;
     /// Whether there is any hit with `0 < t < ray.t_max`.
     fn occluded(&self, ray: &Ray) -> bool;
 }
 
+/// A hierarchy over a scene's triangles in place of the BVH in the arenas, with the same hits.
+#[cfg(not(target_arch = "spirv"))]
+pub trait Hierarchy {
+    /// As [`Trace::closest`]; `coverage` says which hits of marked triangles count.
+    fn closest(&self, ray: &Ray, coverage: &dyn Coverage) -> Hit;
+    /// As [`Trace::occluded`].
+    fn occluded(&self, ray: &Ray, coverage: &dyn Coverage) -> bool;
+}
+
 /// What answers visibility queries in place of the BVH in the arenas: natively, perhaps, a structure that suits the
 /// processor better; on a device nothing.
 #[cfg(not(target_arch = "spirv"))]
-pub type Tracer<'a> = Option<&'a (dyn Trace + Sync)>;
+pub type Tracer<'a> = Option<&'a (dyn Hierarchy + Sync)>;
 /// Nothing: the arenas answer.
 #[cfg(target_arch = "spirv")]
 pub type Tracer<'a> = ();
@@ -131,10 +144,23 @@ impl LightAddress {
         self.light != Self::NO_LIGHT
     }
 
+    /// A uniform point of a light, from the last two of four random words.
+    #[inline(always)]
+    pub fn of_words(light: u32, words: UVec4) -> Self {
+        Self { light, u: words.z >> 8, v: words.w >> 8 }
+    }
+
     /// The lattice point below `uv`, which is limited to the unit square.
     #[inline(always)]
     pub fn nearest(light: u32, uv: Vec2) -> Self {
         Self { light, u: cell(uv.x), v: cell(uv.y) }
+    }
+
+    /// Of the rays that ask whether the light is seen: a function of the point, so that to ask twice gives the same answer. Of a
+    /// light without an extent the point is nothing else, and blended surfaces dim it in the mean over its points.
+    #[inline(always)]
+    pub fn key(&self) -> u32 {
+        Ray::random_key(self.u ^ (self.v << 8))
     }
 
     /// The point of the unit square.
@@ -221,6 +247,10 @@ pub struct LightSample {
     pub density: f32,
     /// What it lies on.
     pub kind: LightKind,
+    /// It lies on a blended surface, of which it is the part that is there: rays of [`Ray::THROUGH`] do not find it.
+    pub blended: bool,
+    /// The key of the rays that ask whether it is seen ([`LightAddress::key`]).
+    pub key: u32,
     /// Of a light at a point, intensity depends on the cosine c to its axis as the square of c x + y, limited to [0, 1].
     pub falloff: Vec2,
 }
@@ -249,6 +279,8 @@ impl LightSample {
         two_sided: false,
         density: 0.0,
         kind: LightKind::Area,
+        blended: false,
+        key: 0,
         falloff: Vec2::Y,
     };
 

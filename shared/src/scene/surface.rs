@@ -5,10 +5,10 @@ use super::{SceneView, Surface, SurfacePoint};
 use crate::bsdf::Material;
 use crate::geometry::{Hit, Ray};
 use crate::layout::{
-    FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE, FEATURE_GLOSSY, FEATURE_SHADING, FEATURE_SPECULAR,
-    FEATURE_TEXTURES, FEATURE_TRANSMISSION, FEATURE_VOLUME, MATERIAL_TWO_SIDED_EMISSION, MATERIAL_VOLUME,
-    MATERIAL_WORDS, NONE, SHADING_WORDS, SLOT_BASE_COLOR, SLOT_EMISSION, SLOT_METALLIC_ROUGHNESS, SLOT_NORMAL,
-    TEXTURE_SLOTS,
+    FEATURE_ALPHA, FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE, FEATURE_GLOSSY, FEATURE_SHADING,
+    FEATURE_SPECULAR, FEATURE_TEXTURES, FEATURE_TRANSMISSION, FEATURE_VOLUME, MATERIAL_TWO_SIDED_EMISSION,
+    MATERIAL_VOLUME, MATERIAL_WORDS, NONE, SHADING_WORDS, SLOT_BASE_COLOR, SLOT_EMISSION, SLOT_METALLIC_ROUGHNESS,
+    SLOT_NORMAL, TEXTURE_SLOTS,
 };
 use crate::num;
 use crate::pack::{decode_unit_vector, xyz};
@@ -22,6 +22,8 @@ const MIN_LENGTH_SQUARED: f32 = 1.0e-12;
 pub(super) struct Emitter {
     pub(super) emission: Vec3,
     pub(super) two_sided: bool,
+    /// Of what is blended, the emission is that of the share which is there.
+    pub(super) blended: bool,
 }
 
 /// What is interpolated over a triangle, with a tangent frame.
@@ -79,7 +81,7 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
 
     /// Texture coordinates.
     #[inline(always)]
-    fn uv(&self, triangle: u32, b: Vec2) -> Vec2 {
+    pub(super) fn uv(&self, triangle: u32, b: Vec2) -> Vec2 {
         let at = (self.header.shading_base + triangle * SHADING_WORDS) as usize;
         let (w1, w2) = (self.geometry[at + 1], self.geometry[at + 2]);
         let f = f32::from_bits;
@@ -120,7 +122,10 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
         if self.has(FEATURE_TEXTURES) && e.w != NONE && self.has_texture(e.w, SLOT_EMISSION) {
             emission *= self.texture(e.w, SLOT_EMISSION, self.uv(triangle, b));
         }
-        Emitter { emission, two_sided: a.w & MATERIAL_TWO_SIDED_EMISSION != 0 }
+        if self.has(FEATURE_ALPHA) {
+            emission *= self.coverage(material, triangle, b);
+        }
+        Emitter { emission, two_sided: a.w & MATERIAL_TWO_SIDED_EMISSION != 0, blended: self.is_blended(a.w) }
     }
 
     /// A material whose parameters are factors alone; what the scene's features exclude is not read.

@@ -83,18 +83,18 @@ impl<const COMPILED: u32> Trace for SceneView<'_, COMPILED> {
     fn closest(&self, ray: &Ray) -> Hit {
         #[cfg(not(target_arch = "spirv"))]
         if let Some(tracer) = self.tracer {
-            return tracer.closest(ray);
+            return tracer.closest(ray, self);
         }
-        geometry::traverse::<false>(self.geometry, &self.header, ray)
+        geometry::traverse::<false, Self>(self.geometry, &self.header, self, ray)
     }
 
     #[inline(always)]
     fn occluded(&self, ray: &Ray) -> bool {
         #[cfg(not(target_arch = "spirv"))]
         if let Some(tracer) = self.tracer {
-            return tracer.occluded(ray);
+            return tracer.occluded(ray, self);
         }
-        let hit = geometry::traverse::<true>(self.geometry, &self.header, ray);
+        let hit = geometry::traverse::<true, Self>(self.geometry, &self.header, self, ray);
         hit.is_hit() | hit.is_cut()
     }
 }

@@ -56,19 +56,19 @@ struct Reach {
 impl Vertex {
     /// The segment ends as far off the surface at the other end as it begins off this one.
     #[inline(always)]
-    fn reach(&self, position: Vec3, normal: Vec3, offset: f32, far: bool) -> Reach {
+    fn reach(&self, position: Vec3, normal: Vec3, offset: f32, far: bool, key: u32) -> Reach {
         let origin = self.origin(if far { position } else { position - self.position });
         let to = if far { position } else { position - origin };
         let facing = dot(normal, to) < 0.0;
         let side = if facing { offset } else { -offset };
         let target = if far { to } else { (position + normal * side) - origin };
-        Reach { to, facing, shadow: Ray { origin, direction: target, t_max: if far { Ray::FAR } else { 1.0 } } }
+        Reach { to, facing, shadow: Ray { origin, direction: target, t_max: if far { Ray::FAR } else { 1.0 }, key } }
     }
 
     /// Reconnects to a point of a surface, with the densities of all lobes together and of `lobe` alone.
     #[inline(always)]
     pub fn reconnect(&self, point: &SurfacePoint, lobe: u32) -> Reconnection {
-        let Reach { to, shadow, .. } = self.reach(point.position, point.normal, point.offset, false);
+        let Reach { to, shadow, .. } = self.reach(point.position, point.normal, point.offset, false, 0);
         let distance_squared = dot(to, to);
         let nothing = Reconnection { direction: to, value: Vec3::ZERO, pdf: 0.0, lobe_pdf: 0.0, per_area: 0.0, shadow };
         if distance_squared <= MIN_DISTANCE_SQUARED {
@@ -89,7 +89,8 @@ impl Vertex {
     #[inline(always)]
     pub fn connect(&self, light: &LightSample) -> Connection {
         let far = light.at_infinity();
-        let Reach { to: to_light, facing, shadow } = self.reach(light.position, light.normal, light.offset, far);
+        let Reach { to: to_light, facing, shadow } =
+            self.reach(light.position, light.normal, light.offset, far, light.key);
         let distance_squared = if far { 1.0 } else { dot(to_light, to_light) };
         let emits = (light.density > 0.0) & ((light.kind != LightKind::Area) | facing | light.two_sided);
         if !(emits & (distance_squared > MIN_DISTANCE_SQUARED)) {

@@ -38,7 +38,7 @@ pub fn follow<S: Trace + Surface>(scene: &S, through_glass: bool, ray: &Ray) -> 
                 let offset = if dot(point.normal, direction) < 0.0 { -point.offset } else { point.offset };
                 let origin = point.position + point.normal * offset;
                 let direction = if ray.t_max == Ray::FAR { ray.direction } else { end - origin };
-                passage.ray = Ray { origin, direction, t_max: ray.t_max };
+                passage.ray = Ray { origin, direction, ..*ray };
                 passage.transmittance = flush(passage.transmittance * passed);
             }
         }

@@ -17,6 +17,8 @@ pub(super) const KNOWN: Known = Known {
             row("all materials", "glass", 2, "jitter=on,max_depth=12"),
             row("rough metal and plastic", "glossy", 2, "jitter=on"),
             row("environment", "tower", 2, "jitter=on,max_depth=6"),
+            row("masks", "masks", 4, "max_depth=6"),
+            row("blended", "sheets", 4, "max_depth=6"),
         ],
         ..NOTHING.cases
     },

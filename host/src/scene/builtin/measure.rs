@@ -54,7 +54,7 @@ impl Walks {
         let (sin, cos) = self.random.range(0.0, std::f64::consts::TAU).sin_cos();
         let r = (1.0 - z * z).sqrt();
         let direction = (normal + DVec3::new(r * cos, r * sin, z)).normalize_or(normal);
-        Ray { origin: leave(&vertex.point), direction: direction.as_vec3(), t_max: Ray::FAR }
+        Ray { origin: leave(&vertex.point), direction: direction.as_vec3(), t_max: Ray::FAR, key: 0 }
     }
 
     /// Whether a point on an emitter, chosen by power, shines on the vertex.
@@ -66,7 +66,7 @@ impl Walks {
         let target = light.position + light.normal * light.offset;
         let way = (target - origin).as_dvec3();
         let faces = way.dot(vertex.point.normal.as_dvec3()) > 0.0 && way.dot(light.normal.as_dvec3()) < 0.0;
-        faces && !self.buffers.view().occluded(&Ray { origin, direction: target - origin, t_max: 1.0 })
+        faces && !self.buffers.view().occluded(&Ray { origin, direction: target - origin, t_max: 1.0, key: 0 })
     }
 }
 

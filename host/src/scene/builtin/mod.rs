@@ -6,6 +6,7 @@ mod ajar;
 mod cornell;
 mod cornell_mitsuba;
 mod cornell_mixed;
+mod foliage;
 mod furnace;
 mod glass;
 mod glossy;
@@ -38,6 +39,7 @@ pub const NAMES: &[(&str, &str)] = &[
         "toys",
         "a tentacle on joints, a ball with morph targets, a carousel of nodes and a camera on a rail: 4 s, 24 frames each",
     ),
+    ("foliage", "a terrace under leaves, with a veil and a paper lantern: masks and blending"),
     ("statue", "a hare of wax: one closed mesh with ears, fingers and a thick belly"),
 ];
 
@@ -55,6 +57,7 @@ pub fn scene(name: &str) -> Option<Scene> {
         "tower" => Some(tower::scene()),
         "moving" => Some(moving::scene()),
         "toys" => Some(toys::scene()),
+        "foliage" => Some(foliage::scene()),
         "statue" => Some(statue::scene()),
         _ => None,
     }

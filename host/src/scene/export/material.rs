@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::{Document, Problem};
-use crate::scene::{Material, Scene, Volume};
+use crate::scene::{AlphaMode, Material, Scene, Volume};
 
 impl Document {
     /// Adds all materials, in their order.
@@ -20,7 +20,7 @@ impl Document {
         check(material)?;
         let [r, g, b] = material.base_color;
         let mut surface = json!({
-            "baseColorFactor": [r, g, b, 1.0],
+            "baseColorFactor": [r, g, b, material.alpha],
             "metallicFactor": material.metallic,
             "roughnessFactor": material.roughness,
         });
@@ -42,6 +42,14 @@ impl Document {
             converted["normalTexture"] = texture;
         }
         put(&mut converted, "emissiveTexture", emission?);
+        match material.alpha_mode {
+            AlphaMode::Opaque => {}
+            AlphaMode::Mask { cutoff } => {
+                converted["alphaMode"] = json!("MASK");
+                converted["alphaCutoff"] = json!(cutoff);
+            }
+            AlphaMode::Blend => converted["alphaMode"] = json!("BLEND"),
+        }
         converted["extensions"] = self.extensions(material, strength);
         Ok(converted)
     }
@@ -93,6 +101,8 @@ fn put(object: &mut Value, name: &str, texture: Option<Value>) {
 /// JSON has no NaN and no infinity.
 fn check(material: &Material) -> Result<(), Problem> {
     let scalars = [
+        material.alpha,
+        if let AlphaMode::Mask { cutoff } = material.alpha_mode { cutoff } else { 0.0 },
         material.metallic,
         material.roughness,
         material.normal_scale,

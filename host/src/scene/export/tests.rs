@@ -6,7 +6,7 @@ use glam::{DAffine3, DQuat, DVec3};
 
 use super::*;
 use crate::scene::{
-    Camera, Filter, Instance, Light, LightKind, Material, Mesh, Texture, TextureUse, Volume, Wrap, gltf,
+    AlphaMode, Camera, Filter, Instance, Light, LightKind, Material, Mesh, Texture, TextureUse, Volume, Wrap, gltf,
 };
 
 fn back(scene: &Scene) -> Scene {
@@ -39,6 +39,8 @@ fn everything() -> Scene {
     let sheared = TextureUse { texture: 2, transform: [1.0, 0.1, 0.3, 0.7, 2.0, 0.1] };
     let turned = TextureUse { texture: 1, transform: [0.6, 0.8, 0.1, -0.8, 0.6, 0.2] };
     let glazed = Material {
+        alpha: 0.4,
+        alpha_mode: AlphaMode::Mask { cutoff: 0.3 },
         base_color_texture: Some(TextureUse::new(0)),
         metallic: 0.3,
         roughness: 0.7,
@@ -58,7 +60,12 @@ fn everything() -> Scene {
         ..Material::diffuse("glass", [1.0; 3])
     };
     let clear = Volume { attenuation_color: [1.0; 3], attenuation_distance: f32::INFINITY };
-    let water = Material { volume: Some(clear), ..Material::diffuse("water", [0.5; 3]) };
+    let water = Material {
+        alpha: 0.7,
+        alpha_mode: AlphaMode::Blend,
+        volume: Some(clear),
+        ..Material::diffuse("water", [0.5; 3])
+    };
     let unit = |v: DVec3| v.normalize().as_vec3().to_array();
     let corners = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.3, 1e-30]];
     let shaded = Mesh {
@@ -171,6 +178,7 @@ fn what_cannot_be_written_is_refused() {
     assert!(problem(|s| s.textures[0].size = [4, 4]).contains("15 texels"));
     assert!(problem(|s| s.textures.truncate(1)).contains("texture 1"));
     assert!(problem(|s| s.materials[1].ior = f32::NAN).contains("glass"));
+    assert!(problem(|s| s.materials[0].alpha_mode = AlphaMode::Mask { cutoff: f32::NAN }).contains("glazed"));
     assert!(problem(|s| s.lights[0].intensity[0] = -1.0).contains("point"));
     assert!(problem(|s| s.camera.as_mut().unwrap().lens_radius = -1.0).contains("lens"));
 }

@@ -2,17 +2,20 @@
 
 use gltf::json;
 use gltf::json::extensions::material::Material as Extensions;
-use gltf::json::material::AlphaMode;
+use gltf::json::material::AlphaMode as JsonAlphaMode;
 use gltf::json::validation::Checked;
 use restir_shared::num;
 
 use super::texture::Slot;
 use super::{Importer, Problem, label};
 use crate::error::ensure;
-use crate::scene::{Material, Volume};
+use crate::scene::{AlphaMode, Material, Volume};
 
 /// Index of refraction of a material that names none.
 const DEFAULT_IOR: f32 = 1.5;
+
+/// Cutoff of a mask that names none.
+const DEFAULT_CUTOFF: f32 = 0.5;
 
 /// The least share of light that an interior may leave: no share at all would be an infinite density.
 const LEAST_ATTENUATION: f32 = 1e-6;
@@ -63,9 +66,11 @@ impl Importer<'_> {
         let needs = Needs { uv_set: self.uv_set(&slots), tangents: normal.is_some() };
         let [base_color, metallic_roughness, normal_map, emission] =
             slots.map(|slot| slot.map(|slot| self.texture_use(&slot)).transpose());
-        let [r, g, b, _alpha] = surface.base_color_factor.0;
+        let [r, g, b, alpha] = surface.base_color_factor.0;
         let mut converted = Material {
             base_color: self.unit("base colour factor", [r, g, b]),
+            alpha: self.unit("alpha", [alpha])[0],
+            alpha_mode: alpha_mode(material),
             base_color_texture: base_color?,
             metallic: self.unit("metallic factor", [surface.metallic_factor.0])[0],
             roughness: self.unit("roughness factor", [surface.roughness_factor.0])[0],
@@ -82,8 +87,6 @@ impl Importer<'_> {
         }
         // A black surface emits on neither side.
         converted.two_sided_emission = material.double_sided && converted.emission != [0.0; 3];
-        let opaque = material.alpha_mode == Checked::Valid(AlphaMode::Opaque);
-        self.warn_if(!opaque, "it is transparent; it is rendered as opaque");
         check(&converted)?;
         Ok((converted, needs))
     }
@@ -151,7 +154,9 @@ impl Importer<'_> {
         if ior == 0.0 {
             let metallic = std::mem::replace(&mut material.metallic, 1.0);
             material.base_color = material.base_color.map(|channel| 1.0 + (channel - 1.0) * metallic);
-            material.base_color_texture = material.base_color_texture.filter(|_| metallic != 0.0);
+            // of a colour that counts no more the alpha still does
+            let in_use = metallic != 0.0 || material.alpha_mode != AlphaMode::Opaque;
+            material.base_color_texture = material.base_color_texture.filter(|_| in_use);
             self.warn("its index of refraction is 0; it is rendered as a white metal");
         } else {
             material.ior = ior.max(1.0);
@@ -167,6 +172,17 @@ impl Importer<'_> {
     }
 }
 
+/// What alpha means; an unknown mode counts as the default.
+fn alpha_mode(material: &json::Material) -> AlphaMode {
+    match material.alpha_mode {
+        Checked::Valid(JsonAlphaMode::Mask) => {
+            AlphaMode::Mask { cutoff: material.alpha_cutoff.map_or(DEFAULT_CUTOFF, |cutoff| cutoff.0) }
+        }
+        Checked::Valid(JsonAlphaMode::Blend) => AlphaMode::Blend,
+        _ => AlphaMode::Opaque,
+    }
+}
+
 /// What no clamping can correct.
 fn check(material: &Material) -> Result<(), Problem> {
     let Material { emission, ior, specular_color, normal_scale, volume, .. } = material;
@@ -174,6 +190,9 @@ fn check(material: &Material) -> Result<(), Problem> {
     ensure!(possible, "it emits {emission:?}, which is not a radiance");
     let possible = specular_color.iter().all(|channel| channel.is_finite() && *channel >= 0.0);
     ensure!(possible, "its specular colour is {specular_color:?}, which is not a reflectance");
+    if let AlphaMode::Mask { cutoff } = material.alpha_mode {
+        ensure!(cutoff.is_finite() && cutoff >= 0.0, "its alpha cutoff is {cutoff}; it has to be a number from 0 on");
+    }
     ensure!(ior.is_finite(), "its index of refraction is {ior}");
     ensure!(normal_scale.is_finite(), "the scale of its normal texture is {normal_scale}");
     let distance = volume.map_or(f32::INFINITY, |volume| volume.attenuation_distance);

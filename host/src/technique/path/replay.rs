@@ -73,8 +73,9 @@ mod tests {
     #[test]
     fn a_replayed_path_has_the_bits_of_the_film_and_so_has_the_sum_of_its_parts() {
         let mut cpu = CpuExecutor::new(Some(1)).unwrap();
-        for (name, roulette) in [("cornell", false), ("cornell", true), ("furnace", false)] {
-            let scene = SceneBuffers::build(&Scene::load(name).unwrap()).unwrap();
+        for (name, roulette) in [("cornell", false), ("cornell", true), ("furnace", false), ("foliage", false)] {
+            let source = Scene::load(name).unwrap();
+            let scene = SceneBuffers::build(&source).unwrap();
             let settings = settings(roulette);
             for index in [0, 7] {
                 let film = film(&mut cpu, &scene, &settings, index).unwrap();
@@ -83,6 +84,8 @@ mod tests {
                     let path = explain_sample(&scene, &settings, place).unwrap();
                     assert_eq!(bits(path.radiance), pixel.sum.map(f32::to_bits), "{name} {place:?}");
                     assert_eq!(bits(path.radiance), bits(path.sum_of_parts()), "{name} {place:?}");
+                    let instances = source.instances.len() as u32;
+                    assert!(path.vertices.iter().all(|vertex| vertex.instance < instances), "{name} {place:?}");
                 }
             }
         }

@@ -2,7 +2,7 @@
 
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::glam::Vec3;
-use restir_shared::layout::TRIANGLE_WORDS;
+use restir_shared::layout::{FEATURE_ALPHA, TRIANGLE_ALPHA, TRIANGLE_WORDS};
 use restir_shared::scene::{EnvironmentPoint, LightKind, LightSample, SceneView, SurfacePoint, Trace};
 use restir_shared::technique::path::{self, Receiver, Walk};
 use restir_shared::transport::Connection;
@@ -150,15 +150,18 @@ impl Writer<'_> {
     /// The triangle that a point was drawn on: the nearest to the point, seen from just above it.
     fn triangle_below(&self, light: &LightSample) -> Option<u32> {
         let origin = light.position + light.normal * light.offset;
-        let ray = Ray { origin, direction: -light.normal, t_max: 2.0 * light.offset };
-        if light.kind == LightKind::Area { self.nearest(&ray) } else { None }
+        let ray = Ray { origin, direction: -light.normal, t_max: 2.0 * light.offset, key: 0 };
+        // as if it were everywhere, so that no chance decides
+        let solid = SceneView { features: self.view.features & !FEATURE_ALPHA, ..*self.view };
+        let below = (light.kind == LightKind::Area).then(|| solid.closest(&ray));
+        below.filter(Hit::is_hit).map(|hit| hit.id)
     }
 
     /// Material and instance of a triangle.
     fn owner(&self, triangle: u32) -> (u32, u32) {
         let at = (self.view.header.triangle_base + triangle * TRIANGLE_WORDS) as usize;
         let word = |i: usize| self.view.geometry.get(at + i).map_or(0, |word| word.w);
-        (word(0), word(2))
+        (word(0), word(2) & !TRIANGLE_ALPHA)
     }
 }
 

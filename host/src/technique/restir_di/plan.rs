@@ -6,7 +6,7 @@ use crate::technique::Technique;
 use crate::{Error, buffers::SceneBuffers, film::Film, moments::Moments, render::Render};
 use bytemuck::Pod;
 use restir_kernels::{KernelDesc, restir_di as di};
-use restir_shared::layout::{Extent, FilmPixel};
+use restir_shared::layout::{Extent, FEATURE_BLEND, FilmPixel};
 use restir_shared::technique::restir_di::{DiPairs, DiParams, DiPoint, Flags, PackedHit, PackedReservoir, TileWords};
 use std::collections::VecDeque;
 
@@ -185,7 +185,9 @@ impl Passes<'_> {
         let [last, camera] = [frame, frame + 1].map(|frame| self.camera_params(frame));
         // a point of a lens is another one each frame
         let is_pinhole = camera.lens_right == 0.0 && camera.lens_up == 0.0;
-        !self.scene.is_animated() && is_pinhole && last == camera
+        // what is blended is met by the rays of some frames
+        let is_still = !self.scene.is_animated() && self.scene.features & FEATURE_BLEND == 0;
+        is_still && is_pinhole && last == camera
     }
 
     /// Whether the next frame reuses what spatial reuse began with.
@@ -299,7 +301,7 @@ impl Iterator for Passes<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Camera;
+    use crate::scene::{AlphaMode, Camera};
     use std::collections::BTreeSet;
 
     fn builtin(name: &str) -> SceneBuffers {
@@ -412,6 +414,14 @@ mod tests {
         let stops = Render { cameras: vec![scene.camera, moved], ..of(default()) };
         assert_eq!(still_passes(&scene, &stops), [false, true]);
         assert_eq!(still_passes(&builtin("moving"), &of(default())), [false; 2]);
+        let with = |mode| {
+            let mut source = crate::scene::builtin::scene("cornell").expect("built in");
+            (source.materials[0].alpha, source.materials[0].alpha_mode) = (0.5, mode);
+            SceneBuffers::build(&source).expect("builds")
+        };
+        // rays of some frames pass what is blended, a mask is the same in all
+        assert_eq!(still_passes(&with(AlphaMode::Blend), &of(default())), [false; 2]);
+        assert_eq!(still_passes(&with(AlphaMode::Mask { cutoff: 0.7 }), &of(default())), [true; 2]);
     }
 
     /// All combinations of what decides on passes and planes.

@@ -179,11 +179,13 @@ impl Walk {
                 receiver.next_event(self.throughput * next_event(&light, &connection));
             }
         }
-        let scattered = vertex.bsdf.sample(rng.draw(dimension + SCATTER));
+        let words = rng.draw(dimension + SCATTER);
+        let scattered = vertex.bsdf.sample(words);
         let direction = vertex.frame.to_world(scattered.direction);
         self.chosen = Chosen { pdf: scattered.pdf, alone: scattered.delta };
         self.throughput = flush(self.throughput * scattered.weight);
-        self.ray = Ray { origin: vertex.origin(direction), direction, t_max: Ray::FAR };
+        let key = Ray::random_key(words.x);
+        self.ray = Ray { origin: vertex.origin(direction), direction, t_max: Ray::FAR, key };
         let mut alive = (scattered.pdf > 0.0) & vertex.is_consistent(direction, scattered.direction);
         if roulette && self.depth >= ROULETTE_FROM {
             let survival = num::clamp(max_component(self.throughput), MIN_SURVIVAL, 1.0);

@@ -7,7 +7,7 @@ use super::{
 use crate::bsdf::BsdfSample;
 use crate::film::CUT;
 use crate::geometry::Ray;
-use crate::layout::FilmPixel;
+use crate::layout::{FEATURE_BLEND, FilmPixel};
 use crate::num;
 use crate::resample::packed::dithered;
 use crate::resample::reservoir::Reservoir;
@@ -34,7 +34,7 @@ impl Candidate {
         address: LightAddress::NONE,
         target: 0.0,
         index: 0,
-        shadow: Ray { origin: Vec3::ZERO, direction: Vec3::Z, t_max: Ray::FAR },
+        shadow: Ray { origin: Vec3::ZERO, direction: Vec3::Z, t_max: Ray::FAR, key: 0 },
         visibility: Vec3::ZERO,
     };
 }
@@ -60,6 +60,10 @@ impl Scattered {
 /// gave it (Veach 1997, eq. 9.8, in Talbot's form). Densities are over (light, u, v). Candidates from lights come in
 /// groups; each group's selection is tested by a ray, and selected among by its group's weights. The reservoir's
 /// confidence is 1.
+///
+/// The ray of scattering looks through what is blended: whether that lets light pass is asked of its candidate as of every
+/// other, by the ray that will be asked again, for an answer of its own would count twice. On blended surfaces scattering
+/// then finds no light, and has no density there.
 pub fn initial<S: Trace + Surface + AddressedLights>(
     scene: &S,
     params: &DiParams,
@@ -101,9 +105,11 @@ fn resample<S: Trace + Surface + AddressedLights>(
     let rng = params.rng(at);
     let flags = params.flags.in_use(scene);
     let through_glass = flags.contains(Flags::TRANSMITTANCE);
+    let blends = scene.features() & FEATURE_BLEND != 0;
     let loses = flags.contains(Flags::INITIAL_VISIBILITY);
     let asks = loses | !flags.contains(Flags::FINAL_RAY);
-    let sample = vertex.bsdf.sample(rng.draw(SCATTER_DIMENSION));
+    let scatter_words = rng.draw(SCATTER_DIMENSION);
+    let sample = vertex.bsdf.sample(scatter_words);
     let direction = vertex.frame.to_world(sample.direction);
     let wanted = sample.delta | flags.contains(Flags::SCATTER_CANDIDATE);
     let scatters = wanted & (sample.pdf > 0.0) & vertex.is_consistent(direction, sample.direction);
@@ -116,7 +122,8 @@ fn resample<S: Trace + Surface + AddressedLights>(
     let mut group = Reservoir::empty(Candidate::NONE);
     let mut all = Reservoir::empty(Candidate::NONE);
     let mut arriving = Vec3::ZERO;
-    let mut ray = Ray { origin: vertex.origin(direction), direction, t_max: Ray::FAR };
+    let key = if sample.delta { Ray::random_key(scatter_words.x) } else { Ray::THROUGH };
+    let mut ray = Ray { origin: vertex.origin(direction), direction, t_max: Ray::FAR, key };
     let mut follows = scatters;
     let mut words = UVec4::ZERO;
     let mut i = 0_u32;
@@ -157,7 +164,9 @@ fn resample<S: Trace + Surface + AddressedLights>(
             words = rng.draw(dimension.wrapping_add(1));
             if address.is_light() {
                 let e = evaluate(flags, vertex, &light);
-                let density = from_lights * e.light_density + from_scattering * e.scatter_density;
+                let is_found = !(blends & light.sample.blended);
+                let scatter_density = if is_found { from_scattering * e.scatter_density } else { 0.0 };
+                let density = from_lights * e.light_density + scatter_density;
                 let weight =
                     if (e.target > 0.0) & (density > num::FLUSH_BELOW) { num::div(e.target, density) } else { 0.0 };
                 let candidate = Candidate { address, target: e.target, index: i, shadow: e.shadow, visibility };
@@ -165,7 +174,7 @@ fn resample<S: Trace + Surface + AddressedLights>(
             }
             i = i.wrapping_add(1);
         }
-        let traced = asks & !last & (group.sample.target > 0.0);
+        let traced = asks & (!last | blends) & (group.sample.target > 0.0);
         follows = traced & through_glass;
         ray = group.sample.shadow;
         if traced && !follows && scene.occluded(&ray) {

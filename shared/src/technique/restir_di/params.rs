@@ -234,7 +234,7 @@ impl Extent for TileParams {
 /// | 0 | position | index of the light |
 /// | 1 | normal | u, in 2^-24 |
 /// | 2 | emission | v, in 2^-24 |
-/// | 3 | density; offset and extent, or the falloff of a light at a point | kind, + 4 if it is two-sided |
+/// | 3 | density; offset and extent, or the falloff of a light at a point | kind, + 4 if it is two-sided, + 8 if blended |
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct TileWords {

@@ -16,6 +16,7 @@ const BLOCK_LOG2: u32 = 3;
 const CANDIDATES: u32 = 1 << 16;
 const BLOCKS: u32 = CANDIDATES + 1;
 const TWO_SIDED: u32 = 4;
+const BLENDED: u32 = 8;
 
 /// The candidate of that index in a tile.
 pub fn presample<S: AddressedLights>(scene: &S, params: &TileParams, index: u32, tile: u32) -> TileWords {
@@ -28,7 +29,8 @@ fn pack(address: LightAddress, light: &AddressedLight) -> TileWords {
     let AddressedLight { sample, extent } = light;
     let [a, b] = if sample.kind == LightKind::Point { sample.falloff.to_array() } else { [sample.offset, *extent] };
     let word = |v: Vec3, w: u32| UVec4::new(v.x.to_bits(), v.y.to_bits(), v.z.to_bits(), w);
-    let kind = sample.kind as u32 + if sample.two_sided { TWO_SIDED } else { 0 };
+    let flag = |on: bool, bit: u32| if on { bit } else { 0 };
+    let kind = sample.kind as u32 | flag(sample.two_sided, TWO_SIDED) | flag(sample.blended, BLENDED);
     TileWords {
         position: word(sample.position, address.light),
         normal: word(sample.normal, address.u),
@@ -50,6 +52,7 @@ pub(super) fn unpack(words: &TileWords) -> (LightAddress, AddressedLight) {
         _ => LightKind::Environment,
     };
     let at_point = kind == LightKind::Point;
+    let address = LightAddress { light: position.w, u: normal.w, v: emission.w };
     let sample = LightSample {
         position: vector(position),
         normal: vector(normal),
@@ -58,9 +61,10 @@ pub(super) fn unpack(words: &TileWords) -> (LightAddress, AddressedLight) {
         two_sided: rest.w & TWO_SIDED != 0,
         density,
         kind,
+        blended: rest.w & BLENDED != 0,
+        key: address.key(),
         falloff: if at_point { Vec2::new(a, b) } else { Vec2::Y },
     };
-    let address = LightAddress { light: position.w, u: normal.w, v: emission.w };
     (address, AddressedLight { sample, extent: if at_point { 1.0 } else { b } })
 }
 
@@ -107,6 +111,7 @@ mod tests {
         for kind in [LightKind::Area, LightKind::Point, LightKind::Directional, LightKind::Environment] {
             let area = kind == LightKind::Area;
             let at_point = kind == LightKind::Point;
+            let address = LightAddress { light: 5, u: 6, v: 7 };
             let sample = LightSample {
                 position: v(3.0),
                 normal: v(1.0),
@@ -115,17 +120,19 @@ mod tests {
                 two_sided: area,
                 density: 0.3,
                 kind,
+                blended: area,
+                key: address.key(),
                 falloff: if at_point { Vec2::new(2.0, -1.0) } else { Vec2::Y },
             };
             let extent = if area | (kind == LightKind::Environment) { 0.7 } else { 1.0 };
-            let address = LightAddress { light: 5, u: 6, v: 7 };
             let (back, light) = unpack(&pack(address, &AddressedLight { sample, extent }));
             assert_eq!(back, address);
             let parts = |l: &AddressedLight| (l.sample.position, l.sample.normal, l.sample.emission, l.sample.falloff);
-            let numbers = |l: &AddressedLight| (l.sample.offset, l.sample.density, l.extent, l.sample.two_sided);
+            let numbers = |l: &AddressedLight| (l.sample.offset, l.sample.density, l.extent);
+            let words = |l: &AddressedLight| (l.sample.two_sided, l.sample.blended, l.sample.key);
             let light_in = AddressedLight { sample, extent };
             assert_eq!((parts(&light), numbers(&light)), (parts(&light_in), numbers(&light_in)));
-            assert_eq!(light.sample.kind, kind);
+            assert_eq!((words(&light), light.sample.kind), (words(&light_in), kind));
         }
     }
 

@@ -1,7 +1,7 @@
 //! Materials and their extensions.
 
 use super::*;
-use crate::scene::{Material, Volume};
+use crate::scene::{AlphaMode, Material, Volume};
 
 /// The material that a file with this one has, and the warnings.
 fn material(members: &str) -> (Material, Vec<String>) {
@@ -17,17 +17,33 @@ fn with_material(members: &str) -> String {
 #[test]
 fn factors_and_emission_are_read() {
     let (lamp, warnings) = material(
-        r#""name": "lamp", "emissiveFactor": [1, 0.5, 0], "doubleSided": true, "alphaMode": "BLEND",
+        r#""name": "lamp", "emissiveFactor": [1, 0.5, 0], "doubleSided": true,
         "pbrMetallicRoughness": { "baseColorFactor": [0.5, 2, -1, 1], "metallicFactor": 0.25, "roughnessFactor": 0.5 },
         "extensions": { "KHR_materials_emissive_strength": { "emissiveStrength": 8 } }"#,
     );
     assert_eq!((lamp.base_color, lamp.emission), ([0.5, 1.0, 0.0], [8.0, 4.0, 0.0]));
     assert_eq!((lamp.metallic, lamp.roughness), (0.25, 0.5));
     assert!(lamp.two_sided_emission);
-    assert_eq!(warnings.len(), 2, "{warnings:?}");
-    for (warning, word) in warnings.iter().zip(["clamped", "opaque"]) {
-        assert!(warning.contains(word), "{warning}");
-    }
+    assert!(warnings.len() == 1 && warnings[0].contains("clamped"), "{warnings:?}");
+}
+
+#[test]
+fn alpha_is_read() {
+    let factor = r#""pbrMetallicRoughness": { "baseColorFactor": [1, 1, 1, 0.25] }"#;
+    let mode = |members: &str| {
+        let (material, warnings) = material(&format!("{factor}{members}"));
+        assert!(material.alpha == 0.25 && warnings.is_empty(), "{members}: {warnings:?}");
+        material.alpha_mode
+    };
+    assert_eq!(mode(""), AlphaMode::Opaque);
+    assert_eq!(mode(r#", "alphaMode": "OPAQUE", "alphaCutoff": 0.1"#), AlphaMode::Opaque);
+    assert_eq!(mode(r#", "alphaMode": "MASK""#), AlphaMode::Mask { cutoff: 0.5 });
+    assert_eq!(mode(r#", "alphaMode": "MASK", "alphaCutoff": 1.5"#), AlphaMode::Mask { cutoff: 1.5 });
+    assert_eq!(mode(r#", "alphaMode": "BLEND""#), AlphaMode::Blend);
+    let problem = problem(&with_material(r#""name": "leaf", "alphaMode": "MASK", "alphaCutoff": -0.5"#));
+    assert!(problem.contains("leaf") && problem.contains("alpha cutoff"), "{problem}");
+    let (clamped, warnings) = material(r#""pbrMetallicRoughness": { "baseColorFactor": [1, 1, 1, 2] }"#);
+    assert!(clamped.alpha == 1.0 && warnings[0].contains("alpha"), "{warnings:?}");
 }
 
 #[test]

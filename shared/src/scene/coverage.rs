@@ -1,0 +1,56 @@
+//! Where surfaces are: glTF's alpha, as a mask or as a probability.
+
+use super::SceneView;
+use crate::geometry::{Coverage, Hit, Ray};
+use crate::layout::{
+    FEATURE_ALPHA, FEATURE_BLEND, FEATURE_TEXTURES, MATERIAL_BLEND, MATERIAL_MASK, MATERIAL_WORDS, NONE,
+    SLOT_BASE_COLOR,
+};
+use glam::Vec2;
+
+impl<const COMPILED: u32> SceneView<'_, COMPILED> {
+    /// The flags of a material.
+    #[inline(always)]
+    pub(super) fn material_flags(&self, material: u32) -> u32 {
+        self.attribute(self.header.material_base + material * MATERIAL_WORDS).w
+    }
+
+    /// Whether a material of those flags is blended.
+    #[inline(always)]
+    pub(super) fn is_blended(&self, flags: u32) -> bool {
+        self.has(FEATURE_BLEND) && flags & MATERIAL_BLEND != 0
+    }
+
+    /// The share of rays that meet a material at a point of a triangle: 0 or 1 of a mask.
+    #[inline(always)]
+    pub(super) fn coverage(&self, material: u32, triangle: u32, b: Vec2) -> f32 {
+        let flags = self.material_flags(material);
+        let at = self.header.material_base + material * MATERIAL_WORDS;
+        let factors = self.attribute(at + 5);
+        let uses = self.attribute(at + 1).w;
+        let mut alpha = f32::from_bits(factors.x);
+        if self.has(FEATURE_TEXTURES) && uses != NONE && self.has_texture(uses, SLOT_BASE_COLOR) {
+            alpha *= self.texture_alpha(uses, SLOT_BASE_COLOR, self.uv(triangle, b));
+        }
+        if self.is_blended(flags) {
+            alpha
+        } else if flags & MATERIAL_MASK == 0 || alpha >= f32::from_bits(factors.y) {
+            1.0
+        } else {
+            0.0
+        }
+    }
+}
+
+impl<const COMPILED: u32> Coverage for SceneView<'_, COMPILED> {
+    #[inline(always)]
+    fn covers(&self, ray: &Ray, hit: &Hit) -> bool {
+        if !self.has(FEATURE_ALPHA) {
+            return true;
+        }
+        let material = self.geometry[self.header.triangle_word(hit.id)].w;
+        let blended = self.is_blended(self.material_flags(material));
+        let chance = if blended { ray.chance(hit.id) } else { 0.5 };
+        chance < self.coverage(material, hit.id, hit.uv)
+    }
+}
