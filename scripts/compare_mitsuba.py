@@ -102,7 +102,7 @@ def renderers(name, folder, arguments):
         common.write_glb(path, objects, camera, image)
         scene = mi.load_dict(common.mitsuba_scene(folder, objects, camera, SIZE, env_mitsuba, image))
     integrator = common.path_tracer(DEPTH)
-    ours = lambda seed: common.restir(program, path, SIZE, arguments.spp, DEPTH, seed, output, env)[0]
+    ours = lambda seed: common.restir(program, path, SIZE, arguments.spp, DEPTH, seed, output, env, ["multiscatter=off"])[0]
     theirs = lambda seed: common.mitsuba(scene, integrator, arguments.spp, seed)
     return ours, theirs
 

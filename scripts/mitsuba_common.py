@@ -12,11 +12,12 @@ import mitsuba as mi
 import numpy as np
 
 
-def restir(program, scene, size, spp, depth, seed, output, env=None):
-    """Renders with `restir`; returns the image and the seconds that the program reports for rendering."""
+def restir(program, scene, size, spp, depth, seed, output, env=None, settings=()):
+    """Renders with `restir` over the area of pixels; returns the image and the seconds that the program reports for rendering."""
     command = [program, "render", str(scene), "-o", str(output), "--jitter", "--device", "cpu"]
     command += ["--size", f"{size[0]}x{size[1]}", "--spp", str(spp), "--max-depth", str(depth), "--seed", str(seed)]
     command += ["--env", str(env)] if env else []
+    command += [word for setting in settings for word in ("--set", setting)]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode != 0:
         raise RuntimeError(done.stderr.strip() or f"restir ended with {done.returncode}")

@@ -32,9 +32,10 @@ pub fn has_lens(camera: &CameraParams) -> bool {
     num::max(camera.lens_right, camera.lens_up) > 0.0
 }
 
-/// The camera's ray of a sample of the pixel (x, y): through its centre, or anywhere in it with `jitter`.
+/// The camera's ray of a sample of the pixel (x, y): through its centre, or anywhere in it with `jitter`; it has a random key where the
+/// scene's `features` say that there are blended surfaces.
 #[inline(always)]
-pub fn camera_ray(camera: &CameraParams, jitter: bool, rng: &Rng, x: u32, y: u32) -> Ray {
+pub fn camera_ray(camera: &CameraParams, jitter: bool, features: u32, rng: &Rng, x: u32, y: u32) -> Ray {
     let words = rng.draw(CAMERA_DIMENSION);
     let within = if jitter { Vec2::new(rng::unit(words.x), rng::unit(words.y)) } else { Vec2::splat(0.5) };
     let lens = if has_lens(camera) {
@@ -42,5 +43,5 @@ pub fn camera_ray(camera: &CameraParams, jitter: bool, rng: &Rng, x: u32, y: u32
     } else {
         Vec2::ZERO
     };
-    Ray { key: Ray::random_key(words.x), ..primary_ray(camera, Vec2::new(x as f32, y as f32) + within, lens) }
+    Ray { key: Ray::random_key(features, words.x), ..primary_ray(camera, Vec2::new(x as f32, y as f32) + within, lens) }
 }

@@ -168,7 +168,9 @@ fn general() -> Result<(), Failed> {
 
 /// A module has the markers of its features and no other: where one feature stands alone, and for every scene.
 fn follow() -> Result<(), Failed> {
-    let alone = PARTS.iter().map(|part| FEATURES_DIFFUSE | part.feature);
+    // a coat has its factors where there is a lobe that they scale
+    let beside = |feature: u32| if feature == FEATURE_SPECULAR { FEATURE_GLOSSY } else { 0 };
+    let alone = PARTS.iter().map(|part| FEATURES_DIFFUSE | part.feature | beside(part.feature));
     let sets: BTreeSet<u32> = alone.chain(VARIANTS.iter().map(|variant| variant.features)).collect();
     for features in sets {
         let marked = marked(features)?;

@@ -15,7 +15,7 @@ pub use coverage::{Coverage, Solid};
 pub use traverse::traverse;
 pub use triangle::{Slab, TriangleTest};
 
-use crate::layout::NONE;
+use crate::layout::{FEATURE_BLEND, NONE};
 use crate::rng::{pcg4d, unit};
 use crate::vec::flush;
 use glam::{UVec4, Vec2, Vec3};
@@ -40,10 +40,10 @@ impl Ray {
     /// The key of a ray that meets no blended surface at all.
     pub const THROUGH: u32 = u32::MAX;
 
-    /// A key, which is not [`Self::THROUGH`], of a random word.
+    /// A key, which is not [`Self::THROUGH`], of a random word: in a scene of these features, without blending always 0.
     #[inline(always)]
-    pub fn random_key(word: u32) -> u32 {
-        word >> 1
+    pub fn random_key(features: u32, word: u32) -> u32 {
+        if features & FEATURE_BLEND != 0 { word >> 1 } else { 0 }
     }
 
     /// A number, uniform in [0, 1) over rays and triangles: the ray meets the blended triangle where this is below the surface's

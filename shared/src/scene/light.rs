@@ -55,7 +55,7 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
             density: light.density,
             kind: LightKind::Area,
             blended: material.blended,
-            key: address.key(),
+            key: address.key(self.features & COMPILED),
             ..LightSample::NONE
         }
     }
@@ -71,7 +71,7 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
             emission: xyz(c),
             density: light.density,
             kind: if directional { LightKind::Directional } else { LightKind::Point },
-            key: address.key(),
+            key: address.key(self.features & COMPILED),
             falloff: Vec2::new(f32::from_bits(b.w), f32::from_bits(c.w)),
             ..LightSample::NONE
         }

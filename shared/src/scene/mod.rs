@@ -157,10 +157,10 @@ impl LightAddress {
     }
 
     /// Of the rays that ask whether the light is seen: a function of the point, so that to ask twice gives the same answer. Of a
-    /// light without an extent the point is nothing else, and blended surfaces dim it in the mean over its points.
+    /// light without an extent the point is nothing else, and blended surfaces dim it in the mean over its points. In a scene of these features.
     #[inline(always)]
-    pub fn key(&self) -> u32 {
-        Ray::random_key(self.u ^ (self.v << 8))
+    pub fn key(&self, features: u32) -> u32 {
+        Ray::random_key(features, self.u ^ (self.v << 8))
     }
 
     /// The point of the unit square.

@@ -133,7 +133,8 @@ fn technique(text: &str, picture: Picture) -> Result<Technique, Error> {
     let changes = changes.split(',').filter(|change| !change.is_empty()).map(str::to_owned);
     let (last, changes): (Vec<String>, Vec<String>) = changes.partition(|change| change == LAST_FRAME);
     let Integral { max_depth, jitter, .. } = picture.integral;
-    let technique = configured(name, &changes, Some(max_depth), Some(jitter))?;
+    let own = changes.iter().any(|change| change.starts_with("jitter="));
+    let technique = configured(name, &changes, Some(max_depth), (!own).then_some(jitter))?;
     let problem = format_args!(
         "the technique {text} has a depth, jitter or multiscatter of its own, so that errors cannot be compared; give --max-depth, \
          --jitter or --no-jitter to all"

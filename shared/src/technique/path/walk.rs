@@ -184,7 +184,7 @@ impl Walk {
         let direction = vertex.frame.to_world(scattered.direction);
         self.chosen = Chosen { pdf: scattered.pdf, alone: scattered.delta };
         self.throughput = flush(self.throughput * scattered.weight);
-        let key = Ray::random_key(words.x);
+        let key = Ray::random_key(scene.features(), words.x);
         self.ray = Ray { origin: vertex.origin(direction), direction, t_max: Ray::FAR, key };
         let mut alive = (scattered.pdf > 0.0) & vertex.is_consistent(direction, scattered.direction);
         if roulette && self.depth >= ROULETTE_FROM {

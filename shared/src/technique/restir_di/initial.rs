@@ -122,7 +122,7 @@ fn resample<S: Trace + Surface + AddressedLights>(
     let mut group = Reservoir::empty(Candidate::NONE);
     let mut all = Reservoir::empty(Candidate::NONE);
     let mut arriving = Vec3::ZERO;
-    let key = if sample.delta { Ray::random_key(scatter_words.x) } else { Ray::THROUGH };
+    let key = if sample.delta { Ray::random_key(scene.features(), scatter_words.x) } else { Ray::THROUGH };
     let mut ray = Ray { origin: vertex.origin(direction), direction, t_max: Ray::FAR, key };
     let mut follows = scatters;
     let mut words = UVec4::ZERO;

@@ -31,8 +31,8 @@ impl PackedHit {
 }
 
 /// The hit of the camera's ray through the pixel `at`.
-pub fn primary<S: Trace>(scene: &S, params: &DiParams, at: [u32; 2]) -> PackedHit {
-    PackedHit::pack(&scene.closest(&params.view().ray(at)))
+pub fn primary<S: Trace + Surface>(scene: &S, params: &DiParams, at: [u32; 2]) -> PackedHit {
+    PackedHit::pack(&scene.closest(&params.view().ray(at, scene.features())))
 }
 
 /// The camera of a frame.
@@ -66,13 +66,14 @@ impl DiParams {
 
 impl View {
     #[inline(always)]
-    fn ray(&self, [x, y]: [u32; 2]) -> Ray {
-        camera_ray(&self.camera, self.jitter, &Rng::new(x, y, self.frame, self.seed), x, y)
+    fn ray(&self, [x, y]: [u32; 2], features: u32) -> Ray {
+        camera_ray(&self.camera, self.jitter, features, &Rng::new(x, y, self.frame, self.seed), x, y)
     }
 
     #[inline(always)]
     pub(super) fn pixel(&self, at: [u32; 2], hit: PackedHit) -> Pixel {
-        Pixel { ray: self.ray(at), hit: hit.unpack() }
+        // its hit is known: nothing is decided by its key
+        Pixel { ray: self.ray(at, 0), hit: hit.unpack() }
     }
 }
 

@@ -6,6 +6,7 @@
 //! pixels of a block share candidates, and so their errors.
 
 use super::{DiParams, TileParams, TileWords};
+use crate::layout::FEATURE_BLEND;
 use crate::rng::{self, Rng};
 use crate::scene::{AddressedLight, AddressedLights, LightAddress, LightKind, LightSample};
 use glam::{UVec4, Vec2, Vec3};
@@ -62,7 +63,7 @@ pub(super) fn unpack(words: &TileWords) -> (LightAddress, AddressedLight) {
         density,
         kind,
         blended: rest.w & BLENDED != 0,
-        key: address.key(),
+        key: address.key(FEATURE_BLEND),
         falloff: if at_point { Vec2::new(a, b) } else { Vec2::Y },
     };
     (address, AddressedLight { sample, extent: if at_point { 1.0 } else { b } })
@@ -121,7 +122,7 @@ mod tests {
                 density: 0.3,
                 kind,
                 blended: area,
-                key: address.key(),
+                key: address.key(FEATURE_BLEND),
                 falloff: if at_point { Vec2::new(2.0, -1.0) } else { Vec2::Y },
             };
             let extent = if area | (kind == LightKind::Environment) { 0.7 } else { 1.0 };
