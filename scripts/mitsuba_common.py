@@ -187,19 +187,20 @@ def camera_matrix(camera):
     return matrix
 
 
-def material_gltf(kind, color=(1, 1, 1), roughness=1.0, textured=False, emission=None):
-    """`kind` is "diffuse", "metal" (white: Schlick's Fresnel term is one) or "glass" (smooth, index 1.5)."""
+def material_gltf(kind, color=(1, 1, 1), roughness=1.0, textured=False, emission=None, metallic=0.0):
+    """`kind` is "diffuse", "metal" (white: Schlick's Fresnel term is one), "glass" (smooth, index 1.5) or "principled" (index
+    1.5, of the metalness `metallic`)."""
     pbr = {
         "baseColorFactor": [*color, 1.0],
-        "metallicFactor": 1.0 if kind == "metal" else 0.0,
-        "roughnessFactor": {"diffuse": 1.0, "metal": roughness, "glass": 0.0}[kind],
+        "metallicFactor": 1.0 if kind == "metal" else metallic,
+        "roughnessFactor": {"diffuse": 1.0, "glass": 0.0}.get(kind, roughness),
     }
     if textured:
         pbr["baseColorTexture"] = {"index": 0}
     material = {"pbrMetallicRoughness": pbr, "extensions": {}}
     if kind != "metal":
         # with an index of 1 nothing is reflected specularly
-        material["extensions"]["KHR_materials_ior"] = {"ior": 1.5 if kind == "glass" else 1.0}
+        material["extensions"]["KHR_materials_ior"] = {"ior": 1.0 if kind == "diffuse" else 1.5}
     if kind == "glass":
         material["extensions"]["KHR_materials_transmission"] = {"transmissionFactor": 1.0}
         material["extensions"]["KHR_materials_volume"] = {"thicknessFactor": 1.0}
@@ -209,10 +210,13 @@ def material_gltf(kind, color=(1, 1, 1), roughness=1.0, textured=False, emission
     return material
 
 
-def material_mitsuba(texture_png, kind, color=(1, 1, 1), roughness=1.0, textured=False, emission=None):
+def material_mitsuba(texture_png, kind, color=(1, 1, 1), roughness=1.0, textured=False, emission=None, metallic=0.0):
     if kind == "metal":
         # glTF: GGX's alpha is the square of the roughness
         bsdf = {"type": "roughconductor", "material": "none", "distribution": "ggx", "alpha": roughness**2}
+    elif kind == "principled":
+        color = {"type": "rgb", "value": list(color)}
+        bsdf = {"type": "principled", "base_color": color, "roughness": roughness, "metallic": metallic, "eta": 1.5}
     elif kind == "glass":
         return {"type": "dielectric", "int_ior": 1.5, "ext_ior": 1.0}
     elif textured:

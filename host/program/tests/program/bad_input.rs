@@ -196,6 +196,8 @@ fn settings_that_do_not_exist() {
         assert_options_refused(&["--subdivide", levels], &["--subdivide", "triangles", "fewer levels"]);
     }
     assert_options_refused(&["--jitter", "--set", "jitter=off"], &["--jitter", "jitter=off", "leave"]);
+    assert_options_refused(&["--no-jitter", "--set", "jitter=on"], &["--no-jitter", "jitter=on", "leave"]);
+    assert_options_refused(&["--jitter", "--no-jitter"], &["--jitter", "--no-jitter"]);
     assert_options_refused(&["--flavour", "fast"], &["fast", "GPU"]);
     assert_options_refused(&["--adapter", "any"], &["--adapter"]);
     assert_options_refused(&["--frames", "3"], &["--frames", "--spp"]);

@@ -50,6 +50,8 @@ fn everything() -> Scene {
         emission_texture: Some(TextureUse { transform: [-2.0, 0.0, 0.1, 0.0, 3.0, 0.2], ..turned }),
         two_sided_emission: true,
         ior: 1.33,
+        specular: 0.6,
+        specular_color: [0.5, 0.25, 3.0],
         ..Material::emitter("glazed", [0.1, 0.2, 0.3], [0.7, 33.3, 1e-7])
     };
     let glass = Material {

@@ -35,13 +35,13 @@ impl Quotient {
         Self { edge: [row(0), row(1)], deep: [squared * row(2), squared * row(3)], below: [row(4), row(5), row(6)] }
     }
 
-    /// Above and below the line, for s.
+    /// Above and below the line, for s and p^2.
     #[inline(always)]
-    fn at(&self, s: f32) -> (f32, f32) {
+    fn at(&self, s: f32, p_squared: f32) -> (f32, f32) {
         let edge = self.edge[0] + self.edge[1] * s;
         let deep = self.deep[0] + self.deep[1] * s;
         let below = 1.0 + s * (self.below[0] + s * (self.below[1] + s * self.below[2]));
-        (num::max(1.0 - s * s, 0.0) * edge + deep, below)
+        (p_squared * edge + deep, below)
     }
 }
 
@@ -112,14 +112,17 @@ impl Albedo {
     #[inline(always)]
     pub fn towards(&self, cos: f32) -> Towards {
         let squared = cos * cos;
-        let s = cos * num::rsqrt(self.alpha * self.alpha * num::max(1.0 - squared, 0.0) + squared);
-        let ((lost, below), (gained, under)) = (self.lost.at(s), self.balance.at(s));
+        let grazing = self.alpha * self.alpha * num::max(1.0 - squared, 0.0);
+        let inv_reach = num::rsqrt(grazing + squared);
+        // not 1 - s^2, of which little is left for smooth surfaces
+        let (s, p_squared) = (cos * inv_reach, grazing * (inv_reach * inv_reach));
+        let ((lost, below), (gained, under)) = (self.lost.at(s, p_squared), self.balance.at(s, p_squared));
         // one division for two
         let both = num::recip(below * under);
         let all = num::clamp(s * lost * (both * under), 0.0, 1.0);
         let [constant, by_s, by_cos, by_square, by_both] = self.schlick;
         let h = (constant + by_s * s) + cos * ((by_cos + by_square * cos) + by_both * s);
-        let facet = cos + self.alpha * (num::sqrt(num::max(1.0 - s * s, 0.0)) * h);
+        let facet = cos + self.alpha * (num::sqrt(p_squared) * h);
         let schlick = all + (1.0 - all) * schlick_complement(facet);
         Towards { losses: Losses { all, schlick }, gain: 1.0 + gained * (both * below) }
     }

@@ -74,6 +74,24 @@ fn extensions_are_read() {
 }
 
 #[test]
+fn specular_factors_are_read() {
+    let with =
+        |members: &str, more: &str| format!(r#""extensions": {{ "KHR_materials_specular": {{ {members} }}{more} }}"#);
+    let (plain, warnings) = material(&with("", ""));
+    assert_eq!((plain.specular, plain.specular_color, warnings.len()), (1.0, [1.0; 3], 0));
+    let factors = r#""specularFactor": 0.25, "specularColorFactor": [2, 0.5, 0]"#;
+    let (scaled, warnings) = material(&with(factors, ""));
+    assert_eq!((scaled.specular, scaled.specular_color, warnings.len()), (0.25, [2.0, 0.5, 0.0], 0));
+    let (clamped, warnings) = material(&with(r#""specularFactor": 1.5"#, ""));
+    assert!(clamped.specular == 1.0 && warnings[0].contains("specular factor"), "{warnings:?}");
+    let glass = r#", "KHR_materials_transmission": { "transmissionFactor": 0.5 }"#;
+    let (_, warnings) = material(&with(factors, glass));
+    assert!(warnings[0].contains("transmitting part"), "{warnings:?}");
+    let problem = problem(&with_material(&with(r#""specularColorFactor": [1, -1, 1]"#, "")));
+    assert!(problem.contains("specular colour") && problem.contains("-1"), "{problem}");
+}
+
+#[test]
 fn a_volume_needs_a_thickness() {
     let volume = |members: &str| {
         let extension = format!(r#""extensions": {{ "KHR_materials_volume": {{ {members} }} }}"#);
