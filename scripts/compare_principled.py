@@ -83,7 +83,7 @@ def report(arguments, picture, lines):
         "",
         f"![spheres]({picture.name})",
         "",
-        "The mean radiance of the sphere over Mitsuba's, whose noise is about 0.2 %:",
+        "The mean radiance of the sphere over Mitsuba's, in one render by each:",
         "",
         "| material | roughness | restir | restir, `multiscatter=off` |",
         "|---|---:|---:|---:|",

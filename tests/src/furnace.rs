@@ -7,6 +7,7 @@ use restir_shared::bsdf::{
     Bsdf, BsdfSample, DIFFUSE_REFLECTION, DIFFUSE_TRANSMISSION, Material, SPECULAR_REFLECTION, is_transmission,
 };
 use restir_shared::layout::{FEATURE_MULTISCATTER, FEATURES_ALL};
+use restir_shared::num;
 use std::fmt::Write;
 
 /// Perceptual roughnesses, the first of a perfect mirror.
@@ -73,7 +74,7 @@ fn cells(kinds: impl Iterator<Item = Material>, multiscatter: bool, samples: u32
 /// The mean weight of samples that fill the unit square evenly, from a random point on, over all lobes in proportion to their
 /// probabilities.
 fn batch(cell: &Cell, features: u32, samples: u32, random: &mut SplitMix) -> f64 {
-    let wo = Vec3::new((1.0 - cell.cos * cell.cos).max(0.0).sqrt(), 0.0, cell.cos);
+    let wo = Vec3::new(num::sqrt((1.0 - cell.cos * cell.cos).max(0.0)), 0.0, cell.cos);
     let bsdf = Bsdf::new(&cell.material, wo, true, features);
     // powers of the root of x^4 = x + 1 (Roberts 2018)
     let steps = [1, 2, 3].map(|k| (1.220_744_084_605_759_6_f64.powi(-k) * 4_294_967_296.0) as u32);

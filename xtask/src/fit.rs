@@ -7,8 +7,10 @@ pub(crate) struct Model<'a> {
     /// What the function should be at each point.
     pub(crate) target: &'a [f64],
     /// The function and its derivatives by the parameters at a point, or nothing where the parameters are not allowed.
-    pub(crate) evaluate: &'a (dyn Fn(&[f64], usize) -> Option<(f64, Vec<f64>)> + Sync),
+    pub(crate) evaluate: &'a Evaluate<'a>,
 }
+
+type Evaluate<'a> = dyn Fn(&[f64], usize) -> Option<(f64, Vec<f64>)> + Sync + 'a;
 
 /// The steps of a search, and between changes of the weights.
 const STEPS: usize = 800;
