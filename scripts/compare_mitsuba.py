@@ -170,7 +170,7 @@ def report(results, arguments, seconds):
         "",
         f"restir {common.commit()}, Mitsuba {mi.__version__} (`{mi.variant()}`); {SIZE[0]}x{SIZE[1]} pixels, box filter,"
         f" paths of at most {DEPTH} segments, no roulette; {arguments.restarts} independent restarts of"
-        f" {arguments.spp} samples per pixel with each renderer; {seconds:.0f} s in all.",
+        f" {arguments.spp} samples per pixel with each renderer, restir with `multiscatter=off`; {seconds:.0f} s in all.",
         "",
         f"Per tile of {TILE}x{TILE} pixels and channel, t is the difference of the two means over its standard error,"
         " which is estimated from the restarts. The limit holds the probability of any false alarm in all scenes together"
