@@ -157,13 +157,27 @@ impl Shadow {
         self.base * (self.clear_share() * (1.0 - self.fresnel(wi)) * f * ci)
     }
 
-    /// Density of directions given the specular lobe and its choice: visible normals (Heitz 2018, eq. 2) and the change
-    /// of variables of Walter et al. 2007, eqs. 14 and 17.
+    /// Density of directions that mirror the viewer at visible normals.
+    pub fn mirrored_pdf(&self, wi: DVec3) -> f64 {
+        0.25 * self.distribution(self.normal(wi)) / (self.wo.z * (1.0 + self.lambda(self.wo)))
+    }
+
+    /// k of Eto and Tokuyoshi 2023, eq. 5.
+    fn bound(&self) -> f64 {
+        let (a2, s) = (self.alpha * self.alpha, 1.0 + self.wo.x.hypot(self.wo.y));
+        (1.0 - a2) * s * s / (s * s + a2 * self.wo.z * self.wo.z)
+    }
+
+    /// Density of directions given the specular lobe and its choice: visible normals (Heitz 2018, eq. 2), where nothing is
+    /// transmitted only some (Eto and Tokuyoshi 2023, eq. 8), and the change of variables of Walter et al. 2007, eqs. 14 and 17.
     pub fn pdf(&self, lobe: u32, wi: DVec3) -> f64 {
         let h = self.normal(wi);
+        if self.clear_share() == 0.0 {
+            return 0.25 * self.distribution(h) / (self.wo.z * (0.5 * (1.0 + self.bound()) + self.lambda(self.wo)));
+        }
         let visible = self.distribution(h) / (self.wo.z * (1.0 + self.lambda(self.wo)));
         if !is_transmission(lobe) || self.thin {
-            return 0.25 * visible;
+            return self.mirrored_pdf(wi);
         }
         let ([no, ni], oh, ih) = (self.indices, self.wo.dot(h), wi.dot(h));
         if h.z <= 0.0 || oh <= 0.0 || ih >= 0.0 {

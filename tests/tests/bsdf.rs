@@ -267,7 +267,7 @@ fn samples_follow_the_density() {
 /// Visible normals around an arbitrary frame, as a general routine for frames gives it.
 fn a_wrong_frame_of_visible_normals_is_seen() {
     let setting = Setting::new(Surface::front("metal", metal()), 0.6, 0.3, 0).single();
-    let (bsdf, shadow) = (setting.bsdf(), setting.shadow());
+    let shadow = setting.shadow();
     let alpha = f64::from(setting.surface.material.roughness).powi(2);
     let stretched = (setting.wo.as_dvec3() * DVec3::new(alpha, alpha, 1.0)).normalize();
     let tangent = DVec3::X.cross(stretched).normalize();
@@ -278,7 +278,7 @@ fn a_wrong_frame_of_visible_normals_is_seen() {
             let wi = shadow.direction_in(SPECULAR_REFLECTION, u, frame).filter(|wi| wi.z > 0.0);
             wi.map(|wi| (SPECULAR_REFLECTION, wi))
         };
-        fit(&setting, draw, |lobe, wi| pdf(&bsdf, lobe, wi))
+        fit(&setting, draw, |_, wi| shadow.mirrored_pdf(wi))
     };
     let (right, wrong) = (p(shadow.frame()), p([tangent, stretched.cross(tangent), stretched]));
     println!("p {right:.2e} with the horizontal frame, {wrong:.2e} with another");

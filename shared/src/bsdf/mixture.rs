@@ -256,7 +256,7 @@ impl Bsdf {
             inv_relative: if front { inv_index } else { index },
             front,
             thin: material.thin,
-            ggx: Ggx::new(alpha, wo),
+            ggx: Ggx::new(alpha, wo, !has_transmission | (transmission <= 0.0)),
             roughness: material.roughness,
             perfect_reflection,
             perfect_transmission,
