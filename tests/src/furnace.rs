@@ -20,7 +20,7 @@ const INDICES: [f32; 5] = [1.0, 1.25, 1.5, 2.0, 3.0];
 /// What a white surface may return.
 pub const BOUNDS: [f64; 2] = [0.99, 1.0005];
 
-/// Batches of samples, from whose differences the standard error follows, and samples in each.
+/// Batches of samples, from whose differences the standard error follows.
 const BATCHES: u32 = 16;
 
 /// One surface seen at one angle.

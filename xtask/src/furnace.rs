@@ -25,20 +25,21 @@ pub fn run(options: &Options) -> Result<(), Error> {
     let cells = opaque(true, samples);
     let error = cells.iter().map(|cell| cell.returned[1]).fold(0.0, f64::max);
     let [least, most] = range(&cells);
-    let [lost, single] = [range(&glass(samples)), range(&opaque(false, samples))].map(|[least, _]| least);
+    let (glass, single) = (glass(samples), opaque(false, samples));
+    let [least_glass, least_single] = [&glass, &single].map(|cells| range(cells)[0]);
     let text = format!(
         "# White surfaces in a furnace\n\nLight of one comes from everywhere; the tables have the share that comes back to a viewer at \
          the cosine above the column: the mean weight of {} samples of the scattering function, with a standard error of at most \
          {error:.1e}. Opaque surfaces have to return {} to {} of it, within three standard errors; they return {least:.4} to {most:.4}. \
-         Single scattering (`multiscatter=off`) returns as little as {single:.3}, and rough glass, whose losses do not come back, \
-         as little as {lost:.3}. Made by `cargo xtask furnace --write`.\n\n## Opaque surfaces\n{}\n## Opaque surfaces, single \
+         Single scattering (`multiscatter=off`) returns as little as {least_single:.3}, and rough glass, whose losses do not come back, \
+         as little as {least_glass:.3}. Made by `cargo xtask furnace --write`.\n\n## Opaque surfaces\n{}\n## Opaque surfaces, single \
          scattering\n{}\n## Glass: what it reflects and lets through\n{}",
         16 * samples,
         BOUNDS[0],
         BOUNDS[1],
         tables(&cells),
-        tables(&opaque(false, samples)),
-        tables(&glass(samples)),
+        tables(&single),
+        tables(&glass),
     );
     report::publish("furnace", &text, options.write)?;
     let name = |cell: &Cell| format!("{:?} at {}: {:?}", cell.material, cell.cos, cell.returned);

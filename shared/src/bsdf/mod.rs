@@ -27,7 +27,7 @@
 //!   scattering (Fdez-Aguera 2019). C, E and g are fits ([`albedo`]). So sampling and densities are those of single
 //!   scattering: visible normals, where nothing is transmitted only those that reflect to above the horizon, or nearly (Eto and
 //!   Tokuyoshi 2023). A white surface returns 0.99 to 1.0005 of the light that reaches it, at every roughness, metalness
-//!   and index up to 3 (docs/furnace.md), and never more than 1.001.
+//!   and index up to 3 (docs/furnace.md), and at most 1.001 at index 5.
 //! * Without that feature, C is `1 - Fs(cos)`, its mean counts as 1 (Ashikhmin and Shirley 2000), and I is 0: scattering is
 //!   single. A white metal, seen from above, then keeps 0.99 of the energy at roughness 0.3, 0.92 at 0.5, 0.70 at 0.7, and
 //!   1 - ln 2 = 0.31 at 1, and white plastic less than 0.1 at grazing angles. glTF's own weight `1 - Fs(v.h)` of the diffuse

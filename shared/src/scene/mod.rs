@@ -156,8 +156,9 @@ impl LightAddress {
         Self { light, u: cell(uv.x), v: cell(uv.y) }
     }
 
-    /// Of the rays that ask whether the light is seen: a function of the point, so that to ask twice gives the same answer. Of a
-    /// light without an extent the point is nothing else, and blended surfaces dim it in the mean over its points. In a scene of these features.
+    /// The key of the rays that ask whether the light is seen, in a scene of these features. It is a function of the point, so that
+    /// to ask twice gives the same answer. A light without an extent uses its point for nothing else, and blended surfaces dim
+    /// it in the mean over its points.
     #[inline(always)]
     pub fn key(&self, features: u32) -> u32 {
         Ray::random_key(features, self.u ^ (self.v << 8))

@@ -17,7 +17,7 @@ pub mod fit;
 use super::schlick_complement;
 use crate::num;
 
-/// Q at one alpha.
+/// Q at one alpha: the coefficients of A, of B times alpha^2, and of D, by power of s.
 #[derive(Clone, Copy)]
 struct Quotient {
     edge: [f32; 2],
@@ -46,7 +46,7 @@ impl Quotient {
 }
 
 /// What does not come back.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Losses {
     /// From facets that reflect everything: L, in [0, 1].
     pub all: f32,
@@ -63,7 +63,7 @@ impl Losses {
 }
 
 /// What concerns one direction, of a viewer or of light.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Towards {
     /// What does not come back from there.
     pub losses: Losses,
