@@ -74,6 +74,6 @@ impl Lights for Spheres {
 fn main() {
     let direction = normalize(Vec3::new(0.1, -0.05, -1.0));
     let ray = Ray { origin: Vec3::new(0.0, 1.0, 6.0), direction, t_max: Ray::FAR, key: 0 };
-    let sample = |i| path::radiance(&Spheres, ray, &rng::Rng::new(0, 0, i, 7), 5, false).x;
+    let sample = |i| path::radiance(&Spheres, ray, &rng::Rng::new(0, 0, i, 7, rng::Sampler::Sobol), 5, false).x;
     println!("radiance along the ray: {:.3}", (0..4096).map(sample).sum::<f32>() / 4096.0);
 }

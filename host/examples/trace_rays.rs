@@ -13,7 +13,7 @@ use restir_host::wide_bvh::{SimdLevel, WideBvh};
 use restir_shared::camera::primary_ray;
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::layout::TRIANGLE_WORDS;
-use restir_shared::rng::{Rng, unit};
+use restir_shared::rng::{Rng, Sampler, unit};
 use restir_shared::scene::{SceneView, Trace};
 use std::error::Error;
 use std::f64::consts::TAU;
@@ -55,7 +55,7 @@ fn chords(bounds: [[f32; 3]; 2]) -> Vec<Ray> {
         (centre + radius * DVec3::new(ring * (TAU * turn).cos(), ring * (TAU * turn).sin(), z)).as_vec3()
     };
     let chord = |i| {
-        let words = Rng::new(i, 0, 0, 1).draw(0);
+        let words = Rng::new(i, 0, 0, 1, Sampler::Independent).draw(0);
         let (origin, end) = (point(words.x, words.y), point(words.z, words.w));
         Ray { origin, direction: end - origin, t_max: Ray::FAR, key: 0 }
     };

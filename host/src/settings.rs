@@ -5,6 +5,8 @@
 //! image's metadata and in reports.
 
 use crate::Error;
+use restir_shared::resample::mis::Mis;
+use restir_shared::rng::Sampler;
 
 /// A type that settings may have, as text.
 pub trait Value: Sized {
@@ -49,6 +51,26 @@ impl Value for bool {
         if *self { "on" } else { "off" }.to_owned()
     }
 }
+
+macro_rules! named {
+    ($($type:ty),*) => {$(
+        impl Value for $type {
+            fn expected() -> String {
+                Self::NAMED.map(|(name, _)| name).join(" | ")
+            }
+
+            fn read(text: &str) -> Option<Self> {
+                Self::NAMED.iter().find(|(name, _)| *name == text).map(|&(_, value)| value)
+            }
+
+            fn write(&self) -> String {
+                Self::NAMED.iter().find(|(_, value)| value == self).map_or("", |(name, _)| name).to_owned()
+            }
+        }
+    )*};
+}
+
+named!(Mis, Sampler);
 
 /// A value, or `off`.
 impl<V: Value> Value for Option<V> {

@@ -1,16 +1,20 @@
 //! The camera.
 
 use crate::geometry::Ray;
-use crate::layout::CameraParams;
+use crate::layout::{CameraParams, FEATURE_BLEND};
 use crate::num;
 use crate::rng::{self, Rng};
 use crate::sampling::sample_concentric_disk;
 use crate::vec::normalize;
 
-use glam::{Vec2, Vec3};
+use glam::{UVec4, Vec2, Vec3};
 
-/// The random dimension of a sample's camera ray.
-pub const CAMERA_DIMENSION: u32 = 0;
+/// The random dimension of a sample's point of the pixel.
+const PIXEL_DIMENSION: u32 = 0;
+/// The random dimension of a sample's point of the lens.
+const LENS_DIMENSION: u32 = 1;
+/// The first dimension that is left for others.
+pub const AFTER_CAMERA: u32 = 2;
 
 /// The ray through a point of the image; `pixel` in pixels from the upper left corner. `lens` is a point of the unit
 /// disk, where the ray passes the lens; a pinhole has only one such point.
@@ -36,12 +40,13 @@ pub fn has_lens(camera: &CameraParams) -> bool {
 /// scene's `features` say that there are blended surfaces.
 #[inline(always)]
 pub fn camera_ray(camera: &CameraParams, jitter: bool, features: u32, rng: &Rng, x: u32, y: u32) -> Ray {
-    let words = rng.draw(CAMERA_DIMENSION);
+    let words = if jitter | (features & FEATURE_BLEND != 0) { rng.draw(PIXEL_DIMENSION) } else { UVec4::ZERO };
     let within = if jitter { Vec2::new(rng::unit(words.x), rng::unit(words.y)) } else { Vec2::splat(0.5) };
     let lens = if has_lens(camera) {
-        sample_concentric_disk(Vec2::new(rng::unit(words.z), rng::unit(words.w)))
+        let words = rng.draw(LENS_DIMENSION);
+        sample_concentric_disk(Vec2::new(rng::unit(words.x), rng::unit(words.y)))
     } else {
         Vec2::ZERO
     };
-    Ray { key: Ray::random_key(features, words.x), ..primary_ray(camera, Vec2::new(x as f32, y as f32) + within, lens) }
+    Ray { key: Ray::random_key(features, words.z), ..primary_ray(camera, Vec2::new(x as f32, y as f32) + within, lens) }
 }

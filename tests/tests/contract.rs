@@ -14,7 +14,7 @@ use restir_shared::layout::{
     CameraParams, FEATURE_LIGHT_TABLE, FEATURES_ALL, FilmPixel, LIGHT_WORDS, NONE, TRIANGLE_WORDS,
 };
 use restir_shared::num::{self, FLUSH_BELOW, soft};
-use restir_shared::rng::Rng;
+use restir_shared::rng::{Rng, Sampler};
 use restir_shared::scene::{SceneView, Surface, SurfacePoint, Trace};
 use restir_shared::technique::path::{self, PATH_JITTER, PATH_ROULETTE, PathParams};
 use restir_tests::brute::Triangles;
@@ -167,7 +167,7 @@ fn a_foreign_scene_can_be_traced() -> Result<(), Failed> {
     let sphere = HollowSphere { radius: 2.0, reflectance: 0.5, emission: 1.0 };
     let max_depth = 4;
     let ray = Ray { origin: Vec3::new(0.3, -0.2, 0.1), direction: Vec3::Z, t_max: Ray::FAR, key: 0 };
-    let estimate = |i: u32| path::radiance(&sphere, ray, &Rng::new(0, 0, i, 1), max_depth, false);
+    let estimate = |i: u32| path::radiance(&sphere, ray, &Rng::new(0, 0, i, 1, Sampler::Independent), max_depth, false);
     let moments: Moments = (0..100_000).map(|i| f64::from(estimate(i).y)).collect();
     let exact = 2.0 * (1.0 - 0.5_f64.powi(max_depth as i32));
     println!("hollow sphere: {:.5} +- {:.5} for {exact}", moments.mean(), moments.standard_error());
@@ -291,7 +291,7 @@ fn an_unflushed_sum_is_seen() -> Result<(), Failed> {
     let unflushed = || -> Vec<u32> {
         let sample = |i: u32| {
             let ray = primary_ray(&params.camera, Vec2::new((i % 32) as f32, 24.5), Vec2::ZERO);
-            path::radiance(black_box(&view), ray, &Rng::new(i, 24, 0, 1), 3, false)
+            path::radiance(black_box(&view), ray, &Rng::new(i, 24, 0, 1, Sampler::Independent), 3, false)
         };
         (0..1024).flat_map(|i| sample(i).to_array().map(f32::to_bits)).collect()
     };

@@ -99,21 +99,24 @@ fn ensure_true(scene: &SceneBuffers, render: &Render, chain: &[Generation]) -> R
     }
 }
 
-/// A candidate from the lights, drawn once more. Of a frame's random dimensions the first is scattering's, then come two for each
-/// of up to 16 combines. With tiles the first of a pixel's candidates says where in its block's tile they begin; the random
-/// dimensions of tiles and blocks lie beyond all of these.
+/// A candidate from the lights, drawn once more. Of a frame's random dimensions two are the camera's, one is scattering's, two are
+/// those of each of up to 16 combines; in the next one all candidates are drawn, each as a sample of its own. With tiles that
+/// dimension says where in its block's tile a pixel's candidates begin; the dimensions of tiles and blocks lie beyond all of
+/// these.
 fn candidate(scene: &SceneBuffers, render: &Render, g: &Generation, index: u32) -> Result<LightAddress, Failed> {
-    let rng = Rng::new(g.pixel % render.width, g.pixel / render.width, g.frame, render.seed);
+    let settings = settings_of(render);
+    let (x, y) = (g.pixel % render.width, g.pixel / render.width);
+    let rng = |x, y, sample| Rng::new(x, y, sample, render.seed, settings.sampler);
     let scene = scene.at(f64::from(g.frame))?;
     let draw = |rng: Rng, dimension: u32| scene.view().choose_address(rng.draw(dimension));
-    let Some(Tiles { count, size }) = settings_of(render).tiles else {
-        return Ok(draw(rng, 2 + 2 * 16 + 2 * index));
+    let dimension = 3 + 2 * 16;
+    let Some(Tiles { count, size }) = settings.tiles else {
+        return Ok(draw(rng(x, y, g.frame * settings.candidates + index), dimension));
     };
     let below = |count: u32, word: u32| ((u64::from(count) * u64::from(word >> 8)) >> 24) as u32;
-    let block = Rng::new(g.pixel % render.width / 8, g.pixel / render.width / 8, g.frame, render.seed);
-    let tile = below(count, block.draw(65_537).x);
-    let place = (below(size, rng.draw(2 + 2 * 16).x) + index) % size;
-    Ok(draw(Rng::new(place, tile, g.frame, render.seed), 65_536))
+    let tile = below(count, rng(x / 8, y / 8, g.frame).hash(65_537).x);
+    let place = (below(size, rng(x, y, g.frame).hash(dimension).x) + index) % size;
+    Ok(draw(rng(tile, 0, g.frame * size + place), 65_536))
 }
 
 fn chains_lead_to_the_candidate() -> Result<(), Failed> {

@@ -10,7 +10,7 @@ use restir_host::scene::{
 use restir_shared::camera::primary_ray;
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::glam::{Vec2, Vec3};
-use restir_shared::rng::Rng;
+use restir_shared::rng::{Rng, Sampler};
 use restir_shared::scene::{Lights, Surface, SurfacePoint, Trace};
 use restir_shared::technique::path::radiance;
 use restir_tests::meshes::{self, cube};
@@ -36,7 +36,8 @@ restir_tests::suite! {
 
 /// The estimate of the radiance along a ray.
 fn estimate(scene: &(impl Trace + Surface + Lights + Sync), ray: Ray, depth: u32, samples: u32) -> Moments {
-    let sample = |i| [f64::from(radiance(scene, ray, &Rng::new(7, 3, i as u32, 11), depth, false).y)];
+    let sample =
+        |i| [f64::from(radiance(scene, ray, &Rng::new(7, 3, i as u32, 11, Sampler::Independent), depth, false).y)];
     moments(samples.into(), 1024, 1, sample)[0]
 }
 
@@ -133,7 +134,8 @@ fn punctual_lights_have_their_irradiance() {
         let buffers = built(&Scene { lights: vec![light.clone()], ..floor() });
         for (x, z) in [(0.0, 0.0), (0.9, -0.4), (-1.2, 0.3), (1.4, 1.1), (3.0, -3.0)] {
             let exact = irradiance(&light, f64::from(x), f64::from(z)) * f64::from(REFLECTANCE) / PI;
-            let value = radiance(&buffers.view(), down([x, 1.0, z]), &Rng::new(0, 0, 0, 0), 2, false).y;
+            let value =
+                radiance(&buffers.view(), down([x, 1.0, z]), &Rng::new(0, 0, 0, 0, Sampler::Independent), 2, false).y;
             // near the edge of a spot its falloff cancels
             assert_close(&light.name, f64::from(value), exact, ROUNDINGS * exact.max(0.01));
         }
@@ -389,7 +391,7 @@ fn interiors_absorb() {
     let scene = |ior| Scene { environment: even_sky(3.0), ..scene_of(vec![cube(0.5, 1)], vec![glass(ior)]) };
     let ray = down([0.1, 3.0, 0.2]);
     let buffers = built(&scene(1.0));
-    let found = radiance(&buffers.view(), ray, &Rng::new(0, 0, 0, 0), 8, false);
+    let found = radiance(&buffers.view(), ray, &Rng::new(0, 0, 0, 0, Sampler::Independent), 8, false);
     for (value, c) in found.to_array().into_iter().zip(color) {
         assert_close("absorbed", f64::from(value), 3.0 * f64::from(c).sqrt(), 1.0e-5);
     }
@@ -442,7 +444,7 @@ fn smooth_normals_neither_leak_nor_gain() {
         for i in 0..4_000 {
             let x = -0.95 + 1.9 * (i as f32 / 4_000.0);
             let ray = down([x, 3.0, 0.1]);
-            let found = radiance(&closed.view(), ray, &Rng::new(i, 0, 0, 0), 6, false);
+            let found = radiance(&closed.view(), ray, &Rng::new(i, 0, 0, 0, Sampler::Independent), 6, false);
             assert!(found == Vec3::ZERO, "{what}: light leaks at {x}: {found}");
         }
     }

@@ -7,7 +7,7 @@ use restir_shared::bsdf::{self, LOBES};
 use restir_shared::camera::primary_ray;
 use restir_shared::geometry::Ray;
 use restir_shared::glam::{DVec3, Vec2, Vec3};
-use restir_shared::rng::{self, Rng};
+use restir_shared::rng::{self, Rng, Sampler};
 use restir_shared::scene::{LightKind, LightSample, Lights, Surface, SurfacePoint, Trace};
 use restir_shared::technique::path::{self, Receiver, Walk};
 use restir_shared::transport::{Connection, Reconnection, Vertex};
@@ -45,7 +45,7 @@ fn what_a_receiver_gets_is_the_radiance() -> Result<(), Failed> {
     let buffers = buffers("all-lights")?;
     let mut values = 0;
     for (i, ray) in (0..).zip(rays(&buffers)) {
-        let (rng, mut all) = (Rng::new(i, 0, 0, 1), All::default());
+        let (rng, mut all) = (Rng::new(i, 0, 0, 1, Sampler::Independent), All::default());
         ensure(Walk::new(ray).run(&buffers.view(), &rng, DEPTH, true, &mut all), || format!("path {i} was cut"))?;
         let sum = all.0.iter().fold(Vec3::ZERO, |sum, value| sum + *value);
         let radiance = path::radiance(&buffers.view(), ray, &rng, DEPTH, true);
@@ -92,7 +92,7 @@ fn one_path_of_many_keeps_the_mean() -> Result<(), Failed> {
         let mut whole = Moments::default();
         for seed in 0..64 {
             for (i, ray) in (0..).zip(rays(&buffers)) {
-                let rng = Rng::new(i, 0, 0, seed);
+                let rng = Rng::new(i, 0, 0, seed, Sampler::Independent);
                 let stream = u64::from(i) << 32 | u64::from(seed);
                 let mut one = One { random: SplitMix::new(stream), kept: Vec3::ZERO, sum_of_weights: 0.0, wrong };
                 Walk::new(ray).run(&buffers.view(), &rng, DEPTH, false, &mut one);
@@ -133,7 +133,7 @@ fn reconnecting_to_an_emitter_is_next_event() -> Result<(), Failed> {
     for name in ["cornell", "all-lights", "glossy"] {
         let buffers = buffers(name)?;
         for (i, (vertex, _)) in (0..).zip(vertices(&buffers)) {
-            let light = buffers.view().sample_light(Rng::new(i, 0, 0, 2).draw(0));
+            let light = buffers.view().sample_light(Rng::new(i, 0, 0, 2, Sampler::Independent).draw(0));
             let connection: Connection = vertex.connect(&LightSample { two_sided: true, ..light });
             if light.kind != LightKind::Area || connection.value == Vec3::ZERO {
                 continue;
@@ -213,8 +213,8 @@ fn a_reconnection_measures_solid_angle() -> Result<(), Failed> {
 fn a_stored_key_draws_the_same_numbers() -> Result<(), Failed> {
     let mut words = std::collections::HashSet::new();
     for i in 0..1_000 {
-        let rng = Rng::new(i, 1 + i / 7, 3, 11);
-        let again = Rng::from_key(rng.key());
+        let rng = Rng::new(i, 1 + i / 7, 3, 11, Sampler::Independent);
+        let again = Rng::from_key(rng.key(), Sampler::Independent);
         ensure(again == rng && again.draw(i) == rng.draw(i), || format!("key {}", rng.key()))?;
         words.extend([0, 1, 255].map(|id| rng.draw(rng::stream(id) + i % 10)));
     }

@@ -15,7 +15,7 @@ use restir_shared::camera::camera_ray;
 use restir_shared::geometry::Ray;
 use restir_shared::glam::Vec3;
 use restir_shared::layout::FilmPixel;
-use restir_shared::rng::Rng;
+use restir_shared::rng::{Rng, Sampler};
 use restir_shared::scene::{
     AddressedLights, AnyFrames, AnyScene, LightAddress, SceneView, Still, Surface, SurfacePoint,
 };
@@ -116,7 +116,7 @@ impl<'a> Offline<'a> {
     fn new(view: &'a SceneView<'a>, p: &DiParams, hits: &[PackedHit]) -> Self {
         let point = |(i, hit): (u32, &PackedHit)| {
             let [x, y] = [i % p.width, i / p.width];
-            let ray = camera_ray(&p.camera, false, 0, &Rng::new(x, y, p.frame, p.seed), x, y);
+            let ray = camera_ray(&p.camera, false, 0, &Rng::new(x, y, p.frame, p.seed, Sampler::Independent), x, y);
             (view.surface(&ray, &hit.unpack()), ray)
         };
         Self { view, points: (0..).zip(hits).map(point).collect(), width: p.width }

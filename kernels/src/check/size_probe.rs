@@ -7,7 +7,7 @@ use restir_shared::geometry::Ray;
 use restir_shared::glam::{Vec2, Vec3};
 use restir_shared::layout::FilmPixel;
 use restir_shared::num;
-use restir_shared::rng::{self, Rng};
+use restir_shared::rng::{self, Rng, Sampler};
 use restir_shared::scene::{Surface, Trace};
 use restir_shared::technique::path::PathParams;
 use restir_shared::vec::{Frame, cross, dot, normalize};
@@ -25,7 +25,7 @@ kernel! {
 }
 
 fn radiance(scene: &(impl Trace + Surface), params: &PathParams, segments: u32, x: u32, y: u32) -> Vec3 {
-    let rng = Rng::new(x, y, params.first_sample, params.seed);
+    let rng = Rng::new(x, y, params.first_sample, params.seed, Sampler::Independent);
     let ray = primary_ray(&params.camera, Vec2::new(x as f32 + 0.5, y as f32 + 0.5), Vec2::ZERO);
     let mut path = (Vec3::ZERO, Vec3::ONE, ray);
     // not a loop: that would have one call site

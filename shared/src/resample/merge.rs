@@ -103,12 +103,12 @@ pub fn combine<P: Pixels>(
     let pixel = pixels.grid().index(at);
     let mut inputs = [none::<P>(); INPUTS];
     inputs[0] = Input { pixel, reservoir: canonical, ..none::<P>() };
-    let count = gather(pixels, rules, at, draws.rng.draw(draws.dimension), &mut inputs);
+    let count = gather(pixels, rules, at, draws.rng.hash(draws.dimension), &mut inputs);
     if count == 1 {
         // alone it stays as it is, without a rounding
         return (canonical, Source { is_other: false, pixel });
     }
-    merge(pixels, rules, &mut inputs, count, draws.rng.draw(draws.dimension.wrapping_add(1)))
+    merge(pixels, rules, &mut inputs, count, draws.rng.hash(draws.dimension.wrapping_add(1)))
 }
 
 #[inline(always)]

@@ -83,7 +83,7 @@ impl<const COMPILED: u32> Lights for SceneView<'_, COMPILED> {
     fn sample_light(&self, words: UVec4) -> LightSample {
         let mut sample = LightSample::NONE;
         if self.header.light_count != 0 {
-            let address = LightAddress::of_words(self.choose_light([words.x, words.y]), words);
+            let address = LightAddress::of_words(self.choose_light([words.z, words.w]), words);
             let light = self.light(address.light);
             if self.has(FEATURE_EMISSIVE) && light.kind == LIGHT_TRIANGLE {
                 sample = self.sample_emissive(&light, address);
@@ -92,7 +92,7 @@ impl<const COMPILED: u32> Lights for SceneView<'_, COMPILED> {
                 sample = self.punctual(&light, address);
             }
             if self.has(FEATURE_ENVIRONMENT) && light.kind == LIGHT_ENVIRONMENT {
-                sample = self.sample_environment([words.z, words.w]);
+                sample = self.sample_environment([words.x, words.y]);
             }
         }
         sample
@@ -123,9 +123,9 @@ impl<const COMPILED: u32> AddressedLights for SceneView<'_, COMPILED> {
         if self.header.light_count == 0 {
             return LightAddress::NONE;
         }
-        let index = self.choose_light([words.x, words.y]);
+        let index = self.choose_light([words.z, words.w]);
         if self.has(FEATURE_ENVIRONMENT) && self.light(index).kind == LIGHT_ENVIRONMENT {
-            LightAddress::nearest(index, self.sample_map([words.z, words.w]))
+            LightAddress::nearest(index, self.sample_map([words.x, words.y]))
         } else {
             LightAddress::of_words(index, words)
         }

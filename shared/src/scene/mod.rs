@@ -80,7 +80,8 @@ pub trait Surface {
 
 /// Emitters, chosen without regard to the receiver: what reuse across pixels needs.
 pub trait Lights {
-    /// A point on an emitter from four random words; its density is zero if the scene has none.
+    /// A point on an emitter from four random words; its density is zero if the scene has none. The first two words are spread best
+    /// ([`crate::rng::Rng::draw`]), so they should make the point, and the others choose the emitter.
     fn sample_light(&self, words: UVec4) -> LightSample;
     /// The density per area with which [`Self::sample_light`] gives the point at `hit`; zero off the emitters.
     fn light_density(&self, hit: &Hit) -> f32;
@@ -144,10 +145,10 @@ impl LightAddress {
         self.light != Self::NO_LIGHT
     }
 
-    /// A uniform point of a light, from the last two of four random words.
+    /// A uniform point of a light, from the first two of four random words.
     #[inline(always)]
     pub fn of_words(light: u32, words: UVec4) -> Self {
-        Self { light, u: words.z >> 8, v: words.w >> 8 }
+        Self { light, u: words.x >> 8, v: words.y >> 8 }
     }
 
     /// The lattice point below `uv`, which is limited to the unit square.

@@ -16,7 +16,7 @@ use restir_shared::resample::packed::Stored;
 use restir_shared::resample::reproject::{Grid, Place};
 use restir_shared::resample::reservoir::Reservoir;
 use restir_shared::resample::similar::{Facet, Similarity};
-use restir_shared::rng::Rng;
+use restir_shared::rng::{Rng, Sampler};
 
 /// Pixels of a row.
 pub const WIDTH: usize = 6;
@@ -293,7 +293,8 @@ impl Setting {
         std::array::from_fn(|x| {
             let at = [x as u32, 0];
             let word = random.word();
-            let draws = Draws { rng: Rng::new(at[0], 0, word as u32, (word >> 32) as u32), dimension: 0 };
+            let draws =
+                Draws { rng: Rng::new(at[0], 0, word as u32, (word >> 32) as u32, Sampler::Independent), dimension: 0 };
             merge::combine(&Reused { line, own: at[0], others }, &rules, own[x], at, &draws).0
         })
     }

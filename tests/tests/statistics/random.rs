@@ -1,7 +1,7 @@
 //! The random numbers of the kernels.
 
 use crate::support::{DRAWS, ROUNDING};
-use restir_shared::rng::{self, Rng};
+use restir_shared::rng::{self, Rng, Sampler};
 use restir_tests::stats::{FAMILY_RATE, Family};
 
 /// What varies while the rest of the key is fixed.
@@ -11,7 +11,7 @@ const AXES: [&str; 4] = ["pixel", "sample", "dimension", "seed"];
 fn key(axis: usize, i: u32) -> (Rng, u32) {
     let (x, y) = if axis == 0 { (i % 1024, i / 1024) } else { (517, 260) };
     let on = |number: usize, otherwise: u32| if axis == number { i } else { otherwise };
-    (Rng::new(x, y, on(1, 3), on(3, 1)), on(2, 5))
+    (Rng::new(x, y, on(1, 3), on(3, 1), Sampler::Independent), on(2, 5))
 }
 
 fn draw(axis: usize, i: u32) -> [u32; 4] {

@@ -11,6 +11,7 @@ pub use vertices::{Emission, Escape, NextEvent, Path, Vertex, explain_sample};
 use super::{About, Integral, Repeats, Technique};
 use crate::technique::explain::{Explanation, Subject};
 use crate::{Error, buffers::SceneBuffers, exec::Executor, plan::FramePlan, render::Render};
+use restir_shared::rng::Sampler;
 use restir_shared::technique::path::MAX_DEPTH;
 
 crate::settings! {
@@ -22,6 +23,8 @@ crate::settings! {
         jitter: bool = true;
         /// The light that rough specular lobes lose in single scattering comes back.
         multiscatter: bool = true;
+        /// How samples are spread.
+        sampler: Sampler = Sampler::Sobol;
         /// Longest path: 1 is directly visible emission, 2 adds direct light.
         max_depth: u32 = 8, in 1..=MAX_DEPTH, unit "segments";
         /// Most samples of a pixel in one dispatch, rounded down to a power of two; off leaves it to the size of the image.

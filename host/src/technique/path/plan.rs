@@ -6,7 +6,8 @@ use crate::technique::Technique;
 use crate::{Error, buffers::SceneBuffers, film::Film, render::Render};
 use restir_kernels::path::path;
 use restir_shared::film::MAX_BLOCK_LOG2;
-use restir_shared::technique::path::{PATH_JITTER, PATH_ROULETTE, PathParams};
+use restir_shared::rng::Sampler;
+use restir_shared::technique::path::{PATH_JITTER, PATH_ROULETTE, PATH_SOBOL, PathParams};
 
 /// Samples in one dispatch, over all pixels, where the image is not larger: keeps a dispatch below a second or two.
 const DISPATCH_SAMPLES_LOG2: u32 = 20;
@@ -67,6 +68,9 @@ impl Passes<'_> {
         let plane = self.film.open(log2)?;
         let (settings, render) = (self.settings, self.render);
         let flag = |on, bit| if on { bit } else { 0 };
+        let flags = flag(settings.jitter, PATH_JITTER)
+            | flag(settings.roulette, PATH_ROULETTE)
+            | flag(settings.sampler == Sampler::Sobol, PATH_SOBOL);
         let params = PathParams {
             scene: self.scene.header,
             camera: render.camera(self.scene, 0).params(render.width, render.height),
@@ -76,11 +80,12 @@ impl Passes<'_> {
             block_log2: log2,
             seed: render.seed,
             max_depth: settings.max_depth,
-            flags: flag(settings.jitter, PATH_JITTER) | flag(settings.roulette, PATH_ROULETTE),
+            flags,
             reserved: 0,
         };
         let bound = [ARENAS.as_slice(), &[("film", plane)]].concat();
-        Some(Pass::new(&path::DESC, &[("features", settings.integral().features(self.scene))], &params, &bound))
+        let constants = [("features", settings.integral().features(self.scene)), ("settings", flags)];
+        Some(Pass::new(&path::DESC, &constants, &params, &bound))
     }
 }
 

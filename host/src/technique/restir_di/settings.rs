@@ -3,6 +3,7 @@
 use crate::settings::{Declared, Value};
 use crate::{Error, choices, settings};
 use restir_shared::resample::mis::{INPUTS, Mis};
+use restir_shared::rng::Sampler;
 use restir_shared::technique::restir_di::Flags;
 use std::any::Any;
 
@@ -20,20 +21,6 @@ pub const MAX_TILE_SIZE: u32 = 32768;
 pub const MAX_SPATIAL_PASSES: u32 = 8;
 /// The largest cap on confidence: what the packed reservoir holds.
 pub const MAX_CONFIDENCE_CAP: u32 = 255;
-
-impl Value for Mis {
-    fn expected() -> String {
-        Self::NAMED.map(|(name, _)| name).join(" | ")
-    }
-
-    fn read(text: &str) -> Option<Self> {
-        Self::NAMED.iter().find(|(name, _)| *name == text).map(|&(_, form)| form)
-    }
-
-    fn write(&self) -> String {
-        Self::NAMED.iter().find(|(_, form)| form == self).map_or("", |(name, _)| name).to_owned()
-    }
-}
 
 choices! {
     /// How far a frame reuses the last one's reservoirs.
@@ -166,6 +153,8 @@ settings! {
         /// Camera rays are spread over the pixel. Without, a still view has the same rays in every frame, which reuse over time
         /// lives on.
         jitter: bool = false;
+        /// How the samples of a pixel are spread: over candidates and frames.
+        sampler: Sampler = Sampler::Sobol;
         /// The light that rough specular lobes lose in single scattering comes back.
         multiscatter: bool = true;
     }
@@ -336,6 +325,7 @@ impl DiSettings {
             (self.visibility == Visibility::Averaged, Flags::AVERAGE_VISIBILITY),
             (self.scatter, Flags::SCATTER_CANDIDATE),
             (self.tiles.is_some(), Flags::TILES),
+            (self.sampler == Sampler::Sobol, Flags::SOBOL),
             (self.transmittance, Flags::TRANSMITTANCE),
             (self.target == Target::Red, Flags::RED),
             (self.target == Target::Green, Flags::GREEN),

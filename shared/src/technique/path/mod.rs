@@ -34,7 +34,7 @@ pub fn trace<S: Trace + Surface + Lights, R: Receiver>(
     sample: u32,
     receiver: &mut R,
 ) -> bool {
-    let rng = Rng::new(x, y, sample, params.seed);
+    let rng = Rng::new(x, y, sample, params.seed, params.sampler());
     let ray = camera_ray(&params.camera, params.flags & PATH_JITTER != 0, scene.features(), &rng, x, y);
     Walk::new(ray).run(scene, &rng, params.max_depth, params.flags & PATH_ROULETTE != 0, receiver)
 }

@@ -1,12 +1,15 @@
 //! Parameters of path tracing.
 
 use crate::layout::{CameraParams, Extent, SceneHeader};
+use crate::rng::Sampler;
 use bytemuck::{Pod, Zeroable};
 
 /// Path tracing flag: samples are spread uniformly over the pixel instead of going through its centre.
 pub const PATH_JITTER: u32 = 1;
 /// Path tracing flag: Russian roulette on the throughput from the fourth segment on.
 pub const PATH_ROULETTE: u32 = 2;
+/// Path tracing flag: numbers are drawn by [`Sampler::Sobol`].
+pub const PATH_SOBOL: u32 = 4;
 
 /// The longest paths that may be asked for: a closed scene that absorbs nothing never ends one.
 pub const MAX_DEPTH: u32 = 1024;
@@ -31,7 +34,7 @@ pub struct PathParams {
     pub seed: u32,
     /// Longest path, in segments, at most [`MAX_DEPTH`]: 1 is directly visible emission, 2 adds direct light.
     pub max_depth: u32,
-    /// [`PATH_JITTER`] and [`PATH_ROULETTE`].
+    /// [`PATH_JITTER`], [`PATH_ROULETTE`] and [`PATH_SOBOL`].
     pub flags: u32,
     /// Zero.
     pub reserved: u32,
@@ -40,6 +43,21 @@ pub struct PathParams {
 impl Extent for PathParams {
     fn extent(&self) -> [u32; 2] {
         [self.width, self.height]
+    }
+}
+
+impl PathParams {
+    /// The same in a kernel that was specialised to the flags in `bits`, or to none by a word without zeros.
+    #[inline(always)]
+    #[must_use]
+    pub fn specialised(self, bits: u32) -> Self {
+        Self { flags: self.flags & bits, ..self }
+    }
+
+    /// How samples are spread.
+    #[inline(always)]
+    pub fn sampler(&self) -> Sampler {
+        if self.flags & PATH_SOBOL != 0 { Sampler::Sobol } else { Sampler::Independent }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::MAX_DEPTH;
 use super::weight::{Chosen, emission_weight, environment_weight, next_event};
+use crate::camera::AFTER_CAMERA;
 use crate::geometry::{Hit, Ray};
 use crate::layout::FEATURE_VOLUME;
 use crate::num;
@@ -13,7 +14,7 @@ use glam::Vec3;
 
 /// Random dimensions: after the camera's [`DIMENSIONS_PER_SEGMENT`] a segment, used or not, so that a
 /// decision keeps its numbers whatever was decided before it.
-const FIRST_DIMENSION: u32 = 1;
+const FIRST_DIMENSION: u32 = AFTER_CAMERA;
 const DIMENSIONS_PER_SEGMENT: u32 = 3;
 const LIGHT: u32 = 0;
 const SCATTER: u32 = 1;

@@ -2,7 +2,8 @@
 
 use super::tile::{self, Window};
 use super::{
-    CANDIDATE_DIMENSION, DiParams, Flags, PackedHit, PackedReservoir, SCATTER_DIMENSION, Stored, TileWords, evaluate,
+    CANDIDATE_DIMENSION, DiParams, Flags, PackedHit, PackedReservoir, SCATTER_DIMENSION, SELECTION_DIMENSION, Stored,
+    TileWords, evaluate,
 };
 use crate::bsdf::BsdfSample;
 use crate::film::CUT;
@@ -11,7 +12,7 @@ use crate::layout::{FEATURE_BLEND, FilmPixel};
 use crate::num;
 use crate::resample::packed::dithered;
 use crate::resample::reservoir::Reservoir;
-use crate::rng;
+use crate::rng::{self, Rng};
 use crate::scene::{AddressedLight, AddressedLights, LightAddress, Surface, Trace};
 use crate::transport::{Passage, Vertex, follow};
 use crate::vec::max_component;
@@ -80,7 +81,7 @@ pub fn initial<S: Trace + Surface + AddressedLights>(
     let vertex = Vertex::new(&point, &pixel.ray, scene.features());
     let (reservoir, radiance) = resample(scene, params, tiles, &vertex, at);
     let kept = reservoir.sample;
-    let dither = rng::unit(params.rng(at).draw(CANDIDATE_DIMENSION.wrapping_add(1)).z);
+    let dither = rng::unit(params.rng(at).hash(SELECTION_DIMENSION).z);
     let stored = Stored {
         sample: kept.address,
         contribution_weight: reservoir.contribution_weight(1.0, kept.target),
@@ -117,7 +118,7 @@ fn resample<S: Trace + Surface + AddressedLights>(
     let from_scattering = if flags.contains(Flags::SCATTER_CANDIDATE) { 1.0 } else { 0.0 };
     let count = if vertex.bsdf.has_smooth_part() { params.candidates.wrapping_add(1) } else { 0 };
     let tiled = flags.contains(Flags::TILES);
-    let window = if tiled { Window::new(params, at, rng.draw(CANDIDATE_DIMENSION).x) } else { Window::NONE };
+    let window = if tiled { Window::new(params, at, rng.hash(CANDIDATE_DIMENSION).x) } else { Window::NONE };
     let mut scattered = Scattered::NOTHING;
     let mut group = Reservoir::empty(Candidate::NONE);
     let mut all = Reservoir::empty(Candidate::NONE);
@@ -154,14 +155,13 @@ fn resample<S: Trace + Surface + AddressedLights>(
         let size = if params.group == 0 { params.candidates } else { params.group };
         let end = if last { count } else { i.wrapping_add(size).min(params.candidates).min(count) };
         while i < end {
-            let dimension = CANDIDATE_DIMENSION.wrapping_add(i.wrapping_mul(2));
             let (address, light) = if !last & tiled {
                 tile::unpack(&tiles[window.at(i) as usize])
             } else {
-                let address = if last { scattered.address } else { scene.choose_address(rng.draw(dimension)) };
+                let address = if last { scattered.address } else { scene.choose_address(candidate(params, rng, i)) };
                 (address, if address.is_light() { scene.light_at(address) } else { AddressedLight::NONE })
             };
-            words = rng.draw(dimension.wrapping_add(1));
+            words = rng.hash(SELECTION_DIMENSION.wrapping_add(i));
             if address.is_light() {
                 let e = evaluate(flags, vertex, &light);
                 let is_found = !(blends & light.sample.blended);
@@ -186,6 +186,13 @@ fn resample<S: Trace + Surface + AddressedLights>(
         all.sample.visibility = Vec3::new(mean(arriving.x), mean(arriving.y), mean(arriving.z));
     }
     (all, scattered.radiance)
+}
+
+/// The random words of the i-th candidate from lights. They are spread over the candidates of a frame, and on over frames: a reservoir's
+/// mean is linear in what each candidate gives, so that it does not matter that they depend on each other.
+#[inline(always)]
+fn candidate(params: &DiParams, rng: Rng, i: u32) -> UVec4 {
+    rng.of_sample(params.frame.wrapping_mul(params.candidates).wrapping_add(i)).draw(CANDIDATE_DIMENSION)
 }
 
 /// What the way of a scattered ray ends at.

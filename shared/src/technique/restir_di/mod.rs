@@ -50,6 +50,7 @@ pub use shade::{exchange, gather, offer, pair_offsets, shade};
 pub use stored::{PackedReservoir, Stored};
 pub use tile::presample;
 
+use crate::camera::AFTER_CAMERA;
 use crate::geometry::Ray;
 use crate::num;
 use crate::scene::{AddressedLight, AddressedLights, LightAddress, LightKind, Surface};
@@ -57,12 +58,14 @@ use crate::transport::Vertex;
 use crate::vec::{flush, luminance};
 use glam::Vec3;
 
-/// Random dimensions after the camera's: one for scattering, then two a combine, then two a candidate.
-const SCATTER_DIMENSION: u32 = 1;
-const COMBINE_DIMENSION: u32 = 2;
+/// Random dimensions after the camera's: one for scattering, then two a combine, then one in which all candidates from lights are
+/// drawn, each as a sample of its own, then one a candidate for its selection.
+const SCATTER_DIMENSION: u32 = AFTER_CAMERA;
+const COMBINE_DIMENSION: u32 = SCATTER_DIMENSION + 1;
 /// Combines of a frame that have dimensions of their own.
 const COMBINES: u32 = 16;
 const CANDIDATE_DIMENSION: u32 = COMBINE_DIMENSION + 2 * COMBINES;
+const SELECTION_DIMENSION: u32 = CANDIDATE_DIMENSION + 1;
 /// The largest target: 2^60, so that sums and products with confidence weights stay far from infinity.
 const MAX_TARGET: f32 = 1.152_921_5e18;
 

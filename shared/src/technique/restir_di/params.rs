@@ -6,6 +6,7 @@ use crate::resample::exchange::{Neighbours, PAIRS};
 use crate::resample::mis::Mis;
 use crate::resample::reproject::Grid;
 use crate::resample::similar::Similarity;
+use crate::rng::Sampler;
 use crate::scene::Surface;
 use bytemuck::{Pod, Zeroable};
 use core::ops::BitOr;
@@ -47,6 +48,8 @@ impl Flags {
     pub const STILL: Self = Self(1 << 12);
     /// Candidates from lights come from tiles ([`DiParams::tiles`]).
     pub const TILES: Self = Self(1 << 13);
+    /// Numbers are drawn by [`Sampler::Sobol`].
+    pub const SOBOL: Self = Self(1 << 14);
     /// Position of the bits of [`Mis`].
     const MIS_SHIFT: u32 = 16;
 
@@ -65,6 +68,12 @@ impl Flags {
     #[inline(always)]
     pub fn contains(self, flag: Self) -> bool {
         self.0 & flag.0 != 0
+    }
+
+    /// How samples are spread over frames and candidates.
+    #[inline(always)]
+    pub fn sampler(self) -> Sampler {
+        if self.contains(Self::SOBOL) { Sampler::Sobol } else { Sampler::Independent }
     }
 
     /// The word, to which a kernel is specialised.
@@ -105,7 +114,8 @@ pub struct DiParams {
     pub width: u32,
     /// Image height in pixels, at most 16384.
     pub height: u32,
-    /// Index of the frame: the sample index of its random numbers.
+    /// Index of the frame: the sample index of its random numbers, but for those of candidates, which are samples `frame candidates`
+    /// and on.
     pub frame: u32,
     /// Index of the other reservoirs' frame.
     pub other_frame: u32,
@@ -184,8 +194,8 @@ impl DiParams {
 
     /// Parameters of what fills the tiles.
     pub fn tile_params(&self) -> TileParams {
-        let Self { scene, tile_size, tiles, frame, seed, .. } = *self;
-        TileParams { scene, tile_size, tiles, frame, seed }
+        let Self { scene, tile_size, tiles, frame, seed, flags, .. } = *self;
+        TileParams { scene, tile_size, tiles, frame, seed, flags, ..TileParams::default() }
     }
 }
 
@@ -215,15 +225,28 @@ pub struct TileParams {
     pub tile_size: u32,
     /// Tiles, at most 2^15.
     pub tiles: u32,
-    /// Index of the frame: the sample index of its random numbers.
+    /// Index of the frame: its candidates are samples `frame tile_size` and on of their tile.
     pub frame: u32,
     /// Seed of the random numbers.
     pub seed: u32,
+    /// What the pass does: [`Flags::SOBOL`] counts.
+    pub flags: Flags,
+    /// Zero.
+    pub reserved: [u32; 3],
 }
 
 impl Extent for TileParams {
     fn extent(&self) -> [u32; 2] {
         [self.tile_size, self.tiles]
+    }
+}
+
+impl TileParams {
+    /// As [`DiParams::specialised`].
+    #[inline(always)]
+    #[must_use]
+    pub fn specialised(self, bits: u32) -> Self {
+        Self { flags: Flags(self.flags.0 & bits), ..self }
     }
 }
 
@@ -251,6 +274,6 @@ pub struct TileWords {
 const _: () = {
     assert!(size_of::<DiParams>() == 384);
     assert!(size_of::<DiPoint>() == 48);
-    assert!(size_of::<TileParams>() == 96);
+    assert!(size_of::<TileParams>() == 112);
     assert!(size_of::<TileWords>() == 64);
 };

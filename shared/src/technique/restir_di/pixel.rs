@@ -4,7 +4,7 @@ use super::{DiParams, Flags};
 use crate::camera::camera_ray;
 use crate::geometry::{Hit, Ray};
 use crate::layout::CameraParams;
-use crate::rng::Rng;
+use crate::rng::{Rng, Sampler};
 use crate::scene::{Surface, SurfacePoint, Trace};
 use crate::transport::Vertex;
 use bytemuck::{Pod, Zeroable};
@@ -42,13 +42,14 @@ pub(super) struct View {
     jitter: bool,
     frame: u32,
     seed: u32,
+    sampler: Sampler,
 }
 
 impl DiParams {
     #[inline(always)]
     pub(super) fn view(&self) -> View {
         let Self { camera, frame, seed, flags, .. } = *self;
-        View { camera, jitter: flags.contains(Flags::JITTER), frame, seed }
+        View { camera, jitter: flags.contains(Flags::JITTER), frame, seed, sampler: flags.sampler() }
     }
 
     /// Of the other reservoirs' frame.
@@ -60,14 +61,15 @@ impl DiParams {
     /// The random numbers of a pixel.
     #[inline(always)]
     pub(super) fn rng(&self, [x, y]: [u32; 2]) -> Rng {
-        Rng::new(x, y, self.frame, self.seed)
+        Rng::new(x, y, self.frame, self.seed, self.flags.sampler())
     }
 }
 
 impl View {
     #[inline(always)]
     fn ray(&self, [x, y]: [u32; 2], features: u32) -> Ray {
-        camera_ray(&self.camera, self.jitter, features, &Rng::new(x, y, self.frame, self.seed), x, y)
+        let rng = Rng::new(x, y, self.frame, self.seed, self.sampler);
+        camera_ray(&self.camera, self.jitter, features, &rng, x, y)
     }
 
     #[inline(always)]

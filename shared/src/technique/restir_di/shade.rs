@@ -13,7 +13,7 @@ use crate::num;
 use crate::pack::{decode_unit_vector, encode_unit_vector};
 use crate::resample::exchange::{self, Offers, Uses};
 use crate::resample::similar::Facet;
-use crate::rng::Rng;
+use crate::rng::{Rng, Sampler};
 use crate::scene::{AddressedLights, LightAddress, Still, Surface, Trace};
 use crate::transport::Vertex;
 use crate::vec::length;
@@ -133,7 +133,7 @@ pub fn gather(
 
 /// A frame's offsets within `radius` pixels, see [`exchange::pair_offsets`].
 pub fn pair_offsets(seed: u32, frame: u32, radius: f32, offsets: &mut [u32]) -> usize {
-    let words = Rng::new(0, 0, frame, seed).draw(OFFSETS);
+    let words = Rng::new(0, 0, frame, seed, Sampler::Independent).hash(OFFSETS);
     exchange::pair_offsets([words.x, words.y], radius, offsets)
 }
 

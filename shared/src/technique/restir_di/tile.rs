@@ -21,7 +21,9 @@ const BLENDED: u32 = 8;
 
 /// The candidate of that index in a tile.
 pub fn presample<S: AddressedLights>(scene: &S, params: &TileParams, index: u32, tile: u32) -> TileWords {
-    let address = scene.choose_address(Rng::new(index, tile, params.frame, params.seed).draw(CANDIDATES));
+    let sample = params.frame.wrapping_mul(params.tile_size).wrapping_add(index);
+    let rng = Rng::new(tile, 0, sample, params.seed, params.flags.sampler());
+    let address = scene.choose_address(rng.draw(CANDIDATES));
     let light = if address.is_light() { scene.light_at(address) } else { AddressedLight::NONE };
     pack(address, &light)
 }
@@ -84,9 +86,9 @@ impl Window {
     /// Of the pixel (x, y), with a random word of its own.
     #[inline(always)]
     pub(super) fn new(params: &DiParams, [x, y]: [u32; 2], word: u32) -> Self {
-        let block = Rng::new(x >> BLOCK_LOG2, y >> BLOCK_LOG2, params.frame, params.seed);
+        let block = params.rng([x >> BLOCK_LOG2, y >> BLOCK_LOG2]);
         let size = params.tile_size;
-        Self { tile: below(params.tiles, block.draw(BLOCKS).x), start: below(size, word), size }
+        Self { tile: below(params.tiles, block.hash(BLOCKS).x), start: below(size, word), size }
     }
 
     /// The index of the pixel's i-th candidate among those of all tiles.

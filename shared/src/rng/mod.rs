@@ -1,0 +1,142 @@
+//! Random numbers: a value is a function of (pixel, sample, dimension, seed) and nothing else, so it does not depend on the order
+//! of execution, and a technique can replay any draw. All arithmetic is that of integers.
+//!
+//! [`Rng::hash`] gives independent numbers, by the mixer pcg4d (Jarzynski and Olano 2020, "Hash Functions for GPU Rendering", JCGT
+//! 9(3)). [`Rng::draw`] gives numbers that are spread over the samples of a pixel as its [`Sampler`] says.
+
+mod owen;
+mod sobol;
+
+pub use owen::scramble;
+pub use sobol::sobol;
+
+use glam::{UVec3, UVec4, Vec2};
+
+/// 2^32 over the plastic number and over its square: the R2 sequence (Roberts 2018), whose every stretch is well spread.
+const R2: [u32; 2] = [3_242_174_889, 2_447_445_414];
+
+/// Four independent 32-bit random words.
+#[inline(always)]
+pub fn pcg4d(key: UVec4) -> UVec4 {
+    let mix = |v: UVec4| {
+        let x = v.x.wrapping_add(v.y.wrapping_mul(v.w));
+        let y = v.y.wrapping_add(v.z.wrapping_mul(x));
+        let z = v.z.wrapping_add(x.wrapping_mul(y));
+        let w = v.w.wrapping_add(y.wrapping_mul(z));
+        UVec4::new(x, y, z, w)
+    };
+    let lcg = |x: u32| x.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+    let fold = |x: u32| x ^ (x >> 16);
+    let v = mix(UVec4::new(lcg(key.x), lcg(key.y), lcg(key.z), lcg(key.w)));
+    mix(UVec4::new(fold(v.x), fold(v.y), fold(v.z), fold(v.w)))
+}
+
+/// The upper 24 bits of a random word as a number in [0, 1); exact.
+#[inline(always)]
+pub fn unit(word: u32) -> f32 {
+    (word >> 8) as f32 * crate::num::UNIT_ROUNDOFF
+}
+
+/// The n-th point of the R2 sequence in the unit square, shifted by the words.
+#[inline(always)]
+pub fn r2(shift: [u32; 2], n: u32) -> Vec2 {
+    Vec2::new(unit(shift[0].wrapping_add(R2[0].wrapping_mul(n))), unit(shift[1].wrapping_add(R2[1].wrapping_mul(n))))
+}
+
+/// Dimensions of a stream.
+pub const STREAM_DIMENSIONS: u32 = 1 << 24;
+
+/// The first dimension of a stream, of which there are 256. Techniques that share a pixel, a sample and a seed, and whose numbers
+/// have to be independent, draw from streams of their own; all that one sample needs lies in one stream.
+pub const fn stream(id: u8) -> u32 {
+    id as u32 * STREAM_DIMENSIONS
+}
+
+/// How the numbers that the samples of a pixel draw in a dimension are spread.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sampler {
+    /// They are independent.
+    Independent,
+    /// They are points of Sobol's sequence in four dimensions ([`sobol`]), with the indices shuffled and the coordinates scrambled
+    /// as Owen (1995) has it ([`scramble`]), otherwise for each pixel, dimension and seed (Burley 2020, "Practical Hash-based Owen
+    /// Scrambling", JCGT 9(4)). So numbers of different pixels, dimensions or seeds are independent, each number is uniform, and the
+    /// samples of every aligned stretch of 2^m are spread evenly: the first two words best, then the third, then the fourth.
+    #[default]
+    Sobol,
+}
+
+impl Sampler {
+    /// All samplers with their names.
+    pub const NAMED: [(&'static str, Self); 2] = [("independent", Self::Independent), ("sobol", Self::Sobol)];
+}
+
+/// The random numbers of one sample of one pixel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Rng {
+    pixel: u32,
+    sample: u32,
+    seed: u32,
+    sampler: Sampler,
+}
+
+/// An odd factor, 2^32 over the golden ratio: with it two independent words make a third that is independent of each of them.
+const GOLDEN: u32 = 0x9e37_79b9;
+
+impl Rng {
+    /// Pixel coordinates are below 2^16.
+    #[inline(always)]
+    pub fn new(x: u32, y: u32, sample: u32, seed: u32, sampler: Sampler) -> Self {
+        Self { pixel: x | (y << 16), sample, seed, sampler }
+    }
+
+    /// What the numbers are a function of, beside the sampler: who stores it can draw them again, at any other pixel
+    /// ([`Self::from_key`]).
+    #[inline(always)]
+    pub fn key(&self) -> UVec3 {
+        UVec3::new(self.pixel, self.sample, self.seed)
+    }
+
+    /// The random numbers of a key that [`Self::key`] gave.
+    #[inline(always)]
+    pub fn from_key(key: UVec3, sampler: Sampler) -> Self {
+        Self { pixel: key.x, sample: key.y, seed: key.z, sampler }
+    }
+
+    /// The numbers of another sample of the pixel.
+    #[inline(always)]
+    #[must_use]
+    pub fn of_sample(self, sample: u32) -> Self {
+        Self { sample, ..self }
+    }
+
+    /// Four random words for a dimension, spread over the pixel's samples. A technique gives each of its decisions a dimension of
+    /// its own, and the first two words to what they are to choose together: a point, or a direction.
+    #[inline(always)]
+    pub fn draw(&self, dimension: u32) -> UVec4 {
+        match self.sampler {
+            Sampler::Independent => self.hash(dimension),
+            Sampler::Sobol => self.spread(dimension),
+        }
+    }
+
+    /// Four independent random words for a dimension in which nothing is drawn by [`Self::draw`]: for decisions that gain nothing
+    /// by being spread.
+    #[inline(always)]
+    pub fn hash(&self, dimension: u32) -> UVec4 {
+        pcg4d(UVec4::new(self.pixel, self.sample, dimension, self.seed))
+    }
+
+    #[inline(always)]
+    fn spread(&self, dimension: u32) -> UVec4 {
+        let seeds = self.of_sample(0).hash(dimension);
+        // the lowest digit of an index is the last one that a shuffle of aligned stretches may have look at the others
+        let shuffled = scramble(self.sample.reverse_bits(), seeds.x.wrapping_add(seeds.y.wrapping_mul(GOLDEN)));
+        let point = sobol(shuffled.reverse_bits());
+        UVec4::new(
+            scramble(point.x, seeds.x).reverse_bits(),
+            scramble(point.y, seeds.y).reverse_bits(),
+            scramble(point.z, seeds.z).reverse_bits(),
+            scramble(point.w, seeds.w).reverse_bits(),
+        )
+    }
+}
