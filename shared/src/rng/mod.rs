@@ -109,6 +109,13 @@ impl Rng {
         Self { sample, ..self }
     }
 
+    /// The numbers that [`Sampler::Independent`] draws.
+    #[inline(always)]
+    #[must_use]
+    pub fn independent(self) -> Self {
+        Self { sampler: Sampler::Independent, ..self }
+    }
+
     /// Four random words for a dimension, spread over the pixel's samples. A technique gives each of its decisions a dimension of
     /// its own, and the first two words to what they are to choose together: a point, or a direction.
     #[inline(always)]

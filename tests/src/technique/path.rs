@@ -10,6 +10,7 @@ pub(super) const KNOWN: Known = Known {
         rows: &[
             row("1 sample", "cornell", 1, ""),
             Row { size: [17, 11], ..row("a later block", "cornell", 12, "jitter=on") },
+            row("independent numbers", "cornell", 2, "jitter=on,sampler=independent"),
             row("roulette", "cornell", 2, "jitter=on,max_depth=32,roulette=on"),
             Row { size: [1, 1], ..row("one pixel", "cornell-mitsuba", 8, "") },
             row("many lights", "furnace", 5, "jitter=on,max_depth=5"),

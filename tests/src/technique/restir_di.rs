@@ -43,7 +43,7 @@ pub(super) const KNOWN: Known = Known {
 };
 
 /// All forms of MIS and uses of visibility, in time, in space and both at once.
-const ROWS: [Row; 27] = [
+const ROWS: [Row; 28] = [
     row("1/M, temporal", "cornell", 2, "mis=1/m,temporal=on,visibility_reuse=candidates,visibility=ray,spatial=0"),
     row("1/Z, spatial", "cornell", 2, "mis=1/z,neighbours=4,visibility_reuse=weights,visibility=ray"),
     row(
@@ -63,6 +63,7 @@ const ROWS: [Row; 27] = [
     row("a still view", "cornell", 2, "temporal=on,still=on,spatial=0"),
     row("constant, no light", "unlit", 2, "mis=constant,neighbours=2,scatter=on,visibility=ray,visibility_reuse=off"),
     row("tiles", "many-lights", 2, "mis=pairwise-defensive,neighbours=3,scatter=on,tiles=3x50"),
+    row("independent numbers", "many-lights", 2, "neighbours=3,scatter=on,tiles=3x50,jitter=on,sampler=independent"),
     row("tiles of all kinds of lights", "tower", 2, "neighbours=2,visibility_reuse=weights,scatter=on,tiles=3x50"),
     row("tiles of an environment", "statue", 2, "temporal=on,visibility_reuse=weights,tiles=3x50,spatial=0"),
     row("tiles, no light", "unlit", 2, "mis=constant,neighbours=2,visibility=ray,tiles=3x50,visibility_reuse=off"),
@@ -93,7 +94,8 @@ const USES: [&str; 4] = [
     "visibility_reuse=selection,visibility=selected",
 ];
 /// Unbiased settings beside.
-const MORE: [&str; 16] = [
+const MORE: [&str; 17] = [
+    "sampler=independent,mis=pairwise,visibility_reuse=selection,visibility=selected,jitter=on",
     "mis=talbot,visibility_reuse=off,visibility=ray,scatter=off,jitter=on",
     "visibility_reuse=selection,visibility=selected,jitter=on",
     "mis=talbot,visibility_reuse=off,visibility=ray,scatter=off,temporal=fused",

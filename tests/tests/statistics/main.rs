@@ -5,6 +5,7 @@ mod densities;
 mod discrete;
 mod inverses;
 mod random;
+mod sobol;
 mod stress;
 mod support;
 
@@ -12,6 +13,10 @@ restir_tests::suite! {
     random {
         words_are_uniform neighbouring_keys_are_independent words_of_a_draw_are_independent
         a_weak_generator_is_seen unit_numbers_are_below_one
+    }
+    sobol {
+        aligned_stretches_are_nets no_pair_is_better_than_stated coordinates_are_those_of_joe_and_kuo
+        dimensions_are_independent broken_scrambles_are_seen
     }
     densities {
         directions_have_their_density points_have_their_density distances_have_their_density

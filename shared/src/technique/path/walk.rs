@@ -20,6 +20,9 @@ const LIGHT: u32 = 0;
 const SCATTER: u32 = 1;
 const ROULETTE: u32 = 2;
 const _: () = assert!(FIRST_DIMENSION + MAX_DEPTH * DIMENSIONS_PER_SEGMENT <= rng::STREAM_DIMENSIONS);
+/// Vertices at which numbers are drawn as the sampler spreads them. At later ones they are independent, which costs less: to spread
+/// them, too, does not lower the error.
+const SPREAD_VERTICES: u32 = 3;
 /// Roulette leaves paths of up to three segments alone.
 const ROULETTE_FROM: u32 = 3;
 const MIN_SURVIVAL: f32 = 0.05;
@@ -171,6 +174,7 @@ impl Walk {
         receiver: &mut R,
     ) -> bool {
         let dimension = FIRST_DIMENSION + (self.depth - 1).wrapping_mul(DIMENSIONS_PER_SEGMENT);
+        let rng = if self.depth <= SPREAD_VERTICES { *rng } else { rng.independent() };
         let vertex = Vertex::new(point, &self.ray, scene.features());
         if vertex.bsdf.has_smooth_part() {
             let light = scene.sample_light(rng.draw(dimension + LIGHT));
@@ -190,7 +194,7 @@ impl Walk {
         let mut alive = (scattered.pdf > 0.0) & vertex.is_consistent(direction, scattered.direction);
         if roulette && self.depth >= ROULETTE_FROM {
             let survival = num::clamp(max_component(self.throughput), MIN_SURVIVAL, 1.0);
-            alive = alive && rng::unit(rng.draw(dimension + ROULETTE).x) < survival;
+            alive = alive && rng::unit(rng.hash(dimension + ROULETTE).x) < survival;
             self.throughput *= num::recip(survival);
         }
         alive
