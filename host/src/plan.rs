@@ -227,7 +227,10 @@ mod tests {
         let pass = |constants: &[(&str, u32)]| {
             Pass::new(&path::DESC, constants, &PathParams::default(), &bound).map(|pass| pass.constants).ok()
         };
-        assert_eq!(pass(&[("settings", 1), ("features", 2)]), Some(vec![2]));
-        assert_eq!((pass(&[]), pass(&[("feature", 2)]), pass(&[("features", 2), ("features", 3)])), (None, None, None));
+        assert_eq!(pass(&[("settings", 1), ("features", 2)]), Some(vec![2, 1]));
+        assert_eq!(pass(&[("settings", 1), ("unknown", 4), ("features", 2)]), Some(vec![2, 1]));
+        let [lacks, other, twice] =
+            [("settings", 1), ("feature", 2), ("settings", 3)].map(|more| pass(&[("settings", 1), more]));
+        assert_eq!((pass(&[]), lacks, other, twice), (None, None, None, None));
     }
 }

@@ -557,7 +557,7 @@ const GRID: TileGrid = TileGrid { width: 16, height: 16, tile: 8 };
 const SCENE: &str = "all-lights";
 const FRAMES: u32 = 3;
 /// Chains of a test, and of one that is to see something wrong.
-const RESTARTS: u32 = 256;
+const RESTARTS: u32 = 384;
 const GROSS: u32 = 192;
 /// Images by the path tracer.
 const REFERENCE_RESTARTS: u32 = 6_144;

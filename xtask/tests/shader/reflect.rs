@@ -76,12 +76,12 @@ fn a_wrong_descriptor_is_told_what_is_wrong() {
 
 #[test]
 fn defaults_of_constants() {
-    let path @ Constant { name, id, default } = kernel("path").constants[0];
+    let features @ Constant { name, id, default } = kernel("bsdf_check").constants[0];
     assert_eq!(
-        difference("path", |k| k.constants = vec![Constant { default: 5, ..path }].leak()),
+        difference("bsdf_check", |k| k.constants = vec![Constant { default: 5, ..features }].leak()),
         format!("constant {id} (`{name}`) defaults to {default} in the module, 5 in the descriptor")
     );
-    assert_eq!(difference("path", |k| k.constants = &[]), format!("constant {id} is not in the descriptor"));
+    assert_eq!(difference("bsdf_check", |k| k.constants = &[]), format!("constant {id} is not in the descriptor"));
 }
 
 #[test]
