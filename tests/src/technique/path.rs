@@ -16,6 +16,7 @@ pub(super) const KNOWN: Known = Known {
             row("depth 1", "cornell", 1, "max_depth=1"),
             row("all materials", "glass", 2, "jitter=on,max_depth=12"),
             row("rough metal and plastic", "glossy", 2, "jitter=on"),
+            row("coats with textures", "coats", 2, "max_depth=6"),
             row("environment", "tower", 2, "jitter=on,max_depth=6"),
             row("masks", "masks", 4, "max_depth=6"),
             row("blended", "sheets", 4, "max_depth=6"),
