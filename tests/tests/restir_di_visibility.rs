@@ -11,7 +11,7 @@ use restir_host::replay::{Event, Recording};
 use restir_host::technique::restir_di::{DiSettings, Target, Temporal, Visibility, VisibilityReuse};
 use restir_kernels::KernelDesc;
 use restir_kernels::restir_di::{di_combine, di_initial, di_shade};
-use restir_shared::camera::camera_ray;
+use restir_shared::camera::{camera_ray, in_pixel};
 use restir_shared::geometry::Ray;
 use restir_shared::glam::Vec3;
 use restir_shared::layout::FilmPixel;
@@ -116,7 +116,7 @@ impl<'a> Offline<'a> {
     fn new(view: &'a SceneView<'a>, p: &DiParams, hits: &[PackedHit]) -> Self {
         let point = |(i, hit): (u32, &PackedHit)| {
             let [x, y] = [i % p.width, i / p.width];
-            let ray = camera_ray(&p.camera, false, 0, &Rng::new(x, y, p.frame, p.seed), x, y);
+            let ray = camera_ray(&p.camera, |u| in_pixel(false, u), 0, &Rng::new(x, y, p.frame, p.seed), x, y);
             (view.surface(&ray, &hit.unpack()), ray)
         };
         Self { view, points: (0..).zip(hits).map(point).collect(), width: p.width }

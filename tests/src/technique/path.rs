@@ -18,6 +18,7 @@ pub(super) const KNOWN: Known = Known {
             row("rough metal and plastic", "glossy", 2, "jitter=on"),
             row("coats with textures", "coats", 2, "max_depth=6"),
             row("environment", "tower", 2, "jitter=on,max_depth=6"),
+            row("a filter", "cornell", 3, "filter=blackman-harris"),
             row("masks", "masks", 4, "max_depth=6"),
             row("blended", "sheets", 4, "max_depth=6"),
         ],

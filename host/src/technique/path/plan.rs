@@ -2,11 +2,11 @@
 
 use super::PathSettings;
 use crate::plan::{ARENAS, Buffer, FramePlan, Pass};
-use crate::technique::Technique;
+use crate::technique::{PixelFilter, Technique};
 use crate::{Error, buffers::SceneBuffers, film::Film, render::Render};
 use restir_kernels::path::path;
 use restir_shared::film::MAX_BLOCK_LOG2;
-use restir_shared::technique::path::{PATH_JITTER, PATH_ROULETTE, PathParams};
+use restir_shared::technique::path::{PATH_BLACKMAN_HARRIS, PATH_JITTER, PATH_ROULETTE, PathParams};
 
 /// Samples in one dispatch, over all pixels, where the image is not larger: keeps a dispatch below a second or two.
 const DISPATCH_SAMPLES_LOG2: u32 = 20;
@@ -67,6 +67,10 @@ impl Passes<'_> {
         let plane = self.film.open(log2)?;
         let (settings, render) = (self.settings, self.render);
         let flag = |on, bit| if on { bit } else { 0 };
+        let spread = match settings.filter {
+            PixelFilter::Box => PATH_JITTER,
+            PixelFilter::BlackmanHarris => PATH_BLACKMAN_HARRIS,
+        };
         let params = PathParams {
             scene: self.scene.header,
             camera: render.camera(self.scene, 0).params(render.width, render.height),
@@ -76,7 +80,7 @@ impl Passes<'_> {
             block_log2: log2,
             seed: render.seed,
             max_depth: settings.max_depth,
-            flags: flag(settings.jitter, PATH_JITTER) | flag(settings.roulette, PATH_ROULETTE),
+            flags: flag(settings.jitter, spread) | flag(settings.roulette, PATH_ROULETTE),
             reserved: 0,
         };
         let bound = [ARENAS.as_slice(), &[("film", plane)]].concat();

@@ -5,6 +5,8 @@ use bytemuck::{Pod, Zeroable};
 
 /// Path tracing flag: samples are spread uniformly over the pixel instead of going through its centre.
 pub const PATH_JITTER: u32 = 1;
+/// Path tracing flag: samples are spread about the pixel with the density of the Blackman-Harris filter.
+pub const PATH_BLACKMAN_HARRIS: u32 = 4;
 /// Path tracing flag: Russian roulette on the throughput from the fourth segment on.
 pub const PATH_ROULETTE: u32 = 2;
 
@@ -31,7 +33,7 @@ pub struct PathParams {
     pub seed: u32,
     /// Longest path, in segments, at most [`MAX_DEPTH`]: 1 is directly visible emission, 2 adds direct light.
     pub max_depth: u32,
-    /// [`PATH_JITTER`] and [`PATH_ROULETTE`].
+    /// [`PATH_JITTER`] or [`PATH_BLACKMAN_HARRIS`], and [`PATH_ROULETTE`].
     pub flags: u32,
     /// Zero.
     pub reserved: u32,

@@ -1,7 +1,7 @@
 //! What a pixel sees.
 
 use super::{DiParams, Flags};
-use crate::camera::camera_ray;
+use crate::camera::{camera_ray, in_pixel};
 use crate::geometry::{Hit, Ray};
 use crate::layout::CameraParams;
 use crate::rng::Rng;
@@ -67,7 +67,7 @@ impl DiParams {
 impl View {
     #[inline(always)]
     fn ray(&self, [x, y]: [u32; 2], features: u32) -> Ray {
-        camera_ray(&self.camera, self.jitter, features, &Rng::new(x, y, self.frame, self.seed), x, y)
+        camera_ray(&self.camera, |u| in_pixel(self.jitter, u), features, &Rng::new(x, y, self.frame, self.seed), x, y)
     }
 
     #[inline(always)]
