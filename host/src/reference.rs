@@ -251,7 +251,7 @@ struct Store {
 impl Store {
     fn new(cache: &Path, scene: &SceneBuffers, batch: &Render, origin: &str) -> Result<Self, Error> {
         let digest = digest(scene, batch, origin);
-        let Integral { max_depth, jitter, multiscatter } = batch.technique.integral();
+        let Integral { max_depth, jitter, filter, multiscatter } = batch.technique.integral();
         let folder = cache.join(&digest);
         std::fs::create_dir_all(&folder).map_err(|error| Error::File {
             action: "write",
@@ -265,6 +265,7 @@ impl Store {
             ("bits", origin.to_owned()),
             ("max_depth", max_depth.to_string()),
             ("jitter", jitter.to_string()),
+            ("filter", filter.name().to_owned()),
             ("multiscatter", multiscatter.to_string()),
             ("batch_samples", BATCH_SAMPLES.to_string()),
         ];
@@ -341,10 +342,11 @@ mod tests {
     use super::*;
     use crate::exec::CpuExecutor;
     use crate::scene::Scene;
+    use crate::technique::PixelFilter;
 
     const SIZE: u32 = 6;
 
-    const INTEGRAL: Integral = Integral { max_depth: 3, jitter: false, multiscatter: true };
+    const INTEGRAL: Integral = Integral { max_depth: 3, jitter: false, filter: PixelFilter::Box, multiscatter: true };
 
     fn reference(cache: Option<&Path>, samples: u64, integral: Integral) -> Reference {
         made(cache, Goal { samples, time: None }, integral, &mut |_| Ok(())).unwrap()
@@ -391,8 +393,12 @@ mod tests {
         let close = |a: f64, b: f64| (a - b).abs() < 1e-6;
         assert!(more.values().iter().zip(whole.values()).all(|(&a, b)| close(a, b)), "it is the same estimate");
         let deeper = Integral { max_depth: 4, ..INTEGRAL };
-        assert_eq!(reference(cache, 128, deeper).samples(), 128);
-        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
+        let spread = Integral { jitter: true, ..INTEGRAL };
+        let filtered = Integral { filter: PixelFilter::BlackmanHarris, ..spread };
+        for other in [deeper, spread, filtered] {
+            assert_eq!(reference(cache, 128, other).samples(), 128);
+        }
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 4);
     }
 
     #[test]

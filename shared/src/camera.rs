@@ -4,7 +4,7 @@ use crate::geometry::Ray;
 use crate::layout::{CameraParams, FEATURE_BLEND};
 use crate::num;
 use crate::rng::{self, Rng};
-use crate::sampling::sample_concentric_disk;
+use crate::sampling::{sample_blackman_harris, sample_concentric_disk};
 use crate::vec::normalize;
 
 use glam::{UVec4, Vec2, Vec3};
@@ -36,12 +36,31 @@ pub fn has_lens(camera: &CameraParams) -> bool {
     num::max(camera.lens_right, camera.lens_up) > 0.0
 }
 
-/// The camera's ray of a sample of the pixel (x, y): through its centre, or anywhere in it with `jitter`; it has a random key where the
-/// scene's `features` say that there are blended surfaces.
+/// Width of the Blackman-Harris filter in pixels: that of Cycles by default.
+pub const BLACKMAN_HARRIS_WIDTH: f32 = 3.0;
+
+/// A point about a pixel, of two uniform numbers, with the density of the Blackman-Harris filter (filter importance sampling: Ernst,
+/// Stamminger and Greiner 2006). The mean over such points is the filtered image; none has a weight.
 #[inline(always)]
-pub fn camera_ray(camera: &CameraParams, jitter: bool, features: u32, rng: &Rng, x: u32, y: u32) -> Ray {
+pub fn about_pixel(u: Vec2) -> Vec2 {
+    let place = |u: f32| 0.5 + sample_blackman_harris(u) * BLACKMAN_HARRIS_WIDTH;
+    Vec2::new(place(u.x), place(u.y))
+}
+
+/// The camera's ray of a sample of the pixel (x, y): through its centre, or with `jitter` through the point that `place` makes of two
+/// uniform numbers, such as [`about_pixel`] or these numbers themselves, which are anywhere in the pixel. It has a random key where the scene's `features` say that there are blended surfaces.
+#[inline(always)]
+pub fn camera_ray(
+    camera: &CameraParams,
+    jitter: bool,
+    place: impl Fn(Vec2) -> Vec2,
+    features: u32,
+    rng: &Rng,
+    x: u32,
+    y: u32,
+) -> Ray {
     let words = if jitter | (features & FEATURE_BLEND != 0) { rng.draw(PIXEL_DIMENSION) } else { UVec4::ZERO };
-    let within = if jitter { Vec2::new(rng::unit(words.x), rng::unit(words.y)) } else { Vec2::splat(0.5) };
+    let within = if jitter { place(Vec2::new(rng::unit(words.x), rng::unit(words.y))) } else { Vec2::splat(0.5) };
     let lens = if has_lens(camera) {
         let words = rng.draw(LENS_DIMENSION);
         sample_concentric_disk(Vec2::new(rng::unit(words.x), rng::unit(words.y)))

@@ -12,6 +12,7 @@ use restir_shared::layout::{
     FEATURE_TEXTURES, FEATURE_TRANSMISSION, FEATURE_VOLUME,
 };
 use rspirv::dr::{Function, Instruction, Operand};
+use rspirv::spirv::Op;
 use std::collections::{HashMap, HashSet};
 use std::io::Write;
 use std::process::{Command, Stdio};
@@ -74,8 +75,8 @@ pub fn has_optimiser() -> bool {
 }
 
 /// The BLAKE3 hash of what is left of `path`, specialised to `features` and optimised: two sources that leave the same
-/// operations have the same hash. Identifiers are numbered in the order of their use, and types and constants are what they say:
-/// neither their numbers nor the order in which they are declared count.
+/// operations have the same hash. Identifiers are numbered in the order in which they are defined, and types and constants are what
+/// they say: neither their numbers nor the order in which they are declared count, nor that in which a phi names its blocks.
 ///
 /// # Errors
 /// A sentence, if the module or `spirv-opt` is missing or broken.
@@ -87,30 +88,36 @@ pub fn hash(flavour: Flavour, features: u32) -> Result<String, String> {
         let Some(id) = global.result_id else { continue };
         let decorated = module.annotations.iter().filter(|a| a.operands.first() == Some(&Operand::IdRef(id)));
         let decorations: Vec<String> = decorated.map(|a| format!("{:?}", &a.operands[1..])).collect();
-        let text = text(global, &mut |id| names.get(&id).cloned().unwrap_or_default());
+        let text = text(global, &names);
         names.insert(id, text + &decorations.concat());
     }
+    let instructions = || module.functions.iter().flat_map(Function::all_inst_iter);
+    names.extend((0_u32..).zip(instructions().filter_map(|i| i.result_id)).map(|(at, id)| (id, format!("%{at}"))));
     let mut hasher = blake3::Hasher::new();
-    let globals = names.len();
-    for instruction in module.functions.iter().flat_map(Function::all_inst_iter) {
-        let mut name = |id: u32| {
-            let next = format!("%{}", names.len() - globals);
-            names.entry(id).or_insert(next).clone()
-        };
-        hasher.update(text(instruction, &mut name).as_bytes());
-        hasher.update(instruction.result_id.map(name).unwrap_or_default().as_bytes());
+    for instruction in instructions() {
+        hasher.update(text(instruction, &names).as_bytes());
+        hasher.update(instruction.result_id.map(|id| name(id, &names)).unwrap_or_default().as_bytes());
     }
     Ok(hasher.finalize().to_hex().to_string())
 }
 
+fn name(id: u32, names: &HashMap<u32, String>) -> String {
+    names.get(&id).cloned().unwrap_or_default()
+}
+
 /// An instruction without its result, by the names of what it uses.
-fn text(instruction: &Instruction, name: &mut dyn FnMut(u32) -> String) -> String {
-    let kind = instruction.result_type.map(&mut *name);
-    let operands = instruction.operands.iter().map(|operand| match operand.id_ref_any() {
-        Some(id) => name(id),
+fn text(instruction: &Instruction, names: &HashMap<u32, String>) -> String {
+    let kind = instruction.result_type.map(|id| name(id, names));
+    let operand = |operand: &Operand| match operand.id_ref_any() {
+        Some(id) => name(id, names),
         None => format!("{operand:?}"),
-    });
-    format!("({} {kind:?} {:?})", instruction.class.opname, operands.collect::<Vec<_>>())
+    };
+    let mut operands: Vec<String> = instruction.operands.iter().map(operand).collect();
+    if instruction.class.opcode == Op::Phi {
+        // values with the blocks that they come from
+        operands.as_chunks_mut::<2>().0.sort();
+    }
+    format!("({} {kind:?} {operands:?})", instruction.class.opname)
 }
 
 fn optimise(words: &[u32]) -> Result<Vec<u32>, String> {
@@ -147,7 +154,7 @@ impl Content {
         let module = rspirv::dr::load_words(words).map_err(|state| format!("not a SPIR-V module: {state}"))?;
         let blocks = module.functions.iter().flat_map(|f| &f.blocks);
         let constants = module.types_global_values.iter().filter_map(|i| match i.operands[..] {
-            [rspirv::dr::Operand::LiteralBit32(bits)] if i.class.opcode == rspirv::spirv::Op::Constant => Some(bits),
+            [rspirv::dr::Operand::LiteralBit32(bits)] if i.class.opcode == Op::Constant => Some(bits),
             _ => None,
         });
         Ok(Self { operations: blocks.map(|b| b.instructions.len()).sum(), constants: constants.collect() })

@@ -158,11 +158,11 @@ fn painted(info: Value) -> Value {
     json!({ "pbrMetallicRoughness": { "baseColorTexture": info, "metallicFactor": 0.0, "roughnessFactor": 0.8 } })
 }
 
-fn png(side: u32, texel: impl Fn(u32, u32) -> [u8; 3]) -> Vec<u8> {
+fn png<const CHANNELS: usize>(side: u32, texel: impl Fn(u32, u32) -> [u8; CHANNELS]) -> Vec<u8> {
     let bytes: Vec<u8> = (0..side * side).flat_map(|i| texel(i % side, i / side)).collect();
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(&mut file, side, side);
-    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_color(if CHANNELS == 4 { png::ColorType::Rgba } else { png::ColorType::Rgb });
     encoder.set_depth(png::BitDepth::Eight);
     let written = encoder.write_header().and_then(|mut writer| {
         writer.write_image_data(&bytes)?;
@@ -175,6 +175,11 @@ fn png(side: u32, texel: impl Fn(u32, u32) -> [u8; 3]) -> Vec<u8> {
 /// Four by four texels, each of another colour.
 fn colors() -> Vec<u8> {
     png(4, |x, y| if (x + y) % 2 == 0 { [250, 60 * x as u8, 60 * y as u8] } else { [20, 90, 250 - 60 * y as u8] })
+}
+
+/// Grey, of sixteen alphas.
+fn translucent() -> Vec<u8> {
+    png(4, |x, y| [90, 90, 90, (17 * (4 * y + x)) as u8])
 }
 
 /// Roughness in green, metalness in blue.
@@ -221,6 +226,9 @@ pub fn textured() -> Vec<(&'static str, Vec<u8>)> {
     let leaf = json!({ "pbrMetallicRoughness": { "metallicFactor": 0.0 }, "extensions": {
         "KHR_materials_diffuse_transmission": {
             "diffuseTransmissionFactor": 0.4, "diffuseTransmissionColorFactor": [0.4, 0.9, 0.3] } } });
+    let coat = json!({ "pbrMetallicRoughness": { "metallicFactor": 0.0, "roughnessFactor": 0.4 }, "extensions": {
+        "KHR_materials_specular": { "specularFactor": 0.8, "specularColorFactor": [1.0, 3.0, 0.5],
+            "specularTexture": { "index": 0 }, "specularColorTexture": { "index": 1 } } } });
     let files = [
         ("nearest", base(json!({ "index": 0 }), sampler(NEAREST, [REPEAT; 2]))),
         ("linear", base(json!({ "index": 0 }), smooth())),
@@ -231,6 +239,7 @@ pub fn textured() -> Vec<(&'static str, Vec<u8>)> {
         ("metallic-roughness", with(metal, &[(metallic_roughness(), smooth())])),
         ("normal-map", with(bumpy, &[(bumps(), smooth()), (colors(), smooth())])),
         ("emission", with(glowing, &[(colors(), sampler(NEAREST, [REPEAT; 2]))])),
+        ("coat", with(coat, &[(translucent(), smooth()), (colors(), smooth())])),
         ("glass", stage(glass())),
         ("leaf", stage(leaf)),
         ("lights", lights()),
@@ -272,10 +281,12 @@ fn everything(base_color: Value) -> File {
     subject["normalTexture"] = json!({ "index": 2 });
     subject["emissiveTexture"] = json!({ "index": 3 });
     subject["emissiveFactor"] = json!([0.1, 0.1, 0.2]);
+    subject["extensions"] = json!({ "KHR_materials_specular": {
+        "specularTexture": { "index": 4 }, "specularColorTexture": { "index": 0 } } });
     let mut file = File::stage(json!([subject, lamp(), glass()]));
     let pane = [[-0.6, 0.2, 0.3], [0.6, 0.2, 0.3], [0.6, 1.2, 0.1], [-0.6, 1.2, 0.1]];
     file.quad("pane", pane, None, 1.0, 2);
-    for image in [colors(), metallic_roughness(), bumps(), JPEG.to_vec()] {
+    for image in [colors(), metallic_roughness(), bumps(), JPEG.to_vec(), translucent()] {
         file.texture(&image, sampler(LINEAR, [REPEAT, MIRROR]));
     }
     file
@@ -314,6 +325,8 @@ pub fn renumbered(scene: &Scene) -> Scene {
             &mut material.metallic_roughness_texture,
             &mut material.normal_texture,
             &mut material.emission_texture,
+            &mut material.specular_texture,
+            &mut material.specular_color_texture,
         ];
         for texture_use in slots.into_iter().flatten() {
             let own = textures.entry(texture_use.texture).or_insert_with(|| {

@@ -18,6 +18,7 @@ pub mod liveness;
 pub mod lockstep;
 pub mod masks;
 pub mod meshes;
+pub mod microsurface;
 pub mod native;
 pub mod num;
 pub mod oracle;

@@ -13,6 +13,7 @@ use restir_host::scene::{
 };
 use restir_shared::layout::CameraParams;
 use restir_shared::technique::path::PathParams;
+use std::sync::Arc;
 
 /// A planar quadrilateral, its corners counter-clockwise as seen from the front, with the index of its material.
 #[derive(Clone, Copy, Debug)]
@@ -252,11 +253,12 @@ pub fn buffers(name: &str) -> Result<SceneBuffers, Error> {
 }
 
 /// A built-in scene, or one of the harness: [`statue_by_night`], [`all_lights`], [`Panes`], [`unlit`], [`masks`], [`Sheets`] with
-/// glass and [`moving_alpha`] by `statue-by-night`, `all-lights`, `panes`, `unlit`, `masks`, `sheets` and `moving-alpha`.
+/// glass and [`moving_alpha`] by `statue-by-night`, `all-lights`, `coats`, `panes`, `unlit`, `masks`, `sheets` and `moving-alpha`.
 pub fn named(name: &str) -> Option<Scene> {
     match name {
         "statue-by-night" => Some(statue_by_night()),
         "all-lights" => Some(all_lights()),
+        "coats" => Some(coats()),
         "unlit" => Some(unlit()),
         "masks" => Some(masks::scene(Form::Masked)),
         "sheets" => Some(Sheets { glass: true }.scene()),
@@ -295,6 +297,22 @@ pub fn statue_by_night() -> Scene {
     let [statue, tower] = ["statue", "tower"].map(|name| builtin::scene(name).expect("built in"));
     let mut scene = Scene { name: "statue-by-night".to_owned(), environment: tower.environment, ..statue };
     scene.materials.iter_mut().for_each(|material| material.emission = [0.0; 3]);
+    scene
+}
+
+/// [`all_lights`], in which textures scale what the glossy surfaces reflect.
+pub fn coats() -> Scene {
+    let mut scene = Scene { name: "coats".to_owned(), ..all_lights() };
+    let texels = (0..16).map(|i| [40 * (i % 7), 255 - 17 * i, 90, 17 * i]).collect();
+    let (wrap, filter) = ([Wrap::Mirror; 2], Filter::Linear);
+    scene.textures.push(Texture { name: "scratches".to_owned(), size: [4, 4], texels, wrap, filter });
+    let glossy = scene.materials.iter().position(|material| material.name == "glossy").expect("it is there");
+    scene.materials[glossy].specular_texture = Some(TextureUse::new(0));
+    scene.materials[glossy].specular_color_texture = Some(TextureUse::new(0));
+    scene.materials[glossy].specular_color = [1.0, 2.0, 9.0];
+    for mesh in scene.meshes.iter_mut().map(Arc::make_mut).filter(|mesh| mesh.material == glossy) {
+        mesh.uvs = mesh.positions.iter().map(|[x, y, _]| [3.0 * x, 3.0 * y]).collect();
+    }
     scene
 }
 

@@ -82,7 +82,7 @@ const fn variant(name: &'static str, features: u32, edit: fn(&mut Scene)) -> Var
     Variant { name, features, edit }
 }
 
-const VARIANTS: [Variant; 14] = [
+const VARIANTS: [Variant; 15] = [
     variant("diffuse", FEATURE_EMISSIVE, |_| {}),
     variant("two powers", FEATURES_DIFFUSE, |scene| scene.materials[1].emission = [0.1, 0.2, 0.3]),
     variant("glossy", FEATURE_EMISSIVE | FEATURE_GLOSSY | FEATURE_MULTISCATTER, |scene| {
@@ -90,6 +90,12 @@ const VARIANTS: [Variant; 14] = [
     }),
     variant("coat", FEATURE_EMISSIVE | FEATURE_GLOSSY | FEATURE_MULTISCATTER | FEATURE_SPECULAR, |scene| {
         white(scene, |m| (m.ior, m.roughness, m.specular) = (1.5, 0.4, 0.5));
+    }),
+    variant("coat with textures", COAT_TEXTURED, |scene| {
+        textured(scene);
+        scene.textures[0].texels = [[255, 200, 90, 40], [30, 60, 90, 200]].into();
+        white(scene, |m| (m.ior, m.roughness, m.base_color_texture) = (1.5, 0.4, None));
+        white(scene, |m| (m.specular_texture, m.specular_color_texture) = ([Some(TextureUse::new(0)); 2]).into());
     }),
     variant("delta", FEATURE_EMISSIVE | FEATURE_DELTA, |scene| {
         white(scene, |m| (m.metallic, m.roughness) = (1.0, 0.0));
@@ -122,6 +128,8 @@ const VARIANTS: [Variant; 14] = [
     }),
 ];
 
+const COAT_TEXTURED: u32 =
+    FEATURE_EMISSIVE | FEATURE_SHADING | FEATURE_TEXTURES | FEATURE_GLOSSY | FEATURE_MULTISCATTER | FEATURE_SPECULAR;
 const ALPHA_TEXTURED: u32 = FEATURE_EMISSIVE | FEATURE_SHADING | FEATURE_TEXTURES | FEATURE_ALPHA;
 
 /// As [`textured`], with an alpha.

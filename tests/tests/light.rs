@@ -7,6 +7,7 @@ use restir_host::buffers::SceneBuffers;
 use restir_host::scene::{
     Camera, Environment, Filter, Instance, Light, LightKind, Material, Mesh, Scene, Texture, TextureUse, Volume, Wrap,
 };
+use restir_shared::bsdf::Material as Scattering;
 use restir_shared::camera::primary_ray;
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::glam::{Vec2, Vec3};
@@ -30,7 +31,7 @@ const SAMPLES: u32 = 1 << 17;
 restir_tests::suite! {
     punctual_lights_have_their_irradiance lights_of_all_kinds_add_up environment_is_seen_as_interpolated
     environment_has_its_irradiance textured_light_has_its_irradiance textures_are_interpolated
-    normal_maps_turn_the_normal interiors_absorb clear_glass_keeps_all_light smooth_normals_neither_leak_nor_gain
+    textures_scale_specular_reflection normal_maps_turn_the_normal interiors_absorb clear_glass_keeps_all_light smooth_normals_neither_leak_nor_gain
     lens_is_sharp_in_its_focus
 }
 
@@ -252,8 +253,11 @@ fn place(size: [u32; 2], used: &TextureUse, uv: DVec2) -> DVec2 {
     at * DVec2::from_array(size.map(f64::from))
 }
 
-/// Green of a texture at texture coordinates, decoded by `decode`.
-fn looked_up(t: &Texture, used: &TextureUse, uv: DVec2, decode: fn(f64) -> f64) -> f64 {
+const GREEN: usize = 1;
+const ALPHA: usize = 3;
+
+/// A channel of a texture at texture coordinates, decoded by `decode`.
+fn looked_up(t: &Texture, used: &TextureUse, uv: DVec2, channel: usize, decode: fn(f64) -> f64) -> f64 {
     let wrapped = |axis: usize, index: f64| {
         let n = f64::from(t.size[axis]);
         match t.wrap[axis] {
@@ -267,7 +271,7 @@ fn looked_up(t: &Texture, used: &TextureUse, uv: DVec2, decode: fn(f64) -> f64) 
     };
     let texel = |i: f64, j: f64| {
         let (x, y) = (wrapped(0, i) as u32, wrapped(1, j) as u32);
-        decode(f64::from(t.texels[(y * t.size[0] + x) as usize][1]) / 255.0)
+        decode(f64::from(t.texels[(y * t.size[0] + x) as usize][channel]) / 255.0)
     };
     let at = place(t.size, used, uv);
     match t.filter {
@@ -296,6 +300,10 @@ fn textures_are_interpolated() {
                 base_color_texture: Some(used),
                 emission_texture: Some(used),
                 metallic_roughness_texture: Some(used),
+                specular_texture: Some(used),
+                specular_color_texture: Some(used),
+                specular: 0.5,
+                specular_color: [3.0; 3],
                 ior: 1.5,
                 ..Material::emitter("m", [1.0; 3], [2.0; 3])
             };
@@ -316,13 +324,44 @@ fn textures_are_interpolated() {
                 if filter == Filter::Nearest && (at - at.round()).abs().min_element() < 13.0 * 4.0e-6 {
                     continue;
                 }
-                let color = looked_up(&image, &used, uv, srgb_decode);
-                let linear = looked_up(&image, &used, uv, |x| x);
+                let color = looked_up(&image, &used, uv, GREEN, srgb_decode);
+                let [linear, alpha] = [GREEN, ALPHA].map(|channel| looked_up(&image, &used, uv, channel, |x| x));
                 assert_close("base colour", f64::from(point.material.base_color.y), color, tolerance);
                 assert_close("emission", f64::from(point.emission.y), 2.0 * color, 2.0 * tolerance);
-                assert_close("roughness", f64::from(point.material.roughness), linear, tolerance);
+                let Scattering { roughness, specular, specular_color, .. } = point.material;
+                assert_close("roughness", f64::from(roughness), linear, tolerance);
+                assert_close("specular factor", f64::from(specular), 0.5 * alpha, tolerance);
+                assert_close("specular colour", f64::from(specular_color.y), 3.0 * color, 3.0 * tolerance);
             }
         }
+    }
+}
+
+/// A plastic floor under a lamp.
+fn plastic(textures: Vec<Texture>, specular: Material) -> SceneBuffers {
+    let material = Material { ior: 1.5, roughness: 0.3, ..specular };
+    let lamp = light(3.0, LightKind::Point { position: LAMP });
+    built(&Scene { textures, lights: vec![lamp], ..scene_of(vec![floor_mesh(1.0)], vec![material]) })
+}
+
+/// Where a texture of factor and colour has a texel, it reflects as a factor and a colour of that value do, bit for bit.
+fn textures_scale_specular_reflection() {
+    let texels: [[u8; 4]; 2] = [[200, 30, 90, 50], [0, 255, 160, 230]];
+    let halves = Texture { filter: Filter::Nearest, ..texture([2, 1], texels.to_vec()) };
+    let used = Some(TextureUse::new(0));
+    let white = || Material::diffuse("plastic", [0.25; 3]);
+    let textured = plastic(vec![halves], Material { specular_texture: used, specular_color_texture: used, ..white() });
+    let plain = plastic(Vec::new(), white());
+    for ([r, g, b, a], x) in texels.into_iter().zip([-0.5, 0.5]) {
+        let specular_color = [r, g, b].map(|code| srgb_decode(f64::from(code) / 255.0) as f32);
+        let constant =
+            plastic(Vec::new(), Material { specular: f32::from(a) * (1.0 / 255.0), specular_color, ..white() });
+        let ray = Ray { direction: Vec3::new(0.6, -0.8, 0.0), ..down([x - 0.6, 0.8, 0.1]) };
+        let seen = |buffers: &SceneBuffers| radiance(&buffers.view(), ray, &Rng::new(0, 0, 0, 0), 2, false);
+        let [found, expected, unscaled] = [&textured, &constant, &plain].map(seen);
+        assert_eq!(found, expected, "at {x}");
+        let difference = (found - unscaled).abs().max_element();
+        assert!(difference > 0.01 * unscaled.y, "at {x} {found} hardly differs from {unscaled}");
     }
 }
 
@@ -344,7 +383,7 @@ fn textured_light_has_its_irradiance() {
     let (x, z) = (0.2_f64, 0.6_f64);
     let irradiance = mean(|[u, v]| {
         let to_lamp = DVec3::new(u - 0.5 - x, 1.0, v - 0.5 - z);
-        5.0 * looked_up(&image, &used, DVec2::new(u, v), srgb_decode) / to_lamp.length_squared().powi(2)
+        5.0 * looked_up(&image, &used, DVec2::new(u, v), GREEN, srgb_decode) / to_lamp.length_squared().powi(2)
     });
     let exact = irradiance * f64::from(REFLECTANCE) / PI;
     // from the side, past the lamp

@@ -116,7 +116,8 @@ impl<'a> Offline<'a> {
     fn new(view: &'a SceneView<'a>, p: &DiParams, hits: &[PackedHit]) -> Self {
         let point = |(i, hit): (u32, &PackedHit)| {
             let [x, y] = [i % p.width, i / p.width];
-            let ray = camera_ray(&p.camera, false, 0, &Rng::new(x, y, p.frame, p.seed, Sampler::Independent), x, y);
+            let rng = Rng::new(x, y, p.frame, p.seed, Sampler::Independent);
+            let ray = camera_ray(&p.camera, false, |u| u, 0, &rng, x, y);
             (view.surface(&ray, &hit.unpack()), ray)
         };
         Self { view, points: (0..).zip(hits).map(point).collect(), width: p.width }

@@ -1,7 +1,7 @@
 //! `cargo xtask furnace`: how much light white surfaces return, with and without what single scattering loses.
 
 use clap::Args;
-use restir_tests::furnace::{BOUNDS, Cell, glass, opaque, tables};
+use restir_tests::furnace::{BOUNDS, Cell, glass, opaque, tables, walked, walked_tables};
 
 use crate::{Error, report};
 
@@ -33,13 +33,14 @@ pub fn run(options: &Options) -> Result<(), Error> {
          {error:.1e}. Opaque surfaces have to return {} to {} of it, within three standard errors; they return {least:.4} to {most:.4}. \
          Single scattering (`multiscatter=off`) returns as little as {least_single:.3}, and rough glass, whose losses do not come back, \
          as little as {least_glass:.3}. Made by `cargo xtask furnace --write`.\n\n## Opaque surfaces\n{}\n## Opaque surfaces, single \
-         scattering\n{}\n## Glass: what it reflects and lets through\n{}",
+         scattering\n{}\n## Glass: what it reflects and lets through\n{}{}",
         16 * samples,
         BOUNDS[0],
         BOUNDS[1],
         tables(&cells),
         tables(&single),
         tables(&glass),
+        walked_tables(&walked()),
     );
     report::publish("furnace", &text, options.write)?;
     let name = |cell: &Cell| format!("{:?} at {}: {:?}", cell.material, cell.cos, cell.returned);

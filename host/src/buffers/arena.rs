@@ -7,8 +7,8 @@ use glam::{DVec3, Vec3};
 use restir_shared::layout::{
     ALIAS_WORDS, ENVIRONMENT_WORDS, LIGHT_TRIANGLE, LIGHT_WORDS, MATERIAL_TWO_SIDED_EMISSION, MATERIAL_VOLUME,
     MATERIAL_WORDS, NONE, PUNCTUAL_DIRECTIONAL, PUNCTUAL_POINT, PUNCTUAL_WORDS, SLOT_BASE_COLOR, SLOT_EMISSION,
-    SceneHeader, TEXTURE_MIRROR_U, TEXTURE_MIRROR_V, TEXTURE_NEAREST, TEXTURE_REPEAT_U, TEXTURE_REPEAT_V, TEXTURE_SRGB,
-    TRIANGLE_ALPHA,
+    SLOT_SPECULAR_COLOR, SceneHeader, TEXTURE_MIRROR_U, TEXTURE_MIRROR_V, TEXTURE_NEAREST, TEXTURE_REPEAT_U,
+    TEXTURE_REPEAT_V, TEXTURE_SRGB, TRIANGLE_ALPHA,
 };
 use restir_shared::num::flush;
 use std::{iter::repeat_n, sync::Arc};
@@ -160,7 +160,7 @@ fn texture_use(scene: &Scene, texels: &Texels, slot: u32, used: Option<&TextureU
         Wrap::Mirror => mirror,
         Wrap::Clamp => 0,
     };
-    let srgb = slot == SLOT_BASE_COLOR || slot == SLOT_EMISSION;
+    let srgb = [SLOT_BASE_COLOR, SLOT_EMISSION, SLOT_SPECULAR_COLOR].contains(&slot);
     let flags = wrap(texture.wrap[0], TEXTURE_REPEAT_U, TEXTURE_MIRROR_U)
         | wrap(texture.wrap[1], TEXTURE_REPEAT_V, TEXTURE_MIRROR_V)
         | if texture.filter == Filter::Nearest { TEXTURE_NEAREST } else { 0 }

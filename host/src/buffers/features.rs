@@ -56,12 +56,14 @@ fn all_of(bits: &[(bool, u32)]) -> u32 {
 }
 
 fn of_material(m: &Material, alpha_flags: u32) -> u32 {
+    // a texture scales its factor by anything from 0 to 1
+    let scaled = m.specular_texture.is_some() || m.specular_color_texture.is_some();
     let scattering = Scattering {
         base_color: Vec3::from_array(m.base_color),
         metallic: m.metallic,
         roughness: m.roughness,
         ior: m.ior,
-        specular: m.specular,
+        specular: if scaled { 0.0 } else { m.specular },
         specular_color: Vec3::from_array(m.specular_color),
         transmission: m.transmission,
         diffuse_transmission: m.diffuse_transmission,
@@ -70,7 +72,6 @@ fn of_material(m: &Material, alpha_flags: u32) -> u32 {
     };
     let mut features = scattering.features();
     if m.metallic_roughness_texture.is_some() {
-        // a texture scales both factors by anything from 0 to 1
         features |= Scattering { metallic: 0.0, ..scattering }.features();
         features |= Scattering { roughness: 0.0, ..scattering }.features();
         features |= Scattering { metallic: 0.0, roughness: 0.0, ..scattering }.features();

@@ -1,5 +1,7 @@
 //! Materials: glTF's metallic-roughness model with its extensions.
 
+use restir_shared::layout::TEXTURE_SLOTS;
+
 /// How a surface scatters and emits light: the metallic-roughness model of glTF 2.0 with the extensions
 /// `KHR_materials_emissive_strength`, `_ior`, `_specular`, `_transmission`, `_diffuse_transmission` and `_volume`.
 ///
@@ -37,8 +39,12 @@ pub struct Material {
     pub ior: f32,
     /// Strength of the specular reflection of a dielectric that does not transmit, in [0, 1].
     pub specular: f32,
+    /// Linear, in alpha.
+    pub specular_texture: Option<TextureUse>,
     /// Scales that reflection at normal incidence, where it stays at most 1; linear RGB, not negative.
     pub specular_color: [f32; 3],
+    /// sRGB.
+    pub specular_color_texture: Option<TextureUse>,
     /// Share of the dielectric's light that is transmitted specularly instead of reflected diffusely, in [0, 1].
     pub transmission: f32,
     /// Share of the diffuse light that is transmitted diffusely, in [0, 1].
@@ -101,7 +107,9 @@ impl Material {
             two_sided_emission: false,
             ior: 1.0,
             specular: 1.0,
+            specular_texture: None,
             specular_color: [1.0; 3],
+            specular_color_texture: None,
             transmission: 0.0,
             diffuse_transmission: 0.0,
             diffuse_transmission_color: [1.0; 3],
@@ -110,9 +118,16 @@ impl Material {
     }
 
     /// Its textures, in the order of the slots of [`restir_shared::layout`].
-    pub fn textures(&self) -> [Option<&TextureUse>; 4] {
-        [&self.base_color_texture, &self.metallic_roughness_texture, &self.normal_texture, &self.emission_texture]
-            .map(Option::as_ref)
+    pub fn textures(&self) -> [Option<&TextureUse>; TEXTURE_SLOTS as usize] {
+        [
+            &self.base_color_texture,
+            &self.metallic_roughness_texture,
+            &self.normal_texture,
+            &self.emission_texture,
+            &self.specular_texture,
+            &self.specular_color_texture,
+        ]
+        .map(Option::as_ref)
     }
 
     /// Whether it has any texture.

@@ -6,6 +6,7 @@
 
 pub mod asked;
 pub mod explain;
+mod pixel_filter;
 pub mod render;
 
 use crate::exec::{Executor, Observer};
@@ -13,6 +14,7 @@ use crate::render::{Render, Rendered};
 use crate::settings::{Declared, Settings, unknown};
 use crate::{Error, buffers::SceneBuffers, image::Channel, plan::FramePlan};
 use explain::{Explanation, Subject};
+pub use pixel_filter::PixelFilter;
 use restir_shared::layout::FEATURE_MULTISCATTER;
 use std::{any::Any, fmt};
 
@@ -83,6 +85,8 @@ pub struct Integral {
     pub max_depth: u32,
     /// Camera rays are spread over the pixel instead of going through its centre.
     pub jitter: bool,
+    /// How they are spread.
+    pub filter: PixelFilter,
     /// The light that rough specular lobes lose in single scattering comes back.
     pub multiscatter: bool,
 }

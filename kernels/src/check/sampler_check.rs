@@ -56,6 +56,8 @@ pub struct SamplerResults {
     pub triangle: [f32; 4],
     /// Exponential, unbounded and bounded: distance, density, inverse.
     pub distances: [f32; 6],
+    /// Blackman-Harris window: place, density, inverse.
+    pub window: [f32; 3],
     /// Densities of cosine, hemisphere, cone and triangle; versine.
     pub densities: [f32; 5],
     /// Index, inverse of the choice; cell of the table, inverse; index by an alias table.
@@ -85,6 +87,7 @@ fn probe(o: SamplerOperands, items: u32, bounds: &[u32]) -> SamplerResults {
     let triangle = sample_triangle(u);
     let t = sample_exponential(u.x, o.rate);
     let s = sample_bounded_exponential(u.y, o.rate, o.t_max);
+    let x = sample_blackman_harris(u.x);
     let row = |i: u32| bounds[i as usize];
     let column = |_: u32, i: u32| bounds[i as usize];
     let chosen = sample_discrete(o.words[0], items, row);
@@ -105,6 +108,7 @@ fn probe(o: SamplerOperands, items: u32, bounds: &[u32]) -> SamplerResults {
             bounded_exponential_pdf(s, o.rate, o.t_max),
             invert_bounded_exponential(s, o.rate, o.t_max),
         ],
+        window: [x, blackman_harris_pdf(x), invert_blackman_harris(x)],
         densities: [
             cosine_hemisphere_pdf(cosine.z),
             uniform_hemisphere_pdf(cosine.z),

@@ -13,8 +13,8 @@ pub const MATERIAL_WORDS: u32 = 7;
 pub const SHADING_WORDS: u32 = 3;
 /// Words in a material's use of a texture.
 pub const TEXTURE_USE_WORDS: u32 = 3;
-/// Textures that a material can use: base colour, metallic-roughness, normal, emission.
-pub const TEXTURE_SLOTS: u32 = 4;
+/// Textures that a material can use: base colour, metallic-roughness, normal, emission, specular factor and colour.
+pub const TEXTURE_SLOTS: u32 = 6;
 /// Words in a punctual light.
 pub const PUNCTUAL_WORDS: u32 = 3;
 /// Words in the record of the environment.
@@ -59,6 +59,10 @@ pub const SLOT_METALLIC_ROUGHNESS: u32 = 1;
 pub const SLOT_NORMAL: u32 = 2;
 /// Texture slot: emission, sRGB.
 pub const SLOT_EMISSION: u32 = 3;
+/// Texture slot: alpha is the factor on specular reflection. From here on, slots are of [`FEATURE_SPECULAR`].
+pub const SLOT_SPECULAR: u32 = 4;
+/// Texture slot: colour of specular reflection, sRGB.
+pub const SLOT_SPECULAR_COLOR: u32 = 5;
 
 /// Texture flag: along u, the texture repeats. Without it and [`TEXTURE_MIRROR_U`], the edge continues.
 pub const TEXTURE_REPEAT_U: u32 = 1;
@@ -112,7 +116,7 @@ pub const FEATURE_CLEAR: u32 = 1 << 11;
 /// Scene feature: specular reflection whose losses come back (multiple scattering). It may be taken from a scene that has
 /// it, to render single scattering.
 pub const FEATURE_MULTISCATTER: u32 = 1 << 12;
-/// Scene feature: specular reflection scaled by factor and colour.
+/// Scene feature: specular reflection scaled by factor and colour, with or without textures.
 pub const FEATURE_SPECULAR: u32 = 1 << 14;
 /// Scene feature: surfaces that are not everywhere, by a mask or blended.
 pub const FEATURE_ALPHA: u32 = 1 << 13;

@@ -11,11 +11,13 @@
 //! | [`triangle`](sample_triangle) | barycentric coordinates | area |
 //! | [`exponential`](sample_exponential) | distances | length |
 //! | [`bounded_exponential`](sample_bounded_exponential) | distances up to a limit | length |
+//! | [`blackman_harris`](sample_blackman_harris) | places in a window of width 1 about 0 | length |
 //! | [`discrete`](sample_discrete) | indices, by an integer distribution function | counting |
 //! | [`table_2d`](sample_table_2d) | cells of a table and positions in them | the unit square |
 //! | [`alias`](sample_alias) | indices, by an alias table; without inverse | counting |
 
 mod alias;
+mod blackman_harris;
 mod cone;
 mod discrete;
 mod disk;
@@ -26,6 +28,7 @@ mod table;
 mod triangle;
 
 pub use alias::sample_alias;
+pub use blackman_harris::{blackman_harris_pdf, invert_blackman_harris, sample_blackman_harris};
 pub use cone::{cone_pdf, invert_cone, sample_cone, versine_of_sin2};
 pub use discrete::{CDF_END, Cell, discrete_probability, invert_discrete, sample_discrete};
 pub use disk::{concentric_disk_pdf, invert_concentric_disk, sample_concentric_disk};

@@ -6,7 +6,7 @@ use crate::layout::{
     FEATURE_ALPHA, FEATURE_BLEND, FEATURE_TEXTURES, MATERIAL_BLEND, MATERIAL_MASK, MATERIAL_WORDS, NONE,
     SLOT_BASE_COLOR,
 };
-use glam::Vec2;
+use glam::{UVec4, Vec2};
 
 impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     /// The flags of a material.
@@ -24,14 +24,19 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     /// The share of rays that meet a material at a point of a triangle: 0 or 1 of a mask.
     #[inline(always)]
     pub(super) fn coverage(&self, material: u32, triangle: u32, b: Vec2) -> f32 {
-        let flags = self.material_flags(material);
         let at = self.header.material_base + material * MATERIAL_WORDS;
-        let factors = self.attribute(at + 5);
         let uses = self.attribute(at + 1).w;
-        let mut alpha = f32::from_bits(factors.x);
+        let mut alpha = 1.0;
         if self.has(FEATURE_TEXTURES) && uses != NONE && self.has_texture(uses, SLOT_BASE_COLOR) {
-            alpha *= self.texture_alpha(uses, SLOT_BASE_COLOR, self.uv(triangle, b));
+            alpha = self.texture(uses, SLOT_BASE_COLOR, self.uv(triangle, b), true).x;
         }
+        self.share(self.material_flags(material), self.attribute(at + 5), alpha)
+    }
+
+    /// That share, of a material's flags, its word of alpha, and the alpha of its texture.
+    #[inline(always)]
+    pub(super) fn share(&self, flags: u32, factors: UVec4, texture: f32) -> f32 {
+        let alpha = f32::from_bits(factors.x) * texture;
         if self.is_blended(flags) {
             alpha
         } else if flags & MATERIAL_MASK == 0 || alpha >= f32::from_bits(factors.y) {

@@ -8,7 +8,7 @@ use crate::layout::{
     FEATURE_ALPHA, FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE, FEATURE_GLOSSY, FEATURE_SHADING,
     FEATURE_SPECULAR, FEATURE_TEXTURES, FEATURE_TRANSMISSION, FEATURE_VOLUME, MATERIAL_TWO_SIDED_EMISSION,
     MATERIAL_VOLUME, MATERIAL_WORDS, NONE, SHADING_WORDS, SLOT_BASE_COLOR, SLOT_EMISSION, SLOT_METALLIC_ROUGHNESS,
-    SLOT_NORMAL, TEXTURE_SLOTS,
+    SLOT_NORMAL, SLOT_SPECULAR, SLOT_SPECULAR_COLOR, TEXTURE_SLOTS,
 };
 use crate::num;
 use crate::pack::{decode_unit_vector, xyz};
@@ -48,6 +48,8 @@ struct Textures {
     metallic_roughness: Vec3,
     normal: Vec3,
     emission: Vec3,
+    specular: f32,
+    specular_color: Vec3,
 }
 
 impl Textures {
@@ -57,6 +59,8 @@ impl Textures {
         metallic_roughness: Vec3::ONE,
         normal: Vec3::new(0.5, 0.5, 1.0),
         emission: Vec3::ONE,
+        specular: 1.0,
+        specular_color: Vec3::ONE,
     };
 }
 
@@ -90,6 +94,12 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
             + Vec2::new(f(w2.z), f(w2.w)) * b.y
     }
 
+    /// How many slots a material of this scene's features may use.
+    #[inline(always)]
+    fn slots(&self) -> u32 {
+        if self.has(FEATURE_SPECULAR) { TEXTURE_SLOTS } else { SLOT_SPECULAR }
+    }
+
     /// Of the slots below `end`.
     #[inline(always)]
     fn textures(&self, uses: u32, uv: Vec2, end: u32) -> Textures {
@@ -97,13 +107,18 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
         let mut slot = 0;
         while slot < end {
             if self.has_texture(uses, slot) {
-                let value = self.texture(uses, slot, uv);
+                let specular = self.has(FEATURE_SPECULAR);
+                let value = self.texture(uses, slot, uv, specular & (slot == SLOT_SPECULAR));
                 if slot == SLOT_BASE_COLOR {
                     textures.base_color = value;
                 } else if slot == SLOT_METALLIC_ROUGHNESS {
                     textures.metallic_roughness = value;
                 } else if slot == SLOT_NORMAL {
                     textures.normal = value;
+                } else if specular & (slot == SLOT_SPECULAR) {
+                    textures.specular = value.x;
+                } else if specular & (slot == SLOT_SPECULAR_COLOR) {
+                    textures.specular_color = value;
                 } else {
                     textures.emission = value;
                 }
@@ -113,17 +128,43 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
         textures
     }
 
+    /// What the textures of emission and, where a scene has any, of alpha give. They are looked up in one place, for a look-up
+    /// takes much code.
+    #[inline(always)]
+    fn emission_and_alpha(&self, uses: u32, uv: Vec2) -> (Vec3, f32) {
+        let (mut emission, mut alpha) = (Vec3::ONE, 1.0);
+        let mut slot = SLOT_EMISSION;
+        loop {
+            let of_alpha = self.has(FEATURE_ALPHA) & (slot == SLOT_BASE_COLOR);
+            if self.has_texture(uses, slot) {
+                let value = self.texture(uses, slot, uv, of_alpha);
+                if of_alpha {
+                    alpha = value.x;
+                } else {
+                    emission = value;
+                }
+            }
+            if of_alpha | !self.has(FEATURE_ALPHA) {
+                return (emission, alpha);
+            }
+            slot = SLOT_BASE_COLOR;
+        }
+    }
+
     /// What a material emits at a point of a triangle.
     #[inline(always)]
     pub(super) fn emitter(&self, material: u32, triangle: u32, b: Vec2) -> Emitter {
         let at = self.header.material_base + material * MATERIAL_WORDS;
         let (a, e) = (self.attribute(at), self.attribute(at + 1));
         let mut emission = xyz(e);
-        if self.has(FEATURE_TEXTURES) && e.w != NONE && self.has_texture(e.w, SLOT_EMISSION) {
-            emission *= self.texture(e.w, SLOT_EMISSION, self.uv(triangle, b));
+        let mut alpha = 1.0;
+        if self.has(FEATURE_TEXTURES) && e.w != NONE {
+            let textures = self.emission_and_alpha(e.w, self.uv(triangle, b));
+            emission *= textures.0;
+            alpha = textures.1;
         }
         if self.has(FEATURE_ALPHA) {
-            emission *= self.coverage(material, triangle, b);
+            emission *= self.share(a.w, self.attribute(at + 5), alpha);
         }
         Emitter { emission, two_sided: a.w & MATERIAL_TWO_SIDED_EMISSION != 0, blended: self.is_blended(a.w) }
     }
@@ -193,7 +234,7 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
             };
             shading_normal = shading.normal;
             if textured {
-                textures = self.textures(word.w, shading.uv, if SHADED { TEXTURE_SLOTS } else { SLOT_NORMAL });
+                textures = self.textures(word.w, shading.uv, if SHADED { self.slots() } else { SLOT_NORMAL });
                 emission *= textures.emission;
                 if SHADED && self.has_texture(word.w, SLOT_NORMAL) {
                     let scale = f32::from_bits(self.attribute(at + 4).w);
@@ -206,6 +247,10 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
             material.base_color *= textures.base_color;
             material.roughness *= textures.metallic_roughness.y;
             material.metallic *= textures.metallic_roughness.z;
+        }
+        if self.has(FEATURE_TEXTURES) & self.has(FEATURE_SPECULAR) {
+            material.specular *= textures.specular;
+            material.specular_color *= textures.specular_color;
         }
         let TrianglePoint { position, normal, offset, .. } = p;
         SurfacePoint { position, normal, shading_normal, offset, material, emission, absorption }

@@ -39,21 +39,9 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
         self.attribute(self.header.material_base + uses + slot * TEXTURE_USE_WORDS).x != NONE
     }
 
-    /// RGB of a slot that has a texture.
+    /// RGB of a slot that has a texture, or with `alpha` three times that.
     #[inline(always)]
-    pub(super) fn texture(&self, uses: u32, slot: u32, uv: Vec2) -> Vec3 {
-        self.filtered::<false>(uses, slot, uv)
-    }
-
-    /// Alpha of a slot that has a texture.
-    #[inline(always)]
-    pub(super) fn texture_alpha(&self, uses: u32, slot: u32, uv: Vec2) -> f32 {
-        self.filtered::<true>(uses, slot, uv).x
-    }
-
-    /// RGB, or three times alpha.
-    #[inline(always)]
-    fn filtered<const ALPHA: bool>(&self, uses: u32, slot: u32, uv: Vec2) -> Vec3 {
+    pub(super) fn texture(&self, uses: u32, slot: u32, uv: Vec2, alpha: bool) -> Vec3 {
         let texture = self.texture_use(self.header.material_base + uses + slot * TEXTURE_USE_WORDS);
         let [a, b] = texture.transform;
         let u = taps(a.x * uv.x + a.y * uv.y + a.z, texture.width, texture.flags);
@@ -66,7 +54,7 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
         while corner < 4 {
             let (x, wx) = if corner & 1 == 0 { (u.first, 1.0 - share_u) } else { (u.second, share_u) };
             let (y, wy) = if corner & 2 == 0 { (v.first, 1.0 - share_v) } else { (v.second, share_v) };
-            sum += self.texel::<ALPHA>(&texture, y * texture.width + x) * (wx * wy);
+            sum += self.texel(&texture, y * texture.width + x, alpha) * (wx * wy);
             corner += 1;
         }
         sum
@@ -80,10 +68,10 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     }
 
     #[inline(always)]
-    fn texel<const ALPHA: bool>(&self, texture: &TextureUse, index: u32) -> Vec3 {
+    fn texel(&self, texture: &TextureUse, index: u32, alpha: bool) -> Vec3 {
         let rgba = component(self.texel_word(texture.base + (index >> 2)), index & 3);
         let code = |shift: u32| rgba >> shift & 0xff;
-        if ALPHA {
+        if alpha {
             Vec3::splat(code(24) as f32 * INV_255)
         } else if texture.flags & TEXTURE_SRGB != 0 {
             let linear = |code: u32| f32::from_bits(self.texel_word(self.header.srgb_base + code).x);

@@ -43,7 +43,7 @@ pub(super) const KNOWN: Known = Known {
 };
 
 /// All forms of MIS and uses of visibility, in time, in space and both at once.
-const ROWS: [Row; 28] = [
+const ROWS: [Row; 29] = [
     row("1/M, temporal", "cornell", 2, "mis=1/m,temporal=on,visibility_reuse=candidates,visibility=ray,spatial=0"),
     row("1/Z, spatial", "cornell", 2, "mis=1/z,neighbours=4,visibility_reuse=weights,visibility=ray"),
     row(
@@ -74,6 +74,7 @@ const ROWS: [Row; 28] = [
     row("glass, averaged in time", "panes", 2, "temporal=on,visibility_reuse=candidates,visibility=averaged,spatial=0"),
     row("glass, selected", "panes", 2, "mis=pairwise-defensive,neighbours=4,scatter=on"),
     row("masks", "masks", 3, "mis=pairwise,temporal=on,neighbours=3,scatter=on,still=on"),
+    row("coats with textures", "coats", 2, "mis=pairwise,temporal=on,neighbours=3,scatter=on"),
     row("blended, glass", "sheets", 3, "mis=contribution,temporal=on,neighbours=3,scatter=on,tiles=3x50"),
     row(
         "blended, weights",

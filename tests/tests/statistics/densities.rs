@@ -3,10 +3,10 @@
 use crate::support::{DRAWS, ROUNDING, numbers};
 use glam::{Vec2, Vec3};
 use restir_shared::sampling::{
-    bounded_exponential_pdf, concentric_disk_pdf, cone_pdf, cosine_hemisphere_pdf, exponential_pdf,
-    sample_bounded_exponential, sample_concentric_disk, sample_cone, sample_cosine_hemisphere, sample_exponential,
-    sample_triangle, sample_uniform_hemisphere, sample_uniform_sphere, triangle_pdf, uniform_hemisphere_pdf,
-    uniform_sphere_pdf, versine_of_sin2,
+    blackman_harris_pdf, bounded_exponential_pdf, concentric_disk_pdf, cone_pdf, cosine_hemisphere_pdf,
+    exponential_pdf, sample_blackman_harris, sample_bounded_exponential, sample_concentric_disk, sample_cone,
+    sample_cosine_hemisphere, sample_exponential, sample_triangle, sample_uniform_hemisphere, sample_uniform_sphere,
+    triangle_pdf, uniform_hemisphere_pdf, uniform_sphere_pdf, versine_of_sin2,
 };
 use restir_tests::stats::{Cap, Disk, Domain, FAMILY_RATE, Family, Line, Moments, SamplerTest, Triangle, ZTest};
 use std::f64::consts::{FRAC_1_PI, PI, TAU};
@@ -73,6 +73,12 @@ fn distances(name: &str, limit: f32, sample: impl Map<f32, f32>, pdf: impl Map<f
     Sampler::new(name, Line { lo: 0.0, hi: limit.into() }, [1024, 1], sample, move |t| pdf(*t as f32))
 }
 
+/// A sampler of places in the Blackman-Harris window.
+fn window(name: &str, sample: impl Map<f32, f32>) -> Sampler {
+    let sample = move |i| sample(numbers(i, 6).x).into();
+    Sampler::new(name, Line { lo: -0.5, hi: 0.5 }, [1024, 1], sample, |x| blackman_harris_pdf(*x as f32))
+}
+
 fn all_directions() -> Vec<Sampler> {
     let mut all = vec![
         directions("cosine hemisphere", 1.0, sample_cosine_hemisphere, cosine_hemisphere_pdf),
@@ -96,6 +102,7 @@ fn all_distances() -> Vec<Sampler> {
         let pdf = move |t| bounded_exponential_pdf(t, rate, T_MAX);
         distances(&name, T_MAX, move |u| sample_bounded_exponential(u, rate, T_MAX), pdf)
     }));
+    all.push(window("Blackman-Harris window", sample_blackman_harris));
     all
 }
 
@@ -131,7 +138,30 @@ pub(crate) fn distances_have_their_density() {
     let mut family = family("distances", all_distances());
     let values = (0..DRAWS / 8).map(|i| sample_exponential(numbers(i, 5).x, RATE).into()).collect();
     family.kolmogorov("exponential", values, |t: f64| -(-f64::from(RATE) * t).exp_m1());
+    let values = (0..DRAWS / 8).map(|i| sample_blackman_harris(numbers(i, 6).x).into()).collect();
+    family.kolmogorov("Blackman-Harris window", values, blackman_harris_cdf);
     family.assert();
+}
+
+/// The integral of the four-term window (Harris 1978) over its mean.
+fn blackman_harris_cdf(x: f64) -> f64 {
+    let wave = |k: f64, a: f64| a / 0.358_75 * (TAU * k * x).sin() / (TAU * k);
+    0.5 + x + wave(1.0, 0.488_29) + wave(2.0, 0.141_28) + wave(3.0, 0.011_68)
+}
+
+/// Every random number is the probability of its half of the window, to 1.4 steps of random numbers, and those of the upper half are those
+/// of the lower one with the other sign.
+pub(crate) fn window_has_its_distribution() {
+    const CELLS: u64 = 1 << 24;
+    let place = |cell: u64| sample_blackman_harris(cell as f32 / CELLS as f32);
+    let mut worst = 0.0_f64;
+    for cell in (0..4096).chain((4096..CELLS / 2).step_by(31)) {
+        let x = place(cell);
+        assert_eq!(place(CELLS - 1 - cell), -x);
+        worst = worst.max((blackman_harris_cdf(x.into()) * CELLS as f64 - (cell as f64 + 0.5)).abs());
+    }
+    println!("worst: {worst:.2} steps");
+    assert!(worst <= 1.6, "{worst} steps");
 }
 
 /// The projection of the cosine hemisphere is uniform on the disk (Malley), so x and y have the semicircle's density; the
@@ -194,6 +224,7 @@ pub(crate) fn wrong_samplers_are_seen() {
         disk("a square as disk", |u| u * 2.0 - Vec2::ONE),
         triangle("a clustered triangle", clustered),
         distances("limited instead of bounded", T_MAX, |u| sample_exponential(u, RATE).min(T_MAX), bounded),
+        window("a window too wide by 0.5 %", |u| sample_blackman_harris(u) * 1.005),
         distances("twice the rate", T_MAX, |u| sample_bounded_exponential(u, 2.0 * RATE, T_MAX), bounded),
     ];
     for sampler in wrong {

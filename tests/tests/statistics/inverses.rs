@@ -3,10 +3,10 @@
 use crate::support::{DRAWS, ROUNDING, numbers};
 use glam::{Vec2, Vec3};
 use restir_shared::sampling::{
-    invert_bounded_exponential, invert_concentric_disk, invert_cone, invert_cosine_hemisphere, invert_exponential,
-    invert_triangle, invert_uniform_hemisphere, invert_uniform_sphere, sample_bounded_exponential,
-    sample_concentric_disk, sample_cone, sample_cosine_hemisphere, sample_exponential, sample_triangle,
-    sample_uniform_hemisphere, sample_uniform_sphere,
+    invert_blackman_harris, invert_bounded_exponential, invert_concentric_disk, invert_cone, invert_cosine_hemisphere,
+    invert_exponential, invert_triangle, invert_uniform_hemisphere, invert_uniform_sphere, sample_blackman_harris,
+    sample_bounded_exponential, sample_concentric_disk, sample_cone, sample_cosine_hemisphere, sample_exponential,
+    sample_triangle, sample_uniform_hemisphere, sample_uniform_sphere,
 };
 
 /// Draws of each sampler.
@@ -87,6 +87,14 @@ pub(crate) fn distances_invert() {
     }
 }
 
+pub(crate) fn the_window_inverts() {
+    // sampling leaves 1.4 steps of random numbers, the distribution function is rounded as often again, and half a step is its middle
+    assert_returns("Blackman-Harris window", 4.0, |i| {
+        let u = numbers(i, 6).x;
+        (f64::from(u) - f64::from(invert_blackman_harris(sample_blackman_harris(u)))).abs()
+    });
+}
+
 /// Values at the ends, and beyond by a rounding: no inverse leaves [0, 1), so its numbers can be sampled again.
 pub(crate) fn inverses_stay_below_one() {
     let check = |name: &str, u: Vec2| {
@@ -106,5 +114,6 @@ pub(crate) fn inverses_stay_below_one() {
     for t in [0.0, 1.0, above, 1.0e30] {
         check("exponential", Vec2::splat(invert_exponential(t, 100.0)));
         check("bounded exponential", Vec2::splat(invert_bounded_exponential(t, 100.0, 1.0)));
+        check("Blackman-Harris window", Vec2::new(invert_blackman_harris(t), invert_blackman_harris(-t)));
     }
 }

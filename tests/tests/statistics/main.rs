@@ -20,12 +20,12 @@ restir_tests::suite! {
     }
     densities {
         directions_have_their_density points_have_their_density distances_have_their_density
-        moments_of_the_cosine_hemisphere densities_integrate_to_one wrong_samplers_are_seen
+        window_has_its_distribution moments_of_the_cosine_hemisphere densities_integrate_to_one wrong_samplers_are_seen
     }
     discrete {
         alias_table_has_its_probabilities lights_have_their_density discrete_has_its_probabilities
         what_a_choice_leaves_is_uniform reuse_without_remapping_is_seen table_has_its_density discrete_inverts
     }
-    inverses { directions_invert points_invert distances_invert inverses_stay_below_one }
+    inverses { directions_invert points_invert distances_invert the_window_inverts inverses_stay_below_one }
     stress { ends_of_ranges_hold scenes_hold_at_their_ends frames_hold_at_their_ends forms_that_cancel_are_seen }
 }

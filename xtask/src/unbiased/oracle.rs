@@ -4,7 +4,7 @@
 use glam::DVec3;
 use restir_host::buffers::SceneBuffers;
 use restir_host::scene::Scene;
-use restir_host::technique::Integral;
+use restir_host::technique::{Integral, PixelFilter};
 use restir_tests::oracle::{Camera, Oracle, Triangle};
 
 use super::SIZE;
@@ -16,8 +16,12 @@ const MAX_TRIANGLES: usize = 500;
 /// The scene in the oracle's form.
 ///
 /// # Errors
-/// [`Error::Environment`] for a scene that is too large.
+/// [`Error::Environment`] for a scene that is too large, and for a filter that it has not.
 pub(super) fn oracle(scene: &Scene, buffers: &SceneBuffers, integral: Integral) -> Result<Oracle, Error> {
+    if integral.filter != PixelFilter::Box {
+        let problem = "brute force has no filter but the box; test other settings than those of the reference";
+        return Err(Error::Environment(problem.to_owned()));
+    }
     // what has no time is at time 0
     let scene = &scene.at(0.0);
     let count: usize = scene.instances.iter().map(|i| scene.meshes[i.mesh].indices.len()).sum();

@@ -7,7 +7,7 @@ use restir_host::exec::CpuExecutor;
 use restir_host::render::{self, Render};
 use restir_host::scene::{Scene, builtin};
 use restir_host::technique::path::PathSettings;
-use restir_host::technique::{Integral, Repeats, Technique};
+use restir_host::technique::{Integral, PixelFilter, Repeats, Technique};
 use restir_tests::scenes::named;
 use restir_tests::stats::Moments;
 
@@ -83,13 +83,14 @@ impl<'a> Stage<'a> {
     /// Path tracing with the technique's integral, or the oracle, if that is what the technique is.
     fn reference(&mut self, cell: &Cell) -> Result<Vec<Moments>, Error> {
         let integral = cell.technique.integral();
-        let Integral { max_depth, jitter, multiscatter } = integral;
+        let Integral { max_depth, jitter, filter, multiscatter } = integral;
         let path: Box<dyn Technique> = PathSettings::of(integral).into();
         let is_itself = *path == *cell.technique;
         let by = if is_itself { "oracle" } else { "reference" };
         let [jitter, single] =
             [(jitter, "-jitter"), (!multiscatter, "-single")].map(|(on, name)| if on { name } else { "" });
-        let name = format!("{by}-{max_depth}{jitter}{single}");
+        let filter = if filter == PixelFilter::Box { String::new() } else { format!("-{}", filter.name()) };
+        let name = format!("{by}-{max_depth}{jitter}{filter}{single}");
         if let Some(known) = self.references.get(&name) {
             return Ok(known.clone());
         }

@@ -251,13 +251,16 @@ impl Series {
 mod tests {
     use super::*;
     use restir::reference::{self, Goal};
-    use restir::{exec::CpuExecutor, scene::Scene, technique::Integral, technique::path::PathSettings};
+    use restir::technique::{Integral, PixelFilter};
+    use restir::{exec::CpuExecutor, scene::Scene, technique::path::PathSettings};
     use restir_shared::rng::Sampler;
     use std::sync::OnceLock;
     use table::Setup;
 
-    const PICTURE: Picture =
-        Picture { size: [16; 2], integral: Integral { max_depth: 4, jitter: false, multiscatter: true } };
+    const PICTURE: Picture = Picture {
+        size: [16; 2],
+        integral: Integral { max_depth: 4, jitter: false, filter: PixelFilter::Box, multiscatter: true },
+    };
 
     /// A small benchmark of the furnace; it is run once.
     pub(super) fn furnace() -> SceneResult {

@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-use restir::technique::Integral;
+use restir::technique::{Integral, PixelFilter};
 
 use super::against::{Change, Ratio};
 use super::equal_time::{self, Comparison};
@@ -36,8 +36,12 @@ pub(crate) fn markdown(report: &Report<'_>) -> String {
 }
 
 fn heading(setup: &Setup) -> String {
-    let Integral { max_depth, jitter, multiscatter } = setup.picture.integral;
-    let pixel = if jitter { "spread over the pixel" } else { "through the pixel's centre" };
+    let Integral { max_depth, jitter, filter, multiscatter } = setup.picture.integral;
+    let pixel = match filter {
+        _ if !jitter => "through the pixel's centre",
+        PixelFilter::Box => "spread over the pixel",
+        PixelFilter::BlackmanHarris => "spread by the Blackman-Harris filter",
+    };
     let scattering = if multiscatter { "" } else { ", specular lobes of single scattering" };
     format!(
         "# Error against run time\n\n{}\n\

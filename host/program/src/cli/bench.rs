@@ -136,7 +136,7 @@ fn technique(text: &str, picture: Picture) -> Result<Technique, Error> {
     let own = changes.iter().any(|change| change.starts_with("jitter="));
     let technique = configured(name, &changes, Some(max_depth), (!own).then_some(jitter))?;
     let problem = format_args!(
-        "the technique {text} has a depth, jitter or multiscatter of its own, so that errors cannot be compared; give --max-depth, \
+        "the technique {text} has a depth, jitter, filter or multiscatter of its own, so that errors cannot be compared; give --max-depth, \
          --jitter or --no-jitter to all"
     );
     require(technique.integral() == picture.integral, problem)?;
@@ -275,7 +275,10 @@ mod tests {
     use super::*;
 
     fn picture(max_depth: u32, jitter: bool) -> Picture {
-        Picture { size: [8; 2], integral: Integral { max_depth, jitter, multiscatter: true } }
+        Picture {
+            size: [8; 2],
+            integral: Integral { max_depth, jitter, filter: technique::PixelFilter::Box, multiscatter: true },
+        }
     }
 
     #[test]

@@ -6,7 +6,14 @@ use std::time::Duration;
 use clap::ValueEnum;
 use restir::image::{MAX_SIDE, write_png};
 use restir::reference::{Goal, Picture, Reference};
-use restir::{Error, buffers::SceneBuffers, exec::Executor, render::Progress, scene::Environment, technique::Integral};
+use restir::{
+    Error,
+    buffers::SceneBuffers,
+    exec::Executor,
+    render::Progress,
+    scene::Environment,
+    technique::{Integral, PixelFilter},
+};
 
 use super::bench::{REPORT, prepare_output, setup, write_text};
 use super::render::{Size, natural};
@@ -20,7 +27,7 @@ const MAX_RESTARTS: u32 = 4096;
 const MAX_FRAMES: u32 = 4096;
 const REFERENCE_SECONDS: u64 = 150;
 /// What all figures show: direct light at the centres of pixels.
-const DIRECT: Integral = Integral { max_depth: 2, jitter: false, multiscatter: true };
+const DIRECT: Integral = Integral { max_depth: 2, jitter: false, filter: PixelFilter::Box, multiscatter: true };
 /// Frames of `seed002-fig1` that do not count.
 const UNCOUNTED: u32 = 16;
 

@@ -57,6 +57,7 @@ pub(super) fn of_reference(scene: &str, integral: Integral, reference: &Referenc
         ("samples", reference.samples().to_string()),
         ("max_depth", integral.max_depth.to_string()),
         ("jitter", integral.jitter.to_string()),
+        ("filter", integral.filter.name().to_owned()),
         ("multiscatter", integral.multiscatter.to_string()),
         ("dropped_samples", reference.dropped_samples().to_string()),
         ("version", env!("CARGO_PKG_VERSION").to_owned()),

@@ -25,7 +25,7 @@ impl Document {
             "roughnessFactor": material.roughness,
         });
         let slots = material.textures().map(|slot| slot.map(|used| self.texture_use(used)).transpose());
-        let [base_color, metallic_roughness, normal, emission] = slots;
+        let [base_color, metallic_roughness, normal, emission, specular, specular_color] = slots;
         put(&mut surface, "baseColorTexture", base_color?);
         put(&mut surface, "metallicRoughnessTexture", metallic_roughness?);
         let strength = power_of_two_above(material.emission);
@@ -50,27 +50,31 @@ impl Document {
             }
             AlphaMode::Blend => converted["alphaMode"] = json!("BLEND"),
         }
-        converted["extensions"] = self.extensions(material, strength);
+        converted["extensions"] = self.extensions(material, strength, [specular?, specular_color?]);
         Ok(converted)
     }
 
-    fn extensions(&mut self, material: &Material, strength: f32) -> Value {
+    /// All extensions; `specular_textures` are of the factor and of the colour.
+    fn extensions(&mut self, material: &Material, strength: f32, specular_textures: [Option<Value>; 2]) -> Value {
         let plain = Material::diffuse("", [0.0; 3]);
         let mut extensions = json!({});
-        let mut put = |name: &'static str, members: Value| extensions[self.extension(name)] = members;
+        let mut add = |name: &'static str, members: Value| extensions[self.extension(name)] = members;
         if strength != 1.0 {
-            put("KHR_materials_emissive_strength", json!({ "emissiveStrength": strength }));
+            add("KHR_materials_emissive_strength", json!({ "emissiveStrength": strength }));
         }
         // Absent, it is not that of `plain`.
-        put("KHR_materials_ior", json!({ "ior": material.ior }));
+        add("KHR_materials_ior", json!({ "ior": material.ior }));
         let specular = |material: &Material| (material.specular, material.specular_color);
-        if specular(material) != specular(&plain) {
-            let members =
+        if specular(material) != specular(&plain) || specular_textures.iter().any(Option::is_some) {
+            let mut members =
                 json!({ "specularFactor": material.specular, "specularColorFactor": material.specular_color });
-            put("KHR_materials_specular", members);
+            let [factor, color] = specular_textures;
+            put(&mut members, "specularTexture", factor);
+            put(&mut members, "specularColorTexture", color);
+            add("KHR_materials_specular", members);
         }
         if material.transmission != plain.transmission {
-            put("KHR_materials_transmission", json!({ "transmissionFactor": material.transmission }));
+            add("KHR_materials_transmission", json!({ "transmissionFactor": material.transmission }));
         }
         let diffuse = |material: &Material| (material.diffuse_transmission, material.diffuse_transmission_color);
         if diffuse(material) != diffuse(&plain) {
@@ -78,7 +82,7 @@ impl Document {
                 "diffuseTransmissionFactor": material.diffuse_transmission,
                 "diffuseTransmissionColorFactor": material.diffuse_transmission_color,
             });
-            put("KHR_materials_diffuse_transmission", members);
+            add("KHR_materials_diffuse_transmission", members);
         }
         if let Some(Volume { attenuation_color, attenuation_distance }) = material.volume {
             // Any thickness makes a volume; path tracers take the surface's own.
@@ -86,7 +90,7 @@ impl Document {
             if attenuation_distance.is_finite() {
                 members["attenuationDistance"] = json!(attenuation_distance);
             }
-            put("KHR_materials_volume", members);
+            add("KHR_materials_volume", members);
         }
         extensions
     }

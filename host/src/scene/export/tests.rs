@@ -51,7 +51,9 @@ fn everything() -> Scene {
         two_sided_emission: true,
         ior: 1.33,
         specular: 0.6,
+        specular_texture: Some(TextureUse::new(2)),
         specular_color: [0.5, 0.25, 3.0],
+        specular_color_texture: Some(turned),
         ..Material::emitter("glazed", [0.1, 0.2, 0.3], [0.7, 33.3, 1e-7])
     };
     let glass = Material {

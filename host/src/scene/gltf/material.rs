@@ -57,14 +57,18 @@ impl Importer<'_> {
     fn converted(&mut self, name: String, material: &json::Material) -> Result<(Material, Needs), Problem> {
         let surface = &material.pbr_metallic_roughness;
         let normal = material.normal_texture.as_ref();
+        let extensions = material.extensions.as_ref();
+        let specular = extensions.and_then(|extensions| extensions.specular.as_ref());
         let slots = [
             surface.base_color_texture.as_ref().map(Slot::from),
             surface.metallic_roughness_texture.as_ref().map(Slot::from),
             normal.map(Slot::from),
             material.emissive_texture.as_ref().map(Slot::from),
+            specular.and_then(|specular| specular.specular_texture.as_ref()).map(Slot::from),
+            specular.and_then(|specular| specular.specular_color_texture.as_ref()).map(Slot::from),
         ];
         let needs = Needs { uv_set: self.uv_set(&slots), tangents: normal.is_some() };
-        let [base_color, metallic_roughness, normal_map, emission] =
+        let [base_color, metallic_roughness, normal_map, emission, specular, specular_color] =
             slots.map(|slot| slot.map(|slot| self.texture_use(&slot)).transpose());
         let [r, g, b, alpha] = surface.base_color_factor.0;
         let mut converted = Material {
@@ -79,10 +83,12 @@ impl Importer<'_> {
             normal_scale: normal.map_or(1.0, |normal| normal.scale),
             emission: material.emissive_factor.0,
             emission_texture: emission?,
+            specular_texture: specular?,
+            specular_color_texture: specular_color?,
             ior: DEFAULT_IOR,
             ..Material::diffuse(name, [0.0; 3])
         };
-        if let Some(extensions) = &material.extensions {
+        if let Some(extensions) = extensions {
             self.extend(&mut converted, extensions);
         }
         // A black surface emits on neither side.
@@ -134,8 +140,7 @@ impl Importer<'_> {
         material.specular = self.unit("specular factor", [specular.specular_factor.0])[0];
         material.specular_color = specular.specular_color_factor.0;
         let textured = specular.specular_texture.is_some() || specular.specular_color_texture.is_some();
-        self.warn_if(textured, "its textures of specular reflection are ignored");
-        let scaled = material.specular != 1.0 || material.specular_color != [1.0; 3];
+        let scaled = textured || material.specular != 1.0 || material.specular_color != [1.0; 3];
         let warning = "its specular factor and colour do not scale what its transmitting part reflects";
         self.warn_if(scaled && material.transmission > 0.0, warning);
     }

@@ -8,7 +8,7 @@ mod vertices;
 pub use replay::{film, params};
 pub use vertices::{Emission, Escape, NextEvent, Path, Vertex, explain_sample};
 
-use super::{About, Integral, Repeats, Technique};
+use super::{About, Integral, PixelFilter, Repeats, Technique};
 use crate::technique::explain::{Explanation, Subject};
 use crate::{Error, buffers::SceneBuffers, exec::Executor, plan::FramePlan, render::Render};
 use restir_shared::rng::Sampler;
@@ -21,6 +21,8 @@ crate::settings! {
         roulette: bool = false;
         /// Samples are spread over the pixel instead of going through its centre.
         jitter: bool = true;
+        /// How they are spread: evenly over the pixel, or by a window 3 pixels wide.
+        filter: PixelFilter = PixelFilter::Box;
         /// The light that rough specular lobes lose in single scattering comes back.
         multiscatter: bool = true;
         /// How samples are spread.
@@ -36,8 +38,8 @@ crate::settings! {
 impl PathSettings {
     /// The reference of all techniques that have this integral.
     pub fn of(integral: Integral) -> Self {
-        let Integral { max_depth, jitter, multiscatter } = integral;
-        Self { max_depth, jitter, multiscatter, ..Self::default() }
+        let Integral { max_depth, jitter, filter, multiscatter } = integral;
+        Self { max_depth, jitter, filter, multiscatter, ..Self::default() }
     }
 }
 
@@ -57,10 +59,16 @@ impl Technique for PathSettings {
     }
 
     fn integral(&self) -> Integral {
-        Integral { max_depth: self.max_depth, jitter: self.jitter, multiscatter: self.multiscatter }
+        let Self { max_depth, jitter, filter, multiscatter, .. } = *self;
+        Integral { max_depth, jitter, filter, multiscatter }
     }
 
     fn check(&self, _scene: &SceneBuffers, _render: &Render) -> Result<(), Error> {
+        if self.filter != PixelFilter::Box && !self.jitter {
+            let problem =
+                "samples through the centres of pixels cannot be filtered; leave out the filter or jitter=off";
+            return Err(Error::Setting(problem.to_owned()));
+        }
         match self.dispatch_samples {
             Some(0) => Err(Error::Setting("dispatches of 0 samples never end; give at least 1".to_owned())),
             _ => Ok(()),

@@ -2,12 +2,12 @@
 
 use super::PathSettings;
 use crate::plan::{ARENAS, Buffer, FramePlan, Pass};
-use crate::technique::Technique;
+use crate::technique::{PixelFilter, Technique};
 use crate::{Error, buffers::SceneBuffers, film::Film, render::Render};
 use restir_kernels::path::path;
 use restir_shared::film::MAX_BLOCK_LOG2;
 use restir_shared::rng::Sampler;
-use restir_shared::technique::path::{PATH_JITTER, PATH_ROULETTE, PATH_SOBOL, PathParams};
+use restir_shared::technique::path::{PATH_BLACKMAN_HARRIS, PATH_JITTER, PATH_ROULETTE, PATH_SOBOL, PathParams};
 
 /// Samples in one dispatch, over all pixels, where the image is not larger: keeps a dispatch below a second or two.
 const DISPATCH_SAMPLES_LOG2: u32 = 20;
@@ -68,7 +68,11 @@ impl Passes<'_> {
         let plane = self.film.open(log2)?;
         let (settings, render) = (self.settings, self.render);
         let flag = |on, bit| if on { bit } else { 0 };
-        let flags = flag(settings.jitter, PATH_JITTER)
+        let spread = match settings.filter {
+            PixelFilter::Box => PATH_JITTER,
+            PixelFilter::BlackmanHarris => PATH_BLACKMAN_HARRIS,
+        };
+        let flags = flag(settings.jitter, spread)
             | flag(settings.roulette, PATH_ROULETTE)
             | flag(settings.sampler == Sampler::Sobol, PATH_SOBOL);
         let params = PathParams {

@@ -16,7 +16,7 @@ pub use settings::{
     MAX_TILES, Target, Temporal, Tiles, Visibility, VisibilityReuse,
 };
 
-use super::{About, Integral, Repeats, Technique};
+use super::{About, Integral, PixelFilter, Repeats, Technique};
 use crate::exec::{Executor, Observer};
 use crate::render::{Render, Rendered};
 use crate::technique::explain::{Explanation, Subject};
@@ -43,7 +43,8 @@ impl Technique for DiSettings {
     }
 
     fn integral(&self) -> Integral {
-        Integral { max_depth: DEPTH, jitter: self.jitter, multiscatter: self.multiscatter }
+        let Self { jitter, multiscatter, .. } = *self;
+        Integral { max_depth: DEPTH, jitter, filter: PixelFilter::Box, multiscatter }
     }
 
     fn check(&self, scene: &SceneBuffers, render: &Render) -> Result<(), Error> {

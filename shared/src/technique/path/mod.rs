@@ -8,13 +8,13 @@ pub use params::*;
 pub use walk::{Receiver, Walk};
 pub use weight::Chosen;
 
-use crate::camera::camera_ray;
+use crate::camera::{about_pixel, camera_ray};
 use crate::film::{CUT, sum_block};
 use crate::geometry::Ray;
 use crate::layout::FilmPixel;
 use crate::rng::Rng;
 use crate::scene::{Lights, Surface, Trace};
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 /// The sum of one block of samples of the pixel (x, y).
 pub fn pixel<S: Trace + Surface + Lights>(scene: &S, params: &PathParams, x: u32, y: u32) -> FilmPixel {
@@ -23,6 +23,12 @@ pub fn pixel<S: Trace + Surface + Lights>(scene: &S, params: &PathParams, x: u32
         let whole = trace(scene, params, [x, y], sample, &mut sum);
         if whole { sum } else { CUT }
     })
+}
+
+/// Where a sample passes the image, in pixels from the upper left corner of its own.
+#[inline(always)]
+fn place(flags: u32, u: Vec2) -> Vec2 {
+    if flags & PATH_BLACKMAN_HARRIS != 0 { about_pixel(u) } else { u }
 }
 
 /// Traces one sample of a pixel, and gives what it finds to `receiver`; false if the device cut it short.
@@ -35,7 +41,8 @@ pub fn trace<S: Trace + Surface + Lights, R: Receiver>(
     receiver: &mut R,
 ) -> bool {
     let rng = Rng::new(x, y, sample, params.seed, params.sampler());
-    let ray = camera_ray(&params.camera, params.flags & PATH_JITTER != 0, scene.features(), &rng, x, y);
+    let jitter = params.flags & (PATH_JITTER | PATH_BLACKMAN_HARRIS) != 0;
+    let ray = camera_ray(&params.camera, jitter, |u| place(params.flags, u), scene.features(), &rng, x, y);
     Walk::new(ray).run(scene, &rng, params.max_depth, params.flags & PATH_ROULETTE != 0, receiver)
 }
 

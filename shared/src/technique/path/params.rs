@@ -6,10 +6,12 @@ use bytemuck::{Pod, Zeroable};
 
 /// Path tracing flag: samples are spread uniformly over the pixel instead of going through its centre.
 pub const PATH_JITTER: u32 = 1;
+/// Path tracing flag: samples are spread about the pixel with the density of the Blackman-Harris filter.
+pub const PATH_BLACKMAN_HARRIS: u32 = 4;
 /// Path tracing flag: Russian roulette on the throughput from the fourth segment on.
 pub const PATH_ROULETTE: u32 = 2;
 /// Path tracing flag: numbers are drawn by [`Sampler::Sobol`].
-pub const PATH_SOBOL: u32 = 4;
+pub const PATH_SOBOL: u32 = 8;
 
 /// The longest paths that may be asked for: a closed scene that absorbs nothing never ends one.
 pub const MAX_DEPTH: u32 = 1024;
@@ -34,7 +36,7 @@ pub struct PathParams {
     pub seed: u32,
     /// Longest path, in segments, at most [`MAX_DEPTH`]: 1 is directly visible emission, 2 adds direct light.
     pub max_depth: u32,
-    /// [`PATH_JITTER`], [`PATH_ROULETTE`] and [`PATH_SOBOL`].
+    /// [`PATH_JITTER`] or [`PATH_BLACKMAN_HARRIS`], [`PATH_ROULETTE`] and [`PATH_SOBOL`].
     pub flags: u32,
     /// Zero.
     pub reserved: u32,

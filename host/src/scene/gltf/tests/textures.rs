@@ -114,12 +114,15 @@ fn changed_bytes_of_images_never_panic() {
     }
 }
 
-/// The square with a material of one texture, over the given members of the root.
+/// The square with a material, over the given members of the root.
+fn of_material(material: &str, members: &str) -> String {
+    let members = format!(r#""materials": [{{ {material} }}], {members},"#);
+    square(&members, r#"{ "attributes": { "POSITION": 0 }, "mode": 6, "material": 0 }"#, ONE_NODE)
+}
+
+/// The square with a material of one texture.
 fn textured(info: &str, members: &str) -> String {
-    let material = format!(
-        r#""materials": [{{ "pbrMetallicRoughness": {{ "baseColorTexture": {{ "index": 0 {info} }} }} }}], {members},"#
-    );
-    square(&material, r#"{ "attributes": { "POSITION": 0 }, "mode": 6, "material": 0 }"#, ONE_NODE)
+    of_material(&format!(r#""pbrMetallicRoughness": {{ "baseColorTexture": {{ "index": 0 {info} }} }}"#), members)
 }
 
 const BASE64: &str = "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg==";
@@ -146,6 +149,23 @@ fn equal_textures_are_one() {
     let scene = load(&textured(info, &members)).unwrap();
     assert_eq!(scene.textures.len(), 1);
     assert_eq!(scene.materials[0].metallic_roughness_texture, Some(TextureUse::new(0)));
+}
+
+#[test]
+fn textures_of_specular_reflection_are_read() {
+    let with = |factor: &str, color: &str| {
+        let members = format!(r#""specularTexture": {{ {factor} }}, "specularColorTexture": {{ {color} }}"#);
+        of_material(&format!(r#""extensions": {{ "KHR_materials_specular": {{ {members} }} }}"#), &embedded())
+    };
+    let moved = r#""index": 0, "extensions": { "KHR_texture_transform": { "offset": [0.5, 0] } }"#;
+    let scene = load(&with(r#""index": 0"#, moved)).unwrap();
+    let coat = &scene.materials[0];
+    assert_eq!(coat.specular_texture, Some(TextureUse::new(0)));
+    assert_eq!(coat.specular_color_texture.unwrap().transform, [1.0, 0.0, 0.5, 0.0, 1.0, 0.0]);
+    assert!(!scene.warnings.iter().any(|warning| warning.contains("specular")), "{:?}", scene.warnings);
+    let warnings = load(&with(r#""index": 0, "texCoord": 1"#, moved)).unwrap().warnings;
+    assert!(warnings[0].contains("several sets"), "{warnings:?}");
+    assert!(problem(&with(r#""index": 0"#, r#""index": 9"#)).contains("texture 9"));
 }
 
 #[test]
