@@ -2,6 +2,8 @@
 //! surfaces. They are what reuse of samples is measured on, and none of them was chosen: whatever a hall has is drawn from
 //! the ranges below, by additions, products and quotients alone.
 
+use std::f32::consts::PI;
+
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::parts::{checkered_floor, metal, octahedron, plastic, room, stage};
@@ -250,7 +252,7 @@ impl Hall {
 
     fn add_point_light(&mut self, position: DVec3, power: [f32; 3]) {
         let kind = LightKind::Point { position };
-        self.add_light("point", kind, power.map(|channel| channel / 12.566_37));
+        self.add_light("point", kind, power.map(|channel| channel / (4.0 * PI)));
     }
 
     /// Downwards, more or less.
@@ -258,7 +260,7 @@ impl Hall {
         let direction = DVec3::new(self.random.range(-0.5, 0.5), -1.0, self.random.range(-0.5, 0.5));
         let outer = self.random.range(0.4, 1.0);
         let kind = LightKind::Spot { position, direction, inner: 0.5 * outer, outer };
-        self.add_light("spot", kind, power.map(|channel| channel / 3.141_593));
+        self.add_light("spot", kind, power.map(|channel| channel / PI));
     }
 
     fn add_light(&mut self, name: &str, kind: LightKind, intensity: [f32; 3]) {
@@ -277,7 +279,7 @@ impl Hall {
     }
 
     fn add_emitter(&mut self, name: &str, mesh: Mesh, power: [f32; 3]) {
-        let radiance = power.map(|channel| channel / (3.141_593 * mesh.area() as f32));
+        let radiance = power.map(|channel| channel / (PI * mesh.area() as f32));
         let material = self.scene.add_material(Material::emitter(name, [0.0; 3], radiance));
         self.scene.add_mesh(name, material, mesh);
     }

@@ -1,0 +1,278 @@
+//! `restir advise`
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use restir::exec::Executor;
+use restir::reference::Picture;
+use restir::render::{self, Progress, Render};
+use restir::technique::{self, Repeats};
+use restir::trial::{self, Judgement, Subject, Trial, Tried};
+use restir::{Error, scene::Scene};
+use serde_json::json;
+
+use super::bench::{LAST_FRAME, picture, refuse_twice, technique};
+use super::reference::PictureArguments;
+use super::render::{cameras, natural};
+use super::{console, device, interrupt, progress::reported, require};
+use crate::bench::Technique;
+
+/// However little time there is, each trial is rendered this often: fewer say nothing of the errors.
+const FEWEST_ROUNDS: u32 = 4;
+/// As many rounds are aimed at where the size is free.
+const ROUNDS: f64 = 8.0;
+/// Pixels of the first round, which says how many may be afforded and does not count.
+const PROBE: f64 = 1500.0;
+/// The most pixels that are tried where the size is free.
+const MOST: f64 = 320.0 * 240.0;
+/// Settings whose errors differ by fewer standard errors are not told apart.
+const DISTINCT: f64 = 2.0;
+const MAX_FRAMES: u32 = 4096;
+
+#[derive(clap::Args)]
+pub(super) struct Arguments {
+    /// Name of a built-in scene, or a .gltf or .glb file.
+    scene: PathBuf,
+    /// How long to try. The trials are as large as leaves time for eight images of each; with --size at least four are made,
+    /// however long they take. Reuse does better in larger images, whose pixels are more alike.
+    #[arg(long, default_value = "20", value_parser = natural::<u32>, allow_hyphen_values = true)]
+    seconds: u32,
+    /// What to try, alone or with settings as in restir-di:last,preset=offline; may be repeated. If not given, what the
+    /// techniques themselves propose. With the word last the last frame counts, else the mean of all.
+    #[arg(long = "technique", value_name = "NAME[:KEY=VALUE,...]")]
+    techniques: Vec<String>,
+    /// Frames of techniques that repeat frames; samples a pixel of others.
+    #[arg(long, default_value = "16", value_parser = natural::<u32>, allow_hyphen_values = true)]
+    frames: u32,
+    /// Move the camera from frame to frame: orbit, pan, or a JSON file of keyframes. The last frame counts.
+    #[arg(long, value_name = "PATH")]
+    camera_path: Option<PathBuf>,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    picture: PictureArguments,
+    #[command(flatten)]
+    device: device::DeviceArguments,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
+    let frames = arguments.frames;
+    let problem = format_args!("--frames {frames} is out of range; give 1 to {MAX_FRAMES}");
+    require((1..=MAX_FRAMES).contains(&frames), problem)?;
+    require(arguments.seconds > 0, format_args!("0 seconds are no time to try anything; give at least 1"))?;
+    let techniques = if arguments.techniques.is_empty() { proposed() } else { arguments.techniques.clone() };
+    refuse_twice("technique", techniques.iter().map(String::as_str))?;
+    let picture = picture(&arguments.picture, &techniques)?;
+    let candidates = techniques.iter().map(|text| technique(text, picture)).collect::<Result<Vec<_>, _>>()?;
+    let unbiased = candidates.iter().any(|candidate| candidate.render.technique.biases().is_empty());
+    require(unbiased, format_args!("all of the techniques are biased, so that nothing says what is right; add path"))?;
+    interrupt::install()?;
+    let (scene, buffers) = arguments.picture.load(&arguments.scene, picture.size)?;
+    let cameras = cameras(arguments.camera_path.as_deref(), buffers.camera, frames)?;
+    let subject = Subject::new(&scene, buffers, cameras, frames)?;
+    let comparable = comparable(arguments, &subject, candidates)?;
+    let mut device = device::open(&arguments.device)?;
+    let advice = advise(arguments, device.as_mut(), &scene, &subject, picture, comparable)?;
+    console::print(&if arguments.json { advice.json() } else { advice.text() })
+}
+
+/// What the techniques propose.
+fn proposed() -> Vec<String> {
+    let of = |technique: Box<dyn technique::Technique>| {
+        let name = technique.about().name;
+        let text =
+            move |settings: &&str| if settings.is_empty() { name.to_owned() } else { format!("{name}:{settings}") };
+        technique.advisable().iter().map(text).collect::<Vec<_>>()
+    };
+    technique::all().into_iter().flat_map(of).collect()
+}
+
+/// The candidates that show what the others do: what was asked for by name is refused, what was proposed is left out.
+fn comparable(arguments: &Arguments, subject: &Subject, candidates: Vec<Technique>) -> Result<Vec<Technique>, Error> {
+    let mut kept = Vec::new();
+    for candidate in candidates {
+        let trial = subject.trial(candidate.render.clone());
+        let differs = trial.render.technique.differs_from_path(trial.scene);
+        let problem = differs.map(|why| format!("{} {why}", candidate.name));
+        match problem {
+            None => kept.push(candidate),
+            Some(problem) if arguments.techniques.is_empty() => {
+                console::note(&format!("warning: {problem}; it is not tried"))
+            }
+            Some(problem) => return Err(Error::Setting(problem)),
+        }
+    }
+    let problem = format_args!("nothing is left to try; name techniques that show the same by --technique");
+    require(!kept.is_empty(), problem)?;
+    Ok(kept)
+}
+
+/// Tries everything in turns until the time is over.
+fn advise(
+    arguments: &Arguments,
+    executor: &mut dyn Executor,
+    scene: &Scene,
+    subject: &Subject,
+    picture: Picture,
+    candidates: Vec<Technique>,
+) -> Result<Advice, Error> {
+    let time = Duration::from_secs(u64::from(arguments.seconds));
+    let begin = Instant::now();
+    let of_size = |[width, height]: [u32; 2]| -> Vec<Trial<'_>> {
+        let sized =
+            |candidate: &Technique| Render { width, height, count: arguments.frames, ..candidate.render.clone() };
+        candidates.iter().map(|candidate| subject.trial(sized(candidate))).collect()
+    };
+    let [width, height] =
+        arguments.picture.size.map_or_else(|| Ok(scene.default_size.unwrap_or(picture.size)), |_| Ok(picture.size))?;
+    let whole = f64::from(width) * f64::from(height);
+    let scaled = |pixels: f64| {
+        let scale = (pixels / whole).min(1.0).sqrt();
+        [width, height].map(|side| ((f64::from(side) * scale).round() as u32).max(1))
+    };
+    let shown = Progress { done: 0, total: 100 };
+    let (size, tried, rounds) = reported(|observe| {
+        let probe = of_size(scaled(PROBE));
+        probe.iter().try_for_each(|trial| render::check(trial.scene, &trial.render))?;
+        let mut ignored = vec![Tried::default(); candidates.len()];
+        let probed = Instant::now();
+        trial::try_once(executor, &probe, &mut ignored, u32::MAX, &mut |_| observe(shown))?;
+        let left = time.saturating_sub(begin.elapsed()).as_secs_f64();
+        let affordable = PROBE * (left / (ROUNDS * probed.elapsed().as_secs_f64())).max(1.0);
+        let size = if arguments.picture.size.is_some() { [width, height] } else { scaled(affordable.min(MOST)) };
+        let trials = of_size(size);
+        let mut tried = vec![Tried::default(); candidates.len()];
+        let mut rounds = 0;
+        while rounds < FEWEST_ROUNDS || begin.elapsed() < time {
+            let share = begin.elapsed().as_secs_f64() / time.as_secs_f64();
+            let shown = Progress { done: (100.0 * share.min(0.99)) as u64, total: 100 };
+            trial::try_once(executor, &trials, &mut tried, rounds, &mut |_| observe(shown))?;
+            rounds += 1;
+        }
+        Ok::<_, Error>((size, tried, rounds))
+    })?;
+    let judged = trial::judge(&of_size(size), &tried);
+    Ok(Advice::new(arguments, scene, size, rounds, candidates, judged))
+}
+
+/// What was found, best first.
+struct Advice {
+    scene: String,
+    /// The scene as it was named.
+    named: String,
+    options: String,
+    size: [u32; 2],
+    rounds: u32,
+    frames: u32,
+    rows: Vec<(Technique, Judgement)>,
+}
+
+impl Advice {
+    fn new(
+        arguments: &Arguments,
+        scene: &Scene,
+        size: [u32; 2],
+        rounds: u32,
+        candidates: Vec<Technique>,
+        judged: Vec<Judgement>,
+    ) -> Self {
+        let mut rows: Vec<_> = candidates.into_iter().zip(judged).collect();
+        let cost = |judged: &Judgement| judged.rel_mse.value * judged.seconds;
+        rows.sort_by(|(_, a), (_, b)| cost(a).total_cmp(&cost(b)));
+        let path = arguments.camera_path.as_ref().map(|path| format!(" --camera-path {}", path.display()));
+        Self {
+            scene: scene.name.clone(),
+            named: arguments.scene.display().to_string(),
+            options: path.unwrap_or_default(),
+            size,
+            rounds,
+            frames: arguments.frames,
+            rows,
+        }
+    }
+
+    /// How to render with the best.
+    fn command(&self) -> String {
+        let Technique { name, render } = &self.rows[0].0;
+        let (technique, settings) = name.split_once(':').unwrap_or((name, ""));
+        let settings = settings.split(',').filter(|setting| !setting.is_empty() && *setting != LAST_FRAME);
+        let settings: String = settings.map(|setting| format!(" --set {setting}")).collect();
+        let count = self.frames;
+        let repeats = match render.technique.about().repeats {
+            Repeats::Samples => format!(
+                " --max-depth {}{} --spp {count}",
+                render.technique.integral().max_depth,
+                if render.technique.integral().jitter { "" } else { " --no-jitter" },
+            ),
+            Repeats::Frames if render.accumulate => format!(" --frames {count} --accumulate"),
+            Repeats::Frames => format!(" --frames {count}{}", self.options),
+        };
+        format!("restir render {} --technique {technique}{settings}{repeats} -o image.exr", self.named)
+    }
+
+    /// Whether the second is not worse by more than chance.
+    fn is_close(&self) -> bool {
+        self.rows.get(1).is_some_and(|(_, second)| {
+            let over = second.over(&self.rows[0].1);
+            over.value - 1.0 < DISTINCT * over.error
+        })
+    }
+
+    fn text(&self) -> String {
+        let [width, height] = self.size;
+        let best = &self.rows[0].1;
+        let row = |(technique, judged): &(Technique, Judgement)| {
+            let over = judged.over(best);
+            let [value, error] = [judged.rel_mse.value, judged.rel_mse.error];
+            let factor = format!("{:.2} +- {:.2}", over.value, over.error);
+            let bias = if technique.render.technique.biases().is_empty() { "" } else { "  biased" };
+            format!(
+                "{:9.1}  {value:9.2e} +- {error:7.1e}  {factor:>16}{bias}  {}\n",
+                1e3 * judged.seconds,
+                technique.name
+            )
+        };
+        let close = if self.is_close() { "The first two are not told apart; give more --seconds.\n" } else { "" };
+        format!(
+            "{}: {} images of each, {width} x {height} pixels, {} frames or samples\n\n\
+             {:>9}  {:>20}  {:>16}  technique\n{}\n{close}{}\n",
+            console::harmless(&self.scene),
+            self.rounds,
+            self.frames,
+            "time, ms",
+            "relMSE +- its error",
+            "at equal time",
+            self.rows.iter().map(row).collect::<String>(),
+            self.command(),
+        )
+    }
+
+    fn json(&self) -> String {
+        let best = &self.rows[0].1;
+        let row = |(technique, judged): &(Technique, Judgement)| {
+            let over = judged.over(best);
+            json!({
+                "technique": technique.name,
+                "seconds": judged.seconds,
+                "rel_mse": judged.rel_mse.value,
+                "rel_mse_error": judged.rel_mse.error,
+                "mse": judged.mse.value,
+                "mse_error": judged.mse.error,
+                "at_equal_time": over.value,
+                "at_equal_time_error": over.error,
+                "biased": !technique.render.technique.biases().is_empty(),
+            })
+        };
+        let object = json!({
+            "scene": self.scene,
+            "size": self.size,
+            "images": self.rounds,
+            "frames": self.frames,
+            "techniques": self.rows.iter().map(row).collect::<Vec<_>>(),
+            "is_close": self.is_close(),
+            "command": self.command(),
+        });
+        format!("{object}\n")
+    }
+}
