@@ -11,10 +11,10 @@ use restir_host::buffers::SceneBuffers;
 use restir_host::exec::CpuExecutor;
 use restir_host::render::Render;
 use restir_host::scene::{CameraPath, Scene};
+use restir_host::technique::configure;
 use restir_host::technique::path::PathSettings;
 use restir_host::technique::restir_di::{DiSettings, Temporal};
-use restir_host::technique::configure;
-use restir_host::trial::{Estimate, Judgement, Subject, Trial, Tried, judge, try_once};
+use restir_host::trial::{Estimate, Judgement, Subject, Trial, Tried, Window, judge, try_once};
 
 use crate::{Error, report::publish};
 use limits::Limits;
@@ -139,8 +139,10 @@ fn measured(options: &Options, settings: &[DiSettings], name: &str, view: View) 
     };
     let subject = Subject::new(&scene, buffers, cameras, FRAMES)?;
     let reusing = settings.iter().map(|settings| Render::new(size, settings.clone()));
+    let whole = [Window { whole: size, size, margin: 0, middle: [0.0; 2] }];
     let renders = baselines(size).into_iter().chain(reusing);
-    let trials: Vec<Trial<'_>> = renders.map(|render| subject.trial(Render { count: FRAMES, ..render })).collect();
+    let trials: Vec<Trial<'_>> =
+        renders.map(|render| subject.trial(&Render { count: FRAMES, ..render }, &whole)).collect();
     let mut cpu = CpuExecutor::new(None)?;
     // the first image of each warms up
     try_once(&mut cpu, &trials, &mut vec![Tried::default(); trials.len()], u32::MAX, &mut |_| Ok(()))?;
@@ -150,7 +152,7 @@ fn measured(options: &Options, settings: &[DiSettings], name: &str, view: View) 
     }
     let limits = |trial: &Trial<'_>| match trial.scene.is_animated() {
         true => Ok(None),
-        false => Limits::of(&mut cpu, trial.scene, &trial.render).map(Some),
+        false => Limits::of(&mut cpu, trial.scene, &trial.pieces[0].1).map(Some),
     };
     let limits = trials[BASELINES..].iter().map(limits).collect::<Result<_, _>>()?;
     Ok(Row { scene: name.to_owned(), view, lights, judged: judge(&trials, &tried), limits })

@@ -4,27 +4,27 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use restir::exec::Executor;
-use restir::reference::Picture;
 use restir::render::{self, Progress, Render};
 use restir::technique::{self, Repeats};
-use restir::trial::{self, Judgement, Subject, Trial, Tried};
-use restir::{Error, scene::Scene};
+use restir::trial::{self, Judgement, Subject, Trial, Tried, Window};
+use restir::{Error, buffers::SceneBuffers};
 use serde_json::json;
 
 use super::bench::{LAST_FRAME, picture, refuse_twice, technique};
 use super::reference::PictureArguments;
 use super::render::{cameras, natural};
+use super::scene::DEFAULT_SIZE;
 use super::{console, device, interrupt, progress::reported, require};
 use crate::bench::Technique;
 
 /// However little time there is, each trial is rendered this often: fewer say nothing of the errors.
 const FEWEST_ROUNDS: u32 = 4;
-/// As many rounds are aimed at where the size is free.
-const ROUNDS: f64 = 8.0;
-/// Pixels of the first round, which says how many may be afforded and does not count.
-const PROBE: f64 = 1500.0;
-/// The most pixels that are tried where the size is free.
-const MOST: f64 = 320.0 * 240.0;
+/// As many rounds are aimed at.
+const ROUNDS: f64 = 6.0;
+/// Size of a window and its margin, in pixels; the margin is as wide as the presets' shaded neighbours are far.
+const WINDOW: [u32; 2] = [48, 36];
+const MARGIN: u32 = 4;
+const MOST_WINDOWS: f64 = 64.0;
 /// Settings whose errors differ by fewer standard errors are not told apart.
 const DISTINCT: f64 = 2.0;
 const MAX_FRAMES: u32 = 4096;
@@ -33,8 +33,7 @@ const MAX_FRAMES: u32 = 4096;
 pub(super) struct Arguments {
     /// Name of a built-in scene, or a .gltf or .glb file.
     scene: PathBuf,
-    /// How long to try. The trials are as large as leaves time for eight images of each; with --size at least four are made,
-    /// however long they take. Reuse does better in larger images, whose pixels are more alike.
+    /// How long to try. In this time windows of the image are rendered, as many as there is time for, at least four times each.
     #[arg(long, default_value = "20", value_parser = natural::<u32>, allow_hyphen_values = true)]
     seconds: u32,
     /// What to try, alone or with settings as in restir-di:last,preset=offline; may be repeated. If not given, what the
@@ -64,16 +63,24 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let techniques = if arguments.techniques.is_empty() { proposed() } else { arguments.techniques.clone() };
     refuse_twice("technique", techniques.iter().map(String::as_str))?;
     let picture = picture(&arguments.picture, &techniques)?;
-    let candidates = techniques.iter().map(|text| technique(text, picture)).collect::<Result<Vec<_>, _>>()?;
+    let framed = |text: &String| {
+        technique(text, picture).map(|of| Technique { render: Render { count: frames, ..of.render }, ..of })
+    };
+    let candidates = techniques.iter().map(framed).collect::<Result<Vec<_>, _>>()?;
     let unbiased = candidates.iter().any(|candidate| candidate.render.technique.biases().is_empty());
     require(unbiased, format_args!("all of the techniques are biased, so that nothing says what is right; add path"))?;
     interrupt::install()?;
-    let (scene, buffers) = arguments.picture.load(&arguments.scene, picture.size)?;
+    let mut scene = arguments.picture.additions.open(&arguments.scene)?;
+    let size = arguments.picture.size(scene.default_size.unwrap_or(DEFAULT_SIZE))?;
+    arguments.picture.additions.complete(&mut scene, size)?;
+    let buffers = arguments.picture.additions.buffers(&scene)?;
     let cameras = cameras(arguments.camera_path.as_deref(), buffers.camera, frames)?;
+    let candidates = comparable(arguments, &buffers, candidates)?;
     let subject = Subject::new(&scene, buffers, cameras, frames)?;
-    let comparable = comparable(arguments, &subject, candidates)?;
     let mut device = device::open(&arguments.device)?;
-    let advice = advise(arguments, device.as_mut(), &scene, &subject, picture, comparable)?;
+    let (tried, judged) = advise(arguments, device.as_mut(), &subject, size, &candidates)?;
+    let images = tried.iter().map(Tried::images).max().unwrap_or(0);
+    let advice = Advice::new(arguments, scene.name, size, images, candidates.into_iter().zip(judged).collect());
     console::print(&if arguments.json { advice.json() } else { advice.text() })
 }
 
@@ -89,11 +96,14 @@ fn proposed() -> Vec<String> {
 }
 
 /// The candidates that show what the others do: what was asked for by name is refused, what was proposed is left out.
-fn comparable(arguments: &Arguments, subject: &Subject, candidates: Vec<Technique>) -> Result<Vec<Technique>, Error> {
+fn comparable(
+    arguments: &Arguments,
+    buffers: &SceneBuffers,
+    candidates: Vec<Technique>,
+) -> Result<Vec<Technique>, Error> {
     let mut kept = Vec::new();
     for candidate in candidates {
-        let trial = subject.trial(candidate.render.clone());
-        let differs = trial.render.technique.differs_from_path(trial.scene);
+        let differs = candidate.render.technique.differs_from_path(buffers);
         let problem = differs.map(|why| format!("{} {why}", candidate.name));
         match problem {
             None => kept.push(candidate),
@@ -108,52 +118,45 @@ fn comparable(arguments: &Arguments, subject: &Subject, candidates: Vec<Techniqu
     Ok(kept)
 }
 
-/// Tries everything in turns until the time is over.
+/// Tries everything in turns until the time is over. The first round is of one window: it tells how many are affordable.
 fn advise(
     arguments: &Arguments,
     executor: &mut dyn Executor,
-    scene: &Scene,
     subject: &Subject,
-    picture: Picture,
-    candidates: Vec<Technique>,
-) -> Result<Advice, Error> {
+    size: [u32; 2],
+    candidates: &[Technique],
+) -> Result<(Vec<Tried>, Vec<Judgement>), Error> {
     let time = Duration::from_secs(u64::from(arguments.seconds));
     let begin = Instant::now();
-    let of_size = |[width, height]: [u32; 2]| -> Vec<Trial<'_>> {
-        let sized =
-            |candidate: &Technique| Render { width, height, count: arguments.frames, ..candidate.render.clone() };
-        candidates.iter().map(|candidate| subject.trial(sized(candidate))).collect()
+    let share = || begin.elapsed().as_secs_f64() / time.as_secs_f64();
+    let shown = || Progress { done: (100.0 * share().min(0.99)) as u64, total: 100 };
+    let trials_in = |count: u32| -> Vec<Trial<'_>> {
+        let windows = Window::spread(size, WINDOW, MARGIN, count);
+        candidates.iter().map(|candidate| subject.trial(&candidate.render, &windows)).collect()
     };
-    let [width, height] =
-        arguments.picture.size.map_or_else(|| Ok(scene.default_size.unwrap_or(picture.size)), |_| Ok(picture.size))?;
-    let whole = f64::from(width) * f64::from(height);
-    let scaled = |pixels: f64| {
-        let scale = (pixels / whole).min(1.0).sqrt();
-        [width, height].map(|side| ((f64::from(side) * scale).round() as u32).max(1))
-    };
-    let shown = Progress { done: 0, total: 100 };
-    let (size, tried, rounds) = reported(|observe| {
-        let probe = of_size(scaled(PROBE));
-        probe.iter().try_for_each(|trial| render::check(trial.scene, &trial.render))?;
-        let mut ignored = vec![Tried::default(); candidates.len()];
-        let probed = Instant::now();
-        trial::try_once(executor, &probe, &mut ignored, u32::MAX, &mut |_| observe(shown))?;
-        let left = time.saturating_sub(begin.elapsed()).as_secs_f64();
-        let affordable = PROBE * (left / (ROUNDS * probed.elapsed().as_secs_f64())).max(1.0);
-        let size = if arguments.picture.size.is_some() { [width, height] } else { scaled(affordable.min(MOST)) };
-        let trials = of_size(size);
-        let mut tried = vec![Tried::default(); candidates.len()];
-        let mut rounds = 0;
-        while rounds < FEWEST_ROUNDS || begin.elapsed() < time {
-            let share = begin.elapsed().as_secs_f64() / time.as_secs_f64();
-            let shown = Progress { done: (100.0 * share.min(0.99)) as u64, total: 100 };
-            trial::try_once(executor, &trials, &mut tried, rounds, &mut |_| observe(shown))?;
-            rounds += 1;
+    let none = || vec![Tried::default(); candidates.len()];
+    reported(|observe| {
+        let probe = trials_in(1);
+        check(&probe)?;
+        trial::try_once(executor, &probe, &mut none(), u32::MAX, &mut |_| observe(shown()))?;
+        let affordable = (1.0 - share()) / (ROUNDS * share());
+        let trials = trials_in(affordable.clamp(1.0, MOST_WINDOWS) as u32);
+        check(&trials)?;
+        let mut tried = none();
+        let mut seed = 0;
+        while seed < FEWEST_ROUNDS || share() < 1.0 {
+            trial::try_once(executor, &trials, &mut tried, seed, &mut |_| observe(shown()))?;
+            seed += 1;
         }
-        Ok::<_, Error>((size, tried, rounds))
-    })?;
-    let judged = trial::judge(&of_size(size), &tried);
-    Ok(Advice::new(arguments, scene, size, rounds, candidates, judged))
+        let judged = trial::judge(&trials, &tried);
+        Ok((tried, judged))
+    })
+}
+
+/// Whether all can be rendered.
+fn check(trials: &[Trial<'_>]) -> Result<(), Error> {
+    let mut pieces = trials.iter().flat_map(|trial| trial.pieces.iter().map(|(_, piece)| (trial.scene, piece)));
+    pieces.try_for_each(|(scene, piece)| render::check(scene, piece))
 }
 
 /// What was found, best first.
@@ -163,7 +166,7 @@ struct Advice {
     named: String,
     options: String,
     size: [u32; 2],
-    rounds: u32,
+    images: usize,
     frames: u32,
     rows: Vec<(Technique, Judgement)>,
 }
@@ -171,22 +174,20 @@ struct Advice {
 impl Advice {
     fn new(
         arguments: &Arguments,
-        scene: &Scene,
+        scene: String,
         size: [u32; 2],
-        rounds: u32,
-        candidates: Vec<Technique>,
-        judged: Vec<Judgement>,
+        images: usize,
+        mut rows: Vec<(Technique, Judgement)>,
     ) -> Self {
-        let mut rows: Vec<_> = candidates.into_iter().zip(judged).collect();
         let cost = |judged: &Judgement| judged.rel_mse.value * judged.seconds;
         rows.sort_by(|(_, a), (_, b)| cost(a).total_cmp(&cost(b)));
         let path = arguments.camera_path.as_ref().map(|path| format!(" --camera-path {}", path.display()));
         Self {
-            scene: scene.name.clone(),
+            scene,
             named: arguments.scene.display().to_string(),
             options: path.unwrap_or_default(),
             size,
-            rounds,
+            images,
             frames: arguments.frames,
             rows,
         }
@@ -235,11 +236,11 @@ impl Advice {
         };
         let close = if self.is_close() { "The first two are not told apart; give more --seconds.\n" } else { "" };
         format!(
-            "{}: {} images of each, {width} x {height} pixels, {} frames or samples\n\n\
+            "{}: {width} x {height} pixels, {} frames or samples, tried {} times\n\n\
              {:>9}  {:>20}  {:>16}  technique\n{}\n{close}{}\n",
             console::harmless(&self.scene),
-            self.rounds,
             self.frames,
+            self.images,
             "time, ms",
             "relMSE +- its error",
             "at equal time",
@@ -267,7 +268,7 @@ impl Advice {
         let object = json!({
             "scene": self.scene,
             "size": self.size,
-            "images": self.rounds,
+            "images": self.images,
             "frames": self.frames,
             "techniques": self.rows.iter().map(row).collect::<Vec<_>>(),
             "is_close": self.is_close(),

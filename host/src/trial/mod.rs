@@ -5,64 +5,36 @@
 //! error of one. What the biased ones are off by beside it is measured against the mean of the unbiased ones.
 //!
 //! Independent images may be averaged, so squared error times run time is what a render is judged by. Trials take turns, so
-//! that a slow spell of the machine meets all of them.
+//! that a slow spell of the machine meets all of them. Where an image is too much, windows stand for it.
+
+mod subject;
+mod window;
+
+pub use subject::{Subject, Trial};
+pub use window::Window;
 
 use std::time::Instant;
 
+use crate::Error;
 use crate::exec::Executor;
-use crate::image::Image;
 use crate::render::{Progress, Render, render};
-use crate::scene::{Camera, Scene};
-use crate::{Error, buffers::SceneBuffers};
 
 /// relMSE divides by the squared truth and by this part of its squared mean.
 const DARK: f64 = 0.01;
 
-/// What is seen over some frames.
-pub struct Subject {
-    buffers: SceneBuffers,
-    /// As it is in the last frame, if it moves.
-    last: Option<SceneBuffers>,
-    /// Of each frame; the scene's if there is none.
-    cameras: Vec<Camera>,
-}
-
-/// A render to be tried.
-#[derive(Clone)]
-pub struct Trial<'a> {
-    /// What is rendered.
-    pub scene: &'a SceneBuffers,
-    /// How; its seed does not matter.
-    pub render: Render,
-}
-
-impl Subject {
-    /// So many frames of a scene with its buffers.
-    ///
-    /// # Errors
-    /// As of [`SceneBuffers::build`].
-    pub fn new(scene: &Scene, buffers: SceneBuffers, cameras: Vec<Camera>, frames: u32) -> Result<Self, Error> {
-        let at_the_end = || SceneBuffers::build(&scene.at(f64::from(frames.saturating_sub(1))));
-        let last = buffers.is_animated().then(at_the_end).transpose()?;
-        Ok(Self { buffers, last, cameras })
-    }
-
-    /// A trial of a render that shows the last frame, or of one that is a mean of samples or frames: then what is there in
-    /// the last frame stands still, so that all trials have the same truth.
-    pub fn trial(&self, render: Render) -> Trial<'_> {
-        if !render.is_mean() {
-            return Trial { scene: &self.buffers, render: Render { cameras: self.cameras.clone(), ..render } };
-        }
-        let cameras = self.cameras.last().copied().into_iter().collect();
-        Trial { scene: self.last.as_ref().unwrap_or(&self.buffers), render: Render { cameras, ..render } }
-    }
-}
-
 /// The images of a trial so far.
 #[derive(Clone, Debug, Default)]
 pub struct Tried {
-    images: Vec<Image>,
+    /// All values of the pixels that count.
+    images: Vec<Vec<f64>>,
     seconds: Vec<f64>,
+}
+
+impl Tried {
+    /// How many images there are.
+    pub fn images(&self) -> usize {
+        self.images.len()
+    }
 }
 
 /// An error and its standard error.
@@ -108,19 +80,46 @@ pub fn try_once(
     observe: &mut dyn FnMut(Progress) -> Result<(), Error>,
 ) -> Result<(), Error> {
     for (trial, tried) in trials.iter().zip(tried) {
-        let render_of = Render { seed, ..trial.render.clone() };
-        let begin = Instant::now();
-        let rendered = render(executor, trial.scene, &render_of, &mut |step| observe(step.progress))?;
-        tried.seconds.push(begin.elapsed().as_secs_f64());
-        tried.images.push(rendered.image);
+        let (mut image, mut seconds) = (Vec::new(), 0.0);
+        for (window, piece) in &trial.pieces {
+            let piece = Render { seed, ..piece.clone() };
+            let (pixels, of_piece) = timed(executor, trial, window, &piece, observe)?;
+            image.extend(window.inner(&pixels).flatten().map(|&value| f64::from(value)));
+            seconds += of_piece;
+        }
+        tried.images.push(image);
+        tried.seconds.push(seconds);
     }
     Ok(())
+}
+
+/// The pixels of a piece, and its part in the time of the whole image: passes over the pixels of a window take as much longer as
+/// the image is larger, others take what they take.
+fn timed(
+    executor: &mut dyn Executor,
+    trial: &Trial<'_>,
+    window: &Window,
+    piece: &Render,
+    observe: &mut dyn FnMut(Progress) -> Result<(), Error>,
+) -> Result<(Vec<[f32; 3]>, f64), Error> {
+    let area = |[width, height]: [u32; 2]| f64::from(width) * f64::from(height);
+    let windows = trial.pieces.len() as f64;
+    let scale = area(window.whole) / (area(window.size) * windows);
+    let (mut seconds, mut last) = (0.0, Instant::now());
+    let rendered = render(executor, trial.scene, piece, &mut |step| {
+        let by_pixel = step.pass.grid == window.size;
+        seconds += last.elapsed().as_secs_f64() * if by_pixel { scale } else { 1.0 / windows };
+        last = Instant::now();
+        observe(step.progress)
+    })?;
+    Ok((rendered.image.pixels, seconds))
 }
 
 /// The errors of all trials, from at least two images each; at least one trial is unbiased.
 pub fn judge(trials: &[Trial<'_>], tried: &[Tried]) -> Vec<Judgement> {
     let means: Vec<Vec<f64>> = tried.iter().map(mean_image).collect();
-    let biased: Vec<bool> = trials.iter().map(|trial| !trial.render.technique.biases().is_empty()).collect();
+    let is_biased = |trial: &Trial<'_>| trial.pieces.iter().any(|(_, piece)| !piece.technique.biases().is_empty());
+    let biased: Vec<bool> = trials.iter().map(is_biased).collect();
     let ones = vec![1.0; means[0].len()];
     let plain: Vec<Estimate> = tried.iter().zip(&means).map(|(tried, mean)| variance(tried, mean, &ones)).collect();
     let shares = shares(&plain, tried, &biased);
@@ -143,13 +142,8 @@ pub fn judge(trials: &[Trial<'_>], tried: &[Tried]) -> Vec<Judgement> {
     (0..trials.len()).map(judgement).collect()
 }
 
-fn values(image: &Image) -> impl Iterator<Item = f64> {
-    image.pixels.as_flattened().iter().map(|&value| f64::from(value))
-}
-
-fn mean_image(tried: &Tried) -> Vec<f64> {
-    let images: Vec<Vec<f64>> = tried.images.iter().map(|image| values(image).collect()).collect();
-    weighted_sum(&images, &vec![1.0 / images.len() as f64; images.len()])
+fn mean_image(Tried { images, .. }: &Tried) -> Vec<f64> {
+    weighted_sum(images, &vec![1.0 / images.len() as f64; images.len()])
 }
 
 fn weighted_sum(images: &[Vec<f64>], weights: &[f64]) -> Vec<f64> {
@@ -170,8 +164,8 @@ fn relative_weights(truth: &[f64]) -> Vec<f64> {
 /// them, are too small by (n - 1) / n.
 fn variance(tried: &Tried, mean: &[f64], weights: &[f64]) -> Estimate {
     let count = tried.images.len() as f64;
-    let square = |((value, mean), weight): ((f64, &f64), &f64)| weight * (value - mean) * (value - mean);
-    let of_image = |image| values(image).zip(mean).zip(weights).map(square).sum::<f64>() / mean.len() as f64;
+    let square = |((value, mean), weight): ((&f64, &f64), &f64)| weight * (value - mean) * (value - mean);
+    let of_image = |image: &Vec<f64>| image.iter().zip(mean).zip(weights).map(square).sum::<f64>() / mean.len() as f64;
     let squares: Vec<f64> = tried.images.iter().map(|image| of_image(image) * count / (count - 1.0)).collect();
     let (value, error) = mean_and_error(&squares);
     Estimate { value, error }
@@ -228,10 +222,19 @@ pub fn median(values: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::buffers::SceneBuffers;
     use crate::exec::CpuExecutor;
     use crate::scene::builtin;
     use crate::technique::path::PathSettings;
     use crate::technique::restir_di::DiSettings;
+
+    const WHOLE: [Window; 1] = [Window { whole: [24; 2], size: [24; 2], margin: 0, middle: [0.0; 2] }];
+
+    fn subject(name: &str) -> Subject {
+        let scene = builtin::scene(name).expect("built in");
+        let buffers = SceneBuffers::build(&scene).expect("builds");
+        Subject::new(&scene, buffers, Vec::new(), 8).expect("builds")
+    }
 
     fn judged(trials: &[Trial<'_>], images: u32) -> Vec<Judgement> {
         let mut cpu = CpuExecutor::new(Some(1)).expect("a thread");
@@ -245,10 +248,10 @@ mod tests {
     /// Four times the samples have a quarter of the squared error, and twice the images know it better.
     #[test]
     fn the_variance_is_the_squared_error() {
-        let scene = SceneBuffers::build(&builtin::scene("cornell").expect("built in")).expect("builds");
+        let subject = subject("cornell");
         let path = |count| {
             let path = PathSettings { max_depth: 2, ..PathSettings::default() };
-            Trial { scene: &scene, render: Render { count, ..Render::new([24, 24], path) } }
+            subject.trial(&Render { count, ..Render::new([24, 24], path) }, &WHOLE)
         };
         let judged = judged(&[path(4), path(16)], 24);
         let ratio = judged[0].mse.value / judged[1].mse.value;
@@ -262,7 +265,7 @@ mod tests {
     /// What a biased setting is off by counts as its error, and has no part in the truth.
     #[test]
     fn bias_is_an_error() {
-        let scene = SceneBuffers::build(&builtin::scene("many-lights").expect("built in")).expect("builds");
+        let subject = subject("many-lights");
         let of = |settings: DiSettings| Trial {
             scene: &scene,
             render: Render { count: 8, ..Render::new([24, 18], settings) },
