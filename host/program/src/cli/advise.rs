@@ -5,12 +5,13 @@ use std::time::{Duration, Instant};
 
 use restir::exec::Executor;
 use restir::render::{self, Progress, Render};
+use restir::scene::Camera;
 use restir::technique::{self, Repeats};
 use restir::trial::{self, Judgement, Subject, Trial, Tried, Window};
 use restir::{Error, buffers::SceneBuffers};
 use serde_json::json;
 
-use super::bench::{LAST_FRAME, picture, refuse_twice, technique};
+use super::bench::{LAST_FRAME, picture, quoted, refuse_twice, technique};
 use super::reference::PictureArguments;
 use super::render::{cameras, natural};
 use super::scene::DEFAULT_SIZE;
@@ -28,6 +29,11 @@ const MOST_WINDOWS: f64 = 64.0;
 /// Settings whose errors differ by fewer standard errors are not told apart.
 const DISTINCT: f64 = 2.0;
 const MAX_FRAMES: u32 = 4096;
+/// Options that a render has not, or has otherwise, and those of them that have no value.
+const OF_TRIALS: [&str; 8] =
+    ["--seconds", "--technique", "--frames", "--json", "--max-depth", "--depth", "--jitter", "--no-jitter"];
+const FLAGS: [&str; 3] = ["--json", "--jitter", "--no-jitter"];
+const CAMERA_PATH: &str = "--camera-path";
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
@@ -75,12 +81,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     arguments.picture.additions.complete(&mut scene, size)?;
     let buffers = arguments.picture.additions.buffers(&scene)?;
     let cameras = cameras(arguments.camera_path.as_deref(), buffers.camera, frames)?;
+    let last_view = cameras.last().map(look);
     let candidates = comparable(arguments, &buffers, candidates)?;
     let subject = Subject::new(&scene, buffers, cameras, frames)?;
     let mut device = device::open(&arguments.device)?;
     let (tried, judged) = advise(arguments, device.as_mut(), &subject, size, &candidates)?;
     let images = tried.iter().map(Tried::images).max().unwrap_or(0);
-    let advice = Advice::new(arguments, scene.name, size, images, candidates.into_iter().zip(judged).collect());
+    let advice =
+        Advice::new(arguments, scene.name, size, images, last_view, candidates.into_iter().zip(judged).collect());
     console::print(&if arguments.json { advice.json() } else { advice.text() })
 }
 
@@ -159,12 +167,34 @@ fn check(trials: &[Trial<'_>]) -> Result<(), Error> {
     pieces.try_for_each(|(scene, piece)| render::check(scene, piece))
 }
 
+/// A camera as --camera has it.
+fn look(camera: &Camera) -> String {
+    let [eye, target] = [camera.position, camera.target].map(|at| format!("{},{},{}", at.x, at.y, at.z));
+    format!("{eye}:{target}:{}", camera.vertical_fov.to_degrees())
+}
+
+/// The options that give a technique its integral, where it has another one by itself.
+fn integral(render: &Render) -> String {
+    let technique = &render.technique;
+    let (own, default) = (technique.integral(), technique::named(technique.about().name).map(|named| named.integral()));
+    let Ok(default) = default else { return String::new() };
+    let depth =
+        if own.max_depth == default.max_depth { String::new() } else { format!(" --max-depth {}", own.max_depth) };
+    let jitter = match own.jitter {
+        same if same == default.jitter => "",
+        true => " --jitter",
+        false => " --no-jitter",
+    };
+    depth + jitter
+}
+
 /// What was found, best first.
 struct Advice {
     scene: String,
-    /// The scene as it was named.
-    named: String,
-    options: String,
+    /// Those of the program, after the name of the command.
+    arguments: Vec<String>,
+    /// Of the last frame, where a camera path was given.
+    last_view: Option<String>,
     size: [u32; 2],
     images: usize,
     frames: u32,
@@ -177,15 +207,15 @@ impl Advice {
         scene: String,
         size: [u32; 2],
         images: usize,
+        last_view: Option<String>,
         mut rows: Vec<(Technique, Judgement)>,
     ) -> Self {
         let cost = |judged: &Judgement| judged.rel_mse.value * judged.seconds;
         rows.sort_by(|(_, a), (_, b)| cost(a).total_cmp(&cost(b)));
-        let path = arguments.camera_path.as_ref().map(|path| format!(" --camera-path {}", path.display()));
         Self {
             scene,
-            named: arguments.scene.display().to_string(),
-            options: path.unwrap_or_default(),
+            arguments: std::env::args_os().skip(2).map(|argument| argument.to_string_lossy().into_owned()).collect(),
+            last_view,
             size,
             images,
             frames: arguments.frames,
@@ -193,7 +223,7 @@ impl Advice {
         }
     }
 
-    /// How to render with the best.
+    /// How to render with the best: all that was asked for but what is of the trials.
     fn command(&self) -> String {
         let Technique { name, render } = &self.rows[0].0;
         let (technique, settings) = name.split_once(':').unwrap_or((name, ""));
@@ -201,15 +231,35 @@ impl Advice {
         let settings: String = settings.map(|setting| format!(" --set {setting}")).collect();
         let count = self.frames;
         let repeats = match render.technique.about().repeats {
-            Repeats::Samples => format!(
-                " --max-depth {}{} --spp {count}",
-                render.technique.integral().max_depth,
-                if render.technique.integral().jitter { "" } else { " --no-jitter" },
-            ),
-            Repeats::Frames if render.accumulate => format!(" --frames {count} --accumulate"),
-            Repeats::Frames => format!(" --frames {count}{}", self.options),
+            Repeats::Samples => format!("--spp {count}"),
+            Repeats::Frames if render.accumulate => format!("--frames {count} --accumulate"),
+            Repeats::Frames => format!("--frames {count}"),
         };
-        format!("restir render {} --technique {technique}{settings}{repeats} -o image.exr", self.named)
+        let view = self.last_view.as_ref().filter(|_| render.is_mean()).map(|camera| format!(" --camera {camera}"));
+        format!(
+            "restir render {} --technique {technique}{settings}{} {repeats}{} -o image.exr",
+            self.options(render.is_mean()),
+            integral(render),
+            view.unwrap_or_default(),
+        )
+    }
+
+    /// The scene and the options that a render has, too; without a camera path where a single view is rendered.
+    fn options(&self, of_one_view: bool) -> String {
+        let path = of_one_view.then_some(CAMERA_PATH);
+        let own = |name: &str| OF_TRIALS.contains(&name) || path == Some(name);
+        let mut given = self.arguments.iter();
+        let mut kept = Vec::new();
+        while let Some(argument) = given.next() {
+            let (name, value) =
+                argument.split_once('=').map_or((argument.as_str(), None), |(name, value)| (name, Some(value)));
+            if !own(name) {
+                kept.push(quoted(argument));
+            } else if value.is_none() && !FLAGS.contains(&name) {
+                given.next();
+            }
+        }
+        kept.join(" ")
     }
 
     /// Whether the second is not worse by more than chance.

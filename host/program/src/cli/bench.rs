@@ -223,10 +223,13 @@ fn measured(
 
 /// As the user could write it.
 fn command_line() -> String {
-    let arguments = std::env::args_os().skip(1).map(|argument| argument.to_string_lossy().into_owned());
-    let quoted = arguments
-        .map(|argument| if argument.contains(char::is_whitespace) { format!("'{argument}'") } else { argument });
-    std::iter::once("restir".to_owned()).chain(quoted).collect::<Vec<_>>().join(" ")
+    let arguments = std::env::args_os().skip(1).map(|argument| quoted(&argument.to_string_lossy()));
+    std::iter::once("restir".to_owned()).chain(arguments).collect::<Vec<_>>().join(" ")
+}
+
+/// An argument as it is written for a shell.
+pub(super) fn quoted(argument: &str) -> String {
+    if argument.contains(char::is_whitespace) { format!("'{argument}'") } else { argument.to_owned() }
 }
 
 fn read_table(path: &Path) -> Result<Vec<Row>, Error> {
