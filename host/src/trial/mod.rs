@@ -266,10 +266,7 @@ mod tests {
     #[test]
     fn bias_is_an_error() {
         let subject = subject("many-lights");
-        let of = |settings: DiSettings| Trial {
-            scene: &scene,
-            render: Render { count: 8, ..Render::new([24, 18], settings) },
-        };
+        let of = |settings: DiSettings| subject.trial(&Render { count: 8, ..Render::new([24, 24], settings) }, &WHOLE);
         let biased = DiSettings::preset("biased-2020").expect("a preset");
         let trials = [of(DiSettings::default()), of(biased)];
         let mut cpu = CpuExecutor::new(Some(1)).expect("a thread");

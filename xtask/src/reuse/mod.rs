@@ -67,7 +67,7 @@ struct Row {
     scene: String,
     view: View,
     /// Emissive triangles and lights without a surface.
-    lights: usize,
+    emitters: usize,
     judged: Vec<Judgement>,
     /// Of each setting; of scenes that move nothing is told.
     limits: Vec<Option<Limits>>,
@@ -132,7 +132,7 @@ fn measured(options: &Options, settings: &[DiSettings], name: &str, view: View) 
     let size = [options.width, options.width * 3 / 4];
     let scene = Scene::load(name)?;
     let buffers = SceneBuffers::build(&scene)?;
-    let lights = buffers.stats().emissive_triangles as usize + scene.lights.len();
+    let emitters = buffers.stats().emissive_triangles as usize + scene.lights.len();
     let cameras = match view {
         View::Still => Vec::new(),
         View::Orbit => CameraPath::Orbit.cameras(buffers.camera, FRAMES)?,
@@ -155,5 +155,5 @@ fn measured(options: &Options, settings: &[DiSettings], name: &str, view: View) 
         false => Limits::of(&mut cpu, trial.scene, &trial.pieces[0].1).map(Some),
     };
     let limits = trials[BASELINES..].iter().map(limits).collect::<Result<_, _>>()?;
-    Ok(Row { scene: name.to_owned(), view, lights, judged: judge(&trials, &tried), limits })
+    Ok(Row { scene: name.to_owned(), view, emitters, judged: judge(&trials, &tried), limits })
 }

@@ -31,7 +31,7 @@ fn heading(options: &Options) -> String {
          a frame, and all show what the last frame does. Made by `cargo xtask reuse --write`.\n\n\
          What limits it, of the last frame: *empty* pixels found nothing of use among their own candidates, *copies* hold the \
          sample of the pixel to the right or below, *capped* have the largest confidence, *refused* neighbours within the \
-         radius of shading are of another surface. Shares of time are those of initial candidates, of combining and of \
+         radius of shading are of another surface. Emitters are emissive triangles and lights without a surface. Shares of time are those of initial candidates, of combining and of \
          shading.\n",
         width * 3 / 4,
         options.images,
@@ -44,7 +44,7 @@ fn section(options: &Options, rows: &[Row], view: View) -> String {
     let rule = "---:|".repeat(options.settings.len());
     let title = format!("{view:?}");
     format!(
-        "\n## {title}\n\n| scene | lights | path | RIS-32 |{names} best |\n|---|---:|---:|---:|{rule}---:|\n{}{}\n\
+        "\n## {title}\n\n| scene | emitters | path | RIS-32 |{names} best |\n|---|---:|---:|---:|{rule}---:|\n{}{}\n\
          | scene | setting | empty | copies | capped | refused | initial | combine | shading |\n\
          |---|---|---:|---:|---:|---:|---:|---:|---:|\n{}",
         rows.iter().map(|row| errors(row)).collect::<String>(),
@@ -60,7 +60,7 @@ fn ratio(Estimate { value, error }: &Estimate) -> String {
 fn errors(row: &Row) -> String {
     let baselines = row.judged[..BASELINES].iter().map(|judged| judged.over(row.baseline()));
     let cells: String = baselines.chain(row.ratios()).map(|over| format!(" {} |", ratio(&over))).collect();
-    format!("| {} | {} |{cells} {:.2} |\n", row.scene, row.lights, best(row))
+    format!("| {} | {} |{cells} {:.2} |\n", row.scene, row.emitters, best(row))
 }
 
 fn best(row: &Row) -> f64 {
