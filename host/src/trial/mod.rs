@@ -68,12 +68,22 @@ impl Judgement {
     }
 }
 
+/// Seconds since some moment: of the wall, or of the processor where others want it, too.
+pub type Clock<'a> = dyn Fn() -> f64 + 'a;
+
+/// The wall's.
+pub fn wall_clock() -> impl Fn() -> f64 {
+    let begin = Instant::now();
+    move || begin.elapsed().as_secs_f64()
+}
+
 /// One image more of each trial, with that seed. `observe` hears of passes of the trial in work, and may end the work.
 ///
 /// # Errors
 /// As of [`render`].
 pub fn try_once(
     executor: &mut dyn Executor,
+    clock: &Clock<'_>,
     trials: &[Trial<'_>],
     tried: &mut [Tried],
     seed: u32,
@@ -83,7 +93,7 @@ pub fn try_once(
         let (mut image, mut seconds) = (Vec::new(), 0.0);
         for (window, piece) in &trial.pieces {
             let piece = Render { seed, ..piece.clone() };
-            let (pixels, of_piece) = timed(executor, trial, window, &piece, observe)?;
+            let (pixels, of_piece) = timed(executor, clock, trial, window, &piece, observe)?;
             image.extend(window.inner(&pixels).flatten().map(|&value| f64::from(value)));
             seconds += of_piece;
         }
@@ -97,6 +107,7 @@ pub fn try_once(
 /// the image is larger, others take what they take.
 fn timed(
     executor: &mut dyn Executor,
+    clock: &Clock<'_>,
     trial: &Trial<'_>,
     window: &Window,
     piece: &Render,
@@ -105,11 +116,12 @@ fn timed(
     let area = |[width, height]: [u32; 2]| f64::from(width) * f64::from(height);
     let windows = trial.pieces.len() as f64;
     let scale = area(window.whole) / (area(window.size) * windows);
-    let (mut seconds, mut last) = (0.0, Instant::now());
+    let (mut seconds, mut last) = (0.0, clock());
     let rendered = render(executor, trial.scene, piece, &mut |step| {
         let by_pixel = step.pass.grid == window.size;
-        seconds += last.elapsed().as_secs_f64() * if by_pixel { scale } else { 1.0 / windows };
-        last = Instant::now();
+        let now = clock();
+        seconds += (now - last) * if by_pixel { scale } else { 1.0 / windows };
+        last = now;
         observe(step.progress)
     })?;
     Ok((rendered.image.pixels, seconds))
@@ -240,7 +252,7 @@ mod tests {
         let mut cpu = CpuExecutor::new(Some(1)).expect("a thread");
         let mut tried = vec![Tried::default(); trials.len()];
         for seed in 0..images {
-            try_once(&mut cpu, trials, &mut tried, seed, &mut |_| Ok(())).expect("renders");
+            try_once(&mut cpu, &wall_clock(), trials, &mut tried, seed, &mut |_| Ok(())).expect("renders");
         }
         judge(trials, &tried)
     }
@@ -272,7 +284,7 @@ mod tests {
         let mut cpu = CpuExecutor::new(Some(1)).expect("a thread");
         let mut tried = vec![Tried::default(); 2];
         for seed in 0..12 {
-            try_once(&mut cpu, &trials, &mut tried, seed, &mut |_| Ok(())).expect("renders");
+            try_once(&mut cpu, &wall_clock(), &trials, &mut tried, seed, &mut |_| Ok(())).expect("renders");
         }
         let judged = judge(&trials, &tried);
         let mean = mean_image(&tried[1]);

@@ -31,8 +31,8 @@ pub(super) struct Limits {
     pub(super) empty: f64,
     /// Pixels that hold, before shading, the same sample as the pixel to the right or below.
     pub(super) copies: f64,
-    /// Pixels whose confidence is at the cap or above.
-    pub(super) capped: f64,
+    /// Pixels with less than half of the confidence that the frames, or the cap, allow: their history is short.
+    pub(super) young: f64,
     /// Neighbours within the radius of shading that are refused.
     pub(super) refused: f64,
     /// Time of initial candidates, of combining and of shading.
@@ -87,7 +87,8 @@ impl Limits {
         let same =
             |a: usize, b: usize| reservoirs.get(b).is_some_and(|b| b.has_sample() && b.sample == reservoirs[a].sample);
         self.copies = share(&|pixel| same(pixel, pixel + 1) || same(pixel, pixel + width));
-        self.capped = share(&|pixel| reservoirs[pixel].confidence >= settings.confidence_cap as f32);
+        let half = 0.5 * settings.confidence_cap.min(chain.count) as f32;
+        self.young = share(&|pixel| reservoirs[pixel].confidence < half);
         Ok(())
     }
 }

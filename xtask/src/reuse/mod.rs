@@ -4,6 +4,7 @@
 mod limits;
 mod report;
 
+use std::sync::LazyLock;
 use std::time::Instant;
 
 use clap::Args;
@@ -114,6 +115,19 @@ fn setting(text: &str) -> Result<DiSettings, restir_host::Error> {
     Ok(settings)
 }
 
+/// What all threads have had of the processors, in seconds: others may have their share of the machine. The kernel counts
+/// hundredths; where it does not say, the wall's time.
+fn processor_time() -> f64 {
+    static START: LazyLock<Instant> = LazyLock::new(Instant::now);
+    let ticks = || {
+        let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
+        // fields 14 and 15, of which the second may hold anything in parentheses
+        let fields: Vec<&str> = stat.rsplit_once(')')?.1.split_whitespace().collect();
+        Some(fields.get(11)?.parse::<f64>().ok()? + fields.get(12)?.parse::<f64>().ok()?)
+    };
+    ticks().map_or_else(|| START.elapsed().as_secs_f64(), |ticks| 0.01 * ticks)
+}
+
 /// Independent samples, by path tracing and by resampling of 32 candidates.
 fn baselines(size: [u32; 2]) -> [Render; BASELINES] {
     let path = PathSettings { max_depth: DEPTH, jitter: false, ..PathSettings::default() };
@@ -145,10 +159,10 @@ fn measured(options: &Options, settings: &[DiSettings], name: &str, view: View) 
         renders.map(|render| subject.trial(&Render { count: FRAMES, ..render }, &whole)).collect();
     let mut cpu = CpuExecutor::new(None)?;
     // the first image of each warms up
-    try_once(&mut cpu, &trials, &mut vec![Tried::default(); trials.len()], u32::MAX, &mut |_| Ok(()))?;
+    try_once(&mut cpu, &processor_time, &trials, &mut vec![Tried::default(); trials.len()], u32::MAX, &mut |_| Ok(()))?;
     let mut tried = vec![Tried::default(); trials.len()];
     for seed in 0..options.images {
-        try_once(&mut cpu, &trials, &mut tried, seed, &mut |_| Ok(()))?;
+        try_once(&mut cpu, &processor_time, &trials, &mut tried, seed, &mut |_| Ok(()))?;
     }
     let limits = |trial: &Trial<'_>| match trial.scene.is_animated() {
         true => Ok(None),

@@ -27,10 +27,11 @@ fn heading(options: &Options) -> String {
          octaves of power, up to a quarter of them behind a wall, over diffuse, plastic (roughness 0.08 to 0.6) and metal \
          (0.1 to 0.5) surfaces.\n\n\
          {width} x {} pixels on the CPU; errors are variances over {} independent chains (`restir_host::trial`), ± is a \
-         standard error, times are medians of images made in turns. In *orbit* the camera turns about its target by a degree \
+         standard error, times are medians of processor time over images made in turns. In *orbit* the camera turns about its target by a degree \
          a frame, and all show what the last frame does. Made by `cargo xtask reuse --write`.\n\n\
          What limits it, of the last frame: *empty* pixels found nothing of use among their own candidates, *copies* hold the \
-         sample of the pixel to the right or below, *capped* have the largest confidence, *refused* neighbours within the \
+         sample of the pixel to the right or below, *young* have less than half of the confidence that the frames or the cap \
+         allow, *refused* neighbours within the \
          radius of shading are of another surface. Emitters are emissive triangles and lights without a surface. Shares of time are those of initial candidates, of combining and of \
          shading.\n",
         width * 3 / 4,
@@ -45,7 +46,7 @@ fn section(options: &Options, rows: &[Row], view: View) -> String {
     let title = format!("{view:?}");
     format!(
         "\n## {title}\n\n| scene | emitters | path | RIS-32 |{names} best |\n|---|---:|---:|---:|{rule}---:|\n{}{}\n\
-         | scene | setting | empty | copies | capped | refused | initial | combine | shading |\n\
+         | scene | setting | empty | copies | young | refused | initial | combine | shading |\n\
          |---|---|---:|---:|---:|---:|---:|---:|---:|\n{}",
         rows.iter().map(|row| errors(row)).collect::<String>(),
         medians(options, &rows),
@@ -78,7 +79,7 @@ fn medians(options: &Options, rows: &[&Row]) -> String {
 fn limits(options: &Options, row: &Row) -> String {
     let line = |(name, limits): (&String, &Option<super::Limits>)| {
         let limits = (*limits)?;
-        let shares = [limits.empty, limits.copies, limits.capped, limits.refused].into_iter().chain(limits.time);
+        let shares = [limits.empty, limits.copies, limits.young, limits.refused].into_iter().chain(limits.time);
         let cells: String = shares.map(|share| format!(" {:.0} % |", 100.0 * share)).collect();
         Some(format!("| {} | `{name}` |{cells}\n", row.scene))
     };

@@ -1,7 +1,6 @@
 //! `restir advise`
 
 use std::path::PathBuf;
-use std::time::{Duration, Instant};
 
 use restir::exec::Executor;
 use restir::render::{self, Progress, Render};
@@ -134,9 +133,8 @@ fn advise(
     size: [u32; 2],
     candidates: &[Technique],
 ) -> Result<(Vec<Tried>, Vec<Judgement>), Error> {
-    let time = Duration::from_secs(u64::from(arguments.seconds));
-    let begin = Instant::now();
-    let share = || begin.elapsed().as_secs_f64() / time.as_secs_f64();
+    let clock = trial::wall_clock();
+    let share = || clock() / f64::from(arguments.seconds);
     let shown = || Progress { done: (100.0 * share().min(0.99)) as u64, total: 100 };
     let trials_in = |count: u32| -> Vec<Trial<'_>> {
         let windows = Window::spread(size, WINDOW, MARGIN, count);
@@ -146,14 +144,14 @@ fn advise(
     reported(|observe| {
         let probe = trials_in(1);
         check(&probe)?;
-        trial::try_once(executor, &probe, &mut none(), u32::MAX, &mut |_| observe(shown()))?;
+        trial::try_once(executor, &clock, &probe, &mut none(), u32::MAX, &mut |_| observe(shown()))?;
         let affordable = (1.0 - share()) / (ROUNDS * share());
         let trials = trials_in(affordable.clamp(1.0, MOST_WINDOWS) as u32);
         check(&trials)?;
         let mut tried = none();
         let mut seed = 0;
         while seed < FEWEST_ROUNDS || share() < 1.0 {
-            trial::try_once(executor, &trials, &mut tried, seed, &mut |_| observe(shown()))?;
+            trial::try_once(executor, &clock, &trials, &mut tried, seed, &mut |_| observe(shown()))?;
             seed += 1;
         }
         let judged = trial::judge(&trials, &tried);
