@@ -41,10 +41,10 @@ pub struct Options {
     #[arg(long = "setting", value_name = "KEY=VALUE,...", default_values = ["preset=quality", "preset=offline"])]
     settings: Vec<String>,
     /// Independent images of each.
-    #[arg(long, default_value_t = 6, value_parser = clap::value_parser!(u32).range(2..))]
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(2..))]
     images: u32,
     /// Width of an image; the height is three quarters of it.
-    #[arg(long, default_value_t = 192, value_parser = clap::value_parser!(u32).range(4..=4096))]
+    #[arg(long, default_value_t = 128, value_parser = clap::value_parser!(u32).range(4..=4096))]
     width: u32,
     /// Leave out the view that stands still, or the one that orbits.
     #[arg(long, value_enum)]
