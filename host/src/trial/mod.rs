@@ -257,7 +257,7 @@ mod tests {
         judge(trials, &tried)
     }
 
-    /// Four times the samples have a quarter of the squared error, and twice the images know it better.
+    /// Four times the samples have a quarter of the squared error.
     #[test]
     fn the_variance_is_the_squared_error() {
         let subject = subject("cornell");
@@ -265,7 +265,7 @@ mod tests {
             let path = PathSettings { max_depth: 2, ..PathSettings::default() };
             subject.trial(&Render { count, ..Render::new([24, 24], path) }, &WHOLE)
         };
-        let judged = judged(&[path(4), path(16)], 24);
+        let judged = judged(&[path(4), path(16)], 48);
         let ratio = judged[0].mse.value / judged[1].mse.value;
         let deviation =
             ratio * (judged[0].mse.error / judged[0].mse.value).hypot(judged[1].mse.error / judged[1].mse.value);
