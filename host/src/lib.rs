@@ -29,6 +29,7 @@ pub mod settings;
 pub mod spirv;
 pub mod technique;
 pub mod tonemap;
+pub mod trial;
 pub mod wide_bvh;
 
 pub use artifact::Shaders;

@@ -16,12 +16,14 @@ const CRATES: [(&str, &str); 5] = [
 
 /// Of every technique but the reference: what may name it beside its own folders. The lists of techniques, and the reports and
 /// figures of papers.
-const MAY_NAME: [&str; 6] = [
+const MAY_NAME: [&str; 8] = [
     "shared/src/technique",
     "host/src/technique",
     "host/program/src/figure",
     "tests/src/technique",
     "tests/src/visibility",
+    "xtask/src/reuse",
+    "xtask/src/reuse/limits",
     "xtask/src/visibility",
 ];
 /// All others are compared with it.

@@ -13,6 +13,7 @@ pub mod parity;
 mod process;
 mod report;
 pub mod resampling;
+pub mod reuse;
 pub mod shader;
 pub mod stress;
 pub mod unbiased;

@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use xtask::{
-    Error, albedo, features, furnace, num, package, parity, resampling, shader, stress, unbiased, visibility,
+    Error, albedo, features, furnace, num, package, parity, resampling, reuse, shader, stress, unbiased, visibility,
     watertight,
 };
 
@@ -41,6 +41,8 @@ enum Task {
     Features(features::Options),
     /// Compare averaged visibility with that of the selected sample, and print the report.
     Visibility(visibility::Options),
+    /// Measure on which scenes reuse of samples pays at equal time and what limits it, and print the report.
+    Reuse(reuse::Options),
     /// Pack the published crates, build them elsewhere without the lock file, and compare pictures of CPU and device.
     Package(package::Options),
 }
@@ -58,6 +60,7 @@ fn run(task: Task) -> Result<(), Error> {
         Task::Furnace(options) => furnace::run(&options),
         Task::Features(options) => features::run(&options),
         Task::Visibility(options) => visibility::run(&options),
+        Task::Reuse(options) => reuse::run(&options),
         Task::Package(options) => package::run(&options),
     }
 }

@@ -132,7 +132,7 @@ impl Scene {
         if extension == "gltf" || extension == "glb" {
             return gltf::load(path);
         }
-        let names: Vec<&str> = builtin::NAMES.iter().map(|(name, _)| *name).collect();
+        let names: Vec<&str> = builtin::NAMES.iter().chain(builtin::FAMILIES).map(|(name, _)| *name).collect();
         Err(Error::Scene {
             scene: path.display().to_string(),
             problem: format!("it is neither a built-in scene ({}) nor a .gltf or .glb file", names.join(", ")),

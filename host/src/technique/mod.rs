@@ -119,6 +119,12 @@ pub trait Technique: Settings + Duplicate + Any + fmt::Debug + Send + Sync {
         Ok(())
     }
 
+    /// What `restir advise` tries, each as settings `KEY=VALUE,...`, with the word `last` where the last frame is the image and not
+    /// the mean of all.
+    fn advisable(&self) -> &'static [&'static str] {
+        &[""]
+    }
+
     /// Whether samples of other pixels or frames are used, so that the repeats of a render depend on each other.
     fn reuses(&self) -> bool {
         false

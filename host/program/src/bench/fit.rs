@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+pub(crate) use restir::trial::{mean_and_error, median};
+
 /// 97.5 % quantiles of Student's t for 1, 2, ... degrees of freedom.
 const STUDENT: [f64; 30] = [
     12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228, 2.201, 2.179, 2.160, 2.145, 2.131, 2.120,
@@ -22,26 +24,6 @@ impl fmt::Display for Estimate {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let digits = f.precision().unwrap_or(3);
         write!(f, "{:.digits$} ± {:.digits$}", self.value, self.half_width)
-    }
-}
-
-/// The mean and its standard error, which is NaN for fewer than two values.
-pub(crate) fn mean_and_error(values: &[f64]) -> (f64, f64) {
-    let count = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / count;
-    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
-    (mean, (squares / (count * (count - 1.0))).sqrt())
-}
-
-/// The median; NaN of nothing.
-pub(crate) fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let middle = sorted.len() / 2;
-    match sorted.get(middle) {
-        None => f64::NAN,
-        Some(&upper) if sorted.len() % 2 == 1 => upper,
-        Some(&upper) => 0.5 * (sorted[middle - 1] + upper),
     }
 }
 

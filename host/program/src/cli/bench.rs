@@ -24,7 +24,7 @@ const MAX_RESTARTS: u32 = 100_000;
 /// More are a slip: the reference would need 200 times as many.
 const MAX_SAMPLES: u32 = 1 << 24;
 /// What a technique of frames says to be judged by its last one.
-const LAST_FRAME: &str = "last";
+pub(super) const LAST_FRAME: &str = "last";
 pub(super) const REPORT: &str = "report.md";
 const TABLE: &str = "report.csv";
 
@@ -92,7 +92,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
 
 fn matrix(arguments: &Arguments) -> Result<Matrix, Error> {
     let Arguments { restarts, reference_spp, seconds, .. } = *arguments;
-    let picture = picture(arguments)?;
+    let picture = picture(&arguments.picture, &arguments.techniques)?;
     let problem =
         format_args!("--restarts {restarts} is out of range; give 2 to {MAX_RESTARTS}, so that there is a spread");
     require((2..=MAX_RESTARTS).contains(&restarts), problem)?;
@@ -116,9 +116,9 @@ fn matrix(arguments: &Arguments) -> Result<Matrix, Error> {
 }
 
 /// What is measured: at the centres of pixels, which techniques with reservoirs keep, unless --jitter is given; without --max-depth as a technique has it that knows paths of one length only.
-fn picture(arguments: &Arguments) -> Result<Picture, Error> {
-    let mut picture = arguments.picture.measured(false)?;
-    for text in arguments.techniques.iter().filter(|_| arguments.picture.max_depth.is_none()) {
+pub(super) fn picture(arguments: &PictureArguments, techniques: &[String]) -> Result<Picture, Error> {
+    let mut picture = arguments.measured(false)?;
+    for text in techniques.iter().filter(|_| arguments.max_depth.is_none()) {
         let technique = technique::named(text.split(':').next().unwrap_or_default())?;
         if technique.value("max_depth").is_none() {
             picture.integral.max_depth = technique.integral().max_depth;
@@ -128,7 +128,7 @@ fn picture(arguments: &Arguments) -> Result<Picture, Error> {
 }
 
 /// A technique from its name and settings; these may not change what the picture converges to.
-fn technique(text: &str, picture: Picture) -> Result<Technique, Error> {
+pub(super) fn technique(text: &str, picture: Picture) -> Result<Technique, Error> {
     let (name, changes) = text.split_once(':').unwrap_or((text, ""));
     let changes = changes.split(',').filter(|change| !change.is_empty()).map(str::to_owned);
     let (last, changes): (Vec<String>, Vec<String>) = changes.partition(|change| change == LAST_FRAME);
@@ -146,7 +146,7 @@ fn technique(text: &str, picture: Picture) -> Result<Technique, Error> {
     Ok(Technique { name: text.to_owned(), render })
 }
 
-fn refuse_twice<'a>(what: &str, mut names: impl Iterator<Item = &'a str>) -> Result<(), Error> {
+pub(super) fn refuse_twice<'a>(what: &str, mut names: impl Iterator<Item = &'a str>) -> Result<(), Error> {
     let mut seen = BTreeSet::new();
     names
         .try_for_each(|name| require(seen.insert(name), format_args!("the {what} {name} is named twice; name it once")))
@@ -223,10 +223,13 @@ fn measured(
 
 /// As the user could write it.
 fn command_line() -> String {
-    let arguments = std::env::args_os().skip(1).map(|argument| argument.to_string_lossy().into_owned());
-    let quoted = arguments
-        .map(|argument| if argument.contains(char::is_whitespace) { format!("'{argument}'") } else { argument });
-    std::iter::once("restir".to_owned()).chain(quoted).collect::<Vec<_>>().join(" ")
+    let arguments = std::env::args_os().skip(1).map(|argument| quoted(&argument.to_string_lossy()));
+    std::iter::once("restir".to_owned()).chain(arguments).collect::<Vec<_>>().join(" ")
+}
+
+/// An argument as it is written for a shell.
+pub(super) fn quoted(argument: &str) -> String {
+    if argument.contains(char::is_whitespace) { format!("'{argument}'") } else { argument.to_owned() }
 }
 
 fn read_table(path: &Path) -> Result<Vec<Row>, Error> {

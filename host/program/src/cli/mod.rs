@@ -11,6 +11,7 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Parser, Subcommand};
 use restir::Error;
 
+mod advise;
 mod bench;
 mod compare;
 mod console;
@@ -69,6 +70,8 @@ enum Command {
     ///
     /// Exits with 1 if something got worse since the table named by --against.
     Bench(bench::Arguments),
+    /// Find the technique and the settings with the least error for their time on a scene, by trying them.
+    Advise(advise::Arguments),
     /// Make a figure of a paper anew: plots or pictures, their data, and a report of what became of its claims.
     Figure(figure::Arguments),
     /// List the settings of a technique with their defaults, and its presets.
@@ -168,6 +171,7 @@ fn run(command: Command) -> Result<(), Error> {
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Reference(arguments) => reference::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
+        Command::Advise(arguments) => advise::run(&arguments),
         Command::Figure(arguments) => figure::run(&arguments),
         Command::Settings(arguments) => settings::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),

@@ -6,15 +6,18 @@ use super::console;
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
-    /// Print only the names, one a line.
+    /// Print only the names, one a line; those that hold a seed are left out.
     #[arg(long)]
     names: bool,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
-    let line = |(name, description): &(&str, &str)| match arguments.names {
-        true => format!("{name}\n"),
-        false => format!("{name:16} {description}\n"),
+    let lines: String = match arguments.names {
+        true => builtin::NAMES.iter().map(|(name, _)| format!("{name}\n")).collect(),
+        false => {
+            let all = builtin::NAMES.iter().chain(builtin::FAMILIES);
+            all.map(|(name, description)| format!("{name:16} {description}\n")).collect()
+        }
     };
-    console::print(&builtin::NAMES.iter().map(line).collect::<String>())
+    console::print(&lines)
 }

@@ -221,3 +221,52 @@ fn a_reservoir_has_a_genealogy() {
     explained("16,6", "--frames 4").refused(&["(16, 6)", "16 x 12"]);
     run(["explain", "furnace", "--pixel", "0,0", "--frames", "2"]).refused(&["--frames", "restir-di"]);
 }
+
+/// Advice for a small picture of the Cornell box.
+fn advise(more: &[&str]) -> Outcome {
+    let defaults = [["--seconds", "1"], ["--size", "40x30"], ["--frames", "4"], ["--device", "cpu"]];
+    finish(&mut with_defaults(program(["advise", "cornell"]), &defaults, more))
+}
+
+#[test]
+fn advice_names_a_command_that_works() {
+    let advice = advise(&["--json"]).json();
+    let techniques = advice["techniques"].as_array().unwrap();
+    let names: Vec<&str> = techniques.iter().map(|row| row["technique"].as_str().unwrap()).collect();
+    for name in
+        ["path", "restir-di:last,preset=quality", "restir-di:last,preset=offline", "restir-di:preset=progressive"]
+    {
+        assert!(names.contains(&name), "{names:?}");
+    }
+    let factors: Vec<f64> = techniques.iter().map(|row| row["at_equal_time"].as_f64().unwrap()).collect();
+    assert!(factors[0] == 1.0 && factors.is_sorted(), "{factors:?}");
+    assert!(
+        techniques.iter().all(|row| row["rel_mse"].as_f64() > Some(0.0) && row["rel_mse_error"].as_f64() > Some(0.0))
+    );
+    assert!(advice["images"].as_u64() >= Some(4));
+    let command = advice["command"].as_str().unwrap();
+    let (workplace, words) = (Workplace::new(), command.split(' ').map(str::to_owned).collect::<Vec<_>>());
+    assert!(command.starts_with("restir render cornell --size 40x30 --device cpu --technique "), "{command}");
+    let image = workplace.output("image.exr");
+    let arguments: Vec<&str> = words[1..words.len() - 1].iter().map(String::as_str).chain([image.as_str()]).collect();
+    run(arguments).done();
+    assert_eq!(workplace.outputs(), ["image.exr"]);
+}
+
+#[test]
+fn advice_is_of_what_was_asked_for() {
+    let among = ["--technique", "path", "--technique", "restir-di:last,preset=biased-2020", "--camera-path", "pan"];
+    let outcome = advise(&among).done();
+    for word in ["path", "restir-di:last,preset=biased-2020", "biased  restir-di", "restir render cornell"] {
+        assert!(outcome.stdout.contains(word), "{}", outcome.stdout);
+    }
+    // without reuse the last view is rendered, with it all of them
+    let command = outcome.stdout.lines().last().unwrap();
+    assert!(command.contains(" --camera ") != command.contains(" --camera-path pan"), "{command}");
+    advise(&["--seconds", "0"]).refused(&["0 seconds"]);
+    advise(&["--frames", "0"]).refused(&["--frames 0"]);
+    advise(&["--technique", "restir-di:last,preset=wis"]).refused(&["biased", "add path"]);
+    advise(&["--technique", "path", "--technique", "path"]).refused(&["path"]);
+    advise(&["--technique", "path:colour=red"]).refused(&["colour"]);
+    run(["advise", "teapot"]).refused(&["teapot", "hall-SEED"]);
+}

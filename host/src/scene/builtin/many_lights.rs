@@ -3,7 +3,7 @@
 
 use glam::{DAffine3, DVec3};
 
-use super::parts::{metal, plastic, room, stage};
+use super::parts::{metal, octahedron, plastic, room, stage};
 use super::random::Random;
 use crate::scene::{Material, Mesh, Scene};
 
@@ -130,7 +130,7 @@ fn add_lamps(scene: &mut Scene) {
             let power = random.power_law(EXPONENT, strongest).log2().round() as usize;
             // one lamp in five is of another hue than its string's
             let hue = if random.below(5) == 0 { random.below(HUES.len()) } else { hue };
-            lamps[hue * POWERS + power.min(POWERS - 1)].push(octahedron(at));
+            lamps[hue * POWERS + power.min(POWERS - 1)].push(octahedron(at, LAMP_RADIUS));
         }
     }
     for (index, lamps) in lamps.iter().enumerate().filter(|(_, lamps)| !lamps.is_empty()) {
@@ -138,15 +138,6 @@ fn add_lamps(scene: &mut Scene) {
         let hue = HUES[index / POWERS].map(|channel| channel * radiance);
         let material = scene.add_material(Material::emitter("lamp", [0.0; 3], hue));
         scene.add_mesh("lamps", material, Mesh::union(lamps));
-    }
-}
-
-fn octahedron(centre: DVec3) -> Mesh {
-    let tips = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
-    Mesh {
-        positions: tips.map(|tip| (centre + LAMP_RADIUS * tip).as_vec3().to_array()).to_vec(),
-        indices: vec![[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]],
-        ..Mesh::default()
     }
 }
 

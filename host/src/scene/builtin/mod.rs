@@ -10,6 +10,7 @@ mod foliage;
 mod furnace;
 mod glass;
 mod glossy;
+mod hall;
 mod isosurface;
 mod many_lights;
 #[cfg(test)]
@@ -43,6 +44,11 @@ pub const NAMES: &[(&str, &str)] = &[
     ("statue", "a hare of wax: one closed mesh with ears, fingers and a thick belly"),
 ];
 
+/// Scenes that a generator makes of a seed: what their names are like, and a line about them. What goes through all built-in
+/// scenes does not go through these.
+pub const FAMILIES: &[(&str, &str)] =
+    &[("hall-SEED", "a hall by a generator, hall-1 for instance: 60 to 959 lights, glossy and diffuse surfaces")];
+
 /// The built-in scene called `name`, if there is one.
 pub fn scene(name: &str) -> Option<Scene> {
     match name {
@@ -59,8 +65,14 @@ pub fn scene(name: &str) -> Option<Scene> {
         "toys" => Some(toys::scene()),
         "foliage" => Some(foliage::scene()),
         "statue" => Some(statue::scene()),
-        _ => None,
+        _ => generated(name),
     }
+}
+
+/// A seed is written as numbers are, without signs or zeros before it.
+fn generated(name: &str) -> Option<Scene> {
+    let seed = name.strip_prefix(hall::PREFIX)?.parse().ok()?;
+    (name == format!("{}{seed}", hall::PREFIX)).then(|| hall::scene(seed))
 }
 
 /// How far the door of `ajar` is open.
@@ -141,7 +153,11 @@ mod tests {
             let stats = crate::buffers::SceneBuffers::build(&built).unwrap().stats();
             assert_eq!(stats.skipped_triangles, 0, "{name} has triangles without area");
         }
-        assert!(scene("Cornell").is_none());
+        assert!(
+            ["Cornell", "hall", "hall-", "hall-01", "hall-+1", "hall-4294967296"]
+                .iter()
+                .all(|name| scene(name).is_none())
+        );
     }
 
     #[test]

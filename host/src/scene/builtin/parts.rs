@@ -64,6 +64,16 @@ pub(super) fn room(lo: DVec3, hi: DVec3) -> [Mesh; 2] {
     [Mesh::quad(lo, [z, x]), Mesh::union(&shell.map(|(corner, edges)| Mesh::quad(corner, edges)))]
 }
 
+/// Eight triangles whose corners are `radius` away from the middle.
+pub(super) fn octahedron(centre: DVec3, radius: f64) -> Mesh {
+    let tips = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
+    Mesh {
+        positions: tips.map(|tip| (centre + radius * tip).as_vec3().to_array()).to_vec(),
+        indices: vec![[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]],
+        ..Mesh::default()
+    }
+}
+
 /// An environment from its radiance as a function of the unit direction, taken at the middle of each pixel.
 pub(super) fn sky(name: &str, size: [u32; 2], radiance: impl Fn(DVec3) -> [f32; 3]) -> Environment {
     let pixel = |index: u32| {

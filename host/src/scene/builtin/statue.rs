@@ -17,7 +17,7 @@ pub(super) fn scene() -> Scene {
     }));
     let wax = scene.add_material(plastic("wax", [0.86, 0.68, 0.52], 0.4));
     let floor = scene.add_material(Material::diffuse("floor", [0.45, 0.44, 0.42]));
-    scene.add_mesh("statue", wax, hare());
+    scene.add_mesh("statue", wax, hare(CELL));
     scene.add_mesh("floor", floor, ground(14.0));
     // the large one from the left in front; a bright one from behind, which shines through ears and fingers
     let key = [DVec3::new(1.0, 0.0, 1.0), DVec3::new(-0.45, -1.0, 0.45)];
@@ -27,8 +27,9 @@ pub(super) fn scene() -> Scene {
     scene
 }
 
-fn hare() -> Mesh {
-    isosurface(distance, DVec3::new(-0.8, -0.05, -0.62), DVec3::new(0.8, 2.12, 0.62), CELL)
+/// The hare from cubes of that side.
+pub(super) fn hare(cell: f64) -> Mesh {
+    isosurface(distance, DVec3::new(-0.8, -0.05, -0.62), DVec3::new(0.8, 2.12, 0.62), cell)
 }
 
 /// Negative inside. Parts are joined by a smooth minimum; all is symmetric in x but for the pose of ears and arms.
@@ -132,7 +133,7 @@ mod tests {
 
     #[test]
     fn the_hare_is_one_closed_oriented_surface_of_good_triangles() {
-        let hare = hare();
+        let hare = hare(CELL);
         assert!(hare.indices.len() >= 50_000, "{}", hare.indices.len());
         assert!(hare.is_closed());
         assert!(is_in_one_piece(&hare));
@@ -162,7 +163,8 @@ mod tests {
 
     #[test]
     fn it_is_thick_and_thin() {
-        let [lo, hi] = hare().positions.iter().fold([f32::MAX, f32::MIN], |[lo, hi], p| [lo.min(p[1]), hi.max(p[1])]);
+        let [lo, hi] =
+            hare(CELL).positions.iter().fold([f32::MAX, f32::MIN], |[lo, hi], p| [lo.min(p[1]), hi.max(p[1])]);
         let height = f64::from(hi - lo);
         let thickness = |from: DVec3, way: DVec3| {
             let steps = 4000;

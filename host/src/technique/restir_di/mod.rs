@@ -63,6 +63,17 @@ impl Technique for DiSettings {
         Err(Error::Setting(problem))
     }
 
+    /// Without reuse, then the unbiased presets for one frame after the other and for the mean of all.
+    fn advisable(&self) -> &'static [&'static str] {
+        &[
+            "temporal=off,spatial=0,shaded=0,scatter=off,candidates=32",
+            "last,preset=fast",
+            "last,preset=quality",
+            "last,preset=offline",
+            "preset=progressive",
+        ]
+    }
+
     fn reuses(&self) -> bool {
         self.temporal != Temporal::Off || self.spatial > 0 || self.shaded > 0
     }

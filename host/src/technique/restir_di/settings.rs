@@ -164,8 +164,8 @@ settings! {
         "talbot" => Self { mis: Mis::TALBOT, visibility_reuse: VisibilityReuse::Weights, ..Self::published() },
         "wis" => Self { mis: Mis::TALBOT, visibility: Visibility::Averaged, neighbours: 1, ..Self::published() },
         "quality" => Self::quality(),
-        "offline" => Self { spatial: 0, confidence_cap: MAX_CONFIDENCE_CAP, shaded: 32, ..Self::tiled() },
-        "progressive" => Self { temporal: Temporal::Off, ..Self::tiled() },
+        "offline" => Self { confidence_cap: MAX_CONFIDENCE_CAP, ..Self::tiled() },
+        "progressive" => Self { temporal: Temporal::Off, spatial: 1, shaded: 16, ..Self::tiled() },
         "fast" => Self { candidates: 8, neighbours: 1, ..Self::visibility_in_shading() },
     }
 }
@@ -212,24 +212,18 @@ impl DiSettings {
     fn quality() -> Self {
         Self {
             mis: Mis::PAIRWISE,
-            initial_rays: 2,
+            spatial: 0,
             neighbours: 3,
             radius: 6.0,
-            shading_radius: 4.0,
-            shaded: 16,
+            shading_radius: 3.0,
+            shaded: 32,
             ..Self::default()
         }
     }
 
     /// Of views that stand still.
     fn tiled() -> Self {
-        Self {
-            candidates: 32,
-            tiles: Some(Tiles { count: 32, size: 2048 }),
-            initial_rays: 4,
-            shading_radius: 3.0,
-            ..Self::quality()
-        }
+        Self { candidates: 32, tiles: Some(Tiles { count: 32, size: 2048 }), initial_rays: 4, ..Self::quality() }
     }
 
     /// Whether the settings make sense together; ranges are for [`crate::settings::Settings::check_ranges`].

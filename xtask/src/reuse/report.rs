@@ -1,0 +1,87 @@
+//! The report in Markdown.
+
+use super::{BASELINES, FRAMES, Options, Row, View};
+use restir_host::trial::{Estimate, median};
+
+/// A row in a line, for who waits.
+pub(super) fn line(row: &Row) -> String {
+    let ratios: Vec<String> = row.ratios().iter().map(ratio).collect();
+    let path = ratio(&row.judged[0].over(row.baseline()));
+    format!("{} {:?}: path {path}, {}", row.scene, row.view, ratios.join(", "))
+}
+
+pub(super) fn markdown(options: &Options, rows: &[Row]) -> String {
+    let views = [View::Still, View::Orbit].into_iter().filter(|view| rows.iter().any(|row| row.view == *view));
+    let sections: String = views.map(|view| section(options, rows, view)).collect();
+    format!("{}{sections}", heading(options))
+}
+
+fn heading(options: &Options) -> String {
+    let width = options.width;
+    format!(
+        "# Where reuse pays\n\n\
+         relMSE of the last of {FRAMES} frames over that of the better of two techniques without reuse in the time of all \
+         {FRAMES} frames: path tracing of two segments, and resampling of 32 candidates from lights (RIS-32). Below 1 \
+         reuse pays. The halls are made by a generator (`restir scenes`, `host/src/scene/builtin/hall.rs`): hall-N is that \
+         of the seed N, and no other seeds were tried. They have 60 to 959 lights: bulbs, panels, points and spots of seven \
+         octaves of power, up to a quarter of them behind a wall, over diffuse, plastic (roughness 0.08 to 0.6) and metal \
+         (0.1 to 0.5) surfaces.\n\n\
+         {width} x {} pixels on the CPU; errors are variances over {} independent chains (`restir_host::trial`), ± is a \
+         standard error, times are medians of processor time over images made in turns. In *orbit* the camera turns about its target by a degree \
+         a frame, and all show what the last frame does. Made by `cargo xtask reuse --write`.\n\n\
+         What limits it, of the last frame: *empty* pixels found nothing of use among their own candidates, *copies* hold the \
+         sample of the pixel to the right or below, *young* have less than half of the confidence that the frames or the cap \
+         allow, *refused* neighbours within the \
+         radius of shading are of another surface. Emitters are emissive triangles and lights without a surface. Shares of time are those of initial candidates, of combining and of \
+         shading.\n",
+        width * 3 / 4,
+        options.images,
+    )
+}
+
+fn section(options: &Options, rows: &[Row], view: View) -> String {
+    let rows: Vec<&Row> = rows.iter().filter(|row| row.view == view).collect();
+    let names: String = options.settings.iter().map(|name| format!(" `{name}` |")).collect();
+    let rule = "---:|".repeat(options.settings.len());
+    let title = format!("{view:?}");
+    format!(
+        "\n## {title}\n\n| scene | emitters | path | RIS-32 |{names} best |\n|---|---:|---:|---:|{rule}---:|\n{}{}\n\
+         | scene | setting | empty | copies | young | refused | initial | combine | shading |\n\
+         |---|---|---:|---:|---:|---:|---:|---:|---:|\n{}",
+        rows.iter().map(|row| errors(row)).collect::<String>(),
+        medians(options, &rows),
+        rows.iter().map(|row| limits(options, row)).collect::<String>(),
+    )
+}
+
+fn ratio(Estimate { value, error }: &Estimate) -> String {
+    format!("{value:.2} ± {error:.2}")
+}
+
+fn errors(row: &Row) -> String {
+    let baselines = row.judged[..BASELINES].iter().map(|judged| judged.over(row.baseline()));
+    let cells: String = baselines.chain(row.ratios()).map(|over| format!(" {} |", ratio(&over))).collect();
+    format!("| {} | {} |{cells} {:.2} |\n", row.scene, row.emitters, best(row))
+}
+
+fn best(row: &Row) -> f64 {
+    row.ratios().iter().map(|ratio| ratio.value).fold(f64::INFINITY, f64::min)
+}
+
+/// Over the scenes, setting by setting.
+fn medians(options: &Options, rows: &[&Row]) -> String {
+    let of_setting = |i: usize| median(&rows.iter().map(|row| row.ratios()[i].value).collect::<Vec<_>>());
+    let cells: String = (0..options.settings.len()).map(|i| format!(" {:.2} |", of_setting(i))).collect();
+    let best = median(&rows.iter().map(|row| best(row)).collect::<Vec<_>>());
+    format!("| median | | | |{cells} {best:.2} |\n")
+}
+
+fn limits(options: &Options, row: &Row) -> String {
+    let line = |(name, limits): (&String, &Option<super::Limits>)| {
+        let limits = (*limits)?;
+        let shares = [limits.empty, limits.copies, limits.young, limits.refused].into_iter().chain(limits.time);
+        let cells: String = shares.map(|share| format!(" {:.0} % |", 100.0 * share)).collect();
+        Some(format!("| {} | `{name}` |{cells}\n", row.scene))
+    };
+    options.settings.iter().zip(&row.limits).filter_map(line).collect()
+}
