@@ -162,3 +162,6 @@ impl Hierarchy for WideBvh {
         if self.partial { self.any_over(ray, &coverage) } else { self.any_over(ray, &Solid) }
     }
 }
+
+#[cfg(test)]
+mod tests;
