@@ -11,6 +11,7 @@ pub mod num;
 pub mod package;
 pub mod parity;
 mod process;
+pub mod profile;
 mod report;
 pub mod resampling;
 pub mod reuse;

@@ -4,8 +4,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use xtask::{
-    Error, albedo, features, furnace, num, package, parity, resampling, reuse, shader, stress, unbiased, visibility,
-    watertight,
+    Error, albedo, features, furnace, num, package, parity, profile, resampling, reuse, shader, stress, unbiased,
+    visibility, watertight,
 };
 
 /// Tools of the project.
@@ -39,6 +39,8 @@ enum Task {
     Furnace(furnace::Options),
     /// Measure what each feature of a scene costs the path tracer, and print the report.
     Features(features::Options),
+    /// Measure where the time of a path traced render goes, and print the table.
+    Profile(profile::Options),
     /// Compare averaged visibility with that of the selected sample, and print the report.
     Visibility(visibility::Options),
     /// Measure on which scenes reuse of samples pays at equal time and what limits it, and print the report.
@@ -59,6 +61,7 @@ fn run(task: Task) -> Result<(), Error> {
         Task::Albedo(options) => albedo::run(&options),
         Task::Furnace(options) => furnace::run(&options),
         Task::Features(options) => features::run(&options),
+        Task::Profile(options) => profile::run(&options),
         Task::Visibility(options) => visibility::run(&options),
         Task::Reuse(options) => reuse::run(&options),
         Task::Package(options) => package::run(&options),

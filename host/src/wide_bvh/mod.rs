@@ -4,9 +4,12 @@
 //! the same operations in the same order, eight at a time, and boxes by the same monotone arithmetic. Ids are those of
 //! the arena, so the tree may be any tree.
 
+mod any;
+mod boxes;
+mod closest;
 mod collapse;
 mod simd;
-mod traverse;
+mod triangles;
 
 use glam::Vec3;
 use restir_shared::geometry::{Coverage, Hit, Ray, Solid};
@@ -19,7 +22,7 @@ use simd::{LANES, Row};
 pub enum SimdLevel {
     /// Whatever the compiler makes of arrays for the target.
     Portable,
-    /// 256-bit registers, detected when the program runs.
+    /// 256-bit registers, and the operations on bits that came with them, detected when the program runs.
     #[cfg(target_arch = "x86_64")]
     Avx2,
 }
@@ -29,10 +32,17 @@ impl SimdLevel {
     pub fn available() -> Vec<Self> {
         let mut levels = vec![Self::Portable];
         #[cfg(target_arch = "x86_64")]
-        if is_x86_feature_detected!("avx2") {
+        if Self::has_avx2() {
             levels.push(Self::Avx2);
         }
         levels
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    fn has_avx2() -> bool {
+        let bits = is_x86_feature_detected!("bmi1") && is_x86_feature_detected!("bmi2");
+        let counts = is_x86_feature_detected!("lzcnt") && is_x86_feature_detected!("popcnt");
+        is_x86_feature_detected!("avx2") && bits && counts
     }
 }
 
@@ -60,6 +70,12 @@ struct Pack {
     vertices: [[Row; 3]; 3],
     /// The triangles' ids, with their marks.
     ids: [u32; LANES],
+}
+
+/// A child of a node.
+enum Subtree<'a> {
+    Node(&'a Node),
+    Pack(&'a Pack),
 }
 
 /// A BVH of eight children a node over the triangles of a scene.
@@ -103,28 +119,49 @@ impl WideBvh {
         self
     }
 
+    /// What a reference to a child stands for.
     #[inline(always)]
-    fn trace<const ANY: bool>(&self, ray: &Ray, coverage: &dyn Coverage) -> Hit {
-        if self.partial { self.trace_over::<ANY, _>(ray, &coverage) } else { self.trace_over::<ANY, _>(ray, &Solid) }
+    fn subtree(&self, reference: u32) -> Subtree<'_> {
+        // SAFETY: references of a `WideBvh` are indices of its packs and nodes
+        unsafe {
+            if reference & PACK != 0 {
+                Subtree::Pack(self.packs.get_unchecked((reference & !PACK) as usize))
+            } else {
+                Subtree::Node(self.nodes.get_unchecked(reference as usize))
+            }
+        }
     }
 
     #[inline(always)]
-    fn trace_over<const ANY: bool, C: Coverage>(&self, ray: &Ray, coverage: &C) -> Hit {
+    fn closest_over<C: Coverage>(&self, ray: &Ray, coverage: &C) -> Hit {
         match self.level {
-            SimdLevel::Portable => traverse::traverse::<simd::Portable, ANY, C>(self, ray, coverage),
+            SimdLevel::Portable => closest::closest::<simd::Portable, C>(self, ray, coverage),
             #[cfg(target_arch = "x86_64")]
             // SAFETY: the level is set to what the processor was found to have
-            SimdLevel::Avx2 => unsafe { traverse::traverse_avx2::<ANY, C>(self, ray, coverage) },
+            SimdLevel::Avx2 => unsafe { closest::closest_avx2(self, ray, coverage) },
+        }
+    }
+
+    #[inline(always)]
+    fn any_over<C: Coverage>(&self, ray: &Ray, coverage: &C) -> bool {
+        match self.level {
+            SimdLevel::Portable => any::any::<simd::Portable, C>(self, ray, coverage),
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: as above
+            SimdLevel::Avx2 => unsafe { any::any_avx2(self, ray, coverage) },
         }
     }
 }
 
 impl Hierarchy for WideBvh {
     fn closest(&self, ray: &Ray, coverage: &dyn Coverage) -> Hit {
-        self.trace::<false>(ray, coverage)
+        if self.partial { self.closest_over(ray, &coverage) } else { self.closest_over(ray, &Solid) }
     }
 
     fn occluded(&self, ray: &Ray, coverage: &dyn Coverage) -> bool {
-        self.trace::<true>(ray, coverage).is_hit()
+        if self.partial { self.any_over(ray, &coverage) } else { self.any_over(ray, &Solid) }
     }
 }
+
+#[cfg(test)]
+mod tests;

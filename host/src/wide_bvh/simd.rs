@@ -3,7 +3,9 @@
 //! Both consist of the operations that IEEE 754 fixes, one rounding each. There is no fused multiplication, which would
 //! round differently.
 
+use glam::Vec3;
 use std::array::from_fn;
+use std::mem::MaybeUninit;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Sub};
 
 /// How many lanes there are.
@@ -39,6 +41,29 @@ pub(super) trait Lanes:
     fn unless(self, mask: Self) -> Self;
     /// A condition as bits, lane 0 lowest.
     fn bits(self) -> u32;
+    /// Writes the words of the given lanes one after the other, that of the highest lane first. What comes after them in `to` is
+    /// not specified.
+    fn compress(words: &[u32; LANES], lanes: u32, to: &mut [MaybeUninit<u32>; LANES]);
+}
+
+#[inline(always)]
+pub(super) fn splat<L: Lanes>(v: Vec3) -> [L; 3] {
+    [L::splat(v.x), L::splat(v.y), L::splat(v.z)]
+}
+
+/// The lowest lane of `lanes`, of which there are any.
+#[inline(always)]
+pub(super) fn lowest(lanes: u32) -> usize {
+    // `&` shows the compiler that it is a lane
+    lanes.trailing_zeros() as usize & (LANES - 1)
+}
+
+/// Takes the lowest lane out of `lanes`, of which there are any.
+#[inline(always)]
+pub(super) fn take_lowest(lanes: &mut u32) -> usize {
+    let lane = lowest(*lanes);
+    *lanes &= lanes.wrapping_sub(1);
+    lane
 }
 
 /// Implements the operations of two operands, each as one expression, and [`Lanes`] with the other ones.
@@ -130,6 +155,12 @@ lanes! {
     fn bits(self) -> u32 {
         (0..LANES).fold(0, |bits, i| bits | (self.0[i].to_bits() >> 31) << i)
     }
+
+    #[inline(always)]
+    fn compress(words: &[u32; LANES], lanes: u32, to: &mut [MaybeUninit<u32>; LANES]) {
+        let taken = (0..LANES).rev().filter(|lane| lanes >> lane & 1 != 0);
+        to.iter_mut().zip(taken).for_each(|(to, lane)| _ = to.write(words[lane]));
+    }
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -137,14 +168,15 @@ pub(super) use avx2::Avx2;
 
 #[cfg(target_arch = "x86_64")]
 mod avx2 {
-    use super::{Add, BitAnd, BitOr, Div, LANES, Lanes, Mul, Row, Sub};
+    use super::{Add, BitAnd, BitOr, Div, LANES, Lanes, MaybeUninit, Mul, Row, Sub};
     use std::arch::x86_64::*;
 
     /// A 256-bit register.
     ///
     /// # Safety
     /// Whoever names this type has to be inlined into a function with the target feature `avx2`, and to have checked
-    /// that the processor has it: all of its operations rely on that. Loads and stores are of whole aligned [`Row`]s.
+    /// that the processor has it: all of its operations rely on that. Loads and stores are of whole
+    /// arrays of eight, aligned where they are a [`Row`].
     #[derive(Clone, Copy)]
     pub(in super::super) struct Avx2(__m256);
 
@@ -190,5 +222,32 @@ mod avx2 {
         fn bits(self) -> u32 {
             unsafe { _mm256_movemask_ps(self.0) as u32 }
         }
+
+        #[inline(always)]
+        fn compress(words: &[u32; LANES], lanes: u32, to: &mut [MaybeUninit<u32>; LANES]) {
+            let order = &COMPRESSED[lanes as usize & (COMPRESSED.len() - 1)];
+            unsafe {
+                let order = _mm256_cvtepu8_epi32(_mm_loadl_epi64(order.as_ptr().cast()));
+                let words = _mm256_loadu_si256(words.as_ptr().cast());
+                _mm256_storeu_si256(to.as_mut_ptr().cast(), _mm256_permutevar8x32_epi32(words, order));
+            }
+        }
     }
+
+    /// For each set of lanes its members, the highest first, and then zeros.
+    static COMPRESSED: [[u8; LANES]; 1 << LANES] = {
+        let mut table = [[0; LANES]; 1 << LANES];
+        let mut lanes = 0;
+        while lanes < table.len() {
+            let (mut rest, mut at) = (lanes, 0);
+            while rest != 0 {
+                let highest = rest.ilog2();
+                table[lanes][at] = highest as u8;
+                rest ^= 1 << highest;
+                at += 1;
+            }
+            lanes += 1;
+        }
+        table
+    };
 }

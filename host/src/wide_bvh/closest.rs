@@ -1,0 +1,140 @@
+//! The closest hit, once for every [`Lanes`].
+
+use super::boxes::Boxes;
+use super::simd::{LANES, Lanes, Row, take_lowest};
+use super::triangles::Triangles;
+use super::{Node, Subtree, WideBvh};
+use restir_shared::geometry::{Coverage, Hit, Ray, Slab};
+use restir_shared::layout::{NONE, STACK_DEPTH};
+use std::mem::MaybeUninit;
+
+/// [`closest`] with the instructions of [`SimdLevel::Avx2`](super::SimdLevel).
+///
+/// # Safety
+/// The processor has that level.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+pub(super) unsafe fn closest_avx2<C: Coverage>(bvh: &WideBvh, ray: &Ray, coverage: &C) -> Hit {
+    closest::<super::simd::Avx2, C>(bvh, ray, coverage)
+}
+
+/// Of the hits that count the closest with `0 < t < ray.t_max`; [`Hit::MISS`] if there is none.
+#[inline(always)]
+pub(super) fn closest<L: Lanes, C: Coverage>(bvh: &WideBvh, ray: &Ray, coverage: &C) -> Hit {
+    let boxes = Boxes::<L>::new(&Slab::new(ray, bvh.bounds[0], bvh.bounds[1]));
+    let triangles = Triangles::<L>::new(ray);
+    let mut best = Hit { t: ray.t_max, ..Hit::MISS };
+    let mut stack = Stack::new();
+    let mut current = bvh.root;
+    loop {
+        match bvh.subtree(current) {
+            Subtree::Pack(pack) => {
+                if let Some(hits) = triangles.hits(pack, &boxes) {
+                    hits.visit(hits.up_to(best.t), |hit, marked| {
+                        // the limit t_max stands in `best` with the id NONE, which no hit at that t beats
+                        let nearer = (hit.t < best.t) | ((hit.t == best.t) & (best.id != NONE) & (hit.id < best.id));
+                        if nearer && (!marked || coverage.covers(ray, hit)) {
+                            best = *hit;
+                        }
+                        false
+                    });
+                }
+            }
+            Subtree::Node(node) => {
+                let (enter, exit) = boxes.children(node);
+                let hit = enter.le(exit.min(L::splat(best.t))).bits();
+                if hit != 0 {
+                    current = stack.push_all_but_nearest(node, &enter.store(), hit);
+                    continue;
+                }
+            }
+        }
+        current = match stack.pop(best.t) {
+            Some(next) => next,
+            None if best.id == NONE => return Hit::MISS,
+            None => return best,
+        };
+    }
+}
+
+/// Subtrees that wait, each with the distance at which the ray enters it, in the upper half of the word.
+struct Stack {
+    waiting: [MaybeUninit<u64>; Self::CAPACITY],
+    len: usize,
+}
+
+impl Stack {
+    /// All children but one of every node on the longest way from the root, and one more.
+    const CAPACITY: usize = STACK_DEPTH * (LANES - 1) + 1;
+
+    #[inline(always)]
+    fn new() -> Self {
+        Self { waiting: [const { MaybeUninit::uninit() }; Self::CAPACITY], len: 0 }
+    }
+
+    /// The word of a child: distances are not negative, so words are in the order of distances.
+    #[inline(always)]
+    fn word(node: &Node, enter: &Row, slot: usize) -> u64 {
+        u64::from(enter.0[slot].to_bits()) << 32 | u64::from(node.children[slot])
+    }
+
+    #[inline(always)]
+    fn push(&mut self, word: u64) {
+        // SAFETY: no node of a `WideBvh` is deeper than `STACK_DEPTH`
+        unsafe { self.waiting.get_unchecked_mut(self.len).write(word) };
+        self.len += 1;
+    }
+
+    /// Inserts into the descending words from `from` on.
+    #[inline(always)]
+    fn insert(&mut self, from: usize, word: u64) {
+        let mut at = self.len;
+        self.push(word);
+        // SAFETY: words below `len` are written
+        unsafe {
+            while at > from && self.waiting.get_unchecked(at - 1).assume_init() < word {
+                *self.waiting.get_unchecked_mut(at) = *self.waiting.get_unchecked(at - 1);
+                at -= 1;
+            }
+            self.waiting.get_unchecked_mut(at).write(word);
+        }
+    }
+
+    /// The nearest of the children in `hit`, which is not empty; the others wait, the farthest longest.
+    #[inline(always)]
+    fn push_all_but_nearest(&mut self, node: &Node, enter: &Row, mut hit: u32) -> u32 {
+        let first = take_lowest(&mut hit);
+        if hit == 0 {
+            return node.children[first];
+        }
+        let a = Self::word(node, enter, first);
+        let b = Self::word(node, enter, take_lowest(&mut hit));
+        let from = self.len;
+        self.push(a.max(b));
+        if hit == 0 {
+            return a.min(b) as u32;
+        }
+        self.push(a.min(b));
+        while hit != 0 {
+            let slot = take_lowest(&mut hit);
+            self.insert(from, Self::word(node, enter, slot));
+        }
+        self.len -= 1;
+        // SAFETY: just written
+        unsafe { self.waiting.get_unchecked(self.len).assume_init() as u32 }
+    }
+
+    /// The next subtree that the ray enters no later than at `limit`.
+    #[inline(always)]
+    fn pop(&mut self, limit: f32) -> Option<u32> {
+        while self.len > 0 {
+            self.len -= 1;
+            // SAFETY: words below `len` are written
+            let word = unsafe { self.waiting.get_unchecked(self.len).assume_init() };
+            if f32::from_bits((word >> 32) as u32) <= limit {
+                return Some(word as u32);
+            }
+        }
+        None
+    }
+}
