@@ -357,7 +357,9 @@ fn textures_scale_specular_reflection() {
         let constant =
             plastic(Vec::new(), Material { specular: f32::from(a) * (1.0 / 255.0), specular_color, ..white() });
         let ray = Ray { direction: Vec3::new(0.6, -0.8, 0.0), ..down([x - 0.6, 0.8, 0.1]) };
-        let seen = |buffers: &SceneBuffers| radiance(&buffers.view(), ray, &Rng::new(0, 0, 0, 0), 2, false);
+        let seen = |buffers: &SceneBuffers| {
+            radiance(&buffers.view(), ray, &Rng::new(0, 0, 0, 0, Sampler::Independent), 2, false)
+        };
         let [found, expected, unscaled] = [&textured, &constant, &plain].map(seen);
         assert_eq!(found, expected, "at {x}");
         let difference = (found - unscaled).abs().max_element();

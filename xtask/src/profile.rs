@@ -16,7 +16,7 @@ use restir_host::technique::path::PathSettings;
 use restir_kernels::path::path;
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::glam::UVec4;
-use restir_shared::rng::Rng;
+use restir_shared::rng::{Rng, Sampler};
 use restir_shared::scene::{Lights, SceneView, Still, Surface, Trace};
 
 use crate::Error;
@@ -91,7 +91,9 @@ impl Questions {
                 Event::Surface(_) => questions.surfaces.extend(last),
                 // any four words will do
                 Event::LightSample(_) => {
-                    questions.light_samples.push(Rng::new(questions.light_samples.len() as u32, 0, 0, 1).draw(0));
+                    questions
+                        .light_samples
+                        .push(Rng::new(questions.light_samples.len() as u32, 0, 0, 1, Sampler::Independent).draw(0));
                 }
                 Event::LightDensity(_) | Event::Environment(_) => {}
             }

@@ -5,7 +5,7 @@ use crate::scene::Scene;
 use glam::Vec3;
 use restir_shared::geometry::{Ray, Solid};
 use restir_shared::layout::NONE;
-use restir_shared::rng::{Rng, unit};
+use restir_shared::rng::{Rng, Sampler, unit};
 use restir_shared::scene::{Hierarchy, SceneView, Trace};
 use std::mem::MaybeUninit;
 
