@@ -239,6 +239,7 @@ mod tests {
     use crate::scene::builtin;
     use crate::technique::path::PathSettings;
     use crate::technique::restir_di::DiSettings;
+    use restir_shared::rng::Sampler;
 
     const WHOLE: [Window; 1] = [Window { whole: [24; 2], size: [24; 2], margin: 0, middle: [0.0; 2] }];
 
@@ -262,7 +263,8 @@ mod tests {
     fn the_variance_is_the_squared_error() {
         let subject = subject("cornell");
         let path = |count| {
-            let path = PathSettings { max_depth: 2, ..PathSettings::default() };
+            // the variance of whose mean is known to fall as 1 / n
+            let path = PathSettings { max_depth: 2, sampler: Sampler::Independent, ..PathSettings::default() };
             subject.trial(&Render { count, ..Render::new([24, 24], path) }, &WHOLE)
         };
         let judged = judged(&[path(4), path(16)], 48);
