@@ -58,7 +58,9 @@ def problem_of(variant):
 
 def restir_runner(program, size, spp, folder):
     output = Path(folder) / "restir.exr"
-    return lambda seed: common.restir(program, "cornell-mitsuba", size, spp, DEPTH, seed, output)
+    # as Mitsuba's sampler in these scenes
+    independent = ["sampler=independent"]
+    return lambda seed: common.restir(program, "cornell-mitsuba", size, spp, DEPTH, seed, output, settings=independent)
 
 
 def squared_error(first, second):

@@ -4,7 +4,8 @@
 //! different seeds have nothing in common, whatever reuse makes of the pixels and frames of each: their variance is the squared
 //! error of one. What the biased ones are off by beside it is measured against the mean of the unbiased ones.
 //!
-//! Independent images may be averaged, so squared error times run time is what a render is judged by. Trials take turns, so
+//! Independent images may be averaged, so squared error times run time is what a render is judged by. Samples that are spread over a
+//! pixel gain more by being more than images do by being averaged: a render of them is better in more time than it is judged. Trials take turns, so
 //! that a slow spell of the machine meets all of them. Where an image is too much, windows stand for it.
 
 mod subject;

@@ -136,7 +136,7 @@ impl Rng {
     #[inline(always)]
     fn spread(&self, dimension: u32) -> UVec4 {
         let seeds = self.of_sample(0).hash(dimension);
-        // the lowest digit of an index is the last one that a shuffle of aligned stretches may have look at the others
+        // reversed, because aligned stretches of indices stay together if each bit depends on the higher ones alone
         let shuffled = scramble(self.sample.reverse_bits(), seeds.x.wrapping_add(seeds.y.wrapping_mul(GOLDEN)));
         let point = sobol(shuffled.reverse_bits());
         UVec4::new(

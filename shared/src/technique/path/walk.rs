@@ -22,7 +22,7 @@ const ROULETTE: u32 = 2;
 const _: () = assert!(FIRST_DIMENSION + MAX_DEPTH * DIMENSIONS_PER_SEGMENT <= rng::STREAM_DIMENSIONS);
 /// Vertices at which numbers are drawn as the sampler spreads them. At later ones they are independent, which costs less: to spread
 /// them, too, does not lower the error.
-const SPREAD_VERTICES: u32 = 3;
+const SPREAD_VERTICES: u32 = 2;
 /// Roulette leaves paths of up to three segments alone.
 const ROULETTE_FROM: u32 = 3;
 const MIN_SURVIVAL: f32 = 0.05;
