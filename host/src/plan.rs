@@ -84,7 +84,7 @@ pub struct FramePlan<'a> {
     /// The buffers that hold the results.
     pub outputs: Vec<BufferId>,
     /// The scene that the passes trace rays in, for executors that have a better structure than the arena.
-    pub scene: Option<&'a SceneBuffers>,
+    pub scene: Option<Arc<SceneBuffers>>,
 }
 
 fn misfit(kernel: &KernelDesc, problem: String) -> Error {

@@ -224,7 +224,7 @@ fn origin(description: &Description) -> String {
 /// hexadecimal digits.
 fn digest(scene: &SceneBuffers, batch: &Render, origin: &str) -> String {
     let mut hasher = blake3::Hasher::new();
-    let mut plan = batch.technique.plan(scene, batch);
+    let mut plan = batch.plan(scene);
     for words in plan.buffers.iter().filter_map(|buffer| buffer.contents.as_ref()) {
         hasher.update(&(words.len() as u64).to_le_bytes());
         hasher.update(bytemuck::cast_slice(words));

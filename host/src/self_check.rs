@@ -52,7 +52,7 @@ pub fn self_check(executor: &mut dyn Executor) -> Result<Parity, Error> {
     let probes = run_and_compare(executor, probes)?;
     let path = PathSettings { roulette: true, ..PathSettings::default() };
     let render = Render { seed: 1, ..Render::new([FRAME; 2], path) };
-    let frame = run_and_compare(executor, || Ok(render.technique.plan(&scene, &render)))?;
+    let frame = run_and_compare(executor, || Ok(render.plan(&scene)))?;
     Ok(probes.max(frame).map_or(Parity::Exact, |max_ulp| Parity::Approximate { max_ulp }))
 }
 

@@ -60,7 +60,7 @@ fn of(trials: &Trials) -> Result<Vec<Case>, Error> {
             })
             .collect::<Result<_, Error>>()?;
         let frozen = known.rows.len() <= 2 * FROZEN_EVERY || index % FROZEN_EVERY == FROZEN_EVERY - 1;
-        let plans = renders.iter().map(|render| render.technique.plan(&scene, render));
+        let plans = renders.iter().map(|render| render.plan(&scene));
         cases.extend(of_row(&format!("{}, {}", row.name, row.scene), frozen, plans)?);
     }
     Ok(cases)

@@ -11,7 +11,7 @@ use restir_shared::scene::{AnyScene, Still};
 
 /// The plan of a render, whose settings may be such as renders refuse.
 pub fn plan<'a>(scene: &'a SceneBuffers, render: &'a Render) -> FramePlan<'a> {
-    render.technique.plan(scene, render)
+    render.plan(scene)
 }
 
 /// The film that a plan leaves, run over its own scene.

@@ -57,7 +57,7 @@ fn of_pixel(
 /// The plane of reservoirs that is shaded in the end.
 fn last_reservoirs(scene: &SceneBuffers, render: &Render) -> Result<Vec<PackedReservoir>, Failed> {
     let mut shaded = Vec::new();
-    CpuExecutor::new(None)?.run(render.technique.plan(scene, render), &mut |step| {
+    CpuExecutor::new(None)?.run(render.plan(scene), &mut |step| {
         if [di_offer::DESC.name, di_shade::DESC.name].contains(&step.pass.kernel.name) {
             shaded = step.plane("reservoirs")?;
         }

@@ -67,7 +67,7 @@ pub fn run(options: &Options) -> Result<(), Error> {
     for name in &options.scenes {
         let buffers = SceneBuffers::build(&Scene::load(name)?)?;
         let settings = Render { count: SAMPLES, seed: 1, ..Render::new([SIDE; 2], PathSettings::default()) };
-        let view = SceneView { features: settings.technique.integral().features(&buffers), ..buffers.traced_view() };
+        let view = SceneView { features: settings.technique.integral().features(buffers.features), ..buffers.traced_view() };
         let questions = Questions::of(&buffers, &view, &settings)?;
         let times = shortest(options.rounds, || once(&buffers, &view, &settings, &questions))?;
         println!("{}", row(name, &questions, &times));
@@ -78,7 +78,7 @@ pub fn run(options: &Options) -> Result<(), Error> {
 impl Questions {
     fn of(buffers: &SceneBuffers, view: &SceneView<'_>, settings: &Render) -> Result<Self, restir_host::Error> {
         let recording = Recording::new(view);
-        CpuExecutor::run_over(&Still(&recording), settings.technique.plan(buffers, settings), &mut |_| Ok(()))?;
+        CpuExecutor::run_over(&Still(&recording), settings.plan(buffers), &mut |_| Ok(()))?;
         let mut questions = Self::default();
         let mut last = None;
         for event in recording.into_events() {
@@ -121,7 +121,7 @@ fn timed<Q, A>(questions: &[Q], answer: impl Fn(&Q) -> A) -> f64 {
 /// Seconds of the passes that trace paths, and of the others, which are the film's.
 fn passes(buffers: &SceneBuffers, settings: &Render) -> Result<[f64; 2], restir_host::Error> {
     let (mut paths, mut film) = (0.0, 0.0);
-    let plan = settings.technique.plan(buffers, settings);
+    let plan = settings.plan(buffers);
     let mut start = Instant::now();
     CpuExecutor::inline().run(plan, &mut |step| {
         let seconds = if step.pass.kernel.name == path::DESC.name { &mut paths } else { &mut film };

@@ -532,7 +532,7 @@ fn rays_of(buffers: &SceneBuffers, settings: DiSettings) -> f64 {
     let run = Run { size: [side; 2], frames, from: 0, settings };
     let recording = Recording::new(&view);
     let render = run.render(0);
-    CpuExecutor::run_over(&Still(&recording), render.technique.plan(buffers, &render), &mut |_| Ok(()))
+    CpuExecutor::run_over(&Still(&recording), render.plan(buffers), &mut |_| Ok(()))
         .expect("a still scene is replayed");
     recording.counts().rays() as f64 / f64::from(frames * side * side)
 }

@@ -41,7 +41,8 @@ pub struct SceneBuffers {
     /// The camera.
     pub camera: Camera,
     stats: SceneStats,
-    wide: OnceLock<Arc<WideBvh>>,
+    /// of all copies
+    wide: Arc<OnceLock<WideBvh>>,
     moving: Option<Arc<Moving>>,
 }
 
@@ -157,7 +158,7 @@ impl SceneBuffers {
             features,
             camera,
             stats,
-            wide: OnceLock::new(),
+            wide: Arc::default(),
             moving: None,
         })
     }
@@ -182,7 +183,7 @@ impl SceneBuffers {
     /// A tree for the CPU, which finds the hits of [`Self::view`] two to three times as fast. It is built on the first
     /// call.
     pub fn tracer(&self) -> &WideBvh {
-        self.wide.get_or_init(|| Arc::new(WideBvh::new(&self.view())))
+        self.wide.get_or_init(|| WideBvh::new(&self.view()))
     }
 
     /// [`Self::view`] with rays traced by [`Self::tracer`].

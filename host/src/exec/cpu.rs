@@ -87,7 +87,7 @@ fn run(
 ) -> Result<Vec<Vec<u32>>, Error> {
     // shared with the plan until a pass writes them
     let mut buffers: Vec<Arc<[u32]>> = plan.buffers.iter().map(Buffer::initial).collect();
-    let mut frame_scenes = None;
+    let mut scenes = [plan.scene.clone(), plan.scene];
     for (done, pass) in (1..).zip(plan.passes) {
         let pass = pass?;
         pass.check(&plan.buffers)?;
@@ -95,23 +95,24 @@ fn run(
             for Upload { buffer, first, words } in &frame.uploads {
                 Arc::make_mut(&mut buffers[*buffer])[*first..][..words.len()].copy_from_slice(words);
             }
-            frame_scenes = Some(frame.scenes.clone());
+            scenes = frame.scenes.clone().map_or([None, None], |scenes| scenes.map(Some));
         }
-        // of this frame and of the other one
-        let scenes: [Option<&SceneBuffers>; 2] = match &frame_scenes {
-            None => [plan.scene; 2],
-            Some(None) => [None; 2],
-            Some(Some(scenes)) => scenes.each_ref().map(|scene| Some(&**scene)),
-        };
-        let tracers = scenes.map(|scene| scene.map(|scene| scene.tracer() as &(dyn Hierarchy + Sync)));
-        run_pass(&pass, &mut buffers, tracers, all);
+        run_pass(&pass, &mut buffers, &scenes, all);
         let progress = Progress { done, total: plan.pass_count };
         observe(&Step::new(progress, &pass, &|id| Ok(buffers[id].to_vec())))?;
     }
     Ok(plan.outputs.iter().map(|&id| buffers[id].to_vec()).collect())
 }
 
-fn run_pass(pass: &Pass, buffers: &mut [Arc<[u32]>], tracers: [Tracer<'_>; 2], all: &dyn Fn(&Dispatch<'_>, Rows<'_>)) {
+/// Runs a pass over the scenes of this frame and of the other one.
+fn run_pass(
+    pass: &Pass,
+    buffers: &mut [Arc<[u32]>],
+    scenes: &[Option<Arc<SceneBuffers>>; 2],
+    all: &dyn Fn(&Dispatch<'_>, Rows<'_>),
+) {
+    let tracers =
+        scenes.each_ref().map(|scene| scene.as_ref().map(|scene| scene.tracer() as &(dyn Hierarchy + Sync)));
     let bound = |access| pass.bindings().filter(move |(binding, _)| binding.access == access);
     let mut own: Vec<Arc<[u32]>> = bound(Access::Own).map(|(_, id)| std::mem::take(&mut buffers[id])).collect();
     let read = bound(Access::Read).map(|(_, id)| &*buffers[id]).collect();

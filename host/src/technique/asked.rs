@@ -20,10 +20,10 @@ pub struct Asked {
 /// As of [`crate::render::check`].
 pub fn asked(scene: &SceneBuffers, render: &Render) -> Result<BTreeMap<&'static str, Asked>, Error> {
     crate::render::check(scene, render)?;
-    let view = SceneView { features: render.technique.integral().features(scene), ..scene.traced_view() };
+    let view = SceneView { features: render.technique.integral().features(scene.features), ..scene.traced_view() };
     let recording = Recording::new(&view);
     let mut kernels: BTreeMap<&'static str, Asked> = BTreeMap::new();
-    let plan = render.technique.plan(scene, render);
+    let plan = render.plan(scene);
     CpuExecutor::run_over(&Still(&recording), plan, &mut |step| {
         let kernel = kernels.entry(step.pass.kernel.name).or_default();
         kernel.counts = kernel.counts.plus(recording.take_counts());

@@ -8,11 +8,13 @@ pub mod asked;
 pub mod explain;
 mod pixel_filter;
 pub mod render;
+pub mod sequence;
 
 use crate::exec::{Executor, Observer};
 use crate::render::{Render, Rendered};
 use crate::settings::{Declared, Settings, unknown};
-use crate::{Error, buffers::SceneBuffers, image::Channel, plan::FramePlan};
+use crate::{Error, buffers::SceneBuffers, image::Channel};
+use sequence::{Sequence, Stage};
 use explain::{Explanation, Subject};
 pub use pixel_filter::PixelFilter;
 use restir_shared::layout::FEATURE_MULTISCATTER;
@@ -92,9 +94,9 @@ pub struct Integral {
 }
 
 impl Integral {
-    /// The features of a scene that its kernels may have.
-    pub fn features(&self, scene: &SceneBuffers) -> u32 {
-        if self.multiscatter { scene.features } else { scene.features & !FEATURE_MULTISCATTER }
+    /// The features that its kernels may have, of those of a scene.
+    pub fn features(&self, scene: u32) -> u32 {
+        if self.multiscatter { scene } else { scene & !FEATURE_MULTISCATTER }
     }
 }
 
@@ -103,9 +105,14 @@ pub trait Technique: Settings + Duplicate + Any + fmt::Debug + Send + Sync {
     /// What it is.
     fn about(&self) -> &'static About;
 
-    /// The passes of a render, for settings and a scene that [`Self::check`] accepts. Others may be planned as well, for
-    /// tests that have to see what is wrong with them.
-    fn plan<'a>(&'a self, scene: &'a SceneBuffers, render: &'a Render) -> FramePlan<'a>;
+    /// The passes of frames one after another, for settings and a scene that [`Self::check`] accepts. Others may be planned as
+    /// well, for tests that have to see what is wrong with them.
+    fn sequence(&self, stage: &Stage) -> Box<dyn Sequence>;
+
+    /// Whether a frame reads the scene of the last one.
+    fn looks_back(&self) -> bool {
+        false
+    }
 
     /// What the image converges to.
     fn integral(&self) -> Integral;

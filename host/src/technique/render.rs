@@ -3,9 +3,13 @@
 pub use crate::exec::Progress;
 use crate::exec::{Executor, Observer};
 use crate::image::{Image, MAX_SIDE};
+use crate::moments::Moments;
+use crate::plan::{FramePlan, Pass, SceneFrame};
+use crate::technique::sequence::{self, Sequence, Stage};
 use crate::technique::{Repeats, Technique};
 use crate::{Error, buffers::SceneBuffers, memory, scene::Camera};
 use restir_shared::layout::FilmPixel;
+use std::sync::Arc;
 
 /// What to render.
 #[derive(Clone, Debug)]
@@ -38,6 +42,39 @@ impl Render {
         self.accumulate || self.technique.about().repeats == Repeats::Samples
     }
 
+    /// How many repeats the image is the mean of.
+    pub fn repeats_in_mean(&self) -> u32 {
+        if self.is_mean() { self.count } else { 1 }
+    }
+
+    /// The passes of the render. They can be made for settings that [`check`] refuses, too.
+    pub fn plan<'a>(&'a self, scene: &'a SceneBuffers) -> FramePlan<'a> {
+        let moments = match self.technique.about().repeats {
+            Repeats::Samples => Moments::still(Arc::new(scene.clone())),
+            Repeats::Frames => {
+                let parts = if self.technique.looks_back() && self.count > 1 { 2 } else { 1 };
+                Moments::new(Arc::new(scene.clone()), parts)
+            }
+        };
+        let stage = Stage {
+            size: [self.width, self.height],
+            seed: self.seed,
+            goes_on: self.count > 1,
+            most: self.repeats_in_mean(),
+            progressive: false,
+            arenas: moments.buffers(),
+        };
+        let sequence = self.technique.sequence(&stage);
+        let frames = Frames { render: self, scene, moments, sequence, next: 0, begun: None };
+        FramePlan {
+            buffers: frames.sequence.buffers().to_vec(),
+            pass_count: frames.pass_count(self.technique.sequence(&stage)),
+            outputs: vec![frames.sequence.output()],
+            passes: Box::new(frames),
+            scene: Some(Arc::new(scene.clone())),
+        }
+    }
+
     /// The camera of a frame. Samples have one camera, that of the scene as it stands.
     pub fn camera(&self, scene: &SceneBuffers, frame: u32) -> Camera {
         let own = self.cameras.get(frame as usize).or(self.cameras.last()).copied();
@@ -45,6 +82,81 @@ impl Render {
             Repeats::Samples => scene.camera,
             Repeats::Frames => scene.camera_at(f64::from(frame)),
         })
+    }
+}
+
+/// The passes of all frames. Samples are those of a single one.
+struct Frames<'a> {
+    render: &'a Render,
+    scene: &'a SceneBuffers,
+    moments: Moments,
+    sequence: Box<dyn Sequence>,
+    next: u32,
+    begun: Option<SceneFrame>,
+}
+
+impl Frames<'_> {
+    fn len(&self) -> u32 {
+        match self.render.technique.about().repeats {
+            Repeats::Samples => 1,
+            Repeats::Frames => self.render.count,
+        }
+    }
+
+    /// A frame of the scene where `moments` has it.
+    fn frame(&self, index: u32) -> sequence::Frame {
+        let Render { width, height, count, .. } = *self.render;
+        let is_last = index + 1 == self.len();
+        sequence::Frame {
+            index,
+            samples: count,
+            camera: self.render.camera(self.scene, index).params(width, height),
+            scenes: self.moments.headers(),
+            features: self.scene.features,
+            same_scene: !self.scene.is_animated(),
+            primary_given: false,
+            clears: false,
+            adds: self.render.is_mean() || is_last,
+            shows: is_last,
+        }
+    }
+
+    /// How many passes there are, by a sequence of their own: once the last camera stays, frames are alike.
+    fn pass_count(&self, mut sequence: Box<dyn Sequence>) -> u64 {
+        let (len, settling) = (self.len(), self.render.technique.about().settling);
+        let settled = (self.render.cameras.len() as u32).saturating_add(settling).min(len - 1);
+        let mut work = |index| sequence.begin(self.frame(index)).count();
+        let first: u64 = (0..settled).map(&mut work).sum();
+        let between = if settled + 1 < len { u64::from(len - 1 - settled) * work(settled) } else { 0 };
+        first + between + work(len - 1)
+    }
+
+    fn begin(&mut self) -> Result<(), Error> {
+        let moves = self.scene.is_animated() && self.render.technique.about().repeats == Repeats::Frames;
+        let scene = if moves { Some(Arc::new(self.scene.at(f64::from(self.next))?)) } else { None };
+        self.begun = self.moments.advance(scene);
+        self.sequence.begin(self.frame(self.next));
+        self.next += 1;
+        Ok(())
+    }
+}
+
+impl Iterator for Frames<'_> {
+    type Item = Result<Pass, Error>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            if let Some(pass) = self.sequence.next_pass() {
+                return Some(pass.map(|pass| Pass { frame: self.begun.take(), ..pass }));
+            }
+            if self.next == self.len() {
+                return None;
+            }
+            if let Err(error) = self.begin() {
+                self.next = self.len();
+                return Some(Err(error));
+            }
+        }
     }
 }
 
@@ -71,7 +183,7 @@ pub fn render(
     observe: &mut Observer<'_>,
 ) -> Result<Rendered, Error> {
     check(scene, render)?;
-    let plan = render.technique.plan(scene, render);
+    let plan = render.plan(scene);
     let dispatches = plan.pass_count;
     let words = executor.run(plan, observe)?;
     let pixels: &[FilmPixel] = words.first().map_or(&[], |words| bytemuck::cast_slice(words));
@@ -109,6 +221,6 @@ fn check_memory(scene: &SceneBuffers, render: &Render) -> Result<(), Error> {
     // of a scene that moves: the frame in work and the last one
     let moves = scene.is_animated() && render.technique.about().repeats == Repeats::Frames;
     let frames = if moves { 2 * scene.stats().bytes } else { 0 };
-    let bytes = render.technique.plan(scene, render).bytes() + copies + frames;
+    let bytes = render.plan(scene).bytes() + copies + frames;
     memory::check(bytes, "this render", "choose a smaller size or settings that keep less")
 }

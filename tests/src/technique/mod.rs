@@ -167,5 +167,5 @@ pub fn pictures(scene: &SceneBuffers, render: &Render, observe: &mut dyn FnMut(&
         pending = film.map(|plane| step.plane("film").map(|picture| (plane, picture))).transpose()?;
         Ok(())
     };
-    CpuExecutor::inline().run(render.technique.plan(scene, render), &mut show).expect("the plan fits its kernels");
+    CpuExecutor::inline().run(render.plan(scene), &mut show).expect("the plan fits its kernels");
 }

@@ -115,7 +115,7 @@ fn report(probes: &[Probe], manifest: &Manifest) -> Result<String, restir_host::
             text += &row(&format!("`{}`, {segments} segments", PROBE.name), *operations, times[PROBE.name]);
         }
         for render in &renders {
-            let plan = || render.technique.plan(&scene, render);
+            let plan = || render.plan(&scene);
             for (name, times) in both(&adapter.name, &Shaders::Embedded, &plan)? {
                 text += &row(&format!("`{name}`"), manifest.kernels[name].exact.operations, times);
             }

@@ -173,7 +173,7 @@ fn chain(scene: &SceneBuffers, render: &Render, first: u32) -> Result<Chain, Err
         }
         Ok(())
     };
-    CpuExecutor::inline().run(render.technique.plan(scene, render), &mut |step| {
+    CpuExecutor::inline().run(render.plan(scene), &mut |step| {
         if step.pass.kernel.name == di_shade::DESC.name { shaded(step) } else { Ok(()) }
     })?;
     Ok(chain)

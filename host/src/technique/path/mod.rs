@@ -10,7 +10,8 @@ pub use vertices::{Emission, Escape, NextEvent, Path, Vertex, explain_sample};
 
 use super::{About, Integral, PixelFilter, Repeats, Technique};
 use crate::technique::explain::{Explanation, Subject};
-use crate::{Error, buffers::SceneBuffers, exec::Executor, plan::FramePlan, render::Render};
+use crate::technique::sequence::{Sequence, Stage};
+use crate::{Error, buffers::SceneBuffers, exec::Executor, render::Render};
 use restir_shared::rng::Sampler;
 use restir_shared::technique::path::MAX_DEPTH;
 
@@ -54,8 +55,8 @@ impl Technique for PathSettings {
         }
     }
 
-    fn plan<'a>(&'a self, scene: &'a SceneBuffers, render: &'a Render) -> FramePlan<'a> {
-        plan::plan(self, scene, render)
+    fn sequence(&self, stage: &Stage) -> Box<dyn Sequence> {
+        Box::new(plan::Paths::new(self, stage))
     }
 
     fn integral(&self) -> Integral {

@@ -1,13 +1,16 @@
 //! The passes of path tracing: aligned blocks of samples, each traced into a plane of the film.
 
 use super::PathSettings;
-use crate::plan::{ARENAS, Buffer, FramePlan, Pass};
+use crate::Error;
+use crate::film::Film;
+use crate::plan::{ARENAS, Buffer, BufferId, Pass};
 use crate::technique::{PixelFilter, Technique};
-use crate::{Error, buffers::SceneBuffers, film::Film, render::Render};
+use crate::technique::sequence::{Frame, Sequence, Stage, Work};
 use restir_kernels::path::path;
 use restir_shared::film::MAX_BLOCK_LOG2;
 use restir_shared::rng::Sampler;
 use restir_shared::technique::path::{PATH_BLACKMAN_HARRIS, PATH_JITTER, PATH_ROULETTE, PATH_SOBOL, PathParams};
+use std::collections::VecDeque;
 
 /// Samples in one dispatch, over all pixels, where the image is not larger: keeps a dispatch below a second or two.
 const DISPATCH_SAMPLES_LOG2: u32 = 20;
@@ -16,18 +19,18 @@ const DISPATCH_SAMPLES_LOG2: u32 = 20;
 const INVOCATION_SEGMENTS: u32 = 64;
 
 /// Samples in a block, as a power of two.
-fn block_log2(settings: &PathSettings, render: &Render) -> u32 {
-    let fitting = || DISPATCH_SAMPLES_LOG2.saturating_sub((render.width * render.height).ilog2());
+fn block_log2(settings: &PathSettings, [width, height]: [u32; 2]) -> u32 {
+    let fitting = || DISPATCH_SAMPLES_LOG2.saturating_sub((width * height).ilog2());
     let loops = (INVOCATION_SEGMENTS / settings.max_depth).max(1).ilog2();
     let asked = settings.dispatch_samples.map_or_else(fitting, u32::ilog2);
     asked.min(loops).min(MAX_BLOCK_LOG2)
 }
 
-/// The samples 0..`samples` as aligned blocks (first, log2 of the size), of at most 2^`largest` samples each.
-fn aligned_blocks(samples: u32, largest: u32) -> impl Iterator<Item = (u32, u32)> {
-    let mut first = 0_u32;
+/// `samples` samples from `first` on as aligned blocks (first, log2 of the size), of at most 2^`largest` samples each.
+fn aligned_blocks(mut first: u32, samples: u32, largest: u32) -> impl Iterator<Item = (u32, u32)> + Send {
+    let end = first + samples;
     std::iter::from_fn(move || {
-        let left = samples - first;
+        let left = end - first;
         (left > 0).then(|| {
             let log2 = largest.min(left.ilog2()).min(first.trailing_zeros());
             let block = (first, log2);
@@ -37,85 +40,132 @@ fn aligned_blocks(samples: u32, largest: u32) -> impl Iterator<Item = (u32, u32)
     })
 }
 
-/// Number of blocks: whole ones, then one for each bit of the remainder.
+/// Number of blocks of samples from 0 on: whole ones, then one for each bit of the remainder.
 fn block_count(samples: u32, largest: u32) -> u64 {
     u64::from(samples >> largest) + u64::from((samples & ((1 << largest) - 1)).count_ones())
 }
 
-pub(super) fn plan<'a>(settings: &'a PathSettings, scene: &'a SceneBuffers, render: &'a Render) -> FramePlan<'a> {
-    let largest = block_log2(settings, render);
-    let mut buffers = Buffer::arenas(scene).to_vec();
-    let film = Film::new(&mut buffers, [render.width, render.height], render.count, largest);
-    let blocks = block_count(render.count, largest);
-    let outputs = vec![film.output()];
-    let passes = Passes { settings, scene, render, blocks: Box::new(aligned_blocks(render.count, largest)), film };
-    // merging n blocks into one takes n - 1 additions
-    let pass_count = blocks + (blocks - 1) + 1;
-    FramePlan { buffers, outputs, passes: Box::new(passes), pass_count, scene: Some(scene) }
-}
-
-/// Makes the passes: each block is traced into a plane of the film.
-struct Passes<'a> {
-    settings: &'a PathSettings,
-    scene: &'a SceneBuffers,
-    render: &'a Render,
-    blocks: Box<dyn Iterator<Item = (u32, u32)>>,
+/// The frames of path tracing. Samples of a mean are numbered on from frame to frame, and so are those of frames that stand alone.
+pub(super) struct Paths {
+    settings: PathSettings,
+    size: [u32; 2],
+    seed: u32,
+    largest: u32,
+    progressive: bool,
+    buffers: Vec<Buffer>,
     film: Film,
+    /// The frame in work, and the number of the sample from which its mean counts.
+    frame: Option<(Frame, u32)>,
+    /// The blocks of the frame that are to come.
+    blocks: Box<dyn Iterator<Item = (u32, u32)> + Send>,
+    /// The passes after all blocks.
+    last: Option<VecDeque<Result<Pass, Error>>>,
 }
 
-impl Passes<'_> {
-    fn trace(&mut self, first: u32, log2: u32) -> Option<Result<Pass, Error>> {
-        let plane = self.film.open(log2)?;
-        let (settings, render) = (self.settings, self.render);
+impl Paths {
+    pub(super) fn new(settings: &PathSettings, stage: &Stage) -> Self {
+        let largest = block_log2(settings, stage.size);
+        let mut buffers = stage.arenas.to_vec();
+        // blocks of a mean that goes on are smaller where a frame has fewer samples
+        let film = Film::new(&mut buffers, stage.film(1, if stage.progressive { 0 } else { largest }));
+        Self {
+            settings: settings.clone(),
+            size: stage.size,
+            seed: stage.seed,
+            largest,
+            progressive: stage.progressive,
+            buffers,
+            film,
+            frame: None,
+            blocks: Box::new(std::iter::empty()),
+            last: None,
+        }
+    }
+
+    fn flags(&self) -> u32 {
+        let settings = &self.settings;
         let flag = |on, bit| if on { bit } else { 0 };
         let spread = match settings.filter {
             PixelFilter::Box => PATH_JITTER,
             PixelFilter::BlackmanHarris => PATH_BLACKMAN_HARRIS,
         };
-        let flags = flag(settings.jitter, spread)
+        flag(settings.jitter, spread)
             | flag(settings.roulette, PATH_ROULETTE)
-            | flag(settings.sampler == Sampler::Sobol, PATH_SOBOL);
+            | flag(settings.sampler == Sampler::Sobol, PATH_SOBOL)
+    }
+
+    fn trace(&mut self, first: u32, log2: u32) -> Option<Result<Pass, Error>> {
+        let plane = self.film.open(log2)?;
+        let (frame, base) = self.frame.as_ref()?;
+        let ([width, height], flags) = (self.size, self.flags());
         let params = PathParams {
-            scene: self.scene.header,
-            camera: render.camera(self.scene, 0).params(render.width, render.height),
-            width: render.width,
-            height: render.height,
-            first_sample: first,
+            scene: frame.scenes[0],
+            camera: frame.camera,
+            width,
+            height,
+            first_sample: base.wrapping_add(first),
             block_log2: log2,
-            seed: render.seed,
-            max_depth: settings.max_depth,
+            seed: self.seed,
+            max_depth: self.settings.max_depth,
             flags,
             reserved: 0,
         };
         let bound = [ARENAS.as_slice(), &[("film", plane)]].concat();
-        let constants = [("features", settings.integral().features(self.scene)), ("settings", flags)];
+        let constants = [("features", self.settings.integral().features(frame.features)), ("settings", flags)];
         Some(Pass::new(&path::DESC, &constants, &params, &bound))
     }
 }
 
-impl Iterator for Passes<'_> {
-    type Item = Result<Pass, Error>;
+impl Sequence for Paths {
+    fn buffers(&self) -> &[Buffer] {
+        &self.buffers
+    }
 
-    fn next(&mut self) -> Option<Self::Item> {
+    fn output(&self) -> BufferId {
+        self.film.output()
+    }
+
+    fn begin(&mut self, frame: Frame) -> Work {
+        if frame.clears {
+            self.film.clear();
+        }
+        // a block is aligned within the mean that it belongs to
+        let (held, samples, largest) = (self.film.samples(), frame.samples, self.largest);
+        let base = if self.progressive { 0 } else { frame.index.wrapping_mul(samples) };
+        let blocks =
+            if held == 0 { block_count(samples, largest) } else { aligned_blocks(held, samples, largest).count() as u64 };
+        self.blocks = Box::new(aligned_blocks(held, samples, largest));
+        self.last = None;
+        self.frame = Some((frame, base));
+        Work { passes: blocks, blocks }
+    }
+
+    fn next_pass(&mut self) -> Option<Result<Pass, Error>> {
         if let Some(pass) = self.film.merge_equal() {
             return Some(pass);
         }
-        match self.blocks.next() {
-            Some((first, log2)) => self.trace(first, log2),
-            None => self.film.finish(),
+        if let Some((first, log2)) = self.blocks.next() {
+            return self.trace(first, log2);
         }
+        if self.last.is_none() {
+            let shows = self.frame.as_ref().is_some_and(|(frame, _)| frame.shows);
+            self.last = Some(if shows { self.film.image().into() } else { VecDeque::new() });
+        }
+        self.last.as_mut()?.pop_front()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::buffers::SceneBuffers;
+    use crate::render::Render;
 
     #[test]
     fn blocks_cover_the_samples_in_order_and_are_counted() {
         for samples in (1..300).chain([1023, 4096, 70_001]) {
             for largest in 0..=MAX_BLOCK_LOG2 {
-                let blocks: Vec<_> = aligned_blocks(samples, largest).collect();
+                let blocks: Vec<_> = aligned_blocks(0, samples, largest).collect();
                 let mut next = 0;
                 for &(first, log2) in &blocks {
                     assert_eq!((first, first % (1 << log2)), (next, 0), "blocks are contiguous and aligned");
@@ -132,8 +182,8 @@ mod tests {
         for samples in (1..200).chain([1023, 1024, 1025, 4097]) {
             for largest in 0..=MAX_BLOCK_LOG2 {
                 let settings = PathSettings { dispatch_samples: Some(1 << largest), ..PathSettings::default() };
-                let render = Render { count: samples, ..Render::new([1, 1], settings.clone()) };
-                let plan = plan(&settings, &scene, &render);
+                let render = Render { count: samples, ..Render::new([1, 1], settings) };
+                let plan = render.plan(&scene);
                 let (planes, pass_count) = (plan.buffers.len() - ARENAS.len(), plan.pass_count);
                 let passes: Vec<Pass> = plan.passes.map(|pass| pass.expect("a pass")).collect();
                 let bound = passes.iter().flat_map(|pass| &pass.bindings).filter(|id| **id >= ARENAS.len());

@@ -5,6 +5,7 @@
 
 use restir_shared::layout::FilmPixel;
 use restir_shared::technique::path::PathParams;
+use std::sync::Arc;
 
 use crate::plan::{Buffer, FramePlan, Pass};
 use crate::render::{self, Render};
@@ -30,7 +31,7 @@ pub fn film(
 ) -> Result<Vec<FilmPixel>, Error> {
     let (buffers, pass, _) = sample_pass(scene, render, index)?;
     let outputs = vec![pass.bound("film")?];
-    let plan = FramePlan { scene: Some(scene), ..FramePlan::of(buffers, vec![pass], outputs) };
+    let plan = FramePlan { scene: Some(Arc::new(scene.clone())), ..FramePlan::of(buffers, vec![pass], outputs) };
     let words = executor.run(plan, &mut |_| Ok(()))?;
     Ok(bytemuck::cast_slice(words.first().map_or(&[], |words| words)).to_vec())
 }
@@ -39,7 +40,7 @@ pub fn film(
 fn sample_pass(scene: &SceneBuffers, render: &Render, index: u32) -> Result<(Vec<Buffer>, Pass, PathParams), Error> {
     let render = Render { count: 1, ..render.clone() };
     render::check(scene, &render)?;
-    let FramePlan { buffers, mut passes, .. } = render.technique.plan(scene, &render);
+    let FramePlan { buffers, mut passes, .. } = render.plan(scene);
     let first = passes.next().transpose()?.and_then(|pass| Some((pass.params::<PathParams>()?, pass)));
     let Some((params, pass)) = first else {
         return Err(Error::Setting(

@@ -117,7 +117,7 @@ impl Path {
 pub fn explain_sample(scene: &SceneBuffers, render: &Render, place: Place) -> Result<Path, Error> {
     place.check(render)?;
     let Place { x, y, sample } = place;
-    let view = SceneView { features: render.technique.integral().features(scene), ..scene.view() };
+    let view = SceneView { features: render.technique.integral().features(scene.features), ..scene.view() };
     let params = params(scene, render, sample)?;
     let radiance = Vec3::from_array(path::pixel(&view, &params, x, y).sum);
     let path = Path { origin: Vec3::ZERO, vertices: Vec::new(), escape: None, radiance };

@@ -102,7 +102,7 @@ pub(super) struct Follower {
 
 impl Follower {
     pub(super) fn new(scene: &SceneBuffers, render: &Render) -> Self {
-        let features = render.technique.integral().features(scene);
+        let features = render.technique.integral().features(scene.features);
         let frames = Arc::new(TwoFrames::still(scene, features));
         Self { frames, features, hits: BTreeMap::new(), reservoirs: BTreeMap::new(), tiles: [].into(), passes: 0 }
     }

@@ -20,7 +20,8 @@ use super::{About, Integral, PixelFilter, Repeats, Technique};
 use crate::exec::{Executor, Observer};
 use crate::render::{Render, Rendered};
 use crate::technique::explain::{Explanation, Subject};
-use crate::{Error, buffers::SceneBuffers, image::Channel, plan::FramePlan};
+use crate::{Error, buffers::SceneBuffers, image::Channel};
+use crate::technique::sequence::{Sequence, Stage};
 use restir_shared::{layout::FEATURE_CLEAR, scene::LightAddress};
 
 /// Paths of so many segments carry direct light and what is seen to emit.
@@ -38,8 +39,12 @@ impl Technique for DiSettings {
         }
     }
 
-    fn plan<'a>(&'a self, scene: &'a SceneBuffers, render: &'a Render) -> FramePlan<'a> {
-        plan::plan(self, scene, render)
+    fn sequence(&self, stage: &Stage) -> Box<dyn Sequence> {
+        Box::new(plan::Chain::new(self, stage))
+    }
+
+    fn looks_back(&self) -> bool {
+        self.temporal != Temporal::Off
     }
 
     fn integral(&self) -> Integral {
@@ -51,7 +56,7 @@ impl Technique for DiSettings {
         self.check_together()?;
         let (count, passes, lights) = (render.count, self.shading_passes(), scene.most_lights());
         let most = LightAddress::NO_LIGHT - 1;
-        let problem = if plan::film_samples(self, render) > u64::from(u32::MAX) {
+        let problem = if u64::from(render.repeats_in_mean()) * u64::from(passes) > u64::from(u32::MAX) {
             format!(
                 "{count} frames of {passes} passes of shading are too many; give fewer frames, or a smaller setting shaded"
             )

@@ -1,44 +1,18 @@
 //! The passes of ReSTIR DI.
 
 use super::{DiSettings, Temporal, Tiles};
-use crate::plan::{ARENAS, Buffer, BufferId, FramePlan, Pass};
+use crate::Error;
+use crate::film::Film;
+use crate::plan::{ARENAS, Buffer, BufferId, Pass};
 use crate::technique::Technique;
-use crate::{Error, buffers::SceneBuffers, film::Film, moments::Moments, render::Render};
+use crate::technique::sequence::{Frame, Sequence, Stage, Work};
 use bytemuck::Pod;
 use restir_kernels::{KernelDesc, restir_di as di};
-use restir_shared::layout::{Extent, FEATURE_BLEND, FilmPixel};
+use restir_shared::layout::{CameraParams, Extent, FEATURE_BLEND, FilmPixel};
 use restir_shared::technique::restir_di::{DiPairs, DiParams, DiPoint, Flags, PackedHit, PackedReservoir, TileWords};
 use std::collections::VecDeque;
 
-/// Samples that the film holds.
-pub(super) fn film_samples(settings: &DiSettings, render: &Render) -> u64 {
-    u64::from(if render.accumulate { render.count } else { 1 }) * u64::from(settings.shading_passes())
-}
-
-/// The frames' passes.
-pub(super) fn plan<'a>(settings: &'a DiSettings, scene: &'a SceneBuffers, render: &'a Render) -> FramePlan<'a> {
-    let moments = Moments::new(scene, if keeps_history(settings, render) { 2 } else { 1 });
-    let mut buffers = moments.buffers();
-    let planes = Planes::new(&mut buffers, settings, render);
-    let samples = film_samples(settings, render) as u32;
-    let film = Film::new(&mut buffers, [render.width, render.height], samples, 0);
-    let outputs = vec![film.output()];
-    let passes = || Passes {
-        settings,
-        scene,
-        render,
-        moments: moments.clone(),
-        planes: planes.clone(),
-        film: film.clone(),
-        frame: 0,
-        queue: VecDeque::new(),
-    };
-    let pass_count = passes().count(samples);
-    FramePlan { buffers, passes: Box::new(passes()), pass_count, outputs, scene: Some(scene) }
-}
-
 /// The planes of the frames; what the settings do not need is not there.
-#[derive(Clone)]
 struct Planes {
     /// Of this frame and, with temporal reuse, of the last one.
     hits: Vec<BufferId>,
@@ -52,17 +26,17 @@ struct Planes {
 }
 
 impl Planes {
-    fn new(buffers: &mut Vec<Buffer>, s: &DiSettings, render: &Render) -> Self {
+    fn new(buffers: &mut Vec<Buffer>, s: &DiSettings, [width, height]: [u32; 2], keeps_history: bool) -> Self {
         let mut add = |name, count, bytes| {
             buffers.push(Buffer { name, words: count * bytes / size_of::<u32>(), contents: None });
             buffers.len() - 1
         };
         let candidates = s.tiles.map_or(1, |tiles| tiles.count as usize * tiles.size as usize);
         let tiles = add("tiles", candidates, size_of::<TileWords>());
-        let pixels = render.width as usize * render.height as usize;
+        let pixels = width as usize * height as usize;
         let shading = (s.shaded > 0)
             .then(|| [add("points", pixels, size_of::<DiPoint>()), add("pairs", pixels, size_of::<DiPairs>())]);
-        let history = usize::from(keeps_history(s, render));
+        let history = usize::from(keeps_history);
         let spatial = usize::from(s.spatial_passes() > 0);
         Self {
             hits: (0..1 + history).map(|_| add("hits", pixels, size_of::<PackedHit>())).collect(),
@@ -89,167 +63,148 @@ impl Planes {
     }
 }
 
-fn keeps_history(settings: &DiSettings, render: &Render) -> bool {
-    settings.temporal != Temporal::Off && render.count > 1
-}
-
-/// Makes the passes, a frame at a time.
-struct Passes<'a> {
-    settings: &'a DiSettings,
-    scene: &'a SceneBuffers,
-    render: &'a Render,
-    moments: Moments<'a>,
+/// The chain of frames, of which each reuses the last one.
+pub(super) struct Chain {
+    settings: DiSettings,
+    size: [u32; 2],
+    seed: u32,
+    keeps_history: bool,
+    buffers: Vec<Buffer>,
     planes: Planes,
     film: Film,
-    frame: u32,
+    /// The frame in work; none before the first.
+    now: Option<Frame>,
+    /// How many frames up to this one had the scene and the rays of the one before.
+    still_for: u32,
     queue: VecDeque<Result<Pass, Error>>,
 }
 
-impl Passes<'_> {
-    /// How many there are: merging n samples into one takes n - 1 additions, and one division. With neighbours a sample takes
-    /// two passes, and a frame one before.
-    fn count(mut self, samples: u32) -> u64 {
-        let mut first_and_later = [0; 2];
-        for passes in &mut first_and_later {
-            self.reuse_hits();
-            *passes = self.queue.len() as u64;
-            self.queue.clear();
-            self.frame += 1;
+impl Chain {
+    pub(super) fn new(settings: &DiSettings, stage: &Stage) -> Self {
+        let keeps_history = settings.temporal != Temporal::Off && stage.goes_on;
+        let mut buffers = stage.arenas.to_vec();
+        let planes = Planes::new(&mut buffers, settings, stage.size, keeps_history);
+        let film = Film::new(&mut buffers, stage.film(settings.shading_passes(), 0));
+        Self {
+            settings: settings.clone(),
+            size: stage.size,
+            seed: stage.seed,
+            keeps_history,
+            buffers,
+            planes,
+            film,
+            now: None,
+            still_for: 0,
+            queue: VecDeque::new(),
         }
-        let [first, later] = first_and_later;
-        // once the last camera stays, frames are alike
-        let settled = self.render.count.min((self.render.cameras.len() + self.planes.hits.len()) as u32);
-        let found = |frame: u32| u64::from(!self.knows_hits(frame));
-        let hits = (0..settled).map(found).sum::<u64>() + u64::from(self.render.count - settled) * found(settled);
-        let shaded = u64::from(samples) / u64::from(self.settings.shading_passes());
-        let of_neighbours = if self.planes.shading.is_some() { u64::from(samples) + shaded } else { 0 };
-        hits + first + later * u64::from(self.render.count - 1) + 2 * u64::from(samples) + of_neighbours
-    }
-
-    /// The passes of a frame up to its reservoirs.
-    fn reuse(&mut self) {
-        if !self.knows_hits(self.frame) {
-            self.push(&di::di_primary::DESC, self.params(), &[]);
-        }
-        self.reuse_hits();
     }
 
     /// The passes that find hits in their plane.
-    fn reuse_hits(&mut self) {
+    fn reuse(&mut self, now: &Frame, last_camera: Option<CameraParams>) {
         if self.settings.tiles.is_some() {
-            self.push_over(&di::di_tiles::DESC, &self.params().tile_params(), &[], self.settings.flags());
+            self.push_over(now, &di::di_tiles::DESC, &self.params(now).tile_params(), &[], self.settings.flags());
         }
-        self.push(&di::di_initial::DESC, self.params(), &[("reservoirs", self.planes.reservoirs[0])]);
-        if self.frame > 0 && keeps_history(self.settings, self.render) {
-            self.reuse_in_time();
+        self.push(now, &di::di_initial::DESC, self.params(now), &[("reservoirs", self.planes.reservoirs[0])]);
+        if let Some(camera) = last_camera.filter(|_| self.keeps_history) {
+            self.reuse_in_time(now, camera);
         }
-        self.reuse_in_space();
+        self.reuse_in_space(now);
     }
 
-    fn reuse_in_time(&mut self) {
-        let (settings, reservoirs) = (self.settings, &self.planes.reservoirs);
+    fn reuse_in_time(&mut self, now: &Frame, last_camera: CameraParams) {
+        let (settings, reservoirs) = (&self.settings, &self.planes.reservoirs);
         let of_last = DiParams {
-            flags: settings.temporal_flags(self.same_view(self.frame - 1)),
-            other_scene: self.moments.headers()[1],
-            other_camera: self.camera_params(self.frame - 1),
-            other_frame: self.frame - 1,
+            flags: settings.temporal_flags(self.still_for > 0),
+            other_scene: now.scenes[1],
+            other_camera: last_camera,
+            other_frame: now.index - 1,
             neighbours: if settings.temporal == Temporal::Fused { settings.neighbours } else { 0 },
-            ..self.params()
+            ..self.params(now)
         };
         let last = reservoirs[reservoirs.len() - 1];
-        let last_hits = self.planes.hits(self.frame + 1);
+        let last_hits = self.planes.hits(now.index + 1);
         let planes = [("other_hits", last_hits), ("others", last), ("reservoirs", reservoirs[0])];
-        self.push(&di::di_combine::DESC, of_last, &planes);
+        self.push(now, &di::di_combine::DESC, of_last, &planes);
     }
 
-    fn reuse_in_space(&mut self) {
+    fn reuse_in_space(&mut self, now: &Frame) {
         for pass in 0..self.settings.spatial_passes() {
-            let params = DiParams { combine: 1 + pass, ..self.params() };
+            let params = DiParams { combine: 1 + pass, ..self.params(now) };
             // what the next frame reads is not written over
             let free_at = if pass > 0 && self.keeps_before_spatial() { 2 } else { 1 };
             let [work, free] = [self.planes.reservoirs[0], self.planes.reservoirs[free_at]];
-            let planes = [("other_hits", self.planes.hits(self.frame)), ("others", work), ("reservoirs", free)];
-            self.push(&di::di_combine::DESC, params, &planes);
+            let planes = [("other_hits", self.planes.hits(now.index)), ("others", work), ("reservoirs", free)];
+            self.push(now, &di::di_combine::DESC, params, &planes);
             self.planes.reservoirs.swap(0, free_at);
         }
     }
 
     /// Whether the plane of hits is still that of the same rays: its frame, and every one since, had them.
-    fn knows_hits(&self, frame: u32) -> bool {
-        let written = frame.checked_sub(self.planes.hits.len() as u32);
-        !self.settings.jitter && written.is_some_and(|at| (at..frame).all(|frame| self.same_view(frame)))
-    }
-
-    /// Whether a frame and the one after it have the same scene and the same ray in every pixel, jitter aside.
-    fn same_view(&self, frame: u32) -> bool {
-        let [last, camera] = [frame, frame + 1].map(|frame| self.camera_params(frame));
-        // a point of a lens is another one each frame
-        let is_pinhole = camera.lens_right == 0.0 && camera.lens_up == 0.0;
-        // what is blended is met by the rays of some frames
-        let is_still = !self.scene.is_animated() && self.scene.features & FEATURE_BLEND == 0;
-        is_still && is_pinhole && last == camera
+    fn knows_hits(&self) -> bool {
+        !self.settings.jitter && self.still_for as usize >= self.planes.hits.len()
     }
 
     /// Whether the next frame reuses what spatial reuse began with.
     fn keeps_before_spatial(&self) -> bool {
-        keeps_history(self.settings, self.render) && !self.settings.feedback && self.settings.spatial_passes() > 0
+        self.keeps_history && !self.settings.feedback && self.settings.spatial_passes() > 0
     }
 
-    /// What the frame adds to the film.
-    fn shade(&mut self) {
+    /// What the frame adds to the film; how many passes that takes beside the film's own.
+    fn shade(&mut self, now: &Frame) -> u64 {
+        let before = self.queue.len();
+        let mut of_film = 0;
         let reservoirs = ("reservoirs", self.planes.reservoirs[0]);
         let shades_neighbours = self.planes.shading.is_some();
         if shades_neighbours {
-            self.push(&di::di_offer::DESC, self.params(), &[reservoirs]);
+            self.push(now, &di::di_offer::DESC, self.params(now), &[reservoirs]);
         }
-        for params in self.settings.shading(&self.params()) {
-            let Some(film) = self.film.open(0) else { return };
+        for params in self.settings.shading(&self.params(now)) {
+            let Some(film) = self.film.open(0) else { break };
             if shades_neighbours {
-                self.push(&di::di_exchange::DESC, params, &[("film", film)]);
-                self.push(&di::di_gather::DESC, params, &[("film", film)]);
+                self.push(now, &di::di_exchange::DESC, params, &[("film", film)]);
+                self.push(now, &di::di_gather::DESC, params, &[("film", film)]);
             } else {
-                self.push(&di::di_shade::DESC, params, &[reservoirs, ("film", film)]);
+                self.push(now, &di::di_shade::DESC, params, &[reservoirs, ("film", film)]);
             }
+            let shaded = self.queue.len();
             self.queue.extend(std::iter::from_fn(|| self.film.merge_equal()));
+            of_film += self.queue.len() - shaded;
         }
+        (self.queue.len() - before - of_film) as u64
     }
 
     /// A pass over the planes of the frame and some more.
-    fn push(&mut self, kernel: &'static KernelDesc, params: DiParams, planes: &[(&str, BufferId)]) {
-        self.push_over(kernel, &params, planes, params.flags);
+    fn push(&mut self, now: &Frame, kernel: &'static KernelDesc, params: DiParams, planes: &[(&str, BufferId)]) {
+        self.push_over(now, kernel, &params, planes, params.flags);
     }
 
     fn push_over(
         &mut self,
+        now: &Frame,
         kernel: &'static KernelDesc,
         params: &(impl Pod + Extent),
         planes: &[(&str, BufferId)],
         flags: Flags,
     ) {
-        let constants = [("features", self.settings.integral().features(self.scene)), ("settings", flags.bits())];
-        let bound = [planes, &self.planes.of_frame(self.frame)].concat();
+        let constants = [("features", self.settings.integral().features(now.features)), ("settings", flags.bits())];
+        let bound = [planes, &self.planes.of_frame(now.index)].concat();
         self.queue.push_back(Pass::new(kernel, &constants, params, &bound));
     }
 
-    fn camera_params(&self, frame: u32) -> restir_shared::layout::CameraParams {
-        self.render.camera(self.scene, frame).params(self.render.width, self.render.height)
-    }
-
     /// Of passes within the frame.
-    fn params(&self) -> DiParams {
-        let (render, s) = (self.render, self.settings);
+    fn params(&self, now: &Frame) -> DiParams {
+        let (s, [width, height], [scene, _]) = (&self.settings, self.size, now.scenes);
         let tiles = s.tiles.unwrap_or(Tiles { count: 0, size: 0 });
-        let (camera, [scene, _]) = (self.camera_params(self.frame), self.moments.headers());
         DiParams {
             scene,
             other_scene: scene,
-            camera,
-            other_camera: camera,
-            width: render.width,
-            height: render.height,
-            frame: self.frame,
-            other_frame: self.frame,
-            seed: render.seed,
+            camera: now.camera,
+            other_camera: now.camera,
+            width,
+            height,
+            frame: now.index,
+            other_frame: now.index,
+            seed: self.seed,
             flags: s.flags(),
             candidates: s.candidates,
             neighbours: s.neighbours,
@@ -266,41 +221,73 @@ impl Passes<'_> {
     }
 
     /// The last plane of the reservoirs is the one that the next frame finds its history in.
-    fn end_frame(&mut self) {
+    fn keep(&mut self) {
         let last = self.planes.reservoirs.len() - 1;
-        if keeps_history(self.settings, self.render) {
+        if self.keeps_history {
             let history = usize::from(self.keeps_before_spatial());
             self.planes.reservoirs.swap(history, last);
         }
-        self.frame += 1;
     }
 }
 
-impl Iterator for Passes<'_> {
-    type Item = Result<Pass, Error>;
+/// Whether a frame has the same scene and the same ray in every pixel as the one before it, jitter aside.
+fn is_still(now: &Frame, last_camera: Option<CameraParams>) -> bool {
+    // a point of a lens is another one each frame
+    let is_pinhole = now.camera.lens_right == 0.0 && now.camera.lens_up == 0.0;
+    // what is blended is met by the rays of some frames
+    let same_scene = now.same_scene && now.features & FEATURE_BLEND == 0;
+    same_scene && is_pinhole && last_camera == Some(now.camera)
+}
 
-    fn next(&mut self) -> Option<Self::Item> {
-        while self.queue.is_empty() && self.frame < self.render.count {
-            let begun = match self.moments.advance(self.frame) {
-                Ok(begun) => begun,
-                Err(e) => return Some(Err(e)),
-            };
-            self.reuse();
-            if let Some(Ok(first)) = self.queue.front_mut() {
-                first.frame = begun;
-            }
-            if self.render.accumulate || self.frame + 1 == self.render.count {
-                self.shade();
-            }
-            self.end_frame();
+impl Sequence for Chain {
+    fn buffers(&self) -> &[Buffer] {
+        &self.buffers
+    }
+
+    fn output(&self) -> BufferId {
+        self.film.output()
+    }
+
+    fn primary(&self, frame: u32) -> Option<BufferId> {
+        Some(self.planes.hits(frame))
+    }
+
+    fn begin(&mut self, now: Frame) -> Work {
+        let last_camera = self.now.take().map(|last| last.camera);
+        self.still_for = if is_still(&now, last_camera) { self.still_for.saturating_add(1) } else { 0 };
+        self.queue.clear();
+        if now.clears {
+            self.film.clear();
         }
-        self.queue.pop_front().or_else(|| self.film.finish())
+        if !now.primary_given && !self.knows_hits() {
+            self.push(&now, &di::di_primary::DESC, self.params(&now), &[]);
+        }
+        self.reuse(&now, last_camera);
+        let mut work = Work { passes: self.queue.len() as u64, blocks: 0 };
+        if now.adds {
+            work.passes += self.shade(&now);
+            work.blocks = u64::from(self.settings.shading_passes());
+        }
+        if now.shows {
+            self.queue.extend(self.film.image());
+        }
+        self.keep();
+        self.now = Some(now);
+        work
+    }
+
+    fn next_pass(&mut self) -> Option<Result<Pass, Error>> {
+        self.queue.pop_front()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::buffers::SceneBuffers;
+    use crate::film::Capacity;
+    use crate::plan::FramePlan;
+    use crate::render::Render;
     use crate::scene::{AlphaMode, Camera};
     use std::collections::BTreeSet;
 
@@ -309,7 +296,7 @@ mod tests {
     }
 
     fn passes(scene: &SceneBuffers, render: &Render) -> Vec<Pass> {
-        render.technique.plan(scene, render).passes.map(|pass| pass.expect("made")).collect()
+        render.plan(scene).passes.map(|pass| pass.expect("made")).collect()
     }
 
     /// The buffers that some pass uses. Counts are right, and every pass fits its buffers.
@@ -341,8 +328,10 @@ mod tests {
         for (settings, frames, planes) in rows {
             for accumulate in [false, true] {
                 let render = Render { count: frames, accumulate, ..Render::new([3, 2], settings.clone()) };
-                let plan = render.technique.plan(&scene, &render);
-                let film = Film::plane_count(film_samples(&settings, &render) as u32, 0) + 1;
+                let plan = render.plan(&scene);
+                let samples = render.repeats_in_mean() * settings.shading_passes();
+                let capacity = Capacity { size: [3, 2], samples, largest_block: 0, progressive: false };
+                let film = capacity.planes() + 1;
                 // points of 48 bytes a pixel and pairs of 32
                 let [buffers, units] = if settings.shaded > 0 { [2, 5] } else { [0; 2] };
                 assert_eq!(plan.buffers.len(), 4 + planes + buffers + film, "{render:?}");
@@ -360,7 +349,7 @@ mod tests {
         let scene = builtin("cornell");
         let words = |settings: DiSettings| {
             let render = Render::new([4, 3], settings);
-            let plan = render.technique.plan(&scene, &render);
+            let plan = render.plan(&scene);
             plan.buffers.iter().find(|buffer| buffer.name == "tiles").map(|buffer| buffer.words)
         };
         assert_eq!(words(DiSettings::default()), Some(16));
@@ -441,7 +430,7 @@ mod tests {
             for (spatial, frames) in (0..4).flat_map(|spatial| [1, 2, 5].map(|frames| (spatial, frames))) {
                 let settings = DiSettings { spatial, ..settings.clone() };
                 let render = Render { count: frames, accumulate: on(3), ..Render::new([2, 1], settings) };
-                used(render.technique.plan(&scene, &render));
+                used(render.plan(&scene));
             }
         }
     }
