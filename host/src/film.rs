@@ -127,12 +127,7 @@ impl Film {
         self.pass(&film_resolve::DESC, samples, [("sum", sum), ("mean", mean)])
     }
 
-    fn pass(
-        &self,
-        kernel: &'static KernelDesc,
-        samples: u32,
-        bound: [(&str, BufferId); 2],
-    ) -> Result<Pass, Error> {
+    fn pass(&self, kernel: &'static KernelDesc, samples: u32, bound: [(&str, BufferId); 2]) -> Result<Pass, Error> {
         let [width, height] = self.size;
         let params = FilmParams { width, height, samples: samples as f32, reserved: 0 };
         Pass::new(kernel, &[], &params, &bound)

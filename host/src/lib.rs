@@ -25,6 +25,7 @@ pub use technique::render;
 pub mod replay;
 pub mod scene;
 pub mod self_check;
+pub mod session;
 pub mod settings;
 pub mod spirv;
 pub mod technique;

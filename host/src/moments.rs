@@ -89,12 +89,7 @@ impl Moments {
         let [geometry, attributes] = self.scene.most_words().map(|words| part * words);
         let held = self.parts[part].replace(scene.clone());
         let mut uploads = changes(ARENAS[0].1, geometry, held.as_ref().map(|held| &held.geometry), &scene.geometry);
-        uploads.extend(changes(
-            ARENAS[1].1,
-            attributes,
-            held.as_ref().map(|held| &held.attributes),
-            &scene.attributes,
-        ));
+        uploads.extend(changes(ARENAS[1].1, attributes, held.as_ref().map(|held| &held.attributes), &scene.attributes));
         let mut end = attributes + scene.attributes.len();
         let header = scene.header.moved((geometry / 4) as u32, (attributes / 4) as u32);
         let mut this = Placed { header, scene: scene.clone(), part };

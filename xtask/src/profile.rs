@@ -67,7 +67,8 @@ pub fn run(options: &Options) -> Result<(), Error> {
     for name in &options.scenes {
         let buffers = SceneBuffers::build(&Scene::load(name)?)?;
         let settings = Render { count: SAMPLES, seed: 1, ..Render::new([SIDE; 2], PathSettings::default()) };
-        let view = SceneView { features: settings.technique.integral().features(buffers.features), ..buffers.traced_view() };
+        let view =
+            SceneView { features: settings.technique.integral().features(buffers.features), ..buffers.traced_view() };
         let questions = Questions::of(&buffers, &view, &settings)?;
         let times = shortest(options.rounds, || once(&buffers, &view, &settings, &questions))?;
         println!("{}", row(name, &questions, &times));

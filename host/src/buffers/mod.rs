@@ -91,8 +91,20 @@ impl SceneBuffers {
     /// [`Error::Scene`] for what is not finite or too far away, an index or a parameter out of range, or a scene without
     /// any triangle of positive area; [`Error::Memory`] for one too large to hold.
     pub fn build(scene: &Scene) -> Result<Self, Error> {
+        Self::built(scene, !scene.animation.is_still())
+    }
+
+    /// As [`Self::build`], of a scene that will be edited: it can be [refitted](Self::refit), and sessions keep their history. A
+    /// triangle without an area stays, for it may get one.
+    ///
+    /// # Errors
+    /// As of [`Self::build`].
+    pub fn build_editable(scene: &Scene) -> Result<Self, Error> {
+        Self::built(scene, true)
+    }
+
+    fn built(scene: &Scene, moves: bool) -> Result<Self, Error> {
         check::check(scene)?;
-        let moves = !scene.animation.is_still();
         let (buffers, flat) = Self::flattened(&scene.at(0.0), moves)?;
         Ok(if moves { buffers.with_motion(Arc::new(Moving::new(scene, flat))) } else { buffers })
     }

@@ -61,7 +61,9 @@ impl SceneBuffers {
             Some(moving) => {
                 let scene = moving.scene.at(frame);
                 check::check_lights(&scene)?;
-                self.refitted(moving, &scene)
+                let differs =
+                    |what| scene_error(&scene, format!("has by animation other {what} than at first; correct it"));
+                self.refitted(moving, &scene)?.map_err(differs)
             }
             None => Ok(self.clone()),
         }
@@ -72,32 +74,37 @@ impl SceneBuffers {
         self.moving.as_ref().and_then(|moving| moving.scene.camera_at(frame)).unwrap_or(self.camera)
     }
 
-    /// As [`Self::at`], for a scene that an embedder has moved: transforms of instances, positions of vertices, factors
+    /// As [`Self::at`], for a scene that an embedder has edited: transforms of instances, positions of vertices, factors
     /// of materials and lights may differ.
     ///
     /// # Errors
-    /// As of [`Self::build`]; [`Error::Scene`] as well if anything else differs, or if this was built of a scene without an
-    /// animation, of which nothing is kept.
+    /// As of [`Self::build`]; [`Error::Scene`] as well if anything else differs, or if this was built of a scene that stands still,
+    /// of which nothing is kept.
     pub fn refit(&self, scene: &Scene) -> Result<Self, Error> {
-        let Some(moving) = &self.moving else {
-            return Err(scene_error(scene, "was built without an animation; build it anew".to_owned()));
-        };
-        check::check(scene)?;
-        if let Some(what) = difference(&moving.scene, scene) {
-            return Err(scene_error(scene, format!("differs in its {what}, which cannot be refitted; build it anew")));
-        }
-        self.refitted(moving, scene)
+        let differs = |what| scene_error(scene, format!("differs in {what}, which cannot be refitted; build it anew"));
+        self.follow(scene)?.map_err(differs)
     }
 
-    fn refitted(&self, moving: &Arc<Moving>, scene: &Scene) -> Result<Self, Error> {
+    /// As [`Self::refit`], or what cannot be refitted.
+    pub(crate) fn follow(&self, scene: &Scene) -> Result<Result<Self, &'static str>, Error> {
+        check::check(scene)?;
+        match &self.moving {
+            None => Ok(Err("that it moves")),
+            Some(moving) => match difference(&moving.scene, scene) {
+                Some(what) => Ok(Err(what)),
+                None => self.refitted(moving, scene),
+            },
+        }
+    }
+
+    fn refitted(&self, moving: &Arc<Moving>, scene: &Scene) -> Result<Result<Self, &'static str>, Error> {
         let flat = &moving.flat;
         let bvh = flat.bvh.refit(&moved_bounds(scene, &flat.triangles)?);
         let buffers = Self::assemble(scene, flat, &bvh, self.texels.clone())?;
         if buffers.features & !moving.features != 0 || buffers.header.light_count > moving.most_lights {
-            let problem = "has lights or materials of kinds that it had not; build it anew";
-            return Err(scene_error(scene, problem.to_owned()));
+            return Ok(Err("the kinds of its lights or materials"));
         }
-        Ok(buffers.with_motion(moving.clone()))
+        Ok(Ok(buffers.with_motion(moving.clone())))
     }
 
     /// The most lights that shine at any time.
@@ -153,11 +160,11 @@ fn difference(a: &Scene, b: &Scene) -> Option<&'static str> {
         scene.materials.iter().map(|m| m.textures().map(|used| used.map(|used| used.texture))).collect()
     };
     let parts = [
-        ("meshes", a.meshes.len() == b.meshes.len() && a.meshes.iter().zip(&b.meshes).all(same_mesh)),
-        ("instances", a.instances.iter().map(|i| i.mesh).eq(b.instances.iter().map(|i| i.mesh))),
-        ("textures", a.textures == b.textures && textures(a) == textures(b)),
-        ("lights", a.lights.len() == b.lights.len()),
-        ("environment", a.environment == b.environment),
+        ("its meshes", a.meshes.len() == b.meshes.len() && a.meshes.iter().zip(&b.meshes).all(same_mesh)),
+        ("its instances", a.instances.iter().map(|i| i.mesh).eq(b.instances.iter().map(|i| i.mesh))),
+        ("its textures", a.textures == b.textures && textures(a) == textures(b)),
+        ("the number of its lights", a.lights.len() == b.lights.len()),
+        ("its environment", a.environment == b.environment),
     ];
     parts.into_iter().find(|(_, same)| !same).map(|(what, _)| what)
 }
@@ -261,7 +268,7 @@ mod tests {
             (|scene| Arc::make_mut(&mut scene.meshes[0]).indices.truncate(1), "meshes"),
             (|scene| scene.instances.push(Instance { ..scene.instances[0] }), "instances"),
             (|scene| scene.lights.clear(), "lights"),
-            (|scene| scene.materials[0].emission = [1.0; 3], "build it anew"),
+            (|scene| scene.materials[0].emission = [1.0; 3], "kinds of its lights"),
         ];
         for (edit, part) in wrong {
             let message = refused(edit);

@@ -35,6 +35,20 @@ impl CpuExecutor {
         Self { pool: None }
     }
 
+    /// Runs a pass that fits the buffers and its kernel. It may begin a frame, and leaves its scenes in `scenes`.
+    pub(crate) fn run_pass(&self, pass: &Pass, buffers: &mut [Arc<[u32]>], scenes: &mut Scenes) {
+        run_pass(pass, buffers, scenes, &|dispatch, rows| self.all(dispatch, rows));
+    }
+
+    fn all(&self, dispatch: &Dispatch<'_>, rows: Rows<'_>) {
+        match &self.pool {
+            Some(pool) => pool.install(|| {
+                rows.into_par_iter().enumerate().for_each(|(y, own)| dispatch.row(y as u32, own, None));
+            }),
+            None => (0..).zip(rows).for_each(|(y, own)| dispatch.row(y, own, None)),
+        }
+    }
+
     /// As [`Executor::run`], without threads, and over `frames` instead of the scene in the plan's arenas: one that counts what
     /// it is asked, writes it down, or answers differently. It stands for the scene of every pass.
     ///
@@ -50,6 +64,9 @@ impl CpuExecutor {
         })
     }
 }
+
+/// The scenes of this frame and of the last one, where there are better structures to trace rays in than the arenas.
+pub(crate) type Scenes = [Option<Arc<SceneBuffers>>; 2];
 
 /// A pass and what it reads.
 struct Dispatch<'a> {
@@ -79,25 +96,18 @@ impl Dispatch<'_> {
     }
 }
 
-/// Runs a plan; `all` runs the rows of a pass.
-fn run(
-    plan: FramePlan<'_>,
-    observe: &mut Observer<'_>,
-    all: &dyn Fn(&Dispatch<'_>, Rows<'_>),
-) -> Result<Vec<Vec<u32>>, Error> {
+/// Runs the rows of a pass.
+type AllRows<'a> = dyn Fn(&Dispatch<'_>, Rows<'_>) + 'a;
+
+/// Runs a plan.
+fn run(plan: FramePlan<'_>, observe: &mut Observer<'_>, all: &AllRows<'_>) -> Result<Vec<Vec<u32>>, Error> {
     // shared with the plan until a pass writes them
     let mut buffers: Vec<Arc<[u32]>> = plan.buffers.iter().map(Buffer::initial).collect();
     let mut scenes = [plan.scene.clone(), plan.scene];
     for (done, pass) in (1..).zip(plan.passes) {
         let pass = pass?;
         pass.check(&plan.buffers)?;
-        if let Some(frame) = &pass.frame {
-            for Upload { buffer, first, words } in &frame.uploads {
-                Arc::make_mut(&mut buffers[*buffer])[*first..][..words.len()].copy_from_slice(words);
-            }
-            scenes = frame.scenes.clone().map_or([None, None], |scenes| scenes.map(Some));
-        }
-        run_pass(&pass, &mut buffers, &scenes, all);
+        run_pass(&pass, &mut buffers, &mut scenes, all);
         let progress = Progress { done, total: plan.pass_count };
         observe(&Step::new(progress, &pass, &|id| Ok(buffers[id].to_vec())))?;
     }
@@ -105,14 +115,14 @@ fn run(
 }
 
 /// Runs a pass over the scenes of this frame and of the other one.
-fn run_pass(
-    pass: &Pass,
-    buffers: &mut [Arc<[u32]>],
-    scenes: &[Option<Arc<SceneBuffers>>; 2],
-    all: &dyn Fn(&Dispatch<'_>, Rows<'_>),
-) {
-    let tracers =
-        scenes.each_ref().map(|scene| scene.as_ref().map(|scene| scene.tracer() as &(dyn Hierarchy + Sync)));
+fn run_pass(pass: &Pass, buffers: &mut [Arc<[u32]>], scenes: &mut Scenes, all: &AllRows<'_>) {
+    if let Some(frame) = &pass.frame {
+        for Upload { buffer, first, words } in &frame.uploads {
+            Arc::make_mut(&mut buffers[*buffer])[*first..][..words.len()].copy_from_slice(words);
+        }
+        *scenes = frame.scenes.clone().map_or([None, None], |scenes| scenes.map(Some));
+    }
+    let tracers = scenes.each_ref().map(|scene| scene.as_ref().map(|scene| scene.tracer() as &(dyn Hierarchy + Sync)));
     let bound = |access| pass.bindings().filter(move |(binding, _)| binding.access == access);
     let mut own: Vec<Arc<[u32]>> = bound(Access::Own).map(|(_, id)| std::mem::take(&mut buffers[id])).collect();
     let read = bound(Access::Read).map(|(_, id)| &*buffers[id]).collect();
@@ -131,11 +141,6 @@ impl Executor for CpuExecutor {
     }
 
     fn run(&mut self, plan: FramePlan<'_>, observe: &mut Observer<'_>) -> Result<Vec<Vec<u32>>, Error> {
-        run(plan, observe, &|dispatch, rows| match &self.pool {
-            Some(pool) => pool.install(|| {
-                rows.into_par_iter().enumerate().for_each(|(y, own)| dispatch.row(y as u32, own, None));
-            }),
-            None => (0..).zip(rows).for_each(|(y, own)| dispatch.row(y, own, None)),
-        })
+        run(plan, observe, &|dispatch, rows| self.all(dispatch, rows))
     }
 }

@@ -14,10 +14,10 @@ use crate::exec::{Executor, Observer};
 use crate::render::{Render, Rendered};
 use crate::settings::{Declared, Settings, unknown};
 use crate::{Error, buffers::SceneBuffers, image::Channel};
-use sequence::{Sequence, Stage};
 use explain::{Explanation, Subject};
 pub use pixel_filter::PixelFilter;
 use restir_shared::layout::FEATURE_MULTISCATTER;
+use sequence::{Sequence, Stage};
 use std::{any::Any, fmt};
 
 /// Declares the techniques: the folder of each, and its settings.

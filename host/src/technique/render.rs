@@ -199,6 +199,11 @@ pub fn render(
 /// # Errors
 /// [`Error::Setting`] and [`Error::Memory`].
 pub fn check(scene: &SceneBuffers, render: &Render) -> Result<(), Error> {
+    check_settings(scene, render)?;
+    check_memory(scene, render)
+}
+
+pub(crate) fn check_settings(scene: &SceneBuffers, render: &Render) -> Result<(), Error> {
     let (width, height, technique) = (render.width, render.height, &render.technique);
     let repeats = technique.about().repeats.name();
     let problem = if width == 0 || height == 0 {
@@ -209,8 +214,7 @@ pub fn check(scene: &SceneBuffers, render: &Render) -> Result<(), Error> {
         format!("0 {repeats} make no image; give at least 1")
     } else {
         technique.check_ranges()?;
-        technique.check(scene, render)?;
-        return check_memory(scene, render);
+        return technique.check(scene, render);
     };
     Err(Error::Setting(problem))
 }

@@ -71,53 +71,14 @@ impl GpuExecutor {
         &self.device
     }
 
+    /// The queue of the device.
+    pub fn queue(&self) -> &wgpu::Queue {
+        &self.queue
+    }
+
     /// How modules are loaded and which float-control modes were dropped.
     pub fn loading(&self) -> String {
         self.pipelines.loading()
-    }
-
-    fn create_buffers(&self, buffers: &[Buffer]) -> Result<Vec<wgpu::Buffer>, Error> {
-        let limits = self.device.limits();
-        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
-        let largest = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        let create = |buffer: &Buffer| {
-            let size = buffer.words as u64 * 4;
-            if size > largest {
-                return Err(Error::Memory(format!(
-                    "the buffer {:?} of {size} bytes is larger than the {largest} bytes that this adapter binds; \
-                     choose a smaller size or scene, or `--device cpu`",
-                    buffer.name
-                )));
-            }
-            let label = Some(buffer.name);
-            Ok(match &buffer.contents {
-                Some(words) => {
-                    let contents = bytemuck::cast_slice(words);
-                    self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label, contents, usage })
-                }
-                None => {
-                    self.device.create_buffer(&wgpu::BufferDescriptor { label, size, usage, mapped_at_creation: false })
-                }
-            })
-        };
-        self.guarded(|_| buffers.iter().map(create).collect())
-    }
-
-    /// Turns what the device reports during `work` into errors; uncaught, it would be a panic.
-    fn guarded<T>(&self, work: impl FnOnce(&Self) -> Result<T, Error>) -> Result<T, Error> {
-        let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-        let validation = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let result = work(self);
-        let invalid = pollster::block_on(validation.pop());
-        if let Some(error) = pollster::block_on(memory.pop()) {
-            return Err(Error::Memory(format!(
-                "the adapter is out of memory ({}); choose a smaller size or scene, or `--device cpu`",
-                one_line(&error)
-            )));
-        }
-        invalid.map_or(result, |error| {
-            Err(Error::Adapter(format!("the adapter refuses the work: {}; try `--device cpu`", one_line(&error))))
-        })
     }
 
     fn submit(&self, pass: &Pass, pipeline: &wgpu::ComputePipeline, buffers: &[wgpu::Buffer]) -> Result<(), Error> {
@@ -173,6 +134,49 @@ impl GpuExecutor {
     }
 }
 
+/// Makes buffers.
+pub(crate) fn allocate(device: &wgpu::Device, buffers: &[Buffer]) -> Result<Vec<wgpu::Buffer>, Error> {
+    let limits = device.limits();
+    let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
+    let largest = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+    let create = |buffer: &Buffer| {
+        let size = buffer.words as u64 * 4;
+        let label = Some(buffer.name);
+        match &buffer.contents {
+            Some(words) => {
+                let contents = bytemuck::cast_slice(words);
+                device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label, contents, usage })
+            }
+            None => device.create_buffer(&wgpu::BufferDescriptor { label, size, usage, mapped_at_creation: false }),
+        }
+    };
+    if let Some(Buffer { name, words, .. }) = buffers.iter().find(|buffer| buffer.words as u64 * 4 > largest) {
+        return Err(Error::Memory(format!(
+            "the buffer {name:?} of {} bytes is larger than the {largest} bytes that this adapter binds; choose a \
+             smaller size or scene, or `--device cpu`",
+            *words as u64 * 4
+        )));
+    }
+    guarded(device, || Ok(buffers.iter().map(create).collect()))
+}
+
+/// Turns what the device reports during `work` into errors; uncaught, it would be a panic.
+pub(crate) fn guarded<T>(device: &wgpu::Device, work: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
+    let memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+    let validation = device.push_error_scope(wgpu::ErrorFilter::Validation);
+    let result = work();
+    let invalid = pollster::block_on(validation.pop());
+    if let Some(error) = pollster::block_on(memory.pop()) {
+        return Err(Error::Memory(format!(
+            "the adapter is out of memory ({}); choose a smaller size or scene, or `--device cpu`",
+            one_line(&error)
+        )));
+    }
+    invalid.map_or(result, |error| {
+        Err(Error::Adapter(format!("the adapter refuses the work: {}; try `--device cpu`", one_line(&error))))
+    })
+}
+
 /// The first passes of a plan; of a scene that moves none beyond the second frame's first, because frames are large.
 fn look_ahead(passes: &mut dyn Iterator<Item = Result<Pass, Error>>) -> Vec<Result<Pass, Error>> {
     let mut ahead = Vec::new();
@@ -204,7 +208,7 @@ impl Executor for GpuExecutor {
     }
 
     fn run(&mut self, plan: FramePlan<'_>, observe: &mut Observer<'_>) -> Result<Vec<Vec<u32>>, Error> {
-        let buffers = self.create_buffers(&plan.buffers)?;
+        let buffers = allocate(&self.device, &plan.buffers)?;
         let mut passes = plan.passes;
         let ahead = look_ahead(&mut passes);
         let wanted: Vec<_> = ahead.iter().flatten().map(|pass| (pass.kernel, pass.constants.clone())).collect();
@@ -213,15 +217,15 @@ impl Executor for GpuExecutor {
             let pass = pass?;
             pass.check(&plan.buffers)?;
             let pipeline = self.pipelines.get(pass.kernel, &pass.constants)?;
-            self.guarded(|this| {
+            guarded(&self.device, || {
                 for Upload { buffer, first, words } in pass.frame.iter().flat_map(|frame| &frame.uploads) {
-                    this.queue.write_buffer(&buffers[*buffer], *first as u64 * 4, bytemuck::cast_slice(words));
+                    self.queue.write_buffer(&buffers[*buffer], *first as u64 * 4, bytemuck::cast_slice(words));
                 }
-                this.submit(&pass, &pipeline, &buffers)
+                self.submit(&pass, &pipeline, &buffers)
             })?;
-            let read = |id: BufferId| self.guarded(|this| this.read(&buffers[id]));
+            let read = |id: BufferId| guarded(&self.device, || self.read(&buffers[id]));
             observe(&Step::new(Progress { done, total: plan.pass_count }, &pass, &read))?;
         }
-        plan.outputs.iter().map(|&id| self.guarded(|this| this.read(&buffers[id]))).collect()
+        plan.outputs.iter().map(|&id| guarded(&self.device, || self.read(&buffers[id]))).collect()
     }
 }

@@ -4,8 +4,8 @@ use super::PathSettings;
 use crate::Error;
 use crate::film::Film;
 use crate::plan::{ARENAS, Buffer, BufferId, Pass};
-use crate::technique::{PixelFilter, Technique};
 use crate::technique::sequence::{Frame, Sequence, Stage, Work};
+use crate::technique::{PixelFilter, Technique};
 use restir_kernels::path::path;
 use restir_shared::film::MAX_BLOCK_LOG2;
 use restir_shared::rng::Sampler;
@@ -132,8 +132,11 @@ impl Sequence for Paths {
         // a block is aligned within the mean that it belongs to
         let (held, samples, largest) = (self.film.samples(), frame.samples, self.largest);
         let base = if self.progressive { 0 } else { frame.index.wrapping_mul(samples) };
-        let blocks =
-            if held == 0 { block_count(samples, largest) } else { aligned_blocks(held, samples, largest).count() as u64 };
+        let blocks = if held == 0 {
+            block_count(samples, largest)
+        } else {
+            aligned_blocks(held, samples, largest).count() as u64
+        };
         self.blocks = Box::new(aligned_blocks(held, samples, largest));
         self.last = None;
         self.frame = Some((frame, base));

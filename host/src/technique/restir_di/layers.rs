@@ -49,8 +49,7 @@ pub fn render_with_layers(
 ) -> Result<(Rendered, Layers), Error> {
     render::check(scene, render)?;
     // beside the plan: its planes read back, ages, channels and their encoded form
-    let bytes =
-        2 * render.plan(scene).bytes() + 64 * u64::from(render.width) * u64::from(render.height);
+    let bytes = 2 * render.plan(scene).bytes() + 64 * u64::from(render.width) * u64::from(render.height);
     memory::check(bytes, "this render with layers", "choose a smaller size")?;
     let mut follower = Follower::new(scene, render);
     let mut ages = BTreeMap::new();

@@ -20,8 +20,8 @@ use super::{About, Integral, PixelFilter, Repeats, Technique};
 use crate::exec::{Executor, Observer};
 use crate::render::{Render, Rendered};
 use crate::technique::explain::{Explanation, Subject};
-use crate::{Error, buffers::SceneBuffers, image::Channel};
 use crate::technique::sequence::{Sequence, Stage};
+use crate::{Error, buffers::SceneBuffers, image::Channel};
 use restir_shared::{layout::FEATURE_CLEAR, scene::LightAddress};
 
 /// Paths of so many segments carry direct light and what is seen to emit.

@@ -1,0 +1,91 @@
+//! Sessions on the CPU.
+
+use super::{Begun, Device, Frozen, Session, Setup, View};
+use crate::exec::CpuExecutor;
+use crate::plan::Buffer;
+use crate::{Error, buffers::SceneBuffers, memory};
+use restir_shared::layout::FilmPixel;
+use restir_shared::technique::restir_di::PackedHit;
+use std::sync::Arc;
+
+/// A session that runs natively.
+///
+/// ```
+/// use restir_host::session::{CpuSession, Setup, View};
+/// use restir_host::technique::restir_di::DiSettings;
+/// use restir_host::{Error, buffers::SceneBuffers, exec::CpuExecutor, scene::Scene};
+///
+/// let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
+/// let mut session = CpuSession::new(Setup::new(scene, DiSettings::default(), [32, 24]), CpuExecutor::new(None)?)?;
+/// for _ in 0..4 {
+///     session.frame(&View::default())?;
+/// }
+/// let mean: f32 = session.pixels().iter().map(|pixel| pixel.sum[1]).sum::<f32>() / (32.0 * 24.0);
+/// assert!(mean > 0.1 && mean < 1.0);
+/// # Ok::<(), Error>(())
+/// ```
+pub type CpuSession = Session<Cpu>;
+
+/// The CPU as the device of a session.
+pub struct Cpu {
+    executor: CpuExecutor,
+    buffers: Vec<Arc<[u32]>>,
+    /// Of this frame and of the last one.
+    scenes: [Option<Arc<SceneBuffers>>; 2],
+}
+
+impl Device for Cpu {
+    fn allocate(&mut self, buffers: &[Buffer], keep_arenas: bool, scene: &Arc<SceneBuffers>) -> Result<(), Error> {
+        let bytes = buffers.iter().map(|buffer| 4 * buffer.words as u64).sum();
+        memory::check(bytes, "this session", "choose a smaller size or settings that keep less")?;
+        let kept = if keep_arenas { scene_arenas(&self.buffers) } else { &[] }.to_vec();
+        self.buffers.clear();
+        self.buffers.extend(kept);
+        self.buffers.extend(buffers[self.buffers.len()..].iter().map(Buffer::initial));
+        self.scenes = [Some(scene.clone()), Some(scene.clone())];
+        Ok(())
+    }
+
+    fn prepare(&mut self, _kernels: &[Frozen]) -> Result<(), Error> {
+        Ok(())
+    }
+}
+
+fn scene_arenas(buffers: &[Arc<[u32]>]) -> &[Arc<[u32]>] {
+    &buffers[..crate::plan::ARENAS.len().min(buffers.len())]
+}
+
+impl CpuSession {
+    /// A session whose passes run on `executor`.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for settings out of range, [`Error::Memory`] if the planes do not fit.
+    pub fn new(setup: Setup, executor: CpuExecutor) -> Result<Self, Error> {
+        Self::over(setup, Cpu { executor, buffers: Vec::new(), scenes: [None, None] })
+    }
+
+    /// Renders the next frame.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] if an edited scene is broken; the session is then as it was. [`Error::Memory`] if it does not fit.
+    pub fn frame(&mut self, view: &View<'_>) -> Result<Begun, Error> {
+        let (passes, begun) = self.passes(view)?;
+        for pass in passes {
+            self.device.executor.run_pass(&pass, &mut self.device.buffers, &mut self.device.scenes);
+        }
+        Ok(begun)
+    }
+
+    /// The image after the last frame, rows from top to bottom: linear RGB radiance in `sum`, and in `dropped` how many samples were
+    /// not finite. Zeros before the first.
+    pub fn pixels(&self) -> &[FilmPixel] {
+        bytemuck::cast_slice(&self.device.buffers[self.sequence.output()])
+    }
+
+    /// The plane of what the camera sees in the next frame, rows from top to bottom, for a renderer that knows it: who fills it gives
+    /// [`View::primary_given`]. None, if the technique has no such plane.
+    pub fn primary_mut(&mut self) -> Option<&mut [PackedHit]> {
+        let plane = self.primary_plane()?;
+        Some(bytemuck::cast_slice_mut(Arc::make_mut(&mut self.device.buffers[plane])))
+    }
+}

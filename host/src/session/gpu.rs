@@ -1,0 +1,219 @@
+//! Sessions on the device of a renderer.
+
+use super::{Begun, Device, Frozen, Session, Setup, View};
+use crate::exec::gpu::{Pipelines, allocate, guarded};
+use crate::plan::{ARENAS, Buffer, BufferId, Pass};
+use crate::{Error, buffers::SceneBuffers};
+use restir_kernels::KernelDesc;
+use std::collections::HashMap;
+use std::sync::Arc;
+use wgpu::util::DeviceExt;
+
+/// Most groups of bindings that are kept: there are as many as planes change roles.
+const MOST_GROUPS: usize = 4096;
+
+/// A session on a renderer's own `wgpu::Device`. Frames are recorded into the renderer's encoders; nothing is submitted, and nothing is
+/// waited for. Frames have to be submitted in the order in which they were recorded, any number of them at once.
+pub type GpuSession = Session<Gpu>;
+
+/// A device of wgpu as that of a session.
+pub struct Gpu {
+    device: wgpu::Device,
+    pipelines: Pipelines,
+    buffers: Vec<wgpu::Buffer>,
+    /// The parameters of each pass of a frame, by kernel and how often it came before.
+    params: HashMap<(&'static str, usize), wgpu::Buffer>,
+    groups: HashMap<Bound, wgpu::BindGroup>,
+}
+
+/// A kernel with its constants, how often it came before in the frame, and its buffers.
+type Bound = (&'static str, Vec<u32>, usize, Vec<BufferId>);
+
+impl Device for Gpu {
+    fn allocate(&mut self, buffers: &[Buffer], keep_arenas: bool, _scene: &Arc<SceneBuffers>) -> Result<(), Error> {
+        let kept = if keep_arenas { ARENAS.len() } else { 0 };
+        let made = guarded(&self.device, || allocate(&self.device, &buffers[kept..]))?;
+        self.groups.clear();
+        self.buffers.truncate(kept);
+        self.buffers.extend(made);
+        Ok(())
+    }
+
+    fn prepare(&mut self, kernels: &[Frozen]) -> Result<(), Error> {
+        self.pipelines.prepare(kernels, &mut |_, _| {})
+    }
+}
+
+impl Gpu {
+    /// Where the parameters of a pass are.
+    fn params(&mut self, kernel: &KernelDesc, before: usize) -> wgpu::Buffer {
+        let device = &self.device;
+        let make = || {
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(kernel.name),
+                size: u64::from(kernel.bindings[0].stride),
+                usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        };
+        self.params.entry((kernel.name, before)).or_insert_with(make).clone()
+    }
+
+    fn group(&mut self, pass: &Pass, before: usize, pipeline: &wgpu::ComputePipeline) -> wgpu::BindGroup {
+        let bound = (pass.kernel.name, pass.constants.clone(), before, pass.bindings.clone());
+        if let Some(group) = self.groups.get(&bound) {
+            return group.clone();
+        }
+        if self.groups.len() == MOST_GROUPS {
+            self.groups.clear();
+        }
+        let params = self.params(pass.kernel, before);
+        let buffers = std::iter::once(&params).chain(pass.bindings.iter().map(|&id| &self.buffers[id]));
+        let entries: Vec<wgpu::BindGroupEntry<'_>> = (0..)
+            .zip(buffers)
+            .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+            .collect();
+        let group = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(pass.kernel.name),
+            layout: &pipeline.get_bind_group_layout(0),
+            entries: &entries,
+        });
+        self.groups.insert(bound, group.clone());
+        group
+    }
+
+    /// Copies what the frame needs, out of a buffer that lives until the device has done so: writes by the queue would come before all
+    /// of a submission, and overtake frames that were recorded earlier.
+    fn upload(&mut self, encoder: &mut wgpu::CommandEncoder, passes: &[(Pass, usize)]) {
+        let mut words: Vec<u32> = Vec::new();
+        let mut copies = Vec::new();
+        for upload in passes.iter().filter_map(|(pass, _)| pass.frame.as_ref()).flat_map(|frame| &frame.uploads) {
+            copies.push((words.len(), self.buffers[upload.buffer].clone(), upload.first, upload.words.len()));
+            words.extend_from_slice(&upload.words);
+        }
+        for (pass, before) in passes {
+            copies.push((words.len(), self.params(pass.kernel, *before), 0, pass.params.len()));
+            words.extend_from_slice(&pass.params);
+        }
+        let staging = self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("frame"),
+            contents: bytemuck::cast_slice(&words),
+            usage: wgpu::BufferUsages::COPY_SRC,
+        });
+        let bytes = |words: usize| words as u64 * 4;
+        for (from, buffer, first, words) in copies {
+            encoder.copy_buffer_to_buffer(&staging, bytes(from), &buffer, bytes(first), bytes(words));
+        }
+    }
+
+    fn record(&mut self, encoder: &mut wgpu::CommandEncoder, passes: &[(Pass, usize)]) -> Result<(), Error> {
+        let wanted: Vec<_> = passes.iter().map(|(pass, _)| (pass.kernel, pass.constants.clone())).collect();
+        self.pipelines.prepare(&wanted, &mut |_, _| {})?;
+        self.upload(encoder, passes);
+        let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        for (pass, before) in passes {
+            let pipeline = self.pipelines.get(pass.kernel, &pass.constants)?;
+            compute.set_pipeline(&pipeline);
+            compute.set_bind_group(0, &self.group(pass, *before, &pipeline), &[]);
+            let [x, y, _] = pass.kernel.workgroup;
+            compute.dispatch_workgroups(pass.grid[0].div_ceil(x), pass.grid[1].div_ceil(y), 1);
+        }
+        Ok(())
+    }
+}
+
+/// Each pass with the number of those of its kernel that come before it.
+fn numbered(passes: Vec<Pass>) -> Vec<(Pass, usize)> {
+    let mut counts: HashMap<&'static str, usize> = HashMap::new();
+    let number = |pass: Pass| {
+        let count = counts.entry(pass.kernel.name).or_default();
+        *count += 1;
+        (pass, *count - 1)
+    };
+    passes.into_iter().map(number).collect()
+}
+
+impl GpuSession {
+    /// A session on `device`, with the pipelines of [`Pipelines::new`] for the same device; they are made here, which takes seconds
+    /// where the driver has not kept them.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for settings out of range; [`Error::Memory`] if a plane is larger than the device binds, or there is no memory
+    /// for it; [`Error::Kernel`] and [`Error::Adapter`] as of [`Pipelines::get`].
+    pub fn new(device: &wgpu::Device, pipelines: Pipelines, setup: Setup) -> Result<Self, Error> {
+        let gpu = Gpu {
+            device: device.clone(),
+            pipelines,
+            buffers: Vec::new(),
+            params: HashMap::new(),
+            groups: HashMap::new(),
+        };
+        Self::over(setup, gpu)
+    }
+
+    /// Records the next frame into `encoder`.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] if an edited scene is broken; the session is then as it was, and nothing was recorded. [`Error::Memory`],
+    /// [`Error::Kernel`] and [`Error::Adapter`] as of [`Self::new`]; the session should then be [reset](Session::reset).
+    pub fn frame(&mut self, encoder: &mut wgpu::CommandEncoder, view: &View<'_>) -> Result<Begun, Error> {
+        let (passes, begun) = self.passes(view)?;
+        let passes = numbered(passes);
+        let device = self.device.device.clone();
+        guarded(&device, || self.device.record(encoder, &passes))?;
+        Ok(begun)
+    }
+
+    /// The buffer of the image after the frames that were recorded: for each pixel, rows from top to bottom, three `f32` of linear RGB
+    /// radiance, and one that counts samples that were not finite. It can be bound as a storage buffer, and be copied from. Another
+    /// size, technique or scene makes another buffer.
+    pub fn output(&self) -> &wgpu::Buffer {
+        &self.device.buffers[self.sequence.output()]
+    }
+
+    /// Records a copy of the image into a texture of its size, with the format `Rgba32Float` and the usage `COPY_DST`; alpha is then
+    /// the count of samples that were not finite.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] if the texture is of another size or format.
+    pub fn copy_to_texture(&self, encoder: &mut wgpu::CommandEncoder, texture: &wgpu::Texture) -> Result<(), Error> {
+        const TEXEL: u32 = 16;
+        let [width, height] = self.setup().size;
+        let format = wgpu::TextureFormat::Rgba32Float;
+        if (texture.width(), texture.height(), texture.format()) != (width, height, format) {
+            return Err(Error::Setting(format!(
+                "the image is {width} x {height} of {format:?}, the texture {} x {} of {:?}; make one like the image",
+                texture.width(),
+                texture.height(),
+                texture.format()
+            )));
+        }
+        // rows of a copy are aligned, those of the image follow each other
+        let rows = if (width * TEXEL).is_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT) { height } else { 1 };
+        for y in (0..height).step_by(rows as usize) {
+            let layout = wgpu::TexelCopyBufferLayout {
+                offset: u64::from(y) * u64::from(width * TEXEL),
+                bytes_per_row: (rows > 1).then_some(width * TEXEL),
+                rows_per_image: None,
+            };
+            let source = wgpu::TexelCopyBufferInfo { buffer: self.output(), layout };
+            let mut target = texture.as_image_copy();
+            target.origin.y = y;
+            let size = wgpu::Extent3d { width, height: rows, depth_or_array_layers: 1 };
+            encoder.copy_buffer_to_texture(source, target, size);
+        }
+        Ok(())
+    }
+
+    /// The buffer of what the camera sees in the next frame, 16 bytes a pixel
+    /// ([`restir_shared::technique::restir_di::PackedHit`]), for a renderer that knows it: who fills it gives
+    /// [`View::primary_given`]. None, if the technique has no such plane.
+    pub fn primary(&self) -> Option<&wgpu::Buffer> {
+        self.primary_plane().map(|plane| &self.device.buffers[plane])
+    }
+
+    /// Bytes of the device's memory that the session holds between frames.
+    pub fn bytes(&self) -> u64 {
+        self.device.buffers.iter().chain(self.device.params.values()).map(wgpu::Buffer::size).sum()
+    }
+}

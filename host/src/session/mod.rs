@@ -1,0 +1,327 @@
+//! Frames one after another, for renderers that show each of them: [`CpuSession`], and `GpuSession` on the renderer's own device.
+//!
+//! A session holds a scene in its arenas, and the planes of a technique, for as long as it lives. Each frame is given a [`View`]:
+//! the camera, and what has changed in the scene. What of the last frames is still true is reused; what is not, is forgotten, and from
+//! then on the bits are those of a new session. [`crate::render::render`] makes the same frames with the same bits.
+
+mod cpu;
+#[cfg(feature = "gpu")]
+mod gpu;
+
+pub use cpu::CpuSession;
+#[cfg(feature = "gpu")]
+pub use gpu::GpuSession;
+
+use crate::moments::Moments;
+use crate::plan::{Buffer, BufferId, Pass, SceneFrame};
+use crate::render::Render;
+use crate::scene::{Camera, Scene};
+use crate::technique::Technique;
+use crate::technique::sequence::{Frame, Sequence, Stage};
+use crate::{Error, buffers::SceneBuffers};
+use restir_kernels::KernelDesc;
+use restir_shared::layout::CameraParams;
+use std::sync::Arc;
+
+/// What a session is of.
+#[derive(Clone, Debug)]
+pub struct Setup {
+    /// The scene; one that will be edited is built by [`SceneBuffers::build_editable`].
+    pub scene: Arc<SceneBuffers>,
+    /// The technique and its settings.
+    pub technique: Box<dyn Technique>,
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// Seed of the random numbers.
+    pub seed: u32,
+    /// Samples a pixel in each frame, of techniques that take samples; not zero.
+    pub samples: u32,
+    /// The image is the mean of all frames since the view last changed, of at most so many: then the mean begins anew. With `None` each
+    /// frame is an image of its own.
+    pub mean_of: Option<u32>,
+}
+
+impl Setup {
+    /// Frames of one sample, each an image of its own, with the seed 0.
+    pub fn new(scene: SceneBuffers, technique: impl Into<Box<dyn Technique>>, size: [u32; 2]) -> Self {
+        Self { scene: Arc::new(scene), technique: technique.into(), size, seed: 0, samples: 1, mean_of: None }
+    }
+
+    fn check(&self) -> Result<(), Error> {
+        let [width, height] = self.size;
+        let frames = self.mean_of.unwrap_or(1);
+        let Some(count) = frames.checked_mul(self.samples).filter(|&count| count > 0) else {
+            let problem = format!("a mean of {frames} frames of {} samples cannot be made", self.samples);
+            return Err(Error::Setting(format!("{problem}; give from 1 to 2^32 - 1 samples in all")));
+        };
+        let accumulate = self.mean_of.is_some();
+        let render = Render { count, accumulate, ..Render::new([width, height], self.technique.clone()) };
+        crate::render::check_settings(&self.scene, &render)
+    }
+
+    fn stage(&self, moments: &Moments) -> Stage {
+        Stage {
+            size: self.size,
+            seed: self.seed,
+            goes_on: true,
+            most: self.samples * self.mean_of.unwrap_or(1),
+            progressive: self.mean_of.is_some(),
+            arenas: moments.buffers(),
+        }
+    }
+
+    fn parts(&self) -> usize {
+        1 + usize::from(self.technique.looks_back())
+    }
+}
+
+/// What a frame shows.
+#[derive(Clone, Debug, Default)]
+pub struct View<'a> {
+    /// The camera; that of the scene if there is none.
+    pub camera: Option<Camera>,
+    /// What has become of the scene.
+    pub scene: SceneChange<'a>,
+    /// What the camera sees was written to the session's plane of primary hits, and is not looked for.
+    pub primary_given: bool,
+}
+
+/// What has become of the scene since the last frame.
+#[derive(Clone, Copy, Debug, Default)]
+pub enum SceneChange<'a> {
+    /// Nothing.
+    #[default]
+    None,
+    /// It is the moment of its animation that frame `f` shows, which may lie between two.
+    Frame(f64),
+    /// It was edited. Transforms, positions of vertices, factors of materials, and lights may differ without loss of history; whatever
+    /// else differs, the scene is built anew.
+    Edited(&'a Scene),
+}
+
+/// What a session reports of a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Begun {
+    /// What became of earlier frames.
+    pub history: History,
+    /// Dispatches.
+    pub passes: usize,
+    /// Bytes that were written to the arenas.
+    pub uploaded: u64,
+}
+
+/// What became of earlier frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum History {
+    /// There were none: the session is new, or was reset.
+    New,
+    /// They are reused as far as the technique does.
+    Kept,
+    /// The scene differs from the last frame's in what is named here. It was built anew, and the earlier frames are forgotten.
+    Lost(&'static str),
+}
+
+/// A session on some device. It is made by `new` of [`CpuSession`] or `GpuSession`, and its frames by their method `frame`.
+pub struct Session<D> {
+    setup: Setup,
+    moments: Moments,
+    sequence: Box<dyn Sequence>,
+    /// Number of the next frame since the history began.
+    next: u32,
+    /// Frames in the mean.
+    in_mean: u32,
+    last_camera: Option<CameraParams>,
+    device: D,
+}
+
+/// Where the buffers of a session are.
+trait Device {
+    /// Makes the buffers. Of those that there are, the arenas are kept if they are known to be right; planes may hold anything.
+    fn allocate(&mut self, buffers: &[Buffer], keep_arenas: bool, scene: &Arc<SceneBuffers>) -> Result<(), Error>;
+
+    /// Gets ready to run kernels.
+    fn prepare(&mut self, kernels: &[Frozen]) -> Result<(), Error>;
+}
+
+/// A kernel and the values of its specialization constants.
+type Frozen = (&'static KernelDesc, Vec<u32>);
+
+impl<D> Session<D> {
+    /// What the session is of; the scene is that of the last frame.
+    pub fn setup(&self) -> &Setup {
+        &self.setup
+    }
+
+    /// How many frames there were since the history began.
+    pub fn frames(&self) -> u32 {
+        self.next
+    }
+}
+
+#[expect(private_bounds, reason = "there are two devices, and both are here")]
+impl<D: Device> Session<D> {
+    fn over(setup: Setup, mut device: D) -> Result<Self, Error> {
+        setup.check()?;
+        let moments = Moments::new(setup.scene.clone(), setup.parts());
+        let sequence = setup.technique.sequence(&setup.stage(&moments));
+        device.prepare(&kernels(&setup, &moments)?)?;
+        device.allocate(sequence.buffers(), false, &setup.scene)?;
+        Ok(Self { setup, moments, sequence, next: 0, in_mean: 0, last_camera: None, device })
+    }
+
+    /// Forgets all frames, as after a cut: the next one has the bits of a new session's first.
+    pub fn reset(&mut self) {
+        self.moments.forget();
+        self.sequence = self.setup.technique.sequence(&self.setup.stage(&self.moments));
+        (self.next, self.in_mean, self.last_camera) = (0, 0, None);
+    }
+
+    /// Goes on with another size, and a new history.
+    ///
+    /// # Errors
+    /// As of making a session; this one is then as it was.
+    pub fn resize(&mut self, size: [u32; 2]) -> Result<(), Error> {
+        self.change(Setup { size, ..self.setup.clone() })
+    }
+
+    /// Goes on with another technique, or other settings, and a new history.
+    ///
+    /// # Errors
+    /// As of [`Self::resize`].
+    pub fn set_technique(&mut self, technique: impl Into<Box<dyn Technique>>) -> Result<(), Error> {
+        self.change(Setup { technique: technique.into(), ..self.setup.clone() })
+    }
+
+    /// Goes on with another scene, and a new history.
+    ///
+    /// # Errors
+    /// As of [`Self::resize`].
+    pub fn set_scene(&mut self, scene: SceneBuffers) -> Result<(), Error> {
+        self.change(Setup { scene: Arc::new(scene), ..self.setup.clone() })
+    }
+
+    fn change(&mut self, setup: Setup) -> Result<(), Error> {
+        setup.check()?;
+        let keep_arenas = Arc::ptr_eq(&setup.scene, &self.setup.scene) && setup.parts() == self.setup.parts();
+        let moments = if keep_arenas {
+            let mut moments = self.moments.clone();
+            moments.forget();
+            moments
+        } else {
+            Moments::new(setup.scene.clone(), setup.parts())
+        };
+        let sequence = setup.technique.sequence(&setup.stage(&moments));
+        self.device.prepare(&kernels(&setup, &moments)?)?;
+        self.device.allocate(sequence.buffers(), keep_arenas, &setup.scene)?;
+        (self.setup, self.moments) = (setup, moments);
+        self.reset();
+        Ok(())
+    }
+
+    /// The buffer that holds what the camera sees in the next frame.
+    fn primary_plane(&self) -> Option<BufferId> {
+        self.sequence.primary(self.next)
+    }
+
+    /// The passes of the next frame, which is then the last one.
+    fn passes(&mut self, view: &View<'_>) -> Result<(Vec<Pass>, Begun), Error> {
+        let (scene, lost) = self.scene_of(view.scene)?;
+        if view.primary_given && self.primary_plane().is_none() {
+            let name = self.setup.technique.about().name;
+            return Err(Error::Setting(format!("{name} has no plane of primary hits; let it find them itself")));
+        }
+        let camera = view.camera.unwrap_or_else(|| match view.scene {
+            SceneChange::Frame(frame) => self.setup.scene.camera_at(frame),
+            SceneChange::None | SceneChange::Edited(_) => scene.as_ref().unwrap_or(&self.setup.scene).camera,
+        });
+        let [width, height] = self.setup.size;
+        let camera = camera.params(width, height);
+        let history = match lost {
+            Some(what) => History::Lost(what),
+            None if self.next == 0 => History::New,
+            None => History::Kept,
+        };
+        let same_scene = self.next > 0 && scene.is_none();
+        // the first frame of a scene that moves brings it
+        let placed = scene.or_else(|| (self.next == 0).then(|| self.setup.scene.clone()));
+        self.setup.scene = placed.as_ref().unwrap_or(&self.setup.scene).clone();
+        let begun = self.moments.advance(placed);
+        let clears = !same_scene || self.last_camera != Some(camera) || Some(self.in_mean) == self.setup.mean_of;
+        let frame = Frame {
+            index: self.next,
+            samples: self.setup.samples,
+            camera,
+            scenes: self.moments.headers(),
+            features: self.setup.scene.features,
+            same_scene,
+            primary_given: view.primary_given,
+            clears,
+            adds: true,
+            shows: true,
+        };
+        let passes = frame_passes(&mut *self.sequence, frame, begun)?;
+        let uploads = passes.iter().filter_map(|pass| pass.frame.as_ref()).flat_map(|frame| &frame.uploads);
+        let uploaded = uploads.map(|upload| 4 * upload.words.len() as u64).sum();
+        self.next = self.next.wrapping_add(1);
+        self.in_mean = if clears { 1 } else { self.in_mean + 1 };
+        self.last_camera = Some(camera);
+        let passes_made = passes.len();
+        Ok((passes, Begun { history, passes: passes_made, uploaded }))
+    }
+
+    /// The scene, if it changes, and what it lost the history by: then it stands in the session already.
+    fn scene_of(
+        &mut self,
+        change: SceneChange<'_>,
+    ) -> Result<(Option<Arc<SceneBuffers>>, Option<&'static str>), Error> {
+        let scene = &self.setup.scene;
+        match change {
+            SceneChange::None => Ok((None, None)),
+            SceneChange::Frame(frame) => {
+                let moved = if scene.is_animated() { Some(Arc::new(scene.at(frame)?)) } else { None };
+                Ok((moved, None))
+            }
+            SceneChange::Edited(edited) => match scene.follow(edited)? {
+                Ok(moved) => Ok((Some(Arc::new(moved)), None)),
+                Err(what) => {
+                    self.set_scene(SceneBuffers::build_editable(edited)?)?;
+                    Ok((None, Some(what)))
+                }
+            },
+        }
+    }
+}
+
+/// The kernels of frames to come with their constants: of a first one, of one that is as the last was, and of one that is not.
+fn kernels(setup: &Setup, moments: &Moments) -> Result<Vec<Frozen>, Error> {
+    let mut sequence = setup.technique.sequence(&setup.stage(moments));
+    let [width, height] = setup.size;
+    let mut kernels = Vec::new();
+    for (index, same_scene) in [(0, false), (1, true), (2, true), (3, false)] {
+        let frame = Frame {
+            index,
+            samples: setup.samples,
+            camera: setup.scene.camera.params(width, height),
+            scenes: moments.headers(),
+            features: setup.scene.features,
+            same_scene,
+            primary_given: false,
+            clears: false,
+            adds: true,
+            shows: true,
+        };
+        let passes = frame_passes(&mut *sequence, frame, None)?;
+        kernels.extend(passes.into_iter().map(|pass| (pass.kernel, pass.constants)));
+    }
+    Ok(kernels)
+}
+
+/// The passes of a frame, the first of which begins it.
+fn frame_passes(sequence: &mut dyn Sequence, frame: Frame, begun: Option<SceneFrame>) -> Result<Vec<Pass>, Error> {
+    sequence.begin(frame);
+    let mut passes = std::iter::from_fn(|| sequence.next_pass()).collect::<Result<Vec<_>, _>>()?;
+    if let Some(first) = passes.first_mut() {
+        first.frame = begun;
+    }
+    Ok(passes)
+}
