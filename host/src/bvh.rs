@@ -60,11 +60,6 @@ pub(crate) struct Bvh {
 }
 
 impl Bvh {
-    /// The same tree around triangles that have moved; their boxes in the order of the leaves.
-    pub(crate) fn refit(&self, boxes: &[Bounds]) -> Self {
-        self.clone().fitted(|place| boxes[place])
-    }
-
     /// With boxes from the leaves up; `of` gives that of a triangle by its place in the order of the leaves.
     fn fitted(mut self, of: impl Fn(usize) -> Bounds) -> Self {
         for index in (0..self.nodes.len()).rev() {

@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 
 use restir_shared::technique::path::PathParams;
 
-use crate::exec::{Description, Executor, Flavour, Parity};
+use crate::exec::Executor;
 use crate::image::{Image, read_exr, read_exr_metadata, write_exr};
 use crate::render::{self, Progress, Render, Rendered};
 use crate::{Error, buffers::SceneBuffers, technique::Integral, technique::path::PathSettings};
@@ -167,7 +167,7 @@ pub fn make(
 ) -> Result<Reference, Error> {
     let batch = batch_of(picture);
     render::check(scene, &batch)?;
-    let origin = origin(&executor.describe());
+    let origin = executor.describe().origin();
     let store = cache.map(|cache| Store::new(cache, scene, &batch, &origin)).transpose()?;
     let save = |reference: &Reference| store.as_ref().map_or(Ok(()), |store| store.save(reference));
     // a half that is missing, damaged or of something else is empty
@@ -208,16 +208,6 @@ pub fn make(
 /// A batch with the seed 0.
 fn batch_of(Picture { size, integral }: Picture) -> Render {
     Render { count: BATCH_SAMPLES, ..Render::new(size, PathSettings::of(integral)) }
-}
-
-/// Where the bits come from: "exact", or the device that has others.
-fn origin(description: &Description) -> String {
-    let exact =
-        description.flavour == Flavour::Exact && !matches!(description.parity, Some(Parity::Approximate { .. }));
-    match &description.adapter {
-        Some(adapter) if !exact => format!("{adapter}, {}", description.flavour),
-        _ => "exact".to_owned(),
-    }
 }
 
 /// Names the integral and the origin of its bits: the arenas and the parameters of the pass that traces, in 16
@@ -341,6 +331,7 @@ pub fn default_cache() -> Option<PathBuf> {
 mod tests {
     use super::*;
     use crate::exec::CpuExecutor;
+    use crate::exec::{Description, Flavour, Parity};
     use crate::scene::Scene;
     use crate::technique::PixelFilter;
 
@@ -407,8 +398,8 @@ mod tests {
         let gpu = Description { adapter: Some("a GPU".to_owned()), parity: Some(Parity::Exact), ..cpu.clone() };
         let fast = Description { flavour: Flavour::Fast, ..gpu.clone() };
         let off = Description { parity: Some(Parity::Approximate { max_ulp: 1 }), ..gpu.clone() };
-        assert_eq!(origin(&cpu), origin(&gpu));
-        assert!(origin(&fast) != origin(&gpu) && origin(&off) != origin(&gpu) && origin(&fast) != origin(&off));
+        assert_eq!(cpu.origin(), gpu.origin());
+        assert!(fast.origin() != gpu.origin() && off.origin() != gpu.origin() && fast.origin() != off.origin());
     }
 
     #[test]

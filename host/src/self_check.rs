@@ -1,5 +1,6 @@
 //! The start-up check: does this GPU give the host's bits? A few hundred probes of the numeric contract, with the
-//! inputs on which a build that breaks it differs, and a small frame by path tracing.
+//! inputs on which a build that breaks it differs, and small frames by every technique, of a scene with all that kernels know: glass,
+//! metal, a texture, an environment, lights of all kinds.
 
 use crate::Error;
 #[cfg(feature = "gpu")]
@@ -9,14 +10,17 @@ use crate::exec::{CpuExecutor, Executor, Parity};
 #[cfg(feature = "gpu")]
 use crate::exec::{Flavour, GpuExecutor, gpu::takes_passthrough};
 use crate::plan::{Buffer, FramePlan, Pass};
-use crate::{metrics::ulp_distance, render::Render, scene::Scene, technique::path::PathSettings};
+use crate::scene::{Environment, Filter, Light, LightKind, Material, Scene, Texture, TextureUse, Wrap};
+use crate::{metrics::ulp_distance, render::Render, technique};
+use glam::DVec3;
 use restir_kernels::check::Probes;
 use restir_kernels::check::self_check::{DESC, Results, boundary_operands, random_operands};
 
 /// Random probes beside the boundary cases.
 const RANDOM_PROBES: u32 = 256;
-/// Side of the frames.
+/// Side of the frames, and how many follow each other.
 const FRAME: u32 = 16;
+const REPEATS: u32 = 2;
 
 fn probes() -> Result<FramePlan<'static>, Error> {
     let operands = [boundary_operands(), random_operands(RANDOM_PROBES)].concat();
@@ -43,17 +47,36 @@ fn run_and_compare<'a>(
     Ok(differing.filter(|(a, b)| !(a.is_nan() && b.is_nan())).map(|(a, b)| ulp_distance(a, b)).max())
 }
 
+/// The box with a ball of glass, a textured floor, and lights of all kinds.
+fn scene() -> Result<Scene, Error> {
+    let mut scene = Scene::load("glass")?;
+    let texels = (0..16_u8).map(|i| [16 * i, 255 - 9 * i, 90 + i, 255]).collect();
+    let (wrap, filter) = ([Wrap::Repeat; 2], Filter::Linear);
+    let texture = Texture { name: "check".to_owned(), size: [4, 4], texels, wrap, filter };
+    scene.textures.push(texture);
+    let used = TextureUse { texture: scene.textures.len() - 1, transform: [3.0, 0.0, 0.0, 0.0, 3.0, 0.0] };
+    if let Some(material) = scene.materials.iter_mut().find(|material| material.transmission == 0.0) {
+        *material = Material { metallic: 0.4, roughness: 0.3, base_color_texture: Some(used), ..material.clone() };
+    }
+    let kind = LightKind::Point { position: DVec3::new(0.3, 0.4, 0.5) };
+    scene.lights.push(Light { name: "check".to_owned(), kind, intensity: [0.5, 0.4, 0.3] });
+    let pixels = (0..32_u8).map(|i| [f32::from(i) / 32.0, 0.5, 1.0]).collect();
+    scene.environment = Some(Environment { name: "check".to_owned(), size: [8, 4], pixels, scale: 1.0, rotation: 0.0 });
+    Ok(scene)
+}
+
 /// Compares the executor with the host.
 ///
 /// # Errors
 /// Whatever the executor reports.
 pub fn self_check(executor: &mut dyn Executor) -> Result<Parity, Error> {
-    let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
-    let probes = run_and_compare(executor, probes)?;
-    let path = PathSettings { roulette: true, ..PathSettings::default() };
-    let render = Render { seed: 1, ..Render::new([FRAME; 2], path) };
-    let frame = run_and_compare(executor, || Ok(render.plan(&scene)))?;
-    Ok(probes.max(frame).map_or(Parity::Exact, |max_ulp| Parity::Approximate { max_ulp }))
+    let scene = SceneBuffers::build(&scene()?)?;
+    let mut farthest = run_and_compare(executor, probes)?;
+    for technique in technique::all() {
+        let render = Render { seed: 1, count: REPEATS, ..Render::new([FRAME; 2], technique) };
+        farthest = farthest.max(run_and_compare(executor, || Ok(render.plan(&scene)))?);
+    }
+    Ok(farthest.map_or(Parity::Exact, |max_ulp| Parity::Approximate { max_ulp }))
 }
 
 #[cfg(feature = "gpu")]

@@ -15,6 +15,7 @@ pub mod profile;
 mod report;
 pub mod resampling;
 pub mod reuse;
+pub mod session;
 pub mod shader;
 pub mod stress;
 pub mod unbiased;

@@ -4,8 +4,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use xtask::{
-    Error, albedo, features, furnace, num, package, parity, profile, resampling, reuse, shader, stress, unbiased,
-    visibility, watertight,
+    Error, albedo, features, furnace, num, package, parity, profile, resampling, reuse, session, shader, stress,
+    unbiased, visibility, watertight,
 };
 
 /// Tools of the project.
@@ -45,6 +45,8 @@ enum Task {
     Visibility(visibility::Options),
     /// Measure on which scenes reuse of samples pays at equal time and what limits it, and print the report.
     Reuse(reuse::Options),
+    /// Measure what a frame of a session costs beside its kernels, and whether its memory stays, and print the report.
+    Session(session::Options),
     /// Pack the published crates, build them elsewhere without the lock file, and compare pictures of CPU and device.
     Package(package::Options),
 }
@@ -64,6 +66,7 @@ fn run(task: Task) -> Result<(), Error> {
         Task::Profile(options) => profile::run(&options),
         Task::Visibility(options) => visibility::run(&options),
         Task::Reuse(options) => reuse::run(&options),
+        Task::Session(options) => session::run(&options),
         Task::Package(options) => package::run(&options),
     }
 }

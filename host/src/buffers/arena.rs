@@ -1,17 +1,14 @@
-//! The geometry and the attribute arena, word by word as in [`restir_shared::layout`].
+//! The attribute arena, word by word as in [`restir_shared::layout`].
 
-use super::{environment::EnvironmentMap, lights::LightTables, shading, texels::Texels, triangles::Triangle};
-use crate::bvh::Bvh;
+use super::{environment::EnvironmentMap, lights::LightTables, texels::Texels};
 use crate::scene::{AlphaMode, Filter, Light, LightKind, Material, Scene, TextureUse, Wrap};
 use glam::{DVec3, Vec3};
 use restir_shared::layout::{
-    ALIAS_WORDS, ENVIRONMENT_WORDS, LIGHT_TRIANGLE, LIGHT_WORDS, MATERIAL_TWO_SIDED_EMISSION, MATERIAL_VOLUME,
-    MATERIAL_WORDS, NONE, PUNCTUAL_DIRECTIONAL, PUNCTUAL_POINT, PUNCTUAL_WORDS, SLOT_BASE_COLOR, SLOT_EMISSION,
-    SLOT_SPECULAR_COLOR, SceneHeader, TEXTURE_MIRROR_U, TEXTURE_MIRROR_V, TEXTURE_NEAREST, TEXTURE_REPEAT_U,
-    TEXTURE_REPEAT_V, TEXTURE_SRGB, TRIANGLE_ALPHA,
+    ALIAS_WORDS, ENVIRONMENT_WORDS, LIGHT_WORDS, MATERIAL_TWO_SIDED_EMISSION, MATERIAL_VOLUME, MATERIAL_WORDS, NONE,
+    PUNCTUAL_DIRECTIONAL, PUNCTUAL_POINT, PUNCTUAL_WORDS, SLOT_BASE_COLOR, SLOT_EMISSION, SLOT_SPECULAR_COLOR,
+    SceneHeader, TEXTURE_MIRROR_U, TEXTURE_MIRROR_V, TEXTURE_NEAREST, TEXTURE_REPEAT_U, TEXTURE_REPEAT_V, TEXTURE_SRGB,
 };
 use restir_shared::num::flush;
-use std::{iter::repeat_n, sync::Arc};
 
 /// Smallest difference of cosines over which a spot light's edge falls off, as glTF has it.
 const MIN_FALLOFF: f64 = 0.001;
@@ -26,47 +23,13 @@ pub(super) struct Attributes {
 }
 
 /// Magnitudes below 2^-100 are zero in the arenas, see DETERMINISM.md.
-fn float_word(v: Vec3, w: u32) -> [u32; 4] {
+pub(super) fn float_word(v: Vec3, w: u32) -> [u32; 4] {
     let bits = |x| flush(x).to_bits();
     [bits(v.x), bits(v.y), bits(v.z), w]
 }
 
 fn rgb_word(rgb: [f32; 3], w: f32) -> [u32; 4] {
     float_word(Vec3::from_array(rgb), flush(w).to_bits())
-}
-
-/// Nodes, triangles and, if the scene needs them, shading records.
-pub(super) fn pack_geometry(
-    scene: &Scene,
-    bvh: &Bvh,
-    triangles: &[Triangle],
-    tables: &LightTables,
-    texels: &Texels,
-    with_shading: bool,
-) -> Arc<[u32]> {
-    let mark = |m: &Material| if texels.alpha_flags(m) == 0 { 0 } else { TRIANGLE_ALPHA };
-    let marks: Vec<u32> = scene.materials.iter().map(mark).collect();
-    let mut light_of = vec![NONE; triangles.len()];
-    for (index, light) in (0..).zip(&tables.lights).filter(|(_, light)| light.kind == LIGHT_TRIANGLE) {
-        light_of[light.index as usize] = index;
-    }
-    let nodes = bvh.nodes.iter().flat_map(|node| {
-        let [a, b] = node.bounds;
-        let [left, right] = node.children;
-        [float_word(a.lo, left), float_word(a.hi, right), float_word(b.lo, 0), float_word(b.hi, 0)]
-    });
-    let corners = triangles.iter().zip(light_of).flat_map(|(t, light)| {
-        let [a, b, c] = t.vertices(scene);
-        let material = t.material(scene);
-        [float_word(a, material as u32), float_word(b, light), float_word(c, t.object | marks[material])]
-    });
-    let records = triangles.iter().filter(|_| with_shading).flat_map(|&t| shading::record(scene, t));
-    let per_triangle = if with_shading { 24 } else { 12 };
-    // of known length, so that the words are written where they stay: a copy of them would be the peak of memory
-    let mut words: Arc<[u32]> = repeat_n(0, bvh.nodes.len() * 16 + triangles.len() * per_triangle).collect();
-    let free = Arc::get_mut(&mut words).into_iter().flatten();
-    free.zip(nodes.chain(corners).chain(records).flatten()).for_each(|(word, value)| *word = value);
-    words
 }
 
 impl Attributes {

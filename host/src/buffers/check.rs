@@ -6,6 +6,7 @@ use crate::scene::{
     AlphaMode, Camera, Environment, Light, LightKind, MAX_COORDINATE, Material, Mesh, Scene, Texture, TextureUse,
 };
 use restir_shared::bsdf::IOR_MAX;
+use std::sync::Arc;
 
 /// Emission beyond this could overflow in sums over paths.
 const MAX_EMISSION: f32 = 1.0e20;
@@ -14,14 +15,22 @@ pub(super) const MAX_TEXTURE_SIDE: u32 = 16_384;
 
 /// Checks all that does not depend on the flattened triangles.
 pub(super) fn check(scene: &Scene) -> Result<(), Error> {
+    check_edited(scene, None)
+}
+
+/// As [`check`]. What is shared with a scene that was checked is not looked at again.
+pub(super) fn check_edited(scene: &Scene, checked: Option<&Scene>) -> Result<(), Error> {
+    let meshes = checked.map_or(&[][..], |checked| &checked.meshes);
+    let is_checked = |index: usize| meshes.get(index).is_some_and(|mesh| Arc::ptr_eq(mesh, &scene.meshes[index]));
+    let pixels = checked.and_then(|checked| Some(&checked.environment.as_ref()?.pixels));
     let problem = scene
         .textures
         .iter()
         .find_map(texture_problem)
         .or_else(|| scene.materials.iter().find_map(|m| material_problem(scene, m)))
-        .or_else(|| scene.meshes.iter().find_map(|mesh| mesh_problem(mesh)))
+        .or_else(|| (0..scene.meshes.len()).filter(|&i| !is_checked(i)).find_map(|i| mesh_problem(&scene.meshes[i])))
         .or_else(|| scene.lights.iter().find_map(light_problem))
-        .or_else(|| scene.environment.as_ref().and_then(environment_problem))
+        .or_else(|| scene.environment.as_ref().and_then(|environment| environment_problem(environment, pixels)))
         .or_else(|| scene.animation.problem(scene));
     problem.map_or(Ok(()), |problem| Err(scene_error(scene, problem)))
 }
@@ -141,12 +150,15 @@ fn light_problem(light: &Light) -> Option<String> {
     Some(format!("light {:?}: {problem}; correct it in the file", light.name))
 }
 
-fn environment_problem(environment: &Environment) -> Option<String> {
+fn environment_problem(environment: &Environment, checked: Option<&Arc<[[f32; 3]]>>) -> Option<String> {
     let Environment { name, size, pixels, scale, rotation, .. } = environment;
     size_problem(&format!("environment {name:?}"), *size, pixels.len()).or_else(|| {
         if !(0.0..=MAX_EMISSION).contains(scale) || !rotation.is_finite() {
             let values = format!("scale {scale} or rotation {rotation}");
             return Some(format!("environment {name:?}: {values} is out of range; correct it"));
+        }
+        if checked.is_some_and(|checked| Arc::ptr_eq(checked, pixels)) {
+            return None;
         }
         let at = pixels.iter().position(|pixel| outside(pixel, 0.0, MAX_EMISSION))?;
         let (x, y, pixel) = (at % size[0] as usize, at / size[0] as usize, pixels[at]);

@@ -4,6 +4,7 @@ mod arena;
 mod check;
 mod environment;
 mod features;
+mod geometry;
 mod lights;
 mod moving;
 mod shading;
@@ -18,10 +19,11 @@ use restir_shared::layout::{LIGHT_TRIANGLE, NODE_WORDS, NONE, SceneHeader, TRIAN
 use restir_shared::scene::SceneView;
 use std::sync::{Arc, OnceLock};
 
-use arena::{Attributes, pack_geometry};
+use arena::Attributes;
 use environment::EnvironmentMap;
+use geometry::Geometry;
 use lights::LightTables;
-use moving::Moving;
+use moving::{Moving, Posed};
 use texels::Texels;
 use triangles::Triangle;
 
@@ -43,6 +45,8 @@ pub struct SceneBuffers {
     stats: SceneStats,
     /// of all copies
     wide: Arc<OnceLock<WideBvh>>,
+    /// where its objects are
+    posed: Arc<Posed>,
     moving: Option<Arc<Moving>>,
 }
 
@@ -120,27 +124,28 @@ impl SceneBuffers {
         let mut words = std::mem::take(&mut texels.words);
         words.resize(words.len().max(4), 0);
         let flat = Flat { triangles, bvh, skipped, texels, environment };
-        Ok((Self::assemble(scene, &flat, &flat.bvh, words.into())?, flat))
+        Ok((Self::assemble(scene, &flat, Geometry::New, words.into())?, flat))
     }
 
-    /// The arenas and all about them, with the boxes of `bvh`.
-    fn assemble(scene: &Scene, flat: &Flat, bvh: &Bvh, texel_words: Arc<[u32]>) -> Result<Self, Error> {
-        let Flat { triangles, skipped, texels, .. } = flat;
+    /// The arenas and all about them.
+    fn assemble(scene: &Scene, flat: &Flat, geometry: Geometry<'_>, texel_words: Arc<[u32]>) -> Result<Self, Error> {
+        let Flat { triangles, bvh, skipped, texels, .. } = flat;
         let environment = flat.environment.as_ref();
-        let camera = scene.camera.unwrap_or_else(|| Camera::framing(corners(&bvh.bounds), 1.0));
-        check::check_camera(scene, &camera)?;
-        let tables = LightTables::new(scene, triangles, environment, &bvh.bounds);
         let with_shading = shading::needs_shading(scene);
+        let (mut geometry, bounds) = geometry::packed(scene, flat, geometry, with_shading);
+        let camera = scene.camera.unwrap_or_else(|| Camera::framing(corners(&bounds), 1.0));
+        check::check_camera(scene, &camera)?;
+        let tables = LightTables::new(scene, triangles, environment, &bounds);
         let attributes = Attributes::new(scene, &tables, texels, environment);
-        let geometry = pack_geometry(scene, bvh, triangles, &tables, texels, with_shading);
+        geometry::mark(&mut geometry, scene, flat, &tables);
         let features = features::of_scene(scene, &used_materials(scene, triangles), &tables, texels);
 
         let triangle_base = bvh.nodes.len() as u32 * NODE_WORDS;
         let triangle_count = triangles.len() as u32;
         let header = SceneHeader {
-            bounds_lo: bvh.bounds.lo.to_array(),
+            bounds_lo: bounds.lo.to_array(),
             triangle_base,
-            bounds_hi: bvh.bounds.hi.to_array(),
+            bounds_hi: bounds.hi.to_array(),
             triangle_count,
             light_count: tables.lights.len() as u32,
             root: bvh.root,
@@ -159,7 +164,7 @@ impl SceneBuffers {
             textures: texels.count() as u64,
             materials: scene.materials.len() as u64,
             bytes: words as u64 * 4,
-            bounds: corners(&bvh.bounds),
+            bounds: corners(&bounds),
             features: features::names(features),
         };
         Ok(Self {
@@ -171,8 +176,31 @@ impl SceneBuffers {
             camera,
             stats,
             wide: Arc::default(),
+            posed: Posed::of(scene),
             moving: None,
         })
+    }
+
+    /// What stands for a scene of other types: no triangle, and the features that its surfaces and lights may have.
+    pub(crate) fn foreign(features: u32) -> Self {
+        let nothing: Arc<[u32]> = Arc::new([0; 4]);
+        Self {
+            header: SceneHeader::default(),
+            geometry: nothing.clone(),
+            attributes: nothing.clone(),
+            texels: nothing,
+            features,
+            camera: Camera::framing([[-1.0; 3], [1.0; 3]], 1.0),
+            stats: SceneStats::default(),
+            wide: Arc::default(),
+            posed: Arc::default(),
+            moving: None,
+        }
+    }
+
+    /// Whether it stands for a scene of other types: all others have a triangle.
+    pub(crate) fn is_foreign(&self) -> bool {
+        self.header.triangle_count == 0
     }
 
     /// What the scene consists of.

@@ -1,17 +1,38 @@
 //! Scenes that move: the same triangles, tree and textures at another time.
 
 use super::{
-    Flat, SceneBuffers, check, features,
+    Flat, Geometry, SceneBuffers, check, features,
     lights::{LightTables, emits},
     scene_error,
-    triangles::moved_bounds,
+    triangles::check_moved,
     used_materials,
 };
 use crate::Error;
-use crate::scene::{Camera, Mesh, Scene};
+use crate::scene::{Camera, Instance, Mesh, Scene};
 use restir_shared::layout::{ALIAS_WORDS, ENVIRONMENT_WORDS, FEATURE_LIGHT_TABLE, LIGHT_WORDS, PUNCTUAL_WORDS};
 use restir_shared::scene::LightAddress;
 use std::sync::Arc;
+
+/// Where the objects of a moment are.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Posed {
+    meshes: Vec<Arc<Mesh>>,
+    instances: Vec<Instance>,
+}
+
+impl Posed {
+    pub(super) fn of(scene: &Scene) -> Arc<Self> {
+        Arc::new(Self { meshes: scene.meshes.clone(), instances: scene.instances.clone() })
+    }
+
+    /// Of each object, whether it is another mesh in `scene`, or elsewhere.
+    fn moved(&self, scene: &Scene) -> Vec<bool> {
+        let moved = |(before, now): (&Instance, &Instance)| {
+            before.transform != now.transform || !Arc::ptr_eq(&self.meshes[before.mesh], &scene.meshes[now.mesh])
+        };
+        self.instances.iter().zip(&scene.instances).map(moved).collect()
+    }
+}
 
 /// What stays while a scene moves.
 #[derive(Debug)]
@@ -87,7 +108,7 @@ impl SceneBuffers {
 
     /// As [`Self::refit`], or what cannot be refitted.
     pub(crate) fn follow(&self, scene: &Scene) -> Result<Result<Self, &'static str>, Error> {
-        check::check(scene)?;
+        check::check_edited(scene, self.moving.as_ref().map(|moving| &moving.scene))?;
         match &self.moving {
             None => Ok(Err("that it moves")),
             Some(moving) => match difference(&moving.scene, scene) {
@@ -99,8 +120,10 @@ impl SceneBuffers {
 
     fn refitted(&self, moving: &Arc<Moving>, scene: &Scene) -> Result<Result<Self, &'static str>, Error> {
         let flat = &moving.flat;
-        let bvh = flat.bvh.refit(&moved_bounds(scene, &flat.triangles)?);
-        let buffers = Self::assemble(scene, flat, &bvh, self.texels.clone())?;
+        let moved = self.posed.moved(scene);
+        check_moved(scene, &flat.triangles, &moved)?;
+        let geometry = Geometry::Moved { before: &self.geometry, moved: &moved };
+        let buffers = Self::assemble(scene, flat, geometry, self.texels.clone())?;
         if buffers.features & !moving.features != 0 || buffers.header.light_count > moving.most_lights {
             return Ok(Err("the kinds of its lights or materials"));
         }
@@ -149,12 +172,21 @@ impl SceneBuffers {
 /// What two scenes differ in, if one cannot be refitted to the other.
 fn difference(a: &Scene, b: &Scene) -> Option<&'static str> {
     let same_mesh = |(a, b): (&Arc<Mesh>, &Arc<Mesh>)| {
-        a.indices == b.indices
-            && a.material == b.material
-            && a.positions.len() == b.positions.len()
-            && a.normals.is_empty() == b.normals.is_empty()
-            && a.uvs == b.uvs
-            && a.tangents.is_empty() == b.tangents.is_empty()
+        Arc::ptr_eq(a, b)
+            || a.indices == b.indices
+                && a.material == b.material
+                && a.positions.len() == b.positions.len()
+                && a.normals.is_empty() == b.normals.is_empty()
+                && a.uvs == b.uvs
+                && a.tangents.is_empty() == b.tangents.is_empty()
+    };
+    let environment = match (&a.environment, &b.environment) {
+        // the pixels need not be looked at where they are shared
+        (Some(a), Some(b)) => {
+            let same_pixels = Arc::ptr_eq(&a.pixels, &b.pixels) || a.pixels == b.pixels;
+            same_pixels && (a.size, a.scale, a.rotation) == (b.size, b.scale, b.rotation)
+        }
+        (a, b) => a.is_none() && b.is_none(),
     };
     let textures = |scene: &Scene| -> Vec<_> {
         scene.materials.iter().map(|m| m.textures().map(|used| used.map(|used| used.texture))).collect()
@@ -164,7 +196,7 @@ fn difference(a: &Scene, b: &Scene) -> Option<&'static str> {
         ("its instances", a.instances.iter().map(|i| i.mesh).eq(b.instances.iter().map(|i| i.mesh))),
         ("its textures", a.textures == b.textures && textures(a) == textures(b)),
         ("the number of its lights", a.lights.len() == b.lights.len()),
-        ("its environment", a.environment == b.environment),
+        ("its environment", environment),
     ];
     parts.into_iter().find(|(_, same)| !same).map(|(what, _)| what)
 }
@@ -197,6 +229,29 @@ mod tests {
             assert_eq!(first.features, there.features);
         }
         assert_eq!(first.at(0.0).expect("moves").attributes, first.attributes);
+    }
+
+    /// What did not move is taken over, and the bits are those of a scene that was moved as a whole.
+    #[test]
+    fn a_refit_does_not_depend_on_the_moment_before() {
+        let mut scene = builtin::scene("toys").expect("built in").at(3.0);
+        let first = SceneBuffers::build_editable(&scene).expect("builds");
+        let mut last = first.clone();
+        for (object, step) in [(0, 0.1), (2, -0.3), (0, 0.2), (1, 5.0)] {
+            scene.instances[object].transform.translation.y += step;
+            if object == 2 {
+                Arc::make_mut(&mut scene.meshes[1]).positions[3][0] += 0.5;
+            }
+            scene.materials[0].base_color = [0.5; 3];
+            let moved = last.refit(&scene).expect("refits");
+            let mut apart = scene.clone();
+            apart.meshes.iter_mut().for_each(|mesh| *mesh = Arc::new(Mesh::clone(mesh)));
+            let at_once = first.refit(&apart).expect("refits");
+            assert_eq!(moved.geometry, at_once.geometry);
+            assert_eq!((moved.header, &moved.attributes), (at_once.header, &at_once.attributes));
+            assert_eq!(moved.stats(), at_once.stats());
+            last = moved;
+        }
     }
 
     #[test]

@@ -109,18 +109,16 @@ pub(super) fn flatten(scene: &Scene, moves: bool) -> Result<(Vec<Triangle>, Vec<
     Ok((triangles, bounds, skipped))
 }
 
-/// The bounds of triangles that [`flatten`] gave, in the same order, where the scene has moved them.
-pub(super) fn moved_bounds(scene: &Scene, triangles: &[Triangle]) -> Result<Vec<Bounds>, Error> {
-    let bounds = |triangle: &Triangle| {
-        let vertices = triangle.vertices(scene);
-        let name = &triangle.mesh(scene).name;
-        if !vertices.iter().all(|v| f64::from(v.abs().max_element()) <= MAX_COORDINATE) {
-            Err(scene_error(scene, format!("mesh {name:?} moves beyond 1.07e9; correct its motion")))
-        } else {
-            Ok(Bounds::of(&vertices))
-        }
+/// Refuses triangles of objects that have moved too far away.
+pub(super) fn check_moved(scene: &Scene, triangles: &[Triangle], moved: &[bool]) -> Result<(), Error> {
+    let is_near = |triangle: &Triangle| {
+        triangle.vertices(scene).iter().all(|v| f64::from(v.abs().max_element()) <= MAX_COORDINATE)
     };
-    triangles.iter().map(bounds).collect()
+    let far = triangles.iter().find(|triangle| moved[triangle.object as usize] && !is_near(triangle));
+    far.map_or(Ok(()), |far| {
+        let name = &far.mesh(scene).name;
+        Err(scene_error(scene, format!("mesh {name:?} moves beyond 1.07e9; correct its motion")))
+    })
 }
 
 fn world_positions(scene: &Scene, mesh: usize, object: usize) -> Result<Vec<Vec3>, Error> {

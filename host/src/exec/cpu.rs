@@ -35,17 +35,23 @@ impl CpuExecutor {
         Self { pool: None }
     }
 
-    /// Runs a pass that fits the buffers and its kernel. It may begin a frame, and leaves its scenes in `scenes`.
-    pub(crate) fn run_pass(&self, pass: &Pass, buffers: &mut [Arc<[u32]>], scenes: &mut Scenes) {
-        run_pass(pass, buffers, scenes, &|dispatch, rows| self.all(dispatch, rows));
+    /// Runs a pass that fits the buffers and its kernel, over `frames` if there are any. It may begin a frame, and leaves its scenes
+    /// in `scenes`.
+    pub(crate) fn run_pass(
+        &self,
+        pass: &Pass,
+        buffers: &mut [Arc<[u32]>],
+        scenes: &mut Scenes,
+        frames: Option<&(dyn AnyFrames + Sync)>,
+    ) {
+        run_pass(pass, buffers, scenes, &|dispatch, rows| self.all(dispatch, rows, frames));
     }
 
-    fn all(&self, dispatch: &Dispatch<'_>, rows: Rows<'_>) {
+    fn all(&self, dispatch: &Dispatch<'_>, rows: Rows<'_>, frames: Option<&(dyn AnyFrames + Sync)>) {
+        let row = |y, own| dispatch.row(y, own, frames.map(|frames| frames as &dyn AnyFrames));
         match &self.pool {
-            Some(pool) => pool.install(|| {
-                rows.into_par_iter().enumerate().for_each(|(y, own)| dispatch.row(y as u32, own, None));
-            }),
-            None => (0..).zip(rows).for_each(|(y, own)| dispatch.row(y, own, None)),
+            Some(pool) => pool.install(|| rows.into_par_iter().enumerate().for_each(|(y, own)| row(y as u32, own))),
+            None => (0..).zip(rows).for_each(|(y, own)| row(y, own)),
         }
     }
 
@@ -141,6 +147,6 @@ impl Executor for CpuExecutor {
     }
 
     fn run(&mut self, plan: FramePlan<'_>, observe: &mut Observer<'_>) -> Result<Vec<Vec<u32>>, Error> {
-        run(plan, observe, &|dispatch, rows| self.all(dispatch, rows))
+        run(plan, observe, &|dispatch, rows| self.all(dispatch, rows, None))
     }
 }

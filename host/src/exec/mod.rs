@@ -71,6 +71,17 @@ pub struct Description {
     pub parity: Option<Parity>,
 }
 
+impl Description {
+    /// Where the bits come from: "exact", or the device that has others.
+    pub(crate) fn origin(&self) -> String {
+        let exact = self.flavour == Flavour::Exact && !matches!(self.parity, Some(Parity::Approximate { .. }));
+        match &self.adapter {
+            Some(adapter) if !exact => format!("{adapter}, {}", self.flavour),
+            _ => "exact".to_owned(),
+        }
+    }
+}
+
 /// How far some work is, in passes or whatever it consists of.
 #[derive(Clone, Copy, Debug)]
 pub struct Progress {

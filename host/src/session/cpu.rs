@@ -2,9 +2,11 @@
 
 use super::{Begun, Device, Frozen, Session, Setup, View};
 use crate::exec::CpuExecutor;
-use crate::plan::Buffer;
+use crate::plan::{Buffer, Pass};
+use crate::scene::Camera;
 use crate::{Error, buffers::SceneBuffers, memory};
 use restir_shared::layout::FilmPixel;
+use restir_shared::scene::AnyFrames;
 use restir_shared::technique::restir_di::PackedHit;
 use std::sync::Arc;
 
@@ -42,7 +44,8 @@ impl Device for Cpu {
         self.buffers.clear();
         self.buffers.extend(kept);
         self.buffers.extend(buffers[self.buffers.len()..].iter().map(Buffer::initial));
-        self.scenes = [Some(scene.clone()), Some(scene.clone())];
+        // of a foreign scene there is nothing to trace rays in
+        self.scenes = [(); 2].map(|()| (!scene.is_foreign()).then(|| scene.clone()));
         Ok(())
     }
 
@@ -69,11 +72,33 @@ impl CpuSession {
     /// # Errors
     /// [`Error::Scene`] if an edited scene is broken; the session is then as it was. [`Error::Memory`] if it does not fit.
     pub fn frame(&mut self, view: &View<'_>) -> Result<Begun, Error> {
-        let (passes, begun) = self.passes(view)?;
-        for pass in passes {
-            self.device.executor.run_pass(&pass, &mut self.device.buffers, &mut self.device.scenes);
+        if self.setup().scene.is_foreign() {
+            let problem = "a session over a foreign scene is given that scene with each frame; call frame_over";
+            return Err(Error::Setting(problem.to_owned()));
         }
+        let (passes, begun) = self.passes(view, false)?;
+        self.run(&passes, None);
         Ok(begun)
+    }
+
+    /// Renders the next frame of a scene of other types than this library's ([`Setup::foreign`]): `frames` is the scene in this frame and in
+    /// the last one, which differ if `moved`. One that stands still is [`restir_shared::scene::Still`].
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for a session that has a scene of its own.
+    pub fn frame_over(&mut self, frames: &(dyn AnyFrames + Sync), camera: Camera, moved: bool) -> Result<Begun, Error> {
+        if !self.setup().scene.is_foreign() {
+            let problem = "the session has a scene of its own; make one by Setup::foreign";
+            return Err(Error::Setting(problem.to_owned()));
+        }
+        let (passes, begun) = self.passes(&View { camera: Some(camera), ..View::default() }, moved)?;
+        self.run(&passes, Some(frames));
+        Ok(begun)
+    }
+
+    fn run(&mut self, passes: &[Pass], frames: Option<&(dyn AnyFrames + Sync)>) {
+        let Cpu { executor, buffers, scenes } = &mut self.device;
+        passes.iter().for_each(|pass| executor.run_pass(pass, buffers, scenes, frames));
     }
 
     /// The image after the last frame, rows from top to bottom: linear RGB radiance in `sum`, and in `dropped` how many samples were

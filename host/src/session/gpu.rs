@@ -141,6 +141,9 @@ impl GpuSession {
     /// [`Error::Setting`] for settings out of range; [`Error::Memory`] if a plane is larger than the device binds, or there is no memory
     /// for it; [`Error::Kernel`] and [`Error::Adapter`] as of [`Pipelines::get`].
     pub fn new(device: &wgpu::Device, pipelines: Pipelines, setup: Setup) -> Result<Self, Error> {
+        if setup.scene.is_foreign() {
+            return Err(Error::Setting("kernels of a device need a scene in arenas; build one".to_owned()));
+        }
         let gpu = Gpu {
             device: device.clone(),
             pipelines,
@@ -157,7 +160,7 @@ impl GpuSession {
     /// [`Error::Scene`] if an edited scene is broken; the session is then as it was, and nothing was recorded. [`Error::Memory`],
     /// [`Error::Kernel`] and [`Error::Adapter`] as of [`Self::new`]; the session should then be [reset](Session::reset).
     pub fn frame(&mut self, encoder: &mut wgpu::CommandEncoder, view: &View<'_>) -> Result<Begun, Error> {
-        let (passes, begun) = self.passes(view)?;
+        let (passes, begun) = self.passes(view, false)?;
         let passes = numbered(passes);
         let device = self.device.device.clone();
         guarded(&device, || self.device.record(encoder, &passes))?;

@@ -47,6 +47,12 @@ impl Setup {
         Self { scene: Arc::new(scene), technique: technique.into(), size, seed: 0, samples: 1, mean_of: None }
     }
 
+    /// As [`Self::new`], over a scene of other types than this library's, whose surfaces and lights may have `features`
+    /// ([`restir_shared::scene::Surface::features`]): for [`CpuSession::frame_over`].
+    pub fn foreign(features: u32, technique: impl Into<Box<dyn Technique>>, size: [u32; 2]) -> Self {
+        Self::new(SceneBuffers::foreign(features), technique, size)
+    }
+
     fn check(&self) -> Result<(), Error> {
         let [width, height] = self.size;
         let frames = self.mean_of.unwrap_or(1);
@@ -223,8 +229,8 @@ impl<D: Device> Session<D> {
         self.sequence.primary(self.next)
     }
 
-    /// The passes of the next frame, which is then the last one.
-    fn passes(&mut self, view: &View<'_>) -> Result<(Vec<Pass>, Begun), Error> {
+    /// The passes of the next frame, which is then the last one. Whether a foreign scene has moved is told, not found.
+    fn passes(&mut self, view: &View<'_>, foreign_moved: bool) -> Result<(Vec<Pass>, Begun), Error> {
         let (scene, lost) = self.scene_of(view.scene)?;
         if view.primary_given && self.primary_plane().is_none() {
             let name = self.setup.technique.about().name;
@@ -241,7 +247,7 @@ impl<D: Device> Session<D> {
             None if self.next == 0 => History::New,
             None => History::Kept,
         };
-        let same_scene = self.next > 0 && scene.is_none();
+        let same_scene = self.next > 0 && scene.is_none() && !foreign_moved;
         // the first frame of a scene that moves brings it
         let placed = scene.or_else(|| (self.next == 0).then(|| self.setup.scene.clone()));
         self.setup.scene = placed.as_ref().unwrap_or(&self.setup.scene).clone();

@@ -75,6 +75,16 @@ impl Render {
         }
     }
 
+    /// What an executor has made of the plan.
+    pub(crate) fn rendered(&self, outputs: &[Vec<u32>], dispatches: u64) -> Rendered {
+        let pixels: &[FilmPixel] = outputs.first().map_or(&[], |words| bytemuck::cast_slice(words));
+        Rendered {
+            image: Image { width: self.width, height: self.height, pixels: pixels.iter().map(|p| p.sum).collect() },
+            dispatches,
+            dropped_samples: pixels.iter().map(|p| p.dropped as u64).sum(),
+        }
+    }
+
     /// The camera of a frame. Samples have one camera, that of the scene as it stands.
     pub fn camera(&self, scene: &SceneBuffers, frame: u32) -> Camera {
         let own = self.cameras.get(frame as usize).or(self.cameras.last()).copied();
@@ -185,13 +195,7 @@ pub fn render(
     check(scene, render)?;
     let plan = render.plan(scene);
     let dispatches = plan.pass_count;
-    let words = executor.run(plan, observe)?;
-    let pixels: &[FilmPixel] = words.first().map_or(&[], |words| bytemuck::cast_slice(words));
-    Ok(Rendered {
-        image: Image { width: render.width, height: render.height, pixels: pixels.iter().map(|p| p.sum).collect() },
-        dispatches,
-        dropped_samples: pixels.iter().map(|p| p.dropped as u64).sum(),
-    })
+    Ok(render.rendered(&executor.run(plan, observe)?, dispatches))
 }
 
 /// Whether the settings are in range and the buffers fit: what [`render`] checks first.

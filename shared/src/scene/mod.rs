@@ -34,8 +34,11 @@ pub trait Trace {
     /// The nearest hit with `0 < t < ray.t_max`: the smallest (t, id) over all primitives that the ray meets. [`Hit::MISS`] if
     /// none.
     fn closest(&self, ray: &Ray) -> Hit;
-    /// Whether there is any hit with `0 < t < ray.t_max`.
-    fn occluded(&self, ray: &Ray) -> bool;
+    /// Whether there is any hit with `0 < t < ray.t_max`. It looks for the nearest one, if not implemented.
+    #[inline(always)]
+    fn occluded(&self, ray: &Ray) -> bool {
+        self.closest(ray).is_hit()
+    }
 }
 
 /// A hierarchy over a scene's triangles in place of the BVH in the arenas, with the same hits.
@@ -83,8 +86,13 @@ pub trait Lights {
     /// A point on an emitter from four random words; its density is zero if the scene has none. The first two words are spread best
     /// ([`crate::rng::Rng::draw`]), so they should make the point, and the others choose the emitter.
     fn sample_light(&self, words: UVec4) -> LightSample;
-    /// The density per area with which [`Self::sample_light`] gives the point at `hit`; zero off the emitters.
-    fn light_density(&self, hit: &Hit) -> f32;
+    /// The density per area with which [`Self::sample_light`] gives the point at `hit`; zero off the emitters, and everywhere, if not
+    /// implemented: of a scene whose lights have no surface.
+    #[inline(always)]
+    fn light_density(&self, hit: &Hit) -> f32 {
+        let _ = hit;
+        0.0
+    }
     /// What arrives along a ray of the given unit direction that hits nothing. Black, if not implemented.
     #[inline(always)]
     fn environment(&self, direction: Vec3) -> EnvironmentPoint {
@@ -103,10 +111,18 @@ pub trait AddressedLights: Lights {
     fn choose_address(&self, words: UVec4) -> LightAddress;
     /// What lies at an address that one of the other methods gave.
     fn light_at(&self, address: LightAddress) -> AddressedLight;
-    /// The address nearest to a hit; [`LightAddress::NONE`] off the emitters.
-    fn address_of_hit(&self, hit: &Hit) -> LightAddress;
-    /// The address nearest to a direction of the environment; [`LightAddress::NONE`] without one.
-    fn address_of_environment(&self, direction: Vec3) -> LightAddress;
+    /// The address nearest to a hit; [`LightAddress::NONE`] off the emitters, and everywhere, if not implemented.
+    #[inline(always)]
+    fn address_of_hit(&self, hit: &Hit) -> LightAddress {
+        let _ = hit;
+        LightAddress::NONE
+    }
+    /// The address nearest to a direction of the environment; [`LightAddress::NONE`] without one, and if not implemented.
+    #[inline(always)]
+    fn address_of_environment(&self, direction: Vec3) -> LightAddress {
+        let _ = direction;
+        LightAddress::NONE
+    }
 }
 
 /// A scene that may move, in two frames: what reuse over time needs. A surface keeps its hits' ids and coordinates.

@@ -32,3 +32,29 @@ impl<S: Trace + Surface + AddressedLights> AnyFrames for Still<S> {
         address
     }
 }
+
+/// A scene in this frame and in the other one, with the same lights: each keeps its index and its points.
+impl<S: Trace + Surface + AddressedLights + Copy> Frames for [S; 2] {
+    type Scene = S;
+
+    #[inline(always)]
+    fn scene(&self, other: bool) -> S {
+        self[other as usize]
+    }
+
+    #[inline(always)]
+    fn counterpart(&self, address: LightAddress, _of_other: bool) -> LightAddress {
+        address
+    }
+}
+
+#[cfg(not(target_arch = "spirv"))]
+impl<S: Trace + Surface + AddressedLights> AnyFrames for [S; 2] {
+    fn scene(&self, other: bool) -> &dyn AnyScene {
+        &self[usize::from(other)]
+    }
+
+    fn counterpart(&self, address: LightAddress, _of_other: bool) -> LightAddress {
+        address
+    }
+}

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use restir::output::{check_writable, write_atomically};
+use restir::output::write_atomically;
 use restir::reference::{FIRST_SEED, Goal, Picture};
 use restir::render::{self, Render};
 use restir::technique::{self, Integral, Repeats};
@@ -172,7 +172,7 @@ pub(super) fn prepare_output<'a>(out: &Path, files: impl IntoIterator<Item = &'a
         path: out.to_owned(),
         reason: format!("{error}; name another folder by --out"),
     })?;
-    files.into_iter().try_for_each(|name| check_writable(&out.join(name)))
+    files.into_iter().try_for_each(|name| interrupt::check_writable(&out.join(name)))
 }
 
 /// What a report says of how it was made.

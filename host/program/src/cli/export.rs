@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use restir::Error;
 use restir::image::{Image, write_exr};
 use restir::scene::{Environment, export};
-use restir::{Error, output::check_writable};
 
 use super::scene::{Additions, DEFAULT_SIZE, refuse_overwriting};
 use super::{console, interrupt, render::ends_in, require};
@@ -24,7 +24,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     require(ends_in(output, "glb"), format_args!("the output {} has to end in .glb", output.display()))?;
     // the check makes a file for a moment
     interrupt::install()?;
-    check_writable(output)?;
+    interrupt::check_writable(output)?;
     refuse_overwriting(&additions.inputs(scene), [output])?;
     let mut scene = additions.open(scene)?;
     let size = scene.default_size.unwrap_or(DEFAULT_SIZE);

@@ -1,7 +1,9 @@
 //! Ctrl-C and termination. While a scene is built, the first request ends the program at once. Once it renders, the first lets the
 //! dispatch in work end, and the second ends the program. None leaves a file behind, for while files are written all wait.
 
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use restir::Error;
 
@@ -12,14 +14,16 @@ pub(super) const EXIT_CODE: u8 = 130;
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
 static LISTENING: AtomicBool = AtomicBool::new(false);
-static WRITING: AtomicBool = AtomicBool::new(false);
+/// Held while there may be a file that is not whole.
+static FILES: Mutex<()> = Mutex::new(());
 
 /// From now on a signal makes [`check`] fail.
 pub(super) fn install() -> Result<(), Error> {
     let handler = || {
         let again = REQUESTED.swap(true, Ordering::SeqCst);
         let heard = LISTENING.load(Ordering::SeqCst) && !again;
-        if !heard && !WRITING.load(Ordering::SeqCst) {
+        if !heard {
+            let _whole = FILES.lock();
             if !again {
                 console::note(&format!("error: {}", Error::Interrupted));
             }
@@ -41,5 +45,14 @@ pub(super) fn begin_listening() {
 
 /// From now on files are written: nothing ends the program before they are whole.
 pub(super) fn begin_writing() {
-    WRITING.store(true, Ordering::SeqCst);
+    static WRITING: AtomicBool = AtomicBool::new(false);
+    if !WRITING.swap(true, Ordering::SeqCst) {
+        std::mem::forget(FILES.lock());
+    }
+}
+
+/// As [`restir::output::check_writable`], which makes a file for a moment.
+pub(super) fn check_writable(path: &Path) -> Result<(), Error> {
+    let _whole = FILES.lock().unwrap_or_else(PoisonError::into_inner);
+    restir::output::check_writable(path)
 }

@@ -6,7 +6,7 @@ use std::time::Duration;
 use restir::reference::{self, Goal, Picture, Reference};
 use restir::render::Progress;
 use restir::technique::{Integral, Technique, path::PathSettings};
-use restir::{Error, buffers::SceneBuffers, exec::Executor, image::write_exr, output::check_writable, scene::Scene};
+use restir::{Error, buffers::SceneBuffers, exec::Executor, image::write_exr, scene::Scene};
 
 use super::render::{Size, natural};
 use super::scene::{Additions, refuse_overwriting};
@@ -88,13 +88,14 @@ impl PictureArguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
-    [&arguments.output, &arguments.error].into_iter().flatten().try_for_each(|path| check_writable(path))?;
+    // the check makes files for a moment
+    interrupt::install()?;
+    [&arguments.output, &arguments.error].into_iter().flatten().try_for_each(|path| interrupt::check_writable(path))?;
     let inputs = arguments.picture.additions.inputs(&arguments.scene);
     refuse_overwriting(&inputs, [&arguments.output, &arguments.error].into_iter().flatten())?;
     let same = arguments.output.is_some() && arguments.output == arguments.error;
     require(!same, format_args!("--output and --error name the same file; give each its own"))?;
     require(arguments.spp > 0, format_args!("0 samples a pixel make no reference; give at least 1"))?;
-    interrupt::install()?;
     let picture = arguments.picture.measured(PathSettings::default().jitter)?;
     let (scene, buffers) = arguments.picture.load(&arguments.scene, picture.size)?;
     reference::check(&buffers, picture)?;

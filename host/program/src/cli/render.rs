@@ -2,20 +2,23 @@
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
+use restir::checkpoint::{Checkpoint, render_resumed};
 use restir::exec::Step;
 use restir::image::{Channel, write_exr_with, write_png};
 use restir::render::{self, Render, Rendered};
 use restir::scene::{Camera, CameraPath, Scene};
 use restir::settings::Value;
 use restir::tonemap::{Operator, Tone};
-use restir::{Error, buffers::SceneBuffers, exec::Executor, memory, output::check_writable, technique::Repeats};
+use restir::{Error, buffers::SceneBuffers, exec::Executor, memory, technique::Repeats};
 
 use super::scene::{Additions, DEFAULT_SIZE, refuse_overwriting};
 use super::technique::{PixelArguments, TechniqueArguments, configured, refuse_unused};
 use super::{console, device, interrupt, metadata, progress::reported, require};
 
+/// How often a render that can be resumed writes down what is done.
+const CHECKPOINT_EVERY: Duration = Duration::from_secs(60);
 /// Stops either way: more would leave the range of floats.
 const MAX_EXPOSURE: f64 = 64.0;
 
@@ -49,6 +52,10 @@ pub(super) struct Arguments {
     /// (confidence), .W (contribution weight), .visibility, .light (index) and .age (of the sample, in frames).
     #[arg(long)]
     layers: bool,
+    /// Go on from this file, if it is there. It is written every minute and when the render is interrupted, and deleted once the render
+    /// is done.
+    #[arg(long, value_name = "FILE", conflicts_with = "layers")]
+    resume: Option<PathBuf>,
     /// Longest path in segments: 1 is directly visible light, 2 adds direct light; 8 if not given.
     #[arg(long, value_parser = natural::<u32>, allow_hyphen_values = true)]
     max_depth: Option<u32>,
@@ -83,20 +90,37 @@ fn render_of(arguments: &Arguments, scene: &Scene) -> Result<Render, Error> {
     Ok(Render { count, accumulate: arguments.accumulate, seed: options.seed, ..Render::new(size, technique) })
 }
 
-/// Renders, with further channels for the file if `layers` are asked for.
+/// Renders, with further channels for the file if layers are asked for.
 fn render_on(
     executor: &mut dyn Executor,
     buffers: &SceneBuffers,
     render: &Render,
-    layers: bool,
+    arguments: &Arguments,
 ) -> Result<(Rendered, Vec<Channel>), Error> {
-    reported(|observe| {
-        let observe = &mut |step: &Step<'_>| observe(step.progress);
-        match layers {
-            true => render.technique.render_with_layers(executor, buffers, render, observe),
-            false => Ok((render::render(executor, buffers, render, observe)?, Vec::new())),
+    let done = reported(|observe| {
+        let observe = &mut |step: &Step<'_>| {
+            let heard = observe(step.progress);
+            if heard.is_err() && arguments.resume.is_some() {
+                // what is done is written down now
+                interrupt::begin_writing();
+            }
+            heard
+        };
+        if arguments.layers {
+            return render.technique.render_with_layers(executor, buffers, render, observe);
         }
-    })
+        let rendered = match &arguments.resume {
+            Some(path) => {
+                render_resumed(executor, buffers, render, Checkpoint { path, every: CHECKPOINT_EVERY }, observe)?
+            }
+            None => render::render(executor, buffers, render, observe)?,
+        };
+        Ok((rendered, Vec::new()))
+    });
+    if let (Err(Error::Interrupted), Some(path)) = (&done, &arguments.resume) {
+        console::note(&format!("{} keeps what is done; the same command goes on", path.display()));
+    }
+    done
 }
 
 /// The cameras of frames along a path; none without one.
@@ -108,11 +132,13 @@ pub(super) fn cameras(path: Option<&Path>, camera: Camera, frames: u32) -> Resul
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
+    // the checks make files for a moment
+    interrupt::install()?;
     check_outputs(arguments)?;
     let mut inputs = arguments.additions.inputs(&arguments.scene);
     inputs.extend(arguments.technique.camera_path.as_deref());
-    refuse_overwriting(&inputs, [Some(&arguments.output), arguments.png.as_ref()].into_iter().flatten())?;
-    interrupt::install()?;
+    let written = [Some(&arguments.output), arguments.png.as_ref(), arguments.resume.as_ref()];
+    refuse_overwriting(&inputs, written.into_iter().flatten())?;
     let mut scene = arguments.additions.open(&arguments.scene)?;
     let render = render_of(arguments, &scene)?;
     arguments.additions.complete(&mut scene, [render.width, render.height])?;
@@ -122,7 +148,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     render::check(&buffers, &render)?;
     let mut device = device::open(&arguments.device)?;
     let start = Instant::now();
-    let (rendered, layers) = render_on(device.as_mut(), &buffers, &render, arguments.layers)?;
+    let (rendered, layers) = render_on(device.as_mut(), &buffers, &render, arguments)?;
     let seconds = start.elapsed().as_secs_f64();
     let metadata = metadata::of_render(&scene, &render, device.as_ref(), &rendered);
     interrupt::begin_writing();
@@ -143,15 +169,16 @@ fn operator(text: &str) -> Result<Operator, String> {
 }
 
 /// Before hours of rendering: can the results be written? Their endings differ, so that they are never the same file.
-fn check_outputs(Arguments { output, png, exposure, .. }: &Arguments) -> Result<(), Error> {
+fn check_outputs(Arguments { output, png, exposure, resume, .. }: &Arguments) -> Result<(), Error> {
     let problem = format_args!("--exposure {exposure} is out of range; give -{MAX_EXPOSURE} to {MAX_EXPOSURE} stops");
     require(exposure.abs() <= MAX_EXPOSURE, problem)?;
     let problem = format_args!("the output {} has to end in .exr; use --png for a PNG file", output.display());
     require(ends_in(output, "exr"), problem)?;
-    check_writable(output)?;
+    interrupt::check_writable(output)?;
+    resume.as_deref().map_or(Ok(()), interrupt::check_writable)?;
     let Some(png) = png else { return Ok(()) };
     require(ends_in(png, "png"), format_args!("--png {} has to end in .png", png.display()))?;
-    check_writable(png)
+    interrupt::check_writable(png)
 }
 
 pub(super) fn ends_in(path: &Path, ending: &str) -> bool {

@@ -82,3 +82,102 @@ fn a_scene_that_is_built_can_be_interrupted() {
     assert!(!said.contains("rendering:"), "{said}");
     assert_eq!(workplace.outputs(), [""; 0]);
 }
+
+/// Renders that are interrupted at random and go on, until they are done: the bits are those of one that was not.
+#[test]
+fn interrupted_renders_go_on_with_the_same_bits() {
+    const RENDERS: [(&str, &[&str]); 4] = [
+        ("cornell", &["--size", "48x36", "--spp", "1500", "--max-depth", "4", "--set", "dispatch_samples=1"]),
+        ("cornell", &["--size", "40x30", "--technique", "restir-di", "--frames", "250", "--accumulate"]),
+        ("moving", &["--size", "32x24", "--technique", "restir-di", "--frames", "180", "--set", "preset=quality"]),
+        (
+            "moving",
+            &[
+                "--size",
+                "32x24",
+                "--technique",
+                "restir-di",
+                "--frames",
+                "120",
+                "--set",
+                "spatial=2",
+                "--set",
+                "feedback=off",
+            ],
+        ),
+    ];
+    let mut interruptions = 0;
+    for (scene, more) in RENDERS {
+        let workplace = Workplace::new();
+        let common = ["--threads", "1"];
+        assert!(workplace.render("whole.exr", scene, &[more, &common].concat()).output().unwrap().status.success());
+        for round in 0..5_u64 {
+            let (name, kept) = (format!("parts{round}.exr"), workplace.output(&format!("kept{round}")));
+            let arguments = [more, &common, &["--resume", &kept]].concat();
+            let mut finished = false;
+            for attempt in 0..100_u64 {
+                let mut child = Guarded(
+                    workplace
+                        .render(&name, scene, &arguments)
+                        .stderr(Stdio::null())
+                        .stdout(Stdio::null())
+                        .spawn()
+                        .unwrap(),
+                );
+                // a Weyl sequence over two thirds of a second, from before the first pass on
+                let wait = (round * 31 + attempt * 7 + 1) * 0x9e37_79b9 % 650;
+                if let Some(status) = child.wait_for(Duration::from_millis(wait + 40 * attempt)) {
+                    assert!(status.success());
+                    finished = true;
+                    break;
+                }
+                assert!(Command::new("kill").args(["-INT", &child.0.id().to_string()]).status().unwrap().success());
+                let status = child.wait_for(Duration::from_secs(60)).expect("it did not stop within a minute");
+                if status.success() {
+                    finished = true;
+                    break;
+                }
+                assert_eq!(status.code(), Some(130));
+                interruptions += 1;
+            }
+            assert!(finished, "{scene}, round {round}");
+            assert!(!std::path::Path::new(&kept).exists(), "the checkpoint is deleted");
+            assert_eq!(
+                std::fs::read(workplace.output(&name)).unwrap(),
+                std::fs::read(workplace.output("whole.exr")).unwrap()
+            );
+        }
+    }
+    println!("{interruptions} interruptions");
+    assert!(interruptions >= 20, "only {interruptions} interruptions");
+}
+
+/// What is kept is of one render, and of no other; what is damaged is not believed.
+#[test]
+fn checkpoints_of_other_renders_are_refused() {
+    let workplace = Workplace::new();
+    let kept = workplace.output("kept");
+    let of = |spp: &str| {
+        let more = ["--size", "32x32", "--spp", spp, "--resume", &kept];
+        workplace.render("image.exr", "cornell", &more)
+    };
+    interrupt(&mut of("100000000"), "-INT");
+    let refused = |command: &mut Command| {
+        let output = command.output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        said
+    };
+    let other = refused(&mut of("100000001"));
+    assert!(other.contains("another scene, of other settings") && other.contains("delete it"), "{other}");
+    let mut bytes = std::fs::read(&kept).unwrap();
+    for at in [0, 30, 60, bytes.len() / 2, bytes.len() - 1] {
+        bytes[at] ^= 4;
+        std::fs::write(&kept, &bytes).unwrap();
+        let damaged = refused(&mut of("100000000"));
+        assert!(damaged.contains("no whole checkpoint"), "{at}: {damaged}");
+        bytes[at] ^= 4;
+    }
+    std::fs::write(&kept, &bytes[..bytes.len() / 3]).unwrap();
+    refused(&mut of("100000000"));
+}

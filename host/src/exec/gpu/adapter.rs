@@ -1,6 +1,6 @@
 //! Adapters: what is there, and opening one.
 
-use crate::Error;
+use crate::{Error, exec::Flavour};
 
 /// A GPU adapter, or a driver that emulates one.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -47,6 +47,36 @@ fn enumerate() -> Vec<wgpu::Adapter> {
 /// All adapters, hardware first.
 pub fn adapters() -> Vec<AdapterInfo> {
     enumerate().iter().map(|a| AdapterInfo::of(&a.get_info())).collect()
+}
+
+/// What a device of the adapter needs for kernels of the flavour, to be joined with what else the device is for: all of the adapter's
+/// limits, so that planes may be as large as it binds, and the feature that loads modules as they are. Without that feature `exact`
+/// cannot be had, and `fast` has to be asked for by name.
+///
+/// # Errors
+/// [`Error::Adapter`] if the adapter cannot run the flavour, which names what it lacks.
+pub fn requirements(adapter: &wgpu::Adapter, flavour: Flavour) -> Result<wgpu::DeviceDescriptor<'static>, Error> {
+    let (info, features) = (adapter.get_info(), adapter.features());
+    let passthrough = wgpu::Features::PASSTHROUGH_SHADERS;
+    let lacks = match flavour {
+        Flavour::Fast => None,
+        Flavour::Exact if info.backend != wgpu::Backend::Vulkan => Some("Vulkan"),
+        Flavour::Exact => (!features.contains(passthrough)).then_some("the feature PASSTHROUGH_SHADERS"),
+    };
+    if let Some(what) = lacks {
+        let name = info.name;
+        return Err(Error::Adapter(format!(
+            "the flavour exact needs {what}, which {name} has not here; ask for the flavour fast"
+        )));
+    }
+    let useful =
+        wgpu::Features::PIPELINE_CACHE | if flavour == Flavour::Exact { passthrough } else { wgpu::Features::empty() };
+    Ok(wgpu::DeviceDescriptor {
+        label: Some("restir"),
+        required_features: features & useful,
+        required_limits: adapter.limits(),
+        ..wgpu::DeviceDescriptor::default()
+    })
 }
 
 pub(crate) fn open(name: Option<&str>) -> Result<(wgpu::Device, wgpu::Queue), Error> {

@@ -6,7 +6,7 @@ mod float_modes;
 mod pipeline;
 
 pub(crate) use adapter::open as open_adapter;
-pub use adapter::{AdapterInfo, adapters};
+pub use adapter::{AdapterInfo, adapters, requirements};
 pub use pipeline::{Pipelines, takes_passthrough};
 
 use super::{Description, Executor, Flavour, Observer, Parity, Progress, Step};

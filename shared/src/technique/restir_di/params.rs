@@ -160,6 +160,58 @@ impl Extent for DiParams {
 }
 
 impl DiParams {
+    /// Parameters of the first frame of a chain in which every pixel shades its own sample: [`super::primary`], [`super::initial`], then
+    /// from the second frame on [`super::combine`] with the last frame ([`Self::with_last`]), [`super::combine`] with neighbours
+    /// ([`Self::with_neighbours`]), and [`super::shade`]. The settings are unbiased. The scene's tables are left out: a scene of
+    /// other types has none.
+    pub fn new(camera: CameraParams, [width, height]: [u32; 2], seed: u32) -> Self {
+        let flags = Flags::of_form(Mis::PAIRWISE_DEFENSIVE)
+            | Flags::INITIAL_VISIBILITY
+            | Flags::TARGET_VISIBILITY
+            | Flags::MIS_VISIBILITY
+            | Flags::SCATTER_CANDIDATE
+            | Flags::SOBOL
+            | Flags::TRANSMITTANCE;
+        Self {
+            camera,
+            other_camera: camera,
+            width,
+            height,
+            seed,
+            flags,
+            candidates: 16,
+            neighbours: 4,
+            confidence_cap: 20.0,
+            radius: 16.0,
+            max_plane_distance: 0.02,
+            min_normal_cos: 0.5,
+            group: 16,
+            ..Self::default()
+        }
+    }
+
+    /// The same chain's frame of that index, seen by `camera`.
+    #[must_use]
+    pub fn of_frame(self, frame: u32, camera: CameraParams) -> Self {
+        Self { frame, other_frame: frame, camera, other_camera: camera, ..self }
+    }
+
+    /// Of the combine of a frame, not the first, with the last one, which `camera` saw. `same_view` says that every pixel had the same
+    /// ray in it, and the scene was the same.
+    #[must_use]
+    pub fn with_last(self, camera: CameraParams, same_view: bool) -> Self {
+        let still =
+            if same_view { Flags::of_form(Mis::CONSTANT) | Flags::STILL } else { Flags::of_form(self.flags.form()) };
+        let flags = Flags(self.flags.0 & ((1 << Flags::MIS_SHIFT) - 1)) | still | Flags::OTHER_FRAME;
+        Self { flags, other_camera: camera, other_frame: self.frame.wrapping_sub(1), neighbours: 0, ..self }
+    }
+
+    /// Of the combine with neighbours in the same frame that is the number `pass` of those, counted from 0.
+    #[must_use]
+    pub fn with_neighbours(self, pass: u32) -> Self {
+        Self { combine: 1 + pass, ..self }
+    }
+
     /// The same in a kernel that was specialised to the flags in `bits`, or to none by a word without zeros: what other flags
     /// ask for, a driver need not compile.
     #[inline(always)]

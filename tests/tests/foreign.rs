@@ -1,0 +1,277 @@
+//! Scenes of other types: by ReSTIR DI in sessions, and the check of what they answer.
+
+use libtest_mimic::{Arguments, Failed, Trial};
+use restir_host::exec::CpuExecutor;
+use restir_host::foreign::check;
+use restir_host::scene::{Camera, Scene};
+use restir_host::session::{CpuSession, SceneChange, Setup, View};
+use restir_host::technique::restir_di::DiSettings;
+use restir_host::{Error, buffers::SceneBuffers};
+use restir_shared::geometry::{Hit, Ray};
+use restir_shared::glam::{UVec4, Vec3};
+use restir_shared::layout::{CameraParams, FilmPixel};
+use restir_shared::scene::{
+    AddressedLight, AddressedLights, EnvironmentPoint, LightAddress, LightSample, Lights, SceneView, Still, Surface,
+    SurfacePoint, Trace,
+};
+use restir_shared::technique::restir_di::{DiParams, Planes, combine, initial, primary, shade};
+use restir_tests::suite::ensure;
+use restir_tests::technique::restir_di::settings;
+use std::process::ExitCode;
+
+const SIZE: [u32; 2] = [24, 18];
+const SCENES: [&str; 8] = ["cornell", "moving", "many-lights", "glass", "glossy", "foliage", "toys", "furnace"];
+
+fn main() -> ExitCode {
+    let mut trials: Vec<Trial> = Vec::new();
+    trials.extend(SCENES.map(|name| Trial::test(format!("{name} is consistent"), move || consistent(name))));
+    trials.extend(
+        FAULTS.map(|(name, words, fault)| Trial::test(format!("{name} is named"), move || is_named(words, fault))),
+    );
+    trials.push(Trial::test("a session over a foreign scene has the bits of one over arenas", same_bits));
+    trials.push(Trial::test("a chain of functions has the bits of a session", chain_of_functions));
+    trials.push(Trial::test("cameras are the same", cameras_agree));
+    trials.push(Trial::test("each session wants its own frames", refusals));
+    libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
+}
+
+fn buffers(name: &str) -> Result<SceneBuffers, Error> {
+    SceneBuffers::build(&Scene::load(name)?)
+}
+
+fn consistent(name: &str) -> Result<(), Failed> {
+    let buffers = buffers(name)?;
+    Ok(check(&buffers.traced_view(), &buffers.camera)?)
+}
+
+/// What becomes of right answers.
+struct Wrong<'a> {
+    right: SceneView<'a>,
+    fault: Fault,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Fault {
+    /// Of each light, in sampling and in the weights.
+    Density,
+    /// Of the weights alone.
+    DensityOfHits,
+    /// Of one light.
+    DensityOfOne,
+    Extent,
+    AddressOffByOne,
+    /// The coordinates of an emitter's hit, exchanged.
+    AddressTurned,
+    /// The point is where the ray says.
+    PointByRay,
+    Normal,
+    Emission,
+    Occluded,
+    /// Sampling draws another light than the address of the same words.
+    Sampled,
+}
+
+const FAULTS: [(&str, &str, Fault); 11] = [
+    ("a density that is off by 2 %", "sum up to 1.02", Fault::Density),
+    ("a density of hits that is off by 2 %", "by light_density()", Fault::DensityOfHits),
+    ("a density of one light that is off by 2 %", "sum up to 1.00", Fault::DensityOfOne),
+    ("an extent that is off by 2 %", "its extent is", Fault::Extent),
+    ("an address that is off by one", "another one's", Fault::AddressOffByOne),
+    ("an address with u and v exchanged", "another one's", Fault::AddressTurned),
+    ("a point that depends on the ray", "id and uv alone", Fault::PointByRay),
+    ("a normal that is no unit vector", "not 1", Fault::Normal),
+    ("an emission that differs", "by surface()", Fault::Emission),
+    ("visibility that misses the hit", "occluded() finds nothing", Fault::Occluded),
+    ("a light sample of another light", "by the same words", Fault::Sampled),
+];
+
+impl Wrong<'_> {
+    fn light(&self, light: u32, sample: LightSample) -> LightSample {
+        let factor = match self.fault {
+            Fault::Density => 1.02,
+            Fault::DensityOfOne if light == 0 => 1.02,
+            _ => 1.0,
+        };
+        LightSample { density: sample.density * factor, ..sample }
+    }
+}
+
+impl Trace for Wrong<'_> {
+    fn closest(&self, ray: &Ray) -> Hit {
+        self.right.closest(ray)
+    }
+
+    fn occluded(&self, ray: &Ray) -> bool {
+        self.fault != Fault::Occluded && self.right.occluded(ray)
+    }
+}
+
+impl Surface for Wrong<'_> {
+    fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        let mut point = self.right.surface(ray, hit);
+        match self.fault {
+            Fault::PointByRay => point.position = ray.origin + ray.direction * hit.t,
+            Fault::Normal => point.normal *= 1.1,
+            Fault::Emission => point.emission *= 0.5,
+            _ => (),
+        }
+        point
+    }
+
+    fn features(&self) -> u32 {
+        self.right.features()
+    }
+}
+
+impl Lights for Wrong<'_> {
+    fn sample_light(&self, words: UVec4) -> LightSample {
+        let words = if self.fault == Fault::Sampled { UVec4::new(words.y, words.x, words.z, words.w) } else { words };
+        self.light(self.right.choose_address(words).light, self.right.sample_light(words))
+    }
+
+    fn light_density(&self, hit: &Hit) -> f32 {
+        let density = self.right.light_density(hit);
+        match self.fault {
+            Fault::Density | Fault::DensityOfHits => density * 1.02,
+            Fault::DensityOfOne if self.right.address_of_hit(hit).light == 0 => density * 1.02,
+            _ => density,
+        }
+    }
+
+    fn environment(&self, direction: Vec3) -> EnvironmentPoint {
+        self.right.environment(direction)
+    }
+}
+
+impl AddressedLights for Wrong<'_> {
+    fn choose_address(&self, words: UVec4) -> LightAddress {
+        self.right.choose_address(words)
+    }
+
+    fn light_at(&self, address: LightAddress) -> AddressedLight {
+        let AddressedLight { sample, extent } = self.right.light_at(address);
+        let factor = if self.fault == Fault::Extent { 1.02 } else { 1.0 };
+        AddressedLight { sample: self.light(address.light, sample), extent: extent * factor }
+    }
+
+    fn address_of_hit(&self, hit: &Hit) -> LightAddress {
+        let address = self.right.address_of_hit(hit);
+        let LightAddress { light, u, v } = address;
+        match self.fault {
+            Fault::AddressOffByOne if address.is_light() => {
+                LightAddress { light: (light + 1) % self.right.header.light_count, ..address }
+            }
+            Fault::AddressTurned if address.is_light() => LightAddress { light, u: v, v: u },
+            _ => address,
+        }
+    }
+
+    fn address_of_environment(&self, direction: Vec3) -> LightAddress {
+        self.right.address_of_environment(direction)
+    }
+}
+
+fn is_named(words: &str, fault: Fault) -> Result<(), Failed> {
+    let buffers = buffers("moving")?;
+    let wrong = Wrong { right: buffers.traced_view(), fault };
+    let said = check(&wrong, &buffers.camera).err().map(|error| error.to_string()).unwrap_or_default();
+    println!("{said}");
+    ensure(said.contains(words), || format!("{fault:?} is not named: {said:?}"))
+}
+
+/// The scene by its own types, behind a pointer, still and moving.
+fn same_bits() -> Result<(), Failed> {
+    let scene = Scene::load("moving")?;
+    let moving = SceneBuffers::build(&scene)?;
+    for text in ["", "preset=quality", "spatial=2,feedback=off"] {
+        let setup = Setup::new(moving.clone(), settings(text), SIZE);
+        let mut own = CpuSession::new(setup.clone(), CpuExecutor::new(None)?)?;
+        let mut foreign =
+            CpuSession::new(Setup::foreign(moving.features, settings(text), SIZE), CpuExecutor::new(None)?)?;
+        // lights keep their index where none goes out, which is so before frame 5
+        for frame in 0..4_u32 {
+            let [this, last] = [frame, frame.saturating_sub(1)].map(|frame| moving.at(f64::from(frame)));
+            let (this, last) = (this?, last?);
+            own.frame(&View {
+                scene: SceneChange::Frame(f64::from(frame)),
+                camera: Some(moving.camera),
+                ..View::default()
+            })?;
+            foreign.frame_over(&[this.traced_view(), last.traced_view()], moving.camera, true)?;
+            ensure(own.pixels() == foreign.pixels(), || format!("{text:?}, frame {frame} differs"))?;
+        }
+        let still = buffers("cornell")?;
+        let mut own = CpuSession::new(Setup::new(still.clone(), settings(text), SIZE), CpuExecutor::new(None)?)?;
+        let setup = Setup::foreign(still.features, settings(text), SIZE);
+        let mut foreign = CpuSession::new(setup, CpuExecutor::new(None)?)?;
+        for frame in 0..4 {
+            own.frame(&View::default())?;
+            foreign.frame_over(&Still(still.traced_view()), still.camera, false)?;
+            ensure(own.pixels() == foreign.pixels(), || format!("{text:?}, still frame {frame} differs"))?;
+        }
+    }
+    Ok(())
+}
+
+/// What an embedder writes who has no use for `restir-host`: planes, and the functions in their order.
+fn chain_of_functions() -> Result<(), Failed> {
+    let (scene, [width, height], seed) = (buffers("cornell")?, SIZE, 5);
+    let shared = DiSettings { shaded: 0, ..DiSettings::default() };
+    let setup = Setup { seed, ..Setup::new(scene.clone(), shared, SIZE) };
+    let mut session = CpuSession::new(setup, CpuExecutor::new(None)?)?;
+    let (view, frames) = (scene.traced_view(), Still(scene.traced_view()));
+    let pixels: Vec<[u32; 2]> = (0..width * height).map(|i| [i % width, i / width]).collect();
+    let camera = |frame: u32| {
+        // it moves, and rests for a frame
+        let position = scene.camera.position * (1.0 + 0.01 * f64::from(frame / 2));
+        Camera { position, ..scene.camera }
+    };
+    let params = |frame| camera(frame).params(width, height);
+    let (mut last_hits, mut last) = (Vec::new(), Vec::new());
+    for frame in 0..6 {
+        let now = DiParams::new(params(0), SIZE, seed).of_frame(frame, params(frame));
+        let hits: Vec<_> = pixels.iter().map(|&at| primary(&view, &now, at)).collect();
+        let made = pixels.iter().zip(&hits).map(|(&at, &hit)| initial(&view, &now, &[], hit, at));
+        let (mut reservoirs, direct): (Vec<_>, Vec<_>) = made.map(|(reservoir, direct, _)| (reservoir, direct)).unzip();
+        if frame > 0 {
+            let with_last = now.with_last(params(frame - 1), params(frame) == params(frame - 1));
+            let planes = Planes { hits: &hits, other_hits: &last_hits, others: &last };
+            let merged =
+                pixels.iter().zip(&reservoirs).map(|(&at, &own)| combine(frames, &with_last, &planes, own, at).0);
+            reservoirs = merged.collect();
+        }
+        let planes = Planes { hits: &hits, other_hits: &hits, others: &reservoirs };
+        let with_neighbours = now.with_neighbours(0);
+        let merged =
+            pixels.iter().zip(&reservoirs).map(|(&at, &own)| combine(frames, &with_neighbours, &planes, own, at).0);
+        let reservoirs: Vec<_> = merged.collect();
+        let shaded = (0..pixels.len()).map(|i| shade(view, &now, hits[i], reservoirs[i], direct[i], pixels[i]));
+        let shaded: Vec<FilmPixel> = shaded.collect();
+        session.frame(&View { camera: Some(camera(frame)), ..View::default() })?;
+        ensure(session.pixels() == shaded, || format!("frame {frame} differs"))?;
+        (last_hits, last) = (hits, reservoirs);
+    }
+    Ok(())
+}
+
+/// The camera of `restir-shared` is that of the host, but for rounding.
+fn cameras_agree() -> Result<(), Failed> {
+    let (position, target, up) = (Vec3::new(1.0, 2.0, 5.0), Vec3::new(-0.5, 0.3, 0.0), Vec3::new(0.1, 1.0, -0.2));
+    let fov = 0.7_f32;
+    let host = Camera::pinhole(position.as_dvec3(), target.as_dvec3(), up.as_dvec3(), f64::from(fov)).params(33, 20);
+    let shared = CameraParams::pinhole(position, target, up, fov / std::f32::consts::TAU, [33, 20]);
+    let floats = |params: &CameraParams| -> Vec<f32> { bytemuck::cast_slice(&[*params]).to_vec() };
+    let off = floats(&host).iter().zip(floats(&shared)).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+    ensure(off < 1e-6, || format!("they are {off:e} apart: {host:?} {shared:?}"))
+}
+
+fn refusals() -> Result<(), Failed> {
+    let scene = buffers("cornell")?;
+    let mut own = CpuSession::new(Setup::new(scene.clone(), settings(""), SIZE), CpuExecutor::new(None)?)?;
+    let setup = Setup::foreign(scene.features, settings(""), SIZE);
+    let mut foreign = CpuSession::new(setup, CpuExecutor::new(None)?)?;
+    let said = own.frame_over(&Still(scene.traced_view()), scene.camera, false).err().map(|error| error.to_string());
+    ensure(said.is_some_and(|said| said.contains("Setup::foreign")), || "a scene has two".to_owned())?;
+    let said = foreign.frame(&View::default()).err().map(|error| error.to_string());
+    ensure(said.is_some_and(|said| said.contains("frame_over")), || "a foreign scene was not given".to_owned())
+}
