@@ -4,6 +4,8 @@ use libtest_mimic::Failed;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRng, TestRunner};
 use restir_host::buffers::SceneBuffers;
+use restir_host::exec::CpuExecutor;
+use restir_host::render::Render;
 use restir_host::scene::Material;
 use restir_shared::camera::primary_ray;
 use restir_shared::color;
@@ -20,10 +22,13 @@ use restir_shared::technique::path::{self, PATH_JITTER, PATH_ROULETTE, PathParam
 use restir_tests::brute::Triangles;
 use restir_tests::flush::with_flush_to_zero;
 use restir_tests::foreign::HollowSphere;
+use restir_tests::lockstep::trace;
+use restir_tests::native::plan;
 use restir_tests::random::SplitMix;
 use restir_tests::scenes::{self, Quad, Setting, path_params, room, terrace};
 use restir_tests::stats::Moments;
 use restir_tests::suite::ensure;
+use restir_tests::technique::Trials;
 use std::collections::HashSet;
 use std::hint::black_box;
 
@@ -31,7 +36,7 @@ restir_tests::suite! {
     any_split_into_blocks_has_the_same_bits a_running_sum_is_not_a_film dropped_samples_are_counted
     blocks_of_a_pixel_merge_to_the_pixel arenas_hold_the_scene a_frozen_feature_changes_no_bit
     a_foreign_scene_can_be_traced a_stored_hit_can_be_seen_from_elsewhere flush_to_zero_changes_no_film_word
-    an_unflushed_sum_is_seen flush_to_zero_changes_no_function
+    flush_to_zero_changes_no_word_of_any_technique an_unflushed_sum_is_seen flush_to_zero_changes_no_function
 }
 
 fn words(pixel: FilmPixel) -> [u32; 4] {
@@ -278,6 +283,23 @@ fn flush_to_zero_changes_no_film_word() -> Result<(), Failed> {
         let changed = usual.iter().zip(&flushed).filter(|(a, b)| a != b).count();
         println!("{name}: {changed} of {} film words change", usual.len());
         ensure(changed == 0, || format!("{name}: {changed} film words change"))?;
+    }
+    Ok(())
+}
+
+/// All planes after every pass, by all settings that are tried of a technique, on scenes with all kinds of surfaces and lights.
+fn flush_to_zero_changes_no_word_of_any_technique() -> Result<(), Failed> {
+    for name in ["moving", "glass", "foliage"] {
+        let buffers = scenes::buffers(name)?;
+        // the tree is the same either way, and is made once
+        buffers.tracer();
+        for (what, technique) in Trials::all().iter().flat_map(Trials::rows) {
+            let render = Render { count: 3, accumulate: true, ..Render::new([10, 8], technique) };
+            let run = || trace(&mut CpuExecutor::inline(), plan(&buffers, &render));
+            let usual = run()?;
+            let Some(flushed) = with_flush_to_zero(run) else { return Ok(()) };
+            ensure(usual == flushed?, || format!("{name}, {what}: words change"))?;
+        }
     }
     Ok(())
 }

@@ -8,18 +8,20 @@ use restir_host::buffers::SceneBuffers;
 use restir_host::exec::{CpuExecutor, Executor, Flavour, GpuExecutor};
 use restir_host::image::Image;
 use restir_host::render::{Render, render};
-use restir_host::technique::path::PathSettings;
+use restir_host::technique::Technique;
 use restir_host::{Error, Shaders};
 use restir_tests::bias::{ensure_biased, ensure_unbiased};
 use restir_tests::device::{self, Adapter, label};
 use restir_tests::scenes::buffers;
 use restir_tests::stats::{Moments, TileGrid, TileTest, Verdict};
+use restir_tests::technique::Trials;
 use std::process::ExitCode;
 
 /// How often the z-tests of equal expectations fail. Seeds are fixed: a failure is a bug.
 const FAMILY_RATE: f64 = 1.0e-3;
 const SIDE: u32 = 32;
 const TILE: u32 = 8;
+const SCENES: [&str; 2] = ["cornell", "furnace"];
 /// Images of each side, and the samples of their pixels.
 const PAIRS: u32 = 64;
 const SAMPLES: u32 = 16;
@@ -30,19 +32,26 @@ const WRONG: f32 = 1.002;
 const TEST: TileTest = TileTest { grid: TileGrid { width: SIDE, height: SIDE, tile: TILE }, family_rate: FAMILY_RATE };
 
 fn main() -> ExitCode {
-    let trials = device::trials("fast", |adapter| ["cornell", "furnace"].map(|scene| trial(adapter, scene)).into());
+    let trials = device::trials("fast", |adapter| {
+        let rows = Trials::all().into_iter().map(|trials| (trials.name(), trials.technique));
+        rows.flat_map(|(name, technique)| SCENES.map(|scene| (scene, name, technique.clone())))
+            .map(|(scene, name, technique)| trial(adapter, scene, name, technique))
+            .collect()
+    });
     libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
 }
 
-fn trial(adapter: &Adapter, scene: &'static str) -> Trial {
-    adapter.trial(&format!("{scene}: the mean of fast is that of exact"), move |executor| same_mean(executor, scene))
+fn trial(adapter: &Adapter, scene: &'static str, name: &str, technique: Box<dyn Technique>) -> Trial {
+    adapter.trial(&format!("{scene}, {name}: the mean of fast is that of exact"), move |executor| {
+        same_mean(executor, scene, technique)
+    })
 }
 
-/// An image a seed.
-fn images(executor: &mut dyn Executor, scene: &SceneBuffers) -> Result<Vec<Image>, Error> {
+/// An image a seed: the mean of samples, or of frames one after another.
+fn images(executor: &mut dyn Executor, scene: &SceneBuffers, technique: &dyn Technique) -> Result<Vec<Image>, Error> {
     let image = |seed| {
-        let path = PathSettings { jitter: true, roulette: true, ..PathSettings::default() };
-        let settings = Render { count: SAMPLES, seed, ..Render::new([SIDE; 2], path) };
+        let technique = technique.boxed();
+        let settings = Render { count: SAMPLES, accumulate: true, seed, ..Render::new([SIDE; 2], technique) };
         Ok(render(executor, scene, &settings, &mut |_| Ok(()))?.image)
     };
     (0..PAIRS).map(image).collect()
@@ -66,11 +75,11 @@ fn paired(tested: &[Image], exact: &[Image], scale: f32) -> Verdict {
     TEST.compare(&tested, &scales)
 }
 
-fn same_mean(executor: &mut GpuExecutor, scene: &str) -> Result<(), Failed> {
+fn same_mean(executor: &mut GpuExecutor, scene: &str, technique: Box<dyn Technique>) -> Result<(), Failed> {
     let buffers = buffers(scene)?;
     let mut fast = executor.reload(Flavour::Fast, Shaders::from_env());
-    let tested = images(&mut fast, &buffers)?;
-    let exact = images(&mut CpuExecutor::new(None)?, &buffers)?;
+    let tested = images(&mut fast, &buffers, technique.as_ref())?;
+    let exact = images(&mut CpuExecutor::new(None)?, &buffers, technique.as_ref())?;
     let what = format!("{}, {}, {scene}", label(&fast), fast.loading());
     ensure_unbiased(&what, &paired(&tested, &exact, 1.0), GOAL_IMAGE)?;
     ensure_biased("a bias of 0.2 %", &paired(&tested, &exact, WRONG))

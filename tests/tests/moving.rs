@@ -7,7 +7,10 @@ use restir_host::plan::{FramePlan, Pass};
 use restir_host::render::{self, Render};
 use restir_host::scene::{Camera, Scene};
 use restir_host::technique::Technique;
-use restir_host::technique::restir_di::DiSettings;
+use restir_host::technique::restir_di::{
+    DiSettings, MAX_CANDIDATES, MAX_CONFIDENCE_CAP, MAX_NEIGHBOURS, MAX_SHADED, MAX_SPATIAL_PASSES, MAX_TILE_SIZE,
+    MAX_TILES,
+};
 use restir_kernels::restir_di::{di_combine, di_primary, di_tiles};
 use restir_shared::glam::DVec3;
 use restir_shared::layout::{Extent, NONE, SceneHeader};
@@ -52,6 +55,9 @@ fn main() -> ExitCode {
         Trial::test(title, move || against_path_tracing(subject, name, text, change, wrong))
     }));
     trials.extend(device::trials("moving", |adapter| {
+        let largest = LARGEST.map(|text| {
+            adapter.trial(&format!("{text}, the largest there are"), move |executor| largest_settings(executor, text))
+        });
         let trials = |trials: Trials| {
             let rows = trials.rows().into_iter();
             rows.map(move |(name, technique)| {
@@ -59,7 +65,7 @@ fn main() -> ExitCode {
                 adapter.trial(&title, move |executor| same_on_device(executor, frames(technique)))
             })
         };
-        Trials::all().into_iter().flat_map(trials).collect()
+        largest.into_iter().chain(Trials::all().into_iter().flat_map(trials)).collect()
     }));
     libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
 }
@@ -73,6 +79,39 @@ fn frames(technique: impl Into<Box<dyn Technique>>) -> Render {
     };
     let cameras = (0..FRAMES).map(camera).collect();
     Render { count: FRAMES, accumulate: true, seed: 3, cameras, ..Render::new(SIZE, technique) }
+}
+
+/// Settings at the ends of their ranges ([`MAX_CANDIDATES`], [`MAX_TILES`], [`MAX_TILE_SIZE`], [`MAX_SHADED`], [`MAX_SPATIAL_PASSES`],
+/// [`MAX_NEIGHBOURS`], [`MAX_CONFIDENCE_CAP`]).
+const LARGEST: [&str; 8] = [
+    "candidates=1024",
+    "candidates=1024,initial_rays=1024",
+    "tiles=1024x8",
+    "tiles=2x32768,candidates=1024",
+    "shaded=128",
+    "spatial=8,feedback=off",
+    "neighbours=7,confidence_cap=255",
+    "temporal=fused,neighbours=7",
+];
+
+/// What they are is found, they can be rendered with the same bits everywhere, and more is refused.
+fn largest_settings(executor: &mut dyn Executor, text: &str) -> Result<(), Failed> {
+    let ends =
+        [MAX_CANDIDATES, MAX_TILES, MAX_TILE_SIZE, MAX_SHADED, MAX_SPATIAL_PASSES, MAX_NEIGHBOURS, MAX_CONFIDENCE_CAP];
+    ensure(ends == [1024, 1024, 32768, 128, 8, 7, 255], || format!("the largest settings are others: {ends:?}"))?;
+    let render = Render { count: 3, cameras: frames(settings("")).cameras, ..Render::new([7, 5], settings(text)) };
+    let host = film(plan(&buffers("moving")?, &render))?;
+    let finite = host.iter().all(|pixel| pixel.dropped == 0.0 && pixel.sum.iter().all(|x| x.is_finite()));
+    ensure(finite && host.iter().any(|pixel| pixel.sum[1] > 0.0), || format!("{text}: no picture"))?;
+    for (key, value) in text.split(',').filter_map(|setting| setting.split_once('=')) {
+        let more = value.split('x').next_back().and_then(|number| number.parse::<u32>().ok());
+        let Some(more) = more.filter(|more| ends.contains(more)) else { continue };
+        let mut beyond = Render { technique: settings(text).into(), ..render.clone() };
+        beyond.technique.set(key, &value.replace(&more.to_string(), &(more + 1).to_string()))?;
+        let refused = render::check(&buffers("moving")?, &beyond);
+        ensure(refused.is_err(), || format!("{key} of more than {value} is taken"))?;
+    }
+    same_on_device(executor, render)
 }
 
 fn same_on_device(executor: &mut dyn Executor, render: Render) -> Result<(), Failed> {

@@ -53,9 +53,12 @@ pub struct Options {
     /// Restarts in all, rounded up to a multiple of 256; 16384 if not given, of techniques of frames 512.
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     restarts: Option<u32>,
-    /// Restarts of the reference in all.
+    /// Samples a pixel of the reference in all.
     #[arg(long, default_value_t = 65_536, value_parser = clap::value_parser!(u32).range(1..))]
-    reference_restarts: u32,
+    reference_samples: u32,
+    /// Go on, with both sides, until a bias of this many percent of the image is detectable with 99 % probability.
+    #[arg(long, value_name = "PERCENT")]
+    goal: Option<f64>,
     /// Folder of the state files.
     #[arg(long, default_value = "target/unbiased")]
     state: PathBuf,
@@ -75,6 +78,7 @@ enum Expected {
 }
 
 /// Settings that are tested.
+#[derive(Clone)]
 struct Cell {
     /// What they are beside the scene's and the defaults, joined by commas.
     settings: String,
@@ -175,7 +179,7 @@ mod tests {
 
     fn cell(cell: &str, folder: &TempDir, more: &[&str]) -> Result<(), Error> {
         let state = folder.path().to_str().unwrap();
-        let few = ["unbiased", "--reference-restarts", "256", "--state", state, "--cell", cell];
+        let few = ["unbiased", "--reference-samples", "16384", "--state", state, "--cell", cell];
         run(&Cli::try_parse_from(few.iter().chain(more)).unwrap().options)
     }
 

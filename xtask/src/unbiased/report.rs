@@ -50,6 +50,11 @@ impl Row {
         }
     }
 
+    /// Whether a bias of so many percent of the image would be noticed; of any size, without a goal.
+    pub(super) fn reaches(&self, goal: Option<f64>) -> bool {
+        goal.is_none_or(|goal| 100.0 * self.verdict.detectable_in_image <= goal)
+    }
+
     /// Whether the outcome is what is known; nothing if the test cannot tell.
     fn agrees(&self) -> Option<bool> {
         let [bias, error] = self.bias;
@@ -71,8 +76,8 @@ impl Row {
     }
 }
 
-const HEAD: &str = "| scene | settings | known bias | restarts | max \\|z\\| | detectable in tiles, % | in the image, % | \
-                    bias, % | outcome |\n|---|---|---|---:|---:|---:|---:|---:|---|\n";
+const HEAD: &str = "| scene | settings | known bias | restarts | max \\|z\\| | detectable in tiles, % | \
+                    bias, % | outcome |\n|---|---|---|---:|---:|---:|---:|---|\n";
 
 impl fmt::Display for Row {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -81,18 +86,19 @@ impl fmt::Display for Row {
             Expected::Biased => "darker",
             Expected::Wrong => "x 1.01",
         };
-        let outcome = match self.agrees() {
-            Some(true) => "as known",
-            Some(false) => "**not as known**",
-            None => "not seen here",
+        let excluded = 100.0 * self.verdict.detectable_in_image;
+        let outcome = match (self.agrees(), self.cell.expected) {
+            (Some(true), Expected::Unbiased) => format!("excludes > {excluded:.2} % of the image"),
+            (Some(true), _) => "seen, as known".to_owned(),
+            (Some(false), _) => "**not as known**".to_owned(),
+            (None, _) => "not seen here".to_owned(),
         };
         let settings = if self.cell.settings.is_empty() { "defaults" } else { &self.cell.settings };
-        let Verdict { max_z, detectable_in_image, .. } = self.verdict;
-        let [half, image, bias, error] =
-            [self.detectable_in_half, detectable_in_image, self.bias[0], self.bias[1]].map(|x| 100.0 * x);
+        let Verdict { max_z, .. } = self.verdict;
+        let [half, bias, error] = [self.detectable_in_half, self.bias[0], self.bias[1]].map(|x| 100.0 * x);
         write!(
             f,
-            "| {} | {settings} | {known} | {} | {max_z:.2} | {half:.2} | {image:.2} | {bias:+.3} +- {error:.3} | {outcome} |",
+            "| {} | {settings} | {known} | {} | {max_z:.2} | {half:.2} | {bias:+.3} +- {error:.3} | {outcome} |",
             self.scene, self.restarts
         )
     }
@@ -127,8 +133,9 @@ pub(super) fn report(trials: &Trials, rows: &[Row]) -> String {
         "# Bias of `{name}`\n\nEach row compares {picture}, over independent restarts, with path tracing of the same light, \
          and path tracing itself with an independent path tracer in `f64`: {SIZE} x {SIZE} pixels, the three channels of \
          {tiles} tiles of {TILE} x {TILE} and of the image. A row passes if no |z| exceeds {threshold:.2}; the whole table \
-         has a false alarm with probability {FAMILY_RATE}. The detectable bias is noticed with 99 % probability: in half of \
-         the tiles and channels, and in the worst channel of the image. The last figures are the bias of the image's mean \
+         has a false alarm with probability {FAMILY_RATE}. The detectable bias is noticed with 99 % probability in half of \
+         the tiles and channels; what a row excludes is a bias of the image, in its worst channel, that would have been \
+         noticed with that probability. The last figures are the bias of the image's mean \
          in green and its standard error, in percent.\n\n\
          What settings mean is printed by `restir settings {name}`. Settings beside those of a row: {beside}. Of settings \
          known to be darker a row tells where the bias exceeds {BIASED} standard errors; of radiance x {WRONG_RADIANCE}, \

@@ -22,13 +22,18 @@ pub(super) const FRAMES: u32 = 4;
 /// Seeds of references lie beyond those of what is tested.
 const REFERENCE_SEED: u32 = 1 << 31;
 
+/// Samples of a pixel in each restart of a reference.
+const REFERENCE_SAMPLES: u32 = 64;
+/// Nobody waits for more.
+const MOST_RESTARTS: u32 = 1 << 20;
+
 /// A scene, and what is known of it so far.
 pub(super) struct Stage<'a> {
     options: &'a Options,
     scene: Scene,
     buffers: SceneBuffers,
-    /// References by name.
-    references: BTreeMap<String, Vec<Moments>>,
+    /// References by name, with their samples.
+    references: BTreeMap<String, (u32, Vec<Moments>)>,
 }
 
 impl<'a> Stage<'a> {
@@ -47,9 +52,22 @@ impl<'a> Stage<'a> {
     /// Runs a cell and its reference, and compares them.
     pub(super) fn row(&mut self, cell: Cell, family_rate: f64) -> Result<Row, Error> {
         self.check(&cell)?;
-        let reference = self.reference(&cell)?;
-        let tested = self.tested(&cell)?;
-        Ok(Row::new(&self.scene.name, cell, family_rate, &tested, &reference))
+        let mut samples = self.options.reference_samples;
+        let mut restarts = self.options.restarts.unwrap_or(match cell.technique.about().repeats {
+            Repeats::Samples => 16_384,
+            Repeats::Frames => 512,
+        });
+        loop {
+            let (reference, tested) = (self.reference(&cell, samples)?, self.tested(&cell, restarts)?);
+            let row = Row::new(&self.scene.name, cell.clone(), family_rate, &tested, &reference);
+            if restarts >= MOST_RESTARTS || row.reaches(self.options.goal) {
+                return Ok(row);
+            }
+            restarts *= 2;
+            // whichever is worse known gains more
+            let [of_tested, of_reference] = [&tested.moments(), &reference].map(|side| image_variance(side));
+            samples = if of_reference > 0.5 * of_tested { samples.saturating_mul(2) } else { samples };
+        }
     }
 
     /// Whether path tracing shows the same.
@@ -63,25 +81,23 @@ impl<'a> Stage<'a> {
         why.map_or(Ok(()), |why| Err(refused(why)))
     }
 
-    fn tested(&self, cell: &Cell) -> Result<Side, Error> {
+    fn tested(&self, cell: &Cell, restarts: u32) -> Result<Side, Error> {
         let wrong = cell.expected == Expected::Wrong;
         let brighter = wrong.then(|| SceneBuffers::build(&brightened(&self.scene))).transpose()?;
         let buffers = brighter.as_ref().unwrap_or(&self.buffers);
-        let (count, restarts) = match cell.technique.about().repeats {
-            Repeats::Samples => (1, 16_384),
-            Repeats::Frames => (FRAMES, 512),
+        let count = match cell.technique.about().repeats {
+            Repeats::Samples => 1,
+            Repeats::Frames => FRAMES,
         };
         let render = Render { count, ..Render::new([SIZE; 2], cell.technique.clone()) };
         // cells differ in their seeds, so that the same picture twice is two tests
         let [a, b, ..] = *blake3::hash(cell.name().as_bytes()).as_bytes();
         let seed = u32::from_le_bytes([0, 0, a, b & 0x7f]);
-        self.side(&cell.name(), &format!("{render:?}"), self.options.restarts.unwrap_or(restarts), &|restart| {
-            picture(buffers, &render, seed + restart)
-        })
+        self.side(&cell.name(), &format!("{render:?}"), restarts, &|restart| picture(buffers, &render, seed + restart))
     }
 
     /// Path tracing with the technique's integral, or the oracle, if that is what the technique is.
-    fn reference(&mut self, cell: &Cell) -> Result<Vec<Moments>, Error> {
+    fn reference(&mut self, cell: &Cell, samples: u32) -> Result<Vec<Moments>, Error> {
         let integral = cell.technique.integral();
         let Integral { max_depth, jitter, filter, multiscatter } = integral;
         let path: Box<dyn Technique> = PathSettings::of(integral).into();
@@ -91,20 +107,22 @@ impl<'a> Stage<'a> {
             [(jitter, "-jitter"), (!multiscatter, "-single")].map(|(on, name)| if on { name } else { "" });
         let filter = if filter == PixelFilter::Box { String::new() } else { format!("-{}", filter.name()) };
         let name = format!("{by}-{max_depth}{jitter}{filter}{single}");
-        if let Some(known) = self.references.get(&name) {
+        if let Some((_, known)) = self.references.get(&name).filter(|(known, _)| *known >= samples) {
             return Ok(known.clone());
         }
-        let restarts = self.options.reference_restarts;
         let side = if is_itself {
             let oracle = oracle(&self.scene, &self.buffers, cell.technique.integral())?;
-            self.side(&name, "", restarts, &|restart| {
+            self.side(&name, "", samples, &|restart| {
                 Ok((0..SIZE * SIZE).map(|i| oracle.pixel(REFERENCE_SEED + restart, i % SIZE, i / SIZE)).collect())
             })
         } else {
-            let render = Render::new([SIZE; 2], path);
-            self.side(&name, "", restarts, &|restart| picture(&self.buffers, &render, REFERENCE_SEED + restart))
+            // samples of one picture are spread, and have less variance than as many pictures
+            let render = Render { count: REFERENCE_SAMPLES, ..Render::new([SIZE; 2], path) };
+            let restarts = samples.div_ceil(REFERENCE_SAMPLES);
+            let what = format!("{REFERENCE_SAMPLES} samples");
+            self.side(&name, &what, restarts, &|restart| picture(&self.buffers, &render, REFERENCE_SEED + restart))
         }?;
-        self.references.insert(name, side.moments());
+        self.references.insert(name, (samples, side.moments()));
         Ok(side.moments())
     }
 
@@ -122,6 +140,11 @@ impl<'a> Stage<'a> {
         let digest = blake3::hash(format!("{:?} {GRID:?} {name} {what}", self.scene).as_bytes());
         Side::open(&path, digest.to_hex().to_string(), *fresh)?.advance(&path, restarts, picture)
     }
+}
+
+/// The variance of the mean of the image in green; its numbers are the last three.
+fn image_variance(side: &[Moments]) -> f64 {
+    side[side.len() - 2].variance_of_mean()
 }
 
 /// What a restart shows.
