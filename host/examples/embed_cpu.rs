@@ -1,4 +1,5 @@
 //! A renderer's own scene, two spheres over a plane without any BVH, lit and path traced by `restir-shared`.
+use restir_shared::bsdf::Material;
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::glam::{UVec4, Vec2, Vec3};
 use restir_shared::scene::{LightSample, Lights, Surface, SurfacePoint, Trace};
@@ -46,6 +47,8 @@ impl Trace for Spheres {
     }
 }
 impl Surface for Spheres {
+    type Material = Material;
+
     /// The point is where `id` and `uv` say: techniques that reuse it ask for it again from elsewhere.
     fn surface(&self, _: &Ray, hit: &Hit) -> SurfacePoint {
         let (position, normal) = if hit.id == FLOOR {

@@ -1,6 +1,7 @@
 //! ReSTIR DI over a renderer's own scene, in no arena: a ball on a floor under a hundred lamps, first still, then rolling.
 use restir_host::session::{CpuSession, Setup};
 use restir_host::{Error, exec::CpuExecutor, foreign, scene::Camera, technique::restir_di::DiSettings};
+use restir_shared::bsdf::Material;
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::glam::{DVec3, UVec4, Vec2, Vec3};
 use restir_shared::scene::{AddressedLight, AddressedLights, LightAddress, LightKind, LightSample, Lights};
@@ -35,6 +36,8 @@ impl Trace for Hall {
     }
 }
 impl Surface for Hall {
+    type Material = Material;
+
     /// The point is where `id` and `uv` say: it is asked for again from elsewhere, and in other frames.
     fn surface(&self, _: &Ray, hit: &Hit) -> SurfacePoint {
         if hit.id == 0 {

@@ -8,7 +8,7 @@ use restir_shared::geometry::{Hit, Ray};
 use restir_shared::glam::{DVec3, Vec3};
 use restir_shared::rng::{Rng, Sampler};
 use restir_shared::scene::{AnyScene, LightAddress, LightKind, LightSample, SurfacePoint};
-use restir_shared::vec::normalize;
+use restir_shared::vec::{dot, normalize};
 use std::collections::BTreeMap;
 
 /// Pixels along a side of the view whose surfaces are looked at.
@@ -51,8 +51,12 @@ fn ensure(holds: bool, problem: impl FnOnce() -> String) -> Result<(), Error> {
     if holds { Ok(()) } else { Err(wrong(problem())) }
 }
 
+fn length(v: Vec3) -> f32 {
+    v.as_dvec3().length() as f32
+}
+
 fn differ(a: f32, b: f32) -> bool {
-    !((a - b).abs() <= ROUNDING * a.abs().max(b.abs()))
+    (a - b).abs() > ROUNDING * a.abs().max(b.abs()) || a.is_nan() || b.is_nan()
 }
 
 fn numbers(index: u32) -> Rng {
@@ -75,14 +79,14 @@ fn surfaces(scene: &dyn AnyScene, camera: &Camera) -> Result<Vec<SurfacePoint>, 
 
 fn surface(scene: &dyn AnyScene, ray: &Ray, hit: &Hit) -> Result<SurfacePoint, Error> {
     let (id, point) = (hit.id, scene.surface(ray, hit));
-    let reach = hit.t * ray.direction.length();
-    let off = (point.position - (ray.origin + ray.direction * hit.t)).length();
-    ensure(off <= ROUNDING * (reach + point.position.length()), || {
+    let reach = hit.t * length(ray.direction);
+    let off = length(point.position - (ray.origin + ray.direction * hit.t));
+    ensure(off <= ROUNDING * (reach + length(point.position)), || {
         format!("surface() puts the hit of {id} {off:e} away from where closest() found it, {reach:e} along the ray")
     })?;
     for (name, normal) in [("normal", point.normal), ("shading_normal", point.shading_normal)] {
-        ensure(!differ(normal.length(), 1.0), || {
-            format!("the {name} of the hit of {id} has the length {}, not 1", normal.length())
+        ensure(!differ(length(normal), 1.0), || {
+            format!("the {name} of the hit of {id} has the length {}, not 1", length(normal))
         })?;
     }
     ensure(point.offset >= 0.0 && point.offset.is_finite(), || {
@@ -141,8 +145,8 @@ fn same_light(what: &str, at: &LightSample, sample: &LightSample) -> Result<(), 
             at.density, at.kind, sample.density, sample.kind
         )
     })?;
-    let off = (at.position - sample.position).length();
-    ensure(off <= ROUNDING * (1.0 + at.position.length()), || {
+    let off = length(at.position - sample.position);
+    ensure(off <= ROUNDING * (1.0 + length(at.position)), || {
         format!("light_at() and sample_light() put {what} {off:e} apart by the same words")
     })
 }
@@ -249,7 +253,7 @@ fn emitters(scene: &dyn AnyScene, points: &[SurfacePoint]) -> Result<(), Error> 
             continue;
         }
         let to_light = sample.position - point.position;
-        let side = if to_light.dot(point.normal) < 0.0 { -point.offset } else { point.offset };
+        let side = if dot(to_light, point.normal) < 0.0 { -point.offset } else { point.offset };
         let origin = point.position + point.normal * side;
         let direction = normalize(sample.position - origin);
         let ray = Ray { origin, direction, t_max: Ray::FAR, key: 0 };
@@ -272,8 +276,8 @@ fn emitter(scene: &dyn AnyScene, ray: &Ray, hit: &Hit, density: f32) -> Result<(
         format!("light_density() finds a light at the hit of {}, address_of_hit() finds none", hit.id)
     })?;
     let (light, found, point) = (address.light, scene.light_at(address).sample, scene.surface(ray, hit));
-    let off = (found.position - point.position).length();
-    ensure(off <= ROUNDING * (hit.t + point.position.length()), || {
+    let off = length(found.position - point.position);
+    ensure(off <= ROUNDING * (hit.t + length(point.position)), || {
         format!(
             "address_of_hit() gives the hit of {} to light {light}, whose point there is {off:e} away: the address is another one's",
             hit.id
@@ -282,7 +286,7 @@ fn emitter(scene: &dyn AnyScene, ray: &Ray, hit: &Hit, density: f32) -> Result<(
     ensure(!differ(found.density, density), || {
         format!("light {light} has the density {} by light_at() and {density} by light_density()", found.density)
     })?;
-    let shines = found.two_sided || ray.direction.dot(found.normal) < 0.0;
+    let shines = found.two_sided || dot(ray.direction, found.normal) < 0.0;
     let expected = if shines { found.emission } else { Vec3::ZERO };
     ensure((0..3).all(|i| !differ(expected[i], point.emission[i])), || {
         format!("light {light} emits {expected} by light_at() and {} by surface()", point.emission)
@@ -309,7 +313,7 @@ fn directions(scene: &dyn AnyScene) -> Result<(), Error> {
         ensure(back.light == address.light, || {
             format!("address_of_environment() gives a direction of light {} to light {}", address.light, back.light)
         })?;
-        let off = (scene.light_at(back).sample.position - there.position).length();
+        let off = length(scene.light_at(back).sample.position - there.position);
         ensure(off <= ROUNDING, || format!("address_of_environment() leads to a direction {off:e} away"))?;
     }
     Ok(())

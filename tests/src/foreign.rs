@@ -1,6 +1,7 @@
 //! A scene of an embedder: spheres, in no arena, which implements the traits that path tracing asks for.
 
 use glam::{UVec4, Vec2, Vec3};
+use restir_shared::bsdf::Material;
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::num::{PI, atan2, div, max, sin_cos, sqrt};
 use restir_shared::rng::unit;
@@ -52,6 +53,8 @@ impl Trace for HollowSphere {
 }
 
 impl Surface for HollowSphere {
+    type Material = Material;
+
     fn surface(&self, _: &Ray, hit: &Hit) -> SurfacePoint {
         let (outward, reflectance) = (outward(hit.uv), Vec3::splat(self.reflectance));
         SurfacePoint {

@@ -1,6 +1,7 @@
 //! Scenes that answer a technique's questions wrongly, each in one way: what the tests must be able to notice.
 
 use glam::{UVec4, Vec3};
+use restir_shared::bsdf::Material;
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::scene::{
     AddressedLight, AddressedLights, EnvironmentPoint, LightAddress, LightSample, Lights, Surface, SurfacePoint, Trace,
@@ -61,7 +62,9 @@ impl<S> Faulty<S> {
     }
 }
 
-impl<S: Surface> Surface for Faulty<S> {
+impl<S: Surface<Material = Material>> Surface for Faulty<S> {
+    type Material = Material;
+
     fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         let mut point = self.scene.surface(ray, hit);
         let back = Ray { direction: -ray.direction, ..*ray };
@@ -126,7 +129,9 @@ impl<S: Trace> Trace for Mixed<S> {
     }
 }
 
-impl<S: Surface> Surface for Mixed<S> {
+impl<S: Surface<Material = Material>> Surface for Mixed<S> {
+    type Material = Material;
+
     fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         self.seen.surface(ray, hit)
     }

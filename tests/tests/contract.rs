@@ -7,6 +7,7 @@ use restir_host::buffers::SceneBuffers;
 use restir_host::exec::CpuExecutor;
 use restir_host::render::Render;
 use restir_host::scene::Material;
+use restir_shared::bsdf;
 use restir_shared::camera::primary_ray;
 use restir_shared::color;
 use restir_shared::film::{MAX_BLOCK_LOG2, sum_block};
@@ -190,7 +191,7 @@ fn a_foreign_scene_can_be_traced() -> Result<(), Failed> {
 }
 
 /// The place of a point, its normal, and how far off a ray begins, bit by bit.
-fn place(point: &SurfacePoint) -> [u32; 7] {
+fn place<M>(point: &SurfacePoint<M>) -> [u32; 7] {
     let ([x, y, z], [a, b, c]) = (point.position.to_array(), point.normal.to_array());
     [x, y, z, a, b, c, point.offset].map(f32::to_bits)
 }
@@ -216,7 +217,9 @@ impl<S: Trace> Trace for AlongTheRay<S> {
     }
 }
 
-impl<S: Surface> Surface for AlongTheRay<S> {
+impl<S: Surface<Material = bsdf::Material>> Surface for AlongTheRay<S> {
+    type Material = bsdf::Material;
+
     fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         SurfacePoint { position: ray.origin + ray.direction * hit.t, ..self.0.surface(ray, hit) }
     }

@@ -7,17 +7,28 @@ use restir_host::scene::{Camera, Scene};
 use restir_host::session::{CpuSession, SceneChange, Setup, View};
 use restir_host::technique::restir_di::DiSettings;
 use restir_host::{Error, buffers::SceneBuffers};
+use restir_shared::bsdf::{BsdfSample, Material, Scattering, ScatteringFunction};
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::glam::{UVec4, Vec3};
 use restir_shared::layout::{CameraParams, FilmPixel};
+use restir_shared::num;
+use restir_shared::rng::{Rng, Sampler};
 use restir_shared::scene::{
     AddressedLight, AddressedLights, EnvironmentPoint, LightAddress, LightSample, Lights, SceneView, Still, Surface,
     SurfacePoint, Trace,
 };
+use restir_shared::technique::path;
 use restir_shared::technique::restir_di::{DiParams, Planes, combine, initial, primary, shade};
+use restir_tests::stats::{FAMILY_RATE, Family, Moments, ZTest};
 use restir_tests::suite::ensure;
 use restir_tests::technique::restir_di::settings;
 use std::process::ExitCode;
+
+#[path = "../../host/examples/embed_bsdf.rs"]
+#[expect(dead_code, reason = "the example's own beginning is not called")]
+mod embed_bsdf;
+
+use embed_bsdf::{Inside, OrenNayar};
 
 const SIZE: [u32; 2] = [24, 18];
 const SCENES: [&str; 8] = ["cornell", "moving", "many-lights", "glass", "glossy", "foliage", "toys", "furnace"];
@@ -31,6 +42,12 @@ fn main() -> ExitCode {
     trials.push(Trial::test("a session over a foreign scene has the bits of one over arenas", same_bits));
     trials.push(Trial::test("a chain of functions has the bits of a session", chain_of_functions));
     trials.push(Trial::test("cameras are the same", cameras_agree));
+    trials.extend([
+        Trial::test("a foreign BSDF keeps its energy", foreign_energy),
+        Trial::test("a foreign BSDF is sampled with its density", foreign_density),
+        Trial::test("words of a foreign BSDF are found again", foreign_inversion),
+        Trial::test("paths over a foreign BSDF have their expectation", foreign_paths),
+    ]);
     trials.push(Trial::test("each session wants its own frames", refusals));
     libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
 }
@@ -107,6 +124,8 @@ impl Trace for Wrong<'_> {
 }
 
 impl Surface for Wrong<'_> {
+    type Material = Material;
+
     fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         let mut point = self.right.surface(ray, hit);
         match self.fault {
@@ -274,4 +293,109 @@ fn refusals() -> Result<(), Failed> {
     ensure(said.is_some_and(|said| said.contains("Setup::foreign")), || "a scene has two".to_owned())?;
     let said = foreign.frame(&View::default()).err().map(|error| error.to_string());
     ensure(said.is_some_and(|said| said.contains("frame_over")), || "a foreign scene was not given".to_owned())
+}
+
+const ROUGH: OrenNayar = OrenNayar { reflectance: Vec3::splat(0.9), sigma: 0.5 };
+/// Points of a quadrature along each of two dimensions.
+const POINTS: u32 = 256;
+
+/// The integral over directions of what the model reflects, times a function of their cosine.
+fn reflected(model: OrenNayar, cos: f64, of: impl Fn(f64) -> f64) -> f64 {
+    let wo = Vec3::new((1.0 - cos * cos).sqrt() as f32, 0.0, cos as f32);
+    let seen = model.bsdf(wo, true, 0);
+    let steps = f64::from(POINTS);
+    let cell = |i: u32, j: u32| {
+        let (z, turns) = ((f64::from(i) + 0.5) / steps, (f64::from(j) + 0.5) / steps);
+        let (ring, angle) = ((1.0 - z * z).sqrt(), turns * std::f64::consts::TAU);
+        let wi = Vec3::new((ring * angle.cos()) as f32, (ring * angle.sin()) as f32, z as f32);
+        f64::from(seen.evaluate(wi).value.x) * of(z)
+    };
+    let sum: f64 = (0..POINTS).flat_map(|i| (0..POINTS).map(move |j| (i, j))).map(|(i, j)| cell(i, j)).sum();
+    sum * std::f64::consts::TAU / (steps * steps)
+}
+
+/// The mean weight is the integral of the value, and at most the reflectance; a weight that is 1 % too large is seen.
+fn foreign_energy() -> Result<(), Failed> {
+    let mut family = Family::new("the energy of Oren and Nayar's model", FAMILY_RATE);
+    for (index, cos) in (0..).zip([0.05, 0.2, 0.5, 0.8, 1.0]) {
+        let exact = reflected(ROUGH, cos, |_| 1.0);
+        ensure(exact <= 0.9, || format!("{exact} of 0.9 is reflected at the cosine {cos}"))?;
+        let wo = Vec3::new((1.0 - cos * cos).sqrt() as f32, 0.0, cos as f32);
+        let seen = ROUGH.bsdf(wo, true, 0);
+        let weight = |i| f64::from(seen.sample(Rng::new(i, index, 0, 3, Sampler::Independent).hash(0)).weight.x);
+        let weights: Moments = (0..1 << 16).map(weight).collect();
+        let test = ZTest::new(weights, Moments::exact(exact));
+        let brighter: Moments = (0..1 << 16).map(|i| 1.01 * weight(i)).collect();
+        ensure(ZTest::new(brighter, Moments::exact(exact)).z.abs() > 5.0, || "1 % goes unnoticed".to_owned())?;
+        family.z_test(format!("cosine {cos}"), test);
+    }
+    println!("{}", family.verdict()?);
+    Ok(())
+}
+
+/// Chi-square over 8 x 16 cells of equal expectation, cos^2 by longitude, for the density is the cosine over pi.
+fn foreign_density() -> Result<(), Failed> {
+    const DRAWS: u32 = 1 << 18;
+    let seen = ROUGH.bsdf(Vec3::new(0.6, 0.0, 0.8), true, 0);
+    let test = |what: &str, bend: f32| {
+        let mut counts = [0_u64; 128];
+        for i in 0..DRAWS {
+            let rng = Rng::new(i & 0xffff, i >> 16, 0, 5, Sampler::Independent);
+            let BsdfSample { direction, .. } = seen.sample(rng.hash(1));
+            let height = (direction.z * direction.z * (1.0 - bend * direction.x)).min(0.999_999);
+            let turns = num::atan2(direction.y, direction.x) + 0.5;
+            counts[(height * 8.0) as usize * 16 + ((turns * 16.0) as usize).min(15)] += 1;
+        }
+        let mut family = Family::new(what, FAMILY_RATE);
+        family.chi_square("directions", counts.map(|count| (count, f64::from(DRAWS) / 128.0)));
+        family
+    };
+    println!("{}", test("directions by Oren and Nayar's model", 0.0).verdict()?);
+    ensure(!test("bent directions", 0.05).passed(), || "directions that are bent by 5 % go unnoticed".to_owned())
+}
+
+fn foreign_inversion() -> Result<(), Failed> {
+    let seen = ROUGH.bsdf(Vec3::new(0.6, 0.0, 0.8), true, 0);
+    for i in 0..4096 {
+        let words = Rng::new(i, 0, 0, 9, Sampler::Independent).hash(0);
+        let drawn = seen.sample(words);
+        let again = seen.sample(seen.invert(drawn.lobe, drawn.direction, words));
+        let off = (again.direction - drawn.direction).as_dvec3().length();
+        ensure(off < 1e-3, || format!("{} comes back {off:e} away", drawn.direction))?;
+    }
+    Ok(())
+}
+
+/// Inside of a sphere that emits 1 the light along a ray depends on its angle to the surface alone, which is that of the next
+/// hit too: so the expectation is an integral over a cosine for each bounce.
+fn foreign_paths() -> Result<(), Failed> {
+    let scene = Inside { material: ROUGH, emission: Vec3::ONE };
+    let once = |cos: f64| 1.0 + reflected(ROUGH, cos, |_| 1.0);
+    let table: Vec<f64> = (0..=64).map(|i| once(f64::from(i.max(1)) / 64.0)).collect();
+    let looked_up = |cos: f64| {
+        let at = (cos * 64.0).min(63.999);
+        let (index, rest) = (at as usize, at.fract());
+        table[index] * (1.0 - rest) + table[index + 1] * rest
+    };
+    let mut family = Family::new("paths over Oren and Nayar's model", FAMILY_RATE);
+    for (index, height) in (0..).zip([0.0_f32, 0.6, 0.95]) {
+        let ray = Ray { origin: Vec3::new(0.0, 0.0, height), direction: Vec3::X, t_max: Ray::FAR, key: 0 };
+        let cos = f64::from(1.0 - height * height).sqrt();
+        for (depth, exact) in [(2, once(cos)), (3, 1.0 + reflected(ROUGH, cos, looked_up))] {
+            let sample = |i| {
+                let rng = Rng::new(i, index, 0, 11 + depth, Sampler::Independent);
+                f64::from(path::radiance(&scene, ray, &rng, depth, false).x)
+            };
+            let traced: Moments = (0..1 << 16).map(sample).collect();
+            let test = ZTest::new(traced, Moments::exact(exact));
+            println!(
+                "height {height}, {depth} segments: {exact:.5}, z {:.2}, detects {:.3} %",
+                test.z,
+                100.0 * test.detectable_bias(1e-3) / exact
+            );
+            family.z_test(format!("height {height}, {depth} segments"), test);
+        }
+    }
+    println!("{}", family.verdict()?);
+    Ok(())
 }

@@ -8,8 +8,8 @@ use restir_host::render::{self, Render};
 use restir_host::scene::{Camera, Scene};
 use restir_host::technique::Technique;
 use restir_host::technique::restir_di::{
-    DiSettings, MAX_CANDIDATES, MAX_CONFIDENCE_CAP, MAX_NEIGHBOURS, MAX_SHADED, MAX_SPATIAL_PASSES, MAX_TILE_SIZE,
-    MAX_TILES,
+    DiSettings, MAX_CANDIDATES, MAX_CONFIDENCE_CAP, MAX_INITIAL_RAYS, MAX_NEIGHBOURS, MAX_SHADED, MAX_SPATIAL_PASSES,
+    MAX_TILE_SIZE, MAX_TILES,
 };
 use restir_kernels::restir_di::{di_combine, di_primary, di_tiles};
 use restir_shared::glam::DVec3;
@@ -81,11 +81,11 @@ fn frames(technique: impl Into<Box<dyn Technique>>) -> Render {
     Render { count: FRAMES, accumulate: true, seed: 3, cameras, ..Render::new(SIZE, technique) }
 }
 
-/// Settings at the ends of their ranges ([`MAX_CANDIDATES`], [`MAX_TILES`], [`MAX_TILE_SIZE`], [`MAX_SHADED`], [`MAX_SPATIAL_PASSES`],
+/// Settings at the ends of their ranges ([`MAX_CANDIDATES`], [`MAX_INITIAL_RAYS`], [`MAX_TILES`], [`MAX_TILE_SIZE`], [`MAX_SHADED`], [`MAX_SPATIAL_PASSES`],
 /// [`MAX_NEIGHBOURS`], [`MAX_CONFIDENCE_CAP`]).
 const LARGEST: [&str; 8] = [
     "candidates=1024",
-    "candidates=1024,initial_rays=1024",
+    "candidates=1024,initial_rays=64",
     "tiles=1024x8",
     "tiles=2x32768,candidates=1024",
     "shaded=128",
@@ -94,22 +94,39 @@ const LARGEST: [&str; 8] = [
     "temporal=fused,neighbours=7",
 ];
 
+/// Settings beyond these ends.
+const BEYOND: [(&str, &str); 8] = [
+    ("candidates", "1025"),
+    ("initial_rays", "65"),
+    ("tiles", "1025x8"),
+    ("tiles", "2x32769"),
+    ("shaded", "130"),
+    ("spatial", "9"),
+    ("neighbours", "8"),
+    ("confidence_cap", "256"),
+];
+
 /// What they are is found, they can be rendered with the same bits everywhere, and more is refused.
 fn largest_settings(executor: &mut dyn Executor, text: &str) -> Result<(), Failed> {
-    let ends =
-        [MAX_CANDIDATES, MAX_TILES, MAX_TILE_SIZE, MAX_SHADED, MAX_SPATIAL_PASSES, MAX_NEIGHBOURS, MAX_CONFIDENCE_CAP];
-    ensure(ends == [1024, 1024, 32768, 128, 8, 7, 255], || format!("the largest settings are others: {ends:?}"))?;
+    let ends = [
+        MAX_INITIAL_RAYS,
+        MAX_CANDIDATES,
+        MAX_TILES,
+        MAX_TILE_SIZE,
+        MAX_SHADED,
+        MAX_SPATIAL_PASSES,
+        MAX_NEIGHBOURS,
+        MAX_CONFIDENCE_CAP,
+    ];
+    ensure(ends == [64, 1024, 1024, 32768, 128, 8, 7, 255], || format!("the largest settings are others: {ends:?}"))?;
     let render = Render { count: 3, cameras: frames(settings("")).cameras, ..Render::new([7, 5], settings(text)) };
     let host = film(plan(&buffers("moving")?, &render))?;
     let finite = host.iter().all(|pixel| pixel.dropped == 0.0 && pixel.sum.iter().all(|x| x.is_finite()));
     ensure(finite && host.iter().any(|pixel| pixel.sum[1] > 0.0), || format!("{text}: no picture"))?;
-    for (key, value) in text.split(',').filter_map(|setting| setting.split_once('=')) {
-        let more = value.split('x').next_back().and_then(|number| number.parse::<u32>().ok());
-        let Some(more) = more.filter(|more| ends.contains(more)) else { continue };
-        let mut beyond = Render { technique: settings(text).into(), ..render.clone() };
-        beyond.technique.set(key, &value.replace(&more.to_string(), &(more + 1).to_string()))?;
-        let refused = render::check(&buffers("moving")?, &beyond);
-        ensure(refused.is_err(), || format!("{key} of more than {value} is taken"))?;
+    for (key, value) in BEYOND {
+        let mut beyond = Render { technique: settings("").into(), ..render.clone() };
+        let refused = beyond.technique.set(key, value).is_err() || render::check(&buffers("moving")?, &beyond).is_err();
+        ensure(refused, || format!("{key}={value} is taken"))?;
     }
     same_on_device(executor, render)
 }

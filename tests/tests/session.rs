@@ -469,7 +469,8 @@ fn refusals_change_nothing() -> Result<(), Failed> {
     let setup = Setup::new(editable(&scene)?, settings(""), SIZE);
     let [mut session, mut spared] = [CpuSession::new(setup.clone(), cpu()?)?, CpuSession::new(setup.clone(), cpu()?)?];
     let view = View::default();
-    (session.frame(&view)?, spared.frame(&view)?);
+    session.frame(&view)?;
+    spared.frame(&view)?;
     let mut broken = scene.at(1.0);
     Arc::make_mut(&mut broken.meshes[0]).positions[0][1] = f32::NAN;
     let mut dark = scene.at(1.0);
@@ -485,7 +486,8 @@ fn refusals_change_nothing() -> Result<(), Failed> {
         session.set_technique(DiSettings { candidates: MAX_CANDIDATES + 1, ..DiSettings::default() }).is_err(),
         || "more candidates than there may be".to_owned(),
     )?;
-    (session.frame(&view)?, spared.frame(&view)?);
+    session.frame(&view)?;
+    spared.frame(&view)?;
     ensure_same("after refusals", [session.pixels(), spared.pixels()])?;
     for (samples, mean_of) in [(0, None), (1, Some(0)), (1 << 20, Some(1 << 20))] {
         let refused = CpuSession::new(Setup { samples, mean_of, ..setup.clone() }, cpu()?);

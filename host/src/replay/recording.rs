@@ -2,6 +2,7 @@
 
 use std::cell::RefCell;
 
+use restir_shared::bsdf::Material;
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::glam::{UVec4, Vec3};
 use restir_shared::scene::{
@@ -131,7 +132,9 @@ impl<S: Trace> Trace for Recording<'_, S> {
     }
 }
 
-impl<S: Surface> Surface for Recording<'_, S> {
+impl<S: Surface<Material = Material>> Surface for Recording<'_, S> {
+    type Material = Material;
+
     fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         self.note(self.scene.surface(ray, hit), |&point| Event::Surface(point))
     }

@@ -46,11 +46,13 @@ mod fresnel;
 mod ggx;
 mod material;
 mod mixture;
+mod scattering;
 
 pub use fresnel::{Dielectric, Fresnel, schlick_complement, schlick_weight};
 pub use ggx::{Facet, Ggx};
 pub use material::Material;
 pub use mixture::{Bsdf, BsdfSample, Evaluation, Kind, is_specular, is_transmission};
+pub use scattering::{Scattering, ScatteringFunction};
 
 /// Lobe: diffuse reflection.
 pub const DIFFUSE_REFLECTION: u32 = 0;

@@ -1,11 +1,13 @@
 //! Scenes behind a pointer, of which kernels need to know no more than what they ask.
 
+use crate::bsdf::Material;
+
 use super::{AddressedLights, Frames, LightAddress, Surface, Trace};
 
 /// A scene of any type: all that kernels may ask.
-pub trait AnyScene: Trace + Surface + AddressedLights {}
+pub trait AnyScene: Trace + Surface<Material = Material> + AddressedLights {}
 
-impl<S: Trace + Surface + AddressedLights + ?Sized> AnyScene for S {}
+impl<S: Trace + Surface<Material = Material> + AddressedLights + ?Sized> AnyScene for S {}
 
 /// A scene of any type in two frames, see [`Frames`].
 pub trait AnyFrames {

@@ -21,7 +21,7 @@ pub use frames::SceneFrames;
 pub use still::Still;
 pub use view::SceneView;
 
-use crate::bsdf::Material;
+use crate::bsdf::{Material, Scattering};
 #[cfg(not(target_arch = "spirv"))]
 use crate::geometry::Coverage;
 use crate::geometry::{Hit, Ray};
@@ -60,17 +60,20 @@ pub type Tracer<'a> = ();
 
 /// What is at a hit.
 pub trait Surface {
+    /// How its points scatter: [`Material`], or a model of the embedder's.
+    type Material: Scattering;
+
     /// Geometry and material at `hit`, seen along `ray`.
     ///
     /// The point is that of `hit.id` and `hit.uv` alone: reuse stores these two and asks for the same point from elsewhere, with a ray
     /// that was never traced, so that neither its origin nor `hit.t` says where the point is. `ray.direction` says from which side it
     /// is seen. A scene without triangles puts into `uv` whatever coordinates find its points again.
-    fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint;
+    fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint<Self::Material>;
 
     /// As [`Self::surface`], of what passes straight through: the shading normal may be the geometric one, and the emission that
     /// without its texture.
     #[inline(always)]
-    fn sheet(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+    fn sheet(&self, ray: &Ray, hit: &Hit) -> SurfacePoint<Self::Material> {
         self.surface(ray, hit)
     }
 
@@ -211,9 +214,12 @@ impl AddressedLight {
     pub const NONE: Self = Self { sample: LightSample::NONE, extent: 1.0 };
 }
 
+/// How the surfaces of a scene scatter in one direction.
+pub type BsdfOf<S> = <<S as Surface>::Material as Scattering>::Bsdf;
+
 /// A point of a surface.
 #[derive(Clone, Copy)]
-pub struct SurfacePoint {
+pub struct SurfacePoint<M = Material> {
     /// World position.
     pub position: Vec3,
     /// Unit geometric normal of the front side.
@@ -223,7 +229,7 @@ pub struct SurfacePoint {
     /// How far along the normal a ray that leaves the surface must begin, so that it does not hit it again.
     pub offset: f32,
     /// How it scatters.
-    pub material: Material,
+    pub material: M,
     /// Radiance emitted towards the origin of the ray that hit, linear RGB.
     pub emission: Vec3,
     /// Absorption behind the surface, per unit length, linear RGB: of a segment that ends at the back of the surface.

@@ -19,13 +19,15 @@ impl<S: Trace + ?Sized> Trace for &S {
 }
 
 impl<S: Surface + ?Sized> Surface for &S {
+    type Material = S::Material;
+
     #[inline(always)]
-    fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+    fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint<S::Material> {
         (**self).surface(ray, hit)
     }
 
     #[inline(always)]
-    fn sheet(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+    fn sheet(&self, ray: &Ray, hit: &Hit) -> SurfacePoint<S::Material> {
         (**self).sheet(ray, hit)
     }
 

@@ -23,7 +23,7 @@ impl<S: Trace + Surface + AddressedLights + Copy> Frames for Still<S> {
 }
 
 #[cfg(not(target_arch = "spirv"))]
-impl<S: Trace + Surface + AddressedLights> AnyFrames for Still<S> {
+impl<S: AnyScene> AnyFrames for Still<S> {
     fn scene(&self, _other: bool) -> &dyn AnyScene {
         &self.0
     }
@@ -49,7 +49,7 @@ impl<S: Trace + Surface + AddressedLights + Copy> Frames for [S; 2] {
 }
 
 #[cfg(not(target_arch = "spirv"))]
-impl<S: Trace + Surface + AddressedLights> AnyFrames for [S; 2] {
+impl<S: AnyScene> AnyFrames for [S; 2] {
     fn scene(&self, other: bool) -> &dyn AnyScene {
         &self[usize::from(other)]
     }

@@ -258,6 +258,8 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
 }
 
 impl<const COMPILED: u32> Surface for SceneView<'_, COMPILED> {
+    type Material = Material;
+
     #[inline(always)]
     fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         self.point::<true>(ray, hit)

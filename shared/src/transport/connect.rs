@@ -1,6 +1,7 @@
 //! Connections of a vertex: with a light, and with a point of another surface.
 
 use super::vertex::Vertex;
+use crate::bsdf::ScatteringFunction;
 use crate::geometry::Ray;
 use crate::num;
 use crate::scene::{LightKind, LightSample, SurfacePoint};
@@ -53,7 +54,7 @@ struct Reach {
     shadow: Ray,
 }
 
-impl Vertex {
+impl<B: ScatteringFunction> Vertex<B> {
     /// The segment ends as far off the surface at the other end as it begins off this one.
     #[inline(always)]
     fn reach(&self, position: Vec3, normal: Vec3, offset: f32, far: bool, key: u32) -> Reach {
@@ -67,7 +68,7 @@ impl Vertex {
 
     /// Reconnects to a point of a surface, with the densities of all lobes together and of `lobe` alone.
     #[inline(always)]
-    pub fn reconnect(&self, point: &SurfacePoint, lobe: u32) -> Reconnection {
+    pub fn reconnect<M>(&self, point: &SurfacePoint<M>, lobe: u32) -> Reconnection {
         let Reach { to, shadow, .. } = self.reach(point.position, point.normal, point.offset, false, 0);
         let distance_squared = dot(to, to);
         let nothing = Reconnection { direction: to, value: Vec3::ZERO, pdf: 0.0, lobe_pdf: 0.0, per_area: 0.0, shadow };

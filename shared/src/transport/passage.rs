@@ -1,5 +1,6 @@
 //! Straight ways through clear glass.
 
+use crate::bsdf::Scattering;
 use crate::geometry::{Hit, Ray};
 use crate::num;
 use crate::scene::{Surface, SurfacePoint, Trace};
@@ -50,7 +51,7 @@ pub fn follow<S: Trace + Surface>(scene: &S, through_glass: bool, ray: &Ray) -> 
 /// What passes straight through a point, of light along the unit vector `direction`: nothing but at clear glass, which does
 /// not emit. The angle is that to the geometric normal.
 #[inline(always)]
-fn straight(point: &SurfacePoint, direction: Vec3) -> Vec3 {
+fn straight<M: Scattering>(point: &SurfacePoint<M>, direction: Vec3) -> Vec3 {
     let passed = flush(point.material.straight(num::abs(dot(point.normal, direction))));
     if max_component(point.emission) > 0.0 { Vec3::ZERO } else { passed }
 }

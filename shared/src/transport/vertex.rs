@@ -1,6 +1,6 @@
 //! A vertex of a path, seen from the side that the path came from.
 
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, Scattering};
 use crate::geometry::Ray;
 use crate::layout::FEATURE_SHADING;
 use crate::num;
@@ -12,7 +12,7 @@ use glam::Vec3;
 const MIN_SHADING_COS: f32 = 0.01;
 
 /// A vertex of a path.
-pub struct Vertex {
+pub struct Vertex<B = Bsdf> {
     pub(super) position: Vec3,
     pub(super) offset: f32,
     /// Geometric normal on the side that the path came from.
@@ -20,13 +20,13 @@ pub struct Vertex {
     /// Around the shading normal on that side.
     pub frame: Frame,
     /// Scattering there, for the direction that the path came from.
-    pub bsdf: Bsdf,
+    pub bsdf: B,
 }
 
-impl Vertex {
+impl<B> Vertex<B> {
     /// The end of `ray` at `point`.
     #[inline(always)]
-    pub fn new(point: &SurfacePoint, ray: &Ray, features: u32) -> Self {
+    pub fn new<M: Scattering<Bsdf = B>>(point: &SurfacePoint<M>, ray: &Ray, features: u32) -> Self {
         let front = dot(point.normal, ray.direction) <= 0.0;
         let wo = -ray.direction;
         let normal = if front { point.normal } else { -point.normal };
@@ -41,7 +41,7 @@ impl Vertex {
             offset: point.offset,
             normal,
             frame,
-            bsdf: Bsdf::new(&point.material, frame.to_local(wo), front, features),
+            bsdf: point.material.bsdf(frame.to_local(wo), front, features),
         }
     }
 

@@ -13,6 +13,9 @@ pub const MAX_NEIGHBOURS: u32 = INPUTS as u32 - 2;
 pub const MAX_SHADED: u32 = 128;
 /// The most candidates from lights.
 pub const MAX_CANDIDATES: u32 = 1024;
+/// The most rays for candidates: drivers may limit the rounds of all loops of an invocation together (lavapipe to 65 535), and a
+/// ray takes hundreds.
+pub const MAX_INITIAL_RAYS: u32 = 64;
 /// The most tiles of candidates.
 pub const MAX_TILES: u32 = 1024;
 /// The most candidates of a tile.
@@ -105,7 +108,7 @@ settings! {
         candidates: u32 = 16, in 0..=MAX_CANDIDATES, unit "candidates";
         /// Candidates from lights are dealt into this many groups of equal size, the last perhaps smaller; of each group one
         /// candidate is selected and tested by a ray.
-        initial_rays: u32 = 1, in 1..=MAX_CANDIDATES, unit "rays";
+        initial_rays: u32 = 1, in 1..=MAX_INITIAL_RAYS, unit "rays";
         /// Candidates from lights are sampled once a frame into tiles, of which each block of 8x8 pixels takes one; off if each
         /// pixel samples its own. Pixels that share candidates share their errors.
         tiles: Option<Tiles> = None;

@@ -33,7 +33,7 @@ fn place(flags: u32, u: Vec2) -> Vec2 {
 
 /// Traces one sample of a pixel, and gives what it finds to `receiver`; false if the device cut it short.
 #[inline(always)]
-pub fn trace<S: Trace + Surface + Lights, R: Receiver>(
+pub fn trace<S: Trace + Surface + Lights, R: Receiver<S::Material>>(
     scene: &S,
     params: &PathParams,
     [x, y]: [u32; 2],

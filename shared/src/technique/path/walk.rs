@@ -2,6 +2,7 @@
 
 use super::MAX_DEPTH;
 use super::weight::{Chosen, emission_weight, environment_weight, next_event};
+use crate::bsdf::{Material, ScatteringFunction};
 use crate::camera::AFTER_CAMERA;
 use crate::geometry::{Hit, Ray};
 use crate::layout::FEATURE_VOLUME;
@@ -33,13 +34,13 @@ const MIN_SURVIVAL: f32 = 0.05;
 /// Each `value` is a path's whole contribution: emission, throughput, the weight of the balance heuristic, over the density.
 /// Calls come in the order of the path: after [`Self::arrive`] what concerns that vertex, after
 /// [`Self::escape`] the environment.
-pub trait Receiver {
+pub trait Receiver<M = Material> {
     /// Takes a contribution of any kind.
     fn add(&mut self, value: Vec3);
 
     /// The path arrives at `point`: `walk` has the segment, and what light from here is worth.
     #[inline(always)]
-    fn arrive(&mut self, walk: &Walk, hit: &Hit, point: &SurfacePoint) {
+    fn arrive(&mut self, walk: &Walk, hit: &Hit, point: &SurfacePoint<M>) {
         let _ = (walk, hit, point);
     }
 
@@ -76,7 +77,7 @@ pub trait Receiver {
     }
 }
 
-impl Receiver for Vec3 {
+impl<M> Receiver<M> for Vec3 {
     #[inline(always)]
     fn add(&mut self, value: Vec3) {
         *self += value;
@@ -106,7 +107,7 @@ impl Walk {
     /// Goes on until the path ends, at the latest after `max_depth` segments in all. False if the device cut a loop short: what
     /// the receiver has is then not the whole path.
     #[inline(always)]
-    pub fn run<S: Trace + Surface + Lights, R: Receiver>(
+    pub fn run<S: Trace + Surface + Lights, R: Receiver<S::Material>>(
         mut self,
         scene: &S,
         rng: &Rng,
@@ -135,7 +136,7 @@ impl Walk {
     }
 
     #[inline(always)]
-    fn escape<S: Lights, R: Receiver>(&self, scene: &S, receiver: &mut R) {
+    fn escape<S: Surface + Lights, R: Receiver<S::Material>>(&self, scene: &S, receiver: &mut R) {
         receiver.escape(self);
         let environment = scene.environment(self.ray.direction);
         if max_component(environment.radiance) > 0.0 {
@@ -145,11 +146,11 @@ impl Walk {
     }
 
     #[inline(always)]
-    fn arrive<S: Surface + Lights, R: Receiver>(
+    fn arrive<S: Surface + Lights, R: Receiver<S::Material>>(
         &mut self,
         scene: &S,
         hit: &Hit,
-        point: &SurfacePoint,
+        point: &SurfacePoint<S::Material>,
         receiver: &mut R,
     ) {
         if scene.features() & FEATURE_VOLUME != 0 && dot(point.normal, self.ray.direction) > 0.0 {
@@ -165,11 +166,11 @@ impl Walk {
 
     /// Samples a light, then the next direction; whether there is one.
     #[inline(always)]
-    fn scatter<S: Trace + Surface + Lights, R: Receiver>(
+    fn scatter<S: Trace + Surface + Lights, R: Receiver<S::Material>>(
         &mut self,
         scene: &S,
         rng: &Rng,
-        point: &SurfacePoint,
+        point: &SurfacePoint<S::Material>,
         roulette: bool,
         receiver: &mut R,
     ) -> bool {

@@ -26,7 +26,13 @@ pub(super) fn next_event(light: &LightSample, connection: &Connection) -> Vec3 {
 
 /// The weight of emission that scattering found: its density over the sum of both strategies' densities.
 #[inline(always)]
-pub(super) fn emission_weight(light_density: f32, point: &SurfacePoint, ray: &Ray, t: f32, chosen: Chosen) -> f32 {
+pub(super) fn emission_weight<M>(
+    light_density: f32,
+    point: &SurfacePoint<M>,
+    ray: &Ray,
+    t: f32,
+    chosen: Chosen,
+) -> f32 {
     // the light's density per steradian is light_density t^2 / cos; multiplied out, so that cos may be zero
     let scatter = chosen.pdf * num::abs(dot(point.normal, ray.direction));
     let light = light_density * (t * t);

@@ -5,7 +5,7 @@ use super::{Evaluation, Flags, PackedReservoir, Planes, Stored, evaluate};
 use crate::resample::domain::{Domain, Pixels, Shifted, Source};
 use crate::resample::reproject::{Grid, Place};
 use crate::resample::similar::Facet;
-use crate::scene::{AddressedLights, Frames, LightAddress};
+use crate::scene::{AddressedLights, BsdfOf, Frames, LightAddress};
 use crate::transport::{Vertex, transmittance};
 use glam::{UVec4, Vec3};
 
@@ -18,8 +18,8 @@ pub(super) struct Light<F> {
 
 /// A pixel that light is brought to, and whether it is of the other frame. The scene of its frame is asked for anew where it is
 /// needed: kept beside the vertex it would have to lie in memory as that does.
-pub(super) struct Receiver {
-    pub(super) vertex: Vertex,
+pub(super) struct Receiver<B> {
+    pub(super) vertex: Vertex<B>,
     pub(super) elsewhere: bool,
 }
 
@@ -44,18 +44,24 @@ impl<F> Light<F> {
 
 impl<F: Frames> Domain for Light<F> {
     type Sample = LightAddress;
-    type Receiver = Receiver;
+    type Receiver = Receiver<BsdfOf<F::Scene>>;
     type Evaluation = Evaluation;
 
     #[inline(always)]
-    fn shift(&self, sample: LightAddress, from: Source, to: Source, _receiver: &Receiver) -> Shifted<LightAddress> {
+    fn shift(
+        &self,
+        sample: LightAddress,
+        from: Source,
+        to: Source,
+        _receiver: &Self::Receiver,
+    ) -> Shifted<LightAddress> {
         let of_other = self.is_elsewhere(from);
         let sample = if of_other == self.is_elsewhere(to) { sample } else { self.frames.counterpart(sample, of_other) };
         Shifted { sample, jacobian: 1.0, exists: sample.is_light() }
     }
 
     #[inline(always)]
-    fn evaluate(&self, receiver: &Receiver, sample: LightAddress) -> Evaluation {
+    fn evaluate(&self, receiver: &Self::Receiver, sample: LightAddress) -> Evaluation {
         evaluate(self.flags, &receiver.vertex, &self.frames.scene(receiver.elsewhere).light_at(sample))
     }
 
@@ -70,7 +76,7 @@ impl<F: Frames> Domain for Light<F> {
     }
 
     #[inline(always)]
-    fn visibility(&self, receiver: &Receiver, evaluation: &Evaluation) -> Vec3 {
+    fn visibility(&self, receiver: &Self::Receiver, evaluation: &Evaluation) -> Vec3 {
         transmittance(&self.frames.scene(receiver.elsewhere), self.has(Flags::TRANSMITTANCE), &evaluation.shadow)
     }
 
@@ -160,7 +166,7 @@ impl<F: Frames> Pixels for Neighbourhood<'_, F> {
     }
 
     #[inline(always)]
-    fn receiver(&self, of: Source) -> Receiver {
+    fn receiver(&self, of: Source) -> Receiver<BsdfOf<F::Scene>> {
         let elsewhere = self.light.is_elsewhere(of);
         let pixel = if of.is_other { self.pixel(self.grid.at(of.pixel)) } else { self.pixel };
         Receiver { vertex: pixel.vertex(&self.light.frames.scene(elsewhere)), elsewhere }

@@ -5,7 +5,7 @@ use super::{
     CANDIDATE_DIMENSION, DiParams, Flags, PackedHit, PackedReservoir, SCATTER_DIMENSION, SELECTION_DIMENSION, Stored,
     TileWords, evaluate,
 };
-use crate::bsdf::BsdfSample;
+use crate::bsdf::{BsdfSample, ScatteringFunction};
 use crate::film::CUT;
 use crate::geometry::Ray;
 use crate::layout::{FEATURE_BLEND, FilmPixel};
@@ -13,7 +13,7 @@ use crate::num;
 use crate::resample::packed::dithered;
 use crate::resample::reservoir::Reservoir;
 use crate::rng::{self, Rng};
-use crate::scene::{AddressedLight, AddressedLights, LightAddress, Surface, Trace};
+use crate::scene::{AddressedLight, AddressedLights, BsdfOf, LightAddress, Surface, Trace};
 use crate::transport::{Passage, Vertex, follow};
 use crate::vec::max_component;
 use glam::{UVec4, Vec3};
@@ -100,7 +100,7 @@ fn resample<S: Trace + Surface + AddressedLights>(
     scene: &S,
     params: &DiParams,
     tiles: &[TileWords],
-    vertex: &Vertex,
+    vertex: &Vertex<BsdfOf<S>>,
     at: [u32; 2],
 ) -> (Reservoir<Candidate, f32>, Vec3) {
     let rng = params.rng(at);

@@ -50,6 +50,7 @@ pub use shade::{exchange, gather, offer, pair_offsets, shade};
 pub use stored::{PackedReservoir, Stored};
 pub use tile::presample;
 
+use crate::bsdf::ScatteringFunction;
 use crate::camera::AFTER_CAMERA;
 use crate::geometry::Ray;
 use crate::num;
@@ -96,7 +97,7 @@ impl Evaluation {
 }
 
 #[inline(always)]
-fn evaluate(flags: Flags, vertex: &Vertex, light: &AddressedLight) -> Evaluation {
+fn evaluate<B: ScatteringFunction>(flags: Flags, vertex: &Vertex<B>, light: &AddressedLight) -> Evaluation {
     let connection = vertex.connect(&light.sample);
     // solid angle per area of the parametrisation
     let spread = if light.sample.kind == LightKind::Environment {

@@ -5,7 +5,7 @@ use crate::camera::camera_ray;
 use crate::geometry::{Hit, Ray};
 use crate::layout::CameraParams;
 use crate::rng::{Rng, Sampler};
-use crate::scene::{Surface, SurfacePoint, Trace};
+use crate::scene::{BsdfOf, Surface, SurfacePoint, Trace};
 use crate::transport::Vertex;
 use bytemuck::{Pod, Zeroable};
 use glam::{UVec4, Vec2};
@@ -88,12 +88,12 @@ pub(super) struct Pixel {
 
 impl Pixel {
     #[inline(always)]
-    pub(super) fn point<S: Surface>(&self, scene: &S) -> SurfacePoint {
+    pub(super) fn point<S: Surface>(&self, scene: &S) -> SurfacePoint<S::Material> {
         scene.surface(&self.ray, &self.hit)
     }
 
     #[inline(always)]
-    pub(super) fn vertex<S: Surface>(&self, scene: &S) -> Vertex {
+    pub(super) fn vertex<S: Surface>(&self, scene: &S) -> Vertex<BsdfOf<S>> {
         Vertex::new(&self.point(scene), &self.ray, scene.features())
     }
 }
