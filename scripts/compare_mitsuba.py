@@ -112,17 +112,6 @@ def tiles(image):
     return image.reshape(rows, TILE, columns, TILE, 3).mean(axis=(1, 3))
 
 
-def t_quantile(p, freedom):
-    """Student's t with `freedom` degrees: where the upper tail has probability `p`."""
-    # a substitution that maps the half line to (0, 1), then the trapezoidal rule
-    s = np.linspace(0, 1, 200_001)[:-1]
-    x = s / (1 - s)
-    density = (1 + x * x / freedom) ** (-(freedom + 1) / 2) / (1 - s) ** 2
-    cumulated = np.concatenate([[0], np.cumsum((density[1:] + density[:-1]) / 2)])
-    upper = 0.5 * (1 - cumulated / cumulated[-1])
-    return float(np.interp(-np.log(p), -np.log(np.maximum(upper, 1e-300)), x))
-
-
 def compare(name, arguments):
     """Renders a scene `restarts` times with both, in turns; returns what the report says about it."""
     with tempfile.TemporaryDirectory() as folder:
@@ -138,7 +127,7 @@ def compare(name, arguments):
     difference = mean["restir"] - mean["mitsuba"]
     t = np.divide(difference, error, out=np.where(difference == 0, 0.0, np.inf), where=error > 0)
     # Welch's degrees of freedom are at least those of one of the two
-    limit = t_quantile(FAMILY_RATE / (2 * t.size * len(SCENES)), arguments.restarts - 1)
+    limit = common.t_quantile(FAMILY_RATE / (2 * t.size * len(SCENES)), arguments.restarts - 1)
     detectable = (limit + statistics.NormalDist().inv_cdf(POWER)) * error / mean["mitsuba"]
     averages = [np.mean(images[key], axis=0) for key in ("restir", "mitsuba")]
     picture = arguments.out.parent / f"mitsuba-{name}.png"

@@ -3,25 +3,48 @@
 import json
 import os
 import re
+import shutil
 import struct
 import subprocess
+import sys
 import tempfile
 from pathlib import Path
+
+
+def use_llvm_of_rust():
+    """Lets llvm_ad_rgb take the LLVM library of the Rust toolchain, unless the environment names another: what distributions
+    have is often too old (version 15 aborts on processors with AVX-512)."""
+    if shutil.which("rustc"):
+        root = subprocess.run(["rustc", "--print", "sysroot"], capture_output=True, text=True).stdout.strip()
+        for library in sorted(Path(root, "lib").glob("libLLVM.so.*")):
+            os.environ.setdefault("DRJIT_LIBLLVM_PATH", str(library))
+
+
+# Mitsuba looks for it as it is loaded.
+use_llvm_of_rust()
 
 import mitsuba as mi
 import numpy as np
 
 
 def restir(program, scene, size, spp, depth, seed, output, env=None, settings=()):
-    """Renders with `restir` over the area of pixels; returns the image and the seconds that the program reports for rendering."""
-    command = [program, "render", str(scene), "-o", str(output), "--jitter", "--device", "cpu"]
-    command += ["--size", f"{size[0]}x{size[1]}", "--spp", str(spp), "--max-depth", str(depth), "--seed", str(seed)]
+    """Traces paths with `restir` over the area of pixels; returns the image and the seconds of rendering."""
+    words = ["--jitter", "--spp", str(spp), "--max-depth", str(depth)]
+    return restir_render(program, scene, size, seed, output, env, settings, words)
+
+
+def restir_render(program, scene, size, seed, output, env=None, settings=(), words=()):
+    """Renders with `restir` and what `words` ask for; returns the image and the seconds that the program reports for
+    rendering, which hold neither loading nor building. They follow from its rate, which has more digits than its seconds."""
+    command = [program, "render", str(scene), "-o", str(output), "--device", "cpu", *words]
+    command += ["--size", f"{size[0]}x{size[1]}", "--seed", str(seed)]
     command += ["--env", str(env)] if env else []
     command += [word for setting in settings for word in ("--set", setting)]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode != 0:
         raise RuntimeError(done.stderr.strip() or f"restir ended with {done.returncode}")
-    return read_exr(output), float(re.search(r" in ([0-9.]+) s ", done.stdout).group(1))
+    count, rate = re.search(r" with (\d+) \w+ in .* \(([0-9.e+]+) samples/s\)", done.stdout).groups()
+    return read_exr(output), size[0] * size[1] * int(count) / float(rate)
 
 
 def read_exr(path):
@@ -57,8 +80,29 @@ def path_tracer(depth):
     return mi.load_dict({"type": "path", "max_depth": depth, "rr_depth": depth + 1})
 
 
-def mitsuba(scene, integrator, spp, seed):
-    return np.array(mi.render(scene, integrator=integrator, spp=spp, seed=seed), dtype=np.float64)[..., :3]
+def mitsuba_problem(variant):
+    """Why Mitsuba cannot render with this variant here, or None. In a process of its own: LLVM may abort."""
+    probe = f"import mitsuba as mi; mi.set_variant('{variant}'); mi.render(mi.load_dict(mi.cornell_box()), spp=1).numpy()"
+    if variant.startswith("scalar"):
+        return None
+    done = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True)
+    errors = [line for line in done.stderr.splitlines() if line.strip()]
+    return None if done.returncode == 0 else next((e for e in errors if "ERROR" in e), errors[-1] if errors else "it ended")
+
+
+def mitsuba(scene, integrator, spp, seed, sensor=0):
+    return np.array(mi.render(scene, sensor=sensor, integrator=integrator, spp=spp, seed=seed), dtype=np.float64)[..., :3]
+
+
+def t_quantile(p, freedom):
+    """Student's t with `freedom` degrees: where the upper tail has probability `p`."""
+    # a substitution that maps the half line to (0, 1), then the trapezoidal rule
+    s = np.linspace(0, 1, 200_001)[:-1]
+    x = s / (1 - s)
+    density = (1 + x * x / freedom) ** (-(freedom + 1) / 2) / (1 - s) ** 2
+    cumulated = np.concatenate([[0], np.cumsum((density[1:] + density[:-1]) / 2)])
+    upper = 0.5 * (1 - cumulated / cumulated[-1])
+    return float(np.interp(-np.log(p), -np.log(np.maximum(upper, 1e-300)), x))
 
 
 def write_png(path, image):
@@ -189,7 +233,7 @@ def camera_matrix(camera):
 
 def material_gltf(kind, color=(1, 1, 1), roughness=1.0, textured=False, emission=None, metallic=0.0):
     """`kind` is "diffuse", "metal" (white: Schlick's Fresnel term is one), "glass" (smooth, index 1.5) or "principled" (index
-    1.5, of the metalness `metallic`)."""
+    1.5, of the metalness `metallic`). `emission` is a radiance, grey or of three channels."""
     pbr = {
         "baseColorFactor": [*color, 1.0],
         "metallicFactor": 1.0 if kind == "metal" else metallic,
@@ -204,16 +248,18 @@ def material_gltf(kind, color=(1, 1, 1), roughness=1.0, textured=False, emission
     if kind == "glass":
         material["extensions"]["KHR_materials_transmission"] = {"transmissionFactor": 1.0}
         material["extensions"]["KHR_materials_volume"] = {"thicknessFactor": 1.0}
-    if emission:
-        material["emissiveFactor"] = [1.0, 1.0, 1.0]
-        material["extensions"]["KHR_materials_emissive_strength"] = {"emissiveStrength": emission}
+    if emission is not None:
+        strength = float(np.max(emission))
+        material["emissiveFactor"] = (np.broadcast_to(emission, 3) / strength).tolist()
+        material["extensions"]["KHR_materials_emissive_strength"] = {"emissiveStrength": strength}
     return material
 
 
 def material_mitsuba(texture_png, kind, color=(1, 1, 1), roughness=1.0, textured=False, emission=None, metallic=0.0):
     if kind == "metal":
         # glTF: GGX's alpha is the square of the roughness
-        bsdf = {"type": "roughconductor", "material": "none", "distribution": "ggx", "alpha": roughness**2}
+        rough = {"type": "roughconductor", "distribution": "ggx", "alpha": roughness**2}
+        bsdf = (rough if roughness > 0 else {"type": "conductor"}) | {"material": "none"}
     elif kind == "principled":
         color = {"type": "rgb", "value": list(color)}
         bsdf = {"type": "principled", "base_color": color, "roughness": roughness, "metallic": metallic, "eta": 1.5}
@@ -239,8 +285,8 @@ def mitsuba_scene(folder, objects, camera, size, env=None, texture_png=None):
         write_ply(path, object)
         bsdf = material_mitsuba(texture_png, **object.material)
         scene[f"object{index}"] = {"type": "ply", "filename": str(path), "face_normals": True, "bsdf": bsdf}
-        if object.material.get("emission"):
-            radiance = {"type": "rgb", "value": [object.material["emission"]] * 3}
+        if object.material.get("emission") is not None:
+            radiance = {"type": "rgb", "value": np.broadcast_to(object.material["emission"], 3).tolist()}
             scene[f"object{index}"]["emitter"] = {"type": "area", "radiance": radiance}
     return scene
 
@@ -255,3 +301,106 @@ def write_ply(path, object):
     faces["count"], faces["index"] = 3, object.triangles
     vertices = np.concatenate([object.positions, uvs], axis=1).astype("<f4")
     Path(path).write_bytes(header.encode() + vertices.tobytes() + faces.tobytes())
+
+
+def plain_scene(program, scene, folder, env=None):
+    """A scene of `restir` in what both renderers have alike, as (objects, camera, texture, environments): faceted, what is
+    coated is only diffuse, metals are white and at most of roughness 0.3, glass is smooth and clear.
+
+    The two environments are restir's and Mitsuba's file of the same radiance; objects of one material are one."""
+    path = Path(folder) / "exported.glb"
+    path.parent.mkdir(exist_ok=True)
+    command = [program, "export", str(scene), str(path), *(["--env", str(env)] if env else [])]
+    subprocess.run(command, check=True, capture_output=True)
+    gltf, blob = read_glb(path)
+    parts = {}
+    for node in gltf["nodes"]:
+        for primitive in gltf["meshes"][node["mesh"]]["primitives"] if "mesh" in node else []:
+            material = gltf["materials"][primitive["material"]]
+            plain = plain_material(material)
+            part = placed(gltf, blob, node, primitive, material if plain.get("textured") else None)
+            parts.setdefault(json.dumps(plain), []).append(part)
+    objects = [merged(list_, json.loads(key)) for key, list_ in parts.items()]
+    camera = gltf["cameras"][0]["extras"]["restir"]
+    camera = {"position": camera["position"], "target": camera["target"], "yfov": camera["verticalFov"]}
+    environment = path.with_suffix(".env.exr")
+    environments = both_environments(environment) if environment.exists() else None
+    return objects, camera, sharp_texture(gltf, blob, folder), environments
+
+
+def read_glb(path):
+    """The JSON and the binary chunk of a glTF 2.0 binary file."""
+    data = Path(path).read_bytes()
+    length = struct.unpack_from("<I", data, 12)[0]
+    return json.loads(data[20 : 20 + length]), data[28 + length :]
+
+
+def plain_material(material):
+    """The arguments of `material_gltf` that come nearest to a material of glTF."""
+    surface, extensions = material["pbrMetallicRoughness"], material["extensions"]
+    if np.any(material["emissiveFactor"]):
+        strength = extensions.get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1.0)
+        emission = [channel * strength for channel in material["emissiveFactor"]]
+        return {"kind": "diffuse", "color": surface["baseColorFactor"][:3], "emission": emission}
+    if "KHR_materials_transmission" in extensions:
+        return {"kind": "glass"}
+    if surface["metallicFactor"] == 1.0:
+        return {"kind": "metal", "roughness": min(surface["roughnessFactor"], 0.3)}
+    if "baseColorTexture" in surface:
+        return {"kind": "diffuse", "textured": True}
+    return {"kind": "diffuse", "color": surface["baseColorFactor"][:3]}
+
+
+def placed(gltf, blob, node, primitive, textured):
+    """Positions in the world, triangles and texture coordinates (where the material `textured` has them) of a primitive."""
+
+    def array(index):
+        accessor = gltf["accessors"][index]
+        start = gltf["bufferViews"][accessor["bufferView"]].get("byteOffset", 0)
+        kind = {5121: "u1", 5123: "<u2", 5125: "<u4", 5126: "<f4"}[accessor["componentType"]]
+        columns = {"SCALAR": 1, "VEC2": 2, "VEC3": 3}[accessor["type"]]
+        return np.frombuffer(blob, kind, accessor["count"] * columns, start).reshape(-1, columns)
+
+    matrix = np.array(node.get("matrix", np.eye(4).reshape(-1))).reshape(4, 4).T
+    attributes = primitive["attributes"]
+    positions = array(attributes["POSITION"]) @ matrix[:3, :3].T + matrix[:3, 3]
+    uvs = np.zeros((len(positions), 2))
+    if textured:
+        transform = textured["pbrMetallicRoughness"]["baseColorTexture"].get("extensions", {})
+        transform = transform.get("KHR_texture_transform", {})
+        uvs = array(attributes["TEXCOORD_0"]) * transform.get("scale", 1.0) + transform.get("offset", 0.0)
+    return positions, array(primitive["indices"]).reshape(-1, 3).astype(np.int64), uvs
+
+
+def merged(parts, material):
+    """One object of (positions, triangles, texture coordinates)s that have one material."""
+    first = np.cumsum([0] + [len(positions) for positions, _, _ in parts[:-1]])
+    positions, triangles, uvs = zip(*parts)
+    triangles = np.concatenate([t + start for t, start in zip(triangles, first)])
+    return Object(np.concatenate(positions), triangles, np.concatenate(uvs), **material)
+
+
+def sharp_texture(gltf, blob, folder):
+    """The file's texture, or None, with its texels repeated: both renderers interpolate, where the file's is not."""
+    if "images" not in gltf:
+        return None
+    view = gltf["bufferViews"][gltf["images"][0]["bufferView"]]
+    path = Path(folder) / "texture.png"
+    path.write_bytes(blob[view.get("byteOffset", 0) :][: view["byteLength"]])
+    texels = np.array(mi.Bitmap(str(path)))[..., :3]
+    mi.Bitmap(texels.repeat(128, axis=0).repeat(128, axis=1)).write(str(path))
+    return path
+
+
+def both_environments(path):
+    """Files of one radiance for restir and Mitsuba 3, of which the first has a map's rows in their middles and the second
+    has the first and the last at the poles. Both interpolate linearly, so the second is given the rows and what is between
+    them; radiance is not negative."""
+    rows = np.maximum(read_exr(path), 0).astype(np.float32)
+    between = np.concatenate([rows[:1], (rows[1:] + rows[:-1]) / 2, rows[-1:]])
+    interleaved = np.empty((2 * len(rows) + 1, *rows.shape[1:]), np.float32)
+    interleaved[0::2], interleaved[1::2] = between, rows
+    paths = path.with_name("environment.exr"), path.with_name("environment-mitsuba.exr")
+    for file, image in zip(paths, (rows, interleaved)):
+        mi.Bitmap(image).write(str(file))
+    return paths

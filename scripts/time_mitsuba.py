@@ -5,8 +5,8 @@
     cargo build --release -p restir
     python3 scripts/time_mitsuba.py --restir target/release/restir --out docs/mitsuba-speed.md
 
-Mitsuba's variant llvm_ad_rgb takes the LLVM library that the environment variable DRJIT_LIBLLVM_PATH names. On processors
-with AVX-512, LLVM 15 and 19 abort on an instruction that they cannot select; 22 works.
+Mitsuba's variant llvm_ad_rgb takes the LLVM library that the environment variable DRJIT_LIBLLVM_PATH names, else that of the
+Rust toolchain. On processors with AVX-512, LLVM 15 and 19 abort on an instruction that they cannot select; 22 works.
 
 The renderers run in turns, after a warm-up each. Mitsuba's time is that of `mi.render` until the image is there, restir's
 is what the program reports for rendering; neither includes loading the scene and building its tree.
@@ -15,18 +15,16 @@ is what the program reports for rendering; neither includes loading the scene an
 import argparse
 import os
 import statistics
-import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
 
+# before Mitsuba, because it says which LLVM that takes
+import mitsuba_common as common
 import mitsuba as mi
 import numpy as np
 
 mi.set_variant("scalar_rgb")
-
-import mitsuba_common as common
 
 DEPTH = 8
 VARIANTS = ["scalar_rgb", "llvm_ad_rgb"]
@@ -44,16 +42,6 @@ def mitsuba_runner(variant, size, spp):
         return image, time.perf_counter() - begin
 
     return run
-
-
-def problem_of(variant):
-    """Why Mitsuba cannot render with this variant here, or None. In a process of its own: LLVM may abort."""
-    probe = f"import mitsuba as mi; mi.set_variant('{variant}'); mi.render(mi.load_dict(mi.cornell_box()), spp=1).numpy()"
-    if variant.startswith("scalar"):
-        return None
-    done = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True)
-    errors = [line for line in done.stderr.splitlines() if line.strip()]
-    return None if done.returncode == 0 else next((e for e in errors if "ERROR" in e), errors[-1] if errors else "it ended")
 
 
 def restir_runner(program, size, spp, folder):
@@ -130,7 +118,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         runners = {"restir": restir_runner(arguments.restir, size, arguments.spp, folder)}
         for variant in VARIANTS:
-            if problem := problem_of(variant):
+            if problem := common.mitsuba_problem(variant):
                 missing[variant] = problem
             else:
                 runners[variant] = mitsuba_runner(variant, size, arguments.spp)
