@@ -13,6 +13,9 @@ pub const POISON: u32 = 0x7fc0_dead;
 /// How many differing words a report lists.
 const LISTED: usize = 8;
 
+/// Distance of two words, as f32, up to which other roundings account for it: a relative difference of 5e-4.
+const NEAR: u32 = 1 << 12;
+
 /// A word that differs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Difference {
@@ -46,6 +49,10 @@ pub struct Outcome {
     pub differing: usize,
     /// The largest distance between two words, as f32.
     pub max_ulp: u32,
+    /// Elements compared: pixels, or whatever a buffer holds.
+    pub elements: usize,
+    /// Elements with a word that is more than [`NEAR`] away.
+    pub far: usize,
     /// Words that still hold the poison on either side.
     pub poisoned: usize,
     /// The first few differences.
@@ -58,9 +65,16 @@ impl Outcome {
         self.differing == 0 && self.poisoned == 0
     }
 
-    fn record(&mut self, difference: Difference) {
+    /// The share of elements that are far from the host's.
+    pub fn far_share(&self) -> f64 {
+        self.far as f64 / self.elements.max(1) as f64
+    }
+
+    /// Whether the word is far from the host's.
+    fn record(&mut self, difference: Difference) -> bool {
         let Difference { host, device, .. } = difference;
         let [a, b] = [host, device].map(f32::from_bits);
+        let is_far = host != device && !(a.is_nan() && b.is_nan()) && ulp_distance(a, b) > NEAR;
         self.words += 1;
         self.poisoned += usize::from(host == POISON || device == POISON);
         if host != device && !(a.is_nan() && b.is_nan()) {
@@ -70,6 +84,7 @@ impl Outcome {
                 self.first.push(difference);
             }
         }
+        is_far
     }
 }
 
@@ -127,8 +142,13 @@ pub fn compare(device: &mut dyn Executor, case: &Case) -> Result<Outcome, Error>
     let own = case.kernel.bindings.iter().filter(|b| b.access == Access::Own);
     for ((binding, host), device) in own.zip(&host).zip(&device) {
         let stride = binding.stride as usize / 4;
-        for (at, (&host, &device)) in host.iter().zip(device).enumerate() {
-            outcome.record(Difference { buffer: binding.name, element: at / stride, word: at % stride, host, device });
+        for (element, (host, device)) in host.chunks(stride).zip(device.chunks(stride)).enumerate() {
+            let mut far = false;
+            for (word, (&host, &device)) in host.iter().zip(device).enumerate() {
+                far |= outcome.record(Difference { buffer: binding.name, element, word, host, device });
+            }
+            outcome.elements += 1;
+            outcome.far += usize::from(far);
         }
     }
     Ok(outcome)

@@ -317,7 +317,7 @@ fn reflected(model: OrenNayar, cos: f64, of: impl Fn(f64) -> f64) -> f64 {
 /// The mean weight is the integral of the value, and at most the reflectance; a weight that is 1 % too large is seen.
 fn foreign_energy() -> Result<(), Failed> {
     let mut family = Family::new("the energy of Oren and Nayar's model", FAMILY_RATE);
-    for (index, cos) in (0..).zip([0.05, 0.2, 0.5, 0.8, 1.0]) {
+    for (index, cos) in (0..).zip([0.05, 0.2, 0.5, 0.8, 0.95]) {
         let exact = reflected(ROUGH, cos, |_| 1.0);
         ensure(exact <= 0.9, || format!("{exact} of 0.9 is reflected at the cosine {cos}"))?;
         let wo = Vec3::new((1.0 - cos * cos).sqrt() as f32, 0.0, cos as f32);

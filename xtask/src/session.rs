@@ -12,7 +12,7 @@ use restir_host::exec::gpu::Pipelines;
 use restir_host::exec::{Executor, Flavour, GpuExecutor};
 use restir_host::scene::{Camera, Instance, Mesh, Scene};
 use restir_host::session::{GpuSession, SceneChange, Setup, View};
-use restir_host::technique::restir_di::DiSettings;
+use restir_host::technique::{self, Technique};
 use restir_host::wgpu;
 use restir_shared::glam::{DAffine3, DVec3};
 
@@ -57,11 +57,12 @@ const SITUATIONS: [(&str, bool, usize); 4] = [
 pub fn run(options: &Options) -> Result<(), Error> {
     let executor = GpuExecutor::open(options.adapter.as_deref(), Flavour::Exact)?;
     let mut text = format!(
-        "# What a session costs\n\nMade by `cargo xtask session --write` on {}. {} objects of {} triangles each, ReSTIR DI with its default \
+        "# What a session costs\n\nMade by `cargo xtask session --write` on {}. {} objects of {} triangles each, the technique {} with its default \
          settings, {} x {} pixels, medians of {} frames.\n\n",
         executor.describe().adapter.unwrap_or_default(),
         SIDE * SIDE,
         sphere().indices.len(),
+        technique()?.about().name,
         SIZE[0],
         SIZE[1],
         options.frames
@@ -117,14 +118,16 @@ fn median(values: &mut [f64]) -> f64 {
     values[values.len() / 2]
 }
 
-fn settings() -> DiSettings {
-    DiSettings::default()
+/// The first technique whose frames reuse each other.
+fn technique() -> Result<Box<dyn Technique>, Error> {
+    let found = technique::all().into_iter().find(|technique| technique.looks_back());
+    found.ok_or_else(|| Error::Failed("no technique reuses frames".to_owned()))
 }
 
 fn session(executor: &GpuExecutor, scene: &Scene, cache: Option<&Path>) -> Result<GpuSession, Error> {
     let pipelines = Pipelines::new(executor.device(), Flavour::Exact, Shaders::Embedded);
     let pipelines = if let Some(folder) = cache { pipelines.kept_in(folder) } else { pipelines };
-    let setup = Setup::new(SceneBuffers::build_editable(scene)?, settings(), SIZE);
+    let setup = Setup::new(SceneBuffers::build_editable(scene)?, technique()?, SIZE);
     Ok(GpuSession::new(executor.device(), pipelines, setup)?)
 }
 
@@ -226,7 +229,7 @@ fn resident() -> u64 {
 /// Everything moves; what is uploaded and not freed would be seen.
 fn memory(executor: &GpuExecutor) -> Result<(String, Option<String>), Error> {
     let scene = Scene::load("moving")?;
-    let setup = Setup::new(SceneBuffers::build_editable(&scene.at(0.0))?, settings(), [8, 6]);
+    let setup = Setup::new(SceneBuffers::build_editable(&scene.at(0.0))?, technique()?, [8, 6]);
     let pipelines = Pipelines::new(executor.device(), Flavour::Exact, Shaders::Embedded);
     let mut session = GpuSession::new(executor.device(), pipelines, setup)?;
     let moments: Vec<Scene> = (0..32).map(|frame| scene.at(f64::from(frame))).collect();

@@ -5,9 +5,9 @@ use crate::exec::CpuExecutor;
 use crate::plan::{Buffer, Pass};
 use crate::scene::Camera;
 use crate::{Error, buffers::SceneBuffers, memory};
+use restir_shared::geometry::PackedHit;
 use restir_shared::layout::FilmPixel;
 use restir_shared::scene::AnyFrames;
-use restir_shared::technique::restir_di::PackedHit;
 use std::sync::Arc;
 
 /// A session that runs natively.

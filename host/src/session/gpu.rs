@@ -209,7 +209,7 @@ impl GpuSession {
     }
 
     /// The buffer of what the camera sees in the next frame, 16 bytes a pixel
-    /// ([`restir_shared::technique::restir_di::PackedHit`]), for a renderer that knows it: who fills it gives
+    /// ([`restir_shared::geometry::PackedHit`]), for a renderer that knows it: who fills it gives
     /// [`View::primary_given`]. None, if the technique has no such plane.
     pub fn primary(&self) -> Option<&wgpu::Buffer> {
         self.primary_plane().map(|plane| &self.device.buffers[plane])

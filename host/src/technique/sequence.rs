@@ -79,7 +79,7 @@ pub trait Sequence: Send {
     /// The buffer that holds the image after a frame that shows it.
     fn output(&self) -> BufferId;
 
-    /// The buffer that holds what the camera sees, element by element a [`restir_shared::technique::restir_di::PackedHit`]: who writes it
+    /// The buffer that holds what the camera sees, element by element a [`restir_shared::geometry::PackedHit`]: who writes it
     /// before a frame gives it ([`Frame::primary_given`]).
     fn primary(&self, frame: u32) -> Option<BufferId> {
         let _ = frame;

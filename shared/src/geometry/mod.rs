@@ -8,10 +8,12 @@
 //! the hit can be culled.
 
 mod coverage;
+mod packed_hit;
 mod traverse;
 mod triangle;
 
 pub use coverage::{Coverage, Solid};
+pub use packed_hit::PackedHit;
 pub use traverse::traverse;
 pub use triangle::{Slab, TriangleTest};
 

@@ -39,13 +39,14 @@ mod shade;
 mod stored;
 mod tile;
 
+pub use crate::geometry::PackedHit;
 pub use crate::resample::domain::Source;
 pub use crate::resample::exchange::{PAIRS, PairTargets as DiPairs};
 pub use crate::resample::packed::dithered;
 pub use combine::{Planes, combine};
 pub use initial::initial;
 pub use params::*;
-pub use pixel::{PackedHit, primary};
+pub use pixel::primary;
 pub use shade::{exchange, gather, offer, pair_offsets, shade};
 pub use stored::{PackedReservoir, Stored};
 pub use tile::presample;

@@ -2,33 +2,11 @@
 
 use super::{DiParams, Flags};
 use crate::camera::camera_ray;
-use crate::geometry::{Hit, Ray};
+use crate::geometry::{Hit, PackedHit, Ray};
 use crate::layout::CameraParams;
 use crate::rng::{Rng, Sampler};
 use crate::scene::{BsdfOf, Surface, SurfacePoint, Trace};
 use crate::transport::Vertex;
-use bytemuck::{Pod, Zeroable};
-use glam::{UVec4, Vec2};
-
-/// A hit as it lies in a plane: t, id, u and v, floats as their bits.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-#[repr(transparent)]
-pub struct PackedHit(pub UVec4);
-
-impl PackedHit {
-    /// The inverse of [`Self::unpack`].
-    #[inline(always)]
-    pub fn pack(hit: &Hit) -> Self {
-        Self(UVec4::new(hit.t.to_bits(), hit.id, hit.uv.x.to_bits(), hit.uv.y.to_bits()))
-    }
-
-    /// The hit.
-    #[inline(always)]
-    pub fn unpack(self) -> Hit {
-        let UVec4 { x: t, y: id, z: u, w: v } = self.0;
-        Hit { t: f32::from_bits(t), id, uv: Vec2::new(f32::from_bits(u), f32::from_bits(v)) }
-    }
-}
 
 /// The hit of the camera's ray through the pixel `at`.
 pub fn primary<S: Trace + Surface>(scene: &S, params: &DiParams, at: [u32; 2]) -> PackedHit {
