@@ -681,7 +681,7 @@ def scene_table(scenes):
 
 def report(arguments, parts, problems, seconds):
     results, ratios, slope_rows, scenes = parts
-    effort, load = arguments.effort, os.getloadavg()[0]
+    effort, load = arguments.effort, arguments.load
     version = subprocess.run([arguments.restir, "--version"], capture_output=True, text=True).stdout.strip()
     quick = " --quick" if arguments.quick else ""
     command = f"python3 scripts/speed.py --restir target/release/restir --out docs/speed.md --runs {arguments.runs}{quick}"
@@ -692,7 +692,7 @@ def report(arguments, parts, problems, seconds):
         "",
         f"Written by `{command}`.",
         "",
-        f"{version}, Mitsuba {mi.__version__}; {common.cpu()}, load average at the end {load:.1f}; {seconds / 60:.0f} minutes.",
+        f"{version}, Mitsuba {mi.__version__}; {common.cpu()}, load average at the end of what is timed {load:.1f}; {seconds / 60:.0f} minutes.",
         "",
         *(warning if load > LOAD_LIMIT else []),
         *(quick_note if arguments.quick else []),
@@ -794,6 +794,8 @@ def main():
         parts = []
         for part in (own_samplers, functools.partial(slopes, results=results), built_in_scenes):
             parts.append(part(arguments))
+            # the other parts measure no times
+            arguments.load = os.getloadavg()[0] if part is own_samplers else arguments.load
             print(f"{time.monotonic() - begin:.0f} s", flush=True)
     text = report(arguments, (results, *parts), problems, time.monotonic() - begin)
     common.write_atomically(arguments.out, text)

@@ -14,6 +14,7 @@
 //! | [`layout`] | the plain-data types that cross the bus between host and device |
 //! | [`compact`] | compaction and counting sort: count, scan, gather |
 //! | [`sampling`] | `sample_x`, `x_pdf` and `invert_x` for each distribution |
+//! | [`medium`] | media that scatter and absorb light |
 //! | [`geometry`] | rays, the watertight triangle test, BVH traversal |
 //! | [`bsdf`] | scattering functions |
 //! | [`scene`] | the traits an embedder implements, and [`scene::SceneView`], which implements all of them |
@@ -34,6 +35,7 @@ pub mod compact;
 pub mod film;
 pub mod geometry;
 pub mod layout;
+pub mod medium;
 pub mod num;
 pub mod pack;
 pub mod resample;

@@ -15,11 +15,11 @@ use restir_host::technique::path::PathSettings;
 use restir_host::technique::restir_di::{DiSettings, MAX_CANDIDATES};
 use restir_host::wgpu;
 use restir_shared::camera::camera_ray;
-use restir_shared::geometry::PackedHit;
-use restir_shared::glam::DVec3;
+use restir_shared::geometry::{PackedHit, Ray};
+use restir_shared::glam::{DVec3, Vec3};
 use restir_shared::layout::FilmPixel;
 use restir_shared::rng::{Rng, Sampler};
-use restir_shared::scene::Trace;
+use restir_shared::scene::{Surface, Trace};
 use restir_tests::device;
 use restir_tests::suite::ensure;
 use restir_tests::technique::restir_di::settings;
@@ -44,6 +44,7 @@ fn main() -> ExitCode {
         Trial::test("a mean that goes on is that of a render, after each frame", means_are_those_of_renders),
         Trial::test("what resets the history makes a fresh session", resets_make_fresh_sessions),
         Trial::test("what the camera sees can be given", primary_hits_can_be_given),
+        Trial::test("hits are of known triangles", hits_are_of_known_triangles),
         Trial::test("what is refused leaves the session as it was", refusals_change_nothing),
         Trial::test("only what changed is uploaded", uploads_are_what_changed),
     ];
@@ -51,6 +52,7 @@ fn main() -> ExitCode {
         vec![
             adapter.trial("the bits of the CPU, whatever happens", same_on_device),
             adapter.trial("three frames in one submission", three_frames_in_one_submission),
+            adapter.trial("primary hits that are given", primary_hits_on_device),
             adapter.trial("as a texture", as_a_texture),
             adapter.trial(&format!("memory after {MANY} frames"), memory_stays),
             adapter.trial("what does not fit is named", what_does_not_fit_is_named),
@@ -433,7 +435,17 @@ fn what_does_not_fit_is_named(executor: &mut GpuExecutor) -> Result<(), Failed> 
     Ok(())
 }
 
-/// A rasteriser's plane: the same triangle and coordinates, and any distance.
+/// What a rasteriser would write: for each pixel the triangle and the coordinates of the nearest hit. Its distance is not asked for.
+fn visibility_buffer(buffers: &SceneBuffers, camera: Camera) -> Vec<PackedHit> {
+    let (traced, params) = (buffers.traced_view(), camera.params(SIZE[0], SIZE[1]));
+    let hit = |pixel: u32| {
+        let (x, y) = (pixel % SIZE[0], pixel / SIZE[0]);
+        let rng = Rng::new(x, y, 0, 0, Sampler::Sobol);
+        traced.closest(&camera_ray(&params, false, |point| point, buffers.features, &rng, x, y))
+    };
+    (0..SIZE[0] * SIZE[1]).map(|pixel| PackedHit::pack(&hit(pixel))).collect()
+}
+
 fn primary_hits_can_be_given() -> Result<(), Failed> {
     let scene = source("moving")?;
     let setup = Setup::new(editable(&scene)?, settings("preset=quality"), SIZE);
@@ -442,26 +454,63 @@ fn primary_hits_can_be_given() -> Result<(), Failed> {
     for frame in 0..4 {
         let moment = scene.at(f64::from(frame));
         let view = View { camera: Some(camera(frame)), scene: SceneChange::Edited(&moment), ..View::default() };
-        own.frame(&view)?;
-        let buffers = setup.scene.refit(&moment)?;
-        let traced = buffers.traced_view();
-        let params = camera(frame).params(SIZE[0], SIZE[1]);
+        let found = own.frame(&view)?;
         let plane = given.primary_mut().ok_or("ReSTIR DI has a plane of hits")?;
-        for (pixel, hit) in (0..).zip(plane) {
-            let (x, y) = (pixel % SIZE[0], pixel / SIZE[0]);
-            let rng = Rng::new(x, y, frame, 0, Sampler::Sobol);
-            let ray = camera_ray(&params, false, |point| point, buffers.features, &rng, x, y);
-            *hit = PackedHit::pack(&traced.closest(&ray));
-        }
-        let begun = given.frame(&View { primary_given: true, ..view.clone() })?;
-        let passes = own.setup().technique.about();
-        ensure(begun.passes > 0, || format!("{passes:?}"))?;
+        plane.copy_from_slice(&visibility_buffer(&setup.scene.refit(&moment)?, camera(frame)));
+        let begun = given.frame(&View { primary_given: true, ..view })?;
+        ensure(begun.passes + 1 == found.passes, || format!("{} passes instead of {}", begun.passes, found.passes))?;
         ensure_same(&format!("frame {frame}"), [own.pixels(), given.pixels()])?;
     }
     let mut paths = CpuSession::new(Setup { technique: PathSettings::default().into(), ..setup }, cpu()?)?;
     ensure(paths.primary_mut().is_none(), || "path tracing has no plane of hits".to_owned())?;
     let refused = paths.frame(&View { primary_given: true, ..View::default() });
     ensure(refused.is_err_and(|error| error.to_string().contains("primary hits")), || "not refused".to_owned())
+}
+
+fn primary_hits_on_device(executor: &mut GpuExecutor) -> Result<(), Failed> {
+    let scene = source("moving")?;
+    let setup = Setup::new(editable(&scene)?, settings("preset=quality"), SIZE);
+    let mut host = CpuSession::new(setup.clone(), cpu()?)?;
+    let mut player = OnDevice::new(executor, setup.clone())?;
+    for frame in 0..4 {
+        let moment = scene.at(f64::from(frame));
+        let hits = visibility_buffer(&setup.scene.refit(&moment)?, camera(frame));
+        let plane = player.session.primary().ok_or("ReSTIR DI has a plane of hits")?;
+        player.queue.write_buffer(plane, 0, bytemuck::cast_slice(&hits));
+        let view = View { camera: Some(camera(frame)), scene: SceneChange::Edited(&moment), ..View::default() };
+        host.frame(&view)?;
+        player.frame(&View { primary_given: true, ..view })?;
+        ensure_same(&format!("frame {frame}"), [host.pixels(), &player.image()?])?;
+    }
+    Ok(())
+}
+
+/// The id and the coordinates of a hit say which triangle of which mesh is hit, and where.
+fn hits_are_of_known_triangles() -> Result<(), Failed> {
+    let scene = source("moving")?.at(3.0);
+    let buffers = SceneBuffers::build_editable(&scene)?;
+    let places = buffers.triangle_ids().ok_or("it can be edited")?;
+    ensure(places.len() as u64 == buffers.stats().triangles, || "a triangle is missing".to_owned())?;
+    let mut hits = 0;
+    for hit in visibility_buffer(&buffers, camera(0)).into_iter().map(PackedHit::unpack).filter(|hit| hit.is_hit()) {
+        let [instance, index] = places[hit.id as usize].map(|i| i as usize);
+        let instance = &scene.instances[instance];
+        let mesh = &scene.meshes[instance.mesh];
+        let corners = mesh.indices[index].map(|i| DVec3::from_array(mesh.positions[i as usize].map(f64::from)));
+        let [a, mut b, mut c] = corners.map(|corner| instance.transform.transform_point3(corner));
+        if instance.transform.matrix3.determinant() < 0.0 {
+            (b, c) = (c, b);
+        }
+        let (u, v) = (f64::from(hit.uv.x), f64::from(hit.uv.y));
+        let there = a + (b - a) * u + (c - a) * v;
+        let ray = Ray { origin: Vec3::ZERO, direction: Vec3::X, t_max: Ray::FAR, key: 0 };
+        let off = (buffers.view().surface(&ray, &hit).position.as_dvec3() - there).length();
+        ensure(off < 1e-5, || format!("triangle {index} is {off:e} away"))?;
+        hits += 1;
+    }
+    ensure(hits > 100, || format!("only {hits} pixels see anything"))?;
+    let still = SceneBuffers::build(&source("cornell")?)?;
+    ensure(still.triangle_ids().is_none(), || "nothing is kept of a scene that stands still".to_owned())
 }
 
 fn refusals_change_nothing() -> Result<(), Failed> {

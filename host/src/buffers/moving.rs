@@ -130,6 +130,13 @@ impl SceneBuffers {
         Ok(Ok(buffers.with_motion(moving.clone())))
     }
 
+    /// For each triangle, by the id that hits have, its instance and its index in that instance's mesh: for renderers that bring hits
+    /// of their own. The coordinates of a hit are the weights of the triangle's second and third corner, which change places where the
+    /// instance's transform mirrors. None of a scene that was built to stand still.
+    pub fn triangle_ids(&self) -> Option<Vec<[u32; 2]>> {
+        Some(self.moving.as_ref()?.flat.triangles.iter().map(|triangle| triangle.place()).collect())
+    }
+
     /// The most lights that shine at any time.
     pub fn most_lights(&self) -> u32 {
         self.moving.as_ref().map_or(self.header.light_count, |moving| moving.most_lights)

@@ -30,6 +30,11 @@ impl Triangle {
         &scene.meshes[self.instance(scene).mesh]
     }
 
+    /// Its instance, and its index in the instance's mesh.
+    pub(super) fn place(self) -> [u32; 2] {
+        [self.object, self.index]
+    }
+
     /// Index of its material.
     pub(super) fn material(self, scene: &Scene) -> usize {
         self.mesh(scene).material

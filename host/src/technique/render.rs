@@ -109,7 +109,7 @@ impl Frames<'_> {
     fn len(&self) -> u32 {
         match self.render.technique.about().repeats {
             Repeats::Samples => 1,
-            Repeats::Frames => self.render.count,
+            Repeats::Frames => self.render.count.max(1),
         }
     }
 

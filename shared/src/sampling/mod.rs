@@ -7,6 +7,7 @@
 //! | [`uniform_hemisphere`](sample_uniform_hemisphere) | unit vectors, z > 0 | solid angle |
 //! | [`uniform_sphere`](sample_uniform_sphere) | unit vectors | solid angle |
 //! | [`cone`](sample_cone) | unit vectors around +z | solid angle |
+//! | [`henyey_greenstein`](sample_henyey_greenstein) | unit vectors, by the angle to +z | solid angle |
 //! | [`concentric_disk`](sample_concentric_disk) | points of the unit disk | area |
 //! | [`triangle`](sample_triangle) | barycentric coordinates | area |
 //! | [`exponential`](sample_exponential) | distances | length |
@@ -23,6 +24,7 @@ mod discrete;
 mod disk;
 mod exponential;
 mod hemisphere;
+mod henyey_greenstein;
 mod sphere;
 mod table;
 mod triangle;
@@ -37,6 +39,7 @@ pub use exponential::{
     sample_bounded_exponential, sample_exponential,
 };
 pub use hemisphere::{cosine_hemisphere_pdf, invert_cosine_hemisphere, sample_cosine_hemisphere};
+pub use henyey_greenstein::{henyey_greenstein_pdf, invert_henyey_greenstein, sample_henyey_greenstein};
 pub use sphere::{
     invert_uniform_hemisphere, invert_uniform_sphere, sample_uniform_hemisphere, sample_uniform_sphere,
     uniform_hemisphere_pdf, uniform_sphere_pdf,

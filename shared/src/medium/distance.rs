@@ -1,0 +1,108 @@
+//! How far light goes, where the channels of its colour have coefficients of their own.
+
+use crate::num::{div, exp, expm1, min};
+use crate::sampling::{sample_bounded_exponential, sample_exponential};
+use glam::{Vec2, Vec3};
+
+/// Where nothing collides: farther than any scene.
+const FAR: f32 = 1.0e30;
+/// Optical depth below which `1 - exp(-x)` is a parabola, to less than a rounding.
+const THIN: f32 = 1.0 / 2048.0;
+
+/// The channels by which a distance is sampled: one of them is chosen, and the distance has its density. What is sampled is weighted by
+/// the density of the mixture, the sum of all channels' densities times the probabilities of their choice, so that no channel has weights
+/// beyond its share (the "one-sample" balance heuristic of Veach 1997, section 9.2.4; with a single channel, the weights are 1).
+#[derive(Clone, Copy, Debug)]
+pub struct Channels {
+    extinction: Vec3,
+    probability: Vec3,
+    /// The smallest extinction of a channel that may be chosen: exponents are relative to it, so that what is far away is divided by
+    /// no zero.
+    least: f32,
+}
+
+impl Channels {
+    /// Each channel is chosen in proportion to its weight, zero or more; all alike, if none has any. The best weights are what paths are
+    /// worth after the next collision: throughput times albedo.
+    #[inline(always)]
+    pub fn new(extinction: Vec3, weights: Vec3) -> Self {
+        let sum = weights.x + weights.y + weights.z;
+        let probability = if sum > 0.0 { weights * div(1.0, sum) } else { Vec3::splat(1.0 / 3.0) };
+        let of_chosen = |extinction: f32, probability: f32| if probability > 0.0 { extinction } else { FAR };
+        let least = min(
+            of_chosen(extinction.x, probability.x),
+            min(of_chosen(extinction.y, probability.y), of_chosen(extinction.z, probability.z)),
+        );
+        Self { extinction, probability, least }
+    }
+
+    #[inline(always)]
+    fn chosen(&self, u: f32) -> f32 {
+        if u < self.probability.x {
+            self.extinction.x
+        } else if u < self.probability.x + self.probability.y {
+            self.extinction.y
+        } else {
+            self.extinction.z
+        }
+    }
+
+    /// A distance; the first number chooses the channel. It is very large where there is nothing to collide with.
+    #[inline(always)]
+    pub fn sample(&self, u: Vec2) -> f32 {
+        let rate = self.chosen(u.x);
+        if rate > 0.0 { min(sample_exponential(u.y, rate), FAR) } else { FAR }
+    }
+
+    /// What a collision at a distance that [`Self::sample`] gave is worth, before it is scattered: extinction times what is left, over the
+    /// density of the distance.
+    #[inline(always)]
+    pub fn collided(&self, t: f32) -> Vec3 {
+        let light = self.extinction * self.left(t);
+        light * div(1.0, self.mixture(light))
+    }
+
+    /// What passing a distance is worth, where [`Self::sample`] gave a larger one: what is left, over its probability.
+    #[inline(always)]
+    pub fn passed(&self, t: f32) -> Vec3 {
+        let left = self.left(t);
+        left * div(1.0, self.mixture(left))
+    }
+
+    /// A distance below `t_max` > 0, at which light collides for certain.
+    #[inline(always)]
+    pub fn sample_within(&self, u: Vec2, t_max: f32) -> f32 {
+        sample_bounded_exponential(u.y, self.chosen(u.x), t_max)
+    }
+
+    /// As [`Self::collided`], at a distance that [`Self::sample_within`] gave.
+    #[inline(always)]
+    pub fn collided_within(&self, t: f32, t_max: f32) -> Vec3 {
+        let left = self.left(t);
+        let rate = Vec3::new(
+            bounded_rate(self.extinction.x, t_max),
+            bounded_rate(self.extinction.y, t_max),
+            bounded_rate(self.extinction.z, t_max),
+        );
+        self.extinction * left * div(1.0, self.mixture(rate * left))
+    }
+
+    /// What is left of light after a distance, over what is left of the channel that is absorbed least.
+    #[inline(always)]
+    fn left(&self, t: f32) -> Vec3 {
+        let of = |extinction: f32| exp(-((extinction - self.least) * t));
+        Vec3::new(of(self.extinction.x), of(self.extinction.y), of(self.extinction.z))
+    }
+
+    #[inline(always)]
+    fn mixture(&self, v: Vec3) -> f32 {
+        self.probability.x * v.x + self.probability.y * v.y + self.probability.z * v.z
+    }
+}
+
+/// `rate / (1 - exp(-rate t_max))`, and its limit `1 / t_max`.
+#[inline(always)]
+fn bounded_rate(rate: f32, t_max: f32) -> f32 {
+    let depth = rate * t_max;
+    if depth < THIN { div(1.0 + 0.5 * depth, t_max) } else { div(rate, -expm1(-depth)) }
+}
