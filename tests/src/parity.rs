@@ -51,7 +51,7 @@ pub struct Outcome {
     pub max_ulp: u32,
     /// Elements compared: pixels, or whatever a buffer holds.
     pub elements: usize,
-    /// Elements with a word that is more than [`NEAR`] away.
+    /// Elements with a word that is farther than rounding explains: a relative difference of 5e-4.
     pub far: usize,
     /// Words that still hold the poison on either side.
     pub poisoned: usize,
