@@ -1,12 +1,11 @@
 //! ReSTIR DI over a renderer's own scene, in no arena: a ball on a floor under a hundred lamps, first still, then rolling.
 use restir_host::session::{CpuSession, Setup};
 use restir_host::{Error, exec::CpuExecutor, foreign, scene::Camera, technique::restir_di::DiSettings};
-use restir_shared::bsdf::Material;
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::glam::{DVec3, UVec4, Vec2, Vec3};
 use restir_shared::scene::{AddressedLight, AddressedLights, LightAddress, LightKind, LightSample, Lights};
 use restir_shared::scene::{Still, Surface, SurfacePoint, Trace};
-use restir_shared::{layout::FEATURE_PUNCTUAL, num, rng, vec::dot};
+use restir_shared::{bsdf::Material, layout::FEATURE_PUNCTUAL, num, rng, vec::dot};
 
 const LAMPS: u32 = 100;
 const RADIUS: f32 = 0.5;
@@ -14,7 +13,6 @@ const RADIUS: f32 = 0.5;
 struct Hall {
     ball: Vec3,
 }
-
 impl Trace for Hall {
     /// The coordinates of a hit are those of the floor, or height and longitude on the ball.
     fn closest(&self, ray: &Ray) -> Hit {
@@ -37,7 +35,6 @@ impl Trace for Hall {
 }
 impl Surface for Hall {
     type Material = Material;
-
     /// The point is where `id` and `uv` say: it is asked for again from elsewhere, and in other frames.
     fn surface(&self, _: &Ray, hit: &Hit) -> SurfacePoint {
         if hit.id == 0 {

@@ -5,7 +5,7 @@ use crate::exec::{Description, Executor, Observer, Progress, Step};
 use crate::output::write_atomically;
 use crate::plan::{BufferId, FramePlan, Pass, SceneFrame};
 use crate::render::{self, Render, Rendered};
-use crate::{Error, buffers::SceneBuffers, technique::Repeats};
+use crate::{Error, buffers::SceneBuffers};
 use std::fs;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
@@ -37,7 +37,7 @@ pub fn render_resumed(
     observe: &mut Observer<'_>,
 ) -> Result<Rendered, Error> {
     render::check(scene, render)?;
-    let digest = digest(scene, render, &executor.describe())?;
+    let digest = digest(scene, render, &executor.describe());
     let mut plan = render.plan(scene);
     // arenas with contents are those of the scene
     let planes: Vec<BufferId> = (0..plan.buffers.len()).filter(|&id| plan.buffers[id].contents.is_none()).collect();
@@ -61,28 +61,19 @@ pub fn render_resumed(
 }
 
 /// Names all that the bits depend on.
-fn digest(scene: &SceneBuffers, render: &Render, description: &Description) -> Result<blake3::Hash, Error> {
+fn digest(scene: &SceneBuffers, render: &Render, description: &Description) -> blake3::Hash {
     let mut hasher = blake3::Hasher::new();
     let Render { width, height, count, accumulate, seed, cameras, technique } = render;
-    let last = f64::from(count - 1);
-    let moves = scene.is_animated() && technique.about().repeats == Repeats::Frames;
-    // of a scene that moves the whole motion cannot be told from some of its moments, but other ones seldom share them
-    let moments = if moves {
-        vec![scene.at(0.0)?, scene.at((last / 2.0).floor())?, scene.at(last)?]
-    } else {
-        vec![scene.clone()]
-    };
-    for moment in &moments {
-        for arena in [&moment.geometry, &moment.attributes, &moment.texels] {
-            hasher.update(&(arena.len() as u64).to_le_bytes());
-            hasher.update(bytemuck::cast_slice(arena));
-        }
+    for arena in [&scene.geometry, &scene.attributes, &scene.texels] {
+        hasher.update(&(arena.len() as u64).to_le_bytes());
+        hasher.update(bytemuck::cast_slice(arena));
     }
+    hasher.update(scene.motion().as_bytes());
     let described = (width, height, count, accumulate, seed, technique.about().name);
     hasher.update(format!("{described:?} {:?}", (cameras, scene.camera, technique.entries())).as_bytes());
     hasher.update(format!("{} {}", description.origin(), env!("CARGO_PKG_VERSION")).as_bytes());
     hasher.update(restir_kernels::spirv::file("manifest.json").unwrap_or_default());
-    Ok(hasher.finalize())
+    hasher.finalize()
 }
 
 /// What a checkpoint keeps.
@@ -155,7 +146,7 @@ impl Kept {
         let fits = |(&id, words): (&BufferId, &Vec<u32>)| plan.buffers[id].words == words.len();
         if planes.len() != self.planes.len()
             || !planes.iter().zip(&self.planes).all(fits)
-            || self.done >= plan.pass_count
+            || self.done > plan.pass_count
         {
             return Err(Error::cannot_read(path, "it does not fit the render; delete it to begin anew"));
         }

@@ -65,10 +65,11 @@ impl Moments {
         placed.map_or([self.scene.header; 2], |placed| placed.each_ref().map(|frame| frame.header))
     }
 
-    /// The last frame is forgotten; what the arenas hold is not.
+    /// The last frame is forgotten, and what the arenas hold: a frame that was recorded and never submitted has not written them.
     pub(crate) fn forget(&mut self) {
         self.scene = self.scene().clone();
         self.placed = None;
+        self.parts.fill(None);
     }
 
     /// Goes on to a frame, in which the scene is another one or, with `None`, as it was. There is nothing to do where it stands still.

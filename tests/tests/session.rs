@@ -8,7 +8,7 @@ use restir_host::exec::gpu::Pipelines;
 use restir_host::exec::{CpuExecutor, Flavour, GpuExecutor};
 use restir_host::image::Image;
 use restir_host::render::{Render, render};
-use restir_host::scene::{Camera, Scene};
+use restir_host::scene::{AlphaMode, Camera, Scene};
 use restir_host::session::{Begun, CpuSession, GpuSession, History, SceneChange, Setup, View};
 use restir_host::technique::Technique;
 use restir_host::technique::path::PathSettings;
@@ -46,6 +46,7 @@ fn main() -> ExitCode {
         Trial::test("what the camera sees can be given", primary_hits_can_be_given),
         Trial::test("hits are of known triangles", hits_are_of_known_triangles),
         Trial::test("what is refused leaves the session as it was", refusals_change_nothing),
+        Trial::test("an edit may change nothing", an_edit_may_change_nothing),
         Trial::test("only what changed is uploaded", uploads_are_what_changed),
     ];
     trials.extend(device::trials("session", |adapter| {
@@ -53,6 +54,7 @@ fn main() -> ExitCode {
             adapter.trial("the bits of the CPU, whatever happens", same_on_device),
             adapter.trial("three frames in one submission", three_frames_in_one_submission),
             adapter.trial("primary hits that are given", primary_hits_on_device),
+            adapter.trial("a frame that is thrown away", dropped_frames_are_forgotten),
             adapter.trial("as a texture", as_a_texture),
             adapter.trial(&format!("memory after {MANY} frames"), memory_stays),
             adapter.trial("what does not fit is named", what_does_not_fit_is_named),
@@ -346,6 +348,27 @@ fn three_frames_in_one_submission(executor: &mut GpuExecutor) -> Result<(), Fail
     Ok(())
 }
 
+/// A frame that is recorded and thrown away has not written what it brought: after a reset nothing is missed.
+fn dropped_frames_are_forgotten(executor: &mut GpuExecutor) -> Result<(), Failed> {
+    let scene = source("moving")?;
+    let setup = Setup::new(editable(&scene)?, settings("preset=quality"), SIZE);
+    let moments: Vec<Scene> = (0..6).map(|frame| scene.at(f64::from(frame))).collect();
+    let view = |frame: usize| View { scene: SceneChange::Edited(&moments[frame]), ..View::default() };
+    let mut player = OnDevice::new(executor, setup.clone())?;
+    (0..2).try_for_each(|frame| player.frame(&view(frame)).map(drop))?;
+    let mut encoder = player.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    player.session.frame(&mut encoder, &view(2))?;
+    drop(encoder);
+    player.reset();
+    let mut fresh = CpuSession::new(setup, cpu()?)?;
+    for frame in 2..6 {
+        player.frame(&view(frame))?;
+        fresh.frame(&view(frame))?;
+        ensure_same(&format!("frame {frame}"), [&player.image()?, fresh.pixels()])?;
+    }
+    Ok(())
+}
+
 /// Rows that a copy can take at once, and others.
 fn as_a_texture(executor: &mut GpuExecutor) -> Result<(), Failed> {
     for size in [[16, 9], [18, 12]] {
@@ -528,6 +551,17 @@ fn refusals_change_nothing() -> Result<(), Failed> {
         let refused = session.frame(&View { scene: SceneChange::Edited(wrong), ..View::default() });
         ensure(matches!(refused, Err(Error::Scene { .. })), || format!("{refused:?}"))?;
     }
+    let mut lost = scene.at(1.0);
+    lost.instances[0].transform.translation.x = f64::NAN;
+    let nowhere = Camera { position: camera(0).target, ..camera(0) };
+    let views = [
+        View { scene: SceneChange::Edited(&lost), ..View::default() },
+        View { camera: Some(nowhere), ..View::default() },
+        View { camera: Some(Camera { lens_radius: 0.1, ..camera(0) }), primary_given: true, ..View::default() },
+    ];
+    for wrong in &views {
+        ensure(session.frame(wrong).is_err(), || format!("{wrong:?} is a view"))?;
+    }
     for size in [[0, 4], [4, 1 << 20]] {
         ensure(session.resize(size).is_err(), || format!("{size:?} is a size"))?;
     }
@@ -543,6 +577,23 @@ fn refusals_change_nothing() -> Result<(), Failed> {
         ensure(refused.is_err(), || format!("{samples} samples, mean of {mean_of:?}"))?;
     }
     Ok(())
+}
+
+/// A mean goes on while the same scene is given as edited, and other alpha modes are built anew.
+fn an_edit_may_change_nothing() -> Result<(), Failed> {
+    let scene = source("moving")?.at(2.0);
+    let setup = Setup { mean_of: Some(64), ..Setup::new(SceneBuffers::build_editable(&scene)?, settings(""), SIZE) };
+    let [mut told, mut left] = [CpuSession::new(setup.clone(), cpu()?)?, CpuSession::new(setup, cpu()?)?];
+    for frame in 0..5 {
+        let begun = told.frame(&View { scene: SceneChange::Edited(&scene), ..View::default() })?;
+        left.frame(&View::default())?;
+        ensure(frame == 0 || begun.uploaded == 0, || format!("frame {frame}: {begun:?}"))?;
+        ensure_same(&format!("frame {frame}"), [told.pixels(), left.pixels()])?;
+    }
+    let mut masked = scene.clone();
+    masked.materials[0].alpha_mode = AlphaMode::Mask { cutoff: 0.5 };
+    let begun = told.frame(&View { scene: SceneChange::Edited(&masked), ..View::default() })?;
+    ensure(begun.history == History::Lost("the alpha modes of its materials"), || format!("{begun:?}"))
 }
 
 /// Of an object that moves its triangles, the boxes over them, and nothing where all stands still.

@@ -95,7 +95,7 @@ fn sphere() -> Mesh {
     Mesh { indices: triangles.collect(), positions, ..Mesh::default() }
 }
 
-/// Spheres on a floor in the light of the built-in scene of many lights, whose own objects stay.
+/// Spheres in the Cornell box, whose own objects stay.
 fn scene() -> Result<Scene, Error> {
     let mut scene = Scene::load("cornell")?;
     let mesh = scene.meshes.len();

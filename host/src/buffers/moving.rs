@@ -127,7 +127,22 @@ impl SceneBuffers {
         if buffers.features & !moving.features != 0 || buffers.header.light_count > moving.most_lights {
             return Ok(Err("the kinds of its lights or materials"));
         }
-        Ok(Ok(buffers.with_motion(moving.clone())))
+        // without a camera it is seen as it was at first
+        let camera = scene.camera.unwrap_or(self.camera);
+        Ok(Ok(Self { camera, ..buffers }.with_motion(moving.clone())))
+    }
+
+    /// Whether nothing of the scene or its camera differs from another moment of it.
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
+        self.camera == other.camera
+            && self.header == other.header
+            && self.attributes == other.attributes
+            && self.geometry == other.geometry
+    }
+
+    /// What moves, and how, in words; nothing of a scene that stands still.
+    pub(crate) fn motion(&self) -> String {
+        self.moving.as_ref().map_or_else(String::new, |moving| format!("{:?}", moving.scene.animation))
     }
 
     /// For each triangle, by the id that hits have, its instance and its index in that instance's mesh: for renderers that bring hits
@@ -201,6 +216,10 @@ fn difference(a: &Scene, b: &Scene) -> Option<&'static str> {
     let parts = [
         ("its meshes", a.meshes.len() == b.meshes.len() && a.meshes.iter().zip(&b.meshes).all(same_mesh)),
         ("its instances", a.instances.iter().map(|i| i.mesh).eq(b.instances.iter().map(|i| i.mesh))),
+        (
+            "the alpha modes of its materials",
+            a.materials.iter().map(|m| m.alpha_mode).eq(b.materials.iter().map(|m| m.alpha_mode)),
+        ),
         ("its textures", a.textures == b.textures && textures(a) == textures(b)),
         ("the number of its lights", a.lights.len() == b.lights.len()),
         ("its environment", environment),

@@ -117,7 +117,7 @@ pub(super) fn flatten(scene: &Scene, moves: bool) -> Result<(Vec<Triangle>, Vec<
 /// Refuses triangles of objects that have moved too far away.
 pub(super) fn check_moved(scene: &Scene, triangles: &[Triangle], moved: &[bool]) -> Result<(), Error> {
     let is_near = |triangle: &Triangle| {
-        triangle.vertices(scene).iter().all(|v| f64::from(v.abs().max_element()) <= MAX_COORDINATE)
+        triangle.vertices(scene).iter().all(|v| v.is_finite() && f64::from(v.abs().max_element()) <= MAX_COORDINATE)
     };
     let far = triangles.iter().find(|triangle| moved[triangle.object as usize] && !is_near(triangle));
     far.map_or(Ok(()), |far| {
@@ -131,7 +131,7 @@ fn world_positions(scene: &Scene, mesh: usize, object: usize) -> Result<Vec<Vec3
     let mesh = &scene.meshes[mesh];
     let place = |(index, p): (usize, &[f32; 3])| {
         let world = world_position(instance, *p);
-        if world.abs().max_element() <= MAX_COORDINATE {
+        if world.is_finite() && world.abs().max_element() <= MAX_COORDINATE {
             Ok(rounded(world))
         } else {
             let vertex = format!("mesh {:?}: vertex {index} at {world}", mesh.name);

@@ -88,7 +88,7 @@ impl Camera {
         let Self { position, target, vertical_fov: fov, lens_radius: radius, .. } = *self;
         let direction = target - position;
         // A camera that frames the largest scene stands outside of it.
-        let near = position.abs().max_element() <= 4.0 * MAX_COORDINATE;
+        let near = position.is_finite() && position.abs().max_element() <= 4.0 * MAX_COORDINATE;
         let looks = direction.is_finite() && direction.length() > 0.0;
         ensure!(near && looks, "the camera at {position} is not within 4.29e9 or looks nowhere; correct it");
         let degrees = fov.to_degrees();

@@ -13,7 +13,8 @@ use wgpu::util::DeviceExt;
 const MOST_GROUPS: usize = 4096;
 
 /// A session on a renderer's own `wgpu::Device`. Frames are recorded into the renderer's encoders; nothing is submitted, and nothing is
-/// waited for. Frames have to be submitted in the order in which they were recorded, any number of them at once.
+/// waited for. Frames have to be submitted in the order in which they were recorded, any number of them at once; after one that was
+/// recorded and is not submitted the session has to be [reset](Session::reset).
 pub type GpuSession = Session<Gpu>;
 
 /// A device of wgpu as that of a session.

@@ -15,12 +15,12 @@ pub use gpu::GpuSession;
 use crate::moments::Moments;
 use crate::plan::{Buffer, BufferId, Pass, SceneFrame};
 use crate::render::Render;
-use crate::scene::{Camera, Scene};
+use crate::scene::{Animation, Camera, Scene};
 use crate::technique::Technique;
 use crate::technique::sequence::{Frame, Sequence, Stage};
 use crate::{Error, buffers::SceneBuffers};
 use restir_kernels::KernelDesc;
-use restir_shared::layout::CameraParams;
+use restir_shared::layout::{CameraParams, FEATURE_BLEND};
 use std::sync::Arc;
 
 /// What a session is of.
@@ -37,7 +37,8 @@ pub struct Setup {
     /// Samples a pixel in each frame, of techniques that take samples; not zero.
     pub samples: u32,
     /// The image is the mean of all frames since the view last changed, of at most so many: then the mean begins anew. With `None` each
-    /// frame is an image of its own.
+    /// frame is an image of its own. Samples of a technique that takes samples are counted from the beginning of a mean, so that it has the
+    /// bits of a render: while the view changes, every frame has the same random numbers.
     pub mean_of: Option<u32>,
 }
 
@@ -88,7 +89,9 @@ pub struct View<'a> {
     pub camera: Option<Camera>,
     /// What has become of the scene.
     pub scene: SceneChange<'a>,
-    /// What the camera sees was written to the session's plane of primary hits, and is not looked for.
+    /// What the camera sees was written to the session's plane of primary hits, and is not looked for: for each pixel the nearest hit of the
+    /// ray through its centre, which is the same hit as long as camera and scene are the same. A frame whose scene has to be built
+    /// anew finds its hits itself, for its triangles have other ids, and the session another plane.
     pub primary_given: bool,
 }
 
@@ -98,9 +101,9 @@ pub enum SceneChange<'a> {
     /// Nothing.
     #[default]
     None,
-    /// It is the moment of its animation that frame `f` shows, which may lie between two.
+    /// It is the moment of its animation that frame `f` shows, which may lie between two; edits are undone by it.
     Frame(f64),
-    /// It was edited. Transforms, positions of vertices, factors of materials, and lights may differ without loss of history; whatever
+    /// It was edited, and is as it stands, without its animation. Transforms, positions of vertices, factors of materials, and lights may differ without loss of history; whatever
     /// else differs, the scene is built anew.
     Edited(&'a Scene),
 }
@@ -231,11 +234,8 @@ impl<D: Device> Session<D> {
 
     /// The passes of the next frame, which is then the last one. Whether a foreign scene has moved is told, not found.
     fn passes(&mut self, view: &View<'_>, foreign_moved: bool) -> Result<(Vec<Pass>, Begun), Error> {
+        self.check(view)?;
         let (scene, lost) = self.scene_of(view.scene)?;
-        if view.primary_given && self.primary_plane().is_none() {
-            let name = self.setup.technique.about().name;
-            return Err(Error::Setting(format!("{name} has no plane of primary hits; let it find them itself")));
-        }
         let camera = view.camera.unwrap_or_else(|| match view.scene {
             SceneChange::Frame(frame) => self.setup.scene.camera_at(frame),
             SceneChange::None | SceneChange::Edited(_) => scene.as_ref().unwrap_or(&self.setup.scene).camera,
@@ -260,7 +260,8 @@ impl<D: Device> Session<D> {
             scenes: self.moments.headers(),
             features: self.setup.scene.features,
             same_scene,
-            primary_given: view.primary_given,
+            // ids of triangles are others in a scene that was built anew
+            primary_given: view.primary_given && lost.is_none(),
             clears,
             adds: true,
             shows: true,
@@ -269,10 +270,32 @@ impl<D: Device> Session<D> {
         let uploads = passes.iter().filter_map(|pass| pass.frame.as_ref()).flat_map(|frame| &frame.uploads);
         let uploaded = uploads.map(|upload| 4 * upload.words.len() as u64).sum();
         self.next = self.next.wrapping_add(1);
-        self.in_mean = if clears { 1 } else { self.in_mean + 1 };
+        self.in_mean = if clears { 1 } else { self.in_mean.saturating_add(1) };
         self.last_camera = Some(camera);
         let passes_made = passes.len();
         Ok((passes, Begun { history, passes: passes_made, uploaded }))
+    }
+
+    /// Before anything changes: the view is one that can be seen.
+    fn check(&self, view: &View<'_>) -> Result<(), Error> {
+        if let Some(camera) = &view.camera {
+            camera.check().map_err(Error::Setting)?;
+        }
+        if !view.primary_given {
+            return Ok(());
+        }
+        let (technique, camera) = (&self.setup.technique, view.camera.unwrap_or(self.setup.scene.camera));
+        let blends = self.setup.scene.features & FEATURE_BLEND != 0;
+        let problem = if self.primary_plane().is_none() {
+            format!("{} has no plane of primary hits; let it find them itself", technique.about().name)
+        } else if technique.integral().jitter || camera.lens_radius > 0.0 || blends {
+            "hits are given for rays through the centres of pixels; leave out jitter, lens and blended surfaces, or let the \
+             technique find them itself"
+                .to_owned()
+        } else {
+            return Ok(());
+        };
+        Err(Error::Setting(problem))
     }
 
     /// The scene, if it changes, and what it lost the history by: then it stands in the session already.
@@ -284,13 +307,15 @@ impl<D: Device> Session<D> {
         match change {
             SceneChange::None => Ok((None, None)),
             SceneChange::Frame(frame) => {
-                let moved = if scene.is_animated() { Some(Arc::new(scene.at(frame)?)) } else { None };
-                Ok((moved, None))
+                let moved = if scene.is_animated() { Some(scene.at(frame)?) } else { None };
+                Ok((moved.filter(|moved| !moved.is_same(scene)).map(Arc::new), None))
             }
             SceneChange::Edited(edited) => match scene.follow(edited)? {
-                Ok(moved) => Ok((Some(Arc::new(moved)), None)),
+                Ok(moved) => Ok(((!moved.is_same(scene)).then(|| Arc::new(moved)), None)),
                 Err(what) => {
-                    self.set_scene(SceneBuffers::build_editable(edited)?)?;
+                    // as it stands, not as its animation begins
+                    let edited = Scene { animation: Animation::default(), ..edited.clone() };
+                    self.set_scene(SceneBuffers::build_editable(&edited)?)?;
                     Ok((None, Some(what)))
                 }
             },

@@ -38,9 +38,11 @@ impl Channels {
 
     #[inline(always)]
     fn chosen(&self, u: f32) -> f32 {
-        if u < self.probability.x {
+        let Vec3 { x, y, z } = self.probability;
+        // rounding may leave a remainder to a channel that is never chosen
+        if u < x || (y <= 0.0) & (z <= 0.0) {
             self.extinction.x
-        } else if u < self.probability.x + self.probability.y {
+        } else if u < x + y || z <= 0.0 {
             self.extinction.y
         } else {
             self.extinction.z

@@ -50,7 +50,7 @@ impl Turn {
     }
 }
 
-/// A direction with density [`henyey_greenstein_pdf`], where light travels along +z. The first number chooses the angle, and its
+/// A direction with density [`henyey_greenstein_pdf`], where light travels along +z, for an anisotropy between -1 and 1. The first number chooses the angle, and its
 /// cosine grows with it.
 #[inline(always)]
 pub fn sample_henyey_greenstein(u: Vec2, anisotropy: f32) -> Vec3 {

@@ -99,7 +99,7 @@ impl Chain {
         }
     }
 
-    /// The passes that find hits in their plane.
+    /// The passes between primary hits and shading.
     fn reuse(&mut self, now: &Frame, last_camera: Option<CameraParams>) {
         if self.settings.tiles.is_some() {
             self.push_over(now, &di::di_tiles::DESC, &self.params(now).tile_params(), &[], self.settings.flags());
@@ -117,7 +117,7 @@ impl Chain {
             flags: settings.temporal_flags(self.still_for > 0),
             other_scene: now.scenes[1],
             other_camera: last_camera,
-            other_frame: now.index - 1,
+            other_frame: now.index.wrapping_sub(1),
             neighbours: if settings.temporal == Temporal::Fused { settings.neighbours } else { 0 },
             ..self.params(now)
         };
