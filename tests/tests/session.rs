@@ -458,7 +458,7 @@ fn what_does_not_fit_is_named(executor: &mut GpuExecutor) -> Result<(), Failed> 
     Ok(())
 }
 
-/// What a rasteriser would write: for each pixel the triangle and the coordinates of the nearest hit. Its distance is not asked for.
+/// What a rasteriser would write: for each pixel the triangle, the coordinates and the distance of the nearest hit.
 fn visibility_buffer(buffers: &SceneBuffers, camera: Camera) -> Vec<PackedHit> {
     let (traced, params) = (buffers.traced_view(), camera.params(SIZE[0], SIZE[1]));
     let hit = |pixel: u32| {

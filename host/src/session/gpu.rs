@@ -1,7 +1,7 @@
 //! Sessions on the device of a renderer.
 
 use super::{Begun, Device, Frozen, Session, Setup, View};
-use crate::exec::gpu::{Pipelines, allocate, guarded};
+use crate::exec::gpu::{Pipelines, allocate, bind_group, dispatch, guarded};
 use crate::plan::{ARENAS, Buffer, BufferId, Pass};
 use crate::{Error, buffers::SceneBuffers};
 use restir_kernels::KernelDesc;
@@ -69,16 +69,7 @@ impl Gpu {
             self.groups.clear();
         }
         let params = self.params(pass.kernel, before);
-        let buffers = std::iter::once(&params).chain(pass.bindings.iter().map(|&id| &self.buffers[id]));
-        let entries: Vec<wgpu::BindGroupEntry<'_>> = (0..)
-            .zip(buffers)
-            .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
-            .collect();
-        let group = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some(pass.kernel.name),
-            layout: &pipeline.get_bind_group_layout(0),
-            entries: &entries,
-        });
+        let group = bind_group(&self.device, pass, pipeline, &params, &self.buffers);
         self.groups.insert(bound, group.clone());
         group
     }
@@ -114,10 +105,7 @@ impl Gpu {
         let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         for (pass, before) in passes {
             let pipeline = self.pipelines.get(pass.kernel, &pass.constants)?;
-            compute.set_pipeline(&pipeline);
-            compute.set_bind_group(0, &self.group(pass, *before, &pipeline), &[]);
-            let [x, y, _] = pass.kernel.workgroup;
-            compute.dispatch_workgroups(pass.grid[0].div_ceil(x), pass.grid[1].div_ceil(y), 1);
+            dispatch(&mut compute, pass, &pipeline, &self.group(pass, *before, &pipeline));
         }
         Ok(())
     }

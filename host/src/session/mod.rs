@@ -90,7 +90,7 @@ pub struct View<'a> {
     /// What has become of the scene.
     pub scene: SceneChange<'a>,
     /// What the camera sees was written to the session's plane of primary hits, and is not looked for: for each pixel the nearest hit of the
-    /// ray through its centre, which is the same hit as long as camera and scene are the same. A frame whose scene has to be built
+    /// ray through its centre, with its distance from the camera, which is the same hit as long as camera and scene are the same. A frame whose scene has to be built
     /// anew finds its hits itself, for its triangles have other ids, and the session another plane.
     pub primary_given: bool,
 }

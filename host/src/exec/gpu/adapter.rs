@@ -93,12 +93,7 @@ pub(crate) fn open(name: Option<&str>) -> Result<(wgpu::Device, wgpu::Queue), Er
         }));
     };
     let adapter = &adapters[index];
-    let descriptor = wgpu::DeviceDescriptor {
-        label: Some("restir"),
-        required_features: adapter.features() & (wgpu::Features::PASSTHROUGH_SHADERS | wgpu::Features::PIPELINE_CACHE),
-        required_limits: adapter.limits(),
-        ..wgpu::DeviceDescriptor::default()
-    };
+    let descriptor = requirements(adapter, Flavour::Exact).or_else(|_| requirements(adapter, Flavour::Fast))?;
     pollster::block_on(adapter.request_device(&descriptor))
         .map_err(|e| Error::Adapter(format!("cannot open the adapter {}: {e}; try `--device cpu`", names[index])))
 }

@@ -87,25 +87,9 @@ impl GpuExecutor {
             contents: bytemuck::cast_slice(&pass.params),
             usage: wgpu::BufferUsages::STORAGE,
         });
-        let bound = std::iter::once(&params).chain(pass.bindings.iter().map(|&id| &buffers[id]));
-        let entries: Vec<wgpu::BindGroupEntry<'_>> = (0..)
-            .zip(bound)
-            .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
-            .collect();
-        let layout = pipeline.get_bind_group_layout(0);
-        let bindings = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some(pass.kernel.name),
-            layout: &layout,
-            entries: &entries,
-        });
+        let group = bind_group(&self.device, pass, pipeline, &params, buffers);
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        {
-            let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            compute.set_pipeline(pipeline);
-            compute.set_bind_group(0, &bindings, &[]);
-            let [x, y, _] = pass.kernel.workgroup;
-            compute.dispatch_workgroups(pass.grid[0].div_ceil(x), pass.grid[1].div_ceil(y), 1);
-        }
+        dispatch(&mut encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default()), pass, pipeline, &group);
         self.queue.submit([encoder.finish()]);
         self.wait()
     }
@@ -132,6 +116,39 @@ impl GpuExecutor {
             .map_err(|e| Error::Adapter(format!("cannot read the result back: {e:?}; try `--device cpu`")))?;
         Ok(bytemuck::pod_collect_to_vec(&view[..]))
     }
+}
+
+/// The parameters and the buffers of a pass, as its pipeline takes them.
+pub(crate) fn bind_group(
+    device: &wgpu::Device,
+    pass: &Pass,
+    pipeline: &wgpu::ComputePipeline,
+    params: &wgpu::Buffer,
+    buffers: &[wgpu::Buffer],
+) -> wgpu::BindGroup {
+    let bound = std::iter::once(params).chain(pass.bindings.iter().map(|&id| &buffers[id]));
+    let entries: Vec<wgpu::BindGroupEntry<'_>> = (0..)
+        .zip(bound)
+        .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+        .collect();
+    device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some(pass.kernel.name),
+        layout: &pipeline.get_bind_group_layout(0),
+        entries: &entries,
+    })
+}
+
+/// Records a pass.
+pub(crate) fn dispatch(
+    compute: &mut wgpu::ComputePass<'_>,
+    pass: &Pass,
+    pipeline: &wgpu::ComputePipeline,
+    group: &wgpu::BindGroup,
+) {
+    compute.set_pipeline(pipeline);
+    compute.set_bind_group(0, group, &[]);
+    let [x, y, _] = pass.kernel.workgroup;
+    compute.dispatch_workgroups(pass.grid[0].div_ceil(x), pass.grid[1].div_ceil(y), 1);
 }
 
 /// Makes buffers.
