@@ -41,10 +41,22 @@ pub struct Known {
 pub struct Matrix {
     /// Scenes by name, with settings that suit them.
     pub scenes: &'static [(&'static str, &'static str)],
+    /// The bias of the image that is to be noticed, in percent, in scenes where it is not [`GOAL`].
+    pub goals: &'static [(&'static str, f64)],
     /// Settings of all cells.
     pub common: &'static str,
     /// Cells: settings joined by commas. Whether one is biased is what [`Technique::biases`] says.
     pub cells: fn() -> Vec<String>,
+}
+
+/// The bias of the image that a row of a matrix is to notice, in percent.
+const GOAL: f64 = 1.0;
+
+impl Matrix {
+    /// The bias of the image that rows of the scene are to notice, in percent.
+    pub fn goal(&self, scene: &str) -> f64 {
+        self.goals.iter().find(|(name, _)| *name == scene).map_or(GOAL, |(_, goal)| *goal)
+    }
 }
 
 /// Renders whose passes are parity cases. Every kernel of a technique has to be in one of its plans.
@@ -82,7 +94,12 @@ const NOTHING: Known = Known {
         variants: &[],
         rows: &[row("defaults", "cornell", 3, ""), row("defaults", "tower", 3, ""), row("defaults", "moving", 6, "")],
     },
-    matrix: Matrix { scenes: &[("cornell", ""), ("many-lights", "")], common: "", cells: Vec::new },
+    matrix: Matrix {
+        scenes: &[("cornell", ""), ("many-lights", "")],
+        goals: &[("many-lights", 2.0)],
+        common: "",
+        cells: Vec::new,
+    },
 };
 
 /// A row of the usual size.

@@ -27,6 +27,7 @@ pub(super) const KNOWN: Known = Known {
     },
     matrix: Matrix {
         scenes: &[("cornell", ""), ("furnace", "")],
+        goals: &[],
         common: "max_depth=6,jitter=on",
         cells: || ["roulette=off", "roulette=on"].map(str::to_owned).to_vec(),
     },

@@ -37,6 +37,7 @@ pub(super) const KNOWN: Known = Known {
             ("statue-by-night", "candidates=4"),
             ("all-lights", "candidates=4"),
         ],
+        goals: &[("many-lights", 2.0)],
         common: "neighbours=3,radius=8,confidence_cap=3,still=off,shaded=0",
         cells,
     },

@@ -50,13 +50,14 @@ pub struct Options {
     /// With --cell: radiance x 1.01, which the test has to notice.
     #[arg(long, requires = "cell")]
     wrong: bool,
-    /// Restarts in all, rounded up to a multiple of 256; 16384 if not given, of techniques of frames 512.
+    /// Restarts to begin with, rounded up to a multiple of 256; 16384 if not given, of techniques of frames 512.
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     restarts: Option<u32>,
     /// Samples a pixel of the reference in all.
     #[arg(long, default_value_t = 65_536, value_parser = clap::value_parser!(u32).range(1..))]
     reference_samples: u32,
-    /// Go on, with both sides, until a bias of this many percent of the image is detectable with 99 % probability.
+    /// Go on, with both sides, until a bias of this many percent of the image is detectable with 99 % probability. Of a technique's
+    /// cells those without a known bias go on until what the harness declares for the scene.
     #[arg(long, value_name = "PERCENT")]
     goal: Option<f64>,
     /// Folder of the state files.
@@ -143,7 +144,10 @@ fn rows(options: &Options, trials: &Trials, scenes: &[&str], cells: &[(String, b
     for scene in scenes {
         let mut stage = Stage::open(scene, options)?;
         for (settings, wrong) in cells {
-            let row = stage.row(Cell::new(trials, scene, settings, *wrong)?, family_rate)?;
+            let cell = Cell::new(trials, scene, settings, *wrong)?;
+            let declared = options.technique.as_ref().map(|_| trials.known.matrix.goal(scene));
+            let goal = options.goal.or(declared.filter(|_| cell.expected != Expected::Biased));
+            let row = stage.row(cell, goal, family_rate)?;
             eprintln!("{:.0} s: {row}", start.elapsed().as_secs_f64());
             rows.push(row);
         }

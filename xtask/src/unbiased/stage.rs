@@ -25,7 +25,7 @@ const REFERENCE_SEED: u32 = 1 << 31;
 /// Samples of a pixel in each restart of a reference.
 const REFERENCE_SAMPLES: u32 = 64;
 /// Nobody waits for more.
-const MOST_RESTARTS: u32 = 1 << 20;
+const MOST_RESTARTS: u32 = 1 << 15;
 
 /// A scene, and what is known of it so far.
 pub(super) struct Stage<'a> {
@@ -49,8 +49,8 @@ impl<'a> Stage<'a> {
         Ok(Self { options, scene, buffers, references: BTreeMap::new() })
     }
 
-    /// Runs a cell and its reference, and compares them.
-    pub(super) fn row(&mut self, cell: Cell, family_rate: f64) -> Result<Row, Error> {
+    /// Runs a cell and its reference, and compares them, until a bias of `goal` percent of the image would be noticed.
+    pub(super) fn row(&mut self, cell: Cell, goal: Option<f64>, family_rate: f64) -> Result<Row, Error> {
         self.check(&cell)?;
         let mut samples = self.options.reference_samples;
         let mut restarts = self.options.restarts.unwrap_or(match cell.technique.about().repeats {
@@ -60,7 +60,7 @@ impl<'a> Stage<'a> {
         loop {
             let (reference, tested) = (self.reference(&cell, samples)?, self.tested(&cell, restarts)?);
             let row = Row::new(&self.scene.name, cell.clone(), family_rate, &tested, &reference);
-            if restarts >= MOST_RESTARTS || row.reaches(self.options.goal) {
+            if restarts >= MOST_RESTARTS || row.reaches(goal) {
                 return Ok(row);
             }
             restarts *= 2;
