@@ -43,7 +43,7 @@ pub fn render_resumed(
     let planes: Vec<BufferId> = (0..plan.buffers.len()).filter(|&id| plan.buffers[id].contents.is_none()).collect();
     let done = Kept::read(checkpoint.path, &digest)?
         .map_or(Ok(0), |kept| kept.restore(checkpoint.path, &planes, &mut plan))?;
-    let dispatches = plan.pass_count;
+    let (dispatches, counts) = (plan.pass_count, plan.counts);
     let mut written = Instant::now();
     let outputs = executor.run(plan, &mut |step| {
         let progress = Progress { done: done + step.progress.done, total: dispatches };
@@ -56,7 +56,7 @@ pub fn render_resumed(
     })?;
     match fs::remove_file(checkpoint.path) {
         Err(error) if error.kind() != ErrorKind::NotFound => Err(Error::cannot_write(checkpoint.path, error)),
-        _ => Ok(render.rendered(&outputs, dispatches)),
+        _ => Ok(render.rendered(&outputs, dispatches, counts)),
     }
 }
 

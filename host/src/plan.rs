@@ -83,6 +83,8 @@ pub struct FramePlan<'a> {
     pub pass_count: u64,
     /// The buffers that hold the results.
     pub outputs: Vec<BufferId>,
+    /// What the words of the last of the outputs count, pixel by pixel four words, if they have names.
+    pub counts: [&'static str; 4],
     /// The scene that the passes trace rays in, for executors that have a better structure than the arena.
     pub scene: Option<Arc<SceneBuffers>>,
 }
@@ -106,7 +108,14 @@ impl FramePlan<'_> {
     /// A plan of passes that are all there, which ask no scene but that of their buffers.
     pub fn of(buffers: Vec<Buffer>, passes: Vec<Pass>, outputs: Vec<BufferId>) -> FramePlan<'static> {
         let pass_count = passes.len() as u64;
-        FramePlan { buffers, passes: Box::new(passes.into_iter().map(Ok)), pass_count, outputs, scene: None }
+        FramePlan {
+            buffers,
+            passes: Box::new(passes.into_iter().map(Ok)),
+            pass_count,
+            outputs,
+            counts: [""; 4],
+            scene: None,
+        }
     }
 
     /// Bytes of all buffers.

@@ -34,5 +34,6 @@ pub mod stress;
 pub mod suite;
 pub mod technique;
 pub mod visibility;
+pub mod walk_f64;
 pub mod watertight;
 pub mod wrong;

@@ -3,6 +3,7 @@
 use glam::{UVec4, Vec3};
 use restir_shared::bsdf::Material;
 use restir_shared::geometry::{Hit, Ray};
+use restir_shared::medium::Interior;
 use restir_shared::scene::{
     AddressedLight, AddressedLights, EnvironmentPoint, LightAddress, LightSample, Lights, Surface, SurfacePoint, Trace,
 };
@@ -71,6 +72,10 @@ impl<S: Surface<Material = Material>> Surface for Faulty<S> {
         (self.fault.surface)(&mut point, &|| self.scene.surface(&back, hit));
         point
     }
+
+    fn interior(&self, hit: &Hit) -> Interior {
+        self.scene.interior(hit)
+    }
 }
 
 impl<S: Lights> Lights for Faulty<S> {
@@ -134,6 +139,10 @@ impl<S: Surface<Material = Material>> Surface for Mixed<S> {
 
     fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         self.seen.surface(ray, hit)
+    }
+
+    fn interior(&self, hit: &Hit) -> Interior {
+        self.seen.interior(hit)
     }
 
     fn features(&self) -> u32 {

@@ -107,7 +107,7 @@ const VARIANTS: [Variant; 15] = [
         white(scene, |m| m.diffuse_transmission = 0.5);
     }),
     variant("interior", FEATURE_EMISSIVE | FEATURE_DIFFUSE_TRANSMISSION | FEATURE_VOLUME, |scene| {
-        let volume = Volume { attenuation_color: [0.9, 0.5, 0.2], attenuation_distance: 1.0 };
+        let volume = Volume::absorbing([0.9, 0.5, 0.2], 1.0);
         white(scene, |m| (m.diffuse_transmission, m.volume) = (0.5, Some(volume)));
     }),
     variant("normals", FEATURE_EMISSIVE | FEATURE_SHADING, |scene| {

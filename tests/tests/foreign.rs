@@ -11,6 +11,7 @@ use restir_shared::bsdf::{BsdfSample, Material, Scattering, ScatteringFunction};
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::glam::{UVec4, Vec3};
 use restir_shared::layout::{CameraParams, FilmPixel};
+use restir_shared::medium::Interior;
 use restir_shared::num;
 use restir_shared::rng::{Rng, Sampler};
 use restir_shared::scene::{
@@ -135,6 +136,10 @@ impl Surface for Wrong<'_> {
             _ => (),
         }
         point
+    }
+
+    fn interior(&self, hit: &Hit) -> Interior {
+        self.right.interior(hit)
     }
 
     fn features(&self) -> u32 {

@@ -1,19 +1,20 @@
 //! The attribute arena, word by word as in [`restir_shared::layout`].
 
 use super::{environment::EnvironmentMap, lights::LightTables, texels::Texels};
-use crate::scene::{AlphaMode, Filter, Light, LightKind, Material, Scene, TextureUse, Wrap};
+use crate::scene::{AlphaMode, Filter, Light, LightKind, Material, Scene, TextureUse, Volume, Wrap};
 use glam::{DVec3, Vec3};
 use restir_shared::layout::{
-    ALIAS_WORDS, ENVIRONMENT_WORDS, LIGHT_WORDS, MATERIAL_TWO_SIDED_EMISSION, MATERIAL_VOLUME, MATERIAL_WORDS, NONE,
-    PUNCTUAL_DIRECTIONAL, PUNCTUAL_POINT, PUNCTUAL_WORDS, SLOT_BASE_COLOR, SLOT_EMISSION, SLOT_SPECULAR_COLOR,
-    SceneHeader, TEXTURE_MIRROR_U, TEXTURE_MIRROR_V, TEXTURE_NEAREST, TEXTURE_REPEAT_U, TEXTURE_REPEAT_V, TEXTURE_SRGB,
+    ALIAS_WORDS, ENVIRONMENT_WORDS, INTERIOR_WORDS, LIGHT_WORDS, MATERIAL_TWO_SIDED_EMISSION, MATERIAL_VOLUME,
+    MATERIAL_WORDS, NONE, PUNCTUAL_DIRECTIONAL, PUNCTUAL_POINT, PUNCTUAL_WORDS, SLOT_BASE_COLOR, SLOT_EMISSION,
+    SLOT_SPECULAR_COLOR, SceneHeader, TEXTURE_MIRROR_U, TEXTURE_MIRROR_V, TEXTURE_NEAREST, TEXTURE_REPEAT_U,
+    TEXTURE_REPEAT_V, TEXTURE_SRGB,
 };
+use restir_shared::medium::Medium;
 use restir_shared::num::flush;
+use restir_shared::vec::max_component;
 
 /// Smallest difference of cosines over which a spot light's edge falls off, as glTF has it.
 const MIN_FALLOFF: f64 = 0.001;
-/// An attenuation colour of zero counts as this.
-const MIN_ATTENUATION: f64 = 1.0e-6;
 
 /// The attribute arena.
 pub(super) struct Attributes {
@@ -71,26 +72,46 @@ impl Attributes {
         self.words.extend(words.into_iter().flatten());
     }
 
-    /// Materials, then the texture uses of those that have any.
+    /// Materials, then the texture uses and the interiors of those that have any.
     fn add_materials(&mut self, scene: &Scene, texels: &Texels) {
-        let mut next_use = scene.materials.len() as u32 * MATERIAL_WORDS;
-        let mut uses = Vec::new();
+        let first = scene.materials.len() as u32 * MATERIAL_WORDS;
+        let mut records = Vec::new();
         for material in &scene.materials {
             let slots = material.textures();
-            let in_use = slots.iter().flatten().any(|used| texels.textures[used.texture] != NONE);
-            let flags = texels.alpha_flags(material);
-            self.extend(material_record(material, flags, if in_use { next_use } else { NONE }));
-            if in_use {
-                let records = (0..).zip(slots).map(|(slot, used)| texture_use(scene, texels, slot, used));
-                uses.extend(records.flatten());
-                next_use = (scene.materials.len() as u32) * MATERIAL_WORDS + uses.len() as u32;
+            let textured = slots.iter().flatten().any(|used| texels.textures[used.texture] != NONE);
+            let uses = if textured { first + records.len() as u32 } else { NONE };
+            if textured {
+                records.extend((0..).zip(slots).flat_map(|(slot, used)| texture_use(scene, texels, slot, used)));
             }
+            let scattering = material.volume.filter(scatters);
+            let interior = if scattering.is_some() { first + records.len() as u32 } else { 0 };
+            records.extend(scattering.iter().flat_map(interior_record));
+            self.extend(material_record(material, texels.alpha_flags(material), uses, interior));
         }
-        self.extend(uses);
+        self.extend(records);
     }
 }
 
-fn material_record(m: &Material, alpha_flags: u32, uses: u32) -> [[u32; 4]; MATERIAL_WORDS as usize] {
+/// Whether any light is scattered inside.
+pub(super) fn scatters(volume: &Volume) -> bool {
+    let medium = medium(volume);
+    medium.is_some_and(|medium| max_component(medium.extinction * medium.albedo) > 0.0)
+}
+
+fn medium(volume: &Volume) -> Option<Medium> {
+    let scattering = volume.scattering?;
+    let extinction = Vec3::from_array(volume.extinction());
+    let medium = Medium::of_color(Vec3::from_array(scattering.color), Vec3::ONE, scattering.anisotropy);
+    Some(Medium { extinction, ..medium })
+}
+
+fn interior_record(volume: &Volume) -> [[u32; 4]; INTERIOR_WORDS as usize] {
+    let medium = medium(volume).unwrap_or(Medium::of_color(Vec3::ZERO, Vec3::ONE, 0.0));
+    let denser_outside = volume.scattering.map_or(1.0, |scattering| scattering.denser_outside);
+    [rgb_word(medium.albedo.to_array(), medium.anisotropy), rgb_word([denser_outside, 0.0, 0.0], 0.0)]
+}
+
+fn material_record(m: &Material, alpha_flags: u32, uses: u32, interior: u32) -> [[u32; 4]; MATERIAL_WORDS as usize] {
     let flag = |on: bool, bit: u32| if on { bit } else { 0 };
     let flags = alpha_flags
         | flag(m.two_sided_emission, MATERIAL_TWO_SIDED_EMISSION)
@@ -101,18 +122,10 @@ fn material_record(m: &Material, alpha_flags: u32, uses: u32) -> [[u32; 4]; MATE
         float_word(Vec3::from_array(m.emission), uses),
         rgb_word([m.metallic, m.roughness, m.ior], m.transmission),
         rgb_word(m.diffuse_transmission_color, m.diffuse_transmission),
-        rgb_word(absorption(m), m.normal_scale),
-        rgb_word([m.alpha, cutoff, 0.0], 0.0),
+        rgb_word(m.volume.map_or([0.0; 3], |volume| volume.extinction()), m.normal_scale),
+        [flush(m.alpha).to_bits(), flush(cutoff).to_bits(), interior, 0],
         rgb_word(m.specular_color, m.specular),
     ]
-}
-
-/// Per unit length (Beer and Lambert), as `KHR_materials_volume` has it.
-pub(super) fn absorption(m: &Material) -> [f32; 3] {
-    m.volume.map_or([0.0; 3], |v| {
-        v.attenuation_color
-            .map(|c| (-f64::from(c).max(MIN_ATTENUATION).ln() / f64::from(v.attenuation_distance)) as f32)
-    })
 }
 
 fn texture_use(scene: &Scene, texels: &Texels, slot: u32, used: Option<&TextureUse>) -> [[u32; 4]; 3] {

@@ -6,6 +6,7 @@ use crate::scene::{
     AlphaMode, Camera, Environment, Light, LightKind, MAX_COORDINATE, Material, Mesh, Scene, Texture, TextureUse,
 };
 use restir_shared::bsdf::IOR_MAX;
+use restir_shared::medium::MAX_ANISOTROPY;
 use std::sync::Arc;
 
 /// Emission beyond this could overflow in sums over paths.
@@ -78,6 +79,16 @@ fn material_problem(scene: &Scene, m: &Material) -> Option<String> {
         format!(
             "attenuation {:?} at distance {} is not a colour at a positive one",
             v.attenuation_color, v.attenuation_distance
+        )
+    } else if let Some(s) = m.volume.and_then(|volume| volume.scattering)
+        && (outside(&s.color, 0.0, 1.0)
+            || outside(&[s.anisotropy], -MAX_ANISOTROPY, MAX_ANISOTROPY)
+            || outside(&[s.denser_outside], 1.0, IOR_MAX))
+    {
+        format!(
+            "scattering of the colour {:?}, the anisotropy {} and an outside denser by {} is outside [0, 1], [-{MAX_ANISOTROPY}, \
+             {MAX_ANISOTROPY}] or [1, {IOR_MAX}]",
+            s.color, s.anisotropy, s.denser_outside
         )
     } else {
         m.textures().into_iter().flatten().find_map(|used| texture_use_problem(scene, used))?

@@ -1,19 +1,19 @@
 //! The feature bits of a scene: what its kernels may be specialised to.
 
 use super::lights::{LightTables, emits};
-use super::{arena::absorption, shading::needs_shading, texels::Texels};
+use super::{arena::scatters, shading::needs_shading, texels::Texels};
 use crate::scene::{Material, Scene};
 use glam::Vec3;
 use restir_shared::bsdf::Material as Scattering;
 use restir_shared::layout::{
     FEATURE_ALPHA, FEATURE_BLEND, FEATURE_CLEAR, FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE,
     FEATURE_ENVIRONMENT, FEATURE_GLOSSY, FEATURE_LIGHT_TABLE, FEATURE_MULTISCATTER, FEATURE_PUNCTUAL, FEATURE_SHADING,
-    FEATURE_SPECULAR, FEATURE_TEXTURES, FEATURE_TRANSMISSION, FEATURE_VOLUME, LIGHT_ENVIRONMENT, LIGHT_PUNCTUAL,
-    MATERIAL_BLEND,
+    FEATURE_SPECULAR, FEATURE_SUBSURFACE, FEATURE_TEXTURES, FEATURE_TRANSMISSION, FEATURE_VOLUME, LIGHT_ENVIRONMENT,
+    LIGHT_PUNCTUAL, MATERIAL_BLEND,
 };
 
 /// Every feature with its name.
-const NAMES: [(u32, &str); 16] = [
+const NAMES: [(u32, &str); 17] = [
     (FEATURE_LIGHT_TABLE, "light-table"),
     (FEATURE_EMISSIVE, "emissive"),
     (FEATURE_PUNCTUAL, "punctual"),
@@ -30,6 +30,7 @@ const NAMES: [(u32, &str); 16] = [
     (FEATURE_SPECULAR, "specular"),
     (FEATURE_ALPHA, "alpha"),
     (FEATURE_BLEND, "blend"),
+    (FEATURE_SUBSURFACE, "subsurface"),
 ];
 
 /// The names of the features that are set.
@@ -76,11 +77,12 @@ fn of_material(m: &Material, alpha_flags: u32) -> u32 {
         features |= Scattering { roughness: 0.0, ..scattering }.features();
         features |= Scattering { metallic: 0.0, roughness: 0.0, ..scattering }.features();
     }
-    let absorbs = absorption(m).iter().any(|&a| a > 0.0);
+    let absorbs = m.volume.is_some_and(|volume| volume.extinction().iter().any(|&a| a > 0.0));
     features
         | all_of(&[
             (emits(m), FEATURE_EMISSIVE),
             (absorbs, FEATURE_VOLUME),
+            (m.volume.is_some_and(|volume| scatters(&volume)), FEATURE_SUBSURFACE),
             (alpha_flags != 0, FEATURE_ALPHA),
             (alpha_flags & MATERIAL_BLEND != 0, FEATURE_BLEND),
         ])

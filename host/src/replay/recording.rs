@@ -5,6 +5,7 @@ use std::cell::RefCell;
 use restir_shared::bsdf::Material;
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::glam::{UVec4, Vec3};
+use restir_shared::medium::Interior;
 use restir_shared::scene::{
     AddressedLight, AddressedLights, EnvironmentPoint, LightAddress, LightSample, Lights, Surface, SurfacePoint, Trace,
 };
@@ -141,6 +142,10 @@ impl<S: Surface<Material = Material>> Surface for Recording<'_, S> {
 
     fn sheet(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         self.note(self.scene.sheet(ray, hit), |&point| Event::Surface(point))
+    }
+
+    fn interior(&self, hit: &Hit) -> Interior {
+        self.scene.interior(hit)
     }
 
     fn features(&self) -> u32 {

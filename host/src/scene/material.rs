@@ -3,7 +3,8 @@
 use restir_shared::layout::TEXTURE_SLOTS;
 
 /// How a surface scatters and emits light: the metallic-roughness model of glTF 2.0 with the extensions
-/// `KHR_materials_emissive_strength`, `_ior`, `_specular`, `_transmission`, `_diffuse_transmission` and `_volume`.
+/// `KHR_materials_emissive_strength`, `_ior`, `_specular`, `_transmission`, `_diffuse_transmission`, `_volume` and
+/// `_volume_scatter`.
 ///
 /// A texture multiplies the factor beside it.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,14 +71,54 @@ pub enum AlphaMode {
     Blend,
 }
 
-/// A homogeneous absorbing interior (`KHR_materials_volume`).
+/// A homogeneous interior (`KHR_materials_volume`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Volume {
     /// Share of white light that is left after `attenuation_distance`, linear RGB in (0, 1].
     pub attenuation_color: [f32; 3],
     /// In the scene's unit of length; infinite for a clear interior.
     pub attenuation_distance: f32,
+    /// What becomes of the light that the attenuation takes out of its way; `None` if it is absorbed.
+    pub scattering: Option<VolumeScattering>,
 }
+
+/// How an interior scatters light (`KHR_materials_volume_scatter`).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VolumeScattering {
+    /// What a half space of the medium reflects of light that enters and leaves it by Lambert's law, linear RGB in [0, 1]: the colour
+    /// of a thick body ([`restir_shared::medium::Medium::of_color`]).
+    pub color: [f32; 3],
+    /// Mean cosine of the angle by which light turns, within plus and minus [`restir_shared::medium::MAX_ANISOTROPY`].
+    pub anisotropy: f32,
+    /// See [`restir_shared::medium::Interior::denser_outside`]; 1 for nothing of the kind.
+    pub denser_outside: f32,
+}
+
+impl Volume {
+    /// An interior that absorbs: `color` is left of white light after `distance`.
+    pub fn absorbing(color: [f32; 3], distance: f32) -> Self {
+        Self { attenuation_color: color, attenuation_distance: distance, scattering: None }
+    }
+
+    /// An interior of the given colour, in which light flies `mean_free_path` > 0 between two collisions, by channel.
+    pub fn scattering(color: [f32; 3], mean_free_path: [f32; 3], anisotropy: f32) -> Self {
+        // where neither of the extremes loses its digits in what is left
+        let [longest, shortest] = [f32::max, f32::min].map(|of| mean_free_path.into_iter().reduce(of).unwrap_or(1.0));
+        let distance = f32::min(longest, 20.0 * shortest);
+        let left = |mean: f32| (-f64::from(distance) / f64::from(mean)).exp() as f32;
+        let scattering = VolumeScattering { color, anisotropy, denser_outside: 1.0 };
+        Self { scattering: Some(scattering), ..Self::absorbing(mean_free_path.map(left), distance) }
+    }
+
+    /// Expected number of collisions of light per unit length, by channel (Beer and Lambert).
+    pub fn extinction(&self) -> [f32; 3] {
+        let distance = f64::from(self.attenuation_distance);
+        self.attenuation_color.map(|left| (-f64::from(left).max(LEAST_LEFT).ln() / distance) as f32)
+    }
+}
+
+/// An attenuation colour of zero counts as this.
+const LEAST_LEFT: f64 = 1.0e-6;
 
 /// A texture as a material uses it.
 #[derive(Clone, Copy, Debug, PartialEq)]

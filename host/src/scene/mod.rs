@@ -21,12 +21,13 @@ mod light;
 mod material;
 mod rig;
 mod shapes;
+pub mod subsurface;
 mod texture;
 
 pub use animation::{Animation, Blackout, Emitter, Motion, Pose};
 pub use camera_path::{CameraPath, Keyframe};
 pub use light::{Environment, Light, LightKind};
-pub use material::{AlphaMode, Material, TextureUse, Volume};
+pub use material::{AlphaMode, Material, TextureUse, Volume, VolumeScattering};
 pub use rig::{
     Attachment, Deformation, Influences, Interpolation, MorphTarget, Node, Part, Placement, Property, Rig, Skin,
     Skinning, Track,

@@ -73,6 +73,7 @@ impl Setup {
             goes_on: true,
             most: self.samples * self.mean_of.unwrap_or(1),
             progressive: self.mean_of.is_some(),
+            features: self.scene.features,
             arenas: moments.buffers(),
         }
     }

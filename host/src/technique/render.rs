@@ -62,26 +62,30 @@ impl Render {
             goes_on: self.count > 1,
             most: self.repeats_in_mean(),
             progressive: false,
+            features: scene.features,
             arenas: moments.buffers(),
         };
         let sequence = self.technique.sequence(&stage);
+        let counted = sequence.counts();
         let frames = Frames { render: self, scene, moments, sequence, next: 0, begun: None };
         FramePlan {
             buffers: frames.sequence.buffers().to_vec(),
             pass_count: frames.pass_count(self.technique.sequence(&stage)),
-            outputs: vec![frames.sequence.output()],
+            outputs: std::iter::once(frames.sequence.output()).chain(counted.map(|(buffer, _)| buffer)).collect(),
+            counts: counted.map_or([""; 4], |(_, names)| names),
             passes: Box::new(frames),
             scene: Some(Arc::new(scene.clone())),
         }
     }
 
     /// What an executor has made of the plan.
-    pub(crate) fn rendered(&self, outputs: &[Vec<u32>], dispatches: u64) -> Rendered {
+    pub(crate) fn rendered(&self, outputs: &[Vec<u32>], dispatches: u64, names: [&'static str; 4]) -> Rendered {
         let pixels: &[FilmPixel] = outputs.first().map_or(&[], |words| bytemuck::cast_slice(words));
         Rendered {
             image: Image { width: self.width, height: self.height, pixels: pixels.iter().map(|p| p.sum).collect() },
             dispatches,
             dropped_samples: pixels.iter().map(|p| p.dropped as u64).sum(),
+            counts: counts(outputs.last().map_or(&[], |words| words), names),
         }
     }
 
@@ -179,6 +183,14 @@ pub struct Rendered {
     pub dispatches: u64,
     /// How many samples were dropped because they were not finite or the device cut them short.
     pub dropped_samples: u64,
+    /// What else the technique has counted, by name.
+    pub counts: Vec<(&'static str, u64)>,
+}
+
+/// Sums of what was counted pixel by pixel; nothing of words without a name.
+fn counts(words: &[u32], names: [&'static str; 4]) -> Vec<(&'static str, u64)> {
+    let sum = |index: usize| words.iter().skip(index).step_by(4).map(|&count| u64::from(count)).sum();
+    names.into_iter().enumerate().filter(|(_, name)| !name.is_empty()).map(|(index, name)| (name, sum(index))).collect()
 }
 
 /// Renders `scene`; `observe` sees each dispatch when it is done, and may end the render with an error.
@@ -194,8 +206,8 @@ pub fn render(
 ) -> Result<Rendered, Error> {
     check(scene, render)?;
     let plan = render.plan(scene);
-    let dispatches = plan.pass_count;
-    Ok(render.rendered(&executor.run(plan, observe)?, dispatches))
+    let (dispatches, counts) = (plan.pass_count, plan.counts);
+    Ok(render.rendered(&executor.run(plan, observe)?, dispatches, counts))
 }
 
 /// Whether the settings are in range and the buffers fit: what [`render`] checks first.

@@ -18,6 +18,8 @@ pub struct Stage {
     pub most: u32,
     /// The mean is shown while repeats are still to come.
     pub progressive: bool,
+    /// Feature bits of the scene, of all times.
+    pub features: u32,
     /// The arenas of the scene, which come first among the buffers.
     pub arenas: [Buffer; 3],
 }
@@ -78,6 +80,11 @@ pub trait Sequence: Send {
 
     /// The buffer that holds the image after a frame that shows it.
     fn output(&self) -> BufferId;
+
+    /// The buffer of what was counted pixel by pixel, four words each, and what they count; a word without a name counts nothing.
+    fn counts(&self) -> Option<(BufferId, [&'static str; 4])> {
+        None
+    }
 
     /// The buffer that holds what the camera sees, element by element a [`restir_shared::geometry::PackedHit`]: who writes it
     /// before a frame gives it ([`Frame::primary_given`]).

@@ -2,4 +2,5 @@
 
 kernels! {
     path,
+    path_media,
 }

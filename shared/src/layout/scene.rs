@@ -9,6 +9,8 @@ pub const NODE_WORDS: u32 = 4;
 pub const TRIANGLE_WORDS: u32 = 3;
 /// Words in a material.
 pub const MATERIAL_WORDS: u32 = 7;
+/// Words in the record of an interior that scatters.
+pub const INTERIOR_WORDS: u32 = 2;
 /// Words in a triangle's normals, tangents and texture coordinates.
 pub const SHADING_WORDS: u32 = 3;
 /// Words in a material's use of a texture.
@@ -122,6 +124,8 @@ pub const FEATURE_SPECULAR: u32 = 1 << 14;
 pub const FEATURE_ALPHA: u32 = 1 << 13;
 /// Scene feature: blended surfaces; with [`FEATURE_ALPHA`].
 pub const FEATURE_BLEND: u32 = 1 << 15;
+/// Scene feature: interiors that scatter light; with [`FEATURE_VOLUME`].
+pub const FEATURE_SUBSURFACE: u32 = 1 << 16;
 /// The features of a diffuse scene whose lights are triangles.
 pub const FEATURES_DIFFUSE: u32 = FEATURE_EMISSIVE | FEATURE_LIGHT_TABLE;
 /// All features: what a kernel that was not specialised to a scene assumes.

@@ -6,8 +6,15 @@ use glam::{Vec2, Vec3};
 
 /// Where nothing collides: farther than any scene.
 const FAR: f32 = 1.0e30;
+const THIRD: f32 = 1.0 / 3.0;
 /// Optical depth below which `1 - exp(-x)` is a parabola, to less than a rounding.
 const THIN: f32 = 1.0 / 2048.0;
+
+/// The share of light that is left after a distance `t`, by channel (Beer and Lambert).
+#[inline(always)]
+pub fn transmittance(extinction: Vec3, t: f32) -> Vec3 {
+    Vec3::new(exp(-(extinction.x * t)), exp(-(extinction.y * t)), exp(-(extinction.z * t)))
+}
 
 /// The channels by which a distance is sampled: one of them is chosen, and the distance has its density. What is sampled is weighted by
 /// the density of the mixture, the sum of all channels' densities times the probabilities of their choice, so that no channel has weights
@@ -22,12 +29,15 @@ pub struct Channels {
 }
 
 impl Channels {
+    /// Of a vacuum.
+    pub const NONE: Self = Self { extinction: Vec3::ZERO, probability: Vec3::splat(THIRD), least: 0.0 };
+
     /// Each channel is chosen in proportion to its weight, zero or more; all alike, if none has any. The best weights are what paths are
     /// worth after the next collision: throughput times albedo.
     #[inline(always)]
     pub fn new(extinction: Vec3, weights: Vec3) -> Self {
         let sum = weights.x + weights.y + weights.z;
-        let probability = if sum > 0.0 { weights * div(1.0, sum) } else { Vec3::splat(1.0 / 3.0) };
+        let probability = if sum > 0.0 { weights * div(1.0, sum) } else { Vec3::splat(THIRD) };
         let of_chosen = |extinction: f32, probability: f32| if probability > 0.0 { extinction } else { FAR };
         let least = min(
             of_chosen(extinction.x, probability.x),

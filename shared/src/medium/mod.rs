@@ -4,8 +4,10 @@
 //! ([`crate::sampling::sample_henyey_greenstein`]), and the rest absorbed. Each colour channel has coefficients of its own; directions turn alike in all of them.
 
 mod distance;
+mod interior;
 
-pub use distance::Channels;
+pub use distance::{Channels, transmittance};
+pub use interior::Interior;
 
 use crate::num::{clamp, div, sqrt};
 use glam::Vec3;

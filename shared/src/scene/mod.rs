@@ -26,6 +26,7 @@ use crate::bsdf::{Material, Scattering};
 use crate::geometry::Coverage;
 use crate::geometry::{Hit, Ray};
 use crate::layout::FEATURES_ALL;
+use crate::medium::Interior;
 use crate::num;
 use glam::{UVec4, Vec2, Vec3};
 
@@ -75,6 +76,14 @@ pub trait Surface {
     #[inline(always)]
     fn sheet(&self, ray: &Ray, hit: &Hit) -> SurfacePoint<Self::Material> {
         self.surface(ray, hit)
+    }
+
+    /// What the surface encloses at `hit`. Nothing, if not implemented: all surfaces are sheets. Whoever traces paths through media asks
+    /// again where it goes on, so that the answer must be that of `hit.id` and `hit.uv` alone, on both sides.
+    #[inline(always)]
+    fn interior(&self, hit: &Hit) -> Interior {
+        let _ = hit;
+        Interior::NONE
     }
 
     /// The `FEATURE_` bits of [`crate::layout`] that surfaces and lights may have: code for others is skipped.

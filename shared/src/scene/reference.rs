@@ -4,6 +4,7 @@ use super::{
     AddressedLight, AddressedLights, EnvironmentPoint, LightAddress, LightSample, Lights, Surface, SurfacePoint, Trace,
 };
 use crate::geometry::{Hit, Ray};
+use crate::medium::Interior;
 use glam::{UVec4, Vec3};
 
 impl<S: Trace + ?Sized> Trace for &S {
@@ -29,6 +30,11 @@ impl<S: Surface + ?Sized> Surface for &S {
     #[inline(always)]
     fn sheet(&self, ray: &Ray, hit: &Hit) -> SurfacePoint<S::Material> {
         (**self).sheet(ray, hit)
+    }
+
+    #[inline(always)]
+    fn interior(&self, hit: &Hit) -> Interior {
+        (**self).interior(hit)
     }
 
     #[inline(always)]

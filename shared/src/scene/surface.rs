@@ -6,10 +6,11 @@ use crate::bsdf::Material;
 use crate::geometry::{Hit, Ray};
 use crate::layout::{
     FEATURE_ALPHA, FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE, FEATURE_GLOSSY, FEATURE_SHADING,
-    FEATURE_SPECULAR, FEATURE_TEXTURES, FEATURE_TRANSMISSION, FEATURE_VOLUME, MATERIAL_TWO_SIDED_EMISSION,
-    MATERIAL_VOLUME, MATERIAL_WORDS, NONE, SHADING_WORDS, SLOT_BASE_COLOR, SLOT_EMISSION, SLOT_METALLIC_ROUGHNESS,
-    SLOT_NORMAL, SLOT_SPECULAR, SLOT_SPECULAR_COLOR, TEXTURE_SLOTS,
+    FEATURE_SPECULAR, FEATURE_SUBSURFACE, FEATURE_TEXTURES, FEATURE_TRANSMISSION, FEATURE_VOLUME,
+    MATERIAL_TWO_SIDED_EMISSION, MATERIAL_VOLUME, MATERIAL_WORDS, NONE, SHADING_WORDS, SLOT_BASE_COLOR, SLOT_EMISSION,
+    SLOT_METALLIC_ROUGHNESS, SLOT_NORMAL, SLOT_SPECULAR, SLOT_SPECULAR_COLOR, TEXTURE_SLOTS,
 };
+use crate::medium::Interior;
 use crate::num;
 use crate::pack::{decode_unit_vector, xyz};
 use crate::vec::{cross, dot, normalize};
@@ -268,6 +269,28 @@ impl<const COMPILED: u32> Surface for SceneView<'_, COMPILED> {
     #[inline(always)]
     fn sheet(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         self.point::<false>(ray, hit)
+    }
+
+    #[inline(always)]
+    fn interior(&self, hit: &Hit) -> Interior {
+        let p: TrianglePoint = self.triangle_point(hit.id, hit.uv);
+        let at = self.header.material_base + p.material * MATERIAL_WORDS;
+        let record = if self.has(FEATURE_SUBSURFACE) { self.attribute(at + 5).z } else { 0 };
+        let interior = Interior {
+            closed: self.attribute(at).w & MATERIAL_VOLUME != 0,
+            body: p.material,
+            extinction: xyz(self.attribute(at + 4)),
+            offset: p.offset,
+            ..Interior::NONE
+        };
+        if record == 0 {
+            return interior;
+        }
+        let (w0, w1) = (
+            self.attribute(self.header.material_base + record),
+            self.attribute(self.header.material_base + record + 1),
+        );
+        Interior { albedo: xyz(w0), anisotropy: f32::from_bits(w0.w), denser_outside: f32::from_bits(w1.x), ..interior }
     }
 
     #[inline(always)]

@@ -45,10 +45,16 @@ impl<B> Vertex<B> {
         }
     }
 
+    /// Whether a direction goes to the other side of the surface than the path came from.
+    #[inline(always)]
+    pub fn is_behind(&self, direction: Vec3) -> bool {
+        dot(self.normal, direction) < 0.0
+    }
+
     /// Where a ray in the given direction leaves from: on the side that it goes to.
     #[inline(always)]
     pub fn origin(&self, direction: Vec3) -> Vec3 {
-        let offset = if dot(self.normal, direction) < 0.0 { -self.offset } else { self.offset };
+        let offset = if self.is_behind(direction) { -self.offset } else { self.offset };
         self.position + self.normal * offset
     }
 
@@ -56,7 +62,7 @@ impl<B> Vertex<B> {
     /// the surface; they carry nothing, whoever chooses them.
     #[inline(always)]
     pub fn is_consistent(&self, direction: Vec3, local: Vec3) -> bool {
-        (dot(self.normal, direction) < 0.0) == (local.z < 0.0)
+        self.is_behind(direction) == (local.z < 0.0)
     }
 }
 

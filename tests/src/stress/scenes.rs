@@ -112,7 +112,7 @@ fn add_walls(scene: &mut Scene, scale: f64, brightness: f32) {
 
 fn add_things(scene: &mut Scene, Variant { scale, roughness, .. }: Variant) {
     let metal = Material { metallic: 1.0, roughness, ..Material::diffuse("metal", [0.95, 0.8, 0.5]) };
-    let volume = Volume { attenuation_color: [0.5, 0.8, 0.9], attenuation_distance: (0.5 * scale) as f32 };
+    let volume = Volume::absorbing([0.5, 0.8, 0.9], (0.5 * scale) as f32);
     let clear = Material { ior: 1.5, transmission: 1.0, ..Material::diffuse("clear", [1.0; 3]) };
     let glass = Material { roughness, volume: Some(volume), ..clear.clone() };
     let pane = Material { roughness: 0.0, ..clear };

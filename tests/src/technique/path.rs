@@ -22,6 +22,8 @@ pub(super) const KNOWN: Known = Known {
             row("a filter", "cornell", 3, "filter=blackman-harris"),
             row("masks", "masks", 4, "max_depth=6"),
             row("blended", "sheets", 4, "max_depth=6"),
+            row("lights in wax, milk", "candles", 2, "max_depth=8,longest_walk=160"),
+            row("a slab", "slab", 2, "max_depth=3,orders=1..3,longest_walk=70,roulette=on"),
         ],
         ..NOTHING.cases
     },

@@ -34,6 +34,7 @@ pub(super) fn of_render(
         (about.repeats.name(), render.count.to_string()),
         ("seed", render.seed.to_string()),
     ];
+    pairs.extend(rendered.counts.iter().map(|(name, count)| (*name, count.to_string())));
     let animation = &scene.animation;
     if !animation.is_still() {
         pairs.extend([("time", animation.start.to_string()), ("frame_rate", animation.frame_rate.to_string())]);

@@ -192,6 +192,9 @@ fn report(render: &Render, rendered: &Rendered, seconds: f64) -> Result<(), Erro
             rendered.dropped_samples
         ));
     }
+    for (name, count) in rendered.counts.iter().filter(|(_, count)| *count > 0) {
+        console::note(&format!("{}: {count}", name.replace('_', " ")));
+    }
     render.technique.biases().iter().for_each(|bias| console::note(&format!("biased settings: {bias}")));
     let Render { width, height, count, .. } = render;
     let samples = f64::from(*width) * f64::from(*height) * f64::from(*count);

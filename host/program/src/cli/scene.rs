@@ -29,6 +29,10 @@ pub(super) struct Additions {
     /// Turn of --env about +y in degrees, counter-clockwise as seen from above; 0 if not given.
     #[arg(long, value_name = "DEGREES", requires = "env", allow_hyphen_values = true)]
     env_rotate: Option<f64>,
+    /// Fill all closed meshes that emit nothing with a medium that scatters light, as MEDIUM or MEDIUM:SCALE (`restir scenes` lists the media):
+    /// SCALE is how long a millimetre is in the scene; if not given, each mesh is taken to be ten centimetres large.
+    #[arg(long, value_name = "MEDIUM[:SCALE]", value_parser = medium)]
+    subsurface: Option<(String, Option<f64>)>,
     /// Look from one point at another instead of through the scene's camera, as EYE:TARGET or EYE:TARGET:FOV: points as X,Y,Z,
     /// the vertical field of view in degrees, 40 if not given.
     #[arg(long, value_name = "CAMERA", value_parser = look, allow_hyphen_values = true)]
@@ -77,6 +81,14 @@ fn look(text: &str) -> Result<Camera, String> {
     camera.check().map(|()| camera)
 }
 
+/// A medium from the argument of --subsurface; whether there is one of that name is asked of the scene.
+fn medium(text: &str) -> Result<(String, Option<f64>), String> {
+    let (name, scale) = text.split_once(':').map_or((text, None), |(name, scale)| (name, Some(scale)));
+    let number =
+        |scale: &str| scale.parse().map_err(|_| format!("{scale:?} is no number; give MEDIUM or MEDIUM:SCALE"));
+    Ok((name.to_owned(), scale.map(number).transpose()?))
+}
+
 /// Refuses to write over what is read.
 pub(super) fn refuse_overwriting<'a>(
     inputs: &[&Path],
@@ -103,6 +115,9 @@ impl Additions {
             let environment = Environment::load(path, &mut scene.warnings)?;
             scene.environment =
                 Some(environment.placed(self.env_scale.unwrap_or(1.0), self.env_rotate.unwrap_or(0.0))?);
+        }
+        if let Some((medium, scale)) = &self.subsurface {
+            scene.fill(medium, *scale)?;
         }
         self.set_time(&mut scene)?;
         self.check_subdivision(&scene)?;

@@ -3,9 +3,11 @@
 use super::{Mesh, Scene};
 
 mod ajar;
+mod candles;
 mod cornell;
 mod cornell_mitsuba;
 mod cornell_mixed;
+mod cube;
 mod foliage;
 mod furnace;
 mod glass;
@@ -18,6 +20,7 @@ mod measure;
 mod moving;
 mod parts;
 mod random;
+mod slab;
 mod statue;
 mod tower;
 mod toys;
@@ -41,6 +44,9 @@ pub const NAMES: &[(&str, &str)] = &[
         "a tentacle on joints, a ball with morph targets, a carousel of nodes and a camera on a rail: 4 s, 24 frames each",
     ),
     ("foliage", "a terrace under leaves, with a veil and a paper lantern: masks and blending"),
+    ("candles", "candles that burn inside of their wax, and a block of milk: lights inside of bodies that scatter"),
+    ("cube", "a cube of wax between a small light at its back and a large one above"),
+    ("slab", "a slab of a scattering medium, one mean free path thick, under a white sky"),
     ("statue", "a hare of wax: one closed mesh with ears, fingers and a thick belly"),
 ];
 
@@ -64,6 +70,9 @@ pub fn scene(name: &str) -> Option<Scene> {
         "moving" => Some(moving::scene()),
         "toys" => Some(toys::scene()),
         "foliage" => Some(foliage::scene()),
+        "candles" => Some(candles::scene()),
+        "cube" => Some(cube::scene()),
+        "slab" => Some(slab::scene()),
         "statue" => Some(statue::scene()),
         _ => generated(name),
     }

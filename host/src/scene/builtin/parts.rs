@@ -7,7 +7,7 @@ use glam::DVec3;
 use crate::scene::{Camera, Environment, Filter, Material, Mesh, Scene, Texture, TextureUse, Volume, Wrap};
 
 /// Index of refraction of glass, and of what is called plastic.
-const IOR: f32 = 1.5;
+pub(super) const IOR: f32 = 1.5;
 
 /// An empty scene of a default size, seen from a position towards a target through a pinhole, `degrees` from the lower to
 /// the upper edge of the image.
@@ -33,8 +33,16 @@ pub(super) fn glass(name: &str, roughness: f32) -> Material {
 
 /// As [`glass`], with `color` left of white light after `distance`.
 pub(super) fn tinted_glass(name: &str, roughness: f32, color: [f32; 3], distance: f32) -> Material {
-    let volume = Volume { attenuation_color: color, attenuation_distance: distance };
-    Material { transmission: 1.0, volume: Some(volume), ..plastic(name, [1.0; 3], roughness) }
+    Material {
+        transmission: 1.0,
+        volume: Some(Volume::absorbing(color, distance)),
+        ..plastic(name, [1.0; 3], roughness)
+    }
+}
+
+/// What lets all light in and out by Lambert's law, without any reflection, to an interior.
+pub(super) fn waxy(name: &str, volume: Volume) -> Material {
+    Material { diffuse_transmission: 1.0, volume: Some(volume), ..Material::diffuse(name, [1.0; 3]) }
 }
 
 /// Adds the diffuse material of a checkered floor of two greys (sRGB, eight bits), `squares` along u and along v.

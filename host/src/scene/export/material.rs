@@ -3,7 +3,8 @@
 use serde_json::{Value, json};
 
 use super::{Document, Problem};
-use crate::scene::{AlphaMode, Material, Scene, Volume};
+use crate::scene::gltf::VOLUME_SCATTER;
+use crate::scene::{AlphaMode, Material, Scene, Volume, VolumeScattering};
 
 impl Document {
     /// Adds all materials, in their order.
@@ -84,13 +85,16 @@ impl Document {
             });
             add("KHR_materials_diffuse_transmission", members);
         }
-        if let Some(Volume { attenuation_color, attenuation_distance }) = material.volume {
+        if let Some(Volume { attenuation_color, attenuation_distance, scattering }) = material.volume {
             // Any thickness makes a volume; path tracers take the surface's own.
             let mut members = json!({ "thicknessFactor": 1.0, "attenuationColor": attenuation_color });
             if attenuation_distance.is_finite() {
                 members["attenuationDistance"] = json!(attenuation_distance);
             }
             add("KHR_materials_volume", members);
+            if let Some(VolumeScattering { color, anisotropy, .. }) = scattering {
+                add(VOLUME_SCATTER, json!({ "multiscatterColor": color, "scatterAnisotropy": anisotropy }));
+            }
         }
         extensions
     }

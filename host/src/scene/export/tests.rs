@@ -60,10 +60,10 @@ fn everything() -> Scene {
         transmission: 0.9,
         diffuse_transmission: 0.1,
         diffuse_transmission_color: [0.9, 0.8, 0.7],
-        volume: Some(Volume { attenuation_color: [0.3, 0.6, 0.9], attenuation_distance: 0.1 }),
+        volume: Some(Volume::absorbing([0.3, 0.6, 0.9], 0.1)),
         ..Material::diffuse("glass", [1.0; 3])
     };
-    let clear = Volume { attenuation_color: [1.0; 3], attenuation_distance: f32::INFINITY };
+    let clear = Volume::absorbing([1.0; 3], f32::INFINITY);
     let water = Material {
         alpha: 0.7,
         alpha_mode: AlphaMode::Blend,

@@ -4,12 +4,13 @@ use gltf::json;
 use gltf::json::extensions::material::Material as Extensions;
 use gltf::json::material::AlphaMode as JsonAlphaMode;
 use gltf::json::validation::Checked;
+use restir_shared::medium::MAX_ANISOTROPY;
 use restir_shared::num;
 
 use super::texture::Slot;
-use super::{Importer, Problem, label};
+use super::{Importer, Problem, VOLUME_SCATTER, label};
 use crate::error::ensure;
-use crate::scene::{AlphaMode, Material, Volume};
+use crate::scene::{AlphaMode, Material, Volume, VolumeScattering};
 
 /// Index of refraction of a material that names none.
 const DEFAULT_IOR: f32 = 1.5;
@@ -128,6 +129,9 @@ impl Importer<'_> {
             self.warn_if(volume.thickness_texture.is_some(), "its thickness texture is ignored");
             material.volume = (volume.thickness_factor.0 > 0.0).then(|| self.volume(volume));
         }
+        if let Some(members) = extensions.others.get(VOLUME_SCATTER) {
+            self.set_scattering(material, members);
+        }
         if let Some(specular) = &extensions.specular {
             self.set_specular(material, specular);
         }
@@ -150,7 +154,26 @@ impl Importer<'_> {
         let attenuation_color = color.map(|channel| num::clamp(channel, LEAST_ATTENUATION, 1.0));
         let warning = format!("its attenuation colour is not within {LEAST_ATTENUATION:e} and 1 and was clamped");
         self.warn_if(attenuation_color != color, warning);
-        Volume { attenuation_color, attenuation_distance: volume.attenuation_distance.0 }
+        Volume::absorbing(attenuation_color, volume.attenuation_distance.0)
+    }
+
+    fn set_scattering(&mut self, material: &mut Material, members: &json::Value) {
+        let number = |value: &json::Value, absent: f64| value.as_f64().unwrap_or(absent) as f32;
+        let color = [0, 1, 2].map(|channel| number(&members["multiscatterColor"][channel], 0.0));
+        let color = self.unit("multiscatter colour", color);
+        let given = number(&members["scatterAnisotropy"], 0.0);
+        let anisotropy = num::clamp(given, -MAX_ANISOTROPY, MAX_ANISOTROPY);
+        let warning = format!("its scatter anisotropy is not within {MAX_ANISOTROPY} of 0 and was clamped");
+        self.warn_if(given != anisotropy, warning);
+        let warning =
+            "it scatters light inside, and encloses no volume: it has no thickness; it is rendered as a sheet";
+        self.warn_if(material.volume.is_none(), warning);
+        let clear = material.volume.is_some_and(|volume| volume.extinction() == [0.0; 3]);
+        self.warn_if(clear, "it scatters light inside, and its attenuation is none; nothing is scattered");
+        if let Some(volume) = &mut material.volume {
+            let scattering = VolumeScattering { color, anisotropy, denser_outside: 1.0 };
+            volume.scattering = Some(scattering).filter(|_| color != [0.0; 3]);
+        }
     }
 
     /// An index of 0 stands for a Fresnel reflectance of 1 (`KHR_materials_ior`): a white mirror, as rough as the

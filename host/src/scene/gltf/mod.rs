@@ -40,6 +40,9 @@ mod rig;
 mod texture;
 mod uri;
 
+/// Scattering interiors; a draft of Khronos.
+pub(in crate::scene) const VOLUME_SCATTER: &str = "KHR_materials_volume_scatter";
+
 /// The glTF extensions that are read; a file that requires another is refused, one that only uses it gets a warning.
 pub const SUPPORTED_EXTENSIONS: &[&str] = &[
     "KHR_lights_punctual",
@@ -49,6 +52,7 @@ pub const SUPPORTED_EXTENSIONS: &[&str] = &[
     "KHR_materials_specular",
     "KHR_materials_transmission",
     "KHR_materials_volume",
+    VOLUME_SCATTER,
     "KHR_mesh_quantization",
     "KHR_texture_transform",
 ];

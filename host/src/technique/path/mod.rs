@@ -1,10 +1,14 @@
 //! Path tracing: the reference for all other techniques.
 
 mod explain;
+mod media;
+mod orders;
 mod plan;
 mod replay;
 mod vertices;
 
+pub use media::Subsurface;
+pub use orders::Orders;
 pub use replay::{film, params};
 pub use vertices::{Emission, Escape, NextEvent, Path, Vertex, explain_sample};
 
@@ -14,6 +18,7 @@ use crate::technique::sequence::{Sequence, Stage};
 use crate::{Error, buffers::SceneBuffers, exec::Executor, render::Render};
 use restir_shared::rng::Sampler;
 use restir_shared::technique::path::MAX_DEPTH;
+use restir_shared::technique::path::media::MAX_WALK;
 
 crate::settings! {
     /// Settings of path tracing.
@@ -30,6 +35,12 @@ crate::settings! {
         sampler: Sampler = Sampler::Sobol;
         /// Longest path: 1 is directly visible emission, 2 adds direct light.
         max_depth: u32 = 8, in 1..=MAX_DEPTH, unit "segments";
+        /// Light that scatters inside of things.
+        subsurface: Subsurface = Subsurface::Walk;
+        /// How often light that counts was scattered inside of things: LO..HI, both included, or all.
+        orders: Orders = Orders::ALL;
+        /// Where a path ends inside of things, and its light is lost.
+        longest_walk: u32 = 16_384, in 1..=MAX_WALK, unit "segments";
         /// Most samples of a pixel in one dispatch, rounded down to a power of two; off leaves it to the size of the image.
         /// It does not change the image.
         dispatch_samples: Option<u32> = None, unit "samples";

@@ -1,14 +1,17 @@
 //! The passes of path tracing: aligned blocks of samples, each traced into a plane of the film.
 
 use super::PathSettings;
+use super::media::{COUNTS, Media, Subsurface};
 use crate::Error;
 use crate::film::Film;
 use crate::plan::{ARENAS, Buffer, BufferId, Pass};
 use crate::technique::sequence::{Frame, Sequence, Stage, Work};
 use crate::technique::{PixelFilter, Technique};
-use restir_kernels::path::path;
+use restir_kernels::path::{path, path_media};
 use restir_shared::film::MAX_BLOCK_LOG2;
+use restir_shared::layout::FEATURE_SUBSURFACE;
 use restir_shared::rng::Sampler;
+use restir_shared::technique::path::media::MediaParams;
 use restir_shared::technique::path::{PATH_BLACKMAN_HARRIS, PATH_JITTER, PATH_ROULETTE, PATH_SOBOL, PathParams};
 use std::collections::VecDeque;
 
@@ -54,6 +57,8 @@ pub(super) struct Paths {
     progressive: bool,
     buffers: Vec<Buffer>,
     film: Film,
+    /// Where light scatters inside of things.
+    media: Option<Media>,
     /// The frame in work, and the number of the sample from which its mean counts.
     frame: Option<(Frame, u32)>,
     /// The blocks of the frame that are to come.
@@ -64,8 +69,10 @@ pub(super) struct Paths {
 
 impl Paths {
     pub(super) fn new(settings: &PathSettings, stage: &Stage) -> Self {
-        let largest = block_log2(settings, stage.size);
         let mut buffers = stage.arenas.to_vec();
+        let scatters = settings.subsurface == Subsurface::Walk && stage.features & FEATURE_SUBSURFACE != 0;
+        let media = scatters.then(|| Media::new(&mut buffers, stage.size, settings));
+        let largest = if scatters { 0 } else { block_log2(settings, stage.size) };
         // blocks of a mean that goes on are smaller where a frame has fewer samples
         let film = Film::new(&mut buffers, stage.film(1, if stage.progressive { 0 } else { largest }));
         Self {
@@ -76,6 +83,7 @@ impl Paths {
             progressive: stage.progressive,
             buffers,
             film,
+            media,
             frame: None,
             blocks: Box::new(std::iter::empty()),
             last: None,
@@ -110,9 +118,27 @@ impl Paths {
             flags,
             reserved: 0,
         };
+        if let Some(media) = &mut self.media {
+            media.begin(params, plane);
+            return self.stretch();
+        }
         let bound = [ARENAS.as_slice(), &[("film", plane)]].concat();
-        let constants = [("features", self.settings.integral().features(frame.features)), ("settings", flags)];
-        Some(Pass::new(&path::DESC, &constants, &params, &bound))
+        Some(Pass::new(&path::DESC, &self.constants(frame), &params, &bound))
+    }
+
+    fn constants(&self, frame: &Frame) -> [(&'static str, u32); 2] {
+        // without walks nothing asks what interiors scatter
+        let absent = if self.media.is_some() { 0 } else { FEATURE_SUBSURFACE };
+        [("features", self.settings.integral().features(frame.features) & !absent), ("settings", self.flags())]
+    }
+
+    /// The next stretch of paths through media.
+    fn stretch(&mut self) -> Option<Result<Pass, Error>> {
+        let (params, film): (MediaParams, BufferId) = self.media.as_mut()?.next()?;
+        let (media, (frame, _)) = (self.media.as_ref()?, self.frame.as_ref()?);
+        let planes = [("walkers", media.walkers), ("tallies", media.tallies), ("film", film)];
+        let bound = [ARENAS.as_slice(), &planes].concat();
+        Some(Pass::new(&path_media::DESC, &self.constants(frame), &params, &bound))
     }
 }
 
@@ -123,6 +149,10 @@ impl Sequence for Paths {
 
     fn output(&self) -> BufferId {
         self.film.output()
+    }
+
+    fn counts(&self) -> Option<(BufferId, [&'static str; 4])> {
+        self.media.as_ref().map(|media| (media.tallies, COUNTS))
     }
 
     fn begin(&mut self, frame: Frame) -> Work {
@@ -140,10 +170,14 @@ impl Sequence for Paths {
         self.blocks = Box::new(aligned_blocks(held, samples, largest));
         self.last = None;
         self.frame = Some((frame, base));
-        Work { passes: blocks, blocks }
+        let stretches = self.media.as_ref().map_or(1, |media| u64::from(media.stretches()));
+        Work { passes: blocks * stretches, blocks }
     }
 
     fn next_pass(&mut self) -> Option<Result<Pass, Error>> {
+        if let Some(pass) = self.stretch() {
+            return Some(pass);
+        }
         if let Some(pass) = self.film.merge_equal() {
             return Some(pass);
         }

@@ -1,5 +1,6 @@
 //! Path tracing: next-event estimation and BSDF sampling, joined by the balance heuristic (Veach 1997, §9.2).
 
+pub mod media;
 mod params;
 mod walk;
 mod weight;
@@ -31,6 +32,13 @@ fn place(flags: u32, u: Vec2) -> Vec2 {
     if flags & PATH_BLACKMAN_HARRIS != 0 { about_pixel(u) } else { u }
 }
 
+/// The first segment of a sample.
+#[inline(always)]
+fn camera_segment(params: &PathParams, rng: &Rng, features: u32, [x, y]: [u32; 2]) -> Ray {
+    let jitter = params.flags & (PATH_JITTER | PATH_BLACKMAN_HARRIS) != 0;
+    camera_ray(&params.camera, jitter, |u| place(params.flags, u), features, rng, x, y)
+}
+
 /// Traces one sample of a pixel, and gives what it finds to `receiver`; false if the device cut it short.
 #[inline(always)]
 pub fn trace<S: Trace + Surface + Lights, R: Receiver<S::Material>>(
@@ -41,8 +49,7 @@ pub fn trace<S: Trace + Surface + Lights, R: Receiver<S::Material>>(
     receiver: &mut R,
 ) -> bool {
     let rng = Rng::new(x, y, sample, params.seed, params.sampler());
-    let jitter = params.flags & (PATH_JITTER | PATH_BLACKMAN_HARRIS) != 0;
-    let ray = camera_ray(&params.camera, jitter, |u| place(params.flags, u), scene.features(), &rng, x, y);
+    let ray = camera_segment(params, &rng, scene.features(), [x, y]);
     Walk::new(ray).run(scene, &rng, params.max_depth, params.flags & PATH_ROULETTE != 0, receiver)
 }
 

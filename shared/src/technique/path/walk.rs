@@ -6,18 +6,19 @@ use crate::bsdf::{Material, ScatteringFunction};
 use crate::camera::AFTER_CAMERA;
 use crate::geometry::{Hit, Ray};
 use crate::layout::FEATURE_VOLUME;
+use crate::medium::transmittance;
 use crate::num;
 use crate::rng::{self, Rng};
-use crate::scene::{EnvironmentPoint, LightSample, Lights, Surface, SurfacePoint, Trace};
+use crate::scene::{BsdfOf, EnvironmentPoint, LightSample, Lights, Surface, SurfacePoint, Trace};
 use crate::transport::{Connection, Vertex};
 use crate::vec::{dot, flush, max_component};
-use glam::Vec3;
+use glam::{UVec4, Vec3};
 
 /// Random dimensions: after the camera's [`DIMENSIONS_PER_SEGMENT`] a segment, used or not, so that a
 /// decision keeps its numbers whatever was decided before it.
 const FIRST_DIMENSION: u32 = AFTER_CAMERA;
-const DIMENSIONS_PER_SEGMENT: u32 = 3;
-const LIGHT: u32 = 0;
+pub(super) const DIMENSIONS_PER_SEGMENT: u32 = 3;
+pub(super) const LIGHT: u32 = 0;
 const SCATTER: u32 = 1;
 const ROULETTE: u32 = 2;
 const _: () = assert!(FIRST_DIMENSION + MAX_DEPTH * DIMENSIONS_PER_SEGMENT <= rng::STREAM_DIMENSIONS);
@@ -123,6 +124,7 @@ impl Walk {
             cut = hit.is_cut();
             if alive {
                 let point = scene.surface(&self.ray, &hit);
+                self.absorb(scene.features(), &hit, &point);
                 self.arrive(scene, &hit, &point, receiver);
                 alive = self.depth < max_depth && max_component(self.throughput) > 0.0;
                 if alive {
@@ -135,8 +137,18 @@ impl Walk {
         !(cut | alive)
     }
 
+    /// Takes off what the interior has absorbed that the segment has crossed if it ends at the back of a surface: what is around is not
+    /// carried along.
     #[inline(always)]
-    fn escape<S: Surface + Lights, R: Receiver<S::Material>>(&self, scene: &S, receiver: &mut R) {
+    fn absorb<M>(&mut self, features: u32, hit: &Hit, point: &SurfacePoint<M>) {
+        if features & FEATURE_VOLUME != 0 && dot(point.normal, self.ray.direction) > 0.0 {
+            self.throughput = flush(self.throughput * transmittance(point.absorption, hit.t));
+        }
+    }
+
+    /// The last segment leaves the scene.
+    #[inline(always)]
+    pub(super) fn escape<S: Surface + Lights, R: Receiver<S::Material>>(&self, scene: &S, receiver: &mut R) {
         receiver.escape(self);
         let environment = scene.environment(self.ray.direction);
         if max_component(environment.radiance) > 0.0 {
@@ -145,23 +157,28 @@ impl Walk {
         }
     }
 
+    /// The segment ends on a surface.
     #[inline(always)]
-    fn arrive<S: Surface + Lights, R: Receiver<S::Material>>(
+    pub(super) fn arrive<S: Surface + Lights, R: Receiver<S::Material>>(
         &mut self,
         scene: &S,
         hit: &Hit,
         point: &SurfacePoint<S::Material>,
         receiver: &mut R,
     ) {
-        if scene.features() & FEATURE_VOLUME != 0 && dot(point.normal, self.ray.direction) > 0.0 {
-            self.throughput = flush(self.throughput * transmittance(point.absorption, hit.t));
-        }
         receiver.arrive(self, hit, point);
         if max_component(point.emission) > 0.0 {
             let weight = emission_weight(scene.light_density(hit), point, &self.ray, hit.t, self.chosen);
             receiver.emission(point.emission, weight, self.throughput * point.emission * weight);
         }
         self.depth += 1;
+    }
+
+    /// The dimension of what is drawn at the vertex at which the path has arrived, and the numbers.
+    #[inline(always)]
+    pub(super) fn numbers(&self, rng: &Rng) -> (u32, Rng) {
+        let dimension = FIRST_DIMENSION + (self.depth - 1).wrapping_mul(DIMENSIONS_PER_SEGMENT);
+        (dimension, if self.depth <= SPREAD_VERTICES { *rng } else { rng.independent() })
     }
 
     /// Samples a light, then the next direction; whether there is one.
@@ -174,23 +191,49 @@ impl Walk {
         roulette: bool,
         receiver: &mut R,
     ) -> bool {
-        let dimension = FIRST_DIMENSION + (self.depth - 1).wrapping_mul(DIMENSIONS_PER_SEGMENT);
-        let rng = if self.depth <= SPREAD_VERTICES { *rng } else { rng.independent() };
+        let (dimension, rng) = self.numbers(rng);
         let vertex = Vertex::new(point, &self.ray, scene.features());
+        self.next_event(scene, &vertex, || rng.draw(dimension + LIGHT), |_| true, receiver);
+        self.bounce(scene.features(), &vertex, &rng, dimension, roulette)
+    }
+
+    /// Samples a light by the numbers that `draw` gives; light from a direction that is not `open` cannot arrive.
+    #[inline(always)]
+    pub(super) fn next_event<S: Trace + Surface + Lights, R: Receiver<S::Material>>(
+        &self,
+        scene: &S,
+        vertex: &Vertex<BsdfOf<S>>,
+        draw: impl FnOnce() -> UVec4,
+        open: impl FnOnce(Vec3) -> bool,
+        receiver: &mut R,
+    ) {
         if vertex.bsdf.has_smooth_part() {
-            let light = scene.sample_light(rng.draw(dimension + LIGHT));
+            let light = scene.sample_light(draw());
             let connection = vertex.connect(&light);
             receiver.light(&light, &connection);
-            if max_component(connection.value) > 0.0 && !scene.occluded(&connection.shadow) {
+            let arrives = max_component(connection.value) > 0.0 && open(connection.shadow.direction);
+            if arrives && !scene.occluded(&connection.shadow) {
                 receiver.next_event(self.throughput * next_event(&light, &connection));
             }
         }
+    }
+
+    /// Samples the next direction by the numbers of a vertex, the first of whose dimensions is given; whether there is one.
+    #[inline(always)]
+    pub(super) fn bounce<B: ScatteringFunction>(
+        &mut self,
+        features: u32,
+        vertex: &Vertex<B>,
+        rng: &Rng,
+        dimension: u32,
+        roulette: bool,
+    ) -> bool {
         let words = rng.draw(dimension + SCATTER);
         let scattered = vertex.bsdf.sample(words);
         let direction = vertex.frame.to_world(scattered.direction);
         self.chosen = Chosen { pdf: scattered.pdf, alone: scattered.delta };
         self.throughput = flush(self.throughput * scattered.weight);
-        let key = Ray::random_key(scene.features(), words.x);
+        let key = Ray::random_key(features, words.x);
         self.ray = Ray { origin: vertex.origin(direction), direction, t_max: Ray::FAR, key };
         let mut alive = (scattered.pdf > 0.0) & vertex.is_consistent(direction, scattered.direction);
         if roulette && self.depth >= ROULETTE_FROM {
@@ -200,10 +243,4 @@ impl Walk {
         }
         alive
     }
-}
-
-/// The share of light that is left after a distance `t` (Beer and Lambert).
-#[inline(always)]
-fn transmittance(absorption: Vec3, t: f32) -> Vec3 {
-    Vec3::new(num::exp(-(absorption.x * t)), num::exp(-(absorption.y * t)), num::exp(-(absorption.z * t)))
 }

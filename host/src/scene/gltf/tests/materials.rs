@@ -69,7 +69,7 @@ fn extensions_are_read() {
     );
     assert_eq!((glass.ior, glass.transmission, glass.diffuse_transmission), (1.25, 0.75, 0.5));
     assert_eq!(glass.diffuse_transmission_color, [0.25, 0.5, 1.0]);
-    assert_eq!(glass.volume, Some(Volume { attenuation_color: [0.5, 1.0, 0.25], attenuation_distance: 3.0 }));
+    assert_eq!(glass.volume, Some(Volume::absorbing([0.5, 1.0, 0.25], 3.0)));
     assert!(warnings.is_empty(), "{warnings:?}");
 }
 

@@ -1,0 +1,120 @@
+//! Media by name, and bodies made of them.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use super::{Material, Mesh, Scene, Volume};
+use crate::Error;
+use crate::settings::unknown;
+
+/// A medium: its colour, linear RGB, and its mean free path in millimetres. The numbers are those of NVIDIA's RTXCR (Zhang and d'Eon 2025), which
+/// go back to the measurements of Jensen et al. (2001, table 1), but for those of wax, which are ours, and of apple, where RTXCR repeats
+/// chicken: its numbers are those of Werner et al. (2024).
+pub const MEDIA: &[(&str, [f32; 3], [f32; 3])] = &[
+    ("apple", [0.846, 0.841, 0.528], [6.96, 6.40, 1.90]),
+    ("chicken", [0.44, 0.22, 0.14], [9.44, 3.35, 1.79]),
+    ("cream", [0.99, 0.94, 0.83], [15.03, 4.66, 2.54]),
+    ("ketchup", [0.22, 0.01, 0.001], [4.76, 0.57, 0.39]),
+    ("marble", [0.93, 0.91, 0.88], [8.51, 5.57, 3.95]),
+    ("milk", [0.95, 0.93, 0.85], [10.90, 6.58, 2.51]),
+    ("potato", [0.86, 0.74, 0.29], [14.27, 7.23, 2.04]),
+    ("skim-milk", [0.89, 0.89, 0.80], [18.42, 10.44, 3.50]),
+    ("skin1", [0.57, 0.31, 0.17], [3.67, 1.37, 0.68]),
+    ("skin2", [0.75, 0.57, 0.47], [4.82, 1.69, 1.09]),
+    ("wax", [0.95, 0.87, 0.70], [6.0, 4.0, 2.0]),
+];
+
+/// How large a body is taken to be, corner to corner, unless a scale says how long a millimetre is.
+const USUAL_SIZE: f64 = 100.0;
+
+/// The interior of the medium called `name`, where a millimetre is `scale` > 0 units of the scene.
+///
+/// # Errors
+/// [`Error::Setting`] for an unknown name, which lists those that there are.
+pub fn medium(name: &str, scale: f64) -> Result<Volume, Error> {
+    let found = MEDIA.iter().find(|(of, ..)| *of == name);
+    let (_, color, mean_free_path) = found.ok_or_else(|| unknown("medium", name, MEDIA.iter().map(|(of, ..)| *of)))?;
+    Ok(Volume::scattering(*color, mean_free_path.map(|mean| (f64::from(mean) * scale) as f32), 0.0))
+}
+
+impl Scene {
+    /// Fills all bodies, which are closed meshes that emit nothing, with the medium called `name`, which light enters and leaves by Lambert's
+    /// law. A millimetre is `scale` units of the scene; without one, each body is taken to be ten centimetres large.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for an unknown name, a scale that is no positive number, and if no mesh is closed.
+    pub fn fill(&mut self, name: &str, scale: Option<f64>) -> Result<(), Error> {
+        if let Some(scale) = scale.filter(|scale| !(scale.is_finite() && *scale > 0.0)) {
+            let problem = format!("a millimetre cannot be {scale} units long; give a positive number after {name}:");
+            return Err(Error::Setting(problem));
+        }
+        medium(name, 1.0)?;
+        let mut filled = false;
+        for index in 0..self.meshes.len() {
+            let (mesh, size) = (self.meshes[index].clone(), self.size(index));
+            if self.materials[mesh.material].emission == [0.0; 3] && size > 0.0 && is_closed(&mesh) {
+                let volume = medium(name, scale.unwrap_or(size / USUAL_SIZE))?;
+                let white = Material::diffuse(format!("{name} of {}", mesh.name), [1.0; 3]);
+                let material = self.add_material(Material { diffuse_transmission: 1.0, volume: Some(volume), ..white });
+                self.meshes[index] = Arc::new(Mesh { material, ..Mesh::clone(&mesh) });
+                filled = true;
+            }
+        }
+        let problem = "no mesh of the scene is closed and dark, so that none can be filled; leave out --subsurface";
+        if filled { Ok(()) } else { Err(Error::Setting(problem.to_owned())) }
+    }
+
+    /// How large a mesh is in the world, corner to corner, by its first instance; 0 without one.
+    fn size(&self, mesh: usize) -> f64 {
+        let instance = self.instances.iter().find(|instance| instance.mesh == mesh);
+        instance.map_or(0.0, |instance| {
+            let positions = self.meshes[mesh].positions.iter();
+            let placed = positions.map(|p| instance.transform.transform_point3(super::double(*p)));
+            let (lo, hi) =
+                placed.fold((glam::DVec3::INFINITY, glam::DVec3::NEG_INFINITY), |(lo, hi), p| (lo.min(p), hi.max(p)));
+            if lo.x <= hi.x { (hi - lo).length() } else { 0.0 }
+        })
+    }
+}
+
+/// Whether each edge of a mesh, from position to position, is met as often in one direction as in the other.
+fn is_closed(mesh: &Mesh) -> bool {
+    let corner = |index: u32| mesh.positions[index as usize].map(|x| (x + 0.0).to_bits());
+    let mut edges = HashMap::new();
+    for &[a, b, c] in &mesh.indices {
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            let (from, to) = (corner(from), corner(to));
+            *edges.entry((from.min(to), from.max(to))).or_insert(0_i64) += if from < to { 1 } else { -1 };
+        }
+    }
+    !mesh.indices.is_empty() && edges.values().all(|&balance| balance == 0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::builtin;
+    use glam::DVec3;
+
+    #[test]
+    fn bodies_are_closed_meshes() {
+        assert!(is_closed(&Mesh::cuboid(DVec3::ZERO, DVec3::ONE)) && is_closed(&Mesh::sphere(DVec3::ZERO, 1.0, 2)));
+        assert!(!is_closed(&Mesh::quad(DVec3::ZERO, [DVec3::X, DVec3::Y])) && !is_closed(&Mesh::default()));
+    }
+
+    #[test]
+    fn bodies_of_a_scene_are_filled_and_nothing_else() {
+        let mut scene = builtin::scene("statue").expect("built in");
+        let before = scene.clone();
+        scene.fill("marble", None).expect("the statue is closed");
+        let filled = |index: usize| scene.materials[scene.meshes[index].material].volume.is_some();
+        for index in 0..scene.meshes.len() {
+            assert_eq!(filled(index), is_closed(&before.meshes[index]), "{}", before.meshes[index].name);
+        }
+        for (name, scale, known) in
+            [("granite", None, "marble"), ("milk", Some(0.0), "milk:"), ("wax", Some(f64::NAN), "positive")]
+        {
+            assert!(before.clone().fill(name, scale).unwrap_err().to_string().contains(known));
+        }
+    }
+}

@@ -1,0 +1,43 @@
+//! What is inside of things.
+
+use crate::vec::max_component;
+use glam::Vec3;
+
+/// What a surface encloses, at one of its points: a homogeneous medium that absorbs and may scatter, or nothing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interior {
+    /// The surface encloses something. Any other is a sheet: on both of its sides is what is around it.
+    pub closed: bool,
+    /// Which body it is: surfaces of the same body enclose the same interior.
+    pub body: u32,
+    /// Expected number of collisions per unit length, by channel.
+    pub extinction: Vec3,
+    /// The part of a collision that is scattered, in [0, 1], by channel; black of an interior that absorbs alone.
+    pub albedo: Vec3,
+    /// Mean cosine of the angle by which light turns ([`crate::sampling::sample_henyey_greenstein`]).
+    pub anisotropy: f32,
+    /// Light that reaches the surface from inside is mirrored as by a smooth interface to a medium that is denser by this relative index: never
+    /// totally. 1 does nothing. No real interface is like that; published fits of reflectance are of it (Zhang and d'Eon 2025).
+    pub denser_outside: f32,
+    /// As [`crate::scene::SurfacePoint::offset`].
+    pub offset: f32,
+}
+
+impl Interior {
+    /// Nothing, behind a surface that encloses nothing.
+    pub const NONE: Self = Self {
+        closed: false,
+        body: u32::MAX,
+        extinction: Vec3::ZERO,
+        albedo: Vec3::ZERO,
+        anisotropy: 0.0,
+        denser_outside: 1.0,
+        offset: 0.0,
+    };
+
+    /// Whether light is scattered.
+    #[inline(always)]
+    pub fn scatters(&self) -> bool {
+        max_component(self.albedo) > 0.0
+    }
+}

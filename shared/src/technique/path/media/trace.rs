@@ -1,0 +1,274 @@
+//! The loop of a path through media.
+
+use super::walker::{Tally, Walker, entry};
+use super::{MAX_WALK, MediaParams};
+use crate::bsdf::Dielectric;
+use crate::geometry::{Hit, Ray};
+use crate::medium::{Channels, Interior, transmittance};
+use crate::num;
+use crate::rng::{self, Rng};
+use crate::sampling::sample_henyey_greenstein;
+use crate::scene::{Lights, Surface, SurfacePoint, Trace};
+use crate::technique::path::walk::{DIMENSIONS_PER_SEGMENT, LIGHT, Receiver};
+use crate::technique::path::{PATH_ROULETTE, Walk};
+use crate::transport::Vertex;
+use crate::vec::{Frame, dot, flush, max_abs, max_component, normalize};
+use glam::{UVec4, Vec2, Vec3};
+
+/// Random dimensions inside of media, counted by segment: one of each segment's flight, and those of a vertex at its end.
+const FLIGHT: u32 = 1 << 20;
+const BOUNDARY: u32 = 1 << 21;
+const _: () = assert!(BOUNDARY + MAX_WALK * DIMENSIONS_PER_SEGMENT <= rng::STREAM_DIMENSIONS);
+const _: () = assert!(FLIGHT + MAX_WALK < BOUNDARY);
+
+/// Roulette leaves walks of up to so many collisions alone.
+const ROULETTE_FROM: u32 = 16;
+const MIN_SURVIVAL: f32 = 0.05;
+/// Reflections from inside that may follow each other: light that is caught in a clear body ends after them.
+const MOST_REFLECTIONS: u32 = 64;
+/// How near a collision may come to a surface, as a fraction of the largest coordinate: as near as rays begin beside it.
+const NEAREST: f32 = 1.0 / 262_144.0;
+/// Cosines below this count as it, where a distance is divided by them.
+const GRAZING: f32 = 1.0 / 4096.0;
+
+/// What is around a path.
+#[derive(Clone, Copy)]
+struct Around {
+    interior: Interior,
+    /// Where the segment begins, light has come so far from the surface already: rays begin beside it.
+    lead: f32,
+    reflections: u32,
+}
+
+impl Around {
+    #[inline(always)]
+    fn new(interior: Interior, lead: f32) -> Self {
+        Self { interior, lead, reflections: 0 }
+    }
+}
+
+/// How far light flies inside of an interior.
+struct Flight {
+    channels: Channels,
+    /// From the surface, or the last collision, to the next collision.
+    distance: f32,
+    /// Where the ray ends, which begins beside the surface.
+    t: f32,
+    /// A surface that is nearer than this behind the end is too near: by rounding the end may lie behind it.
+    margin: f32,
+    words: UVec4,
+}
+
+impl Flight {
+    /// Outside.
+    const NONE: Self =
+        Self { channels: Channels::NONE, distance: Ray::FAR, t: Ray::FAR, margin: 0.0, words: UVec4::ZERO };
+}
+
+/// Sums what counts.
+struct Orders {
+    sum: Vec3,
+    counts: bool,
+}
+
+impl<M> Receiver<M> for Orders {
+    #[inline(always)]
+    fn add(&mut self, value: Vec3) {
+        if self.counts {
+            self.sum += value;
+        }
+    }
+}
+
+impl Walker {
+    /// Goes on until the path ends or waits. False if the device cut a loop short: what was found is then not the whole.
+    #[inline(always)]
+    pub(super) fn run<S: Trace + Surface + Lights>(
+        &mut self,
+        scene: &S,
+        params: &MediaParams,
+        rng: &Rng,
+        tally: &mut Tally,
+    ) -> bool {
+        let resumed = if self.entry.is_hit() { scene.interior(&self.entry) } else { Interior::NONE };
+        let mut around = Around::new(resumed, 0.0);
+        let mut found = Orders { sum: self.radiance, counts: false };
+        let (mut waits, mut cut) = (false, false);
+        let last = self.steps + params.stretch;
+        // counted, for the value of a condition after a loop is known to a compiler even where a driver cuts the loop
+        let mut rounds = 0_u32;
+        let mut ended = 0_u32;
+        while self.alive & !waits {
+            rounds = rounds.wrapping_add(1);
+            found.counts = (self.order >= params.least_order) & (self.order <= params.most_order);
+            let inside = around.interior.scatters();
+            let flight = if inside { self.flight(&around, rng) } else { Flight::NONE };
+            let key = if inside { Ray::random_key(scene.features(), flight.words.x) } else { self.walk.ray.key };
+            let hit = scene.closest(&Ray { t_max: flight.t + flight.margin, key, ..self.walk.ray });
+            cut = hit.is_cut();
+            let too_long = inside & (self.steps >= params.longest_walk);
+            self.steps += inside as u32;
+            if cut | too_long {
+                tally.cut = tally.cut.wrapping_add(too_long as u32);
+                self.alive = false;
+            } else if inside & !(hit.is_hit() & (hit.t < flight.t)) {
+                tally.scatterings = tally.scatterings.wrapping_add(1);
+                self.collide(&mut around, &flight, &hit);
+                waits = self.steps >= last;
+            } else if hit.is_hit() {
+                self.absorb(&around, &flight, &hit);
+                self.meet(scene, params, rng, &hit, &mut around, &mut found, tally);
+            } else {
+                self.walk.escape(scene, &mut found);
+                self.alive = false;
+            }
+            ended = if self.alive & !waits { ended } else { rounds };
+        }
+        self.radiance = found.sum;
+        !cut & (ended == rounds)
+    }
+
+    #[inline(always)]
+    fn flight(&self, around: &Around, rng: &Rng) -> Flight {
+        let interior = &around.interior;
+        let words = rng.hash(FLIGHT + self.steps);
+        let channels = Channels::new(interior.extinction, self.walk.throughput * interior.albedo);
+        let distance = channels.sample(Vec2::new(rng::unit(words.x), rng::unit(words.y)));
+        let margin = num::max(interior.offset, max_abs(self.walk.ray.origin) * NEAREST);
+        Flight { channels, distance, t: num::max(distance - around.lead, 0.0), margin, words }
+    }
+
+    /// Scatters at the end of a flight.
+    #[inline(always)]
+    fn collide(&mut self, around: &mut Around, flight: &Flight, hit: &Hit) {
+        let interior = &around.interior;
+        let nearest = if hit.is_hit() { num::max(hit.t - flight.margin, 0.0) } else { flight.t };
+        let ray = self.walk.ray;
+        let worth = interior.albedo * flight.channels.collided(flight.distance);
+        let mut throughput = flush(self.walk.throughput * worth);
+        let UVec4 { x, y, z, w } = flight.words;
+        let turned = sample_henyey_greenstein(Vec2::new(rng::unit(z), rng::unit(w)), interior.anisotropy);
+        let direction = normalize(Frame::new(ray.direction).to_world(turned));
+        self.order += 1;
+        if self.order >= ROULETTE_FROM {
+            let survival = num::clamp(max_component(throughput), MIN_SURVIVAL, 1.0);
+            // of each word the lowest eight bits are left
+            let left = (x << 24) | ((y & 0xff) << 16) | ((z & 0xff) << 8);
+            self.alive = rng::unit(left) < survival;
+            throughput *= num::recip(survival);
+        }
+        self.alive = self.alive & (max_component(throughput) > 0.0);
+        let origin = ray.origin + ray.direction * num::min(flight.t, nearest);
+        let walk = Walk::new(Ray { origin, direction, ..ray });
+        self.walk = Walk { throughput, depth: self.walk.depth, ..walk };
+        *around = Around::new(*interior, 0.0);
+    }
+
+    /// Takes off what is lost on the way to a surface.
+    #[inline(always)]
+    fn absorb(&mut self, around: &Around, flight: &Flight, hit: &Hit) {
+        let distance = hit.t + around.lead;
+        if around.interior.closed {
+            let left = if around.interior.scatters() {
+                flight.channels.passed(distance)
+            } else {
+                transmittance(around.interior.extinction, distance)
+            };
+            self.walk.throughput = flush(self.walk.throughput * left);
+        }
+    }
+
+    /// What happens at a surface.
+    #[inline(always)]
+    fn meet<S: Trace + Surface + Lights>(
+        &mut self,
+        scene: &S,
+        params: &MediaParams,
+        rng: &Rng,
+        hit: &Hit,
+        around: &mut Around,
+        found: &mut Orders,
+        tally: &mut Tally,
+    ) {
+        let point = scene.surface(&self.walk.ray, hit);
+        let at = entry(hit);
+        let met = scene.interior(&at);
+        let front = dot(point.normal, self.walk.ray.direction) <= 0.0;
+        let here = around.interior;
+        let inside = here.scatters();
+        if inside & front & met.closed & (met.body == here.body) {
+            tally.leaks = tally.leaks.wrapping_add(1);
+            self.walk.ray.origin = point.position - point.normal * point.offset;
+            *around = Around { lead: 0.0, ..*around };
+            return;
+        }
+        let behind = if front { met } else { Interior::NONE };
+        let there = if met.closed { behind } else { here };
+        self.walk.arrive(scene, hit, &point, found);
+        self.alive = (self.walk.depth < params.path.max_depth) & (max_component(self.walk.throughput) > 0.0);
+        let mirrored = inside & !front & self.alive && self.is_mirrored(&here, &point, rng);
+        let mut passed = false;
+        if mirrored {
+            let along = dot(point.normal, self.walk.ray.direction);
+            let direction = normalize(self.walk.ray.direction - point.normal * (2.0 * along));
+            let origin = point.position - point.normal * point.offset;
+            self.walk.ray = Ray { origin, direction, ..self.walk.ray };
+        } else if self.alive {
+            let vertex = Vertex::new(&point, &self.walk.ray, scene.features());
+            let (own, spread) = self.walk.numbers(rng);
+            let dark = |direction: Vec3| if vertex.is_behind(direction) { there.scatters() } else { inside };
+            self.walk.next_event(scene, &vertex, || spread.draw(own + LIGHT), |direction| !dark(direction), found);
+            // a walk may meet the boundary many times before the path is a segment longer
+            let (dimension, rng) = if inside { (self.boundary(), rng.independent()) } else { (own, spread) };
+            let roulette = params.path.flags & PATH_ROULETTE != 0;
+            self.alive = self.walk.bounce(scene.features(), &vertex, &rng, dimension, roulette);
+            passed = vertex.is_behind(self.walk.ray.direction);
+        }
+        if passed & front & met.closed {
+            self.entry = at;
+        }
+        let stays = inside & !front & !passed;
+        self.leave(if passed { there } else { here }, &point, stays, around, tally);
+    }
+
+    /// The first of the dimensions of a vertex that a segment inside of a medium ends at.
+    #[inline(always)]
+    fn boundary(&self) -> u32 {
+        BOUNDARY + self.steps.wrapping_mul(DIMENSIONS_PER_SEGMENT)
+    }
+
+    /// Whether the boundary mirrors light as if the outside was denser.
+    #[inline(always)]
+    fn is_mirrored<M>(&self, here: &Interior, point: &SurfacePoint<M>, rng: &Rng) -> bool {
+        let index = here.denser_outside;
+        let interface = Dielectric::new(index, num::recip(index), true);
+        let cos = num::abs(dot(point.normal, self.walk.ray.direction));
+        let reflected = interface.fresnel(cos, interface.bent(cos)).reflected;
+        (index > 1.0) & (rng::unit(rng.hash(self.boundary() + LIGHT).x) < reflected)
+    }
+
+    /// The path leaves a surface into `next`, or stays inside of the body whose boundary it met.
+    #[inline(always)]
+    fn leave<M>(
+        &mut self,
+        next: Interior,
+        point: &SurfacePoint<M>,
+        stays: bool,
+        around: &mut Around,
+        tally: &mut Tally,
+    ) {
+        let scatters = next.scatters();
+        let cos = num::max(num::abs(dot(point.normal, self.walk.ray.direction)), GRAZING);
+        let lead = if scatters { num::div(point.offset, cos) } else { 0.0 };
+        let reflections = if stays { around.reflections + 1 } else { 0 };
+        let caught = self.alive & (reflections > MOST_REFLECTIONS);
+        let enters = self.alive & scatters & !around.interior.scatters();
+        tally.walks = tally.walks.wrapping_add(enters as u32);
+        tally.cut = tally.cut.wrapping_add(caught as u32);
+        self.alive = self.alive & !caught;
+        // a walk with its reflections is one segment
+        self.walk.depth -= stays as u32;
+        self.walk.chosen.alone = self.walk.chosen.alone | scatters;
+        *around = Around { interior: next, lead, reflections };
+    }
+}

@@ -1,0 +1,118 @@
+//! The path of a pixel, and how it waits in a plane.
+
+use super::MediaParams;
+use crate::geometry::{Hit, Ray};
+use crate::rng::Rng;
+use crate::technique::path::{Walk, camera_segment};
+use bytemuck::{Pod, Zeroable};
+use glam::{UVec4, Vec2, Vec3};
+
+/// Counts of a pixel: sums over its samples, which wrap at 2^32.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Tally {
+    /// How often paths have entered an interior that scatters.
+    pub walks: u32,
+    /// Collisions.
+    pub scatterings: u32,
+    /// Paths that ended because they had too many segments inside of media: their light is lost.
+    pub cut: u32,
+    /// How often a path met the front of the body that it was inside of. It had left without crossing the surface, by rounding, and has
+    /// come back.
+    pub leaks: u32,
+}
+
+/// A path on its way.
+pub(super) struct Walker {
+    pub(super) walk: Walk,
+    /// What it has found so far.
+    pub(super) radiance: Vec3,
+    /// Where it has entered what is around it; a miss outside of everything.
+    pub(super) entry: Hit,
+    /// Segments inside of media so far.
+    pub(super) steps: u32,
+    /// Collisions so far.
+    pub(super) order: u32,
+    pub(super) alive: bool,
+}
+
+/// A path that waits after a collision: 64 bytes. Its direction is chosen as if by a delta lobe, for no light was sampled there.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[repr(transparent)]
+pub struct PackedWalker(pub [UVec4; 4]);
+
+/// Bit of the last word that is set while the path goes on; below it lies its depth.
+const ALIVE: u32 = 1 << 31;
+/// Steps between two barycentric coordinates of an entry.
+const COORDINATES: f32 = 65_536.0;
+const STEP: f32 = 1.0 / COORDINATES;
+
+/// A hit without its distance, whose coordinates are rounded to 16 bits: where a path enters, so that it can wait in less.
+#[inline(always)]
+pub(super) fn entry(hit: &Hit) -> Hit {
+    unpack_entry(hit.id, pack_coordinates(hit.uv))
+}
+
+#[inline(always)]
+fn pack_coordinates(uv: Vec2) -> u32 {
+    let cell = |x: f32| crate::num::clamp(x * COORDINATES, 0.0, COORDINATES - 1.0) as u32;
+    cell(uv.x) | (cell(uv.y) << 16)
+}
+
+#[inline(always)]
+fn unpack_entry(id: u32, coordinates: u32) -> Hit {
+    let coordinate = |cell: u32| (cell as f32) * STEP;
+    Hit { t: Ray::FAR, id, uv: Vec2::new(coordinate(coordinates & 0xffff), coordinate(coordinates >> 16)) }
+}
+
+impl Walker {
+    /// The path of a sample from the camera on.
+    #[inline(always)]
+    pub(super) fn new(params: &MediaParams, rng: &Rng, features: u32, pixel: [u32; 2]) -> Self {
+        let ray = camera_segment(&params.path, rng, features, pixel);
+        Self {
+            walk: Walk::new(ray),
+            radiance: Vec3::ZERO,
+            entry: Hit::MISS,
+            steps: 0,
+            order: 0,
+            alive: params.path.max_depth > 0,
+        }
+    }
+}
+
+impl PackedWalker {
+    #[inline(always)]
+    pub(super) fn pack(walker: &Walker) -> Self {
+        let Walker { walk, radiance, entry, .. } = walker;
+        let word = |v: Vec3, w: u32| UVec4::new(v.x.to_bits(), v.y.to_bits(), v.z.to_bits(), w);
+        let alive = if walker.alive { ALIVE } else { 0 };
+        Self([
+            word(walk.ray.origin, walker.steps | (walker.order << 16)),
+            word(walk.ray.direction, entry.id),
+            word(walk.throughput, pack_coordinates(entry.uv)),
+            word(*radiance, walk.depth | alive),
+        ])
+    }
+
+    #[inline(always)]
+    pub(super) fn unpack(self) -> Walker {
+        let [origin, direction, throughput, radiance] = self.0;
+        let vector = |w: UVec4| Vec3::new(f32::from_bits(w.x), f32::from_bits(w.y), f32::from_bits(w.z));
+        let ray = Ray { origin: vector(origin), direction: vector(direction), t_max: Ray::FAR, key: 0 };
+        Walker {
+            walk: Walk { throughput: vector(throughput), depth: radiance.w & !ALIVE, ..Walk::new(ray) },
+            radiance: vector(radiance),
+            entry: unpack_entry(direction.w, throughput.w),
+            steps: origin.w & 0xffff,
+            order: origin.w >> 16,
+            alive: self.goes_on(),
+        }
+    }
+
+    /// Whether the path goes on.
+    #[inline(always)]
+    pub fn goes_on(&self) -> bool {
+        self.0[3].w & ALIVE != 0
+    }
+}

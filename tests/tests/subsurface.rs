@@ -1,0 +1,282 @@
+//! Paths through media: against known slabs, and tile by tile against an independent random walk in `f64` inside of analytic bodies.
+
+use libtest_mimic::Failed;
+use restir_host::buffers::SceneBuffers;
+use restir_host::exec::{CpuExecutor, Executor};
+use restir_host::render::{self, Render, Rendered};
+use restir_host::scene::{Camera, Environment, Material, Mesh, Scene, Volume, VolumeScattering};
+use restir_host::technique::path::{Orders, PathSettings};
+use restir_shared::glam::DVec3;
+use restir_shared::rng::Sampler;
+use restir_shared::technique::path::media::MediaParams;
+use restir_tests::bias::{ensure_biased, ensure_unbiased};
+use restir_tests::stats::{FAMILY_RATE, Family, Moments, TileGrid, TileTest, ZTest};
+use restir_tests::suite::ensure;
+use restir_tests::walk_f64::{Body, Border, SKY_ROWS, Walker, from_above, unscattered};
+use restir_tests::{native, oracle};
+
+restir_tests::suite! {
+    slabs_reflect_and_transmit_what_is_known bodies_look_as_by_an_independent_walk orders_look_as_by_an_independent_walk
+    wrong_media_are_seen where_a_path_is_cut_does_not_matter walks_are_counted
+}
+
+const GRID: TileGrid = TileGrid { width: 16, height: 16, tile: 8 };
+
+/// A body of a medium under a sky, and what looks at it.
+#[derive(Clone)]
+struct Case {
+    name: &'static str,
+    camera: Camera,
+    walker: Walker,
+}
+
+fn looking(from: [f64; 3], at: [f64; 3], degrees: f64) -> Camera {
+    Camera::pinhole(DVec3::from(from), DVec3::from(at), DVec3::Z, degrees.to_radians())
+}
+
+/// Of the albedo of a collision, the colour that is written in materials: van de Hulst's formula.
+fn color(albedo: f64, g: f64) -> f32 {
+    let s = ((1.0 - albedo) / (1.0 - g * albedo)).sqrt();
+    ((1.0 - s) * (1.0 - 0.139 * s) / (1.0 + 1.17 * s)) as f32
+}
+
+impl Case {
+    fn material(&self) -> Material {
+        let Walker { border, extinction, albedo, anisotropy, .. } = self.walker;
+        let color = albedo.map(|albedo| color(albedo, anisotropy));
+        let mut volume = Volume::scattering(color, extinction.map(|rate| (1.0 / rate) as f32), anisotropy as f32);
+        let white = Material::diffuse("medium", [1.0; 3]);
+        match border {
+            Border::Dielectric(index) => {
+                Material { transmission: 1.0, roughness: 0.0, ior: index as f32, volume: Some(volume), ..white }
+            }
+            Border::Open => Material { diffuse_transmission: 1.0, volume: Some(volume), ..white },
+            Border::DenserOutside(index) => {
+                volume.scattering = volume.scattering.map(|s| VolumeScattering { denser_outside: index as f32, ..s });
+                Material { diffuse_transmission: 1.0, volume: Some(volume), ..white }
+            }
+        }
+    }
+
+    fn scene(&self) -> SceneBuffers {
+        let mut scene = Scene { name: self.name.to_owned(), camera: Some(self.camera), ..Scene::default() };
+        let row = |row: u32| [[if 2 * row < SKY_ROWS { 1.0 } else { 0.0 }; 3]; 4];
+        let sky: Vec<[f32; 3]> = (0..SKY_ROWS).flat_map(row).collect();
+        scene.environment = Some(Environment {
+            name: "above".into(),
+            size: [4, SKY_ROWS],
+            pixels: sky.into(),
+            scale: 1.0,
+            rotation: 0.0,
+        });
+        let material = scene.add_material(self.material());
+        let mesh = match self.walker.body {
+            Body::Box(lo, hi) => Mesh::cuboid(lo, hi),
+            Body::Sphere(centre, radius) => Mesh { normals: Vec::new(), ..Mesh::sphere(centre, radius, 6) },
+        };
+        scene.add_mesh("body", material, mesh);
+        SceneBuffers::build(&scene).expect("builds")
+    }
+
+    fn settings(&self) -> PathSettings {
+        let [least, most] = self.walker.orders;
+        PathSettings {
+            max_depth: 3,
+            sampler: Sampler::Independent,
+            orders: Orders { least, most },
+            ..PathSettings::default()
+        }
+    }
+
+    fn rendered(&self, scene: &SceneBuffers, samples: u32, seed: u32) -> Rendered {
+        let render = Render { count: samples, seed, ..Render::new([GRID.width, GRID.height], self.settings()) };
+        let rendered = render::render(&mut CpuExecutor::inline(), scene, &render, &mut |_| Ok(())).expect("renders");
+        assert_eq!(rendered.dropped_samples, 0);
+        rendered
+    }
+
+    fn moments(&self, restarts: u32, samples: u32) -> Vec<Moments> {
+        use rayon::prelude::*;
+        let scene = self.scene();
+        let image = |seed| self.rendered(&scene, samples, seed).image.pixels.iter().map(|p| p.map(f64::from)).collect();
+        GRID.moments_of(&(0..restarts).into_par_iter().map(image).collect::<Vec<_>>())
+    }
+
+    /// The same by the independent walk.
+    fn reference(&self, restarts: u32) -> Vec<Moments> {
+        let camera =
+            oracle::Camera::new(&self.scene().camera.params(GRID.width, GRID.height), [GRID.width, GRID.height]);
+        GRID.moments(restarts, |restart, x, y| self.walker.pixel(&camera, restart, x, y))
+    }
+}
+
+/// A slab of depth 1 that is so wide that nothing comes back from its sides, seen from above or below.
+fn slab(depth: f64, albedo: f64, g: f64, border: Border, above: bool) -> Case {
+    let corner = DVec3::new(100.0, 0.0, 100.0);
+    let (from, at) = if above { ([0.0, 6.0, 0.0], [0.3, 0.0, 0.1]) } else { ([0.0, -7.0, 0.0], [0.3, -1.0, 0.1]) };
+    Case {
+        name: "slab",
+        camera: looking(from, at, 40.0),
+        walker: Walker {
+            body: Body::Box(-corner - DVec3::Y, corner),
+            border,
+            extinction: [depth; 3],
+            albedo: [albedo; 3],
+            anisotropy: g,
+            sky: from_above,
+            orders: [0, u32::MAX],
+        },
+    }
+}
+
+/// A colourful sphere or cube, seen from aside.
+fn body(name: &'static str, body: Body, border: Border, g: f64) -> Case {
+    Case {
+        name,
+        camera: looking([3.0, -0.4, 2.0], [0.0, 0.1, 0.0], 38.0),
+        walker: Walker {
+            body,
+            border,
+            extinction: [0.6, 2.0, 7.0],
+            albedo: [0.99, 0.9, 0.6],
+            anisotropy: g,
+            sky: from_above,
+            orders: [0, u32::MAX],
+        },
+    }
+}
+
+const SPHERE: Body = Body::Sphere(DVec3::ZERO, 1.0);
+const CUBE: Body = Body::Box(DVec3::new(-0.8, -0.7, -0.9), DVec3::new(0.8, 0.9, 0.7));
+
+/// Optical depth, albedo and anisotropy; reflected and transmitted in all; transmitted without a collision; reflected and transmitted after
+/// one (10^6 walks elsewhere, of which the figures are known to 5e-4; the unscattered part is `2 E3(depth)`).
+type Known = ([f64; 3], [f64; 2], Option<[f64; 2]>);
+const SLABS: [Known; 4] = [
+    ([1.0, 0.9, 0.0], [0.3529, 0.4746], Some([0.1770, 0.1044])),
+    ([1.0, 0.9, 0.5], [0.2278, 0.5986], Some([0.0844, 0.1794])),
+    ([4.0, 0.9, 0.0], [0.4731, 0.0903], Some([0.1834, 0.0063])),
+    ([4.0, 0.99, 0.0], [0.7104, 0.2161], None),
+];
+const KNOWN_TO: f64 = 5.0e-4;
+
+/// A known share of light, with its standard error.
+fn known(value: f64, error: f64) -> Moments {
+    // as of a mean of many values
+    let spread = error * 1.0e3;
+    Moments::from_parts([1.0e6, value, spread * spread * (1.0e6 - 1.0)])
+}
+
+/// The mean of the image in green, over restarts.
+fn mean(moments: &[Moments]) -> Moments {
+    moments[moments.len() - 2]
+}
+
+fn slabs_reflect_and_transmit_what_is_known() -> Result<(), Failed> {
+    let mut family = Family::new("slabs", FAMILY_RATE);
+    for ([depth, albedo, g], totals, once) in SLABS {
+        for (side, above) in [true, false].into_iter().enumerate() {
+            let case = slab(depth, albedo, g, Border::Open, above);
+            let of_order = |order| {
+                let walker = Walker { orders: [order; 2], ..case.walker };
+                mean(&Case { walker, ..case.clone() }.moments(64, 16))
+            };
+            let mut expect = |what: &str, found: Moments, expected: f64, error: f64| {
+                println!(
+                    "depth {depth}, albedo {albedo}, g {g}, {what}, side {side}: {:.5} +- {:.5}, expected {expected:.5}",
+                    found.mean(),
+                    found.standard_error()
+                );
+                family.z_test(format!("{depth} {albedo} {g} {what} {side}"), ZTest::new(found, known(expected, error)));
+            };
+            expect("in all", mean(&case.moments(64, 64)), totals[side], KNOWN_TO);
+            if !above {
+                expect("unscattered", of_order(0), unscattered(depth), 1.0e-6);
+            }
+            if let Some(once) = once {
+                expect("once", of_order(1), once[side], KNOWN_TO);
+            }
+        }
+    }
+    println!("{}", family.verdict()?);
+    Ok(())
+}
+
+/// Of the image, a bias of `noticed` would have been noticed with 99 % probability.
+fn agree(case: &Case, noticed: f64) -> Result<(), Failed> {
+    const RESTARTS: u32 = 64;
+    const SAMPLES: u32 = 96;
+    let (tested, reference) = (case.moments(RESTARTS, SAMPLES), case.reference(RESTARTS * SAMPLES));
+    let verdict = TileTest { grid: GRID, family_rate: FAMILY_RATE }.compare(&tested, &reference);
+    ensure_unbiased(
+        &format!("{}, {:?}, g {}", case.name, case.walker.border, case.walker.anisotropy),
+        &verdict,
+        noticed,
+    )
+}
+
+/// Three boundaries, three bodies.
+fn bodies_look_as_by_an_independent_walk() -> Result<(), Failed> {
+    for border in [Border::Open, Border::DenserOutside(1.4), Border::Dielectric(1.4)] {
+        agree(&slab(1.0, 0.9, 0.5, border, true), 0.02)?;
+        agree(&body("sphere", SPHERE, border, 0.0), 0.01)?;
+        agree(&body("cube", CUBE, border, -0.4), 0.01)?;
+    }
+    Ok(())
+}
+
+fn orders_look_as_by_an_independent_walk() -> Result<(), Failed> {
+    for (orders, noticed) in [([0, 0], 0.01), ([1, 1], 0.05), ([2, 4], 0.05), ([5, u32::MAX], 0.05)] {
+        let mut case = body("sphere", SPHERE, Border::Dielectric(1.3), 0.7);
+        case.walker.orders = orders;
+        agree(&case, noticed)?;
+    }
+    Ok(())
+}
+
+/// A hundredth more light, and an anisotropy that is off by 0.02.
+fn wrong_media_are_seen() -> Result<(), Failed> {
+    let right = slab(1.0, 0.9, 0.5, Border::Open, true);
+    let brighter = Walker { sky: |direction| 1.01 * from_above(direction), ..right.walker };
+    let turned = Walker { anisotropy: 0.52, ..right.walker };
+    for (what, walker) in [("brighter", brighter), ("turned", turned)] {
+        let wrong = Case { walker, ..right.clone() };
+        let test = TileTest { grid: GRID, family_rate: FAMILY_RATE };
+        ensure_biased(what, &test.compare(&right.moments(128, 64), &wrong.reference(128 * 64)))?;
+    }
+    Ok(())
+}
+
+/// A path that waits every 64 segments finds what one finds that never waits, and is counted alike.
+fn where_a_path_is_cut_does_not_matter() -> Result<(), Failed> {
+    for border in [Border::Open, Border::Dielectric(1.4)] {
+        let case = slab(20.0, 0.9999, 0.3, border, true);
+        let scene = case.scene();
+        let render = Render { count: 3, ..Render::new([GRID.width, GRID.height], case.settings()) };
+        let outputs = |stretch: Option<u32>| {
+            let plan = native::changed(native::plan(&scene, &render), |pass| {
+                let put = |params: &mut MediaParams| params.stretch = stretch.unwrap_or(params.stretch);
+                native::edit::<MediaParams>(pass, put);
+            });
+            CpuExecutor::inline().run(plan, &mut |_| Ok(()))
+        };
+        let cut = outputs(None)?;
+        ensure(cut[1].iter().skip(1).step_by(4).any(|&scatterings| scatterings > 640), || {
+            "no path is long".to_owned()
+        })?;
+        ensure(cut[0].iter().any(|&word| word != 0), || "nothing is seen".to_owned())?;
+        for stretch in [65, 300, 1 << 20] {
+            ensure(outputs(Some(stretch))? == cut, || format!("{border:?}: stretches of {stretch} differ"))?;
+        }
+    }
+    Ok(())
+}
+
+fn walks_are_counted() -> Result<(), Failed> {
+    let case = body("cube", CUBE, Border::Open, 0.0);
+    let rendered = case.rendered(&case.scene(), 256, 0);
+    println!("{:?}", rendered.counts);
+    let count = |name: &str| rendered.counts.iter().find(|(of, _)| *of == name).map_or(0, |(_, count)| *count);
+    ensure(count("walks") > 10_000 && count("scatterings") > count("walks"), || "too few".to_owned())?;
+    ensure(count("cut_walks") == 0 && count("leaked_walks") == 0, || format!("{:?}", rendered.counts))
+}
