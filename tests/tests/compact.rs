@@ -33,6 +33,7 @@ fn run(executor: &mut dyn Executor, words: &[u32], buckets: Buckets) -> Result<(
         pass_count: passes.len() as u64,
         passes: Box::new(passes.into_iter().map(Ok)),
         outputs: vec![indices, offsets],
+        counts: [""; 4],
         scene: None,
     };
     let results = executor.run(plan, &mut |_| Ok(()))?;

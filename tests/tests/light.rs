@@ -428,7 +428,7 @@ fn glass(ior: f32, roughness: f32, volume: Volume) -> Material {
 /// Through a cube whose index is that of the outside, light goes straight, without reflection.
 fn interiors_absorb() {
     let color = [0.25_f32, 0.5, 0.75];
-    let glass = |ior| glass(ior, 0.0, Volume { attenuation_color: color, attenuation_distance: 2.0 });
+    let glass = |ior| glass(ior, 0.0, Volume::absorbing(color, 2.0));
     let scene = |ior| Scene { environment: even_sky(3.0), ..scene_of(vec![cube(0.5, 1)], vec![glass(ior)]) };
     let ray = down([0.1, 3.0, 0.2]);
     let buffers = built(&scene(1.0));
@@ -453,7 +453,7 @@ fn sphere(around: u32, along: u32) -> Mesh {
 /// In a uniform environment a body that absorbs nothing is invisible.
 fn clear_glass_keeps_all_light() {
     for roughness in [0.0, 0.3] {
-        let clear = Volume { attenuation_color: [1.0; 3], attenuation_distance: f32::INFINITY };
+        let clear = Volume::absorbing([1.0; 3], f32::INFINITY);
         let glass = glass(1.5, roughness, clear);
         let mesh = meshes::sphere(1.0, 24, 12);
         let buffers = built(&Scene { environment: even_sky(1.0), ..scene_of(vec![mesh], vec![glass]) });

@@ -104,7 +104,7 @@ impl Volume {
     pub fn scattering(color: [f32; 3], mean_free_path: [f32; 3], anisotropy: f32) -> Self {
         // where neither of the extremes loses its digits in what is left
         let [longest, shortest] = [f32::max, f32::min].map(|of| mean_free_path.into_iter().reduce(of).unwrap_or(1.0));
-        let distance = f32::min(longest, 20.0 * shortest);
+        let distance = f32::min(longest, 12.0 * shortest);
         let left = |mean: f32| (-f64::from(distance) / f64::from(mean)).exp() as f32;
         let scattering = VolumeScattering { color, anisotropy, denser_outside: 1.0 };
         Self { scattering: Some(scattering), ..Self::absorbing(mean_free_path.map(left), distance) }

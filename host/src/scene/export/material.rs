@@ -4,6 +4,7 @@ use serde_json::{Value, json};
 
 use super::{Document, Problem};
 use crate::scene::gltf::VOLUME_SCATTER;
+use crate::scene::gltf::exact::denser_outside_extras;
 use crate::scene::{AlphaMode, Material, Scene, Volume, VolumeScattering};
 
 impl Document {
@@ -51,6 +52,10 @@ impl Document {
             }
             AlphaMode::Blend => converted["alphaMode"] = json!("BLEND"),
         }
+        let scattering = material.volume.and_then(|volume| volume.scattering);
+        if let Some(scattering) = scattering.filter(|scattering| scattering.denser_outside != 1.0) {
+            converted["extras"] = denser_outside_extras(scattering.denser_outside);
+        }
         converted["extensions"] = self.extensions(material, strength, [specular?, specular_color?]);
         Ok(converted)
     }
@@ -93,7 +98,7 @@ impl Document {
             }
             add("KHR_materials_volume", members);
             if let Some(VolumeScattering { color, anisotropy, .. }) = scattering {
-                add(VOLUME_SCATTER, json!({ "multiscatterColor": color, "scatterAnisotropy": anisotropy }));
+                add(VOLUME_SCATTER, json!({ "multiscatterColorFactor": color, "scatterAnisotropy": anisotropy }));
             }
         }
         extensions
@@ -121,7 +126,11 @@ fn check(material: &Material) -> Result<(), Problem> {
     ];
     let colors = [material.base_color, material.emission, material.specular_color, material.diffuse_transmission_color];
     let interior = material.volume.map_or([1.0; 3], |volume| volume.attenuation_color);
-    let all = scalars.iter().chain(colors.as_flattened()).chain(&interior);
+    let scattering = material.volume.and_then(|volume| volume.scattering);
+    let medium = scattering.map_or([0.0; 5], |VolumeScattering { color: [r, g, b], anisotropy, denser_outside }| {
+        [r, g, b, anisotropy, denser_outside]
+    });
+    let all = scalars.iter().chain(colors.as_flattened()).chain(&interior).chain(&medium);
     if all.copied().all(f32::is_finite) { Ok(()) } else { Err("one of its factors is not finite".to_owned()) }
 }
 

@@ -6,7 +6,8 @@ use glam::{DAffine3, DQuat, DVec3};
 
 use super::*;
 use crate::scene::{
-    AlphaMode, Camera, Filter, Instance, Light, LightKind, Material, Mesh, Texture, TextureUse, Volume, Wrap, gltf,
+    AlphaMode, Camera, Filter, Instance, Light, LightKind, Material, Mesh, Texture, TextureUse, Volume,
+    VolumeScattering, Wrap, gltf,
 };
 
 fn back(scene: &Scene) -> Scene {
@@ -64,6 +65,13 @@ fn everything() -> Scene {
         ..Material::diffuse("glass", [1.0; 3])
     };
     let clear = Volume::absorbing([1.0; 3], f32::INFINITY);
+    let medium = Volume::scattering([0.9, 0.8, 0.7], [0.3, 1e-2, 1e3], -0.3);
+    let scattering = medium.scattering.map(|scattering| VolumeScattering { denser_outside: 1.3, ..scattering });
+    let milk = Material {
+        diffuse_transmission: 1.0,
+        volume: Some(Volume { scattering, ..medium }),
+        ..Material::diffuse("milk", [1.0; 3])
+    };
     let water = Material {
         alpha: 0.7,
         alpha_mode: AlphaMode::Blend,
@@ -93,14 +101,15 @@ fn everything() -> Scene {
     let [position, direction] = [DVec3::new(0.1, 0.2, 0.3), DVec3::new(0.3, -2.0, 0.1)];
     Scene {
         name: "everything".to_owned(),
-        meshes: [shaded, faceted("pane", 1), faceted("water", 2)].map(Arc::new).into(),
+        meshes: [shaded, faceted("pane", 1), faceted("water", 2), faceted("milk", 3)].map(Arc::new).into(),
         instances: vec![
             Instance { mesh: 0, transform: DAffine3::IDENTITY },
             Instance { mesh: 1, transform: turn },
             Instance { mesh: 0, transform: DAffine3::from_scale(DVec3::new(-2.0, 0.5, 4.0)) },
             Instance { mesh: 2, transform: DAffine3::from_scale(DVec3::splat(1.0 / 3.0)) },
+            Instance { mesh: 3, transform: DAffine3::IDENTITY },
         ],
-        materials: vec![glazed, glass, water],
+        materials: vec![glazed, glass, water, milk],
         textures: vec![painted, repeated, texture("translucent", 250)],
         lights: vec![
             light("point", LightKind::Point { position }),

@@ -118,6 +118,16 @@ pub(in crate::scene) fn cone_extras(angles: [f64; 2]) -> Value {
     json!({ "restir": { "cone": angles } })
 }
 
+/// See [`restir_shared::medium::Interior::denser_outside`]: nothing that other programs know.
+pub(super) fn denser_outside(extras: &Extras) -> Option<f32> {
+    own(extras, "denserOutside")
+}
+
+/// The extras of a material whose interior has an outside that is denser.
+pub(in crate::scene) fn denser_outside_extras(index: f32) -> Value {
+    json!({ "restir": { "denserOutside": index } })
+}
+
 /// An affine map of texture coordinates.
 pub(super) fn texture_transform(extras: &Extras) -> Option<[f32; 6]> {
     own::<[f64; 6]>(extras, "transform").map(|transform| transform.map(|entry| entry as f32))

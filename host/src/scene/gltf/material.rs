@@ -7,8 +7,9 @@ use gltf::json::validation::Checked;
 use restir_shared::medium::MAX_ANISOTROPY;
 use restir_shared::num;
 
+use super::exact::denser_outside;
 use super::texture::Slot;
-use super::{Importer, Problem, VOLUME_SCATTER, label};
+use super::{Importer, Problem, SCATTER, VOLUME_SCATTER, label};
 use crate::error::ensure;
 use crate::scene::{AlphaMode, Material, Volume, VolumeScattering};
 
@@ -92,6 +93,9 @@ impl Importer<'_> {
         if let Some(extensions) = extensions {
             self.extend(&mut converted, extensions);
         }
+        if let Some(scattering) = converted.volume.as_mut().and_then(|volume| volume.scattering.as_mut()) {
+            scattering.denser_outside = denser_outside(&material.extras).unwrap_or(1.0);
+        }
         // A black surface emits on neither side.
         converted.two_sided_emission = material.double_sided && converted.emission != [0.0; 3];
         check(&converted)?;
@@ -130,7 +134,12 @@ impl Importer<'_> {
             material.volume = (volume.thickness_factor.0 > 0.0).then(|| self.volume(volume));
         }
         if let Some(members) = extensions.others.get(VOLUME_SCATTER) {
-            self.set_scattering(material, members);
+            self.set_scattering(material, members, 1.0);
+        }
+        if let Some(members) = extensions.others.get(SCATTER) {
+            let strength = members["scatterStrengthFactor"].as_f64().unwrap_or(0.0) as f32;
+            let strength = self.unit("scatter strength factor", [strength])[0];
+            self.set_scattering(material, members, strength);
         }
         if let Some(specular) = &extensions.specular {
             self.set_specular(material, specular);
@@ -157,23 +166,32 @@ impl Importer<'_> {
         Volume::absorbing(attenuation_color, volume.attenuation_distance.0)
     }
 
-    fn set_scattering(&mut self, material: &mut Material, members: &json::Value) {
-        let number = |value: &json::Value, absent: f64| value.as_f64().unwrap_or(absent) as f32;
-        let color = [0, 1, 2].map(|channel| number(&members["multiscatterColor"][channel], 0.0));
-        let color = self.unit("multiscatter colour", color);
-        let given = number(&members["scatterAnisotropy"], 0.0);
+    /// Both drafts have the same members, of which one had another name first; `strength` scales the colour.
+    fn set_scattering(&mut self, material: &mut Material, members: &json::Value, strength: f32) {
+        let colors = ["multiscatterColorFactor", "multiscatterColor"];
+        let given = colors.iter().find_map(|name| members.get(*name));
+        let absent = if members.get("scatterStrengthFactor").is_some() { 1.0 } else { 0.0 };
+        let channel = |i: usize| given.and_then(|color| color[i].as_f64()).unwrap_or(absent) as f32;
+        let color = self.unit("multiscatter colour", [0, 1, 2].map(channel)).map(|channel| strength * channel);
+        let given = members["scatterAnisotropy"].as_f64().unwrap_or(0.0) as f32;
         let anisotropy = num::clamp(given, -MAX_ANISOTROPY, MAX_ANISOTROPY);
         let warning = format!("its scatter anisotropy is not within {MAX_ANISOTROPY} of 0 and was clamped");
         self.warn_if(given != anisotropy, warning);
-        let warning =
-            "it scatters light inside, and encloses no volume: it has no thickness; it is rendered as a sheet";
-        self.warn_if(material.volume.is_none(), warning);
-        let clear = material.volume.is_some_and(|volume| volume.extinction() == [0.0; 3]);
-        self.warn_if(clear, "it scatters light inside, and its attenuation is none; nothing is scattered");
-        if let Some(volume) = &mut material.volume {
-            let scattering = VolumeScattering { color, anisotropy, denser_outside: 1.0 };
-            volume.scattering = Some(scattering).filter(|_| color != [0.0; 3]);
-        }
+        let textures = ["multiscatterColorTexture", "scatterStrengthTexture"];
+        self.warn_if(
+            textures.iter().any(|name| members.get(*name).is_some()),
+            "its textures of scattering are ignored",
+        );
+        let Some(volume) = &mut material.volume else {
+            return self
+                .warn("it scatters light inside, but its thickness is none, so that it has no inside; it is a sheet");
+        };
+        volume.scattering = (color != [0.0; 3]).then_some(VolumeScattering { color, anisotropy, denser_outside: 1.0 });
+        let clear = volume.extinction() == [0.0; 3];
+        self.warn_if(
+            clear,
+            "it scatters light inside, but nothing is attenuated there; give an attenuation colour and distance",
+        );
     }
 
     /// An index of 0 stands for a Fresnel reflectance of 1 (`KHR_materials_ior`): a white mirror, as rough as the

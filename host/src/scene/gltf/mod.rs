@@ -40,8 +40,10 @@ mod rig;
 mod texture;
 mod uri;
 
-/// Scattering interiors; a draft of Khronos.
+/// Scattering interiors, a draft of Khronos.
 pub(in crate::scene) const VOLUME_SCATTER: &str = "KHR_materials_volume_scatter";
+/// The draft that replaces it (pull request 2579 of Khronos' glTF). It cannot say that light enters by Lambert's law, so it is not written.
+const SCATTER: &str = "KHR_materials_scatter";
 
 /// The glTF extensions that are read; a file that requires another is refused, one that only uses it gets a warning.
 pub const SUPPORTED_EXTENSIONS: &[&str] = &[
@@ -53,6 +55,7 @@ pub const SUPPORTED_EXTENSIONS: &[&str] = &[
     "KHR_materials_transmission",
     "KHR_materials_volume",
     VOLUME_SCATTER,
+    SCATTER,
     "KHR_mesh_quantization",
     "KHR_texture_transform",
 ];

@@ -107,6 +107,35 @@ fn a_volume_needs_a_thickness() {
 }
 
 #[test]
+fn interiors_scatter() {
+    let with = |scatter: &str, volume: &str| {
+        material(&format!(r#""extensions": {{ "KHR_materials_volume": {{ {volume} }}, {scatter} }}"#))
+    };
+    let thick = r#""thicknessFactor": 1, "attenuationDistance": 0.5, "attenuationColor": [0.5, 0.25, 0.125]"#;
+    let scattering = |(material, warnings): (Material, Vec<String>)| {
+        let scattering = material.volume.and_then(|volume| volume.scattering);
+        (scattering.map(|s| (s.color, s.anisotropy)), warnings.join("; "))
+    };
+    let draft = |members: &str| scattering(with(&format!(r#""KHR_materials_volume_scatter": {{ {members} }}"#), thick));
+    let color = [0.75, 0.5, 0.25];
+    for name in ["multiscatterColor", "multiscatterColorFactor"] {
+        let read = draft(&format!(r#""{name}": [0.75, 0.5, 0.25], "scatterAnisotropy": -0.5"#));
+        assert_eq!(read, (Some((color, -0.5)), String::new()));
+    }
+    assert_eq!(draft(""), (None, String::new()));
+    let (clamped, warnings) = draft(r#""multiscatterColor": [2, 0.5, -1], "scatterAnisotropy": 1"#);
+    assert_eq!(clamped, Some(([1.0, 0.5, 0.0], 0.999)));
+    assert!(warnings.contains("multiscatter colour") && warnings.contains("anisotropy"), "{warnings}");
+    let new = |members: &str| scattering(with(&format!(r#""KHR_materials_scatter": {{ {members} }}"#), thick));
+    assert_eq!(new(r#""scatterStrengthFactor": 0.5"#), (Some(([0.5; 3], 0.0)), String::new()));
+    assert_eq!(new(r#""multiscatterColorFactor": [1, 1, 1]"#), (None, String::new()));
+    assert!(new(r#""scatterStrengthFactor": 1, "scatterStrengthTexture": { "index": 0 }"#).1.contains("textures"));
+    let full = r#""KHR_materials_scatter": { "scatterStrengthFactor": 1 }"#;
+    assert!(scattering(with(full, "")).1.contains("thickness"));
+    assert!(scattering(with(full, r#""thicknessFactor": 1"#)).1.contains("attenuat"));
+}
+
+#[test]
 fn unusual_indices_of_refraction() {
     let with = |ior: &str| {
         material(&format!(

@@ -18,6 +18,7 @@ mod walker;
 pub use params::{MAX_WALK, MediaParams};
 pub use walker::{PackedWalker, Tally};
 
+use crate::film::CUT;
 use crate::layout::FilmPixel;
 use crate::scene::{Lights, Surface, Trace};
 use walker::Walker;
@@ -41,13 +42,13 @@ pub fn stretch<S: Trace + Surface + Lights>(
     pixel: [u32; 2],
 ) -> Stretch {
     let rng = params.rng(pixel);
-    let mut walker =
-        if params.begins != 0 { Walker::new(params, &rng, scene.features(), pixel) } else { walker.unpack() };
-    let mut tally = if params.counts_anew != 0 { Tally::default() } else { tally };
-    let mut sample = FilmPixel::default();
-    if walker.alive {
-        let whole = walker.run(scene, params, &rng, &mut tally);
-        sample = FilmPixel::from_radiance(if whole { walker.radiance } else { crate::film::CUT });
-    }
-    Stretch { walker: PackedWalker::pack(&walker), tally, sample }
+    let tally = if params.counts_anew != 0 { Tally::default() } else { tally };
+    let mut walker = if params.begins != 0 {
+        Walker::new(params, &rng, scene.features(), pixel, tally)
+    } else {
+        walker.unpack(tally)
+    };
+    let whole = walker.run(scene, params, &rng);
+    let sample = FilmPixel::from_radiance(if whole { walker.radiance } else { CUT });
+    Stretch { walker: PackedWalker::pack(&walker), tally: walker.tally, sample }
 }

@@ -1,6 +1,6 @@
 //! The loop of a path through media.
 
-use super::walker::{Tally, Walker, entry};
+use super::walker::{Walker, entry};
 use super::{MAX_WALK, MediaParams};
 use crate::bsdf::Dielectric;
 use crate::geometry::{Hit, Ray};
@@ -83,21 +83,14 @@ impl<M> Receiver<M> for Orders {
 impl Walker {
     /// Goes on until the path ends or waits. False if the device cut a loop short: what was found is then not the whole.
     #[inline(always)]
-    pub(super) fn run<S: Trace + Surface + Lights>(
-        &mut self,
-        scene: &S,
-        params: &MediaParams,
-        rng: &Rng,
-        tally: &mut Tally,
-    ) -> bool {
+    pub(super) fn run<S: Trace + Surface + Lights>(&mut self, scene: &S, params: &MediaParams, rng: &Rng) -> bool {
         let resumed = if self.entry.is_hit() { scene.interior(&self.entry) } else { Interior::NONE };
         let mut around = Around::new(resumed, 0.0);
         let mut found = Orders { sum: self.radiance, counts: false };
-        let (mut waits, mut cut) = (false, false);
         let last = self.steps + params.stretch;
-        // counted, for the value of a condition after a loop is known to a compiler even where a driver cuts the loop
-        let mut rounds = 0_u32;
-        let mut ended = 0_u32;
+        let (mut waits, mut cut) = (false, false);
+        // a compiler knows the value of a loop's condition after it, even where a driver has cut the loop: rounds are counted beside it
+        let (mut rounds, mut ended) = (0_u32, 0_u32);
         while self.alive & !waits {
             rounds = rounds.wrapping_add(1);
             found.counts = (self.order >= params.least_order) & (self.order <= params.most_order);
@@ -109,15 +102,14 @@ impl Walker {
             let too_long = inside & (self.steps >= params.longest_walk);
             self.steps += inside as u32;
             if cut | too_long {
-                tally.cut = tally.cut.wrapping_add(too_long as u32);
+                self.tally.cut = self.tally.cut.wrapping_add(too_long as u32);
                 self.alive = false;
             } else if inside & !(hit.is_hit() & (hit.t < flight.t)) {
-                tally.scatterings = tally.scatterings.wrapping_add(1);
                 self.collide(&mut around, &flight, &hit);
                 waits = self.steps >= last;
             } else if hit.is_hit() {
                 self.absorb(&around, &flight, &hit);
-                self.meet(scene, params, rng, &hit, &mut around, &mut found, tally);
+                self.meet(scene, params, rng, &hit, &mut around, &mut found);
             } else {
                 self.walk.escape(scene, &mut found);
                 self.alive = false;
@@ -150,6 +142,7 @@ impl Walker {
         let turned = sample_henyey_greenstein(Vec2::new(rng::unit(z), rng::unit(w)), interior.anisotropy);
         let direction = normalize(Frame::new(ray.direction).to_world(turned));
         self.order += 1;
+        self.tally.scatterings = self.tally.scatterings.wrapping_add(1);
         if self.order >= ROULETTE_FROM {
             let survival = num::clamp(max_component(throughput), MIN_SURVIVAL, 1.0);
             // of each word the lowest eight bits are left
@@ -157,7 +150,7 @@ impl Walker {
             self.alive = rng::unit(left) < survival;
             throughput *= num::recip(survival);
         }
-        self.alive = self.alive & (max_component(throughput) > 0.0);
+        self.alive &= max_component(throughput) > 0.0;
         let origin = ray.origin + ray.direction * num::min(flight.t, nearest);
         let walk = Walk::new(Ray { origin, direction, ..ray });
         self.walk = Walk { throughput, depth: self.walk.depth, ..walk };
@@ -188,47 +181,63 @@ impl Walker {
         hit: &Hit,
         around: &mut Around,
         found: &mut Orders,
-        tally: &mut Tally,
     ) {
         let point = scene.surface(&self.walk.ray, hit);
         let at = entry(hit);
         let met = scene.interior(&at);
-        let front = dot(point.normal, self.walk.ray.direction) <= 0.0;
         let here = around.interior;
         let inside = here.scatters();
+        let front = dot(point.normal, self.walk.ray.direction) <= 0.0;
         if inside & front & met.closed & (met.body == here.body) {
-            tally.leaks = tally.leaks.wrapping_add(1);
-            self.walk.ray.origin = point.position - point.normal * point.offset;
-            *around = Around { lead: 0.0, ..*around };
+            self.come_back(&point, around);
             return;
         }
         let behind = if front { met } else { Interior::NONE };
         let there = if met.closed { behind } else { here };
         self.walk.arrive(scene, hit, &point, found);
         self.alive = (self.walk.depth < params.path.max_depth) & (max_component(self.walk.throughput) > 0.0);
-        let mirrored = inside & !front & self.alive && self.is_mirrored(&here, &point, rng);
         let mut passed = false;
-        if mirrored {
-            let along = dot(point.normal, self.walk.ray.direction);
-            let direction = normalize(self.walk.ray.direction - point.normal * (2.0 * along));
-            let origin = point.position - point.normal * point.offset;
-            self.walk.ray = Ray { origin, direction, ..self.walk.ray };
+        if inside & !front & self.alive && self.is_mirrored(&here, &point, rng) {
+            self.mirror(&point);
         } else if self.alive {
-            let vertex = Vertex::new(&point, &self.walk.ray, scene.features());
-            let (own, spread) = self.walk.numbers(rng);
-            let dark = |direction: Vec3| if vertex.is_behind(direction) { there.scatters() } else { inside };
-            self.walk.next_event(scene, &vertex, || spread.draw(own + LIGHT), |direction| !dark(direction), found);
-            // a walk may meet the boundary many times before the path is a segment longer
-            let (dimension, rng) = if inside { (self.boundary(), rng.independent()) } else { (own, spread) };
-            let roulette = params.path.flags & PATH_ROULETTE != 0;
-            self.alive = self.walk.bounce(scene.features(), &vertex, &rng, dimension, roulette);
-            passed = vertex.is_behind(self.walk.ray.direction);
+            passed = self.scatter(scene, params, rng, &point, [inside, there.scatters()], found);
         }
         if passed & front & met.closed {
             self.entry = at;
         }
         let stays = inside & !front & !passed;
-        self.leave(if passed { there } else { here }, &point, stays, around, tally);
+        self.leave(if passed { there } else { here }, &point, stays, around);
+    }
+
+    /// From the front of the body that the path is inside of: by rounding it had left without crossing the surface.
+    #[inline(always)]
+    fn come_back<M>(&mut self, point: &SurfacePoint<M>, around: &mut Around) {
+        self.tally.leaks = self.tally.leaks.wrapping_add(1);
+        self.walk.ray.origin = point.position - point.normal * point.offset;
+        *around = Around { lead: 0.0, ..*around };
+    }
+
+    /// Samples a light and the next direction, where light is scattered on the side that the path comes from, and on the other one, or not;
+    /// whether the path passes the surface.
+    #[inline(always)]
+    fn scatter<S: Trace + Surface + Lights>(
+        &mut self,
+        scene: &S,
+        params: &MediaParams,
+        rng: &Rng,
+        point: &SurfacePoint<S::Material>,
+        [inside, inside_there]: [bool; 2],
+        found: &mut Orders,
+    ) -> bool {
+        let vertex = Vertex::new(point, &self.walk.ray, scene.features());
+        let (own, spread) = self.walk.numbers(rng);
+        let open = |direction: Vec3| !if vertex.is_behind(direction) { inside_there } else { inside };
+        self.walk.next_event(scene, &vertex, || spread.draw(own + LIGHT), open, found);
+        // a walk may meet the boundary many times before the path is a segment longer
+        let (dimension, rng) = if inside { (self.boundary(), rng.independent()) } else { (own, spread) };
+        let roulette = params.path.flags & PATH_ROULETTE != 0;
+        self.alive = self.walk.bounce(scene.features(), &vertex, &rng, dimension, roulette);
+        vertex.is_behind(self.walk.ray.direction)
     }
 
     /// The first of the dimensions of a vertex that a segment inside of a medium ends at.
@@ -247,28 +256,30 @@ impl Walker {
         (index > 1.0) & (rng::unit(rng.hash(self.boundary() + LIGHT).x) < reflected)
     }
 
+    /// Reflects the path from inside.
+    #[inline(always)]
+    fn mirror<M>(&mut self, point: &SurfacePoint<M>) {
+        let along = dot(point.normal, self.walk.ray.direction);
+        let direction = normalize(self.walk.ray.direction - point.normal * (2.0 * along));
+        let origin = point.position - point.normal * point.offset;
+        self.walk.ray = Ray { origin, direction, ..self.walk.ray };
+    }
+
     /// The path leaves a surface into `next`, or stays inside of the body whose boundary it met.
     #[inline(always)]
-    fn leave<M>(
-        &mut self,
-        next: Interior,
-        point: &SurfacePoint<M>,
-        stays: bool,
-        around: &mut Around,
-        tally: &mut Tally,
-    ) {
+    fn leave<M>(&mut self, next: Interior, point: &SurfacePoint<M>, stays: bool, around: &mut Around) {
         let scatters = next.scatters();
         let cos = num::max(num::abs(dot(point.normal, self.walk.ray.direction)), GRAZING);
         let lead = if scatters { num::div(point.offset, cos) } else { 0.0 };
         let reflections = if stays { around.reflections + 1 } else { 0 };
         let caught = self.alive & (reflections > MOST_REFLECTIONS);
         let enters = self.alive & scatters & !around.interior.scatters();
-        tally.walks = tally.walks.wrapping_add(enters as u32);
-        tally.cut = tally.cut.wrapping_add(caught as u32);
-        self.alive = self.alive & !caught;
+        self.tally.walks = self.tally.walks.wrapping_add(enters as u32);
+        self.tally.cut = self.tally.cut.wrapping_add(caught as u32);
+        self.alive &= !caught;
         // a walk with its reflections is one segment
         self.walk.depth -= stays as u32;
-        self.walk.chosen.alone = self.walk.chosen.alone | scatters;
+        self.walk.chosen.alone |= scatters;
         *around = Around { interior: next, lead, reflections };
     }
 }

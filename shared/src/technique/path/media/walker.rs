@@ -34,6 +34,8 @@ pub(super) struct Walker {
     /// Collisions so far.
     pub(super) order: u32,
     pub(super) alive: bool,
+    /// What was counted of the pixel.
+    pub(super) tally: Tally,
 }
 
 /// A path that waits after a collision: 64 bytes. Its direction is chosen as if by a delta lobe, for no light was sampled there.
@@ -68,7 +70,7 @@ fn unpack_entry(id: u32, coordinates: u32) -> Hit {
 impl Walker {
     /// The path of a sample from the camera on.
     #[inline(always)]
-    pub(super) fn new(params: &MediaParams, rng: &Rng, features: u32, pixel: [u32; 2]) -> Self {
+    pub(super) fn new(params: &MediaParams, rng: &Rng, features: u32, pixel: [u32; 2], tally: Tally) -> Self {
         let ray = camera_segment(&params.path, rng, features, pixel);
         Self {
             walk: Walk::new(ray),
@@ -77,6 +79,7 @@ impl Walker {
             steps: 0,
             order: 0,
             alive: params.path.max_depth > 0,
+            tally,
         }
     }
 }
@@ -96,7 +99,7 @@ impl PackedWalker {
     }
 
     #[inline(always)]
-    pub(super) fn unpack(self) -> Walker {
+    pub(super) fn unpack(self, tally: Tally) -> Walker {
         let [origin, direction, throughput, radiance] = self.0;
         let vector = |w: UVec4| Vec3::new(f32::from_bits(w.x), f32::from_bits(w.y), f32::from_bits(w.z));
         let ray = Ray { origin: vector(origin), direction: vector(direction), t_max: Ray::FAR, key: 0 };
@@ -107,6 +110,7 @@ impl PackedWalker {
             steps: origin.w & 0xffff,
             order: origin.w >> 16,
             alive: self.goes_on(),
+            tally,
         }
     }
 
