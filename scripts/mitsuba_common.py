@@ -231,9 +231,54 @@ def camera_matrix(camera):
     return matrix
 
 
-def material_gltf(kind, color=(1, 1, 1), roughness=1.0, textured=False, emission=None, metallic=0.0):
+def multiscatter_color(albedo, anisotropy):
+    """What a half space reflects whose collisions scatter the part `albedo`, by van de Hulst's formula: glTF has media by it."""
+    s = np.sqrt((1 - np.asarray(albedo)) / (1 - anisotropy * np.asarray(albedo)))
+    return ((1 - s) * (1 - 0.139 * s) / (1 + 1.17 * s)).tolist()
+
+
+def medium_gltf(index, extinction, albedo, anisotropy):
+    """A smooth surface with a medium behind it."""
+    return {
+        "KHR_materials_ior": {"ior": index},
+        "KHR_materials_transmission": {"transmissionFactor": 1.0},
+        "KHR_materials_volume": {
+            "thicknessFactor": 1.0,
+            "attenuationDistance": 1.0,
+            "attenuationColor": np.exp(-np.asarray(extinction)).tolist(),
+        },
+        "KHR_materials_volume_scatter": {
+            "multiscatterColorFactor": multiscatter_color(albedo, anisotropy),
+            "scatterAnisotropy": anisotropy,
+        },
+    }
+
+
+def medium_mitsuba(index, extinction, albedo, anisotropy):
+    """As `medium_gltf`: the members of a shape."""
+    scale = max(extinction)
+    medium = {
+        "type": "homogeneous",
+        "scale": scale,
+        "sigma_t": {"type": "rgb", "value": [rate / scale for rate in extinction]},
+        "albedo": {"type": "rgb", "value": list(albedo)},
+        "phase": {"type": "hg", "g": anisotropy} if anisotropy != 0 else {"type": "isotropic"},
+    }
+    bsdf = {"type": "dielectric", "int_ior": index, "ext_ior": 1.0} if index != 1 else {"type": "null"}
+    return {"interior": medium, "bsdf": bsdf}
+
+
+def volume_path_tracer():
+    return mi.load_dict({"type": "volpath", "max_depth": -1, "rr_depth": 16})
+
+
+def material_gltf(kind, color=(1, 1, 1), roughness=1.0, textured=False, emission=None, metallic=0.0, medium=None):
     """`kind` is "diffuse", "metal" (white: Schlick's Fresnel term is one), "glass" (smooth, index 1.5) or "principled" (index
-    1.5, of the metalness `metallic`). `emission` is a radiance, grey or of three channels."""
+    1.5, of the metalness `metallic`), or "medium", of the arguments `medium` of `medium_gltf`. `emission` is a radiance, grey or of
+    three channels."""
+    if kind == "medium":
+        pbr = {"baseColorFactor": [1, 1, 1, 1], "metallicFactor": 0.0, "roughnessFactor": 0.0}
+        return {"pbrMetallicRoughness": pbr, "extensions": medium_gltf(**medium)}
     pbr = {
         "baseColorFactor": [*color, 1.0],
         "metallicFactor": 1.0 if kind == "metal" else metallic,
@@ -283,8 +328,11 @@ def mitsuba_scene(folder, objects, camera, size, env=None, texture_png=None):
     for index, object in enumerate(objects):
         path = Path(folder) / f"{index}.ply"
         write_ply(path, object)
-        bsdf = material_mitsuba(texture_png, **object.material)
-        scene[f"object{index}"] = {"type": "ply", "filename": str(path), "face_normals": True, "bsdf": bsdf}
+        shape = {"type": "ply", "filename": str(path), "face_normals": True}
+        if object.material["kind"] == "medium":
+            scene[f"object{index}"] = shape | medium_mitsuba(**object.material["medium"])
+            continue
+        scene[f"object{index}"] = shape | {"bsdf": material_mitsuba(texture_png, **object.material)}
         if object.material.get("emission") is not None:
             radiance = {"type": "rgb", "value": np.broadcast_to(object.material["emission"], 3).tolist()}
             scene[f"object{index}"]["emitter"] = {"type": "area", "radiance": radiance}

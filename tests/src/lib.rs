@@ -36,4 +36,5 @@ pub mod technique;
 pub mod visibility;
 pub mod walk_f64;
 pub mod watertight;
+pub mod white_bodies;
 pub mod wrong;

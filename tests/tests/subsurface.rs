@@ -13,11 +13,13 @@ use restir_tests::bias::{ensure_biased, ensure_unbiased};
 use restir_tests::stats::{FAMILY_RATE, Family, Moments, TileGrid, TileTest, ZTest};
 use restir_tests::suite::ensure;
 use restir_tests::walk_f64::{Body, Border, SKY_ROWS, Walker, from_above, unscattered};
+use restir_tests::white_bodies;
 use restir_tests::{native, oracle};
 
 restir_tests::suite! {
     slabs_reflect_and_transmit_what_is_known bodies_look_as_by_an_independent_walk orders_look_as_by_an_independent_walk
-    wrong_media_are_seen where_a_path_is_cut_does_not_matter walks_are_counted
+    wrong_media_are_seen where_a_path_is_cut_does_not_matter walks_are_counted white_bodies_cannot_be_seen
+    scale_does_not_matter
 }
 
 const GRID: TileGrid = TileGrid { width: 16, height: 16, tile: 8 };
@@ -268,6 +270,46 @@ fn where_a_path_is_cut_does_not_matter() -> Result<(), Failed> {
         for stretch in [65, 300, 1 << 20] {
             ensure(outputs(Some(stretch))? == cut, || format!("{border:?}: stretches of {stretch} differ"))?;
         }
+    }
+    Ok(())
+}
+
+/// Light that a white body loses, it has lost by mistake: at boundaries, by rounding, or because a walk was too long.
+fn white_bodies_cannot_be_seen() -> Result<(), Failed> {
+    // shading normals lose what they send to the wrong side
+    let faceted = |centre| Mesh { normals: Vec::new(), ..Mesh::sphere(centre, 1.0, 4) };
+    let bodies = [
+        ("sphere", faceted(DVec3::new(0.3, 0.2, -0.1)), 0.2, 1.0),
+        ("cube", Mesh::cuboid(DVec3::splat(-0.5), DVec3::splat(0.5)), 0.05, 1.0),
+        ("cube aside", Mesh::cuboid(DVec3::splat(4.5), DVec3::splat(5.5)), 0.2, 1.0),
+        ("glass sphere", faceted(DVec3::ZERO), 0.3, 1.4),
+    ];
+    let mut family = Family::new("white bodies", FAMILY_RATE);
+    for (name, mesh, mean_free_path, ior) in bodies {
+        let found = white_bodies::lost(&white_bodies::scene(mesh, mean_free_path, ior)?, 24, 1)?;
+        println!("{name}: {found:?}");
+        ensure(found.walks > 10_000 && found.scatterings > 5 * found.walks, || format!("{name}: {found:?}"))?;
+        // a rate of 10^-6 would show one walk in a hundred runs of this test; the command goes on to 10^8
+        ensure(found.lost + found.cut + found.leaked <= 1, || format!("{name}: {found:?}"))?;
+        family.z_test(name, ZTest::new(found.radiance, Moments::exact(1.0)));
+    }
+    println!("{}", family.verdict()?);
+    Ok(())
+}
+
+/// A scene that is larger by a power of two has the same bits.
+fn scale_does_not_matter() -> Result<(), Failed> {
+    let film = |scale: f64| {
+        let mut case = body("sphere", SPHERE, Border::Dielectric(1.3), 0.5);
+        case.walker.body = Body::Sphere(DVec3::ZERO, scale);
+        case.walker.extinction = case.walker.extinction.map(|rate| rate / scale);
+        (case.camera.position, case.camera.target) = (case.camera.position * scale, case.camera.target * scale);
+        case.rendered(&case.scene(), 4, 7).image.pixels
+    };
+    let one = film(1.0);
+    ensure(one.iter().flatten().any(|&x| x > 0.0), || "nothing is seen".to_owned())?;
+    for scale in [1.0 / 16_384.0, 16_384.0] {
+        ensure(film(scale) == one, || format!("a scale of {scale} shows another picture"))?;
     }
     Ok(())
 }

@@ -20,6 +20,7 @@ pub mod shader;
 pub mod stress;
 pub mod unbiased;
 pub mod visibility;
+pub mod walks;
 pub mod watertight;
 
 pub use error::Error;

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use xtask::{
     Error, albedo, features, furnace, num, package, parity, profile, resampling, reuse, session, shader, stress,
-    unbiased, visibility, watertight,
+    unbiased, visibility, walks, watertight,
 };
 
 /// Tools of the project.
@@ -25,6 +25,8 @@ enum Task {
     Num(num::Options),
     /// Compare every kernel on every adapter with the host and print the table.
     Parity(parity::Options),
+    /// Walk inside of white bodies, and count what does not come out again.
+    Walks(walks::Options),
     /// Trace rays from the inside of a closed mesh at its edges and vertices: none may escape.
     Watertight(watertight::Options),
     /// Test a technique for bias, tile by tile; can be interrupted and continued.
@@ -56,6 +58,7 @@ fn run(task: Task) -> Result<(), Error> {
         Task::Shader(command) => shader::run(command),
         Task::Num(options) => num::run(&options),
         Task::Parity(options) => parity::run(&options),
+        Task::Walks(options) => walks::run(&options),
         Task::Watertight(options) => watertight::run(&options),
         Task::Unbiased(options) => unbiased::run(&options),
         Task::Stress(options) => stress::run(&options),

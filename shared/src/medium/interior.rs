@@ -19,6 +19,9 @@ pub struct Interior {
     /// Light that reaches the surface from inside is mirrored as by a smooth interface to a medium that is denser by this relative index: never
     /// totally. 1 does nothing. No real interface is like that; published fits of reflectance are of it (Zhang and d'Eon 2025).
     pub denser_outside: f32,
+    /// By how much refraction at the surface makes radiance inside larger than outside: the square of the index of a dielectric. Roulette
+    /// asks for it, for light that goes out again loses it again.
+    pub gain: f32,
     /// As [`crate::scene::SurfacePoint::offset`].
     pub offset: f32,
 }
@@ -32,6 +35,7 @@ impl Interior {
         albedo: Vec3::ZERO,
         anisotropy: 0.0,
         denser_outside: 1.0,
+        gain: 1.0,
         offset: 0.0,
     };
 

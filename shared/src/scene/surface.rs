@@ -286,11 +286,19 @@ impl<const COMPILED: u32> Surface for SceneView<'_, COMPILED> {
         if record == 0 {
             return interior;
         }
+        let specular = self.attribute(at + 2);
+        let (index, transmission) = (f32::from_bits(specular.z), f32::from_bits(specular.w));
         let (w0, w1) = (
             self.attribute(self.header.material_base + record),
             self.attribute(self.header.material_base + record + 1),
         );
-        Interior { albedo: xyz(w0), anisotropy: f32::from_bits(w0.w), denser_outside: f32::from_bits(w1.x), ..interior }
+        Interior {
+            albedo: xyz(w0),
+            anisotropy: f32::from_bits(w0.w),
+            denser_outside: f32::from_bits(w1.x),
+            gain: if transmission > 0.0 { index * index } else { 1.0 },
+            ..interior
+        }
     }
 
     #[inline(always)]

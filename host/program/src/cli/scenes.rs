@@ -1,12 +1,13 @@
 //! `restir scenes`
 
-use restir::{Error, scene::builtin};
+use restir::Error;
+use restir::scene::{builtin, subsurface};
 
 use super::console;
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
-    /// Print only the names, one a line; those that hold a seed are left out.
+    /// Print only the names of scenes, one a line; those that hold a seed are left out.
     #[arg(long)]
     names: bool,
 }
@@ -16,7 +17,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
         true => builtin::NAMES.iter().map(|(name, _)| format!("{name}\n")).collect(),
         false => {
             let all = builtin::NAMES.iter().chain(builtin::FAMILIES);
-            all.map(|(name, description)| format!("{name:16} {description}\n")).collect()
+            let scenes = all.map(|(name, description)| format!("{name:16} {description}\n"));
+            let media: Vec<&str> = subsurface::MEDIA.iter().map(|(name, ..)| *name).collect();
+            scenes.chain([format!("media of --subsurface: {}\n", media.join(", "))]).collect()
         }
     };
     console::print(&lines)

@@ -27,7 +27,8 @@ fn the_scenes_are_listed() {
     let names = run(["scenes", "--names"]).stdout;
     let expected: Vec<&str> = restir::scene::builtin::NAMES.iter().map(|(name, _)| *name).collect();
     assert_eq!(names.lines().collect::<Vec<_>>(), expected);
-    assert_eq!(run(["scenes"]).stdout.lines().count(), expected.len() + restir::scene::builtin::FAMILIES.len());
+    // the last line lists the media
+    assert_eq!(run(["scenes"]).stdout.lines().count(), expected.len() + restir::scene::builtin::FAMILIES.len() + 1);
     for name in names.lines().chain(["hall-1"]) {
         run(["info", name]).done();
     }
@@ -105,6 +106,28 @@ fn a_camera_can_be_given() {
     let given = seen(&["--camera", &format!("{eye}:{target}:{fov}")]);
     assert_eq!(own, given);
     assert!(own != seen(&["--camera", &format!("{eye}:{target}:20")]));
+}
+
+#[test]
+fn bodies_can_be_filled() {
+    let workplace = Workplace::new();
+    let seen = |more: &[&str]| {
+        let common = ["--spp", "2", "--size", "24x32", "--max-depth", "4"];
+        workplace.picture("image.exr", "statue", &[common.as_slice(), more].concat())
+    };
+    let (own, marble) = (seen(&[]), seen(&["--subsurface", "marble:0.02"]));
+    assert!(own != marble);
+    assert!(marble != seen(&["--subsurface", "marble:0.002"]) && marble != seen(&["--subsurface", "skin1:0.02"]));
+    assert!(marble != seen(&["--subsurface", "marble:0.02", "--set", "orders=1..3"]));
+    let none = workplace.output("none.exr");
+    for (scene, given, known) in [
+        ("statue", "granite", "marble"),
+        ("statue", "wax:0", "wax:"),
+        ("statue", "wax:thick", "MEDIUM:SCALE"),
+        ("furnace", "wax", "closed"),
+    ] {
+        run(["render", scene, "-o", &none, "--subsurface", given]).refused(&[known]);
+    }
 }
 
 #[test]

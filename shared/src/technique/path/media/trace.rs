@@ -144,7 +144,7 @@ impl Walker {
         self.order += 1;
         self.tally.scatterings = self.tally.scatterings.wrapping_add(1);
         if self.order >= ROULETTE_FROM {
-            let survival = num::clamp(max_component(throughput), MIN_SURVIVAL, 1.0);
+            let survival = num::clamp(max_component(throughput) * interior.gain, MIN_SURVIVAL, 1.0);
             // of each word the lowest eight bits are left
             let left = (x << 24) | ((y & 0xff) << 16) | ((z & 0xff) << 8);
             self.alive = rng::unit(left) < survival;
