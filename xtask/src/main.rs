@@ -4,8 +4,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use xtask::{
-    Error, albedo, features, furnace, num, package, parity, profile, resampling, reuse, session, shader, stress,
-    unbiased, visibility, watertight,
+    Error, albedo, crossings, features, furnace, num, package, parity, profile, resampling, reuse, session, shader,
+    stress, unbiased, visibility, watertight,
 };
 
 /// Tools of the project.
@@ -27,6 +27,8 @@ enum Task {
     Parity(parity::Options),
     /// Trace rays from the inside of a closed mesh at its edges and vertices: none may escape.
     Watertight(watertight::Options),
+    /// Compare all hits of an object on adversarial segments with brute force, on host and devices, and time them.
+    Crossings(crossings::Options),
     /// Test a technique for bias, tile by tile; can be interrupted and continued.
     Unbiased(unbiased::Options),
     /// Test functions at the ends of their ranges against f64, scenes and techniques of frames at theirs, and print the report.
@@ -57,6 +59,7 @@ fn run(task: Task) -> Result<(), Error> {
         Task::Num(options) => num::run(&options),
         Task::Parity(options) => parity::run(&options),
         Task::Watertight(options) => watertight::run(&options),
+        Task::Crossings(options) => crossings::run(&options),
         Task::Unbiased(options) => unbiased::run(&options),
         Task::Stress(options) => stress::run(&options),
         Task::Resampling(options) => resampling::run(&options),

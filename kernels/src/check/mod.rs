@@ -5,6 +5,7 @@ mod operands;
 
 kernels! {
     bsdf_check,
+    crossing_check,
     num_probe,
     sampler_check,
     self_check,
