@@ -28,6 +28,14 @@ impl Crossings {
         self.count == u32::MAX
     }
 
+    /// One of the hits, each with the probability 1 / `count`, by `u` in [0, 1); [`Hit::MISS`] if there is none, and in the place of each
+    /// that is not listed.
+    #[inline(always)]
+    pub fn one_of(&self, u: f32) -> Hit {
+        let chosen = (u * self.count as f32) as usize;
+        if chosen < Self::LISTED { self.nearest[chosen] } else { Hit::MISS }
+    }
+
     /// With a hit more, of another triangle than those before.
     #[inline(always)]
     #[must_use]
