@@ -16,6 +16,7 @@
 //! | [`sampling`] | `sample_x`, `x_pdf` and `invert_x` for each distribution |
 //! | [`medium`] | media that scatter and absorb light |
 //! | [`geometry`] | rays, the watertight triangle test, BVH traversal |
+//! | [`diffusion`] | profiles of light that walks under a surface, and samples of its points |
 //! | [`bsdf`] | scattering functions |
 //! | [`scene`] | the traits an embedder implements, and [`scene::SceneView`], which implements all of them |
 //! | [`camera`] | the pinhole and the thin-lens camera |
@@ -32,6 +33,7 @@ pub mod bsdf;
 pub mod camera;
 pub mod color;
 pub mod compact;
+pub mod diffusion;
 pub mod film;
 pub mod geometry;
 pub mod layout;

@@ -1,11 +1,19 @@
 //! Intersection without a hierarchy, and hierarchies that are traversed wrongly.
 
 use glam::{UVec4, Vec3};
-use restir_shared::geometry::{Coverage, Hit, Ray, Slab, TriangleTest};
+use restir_shared::geometry::{Coverage, Crossings, Hit, Ray, Slab, TriangleTest};
 use restir_shared::layout::{
     LEAF, LEAF_COUNT_SHIFT, LEAF_MAX_COUNT, MAX_TRIANGLES, NODE_WORDS, NONE, TRIANGLE_ALPHA, TRIANGLE_WORDS,
 };
 use restir_shared::scene::SceneView;
+use std::cell::RefCell;
+
+/// Hits as a probe gives them.
+fn listed(mut hits: Vec<Hit>) -> Crossings {
+    hits.sort_by(|a, b| a.t.total_cmp(&b.t).then(a.id.cmp(&b.id)));
+    let nearest = std::array::from_fn(|place| hits.get(place).copied().unwrap_or(Hit::MISS));
+    Crossings { count: hits.len() as u32, nearest }
+}
 
 fn xyz(word: UVec4) -> Vec3 {
     Vec3::new(f32::from_bits(word.x), f32::from_bits(word.y), f32::from_bits(word.z))
@@ -76,6 +84,29 @@ impl<'a> Triangles<'a> {
         let hits = hits.filter(|hit| hit.is_hit() && hit.t < ray.t_max);
         // of equal ones the first, which has the lowest id
         hits.min_by(|a, b| a.t.partial_cmp(&b.t).expect("a distance is a number")).unwrap_or(Hit::MISS)
+    }
+
+    /// The object of a triangle.
+    pub fn object(&self, id: usize) -> u32 {
+        self.view.geometry[self.view.header.triangle_word(id as u32) + 2].w & !TRIANGLE_ALPHA
+    }
+
+    /// All hits of an object: the definition of a probe. They are sorted, not inserted.
+    pub fn crossings(&self, ray: &Ray, object: u32) -> Crossings {
+        let (test, slab) = (TriangleTest::new(ray), self.slab(ray));
+        let ids = (0..self.len()).filter(|&id| self.object(id) == object);
+        listed(ids.map(|id| self.hit(ray, &test, &slab, id)).filter(|hit| hit.is_hit() && hit.t < ray.t_max).collect())
+    }
+
+    /// Wrong: through boxes without padding.
+    pub fn crossings_in_tight_boxes(&self, ray: &Ray, object: u32) -> Crossings {
+        let hits = RefCell::new(Vec::new());
+        self.any(ray, &Slab::new(ray, ray.origin, ray.origin), |hit| {
+            let belongs = self.object(hit.id as usize) == object;
+            hits.borrow_mut().extend(belongs.then_some(*hit));
+            false
+        });
+        listed(hits.into_inner())
     }
 
     /// Whether some node or triangle of the hierarchy that `boxes` does not cull passes `rule` and is hit: a traversal

@@ -1,7 +1,8 @@
-//! The parity cases of all kernels: those of the kernels that need no technique, and passes captured from the plans of
+//! The parity cases of all kernels: those of the kernels that need no technique, of some with a scene, and passes captured from the plans of
 //! techniques, one row of settings after the other.
 
 use crate::capture::{Capture, captured};
+use crate::crossings;
 use crate::parity::{POISON, run};
 use crate::scenes::buffers;
 use crate::technique::{Row, Trials};
@@ -25,7 +26,8 @@ pub fn all() -> &'static [Case] {
     static CASES: OnceLock<Vec<Case>> = OnceLock::new();
     CASES.get_or_init(|| {
         let of_technique = |trials: &Trials| of(trials).unwrap_or_else(|e| panic!("{}: {e}", trials.name()));
-        restir_kernels::cases().into_iter().chain(Trials::all().iter().flat_map(of_technique)).collect()
+        let of_kernels = restir_kernels::cases().into_iter().chain(crossings::cases());
+        of_kernels.chain(Trials::all().iter().flat_map(of_technique)).collect()
     })
 }
 

@@ -154,23 +154,57 @@ pub fn buffers(mesh: Mesh) -> SceneBuffers {
 /// # Panics
 /// If the host refuses it.
 pub fn with_alpha(mesh: Mesh, alpha_mode: AlphaMode, filter: Filter) -> SceneBuffers {
+    let (material, noise) = noisy(alpha_mode, filter);
+    alone(with_random_uvs(mesh), material, vec![noise])
+}
+
+/// A material of random alpha.
+fn noisy(alpha_mode: AlphaMode, filter: Filter) -> (Material, Texture) {
     const SIDE: u32 = 8;
     let mut random = SplitMix::new(17);
     let texels = (0..SIDE * SIDE).map(|_| [255, 255, 255, random.below(256) as u8]).collect();
     let noise =
         Texture { name: "noise".to_owned(), size: [SIDE; 2], texels, wrap: [Wrap::Repeat, Wrap::Mirror], filter };
+    let base_color_texture = Some(TextureUse::new(0));
+    (Material { alpha_mode, base_color_texture, ..Material::diffuse("", [0.5; 3]) }, noise)
+}
+
+fn with_random_uvs(mesh: Mesh) -> Mesh {
+    let mut random = SplitMix::new(18);
     let mut place = || random.range(-2.0, 2.0) as f32;
     let uvs = mesh.positions.iter().map(|_| [place(), place()]).collect();
-    let base_color_texture = Some(TextureUse::new(0));
-    let material = Material { alpha_mode, base_color_texture, ..Material::diffuse("", [0.5; 3]) };
-    alone(Mesh { uvs, ..mesh }, material, vec![noise])
+    Mesh { uvs, ..mesh }
+}
+
+/// As [`buffers`], of several meshes, each with its group.
+///
+/// # Panics
+/// If the host refuses them.
+pub fn together(parts: Vec<(Mesh, Option<u32>)>) -> SceneBuffers {
+    placed(parts, Material::diffuse("", [0.5; 3]), Vec::new())
+}
+
+/// As [`with_alpha`], of several meshes, each with its group.
+///
+/// # Panics
+/// If the host refuses them.
+pub fn together_with_alpha(parts: Vec<(Mesh, Option<u32>)>, alpha_mode: AlphaMode, filter: Filter) -> SceneBuffers {
+    let (material, noise) = noisy(alpha_mode, filter);
+    let parts = parts.into_iter().map(|(mesh, group)| (with_random_uvs(mesh), group)).collect();
+    placed(parts, material, vec![noise])
 }
 
 fn alone(mesh: Mesh, material: Material, textures: Vec<Texture>) -> SceneBuffers {
+    placed(vec![(mesh, None)], material, textures)
+}
+
+fn placed(parts: Vec<(Mesh, Option<u32>)>, material: Material, textures: Vec<Texture>) -> SceneBuffers {
+    let name = parts.first().map(|(mesh, _)| mesh.name.clone()).unwrap_or_default();
+    let instance = |(index, &(_, group))| Instance { group, ..Instance::new(index, DAffine3::IDENTITY) };
     let scene = Scene {
-        name: mesh.name.clone(),
-        meshes: vec![mesh.into()],
-        instances: vec![Instance { mesh: 0, transform: DAffine3::IDENTITY }],
+        name,
+        instances: parts.iter().enumerate().map(instance).collect(),
+        meshes: parts.into_iter().map(|(mesh, _)| mesh.into()).collect(),
         materials: vec![material],
         textures,
         // no test looks through it; one that frames a huge mesh would be beyond the host's limit

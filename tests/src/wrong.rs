@@ -2,10 +2,11 @@
 
 use glam::{UVec4, Vec3};
 use restir_shared::bsdf::Material;
-use restir_shared::geometry::{Hit, Ray};
+use restir_shared::geometry::{Crossings, Hit, Ray};
 use restir_shared::medium::Interior;
 use restir_shared::scene::{
-    AddressedLight, AddressedLights, EnvironmentPoint, LightAddress, LightSample, Lights, Surface, SurfacePoint, Trace,
+    AddressedLight, AddressedLights, EnvironmentPoint, LightAddress, LightSample, Lights, Probe, Surface, SurfacePoint,
+    Trace,
 };
 
 /// A way of being wrong: what becomes of the right answers.
@@ -52,6 +53,16 @@ impl<S: Trace> Trace for Faulty<S> {
 
     fn occluded(&self, ray: &Ray) -> bool {
         (self.fault.occluded)(self.scene.occluded(&self.changed(ray)))
+    }
+}
+
+impl<S: Probe> Probe for Faulty<S> {
+    fn object(&self, hit: &Hit) -> u32 {
+        self.scene.object(hit)
+    }
+
+    fn probe(&self, ray: &Ray, object: u32) -> Crossings {
+        self.scene.probe(&self.changed(ray), object)
     }
 }
 
@@ -131,6 +142,16 @@ impl<S: Trace> Trace for Mixed<S> {
 
     fn occluded(&self, ray: &Ray) -> bool {
         self.blocking.occluded(ray)
+    }
+}
+
+impl<S: Probe> Probe for Mixed<S> {
+    fn object(&self, hit: &Hit) -> u32 {
+        self.seen.object(hit)
+    }
+
+    fn probe(&self, ray: &Ray, object: u32) -> Crossings {
+        self.seen.probe(ray, object)
     }
 }
 

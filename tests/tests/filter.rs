@@ -110,7 +110,7 @@ fn what_is_constant_stays() {
         camera: Some(Camera::pinhole(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, 0.5)),
         materials: vec![Material::diffuse("unseen", [0.5; 3])],
         meshes: vec![Arc::new(mesh)],
-        instances: vec![Instance { mesh: 0, transform: DAffine3::IDENTITY }],
+        instances: vec![Instance::new(0, DAffine3::IDENTITY)],
         environment: Some(sky(0.75)),
         ..Scene::default()
     };

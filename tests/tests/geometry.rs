@@ -8,16 +8,20 @@ use restir_host::buffers::SceneBuffers;
 use restir_host::scene::{AlphaMode, Filter, Mesh, Scene};
 use restir_host::wide_bvh::{SimdLevel, WideBvh};
 use restir_shared::geometry::{Hit, Ray};
-use restir_shared::scene::{SceneView, Trace};
+use restir_shared::scene::{Probe, SceneView, Trace};
 use restir_tests::brute::Triangles;
 use restir_tests::checks;
+use restir_tests::crossings::{self, Tally};
 use restir_tests::data;
 use restir_tests::gltf_motion::{MOTIONS, TIMES};
-use restir_tests::meshes::{buffers, cube, far_grid, scaled, slivers, soup, sphere, stack, torus, with_alpha};
+use restir_tests::meshes::{
+    buffers, cube, far_grid, scaled, slivers, soup, sphere, stack, together, torus, with_alpha,
+};
 use restir_tests::random::SplitMix;
 use restir_tests::rays::adversarial;
-use restir_tests::suite::trials;
+use restir_tests::suite::{ensure, trials};
 use restir_tests::watertight::{self, on_edge};
+use std::collections::BTreeSet;
 use std::process::ExitCode;
 
 /// Rays against each procedural mesh; there are ten.
@@ -33,6 +37,8 @@ const FILE_RAYS: u64 = 2_000;
 const INSIDE_RAYS: u64 = 400_000;
 /// Rays from the inside of a mesh from a file.
 const ORGANIC_RAYS: u64 = 1 << 20;
+/// Segments against each scene of objects; there are twelve.
+const SEGMENTS: u64 = 20_000;
 /// Huge coordinates, up to the 2^30 that the host takes: a mesh around the origin, and one that is small against its
 /// distance from it, where coordinates are 64 apart.
 const HUGE: f32 = 1.0e9;
@@ -43,7 +49,7 @@ fn main() -> ExitCode {
     let mut trials = trials(&checks! {
         refitted_hierarchies_equal_fresh_ones hierarchy_equals_brute_force hierarchy_equals_brute_force_under_alpha closed_meshes_are_tight
         boxes_without_padding_are_seen open_edges_are_seen the_lower_id_wins_among_equal_hits
-        hits_lie_on_their_triangles
+        hits_lie_on_their_triangles probes_equal_brute_force groups_of_a_material_are_objects
     });
     let on_files = checks! { hierarchy_equals_brute_force_on_a_file a_closed_organic_mesh_is_tight };
     trials.extend(on_files.map(|(name, check)| data::trial(Trial::test(name, check))));
@@ -299,4 +305,36 @@ fn hits_lie_on_their_triangles() {
     println!("hit points differ by {worst:.1e} at most");
     // 2^-19 of the reach is the padding to which t is limited; the reach is 1.2
     assert!(worst < 1.2 / 524_288.0 * 3.0_f64.sqrt(), "off by {worst}");
+}
+
+/// The reduced form of `cargo xtask crossings`.
+fn probes_equal_brute_force() -> Result<(), Failed> {
+    let mut all = Tally::default();
+    for (stream, (name, buffers)) in (500..).zip(crossings::scenes()) {
+        let tally = crossings::compare(&name, &buffers, SEGMENTS, stream);
+        println!("{name}: {tally:?}");
+        all = all.plus(tally);
+    }
+    println!("{all:?}");
+    ensure(all.differing == 0, || format!("{} of {} segments differ", all.differing, all.segments))?;
+    // what has to be there, or the comparison means nothing
+    let share = |count: u64| count as f64 / all.segments as f64;
+    let shares = [share(all.hit), share(all.overflowing), share(all.tied)];
+    ensure(shares[0] > 0.3 && shares[0] < 0.9 && shares[1] > 0.02 && shares[2] > 0.02, || format!("{shares:?}"))?;
+    ensure(all.seen > 0, || "boxes without padding go unnoticed".to_owned())
+}
+
+fn groups_of_a_material_are_objects() -> Result<(), Failed> {
+    let groups = [Some(7), None, Some(7), Some(8), None];
+    let buffers = together(groups.map(|group| (cube(1.0, 1), group)).into());
+    let view = buffers.view();
+    let triangles = Triangles::new(view);
+    let objects: BTreeSet<u32> = (0..triangles.len()).map(|id| triangles.object(id)).collect();
+    ensure(objects == BTreeSet::from([0, 1, 3, 4]), || format!("{objects:?}"))?;
+    let ray = Ray { origin: Vec3::new(0.3, 0.1, -2.0), direction: Vec3::Z, t_max: 4.0, key: 0 };
+    let counts = [0, 1, 3, 4].map(|object| view.probe(&ray, object).count);
+    // both sides of each cube
+    ensure(counts == [4, 2, 2, 2], || format!("{counts:?}"))?;
+    let hit = view.closest(&ray);
+    ensure(view.object(&hit) == triangles.object(hit.id as usize), || format!("{hit:?}"))
 }

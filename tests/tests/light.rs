@@ -77,7 +77,7 @@ fn floor_mesh(half: f32) -> Mesh {
 fn scene_of(meshes: Vec<Mesh>, materials: Vec<Material>) -> Scene {
     Scene {
         name: "test".to_owned(),
-        instances: (0..meshes.len()).map(|mesh| Instance { mesh, transform: DAffine3::IDENTITY }).collect(),
+        instances: (0..meshes.len()).map(|mesh| Instance::new(mesh, DAffine3::IDENTITY)).collect(),
         meshes: meshes.into_iter().map(Arc::new).collect(),
         materials,
         camera: Some(Camera::pinhole(DVec3::new(0.0, 1.0, 0.0), DVec3::ZERO, DVec3::Z, 1.0)),

@@ -4,8 +4,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use xtask::{
-    Error, albedo, features, furnace, num, package, parity, profile, resampling, reuse, session, shader, stress,
-    unbiased, visibility, walks, watertight,
+    Error, albedo, crossings, features, furnace, num, package, parity, profile, resampling, reuse, session, shader,
+    stress, unbiased, visibility, walks, watertight,
 };
 
 /// Tools of the project.
@@ -29,6 +29,8 @@ enum Task {
     Walks(walks::Options),
     /// Trace rays from the inside of a closed mesh at its edges and vertices: none may escape.
     Watertight(watertight::Options),
+    /// Compare all hits of an object on adversarial segments with brute force, on host and devices, and time them.
+    Crossings(crossings::Options),
     /// Test a technique for bias, tile by tile; can be interrupted and continued.
     Unbiased(unbiased::Options),
     /// Test functions at the ends of their ranges against f64, scenes and techniques of frames at theirs, and print the report.
@@ -60,6 +62,7 @@ fn run(task: Task) -> Result<(), Error> {
         Task::Parity(options) => parity::run(&options),
         Task::Walks(options) => walks::run(&options),
         Task::Watertight(options) => watertight::run(&options),
+        Task::Crossings(options) => crossings::run(&options),
         Task::Unbiased(options) => unbiased::run(&options),
         Task::Stress(options) => stress::run(&options),
         Task::Resampling(options) => resampling::run(&options),

@@ -96,7 +96,7 @@ impl Questions {
                         .light_samples
                         .push(Rng::new(questions.light_samples.len() as u32, 0, 0, 1, Sampler::Independent).draw(0));
                 }
-                Event::LightDensity(_) | Event::Environment(_) => {}
+                Event::LightDensity(_) | Event::Environment(_) | Event::Probed { .. } => {}
             }
         }
         Ok(questions)

@@ -103,7 +103,7 @@ fn scene() -> Result<Scene, Error> {
     let place = |index: usize| {
         let along = |at: usize| (at as f64 + 0.5) / SIDE as f64 * 1.6 - 0.8;
         let at = DVec3::new(along(index % SIDE), -0.8, along(index / SIDE));
-        Instance { mesh, transform: DAffine3::from_translation(at) * DAffine3::from_scale(DVec3::splat(0.06)) }
+        Instance::new(mesh, DAffine3::from_translation(at) * DAffine3::from_scale(DVec3::splat(0.06)))
     };
     scene.instances.extend((0..SIDE * SIDE).map(place));
     Ok(scene)

@@ -113,12 +113,14 @@ fn vector(words: &[u32], at: usize) -> Vec3 {
 pub(super) fn mark(words: &mut Arc<[u32]>, scene: &Scene, flat: &Flat, tables: &LightTables) {
     let mark = |m: &Material| if flat.texels.alpha_flags(m) == 0 { 0 } else { TRIANGLE_ALPHA };
     let marks: Vec<u32> = scene.materials.iter().map(mark).collect();
+    let objects = scene.objects();
     // nobody else has them yet
     let free = Arc::get_mut(words).unwrap_or_default();
     let triangle_words = &mut free[flat.bvh.nodes.len() * NODE..][..flat.triangles.len() * TRIANGLE];
     for (words, triangle) in triangle_words.chunks_exact_mut(TRIANGLE).zip(&flat.triangles) {
         let material = triangle.material(scene);
-        (words[MATERIAL], words[LIGHT], words[OBJECT]) = (material as u32, NONE, triangle.object | marks[material]);
+        let object = objects[triangle.object as usize];
+        (words[MATERIAL], words[LIGHT], words[OBJECT]) = (material as u32, NONE, object | marks[material]);
     }
     for (index, light) in (0..).zip(&tables.lights).filter(|(_, light)| light.kind == LIGHT_TRIANGLE) {
         triangle_words[light.index as usize * TRIANGLE + LIGHT] = index;

@@ -3,11 +3,12 @@
 use std::cell::RefCell;
 
 use restir_shared::bsdf::Material;
-use restir_shared::geometry::{Hit, Ray};
+use restir_shared::geometry::{Crossings, Hit, Ray};
 use restir_shared::glam::{UVec4, Vec3};
 use restir_shared::medium::Interior;
 use restir_shared::scene::{
-    AddressedLight, AddressedLights, EnvironmentPoint, LightAddress, LightSample, Lights, Surface, SurfacePoint, Trace,
+    AddressedLight, AddressedLights, EnvironmentPoint, LightAddress, LightSample, Lights, Probe, Surface, SurfacePoint,
+    Trace,
 };
 
 /// A question and its answer.
@@ -35,6 +36,15 @@ pub enum Event {
         /// The answer.
         occluded: bool,
     },
+    /// All hits of an object on a segment.
+    Probed {
+        /// The segment.
+        ray: Ray,
+        /// The object.
+        object: u32,
+        /// The answer.
+        crossings: Crossings,
+    },
 }
 
 /// How often each question was asked.
@@ -44,6 +54,8 @@ pub struct Counts {
     pub closest: u64,
     /// Shadow rays.
     pub shadow: u64,
+    /// Segments for all hits of an object.
+    pub probes: u64,
     /// Evaluations of a surface.
     pub surfaces: u64,
     /// Points on emitters: drawn, or evaluated by their address.
@@ -51,9 +63,9 @@ pub struct Counts {
 }
 
 impl Counts {
-    /// Rays of both kinds.
+    /// Rays of all kinds.
     pub fn rays(&self) -> u64 {
-        self.closest + self.shadow
+        self.closest + self.shadow + self.probes
     }
 
     /// The counts of both.
@@ -72,6 +84,7 @@ impl Counts {
         Self {
             closest: join(self.closest, other.closest),
             shadow: join(self.shadow, other.shadow),
+            probes: join(self.probes, other.probes),
             surfaces: join(self.surfaces, other.surfaces),
             light_samples: join(self.light_samples, other.light_samples),
         }
@@ -112,6 +125,7 @@ impl<'a, S> Recording<'a, S> {
                 Event::LightDensity(_) | Event::Environment(_) => {}
                 Event::LightSample(_) => counts.light_samples += 1,
                 Event::Occluded { .. } => counts.shadow += 1,
+                Event::Probed { .. } => counts.probes += 1,
             }
         }
         counts
@@ -130,6 +144,16 @@ impl<S: Trace> Trace for Recording<'_, S> {
 
     fn occluded(&self, ray: &Ray) -> bool {
         self.note(self.scene.occluded(ray), |&occluded| Event::Occluded { ray: *ray, occluded })
+    }
+}
+
+impl<S: Probe> Probe for Recording<'_, S> {
+    fn object(&self, hit: &Hit) -> u32 {
+        self.scene.object(hit)
+    }
+
+    fn probe(&self, ray: &Ray, object: u32) -> Crossings {
+        self.note(self.scene.probe(ray, object), |&crossings| Event::Probed { ray: *ray, object, crossings })
     }
 }
 

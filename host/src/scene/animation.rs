@@ -209,7 +209,7 @@ mod tests {
         let bulb = LightKind::Point { position: DVec3::ZERO };
         let rest = DAffine3::from_translation(DVec3::Y) * DAffine3::from_scale(DVec3::splat(2.0));
         Scene {
-            instances: vec![Instance { mesh: 0, transform: rest }],
+            instances: vec![Instance::new(0, rest)],
             materials: vec![Material::emitter("lamp", [0.0; 3], [1.0; 3])],
             lights: vec![Light { name: String::new(), intensity: [1.0; 3], kind: bulb }],
             animation: Animation {

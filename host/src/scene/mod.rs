@@ -1,6 +1,7 @@
 //! What a user edits: meshes, instances, materials, textures, lights, an environment and a camera. Executors see its flattened form,
 //! [`crate::buffers::SceneBuffers`].
 
+use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -82,6 +83,9 @@ pub struct Mesh {
 }
 
 /// A mesh placed in the world.
+///
+/// An instance is an object: what light that scatters below a surface crosses without leaving it, and what other objects of the same
+/// material are apart from, also where they touch. Where a file has an object in several parts, these are a group.
 #[derive(Clone, Copy, Debug)]
 pub struct Instance {
     /// Index into [`Scene::meshes`].
@@ -89,6 +93,16 @@ pub struct Instance {
     /// From the mesh's space to the world's. The front side of a triangle stays its front side also under a transform
     /// that mirrors, as in glTF.
     pub transform: DAffine3,
+    /// Instances of the same group and material are one object; `None` is a group by itself. In a scene from glTF a node whose mesh
+    /// has several primitives is a group.
+    pub group: Option<u32>,
+}
+
+impl Instance {
+    /// An instance that is an object by itself.
+    pub fn new(mesh: usize, transform: DAffine3) -> Self {
+        Self { mesh, transform, group: None }
+    }
 }
 
 /// A perspective camera.
@@ -153,6 +167,16 @@ impl Scene {
         emissive
             || self.lights.iter().any(|light| bright(&light.intensity))
             || self.environment.as_ref().is_some_and(|e| e.scale > 0.0 && e.pixels.iter().any(bright))
+    }
+
+    /// For each instance its object, which is named by the first of its instances. Indices have to be in range.
+    pub(crate) fn objects(&self) -> Vec<u32> {
+        let mut first = HashMap::new();
+        let object = |(index, instance): (u32, &Instance)| {
+            let part_of = instance.group.map(|group| (group, self.meshes[instance.mesh].material));
+            part_of.map_or(index, |part_of| *first.entry(part_of).or_insert(index))
+        };
+        (0..).zip(&self.instances).map(object).collect()
     }
 
     /// Lower and upper corner of all instances' vertices in world space, rounded outwards; an empty scene has its

@@ -167,7 +167,7 @@ impl Scene {
     pub fn place_mesh(&mut self, name: &str, material: usize, mesh: Mesh, transform: DAffine3) -> usize {
         // coordinates that no texture needs would only take memory
         let uvs = if self.materials.get(material).is_some_and(Material::is_textured) { mesh.uvs } else { Vec::new() };
-        self.instances.push(Instance { mesh: self.meshes.len(), transform });
+        self.instances.push(Instance::new(self.meshes.len(), transform));
         self.meshes.push(Mesh { name: name.to_owned(), material, uvs, ..mesh }.into());
         self.meshes.len() - 1
     }

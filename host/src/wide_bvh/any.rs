@@ -1,13 +1,13 @@
-//! Whether there is any hit, once for every [`Lanes`].
+//! Whether there is any hit, and all hits, once for every [`Lanes`].
 //!
-//! Whichever hit is found first ends the search, so children wait in no order, and those that the ray passes through come
+//! Whichever hit is found first may end the search, so children wait in no order, and those that the ray passes through come
 //! first: where it begins or ends inside the box, as shadow rays do on both of their surfaces, a hit is less likely.
 
 use super::boxes::Boxes;
 use super::simd::{LANES, Lanes, lowest};
 use super::triangles::{Hits, Triangles};
 use super::{Node, Subtree, WideBvh};
-use restir_shared::geometry::{Coverage, Ray, Slab};
+use restir_shared::geometry::{Coverage, Crossings, Hit, Ray, Slab};
 use restir_shared::layout::STACK_DEPTH;
 use std::mem::MaybeUninit;
 
@@ -24,6 +24,35 @@ pub(super) unsafe fn any_avx2<C: Coverage>(bvh: &WideBvh, ray: &Ray, coverage: &
 /// Whether there is a hit that counts with `0 < t < ray.t_max`.
 #[inline(always)]
 pub(super) fn any<L: Lanes, C: Coverage>(bvh: &WideBvh, ray: &Ray, coverage: &C) -> bool {
+    visit::<L>(bvh, ray, |hit, marked| !marked || coverage.covers(ray, hit))
+}
+
+/// [`all`] with the instructions of [`SimdLevel::Avx2`](super::SimdLevel).
+///
+/// # Safety
+/// The processor has that level.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+pub(super) unsafe fn all_avx2(bvh: &WideBvh, ray: &Ray, coverage: &dyn Coverage) -> Crossings {
+    all::<super::simd::Avx2>(bvh, ray, coverage)
+}
+
+/// All hits with `0 < t < ray.t_max` for which `coverage` says so, marked or not.
+#[inline(always)]
+pub(super) fn all<L: Lanes>(bvh: &WideBvh, ray: &Ray, coverage: &dyn Coverage) -> Crossings {
+    let mut crossings = Crossings::NONE;
+    visit::<L>(bvh, ray, |hit, _| {
+        if coverage.covers(ray, hit) {
+            crossings = crossings.with(*hit);
+        }
+        false
+    });
+    crossings
+}
+
+/// Shows hits with `0 < t < ray.t_max` one by one, each with whether its triangle is marked, until one is `enough`; whether one was.
+#[inline(always)]
+fn visit<L: Lanes>(bvh: &WideBvh, ray: &Ray, mut enough: impl FnMut(&Hit, bool) -> bool) -> bool {
     let boxes = Boxes::<L>::new(&Slab::new(ray, bvh.bounds[0], bvh.bounds[1]));
     let triangles = Triangles::<L>::new(ray);
     let mut stack = Stack::new();
@@ -31,9 +60,7 @@ pub(super) fn any<L: Lanes, C: Coverage>(bvh: &WideBvh, ray: &Ray, coverage: &C)
     loop {
         match bvh.subtree(current) {
             Subtree::Pack(pack) => {
-                let counts = |hits: Hits<'_, L>| {
-                    hits.visit(hits.before(ray.t_max), |hit, marked| !marked || coverage.covers(ray, hit))
-                };
+                let counts = |hits: Hits<'_, L>| hits.visit(hits.before(ray.t_max), &mut enough);
                 if triangles.hits(pack, &boxes).is_some_and(counts) {
                     return true;
                 }

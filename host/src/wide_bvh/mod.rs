@@ -12,7 +12,7 @@ mod simd;
 mod triangles;
 
 use glam::Vec3;
-use restir_shared::geometry::{Coverage, Hit, Ray, Solid};
+use restir_shared::geometry::{Coverage, Crossings, Hit, Ray, Solid};
 use restir_shared::layout::{STACK_DEPTH, TRIANGLE_ALPHA};
 use restir_shared::scene::{Hierarchy, SceneView};
 use simd::{LANES, Row};
@@ -160,6 +160,15 @@ impl Hierarchy for WideBvh {
 
     fn occluded(&self, ray: &Ray, coverage: &dyn Coverage) -> bool {
         if self.partial { self.any_over(ray, &coverage) } else { self.any_over(ray, &Solid) }
+    }
+
+    fn crossings(&self, ray: &Ray, coverage: &dyn Coverage) -> Crossings {
+        match self.level {
+            SimdLevel::Portable => any::all::<simd::Portable>(self, ray, coverage),
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: as above
+            SimdLevel::Avx2 => unsafe { any::all_avx2(self, ray, coverage) },
+        }
     }
 }
 

@@ -5,16 +5,18 @@
 //! it is zero, so what is behind is hit. This does not rest on an error analysis: a hit's t is limited to the interval in which the ray
 //! passes the triangle's own padded bounds, computed by the same arithmetic as for the boxes of the BVH. That
 //! arithmetic is monotone, so every box around the triangle has an interval at least as wide, and none that holds
-//! the hit can be culled.
+//! the hit can be culled. For the same reason any traversal finds **all** hits on a segment ([`Crossings`]).
 
 mod coverage;
+mod crossings;
 mod packed_hit;
 mod traverse;
 mod triangle;
 
 pub use coverage::{Coverage, Solid};
+pub use crossings::Crossings;
 pub use packed_hit::PackedHit;
-pub use traverse::traverse;
+pub use traverse::{traverse, traverse_all};
 pub use triangle::{Slab, TriangleTest};
 
 use crate::layout::{FEATURE_BLEND, NONE};

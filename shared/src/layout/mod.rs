@@ -8,7 +8,7 @@
 //! | arena | table | words | contents |
 //! |---|---|---|---|
 //! | geometry | nodes | [`NODE_WORDS`] | `lo0.xyz, child0`, `hi0.xyz, child1`, `lo1.xyz, 0`, `hi1.xyz, 0` |
-//! | geometry | triangles | [`TRIANGLE_WORDS`] | `v0.xyz, material`, `v1.xyz, light or NONE`, `v2.xyz, object`, which [`TRIANGLE_ALPHA`] marks |
+//! | geometry | triangles | [`TRIANGLE_WORDS`] | `v0.xyz, material`, `v1.xyz, light or NONE`, `v2.xyz, object`, which [`TRIANGLE_ALPHA`] marks; of an object any number that no other has |
 //! | geometry | shading | [`SHADING_WORDS`] | `n0, n1, n2, t0`, `t1, t2, uv0`, `uv1, uv2`: a record a triangle; `n` unit normals and `t` tangents as [`crate::pack`] has them, the lowest bit of a tangent set where the bitangent is `-n x t`; absent without [`FEATURE_SHADING`] |
 //! | attributes | materials | [`MATERIAL_WORDS`] | `base colour.rgb, flags`, `emission.rgb, texture uses, in words after the first material, or NONE`, `metallic, roughness, ior, transmission`, `diffuse transmission.rgb, its share`, `absorption.rgb, normal scale`, `alpha, cutoff of a mask, interior, in words after the first material, or 0, 0`, `specular colour.rgb, specular factor` |
 //! | attributes | interiors | [`INTERIOR_WORDS`] | `albedo.rgb, anisotropy`, `index of the denser outside or 1, 0, 0, 0`: of the materials that scatter inside, whose absorption is the extinction |

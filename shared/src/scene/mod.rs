@@ -9,6 +9,7 @@ mod coverage;
 mod environment;
 mod frames;
 mod light;
+mod probe;
 mod reference;
 mod still;
 mod surface;
@@ -24,7 +25,7 @@ pub use view::SceneView;
 use crate::bsdf::{Material, Scattering};
 #[cfg(not(target_arch = "spirv"))]
 use crate::geometry::Coverage;
-use crate::geometry::{Hit, Ray};
+use crate::geometry::{Crossings, Hit, Ray};
 use crate::layout::FEATURES_ALL;
 use crate::medium::Interior;
 use crate::num;
@@ -42,6 +43,18 @@ pub trait Trace {
     }
 }
 
+/// Objects, and all places in which a segment meets one: what light that walks under a surface needs. Whoever has no such material
+/// need not implement it.
+///
+/// An object is what light may cross without leaving it. Its number says nothing but that two points belong together.
+pub trait Probe {
+    /// The object of a hit.
+    fn object(&self, hit: &Hit) -> u32;
+    /// All hits of an object with `0 < t < ray.t_max`, of front and back sides. Other objects neither count nor block. The answer is a
+    /// function of the set of hits alone.
+    fn probe(&self, ray: &Ray, object: u32) -> Crossings;
+}
+
 /// A hierarchy over a scene's triangles in place of the BVH in the arenas, with the same hits.
 #[cfg(not(target_arch = "spirv"))]
 pub trait Hierarchy {
@@ -49,6 +62,9 @@ pub trait Hierarchy {
     fn closest(&self, ray: &Ray, coverage: &dyn Coverage) -> Hit;
     /// As [`Trace::occluded`].
     fn occluded(&self, ray: &Ray, coverage: &dyn Coverage) -> bool;
+    /// As [`Probe::probe`]; `coverage` is asked of the hits of all triangles, marked or not, and says which count and belong to the
+    /// object.
+    fn crossings(&self, ray: &Ray, coverage: &dyn Coverage) -> Crossings;
 }
 
 /// What answers visibility queries in place of the BVH in the arenas: natively, perhaps, a structure that suits the

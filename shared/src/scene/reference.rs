@@ -1,9 +1,10 @@
 //! A reference to a scene is a scene.
 
 use super::{
-    AddressedLight, AddressedLights, EnvironmentPoint, LightAddress, LightSample, Lights, Surface, SurfacePoint, Trace,
+    AddressedLight, AddressedLights, EnvironmentPoint, LightAddress, LightSample, Lights, Probe, Surface, SurfacePoint,
+    Trace,
 };
-use crate::geometry::{Hit, Ray};
+use crate::geometry::{Crossings, Hit, Ray};
 use crate::medium::Interior;
 use glam::{UVec4, Vec3};
 
@@ -16,6 +17,18 @@ impl<S: Trace + ?Sized> Trace for &S {
     #[inline(always)]
     fn occluded(&self, ray: &Ray) -> bool {
         (**self).occluded(ray)
+    }
+}
+
+impl<S: Probe + ?Sized> Probe for &S {
+    #[inline(always)]
+    fn object(&self, hit: &Hit) -> u32 {
+        (**self).object(hit)
+    }
+
+    #[inline(always)]
+    fn probe(&self, ray: &Ray, object: u32) -> Crossings {
+        (**self).probe(ray, object)
     }
 }
 

@@ -41,17 +41,22 @@ impl Document {
 
     /// Adds an instance, whose mesh is `mesh` of the file.
     fn add_instance(&mut self, scene: &Scene, number: usize, mesh: usize) -> Result<(), Problem> {
-        let (Instance { mesh: own, transform }, rig) = (scene.instances[number], &scene.animation.rig);
+        let (Instance { mesh: own, transform, group }, rig) = (scene.instances[number], &scene.animation.rig);
         let node = json!({ "mesh": mesh, "name": scene.meshes[own].name });
         if let Some(deformation) = rig.deformations.iter().find(|deformation| deformation.mesh == own) {
-            self.carry_deformed(scene, number, deformation, mesh)
-        } else if let Some(carrier) = carrier(rig, Part::Instance(number)) {
-            self.carry(carrier, "mesh", json!(mesh))
-        } else if let Some(motion) = motion_of(scene, number) {
-            self.add_motion(motion, node, &transform)
-        } else {
-            self.add_node(node, &transform).map(drop)
+            return self.carry_deformed(scene, number, deformation, mesh);
         }
+        let node = if let Some(carrier) = carrier(rig, Part::Instance(number)) {
+            self.carry(carrier, "mesh", json!(mesh))?
+        } else if let Some(motion) = motion_of(scene, number) {
+            self.add_motion(motion, node, &transform)?
+        } else {
+            self.add_node(node, &transform)?
+        };
+        if let (Some(group), Some(nodes)) = (group, self.arrays.get_mut("nodes")) {
+            nodes[node]["extras"]["restir"]["group"] = json!(group);
+        }
+        Ok(())
     }
 
     /// Adds a node and gives its index.
@@ -87,7 +92,7 @@ impl Document {
         light["type"] = json!(kind);
         let reference = json!({ self.extension("KHR_lights_punctual"): { "light": self.add("lights", light) } });
         match carrier {
-            Some(node) => self.carry(node, "extensions", reference),
+            Some(node) => self.carry(node, "extensions", reference).map(drop),
             None => self.add_node(json!({ "name": name, "extensions": reference }), &transform).map(drop),
         }
     }
@@ -101,7 +106,7 @@ impl Document {
         let extras = exact::camera_extras(camera);
         let index = self.add("cameras", json!({ "type": "perspective", "perspective": perspective, "extras": extras }));
         if let Some(node) = carrier {
-            return self.carry(node, "camera", json!(index));
+            return self.carry(node, "camera", json!(index)).map(drop);
         }
         // In single precision: the extras of the camera have the rest.
         let matrix = exact::matrix(&exact::camera_transform(camera));

@@ -112,8 +112,8 @@ impl Document {
     }
 
     /// Adds nodes within each other that move an instance as a motion does: moved, where it rests, turned, and the rest of its
-    /// transform.
-    pub(super) fn add_motion(&mut self, motion: &Motion, node: Value, transform: &DAffine3) -> Result<(), Problem> {
+    /// transform. The last one, which has the mesh.
+    pub(super) fn add_motion(&mut self, motion: &Motion, node: Value, transform: &DAffine3) -> Result<usize, Problem> {
         let moved = self.add("nodes", json!({ "name": node["name"] }));
         let at_rest = self.add_node(json!({}), &DAffine3::from_translation(transform.translation))?;
         let turned = self.add("nodes", json!({}));
@@ -127,21 +127,21 @@ impl Document {
         let keys = || motion.keys.iter();
         add(moved, Property::Translation, keys().flat_map(|key| key.translation.to_array()).collect());
         add(turned, Property::Rotation, keys().flat_map(|key| key.rotation.to_array()).collect());
-        Ok(())
+        Ok(inner)
     }
 
     /// Writes the reference to a part of the scene into the node that carries it, or into one within that if it has another
-    /// one already.
-    pub(super) fn carry(&mut self, node: usize, member: &str, value: Value) -> Result<(), Problem> {
+    /// one already; gives that node.
+    pub(super) fn carry(&mut self, node: usize, member: &str, value: Value) -> Result<usize, Problem> {
         let own = self.arrays.get_mut("nodes").and_then(|nodes| nodes.get_mut(node));
         let own = own.ok_or_else(|| format!("it refers to node {node}, which does not exist"))?;
         if own.get(member).is_none() {
             own[member] = value;
-        } else {
-            let child = self.add("nodes", json!({ member: value }));
-            self.add_child(node, child);
+            return Ok(node);
         }
-        Ok(())
+        let child = self.add("nodes", json!({ member: value }));
+        self.add_child(node, child);
+        Ok(child)
     }
 
     /// Writes a mesh that deforms into the node that does it.

@@ -103,11 +103,11 @@ fn everything() -> Scene {
         name: "everything".to_owned(),
         meshes: [shaded, faceted("pane", 1), faceted("water", 2), faceted("milk", 3)].map(Arc::new).into(),
         instances: vec![
-            Instance { mesh: 0, transform: DAffine3::IDENTITY },
-            Instance { mesh: 1, transform: turn },
-            Instance { mesh: 0, transform: DAffine3::from_scale(DVec3::new(-2.0, 0.5, 4.0)) },
-            Instance { mesh: 2, transform: DAffine3::from_scale(DVec3::splat(1.0 / 3.0)) },
-            Instance { mesh: 3, transform: DAffine3::IDENTITY },
+            Instance::new(0, DAffine3::IDENTITY),
+            Instance::new(1, turn),
+            Instance::new(0, DAffine3::from_scale(DVec3::new(-2.0, 0.5, 4.0))),
+            Instance::new(2, DAffine3::from_scale(DVec3::splat(1.0 / 3.0))),
+            Instance::new(3, DAffine3::IDENTITY),
         ],
         materials: vec![glazed, glass, water, milk],
         textures: vec![painted, repeated, texture("translucent", 250)],
@@ -132,6 +132,18 @@ fn everything_comes_back() {
     for (expected, found) in expected.lines().zip(found.lines()) {
         assert_eq!(expected, found);
     }
+}
+
+#[test]
+fn groups_stay_objects() {
+    let mut scene = everything();
+    assert_eq!(back(&scene).objects(), [0, 1, 2, 3]);
+    for instance in &mut scene.instances {
+        instance.group = Some(0);
+    }
+    // of three materials
+    assert_eq!(scene.objects(), [0, 1, 0, 3]);
+    assert_eq!(back(&scene).objects(), scene.objects());
 }
 
 #[test]

@@ -60,6 +60,11 @@ pub(super) fn node_transform(extras: &Extras, rounded: [f32; 16]) -> Option<DAff
     (exact.is_finite() && matrix(&exact) == rounded).then_some(exact)
 }
 
+/// The group of a node's instances.
+pub(super) fn node_group(extras: &Extras) -> Option<u32> {
+    own(extras, "group")
+}
+
 /// The extras of a node: its matrix, unless single precision holds it.
 pub(in crate::scene) fn node_extras(transform: &DAffine3) -> Option<Value> {
     let exact = transform.to_cols_array();

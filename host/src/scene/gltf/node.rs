@@ -69,7 +69,12 @@ impl Importer<'_> {
             let meshes = if deforms { self.add_mesh(mesh, deformer)? } else { self.primitives(mesh)? };
             // joints alone place what hangs on them
             let transform = if node.skin.is_some() { DAffine3::IDENTITY } else { world };
-            self.scene.instances.extend(meshes.map(|mesh| Instance { mesh, transform }));
+            self.scene.instances.extend(meshes.map(|mesh| Instance::new(mesh, transform)));
+            let added = &mut self.scene.instances[first..];
+            let group = exact::node_group(&node.extras)
+                .map(|group| (self.document.root.nodes.len() as u32).wrapping_add(group));
+            let group = group.or((added.len() > 1).then_some(index.value() as u32));
+            added.iter_mut().for_each(|instance| instance.group = group);
         }
         let instances = first..self.scene.instances.len();
         let mut parts: Vec<Part> =

@@ -64,6 +64,14 @@ fn a_fan_is_read() {
 }
 
 #[test]
+fn primitives_of_a_node_are_one_object() {
+    let twice = format!("{FAN}, {FAN}");
+    let nodes = r#"[{ "mesh": 0, "children": [1] }, { "mesh": 0 }]"#;
+    assert_eq!(load(&square("", &twice, nodes)).unwrap().objects(), [0, 0, 2, 2]);
+    assert_eq!(load(&square("", FAN, nodes)).unwrap().objects(), [0, 1]);
+}
+
+#[test]
 fn strips_alternate_and_lists_drop_the_rest() {
     let strip = load(&square("", r#"{ "attributes": { "POSITION": 0 }, "mode": 5 }"#, ONE_NODE)).unwrap();
     assert_eq!(strip.meshes[0].indices, [[0, 1, 2], [1, 3, 2]]);

@@ -22,7 +22,7 @@ fn scene() -> Scene {
     };
     Scene {
         meshes: vec![mesh.into()],
-        instances: vec![Instance { mesh: 0, transform: DAffine3::IDENTITY }],
+        instances: vec![Instance::new(0, DAffine3::IDENTITY)],
         materials: vec![Material::diffuse("cloth", [0.5; 3])],
         animation: Animation { rig, ..Animation::default() },
         ..Scene::default()

@@ -1,0 +1,217 @@
+//! Points of a surface around one of its points, by disks along three axes (King et al. 2013, "BSSRDF Importance Sampling").
+
+use super::profile::Channels;
+use super::{Profile, REACH, TAIL, invert_radius, sample_radius};
+use crate::geometry::Ray;
+use crate::num::{UNIT_ROUNDOFF, abs, atan2, div, max, min, sin_cos, sqrt};
+use crate::vec::{Frame, length};
+use glam::{Vec3, Vec4};
+
+/// Probabilities of the axes: the normal, and the two tangents.
+const AXES: [f32; 3] = [0.5, 0.25, 0.25];
+const DENSITY_SCALE: f32 = 1.0 / (1.0 - TAIL);
+
+/// Which axes and channels count as able to find a point.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Support {
+    /// Those that are: segments end at the sphere of the channel's reach, so a channel finds what lies in its sphere, by any axis.
+    #[default]
+    Exact,
+    /// All, as published programs have it. What a narrow channel cannot find is then divided by its density all the same, and lost:
+    /// a tenth of the light through a slab four `d` thick.
+    Published,
+}
+
+/// What makes a segment: random numbers, of which the first two have chosen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DiskNumbers {
+    /// 0 is the normal, 1 and 2 are the tangents.
+    pub axis: u32,
+    /// 0 to 2.
+    pub channel: u32,
+    /// [`sample_radius`] makes a radius of it.
+    pub radius: f32,
+    /// The angle, in turns.
+    pub turn: f32,
+}
+
+/// Samples of the points around one.
+#[derive(Clone, Copy)]
+pub struct Disk {
+    /// The point.
+    pub centre: Vec3,
+    /// About its geometric normal.
+    pub frame: Frame,
+    /// How far light goes.
+    pub profile: Profile,
+    /// Which densities count.
+    pub support: Support,
+}
+
+impl DiskNumbers {
+    /// Chooses axis and channel by the first two of four numbers in [0, 1); the other two are kept.
+    #[inline(always)]
+    pub fn new(u: Vec4, profile: &Profile) -> Self {
+        let axis = if u.x < AXES[0] {
+            0
+        } else if u.x < AXES[0] + AXES[1] {
+            1
+        } else {
+            2
+        };
+        let Vec3 { x, y, z } = profile.probability;
+        // rounding may leave a remainder to a channel that is never chosen
+        let channel = if u.y < x || (y <= 0.0) & (z <= 0.0) {
+            0
+        } else if u.y < x + y || z <= 0.0 {
+            1
+        } else {
+            2
+        };
+        Self { axis, channel, radius: u.z, turn: u.w }
+    }
+}
+
+impl Disk {
+    /// With the exact support.
+    #[inline(always)]
+    pub fn new(centre: Vec3, normal: Vec3, profile: Profile) -> Self {
+        Self { centre, frame: Frame::new(normal), profile, support: Support::Exact }
+    }
+
+    /// The segment on which points are looked for: a chord of the sphere of the channel's reach. Its direction has unit length, its key
+    /// is 0.
+    #[inline(always)]
+    pub fn segment(&self, numbers: &DiskNumbers) -> Ray {
+        let distance = component(self.profile.distance, numbers.channel);
+        let (r, reach) = (sample_radius(numbers.radius) * distance, REACH * distance);
+        let half = sqrt(max((reach - r) * (reach + r), 0.0));
+        let (sin, cos) = sin_cos(numbers.turn);
+        let beside = self.frame.to_world(unfolded(numbers.axis, Vec3::new(r * cos, r * sin, half)));
+        let axis = axis_of(&self.frame, numbers.axis);
+        Ray { origin: self.centre + beside, direction: -axis, t_max: 2.0 * half, key: 0 }
+    }
+
+    /// The density per area of a point with the unit geometric normal `normal`, of a segment all of whose hits are taken: each point that
+    /// a segment meets is a sample. Where one of n hits is taken, it is an n-th of it.
+    #[inline(always)]
+    pub fn density(&self, point: Vec3, normal: Vec3) -> f32 {
+        let densities = self.densities(point, normal);
+        sum(densities[0]) + sum(densities[1]) + sum(densities[2])
+    }
+
+    /// What a point is worth as a sample: the profile there over the density, by channel, and the density. At most 4 over the
+    /// probability of the channel, because a profile falls with the distance, which a disk sees shortened, and the axes' cosines with
+    /// the normal add up to one or more.
+    #[inline(always)]
+    pub fn weight(&self, point: Vec3, normal: Vec3) -> (Vec3, f32) {
+        let density = self.density(point, normal);
+        let per_density = if density > 0.0 { div(1.0, density) } else { 0.0 };
+        (self.profile.at(length(point - self.centre)) * per_density, density)
+    }
+
+    /// Numbers that find the point, of all that do: axis and channel are drawn by `u` in [0, 1) in proportion to their shares in the
+    /// density, which is given, too; if that is zero, no numbers do.
+    #[inline(always)]
+    pub fn invert(&self, point: Vec3, normal: Vec3, u: f32) -> (DiskNumbers, f32) {
+        let densities = self.densities(point, normal);
+        let all = sum(densities[0]) + sum(densities[1]) + sum(densities[2]);
+        let (mut technique, mut found, mut left) = (0, 0, u * all);
+        while technique < 9 {
+            let share = component(densities[technique / 3], technique as u32 % 3);
+            // the last one with a share stands for what rounding leaves
+            found = if (share > 0.0) & (left >= 0.0) { technique as u32 } else { found };
+            left -= share;
+            technique += 1;
+        }
+        let (axis, channel) = (found / 3, found % 3);
+        let beside = folded(axis, self.frame.to_local(point - self.centre));
+        let distance = component(self.profile.distance, channel);
+        let radius = plane_length(beside);
+        let turn = atan2(beside.y, beside.x);
+        let turn = if turn < 0.0 { turn + 1.0 } else { turn };
+        let x = if all > 0.0 { div(radius, distance) } else { 0.0 };
+        let radius = invert_radius(x);
+        (DiskNumbers { axis, channel, radius, turn: min(turn, 1.0 - UNIT_ROUNDOFF) }, all)
+    }
+
+    /// The densities by axis and channel, each times its probability.
+    #[inline(always)]
+    fn densities(&self, point: Vec3, normal: Vec3) -> [Vec3; 3] {
+        let beside = self.frame.to_local(point - self.centre);
+        let cosines = self.frame.to_local(normal);
+        let channels = Channels::new(&self.profile);
+        let scale = if self.support == Support::Exact {
+            self.profile.within(length(beside), self.profile.probability)
+        } else {
+            self.profile.probability
+        };
+        let mut densities = [Vec3::ZERO; 3];
+        let mut axis = 0;
+        while axis < 3 {
+            let radius = plane_length(folded(axis as u32, beside));
+            let cosine = abs(folded(axis as u32, cosines).z);
+            densities[axis] = channels.at(radius) * scale * (DENSITY_SCALE * AXES[axis] * cosine);
+            axis += 1;
+        }
+        densities
+    }
+}
+
+#[inline(always)]
+fn sum(v: Vec3) -> f32 {
+    v.x + v.y + v.z
+}
+
+#[inline(always)]
+fn component(v: Vec3, index: u32) -> f32 {
+    if index == 0 {
+        v.x
+    } else if index == 1 {
+        v.y
+    } else {
+        v.z
+    }
+}
+
+/// Coordinates in a frame, those in the plane of an axis' disk first.
+#[inline(always)]
+fn folded(axis: u32, v: Vec3) -> Vec3 {
+    if axis == 0 {
+        v
+    } else if axis == 1 {
+        Vec3::new(v.y, v.z, v.x)
+    } else {
+        Vec3::new(v.z, v.x, v.y)
+    }
+}
+
+/// The inverse of [`folded`].
+#[inline(always)]
+fn unfolded(axis: u32, v: Vec3) -> Vec3 {
+    if axis == 0 {
+        v
+    } else if axis == 1 {
+        Vec3::new(v.z, v.x, v.y)
+    } else {
+        Vec3::new(v.y, v.z, v.x)
+    }
+}
+
+#[inline(always)]
+fn axis_of(frame: &Frame, axis: u32) -> Vec3 {
+    if axis == 0 {
+        frame.n
+    } else if axis == 1 {
+        frame.s
+    } else {
+        frame.t
+    }
+}
+
+/// The distance from the axis, by the coordinates across it.
+#[inline(always)]
+fn plane_length(v: Vec3) -> f32 {
+    sqrt(v.x * v.x + v.y * v.y)
+}
