@@ -16,6 +16,7 @@ use super::{About, Integral, PixelFilter, Repeats, Technique};
 use crate::technique::explain::{Explanation, Subject};
 use crate::technique::sequence::{Sequence, Stage};
 use crate::{Error, buffers::SceneBuffers, exec::Executor, render::Render};
+use restir_shared::layout::FEATURE_SUBSURFACE;
 use restir_shared::rng::Sampler;
 use restir_shared::technique::path::MAX_DEPTH;
 use restir_shared::technique::path::media::MAX_WALK;
@@ -53,6 +54,11 @@ impl PathSettings {
         let Integral { max_depth, jitter, filter, multiscatter } = integral;
         Self { max_depth, jitter, filter, multiscatter, ..Self::default() }
     }
+
+    /// Whether paths walk through media in a scene of these features.
+    fn walks(&self, features: u32) -> bool {
+        self.subsurface == Subsurface::Walk && features & FEATURE_SUBSURFACE != 0
+    }
 }
 
 impl Technique for PathSettings {
@@ -85,6 +91,15 @@ impl Technique for PathSettings {
             Some(0) => Err(Error::Setting("dispatches of 0 samples never end; give at least 1".to_owned())),
             _ => Ok(()),
         }
+    }
+
+    fn check_explained(&self, scene: &SceneBuffers, render: &Render) -> Result<(), Error> {
+        if self.walks(scene.features) {
+            let problem =
+                "what light does inside of things is not written down; give subsurface=off to explain the rest";
+            return Err(Error::Setting(problem.to_owned()));
+        }
+        crate::render::check(scene, render)
     }
 
     fn explain(&self, executor: &mut dyn Executor, subject: Subject<'_>) -> Result<Explanation, Error> {

@@ -1,7 +1,7 @@
 //! The passes of path tracing: aligned blocks of samples, each traced into a plane of the film.
 
 use super::PathSettings;
-use super::media::{COUNTS, Media, Subsurface};
+use super::media::{COUNTS, Media};
 use crate::Error;
 use crate::film::Film;
 use crate::plan::{ARENAS, Buffer, BufferId, Pass};
@@ -70,7 +70,7 @@ pub(super) struct Paths {
 impl Paths {
     pub(super) fn new(settings: &PathSettings, stage: &Stage) -> Self {
         let mut buffers = stage.arenas.to_vec();
-        let scatters = settings.subsurface == Subsurface::Walk && stage.features & FEATURE_SUBSURFACE != 0;
+        let scatters = settings.walks(stage.features);
         let media = scatters.then(|| Media::new(&mut buffers, stage.size, settings));
         let largest = if scatters { 0 } else { block_log2(settings, stage.size) };
         // blocks of a mean that goes on are smaller where a frame has fewer samples

@@ -22,7 +22,8 @@ use crate::render::{Render, Rendered};
 use crate::technique::explain::{Explanation, Subject};
 use crate::technique::sequence::{Sequence, Stage};
 use crate::{Error, buffers::SceneBuffers, image::Channel};
-use restir_shared::{layout::FEATURE_CLEAR, scene::LightAddress};
+use restir_shared::layout::{FEATURE_CLEAR, FEATURE_SUBSURFACE};
+use restir_shared::scene::LightAddress;
 
 /// Paths of so many segments carry direct light and what is seen to emit.
 const DEPTH: u32 = 2;
@@ -88,6 +89,11 @@ impl Technique for DiSettings {
     }
 
     fn differs_from_path(&self, scene: &SceneBuffers) -> Option<&'static str> {
+        if scene.features & FEATURE_SUBSURFACE != 0 {
+            return Some(
+                "does not follow light inside of things that scatter it, and path tracing does; choose another scene",
+            );
+        }
         (self.transmittance && scene.features & FEATURE_CLEAR != 0)
             .then_some("sees lights through clear glass, and path tracing does not; give transmittance=off")
     }
