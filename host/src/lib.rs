@@ -4,6 +4,7 @@
 //! [`plan::FramePlan`] of it, and an [`exec::Executor`] runs the plan natively or on a GPU.
 
 mod alias;
+pub mod aov;
 mod artifact;
 pub mod bootstrap;
 pub mod buffers;

@@ -3,6 +3,7 @@
 //! It is a library too, so that integration tests can feed modules to the post-pass and to the checks.
 
 pub mod albedo;
+pub mod aov;
 pub mod error;
 pub mod features;
 mod fit;

@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use xtask::{
-    Error, albedo, features, furnace, num, package, parity, profile, resampling, reuse, session, shader, stress,
+    Error, albedo, aov, features, furnace, num, package, parity, profile, resampling, reuse, session, shader, stress,
     unbiased, visibility, watertight,
 };
 
@@ -35,6 +35,8 @@ enum Task {
     Resampling(resampling::Options),
     /// Fit what GGX reflects of light from everywhere, and print what white surfaces return.
     Albedo(albedo::Options),
+    /// Draw the layers of `restir render --aov`.
+    Aov(aov::Options),
     /// Print how much light white surfaces return, with and without what single scattering loses.
     Furnace(furnace::Options),
     /// Measure what each feature of a scene costs the path tracer, and print the report.
@@ -61,6 +63,7 @@ fn run(task: Task) -> Result<(), Error> {
         Task::Stress(options) => stress::run(&options),
         Task::Resampling(options) => resampling::run(&options),
         Task::Albedo(options) => albedo::run(&options),
+        Task::Aov(options) => aov::run(&options),
         Task::Furnace(options) => furnace::run(&options),
         Task::Features(options) => features::run(&options),
         Task::Profile(options) => profile::run(&options),

@@ -67,14 +67,15 @@ impl CameraPath {
     /// [`Error::Setting`] for a camera that [`Camera::check`] refuses.
     pub fn cameras(&self, camera: Camera, frames: u32) -> Result<Vec<Camera>, Error> {
         let checked = |frame: u32| {
-            let camera = self.camera(camera, f64::from(frame));
+            let camera = self.at(camera, f64::from(frame));
             let refused = |problem| Error::Setting(format!("frame {frame} of the camera path: {problem}"));
             camera.check().map(|()| camera).map_err(refused)
         };
         (0..frames).map(checked).collect()
     }
 
-    fn camera(&self, camera: Camera, frame: f64) -> Camera {
+    /// The camera in a frame, which may lie before the first one.
+    pub fn at(&self, camera: Camera, frame: f64) -> Camera {
         let turn = DQuat::from_axis_angle(camera.up.normalize_or(DVec3::Y), (frame * DEGREES_A_FRAME).to_radians());
         match self {
             Self::Orbit => Camera { position: camera.target + turn * (camera.position - camera.target), ..camera },

@@ -217,7 +217,7 @@ fn measured(
     let reference = super::reference::make(executor, &buffers, matrix.picture, &arguments.cache, goal)?;
     let (truth, reference_samples) = (Truth::new(&reference), reference.samples());
     console::note(&format!("{scene}: {reference_samples} samples in the reference, measuring"));
-    let (series, restarts) = reported(|observe| measure(executor, &buffers, matrix, &truth, observe))?;
+    let (series, restarts) = reported("rendering", |observe| measure(executor, &buffers, matrix, &truth, observe))?;
     Ok(SceneResult { scene, plot, truth, reference_samples, series, restarts })
 }
 

@@ -68,7 +68,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
         Repeats::Samples => 1,
         Repeats::Frames => options.frames.unwrap_or(technique.about().default_count),
     };
-    let cameras = cameras(options.camera_path.as_deref(), buffers.camera, count)?;
+    let cameras = cameras(options.path()?.as_ref(), buffers.camera, count)?;
     let render = Render { count, seed: options.seed, cameras, ..Render::new(size, technique) };
     let place = Place { x: *x, y: *y, sample: arguments.sample.unwrap_or(0) };
     place.check(&render)?;

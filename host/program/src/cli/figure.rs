@@ -189,7 +189,7 @@ impl Environs for Program<'_> {
         work: impl FnOnce(&mut dyn Executor, &mut dyn FnMut(Progress) -> Result<(), Error>) -> Result<T, Error>,
     ) -> Result<T, Error> {
         console::note(what);
-        reported(|observe| work(self.device.as_mut(), observe))
+        reported("rendering", |observe| work(self.device.as_mut(), observe))
     }
 }
 

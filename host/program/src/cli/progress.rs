@@ -12,10 +12,13 @@ use super::{console, interrupt};
 const BAR: &str = "{bar:40} {percent:>3} %, {eta} left";
 const STEP_PERCENT: u64 = 10;
 
-/// Does work that says how far it is, and ends it when the user wants the program to stop.
-pub(super) fn reported<T>(work: impl FnOnce(&mut dyn FnMut(Progress) -> Result<(), Error>) -> T) -> T {
+/// Does work that says how far it is, and ends it when the user wants the program to stop. Lines begin with `what`.
+pub(super) fn reported<T>(
+    what: &'static str,
+    work: impl FnOnce(&mut dyn FnMut(Progress) -> Result<(), Error>) -> T,
+) -> T {
     interrupt::begin_listening();
-    let mut reporter = Reporter::new();
+    let mut reporter = Reporter::new(what);
     let done = work(&mut |progress| {
         reporter.update(&progress);
         interrupt::check()
@@ -28,19 +31,20 @@ enum Reporter {
     Bar(ProgressBar),
     /// When what was first told of had been done, and how much that was: a reference that is continued has begun before.
     Lines {
+        what: &'static str,
         begun: Option<(Instant, u64)>,
         next_percent: u64,
     },
 }
 
 impl Reporter {
-    fn new() -> Self {
+    fn new(what: &'static str) -> Self {
         if stderr().is_terminal() {
             let style = ProgressStyle::with_template(BAR).unwrap_or_else(|_| ProgressStyle::default_bar());
             return Self::Bar(ProgressBar::new(1).with_style(style));
         }
-        console::note("rendering: 0 %");
-        Self::Lines { begun: None, next_percent: STEP_PERCENT }
+        console::note(&format!("{what}: 0 %"));
+        Self::Lines { what, begun: None, next_percent: STEP_PERCENT }
     }
 
     fn update(&mut self, progress: &Progress) {
@@ -49,13 +53,13 @@ impl Reporter {
                 bar.set_length(progress.total);
                 bar.set_position(progress.done);
             }
-            Self::Lines { begun, next_percent } => {
+            Self::Lines { what, begun, next_percent } => {
                 let percent = percent(progress);
                 let (start, before) = *begun.get_or_insert_with(|| (Instant::now(), progress.done));
                 if percent >= *next_percent {
                     let left = seconds_left(start.elapsed().as_secs_f64(), progress, before);
                     let left = left.map_or_else(String::new, |left| format!(", {left:.0} s left"));
-                    console::note(&format!("rendering: {percent} %{left}"));
+                    console::note(&format!("{what}: {percent} %{left}"));
                     *next_percent = (percent / STEP_PERCENT + 1) * STEP_PERCENT;
                 }
             }

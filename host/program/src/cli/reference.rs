@@ -122,7 +122,7 @@ pub(super) fn make(
     if cache.is_none() {
         console::note("warning: there is no folder to keep the reference in; name one by --cache or RESTIR_CACHE");
     }
-    let reference = reported(|observe| {
+    let reference = reported("rendering", |observe| {
         reference::make(executor, buffers, picture, cache.as_deref(), goal, &mut |batches| {
             observe(Progress { done: batches.done, total: batches.total })
         })

@@ -1,8 +1,8 @@
 //! The technique that a command works with, and its settings.
 
 use clap::builder::{PossibleValue, PossibleValuesParser};
-use restir::Error;
 use restir::technique::{self, Repeats, Technique, configure};
+use restir::{Error, scene::CameraPath};
 
 use super::{render::natural, require};
 
@@ -23,6 +23,13 @@ pub(super) struct TechniqueArguments {
     /// Seed of the random numbers.
     #[arg(long, default_value = "0", value_parser = natural::<u32>, allow_hyphen_values = true)]
     pub(super) seed: u32,
+}
+
+impl TechniqueArguments {
+    /// The path of the camera, if it has one.
+    pub(super) fn path(&self) -> Result<Option<CameraPath>, Error> {
+        self.camera_path.as_deref().map(CameraPath::open).transpose()
+    }
 }
 
 /// The first of the list.

@@ -10,6 +10,7 @@ mod gpu;
 mod input_output;
 #[cfg(unix)]
 mod interrupt;
+mod layers;
 mod measure;
 mod motion;
 mod results;

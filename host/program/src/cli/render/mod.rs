@@ -1,26 +1,27 @@
 //! `restir render`
 
-use std::path::{Path, PathBuf};
+mod outputs;
+
+use std::path::PathBuf;
 use std::str::FromStr;
 use std::time::{Duration, Instant};
 
+use restir::aov::{self, Shot};
 use restir::checkpoint::{Checkpoint, render_resumed};
 use restir::exec::Step;
-use restir::image::{Channel, write_exr_with, write_png};
+use restir::image::Channel;
 use restir::render::{self, Render, Rendered};
 use restir::scene::{Camera, CameraPath, Scene};
-use restir::settings::Value;
-use restir::tonemap::{Operator, Tone};
 use restir::{Error, buffers::SceneBuffers, exec::Executor, memory, technique::Repeats};
 
 use super::scene::{Additions, DEFAULT_SIZE, refuse_overwriting};
 use super::technique::{PixelArguments, TechniqueArguments, configured, refuse_unused};
-use super::{console, device, interrupt, metadata, progress::reported, require};
+use super::{console, device, interrupt, metadata, progress::reported};
+use outputs::Outputs;
+pub(super) use outputs::ends_in;
 
 /// How often a render that can be resumed writes down what is done.
 const CHECKPOINT_EVERY: Duration = Duration::from_secs(60);
-/// Stops either way: more would leave the range of floats.
-const MAX_EXPOSURE: f64 = 64.0;
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
@@ -28,18 +29,8 @@ pub(super) struct Arguments {
     scene: PathBuf,
     #[command(flatten)]
     additions: Additions,
-    /// The EXR file to write.
-    #[arg(short, long)]
-    output: PathBuf,
-    /// Also write an 8-bit PNG file.
-    #[arg(long)]
-    png: Option<PathBuf>,
-    /// Brighten the PNG by this many stops; each doubles it. The EXR file keeps the radiance.
-    #[arg(long, value_name = "STOPS", requires = "png", allow_hyphen_values = true, default_value = "0")]
-    exposure: f64,
-    /// How the PNG shows what is brighter than white: clamp, reinhard, aces, or neutral (Khronos' PBR Neutral).
-    #[arg(long, value_name = "OPERATOR", requires = "png", value_parser = operator, default_value = "clamp")]
-    tonemap: Operator,
+    #[command(flatten)]
+    outputs: Outputs,
     #[command(flatten)]
     technique: TechniqueArguments,
     /// Samples per pixel of a technique that repeats samples; as many as suit the technique if not given.
@@ -97,7 +88,7 @@ fn render_on(
     render: &Render,
     arguments: &Arguments,
 ) -> Result<(Rendered, Vec<Channel>), Error> {
-    let done = reported(|observe| {
+    let done = reported("rendering", |observe| {
         let observe = &mut |step: &Step<'_>| {
             let heard = observe(step.progress);
             if heard.is_err() && arguments.resume.is_some() {
@@ -124,65 +115,65 @@ fn render_on(
 }
 
 /// The cameras of frames along a path; none without one.
-pub(super) fn cameras(path: Option<&Path>, camera: Camera, frames: u32) -> Result<Vec<Camera>, Error> {
+pub(super) fn cameras(path: Option<&CameraPath>, camera: Camera, frames: u32) -> Result<Vec<Camera>, Error> {
     let Some(path) = path else { return Ok(Vec::new()) };
     let bytes = u64::from(frames) * size_of::<Camera>() as u64;
     memory::check(bytes, "this camera path", "give fewer --frames")?;
-    CameraPath::open(path)?.cameras(camera, frames)
+    path.cameras(camera, frames)
+}
+
+/// The camera of any frame.
+fn camera_of<'a>(buffers: &'a SceneBuffers, path: Option<&'a CameraPath>) -> impl Fn(f64) -> Camera + 'a {
+    move |frame| path.map_or_else(|| buffers.camera_at(frame), |path| path.at(buffers.camera, frame))
+}
+
+/// What the camera sees in the frame that the render shows, as channels.
+fn aovs(
+    arguments: &Arguments,
+    buffers: &SceneBuffers,
+    render: &Render,
+    camera: &dyn Fn(f64) -> Camera,
+    frame: u32,
+) -> Result<Vec<Channel>, Error> {
+    let layers = &arguments.outputs.aov;
+    if layers.is_empty() {
+        return Ok(Vec::new());
+    }
+    let (size, integral) = ([render.width, render.height], render.technique.integral());
+    let samples = if render.technique.about().repeats == Repeats::Samples { render.count } else { u32::MAX };
+    let shot = Shot { scene: buffers, frame: f64::from(frame), camera, size, seed: render.seed, integral, samples };
+    reported("layers", |observe| aov::channels(&shot, layers, observe))
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
+    let Arguments { additions, outputs, technique: options, .. } = arguments;
     // the checks make files for a moment
     interrupt::install()?;
-    check_outputs(arguments)?;
-    let mut inputs = arguments.additions.inputs(&arguments.scene);
-    inputs.extend(arguments.technique.camera_path.as_deref());
-    let written = [Some(&arguments.output), arguments.png.as_ref(), arguments.resume.as_ref()];
-    refuse_overwriting(&inputs, written.into_iter().flatten())?;
-    let mut scene = arguments.additions.open(&arguments.scene)?;
+    outputs.check()?;
+    arguments.resume.as_deref().map_or(Ok(()), interrupt::check_writable)?;
+    let mut inputs = additions.inputs(&arguments.scene);
+    inputs.extend(options.camera_path.as_deref());
+    refuse_overwriting(&inputs, outputs.files().chain(&arguments.resume))?;
+    let mut scene = additions.open(&arguments.scene)?;
     let render = render_of(arguments, &scene)?;
-    arguments.additions.complete(&mut scene, [render.width, render.height])?;
-    let buffers = arguments.additions.buffers(&scene)?;
-    let cameras = cameras(arguments.technique.camera_path.as_deref(), buffers.camera, render.count)?;
+    additions.complete(&mut scene, [render.width, render.height])?;
+    let buffers = additions.buffers(&scene)?;
+    let path = options.path()?;
+    let cameras = cameras(path.as_ref(), buffers.camera, render.count)?;
     let render = Render { cameras, ..render };
     render::check(&buffers, &render)?;
     let mut device = device::open(&arguments.device)?;
     let start = Instant::now();
-    let (rendered, layers) = render_on(device.as_mut(), &buffers, &render, arguments)?;
+    let (rendered, mut channels) = render_on(device.as_mut(), &buffers, &render, arguments)?;
     let seconds = start.elapsed().as_secs_f64();
+    let last = if render.technique.about().repeats == Repeats::Frames { render.count - 1 } else { 0 };
+    channels.extend(aovs(arguments, &buffers, &render, &camera_of(&buffers, path.as_ref()), last)?);
     let metadata = metadata::of_render(&scene, &render, device.as_ref(), &rendered);
     interrupt::begin_writing();
     // All files come before any report: standard output may be closed or full.
-    write_exr_with(&arguments.output, &rendered.image, &layers, &metadata)?;
-    if let Some(path) = &arguments.png {
-        let tone = Tone { exposure: arguments.exposure, operator: arguments.tonemap };
-        write_png(path, &tone.of(&rendered.image))?;
-    }
+    outputs.write(&rendered.image, &channels, &metadata)?;
     report(&render, &rendered, seconds)?;
-    let written = [Some(&arguments.output), arguments.png.as_ref()].into_iter().flatten();
-    console::print(&written.map(|path| format!("wrote {}\n", path.display())).collect::<String>())
-}
-
-/// A tone mapping by its name.
-fn operator(text: &str) -> Result<Operator, String> {
-    Operator::read(text).ok_or_else(|| format!("it has to be one of {}", Operator::expected()))
-}
-
-/// Before hours of rendering: can the results be written? Their endings differ, so that they are never the same file.
-fn check_outputs(Arguments { output, png, exposure, resume, .. }: &Arguments) -> Result<(), Error> {
-    let problem = format_args!("--exposure {exposure} is out of range; give -{MAX_EXPOSURE} to {MAX_EXPOSURE} stops");
-    require(exposure.abs() <= MAX_EXPOSURE, problem)?;
-    let problem = format_args!("the output {} has to end in .exr; use --png for a PNG file", output.display());
-    require(ends_in(output, "exr"), problem)?;
-    interrupt::check_writable(output)?;
-    resume.as_deref().map_or(Ok(()), interrupt::check_writable)?;
-    let Some(png) = png else { return Ok(()) };
-    require(ends_in(png, "png"), format_args!("--png {} has to end in .png", png.display()))?;
-    interrupt::check_writable(png)
-}
-
-pub(super) fn ends_in(path: &Path, ending: &str) -> bool {
-    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(ending))
+    console::print(&outputs.files().map(|path| format!("wrote {}\n", path.display())).collect::<String>())
 }
 
 fn report(render: &Render, rendered: &Rendered, seconds: f64) -> Result<(), Error> {
