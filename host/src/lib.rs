@@ -27,6 +27,7 @@ pub mod reference;
 pub use technique::render;
 pub mod replay;
 pub mod scene;
+pub mod scrambles;
 pub mod self_check;
 pub mod session;
 pub mod settings;

@@ -51,8 +51,13 @@ pub(super) fn begin_writing() {
     }
 }
 
+/// Writes files, while nothing ends the program; more may come later.
+pub(super) fn whole<T>(write: impl FnOnce() -> T) -> T {
+    let _whole = FILES.lock().unwrap_or_else(PoisonError::into_inner);
+    write()
+}
+
 /// As [`restir::output::check_writable`], which makes a file for a moment.
 pub(super) fn check_writable(path: &Path) -> Result<(), Error> {
-    let _whole = FILES.lock().unwrap_or_else(PoisonError::into_inner);
-    restir::output::check_writable(path)
+    whole(|| restir::output::check_writable(path))
 }

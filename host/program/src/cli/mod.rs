@@ -30,6 +30,7 @@ mod scene;
 mod scenes;
 mod settings;
 mod technique;
+mod tev;
 
 const EXIT_FAILED: u8 = 1;
 const EXIT_BAD_INPUT: u8 = 2;
@@ -115,7 +116,7 @@ fn not_run(error: &clap::Error) -> ExitCode {
 }
 
 /// What other renderers call an option, and its name here.
-const ELSEWHERE: [(&str, &str); 14] = [
+const ELSEWHERE: [(&str, &str); 19] = [
     ("--samples", "--spp"),
     ("--sample-count", "--spp"),
     ("--width", "--size WIDTHxHEIGHT"),
@@ -130,6 +131,11 @@ const ELSEWHERE: [(&str, &str); 14] = [
     ("--gpu", "--device gpu"),
     ("--cpu", "--device cpu"),
     ("--integrator", "--technique"),
+    ("--display-server", "--tev"),
+    ("--aovs", "--aov"),
+    ("--time-limit", "--seconds"),
+    ("--timeout", "--seconds"),
+    ("--animation", "--frames A..B"),
 ];
 
 /// The name of an option that was asked for by another one.

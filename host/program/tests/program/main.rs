@@ -13,5 +13,8 @@ mod interrupt;
 mod layers;
 mod measure;
 mod motion;
+mod numbered;
 mod results;
+mod stop;
 mod support;
+mod tev;

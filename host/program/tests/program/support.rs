@@ -150,6 +150,11 @@ pub(crate) fn run<S: AsRef<OsStr>>(arguments: impl IntoIterator<Item = S>) -> Ou
     finish(&mut program(arguments))
 }
 
+/// The value of a key of an image's metadata.
+pub(crate) fn value_of<'a>(metadata: &'a [(String, String)], key: &str) -> Option<&'a str> {
+    metadata.iter().find(|(name, _)| name == key).map(|(_, value)| value.as_str())
+}
+
 /// A document with one mesh of separate triangles, three positions each, and the bytes it refers to.
 pub(crate) fn triangles(positions: &[[f32; 3]]) -> (Value, Vec<u8>) {
     let bytes: Vec<u8> = positions.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();

@@ -1,24 +1,29 @@
 //! `restir render`
 
+mod numbered;
 mod outputs;
+mod stop;
 
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::str::FromStr;
 use std::time::{Duration, Instant};
 
 use restir::aov::{self, Shot};
 use restir::checkpoint::{Checkpoint, render_resumed};
-use restir::exec::Step;
+use restir::exec::{Description, Step};
 use restir::image::Channel;
-use restir::render::{self, Render, Rendered};
+use restir::render::{self, Images, Progress, Render, Rendered, Shows};
 use restir::scene::{Camera, CameraPath, Scene};
+use restir::scrambles::{self, Mean};
 use restir::{Error, buffers::SceneBuffers, exec::Executor, memory, technique::Repeats};
 
 use super::scene::{Additions, DEFAULT_SIZE, refuse_overwriting};
-use super::technique::{PixelArguments, TechniqueArguments, configured, refuse_unused};
-use super::{console, device, interrupt, metadata, progress::reported};
+use super::technique::{Frames, MAX_FRAME, PixelArguments, TechniqueArguments, configured, refuse_unused};
+use super::{console, device, interrupt, metadata, progress::reported, require, tev::Viewer};
 use outputs::Outputs;
 pub(super) use outputs::ends_in;
+use stop::Stop;
 
 /// How often a render that can be resumed writes down what is done.
 const CHECKPOINT_EVERY: Duration = Duration::from_secs(60);
@@ -47,6 +52,17 @@ pub(super) struct Arguments {
     /// is done.
     #[arg(long, value_name = "FILE", conflicts_with = "layers")]
     resume: Option<PathBuf>,
+    /// Render a turntable: the camera goes around its target once in so many frames, each of which is a file.
+    #[arg(long, value_name = "FRAMES", value_parser = natural::<u32>, conflicts_with_all = ["frames", "camera_path"])]
+    turntable: Option<u32>,
+    /// Of several frames, leave out those whose file is there already, if it is of the same render.
+    #[arg(long)]
+    skip_existing: bool,
+    #[command(flatten)]
+    stop: Stop,
+    /// Show the image while it is rendered in the viewer tev, which listens there.
+    #[arg(long, value_name = "HOST:PORT", conflicts_with = "layers")]
+    tev: Option<String>,
     /// Longest path in segments: 1 is directly visible light, 2 adds direct light; 8 if not given.
     #[arg(long, value_parser = natural::<u32>, allow_hyphen_values = true)]
     max_depth: Option<u32>,
@@ -59,59 +75,198 @@ pub(super) struct Arguments {
     device: device::DeviceArguments,
 }
 
-/// What the arguments ask for, seen by the scene's camera.
-fn render_of(arguments: &Arguments, scene: &Scene) -> Result<Render, Error> {
-    let size = arguments.size.map_or(Ok(scene.default_size.unwrap_or(DEFAULT_SIZE)), Size::sides)?;
-    let options = &arguments.technique;
-    let technique = configured(&options.name, &options.settings, arguments.max_depth, arguments.pixel.jitter())?;
-    let about = technique.about();
-    let given = [
-        ("--spp", arguments.spp.is_some(), Repeats::Samples),
-        ("--frames", options.frames.is_some(), Repeats::Frames),
-        ("--accumulate", arguments.accumulate, Repeats::Frames),
-        ("--layers", arguments.layers, Repeats::Frames),
-        ("--camera-path", options.camera_path.is_some(), Repeats::Frames),
-    ];
-    refuse_unused(technique.as_ref(), &given)?;
-    let count = match arguments.spp {
-        None => options.frames.unwrap_or(about.default_count),
-        Some(samples) => u32::try_from(samples)
-            .map_err(|_| Error::Setting(format!("{samples} samples are too many: samples > {}", u32::MAX)))?,
-    };
-    Ok(Render { count, accumulate: arguments.accumulate, seed: options.seed, ..Render::new(size, technique) })
+/// A scene with its cameras, and what is asked for.
+struct Task<'a> {
+    arguments: &'a Arguments,
+    scene: &'a Scene,
+    buffers: &'a SceneBuffers,
+    path: Option<CameraPath>,
 }
 
-/// Renders, with further channels for the file if layers are asked for.
-fn render_on(
-    executor: &mut dyn Executor,
-    buffers: &SceneBuffers,
-    render: &Render,
-    arguments: &Arguments,
-) -> Result<(Rendered, Vec<Channel>), Error> {
-    let done = reported("rendering", |observe| {
-        let observe = &mut |step: &Step<'_>| {
-            let heard = observe(step.progress);
-            if heard.is_err() && arguments.resume.is_some() {
-                // what is done is written down now
-                interrupt::begin_writing();
+/// What was rendered, and what an image should say of it.
+struct Finished {
+    rendered: Rendered,
+    channels: Vec<Channel>,
+    render: Render,
+    more: Vec<(&'static str, String)>,
+}
+
+impl Arguments {
+    /// The frames that become files of their own.
+    fn numbered(&self) -> Result<Option<RangeInclusive<u32>>, Error> {
+        let frames = match (&self.technique.frames, self.turntable) {
+            (_, Some(frames)) => 0..=frames.saturating_sub(1),
+            (Some(Frames::Each(frames)), None) => frames.clone(),
+            _ => {
+                let problem = format_args!("--skip-existing is for the files of several frames; give --frames A..B");
+                return require(!self.skip_existing, problem).map(|()| None);
             }
-            heard
         };
-        if arguments.layers {
-            return render.technique.render_with_layers(executor, buffers, render, observe);
-        }
-        let rendered = match &arguments.resume {
-            Some(path) => {
-                render_resumed(executor, buffers, render, Checkpoint { path, every: CHECKPOINT_EVERY }, observe)?
-            }
-            None => render::render(executor, buffers, render, observe)?,
-        };
-        Ok((rendered, Vec::new()))
-    });
-    if let (Err(Error::Interrupted), Some(path)) = (&done, &arguments.resume) {
-        console::note(&format!("{} keeps what is done; the same command goes on", path.display()));
+        let problem = format_args!("a turntable of 0 frames shows nothing; give --turntable at least 1");
+        require(self.turntable != Some(0), problem)?;
+        let problem = format_args!("--turntable has too many frames; give at most {}", MAX_FRAME + 1);
+        require(*frames.end() <= MAX_FRAME, problem)?;
+        let of_one = [
+            ("--accumulate", self.accumulate),
+            ("--layers", self.layers),
+            ("--resume", self.resume.is_some()),
+            ("--seconds", self.stop.seconds.is_some()),
+            ("--noise", self.stop.noise.is_some()),
+        ];
+        let given = of_one.iter().find(|(_, given)| *given).map(|(option, _)| option);
+        let option = given.unwrap_or(&"");
+        let problem = format_args!("{option} is for a single image; leave it out, or give one frame by --time");
+        require(given.is_none(), problem).map(|()| Some(frames))
     }
-    done
+
+    /// The path of the camera, if it has one.
+    fn path(&self) -> Result<Option<CameraPath>, Error> {
+        self.turntable.map_or_else(|| self.technique.path(), |frames| Ok(Some(CameraPath::Turntable(frames))))
+    }
+
+    /// What is asked for, seen by the scene's camera.
+    fn render(&self, scene: &Scene, numbered: Option<&RangeInclusive<u32>>) -> Result<Render, Error> {
+        let size = self.size.map_or(Ok(scene.default_size.unwrap_or(DEFAULT_SIZE)), Size::sides)?;
+        let options = &self.technique;
+        let technique = configured(&options.name, &options.settings, self.max_depth, self.pixel.jitter())?;
+        let about = technique.about();
+        let counted = matches!(options.frames, Some(Frames::Count(_)));
+        let walks = options.camera_path.is_some() && numbered.is_none();
+        if about.repeats == Repeats::Samples && (counted || walks) {
+            let (option, name) = (if counted { "--frames COUNT" } else { "--camera-path" }, about.name);
+            return Err(Error::Setting(format!(
+                "{option} is not for one image of {name}, which repeats samples (--spp); --frames A..B renders one frame after another \
+                 to files, -o out.####.exr"
+            )));
+        }
+        let given = [
+            ("--spp", self.spp.is_some(), Repeats::Samples),
+            ("--accumulate", self.accumulate, Repeats::Frames),
+            ("--layers", self.layers, Repeats::Frames),
+        ];
+        refuse_unused(technique.as_ref(), &given)?;
+        let count = match (self.spp, &options.frames, numbered) {
+            (Some(samples), ..) => u32::try_from(samples)
+                .map_err(|_| Error::Setting(format!("{samples} samples are too many: samples > {}", u32::MAX)))?,
+            (None, Some(Frames::Count(count)), _) => *count,
+            (None, _, Some(frames)) if about.repeats == Repeats::Frames => frames.end() + 1,
+            _ => about.default_count,
+        };
+        let viewed = self.tev.is_some() && !self.layers && !self.stop.is_asked();
+        let every = viewed || (numbered.is_some() && about.repeats == Repeats::Frames);
+        let shows = if every { Shows::Each } else { Shows::Last };
+        Ok(Render { count, accumulate: self.accumulate, seed: options.seed, shows, ..Render::new(size, technique) })
+    }
+}
+
+impl Task<'_> {
+    fn camera(&self, frame: f64) -> Camera {
+        let own = || self.buffers.camera_at(frame);
+        self.path.as_ref().map_or_else(own, |path| path.at(self.buffers.camera, frame))
+    }
+
+    /// What the camera sees in a frame, as channels.
+    fn layers(
+        &self,
+        render: &Render,
+        frame: u32,
+        observe: &mut dyn FnMut(Progress) -> Result<(), Error>,
+    ) -> Result<Vec<Channel>, Error> {
+        let layers = &self.arguments.outputs.aov;
+        if layers.is_empty() {
+            return Ok(Vec::new());
+        }
+        let (size, integral) = ([render.width, render.height], render.technique.integral());
+        let samples = if render.technique.about().repeats == Repeats::Samples { render.count } else { u32::MAX };
+        let (frame, camera) = (f64::from(frame), |frame| self.camera(frame));
+        let shot = Shot { scene: self.buffers, frame, camera: &camera, size, seed: render.seed, integral, samples };
+        aov::channels(&shot, layers, observe)
+    }
+
+    /// A single image.
+    fn one(&self, device: &mut dyn Executor, viewer: &mut Viewer, render: Render) -> Result<(), Error> {
+        let start = Instant::now();
+        let Arguments { outputs, stop, .. } = self.arguments;
+        let mut finished = match stop.is_asked() {
+            true => self.until(device, viewer, render)?,
+            false => self.whole(device, viewer, render)?,
+        };
+        let seconds = start.elapsed().as_secs_f64();
+        viewer.show(&finished.rendered.image);
+        let render = &finished.render;
+        let last = if render.technique.about().repeats == Repeats::Frames { render.count - 1 } else { 0 };
+        if !outputs.aov.is_empty() {
+            let layers = reported("layers", |observe| self.layers(render, last, observe))?;
+            finished.channels.extend(layers);
+        }
+        interrupt::begin_writing();
+        // All files come before any report: standard output may be closed or full.
+        self.write(outputs, &device.describe(), &finished)?;
+        report(&finished, seconds)?;
+        console::print(&outputs.files().map(|path| format!("wrote {}\n", path.display())).collect::<String>())
+    }
+
+    fn write(&self, outputs: &Outputs, device: &Description, finished: &Finished) -> Result<(), Error> {
+        let Finished { rendered, channels, render, more } = finished;
+        let aov = (!outputs.aov.is_empty()).then(|| ("aov", outputs.layer_names()));
+        let more = more.iter().cloned().chain(aov).collect();
+        let metadata = metadata::of_render(self.scene, render, device, rendered, more);
+        outputs.write(&rendered.image, channels, &metadata)
+    }
+
+    /// Renders, with further channels for the file if layers are asked for.
+    fn whole(&self, device: &mut dyn Executor, viewer: &mut Viewer, render: Render) -> Result<Finished, Error> {
+        let (buffers, arguments) = (self.buffers, self.arguments);
+        let images = viewer.is_open().then(|| Images::new(buffers, &render));
+        let done = reported("rendering", |observe| {
+            let observe = &mut |step: &Step<'_>| {
+                if let Some(images) = images.as_ref().filter(|images| viewer.is_due() && images.is_finished(step)) {
+                    viewer.show(&images.read(step)?.image);
+                }
+                observe(step.progress)
+            };
+            if arguments.layers {
+                return render.technique.render_with_layers(device, buffers, &render, observe);
+            }
+            let rendered = match &arguments.resume {
+                Some(path) => {
+                    let checkpoint =
+                        Checkpoint { path, every: CHECKPOINT_EVERY, whole: &|write| interrupt::whole(write) };
+                    render_resumed(device, buffers, &render, checkpoint, observe)?
+                }
+                None => render::render(device, buffers, &render, observe)?,
+            };
+            Ok((rendered, Vec::new()))
+        });
+        if let (Err(Error::Interrupted), Some(path)) = (&done, &arguments.resume) {
+            console::note(&format!("{} keeps what is done; the same command goes on", path.display()));
+        }
+        let (rendered, channels) = done?;
+        Ok(Finished { rendered, channels, render, more: Vec::new() })
+    }
+
+    /// Renders until it is time to stop.
+    fn until(&self, device: &mut dyn Executor, viewer: &mut Viewer, render: Render) -> Result<Finished, Error> {
+        let (buffers, stop) = (self.buffers, &self.arguments.stop);
+        let until = stop.until();
+        let (mean, render) = reported("rendering", |observe| {
+            let mut render = render;
+            let chosen = self.arguments.spp.is_none() && render.technique.about().repeats == Repeats::Samples;
+            if let Some(time) = until.time.filter(|_| chosen) {
+                render.count = scrambles::affordable(device, buffers, &render, time, &mut |_| interrupt::check())?;
+            }
+            let mut shown = |mean: &Mean| {
+                if viewer.is_due() {
+                    viewer.show(&mean.rendered().image);
+                }
+                Ok(())
+            };
+            let mean = scrambles::render_until(device, buffers, &render, until, observe, &mut shown)?;
+            Ok::<_, Error>((mean, render))
+        })?;
+        let more = vec![("scrambles", mean.count().to_string()), ("noise", format!("{:.6}", mean.noise()))];
+        Ok(Finished { rendered: mean.rendered(), channels: Vec::new(), render, more })
+    }
 }
 
 /// The cameras of frames along a path; none without one.
@@ -122,61 +277,54 @@ pub(super) fn cameras(path: Option<&CameraPath>, camera: Camera, frames: u32) ->
     path.cameras(camera, frames)
 }
 
-/// The camera of any frame.
-fn camera_of<'a>(buffers: &'a SceneBuffers, path: Option<&'a CameraPath>) -> impl Fn(f64) -> Camera + 'a {
-    move |frame| path.map_or_else(|| buffers.camera_at(frame), |path| path.at(buffers.camera, frame))
-}
-
-/// What the camera sees in the frame that the render shows, as channels.
-fn aovs(
-    arguments: &Arguments,
-    buffers: &SceneBuffers,
-    render: &Render,
-    camera: &dyn Fn(f64) -> Camera,
-    frame: u32,
-) -> Result<Vec<Channel>, Error> {
-    let layers = &arguments.outputs.aov;
-    if layers.is_empty() {
-        return Ok(Vec::new());
-    }
-    let (size, integral) = ([render.width, render.height], render.technique.integral());
-    let samples = if render.technique.about().repeats == Repeats::Samples { render.count } else { u32::MAX };
-    let shot = Shot { scene: buffers, frame: f64::from(frame), camera, size, seed: render.seed, integral, samples };
-    reported("layers", |observe| aov::channels(&shot, layers, observe))
-}
-
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let Arguments { additions, outputs, technique: options, .. } = arguments;
     // the checks make files for a moment
     interrupt::install()?;
-    outputs.check()?;
+    arguments.stop.check()?;
+    let numbered = arguments.numbered()?;
+    let first = numbered.as_ref().map_or(Ok(outputs.clone()), |frames| outputs.of_frame(*frames.start()))?;
+    first.check()?;
     arguments.resume.as_deref().map_or(Ok(()), interrupt::check_writable)?;
     let mut inputs = additions.inputs(&arguments.scene);
     inputs.extend(options.camera_path.as_deref());
-    refuse_overwriting(&inputs, outputs.files().chain(&arguments.resume))?;
+    refuse_overwriting(&inputs, first.files().chain(&arguments.resume))?;
     let mut scene = additions.open(&arguments.scene)?;
-    let render = render_of(arguments, &scene)?;
-    additions.complete(&mut scene, [render.width, render.height])?;
+    let render = arguments.render(&scene, numbered.as_ref())?;
+    let size = [render.width, render.height];
+    additions.complete(&mut scene, size)?;
     let buffers = additions.buffers(&scene)?;
-    let path = options.path()?;
-    let cameras = cameras(path.as_ref(), buffers.camera, render.count)?;
+    let path = arguments.path()?;
+    let frames = numbered.as_ref().map_or(render.count, |frames| frames.end() + 1);
+    let cameras = cameras(path.as_ref(), buffers.camera, frames)?;
     let render = Render { cameras, ..render };
     render::check(&buffers, &render)?;
+    let task = Task { arguments, scene: &scene, buffers: &buffers, path };
+    let mut viewer = Viewer::open(arguments.tev.as_deref(), outputs.output.display().to_string(), size)?;
     let mut device = device::open(&arguments.device)?;
-    let start = Instant::now();
-    let (rendered, mut channels) = render_on(device.as_mut(), &buffers, &render, arguments)?;
-    let seconds = start.elapsed().as_secs_f64();
-    let last = if render.technique.about().repeats == Repeats::Frames { render.count - 1 } else { 0 };
-    channels.extend(aovs(arguments, &buffers, &render, &camera_of(&buffers, path.as_ref()), last)?);
-    let metadata = metadata::of_render(&scene, &render, device.as_ref(), &rendered);
-    interrupt::begin_writing();
-    // All files come before any report: standard output may be closed or full.
-    outputs.write(&rendered.image, &channels, &metadata)?;
-    report(&render, &rendered, seconds)?;
-    console::print(&outputs.files().map(|path| format!("wrote {}\n", path.display())).collect::<String>())
+    match numbered {
+        None => task.one(device.as_mut(), &mut viewer, render),
+        Some(frames) => task.numbered(device.as_mut(), &mut viewer, &render, frames),
+    }
 }
 
-fn report(render: &Render, rendered: &Rendered, seconds: f64) -> Result<(), Error> {
+fn report(finished: &Finished, seconds: f64) -> Result<(), Error> {
+    let Finished { rendered, render, more, .. } = finished;
+    warn(render, rendered);
+    let Render { width, height, count, .. } = render;
+    let repeats = render.technique.about().repeats.name();
+    let samples = f64::from(*width) * f64::from(*height) * f64::from(*count);
+    let done = format!("rendered {width} x {height} pixels with {count} {repeats}");
+    match more.as_slice() {
+        [(_, scrambles), (_, noise)] => console::print(&format!(
+            "{done} in each of {scrambles} scrambles in {seconds:.2} s, with a standard error of {noise} of the mean\n"
+        )),
+        _ => console::print(&format!("{done} in {seconds:.2} s ({:.3e} samples/s)\n", samples / seconds)),
+    }
+}
+
+/// Says what may be wrong with the image.
+fn warn(render: &Render, rendered: &Rendered) {
     if rendered.dropped_samples > 0 {
         console::note(&format!(
             "warning: {} samples were dropped: not finite, or cut short by the device (a smaller --max-depth or --device cpu may help)",
@@ -184,13 +332,6 @@ fn report(render: &Render, rendered: &Rendered, seconds: f64) -> Result<(), Erro
         ));
     }
     render.technique.biases().iter().for_each(|bias| console::note(&format!("biased settings: {bias}")));
-    let Render { width, height, count, .. } = render;
-    let samples = f64::from(*width) * f64::from(*height) * f64::from(*count);
-    console::print(&format!(
-        "rendered {width} x {height} pixels with {count} {} in {seconds:.2} s ({:.3e} samples/s)\n",
-        render.technique.about().repeats.name(),
-        samples / seconds
-    ))
 }
 
 /// A size as the user wrote it; sides that do not fit are judged later, with a better message.

@@ -14,12 +14,12 @@ use super::super::{interrupt, require};
 const MAX_EXPOSURE: f64 = 64.0;
 
 /// What to write.
-#[derive(clap::Args)]
+#[derive(Clone, clap::Args)]
 pub(in super::super) struct Outputs {
-    /// The EXR file to write.
+    /// The EXR file to write. Of several frames, #### in its name stands for the number of the frame.
     #[arg(short, long)]
     pub(super) output: PathBuf,
-    /// Also write an 8-bit PNG file.
+    /// Also write an 8-bit PNG file; of several frames with #### in its name, too.
     #[arg(long)]
     png: Option<PathBuf>,
     /// Brighten the PNG by this many stops; each doubles it. The EXR file keeps the radiance.
@@ -40,6 +40,12 @@ fn value<T: Value>(text: &str) -> Result<T, String> {
 }
 
 impl Outputs {
+    /// Those of a frame: the last #### of each name becomes its number, of at least as many digits.
+    pub(super) fn of_frame(&self, frame: u32) -> Result<Self, Error> {
+        let png = self.png.as_ref().map(|png| numbered(png, frame)).transpose()?;
+        Ok(Self { output: numbered(&self.output, frame)?, png, ..self.clone() })
+    }
+
     /// Before hours of rendering: can the results be written? Their endings differ, so that they are never the same file.
     pub(super) fn check(&self) -> Result<(), Error> {
         let Self { output, exposure, aov, .. } = self;
@@ -57,19 +63,58 @@ impl Outputs {
         interrupt::check_writable(png)
     }
 
+    /// The names of the layers, with commas.
+    pub(super) fn layer_names(&self) -> String {
+        self.aov.iter().map(|layer| layer.name()).collect::<Vec<_>>().join(",")
+    }
+
     /// The files, the EXR file first.
     pub(super) fn files(&self) -> impl Iterator<Item = &PathBuf> {
         [Some(&self.output), self.png.as_ref()].into_iter().flatten()
     }
 
-    /// Writes them.
+    /// Writes them. The EXR file comes last: where it is, all are.
     pub(super) fn write(&self, image: &Image, more: &[Channel], metadata: &[(String, String)]) -> Result<(), Error> {
-        write_exr_with(&self.output, image, more, metadata)?;
         let tone = Tone { exposure: self.exposure, operator: self.tonemap };
-        self.png.as_ref().map_or(Ok(()), |path| write_png(path, &tone.of(image)))
+        self.png.as_ref().map_or(Ok(()), |path| write_png(path, &tone.of(image)))?;
+        write_exr_with(&self.output, image, more, metadata)
     }
+}
+
+fn numbered(path: &Path, frame: u32) -> Result<PathBuf, Error> {
+    let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+    let place = name.trim_end_matches(|c| c != '#');
+    let begin = place.trim_end_matches('#');
+    let digits = place.len() - begin.len();
+    let problem = format_args!(
+        "each frame is a file of its own; put #### into the name {} where its number goes, as in out.####.exr",
+        path.display()
+    );
+    require(digits > 0, problem)?;
+    Ok(path.with_file_name(format!("{begin}{frame:0digits$}{}", &name[place.len()..])))
 }
 
 pub(in super::super) fn ends_in(path: &Path, ending: &str) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(ending))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_have_their_number_in_the_name() {
+        for (pattern, frame, expected) in [
+            ("out.####.exr", 7, "out.0007.exr"),
+            ("a#b/##.exr", 123, "a#b/123.exr"),
+            ("#1-###.exr", 5, "#1-005.exr"),
+            ("ü#.exr", 1, "ü1.exr"),
+        ] {
+            assert_eq!(numbered(Path::new(pattern), frame).unwrap(), Path::new(expected));
+        }
+        for pattern in ["out.exr", "####/out.exr", ""] {
+            let message = numbered(Path::new(pattern), 1).unwrap_err().to_string();
+            assert!(message.contains("out.####.exr"), "{message}");
+        }
+    }
 }
