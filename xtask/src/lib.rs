@@ -8,6 +8,7 @@ pub mod error;
 pub mod features;
 mod fit;
 pub mod furnace;
+pub mod mutate;
 pub mod num;
 pub mod package;
 pub mod parity;

@@ -4,8 +4,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use xtask::{
-    Error, albedo, aov, features, furnace, num, package, parity, profile, resampling, reuse, session, shader, stress,
-    unbiased, visibility, watertight,
+    Error, albedo, aov, features, furnace, mutate, num, package, parity, profile, resampling, reuse, session, shader,
+    stress, unbiased, visibility, watertight,
 };
 
 /// Tools of the project.
@@ -49,6 +49,8 @@ enum Task {
     Reuse(reuse::Options),
     /// Measure what a frame of a session costs beside its kernels, and whether its memory stays, and print the report.
     Session(session::Options),
+    /// Run the program on mutated files and command lines, and see how it ends.
+    Mutate(mutate::Options),
     /// Pack the published crates, build them elsewhere without the lock file, and compare pictures of CPU and device.
     Package(package::Options),
 }
@@ -70,6 +72,7 @@ fn run(task: Task) -> Result<(), Error> {
         Task::Visibility(options) => visibility::run(&options),
         Task::Reuse(options) => reuse::run(&options),
         Task::Session(options) => session::run(&options),
+        Task::Mutate(options) => mutate::run(&options),
         Task::Package(options) => package::run(&options),
     }
 }

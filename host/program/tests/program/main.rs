@@ -13,6 +13,8 @@ mod interrupt;
 mod layers;
 mod measure;
 mod motion;
+#[cfg(unix)]
+mod mutation;
 mod numbered;
 mod results;
 mod stop;

@@ -127,8 +127,11 @@ impl Workplace {
     }
 }
 
+/// The program.
+pub(crate) const PROGRAM: &str = env!("CARGO_BIN_EXE_restir");
+
 pub(crate) fn program<S: AsRef<OsStr>>(arguments: impl IntoIterator<Item = S>) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_restir"));
+    let mut command = Command::new(PROGRAM);
     command.args(arguments).env_remove("RESTIR_MEMORY_LIMIT_BYTES");
     command
 }
