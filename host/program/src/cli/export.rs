@@ -7,7 +7,7 @@ use restir::image::{Image, write_exr};
 use restir::scene::{Environment, export};
 
 use super::scene::{Additions, DEFAULT_SIZE, refuse_overwriting};
-use super::{console, interrupt, render::ends_in, require};
+use super::{console, interrupt, progress::patiently, render::ends_in, require};
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
@@ -31,7 +31,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     additions.complete(&mut scene, size)?;
     interrupt::check()?;
     interrupt::begin_writing();
-    export::write(&scene, output)?;
+    patiently("writing the scene", || export::write(&scene, output))?;
     let mut report = format!("wrote {}\n", output.display());
     if let Some(environment) = &scene.environment {
         report += &write_environment(environment, &output.with_extension("env.exr"))?;

@@ -59,7 +59,7 @@ enum Command {
     Scenes(scenes::Arguments),
     /// List the GPU adapters and whether their results are bit-identical to the CPU's.
     Devices,
-    /// Describe a scene.
+    /// Describe a scene, or an image and how it was made.
     Info(info::Arguments),
     /// Compare an image with a reference.
     ///
@@ -93,6 +93,7 @@ pub(crate) fn main() -> ExitCode {
 
 /// Says what went wrong.
 fn ended(outcome: Result<(), Error>) -> ExitCode {
+    interrupt::begin_ending();
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

@@ -73,6 +73,34 @@ fn an_interrupted_benchmark_leaves_no_file() {
     assert_eq!(workplace.outputs(), [""; 0]);
 }
 
+/// What is left of a reference is whole halves of it, or nothing at all; never an empty folder.
+#[test]
+fn an_interrupted_reference_leaves_whole_halves() {
+    let command = |cache: &std::path::Path, spp: &str| {
+        let mut command = program(["reference", "cornell", "--size", "16x12", "--device", "cpu", "--threads", "1"]);
+        command.args(["--spp", spp, "--cache"]).arg(cache);
+        command
+    };
+    let cache = tempfile::tempdir().unwrap();
+    let said = interrupt(&mut command(cache.path(), "100000000"), "-INT");
+    assert!(said.contains("kept in"), "{said}");
+    for delay in (0..120).step_by(8) {
+        let cache = tempfile::tempdir().unwrap();
+        let mut asked = command(cache.path(), "1000000");
+        let mut child = Guarded(asked.stderr(Stdio::null()).stdout(Stdio::null()).spawn().unwrap());
+        std::thread::sleep(Duration::from_millis(delay));
+        Command::new("kill").args(["-INT", &child.0.id().to_string()]).status().unwrap();
+        child.wait_for(Duration::from_secs(60)).expect("it did not stop within a minute");
+        for folder in std::fs::read_dir(cache.path()).unwrap() {
+            let files: Vec<_> = std::fs::read_dir(folder.unwrap().path()).unwrap().map(|file| file.unwrap()).collect();
+            assert!(!files.is_empty(), "an empty folder after {delay} ms");
+            for file in files {
+                restir::image::read_exr(&file.path()).unwrap();
+            }
+        }
+    }
+}
+
 /// Two million triangles take seconds to build, and the first signal ends that.
 #[test]
 fn a_scene_that_is_built_can_be_interrupted() {

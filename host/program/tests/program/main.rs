@@ -5,6 +5,7 @@ mod careless;
 mod data_files;
 mod figure;
 mod films;
+mod found;
 #[cfg(feature = "gpu")]
 mod gpu;
 mod input_output;

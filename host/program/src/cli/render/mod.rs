@@ -20,7 +20,7 @@ use restir::{Error, buffers::SceneBuffers, exec::Executor, memory, technique::Re
 
 use super::scene::{Additions, DEFAULT_SIZE, refuse_overwriting};
 use super::technique::{Frames, MAX_FRAME, PixelArguments, TechniqueArguments, configured, refuse_unused};
-use super::{console, device, interrupt, metadata, progress::reported, require, tev::Viewer};
+use super::{console, device, interrupt, metadata, progress::patiently, progress::reported, require, tev::Viewer};
 use outputs::Outputs;
 pub(super) use outputs::ends_in;
 use stop::Stop;
@@ -211,7 +211,7 @@ impl Task<'_> {
         let aov = (!outputs.aov.is_empty()).then(|| ("aov", outputs.layer_names()));
         let more = more.iter().cloned().chain(aov).collect();
         let metadata = metadata::of_render(self.scene, render, device, rendered, more);
-        outputs.write(&rendered.image, channels, &metadata)
+        patiently("writing the files", || outputs.write(&rendered.image, channels, &metadata))
     }
 
     /// Renders, with further channels for the file if layers are asked for.
