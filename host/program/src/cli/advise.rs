@@ -14,7 +14,7 @@ use super::bench::{LAST_FRAME, picture, quoted, refuse_twice, technique};
 use super::reference::PictureArguments;
 use super::render::{cameras, natural};
 use super::scene::DEFAULT_SIZE;
-use super::{console, device, interrupt, progress::reported, require};
+use super::{console, device, progress::reported, require};
 use crate::bench::Technique;
 
 /// However little time there is, each trial is rendered this often: fewer say nothing of the errors.
@@ -74,7 +74,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let candidates = techniques.iter().map(framed).collect::<Result<Vec<_>, _>>()?;
     let unbiased = candidates.iter().any(|candidate| candidate.render.technique.biases().is_empty());
     require(unbiased, format_args!("all of the techniques are biased, so that nothing says what is right; add path"))?;
-    interrupt::install()?;
     let mut scene = arguments.picture.additions.open(&arguments.scene)?;
     let size = arguments.picture.size(scene.default_size.unwrap_or(DEFAULT_SIZE))?;
     arguments.picture.additions.complete(&mut scene, size)?;

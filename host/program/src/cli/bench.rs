@@ -75,7 +75,6 @@ struct Subject {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let matrix = matrix(arguments)?;
     let baseline = arguments.against.as_deref().map(|path| read_table(path).map(|rows| (path, rows))).transpose()?;
-    interrupt::install()?;
     let subjects = subjects(arguments, &matrix)?;
     let plots = subjects.iter().map(|subject| subject.plot.as_str());
     prepare_output(&arguments.out, [REPORT, TABLE].into_iter().chain(plots))?;

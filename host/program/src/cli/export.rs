@@ -22,8 +22,6 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let Arguments { scene, additions, output } = arguments;
     require(ends_in(output, "glb"), format_args!("the output {} has to end in .glb", output.display()))?;
-    // the check makes a file for a moment
-    interrupt::install()?;
     interrupt::check_writable(output)?;
     refuse_overwriting(&additions.inputs(scene), [output])?;
     let mut scene = additions.open(scene)?;

@@ -84,6 +84,9 @@ enum Command {
 /// Runs the program with the arguments of the process.
 pub(crate) fn main() -> ExitCode {
     silence_mesa();
+    if let Err(error) = interrupt::install() {
+        return ended(Err(error));
+    }
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
         Err(error) => return not_run(&error),
@@ -108,6 +111,7 @@ fn not_run(error: &clap::Error) -> ExitCode {
     if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) {
         return ended(console::print(&error.render().to_string()));
     }
+    interrupt::begin_ending();
     if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
         console::note("error: no command was given; restir --help lists them");
     } else {

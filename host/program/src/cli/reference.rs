@@ -88,8 +88,6 @@ impl PictureArguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
-    // the check makes files for a moment
-    interrupt::install()?;
     [&arguments.output, &arguments.error].into_iter().flatten().try_for_each(|path| interrupt::check_writable(path))?;
     let inputs = arguments.picture.additions.inputs(&arguments.scene);
     refuse_overwriting(&inputs, [&arguments.output, &arguments.error].into_iter().flatten())?;

@@ -279,8 +279,6 @@ pub(super) fn cameras(path: Option<&CameraPath>, camera: Camera, frames: u32) ->
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let Arguments { additions, outputs, technique: options, .. } = arguments;
-    // the checks make files for a moment
-    interrupt::install()?;
     arguments.stop.check()?;
     let numbered = arguments.numbered()?;
     let first = numbered.as_ref().map_or(Ok(outputs.clone()), |frames| outputs.of_frame(*frames.start()))?;

@@ -225,7 +225,7 @@ fn judged(case: &Case, ran: Ran, outputs: &Path) -> Result<End, String> {
         Some(2) if errors == 1 && (names.is_empty() || keeps_files(case)) => Ok(End::Refused),
         Some(1) if errors == 1 && case.command[0] == "bench" => Ok(End::Done),
         Some(130) if case.interrupted.is_some() && errors == 1 => Ok(End::Interrupted),
-        // before the program listens, or before it is the program
+        // before it listens
         None if case.interrupted.is_some() && text.is_empty() => Ok(End::Interrupted),
         code => Err(format!("it ended with {code:?}, {errors} errors and {names:?}: {last}")),
     }
