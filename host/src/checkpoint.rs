@@ -7,7 +7,7 @@ use crate::plan::{BufferId, FramePlan, Pass, SceneFrame};
 use crate::render::{self, Render, Rendered};
 use crate::{Error, buffers::SceneBuffers};
 use std::fs;
-use std::io::{ErrorKind, Write};
+use std::io::{ErrorKind, Write as _};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -23,8 +23,11 @@ pub struct Checkpoint<'a> {
     /// How often it is written, beside when the render is interrupted.
     pub every: Duration,
     /// Runs what writes the file: a program lets no signal end it meanwhile, so that no part of a file is left.
-    pub whole: &'a dyn Fn(&mut dyn FnMut() -> Result<(), Error>) -> Result<(), Error>,
+    pub whole: &'a dyn Fn(&mut Write<'_>) -> Result<(), Error>,
 }
+
+/// Writes a checkpoint.
+pub type Write<'a> = dyn FnMut() -> Result<(), Error> + 'a;
 
 /// As [`render::render`], from where the file leaves off, if it is there.
 ///

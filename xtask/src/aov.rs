@@ -7,6 +7,7 @@ use restir_host::buffers::SceneBuffers;
 use restir_host::image::{Channel, Image, write_png};
 use restir_host::scene::Scene;
 use restir_host::technique::{Technique, path::PathSettings};
+use restir_shared::num::clamp;
 
 use crate::Error;
 
@@ -61,7 +62,7 @@ fn shown(layer: Aov, channels: &[Channel]) -> Vec<[f32; 3]> {
         [low, high]
     };
     let ends: Vec<[f32; 2]> = channels.iter().map(ends).collect();
-    let within = |x: f32, [low, high]: [f32; 2]| ((x - low) / (high - low).max(1.0e-6)).clamp(0.0, 1.0);
+    let within = |x: f32, [low, high]: [f32; 2]| clamp((x - low) / (high - low).max(1.0e-6), 0.0, 1.0);
     let color = |pixel: usize| match layer {
         Aov::Albedo => vector(pixel),
         Aov::Normal => vector(pixel).map(|x| 0.5 + 0.5 * x),
@@ -75,6 +76,6 @@ fn shown(layer: Aov, channels: &[Channel]) -> Vec<[f32; 3]> {
 
 /// A colour for each object, and black for none.
 fn of_object(id: f32) -> [f32; 3] {
-    let phase = |step: f32| if id == 0.0 { 0.0 } else { (id * step).fract() };
-    [phase(0.618), phase(0.755), phase(0.57)]
+    let hash = (id as u32).wrapping_mul(0x9e37_79b1).to_be_bytes();
+    [hash[0], hash[1], hash[2]].map(|byte| f32::from(byte) / 255.0)
 }

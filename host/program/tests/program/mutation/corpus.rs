@@ -191,8 +191,7 @@ fn checkpoint() -> Subject {
     settings.set("dispatch_samples", "1").unwrap();
     assert!(PathSettings::default().jitter, "as of the command below");
     let render = Render { count: 4, ..Render::new([4, 3], settings) };
-    let whole = |write: &mut dyn FnMut() -> Result<(), Error>| write();
-    let checkpoint = Checkpoint { path, every: Duration::MAX, whole: &whole };
+    let checkpoint = Checkpoint { path, every: Duration::MAX, whole: &|write| write() };
     let mut cpu = CpuExecutor::inline();
     let second = |done: u64| if done == 2 { Err(Error::Interrupted) } else { Ok(()) };
     render_resumed(&mut cpu, &buffers, &render, checkpoint, &mut |step| second(step.progress.done)).unwrap_err();
