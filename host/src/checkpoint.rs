@@ -7,7 +7,7 @@ use crate::plan::{BufferId, FramePlan, Pass, SceneFrame};
 use crate::render::{self, Render, Rendered};
 use crate::{Error, buffers::SceneBuffers};
 use std::fs;
-use std::io::{ErrorKind, Write};
+use std::io::{ErrorKind, Write as _};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -16,13 +16,18 @@ const MAGIC: &[u8; 20] = b"restir checkpoint 1\n";
 const HASH: usize = blake3::OUT_LEN;
 
 /// Where a render is kept while it is not done.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub struct Checkpoint<'a> {
     /// The file. It need not be there; it is deleted once the render is done.
     pub path: &'a Path,
     /// How often it is written, beside when the render is interrupted.
     pub every: Duration,
+    /// Runs what writes the file: a program lets no signal end it meanwhile, so that no part of a file is left.
+    pub whole: &'a dyn Fn(&mut Write<'_>) -> Result<(), Error>,
 }
+
+/// Writes a checkpoint.
+pub type Write<'a> = dyn FnMut() -> Result<(), Error> + 'a;
 
 /// As [`render::render`], from where the file leaves off, if it is there.
 ///
@@ -49,7 +54,7 @@ pub fn render_resumed(
         let progress = Progress { done: done + step.progress.done, total: dispatches };
         let seen = observe(&Step::new(progress, step.pass, &|id| step.read(id)));
         if matches!(seen, Err(Error::Interrupted)) || written.elapsed() >= checkpoint.every {
-            Kept::of(step, progress.done, &planes)?.write(checkpoint.path, &digest)?;
+            (checkpoint.whole)(&mut || Kept::of(step, progress.done, &planes)?.write(checkpoint.path, &digest))?;
             written = Instant::now();
         }
         seen
@@ -60,16 +65,21 @@ pub fn render_resumed(
     }
 }
 
-/// Names all that the bits depend on.
+/// A name for all that the bits of a render depend on: renders with the same name have the same image.
+pub fn name_of(scene: &SceneBuffers, render: &Render, description: &Description) -> String {
+    digest(scene, render, description).to_hex().to_string()
+}
+
+/// All that the bits depend on.
 fn digest(scene: &SceneBuffers, render: &Render, description: &Description) -> blake3::Hash {
     let mut hasher = blake3::Hasher::new();
-    let Render { width, height, count, accumulate, seed, cameras, technique } = render;
+    let Render { width, height, count, accumulate, seed, cameras, shows, technique } = render;
     for arena in [&scene.geometry, &scene.attributes, &scene.texels] {
         hasher.update(&(arena.len() as u64).to_le_bytes());
         hasher.update(bytemuck::cast_slice(arena));
     }
     hasher.update(scene.motion().as_bytes());
-    let described = (width, height, count, accumulate, seed, technique.about().name);
+    let described = (width, height, count, accumulate, seed, shows, technique.about().name);
     hasher.update(format!("{described:?} {:?}", (cameras, scene.camera, technique.entries())).as_bytes());
     hasher.update(format!("{} {}", description.origin(), env!("CARGO_PKG_VERSION")).as_bytes());
     hasher.update(restir_kernels::spirv::file("manifest.json").unwrap_or_default());

@@ -46,7 +46,7 @@ pub enum Error {
     #[error("{0}")]
     Failed(String),
     /// The user interrupted the work.
-    #[error("interrupted; no output was written")]
+    #[error("interrupted; what was in work was not written")]
     Interrupted,
 }
 

@@ -69,7 +69,7 @@ pub fn read_exr(path: &Path) -> Result<Image, Error> {
         .all_attributes()
         .non_parallel()
         .from_buffered(open(path)?)
-        .map_err(|error| cannot_read(path, error))?;
+        .map_err(|error| not_exr(path, &error))?;
     Ok(image.layer_data.channel_data.pixels)
 }
 
@@ -89,6 +89,32 @@ pub fn read_exr_metadata(path: &Path) -> Result<Vec<(String, String)>, Error> {
     let text = text.to_string();
     let pairs = text.lines().filter_map(|line| line.split_once(": "));
     Ok(pairs.map(|(key, value)| (key.to_owned(), value.to_owned())).collect())
+}
+
+/// What an EXR file says of its content.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Content {
+    /// Width and height of the first layer in pixels.
+    pub size: [usize; 2],
+    /// Names of all channels of all layers; a layer's own name and a point come before.
+    pub channels: Vec<String>,
+    /// As of [`read_exr_metadata`].
+    pub metadata: Vec<(String, String)>,
+}
+
+/// Reads what an EXR file says of its content, but no pixels.
+///
+/// # Errors
+/// As of [`read_exr_metadata`].
+pub fn read_exr_content(path: &Path) -> Result<Content, Error> {
+    let headers = read_header(path)?.headers;
+    let size = headers.first().map_or([0; 2], |header| [header.layer_size.width(), header.layer_size.height()]);
+    let named = |header: &exr::meta::header::Header| {
+        let layer = header.own_attributes.layer_name.as_ref().map_or_else(String::new, |name| format!("{name}."));
+        header.channels.list.iter().map(|channel| format!("{layer}{}", channel.name)).collect::<Vec<_>>()
+    };
+    let channels = headers.iter().flat_map(named).collect();
+    Ok(Content { size, channels, metadata: read_exr_metadata(path)? })
 }
 
 /// Writes an EXR file, whole or not at all: channels R, G, B of 32-bit floats, ZIP-compressed without loss of a bit.
@@ -193,7 +219,20 @@ fn check_header(path: &Path) -> Result<(), Error> {
 }
 
 fn read_header(path: &Path) -> Result<MetaData, Error> {
-    MetaData::read_from_buffered(open(path)?, false).map_err(|error| cannot_read(path, error))
+    MetaData::read_from_buffered(open(path)?, false).map_err(|error| not_exr(path, &error))
+}
+
+fn not_exr(path: &Path, error: &exr::error::Error) -> Error {
+    match error {
+        exr::error::Error::Io(error) if error.kind() != io::ErrorKind::UnexpectedEof => cannot_read(path, error),
+        exr::error::Error::NotSupported(what) => {
+            cannot_read(path, format!("{what} cannot be read; save it as a plain EXR file"))
+        }
+        error => {
+            let what = "it is no EXR file with colours, or a damaged one";
+            cannot_read(path, format!("{what} ({error}); give an EXR file, or save it anew"))
+        }
+    }
 }
 
 fn open(path: &Path) -> Result<BufReader<File>, Error> {

@@ -4,6 +4,7 @@
 //! [`plan::FramePlan`] of it, and an [`exec::Executor`] runs the plan natively or on a GPU.
 
 mod alias;
+pub mod aov;
 mod artifact;
 pub mod bootstrap;
 pub mod buffers;
@@ -26,6 +27,7 @@ pub mod reference;
 pub use technique::render;
 pub mod replay;
 pub mod scene;
+pub mod scrambles;
 pub mod self_check;
 pub mod session;
 pub mod settings;

@@ -3,11 +3,13 @@
 //! It is a library too, so that integration tests can feed modules to the post-pass and to the checks.
 
 pub mod albedo;
+pub mod aov;
 pub mod crossings;
 pub mod error;
 pub mod features;
 mod fit;
 pub mod furnace;
+pub mod mutate;
 pub mod num;
 pub mod package;
 pub mod parity;

@@ -4,8 +4,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use xtask::{
-    Error, albedo, crossings, features, furnace, num, package, parity, profile, resampling, reuse, session, shader,
-    stress, unbiased, visibility, walks, watertight,
+    Error, albedo, aov, crossings, features, furnace, mutate, num, package, parity, profile, resampling, reuse,
+    session, shader, stress, unbiased, visibility, walks, watertight,
 };
 
 /// Tools of the project.
@@ -39,6 +39,8 @@ enum Task {
     Resampling(resampling::Options),
     /// Fit what GGX reflects of light from everywhere, and print what white surfaces return.
     Albedo(albedo::Options),
+    /// Draw the layers of `restir render --aov`.
+    Aov(aov::Options),
     /// Print how much light white surfaces return, with and without what single scattering loses.
     Furnace(furnace::Options),
     /// Measure what each feature of a scene costs the path tracer, and print the report.
@@ -51,6 +53,8 @@ enum Task {
     Reuse(reuse::Options),
     /// Measure what a frame of a session costs beside its kernels, and whether its memory stays, and print the report.
     Session(session::Options),
+    /// Run the program on mutated files and command lines, and see how it ends.
+    Mutate(mutate::Options),
     /// Pack the published crates, build them elsewhere without the lock file, and compare pictures of CPU and device.
     Package(package::Options),
 }
@@ -67,12 +71,14 @@ fn run(task: Task) -> Result<(), Error> {
         Task::Stress(options) => stress::run(&options),
         Task::Resampling(options) => resampling::run(&options),
         Task::Albedo(options) => albedo::run(&options),
+        Task::Aov(options) => aov::run(&options),
         Task::Furnace(options) => furnace::run(&options),
         Task::Features(options) => features::run(&options),
         Task::Profile(options) => profile::run(&options),
         Task::Visibility(options) => visibility::run(&options),
         Task::Reuse(options) => reuse::run(&options),
         Task::Session(options) => session::run(&options),
+        Task::Mutate(options) => mutate::run(&options),
         Task::Package(options) => package::run(&options),
     }
 }

@@ -15,7 +15,7 @@ use crate::bvh::{self, Bounds, Bvh};
 use crate::scene::{Camera, Scene};
 use crate::{Error, memory, wide_bvh::WideBvh};
 use glam::UVec4;
-use restir_shared::layout::{LIGHT_TRIANGLE, NODE_WORDS, NONE, SceneHeader, TRIANGLE_WORDS};
+use restir_shared::layout::{LIGHT_TRIANGLE, NODE_WORDS, NONE, SceneHeader, TRIANGLE_ALPHA, TRIANGLE_WORDS};
 use restir_shared::scene::SceneView;
 use std::sync::{Arc, OnceLock};
 
@@ -230,6 +230,13 @@ impl SceneBuffers {
     pub fn traced_view(&self) -> SceneView<'_> {
         SceneView { tracer: Some(self.tracer()), ..self.view() }
     }
+}
+
+/// Material and instance of a triangle, by their indices in the scene.
+pub(crate) fn owner(view: &SceneView<'_>, triangle: u32) -> (u32, u32) {
+    let at = (view.header.triangle_base + triangle * TRIANGLE_WORDS) as usize;
+    let word = |i: usize| view.geometry.get(at + i).map_or(0, |word| word.w);
+    (word(0), word(2) & !TRIANGLE_ALPHA)
 }
 
 /// The scene has its textures, the arena is made of them, and then shared: for a moment all three are there.

@@ -91,7 +91,7 @@ impl SceneBuffers {
     }
 
     /// The camera at a frame.
-    pub(crate) fn camera_at(&self, frame: f64) -> Camera {
+    pub fn camera_at(&self, frame: f64) -> Camera {
         self.moving.as_ref().and_then(|moving| moving.scene.camera_at(frame)).unwrap_or(self.camera)
     }
 

@@ -22,6 +22,8 @@ const FIELDS: &str = r#"{"frame": 0, "position": [x, y, z], "target": [x, y, z],
 pub enum CameraPath {
     /// Around the target about the camera's up vector, a degree a frame.
     Orbit,
+    /// Around the target about the camera's up vector, once in so many frames.
+    Turntable(u32),
     /// Turning about the camera's up vector, a degree a frame.
     Pan,
     /// Between keyframes, in straight lines; it stays at the last one.
@@ -67,17 +69,24 @@ impl CameraPath {
     /// [`Error::Setting`] for a camera that [`Camera::check`] refuses.
     pub fn cameras(&self, camera: Camera, frames: u32) -> Result<Vec<Camera>, Error> {
         let checked = |frame: u32| {
-            let camera = self.camera(camera, f64::from(frame));
+            let camera = self.at(camera, f64::from(frame));
             let refused = |problem| Error::Setting(format!("frame {frame} of the camera path: {problem}"));
             camera.check().map(|()| camera).map_err(refused)
         };
         (0..frames).map(checked).collect()
     }
 
-    fn camera(&self, camera: Camera, frame: f64) -> Camera {
-        let turn = DQuat::from_axis_angle(camera.up.normalize_or(DVec3::Y), (frame * DEGREES_A_FRAME).to_radians());
+    /// The camera in a frame, which may lie before the first one.
+    pub fn at(&self, camera: Camera, frame: f64) -> Camera {
+        let degrees = match self {
+            Self::Turntable(frames) => frame * 360.0 / f64::from(*frames),
+            _ => frame * DEGREES_A_FRAME,
+        };
+        let turn = DQuat::from_axis_angle(camera.up.normalize_or(DVec3::Y), degrees.to_radians());
         match self {
-            Self::Orbit => Camera { position: camera.target + turn * (camera.position - camera.target), ..camera },
+            Self::Orbit | Self::Turntable(_) => {
+                Camera { position: camera.target + turn * (camera.position - camera.target), ..camera }
+            }
             Self::Pan => Camera { target: camera.position + turn * (camera.target - camera.position), ..camera },
             Self::Keyframes(keys) => {
                 let next = keys.partition_point(|key| key.frame <= frame);
@@ -137,6 +146,14 @@ mod tests {
             let across = (cameras[90].position - cameras[90].target).normalize();
             assert!(across.dot(DVec3::Z).abs() < 1e-9, "{path:?} has turned by a right angle");
         }
+    }
+
+    #[test]
+    fn a_turntable_turns_once() {
+        let cameras = CameraPath::Turntable(8).cameras(camera(), 9).unwrap();
+        assert!((cameras[8].position - cameras[0].position).length() < 1e-9);
+        assert!((cameras[4].position - DVec3::new(0.0, 1.0, -4.0)).length() < 1e-9);
+        assert!(cameras.windows(2).all(|pair| (pair[0].position - pair[1].position).length() > 3.0));
     }
 
     #[test]

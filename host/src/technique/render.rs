@@ -1,15 +1,27 @@
 //! Renders an image with a technique on an executor.
 
 pub use crate::exec::Progress;
-use crate::exec::{Executor, Observer};
+use crate::exec::{Executor, Observer, Step};
 use crate::image::{Image, MAX_SIDE};
 use crate::moments::Moments;
-use crate::plan::{FramePlan, Pass, SceneFrame};
+use crate::plan::{BufferId, FramePlan, Pass, SceneFrame};
 use crate::technique::sequence::{self, Sequence, Stage};
 use crate::technique::{Repeats, Technique};
 use crate::{Error, buffers::SceneBuffers, memory, scene::Camera};
+use restir_kernels::Access;
 use restir_shared::layout::FilmPixel;
 use std::sync::Arc;
+
+/// Which images a render gives.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Shows {
+    /// The last one.
+    #[default]
+    Last,
+    /// One after each frame; of samples, one as often as there are twice as many, and later at regular intervals. [`Images`] finds them.
+    /// The last one has the same bits in both cases.
+    Each,
+}
 
 /// What to render.
 #[derive(Clone, Debug)]
@@ -26,6 +38,8 @@ pub struct Render {
     pub seed: u32,
     /// The camera of each frame, of which the last one stays; the scene's, which may move, if there is none.
     pub cameras: Vec<Camera>,
+    /// Which images there are.
+    pub shows: Shows,
     /// The technique and its settings.
     pub technique: Box<dyn Technique>,
 }
@@ -34,7 +48,7 @@ impl Render {
     /// One sample or frame, seen by the scene's camera.
     pub fn new([width, height]: [u32; 2], technique: impl Into<Box<dyn Technique>>) -> Self {
         let technique = technique.into();
-        Self { width, height, count: 1, accumulate: false, seed: 0, cameras: Vec::new(), technique }
+        Self { width, height, count: 1, accumulate: false, seed: 0, cameras: Vec::new(), shows: Shows::Last, technique }
     }
 
     /// Whether the image is the mean of all samples or frames.
@@ -61,7 +75,7 @@ impl Render {
             seed: self.seed,
             goes_on: self.count > 1,
             most: self.repeats_in_mean(),
-            progressive: false,
+            progressive: self.shows == Shows::Each && self.is_mean(),
             features: scene.features,
             arenas: moments.buffers(),
         };
@@ -109,34 +123,72 @@ struct Frames<'a> {
     begun: Option<SceneFrame>,
 }
 
+/// More images than this of one render are not needed.
+const MOST_IMAGES: u32 = 4096;
+/// Between two images are at least so many samples, once there are as many.
+const LEAST_INTERVAL: u32 = 64;
+
+/// How many of `count` samples there are when the n-th image of [`Shows::Each`] is made.
+fn samples_in(count: u32, images: u32) -> u32 {
+    let interval = (count / MOST_IMAGES).max(LEAST_INTERVAL).next_power_of_two();
+    let doublings = interval.ilog2();
+    let samples = match images.checked_sub(1) {
+        None => 0,
+        Some(doubled) if doubled <= doublings => 1 << doubled,
+        Some(doubled) => u64::from(interval) * u64::from(doubled + 1 - doublings),
+    };
+    samples.min(u64::from(count)) as u32
+}
+
 impl Frames<'_> {
     fn len(&self) -> u32 {
+        let Render { count, shows, .. } = *self.render;
         match self.render.technique.about().repeats {
+            Repeats::Samples if shows == Shows::Each => {
+                (1..).find(|&images| samples_in(count, images) == count).unwrap_or(1)
+            }
             Repeats::Samples => 1,
-            Repeats::Frames => self.render.count.max(1),
+            Repeats::Frames => count.max(1),
+        }
+    }
+
+    /// Samples of a frame, of techniques that repeat samples.
+    fn samples(&self, index: u32) -> u32 {
+        let count = self.render.count;
+        match self.render.shows {
+            Shows::Last => count,
+            Shows::Each => samples_in(count, index + 1) - samples_in(count, index),
         }
     }
 
     /// A frame of the scene where `moments` has it.
     fn frame(&self, index: u32) -> sequence::Frame {
-        let Render { width, height, count, .. } = *self.render;
-        let is_last = index + 1 == self.len();
+        let Render { width, height, .. } = *self.render;
+        let (is_last, each) = (index + 1 == self.len(), self.render.shows == Shows::Each);
+        let seen = if self.render.technique.about().repeats == Repeats::Samples { 0 } else { index };
         sequence::Frame {
             index,
-            samples: count,
-            camera: self.render.camera(self.scene, index).params(width, height),
+            samples: self.samples(index),
+            camera: self.render.camera(self.scene, seen).params(width, height),
             scenes: self.moments.headers(),
             features: self.scene.features,
             same_scene: !self.scene.is_animated(),
             primary_given: false,
             clears: false,
-            adds: self.render.is_mean() || is_last,
-            shows: is_last,
+            adds: self.render.is_mean() || is_last || each,
+            shows: is_last || each,
         }
     }
 
     /// How many passes there are, by a sequence of their own: once the last camera stays, frames are alike.
     fn pass_count(&self, mut sequence: Box<dyn Sequence>) -> u64 {
+        if self.render.shows == Shows::Each {
+            let mut passes = |index| {
+                sequence.begin(self.frame(index));
+                std::iter::from_fn(|| sequence.next_pass()).count() as u64
+            };
+            return (0..self.len()).map(&mut passes).sum();
+        }
         let (len, settling) = (self.len(), self.render.technique.about().settling);
         let settled = (self.render.cameras.len() as u32).saturating_add(settling).min(len - 1);
         let mut work = |index| sequence.begin(self.frame(index)).count();
@@ -193,6 +245,33 @@ fn counts(words: &[u32], names: [&'static str; 4]) -> Vec<(&'static str, u64)> {
     names.into_iter().enumerate().filter(|(_, name)| !name.is_empty()).map(|(index, name)| (name, sum(index))).collect()
 }
 
+/// Finds the images of a render among the passes that an observer sees.
+pub struct Images<'a> {
+    render: &'a Render,
+    output: BufferId,
+}
+
+impl<'a> Images<'a> {
+    /// Of a render of the scene.
+    pub fn new(scene: &SceneBuffers, render: &'a Render) -> Self {
+        let output = render.plan(scene).outputs[0];
+        Self { render, output }
+    }
+
+    /// Whether the pass has finished an image.
+    pub fn is_finished(&self, step: &Step<'_>) -> bool {
+        step.pass.bindings().any(|(binding, buffer)| binding.access == Access::Own && buffer == self.output)
+    }
+
+    /// The image as the pass has left it.
+    ///
+    /// # Errors
+    /// What a GPU reports.
+    pub fn read(&self, step: &Step<'_>) -> Result<Rendered, Error> {
+        Ok(self.render.rendered(&[step.read(self.output)?], step.progress.done, [""; 4]))
+    }
+}
+
 /// Renders `scene`; `observe` sees each dispatch when it is done, and may end the render with an error.
 ///
 /// # Errors
@@ -243,4 +322,54 @@ fn check_memory(scene: &SceneBuffers, render: &Render) -> Result<(), Error> {
     let frames = if moves { 2 * scene.stats().bytes } else { 0 };
     let bytes = render.plan(scene).bytes() + copies + frames;
     memory::check(bytes, "this render", "choose a smaller size or settings that keep less")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::exec::CpuExecutor;
+    use crate::technique;
+
+    /// Whatever is shown on the way, each image is that of a render that ends there, and the passes are as many as was said.
+    #[test]
+    fn images_on_the_way_are_those_of_shorter_renders() {
+        let scene = SceneBuffers::build(&crate::scene::builtin::scene("moving").expect("built in")).expect("builds");
+        let mut cpu = CpuExecutor::inline();
+        for technique in technique::all() {
+            let samples = technique.about().repeats == Repeats::Samples;
+            for accumulate in if samples { vec![false] } else { vec![false, true] } {
+                let whole = Render { count: 11, accumulate, ..Render::new([9, 7], technique.clone()) };
+                let each = Render { shows: Shows::Each, ..whole.clone() };
+                let images = Images::new(&scene, &each);
+                let (mut shown, mut passes) = (Vec::new(), 0);
+                let last = render(&mut cpu, &scene, &each, &mut |step| {
+                    passes += 1;
+                    if images.is_finished(step) {
+                        shown.push(images.read(step)?.image);
+                    }
+                    Ok(())
+                });
+                let last = last.expect("renders");
+                assert_eq!((passes, shown.last()), (last.dispatches, Some(&last.image)));
+                let counts = if samples { vec![1, 2, 4, 8, 11] } else { (1..=11).collect() };
+                assert_eq!(shown.len(), counts.len());
+                for (image, count) in shown.iter().zip(counts) {
+                    let alone = Render { count, ..whole.clone() };
+                    let alone = render(&mut cpu, &scene, &alone, &mut |_| Ok(())).expect("renders").image;
+                    assert_eq!(*image, alone, "{} of {count}", technique.about().name);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn images_come_in_doublings_and_then_at_intervals() {
+        let samples = |count: u32, images: u32| (1..=images).map(|n| samples_in(count, n)).collect::<Vec<_>>();
+        assert_eq!(samples(1000, 9), [1, 2, 4, 8, 16, 32, 64, 128, 192]);
+        assert_eq!(samples(100, 8), [1, 2, 4, 8, 16, 32, 64, 100]);
+        let interval = 1 << 20;
+        assert_eq!(samples_in(u32::MAX, 21), interval);
+        assert_eq!(samples_in(u32::MAX, 24), 4 * interval);
+        assert_eq!(samples_in(u32::MAX, 5000), u32::MAX);
+    }
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use restir::exec::Executor;
 use restir::render::{self, Progress, Render};
-use restir::scene::Camera;
+use restir::scene::{Camera, CameraPath};
 use restir::technique::{self, Repeats};
 use restir::trial::{self, Judgement, Subject, Trial, Tried, Window};
 use restir::{Error, buffers::SceneBuffers};
@@ -14,7 +14,7 @@ use super::bench::{LAST_FRAME, picture, quoted, refuse_twice, technique};
 use super::reference::PictureArguments;
 use super::render::{cameras, natural};
 use super::scene::DEFAULT_SIZE;
-use super::{console, device, interrupt, progress::reported, require};
+use super::{console, device, progress::reported, require};
 use crate::bench::Technique;
 
 /// However little time there is, each trial is rendered this often: fewer say nothing of the errors.
@@ -74,12 +74,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let candidates = techniques.iter().map(framed).collect::<Result<Vec<_>, _>>()?;
     let unbiased = candidates.iter().any(|candidate| candidate.render.technique.biases().is_empty());
     require(unbiased, format_args!("all of the techniques are biased, so that nothing says what is right; add path"))?;
-    interrupt::install()?;
     let mut scene = arguments.picture.additions.open(&arguments.scene)?;
     let size = arguments.picture.size(scene.default_size.unwrap_or(DEFAULT_SIZE))?;
     arguments.picture.additions.complete(&mut scene, size)?;
     let buffers = arguments.picture.additions.buffers(&scene)?;
-    let cameras = cameras(arguments.camera_path.as_deref(), buffers.camera, frames)?;
+    let path = arguments.camera_path.as_deref().map(CameraPath::open).transpose()?;
+    let cameras = cameras(path.as_ref(), buffers.camera, frames)?;
     let last_view = cameras.last().map(look);
     let candidates = comparable(arguments, &buffers, candidates)?;
     let subject = Subject::new(&scene, buffers, cameras, frames)?;
@@ -141,7 +141,7 @@ fn advise(
         candidates.iter().map(|candidate| subject.trial(&candidate.render, &windows)).collect()
     };
     let none = || vec![Tried::default(); candidates.len()];
-    reported(|observe| {
+    reported("rendering", |observe| {
         let probe = trials_in(1);
         check(&probe)?;
         trial::try_once(executor, &clock, &probe, &mut none(), u32::MAX, &mut |_| observe(shown()))?;

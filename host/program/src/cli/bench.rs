@@ -75,7 +75,6 @@ struct Subject {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let matrix = matrix(arguments)?;
     let baseline = arguments.against.as_deref().map(|path| read_table(path).map(|rows| (path, rows))).transpose()?;
-    interrupt::install()?;
     let subjects = subjects(arguments, &matrix)?;
     let plots = subjects.iter().map(|subject| subject.plot.as_str());
     prepare_output(&arguments.out, [REPORT, TABLE].into_iter().chain(plots))?;
@@ -217,7 +216,7 @@ fn measured(
     let reference = super::reference::make(executor, &buffers, matrix.picture, &arguments.cache, goal)?;
     let (truth, reference_samples) = (Truth::new(&reference), reference.samples());
     console::note(&format!("{scene}: {reference_samples} samples in the reference, measuring"));
-    let (series, restarts) = reported(|observe| measure(executor, &buffers, matrix, &truth, observe))?;
+    let (series, restarts) = reported("rendering", |observe| measure(executor, &buffers, matrix, &truth, observe))?;
     Ok(SceneResult { scene, plot, truth, reference_samples, series, restarts })
 }
 

@@ -6,7 +6,7 @@ use restir::metrics::{self, Comparison};
 use restir::{Error, image::read_exr};
 use serde_json::json;
 
-use super::console;
+use super::{console, render::ends_in, require};
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
@@ -20,6 +20,13 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
+    for image in [&arguments.image, &arguments.reference] {
+        let problem = format_args!(
+            "{} holds what was shown of the radiance, cut off and rounded; compare the EXR files, of render's -o",
+            image.display()
+        );
+        require(!ends_in(image, "png"), problem)?;
+    }
     let comparison = metrics::compare(&read_exr(&arguments.image)?, &read_exr(&arguments.reference)?)?;
     let format = if arguments.json { json_text } else { table };
     console::print(&format(&comparison))

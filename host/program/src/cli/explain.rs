@@ -54,9 +54,10 @@ impl FromStr for Pixel {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let Arguments { technique: options, picture, pixel: Pixel { x, y }, .. } = arguments;
     let technique = configured(&options.name, &options.settings, picture.max_depth, picture.within_pixel.jitter())?;
+    let frames = options.frame_count()?;
     let given = [
         ("--sample", arguments.sample.is_some(), Repeats::Samples),
-        ("--frames", options.frames.is_some(), Repeats::Frames),
+        ("--frames", frames.is_some(), Repeats::Frames),
         ("--camera-path", options.camera_path.is_some(), Repeats::Frames),
     ];
     refuse_unused(technique.as_ref(), &given)?;
@@ -66,9 +67,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let buffers = picture.additions.buffers(&scene)?;
     let count = match technique.about().repeats {
         Repeats::Samples => 1,
-        Repeats::Frames => options.frames.unwrap_or(technique.about().default_count),
+        Repeats::Frames => frames.unwrap_or(technique.about().default_count),
     };
-    let cameras = cameras(options.camera_path.as_deref(), buffers.camera, count)?;
+    let cameras = cameras(options.path()?.as_ref(), buffers.camera, count)?;
     let render = Render { count, seed: options.seed, cameras, ..Render::new(size, technique) };
     let place = Place { x: *x, y: *y, sample: arguments.sample.unwrap_or(0) };
     place.check(&render)?;

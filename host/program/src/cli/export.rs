@@ -7,7 +7,7 @@ use restir::image::{Image, write_exr};
 use restir::scene::{Environment, export};
 
 use super::scene::{Additions, DEFAULT_SIZE, refuse_overwriting};
-use super::{console, interrupt, render::ends_in, require};
+use super::{console, interrupt, progress::patiently, render::ends_in, require};
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
@@ -22,8 +22,6 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let Arguments { scene, additions, output } = arguments;
     require(ends_in(output, "glb"), format_args!("the output {} has to end in .glb", output.display()))?;
-    // the check makes a file for a moment
-    interrupt::install()?;
     interrupt::check_writable(output)?;
     refuse_overwriting(&additions.inputs(scene), [output])?;
     let mut scene = additions.open(scene)?;
@@ -31,7 +29,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     additions.complete(&mut scene, size)?;
     interrupt::check()?;
     interrupt::begin_writing();
-    export::write(&scene, output)?;
+    patiently("writing the scene", || export::write(&scene, output))?;
     let mut report = format!("wrote {}\n", output.display());
     if let Some(environment) = &scene.environment {
         report += &write_environment(environment, &output.with_extension("env.exr"))?;

@@ -110,7 +110,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let mut warnings = Vec::new();
     let environment = arguments.env.as_deref().map(|path| Environment::load(path, &mut warnings)).transpose()?;
     warnings.iter().for_each(|warning| console::note(&format!("warning: {warning}")));
-    interrupt::install()?;
     prepare_output(&arguments.out, [REPORT])?;
     let device = device::open(&arguments.device)?;
     let setup = setup(device.as_ref(), Picture { size: protocol.size, integral: DIRECT });
@@ -189,7 +188,7 @@ impl Environs for Program<'_> {
         work: impl FnOnce(&mut dyn Executor, &mut dyn FnMut(Progress) -> Result<(), Error>) -> Result<T, Error>,
     ) -> Result<T, Error> {
         console::note(what);
-        reported(|observe| work(self.device.as_mut(), observe))
+        reported("rendering", |observe| work(self.device.as_mut(), observe))
     }
 }
 

@@ -4,20 +4,36 @@ use std::path::PathBuf;
 
 use restir::Error;
 use restir::buffers::{SceneBuffers, SceneStats};
+use restir::image::{Content, read_exr_content};
 use restir::scene::{Camera, Environment, LightKind, Scene, Texture};
 
 use super::console::{self, harmless};
+use super::{progress::patiently, render::ends_in};
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
-    /// Name of a built-in scene, or a .gltf or .glb file.
+    /// Name of a built-in scene, a .gltf or .glb file, or an image as `render` writes it.
     scene: PathBuf,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
-    let scene = Scene::open(&arguments.scene)?;
-    let stats = SceneBuffers::build(&scene)?.stats();
+    if ends_in(&arguments.scene, "exr") {
+        return console::print(&image(&read_exr_content(&arguments.scene)?));
+    }
+    let scene = patiently("reading the scene", || Scene::open(&arguments.scene))?;
+    let stats = patiently("building the scene", || SceneBuffers::build(&scene))?.stats();
     console::print(&describe(&scene, &stats))
+}
+
+/// An image and how it was made.
+fn image(content: &Content) -> String {
+    let [width, height] = content.size;
+    let rows = [("image", format!("{width} x {height} pixels")), ("channels", content.channels.join(", "))];
+    let rows = rows.map(|(name, value)| (name.to_owned(), value));
+    rows.iter()
+        .chain(&content.metadata)
+        .map(|(name, value)| format!("{:16} {}\n", harmless(name), harmless(value)))
+        .collect()
 }
 
 fn describe(scene: &Scene, stats: &SceneStats) -> String {

@@ -14,6 +14,8 @@ pub(super) const EXIT_CODE: u8 = 130;
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
 static LISTENING: AtomicBool = AtomicBool::new(false);
+/// Somebody has the last word: the end of the program, or a signal.
+static ENDING: AtomicBool = AtomicBool::new(false);
 /// Held while there may be a file that is not whole.
 static FILES: Mutex<()> = Mutex::new(());
 
@@ -24,10 +26,12 @@ pub(super) fn install() -> Result<(), Error> {
         let heard = LISTENING.load(Ordering::SeqCst) && !again;
         if !heard {
             let _whole = FILES.lock();
-            if !again {
-                console::note(&format!("error: {}", Error::Interrupted));
+            if !ENDING.swap(true, Ordering::SeqCst) {
+                if !again {
+                    console::note(&format!("error: {}", Error::Interrupted));
+                }
+                std::process::exit(i32::from(EXIT_CODE));
             }
-            std::process::exit(i32::from(EXIT_CODE));
         }
     };
     ctrlc::set_handler(handler).map_err(|error| Error::Setting(format!("cannot listen for Ctrl-C: {error}")))
@@ -36,6 +40,13 @@ pub(super) fn install() -> Result<(), Error> {
 /// An error once the user wants the program to stop.
 pub(super) fn check() -> Result<(), Error> {
     if REQUESTED.load(Ordering::SeqCst) { Err(Error::Interrupted) } else { Ok(()) }
+}
+
+/// The program ends by itself, and says with which error: a signal that comes now has nothing to add. One that came before ends it.
+pub(super) fn begin_ending() {
+    while ENDING.swap(true, Ordering::SeqCst) {
+        std::thread::park();
+    }
 }
 
 /// From now on [`check`] is asked often.
@@ -51,8 +62,13 @@ pub(super) fn begin_writing() {
     }
 }
 
+/// Writes files, while nothing ends the program; more may come later.
+pub(super) fn whole<T>(write: impl FnOnce() -> T) -> T {
+    let _whole = FILES.lock().unwrap_or_else(PoisonError::into_inner);
+    write()
+}
+
 /// As [`restir::output::check_writable`], which makes a file for a moment.
 pub(super) fn check_writable(path: &Path) -> Result<(), Error> {
-    let _whole = FILES.lock().unwrap_or_else(PoisonError::into_inner);
-    restir::output::check_writable(path)
+    whole(|| restir::output::check_writable(path))
 }

@@ -3,19 +3,19 @@
 use restir::render::{Render, Rendered};
 use restir::scene::{Camera, Environment, Scene};
 use restir::technique::{Integral, Repeats};
-use restir::{exec::Executor, reference::Reference, settings::Value};
+use restir::{exec::Description, reference::Reference, settings::Value};
 
 use super::device::parity;
 
-/// Pairs for [`restir::image::write_exr`]. Times are left out, so that equal renders give equal files.
+/// Pairs for [`restir::image::write_exr`], and `more`. Times are left out, so that equal renders give equal files.
 pub(super) fn of_render(
     scene: &Scene,
     render: &Render,
-    executor: &dyn Executor,
+    executor: &Description,
     rendered: &Rendered,
+    more: Vec<(&'static str, String)>,
 ) -> Vec<(String, String)> {
-    let description = executor.describe();
-    let (about, parity) = (render.technique.about(), parity(&description));
+    let (about, parity) = (render.technique.about(), parity(executor));
     let mut pairs = vec![
         ("scene", scene.name.clone()),
         ("environment", scene.environment.as_ref().map_or_else(|| "none".to_owned(), environment)),
@@ -25,9 +25,9 @@ pub(super) fn of_render(
         ("height", render.height.to_string()),
         ("version", env!("CARGO_PKG_VERSION").to_owned()),
         ("commit", env!("RESTIR_COMMIT").to_owned()),
-        ("executor", description.executor.to_owned()),
-        ("adapter", description.adapter.unwrap_or_else(|| "none".to_owned())),
-        ("flavour", description.flavour.to_string()),
+        ("executor", executor.executor.to_owned()),
+        ("adapter", executor.adapter.clone().unwrap_or_else(|| "none".to_owned())),
+        ("flavour", executor.flavour.to_string()),
         ("parity", parity),
         ("dispatches", rendered.dispatches.to_string()),
         ("dropped_samples", rendered.dropped_samples.to_string()),
@@ -46,6 +46,7 @@ pub(super) fn of_render(
     if render.technique.value("max_depth").is_none() {
         pairs.push(("max_depth", render.technique.integral().max_depth.to_string()));
     }
+    pairs.extend(more);
     pairs.extend(render.technique.entries().into_iter().map(|entry| (entry.key, entry.value)));
     owned(pairs)
 }

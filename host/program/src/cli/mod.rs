@@ -30,6 +30,7 @@ mod scene;
 mod scenes;
 mod settings;
 mod technique;
+mod tev;
 
 const EXIT_FAILED: u8 = 1;
 const EXIT_BAD_INPUT: u8 = 2;
@@ -58,7 +59,7 @@ enum Command {
     Scenes(scenes::Arguments),
     /// List the GPU adapters and whether their results are bit-identical to the CPU's.
     Devices,
-    /// Describe a scene.
+    /// Describe a scene, or an image and how it was made.
     Info(info::Arguments),
     /// Compare an image with a reference.
     ///
@@ -83,6 +84,9 @@ enum Command {
 /// Runs the program with the arguments of the process.
 pub(crate) fn main() -> ExitCode {
     silence_mesa();
+    if let Err(error) = interrupt::install() {
+        return ended(Err(error));
+    }
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
         Err(error) => return not_run(&error),
@@ -92,6 +96,7 @@ pub(crate) fn main() -> ExitCode {
 
 /// Says what went wrong.
 fn ended(outcome: Result<(), Error>) -> ExitCode {
+    interrupt::begin_ending();
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
@@ -106,6 +111,7 @@ fn not_run(error: &clap::Error) -> ExitCode {
     if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) {
         return ended(console::print(&error.render().to_string()));
     }
+    interrupt::begin_ending();
     if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
         console::note("error: no command was given; restir --help lists them");
     } else {
@@ -115,7 +121,7 @@ fn not_run(error: &clap::Error) -> ExitCode {
 }
 
 /// What other renderers call an option, and its name here.
-const ELSEWHERE: [(&str, &str); 14] = [
+const ELSEWHERE: [(&str, &str); 19] = [
     ("--samples", "--spp"),
     ("--sample-count", "--spp"),
     ("--width", "--size WIDTHxHEIGHT"),
@@ -130,6 +136,11 @@ const ELSEWHERE: [(&str, &str); 14] = [
     ("--gpu", "--device gpu"),
     ("--cpu", "--device cpu"),
     ("--integrator", "--technique"),
+    ("--display-server", "--tev"),
+    ("--aovs", "--aov"),
+    ("--time-limit", "--seconds"),
+    ("--timeout", "--seconds"),
+    ("--animation", "--frames A..B"),
 ];
 
 /// The name of an option that was asked for by another one.

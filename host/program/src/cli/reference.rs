@@ -88,8 +88,6 @@ impl PictureArguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
-    // the check makes files for a moment
-    interrupt::install()?;
     [&arguments.output, &arguments.error].into_iter().flatten().try_for_each(|path| interrupt::check_writable(path))?;
     let inputs = arguments.picture.additions.inputs(&arguments.scene);
     refuse_overwriting(&inputs, [&arguments.output, &arguments.error].into_iter().flatten())?;
@@ -122,7 +120,7 @@ pub(super) fn make(
     if cache.is_none() {
         console::note("warning: there is no folder to keep the reference in; name one by --cache or RESTIR_CACHE");
     }
-    let reference = reported(|observe| {
+    let reference = reported("rendering", |observe| {
         reference::make(executor, buffers, picture, cache.as_deref(), goal, &mut |batches| {
             observe(Progress { done: batches.done, total: batches.total })
         })

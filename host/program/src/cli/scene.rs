@@ -6,7 +6,7 @@ use restir::scene::{Animation, Camera, Environment, MAX_COORDINATE, Scene};
 use restir::{Error, buffers::SceneBuffers, memory};
 use restir_shared::layout::MAX_TRIANGLES;
 
-use super::{console, render::natural, require};
+use super::{console, progress::patiently, render::natural, require};
 
 /// Image size of a scene that has none of its own, in pixels.
 pub(super) const DEFAULT_SIZE: [u32; 2] = [512, 512];
@@ -110,6 +110,10 @@ impl Additions {
 
     /// The scene of that name or file, with the environment.
     pub(super) fn open(&self, name_or_path: &Path) -> Result<Scene, Error> {
+        patiently("reading the scene", || self.read(name_or_path))
+    }
+
+    fn read(&self, name_or_path: &Path) -> Result<Scene, Error> {
         let mut scene = Scene::open(name_or_path)?;
         if let Some(path) = &self.env {
             let environment = Environment::load(path, &mut scene.warnings)?;
@@ -186,7 +190,7 @@ impl Additions {
         if triangles > MANY_TRIANGLES {
             console::note(&format!("building a scene of {triangles} triangles"));
         }
-        let buffers = SceneBuffers::build(scene)?;
+        let buffers = patiently("building the scene", || SceneBuffers::build(scene))?;
         let light = scene.meshes.last().map_or(0, |light| light.indices.len() as u64);
         if !self.default_light || buffers.stats().triangles > light {
             return Ok(buffers);

@@ -1,10 +1,16 @@
 //! The technique that a command works with, and its settings.
 
+use std::ops::RangeInclusive;
+use std::str::FromStr;
+
 use clap::builder::{PossibleValue, PossibleValuesParser};
-use restir::Error;
 use restir::technique::{self, Repeats, Technique, configure};
+use restir::{Error, scene::CameraPath};
 
 use super::{render::natural, require};
+
+/// Frames have at most six digits in the names of files.
+pub(super) const MAX_FRAME: u32 = 999_999;
 
 #[derive(clap::Args)]
 pub(super) struct TechniqueArguments {
@@ -14,15 +20,59 @@ pub(super) struct TechniqueArguments {
     /// A setting of the technique, as KEY=VALUE, or preset=NAME; `restir settings` lists them.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(super) settings: Vec<String>,
-    /// Frames of a technique that repeats frames, of which the last counts; as many as suit the technique if not given.
-    #[arg(long, value_parser = natural::<u32>, allow_hyphen_values = true)]
-    pub(super) frames: Option<u32>,
+    /// Frames of a technique that repeats frames, of which the last counts; as many as suit the technique if not given. As A..B, of any
+    /// technique: `render` writes each of the frames A to B, of what moves or of a camera path, to a file of its own.
+    #[arg(long, value_name = "COUNT|A..B", allow_hyphen_values = true)]
+    pub(super) frames: Option<Frames>,
     /// Move the camera from frame to frame: orbit, pan, or a JSON file of keyframes.
     #[arg(long, value_name = "PATH")]
     pub(super) camera_path: Option<std::path::PathBuf>,
     /// Seed of the random numbers.
     #[arg(long, default_value = "0", value_parser = natural::<u32>, allow_hyphen_values = true)]
     pub(super) seed: u32,
+}
+
+/// What --frames asks for.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Frames {
+    /// So many, from 0 on.
+    Count(u32),
+    /// Each of these.
+    Each(RangeInclusive<u32>),
+}
+
+impl FromStr for Frames {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let Some((first, last)) = text.split_once("..") else { return natural(text).map(Self::Count) };
+        let (first, last) = (natural(first)?, natural(last)?);
+        if first > last || last > MAX_FRAME {
+            return Err(format!("it has to be A..B with A <= B <= {MAX_FRAME}, as in 0..23 for 24 frames"));
+        }
+        Ok(Self::Each(first..=last))
+    }
+}
+
+impl TechniqueArguments {
+    /// How many frames were asked for, by a command that shows one of them.
+    pub(super) fn frame_count(&self) -> Result<Option<u32>, Error> {
+        match &self.frames {
+            None => Ok(None),
+            Some(Frames::Count(count)) => Ok(Some(*count)),
+            Some(Frames::Each(frames)) => {
+                let (first, last) = (frames.start(), frames.end());
+                let count = last + 1;
+                let problem = format!("--frames {first}..{last} is for restir render; give --frames {count}");
+                Err(Error::Setting(problem))
+            }
+        }
+    }
+
+    /// The path of the camera, if it has one.
+    pub(super) fn path(&self) -> Result<Option<CameraPath>, Error> {
+        self.camera_path.as_deref().map(CameraPath::open).transpose()
+    }
 }
 
 /// The first of the list.
@@ -106,4 +156,19 @@ pub(super) fn refuse_unused(technique: &dyn Technique, options: &[(&str, bool, R
             "{option} is for {suited}; {name} repeats {own} ({own_option}), leave {option} out"
         )))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_are_parsed() {
+        assert_eq!("24".parse(), Ok(Frames::Count(24)));
+        assert_eq!("3..7".parse(), Ok(Frames::Each(3..=7)));
+        assert_eq!("7..7".parse(), Ok(Frames::Each(7..=7)));
+        for text in ["", "..", "1..", "..1", "7..3", "1..=3", "-1..2", "0..1000000", "1...2"] {
+            text.parse::<Frames>().unwrap_err();
+        }
+    }
 }

@@ -48,6 +48,37 @@ impl Gpu {
     }
 }
 
+/// Frames and their layers, and the mean of scrambles: all channels of all files have the same bits.
+#[test]
+fn frames_layers_and_scrambles_are_those_of_the_cpu() {
+    let Some(gpu) = Gpu::new() else { return };
+    let renders: [&[&str]; 3] = [
+        &["moving", "--technique", "restir-di", "--frames", "1..2", "--aov", "albedo,normal,depth,position,motion,id"],
+        &["toys", "--spp", "2", "--frames", "1..2", "--aov", "motion"],
+        &["cornell", "--spp", "2", "--noise", "100"],
+    ];
+    for arguments in renders {
+        let is_numbered = arguments.contains(&"--frames");
+        let channels = |device: &str| {
+            let name = if is_numbered { format!("{device}#.exr") } else { format!("{device}.exr") };
+            let more = [&arguments[1..], &["--device", device, "--size", "17x13"]].concat();
+            finish(&mut gpu.prepared(gpu.workplace.render(&name, arguments[0], &more))).done();
+            let files = if is_numbered { vec![format!("{device}1.exr"), format!("{device}2.exr")] } else { vec![name] };
+            let of = |file: String| {
+                let image = exr::prelude::read_first_flat_layer_from_file(gpu.workplace.output(&file)).unwrap();
+                let channels = image.layer_data.channel_data.list.into_iter();
+                channels.map(|channel| (channel.name.to_string(), bits(&channel.sample_data))).collect::<Vec<_>>()
+            };
+            files.into_iter().map(of).collect::<Vec<_>>()
+        };
+        assert!(channels("cpu") == channels("gpu"), "{arguments:?}");
+    }
+}
+
+fn bits(samples: &exr::prelude::FlatSamples) -> Vec<u32> {
+    samples.values_as_f32().map(f32::to_bits).collect()
+}
+
 #[test]
 fn the_gpu_gives_the_picture_of_the_cpu() {
     let Some(gpu) = Gpu::new() else { return };

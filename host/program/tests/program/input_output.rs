@@ -115,7 +115,7 @@ fn lenses_that_cannot_be_used() {
 }
 
 /// A triangle with a texture of two by one texels, a point light, and its bytes.
-fn textured() -> (Value, Vec<u8>) {
+pub(crate) fn textured() -> (Value, Vec<u8>) {
     textured_by(2, 1)
 }
 

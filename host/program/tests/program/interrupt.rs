@@ -73,6 +73,34 @@ fn an_interrupted_benchmark_leaves_no_file() {
     assert_eq!(workplace.outputs(), [""; 0]);
 }
 
+/// What is left of a reference is whole halves of it, or nothing at all; never an empty folder.
+#[test]
+fn an_interrupted_reference_leaves_whole_halves() {
+    let command = |cache: &std::path::Path, spp: &str| {
+        let mut command = program(["reference", "cornell", "--size", "16x12", "--device", "cpu", "--threads", "1"]);
+        command.args(["--spp", spp, "--cache"]).arg(cache);
+        command
+    };
+    let cache = tempfile::tempdir().unwrap();
+    let said = interrupt(&mut command(cache.path(), "100000000"), "-INT");
+    assert!(said.contains("kept in"), "{said}");
+    for delay in (0..120).step_by(8) {
+        let cache = tempfile::tempdir().unwrap();
+        let mut asked = command(cache.path(), "1000000");
+        let mut child = Guarded(asked.stderr(Stdio::null()).stdout(Stdio::null()).spawn().unwrap());
+        std::thread::sleep(Duration::from_millis(delay));
+        Command::new("kill").args(["-INT", &child.0.id().to_string()]).status().unwrap();
+        child.wait_for(Duration::from_secs(60)).expect("it did not stop within a minute");
+        for folder in std::fs::read_dir(cache.path()).unwrap() {
+            let files: Vec<_> = std::fs::read_dir(folder.unwrap().path()).unwrap().map(|file| file.unwrap()).collect();
+            assert!(!files.is_empty(), "an empty folder after {delay} ms");
+            for file in files {
+                restir::image::read_exr(&file.path()).unwrap();
+            }
+        }
+    }
+}
+
 /// Two million triangles take seconds to build, and the first signal ends that.
 #[test]
 fn a_scene_that_is_built_can_be_interrupted() {
@@ -150,6 +178,69 @@ fn interrupted_renders_go_on_with_the_same_bits() {
     }
     println!("{interruptions} interruptions");
     assert!(interruptions >= 20, "only {interruptions} interruptions");
+}
+
+/// Files of frames that were written are whole, and those that are missing can be added: all have the bits of a run that was not
+/// interrupted.
+#[test]
+fn interrupted_frames_are_whole() {
+    for technique in ["path", "restir-di"] {
+        let workplace = Workplace::new();
+        let common = ["--technique", technique, "--turntable", "60", "--size", "64x48", "--threads", "1"];
+        let arguments = [&common[..], &["--skip-existing"]].concat();
+        let spend = if technique == "path" { &["--spp", "16"][..] } else { &[] };
+        let arguments = [&arguments[..], spend].concat();
+        for wait in [150, 250, 400] {
+            let mut command = workplace.render("f###.exr", "cornell", &arguments);
+            let mut child = Guarded(command.stderr(Stdio::null()).stdout(Stdio::null()).spawn().unwrap());
+            if child.wait_for(Duration::from_millis(wait)).is_none() {
+                Command::new("kill").args(["-INT", &child.0.id().to_string()]).status().unwrap();
+            }
+            let status = child.wait_for(Duration::from_secs(60)).expect("it did not stop within a minute");
+            assert!(matches!(status.code(), Some(0 | 130)), "{status}");
+            for name in workplace.outputs() {
+                assert!(name.starts_with('f'), "{name}");
+                restir::image::read_exr(workplace.output(&name).as_ref()).unwrap();
+            }
+        }
+        assert!(workplace.render("f###.exr", "cornell", &arguments).output().unwrap().status.success());
+        let whole = [&common[..], spend].concat();
+        assert!(workplace.render("w###.exr", "cornell", &whole).output().unwrap().status.success());
+        for frame in 0..60 {
+            let bytes = |kind: &str| std::fs::read(workplace.output(&format!("{kind}{frame:03}.exr"))).unwrap();
+            assert!(bytes("f") == bytes("w"), "{technique}, frame {frame}");
+        }
+    }
+}
+
+/// A second Ctrl-C, while the first one has what is done written down, waits for the file.
+#[test]
+fn a_second_interruption_leaves_no_part_of_a_checkpoint() {
+    for round in 0..8_u64 {
+        let workplace = Workplace::new();
+        let kept = workplace.output("kept");
+        let more = ["--size", "768x512", "--spp", "1000000", "--resume", &kept];
+        let mut command = workplace.render("image.exr", "cornell", &more);
+        let mut child = Guarded(command.stderr(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap());
+        let mut stderr = BufReader::new(child.0.stderr.take().unwrap());
+        let mut line = String::new();
+        while !line.starts_with("rendering:") {
+            line.clear();
+            assert_ne!(stderr.read_line(&mut line).unwrap(), 0, "it ended before");
+        }
+        let signal = |child: &Guarded| Command::new("kill").args(["-INT", &child.0.id().to_string()]).status().unwrap();
+        signal(&child);
+        // until the file is begun, or is there
+        let start = Instant::now();
+        while workplace.outputs().is_empty() && start.elapsed() < Duration::from_secs(20) {
+            std::thread::sleep(Duration::from_micros(200));
+        }
+        std::thread::sleep(Duration::from_millis(round / 2));
+        signal(&child);
+        let status = child.wait_for(Duration::from_secs(60)).expect("it did not stop within a minute");
+        assert_eq!(status.code(), Some(130));
+        assert_eq!(workplace.outputs(), ["kept"], "round {round}");
+    }
 }
 
 /// What is kept is of one render, and of no other; what is damaged is not believed.

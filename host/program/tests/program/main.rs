@@ -5,12 +5,19 @@ mod careless;
 mod data_files;
 mod figure;
 mod films;
+mod found;
 #[cfg(feature = "gpu")]
 mod gpu;
 mod input_output;
 #[cfg(unix)]
 mod interrupt;
+mod layers;
 mod measure;
 mod motion;
+#[cfg(unix)]
+mod mutation;
+mod numbered;
 mod results;
+mod stop;
 mod support;
+mod tev;

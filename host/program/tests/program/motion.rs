@@ -90,6 +90,11 @@ impl File {
     }
 }
 
+/// Small files with each kind of motion.
+pub(crate) fn moving_files() -> [Vec<u8>; 3] {
+    [File::skinned(), File::morphed(), File::animated()].map(File::glb)
+}
+
 /// A view of the triangle wherever it is, and what a path tracer takes.
 const LIT: [&str; 4] = ["--camera", "0.7,0.5,3:0.7,0.5,0", "--spp", "2"];
 

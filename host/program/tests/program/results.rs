@@ -6,7 +6,7 @@ use restir::image::{Image, read_exr, read_exr_metadata, write_exr};
 use restir::scene::Scene;
 use serde_json::json;
 
-use crate::support::{TRIANGLE, Workplace, changed, finish, run, triangles};
+use crate::support::{TRIANGLE, Workplace, changed, finish, run, triangles, value_of};
 
 /// The comparison says that the outputs have the same bits.
 fn assert_identical(workplace: &Workplace, outputs: [&str; 2]) {
@@ -45,7 +45,7 @@ fn a_render_writes_its_files_and_how_it_was_made() {
     assert_eq!((image.width, image.height), (16, 12));
     assert!(image.pixels.as_flattened().iter().sum::<f32>() > 0.0);
     let metadata = read_exr_metadata(Path::new(&exr)).unwrap();
-    let value = |key: &str| metadata.iter().find(|(name, _)| name == key).map(|(_, value)| value.as_str());
+    let value = |key: &str| value_of(&metadata, key);
     for (key, expected) in [
         ("scene", "cornell"),
         ("technique", "path"),
@@ -63,6 +63,22 @@ fn a_render_writes_its_files_and_how_it_was_made() {
         assert_eq!(value(key), Some(expected), "{key}");
     }
     assert!(value("commit").is_some() && value("version").is_some() && value("dispatches").is_some());
+}
+
+/// Without a technique the settings of all are listed: each name with what it does, and each setting with its default.
+#[test]
+fn settings_are_listed() {
+    let all = run(["settings"]).done().stdout;
+    for technique in restir::technique::all() {
+        let about = technique.about();
+        assert!(all.lines().any(|line| line == format!("{}: {}", about.name, about.summary)), "{all}");
+        let alone = run(["settings", about.name]).done().stdout;
+        assert!(all.contains(&alone), "{all}");
+        for entry in technique.entries() {
+            let pair = format!("{}={} ", entry.key, entry.value);
+            assert!(alone.lines().any(|line| line.starts_with(&pair)), "{pair} is not in:\n{alone}");
+        }
+    }
 }
 
 /// The sum over a PNG's bytes.

@@ -127,8 +127,11 @@ impl Workplace {
     }
 }
 
+/// The program.
+pub(crate) const PROGRAM: &str = env!("CARGO_BIN_EXE_restir");
+
 pub(crate) fn program<S: AsRef<OsStr>>(arguments: impl IntoIterator<Item = S>) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_restir"));
+    let mut command = Command::new(PROGRAM);
     command.args(arguments).env_remove("RESTIR_MEMORY_LIMIT_BYTES");
     command
 }
@@ -148,6 +151,11 @@ pub(crate) fn finish(command: &mut Command) -> Outcome {
 
 pub(crate) fn run<S: AsRef<OsStr>>(arguments: impl IntoIterator<Item = S>) -> Outcome {
     finish(&mut program(arguments))
+}
+
+/// The value of a key of an image's metadata.
+pub(crate) fn value_of<'a>(metadata: &'a [(String, String)], key: &str) -> Option<&'a str> {
+    metadata.iter().find(|(name, _)| name == key).map(|(_, value)| value.as_str())
 }
 
 /// A document with one mesh of separate triangles, three positions each, and the bytes it refers to.

@@ -2,7 +2,7 @@
 
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::glam::Vec3;
-use restir_shared::layout::{FEATURE_ALPHA, TRIANGLE_ALPHA, TRIANGLE_WORDS};
+use restir_shared::layout::FEATURE_ALPHA;
 use restir_shared::scene::{EnvironmentPoint, LightKind, LightSample, SceneView, SurfacePoint, Trace};
 use restir_shared::technique::path::{self, Receiver, Walk};
 use restir_shared::transport::Connection;
@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::params;
 use crate::Error;
-use crate::buffers::SceneBuffers;
+use crate::buffers::{SceneBuffers, owner};
 use crate::render::Render;
 use crate::technique::explain::Place;
 
@@ -156,13 +156,6 @@ impl Writer<'_> {
         let below = (light.kind == LightKind::Area).then(|| solid.closest(&ray));
         below.filter(Hit::is_hit).map(|hit| hit.id)
     }
-
-    /// Material and instance of a triangle.
-    fn owner(&self, triangle: u32) -> (u32, u32) {
-        let at = (self.view.header.triangle_base + triangle * TRIANGLE_WORDS) as usize;
-        let word = |i: usize| self.view.geometry.get(at + i).map_or(0, |word| word.w);
-        (word(0), word(2) & !TRIANGLE_ALPHA)
-    }
 }
 
 impl Receiver for Writer<'_> {
@@ -170,7 +163,7 @@ impl Receiver for Writer<'_> {
 
     fn arrive(&mut self, walk: &Walk, hit: &Hit, point: &SurfacePoint) {
         self.begin(walk);
-        let (material, instance) = self.owner(hit.id);
+        let (material, instance) = owner(self.view, hit.id);
         self.path.vertices.push(Vertex {
             triangle: hit.id,
             material,
@@ -198,7 +191,7 @@ impl Receiver for Writer<'_> {
         let asked = connection.value.max_element() > 0.0;
         let next_event = NextEvent {
             triangle,
-            material: triangle.map(|triangle| self.owner(triangle).0),
+            material: triangle.map(|triangle| owner(self.view, triangle).0),
             kind: light.kind,
             position: light.position,
             density: light.density,

@@ -1,0 +1,120 @@
+//! The files of a render.
+
+use std::path::{Path, PathBuf};
+
+use restir::Error;
+use restir::aov::Aov;
+use restir::image::{Channel, Image, write_exr_with, write_png};
+use restir::settings::Value;
+use restir::tonemap::{Operator, Tone};
+
+use super::super::{interrupt, require};
+
+/// Stops either way: more would leave the range of floats.
+const MAX_EXPOSURE: f64 = 64.0;
+
+/// What to write.
+#[derive(Clone, clap::Args)]
+pub(in super::super) struct Outputs {
+    /// The EXR file to write. Of several frames, #### in its name stands for the number of the frame.
+    #[arg(short, long)]
+    pub(super) output: PathBuf,
+    /// Also write an 8-bit PNG file; of several frames with #### in its name, too.
+    #[arg(long)]
+    png: Option<PathBuf>,
+    /// Brighten the PNG by this many stops; each doubles it. The EXR file keeps the radiance.
+    #[arg(long, value_name = "STOPS", requires = "png", allow_hyphen_values = true, default_value = "0")]
+    exposure: f64,
+    /// How the PNG shows what is brighter than white: clamp, reinhard, aces, or neutral (Khronos' PBR Neutral).
+    #[arg(long, value_name = "OPERATOR", requires = "png", value_parser = value::<Operator>, default_value = "clamp")]
+    tonemap: Operator,
+    /// Write what the camera sees into further channels of the EXR file, by the names of Blender's passes: albedo, normal, depth, position,
+    /// motion (in pixels, from the frame before and to the next one), id (of the object); a list with commas.
+    #[arg(long, value_name = "LAYERS", value_delimiter = ',', value_parser = value::<Aov>)]
+    pub(super) aov: Vec<Aov>,
+}
+
+/// A value by its name.
+fn value<T: Value>(text: &str) -> Result<T, String> {
+    T::read(text).ok_or_else(|| format!("it has to be one of {}", T::expected()))
+}
+
+impl Outputs {
+    /// Those of a frame: the last #### of each name becomes its number, of at least as many digits.
+    pub(super) fn of_frame(&self, frame: u32) -> Result<Self, Error> {
+        let png = self.png.as_ref().map(|png| numbered(png, frame)).transpose()?;
+        Ok(Self { output: numbered(&self.output, frame)?, png, ..self.clone() })
+    }
+
+    /// Before hours of rendering: can the results be written? Their endings differ, so that they are never the same file.
+    pub(super) fn check(&self) -> Result<(), Error> {
+        let Self { output, exposure, aov, .. } = self;
+        let problem =
+            format_args!("--exposure {exposure} is out of range; give -{MAX_EXPOSURE} to {MAX_EXPOSURE} stops");
+        require(exposure.abs() <= MAX_EXPOSURE, problem)?;
+        let twice = aov.iter().enumerate().find(|(i, layer)| aov[..*i].contains(layer));
+        let name = twice.map_or("", |(_, layer)| layer.name());
+        require(twice.is_none(), format_args!("--aov has {name} twice; name each layer once"))?;
+        let problem = format_args!("the output {} has to end in .exr; use --png for a PNG file", output.display());
+        require(ends_in(output, "exr"), problem)?;
+        interrupt::check_writable(output)?;
+        let Some(png) = &self.png else { return Ok(()) };
+        require(ends_in(png, "png"), format_args!("--png {} has to end in .png", png.display()))?;
+        interrupt::check_writable(png)
+    }
+
+    /// The names of the layers, with commas.
+    pub(super) fn layer_names(&self) -> String {
+        self.aov.iter().map(|layer| layer.name()).collect::<Vec<_>>().join(",")
+    }
+
+    /// The files, the EXR file first.
+    pub(super) fn files(&self) -> impl Iterator<Item = &PathBuf> {
+        [Some(&self.output), self.png.as_ref()].into_iter().flatten()
+    }
+
+    /// Writes them. The EXR file comes last: where it is, all are.
+    pub(super) fn write(&self, image: &Image, more: &[Channel], metadata: &[(String, String)]) -> Result<(), Error> {
+        let tone = Tone { exposure: self.exposure, operator: self.tonemap };
+        self.png.as_ref().map_or(Ok(()), |path| write_png(path, &tone.of(image)))?;
+        write_exr_with(&self.output, image, more, metadata)
+    }
+}
+
+fn numbered(path: &Path, frame: u32) -> Result<PathBuf, Error> {
+    let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+    let place = name.trim_end_matches(|c| c != '#');
+    let begin = place.trim_end_matches('#');
+    let digits = place.len() - begin.len();
+    let problem = format_args!(
+        "each frame is a file of its own; put #### into the name {} where its number goes, as in out.####.exr",
+        path.display()
+    );
+    require(digits > 0, problem)?;
+    Ok(path.with_file_name(format!("{begin}{frame:0digits$}{}", &name[place.len()..])))
+}
+
+pub(in super::super) fn ends_in(path: &Path, ending: &str) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(ending))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_have_their_number_in_the_name() {
+        for (pattern, frame, expected) in [
+            ("out.####.exr", 7, "out.0007.exr"),
+            ("a#b/##.exr", 123, "a#b/123.exr"),
+            ("#1-###.exr", 5, "#1-005.exr"),
+            ("ü#.exr", 1, "ü1.exr"),
+        ] {
+            assert_eq!(numbered(Path::new(pattern), frame).unwrap(), Path::new(expected));
+        }
+        for pattern in ["out.exr", "####/out.exr", ""] {
+            let message = numbered(Path::new(pattern), 1).unwrap_err().to_string();
+            assert!(message.contains("out.####.exr"), "{message}");
+        }
+    }
+}

@@ -1,0 +1,87 @@
+//! What the camera sees, in further channels.
+
+use std::collections::BTreeMap;
+
+use exr::prelude::read_first_flat_layer_from_file;
+use restir::image::read_exr;
+use restir::technique;
+
+use crate::support::Workplace;
+
+const ALL: &str = "albedo,normal,depth,position,motion,id";
+
+/// The names that Blender's compositor and its denoiser look for.
+const CHANNELS: [&str; 18] = [
+    "B",
+    "Denoising Albedo.B",
+    "Denoising Albedo.G",
+    "Denoising Albedo.R",
+    "Denoising Normal.X",
+    "Denoising Normal.Y",
+    "Denoising Normal.Z",
+    "Depth.Z",
+    "G",
+    "IndexOB.X",
+    "Position.X",
+    "Position.Y",
+    "Position.Z",
+    "R",
+    "Vector.W",
+    "Vector.X",
+    "Vector.Y",
+    "Vector.Z",
+];
+
+/// The channels of a file.
+fn channels(file: &str) -> BTreeMap<String, Vec<f32>> {
+    let channels = read_first_flat_layer_from_file(file).unwrap().layer_data.channel_data.list;
+    channels.into_iter().map(|c| (c.name.to_string(), c.sample_data.values_as_f32().collect())).collect()
+}
+
+/// Layers have the names above, leave the picture as it is, and do not depend on the technique, but for where its rays go.
+#[test]
+fn every_technique_writes_layers() {
+    let workplace = Workplace::new();
+    let mut of_centres = Vec::new();
+    for technique in technique::all() {
+        let name = technique.about().name;
+        let common = ["--technique", name, "--no-jitter"];
+        let plain = workplace.picture("plain.exr", "cornell", &common);
+        let layered = workplace.picture("layers.exr", "cornell", &[&common[..], &["--aov", ALL]].concat());
+        assert_eq!(plain, layered, "{name}");
+        let channels = channels(&workplace.output("layers.exr"));
+        assert!(channels.keys().eq(CHANNELS), "{name}: {:?}", channels.keys());
+        assert!(channels.values().flatten().all(|value| value.is_finite()));
+        let seen = channels["Denoising Normal.Y"].iter().filter(|y| **y != 0.0).count();
+        assert!(seen > 50, "{seen} pixels have a normal");
+        of_centres.push(["Denoising Albedo.R", "Denoising Normal.Z", "IndexOB.X"].map(|name| channels[name].clone()));
+    }
+    assert!(of_centres.windows(2).all(|pair| pair[0] == pair[1]));
+}
+
+/// Of an animation the layers are those of the frame that is shown, and its points move.
+#[test]
+fn motion_is_that_of_the_frame() {
+    let workplace = Workplace::new();
+    let moved = |more: &[&str]| {
+        let common = ["--aov", "motion", "--spp", "1"];
+        workplace.picture("image.exr", "toys", &[&common, more].concat());
+        let channels = channels(&workplace.output("image.exr"));
+        ["Vector.X", "Vector.Z"].map(|name| channels[name].iter().map(|x| x.abs()).fold(0.0, f32::max))
+    };
+    let [from, to] = moved(&["--time", "1.5"]);
+    assert!(from > 0.01 && to > 0.01, "{from} {to}");
+    let [slower, _] = moved(&["--time", "1.5", "--frame-rate", "240"]);
+    assert!(slower < 0.2 * from, "{slower} {from}");
+}
+
+#[test]
+fn layers_that_there_are_not() {
+    let workplace = Workplace::new();
+    let refused = |layers: &str, words: &[&str]| {
+        workplace.refuses(&mut workplace.render("image.exr", "cornell", &["--aov", layers]), words);
+    };
+    refused("albedo,beauty", &["beauty", "albedo | normal"]);
+    refused("id,id", &["id twice"]);
+    assert!(read_exr(workplace.output("image.exr").as_ref()).is_err());
+}
