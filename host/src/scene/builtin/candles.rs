@@ -22,9 +22,9 @@ pub(super) fn scene() -> Scene {
     let pale = scene.add_material(wax("wax", "wax"));
     let red = scene.add_material(wax("red wax", "skin1"));
     let white = scene.add_material(wax("stearin", "marble"));
-    add_candle(&mut scene, pale, [-0.75, 0.1], [0.33, 1.15], [42.0, 23.0, 8.5]);
-    add_candle(&mut scene, red, [0.05, -0.35], [0.27, 0.85], [70.0, 36.0, 14.0]);
-    add_candle(&mut scene, white, [0.72, 0.3], [0.3, 0.6], [36.0, 21.0, 9.0]);
+    add_candle(&mut scene, pale, [-0.75, 0.1], [0.33, 1.15], [6.0, 3.6, 1.5]);
+    add_candle(&mut scene, red, [0.05, -0.35], [0.27, 0.85], [9.0, 4.8, 2.0]);
+    add_candle(&mut scene, white, [0.72, 0.3], [0.3, 0.6], [4.8, 3.0, 1.4]);
     add_milk(&mut scene);
     let pebble = scene.add_material(Material::diffuse("pebble", [0.12, 0.1, 0.09]));
     scene.add_mesh("pebble", pebble, Mesh::sphere(DVec3::new(-0.58, 0.7, 0.26), 0.07, 3));
@@ -43,7 +43,7 @@ fn add_candle(scene: &mut Scene, wax: usize, [x, z]: [f64; 2], [radius, height]:
     let profile: Vec<[f64; 2]> = bottom.into_iter().chain(arc).chain([[0.0, height]]).collect();
     let place = DAffine3::from_translation(DVec3::new(x, 0.0, z));
     scene.place_mesh("candle", wax, Mesh::lathe(&profile, 64), place);
-    scene.add_sphere_light(DVec3::new(x, height - 0.62 * radius, z), 0.16 * radius, radiance);
+    scene.add_sphere_light(DVec3::new(x, height - 0.75 * radius, z), 0.45 * radius, radiance);
 }
 
 /// A block of milk with a smooth surface, in which light goes on rather than back.
