@@ -1,15 +1,12 @@
 //! Media: coefficients, directions and distances against `f64`, and walks through slabs and half spaces against what is known of them.
 
 use libtest_mimic::Failed;
-use restir_shared::bsdf::Dielectric;
 use restir_shared::glam::{DVec3, Vec2, Vec3};
 use restir_shared::medium::{Channels, Medium};
 use restir_shared::num;
 use restir_shared::rng::{Rng, Sampler, unit};
-use restir_shared::sampling::{
-    henyey_greenstein_pdf, invert_henyey_greenstein, sample_cosine_hemisphere, sample_henyey_greenstein,
-};
-use restir_shared::vec::Frame;
+use restir_shared::sampling::{henyey_greenstein_pdf, invert_henyey_greenstein, sample_henyey_greenstein};
+use restir_tests::slab_walk::{Border, Entry, Slab, walk};
 use restir_tests::stats::{FAMILY_RATE, Family, Moments, ZTest, moments};
 use restir_tests::suite::ensure;
 
@@ -24,8 +21,6 @@ const ANISOTROPIES: [f32; 11] = [-0.999, -0.9, -0.5, -0.1, -0.001, 0.0, 0.002, 0
 /// Numbers in [0, 1), with the smallest and the largest.
 const NUMBERS: [f32; 9] = [0.0, 5.960_464_5e-8, 1.0e-6, 1.0e-3, 0.3, 0.5, 0.9, 0.999, 0.999_999_94];
 const WALKS: u64 = 1 << 20;
-/// A path is not worth looking at any longer.
-const MOST_COLLISIONS: u32 = 1 << 14;
 
 fn off(a: f32, b: f64) -> f64 {
     if b == 0.0 { f64::from(a).abs() } else { (f64::from(a) - b).abs() / b.abs() }
@@ -234,28 +229,6 @@ fn wrong_mixtures_are_seen() -> Result<(), Failed> {
     ensure(chosen > 20.0 * right, || "the density of the chosen channel does as well".to_owned())
 }
 
-/// What happens to light that reaches the border from inside.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Border {
-    /// It leaves.
-    Open,
-    /// It is reflected as if it was the outside that is denser: never totally.
-    OutsideDenser,
-    /// It is reflected by Fresnel's equations.
-    Dielectric,
-}
-
-const INDEX: f32 = 1.4;
-
-/// A slab in units of the mean free path, infinitely deep for a half space.
-#[derive(Clone, Copy, Debug)]
-struct Slab {
-    depth: f32,
-    albedo: f32,
-    anisotropy: f32,
-    border: Border,
-}
-
 /// What is wrong in walks that have to be noticed.
 #[derive(Clone, Copy, PartialEq)]
 enum Fault {
@@ -265,60 +238,22 @@ enum Fault {
 }
 
 /// Reflected and transmitted: in all, without a collision, and after one.
-fn walk(slab: &Slab, seed: u32, index: u64, fault: Fault) -> [f64; 6] {
-    let numbers = |step: u32| {
-        let words = Rng::new(index as u32 & 0xffff, (index >> 16) as u32, step, seed, Sampler::Independent).hash(0);
-        [words.x, words.y, words.z, words.w].map(unit)
-    };
-    let interface = Dielectric::new(INDEX, 1.0 / INDEX, slab.border == Border::OutsideDenser);
-    let anisotropy = slab.anisotropy + if fault == Fault::Anisotropy { 0.02 } else { 0.0 };
-    let [u, v, ..] = numbers(0);
-    let (mut depth, mut direction) = (0.0_f32, sample_cosine_hemisphere(Vec2::new(u, v)));
-    let channels = Channels::new(Vec3::ONE, Vec3::ONE);
-    let (mut throughput, mut collisions) = (if fault == Fault::Throughput { 1.01_f32 } else { 1.0 }, 0_u32);
+fn shares(slab: &Slab, seed: u32, index: u64, fault: Fault) -> [f64; 6] {
     let mut found = [0.0; 6];
-    for step in 1..MOST_COLLISIONS {
-        let [choice, u, v, w] = numbers(step);
-        let border = if direction.z > 0.0 { slab.depth } else { 0.0 };
-        let to_border = if direction.z == 0.0 { f32::MAX } else { (border - depth) / direction.z };
-        let distance = channels.sample(Vec2::new(choice, w));
-        if distance < to_border {
-            throughput *= slab.albedo * channels.collided(distance).x;
-            depth += distance * direction.z;
-            collisions += 1;
-            let turned = sample_henyey_greenstein(Vec2::new(u, v), anisotropy);
-            direction = Frame::new(direction).to_world(turned);
-            direction /= direction.as_dvec3().length() as f32;
-            if collisions > 16 {
-                let survival = num::clamp(throughput, 0.05, 1.0);
-                if choice >= survival {
-                    break;
-                }
-                throughput /= survival;
-            }
-            continue;
+    let turned = Slab { anisotropy: slab.anisotropy + 0.02, ..*slab };
+    if let Some(exit) = walk(if fault == Fault::Anisotropy { &turned } else { slab }, seed, index) {
+        let weight = if fault == Fault::Throughput { 1.01 * exit.weight } else { exit.weight };
+        let side = usize::from(exit.transmitted);
+        found[side] = weight;
+        if exit.collisions < 2 {
+            found[2 + 2 * exit.collisions as usize + side] = weight;
         }
-        throughput *= channels.passed(to_border).x;
-        depth = border;
-        let cos = direction.z.abs();
-        let reflected =
-            if slab.border == Border::Open { 0.0 } else { interface.fresnel(cos, interface.bent(cos)).reflected };
-        if u < reflected {
-            direction.z = -direction.z;
-            continue;
-        }
-        let side = usize::from(direction.z > 0.0);
-        found[side] = f64::from(throughput);
-        if collisions < 2 {
-            found[2 + 2 * collisions as usize + side] = f64::from(throughput);
-        }
-        break;
     }
     found
 }
 
 fn walks(slab: Slab, seed: u32, fault: Fault) -> Vec<Moments> {
-    moments(WALKS, 1 << 12, 6, |index| walk(&slab, seed, index, fault))
+    moments(WALKS, 1 << 12, 6, |index| shares(&slab, seed, index, fault))
 }
 
 /// A known share of light, with its standard error.
@@ -344,7 +279,7 @@ const SLABS: [Known; 5] = [
 const KNOWN_TO: f64 = 5.0e-4;
 
 fn slab([depth, albedo, anisotropy]: [f32; 3], border: Border) -> Slab {
-    Slab { depth, albedo, anisotropy, border }
+    Slab { depth, albedo, anisotropy, border, entry: Entry::Lambert }
 }
 
 fn slabs_reflect_and_transmit_what_they_should() -> Result<(), Failed> {
@@ -381,7 +316,7 @@ const HALF_SPACES: [(f32, [f64; 3]); 4] = [
 fn interfaces_of_half_spaces() -> Result<(), Failed> {
     let mut family = Family::new("half spaces", FAMILY_RATE);
     for (seed, (albedo, reflected)) in (10..).zip(HALF_SPACES) {
-        let borders = [(Border::Open, 0.0), (Border::Dielectric, KNOWN_TO), (Border::OutsideDenser, KNOWN_TO)];
+        let borders = [(Border::Open, 0.0), (Border::Dielectric, KNOWN_TO), (Border::DenserOutside, KNOWN_TO)];
         for ((border, known_to), expected) in borders.into_iter().zip(reflected) {
             let found = walks(slab([1.0e9, albedo, 0.0], border), seed, Fault::None)[0];
             let error = found.variance_of_mean().sqrt();

@@ -18,6 +18,7 @@ pub mod profile;
 mod report;
 pub mod resampling;
 pub mod reuse;
+pub mod searchlight;
 pub mod session;
 pub mod shader;
 pub mod stress;

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use xtask::{
     Error, albedo, aov, crossings, features, furnace, mutate, num, package, parity, profile, resampling, reuse,
-    session, shader, stress, unbiased, visibility, walks, watertight,
+    searchlight, session, shader, stress, unbiased, visibility, walks, watertight,
 };
 
 /// Tools of the project.
@@ -25,6 +25,8 @@ enum Task {
     Num(num::Options),
     /// Compare every kernel on every adapter with the host and print the table.
     Parity(parity::Options),
+    /// Tally what half spaces and slabs of media reflect and transmit, and how far from where light enters.
+    Searchlight(searchlight::Options),
     /// Walk inside of white bodies, and count what does not come out again.
     Walks(walks::Options),
     /// Trace rays from the inside of a closed mesh at its edges and vertices: none may escape.
@@ -65,6 +67,7 @@ fn run(task: Task) -> Result<(), Error> {
         Task::Num(options) => num::run(&options),
         Task::Parity(options) => parity::run(&options),
         Task::Walks(options) => walks::run(&options),
+        Task::Searchlight(options) => searchlight::run(&options),
         Task::Watertight(options) => watertight::run(&options),
         Task::Crossings(options) => crossings::run(&options),
         Task::Unbiased(options) => unbiased::run(&options),
