@@ -21,7 +21,7 @@ use std::process::ExitCode;
 /// decides whether it passes a blended surface: a fifth.
 const MOST_FAR: f64 = 0.25;
 /// Kernels that ask single functions at the ends of their ranges, where `fast` promises nothing.
-const PROBES: [&str; 4] = ["self_check", "num_probe", "sampler_check", "bsdf_check"];
+const PROBES: [&str; 5] = ["self_check", "num_probe", "sampler_check", "bsdf_check", "diffusion_check"];
 
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();

@@ -1,6 +1,7 @@
 //! Operands of the parity cases.
 
 use super::bsdf_check::BsdfOperands;
+use super::diffusion_check::DiffusionOperands;
 use super::num_probe::NumOperands;
 use super::sampler_check::SamplerOperands;
 use restir_shared::glam::UVec4;
@@ -190,6 +191,66 @@ pub(super) fn random_bsdf_operands(count: u32) -> Vec<BsdfOperands> {
             wi: direction(if c & 1 == 0 { cosines[1] } else { -cosines[1] }, turns[1]),
             words: words(112),
             free: words(113),
+        }
+    };
+    (0..count).map(operands).collect()
+}
+
+/// Points on and beside the axes, at the centre and beyond every reach, of profiles at the ends of their ranges.
+pub(super) fn diffusion_ends() -> Vec<DiffusionOperands> {
+    const STEP: f32 = 1.0 / 16_777_216.0;
+    let units = [0.0, STEP, 0.25, 0.5 - STEP, 0.5, 0.75, 1.0 - STEP];
+    let normals = [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [-0.3, 0.5, -0.8]];
+    let mut operands = Vec::new();
+    for albedo in [0.0, 1.0e-6, 0.284, 0.9, 1.0] {
+        for distance in [[1.0, 1.0, 1.0], [1.0e-5, 0.0, 1.0e3], [0.0; 3], [1.0e-7, 3.0e-7, 1.0e-6]] {
+            for (far, normal) in
+                [0.0, 1.0e-9, 1.0e-3, 19.8, 19.9, 1.0e4].into_iter().flat_map(|r| normals.map(|n| (r, n)))
+            {
+                let i = operands.len();
+                let unit = |step: usize| units[i / step % units.len()];
+                let beside = [[far, 0.0, 0.0], [0.0, 0.0, far], [far, -far, 0.5 * far]][i % 3];
+                operands.push(DiffusionOperands {
+                    u: [unit(1), unit(3), unit(7), unit(11)],
+                    albedo: [albedo; 3],
+                    x: far,
+                    distance,
+                    fit: i as u32 % 3,
+                    centre: [[0.0; 3], [100.0, -3.0, 0.1]][i % 2],
+                    published: i as u32 / 2 % 2,
+                    normal,
+                    anisotropy: [0.0, 0.999, -0.999, 0.5][i % 4],
+                    beside,
+                    again: unit(5),
+                });
+            }
+        }
+    }
+    operands
+}
+
+/// Pseudo-random operands of diffusion, distances over 2^10.
+pub(super) fn random_diffusion_operands(count: u32) -> Vec<DiffusionOperands> {
+    let operands = |i: u32| {
+        let words = |salt: u32| pcg4d(UVec4::new(i, 0, 0, salt)).to_array();
+        let units = |salt: u32| words(salt).map(unit);
+        let wide = |word: u32| f32::from_bits((word & 0x007f_ffff) | ((122 + (word >> 23) % 10) << 23));
+        let [a, b, c, fit] = words(120);
+        let (albedo, place, normal, beside) = (units(121), units(122), units(123), units(124));
+        let signed = |u: f32| 2.0 * u - 1.0;
+        let far = wide(words(125)[0]);
+        DiffusionOperands {
+            u: units(119),
+            albedo: [albedo[0], albedo[1], albedo[2]],
+            x: 4.0 * albedo[3],
+            distance: [wide(a), wide(b), wide(c)],
+            fit: fit % 3,
+            centre: [signed(place[0]), signed(place[1]), signed(place[2])],
+            published: fit >> 31,
+            normal: [signed(normal[0]), signed(normal[1]), 0.1 + normal[2]],
+            anisotropy: 0.999 * signed(normal[3]),
+            beside: [far * signed(beside[0]), far * signed(beside[1]), far * signed(beside[2])],
+            again: beside[3],
         }
     };
     (0..count).map(operands).collect()
