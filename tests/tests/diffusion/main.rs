@@ -7,6 +7,7 @@ mod exact;
 mod inverse;
 mod material;
 mod multiple;
+mod once;
 mod radial;
 mod solids;
 
@@ -26,6 +27,10 @@ restir_tests::suite! {
     disk {
         planes_spheres_and_slabs published_supports_lose_light weights_are_bounded variances_of_all_and_one
         meshes_are_probed profiles_hold_at_all_scales
+    }
+    once {
+        slabs_scatter_once_as_they_should channels_share_their_collisions slides_are_seen_to_be_wrong
+        listings_of_channels_are_noisy
     }
     inverse { replayed_numbers_find_the_point numbers_have_the_density_of_techniques }
 }
