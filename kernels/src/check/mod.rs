@@ -41,5 +41,6 @@ fn probes<T: bytemuck::Pod>(kernel: &'static crate::KernelDesc, operands: [(&str
 /// The parity cases of these kernels.
 #[cfg(feature = "cases")]
 pub(crate) fn cases() -> Vec<crate::Case> {
-    [bsdf_check::cases(), diffusion_check::cases(), num_probe::cases(), sampler_check::cases(), self_check::cases()].concat()
+    [bsdf_check::cases(), diffusion_check::cases(), num_probe::cases(), sampler_check::cases(), self_check::cases()]
+        .concat()
 }

@@ -204,7 +204,9 @@ pub(super) fn diffusion_ends() -> Vec<DiffusionOperands> {
     let mut operands = Vec::new();
     for albedo in [0.0, 1.0e-6, 0.284, 0.9, 1.0] {
         for distance in [[1.0, 1.0, 1.0], [1.0e-5, 0.0, 1.0e3], [0.0; 3], [1.0e-7, 3.0e-7, 1.0e-6]] {
-            for (far, normal) in [0.0, 1.0e-9, 1.0e-3, 19.8, 19.9, 1.0e4].into_iter().flat_map(|r| normals.map(|n| (r, n))) {
+            for (far, normal) in
+                [0.0, 1.0e-9, 1.0e-3, 19.8, 19.9, 1.0e4].into_iter().flat_map(|r| normals.map(|n| (r, n)))
+            {
                 let i = operands.len();
                 let unit = |step: usize| units[i / step % units.len()];
                 let beside = [[far, 0.0, 0.0], [0.0, 0.0, far], [far, -far, 0.5 * far]][i % 3];

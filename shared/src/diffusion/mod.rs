@@ -16,6 +16,30 @@
 //!
 //! A profile holds light that has scattered any number of times. Who finds light that has scattered once by other means
 //! subtracts it: [`single_profile`], [`Multiple`].
+//!
+//! ```
+//! use restir_shared::diffusion::{Disk, DiskNumbers, Profile, Shape};
+//! use restir_shared::glam::{Vec3, Vec4};
+//! use restir_shared::medium::Medium;
+//!
+//! // cream: its colour, and its mean free paths in millimetres
+//! let cream = Medium::of_color(Vec3::new(0.976, 0.9, 0.725), Vec3::new(15.03, 4.66, 2.54), 0.0);
+//! let disk = Disk::new(Vec3::ZERO, Vec3::Z, Profile::of_medium(&cream, Shape::Diffuse));
+//!
+//! // random numbers for the axis, the channel, the radius and the angle
+//! let numbers = DiskNumbers::new(Vec4::new(0.3, 0.1, 0.6, 0.2), &disk.profile);
+//! let segment = disk.segment(&numbers);
+//!
+//! // a plane is met once; of a scene, `Probe::probe` gives the points
+//! let t = segment.origin.z / -segment.direction.z;
+//! let point = segment.origin + segment.direction * t;
+//! let (weight, density) = disk.weight(point, Vec3::Z);
+//! assert!(density > 0.0 && weight.max_element() <= 12.0);
+//!
+//! // the numbers of the point, as this axis and channel have them
+//! let (back, _) = disk.invert(point, Vec3::Z, 0.1);
+//! assert!((back.radius - numbers.radius).abs() < 1.0e-5 && (back.turn - numbers.turn).abs() < 1.0e-5);
+//! ```
 
 mod albedo;
 mod disk;
