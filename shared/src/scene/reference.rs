@@ -1,7 +1,8 @@
 //! A reference to a scene is a scene.
 
 use super::{
-    AddressedLight, AddressedLights, EnvironmentPoint, LightAddress, LightSample, Lights, Surface, SurfacePoint, Trace,
+    AddressedLight, AddressedLights, EnvironmentPoint, LightAddress, LightSample, Lights, Location, Surface,
+    SurfacePoint, Trace,
 };
 use crate::geometry::{Hit, Ray};
 use glam::{UVec4, Vec3};
@@ -24,6 +25,11 @@ impl<S: Surface + ?Sized> Surface for &S {
     #[inline(always)]
     fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint<S::Material> {
         (**self).surface(ray, hit)
+    }
+
+    #[inline(always)]
+    fn location(&self, hit: &Hit) -> Location {
+        (**self).location(hit)
     }
 
     #[inline(always)]

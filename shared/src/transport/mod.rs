@@ -1,9 +1,14 @@
-//! What techniques share that follow light: vertices of paths, connections, straight ways through glass.
+//! What techniques share that follow light: vertices of paths, connections and their weights, what interiors leave of light,
+//! straight ways through glass.
 
 mod connect;
+mod interior;
 mod passage;
 mod vertex;
+mod weight;
 
-pub use connect::{Connection, Reconnection};
+pub use connect::Connection;
+pub use interior::through_interior;
 pub use passage::{Passage, follow, transmittance};
-pub use vertex::Vertex;
+pub use vertex::{Departure, Vertex};
+pub use weight::{Chosen, emission_weight, environment_weight, next_event};
