@@ -29,6 +29,7 @@ pub mod rays;
 pub mod resampling;
 pub mod scenes;
 pub mod sheets;
+pub mod shift_f64;
 pub mod stats;
 pub mod stress;
 pub mod suite;

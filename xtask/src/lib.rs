@@ -17,6 +17,7 @@ pub mod resampling;
 pub mod reuse;
 pub mod session;
 pub mod shader;
+pub mod shifts;
 pub mod stress;
 pub mod unbiased;
 pub mod visibility;

@@ -4,8 +4,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use xtask::{
-    Error, albedo, features, furnace, num, package, parity, profile, resampling, reuse, session, shader, stress,
-    unbiased, visibility, watertight,
+    Error, albedo, features, furnace, num, package, parity, profile, resampling, reuse, session, shader, shifts,
+    stress, unbiased, visibility, watertight,
 };
 
 /// Tools of the project.
@@ -33,6 +33,8 @@ enum Task {
     Stress(stress::Options),
     /// Combine reservoirs by every form of MIS on a small table, against computed expectations, and print the report.
     Resampling(resampling::Options),
+    /// Shift paths from pixel to pixel and back in each scene, and print why shifts fail and whether they are undone.
+    Shifts(shifts::Options),
     /// Fit what GGX reflects of light from everywhere, and print what white surfaces return.
     Albedo(albedo::Options),
     /// Print how much light white surfaces return, with and without what single scattering loses.
@@ -60,6 +62,7 @@ fn run(task: Task) -> Result<(), Error> {
         Task::Unbiased(options) => unbiased::run(&options),
         Task::Stress(options) => stress::run(&options),
         Task::Resampling(options) => resampling::run(&options),
+        Task::Shifts(options) => shifts::run(&options),
         Task::Albedo(options) => albedo::run(&options),
         Task::Furnace(options) => furnace::run(&options),
         Task::Features(options) => features::run(&options),

@@ -1,0 +1,5 @@
+//! ReSTIR PT, see [`restir_shared::technique::restir_pt`].
+
+kernels! {
+    pt_shift,
+}
