@@ -2,19 +2,21 @@
 //! what was to be found there. The suite `shift_twin` has the formulas in `f64`.
 
 use libtest_mimic::Failed;
-use restir_shared::geometry::{Hit, PackedHit};
-use restir_shared::glam::Vec3;
+use restir_shared::glam::{UVec2, Vec3};
+use restir_shared::resample::mis::Mis;
 use restir_shared::scene::{AddressedLights, LightKind};
 use restir_shared::shift::{Cause, Hybrid, Path, Start};
-use restir_shared::technique::restir_pt::{PackedPath, Stored};
+use restir_shared::technique::path::{self, PathParams};
+use restir_shared::technique::restir_pt::{self, PackedPath, PtParams, Stored, Traced};
+use restir_shared::vec::luminance;
 use restir_tests::scenes::buffers;
-use restir_tests::stats::{FAMILY_RATE, Family, POWER};
+use restir_tests::stats::{FAMILY_RATE, Family, Moments, POWER, ZTest};
 use restir_tests::suite::ensure;
 use restir_tests::technique::restir_pt::{Arrivals, Found, Picture, Returns, Wrong};
 
 restir_tests::suite! {
     candidates_add_up_to_the_path replay_at_the_source_gives_the_same_bits a_stored_path_gives_its_value_again
-    shifts_are_undone what_arrives_was_to_be_found wrong_shifts_are_seen what_cannot_be_shifted_is_not records_keep_paths
+    one_candidate_stands_for_all sharing_keeps_the_mean shifts_are_undone what_arrives_was_to_be_found wrong_shifts_are_seen what_cannot_be_shifted_is_not records_keep_paths
 }
 
 const SIDE: u32 = 24;
@@ -80,6 +82,82 @@ fn replay_at_the_source_gives_the_same_bits() -> Result<(), Failed> {
     }
     println!("{} paths by replay alone, {} with a sampled light", compared[1], compared[0]);
     ensure(compared.iter().all(|&n| n > 2_000), || format!("{compared:?} are too few"))
+}
+
+/// The luminance of a path times its contribution weight is that of all candidates; a colour is so in the mean. Without the weight
+/// it is not.
+fn one_candidate_stands_for_all() -> Result<(), Failed> {
+    let mut family = Family::new("initial paths", FAMILY_RATE);
+    let mut wrong = 0.0_f64;
+    for name in ["cornell", "all-lights", "glass", "tower"] {
+        let buffers = buffers(name)?;
+        let picture = Picture::new(&buffers, SIDE, DEPTH, CRITERIA[2].1);
+        let (mut red, mut unweighted) = (Moments::default(), Moments::default());
+        for (at, frame) in places().flat_map(|at| (0..64).map(move |frame| (at, frame))) {
+            let params = PtParams { frame, ..picture.params };
+            let traced = restir_pt::trace(&picture.scene, &params, at);
+            let Stored { value, contribution_weight, path, .. } = traced.path.unpack();
+            let mut radiance = Vec3::ZERO;
+            path::trace(&picture.scene, &as_path(&params), at, frame, &mut radiance);
+            let direct = Vec3::from_array(traced.direct.sum);
+            let all = direct + value * contribution_weight;
+            let error = (luminance(all) - luminance(radiance)).abs();
+            ensure(error <= 1.0e-5 * luminance(radiance), || format!("{name}, {at:?}: {all} for {radiance}"))?;
+            let key = UVec2::new(at[0] | at[1] << 16, frame);
+            let sound = if contribution_weight == 0.0 { path.length == 0 } else { path.key == key };
+            ensure(sound, || format!("{name}, {at:?}: {path:?}"))?;
+            red.push(f64::from(all.x - radiance.x));
+            unweighted.push(f64::from(direct.x + value.x - radiance.x));
+        }
+        let zero = Moments::exact(0.0);
+        family.z_test(name, ZTest::new(red, zero));
+        wrong = wrong.max(ZTest::new(unweighted, zero).z.abs());
+    }
+    println!("{}", family.verdict()?);
+    ensure(wrong > 10.0, || format!("without weights, {wrong} standard errors"))
+}
+
+/// Frames of a picture in which pixels share.
+const SHARED: u32 = 24;
+
+/// The mean of frames in which pixels share is that of their paths alone; but not if what neighbours could do with a pixel's own path
+/// is left out of its weight.
+fn sharing_keeps_the_mean() -> Result<(), Failed> {
+    let mut family = Family::new("sharing", FAMILY_RATE);
+    let forms = [Mis::PAIRWISE, Mis::PAIRWISE_DEFENSIVE];
+    for (name, wrong) in [("cornell", true), ("cornell", false), ("glossy", false), ("glass", false), ("tower", false)]
+    {
+        let buffers = buffers(name)?;
+        for ((criterion, hybrid), form) in CRITERIA.into_iter().zip(forms.into_iter().cycle()) {
+            let picture = Picture::new(&buffers, SIDE, DEPTH, hybrid);
+            let (mut difference, mut alone) = (Moments::default(), Moments::default());
+            for frame in 0..SHARED {
+                let params = PtParams { form: form.bits(), ..picture.sharing(frame, 4, 4.0) };
+                let shared = picture.share(&params, wrong);
+                let of_paths = |traced: &Traced| {
+                    Vec3::from_array(traced.direct.sum) + traced.path.value() * traced.path.contribution_weight()
+                };
+                let paths: f64 = shared.traced.iter().map(|traced| f64::from(luminance(of_paths(traced)))).sum();
+                let film: f64 = shared.film.iter().map(|p| f64::from(luminance(Vec3::from_array(p.sum)))).sum();
+                difference.push(film - paths);
+                alone.push(paths);
+            }
+            let test = ZTest::new(difference, Moments::exact(0.0));
+            let noticed = test.detectable_bias(FAMILY_RATE / 20.0) / alone.mean();
+            println!("{name}, {criterion}, wrong {wrong}: {:.1} standard errors, {noticed:.3} is noticed", test.z);
+            ensure(!wrong || test.z.abs() > 10.0, || format!("{name}, {criterion}: {:.1} standard errors", test.z))?;
+            if !wrong {
+                family.z_test(format!("{name}, {criterion}"), test);
+            }
+        }
+    }
+    family.verdict().map(drop).map_err(Failed::from)
+}
+
+/// The same picture by path tracing.
+fn as_path(params: &PtParams) -> PathParams {
+    let PtParams { scene, camera, width, height, seed, max_depth, .. } = *params;
+    PathParams { scene, camera, width, height, seed, max_depth, ..PathParams::default() }
 }
 
 /// The largest of the numbers, and the one that all but a hundredth are below.
@@ -189,7 +267,7 @@ fn what_cannot_be_shifted_is_not() -> Result<(), Failed> {
     let found: Vec<Found> = (0..64).flat_map(|frame| picture.found([12, 12], frame)).collect();
     let found = found.iter().find(|f| long(&f.stored.unpack().path)).ok_or("no path is replayed")?;
     let stored = found.stored;
-    let none = Start { hit: PackedHit::pack(&Hit::MISS), ..start };
+    let none = Start { hit: Start::NONE.hit, ..start };
     ensure(picture.shift(&stored, &start).term == 1.0 || stored.unpack().path.light_sampled, || "it is a path".into())?;
     let short = picture.with(Hybrid { replays: 0, ..Hybrid::REPLAY });
     for (what, shifted) in [

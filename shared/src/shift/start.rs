@@ -1,8 +1,9 @@
 //! Where paths begin.
 
 use crate::geometry::{Hit, PackedHit, Ray};
+use crate::layout::NONE;
 use bytemuck::{Pod, Zeroable};
-use glam::Vec3;
+use glam::{UVec4, Vec3};
 
 /// The first vertex of paths, in 32 bytes: a hit, and from where it is seen. All paths of a pixel have the same.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -19,6 +20,9 @@ pub struct Start {
 const _: () = assert!(size_of::<Start>() == 32);
 
 impl Start {
+    /// Of a pixel that sees nothing.
+    pub const NONE: Self = Self { hit: PackedHit(UVec4::new(0, NONE, 0, 0)), direction: [0.0, 0.0, 1.0], reserved: 0 };
+
     /// The end of a ray of unit direction.
     #[inline(always)]
     pub fn new(ray: &Ray, hit: &Hit) -> Self {

@@ -2,20 +2,23 @@
 
 use crate::scenes::buffers;
 use crate::stats::{Moments, ZTest};
-use glam::{Vec2, Vec3};
+use glam::{UVec4, Vec2, Vec3};
 use rayon::prelude::*;
 use restir_host::buffers::SceneBuffers;
 use restir_kernels::Case;
-use restir_kernels::restir_pt::pt_shift;
+use restir_kernels::restir_pt::{pt_merge, pt_pair, pt_shade, pt_shift, pt_trace};
 use restir_shared::camera::primary_ray;
-use restir_shared::geometry::{Hit, Ray};
-use restir_shared::layout::CameraParams;
-use restir_shared::rng::{Rng, Sampler};
+use restir_shared::geometry::Ray;
+use restir_shared::layout::FilmPixel;
+use restir_shared::resample::exchange::{PAIRS, pair_offsets};
+use restir_shared::resample::mis::Mis;
+use restir_shared::rng::{Rng, Sampler, pcg4d};
 use restir_shared::scene::{SceneView, Trace};
 use restir_shared::shift::{Cause, Hybrid, Shifted, Start};
 use restir_shared::technique::path::Walk;
 use restir_shared::technique::restir_pt::{
-    Candidate, Candidates, Job, Keep, PackedPath, PathNumbers, PtParams, Stored, shift_path,
+    self, Candidate, Candidates, Job, JobShifted, Keep, PT_SOBOL, PackedPath, PathNumbers, PtFacet, PtParams, Shares,
+    Stored, Traced, shift_path,
 };
 use restir_shared::vec::luminance;
 use std::collections::BTreeMap;
@@ -26,9 +29,6 @@ pub struct Picture<'a> {
     pub scene: SceneView<'a>,
     /// Parameters, with the criterion.
     pub params: PtParams,
-    /// Longest paths in segments.
-    pub depth: u32,
-    camera: CameraParams,
 }
 
 /// A path that a pixel has found.
@@ -61,9 +61,24 @@ impl<'a> Picture<'a> {
     /// Of `side` by `side` pixels, whose random numbers are independent.
     pub fn new(buffers: &'a SceneBuffers, side: u32, depth: u32, hybrid: Hybrid) -> Self {
         let scene = buffers.view();
-        let params =
-            PtParams { scene: scene.header, hybrid, width: side, height: side, seed: 1, flags: 0, reserved: [0; 3] };
-        Self { scene, params, depth, camera: buffers.camera.params(side, side) }
+        let params = PtParams {
+            scene: scene.header,
+            camera: buffers.camera.params(side, side),
+            hybrid,
+            width: side,
+            height: side,
+            frame: 0,
+            seed: 1,
+            max_depth: depth,
+            flags: 0,
+            neighbours: 0,
+            pairs: [0; PAIRS],
+            max_plane_distance: 0.1,
+            min_normal_cos: 0.5,
+            form: Mis::PAIRWISE.bits(),
+            layers: 1,
+        };
+        Self { scene, params }
     }
 
     /// Other random numbers.
@@ -81,7 +96,7 @@ impl<'a> Picture<'a> {
     /// Not through the middles of pixels: in symmetrical scenes some of these rays end exactly where two walls meet, and it is for
     /// roundings to say whether one wall hides what a ray that begins on the other one goes to.
     fn ray(&self, [x, y]: [u32; 2]) -> Ray {
-        primary_ray(&self.camera, Vec2::new(x as f32 + 0.37, y as f32 + 0.61), Vec2::ZERO)
+        primary_ray(&self.params.camera, Vec2::new(x as f32 + 0.37, y as f32 + 0.61), Vec2::ZERO)
     }
 
     /// Where the paths of a pixel begin, if it sees a surface.
@@ -99,7 +114,7 @@ impl<'a> Picture<'a> {
         let numbers = self.numbers(at, frame);
         let (features, joins) = (self.scene.features, self.params.joins(&numbers));
         let mut candidates = Candidates::new(All::default(), features, numbers.key(), joins);
-        Walk::new(self.ray(at)).run(&self.scene, numbers.rng(), self.depth, false, &mut candidates);
+        Walk::new(self.ray(at)).run(&self.scene, numbers.rng(), self.params.max_depth, false, &mut candidates);
         (numbers, candidates.keep)
     }
 
@@ -117,7 +132,7 @@ impl<'a> Picture<'a> {
     pub fn sums(&self, at: [u32; 2], frame: u32) -> [Vec3; 2] {
         let (numbers, all) = self.walk(at, frame);
         let mut sum = Vec3::ZERO;
-        Walk::new(self.ray(at)).run(&self.scene, numbers.rng(), self.depth, false, &mut sum);
+        Walk::new(self.ray(at)).run(&self.scene, numbers.rng(), self.params.max_depth, false, &mut sum);
         [all.found.iter().fold(all.direct, |sum, (value, _)| sum + *value), sum]
     }
 
@@ -140,6 +155,65 @@ impl<'a> Picture<'a> {
             }
         }
         pairs
+    }
+}
+
+/// A frame in which pixels share their paths, pass by pass.
+#[derive(Clone, Debug)]
+pub struct Shared {
+    /// What each pixel traces.
+    pub traced: Vec<Traced>,
+    /// Planes of that: where paths begin.
+    pub starts: Vec<Start>,
+    /// The surfaces there.
+    pub facets: Vec<PtFacet>,
+    /// The paths.
+    pub paths: Vec<PackedPath>,
+    /// Who shares with whom.
+    pub jobs: Vec<Job>,
+    /// What became of the jobs.
+    pub shifted: Vec<JobShifted>,
+    /// One path a pixel, of its own and its neighbours'.
+    pub merged: Vec<PackedPath>,
+    /// The picture.
+    pub film: Vec<FilmPixel>,
+}
+
+impl Picture<'_> {
+    /// Parameters of a frame in which each pixel has so many neighbours within a radius; also for paths of another number.
+    pub fn sharing(&self, frame: u32, neighbours: u32, radius: f32) -> PtParams {
+        let mut params = PtParams { frame, neighbours, ..self.params };
+        let words = pcg4d(UVec4::new(frame, params.seed, 7, 7));
+        let pairs = &mut params.pairs[..neighbours as usize / 2];
+        assert!(pair_offsets([words.x, words.y], radius, pairs) == pairs.len(), "the disk is large enough");
+        params
+    }
+
+    /// A frame in which pixels share. Wrongly, a pixel does not know what its neighbours can make of its own path.
+    pub fn share(&self, params: &PtParams, wrong: bool) -> Shared {
+        let PtParams { width, height, neighbours, .. } = *params;
+        let places = |rows: u32| (0..rows).flat_map(move |y| (0..width).map(move |x| [x, y]));
+        let traced: Vec<Traced> = places(height).map(|at| restir_pt::trace(&self.scene, params, at)).collect();
+        let starts: Vec<Start> = traced.iter().map(|traced| traced.start).collect();
+        let paths: Vec<PackedPath> = traced.iter().map(|traced| traced.path).collect();
+        let facets: Vec<PtFacet> = traced.iter().map(|traced| traced.facet).collect();
+        let jobs: Vec<Job> = places(height * neighbours).map(|at| restir_pt::pair(params, &facets, at)).collect();
+        let shift = |job: &Job| restir_pt::shift_job(&self.scene, params, *job, &starts, &paths);
+        let shifted: Vec<JobShifted> = jobs.iter().map(shift).collect();
+        let merge = |at: [u32; 2]| {
+            let shares = Shares { paths: &paths, jobs: &jobs, shifted: &shifted };
+            let own = at[1] * width + at[0];
+            let known = |(job, shifted): (&Job, &JobShifted)| {
+                if wrong && job.path == own { JobShifted::default() } else { *shifted }
+            };
+            let shifted: Vec<JobShifted> = jobs.iter().zip(&shifted).map(known).collect();
+            restir_pt::merge(params, &Shares { shifted: &shifted, ..shares }, at)
+        };
+        let merge_all = |at| restir_pt::merge(params, &Shares { paths: &paths, jobs: &jobs, shifted: &shifted }, at);
+        let merged: Vec<PackedPath> =
+            if wrong { places(height).map(merge).collect() } else { places(height).map(merge_all).collect() };
+        let film = traced.iter().zip(&merged).map(|(traced, path)| restir_pt::shade(path, traced.direct)).collect();
+        Shared { traced, starts, facets, paths, jobs, shifted, merged, film }
     }
 }
 
@@ -308,8 +382,7 @@ fn brightness(v: Vec3) -> f64 {
     f64::from(luminance(v))
 }
 
-/// Parity cases of the kernels that no plan runs yet: paths of several scenes and lengths, joined as each criterion says, and jobs that
-/// are none.
+/// Parity cases of the kernels that no plan runs yet: paths of several scenes and lengths, joined as each criterion says, and shared.
 pub fn cases() -> Vec<Case> {
     let hybrid = Hybrid::new(0.2, 0.1);
     let rows = [
@@ -321,36 +394,41 @@ pub fn cases() -> Vec<Case> {
         ("reconnection, environment", "tower", Hybrid::RECONNECTION),
         ("hybrid, textures", "coats", hybrid),
     ];
-    rows.into_iter().map(|(name, scene, hybrid)| case(name, scene, hybrid)).collect()
+    rows.into_iter().flat_map(|(name, scene, hybrid)| cases_of(name, scene, hybrid)).collect()
 }
 
-/// Pixels of a side of a case's picture, and jobs in a row.
+/// Pixels of a side of a case's picture.
 const SIDE: u32 = 12;
+/// Neighbours in a case.
+const NEIGHBOURS: u32 = 4;
 
-fn case(name: &str, scene: &str, hybrid: Hybrid) -> Case {
+fn cases_of(name: &str, scene: &str, hybrid: Hybrid) -> Vec<Case> {
     let scene = buffers(scene).expect("a scene of the harness");
     let picture = Picture::new(&scene, SIDE, 7, hybrid);
-    let places: Vec<[u32; 2]> = (0..SIDE * SIDE).map(|i| [i % SIDE, i / SIDE]).collect();
-    let missed = Start::new(&picture.ray([0, 0]), &Hit::MISS);
-    let starts: Vec<Start> = places.iter().map(|&at| picture.start(at).unwrap_or(missed)).collect();
-    // of each pixel one path, of every length and kind in turn
-    let mut paths = Vec::new();
-    for (i, &at) in places.iter().enumerate() {
-        let found = picture.found(at, 0);
-        let stored = if found.is_empty() { PackedPath::default() } else { found[i % found.len()].stored };
-        paths.push(stored);
-    }
-    let count = SIDE * SIDE;
-    let job = |i: u32| if i % 13 == 12 { Job::NONE } else { Job { path: i, start: (i + i % 4 * (SIDE + 1)) % count } };
-    let jobs: Vec<Job> = (0..count).map(job).collect();
     let view = &picture.scene;
-    Case::new(&pt_shift::DESC, name, SIDE, SIDE)
-        .with(&[picture.params])
-        .with(view.geometry)
-        .with(view.attributes)
-        .with(view.texels)
-        .with(&jobs)
-        .with(&starts)
-        .with(&paths)
-        .output()
+    let form = Mis::PAIRWISE_DEFENSIVE.bits();
+    let image = PtParams { flags: PT_SOBOL, form, ..picture.sharing(2, NEIGHBOURS, 4.0) };
+    let layers = PtParams { layers: NEIGHBOURS, ..image };
+    let shared = picture.share(&image, false);
+    let direct: Vec<FilmPixel> = shared.traced.iter().map(|traced| traced.direct).collect();
+    let case = |kernel, params: PtParams| Case::new(kernel, name, SIDE, SIDE * params.layers).with(&[params]);
+    let over_scene = |kernel, params| case(kernel, params).with(view.geometry).with(view.attributes).with(view.texels);
+    let every = every_path(&picture);
+    vec![
+        over_scene(&pt_trace::DESC, image).output().output().output().output(),
+        case(&pt_pair::DESC, layers).with(&shared.facets).output(),
+        over_scene(&pt_shift::DESC, layers).with(&shared.jobs).with(&shared.starts).with(&every).output(),
+        case(&pt_merge::DESC, image).with(&shared.paths).with(&shared.jobs).with(&shared.shifted).output(),
+        case(&pt_shade::DESC, image).with(&shared.merged).with(&direct).output(),
+    ]
+}
+
+/// Of each pixel one path, of every length and kind in turn.
+fn every_path(picture: &Picture<'_>) -> Vec<PackedPath> {
+    let places = (0..SIDE * SIDE).map(|i| [i % SIDE, i / SIDE]);
+    let one = |(i, at): (usize, [u32; 2])| {
+        let found = picture.found(at, 0);
+        if found.is_empty() { PackedPath::default() } else { found[i % found.len()].stored }
+    };
+    places.enumerate().map(one).collect()
 }

@@ -1,12 +1,13 @@
 //! What a traced path finds, as paths that can be shifted: one for each time that it finds light.
 
 use super::PathNumbers;
+use super::params::PtFacet;
 use crate::bsdf::{Scattering, ScatteringFunction};
 use crate::geometry::Hit;
 use crate::layout::FEATURE_VOLUME;
 use crate::num;
 use crate::scene::{AddressedLight, AddressedLights, EnvironmentPoint, LightSample, SurfacePoint};
-use crate::shift::{End, Joins, Path};
+use crate::shift::{End, Joins, Path, Start};
 use crate::technique::path::{Receiver, Walk};
 use crate::transport::{Connection, Departure, Vertex, through_interior};
 use crate::vec::{dot, flush};
@@ -22,6 +23,9 @@ pub struct Candidate {
 }
 
 impl Candidate {
+    /// None.
+    pub const NONE: Self = Self { path: Path::NONE, emitter: Hit::MISS };
+
     /// The path with its light's address, and the light's part in the term.
     #[inline(always)]
     pub fn path<S: AddressedLights>(&self, scene: &S, numbers: &PathNumbers) -> Path {
@@ -53,6 +57,10 @@ pub trait Keep {
 pub struct Candidates<K> {
     /// Takes them.
     pub keep: K,
+    /// Where the path begins.
+    pub start: Start,
+    /// The surface there.
+    pub facet: PtFacet,
     features: u32,
     joins: Joins,
     /// The candidate as far as it is known: with a reconnection vertex, once the path has passed one.
@@ -81,6 +89,8 @@ impl<K> Candidates<K> {
     pub fn new(keep: K, features: u32, key: UVec2, joins: Joins) -> Self {
         Self {
             keep,
+            start: Start::NONE,
+            facet: PtFacet { position: [0.0; 3], distance: 0.0, normal: [0.0; 3], reserved: 0 },
             features,
             joins,
             begun: Path { key, term: 1.0, ..Path::NONE },
@@ -146,6 +156,13 @@ impl<M: Scattering, K: Keep> Receiver<M> for Candidates<K> {
         self.solid = (self.features & FEATURE_VOLUME == 0) | (cos <= 0.0);
         self.beyond = through_interior(self.beyond, point, &walk.ray, hit.t, self.features);
         if self.vertex == 1 {
+            self.start = Start::new(&walk.ray, hit);
+            self.facet = PtFacet {
+                position: point.position.to_array(),
+                distance: hit.t,
+                normal: point.normal.to_array(),
+                reserved: 0,
+            };
             self.joins = self.joins.from_start(hit.t, self.cos);
         }
     }

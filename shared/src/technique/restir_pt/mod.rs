@@ -2,20 +2,36 @@
 //!
 //! A path is traced from each pixel by the loop of [`path`](super::path). It finds light many times, at each of its vertices: each time
 //! is a [`Candidate`], and one of them is kept, with what [`shift`](crate::shift) has to know to take it to another pixel. In a plane a
-//! path takes 64 bytes ([`PackedPath`]). [`shift_job`] takes one path to one pixel.
+//! path takes 64 bytes ([`PackedPath`]). Pixels share paths with neighbours at offsets that all have in common, in pairs on opposite
+//! sides, so that to share is mutual ([`exchange`](crate::resample::exchange)): what a pixel's path is at a neighbour is what the
+//! neighbour may select, and what the pixel weighs its own path by. So a neighbour costs one shift. The passes:
+//!
+//! | pass | reads | makes |
+//! |---|---|---|
+//! | [`trace`] | | starts: what each pixel sees; facets: the surface there; paths: one of each pixel's candidates; direct: what the pixel sees to emit |
+//! | [`pair`] | facets | jobs: for each pixel and neighbour, whether they share |
+//! | [`shift_job`] | jobs, starts, paths | what each job's path is at the pixel: 16 bytes |
+//! | [`merge`] | paths, jobs, what became of them | paths: one of a pixel's own and its neighbours' |
+//! | [`shade`] | paths, direct | radiance |
 //!
 //! | stream of random numbers | what it decides |
 //! |---|---|
 //! | 0 | what `path` draws: so the candidates of a pixel are what `path` adds up, bit for bit |
 //! | 1 | thresholds of the hybrid shift |
+//! | 2 | which candidate is kept |
+//! | 3 | which neighbour's path is kept |
 
 mod candidates;
+mod initial;
 mod params;
 mod record;
+mod share;
 
 pub use candidates::{Candidate, Candidates, Keep};
-pub use params::{Job, JobShifted, PT_SOBOL, PtParams};
+pub use initial::{Traced, trace};
+pub use params::{Job, JobShifted, PT_SOBOL, PtFacet, PtParams};
 pub use record::{PackedPath, Stored};
+pub use share::{Shares, merge, pair, shade};
 
 use super::path;
 use crate::rng::{self, Rng, Sampler};
@@ -25,6 +41,10 @@ use glam::{UVec2, UVec3, UVec4};
 
 /// Where the stream of the thresholds begins. Stream 0 is that of `path`.
 const JOINS: u32 = rng::stream(1);
+/// Where the stream of the selections begins: a dimension each.
+const SELECTIONS: u32 = rng::stream(2);
+/// Where the stream of the merges begins.
+const MERGES: u32 = rng::stream(3);
 
 /// The random numbers of the path of a pixel.
 #[derive(Clone, Copy)]

@@ -98,6 +98,30 @@ impl Stored {
 }
 
 impl PackedPath {
+    /// See [`Stored::value`].
+    #[inline(always)]
+    pub fn value(&self) -> Vec3 {
+        Vec3::new(f32::from_bits(self.words[1]), f32::from_bits(self.words[2]), f32::from_bits(self.words[3]))
+    }
+
+    /// See [`Stored::contribution_weight`].
+    #[inline(always)]
+    pub fn contribution_weight(&self) -> f32 {
+        f32::from_bits(self.words[0])
+    }
+
+    /// See [`Stored::confidence`].
+    #[inline(always)]
+    pub fn confidence(&self) -> f32 {
+        (self.words[11] >> 24) as f32
+    }
+
+    /// See [`Path::term`].
+    #[inline(always)]
+    pub fn term(&self) -> f32 {
+        f32::from_bits(self.words[7])
+    }
+
     /// The inverse of [`Stored::pack`].
     #[inline(always)]
     pub fn unpack(&self) -> Stored {
@@ -127,6 +151,18 @@ impl PackedPath {
             contribution_weight: f(w[0]),
             confidence: (w[11] >> 24) as f32,
         }
+    }
+
+    /// The same path with another contribution weight and confidence; with a weight of zero it is none.
+    #[inline(always)]
+    #[must_use]
+    pub fn weighted(&self, contribution_weight: f32, confidence: f32) -> Self {
+        let weight = contribution_weight.within_range();
+        let mut weighted = *self;
+        weighted.words[0] = weight.to_bits();
+        weighted.words[11] = (self.words[11] & LOW) | (count(confidence) << 24);
+        weighted.words[12] = if weight > 0.0 { self.words[12] } else { self.words[12] & LOW };
+        weighted
     }
 
     /// The path at the pixel that it was shifted to, where it has this integrand and this term.
