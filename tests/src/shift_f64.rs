@@ -101,6 +101,11 @@ impl Seen {
         DVec3::new(s.dot(direction), t.dot(direction), n.dot(direction))
     }
 
+    /// The cosine between a direction and the shading normal, on either side.
+    pub fn cos(&self, direction: DVec3) -> f64 {
+        self.local(direction).z.abs()
+    }
+
     /// Whether the densities of its lobes are known here: metal and coats do not transmit, and glass does nothing else.
     pub fn is_known(&self) -> bool {
         let clear = self.shadow.clear_share();
