@@ -49,7 +49,7 @@ impl ScatteringFunction for Seen {
         let direction = sample_cosine_hemisphere(Vec2::new(rng::unit(words.x), rng::unit(words.y)));
         let Evaluation { value, pdf } = self.evaluate(direction);
         let weight = if pdf > 0.0 { value * num::recip(pdf) } else { Vec3::ZERO };
-        BsdfSample { direction, weight, pdf, lobe: 0, delta: false }
+        BsdfSample { direction, weight, pdf, lobe: 0, lobe_pdf: pdf, delta: false }
     }
 
     fn evaluate_with_lobe(&self, _lobe: u32, wi: Vec3) -> (Evaluation, f32) {

@@ -22,6 +22,7 @@ folders! {
     film,
     path,
     restir_di,
+    restir_pt,
 }
 
 /// The parity cases of kernels that need no technique.

@@ -23,6 +23,7 @@
 //! | [`film`] | the pairwise sum over samples |
 //! | [`transport`] | vertices of paths, their connections, straight ways through glass |
 //! | [`resample`] | reservoirs, and how several become one |
+//! | [`shift`] | how paths move from pixel to pixel, and their Jacobians |
 //! | [`technique`] | the per-pixel bodies |
 #![no_std]
 #![forbid(unsafe_code)]
@@ -44,6 +45,7 @@ pub mod resample;
 pub mod rng;
 pub mod sampling;
 pub mod scene;
+pub mod shift;
 pub mod technique;
 pub mod transport;
 pub mod vec;

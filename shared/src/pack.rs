@@ -10,6 +10,8 @@ const SIGN: u32 = 0x8000_0000;
 const INFINITY: u32 = 0x7f80_0000;
 const SNORM16: i32 = 32_767;
 const SNORM16_F32: f32 = 32_767.0;
+const SNORM24: i32 = 8_388_607;
+const SNORM24_F32: f32 = 8_388_607.0;
 
 /// A unit vector as two 16-bit coordinates on the octahedron |x| + |y| + |z| = 1 (Meyer et al. 2010, "On
 /// Floating-Point Normal Vectors"; Cigolle et al. 2014, "A Survey of Efficient Representations for Independent Unit
@@ -22,7 +24,7 @@ pub fn encode_unit_vector(v: Vec3) -> u32 {
     let length = num::abs(v.x) + num::abs(v.y) + num::abs(v.z);
     let scale = num::div(SNORM16_F32, length);
     let (x, y) = (nearest_snorm16(v.x * scale), nearest_snorm16(v.y * scale));
-    let (x, y) = if v.z < 0.0 { fold(x, y) } else { (x, y) };
+    let (x, y) = if v.z < 0.0 { fold(SNORM16, x, y) } else { (x, y) };
     (x as u32 & 0xffff) | ((y as u32) << 16)
 }
 
@@ -30,7 +32,26 @@ pub fn encode_unit_vector(v: Vec3) -> u32 {
 pub fn decode_unit_vector(code: u32) -> Vec3 {
     let (x, y) = (((code << 16) as i32) >> 16, (code as i32) >> 16);
     let z = SNORM16.wrapping_sub(magnitude(x)).wrapping_sub(magnitude(y));
-    let (x, y) = if z < 0 { fold(x, y) } else { (x, y) };
+    let (x, y) = if z < 0 { fold(SNORM16, x, y) } else { (x, y) };
+    normalize(Vec3::new(x as f32, y as f32, z as f32))
+}
+
+/// As [`encode_unit_vector`], with 24-bit coordinates in two words: the angle to the decoded vector is at most 6e-7 radians. A decoded
+/// vector may have another code, of the same vector up to that.
+pub fn encode_unit_vector_48(v: Vec3) -> [u32; 2] {
+    let length = num::abs(v.x) + num::abs(v.y) + num::abs(v.z);
+    let scale = num::div(SNORM24_F32, length);
+    let nearest = |x: f32| num::floor(num::clamp(x * scale, -SNORM24_F32, SNORM24_F32) + 0.5) as i32;
+    let (x, y) = (nearest(v.x), nearest(v.y));
+    let (x, y) = if v.z < 0.0 { fold(SNORM24, x, y) } else { (x, y) };
+    [x as u32 & 0x00ff_ffff, y as u32 & 0x00ff_ffff]
+}
+
+/// The vector of a code of [`encode_unit_vector_48`], of length 1 to 2e-7; the upper bytes do not count.
+pub fn decode_unit_vector_48([x, y]: [u32; 2]) -> Vec3 {
+    let (x, y) = (((x << 8) as i32) >> 8, ((y << 8) as i32) >> 8);
+    let z = SNORM24.wrapping_sub(magnitude(x)).wrapping_sub(magnitude(y));
+    let (x, y) = if z < 0 { fold(SNORM24, x, y) } else { (x, y) };
     normalize(Vec3::new(x as f32, y as f32, z as f32))
 }
 
@@ -40,10 +61,10 @@ pub fn xyz(word: UVec4) -> Vec3 {
     Vec3::new(f32::from_bits(word.x), f32::from_bits(word.y), f32::from_bits(word.z))
 }
 
-/// Between the square's inner diamond (z >= 0) and its corners (z <= 0).
+/// Between the inner diamond (z >= 0) and the corners (z <= 0) of a square of half the side `one`.
 #[inline(always)]
-fn fold(x: i32, y: i32) -> (i32, i32) {
-    let (fx, fy) = (SNORM16.wrapping_sub(magnitude(y)), SNORM16.wrapping_sub(magnitude(x)));
+fn fold(one: i32, x: i32, y: i32) -> (i32, i32) {
+    let (fx, fy) = (one.wrapping_sub(magnitude(y)), one.wrapping_sub(magnitude(x)));
     (if x < 0 { fx.wrapping_neg() } else { fx }, if y < 0 { fy.wrapping_neg() } else { fy })
 }
 

@@ -63,6 +63,11 @@ impl Shadow {
         Self { wo, ..self }
     }
 
+    /// Width of the distribution of normals.
+    pub(crate) fn alpha(&self) -> f64 {
+        self.alpha
+    }
+
     /// Direction to the viewer.
     pub fn viewer(&self) -> DVec3 {
         self.wo
@@ -163,7 +168,7 @@ impl Shadow {
     }
 
     /// k of Eto and Tokuyoshi 2023, eq. 5.
-    fn bound(&self) -> f64 {
+    pub(crate) fn bound(&self) -> f64 {
         let (a2, s) = (self.alpha * self.alpha, 1.0 + self.wo.x.hypot(self.wo.y));
         (1.0 - a2) * s * s / (s * s + a2 * self.wo.z * self.wo.z)
     }

@@ -30,6 +30,7 @@ pub mod rays;
 pub mod resampling;
 pub mod scenes;
 pub mod sheets;
+pub mod shift_f64;
 pub mod slab_walk;
 pub mod stats;
 pub mod stress;

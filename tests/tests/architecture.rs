@@ -16,7 +16,7 @@ const CRATES: [(&str, &str); 5] = [
 
 /// Of every technique but the reference: what may name it beside its own folders. The lists of techniques, and the reports and
 /// figures of papers.
-const MAY_NAME: [&str; 8] = [
+const MAY_NAME: [&str; 9] = [
     "shared/src/technique",
     "host/src/technique",
     "host/program/src/figure",
@@ -24,6 +24,7 @@ const MAY_NAME: [&str; 8] = [
     "tests/src/visibility",
     "xtask/src/reuse",
     "xtask/src/reuse/limits",
+    "xtask/src/shifts",
     "xtask/src/visibility",
 ];
 /// All others are compared with it.

@@ -233,12 +233,20 @@ fn truncated_shared_exponents_are_seen() {
 }
 
 fn unit_vectors_come_back() {
-    assert_right("octahedral", packing::unit_vectors(pack::encode_unit_vector, pack::decode_unit_vector));
+    assert_right(
+        "octahedral",
+        packing::unit_vectors(packing::MAX_ANGLE, pack::encode_unit_vector, pack::decode_unit_vector),
+    );
+    let fine = packing::unit_vectors(packing::MAX_FINE_ANGLE, pack::encode_unit_vector_48, pack::decode_unit_vector_48);
+    assert_right("octahedral of 48 bits", fine);
 }
 
 fn a_coarser_octahedron_is_seen() {
     let coarse = |v: Vec3| pack::encode_unit_vector(v) & 0xfffe_fffe;
-    assert_seen("octahedral with 15 bits", packing::unit_vectors(coarse, pack::decode_unit_vector));
+    assert_seen("octahedral with 15 bits", packing::unit_vectors(packing::MAX_ANGLE, coarse, pack::decode_unit_vector));
+    let coarse = |v: Vec3| pack::encode_unit_vector_48(v).map(|code| code & 0x00ff_fffc);
+    let fine = packing::unit_vectors(packing::MAX_FINE_ANGLE, coarse, pack::decode_unit_vector_48);
+    assert_seen("octahedral of 48 bits with 44", fine);
 }
 
 fn codes_of_unit_vectors_come_back() {

@@ -8,9 +8,9 @@ use restir_shared::camera::primary_ray;
 use restir_shared::geometry::Ray;
 use restir_shared::glam::{DVec3, Vec2, Vec3};
 use restir_shared::rng::{self, Rng, Sampler};
-use restir_shared::scene::{LightKind, LightSample, Lights, Surface, SurfacePoint, Trace};
+use restir_shared::scene::{LightKind, LightSample, Lights, Location, Surface, SurfacePoint, Trace};
 use restir_shared::technique::path::{self, Receiver, Walk};
-use restir_shared::transport::{Connection, Reconnection, Vertex};
+use restir_shared::transport::{Connection, Vertex};
 use restir_shared::vec::dot;
 use restir_tests::random::SplitMix;
 use restir_tests::scenes::buffers;
@@ -124,6 +124,14 @@ fn surface_of(light: &LightSample) -> SurfacePoint {
     SurfacePoint::diffuse(light.position, light.normal, light.offset, Vec3::ZERO)
 }
 
+/// The connection with a point of another surface.
+fn connect(vertex: &Vertex, point: &SurfacePoint, lobe: u32) -> Connection {
+    vertex.connect_by(
+        &LightSample::surface(&Location { position: point.position, normal: point.normal, offset: point.offset }),
+        lobe,
+    )
+}
+
 fn bits(v: Vec3) -> [u32; 3] {
     v.to_array().map(f32::to_bits)
 }
@@ -138,10 +146,11 @@ fn reconnecting_to_an_emitter_is_next_event() -> Result<(), Failed> {
             if light.kind != LightKind::Area || connection.value == Vec3::ZERO {
                 continue;
             }
-            let Reconnection { value, pdf, per_area, shadow, .. } = vertex.reconnect(&surface_of(&light), 0);
+            let link = connect(&vertex, &surface_of(&light), 0);
+            let Connection { value, scatter_pdf, shadow, .. } = link;
             let close = |a: f32, b: f32| (a - b).abs() <= 1.0e-6 * b.abs();
-            let same = close(pdf, connection.scatter_pdf)
-                && close(per_area, connection.cos_light / connection.distance_squared)
+            let same = close(scatter_pdf, connection.scatter_pdf)
+                && close(link.per_area(), connection.cos_light / connection.distance_squared)
                 && (0..3).all(|k| close(value[k] * light.emission[k], connection.value[k]))
                 && bits(shadow.origin) == bits(connection.shadow.origin)
                 && bits(shadow.direction) == bits(connection.shadow.direction);
@@ -163,13 +172,15 @@ fn densities_of_lobes_add_up() -> Result<(), Failed> {
     let mut shared = 0;
     for name in ["glossy", "all-lights", "glass"] {
         for (i, (vertex, point)) in pairs(&buffers(name)?).into_iter().enumerate() {
-            let all = vertex.reconnect(&point, 0);
-            let lobes: Vec<f32> = (0..LOBES).map(|lobe| vertex.reconnect(&point, lobe).lobe_pdf).collect();
+            let all = connect(&vertex, &point, 0);
+            let lobes: Vec<f32> = (0..LOBES).map(|lobe| connect(&vertex, &point, lobe).lobe_pdf).collect();
             // two lobes at most lie on the side of the point, of which the specular one may be either
             let specular = lobes[bsdf::SPECULAR_REFLECTION as usize].max(lobes[bsdf::SPECULAR_TRANSMISSION as usize]);
             let sum = lobes[0] + lobes[1] + specular;
-            ensure((sum - all.pdf).abs() <= 1.0e-6 * all.pdf, || format!("{name} {i}: {lobes:?} for {}", all.pdf))?;
-            shared += usize::from(lobes.iter().all(|pdf| *pdf < all.pdf) && all.pdf > 0.0);
+            ensure((sum - all.scatter_pdf).abs() <= 1.0e-6 * all.scatter_pdf, || {
+                format!("{name} {i}: {lobes:?} for {}", all.scatter_pdf)
+            })?;
+            shared += usize::from(lobes.iter().all(|pdf| *pdf < all.scatter_pdf) && all.scatter_pdf > 0.0);
         }
     }
     ensure(shared > 100, || format!("{shared} directions are given by two lobes: too few to tell"))
@@ -186,10 +197,10 @@ fn a_reconnection_measures_solid_angle() -> Result<(), Failed> {
     let buffers = buffers("cornell")?;
     let (mut compared, mut unlike) = (0, 0);
     for (vertex, point) in pairs(&buffers) {
-        let link = vertex.reconnect(&point, 0);
+        let link = connect(&vertex, &point, 0);
         let (normal, position) = (point.normal.as_dvec3(), point.position.as_dvec3());
         let distance = link.shadow.direction.as_dvec3().length();
-        if link.pdf == 0.0 || distance < 0.1 || dot(link.direction, point.normal).abs() < 0.1 {
+        if link.value == Vec3::ZERO || distance < 0.1 || dot(link.direction, point.normal).abs() < 0.1 {
             continue;
         }
         let (tangent, side) = (normal.any_orthonormal_vector(), 1.0e-3 * distance);
@@ -199,9 +210,9 @@ fn a_reconnection_measures_solid_angle() -> Result<(), Failed> {
         });
         let area = (corners[1] - corners[0]).cross(corners[2] - corners[0]).length() / 2.0;
         let expected = solid_angle(link.shadow.origin.as_dvec3(), corners) / area;
-        let error = (f64::from(link.per_area) / expected - 1.0).abs();
+        let error = (f64::from(link.per_area()) / expected - 1.0).abs();
         // the triangle is flat and small: (side / distance)² and roundings are left
-        ensure(error < 1.0e-4, || format!("{} for {expected}", link.per_area))?;
+        ensure(error < 1.0e-4, || format!("{} for {expected}", link.per_area()))?;
         let without_cosine = 1.0 / (distance * distance);
         unlike += usize::from((without_cosine / expected - 1.0).abs() > 0.1);
         compared += 1;

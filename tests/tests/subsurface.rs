@@ -228,10 +228,10 @@ fn bodies_look_as_by_an_independent_walk() -> Result<(), Failed> {
 }
 
 fn orders_look_as_by_an_independent_walk() -> Result<(), Failed> {
-    for (orders, noticed) in [([0, 0], 0.01), ([1, 1], 0.05), ([2, 4], 0.05), ([5, u32::MAX], 0.05)] {
+    for orders in [[0, 0], [1, 1], [2, 4], [5, u32::MAX]] {
         let mut case = body("sphere", SPHERE, Border::Dielectric(1.3), 0.7);
-        case.walker.orders = orders;
-        agree(&case, noticed)?;
+        (case.walker.extinction, case.walker.orders) = ([0.7, 1.5, 3.0], orders);
+        agree(&case, 0.06)?;
     }
     Ok(())
 }
@@ -288,10 +288,11 @@ fn white_bodies_cannot_be_seen() -> Result<(), Failed> {
     for (name, mesh, mean_free_path, ior) in bodies {
         let found = white_bodies::lost(&white_bodies::scene(mesh, mean_free_path, ior)?, 24, 1)?;
         println!("{name}: {found:?}");
-        ensure(found.walks > 10_000 && found.scatterings > 5 * found.walks, || format!("{name}: {found:?}"))?;
+        ensure(found.walks > 10_000 && found.scatterings > found.walks, || format!("{name}: {found:?}"))?;
         // a rate of 10^-6 would show one walk in a hundred runs of this test; the command goes on to 10^8
         ensure(found.lost + found.cut + found.leaked <= 1, || format!("{name}: {found:?}"))?;
-        family.z_test(name, ZTest::new(found.radiance, Moments::exact(1.0)));
+        // through glass all samples are the same, but for roundings
+        family.z_test(name, ZTest::new(found.radiance, known(1.0, 1.0e-6)));
     }
     println!("{}", family.verdict()?);
     Ok(())

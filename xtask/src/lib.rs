@@ -21,6 +21,7 @@ pub mod reuse;
 pub mod searchlight;
 pub mod session;
 pub mod shader;
+pub mod shifts;
 pub mod stress;
 pub mod unbiased;
 pub mod visibility;

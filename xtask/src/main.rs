@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use xtask::{
     Error, albedo, aov, crossings, features, furnace, mutate, num, package, parity, profile, resampling, reuse,
-    searchlight, session, shader, stress, unbiased, visibility, walks, watertight,
+    searchlight, session, shader, shifts, stress, unbiased, visibility, walks, watertight,
 };
 
 /// Tools of the project.
@@ -39,6 +39,8 @@ enum Task {
     Stress(stress::Options),
     /// Combine reservoirs by every form of MIS on a small table, against computed expectations, and print the report.
     Resampling(resampling::Options),
+    /// Shift paths from pixel to pixel and back in each scene, and print why shifts fail and whether they are undone.
+    Shifts(shifts::Options),
     /// Fit what GGX reflects of light from everywhere, and print what white surfaces return.
     Albedo(albedo::Options),
     /// Draw the layers of `restir render --aov`.
@@ -73,6 +75,7 @@ fn run(task: Task) -> Result<(), Error> {
         Task::Unbiased(options) => unbiased::run(&options),
         Task::Stress(options) => stress::run(&options),
         Task::Resampling(options) => resampling::run(&options),
+        Task::Shifts(options) => shifts::run(&options),
         Task::Albedo(options) => albedo::run(&options),
         Task::Aov(options) => aov::run(&options),
         Task::Furnace(options) => furnace::run(&options),

@@ -46,6 +46,8 @@ pub struct BsdfSample {
     pub pdf: f32,
     /// The lobe that gave the direction.
     pub lobe: u32,
+    /// Its part in the density.
+    pub lobe_pdf: f32,
     /// Whether that lobe is a delta.
     pub delta: bool,
 }
@@ -456,7 +458,12 @@ impl Bsdf {
         };
         let Draw { direction, lobe, .. } = draw;
         let delta = self.has(FEATURE_DELTA) & draw.delta;
-        let Evaluation { value, pdf } = if delta { self.perfect(&draw) } else { self.evaluate(direction) };
+        let (Evaluation { value, pdf }, lobe_pdf) = if delta {
+            let perfect = self.perfect(&draw);
+            (perfect, perfect.pdf)
+        } else {
+            self.evaluate_with_lobe(lobe, direction)
+        };
         // a facet may send light to the wrong side, where it would meet another one: it counts as absorbed
         let pdf = if is_transmission(lobe) == (direction.z < 0.0) { pdf } else { 0.0 };
         let weight = if pdf <= 0.0 {
@@ -467,7 +474,7 @@ impl Bsdf {
         } else {
             value * num::recip(pdf)
         };
-        BsdfSample { direction, weight: flush(weight), pdf, lobe, delta }
+        BsdfSample { direction, weight: flush(weight), pdf, lobe, lobe_pdf, delta }
     }
 
     #[inline(always)]
@@ -555,6 +562,13 @@ impl Bsdf {
             Kind::Specular => self.roughness,
             Kind::Delta => 0.0,
         }
+    }
+
+    /// The roughness of the roughest lobe that takes part.
+    #[inline(always)]
+    pub fn greatest_roughness(&self) -> f32 {
+        let specular = if self.perfect_reflection { 0.0 } else { self.roughness };
+        if self.selection.diffuse_end > 0.0 { 1.0 } else { specular }
     }
 
     /// How the lobe spreads light.

@@ -39,6 +39,12 @@ pub trait ScatteringFunction {
     /// From 0, a perfect mirror or refraction, to 1, a diffuse lobe.
     fn roughness(&self, lobe: u32) -> f32;
 
+    /// The roughness of the roughest lobe that takes part; 1, if not implemented.
+    #[inline(always)]
+    fn greatest_roughness(&self) -> f32 {
+        1.0
+    }
+
     /// Whether any lobe is no delta: without one, light that is sampled elsewhere contributes nothing.
     #[inline(always)]
     fn has_smooth_part(&self) -> bool {
@@ -84,6 +90,11 @@ impl ScatteringFunction for Bsdf {
     #[inline(always)]
     fn roughness(&self, lobe: u32) -> f32 {
         Bsdf::roughness(self, lobe)
+    }
+
+    #[inline(always)]
+    fn greatest_roughness(&self) -> f32 {
+        Bsdf::greatest_roughness(self)
     }
 
     #[inline(always)]

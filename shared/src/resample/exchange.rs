@@ -189,9 +189,9 @@ impl Neighbours {
         if n & 1 == 0 { [x, y] } else { [x.wrapping_neg(), y.wrapping_neg()] }
     }
 
-    /// Index of the n-th neighbour of a pixel, [`NOWHERE`] beyond the image.
+    /// Index of the n-th neighbour of a pixel, `u32::MAX` beyond the image. The pixel is that one's neighbour n ^ 1.
     #[inline(always)]
-    fn partner(&self, [x, y]: [u32; 2], n: u32) -> u32 {
+    pub fn partner(&self, [x, y]: [u32; 2], n: u32) -> u32 {
         let [dx, dy] = self.offset(n);
         // below zero wraps to beyond any image
         let (x, y) = (x.wrapping_add(dx as u32), y.wrapping_add(dy as u32));

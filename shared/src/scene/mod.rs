@@ -87,6 +87,14 @@ pub trait Surface {
     /// is seen. A scene without triangles puts into `uv` whatever coordinates find its points again.
     fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint<Self::Material>;
 
+    /// Where the point of `hit.id` and `hit.uv` is, without its material.
+    #[inline(always)]
+    fn location(&self, hit: &Hit) -> Location {
+        let any = Ray { origin: Vec3::ZERO, direction: Vec3::Z, t_max: Ray::FAR, key: 0 };
+        let SurfacePoint { position, normal, offset, .. } = self.surface(&any, hit);
+        Location { position, normal, offset }
+    }
+
     /// As [`Self::surface`], of what passes straight through: the shading normal may be the geometric one, and the emission that
     /// without its texture.
     #[inline(always)]
@@ -242,6 +250,17 @@ impl AddressedLight {
 /// How the surfaces of a scene scatter in one direction.
 pub type BsdfOf<S> = <<S as Surface>::Material as Scattering>::Bsdf;
 
+/// Where a point of a surface is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Location {
+    /// World position.
+    pub position: Vec3,
+    /// Unit geometric normal of the front side.
+    pub normal: Vec3,
+    /// As [`SurfacePoint::offset`].
+    pub offset: f32,
+}
+
 /// A point of a surface.
 #[derive(Clone, Copy)]
 pub struct SurfacePoint<M = Material> {
@@ -332,6 +351,13 @@ impl LightSample {
         key: 0,
         falloff: Vec2::Y,
     };
+
+    /// A point of a surface that shines as 1 from both sides: what arrives of it is what the receiver does to light from there.
+    #[inline(always)]
+    pub fn surface(location: &Location) -> Self {
+        let Location { position, normal, offset } = *location;
+        Self { position, normal, offset, emission: Vec3::ONE, two_sided: true, density: 1.0, ..Self::NONE }
+    }
 
     /// Whether the light is infinitely far away.
     #[inline(always)]

@@ -1,8 +1,8 @@
 //! A reference to a scene is a scene.
 
 use super::{
-    AddressedLight, AddressedLights, EnvironmentPoint, LightAddress, LightSample, Lights, Probe, Surface, SurfacePoint,
-    Trace,
+    AddressedLight, AddressedLights, EnvironmentPoint, LightAddress, LightSample, Lights, Location, Probe, Surface,
+    SurfacePoint, Trace,
 };
 use crate::geometry::{Crossings, Hit, Ray};
 use crate::medium::Interior;
@@ -38,6 +38,11 @@ impl<S: Surface + ?Sized> Surface for &S {
     #[inline(always)]
     fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint<S::Material> {
         (**self).surface(ray, hit)
+    }
+
+    #[inline(always)]
+    fn location(&self, hit: &Hit) -> Location {
+        (**self).location(hit)
     }
 
     #[inline(always)]

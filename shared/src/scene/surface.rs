@@ -1,7 +1,7 @@
 //! Surfaces over the arenas: materials, textures, shading normals.
 
 use super::view::TrianglePoint;
-use super::{SceneView, Surface, SurfacePoint};
+use super::{Location, SceneView, Surface, SurfacePoint};
 use crate::bsdf::Material;
 use crate::geometry::{Hit, Ray};
 use crate::layout::{
@@ -264,6 +264,12 @@ impl<const COMPILED: u32> Surface for SceneView<'_, COMPILED> {
     #[inline(always)]
     fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         self.point::<true>(ray, hit)
+    }
+
+    #[inline(always)]
+    fn location(&self, hit: &Hit) -> Location {
+        let TrianglePoint { position, normal, offset, .. } = self.triangle_point(hit.id, hit.uv);
+        Location { position, normal, offset }
     }
 
     #[inline(always)]

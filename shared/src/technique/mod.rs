@@ -2,3 +2,4 @@
 
 pub mod path;
 pub mod restir_di;
+pub mod restir_pt;

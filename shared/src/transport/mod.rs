@@ -1,11 +1,16 @@
-//! What techniques share that follow light: vertices of paths, connections, straight ways through glass, collisions inside media.
+//! What techniques share that follow light: vertices of paths, connections and their weights, what interiors leave of light,
+//! straight ways through glass, collisions inside media.
 
 mod connect;
+mod interior;
 mod passage;
 mod single_scattering;
 mod vertex;
+mod weight;
 
-pub use connect::{Connection, Reconnection};
+pub use connect::Connection;
+pub use interior::through_interior;
 pub use passage::{Passage, follow, transmittance};
-pub use single_scattering::{ScatteredOnce, WayOut, scatter_once, uncollided};
-pub use vertex::Vertex;
+pub use single_scattering::{ScatteredOnce, WayOut, scatter_once};
+pub use vertex::{Departure, Vertex};
+pub use weight::{Chosen, emission_weight, environment_weight, next_event};

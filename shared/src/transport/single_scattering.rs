@@ -1,11 +1,10 @@
 //! Light that collides once inside a medium, between where it enters and where it reaches the border again.
 
 use crate::geometry::{Hit, Ray};
-use crate::medium::{Channels, Medium};
-use crate::num::{exp, flush};
+use crate::medium::{Channels, Medium, transmittance};
 use crate::sampling::sample_henyey_greenstein;
 use crate::scene::Trace;
-use crate::vec::Frame;
+use crate::vec::{Frame, flush};
 use glam::{Vec2, Vec3};
 
 /// How light goes from its collision to the border.
@@ -22,20 +21,13 @@ pub enum WayOut {
     Drawn,
 }
 
-/// What is left of light after a distance in a medium: of what has not collided.
-#[inline(always)]
-pub fn uncollided(medium: &Medium, distance: f32) -> Vec3 {
-    let left = |extinction: f32| flush(exp(-(extinction * distance)));
-    Vec3::new(left(medium.extinction.x), left(medium.extinction.y), left(medium.extinction.z))
-}
-
 /// Light that has collided once.
 pub struct ScatteredOnce {
     /// From the collision on, in a direction of unit length.
     pub ray: Ray,
     /// Where that reaches a border; a miss, if it does not.
     pub hit: Hit,
-    /// What it is worth there, of light that entered with a worth of 1. It has passed [`uncollided`] and the collision; the
+    /// What it is worth there, of light that entered with a worth of 1. It has passed [`transmittance`] and the collision; the
     /// direction is sampled by the phase function, whose density it has.
     pub worth: Vec3,
 }
@@ -61,7 +53,7 @@ pub fn scatter_once<S: Trace>(scene: &S, entry: &Ray, medium: &Medium, u: [Vec2;
     let hit = scene.closest(&ray);
     let mut worth = Vec3::ZERO;
     if hit.is_hit() {
-        let left = if drawn { channels.passed(hit.t) } else { uncollided(medium, hit.t) };
+        let left = if drawn { channels.passed(hit.t) } else { flush(transmittance(medium.extinction, hit.t)) };
         worth = medium.albedo * channels.collided_within(t, entry.t_max) * left;
     }
     ScatteredOnce { ray, hit, worth }

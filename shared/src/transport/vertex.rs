@@ -1,12 +1,12 @@
 //! A vertex of a path, seen from the side that the path came from.
 
-use crate::bsdf::{Bsdf, Scattering};
+use crate::bsdf::{Bsdf, BsdfSample, Scattering, ScatteringFunction};
 use crate::geometry::Ray;
 use crate::layout::FEATURE_SHADING;
 use crate::num;
 use crate::scene::SurfacePoint;
 use crate::vec::{Frame, dot, normalize};
-use glam::Vec3;
+use glam::{UVec4, Vec3};
 
 /// Shading normals are bent towards the viewer until the cosine to it is this, or the geometric normal's if that is less.
 const MIN_SHADING_COS: f32 = 0.01;
@@ -21,6 +21,32 @@ pub struct Vertex<B = Bsdf> {
     pub frame: Frame,
     /// Scattering there, for the direction that the path came from.
     pub bsdf: B,
+}
+
+/// How a path that scatters leaves a vertex.
+#[derive(Clone, Copy)]
+pub struct Departure {
+    /// What was drawn; its direction is in the frame of the vertex.
+    pub sample: BsdfSample,
+    /// The segment that begins.
+    pub ray: Ray,
+    /// Whether light can come that way.
+    pub alive: bool,
+}
+
+impl<B: ScatteringFunction> Vertex<B> {
+    /// Scatters by four random words, in a scene of these features.
+    #[inline(always)]
+    pub fn depart(&self, words: UVec4, features: u32) -> Departure {
+        let sample = self.bsdf.sample(words);
+        let direction = self.frame.to_world(sample.direction);
+        let key = Ray::random_key(features, words.x);
+        Departure {
+            sample,
+            ray: Ray { origin: self.origin(direction), direction, t_max: Ray::FAR, key },
+            alive: (sample.pdf > 0.0) & self.is_consistent(direction, sample.direction),
+        }
+    }
 }
 
 impl<B> Vertex<B> {
@@ -56,6 +82,12 @@ impl<B> Vertex<B> {
     pub fn origin(&self, direction: Vec3) -> Vec3 {
         let offset = if self.is_behind(direction) { -self.offset } else { self.offset };
         self.position + self.normal * offset
+    }
+
+    /// The cosine between a unit direction and the geometric normal, on either side.
+    #[inline(always)]
+    pub fn cos(&self, direction: Vec3) -> f32 {
+        num::abs(dot(self.normal, direction))
     }
 
     /// Whether a direction lies on the same side of the surface as of the shading frame. Others would leak through

@@ -13,8 +13,10 @@ use restir_shared::pack::{self, RGB9E5_MAX};
 const REDUCED_STRIDE: u64 = 1_021;
 const COLOURS: u64 = 1_000_000;
 const DIRECTIONS: u64 = 4_000_000;
+/// The angle that [`pack::encode_unit_vector_48`] promises.
+pub const MAX_FINE_ANGLE: f64 = 6.0e-7;
 /// The angle that [`pack::encode_unit_vector`] promises.
-const MAX_ANGLE: f64 = 6.6e-5;
+pub const MAX_ANGLE: f64 = 6.6e-5;
 
 /// The value of a half, by an independent implementation without the processor's instructions.
 fn half_value(code: u32) -> f64 {
@@ -86,8 +88,8 @@ pub fn shared_exponent(encode: impl Fn(Vec3) -> u32 + Sync, decode: impl Fn(u32)
 
 /// The angle between a vector and what becomes of it, over random directions, a quarter of them close to the edges and
 /// corners of the octahedron; the error is the angle. A result that is not a unit vector is a failure.
-pub fn unit_vectors(encode: impl Fn(Vec3) -> u32 + Sync, decode: impl Fn(u32) -> Vec3 + Sync) -> Tally {
-    sweep(DIRECTIONS, MAX_ANGLE, |i, tally| {
+pub fn unit_vectors<C>(max_angle: f64, encode: impl Fn(Vec3) -> C + Sync, decode: impl Fn(C) -> Vec3 + Sync) -> Tally {
+    sweep(DIRECTIONS, max_angle, |i, tally| {
         let mut random = SplitMix::new(i);
         let mut coordinate = || {
             let x = random.range(-1.0, 1.0);

@@ -3,10 +3,10 @@
 use libtest_mimic::Failed;
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::glam::{Vec2, Vec3, Vec4};
-use restir_shared::medium::Medium;
+use restir_shared::medium::{Medium, transmittance};
 use restir_shared::sampling::sample_cosine_hemisphere;
 use restir_shared::scene::Trace;
-use restir_shared::transport::{ScatteredOnce, WayOut, scatter_once, uncollided};
+use restir_shared::transport::{ScatteredOnce, WayOut, scatter_once};
 use restir_tests::random::SplitMix;
 use restir_tests::stats::{FAMILY_RATE, Family, Moments, ZTest, moments};
 use restir_tests::suite::ensure;
@@ -134,7 +134,7 @@ pub(crate) fn slabs_scatter_once_as_they_should() -> Result<(), Failed> {
     // what has not collided: 2 E3(1) through a slab of depth 1
     let passed = moments(SAMPLES, 1 << 12, 1, |index| {
         let [a, _] = pair(numbers(&mut SplitMix::new(13 << 41 | index)));
-        [f64::from(uncollided(&gray(0.9, 0.0), entering(&Slab(1.0), Entry::Diffuse, a).t_max).x)]
+        [f64::from(transmittance(gray(0.9, 0.0).extinction, entering(&Slab(1.0), Entry::Diffuse, a).t_max).x)]
     });
     let test = ZTest::new(passed[0], Moments::exact(0.219_384));
     ensure(test.p > FAMILY_RATE, || format!("{} passes", passed[0].mean()))

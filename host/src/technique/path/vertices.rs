@@ -204,7 +204,7 @@ impl Receiver for Writer<'_> {
         }
     }
 
-    fn next_event(&mut self, contribution: Vec3) {
+    fn next_event(&mut self, _: Vec3, contribution: Vec3) {
         if let Some(light) = self.vertex().and_then(|vertex| vertex.light.as_mut()) {
             *light = NextEvent { visible: Some(true), contribution, ..*light };
         }
@@ -216,7 +216,7 @@ impl Receiver for Writer<'_> {
         self.path.escape = Some(Escape { direction, radiance: Vec3::ZERO, contribution: Vec3::ZERO });
     }
 
-    fn environment(&mut self, environment: &EnvironmentPoint, contribution: Vec3) {
+    fn environment(&mut self, environment: &EnvironmentPoint, _: f32, contribution: Vec3) {
         if let Some(escape) = &mut self.path.escape {
             *escape = Escape { radiance: environment.radiance, contribution, ..*escape };
         }

@@ -3,11 +3,10 @@
 pub mod media;
 mod params;
 mod walk;
-mod weight;
 
+pub use crate::transport::Chosen;
 pub use params::*;
-pub use walk::{Receiver, Walk};
-pub use weight::Chosen;
+pub use walk::{Numbers, Receiver, Walk};
 
 use crate::camera::{about_pixel, camera_ray};
 use crate::film::{CUT, sum_block};

@@ -1,17 +1,16 @@
 //! The loop of path tracing, which hands what it finds to a [`Receiver`].
 
 use super::MAX_DEPTH;
-use super::weight::{Chosen, emission_weight, environment_weight, next_event};
-use crate::bsdf::{Material, ScatteringFunction};
+use crate::bsdf::{Material, Scattering, ScatteringFunction};
 use crate::camera::AFTER_CAMERA;
 use crate::geometry::{Hit, Ray};
-use crate::layout::FEATURE_VOLUME;
-use crate::medium::transmittance;
 use crate::num;
 use crate::rng::{self, Rng};
 use crate::scene::{BsdfOf, EnvironmentPoint, LightSample, Lights, Surface, SurfacePoint, Trace};
-use crate::transport::{Connection, Vertex};
-use crate::vec::{dot, flush, max_component};
+use crate::transport::{
+    Chosen, Connection, Departure, Vertex, emission_weight, environment_weight, next_event, through_interior,
+};
+use crate::vec::{flush, max_component};
 use glam::{UVec4, Vec3};
 
 /// Random dimensions: after the camera's [`DIMENSIONS_PER_SEGMENT`] a segment, used or not, so that a
@@ -29,13 +28,54 @@ const SPREAD_VERTICES: u32 = 2;
 const ROULETTE_FROM: u32 = 3;
 const MIN_SURVIVAL: f32 = 0.05;
 
+/// The random numbers at a vertex of a path.
+#[derive(Clone, Copy)]
+pub struct Numbers {
+    rng: Rng,
+    dimension: u32,
+}
+
+impl Numbers {
+    /// Those at the `vertex`-th hit of a path, from 1 on.
+    #[inline(always)]
+    pub fn at(rng: &Rng, vertex: u32) -> Self {
+        Self {
+            rng: if vertex <= SPREAD_VERTICES { *rng } else { rng.independent() },
+            dimension: FIRST_DIMENSION + (vertex - 1).wrapping_mul(DIMENSIONS_PER_SEGMENT),
+        }
+    }
+
+    /// Those of [`Lights::sample_light`].
+    #[inline(always)]
+    pub fn light(&self) -> UVec4 {
+        self.rng.draw(self.dimension + LIGHT)
+    }
+
+    /// Those of [`Vertex::depart`].
+    #[inline(always)]
+    pub fn scatter(&self) -> UVec4 {
+        self.rng.draw(self.dimension + SCATTER)
+    }
+
+    /// Those of another vertex, from `dimension` on, which are independent of each other.
+    #[inline(always)]
+    pub(super) fn independent(rng: &Rng, dimension: u32) -> Self {
+        Self { rng: rng.independent(), dimension }
+    }
+
+    #[inline(always)]
+    fn roulette(&self) -> UVec4 {
+        self.rng.hash(self.dimension + ROULETTE)
+    }
+}
+
 /// Takes what a path finds. A sum of the values is the path's radiance (`Vec3` is such a receiver); resampling keeps one of them,
 /// an explanation writes all of them down.
 ///
 /// Each `value` is a path's whole contribution: emission, throughput, the weight of the balance heuristic, over the density.
 /// Calls come in the order of the path: after [`Self::arrive`] what concerns that vertex, after
 /// [`Self::escape`] the environment.
-pub trait Receiver<M = Material> {
+pub trait Receiver<M: Scattering = Material> {
     /// Takes a contribution of any kind.
     fn add(&mut self, value: Vec3);
 
@@ -52,16 +92,29 @@ pub trait Receiver<M = Material> {
         self.add(value);
     }
 
+    /// The path goes on from the point, or tries to.
+    #[inline(always)]
+    fn scatter(&mut self, vertex: &Vertex<M::Bsdf>) {
+        let _ = vertex;
+    }
+
     /// A light sample was drawn at the vertex. Whether it is visible is not known yet.
     #[inline(always)]
     fn light(&mut self, light: &LightSample, connection: &Connection) {
         let _ = (light, connection);
     }
 
-    /// The light sample reaches the vertex.
+    /// The light sample reaches the vertex, which scatters `scattered` of it towards the path.
     #[inline(always)]
-    fn next_event(&mut self, value: Vec3) {
+    fn next_event(&mut self, scattered: Vec3, value: Vec3) {
+        let _ = scattered;
         self.add(value);
+    }
+
+    /// A direction was drawn at the vertex.
+    #[inline(always)]
+    fn depart(&mut self, vertex: &Vertex<M::Bsdf>, departure: &Departure) {
+        let _ = (vertex, departure);
     }
 
     /// The path's last segment leaves the scene.
@@ -70,15 +123,15 @@ pub trait Receiver<M = Material> {
         let _ = walk;
     }
 
-    /// The environment shines along the last segment.
+    /// The environment shines along the last segment; `weight` is the share of scattering in finding it, in [0, 1].
     #[inline(always)]
-    fn environment(&mut self, environment: &EnvironmentPoint, value: Vec3) {
-        let _ = environment;
+    fn environment(&mut self, environment: &EnvironmentPoint, weight: f32, value: Vec3) {
+        let _ = (environment, weight);
         self.add(value);
     }
 }
 
-impl<M> Receiver<M> for Vec3 {
+impl<M: Scattering> Receiver<M> for Vec3 {
     #[inline(always)]
     fn add(&mut self, value: Vec3) {
         *self += value;
@@ -124,7 +177,7 @@ impl Walk {
             cut = hit.is_cut();
             if alive {
                 let point = scene.surface(&self.ray, &hit);
-                self.absorb(scene.features(), &hit, &point);
+                self.throughput = through_interior(self.throughput, &point, &self.ray, hit.t, scene.features());
                 self.arrive(scene, &hit, &point, receiver);
                 alive = self.depth < max_depth && max_component(self.throughput) > 0.0;
                 if alive {
@@ -137,15 +190,6 @@ impl Walk {
         !(cut | alive)
     }
 
-    /// Takes off what the interior has absorbed that the segment has crossed if it ends at the back of a surface: what is around is not
-    /// carried along.
-    #[inline(always)]
-    fn absorb<M>(&mut self, features: u32, hit: &Hit, point: &SurfacePoint<M>) {
-        if features & FEATURE_VOLUME != 0 && dot(point.normal, self.ray.direction) > 0.0 {
-            self.throughput = flush(self.throughput * transmittance(point.absorption, hit.t));
-        }
-    }
-
     /// The last segment leaves the scene.
     #[inline(always)]
     pub(super) fn escape<S: Surface + Lights, R: Receiver<S::Material>>(&self, scene: &S, receiver: &mut R) {
@@ -153,7 +197,7 @@ impl Walk {
         let environment = scene.environment(self.ray.direction);
         if max_component(environment.radiance) > 0.0 {
             let weight = environment_weight(environment.density, self.chosen);
-            receiver.environment(&environment, self.throughput * environment.radiance * weight);
+            receiver.environment(&environment, weight, self.throughput * environment.radiance * weight);
         }
     }
 
@@ -174,13 +218,6 @@ impl Walk {
         self.depth += 1;
     }
 
-    /// The dimension of what is drawn at the vertex at which the path has arrived, and the numbers.
-    #[inline(always)]
-    pub(super) fn numbers(&self, rng: &Rng) -> (u32, Rng) {
-        let dimension = FIRST_DIMENSION + (self.depth - 1).wrapping_mul(DIMENSIONS_PER_SEGMENT);
-        (dimension, if self.depth <= SPREAD_VERTICES { *rng } else { rng.independent() })
-    }
-
     /// Samples a light, then the next direction; whether there is one.
     #[inline(always)]
     fn scatter<S: Trace + Surface + Lights, R: Receiver<S::Material>>(
@@ -191,54 +228,54 @@ impl Walk {
         roulette: bool,
         receiver: &mut R,
     ) -> bool {
-        let (dimension, rng) = self.numbers(rng);
+        let numbers = Numbers::at(rng, self.depth);
         let vertex = Vertex::new(point, &self.ray, scene.features());
-        self.next_event(scene, &vertex, || rng.draw(dimension + LIGHT), |_| true, receiver);
-        self.bounce(scene.features(), &vertex, &rng, dimension, roulette)
+        self.next_event(scene, &vertex, &numbers, |_| true, receiver);
+        self.bounce(scene.features(), &vertex, &numbers, roulette, receiver)
     }
 
-    /// Samples a light by the numbers that `draw` gives; light from a direction that is not `open` cannot arrive.
+    /// Samples a light; light from a direction that is not `open` cannot arrive.
     #[inline(always)]
     pub(super) fn next_event<S: Trace + Surface + Lights, R: Receiver<S::Material>>(
         &self,
         scene: &S,
         vertex: &Vertex<BsdfOf<S>>,
-        draw: impl FnOnce() -> UVec4,
+        numbers: &Numbers,
         open: impl FnOnce(Vec3) -> bool,
         receiver: &mut R,
     ) {
+        receiver.scatter(vertex);
         if vertex.bsdf.has_smooth_part() {
-            let light = scene.sample_light(draw());
+            let light = scene.sample_light(numbers.light());
             let connection = vertex.connect(&light);
             receiver.light(&light, &connection);
             let arrives = max_component(connection.value) > 0.0 && open(connection.shadow.direction);
             if arrives && !scene.occluded(&connection.shadow) {
-                receiver.next_event(self.throughput * next_event(&light, &connection));
+                let scattered = next_event(light.density, &connection);
+                receiver.next_event(scattered, self.throughput * scattered);
             }
         }
     }
 
-    /// Samples the next direction by the numbers of a vertex, the first of whose dimensions is given; whether there is one.
+    /// Samples the next direction; whether there is one.
     #[inline(always)]
-    pub(super) fn bounce<B: ScatteringFunction>(
+    pub(super) fn bounce<M: Scattering, R: Receiver<M>>(
         &mut self,
         features: u32,
-        vertex: &Vertex<B>,
-        rng: &Rng,
-        dimension: u32,
+        vertex: &Vertex<M::Bsdf>,
+        numbers: &Numbers,
         roulette: bool,
+        receiver: &mut R,
     ) -> bool {
-        let words = rng.draw(dimension + SCATTER);
-        let scattered = vertex.bsdf.sample(words);
-        let direction = vertex.frame.to_world(scattered.direction);
-        self.chosen = Chosen { pdf: scattered.pdf, alone: scattered.delta };
-        self.throughput = flush(self.throughput * scattered.weight);
-        let key = Ray::random_key(features, words.x);
-        self.ray = Ray { origin: vertex.origin(direction), direction, t_max: Ray::FAR, key };
-        let mut alive = (scattered.pdf > 0.0) & vertex.is_consistent(direction, scattered.direction);
+        let departure = vertex.depart(numbers.scatter(), features);
+        receiver.depart(vertex, &departure);
+        let Departure { sample, ray, mut alive } = departure;
+        self.chosen = Chosen { pdf: sample.pdf, alone: sample.delta };
+        self.throughput = flush(self.throughput * sample.weight);
+        self.ray = ray;
         if roulette && self.depth >= ROULETTE_FROM {
             let survival = num::clamp(max_component(self.throughput), MIN_SURVIVAL, 1.0);
-            alive = alive && rng::unit(rng.hash(dimension + ROULETTE).x) < survival;
+            alive = alive && rng::unit(numbers.roulette().x) < survival;
             self.throughput *= num::recip(survival);
         }
         alive

@@ -2,14 +2,14 @@
 
 use super::walker::{Walker, entry};
 use super::{MAX_WALK, MediaParams};
-use crate::bsdf::Dielectric;
+use crate::bsdf::{Dielectric, Scattering};
 use crate::geometry::{Hit, Ray};
 use crate::medium::{Channels, Interior, transmittance};
 use crate::num;
 use crate::rng::{self, Rng};
 use crate::sampling::sample_henyey_greenstein;
 use crate::scene::{Lights, Surface, SurfacePoint, Trace};
-use crate::technique::path::walk::{DIMENSIONS_PER_SEGMENT, LIGHT, Receiver};
+use crate::technique::path::walk::{DIMENSIONS_PER_SEGMENT, LIGHT, Numbers, Receiver};
 use crate::technique::path::{PATH_ROULETTE, Walk};
 use crate::transport::Vertex;
 use crate::vec::{Frame, dot, flush, max_abs, max_component, normalize};
@@ -71,7 +71,7 @@ struct Orders {
     counts: bool,
 }
 
-impl<M> Receiver<M> for Orders {
+impl<M: Scattering> Receiver<M> for Orders {
     #[inline(always)]
     fn add(&mut self, value: Vec3) {
         if self.counts {
@@ -230,13 +230,13 @@ impl Walker {
         found: &mut Orders,
     ) -> bool {
         let vertex = Vertex::new(point, &self.walk.ray, scene.features());
-        let (own, spread) = self.walk.numbers(rng);
+        let numbers = Numbers::at(rng, self.walk.depth);
         let open = |direction: Vec3| !if vertex.is_behind(direction) { inside_there } else { inside };
-        self.walk.next_event(scene, &vertex, || spread.draw(own + LIGHT), open, found);
+        self.walk.next_event(scene, &vertex, &numbers, open, found);
         // a walk may meet the boundary many times before the path is a segment longer
-        let (dimension, rng) = if inside { (self.boundary(), rng.independent()) } else { (own, spread) };
+        let numbers = if inside { Numbers::independent(rng, self.boundary()) } else { numbers };
         let roulette = params.path.flags & PATH_ROULETTE != 0;
-        self.alive = self.walk.bounce(scene.features(), &vertex, &rng, dimension, roulette);
+        self.alive = self.walk.bounce::<S::Material, _>(scene.features(), &vertex, &numbers, roulette, found);
         vertex.is_behind(self.walk.ray.direction)
     }
 

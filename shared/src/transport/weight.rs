@@ -1,9 +1,9 @@
 //! Weights of the balance heuristic (Veach 1997, §9.2) between next-event estimation and scattering.
 
+use super::connect::Connection;
 use crate::geometry::Ray;
 use crate::num;
-use crate::scene::{LightSample, SurfacePoint};
-use crate::transport::Connection;
+use crate::scene::SurfacePoint;
 use crate::vec::dot;
 use glam::Vec3;
 
@@ -17,22 +17,18 @@ pub struct Chosen {
 }
 
 /// Light from a sampled point, with the balance heuristic's weight folded in: with w = l / (l + s), the value f cos L / l
-/// times w is f cos L / (l + s), where l and s are the densities per steradian of the light and of scattering.
+/// times w is f cos L / (l + s), where l and s are the densities per steradian of the light and of scattering. Scattering that
+/// finds the same point has f cos L / s times s / (l + s), which is the same. `density` is that of the light sample.
 #[inline(always)]
-pub(super) fn next_event(light: &LightSample, connection: &Connection) -> Vec3 {
+pub fn next_event(density: f32, connection: &Connection) -> Vec3 {
     let Connection { value, scatter_pdf, cos_light, distance_squared, .. } = *connection;
-    value * num::div(cos_light, light.density * distance_squared + scatter_pdf * cos_light)
+    value * num::div(cos_light, density * distance_squared + scatter_pdf * cos_light)
 }
 
-/// The weight of emission that scattering found: its density over the sum of both strategies' densities.
+/// The weight of emission that scattering found at distance `t` along `ray`: its density over the sum of both strategies' densities.
+/// `light_density` is per area.
 #[inline(always)]
-pub(super) fn emission_weight<M>(
-    light_density: f32,
-    point: &SurfacePoint<M>,
-    ray: &Ray,
-    t: f32,
-    chosen: Chosen,
-) -> f32 {
+pub fn emission_weight<M>(light_density: f32, point: &SurfacePoint<M>, ray: &Ray, t: f32, chosen: Chosen) -> f32 {
     // the light's density per steradian is light_density t^2 / cos; multiplied out, so that cos may be zero
     let scatter = chosen.pdf * num::abs(dot(point.normal, ray.direction));
     let light = light_density * (t * t);
@@ -45,8 +41,8 @@ pub(super) fn emission_weight<M>(
     }
 }
 
-/// As [`emission_weight`], for the environment.
+/// As [`emission_weight`], for the environment, whose `density` is per steradian.
 #[inline(always)]
-pub(super) fn environment_weight(density: f32, chosen: Chosen) -> f32 {
+pub fn environment_weight(density: f32, chosen: Chosen) -> f32 {
     if chosen.alone { 1.0 } else { num::div(chosen.pdf, chosen.pdf + density) }
 }

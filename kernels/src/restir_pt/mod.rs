@@ -1,0 +1,9 @@
+//! ReSTIR PT, see [`restir_shared::technique::restir_pt`].
+
+kernels! {
+    pt_merge,
+    pt_pair,
+    pt_shade,
+    pt_shift,
+    pt_trace,
+}

@@ -1,0 +1,328 @@
+//! The hybrid shift: one loop over the vertices of a path, with one call site for each thing that is asked of a scene.
+
+use super::join::{End, Hybrid, Joins};
+use super::{Path, Start};
+use crate::bsdf::ScatteringFunction;
+use crate::geometry::{Hit, Ray};
+use crate::layout::FEATURE_VOLUME;
+use crate::num;
+use crate::scene::{
+    AddressedLight, AddressedLights, BsdfOf, LightKind, LightSample, Lights, Location, Surface, SurfacePoint, Trace,
+};
+use crate::transport::{
+    Chosen, Connection, Departure, Vertex, emission_weight, environment_weight, next_event, through_interior,
+};
+use crate::vec::{dot, flush, max_component};
+use glam::{UVec4, Vec3};
+
+/// The random numbers of a path. They do not depend on where it starts.
+pub trait Numbers {
+    /// Those by which it leaves the vertex of that index.
+    fn scatter(&self, vertex: u32) -> UVec4;
+    /// Those that vary the thresholds of [`Hybrid`].
+    fn joins(&self) -> UVec4;
+}
+
+/// A path where it was shifted to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shifted {
+    /// The integrand there, in random numbers, linear RGB; black if there is no such path.
+    pub value: Vec3,
+    /// Its [`Path::term`] there; 0 if there is no such path.
+    pub term: f32,
+    /// Why there is none.
+    pub cause: Cause,
+}
+
+/// Why a shift gives no path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[repr(u32)]
+pub enum Cause {
+    /// It gives one.
+    Nothing,
+    /// There is no path, or one that no shift takes anywhere, or it would have to be replayed too far.
+    Unshiftable,
+    /// The replayed path could be joined at another vertex, or cannot be at this one.
+    Joins,
+    /// Replay ends too early: in the void, at what does not emit, or where light is absorbed.
+    Replay,
+    /// What is to be joined sends nothing this way: it turns its back, or a lobe is missing.
+    Dark,
+    /// Something lies between.
+    Blocked,
+    /// A number is out of range, or the device cut a loop short.
+    Broken,
+}
+
+impl Shifted {
+    const fn failed(cause: Cause) -> Self {
+        Self { value: Vec3::ZERO, term: 0.0, cause }
+    }
+}
+
+/// Shifts a path to the start `start`, whose hit is one.
+#[inline(always)]
+pub fn shift<S: Trace + Surface + AddressedLights, N: Numbers>(
+    scene: &S,
+    numbers: &N,
+    hybrid: &Hybrid,
+    start: &Start,
+    path: &Path,
+) -> Shifted {
+    let replays = path.last_replayed().wrapping_sub(1);
+    let shiftable = (path.term > 0.0) & (path.length >= 2) & (replays <= hybrid.replays);
+    if !shiftable {
+        return Shifted::failed(Cause::Unshiftable);
+    }
+    let joint = if path.keeps_surface() { scene.location(&path.hit) } else { NOWHERE };
+    let mut end = Tip::new(start);
+    let mut joins = hybrid.of_path(numbers.joins());
+    while end.open {
+        let point = scene.surface(&end.ray, &end.hit);
+        if end.vertex == 1 {
+            joins = joins.from_start(end.hit.t, num::abs(dot(point.normal, end.ray.direction)));
+        }
+        end.throughput = through_interior(end.throughput, &point, &end.ray, end.hit.t, scene.features());
+        if end.vertex == path.length {
+            end.emit(scene, &joins, &point);
+        } else {
+            let vertex = Vertex::new(&point, &end.ray, scene.features());
+            let cos = vertex.cos(end.ray.direction);
+            if end.vertex < path.last_replayed() {
+                end.replay(scene, numbers, &joins, path, &vertex, cos);
+            } else {
+                end.join(scene, &joins, path, &joint, &vertex, cos);
+            }
+        }
+    }
+    end.shifted()
+}
+
+const NOWHERE: Location = Location { position: Vec3::ZERO, normal: Vec3::Z, offset: 0.0 };
+
+/// The end of a path that grows.
+struct Tip {
+    /// Where it is: the hit of the ray, of which the direction and the distance count.
+    ray: Ray,
+    hit: Hit,
+    /// The index of that vertex.
+    vertex: u32,
+    throughput: Vec3,
+    term: f32,
+    /// The vertex before, as the end of the segment that leads here.
+    from: End,
+    chosen: Chosen,
+    open: bool,
+    cause: Cause,
+}
+
+impl Tip {
+    #[inline(always)]
+    fn new(start: &Start) -> Self {
+        let hit = start.hit.unpack();
+        Self {
+            ray: start.ray(),
+            hit,
+            vertex: 1,
+            throughput: Vec3::ONE,
+            term: 1.0,
+            from: End::NONE,
+            chosen: Chosen { pdf: 0.0, alone: true },
+            open: hit.is_hit(),
+            cause: if hit.is_hit() { Cause::Nothing } else { Cause::Unshiftable },
+        }
+    }
+
+    /// Goes no further, with `cause` if this is no path.
+    #[inline(always)]
+    fn end(&mut self, cause: Cause) {
+        self.open = false;
+        self.cause = cause;
+    }
+
+    #[inline(always)]
+    fn shifted(&self) -> Shifted {
+        let least = max_component(self.throughput);
+        let sound = (least > 0.0) & (least < BRIGHTEST) & (self.term > num::FLUSH_BELOW) & (self.term < BRIGHTEST);
+        if self.cause != Cause::Nothing {
+            Shifted::failed(self.cause)
+        } else if sound {
+            Shifted { value: self.throughput, term: self.term, cause: Cause::Nothing }
+        } else {
+            Shifted::failed(Cause::Broken)
+        }
+    }
+
+    /// Whether the segment that leads here may be joined, of a path that leaves here as `to` says.
+    #[inline(always)]
+    fn joins(&self, joins: &Joins, to: &End) -> bool {
+        (self.vertex > 1) & joins.surfaces(&self.from, to, self.hit.t * self.hit.t)
+    }
+
+    /// Replays how the path left the vertex, up to the next one.
+    #[inline(always)]
+    fn replay<S: Trace + Surface + AddressedLights, N: Numbers>(
+        &mut self,
+        scene: &S,
+        numbers: &N,
+        joins: &Joins,
+        path: &Path,
+        vertex: &Vertex<BsdfOf<S>>,
+        cos: f32,
+    ) {
+        let Departure { sample, ray, alive } = vertex.depart(numbers.scatter(self.vertex), scene.features());
+        let roughness = vertex.bsdf.roughness(sample.lobe);
+        let leaves = End { roughness, pdf: sample.pdf, cos };
+        self.throughput = flush(self.throughput * sample.weight);
+        if !(alive & (max_component(self.throughput) > 0.0)) {
+            return self.end(Cause::Replay);
+        }
+        if self.joins(joins, &leaves) {
+            return self.end(Cause::Joins);
+        }
+        self.from = End { cos: vertex.cos(ray.direction), ..leaves };
+        self.chosen = Chosen { pdf: sample.pdf, alone: sample.delta };
+        self.ray = ray;
+        self.hit = scene.closest(&ray);
+        self.vertex += 1;
+        if self.hit.is_cut() {
+            self.end(Cause::Broken);
+        } else if !self.hit.is_hit() {
+            self.escape(scene, joins, path);
+        }
+    }
+
+    /// Random replay has ended in the void.
+    #[inline(always)]
+    fn escape<S: Lights>(&mut self, scene: &S, joins: &Joins, path: &Path) {
+        let environment = scene.environment(self.ray.direction);
+        let weight = environment_weight(environment.density, self.chosen);
+        self.throughput = self.throughput * environment.radiance * weight;
+        let found = (self.vertex == path.length) & (max_component(self.throughput) > 0.0);
+        let joined = joins.light(&self.from, 1.0, 1.0, true);
+        self.end(if !found {
+            Cause::Replay
+        } else if joined {
+            Cause::Joins
+        } else {
+            Cause::Nothing
+        });
+    }
+
+    /// Random replay has reached the vertex where the path has its light.
+    #[inline(always)]
+    fn emit<S: Lights, M>(&mut self, scene: &S, joins: &Joins, point: &SurfacePoint<M>) {
+        let t = self.hit.t;
+        let weight = emission_weight(scene.light_density(&self.hit), point, &self.ray, t, self.chosen);
+        self.throughput = self.throughput * point.emission * weight;
+        let cos = num::abs(dot(point.normal, self.ray.direction));
+        self.end(if max_component(self.throughput) <= 0.0 {
+            Cause::Replay
+        } else if joins.light(&self.from, cos, t * t, false) {
+            Cause::Joins
+        } else {
+            Cause::Nothing
+        });
+    }
+
+    /// Joins what the path keeps: its reconnection vertex or, from there, what follows.
+    #[inline(always)]
+    fn join<S: Trace + Surface + AddressedLights>(
+        &mut self,
+        scene: &S,
+        joins: &Joins,
+        path: &Path,
+        joint: &Location,
+        vertex: &Vertex<BsdfOf<S>>,
+        cos: f32,
+    ) {
+        let at_joint = self.vertex == path.reconnection;
+        let lights = self.vertex + 1 == path.length;
+        let lobe = if at_joint { path.lobes[1] } else { path.lobes[0] };
+        let next = self.next(scene, path, joint, lights);
+        let connection = vertex.connect_by(&next.sample, lobe);
+        if max_component(connection.value) <= 0.0 || next.is_hidden(&connection) {
+            return self.end(Cause::Dark);
+        }
+        let drawn = lights & path.light_sampled;
+        let roughness = if drawn { vertex.bsdf.greatest_roughness() } else { vertex.bsdf.roughness(lobe) };
+        let leaves = End { roughness, pdf: connection.scatter_pdf, cos };
+        let away = End { cos: vertex.cos(connection.direction), ..leaves };
+        let wrong = (self.joins(joins, &leaves) != at_joint)
+            | (lights & !at_joint & !drawn & !next.joins(joins, &away, &connection));
+        if wrong {
+            return self.end(Cause::Joins);
+        }
+        if !at_joint && scene.occluded(&connection.shadow) {
+            return self.end(Cause::Blocked);
+        }
+        self.throughput = flush(self.throughput * next_event(next.density, &connection));
+        let density = if drawn { next.density } else { connection.lobe_pdf * connection.per_area() };
+        self.term *= density * next.extent;
+        if self.term <= 0.0 {
+            return self.end(Cause::Dark);
+        }
+        if lights | at_joint {
+            return self.end(Cause::Nothing);
+        }
+        self.from = away;
+        self.ray = Ray { direction: connection.direction, ..connection.shadow };
+        self.hit = Hit { t: num::sqrt(connection.distance_squared), ..path.hit };
+        self.vertex += 1;
+        if max_component(self.throughput) <= 0.0 {
+            self.end(Cause::Dark);
+        }
+    }
+
+    /// What the path goes to from here.
+    #[inline(always)]
+    fn next<S: Surface + AddressedLights>(&self, scene: &S, path: &Path, joint: &Location, lights: bool) -> Next {
+        if lights {
+            let AddressedLight { sample, extent } = scene.light_at(path.light);
+            let solid = (scene.features() & FEATURE_VOLUME == 0) | path.light_sampled;
+            Next { sample, density: sample.density, extent, solid }
+        } else if self.vertex == path.reconnection {
+            Next::of(LightSample {
+                position: path.direction,
+                emission: path.radiance,
+                density: 1.0,
+                kind: LightKind::Environment,
+                ..LightSample::NONE
+            })
+        } else {
+            Next::of(LightSample::surface(joint))
+        }
+    }
+}
+
+/// Numbers beyond are out of range.
+const BRIGHTEST: f32 = 1.0e30;
+
+/// Where a path goes to: a light, a surface as if it shone, or a direction.
+struct Next {
+    sample: LightSample,
+    /// With which light sampling could have found it; 0 if it is no light.
+    density: f32,
+    extent: f32,
+    /// Light from the back of the surface is like light from the front.
+    solid: bool,
+}
+
+impl Next {
+    #[inline(always)]
+    fn of(sample: LightSample) -> Self {
+        Self { sample, density: 0.0, extent: 1.0, solid: true }
+    }
+
+    /// Scattering that arrives at the back of an emitter has passed an interior, of which its address knows nothing.
+    #[inline(always)]
+    fn is_hidden(&self, connection: &Connection) -> bool {
+        !self.solid & (self.sample.kind == LightKind::Area) & (dot(self.sample.normal, connection.direction) > 0.0)
+    }
+
+    /// Whether the segment to this light may be joined.
+    #[inline(always)]
+    fn joins(&self, joins: &Joins, from: &End, connection: &Connection) -> bool {
+        joins.light(from, connection.cos_light, connection.distance_squared, self.sample.at_infinity())
+    }
+}

@@ -1,0 +1,65 @@
+//! Paths that can be shifted.
+
+use crate::geometry::Hit;
+use crate::scene::LightAddress;
+use glam::{UVec2, Vec3};
+
+/// A path from a [`Start`](super::Start) to a light, as far as a shift has to know it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Path {
+    /// Whose random numbers made it: a pixel and a sample, as a technique has them.
+    pub key: UVec2,
+    /// The index of its last vertex, the light; the start is vertex 1.
+    pub length: u32,
+    /// k, the index of the vertex from which on the path is kept, from 2 to `length`; 0 if there is none.
+    pub reconnection: u32,
+    /// The light was sampled; otherwise scattering found it.
+    pub light_sampled: bool,
+    /// The lobes that gave the directions from vertex k - 1 and from vertex k; lights that are sampled need none.
+    pub lobes: [u32; 2],
+    /// Vertex k, if it is not the light.
+    pub hit: Hit,
+    /// Unit direction from vertex k, if what follows is not the light.
+    pub direction: Vec3,
+    /// What arrives there from that direction.
+    pub radiance: Vec3,
+    /// The light, if it is vertex k or the next one.
+    pub light: LightAddress,
+    /// The part of the path's density in which its predecessors enter, see the [module](super). Zero of a path that no shift takes
+    /// anywhere.
+    pub term: f32,
+}
+
+impl Path {
+    /// No path.
+    pub const NONE: Self = Self {
+        key: UVec2::ZERO,
+        length: 0,
+        reconnection: 0,
+        light_sampled: false,
+        lobes: [0; 2],
+        hit: Hit::MISS,
+        direction: Vec3::Z,
+        radiance: Vec3::ZERO,
+        light: LightAddress::NONE,
+        term: 0.0,
+    };
+
+    /// Whether the light itself is kept, and not only what arrives of it.
+    #[inline(always)]
+    pub fn keeps_light(&self) -> bool {
+        (self.reconnection != 0) & (self.reconnection + 1 >= self.length)
+    }
+
+    /// Whether vertex k is a surface, and not the light.
+    #[inline(always)]
+    pub fn keeps_surface(&self) -> bool {
+        (self.reconnection != 0) & (self.reconnection < self.length)
+    }
+
+    /// The last vertex that random replay finds.
+    #[inline(always)]
+    pub fn last_replayed(&self) -> u32 {
+        if self.reconnection == 0 { self.length } else { self.reconnection.wrapping_sub(1) }
+    }
+}

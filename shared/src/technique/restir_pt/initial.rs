@@ -1,0 +1,83 @@
+//! Initial paths: of all that a traced path finds, one.
+
+use super::candidates::{Candidate, Candidates, Keep};
+use super::params::PtFacet;
+use super::record::{PackedPath, Stored};
+use super::{PathNumbers, PtParams, SELECTIONS};
+use crate::camera::camera_ray;
+use crate::film::CUT;
+use crate::layout::FilmPixel;
+use crate::resample::reservoir::Reservoir;
+use crate::rng::{self, Rng};
+use crate::scene::{AddressedLights, Surface, Trace};
+use crate::shift::{Path, Start};
+use crate::technique::path::Walk;
+use crate::vec::luminance;
+use glam::Vec3;
+
+/// What a pixel's path gives.
+#[derive(Clone, Copy, Debug)]
+pub struct Traced {
+    /// Where all paths of the pixel begin.
+    pub start: Start,
+    /// The surface there.
+    pub facet: PtFacet,
+    /// One of its candidates, selected in proportion to its luminance, with a confidence of 1. Its contribution weight is in the
+    /// measure of random numbers: the sum of all luminances over its own.
+    pub path: PackedPath,
+    /// What is seen without any path from the start on.
+    pub direct: FilmPixel,
+}
+
+/// Keeps one candidate.
+struct Selection {
+    rng: Rng,
+    count: u32,
+    reservoir: Reservoir<Candidate, f32>,
+    value: Vec3,
+    direct: Vec3,
+}
+
+impl Keep for Selection {
+    #[inline(always)]
+    fn candidate(&mut self, value: Vec3, candidate: &Candidate) {
+        let u = rng::unit(self.rng.hash(SELECTIONS.wrapping_add(self.count)).x);
+        self.count = self.count.wrapping_add(1);
+        if self.reservoir.update(*candidate, luminance(value), 1.0, u) {
+            self.value = value;
+        }
+    }
+
+    #[inline(always)]
+    fn direct(&mut self, value: Vec3) {
+        self.direct += value;
+    }
+}
+
+/// Traces the path of the pixel `at`. Its random numbers are those of a sample of `path` with the frame's index.
+#[inline(always)]
+pub fn trace<S: Trace + Surface + AddressedLights>(scene: &S, params: &PtParams, at: [u32; 2]) -> Traced {
+    let [x, y] = at;
+    let numbers = PathNumbers::new(Rng::new(x, y, params.frame, params.seed, params.sampler()));
+    let ray = camera_ray(&params.camera, false, |u| u, scene.features(), numbers.rng(), x, y);
+    let keep = Selection {
+        rng: *numbers.rng(),
+        count: 0,
+        reservoir: Reservoir::empty(Candidate::NONE),
+        value: Vec3::ZERO,
+        direct: Vec3::ZERO,
+    };
+    let mut candidates = Candidates::new(keep, scene.features(), numbers.key(), params.joins(&numbers));
+    let whole = Walk::new(ray).run(scene, numbers.rng(), params.max_depth, false, &mut candidates);
+    let Selection { reservoir, value, direct, .. } = candidates.keep;
+    let weight = reservoir.contribution_weight(1.0, luminance(value));
+    let found = whole & (weight > 0.0);
+    let stored = Stored {
+        path: if found { reservoir.sample.path(scene, &numbers) } else { Path::NONE },
+        value,
+        contribution_weight: if found { weight } else { 0.0 },
+        confidence: 1.0,
+    };
+    let direct = FilmPixel::from_radiance(if whole { direct } else { CUT });
+    Traced { start: candidates.start, facet: candidates.facet, path: stored.pack(), direct }
+}

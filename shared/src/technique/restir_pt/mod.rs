@@ -1,0 +1,135 @@
+//! Whole paths by resampling (ReSTIR PT; Lin et al. 2022, "Generalized Resampled Importance Sampling", §7).
+//!
+//! A path is traced from each pixel by the loop of [`path`](super::path). It finds light many times, at each of its vertices: each time
+//! is a [`Candidate`], and one of them is kept, with what [`shift`](crate::shift) has to know to take it to another pixel. In a plane a
+//! path takes 64 bytes ([`PackedPath`]). Pixels share paths with neighbours at offsets that all have in common, in pairs on opposite
+//! sides, so that to share is mutual ([`exchange`](crate::resample::exchange)): what a pixel's path is at a neighbour is what the
+//! neighbour may select, and what the pixel weighs its own path by. So a neighbour costs one shift. The passes:
+//!
+//! | pass | reads | makes |
+//! |---|---|---|
+//! | [`trace`] | | starts: what each pixel sees; facets: the surface there; paths: one of each pixel's candidates; direct: what the pixel sees to emit |
+//! | [`pair`] | facets | jobs: for each pixel and neighbour, whether they share |
+//! | [`shift_job`] | jobs, starts, paths | what each job's path is at the pixel: 16 bytes |
+//! | [`merge`] | paths, jobs, what became of them | paths: one of a pixel's own and its neighbours' |
+//! | [`shade`] | paths, direct | radiance |
+//!
+//! | stream of random numbers | what it decides |
+//! |---|---|
+//! | 0 | what `path` draws: so the candidates of a pixel are what `path` adds up, bit for bit |
+//! | 1 | thresholds of the hybrid shift |
+//! | 2 | which candidate is kept |
+//! | 3 | which neighbour's path is kept |
+
+mod candidates;
+mod initial;
+mod params;
+mod record;
+mod share;
+
+pub use candidates::{Candidate, Candidates, Keep};
+pub use initial::{Traced, trace};
+pub use params::{Job, JobShifted, PT_SOBOL, PtFacet, PtParams};
+pub use record::{PackedPath, Stored};
+pub use share::{Shares, merge, pair, shade};
+
+use super::path;
+use crate::rng::{self, Rng, Sampler};
+use crate::scene::{AddressedLights, Surface, Trace};
+use crate::shift::{Joins, Numbers, Shifted, Start, shift};
+use glam::{UVec2, UVec3, UVec4};
+
+/// Where the stream of the thresholds begins. Stream 0 is that of `path`.
+const JOINS: u32 = rng::stream(1);
+/// Where the stream of the selections begins: a dimension each.
+const SELECTIONS: u32 = rng::stream(2);
+/// Where the stream of the merges begins.
+const MERGES: u32 = rng::stream(3);
+
+/// The random numbers of the path of a pixel.
+#[derive(Clone, Copy)]
+pub struct PathNumbers {
+    rng: Rng,
+}
+
+impl PathNumbers {
+    /// Those of a pixel and a frame.
+    #[inline(always)]
+    pub fn new(rng: Rng) -> Self {
+        Self { rng }
+    }
+
+    /// Those of a path whose [`key`](Self::key) this is.
+    #[inline(always)]
+    pub fn of_key(key: UVec2, seed: u32, sampler: Sampler) -> Self {
+        Self { rng: Rng::from_key(UVec3::new(key.x, key.y, seed), sampler) }
+    }
+
+    /// What a path has to keep of them: the pixel and the frame. The seed and the sampler are those of all paths.
+    #[inline(always)]
+    pub fn key(&self) -> UVec2 {
+        let key = self.rng.key();
+        UVec2::new(key.x, key.y)
+    }
+
+    /// The generator.
+    #[inline(always)]
+    pub fn rng(&self) -> &Rng {
+        &self.rng
+    }
+
+    /// Those by which the path samples a light at the vertex of that index.
+    #[inline(always)]
+    pub fn light(&self, vertex: u32) -> UVec4 {
+        path::Numbers::at(&self.rng, vertex).light()
+    }
+}
+
+impl Numbers for PathNumbers {
+    #[inline(always)]
+    fn scatter(&self, vertex: u32) -> UVec4 {
+        path::Numbers::at(&self.rng, vertex).scatter()
+    }
+
+    #[inline(always)]
+    fn joins(&self) -> UVec4 {
+        self.rng.hash(JOINS)
+    }
+}
+
+impl PtParams {
+    /// The thresholds of a path.
+    #[inline(always)]
+    pub fn joins(&self, numbers: &PathNumbers) -> Joins {
+        self.hybrid.of_path(numbers.joins())
+    }
+}
+
+/// Shifts a stored path to a start.
+#[inline(always)]
+pub fn shift_path<S: Trace + Surface + AddressedLights>(
+    scene: &S,
+    params: &PtParams,
+    path: &PackedPath,
+    start: &Start,
+) -> Shifted {
+    let path = path.unpack().path;
+    let numbers = PathNumbers::of_key(path.key, params.seed, params.sampler());
+    shift(scene, &numbers, &params.hybrid, start, &path)
+}
+
+/// Does one job: the path that it names at the start that it names.
+#[inline(always)]
+pub fn shift_job<S: Trace + Surface + AddressedLights>(
+    scene: &S,
+    params: &PtParams,
+    job: Job,
+    starts: &[Start],
+    paths: &[PackedPath],
+) -> JobShifted {
+    if job.path == Job::NONE.path {
+        return JobShifted::default();
+    }
+    let shifted = shift_path(scene, params, &paths[job.path as usize], &starts[job.start as usize]);
+    JobShifted { value: shifted.value.to_array(), term: shifted.term }
+}

@@ -1,0 +1,131 @@
+//! Parameters of the kernels of ReSTIR PT, and elements of their planes.
+
+use crate::layout::{CameraParams, Extent, SceneHeader};
+use crate::resample::exchange::{Neighbours, PAIRS};
+use crate::resample::mis::Mis;
+use crate::resample::reproject::Grid;
+use crate::resample::similar::Similarity;
+use crate::rng::Sampler;
+use crate::shift::Hybrid;
+use bytemuck::{Pod, Zeroable};
+
+/// Flag: numbers are drawn by [`Sampler::Sobol`].
+pub const PT_SOBOL: u32 = 1;
+
+/// Parameters of a pass.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct PtParams {
+    /// The scene's tables.
+    pub scene: SceneHeader,
+    /// The camera.
+    pub camera: CameraParams,
+    /// Where paths are joined.
+    pub hybrid: Hybrid,
+    /// Width of the image in pixels.
+    pub width: u32,
+    /// Height of the image in pixels.
+    pub height: u32,
+    /// Index of the frame: its paths are samples of that number.
+    pub frame: u32,
+    /// Seed of the random numbers.
+    pub seed: u32,
+    /// Longest path in segments, at most 255.
+    pub max_depth: u32,
+    /// [`PT_SOBOL`].
+    pub flags: u32,
+    /// Neighbours that a pixel shares paths with: even, at most 8.
+    pub neighbours: u32,
+    /// Their offsets, see [`Neighbours::pairs`].
+    pub pairs: [u32; PAIRS],
+    /// See [`Similarity`].
+    pub max_plane_distance: f32,
+    /// See [`Similarity`].
+    pub min_normal_cos: f32,
+    /// How paths are weighed against each other: the bits of a form of [`Mis`] that is inside.
+    pub form: u32,
+    /// Layers of the grid, each of the image's size: one for each neighbour where there are jobs, else one.
+    pub layers: u32,
+}
+
+const _: () = assert!(size_of::<PtParams>() == 224);
+
+impl Extent for PtParams {
+    fn extent(&self) -> [u32; 2] {
+        [self.width, self.height * self.layers]
+    }
+}
+
+impl PtParams {
+    /// The same in a kernel that was specialised to the flags in `bits`, or to none by a word without zeros.
+    #[inline(always)]
+    #[must_use]
+    pub fn specialised(self, bits: u32) -> Self {
+        Self { flags: self.flags & bits, ..self }
+    }
+
+    /// The pixels that share paths with each other.
+    #[inline(always)]
+    pub(super) fn sharing(&self) -> Neighbours {
+        Neighbours {
+            grid: Grid { width: self.width, height: self.height },
+            count: self.neighbours,
+            pairs: self.pairs,
+            near_radius: 0.0,
+            similarity: Similarity { max_plane_distance: self.max_plane_distance, min_normal_cos: self.min_normal_cos },
+        }
+    }
+
+    /// The form of MIS.
+    #[inline(always)]
+    pub(super) fn form(&self) -> Mis {
+        Mis::from_bits(self.form)
+    }
+
+    /// How the numbers of a path are spread.
+    #[inline(always)]
+    pub fn sampler(&self) -> Sampler {
+        if self.flags & PT_SOBOL != 0 { Sampler::Sobol } else { Sampler::Independent }
+    }
+}
+
+/// The surface on which paths start, as far as it decides with whom they are shared; without one the distance is 0.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct PtFacet {
+    /// World position.
+    pub position: [f32; 3],
+    /// Its distance from the camera.
+    pub distance: f32,
+    /// Unit geometric normal.
+    pub normal: [f32; 3],
+    /// Zero.
+    pub reserved: u32,
+}
+
+const _: () = assert!(size_of::<PtFacet>() == 32);
+
+/// A path that is to be shifted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Job {
+    /// The index of the path in its plane.
+    pub path: u32,
+    /// The index of the start that it is taken to.
+    pub start: u32,
+}
+
+impl Job {
+    /// Nothing to do.
+    pub const NONE: Self = Self { path: u32::MAX, start: 0 };
+}
+
+/// What became of a job, in 16 bytes: zeros if the path cannot be shifted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct JobShifted {
+    /// The integrand at the start, linear RGB.
+    pub value: [f32; 3],
+    /// See [`Path::term`](crate::shift::Path::term); over that of the path it is the Jacobian.
+    pub term: f32,
+}

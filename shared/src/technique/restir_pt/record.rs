@@ -1,0 +1,194 @@
+//! A reservoir of a path as it lies in a plane, 64 bytes.
+
+use crate::geometry::Hit;
+use crate::num::{self, Scalar};
+use crate::pack::{decode_unit_vector_48, encode_unit_vector_48};
+use crate::scene::LightAddress;
+use crate::shift::Path;
+use bytemuck::{Pod, Zeroable};
+use glam::{UVec2, Vec2, Vec3};
+
+/// A reservoir as it lies in a plane.
+///
+/// | word | content |
+/// |---|---|
+/// | 0 | contribution weight, `f32` |
+/// | 1 to 3 | the integrand, linear RGB, `f32` |
+/// | 4 to 6 | light index, u, v where the light is kept ([`Path::keeps_light`]); else what arrives at vertex k, linear RGB, `f32` |
+/// | 7 | term of the density, `f32` |
+/// | 8 | pixel of the random numbers: 16 bits x, 16 bits y |
+/// | 9 | sample of the random numbers |
+/// | 10 | id of vertex k |
+/// | 11 | 24 bits u of vertex k, 8 bits confidence |
+/// | 12 | 24 bits v, 8 bits length |
+/// | 13 | 24 bits of the direction from vertex k, 8 bits k |
+/// | 14 | 24 bits of the direction, 8 bits first lobe |
+/// | 15 | 8 bits second lobe, 1 bit: the light was sampled |
+///
+/// What decides where a path goes is stored as it is, but for the coordinates of vertex k, in 2^-24, and the direction, to
+/// 6e-7 radians. Packing what was unpacked may give another code of the direction, so a path is moved on by
+/// [`Self::moved`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub struct PackedPath {
+    /// See above.
+    pub words: [u32; 16],
+}
+
+const _: () = assert!(size_of::<PackedPath>() == 64);
+
+/// What a pass leaves of a reservoir.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stored {
+    /// The path; [`Path::NONE`] without one.
+    pub path: Path,
+    /// Its integrand at the pixel, in random numbers, linear RGB.
+    pub value: Vec3,
+    /// Its unbiased contribution weight; zero without a path.
+    pub contribution_weight: f32,
+    /// Confidence weight in frames, an integer from 0 to 255. A pixel whose candidates all failed counts, too.
+    pub confidence: f32,
+}
+
+/// The largest confidence that is kept.
+const MAX_CONFIDENCE: f32 = 255.0;
+/// The longest path that is kept.
+pub(super) const MAX_LENGTH: u32 = 255;
+const LOW: u32 = 0x00ff_ffff;
+const CELLS: f32 = 16_777_216.0;
+
+impl Stored {
+    /// The plane's words. A weight that is no number, or out of range, is not kept: there is no path then.
+    #[inline(always)]
+    pub fn pack(&self) -> PackedPath {
+        let Self { path, value, contribution_weight, confidence } = *self;
+        let kept = path.light;
+        let radiance = path.radiance;
+        let seen = if path.keeps_light() {
+            [kept.light, kept.u, kept.v]
+        } else {
+            [radiance.x.to_bits(), radiance.y.to_bits(), radiance.z.to_bits()]
+        };
+        let [x, y] = encode_unit_vector_48(path.direction);
+        let drawn = if path.light_sampled { 1 } else { 0 };
+        let weight = contribution_weight.within_range();
+        let sound = (weight > 0.0) & (path.length <= MAX_LENGTH);
+        let length = if sound { path.length } else { 0 };
+        PackedPath {
+            words: [
+                if sound { weight.to_bits() } else { 0 },
+                value.x.to_bits(),
+                value.y.to_bits(),
+                value.z.to_bits(),
+                seen[0],
+                seen[1],
+                seen[2],
+                path.term.to_bits(),
+                path.key.x,
+                path.key.y,
+                path.hit.id,
+                cell(path.hit.uv.x) | (count(confidence) << 24),
+                cell(path.hit.uv.y) | (length << 24),
+                x | (path.reconnection << 24),
+                y | (path.lobes[0] << 24),
+                (path.lobes[1] & 0xff) | (drawn << 8),
+            ],
+        }
+    }
+}
+
+impl PackedPath {
+    /// See [`Stored::value`].
+    #[inline(always)]
+    pub fn value(&self) -> Vec3 {
+        Vec3::new(f32::from_bits(self.words[1]), f32::from_bits(self.words[2]), f32::from_bits(self.words[3]))
+    }
+
+    /// See [`Stored::contribution_weight`].
+    #[inline(always)]
+    pub fn contribution_weight(&self) -> f32 {
+        f32::from_bits(self.words[0])
+    }
+
+    /// See [`Stored::confidence`].
+    #[inline(always)]
+    pub fn confidence(&self) -> f32 {
+        (self.words[11] >> 24) as f32
+    }
+
+    /// See [`Path::term`].
+    #[inline(always)]
+    pub fn term(&self) -> f32 {
+        f32::from_bits(self.words[7])
+    }
+
+    /// The inverse of [`Stored::pack`].
+    #[inline(always)]
+    pub fn unpack(&self) -> Stored {
+        let w = &self.words;
+        let f = f32::from_bits;
+        let length = w[12] >> 24;
+        let path = Path {
+            key: UVec2::new(w[8], w[9]),
+            length,
+            reconnection: w[13] >> 24,
+            light_sampled: w[15] & 0x100 != 0,
+            lobes: [w[14] >> 24, w[15] & 0xff],
+            hit: Hit { id: w[10], uv: Vec2::new(coordinate(w[11]), coordinate(w[12])), ..Hit::MISS },
+            direction: decode_unit_vector_48([w[13], w[14]]),
+            radiance: Vec3::new(f(w[4]), f(w[5]), f(w[6])),
+            light: LightAddress { light: w[4], u: w[5], v: w[6] },
+            term: f(w[7]),
+        };
+        let path = Path {
+            radiance: if path.keeps_light() { Vec3::ZERO } else { path.radiance },
+            light: if path.keeps_light() { path.light } else { LightAddress::NONE },
+            ..path
+        };
+        Stored {
+            path,
+            value: Vec3::new(f(w[1]), f(w[2]), f(w[3])),
+            contribution_weight: f(w[0]),
+            confidence: (w[11] >> 24) as f32,
+        }
+    }
+
+    /// The same path with another contribution weight and confidence; with a weight of zero it is none.
+    #[inline(always)]
+    #[must_use]
+    pub fn weighted(&self, contribution_weight: f32, confidence: f32) -> Self {
+        let weight = contribution_weight.within_range();
+        let mut weighted = *self;
+        weighted.words[0] = weight.to_bits();
+        weighted.words[11] = (self.words[11] & LOW) | (count(confidence) << 24);
+        weighted.words[12] = if weight > 0.0 { self.words[12] } else { self.words[12] & LOW };
+        weighted
+    }
+
+    /// The path at the pixel that it was shifted to, where it has this integrand and this term.
+    #[inline(always)]
+    #[must_use]
+    pub fn moved(&self, value: Vec3, term: f32) -> Self {
+        let mut moved = *self;
+        moved.words[1] = value.x.to_bits();
+        moved.words[2] = value.y.to_bits();
+        moved.words[3] = value.z.to_bits();
+        moved.words[7] = term.to_bits();
+        moved
+    }
+}
+
+#[inline(always)]
+fn cell(x: f32) -> u32 {
+    (num::clamp(x, 0.0, 1.0 - num::UNIT_ROUNDOFF) * CELLS + 0.5) as u32
+}
+
+#[inline(always)]
+fn coordinate(word: u32) -> f32 {
+    (word & LOW) as f32 * num::UNIT_ROUNDOFF
+}
+
+#[inline(always)]
+fn count(confidence: f32) -> u32 {
+    num::nearest(num::clamp(confidence, 0.0, MAX_CONFIDENCE)) as u32
+}

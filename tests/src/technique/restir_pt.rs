@@ -1,0 +1,434 @@
+//! ReSTIR PT: the paths of a picture's pixels and what shifts make of them, natively.
+
+use crate::scenes::buffers;
+use crate::stats::{Moments, ZTest};
+use glam::{UVec4, Vec2, Vec3};
+use rayon::prelude::*;
+use restir_host::buffers::SceneBuffers;
+use restir_kernels::Case;
+use restir_kernels::restir_pt::{pt_merge, pt_pair, pt_shade, pt_shift, pt_trace};
+use restir_shared::camera::primary_ray;
+use restir_shared::geometry::Ray;
+use restir_shared::layout::FilmPixel;
+use restir_shared::resample::exchange::{PAIRS, pair_offsets};
+use restir_shared::resample::mis::Mis;
+use restir_shared::rng::{Rng, Sampler, pcg4d};
+use restir_shared::scene::{SceneView, Trace};
+use restir_shared::shift::{Cause, Hybrid, Shifted, Start};
+use restir_shared::technique::path::Walk;
+use restir_shared::technique::restir_pt::{
+    self, Candidate, Candidates, Job, JobShifted, Keep, PT_SOBOL, PackedPath, PathNumbers, PtFacet, PtParams, Shares,
+    Stored, Traced, shift_path,
+};
+use restir_shared::vec::luminance;
+use std::collections::BTreeMap;
+
+/// A picture whose pixels' paths are shifted to each other.
+pub struct Picture<'a> {
+    /// The scene.
+    pub scene: SceneView<'a>,
+    /// Parameters, with the criterion.
+    pub params: PtParams,
+}
+
+/// A path that a pixel has found.
+#[derive(Clone, Copy, Debug)]
+pub struct Found {
+    /// What `path` adds up.
+    pub value: Vec3,
+    /// The path, as it is stored.
+    pub stored: PackedPath,
+}
+
+/// Keeps all candidates, and what the first segment finds.
+#[derive(Default)]
+struct All {
+    found: Vec<(Vec3, Candidate)>,
+    direct: Vec3,
+}
+
+impl Keep for All {
+    fn candidate(&mut self, value: Vec3, candidate: &Candidate) {
+        self.found.push((value, *candidate));
+    }
+
+    fn direct(&mut self, value: Vec3) {
+        self.direct += value;
+    }
+}
+
+impl<'a> Picture<'a> {
+    /// Of `side` by `side` pixels, whose random numbers are independent.
+    pub fn new(buffers: &'a SceneBuffers, side: u32, depth: u32, hybrid: Hybrid) -> Self {
+        let scene = buffers.view();
+        let params = PtParams {
+            scene: scene.header,
+            camera: buffers.camera.params(side, side),
+            hybrid,
+            width: side,
+            height: side,
+            frame: 0,
+            seed: 1,
+            max_depth: depth,
+            flags: 0,
+            neighbours: 0,
+            pairs: [0; PAIRS],
+            max_plane_distance: 0.1,
+            min_normal_cos: 0.5,
+            form: Mis::PAIRWISE.bits(),
+            layers: 1,
+        };
+        Self { scene, params }
+    }
+
+    /// Other random numbers.
+    #[must_use]
+    pub fn with_seed(self, seed: u32) -> Self {
+        Self { params: PtParams { seed, ..self.params }, ..self }
+    }
+
+    /// Another criterion.
+    #[must_use]
+    pub fn with(&self, hybrid: Hybrid) -> Self {
+        Self { params: PtParams { hybrid, ..self.params }, ..*self }
+    }
+
+    /// Not through the middles of pixels: in symmetrical scenes some of these rays end exactly where two walls meet, and it is for
+    /// roundings to say whether one wall hides what a ray that begins on the other one goes to.
+    fn ray(&self, [x, y]: [u32; 2]) -> Ray {
+        primary_ray(&self.params.camera, Vec2::new(x as f32 + 0.37, y as f32 + 0.61), Vec2::ZERO)
+    }
+
+    /// Where the paths of a pixel begin, if it sees a surface.
+    pub fn start(&self, at: [u32; 2]) -> Option<Start> {
+        let ray = self.ray(at);
+        let hit = self.scene.closest(&ray);
+        hit.is_hit().then(|| Start::new(&ray, &hit))
+    }
+
+    fn numbers(&self, [x, y]: [u32; 2], frame: u32) -> PathNumbers {
+        PathNumbers::new(Rng::new(x, y, frame, self.params.seed, Sampler::Independent))
+    }
+
+    fn walk(&self, at: [u32; 2], frame: u32) -> (PathNumbers, All) {
+        let numbers = self.numbers(at, frame);
+        let (features, joins) = (self.scene.features, self.params.joins(&numbers));
+        let mut candidates = Candidates::new(All::default(), features, numbers.key(), joins);
+        Walk::new(self.ray(at)).run(&self.scene, numbers.rng(), self.params.max_depth, false, &mut candidates);
+        (numbers, candidates.keep)
+    }
+
+    /// All paths to light that a pixel finds in a frame.
+    pub fn found(&self, at: [u32; 2], frame: u32) -> Vec<Found> {
+        let (numbers, all) = self.walk(at, frame);
+        let stored = |&(value, candidate): &(Vec3, Candidate)| {
+            let path = candidate.path(&self.scene, &numbers);
+            Found { value, stored: Stored { path, value, contribution_weight: 1.0, confidence: 1.0 }.pack() }
+        };
+        all.found.iter().filter(|(value, _)| value.max_element() > 0.0).map(stored).collect()
+    }
+
+    /// The sum of what a pixel finds, in the order in which it finds it; and what `path` says.
+    pub fn sums(&self, at: [u32; 2], frame: u32) -> [Vec3; 2] {
+        let (numbers, all) = self.walk(at, frame);
+        let mut sum = Vec3::ZERO;
+        Walk::new(self.ray(at)).run(&self.scene, numbers.rng(), self.params.max_depth, false, &mut sum);
+        [all.found.iter().fold(all.direct, |sum, (value, _)| sum + *value), sum]
+    }
+
+    /// A path at another start.
+    pub fn shift(&self, path: &PackedPath, start: &Start) -> Shifted {
+        shift_path(&self.scene, &self.params, path, start)
+    }
+
+    /// Pairs of pixels that see surfaces, `step` apart, none of which is in two pairs.
+    pub fn pairs(&self, [dx, dy]: [u32; 2]) -> Vec<[[u32; 2]; 2]> {
+        let PtParams { width, height, .. } = self.params;
+        let mut free = vec![true; (width * height) as usize];
+        let mut pairs = Vec::new();
+        for (x, y) in (0..height - dy).flat_map(|y| (0..width - dx).map(move |x| (x, y))) {
+            let pair = [[x, y], [x + dx, y + dy]];
+            let index = pair.map(|[x, y]| (y * width + x) as usize);
+            if index.iter().all(|&i| free[i]) && pair.iter().all(|&at| self.start(at).is_some()) {
+                index.iter().for_each(|&i| free[i] = false);
+                pairs.push(pair);
+            }
+        }
+        pairs
+    }
+}
+
+/// A frame in which pixels share their paths, pass by pass.
+#[derive(Clone, Debug)]
+pub struct Shared {
+    /// What each pixel traces.
+    pub traced: Vec<Traced>,
+    /// Planes of that: where paths begin.
+    pub starts: Vec<Start>,
+    /// The surfaces there.
+    pub facets: Vec<PtFacet>,
+    /// The paths.
+    pub paths: Vec<PackedPath>,
+    /// Who shares with whom.
+    pub jobs: Vec<Job>,
+    /// What became of the jobs.
+    pub shifted: Vec<JobShifted>,
+    /// One path a pixel, of its own and its neighbours'.
+    pub merged: Vec<PackedPath>,
+    /// The picture.
+    pub film: Vec<FilmPixel>,
+}
+
+impl Picture<'_> {
+    /// Parameters of a frame in which each pixel has so many neighbours within a radius; also for paths of another number.
+    pub fn sharing(&self, frame: u32, neighbours: u32, radius: f32) -> PtParams {
+        let mut params = PtParams { frame, neighbours, ..self.params };
+        let words = pcg4d(UVec4::new(frame, params.seed, 7, 7));
+        let pairs = &mut params.pairs[..neighbours as usize / 2];
+        assert!(pair_offsets([words.x, words.y], radius, pairs) == pairs.len(), "the disk is large enough");
+        params
+    }
+
+    /// A frame in which pixels share. Wrongly, a pixel does not know what its neighbours can make of its own path.
+    pub fn share(&self, params: &PtParams, wrong: bool) -> Shared {
+        let PtParams { width, height, neighbours, .. } = *params;
+        let places = |rows: u32| (0..rows).flat_map(move |y| (0..width).map(move |x| [x, y]));
+        let traced: Vec<Traced> = places(height).map(|at| restir_pt::trace(&self.scene, params, at)).collect();
+        let starts: Vec<Start> = traced.iter().map(|traced| traced.start).collect();
+        let paths: Vec<PackedPath> = traced.iter().map(|traced| traced.path).collect();
+        let facets: Vec<PtFacet> = traced.iter().map(|traced| traced.facet).collect();
+        let jobs: Vec<Job> = places(height * neighbours).map(|at| restir_pt::pair(params, &facets, at)).collect();
+        let shift = |job: &Job| restir_pt::shift_job(&self.scene, params, *job, &starts, &paths);
+        let shifted: Vec<JobShifted> = jobs.iter().map(shift).collect();
+        let merge = |at: [u32; 2]| {
+            let shares = Shares { paths: &paths, jobs: &jobs, shifted: &shifted };
+            let own = at[1] * width + at[0];
+            let known = |(job, shifted): (&Job, &JobShifted)| {
+                if wrong && job.path == own { JobShifted::default() } else { *shifted }
+            };
+            let shifted: Vec<JobShifted> = jobs.iter().zip(&shifted).map(known).collect();
+            restir_pt::merge(params, &Shares { shifted: &shifted, ..shares }, at)
+        };
+        let merge_all = |at| restir_pt::merge(params, &Shares { paths: &paths, jobs: &jobs, shifted: &shifted }, at);
+        let merged: Vec<PackedPath> =
+            if wrong { places(height).map(merge).collect() } else { places(height).map(merge_all).collect() };
+        let film = traced.iter().zip(&merged).map(|(traced, path)| restir_pt::shade(path, traced.direct)).collect();
+        Shared { traced, starts, facets, paths, jobs, shifted, merged, film }
+    }
+}
+
+/// What became of shifts there and back.
+#[derive(Clone, Debug, Default)]
+pub struct Returns {
+    /// Shifts that gave a path, and those that did not, by the cause.
+    pub there: BTreeMap<Cause, u64>,
+    /// Of those that gave one, what the way back gave.
+    pub back: BTreeMap<Cause, u64>,
+    /// Of those that came back, the ones that are not bit for bit what the path is at home.
+    pub changed: u64,
+    /// Sum over the contributions of paths that do not return, over that of all that were shifted.
+    pub lost: [f64; 2],
+}
+
+impl Returns {
+    /// Paths that were shifted.
+    pub fn shifted(&self) -> u64 {
+        self.back.values().sum()
+    }
+
+    /// Paths that were shifted and do not return.
+    pub fn one_sided(&self) -> u64 {
+        self.back.iter().filter(|(cause, _)| **cause != Cause::Nothing).map(|(_, count)| count).sum()
+    }
+
+    /// The share of the contributions that does not return.
+    pub fn lost_share(&self) -> f64 {
+        self.lost[0] / self.lost[1].max(f64::MIN_POSITIVE)
+    }
+
+    /// Shifts the paths that the first pixel of each pair finds in each of so many frames to the second, and back.
+    pub fn of(picture: &Picture<'_>, pairs: &[[[u32; 2]; 2]], frames: u32, wrong: Wrong) -> Self {
+        let of_pair = |&[x, y]: &[[u32; 2]; 2]| {
+            let mut returns = Self::default();
+            let (Some(home), Some(away)) = (picture.start(x), picture.start(y)) else { return returns };
+            for found in (0..frames).flat_map(|frame| picture.found(x, frame)) {
+                returns.add(picture, &found, [&home, &away], wrong);
+            }
+            returns
+        };
+        let all: Vec<Self> = pairs.par_iter().map(of_pair).collect();
+        all.into_iter().fold(Self::default(), Self::merge)
+    }
+
+    fn merge(mut self, other: Self) -> Self {
+        for (sum, counts) in [(&mut self.there, other.there), (&mut self.back, other.back)] {
+            counts.into_iter().for_each(|(cause, count)| *sum.entry(cause).or_default() += count);
+        }
+        self.changed += other.changed;
+        self.lost = [self.lost[0] + other.lost[0], self.lost[1] + other.lost[1]];
+        self
+    }
+
+    fn add(&mut self, picture: &Picture<'_>, found: &Found, [home, away]: [&Start; 2], wrong: Wrong) {
+        let there = picture.shift_wrongly(&found.stored, away, wrong);
+        *self.there.entry(there.cause).or_default() += 1;
+        if there.term == 0.0 {
+            return;
+        }
+        let moved = found.stored.moved(there.value, there.term);
+        // what it has become has to be a path of the second pixel's own, or that pixel would not shift it
+        let own = picture.shift(&moved, away);
+        let back = if own.term == 0.0 { own } else { picture.shift(&moved, home) };
+        *self.back.entry(back.cause).or_default() += 1;
+        let term = found.stored.unpack().path.term;
+        let sent = f64::from(there.value.element_sum()) * f64::from(there.term) / f64::from(term);
+        self.lost[1] += sent;
+        if back.term == 0.0 {
+            self.lost[0] += sent;
+            return;
+        }
+        self.changed += u64::from(back != picture.shift(&found.stored, home));
+    }
+}
+
+/// A way to shift wrongly.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wrong {
+    /// Right.
+    Not,
+    /// The Jacobian is left out.
+    NoJacobian,
+    /// The Jacobian is that of the way back.
+    Inverted,
+    /// Where a path may be joined is asked of the path that is shifted, and not of what it becomes.
+    ForwardOnly,
+}
+
+impl Wrong {
+    /// The weight of what is shifted with that Jacobian, which is 0 of what cannot be shifted.
+    fn weight(self, jacobian: f64) -> f64 {
+        let jacobian = match self {
+            _ if jacobian == 0.0 || jacobian.is_nan() => return 0.0,
+            Self::Not | Self::ForwardOnly => jacobian,
+            Self::NoJacobian => 1.0,
+            Self::Inverted => jacobian.recip(),
+        };
+        jacobian / (1.0 + jacobian)
+    }
+}
+
+/// What the second pixels of pairs get by shifts of the first one's paths, less what they find of it themselves, each by its weight in
+/// the balance heuristic between the two: a shift of Jacobian J brings J / (1 + J), and takes the place of as much of what the shift
+/// back would take away. Zero in the mean, if shifts are undone and Jacobians right.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Arrivals {
+    /// The difference, of each pair and frame, in luminance.
+    pub difference: Moments,
+    /// What the pixels find of it themselves.
+    pub own: Moments,
+}
+
+impl Arrivals {
+    /// Of so many frames, whose random numbers have nothing to do with each other.
+    pub fn of(picture: &Picture<'_>, pairs: &[[[u32; 2]; 2]], frames: u32, wrong: Wrong) -> Self {
+        let of_pair = |&[x, y]: &[[u32; 2]; 2]| {
+            let mut arrivals = Self::default();
+            let (Some(home), Some(away)) = (picture.start(x), picture.start(y)) else { return arrivals };
+            for frame in 0..frames {
+                let arriving: f64 =
+                    picture.found(x, frame).iter().map(|found| picture.arriving(&found.stored, &away, wrong)).sum();
+                let own: f64 = picture.found(y, frame).iter().map(|found| picture.replaced(found, &home, wrong)).sum();
+                arrivals.difference.push(arriving - own);
+                arrivals.own.push(own);
+            }
+            arrivals
+        };
+        let all: Vec<Self> = pairs.par_iter().map(of_pair).collect();
+        all.into_iter().fold(Self::default(), |sum, pair| Self {
+            difference: sum.difference.merge(pair.difference),
+            own: sum.own.merge(pair.own),
+        })
+    }
+
+    /// As a test of the difference; its power is relative to what the pixels find themselves.
+    pub fn test(&self) -> ZTest {
+        ZTest::new(self.difference, Moments::exact(0.0))
+    }
+}
+
+impl Picture<'_> {
+    /// Of the wrong ways only that matters here which takes paths to other places.
+    fn shift_wrongly(&self, stored: &PackedPath, away: &Start, wrong: Wrong) -> Shifted {
+        let anywhere = Hybrid { replays: self.params.hybrid.replays, ..Hybrid::RECONNECTION };
+        if wrong == Wrong::ForwardOnly && stored.unpack().path.reconnection == 2 {
+            self.with(anywhere).shift(stored, away)
+        } else {
+            self.shift(stored, away)
+        }
+    }
+
+    fn arriving(&self, stored: &PackedPath, away: &Start, wrong: Wrong) -> f64 {
+        let shifted = self.shift_wrongly(stored, away, wrong);
+        brightness(shifted.value) * wrong.weight(f64::from(shifted.term) / f64::from(stored.unpack().path.term))
+    }
+
+    fn replaced(&self, found: &Found, home: &Start, wrong: Wrong) -> f64 {
+        let jacobian = f64::from(self.shift(&found.stored, home).term) / f64::from(found.stored.unpack().path.term);
+        brightness(found.value) * wrong.weight(jacobian)
+    }
+}
+
+fn brightness(v: Vec3) -> f64 {
+    f64::from(luminance(v))
+}
+
+/// Parity cases of the kernels that no plan runs yet: paths of several scenes and lengths, joined as each criterion says, and shared.
+pub fn cases() -> Vec<Case> {
+    let hybrid = Hybrid::new(0.2, 0.1);
+    let rows = [
+        ("hybrid, diffuse", "cornell", hybrid),
+        ("hybrid, all lights", "all-lights", hybrid),
+        ("hybrid, glossy", "glossy", hybrid),
+        ("by footprint, glass", "glass", Hybrid::by_footprint(0.02, 0.1)),
+        ("replay, all lights", "all-lights", Hybrid::REPLAY),
+        ("reconnection, environment", "tower", Hybrid::RECONNECTION),
+        ("hybrid, textures", "coats", hybrid),
+    ];
+    rows.into_iter().flat_map(|(name, scene, hybrid)| cases_of(name, scene, hybrid)).collect()
+}
+
+/// Pixels of a side of a case's picture.
+const SIDE: u32 = 12;
+/// Neighbours in a case.
+const NEIGHBOURS: u32 = 4;
+
+fn cases_of(name: &str, scene: &str, hybrid: Hybrid) -> Vec<Case> {
+    let scene = buffers(scene).expect("a scene of the harness");
+    let picture = Picture::new(&scene, SIDE, 7, hybrid);
+    let view = &picture.scene;
+    let form = Mis::PAIRWISE_DEFENSIVE.bits();
+    let image = PtParams { flags: PT_SOBOL, form, ..picture.sharing(2, NEIGHBOURS, 4.0) };
+    let layers = PtParams { layers: NEIGHBOURS, ..image };
+    let shared = picture.share(&image, false);
+    let direct: Vec<FilmPixel> = shared.traced.iter().map(|traced| traced.direct).collect();
+    let case = |kernel, params: PtParams| Case::new(kernel, name, SIDE, SIDE * params.layers).with(&[params]);
+    let over_scene = |kernel, params| case(kernel, params).with(view.geometry).with(view.attributes).with(view.texels);
+    let every = every_path(&picture);
+    vec![
+        over_scene(&pt_trace::DESC, image).output().output().output().output(),
+        case(&pt_pair::DESC, layers).with(&shared.facets).output(),
+        over_scene(&pt_shift::DESC, layers).with(&shared.jobs).with(&shared.starts).with(&every).output(),
+        case(&pt_merge::DESC, image).with(&shared.paths).with(&shared.jobs).with(&shared.shifted).output(),
+        case(&pt_shade::DESC, image).with(&shared.merged).with(&direct).output(),
+    ]
+}
+
+/// Of each pixel one path, of every length and kind in turn.
+fn every_path(picture: &Picture<'_>) -> Vec<PackedPath> {
+    let places = (0..SIDE * SIDE).map(|i| [i % SIDE, i / SIDE]);
+    let one = |(i, at): (usize, [u32; 2])| {
+        let found = picture.found(at, 0);
+        if found.is_empty() { PackedPath::default() } else { found[i % found.len()].stored }
+    };
+    places.enumerate().map(one).collect()
+}
