@@ -137,12 +137,12 @@ fn everything_comes_back() {
 #[test]
 fn groups_stay_objects() {
     let mut scene = everything();
-    assert_eq!(back(&scene).objects(), [0, 1, 2, 3]);
+    assert_eq!(back(&scene).objects(), [0, 1, 2, 3, 4]);
     for instance in &mut scene.instances {
         instance.group = Some(0);
     }
-    // of three materials
-    assert_eq!(scene.objects(), [0, 1, 0, 3]);
+    // of four materials
+    assert_eq!(scene.objects(), [0, 1, 0, 3, 4]);
     assert_eq!(back(&scene).objects(), scene.objects());
 }
 
