@@ -4,8 +4,8 @@ use libtest_mimic::Failed;
 use restir_host::buffers::SceneBuffers;
 use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::render::{self, Render, Rendered};
-use restir_host::scene::{Camera, Environment, Material, Mesh, Scene, Volume, VolumeScattering};
-use restir_host::technique::path::{Orders, PathSettings};
+use restir_host::scene::{Camera, Environment, Material, Mesh, Scene, Volume, VolumeScattering, builtin};
+use restir_host::technique::path::{Orders, PathSettings, Subsurface};
 use restir_shared::glam::DVec3;
 use restir_shared::rng::Sampler;
 use restir_shared::technique::path::media::MediaParams;
@@ -19,7 +19,7 @@ use restir_tests::{native, oracle};
 restir_tests::suite! {
     slabs_reflect_and_transmit_what_is_known bodies_look_as_by_an_independent_walk orders_look_as_by_an_independent_walk
     wrong_media_are_seen where_a_path_is_cut_does_not_matter walks_are_counted white_bodies_cannot_be_seen
-    scale_does_not_matter
+    scale_does_not_matter scattering_elsewhere_changes_nothing the_last_segment_may_be_a_walk
 }
 
 const GRID: TileGrid = TileGrid { width: 16, height: 16, tile: 8 };
@@ -313,6 +313,41 @@ fn scale_does_not_matter() -> Result<(), Failed> {
         ensure(film(scale) == one, || format!("a scale of {scale} shows another picture"))?;
     }
     Ok(())
+}
+
+/// Glass, coloured glass among it, has the bits that it has without a body of wax that no light reaches.
+fn scattering_elsewhere_changes_nothing() -> Result<(), Failed> {
+    let mut scene = builtin::scene("glass").ok_or("no scene of that name")?;
+    let hidden = slab(1.0, 0.9, 0.0, Border::Open, true).material();
+    let wax = scene.add_material(hidden);
+    // below the floor
+    scene.add_mesh("wax", wax, Mesh::cuboid(DVec3::new(-1.0, -3.0, -1.0), DVec3::new(1.0, -2.0, 1.0)));
+    let buffers = SceneBuffers::build(&scene)?;
+    let film = |subsurface| {
+        let settings = PathSettings { subsurface, max_depth: 10, ..PathSettings::default() };
+        let render = Render { count: 8, ..Render::new([32, 24], settings) };
+        render::render(&mut CpuExecutor::inline(), &buffers, &render, &mut |_| Ok(()))
+    };
+    let (walked, plain) = (film(Subsurface::Walk)?, film(Subsurface::Off)?);
+    ensure(walked.counts == [("walks", 0), ("scatterings", 0), ("cut_walks", 0), ("leaked_walks", 0)], || {
+        format!("{:?}", walked.counts)
+    })?;
+    ensure(walked.image.pixels == plain.image.pixels, || "the glass looks otherwise".to_owned())
+}
+
+/// A path of three segments is the camera's, a walk with whatever it is reflected from inside, and one to the sky: a fourth adds nothing
+/// to a body that is alone.
+fn the_last_segment_may_be_a_walk() -> Result<(), Failed> {
+    let case = body("sphere", SPHERE, Border::Dielectric(1.4), 0.0);
+    let scene = case.scene();
+    let film = |max_depth| {
+        let settings = PathSettings { max_depth, ..case.settings() };
+        let render = Render { count: 4, ..Render::new([GRID.width, GRID.height], settings) };
+        render::render(&mut CpuExecutor::inline(), &scene, &render, &mut |_| Ok(()))
+            .map(|rendered| rendered.image.pixels)
+    };
+    ensure(film(3)? == film(4)?, || "a fourth segment adds light".to_owned())?;
+    ensure(film(2)? != film(3)?, || "the third adds none".to_owned())
 }
 
 fn walks_are_counted() -> Result<(), Failed> {

@@ -1,5 +1,6 @@
 //! Scenes that move: the same triangles, tree and textures at another time.
 
+use super::arena::scatters;
 use super::{
     Flat, Geometry, SceneBuffers, check, features,
     lights::{LightTables, emits},
@@ -213,6 +214,9 @@ fn difference(a: &Scene, b: &Scene) -> Option<&'static str> {
     let textures = |scene: &Scene| -> Vec<_> {
         scene.materials.iter().map(|m| m.textures().map(|used| used.map(|used| used.texture))).collect()
     };
+    let scattering = |scene: &Scene| -> Vec<_> {
+        scene.materials.iter().map(|m| m.volume.is_some_and(|volume| scatters(&volume))).collect()
+    };
     let parts = [
         ("its meshes", a.meshes.len() == b.meshes.len() && a.meshes.iter().zip(&b.meshes).all(same_mesh)),
         ("its instances", a.instances.iter().map(|i| i.mesh).eq(b.instances.iter().map(|i| i.mesh))),
@@ -220,6 +224,8 @@ fn difference(a: &Scene, b: &Scene) -> Option<&'static str> {
             "the alpha modes of its materials",
             a.materials.iter().map(|m| m.alpha_mode).eq(b.materials.iter().map(|m| m.alpha_mode)),
         ),
+        ("which of its materials scatter inside", scattering(a) == scattering(b)),
+        ("which of its instances are one object", a.objects() == b.objects()),
         ("its textures", a.textures == b.textures && textures(a) == textures(b)),
         ("the number of its lights", a.lights.len() == b.lights.len()),
         ("its environment", environment),
@@ -290,6 +296,17 @@ mod tests {
             let words: usize = counterparts.iter().flatten().map(|words| words.len()).sum();
             assert!(next.geometry.len() == geometry && next.attributes.len() + words <= attributes, "{time}");
         }
+    }
+
+    #[test]
+    fn what_scatters_inside_cannot_change_in_place() {
+        let scene = builtin::scene("candles").expect("built in");
+        let buffers = SceneBuffers::build_editable(&scene).expect("builds");
+        let mut edited = scene.clone();
+        let table = edited.materials.iter_mut().find(|m| m.volume.is_none()).expect("the table is solid");
+        table.volume = scene.materials.iter().find_map(|m| m.volume);
+        let followed = buffers.follow(&edited).expect("is sound");
+        assert_eq!(followed.err(), Some("which of its materials scatter inside"));
     }
 
     #[test]

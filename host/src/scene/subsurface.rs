@@ -24,6 +24,9 @@ pub const MEDIA: &[(&str, [f32; 3], [f32; 3])] = &[
     ("wax", [0.95, 0.87, 0.70], [6.0, 4.0, 2.0]),
 ];
 
+/// Mean free paths below this, in units of the scene, are refused, and those beyond its reciprocal.
+const SHORTEST: f32 = 1.0e-20;
+
 /// How large a body is taken to be, corner to corner, unless a scale says how long a millimetre is.
 const USUAL_SIZE: f64 = 100.0;
 
@@ -34,12 +37,18 @@ const USUAL_SIZE: f64 = 100.0;
 pub fn medium(name: &str, scale: f64) -> Result<Volume, Error> {
     let found = MEDIA.iter().find(|(of, ..)| *of == name);
     let (_, color, mean_free_path) = found.ok_or_else(|| unknown("medium", name, MEDIA.iter().map(|(of, ..)| *of)))?;
-    Ok(Volume::scattering(*color, mean_free_path.map(|mean| (f64::from(mean) * scale) as f32), 0.0))
+    let scaled = mean_free_path.map(|mean| (f64::from(mean) * scale) as f32);
+    if !scaled.iter().all(|mean| SHORTEST <= *mean && *mean <= 1.0 / SHORTEST) {
+        let problem =
+            format!("a millimetre of {scale} units is beyond what can be rendered; give another one after {name}:");
+        return Err(Error::Setting(problem));
+    }
+    Ok(Volume::scattering(*color, scaled, 0.0))
 }
 
 impl Scene {
-    /// Fills all bodies, which are closed meshes that emit nothing, with the medium called `name`, which light enters and leaves by Lambert's
-    /// law. A millimetre is `scale` units of the scene; without one, each body is taken to be ten centimetres large.
+    /// Fills all bodies, which are closed meshes that emit nothing, with their front sides out, with the medium called `name`, which light enters and leaves by Lambert's
+    /// law. A millimetre is `scale` units of the scene; without one, each body is taken to be ten centimetres large, as its first instance is.
     ///
     /// # Errors
     /// [`Error::Setting`] for an unknown name, a scale that is no positive number, and if no mesh is closed.
@@ -52,7 +61,11 @@ impl Scene {
         let mut filled = false;
         for index in 0..self.meshes.len() {
             let (mesh, size) = (self.meshes[index].clone(), self.size(index));
-            if self.materials[mesh.material].emission == [0.0; 3] && size > 0.0 && is_closed(&mesh) {
+            if self.materials[mesh.material].emission == [0.0; 3]
+                && size > 0.0
+                && is_closed(&mesh)
+                && volume(&mesh) > 0.0
+            {
                 let volume = medium(name, scale.unwrap_or(size / USUAL_SIZE))?;
                 let white = Material::diffuse(format!("{name} of {}", mesh.name), [1.0; 3]);
                 let material = self.add_material(Material { diffuse_transmission: 1.0, volume: Some(volume), ..white });
@@ -77,13 +90,22 @@ impl Scene {
     }
 }
 
+/// The volume that a closed mesh encloses; negative where its front sides are inside, as of a room.
+fn volume(mesh: &Mesh) -> f64 {
+    let about = mesh.positions.first().map_or(glam::DVec3::ZERO, |p| super::double(*p));
+    mesh.triangles().map(|corners| corners.map(|p| p - about)).map(|[p, q, r]| p.cross(q).dot(r) / 6.0).sum()
+}
+
 /// Whether each edge of a mesh, from position to position, is met as often in one direction as in the other.
 fn is_closed(mesh: &Mesh) -> bool {
     let corner = |index: u32| mesh.positions[index as usize].map(|x| (x + 0.0).to_bits());
     let mut edges = HashMap::new();
     for &[a, b, c] in &mesh.indices {
-        for (from, to) in [(a, b), (b, c), (c, a)] {
-            let (from, to) = (corner(from), corner(to));
+        for (from, to) in [(a, b), (b, c), (c, a)].map(|(from, to)| (corner(from), corner(to))) {
+            // an edge of a triangle without an area
+            if from == to {
+                continue;
+            }
             *edges.entry((from.min(to), from.max(to))).or_insert(0_i64) += if from < to { 1 } else { -1 };
         }
     }
@@ -100,6 +122,12 @@ mod tests {
     fn bodies_are_closed_meshes() {
         assert!(is_closed(&Mesh::cuboid(DVec3::ZERO, DVec3::ONE)) && is_closed(&Mesh::sphere(DVec3::ZERO, 1.0, 2)));
         assert!(!is_closed(&Mesh::quad(DVec3::ZERO, [DVec3::X, DVec3::Y])) && !is_closed(&Mesh::default()));
+        let cube = Mesh::cuboid(DVec3::splat(4.0), DVec3::splat(5.0));
+        let mut degenerate = cube.clone();
+        degenerate.indices.push([0, 0, 1]);
+        assert!(is_closed(&degenerate) && (volume(&degenerate) - 1.0).abs() < 1.0e-9);
+        let room = Mesh { indices: cube.indices.iter().map(|&[a, b, c]| [a, c, b]).collect(), ..cube };
+        assert!(is_closed(&room) && volume(&room) < 0.0);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! How far light goes, where the channels of its colour have coefficients of their own.
 
-use crate::num::{div, exp, expm1, min};
+use crate::num::{div, exp, expm1, flush, min};
 use crate::sampling::{sample_bounded_exponential, sample_exponential};
 use glam::{Vec2, Vec3};
 
@@ -36,7 +36,7 @@ impl Channels {
     /// worth after the next collision: throughput times albedo.
     #[inline(always)]
     pub fn new(extinction: Vec3, weights: Vec3) -> Self {
-        let sum = weights.x + weights.y + weights.z;
+        let sum = flush(weights.x + weights.y + weights.z);
         let probability = if sum > 0.0 { weights * div(1.0, sum) } else { Vec3::splat(THIRD) };
         let of_chosen = |extinction: f32, probability: f32| if probability > 0.0 { extinction } else { FAR };
         let least = min(

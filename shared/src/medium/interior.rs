@@ -8,7 +8,7 @@ use glam::Vec3;
 pub struct Interior {
     /// The surface encloses something. Any other is a sheet: on both of its sides is what is around it.
     pub closed: bool,
-    /// Which body it is: surfaces of the same body enclose the same interior.
+    /// Which body it is, an object of the scene: from inside its front cannot be met.
     pub body: u32,
     /// Expected number of collisions per unit length, by channel.
     pub extinction: Vec3,

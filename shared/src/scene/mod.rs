@@ -102,7 +102,8 @@ pub trait Surface {
         self.surface(ray, hit)
     }
 
-    /// What the surface encloses at `hit`. Nothing, if not implemented: all surfaces are sheets. Whoever traces paths through media asks
+    /// What the surface encloses at `hit`. Nothing, if not implemented: all surfaces are sheets, and a scene should leave
+    /// [`crate::layout::FEATURE_SUBSURFACE`] out of its features. Whoever traces paths through media asks
     /// again where it goes on, so that the answer must be that of `hit.id` and `hit.uv` alone, on both sides.
     #[inline(always)]
     fn interior(&self, hit: &Hit) -> Interior {

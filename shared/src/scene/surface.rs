@@ -8,7 +8,7 @@ use crate::layout::{
     FEATURE_ALPHA, FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE, FEATURE_GLOSSY, FEATURE_SHADING,
     FEATURE_SPECULAR, FEATURE_SUBSURFACE, FEATURE_TEXTURES, FEATURE_TRANSMISSION, FEATURE_VOLUME,
     MATERIAL_TWO_SIDED_EMISSION, MATERIAL_VOLUME, MATERIAL_WORDS, NONE, SHADING_WORDS, SLOT_BASE_COLOR, SLOT_EMISSION,
-    SLOT_METALLIC_ROUGHNESS, SLOT_NORMAL, SLOT_SPECULAR, SLOT_SPECULAR_COLOR, TEXTURE_SLOTS,
+    SLOT_METALLIC_ROUGHNESS, SLOT_NORMAL, SLOT_SPECULAR, SLOT_SPECULAR_COLOR, TEXTURE_SLOTS, TRIANGLE_ALPHA,
 };
 use crate::medium::Interior;
 use crate::num;
@@ -284,7 +284,7 @@ impl<const COMPILED: u32> Surface for SceneView<'_, COMPILED> {
         let record = if self.has(FEATURE_SUBSURFACE) { self.attribute(at + 5).z } else { 0 };
         let interior = Interior {
             closed: self.attribute(at).w & MATERIAL_VOLUME != 0,
-            body: p.material,
+            body: self.geometry[self.header.triangle_word(hit.id) + 2].w & !TRIANGLE_ALPHA,
             extinction: xyz(self.attribute(at + 4)),
             offset: p.offset,
             ..Interior::NONE

@@ -139,7 +139,9 @@ impl Importer<'_> {
         if let Some(members) = extensions.others.get(SCATTER) {
             let strength = members["scatterStrengthFactor"].as_f64().unwrap_or(0.0) as f32;
             let strength = self.unit("scatter strength factor", [strength])[0];
-            self.set_scattering(material, members, strength);
+            if strength > 0.0 {
+                self.set_scattering(material, members, strength);
+            }
         }
         if let Some(specular) = &extensions.specular {
             self.set_specular(material, specular);
@@ -182,11 +184,14 @@ impl Importer<'_> {
             textures.iter().any(|name| members.get(*name).is_some()),
             "its textures of scattering are ignored",
         );
+        if color == [0.0; 3] {
+            return;
+        }
         let Some(volume) = &mut material.volume else {
             return self
                 .warn("it scatters light inside, but its thickness is none, so that it has no inside; it is a sheet");
         };
-        volume.scattering = (color != [0.0; 3]).then_some(VolumeScattering { color, anisotropy, denser_outside: 1.0 });
+        volume.scattering = Some(VolumeScattering { color, anisotropy, denser_outside: 1.0 });
         let clear = volume.extinction() == [0.0; 3];
         self.warn_if(
             clear,

@@ -40,10 +40,10 @@ crate::settings! {
         subsurface: Subsurface = Subsurface::Walk;
         /// How often light that counts was scattered inside of things: LO..HI, both included, or all.
         orders: Orders = Orders::ALL;
-        /// Where a path ends inside of things, and its light is lost.
+        /// Where a path ends inside of things, and its light is lost. A sample takes a dispatch for each 64.
         longest_walk: u32 = 16_384, in 1..=MAX_WALK, unit "segments";
         /// Most samples of a pixel in one dispatch, rounded down to a power of two; off leaves it to the size of the image.
-        /// It does not change the image.
+        /// It does not change the image. Where light scatters inside of things, a dispatch has one.
         dispatch_samples: Option<u32> = None, unit "samples";
     }
 }

@@ -8,13 +8,13 @@ use restir_shared::technique::path::PathParams;
 use std::sync::Arc;
 
 use crate::plan::{Buffer, FramePlan, Pass};
-use crate::render::{self, Render};
+use crate::render::Render;
 use crate::{Error, buffers::SceneBuffers, exec::Executor};
 
 /// The parameters of a pass of path tracing that traces the sample `index` of every pixel.
 ///
 /// # Errors
-/// As of [`render::check`].
+/// As of [`crate::render::check`].
 pub fn params(scene: &SceneBuffers, render: &Render, index: u32) -> Result<PathParams, Error> {
     sample_pass(scene, render, index).map(|(_, _, params)| params)
 }
@@ -22,7 +22,7 @@ pub fn params(scene: &SceneBuffers, render: &Render, index: u32) -> Result<PathP
 /// The film of an executor after the sample `index` of every pixel, rows from top to bottom.
 ///
 /// # Errors
-/// As of [`render::check`] and of the executor.
+/// As of [`crate::render::check`] and of the executor.
 pub fn film(
     executor: &mut dyn Executor,
     scene: &SceneBuffers,
@@ -39,7 +39,7 @@ pub fn film(
 /// The first pass of a render of one sample, moved to the sample `index`, with the plan's buffers and its parameters.
 fn sample_pass(scene: &SceneBuffers, render: &Render, index: u32) -> Result<(Vec<Buffer>, Pass, PathParams), Error> {
     let render = Render { count: 1, ..render.clone() };
-    render::check(scene, &render)?;
+    render.technique.check_explained(scene, &render)?;
     let FramePlan { buffers, mut passes, .. } = render.plan(scene);
     let first = passes.next().transpose()?.and_then(|pass| Some((pass.params::<PathParams>()?, pass)));
     let Some((params, pass)) = first else {

@@ -4,14 +4,14 @@ use super::walker::{Walker, entry};
 use super::{MAX_WALK, MediaParams};
 use crate::bsdf::{Dielectric, Scattering};
 use crate::geometry::{Hit, Ray};
-use crate::medium::{Channels, Interior, transmittance};
+use crate::medium::{Channels, Interior};
 use crate::num;
 use crate::rng::{self, Rng};
 use crate::sampling::sample_henyey_greenstein;
 use crate::scene::{Lights, Surface, SurfacePoint, Trace};
 use crate::technique::path::walk::{DIMENSIONS_PER_SEGMENT, LIGHT, Numbers, Receiver};
 use crate::technique::path::{PATH_ROULETTE, Walk};
-use crate::transport::Vertex;
+use crate::transport::{Vertex, through_interior};
 use crate::vec::{Frame, dot, flush, max_abs, max_component, normalize};
 use glam::{UVec4, Vec2, Vec3};
 
@@ -108,8 +108,7 @@ impl Walker {
                 self.collide(&mut around, &flight, &hit);
                 waits = self.steps >= last;
             } else if hit.is_hit() {
-                self.absorb(&around, &flight, &hit);
-                self.meet(scene, params, rng, &hit, &mut around, &mut found);
+                self.meet(scene, params, rng, (&hit, &flight), &mut around, &mut found);
             } else {
                 self.walk.escape(scene, &mut found);
                 self.alive = false;
@@ -143,7 +142,7 @@ impl Walker {
         let direction = normalize(Frame::new(ray.direction).to_world(turned));
         self.order += 1;
         self.tally.scatterings = self.tally.scatterings.wrapping_add(1);
-        if self.order >= ROULETTE_FROM {
+        if self.order > ROULETTE_FROM {
             let survival = num::clamp(max_component(throughput) * interior.gain, MIN_SURVIVAL, 1.0);
             // of each word the lowest eight bits are left
             let left = (x << 24) | ((y & 0xff) << 16) | ((z & 0xff) << 8);
@@ -157,18 +156,15 @@ impl Walker {
         *around = Around::new(*interior, 0.0);
     }
 
-    /// Takes off what is lost on the way to a surface.
+    /// Takes off what is lost on the way to a surface. Interiors that do not scatter absorb as in `path`, whatever is carried along.
     #[inline(always)]
-    fn absorb(&mut self, around: &Around, flight: &Flight, hit: &Hit) {
-        let distance = hit.t + around.lead;
-        if around.interior.closed {
-            let left = if around.interior.scatters() {
-                flight.channels.passed(distance)
-            } else {
-                transmittance(around.interior.extinction, distance)
-            };
-            self.walk.throughput = flush(self.walk.throughput * left);
-        }
+    fn dim<M>(&mut self, features: u32, around: &Around, flight: &Flight, hit: &Hit, point: &SurfacePoint<M>) {
+        let Walk { throughput, ray, .. } = self.walk;
+        self.walk.throughput = if around.interior.scatters() {
+            flush(throughput * flight.channels.passed(hit.t + around.lead))
+        } else {
+            through_interior(throughput, point, &ray, hit.t, features)
+        };
     }
 
     /// What happens at a surface.
@@ -178,11 +174,12 @@ impl Walker {
         scene: &S,
         params: &MediaParams,
         rng: &Rng,
-        hit: &Hit,
+        (hit, flight): (&Hit, &Flight),
         around: &mut Around,
         found: &mut Orders,
     ) {
         let point = scene.surface(&self.walk.ray, hit);
+        self.dim(scene.features(), around, flight, hit, &point);
         let at = entry(hit);
         let met = scene.interior(&at);
         let here = around.interior;
@@ -195,17 +192,22 @@ impl Walker {
         let behind = if front { met } else { Interior::NONE };
         let there = if met.closed { behind } else { here };
         self.walk.arrive(scene, hit, &point, found);
-        self.alive = (self.walk.depth < params.path.max_depth) & (max_component(self.walk.throughput) > 0.0);
+        let boundary = inside & !front & met.closed & (met.body == here.body);
+        // the last segment may be a walk, which goes on after reflections from inside
+        let last = self.walk.depth >= params.path.max_depth;
+        self.alive = (!last | boundary) & (max_component(self.walk.throughput) > 0.0);
         let mut passed = false;
-        if inside & !front & self.alive && self.is_mirrored(&here, &point, rng) {
+        if boundary & self.alive && self.is_mirrored(&here, &point, rng) {
             self.mirror(&point);
         } else if self.alive {
-            passed = self.scatter(scene, params, rng, &point, [inside, there.scatters()], found);
+            let dark = [inside | last, there.scatters() | last];
+            passed = self.scatter(scene, params, rng, (&point, inside), dark, found);
+            self.alive &= !(passed & last);
         }
         if passed & front & met.closed {
             self.entry = at;
         }
-        let stays = inside & !front & !passed;
+        let stays = boundary & !passed;
         self.leave(if passed { there } else { here }, &point, stays, around);
     }
 
@@ -217,7 +219,7 @@ impl Walker {
         *around = Around { lead: 0.0, ..*around };
     }
 
-    /// Samples a light and the next direction, where light is scattered on the side that the path comes from, and on the other one, or not;
+    /// Samples a light, unless it lies on a side that is `dark`, that from which the path comes or the other one, and the next direction;
     /// whether the path passes the surface.
     #[inline(always)]
     fn scatter<S: Trace + Surface + Lights>(
@@ -225,13 +227,13 @@ impl Walker {
         scene: &S,
         params: &MediaParams,
         rng: &Rng,
-        point: &SurfacePoint<S::Material>,
-        [inside, inside_there]: [bool; 2],
+        (point, inside): (&SurfacePoint<S::Material>, bool),
+        [dark_here, dark_there]: [bool; 2],
         found: &mut Orders,
     ) -> bool {
         let vertex = Vertex::new(point, &self.walk.ray, scene.features());
         let numbers = Numbers::at(rng, self.walk.depth);
-        let open = |direction: Vec3| !if vertex.is_behind(direction) { inside_there } else { inside };
+        let open = |direction: Vec3| !if vertex.is_behind(direction) { dark_there } else { dark_here };
         self.walk.next_event(scene, &vertex, &numbers, open, found);
         // a walk may meet the boundary many times before the path is a segment longer
         let numbers = if inside { Numbers::independent(rng, self.boundary()) } else { numbers };
