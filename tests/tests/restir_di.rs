@@ -557,12 +557,12 @@ const GRID: TileGrid = TileGrid { width: 16, height: 16, tile: 8 };
 const SCENE: &str = "all-lights";
 const FRAMES: u32 = 3;
 /// Chains of a test, and of one that is to see something wrong.
-const RESTARTS: u32 = 384;
+const RESTARTS: u32 = 2_048;
 const GROSS: u32 = 192;
 /// Images by the path tracer.
-const REFERENCE_RESTARTS: u32 = 6_144;
+const REFERENCE_RESTARTS: u32 = 24_576;
 /// The bias of the image that is noticed with 99 % probability is at most this.
-const GOAL_IMAGE: f64 = 0.06;
+const GOAL_IMAGE: f64 = 0.035;
 
 /// Of chains: short ones, of few neighbours. Scattering finds nothing that is occluded, so it is for settings whose MIS knows of
 /// visibility.

@@ -33,15 +33,15 @@ const SIZE: [u32; 2] = [16, 16];
 const GRID: TileGrid = TileGrid { width: SIZE[0], height: SIZE[1], tile: 4 };
 const TEST: TileTest = TileTest { grid: GRID, family_rate: FAMILY_RATE };
 const FRAMES: u32 = 3;
-const RESTARTS: u32 = 384;
+const RESTARTS: u32 = 1_536;
 /// Chains of a test that is to see something wrong.
 const GROSS: u32 = 128;
 /// Images of the reference, of one point on a light a pixel.
-const REFERENCE: u32 = 8192;
+const REFERENCE: u32 = 16_384;
 /// Images of the path tracer, whose light through glass is found by scattering alone.
 const PATHS: u32 = 8_192;
 /// A bias of the image's mean that must be noticed with 99 % probability.
-const GOAL_IMAGE: f64 = 0.09;
+const GOAL_IMAGE: f64 = 0.045;
 const BOTH: Panes = Panes { coloured: true, count: 2 };
 const FULL: Stored = Stored {
     sample: LightAddress { light: 1, u: 2, v: 3 },

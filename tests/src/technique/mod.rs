@@ -48,7 +48,7 @@ pub struct Known {
 pub struct Matrix {
     /// Scenes by name, with settings that suit them.
     pub scenes: &'static [(&'static str, &'static str)],
-    /// The bias of the image that is to be noticed, in percent, in scenes where it is not [`GOAL`].
+    /// The bias of the image that is to be noticed, in percent, in scenes where it is not 1.
     pub goals: &'static [(&'static str, f64)],
     /// Settings of all cells.
     pub common: &'static str,

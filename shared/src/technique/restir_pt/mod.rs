@@ -1,6 +1,6 @@
 //! Whole paths by resampling (ReSTIR PT; Lin et al. 2022, "Generalized Resampled Importance Sampling", §7).
 //!
-//! A path is traced from each pixel by the loop of [`path`](super::path). It finds light many times, at each of its vertices: each time
+//! A path is traced from each pixel by the loop of [`path`](mod@super::path). It finds light many times, at each of its vertices: each time
 //! is a [`Candidate`], and one of them is kept, with what [`shift`](crate::shift) has to know to take it to another pixel. In a plane a
 //! path takes 64 bytes ([`PackedPath`]). Pixels share paths with neighbours at offsets that all have in common, in pairs on opposite
 //! sides, so that to share is mutual ([`exchange`](crate::resample::exchange)): what a pixel's path is at a neighbour is what the
