@@ -98,7 +98,11 @@ pub fn run(options: &Options) -> Result<(), Error> {
 }
 
 fn ring_head() -> String {
-    let rings: Vec<String> = RINGS.windows(2).map(|ends| format!("{} to {}", ends[0], ends[1])).collect();
+    let ring = |ends: &[f64]| match ends {
+        [from, to] if to.is_finite() => format!("{from} to {to}"),
+        ends => format!("beyond {}", ends[0]),
+    };
+    let rings: Vec<String> = RINGS.windows(2).map(ring).collect();
     format!("| collisions | {} |\n|---|{}", rings.join(" | "), "---:|".repeat(rings.len()))
 }
 

@@ -89,7 +89,8 @@ fn an_interrupted_reference_leaves_whole_halves() {
         let mut asked = command(cache.path(), "1000000");
         let mut child = Guarded(asked.stderr(Stdio::null()).stdout(Stdio::null()).spawn().unwrap());
         std::thread::sleep(Duration::from_millis(delay));
-        Command::new("kill").args(["-INT", &child.0.id().to_string()]).status().unwrap();
+        // what runs in the background may have been started with -INT ignored, and loses it until it listens
+        Command::new("kill").args(["-TERM", &child.0.id().to_string()]).status().unwrap();
         child.wait_for(Duration::from_secs(60)).expect("it did not stop within a minute");
         for folder in std::fs::read_dir(cache.path()).unwrap() {
             let files: Vec<_> = std::fs::read_dir(folder.unwrap().path()).unwrap().map(|file| file.unwrap()).collect();
