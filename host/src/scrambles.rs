@@ -106,12 +106,11 @@ pub fn render_until(
     let start = Instant::now();
     let mut mean = Mean::default();
     loop {
-        let is_late = || mean.count >= FEWEST && until.time.is_some_and(|time| start.elapsed() >= time);
         let scramble = Render { seed: render.seed.wrapping_add(mean.count), ..render.clone() };
         let mut late = false;
         let rendered = render::render(executor, scene, &scramble, &mut |step: &Step<'_>| {
             observe(progress(&mean, until, start, step.progress))?;
-            late = is_late();
+            late = is_late(&mean, until, start);
             if late { Err(Error::Interrupted) } else { Ok(()) }
         });
         match rendered {
@@ -120,13 +119,13 @@ pub fn render_until(
         }
         shown(&mean)?;
         let is_good = mean.count >= FEWEST && until.noise.is_some_and(|noise| mean.noise() <= noise);
-        if is_good || is_late_after(&mean, until, start) {
+        if is_good || is_late(&mean, until, start) {
             return Ok(mean);
         }
     }
 }
 
-fn is_late_after(mean: &Mean, until: Until, start: Instant) -> bool {
+fn is_late(mean: &Mean, until: Until, start: Instant) -> bool {
     mean.count >= FEWEST && until.time.is_some_and(|time| start.elapsed() >= time)
 }
 

@@ -256,13 +256,6 @@ fn walks(slab: Slab, seed: u32, fault: Fault) -> Vec<Moments> {
     moments(WALKS, 1 << 12, 6, |index| shares(&slab, seed, index, fault))
 }
 
-/// A known share of light, with its standard error.
-fn known(value: f64, error: f64) -> Moments {
-    // as of a mean of many values
-    let spread = error * 1.0e3;
-    Moments::from_parts([1.0e6, value, spread * spread * (1.0e6 - 1.0)])
-}
-
 /// Depth, albedo and anisotropy; reflected and transmitted in all; and by order, where known.
 type Known = ([f32; 3], [f64; 2], Option<[f64; 3]>);
 
@@ -290,7 +283,7 @@ fn slabs_reflect_and_transmit_what_they_should() -> Result<(), Failed> {
         let expected = [reflected, transmitted, 0.0, once, reflected_once, transmitted_once];
         for (i, (found, expected)) in found.iter().zip(expected).enumerate() {
             if i < 2 || orders.is_some() && i != 2 {
-                let test = ZTest::new(*found, known(expected, KNOWN_TO));
+                let test = ZTest::new(*found, Moments::known(expected, KNOWN_TO));
                 println!(
                     "{parameters:?}, number {i}: {:.5} +- {:.5}, expected {expected}",
                     found.mean(),
@@ -321,7 +314,8 @@ fn interfaces_of_half_spaces() -> Result<(), Failed> {
             let found = walks(slab([1.0e9, albedo, 0.0], border), seed, Fault::None)[0];
             let error = found.variance_of_mean().sqrt();
             println!("{border:?}, albedo {albedo}: {:.5} +- {error:.5}, expected {expected}", found.mean());
-            family.z_test(format!("{border:?}, albedo {albedo}"), ZTest::new(found, known(expected, known_to)));
+            family
+                .z_test(format!("{border:?}, albedo {albedo}"), ZTest::new(found, Moments::known(expected, known_to)));
         }
     }
     println!("{}", family.verdict()?);
@@ -345,7 +339,7 @@ fn wrong_walks_are_seen() -> Result<(), Failed> {
     let (parameters, [reflected, _], _) = SLABS[1];
     for fault in [Fault::Throughput, Fault::Anisotropy] {
         let found = walks(slab(parameters, Border::Open), 1, fault)[0];
-        let test = ZTest::new(found, known(reflected, KNOWN_TO));
+        let test = ZTest::new(found, Moments::known(reflected, KNOWN_TO));
         println!("z {:.1}", test.z);
         ensure(test.z.abs() > 3.5, || format!("z {:.1}", test.z))?;
     }

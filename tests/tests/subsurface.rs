@@ -162,13 +162,6 @@ const SLABS: [Known; 4] = [
 ];
 const KNOWN_TO: f64 = 5.0e-4;
 
-/// A known share of light, with its standard error.
-fn known(value: f64, error: f64) -> Moments {
-    // as of a mean of many values
-    let spread = error * 1.0e3;
-    Moments::from_parts([1.0e6, value, spread * spread * (1.0e6 - 1.0)])
-}
-
 /// The mean of the image in green, over restarts.
 fn mean(moments: &[Moments]) -> Moments {
     moments[moments.len() - 2]
@@ -189,7 +182,10 @@ fn slabs_reflect_and_transmit_what_is_known() -> Result<(), Failed> {
                     found.mean(),
                     found.standard_error()
                 );
-                family.z_test(format!("{depth} {albedo} {g} {what} {side}"), ZTest::new(found, known(expected, error)));
+                family.z_test(
+                    format!("{depth} {albedo} {g} {what} {side}"),
+                    ZTest::new(found, Moments::known(expected, error)),
+                );
             };
             expect("in all", mean(&case.moments(64, 64)), totals[side], KNOWN_TO);
             if !above {
@@ -292,7 +288,7 @@ fn white_bodies_cannot_be_seen() -> Result<(), Failed> {
         // a rate of 10^-6 would show one walk in a hundred runs of this test; the command goes on to 10^8
         ensure(found.lost + found.cut + found.leaked <= 1, || format!("{name}: {found:?}"))?;
         // through glass all samples are the same, but for roundings
-        family.z_test(name, ZTest::new(found.radiance, known(1.0, 1.0e-6)));
+        family.z_test(name, ZTest::new(found.radiance, Moments::known(1.0, 1.0e-6)));
     }
     println!("{}", family.verdict()?);
     Ok(())

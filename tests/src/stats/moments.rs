@@ -16,6 +16,12 @@ impl Moments {
         Self { count: f64::INFINITY, mean: value, squares: 0.0 }
     }
 
+    /// A value that was measured elsewhere, with its standard error: as the mean of a million values.
+    pub fn known(value: f64, error: f64) -> Self {
+        let spread = error * 1.0e3;
+        Self { count: 1.0e6, mean: value, squares: spread * spread * (1.0e6 - 1.0) }
+    }
+
     /// Count, mean and sum of squared deviations, to be kept.
     pub fn parts(self) -> [f64; 3] {
         [self.count, self.mean, self.squares]

@@ -91,8 +91,7 @@ fn of_pencil(depth: f64, albedo: f64) -> [f64; 2] {
 
 /// Of walks elsewhere, with their standard error.
 fn walked(value: f64) -> Moments {
-    let spread: f64 = 0.5;
-    Moments::from_parts([1.0e6, value, spread * spread * (1.0e6 - 1.0)])
+    Moments::known(value, 5.0e-4)
 }
 
 pub(crate) fn slabs_scatter_once_as_they_should() -> Result<(), Failed> {
