@@ -9,10 +9,10 @@ use tempfile::{Builder, NamedTempFile};
 use crate::Error;
 
 /// Writes the file `path` with `write`; it replaces an existing file, and only after all was written. A link stays one: what it
-/// leads to is replaced.
+/// leads to is replaced. A device, a pipe or a socket is never replaced: root could, and would take it from every other program.
 ///
 /// # Errors
-/// [`Error::File`] if the folder or the file is not writable or `write` fails; then `path` is as it was before and
+/// [`Error::File`] if the folder or the file is not writable, if `path` is there and no file, or if `write` fails; then `path` is as it was before and
 /// no temporary file is left.
 pub fn write_atomically(path: &Path, write: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>) -> Result<(), Error> {
     let path = &destination(path);
@@ -25,7 +25,7 @@ pub fn write_atomically(path: &Path, write: impl FnOnce(&mut BufWriter<&File>) -
 /// Checks that [`write_atomically`] could write `path`, without leaving anything there: to be asked before long work.
 ///
 /// # Errors
-/// [`Error::File`] if the folder is missing or not writable, if `path` is a folder, or if its name is too long.
+/// [`Error::File`] if the folder is missing or not writable, if `path` is there and no file, or if its name is too long.
 pub fn check_writable(path: &Path) -> Result<(), Error> {
     temporary_beside(&destination(path))?;
     match std::fs::symlink_metadata(path) {
@@ -55,6 +55,9 @@ fn fill(file: &File, write: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>
 fn temporary_beside(path: &Path) -> Result<NamedTempFile, Error> {
     if path.is_dir() || path.file_name().is_none() {
         return Err(Error::cannot_write(path, "it is a folder; name a file in it"));
+    }
+    if path.exists() && !path.is_file() {
+        return Err(Error::cannot_write(path, "it is a device, a pipe or a socket; name a file"));
     }
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let cannot_write = |why: &str| Error::cannot_write(path, format!("the folder {} {why}", folder.display()));
@@ -103,6 +106,23 @@ mod tests {
             assert_eq!(std::fs::read_to_string(&file).unwrap(), text);
         }
         assert!(std::fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(entries(folder.path()), 2);
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn what_is_no_file_is_not_replaced() {
+        use std::os::unix::fs::FileTypeExt;
+        let folder = tempfile::tempdir().unwrap();
+        let [socket, link] = ["socket", "link"].map(|name| folder.path().join(name));
+        let _listener = std::os::unix::net::UnixListener::bind(&socket).unwrap();
+        std::os::unix::fs::symlink("socket", &link).unwrap();
+        for path in [&socket, &link] {
+            let checked = check_writable(path).unwrap_err();
+            let written = write_atomically(path, |file| file.write_all(b"gone")).unwrap_err();
+            assert!([checked, written].iter().all(|error| error.to_string().contains("socket")));
+        }
+        assert!(std::fs::symlink_metadata(&socket).unwrap().file_type().is_socket());
         assert_eq!(entries(folder.path()), 2);
     }
 
