@@ -1,14 +1,17 @@
-//! BVH construction: obvhs builds the tree, this module turns it into the kernels' nodes.
+//! BVH construction: [`cluster`] builds a tree, obvhs improves it, and this module turns it into the kernels' nodes.
+
+mod cluster;
 
 use glam::Vec3;
-use obvhs::{Boundable, BvhBuildParams, aabb::Aabb, bvh2::builder::build_bvh2};
+use obvhs::bvh2::{Bvh2, leaf_collapser::collapse, reinsertion::ReinsertionOptimizer};
+use obvhs::{Boundable, BvhBuildParams, aabb::Aabb};
 use restir_shared::layout::{LEAF, LEAF_COUNT_SHIFT, LEAF_MAX_COUNT, MAX_TRIANGLES, STACK_DEPTH};
-use std::time::Duration;
 
 /// Leaves hold up to this many triangles.
 const LEAF_SIZE: u32 = 4;
-/// More triangles than this with the same box become one for the builder, whose time grows with the square of their number.
-const MOST_COINCIDENT: u32 = 256;
+/// Where more nodes than this preferred others all at once, their boxes contain each other, and the search for a better place of each
+/// would visit most of the tree: time would grow with the square of their number.
+const MOST_STALLED: usize = 1 << 14;
 
 /// An axis-aligned box.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,10 +93,7 @@ struct TreeNode {
 
 /// Builds a BVH over at least one triangle with finite bounds.
 pub(crate) fn build(boxes: &[Bounds]) -> Bvh {
-    let (tree, order) = match coincident(boxes) {
-        Some(groups) => tree_of_groups(&groups, boxes),
-        None => surface_area_tree(boxes),
-    };
+    let (tree, order) = surface_area_tree(boxes);
     let bvh = lay_out(&tree, order, boxes);
     if bvh.depth <= STACK_DEPTH {
         return bvh;
@@ -112,63 +112,25 @@ impl Boundable for Bounds {
 }
 
 fn surface_area_tree(boxes: &[Bounds]) -> (Vec<TreeNode>, Vec<u32>) {
-    let params = BvhBuildParams { max_prims_per_leaf: LEAF_SIZE, ..BvhBuildParams::medium_build() };
-    let bvh = build_bvh2(boxes, params, &mut Duration::default());
+    let params = BvhBuildParams::medium_build();
+    let (mut bvh, stalled) = cluster::tree(boxes);
+    let mut reinsertion = ReinsertionOptimizer::default();
+    let mut improve = |bvh: &mut Bvh2, part: f32| {
+        if stalled <= MOST_STALLED {
+            reinsertion.run(bvh, part, None);
+        }
+    };
+    improve(&mut bvh, params.reinsertion_batch_ratio);
+    collapse(&mut bvh, LEAF_SIZE, params.collapse_traversal_cost);
+    improve(&mut bvh, params.reinsertion_batch_ratio * params.post_collapse_reinsertion_batch_ratio_multiplier);
     let nodes = bvh.nodes.iter().map(|node| TreeNode { first: node.first_index, count: node.prim_count });
     (nodes.collect(), bvh.primitive_indices)
-}
-
-/// The triangles by their boxes, if too many have the same. That there are none is found out by counting hashes.
-fn coincident(boxes: &[Bounds]) -> Option<Vec<Vec<u32>>> {
-    let mut counts = vec![0_u32; boxes.len().next_power_of_two()];
-    let mask = counts.len() - 1;
-    boxes.iter().for_each(|bounds| counts[hash(bounds) as usize & mask] += 1);
-    if counts.iter().all(|&count| count <= MOST_COINCIDENT) {
-        return None;
-    }
-    let key = |index: u32| {
-        let Bounds { lo, hi } = boxes[index as usize];
-        [lo, hi].map(|corner| corner.to_array().map(f32::to_bits))
-    };
-    let mut sorted: Vec<u32> = (0..boxes.len() as u32).collect();
-    sorted.sort_unstable_by_key(|&index| (key(index), index));
-    Some(sorted.chunk_by(|&a, &b| key(a) == key(b)).map(<[u32]>::to_vec).collect())
-}
-
-/// A number that is equal for equal boxes, and rarely for others.
-fn hash(Bounds { lo, hi }: &Bounds) -> u64 {
-    const ODD: u64 = 0x9e37_79b9_7f4a_7c15;
-    let mix = |hash: u64, x: f32| (hash ^ u64::from(x.to_bits())).wrapping_mul(ODD).rotate_left(29);
-    mix(mix(mix(mix(mix(mix(0, lo.x), lo.y), lo.z), hi.x), hi.y), hi.z)
-}
-
-/// The tree of one triangle of each group; where it has leaves, the groups are halved.
-fn tree_of_groups(groups: &[Vec<u32>], boxes: &[Bounds]) -> (Vec<TreeNode>, Vec<u32>) {
-    let one_of_each: Vec<Bounds> = groups.iter().map(|group| boxes[group[0] as usize]).collect();
-    let (mut nodes, group_order) = surface_area_tree(&one_of_each);
-    let mut order = Vec::with_capacity(boxes.len());
-    for index in 0..nodes.len() {
-        let TreeNode { first, count } = nodes[index];
-        if count > 0 {
-            let begin = order.len();
-            let inside = &group_order[first as usize..(first + count) as usize];
-            order.extend(inside.iter().flat_map(|&group| &groups[group as usize]));
-            halve(&mut nodes, index, &mut order, begin, boxes);
-        }
-    }
-    (nodes, order)
 }
 
 /// Halves at the median of the longest axis.
 fn balanced_tree(order: &mut [u32], boxes: &[Bounds]) -> Vec<TreeNode> {
     let mut nodes = vec![TreeNode { first: 0, count: 0 }];
-    halve(&mut nodes, 0, order, 0, boxes);
-    nodes
-}
-
-/// Puts the triangles of `order` from `begin` on below the node `root`, by halves.
-fn halve(nodes: &mut Vec<TreeNode>, root: usize, order: &mut [u32], begin: usize, boxes: &[Bounds]) {
-    let mut work = vec![(root, begin..order.len())];
+    let mut work = vec![(0, 0..order.len())];
     while let Some((index, range)) = work.pop() {
         let part = &mut order[range.clone()];
         if part.len() <= LEAF_SIZE as usize {
@@ -186,6 +148,7 @@ fn halve(nodes: &mut Vec<TreeNode>, root: usize, order: &mut [u32], begin: usize
         let middle = range.start + half;
         work.extend([(first + 1, middle..range.end), (first, range.start..middle)]);
     }
+    nodes
 }
 
 /// Numbers the inner nodes and finds boxes and depth.
@@ -255,11 +218,18 @@ mod tests {
     }
 
     #[test]
-    fn a_million_triangles_in_few_places() {
-        // by the builder alone it would take hours
-        check(&vec![triangle(Vec3::ONE, 1.0); 1_000_000]);
+    fn shapes_that_let_every_triangle_prefer_another() {
+        // a builder whose rounds merge one pair of them would take minutes to hours
+        let row = |i: i32| triangle(Vec3::X * i as f32, 1.0);
+        let strip = |i: i32| triangle(Vec3::X * (i / 2) as f32 + Vec3::Y * (i % 2) as f32 * 0.5, 1.0);
+        let nested = |i: i32| triangle(Vec3::splat(-0.5 * i as f32), i as f32);
+        let fan = |i: i32| triangle(Vec3::ZERO, i as f32);
         let crowd = |i: i32| triangle(Vec3::splat((i % 7) as f32), 1.0);
         let alone = |i: i32| triangle(Vec3::splat(i as f32 * 0.01), 0.5);
-        check(&(0..20_000).map(crowd).chain((0..2_000).map(alone)).collect::<Vec<_>>());
+        for shape in [row, strip, nested, fan, crowd] {
+            check(&(0..200_000).map(shape).collect::<Vec<_>>());
+        }
+        check(&(0..200_000).map(crowd).chain((0..2_000).map(alone)).collect::<Vec<_>>());
+        check(&vec![triangle(Vec3::ONE, 1.0); 1_000_000]);
     }
 }
