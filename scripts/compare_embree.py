@@ -2,7 +2,7 @@
 """Compares queries and their speed with Embree's for single rays (rtcIntersect1, rtcOccluded1), one thread each.
 
     pip install embreex==4.4 numpy
-    python3 scripts/compare_embree.py ../shared/data/dragon_res2.glb many-lights
+    python3 scripts/compare_embree.py assets/dragon_res2.glb many-lights
 
 The example `trace_rays` of restir-host makes the rays and traces them; both sides get the same triangles and the same
 rays, their runs alternate, and neither time includes the building of the hierarchy. `embreex` calls Embree for each ray

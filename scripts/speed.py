@@ -775,7 +775,7 @@ def main():
     parser.add_argument("--restir", required=True, help="the program restir")
     parser.add_argument("--out", type=Path, required=True, help="the report to write")
     parser.add_argument("--runs", type=int, help="runs of the comparison with Mitsuba, at least 3; 5 if not given")
-    parser.add_argument("--data", type=Path, default=Path("../shared/data"), help="the folder of dragon_res3.glb and studio.exr")
+    parser.add_argument("--data", type=Path, default=Path("assets"), help="the folder of dragon_res3.glb and studio.exr")
     parser.add_argument("--quick", action="store_true", help="small images and few runs, only to try this out")
     arguments = parser.parse_args()
     arguments.effort = QUICK if arguments.quick else FULL

@@ -15,11 +15,6 @@ pub enum Shaders {
 }
 
 impl Shaders {
-    /// The folder that the environment variable `RESTIR_SHADERS` names, else the embedded modules.
-    pub fn from_env() -> Self {
-        std::env::var_os("RESTIR_SHADERS").map_or(Self::Embedded, |folder| Self::Folder(folder.into()))
-    }
-
     /// The SPIR-V words of a kernel, checked against the hash in the manifest.
     ///
     /// # Errors

@@ -23,6 +23,7 @@ pub mod metrics;
 mod moments;
 pub mod output;
 pub mod plan;
+#[cfg(feature = "exr")]
 pub mod reference;
 pub use technique::render;
 pub mod replay;

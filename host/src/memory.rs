@@ -1,31 +1,38 @@
-//! How much memory a render may take.
+//! How much memory renders of this process may take.
 
-use std::ffi::OsStr;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::Error;
 
-const VARIABLE: &str = "RESTIR_MEMORY_LIMIT_BYTES";
 /// Share of the machine's memory.
 const SHARE: f64 = 0.8;
+/// The limit that was set; as long as none was, the largest number.
+static LIMIT: AtomicU64 = AtomicU64::new(u64::MAX);
 
 /// Where Linux says what a process may have.
 const LIMITS: &str = "/proc/self/limits";
 
-/// 80 % of the memory that this process can get, or `RESTIR_MEMORY_LIMIT_BYTES` if it is set and not empty.
+/// Sets the limit of this process: from now on, scenes, renders and sessions that would take more than so many bytes are refused.
 ///
-/// # Errors
-/// [`Error::Setting`] if the variable is no number.
-pub(crate) fn limit() -> Result<u64, Error> {
-    let value = std::env::var_os(VARIABLE).filter(|value| !value.is_empty());
-    value.map_or_else(|| Ok(share_of_machine()), |value| configured(&value))
+/// Without it the limit is 80 % of the memory that the process can get: of the machine's, its control group's and its address space,
+/// the least.
+///
+/// ```
+/// restir_host::memory::set_limit(2 << 30);
+/// assert!(restir_host::memory::check(1 << 30, "this image", "choose a smaller size").is_ok());
+/// let refused = restir_host::memory::check(3 << 30, "this image", "choose a smaller size").unwrap_err();
+/// assert!(refused.to_string().contains("3.00 GiB"));
+/// ```
+pub fn set_limit(bytes: u64) {
+    LIMIT.store(bytes, Ordering::Relaxed);
 }
 
-fn configured(value: &OsStr) -> Result<u64, Error> {
-    let number = value.to_str().and_then(|text| text.parse().ok());
-    number.ok_or_else(|| {
-        let problem = format!("the environment variable {VARIABLE} is {value:?}, no number of bytes");
-        Error::Setting(format!("{problem}; give a natural number less than 2^64, or unset it"))
-    })
+/// The limit in bytes.
+pub(crate) fn limit() -> u64 {
+    match LIMIT.load(Ordering::Relaxed) {
+        u64::MAX => share_of_machine(),
+        bytes => bytes,
+    }
 }
 
 fn share_of_machine() -> u64 {
@@ -45,16 +52,15 @@ fn address_space(limits: &str) -> u64 {
 /// Refuses what takes more bytes than this process may have; `what` is named in the message, and `remedy` says what to do.
 ///
 /// # Errors
-/// [`Error::Memory`]; [`Error::Setting`] for a broken variable.
+/// [`Error::Memory`].
 pub fn check(bytes: u64, what: &str, remedy: &str) -> Result<(), Error> {
-    let limit = limit()?;
+    let limit = limit();
     if bytes <= limit {
         return Ok(());
     }
     let [bytes, limit] = [bytes, limit].map(gib);
-    let problem =
-        format!("{what} would take {bytes}, more than the limit of {limit} (80 % of the memory, or {VARIABLE})");
-    Err(Error::Memory(format!("{problem}; {remedy}")))
+    let problem = format!("{what} would take {bytes}, more than the limit of {limit}");
+    Err(Error::Memory(format!("{problem} (80 % of the memory, if none was set); {remedy}")))
 }
 
 /// Bytes as a text: in GiB, or what is less of in smaller units.
@@ -84,14 +90,5 @@ mod tests {
     fn bytes_are_never_zero_of_a_large_unit() {
         let texts = [0, 1023, 1024, 3 << 19, 0x4000_0000].map(gib);
         assert_eq!(texts, ["0 bytes", "1023 bytes", "1.0 KiB", "1.5 MiB", "1.00 GiB"]);
-    }
-
-    #[test]
-    fn a_limit_is_a_number() {
-        assert_eq!(configured(OsStr::new("1000")).unwrap(), 1000);
-        for text in ["abc", "-1", "1e9", "8GiB", " 1", "18446744073709551616"] {
-            let message = configured(OsStr::new(text)).unwrap_err().to_string();
-            assert!(message.contains(VARIABLE) && message.contains(text), "{message}");
-        }
     }
 }

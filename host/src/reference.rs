@@ -312,21 +312,6 @@ fn checksum(half: usize, batches: u32, dropped: u64, values: &[f32]) -> String {
     hasher.finalize().to_hex().to_string()
 }
 
-/// The folder for references if none is named: `RESTIR_CACHE`, else `restir` in the user's folder for caches.
-pub fn default_cache() -> Option<PathBuf> {
-    let variable = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
-    let user = || {
-        if cfg!(windows) {
-            variable("LOCALAPPDATA")
-        } else if cfg!(target_os = "macos") {
-            variable("HOME").map(|home| home.join("Library/Caches"))
-        } else {
-            variable("XDG_CACHE_HOME").or_else(|| variable("HOME").map(|home| home.join(".cache")))
-        }
-    };
-    variable("RESTIR_CACHE").or_else(|| user().map(|folder| folder.join("restir")))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

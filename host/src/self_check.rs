@@ -82,16 +82,16 @@ pub fn self_check(executor: &mut dyn Executor) -> Result<Parity, Error> {
 #[cfg(feature = "gpu")]
 impl GpuExecutor {
     /// Opens the first adapter whose name contains `adapter` (any case), by default the first hardware adapter, and
-    /// runs the self-check on the kernels of [`Shaders::from_env`]. Without a flavour it takes `exact` where it can be
-    /// loaded by passthrough, and `fast` elsewhere.
+    /// runs the self-check on the kernels of `shaders`. Without a flavour it takes `exact` where it can be loaded by
+    /// passthrough, and `fast` elsewhere.
     ///
     /// # Errors
     /// [`Error::Adapter`] if there is none or it cannot be opened; what the self-check reports.
-    pub fn open(adapter: Option<&str>, flavour: impl Into<Option<Flavour>>) -> Result<Self, Error> {
+    pub fn open(adapter: Option<&str>, flavour: impl Into<Option<Flavour>>, shaders: Shaders) -> Result<Self, Error> {
         let (device, queue) = crate::exec::gpu::open_adapter(adapter)?;
         let suited = if takes_passthrough(&device) { Flavour::Exact } else { Flavour::Fast };
         let flavour = flavour.into().unwrap_or(suited);
-        let mut executor = Self::with_device(device, queue, flavour, Shaders::from_env());
+        let mut executor = Self::with_device(device, queue, flavour, shaders);
         executor.check()?;
         Ok(executor)
     }

@@ -1,21 +1,11 @@
-//! Meshes that other programs made, in a folder beside the workspace.
+//! Meshes and environment maps that other programs made, in the folder `assets`.
 
-use libtest_mimic::Trial;
 use restir_host::Error;
 use restir_host::scene::{Camera, Scene};
 use std::path::{Path, PathBuf};
 
 fn folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data")
-}
-
-/// A test that needs the meshes. Without the folder it is ignored, visibly, even where an adapter is required: the
-/// folder is no part of the repository.
-pub fn trial(trial: Trial) -> Trial {
-    if folder().is_dir() {
-        return trial;
-    }
-    trial.with_kind("no ../shared/data beside the workspace").with_ignored_flag(true)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets")
 }
 
 /// Where a file of the folder is.

@@ -5,6 +5,7 @@
 //! is tested, once: it would answer for each of them.
 
 use libtest_mimic::{Failed, Trial};
+use restir_host::Shaders;
 use restir_host::exec::gpu::{GpuExecutor, adapters};
 use restir_host::exec::{Executor, Flavour};
 use std::collections::BTreeSet;
@@ -31,7 +32,8 @@ impl Adapter {
         let adapter = self.clone();
         Trial::test(format!("{}: {name}", self.name), move || {
             let idle = adapter.idle().pop();
-            let mut executor = idle.map_or_else(|| GpuExecutor::open(Some(&adapter.name), Flavour::Exact), Ok)?;
+            let mut executor =
+                idle.map_or_else(|| GpuExecutor::open(Some(&adapter.name), Flavour::Exact, Shaders::Embedded), Ok)?;
             let result = test(&mut executor);
             adapter.idle().push(executor);
             result

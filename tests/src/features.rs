@@ -65,7 +65,7 @@ pub fn specialised(flavour: Flavour, features: u32) -> Result<Vec<u32>, String> 
 
 /// The module of `path` as executors load it: specialised, and not optimised again.
 fn frozen(flavour: Flavour, features: u32) -> Result<Vec<u32>, String> {
-    let words = Shaders::from_env().load(path::DESC.name, flavour).map_err(|e| e.to_string())?;
+    let words = Shaders::Embedded.load(path::DESC.name, flavour).map_err(|e| e.to_string())?;
     spirv::freeze(&words, &[(path::DESC.constants[0].id, features)]).ok_or_else(|| "not a SPIR-V module".to_owned())
 }
 

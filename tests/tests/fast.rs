@@ -77,7 +77,7 @@ fn paired(tested: &[Image], exact: &[Image], scale: f32) -> Verdict {
 
 fn same_mean(executor: &mut GpuExecutor, scene: &str, technique: Box<dyn Technique>) -> Result<(), Failed> {
     let buffers = buffers(scene)?;
-    let mut fast = executor.reload(Flavour::Fast, Shaders::from_env());
+    let mut fast = executor.reload(Flavour::Fast, Shaders::Embedded);
     let tested = images(&mut fast, &buffers, technique.as_ref())?;
     let exact = images(&mut CpuExecutor::new(None)?, &buffers, technique.as_ref())?;
     let what = format!("{}, {}, {scene}", label(&fast), fast.loading());

@@ -148,21 +148,20 @@ fn cut_blocks_are_counted(executor: &mut GpuExecutor, flags: u32) -> Result<(), 
 }
 
 fn cpu_trial(frame: Frame) -> Trial {
-    let trial = Trial::test(format!("{}: threads and dispatches", frame.name()), move || {
+    Trial::test(format!("{}: threads and dispatches", frame.name()), move || {
         let (buffers, reference) = frame.reference()?;
         THREADS.into_iter().try_for_each(|threads| {
             frame.is_same(&mut CpuExecutor::new(Some(threads))?, &format!("{threads} threads"), &buffers, &reference)
         })
-    });
-    frame.ignored_without_data(trial)
+    })
 }
 
 fn gpu_trial(adapter: &Adapter, frame: Frame) -> Trial {
-    frame.ignored_without_data(adapter.trial(&frame.name(), move |executor| {
+    adapter.trial(&frame.name(), move |executor| {
         let (buffers, reference) = frame.reference()?;
         let loading = executor.loading();
         frame.is_same(executor, &loading, &buffers, &reference)
-    }))
+    })
 }
 
 impl Frame {
@@ -177,10 +176,6 @@ impl Frame {
             flag(self.jitter, ", jitter"),
             flag(self.roulette, ", roulette")
         )
-    }
-
-    fn ignored_without_data(&self, trial: Trial) -> Trial {
-        if let Mesh(_) | Outdoors(_) = self.subject { data::trial(trial) } else { trial }
     }
 
     /// The scene, and its picture by one thread in as few dispatches as there can be, which shows something.

@@ -2,7 +2,7 @@
 //! that is wrong at boxes or edges is noticed.
 
 use glam::Vec3;
-use libtest_mimic::{Arguments, Failed, Trial};
+use libtest_mimic::Failed;
 use rayon::prelude::*;
 use restir_host::buffers::SceneBuffers;
 use restir_host::scene::{AlphaMode, Filter, Mesh, Scene};
@@ -10,7 +10,6 @@ use restir_host::wide_bvh::{SimdLevel, WideBvh};
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::scene::{Probe, SceneView, Trace};
 use restir_tests::brute::Triangles;
-use restir_tests::checks;
 use restir_tests::crossings::{self, Tally};
 use restir_tests::data;
 use restir_tests::gltf_motion::{MOTIONS, TIMES};
@@ -19,10 +18,10 @@ use restir_tests::meshes::{
 };
 use restir_tests::random::SplitMix;
 use restir_tests::rays::adversarial;
-use restir_tests::suite::{ensure, trials};
+use restir_tests::suite;
+use restir_tests::suite::ensure;
 use restir_tests::watertight::{self, on_edge};
 use std::collections::BTreeSet;
-use std::process::ExitCode;
 
 /// Rays against each procedural mesh; there are ten.
 const RAYS: u64 = 100_000;
@@ -45,15 +44,11 @@ const HUGE: f32 = 1.0e9;
 const FAR: f32 = 1_073_741_824.0 - FAR_HALF;
 const FAR_HALF: f32 = 131_072.0;
 
-fn main() -> ExitCode {
-    let mut trials = trials(&checks! {
-        refitted_hierarchies_equal_fresh_ones hierarchy_equals_brute_force hierarchy_equals_brute_force_under_alpha closed_meshes_are_tight
-        boxes_without_padding_are_seen open_edges_are_seen the_lower_id_wins_among_equal_hits
-        hits_lie_on_their_triangles probes_equal_brute_force groups_of_a_material_are_objects
-    });
-    let on_files = checks! { hierarchy_equals_brute_force_on_a_file a_closed_organic_mesh_is_tight };
-    trials.extend(on_files.map(|(name, check)| data::trial(Trial::test(name, check))));
-    libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
+suite! {
+    refitted_hierarchies_equal_fresh_ones hierarchy_equals_brute_force hierarchy_equals_brute_force_under_alpha closed_meshes_are_tight
+    boxes_without_padding_are_seen open_edges_are_seen the_lower_id_wins_among_equal_hits
+    hits_lie_on_their_triangles probes_equal_brute_force groups_of_a_material_are_objects hierarchy_equals_brute_force_on_a_file
+    a_closed_organic_mesh_is_tight
 }
 
 fn bits(hit: &Hit) -> [u32; 4] {

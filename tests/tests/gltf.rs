@@ -74,8 +74,7 @@ fn main() {
         trials.push(Trial::test(format!("built-in/{name}"), move || comes_back(&scene()?)));
     }
     for name in ["bunny.glb", "suzanne.glb", "dragon_res3.glb"] {
-        let trial = Trial::test(format!("data/{name}"), move || comes_back(&data::mesh(name)?));
-        trials.push(data::trial(trial));
+        trials.push(Trial::test(format!("assets/{name}"), move || comes_back(&data::mesh(name)?)));
     }
     libtest_mimic::run(&Arguments::from_args(), trials).exit();
 }

@@ -133,7 +133,7 @@ fn findings(executor: &GpuExecutor, what: &str, change: Change) -> Result<Findin
 }
 
 fn through_naga(executor: &mut GpuExecutor) -> Result<(), Failed> {
-    let mut naga = executor.reload(Flavour::Exact, Shaders::from_env()).without_passthrough();
+    let mut naga = executor.reload(Flavour::Exact, Shaders::Embedded).without_passthrough();
     let loading = naga.loading();
     Findings::of(&mut naga, &loading)?.ensure_seen_on_llvmpipe(executor)
 }

@@ -64,7 +64,7 @@ fn exact(executor: &mut GpuExecutor, case: &Case) -> Result<(), Failed> {
 }
 
 fn fast(executor: &mut GpuExecutor, case: &Case) -> Result<(), Failed> {
-    let outcome = compare(&mut executor.reload(Flavour::Fast, Shaders::from_env()), case)?;
+    let outcome = compare(&mut executor.reload(Flavour::Fast, Shaders::Embedded), case)?;
     ensure(outcome.words > 0 && outcome.poisoned == 0, || outcome.to_string())?;
     ensure(passes_as_fast(case, &outcome), || format!("{} of {} elements are far", outcome.far, outcome.elements))
 }

@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use clap::Args;
 use glam::{Vec2, Vec3};
+use restir_host::Shaders;
 use restir_host::buffers::SceneBuffers;
 use restir_host::exec::gpu::adapters;
 use restir_host::exec::{Flavour, GpuExecutor};
@@ -71,7 +72,7 @@ pub fn run(options: &Options) -> Result<(), Error> {
 
 /// How many words of a device's answers differ from those of the host.
 fn on_device(adapter: &str, scenes: &[(String, SceneBuffers)], each: u64) -> Result<u64, Error> {
-    let mut device = GpuExecutor::open(Some(adapter), Flavour::Exact)?;
+    let mut device = GpuExecutor::open(Some(adapter), Flavour::Exact, Shaders::Embedded)?;
     let (mut segments, mut differing) = (0, 0);
     for (stream, (name, buffers)) in (0..).zip(scenes) {
         for part in 0..each.div_ceil(DISPATCH) {

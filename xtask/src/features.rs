@@ -101,14 +101,15 @@ fn measure(rows: &mut [Row]) -> Result<Option<String>, restir_host::Error> {
     let mut scene = SceneBuffers::build(&Scene::load(SCENE)?)?;
     let mut cpu = CpuExecutor::new(None)?;
     let adapter = adapters().into_iter().next().map(|adapter| adapter.name);
-    let mut gpu = adapter.as_deref().map(|name| GpuExecutor::open(Some(name), Flavour::Exact)).transpose()?;
+    let mut gpu =
+        adapter.as_deref().map(|name| GpuExecutor::open(Some(name), Flavour::Exact, Shaders::Embedded)).transpose()?;
     for round in 0..=ROUNDS {
         for row in rows.iter_mut() {
             scene.features = row.features;
             let mut seconds = [0.0; 3];
             if let Some(gpu) = &mut gpu {
                 let device = gpu.device().clone();
-                let pipeline = || Pipelines::new(&device, Flavour::Exact, Shaders::from_env());
+                let pipeline = || Pipelines::new(&device, Flavour::Exact, Shaders::Embedded);
                 seconds[0] = timed(|| pipeline().get(&path::DESC, &[row.features]).map(drop))?;
                 seconds[1] = timed(|| frame(gpu, &scene))?;
             }

@@ -131,7 +131,7 @@ fn chosen(options: &Options) -> Result<Vec<AdapterInfo>, Error> {
 /// Prints the table of an adapter and gives the number of its failures.
 fn on(adapter: &AdapterInfo, rows: &[Row]) -> usize {
     println!("{} ({}, {})", adapter.name, adapter.backend, adapter.driver);
-    let base = match GpuExecutor::open(Some(&adapter.name), None::<Flavour>) {
+    let base = match GpuExecutor::open(Some(&adapter.name), None::<Flavour>, Shaders::Embedded) {
         Ok(base) => base,
         Err(error) => {
             print_table(rows, |_| Finding::Broken(error.to_string()));
@@ -140,7 +140,7 @@ fn on(adapter: &AdapterInfo, rows: &[Row]) -> usize {
     };
     // opened without a flavour, an adapter that refuses exact has taken fast
     let offers_exact = base.describe().flavour == Flavour::Exact;
-    let mut executors = Flavour::ALL.map(|flavour| base.reload(flavour, Shaders::from_env()));
+    let mut executors = Flavour::ALL.map(|flavour| base.reload(flavour, Shaders::Embedded));
     for executor in &executors {
         println!("{}", executor.loading());
     }

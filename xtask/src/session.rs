@@ -55,7 +55,7 @@ const SITUATIONS: [(&str, bool, usize); 4] = [
 /// # Errors
 /// [`Error::Host`] without an adapter; [`Error::Failed`] if memory grows.
 pub fn run(options: &Options) -> Result<(), Error> {
-    let executor = GpuExecutor::open(options.adapter.as_deref(), Flavour::Exact)?;
+    let executor = GpuExecutor::open(options.adapter.as_deref(), Flavour::Exact, Shaders::Embedded)?;
     let mut text = format!(
         "# What a session costs\n\nMade by `cargo xtask session --write` on {}. {} objects of {} triangles each, the technique {} with its default \
          settings, {} x {} pixels, medians of {} frames.\n\n",

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 use restir_shared::layout::CameraParams;
 
 use super::{Camera, MAX_COORDINATE, double};
@@ -106,6 +106,12 @@ impl Camera {
         let forward = (self.target - self.position).normalize_or(DVec3::NEG_Z);
         let right = unit_perpendicular(forward, self.up);
         [right, right.cross(forward), forward]
+    }
+
+    /// The transform of a node that the camera hangs on, as glTF has it: the camera looks along the node's -z.
+    pub(super) fn node_transform(&self) -> DAffine3 {
+        let [right, up, forward] = self.frame();
+        DAffine3::from_mat3_translation(DMat3::from_cols(right, up, -forward), self.position)
     }
 
     /// Half the height of the image plane at distance 1.

@@ -1,11 +1,10 @@
-//! Environment maps from EXR files.
+//! Environment maps from images.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use super::Environment;
 use crate::error::ensure;
-use crate::image::{Image, read_exr};
+use crate::image::Image;
 use crate::{Error, memory};
 
 /// Radiance beyond this could overflow in sums over paths.
@@ -18,18 +17,26 @@ const MAX_SIDE: u32 = 32_768;
 const BYTES_PER_PIXEL: u64 = 40;
 
 impl Environment {
-    /// Reads a latitude-longitude image: the channels R, G and B, of any type, of the first layer that has them.
-    ///
-    /// Its sides may have any ratio. Negative values, which filters leave behind in photographs, count as 0; that is
-    /// added to `warnings`, as are other oddities, a sentence each.
+    /// Reads a latitude-longitude image from an EXR file: the channels R, G and B, of any type, of the first layer that has
+    /// them; then as [`Environment::of_image`].
     ///
     /// # Errors
-    /// [`Error::File`] if the file cannot be read, has a pixel that is not finite or brighter than 1e20, or has more
-    /// than 32768 pixels on a side; [`Error::Memory`].
-    pub fn load(path: &Path, warnings: &mut Vec<String>) -> Result<Environment, Error> {
-        let image = read_exr(path)?;
-        let name = path.display().to_string();
-        check(&image).map_err(|problem| Error::cannot_read(path, problem))?;
+    /// [`Error::File`] if the file cannot be read; those of [`Environment::of_image`].
+    #[cfg(feature = "exr")]
+    pub fn load(path: &std::path::Path, warnings: &mut Vec<String>) -> Result<Environment, Error> {
+        Self::of_image(path.display().to_string(), &crate::image::read_exr(path)?, warnings)
+    }
+
+    /// Takes a latitude-longitude image of radiance in linear RGB.
+    ///
+    /// Its sides may have any ratio. Negative values, which filters leave behind in photographs, count as 0; that is
+    /// added to `warnings`, as are other oddities, a sentence each. `name` is what messages call it.
+    ///
+    /// # Errors
+    /// [`Error::File`] if the image has a pixel that is not finite or brighter than 1e20, or has more than 32768 pixels on a
+    /// side; [`Error::Memory`].
+    pub fn of_image(name: String, image: &Image, warnings: &mut Vec<String>) -> Result<Environment, Error> {
+        check(image).map_err(|problem| Error::cannot_read(name.as_ref(), problem))?;
         let bytes = image.pixels.len() as u64 * BYTES_PER_PIXEL;
         memory::check(bytes, &format!("the environment {name}"), "use a smaller image")?;
         let negative = image.pixels.iter().filter(|pixel| pixel.iter().any(|&channel| channel < 0.0)).count();
@@ -72,7 +79,7 @@ fn check(Image { width, height, pixels }: &Image) -> Result<(), String> {
     Err(format!("its pixel at x {x}, y {y} is {pixel:?}, which is not finite within {MAX_RADIANCE:e}; correct it"))
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "exr"))]
 mod tests {
     use super::*;
     use crate::image::write_exr;

@@ -16,7 +16,9 @@ mod camera_path;
 mod default_light;
 mod emitters;
 mod environment;
+#[cfg(feature = "gltf")]
 pub mod export;
+#[cfg(feature = "gltf")]
 pub mod gltf;
 mod light;
 mod material;
@@ -145,7 +147,13 @@ impl Scene {
         }
         let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
         if extension == "gltf" || extension == "glb" {
+            #[cfg(feature = "gltf")]
             return gltf::load(path);
+            #[cfg(not(feature = "gltf"))]
+            return Err(Error::Scene {
+                scene: path.display().to_string(),
+                problem: "this build reads no glTF; build restir-host with its feature `gltf`".to_owned(),
+            });
         }
         let names: Vec<&str> = builtin::NAMES.iter().chain(builtin::FAMILIES).map(|(name, _)| *name).collect();
         Err(Error::Scene {

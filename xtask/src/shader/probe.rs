@@ -155,7 +155,8 @@ fn first_run(
     shaders: &Shaders,
     plan: FramePlan<'_>,
 ) -> Result<BTreeMap<&'static str, Seconds>, restir_host::Error> {
-    let executor = GpuExecutor::open(Some(adapter), Flavour::Exact)?.reload(Flavour::Exact, shaders.clone());
+    let executor =
+        GpuExecutor::open(Some(adapter), Flavour::Exact, Shaders::Embedded)?.reload(Flavour::Exact, shaders.clone());
     let mut pipelines = Pipelines::new(executor.device(), Flavour::Exact, shaders.clone());
     let (sender, made) = mpsc::channel();
     let mut executor = executor.observe_pipelines(move |_, _| {

@@ -4,6 +4,8 @@ use clap::ValueEnum;
 use restir::Error;
 use restir::exec::{CpuExecutor, Description, Executor, Flavour};
 
+#[cfg(feature = "gpu")]
+use super::environment;
 use super::{console, render::natural, require};
 
 /// More are a slip, and each has its own stack.
@@ -94,9 +96,9 @@ impl From<FlavourName> for Flavour {
 
 #[cfg(feature = "gpu")]
 mod gpu {
-    use super::{DeviceArguments, Error, Executor, Flavour, FlavourName, console, open_cpu, parity};
+    use super::{DeviceArguments, Error, Executor, Flavour, FlavourName, console, environment, open_cpu, parity};
+    use restir::exec::Parity;
     use restir::exec::gpu::{AdapterInfo, GpuExecutor, adapters};
-    use restir::{exec::Parity, reference::default_cache};
     use std::time::{Duration, Instant};
 
     /// How long the console is silent while kernels are compiled.
@@ -104,7 +106,7 @@ mod gpu {
 
     pub(super) fn open(arguments: &DeviceArguments) -> Result<Box<dyn Executor>, Error> {
         let flavour = arguments.flavour.map(Flavour::from);
-        let executor = GpuExecutor::open(arguments.adapter.as_deref(), flavour)?;
+        let executor = GpuExecutor::open(arguments.adapter.as_deref(), flavour, environment::shaders())?;
         Ok(chosen(executor, "as asked"))
     }
 
@@ -113,7 +115,8 @@ mod gpu {
         let adapters = adapters();
         let mut refused = Vec::new();
         for adapter in adapters.iter().filter(|adapter| !adapter.software) {
-            match GpuExecutor::open(Some(&adapter.name), arguments.flavour.map(Flavour::from)) {
+            let flavour = arguments.flavour.map(Flavour::from);
+            match GpuExecutor::open(Some(&adapter.name), flavour, environment::shaders()) {
                 Ok(executor) if is_good(&executor, arguments.flavour) => {
                     return Ok(chosen(executor, "chosen automatically"));
                 }
@@ -136,7 +139,7 @@ mod gpu {
         let parity = parity(&description);
         let adapter = description.adapter.unwrap_or_else(|| "GPU".to_owned());
         console::note(&format!("device: {adapter}, {}, self-check {parity} ({why})", executor.loading()));
-        let executor = match default_cache() {
+        let executor = match environment::cache() {
             Some(folder) => executor.keep_pipelines_in(&folder.join("pipelines")),
             None => executor,
         };

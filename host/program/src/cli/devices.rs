@@ -37,7 +37,7 @@ fn describe(adapter: &restir::exec::gpu::AdapterInfo) -> String {
 #[cfg(feature = "gpu")]
 fn parity(adapter: &str) -> String {
     use restir::exec::{Executor, Flavour, GpuExecutor};
-    match GpuExecutor::open(Some(adapter), Flavour::Exact) {
+    match GpuExecutor::open(Some(adapter), Flavour::Exact, super::environment::shaders()) {
         Ok(gpu) => gpu.describe().parity.map_or_else(String::new, |parity| format!("{parity} ({})", gpu.loading())),
         Err(error) => format!("unknown: {error}"),
     }

@@ -17,6 +17,7 @@ mod compare;
 mod console;
 mod device;
 mod devices;
+mod environment;
 mod explain;
 mod export;
 mod figure;
@@ -91,7 +92,8 @@ pub(crate) fn main() -> ExitCode {
         Ok(arguments) => arguments,
         Err(error) => return not_run(&error),
     };
-    ended(device::check_environment().and_then(|()| run(arguments.command)))
+    let checked = environment::limit_memory().and_then(|()| device::check_environment());
+    ended(checked.and_then(|()| run(arguments.command)))
 }
 
 /// Says what went wrong.
@@ -100,7 +102,8 @@ fn ended(outcome: Result<(), Error>) -> ExitCode {
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            console::note(&format!("error: {error}"));
+            let hint = if matches!(error, Error::Memory(_)) { environment::MEMORY_HINT } else { "" };
+            console::note(&format!("error: {error}{hint}"));
             ExitCode::from(exit_code(&error))
         }
     }

@@ -11,7 +11,7 @@ use restir::{Error, buffers::SceneBuffers, exec::Executor, image::write_exr, sce
 use super::render::{Size, natural};
 use super::scene::{Additions, refuse_overwriting};
 use super::technique::PixelArguments;
-use super::{console, device, interrupt, metadata, progress::reported, require};
+use super::{console, device, environment, interrupt, metadata, progress::reported, require};
 
 /// The size of what is measured: small, so that references are good.
 pub(super) const MEASURED_SIZE: [u32; 2] = [96, 96];
@@ -116,7 +116,7 @@ pub(super) fn make(
     cache: &Cache,
     goal: Goal,
 ) -> Result<Reference, Error> {
-    let cache = cache.cache.clone().or_else(reference::default_cache);
+    let cache = cache.cache.clone().or_else(environment::cache);
     if cache.is_none() {
         console::note("warning: there is no folder to keep the reference in; name one by --cache or RESTIR_CACHE");
     }

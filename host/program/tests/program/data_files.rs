@@ -4,24 +4,16 @@ use std::path::{Path, PathBuf};
 
 use restir::{buffers::SceneBuffers, image::read_exr, scene::Scene};
 
-use crate::support::skipped;
-
-/// The folder with test data made elsewhere, if it is there.
-fn data_folder() -> Option<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
-    let found = folder.is_dir().then_some(folder);
-    if found.is_none() {
-        skipped("there is no folder ../shared/data beside the workspace");
-    }
-    found
+/// A file of the folder `assets`.
+fn asset(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets").join(name)
 }
 
 #[test]
 fn meshes_have_all_their_triangles() {
-    let Some(folder) = data_folder() else { return };
     for (name, triangles) in [("bunny", 5_648), ("suzanne", 14_842), ("dragon_res3", 47_794), ("dragon_res2", 202_520)]
     {
-        let path = folder.join(format!("{name}.glb"));
+        let path = asset(&format!("{name}.glb"));
         let scene = Scene::load(path.to_str().unwrap()).unwrap();
         let stats = SceneBuffers::build(&scene).unwrap().stats();
         assert_eq!(stats.triangles + stats.skipped_triangles, triangles, "{name}");
@@ -32,9 +24,8 @@ fn meshes_have_all_their_triangles() {
 
 #[test]
 fn environment_maps_of_half_floats_are_read() {
-    let Some(folder) = data_folder() else { return };
     for name in ["studio", "venice", "night"] {
-        let image = read_exr(&folder.join(format!("{name}.exr"))).unwrap();
+        let image = read_exr(&asset(&format!("{name}.exr"))).unwrap();
         assert_eq!((image.width, image.height), (512, 256));
         assert!(image.pixels.as_flattened().iter().all(|x| x.is_finite()));
         assert!(image.pixels.as_flattened().iter().any(|&x| x > 0.1), "{name}");

@@ -7,7 +7,6 @@ use std::sync::Arc;
 use glam::{DAffine3, DQuat, DVec3};
 
 use super::parts::{checkered_floor, ground, plastic, stage};
-use crate::scene::gltf::exact::camera_transform;
 use crate::scene::{
     Attachment, Deformation, Influences, Interpolation, Material, Mesh, MorphTarget, Node, Part, Placement, Property,
     Scene, Skin, Skinning, Track, double,
@@ -78,7 +77,7 @@ fn add_track(scene: &mut Scene, node: usize, property: Property, values: impl Fn
 fn add_rail(scene: &mut Scene) {
     let Some(camera) = scene.camera else { return };
     let rail = add_node(scene, "rail", None, DVec3::ZERO);
-    let placement = Placement::Matrix(camera_transform(&camera));
+    let placement = Placement::Matrix(camera.node_transform());
     scene.animation.rig.nodes.push(Node {
         name: "camera".to_owned(),
         parent: Some(rail),

@@ -109,7 +109,7 @@ impl Document {
             return self.carry(node, "camera", json!(index)).map(drop);
         }
         // In single precision: the extras of the camera have the rest.
-        let matrix = exact::matrix(&exact::camera_transform(camera));
+        let matrix = exact::matrix(&camera.node_transform());
         self.add("nodes", json!({ "name": "camera", "camera": index, "matrix": matrix }));
         Ok(())
     }

@@ -12,8 +12,8 @@ use crate::memory::{self, gib};
 
 /// The most bytes of the imported meshes, of the textures, of the files beside a document, and of the document itself:
 /// 8 GiB, or what a render may take.
-pub(super) fn max_bytes() -> Result<u64, Problem> {
-    memory::limit().map(|limit| limit.min(8 << 30)).map_err(|error| error.to_string())
+pub(super) fn max_bytes() -> u64 {
+    memory::limit().min(8 << 30)
 }
 
 impl Document<'_> {
@@ -25,7 +25,7 @@ impl Document<'_> {
             sum.saturating_add(self.primitive_bytes(primitive).saturating_mul(copies))
         });
         let bytes = bytes.saturating_add(self.motion_bytes());
-        let most = max_bytes()?;
+        let most = max_bytes();
         let [taken, room] = [bytes, most].map(gib);
         ensure!(
             bytes <= most,

@@ -5,7 +5,7 @@
 //! of the `extras` beside it. The import believes the extras only if rounding them gives what the file says: a program
 //! that edits the file and copies the extras is not overruled.
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DVec3};
 use gltf::json::Extras;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -73,12 +73,6 @@ pub(in crate::scene) fn node_extras(transform: &DAffine3) -> Option<Value> {
     (!is_rounded).then(|| json!({ "restir": { "transform": exact } }))
 }
 
-/// The transform of a camera's node: it looks along -z.
-pub(in crate::scene) fn camera_transform(camera: &Camera) -> DAffine3 {
-    let [right, up, forward] = camera.frame();
-    DAffine3::from_mat3_translation(DMat3::from_cols(right, up, -forward), camera.position)
-}
-
 /// The camera that the extras describe, if it is that of the file.
 pub(super) fn camera(extras: &Extras, world: &DAffine3, vertical_fov: f32) -> Option<Camera> {
     let vector = |member: &str| own(extras, member).map(DVec3::from_array);
@@ -90,7 +84,7 @@ pub(super) fn camera(extras: &Extras, world: &DAffine3, vertical_fov: f32) -> Op
         lens_radius: own(extras, "lensRadius")?,
         focus_distance: own(extras, "focusDistance"),
     };
-    let fits = near(&camera_transform(&camera), world) && camera.vertical_fov as f32 == vertical_fov;
+    let fits = near(&camera.node_transform(), world) && camera.vertical_fov as f32 == vertical_fov;
     (fits && camera.check().is_ok()).then_some(camera)
 }
 

@@ -76,7 +76,7 @@ pub fn load(path: &Path) -> Result<Scene, Error> {
 
 fn read(path: &Path) -> io::Result<Vec<u8>> {
     let mut file = input::open(path)?;
-    let (length, most) = (file.metadata()?.len(), budget::max_bytes().map_err(io::Error::other)?);
+    let (length, most) = (file.metadata()?.len(), budget::max_bytes());
     if length > most {
         let [length, most] = [length, most].map(gib);
         return Err(io::Error::other(format!("it has {length}, more than the {most} that may be read")));
@@ -91,7 +91,7 @@ pub(super) fn import(name: &str, bytes: &[u8], folder: Option<&Path>) -> Result<
     let root: Root =
         json::deserialize::from_slice(text).map_err(|error| format!("its JSON is broken: {error}; export it again"))?;
     check_support(&root)?;
-    let mut file_room = budget::max_bytes()?;
+    let mut file_room = budget::max_bytes();
     let buffers = buffer::load_all(&root, blob, folder, &mut file_room)?;
     let document = Document { root: &root, buffers };
     document.check_memory()?;

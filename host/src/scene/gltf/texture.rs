@@ -96,7 +96,7 @@ impl Importer<'_> {
 
     fn decoded(&mut self, source: &json::Image) -> Result<Decoded, Problem> {
         let taken: u64 = self.images.values().map(|image| 4 * image.texels.len() as u64).sum();
-        let room = budget::max_bytes()?.saturating_sub(taken);
+        let room = budget::max_bytes().saturating_sub(taken);
         match (&source.uri, source.buffer_view) {
             (Some(uri), _) => {
                 let file = uri::bytes(uri, "image", self.folder, usize::MAX, &mut self.file_room)?;

@@ -35,7 +35,7 @@ pub(super) fn bytes(
     let problem = |error| format!("cannot read its {what} {}: {error}", path.display());
     let file = input::open(&path).map_err(problem)?;
     let length = file.metadata().map_err(problem)?.len().min(length as u64);
-    let most = gib(max_bytes()?);
+    let most = gib(max_bytes());
     ensure!(
         length <= *room,
         "the files that it refers to have more than the {most} that may be read; export a simpler scene"
