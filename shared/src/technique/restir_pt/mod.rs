@@ -20,6 +20,7 @@
 //! | 1 | thresholds of the hybrid shift |
 //! | 2 | which candidate is kept |
 //! | 3 | which neighbour's path is kept |
+//! | 4 | where neighbours lie |
 
 mod candidates;
 mod initial;
@@ -27,11 +28,12 @@ mod params;
 mod record;
 mod share;
 
+pub use crate::resample::exchange::PAIRS;
 pub use candidates::{Candidate, Candidates, Keep};
 pub use initial::{Traced, trace};
-pub use params::{Job, JobShifted, PT_SOBOL, PtFacet, PtParams};
+pub use params::{Job, JobShifted, PT_JITTER, PT_SOBOL, PtFacet, PtParams};
 pub use record::{PackedPath, Stored};
-pub use share::{Shares, merge, pair, shade};
+pub use share::{Shares, merge, pair, pair_offsets, shade};
 
 use super::path;
 use crate::rng::{self, Rng, Sampler};
@@ -45,6 +47,10 @@ const JOINS: u32 = rng::stream(1);
 const SELECTIONS: u32 = rng::stream(2);
 /// Where the stream of the merges begins.
 const MERGES: u32 = rng::stream(3);
+/// Dimensions of a merge.
+const INPUTS_OF_MERGE: u32 = 16;
+/// Where the stream of the offsets of neighbours begins: a dimension for each pass of a frame.
+const OFFSETS: u32 = rng::stream(4);
 
 /// The random numbers of the path of a pixel.
 #[derive(Clone, Copy)]
