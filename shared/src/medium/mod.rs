@@ -43,11 +43,36 @@ impl Medium {
     }
 }
 
+/// The albedo of [`Medium::of_color`] alone.
+#[inline(always)]
+pub fn albedo_of_color(color: Vec3, anisotropy: f32) -> Vec3 {
+    let mut albedo = Vec3::ZERO;
+    let mut channel = 0;
+    while channel < 3 {
+        let of = if channel == 0 {
+            color.x
+        } else if channel == 1 {
+            color.y
+        } else {
+            color.z
+        };
+        let [scattered, _] = collision(of, anisotropy);
+        albedo = Vec3::new(
+            if channel == 0 { scattered } else { albedo.x },
+            if channel == 1 { scattered } else { albedo.y },
+            if channel == 2 { scattered } else { albedo.z },
+        );
+        channel += 1;
+    }
+    albedo
+}
+
 /// What a collision scatters and absorbs in a half space of the diffuse albedo `color`.
 ///
 /// Van de Hulst's approximation is `color = (1 - S)(1 - 0.139 S) / (1 + 1.17 S)`, where `S^2 = (1 - albedo) / (1 - g albedo)`. Its root, which
 /// Kulla and Conty (2017) and Cycles take as well, is written without the difference that cancels near white; `1 - S`, which cancels near
 /// black, comes from the approximation itself, and so does `1 - g S^2`.
+#[inline(always)]
 fn collision(color: f32, anisotropy: f32) -> [f32; 2] {
     let c = clamp(color, 0.0, 1.0);
     let b = 1.139 + 1.17 * c;

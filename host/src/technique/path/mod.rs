@@ -7,7 +7,7 @@ mod plan;
 mod replay;
 mod vertices;
 
-pub use media::Subsurface;
+pub use media::{AfterSubsurface, Subsurface};
 pub use orders::Orders;
 pub use replay::{film, params};
 pub use vertices::{Emission, Escape, NextEvent, Path, Vertex, explain_sample};
@@ -38,6 +38,10 @@ crate::settings! {
         max_depth: u32 = 8, in 1..=MAX_DEPTH, unit "segments";
         /// Light that scatters inside of things.
         subsurface: Subsurface = Subsurface::Walk;
+        /// Lights inside of things are sampled where light collides, not only found. Without, punctual ones are dark.
+        lights_inside: bool = true;
+        /// How a path goes on that has left what scatters light.
+        after_subsurface: AfterSubsurface = AfterSubsurface::Paths;
         /// How often light that counts was scattered inside of things: LO..HI, both included, or all.
         orders: Orders = Orders::ALL;
         /// Where a path ends inside of things, and its light is lost. A sample takes a dispatch for each 64.
