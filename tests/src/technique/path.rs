@@ -23,6 +23,7 @@ pub(super) const KNOWN: Known = Known {
             row("masks", "masks", 4, "max_depth=6"),
             row("blended", "sheets", 4, "max_depth=6"),
             row("lights in wax, milk", "candles", 2, "max_depth=8,longest_walk=160"),
+            row("media with textures", "moving-media", 2, "max_depth=5,longest_walk=130,after_subsurface=direct-light"),
             row("a slab", "slab", 2, "max_depth=3,orders=1..3,longest_walk=70,roulette=on"),
         ],
         ..NOTHING.cases
