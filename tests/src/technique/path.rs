@@ -29,10 +29,10 @@ pub(super) const KNOWN: Known = Known {
         ..NOTHING.cases
     },
     matrix: Matrix {
-        scenes: &[("cornell", ""), ("furnace", "")],
-        goals: &[],
+        scenes: &[("cornell", ""), ("furnace", ""), ("slab", ""), ("candles", "")],
+        goals: &[("candles", 4.0)],
         common: "max_depth=6,jitter=on",
-        cells: || ["roulette=off", "roulette=on"].map(str::to_owned).to_vec(),
+        cells: || ["roulette=off", "roulette=on", "lights_inside=off"].map(str::to_owned).to_vec(),
     },
     ..NOTHING
 };
