@@ -6,13 +6,15 @@
     python3 scripts/media_speed.py --restir target/release/restir --out docs/media-speed.md
 
 An error is known without a reference: two images of an unbiased renderer with different seeds differ, in the mean square, by
-twice its squared error. Mitsuba's seconds are those of a render until the image is there, after one that compiled its kernels;
+twice its squared error. Time to equal error is the product of error and processors' seconds. Mitsuba's seconds are those of a render until the image is there, after one that compiled its kernels;
 restir's are what the program reports for rendering. Mitsuba's variant llvm_ad_rgb takes the LLVM library that the environment
 variable DRJIT_LIBLLVM_PATH names, else that of the Rust toolchain. The profile needs valgrind. `--quick` is for trying the script out.
 """
 
 import argparse
+import os
 import re
+import resource
 import statistics
 import subprocess
 import tempfile
@@ -87,9 +89,17 @@ def restir_render(program, scene, size, spp, seed, env, folder):
     output = folder / "restir.exr"
     command = [program, "render", scene, "-o", output, "--device", "cpu", "--jitter", "--spp", spp, "--max-depth", DEPTH]
     command += ["--size", f"{size[0]}x{size[1]}", "--seed", seed, "--env", env]
+    before = processor(resource.RUSAGE_CHILDREN)
     done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=True)
+    used = processor(resource.RUSAGE_CHILDREN) - before
     seconds = size[0] * size[1] * spp / float(re.search(r"\(([0-9.e+]+) samples/s\)", done.stdout).group(1))
-    return common.read_exr(output), seconds, collisions(done.stdout + done.stderr)
+    return common.read_exr(output), seconds, collisions(done.stdout + done.stderr), used
+
+
+def processor(who):
+    """Seconds of all processors so far."""
+    usage = resource.getrusage(who)
+    return usage.ru_utime + usage.ru_stime
 
 
 def collisions(text):
@@ -111,7 +121,8 @@ def measure(name, program, folder, size, spp, runs):
     ours = [restir_render(program, path, size, spp, seed, env, folder) for seed in range(runs)]
     seconds = statistics.median(run[1] for run in ours)
     steps = statistics.median(run[2] for run in ours)
-    results["restir"] = {"seconds": seconds, "error": squared_error([run[0] for run in ours]), "steps": steps}
+    used = statistics.median(run[3] for run in ours)
+    results["restir"] = {"seconds": seconds, "used": used, "error": squared_error([run[0] for run in ours]), "steps": steps}
     mean = {"restir": np.mean([run[0] for run in ours])}
     for variant in VARIANTS:
         problem = common.mitsuba_problem(variant)
@@ -122,13 +133,14 @@ def measure(name, program, folder, size, spp, runs):
         scene = mi.load_dict(common.mitsuba_scene(folder, objects, camera, size, env_mitsuba))
         integrator = common.volume_path_tracer()
         common.mitsuba(scene, integrator, spp, 1000)
-        images, times = [], []
+        images, times, used = [], [], []
         for seed in range(runs):
-            begin = time.perf_counter()
+            begin, before = time.perf_counter(), processor(resource.RUSAGE_SELF)
             images.append(common.mitsuba(scene, integrator, spp, seed))
             times.append(time.perf_counter() - begin)
+            used.append(processor(resource.RUSAGE_SELF) - before)
         mean[variant] = np.mean(images)
-        results[variant] = {"seconds": statistics.median(times), "error": squared_error(images), "steps": steps}
+        results[variant] = {"seconds": statistics.median(times), "used": statistics.median(used), "error": squared_error(images), "steps": steps}
     mi.set_variant("scalar_rgb")
     return results, mean
 
@@ -163,27 +175,28 @@ def report(rows, means, parts, arguments, size, spp):
         f"Made by `python3 scripts/media_speed.py` at commit {common.commit()} on {common.cpu()}, Mitsuba {mi.__version__}; "
         f"{size[0]} x {size[1]} pixels, {spp} samples a pixel, {arguments.runs} seeds, all threads. restir's samples are spread and Mitsuba's "
         "independent, as each has them by default. Both walk from collision to collision and end walks by roulette from 16 collisions on; "
-        "collisions are counted by restir, and Mitsuba's are taken to be as many a sample.",
+        "collisions are counted by restir, and Mitsuba's are taken to be as many a sample. Time to equal error is by the processors' seconds, "
+        f"which other work on the machine (load {os.getloadavg()[0]:.0f} when this was written) changes less; restir's hold the reading of the scene.",
         "",
-        "| scene | renderer | seconds | mean squared error | M collisions / s | time to equal error, restir / Mitsuba | mean, restir / Mitsuba |",
-        "|---|---|---:|---:|---:|---:|---:|",
+        "| scene | renderer | seconds | of processors | mean squared error | M collisions a processor's second | time to equal error, restir / Mitsuba | mean, restir / Mitsuba |",
+        "|---|---|---:|---:|---:|---:|---:|---:|",
     ]
     for name, results in rows.items():
         own = results["restir"]
         for renderer, found in results.items():
             if "problem" in found:
-                lines.append(f"| {name} | {renderer} | did not run: {found['problem']} | | | | |")
+                lines.append(f"| {name} | {renderer} | did not run: {found['problem']} | | | | | |")
                 continue
-            rate = found["steps"] / found["seconds"] / 1e6
-            ratio = own["seconds"] * own["error"] / (found["seconds"] * found["error"])
+            rate = found["steps"] / found["used"] / 1e6
+            ratio = own["used"] * own["error"] / (found["used"] * found["error"])
             ratio, mean = ("", "") if renderer == "restir" else (f"{ratio:.3f}", f"{means[name]['restir'] / means[name][renderer]:.4f}")
-            lines.append(f"| {name} | {renderer} | {found['seconds']:.3f} | {found['error']:.3e} | {rate:.2f} | {ratio} | {mean} |")
+            lines.append(f"| {name} | {renderer} | {found['seconds']:.3f} | {found['used']:.3f} | {found['error']:.3e} | {rate:.2f} | {ratio} | {mean} |")
     slow, fast = rows["slab, albedo 0.99"]["restir"], rows["slab, albedo 0.9"]["restir"]
     lines += [
         "",
         *(f"* {name}: {what}." for name, what in SUBJECTS.items()),
         "",
-        f"An albedo of 0.99 in place of 0.9 takes {slow['seconds'] / fast['seconds']:.2f} of the time on the slab, for "
+        f"An albedo of 0.99 in place of 0.9 takes {slow['used'] / fast['used']:.2f} of the processors' time on the slab, for "
         f"{slow['steps'] / fast['steps']:.2f} times as many collisions.",
     ]
     if parts:

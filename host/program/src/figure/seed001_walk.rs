@@ -12,9 +12,10 @@ use restir::technique::path::{Orders, PathSettings};
 use restir::{Error, buffers::SceneBuffers};
 use restir_shared::glam::{DVec3, Vec2, Vec3};
 use restir_shared::medium::{Channels, transmittance};
+use restir_shared::num;
 use restir_shared::rng::{Rng, Sampler, unit};
 use restir_shared::sampling::{sample_cosine_hemisphere, sample_henyey_greenstein};
-use restir_shared::vec::Frame;
+use restir_shared::vec::{Frame, normalize};
 
 use super::claim::{self, Claim};
 use super::picture::grid;
@@ -165,14 +166,14 @@ fn walk(rng: &Rng, depth: f32, extinction: Vec3, albedo: Vec3, weights: impl Fn(
         at += direction.as_dvec3() * f64::from(distance);
         light *= albedo * channels.collided(distance);
         if collision > 16 {
-            let survival = light.max_element().clamp(0.05, 1.0);
+            let survival = num::clamp(light.max_element(), 0.05, 1.0);
             if unit(rng.hash(2 * collision + 1).x) >= survival {
                 return None;
             }
             light /= survival;
         }
         let turned = sample_henyey_greenstein(Vec2::new(unit(words.z), unit(words.w)), 0.0);
-        direction = Frame::new(direction).to_world(turned).normalize();
+        direction = normalize(Frame::new(direction).to_world(turned));
     }
     None
 }
