@@ -9,7 +9,8 @@ use glam::DVec3;
 use restir_host::Error;
 use restir_host::buffers::SceneBuffers;
 use restir_host::scene::{
-    AlphaMode, Camera, Environment, Filter, Light, LightKind, Material, Mesh, Scene, Texture, TextureUse, Wrap, builtin,
+    AlphaMode, Camera, Environment, Filter, Light, LightKind, Material, Mesh, Motion, Scene, Texture, TextureUse,
+    Volume, VolumeScattering, Wrap, builtin,
 };
 use restir_shared::layout::CameraParams;
 use restir_shared::technique::path::PathParams;
@@ -263,6 +264,7 @@ pub fn named(name: &str) -> Option<Scene> {
         "masks" => Some(masks::scene(Form::Masked)),
         "sheets" => Some(Sheets { glass: true }.scene()),
         "moving-alpha" => Some(moving_alpha()),
+        "moving-media" => Some(moving_media()),
         "panes" => Some(Panes { coloured: true, count: 2 }.scene()),
         _ => builtin::scene(name),
     }
@@ -281,6 +283,37 @@ pub fn moving_alpha() -> Scene {
         if name != "ball" {
             material.base_color_texture = Some(TextureUse::new(0));
         }
+    }
+    scene
+}
+
+/// The built-in moving room, in which the ball is of a medium behind glass whose colour is textured, the lamp shines inside of a block of wax that
+/// moves with it, and the bulb inside of another one, that does not scatter everywhere.
+pub fn moving_media() -> Scene {
+    let mut scene = Scene { name: "moving-media".to_owned(), ..builtin::scene("moving").expect("built in") };
+    let texels = (0..16).map(|i| [255 - 15 * i, 90 + 10 * i, 200, if i % 5 == 0 { 0 } else { 255 - 9 * i }]).collect();
+    let (wrap, filter) = ([Wrap::Mirror; 2], Filter::Linear);
+    scene.textures.push(Texture { name: "veins".to_owned(), size: [4, 4], texels, wrap, filter });
+    let medium = |color_texture, strength_texture, anisotropy| {
+        let volume = Volume::scattering([0.9, 0.8, 0.6], [0.2, 0.1, 0.05], anisotropy);
+        let scattering = volume.scattering.map(|s| VolumeScattering { color_texture, strength_texture, ..s });
+        Some(Volume { scattering, ..volume })
+    };
+    let veins = Some(TextureUse { texture: 0, transform: [2.0, 0.3, 0.1, -0.2, 1.5, 0.0] });
+    let ball = scene.materials.iter_mut().find(|material| material.name == "ball").expect("it is there");
+    (ball.transmission, ball.volume) = (1.0, medium(veins, None, 0.5));
+    let wax = |name, volume| Material { diffuse_transmission: 1.0, volume, ..Material::diffuse(name, [1.0; 3]) };
+    let shade = scene.add_material(wax("shade", medium(None, None, -0.3)));
+    let patchy = scene.add_material(wax("patchy", medium(veins, Some(TextureUse::new(0)), 0.0)));
+    let lamp = scene.instances.iter().position(|i| scene.meshes[i.mesh].name == "lamp").expect("it is there");
+    let half = DVec3::new(0.2, 0.1, 0.14);
+    scene.place_mesh("shade", shade, Mesh::cuboid(-half, half), scene.instances[lamp].transform);
+    let keys = scene.animation.motions.iter().find(|motion| motion.instance == lamp).expect("it moves").keys.clone();
+    scene.animation.motions.push(Motion { instance: scene.instances.len() - 1, keys });
+    let around = DVec3::new(0.7, -0.3, 0.3);
+    scene.add_mesh("patchy", patchy, Mesh::cuboid(around - DVec3::splat(0.16), around + DVec3::splat(0.14)));
+    for mesh in scene.meshes.iter_mut().filter(|mesh| mesh.name == "ball").map(Arc::make_mut) {
+        mesh.uvs = mesh.positions.iter().map(|[x, y, _]| [4.0 * x, 4.0 * y]).collect();
     }
     scene
 }

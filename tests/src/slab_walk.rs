@@ -10,7 +10,7 @@ use restir_shared::vec::Frame;
 
 /// A path is not worth looking at any longer.
 const MOST_COLLISIONS: u32 = 1 << 14;
-/// The index of a border that mirrors.
+/// The index of a border that mirrors, unless another one is asked for.
 pub const INDEX: f32 = 1.4;
 
 /// What happens to light that reaches the border from inside.
@@ -18,9 +18,9 @@ pub const INDEX: f32 = 1.4;
 pub enum Border {
     /// It leaves.
     Open,
-    /// It is reflected as if it was the outside that is denser by [`INDEX`]: never totally.
+    /// It is reflected as if it was the outside that is denser by [`Slab::index`]: never totally.
     DenserOutside,
-    /// It is reflected by Fresnel's equations, of a medium denser by [`INDEX`].
+    /// It is reflected by Fresnel's equations, of a medium denser by [`Slab::index`].
     Dielectric,
 }
 
@@ -44,6 +44,8 @@ pub struct Slab {
     pub anisotropy: f32,
     /// Both borders.
     pub border: Border,
+    /// The index of borders that mirror.
+    pub index: f32,
     /// How light enters.
     pub entry: Entry,
 }
@@ -67,7 +69,7 @@ pub fn walk(slab: &Slab, seed: u32, index: u64) -> Option<Exit> {
         let words = Rng::new(index as u32 & 0xffff, (index >> 16) as u32, step, seed, Sampler::Independent).hash(0);
         [words.x, words.y, words.z, words.w].map(unit)
     };
-    let interface = Dielectric::new(INDEX, 1.0 / INDEX, slab.border == Border::DenserOutside);
+    let interface = Dielectric::new(slab.index, 1.0 / slab.index, slab.border == Border::DenserOutside);
     let [u, v, ..] = numbers(0);
     let mut direction = match slab.entry {
         Entry::Lambert => sample_cosine_hemisphere(Vec2::new(u, v)),

@@ -2,17 +2,17 @@
 
 use libtest_mimic::Failed;
 use restir_shared::glam::{DVec3, Vec2, Vec3};
-use restir_shared::medium::{Channels, Medium};
+use restir_shared::medium::{Channels, Medium, albedo_of_color, color_behind};
 use restir_shared::num;
 use restir_shared::rng::{Rng, Sampler, unit};
 use restir_shared::sampling::{henyey_greenstein_pdf, invert_henyey_greenstein, sample_henyey_greenstein};
-use restir_tests::slab_walk::{Border, Entry, Slab, walk};
+use restir_tests::slab_walk::{Border, Entry, INDEX, Slab, walk};
 use restir_tests::stats::{FAMILY_RATE, Family, Moments, ZTest, moments};
 use restir_tests::suite::ensure;
 
 restir_tests::suite! {
     coefficients_keep_their_digits colours_are_those_of_half_spaces directions_keep_their_digits directions_come_back
-    directions_have_their_density distances_are_unbiased wrong_mixtures_are_seen
+    directions_have_their_density colors_behind_dielectrics_come_back distances_are_unbiased wrong_mixtures_are_seen
     slabs_reflect_and_transmit_what_they_should interfaces_of_half_spaces wrong_walks_are_seen
 }
 
@@ -271,8 +271,30 @@ const SLABS: [Known; 5] = [
 /// What 10^6 walks leave open in those figures, and the rounding of their digits.
 const KNOWN_TO: f64 = 5.0e-4;
 
+/// A colour behind a dielectric is found again by walks in the medium that [`color_behind`] finds, to 2.5 %; a medium of that colour without an
+/// interface is darker there by more than a tenth.
+fn colors_behind_dielectrics_come_back() -> Result<(), Failed> {
+    let reflected = |color: f32, index: f32| {
+        let albedo = albedo_of_color(Vec3::splat(color), 0.0).x;
+        let half_space = slab([1.0e9, albedo, 0.0], Border::Dielectric);
+        moments(1 << 15, 1 << 12, 1, |walked| {
+            walk(&Slab { index, ..half_space }, 3, walked).map_or([0.0], |exit| [exit.weight])
+        })[0]
+    };
+    for index in [1.1, 1.33, 1.5, 1.7] {
+        for color in [0.1, 0.4, 0.8] {
+            let found = reflected(color_behind(color, index), index);
+            let (off, error) = (found.mean() / f64::from(color) - 1.0, found.standard_error() / f64::from(color));
+            println!("index {index}, colour {color}: {off:+.4} +- {error:.4}");
+            ensure(off.abs() < 0.025 + 4.0 * error, || format!("index {index}, colour {color}: {off:+.4}"))?;
+            ensure(reflected(color, index).mean() < 0.9 * f64::from(color), || "no interface is noticed".to_owned())?;
+        }
+    }
+    ensure(color_behind(0.3, 1.0) == 0.3 && color_behind(1.0, 1.5) == 1.0, || "a colour changes".to_owned())
+}
+
 fn slab([depth, albedo, anisotropy]: [f32; 3], border: Border) -> Slab {
-    Slab { depth, albedo, anisotropy, border, entry: Entry::Lambert }
+    Slab { depth, albedo, anisotropy, border, index: INDEX, entry: Entry::Lambert }
 }
 
 fn slabs_reflect_and_transmit_what_they_should() -> Result<(), Failed> {

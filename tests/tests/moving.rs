@@ -7,6 +7,7 @@ use restir_host::plan::{FramePlan, Pass};
 use restir_host::render::{self, Render};
 use restir_host::scene::{Camera, Scene};
 use restir_host::technique::Technique;
+use restir_host::technique::path::PathSettings;
 use restir_host::technique::restir_di::{
     DiSettings, MAX_CANDIDATES, MAX_CONFIDENCE_CAP, MAX_INITIAL_RAYS, MAX_NEIGHBOURS, MAX_SHADED, MAX_SPATIAL_PASSES,
     MAX_TILE_SIZE, MAX_TILES,
@@ -58,6 +59,11 @@ fn main() -> ExitCode {
         let largest = LARGEST.map(|text| {
             adapter.trial(&format!("{text}, the largest there are"), move |executor| largest_settings(executor, text))
         });
+        let media = format!("path, moving media with textures: {FRAMES} frames, all buffers after every pass");
+        let media = adapter.trial(&media, |executor| {
+            let settings = PathSettings { max_depth: 5, longest_walk: 70, ..PathSettings::default() };
+            same_on_device_in(executor, "moving-media", frames(settings))
+        });
         let trials = |trials: Trials| {
             let rows = trials.rows().into_iter();
             rows.map(move |(name, technique)| {
@@ -65,7 +71,7 @@ fn main() -> ExitCode {
                 adapter.trial(&title, move |executor| same_on_device(executor, frames(technique)))
             })
         };
-        largest.into_iter().chain(Trials::all().into_iter().flat_map(trials)).collect()
+        largest.into_iter().chain([media]).chain(Trials::all().into_iter().flat_map(trials)).collect()
     }));
     libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
 }
@@ -132,7 +138,11 @@ fn largest_settings(executor: &mut dyn Executor, text: &str) -> Result<(), Faile
 }
 
 fn same_on_device(executor: &mut dyn Executor, render: Render) -> Result<(), Failed> {
-    let scene = buffers("moving")?;
+    same_on_device_in(executor, "moving", render)
+}
+
+fn same_on_device_in(executor: &mut dyn Executor, scene: &str, render: Render) -> Result<(), Failed> {
+    let scene = buffers(scene)?;
     render::check(&scene, &render)?;
     let host = trace(&mut CpuExecutor::new(None)?, plan(&scene, &render))?;
     let found = first_divergence(executor, plan(&scene, &render), &host)?;

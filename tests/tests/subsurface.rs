@@ -4,8 +4,11 @@ use libtest_mimic::Failed;
 use restir_host::buffers::SceneBuffers;
 use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::render::{self, Render, Rendered};
-use restir_host::scene::{Camera, Environment, Material, Mesh, Scene, Volume, VolumeScattering, builtin};
-use restir_host::technique::path::{Orders, PathSettings, Subsurface};
+use restir_host::scene::{
+    Camera, Environment, Filter, Light, LightKind, Material, Mesh, Scene, Texture, TextureUse, Volume,
+    VolumeScattering, Wrap, builtin,
+};
+use restir_host::technique::path::{AfterSubsurface, Orders, PathSettings, Subsurface};
 use restir_shared::glam::DVec3;
 use restir_shared::rng::Sampler;
 use restir_shared::technique::path::media::MediaParams;
@@ -19,7 +22,8 @@ use restir_tests::{native, oracle};
 restir_tests::suite! {
     slabs_reflect_and_transmit_what_is_known bodies_look_as_by_an_independent_walk orders_look_as_by_an_independent_walk
     wrong_media_are_seen where_a_path_is_cut_does_not_matter walks_are_counted white_bodies_cannot_be_seen
-    scale_does_not_matter scattering_elsewhere_changes_nothing the_last_segment_may_be_a_walk
+    lights_inside_look_alike_sampled_or_found what_burns_inside_of_white_bodies_comes_out paths_may_end_after_media
+    the_texture_where_light_enters_decides scale_does_not_matter scattering_elsewhere_changes_nothing the_last_segment_may_be_a_walk
 }
 
 const GRID: TileGrid = TileGrid { width: 16, height: 16, tile: 8 };
@@ -292,6 +296,175 @@ fn white_bodies_cannot_be_seen() -> Result<(), Failed> {
     }
     println!("{}", family.verdict()?);
     Ok(())
+}
+
+/// What a scene looks like, with the lights inside of its bodies sampled, or found alone.
+fn moments_of(scene: &SceneBuffers, settings: &PathSettings, samples: u32) -> Vec<Moments> {
+    use rayon::prelude::*;
+    let image = |seed: u32| {
+        let render = Render { count: samples, seed, ..Render::new([GRID.width, GRID.height], settings.clone()) };
+        let rendered = render::render(&mut CpuExecutor::inline(), scene, &render, &mut |_| Ok(())).expect("renders");
+        rendered.image.pixels.iter().map(|p| p.map(f64::from)).collect()
+    };
+    GRID.moments_of(&(0..64).into_par_iter().map(image).collect::<Vec<_>>())
+}
+
+/// A sphere of a medium around a lamp, a pebble and a sheet; the lamp's light is scaled.
+fn lantern(border: Border, brightness: f32) -> Result<SceneBuffers, Failed> {
+    let mut case = body("lantern", SPHERE, border, 0.4);
+    case.walker.extinction = [0.3, 1.0, 2.0];
+    let mut scene = Scene { name: "lantern".to_owned(), camera: Some(case.camera), ..Scene::default() };
+    let material = scene.add_material(case.material());
+    scene.add_mesh("body", material, Mesh { normals: Vec::new(), ..Mesh::sphere(DVec3::ZERO, 1.0, 4) });
+    let pebble = scene.add_material(Material::diffuse("pebble", [0.4, 0.5, 0.6]));
+    scene.add_mesh("pebble", pebble, Mesh::sphere(DVec3::new(0.4, -0.4, 0.3), 0.2, 2));
+    let sheet = Material { diffuse_transmission: 0.5, ..Material::diffuse("sheet", [0.7; 3]) };
+    let sheet = scene.add_material(sheet);
+    scene.add_mesh("sheet", sheet, Mesh::quad(DVec3::new(-0.5, -0.5, -0.3), [DVec3::X, DVec3::Y]));
+    scene.add_sphere_light(DVec3::new(-0.1, 0.2, 0.2), 0.3, [4.0, 4.0, 4.0].map(|x| x * brightness));
+    let edges = [DVec3::X * 0.5, DVec3::Z * 0.5];
+    scene.add_quad_light(DVec3::new(-0.25, -1.6, -0.25), edges, [2.0 * brightness; 3], true);
+    Ok(SceneBuffers::build(&scene)?)
+}
+
+/// To sample lights where light collides changes noise alone; light that is brighter by a twentieth would be seen.
+fn lights_inside_look_alike_sampled_or_found() -> Result<(), Failed> {
+    for border in [Border::Open, Border::Dielectric(1.4)] {
+        let settings = |lights_inside| PathSettings {
+            lights_inside,
+            max_depth: 5,
+            sampler: Sampler::Independent,
+            ..PathSettings::default()
+        };
+        let moments =
+            |inside, brightness| Ok::<_, Failed>(moments_of(&lantern(border, brightness)?, &settings(inside), 128));
+        let (sampled, found) = (moments(true, 1.0)?, moments(false, 1.0)?);
+        let test = TileTest { grid: GRID, family_rate: FAMILY_RATE };
+        ensure_unbiased(&format!("lantern, {border:?}"), &test.compare(&sampled, &found), 0.03)?;
+        if border == Border::Open {
+            ensure_biased("brighter", &test.compare(&moments(true, 1.05)?, &found))?;
+        }
+        let noise = |of: &[Moments]| mean(of).standard_error() / mean(of).mean();
+        println!("{border:?}: standard errors {:.5} sampled, {:.5} found", noise(&sampled), noise(&found));
+    }
+    Ok(())
+}
+
+/// What burns in the middle of a white sphere leaves it evenly: `I / R^2` of a light of the intensity I over pi, and as much of a white
+/// ball of the radiance L and the radius r as `L r^2 / R^2`. Without a collision a point's light is left by `exp(-R / l)`.
+fn what_burns_inside_of_white_bodies_comes_out() -> Result<(), Failed> {
+    let (mean_free_path, radius) = (0.8, 0.25);
+    let filled = |g: f32| {
+        let camera = looking([0.0, -9.0, 0.0], [0.0; 3], 8.0);
+        let mut scene = Scene { name: "white body".to_owned(), camera: Some(camera), ..Scene::default() };
+        let volume = Some(Volume::scattering([1.0; 3], [mean_free_path; 3], g));
+        let white = Material { diffuse_transmission: 1.0, volume, ..Material::diffuse("white", [1.0; 3]) };
+        let white = scene.add_material(white);
+        scene.add_mesh("body", white, Mesh { normals: Vec::new(), ..Mesh::sphere(DVec3::ZERO, 1.0, 6) });
+        scene
+    };
+    let mut family = Family::new("lights in white bodies", FAMILY_RATE);
+    let expect = |family: &mut Family, what: &str, scene: &Scene, orders, expected: f64| -> Result<(), Failed> {
+        let settings = PathSettings { orders, max_depth: 24, sampler: Sampler::Independent, ..PathSettings::default() };
+        let found = mean(&moments_of(&SceneBuffers::build(scene)?, &settings, 12));
+        println!("{what}: {:.5} +- {:.5}, expected {expected:.5}", found.mean(), found.standard_error());
+        // the sphere of triangles is smaller by up to 2e-4
+        family.z_test(what, ZTest::new(found, Moments::known(expected, 4.0e-4 * expected)));
+        Ok(())
+    };
+    for g in [0.0, 0.6] {
+        let mut point = filled(g);
+        let kind = LightKind::Point { position: DVec3::ZERO };
+        point.lights.push(Light { name: "point".to_owned(), intensity: [std::f32::consts::PI; 3], kind });
+        let unscattered = (-1.0 / f64::from(mean_free_path)).exp();
+        expect(&mut family, &format!("point, g {g}, unscattered"), &point, Orders { least: 0, most: 0 }, unscattered)?;
+        expect(&mut family, &format!("point, g {g}"), &point, Orders::ALL, 1.0)?;
+        let mut ball = filled(g);
+        let white = ball.add_material(Material::emitter("ball", [1.0; 3], [1.0; 3]));
+        ball.add_mesh("ball", white, Mesh { normals: Vec::new(), ..Mesh::sphere(DVec3::ZERO, radius, 5) });
+        expect(&mut family, &format!("ball, g {g}"), &ball, Orders::ALL, radius * radius)?;
+    }
+    println!("{}", family.verdict()?);
+    Ok(())
+}
+
+/// After a body that is alone there is nothing to come; a wall behind the viewer is lit once, and not seen again.
+fn paths_may_end_after_media() -> Result<(), Failed> {
+    let film = |scene: &SceneBuffers, max_depth, after_subsurface| {
+        let settings = PathSettings { max_depth, after_subsurface, ..PathSettings::default() };
+        let render = Render { count: 4, ..Render::new([GRID.width, GRID.height], settings) };
+        render::render(&mut CpuExecutor::inline(), scene, &render, &mut |_| Ok(()))
+            .map(|rendered| rendered.image.pixels)
+    };
+    use AfterSubsurface::{DirectLight, Paths};
+    let alone = body("sphere", SPHERE, Border::Open, 0.0).scene();
+    ensure(film(&alone, 6, DirectLight)? == film(&alone, 6, Paths)?, || "a body that is alone differs".to_owned())?;
+    // the camera's segment, the walk, and direct light where it leaves
+    let candles = SceneBuffers::build(&builtin::scene("candles").ok_or("no scene of that name")?)?;
+    let brightness = |pixels: &[[f32; 3]]| pixels.iter().flatten().map(|&x| f64::from(x)).sum::<f64>();
+    let [short, ended, whole] = [(3, Paths), (6, DirectLight), (6, Paths)]
+        .map(|(depth, after)| film(&candles, depth, after).map(|pixels| brightness(&pixels)));
+    let (short, ended, whole) = (short?, ended?, whole?);
+    println!("3 segments {short:.3}, 6 that end after media {ended:.3}, 6 {whole:.3}");
+    ensure(short < ended && ended < whole, || "light is lost or added".to_owned())
+}
+
+/// Half of a slab is entered at each of two texels: there it has the bits of one that is untextured.
+fn the_texture_where_light_enters_decides() -> Result<(), Failed> {
+    let codes = [[250, 120, 60, 255], [90, 200, 240, 255]];
+    let textured = |color: [f32; 3], texture: bool| -> Result<Vec<[f32; 3]>, Failed> {
+        let mut case = slab(1.0, 0.9, 0.3, Border::Open, true);
+        case.camera = looking([0.5, 6.0, 0.0], [0.5, 0.0, 0.1], 20.0);
+        let mut scene = Scene { name: "slab".to_owned(), camera: Some(case.camera), ..Scene::default() };
+        scene.environment = Some(Environment {
+            name: "white".into(),
+            size: [1, 1],
+            pixels: vec![[1.0; 3]].into(),
+            scale: 1.0,
+            rotation: 0.0,
+        });
+        let mut material = case.material();
+        let scattering = material.volume.as_mut().and_then(|volume| volume.scattering.as_mut()).ok_or("it scatters")?;
+        scattering.color = color;
+        if texture {
+            let (wrap, filter) = ([Wrap::Clamp; 2], Filter::Nearest);
+            scene.textures.push(Texture {
+                name: "halves".to_owned(),
+                size: [2, 1],
+                texels: codes.to_vec().into(),
+                wrap,
+                filter,
+            });
+            scattering.color_texture = Some(TextureUse::new(0));
+            scattering.strength_texture = Some(TextureUse::new(0));
+        }
+        let material = scene.add_material(material);
+        let mut mesh = Mesh::cuboid(DVec3::new(-100.0, -1.0, -100.0), DVec3::new(100.0, 0.0, 100.0));
+        mesh.uvs = mesh.positions.iter().map(|[x, _, _]| [if *x > 0.0 { 1.0 } else { 0.0 }, 0.5]).collect();
+        scene.add_mesh("slab", material, mesh);
+        Ok(case.rendered(&SceneBuffers::build(&scene)?, 4, 5).image.pixels)
+    };
+    let factor = [0.9, 0.7, 0.5];
+    let both = textured(factor, true)?;
+    let linear = |code: u8| {
+        let s = f64::from(code) / 255.0;
+        (if s <= 0.040_45 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) }) as f32
+    };
+    let mut counts = [0, 0];
+    let halves = codes.map(|[r, g, b, _]| {
+        let texel = [r, g, b].map(linear);
+        textured([0, 1, 2].map(|i| factor[i] * texel[i]), false)
+    });
+    for (half, plain) in halves.into_iter().enumerate() {
+        counts[half] = both.iter().zip(plain?).filter(|(a, b)| **a == *b).count();
+    }
+    println!("of {} pixels {counts:?} are as of one colour", both.len());
+    // where they meet, a pixel has samples of both
+    let all = (GRID.width * GRID.height) as usize;
+    ensure(
+        counts.iter().all(|&count| count >= all / 4) && counts[0] + counts[1] + 2 * GRID.height as usize >= all,
+        || format!("{counts:?} of {all} pixels"),
+    )
 }
 
 /// A scene that is larger by a power of two has the same bits.

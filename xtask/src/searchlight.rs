@@ -3,6 +3,8 @@
 use std::fmt::Write as _;
 
 use clap::Args;
+use restir_shared::glam::Vec3;
+use restir_shared::medium::{albedo_of_color, color_behind};
 use restir_tests::slab_walk::{Border, Entry, INDEX, Slab, walk};
 use restir_tests::stats::{Moments, moments};
 
@@ -85,7 +87,7 @@ pub fn run(options: &Options) -> Result<(), Error> {
     println!("{}", ring_head());
     for (border, name) in BORDERS {
         for entry in [Entry::Lambert, Entry::Normal] {
-            let found = row(Slab { depth, albedo, anisotropy, border, entry }, options.walks, 1);
+            let found = row(Slab { depth, albedo, anisotropy, border, index: INDEX, entry }, options.walks, 1);
             println!(
                 "border: {name}, entry: {entry:?}: reflected {}, transmitted {}",
                 share(found.reflected),
@@ -123,6 +125,35 @@ fn fit(points: &[(f32, f64)]) -> (f64, f64) {
     (best, error(best).fold(0.0, |worst: f64, e| worst.max(e.abs())))
 }
 
+/// What half spaces behind smooth dielectrics reflect, beside the colour of which `medium::color_behind` finds the medium.
+fn behind_dielectrics(walks: u64) -> String {
+    const INDICES: [f32; 5] = [1.1, 1.2, 1.33, 1.45, 1.6];
+    let mut text = "\n## Half spaces behind smooth dielectrics\n\nReflected by half spaces whose albedo is found by `medium::color_behind` for a colour, \
+                    over that colour.\n\n| colour |"
+        .to_owned();
+    INDICES.iter().for_each(|index| text += &format!(" index {index} |"));
+    text += &format!("\n|---:|{}\n", "---:|".repeat(INDICES.len()));
+    for color in [0.05, 0.2, 0.4, 0.6, 0.8, 0.9] {
+        text += &format!("| {color} |");
+        for index in INDICES {
+            let albedo = albedo_of_color(Vec3::splat(color_behind(color, index)), 0.0).x;
+            let slab = Slab {
+                depth: HALF_SPACE,
+                albedo,
+                anisotropy: 0.0,
+                border: Border::Dielectric,
+                index,
+                entry: Entry::Lambert,
+            };
+            let found = row(slab, walks, 4).reflected;
+            let color = f64::from(color);
+            text += &format!(" {:.4} +- {:.4} |", found.mean() / color, found.standard_error() / color);
+        }
+        text.push('\n');
+    }
+    text
+}
+
 fn report(walks: u64) -> String {
     let mut text = format!(
         "# What media reflect\n\nMade by `cargo xtask searchlight --write`: {walks} walks a row by the library's distances, directions and \
@@ -133,7 +164,8 @@ fn report(walks: u64) -> String {
         BORDERS.map(|(_, name)| name).join(" | "),
         "---:|".repeat(BORDERS.len())
     );
-    let of = |albedo, border, depth| Slab { depth, albedo, anisotropy: 0.0, border, entry: Entry::Lambert };
+    let of =
+        |albedo, border, depth| Slab { depth, albedo, anisotropy: 0.0, border, index: INDEX, entry: Entry::Lambert };
     let found =
         ALBEDOS.map(|albedo| BORDERS.map(|(border, _)| row(of(albedo, border, HALF_SPACE), walks, 1).reflected));
     for (albedo, row) in ALBEDOS.iter().zip(&found) {
@@ -152,6 +184,7 @@ fn report(walks: u64) -> String {
     );
     let rings = row(of(0.9, Border::Open, HALF_SPACE), walks, 2);
     text += &(ring_row("one", &rings.once) + &ring_row("more", &rings.more));
+    text += &behind_dielectrics(walks);
     text += "\n## Slabs\n\n| depth | albedo | border | reflected | transmitted |\n|---:|---:|---|---:|---:|\n";
     for (depth, albedo) in [(1.0, 0.9), (4.0, 0.9), (4.0, 0.99)] {
         for (border, name) in BORDERS {

@@ -1,16 +1,17 @@
 //! The attribute arena, word by word as in [`restir_shared::layout`].
 
-use super::{environment::EnvironmentMap, lights::LightTables, texels::Texels};
+use super::{environment::EnvironmentMap, lights::LightTables, lit, texels::Texels};
 use crate::scene::{AlphaMode, Filter, Light, LightKind, Material, Scene, TextureUse, Volume, Wrap};
 use glam::{DVec3, Vec3};
 use restir_shared::layout::{
     ALIAS_WORDS, ENVIRONMENT_WORDS, INTERIOR_WORDS, LIGHT_WORDS, MATERIAL_TWO_SIDED_EMISSION, MATERIAL_VOLUME,
     MATERIAL_WORDS, NONE, PUNCTUAL_DIRECTIONAL, PUNCTUAL_POINT, PUNCTUAL_WORDS, SLOT_BASE_COLOR, SLOT_EMISSION,
-    SLOT_SPECULAR_COLOR, SceneHeader, TEXTURE_MIRROR_U, TEXTURE_MIRROR_V, TEXTURE_NEAREST, TEXTURE_REPEAT_U,
-    TEXTURE_REPEAT_V, TEXTURE_SRGB,
+    SLOT_SCATTERING_COLOR, SLOT_SPECULAR_COLOR, SceneHeader, TEXTURE_MIRROR_U, TEXTURE_MIRROR_V, TEXTURE_NEAREST,
+    TEXTURE_REPEAT_U, TEXTURE_REPEAT_V, TEXTURE_SRGB,
 };
 use restir_shared::medium::Medium;
 use restir_shared::num::flush;
+use restir_shared::sampling::henyey_greenstein_scale;
 use restir_shared::vec::max_component;
 
 /// Smallest difference of cosines over which a spot light's edge falls off, as glTF has it.
@@ -76,16 +77,30 @@ impl Attributes {
     fn add_materials(&mut self, scene: &Scene, texels: &Texels) {
         let first = scene.materials.len() as u32 * MATERIAL_WORDS;
         let mut records = Vec::new();
-        for material in &scene.materials {
+        let lit = lit::materials(scene);
+        for (index, material) in scene.materials.iter().enumerate() {
             let slots = material.textures();
             let textured = slots.iter().flatten().any(|used| texels.textures[used.texture] != NONE);
             let uses = if textured { first + records.len() as u32 } else { NONE };
             if textured {
-                records.extend((0..).zip(slots).flat_map(|(slot, used)| texture_use(scene, texels, slot, used)));
+                records.extend(
+                    (0..)
+                        .zip(slots)
+                        .flat_map(|(slot, used)| texture_use(scene, texels, SRGB_SLOTS.contains(&slot), used)),
+                );
             }
             let scattering = material.volume.filter(scatters);
             let interior = if scattering.is_some() { first + records.len() as u32 } else { 0 };
-            records.extend(scattering.iter().flat_map(interior_record));
+            if let Some(volume) = &scattering {
+                let slots = volume.textures();
+                let textured = slots.iter().flatten().any(|used| texels.textures[used.texture] != NONE);
+                let uses = if textured { interior + INTERIOR_WORDS } else { NONE };
+                records.extend(interior_record(volume, uses, lit[index]));
+                let used = (0..).zip(slots).filter(|_| textured);
+                records.extend(
+                    used.flat_map(|(slot, used)| texture_use(scene, texels, slot == SLOT_SCATTERING_COLOR, used)),
+                );
+            }
             self.extend(material_record(material, texels.alpha_flags(material), uses, interior));
         }
         self.extend(records);
@@ -105,10 +120,16 @@ fn medium(volume: &Volume) -> Option<Medium> {
     Some(Medium { extinction, ..medium })
 }
 
-fn interior_record(volume: &Volume) -> [[u32; 4]; INTERIOR_WORDS as usize] {
+/// Of an interior with textures the colour, of another one the albedo.
+fn interior_record(volume: &Volume, uses: u32, lit: bool) -> [[u32; 4]; INTERIOR_WORDS as usize] {
     let medium = medium(volume).unwrap_or(Medium::of_color(Vec3::ZERO, Vec3::ONE, 0.0));
-    let denser_outside = volume.scattering.map_or(1.0, |scattering| scattering.denser_outside);
-    [rgb_word(medium.albedo.to_array(), medium.anisotropy), rgb_word([denser_outside, 0.0, 0.0], 0.0)]
+    let (denser_outside, color) =
+        volume.scattering.map_or((1.0, [0.0; 3]), |scattering| (scattering.denser_outside, scattering.color));
+    let scattered = if uses == NONE { medium.albedo.to_array() } else { color };
+    [
+        rgb_word(scattered, medium.anisotropy),
+        [denser_outside.to_bits(), uses, u32::from(lit), henyey_greenstein_scale(medium.anisotropy).to_bits()],
+    ]
 }
 
 fn material_record(m: &Material, alpha_flags: u32, uses: u32, interior: u32) -> [[u32; 4]; MATERIAL_WORDS as usize] {
@@ -128,7 +149,10 @@ fn material_record(m: &Material, alpha_flags: u32, uses: u32, interior: u32) -> 
     ]
 }
 
-fn texture_use(scene: &Scene, texels: &Texels, slot: u32, used: Option<&TextureUse>) -> [[u32; 4]; 3] {
+/// Slots of a surface whose colours are sRGB.
+const SRGB_SLOTS: [u32; 3] = [SLOT_BASE_COLOR, SLOT_EMISSION, SLOT_SPECULAR_COLOR];
+
+fn texture_use(scene: &Scene, texels: &Texels, srgb: bool, used: Option<&TextureUse>) -> [[u32; 4]; 3] {
     let Some(used) = used else { return [[NONE, 0, 0, 0], [0; 4], [0; 4]] };
     let texture = &scene.textures[used.texture];
     let wrap = |wrap: Wrap, repeat: u32, mirror: u32| match wrap {
@@ -136,7 +160,6 @@ fn texture_use(scene: &Scene, texels: &Texels, slot: u32, used: Option<&TextureU
         Wrap::Mirror => mirror,
         Wrap::Clamp => 0,
     };
-    let srgb = [SLOT_BASE_COLOR, SLOT_EMISSION, SLOT_SPECULAR_COLOR].contains(&slot);
     let flags = wrap(texture.wrap[0], TEXTURE_REPEAT_U, TEXTURE_MIRROR_U)
         | wrap(texture.wrap[1], TEXTURE_REPEAT_V, TEXTURE_MIRROR_V)
         | if texture.filter == Filter::Nearest { TEXTURE_NEAREST } else { 0 }

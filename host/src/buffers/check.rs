@@ -91,7 +91,7 @@ fn material_problem(scene: &Scene, m: &Material) -> Option<String> {
             s.color, s.anisotropy, s.denser_outside
         )
     } else {
-        m.textures().into_iter().flatten().find_map(|used| texture_use_problem(scene, used))?
+        m.all_textures().find_map(|used| texture_use_problem(scene, used))?
     };
     Some(format!("material {:?}: {problem}; correct it in the file", m.name))
 }

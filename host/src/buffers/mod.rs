@@ -6,6 +6,7 @@ mod environment;
 mod features;
 mod geometry;
 mod lights;
+mod lit;
 mod moving;
 mod shading;
 mod texels;

@@ -212,7 +212,10 @@ fn difference(a: &Scene, b: &Scene) -> Option<&'static str> {
         (a, b) => a.is_none() && b.is_none(),
     };
     let textures = |scene: &Scene| -> Vec<_> {
-        scene.materials.iter().map(|m| m.textures().map(|used| used.map(|used| used.texture))).collect()
+        let inside = |m: &crate::scene::Material| {
+            m.volume.map(|volume| volume.textures().map(|used| used.map(|used| used.texture)))
+        };
+        scene.materials.iter().map(|m| (m.textures().map(|used| used.map(|used| used.texture)), inside(m))).collect()
     };
     let scattering = |scene: &Scene| -> Vec<_> {
         scene.materials.iter().map(|m| m.volume.is_some_and(|volume| scatters(&volume))).collect()

@@ -30,7 +30,7 @@ impl Texels {
             environment: [0; 2],
         };
         for (material, _) in scene.materials.iter().zip(used_materials).filter(|(_, used)| **used) {
-            for used in material.textures().into_iter().flatten() {
+            for used in material.all_textures() {
                 if texels.words.is_empty() {
                     // all at once, for a vector that grows would take twice as much
                     let texels_of_all: usize = scene.textures.iter().map(|texture| texture.texels.len() + 4).sum();

@@ -1,6 +1,6 @@
 //! Materials: glTF's metallic-roughness model with its extensions.
 
-use restir_shared::layout::TEXTURE_SLOTS;
+use restir_shared::layout::{INTERIOR_SLOTS, TEXTURE_SLOTS};
 
 /// How a surface scatters and emits light: the metallic-roughness model of glTF 2.0 with the extensions
 /// `KHR_materials_emissive_strength`, `_ior`, `_specular`, `_transmission`, `_diffuse_transmission`, `_volume` and
@@ -88,6 +88,10 @@ pub struct VolumeScattering {
     /// What a half space of the medium reflects of light that enters and leaves it by Lambert's law, linear RGB in [0, 1]: the colour
     /// of a thick body ([`restir_shared::medium::Medium::of_color`]).
     pub color: [f32; 3],
+    /// sRGB. Where light enters decides for its whole way inside.
+    pub color_texture: Option<TextureUse>,
+    /// Linear, in alpha: a factor on the colour.
+    pub strength_texture: Option<TextureUse>,
     /// Mean cosine of the angle by which light turns, within plus and minus [`restir_shared::medium::MAX_ANISOTROPY`].
     pub anisotropy: f32,
     /// See [`restir_shared::medium::Interior::denser_outside`]; 1 for nothing of the kind.
@@ -107,14 +111,27 @@ impl Volume {
         let [longest, shortest] = [f32::max, f32::min].map(|of| mean_free_path.into_iter().reduce(of).unwrap_or(1.0));
         let distance = f32::min(longest, 12.0 * shortest);
         let left = |mean: f32| (-f64::from(distance) / f64::from(mean)).exp() as f32;
-        let scattering = VolumeScattering { color, anisotropy, denser_outside: 1.0 };
+        let scattering = VolumeScattering { anisotropy, ..VolumeScattering::of_color(color) };
         Self { scattering: Some(scattering), ..Self::absorbing(mean_free_path.map(left), distance) }
+    }
+
+    /// The textures of its scattering, in the order of the slots of [`restir_shared::layout`].
+    pub fn textures(&self) -> [Option<&TextureUse>; INTERIOR_SLOTS as usize] {
+        let scattering = self.scattering.as_ref();
+        [scattering.and_then(|s| s.color_texture.as_ref()), scattering.and_then(|s| s.strength_texture.as_ref())]
     }
 
     /// Expected number of collisions of light per unit length, by channel (Beer and Lambert).
     pub fn extinction(&self) -> [f32; 3] {
         let distance = f64::from(self.attenuation_distance);
         self.attenuation_color.map(|left| (-f64::from(left).max(LEAST_LEFT).ln() / distance) as f32)
+    }
+}
+
+impl VolumeScattering {
+    /// Of a colour, in all directions alike.
+    pub fn of_color(color: [f32; 3]) -> Self {
+        Self { color, color_texture: None, strength_texture: None, anisotropy: 0.0, denser_outside: 1.0 }
     }
 }
 
@@ -159,7 +176,7 @@ impl Material {
         }
     }
 
-    /// Its textures, in the order of the slots of [`restir_shared::layout`].
+    /// The textures of its surface, in the order of the slots of [`restir_shared::layout`].
     pub fn textures(&self) -> [Option<&TextureUse>; TEXTURE_SLOTS as usize] {
         [
             &self.base_color_texture,
@@ -172,9 +189,15 @@ impl Material {
         .map(Option::as_ref)
     }
 
+    /// All textures in use, of the surface and of what is inside.
+    pub fn all_textures(&self) -> impl Iterator<Item = &TextureUse> {
+        let inside = self.volume.iter().flat_map(|volume| volume.textures());
+        self.textures().into_iter().chain(inside).flatten()
+    }
+
     /// Whether it has any texture.
     pub fn is_textured(&self) -> bool {
-        self.textures().iter().any(Option::is_some)
+        self.all_textures().next().is_some()
     }
 
     /// A Lambertian material that emits from its front.

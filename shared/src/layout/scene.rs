@@ -11,6 +11,8 @@ pub const TRIANGLE_WORDS: u32 = 3;
 pub const MATERIAL_WORDS: u32 = 7;
 /// Words in the record of an interior that scatters.
 pub const INTERIOR_WORDS: u32 = 2;
+/// Textures that an interior can use: colour and strength of scattering.
+pub const INTERIOR_SLOTS: u32 = 2;
 /// Words in a triangle's normals, tangents and texture coordinates.
 pub const SHADING_WORDS: u32 = 3;
 /// Words in a material's use of a texture.
@@ -65,6 +67,11 @@ pub const SLOT_EMISSION: u32 = 3;
 pub const SLOT_SPECULAR: u32 = 4;
 /// Texture slot: colour of specular reflection, sRGB.
 pub const SLOT_SPECULAR_COLOR: u32 = 5;
+
+/// Texture slot of an interior: colour of scattering, sRGB.
+pub const SLOT_SCATTERING_COLOR: u32 = 0;
+/// Texture slot of an interior: alpha scales the colour.
+pub const SLOT_SCATTERING_STRENGTH: u32 = 1;
 
 /// Texture flag: along u, the texture repeats. Without it and [`TEXTURE_MIRROR_U`], the edge continues.
 pub const TEXTURE_REPEAT_U: u32 = 1;

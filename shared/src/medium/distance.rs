@@ -70,15 +70,21 @@ impl Channels {
     /// density of the distance.
     #[inline(always)]
     pub fn collided(&self, t: f32) -> Vec3 {
-        let light = self.extinction * self.left(t);
-        light * div(1.0, self.mixture(light))
+        self.worth(t, true)
     }
 
     /// What passing a distance is worth, where [`Self::sample`] gave a larger one: what is left, over its probability.
     #[inline(always)]
     pub fn passed(&self, t: f32) -> Vec3 {
+        self.worth(t, false)
+    }
+
+    /// [`Self::collided`] or [`Self::passed`].
+    #[inline(always)]
+    pub fn worth(&self, t: f32, collides: bool) -> Vec3 {
         let left = self.left(t);
-        left * div(1.0, self.mixture(left))
+        let light = if collides { self.extinction * left } else { left };
+        light * div(1.0, self.mixture(light))
     }
 
     /// A distance below `t_max` > 0, at which light collides for certain.

@@ -16,6 +16,8 @@ pub struct Interior {
     pub albedo: Vec3,
     /// Mean cosine of the angle by which light turns ([`crate::sampling::sample_henyey_greenstein`]).
     pub anisotropy: f32,
+    /// The constant factor of a turn's density ([`crate::sampling::henyey_greenstein_scale`]).
+    pub turn_scale: f32,
     /// Light that reaches the surface from inside is mirrored as by a smooth interface to a medium that is denser by this relative index: never
     /// totally. 1 does nothing. No real interface is like that; published fits of reflectance are of it (Zhang and d'Eon 2025).
     pub denser_outside: f32,
@@ -24,6 +26,8 @@ pub struct Interior {
     pub gain: f32,
     /// As [`crate::scene::SurfacePoint::offset`].
     pub offset: f32,
+    /// Lights may lie inside, so that it pays to sample them there. What is found does not depend on it, but for noise and punctual lights.
+    pub lit: bool,
 }
 
 impl Interior {
@@ -35,9 +39,17 @@ impl Interior {
         albedo: Vec3::ZERO,
         anisotropy: 0.0,
         denser_outside: 1.0,
+        turn_scale: 1.0,
         gain: 1.0,
         offset: 0.0,
+        lit: false,
     };
+
+    /// The extinction of what scatters; what does not absorbs by another rule ([`crate::transport::through_interior`]).
+    #[inline(always)]
+    pub fn scattering(&self) -> Vec3 {
+        if self.scatters() { self.extinction } else { Vec3::ZERO }
+    }
 
     /// Whether light is scattered.
     #[inline(always)]

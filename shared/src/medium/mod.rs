@@ -9,7 +9,7 @@ mod interior;
 pub use distance::{Channels, transmittance};
 pub use interior::Interior;
 
-use crate::num::{clamp, div, sqrt};
+use crate::num::{clamp, div, max, sqrt};
 use glam::Vec3;
 
 /// The largest magnitude of an anisotropy.
@@ -43,11 +43,57 @@ impl Medium {
     }
 }
 
+/// The albedo of [`Medium::of_color`] alone.
+#[inline(always)]
+pub fn albedo_of_color(color: Vec3, anisotropy: f32) -> Vec3 {
+    let mut albedo = Vec3::ZERO;
+    let mut channel = 0;
+    while channel < 3 {
+        let of = if channel == 0 {
+            color.x
+        } else if channel == 1 {
+            color.y
+        } else {
+            color.z
+        };
+        let [scattered, _] = collision(of, anisotropy);
+        albedo = Vec3::new(
+            if channel == 0 { scattered } else { albedo.x },
+            if channel == 1 { scattered } else { albedo.y },
+            if channel == 2 { scattered } else { albedo.z },
+        );
+        channel += 1;
+    }
+    albedo
+}
+
+/// The colour without an interface ([`Medium::of_color`]) of the medium whose half space behind a smooth dielectric has the colour `color`, in
+/// [0, 1]: the part of light that leaves again, of light that has entered by Lambert's law; `index` is the relative index of refraction, from 1 to 1.8.
+///
+/// Behind a dielectric, which keeps much of the light that would leave, the same medium is darker. The fit is van de Hulst's form with other constants,
+/// functions of what the interface reflects of diffuse light from inside (Egan and Hilgeman 1973); walks give colours from 0.05 on again within 2 %, and within
+/// 3 % beyond an index of 1.6.
+pub fn color_behind(color: f32, index: f32) -> f32 {
+    if index <= 1.0 {
+        return clamp(color, 0.0, 1.0);
+    }
+    let inverse = div(1.0, index);
+    let leaves = 0.3319 - 0.0636 * index - inverse * (0.7099 - 1.4399 * inverse);
+    let cube = leaves * leaves * leaves;
+    let near_one = cube * cube;
+    let (a, b) = (0.264 - 0.125 * near_one, div(2.424, leaves) - 1.48 + 0.226 * near_one);
+    let c = clamp(color, 0.0, 1.0);
+    let sum = 1.0 + a + b * c;
+    let s = div(2.0 * (1.0 - c), sum + sqrt(max(sum * sum - 4.0 * a * (1.0 - c), 0.0)));
+    div((1.0 - s) * (1.0 - 0.139 * s), 1.0 + 1.17 * s)
+}
+
 /// What a collision scatters and absorbs in a half space of the diffuse albedo `color`.
 ///
 /// Van de Hulst's approximation is `color = (1 - S)(1 - 0.139 S) / (1 + 1.17 S)`, where `S^2 = (1 - albedo) / (1 - g albedo)`. Its root, which
 /// Kulla and Conty (2017) and Cycles take as well, is written without the difference that cancels near white; `1 - S`, which cancels near
 /// black, comes from the approximation itself, and so does `1 - g S^2`.
+#[inline(always)]
 fn collision(color: f32, anisotropy: f32) -> [f32; 2] {
     let c = clamp(color, 0.0, 1.0);
     let b = 1.139 + 1.17 * c;

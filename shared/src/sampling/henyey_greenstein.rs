@@ -7,6 +7,7 @@
 
 use super::{azimuth, to_unit};
 use crate::num::{PI, div, sin_cos, sqrt};
+use crate::vec::dot;
 use glam::{Vec2, Vec3};
 
 /// One less and one more than a cosine, both without cancellation.
@@ -16,15 +17,18 @@ struct Turn {
     more: f32,
 }
 
+/// `(1 - g^2) / q`, where q is the root of `1 + g^2 - 2 g c` for the cosine c that is made of the number u.
+#[inline(always)]
+fn spread(u: f32, g: f32) -> f32 {
+    if g >= 0.0 { 1.0 - g + 2.0 * g * u } else { 1.0 + g - 2.0 * g * (1.0 - u) }
+}
+
 impl Turn {
     #[inline(always)]
     fn of_number(u: f32, g: f32) -> Self {
         let v = 1.0 - u;
-        let (d, a, b) = if g >= 0.0 {
-            (1.0 - g + 2.0 * g * u, 1.0 + g * u, 1.0 - g + g * u)
-        } else {
-            (1.0 + g - 2.0 * g * v, 1.0 + g - g * v, 1.0 - g * v)
-        };
+        let (a, b) = if g >= 0.0 { (1.0 + g * u, 1.0 - g + g * u) } else { (1.0 + g - g * v, 1.0 - g * v) };
+        let d = spread(u, g);
         let [backward, forward] = [div(1.0 - g, d), div(1.0 + g, d)];
         Self { less: 2.0 * v * (backward * backward) * a, more: 2.0 * u * (forward * forward) * b }
     }
@@ -40,6 +44,20 @@ impl Turn {
             let less = 1.0 - w.z;
             Self { less, more: div(sine_squared, less) }
         }
+    }
+
+    /// Between two unit vectors.
+    #[inline(always)]
+    fn between(a: Vec3, b: Vec3) -> Self {
+        let (apart, together) = (a - b, a + b);
+        Self { less: 0.5 * dot(apart, apart), more: 0.5 * dot(together, together) }
+    }
+
+    /// The density per steradian.
+    #[inline(always)]
+    fn pdf(self, g: f32) -> f32 {
+        let q = self.distance(g);
+        div((1.0 - g) * (1.0 + g), 4.0 * PI * (q * q * q))
     }
 
     /// The root of `1 + g^2 - 2 g c`.
@@ -64,8 +82,27 @@ pub fn sample_henyey_greenstein(u: Vec2, anisotropy: f32) -> Vec3 {
 /// the value of the phase function, too.
 #[inline(always)]
 pub fn henyey_greenstein_pdf(w: Vec3, anisotropy: f32) -> f32 {
-    let q = Turn::of_direction(w).distance(anisotropy);
-    div((1.0 - anisotropy) * (1.0 + anisotropy), 4.0 * PI * (q * q * q))
+    Turn::of_direction(w).pdf(anisotropy)
+}
+
+/// The density of what [`sample_henyey_greenstein`] makes of a first number, over [`henyey_greenstein_scale`].
+#[inline(always)]
+pub fn henyey_greenstein_shape(u: f32, anisotropy: f32) -> f32 {
+    let d = spread(u, anisotropy);
+    d * d * d
+}
+
+/// What all densities of an anisotropy have in common, in terms of numbers: `1 / (4 pi (1 - g^2)^2)`.
+#[inline(always)]
+pub fn henyey_greenstein_scale(anisotropy: f32) -> f32 {
+    let whole = (1.0 - anisotropy) * (1.0 + anisotropy);
+    div(1.0, 4.0 * PI * (whole * whole))
+}
+
+/// [`henyey_greenstein_pdf`] between any two unit vectors along which light travels.
+#[inline(always)]
+pub fn henyey_greenstein_between(from: Vec3, to: Vec3, anisotropy: f32) -> f32 {
+    Turn::between(from, to).pdf(anisotropy)
 }
 
 /// The numbers of which [`sample_henyey_greenstein`] makes `w`.

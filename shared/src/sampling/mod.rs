@@ -39,7 +39,10 @@ pub use exponential::{
     sample_bounded_exponential, sample_exponential,
 };
 pub use hemisphere::{cosine_hemisphere_pdf, invert_cosine_hemisphere, sample_cosine_hemisphere};
-pub use henyey_greenstein::{henyey_greenstein_pdf, invert_henyey_greenstein, sample_henyey_greenstein};
+pub use henyey_greenstein::{
+    henyey_greenstein_between, henyey_greenstein_pdf, henyey_greenstein_scale, henyey_greenstein_shape,
+    invert_henyey_greenstein, sample_henyey_greenstein,
+};
 pub use sphere::{
     invert_uniform_hemisphere, invert_uniform_sphere, sample_uniform_hemisphere, sample_uniform_sphere,
     uniform_hemisphere_pdf, uniform_sphere_pdf,

@@ -6,11 +6,12 @@ use crate::bsdf::Material;
 use crate::geometry::{Hit, Ray};
 use crate::layout::{
     FEATURE_ALPHA, FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE, FEATURE_GLOSSY, FEATURE_SHADING,
-    FEATURE_SPECULAR, FEATURE_SUBSURFACE, FEATURE_TEXTURES, FEATURE_TRANSMISSION, FEATURE_VOLUME,
+    FEATURE_SPECULAR, FEATURE_SUBSURFACE, FEATURE_TEXTURES, FEATURE_TRANSMISSION, FEATURE_VOLUME, INTERIOR_SLOTS,
     MATERIAL_TWO_SIDED_EMISSION, MATERIAL_VOLUME, MATERIAL_WORDS, NONE, SHADING_WORDS, SLOT_BASE_COLOR, SLOT_EMISSION,
-    SLOT_METALLIC_ROUGHNESS, SLOT_NORMAL, SLOT_SPECULAR, SLOT_SPECULAR_COLOR, TEXTURE_SLOTS, TRIANGLE_ALPHA,
+    SLOT_METALLIC_ROUGHNESS, SLOT_NORMAL, SLOT_SCATTERING_STRENGTH, SLOT_SPECULAR, SLOT_SPECULAR_COLOR, TEXTURE_SLOTS,
+    TRIANGLE_ALPHA,
 };
-use crate::medium::Interior;
+use crate::medium::{Interior, albedo_of_color};
 use crate::num;
 use crate::pack::{decode_unit_vector, xyz};
 use crate::vec::{cross, dot, normalize};
@@ -170,6 +171,20 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
         Emitter { emission, two_sided: a.w & MATERIAL_TWO_SIDED_EMISSION != 0, blended: self.is_blended(a.w) }
     }
 
+    /// The product of what the textures of an interior give.
+    #[inline(always)]
+    fn scattering_texture(&self, uses: u32, uv: Vec2) -> Vec3 {
+        let mut product = Vec3::ONE;
+        let mut slot = 0;
+        while slot < INTERIOR_SLOTS {
+            if self.has_texture(uses, slot) {
+                product *= self.texture(uses, slot, uv, slot == SLOT_SCATTERING_STRENGTH);
+            }
+            slot += 1;
+        }
+        product
+    }
+
     /// A material whose parameters are factors alone; what the scene's features exclude is not read.
     #[inline(always)]
     fn material(&self, at: u32, flags: u32) -> Material {
@@ -298,10 +313,18 @@ impl<const COMPILED: u32> Surface for SceneView<'_, COMPILED> {
             self.attribute(self.header.material_base + record),
             self.attribute(self.header.material_base + record + 1),
         );
+        let anisotropy = f32::from_bits(w0.w);
+        let mut albedo = xyz(w0);
+        // where it is textured the record has the colour
+        if self.has(FEATURE_TEXTURES) && w1.y != NONE {
+            albedo = albedo_of_color(albedo * self.scattering_texture(w1.y, self.uv(hit.id, hit.uv)), anisotropy);
+        }
         Interior {
-            albedo: xyz(w0),
-            anisotropy: f32::from_bits(w0.w),
+            albedo,
+            anisotropy,
             denser_outside: f32::from_bits(w1.x),
+            turn_scale: f32::from_bits(w1.w),
+            lit: w1.z != 0,
             gain: if transmission > 0.0 { index * index } else { 1.0 },
             ..interior
         }

@@ -3,9 +3,11 @@
 use super::vertex::Vertex;
 use crate::bsdf::ScatteringFunction;
 use crate::geometry::Ray;
+use crate::medium::transmittance;
 use crate::num;
+use crate::sampling::henyey_greenstein_between;
 use crate::scene::{LightKind, LightSample};
-use crate::vec::{dot, flush};
+use crate::vec::{dot, flush, max_component};
 use glam::Vec3;
 
 /// Points closer than 2^-40 count as the same: no light passes between them.
@@ -30,6 +32,12 @@ pub struct Connection {
     pub shadow: Ray,
 }
 
+/// What passes a medium in the channel that passes best.
+#[inline(always)]
+pub fn passes(extinction: Vec3, distance: f32) -> f32 {
+    num::exp(-(num::min(extinction.x, num::min(extinction.y, extinction.z)) * distance))
+}
+
 /// A segment on its way from a vertex to a point.
 struct Reach {
     /// From where the segment begins to the point; of a point at infinity its direction.
@@ -40,6 +48,26 @@ struct Reach {
 }
 
 impl Connection {
+    /// With nothing.
+    pub const NONE: Self = Self {
+        direction: Vec3::Z,
+        value: Vec3::ZERO,
+        scatter_pdf: 0.0,
+        lobe_pdf: 0.0,
+        cos_light: 1.0,
+        distance_squared: 1.0,
+        shadow: Ray { origin: Vec3::ZERO, direction: Vec3::Z, t_max: 1.0, key: 0 },
+    };
+
+    /// The same through `distance` of a medium. That scattering gets as far is taken to be as probable as it is in the channel that passes best
+    /// ([`passes`]): which weights the balance heuristic has is arbitrary, as long as both ways to find light have the same.
+    #[inline(always)]
+    #[must_use]
+    pub fn through(self, extinction: Vec3, distance: f32) -> Self {
+        let left = transmittance(extinction, distance);
+        Self { value: flush(self.value * left), scatter_pdf: self.scatter_pdf * max_component(left), ..self }
+    }
+
     /// Solid angle at the vertex per area at the light, `cos / distance²`, and 1 of lights at infinity: densities per steradian times
     /// this are per area.
     #[inline(always)]
@@ -48,18 +76,70 @@ impl Connection {
     }
 }
 
-impl<B: ScatteringFunction> Vertex<B> {
+impl Reach {
     /// The segment ends as far off the surface at the other end as it begins off this one.
     #[inline(always)]
-    fn reach(&self, position: Vec3, normal: Vec3, offset: f32, far: bool, key: u32) -> Reach {
-        let origin = self.origin(if far { position } else { position - self.position });
-        let to = if far { position } else { position - origin };
-        let facing = dot(normal, to) < 0.0;
-        let side = if facing { offset } else { -offset };
-        let target = if far { to } else { (position + normal * side) - origin };
-        Reach { to, facing, shadow: Ray { origin, direction: target, t_max: if far { Ray::FAR } else { 1.0 }, key } }
+    fn new(origin: Vec3, light: &LightSample) -> Self {
+        let far = light.at_infinity();
+        let to = if far { light.position } else { light.position - origin };
+        let facing = dot(light.normal, to) < 0.0;
+        let side = if facing { light.offset } else { -light.offset };
+        let target = if far { to } else { (light.position + light.normal * side) - origin };
+        let shadow = Ray { origin, direction: target, t_max: if far { Ray::FAR } else { 1.0 }, key: light.key };
+        Self { to, facing, shadow }
     }
 
+    #[inline(always)]
+    fn distance_squared(&self, light: &LightSample) -> f32 {
+        if light.at_infinity() { 1.0 } else { dot(self.to, self.to) }
+    }
+
+    /// Whether light can come this way, of this squared distance, if nothing lies on it.
+    #[inline(always)]
+    fn is_open(&self, light: &LightSample, distance_squared: f32) -> bool {
+        let emits = (light.density > 0.0) & ((light.kind != LightKind::Area) | self.facing | light.two_sided);
+        emits & (distance_squared > MIN_DISTANCE_SQUARED)
+    }
+
+    /// Nothing comes this way.
+    #[inline(always)]
+    fn closed(self) -> Connection {
+        Connection { direction: self.to, shadow: self.shadow, ..Connection::NONE }
+    }
+
+    /// What comes this way; what the vertex makes of it is not known yet.
+    #[inline(always)]
+    fn connection(self, light: &LightSample, distance_squared: f32) -> Connection {
+        let inv_distance = if light.at_infinity() { 1.0 } else { num::rsqrt(distance_squared) };
+        let direction = self.to * inv_distance;
+        let axis_cos = -dot(light.normal, direction);
+        let cos_light = if light.kind == LightKind::Area { num::abs(axis_cos) } else { 1.0 };
+        let falloff = if light.kind == LightKind::Point { light.spot_falloff(axis_cos) } else { 1.0 };
+        let (value, shadow) = (light.emission * falloff, self.shadow);
+        Connection { direction, value, scatter_pdf: 0.0, lobe_pdf: 0.0, cos_light, distance_squared, shadow }
+    }
+}
+
+/// What arrives at a point inside of a medium, where paths that travel along the unit vector `direction` turn by the phase function of
+/// Henyey and Greenstein. What the medium takes of it on its way is not considered ([`Connection::through`]), and nothing comes from
+/// lights at infinity.
+#[inline(always)]
+pub fn connect_inside(position: Vec3, direction: Vec3, anisotropy: f32, light: &LightSample) -> Connection {
+    let reach = Reach::new(position, light);
+    let distance_squared = reach.distance_squared(light);
+    if !reach.is_open(light, distance_squared) | light.at_infinity() {
+        return reach.closed();
+    }
+    let connection = reach.connection(light, distance_squared);
+    let pdf = henyey_greenstein_between(direction, connection.direction, anisotropy);
+    Connection {
+        value: flush(connection.value * pdf),
+        scatter_pdf: if light.is_punctual() { 0.0 } else { pdf },
+        ..connection
+    }
+}
+
+impl<B: ScatteringFunction> Vertex<B> {
     /// What arrives from a point on a light.
     #[inline(always)]
     pub fn connect(&self, light: &LightSample) -> Connection {
@@ -71,38 +151,21 @@ impl<B: ScatteringFunction> Vertex<B> {
     /// et al. 2013; Lin et al. 2022, §5).
     #[inline(always)]
     pub fn connect_by(&self, light: &LightSample, lobe: u32) -> Connection {
-        let far = light.at_infinity();
-        let Reach { to: to_light, facing, shadow } =
-            self.reach(light.position, light.normal, light.offset, far, light.key);
-        let distance_squared = if far { 1.0 } else { dot(to_light, to_light) };
-        let emits = (light.density > 0.0) & ((light.kind != LightKind::Area) | facing | light.two_sided);
-        if !(emits & (distance_squared > MIN_DISTANCE_SQUARED)) {
-            return Connection {
-                direction: to_light,
-                value: Vec3::ZERO,
-                scatter_pdf: 0.0,
-                lobe_pdf: 0.0,
-                cos_light: 1.0,
-                distance_squared: 1.0,
-                shadow,
-            };
+        let towards = if light.at_infinity() { light.position } else { light.position - self.position };
+        let reach = Reach::new(self.origin(towards), light);
+        let distance_squared = reach.distance_squared(light);
+        if !reach.is_open(light, distance_squared) {
+            return reach.closed();
         }
-        let inv_distance = if far { 1.0 } else { num::rsqrt(distance_squared) };
-        let wi = to_light * inv_distance;
-        let local = self.frame.to_local(wi);
-        let axis_cos = -dot(light.normal, wi);
-        let cos_light = if light.kind == LightKind::Area { num::abs(axis_cos) } else { 1.0 };
-        let falloff = if light.kind == LightKind::Point { light.spot_falloff(axis_cos) } else { 1.0 };
+        let connection = reach.connection(light, distance_squared);
+        let local = self.frame.to_local(connection.direction);
         let (scattered, lobe_pdf) = self.bsdf.evaluate_with_lobe(lobe, local);
-        let value = flush(light.emission * falloff * scattered.value);
+        let value = flush(connection.value * scattered.value);
         Connection {
-            direction: wi,
-            value: if self.is_consistent(wi, local) { value } else { Vec3::ZERO },
+            value: if self.is_consistent(connection.direction, local) { value } else { Vec3::ZERO },
             scatter_pdf: if light.is_punctual() { 0.0 } else { scattered.pdf },
             lobe_pdf,
-            cos_light,
-            distance_squared,
-            shadow,
+            ..connection
         }
     }
 }

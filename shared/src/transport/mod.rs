@@ -8,7 +8,7 @@ mod single_scattering;
 mod vertex;
 mod weight;
 
-pub use connect::Connection;
+pub use connect::{Connection, connect_inside, passes};
 pub use interior::through_interior;
 pub use passage::{Passage, follow, transmittance};
 pub use single_scattering::{ScatteredOnce, WayOut, scatter_once};

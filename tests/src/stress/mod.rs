@@ -7,6 +7,7 @@ mod axis;
 mod bsdf;
 pub mod comparison;
 pub mod frames;
+mod media;
 mod report;
 mod samplers;
 pub mod scenes;
@@ -221,7 +222,7 @@ impl Finding {
 
 /// Everything under stress, by the name of its group.
 pub fn rows() -> Vec<(&'static str, Vec<Row>)> {
-    vec![("Samplers", samplers::rows()), ("Scattering functions", bsdf::rows())]
+    vec![("Samplers", samplers::rows()), ("Scattering functions", bsdf::rows()), ("Media", media::rows())]
 }
 
 /// A group's name with what came out of its rows.

@@ -23,15 +23,16 @@ pub(super) const KNOWN: Known = Known {
             row("masks", "masks", 4, "max_depth=6"),
             row("blended", "sheets", 4, "max_depth=6"),
             row("lights in wax, milk", "candles", 2, "max_depth=8,longest_walk=160"),
+            row("media with textures", "moving-media", 2, "max_depth=5,longest_walk=130,after_subsurface=direct-light"),
             row("a slab", "slab", 2, "max_depth=3,orders=1..3,longest_walk=70,roulette=on"),
         ],
         ..NOTHING.cases
     },
     matrix: Matrix {
-        scenes: &[("cornell", ""), ("furnace", "")],
-        goals: &[],
+        scenes: &[("cornell", ""), ("furnace", ""), ("slab", ""), ("candles", "")],
+        goals: &[("candles", 4.0)],
         common: "max_depth=6,jitter=on",
-        cells: || ["roulette=off", "roulette=on"].map(str::to_owned).to_vec(),
+        cells: || ["roulette=off", "roulette=on", "lights_inside=off"].map(str::to_owned).to_vec(),
     },
     ..NOTHING
 };

@@ -18,7 +18,9 @@ use restir::{
 use super::bench::{REPORT, prepare_output, setup, write_text};
 use super::render::{Size, natural};
 use super::{console, device, interrupt, progress::reported, reference, require};
-use crate::figure::{Environs, Files, PICTURE, chains::Protocol, seed002_fig1, seed002_fig2, seed004_fig1};
+use crate::figure::{
+    Environs, Files, PICTURE, chains::Protocol, seed001_walk, seed002_fig1, seed002_fig2, seed004_fig1,
+};
 
 /// Smaller pictures decide no claim: they may be black, they fit into one tile of those that a bootstrap resamples, or
 /// their pixels miss every other stripe of the wall in `seed004-fig1`, whose 32 are twice as wide as a picture is high.
@@ -38,6 +40,9 @@ enum Figure {
     /// without reuse of visibility.
     #[value(name = "seed004-fig1")]
     MisOverTime,
+    /// Zhang and d'Eon 2025: what each collision under a surface adds, how distances and channels are sampled, and R over the distance.
+    #[value(name = "seed001-walk")]
+    Walk,
     /// Tokuyoshi, supplement, figure 1: the visibility term, of the selected sample and averaged.
     #[value(name = "seed002-fig1")]
     VisibilityTerm,
@@ -63,6 +68,8 @@ impl Figure {
         match (self, quick) {
             (Self::MisOverTime, false) => of([60, 45], [16, 4], [13, 2], Some(49_152)),
             (Self::MisOverTime, true) => of([36, 27], [8, 4], [9, 2], Some(16_384)),
+            (Self::Walk, false) => of([96, 96], [1, 1], [256, 1], None),
+            (Self::Walk, true) => of([48, 48], [1, 1], [64, 1], None),
             (Self::VisibilityTerm, false) => of([128, 96], [2, 1], [48, UNCOUNTED + 2], None),
             (Self::VisibilityTerm, true) => of([64, 48], [2, 1], [48, UNCOUNTED + 2], None),
             (Self::ConvergedTrio, false) => of([64, 48], [16, 4], [128, 1], Some(32_768)),
@@ -84,7 +91,8 @@ pub(super) struct Arguments {
     /// Independent chains of frames.
     #[arg(long, value_parser = natural::<u32>, allow_hyphen_values = true)]
     restarts: Option<u32>,
-    /// Frames of a chain. Its picture is the last one, in seed002-fig2 the mean; in seed002-fig1 the first 16 do not count.
+    /// Frames of a chain. Its picture is the last one, in seed002-fig2 the mean; in seed002-fig1 the first 16 do not count. In
+    /// seed001-walk samples of a pixel.
     #[arg(long, value_parser = natural::<u32>, allow_hyphen_values = true)]
     frames: Option<u32>,
     /// Samples per pixel of the references, in figures that have one.
@@ -120,6 +128,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
             let effort = seed004_fig1::Effort { protocol, frames, restarts: 2, reference };
             seed004_fig1::make(&mut program, &effort, environment, &setup)?
         }
+        Figure::Walk => seed001_walk::make(&mut program, protocol.size, protocol.warm_up + 1, &setup)?,
         Figure::VisibilityTerm => {
             let counted = protocol.warm_up + 1 - UNCOUNTED;
             let protocol = Protocol { warm_up: UNCOUNTED, ..protocol };

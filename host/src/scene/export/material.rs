@@ -3,8 +3,8 @@
 use serde_json::{Value, json};
 
 use super::{Document, Problem};
-use crate::scene::gltf::VOLUME_SCATTER;
 use crate::scene::gltf::exact::denser_outside_extras;
+use crate::scene::gltf::{SCATTER, VOLUME_SCATTER};
 use crate::scene::{AlphaMode, Material, Scene, Volume, VolumeScattering};
 
 impl Document {
@@ -56,7 +56,10 @@ impl Document {
         if let Some(scattering) = scattering.filter(|scattering| scattering.denser_outside != 1.0) {
             converted["extras"] = denser_outside_extras(scattering.denser_outside);
         }
+        let inside = material.volume.map_or([None, None], |volume| volume.textures().map(|used| used.copied()));
+        let [color, inside_strength] = inside.map(|used| used.map(|used| self.texture_use(&used)).transpose());
         converted["extensions"] = self.extensions(material, strength, [specular?, specular_color?]);
+        self.scatter(material, &mut converted["extensions"], [color?, inside_strength?]);
         Ok(converted)
     }
 
@@ -90,18 +93,30 @@ impl Document {
             });
             add("KHR_materials_diffuse_transmission", members);
         }
-        if let Some(Volume { attenuation_color, attenuation_distance, scattering }) = material.volume {
+        if let Some(Volume { attenuation_color, attenuation_distance, .. }) = material.volume {
             // Any thickness makes a volume; path tracers take the surface's own.
             let mut members = json!({ "thicknessFactor": 1.0, "attenuationColor": attenuation_color });
             if attenuation_distance.is_finite() {
                 members["attenuationDistance"] = json!(attenuation_distance);
             }
             add("KHR_materials_volume", members);
-            if let Some(VolumeScattering { color, anisotropy, .. }) = scattering {
-                add(VOLUME_SCATTER, json!({ "multiscatterColorFactor": color, "scatterAnisotropy": anisotropy }));
-            }
         }
         extensions
+    }
+
+    /// What scatters light inside, with the textures of its colour and strength: in the older draft, which alone has bodies that light enters by
+    /// Lambert's law, unless there is a texture that only the later one has.
+    fn scatter(&mut self, material: &Material, extensions: &mut Value, [color_texture, strength]: [Option<Value>; 2]) {
+        let scattering = material.volume.and_then(|volume| volume.scattering);
+        let Some(VolumeScattering { color, anisotropy, .. }) = scattering else { return };
+        let mut members = json!({ "multiscatterColorFactor": color, "scatterAnisotropy": anisotropy });
+        put(&mut members, "multiscatterColorTexture", color_texture);
+        let name = if strength.is_some() { SCATTER } else { VOLUME_SCATTER };
+        if strength.is_some() {
+            members["scatterStrengthFactor"] = json!(1.0);
+        }
+        put(&mut members, "scatterStrengthTexture", strength);
+        extensions[self.extension(name)] = members;
     }
 }
 
@@ -127,9 +142,10 @@ fn check(material: &Material) -> Result<(), Problem> {
     let colors = [material.base_color, material.emission, material.specular_color, material.diffuse_transmission_color];
     let interior = material.volume.map_or([1.0; 3], |volume| volume.attenuation_color);
     let scattering = material.volume.and_then(|volume| volume.scattering);
-    let medium = scattering.map_or([0.0; 5], |VolumeScattering { color: [r, g, b], anisotropy, denser_outside }| {
-        [r, g, b, anisotropy, denser_outside]
-    });
+    let medium = scattering
+        .map_or([0.0; 5], |VolumeScattering { color: [r, g, b], anisotropy, denser_outside, .. }| {
+            [r, g, b, anisotropy, denser_outside]
+        });
     let all = scalars.iter().chain(colors.as_flattened()).chain(&interior).chain(&medium);
     if all.copied().all(f32::is_finite) { Ok(()) } else { Err("one of its factors is not finite".to_owned()) }
 }

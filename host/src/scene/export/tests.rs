@@ -66,7 +66,18 @@ fn everything() -> Scene {
     };
     let clear = Volume::absorbing([1.0; 3], f32::INFINITY);
     let medium = Volume::scattering([0.9, 0.8, 0.7], [0.3, 1e-2, 1e3], -0.3);
-    let scattering = medium.scattering.map(|scattering| VolumeScattering { denser_outside: 1.3, ..scattering });
+    let scattering = medium.scattering.map(|scattering| VolumeScattering {
+        denser_outside: 1.3,
+        color_texture: Some(turned),
+        ..scattering
+    });
+    let strength_texture = Some(TextureUse::new(2));
+    let patchy = scattering.map(|scattering| VolumeScattering { strength_texture, denser_outside: 1.0, ..scattering });
+    let cloud = Material {
+        transmission: 1.0,
+        volume: Some(Volume { scattering: patchy, ..medium }),
+        ..Material::diffuse("cloud", [1.0; 3])
+    };
     let milk = Material {
         diffuse_transmission: 1.0,
         volume: Some(Volume { scattering, ..medium }),
@@ -101,15 +112,18 @@ fn everything() -> Scene {
     let [position, direction] = [DVec3::new(0.1, 0.2, 0.3), DVec3::new(0.3, -2.0, 0.1)];
     Scene {
         name: "everything".to_owned(),
-        meshes: [shaded, faceted("pane", 1), faceted("water", 2), faceted("milk", 3)].map(Arc::new).into(),
+        meshes: [shaded, faceted("pane", 1), faceted("water", 2), faceted("milk", 3), faceted("cloud", 4)]
+            .map(Arc::new)
+            .into(),
         instances: vec![
             Instance::new(0, DAffine3::IDENTITY),
             Instance::new(1, turn),
             Instance::new(0, DAffine3::from_scale(DVec3::new(-2.0, 0.5, 4.0))),
             Instance::new(2, DAffine3::from_scale(DVec3::splat(1.0 / 3.0))),
             Instance::new(3, DAffine3::IDENTITY),
+            Instance::new(4, DAffine3::IDENTITY),
         ],
-        materials: vec![glazed, glass, water, milk],
+        materials: vec![glazed, glass, water, milk, cloud],
         textures: vec![painted, repeated, texture("translucent", 250)],
         lights: vec![
             light("point", LightKind::Point { position }),

@@ -6,6 +6,7 @@ use gltf::json::material::AlphaMode as JsonAlphaMode;
 use gltf::json::validation::Checked;
 use restir_shared::medium::MAX_ANISOTROPY;
 use restir_shared::num;
+use serde::Deserialize;
 
 use super::exact::denser_outside;
 use super::texture::Slot;
@@ -69,9 +70,14 @@ impl Importer<'_> {
             specular.and_then(|specular| specular.specular_texture.as_ref()).map(Slot::from),
             specular.and_then(|specular| specular.specular_color_texture.as_ref()).map(Slot::from),
         ];
-        let needs = Needs { uv_set: self.uv_set(&slots), tangents: normal.is_some() };
+        let scattering = extensions.and_then(scattering_members).map_or([None, None], |(members, _)| {
+            [texture_slot(members, "multiscatterColorTexture"), texture_slot(members, "scatterStrengthTexture")]
+        });
+        let needs = Needs { uv_set: self.uv_set(slots.iter().chain(&scattering)), tangents: normal.is_some() };
         let [base_color, metallic_roughness, normal_map, emission, specular, specular_color] =
             slots.map(|slot| slot.map(|slot| self.texture_use(&slot)).transpose());
+        let [scattering_color, scattering_strength] =
+            scattering.map(|slot| slot.map(|slot| self.texture_use(&slot)).transpose());
         let [r, g, b, alpha] = surface.base_color_factor.0;
         let mut converted = Material {
             base_color: self.unit("base colour factor", [r, g, b]),
@@ -95,6 +101,8 @@ impl Importer<'_> {
         }
         if let Some(scattering) = converted.volume.as_mut().and_then(|volume| volume.scattering.as_mut()) {
             scattering.denser_outside = denser_outside(&material.extras).unwrap_or(1.0);
+            scattering.color_texture = scattering_color?;
+            scattering.strength_texture = scattering_strength?;
         }
         // A black surface emits on neither side.
         converted.two_sided_emission = material.double_sided && converted.emission != [0.0; 3];
@@ -103,8 +111,8 @@ impl Importer<'_> {
     }
 
     /// The texture coordinates of the first texture; a mesh has one set.
-    fn uv_set(&mut self, slots: &[Option<Slot>]) -> Option<u32> {
-        let mut sets = slots.iter().flatten().map(|slot| slot.uv_set);
+    fn uv_set<'a>(&mut self, slots: impl Iterator<Item = &'a Option<Slot>>) -> Option<u32> {
+        let mut sets = slots.flatten().map(|slot| slot.uv_set);
         let first = sets.next()?;
         let warning = format!("its textures lie on several sets of texture coordinates; set {first} is used");
         self.warn_if(sets.any(|set| set != first), warning);
@@ -133,15 +141,9 @@ impl Importer<'_> {
             self.warn_if(volume.thickness_texture.is_some(), "its thickness texture is ignored");
             material.volume = (volume.thickness_factor.0 > 0.0).then(|| self.volume(volume));
         }
-        if let Some(members) = extensions.others.get(VOLUME_SCATTER) {
-            self.set_scattering(material, members, 1.0);
-        }
-        if let Some(members) = extensions.others.get(SCATTER) {
-            let strength = members["scatterStrengthFactor"].as_f64().unwrap_or(0.0) as f32;
+        if let Some((members, strength)) = scattering_members(extensions) {
             let strength = self.unit("scatter strength factor", [strength])[0];
-            if strength > 0.0 {
-                self.set_scattering(material, members, strength);
-            }
+            self.set_scattering(material, members, strength);
         }
         if let Some(specular) = &extensions.specular {
             self.set_specular(material, specular);
@@ -179,11 +181,6 @@ impl Importer<'_> {
         let anisotropy = num::clamp(given, -MAX_ANISOTROPY, MAX_ANISOTROPY);
         let warning = format!("its scatter anisotropy is not within {MAX_ANISOTROPY} of 0 and was clamped");
         self.warn_if(given != anisotropy, warning);
-        let textures = ["multiscatterColorTexture", "scatterStrengthTexture"];
-        self.warn_if(
-            textures.iter().any(|name| members.get(*name).is_some()),
-            "its textures of scattering are ignored",
-        );
         if color == [0.0; 3] {
             return;
         }
@@ -191,7 +188,7 @@ impl Importer<'_> {
             return self
                 .warn("it scatters light inside, but its thickness is none, so that it has no inside; it is a sheet");
         };
-        volume.scattering = Some(VolumeScattering { color, anisotropy, denser_outside: 1.0 });
+        volume.scattering = Some(VolumeScattering { anisotropy, ..VolumeScattering::of_color(color) });
         let clear = volume.extinction() == [0.0; 3];
         self.warn_if(
             clear,
@@ -221,6 +218,21 @@ impl Importer<'_> {
         self.warn_if(!inside, format!("its {what} is not within 0 and 1 and was clamped"));
         factors.map(|factor| num::clamp(factor, 0.0, 1.0))
     }
+}
+
+/// The members of an extension by which the interior scatters light, and a factor on its colour: of both drafts the later one, unless its
+/// factor is zero.
+fn scattering_members(extensions: &Extensions) -> Option<(&json::Value, f32)> {
+    let strength = |members: &json::Value| members["scatterStrengthFactor"].as_f64().unwrap_or(0.0) as f32;
+    let later = extensions.others.get(SCATTER).map(|members| (members, strength(members)));
+    let first = || extensions.others.get(VOLUME_SCATTER).map(|members| (members, 1.0));
+    later.filter(|(_, strength)| *strength > 0.0).or_else(first)
+}
+
+/// A texture among the members of an extension.
+fn texture_slot(members: &json::Value, name: &str) -> Option<Slot> {
+    let info = json::texture::Info::deserialize(members.get(name)?).ok()?;
+    Some(Slot::from(&info))
 }
 
 /// What alpha means; an unknown mode counts as the default.

@@ -43,7 +43,7 @@ mod uri;
 /// Scattering interiors, a draft of Khronos.
 pub(in crate::scene) const VOLUME_SCATTER: &str = "KHR_materials_volume_scatter";
 /// The draft that replaces it (pull request 2579 of Khronos' glTF). It cannot say that light enters by Lambert's law, so it is not written.
-const SCATTER: &str = "KHR_materials_scatter";
+pub(in crate::scene) const SCATTER: &str = "KHR_materials_scatter";
 
 /// The glTF extensions that are read; a file that requires another is refused, one that only uses it gets a warning.
 pub const SUPPORTED_EXTENSIONS: &[&str] = &[

@@ -15,6 +15,17 @@ crate::choices! {
     }
 }
 
+crate::choices! {
+    /// How a path goes on that has left a medium.
+    pub enum AfterSubsurface {
+        /// As any other, up to its last segment.
+        "paths" => Paths,
+        /// It finds the light that shines where it has left, and ends: as light that diffuses under surfaces is usually told from light that goes
+        /// around (Zhang and d'Eon 2025).
+        "direct-light" => DirectLight,
+    }
+}
+
 /// Segments inside of media in one dispatch: drivers may limit the rounds of an invocation's loops (lavapipe to 65 535).
 const STRETCH: u32 = 64;
 
@@ -58,7 +69,8 @@ impl Media {
             longest_walk: self.settings.longest_walk,
             least_order: self.settings.orders.least,
             most_order: self.settings.orders.most,
-            reserved: [0; 2],
+            lights_inside: u32::from(self.settings.lights_inside),
+            ends_after_media: u32::from(self.settings.after_subsurface == AfterSubsurface::DirectLight),
         };
         self.pending = Some((params, film, self.stretches()));
     }

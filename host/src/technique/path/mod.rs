@@ -1,13 +1,14 @@
 //! Path tracing: the reference for all other techniques.
 
 mod explain;
+mod layers;
 mod media;
 mod orders;
 mod plan;
 mod replay;
 mod vertices;
 
-pub use media::Subsurface;
+pub use media::{AfterSubsurface, Subsurface};
 pub use orders::Orders;
 pub use replay::{film, params};
 pub use vertices::{Emission, Escape, NextEvent, Path, Vertex, explain_sample};
@@ -15,7 +16,10 @@ pub use vertices::{Emission, Escape, NextEvent, Path, Vertex, explain_sample};
 use super::{About, Integral, PixelFilter, Repeats, Technique};
 use crate::technique::explain::{Explanation, Subject};
 use crate::technique::sequence::{Sequence, Stage};
-use crate::{Error, buffers::SceneBuffers, exec::Executor, render::Render};
+use crate::exec::{Executor, Observer};
+use crate::image::Channel;
+use crate::render::{Render, Rendered};
+use crate::{Error, buffers::SceneBuffers};
 use restir_shared::layout::FEATURE_SUBSURFACE;
 use restir_shared::rng::Sampler;
 use restir_shared::technique::path::MAX_DEPTH;
@@ -38,6 +42,10 @@ crate::settings! {
         max_depth: u32 = 8, in 1..=MAX_DEPTH, unit "segments";
         /// Light that scatters inside of things.
         subsurface: Subsurface = Subsurface::Walk;
+        /// Lights inside of things are sampled where light collides, not only found. Without, punctual ones are dark.
+        lights_inside: bool = true;
+        /// How a path goes on that has left what scatters light.
+        after_subsurface: AfterSubsurface = AfterSubsurface::Paths;
         /// How often light that counts was scattered inside of things: LO..HI, both included, or all.
         orders: Orders = Orders::ALL;
         /// Where a path ends inside of things, and its light is lost. A sample takes a dispatch for each 64.
@@ -91,6 +99,16 @@ impl Technique for PathSettings {
             Some(0) => Err(Error::Setting("dispatches of 0 samples never end; give at least 1".to_owned())),
             _ => Ok(()),
         }
+    }
+
+    fn render_with_layers(
+        &self,
+        executor: &mut dyn Executor,
+        scene: &SceneBuffers,
+        render: &Render,
+        observe: &mut Observer<'_>,
+    ) -> Result<(Rendered, Vec<Channel>), Error> {
+        layers::render_with_layers(self, executor, scene, render, observe)
     }
 
     fn check_explained(&self, scene: &SceneBuffers, render: &Render) -> Result<(), Error> {

@@ -44,8 +44,9 @@ pub(super) struct Arguments {
     /// Write the mean of the frames.
     #[arg(long)]
     accumulate: bool,
-    /// Write what the technique holds after its last pass into further channels of the EXR file: of reservoirs .M
-    /// (confidence), .W (contribution weight), .visibility, .light (index) and .age (of the sample, in frames).
+    /// Write what the technique has to show into further channels of the EXR file: of reservoirs .M
+    /// (confidence), .W (contribution weight), .visibility, .light (index) and .age (of the sample, in frames); of path tracing through what
+    /// scatters light order.N, the light that was scattered there N times, in as many renders.
     #[arg(long)]
     layers: bool,
     /// Go on from this file, if it is there. It is written every minute and when the render is interrupted, and deleted once the render
@@ -139,11 +140,8 @@ impl Arguments {
                  to files, -o out.####.exr"
             )));
         }
-        let given = [
-            ("--spp", self.spp.is_some(), Repeats::Samples),
-            ("--accumulate", self.accumulate, Repeats::Frames),
-            ("--layers", self.layers, Repeats::Frames),
-        ];
+        let given =
+            [("--spp", self.spp.is_some(), Repeats::Samples), ("--accumulate", self.accumulate, Repeats::Frames)];
         refuse_unused(technique.as_ref(), &given)?;
         let count = match (self.spp, &options.frames, numbered) {
             (Some(samples), ..) => u32::try_from(samples)

@@ -27,8 +27,10 @@ pub struct MediaParams {
     pub least_order: u32,
     /// ... and at most so often.
     pub most_order: u32,
-    /// Zeros.
-    pub reserved: [u32; 2],
+    /// Not zero: lights are sampled inside of media, too.
+    pub lights_inside: u32,
+    /// Not zero: a path that has left a medium ends with the next segment.
+    pub ends_after_media: u32,
 }
 
 impl Extent for MediaParams {

@@ -1,17 +1,17 @@
 //! The loop of a path through media.
 
-use super::walker::{Walker, entry};
+use super::walker::{Walker, entry, storable};
 use super::{MAX_WALK, MediaParams};
-use crate::bsdf::{Dielectric, Scattering};
+use crate::bsdf::{Dielectric, Scattering, ScatteringFunction};
 use crate::geometry::{Hit, Ray};
 use crate::medium::{Channels, Interior};
 use crate::num;
 use crate::rng::{self, Rng};
-use crate::sampling::sample_henyey_greenstein;
-use crate::scene::{Lights, Surface, SurfacePoint, Trace};
+use crate::sampling::{henyey_greenstein_shape, sample_henyey_greenstein};
+use crate::scene::{BsdfOf, LightSample, Lights, Surface, SurfacePoint, Trace};
 use crate::technique::path::walk::{DIMENSIONS_PER_SEGMENT, LIGHT, Numbers, Receiver};
 use crate::technique::path::{PATH_ROULETTE, Walk};
-use crate::transport::{Vertex, through_interior};
+use crate::transport::{Chosen, Connection, Vertex, connect_inside, next_event, passes, through_interior};
 use crate::vec::{Frame, dot, flush, max_abs, max_component, normalize};
 use glam::{UVec4, Vec2, Vec3};
 
@@ -80,12 +80,37 @@ impl<M: Scattering> Receiver<M> for Orders {
     }
 }
 
+/// A light that was drawn for a vertex or a collision; whether it is seen from there is not known yet.
+struct Sight {
+    connection: Connection,
+    /// Where it is seen from: a segment begins beside a surface.
+    from: Vec3,
+    /// Of the medium in between.
+    extinction: Vec3,
+    /// What light from there is worth at the path's beginning.
+    worth: Vec3,
+}
+
+impl Sight {
+    /// Nothing is seen.
+    const NONE: Self =
+        Self { connection: Connection::NONE, from: Vec3::ZERO, extinction: Vec3::ZERO, worth: Vec3::ZERO };
+
+    /// What it adds to the path, where nothing lies on the way.
+    #[inline(always)]
+    fn value(&self, light: &LightSample) -> Vec3 {
+        let distance = dot(light.position - self.from, self.connection.direction);
+        self.worth * next_event(light.density, &self.connection.through(self.extinction, distance))
+    }
+}
+
 impl Walker {
     /// Goes on until the path ends or waits. False if the device cut a loop short: what was found is then not the whole.
     #[inline(always)]
     pub(super) fn run<S: Trace + Surface + Lights>(&mut self, scene: &S, params: &MediaParams, rng: &Rng) -> bool {
-        let resumed = if self.entry.is_hit() { scene.interior(&self.entry) } else { Interior::NONE };
-        let mut around = Around::new(resumed, 0.0);
+        let mut around = Around::new(Interior::NONE, 0.0);
+        // what is around a path that has waited is asked for again
+        let mut resumes = self.entry.is_hit();
         let mut found = Orders { sum: self.radiance, counts: false };
         let last = self.steps + params.stretch;
         let (mut waits, mut cut) = (false, false);
@@ -93,30 +118,66 @@ impl Walker {
         let (mut rounds, mut ended) = (0_u32, 0_u32);
         while self.alive & !waits {
             rounds = rounds.wrapping_add(1);
-            found.counts = (self.order >= params.least_order) & (self.order <= params.most_order);
+            found.counts = self.counts(params);
             let inside = around.interior.scatters();
             let flight = if inside { self.flight(&around, rng) } else { Flight::NONE };
             let key = if inside { Ray::random_key(scene.features(), flight.words.x) } else { self.walk.ray.key };
-            let hit = scene.closest(&Ray { t_max: flight.t + flight.margin, key, ..self.walk.ray });
+            let ray = Ray { t_max: flight.t + flight.margin, key, ..self.walk.ray };
+            let hit = if resumes { self.entry } else { scene.closest(&ray) };
             cut = hit.is_cut();
             let too_long = inside & (self.steps >= params.longest_walk);
             self.steps += inside as u32;
+            let collides = inside & !(hit.is_hit() & (hit.t < flight.t));
+            let arrives = hit.is_hit() & !collides;
+            let met = if arrives { scene.interior(&entry(&hit)) } else { Interior::NONE };
+            let met = Interior { lit: met.lit & (params.lights_inside != 0), ..met };
+            // drawn here for both, for it takes much code
+            let light = if (collides & around.interior.lit) | (arrives & !resumes) {
+                scene.sample_light(self.light_numbers(collides, rng))
+            } else {
+                LightSample::NONE
+            };
+            let far = if collides { flight.distance } else { hit.t + around.lead };
+            let worth = if inside { flight.channels.worth(far, collides) } else { Vec3::ONE };
+            let mut sight = Sight::NONE;
             if cut | too_long {
                 self.tally.cut = self.tally.cut.wrapping_add(too_long as u32);
                 self.alive = false;
-            } else if inside & !(hit.is_hit() & (hit.t < flight.t)) {
-                self.collide(&mut around, &flight, &hit);
+            } else if resumes {
+                resumes = false;
+                around = Around::new(met, 0.0);
+                self.walk.chosen.alone = !met.lit;
+            } else if collides {
+                sight = self.collide(&mut around, &flight, &hit, worth, &light);
                 waits = self.steps >= last;
-            } else if hit.is_hit() {
-                self.meet(scene, params, rng, (&hit, &flight), &mut around, &mut found);
+            } else if arrives {
+                sight = self.meet(scene, params, rng, (&hit, worth, &met, &light), &mut around, &mut found);
             } else {
                 self.walk.escape(scene, &mut found);
                 self.alive = false;
+            }
+            if max_component(sight.connection.value) > 0.0 && !scene.occluded(&sight.connection.shadow) {
+                found.counts = self.counts(params);
+                Receiver::<S::Material>::add(&mut found, sight.value(&light));
             }
             ended = if self.alive & !waits { ended } else { rounds };
         }
         self.radiance = found.sum;
         !cut & (ended == rounds)
+    }
+
+    /// Whether light that has collided as often as the path counts.
+    #[inline(always)]
+    fn counts(&self, params: &MediaParams) -> bool {
+        (self.order >= params.least_order) & (self.order <= params.most_order)
+    }
+
+    /// The random numbers of the light that is drawn for a collision, or for the surface at which a segment ends.
+    #[inline(always)]
+    fn light_numbers(&self, collides: bool, rng: &Rng) -> UVec4 {
+        let numbers =
+            if collides { Numbers::independent(rng, self.boundary()) } else { Numbers::at(rng, self.walk.depth + 1) };
+        numbers.light()
     }
 
     #[inline(always)]
@@ -129,17 +190,22 @@ impl Walker {
         Flight { channels, distance, t: num::max(distance - around.lead, 0.0), margin, words }
     }
 
-    /// Scatters at the end of a flight.
+    /// Scatters at the end of a flight, where `light` may shine.
     #[inline(always)]
-    fn collide(&mut self, around: &mut Around, flight: &Flight, hit: &Hit) {
+    fn collide(&mut self, around: &mut Around, flight: &Flight, hit: &Hit, worth: Vec3, light: &LightSample) -> Sight {
         let interior = &around.interior;
         let nearest = if hit.is_hit() { num::max(hit.t - flight.margin, 0.0) } else { flight.t };
         let ray = self.walk.ray;
-        let worth = interior.albedo * flight.channels.collided(flight.distance);
-        let mut throughput = flush(self.walk.throughput * worth);
+        let mut throughput = flush(self.walk.throughput * (interior.albedo * worth));
         let UVec4 { x, y, z, w } = flight.words;
         let turned = sample_henyey_greenstein(Vec2::new(rng::unit(z), rng::unit(w)), interior.anisotropy);
         let direction = normalize(Frame::new(ray.direction).to_world(turned));
+        let origin = ray.origin + ray.direction * num::min(flight.t, nearest);
+        let seen = connect_inside(origin, ray.direction, interior.anisotropy, light);
+        let connection = Connection { scatter_pdf: storable(seen.scatter_pdf), ..seen };
+        let sight = Sight { connection, from: origin, extinction: interior.extinction, worth: throughput };
+        let pdf = interior.turn_scale * henyey_greenstein_shape(rng::unit(z), interior.anisotropy);
+        let chosen = Chosen { pdf: storable(pdf), alone: !interior.lit };
         self.order += 1;
         self.tally.scatterings = self.tally.scatterings.wrapping_add(1);
         if self.order > ROULETTE_FROM {
@@ -150,49 +216,49 @@ impl Walker {
             throughput *= num::recip(survival);
         }
         self.alive &= max_component(throughput) > 0.0;
-        let origin = ray.origin + ray.direction * num::min(flight.t, nearest);
-        let walk = Walk::new(Ray { origin, direction, ..ray });
-        self.walk = Walk { throughput, depth: self.walk.depth, ..walk };
+        self.walk = Walk { ray: Ray { origin, direction, ..ray }, throughput, chosen, depth: self.walk.depth };
         *around = Around::new(*interior, 0.0);
+        sight
     }
 
     /// Takes off what is lost on the way to a surface. Interiors that do not scatter absorb as in `path`, whatever is carried along.
     #[inline(always)]
-    fn dim<M>(&mut self, features: u32, around: &Around, flight: &Flight, hit: &Hit, point: &SurfacePoint<M>) {
+    fn dim<M>(&mut self, features: u32, around: &Around, passed: Vec3, hit: &Hit, point: &SurfacePoint<M>) {
         let Walk { throughput, ray, .. } = self.walk;
         self.walk.throughput = if around.interior.scatters() {
-            flush(throughput * flight.channels.passed(hit.t + around.lead))
+            flush(throughput * passed)
         } else {
             through_interior(throughput, point, &ray, hit.t, features)
         };
     }
 
-    /// What happens at a surface.
+    /// What happens at a surface, behind whose front is `met`.
     #[inline(always)]
     fn meet<S: Trace + Surface + Lights>(
         &mut self,
         scene: &S,
         params: &MediaParams,
         rng: &Rng,
-        (hit, flight): (&Hit, &Flight),
+        (hit, passed, met, light): (&Hit, Vec3, &Interior, &LightSample),
         around: &mut Around,
         found: &mut Orders,
-    ) {
+    ) -> Sight {
         let point = scene.surface(&self.walk.ray, hit);
-        self.dim(scene.features(), around, flight, hit, &point);
-        let at = entry(hit);
-        let met = scene.interior(&at);
+        self.dim(scene.features(), around, passed, hit, &point);
         let here = around.interior;
         let inside = here.scatters();
         let front = dot(point.normal, self.walk.ray.direction) <= 0.0;
-        if inside & front & met.closed & (met.body == here.body) {
+        let own = inside & met.closed & (met.body == here.body);
+        let mut sight = Sight::NONE;
+        if own & front {
             self.come_back(&point, around);
-            return;
+            return sight;
         }
-        let behind = if front { met } else { Interior::NONE };
+        let behind = if front { *met } else { Interior::NONE };
         let there = if met.closed { behind } else { here };
+        self.walk.chosen.pdf *= passes(here.scattering(), hit.t + around.lead);
         self.walk.arrive(scene, hit, &point, found);
-        let boundary = inside & !front & met.closed & (met.body == here.body);
+        let boundary = own & !front;
         // the last segment may be a walk, which goes on after reflections from inside
         let last = self.walk.depth >= params.path.max_depth;
         self.alive = (!last | boundary) & (max_component(self.walk.throughput) > 0.0);
@@ -200,15 +266,21 @@ impl Walker {
         if boundary & self.alive && self.is_mirrored(&here, &point, rng) {
             self.mirror(&point);
         } else if self.alive {
-            let dark = [inside | last, there.scatters() | last];
-            passed = self.scatter(scene, params, rng, (&point, inside), dark, found);
+            let vertex = Vertex::new(&point, &self.walk.ray, scene.features());
+            sight = self.look(&vertex, light, &point, (here, last & !boundary), (there, last));
+            passed = self.bounce::<S>(scene.features(), params, rng, &vertex, inside);
             self.alive &= !(passed & last);
         }
         if passed & front & met.closed {
-            self.entry = at;
+            self.entry = entry(hit);
         }
         let stays = boundary & !passed;
+        let left = passed & inside & !there.scatters() & (params.ends_after_media != 0);
         self.leave(if passed { there } else { here }, &point, stays, around);
+        if left {
+            self.walk.depth = params.path.max_depth.wrapping_sub(1);
+        }
+        sight
     }
 
     /// From the front of the body that the path is inside of: by rounding it had left without crossing the surface.
@@ -219,26 +291,41 @@ impl Walker {
         *around = Around { lead: 0.0, ..*around };
     }
 
-    /// Samples a light, unless it lies on a side that is `dark`, that from which the path comes or the other one, and the next direction;
-    /// whether the path passes the surface.
+    /// A light, as it shines at a vertex; of the side from which the path comes, and of the other one, what is there, and whether no path goes on there.
     #[inline(always)]
-    fn scatter<S: Trace + Surface + Lights>(
+    fn look<B: ScatteringFunction, M>(
+        &self,
+        vertex: &Vertex<B>,
+        light: &LightSample,
+        point: &SurfacePoint<M>,
+        here: (Interior, bool),
+        there: (Interior, bool),
+    ) -> Sight {
+        let connection = vertex.connect(light);
+        let behind = vertex.is_behind(connection.direction);
+        let (through, ended) = if behind { there } else { here };
+        let dark = ended | (through.scatters() & !through.lit);
+        let value = if dark { Vec3::ZERO } else { connection.value };
+        let connection = Connection { value, ..connection };
+        Sight { connection, from: point.position, extinction: through.scattering(), worth: self.walk.throughput }
+    }
+
+    /// Draws the next direction; whether the path passes the surface.
+    #[inline(always)]
+    fn bounce<S: Surface>(
         &mut self,
-        scene: &S,
+        features: u32,
         params: &MediaParams,
         rng: &Rng,
-        (point, inside): (&SurfacePoint<S::Material>, bool),
-        [dark_here, dark_there]: [bool; 2],
-        found: &mut Orders,
+        vertex: &Vertex<BsdfOf<S>>,
+        inside: bool,
     ) -> bool {
-        let vertex = Vertex::new(point, &self.walk.ray, scene.features());
-        let numbers = Numbers::at(rng, self.walk.depth);
-        let open = |direction: Vec3| !if vertex.is_behind(direction) { dark_there } else { dark_here };
-        self.walk.next_event(scene, &vertex, &numbers, open, found);
         // a walk may meet the boundary many times before the path is a segment longer
-        let numbers = if inside { Numbers::independent(rng, self.boundary()) } else { numbers };
+        let numbers =
+            if inside { Numbers::independent(rng, self.boundary()) } else { Numbers::at(rng, self.walk.depth) };
         let roulette = params.path.flags & PATH_ROULETTE != 0;
-        self.alive = self.walk.bounce::<S::Material, _>(scene.features(), &vertex, &numbers, roulette, found);
+        let mut found = Orders { sum: Vec3::ZERO, counts: false };
+        self.alive = self.walk.bounce::<S::Material, _>(features, vertex, &numbers, roulette, &mut found);
         vertex.is_behind(self.walk.ray.direction)
     }
 
@@ -262,9 +349,11 @@ impl Walker {
     #[inline(always)]
     fn mirror<M>(&mut self, point: &SurfacePoint<M>) {
         let along = dot(point.normal, self.walk.ray.direction);
-        let direction = normalize(self.walk.ray.direction - point.normal * (2.0 * along));
+        // of unit length but for roundings, which collisions correct
+        let direction = self.walk.ray.direction - point.normal * (2.0 * along);
         let origin = point.position - point.normal * point.offset;
         self.walk.ray = Ray { origin, direction, ..self.walk.ray };
+        self.walk.chosen.alone = true;
     }
 
     /// The path leaves a surface into `next`, or stays inside of the body whose boundary it met.
@@ -281,7 +370,7 @@ impl Walker {
         self.alive &= !caught;
         // a walk with its reflections is one segment
         self.walk.depth -= stays as u32;
-        self.walk.chosen.alone |= scatters;
+        self.walk.chosen.alone |= scatters & !next.lit;
         *around = Around { interior: next, lead, reflections };
     }
 }

@@ -3,7 +3,7 @@
 use super::MediaParams;
 use crate::geometry::{Hit, Ray};
 use crate::rng::Rng;
-use crate::technique::path::{Walk, camera_segment};
+use crate::technique::path::{Chosen, MAX_DEPTH, Walk, camera_segment};
 use bytemuck::{Pod, Zeroable};
 use glam::{UVec4, Vec2, Vec3};
 
@@ -38,13 +38,17 @@ pub(super) struct Walker {
     pub(super) tally: Tally,
 }
 
-/// A path that waits after a collision: 64 bytes. Its direction is chosen as if by a delta lobe, for no light was sampled there.
+/// A path that waits after a collision: 64 bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(transparent)]
 pub struct PackedWalker(pub [UVec4; 4]);
 
-/// Bit of the last word that is set while the path goes on; below it lies its depth.
+/// Bit of the last word that is set while the path goes on; below it lie its depth, and the density with which the last collision has chosen the
+/// direction, without the sign and the last bits.
 const ALIVE: u32 = 1 << 31;
+const DEPTH: u32 = 20;
+const LOST_BITS: u32 = 11;
+const _: () = assert!(MAX_DEPTH << DEPTH < ALIVE && DEPTH + LOST_BITS == 31);
 /// Steps between two barycentric coordinates of an entry.
 const COORDINATES: f32 = 65_536.0;
 const STEP: f32 = 1.0 / COORDINATES;
@@ -53,6 +57,13 @@ const STEP: f32 = 1.0 / COORDINATES;
 #[inline(always)]
 pub(super) fn entry(hit: &Hit) -> Hit {
     unpack_entry(hit.id, pack_coordinates(hit.uv))
+}
+
+/// A density in as many bits as a path that waits has for it. Which one counts in the balance heuristic is arbitrary, as long as it is the same
+/// for both ways to find a light.
+#[inline(always)]
+pub(super) fn storable(pdf: f32) -> f32 {
+    f32::from_bits(pdf.to_bits() >> LOST_BITS << LOST_BITS)
 }
 
 #[inline(always)]
@@ -94,7 +105,7 @@ impl PackedWalker {
             word(walk.ray.origin, walker.steps | (walker.order << 16)),
             word(walk.ray.direction, entry.id),
             word(walk.throughput, pack_coordinates(entry.uv)),
-            word(*radiance, walk.depth | alive),
+            word(*radiance, alive | (walk.depth << DEPTH) | (walk.chosen.pdf.to_bits() >> LOST_BITS)),
         ])
     }
 
@@ -103,8 +114,10 @@ impl PackedWalker {
         let [origin, direction, throughput, radiance] = self.0;
         let vector = |w: UVec4| Vec3::new(f32::from_bits(w.x), f32::from_bits(w.y), f32::from_bits(w.z));
         let ray = Ray { origin: vector(origin), direction: vector(direction), t_max: Ray::FAR, key: 0 };
+        let pdf = f32::from_bits(radiance.w << LOST_BITS & (ALIVE - 1));
+        let depth = (radiance.w & !ALIVE) >> DEPTH;
         Walker {
-            walk: Walk { throughput: vector(throughput), depth: radiance.w & !ALIVE, ..Walk::new(ray) },
+            walk: Walk { ray, throughput: vector(throughput), chosen: Chosen { pdf, alone: true }, depth },
             radiance: vector(radiance),
             entry: unpack_entry(direction.w, throughput.w),
             steps: origin.w & 0xffff,

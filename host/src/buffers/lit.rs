@@ -1,0 +1,61 @@
+//! Which bodies have lights inside.
+
+use super::arena::scatters;
+use super::lights::emits;
+use crate::bvh::Bounds;
+use crate::scene::{Instance, LightKind, Scene};
+
+/// Of each material, whether light may shine inside of a body of it that scatters: a light is within the bounds of one of its instances. Which
+/// light it is does not matter, for others are found to be hidden.
+pub(super) fn materials(scene: &Scene) -> Vec<bool> {
+    let mut lit = vec![false; scene.materials.len()];
+    let material = |instance: &Instance| scene.meshes[instance.mesh].material;
+    let bodies =
+        scene.instances.iter().filter(|body| scene.materials[material(body)].volume.is_some_and(|v| scatters(&v)));
+    let bodies: Vec<(usize, Bounds)> =
+        bodies.map(|body| (material(body), triangles(scene, body).fold(Bounds::EMPTY, Bounds::union))).collect();
+    if bodies.is_empty() {
+        return lit;
+    }
+    let mut light = |place: Bounds| {
+        for (material, _) in bodies.iter().filter(|(_, body)| overlap(body, &place)) {
+            lit[*material] = true;
+        }
+    };
+    for source in &scene.lights {
+        if let LightKind::Point { position } | LightKind::Spot { position, .. } = source.kind {
+            light(Bounds::of(&[position.as_vec3(); 3]));
+        }
+    }
+    for emitter in scene.instances.iter().filter(|instance| emits(&scene.materials[material(instance)])) {
+        triangles(scene, emitter).for_each(&mut light);
+    }
+    lit
+}
+
+/// The bounds of an instance's triangles in the world.
+fn triangles<'a>(scene: &'a Scene, instance: &'a Instance) -> impl Iterator<Item = Bounds> + 'a {
+    let placed = |corner| instance.transform.transform_point3(corner).as_vec3();
+    scene.meshes[instance.mesh].triangles().map(move |corners| Bounds::of(&corners.map(placed)))
+}
+
+fn overlap(a: &Bounds, b: &Bounds) -> bool {
+    a.lo.cmple(b.hi).all() && b.lo.cmple(a.hi).all()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::builtin;
+
+    #[test]
+    fn bodies_with_lights_inside_are_found() {
+        let of = |name: &str| {
+            let scene = builtin::scene(name).expect("built in");
+            let lit = materials(&scene).into_iter().zip(&scene.materials).filter(|(lit, _)| *lit);
+            lit.map(|(_, material)| material.name.clone()).collect::<Vec<_>>()
+        };
+        assert_eq!(of("candles"), ["wax", "red wax", "stearin"]);
+        assert!(of("cube").is_empty() && of("slab").is_empty() && of("cornell").is_empty());
+    }
+}

@@ -1,0 +1,52 @@
+//! Layers of an image by how often light was scattered inside of things.
+
+use std::ops::RangeInclusive;
+
+use super::{Orders, PathSettings};
+use crate::image::Channel;
+use crate::exec::{Executor, Observer};
+use crate::render::{self, Render, Rendered};
+use crate::{Error, buffers::SceneBuffers};
+
+/// Collisions, and the names of the channels of light that had so many: 0, 1, 2, up to 4, 8 and 16, and more (the steps of Zhang and
+/// d'Eon 2025).
+const LAYERS: [(RangeInclusive<u32>, [&str; 3]); 7] = [
+    (0..=0, ["order.0.R", "order.0.G", "order.0.B"]),
+    (1..=1, ["order.1.R", "order.1.G", "order.1.B"]),
+    (2..=2, ["order.2.R", "order.2.G", "order.2.B"]),
+    (3..=4, ["order.3-4.R", "order.3-4.G", "order.3-4.B"]),
+    (5..=8, ["order.5-8.R", "order.5-8.G", "order.5-8.B"]),
+    (9..=16, ["order.9-16.R", "order.9-16.G", "order.9-16.B"]),
+    (17..=u32::MAX, ["order.17.R", "order.17.G", "order.17.B"]),
+];
+
+/// As [`render::render`], with the parts of each range of orders as channels. Each is a render of its own with the same random numbers, so that
+/// the image is their sum, but for roundings, and all take as long as so many images.
+pub(super) fn render_with_layers(
+    settings: &PathSettings,
+    executor: &mut dyn Executor,
+    scene: &SceneBuffers,
+    render: &Render,
+    observe: &mut Observer<'_>,
+) -> Result<(Rendered, Vec<Channel>), Error> {
+    if !settings.walks(scene.features) {
+        let problem = "nothing scatters light inside of things here, so that there are no layers by how often it did; leave out --layers";
+        return Err(Error::Setting(problem.to_owned()));
+    }
+    let rendered = render::render(executor, scene, render, observe)?;
+    let mut channels = Vec::new();
+    for (range, names) in LAYERS {
+        let orders = Orders { least: settings.orders.least.max(*range.start()), most: settings.orders.most.min(*range.end()) };
+        let values = if orders.least <= orders.most {
+            let part = Render { technique: PathSettings { orders, ..settings.clone() }.into(), ..render.clone() };
+            render::render(executor, scene, &part, observe)?.image.pixels
+        } else {
+            vec![[0.0; 3]; rendered.image.pixels.len()]
+        };
+        channels.extend(names.into_iter().enumerate().map(|(channel, name)| Channel {
+            name,
+            values: values.iter().map(|pixel| pixel[channel]).collect(),
+        }));
+    }
+    Ok((rendered, channels))
+}
