@@ -2,5 +2,7 @@
 
 kernels! {
     path,
+    path_hybrid,
     path_media,
+    path_profile,
 }

@@ -1,5 +1,6 @@
 //! What is inside of things.
 
+use super::Medium;
 use crate::vec::max_component;
 use glam::Vec3;
 
@@ -38,6 +39,13 @@ impl Interior {
         gain: 1.0,
         offset: 0.0,
     };
+
+    /// What fills it.
+    #[inline(always)]
+    pub fn medium(&self) -> Medium {
+        let Self { extinction, albedo, anisotropy, .. } = *self;
+        Medium { extinction, albedo, absorbed: Vec3::ONE - albedo, anisotropy }
+    }
 
     /// Whether light is scattered.
     #[inline(always)]
