@@ -218,7 +218,6 @@ fn choices_do_not_change_the_mean() -> Result<(), Failed> {
         ("by albedo", PathSettings { radius_channel: RadiusChoice::Albedo, ..usual.clone() }),
         ("drawn", PathSettings { way_out: WayOut::Drawn, ..usual.clone() }),
         ("lights alone", PathSettings { profile_paths: false, ..usual.clone() }),
-        ("roulette", PathSettings { roulette: true, ..usual.clone() }),
         ("Sobol", PathSettings { sampler: Sampler::Sobol, ..usual.clone() }),
     ] {
         let found = means(&scene, &settings, 64, 64);
@@ -360,8 +359,8 @@ fn scenes_without_objects_are_refused() -> Result<(), Failed> {
     let (own, over) =
         (native::film(native::plan(&buffers, &render))?, native::film_probed(&view, native::plan(&buffers, &render))?);
     ensure(own == over, || "the scene over a pointer looks otherwise".to_owned())?;
-    // without profiles nothing is probed
-    let settings = PathSettings { parts: Parts::Single, ..settings(Subsurface::Hybrid, Fit::Diffuse) };
+    // nothing is probed where no body counts
+    let settings = PathSettings { parts: Parts::Rest, ..settings(Subsurface::Hybrid, Fit::Diffuse) };
     let render = Render { count: 2, ..Render::new([8, 8], settings) };
     native::film_over(&view, native::plan(&buffers, &render))?;
     Ok(())

@@ -2,7 +2,8 @@
 
 kernels! {
     path,
-    path_hybrid,
+    path_entry,
+    path_exits,
     path_media,
     path_profile,
 }

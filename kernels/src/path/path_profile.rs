@@ -1,7 +1,7 @@
 //! Path tracing with diffusion: what is not traced, of one sample of every pixel.
 
 use restir_shared::layout::FilmPixel;
-use restir_shared::technique::path::hybrid::{self, HybridParams, PackedEntry};
+use restir_shared::technique::path::hybrid::{self, HybridParams, PackedEntry, PackedExit};
 
 kernel! {
     /// Adds the light of a profile's points to the paths that wait at entries.
@@ -9,14 +9,15 @@ kernel! {
         constants { 0: features = 0xffff_ffff, 1: settings = 0xffff_ffff }
         params 0: HybridParams,
         asks probed(features) { 1: geometry, 2: attributes, 3: texels },
-        read {},
-        own { 4: entries: PackedEntry, 5: film: FilmPixel },
+        read { 4: entries: PackedEntry },
+        own { 5: exits: PackedExit, 6: film: FilmPixel },
     }
     |x, y, at, p, scene| {
-        if entries[at].is_inside() {
-            let turn = hybrid::gather(&scene, &p.specialised(settings), entries[at], [x, y]);
-            entries[at] = turn.entry;
-            film[at] = turn.sample;
+        let index = (y * p.path.width + x) as usize;
+        if entries[index].is_inside() {
+            let gathered = hybrid::gather(&scene, &p.specialised(settings), entries[index], [x, y]);
+            exits[at] = gathered.exit;
+            film[at] = gathered.sample;
         }
     }
 }

@@ -9,6 +9,8 @@ use glam::Vec3;
 pub struct Interior {
     /// The surface encloses something. Any other is a sheet: on both of its sides is what is around it.
     pub closed: bool,
+    /// It holds a medium that may scatter, here or elsewhere.
+    pub filled: bool,
     /// Which body it is, an object of the scene: from inside its front cannot be met.
     pub body: u32,
     /// Expected number of collisions per unit length, by channel.
@@ -31,6 +33,7 @@ impl Interior {
     /// Nothing, behind a surface that encloses nothing.
     pub const NONE: Self = Self {
         closed: false,
+        filled: false,
         body: u32::MAX,
         extinction: Vec3::ZERO,
         albedo: Vec3::ZERO,

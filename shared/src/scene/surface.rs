@@ -299,6 +299,7 @@ impl<const COMPILED: u32> Surface for SceneView<'_, COMPILED> {
             self.attribute(self.header.material_base + record + 1),
         );
         Interior {
+            filled: true,
             albedo: xyz(w0),
             anisotropy: f32::from_bits(w0.w),
             denser_outside: f32::from_bits(w1.x),

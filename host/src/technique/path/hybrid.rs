@@ -3,7 +3,7 @@
 use super::{PathSettings, Subsurface};
 use crate::plan::{Buffer, BufferId};
 use restir_kernels::KernelDesc;
-use restir_kernels::path::{path_hybrid, path_profile};
+use restir_kernels::path::{path_entry, path_exits, path_profile};
 use restir_shared::camera::spread;
 use restir_shared::technique::path::PathParams;
 use restir_shared::technique::path::hybrid::*;
@@ -78,26 +78,27 @@ crate::choices! {
     }
 }
 
-/// What is done in which turn.
-#[derive(Clone, Copy, PartialEq)]
-enum Turn {
-    Begin,
-    Gather,
-    Resume,
-}
-
-/// The plane of paths at entries, and the turns of a sample.
+/// The planes of paths at entries and beside them, and the turns of a sample.
 pub(super) struct Hybrid {
     pub(super) entries: BufferId,
+    pub(super) exits: BufferId,
     settings: PathSettings,
-    pending: Option<(HybridParams, BufferId, Turn)>,
+    /// The turns to come, of the sample in work.
+    pending: Option<(HybridParams, BufferId, &'static [&'static KernelDesc])>,
 }
+
+/// The turns of a sample, in their order.
+const TURNS: [&KernelDesc; 3] = [&path_entry::DESC, &path_profile::DESC, &path_exits::DESC];
 
 impl Hybrid {
     pub(super) fn new(buffers: &mut Vec<Buffer>, [width, height]: [u32; 2], settings: &PathSettings) -> Self {
-        let words = width as usize * height as usize * size_of::<PackedEntry>() / 4;
-        buffers.push(Buffer { name: "entries", words, contents: None });
-        Self { entries: buffers.len() - 1, settings: settings.clone(), pending: None }
+        let mut plane = |name, bytes: usize| {
+            buffers.push(Buffer { name, words: width as usize * height as usize * bytes / 4, contents: None });
+            buffers.len() - 1
+        };
+        let entries = plane("entries", size_of::<PackedEntry>());
+        let exits = plane("exits", size_of::<PackedExit>());
+        Self { entries, exits, settings: settings.clone(), pending: None }
     }
 
     /// What the settings are in the parameters.
@@ -123,30 +124,30 @@ impl Hybrid {
             | flag(profile && s.profile_paths, HYBRID_GOES_ON)
     }
 
-    /// In how many dispatches a sample is done.
-    pub(super) fn turns(&self) -> u32 {
+    /// The kernels that have something to do.
+    fn turns(&self) -> &'static [&'static KernelDesc] {
         let flags = self.flags();
-        1 + u32::from(flags & HYBRID_PROFILE != 0) + u32::from(flags & HYBRID_GOES_ON != 0)
+        let branches = flags & (HYBRID_BOUNDARY | HYBRID_SINGLE | HYBRID_GOES_ON) != 0;
+        let profile = branches || flags & HYBRID_PROFILE != 0;
+        &TURNS[..1 + usize::from(profile) + usize::from(branches)]
+    }
+
+    /// In how many dispatches a sample is done.
+    pub(super) fn dispatches(&self) -> u32 {
+        self.turns().len() as u32
     }
 
     /// Begins a sample that goes into a plane of the film.
     pub(super) fn begin(&mut self, path: PathParams, film: BufferId) {
         let lambert_below = self.settings.lambert_below * spread(&path.camera);
-        let params = HybridParams { path, resumes: 0, lambert_below, reserved: [0; 2] };
-        self.pending = Some((params, film, Turn::Begin));
+        self.pending = Some((HybridParams { path, lambert_below, reserved: [0; 3] }, film, self.turns()));
     }
 
     /// The next turn of the sample.
     pub(super) fn next(&mut self) -> Option<(&'static KernelDesc, HybridParams, BufferId)> {
-        let (params, film, turn) = self.pending?;
-        let flags = params.path.flags;
-        let (kernel, next) = match turn {
-            Turn::Begin => (&path_hybrid::DESC, (flags & HYBRID_PROFILE != 0).then_some(Turn::Gather)),
-            Turn::Gather => (&path_profile::DESC, (flags & HYBRID_GOES_ON != 0).then_some(Turn::Resume)),
-            Turn::Resume => (&path_hybrid::DESC, None),
-        };
-        let after = |turn| HybridParams { resumes: u32::from(turn == Turn::Resume), ..params };
-        self.pending = next.map(|turn| (after(turn), film, turn));
+        let (params, film, turns) = self.pending?;
+        let (kernel, rest) = turns.split_first()?;
+        self.pending = (!rest.is_empty()).then_some((params, film, rest));
         Some((kernel, params, film))
     }
 }

@@ -157,7 +157,10 @@ impl Paths {
     fn turn(&mut self) -> Option<Result<Pass, Error>> {
         let (kernel, params, film) = self.hybrid.as_mut()?.next()?;
         let (hybrid, (frame, _)) = (self.hybrid.as_ref()?, self.frame.as_ref()?);
-        let bound = [ARENAS.as_slice(), &[("entries", hybrid.entries), ("film", film)]].concat();
+        let planes = [("entries", hybrid.entries), ("exits", hybrid.exits), ("film", film)];
+        let known = |name: &str| kernel.bindings.iter().any(|binding| binding.name == name);
+        let planes: Vec<_> = planes.into_iter().filter(|(name, _)| known(name)).collect();
+        let bound = [ARENAS.as_slice(), &planes].concat();
         Some(Pass::new(kernel, &self.constants(frame), &params, &bound))
     }
 }
@@ -190,7 +193,7 @@ impl Sequence for Paths {
         self.blocks = Box::new(aligned_blocks(held, samples, largest));
         self.last = None;
         self.frame = Some((frame, base));
-        let turns = self.hybrid.as_ref().map_or(1, Hybrid::turns);
+        let turns = self.hybrid.as_ref().map_or(1, Hybrid::dispatches);
         let turns = self.media.as_ref().map_or(turns, |media| media.stretches());
         Work { passes: blocks * u64::from(turns), blocks }
     }

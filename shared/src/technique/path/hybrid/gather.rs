@@ -1,9 +1,8 @@
 //! The points of a profile, and the light that enters at them.
 
-use super::Turn;
 use super::exit::Exit;
 use super::params::*;
-use super::record::{Entry, PackedEntry};
+use super::record::{Entry, PackedEntry, PackedExit};
 use crate::bsdf::Material;
 use crate::diffusion::{Disk, DiskNumbers, Multiple, Profile};
 use crate::film::CUT;
@@ -69,26 +68,31 @@ impl Gathering {
     }
 }
 
+/// What a path leaves beside a body.
+pub struct Gathered {
+    /// The path that goes on from a point of the profile.
+    pub exit: PackedExit,
+    /// The sample so far.
+    pub sample: FilmPixel,
+}
+
 /// Adds the profile's light to the sample of a path that waits at an entry, and lets it go on from one of the profile's points.
 pub fn gather<S: Trace + Surface<Material = Material> + Lights + Probe>(
     scene: &S,
     params: &HybridParams,
     packed: PackedEntry,
     pixel: [u32; 2],
-) -> Turn {
+) -> Gathered {
     let entry = packed.entry();
     let rng = params.rng(pixel);
     let mut choice = Choice { walk: Walk::new(Ray::NONE), alive: false, worth: 0.0, sum: 0.0 };
     let mut radiance = packed.radiance();
-    if entry.depth + 1 < params.path.max_depth {
+    if params.has(HYBRID_PROFILE) & (entry.depth + 1 < params.path.max_depth) {
         radiance += points(scene, params, &entry, &rng, &mut choice);
     }
     let each = if choice.alive { num::div(choice.sum, choice.worth) } else { 0.0 };
     let walk = Walk { throughput: choice.walk.throughput * each, depth: entry.depth + 1, ..choice.walk };
-    Turn {
-        entry: if choice.alive { PackedEntry::going_on(&walk, radiance) } else { PackedEntry::ended(radiance) },
-        sample: FilmPixel::from_radiance(radiance),
-    }
+    Gathered { exit: PackedExit::new(&walk, choice.alive, radiance), sample: FilmPixel::from_radiance(radiance) }
 }
 
 /// The light of lights at all points.
@@ -115,6 +119,7 @@ fn points<S: Trace + Surface<Material = Material> + Lights + Probe>(
     let one = params.has(HYBRID_ONE_CROSSING);
     let each = if one { crossings.count as f32 } else { 1.0 };
     let chosen = crossings.one_of(unit(chances.x));
+    let outside = entry.throughput * entry.gain;
     let mut sum = Vec3::ZERO;
     let mut index = 0;
     while index <= Crossings::LISTED {
@@ -126,7 +131,7 @@ fn points<S: Trace + Surface<Material = Material> + Lights + Probe>(
             let any = Ray { direction: at.normal, ..Ray::NONE };
             let point = scene.surface(&any, &hit);
             let worth = gathering.worth(params, point.position, point.normal) * each;
-            let worth = entry.throughput * if lambert { gathering.lambert } else { worth };
+            let worth = outside * if lambert { gathering.lambert } else { worth };
             if max_abs(worth) > 0.0 {
                 sum += self::light(scene, params, (&point, worth), rng, index as u32, choice);
             }

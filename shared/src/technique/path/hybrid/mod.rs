@@ -8,9 +8,10 @@
 //! What a profile holds is what a half space would send back. So light crosses thin bodies by the first two parts, and what the profile
 //! adds there is too much; none of it is right to the last digit, and the walk ([`super::media`]) is what it is compared with.
 //!
-//! A sample takes three kernels' turns. The first traces the path until it enters, leaves an [`PackedEntry`] there, and goes on with the
-//! two parts that are traced, from exit to exit; the second finds the points of the profile and the light that enters at them, and leaves
-//! a path that goes on from one of them; the first goes on with that. A path enters a body once: later bodies are dark inside.
+//! A sample takes three turns. The first (`path_entry`) traces the path until it enters a body, and leaves a [`PackedEntry`] there. The second
+//! (`path_profile`) finds the points of the profile and the light that enters at them, and leaves a path that goes on from one of them, a
+//! [`PackedExit`]. The third (`path_exits`) goes on with that path, then across the body and through one collision, and on from there. A
+//! path enters a body once: later bodies are dark inside.
 //!
 //! * Between an entry and its exit lies one segment of the path.
 //! * Bodies end where their own back is met. What else lies inside is seen by what it emits, and blocks the rest.
@@ -18,44 +19,49 @@
 //!   fit of.
 //! * Through a dielectric the profile's light enters and leaves by Fresnel's equations, spread by Lambert's law ([`Exit`]).
 
+mod branches;
 mod exit;
 mod gather;
 mod params;
 mod record;
-mod shallow;
 
 pub use exit::Exit;
 pub use gather::gather;
 pub use params::*;
-pub use record::PackedEntry;
+pub use record::{PackedEntry, PackedExit};
 
 use crate::film::CUT;
 use crate::layout::FilmPixel;
 use crate::scene::{Lights, Surface, Trace};
-use shallow::Shallow;
+use branches::Branches;
 
-/// What a turn leaves behind.
-pub struct Turn {
-    /// What the next one goes on from.
+/// What a path leaves that may enter a body.
+pub struct Entered {
+    /// Where it does.
     pub entry: PackedEntry,
     /// The sample so far.
     pub sample: FilmPixel,
 }
 
-/// Traces the path of the pixel (x, y), or goes on with the one that `entry` has, as far as it goes without a profile.
-pub fn trace<S: Trace + Surface + Lights>(
+/// Traces the path of a sample of the pixel (x, y) as far as it goes outside.
+pub fn enter<S: Trace + Surface + Lights>(scene: &S, params: &HybridParams, pixel: [u32; 2]) -> Entered {
+    let rng = params.rng(pixel);
+    let mut path = Branches::<true>::new(params, &rng, scene.features(), pixel);
+    let whole = path.run(scene, params, &rng);
+    let radiance = if whole { path.radiance() } else { CUT };
+    Entered { entry: PackedEntry::new(path.entry(), radiance), sample: FilmPixel::from_radiance(radiance) }
+}
+
+/// Goes on with what a path has left in both planes: the sample.
+pub fn leave<S: Trace + Surface + Lights>(
     scene: &S,
     params: &HybridParams,
     entry: PackedEntry,
+    exit: PackedExit,
     pixel: [u32; 2],
-) -> Turn {
+) -> FilmPixel {
     let rng = params.rng(pixel);
-    let mut path = if params.resumes != 0 {
-        Shallow::resume(entry.resumed())
-    } else {
-        Shallow::new(params, &rng, scene.features(), pixel)
-    };
+    let mut path = Branches::<false>::from_body(scene, entry.entry(), exit);
     let whole = path.run(scene, params, &rng);
-    let radiance = if whole { path.radiance() } else { CUT };
-    Turn { entry: path.record(radiance), sample: FilmPixel::from_radiance(radiance) }
+    FilmPixel::from_radiance(if whole { path.radiance() } else { CUT })
 }

@@ -39,18 +39,16 @@ pub const HYBRID_PUBLISHED: u32 = 1 << 18;
 /// Mean free paths of fewer offsets of rays are too short to be traced.
 const OFFSETS: f32 = 8.0;
 
-/// Parameters of the kernels `path_hybrid` and `path_profile`: one sample of every pixel.
+/// Parameters of the kernels `path_entry`, `path_profile` and `path_exits`: one sample of every pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct HybridParams {
     /// As of path tracing: its block is the sample `first_sample` alone, and its flags are also those of this module.
     pub path: PathParams,
-    /// Not zero: paths go on from where the profile's light entered. Zero: they begin.
-    pub resumes: u32,
     /// Channels of a mean free path that is shorter than so much of the path up to the entry are Lambertian.
     pub lambert_below: f32,
     /// Zeros.
-    pub reserved: [u32; 2],
+    pub reserved: [u32; 3],
 }
 
 impl Extent for HybridParams {

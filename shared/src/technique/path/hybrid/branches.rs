@@ -1,7 +1,7 @@
-//! The part of a path that is traced: outside, across a body, and through one collision in it.
+//! What of a path is traced: outside, across a body, and through one collision in it.
 
 use super::params::*;
-use super::record::{Entry, PackedEntry, Resumed};
+use super::record::{Entry, PackedExit};
 use crate::bsdf::{Scattering, is_specular};
 use crate::geometry::{Hit, Ray};
 use crate::medium::{Interior, transmittance};
@@ -25,13 +25,13 @@ const NEAREST: f32 = 1.0 / 262_144.0;
 /// Cosines below this count as it, where a distance is divided by them.
 const GRAZING: f32 = 1.0 / 4096.0;
 
-/// From the camera to where the path enters a body.
+/// From the camera to where the path enters a body. The stages are in the order of their flags.
 const BEFORE: u32 = 0;
 /// Across the body, and on.
 const ACROSS: u32 = 1;
 /// Through one collision, and on.
 const COLLIDED: u32 = 2;
-/// On from a point of the profile.
+/// On from a point of the profile: before the other two.
 const BESIDE: u32 = 3;
 
 /// Sums what counts, and knows by what the path went on.
@@ -55,69 +55,76 @@ impl<M: Scattering> Receiver<M> for Found {
     }
 }
 
-/// A path with its branches, one after another.
-pub(super) struct Shallow {
+/// A path up to where it enters a body, if it `BEGINS`, else its branches from there on, one after another.
+pub(super) struct Branches<const BEGINS: bool> {
     walk: Walk,
     found: Found,
     stage: u32,
     alive: bool,
     /// The segment that is traced next lies in the body.
     inside: bool,
-    entered: bool,
     entry: Entry,
     interior: Interior,
     /// From where the path enters, in its direction, as far as the border: zero, if there is none.
     across: Ray,
     /// How far from the surface that begins.
     lead: f32,
-    /// What light is worth that has entered, as radiance inside.
-    throughput: Vec3,
     collision: Collision,
 }
 
-impl Shallow {
+impl Branches<true> {
     /// The path of a sample from the camera on.
     #[inline(always)]
     pub(super) fn new(params: &HybridParams, rng: &Rng, features: u32, pixel: [u32; 2]) -> Self {
         let walk = Walk::new(camera_segment(&params.path, rng, features, pixel));
-        Self::at(walk, BEFORE, Vec3::ZERO, params.path.max_depth > 0)
-    }
-
-    /// A path that goes on from a point of a profile.
-    #[inline(always)]
-    pub(super) fn resume(resumed: Resumed) -> Self {
-        let Resumed { walk, radiance, alive } = resumed;
-        Self::at(walk, BESIDE, radiance, alive)
-    }
-
-    #[inline(always)]
-    fn at(walk: Walk, stage: u32, sum: Vec3, alive: bool) -> Self {
         Self {
             walk,
-            found: Found { sum, counts: false, by_lobe: 0 },
-            stage,
-            alive,
+            found: Found { sum: Vec3::ZERO, counts: false, by_lobe: 0 },
+            stage: BEFORE,
+            alive: params.path.max_depth > 0,
             inside: false,
-            entered: false,
-            entry: Entry { hit: Hit::MISS, throughput: Vec3::ZERO, depth: 0, travelled: 0.0 },
+            entry: Entry::NONE,
             interior: Interior::NONE,
-            across: Ray { t_max: 0.0, ..walk.ray },
+            across: Ray::NONE,
             lead: 0.0,
-            throughput: Vec3::ZERO,
             collision: Collision::NONE,
         }
     }
+}
 
+impl Branches<false> {
+    /// What is left of a path that has entered a body.
+    #[inline(always)]
+    pub(super) fn from_body<S: Surface>(scene: &S, entry: Entry, exit: PackedExit) -> Self {
+        let (at, interior) = (scene.location(&entry.hit), scene.interior(&entry.hit));
+        let cos = num::max(num::abs(dot(at.normal, entry.direction)), GRAZING);
+        let origin = at.position - at.normal * at.offset;
+        Self {
+            walk: exit.walk(),
+            found: Found { sum: exit.radiance(), counts: false, by_lobe: 0 },
+            stage: BESIDE,
+            alive: exit.goes_on(),
+            inside: false,
+            entry,
+            interior,
+            across: Ray { origin, direction: entry.direction, ..Ray::NONE },
+            lead: num::div(at.offset, cos),
+            collision: Collision::NONE,
+        }
+    }
+}
+
+impl<const BEGINS: bool> Branches<BEGINS> {
     /// What was found so far.
     #[inline(always)]
     pub(super) fn radiance(&self) -> Vec3 {
         self.found.sum
     }
 
-    /// What the next turn goes on from.
+    /// Where the path enters.
     #[inline(always)]
-    pub(super) fn record(&self, radiance: Vec3) -> PackedEntry {
-        if self.entered { PackedEntry::entered(&self.entry, radiance) } else { PackedEntry::ended(radiance) }
+    pub(super) fn entry(&self) -> &Entry {
+        &self.entry
     }
 
     /// Goes on until all branches have ended. False if the device cut a loop short: what was found is then not the whole.
@@ -126,26 +133,51 @@ impl Shallow {
         let mut cut = false;
         // a compiler knows the value of a loop's condition after it, even where a driver has cut the loop: rounds are counted beside it
         let (mut rounds, mut ended) = (0_u32, 0_u32);
-        while self.alive {
+        let mut going = true;
+        while going {
             rounds = rounds.wrapping_add(1);
-            self.found.counts = params.has(HYBRID_REST << self.stage);
-            let hit = scene.closest(&self.walk.ray);
-            cut = hit.is_cut();
-            if hit.is_hit() & !cut {
-                self.meet(scene, params, rng, &hit);
-            } else {
-                if !(cut | self.inside) {
-                    self.walk.escape(scene, &mut self.found);
-                }
-                self.alive = false;
+            if self.alive {
+                cut = self.step(scene, params, rng);
             }
-            let scatters = !(self.alive | cut) & (self.stage == ACROSS) & params.has(HYBRID_SINGLE);
-            if scatters & (self.across.t_max > 0.0) {
-                self.collide(scene.features(), params, rng);
+            if !(BEGINS | cut | self.alive) {
+                self.next(scene.features(), params, rng);
             }
-            ended = if self.alive { ended } else { rounds };
+            going = self.alive & !cut;
+            ended = if going { ended } else { rounds };
         }
         !cut & (ended == rounds)
+    }
+
+    /// Traces a segment; whether the device cut it short.
+    #[inline(always)]
+    fn step<S: Trace + Surface + Lights>(&mut self, scene: &S, params: &HybridParams, rng: &Rng) -> bool {
+        self.found.counts = params.has(HYBRID_REST << self.stage);
+        let hit = scene.closest(&self.walk.ray);
+        let cut = hit.is_cut();
+        if hit.is_hit() & !cut {
+            self.meet(scene, params, rng, &hit);
+        } else {
+            if !(cut | self.is_inside()) {
+                self.walk.escape(scene, &mut self.found);
+            }
+            self.alive = false;
+        }
+        cut
+    }
+
+    #[inline(always)]
+    fn is_inside(&self) -> bool {
+        !BEGINS & self.inside
+    }
+
+    /// Begins the next branch, if there is one.
+    #[inline(always)]
+    fn next(&mut self, features: u32, params: &HybridParams, rng: &Rng) {
+        if self.stage == BESIDE {
+            self.cross(params);
+        } else if (self.stage == ACROSS) & params.has(HYBRID_SINGLE) & (self.across.t_max > 0.0) {
+            self.collide(features, params, rng);
+        }
     }
 
     /// What happens at a surface.
@@ -154,20 +186,20 @@ impl Shallow {
         let point = scene.surface(&self.walk.ray, hit);
         let met = scene.interior(hit);
         let front = dot(point.normal, self.walk.ray.direction) <= 0.0;
-        let inside = self.inside;
+        let inside = self.is_inside();
         let leaves = !front & met.closed & (met.body == self.interior.body);
-        let enters = !inside & front & met.closed & met.scatters();
+        let enters = !inside & front & met.closed & met.filled;
         self.dim(scene.features(), &point, hit);
         self.walk.arrive(scene, hit, &point, &mut self.found);
         self.alive = (self.walk.depth < params.path.max_depth) & (max_component(self.walk.throughput) > 0.0);
         self.alive &= !inside | (leaves & self.found.counts);
         if self.alive {
             let passed = self.scatter(scene, params, rng, &point, enters);
-            self.alive &= passed | !inside;
-            self.inside = false;
-            if self.alive & passed & enters {
-                self.enter(params, hit, &point, &met);
+            if BEGINS & self.alive & passed & enters {
+                self.enter(hit, met.gain);
             }
+            self.alive &= if inside { passed } else { !(passed & enters) };
+            self.inside = false;
         }
     }
 
@@ -175,8 +207,10 @@ impl Shallow {
     #[inline(always)]
     fn dim<M>(&mut self, features: u32, point: &SurfacePoint<M>, hit: &Hit) {
         let Walk { throughput, ray, .. } = self.walk;
-        if !self.inside {
-            self.entry.travelled += hit.t;
+        if !self.is_inside() {
+            if BEGINS {
+                self.entry.travelled += hit.t;
+            }
             self.walk.throughput = through_interior(throughput, point, &ray, hit.t, features);
             return;
         }
@@ -198,10 +232,10 @@ impl Shallow {
         point: &SurfacePoint<S::Material>,
         enters: bool,
     ) -> bool {
-        let inside = self.inside;
+        let inside = self.is_inside();
         let vertex = Vertex::new(point, &self.walk.ray, scene.features());
-        let before = if self.stage == BEFORE { 0 } else { self.entry.depth };
-        let first = if self.stage == BEFORE { 0 } else { STAGES + self.stage * PER_STAGE };
+        let before = if BEGINS { 0 } else { self.entry.depth };
+        let first = if BEGINS { 0 } else { STAGES + self.stage * PER_STAGE };
         let numbers = Numbers::of_branch(rng, first, self.walk.depth - before);
         let open = |direction: Vec3| !if vertex.is_behind(direction) { enters } else { inside };
         self.walk.next_event(scene, &vertex, &numbers, open, &mut self.found);
@@ -210,26 +244,28 @@ impl Shallow {
         vertex.is_behind(self.walk.ray.direction)
     }
 
-    /// The path enters a body, if it is the first.
+    /// The path enters a body.
     #[inline(always)]
-    fn enter<M>(&mut self, params: &HybridParams, hit: &Hit, point: &SurfacePoint<M>, met: &Interior) {
-        self.alive = (self.stage == BEFORE) & params.has(HYBRID_BOUNDARY | HYBRID_SINGLE);
-        if self.stage != BEFORE {
-            return;
-        }
-        let gain = if is_specular(self.found.by_lobe) { met.gain } else { 1.0 };
-        self.entered = true;
+    fn enter(&mut self, hit: &Hit, gain: f32) {
         let Walk { throughput, depth, ray, .. } = self.walk;
-        self.entry = Entry { hit: *hit, throughput: throughput * gain, depth, ..self.entry };
-        self.interior = *met;
-        let cos = num::max(num::abs(dot(point.normal, ray.direction)), GRAZING);
-        self.lead = num::div(point.offset, cos);
-        self.across = Ray { t_max: 0.0, ..ray };
-        // what is so dense that a ray begins too far inside is Lambertian
-        self.throughput = throughput * params.spread(met, self.entry.travelled);
-        self.walk.throughput = self.throughput;
-        self.walk.chosen.alone = true;
+        let gain = if is_specular(self.found.by_lobe) { gain } else { 1.0 };
+        let Entry { travelled, .. } = self.entry;
+        self.entry = Entry { hit: *hit, direction: ray.direction, throughput, gain, depth, travelled, alive: true };
+    }
+
+    /// What light inside is worth, of channels that are not Lambertian.
+    #[inline(always)]
+    fn throughput(&self, params: &HybridParams) -> Vec3 {
+        self.entry.throughput * params.spread(&self.interior, self.entry.travelled)
+    }
+
+    /// Begins the branch across the body.
+    #[inline(always)]
+    fn cross(&mut self, params: &HybridParams) {
+        let ray = Ray { t_max: Ray::FAR, ..self.across };
+        self.walk = Walk { throughput: self.throughput(params), depth: self.entry.depth, ..Walk::new(ray) };
         self.inside = true;
+        self.alive = params.has(HYBRID_BOUNDARY | HYBRID_SINGLE);
         self.stage = ACROSS;
     }
 
@@ -251,7 +287,7 @@ impl Shallow {
             t_max: self.collision.reach,
             key: Ray::random_key(features, more.z),
         };
-        self.walk = Walk { throughput: self.throughput, depth: self.entry.depth, ..Walk::new(ray) };
+        self.walk = Walk { throughput: self.throughput(params), depth: self.entry.depth, ..Walk::new(ray) };
         self.inside = true;
         self.alive = true;
         self.stage = COLLIDED;
