@@ -29,7 +29,7 @@ const RENDERS: u32 = 8;
 #[derive(Args)]
 pub struct Options {
     /// Samples of each pixel in what is compared tile by tile; converged walks have eight times as many.
-    #[arg(long, default_value_t = 256)]
+    #[arg(long, default_value_t = 96)]
     samples: u32,
     /// Write the report to docs/diffusion.md.
     #[arg(long)]
