@@ -31,7 +31,7 @@ const ROWS: usize = 16;
 /// The depth of nothing, as Blender has it.
 const FAR: f64 = 1.0e10;
 /// Values of a pixel, over all layers.
-const VALUES: usize = 15;
+const VALUES: usize = 18;
 
 choices! {
     /// A layer.
@@ -49,6 +49,9 @@ choices! {
         "motion" => Motion,
         /// Index of the object among the scene's instances, from 1 on; 0 where nothing is.
         "id" => Id,
+        /// The part of a collision behind the surface that is scattered, by channel: what light below surfaces is divided by before it is
+        /// denoised, and multiplied by afterwards. Black where nothing scatters.
+        "scattering" => Scattering,
     }
 }
 
@@ -62,6 +65,7 @@ impl Aov {
             Self::Position => &["Position.X", "Position.Y", "Position.Z"],
             Self::Motion => &["Vector.X", "Vector.Y", "Vector.Z", "Vector.W"],
             Self::Id => &["IndexOB.X"],
+            Self::Scattering => &["Scattering Albedo.R", "Scattering Albedo.G", "Scattering Albedo.B"],
         }
     }
 
@@ -122,7 +126,7 @@ pub fn channels(
     memory::check(bytes, "the layers of this image", "choose a smaller size or fewer layers")?;
     let moments = Moments::new(shot, layers.contains(&Aov::Motion))?;
     let views = moments.views(shot);
-    let averaged = layers.iter().any(|layer| matches!(layer, Aov::Albedo | Aov::Normal));
+    let averaged = layers.iter().any(|layer| matches!(layer, Aov::Albedo | Aov::Normal | Aov::Scattering));
     let mut values = vec![[0.0; VALUES]; width * height];
     for (part, rows) in values.chunks_mut(ROWS * width).enumerate() {
         let rows_of = |(index, value): (usize, &mut [f32; VALUES])| {
@@ -214,13 +218,13 @@ impl Views<'_> {
         hit.is_hit().then(|| (ray, hit, self.this.surface(&ray, &hit)))
     }
 
-    /// Albedo and normal over the pixel.
+    /// Albedos and normal over the pixel.
     fn means(&self, x: u32, y: u32, values: &mut [f32; VALUES]) {
         let Integral { jitter, filter, .. } = self.integral;
         let features = self.this.features;
         let varies = jitter || has_lens(&self.cameras[0]) || features & FEATURE_BLEND != 0;
         let samples = if varies { self.samples } else { 1 };
-        let mut sums = [Vec3::ZERO; 2];
+        let mut sums = [Vec3::ZERO; 3];
         for sample in 0..samples {
             let place = |u: Vec2| match filter {
                 PixelFilter::Box => u,
@@ -232,11 +236,13 @@ impl Views<'_> {
                 let point = self.this.surface(&ray, &hit);
                 sums[0] += albedo(&point.material);
                 sums[1] += Vertex::new(&point, &ray, features).frame.n;
+                sums[2] += self.this.interior(&hit).albedo;
             }
         }
         let means = sums.map(|sum| (sum * (1.0 / samples as f32)).to_array());
         Aov::Albedo.put(values, &means[0]);
         Aov::Normal.put(values, &means[1]);
+        Aov::Scattering.put(values, &means[2]);
     }
 
     /// Of the sampler that path tracing has by default: they are its camera rays.
@@ -373,6 +379,17 @@ mod tests {
             moving += usize::from(was.length() > 0.05);
         }
         assert!(moving > 3, "{moving} pixels move");
+    }
+
+    /// What lies behind the surface scatters as the medium does, and the sky nothing.
+    #[test]
+    fn scattering_albedo_is_that_of_the_medium() {
+        let (_, buffers) = built("slab");
+        let layer = layer(&buffers, &|_| buffers.camera, 0.0, Aov::Scattering);
+        assert!(layer.iter().flatten().all(|albedo| (albedo - 0.9).abs() < 1.0e-5), "{layer:?}");
+        let (_, buffers) = built("cornell");
+        let dark = self::layer(&buffers, &|_| buffers.camera, 0.0, Aov::Scattering);
+        assert!(dark.iter().flatten().all(|&albedo| albedo == 0.0));
     }
 
     /// Colours and normals of walls, whose edges are mixed by the rays of a pixel.

@@ -55,6 +55,8 @@ pub struct KernelDesc {
     pub constants: &'static [Constant],
     /// Bindings, dense from 0.
     pub bindings: &'static [Binding],
+    /// It asks for all points of an object on a segment, which a scene behind a pointer may not know.
+    pub probes: bool,
     /// Runs one row of invocations natively.
     pub native: fn(&mut NativeRow<'_>),
 }

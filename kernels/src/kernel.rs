@@ -18,7 +18,8 @@
 ///
 /// The body's names stand for the invocation's position, the index of its element, a copy of the parameter block and, of a
 /// kernel that asks one, the scene whose header is the parameters' `scene`. The scene has the given features. With `asks frames` the name stands for
-/// [`restir_shared::scene::Frames`], whose other frame has the header `other_scene`. Bindings are numbered from 0 without
+/// [`restir_shared::scene::Frames`], whose other frame has the header `other_scene`; with `asks probed` it is a scene that implements
+/// [`restir_shared::scene::Probe`], too, as not every scene does. Bindings are numbered from 0 without
 /// gaps; the name of one is its role, by which the host binds buffers.
 ///
 /// Natively the body runs over the arenas, or over any other scene, see `NativeRow`. Over the arenas there is a variant for
@@ -99,6 +100,7 @@ macro_rules! kernel {
                 $($crate::Binding::new::<$rt>(stringify!($read), $crate::Access::Read),)*
                 $($crate::Binding::new::<$ot>(stringify!($own), $crate::Access::Own),)*
             ],
+            probes: probes!($($asked)?),
             native,
         };
     };
@@ -118,6 +120,9 @@ macro_rules! over_arenas {
         };
         scene
     }};
+    (probed, $($scene:tt)*) => {
+        over_arenas!(scene, $($scene)*)
+    };
     (frames, $p:ident, $features:expr, $arenas:tt, $tracers:expr) => {{
         let tracers: [restir_shared::scene::Tracer<'_>; 2] = $tracers;
         restir_shared::scene::SceneFrames {
@@ -170,6 +175,24 @@ macro_rules! over_any {
     };
     (frames, $frames:ident) => {
         $frames
+    };
+    // who runs a kernel has looked whether there is one
+    (probed, $frames:ident) => {
+        match $frames.probed() {
+            Some(scene) => scene,
+            None => return,
+        }
+    };
+}
+
+/// Whether what a kernel asks needs objects.
+#[cfg(not(target_arch = "spirv"))]
+macro_rules! probes {
+    (probed) => {
+        true
+    };
+    ($($asked:ident)?) => {
+        false
     };
 }
 

@@ -5,7 +5,7 @@ use crate::layout::{CameraParams, FEATURE_BLEND};
 use crate::num;
 use crate::rng::{self, Rng};
 use crate::sampling::{sample_blackman_harris, sample_concentric_disk};
-use crate::vec::normalize;
+use crate::vec::{length, normalize};
 
 use glam::{UVec4, Vec2, Vec3};
 
@@ -28,6 +28,13 @@ pub fn primary_ray(camera: &CameraParams, pixel: Vec2, lens: Vec2) -> Ray {
     let direction = Vec3::from_array(camera.forward) + right * (x - lens_x) + up * (y - lens_y);
     let origin = Vec3::from_array(camera.position) + right * lens_x + up * lens_y;
     Ray { origin, direction: normalize(direction), t_max: Ray::FAR, key: 0 }
+}
+
+/// The height of a pixel in the middle of the image, at the distance 1 from the camera.
+#[inline(always)]
+pub fn spread(camera: &CameraParams) -> f32 {
+    let up = length(Vec3::from_array(camera.up));
+    2.0 * camera.inv_height * num::div(up, length(Vec3::from_array(camera.forward)))
 }
 
 /// Whether the camera has a lens.

@@ -7,7 +7,7 @@ use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::plan::{FramePlan, Pass};
 use restir_host::render::Render;
 use restir_shared::layout::FilmPixel;
-use restir_shared::scene::{AnyScene, Still};
+use restir_shared::scene::{AnyProbed, AnyScene, Probed, Still};
 
 /// The plan of a render, whose settings may be such as renders refuse.
 pub fn plan<'a>(scene: &'a SceneBuffers, render: &'a Render) -> FramePlan<'a> {
@@ -28,6 +28,14 @@ pub fn film(plan: FramePlan<'_>) -> Result<Vec<FilmPixel>, Error> {
 /// As of the executor.
 pub fn film_over(scene: &dyn AnyScene, plan: FramePlan<'_>) -> Result<Vec<FilmPixel>, Error> {
     CpuExecutor::run_over(&Still(scene), plan, &mut |_| Ok(())).map(|words| pixels(&words))
+}
+
+/// As [`film_over`], over a scene that knows its objects.
+///
+/// # Errors
+/// As of the executor.
+pub fn film_probed(scene: &dyn AnyProbed, plan: FramePlan<'_>) -> Result<Vec<FilmPixel>, Error> {
+    CpuExecutor::run_over(&Probed(scene), plan, &mut |_| Ok(())).map(|words| pixels(&words))
 }
 
 fn pixels(outputs: &[Vec<u32>]) -> Vec<FilmPixel> {

@@ -64,7 +64,7 @@ fn shown(layer: Aov, channels: &[Channel]) -> Vec<[f32; 3]> {
     let ends: Vec<[f32; 2]> = channels.iter().map(ends).collect();
     let within = |x: f32, [low, high]: [f32; 2]| clamp((x - low) / (high - low).max(1.0e-6), 0.0, 1.0);
     let color = |pixel: usize| match layer {
-        Aov::Albedo => vector(pixel),
+        Aov::Albedo | Aov::Scattering => vector(pixel),
         Aov::Normal => vector(pixel).map(|x| 0.5 + 0.5 * x),
         Aov::Depth => [1.0 - within(value(0, pixel), ends[0]); 3],
         Aov::Position => [0, 1, 2].map(|channel| within(value(channel, pixel), ends[channel])),

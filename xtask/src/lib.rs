@@ -5,6 +5,7 @@
 pub mod albedo;
 pub mod aov;
 pub mod crossings;
+pub mod diffusion;
 pub mod error;
 pub mod features;
 mod fit;

@@ -4,8 +4,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use xtask::{
-    Error, albedo, aov, crossings, features, furnace, mutate, num, package, parity, passes, profile, resampling, reuse,
-    searchlight, session, shader, shifts, stress, unbiased, visibility, walks, watertight,
+    Error, albedo, aov, crossings, diffusion, features, furnace, mutate, num, package, parity, passes, profile,
+    resampling, reuse, searchlight, session, shader, shifts, stress, unbiased, visibility, walks, watertight,
 };
 
 /// Tools of the project.
@@ -27,6 +27,8 @@ enum Task {
     Parity(parity::Options),
     /// Tally what half spaces and slabs of media reflect and transmit, and how far from where light enters.
     Searchlight(searchlight::Options),
+    /// Measure what is wrong about diffusion profiles and what they save, beside the walk, and print the report.
+    Diffusion(diffusion::Options),
     /// Walk inside of white bodies, and count what does not come out again.
     Walks(walks::Options),
     /// Trace rays from the inside of a closed mesh at its edges and vertices: none may escape.
@@ -70,6 +72,7 @@ fn run(task: Task) -> Result<(), Error> {
         Task::Shader(command) => shader::run(command),
         Task::Num(options) => num::run(&options),
         Task::Parity(options) => parity::run(&options),
+        Task::Diffusion(options) => diffusion::run(&options),
         Task::Walks(options) => walks::run(&options),
         Task::Searchlight(options) => searchlight::run(&options),
         Task::Watertight(options) => watertight::run(&options),

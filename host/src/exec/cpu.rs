@@ -59,16 +59,30 @@ impl CpuExecutor {
     /// it is asked, writes it down, or answers differently. It stands for the scene of every pass.
     ///
     /// # Errors
-    /// As [`Executor::run`].
+    /// As [`Executor::run`], and [`Error::Setting`] for a kernel that probes objects of which `frames` knows nothing.
     pub fn run_over(
         frames: &dyn AnyFrames,
         plan: FramePlan<'_>,
         observe: &mut Observer<'_>,
     ) -> Result<Vec<Vec<u32>>, Error> {
+        let checked = |pass: Result<Pass, Error>| pass.and_then(|pass| check_probes(&pass, frames).map(|()| pass));
+        let plan = FramePlan { passes: Box::new(plan.passes.map(checked)), ..plan };
         run(plan, observe, &|dispatch, rows| {
             (0..).zip(rows).for_each(|(y, own)| dispatch.row(y, own, Some(frames)));
         })
     }
+}
+
+/// Whether a pass finds in `frames` what it asks.
+pub(crate) fn check_probes(pass: &Pass, frames: &dyn AnyFrames) -> Result<(), Error> {
+    if !pass.kernel.probes || frames.probed().is_some() {
+        return Ok(());
+    }
+    Err(Error::Setting(format!(
+        "the kernel {} asks for all points of an object on a segment, of which this scene knows nothing; implement Probe for it and \
+         hand it over as Probed, or choose settings that do without",
+        pass.kernel.name
+    )))
 }
 
 /// The scenes of this frame and of the last one, where there are better structures to trace rays in than the arenas.

@@ -1,7 +1,7 @@
 //! Sessions on the CPU.
 
 use super::{Begun, Device, Frozen, Session, Setup, View};
-use crate::exec::CpuExecutor;
+use crate::exec::{CpuExecutor, check_probes};
 use crate::plan::{Buffer, Pass};
 use crate::scene::Camera;
 use crate::{Error, buffers::SceneBuffers, memory};
@@ -92,6 +92,7 @@ impl CpuSession {
             return Err(Error::Setting(problem.to_owned()));
         }
         let (passes, begun) = self.passes(&View { camera: Some(camera), ..View::default() }, moved)?;
+        passes.iter().try_for_each(|pass| check_probes(pass, frames))?;
         self.run(&passes, Some(frames));
         Ok(begun)
     }

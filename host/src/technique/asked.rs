@@ -2,7 +2,7 @@
 
 use crate::replay::{Counts, Recording};
 use crate::{Error, buffers::SceneBuffers, exec::CpuExecutor, render::Render};
-use restir_shared::scene::{SceneView, Still};
+use restir_shared::scene::{Probed, SceneView};
 use std::collections::BTreeMap;
 
 /// What the passes of one kernel asked.
@@ -24,7 +24,7 @@ pub fn asked(scene: &SceneBuffers, render: &Render) -> Result<BTreeMap<&'static 
     let recording = Recording::new(&view);
     let mut kernels: BTreeMap<&'static str, Asked> = BTreeMap::new();
     let plan = render.plan(scene);
-    CpuExecutor::run_over(&Still(&recording), plan, &mut |step| {
+    CpuExecutor::run_over(&Probed(&recording), plan, &mut |step| {
         let kernel = kernels.entry(step.pass.kernel.name).or_default();
         kernel.counts = kernel.counts.plus(recording.take_counts());
         kernel.by_pixel = step.pass.grid == [render.width, render.height];

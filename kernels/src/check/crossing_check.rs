@@ -4,7 +4,7 @@
 use restir_shared::geometry::Ray;
 use restir_shared::glam::Vec3;
 use restir_shared::layout::{Extent, SceneHeader};
-use restir_shared::scene::{Probe, SceneView};
+use restir_shared::scene::Probe;
 
 /// Parameters of the kernel `crossing_check`.
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
@@ -86,18 +86,9 @@ kernel! {
     pub fn crossing_check(64, 1) {
         constants { 0: features = 0xffff_ffff }
         params 0: CrossingCheckParams,
-        read {
-            1: geometry: restir_shared::glam::UVec4,
-            2: attributes: restir_shared::glam::UVec4,
-            3: texels: restir_shared::glam::UVec4,
-            4: segments: Segment,
-        },
+        asks probed(features) { 1: geometry, 2: attributes, 3: texels },
+        read { 4: segments: Segment },
         own { 5: results: CrossingResults },
     }
-    |x, _y, at, p| {
-        // it asks what not every scene behind a pointer has
-        let view: SceneView<'_> =
-            SceneView { header: p.scene, geometry, attributes, texels, features, tracer: Default::default() };
-        results[at] = crossings(&view, segments[x as usize]);
-    }
+    |x, _y, at, p, scene| results[at] = crossings(&scene, segments[x as usize])
 }

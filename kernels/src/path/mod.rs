@@ -2,5 +2,8 @@
 
 kernels! {
     path,
+    path_entry,
+    path_exits,
     path_media,
+    path_profile,
 }

@@ -75,7 +75,21 @@ impl Profile {
     pub fn beyond(&self, least: f32, color: Vec3) -> (Self, Vec3) {
         let kept = |distance: f32| if distance >= least { 1.0 } else { 0.0 };
         let kept = Vec3::new(kept(self.distance.x), kept(self.distance.y), kept(self.distance.z));
-        (Self::weighted(self.albedo, self.distance * kept, self.probability * kept), color * (Vec3::ONE - kept))
+        (self.of_channels(kept), color * (Vec3::ONE - kept))
+    }
+
+    /// With the channels alone for which `kept` is 1 and not 0.
+    #[inline(always)]
+    #[must_use]
+    pub fn of_channels(&self, kept: Vec3) -> Self {
+        Self::weighted(self.albedo, self.distance * kept, self.probability * kept)
+    }
+
+    /// With probabilities in proportion to the albedo.
+    #[inline(always)]
+    #[must_use]
+    pub fn chosen_by_albedo(&self) -> Self {
+        Self::by_albedo(self.albedo, self.distance)
     }
 
     /// Where each channel ends.

@@ -41,6 +41,8 @@ pub struct Ray {
 impl Ray {
     /// A `t_max` beyond every hit.
     pub const FAR: f32 = 1.0e30;
+    /// A ray that meets nothing.
+    pub const NONE: Self = Self { origin: Vec3::ZERO, direction: Vec3::Z, t_max: 0.0, key: 0 };
     /// The key of a ray that meets no blended surface at all.
     pub const THROUGH: u32 = u32::MAX;
 

@@ -1,5 +1,6 @@
 //! What is inside of things.
 
+use super::Medium;
 use crate::vec::max_component;
 use glam::Vec3;
 
@@ -8,6 +9,8 @@ use glam::Vec3;
 pub struct Interior {
     /// The surface encloses something. Any other is a sheet: on both of its sides is what is around it.
     pub closed: bool,
+    /// It holds a medium that may scatter, here or elsewhere.
+    pub filled: bool,
     /// Which body it is, an object of the scene: from inside its front cannot be met.
     pub body: u32,
     /// Expected number of collisions per unit length, by channel.
@@ -34,6 +37,7 @@ impl Interior {
     /// Nothing, behind a surface that encloses nothing.
     pub const NONE: Self = Self {
         closed: false,
+        filled: false,
         body: u32::MAX,
         extinction: Vec3::ZERO,
         albedo: Vec3::ZERO,
@@ -49,6 +53,13 @@ impl Interior {
     #[inline(always)]
     pub fn scattering(&self) -> Vec3 {
         if self.scatters() { self.extinction } else { Vec3::ZERO }
+    }
+
+    /// What fills it.
+    #[inline(always)]
+    pub fn medium(&self) -> Medium {
+        let Self { extinction, albedo, anisotropy, .. } = *self;
+        Medium { extinction, albedo, absorbed: Vec3::ONE - albedo, anisotropy }
     }
 
     /// Whether light is scattered.

@@ -88,6 +88,22 @@ pub fn color_behind(color: f32, index: f32) -> f32 {
     div((1.0 - s) * (1.0 - 0.139 * s), 1.0 + 1.17 * s)
 }
 
+impl Medium {
+    /// The colour that [`Self::of_color`] makes the medium of.
+    #[inline(always)]
+    pub fn color(&self) -> Vec3 {
+        let color = |albedo: f32, absorbed: f32| {
+            let g = self.anisotropy;
+            let s = sqrt(div(absorbed, (1.0 - g) + g * absorbed));
+            // 1 - s^2 = albedo (1 - g) / (1 - g albedo)
+            let one_less_s = div(albedo * (1.0 - g), ((1.0 - g) + g * absorbed) * (1.0 + s));
+            div(one_less_s * (1.0 - 0.139 * s), 1.0 + 1.17 * s)
+        };
+        let (albedo, absorbed) = (self.albedo, self.absorbed);
+        Vec3::new(color(albedo.x, absorbed.x), color(albedo.y, absorbed.y), color(albedo.z, absorbed.z))
+    }
+}
+
 /// What a collision scatters and absorbs in a half space of the diffuse albedo `color`.
 ///
 /// Van de Hulst's approximation is `color = (1 - S)(1 - 0.139 S) / (1 + 1.17 S)`, where `S^2 = (1 - albedo) / (1 - g albedo)`. Its root, which

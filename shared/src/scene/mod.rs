@@ -17,8 +17,10 @@ mod texture;
 mod view;
 
 #[cfg(not(target_arch = "spirv"))]
-pub use any::{AnyFrames, AnyScene};
+pub use any::{AnyFrames, AnyProbed, AnyScene};
 pub use frames::SceneFrames;
+#[cfg(not(target_arch = "spirv"))]
+pub use still::Probed;
 pub use still::Still;
 pub use view::SceneView;
 

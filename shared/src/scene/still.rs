@@ -2,7 +2,7 @@
 
 use super::{AddressedLights, Frames, LightAddress, Surface, Trace};
 #[cfg(not(target_arch = "spirv"))]
-use super::{AnyFrames, AnyScene};
+use super::{AnyFrames, AnyProbed, AnyScene};
 
 /// A scene that was the same in any other frame.
 #[derive(Clone, Copy)]
@@ -26,6 +26,26 @@ impl<S: Trace + Surface + AddressedLights + Copy> Frames for Still<S> {
 impl<S: AnyScene> AnyFrames for Still<S> {
     fn scene(&self, _other: bool) -> &dyn AnyScene {
         &self.0
+    }
+
+    fn counterpart(&self, address: LightAddress, _of_other: bool) -> LightAddress {
+        address
+    }
+}
+
+/// A scene that knows its objects and was the same in any other frame.
+#[cfg(not(target_arch = "spirv"))]
+#[derive(Clone, Copy)]
+pub struct Probed<S>(pub S);
+
+#[cfg(not(target_arch = "spirv"))]
+impl<S: AnyProbed> AnyFrames for Probed<S> {
+    fn scene(&self, _other: bool) -> &dyn AnyScene {
+        &self.0
+    }
+
+    fn probed(&self) -> Option<&dyn AnyProbed> {
+        Some(&self.0)
     }
 
     fn counterpart(&self, address: LightAddress, _of_other: bool) -> LightAddress {

@@ -320,6 +320,7 @@ impl<const COMPILED: u32> Surface for SceneView<'_, COMPILED> {
             albedo = albedo_of_color(albedo * self.scattering_texture(w1.y, self.uv(hit.id, hit.uv)), anisotropy);
         }
         Interior {
+            filled: true,
             albedo,
             anisotropy,
             denser_outside: f32::from_bits(w1.x),

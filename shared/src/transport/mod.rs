@@ -11,6 +11,6 @@ mod weight;
 pub use connect::{Connection, connect_inside, passes};
 pub use interior::through_interior;
 pub use passage::{Passage, follow, transmittance};
-pub use single_scattering::{ScatteredOnce, WayOut, scatter_once};
+pub use single_scattering::{Collision, ScatteredOnce, WayOut, scatter_once};
 pub use vertex::{Departure, Vertex};
 pub use weight::{Chosen, emission_weight, environment_weight, next_event};

@@ -24,6 +24,21 @@ pub(super) const KNOWN: Known = Known {
             row("blended", "sheets", 4, "max_depth=6"),
             row("lights in wax, milk", "candles", 2, "max_depth=8,longest_walk=160"),
             row("media with textures", "moving-media", 2, "max_depth=5,longest_walk=130,after_subsurface=direct-light"),
+            row("profiles, lights in wax, milk", "candles", 2, "max_depth=8,subsurface=hybrid,lambert_below=0.2"),
+            row("a profile alone", "slab", 2, "max_depth=3,subsurface=diffusion,support=published,crossings=one"),
+            row(
+                "signed profiles",
+                "slab",
+                2,
+                "subsurface=hybrid,profile=searchlight,way_out=drawn,radius_channel=albedo",
+            ),
+            row(
+                "clamped profiles",
+                "candles",
+                1,
+                "subsurface=hybrid,profile=clamped,parts=subsurface,profile_paths=off,roulette=on",
+            ),
+            row("profiles without paths", "slab", 1, "subsurface=hybrid,profile_paths=off,counted_twice=on"),
             row("a slab", "slab", 2, "max_depth=3,orders=1..3,longest_walk=70,roulette=on"),
         ],
         ..NOTHING.cases

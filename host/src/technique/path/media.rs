@@ -12,6 +12,10 @@ crate::choices! {
         "off" => Off,
         /// It is followed from collision to collision.
         "walk" => Walk,
+        /// A diffusion profile stands for all of it.
+        "diffusion" => Diffusion,
+        /// What collides not at all or once is followed, a diffusion profile stands for the rest.
+        "hybrid" => Hybrid,
     }
 }
 

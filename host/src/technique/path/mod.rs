@@ -1,6 +1,7 @@
 //! Path tracing: the reference for all other techniques.
 
 mod explain;
+mod hybrid;
 mod layers;
 mod media;
 mod orders;
@@ -8,6 +9,7 @@ mod plan;
 mod replay;
 mod vertices;
 
+pub use hybrid::{Crossings, Fit, Parts, RadiusChoice, SupportChoice, WayOut};
 pub use media::{AfterSubsurface, Subsurface};
 pub use orders::Orders;
 pub use replay::{film, params};
@@ -50,6 +52,24 @@ crate::settings! {
         orders: Orders = Orders::ALL;
         /// Where a path ends inside of things, and its light is lost. A sample takes a dispatch for each 64.
         longest_walk: u32 = 16_384, in 1..=MAX_WALK, unit "segments";
+        /// What counts where profiles are.
+        parts: Parts = Parts::All;
+        /// The fit of profiles.
+        profile: Fit = Fit::Diffuse;
+        /// In a hybrid the profile keeps what has collided once, which is then counted twice: wrong, to be shown.
+        counted_twice: bool = false;
+        /// How light that has collided once comes out, in a hybrid.
+        way_out: WayOut = WayOut::Dimmed;
+        /// Which points of a profile's segment through a body are taken.
+        crossings: Crossings = Crossings::All;
+        /// With which probability a channel gives the radius of a profile's sample.
+        radius_channel: RadiusChoice = RadiusChoice::Uniform;
+        /// Which densities a point of a profile is divided by.
+        support: SupportChoice = SupportChoice::Exact;
+        /// A path goes on from one of the profile's points; without, light that enters there comes straight from lights.
+        profile_paths: bool = true;
+        /// Channels whose mean free path is shorter are Lambertian where profiles are.
+        lambert_below: f32 = 0.0, in 0.0..=1000.0, unit "pixels";
         /// Most samples of a pixel in one dispatch, rounded down to a power of two; off leaves it to the size of the image.
         /// It does not change the image. Where light scatters inside of things, a dispatch has one.
         dispatch_samples: Option<u32> = None, unit "samples";
@@ -63,9 +83,9 @@ impl PathSettings {
         Self { max_depth, jitter, filter, multiscatter, ..Self::default() }
     }
 
-    /// Whether paths walk through media in a scene of these features.
-    fn walks(&self, features: u32) -> bool {
-        self.subsurface == Subsurface::Walk && features & FEATURE_SUBSURFACE != 0
+    /// What becomes of light inside of things in a scene of these features.
+    fn subsurface(&self, features: u32) -> Subsurface {
+        if features & FEATURE_SUBSURFACE != 0 { self.subsurface } else { Subsurface::Off }
     }
 }
 
@@ -112,7 +132,7 @@ impl Technique for PathSettings {
     }
 
     fn check_explained(&self, scene: &SceneBuffers, render: &Render) -> Result<(), Error> {
-        if self.walks(scene.features) {
+        if self.subsurface(scene.features) != Subsurface::Off {
             let problem =
                 "what light does inside of things is not written down; give subsurface=off to explain the rest";
             return Err(Error::Setting(problem.to_owned()));

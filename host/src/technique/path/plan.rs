@@ -1,7 +1,8 @@
 //! The passes of path tracing: aligned blocks of samples, each traced into a plane of the film.
 
-use super::PathSettings;
+use super::hybrid::Hybrid;
 use super::media::{COUNTS, Media};
+use super::{PathSettings, Subsurface};
 use crate::Error;
 use crate::film::Film;
 use crate::plan::{ARENAS, Buffer, BufferId, Pass};
@@ -57,8 +58,10 @@ pub(super) struct Paths {
     progressive: bool,
     buffers: Vec<Buffer>,
     film: Film,
-    /// Where light scatters inside of things.
+    /// Where light scatters inside of things, and is followed.
     media: Option<Media>,
+    /// Where light scatters inside of things, and a profile stands for it.
+    hybrid: Option<Hybrid>,
     /// The frame in work, and the number of the sample from which its mean counts.
     frame: Option<(Frame, u32)>,
     /// The blocks of the frame that are to come.
@@ -70,8 +73,11 @@ pub(super) struct Paths {
 impl Paths {
     pub(super) fn new(settings: &PathSettings, stage: &Stage) -> Self {
         let mut buffers = stage.arenas.to_vec();
-        let scatters = settings.walks(stage.features);
-        let media = scatters.then(|| Media::new(&mut buffers, stage.size, settings));
+        let subsurface = settings.subsurface(stage.features);
+        let scatters = subsurface != Subsurface::Off;
+        let media = (subsurface == Subsurface::Walk).then(|| Media::new(&mut buffers, stage.size, settings));
+        let hybrid = scatters && media.is_none();
+        let hybrid = hybrid.then(|| Hybrid::new(&mut buffers, stage.size, settings));
         let largest = if scatters { 0 } else { block_log2(settings, stage.size) };
         // blocks of a mean that goes on are smaller where a frame has fewer samples
         let film = Film::new(&mut buffers, stage.film(1, if stage.progressive { 0 } else { largest }));
@@ -84,6 +90,7 @@ impl Paths {
             buffers,
             film,
             media,
+            hybrid,
             frame: None,
             blocks: Box::new(std::iter::empty()),
             last: None,
@@ -100,6 +107,7 @@ impl Paths {
         flag(settings.jitter, spread)
             | flag(settings.roulette, PATH_ROULETTE)
             | flag(settings.sampler == Sampler::Sobol, PATH_SOBOL)
+            | self.hybrid.as_ref().map_or(0, Hybrid::flags)
     }
 
     fn trace(&mut self, first: u32, log2: u32) -> Option<Result<Pass, Error>> {
@@ -122,13 +130,17 @@ impl Paths {
             media.begin(params, plane);
             return self.stretch();
         }
+        if let Some(hybrid) = &mut self.hybrid {
+            hybrid.begin(params, plane);
+            return self.turn();
+        }
         let bound = [ARENAS.as_slice(), &[("film", plane)]].concat();
         Some(Pass::new(&path::DESC, &self.constants(frame), &params, &bound))
     }
 
     fn constants(&self, frame: &Frame) -> [(&'static str, u32); 2] {
         // without walks nothing asks what interiors scatter
-        let absent = if self.media.is_some() { 0 } else { FEATURE_SUBSURFACE };
+        let absent = if self.media.is_some() | self.hybrid.is_some() { 0 } else { FEATURE_SUBSURFACE };
         [("features", self.settings.integral().features(frame.features) & !absent), ("settings", self.flags())]
     }
 
@@ -139,6 +151,17 @@ impl Paths {
         let planes = [("walkers", media.walkers), ("tallies", media.tallies), ("film", film)];
         let bound = [ARENAS.as_slice(), &planes].concat();
         Some(Pass::new(&path_media::DESC, &self.constants(frame), &params, &bound))
+    }
+
+    /// The next turn of a sample with profiles.
+    fn turn(&mut self) -> Option<Result<Pass, Error>> {
+        let (kernel, params, film) = self.hybrid.as_mut()?.next()?;
+        let (hybrid, (frame, _)) = (self.hybrid.as_ref()?, self.frame.as_ref()?);
+        let planes = [("entries", hybrid.entries), ("exits", hybrid.exits), ("film", film)];
+        let known = |name: &str| kernel.bindings.iter().any(|binding| binding.name == name);
+        let planes: Vec<_> = planes.into_iter().filter(|(name, _)| known(name)).collect();
+        let bound = [ARENAS.as_slice(), &planes].concat();
+        Some(Pass::new(kernel, &self.constants(frame), &params, &bound))
     }
 }
 
@@ -170,12 +193,13 @@ impl Sequence for Paths {
         self.blocks = Box::new(aligned_blocks(held, samples, largest));
         self.last = None;
         self.frame = Some((frame, base));
-        let stretches = self.media.as_ref().map_or(1, |media| u64::from(media.stretches()));
-        Work { passes: blocks * stretches, blocks }
+        let turns = self.hybrid.as_ref().map_or(1, Hybrid::dispatches);
+        let turns = self.media.as_ref().map_or(turns, |media| media.stretches());
+        Work { passes: blocks * u64::from(turns), blocks }
     }
 
     fn next_pass(&mut self) -> Option<Result<Pass, Error>> {
-        if let Some(pass) = self.stretch() {
+        if let Some(pass) = self.stretch().or_else(|| self.turn()) {
             return Some(pass);
         }
         if let Some(pass) = self.film.merge_equal() {

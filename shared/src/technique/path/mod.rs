@@ -1,5 +1,6 @@
 //! Path tracing: next-event estimation and BSDF sampling, joined by the balance heuristic (Veach 1997, §9.2).
 
+pub mod hybrid;
 pub mod media;
 mod params;
 mod walk;

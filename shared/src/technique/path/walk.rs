@@ -57,6 +57,13 @@ impl Numbers {
         self.rng.draw(self.dimension + SCATTER)
     }
 
+    /// Those at the `vertex`-th hit, from 1 on, of a branch of a path, whose dimensions begin at `first`.
+    #[inline(always)]
+    pub(super) fn of_branch(rng: &Rng, first: u32, vertex: u32) -> Self {
+        let Self { rng, dimension } = Self::at(rng, vertex);
+        Self { rng, dimension: dimension.wrapping_add(first) }
+    }
+
     /// Those of another vertex, from `dimension` on, which are independent of each other.
     #[inline(always)]
     pub(super) fn independent(rng: &Rng, dimension: u32) -> Self {

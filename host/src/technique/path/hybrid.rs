@@ -1,0 +1,153 @@
+//! The passes of path tracing with diffusion.
+
+use super::{PathSettings, Subsurface};
+use crate::plan::{Buffer, BufferId};
+use restir_kernels::KernelDesc;
+use restir_kernels::path::{path_entry, path_exits, path_profile};
+use restir_shared::camera::spread;
+use restir_shared::technique::path::PathParams;
+use restir_shared::technique::path::hybrid::*;
+
+crate::choices! {
+    /// What counts of a render with profiles.
+    pub enum Parts {
+        /// Everything.
+        "all" => All,
+        /// What enters no interior that scatters.
+        "rest" => Rest,
+        /// What crosses bodies without a collision, in a hybrid.
+        "boundary" => Boundary,
+        /// What collides once, in a hybrid.
+        "single" => Single,
+        /// What the profile holds.
+        "profile" => Profile,
+        /// All that enters interiors that scatter.
+        "subsurface" => Subsurface,
+    }
+}
+
+crate::choices! {
+    /// The fit of a profile.
+    pub enum Fit {
+        /// For light that enters by Lambert's law: less what has scattered once it is nowhere negative.
+        "diffuse" => Diffuse,
+        /// For a beam that enters straight: less what has scattered once it is negative near the entry.
+        "searchlight" => Searchlight,
+        /// As for a beam, without what is negative, and with the same sum.
+        "clamped" => Clamped,
+    }
+}
+
+crate::choices! {
+    /// How light that has collided once comes out.
+    pub enum WayOut {
+        /// All the way, dimmed.
+        "dimmed" => Dimmed,
+        /// As far as it would go to its next collision.
+        "drawn" => Drawn,
+    }
+}
+
+crate::choices! {
+    /// Which points of a segment through a body are taken.
+    pub enum Crossings {
+        /// All.
+        "all" => All,
+        /// One, each with the same probability.
+        "one" => One,
+    }
+}
+
+crate::choices! {
+    /// With which probability a channel gives the radius.
+    pub enum RadiusChoice {
+        /// All alike.
+        "uniform" => Uniform,
+        /// In proportion to the albedo.
+        "albedo" => Albedo,
+    }
+}
+
+crate::choices! {
+    /// Which densities a point of a profile is divided by.
+    pub enum SupportChoice {
+        /// Of what can find it.
+        "exact" => Exact,
+        /// Of all channels, as published programs have it: too dark.
+        "published" => Published,
+    }
+}
+
+/// The planes of paths at entries and beside them, and the turns of a sample.
+pub(super) struct Hybrid {
+    pub(super) entries: BufferId,
+    pub(super) exits: BufferId,
+    settings: PathSettings,
+    /// The turns to come, of the sample in work.
+    pending: Option<(HybridParams, BufferId, &'static [&'static KernelDesc])>,
+}
+
+/// The turns of a sample, in their order.
+const TURNS: [&KernelDesc; 3] = [&path_entry::DESC, &path_profile::DESC, &path_exits::DESC];
+
+impl Hybrid {
+    pub(super) fn new(buffers: &mut Vec<Buffer>, [width, height]: [u32; 2], settings: &PathSettings) -> Self {
+        let mut plane = |name, bytes: usize| {
+            buffers.push(Buffer { name, words: width as usize * height as usize * bytes / 4, contents: None });
+            buffers.len() - 1
+        };
+        let entries = plane("entries", size_of::<PackedEntry>());
+        let exits = plane("exits", size_of::<PackedExit>());
+        Self { entries, exits, settings: settings.clone(), pending: None }
+    }
+
+    /// What the settings are in the parameters.
+    pub(super) fn flags(&self) -> u32 {
+        let s = &self.settings;
+        let flag = |on, bit| if on { bit } else { 0 };
+        let shown = |part: Parts| {
+            s.parts == Parts::All || s.parts == part || (s.parts == Parts::Subsurface && part != Parts::Rest)
+        };
+        let hybrid = s.subsurface == Subsurface::Hybrid;
+        let profile = shown(Parts::Profile);
+        flag(shown(Parts::Rest), HYBRID_REST)
+            | flag(hybrid && shown(Parts::Boundary), HYBRID_BOUNDARY)
+            | flag(hybrid && shown(Parts::Single), HYBRID_SINGLE)
+            | flag(profile, HYBRID_PROFILE)
+            | flag(!hybrid || s.counted_twice, HYBRID_WHOLE)
+            | flag(s.profile == Fit::Searchlight, HYBRID_SIGNED)
+            | flag(s.profile == Fit::Clamped, HYBRID_CLAMPED)
+            | flag(s.way_out == WayOut::Drawn, HYBRID_DRAWN)
+            | flag(s.crossings == Crossings::One, HYBRID_ONE_CROSSING)
+            | flag(s.radius_channel == RadiusChoice::Albedo, HYBRID_BY_ALBEDO)
+            | flag(s.support == SupportChoice::Published, HYBRID_PUBLISHED)
+            | flag(profile && s.profile_paths, HYBRID_GOES_ON)
+    }
+
+    /// The kernels that have something to do.
+    fn turns(&self) -> &'static [&'static KernelDesc] {
+        let flags = self.flags();
+        let branches = flags & (HYBRID_BOUNDARY | HYBRID_SINGLE | HYBRID_GOES_ON) != 0;
+        let profile = branches || flags & HYBRID_PROFILE != 0;
+        &TURNS[..1 + usize::from(profile) + usize::from(branches)]
+    }
+
+    /// In how many dispatches a sample is done.
+    pub(super) fn dispatches(&self) -> u32 {
+        self.turns().len() as u32
+    }
+
+    /// Begins a sample that goes into a plane of the film.
+    pub(super) fn begin(&mut self, path: PathParams, film: BufferId) {
+        let lambert_below = self.settings.lambert_below * spread(&path.camera);
+        self.pending = Some((HybridParams { path, lambert_below, reserved: [0; 3] }, film, self.turns()));
+    }
+
+    /// The next turn of the sample.
+    pub(super) fn next(&mut self) -> Option<(&'static KernelDesc, HybridParams, BufferId)> {
+        let (params, film, turns) = self.pending?;
+        let (kernel, rest) = turns.split_first()?;
+        self.pending = (!rest.is_empty()).then_some((params, film, rest));
+        Some((kernel, params, film))
+    }
+}

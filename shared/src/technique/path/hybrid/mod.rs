@@ -1,0 +1,67 @@
+//! Path tracing with diffusion: light that scattering interiors send back, in three parts (Zhang and d'Eon 2025).
+//!
+//! Where a path enters a body whose interior scatters, the *boundary term* is what crosses it without a collision, and *single
+//! scattering* what collides once: both are traced. The rest is a diffusion profile, less what has collided once
+//! ([`Multiple`](crate::diffusion::Multiple)), which is found where a disk's segment meets the body
+//! ([`Disk`](crate::diffusion::Disk)). With the whole profile, and nothing else, it is diffusion alone.
+//!
+//! What a profile holds is what a half space would send back. So light crosses thin bodies by the first two parts, and what the profile
+//! adds there is too much; none of it is right to the last digit, and the walk ([`super::media`]) is what it is compared with.
+//!
+//! A sample takes three turns. The first (`path_entry`) traces the path until it enters a body, and leaves a [`PackedEntry`] there. The second
+//! (`path_profile`) finds the points of the profile and the light that enters at them, and leaves a path that goes on from one of them, a
+//! [`PackedExit`]. The third (`path_exits`) goes on with that path, then across the body and through one collision, and on from there. A
+//! path enters a body once: later bodies are dark inside.
+//!
+//! * Between an entry and its exit lies one segment of the path.
+//! * Bodies end where their own back is met. What else lies inside is seen by what it emits, and blocks the rest.
+//! * A surface reflects outside as it does without an interior, and inside not at all: what it holds back is part of what the profile is a
+//!   fit of.
+//! * Through a dielectric the profile's light enters and leaves by Fresnel's equations, spread by Lambert's law ([`Exit`]).
+
+mod branches;
+mod exit;
+mod gather;
+mod params;
+mod record;
+
+pub use exit::Exit;
+pub use gather::gather;
+pub use params::*;
+pub use record::{PackedEntry, PackedExit};
+
+use crate::film::CUT;
+use crate::layout::FilmPixel;
+use crate::scene::{Lights, Surface, Trace};
+use branches::Branches;
+
+/// What a path leaves that may enter a body.
+pub struct Entered {
+    /// Where it does.
+    pub entry: PackedEntry,
+    /// The sample so far.
+    pub sample: FilmPixel,
+}
+
+/// Traces the path of a sample of the pixel (x, y) as far as it goes outside.
+pub fn enter<S: Trace + Surface + Lights>(scene: &S, params: &HybridParams, pixel: [u32; 2]) -> Entered {
+    let rng = params.rng(pixel);
+    let mut path = Branches::<true>::new(params, &rng, scene.features(), pixel);
+    let whole = path.run(scene, params, &rng);
+    let radiance = if whole { path.radiance() } else { CUT };
+    Entered { entry: PackedEntry::new(path.entry(), radiance), sample: FilmPixel::from_radiance(radiance) }
+}
+
+/// Goes on with what a path has left in both planes: the sample.
+pub fn leave<S: Trace + Surface + Lights>(
+    scene: &S,
+    params: &HybridParams,
+    entry: PackedEntry,
+    exit: PackedExit,
+    pixel: [u32; 2],
+) -> FilmPixel {
+    let rng = params.rng(pixel);
+    let mut path = Branches::<false>::from_body(scene, entry.entry(), exit);
+    let whole = path.run(scene, params, &rng);
+    FilmPixel::from_radiance(if whole { path.radiance() } else { CUT })
+}

@@ -1,0 +1,127 @@
+//! Parameters of path tracing with diffusion.
+
+use crate::diffusion::{Remainder, Shape, Support};
+use crate::layout::Extent;
+use crate::medium::Interior;
+use crate::num::max;
+use crate::rng::Rng;
+use crate::technique::path::PathParams;
+use crate::transport::WayOut;
+use bytemuck::{Pod, Zeroable};
+use core::ops::Deref;
+use glam::Vec3;
+
+/// Flag, beside those of path tracing: what does not enter an interior that scatters counts.
+pub const HYBRID_REST: u32 = 1 << 8;
+/// Flag: the boundary term counts.
+pub const HYBRID_BOUNDARY: u32 = 1 << 9;
+/// Flag: single scattering counts.
+pub const HYBRID_SINGLE: u32 = 1 << 10;
+/// Flag: the profile counts.
+pub const HYBRID_PROFILE: u32 = 1 << 11;
+/// Flag: the profile keeps what has scattered once.
+pub const HYBRID_WHOLE: u32 = 1 << 12;
+/// Flag: [`Remainder::Signed`].
+pub const HYBRID_SIGNED: u32 = 1 << 13;
+/// Flag: [`Remainder::Clamped`].
+pub const HYBRID_CLAMPED: u32 = 1 << 14;
+/// Flag: [`WayOut::Drawn`].
+pub const HYBRID_DRAWN: u32 = 1 << 15;
+/// Flag: of the points that a segment meets one is taken, not all.
+pub const HYBRID_ONE_CROSSING: u32 = 1 << 16;
+/// Flag: from one of the points of the profile the path goes on.
+pub const HYBRID_GOES_ON: u32 = 1 << 19;
+/// Flag: the channel of a radius is chosen in proportion to the albedo, not uniformly.
+pub const HYBRID_BY_ALBEDO: u32 = 1 << 17;
+/// Flag: [`Support::Published`].
+pub const HYBRID_PUBLISHED: u32 = 1 << 18;
+
+/// Mean free paths of fewer offsets of rays are too short to be traced.
+const OFFSETS: f32 = 8.0;
+
+/// Parameters of the kernels `path_entry`, `path_profile` and `path_exits`: one sample of every pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct HybridParams {
+    /// As of path tracing: its block is the sample `first_sample` alone, and its flags are also those of this module.
+    pub path: PathParams,
+    /// Channels of a mean free path that is shorter than so much of the path up to the entry are Lambertian.
+    pub lambert_below: f32,
+    /// Zeros.
+    pub reserved: [u32; 3],
+}
+
+impl Extent for HybridParams {
+    fn extent(&self) -> [u32; 2] {
+        self.path.extent()
+    }
+}
+
+/// What is asked of path tracing's parameters is asked of these, too: by kernels for instance, where the scene is.
+impl Deref for HybridParams {
+    type Target = PathParams;
+
+    #[inline(always)]
+    fn deref(&self) -> &PathParams {
+        &self.path
+    }
+}
+
+impl HybridParams {
+    /// As [`PathParams::specialised`].
+    #[inline(always)]
+    #[must_use]
+    pub fn specialised(self, bits: u32) -> Self {
+        Self { path: self.path.specialised(bits), ..self }
+    }
+
+    /// Whether any of the flags is set.
+    #[inline(always)]
+    pub(super) fn has(&self, flags: u32) -> bool {
+        self.path.flags & flags != 0
+    }
+
+    /// The random numbers of the pixel's sample.
+    #[inline(always)]
+    pub(super) fn rng(&self, [x, y]: [u32; 2]) -> Rng {
+        Rng::new(x, y, self.path.first_sample, self.path.seed, self.path.sampler())
+    }
+
+    /// By channel 1, or 0 where light comes out so near to where it enters that the surface is Lambertian: where the mean free path is some
+    /// widths of a pixel, as the setting has it, or some offsets of rays.
+    #[inline(always)]
+    pub(super) fn spread(&self, interior: &Interior, travelled: f32) -> Vec3 {
+        let least = max(self.lambert_below * travelled, OFFSETS * interior.offset);
+        let kept = |extinction: f32| if extinction * least <= 1.0 { 1.0 } else { 0.0 };
+        let Vec3 { x, y, z } = interior.extinction;
+        Vec3::new(kept(x), kept(y), kept(z))
+    }
+
+    #[inline(always)]
+    pub(super) fn way_out(&self) -> WayOut {
+        if self.has(HYBRID_DRAWN) { WayOut::Drawn } else { WayOut::Dimmed }
+    }
+
+    #[inline(always)]
+    pub(super) fn remainder(&self) -> Remainder {
+        if self.has(HYBRID_SIGNED) {
+            Remainder::Signed
+        } else if self.has(HYBRID_CLAMPED) {
+            Remainder::Clamped
+        } else {
+            Remainder::Diffuse
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn shape(&self) -> Shape {
+        self.remainder().shape()
+    }
+
+    #[inline(always)]
+    pub(super) fn support(&self) -> Support {
+        if self.has(HYBRID_PUBLISHED) { Support::Published } else { Support::Exact }
+    }
+}
+
+const _: () = assert!(size_of::<HybridParams>() == 192);
