@@ -6,6 +6,7 @@ use restir_host::exec::{CpuExecutor, Executor, Step};
 use restir_host::plan::{FramePlan, Pass};
 use restir_host::render::Render;
 use restir_host::scene::Camera;
+use restir_host::technique::restir_pt::render_with_layers;
 use restir_kernels::restir_pt::{pt_merge, pt_shade, pt_shift, pt_trace};
 use restir_kernels::{KernelDesc, NativeRow};
 use restir_shared::glam::{DVec3, Vec3};
@@ -14,14 +15,14 @@ use restir_shared::technique::restir_pt::{
     Job, JobShifted, PT_BACK, PT_CHANGED, PT_OTHER_FRAME, PT_STILL, PackedPath, PtParams,
 };
 use restir_shared::vec::luminance;
-use restir_tests::native::{changed, edit, plan};
+use restir_tests::native::{changed, edit, film, plan};
 use restir_tests::scenes::buffers;
 use restir_tests::stats::{FAMILY_RATE, Family, Moments, ZTest};
 use restir_tests::suite::ensure;
 use restir_tests::technique::Trials;
 
 restir_tests::suite! {
-    sharing_keeps_the_mean wrong_sharing_is_seen chains_keep_the_mean wrong_chains_are_seen
+    layers_tell_whose_path_it_is sharing_keeps_the_mean wrong_sharing_is_seen chains_keep_the_mean wrong_chains_are_seen
 }
 
 const SIDE: u32 = 24;
@@ -77,7 +78,7 @@ fn gained(plan: FramePlan<'_>) -> Result<(Vec<Moments>, f64), Failed> {
 }
 
 /// Tests of several frames, each of which shows a picture of its own.
-fn tests(scene: &str, text: &str, count: u32, change: fn(&mut Pass)) -> Result<(Vec<ZTest>, f64), Failed> {
+fn tests(scene: &str, text: &str, count: u32, change: Change) -> Result<(Vec<ZTest>, f64), Failed> {
     let buffers = buffers(scene)?;
     let technique = Trials::of("restir-pt")?.with(&[COMMON, text].join(","))?;
     let render = Render { count, seed: 3, accumulate: true, ..Render::new([SIDE; 2], technique) };
@@ -104,7 +105,7 @@ fn sharing_keeps_the_mean() -> Result<(), Failed> {
 /// A pass that a known-wrong one stands for.
 struct Wrong {
     name: &'static str,
-    change: fn(&mut Pass),
+    change: Change,
 }
 
 /// A known-wrong merge: the right one, over what `change` makes of what became of the jobs. It is told the pixel that merges.
@@ -219,7 +220,7 @@ const CHAINS: [Chain; 14] = [
 const RESTARTS: u32 = 192;
 
 impl Chain {
-    fn tests(&self, restarts: u32, change: fn(&mut Pass)) -> Result<(Vec<ZTest>, f64), Failed> {
+    fn tests(&self, restarts: u32, change: Change) -> Result<(Vec<ZTest>, f64), Failed> {
         let buffers = buffers(self.scene)?;
         let technique = Trials::of("restir-pt")?.with(&[OF_CHAINS, self.settings].join(","))?;
         let step = |frame: u32| DVec3::X * (0.03 * f64::from(frame));
@@ -254,6 +255,9 @@ fn chains_keep_the_mean() -> Result<(), Failed> {
     family.verdict().map(drop).map_err(Failed::from)
 }
 
+/// What makes a pass wrong.
+type Change = fn(&mut Pass);
+
 /// Changes parameters of passes between frames.
 fn between_frames(pass: &mut Pass, change: fn(&mut PtParams)) {
     if pass.params::<PtParams>().is_some_and(|params| params.flags & PT_OTHER_FRAME != 0) {
@@ -262,7 +266,7 @@ fn between_frames(pass: &mut Pass, change: fn(&mut PtParams)) {
 }
 
 fn wrong_chains_are_seen() -> Result<(), Failed> {
-    let rows: [(&str, Chain, fn(&mut Pass)); 4] = [
+    let rows: [(&str, Chain, Change); 4] = [
         (
             "light that no longer arrives",
             chain("moving", "jitter=on,shift=hybrid,spatial=0,stale=on", 8, false),
@@ -294,4 +298,35 @@ fn wrong_chains_are_seen() -> Result<(), Failed> {
         unseen.extend((worst.p >= FAMILY_RATE / 300.0).then_some(name));
     }
     ensure(unseen.is_empty(), || format!("not seen: {unseen:?}"))
+}
+
+/// Without reuse a pixel has its own path of this frame; with it, paths of others and of frames before, and copies.
+fn layers_tell_whose_path_it_is() -> Result<(), Failed> {
+    const LAST: u32 = 3;
+    let buffers = buffers("cornell")?;
+    let mut copied = Vec::new();
+    for text in ["temporal=off,spatial=0", "spatial=0", "temporal=off,radius=4", "radius=4"] {
+        let technique = Trials::of("restir-pt")?.with(text)?;
+        let render = Render { count: LAST + 1, seed: 5, ..Render::new([SIDE; 2], technique) };
+        let (rendered, layers) = render_with_layers(&mut CpuExecutor::inline(), &buffers, &render, &mut |_| Ok(()))?;
+        let film = film(plan(&buffers, &render))?;
+        let pixels = rendered.image.pixels.iter().zip(&film);
+        ensure(pixels.clone().all(|(a, b)| *a == b.sum), || format!("{text}: layers change the picture"))?;
+        let (mut strangers, mut older, mut count) = (0, 0, 0);
+        for (i, stored) in (0..).zip(&layers.paths).filter(|(_, stored)| stored.path.length > 0) {
+            let (own, age) = ((i % SIDE) | (i / SIDE) << 16, LAST.wrapping_sub(stored.path.key.y));
+            ensure(age <= LAST, || format!("{text}: a path of age {age}"))?;
+            (strangers, older, count) =
+                (strangers + u32::from(stored.path.key.x != own), older + u32::from(age > 0), count + 1);
+        }
+        let [temporal, spatial] = [!text.contains("temporal=off"), text.contains("radius")];
+        println!(
+            "{text}: of {count} paths {strangers} of others, {older} of frames before, {:.2} copied",
+            layers.copied()
+        );
+        ensure((strangers > count / 3) == spatial && (strangers > 0) == spatial, || format!("{text}: {strangers}"))?;
+        ensure((older > count / 3) == temporal && (older > 0) == temporal, || format!("{text}: {older} are older"))?;
+        copied.push(layers.copied());
+    }
+    ensure(copied[..2] == [0.0; 2] && copied[2] > 0.1 && copied[3] > copied[2], || format!("copied: {copied:?}"))
 }

@@ -1,14 +1,17 @@
 //! Paths by ReSTIR: pixels and frames share whole paths.
 
+mod layers;
 mod plan;
 mod settings;
 
+pub use layers::{Layers, render_with_layers};
 pub use settings::{Form, MAX_CONFIDENCE_CAP, MAX_DEPTH, MAX_NEIGHBOURS, MAX_SPATIAL_PASSES, PtSettings, Shift};
 
 use super::{About, Integral, PixelFilter, Repeats, Technique};
-use crate::render::Render;
+use crate::exec::{Executor, Observer};
+use crate::render::{Render, Rendered};
 use crate::technique::sequence::{Sequence, Stage};
-use crate::{Error, buffers::SceneBuffers};
+use crate::{Error, buffers::SceneBuffers, image::Channel};
 use restir_shared::layout::FEATURE_SUBSURFACE;
 use restir_shared::scene::LightAddress;
 
@@ -58,6 +61,16 @@ impl Technique for PtSettings {
     fn biases(&self) -> Vec<&'static str> {
         let stale = "where the scene changes, paths keep light that no longer arrives: it lags behind what moves";
         if self.temporal && self.stale { vec![stale] } else { Vec::new() }
+    }
+
+    fn render_with_layers(
+        &self,
+        executor: &mut dyn Executor,
+        scene: &SceneBuffers,
+        render: &Render,
+        observe: &mut Observer<'_>,
+    ) -> Result<(Rendered, Vec<Channel>), Error> {
+        render_with_layers(executor, scene, render, observe).map(|(rendered, layers)| (rendered, layers.channels()))
     }
 
     fn differs_from_path(&self, scene: &SceneBuffers) -> Option<&'static str> {
