@@ -106,8 +106,15 @@ macro_rules! kernel {
     };
 }
 
-/// The scene, or the scene in two frames, over the arenas.
+/// The scene, or the scene in two frames, over the arenas. Those that a kernel leaves out, because nothing that it asks lies there,
+/// have the first one in their place.
 macro_rules! over_arenas {
+    ($asked:tt, $p:ident, $features:expr, [$geometry:ident], $tracers:expr) => {
+        over_arenas!($asked, $p, $features, [$geometry, $geometry, $geometry], $tracers)
+    };
+    ($asked:tt, $p:ident, $features:expr, [$geometry:ident, $attributes:ident], $tracers:expr) => {
+        over_arenas!($asked, $p, $features, [$geometry, $attributes, $geometry], $tracers)
+    };
     (scene, $p:ident, $features:expr, [$geometry:ident, $attributes:ident, $texels:ident], $tracers:expr) => {{
         let [tracer, _]: [restir_shared::scene::Tracer<'_>; 2] = $tracers;
         let scene: restir_shared::scene::SceneView<'_> = restir_shared::scene::SceneView {

@@ -127,7 +127,12 @@ fn surface_of(light: &LightSample) -> SurfacePoint {
 /// The connection with a point of another surface.
 fn connect(vertex: &Vertex, point: &SurfacePoint, lobe: u32) -> Connection {
     vertex.connect_by(
-        &LightSample::surface(&Location { position: point.position, normal: point.normal, offset: point.offset }),
+        &LightSample::surface(&Location {
+            position: point.position,
+            normal: point.normal,
+            offset: point.offset,
+            extent: 1.0,
+        }),
         lobe,
     )
 }

@@ -5,20 +5,24 @@ use rayon::prelude::*;
 use restir_host::exec::{CpuExecutor, Executor, Step};
 use restir_host::plan::{FramePlan, Pass};
 use restir_host::render::Render;
-use restir_kernels::restir_pt::{pt_merge, pt_shade, pt_trace};
+use restir_host::scene::Camera;
+use restir_host::technique::restir_pt::render_with_layers;
+use restir_kernels::restir_pt::{pt_merge, pt_shade, pt_shift, pt_trace};
 use restir_kernels::{KernelDesc, NativeRow};
-use restir_shared::glam::Vec3;
+use restir_shared::glam::{DVec3, Vec3};
 use restir_shared::layout::FilmPixel;
-use restir_shared::technique::restir_pt::{Job, JobShifted, PackedPath, PtParams};
+use restir_shared::technique::restir_pt::{
+    Job, JobShifted, PT_BACK, PT_CHANGED, PT_OTHER_FRAME, PT_STILL, PackedPath, PtParams,
+};
 use restir_shared::vec::luminance;
-use restir_tests::native::{changed, plan};
+use restir_tests::native::{changed, edit, film, plan};
 use restir_tests::scenes::buffers;
 use restir_tests::stats::{FAMILY_RATE, Family, Moments, ZTest};
 use restir_tests::suite::ensure;
 use restir_tests::technique::Trials;
 
 restir_tests::suite! {
-    sharing_keeps_the_mean wrong_sharing_is_seen
+    layers_tell_whose_path_it_is sharing_keeps_the_mean wrong_sharing_is_seen chains_keep_the_mean wrong_chains_are_seen
 }
 
 const SIDE: u32 = 24;
@@ -27,7 +31,7 @@ const FRAMES: u32 = 32;
 /// Side of a tile.
 const TILE: u32 = 8;
 /// Rays do not go through the middles of pixels: in symmetrical scenes some of those end exactly where two walls meet.
-const COMMON: &str = "radius=4,max_plane_distance=0.1,max_depth=7,jitter=on,sampler=independent";
+const COMMON: &str = "temporal=off,radius=4,max_plane_distance=0.1,max_depth=7,jitter=on,sampler=independent";
 const SHIFTS: [&str; 5] = [
     "shift=reconnection",
     "shift=replay,mis=pairwise-defensive",
@@ -73,7 +77,8 @@ fn gained(plan: FramePlan<'_>) -> Result<(Vec<Moments>, f64), Failed> {
     Ok((differences, alone.mean()))
 }
 
-fn tests(scene: &str, text: &str, count: u32, change: fn(&mut Pass)) -> Result<(Vec<ZTest>, f64), Failed> {
+/// Tests of several frames, each of which shows a picture of its own.
+fn tests(scene: &str, text: &str, count: u32, change: Change) -> Result<(Vec<ZTest>, f64), Failed> {
     let buffers = buffers(scene)?;
     let technique = Trials::of("restir-pt")?.with(&[COMMON, text].join(","))?;
     let render = Render { count, seed: 3, accumulate: true, ..Render::new([SIDE; 2], technique) };
@@ -100,13 +105,13 @@ fn sharing_keeps_the_mean() -> Result<(), Failed> {
 /// A pass that a known-wrong one stands for.
 struct Wrong {
     name: &'static str,
-    change: fn(&mut Pass),
+    change: Change,
 }
 
 /// A known-wrong merge: the right one, over what `change` makes of what became of the jobs. It is told the pixel that merges.
 fn merge_wrongly(row: &mut NativeRow<'_>, change: fn(u32, &PtParams, &[PackedPath], &[Job], &mut [JobShifted])) {
     let params: PtParams = bytemuck::pod_read_unaligned(bytemuck::cast_slice(row.params));
-    let [paths, jobs, shifted] = [row.read[0], row.read[1], row.read[2]];
+    let [paths, jobs, shifted, returned] = [row.read[0], row.read[1], row.read[2], row.read[3]];
     for x in row.x..row.x + row.width {
         let mut tampered: Vec<JobShifted> = bytemuck::pod_collect_to_vec(shifted);
         change(
@@ -118,7 +123,7 @@ fn merge_wrongly(row: &mut NativeRow<'_>, change: fn(u32, &PtParams, &[PackedPat
         );
         let at = (x - row.x) as usize * size_of::<PackedPath>() / 4;
         let mut own = [&mut row.own[0][at..at + size_of::<PackedPath>() / 4]];
-        let read = [paths, jobs, bytemuck::cast_slice(&tampered)];
+        let read = [paths, jobs, bytemuck::cast_slice(&tampered), returned];
         (pt_merge::DESC.native)(&mut NativeRow { x, width: 1, read: &read, own: &mut own, ..*row });
     }
 }
@@ -178,4 +183,150 @@ fn wrong_sharing_is_seen() -> Result<(), Failed> {
         ensure(worst.p < FAMILY_RATE / 300.0, || format!("{} passes with {:.1} standard errors", wrong.name, worst.z))?;
     }
     Ok(())
+}
+
+/// A chain of frames: what its last one shows, against what that one's own paths do.
+struct Chain {
+    scene: &'static str,
+    settings: &'static str,
+    frames: u32,
+    /// The camera moves.
+    moves: bool,
+}
+
+const fn chain(scene: &'static str, settings: &'static str, frames: u32, moves: bool) -> Chain {
+    Chain { scene, settings, frames, moves }
+}
+
+/// Settings of chains.
+const OF_CHAINS: &str = "radius=4,max_plane_distance=0.1,max_depth=6,sampler=independent";
+const CHAINS: [Chain; 14] = [
+    chain("cornell", "jitter=on,shift=hybrid", 4, false),
+    chain("cornell", "jitter=on,shift=footprint,spatial=0", 5, true),
+    chain("cornell", "jitter=on,shift=replay,spatial=0,mis=pairwise-defensive", 4, true),
+    chain("cornell", "jitter=on,shift=hybrid,feedback=off,spatial=2,neighbours=2,confidence_cap=3", 5, true),
+    chain("cornell", "still=on,spatial=0", 4, false),
+    chain("glossy", "jitter=on,shift=hybrid,spatial=0", 4, true),
+    chain("glass", "jitter=on,shift=hybrid,spatial=0", 4, true),
+    chain("glass", "still=on", 3, false),
+    chain("ajar", "jitter=on,shift=footprint,spatial=0", 4, true),
+    chain("tower", "jitter=on,shift=hybrid", 3, true),
+    chain("sheets", "jitter=on,spatial=0", 4, true),
+    chain("moving", "jitter=on,shift=hybrid,spatial=0", 10, false),
+    chain("moving", "jitter=on,shift=replay", 10, true),
+    chain("toys", "jitter=on,shift=hybrid,spatial=0", 6, true),
+];
+/// Independent chains.
+const RESTARTS: u32 = 192;
+
+impl Chain {
+    fn tests(&self, restarts: u32, change: Change) -> Result<(Vec<ZTest>, f64), Failed> {
+        let buffers = buffers(self.scene)?;
+        let technique = Trials::of("restir-pt")?.with(&[OF_CHAINS, self.settings].join(","))?;
+        let step = |frame: u32| DVec3::X * (0.03 * f64::from(frame));
+        let camera = |frame| Camera { position: buffers.camera.position + step(frame), ..buffers.camera };
+        let cameras: Vec<Camera> = if self.moves { (0..self.frames).map(camera).collect() } else { Vec::new() };
+        let of_restart = |seed: u32| {
+            let cameras = cameras.clone();
+            let render = Render { count: self.frames, seed, cameras, ..Render::new([SIDE; 2], technique.clone()) };
+            gained(changed(plan(&buffers, &render), change))
+        };
+        let all: Vec<_> = (0..restarts).into_par_iter().map(of_restart).collect::<Result<_, _>>()?;
+        let (mut sums, mut alone) = (vec![Moments::default(); all[0].0.len()], 0.0);
+        for (differences, own) in &all {
+            sums.iter_mut().zip(differences).for_each(|(sum, one)| sum.push(one.mean()));
+            alone += own / f64::from(restarts);
+        }
+        Ok((sums.into_iter().map(|moments| ZTest::new(moments, Moments::exact(0.0))).collect(), alone))
+    }
+}
+
+/// What the last frame of a chain shows is in the mean what its own paths show.
+fn chains_keep_the_mean() -> Result<(), Failed> {
+    let mut family = Family::new("chains", FAMILY_RATE);
+    for chain in &CHAINS {
+        let name = format!("{}, {}, {} frames, moves: {}", chain.scene, chain.settings, chain.frames, chain.moves);
+        let (tests, alone) = chain.tests(RESTARTS, |_| ())?;
+        let picture = &tests[tests.len() - 1];
+        let noticed = picture.detectable_bias(FAMILY_RATE / 150.0) / alone;
+        println!("{name}: {:.1} standard errors, {noticed:.3} is noticed", picture.z);
+        tests.into_iter().enumerate().for_each(|(tile, test)| family.z_test(format!("{name}, {tile}"), test));
+    }
+    family.verdict().map(drop).map_err(Failed::from)
+}
+
+/// What makes a pass wrong.
+type Change = fn(&mut Pass);
+
+/// Changes parameters of passes between frames.
+fn between_frames(pass: &mut Pass, change: fn(&mut PtParams)) {
+    if pass.params::<PtParams>().is_some_and(|params| params.flags & PT_OTHER_FRAME != 0) {
+        edit(pass, change);
+    }
+}
+
+fn wrong_chains_are_seen() -> Result<(), Failed> {
+    let rows: [(&str, Chain, Change); 4] = [
+        (
+            "light that no longer arrives",
+            chain("moving", "jitter=on,shift=hybrid,spatial=0,stale=on", 8, false),
+            |_| (),
+        ),
+        ("the last frame in this scene", chain("moving", "jitter=on,shift=hybrid,spatial=0", 10, false), |pass| {
+            if pass.kernel.name == pt_shift::DESC.name {
+                between_frames(pass, |params| {
+                    params.other_scene = params.scene;
+                    params.flags &= !PT_CHANGED;
+                });
+            }
+        }),
+        ("the last frame from here", chain("cornell", "jitter=on,shift=hybrid,spatial=0", 4, true), |pass| {
+            if pass.kernel.name == pt_shift::DESC.name {
+                between_frames(pass, |params| params.flags &= !PT_BACK);
+            }
+        }),
+        ("a view that only seems still", chain("cornell", "still=on,jitter=on,spatial=0", 4, true), |pass| {
+            between_frames(pass, |params| params.flags |= PT_STILL);
+        }),
+    ];
+    let mut unseen = Vec::new();
+    for (name, chain, change) in rows {
+        let (tests, alone) = chain.tests(RESTARTS, change)?;
+        let worst = tests.iter().max_by(|a, b| a.z.abs().total_cmp(&b.z.abs())).ok_or("no tile")?;
+        let picture = tests[tests.len() - 1].difference / alone;
+        println!("{name}: {:.1} standard errors, {picture:+.4} of the picture", worst.z);
+        unseen.extend((worst.p >= FAMILY_RATE / 300.0).then_some(name));
+    }
+    ensure(unseen.is_empty(), || format!("not seen: {unseen:?}"))
+}
+
+/// Without reuse a pixel has its own path of this frame; with it, paths of others and of frames before, and copies.
+fn layers_tell_whose_path_it_is() -> Result<(), Failed> {
+    const LAST: u32 = 3;
+    let buffers = buffers("cornell")?;
+    let mut copied = Vec::new();
+    for text in ["temporal=off,spatial=0", "spatial=0", "temporal=off,radius=4", "radius=4"] {
+        let technique = Trials::of("restir-pt")?.with(text)?;
+        let render = Render { count: LAST + 1, seed: 5, ..Render::new([SIDE; 2], technique) };
+        let (rendered, layers) = render_with_layers(&mut CpuExecutor::inline(), &buffers, &render, &mut |_| Ok(()))?;
+        let film = film(plan(&buffers, &render))?;
+        let pixels = rendered.image.pixels.iter().zip(&film);
+        ensure(pixels.clone().all(|(a, b)| *a == b.sum), || format!("{text}: layers change the picture"))?;
+        let (mut strangers, mut older, mut count) = (0, 0, 0);
+        for (i, stored) in (0..).zip(&layers.paths).filter(|(_, stored)| stored.path.length > 0) {
+            let (own, age) = ((i % SIDE) | (i / SIDE) << 16, LAST.wrapping_sub(stored.path.key.y));
+            ensure(age <= LAST, || format!("{text}: a path of age {age}"))?;
+            (strangers, older, count) =
+                (strangers + u32::from(stored.path.key.x != own), older + u32::from(age > 0), count + 1);
+        }
+        let [temporal, spatial] = [!text.contains("temporal=off"), text.contains("radius")];
+        println!(
+            "{text}: of {count} paths {strangers} of others, {older} of frames before, {:.2} copied",
+            layers.copied()
+        );
+        ensure((strangers > count / 3) == spatial && (strangers > 0) == spatial, || format!("{text}: {strangers}"))?;
+        ensure((older > count / 3) == temporal && (older > 0) == temporal, || format!("{text}: {older} are older"))?;
+        copied.push(layers.copied());
+    }
+    ensure(copied[..2] == [0.0; 2] && copied[2] > 0.1 && copied[3] > copied[2], || format!("copied: {copied:?}"))
 }

@@ -3,6 +3,8 @@
 kernels! {
     pt_merge,
     pt_pair,
+    pt_recall,
+    pt_reproject,
     pt_shade,
     pt_shift,
     pt_trace,

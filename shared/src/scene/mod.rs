@@ -89,12 +89,13 @@ pub trait Surface {
     /// is seen. A scene without triangles puts into `uv` whatever coordinates find its points again.
     fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint<Self::Material>;
 
-    /// Where the point of `hit.id` and `hit.uv` is, without its material.
+    /// Where the point of `hit.id` and `hit.uv` is, without its material. If not implemented, the extent is 1: of surfaces that
+    /// move without being deformed it does not matter.
     #[inline(always)]
     fn location(&self, hit: &Hit) -> Location {
         let any = Ray { origin: Vec3::ZERO, direction: Vec3::Z, t_max: Ray::FAR, key: 0 };
         let SurfacePoint { position, normal, offset, .. } = self.surface(&any, hit);
-        Location { position, normal, offset }
+        Location { position, normal, offset, extent: 1.0 }
     }
 
     /// As [`Self::surface`], of what passes straight through: the shading normal may be the geometric one, and the emission that
@@ -262,6 +263,8 @@ pub struct Location {
     pub normal: Vec3,
     /// As [`SurfacePoint::offset`].
     pub offset: f32,
+    /// Area per area of the hit's coordinates, which changes where a surface is deformed.
+    pub extent: f32,
 }
 
 /// A point of a surface.
@@ -358,7 +361,7 @@ impl LightSample {
     /// A point of a surface that shines as 1 from both sides: what arrives of it is what the receiver does to light from there.
     #[inline(always)]
     pub fn surface(location: &Location) -> Self {
-        let Location { position, normal, offset } = *location;
+        let Location { position, normal, offset, .. } = *location;
         Self { position, normal, offset, emission: Vec3::ONE, two_sided: true, density: 1.0, ..Self::NONE }
     }
 

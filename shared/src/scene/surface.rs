@@ -283,8 +283,8 @@ impl<const COMPILED: u32> Surface for SceneView<'_, COMPILED> {
 
     #[inline(always)]
     fn location(&self, hit: &Hit) -> Location {
-        let TrianglePoint { position, normal, offset, .. } = self.triangle_point(hit.id, hit.uv);
-        Location { position, normal, offset }
+        let TrianglePoint { position, normal, offset, extent, .. } = self.triangle_point(hit.id, hit.uv);
+        Location { position, normal, offset, extent }
     }
 
     #[inline(always)]

@@ -5,7 +5,7 @@ use crate::geometry::{self, Hit, Ray};
 use crate::layout::{FEATURES_ALL, SceneHeader};
 use crate::num;
 use crate::pack::xyz;
-use crate::vec::{cross, max_abs, normalize};
+use crate::vec::{cross, length, max_abs, normalize};
 use glam::{UVec4, Vec2, Vec3};
 
 /// Spawn offsets as a fraction of a triangle's largest coordinate: 2^-18, some sixty roundings.
@@ -60,11 +60,13 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
         let at = self.header.triangle_word(triangle);
         let (w0, w1, w2) = (self.geometry[at], self.geometry[at + 1], self.geometry[at + 2]);
         let (v0, v1, v2) = (xyz(w0), xyz(w1), xyz(w2));
-        let extent = num::max(num::max(max_abs(v0), max_abs(v1)), max_abs(v2));
+        let reach = num::max(num::max(max_abs(v0), max_abs(v1)), max_abs(v2));
+        let across = cross(v1 - v0, v2 - v0);
         TrianglePoint {
             position: v0 * (1.0 - b.x - b.y) + v1 * b.x + v2 * b.y,
-            normal: normalize(cross(v1 - v0, v2 - v0)),
-            offset: extent * SPAWN_OFFSET,
+            normal: normalize(across),
+            extent: length(across),
+            offset: reach * SPAWN_OFFSET,
             material: w0.w,
         }
     }
@@ -75,6 +77,7 @@ pub(super) struct TrianglePoint {
     pub(super) position: Vec3,
     pub(super) normal: Vec3,
     pub(super) offset: f32,
+    pub(super) extent: f32,
     pub(super) material: u32,
 }
 

@@ -98,7 +98,7 @@ pub fn shift<S: Trace + Surface + AddressedLights, N: Numbers>(
     end.shifted()
 }
 
-const NOWHERE: Location = Location { position: Vec3::ZERO, normal: Vec3::Z, offset: 0.0 };
+const NOWHERE: Location = Location { position: Vec3::ZERO, normal: Vec3::Z, offset: 0.0, extent: 1.0 };
 
 /// The end of a path that grows.
 struct Tip {

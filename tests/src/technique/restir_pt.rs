@@ -20,13 +20,26 @@ use std::collections::BTreeMap;
 /// See [`Known`].
 pub(super) const KNOWN: Known = Known {
     rows: &[("replay, two passes, defensive, jitter", "shift=replay,spatial=2,mis=pairwise-defensive,jitter=on")],
-    cases: Cases { common: "radius=5,max_plane_distance=0.1,max_depth=7", rows: &ROWS, ..NOTHING.cases },
-    matrix: Matrix { scenes: &[("cornell", "")], goals: &[], common: "radius=5,max_depth=7", cells: Vec::new },
+    cases: Cases { common: "still=off,radius=5,max_plane_distance=0.1,max_depth=7", rows: &ROWS, ..NOTHING.cases },
+    matrix: Matrix {
+        scenes: &[("cornell", ""), ("ajar", ""), ("tower", ""), ("glass", "")],
+        goals: &[("cornell", 0.2), ("ajar", 1.0), ("tower", 1.0), ("glass", 1.0)],
+        common: "radius=5,max_depth=6",
+        cells: || CELLS.map(str::to_owned).to_vec(),
+    },
     ..NOTHING
 };
 
+/// Sharing alone, chains, and a view that stands still.
+const CELLS: [&str; 4] = [
+    "temporal=off,shift=hybrid,jitter=on,mis=pairwise-defensive",
+    "shift=footprint,jitter=on",
+    "shift=reconnection,still=off,spatial=0,confidence_cap=5",
+    "shift=footprint,spatial=0",
+];
+
 /// Every criterion, kind of light and of surface.
-const ROWS: [Row; 9] = [
+const ROWS: [Row; 12] = [
     row("defaults", "cornell", 2, ""),
     row("hybrid, jitter", "glossy", 2, "shift=hybrid,jitter=on"),
     row("by footprint", "glass", 2, "mis=pairwise-defensive"),
@@ -35,7 +48,10 @@ const ROWS: [Row; 9] = [
     row("reconnection, environment", "tower", 2, "shift=reconnection"),
     row("hybrid, textures", "coats", 2, "shift=hybrid"),
     row("replay only, blended", "sheets", 2, ""),
-    row("few replays, things move", "moving", 6, "shift=hybrid,replays=1"),
+    row("few replays, things move", "moving", 6, "shift=hybrid,replays=1,spatial=0"),
+    row("stale, things move", "moving", 6, "stale=on,shift=hybrid,confidence_cap=2,spatial=0"),
+    row("a still view", "cornell", 3, "still=on,spatial=0"),
+    row("back and forth", "ajar", 3, "shift=hybrid,spatial=0"),
 ];
 
 /// A picture whose pixels' paths are shifted to each other.

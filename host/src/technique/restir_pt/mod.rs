@@ -1,14 +1,17 @@
-//! Paths by ReSTIR: pixels share whole paths.
+//! Paths by ReSTIR: pixels and frames share whole paths.
 
+mod layers;
 mod plan;
 mod settings;
 
-pub use settings::{Form, MAX_DEPTH, MAX_NEIGHBOURS, MAX_SPATIAL_PASSES, PtSettings, Shift};
+pub use layers::{Layers, render_with_layers};
+pub use settings::{Form, MAX_CONFIDENCE_CAP, MAX_DEPTH, MAX_NEIGHBOURS, MAX_SPATIAL_PASSES, PtSettings, Shift};
 
 use super::{About, Integral, PixelFilter, Repeats, Technique};
-use crate::render::Render;
+use crate::exec::{Executor, Observer};
+use crate::render::{Render, Rendered};
 use crate::technique::sequence::{Sequence, Stage};
-use crate::{Error, buffers::SceneBuffers};
+use crate::{Error, buffers::SceneBuffers, image::Channel};
 use restir_shared::layout::FEATURE_SUBSURFACE;
 use restir_shared::scene::LightAddress;
 
@@ -16,9 +19,10 @@ impl Technique for PtSettings {
     fn about(&self) -> &'static About {
         &About {
             name: "restir-pt",
-            summary: "Paths of any length by resampling: pixels share them",
+            summary: "Paths of any length by resampling, over pixels and frames",
             repeats: Repeats::Frames,
             default_count: 16,
+            // the first has no history
             settling: 1,
         }
     }
@@ -42,8 +46,31 @@ impl Technique for PtSettings {
         Ok(())
     }
 
+    fn advisable(&self) -> &'static [&'static str] {
+        &["last,preset=quality", "last,preset=published", "preset=progressive"]
+    }
+
+    fn looks_back(&self) -> bool {
+        self.temporal
+    }
+
     fn reuses(&self) -> bool {
-        self.spatial > 0 && self.neighbours > 0
+        self.temporal || self.shares()
+    }
+
+    fn biases(&self) -> Vec<&'static str> {
+        let stale = "where the scene changes, paths keep light that no longer arrives: it lags behind what moves";
+        if self.temporal && self.stale { vec![stale] } else { Vec::new() }
+    }
+
+    fn render_with_layers(
+        &self,
+        executor: &mut dyn Executor,
+        scene: &SceneBuffers,
+        render: &Render,
+        observe: &mut Observer<'_>,
+    ) -> Result<(Rendered, Vec<Channel>), Error> {
+        render_with_layers(executor, scene, render, observe).map(|(rendered, layers)| (rendered, layers.channels()))
     }
 
     fn differs_from_path(&self, scene: &SceneBuffers) -> Option<&'static str> {

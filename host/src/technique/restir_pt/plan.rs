@@ -7,78 +7,163 @@ use crate::plan::{ARENAS, Buffer, BufferId, Pass};
 use crate::technique::Technique;
 use crate::technique::sequence::{Frame, Sequence, Stage, Work};
 use restir_kernels::{KernelDesc, restir_pt as pt};
-use restir_shared::layout::{FEATURE_BLEND, FilmPixel};
+use restir_shared::layout::{CameraParams, FEATURE_BLEND, FilmPixel};
+use restir_shared::resample::mis::Mis;
 use restir_shared::shift::Start;
-use restir_shared::technique::restir_pt::{Job, JobShifted, PAIRS, PackedPath, PtFacet, PtParams, pair_offsets};
+use restir_shared::technique::restir_pt::{
+    Job, JobShifted, PAIRS, PT_BACK, PT_CHANGED, PT_OTHER_FRAME, PT_STALE, PT_STILL, PackedPath, PtFacet, PtParams,
+    pair_offsets,
+};
 use std::collections::VecDeque;
+
+/// Flags that differ from pass to pass: kernels are not specialised to them, or each would have to be compiled for every pass.
+const OF_PASSES: u32 = PT_OTHER_FRAME | PT_BACK | PT_STILL | PT_CHANGED | PT_STALE;
 
 /// The planes of the frames; what the settings do not need is not there.
 struct Planes {
-    starts: BufferId,
-    facets: BufferId,
-    /// The one in work, one more for spatial reuse.
+    /// Of this frame and, with temporal reuse, of the last one.
+    starts: Vec<BufferId>,
+    /// See `starts`.
+    facets: Vec<BufferId>,
+    /// The one in work, one more for the last frame's paths or for spatial reuse, and a third where both are needed at once.
     paths: Vec<BufferId>,
     direct: BufferId,
-    /// Of each neighbour a layer, if there are any.
+    /// Of each neighbour a layer: jobs, and what became of them.
     sharing: Option<[BufferId; 2]>,
+    /// What became of jobs the other way, with temporal reuse.
+    returned: BufferId,
 }
 
 impl Planes {
-    fn new(buffers: &mut Vec<Buffer>, s: &PtSettings, [width, height]: [u32; 2]) -> Self {
+    fn new(buffers: &mut Vec<Buffer>, s: &PtSettings, [width, height]: [u32; 2], keeps_history: bool) -> Self {
         let mut add = |name, layers: u32, bytes: usize| {
             let pixels = width as usize * height as usize;
             buffers.push(Buffer { name, words: pixels * layers as usize * bytes / size_of::<u32>(), contents: None });
             buffers.len() - 1
         };
-        let shares = s.neighbours > 0 && s.spatial > 0;
+        let history = 1 + usize::from(keeps_history);
+        let held = s.shares() && keeps_history && !s.feedback && s.spatial > 1;
+        let paths = 1 + usize::from(s.shares() || keeps_history) + usize::from(held);
+        let layers = if s.shares() { s.neighbours } else { u32::from(keeps_history) };
+        let jobs = (layers > 0)
+            .then(|| [add("jobs", layers, size_of::<Job>()), add("shifted", layers, size_of::<JobShifted>())]);
         Self {
-            starts: add("starts", 1, size_of::<Start>()),
-            facets: add("facets", 1, size_of::<PtFacet>()),
-            paths: (0..1 + u32::from(shares)).map(|_| add("paths", 1, size_of::<PackedPath>())).collect(),
+            starts: (0..history).map(|_| add("starts", 1, size_of::<Start>())).collect(),
+            facets: (0..history).map(|_| add("facets", 1, size_of::<PtFacet>())).collect(),
+            paths: (0..paths).map(|_| add("paths", 1, size_of::<PackedPath>())).collect(),
             direct: add("direct", 1, size_of::<FilmPixel>()),
-            sharing: shares.then(|| {
-                [add("jobs", s.neighbours, size_of::<Job>()), add("shifted", s.neighbours, size_of::<JobShifted>())]
-            }),
+            returned: if keeps_history {
+                add("returned", 1, size_of::<JobShifted>())
+            } else {
+                jobs.map_or(0, |[_, shifted]| shifted)
+            },
+            sharing: jobs,
         }
     }
 
-    /// The arenas and what has one role in all passes of a frame.
-    fn roles(&self) -> Vec<(&'static str, BufferId)> {
-        let mut roles = vec![("starts", self.starts), ("facets", self.facets), ("direct", self.direct)];
+    /// The plane of a frame; that of the next frame is the last one's.
+    fn of(planes: &[BufferId], frame: u32) -> BufferId {
+        planes[frame as usize % planes.len()]
+    }
+
+    /// The arenas and what has one role in all passes of a frame, unless they say otherwise.
+    fn of_frame(&self, frame: u32) -> Vec<(&'static str, BufferId)> {
+        let mut roles = vec![
+            ("starts", Self::of(&self.starts, frame)),
+            ("facets", Self::of(&self.facets, frame)),
+            ("direct", self.direct),
+            ("returned", self.returned),
+        ];
         roles.extend(ARENAS);
         roles.extend(self.sharing.iter().flat_map(|&[jobs, shifted]| [("jobs", jobs), ("shifted", shifted)]));
         roles
     }
 }
 
-/// The frames.
+/// The chain of frames, of which each reuses the last one.
 pub(super) struct Chain {
     settings: PtSettings,
     size: [u32; 2],
     seed: u32,
+    keeps_history: bool,
     buffers: Vec<Buffer>,
     planes: Planes,
     film: Film,
+    /// What saw the last frame; none before the first.
+    last_camera: Option<CameraParams>,
     queue: VecDeque<Result<Pass, Error>>,
 }
 
 impl Chain {
     pub(super) fn new(settings: &PtSettings, stage: &Stage) -> Self {
+        let keeps_history = settings.temporal && stage.goes_on;
         let mut buffers = stage.arenas.to_vec();
-        let planes = Planes::new(&mut buffers, settings, stage.size);
+        let planes = Planes::new(&mut buffers, settings, stage.size, keeps_history);
         let film = Film::new(&mut buffers, stage.film(1, 0));
-        let (size, seed, queue) = (stage.size, stage.seed, VecDeque::new());
-        Self { settings: settings.clone(), size, seed, buffers, planes, film, queue }
+        Self {
+            settings: settings.clone(),
+            size: stage.size,
+            seed: stage.seed,
+            keeps_history,
+            buffers,
+            planes,
+            film,
+            last_camera: None,
+            queue: VecDeque::new(),
+        }
     }
 
-    fn reuse_in_space(&mut self, now: &Frame, merge: u32) {
-        let Some(params) = self.sharing(now, merge) else { return };
-        let [work, free] = [self.planes.paths[0], self.planes.paths[1]];
+    /// The last plane of the paths is the one that the last frame has left.
+    fn reuse_in_time(&mut self, now: &Frame, last_camera: CameraParams) {
+        let changed = !now.same_scene;
+        let flags = self.settings.temporal_flags(now.is_still(Some(last_camera)), changed);
+        let still = flags & PT_STILL != 0;
+        let form = if still { Mis::CONSTANT.bits() } else { self.params(now).form };
+        let of_last = PtParams {
+            flags,
+            form,
+            neighbours: 1,
+            other_scene: now.scenes[1],
+            other_camera: last_camera,
+            ..self.params(now)
+        };
+        let [work, last] = [self.planes.paths[0], self.planes.paths[self.planes.paths.len() - 1]];
+        if !still {
+            let before = now.index.wrapping_add(1);
+            let [starts, facets] = [&self.planes.starts, &self.planes.facets].map(|planes| Planes::of(planes, before));
+            let returned = self.planes.returned;
+            if changed {
+                self.push(now, &pt::pt_recall::DESC, of_last, &[("paths", last)]);
+            }
+            self.push(now, &pt::pt_reproject::DESC, of_last, &[("other_facets", facets)]);
+            self.push(now, &pt::pt_shift::DESC, of_last, &[("paths", last)]);
+            let back = PtParams { flags: flags | PT_BACK, ..of_last };
+            self.push(now, &pt::pt_shift::DESC, back, &[("paths", work), ("starts", starts), ("shifted", returned)]);
+        }
+        self.push(now, &pt::pt_merge::DESC, of_last, &[("paths", last), ("merged", work)]);
+    }
+
+    /// The pass of spatial reuse of that number, which does not write over `held`.
+    fn reuse_in_space(&mut self, now: &Frame, pass: u32, held: Option<BufferId>) {
+        let paths = &self.planes.paths;
+        let free = (1..paths.len()).find(|&at| Some(paths[at]) != held);
+        let Some((params, free)) = self.sharing(now, 1 + pass).zip(free) else { return };
+        let [work, merged] = [paths[0], paths[free]];
         let layers = PtParams { layers: params.neighbours, ..params };
         self.push(now, &pt::pt_pair::DESC, layers, &[]);
         self.push(now, &pt::pt_shift::DESC, layers, &[("paths", work)]);
-        self.push(now, &pt::pt_merge::DESC, params, &[("paths", work), ("merged", free)]);
-        self.planes.paths.swap(0, 1);
+        self.push(now, &pt::pt_merge::DESC, params, &[("paths", work), ("merged", merged)]);
+        self.planes.paths.swap(0, free);
+    }
+
+    /// All spatial passes; the plane of the paths that the next frame reuses.
+    fn share(&mut self, now: &Frame) -> BufferId {
+        let before = self.planes.paths[0];
+        let held = (self.keeps_history && !self.settings.feedback).then_some(before);
+        if self.settings.shares() {
+            (0..self.settings.spatial).for_each(|pass| self.reuse_in_space(now, pass, held));
+        }
+        held.unwrap_or(self.planes.paths[0])
     }
 
     /// Parameters of a pass of spatial reuse, if there are any neighbours to share with.
@@ -90,10 +175,13 @@ impl Chain {
         (count > 0).then(|| PtParams { neighbours, pairs, merge, ..self.params(now) })
     }
 
-    /// A pass over the planes of the frame and some more.
+    /// A pass over the planes of the frame, and others instead or beside.
     fn push(&mut self, now: &Frame, kernel: &'static KernelDesc, params: PtParams, planes: &[(&str, BufferId)]) {
-        let constants = [("features", self.settings.integral().features(now.features)), ("settings", params.flags)];
-        let bound = [planes, &self.planes.roles()].concat();
+        let constants =
+            [("features", self.settings.integral().features(now.features)), ("settings", params.flags | OF_PASSES)];
+        let mut bound = self.planes.of_frame(now.index);
+        bound.retain(|(role, _)| planes.iter().all(|(other, _)| role != other));
+        bound.extend(planes);
         self.queue.push_back(Pass::new(kernel, &constants, &params, &bound));
     }
 
@@ -102,7 +190,9 @@ impl Chain {
         let (s, [width, height]) = (&self.settings, self.size);
         PtParams {
             scene: now.scenes[0],
+            other_scene: now.scenes[0],
             camera: now.camera,
+            other_camera: now.camera,
             hybrid: s.hybrid(now.features & FEATURE_BLEND != 0),
             width,
             height,
@@ -114,6 +204,7 @@ impl Chain {
             min_normal_cos: s.min_normal_cos,
             form: s.mis.mis().bits(),
             layers: 1,
+            confidence_cap: s.confidence_cap as f32,
             ..PtParams::default()
         }
     }
@@ -134,9 +225,10 @@ impl Sequence for Chain {
             self.film.clear();
         }
         self.push(&now, &pt::pt_trace::DESC, self.params(&now), &[("paths", self.planes.paths[0])]);
-        if self.planes.sharing.is_some() {
-            (0..self.settings.spatial).for_each(|merge| self.reuse_in_space(&now, merge));
+        if let Some(camera) = self.last_camera.filter(|_| self.keeps_history) {
+            self.reuse_in_time(&now, camera);
         }
+        let history = self.share(&now);
         let mut work = Work { passes: self.queue.len() as u64, blocks: 0 };
         if let Some(film) = now.adds.then(|| self.film.open(0)).flatten() {
             let planes = [("paths", self.planes.paths[0]), ("film", film)];
@@ -147,10 +239,93 @@ impl Sequence for Chain {
         if now.shows {
             self.queue.extend(self.film.image());
         }
+        let last = self.planes.paths.len() - 1;
+        let paths = &mut self.planes.paths;
+        if let Some(at) = paths.iter().position(|&plane| plane == history).filter(|_| self.keeps_history) {
+            paths.swap(at, last);
+        }
+        self.last_camera = Some(now.camera);
         work
     }
 
     fn next_pass(&mut self) -> Option<Result<Pass, Error>> {
         self.queue.pop_front()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::buffers::SceneBuffers;
+    use crate::film::Capacity;
+    use crate::render::Render;
+    use restir_kernels::Access;
+    use std::collections::BTreeSet;
+
+    fn settings(change: impl Fn(&mut PtSettings)) -> PtSettings {
+        let mut settings = PtSettings::default();
+        change(&mut settings);
+        settings
+    }
+
+    /// Bytes a pixel beside the film's: starts and facets of 32, paths of 64, the direct part and jobs that came back of 16, and of each
+    /// neighbour a job of 8 and what became of it of 16. Counts are right, every pass fits its buffers, and every buffer is used.
+    #[test]
+    fn plans_hold_what_the_settings_need() {
+        let scene = SceneBuffers::build(&crate::scene::builtin::scene("cornell").expect("built in")).expect("builds");
+        let rows = [
+            (settings(|s| (s.temporal, s.spatial) = (false, 0)), 1, 64 + 64 + 16),
+            (settings(|s| (s.temporal, s.still, s.spatial) = (true, false, 0)), 3, 2 * 64 + 2 * 64 + 16 + 24 + 16),
+            (settings(|s| s.temporal = false), 3, 64 + 2 * 64 + 16 + 4 * 24),
+            (settings(|s| s.still = false), 4, 2 * 64 + 2 * 64 + 16 + 4 * 24 + 16),
+            (settings(|s| (s.still, s.feedback) = (false, false)), 4, 2 * 64 + 2 * 64 + 16 + 4 * 24 + 16),
+            (settings(|s| (s.still, s.feedback, s.spatial) = (false, false, 3)), 4, 2 * 64 + 3 * 64 + 16 + 4 * 24 + 16),
+            (settings(|s| (s.temporal, s.neighbours) = (false, 8)), 2, 64 + 2 * 64 + 16 + 8 * 24),
+        ];
+        for (settings, frames, expected) in rows {
+            for accumulate in [false, true] {
+                let render = Render { count: frames, accumulate, ..Render::new([16, 12], settings.clone()) };
+                let plan = render.plan(&scene);
+                let capacity = Capacity {
+                    size: [16, 12],
+                    samples: render.repeats_in_mean(),
+                    largest_block: 0,
+                    progressive: false,
+                };
+                let words: usize = plan.buffers[3..].iter().map(|buffer| buffer.words).sum();
+                let film = 16 * (capacity.planes() + 1);
+                assert_eq!(4 * words / (16 * 12), expected + film, "{render:?}");
+                let (buffers, count) = (plan.buffers.clone(), plan.pass_count);
+                let passes: Vec<Pass> = plan.passes.collect::<Result<_, _>>().expect("the scene stands still");
+                passes.iter().for_each(|pass| pass.check(&buffers).expect("fits"));
+                assert_eq!(passes.len() as u64, count, "{render:?}");
+                let used: BTreeSet<BufferId> = passes.into_iter().flat_map(|pass| pass.bindings).collect();
+                assert_eq!(used.len(), buffers.len(), "{render:?}");
+            }
+        }
+    }
+
+    /// No pass writes what another one has to find: with all settings, over several frames.
+    #[test]
+    fn no_pass_writes_what_it_reads() {
+        let scene = SceneBuffers::build(&crate::scene::builtin::scene("moving").expect("built in")).expect("builds");
+        for (spatial, bits) in (0..4).flat_map(|spatial| (0..4).map(move |bits| (spatial, bits))) {
+            let settings = settings(|s| (s.spatial, s.feedback, s.temporal) = (spatial, bits & 1 == 1, bits & 2 == 2));
+            let render = Render { count: 5, ..Render::new([16, 12], settings) };
+            for pass in render.plan(&scene).passes {
+                let pass = pass.expect("made");
+                let own = |name: &str| ["merged", "shifted", "jobs"].contains(&name);
+                let written: Vec<BufferId> = pass
+                    .kernel
+                    .bindings
+                    .iter()
+                    .zip(&pass.bindings)
+                    .filter(|(b, _)| b.access == Access::Own && own(b.name))
+                    .map(|(_, id)| *id)
+                    .collect();
+                let read = pass.kernel.bindings.iter().zip(&pass.bindings).filter(|(b, _)| b.access == Access::Read);
+                assert!(read.map(|(_, id)| id).all(|id| !written.contains(id)), "{}", pass.kernel.name);
+            }
+        }
     }
 }

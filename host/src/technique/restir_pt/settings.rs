@@ -4,12 +4,14 @@ use crate::{Error, choices, settings};
 use restir_shared::resample::mis::Mis;
 use restir_shared::rng::Sampler;
 use restir_shared::shift::Hybrid;
-use restir_shared::technique::restir_pt::{PAIRS, PT_JITTER, PT_SOBOL};
+use restir_shared::technique::restir_pt::{PAIRS, PT_CHANGED, PT_JITTER, PT_OTHER_FRAME, PT_SOBOL, PT_STALE, PT_STILL};
 
 /// The most neighbours of a pass.
 pub const MAX_NEIGHBOURS: u32 = 2 * PAIRS as u32;
 /// The most spatial passes of a frame.
 pub const MAX_SPATIAL_PASSES: u32 = 4;
+/// The largest cap on confidence: what the packed path holds.
+pub const MAX_CONFIDENCE_CAP: u32 = 255;
 /// The longest paths.
 pub const MAX_DEPTH: u32 = 63;
 
@@ -67,12 +69,24 @@ settings! {
         replays: u32 = MAX_DEPTH, in 0..=MAX_DEPTH, unit "vertices";
         /// How paths share what several pixels can find.
         mis: Form = Form::Pairwise;
+        /// Reuse of the last frame's paths: a pixel shares with the one that saw its surface then.
+        temporal: bool = true;
+        /// Where every pixel has the camera ray of the last frame, and the scene is the same, a path stays what it was, and the two of a
+        /// pixel are merged by confidence alone, which is the balance heuristic then. It has no effect with jitter or a lens.
+        still: bool = true;
+        /// Largest confidence of the last frame's paths; an initial path has one.
+        confidence_cap: u32 = 20, in 1..=MAX_CONFIDENCE_CAP, unit "initial paths";
+        /// Where the scene has changed, reuse of the last frame's paths that keep what arrived at the vertex at which they are joined, and
+        /// not the light itself. Something else may arrive there now.
+        stale: bool = false;
         /// Passes of spatial reuse.
         spatial: u32 = 1, in 0..=MAX_SPATIAL_PASSES, unit "passes";
         /// Neighbours of a pass, in pairs on opposite sides: an even number.
         neighbours: u32 = 4, in 0..=MAX_NEIGHBOURS, unit "neighbours";
         /// Largest distance of neighbours.
         radius: f32 = 16.0, in 0.0..=4096.0, unit "pixels";
+        /// The next frame reuses what spatial reuse has made, not what it began with.
+        feedback: bool = true;
         /// A neighbour farther from the tangent plane than this is left out.
         max_plane_distance: f32 = 0.02, in 0.0..=1.0e6, unit "of the distance to the camera";
         /// A neighbour whose normal has a smaller cosine with the pixel's is left out.
@@ -84,9 +98,19 @@ settings! {
         /// The light that rough specular lobes lose in single scattering comes back.
         multiscatter: bool = true;
     }
+    presets {
+        "quality" => Self::default(),
+        "progressive" => Self { temporal: false, neighbours: 8, radius: 6.0, ..Self::default() },
+        "published" => Self::published(),
+    }
 }
 
 impl PtSettings {
+    /// Lin et al. 2022, but for the number of neighbours: 3 there, and they need not be in pairs.
+    fn published() -> Self {
+        Self { shift: Shift::Hybrid, mis: Form::Defensive, radius: 20.0, still: false, ..Self::default() }
+    }
+
     /// Whether the settings make sense together; ranges are for [`crate::settings::Settings::check_ranges`].
     ///
     /// # Errors
@@ -109,6 +133,19 @@ impl PtSettings {
             Shift::Footprint => Hybrid::by_footprint(self.footprint, self.spread),
         };
         Hybrid { replays: criterion.replays.min(self.replays), ..criterion }
+    }
+
+    /// Whether spatial passes are made.
+    pub(super) fn shares(&self) -> bool {
+        self.spatial > 0 && self.neighbours > 0
+    }
+
+    /// The kernels' flags of passes between frames, of which the scene has changed or not. `same_view`: it has not, and every pixel has the
+    /// ray that it had.
+    pub(super) fn temporal_flags(&self, same_view: bool, changed: bool) -> u32 {
+        let still = same_view && self.still && !self.jitter;
+        let all = [(still, PT_STILL), (changed, PT_CHANGED), (self.stale, PT_STALE)];
+        all.into_iter().filter(|(is_on, _)| *is_on).fold(self.flags() | PT_OTHER_FRAME, |flags, (_, flag)| flags | flag)
     }
 
     /// The kernels' flags of all passes.

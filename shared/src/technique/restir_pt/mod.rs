@@ -9,6 +9,10 @@
 //! | pass | reads | makes |
 //! |---|---|---|
 //! | [`trace`] | | starts: what each pixel sees; facets: the surface there; paths: one of each pixel's candidates; direct: what the pixel sees to emit |
+//! | [`recall`] | the last frame's paths | these, in place, where the scene has changed since |
+//! | [`reproject`] | starts, the last frame's facets | jobs: for each pixel, where its surface was seen |
+//! | [`shift_job`], twice | jobs, both frames' starts and paths | what the last frame's path is at the pixel, and the pixel's in the last frame |
+//! | [`merge`] | paths, jobs, what became of them | paths: one of a pixel's own and the last frame's |
 //! | [`pair`] | facets | jobs: for each pixel and neighbour, whether they share |
 //! | [`shift_job`] | jobs, starts, paths | what each job's path is at the pixel: 16 bytes |
 //! | [`merge`] | paths, jobs, what became of them | paths: one of a pixel's own and its neighbours' |
@@ -25,19 +29,24 @@
 mod candidates;
 mod initial;
 mod params;
+mod recall;
 mod record;
 mod share;
 
 pub use crate::resample::exchange::PAIRS;
 pub use candidates::{Candidate, Candidates, Keep};
 pub use initial::{Traced, trace};
-pub use params::{Job, JobShifted, PT_JITTER, PT_SOBOL, PtFacet, PtParams};
+pub use params::{
+    Job, JobShifted, PT_BACK, PT_CHANGED, PT_JITTER, PT_OTHER_FRAME, PT_SOBOL, PT_STALE, PT_STILL, PtFacet, PtParams,
+};
+pub use recall::{recall, reproject};
 pub use record::{PackedPath, Stored};
 pub use share::{Shares, merge, pair, pair_offsets, shade};
 
 use super::path;
+use crate::num;
 use crate::rng::{self, Rng, Sampler};
-use crate::scene::{AddressedLights, Surface, Trace};
+use crate::scene::{AddressedLights, Frames, Surface, Trace};
 use crate::shift::{Joins, Numbers, Shifted, Start, shift};
 use glam::{UVec2, UVec3, UVec4};
 
@@ -124,10 +133,11 @@ pub fn shift_path<S: Trace + Surface + AddressedLights>(
     shift(scene, &numbers, &params.hybrid, start, &path)
 }
 
-/// Does one job: the path that it names at the start that it names.
+/// Does one job: the path that it names at the start that it names; with [`PT_BACK`] the path of the pixel that the job is of, at the
+/// start of the other frame.
 #[inline(always)]
-pub fn shift_job<S: Trace + Surface + AddressedLights>(
-    scene: &S,
+pub fn shift_job<F: Frames>(
+    frames: &F,
     params: &PtParams,
     job: Job,
     starts: &[Start],
@@ -136,6 +146,15 @@ pub fn shift_job<S: Trace + Surface + AddressedLights>(
     if job.path == Job::NONE.path {
         return JobShifted::default();
     }
-    let shifted = shift_path(scene, params, &paths[job.path as usize], &starts[job.start as usize]);
-    JobShifted { value: shifted.value.to_array(), term: shifted.term }
+    let back = params.has(PT_BACK);
+    let (from, to) = if back { (job.start, job.path) } else { (job.path, job.start) };
+    let mut path = paths[from as usize].unpack().path;
+    let mut extent = 1.0;
+    if back & params.has(PT_CHANGED) {
+        // what comes the other way has been recalled
+        extent = recall::carry(frames, params, false, &mut path);
+    }
+    let numbers = PathNumbers::of_key(path.key, params.seed, params.sampler());
+    let shifted = shift(&frames.scene(back), &numbers, &params.hybrid, &starts[to as usize], &path);
+    JobShifted { value: shifted.value.to_array(), term: num::flush(shifted.term * extent) }
 }

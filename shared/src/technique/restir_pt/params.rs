@@ -13,6 +13,18 @@ use bytemuck::{Pod, Zeroable};
 pub const PT_SOBOL: u32 = 1;
 /// Flag: camera rays are spread over the pixel.
 pub const PT_JITTER: u32 = 1 << 1;
+/// Flag: a merge or a shift takes paths of the other frame to this one.
+pub const PT_OTHER_FRAME: u32 = 1 << 2;
+/// Flag, with [`PT_OTHER_FRAME`]: a shift takes jobs the other way, from this frame to the other one.
+pub const PT_BACK: u32 = 1 << 3;
+/// Flag, of a merge with [`PT_OTHER_FRAME`]: every pixel has the same start in both frames, and the scene is the same, so that paths are what
+/// they were.
+pub const PT_STILL: u32 = 1 << 4;
+/// Flag: the scene has changed since the other frame, and paths that keep what arrives at vertex k are taken to the other one all the same,
+/// although something else may arrive there.
+pub const PT_STALE: u32 = 1 << 5;
+/// Flag: the scene has changed since the other frame.
+pub const PT_CHANGED: u32 = 1 << 6;
 
 /// Parameters of a pass.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -20,8 +32,12 @@ pub const PT_JITTER: u32 = 1 << 1;
 pub struct PtParams {
     /// The scene's tables.
     pub scene: SceneHeader,
+    /// The tables of the other frame, in the same arenas; the same ones within a frame, and of a scene that does not move.
+    pub other_scene: SceneHeader,
     /// The camera.
     pub camera: CameraParams,
+    /// The camera of the other frame; the same one within a frame.
+    pub other_camera: CameraParams,
     /// Where paths are joined.
     pub hybrid: Hybrid,
     /// Width of the image in pixels.
@@ -36,7 +52,7 @@ pub struct PtParams {
     pub max_depth: u32,
     /// The `PT_` flags.
     pub flags: u32,
-    /// Neighbours that a pixel shares paths with: even, at most 8.
+    /// Neighbours that a pixel shares paths with: even, at most 8; one in the other frame.
     pub neighbours: u32,
     /// Their offsets, see [`Neighbours::pairs`].
     pub pairs: [u32; PAIRS],
@@ -50,11 +66,13 @@ pub struct PtParams {
     pub layers: u32,
     /// Which merge of the frame this is: their random numbers differ.
     pub merge: u32,
+    /// Largest confidence of a path of another frame.
+    pub confidence_cap: f32,
     /// Zero.
-    pub reserved: [u32; 3],
+    pub reserved: [u32; 2],
 }
 
-const _: () = assert!(size_of::<PtParams>() == 240);
+const _: () = assert!(size_of::<PtParams>() == 384);
 
 impl Extent for PtParams {
     fn extent(&self) -> [u32; 2] {
@@ -78,8 +96,14 @@ impl PtParams {
             count: self.neighbours,
             pairs: self.pairs,
             near_radius: 0.0,
-            similarity: Similarity { max_plane_distance: self.max_plane_distance, min_normal_cos: self.min_normal_cos },
+            similarity: self.similarity(),
         }
+    }
+
+    /// How alike surfaces have to be.
+    #[inline(always)]
+    pub(super) fn similarity(&self) -> Similarity {
+        Similarity { max_plane_distance: self.max_plane_distance, min_normal_cos: self.min_normal_cos }
     }
 
     /// Whether a flag is set.

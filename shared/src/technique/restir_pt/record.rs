@@ -51,7 +51,7 @@ pub struct Stored {
 }
 
 /// The largest confidence that is kept.
-const MAX_CONFIDENCE: f32 = 255.0;
+pub(super) const MAX_CONFIDENCE: f32 = 255.0;
 /// The longest path that is kept.
 pub(super) const MAX_LENGTH: u32 = 255;
 const LOW: u32 = 0x00ff_ffff;
@@ -163,6 +163,16 @@ impl PackedPath {
         weighted.words[11] = (self.words[11] & LOW) | (count(confidence) << 24);
         weighted.words[12] = if weight > 0.0 { self.words[12] } else { self.words[12] & LOW };
         weighted
+    }
+
+    /// The path in another frame, where its light may have another index, and where it has this term.
+    #[inline(always)]
+    #[must_use]
+    pub(super) fn carried(&self, path: &Path, term: f32) -> Self {
+        let mut carried = *self;
+        carried.words[4] = if path.keeps_light() { path.light.light } else { self.words[4] };
+        carried.words[7] = term.to_bits();
+        carried
     }
 
     /// The path at the pixel that it was shifted to, where it has this integrand and this term.

@@ -1,7 +1,7 @@
 //! Paths of neighbours: who shares with whom, and what becomes of it.
 
-use super::params::{Job, JobShifted, PtFacet, PtParams};
-use super::record::PackedPath;
+use super::params::{Job, JobShifted, PT_OTHER_FRAME, PT_STILL, PtFacet, PtParams};
+use super::record::{MAX_CONFIDENCE, PackedPath};
 use super::{INPUTS_OF_MERGE, MERGES, OFFSETS};
 use crate::layout::FilmPixel;
 use crate::num;
@@ -38,58 +38,66 @@ pub fn pair(params: &PtParams, facets: &[PtFacet], [x, row]: [u32; 2]) -> Job {
 
 impl PtFacet {
     #[inline(always)]
-    fn facet(&self) -> Facet {
+    pub(super) fn facet(&self) -> Facet {
         let Self { position, distance, normal, .. } = *self;
         Facet { position: Vec3::from_array(position), normal: Vec3::from_array(normal), distance }
     }
 }
 
-/// What a merge reads: of each pixel its path, of each element of the grid of jobs the job and what became of it.
+/// What a merge reads: of each pixel the path that others may take, of each element of the grid of jobs the job and what became of it.
 #[derive(Clone, Copy)]
 pub struct Shares<'a> {
-    /// Paths.
+    /// Paths of neighbours, or of another frame.
     pub paths: &'a [PackedPath],
-    /// Jobs that [`pair`] gave.
+    /// Jobs that [`pair`] or [`reproject`](super::reproject) gave.
     pub jobs: &'a [Job],
     /// What became of them.
     pub shifted: &'a [JobShifted],
+    /// What became of them the other way, with another frame.
+    pub returned: &'a [JobShifted],
 }
 
-impl Shares<'_> {
-    /// The target of a job's path at its start, in the measure of where the path comes from: times the Jacobian.
-    #[inline(always)]
-    fn target(&self, job: u32, path: &PackedPath) -> f32 {
-        let JobShifted { value, term } = self.shifted[job as usize];
-        let jacobian = if term > 0.0 { num::div(term, path.term()) } else { 0.0 };
-        luminance(Vec3::from_array(value)) * jacobian
-    }
-}
-
-/// One path of a pixel's own and those of its neighbours, by pairwise MIS.
+/// The target of a path where it was shifted to, in the measure of where it comes from: times the Jacobian.
 #[inline(always)]
-pub fn merge(params: &PtParams, shares: &Shares<'_>, at: [u32; 2]) -> PackedPath {
-    let neighbours = params.sharing();
+fn target(shifted: &JobShifted, path: &PackedPath) -> f32 {
+    let JobShifted { value, term } = *shifted;
+    let jacobian = if term > 0.0 { num::div(term, path.term()) } else { 0.0 };
+    luminance(Vec3::from_array(value)) * jacobian
+}
+
+/// One path of a pixel's own and those of its neighbours, or of the other frame's at its place, by pairwise MIS.
+#[inline(always)]
+pub fn merge(params: &PtParams, shares: &Shares<'_>, own: PackedPath, at: [u32; 2]) -> PackedPath {
+    let (crosses, still) = (params.has(PT_OTHER_FRAME), params.has(PT_STILL));
     let pixels = params.width * params.height;
-    let index = neighbours.grid.index(at);
-    let own = shares.paths[index as usize];
+    let index = params.sharing().grid.index(at);
     let mut combine = Combine::new(params.form(), params.neighbours as f32);
     let mut jobs = [0; INPUTS];
     let mut count = 0;
-    // the pixel itself, then its neighbours
+    // the pixel itself, then the others
     let mut i = 0;
     while i <= params.neighbours {
         let n = i.wrapping_sub(1);
         let job = if i == 0 { index } else { n * pixels + index };
-        let partner = if i == 0 { index } else { shares.jobs[job as usize].path };
+        let partner = if (i == 0) | still { index } else { shares.jobs[job as usize].path };
         if partner != Job::NONE.path {
-            let path = shares.paths[partner as usize];
+            let path = if i == 0 { own } else { shares.paths[partner as usize] };
             let at_source = luminance(path.value());
-            let here = if i == 0 { at_source } else { shares.target(job, &path) };
-            combine.input(path.confidence(), here * path.contribution_weight());
+            let unchanged = (i == 0) | still;
+            let here = if unchanged { at_source } else { target(&shares.shifted[job as usize], &path) };
+            let most = if crosses & (i != 0) { params.confidence_cap } else { MAX_CONFIDENCE };
+            combine.input(num::min(path.confidence(), most), here * path.contribution_weight());
             combine.target(count, count, at_source);
             if i != 0 {
+                let back = if still {
+                    JobShifted::default()
+                } else if crosses {
+                    shares.returned[index as usize]
+                } else {
+                    shares.shifted[((n ^ 1) * pixels + partner) as usize]
+                };
                 combine.target(0, count, here);
-                combine.target(count, 0, shares.target((n ^ 1) * pixels + partner, &own));
+                combine.target(count, 0, target(&back, &own));
             }
             jobs[count as usize] = job;
             count += 1;
@@ -107,13 +115,15 @@ pub fn merge(params: &PtParams, shares: &Shares<'_>, at: [u32; 2]) -> PackedPath
     }
     let selected = reservoir.sample;
     let job = jobs[selected as usize] as usize;
-    let (path, value) = if selected == 0 {
-        (own, own.value())
+    let path = if selected == 0 {
+        own
+    } else if still {
+        shares.paths[index as usize]
     } else {
         let JobShifted { value, term } = shares.shifted[job];
-        let value = Vec3::from_array(value);
-        (shares.paths[shares.jobs[job].path as usize].moved(value, term), value)
+        shares.paths[shares.jobs[job].path as usize].moved(Vec3::from_array(value), term)
     };
+    let value = path.value();
     path.weighted(reservoir.contribution_weight(1.0, luminance(value)), combine.confidence())
 }
 

@@ -1,0 +1,71 @@
+//! The last frame: where a pixel's surface was, and what has become of paths since.
+
+use super::PtParams;
+use super::params::{Job, PT_STALE, PtFacet};
+use super::record::PackedPath;
+use crate::num;
+use crate::resample::reproject::Grid;
+use crate::resample::similar::Facet;
+use crate::scene::{Frames, Location, Surface};
+use crate::shift::{Path, Start};
+use crate::vec::length;
+use glam::Vec3;
+
+/// The job of the pixel `at`: to take the path of the other frame to it that was found where its surface was then. There is none where
+/// something else was seen. What moves with its surface is found: the place is that of the same triangle and coordinates.
+#[inline(always)]
+pub fn reproject<F: Frames>(
+    frames: &F,
+    params: &PtParams,
+    starts: &[Start],
+    other_facets: &[PtFacet],
+    at: [u32; 2],
+) -> Job {
+    let grid = Grid { width: params.width, height: params.height };
+    let index = grid.index(at);
+    let hit = starts[index as usize].hit.unpack();
+    if !hit.is_hit() {
+        return Job::NONE;
+    }
+    let Location { position, normal, .. } = frames.scene(true).location(&hit);
+    let place = grid.project(&params.other_camera, position);
+    let there = grid.index([place.x, place.y]);
+    let distance = length(position - Vec3::from_array(params.other_camera.position));
+    let here = Facet { position, normal, distance };
+    let seen = other_facets[there as usize].facet();
+    let alike = (seen.distance > 0.0) & params.similarity().holds(&here, &seen);
+    if place.inside & alike { Job { path: there, start: index } } else { Job::NONE }
+}
+
+/// A path of the other frame as it is in a scene that has changed since: its light has another index, or shines no more, and the
+/// density of its vertex k is over an area that may have been deformed.
+#[inline(always)]
+pub fn recall<F: Frames>(frames: &F, params: &PtParams, packed: PackedPath) -> PackedPath {
+    let mut path = packed.unpack().path;
+    let extent = carry(frames, params, true, &mut path);
+    let term = if extent > 0.0 { num::flush(num::div(path.term, extent)) } else { 0.0 };
+    if path.length == 0 { packed } else { packed.carried(&path, term) }
+}
+
+/// Takes a path to the respective other frame; it has a term of 0 if there is none there. Returns the area there over the area here
+/// around its vertex k.
+#[inline(always)]
+pub(super) fn carry<F: Frames>(frames: &F, params: &PtParams, of_other: bool, path: &mut Path) -> f32 {
+    // of what is no path the words say nothing
+    if path.length == 0 {
+        return 1.0;
+    }
+    let mut known = (path.reconnection == 0) | path.keeps_light() | params.has(PT_STALE);
+    if path.keeps_light() {
+        path.light = frames.counterpart(path.light, of_other);
+        known &= path.light.is_light();
+    }
+    let mut extent = 1.0;
+    if path.keeps_surface() {
+        let here = frames.scene(of_other).location(&path.hit).extent;
+        let there = frames.scene(!of_other).location(&path.hit).extent;
+        extent = if here > 0.0 { num::div(there, here) } else { 0.0 };
+    }
+    path.term = if known { path.term } else { 0.0 };
+    extent
+}
