@@ -1,6 +1,22 @@
 //! The film sums samples pairwise by sample index: a binary tree over the index, whose shape depends on nothing
 //! else. However samples are split over dispatches, threads or machines, aligned blocks of 2^k samples have the
 //! same bits, and so has their merger.
+//!
+//! ```
+//! use restir_shared::film::{CUT, sum_block};
+//! use restir_shared::glam::Vec3;
+//!
+//! // some sample of a pixel, as a function of its index
+//! let sample = |index: u32| Vec3::splat(1.0 / (index + 3) as f32);
+//!
+//! // eight samples at once have the same bits as two blocks of four that are merged
+//! let whole = sum_block(0, 3, sample);
+//! assert_eq!(whole, sum_block(0, 2, sample).merge(sum_block(4, 2, sample)));
+//! assert!((whole.sum[0] - (0..8).map(|i| sample(i).x).sum::<f32>()).abs() < 1e-6);
+//!
+//! // what is no radiance is counted, not added
+//! assert_eq!(sum_block(0, 1, |index| if index == 0 { CUT } else { Vec3::ONE }).dropped, 1.0);
+//! ```
 
 use crate::layout::FilmPixel;
 use crate::num;

@@ -10,6 +10,19 @@
 //! within [`SEED_SLACK`] of the true value: how a device rounds the seed's arithmetic does not matter.
 //!
 //! Conditions are joined by `|` and `&`, which become selects; `||` would become a branch each on the device.
+//!
+//! ```
+//! use restir_shared::num::soft;
+//!
+//! // the forms of the device, run on the host, have the bits of its hardware
+//! for x in [1.0_f32, 3.0, 0.7, 1.0e-30, 16_777_215.0] {
+//!     assert_eq!(soft::div(2.0, x), 2.0 / x);
+//!     assert_eq!(soft::recip(x), 1.0 / x);
+//!     assert_eq!(soft::sqrt(x).to_bits(), restir_shared::num::sqrt(x).to_bits());
+//! }
+//! // a quotient that is not a normal number is zero
+//! assert_eq!(soft::div(1.0e-38, 1.0e5), 0.0);
+//! ```
 
 use super::mul_wide;
 use super::parts::{INFINITY, NAN, SIGN, nearest};
