@@ -7,12 +7,13 @@
 //! use restir_shared::glam::Vec3;
 //!
 //! // some sample of a pixel, as a function of its index
-//! let sample = |index: u32| Vec3::splat(1.0 / (index + 3) as f32);
+//! let sample = |index: u32| Vec3::new(1.0, 2.0, 4.0) / (index + 3) as f32;
 //!
 //! // eight samples at once have the same bits as two blocks of four that are merged
 //! let whole = sum_block(0, 3, sample);
 //! assert_eq!(whole, sum_block(0, 2, sample).merge(sum_block(4, 2, sample)));
-//! assert!((whole.sum[0] - (0..8).map(|i| sample(i).x).sum::<f32>()).abs() < 1e-6);
+//! let sum = (0..8).map(sample).sum::<Vec3>();
+//! assert!((Vec3::from_array(whole.sum) - sum).length() < 1e-5);
 //!
 //! // what is no radiance is counted, not added
 //! assert_eq!(sum_block(0, 1, |index| if index == 0 { CUT } else { Vec3::ONE }).dropped, 1.0);

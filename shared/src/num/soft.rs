@@ -20,8 +20,9 @@
 //!     assert_eq!(soft::recip(x), 1.0 / x);
 //!     assert_eq!(soft::sqrt(x).to_bits(), restir_shared::num::sqrt(x).to_bits());
 //! }
-//! // a quotient that is not a normal number is zero
-//! assert_eq!(soft::div(1.0e-38, 1.0e5), 0.0);
+//! // 2^-126 is the smallest normal number, and a quotient below it is zero
+//! assert_eq!(soft::div(2.0 * f32::MIN_POSITIVE, 2.0), f32::MIN_POSITIVE);
+//! assert_eq!(soft::div(f32::MIN_POSITIVE, 2.0), 0.0);
 //! ```
 
 use super::mul_wide;
