@@ -6,6 +6,20 @@
 //! Albedo and normal are means over the pixel, by camera rays that are spread as those of the picture: denoisers compare edges in them
 //! with edges in the picture. The mean of two depths, positions or objects is where nothing is, so these, and motion, are of the ray
 //! through the centre of the pixel and of the lens.
+//!
+//! ```
+//! use restir_host::aov::{Aov, Shot, channels};
+//! use restir_host::technique::{Technique, path::PathSettings};
+//! use restir_host::{Error, buffers::SceneBuffers, scene::Scene};
+//!
+//! let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
+//! let integral = PathSettings::default().integral();
+//! let shot = Shot { scene: &scene, frame: 0.0, camera: &|_| scene.camera, size: [32, 24], seed: 0, integral, samples: 1 };
+//! let layers = channels(&shot, &[Aov::Depth], &mut |_| Ok(()))?;
+//! assert_eq!(layers[0].name, "Depth.Z");
+//! assert!(layers[0].values.iter().all(|&depth| depth > 0.0));
+//! # Ok::<(), Error>(())
+//! ```
 
 use crate::buffers::{SceneBuffers, owner};
 use crate::exec::Progress;
@@ -98,20 +112,6 @@ pub struct Shot<'a> {
 }
 
 /// The channels of the layers; `observe` hears of rows.
-///
-/// ```
-/// use restir_host::aov::{Aov, Shot, channels};
-/// use restir_host::technique::{Technique, path::PathSettings};
-/// use restir_host::{Error, buffers::SceneBuffers, scene::Scene};
-///
-/// let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
-/// let integral = PathSettings::default().integral();
-/// let shot = Shot { scene: &scene, frame: 0.0, camera: &|_| scene.camera, size: [32, 24], seed: 0, integral, samples: 1 };
-/// let layers = channels(&shot, &[Aov::Depth], &mut |_| Ok(()))?;
-/// assert_eq!(layers[0].name, "Depth.Z");
-/// assert!(layers[0].values.iter().all(|&depth| depth > 0.0));
-/// # Ok::<(), Error>(())
-/// ```
 ///
 /// # Errors
 /// [`Error::Memory`] if they do not fit, [`Error::Scene`] if what moves goes too far away in the next frame, and that of `observe`.

@@ -1,4 +1,19 @@
-//! Confidence intervals by the bootstrap (Efron 1979): what a statistic is of things drawn anew from those measured.
+//! Confidence intervals by the bootstrap (Efron 1979): a statistic of measured things is computed again for things that are drawn from them with
+//! replacement, and scatters among these draws as it does about the truth.
+//!
+//! ```
+//! use restir_host::bootstrap::{Interval, mean};
+//!
+//! // run times in seconds, and the 95 % interval of their mean
+//! let seconds = [1.02, 0.97, 1.05, 1.01, 0.99, 1.00, 0.96, 1.04];
+//! let interval = Interval::of_positive(seconds.len(), 1000, |times| mean(&seconds, times));
+//! assert!((interval.value - 1.005).abs() < 1e-9);
+//! assert!(interval.ends[0] < interval.value && interval.value < interval.ends[1]);
+//!
+//! // it is faster than a run of 1.2 seconds; whether it is faster than one of 1.0 is not decided
+//! assert_eq!(interval.inside(0.0, 1.2), Some(true));
+//! assert_eq!(interval.inside(0.0, 1.0), None);
+//! ```
 
 use restir_shared::glam::UVec4;
 use restir_shared::rng::pcg4d;

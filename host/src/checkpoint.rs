@@ -1,5 +1,31 @@
-//! Renders that can be interrupted and go on later, with the bits of one that was not: a file keeps how many passes are done, and the
-//! planes as they left them. The passes themselves are a function of scene and settings, so nothing else has to be kept.
+//! Renders that can be interrupted and go on later, with the bits of one that was not.
+//!
+//! A file keeps how many passes are done, and the planes as they left them. The passes themselves are a function of scene and settings, so
+//! nothing else has to be kept.
+//!
+//! ```
+//! use restir_host::checkpoint::{Checkpoint, render_resumed};
+//! use restir_host::render::{Render, render};
+//! use restir_host::technique::restir_di::DiSettings;
+//! use restir_host::{Error, buffers::SceneBuffers, exec::CpuExecutor, scene::Scene};
+//! use std::time::Duration;
+//!
+//! let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
+//! let job = Render { count: 3, ..Render::new([16, 16], DiSettings::default()) };
+//! let cpu = &mut CpuExecutor::new(None)?;
+//! let path = &std::env::temp_dir().join(format!("restir-checkpoint-{}", std::process::id()));
+//! let checkpoint = Checkpoint { path, every: Duration::from_secs(60), whole: &|write| write() };
+//!
+//! // the first half of the passes, then the rest
+//! let half = &mut |step: &restir_host::exec::Step<'_>| {
+//!     if step.progress.done * 2 < step.progress.total { Ok(()) } else { Err(Error::Interrupted) }
+//! };
+//! assert!(matches!(render_resumed(cpu, &scene, &job, checkpoint, half), Err(Error::Interrupted)));
+//! let resumed = render_resumed(cpu, &scene, &job, checkpoint, &mut |_| Ok(()))?;
+//! assert_eq!(resumed.image, render(cpu, &scene, &job, &mut |_| Ok(()))?.image);
+//! assert!(!path.exists());
+//! # Ok::<(), Error>(())
+//! ```
 
 use crate::exec::{Description, Executor, Observer, Progress, Step};
 use crate::output::write_atomically;

@@ -1,4 +1,21 @@
-//! Passes of a compaction or counting sort, for plans; [`restir_shared::compact`] describes the data flow.
+//! Passes of a compaction or a counting sort, for plans; [`restir_shared::compact`] describes the data flow.
+//!
+//! ```
+//! use restir_host::compact::{Buckets, compact};
+//! use restir_host::exec::{CpuExecutor, Executor};
+//! use restir_host::plan::{Buffer, FramePlan};
+//! use restir_host::Error;
+//! use restir_shared::layout::NONE;
+//!
+//! // of six items, those whose word is 1
+//! let words: [u32; 6] = [0, 1, 1, 0, 1, 0];
+//! let mut buffers = vec![Buffer { name: "words", words: 6, contents: Some(words.as_slice().into()) }];
+//! let compaction = compact(&mut buffers, 0, 6, Buckets::FLAGS)?;
+//! let plan = FramePlan::of(buffers, compaction.passes, vec![compaction.indices]);
+//! let results = CpuExecutor::inline().run(plan, &mut |_| Ok(()))?;
+//! assert_eq!(results[0][..6], [1, 2, 4, NONE, NONE, NONE]);
+//! # Ok::<(), Error>(())
+//! ```
 
 use crate::Error;
 use crate::plan::{Buffer, BufferId, Pass};

@@ -1,4 +1,17 @@
-//! Integer distribution functions for [`restir_shared::sampling::sample_discrete`].
+//! Integer distribution functions for [`restir_shared::sampling::sample_discrete`], made of weights.
+//!
+//! ```
+//! use restir_host::distribution::integer_cdf;
+//! use restir_shared::sampling::{discrete_probability, sample_discrete};
+//!
+//! // three lights, the second of which is dark
+//! let bounds = integer_cdf(&[1.0, 0.0, 3.0]);
+//! let of = |light: u32| discrete_probability(light, 3, |i| bounds[i as usize]);
+//! assert_eq!([of(0), of(1), of(2)], [0.25, 0.0, 0.75]);
+//!
+//! let chosen = sample_discrete(1 << 31, 3, |i| bounds[i as usize]);
+//! assert_eq!(chosen.index, 2);
+//! ```
 
 /// Counts to distribute: 2^32 less one, which the last item with a weight gets besides, because a bound of
 /// [`restir_shared::sampling::CDF_END`] stands for 2^32.

@@ -1,4 +1,13 @@
-//! What can go wrong, each as one sentence that says what, where and what to do.
+//! What can go wrong, each as one sentence that says what is wrong, where, and what to do about it.
+//!
+//! ```
+//! use restir_host::{Error, scene::Scene};
+//!
+//! match Scene::load("teapot") {
+//!     Err(Error::Scene { scene, problem }) => assert!(scene == "teapot" && problem.contains("cornell")),
+//!     other => panic!("{other:?}"),
+//! }
+//! ```
 
 use std::fmt::Display;
 use std::path::{Path, PathBuf};

@@ -1,5 +1,50 @@
-//! A check of scenes of other types than this library's: the answers of [`Trace`](restir_shared::scene::Trace), `Surface` and `AddressedLights` have to agree with each
-//! other, or images are wrong in ways that are hard to see.
+//! A check of scenes of other types than this library's: the answers of [`Trace`](restir_shared::scene::Trace), `Surface` and
+//! `AddressedLights` have to agree with each other, or images are wrong in ways that are hard to see.
+//!
+//! ```
+//! use restir_host::{foreign, scene::Camera};
+//! use restir_shared::bsdf::Material;
+//! use restir_shared::geometry::{Hit, Ray};
+//! use restir_shared::glam::{DVec3, UVec4, Vec2, Vec3};
+//! use restir_shared::scene::{AddressedLight, AddressedLights, LightAddress, LightKind, LightSample, Lights};
+//! use restir_shared::scene::{Surface, SurfacePoint, Trace};
+//!
+//! /// An endless floor under two lamps, and the probability with which each is chosen.
+//! struct Floor(f32);
+//! impl Trace for Floor {
+//!     fn closest(&self, ray: &Ray) -> Hit {
+//!         let t = -ray.origin.y / ray.direction.y;
+//!         let at = ray.origin + ray.direction * t;
+//!         if t > 0.0 && t < ray.t_max { Hit { t, id: 0, uv: Vec2::new(at.x, at.z) } } else { Hit::MISS }
+//!     }
+//! }
+//! impl Surface for Floor {
+//!     type Material = Material;
+//!     fn surface(&self, _: &Ray, hit: &Hit) -> SurfacePoint {
+//!         SurfacePoint::diffuse(Vec3::new(hit.uv.x, 0.0, hit.uv.y), Vec3::Y, 1e-3, Vec3::splat(0.5))
+//!     }
+//! }
+//! impl Lights for Floor {
+//!     fn sample_light(&self, words: UVec4) -> LightSample {
+//!         self.light_at(self.choose_address(words)).sample
+//!     }
+//! }
+//! impl AddressedLights for Floor {
+//!     fn choose_address(&self, words: UVec4) -> LightAddress {
+//!         LightAddress::of_words(words.z & 1, words)
+//!     }
+//!     fn light_at(&self, address: LightAddress) -> AddressedLight {
+//!         let (position, density) = (Vec3::new(address.light as f32, 2.0, 0.0), self.0);
+//!         let sample = LightSample { position, emission: Vec3::ONE, density, kind: LightKind::Point, ..LightSample::NONE };
+//!         AddressedLight { sample, extent: 1.0 }
+//!     }
+//! }
+//!
+//! let camera = Camera::pinhole(DVec3::new(0.0, 2.0, 6.0), DVec3::ZERO, DVec3::Y, 0.8);
+//! assert!(foreign::check(&Floor(0.5), &camera).is_ok());
+//! // two lamps that are chosen with the probability 1 each cannot be
+//! assert!(foreign::check(&Floor(1.0), &camera).is_err());
+//! ```
 
 use crate::Error;
 use crate::scene::Camera;

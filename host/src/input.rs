@@ -1,4 +1,20 @@
-//! Files to read: only regular ones, for a pipe or a device may block or never end.
+//! Files to read. Only regular files are opened, for a pipe or a device may block or never end.
+//!
+//! ```
+//! use std::io::Read;
+//!
+//! let path = &std::env::temp_dir().join(format!("restir-input-{}", std::process::id()));
+//! std::fs::write(path, "settings")?;
+//! let mut text = String::new();
+//! restir_host::input::open(path)?.read_to_string(&mut text)?;
+//! assert_eq!(text, "settings");
+//! # std::fs::remove_file(path).ok();
+//!
+//! // a folder is no file, and the error says what to do
+//! let error = restir_host::input::open(&std::env::temp_dir()).unwrap_err();
+//! assert!(error.to_string().contains("name a file in it"));
+//! # Ok::<(), std::io::Error>(())
+//! ```
 
 use std::fs::File;
 use std::io;

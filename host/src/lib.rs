@@ -1,7 +1,23 @@
 //! Scenes, executors and images around the ReSTIR kernels; the program `restir` is a crate of its own.
 //!
-//! `Scene` (what a user edits) becomes [`buffers::SceneBuffers`] (arenas, BVH, alias tables), a technique makes a
-//! [`plan::FramePlan`] of it, and an [`exec::Executor`] runs the plan natively or on a GPU.
+//! A [`scene::Scene`] is what a user edits. It becomes [`buffers::SceneBuffers`], the arenas that kernels read, with a BVH and tables of
+//! lights. A [`technique`] makes a [`plan::FramePlan`] of it, buffers and passes, and an [`exec::Executor`] runs the plan natively or on a
+//! GPU, with the same bits. [`render::render`] does all of that for one image, and a [`session`] frame by frame for a renderer that shows
+//! each of them.
+//!
+//! ```
+//! use restir_host::render::{Render, render};
+//! use restir_host::technique::path::PathSettings;
+//! use restir_host::{Error, buffers::SceneBuffers, exec::CpuExecutor, scene::Scene};
+//!
+//! let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
+//! let job = Render { count: 4, ..Render::new([32, 24], PathSettings::default()) };
+//! let rendered = render(&mut CpuExecutor::new(None)?, &scene, &job, &mut |_| Ok(()))?;
+//!
+//! let mean = rendered.image.pixels.iter().map(|rgb| rgb[1]).sum::<f32>() / (32.0 * 24.0);
+//! assert!((mean - 0.094).abs() < 0.01 && rendered.dropped_samples == 0);
+//! # Ok::<(), Error>(())
+//! ```
 
 mod alias;
 pub mod aov;

@@ -1,4 +1,11 @@
 //! How much memory renders of this process may take.
+//!
+//! ```
+//! restir_host::memory::set_limit(2 << 30);
+//! assert!(restir_host::memory::check(1 << 30, "this image", "choose a smaller size").is_ok());
+//! let refused = restir_host::memory::check(3 << 30, "this image", "choose a smaller size").unwrap_err();
+//! assert!(refused.to_string().contains("3.00 GiB"));
+//! ```
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -16,13 +23,6 @@ const LIMITS: &str = "/proc/self/limits";
 ///
 /// Without it the limit is 80 % of the memory that the process can get: of the machine's, its control group's and its address space,
 /// the least.
-///
-/// ```
-/// restir_host::memory::set_limit(2 << 30);
-/// assert!(restir_host::memory::check(1 << 30, "this image", "choose a smaller size").is_ok());
-/// let refused = restir_host::memory::check(3 << 30, "this image", "choose a smaller size").unwrap_err();
-/// assert!(refused.to_string().contains("3.00 GiB"));
-/// ```
 pub fn set_limit(bytes: u64) {
     LIMIT.store(bytes, Ordering::Relaxed);
 }

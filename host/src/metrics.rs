@@ -14,6 +14,22 @@
 //! | mean ratio | `mean x / mean r` |
 //!
 //! A metric that has no value (a black reference, a NaN in an image) is NaN or infinite.
+//!
+//! ```
+//! use restir_host::image::Image;
+//! use restir_host::metrics::{compare, ulp_distance};
+//!
+//! let image = |value: f32| Image { width: 2, height: 1, pixels: vec![[value; 3], [0.5; 3]] };
+//! let difference = compare(&image(1.2), &image(1.0))?;
+//! assert!(!difference.identical && difference.differing_words == 3);
+//! // three of six values are off by 0.2, which is a fifth of the reference
+//! assert!((difference.rmse - (0.04_f64 / 2.0).sqrt()).abs() < 1e-6);
+//! assert!((difference.rel_mse - 0.04 / 1.001 / 2.0).abs() < 1e-6);
+//! assert!((difference.mean_ratio - 1.7 / 1.5).abs() < 1e-6);
+//!
+//! assert_eq!(ulp_distance(1.0, 1.0_f32.next_up()), 1);
+//! # Ok::<(), restir_host::Error>(())
+//! ```
 
 use crate::Error;
 use crate::image::Image;

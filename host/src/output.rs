@@ -1,4 +1,19 @@
 //! Files that appear whole or not at all: written under a temporary name in the target's folder, then renamed.
+//!
+//! ```
+//! use restir_host::output::write_atomically;
+//! use std::io::{Error, Write};
+//!
+//! let path = &std::env::temp_dir().join(format!("restir-output-{}", std::process::id()));
+//! write_atomically(path, |file| file.write_all(b"whole"))?;
+//!
+//! // where writing fails half-way, the file is what it was
+//! let failed = write_atomically(path, |file| file.write_all(b"ha").and_then(|()| Err(Error::other("the disk is full"))));
+//! assert!(failed.unwrap_err().to_string().contains("the disk is full"));
+//! assert_eq!(std::fs::read(path).unwrap(), b"whole");
+//! # std::fs::remove_file(path).ok();
+//! # Ok::<(), restir_host::Error>(())
+//! ```
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};

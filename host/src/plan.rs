@@ -1,4 +1,26 @@
-//! A frame plan: the buffers of a technique and its passes in order. Executors run it; they know no technique.
+//! A frame plan: the buffers of a technique and its passes in order. Executors run it, and know no technique.
+//!
+//! ```
+//! use restir_host::exec::{CpuExecutor, Executor};
+//! use restir_host::plan::{Buffer, FramePlan, Pass};
+//! use restir_kernels::film::film_add;
+//! use restir_shared::layout::{FilmParams, FilmPixel};
+//!
+//! // two planes of two pixels, the second of which is to become the sum of both
+//! let plane = |value: f32| {
+//!     let pixels = [FilmPixel { sum: [value; 3], dropped: 0.0 }; 2];
+//!     Buffer { name: "film", words: 8, contents: Some(bytemuck::cast_slice(&pixels).into()) }
+//! };
+//! let params = FilmParams { width: 2, height: 1, ..FilmParams::default() };
+//! // buffers are given by their roles in the kernel's declaration
+//! let pass = Pass::new(&film_add::DESC, &[], &params, &[("left", 0), ("right", 1)])?;
+//! let plan = FramePlan::of(vec![plane(1.0), plane(2.5)], vec![pass], vec![1]);
+//!
+//! let outputs = CpuExecutor::inline().run(plan, &mut |_| Ok(()))?;
+//! let sums: Vec<FilmPixel> = bytemuck::pod_collect_to_vec(&outputs[0]);
+//! assert_eq!(sums[1].sum, [3.5; 3]);
+//! # Ok::<(), restir_host::Error>(())
+//! ```
 
 use crate::{Error, buffers::SceneBuffers};
 use bytemuck::Pod;

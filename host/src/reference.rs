@@ -9,6 +9,24 @@
 //! In a cache each half is an EXR file that says what it is of, and more batches can be added to it. A reference that
 //! was continued agrees with one that was made at once to the rounding of `f32`. Devices that give the CPU's bits share
 //! their references; any other has its own.
+//!
+//! ```
+//! use restir_host::reference::{BATCH_SAMPLES, Goal, Picture, make};
+//! use restir_host::technique::{Technique, path::PathSettings};
+//! use restir_host::{Error, buffers::SceneBuffers, exec::CpuExecutor, scene::Scene};
+//!
+//! let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
+//! let picture = Picture { size: [16, 16], integral: PathSettings { max_depth: 3, ..PathSettings::default() }.integral() };
+//! let goal = Goal { samples: 4 * u64::from(BATCH_SAMPLES), time: None };
+//! let reference = make(&mut CpuExecutor::new(None)?, &scene, picture, None, goal, &mut |_| Ok(()))?;
+//!
+//! // two batches in each half; the mean radiance is known to less than one part in a hundred
+//! assert_eq!(reference.samples(), 256);
+//! let values = reference.values();
+//! let mean = values.iter().sum::<f64>() / values.len() as f64;
+//! assert!(reference.standard_error_of_mean() < 0.01 * mean);
+//! # Ok::<(), Error>(())
+//! ```
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};

@@ -3,6 +3,22 @@
 //! The samples of a pixel are spread over it together, and frames reuse each other's: within one render they say nothing of its
 //! error. So the image is the mean of renders with other seeds, *scrambles*, which are independent of each other, and their differences tell
 //! the standard error of that mean.
+//!
+//! ```
+//! use restir_host::render::Render;
+//! use restir_host::scrambles::{FEWEST, Until, render_until};
+//! use restir_host::technique::path::PathSettings;
+//! use restir_host::{Error, buffers::SceneBuffers, exec::CpuExecutor, scene::Scene};
+//!
+//! let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
+//! let job = Render { count: 4, ..Render::new([16, 16], PathSettings { max_depth: 3, ..PathSettings::default() }) };
+//! // until the standard error is a tenth of the mean radiance
+//! let until = Until { time: None, noise: Some(0.1) };
+//! let mean = render_until(&mut CpuExecutor::new(None)?, &scene, &job, until, &mut |_| Ok(()), &mut |_| Ok(()))?;
+//! assert!(mean.noise() <= 0.1 && mean.count() >= FEWEST);
+//! assert_eq!(mean.rendered().image.pixels.len(), 256);
+//! # Ok::<(), Error>(())
+//! ```
 
 use std::time::{Duration, Instant};
 

@@ -1,6 +1,16 @@
-//! The start-up check: does this GPU give the host's bits? A few hundred probes of the numeric contract, with the
-//! inputs on which a build that breaks it differs, and small frames by every technique, of a scene with all that kernels know: glass,
-//! metal, a texture, an environment, lights of all kinds.
+//! The start-up check, which answers whether a device gives the host's bits.
+//!
+//! It runs a few hundred probes of the numeric contract, with the inputs on which a build that breaks it differs, and renders small frames by
+//! every technique, of a scene with all that kernels know: glass, metal, a texture, an environment, lights of all kinds.
+//!
+//! ```
+//! use restir_host::exec::{CpuExecutor, Parity};
+//! use restir_host::self_check::self_check;
+//!
+//! // the CPU is the host; of a device `GpuExecutor::open` asks the same
+//! assert_eq!(self_check(&mut CpuExecutor::new(None)?)?, Parity::Exact);
+//! # Ok::<(), restir_host::Error>(())
+//! ```
 
 use crate::Error;
 #[cfg(feature = "gpu")]

@@ -3,6 +3,24 @@
 //! [`settings!`](crate::settings!) declares a struct of settings: a line has the field, its type, its default, its range and its unit, and
 //! the doc comment above it is the text of `restir settings`. The field's name is the key in `--set key=value`, in an
 //! image's metadata and in reports.
+//!
+//! Whoever has a struct of settings reads and changes it by its fields, or by keys and texts:
+//!
+//! ```
+//! use restir_host::settings::Settings;
+//! use restir_host::technique::path::PathSettings;
+//!
+//! let mut settings = PathSettings::default();
+//! settings.set("max_depth", "12")?;
+//! assert_eq!(settings.max_depth, 12);
+//! assert!(settings.set("max_depth", "many").is_err());
+//!
+//! // a value out of range is told with the range
+//! settings.max_depth = 0;
+//! assert!(settings.check_ranges().unwrap_err().to_string().contains("max_depth"));
+//! assert!(settings.entries().iter().any(|entry| entry.key == "jitter" && entry.value == "on"));
+//! # Ok::<(), restir_host::Error>(())
+//! ```
 
 use crate::Error;
 use restir_shared::resample::mis::Mis;

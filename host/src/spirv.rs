@@ -1,5 +1,22 @@
-//! The two changes that the loader makes to a module: it freezes specialization constants, and drops execution
-//! modes that the adapter does not report.
+//! The two changes that are made to a compiled kernel before a device gets it: specialization constants are frozen to the values of a scene, and
+//! execution modes that the adapter does not report are dropped.
+//!
+//! ```
+//! use restir_host::exec::Flavour;
+//! use restir_host::spirv::{FloatMode, freeze, strip_modes};
+//! use restir_host::{Error, Shaders};
+//! use restir_shared::layout::FEATURES_DIFFUSE;
+//!
+//! let module = Shaders::Embedded.load("path", Flavour::Exact)?;
+//! // the constant of SpecId 0 is the scene's features; frozen, it is decorated no more
+//! let frozen = freeze(&module, &[(0, FEATURES_DIFFUSE)]).expect("a module");
+//! assert!(frozen.len() < module.len() && frozen.contains(&FEATURES_DIFFUSE));
+//! assert_eq!(freeze(&module, &[]).expect("a module"), module);
+//!
+//! assert!(strip_modes(&module, &FloatMode::ALL).expect("a module").len() < module.len());
+//! assert!(freeze(&[0xbad], &[]).is_none());
+//! # Ok::<(), Error>(())
+//! ```
 
 const HEADER_WORDS: usize = 5;
 const MAGIC: u32 = 0x0723_0203;

@@ -1,4 +1,15 @@
 //! From radiance to what an 8-bit picture can show.
+//!
+//! ```
+//! use restir_host::image::Image;
+//! use restir_host::tonemap::{Operator, Tone};
+//!
+//! let image = Image { width: 2, height: 1, pixels: vec![[0.25; 3], [40.0; 3]] };
+//! // one stop brighter, and what is brighter than white brought below it: L becomes L / (1 + L)
+//! let shown = Tone { exposure: 1.0, operator: Operator::Reinhard }.of(&image);
+//! assert!((shown.pixels[0][0] - 0.5 / 1.5).abs() < 1e-5);
+//! assert!((shown.pixels[1][1] - 80.0 / 81.0).abs() < 1e-5);
+//! ```
 
 use crate::choices;
 use crate::image::Image;

@@ -1,5 +1,34 @@
-//! The entry points. A kernel is one file with one `kernel!` declaration, and a line in the `mod.rs` of its folder; entry,
-//! native twin and [`KernelDesc`] come from that declaration. A technique is a folder, and a line below.
+//! The kernels: entry points for a device, each with its native twin and a descriptor ([`KernelDesc`]), and the compiled modules ([`spirv`]).
+//!
+//! A kernel is one file with one `kernel!` declaration, and a line in the `mod.rs` of its folder; entry, twin and descriptor come from that
+//! declaration. A technique is a folder, and a line below.
+//!
+//! ```
+//! use restir_kernels::film::film_add;
+//! use restir_kernels::{Access, NativeRow, all};
+//!
+//! // the descriptor says what a host has to bind
+//! let kernel = &film_add::DESC;
+//! assert!(all().iter().any(|listed| listed.name == kernel.name));
+//! let bindings = kernel.bindings.iter().map(|binding| (binding.name, binding.access));
+//! assert_eq!(bindings.collect::<Vec<_>>()[1..], [("left", Access::Read), ("right", Access::Own)]);
+//!
+//! // one row of its native twin, over an image of one pixel: 4 words each of the parameters and of the two planes
+//! let (params, left) = ([1, 1, 0, 0], [2.0_f32, 0.5, 0.0, 0.0].map(f32::to_bits));
+//! let mut right = [1.0_f32, 1.0, 1.0, 0.0].map(f32::to_bits);
+//! (kernel.native)(&mut NativeRow {
+//!     x: 0,
+//!     y: 0,
+//!     width: 1,
+//!     constants: &[],
+//!     params: &params,
+//!     read: &[&left],
+//!     own: &mut [&mut right],
+//!     tracers: [None, None],
+//!     frames: None,
+//! });
+//! assert_eq!(right.map(f32::from_bits), [3.0, 1.5, 1.0, 0.0]);
+//! ```
 #![cfg_attr(target_arch = "spirv", no_std)]
 
 #[macro_use]

@@ -1,4 +1,24 @@
-//! The camera.
+//! Rays of the camera: a pinhole or a thin lens ([`CameraParams`]), through the centres of pixels or through points spread about them.
+//!
+//! ```
+//! use restir_shared::camera::{camera_ray, primary_ray};
+//! use restir_shared::glam::{Vec2, Vec3};
+//! use restir_shared::layout::CameraParams;
+//! use restir_shared::rng::{Rng, Sampler};
+//!
+//! // a pinhole at (0, 0, 5) that looks at the origin, with a vertical field of view of a quarter turn
+//! let camera = CameraParams::pinhole(Vec3::Z * 5.0, Vec3::ZERO, Vec3::Y, 0.25, [64, 64]);
+//! let center = primary_ray(&camera, Vec2::splat(32.0), Vec2::ZERO);
+//! assert!((center.direction - Vec3::NEG_Z).length() < 1e-6);
+//! let top = primary_ray(&camera, Vec2::new(32.0, 0.0), Vec2::ZERO);
+//! assert!((top.direction.y - 0.5_f32.sqrt()).abs() < 1e-6);
+//!
+//! // the sample 0 of the pixel (10, 20), somewhere in the pixel
+//! let rng = Rng::new(10, 20, 0, 7, Sampler::Sobol);
+//! let ray = camera_ray(&camera, true, |u| u, 0, &rng, 10, 20);
+//! let image = Vec2::new(ray.direction.x, -ray.direction.y) / -ray.direction.z * 32.0 + 32.0;
+//! assert_eq!((image.x as u32, image.y as u32), (10, 20));
+//! ```
 
 use crate::geometry::Ray;
 use crate::layout::{CameraParams, FEATURE_BLEND};

@@ -1,5 +1,18 @@
 //! Colour: luminance and the sRGB transfer function (IEC 61966-2-1). Colours are linear Rec. 709 unless a name says
 //! otherwise.
+//!
+//! ```
+//! use restir_shared::color::{luminance, srgb_decode, srgb_encode};
+//! use restir_shared::glam::Vec3;
+//!
+//! // middle grey: a reflectance of 0.18 is the code 118 of 255
+//! assert_eq!((srgb_encode(0.18) * 255.0).round(), 118.0);
+//! assert!((srgb_decode(srgb_encode(0.18)) - 0.18).abs() < 1e-6);
+//!
+//! // of white light, green carries most of the luminance
+//! assert!((luminance(Vec3::ONE) - 1.0).abs() < 1e-6);
+//! assert!(luminance(Vec3::Y) > luminance(Vec3::X) + luminance(Vec3::Z));
+//! ```
 
 use crate::num;
 pub use crate::vec::luminance;

@@ -28,6 +28,22 @@
 //! the sorted words.
 //!
 //! No invocation has loops of more than some 100 rounds.
+//!
+//! ```
+//! use restir_shared::compact::{CompactParams, count, gather};
+//! use restir_shared::layout::NONE;
+//!
+//! // flags of 0 and 1: one bucket, of the items whose word is 1; few enough items for a single block
+//! let flags = [0, 1, 1, 0, 1];
+//! let params = CompactParams { items: 5, blocks: 1, buckets: 1, first: 1, mask: u32::MAX, ..CompactParams::default() };
+//! let kept = count(&params, &flags, 0, 0);
+//! assert_eq!(kept, 3);
+//!
+//! // where the only cell, of bucket 0 and block 0, begins, and the number of all kept items
+//! let offsets = [0, kept];
+//! let indices = [0, 1, 2, 3, 4].map(|rank| gather(&params, &flags, &offsets, rank));
+//! assert_eq!(indices, [1, 2, 4, NONE, NONE]);
+//! ```
 
 use crate::layout::{Extent, NONE};
 use bytemuck::{Pod, Zeroable};

@@ -1,6 +1,23 @@
 //! The film sums samples pairwise by sample index: a binary tree over the index, whose shape depends on nothing
 //! else. However samples are split over dispatches, threads or machines, aligned blocks of 2^k samples have the
 //! same bits, and so has their merger.
+//!
+//! ```
+//! use restir_shared::film::{CUT, sum_block};
+//! use restir_shared::glam::Vec3;
+//!
+//! // some sample of a pixel, as a function of its index
+//! let sample = |index: u32| Vec3::new(1.0, 2.0, 4.0) / (index + 3) as f32;
+//!
+//! // eight samples at once have the same bits as two blocks of four that are merged
+//! let whole = sum_block(0, 3, sample);
+//! assert_eq!(whole, sum_block(0, 2, sample).merge(sum_block(4, 2, sample)));
+//! let sum = (0..8).map(sample).sum::<Vec3>();
+//! assert!((Vec3::from_array(whole.sum) - sum).length() < 1e-5);
+//!
+//! // what is no radiance is counted, not added
+//! assert_eq!(sum_block(0, 1, |index| if index == 0 { CUT } else { Vec3::ONE }).dropped, 1.0);
+//! ```
 
 use crate::layout::FilmPixel;
 use crate::num;

@@ -2,7 +2,29 @@
 //!
 //! The crate is `no_std` without `alloc`. It compiles natively on stable Rust and, by rust-gpu, to SPIR-V;
 //! both give the same bits, because everything is built from the operations that IEEE 754 and Vulkan fix
-//! (see DETERMINISM.md in the repository). Modules are listed leaf first: a module uses only those above it.
+//! (see DETERMINISM.md in the repository).
+//!
+//! A renderer that brings its own scene implements the traits of [`scene`], as far as the technique of its choice asks for them, and calls
+//! that technique's functions of [`technique`] once a pixel. What these are made of is public, too: samplers, scattering functions,
+//! reservoirs, shifts.
+//!
+//! ```
+//! # mod floor { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/scene/floor.rs")); }
+//! use restir_shared::glam::Vec3;
+//! use restir_shared::layout::CameraParams;
+//! use restir_shared::technique::path::{self, PathParams};
+//!
+//! // `Floor` is the scene that the documentation of the module `scene` shows: a grey floor under a lamp
+//! let scene = floor::Floor;
+//! let camera = CameraParams::pinhole(Vec3::Y, Vec3::ZERO, Vec3::Z, 0.1, [1, 1]);
+//! let params = PathParams { camera, width: 1, height: 1, max_depth: 2, ..PathParams::default() };
+//!
+//! // one sample of the only pixel, which sees the point below the lamp
+//! let pixel = path::pixel(&scene, &params, 0, 0);
+//! assert!((pixel.sum[0] - 1.0).abs() < 1e-3 && pixel.dropped == 0.0);
+//! ```
+//!
+//! The modules are listed leaf first: a module uses only those above it.
 //!
 //! | module | purpose |
 //! |---|---|

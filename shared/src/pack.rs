@@ -1,6 +1,23 @@
 //! Packing into 32-bit words: unit vectors, half floats, shared-exponent colours, normalised integers.
 //!
 //! Everything is rounded in integers or by exact steps, so host and device give the same bits.
+//!
+//! ```
+//! use restir_shared::glam::Vec3;
+//! use restir_shared::pack::{UNORM8, decode_unit_vector, encode_unit_vector, f32_from_half, half_from_f32};
+//! use restir_shared::pack::{rgb9e5_decode, rgb9e5_encode};
+//!
+//! // a unit normal in 32 bits, to less than 7e-5 radians
+//! let normal = Vec3::new(0.36, -0.48, 0.8);
+//! assert!((decode_unit_vector(encode_unit_vector(normal)) - normal).length() < 7e-5);
+//!
+//! // radiance in 32 bits, to 2^-10 of its largest channel
+//! let radiance = Vec3::new(12.0, 3.5, 0.25);
+//! assert!((rgb9e5_decode(rgb9e5_encode(radiance)) - radiance).abs().max_element() <= 12.0 / 1024.0);
+//!
+//! assert_eq!(f32_from_half(half_from_f32(0.5)), 0.5);
+//! assert_eq!((UNORM8.encode(1.0), UNORM8.decode(255)), (255, 1.0));
+//! ```
 
 use crate::num;
 use crate::vec::normalize;

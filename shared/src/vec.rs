@@ -2,6 +2,23 @@
 //!
 //! glam's componentwise `+ - *` are used as they are; whatever sums components is spelled out here, because
 //! glam's own order depends on the platform.
+//!
+//! ```
+//! use restir_shared::glam::Vec3;
+//! use restir_shared::vec::{Frame, cross, dot, length, normalize};
+//!
+//! let normal = normalize(Vec3::new(1.0, 2.0, 2.0));
+//! assert!((length(normal) - 1.0).abs() < 1e-6);
+//!
+//! // in the frame around a normal, the normal is +z, and tangents are perpendicular to it
+//! let frame = Frame::new(normal);
+//! assert!((frame.to_local(normal) - Vec3::Z).length() < 1e-6);
+//! assert!((cross(frame.s, frame.t) - normal).length() < 1e-6);
+//!
+//! // a direction by its cosine to the normal, in the world
+//! let world = frame.to_world(Vec3::new(0.6, 0.0, 0.8));
+//! assert!((dot(world, normal) - 0.8).abs() < 1e-6);
+//! ```
 
 use crate::num;
 use glam::Vec3;

@@ -3,7 +3,7 @@
 
 use restir_host::technique;
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Crates of the map: their names there, and where their sources are.
 const CRATES: [(&str, &str); 5] = [
@@ -209,4 +209,68 @@ fn a_name_elsewhere_is_seen() {
     let source = |path| source(path, "use crate::technique::restir_di::DiSettings;");
     assert!(namings("restir-di", "host/src", &[source("technique::restir_di::plan")]).is_empty());
     assert_eq!(namings("restir-di", "host/src", &[source("exec::cpu")]).len(), 1);
+}
+
+/// Crates that others depend on, by their sources.
+const PUBLISHED: [&str; 3] = ["shared/src", "kernels/src", "host/src"];
+
+/// The file of a module, given by its path without an ending.
+fn file_of(module: &Path) -> PathBuf {
+    let beside = module.with_extension("rs");
+    if beside.exists() { beside } else { module.join("mod.rs") }
+}
+
+/// The public modules that a file declares, techniques among them. What else macros declare are kernels: of these a module is one
+/// descriptor, and the example of their crate shows how one is used.
+fn public_modules(text: &str) -> Vec<String> {
+    let text = without_comments(text);
+    let techniques = text.split("\ntechniques! {").nth(1).and_then(|rest| rest.split('}').next()).unwrap_or_default();
+    let named = techniques.split(',').filter_map(|technique| technique.split_once(':')).map(|(name, _)| name);
+    let declared = text.lines().filter_map(|line| line.trim().strip_prefix("pub mod ")?.strip_suffix(';'));
+    named.chain(declared).map(|name| name.trim().to_owned()).collect()
+}
+
+/// Whether the documentation of a module has an example that runs, or on a GPU is compiled alone.
+fn has_example(text: &str, needs_gpu: bool) -> bool {
+    let lines = text.lines().map_while(|line| line.strip_prefix("//!").or(line.strip_prefix("#![doc")));
+    let mut is_open = false;
+    lines.map(str::trim).filter(|line| line.starts_with("```")).any(|fence| {
+        is_open = !is_open;
+        is_open && (fence == "```" || needs_gpu && fence == "```no_run")
+    })
+}
+
+/// The public modules below a file, itself included, that have no example.
+fn without_example(file: &Path, folder: &Path, name: &str, missing: &mut Vec<String>) {
+    let text = read(file);
+    if !has_example(&text, name.ends_with("gpu")) {
+        missing.push(name.to_owned());
+    }
+    for module in public_modules(&text) {
+        let path = folder.join(&module);
+        without_example(&file_of(&path), &path, &format!("{name}::{module}"), missing);
+    }
+}
+
+#[test]
+fn every_public_module_has_an_example() {
+    let mut missing = Vec::new();
+    for source in PUBLISHED {
+        let folder = workspace().join(source);
+        without_example(&folder.join("lib.rs"), &folder, source, &mut missing);
+    }
+    assert!(missing.is_empty(), "without an example in their documentation: {}", missing.join(", "));
+}
+
+#[test]
+fn a_module_without_an_example_is_seen() {
+    let example = "//! What it is.\n//!\n//! ```\n//! assert!(true);\n//! ```\n\nuse a::b;";
+    assert!(has_example(example, false));
+    assert!(has_example("//! ```text\n//! a -> b\n//! ```\n//!\n//! ```\n//! f();\n//! ```", false));
+    assert!(!has_example("//! ```text\n//! a -> b\n//! ```\n", false), "a figure is no example");
+    assert!(!has_example("//! What it is.\n\n/// ```\n/// f();\n/// ```\nfn f() {}", false), "it stands elsewhere");
+    let compiled = example.replacen("```", "```no_run", 1);
+    assert!(!has_example(&compiled, false) && has_example(&compiled, true));
+    let text = "mod a;\npub mod b;\n// pub mod c;\ntechniques! {\n    d: Settings,\n}\n";
+    assert_eq!(public_modules(text), ["d", "b"]);
 }

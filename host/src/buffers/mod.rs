@@ -1,4 +1,23 @@
 //! The scene as kernels see it: flattened triangles under a BVH, materials, lights, textures and environment, in arenas.
+//!
+//! ```
+//! use restir_host::{Error, buffers::SceneBuffers, scene::Scene};
+//! use restir_shared::geometry::Ray;
+//! use restir_shared::glam::Vec3;
+//! use restir_shared::scene::Trace;
+//!
+//! let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
+//! assert_eq!(u64::from(scene.header.triangle_count), scene.stats().triangles);
+//!
+//! // a ray along the view of the camera has the same hit in the arena's tree as in the wider one for the CPU
+//! let camera = scene.camera.params(1, 1);
+//! let direction = Vec3::from_array(camera.forward).normalize();
+//! let ray = Ray { origin: Vec3::from_array(camera.position), direction, t_max: Ray::FAR, key: 0 };
+//! let hit = scene.view().closest(&ray);
+//! assert!(hit.is_hit());
+//! assert_eq!(hit, scene.traced_view().closest(&ray));
+//! # Ok::<(), Error>(())
+//! ```
 
 mod arena;
 mod check;

@@ -1,4 +1,27 @@
-//! Executors run frame plans: natively, or on a GPU.
+//! Executors run frame plans: [`CpuExecutor`] natively, and `GpuExecutor` on a GPU.
+//!
+//! An observer sees every pass when it is done, and may read any buffer of the plan or end the work.
+//!
+//! ```
+//! use restir_host::exec::{CpuExecutor, Executor};
+//! use restir_host::render::Render;
+//! use restir_host::technique::restir_di::DiSettings;
+//! use restir_host::{Error, buffers::SceneBuffers, scene::Scene};
+//! use restir_shared::layout::FilmPixel;
+//!
+//! let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
+//! let job = Render { count: 2, ..Render::new([16, 16], DiSettings::default()) };
+//! let (plan, mut kernels) = (job.plan(&scene), Vec::new());
+//! let passes = plan.pass_count;
+//! let outputs = CpuExecutor::new(None)?.run(plan, &mut |step| {
+//!     kernels.push(step.pass.kernel.name);
+//!     Ok(())
+//! })?;
+//! assert_eq!(kernels.len() as u64, passes);
+//! assert!(kernels.contains(&"di_initial"));
+//! assert_eq!(outputs[0].len() * 4, 16 * 16 * size_of::<FilmPixel>());
+//! # Ok::<(), Error>(())
+//! ```
 
 mod cpu;
 #[cfg(feature = "gpu")]

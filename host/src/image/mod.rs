@@ -1,4 +1,21 @@
 //! Images: EXR without loss (feature `exr`), PNG to look at (feature `png`).
+//!
+//! ```
+//! use restir_host::image::Image;
+//! # #[cfg(feature = "exr")]
+//! use restir_host::image::{read_exr, read_exr_metadata, write_exr};
+//!
+//! let image = Image { width: 2, height: 1, pixels: vec![[0.25, 1.0, 40.0], [1.0e-3, 0.0, 7.5]] };
+//! # #[cfg(feature = "exr")] {
+//! let path = &std::env::temp_dir().join(format!("restir-image-{}.exr", std::process::id()));
+//! let metadata = [("seed".to_owned(), "7".to_owned())];
+//! write_exr(path, &image, &metadata)?;
+//! assert_eq!(read_exr(path)?, image);
+//! assert_eq!(read_exr_metadata(path)?, metadata);
+//! # std::fs::remove_file(path).ok();
+//! # }
+//! # Ok::<(), restir_host::Error>(())
+//! ```
 
 #[cfg(feature = "exr")]
 mod exr;

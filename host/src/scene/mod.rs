@@ -1,5 +1,25 @@
-//! What a user edits: meshes, instances, materials, textures, lights, an environment and a camera. Executors see its flattened form,
+//! What a user edits: meshes, instances, materials, textures, lights, an environment and a camera. Kernels see its flattened form,
 //! [`crate::buffers::SceneBuffers`].
+//!
+//! ```
+//! use restir_host::buffers::SceneBuffers;
+//! use restir_host::scene::{Camera, Light, LightKind, Material, Mesh, Scene};
+//! use restir_shared::glam::DVec3;
+//!
+//! let mut scene = Scene { name: "table".to_owned(), ..Scene::default() };
+//! let wood = scene.add_material(Material::diffuse("wood", [0.4, 0.25, 0.1]));
+//! scene.add_mesh("top", wood, Mesh::cuboid(DVec3::new(-1.0, -0.1, -1.0), DVec3::new(1.0, 0.0, 1.0)));
+//! scene.add_mesh("ball", wood, Mesh::sphere(DVec3::Y * 0.3, 0.3, 2));
+//! let kind = LightKind::Point { position: DVec3::new(1.0, 2.0, 1.0) };
+//! scene.lights.push(Light { name: "lamp".to_owned(), intensity: [10.0; 3], kind });
+//! scene.camera = Some(Camera::pinhole(DVec3::new(0.0, 1.5, 3.0), DVec3::ZERO, DVec3::Y, 0.7));
+//!
+//! assert!(scene.has_light());
+//! let buffers = SceneBuffers::build(&scene)?;
+//! assert_eq!(buffers.header.triangle_count, 12 + 20 * 16);
+//! assert_eq!(buffers.header.light_count, 1);
+//! # Ok::<(), restir_host::Error>(())
+//! ```
 
 use std::collections::HashMap;
 use std::path::Path;

@@ -1,4 +1,23 @@
-//! Media by name, and bodies made of them.
+//! Media by name, such as marble and milk, and bodies that are filled with them.
+//!
+//! ```
+//! use restir_host::scene::subsurface::medium;
+//! use restir_host::scene::{Material, Mesh, Scene};
+//! use restir_shared::glam::DVec3;
+//!
+//! let mut scene = Scene::default();
+//! let white = scene.add_material(Material::diffuse("white", [0.8; 3]));
+//! scene.add_mesh("block", white, Mesh::cuboid(DVec3::ZERO, DVec3::ONE));
+//!
+//! // the block becomes one of marble, where a millimetre is a hundredth of the scene's unit
+//! scene.fill("marble", Some(0.01))?;
+//! let material = &scene.materials[scene.meshes[0].material];
+//! let marble = medium("marble", 0.01)?;
+//! assert_eq!(material.volume, Some(marble.clone()));
+//! // its blue has the shortest mean free path, 3.95 millimetres
+//! assert!((1.0 / marble.extinction()[2] - 0.0395).abs() < 1e-4);
+//! # Ok::<(), restir_host::Error>(())
+//! ```
 
 use std::collections::HashMap;
 use std::sync::Arc;

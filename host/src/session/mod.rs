@@ -3,6 +3,25 @@
 //! A session holds a scene in its arenas, and the planes of a technique, for as long as it lives. Each frame is given a [`View`]:
 //! the camera, and what has changed in the scene. What of the last frames is still true is reused; what is not, is forgotten, and from
 //! then on the bits are those of a new session. [`crate::render::render`] makes the same frames with the same bits.
+//!
+//! ```
+//! use restir_host::session::{CpuSession, History, SceneChange, Setup, View};
+//! use restir_host::technique::restir_di::DiSettings;
+//! use restir_host::{Error, buffers::SceneBuffers, exec::CpuExecutor, scene::Scene};
+//!
+//! let mut scene = Scene::load("cornell")?;
+//! let setup = Setup::new(SceneBuffers::build_editable(&scene)?, DiSettings::default(), [32, 24]);
+//! let mut session = CpuSession::new(setup, CpuExecutor::new(None)?)?;
+//! assert_eq!(session.frame(&View::default())?.history, History::New);
+//!
+//! // an object moves, and what earlier frames have found is kept
+//! scene.instances.last_mut().expect("an instance").transform.translation.x += 0.01;
+//! let moved = View { scene: SceneChange::Edited(&scene), ..View::default() };
+//! let begun = session.frame(&moved)?;
+//! assert!(begun.history == History::Kept && begun.uploaded > 0);
+//! assert!(session.pixels().iter().all(|pixel| pixel.sum[1].is_finite() && pixel.dropped == 0.0));
+//! # Ok::<(), Error>(())
+//! ```
 
 mod cpu;
 #[cfg(feature = "gpu")]

@@ -1,4 +1,18 @@
-//! What the kernels of a render ask of a scene, counted natively.
+//! What the kernels of a render ask of a scene (rays, surfaces, points of lights), counted natively.
+//!
+//! ```
+//! use restir_host::render::Render;
+//! use restir_host::technique::{asked::asked, path::PathSettings};
+//! use restir_host::{Error, buffers::SceneBuffers, scene::Scene};
+//!
+//! let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
+//! let job = Render::new([16, 16], PathSettings { max_depth: 2, ..PathSettings::default() });
+//! let kernels = asked(&scene, &job)?;
+//! // paths of two segments: a camera ray for each pixel, and at most one of each kind from what it hits
+//! let counts = kernels["path"].counts;
+//! assert!((256..=512).contains(&counts.closest) && counts.shadow <= 256);
+//! # Ok::<(), Error>(())
+//! ```
 
 use crate::replay::{Counts, Recording};
 use crate::{Error, buffers::SceneBuffers, exec::CpuExecutor, render::Render};

@@ -1,4 +1,22 @@
-//! What explains a pixel of a render, and the explanation that every technique has.
+//! Explanations of a pixel of a render, and the one that every technique has: what each of its passes writes there.
+//!
+//! ```
+//! use restir_host::exec::CpuExecutor;
+//! use restir_host::render::Render;
+//! use restir_host::technique::explain::{Place, Subject, passes};
+//! use restir_host::technique::restir_di::DiSettings;
+//! use restir_host::{Error, buffers::SceneBuffers, scene::Scene};
+//!
+//! let scene = Scene::load("cornell")?;
+//! let buffers = SceneBuffers::build(&scene)?;
+//! let render = Render { count: 2, ..Render::new([16, 16], DiSettings::default()) };
+//! let subject = Subject { scene: &scene, buffers: &buffers, render: &render, place: Place { x: 8, y: 8, sample: 0 } };
+//!
+//! // a replay on the host is compared with the executor, here the host itself
+//! let explanation = passes(&mut CpuExecutor::new(None)?, subject)?;
+//! assert!(explanation.text.contains("pixel (8, 8)") && explanation.json["identical"] == true);
+//! # Ok::<(), Error>(())
+//! ```
 
 use crate::exec::{CpuExecutor, Executor, Step};
 use crate::technique::{About, Repeats};

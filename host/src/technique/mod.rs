@@ -3,6 +3,21 @@
 //! A technique is a struct of settings that implements [`Technique`], in a folder of its own, and a line in `techniques!`.
 //! Whatever drives techniques (renders, benchmarks, references, replay, the program, the tests) takes a
 //! `Box<dyn Technique>` and knows none by name.
+//!
+//! ```
+//! use restir_host::technique::{all, configure, named};
+//!
+//! // by name, with settings as text, as a program has them
+//! let mut technique = named("path")?;
+//! configure(&mut *technique, &["max_depth=5", "sampler=independent"])?;
+//! assert_eq!(technique.value("max_depth").as_deref(), Some("5"));
+//! assert_eq!(technique.integral().max_depth, 5);
+//!
+//! // what is wrong is told in a sentence that names the setting
+//! assert!(configure(&mut *technique, &["depth=5"]).unwrap_err().to_string().contains("max_depth"));
+//! assert!(all().iter().all(|technique| named(technique.about().name).is_ok()));
+//! # Ok::<(), restir_host::Error>(())
+//! ```
 
 pub mod asked;
 pub mod explain;

@@ -1,4 +1,23 @@
-//! Renders an image with a technique on an executor.
+//! Renders of an image, or of a sequence of them, with a technique on an executor.
+//!
+//! ```
+//! use restir_host::render::{Images, Render, Shows, render};
+//! use restir_host::technique::restir_di::DiSettings;
+//! use restir_host::{Error, buffers::SceneBuffers, exec::CpuExecutor, scene::Scene};
+//!
+//! let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
+//! let job = Render { count: 3, shows: Shows::Each, ..Render::new([16, 16], DiSettings::default()) };
+//! let (images, mut shown) = (Images::new(&scene, &job), Vec::new());
+//! let rendered = render(&mut CpuExecutor::new(None)?, &scene, &job, &mut |step| {
+//!     if images.is_finished(step) {
+//!         shown.push(images.read(step)?.image);
+//!     }
+//!     Ok(())
+//! })?;
+//! assert_eq!(shown.len(), 3);
+//! assert_eq!(shown[2], rendered.image);
+//! # Ok::<(), Error>(())
+//! ```
 
 pub use crate::exec::Progress;
 use crate::exec::{Executor, Observer, Step};

@@ -1,12 +1,37 @@
 //! Which of several renders has the least error for its time, found without a reference.
 //!
-//! Each is rendered several times, with seeds of its own. The images of an unbiased one scatter about the truth, and images of
-//! different seeds have nothing in common, whatever reuse makes of the pixels and frames of each: their variance is the squared
-//! error of one. What the biased ones are off by beside it is measured against the mean of the unbiased ones.
+//! Each render is made several times, with a seed of its own each time. Images of different seeds are independent, whatever the pixels and
+//! frames of one image share, and those of an unbiased render scatter about the truth: their variance is the squared error of one image.
+//! The error of a biased render has a second part, how far its mean is off; that is measured against the mean of the unbiased ones.
 //!
-//! Independent images may be averaged, so squared error times run time is what a render is judged by. Samples that are spread over a
-//! pixel gain more by being more than images do by being averaged: a render of them is better in more time than it is judged. Trials take turns, so
-//! that a slow spell of the machine meets all of them. Where an image is too much, windows stand for it.
+//! Independent images may be averaged, so a render is judged by its squared error times its run time. Where samples are spread over a
+//! pixel together, more of them gain more than the average of more images does, so such a render is better in a longer time than this
+//! judgement says. Trials take turns, so that a slow spell of the machine meets all of them. Where a whole image would take too
+//! long, some [windows](Window) of it stand for it.
+//!
+//! ```
+//! use restir_host::render::Render;
+//! use restir_host::technique::path::PathSettings;
+//! use restir_host::trial::{Subject, Tried, Window, judge, try_once, wall_clock};
+//! use restir_host::{Error, buffers::SceneBuffers, exec::CpuExecutor, scene::Scene};
+//!
+//! let scene = Scene::load("cornell")?;
+//! let subject = Subject::new(&scene, SceneBuffers::build(&scene)?, Vec::new(), 1)?;
+//! let windows = Window::spread([16, 16], [16, 16], 0, 1);
+//! let direct = PathSettings { max_depth: 2, ..PathSettings::default() };
+//! let trials = [1, 16].map(|count| {
+//!     subject.trial(&Render { count, ..Render::new([16, 16], direct.clone()) }, &windows)
+//! });
+//!
+//! // three images of each, with other seeds: sixteen samples have less error than one
+//! let (mut tried, clock) = ([Tried::default(), Tried::default()], wall_clock());
+//! for seed in 0..3 {
+//!     try_once(&mut CpuExecutor::new(None)?, &clock, &trials, &mut tried, seed, &mut |_| Ok(()))?;
+//! }
+//! let judged = judge(&trials, &tried);
+//! assert!(judged[1].mse.value < 0.5 * judged[0].mse.value);
+//! # Ok::<(), Error>(())
+//! ```
 
 mod subject;
 mod window;

@@ -3,6 +3,27 @@
 //! It needs no proof of its own: the closest hit is *defined* by [`restir_shared::geometry`], the triangles are tested by
 //! the same operations in the same order, eight at a time, and boxes by the same monotone arithmetic. Ids are those of
 //! the arena, so the tree may be any tree.
+//!
+//! ```
+//! use restir_host::wide_bvh::{SimdLevel, WideBvh};
+//! use restir_host::{Error, buffers::SceneBuffers, scene::Scene};
+//! use restir_shared::camera::primary_ray;
+//! use restir_shared::geometry::Solid;
+//! use restir_shared::glam::Vec2;
+//! use restir_shared::scene::{Hierarchy, Trace};
+//!
+//! let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
+//! let (view, camera) = (scene.view(), scene.camera.params(16, 16));
+//! // every level that this processor has gives the hits of the arena's tree
+//! for level in SimdLevel::available() {
+//!     let tree = WideBvh::new(&view).with_level(level);
+//!     for pixel in 0..256 {
+//!         let ray = primary_ray(&camera, Vec2::new((pixel % 16) as f32, (pixel / 16) as f32), Vec2::ZERO);
+//!         assert_eq!(tree.closest(&ray, &Solid), view.closest(&ray));
+//!     }
+//! }
+//! # Ok::<(), Error>(())
+//! ```
 
 mod any;
 mod boxes;

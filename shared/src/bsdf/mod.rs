@@ -12,7 +12,9 @@
 //! | [`SPECULAR_REFLECTION`] | `D G2 (f0 + (f90 - f0)(1 - o.h)^5 + m I + T F) / (4 cos_o cos_i)` |
 //! | [`SPECULAR_TRANSMISSION`] | `T base (1 - F) D G2 abs(o.h i.h) no^2 / (cos_o cos_i (ni i.h + no o.h)^2)` |
 //!
-//! where D and G2 are GGX with Smith's height-correlated masking (Walter et al. 2007, eq. 33; Heitz 2014, eq. 99; Walter's
+//! Here o is the direction to the viewer, i that to the light, h the half vector of the two (Walter et al. 2007, eq. 13 and 16), `cos_o` and
+//! `cos_i` are their cosines to the normal, and `no` and `ni` the indices of refraction on their sides. `base` is the base colour,
+//! `color` that of diffuse transmission. D and G2 are GGX with Smith's height-correlated masking (Walter et al. 2007, eq. 33; Heitz 2014, eq. 99; Walter's
 //! eq. 21 for the transmission), F is Fresnel's reflectance of a dielectric, `Fs` Schlick's approximation between
 //! f0s and f90s, `f0 = m base + P f0s` and `f90 = m + P f90s`. With s and k the factor and the colour of
 //! `KHR_materials_specular` (1 without it), `f0s = s min(k ((ior - 1) / (ior + 1))^2, 1)` and f90s = s; with `ior = 1` P has no
@@ -38,6 +40,27 @@
 //! * Below roughness [`DELTA_BELOW`] the specular lobes are perfect (deltas); so is a transmission lobe that
 //!   refraction makes narrower than [`NARROW_BELOW`], as where the indices of both sides are almost equal.
 //! * A cosine below [`COS_MIN`] counts as zero in value, density and sampling alike.
+//!
+//! ```
+//! use restir_shared::bsdf::{Material, Scattering, ScatteringFunction};
+//! use restir_shared::glam::Vec3;
+//! use restir_shared::layout::FEATURES_ALL;
+//! use restir_shared::rng::{Rng, Sampler};
+//!
+//! // rough white metal, seen at 45 degrees
+//! let metal = Material { metallic: 1.0, roughness: 0.6, ..Material::diffuse(Vec3::ONE) };
+//! let bsdf = metal.bsdf(Vec3::new(0.5_f32.sqrt(), 0.0, 0.5_f32.sqrt()), true, FEATURES_ALL);
+//!
+//! // sampled directions have the value and the density that `evaluate` gives, and their mean weight is the albedo: all light comes back
+//! let mut albedo = 0.0;
+//! for i in 0..4096 {
+//!     let sample = bsdf.sample(Rng::new(0, 0, i, 7, Sampler::Sobol).draw(0));
+//!     albedo += sample.weight.x / 4096.0;
+//!     let evaluation = bsdf.evaluate(sample.direction);
+//!     assert!((evaluation.pdf - sample.pdf).abs() <= 1e-3 * sample.pdf);
+//! }
+//! assert!((0.98..1.01).contains(&albedo), "{albedo}");
+//! ```
 
 pub mod albedo;
 mod coat;

@@ -6,6 +6,23 @@
 //! passes the triangle's own padded bounds, computed by the same arithmetic as for the boxes of the BVH. That
 //! arithmetic is monotone, so every box around the triangle has an interval at least as wide, and none that holds
 //! the hit can be culled. For the same reason any traversal finds **all** hits on a segment ([`Crossings`]).
+//!
+//! ```
+//! use restir_shared::geometry::{Ray, Slab, TriangleTest};
+//! use restir_shared::glam::Vec3;
+//!
+//! let ray = Ray { origin: Vec3::new(0.5, 0.5, 3.0), direction: Vec3::NEG_Z, t_max: Ray::FAR, key: 0 };
+//! let (slab, test) = (Slab::new(&ray, Vec3::ZERO, Vec3::ONE), TriangleTest::new(&ray));
+//!
+//! // the box of the scene is entered and left again, padded by less than 2^-16 of the distances
+//! let (near, far) = slab.interval(Vec3::ZERO, Vec3::ONE);
+//! assert!((near - 2.0).abs() < 1e-4 && (far - 3.0).abs() < 1e-4);
+//!
+//! // two triangles of a square share the edge through the middle of the ray: it does not slip between them
+//! let corners = [Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y];
+//! let hits = [[0, 1, 2], [0, 2, 3]].map(|[a, b, c]| test.hit(&slab, 0, corners[a], corners[b], corners[c]));
+//! assert!(hits.iter().any(|hit| hit.is_hit() && hit.t == 3.0));
+//! ```
 
 mod coverage;
 mod crossings;

@@ -22,6 +22,41 @@
 //! | texels | texture | a quarter | four RGBA texels of 8 bits a channel |
 //! | texels | environment | 1 | `radiance.rgb, lower bound of the column's share of its row`, in 2^-32 |
 //! | texels | environment rows | 1 | `lower bound of the row's share, 0, 0, 0`, in 2^-32 |
+//!
+//! A scene of one grey triangle, laid out by hand:
+//!
+//! ```
+//! use restir_shared::geometry::Ray;
+//! use restir_shared::glam::{UVec4, Vec3};
+//! use restir_shared::layout::{LEAF, LEAF_COUNT_SHIFT, MATERIAL_WORDS, NONE, SceneHeader};
+//! use restir_shared::scene::{SceneView, Surface, Trace};
+//!
+//! let word = |[x, y, z]: [f32; 3], w| UVec4::new(x.to_bits(), y.to_bits(), z.to_bits(), w);
+//! // the corners, with the material 0, no light, and the object 0
+//! let geometry = [word([0.0, 0.0, 0.0], 0), word([1.0, 0.0, 0.0], NONE), word([0.0, 1.0, 0.0], 0)];
+//! let mut attributes = [UVec4::ZERO; MATERIAL_WORDS as usize];
+//! attributes[0] = word([0.5; 3], 0);
+//! attributes[1].w = NONE;
+//!
+//! let header = SceneHeader {
+//!     bounds_hi: [1.0, 1.0, 0.0],
+//!     triangle_count: 1,
+//!     // the root is a leaf of one triangle, the one of index 0
+//!     root: LEAF | (1 << LEAF_COUNT_SHIFT),
+//!     alias_base: NONE,
+//!     shading_base: NONE,
+//!     environment_base: NONE,
+//!     counterpart_base: NONE,
+//!     ..SceneHeader::default()
+//! };
+//! let (geometry, attributes) = (&geometry, &attributes);
+//! let scene: SceneView = SceneView { header, geometry, attributes, texels: &[], features: 0, tracer: None };
+//!
+//! let ray = Ray { origin: Vec3::new(0.25, 0.5, 2.0), direction: Vec3::NEG_Z, t_max: Ray::FAR, key: 0 };
+//! let hit = scene.closest(&ray);
+//! assert_eq!((hit.t, hit.id, hit.uv.to_array()), (2.0, 0, [0.25, 0.5]));
+//! assert_eq!(scene.surface(&ray, &hit).material.base_color, Vec3::splat(0.5));
+//! ```
 
 mod camera;
 mod film;

@@ -1,7 +1,28 @@
 //! Homogeneous media that scatter and absorb light: their coefficients, how far light goes in them, and where it turns.
 //!
-//! Light that travels a distance t is left with `exp(-extinction t)`. Where it does not go on, the part `albedo` of it is scattered
-//! ([`crate::sampling::sample_henyey_greenstein`]), and the rest absorbed. Each colour channel has coefficients of its own; directions turn alike in all of them.
+//! The *extinction* of a medium is the expected number of collisions per unit length, and its *albedo* the part of a collision that is
+//! scattered; the rest is absorbed. Of light that travels a distance t the part `exp(-extinction t)` has not collided (Beer and Lambert).
+//! Each colour channel has coefficients of its own; directions turn alike in all of them
+//! ([`sample_henyey_greenstein`](crate::sampling::sample_henyey_greenstein)).
+//!
+//! ```
+//! use restir_shared::glam::{Vec2, Vec3};
+//! use restir_shared::medium::{Channels, Medium, transmittance};
+//!
+//! // a medium by the colour of its surface, and by the mean free path of light in it: green goes farthest
+//! let medium = Medium::of_color(Vec3::new(0.2, 0.8, 0.4), Vec3::new(1.0, 4.0, 2.0), 0.0);
+//! assert!(medium.albedo.y > medium.albedo.z && medium.albedo.z > medium.albedo.x);
+//! assert!((transmittance(medium.extinction, 4.0).y - (-1.0_f32).exp()).abs() < 1e-6);
+//!
+//! // distances to collisions: the mean of what passes a slab of thickness 2, over uniform numbers, is its transmittance
+//! let channels = Channels::new(medium.extinction, medium.albedo);
+//! let mut passed = Vec3::ZERO;
+//! for i in 0..4096 {
+//!     let u = Vec2::new((i % 64) as f32 + 0.5, (i / 64) as f32 + 0.5) / 64.0;
+//!     passed += if channels.sample(u) > 2.0 { channels.passed(2.0) / 4096.0 } else { Vec3::ZERO };
+//! }
+//! assert!((passed - transmittance(medium.extinction, 2.0)).length() < 0.02);
+//! ```
 
 mod distance;
 mod interior;

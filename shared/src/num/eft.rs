@@ -1,7 +1,21 @@
 //! Error-free transforms: the rounding error of a sum or product as a second number.
 //!
-//! They hold only where nothing is contracted or reassociated, so a build that breaks the contract shows in them
-//! first.
+//! In the documentation of these functions `fl(x)` is the floating-point number nearest to x. The transforms hold only where nothing is
+//! contracted or reassociated, so a build that breaks this contract shows in them first.
+//!
+//! ```
+//! use restir_shared::num::eft::{Sum, difference_of_products, two_prod, two_sum};
+//!
+//! // what a sum loses comes back as the second number
+//! assert_eq!(two_sum(1.0, 1e-9), (1.0, 1e-9));
+//! let (product, error) = two_prod(0.1, 0.1);
+//! assert_eq!(f64::from(product) + f64::from(error), f64::from(0.1_f32) * f64::from(0.1_f32));
+//!
+//! // (1 + e)(1 - e) - 1 = -e², of which ordinary arithmetic leaves nothing
+//! let e = 1.0 / 8192.0;
+//! assert_eq!(difference_of_products(1.0 + e, 1.0 - e, 1.0, 1.0), -e * e);
+//! assert_eq!(Sum::new(1.0, 1e-9).plus(-1.0).total(), 1e-9);
+//! ```
 
 /// `(s, e)` with `s = fl(a + b)` and `s + e = a + b` (Knuth).
 #[inline(always)]

@@ -10,6 +10,20 @@
 //! within [`SEED_SLACK`] of the true value: how a device rounds the seed's arithmetic does not matter.
 //!
 //! Conditions are joined by `|` and `&`, which become selects; `||` would become a branch each on the device.
+//!
+//! ```
+//! use restir_shared::num::soft;
+//!
+//! // the forms of the device, run on the host, have the bits of its hardware
+//! for x in [1.0_f32, 3.0, 0.7, 1.0e-30, 16_777_215.0] {
+//!     assert_eq!(soft::div(2.0, x), 2.0 / x);
+//!     assert_eq!(soft::recip(x), 1.0 / x);
+//!     assert_eq!(soft::sqrt(x).to_bits(), restir_shared::num::sqrt(x).to_bits());
+//! }
+//! // 2^-126 is the smallest normal number, and a quotient below it is zero
+//! assert_eq!(soft::div(2.0 * f32::MIN_POSITIVE, 2.0), f32::MIN_POSITIVE);
+//! assert_eq!(soft::div(f32::MIN_POSITIVE, 2.0), 0.0);
+//! ```
 
 use super::mul_wide;
 use super::parts::{INFINITY, NAN, SIGN, nearest};

@@ -1,4 +1,5 @@
-//! What resampling asks of a kind of sample.
+//! What resampling asks of a kind of sample: [`Domain`] says what a sample is and what a pixel makes of it, [`Pixels`] where the
+//! reservoirs of other pixels lie.
 //!
 //! A sample x of pixel i is shifted to pixel j: T(x), a sample of j's domain, with the Jacobian J of T at x (Lin et al. 2022,
 //! "Generalized Resampled Importance Sampling", eq. 9). Everything that is compared about one sample is measured in the
@@ -9,6 +10,17 @@
 //! A shift from i to j has to be undone by the one from j to i, with the inverse Jacobian, and has to fail if that one would.
 //! Forms of MIS that ask what a third pixel makes of a sample ([`Mis::asks_for_third`](super::mis::Mis::asks_for_third))
 //! are unbiased only if shifts compose, too: from i to j is from i to the pixel that combines, then on to j.
+//!
+//! The simplest domain: all pixels have the same numbers, and want different multiples of them.
+//!
+//! ```
+#![doc = include_str!("line.rs")]
+//!
+//! let (here, there) = (Source { is_other: false, pixel: 0 }, Source { is_other: true, pixel: 2 });
+//! let shifted = Line.shift(0.25, there, here, &1.0);
+//! assert!(shifted.exists);
+//! assert_eq!(Line.target(&Line.evaluate(&1.0, shifted.sample)) * shifted.jacobian, 0.25);
+//! ```
 
 use super::packed::Stored;
 use super::reproject::{Grid, Place};

@@ -9,6 +9,43 @@
 //! 1. [`offer`]: what the pixel's own sample is to its neighbours;
 //! 2. [`receive`]: the targets of the neighbours' samples at the pixel, and what these samples send by way of it;
 //! 3. [`own_share`]: the weight that the neighbours' targets give to the pixel's own sample.
+//!
+//! Two pixels in a row share samples of the domain that the documentation of [`domain`](super::domain) shows.
+//!
+//! ```
+//! # mod line { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/resample/line.rs")); }
+//! # use line::Line;
+//! use restir_shared::glam::Vec3;
+//! use restir_shared::resample::exchange::{Neighbours, Offers, Uses, offer, own_share, receive};
+//! use restir_shared::resample::packed::Stored;
+//! use restir_shared::resample::reproject::Grid;
+//! use restir_shared::resample::similar::{Facet, Similarity};
+//!
+//! struct Plane([Stored<f32>; 2]);
+//! impl Offers for Plane {
+//!     type Sample = f32;
+//!     fn reservoir(&self, pixel: u32) -> Stored<f32> { self.0[pixel as usize] }
+//!     fn facet(&self, pixel: u32) -> Facet {
+//!         Facet { position: Vec3::X * pixel as f32, normal: Vec3::Z, distance: 1.0 }
+//!     }
+//!     // of the pixel i: the factor i + 1 times the sample
+//!     fn target(&self, pixel: u32) -> f32 { (pixel + 1) as f32 * self.0[pixel as usize].sample }
+//! }
+//! let keeps = |sample| Stored { sample, contribution_weight: 1.0, confidence: 1.0, visibility: Vec3::ONE };
+//! let plane = Plane([keeps(0.5), keeps(0.5)]);
+//! let similarity = Similarity { max_plane_distance: 0.1, min_normal_cos: 0.9 };
+//! // one pair of neighbours, at the offsets (1, 0) and (-1, 0), of which each of the two pixels has one
+//! let grid = Grid { width: 2, height: 1 };
+//! let neighbours = Neighbours { grid, count: 2, pairs: [1, 0, 0, 0], near_radius: 0.0, similarity };
+//! let uses = Uses { mis: false, traced: false };
+//!
+//! let received = [0, 1].map(|x| receive(&Line, &plane, &neighbours, uses, &((x + 1) as f32), [x, 0]));
+//! let pairs = received.map(|(pairs, _)| pairs);
+//! let own = offer(&Line, &1.0, &plane.0[0], false, false);
+//! let share = own_share(&plane, &neighbours, &pairs, [0, 0]);
+//! // both pixels keep the same sample of weight 1, so that the weights of the two have to make the pixel's value of it
+//! assert!((received[0].1.x + own.radiance.x * share - 0.5).abs() < 1e-6);
+//! ```
 
 use super::domain::{Domain, Source};
 use super::mis::Pair;

@@ -1,4 +1,50 @@
-//! One reservoir of several: temporal reuse, spatial reuse, or both at once, of any kind of sample.
+//! How several reservoirs become one, for any kind of sample: with those of the last frame (temporal reuse), of neighbours
+//! (spatial reuse), or of both at once.
+//!
+//! [`combine`] takes the reservoir of a pixel, which is *canonical*, looks for others by the [`Rules`], and selects one of all their samples by the
+//! weights of a form of MIS ([`mis`](super::mis)). Bitterli et al. 2020, Algorithms 4 to 6, are the case of samples that
+//! need no Jacobian, Lin et al. 2022 ("Generalized Resampled Importance Sampling") the general one.
+//!
+//! Three pixels in a row, over the domain that the documentation of [`domain`](super::domain) shows: the first one combines its reservoir with
+//! those of the others.
+//!
+//! ```
+//! # mod line { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/resample/line.rs")); }
+//! # use line::Line;
+//! # use restir_shared::glam::Vec3;
+//! # use restir_shared::resample::domain::{Domain, Source};
+#![doc = include_str!("row.rs")]
+//!
+//! use restir_shared::resample::merge::{Draws, Others, Rules, Uses, combine};
+//! use restir_shared::resample::mis::Mis;
+//! use restir_shared::resample::similar::Similarity;
+//! use restir_shared::rng::{Rng, Sampler, unit};
+//!
+//! let uses = Uses { selection: false, mis: false, forgotten: false, shading: false, mean: false };
+//! let rules = Rules {
+//!     form: Mis::PAIRWISE_DEFENSIVE,
+//!     others: Others::SameFrame,
+//!     neighbours: 3,
+//!     radius: 2.0,
+//!     near_radius: 0.0,
+//!     similarity: Similarity { max_plane_distance: 0.1, min_normal_cos: 0.9 },
+//!     confidence_cap: 20.0,
+//!     visibility: uses,
+//! };
+//! // each pixel has a uniform number; the pixel 0 wants x, whose integral is 1/2
+//! let (mut sum, mut confidence) = (0.0, 0.0);
+//! for trial in 0..2000 {
+//!     let rng = Rng::new(trial, 0, 0, 7, Sampler::Independent);
+//!     let words = rng.hash(0);
+//!     let reservoir = |word| Stored { sample: unit(word), contribution_weight: 1.0, confidence: 1.0, visibility: Vec3::ONE };
+//!     let reservoirs = [words.x, words.y, words.z].map(reservoir);
+//!     let (combined, _) = combine(&Row(&reservoirs), &rules, reservoirs[0], [0, 0], &Draws { rng, dimension: 1 });
+//!     confidence += combined.confidence;
+//!     sum += combined.sample * combined.contribution_weight;
+//! }
+//! // the estimate is unbiased, and stands for two pixels and more in the mean
+//! assert!((sum / 2000.0 - 0.5).abs() < 0.02 && confidence / 2000.0 > 2.0);
+//! ```
 
 use super::domain::{Domain, Pixels, SampleOf, Source};
 use super::mis::{Combine, INPUTS, Mis};

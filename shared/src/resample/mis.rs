@@ -28,6 +28,26 @@
 //!
 //! The formulas printed in the supplement of Bitterli et al. 2020 leave M out of the sum in contribution MIS, which is M
 //! times too bright, and out of Talbot's weights, which is biased for unequal M.
+//!
+//! Two inputs that can both produce a sample, by the generalised balance heuristic:
+//!
+//! ```
+//! use restir_shared::resample::mis::{Combine, Mis};
+//!
+//! // the same sample in two reservoirs, of the confidence 1 and 3; its target is 2 at the first pixel and 4 at the second one
+//! let mut combine = Combine::new(Mis::TALBOT, 1.0);
+//! combine.input(1.0, 1.0_f64);
+//! combine.input(3.0, 1.0);
+//! for receiver in [0, 1] {
+//!     for sample in [0, 1] {
+//!         assert!(Mis::TALBOT.asks_for(receiver, sample));
+//!         combine.target(receiver, sample, [2.0, 4.0][receiver as usize]);
+//!     }
+//! }
+//! // M_i a_i / (M_0 a_0 + M_1 a_1), which is one in sum; nothing is left to do after the selection
+//! assert_eq!((combine.weight(0), combine.weight(1)), (1.0 * 2.0 / 14.0, 3.0 * 4.0 / 14.0));
+//! assert_eq!(combine.share(), 1.0);
+//! ```
 
 use crate::num::Scalar;
 

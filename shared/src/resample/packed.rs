@@ -1,4 +1,19 @@
-//! Reservoirs between passes.
+//! What a reservoir is between two passes ([`Stored`]), and how a visibility takes 16 bits of it. A technique packs the sample itself,
+//! for only it knows what that is.
+//!
+//! ```
+//! use restir_shared::glam::Vec3;
+//! use restir_shared::resample::packed::{dithered, pack_visibility, unpack_visibility};
+//!
+//! // grey is kept as a half
+//! assert_eq!(unpack_visibility(pack_visibility(Vec3::splat(0.125))), Vec3::splat(0.125));
+//!
+//! // a colour is rounded to steps of 1/31, up or down by a random number, so that its mean stays what it is
+//! let glass = Vec3::new(1.0, 0.62, 0.1);
+//! let kept = |i: u32| unpack_visibility(pack_visibility(dithered(glass, (i as f32 + 0.5) / 256.0)));
+//! let mean = (0..256).map(kept).sum::<Vec3>() / 256.0;
+//! assert!((mean - glass).abs().max_element() < 1e-3);
+//! ```
 
 use crate::num;
 use crate::pack::{f32_from_half, half_from_f32};

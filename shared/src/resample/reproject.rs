@@ -1,4 +1,26 @@
-//! Where a combine looks for other reservoirs.
+//! Where other reservoirs are looked for: at the pixel that saw the same surface in another frame ([`Grid::project`]), and at places around a
+//! pixel ([`Grid::nearby`]).
+//!
+//! ```
+//! use restir_shared::camera::primary_ray;
+//! use restir_shared::glam::{UVec4, Vec2, Vec3};
+//! use restir_shared::layout::CameraParams;
+//! use restir_shared::resample::reproject::{Grid, Place};
+//!
+//! let grid = Grid { width: 64, height: 48 };
+//! let camera = CameraParams::pinhole(Vec3::Z * 5.0, Vec3::ZERO, Vec3::Y, 0.1, [64, 48]);
+//!
+//! // what the pixel (10, 20) sees is found in that pixel again
+//! let ray = primary_ray(&camera, Vec2::new(10.5, 20.5), Vec2::ZERO);
+//! let place = grid.project(&camera, ray.origin + ray.direction * 3.0);
+//! assert!(place.inside && [place.x, place.y] == [10, 20]);
+//! // what lies behind the camera is not
+//! assert!(!grid.project(&camera, ray.origin - ray.direction).inside);
+//!
+//! // neighbours within 8 pixels, mirrored at the borders of the image
+//! let near = |n| grid.nearby(8.0, Place { x: 0, y: 47, inside: true }, n, UVec4::ZERO);
+//! assert!((1..20).all(|n| near(n).x <= 8 && near(n).y >= 39));
+//! ```
 
 use crate::layout::CameraParams;
 use crate::num;

@@ -1,5 +1,27 @@
 //! The streaming reservoir: one sample out of many, kept in proportion to its weight (Chao 1982; Bitterli et al. 2020,
 //! Algorithm 2).
+//!
+//! ```
+//! use restir_shared::resample::reservoir::Reservoir;
+//! use restir_shared::rng::{Rng, Sampler, unit};
+//!
+//! // 32 uniform candidates x in [0, 1), of which one is kept in proportion to the target x: what resampled importance sampling does
+//! let estimate = |pixel: u32| {
+//!     let mut reservoir = Reservoir::empty(0.0_f32);
+//!     for candidate in 0..32 {
+//!         let words = Rng::new(pixel, 0, 0, 7, Sampler::Independent).hash(candidate);
+//!         let x = unit(words.x);
+//!         reservoir.update(x, x, 1.0, unit(words.y));
+//!     }
+//!     // the contribution weight stands for 1 / density of the sample that was kept
+//!     let x = reservoir.sample;
+//!     x * x * reservoir.contribution_weight(1.0 / reservoir.confidence, x)
+//! };
+//!
+//! // the mean of f(x) times that weight is the integral of f, for any f that is zero where the target is: here x², of 1/3
+//! let mean = (0..2000).map(estimate).sum::<f32>() / 2000.0;
+//! assert!((mean - 1.0 / 3.0).abs() < 0.02);
+//! ```
 
 use crate::num::Scalar;
 

@@ -1,4 +1,18 @@
-//! Which pixels reuse each other's samples.
+//! Which pixels reuse each other's samples: those whose surfaces lie almost in a plane and face almost the same way. Samples of other pixels
+//! would do no harm but noise, and cost as much.
+//!
+//! ```
+//! use restir_shared::glam::Vec3;
+//! use restir_shared::resample::similar::{Facet, Similarity};
+//!
+//! let similarity = Similarity { max_plane_distance: 0.02, min_normal_cos: 0.9 };
+//! let wall = |x: f32, z: f32| Facet { position: Vec3::new(x, 0.0, z), normal: Vec3::Z, distance: 10.0 };
+//!
+//! // anywhere on the same wall, but not on a step that is more than 0.02 times 10 away, nor around a corner
+//! assert!(similarity.holds(&wall(0.0, 0.0), &wall(5.0, 0.1)));
+//! assert!(!similarity.holds(&wall(0.0, 0.0), &wall(5.0, 0.3)));
+//! assert!(!similarity.holds(&wall(0.0, 0.0), &Facet { normal: Vec3::X, ..wall(1.0, 0.0) }));
+//! ```
 
 use crate::num;
 use crate::vec::dot;

@@ -3,6 +3,23 @@
 //!
 //! [`Rng::hash`] gives independent numbers, by the mixer pcg4d (Jarzynski and Olano 2020, "Hash Functions for GPU Rendering", JCGT
 //! 9(3)). [`Rng::draw`] gives numbers that are spread over the samples of a pixel as its [`Sampler`] says.
+//!
+//! ```
+//! use restir_shared::rng::{Rng, Sampler, unit};
+//!
+//! // the numbers of sample 5 of the pixel (3, 4) with the seed 7: asked again, they are the same
+//! let rng = Rng::new(3, 4, 5, 7, Sampler::Sobol);
+//! assert_eq!(rng.draw(2), Rng::from_key(rng.key(), Sampler::Sobol).draw(2));
+//! assert_ne!(rng.draw(2), rng.draw(3));
+//!
+//! // the first 16 samples of a pixel are spread: each sixteenth of [0, 1) has one of their numbers
+//! let mut sixteenths = [0; 16];
+//! for sample in 0..16 {
+//!     let u = unit(rng.of_sample(sample).draw(2).x);
+//!     sixteenths[(u * 16.0) as usize] += 1;
+//! }
+//! assert_eq!(sixteenths, [1; 16]);
+//! ```
 
 mod owen;
 mod sobol;

@@ -16,6 +16,24 @@
 //! | [`discrete`](sample_discrete) | indices, by an integer distribution function | counting |
 //! | [`table_2d`](sample_table_2d) | cells of a table and positions in them | the unit square |
 //! | [`alias`](sample_alias) | indices, by an alias table; without inverse | counting |
+//!
+//! ```
+//! use restir_shared::glam::Vec2;
+//! use restir_shared::num::PI;
+//! use restir_shared::sampling::{cosine_hemisphere_pdf, invert_cosine_hemisphere, sample_cosine_hemisphere};
+//! use restir_shared::sampling::sample_discrete;
+//!
+//! // a direction about +z from two uniform numbers, its density, and the numbers again
+//! let u = Vec2::new(0.3, 0.7);
+//! let direction = sample_cosine_hemisphere(u);
+//! assert!((cosine_hemisphere_pdf(direction.z) - direction.z / PI).abs() < 1e-6);
+//! assert!((invert_cosine_hemisphere(direction) - u).length() < 1e-5);
+//!
+//! // one of three items with the probabilities 1/2, 0 and 1/2, by the lower bounds of their shares of 2^32 words
+//! let bounds = [0, 1 << 31, 1 << 31];
+//! let chosen = sample_discrete(0xc000_0000, 3, |item| bounds[item as usize]);
+//! assert_eq!((chosen.index, chosen.probability, chosen.fraction), (2, 0.5, 0.5));
+//! ```
 
 mod alias;
 mod blackman_harris;

@@ -1,7 +1,26 @@
 //! What a technique asks of a scene, as small traits that an embedder implements as far as needed, and
 //! [`SceneView`], which implements all of them over the scene's arenas.
 //!
+//! | trait | what it answers | who asks |
+//! |---|---|---|
+//! | [`Trace`] | what a ray hits, and whether a segment is blocked | every technique |
+//! | [`Surface`] | position, normals and material at a hit | every technique |
+//! | [`Lights`] | points on emitters, chosen without regard to the receiver | path tracing |
+//! | [`AddressedLights`] | the same points by a light's index and two coordinates, so that a reservoir can keep them | techniques that reuse samples |
+//! | [`Frames`] | the scene of this frame and of the last one | techniques that reuse samples over time |
+//! | [`Probe`] | all hits of one object on a segment | light that walks under a surface |
+//!
 //! Every method is a function of its arguments alone: techniques rely on asking twice and getting the same bits.
+//!
+//! The following scene can be path traced and rendered with reservoirs by any technique of this crate; the examples of other modules use it.
+//!
+//! ```
+#![doc = include_str!("floor.rs")]
+//!
+//! let down = Ray { origin: Vec3::Y, direction: Vec3::NEG_Y, t_max: Ray::FAR, key: 0 };
+//! let hit = Floor.closest(&down);
+//! assert_eq!((hit.t, Floor.surface(&down, &hit).position), (1.0, Vec3::ZERO));
+//! ```
 
 #[cfg(not(target_arch = "spirv"))]
 mod any;

@@ -33,6 +33,43 @@
 //!
 //! **A shift is undone by the same function** with the roles of the starts exchanged, and it fails where that would fail or give another
 //! path: k is the first vertex at which [`Hybrid`] lets the path be joined, of the path at x as of the path at y.
+//!
+//! A path that ends at a sampled light is taken from one point of a floor to another one. (`Floor` is the scene that the documentation of
+//! [`scene`](crate::scene) shows.)
+//!
+//! ```
+//! # mod floor { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/scene/floor.rs")); }
+//! # use floor::Floor;
+//! use restir_shared::geometry::Ray;
+//! use restir_shared::glam::{UVec4, Vec3};
+//! use restir_shared::rng::{Rng, Sampler};
+//! use restir_shared::scene::{AddressedLights, Trace};
+//! use restir_shared::shift::{Cause, Hybrid, Numbers, Path, Start, shift};
+//!
+//! struct Drawn(Rng);
+//! impl Numbers for Drawn {
+//!     fn scatter(&self, vertex: u32) -> UVec4 { self.0.draw(vertex) }
+//!     fn joins(&self) -> UVec4 { self.0.draw(0) }
+//! }
+//!
+//! let numbers = Drawn(Rng::new(0, 0, 0, 7, Sampler::Sobol));
+//! let light = Floor.choose_address(numbers.0.draw(9));
+//! // vertex 1 is the start, vertex 2 the lamp: row H of the table, whose term is the probability of the light
+//! let path = Path { length: 2, reconnection: 2, light_sampled: true, light, term: 1.0, ..Path::NONE };
+//! let taken = |path: &Path, x: f32| {
+//!     let ray = Ray { origin: Vec3::new(x, 1.0, 0.0), direction: Vec3::NEG_Y, t_max: Ray::FAR, key: 0 };
+//!     shift(&Floor, &numbers, &Hybrid::RECONNECTION, &Start::new(&ray, &Floor.closest(&ray)), path)
+//! };
+//! let at = |x: f32| taken(&path, x);
+//!
+//! // both have a Jacobian of 1; two units aside, light comes at 45 degrees from twice the squared distance: 2^-0.5 / 2
+//! assert_eq!((at(0.0).term, at(2.0).term), (1.0, 1.0));
+//! assert!((at(0.0).value.x - 1.0).abs() < 1e-3);
+//! assert!((at(2.0).value.x - 0.5_f32.sqrt() / 2.0).abs() < 1e-3);
+//! // where a shift gives no path, it says why
+//! let none = taken(&Path::NONE, 0.0);
+//! assert_eq!((none.cause, none.term), (Cause::Unshiftable, 0.0));
+//! ```
 
 mod hybrid;
 mod join;

@@ -1,4 +1,12 @@
-//! Scenes that need no file.
+//! Scenes that need no file, by their names.
+//!
+//! ```
+//! use restir_host::scene::builtin::{NAMES, scene};
+//!
+//! let cornell = scene("cornell").expect("a built-in scene");
+//! assert!(cornell.has_light() && cornell.camera.is_some());
+//! assert!(NAMES.iter().any(|(name, _)| *name == "cornell") && scene("teapot").is_none());
+//! ```
 
 use super::{Mesh, Scene};
 

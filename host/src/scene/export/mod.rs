@@ -10,6 +10,22 @@
 //!
 //! Restir renders both sides of a surface, where glTF hides the back of what is not double-sided; what neither emits nor
 //! encloses a volume is therefore written as double-sided.
+//!
+//! ```
+//! use restir_host::scene::{Scene, export};
+//!
+//! let scene = Scene::load("cornell")?;
+//! let path = &std::env::temp_dir().join(format!("restir-export-{}.glb", std::process::id()));
+//! export::write(&scene, path)?;
+//!
+//! // imported again, the scene is the same
+//! let imported = Scene::open(path)?;
+//! assert_eq!(imported.camera, scene.camera);
+//! assert_eq!(imported.materials, scene.materials);
+//! assert_eq!(imported.bounds(), scene.bounds());
+//! # std::fs::remove_file(path).ok();
+//! # Ok::<(), restir_host::Error>(())
+//! ```
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;

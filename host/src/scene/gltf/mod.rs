@@ -1,13 +1,31 @@
 //! Import of glTF 2.0, `.gltf` and `.glb`.
 //!
-//! Read are meshes (triangles, strips and fans) with normals, tangents and texture coordinates, their morph targets and
-//! skins, the node hierarchy, animations of nodes and weights, the first perspective camera, materials with their textures (PNG and JPEG), and the extensions in
-//! [`SUPPORTED_EXTENSIONS`]. What is skipped or replaced gets a warning: alpha (all surfaces are opaque), textures of
-//! transmission and thickness, the range of lights, a second set of texture coordinates in one material. Occlusion
+//! The import reads meshes (triangles, strips and fans) with normals, tangents and texture coordinates, their morph targets and
+//! skins, the node hierarchy, animations of nodes and weights, the first perspective camera, materials with their alpha and their textures
+//! (PNG and JPEG), and the extensions in [`SUPPORTED_EXTENSIONS`]. What is skipped or replaced gets a warning: textures of
+//! transmission and thickness, vertex colours, the range of lights, a second set of texture coordinates in one material. Occlusion
 //! textures are not needed.
 //!
 //! The file is untrusted. The `gltf` crate only gives the structs of the JSON; its readers and its validation index
 //! without checks, so every reference and every range is checked here.
+//!
+//! ```
+//! // a triangle, whose three corners are 36 bytes in base64
+//! let text = r#"{ "asset": { "version": "2.0" },
+//!     "buffers": [{ "byteLength": 36, "uri": "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA" }],
+//!     "bufferViews": [{ "buffer": 0, "byteLength": 36 }],
+//!     "accessors": [{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0] }],
+//!     "meshes": [{ "name": "sail", "primitives": [{ "attributes": { "POSITION": 0 } }] }],
+//!     "nodes": [{ "mesh": 0, "translation": [0, 0, 5] }], "scenes": [{ "nodes": [0] }], "scene": 0 }"#;
+//! let path = &std::env::temp_dir().join(format!("restir-sail-{}.gltf", std::process::id()));
+//! std::fs::write(path, text)?;
+//!
+//! let scene = restir_host::scene::gltf::load(path)?;
+//! assert_eq!(scene.meshes[0].positions, [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+//! assert_eq!(scene.bounds(), [[0.0, 0.0, 5.0], [1.0, 1.0, 5.0]]);
+//! # std::fs::remove_file(path).ok();
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;

@@ -1,4 +1,20 @@
 //! Path tracing: the reference for all other techniques.
+//!
+//! ```
+//! use restir_host::render::Render;
+//! use restir_host::technique::explain::Place;
+//! use restir_host::technique::path::{PathSettings, explain_sample};
+//! use restir_host::{Error, buffers::SceneBuffers, scene::Scene};
+//!
+//! let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
+//! let job = Render { count: 4, ..Render::new([32, 24], PathSettings { max_depth: 4, ..PathSettings::default() }) };
+//!
+//! // the third sample of a pixel, vertex by vertex; its contributions are all that the film gets of it
+//! let path = explain_sample(&scene, &job, Place { x: 16, y: 12, sample: 2 })?;
+//! assert!((1..=4).contains(&path.vertices.len()));
+//! assert_eq!(path.sum_of_parts(), path.radiance);
+//! # Ok::<(), Error>(())
+//! ```
 
 mod explain;
 mod hybrid;

@@ -1,4 +1,23 @@
 //! Direct light by ReSTIR: frames that reuse each other's reservoirs.
+//!
+//! ```
+//! use restir_host::render::Render;
+//! use restir_host::technique::Technique;
+//! use restir_host::technique::restir_di::{DiSettings, render_with_layers};
+//! use restir_host::{Error, buffers::SceneBuffers, exec::CpuExecutor, scene::Scene};
+//!
+//! let settings = DiSettings::preset("quality").expect("a preset");
+//! assert!(settings.biases().is_empty());
+//!
+//! // eight frames, of which each reuses what the ones before it have found
+//! let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
+//! let job = Render { count: 8, ..Render::new([32, 24], settings) };
+//! let (rendered, layers) = render_with_layers(&mut CpuExecutor::new(None)?, &scene, &job, &mut |_| Ok(()))?;
+//! assert_eq!(rendered.dropped_samples, 0);
+//! // the reservoirs of the last frame stand for more than the candidates of one
+//! assert!(layers.reservoirs.iter().any(|reservoir| reservoir.confidence > 4.0));
+//! # Ok::<(), Error>(())
+//! ```
 
 mod explain;
 mod genealogy;

@@ -1,4 +1,17 @@
-//! Coefficients of the fits: made by `cargo xtask albedo --write`.
+//! Coefficients of the fits that [`super::Albedo`] evaluates, made by `cargo xtask albedo --write`.
+//!
+//! They are public for who computes the fits in another precision or language. In the names of the tables r is the roughness, `alpha = r²`,
+//! mu the cosine, and L, g, H, A, B, D and s are those of the [module above](super).
+//!
+//! ```
+//! use restir_shared::bsdf::albedo::{Albedo, fit};
+//!
+//! // the mean loss of metal, `alpha` times a polynomial of the roughness, in double precision
+//! let roughness = 0.7_f64;
+//! let polynomial = fit::MEAN_LOST.iter().rev().fold(0.0, |sum, &c| sum * roughness + f64::from(c));
+//! let mean = roughness * roughness * polynomial;
+//! assert!((mean - f64::from(Albedo::mean(0.7).all)).abs() < 1e-5);
+//! ```
 
 /// L: rows for A, B and D by power of s, columns by power of alpha.
 pub const LOST: [[f32; 4]; 7] = [

@@ -11,6 +11,22 @@
 //! Facets that reflect Schlick's weight reflect `(1 - L) (1 - c)^5` with `c = mu + alpha p H(s, mu, r)`, a mean cosine
 //! between the viewer and their normals. The fits err towards loss: a white surface never returns more than 1.0005 of the
 //! light that reaches it, and at least 0.99 (docs/albedo.md).
+//!
+//! ```
+//! use restir_shared::bsdf::albedo::Albedo;
+//!
+//! // of the roughest metal, seen from above, single scattering loses the share ln 2
+//! let rough = Albedo::new(1.0).towards(1.0);
+//! assert!((rough.losses.all - core::f32::consts::LN_2).abs() < 0.01);
+//! // what balances the loss enlarges the lobe, and smooth metal needs next to nothing of it
+//! let smooth = Albedo::new(0.1).towards(1.0);
+//! assert!(rough.gain > 1.2 && (1.0..1.001).contains(&smooth.gain));
+//!
+//! // the mean over all directions, by the projected solid angle, lies between those of the best and the worst direction
+//! let mean = Albedo::mean(0.5).all;
+//! let of = |cos| Albedo::new(0.5).towards(cos).losses.all;
+//! assert!(of(1.0) < mean && mean < of(0.3));
+//! ```
 
 pub mod fit;
 

@@ -1,4 +1,23 @@
 //! Path tracing: next-event estimation and BSDF sampling, joined by the balance heuristic (Veach 1997, §9.2).
+//!
+//! A sample is one path from the camera. (`Floor` is the scene that the documentation of [`scene`](crate::scene) shows.)
+//!
+//! ```
+//! # mod floor { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/scene/floor.rs")); }
+//! # use floor::Floor;
+//! use restir_shared::geometry::Ray;
+//! use restir_shared::glam::Vec3;
+//! use restir_shared::rng::{Rng, Sampler};
+//! use restir_shared::technique::path::radiance;
+//!
+//! // a ray down to the point below the lamp, whose radiance is 1; two segments are direct light, more add nothing to a floor alone
+//! let ray = Ray { origin: Vec3::Y, direction: Vec3::NEG_Y, t_max: Ray::FAR, key: 0 };
+//! for depth in [2, 5] {
+//!     let samples = (0..16).map(|sample| radiance(&Floor, ray, &Rng::new(0, 0, sample, 7, Sampler::Sobol), depth, false));
+//!     let mean = samples.sum::<Vec3>() / 16.0;
+//!     assert!((mean - Vec3::ONE).length() < 1e-3);
+//! }
+//! ```
 
 pub mod hybrid;
 pub mod media;

@@ -29,6 +29,41 @@
 //!
 //! Visibility can enter in four places ([`Flags`]), and not every combination is unbiased; the host's
 //! settings know which are.
+//!
+//! Two frames of a still scene, of two pixels side by side. (`Floor` is the scene that the documentation of [`scene`](crate::scene) shows;
+//! with one lamp alone there is nothing to choose, and no noise.)
+//!
+//! ```
+//! # mod floor { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/scene/floor.rs")); }
+//! # use floor::Floor;
+//! use restir_shared::glam::Vec3;
+//! use restir_shared::layout::CameraParams;
+//! use restir_shared::scene::Still;
+//! use restir_shared::technique::restir_di::{DiParams, Planes, combine, initial, primary, shade};
+//!
+//! let pixels = [[0, 0], [1, 0]];
+//! let camera = CameraParams::pinhole(Vec3::Y, Vec3::ZERO, Vec3::Z, 0.01, [2, 1]);
+//! let mut last = Vec::new();
+//! for frame in 0..2 {
+//!     let params = DiParams::new(camera, [2, 1], 7).of_frame(frame, camera);
+//!     let hits = pixels.map(|at| primary(&Floor, &params, at));
+//!     let made = [0, 1].map(|i| initial(&Floor, &params, &[], hits[i], pixels[i]));
+//!     let mut reservoirs = made.map(|(reservoir, _, _)| reservoir);
+//!     if frame > 0 {
+//!         let planes = Planes { hits: &hits, other_hits: &hits, others: &last };
+//!         let params = params.with_last(camera, true);
+//!         reservoirs = [0, 1].map(|i| combine(Still(Floor), &params, &planes, reservoirs[i], pixels[i]).0);
+//!     }
+//!     let planes = Planes { hits: &hits, other_hits: &hits, others: &reservoirs };
+//!     let params = params.with_neighbours(0);
+//!     let shared = [0, 1].map(|i| combine(Still(Floor), &params, &planes, reservoirs[i], pixels[i]).0);
+//!     for i in [0, 1] {
+//!         let pixel = shade(Floor, &params, hits[i], shared[i], made[i].1, pixels[i]);
+//!         assert!((pixel.sum[0] - 1.0).abs() < 2e-3);
+//!     }
+//!     last = shared.to_vec();
+//! }
+//! ```
 
 mod combine;
 mod domain;

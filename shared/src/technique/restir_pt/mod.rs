@@ -25,6 +25,53 @@
 //! | 2 | which candidate is kept |
 //! | 3 | which neighbour's path is kept |
 //! | 4 | where neighbours lie |
+//!
+//! Two pixels that share their paths with each other. (`Floor` is the scene that the documentation of [`scene`](crate::scene) shows.)
+//!
+//! ```
+//! # mod floor { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/scene/floor.rs")); }
+//! # use floor::Floor;
+//! use restir_shared::glam::Vec3;
+//! use restir_shared::layout::{CameraParams, SceneHeader};
+//! use restir_shared::resample::mis::Mis;
+//! use restir_shared::scene::Still;
+//! use restir_shared::shift::Hybrid;
+//! use restir_shared::technique::restir_pt::{PtParams, Shares, merge, pair, shade, shift_job, trace};
+//!
+//! let camera = CameraParams::pinhole(Vec3::Y, Vec3::ZERO, Vec3::Z, 0.01, [2, 1]);
+//! let params = PtParams {
+//!     scene: SceneHeader::default(),
+//!     other_scene: SceneHeader::default(),
+//!     camera,
+//!     other_camera: camera,
+//!     hybrid: Hybrid::RECONNECTION,
+//!     width: 2,
+//!     height: 1,
+//!     frame: 0,
+//!     seed: 7,
+//!     max_depth: 3,
+//!     flags: 0,
+//!     // the offsets (1, 0) and (-1, 0), in a layer of jobs each
+//!     neighbours: 2,
+//!     layers: 2,
+//!     pairs: [1, 0, 0, 0],
+//!     max_plane_distance: 0.1,
+//!     min_normal_cos: 0.9,
+//!     form: Mis::PAIRWISE_DEFENSIVE.bits(),
+//!     merge: 0,
+//!     confidence_cap: 1.0,
+//!     reserved: [0; 2],
+//! };
+//! let traced = [0, 1].map(|x| trace(&Floor, &params, [x, 0]));
+//! let (starts, paths) = (traced.map(|pixel| pixel.start), traced.map(|pixel| pixel.path));
+//! let jobs = [[0, 0], [1, 0], [0, 1], [1, 1]].map(|at| pair(&params, &traced.map(|pixel| pixel.facet), at));
+//! let shifted = jobs.map(|job| shift_job(&Still(&Floor), &params, job, &starts, &paths));
+//! let shares = Shares { paths: &paths, jobs: &jobs, shifted: &shifted, returned: &[] };
+//! for x in [0, 1] {
+//!     let pixel = shade(&merge(&params, &shares, paths[x as usize], [x, 0]), traced[x as usize].direct);
+//!     assert!((pixel.sum[0] - 1.0).abs() < 2e-3);
+//! }
+//! ```
 
 mod candidates;
 mod initial;

@@ -10,6 +10,27 @@
 //!
 //! A walk may have thousands of segments and a dispatch should not. So it is cut into stretches, and a path that stops after a collision
 //! waits as a [`PackedWalker`]. Bits do not depend on where it is cut.
+//!
+//! A scene without any medium is the simplest case: every path ends within its first stretch, with the bits of [`path`](super). (`Floor` is
+//! the scene that the documentation of [`scene`](crate::scene) shows.)
+//!
+//! ```
+//! # mod floor { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/scene/floor.rs")); }
+//! # use floor::Floor;
+//! use restir_shared::glam::Vec3;
+//! use restir_shared::layout::CameraParams;
+//! use restir_shared::technique::path::media::{MediaParams, PackedWalker, Tally, stretch};
+//! use restir_shared::technique::path::{self, PathParams};
+//!
+//! let camera = CameraParams::pinhole(Vec3::Y, Vec3::ZERO, Vec3::Z, 0.1, [1, 1]);
+//! let path = PathParams { camera, width: 1, height: 1, max_depth: 3, ..PathParams::default() };
+//! let params = MediaParams { path, begins: 1, stretch: 64, longest_walk: 1024, most_order: u32::MAX, ..MediaParams::default() };
+//!
+//! // paths that wait would be given back with `begins: 0`, until none is left
+//! let end = stretch(&Floor, &params, PackedWalker::default(), Tally::default(), [0, 0]);
+//! assert_eq!(end.sample, path::pixel(&Floor, &path, 0, 0));
+//! assert_eq!((end.tally.walks, end.tally.scatterings), (0, 0));
+//! ```
 
 mod params;
 mod trace;
