@@ -29,7 +29,7 @@ pub(super) fn render_with_layers(
     render: &Render,
     observe: &mut Observer<'_>,
 ) -> Result<(Rendered, Vec<Channel>), Error> {
-    if !settings.walks(scene.features) {
+    if settings.subsurface(scene.features) != Subsurface::Walk {
         let problem = "nothing scatters light inside of things here, so that there are no layers by how often it did; leave out --layers";
         return Err(Error::Setting(problem.to_owned()));
     }
