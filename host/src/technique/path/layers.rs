@@ -3,8 +3,8 @@
 use std::ops::RangeInclusive;
 
 use super::{Orders, PathSettings};
-use crate::image::Channel;
 use crate::exec::{Executor, Observer};
+use crate::image::Channel;
 use crate::render::{self, Render, Rendered};
 use crate::{Error, buffers::SceneBuffers};
 
@@ -36,17 +36,20 @@ pub(super) fn render_with_layers(
     let rendered = render::render(executor, scene, render, observe)?;
     let mut channels = Vec::new();
     for (range, names) in LAYERS {
-        let orders = Orders { least: settings.orders.least.max(*range.start()), most: settings.orders.most.min(*range.end()) };
+        let orders =
+            Orders { least: settings.orders.least.max(*range.start()), most: settings.orders.most.min(*range.end()) };
         let values = if orders.least <= orders.most {
             let part = Render { technique: PathSettings { orders, ..settings.clone() }.into(), ..render.clone() };
             render::render(executor, scene, &part, observe)?.image.pixels
         } else {
             vec![[0.0; 3]; rendered.image.pixels.len()]
         };
-        channels.extend(names.into_iter().enumerate().map(|(channel, name)| Channel {
-            name,
-            values: values.iter().map(|pixel| pixel[channel]).collect(),
-        }));
+        channels.extend(
+            names
+                .into_iter()
+                .enumerate()
+                .map(|(channel, name)| Channel { name, values: values.iter().map(|pixel| pixel[channel]).collect() }),
+        );
     }
     Ok((rendered, channels))
 }
