@@ -16,6 +16,8 @@ const ANISOTROPY: (&str, Axis) = ("g", Axis::Set(&[-0.999, -0.9, -0.5, -1.0e-3, 
 const RATE: (&str, Axis) = ("extinction", Axis::Log(1.0e-4, 1.0e4));
 const DEPTH: (&str, Axis) = ("optical depth", Axis::ZeroLog(1.0e-6, 87.0));
 const SECOND: (&str, Axis) = ("of another channel, over it", Axis::Set(&[0.0, 1.0e-6, 0.5, 1.0, 3.0, 1.0e4]));
+/// A channel in which nothing collides gives no distance of a collision, and another one none beyond 17 mean free paths.
+const COLLIDING: (&str, Axis) = ("of another channel, over it", Axis::Set(&[1.0e-6, 0.5, 1.0, 3.0, 1.0e4]));
 const WEIGHT: (&str, Axis) = ("its weight", Axis::Set(&[0.0, 1.0e-6, 1.0, 1.0e6]));
 
 pub(super) fn rows() -> Vec<Row> {
@@ -73,7 +75,8 @@ fn collided(collides: bool) -> Row {
         channels.worth(p[3], collides).to_array()
     };
     let name = if collides { "Channels::collided" } else { "Channels::passed" };
-    let row = Function::new(name, &[RATE, SECOND, WEIGHT, DEPTH], f).against(move |p| {
+    let second = if collides { COLLIDING } else { SECOND };
+    let row = Function::new(name, &[RATE, second, WEIGHT, DEPTH], f).against(move |p| {
         let (rates, weights) = ([p[0], p[1], p[0]], [1.0 / (1.0 + p[2]), p[2] / (1.0 + p[2]), 0.0]);
         let least = if p[2] > 0.0 { p[0].min(p[1]) } else { p[0] };
         let light = rates.map(|rate| if collides { rate } else { 1.0 } * (-(rate - least) * p[3]).exp());

@@ -107,14 +107,14 @@ fn everything() -> Scene {
         material,
         ..Mesh::default()
     };
+    let textured = |name: &str, material| Mesh { uvs: shaded.uvs.clone(), ..faceted(name, material) };
+    let (milky, cloudy) = (textured("milk", 3), textured("cloud", 4));
     let turn = DAffine3::from_rotation_translation(DQuat::from_rotation_y(0.1), DVec3::new(0.1, 1e-3, 7.0));
     let light = |name: &str, kind| Light { name: name.to_owned(), intensity: [0.3, 1234.5, 0.0], kind };
     let [position, direction] = [DVec3::new(0.1, 0.2, 0.3), DVec3::new(0.3, -2.0, 0.1)];
     Scene {
         name: "everything".to_owned(),
-        meshes: [shaded, faceted("pane", 1), faceted("water", 2), faceted("milk", 3), faceted("cloud", 4)]
-            .map(Arc::new)
-            .into(),
+        meshes: [shaded, faceted("pane", 1), faceted("water", 2), milky, cloudy].map(Arc::new).into(),
         instances: vec![
             Instance::new(0, DAffine3::IDENTITY),
             Instance::new(1, turn),
@@ -151,12 +151,12 @@ fn everything_comes_back() {
 #[test]
 fn groups_stay_objects() {
     let mut scene = everything();
-    assert_eq!(back(&scene).objects(), [0, 1, 2, 3, 4]);
+    assert_eq!(back(&scene).objects(), [0, 1, 2, 3, 4, 5]);
     for instance in &mut scene.instances {
         instance.group = Some(0);
     }
-    // of four materials
-    assert_eq!(scene.objects(), [0, 1, 0, 3, 4]);
+    // of five materials
+    assert_eq!(scene.objects(), [0, 1, 0, 3, 4, 5]);
     assert_eq!(back(&scene).objects(), scene.objects());
 }
 

@@ -3,8 +3,8 @@
 use std::ops::RangeInclusive;
 
 use super::{Orders, PathSettings};
-use crate::image::Channel;
 use crate::exec::{Executor, Observer};
+use crate::image::Channel;
 use crate::render::{self, Render, Rendered};
 use crate::{Error, buffers::SceneBuffers};
 
@@ -36,17 +36,49 @@ pub(super) fn render_with_layers(
     let rendered = render::render(executor, scene, render, observe)?;
     let mut channels = Vec::new();
     for (range, names) in LAYERS {
-        let orders = Orders { least: settings.orders.least.max(*range.start()), most: settings.orders.most.min(*range.end()) };
+        let orders =
+            Orders { least: settings.orders.least.max(*range.start()), most: settings.orders.most.min(*range.end()) };
         let values = if orders.least <= orders.most {
             let part = Render { technique: PathSettings { orders, ..settings.clone() }.into(), ..render.clone() };
             render::render(executor, scene, &part, observe)?.image.pixels
         } else {
             vec![[0.0; 3]; rendered.image.pixels.len()]
         };
-        channels.extend(names.into_iter().enumerate().map(|(channel, name)| Channel {
-            name,
-            values: values.iter().map(|pixel| pixel[channel]).collect(),
-        }));
+        channels.extend(
+            names
+                .into_iter()
+                .enumerate()
+                .map(|(channel, name)| Channel { name, values: values.iter().map(|pixel| pixel[channel]).collect() }),
+        );
     }
     Ok((rendered, channels))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::exec::CpuExecutor;
+    use crate::scene::builtin;
+    use crate::technique::Technique;
+
+    #[test]
+    fn layers_sum_up_to_the_image_and_need_a_medium() {
+        let layers = |name: &str, orders| {
+            let scene = SceneBuffers::build(&builtin::scene(name).expect("built in")).expect("builds");
+            let settings = PathSettings { orders, ..PathSettings::default() };
+            let render = Render { count: 2, ..Render::new([12, 10], settings.clone()) };
+            settings.render_with_layers(&mut CpuExecutor::inline(), &scene, &render, &mut |_| Ok(()))
+        };
+        for orders in [Orders::ALL, Orders { least: 1, most: 3 }] {
+            let (rendered, channels) = layers("slab", orders).expect("renders");
+            assert_eq!(channels.len(), 21);
+            let lit = channels.iter().filter(|channel| channel.values.iter().any(|&x| x > 0.0));
+            assert!(lit.count() >= 9);
+            for (i, pixel) in rendered.image.pixels.iter().enumerate() {
+                let sum: f32 = channels.iter().skip(1).step_by(3).map(|channel| channel.values[i]).sum();
+                assert!((sum - pixel[1]).abs() <= 1.0e-5 * pixel[1], "{sum} {pixel:?}");
+            }
+        }
+        assert!(layers("cornell", Orders::ALL).unwrap_err().to_string().contains("--layers"));
+    }
 }

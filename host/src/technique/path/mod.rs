@@ -32,11 +32,11 @@ pub use replay::{film, params};
 pub use vertices::{Emission, Escape, NextEvent, Path, Vertex, explain_sample};
 
 use super::{About, Integral, PixelFilter, Repeats, Technique};
-use crate::technique::explain::{Explanation, Subject};
-use crate::technique::sequence::{Sequence, Stage};
 use crate::exec::{Executor, Observer};
 use crate::image::Channel;
 use crate::render::{Render, Rendered};
+use crate::technique::explain::{Explanation, Subject};
+use crate::technique::sequence::{Sequence, Stage};
 use crate::{Error, buffers::SceneBuffers};
 use restir_shared::layout::FEATURE_SUBSURFACE;
 use restir_shared::rng::Sampler;
