@@ -201,14 +201,14 @@ const fn chain(scene: &'static str, settings: &'static str, frames: u32, moves: 
 /// Settings of chains.
 const OF_CHAINS: &str = "radius=4,max_plane_distance=0.1,max_depth=6,sampler=independent";
 const CHAINS: [Chain; 14] = [
-    chain("cornell", "jitter=on,shift=hybrid", 4, false),
+    chain("cornell", "jitter=on,shift=hybrid,feedback=on", 4, false),
     chain("cornell", "jitter=on,shift=footprint,spatial=0", 5, true),
     chain("cornell", "jitter=on,shift=replay,spatial=0,mis=pairwise-defensive", 4, true),
     chain("cornell", "jitter=on,shift=hybrid,feedback=off,spatial=2,neighbours=2,confidence_cap=3", 5, true),
     chain("cornell", "still=on,spatial=0", 4, false),
     chain("glossy", "jitter=on,shift=hybrid,spatial=0", 4, true),
     chain("glass", "jitter=on,shift=hybrid,spatial=0", 4, true),
-    chain("glass", "still=on", 3, false),
+    chain("glass", "still=on,feedback=on", 3, false),
     chain("ajar", "jitter=on,shift=footprint,spatial=0", 4, true),
     chain("tower", "jitter=on,shift=hybrid", 3, true),
     chain("sheets", "jitter=on,spatial=0", 4, true),
@@ -305,7 +305,7 @@ fn layers_tell_whose_path_it_is() -> Result<(), Failed> {
     const LAST: u32 = 3;
     let buffers = buffers("cornell")?;
     let mut copied = Vec::new();
-    for text in ["temporal=off,spatial=0", "spatial=0", "temporal=off,radius=4", "radius=4"] {
+    for text in ["temporal=off,spatial=0", "spatial=0", "temporal=off,radius=4", "feedback=on,radius=4"] {
         let technique = Trials::of("restir-pt")?.with(text)?;
         let render = Render { count: LAST + 1, seed: 5, ..Render::new([SIDE; 2], technique) };
         let (rendered, layers) = render_with_layers(&mut CpuExecutor::inline(), &buffers, &render, &mut |_| Ok(()))?;

@@ -51,7 +51,7 @@ const ROWS: [Row; 12] = [
     row("few replays, things move", "moving", 6, "shift=hybrid,replays=1,spatial=0"),
     row("stale, things move", "moving", 6, "stale=on,shift=hybrid,confidence_cap=2,spatial=0"),
     row("a still view", "cornell", 3, "still=on,spatial=0"),
-    row("back and forth", "ajar", 3, "shift=hybrid,spatial=0"),
+    row("paths of paths", "ajar", 3, "shift=hybrid,feedback=on"),
 ];
 
 /// A picture whose pixels' paths are shifted to each other.

@@ -278,7 +278,7 @@ mod tests {
             (settings(|s| (s.temporal, s.still, s.spatial) = (true, false, 0)), 3, 2 * 64 + 2 * 64 + 16 + 24 + 16),
             (settings(|s| s.temporal = false), 3, 64 + 2 * 64 + 16 + 4 * 24),
             (settings(|s| s.still = false), 4, 2 * 64 + 2 * 64 + 16 + 4 * 24 + 16),
-            (settings(|s| (s.still, s.feedback) = (false, false)), 4, 2 * 64 + 2 * 64 + 16 + 4 * 24 + 16),
+            (settings(|s| (s.still, s.feedback) = (false, true)), 4, 2 * 64 + 2 * 64 + 16 + 4 * 24 + 16),
             (settings(|s| (s.still, s.feedback, s.spatial) = (false, false, 3)), 4, 2 * 64 + 3 * 64 + 16 + 4 * 24 + 16),
             (settings(|s| (s.temporal, s.neighbours) = (false, 8)), 2, 64 + 2 * 64 + 16 + 8 * 24),
         ];

@@ -84,9 +84,9 @@ settings! {
         /// Neighbours of a pass, in pairs on opposite sides: an even number.
         neighbours: u32 = 4, in 0..=MAX_NEIGHBOURS, unit "neighbours";
         /// Largest distance of neighbours.
-        radius: f32 = 16.0, in 0.0..=4096.0, unit "pixels";
+        radius: f32 = 6.0, in 0.0..=4096.0, unit "pixels";
         /// The next frame reuses what spatial reuse has made, not what it began with.
-        feedback: bool = true;
+        feedback: bool = false;
         /// A neighbour farther from the tangent plane than this is left out.
         max_plane_distance: f32 = 0.02, in 0.0..=1.0e6, unit "of the distance to the camera";
         /// A neighbour whose normal has a smaller cosine with the pixel's is left out.
@@ -100,7 +100,7 @@ settings! {
     }
     presets {
         "quality" => Self::default(),
-        "progressive" => Self { temporal: false, neighbours: 8, radius: 6.0, ..Self::default() },
+        "progressive" => Self { temporal: false, ..Self::default() },
         "published" => Self::published(),
     }
 }
@@ -108,7 +108,8 @@ settings! {
 impl PtSettings {
     /// Lin et al. 2022, but for the number of neighbours: 3 there, and they need not be in pairs.
     fn published() -> Self {
-        Self { shift: Shift::Hybrid, mis: Form::Defensive, radius: 20.0, still: false, ..Self::default() }
+        let default = Self::default();
+        Self { shift: Shift::Hybrid, mis: Form::Defensive, radius: 20.0, still: false, feedback: true, ..default }
     }
 
     /// Whether the settings make sense together; ranges are for [`crate::settings::Settings::check_ranges`].
