@@ -3,11 +3,10 @@
 
 use libtest_mimic::Failed;
 use restir_shared::glam::{UVec2, Vec3};
-use restir_shared::resample::mis::Mis;
 use restir_shared::scene::{AddressedLights, LightKind};
 use restir_shared::shift::{Cause, Hybrid, Path, Start};
 use restir_shared::technique::path::{self, PathParams};
-use restir_shared::technique::restir_pt::{self, PackedPath, PtParams, Stored, Traced};
+use restir_shared::technique::restir_pt::{self, PackedPath, PtParams, Stored};
 use restir_shared::vec::luminance;
 use restir_tests::scenes::buffers;
 use restir_tests::stats::{FAMILY_RATE, Family, Moments, POWER, ZTest};
@@ -16,7 +15,7 @@ use restir_tests::technique::restir_pt::{Arrivals, Found, Picture, Returns, Wron
 
 restir_tests::suite! {
     candidates_add_up_to_the_path replay_at_the_source_gives_the_same_bits a_stored_path_gives_its_value_again
-    one_candidate_stands_for_all sharing_keeps_the_mean shifts_are_undone what_arrives_was_to_be_found wrong_shifts_are_seen what_cannot_be_shifted_is_not records_keep_paths
+    one_candidate_stands_for_all shifts_are_undone what_arrives_was_to_be_found wrong_shifts_are_seen what_cannot_be_shifted_is_not records_keep_paths
 }
 
 const SIDE: u32 = 24;
@@ -115,43 +114,6 @@ fn one_candidate_stands_for_all() -> Result<(), Failed> {
     }
     println!("{}", family.verdict()?);
     ensure(wrong > 10.0, || format!("without weights, {wrong} standard errors"))
-}
-
-/// Frames of a picture in which pixels share.
-const SHARED: u32 = 24;
-
-/// The mean of frames in which pixels share is that of their paths alone; but not if what neighbours could do with a pixel's own path
-/// is left out of its weight.
-fn sharing_keeps_the_mean() -> Result<(), Failed> {
-    let mut family = Family::new("sharing", FAMILY_RATE);
-    let forms = [Mis::PAIRWISE, Mis::PAIRWISE_DEFENSIVE];
-    for (name, wrong) in [("cornell", true), ("cornell", false), ("glossy", false), ("glass", false), ("tower", false)]
-    {
-        let buffers = buffers(name)?;
-        for ((criterion, hybrid), form) in CRITERIA.into_iter().zip(forms.into_iter().cycle()) {
-            let picture = Picture::new(&buffers, SIDE, DEPTH, hybrid);
-            let (mut difference, mut alone) = (Moments::default(), Moments::default());
-            for frame in 0..SHARED {
-                let params = PtParams { form: form.bits(), ..picture.sharing(frame, 4, 4.0) };
-                let shared = picture.share(&params, wrong);
-                let of_paths = |traced: &Traced| {
-                    Vec3::from_array(traced.direct.sum) + traced.path.value() * traced.path.contribution_weight()
-                };
-                let paths: f64 = shared.traced.iter().map(|traced| f64::from(luminance(of_paths(traced)))).sum();
-                let film: f64 = shared.film.iter().map(|p| f64::from(luminance(Vec3::from_array(p.sum)))).sum();
-                difference.push(film - paths);
-                alone.push(paths);
-            }
-            let test = ZTest::new(difference, Moments::exact(0.0));
-            let noticed = test.detectable_bias(FAMILY_RATE / 20.0) / alone.mean();
-            println!("{name}, {criterion}, wrong {wrong}: {:.1} standard errors, {noticed:.3} is noticed", test.z);
-            ensure(!wrong || test.z.abs() > 10.0, || format!("{name}, {criterion}: {:.1} standard errors", test.z))?;
-            if !wrong {
-                family.z_test(format!("{name}, {criterion}"), test);
-            }
-        }
-    }
-    family.verdict().map(drop).map_err(Failed::from)
 }
 
 /// The same picture by path tracing.

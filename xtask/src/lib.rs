@@ -13,6 +13,7 @@ pub mod mutate;
 pub mod num;
 pub mod package;
 pub mod parity;
+pub mod passes;
 mod process;
 pub mod profile;
 mod report;

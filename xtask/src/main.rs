@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use xtask::{
-    Error, albedo, aov, crossings, features, furnace, mutate, num, package, parity, profile, resampling, reuse,
+    Error, albedo, aov, crossings, features, furnace, mutate, num, package, parity, passes, profile, resampling, reuse,
     searchlight, session, shader, shifts, stress, unbiased, visibility, walks, watertight,
 };
 
@@ -49,6 +49,8 @@ enum Task {
     Furnace(furnace::Options),
     /// Measure what each feature of a scene costs the path tracer, and print the report.
     Features(features::Options),
+    /// Measure what each kernel of a frame takes and asks, and print the table.
+    Passes(passes::Options),
     /// Measure where the time of a path traced render goes, and print the table.
     Profile(profile::Options),
     /// Compare averaged visibility with that of the selected sample, and print the report.
@@ -80,6 +82,7 @@ fn run(task: Task) -> Result<(), Error> {
         Task::Aov(options) => aov::run(&options),
         Task::Furnace(options) => furnace::run(&options),
         Task::Features(options) => features::run(&options),
+        Task::Passes(options) => passes::run(&options),
         Task::Profile(options) => profile::run(&options),
         Task::Visibility(options) => visibility::run(&options),
         Task::Reuse(options) => reuse::run(&options),

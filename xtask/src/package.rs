@@ -15,6 +15,16 @@ use crate::shader::workspace::{Workspace, scratch};
 /// The crates, each after those that it depends on.
 const CRATES: [&str; 4] = ["restir-shared", "restir-kernels", "restir-host", "restir"];
 
+/// A program that has the packed library as its only dependency.
+const EMBEDDER: &str = include_str!("../../host/program/examples/two_devices.rs");
+const EMBEDDER_MANIFEST: &str = r#"[package]
+name = "embedder"
+edition = "2024"
+
+[dependencies]
+restir = { version = "0.1", default-features = false, features = ["exr", "gpu"] }
+"#;
+
 /// Options of `cargo xtask package`.
 #[derive(Args)]
 pub struct Options {
@@ -46,6 +56,8 @@ pub fn run(options: &Options) -> Result<(), Error> {
         return Err(Error::Failed("the packaged program gives other bits on the device than on the CPU".to_owned()));
     }
     println!("{}: built in {seconds:.0} s, its pictures on CPU and device are identical", members.join(", "));
+    finish(cargo("run", place).args(["--release", "--package", "embedder", "--target-dir"]).arg(&target))?;
+    println!("so are those of a program of {} lines that embeds it", EMBEDDER.lines().count());
     Ok(())
 }
 
@@ -71,9 +83,15 @@ fn unpack(place: &Path) -> Result<Vec<String>, Error> {
     }
     let paths = CRATES.iter().zip(&members).map(|(name, member)| format!("{name} = {{ path = {member:?} }}\n"));
     let paths: String = paths.collect();
-    let manifest = format!("[workspace]\nresolver = \"3\"\nmembers = {members:?}\n\n[patch.crates-io]\n{paths}");
-    let path = place.join("Cargo.toml");
-    std::fs::write(&path, manifest).map_err(Error::io("write", &path))?;
+    let all: Vec<&str> = members.iter().map(String::as_str).chain(["embedder"]).collect();
+    let manifest = format!("[workspace]\nresolver = \"3\"\nmembers = {all:?}\n\n[patch.crates-io]\n{paths}");
+    let files =
+        [("Cargo.toml", &*manifest), ("embedder/Cargo.toml", EMBEDDER_MANIFEST), ("embedder/src/main.rs", EMBEDDER)];
+    std::fs::create_dir_all(place.join("embedder/src")).map_err(Error::io("make", place))?;
+    for (name, text) in files {
+        let path = place.join(name);
+        std::fs::write(&path, text).map_err(Error::io("write", &path))?;
+    }
     Ok(members)
 }
 

@@ -92,7 +92,7 @@ impl Scene {
                 filled = true;
             }
         }
-        let problem = "no mesh of the scene is closed and dark, so that none can be filled; leave out --subsurface";
+        let problem = "no mesh of the scene is closed and dark, so that none can be filled; fill none";
         if filled { Ok(()) } else { Err(Error::Setting(problem.to_owned())) }
     }
 

@@ -50,6 +50,7 @@ macro_rules! techniques {
 techniques! {
     path: PathSettings,
     restir_di: DiSettings,
+    restir_pt: PtSettings,
 }
 
 /// The technique of that name with its default settings.

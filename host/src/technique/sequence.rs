@@ -34,7 +34,7 @@
 use crate::Error;
 use crate::film::Capacity;
 use crate::plan::{Buffer, BufferId, Pass};
-use restir_shared::layout::{CameraParams, SceneHeader};
+use restir_shared::layout::{CameraParams, FEATURE_BLEND, SceneHeader};
 
 /// What stays from frame to frame.
 #[derive(Clone, Debug)]
@@ -86,6 +86,17 @@ pub struct Frame {
     pub adds: bool,
     /// The mean of the film is made.
     pub shows: bool,
+}
+
+impl Frame {
+    /// Whether it has the same scene as the last one, which `last_camera` saw, and the same ray in every pixel, jitter aside.
+    pub(crate) fn is_still(&self, last_camera: Option<CameraParams>) -> bool {
+        // a point of a lens is another one each frame
+        let is_pinhole = self.camera.lens_right == 0.0 && self.camera.lens_up == 0.0;
+        // what is blended is met by the rays of some frames
+        let same_scene = self.same_scene && self.features & FEATURE_BLEND == 0;
+        same_scene && is_pinhole && last_camera == Some(self.camera)
+    }
 }
 
 /// How much work a frame is.

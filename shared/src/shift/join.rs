@@ -11,7 +11,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::UVec4;
 
 /// Where the hybrid shift joins paths. Thresholds of zero ask for nothing.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Hybrid {
     /// The least perceptual roughness of the lobes at both ends of the segment.

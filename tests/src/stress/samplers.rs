@@ -28,7 +28,7 @@ const LIST: (&str, Axis) = ("list", Axis::Below(4));
 const COUNT: (&str, Axis) = ("count", Axis::Set(&[1.0, 2.0, 3.0, 1000.0, 16_777_216.0]));
 
 pub(super) fn rows() -> Vec<Row> {
-    [directions(), points(), distances(), choices()].into_iter().flatten().collect()
+    [directions(), points(), filters(), distances(), choices()].into_iter().flatten().collect()
 }
 
 fn vec2(p: &[f32]) -> Vec2 {
@@ -124,6 +124,46 @@ fn square(p: &[f64]) -> [f64; 2] {
         [r * (2.0 - eighths.abs()), r * eighths.signum()]
     };
     [0.5 * a + 0.5, 0.5 * b + 0.5]
+}
+
+/// Density and distribution function of the Blackman-Harris window (Harris 1978, table 1: four terms, -92 dB) at a distance in
+/// [0, 1/2] from its end.
+fn window(d: f64) -> [f64; 2] {
+    const TERMS: [f64; 4] = [0.35875, -0.48829, 0.14128, -0.01168];
+    let terms = (1..4).map(|k| (TERMS[k] / TERMS[0], TAU * k as f64));
+    terms.fold([1.0, d], |[density, below], (a, w)| [density + a * (w * d).cos(), below + a * (w * d).sin() / w])
+}
+
+/// Where the distribution function is `tail`, by bisection.
+fn end_of_tail(tail: f64) -> f64 {
+    let halved = |[lo, hi]: [f64; 2], _| {
+        let middle = 0.5 * (lo + hi);
+        if window(middle)[1] < tail { [middle, hi] } else { [lo, middle] }
+    };
+    (0..60).fold([0.0, 0.5], halved)[0]
+}
+
+fn filters() -> Vec<Row> {
+    const HALF_CELL: f64 = 1.0 / 33_554_432.0;
+    let sample = |p: &[f32]| [f32s::sample_blackman_harris(p[0])];
+    vec![
+        Function::new("sample_blackman_harris", &[U], sample).against(|p| {
+            let place = if p[0] < 0.5 {
+                end_of_tail(p[0] + HALF_CELL) - 0.5
+            } else {
+                0.5 - end_of_tail(1.0 - p[0] - HALF_CELL)
+            };
+            [Expected::against(place, 0.5)]
+        }),
+        Function::new("blackman_harris_pdf", &[U], |p| [f32s::blackman_harris_pdf(p[0] - 0.5)])
+            .against(|p| [Expected::relative(window(0.5 - (p[0] - 0.5).abs())[0])]),
+        Function::new("invert_blackman_harris", &[U], |p| [f32s::invert_blackman_harris(p[0])])
+            .against(|p| {
+                let tail = window((0.5 - p[0].abs()).max(0.0))[1];
+                [unit(if p[0] < 0.0 { tail } else { 1.0 - tail })]
+            })
+            .of(sample),
+    ]
 }
 
 fn points() -> Vec<Row> {

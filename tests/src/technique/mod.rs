@@ -5,7 +5,7 @@ use restir_host::buffers::SceneBuffers;
 use restir_host::exec::{CpuExecutor, Executor, Step};
 use restir_host::render::Render;
 use restir_host::technique::{self, Technique, configure};
-use restir_kernels::{Access, Case};
+use restir_kernels::Access;
 use restir_shared::layout::FilmPixel;
 
 /// Declares the files of techniques, named as their folders are.
@@ -21,13 +21,7 @@ macro_rules! known {
 known! {
     path,
     restir_di,
-}
-
-pub mod restir_pt;
-
-/// Parity cases of kernels that no plan runs yet.
-pub fn cases_without_plan() -> Vec<Case> {
-    restir_pt::cases()
+    restir_pt,
 }
 
 /// See the fields.

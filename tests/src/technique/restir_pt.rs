@@ -1,27 +1,42 @@
-//! ReSTIR PT: the paths of a picture's pixels and what shifts make of them, natively.
+//! ReSTIR PT: what no preset has, and the paths of a picture's pixels and what shifts make of them.
 
-use crate::scenes::buffers;
+use super::{Cases, Known, Matrix, NOTHING, Row, row};
 use crate::stats::{Moments, ZTest};
-use glam::{UVec4, Vec2, Vec3};
+use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 use restir_host::buffers::SceneBuffers;
-use restir_kernels::Case;
-use restir_kernels::restir_pt::{pt_merge, pt_pair, pt_shade, pt_shift, pt_trace};
 use restir_shared::camera::primary_ray;
 use restir_shared::geometry::Ray;
-use restir_shared::layout::FilmPixel;
-use restir_shared::resample::exchange::{PAIRS, pair_offsets};
-use restir_shared::resample::mis::Mis;
-use restir_shared::rng::{Rng, Sampler, pcg4d};
+use restir_shared::rng::{Rng, Sampler};
 use restir_shared::scene::{SceneView, Trace};
 use restir_shared::shift::{Cause, Hybrid, Shifted, Start};
 use restir_shared::technique::path::Walk;
 use restir_shared::technique::restir_pt::{
-    self, Candidate, Candidates, Job, JobShifted, Keep, PT_SOBOL, PackedPath, PathNumbers, PtFacet, PtParams, Shares,
-    Stored, Traced, shift_path,
+    Candidate, Candidates, Keep, PackedPath, PathNumbers, PtParams, Stored, shift_path,
 };
 use restir_shared::vec::luminance;
 use std::collections::BTreeMap;
+
+/// See [`Known`].
+pub(super) const KNOWN: Known = Known {
+    rows: &[("replay, two passes, defensive, jitter", "shift=replay,spatial=2,mis=pairwise-defensive,jitter=on")],
+    cases: Cases { common: "radius=5,max_plane_distance=0.1,max_depth=7", rows: &ROWS, ..NOTHING.cases },
+    matrix: Matrix { scenes: &[("cornell", "")], goals: &[], common: "radius=5,max_depth=7", cells: Vec::new },
+    ..NOTHING
+};
+
+/// Every criterion, kind of light and of surface.
+const ROWS: [Row; 9] = [
+    row("defaults", "cornell", 2, ""),
+    row("hybrid, jitter", "glossy", 2, "shift=hybrid,jitter=on"),
+    row("by footprint", "glass", 2, "mis=pairwise-defensive"),
+    row("hybrid, two passes", "all-lights", 2, "shift=hybrid,neighbours=8,spatial=2"),
+    row("replay", "all-lights", 2, "shift=replay,sampler=independent"),
+    row("reconnection, environment", "tower", 2, "shift=reconnection"),
+    row("hybrid, textures", "coats", 2, "shift=hybrid"),
+    row("replay only, blended", "sheets", 2, ""),
+    row("few replays, things move", "moving", 6, "shift=hybrid,replays=1"),
+];
 
 /// A picture whose pixels' paths are shifted to each other.
 pub struct Picture<'a> {
@@ -71,12 +86,8 @@ impl<'a> Picture<'a> {
             seed: 1,
             max_depth: depth,
             flags: 0,
-            neighbours: 0,
-            pairs: [0; PAIRS],
-            max_plane_distance: 0.1,
-            min_normal_cos: 0.5,
-            form: Mis::PAIRWISE.bits(),
             layers: 1,
+            ..PtParams::default()
         };
         Self { scene, params }
     }
@@ -155,65 +166,6 @@ impl<'a> Picture<'a> {
             }
         }
         pairs
-    }
-}
-
-/// A frame in which pixels share their paths, pass by pass.
-#[derive(Clone, Debug)]
-pub struct Shared {
-    /// What each pixel traces.
-    pub traced: Vec<Traced>,
-    /// Planes of that: where paths begin.
-    pub starts: Vec<Start>,
-    /// The surfaces there.
-    pub facets: Vec<PtFacet>,
-    /// The paths.
-    pub paths: Vec<PackedPath>,
-    /// Who shares with whom.
-    pub jobs: Vec<Job>,
-    /// What became of the jobs.
-    pub shifted: Vec<JobShifted>,
-    /// One path a pixel, of its own and its neighbours'.
-    pub merged: Vec<PackedPath>,
-    /// The picture.
-    pub film: Vec<FilmPixel>,
-}
-
-impl Picture<'_> {
-    /// Parameters of a frame in which each pixel has so many neighbours within a radius; also for paths of another number.
-    pub fn sharing(&self, frame: u32, neighbours: u32, radius: f32) -> PtParams {
-        let mut params = PtParams { frame, neighbours, ..self.params };
-        let words = pcg4d(UVec4::new(frame, params.seed, 7, 7));
-        let pairs = &mut params.pairs[..neighbours as usize / 2];
-        assert!(pair_offsets([words.x, words.y], radius, pairs) == pairs.len(), "the disk is large enough");
-        params
-    }
-
-    /// A frame in which pixels share. Wrongly, a pixel does not know what its neighbours can make of its own path.
-    pub fn share(&self, params: &PtParams, wrong: bool) -> Shared {
-        let PtParams { width, height, neighbours, .. } = *params;
-        let places = |rows: u32| (0..rows).flat_map(move |y| (0..width).map(move |x| [x, y]));
-        let traced: Vec<Traced> = places(height).map(|at| restir_pt::trace(&self.scene, params, at)).collect();
-        let starts: Vec<Start> = traced.iter().map(|traced| traced.start).collect();
-        let paths: Vec<PackedPath> = traced.iter().map(|traced| traced.path).collect();
-        let facets: Vec<PtFacet> = traced.iter().map(|traced| traced.facet).collect();
-        let jobs: Vec<Job> = places(height * neighbours).map(|at| restir_pt::pair(params, &facets, at)).collect();
-        let shift = |job: &Job| restir_pt::shift_job(&self.scene, params, *job, &starts, &paths);
-        let shifted: Vec<JobShifted> = jobs.iter().map(shift).collect();
-        let merge = |at: [u32; 2]| {
-            let shares = Shares { paths: &paths, jobs: &jobs, shifted: &shifted };
-            let own = at[1] * width + at[0];
-            let known = |(job, shifted): (&Job, &JobShifted)| {
-                if wrong && job.path == own { JobShifted::default() } else { *shifted }
-            };
-            let shifted: Vec<JobShifted> = jobs.iter().zip(&shifted).map(known).collect();
-            restir_pt::merge(params, &Shares { shifted: &shifted, ..shares }, at)
-        };
-        let merge_all = |at| restir_pt::merge(params, &Shares { paths: &paths, jobs: &jobs, shifted: &shifted }, at);
-        let merged: Vec<PackedPath> =
-            if wrong { places(height).map(merge).collect() } else { places(height).map(merge_all).collect() };
-        let film = traced.iter().zip(&merged).map(|(traced, path)| restir_pt::shade(path, traced.direct)).collect();
-        Shared { traced, starts, facets, paths, jobs, shifted, merged, film }
     }
 }
 
@@ -380,55 +332,4 @@ impl Picture<'_> {
 
 fn brightness(v: Vec3) -> f64 {
     f64::from(luminance(v))
-}
-
-/// Parity cases of the kernels that no plan runs yet: paths of several scenes and lengths, joined as each criterion says, and shared.
-pub fn cases() -> Vec<Case> {
-    let hybrid = Hybrid::new(0.2, 0.1);
-    let rows = [
-        ("hybrid, diffuse", "cornell", hybrid),
-        ("hybrid, all lights", "all-lights", hybrid),
-        ("hybrid, glossy", "glossy", hybrid),
-        ("by footprint, glass", "glass", Hybrid::by_footprint(0.02, 0.1)),
-        ("replay, all lights", "all-lights", Hybrid::REPLAY),
-        ("reconnection, environment", "tower", Hybrid::RECONNECTION),
-        ("hybrid, textures", "coats", hybrid),
-    ];
-    rows.into_iter().flat_map(|(name, scene, hybrid)| cases_of(name, scene, hybrid)).collect()
-}
-
-/// Pixels of a side of a case's picture.
-const SIDE: u32 = 12;
-/// Neighbours in a case.
-const NEIGHBOURS: u32 = 4;
-
-fn cases_of(name: &str, scene: &str, hybrid: Hybrid) -> Vec<Case> {
-    let scene = buffers(scene).expect("a scene of the harness");
-    let picture = Picture::new(&scene, SIDE, 7, hybrid);
-    let view = &picture.scene;
-    let form = Mis::PAIRWISE_DEFENSIVE.bits();
-    let image = PtParams { flags: PT_SOBOL, form, ..picture.sharing(2, NEIGHBOURS, 4.0) };
-    let layers = PtParams { layers: NEIGHBOURS, ..image };
-    let shared = picture.share(&image, false);
-    let direct: Vec<FilmPixel> = shared.traced.iter().map(|traced| traced.direct).collect();
-    let case = |kernel, params: PtParams| Case::new(kernel, name, SIDE, SIDE * params.layers).with(&[params]);
-    let over_scene = |kernel, params| case(kernel, params).with(view.geometry).with(view.attributes).with(view.texels);
-    let every = every_path(&picture);
-    vec![
-        over_scene(&pt_trace::DESC, image).output().output().output().output(),
-        case(&pt_pair::DESC, layers).with(&shared.facets).output(),
-        over_scene(&pt_shift::DESC, layers).with(&shared.jobs).with(&shared.starts).with(&every).output(),
-        case(&pt_merge::DESC, image).with(&shared.paths).with(&shared.jobs).with(&shared.shifted).output(),
-        case(&pt_shade::DESC, image).with(&shared.merged).with(&direct).output(),
-    ]
-}
-
-/// Of each pixel one path, of every length and kind in turn.
-fn every_path(picture: &Picture<'_>) -> Vec<PackedPath> {
-    let places = (0..SIDE * SIDE).map(|i| [i % SIDE, i / SIDE]);
-    let one = |(i, at): (usize, [u32; 2])| {
-        let found = picture.found(at, 0);
-        if found.is_empty() { PackedPath::default() } else { found[i % found.len()].stored }
-    };
-    places.enumerate().map(one).collect()
 }

@@ -173,7 +173,7 @@ mod gpu {
     const WITHOUT_GPU: &str = "this program was built without GPU support";
 
     pub(super) fn open(_arguments: &DeviceArguments) -> Result<Box<dyn Executor>, Error> {
-        Err(Error::Adapter(format!("{WITHOUT_GPU}; use --device cpu")))
+        Err(Error::Adapter(WITHOUT_GPU.to_owned()))
     }
 
     pub(super) fn open_best(arguments: &DeviceArguments) -> Result<Box<dyn Executor>, Error> {

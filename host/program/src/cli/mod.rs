@@ -102,7 +102,11 @@ fn ended(outcome: Result<(), Error>) -> ExitCode {
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            let hint = if matches!(error, Error::Memory(_)) { environment::MEMORY_HINT } else { "" };
+            let hint = match error {
+                Error::Memory(_) => environment::MEMORY_HINT,
+                Error::Adapter(_) => "; --device cpu renders without an adapter",
+                _ => "",
+            };
             console::note(&format!("error: {error}{hint}"));
             ExitCode::from(exit_code(&error))
         }

@@ -88,12 +88,11 @@ pub(crate) fn open(name: Option<&str>) -> Result<(wgpu::Device, wgpu::Queue), Er
             Some(name) if !names.is_empty() => {
                 format!("no adapter has {name:?} in its name; there are: {}", names.join(", "))
             }
-            _ => "there is no GPU adapter; install a Vulkan driver (Mesa's lavapipe will do) or use `--device cpu`"
-                .to_owned(),
+            _ => "there is no GPU adapter; install a Vulkan driver (Mesa's lavapipe will do)".to_owned(),
         }));
     };
     let adapter = &adapters[index];
     let descriptor = requirements(adapter, Flavour::Exact).or_else(|_| requirements(adapter, Flavour::Fast))?;
     pollster::block_on(adapter.request_device(&descriptor))
-        .map_err(|e| Error::Adapter(format!("cannot open the adapter {}: {e}; try `--device cpu`", names[index])))
+        .map_err(|e| Error::Adapter(format!("cannot open the adapter {}: {e}", names[index])))
 }

@@ -112,7 +112,7 @@ impl GpuExecutor {
 
     fn wait(&self) -> Result<(), Error> {
         let polled = self.device.poll(wgpu::PollType::wait_indefinitely());
-        polled.map(drop).map_err(|e| Error::Adapter(format!("the adapter stopped answering: {e}; try `--device cpu`")))
+        polled.map(drop).map_err(|e| Error::Adapter(format!("the adapter stopped answering: {e}")))
     }
 
     fn read(&self, buffer: &wgpu::Buffer) -> Result<Vec<u32>, Error> {
@@ -127,9 +127,8 @@ impl GpuExecutor {
         self.queue.submit([encoder.finish()]);
         staging.slice(..).map_async(wgpu::MapMode::Read, |_| {});
         self.wait()?;
-        let view = staging
-            .get_mapped_range(..)
-            .map_err(|e| Error::Adapter(format!("cannot read the result back: {e:?}; try `--device cpu`")))?;
+        let view =
+            staging.get_mapped_range(..).map_err(|e| Error::Adapter(format!("cannot read the result back: {e:?}")))?;
         Ok(bytemuck::pod_collect_to_vec(&view[..]))
     }
 }
@@ -186,7 +185,7 @@ pub(crate) fn allocate(device: &wgpu::Device, buffers: &[Buffer]) -> Result<Vec<
     if let Some(Buffer { name, words, .. }) = buffers.iter().find(|buffer| buffer.words as u64 * 4 > largest) {
         return Err(Error::Memory(format!(
             "the buffer {name:?} of {} bytes is larger than the {largest} bytes that this adapter binds; choose a \
-             smaller size or scene, or `--device cpu`",
+             smaller size or scene",
             *words as u64 * 4
         )));
     }
@@ -201,13 +200,11 @@ pub(crate) fn guarded<T>(device: &wgpu::Device, work: impl FnOnce() -> Result<T,
     let invalid = pollster::block_on(validation.pop());
     if let Some(error) = pollster::block_on(memory.pop()) {
         return Err(Error::Memory(format!(
-            "the adapter is out of memory ({}); choose a smaller size or scene, or `--device cpu`",
+            "the adapter is out of memory ({}); choose a smaller size or scene",
             one_line(&error)
         )));
     }
-    invalid.map_or(result, |error| {
-        Err(Error::Adapter(format!("the adapter refuses the work: {}; try `--device cpu`", one_line(&error))))
-    })
+    invalid.map_or(result, |error| Err(Error::Adapter(format!("the adapter refuses the work: {}", one_line(&error)))))
 }
 
 /// The first passes of a plan; of a scene that moves none beyond the second frame's first, because frames are large.

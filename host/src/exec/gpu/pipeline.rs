@@ -136,7 +136,7 @@ impl Pipelines {
         });
         pollster::block_on(scope.pop()).map_or(Ok(pipeline), |error| {
             let error = super::one_line(&error);
-            Err(broken(kernel, format!("the adapter rejects the module: {error}; try `--device cpu`")))
+            Err(broken(kernel, format!("the adapter rejects the module: {error}; the CPU renders the same")))
         })
     }
 

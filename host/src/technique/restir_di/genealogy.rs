@@ -112,7 +112,7 @@ fn check_memory(settings: &DiSettings, scene: &SceneBuffers, render: &Render) ->
     // and of a scene that moves its frames, with their wide trees
     let scenes = if scene.is_animated() { 2 * scene.stats().bytes } else { 0 };
     let bytes = frames.saturating_mul(planes + tiles + scenes);
-    memory::check(bytes, "this genealogy", "give fewer --frames, a smaller --size or fewer tiles")
+    memory::check(bytes, "this genealogy", "give fewer frames, a smaller size or fewer tiles")
 }
 
 fn generation(pass: &ReservoirPass, pixel: u32) -> Generation {

@@ -8,7 +8,7 @@ use crate::technique::Technique;
 use crate::technique::sequence::{Frame, Sequence, Stage, Work};
 use bytemuck::Pod;
 use restir_kernels::{KernelDesc, restir_di as di};
-use restir_shared::layout::{CameraParams, Extent, FEATURE_BLEND, FilmPixel};
+use restir_shared::layout::{CameraParams, Extent, FilmPixel};
 use restir_shared::technique::restir_di::{DiPairs, DiParams, DiPoint, Flags, PackedHit, PackedReservoir, TileWords};
 use std::collections::VecDeque;
 
@@ -230,15 +230,6 @@ impl Chain {
     }
 }
 
-/// Whether a frame has the same scene and the same ray in every pixel as the one before it, jitter aside.
-fn is_still(now: &Frame, last_camera: Option<CameraParams>) -> bool {
-    // a point of a lens is another one each frame
-    let is_pinhole = now.camera.lens_right == 0.0 && now.camera.lens_up == 0.0;
-    // what is blended is met by the rays of some frames
-    let same_scene = now.same_scene && now.features & FEATURE_BLEND == 0;
-    same_scene && is_pinhole && last_camera == Some(now.camera)
-}
-
 impl Sequence for Chain {
     fn buffers(&self) -> &[Buffer] {
         &self.buffers
@@ -254,7 +245,7 @@ impl Sequence for Chain {
 
     fn begin(&mut self, now: Frame) -> Work {
         let last_camera = self.now.take().map(|last| last.camera);
-        self.still_for = if is_still(&now, last_camera) { self.still_for.saturating_add(1) } else { 0 };
+        self.still_for = if now.is_still(last_camera) { self.still_for.saturating_add(1) } else { 0 };
         self.queue.clear();
         if now.clears {
             self.film.clear();

@@ -3,7 +3,7 @@
 use super::candidates::{Candidate, Candidates, Keep};
 use super::params::PtFacet;
 use super::record::{PackedPath, Stored};
-use super::{PathNumbers, PtParams, SELECTIONS};
+use super::{PT_JITTER, PathNumbers, PtParams, SELECTIONS};
 use crate::camera::camera_ray;
 use crate::film::CUT;
 use crate::layout::FilmPixel;
@@ -59,7 +59,7 @@ impl Keep for Selection {
 pub fn trace<S: Trace + Surface + AddressedLights>(scene: &S, params: &PtParams, at: [u32; 2]) -> Traced {
     let [x, y] = at;
     let numbers = PathNumbers::new(Rng::new(x, y, params.frame, params.seed, params.sampler()));
-    let ray = camera_ray(&params.camera, false, |u| u, scene.features(), numbers.rng(), x, y);
+    let ray = camera_ray(&params.camera, params.has(PT_JITTER), |u| u, scene.features(), numbers.rng(), x, y);
     let keep = Selection {
         rng: *numbers.rng(),
         count: 0,

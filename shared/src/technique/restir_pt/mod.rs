@@ -20,6 +20,7 @@
 //! | 1 | thresholds of the hybrid shift |
 //! | 2 | which candidate is kept |
 //! | 3 | which neighbour's path is kept |
+//! | 4 | where neighbours lie |
 //!
 //! Two pixels that share their paths with each other. (`Floor` is the scene that the documentation of [`scene`](crate::scene) shows.)
 //!
@@ -27,21 +28,17 @@
 //! # mod floor { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/scene/floor.rs")); }
 //! # use floor::Floor;
 //! use restir_shared::glam::Vec3;
-//! use restir_shared::layout::{CameraParams, SceneHeader};
+//! use restir_shared::layout::CameraParams;
 //! use restir_shared::resample::mis::Mis;
 //! use restir_shared::shift::Hybrid;
 //! use restir_shared::technique::restir_pt::{PtParams, Shares, merge, pair, shade, shift_job, trace};
 //!
 //! let params = PtParams {
-//!     scene: SceneHeader::default(),
 //!     camera: CameraParams::pinhole(Vec3::Y, Vec3::ZERO, Vec3::Z, 0.01, [2, 1]),
 //!     hybrid: Hybrid::RECONNECTION,
 //!     width: 2,
 //!     height: 1,
-//!     frame: 0,
-//!     seed: 7,
 //!     max_depth: 3,
-//!     flags: 0,
 //!     // the offsets (1, 0) and (-1, 0), in a layer of jobs each
 //!     neighbours: 2,
 //!     layers: 2,
@@ -49,6 +46,7 @@
 //!     max_plane_distance: 0.1,
 //!     min_normal_cos: 0.9,
 //!     form: Mis::PAIRWISE_DEFENSIVE.bits(),
+//!     ..PtParams::default()
 //! };
 //! let traced = [0, 1].map(|x| trace(&Floor, &params, [x, 0]));
 //! let (starts, paths) = (traced.map(|pixel| pixel.start), traced.map(|pixel| pixel.path));
@@ -67,11 +65,12 @@ mod params;
 mod record;
 mod share;
 
+pub use crate::resample::exchange::PAIRS;
 pub use candidates::{Candidate, Candidates, Keep};
 pub use initial::{Traced, trace};
-pub use params::{Job, JobShifted, PT_SOBOL, PtFacet, PtParams};
+pub use params::{Job, JobShifted, PT_JITTER, PT_SOBOL, PtFacet, PtParams};
 pub use record::{PackedPath, Stored};
-pub use share::{Shares, merge, pair, shade};
+pub use share::{Shares, merge, pair, pair_offsets, shade};
 
 use super::path;
 use crate::rng::{self, Rng, Sampler};
@@ -85,6 +84,10 @@ const JOINS: u32 = rng::stream(1);
 const SELECTIONS: u32 = rng::stream(2);
 /// Where the stream of the merges begins.
 const MERGES: u32 = rng::stream(3);
+/// Dimensions of a merge.
+const INPUTS_OF_MERGE: u32 = 16;
+/// Where the stream of the offsets of neighbours begins: a dimension for each pass of a frame.
+const OFFSETS: u32 = rng::stream(4);
 
 /// The random numbers of the path of a pixel.
 #[derive(Clone, Copy)]

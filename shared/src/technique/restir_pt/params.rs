@@ -11,9 +11,11 @@ use bytemuck::{Pod, Zeroable};
 
 /// Flag: numbers are drawn by [`Sampler::Sobol`].
 pub const PT_SOBOL: u32 = 1;
+/// Flag: camera rays are spread over the pixel.
+pub const PT_JITTER: u32 = 1 << 1;
 
 /// Parameters of a pass.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct PtParams {
     /// The scene's tables.
@@ -32,7 +34,7 @@ pub struct PtParams {
     pub seed: u32,
     /// Longest path in segments, at most 255.
     pub max_depth: u32,
-    /// [`PT_SOBOL`].
+    /// The `PT_` flags.
     pub flags: u32,
     /// Neighbours that a pixel shares paths with: even, at most 8.
     pub neighbours: u32,
@@ -46,9 +48,13 @@ pub struct PtParams {
     pub form: u32,
     /// Layers of the grid, each of the image's size: one for each neighbour where there are jobs, else one.
     pub layers: u32,
+    /// Which merge of the frame this is: their random numbers differ.
+    pub merge: u32,
+    /// Zero.
+    pub reserved: [u32; 3],
 }
 
-const _: () = assert!(size_of::<PtParams>() == 224);
+const _: () = assert!(size_of::<PtParams>() == 240);
 
 impl Extent for PtParams {
     fn extent(&self) -> [u32; 2] {
@@ -76,6 +82,12 @@ impl PtParams {
         }
     }
 
+    /// Whether a flag is set.
+    #[inline(always)]
+    pub(super) fn has(&self, flag: u32) -> bool {
+        self.flags & flag != 0
+    }
+
     /// The form of MIS.
     #[inline(always)]
     pub(super) fn form(&self) -> Mis {
@@ -85,7 +97,7 @@ impl PtParams {
     /// How the numbers of a path are spread.
     #[inline(always)]
     pub fn sampler(&self) -> Sampler {
-        if self.flags & PT_SOBOL != 0 { Sampler::Sobol } else { Sampler::Independent }
+        if self.has(PT_SOBOL) { Sampler::Sobol } else { Sampler::Independent }
     }
 }
 

@@ -1,16 +1,23 @@
 //! Paths of neighbours: who shares with whom, and what becomes of it.
 
-use super::MERGES;
 use super::params::{Job, JobShifted, PtFacet, PtParams};
 use super::record::PackedPath;
+use super::{INPUTS_OF_MERGE, MERGES, OFFSETS};
 use crate::layout::FilmPixel;
 use crate::num;
+use crate::resample::exchange;
 use crate::resample::mis::{Combine, INPUTS};
 use crate::resample::reservoir::Reservoir;
 use crate::resample::similar::Facet;
-use crate::rng::{self, Rng};
+use crate::rng::{self, Rng, Sampler};
 use crate::vec::luminance;
 use glam::Vec3;
+
+/// The offsets of a pass of neighbours, see [`exchange::pair_offsets`]: those of a frame and a merge.
+pub fn pair_offsets(seed: u32, frame: u32, merge: u32, radius: f32, offsets: &mut [u32]) -> usize {
+    let words = Rng::new(0, 0, frame, seed, Sampler::Independent).hash(OFFSETS.wrapping_add(merge));
+    exchange::pair_offsets([words.x, words.y], radius, offsets)
+}
 
 /// The job of the element (x, row) of a grid with a layer for each neighbour: to take the path of the pixel's n-th neighbour to the
 /// pixel. There is none if either does not find the other alike. The neighbour's job n ^ 1 is the way back.
@@ -90,10 +97,11 @@ pub fn merge(params: &PtParams, shares: &Shares<'_>, at: [u32; 2]) -> PackedPath
         i += 1;
     }
     let rng = Rng::new(at[0], at[1], params.frame, params.seed, params.sampler());
+    let first = MERGES.wrapping_add(params.merge.wrapping_mul(INPUTS_OF_MERGE));
     let mut reservoir = Reservoir::empty(0);
     i = 0;
     while i < count {
-        let u = rng::unit(rng.hash(MERGES.wrapping_add(i)).x);
+        let u = rng::unit(rng.hash(first.wrapping_add(i)).x);
         reservoir.update(i, combine.weight(i), 1.0, u);
         i += 1;
     }

@@ -1,0 +1,74 @@
+//! Paths of any length by ReSTIR: every pixel traces a path, and neighbours share whole paths with each other (Lin et al. 2022, "Generalized
+//! Resampled Importance Sampling", §7; Lin et al. 2026, "ReSTIR PT Enhanced").
+//!
+//! ```
+//! use restir_host::render::{Render, render};
+//! use restir_host::technique::restir_pt::PtSettings;
+//! use restir_host::{Error, buffers::SceneBuffers, exec::CpuExecutor, scene::Scene};
+//!
+//! // the same frames, whose mean is the image, with and without neighbours
+//! let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
+//! let mean_with = |neighbours| -> Result<f32, Error> {
+//!     let settings = PtSettings { max_depth: 3, neighbours, ..PtSettings::default() };
+//!     let job = Render { count: 16, accumulate: true, ..Render::new([16, 16], settings) };
+//!     let rendered = render(&mut CpuExecutor::new(None)?, &scene, &job, &mut |_| Ok(()))?;
+//!     Ok(rendered.image.pixels.iter().map(|rgb| rgb[1]).sum::<f32>() / 256.0)
+//! };
+//! // both are estimates of the same image
+//! let (alone, shared) = (mean_with(0)?, mean_with(4)?);
+//! assert!(alone != shared && (alone - shared).abs() < 0.1 * alone);
+//! # Ok::<(), Error>(())
+//! ```
+
+mod plan;
+mod settings;
+
+pub use settings::{Form, MAX_DEPTH, MAX_NEIGHBOURS, MAX_SPATIAL_PASSES, PtSettings, Shift};
+
+use super::{About, Integral, PixelFilter, Repeats, Technique};
+use crate::render::Render;
+use crate::technique::sequence::{Sequence, Stage};
+use crate::{Error, buffers::SceneBuffers};
+use restir_shared::layout::FEATURE_SUBSURFACE;
+use restir_shared::scene::LightAddress;
+
+impl Technique for PtSettings {
+    fn about(&self) -> &'static About {
+        &About {
+            name: "restir-pt",
+            summary: "Paths of any length by resampling: pixels share them",
+            repeats: Repeats::Frames,
+            default_count: 16,
+            settling: 1,
+        }
+    }
+
+    fn sequence(&self, stage: &Stage) -> Box<dyn Sequence> {
+        Box::new(plan::Chain::new(self, stage))
+    }
+
+    fn integral(&self) -> Integral {
+        let Self { max_depth, jitter, multiscatter, .. } = *self;
+        Integral { max_depth, jitter, filter: PixelFilter::Box, multiscatter }
+    }
+
+    fn check(&self, scene: &SceneBuffers, _render: &Render) -> Result<(), Error> {
+        self.check_together()?;
+        let (lights, most) = (scene.most_lights(), LightAddress::NO_LIGHT - 1);
+        if lights > most {
+            let problem = format!("the scene has {lights} lights and reservoirs know at most {most}");
+            return Err(Error::Setting(format!("{problem}; use another technique")));
+        }
+        Ok(())
+    }
+
+    fn reuses(&self) -> bool {
+        self.spatial > 0 && self.neighbours > 0
+    }
+
+    fn differs_from_path(&self, scene: &SceneBuffers) -> Option<&'static str> {
+        (scene.features & FEATURE_SUBSURFACE != 0).then_some(
+            "does not follow light inside of things that scatter it, and path tracing does; choose another scene",
+        )
+    }
+}

@@ -1,0 +1,119 @@
+//! Settings of ReSTIR PT.
+
+use crate::{Error, choices, settings};
+use restir_shared::resample::mis::Mis;
+use restir_shared::rng::Sampler;
+use restir_shared::shift::Hybrid;
+use restir_shared::technique::restir_pt::{PAIRS, PT_JITTER, PT_SOBOL};
+
+/// The most neighbours of a pass.
+pub const MAX_NEIGHBOURS: u32 = 2 * PAIRS as u32;
+/// The most spatial passes of a frame.
+pub const MAX_SPATIAL_PASSES: u32 = 4;
+/// The longest paths.
+pub const MAX_DEPTH: u32 = 63;
+
+choices! {
+    /// How a path is taken to another pixel.
+    pub enum Shift {
+        /// It is joined at its second vertex, whatever that does to it.
+        "reconnection" => Reconnection,
+        /// Its random numbers are used again; only lights that are sampled are joined.
+        "replay" => Replay,
+        /// Replay up to the first segment that is long enough, between vertices that are rough enough (Lin et al. 2022).
+        "hybrid" => Hybrid,
+        /// Replay up to the first segment at whose ends the path spreads enough (Lin et al. 2026).
+        "footprint" => Footprint,
+    }
+}
+
+choices! {
+    /// How the paths of a pixel and of its neighbours share what both can find.
+    pub enum Form {
+        /// A pixel shares with each neighbour.
+        "pairwise" => Pairwise,
+        /// The same, with a part that the pixel's own path has for itself.
+        "pairwise-defensive" => Defensive,
+    }
+}
+
+impl Form {
+    pub(super) fn mis(self) -> Mis {
+        match self {
+            Self::Pairwise => Mis::PAIRWISE,
+            Self::Defensive => Mis::PAIRWISE_DEFENSIVE,
+        }
+    }
+}
+
+settings! {
+    /// Settings of ReSTIR PT. The defaults are unbiased.
+    pub struct PtSettings {
+        /// Longest path: 1 is directly visible emission, 2 adds direct light.
+        max_depth: u32 = 8, in 1..=MAX_DEPTH, unit "segments";
+        /// How paths are taken to other pixels. In scenes with blended surfaces it is replay, whatever is set: whether a ray passes
+        /// such a surface is a hash of the ray, and a path that is joined has another ray.
+        shift: Shift = Shift::Footprint;
+        /// Of the hybrid shift: the least roughness of the vertices at both ends of a segment that is joined.
+        min_roughness: f32 = 0.2, in 0.0..=2.0;
+        /// Of the hybrid shift: the least length of a segment that is joined.
+        min_distance: f32 = 0.1, in 0.0..=1.0e6, unit "units of the scene";
+        /// Of the shift by footprint: the area over which either end spreads the path has at least the root of this part of the area
+        /// over which the pixel would spread it, if light came from anywhere.
+        footprint: f32 = 0.02, in 0.0..=1.0e3;
+        /// Of the shift by footprint: the density of a direction that is given up is at most one over the square of this.
+        spread: f32 = 0.1, in 1.0e-6..=1.0e3;
+        /// Most vertices that are replayed; a path that needs more is not reused.
+        replays: u32 = MAX_DEPTH, in 0..=MAX_DEPTH, unit "vertices";
+        /// How paths share what several pixels can find.
+        mis: Form = Form::Pairwise;
+        /// Passes of spatial reuse.
+        spatial: u32 = 1, in 0..=MAX_SPATIAL_PASSES, unit "passes";
+        /// Neighbours of a pass, in pairs on opposite sides: an even number.
+        neighbours: u32 = 4, in 0..=MAX_NEIGHBOURS, unit "neighbours";
+        /// Largest distance of neighbours.
+        radius: f32 = 16.0, in 0.0..=4096.0, unit "pixels";
+        /// A neighbour farther from the tangent plane than this is left out.
+        max_plane_distance: f32 = 0.02, in 0.0..=1.0e6, unit "of the distance to the camera";
+        /// A neighbour whose normal has a smaller cosine with the pixel's is left out.
+        min_normal_cos: f32 = 0.5, in -1.0..=1.0;
+        /// Camera rays are spread over the pixel.
+        jitter: bool = false;
+        /// How the samples of a pixel are spread over frames.
+        sampler: Sampler = Sampler::Sobol;
+        /// The light that rough specular lobes lose in single scattering comes back.
+        multiscatter: bool = true;
+    }
+}
+
+impl PtSettings {
+    /// Whether the settings make sense together; ranges are for [`crate::settings::Settings::check_ranges`].
+    ///
+    /// # Errors
+    /// [`Error::Setting`] that names the setting.
+    pub fn check_together(&self) -> Result<(), Error> {
+        if !self.neighbours.is_multiple_of(2) {
+            let (found, hint) = (self.neighbours, "neighbours come in pairs, so give an even number");
+            return Err(Error::Setting(format!("the setting neighbours is {found}; {hint}")));
+        }
+        Ok(())
+    }
+
+    /// Where paths are joined, in a scene that has blended surfaces or not.
+    pub(super) fn hybrid(&self, blended: bool) -> Hybrid {
+        let criterion = match self.shift {
+            _ if blended => Hybrid::REPLAY,
+            Shift::Reconnection => Hybrid::RECONNECTION,
+            Shift::Replay => Hybrid::REPLAY,
+            Shift::Hybrid => Hybrid::new(self.min_roughness, self.min_distance),
+            Shift::Footprint => Hybrid::by_footprint(self.footprint, self.spread),
+        };
+        Hybrid { replays: criterion.replays.min(self.replays), ..criterion }
+    }
+
+    /// The kernels' flags of all passes.
+    pub(super) fn flags(&self) -> u32 {
+        let all = [(self.jitter, PT_JITTER), (self.sampler == Sampler::Sobol, PT_SOBOL)];
+        all.into_iter().filter(|(is_on, _)| *is_on).fold(0, |flags, (_, flag)| flags | flag)
+    }
+}

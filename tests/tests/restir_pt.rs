@@ -1,0 +1,181 @@
+//! ReSTIR PT as renders run it: reuse keeps the mean, and known-wrong forms of it do not.
+
+use libtest_mimic::Failed;
+use rayon::prelude::*;
+use restir_host::exec::{CpuExecutor, Executor, Step};
+use restir_host::plan::{FramePlan, Pass};
+use restir_host::render::Render;
+use restir_kernels::restir_pt::{pt_merge, pt_shade, pt_trace};
+use restir_kernels::{KernelDesc, NativeRow};
+use restir_shared::glam::Vec3;
+use restir_shared::layout::FilmPixel;
+use restir_shared::technique::restir_pt::{Job, JobShifted, PackedPath, PtParams};
+use restir_shared::vec::luminance;
+use restir_tests::native::{changed, plan};
+use restir_tests::scenes::buffers;
+use restir_tests::stats::{FAMILY_RATE, Family, Moments, ZTest};
+use restir_tests::suite::ensure;
+use restir_tests::technique::Trials;
+
+restir_tests::suite! {
+    sharing_keeps_the_mean wrong_sharing_is_seen
+}
+
+const SIDE: u32 = 24;
+/// Frames, each of which is a picture of its own.
+const FRAMES: u32 = 32;
+/// Side of a tile.
+const TILE: u32 = 8;
+/// Rays do not go through the middles of pixels: in symmetrical scenes some of those end exactly where two walls meet.
+const COMMON: &str = "radius=4,max_plane_distance=0.1,max_depth=7,jitter=on,sampler=independent";
+const SHIFTS: [&str; 5] = [
+    "shift=reconnection",
+    "shift=replay,mis=pairwise-defensive",
+    "shift=hybrid",
+    "shift=hybrid,min_distance=1.5,mis=pairwise-defensive",
+    "shift=footprint,spatial=2",
+];
+
+/// The luminance of what each tile's pixels make of their paths; after the tiles, of the whole picture.
+fn by_paths(paths: &[PackedPath], direct: &[FilmPixel]) -> Vec<f64> {
+    let tiles = SIDE / TILE;
+    let mut sums = vec![0.0; (tiles * tiles) as usize];
+    for ((i, path), direct) in (0..).zip(paths).zip(direct) {
+        let radiance = Vec3::from_array(direct.sum) + path.value() * path.contribution_weight();
+        let luminance = f64::from(luminance(radiance));
+        let tile = (i / SIDE / TILE * tiles + i % SIDE / TILE) as usize;
+        sums[tile] += luminance;
+    }
+    let picture = sums.iter().sum();
+    sums.push(picture);
+    sums
+}
+
+/// Of each tile and the picture what frames show with reuse less what they show of their own paths alone; and that of the picture.
+fn gained(plan: FramePlan<'_>) -> Result<(Vec<Moments>, f64), Failed> {
+    let (mut differences, mut alone) = (Vec::new(), Moments::default());
+    let mut own = Vec::new();
+    let mut see = |step: &Step<'_>| {
+        if step.pass.kernel.name == pt_trace::DESC.name {
+            own = by_paths(&step.plane("paths")?, &step.plane("direct")?);
+        } else if step.pass.kernel.name == pt_shade::DESC.name {
+            let shared = by_paths(&step.plane("paths")?, &step.plane("direct")?);
+            differences.resize(own.len(), Moments::default());
+            differences
+                .iter_mut()
+                .zip(shared.iter().zip(&own))
+                .for_each(|(sum, (with, without))| sum.push(with - without));
+            alone.push(own[own.len() - 1]);
+        }
+        Ok(())
+    };
+    CpuExecutor::inline().run(plan, &mut see)?;
+    Ok((differences, alone.mean()))
+}
+
+fn tests(scene: &str, text: &str, count: u32, change: fn(&mut Pass)) -> Result<(Vec<ZTest>, f64), Failed> {
+    let buffers = buffers(scene)?;
+    let technique = Trials::of("restir-pt")?.with(&[COMMON, text].join(","))?;
+    let render = Render { count, seed: 3, accumulate: true, ..Render::new([SIDE; 2], technique) };
+    let (differences, alone) = gained(changed(plan(&buffers, &render), change))?;
+    Ok((differences.into_iter().map(|moments| ZTest::new(moments, Moments::exact(0.0))).collect(), alone))
+}
+
+/// The mean of frames in which pixels share is that of their paths alone.
+fn sharing_keeps_the_mean() -> Result<(), Failed> {
+    let scenes = ["cornell", "glossy", "glass", "tower", "ajar", "sheets"];
+    let cells: Vec<_> = scenes.iter().flat_map(|scene| SHIFTS.map(|text| (*scene, text))).collect();
+    let tests: Vec<_> = cells.par_iter().map(|(scene, text)| tests(scene, text, FRAMES, |_| ())).collect();
+    let mut family = Family::new("sharing", FAMILY_RATE);
+    for ((scene, text), result) in cells.into_iter().zip(tests) {
+        let (tests, alone) = result?;
+        let picture = &tests[tests.len() - 1];
+        let noticed = picture.detectable_bias(FAMILY_RATE / 300.0) / alone;
+        println!("{scene}, {text}: {:.1} standard errors, {noticed:.3} is noticed", picture.z);
+        tests.into_iter().enumerate().for_each(|(tile, test)| family.z_test(format!("{scene}, {text}, {tile}"), test));
+    }
+    family.verdict().map(drop).map_err(Failed::from)
+}
+
+/// A pass that a known-wrong one stands for.
+struct Wrong {
+    name: &'static str,
+    change: fn(&mut Pass),
+}
+
+/// A known-wrong merge: the right one, over what `change` makes of what became of the jobs. It is told the pixel that merges.
+fn merge_wrongly(row: &mut NativeRow<'_>, change: fn(u32, &PtParams, &[PackedPath], &[Job], &mut [JobShifted])) {
+    let params: PtParams = bytemuck::pod_read_unaligned(bytemuck::cast_slice(row.params));
+    let [paths, jobs, shifted] = [row.read[0], row.read[1], row.read[2]];
+    for x in row.x..row.x + row.width {
+        let mut tampered: Vec<JobShifted> = bytemuck::pod_collect_to_vec(shifted);
+        change(
+            row.y * params.width + x,
+            &params,
+            bytemuck::cast_slice(paths),
+            bytemuck::cast_slice(jobs),
+            &mut tampered,
+        );
+        let at = (x - row.x) as usize * size_of::<PackedPath>() / 4;
+        let mut own = [&mut row.own[0][at..at + size_of::<PackedPath>() / 4]];
+        let read = [paths, jobs, bytemuck::cast_slice(&tampered)];
+        (pt_merge::DESC.native)(&mut NativeRow { x, width: 1, read: &read, own: &mut own, ..*row });
+    }
+}
+
+/// Declares kernels that stand for `pt_merge`.
+macro_rules! wrong_merges {
+    ($($name:ident: $change:expr;)*) => {
+        const WRONG: &[Wrong] = &[$({
+            fn native(row: &mut NativeRow<'_>) {
+                merge_wrongly(row, $change);
+            }
+            static DESC: KernelDesc = KernelDesc { native, ..pt_merge::DESC };
+            Wrong {
+                name: stringify!($name),
+                change: |pass| {
+                    if pass.kernel.name == DESC.name {
+                        pass.kernel = &DESC;
+                    }
+                },
+            }
+        }),*];
+    };
+}
+
+wrong_merges! {
+    no_jacobian: |_, _, paths, jobs, shifted| {
+        for (job, shifted) in jobs.iter().zip(shifted).filter(|(_, shifted)| shifted.term > 0.0) {
+            shifted.term = paths[job.path as usize].term();
+        }
+    };
+    inverted_jacobian: |_, _, paths, jobs, shifted| {
+        for (job, shifted) in jobs.iter().zip(shifted).filter(|(_, shifted)| shifted.term > 0.0) {
+            let term = paths[job.path as usize].term();
+            shifted.term = term * (term / shifted.term);
+        }
+    };
+    own_path_believed_unknown_to_neighbours: |pixel, _, _, jobs, shifted| {
+        let ways_back = jobs.iter().zip(shifted).filter(|(job, _)| job.path == pixel);
+        ways_back.for_each(|(_, shifted)| *shifted = JobShifted::default());
+    };
+    neighbours_counted_that_cannot_have_the_path: |pixel, _, paths, jobs, shifted| {
+        let path = &paths[pixel as usize];
+        let ways_back = jobs.iter().zip(shifted).filter(|(job, shifted)| job.path == pixel && shifted.term == 0.0);
+        ways_back.for_each(|(_, shifted)| *shifted = JobShifted { value: path.value().to_array(), term: path.term() });
+    };
+}
+
+/// Frames in which something is wrong.
+const WRONG_FRAMES: u32 = 256;
+
+fn wrong_sharing_is_seen() -> Result<(), Failed> {
+    for wrong in WRONG {
+        let (tests, alone) = tests("cornell", "shift=hybrid", WRONG_FRAMES, wrong.change)?;
+        let worst = tests.iter().max_by(|a, b| a.z.abs().total_cmp(&b.z.abs())).ok_or("no tile")?;
+        let picture = tests[tests.len() - 1].difference / alone;
+        println!("{}: {:.1} standard errors, {picture:+.4} of the picture", wrong.name, worst.z);
+        ensure(worst.p < FAMILY_RATE / 300.0, || format!("{} passes with {:.1} standard errors", wrong.name, worst.z))?;
+    }
+    Ok(())
+}
