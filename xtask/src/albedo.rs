@@ -330,9 +330,11 @@ fn judge(fit: &Fit) -> (String, [f64; 2]) {
     (head + &text, bounds)
 }
 
-/// The source of the constants.
+/// The source of the constants, under the module's documentation as it is.
 fn constants(fit: &Fit) -> String {
-    let mut text = "//! Coefficients of the fits: made by `cargo xtask albedo --write`.\n".to_owned();
+    let written = include_str!("../../shared/src/bsdf/albedo/fit.rs");
+    let mut text: String =
+        written.lines().take_while(|line| line.starts_with("//!")).flat_map(|line| [line, "\n"]).collect();
     let numbers = |row: &[f64]| row.iter().map(|&c| format!("{:?}", c as f32)).collect::<Vec<_>>().join(", ");
     let mut rows = |doc: &str, name: &str, all: &[f64], columns: usize| {
         let rows: Vec<String> = all.chunks(columns).map(|row| format!("    [{}],\n", numbers(row))).collect();

@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use super::{Orders, PathSettings};
+use super::{Orders, PathSettings, Subsurface};
 use crate::exec::{Executor, Observer};
 use crate::image::Channel;
 use crate::render::{self, Render, Rendered};

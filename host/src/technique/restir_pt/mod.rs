@@ -1,4 +1,24 @@
-//! Paths by ReSTIR: pixels and frames share whole paths.
+//! Paths of any length by ReSTIR: every pixel traces a path, and neighbours share whole paths with each other (Lin et al. 2022, "Generalized
+//! Resampled Importance Sampling", §7; Lin et al. 2026, "ReSTIR PT Enhanced").
+//!
+//! ```
+//! use restir_host::render::{Render, render};
+//! use restir_host::technique::restir_pt::PtSettings;
+//! use restir_host::{Error, buffers::SceneBuffers, exec::CpuExecutor, scene::Scene};
+//!
+//! // the same frames, whose mean is the image, with and without neighbours
+//! let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
+//! let mean_with = |neighbours| -> Result<f32, Error> {
+//!     let settings = PtSettings { max_depth: 3, neighbours, ..PtSettings::default() };
+//!     let job = Render { count: 16, accumulate: true, ..Render::new([16, 16], settings) };
+//!     let rendered = render(&mut CpuExecutor::new(None)?, &scene, &job, &mut |_| Ok(()))?;
+//!     Ok(rendered.image.pixels.iter().map(|rgb| rgb[1]).sum::<f32>() / 256.0)
+//! };
+//! // both are estimates of the same image
+//! let (alone, shared) = (mean_with(0)?, mean_with(4)?);
+//! assert!(alone != shared && (alone - shared).abs() < 0.1 * alone);
+//! # Ok::<(), Error>(())
+//! ```
 
 mod layers;
 mod plan;

@@ -32,7 +32,7 @@
 //! # mod floor { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/scene/floor.rs")); }
 //! # use floor::Floor;
 //! use restir_shared::glam::Vec3;
-//! use restir_shared::layout::{CameraParams, SceneHeader};
+//! use restir_shared::layout::CameraParams;
 //! use restir_shared::resample::mis::Mis;
 //! use restir_shared::scene::Still;
 //! use restir_shared::shift::Hybrid;
@@ -40,17 +40,12 @@
 //!
 //! let camera = CameraParams::pinhole(Vec3::Y, Vec3::ZERO, Vec3::Z, 0.01, [2, 1]);
 //! let params = PtParams {
-//!     scene: SceneHeader::default(),
-//!     other_scene: SceneHeader::default(),
 //!     camera,
 //!     other_camera: camera,
 //!     hybrid: Hybrid::RECONNECTION,
 //!     width: 2,
 //!     height: 1,
-//!     frame: 0,
-//!     seed: 7,
 //!     max_depth: 3,
-//!     flags: 0,
 //!     // the offsets (1, 0) and (-1, 0), in a layer of jobs each
 //!     neighbours: 2,
 //!     layers: 2,
@@ -58,9 +53,7 @@
 //!     max_plane_distance: 0.1,
 //!     min_normal_cos: 0.9,
 //!     form: Mis::PAIRWISE_DEFENSIVE.bits(),
-//!     merge: 0,
-//!     confidence_cap: 1.0,
-//!     reserved: [0; 2],
+//!     ..PtParams::default()
 //! };
 //! let traced = [0, 1].map(|x| trace(&Floor, &params, [x, 0]));
 //! let (starts, paths) = (traced.map(|pixel| pixel.start), traced.map(|pixel| pixel.path));
