@@ -264,7 +264,7 @@ impl Store {
         std::fs::create_dir_all(&folder).map_err(|error| Error::File {
             action: "write",
             path: folder.clone(),
-            reason: format!("{error}; choose another folder"),
+            reason: error.to_string(),
         })?;
         let pairs = [
             ("format", FORMAT.to_owned()),

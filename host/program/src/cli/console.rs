@@ -1,15 +1,16 @@
-//! Output that survives a closed pipe, which `println!` does not.
+//! Output that survives a closed pipe, which `println!` does not, and that a terminal takes for text whatever files are called.
 
 use std::io::{self, ErrorKind, Write};
 use std::path::PathBuf;
 
 use restir::Error;
 
-/// Writes a result, complete with its line ends, to standard output.
+/// Writes a result, complete with its line ends, to standard output, without marks that a terminal takes for more than text.
 ///
 /// # Errors
 /// [`Error::File`] if it cannot be written; a reader that has seen enough is no error.
 pub(super) fn print(text: &str) -> Result<(), Error> {
+    let text = text.split('\n').map(plain).collect::<Vec<_>>().join("\n");
     let mut output = io::stdout().lock();
     match output.write_all(text.as_bytes()).and_then(|()| output.flush()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {
@@ -27,10 +28,14 @@ pub(super) fn note(message: &str) {
 /// The text in one line, without control characters or marks that turn the direction of what follows, and with long words
 /// shortened: names from files may hold all of these.
 pub(super) fn harmless(text: &str) -> String {
+    plain(text).split(' ').map(shortened).collect::<Vec<_>>().join(" ")
+}
+
+/// A line without control characters or marks that turn the direction of what follows.
+fn plain(line: &str) -> String {
     let turns =
         |c: char| matches!(c, '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}');
-    let line = text.replace(|c: char| c.is_control() || turns(c), " ");
-    line.split(' ').map(shortened).collect::<Vec<_>>().join(" ")
+    line.replace(|c: char| c.is_control() || turns(c), " ")
 }
 
 /// A word with its middle left out if it is a long one.

@@ -1,4 +1,4 @@
-//! How far a render is: a bar on a terminal, else a line about every ten percent, and more where these take long.
+//! How far a render is: a bar on a terminal, else a line about every ten percent, and one every five seconds where these take long.
 
 use std::io::{IsTerminal, stderr};
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -59,8 +59,8 @@ enum Reporter {
         what: &'static str,
         begun: Option<(Instant, u64)>,
         next_percent: u64,
-        /// The last line.
-        said: (Instant, u64),
+        /// When the last line was written.
+        said: Instant,
     },
 }
 
@@ -71,7 +71,7 @@ impl Reporter {
             return Self::Bar(ProgressBar::new(1).with_style(style));
         }
         console::note(&format!("{what}: 0 %"));
-        Self::Lines { what, begun: None, next_percent: STEP_PERCENT, said: (Instant::now(), 0) }
+        Self::Lines { what, begun: None, next_percent: STEP_PERCENT, said: Instant::now() }
     }
 
     fn update(&mut self, progress: &Progress) {
@@ -83,8 +83,8 @@ impl Reporter {
             Self::Lines { what, begun, next_percent, said } => {
                 let percent = percent(progress);
                 let (start, before) = *begun.get_or_insert_with(|| (Instant::now(), progress.done));
-                if percent >= *next_percent || percent > said.1 && said.0.elapsed() >= A_WHILE {
-                    *said = (Instant::now(), percent);
+                if percent >= *next_percent || said.elapsed() >= A_WHILE {
+                    *said = Instant::now();
                     let left = seconds_left(start.elapsed().as_secs_f64(), progress, before);
                     let left = left.map_or_else(String::new, |left| format!(", {left:.0} s left"));
                     console::note(&format!("{what}: {percent} %{left}"));

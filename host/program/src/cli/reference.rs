@@ -125,11 +125,16 @@ pub(super) fn make(
             observe(Progress { done: batches.done, total: batches.total })
         })
     })
-    .inspect_err(|error| match &cache {
-        Some(cache) if matches!(error, Error::Interrupted) => {
+    .map_err(|error| match (error, &cache) {
+        (Error::Interrupted, Some(cache)) => {
             console::note(&format!("what was done of the reference is kept in {}", cache.display()));
+            Error::Interrupted
         }
-        _ => (),
+        (Error::File { action: "write", path, reason }, Some(cache)) if path.starts_with(cache) => {
+            let reason = format!("{reason}; name another folder by --cache or RESTIR_CACHE");
+            Error::File { action: "write", path, reason }
+        }
+        (error, _) => error,
     })?;
     if reference.dropped_samples() > 0 {
         console::note(&format!(

@@ -24,6 +24,21 @@ fn names_from_files_are_only_names() {
     }
 }
 
+/// A folder's name may hold what a terminal would take for more: what was written is told without it.
+#[test]
+fn names_of_what_was_written_are_only_names() {
+    let workplace = Workplace::new();
+    let out = workplace.output("a\u{1b}]0;title\u{7}\u{202e}");
+    let image = format!("{out}.exr");
+    let bench = ["bench", "cornell", "--size", "4x3", "--reference-spp", "128", "--seconds", "0", "--restarts", "2"];
+    let outcomes = [run(bench.iter().chain(&["--out", &out])), run(["render", "cornell", "--spp", "1", "-o", &image])];
+    for outcome in outcomes.map(Outcome::done) {
+        let text = outcome.stdout + &outcome.stderr;
+        assert!(text.contains("wrote") && text.contains("title"), "{text}");
+        assert!(!text.contains(|c: char| c != '\n' && c.is_control() || c == '\u{202e}'), "{text:?}");
+    }
+}
+
 #[test]
 fn threads_of_the_environment_are_limited_too() {
     let workplace = Workplace::new();

@@ -1,7 +1,9 @@
 //! Renders that stop by time or by noise.
 
+use std::io::{BufRead, BufReader};
 use std::path::Path;
-use std::time::Instant;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
 
 use restir::image::read_exr_metadata;
 use restir::technique;
@@ -47,6 +49,26 @@ fn time_is_kept() {
     assert!(said(&workplace, "scrambles") >= 8.0);
     let noise = said(&workplace, "noise");
     assert!(noise > 0.0 && noise < 1.0, "{noise}");
+}
+
+/// An error that cannot be reached: the program is interrupted before it has been silent for ten seconds.
+#[test]
+#[cfg(unix)]
+fn what_never_ends_says_so() {
+    let workplace = Workplace::new();
+    let mut render = workplace.render("image.exr", "cornell", &["--size", "4x3", "--spp", "1", "--noise", "1e-300"]);
+    let mut child = render.stderr(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map_while(Result::ok);
+    lines.find(|line| line == "rendering: 0 %").expect("a first line");
+    let start = Instant::now();
+    let said = lines.next();
+    let silent = start.elapsed();
+    Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert!(
+        said.is_some_and(|line| line.starts_with("rendering: 0 %")) && silent < Duration::from_secs(10),
+        "{silent:?}"
+    );
 }
 
 #[test]

@@ -18,6 +18,24 @@
 //! * A surface reflects outside as it does without an interior, and inside not at all: what it holds back is part of what the profile is a
 //!   fit of.
 //! * Through a dielectric the profile's light enters and leaves by Fresnel's equations, spread by Lambert's law ([`Exit`]).
+//!
+//! A scene without any medium is the simplest case: nothing enters, and the first turn finds the sample of [`path`](super). (`Floor` is the
+//! scene that the documentation of [`scene`](crate::scene) shows.)
+//!
+//! ```
+//! # mod floor { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/scene/floor.rs")); }
+//! # use floor::Floor;
+//! use restir_shared::glam::Vec3;
+//! use restir_shared::layout::CameraParams;
+//! use restir_shared::technique::path::hybrid::{HYBRID_REST, HybridParams, enter};
+//! use restir_shared::technique::path::{self, PathParams};
+//!
+//! let camera = CameraParams::pinhole(Vec3::Y, Vec3::ZERO, Vec3::Z, 0.1, [1, 1]);
+//! let path = PathParams { camera, width: 1, height: 1, max_depth: 3, ..PathParams::default() };
+//! let counted = PathParams { flags: path.flags | HYBRID_REST, ..path };
+//! let entered = enter(&Floor, &HybridParams { path: counted, ..HybridParams::default() }, [0, 0]);
+//! assert_eq!(entered.sample, path::pixel(&Floor, &path, 0, 0));
+//! ```
 
 mod branches;
 mod exit;

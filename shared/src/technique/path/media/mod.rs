@@ -1,12 +1,12 @@
 //! Path tracing where light scatters inside of things.
 //!
-//! A path carries what is around it: to pass the front of a closed surface
-//! sets it, to pass a back clears it. Between two surfaces it walks: it flies as far as a collision, turns, and flies on. A walk counts as one
-//! segment of the path, reflections at the boundary from inside included.
+//! A path carries what is around it: to pass the front of a closed surface sets it, to pass a back clears it. Between two surfaces it walks:
+//! it flies as far as a collision, turns, and flies on. A walk counts as one segment of the path, reflections at the boundary from inside
+//! included.
 //!
-//! Lights are sampled at surfaces, and only on sides where nothing scatters: through a boundary, which bends light, no point of a light
-//! could be aimed at. So light that is found along a segment through a scattering interior was found in the only way that there is, and counts
-//! in full.
+//! Lights are sampled at surfaces on sides where nothing scatters. Through a boundary, which bends light, no point of a light could be aimed
+//! at, so that light from outside which is found along a segment inside was found in the only way that there is, and counts in full. Lights
+//! within a body that scatters are sampled at collisions, too, and at surfaces that face them, where the material says that there are any.
 //!
 //! A walk may have thousands of segments and a dispatch should not. So it is cut into stretches, and a path that stops after a collision
 //! waits as a [`PackedWalker`]. Bits do not depend on where it is cut.
