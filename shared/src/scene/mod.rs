@@ -97,7 +97,7 @@ use crate::medium::Interior;
 use crate::num;
 use glam::{UVec4, Vec2, Vec3};
 
-/// Visibility.
+/// Rays against the scene: what they hit first, and whether anything is in their way.
 pub trait Trace {
     /// The nearest hit with `0 < t < ray.t_max`: the smallest (t, id) over all primitives that the ray meets, from either side.
     /// [`Hit::MISS`] if none.
@@ -260,7 +260,7 @@ pub struct LightAddress {
 impl LightAddress {
     /// An index that refers to no light: the largest of 24 bits.
     pub const NO_LIGHT: u32 = 0x00ff_ffff;
-    /// Nowhere.
+    /// The address of no light: what a chooser gives in a scene without lights.
     pub const NONE: Self = Self { light: Self::NO_LIGHT, u: 0, v: 0 };
 
     /// Whether there is a light.
@@ -401,7 +401,7 @@ pub struct LightSample {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum LightKind {
-    /// A surface.
+    /// A point on a surface that emits; rays can hit it.
     Area,
     /// A point in space.
     Point,
@@ -457,7 +457,7 @@ impl LightSample {
 /// The environment in a direction.
 #[derive(Clone, Copy)]
 pub struct EnvironmentPoint {
-    /// Linear RGB.
+    /// Radiance that arrives from the direction, linear RGB.
     pub radiance: Vec3,
     /// Density per steradian with which [`Lights::sample_light`] gives the direction.
     pub density: f32,

@@ -113,7 +113,7 @@ pub struct DiParams {
     /// The tables of the other reservoirs' frame, in the same arenas; the same ones within a frame, and of a scene that
     /// does not move.
     pub other_scene: SceneHeader,
-    /// The camera.
+    /// The camera of this frame.
     pub camera: CameraParams,
     /// The camera of the other reservoirs' frame; the same one within a frame.
     pub other_camera: CameraParams,
@@ -236,7 +236,7 @@ impl DiParams {
         Self { flags: Flags(self.flags.0 & bits), ..self }
     }
 
-    /// The image.
+    /// The pixels of the image, by which neighbours are found.
     #[inline(always)]
     pub fn grid(&self) -> Grid {
         Grid { width: self.width, height: self.height }
@@ -279,7 +279,7 @@ pub struct DiPoint {
     pub position: [f32; 3],
     /// Its normal, see [`crate::pack::encode_unit_vector`].
     pub normal: u32,
-    /// The reservoir.
+    /// The pixel's reservoir, which its neighbours evaluate at their own surfaces.
     pub reservoir: PackedReservoir,
 }
 
