@@ -1,4 +1,4 @@
-//! What can go wrong, each as one sentence that says what is wrong, where, and what to do about it.
+//! What can go wrong: data, where a caller may want to act on it, and one sentence that says what is wrong, where, and what to do.
 //!
 //! ```
 //! use restir_host::{Error, scene::Scene};
@@ -7,10 +7,16 @@
 //!     Err(Error::Scene { scene, problem }) => assert!(scene == "teapot" && problem.contains("cornell")),
 //!     other => panic!("{other:?}"),
 //! }
+//! match restir_host::technique::by_name("restir") {
+//!     Err(Error::Unknown { what: "technique", known, .. }) => assert!(known.contains(&"restir-di".to_owned())),
+//!     other => panic!("{:?}", other.err()),
+//! }
 //! ```
 
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
+
+use crate::memory::gib;
 
 /// An error of this library. The program prints it as one line and exits with code 2.
 #[derive(Debug, thiserror::Error)]
@@ -34,7 +40,27 @@ pub enum Error {
         /// What is wrong, where, and what to do.
         problem: String,
     },
-    /// A setting is out of range or unknown.
+    /// A name is none of those that there are.
+    #[error("there is no {what} {name:?}; there are: {}", known.join(", "))]
+    Unknown {
+        /// What was named: a technique, a setting, a preset.
+        what: &'static str,
+        /// The name.
+        name: String,
+        /// The names that there are.
+        known: Vec<String>,
+    },
+    /// A value is not one that a setting may have.
+    #[error("the setting {setting} is {value}; it has to be {expected}")]
+    Value {
+        /// Key of the setting.
+        setting: &'static str,
+        /// The value, as text.
+        value: String,
+        /// Which values it may have.
+        expected: String,
+    },
+    /// Settings that cannot be, or not together.
     #[error("{0}")]
     Setting(String),
     /// No usable GPU adapter.
@@ -48,9 +74,33 @@ pub enum Error {
         /// What is wrong and what to do.
         problem: String,
     },
-    /// The buffers of a render do not fit.
-    #[error("{0}")]
-    Memory(String),
+    /// Something does not fit into memory, see [`crate::memory`].
+    #[error("{what} would take {}, more than the limit of {} (80 % of the memory, if none was set); {remedy}", gib(*bytes), gib(*limit))]
+    Memory {
+        /// What does not fit.
+        what: String,
+        /// The bytes that it takes.
+        bytes: u64,
+        /// The bytes that this process may have.
+        limit: u64,
+        /// What to do.
+        remedy: String,
+    },
+    /// A buffer is larger than the adapter binds.
+    #[error(
+        "the buffer {buffer:?} of {bytes} bytes is larger than the {limit} bytes that this adapter binds; choose a smaller size or scene"
+    )]
+    Binding {
+        /// Name of the buffer.
+        buffer: &'static str,
+        /// Its bytes.
+        bytes: u64,
+        /// The most bytes that the adapter binds at once.
+        limit: u64,
+    },
+    /// The adapter has no memory left.
+    #[error("the adapter is out of memory ({0}); choose a smaller size or scene")]
+    AdapterMemory(String),
     /// A check ran and did not pass. The program exits with code 1.
     #[error("{0}")]
     Failed(String),

@@ -4,6 +4,7 @@
 //! restir_host::memory::set_limit(2 << 30);
 //! assert!(restir_host::memory::check(1 << 30, "this image", "choose a smaller size").is_ok());
 //! let refused = restir_host::memory::check(3 << 30, "this image", "choose a smaller size").unwrap_err();
+//! assert!(matches!(refused, restir_host::Error::Memory { bytes: 0xc000_0000, limit: 0x8000_0000, .. }));
 //! assert!(refused.to_string().contains("3.00 GiB"));
 //! ```
 
@@ -55,12 +56,8 @@ fn address_space(limits: &str) -> u64 {
 /// [`Error::Memory`].
 pub fn check(bytes: u64, what: &str, remedy: &str) -> Result<(), Error> {
     let limit = limit();
-    if bytes <= limit {
-        return Ok(());
-    }
-    let [bytes, limit] = [bytes, limit].map(gib);
-    let problem = format!("{what} would take {bytes}, more than the limit of {limit}");
-    Err(Error::Memory(format!("{problem} (80 % of the memory, if none was set); {remedy}")))
+    let refused = || Error::Memory { what: what.to_owned(), bytes, limit, remedy: remedy.to_owned() };
+    if bytes <= limit { Ok(()) } else { Err(refused()) }
 }
 
 /// Bytes as a text: in GiB, or what is less of in smaller units.
