@@ -16,8 +16,6 @@
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
-use crate::memory::gib;
-
 /// An error of this library. The program prints it as one line and exits with code 2.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -121,6 +119,16 @@ impl Error {
     }
 }
 
+/// Bytes as a text: in GiB, or what is less of in smaller units.
+pub(crate) fn gib(bytes: u64) -> String {
+    match bytes {
+        0..0x400 => format!("{bytes} bytes"),
+        0x400..0x10_0000 => format!("{:.1} KiB", bytes as f64 / f64::from(1 << 10)),
+        0x10_0000..0x4000_0000 => format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20)),
+        _ => format!("{:.2} GiB", bytes as f64 / f64::from(1 << 30)),
+    }
+}
+
 /// Returns with a formatted problem unless a condition holds, as the macro of that name of `anyhow` does.
 macro_rules! ensure {
     ($condition:expr, $($problem:tt)+) => {
@@ -130,3 +138,14 @@ macro_rules! ensure {
     };
 }
 pub(crate) use ensure;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_are_never_zero_of_a_large_unit() {
+        let texts = [0, 1023, 1024, 3 << 19, 0x4000_0000].map(gib);
+        assert_eq!(texts, ["0 bytes", "1023 bytes", "1.0 KiB", "1.5 MiB", "1.00 GiB"]);
+    }
+}

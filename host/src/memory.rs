@@ -60,16 +60,6 @@ pub fn check(bytes: u64, what: &str, remedy: &str) -> Result<(), Error> {
     if bytes <= limit { Ok(()) } else { Err(refused()) }
 }
 
-/// Bytes as a text: in GiB, or what is less of in smaller units.
-pub(crate) fn gib(bytes: u64) -> String {
-    match bytes {
-        0..0x400 => format!("{bytes} bytes"),
-        0x400..0x10_0000 => format!("{:.1} KiB", bytes as f64 / f64::from(1 << 10)),
-        0x10_0000..0x4000_0000 => format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20)),
-        _ => format!("{:.2} GiB", bytes as f64 / f64::from(1 << 30)),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -81,11 +71,5 @@ mod tests {
         };
         assert_eq!(address_space(&table("8192000000")), 8_192_000_000);
         assert_eq!([address_space(&table("unlimited")), address_space("")], [u64::MAX; 2]);
-    }
-
-    #[test]
-    fn bytes_are_never_zero_of_a_large_unit() {
-        let texts = [0, 1023, 1024, 3 << 19, 0x4000_0000].map(gib);
-        assert_eq!(texts, ["0 bytes", "1023 bytes", "1.0 KiB", "1.5 MiB", "1.00 GiB"]);
     }
 }
