@@ -20,16 +20,22 @@
 //! # Ok::<(), Error>(())
 //! ```
 
+mod explain;
+mod genealogy;
 mod layers;
+mod lineage;
 mod plan;
 mod settings;
 
+pub use genealogy::{Generation, Offered, Reuse, genealogy};
 pub use layers::{Layers, render_with_layers};
+pub use lineage::Origin;
 pub use settings::{Form, MAX_CONFIDENCE_CAP, MAX_DEPTH, MAX_NEIGHBOURS, MAX_SPATIAL_PASSES, PtSettings, Shift};
 
 use super::{About, Integral, PixelFilter, Repeats, Technique};
 use crate::exec::{Executor, Observer};
 use crate::render::{Render, Rendered};
+use crate::technique::explain::{Explanation, Subject};
 use crate::technique::sequence::{Sequence, Stage};
 use crate::{Error, buffers::SceneBuffers, image::Channel};
 use restir_shared::layout::FEATURE_SUBSURFACE;
@@ -81,6 +87,14 @@ impl Technique for PtSettings {
     fn biases(&self) -> Vec<&'static str> {
         let stale = "where the scene changes, paths keep light that no longer arrives: it lags behind what moves";
         if self.temporal && self.stale { vec![stale] } else { Vec::new() }
+    }
+
+    fn check_explained(&self, scene: &SceneBuffers, render: &Render) -> Result<(), Error> {
+        genealogy::check(self, scene, render)
+    }
+
+    fn explain(&self, executor: &mut dyn Executor, subject: Subject<'_>) -> Result<Explanation, Error> {
+        explain::explain(self, executor, subject)
     }
 
     fn render_with_layers(

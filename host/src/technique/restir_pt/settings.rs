@@ -5,6 +5,7 @@ use restir_shared::resample::mis::Mis;
 use restir_shared::rng::Sampler;
 use restir_shared::shift::Hybrid;
 use restir_shared::technique::restir_pt::{PAIRS, PT_CHANGED, PT_JITTER, PT_OTHER_FRAME, PT_SOBOL, PT_STALE, PT_STILL};
+use std::any::Any;
 
 /// The most neighbours of a pass.
 pub const MAX_NEIGHBOURS: u32 = 2 * PAIRS as u32;
@@ -110,6 +111,11 @@ impl PtSettings {
     fn published() -> Self {
         let default = Self::default();
         Self { shift: Shift::Hybrid, mis: Form::Defensive, radius: 20.0, still: false, feedback: true, ..default }
+    }
+
+    /// The settings of a render that is of this technique.
+    pub fn of(render: &crate::render::Render) -> Option<&Self> {
+        (&*render.technique as &dyn Any).downcast_ref()
     }
 
     /// Whether the settings make sense together; ranges are for [`crate::settings::Settings::check_ranges`].

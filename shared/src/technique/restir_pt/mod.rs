@@ -61,7 +61,7 @@
 //! let shifted = jobs.map(|job| shift_job(&Still(&Floor), &params, job, &starts, &paths));
 //! let shares = Shares { paths: &paths, jobs: &jobs, shifted: &shifted, returned: &[] };
 //! for x in [0, 1] {
-//!     let pixel = shade(&merge(&params, &shares, paths[x as usize], [x, 0]), traced[x as usize].direct);
+//!     let pixel = shade(&merge(&params, &shares, paths[x as usize], [x, 0]).path, traced[x as usize].direct);
 //!     assert!((pixel.sum[0] - 1.0).abs() < 2e-3);
 //! }
 //! ```
@@ -81,7 +81,7 @@ pub use params::{
 };
 pub use recall::{recall, reproject};
 pub use record::{PackedPath, Stored};
-pub use share::{Shares, merge, pair, pair_offsets, shade};
+pub use share::{Merged, Shares, merge, pair, pair_offsets, shade};
 
 use super::path;
 use crate::num;
@@ -173,8 +173,7 @@ pub fn shift_path<S: Trace + Surface + AddressedLights>(
     shift(scene, &numbers, &params.hybrid, start, &path)
 }
 
-/// Does one job: the path that it names at the start that it names; with [`PT_BACK`] the path of the pixel that the job is of, at the
-/// start of the other frame.
+/// Does one job, in 16 bytes: see [`shifted_job`].
 #[inline(always)]
 pub fn shift_job<F: Frames>(
     frames: &F,
@@ -186,6 +185,20 @@ pub fn shift_job<F: Frames>(
     if job.path == Job::NONE.path {
         return JobShifted::default();
     }
+    let Shifted { value, term, .. } = shifted_job(frames, params, job, starts, paths);
+    JobShifted { value: value.to_array(), term }
+}
+
+/// Does one job that is none of [`Job::NONE`]: takes the path that it names to the start that it names; with [`PT_BACK`] the path of the
+/// pixel that the job is of to the start of the other frame.
+#[inline(always)]
+pub fn shifted_job<F: Frames>(
+    frames: &F,
+    params: &PtParams,
+    job: Job,
+    starts: &[Start],
+    paths: &[PackedPath],
+) -> Shifted {
     let back = params.has(PT_BACK);
     let (from, to) = if back { (job.start, job.path) } else { (job.path, job.start) };
     let mut path = paths[from as usize].unpack().path;
@@ -196,5 +209,5 @@ pub fn shift_job<F: Frames>(
     }
     let numbers = PathNumbers::of_key(path.key, params.seed, params.sampler());
     let shifted = shift(&frames.scene(back), &numbers, &params.hybrid, &starts[to as usize], &path);
-    JobShifted { value: shifted.value.to_array(), term: num::flush(shifted.term * extent) }
+    Shifted { term: num::flush(shifted.term * extent), ..shifted }
 }

@@ -65,9 +65,20 @@ fn target(shifted: &JobShifted, path: &PackedPath) -> f32 {
     luminance(Vec3::from_array(value)) * jacobian
 }
 
+/// What a merge has selected.
+#[derive(Clone, Copy, Debug)]
+pub struct Merged {
+    /// The path.
+    pub path: PackedPath,
+    /// Whether it is another pixel's, or of another frame.
+    pub is_other: bool,
+    /// Of another's the element of the grid of jobs.
+    pub job: u32,
+}
+
 /// One path of a pixel's own and those of its neighbours, or of the other frame's at its place, by pairwise MIS.
 #[inline(always)]
-pub fn merge(params: &PtParams, shares: &Shares<'_>, own: PackedPath, at: [u32; 2]) -> PackedPath {
+pub fn merge(params: &PtParams, shares: &Shares<'_>, own: PackedPath, at: [u32; 2]) -> Merged {
     let (crosses, still) = (params.has(PT_OTHER_FRAME), params.has(PT_STILL));
     let pixels = params.width * params.height;
     let index = params.sharing().grid.index(at);
@@ -113,18 +124,18 @@ pub fn merge(params: &PtParams, shares: &Shares<'_>, own: PackedPath, at: [u32; 
         reservoir.update(i, combine.weight(i), 1.0, u);
         i += 1;
     }
-    let selected = reservoir.sample;
-    let job = jobs[selected as usize] as usize;
-    let path = if selected == 0 {
+    let is_other = reservoir.sample != 0;
+    let job = jobs[reservoir.sample as usize];
+    let path = if !is_other {
         own
     } else if still {
         shares.paths[index as usize]
     } else {
-        let JobShifted { value, term } = shares.shifted[job];
-        shares.paths[shares.jobs[job].path as usize].moved(Vec3::from_array(value), term)
+        let JobShifted { value, term } = shares.shifted[job as usize];
+        shares.paths[shares.jobs[job as usize].path as usize].moved(Vec3::from_array(value), term)
     };
-    let value = path.value();
-    path.weighted(reservoir.contribution_weight(1.0, luminance(value)), combine.confidence())
+    let weight = reservoir.contribution_weight(1.0, luminance(path.value()));
+    Merged { path: path.weighted(weight, combine.confidence()), is_other, job }
 }
 
 /// What a pixel's path sends to the camera, with what needs no path.
