@@ -31,7 +31,7 @@ const FRAMES: u32 = 32;
 /// Side of a tile.
 const TILE: u32 = 8;
 /// Rays do not go through the middles of pixels: in symmetrical scenes some of those end exactly where two walls meet.
-const COMMON: &str = "temporal=off,radius=4,max_plane_distance=0.1,max_depth=7,jitter=on,sampler=independent";
+const COMMON: &str = "temporal=off,tile=4,max_plane_distance=0.1,max_depth=7,jitter=on,sampler=independent";
 const SHIFTS: [&str; 5] = [
     "shift=reconnection",
     "shift=replay,mis=pairwise-defensive",
@@ -199,7 +199,7 @@ const fn chain(scene: &'static str, settings: &'static str, frames: u32, moves: 
 }
 
 /// Settings of chains.
-const OF_CHAINS: &str = "radius=4,max_plane_distance=0.1,max_depth=6,sampler=independent";
+const OF_CHAINS: &str = "tile=4,max_plane_distance=0.1,max_depth=6,sampler=independent";
 const CHAINS: [Chain; 14] = [
     chain("cornell", "jitter=on,shift=hybrid,feedback=on", 4, false),
     chain("cornell", "jitter=on,shift=footprint,spatial=0", 5, true),
@@ -305,7 +305,7 @@ fn layers_tell_whose_path_it_is() -> Result<(), Failed> {
     const LAST: u32 = 3;
     let buffers = buffers("cornell")?;
     let mut copied = Vec::new();
-    for text in ["temporal=off,spatial=0", "spatial=0", "temporal=off,radius=4", "feedback=on,radius=4"] {
+    for text in ["temporal=off,spatial=0", "spatial=0", "temporal=off,tile=4", "feedback=on,tile=4"] {
         let technique = Trials::of("restir-pt")?.with(text)?;
         let render = Render { count: LAST + 1, seed: 5, ..Render::new([SIDE; 2], technique) };
         let (rendered, layers) = render_with_layers(&mut CpuExecutor::inline(), &buffers, &render, &mut |_| Ok(()))?;
@@ -319,7 +319,7 @@ fn layers_tell_whose_path_it_is() -> Result<(), Failed> {
             (strangers, older, count) =
                 (strangers + u32::from(stored.path.key.x != own), older + u32::from(age > 0), count + 1);
         }
-        let [temporal, spatial] = [!text.contains("temporal=off"), text.contains("radius")];
+        let [temporal, spatial] = [!text.contains("temporal=off"), text.contains("tile")];
         println!(
             "{text}: of {count} paths {strangers} of others, {older} of frames before, {:.2} copied",
             layers.copied()

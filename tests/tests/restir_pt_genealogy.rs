@@ -21,10 +21,10 @@ restir_tests::suite! {
 }
 
 const SETTINGS: [&str; 4] = [
-    "radius=3,max_plane_distance=0.1",
-    "radius=3,max_plane_distance=0.1,shift=hybrid,spatial=2,feedback=on,jitter=on,neighbours=2",
+    "tile=4,max_plane_distance=0.1",
+    "tile=4,max_plane_distance=0.1,shift=hybrid,spatial=2,feedback=on,jitter=on,neighbours=2",
     "shift=replay,spatial=0,stale=on,mis=pairwise-defensive",
-    "temporal=off,radius=4,max_plane_distance=0.1",
+    "temporal=off,tile=4,max_plane_distance=0.1",
 ];
 
 fn pt_render(scene: &SceneBuffers, moves: bool, text: &str) -> Result<Render, Failed> {
@@ -141,7 +141,7 @@ fn a_false_chain_is_seen() -> Result<(), Failed> {
 /// The layers' counts of shifts are those of what genealogies of single pixels have been offered.
 fn layers_count_what_genealogies_tell() -> Result<(), Failed> {
     let scene = buffers("glass")?;
-    let render = pt_render(&scene, true, "radius=3,max_plane_distance=0.1,spatial=1")?;
+    let render = pt_render(&scene, true, "tile=4,max_plane_distance=0.1,spatial=1")?;
     let (_, layers) = render_with_layers(&mut CpuExecutor::new(None)?, &scene, &render, &mut |_| Ok(()))?;
     let channels = layers.channels();
     let total: u32 = layers.shifts.iter().flatten().sum();

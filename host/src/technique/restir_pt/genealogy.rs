@@ -1,11 +1,11 @@
 //! The genealogy of a path: which pixel of which pass and frame had it before, back to the one that traced it.
 
+use super::PtSettings;
 use super::lineage::{Follower, Origin, PathPass};
-use super::{MAX_NEIGHBOURS, PtSettings};
 use crate::render::{self, Render};
 use crate::{Error, buffers::SceneBuffers, exec::Executor, memory, technique::explain::Place};
 use restir_shared::shift::Cause;
-use restir_shared::technique::restir_pt::{PackedPath, Stored};
+use restir_shared::technique::restir_pt::{MAX_NEIGHBOURS, PackedPath, Stored};
 
 /// What a pass does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,38 +1,34 @@
 //! Paths of neighbours: who shares with whom, and what becomes of it.
 
-use super::params::{Job, JobShifted, PT_OTHER_FRAME, PT_STILL, PtFacet, PtParams};
+use super::params::{Job, JobShifted, MAX_NEIGHBOURS, PT_OTHER_FRAME, PT_STILL, PtFacet, PtParams};
 use super::record::{MAX_CONFIDENCE, PackedPath};
-use super::{INPUTS_OF_MERGE, MERGES, OFFSETS};
+use super::{INPUTS_OF_MERGE, MERGES, PAIRINGS};
 use crate::layout::FilmPixel;
 use crate::num;
-use crate::resample::exchange;
 use crate::resample::mis::{Combine, INPUTS};
+use crate::resample::pairing::Pairing;
 use crate::resample::reservoir::Reservoir;
 use crate::resample::similar::Facet;
 use crate::rng::{self, Rng, Sampler};
 use crate::vec::luminance;
 use glam::Vec3;
 
-/// The offsets of a pass of neighbours, see [`exchange::pair_offsets`]: those of a frame and a merge.
-pub fn pair_offsets(seed: u32, frame: u32, merge: u32, radius: f32, offsets: &mut [u32]) -> usize {
-    let words = Rng::new(0, 0, frame, seed, Sampler::Independent).hash(OFFSETS.wrapping_add(merge));
-    exchange::pair_offsets([words.x, words.y], radius, offsets)
-}
-
 /// The job of the element (x, row) of a grid with a layer for each neighbour: to take the path of the pixel's n-th neighbour to the
-/// pixel. There is none if either does not find the other alike. The neighbour's job n ^ 1 is the way back.
+/// pixel. There is none if either does not find the other alike. The neighbour's job in the same layer is the way back.
 #[inline(always)]
 pub fn pair(params: &PtParams, facets: &[PtFacet], [x, row]: [u32; 2]) -> Job {
-    let neighbours = params.sharing();
     let (n, y) = (row / params.height, row % params.height);
-    let pixel = neighbours.grid.index([x, y]);
-    let partner = neighbours.partner([x, y], n);
+    let rng = Rng::new(0, 0, params.frame, params.seed, Sampler::Independent);
+    let dimension = PAIRINGS.wrapping_add(params.merge.wrapping_mul(MAX_NEIGHBOURS).wrapping_add(n));
+    let pairing = Pairing { grid: params.grid(), tile: params.tile, rng, dimension };
+    let (pixel, partner) = (pairing.grid.index([x, y]), pairing.partner([x, y]));
     if partner == Job::NONE.path {
         return Job::NONE;
     }
     let (here, there) = (facets[pixel as usize].facet(), facets[partner as usize].facet());
     let seen = (here.distance > 0.0) & (there.distance > 0.0);
-    let alike = neighbours.similarity.holds(&here, &there) & neighbours.similarity.holds(&there, &here);
+    let similarity = params.similarity();
+    let alike = similarity.holds(&here, &there) & similarity.holds(&there, &here);
     if seen & alike { Job { path: partner, start: pixel } } else { Job::NONE }
 }
 
@@ -81,7 +77,7 @@ pub struct Merged {
 pub fn merge(params: &PtParams, shares: &Shares<'_>, own: PackedPath, at: [u32; 2]) -> Merged {
     let (crosses, still) = (params.has(PT_OTHER_FRAME), params.has(PT_STILL));
     let pixels = params.width * params.height;
-    let index = params.sharing().grid.index(at);
+    let index = params.grid().index(at);
     let mut combine = Combine::new(params.form(), params.neighbours as f32);
     let mut jobs = [0; INPUTS];
     let mut count = 0;
@@ -105,7 +101,7 @@ pub fn merge(params: &PtParams, shares: &Shares<'_>, own: PackedPath, at: [u32; 
                 } else if crosses {
                     shares.returned[index as usize]
                 } else {
-                    shares.shifted[((n ^ 1) * pixels + partner) as usize]
+                    shares.shifted[(n * pixels + partner) as usize]
                 };
                 combine.target(0, count, here);
                 combine.target(count, 0, target(&back, &own));
