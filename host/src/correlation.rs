@@ -230,7 +230,7 @@ mod tests {
         assert_eq!(e.variance_inflation(2), 2.0 * (2.0 / 12.0) / (20.0 / 24.0));
         assert!(e.variance_inflation(5).is_nan());
         // frames that are equal are worth one, those that cancel nothing at all
-        assert_eq!(errors(1, &[&[3.0]; 16]).variance_inflation(16), 16.0);
+        assert_eq!(errors(1, &[&[3.0_f32][..]; 16]).variance_inflation(16), 16.0);
         assert_eq!(errors(1, &[&[3.0], &[-3.0]]).variance_inflation(2), 0.0);
     }
 
