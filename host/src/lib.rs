@@ -27,6 +27,7 @@ pub mod buffers;
 mod bvh;
 pub mod checkpoint;
 pub mod compact;
+pub mod correlation;
 pub mod distribution;
 pub mod error;
 pub mod exec;

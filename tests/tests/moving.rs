@@ -71,7 +71,13 @@ fn main() -> ExitCode {
                 adapter.trial(&title, move |executor| same_on_device(executor, frames(technique)))
             })
         };
-        largest.into_iter().chain([media]).chain(Trials::all().into_iter().flat_map(trials)).collect()
+        let of_paths = Trials::of("restir-pt").map(|trials| trials.rows()).unwrap_or_default();
+        let indoors = of_paths.into_iter().map(|(name, technique)| {
+            let title = format!("restir-pt, {name}: 16 frames of ajar, all buffers after every pass");
+            adapter.trial(&title, move |executor| light_from_next_door(executor, technique))
+        });
+        let rows = Trials::all().into_iter().flat_map(trials);
+        largest.into_iter().chain([media]).chain(indoors).chain(rows).collect()
     }));
     libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
 }
@@ -139,6 +145,15 @@ fn largest_settings(executor: &mut dyn Executor, text: &str) -> Result<(), Faile
 
 fn same_on_device(executor: &mut dyn Executor, render: Render) -> Result<(), Failed> {
     same_on_device_in(executor, "moving", render)
+}
+
+/// Light that comes round a corner, seen by a camera that moves.
+fn light_from_next_door(executor: &mut dyn Executor, technique: Box<dyn Technique>) -> Result<(), Failed> {
+    let (camera, size) = (buffers("ajar")?.camera, [12, 8]);
+    let step = |frame: u32| DVec3::X * (0.02 * f64::from(frame));
+    let cameras = (0..16).map(|frame| Camera { position: camera.position + step(frame), ..camera }).collect();
+    let render = Render { count: 16, accumulate: true, seed: 3, cameras, ..Render::new(size, technique) };
+    same_on_device_in(executor, "ajar", render)
 }
 
 fn same_on_device_in(executor: &mut dyn Executor, scene: &str, render: Render) -> Result<(), Failed> {

@@ -148,6 +148,14 @@ pub trait Technique: Settings + Duplicate + Any + fmt::Debug + Send + Sync {
         &[""]
     }
 
+    /// The technique with such settings that its frames are what paths of up to two segments carry, and nothing else, of an image that
+    /// converges to `integral`: another technique may have its frames made by it then, and find longer paths alone. `None` of a technique
+    /// that repeats samples, and of one that cannot be set so.
+    fn for_direct_light(&self, integral: &Integral) -> Option<Box<dyn Technique>> {
+        let _ = integral;
+        None
+    }
+
     /// Whether samples of other pixels or frames are used, so that the repeats of a render depend on each other.
     fn reuses(&self) -> bool {
         false

@@ -34,6 +34,7 @@
 use crate::Error;
 use crate::film::Capacity;
 use crate::plan::{Buffer, BufferId, Pass};
+use crate::technique::Technique;
 use restir_shared::layout::{CameraParams, FEATURE_BLEND, SceneHeader};
 
 /// What stays from frame to frame.
@@ -96,6 +97,35 @@ impl Frame {
         // what is blended is met by the rays of some frames
         let same_scene = self.same_scene && self.features & FEATURE_BLEND == 0;
         same_scene && is_pinhole && last_camera == Some(self.camera)
+    }
+}
+
+/// Frames of a technique within those of another one, whose buffers come after its own: each of them makes a picture alone.
+pub(crate) struct Within {
+    sequence: Box<dyn Sequence>,
+}
+
+impl Within {
+    /// The frames of `technique` on the stage of the other one.
+    pub(crate) fn new(technique: &dyn Technique, stage: &Stage) -> Self {
+        Self { sequence: technique.sequence(&Stage { most: 1, progressive: false, ..stage.clone() }) }
+    }
+
+    /// The arenas, and what its passes need.
+    pub(crate) fn buffers(&self) -> &[Buffer] {
+        self.sequence.buffers()
+    }
+
+    /// The plane of its picture, of [`restir_shared::layout::FilmPixel`].
+    pub(crate) fn picture(&self) -> BufferId {
+        self.sequence.output()
+    }
+
+    /// The passes of a frame; they make its picture if the frame is added to the film.
+    pub(crate) fn passes(&mut self, now: &Frame) -> impl Iterator<Item = Result<Pass, Error>> {
+        let alone = Frame { samples: 1, primary_given: false, clears: true, shows: now.adds, ..now.clone() };
+        self.sequence.begin(alone);
+        std::iter::from_fn(|| self.sequence.next_pass())
     }
 }
 

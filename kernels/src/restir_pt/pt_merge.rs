@@ -13,6 +13,6 @@ kernel! {
     |x, y, at, p| {
         let p = p.specialised(settings);
         let own = if p.flags & PT_OTHER_FRAME != 0 { merged[at] } else { paths[(y * p.width + x) as usize] };
-        merged[at] = restir_pt::merge(&p, &Shares { paths, jobs, shifted, returned }, own, [x, y])
+        merged[at] = restir_pt::merge(&p, &Shares { paths, jobs, shifted, returned }, own, [x, y]).path
     }
 }

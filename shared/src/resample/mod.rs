@@ -2,7 +2,7 @@
 //!
 //! A pixel keeps one sample out of many in a [`reservoir`]. A technique says what a sample is, how it moves from pixel to pixel and
 //! what it contributes there ([`domain`]). How reservoirs become one ([`merge`], with the weights of [`mis`]), where others are found
-//! ([`reproject`], [`similar`]), how pixels shade by each other's samples ([`exchange`]), and how reservoirs lie in buffers ([`packed`]),
+//! ([`reproject`], [`pairing`], [`similar`]), how pixels shade by each other's samples ([`exchange`]), and how reservoirs lie in buffers ([`packed`]),
 //! is said here once.
 //!
 //! ```
@@ -36,6 +36,7 @@ pub mod exchange;
 pub mod merge;
 pub mod mis;
 pub mod packed;
+pub mod pairing;
 pub mod reproject;
 pub mod reservoir;
 pub mod similar;

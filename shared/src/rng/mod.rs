@@ -126,6 +126,13 @@ impl Rng {
         Self { sample, ..self }
     }
 
+    /// The numbers of another pixel, whose coordinates are below 2^16.
+    #[inline(always)]
+    #[must_use]
+    pub fn at(self, x: u32, y: u32) -> Self {
+        Self { pixel: x | (y << 16), ..self }
+    }
+
     /// The numbers that [`Sampler::Independent`] draws.
     #[inline(always)]
     #[must_use]

@@ -54,6 +54,12 @@ pub enum Cause {
     Broken,
 }
 
+impl Cause {
+    /// All of them, in the order of their numbers.
+    pub const ALL: [Self; 7] =
+        [Self::Nothing, Self::Unshiftable, Self::Joins, Self::Replay, Self::Dark, Self::Blocked, Self::Broken];
+}
+
 impl Shifted {
     const fn failed(cause: Cause) -> Self {
         Self { value: Vec3::ZERO, term: 0.0, cause }

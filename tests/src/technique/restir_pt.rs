@@ -19,12 +19,15 @@ use std::collections::BTreeMap;
 
 /// See [`Known`].
 pub(super) const KNOWN: Known = Known {
-    rows: &[("replay, two passes, defensive, jitter", "shift=replay,spatial=2,mis=pairwise-defensive,jitter=on")],
-    cases: Cases { common: "still=off,radius=5,max_plane_distance=0.1,max_depth=7", rows: &ROWS, ..NOTHING.cases },
+    rows: &[
+        ("replay, two passes, defensive, jitter", "shift=replay,spatial=2,mis=pairwise-defensive,jitter=on"),
+        ("direct light by restir-di", "direct=restir-di,neighbours=1"),
+    ],
+    cases: Cases { common: "still=off,tile=8,max_plane_distance=0.1,max_depth=7", rows: &ROWS, ..NOTHING.cases },
     matrix: Matrix {
         scenes: &[("cornell", ""), ("ajar", ""), ("tower", ""), ("glass", "")],
         goals: &[("cornell", 0.2), ("ajar", 1.0), ("tower", 1.0), ("glass", 1.0)],
-        common: "radius=5,max_depth=6",
+        common: "tile=8,max_depth=6",
         cells: || CELLS.map(str::to_owned).to_vec(),
     },
     ..NOTHING

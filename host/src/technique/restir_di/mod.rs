@@ -99,6 +99,14 @@ impl Technique for DiSettings {
         ]
     }
 
+    /// Light through clear glass is a longer path.
+    fn for_direct_light(&self, integral: &Integral) -> Option<Box<dyn Technique>> {
+        let Integral { jitter, multiscatter, .. } = *integral;
+        let settings = Self { jitter, multiscatter, transmittance: false, ..self.clone() };
+        let differs = settings.integral() != Integral { max_depth: DEPTH, ..*integral };
+        (!differs).then(|| settings.into())
+    }
+
     fn reuses(&self) -> bool {
         self.temporal != Temporal::Off || self.spatial > 0 || self.shaded > 0
     }

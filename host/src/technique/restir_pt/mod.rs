@@ -20,16 +20,22 @@
 //! # Ok::<(), Error>(())
 //! ```
 
+mod explain;
+mod genealogy;
 mod layers;
+mod lineage;
 mod plan;
 mod settings;
 
+pub use genealogy::{Generation, Offered, Reuse, genealogy};
 pub use layers::{Layers, render_with_layers};
-pub use settings::{Form, MAX_CONFIDENCE_CAP, MAX_DEPTH, MAX_NEIGHBOURS, MAX_SPATIAL_PASSES, PtSettings, Shift};
+pub use lineage::Origin;
+pub use settings::{Direct, Form, MAX_CONFIDENCE_CAP, MAX_DEPTH, MAX_SPATIAL_PASSES, PtSettings, Shift};
 
 use super::{About, Integral, PixelFilter, Repeats, Technique};
 use crate::exec::{Executor, Observer};
 use crate::render::{Render, Rendered};
+use crate::technique::explain::{Explanation, Subject};
 use crate::technique::sequence::{Sequence, Stage};
 use crate::{Error, buffers::SceneBuffers, image::Channel};
 use restir_shared::layout::FEATURE_SUBSURFACE;
@@ -56,8 +62,11 @@ impl Technique for PtSettings {
         Integral { max_depth, jitter, filter: PixelFilter::Box, multiscatter }
     }
 
-    fn check(&self, scene: &SceneBuffers, _render: &Render) -> Result<(), Error> {
+    fn check(&self, scene: &SceneBuffers, render: &Render) -> Result<(), Error> {
         self.check_together()?;
+        if let Some(direct) = self.direct.technique(&self.integral()) {
+            direct.check(scene, render)?;
+        }
         let (lights, most) = (scene.most_lights(), LightAddress::NO_LIGHT - 1);
         if lights > most {
             let problem = format!("the scene has {lights} lights and reservoirs know at most {most}");
@@ -71,16 +80,26 @@ impl Technique for PtSettings {
     }
 
     fn looks_back(&self) -> bool {
-        self.temporal
+        self.temporal || self.direct.technique(&self.integral()).is_some_and(|direct| direct.looks_back())
     }
 
     fn reuses(&self) -> bool {
-        self.temporal || self.shares()
+        self.temporal || self.shares() || self.direct.technique(&self.integral()).is_some_and(|direct| direct.reuses())
     }
 
     fn biases(&self) -> Vec<&'static str> {
         let stale = "where the scene changes, paths keep light that no longer arrives: it lags behind what moves";
-        if self.temporal && self.stale { vec![stale] } else { Vec::new() }
+        let own = (self.temporal && self.stale).then_some(stale);
+        let direct = self.direct.technique(&self.integral()).map_or_else(Vec::new, |direct| direct.biases());
+        own.into_iter().chain(direct).collect()
+    }
+
+    fn check_explained(&self, scene: &SceneBuffers, render: &Render) -> Result<(), Error> {
+        genealogy::check(self, scene, render)
+    }
+
+    fn explain(&self, executor: &mut dyn Executor, subject: Subject<'_>) -> Result<Explanation, Error> {
+        explain::explain(self, executor, subject)
     }
 
     fn render_with_layers(

@@ -5,14 +5,14 @@ use crate::Error;
 use crate::film::Film;
 use crate::plan::{ARENAS, Buffer, BufferId, Pass};
 use crate::technique::Technique;
-use crate::technique::sequence::{Frame, Sequence, Stage, Work};
+use crate::technique::sequence::{Frame, Sequence, Stage, Within, Work};
+use restir_kernels::film::film_add;
 use restir_kernels::{KernelDesc, restir_pt as pt};
-use restir_shared::layout::{CameraParams, FEATURE_BLEND, FilmPixel};
+use restir_shared::layout::{CameraParams, FEATURE_BLEND, FilmParams, FilmPixel};
 use restir_shared::resample::mis::Mis;
 use restir_shared::shift::Start;
 use restir_shared::technique::restir_pt::{
-    Job, JobShifted, PAIRS, PT_BACK, PT_CHANGED, PT_OTHER_FRAME, PT_STALE, PT_STILL, PackedPath, PtFacet, PtParams,
-    pair_offsets,
+    Job, JobShifted, PT_BACK, PT_CHANGED, PT_OTHER_FRAME, PT_STALE, PT_STILL, PackedPath, PtFacet, PtParams,
 };
 use std::collections::VecDeque;
 
@@ -89,6 +89,8 @@ pub(super) struct Chain {
     buffers: Vec<Buffer>,
     planes: Planes,
     film: Film,
+    /// Who finds paths of up to two segments, if it is another technique.
+    direct: Option<Within>,
     /// What saw the last frame; none before the first.
     last_camera: Option<CameraParams>,
     queue: VecDeque<Result<Pass, Error>>,
@@ -97,7 +99,9 @@ pub(super) struct Chain {
 impl Chain {
     pub(super) fn new(settings: &PtSettings, stage: &Stage) -> Self {
         let keeps_history = settings.temporal && stage.goes_on;
-        let mut buffers = stage.arenas.to_vec();
+        let technique = settings.direct.technique(&settings.integral());
+        let direct = technique.map(|technique| Within::new(&*technique, stage));
+        let mut buffers = direct.as_ref().map_or_else(|| stage.arenas.to_vec(), |within| within.buffers().to_vec());
         let planes = Planes::new(&mut buffers, settings, stage.size, keeps_history);
         let film = Film::new(&mut buffers, stage.film(1, 0));
         Self {
@@ -108,6 +112,7 @@ impl Chain {
             buffers,
             planes,
             film,
+            direct,
             last_camera: None,
             queue: VecDeque::new(),
         }
@@ -143,11 +148,27 @@ impl Chain {
         self.push(now, &pt::pt_merge::DESC, of_last, &[("paths", last), ("merged", work)]);
     }
 
+    /// The plane of what needs no path of this technique.
+    fn direct_light(&mut self, now: &Frame) -> BufferId {
+        let Some(within) = &mut self.direct else { return self.planes.direct };
+        self.queue.extend(within.passes(now));
+        if !now.adds {
+            return within.picture();
+        }
+        let [width, height] = self.size;
+        let params = FilmParams { width, height, samples: 1.0, reserved: 0 };
+        let (own, picture) = (self.planes.direct, within.picture());
+        // of this technique's what was cut short is in it, and nothing else
+        self.queue.push_back(Pass::new(&film_add::DESC, &[], &params, &[("left", own), ("right", picture)]));
+        picture
+    }
+
     /// The pass of spatial reuse of that number, which does not write over `held`.
     fn reuse_in_space(&mut self, now: &Frame, pass: u32, held: Option<BufferId>) {
         let paths = &self.planes.paths;
         let free = (1..paths.len()).find(|&at| Some(paths[at]) != held);
-        let Some((params, free)) = self.sharing(now, 1 + pass).zip(free) else { return };
+        let Some(free) = free else { return };
+        let params = PtParams { neighbours: self.settings.neighbours, merge: 1 + pass, ..self.params(now) };
         let [work, merged] = [paths[0], paths[free]];
         let layers = PtParams { layers: params.neighbours, ..params };
         self.push(now, &pt::pt_pair::DESC, layers, &[]);
@@ -164,15 +185,6 @@ impl Chain {
             (0..self.settings.spatial).for_each(|pass| self.reuse_in_space(now, pass, held));
         }
         held.unwrap_or(self.planes.paths[0])
-    }
-
-    /// Parameters of a pass of spatial reuse, if there are any neighbours to share with.
-    fn sharing(&self, now: &Frame, merge: u32) -> Option<PtParams> {
-        let mut pairs = [0; PAIRS];
-        let asked = &mut pairs[..self.settings.neighbours as usize / 2];
-        let count = pair_offsets(self.seed, now.index, merge, self.settings.radius, asked);
-        let neighbours = 2 * count as u32;
-        (count > 0).then(|| PtParams { neighbours, pairs, merge, ..self.params(now) })
     }
 
     /// A pass over the planes of the frame, and others instead or beside.
@@ -204,6 +216,7 @@ impl Chain {
             min_normal_cos: s.min_normal_cos,
             form: s.mis.mis().bits(),
             layers: 1,
+            tile: s.tile.ilog2(),
             confidence_cap: s.confidence_cap as f32,
             ..PtParams::default()
         }
@@ -229,9 +242,10 @@ impl Sequence for Chain {
             self.reuse_in_time(&now, camera);
         }
         let history = self.share(&now);
+        let direct = self.direct_light(&now);
         let mut work = Work { passes: self.queue.len() as u64, blocks: 0 };
         if let Some(film) = now.adds.then(|| self.film.open(0)).flatten() {
-            let planes = [("paths", self.planes.paths[0]), ("film", film)];
+            let planes = [("paths", self.planes.paths[0]), ("direct", direct), ("film", film)];
             self.push(&now, &pt::pt_shade::DESC, self.params(&now), &planes);
             self.queue.extend(std::iter::from_fn(|| self.film.merge_equal()));
             work = Work { passes: work.passes + 1, blocks: 1 };
@@ -259,6 +273,8 @@ mod tests {
     use crate::buffers::SceneBuffers;
     use crate::film::Capacity;
     use crate::render::Render;
+    use crate::settings::Value;
+    use crate::technique::restir_pt::Direct;
     use restir_kernels::Access;
     use std::collections::BTreeSet;
 
@@ -303,6 +319,27 @@ mod tests {
                 assert_eq!(used.len(), buffers.len(), "{render:?}");
             }
         }
+    }
+
+    /// Counts are right with another technique's passes in between, every pass fits its buffers, and every buffer is used.
+    #[test]
+    fn another_technique_finds_direct_light() {
+        let scene = SceneBuffers::build(&crate::scene::builtin::scene("cornell").expect("built in")).expect("builds");
+        for direct in crate::technique::all().iter().filter_map(|technique| Direct::read(technique.about().name)) {
+            for (accumulate, temporal) in [(false, true), (true, false)] {
+                let settings = settings(|s| (s.direct, s.temporal, s.still) = (direct, temporal, false));
+                let render = Render { count: 3, accumulate, ..Render::new([16, 12], settings) };
+                let plan = render.plan(&scene);
+                let (buffers, count) = (plan.buffers.clone(), plan.pass_count);
+                let passes: Vec<Pass> = plan.passes.collect::<Result<_, _>>().expect("the scene stands still");
+                passes.iter().for_each(|pass| pass.check(&buffers).expect("fits"));
+                assert_eq!(passes.len() as u64, count, "{render:?}");
+                let used: BTreeSet<BufferId> = passes.into_iter().flat_map(|pass| pass.bindings).collect();
+                let unused: Vec<_> = (0..buffers.len()).filter(|id| !used.contains(id)).map(|id| buffers[id].name).collect();
+                assert!(unused.is_empty(), "{unused:?}");
+            }
+        }
+        assert!(Direct::read("unified").is_some() && Direct::read("nobody").is_none());
     }
 
     /// No pass writes what another one has to find: with all settings, over several frames.

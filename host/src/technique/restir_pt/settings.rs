@@ -1,13 +1,16 @@
 //! Settings of ReSTIR PT.
 
+use crate::settings::Value;
+use crate::technique::{self, Integral, Technique};
 use crate::{Error, choices, settings};
 use restir_shared::resample::mis::Mis;
 use restir_shared::rng::Sampler;
 use restir_shared::shift::Hybrid;
-use restir_shared::technique::restir_pt::{PAIRS, PT_CHANGED, PT_JITTER, PT_OTHER_FRAME, PT_SOBOL, PT_STALE, PT_STILL};
+use restir_shared::technique::restir_pt::{
+    MAX_NEIGHBOURS, PT_CHANGED, PT_INDIRECT, PT_JITTER, PT_OTHER_FRAME, PT_SOBOL, PT_STALE, PT_STILL,
+};
+use std::any::Any;
 
-/// The most neighbours of a pass.
-pub const MAX_NEIGHBOURS: u32 = 2 * PAIRS as u32;
 /// The most spatial passes of a frame.
 pub const MAX_SPATIAL_PASSES: u32 = 4;
 /// The largest cap on confidence: what the packed path holds.
@@ -48,11 +51,54 @@ impl Form {
     }
 }
 
+/// Who finds paths of up to two segments: light on what the camera sees, and what is seen to emit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Direct(Option<&'static str>);
+
+impl Direct {
+    /// This technique, as it finds all others.
+    pub const UNIFIED: Self = Self(None);
+
+    /// The techniques that can do it instead.
+    fn others() -> impl Iterator<Item = &'static str> {
+        let integral = PtSettings::default().integral();
+        let all = technique::all().into_iter();
+        all.filter(move |other| other.for_direct_light(&integral).is_some()).map(|other| other.about().name)
+    }
+
+    /// The technique that does it instead, with its default settings, if it is another one and can.
+    pub(super) fn technique(self, integral: &Integral) -> Option<Box<dyn Technique>> {
+        technique::named(self.0?).ok()?.for_direct_light(integral)
+    }
+
+    pub(super) fn is_unified(self) -> bool {
+        self.0.is_none()
+    }
+}
+
+impl Value for Direct {
+    fn expected() -> String {
+        ["unified"].into_iter().chain(Self::others()).collect::<Vec<_>>().join(" | ")
+    }
+
+    fn read(text: &str) -> Option<Self> {
+        let other = || Self::others().find(|name| *name == text);
+        if text == "unified" { Some(Self::UNIFIED) } else { other().map(|name| Self(Some(name))) }
+    }
+
+    fn write(&self) -> String {
+        self.0.unwrap_or("unified").to_owned()
+    }
+}
+
 settings! {
     /// Settings of ReSTIR PT. The defaults are unbiased.
     pub struct PtSettings {
         /// Longest path: 1 is directly visible emission, 2 adds direct light.
         max_depth: u32 = 8, in 1..=MAX_DEPTH, unit "segments";
+        /// Who finds paths of up to two segments: another technique with its default settings, whose frames are added to this one's. Light
+        /// through clear glass is a longer path.
+        direct: Direct = Direct::UNIFIED;
         /// How paths are taken to other pixels. In scenes with blended surfaces it is replay, whatever is set: whether a ray passes
         /// such a surface is a hash of the ray, and a path that is joined has another ray.
         shift: Shift = Shift::Footprint;
@@ -81,10 +127,10 @@ settings! {
         stale: bool = false;
         /// Passes of spatial reuse.
         spatial: u32 = 1, in 0..=MAX_SPATIAL_PASSES, unit "passes";
-        /// Neighbours of a pass, in pairs on opposite sides: an even number.
+        /// Neighbours of a pass: each is the partner of a random pairing.
         neighbours: u32 = 4, in 0..=MAX_NEIGHBOURS, unit "neighbours";
-        /// Largest distance of neighbours.
-        radius: f32 = 6.0, in 0.0..=4096.0, unit "pixels";
+        /// Side of the squares in which pixels are paired: a power of two. The squares lie elsewhere for each pairing.
+        tile: u32 = 8, in 2..=256, unit "pixels";
         /// The next frame reuses what spatial reuse has made, not what it began with.
         feedback: bool = false;
         /// A neighbour farther from the tangent plane than this is left out.
@@ -106,10 +152,23 @@ settings! {
 }
 
 impl PtSettings {
-    /// Lin et al. 2022, but for the number of neighbours: 3 there, and they need not be in pairs.
+    /// Lin et al. 2022, but for where neighbours lie: in a disk of 20 pixels there.
     fn published() -> Self {
         let default = Self::default();
-        Self { shift: Shift::Hybrid, mis: Form::Defensive, radius: 20.0, still: false, feedback: true, ..default }
+        Self {
+            shift: Shift::Hybrid,
+            mis: Form::Defensive,
+            neighbours: 3,
+            tile: 32,
+            still: false,
+            feedback: true,
+            ..default
+        }
+    }
+
+    /// The settings of a render that is of this technique.
+    pub fn of(render: &crate::render::Render) -> Option<&Self> {
+        (&*render.technique as &dyn Any).downcast_ref()
     }
 
     /// Whether the settings make sense together; ranges are for [`crate::settings::Settings::check_ranges`].
@@ -117,9 +176,13 @@ impl PtSettings {
     /// # Errors
     /// [`Error::Setting`] that names the setting.
     pub fn check_together(&self) -> Result<(), Error> {
-        if !self.neighbours.is_multiple_of(2) {
-            let (found, hint) = (self.neighbours, "neighbours come in pairs, so give an even number");
-            return Err(Error::Setting(format!("the setting neighbours is {found}; {hint}")));
+        if !self.tile.is_power_of_two() {
+            let (found, hint) = (self.tile, "give a power of two, as 4, 8 or 16");
+            return Err(Error::Setting(format!("the setting tile is {found}; {hint}")));
+        }
+        if !self.direct.is_unified() && self.max_depth < 2 {
+            let problem = format!("paths of {} segment have no direct light", self.max_depth);
+            return Err(Error::Setting(format!("{problem}; give max_depth=2 or more, or direct=unified")));
         }
         Ok(())
     }
@@ -151,7 +214,11 @@ impl PtSettings {
 
     /// The kernels' flags of all passes.
     pub(super) fn flags(&self) -> u32 {
-        let all = [(self.jitter, PT_JITTER), (self.sampler == Sampler::Sobol, PT_SOBOL)];
+        let all = [
+            (self.jitter, PT_JITTER),
+            (self.sampler == Sampler::Sobol, PT_SOBOL),
+            (!self.direct.is_unified(), PT_INDIRECT),
+        ];
         all.into_iter().filter(|(is_on, _)| *is_on).fold(0, |flags, (_, flag)| flags | flag)
     }
 }

@@ -3,7 +3,7 @@
 use super::candidates::{Candidate, Candidates, Keep};
 use super::params::PtFacet;
 use super::record::{PackedPath, Stored};
-use super::{PT_JITTER, PathNumbers, PtParams, SELECTIONS};
+use super::{PT_INDIRECT, PT_JITTER, PathNumbers, PtParams, SELECTIONS};
 use crate::camera::camera_ray;
 use crate::film::CUT;
 use crate::layout::FilmPixel;
@@ -25,7 +25,7 @@ pub struct Traced {
     /// One of its candidates, selected in proportion to its luminance, with a confidence of 1. Its contribution weight is in the
     /// measure of random numbers: the sum of all luminances over its own.
     pub path: PackedPath,
-    /// What is seen without any path from the start on.
+    /// What is seen without any path from the start on; with [`PT_INDIRECT`] nothing.
     pub direct: FilmPixel,
 }
 
@@ -33,6 +33,8 @@ pub struct Traced {
 struct Selection {
     rng: Rng,
     count: u32,
+    /// Paths of up to two segments are not taken.
+    indirect: bool,
     reservoir: Reservoir<Candidate, f32>,
     value: Vec3,
     direct: Vec3,
@@ -43,14 +45,16 @@ impl Keep for Selection {
     fn candidate(&mut self, value: Vec3, candidate: &Candidate) {
         let u = rng::unit(self.rng.hash(SELECTIONS.wrapping_add(self.count)).x);
         self.count = self.count.wrapping_add(1);
-        if self.reservoir.update(*candidate, luminance(value), 1.0, u) {
+        let taken = !self.indirect | (candidate.path.length > 2);
+        let target = if taken { luminance(value) } else { 0.0 };
+        if self.reservoir.update(*candidate, target, 1.0, u) {
             self.value = value;
         }
     }
 
     #[inline(always)]
     fn direct(&mut self, value: Vec3) {
-        self.direct += value;
+        self.direct = if self.indirect { self.direct } else { self.direct + value };
     }
 }
 
@@ -63,6 +67,7 @@ pub fn trace<S: Trace + Surface + AddressedLights>(scene: &S, params: &PtParams,
     let keep = Selection {
         rng: *numbers.rng(),
         count: 0,
+        indirect: params.has(PT_INDIRECT),
         reservoir: Reservoir::empty(Candidate::NONE),
         value: Vec3::ZERO,
         direct: Vec3::ZERO,

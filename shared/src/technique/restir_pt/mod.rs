@@ -2,9 +2,9 @@
 //!
 //! A path is traced from each pixel by the loop of [`path`](mod@super::path). It finds light many times, at each of its vertices: each time
 //! is a [`Candidate`], and one of them is kept, with what [`shift`](crate::shift) has to know to take it to another pixel. In a plane a
-//! path takes 64 bytes ([`PackedPath`]). Pixels share paths with neighbours at offsets that all have in common, in pairs on opposite
-//! sides, so that to share is mutual ([`exchange`](crate::resample::exchange)): what a pixel's path is at a neighbour is what the
-//! neighbour may select, and what the pixel weighs its own path by. So a neighbour costs one shift. The passes:
+//! path takes 64 bytes ([`PackedPath`]). Pixels share paths in random pairs ([`pairing`](crate::resample::pairing)), and with as many
+//! pairings as they have neighbours. What a pixel's path is at a neighbour is what the neighbour may select, and what the pixel weighs its own
+//! path by. So a neighbour costs one shift. The passes:
 //!
 //! | pass | reads | makes |
 //! |---|---|---|
@@ -24,7 +24,7 @@
 //! | 1 | thresholds of the hybrid shift |
 //! | 2 | which candidate is kept |
 //! | 3 | which neighbour's path is kept |
-//! | 4 | where neighbours lie |
+//! | 4 | who is paired with whom |
 //!
 //! Two pixels that share their paths with each other. (`Floor` is the scene that the documentation of [`scene`](crate::scene) shows.)
 //!
@@ -46,10 +46,10 @@
 //!     width: 2,
 //!     height: 1,
 //!     max_depth: 3,
-//!     // the offsets (1, 0) and (-1, 0), in a layer of jobs each
+//!     // two pairings in tiles of 2 x 2, in a layer of jobs each
 //!     neighbours: 2,
 //!     layers: 2,
-//!     pairs: [1, 0, 0, 0],
+//!     tile: 1,
 //!     max_plane_distance: 0.1,
 //!     min_normal_cos: 0.9,
 //!     form: Mis::PAIRWISE_DEFENSIVE.bits(),
@@ -61,7 +61,7 @@
 //! let shifted = jobs.map(|job| shift_job(&Still(&Floor), &params, job, &starts, &paths));
 //! let shares = Shares { paths: &paths, jobs: &jobs, shifted: &shifted, returned: &[] };
 //! for x in [0, 1] {
-//!     let pixel = shade(&merge(&params, &shares, paths[x as usize], [x, 0]), traced[x as usize].direct);
+//!     let pixel = shade(&merge(&params, &shares, paths[x as usize], [x, 0]).path, traced[x as usize].direct);
 //!     assert!((pixel.sum[0] - 1.0).abs() < 2e-3);
 //! }
 //! ```
@@ -73,15 +73,15 @@ mod recall;
 mod record;
 mod share;
 
-pub use crate::resample::exchange::PAIRS;
 pub use candidates::{Candidate, Candidates, Keep};
 pub use initial::{Traced, trace};
 pub use params::{
-    Job, JobShifted, PT_BACK, PT_CHANGED, PT_JITTER, PT_OTHER_FRAME, PT_SOBOL, PT_STALE, PT_STILL, PtFacet, PtParams,
+    Job, JobShifted, MAX_NEIGHBOURS, PT_BACK, PT_CHANGED, PT_INDIRECT, PT_JITTER, PT_OTHER_FRAME, PT_SOBOL, PT_STALE,
+    PT_STILL, PtFacet, PtParams,
 };
 pub use recall::{recall, reproject};
 pub use record::{PackedPath, Stored};
-pub use share::{Shares, merge, pair, pair_offsets, shade};
+pub use share::{Merged, Shares, merge, pair, shade};
 
 use super::path;
 use crate::num;
@@ -98,8 +98,8 @@ const SELECTIONS: u32 = rng::stream(2);
 const MERGES: u32 = rng::stream(3);
 /// Dimensions of a merge.
 const INPUTS_OF_MERGE: u32 = 16;
-/// Where the stream of the offsets of neighbours begins: a dimension for each pass of a frame.
-const OFFSETS: u32 = rng::stream(4);
+/// Where the stream of the pairings begins: a dimension for each neighbour of each pass of a frame.
+const PAIRINGS: u32 = rng::stream(4);
 
 /// The random numbers of the path of a pixel.
 #[derive(Clone, Copy)]
@@ -173,8 +173,7 @@ pub fn shift_path<S: Trace + Surface + AddressedLights>(
     shift(scene, &numbers, &params.hybrid, start, &path)
 }
 
-/// Does one job: the path that it names at the start that it names; with [`PT_BACK`] the path of the pixel that the job is of, at the
-/// start of the other frame.
+/// Does one job, in 16 bytes: see [`shifted_job`].
 #[inline(always)]
 pub fn shift_job<F: Frames>(
     frames: &F,
@@ -186,6 +185,20 @@ pub fn shift_job<F: Frames>(
     if job.path == Job::NONE.path {
         return JobShifted::default();
     }
+    let Shifted { value, term, .. } = shifted_job(frames, params, job, starts, paths);
+    JobShifted { value: value.to_array(), term }
+}
+
+/// Does one job that is none of [`Job::NONE`]: takes the path that it names to the start that it names; with [`PT_BACK`] the path of the
+/// pixel that the job is of to the start of the other frame.
+#[inline(always)]
+pub fn shifted_job<F: Frames>(
+    frames: &F,
+    params: &PtParams,
+    job: Job,
+    starts: &[Start],
+    paths: &[PackedPath],
+) -> Shifted {
     let back = params.has(PT_BACK);
     let (from, to) = if back { (job.start, job.path) } else { (job.path, job.start) };
     let mut path = paths[from as usize].unpack().path;
@@ -196,5 +209,5 @@ pub fn shift_job<F: Frames>(
     }
     let numbers = PathNumbers::of_key(path.key, params.seed, params.sampler());
     let shifted = shift(&frames.scene(back), &numbers, &params.hybrid, &starts[to as usize], &path);
-    JobShifted { value: shifted.value.to_array(), term: num::flush(shifted.term * extent) }
+    Shifted { term: num::flush(shifted.term * extent), ..shifted }
 }

@@ -1,8 +1,7 @@
 //! Parameters of the kernels of ReSTIR PT, and elements of their planes.
 
 use crate::layout::{CameraParams, Extent, SceneHeader};
-use crate::resample::exchange::{Neighbours, PAIRS};
-use crate::resample::mis::Mis;
+use crate::resample::mis::{INPUTS, Mis};
 use crate::resample::reproject::Grid;
 use crate::resample::similar::Similarity;
 use crate::rng::Sampler;
@@ -25,6 +24,8 @@ pub const PT_STILL: u32 = 1 << 4;
 pub const PT_STALE: u32 = 1 << 5;
 /// Flag: the scene has changed since the other frame.
 pub const PT_CHANGED: u32 = 1 << 6;
+/// Flag: paths of up to two segments are somebody else's.
+pub const PT_INDIRECT: u32 = 1 << 7;
 
 /// Parameters of a pass.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -52,10 +53,10 @@ pub struct PtParams {
     pub max_depth: u32,
     /// The `PT_` flags.
     pub flags: u32,
-    /// Neighbours that a pixel shares paths with: even, at most 8; one in the other frame.
+    /// Neighbours that a pixel shares paths with, at most [`MAX_NEIGHBOURS`]; one in the other frame.
     pub neighbours: u32,
-    /// Their offsets, see [`Neighbours::pairs`].
-    pub pairs: [u32; PAIRS],
+    /// Where they lie, see [`Pairing::tile`](crate::resample::pairing::Pairing::tile).
+    pub tile: u32,
     /// See [`Similarity`].
     pub max_plane_distance: f32,
     /// See [`Similarity`].
@@ -69,10 +70,14 @@ pub struct PtParams {
     /// Largest confidence of a path of another frame.
     pub confidence_cap: f32,
     /// Zero.
-    pub reserved: [u32; 2],
+    pub reserved: u32,
 }
 
-const _: () = assert!(size_of::<PtParams>() == 384);
+const _: () = assert!(size_of::<PtParams>() == 368);
+
+/// The most neighbours of a pass.
+pub const MAX_NEIGHBOURS: u32 = 8;
+const _: () = assert!((MAX_NEIGHBOURS as usize) < INPUTS);
 
 impl Extent for PtParams {
     fn extent(&self) -> [u32; 2] {
@@ -88,16 +93,10 @@ impl PtParams {
         Self { flags: self.flags & bits, ..self }
     }
 
-    /// The pixels that share paths with each other.
+    /// The image.
     #[inline(always)]
-    pub(super) fn sharing(&self) -> Neighbours {
-        Neighbours {
-            grid: Grid { width: self.width, height: self.height },
-            count: self.neighbours,
-            pairs: self.pairs,
-            near_radius: 0.0,
-            similarity: self.similarity(),
-        }
+    pub(super) fn grid(&self) -> Grid {
+        Grid { width: self.width, height: self.height }
     }
 
     /// How alike surfaces have to be.

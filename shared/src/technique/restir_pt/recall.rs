@@ -4,7 +4,6 @@ use super::PtParams;
 use super::params::{Job, PT_STALE, PtFacet};
 use super::record::PackedPath;
 use crate::num;
-use crate::resample::reproject::Grid;
 use crate::resample::similar::Facet;
 use crate::scene::{Frames, Location, Surface};
 use crate::shift::{Path, Start};
@@ -21,7 +20,7 @@ pub fn reproject<F: Frames>(
     other_facets: &[PtFacet],
     at: [u32; 2],
 ) -> Job {
-    let grid = Grid { width: params.width, height: params.height };
+    let grid = params.grid();
     let index = grid.index(at);
     let hit = starts[index as usize].hit.unpack();
     if !hit.is_hit() {

@@ -1,38 +1,34 @@
 //! Paths of neighbours: who shares with whom, and what becomes of it.
 
-use super::params::{Job, JobShifted, PT_OTHER_FRAME, PT_STILL, PtFacet, PtParams};
+use super::params::{Job, JobShifted, MAX_NEIGHBOURS, PT_OTHER_FRAME, PT_STILL, PtFacet, PtParams};
 use super::record::{MAX_CONFIDENCE, PackedPath};
-use super::{INPUTS_OF_MERGE, MERGES, OFFSETS};
+use super::{INPUTS_OF_MERGE, MERGES, PAIRINGS};
 use crate::layout::FilmPixel;
 use crate::num;
-use crate::resample::exchange;
 use crate::resample::mis::{Combine, INPUTS};
+use crate::resample::pairing::Pairing;
 use crate::resample::reservoir::Reservoir;
 use crate::resample::similar::Facet;
 use crate::rng::{self, Rng, Sampler};
 use crate::vec::luminance;
 use glam::Vec3;
 
-/// The offsets of a pass of neighbours, see [`exchange::pair_offsets`]: those of a frame and a merge.
-pub fn pair_offsets(seed: u32, frame: u32, merge: u32, radius: f32, offsets: &mut [u32]) -> usize {
-    let words = Rng::new(0, 0, frame, seed, Sampler::Independent).hash(OFFSETS.wrapping_add(merge));
-    exchange::pair_offsets([words.x, words.y], radius, offsets)
-}
-
 /// The job of the element (x, row) of a grid with a layer for each neighbour: to take the path of the pixel's n-th neighbour to the
-/// pixel. There is none if either does not find the other alike. The neighbour's job n ^ 1 is the way back.
+/// pixel. There is none if either does not find the other alike. The neighbour's job in the same layer is the way back.
 #[inline(always)]
 pub fn pair(params: &PtParams, facets: &[PtFacet], [x, row]: [u32; 2]) -> Job {
-    let neighbours = params.sharing();
     let (n, y) = (row / params.height, row % params.height);
-    let pixel = neighbours.grid.index([x, y]);
-    let partner = neighbours.partner([x, y], n);
+    let rng = Rng::new(0, 0, params.frame, params.seed, Sampler::Independent);
+    let dimension = PAIRINGS.wrapping_add(params.merge.wrapping_mul(MAX_NEIGHBOURS).wrapping_add(n));
+    let pairing = Pairing { grid: params.grid(), tile: params.tile, rng, dimension };
+    let (pixel, partner) = (pairing.grid.index([x, y]), pairing.partner([x, y]));
     if partner == Job::NONE.path {
         return Job::NONE;
     }
     let (here, there) = (facets[pixel as usize].facet(), facets[partner as usize].facet());
     let seen = (here.distance > 0.0) & (there.distance > 0.0);
-    let alike = neighbours.similarity.holds(&here, &there) & neighbours.similarity.holds(&there, &here);
+    let similarity = params.similarity();
+    let alike = similarity.holds(&here, &there) & similarity.holds(&there, &here);
     if seen & alike { Job { path: partner, start: pixel } } else { Job::NONE }
 }
 
@@ -65,12 +61,23 @@ fn target(shifted: &JobShifted, path: &PackedPath) -> f32 {
     luminance(Vec3::from_array(value)) * jacobian
 }
 
+/// What a merge has selected.
+#[derive(Clone, Copy, Debug)]
+pub struct Merged {
+    /// The path.
+    pub path: PackedPath,
+    /// Whether it is another pixel's, or of another frame.
+    pub is_other: bool,
+    /// Of another's the element of the grid of jobs.
+    pub job: u32,
+}
+
 /// One path of a pixel's own and those of its neighbours, or of the other frame's at its place, by pairwise MIS.
 #[inline(always)]
-pub fn merge(params: &PtParams, shares: &Shares<'_>, own: PackedPath, at: [u32; 2]) -> PackedPath {
+pub fn merge(params: &PtParams, shares: &Shares<'_>, own: PackedPath, at: [u32; 2]) -> Merged {
     let (crosses, still) = (params.has(PT_OTHER_FRAME), params.has(PT_STILL));
     let pixels = params.width * params.height;
-    let index = params.sharing().grid.index(at);
+    let index = params.grid().index(at);
     let mut combine = Combine::new(params.form(), params.neighbours as f32);
     let mut jobs = [0; INPUTS];
     let mut count = 0;
@@ -94,7 +101,7 @@ pub fn merge(params: &PtParams, shares: &Shares<'_>, own: PackedPath, at: [u32; 
                 } else if crosses {
                     shares.returned[index as usize]
                 } else {
-                    shares.shifted[((n ^ 1) * pixels + partner) as usize]
+                    shares.shifted[(n * pixels + partner) as usize]
                 };
                 combine.target(0, count, here);
                 combine.target(count, 0, target(&back, &own));
@@ -113,18 +120,18 @@ pub fn merge(params: &PtParams, shares: &Shares<'_>, own: PackedPath, at: [u32; 
         reservoir.update(i, combine.weight(i), 1.0, u);
         i += 1;
     }
-    let selected = reservoir.sample;
-    let job = jobs[selected as usize] as usize;
-    let path = if selected == 0 {
+    let is_other = reservoir.sample != 0;
+    let job = jobs[reservoir.sample as usize];
+    let path = if !is_other {
         own
     } else if still {
         shares.paths[index as usize]
     } else {
-        let JobShifted { value, term } = shares.shifted[job];
-        shares.paths[shares.jobs[job].path as usize].moved(Vec3::from_array(value), term)
+        let JobShifted { value, term } = shares.shifted[job as usize];
+        shares.paths[shares.jobs[job as usize].path as usize].moved(Vec3::from_array(value), term)
     };
-    let value = path.value();
-    path.weighted(reservoir.contribution_weight(1.0, luminance(value)), combine.confidence())
+    let weight = reservoir.contribution_weight(1.0, luminance(path.value()));
+    Merged { path: path.weighted(weight, combine.confidence()), is_other, job }
 }
 
 /// What a pixel's path sends to the camera, with what needs no path.
