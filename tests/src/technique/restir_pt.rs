@@ -24,6 +24,7 @@ pub(super) const KNOWN: Known = Known {
     matrix: Matrix {
         scenes: &[("cornell", ""), ("ajar", ""), ("tower", ""), ("glass", "")],
         goals: &[("cornell", 0.2), ("ajar", 1.0), ("tower", 1.0), ("glass", 1.0)],
+        beyond: &[],
         common: "radius=5,max_depth=6",
         cells: || CELLS.map(str::to_owned).to_vec(),
     },
