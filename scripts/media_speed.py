@@ -92,6 +92,8 @@ def restir_render(program, scene, size, spp, seed, env, folder):
     before = processor(resource.RUSAGE_CHILDREN)
     done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=True)
     used = processor(resource.RUSAGE_CHILDREN) - before
+    if "clamped" in done.stderr:
+        raise RuntimeError(f"{scene} is not what was meant: {done.stderr}")
     seconds = size[0] * size[1] * spp / float(re.search(r"\(([0-9.e+]+) samples/s\)", done.stdout).group(1))
     return common.read_exr(output), seconds, collisions(done.stdout + done.stderr), used
 
@@ -196,8 +198,9 @@ def report(rows, means, parts, arguments, size, spp):
         "",
         *(f"* {name}: {what}." for name, what in SUBJECTS.items()),
         "",
-        "On the slabs, whose border is index-matched, Mitsuba samples lights through the border at every collision, and restir does not. Where images have "
-        "outliers, errors and means are as uncertain as these.",
+        "On the slabs, whose border is index-matched, both sample lights through the border at every collision. Where images have outliers, errors and "
+        "means are as uncertain as these: of the hare's coefficients Mitsuba's `volpath` takes one channel's distances for all three. Its `volpathmis`, which "
+        "does not, has the same mean there.",
         "",
         f"An albedo of 0.99 in place of 0.9 takes {slow['used'] / fast['used']:.2f} of the processors' time on the slab, for "
         f"{slow['steps'] / fast['steps']:.2f} times as many collisions.",
