@@ -53,7 +53,7 @@ const USUAL_SIZE: f64 = 100.0;
 /// what has it and a mean free path of a millimetre.
 ///
 /// # Errors
-/// [`Error::Setting`] for an unknown name, which lists those that there are, and for what is no colour.
+/// [`Error::Unknown`] for a name that there is not, [`Error::Setting`] for what is no colour.
 pub fn medium(name: &str, scale: f64) -> Result<Volume, Error> {
     let (color, mean_free_path) = if name.contains(',') { (color(name)?, [1.0; 3]) } else { known(name)? };
     let scaled = mean_free_path.map(|mean| (f64::from(mean) * scale) as f32);
@@ -84,7 +84,7 @@ impl Scene {
     /// law. A millimetre is `scale` units of the scene; without one, each body is taken to be ten centimetres large, as its first instance is.
     ///
     /// # Errors
-    /// [`Error::Setting`] for an unknown name, a scale that is no positive number, and if no mesh is closed.
+    /// [`Error::Unknown`] for a name that there is not; [`Error::Setting`] for a scale that is no positive number, and if no mesh is closed.
     pub fn fill(&mut self, name: &str, scale: Option<f64>) -> Result<(), Error> {
         if let Some(scale) = scale.filter(|scale| !(scale.is_finite() && *scale > 0.0)) {
             let problem = format!("a millimetre cannot be {scale} units long; give a positive number after {name}:");
