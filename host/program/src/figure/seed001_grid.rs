@@ -152,7 +152,7 @@ fn report(rows: &[Row], samples: u32, origin: &str) -> String {
     let mut text = format!(
         "# Colour and mean free path\n\nAfter Zhang and d'Eon 2025.\n\n{origin}\n![Cubes by colour and mean free path]({PICTURE})\n\nThe scene `{SCENE}`, a row a \
          colour, with a mean free path of {} sides of the cube from left to right, and at last a diffuse cube; {samples} samples a pixel, paths of 4 \
-         segments. A cell is `restir render {SCENE} --subsurface COLOUR:LENGTH --max-depth 4 --jitter`.\n\n## Claims\n\n{}\n## Difference from the diffuse \
+         segments. A cell is what `--subsurface COLOUR:LENGTH --max-depth 4 --jitter` makes of the scene.\n\n## Claims\n\n{}\n## Difference from the diffuse \
          cube\n\nThe mean difference of tiles of {TILE} x {TILE} pixels over their mean, floor and sky included.\n\n{}",
         MEAN_FREE_PATHS.map(|length| length.to_string()).join(", "),
         claim::table(&claims(rows)),
