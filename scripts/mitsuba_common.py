@@ -239,13 +239,15 @@ def multiscatter_color(albedo, anisotropy):
 
 def medium_gltf(index, extinction, albedo, anisotropy):
     """A smooth surface with a medium behind it."""
+    # of colours that are almost black glTF readers see no difference: what is left is told at a distance where much is
+    distance = 1.0 / max(extinction)
     return {
         "KHR_materials_ior": {"ior": index},
         "KHR_materials_transmission": {"transmissionFactor": 1.0},
         "KHR_materials_volume": {
             "thicknessFactor": 1.0,
-            "attenuationDistance": 1.0,
-            "attenuationColor": np.exp(-np.asarray(extinction)).tolist(),
+            "attenuationDistance": distance,
+            "attenuationColor": np.exp(-distance * np.asarray(extinction)).tolist(),
         },
         "KHR_materials_volume_scatter": {
             "multiscatterColorFactor": multiscatter_color(albedo, anisotropy),

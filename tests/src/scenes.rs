@@ -265,6 +265,7 @@ pub fn named(name: &str) -> Option<Scene> {
         "sheets" => Some(Sheets { glass: true }.scene()),
         "moving-alpha" => Some(moving_alpha()),
         "moving-media" => Some(moving_media()),
+        "clear-media" => Some(clear_media()),
         "panes" => Some(Panes { coloured: true, count: 2 }.scene()),
         _ => builtin::scene(name),
     }
@@ -315,6 +316,37 @@ pub fn moving_media() -> Scene {
     for mesh in scene.meshes.iter_mut().filter(|mesh| mesh.name == "ball").map(Arc::make_mut) {
         mesh.uvs = mesh.positions.iter().map(|[x, y, _]| [4.0 * x, 4.0 * y]).collect();
     }
+    scene
+}
+
+/// A ball and a block of mist, whose borders light passes straight, with a pebble and a lamp inside; a lamp, a bulb and a sky outside.
+pub fn clear_media() -> Scene {
+    let camera = Camera::pinhole(DVec3::new(0.6, 1.8, 4.0), DVec3::new(0.1, 0.5, 0.0), DVec3::Y, 0.55);
+    let mut scene = Scene { name: "clear-media".to_owned(), camera: Some(camera), ..Scene::default() };
+    let mut mist = |lengths, g| {
+        let volume = Some(Volume::scattering([0.9, 0.8, 0.6], lengths, g));
+        let white = Material::diffuse("mist", [1.0; 3]);
+        scene.add_material(Material { ior: 1.0, transmission: 1.0, roughness: 0.0, volume, ..white })
+    };
+    let [thin, thick] = [mist([1.5, 0.8, 0.5], 0.5), mist([0.3, 0.2, 0.1], -0.2)];
+    let [stone, floor] = [[0.4, 0.5, 0.6], [0.5, 0.45, 0.4]].map(|c| scene.add_material(Material::diffuse("matt", c)));
+    let faceted = |centre, radius| Mesh { normals: Vec::new(), ..Mesh::sphere(centre, radius, 3) };
+    scene.add_mesh("ball", thin, faceted(DVec3::new(-0.55, 0.7, 0.0), 0.6));
+    scene.add_mesh("pebble", stone, faceted(DVec3::new(-0.4, 0.5, 0.2), 0.15));
+    scene.add_mesh("block", thick, Mesh::cuboid(DVec3::new(0.35, 0.05, -0.5), DVec3::new(1.15, 0.9, 0.3)));
+    scene.add_mesh("floor", floor, Mesh::quad(DVec3::new(-4.0, 0.0, 4.0), [DVec3::X * 8.0, DVec3::Z * -8.0]));
+    scene.add_sphere_light(DVec3::new(0.7, 0.5, 0.0), 0.15, [3.0, 4.0, 5.0]);
+    scene.add_quad_light(DVec3::new(-0.9, 2.2, -0.4), [DVec3::X * 0.6, DVec3::Z * 0.6], [9.0, 8.0, 7.0], false);
+    let kind = LightKind::Point { position: DVec3::new(1.6, 1.2, 0.8) };
+    scene.lights.push(Light { name: "bulb".to_owned(), intensity: [0.5, 0.4, 0.3], kind });
+    let pixel = |i: u32| [0.2 + 0.1 * (i % 8) as f32, 0.3, 0.5 - 0.1 * (i / 8) as f32];
+    scene.environment = Some(Environment {
+        name: "sky".to_owned(),
+        size: [8, 4],
+        pixels: (0..32).map(pixel).collect::<Vec<_>>().into(),
+        scale: 1.0,
+        rotation: 20.0,
+    });
     scene
 }
 

@@ -10,9 +10,11 @@ use restir_host::scene::{
 };
 use restir_host::technique::path::{AfterSubsurface, Orders, PathSettings, Subsurface};
 use restir_shared::glam::DVec3;
+use restir_shared::layout::FEATURE_CLEAR_BORDER;
 use restir_shared::rng::Sampler;
 use restir_shared::technique::path::media::MediaParams;
 use restir_tests::bias::{ensure_biased, ensure_unbiased};
+use restir_tests::scenes::clear_media;
 use restir_tests::stats::{FAMILY_RATE, Family, Moments, TileGrid, TileTest, ZTest};
 use restir_tests::suite::ensure;
 use restir_tests::walk_f64::{Body, Border, SKY_ROWS, Walker, from_above, unscattered};
@@ -22,7 +24,8 @@ use restir_tests::{native, oracle};
 restir_tests::suite! {
     slabs_reflect_and_transmit_what_is_known bodies_look_as_by_an_independent_walk orders_look_as_by_an_independent_walk
     wrong_media_are_seen where_a_path_is_cut_does_not_matter walks_are_counted white_bodies_cannot_be_seen
-    lights_inside_look_alike_sampled_or_found what_burns_inside_of_white_bodies_comes_out paths_may_end_after_media
+    lights_inside_look_alike_sampled_or_found lights_behind_clear_borders_look_alike_sampled_or_found
+    clear_bodies_look_as_by_an_independent_walk what_burns_inside_of_white_bodies_comes_out paths_may_end_after_media
     the_texture_where_light_enters_decides scale_does_not_matter scattering_elsewhere_changes_nothing the_last_segment_may_be_a_walk
 }
 
@@ -348,6 +351,46 @@ fn lights_inside_look_alike_sampled_or_found() -> Result<(), Failed> {
         println!("{border:?}: standard errors {:.5} sampled, {:.5} found", noise(&sampled), noise(&found));
     }
     Ok(())
+}
+
+/// Index-matched bodies, through whose borders lights are sampled.
+fn clear_bodies_look_as_by_an_independent_walk() -> Result<(), Failed> {
+    let clear = Border::Dielectric(1.0);
+    for (case, noticed) in [
+        (slab(1.0, 0.9, 0.5, clear, true), 0.02),
+        (body("sphere", SPHERE, clear, 0.4), 0.01),
+        (body("cube", CUBE, clear, -0.4), 0.01),
+    ] {
+        ensure(case.scene().features & FEATURE_CLEAR_BORDER != 0, || format!("{} is not clear", case.name))?;
+        agree(&case, noticed)?;
+    }
+    let case = Case {
+        walker: Walker { orders: [1, 2], ..body("sphere", SPHERE, clear, 0.7).walker },
+        ..body("sphere", SPHERE, clear, 0.7)
+    };
+    agree(&case, 0.04)
+}
+
+/// To sample lights through clear borders changes noise alone; light that is brighter by three hundredths would be seen.
+fn lights_behind_clear_borders_look_alike_sampled_or_found() -> Result<(), Failed> {
+    let moments = |lights_inside, max_depth, brightness: f32| {
+        let mut scene = clear_media();
+        // of a point light nothing is found
+        scene.lights.clear();
+        scene.materials.iter_mut().for_each(|material| material.emission = material.emission.map(|x| x * brightness));
+        scene.environment.iter_mut().for_each(|sky| sky.scale *= brightness);
+        let settings =
+            PathSettings { lights_inside, max_depth, sampler: Sampler::Independent, ..PathSettings::default() };
+        Ok::<_, Failed>(moments_of(&SceneBuffers::build(&scene)?, &settings, 128))
+    };
+    let test = TileTest { grid: GRID, family_rate: FAMILY_RATE };
+    for max_depth in [3, 6] {
+        let (sampled, found) = (moments(true, max_depth, 1.0)?, moments(false, max_depth, 1.0)?);
+        ensure_unbiased(&format!("{max_depth} segments"), &test.compare(&sampled, &found), 0.03)?;
+        let noise = |of: &[Moments]| mean(of).standard_error() / mean(of).mean();
+        println!("{max_depth}: standard errors {:.5} sampled, {:.5} found", noise(&sampled), noise(&found));
+    }
+    ensure_biased("brighter", &test.compare(&moments(true, 6, 1.03)?, &moments(false, 6, 1.0)?))
 }
 
 /// What burns in the middle of a white sphere leaves it evenly: `I / R^2` of a light of the intensity I over pi, and as much of a white

@@ -95,7 +95,7 @@ impl Attributes {
                 let slots = volume.textures();
                 let textured = slots.iter().flatten().any(|used| texels.textures[used.texture] != NONE);
                 let uses = if textured { interior + INTERIOR_WORDS } else { NONE };
-                records.extend(interior_record(volume, uses, lit[index]));
+                records.extend(interior_record(volume, uses, lit[index], lit::is_clear(scene, index)));
                 let used = (0..).zip(slots).filter(|_| textured);
                 records.extend(
                     used.flat_map(|(slot, used)| texture_use(scene, texels, slot == SLOT_SCATTERING_COLOR, used)),
@@ -121,14 +121,19 @@ fn medium(volume: &Volume) -> Option<Medium> {
 }
 
 /// Of an interior with textures the colour, of another one the albedo.
-fn interior_record(volume: &Volume, uses: u32, lit: bool) -> [[u32; 4]; INTERIOR_WORDS as usize] {
+fn interior_record(volume: &Volume, uses: u32, lit: bool, clear: bool) -> [[u32; 4]; INTERIOR_WORDS as usize] {
     let medium = medium(volume).unwrap_or(Medium::of_color(Vec3::ZERO, Vec3::ONE, 0.0));
     let (denser_outside, color) =
         volume.scattering.map_or((1.0, [0.0; 3]), |scattering| (scattering.denser_outside, scattering.color));
     let scattered = if uses == NONE { medium.albedo.to_array() } else { color };
     [
         rgb_word(scattered, medium.anisotropy),
-        [denser_outside.to_bits(), uses, u32::from(lit), henyey_greenstein_scale(medium.anisotropy).to_bits()],
+        [
+            if clear { 0.0 } else { denser_outside }.to_bits(),
+            uses,
+            u32::from(lit | clear),
+            henyey_greenstein_scale(medium.anisotropy).to_bits(),
+        ],
     ]
 }
 

@@ -1,19 +1,19 @@
 //! The feature bits of a scene: what its kernels may be specialised to.
 
 use super::lights::{LightTables, emits};
-use super::{arena::scatters, shading::needs_shading, texels::Texels};
+use super::{arena::scatters, lit, shading::needs_shading, texels::Texels};
 use crate::scene::{Material, Scene};
 use glam::Vec3;
 use restir_shared::bsdf::Material as Scattering;
 use restir_shared::layout::{
-    FEATURE_ALPHA, FEATURE_BLEND, FEATURE_CLEAR, FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE,
-    FEATURE_ENVIRONMENT, FEATURE_GLOSSY, FEATURE_LIGHT_TABLE, FEATURE_MULTISCATTER, FEATURE_PUNCTUAL, FEATURE_SHADING,
-    FEATURE_SPECULAR, FEATURE_SUBSURFACE, FEATURE_TEXTURES, FEATURE_TRANSMISSION, FEATURE_VOLUME, LIGHT_ENVIRONMENT,
-    LIGHT_PUNCTUAL, MATERIAL_BLEND,
+    FEATURE_ALPHA, FEATURE_BLEND, FEATURE_CLEAR, FEATURE_CLEAR_BORDER, FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION,
+    FEATURE_EMISSIVE, FEATURE_ENVIRONMENT, FEATURE_GLOSSY, FEATURE_LIGHT_TABLE, FEATURE_MULTISCATTER, FEATURE_PUNCTUAL,
+    FEATURE_SHADING, FEATURE_SPECULAR, FEATURE_SUBSURFACE, FEATURE_TEXTURES, FEATURE_TRANSMISSION, FEATURE_VOLUME,
+    LIGHT_ENVIRONMENT, LIGHT_PUNCTUAL, MATERIAL_BLEND,
 };
 
 /// Every feature with its name.
-const NAMES: [(u32, &str); 17] = [
+const NAMES: [(u32, &str); 18] = [
     (FEATURE_LIGHT_TABLE, "light-table"),
     (FEATURE_EMISSIVE, "emissive"),
     (FEATURE_PUNCTUAL, "punctual"),
@@ -31,6 +31,7 @@ const NAMES: [(u32, &str); 17] = [
     (FEATURE_ALPHA, "alpha"),
     (FEATURE_BLEND, "blend"),
     (FEATURE_SUBSURFACE, "subsurface"),
+    (FEATURE_CLEAR_BORDER, "clear-border"),
 ];
 
 /// The names of the features that are set.
@@ -47,6 +48,7 @@ pub(super) fn of_scene(scene: &Scene, used_materials: &[bool], tables: &LightTab
         (tables.count(LIGHT_ENVIRONMENT) > 0, FEATURE_ENVIRONMENT),
         (needs_shading(scene), FEATURE_SHADING),
         (texels.count() > 0, FEATURE_TEXTURES),
+        ((0..scene.materials.len()).any(|m| used_materials[m] && lit::is_clear(scene, m)), FEATURE_CLEAR_BORDER),
     ]);
     materials.fold(of_lights_and_tables, |features, (m, _)| features | of_material(m, texels.alpha_flags(m)))
 }

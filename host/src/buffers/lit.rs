@@ -1,9 +1,9 @@
-//! Which bodies have lights inside.
+//! Which bodies have lights inside, and through whose borders lights outside are sampled.
 
 use super::arena::scatters;
 use super::lights::emits;
 use crate::bvh::Bounds;
-use crate::scene::{Instance, LightKind, Scene};
+use crate::scene::{AlphaMode, Instance, LightKind, Scene};
 
 /// Of each material, whether light may shine inside of a body of it that scatters: a light is within the bounds of one of its instances. Which
 /// light it is does not matter, for others are found to be hidden.
@@ -31,6 +31,17 @@ pub(super) fn materials(scene: &Scene) -> Vec<bool> {
         triangles(scene, emitter).for_each(&mut light);
     }
     lit
+}
+
+/// Whether light from inside of bodies of the material passes their surface straight and undimmed: a white dielectric of the index 1 that
+/// transmits all light and has no texture and no shading normals, which lose what they send to the wrong side.
+pub(super) fn is_clear(scene: &Scene, index: usize) -> bool {
+    let m = &scene.materials[index];
+    let passes = (m.ior, m.transmission, m.metallic, m.base_color) == (1.0, 1.0, 0.0, [1.0; 3]);
+    let plain = m.alpha_mode == AlphaMode::Opaque && m.emission == [0.0; 3] && !m.is_textured();
+    let medium = m.volume.filter(scatters).and_then(|volume| volume.scattering);
+    let faceted = || scene.meshes.iter().all(|mesh| mesh.material != index || mesh.normals.is_empty());
+    passes && plain && medium.is_some_and(|medium| medium.denser_outside == 1.0) && faceted()
 }
 
 /// The bounds of an instance's triangles in the world.

@@ -49,20 +49,34 @@ const SHORTEST: f32 = 1.0e-20;
 /// How large a body is taken to be, corner to corner, unless a scale says how long a millimetre is.
 const USUAL_SIZE: f64 = 100.0;
 
-/// The interior of the medium called `name`, where a millimetre is `scale` > 0 units of the scene.
+/// The interior of the medium called `name`, where a millimetre is `scale` > 0 units of the scene. A colour, as in `0.9,0.5,0.2`, is a name, too: of
+/// what has it and a mean free path of a millimetre.
 ///
 /// # Errors
-/// [`Error::Unknown`] for a name that there is not.
+/// [`Error::Unknown`] for a name that there is not, [`Error::Setting`] for what is no colour.
 pub fn medium(name: &str, scale: f64) -> Result<Volume, Error> {
-    let found = MEDIA.iter().find(|(of, ..)| *of == name);
-    let (_, color, mean_free_path) = found.ok_or_else(|| unknown("medium", name, MEDIA.iter().map(|(of, ..)| *of)))?;
+    let (color, mean_free_path) = if name.contains(',') { (color(name)?, [1.0; 3]) } else { known(name)? };
     let scaled = mean_free_path.map(|mean| (f64::from(mean) * scale) as f32);
     if !scaled.iter().all(|mean| SHORTEST <= *mean && *mean <= 1.0 / SHORTEST) {
         let problem =
             format!("a millimetre of {scale} units is beyond what can be rendered; give another one after {name}:");
         return Err(Error::Setting(problem));
     }
-    Ok(Volume::scattering(*color, scaled, 0.0))
+    Ok(Volume::scattering(color, scaled, 0.0))
+}
+
+fn known(name: &str) -> Result<([f32; 3], [f32; 3]), Error> {
+    let found = MEDIA.iter().find(|(of, ..)| *of == name).map(|(_, color, mean_free_path)| (*color, *mean_free_path));
+    let names = MEDIA.iter().map(|(of, ..)| *of).chain(["a colour, as 0.9,0.5,0.2"]);
+    found.ok_or_else(|| unknown("medium", name, names))
+}
+
+fn color(text: &str) -> Result<[f32; 3], Error> {
+    let numbers: Option<Vec<f32>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
+    let color = numbers.and_then(|numbers| <[f32; 3]>::try_from(numbers).ok());
+    let color = color.filter(|color| color.iter().all(|channel| (0.0..=1.0).contains(channel)));
+    let problem = || format!("{text:?} is no colour of a medium; give three numbers from 0 to 1, as 0.9,0.5,0.2");
+    color.ok_or_else(|| Error::Setting(problem()))
 }
 
 impl Scene {
@@ -150,6 +164,12 @@ mod tests {
     }
 
     #[test]
+    fn a_colour_is_a_medium_of_a_mean_free_path_of_a_millimetre() {
+        let found = medium("0.9, 0.5,0", 0.25).expect("a colour");
+        assert_eq!(found, Volume::scattering([0.9, 0.5, 0.0], [0.25; 3], 0.0));
+    }
+
+    #[test]
     fn bodies_of_a_scene_are_filled_and_nothing_else() {
         let mut scene = builtin::scene("statue").expect("built in");
         let before = scene.clone();
@@ -158,9 +178,14 @@ mod tests {
         for index in 0..scene.meshes.len() {
             assert_eq!(filled(index), is_closed(&before.meshes[index]), "{}", before.meshes[index].name);
         }
-        for (name, scale, known) in
-            [("granite", None, "marble"), ("milk", Some(0.0), "milk:"), ("wax", Some(f64::NAN), "positive")]
-        {
+        for (name, scale, known) in [
+            ("granite", None, "marble"),
+            ("milk", Some(0.0), "milk:"),
+            ("wax", Some(f64::NAN), "positive"),
+            ("0.2,0.3", None, "three numbers"),
+            ("0.2,0.3,1.1", None, "from 0 to 1"),
+            ("0.2,NaN,0.3", None, "from 0 to 1"),
+        ] {
             assert!(before.clone().fill(name, scale).unwrap_err().to_string().contains(known));
         }
     }

@@ -5,5 +5,6 @@ kernels! {
     path_entry,
     path_exits,
     path_media,
+    path_media_clear,
     path_profile,
 }

@@ -133,6 +133,8 @@ pub const FEATURE_ALPHA: u32 = 1 << 13;
 pub const FEATURE_BLEND: u32 = 1 << 15;
 /// Scene feature: interiors that scatter light; with [`FEATURE_VOLUME`].
 pub const FEATURE_SUBSURFACE: u32 = 1 << 16;
+/// Scene feature: interiors that scatter light, and whose surface light passes straight; with [`FEATURE_SUBSURFACE`].
+pub const FEATURE_CLEAR_BORDER: u32 = 1 << 17;
 /// The features of a diffuse scene whose lights are triangles.
 pub const FEATURES_DIFFUSE: u32 = FEATURE_EMISSIVE | FEATURE_LIGHT_TABLE;
 /// All features: what a kernel that was not specialised to a scene assumes.

@@ -22,14 +22,16 @@ pub struct Interior {
     /// The constant factor of a turn's density ([`crate::sampling::henyey_greenstein_scale`]).
     pub turn_scale: f32,
     /// Light that reaches the surface from inside is mirrored as by a smooth interface to a medium that is denser by this relative index: never
-    /// totally. 1 does nothing. No real interface is like that; published fits of reflectance are of it (Zhang and d'Eon 2025).
+    /// totally. 1 does nothing. No real interface is like that; published fits of reflectance are of it (Zhang and d'Eon 2025). 0 is a clear border
+    /// ([`Self::is_clear`]).
     pub denser_outside: f32,
     /// By how much refraction at the surface makes radiance inside larger than outside: the square of the index of a dielectric. Roulette
     /// asks for it, for light that goes out again loses it again.
     pub gain: f32,
     /// As [`crate::scene::SurfacePoint::offset`].
     pub offset: f32,
-    /// Lights may lie inside, so that it pays to sample them there. What is found does not depend on it, but for noise and punctual lights.
+    /// Lights may lie inside, or shine in through a clear border, so that it pays to sample them there. What is found does not depend on it, but for noise
+    /// and punctual lights.
     pub lit: bool,
 }
 
@@ -60,6 +62,12 @@ impl Interior {
     pub fn medium(&self) -> Medium {
         let Self { extinction, albedo, anisotropy, .. } = *self;
         Medium { extinction, albedo, absorbed: Vec3::ONE - albedo, anisotropy }
+    }
+
+    /// Whether light passes the surface straight and undimmed, so that lights can be sampled through it.
+    #[inline(always)]
+    pub fn is_clear(&self) -> bool {
+        self.denser_outside <= 0.0
     }
 
     /// Whether light is scattered.

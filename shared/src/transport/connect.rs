@@ -121,13 +121,13 @@ impl Reach {
 }
 
 /// What arrives at a point inside of a medium, where paths that travel along the unit vector `direction` turn by the phase function of
-/// Henyey and Greenstein. What the medium takes of it on its way is not considered ([`Connection::through`]), and nothing comes from
-/// lights at infinity.
+/// Henyey and Greenstein. What the medium takes of it on its way is not considered ([`Connection::through`]). From lights at infinity
+/// nothing comes unless it comes from `afar`, through the border.
 #[inline(always)]
-pub fn connect_inside(position: Vec3, direction: Vec3, anisotropy: f32, light: &LightSample) -> Connection {
+pub fn connect_inside(position: Vec3, direction: Vec3, anisotropy: f32, afar: bool, light: &LightSample) -> Connection {
     let reach = Reach::new(position, light);
     let distance_squared = reach.distance_squared(light);
-    if !reach.is_open(light, distance_squared) | light.at_infinity() {
+    if !reach.is_open(light, distance_squared) | (light.at_infinity() & !afar) {
         return reach.closed();
     }
     let connection = reach.connection(light, distance_squared);

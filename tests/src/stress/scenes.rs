@@ -30,9 +30,11 @@ pub(super) struct Variant {
     pub(super) grazing: bool,
     /// All light, in powers of two of the plain scene's.
     pub(super) exposure: i32,
+    /// With a point light, a spot light and a sun.
+    pub(super) punctual: bool,
 }
 
-pub(super) const PLAIN: Variant = Variant { scale: 1.0, roughness: 0.1, grazing: false, exposure: 0 };
+pub(super) const PLAIN: Variant = Variant { scale: 1.0, roughness: 0.1, grazing: false, exposure: 0, punctual: true };
 
 /// Runs all comparisons.
 ///
@@ -52,10 +54,11 @@ pub fn run(effort: Effort) -> Vec<Comparison> {
                 .iter()
                 .map(move |&scale| compare(format!("lengths x {scale:e}{camera}"), Variant { scale, ..plain }, plain))
         });
-    let smooth = Variant { roughness: 0.0, ..PLAIN };
+    // what a mirror makes of a punctual light no path finds, and what a rough metal makes of it is found, if rarely
+    let smooth = Variant { roughness: 0.0, punctual: false, ..PLAIN };
     let rough = roughnesses
         .iter()
-        .map(|&roughness| compare(format!("roughness {roughness} against 0"), Variant { roughness, ..PLAIN }, smooth));
+        .map(|&roughness| compare(format!("roughness {roughness} against 0"), Variant { roughness, ..smooth }, smooth));
     lengths.chain(rough).collect()
 }
 
@@ -76,7 +79,7 @@ pub(super) fn scene(variant: Variant) -> Scene {
         name: "stress".to_owned(),
         camera: Some(Camera::pinhole(eye * scale, target * scale, DVec3::Y, 0.7)),
         textures: vec![checks()],
-        lights: lights(scale, brightness),
+        lights: if variant.punctual { lights(scale, brightness) } else { Vec::new() },
         environment: Some(Environment { scale: brightness as f32, ..sky() }),
         ..Scene::default()
     };
@@ -173,7 +176,7 @@ pub fn markdown(comparisons: &[Comparison]) -> String {
         "\n## Path tracer\n
 A room with an area light, a point light, a spot light, a directional light, an environment, plastic, metal, glass with a
 volume, a pane, a diffuse transmitter and a texture, {} x {} pixels, paths of {MAX_DEPTH} segments. Each picture is
-compared with that of the plain scene path by path, with the same random numbers: the largest difference of a tile's
+compared with that of the plain scene (roughness without the three punctual lights) path by path, with the same random numbers: the largest difference of a tile's
 mean in a channel, relative to it, and an upper bound on the bias, which is too low with probability {FAMILY_RATE}.\n
 | variant | paths a pixel | difference | bound | allowed | dropped or not finite |\n|---|---:|---:|---:|---:|---:|\n",
         GRID.width, GRID.height

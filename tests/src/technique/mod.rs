@@ -44,6 +44,9 @@ pub struct Matrix {
     pub scenes: &'static [(&'static str, &'static str)],
     /// The bias of the image that is to be noticed, in percent, in scenes where it is not 1.
     pub goals: &'static [(&'static str, f64)],
+    /// Scenes that the path tracer in `f64` does not know, with settings of path tracing that find light in another way: path tracing
+    /// itself is compared with that there.
+    pub beyond: &'static [(&'static str, &'static str)],
     /// Settings of all cells.
     pub common: &'static str,
     /// Cells: settings joined by commas. Whether one is biased is what [`Technique::biases`] says.
@@ -98,6 +101,7 @@ const NOTHING: Known = Known {
     matrix: Matrix {
         scenes: &[("cornell", ""), ("many-lights", "")],
         goals: &[("many-lights", 2.0)],
+        beyond: &[],
         common: "",
         cells: Vec::new,
     },

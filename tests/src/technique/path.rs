@@ -39,6 +39,7 @@ pub(super) const KNOWN: Known = Known {
                 "subsurface=hybrid,profile=clamped,parts=subsurface,profile_paths=off,roulette=on",
             ),
             row("profiles without paths", "slab", 1, "subsurface=hybrid,profile_paths=off,counted_twice=on"),
+            row("mist, clear borders", "clear-media", 2, "max_depth=6,longest_walk=100"),
             row("a slab", "slab", 2, "max_depth=3,orders=1..3,longest_walk=70,roulette=on"),
         ],
         ..NOTHING.cases
@@ -46,6 +47,7 @@ pub(super) const KNOWN: Known = Known {
     matrix: Matrix {
         scenes: &[("cornell", ""), ("furnace", ""), ("slab", ""), ("candles", "")],
         goals: &[("candles", 4.0)],
+        beyond: &[("candles", "lights_inside=off")],
         common: "max_depth=6,jitter=on",
         cells: || ["roulette=off", "roulette=on", "lights_inside=off"].map(str::to_owned).to_vec(),
     },

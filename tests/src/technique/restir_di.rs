@@ -38,6 +38,7 @@ pub(super) const KNOWN: Known = Known {
             ("all-lights", "candidates=4"),
         ],
         goals: &[("many-lights", 2.0)],
+        beyond: &[],
         common: "neighbours=3,radius=8,confidence_cap=3,still=off,shaded=0",
         cells,
     },

@@ -28,6 +28,7 @@ pub(super) const KNOWN: Known = Known {
         scenes: &[("cornell", ""), ("tower", ""), ("glass", ""), ("glossy", ""), ("ajar", "")],
         // what is left of ajar's noise takes hours to go below
         goals: &[("cornell", 0.2), ("ajar", 2.0)],
+        beyond: &[],
         common: "tile=8,max_depth=6",
         cells: || CELLS.map(str::to_owned).to_vec(),
     },

@@ -3,7 +3,7 @@
 //!
 //! A restart is a render with its own seed, of one sample a pixel, or of a few frames of which the last counts. It is
 //! tested against path tracing with the same [`Integral`](restir_host::technique::Integral); path tracing itself against
-//! the path tracer in `f64` of the harness, see `oracle`. The moments of both sides are kept in files after every round,
+//! the path tracer or the walk in `f64` of the harness, see `oracle`, or with another way to find light. The moments of both sides are kept in files after every round,
 //! so that a test can be interrupted and continued, or given more restarts; all settings share the reference of a scene.
 //! A file knows the scene and the settings it is of, not the code: after a change of that, begin anew by `--fresh`.
 
@@ -85,6 +85,8 @@ struct Cell {
     settings: String,
     expected: Expected,
     technique: Box<dyn Technique>,
+    /// What path tracing itself is compared with where the oracle does not know the scene.
+    instead: Option<&'static str>,
 }
 
 impl Cell {
@@ -97,7 +99,8 @@ impl Cell {
             [] => Expected::Unbiased,
             _ => Expected::Biased,
         };
-        Ok(Self { settings: settings.to_owned(), expected, technique })
+        let instead = matrix.beyond.iter().find(|(name, _)| *name == scene).map(|(_, settings)| *settings);
+        Ok(Self { settings: settings.to_owned(), expected, technique, instead })
     }
 
     /// For messages and files.
@@ -216,6 +219,7 @@ mod tests {
             ("path", "path/cornell"),
             ("path/teapot", "cornell-mitsuba"),
             ("path/statue", "too many for brute force"),
+            ("path/cube", "no lights but surfaces"),
             ("path/furnace", "--fresh"),
             ("magic/cornell", "restir-di"),
             ("restir-di:magic=on/cornell", "visibility_reuse"),

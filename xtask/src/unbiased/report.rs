@@ -131,7 +131,8 @@ pub(super) fn report(trials: &Trials, rows: &[Row]) -> String {
     let beside = if beside.is_empty() { "none".to_owned() } else { beside.join("; ") };
     let mut text = format!(
         "# Bias of `{name}`\n\nEach row compares {picture}, over independent restarts, with path tracing of the same light, \
-         and path tracing itself with an independent path tracer in `f64`: {SIZE} x {SIZE} pixels, the three channels of \
+         and path tracing itself with an independent path tracer or walk in `f64`, or where these do not know the scene with light that \
+         path tracing finds in another way: {SIZE} x {SIZE} pixels, the three channels of \
          {tiles} tiles of {TILE} x {TILE} and of the image. A row passes if no |z| exceeds {threshold:.2}; the whole table \
          has a false alarm with probability {FAMILY_RATE}. The detectable bias is noticed with 99 % probability in half of \
          the tiles and channels; what a row excludes is a bias of the image, in its worst channel, that would have been \

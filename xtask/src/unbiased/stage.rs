@@ -10,8 +10,9 @@ use restir_host::technique::path::PathSettings;
 use restir_host::technique::{Integral, PixelFilter, Repeats, Technique};
 use restir_tests::scenes::named;
 use restir_tests::stats::Moments;
+use restir_tests::technique::configure_by;
 
-use super::oracle::oracle;
+use super::oracle::Independent;
 use super::report::Row;
 use super::side::{Picture, Side};
 use super::{Cell, Expected, GRID, Options, SIZE, WRONG_RADIANCE};
@@ -96,13 +97,19 @@ impl<'a> Stage<'a> {
         self.side(&cell.name(), &format!("{render:?}"), restarts, &|restart| picture(buffers, &render, seed + restart))
     }
 
-    /// Path tracing with the technique's integral, or the oracle, if that is what the technique is.
+    /// Path tracing with the technique's integral; if that is what the technique is, the oracle, or what the harness declares instead.
     fn reference(&mut self, cell: &Cell, samples: u32) -> Result<Vec<Moments>, Error> {
         let integral = cell.technique.integral();
         let Integral { max_depth, jitter, filter, multiscatter } = integral;
-        let path: Box<dyn Technique> = PathSettings::of(integral).into();
+        let mut path: Box<dyn Technique> = PathSettings::of(integral).into();
         let is_itself = *path == *cell.technique;
-        let by = if is_itself { "oracle" } else { "reference" };
+        let by = match cell.instead.filter(|_| is_itself) {
+            Some(other) => {
+                configure_by(path.as_mut(), other)?;
+                format!("reference-{other}")
+            }
+            None => if is_itself { "oracle" } else { "reference" }.to_owned(),
+        };
         let [jitter, single] =
             [(jitter, "-jitter"), (!multiscatter, "-single")].map(|(on, name)| if on { name } else { "" });
         let filter = if filter == PixelFilter::Box { String::new() } else { format!("-{}", filter.name()) };
@@ -110,8 +117,8 @@ impl<'a> Stage<'a> {
         if let Some((_, known)) = self.references.get(&name).filter(|(known, _)| *known >= samples) {
             return Ok(known.clone());
         }
-        let side = if is_itself {
-            let oracle = oracle(&self.scene, &self.buffers, cell.technique.integral())?;
+        let side = if by == "oracle" {
+            let oracle = Independent::new(&self.scene, &self.buffers, cell.technique.integral())?;
             self.side(&name, "", samples, &|restart| {
                 Ok((0..SIZE * SIZE).map(|i| oracle.pixel(REFERENCE_SEED + restart, i % SIZE, i / SIZE)).collect())
             })

@@ -19,7 +19,7 @@ use super::bench::{REPORT, prepare_output, setup, write_text};
 use super::render::{Size, natural};
 use super::{console, device, interrupt, progress::reported, reference, require};
 use crate::figure::{
-    Environs, Files, PICTURE, chains::Protocol, seed001_walk, seed002_fig1, seed002_fig2, seed004_fig1,
+    Environs, Files, PICTURE, chains::Protocol, seed001_grid, seed001_walk, seed002_fig1, seed002_fig2, seed004_fig1,
 };
 
 /// Smaller pictures decide no claim: they may be black, they fit into one tile of those that a bootstrap resamples, or
@@ -40,6 +40,9 @@ enum Figure {
     /// without reuse of visibility.
     #[value(name = "seed004-fig1")]
     MisOverTime,
+    /// Zhang and d'Eon 2025: cubes by colour and mean free path, beside diffuse ones.
+    #[value(name = "seed001-grid")]
+    Grid,
     /// Zhang and d'Eon 2025: what each collision under a surface adds, how distances and channels are sampled, and R over the distance.
     #[value(name = "seed001-walk")]
     Walk,
@@ -68,6 +71,8 @@ impl Figure {
         match (self, quick) {
             (Self::MisOverTime, false) => of([60, 45], [16, 4], [13, 2], Some(49_152)),
             (Self::MisOverTime, true) => of([36, 27], [8, 4], [9, 2], Some(16_384)),
+            (Self::Grid, false) => of([64, 64], [1, 1], [128, 1], None),
+            (Self::Grid, true) => of([48, 48], [1, 1], [32, 1], None),
             (Self::Walk, false) => of([96, 96], [1, 1], [256, 1], None),
             (Self::Walk, true) => of([48, 48], [1, 1], [64, 1], None),
             (Self::VisibilityTerm, false) => of([128, 96], [2, 1], [48, UNCOUNTED + 2], None),
@@ -92,7 +97,7 @@ pub(super) struct Arguments {
     #[arg(long, value_parser = natural::<u32>, allow_hyphen_values = true)]
     restarts: Option<u32>,
     /// Frames of a chain. Its picture is the last one, in seed002-fig2 the mean; in seed002-fig1 the first 16 do not count. In
-    /// seed001-walk samples of a pixel.
+    /// seed001-walk and seed001-grid samples of a pixel.
     #[arg(long, value_parser = natural::<u32>, allow_hyphen_values = true)]
     frames: Option<u32>,
     /// Samples per pixel of the references, in figures that have one.
@@ -128,6 +133,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
             let effort = seed004_fig1::Effort { protocol, frames, restarts: 2, reference };
             seed004_fig1::make(&mut program, &effort, environment, &setup)?
         }
+        Figure::Grid => seed001_grid::make(&mut program, protocol.size, protocol.warm_up + 1, &setup)?,
         Figure::Walk => seed001_walk::make(&mut program, protocol.size, protocol.warm_up + 1, &setup)?,
         Figure::VisibilityTerm => {
             let counted = protocol.warm_up + 1 - UNCOUNTED;

@@ -30,7 +30,8 @@ pub(super) struct Additions {
     #[arg(long, value_name = "DEGREES", requires = "env", allow_hyphen_values = true)]
     env_rotate: Option<f64>,
     /// Fill all closed meshes that emit nothing with a medium that scatters light, as MEDIUM or MEDIUM:SCALE (`restir scenes` lists the media):
-    /// SCALE is how long a millimetre is in the scene; if not given, each mesh is taken to be ten centimetres large.
+    /// SCALE is how long a millimetre is in the scene; if not given, each mesh is taken to be ten centimetres large. A colour, as 0.9,0.5,0.2, is a
+    /// medium, too: of a mean free path of a millimetre.
     #[arg(long, value_name = "MEDIUM[:SCALE]", value_parser = medium)]
     subsurface: Option<(String, Option<f64>)>,
     /// Look from one point at another instead of through the scene's camera, as EYE:TARGET or EYE:TARGET:FOV: points as X,Y,Z,

@@ -19,7 +19,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
             let all = builtin::NAMES.iter().chain(builtin::FAMILIES);
             let scenes = all.map(|(name, description)| format!("{name:16} {description}\n"));
             let media: Vec<&str> = subsurface::MEDIA.iter().map(|(name, ..)| *name).collect();
-            scenes.chain([format!("media of --subsurface: {}\n", media.join(", "))]).collect()
+            scenes
+                .chain([format!("media of --subsurface: {}, or a colour, as 0.9,0.5,0.2\n", media.join(", "))])
+                .collect()
         }
     };
     console::print(&lines)

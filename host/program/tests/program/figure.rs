@@ -71,13 +71,24 @@ fn the_converged_trio() {
 }
 
 #[test]
+fn colours_by_mean_free_path() {
+    let (workplace, cache) = (Workplace::new(), TempDir::new().unwrap());
+    figure(&workplace, &cache, &["seed001-grid", "--frames", "4"]).done();
+    assert_eq!(workplace.outputs(), ["cells.csv", "images.png", "report.md"]);
+    let report = workplace.text("report.md");
+    assert!(verdicts(&report, "G1").len() == 1 && verdicts(&report, "G2").len() == 1, "{report}");
+    assert_table(&workplace.text("cells.csv"), 4 * 5);
+}
+
+#[test]
 fn figures_that_cannot_be() {
     let (workplace, cache) = (Workplace::new(), TempDir::new().unwrap());
     let refused = |more: &[&str], words: &[&str]| {
         figure(&workplace, &cache, more).refused(words);
         assert_eq!(workplace.outputs(), [""; 0]);
     };
-    refused(&["seed004-fig2"], &["seed004-fig2", "seed004-fig1", "seed002-fig1", "seed002-fig2"]);
+    let all = ["seed001-grid", "seed001-walk", "seed002-fig1", "seed002-fig2", "seed004-fig1"];
+    refused(&["seed004-fig2"], &[&["seed004-fig2"], all.as_slice()].concat());
     refused(&["seed004-fig1", "--restarts", "3"], &["--restarts 3", "4 to"]);
     refused(&["seed004-fig1", "--frames", "1"], &["--frames 1", "2 to"]);
     refused(&["seed002-fig1", "--frames", "17"], &["--frames 17", "18 to"]);

@@ -135,10 +135,12 @@ fn bodies_can_be_filled() {
     assert!(own != marble);
     assert!(marble != seen(&["--subsurface", "marble:0.002"]) && marble != seen(&["--subsurface", "skin1:0.02"]));
     assert!(marble != seen(&["--subsurface", "marble:0.02", "--set", "orders=1..3"]));
+    assert!(marble != seen(&["--subsurface", "0.93,0.91,0.88:0.02"]));
     let none = workplace.output("none.exr");
     for (scene, given, known) in [
         ("statue", "granite", "marble"),
         ("statue", "wax:0", "wax:"),
+        ("statue", "0.2,0.3", "three numbers"),
         ("statue", "wax:thick", "MEDIUM:SCALE"),
         ("furnace", "wax", "closed"),
     ] {

@@ -8,9 +8,9 @@ use crate::film::Film;
 use crate::plan::{ARENAS, Buffer, BufferId, Pass};
 use crate::technique::sequence::{Frame, Sequence, Stage, Work};
 use crate::technique::{PixelFilter, Technique};
-use restir_kernels::path::{path, path_media};
+use restir_kernels::path::{path, path_media, path_media_clear};
 use restir_shared::film::MAX_BLOCK_LOG2;
-use restir_shared::layout::FEATURE_SUBSURFACE;
+use restir_shared::layout::{FEATURE_CLEAR_BORDER, FEATURE_SUBSURFACE};
 use restir_shared::rng::Sampler;
 use restir_shared::technique::path::media::MediaParams;
 use restir_shared::technique::path::{PATH_BLACKMAN_HARRIS, PATH_JITTER, PATH_ROULETTE, PATH_SOBOL, PathParams};
@@ -150,7 +150,9 @@ impl Paths {
         let (media, (frame, _)) = (self.media.as_ref()?, self.frame.as_ref()?);
         let planes = [("walkers", media.walkers), ("tallies", media.tallies), ("film", film)];
         let bound = [ARENAS.as_slice(), &planes].concat();
-        Some(Pass::new(&path_media::DESC, &self.constants(frame), &params, &bound))
+        let clear = frame.features & FEATURE_CLEAR_BORDER != 0 && self.settings.lights_inside;
+        let kernel = if clear { &path_media_clear::DESC } else { &path_media::DESC };
+        Some(Pass::new(kernel, &self.constants(frame), &params, &bound))
     }
 
     /// The next turn of a sample with profiles.

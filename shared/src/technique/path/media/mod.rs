@@ -7,6 +7,7 @@
 //! Lights are sampled at surfaces on sides where nothing scatters. Through a boundary, which bends light, no point of a light could be aimed
 //! at, so that light from outside which is found along a segment inside was found in the only way that there is, and counts in full. Lights
 //! within a body that scatters are sampled at collisions, too, and at surfaces that face them, where the material says that there are any.
+//! A border that light passes straight is the exception ([`stretch_clear`]): from collisions lights are sampled through it, up to the next surface.
 //!
 //! A walk may have thousands of segments and a dispatch should not. So it is cut into stretches, and a path that stops after a collision
 //! waits as a [`PackedWalker`]. Bits do not depend on where it is cut.
@@ -62,6 +63,28 @@ pub fn stretch<S: Trace + Surface + Lights>(
     tally: Tally,
     pixel: [u32; 2],
 ) -> Stretch {
+    followed::<S, false>(scene, params, walker, tally, pixel)
+}
+
+/// As [`stretch`], where some borders are clear ([`crate::medium::Interior::is_clear`]): through these lights outside are sampled, too.
+pub fn stretch_clear<S: Trace + Surface + Lights>(
+    scene: &S,
+    params: &MediaParams,
+    walker: PackedWalker,
+    tally: Tally,
+    pixel: [u32; 2],
+) -> Stretch {
+    followed::<S, true>(scene, params, walker, tally, pixel)
+}
+
+#[inline(always)]
+fn followed<S: Trace + Surface + Lights, const CLEAR: bool>(
+    scene: &S,
+    params: &MediaParams,
+    walker: PackedWalker,
+    tally: Tally,
+    pixel: [u32; 2],
+) -> Stretch {
     let rng = params.rng(pixel);
     let tally = if params.counts_anew != 0 { Tally::default() } else { tally };
     let mut walker = if params.begins != 0 {
@@ -69,7 +92,7 @@ pub fn stretch<S: Trace + Surface + Lights>(
     } else {
         walker.unpack(tally)
     };
-    let whole = walker.run(scene, params, &rng);
+    let whole = walker.run::<S, CLEAR>(scene, params, &rng);
     let sample = FilmPixel::from_radiance(if whole { walker.radiance } else { CUT });
     Stretch { walker: PackedWalker::pack(&walker), tally: walker.tally, sample }
 }

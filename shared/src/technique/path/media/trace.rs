@@ -8,7 +8,7 @@ use crate::medium::{Channels, Interior};
 use crate::num;
 use crate::rng::{self, Rng};
 use crate::sampling::{henyey_greenstein_shape, sample_henyey_greenstein};
-use crate::scene::{BsdfOf, LightSample, Lights, Surface, SurfacePoint, Trace};
+use crate::scene::{BsdfOf, LightSample, Lights, Location, Surface, SurfacePoint, Trace};
 use crate::technique::path::walk::{DIMENSIONS_PER_SEGMENT, LIGHT, Numbers, Receiver};
 use crate::technique::path::{PATH_ROULETTE, Walk};
 use crate::transport::{Chosen, Connection, Vertex, connect_inside, next_event, passes, through_interior};
@@ -35,7 +35,8 @@ const GRAZING: f32 = 1.0 / 4096.0;
 #[derive(Clone, Copy)]
 struct Around {
     interior: Interior,
-    /// Where the segment begins, light has come so far from the surface already: rays begin beside it.
+    /// Where the segment begins, light has come so far from the surface already: rays begin beside it. Outside, behind a clear border, so far
+    /// from the last collision.
     lead: f32,
     reflections: u32,
 }
@@ -80,6 +81,55 @@ impl<M: Scattering> Receiver<M> for Orders {
     }
 }
 
+/// A light that is looked for from where it was drawn, ray by ray: on a straight way, which may leave the body that it begins in.
+struct Look {
+    sight: Sight,
+    /// Of the light.
+    density: f32,
+    /// How much of the way lies in the medium.
+    distance: f32,
+    /// The way may leave the medium through a clear border, once.
+    leaves: bool,
+    goes_on: bool,
+}
+
+impl Look {
+    const NONE: Self = Self { sight: Sight::NONE, density: 0.0, distance: 0.0, leaves: false, goes_on: false };
+
+    /// A way to the light that is all in one medium, or which `leaves` it.
+    #[inline(always)]
+    fn new(sight: Sight, light: &LightSample, leaves: bool) -> Self {
+        let Connection { shadow, direction, .. } = sight.connection;
+        let distance = shadow.t_max * dot(shadow.direction, direction);
+        Self { sight, density: light.density, distance, leaves, goes_on: true }
+    }
+
+    /// Goes on behind a hit, if a body is left there. Nothing else is passed.
+    #[inline(always)]
+    fn behind(self, at: &Location, hit: &Hit, met: &Interior) -> Self {
+        let Connection { shadow, direction, .. } = self.sight.connection;
+        let origin = at.position + at.normal * at.offset;
+        let end = shadow.origin + shadow.direction;
+        let far = shadow.t_max >= Ray::FAR;
+        let left = Ray { origin, direction: if far { shadow.direction } else { end - origin }, ..shadow };
+        let connection = Connection { shadow: left, ..self.sight.connection };
+        Self {
+            sight: Sight { connection, ..self.sight },
+            distance: hit.t * dot(shadow.direction, direction),
+            leaves: false,
+            goes_on: self.leaves & met.closed & met.is_clear() & (dot(at.normal, direction) > 0.0),
+            ..self
+        }
+    }
+
+    /// What the light adds to the path, where its way is open.
+    #[inline(always)]
+    fn value(&self) -> Vec3 {
+        let Sight { connection, extinction, worth, .. } = self.sight;
+        worth * next_event(self.density, &connection.through(extinction, self.distance))
+    }
+}
+
 /// A light that was drawn for a vertex or a collision; whether it is seen from there is not known yet.
 struct Sight {
     connection: Connection,
@@ -107,7 +157,12 @@ impl Sight {
 impl Walker {
     /// Goes on until the path ends or waits. False if the device cut a loop short: what was found is then not the whole.
     #[inline(always)]
-    pub(super) fn run<S: Trace + Surface + Lights>(&mut self, scene: &S, params: &MediaParams, rng: &Rng) -> bool {
+    pub(super) fn run<S: Trace + Surface + Lights, const CLEAR: bool>(
+        &mut self,
+        scene: &S,
+        params: &MediaParams,
+        rng: &Rng,
+    ) -> bool {
         let mut around = Around::new(Interior::NONE, 0.0);
         // what is around a path that has waited is asked for again
         let mut resumes = self.entry.is_hit();
@@ -116,13 +171,17 @@ impl Walker {
         let (mut waits, mut cut) = (false, false);
         // a compiler knows the value of a loop's condition after it, even where a driver has cut the loop: rounds are counted beside it
         let (mut rounds, mut ended) = (0_u32, 0_u32);
-        while self.alive & !waits {
+        // with clear borders one round looks for a light, or two
+        let mut look = Look::NONE;
+        while (self.alive & !waits) | (CLEAR & look.goes_on) {
             rounds = rounds.wrapping_add(1);
             found.counts = self.counts(params);
-            let inside = around.interior.scatters();
+            let looks = CLEAR & look.goes_on;
+            let inside = around.interior.scatters() & !looks;
             let flight = if inside { self.flight(&around, rng) } else { Flight::NONE };
             let key = if inside { Ray::random_key(scene.features(), flight.words.x) } else { self.walk.ray.key };
             let ray = Ray { t_max: flight.t + flight.margin, key, ..self.walk.ray };
+            let ray = if looks { look.sight.connection.shadow } else { ray };
             let hit = if resumes { self.entry } else { scene.closest(&ray) };
             cut = hit.is_cut();
             let too_long = inside & (self.steps >= params.longest_walk);
@@ -132,7 +191,7 @@ impl Walker {
             let met = if arrives { scene.interior(&entry(&hit)) } else { Interior::NONE };
             let met = Interior { lit: met.lit & (params.lights_inside != 0), ..met };
             // drawn here for both, for it takes much code
-            let light = if (collides & around.interior.lit) | (arrives & !resumes) {
+            let light = if (collides & around.interior.lit) | (arrives & !resumes & !looks) {
                 scene.sample_light(self.light_numbers(collides, rng))
             } else {
                 LightSample::NONE
@@ -143,24 +202,37 @@ impl Walker {
             if cut | too_long {
                 self.tally.cut = self.tally.cut.wrapping_add(too_long as u32);
                 self.alive = false;
+                look.goes_on = false;
+            } else if looks {
+                if hit.is_hit() {
+                    look = look.behind(&scene.location(&hit), &hit, &met);
+                } else {
+                    Receiver::<S::Material>::add(&mut found, look.value());
+                    look.goes_on = false;
+                }
             } else if resumes {
                 resumes = false;
                 around = Around::new(met, 0.0);
                 self.walk.chosen.alone = !met.lit;
             } else if collides {
-                sight = self.collide(&mut around, &flight, &hit, worth, &light);
+                sight = self.collide::<CLEAR>(&mut around, &flight, &hit, worth, &light);
                 waits = self.steps >= last;
             } else if arrives {
-                sight = self.meet(scene, params, rng, (&hit, worth, &met, &light), &mut around, &mut found);
+                sight = self.meet::<S, CLEAR>(scene, params, rng, (&hit, worth, &met, &light), &mut around, &mut found);
             } else {
                 self.walk.escape(scene, &mut found);
                 self.alive = false;
             }
-            if max_component(sight.connection.value) > 0.0 && !scene.occluded(&sight.connection.shadow) {
+            let shines = max_component(sight.connection.value) > 0.0;
+            if CLEAR {
+                // behind the border there is a segment more
+                let leaves = (max_component(sight.extinction) > 0.0) & (self.walk.depth + 1 < params.path.max_depth);
+                look = if shines { Look::new(sight, &light, leaves) } else { look };
+            } else if shines && !scene.occluded(&sight.connection.shadow) {
                 found.counts = self.counts(params);
                 Receiver::<S::Material>::add(&mut found, sight.value(&light));
             }
-            ended = if self.alive & !waits { ended } else { rounds };
+            ended = if (self.alive & !waits) | (CLEAR & look.goes_on) { ended } else { rounds };
         }
         self.radiance = found.sum;
         !cut & (ended == rounds)
@@ -192,7 +264,14 @@ impl Walker {
 
     /// Scatters at the end of a flight, where `light` may shine.
     #[inline(always)]
-    fn collide(&mut self, around: &mut Around, flight: &Flight, hit: &Hit, worth: Vec3, light: &LightSample) -> Sight {
+    fn collide<const CLEAR: bool>(
+        &mut self,
+        around: &mut Around,
+        flight: &Flight,
+        hit: &Hit,
+        worth: Vec3,
+        light: &LightSample,
+    ) -> Sight {
         let interior = &around.interior;
         let nearest = if hit.is_hit() { num::max(hit.t - flight.margin, 0.0) } else { flight.t };
         let ray = self.walk.ray;
@@ -201,7 +280,7 @@ impl Walker {
         let turned = sample_henyey_greenstein(Vec2::new(rng::unit(z), rng::unit(w)), interior.anisotropy);
         let direction = normalize(Frame::new(ray.direction).to_world(turned));
         let origin = ray.origin + ray.direction * num::min(flight.t, nearest);
-        let seen = connect_inside(origin, ray.direction, interior.anisotropy, light);
+        let seen = connect_inside(origin, ray.direction, interior.anisotropy, CLEAR, light);
         let connection = Connection { scatter_pdf: storable(seen.scatter_pdf), ..seen };
         let sight = Sight { connection, from: origin, extinction: interior.extinction, worth: throughput };
         let pdf = interior.turn_scale * henyey_greenstein_shape(rng::unit(z), interior.anisotropy);
@@ -234,7 +313,7 @@ impl Walker {
 
     /// What happens at a surface, behind whose front is `met`.
     #[inline(always)]
-    fn meet<S: Trace + Surface + Lights>(
+    fn meet<S: Trace + Surface + Lights, const CLEAR: bool>(
         &mut self,
         scene: &S,
         params: &MediaParams,
@@ -256,12 +335,19 @@ impl Walker {
         }
         let behind = if front { *met } else { Interior::NONE };
         let there = if met.closed { behind } else { here };
-        self.walk.chosen.pdf *= passes(here.scattering(), hit.t + around.lead);
+        let far = hit.t + around.lead;
+        self.walk.chosen.pdf *= passes(here.scattering(), far);
+        if CLEAR & !inside & (around.lead > 0.0) {
+            // of a direction that was chosen inside: per area here it is by the whole way
+            let part = num::div(hit.t, far);
+            self.walk.chosen.pdf *= part * part;
+        }
         self.walk.arrive(scene, hit, &point, found);
         let boundary = own & !front;
         // the last segment may be a walk, which goes on after reflections from inside
         let last = self.walk.depth >= params.path.max_depth;
         self.alive = (!last | boundary) & (max_component(self.walk.throughput) > 0.0);
+        let chosen = self.walk.chosen;
         let mut passed = false;
         if boundary & self.alive && self.is_mirrored(&here, &point, rng) {
             self.mirror(&point);
@@ -277,6 +363,11 @@ impl Walker {
         let stays = boundary & !passed;
         let left = passed & inside & !there.scatters() & (params.ends_after_media != 0);
         self.leave(if passed { there } else { here }, &point, stays, around);
+        if CLEAR & passed & inside & !front & met.closed & met.is_clear() {
+            // straight on: the direction is that of the last collision, or surface
+            self.walk.chosen = chosen;
+            around.lead = far;
+        }
         if left {
             self.walk.depth = params.path.max_depth.wrapping_sub(1);
         }

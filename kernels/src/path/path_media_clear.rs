@@ -1,0 +1,25 @@
+//! Path tracing through media some of whose borders are clear, one stretch of one sample of every pixel.
+
+use restir_shared::layout::FilmPixel;
+use restir_shared::technique::path::media::{self, MediaParams, PackedWalker, Tally};
+
+kernel! {
+    /// As `path_media`, and lights are sampled through clear borders: goes on with the path of each pixel until it ends, and leaves its sample in the film, or until it waits in its walker.
+    pub fn path_media_clear(8, 8) {
+        constants { 0: features = 0xffff_ffff, 1: settings = 0xffff_ffff }
+        params 0: MediaParams,
+        asks scene(features) { 1: geometry, 2: attributes, 3: texels },
+        read {},
+        own { 4: walkers: PackedWalker, 5: tallies: Tally, 6: film: FilmPixel },
+    }
+    |x, y, at, p, scene| {
+        if (p.begins != 0) | walkers[at].goes_on() {
+            let stretch = media::stretch_clear(&scene, &p.specialised(settings), walkers[at], tallies[at], [x, y]);
+            walkers[at] = stretch.walker;
+            tallies[at] = stretch.tally;
+            if !stretch.walker.goes_on() {
+                film[at] = stretch.sample;
+            }
+        }
+    }
+}
