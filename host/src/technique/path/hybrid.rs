@@ -140,7 +140,8 @@ impl Hybrid {
     /// Begins a sample that goes into a plane of the film.
     pub(super) fn begin(&mut self, path: PathParams, film: BufferId) {
         let lambert_below = self.settings.lambert_below * spread(&path.camera);
-        self.pending = Some((HybridParams { path, lambert_below, reserved: [0; 3] }, film, self.turns()));
+        let params = HybridParams { path, lambert_below, segments: self.settings.segments, reserved: [0; 2] };
+        self.pending = Some((params, film, self.turns()));
     }
 
     /// The next turn of the sample.
