@@ -26,6 +26,13 @@ crate::choices! {
     }
 }
 
+impl Parts {
+    /// Whether `part` counts.
+    pub(super) fn has(self, part: Self) -> bool {
+        self == Self::All || self == part || (self == Self::Subsurface && part != Self::Rest)
+    }
+}
+
 crate::choices! {
     /// The fit of a profile.
     pub enum Fit {
@@ -105,9 +112,7 @@ impl Hybrid {
     pub(super) fn flags(&self) -> u32 {
         let s = &self.settings;
         let flag = |on, bit| if on { bit } else { 0 };
-        let shown = |part: Parts| {
-            s.parts == Parts::All || s.parts == part || (s.parts == Parts::Subsurface && part != Parts::Rest)
-        };
+        let shown = |part: Parts| s.parts.has(part);
         let hybrid = s.subsurface == Subsurface::Hybrid;
         let profile = shown(Parts::Profile);
         flag(shown(Parts::Rest), HYBRID_REST)
