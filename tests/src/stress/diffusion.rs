@@ -6,6 +6,7 @@ use restir_shared::diffusion::{
     Disk, DiskNumbers, Multiple, Profile, REACH, Remainder, Shape, Support, TAIL, ccdf, cdf, diffuse_albedo,
     invert_radius, radial_profile, sample_radius, single_profile,
 };
+use restir_shared::num;
 use std::f64::consts::PI;
 
 const U: (&str, Axis) = ("u", Axis::Unit);
@@ -159,9 +160,10 @@ fn weight(published: bool) -> Row {
             // nearer than the shorter reach of both by a hair, or farther
             let r = sample_radius(p[0]) * d * 0.999;
             let numbers = DiskNumbers::new(Vec4::new(p[1], 0.0, 0.0, p[1]), &disk(d, ratio).profile);
-            let (sin, cos) = (numbers.turn * std::f32::consts::TAU).sin_cos();
+            let (sin, cos) = num::sin_cos(numbers.turn);
             let (x, y, z) = (r * cos, r * sin, r * p[2]);
-            let normal = Vec3::new((1.0 - p[3] * p[3]).sqrt() * 0.6, (1.0 - p[3] * p[3]).sqrt() * 0.8, p[3]);
+            let beside = num::sqrt(1.0 - p[3] * p[3]);
+            let normal = Vec3::new(0.6 * beside, 0.8 * beside, p[3]);
             let at = match numbers.axis {
                 0 => [x, y, z],
                 1 => [z, x, y],

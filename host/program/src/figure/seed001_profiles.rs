@@ -148,7 +148,7 @@ fn tiles(image: &Image) -> Vec<f64> {
 fn profile(body: &Body) -> Result<Profile, Error> {
     let volume = restir::scene::subsurface::medium(body.medium, body.millimetre)?;
     let color = volume.scattering.as_ref().map_or([0.0; 3], |scattering| scattering.color);
-    let path = volume.extinction().map(f32::recip);
+    let path = volume.extinction().map(|extinction| 1.0 / extinction);
     Ok(Profile::of_medium(&Medium::of_color(color.into(), path.into(), 0.0), Shape::Diffuse))
 }
 
