@@ -7,7 +7,7 @@ use restir_host::plan::{FramePlan, Pass};
 use restir_host::render::{self, Render};
 use restir_host::scene::{Camera, Scene};
 use restir_host::technique::Technique;
-use restir_host::technique::path::PathSettings;
+use restir_host::technique::path::{PathSettings, Subsurface};
 use restir_host::technique::restir_di::{
     DiSettings, MAX_CANDIDATES, MAX_CONFIDENCE_CAP, MAX_INITIAL_RAYS, MAX_NEIGHBOURS, MAX_SHADED, MAX_SPATIAL_PASSES,
     MAX_TILE_SIZE, MAX_TILES,
@@ -59,10 +59,13 @@ fn main() -> ExitCode {
         let largest = LARGEST.map(|text| {
             adapter.trial(&format!("{text}, the largest there are"), move |executor| largest_settings(executor, text))
         });
-        let media = format!("path, moving media with textures: {FRAMES} frames, all buffers after every pass");
-        let media = adapter.trial(&media, |executor| {
-            let settings = PathSettings { max_depth: 5, longest_walk: 70, ..PathSettings::default() };
-            same_on_device_in(executor, "moving-media", frames(settings))
+        let media = [Subsurface::Walk, Subsurface::Hybrid, Subsurface::Diffusion].map(|subsurface| {
+            let (name, all) = (subsurface.name(), "all buffers after every pass");
+            let title = format!("path, moving media with textures, {name}: {FRAMES} frames, {all}");
+            adapter.trial(&title, move |executor| {
+                let settings = PathSettings { max_depth: 5, longest_walk: 70, subsurface, ..PathSettings::default() };
+                same_on_device_in(executor, "moving-media", frames(settings))
+            })
         });
         let trials = |trials: Trials| {
             let rows = trials.rows().into_iter();
@@ -77,7 +80,7 @@ fn main() -> ExitCode {
             adapter.trial(&title, move |executor| light_from_next_door(executor, technique))
         });
         let rows = Trials::all().into_iter().flat_map(trials);
-        largest.into_iter().chain([media]).chain(indoors).chain(rows).collect()
+        largest.into_iter().chain(media).chain(indoors).chain(rows).collect()
     }));
     libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
 }

@@ -9,7 +9,7 @@ use restir_host::exec::CpuExecutor;
 use restir_host::render::{self, Render};
 use restir_host::scene::{Scene, builtin};
 use restir_host::technique::asked::asked;
-use restir_host::technique::path::{Fit, Parts, PathSettings, Subsurface, WayOut};
+use restir_host::technique::path::{Crossings, Fit, Parts, PathSettings, RadiusChoice, Subsurface, WayOut};
 
 use crate::Error;
 use crate::report::publish;
@@ -20,6 +20,8 @@ const TILE: usize = 8;
 const SIZE: [u32; 2] = [48, 64];
 /// Lengths of a millimetre, in units of the scene: from dense bodies to thin ones.
 const SCALES: [f64; 7] = [0.0025, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2];
+/// Media of the statue, and lengths of a millimetre, where times are compared.
+const EQUAL_TIME: [(&str, f64); 4] = [("skin1", 0.02), ("marble", 0.02), ("skin1", 0.0025), ("marble", 0.0025)];
 /// Samples of equal-time rows.
 const SPP: [u32; 3] = [1, 4, 16];
 /// Renders whose errors are averaged there.
@@ -103,7 +105,7 @@ fn seconds() -> f64 {
 /// # Errors
 /// If a scene cannot be rendered, or the report not written.
 pub fn run(options: &Options) -> Result<(), Error> {
-    let report = [scales(options.samples)?, equal_time(options.samples)?, ways_out()?, rays()?].concat();
+    let report = [scales(options.samples)?, equal_time(options.samples)?, variances()?, ways_out()?, rays()?].concat();
     publish("diffusion", &format!("{HEAD}{report}"), options.write)
 }
 
@@ -147,7 +149,7 @@ fn equal_time(samples: u32) -> Result<String, Error> {
     let mut text = "\n## At equal time\n\nOne thread; the error is the root of the mean squared error against a converged walk, of 8 renders. Time is the \
         processor's, of a sample of each pixel.\n\n| statue of | method | ms a sample | RMSE at 1 | at 4 | at 16 | what stays |\n|---|---|---:|---:|---:|---:|---:|\n".to_owned();
     let mut after = String::new();
-    for (medium, scale) in [("skin1", 0.02), ("marble", 0.02), ("skin1", 0.0025), ("marble", 0.0025)] {
+    for (medium, scale) in EQUAL_TIME {
         let scene = filled("statue", medium, scale)?;
         let reference = converged(&scene, &settings(Subsurface::Walk), 8 * samples, 11)?;
         let check = converged(&scene, &settings(Subsurface::Walk), 8 * samples, 12)?;
@@ -207,6 +209,49 @@ fn at_few(
     Ok((format!("{:.2} | {} | {bias:.4}", 1000.0 * time, shown.join(" | ")), cost))
 }
 
+/// The variance of a pixel's sample, and how long a sample of the picture takes, in milliseconds.
+fn variance(scene: &SceneBuffers, settings: &PathSettings, pairs: u32) -> Result<[f64; 2], Error> {
+    let start = seconds();
+    let mut sum = 0.0;
+    for pair in 0..pairs {
+        sum += 0.5 * squared(&image(scene, settings, 1, 2 * pair)?, &image(scene, settings, 1, 2 * pair + 1)?);
+    }
+    Ok([sum / f64::from(pairs), 1000.0 * (seconds() - start) / f64::from(2 * pairs)])
+}
+
+/// What a method's variance is made of, and what other choices make of it.
+fn variances() -> Result<String, Error> {
+    const PAIRS: u32 = 48;
+    let hybrid = settings(Subsurface::Hybrid);
+    let part = |parts| PathSettings { parts, ..hybrid.clone() };
+    let rows = [
+        ("walk", settings(Subsurface::Walk)),
+        ("hybrid", hybrid.clone()),
+        ("of it: what enters no body", part(Parts::Rest)),
+        ("boundary term", part(Parts::Boundary)),
+        ("single scattering", part(Parts::Single)),
+        ("profile", part(Parts::Profile)),
+        ("hybrid, 1 segment", PathSettings { segments: 1, ..hybrid.clone() }),
+        ("4 segments", PathSettings { segments: 4, ..hybrid.clone() }),
+        ("light samples alone", PathSettings { profile_paths: false, ..hybrid.clone() }),
+        ("one crossing of a segment", PathSettings { crossings: Crossings::One, ..hybrid.clone() }),
+        ("radii by the albedo", PathSettings { radius_channel: RadiusChoice::Albedo, ..hybrid.clone() }),
+        ("way out drawn", PathSettings { way_out: WayOut::Drawn, ..hybrid.clone() }),
+    ];
+    let mut text = "\n## Where the variance comes from\n\nThe variance of a pixel's sample, the processor's milliseconds of a sample of the picture, and \
+        their product, which is the variance at equal time: of the whole, of each part, and of other choices.\n"
+        .to_owned();
+    for (medium, scale) in EQUAL_TIME {
+        let scene = filled("statue", medium, scale)?;
+        let _ = writeln!(text, "\n| statue of {medium}:{scale} | variance | ms | product |\n|---|---:|---:|---:|");
+        for (name, settings) in &rows {
+            let [variance, ms] = variance(&scene, settings, PAIRS)?;
+            let _ = writeln!(text, "| {name} | {variance:.4} | {ms:.2} | {:.3} |", variance * ms);
+        }
+    }
+    Ok(text)
+}
+
 /// Both ways out of a body, of single scattering alone.
 fn ways_out() -> Result<String, Error> {
     let mut text = "\n## Ways out\n\nSingle scattering alone: the variance of a pixel's sample, times the time of one sample of the picture.\n\n\
@@ -216,18 +261,9 @@ fn ways_out() -> Result<String, Error> {
         let scene = filled(name, medium, scale)?;
         for way_out in [WayOut::Dimmed, WayOut::Drawn] {
             let settings = PathSettings { way_out, parts: Parts::Single, ..settings(Subsurface::Hybrid) };
-            let start = seconds();
-            let images = (0..16).map(|seed| image(&scene, &settings, 1, seed)).collect::<Result<Vec<_>, _>>()?;
-            let time = (seconds() - start) / 16.0;
-            let pairs = images.chunks(2).map(|pair| 0.5 * squared(&pair[0], &pair[1]));
-            let variance = pairs.sum::<f64>() / 8.0;
-            let _ = writeln!(
-                text,
-                "| {name}, {medium} | {} | {:.2} | {variance:.5} | {:.5} |",
-                way_out.name(),
-                1000.0 * time,
-                1000.0 * time * variance
-            );
+            let [variance, ms] = variance(&scene, &settings, 8)?;
+            let (name_of_way, product) = (way_out.name(), variance * ms);
+            let _ = writeln!(text, "| {name}, {medium} | {name_of_way} | {ms:.2} | {variance:.5} | {product:.5} |");
         }
     }
     Ok(text)

@@ -6,8 +6,10 @@
 mod axis;
 mod bsdf;
 pub mod comparison;
+mod diffusion;
 pub mod frames;
 mod media;
+pub mod profiles;
 mod report;
 mod samplers;
 pub mod scenes;
@@ -222,7 +224,12 @@ impl Finding {
 
 /// Everything under stress, by the name of its group.
 pub fn rows() -> Vec<(&'static str, Vec<Row>)> {
-    vec![("Samplers", samplers::rows()), ("Scattering functions", bsdf::rows()), ("Media", media::rows())]
+    vec![
+        ("Samplers", samplers::rows()),
+        ("Scattering functions", bsdf::rows()),
+        ("Media", media::rows()),
+        ("Diffusion profiles", diffusion::rows()),
+    ]
 }
 
 /// A group's name with what came out of its rows.

@@ -25,12 +25,13 @@ pub(super) const KNOWN: Known = Known {
             row("lights in wax, milk", "candles", 2, "max_depth=8,longest_walk=160"),
             row("media with textures", "moving-media", 2, "max_depth=5,longest_walk=130,after_subsurface=direct-light"),
             row("profiles, lights in wax, milk", "candles", 2, "max_depth=8,subsurface=hybrid,lambert_below=0.2"),
+            row("profiles of media with textures", "moving-media", 2, "max_depth=5,subsurface=hybrid"),
             row("a profile alone", "slab", 2, "max_depth=3,subsurface=diffusion,support=published,crossings=one"),
             row(
                 "signed profiles",
                 "slab",
                 2,
-                "subsurface=hybrid,profile=searchlight,way_out=drawn,radius_channel=albedo",
+                "subsurface=hybrid,profile=searchlight,way_out=drawn,radius_channel=albedo,segments=3",
             ),
             row(
                 "clamped profiles",

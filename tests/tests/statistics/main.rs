@@ -27,5 +27,5 @@ restir_tests::suite! {
         what_a_choice_leaves_is_uniform reuse_without_remapping_is_seen table_has_its_density discrete_inverts
     }
     inverses { directions_invert points_invert distances_invert the_window_inverts inverses_stay_below_one }
-    stress { ends_of_ranges_hold scenes_hold_at_their_ends frames_hold_at_their_ends forms_that_cancel_are_seen }
+    stress { ends_of_ranges_hold scenes_hold_at_their_ends profiles_hold_at_their_ends frames_hold_at_their_ends forms_that_cancel_are_seen }
 }

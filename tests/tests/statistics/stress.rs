@@ -1,6 +1,6 @@
 //! The rows of `cargo xtask stress`, on fewer random inputs.
 
-use restir_tests::stress::{Axis, Effort, Expected, Finding, Function, Row, frames, run, scenes};
+use restir_tests::stress::{Axis, Effort, Expected, Finding, Function, Row, frames, profiles, run, scenes};
 
 pub(crate) fn ends_of_ranges_hold() {
     let mut wrong = Vec::new();
@@ -19,6 +19,18 @@ pub(crate) fn scenes_hold_at_their_ends() {
     println!("{}", scenes::markdown(&comparisons));
     let wrong: Vec<_> = comparisons.iter().filter(|c| !c.passed()).map(|c| format!("{c:?}")).collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// So few samples bound no bias of half a percent, but none is lost, and they are off by no more than noise: 6 standard errors of 16
+/// pictures, beyond which nothing is that is right but in one run of 20 000.
+pub(crate) fn profiles_hold_at_their_ends() {
+    let tiles = profiles::run(Effort::Reduced);
+    println!("{}", profiles::markdown(&tiles));
+    for tile in &tiles {
+        assert!(tile.broken == 0, "{tile}");
+        let off = (tile.found.mean() - tile.expected).abs();
+        assert!(tile.is_too_long() || off <= 6.0 * tile.found.standard_error(), "{tile}");
+    }
 }
 
 pub(crate) fn frames_hold_at_their_ends() {

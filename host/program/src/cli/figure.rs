@@ -19,7 +19,8 @@ use super::bench::{REPORT, prepare_output, setup, write_text};
 use super::render::{Size, natural};
 use super::{console, device, interrupt, progress::reported, reference, require};
 use crate::figure::{
-    Environs, Files, PICTURE, chains::Protocol, seed001_grid, seed001_walk, seed002_fig1, seed002_fig2, seed004_fig1,
+    Environs, Files, PICTURE, chains::Protocol, seed001_grid, seed001_profiles, seed001_walk, seed002_fig1, seed002_fig2,
+    seed004_fig1,
 };
 
 /// Smaller pictures decide no claim: they may be black, they fit into one tile of those that a bootstrap resamples, or
@@ -46,6 +47,9 @@ enum Figure {
     /// Zhang and d'Eon 2025: what each collision under a surface adds, how distances and channels are sampled, and R over the distance.
     #[value(name = "seed001-walk")]
     Walk,
+    /// Zhang and d'Eon 2025: where profiles fail, what the hybrid makes of it, light counted twice, rays, and R beside the fits.
+    #[value(name = "seed001-profiles")]
+    Profiles,
     /// Tokuyoshi, supplement, figure 1: the visibility term, of the selected sample and averaged.
     #[value(name = "seed002-fig1")]
     VisibilityTerm,
@@ -75,6 +79,8 @@ impl Figure {
             (Self::Grid, true) => of([48, 48], [1, 1], [32, 1], None),
             (Self::Walk, false) => of([96, 96], [1, 1], [256, 1], None),
             (Self::Walk, true) => of([48, 48], [1, 1], [64, 1], None),
+            (Self::Profiles, false) => of([80, 80], [1, 1], [256, 1], None),
+            (Self::Profiles, true) => of([40, 40], [1, 1], [64, 1], None),
             (Self::VisibilityTerm, false) => of([128, 96], [2, 1], [48, UNCOUNTED + 2], None),
             (Self::VisibilityTerm, true) => of([64, 48], [2, 1], [48, UNCOUNTED + 2], None),
             (Self::ConvergedTrio, false) => of([64, 48], [16, 4], [128, 1], Some(32_768)),
@@ -97,7 +103,7 @@ pub(super) struct Arguments {
     #[arg(long, value_parser = natural::<u32>, allow_hyphen_values = true)]
     restarts: Option<u32>,
     /// Frames of a chain. Its picture is the last one, in seed002-fig2 the mean; in seed002-fig1 the first 16 do not count. In
-    /// seed001-walk and seed001-grid samples of a pixel.
+    /// seed001-walk, seed001-grid and seed001-profiles samples of a pixel.
     #[arg(long, value_parser = natural::<u32>, allow_hyphen_values = true)]
     frames: Option<u32>,
     /// Samples per pixel of the references, in figures that have one.
@@ -135,6 +141,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
         }
         Figure::Grid => seed001_grid::make(&mut program, protocol.size, protocol.warm_up + 1, &setup)?,
         Figure::Walk => seed001_walk::make(&mut program, protocol.size, protocol.warm_up + 1, &setup)?,
+        Figure::Profiles => seed001_profiles::make(&mut program, protocol.size, protocol.warm_up + 1, &setup)?,
         Figure::VisibilityTerm => {
             let counted = protocol.warm_up + 1 - UNCOUNTED;
             let protocol = Protocol { warm_up: UNCOUNTED, ..protocol };

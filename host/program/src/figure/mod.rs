@@ -7,6 +7,7 @@ pub(crate) mod cost;
 pub(crate) mod picture;
 pub(crate) mod scenes;
 pub(crate) mod seed001_grid;
+pub(crate) mod seed001_profiles;
 pub(crate) mod seed001_walk;
 pub(crate) mod seed002_fig1;
 pub(crate) mod seed002_fig2;

@@ -35,8 +35,8 @@ const ALBEDO: Vec3 = Vec3::new(0.95, 0.8, 0.5);
 const ONCE: (f32, f32) = (1.5, 0.8);
 /// Rings around where light enters, in mean free paths: so many a factor of ten, from a hundredth on.
 const RINGS_A_DECADE: f64 = 8.0;
-const RINGS: usize = 25;
-const ALBEDOS: [f32; 3] = [0.8, 0.95, 0.99];
+pub(super) const RINGS: usize = 25;
+pub(super) const ALBEDOS: [f32; 3] = [0.8, 0.95, 0.99];
 
 /// The files of the figure, of so many samples a pixel.
 ///
@@ -44,7 +44,7 @@ const ALBEDOS: [f32; 3] = [0.8, 0.95, 0.99];
 /// As of [`render::render`]; if a plot cannot be drawn.
 pub(crate) fn make(environs: &mut impl Environs, size: [u32; 2], samples: u32, setup: &Setup) -> Result<Files, Error> {
     let images = bounces(environs, size, samples)?;
-    let (distances, channels, rings) = (distances(), channels(), rings());
+    let (distances, channels, rings) = (distances(), channels(), rings(Enters::Lambert));
     let drawn = plot::grid(&[searchlight(&rings)], 1, (720, 480));
     let drawn = drawn.map_err(|problem| Error::Setting(format!("the plot cannot be drawn: {problem}")))?;
     Ok(Files {
@@ -145,11 +145,25 @@ struct Exit {
     light: Vec3,
 }
 
-/// A walk from where light enters by Lambert's law; `weights` are those of channels, of what the path is worth.
-fn walk(rng: &Rng, depth: f32, extinction: Vec3, albedo: Vec3, weights: impl Fn(Vec3) -> Vec3) -> Option<Exit> {
+/// How light enters.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Enters {
+    Lambert,
+    Straight,
+}
+
+/// A walk from where light enters; `weights` are those of channels, of what the path is worth.
+fn walk(
+    rng: &Rng,
+    enters: Enters,
+    depth: f32,
+    [extinction, albedo]: [Vec3; 2],
+    weights: impl Fn(Vec3) -> Vec3,
+) -> Option<Exit> {
     const MOST: u32 = 1 << 14;
     let words = rng.hash(0);
     let entered = sample_cosine_hemisphere(Vec2::new(unit(words.x), unit(words.y)));
+    let entered = if enters == Enters::Straight { Vec3::Z } else { entered };
     let (mut at, mut direction) = (DVec3::ZERO, Vec3::new(entered.x, entered.y, -entered.z));
     let mut light = Vec3::ONE;
     for collision in 1..MOST {
@@ -183,7 +197,7 @@ fn channels() -> [[Estimate; 3]; 2] {
     let of = |weights: fn(Vec3) -> Vec3| {
         let reflected = |i: u32| {
             let rng = Rng::new(i, 0, 0, 2, Sampler::Independent);
-            let exit = walk(&rng, 1.0, EXTINCTION, ALBEDO, weights).filter(|exit| exit.reflected);
+            let exit = walk(&rng, Enters::Lambert, 1.0, [EXTINCTION, ALBEDO], weights).filter(|exit| exit.reflected);
             exit.map_or(Vec3::ZERO, |exit| exit.light)
         };
         let all: Vec<Vec3> = (0..WALKS).into_par_iter().map(reflected).collect();
@@ -193,17 +207,17 @@ fn channels() -> [[Estimate; 3]; 2] {
 }
 
 /// The middle of a ring, and its ends.
-fn ring(index: usize) -> (f64, [f64; 2]) {
+pub(super) fn ring(index: usize) -> (f64, [f64; 2]) {
     let end = |i: usize| 10.0_f64.powf(i as f64 / RINGS_A_DECADE - 2.0);
     ((end(index) * end(index + 1)).sqrt(), [end(index), end(index + 1)])
 }
 
 /// What leaves a half space a unit of area, in rings around where light enters, by albedo.
-fn rings() -> Vec<[f64; RINGS]> {
+pub(super) fn rings(enters: Enters) -> Vec<[f64; RINGS]> {
     let of = |albedo: f32| {
         let exit = |i: u32| {
             let rng = Rng::new(i, 1, 0, 3, Sampler::Independent);
-            walk(&rng, 1.0e9, Vec3::ONE, Vec3::splat(albedo), |worth| worth)
+            walk(&rng, enters, 1.0e9, [Vec3::ONE, Vec3::splat(albedo)], |worth| worth)
         };
         let exits: Vec<Exit> = (0..WALKS).into_par_iter().filter_map(exit).collect();
         let mut sums = [0.0; RINGS];

@@ -26,6 +26,13 @@ crate::choices! {
     }
 }
 
+impl Parts {
+    /// Whether `part` counts.
+    pub(super) fn has(self, part: Self) -> bool {
+        self == Self::All || self == part || (self == Self::Subsurface && part != Self::Rest)
+    }
+}
+
 crate::choices! {
     /// The fit of a profile.
     pub enum Fit {
@@ -105,9 +112,7 @@ impl Hybrid {
     pub(super) fn flags(&self) -> u32 {
         let s = &self.settings;
         let flag = |on, bit| if on { bit } else { 0 };
-        let shown = |part: Parts| {
-            s.parts == Parts::All || s.parts == part || (s.parts == Parts::Subsurface && part != Parts::Rest)
-        };
+        let shown = |part: Parts| s.parts.has(part);
         let hybrid = s.subsurface == Subsurface::Hybrid;
         let profile = shown(Parts::Profile);
         flag(shown(Parts::Rest), HYBRID_REST)
@@ -140,7 +145,8 @@ impl Hybrid {
     /// Begins a sample that goes into a plane of the film.
     pub(super) fn begin(&mut self, path: PathParams, film: BufferId) {
         let lambert_below = self.settings.lambert_below * spread(&path.camera);
-        self.pending = Some((HybridParams { path, lambert_below, reserved: [0; 3] }, film, self.turns()));
+        let params = HybridParams { path, lambert_below, segments: self.settings.segments, reserved: [0; 2] };
+        self.pending = Some((params, film, self.turns()));
     }
 
     /// The next turn of the sample.

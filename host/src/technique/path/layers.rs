@@ -1,8 +1,8 @@
-//! Layers of an image by how often light was scattered inside of things.
+//! Layers of an image by how often light was scattered inside of things, or by the parts of a render with profiles.
 
 use std::ops::RangeInclusive;
 
-use super::{Orders, PathSettings, Subsurface};
+use super::{Orders, Parts, PathSettings, Subsurface};
 use crate::exec::{Executor, Observer};
 use crate::image::Channel;
 use crate::render::{self, Render, Rendered};
@@ -20,8 +20,17 @@ const LAYERS: [(RangeInclusive<u32>, [&str; 3]); 7] = [
     (17..=u32::MAX, ["order.17.R", "order.17.G", "order.17.B"]),
 ];
 
-/// As [`render::render`], with the parts of each range of orders as channels. Each is a render of its own with the same random numbers, so that
-/// the image is their sum, but for roundings, and all take as long as so many images.
+/// What enters no body, and the parts of what does, where profiles are.
+const PARTS: [(Parts, [&str; 3]); 4] = [
+    (Parts::Rest, ["part.rest.R", "part.rest.G", "part.rest.B"]),
+    (Parts::Boundary, ["part.boundary.R", "part.boundary.G", "part.boundary.B"]),
+    (Parts::Single, ["part.single.R", "part.single.G", "part.single.B"]),
+    (Parts::Profile, ["part.profile.R", "part.profile.G", "part.profile.B"]),
+];
+
+/// As [`render::render`], with channels for light by how often it was scattered inside of things, or by the part that holds it where profiles
+/// are. Each is a render of its own with the same random numbers, so that the image is their sum, but for roundings, and all take as long as so
+/// many images.
 pub(super) fn render_with_layers(
     settings: &PathSettings,
     executor: &mut dyn Executor,
@@ -29,29 +38,39 @@ pub(super) fn render_with_layers(
     render: &Render,
     observe: &mut Observer<'_>,
 ) -> Result<(Rendered, Vec<Channel>), Error> {
-    if settings.subsurface(scene.features) != Subsurface::Walk {
-        let problem = "nothing scatters light inside of things here, so that there are no layers by how often it did; leave out --layers";
-        return Err(Error::Setting(problem.to_owned()));
-    }
+    let layers = match settings.subsurface(scene.features) {
+        Subsurface::Off => {
+            let problem = "nothing scatters light inside of things here, so that there are no layers by how it did; leave out --layers";
+            return Err(Error::Setting(problem.to_owned()));
+        }
+        Subsurface::Walk => LAYERS.map(|(range, names)| (names, of_orders(settings, &range))).to_vec(),
+        Subsurface::Diffusion | Subsurface::Hybrid => PARTS.map(|(part, names)| (names, of_part(settings, part))).to_vec(),
+    };
     let rendered = render::render(executor, scene, render, observe)?;
     let mut channels = Vec::new();
-    for (range, names) in LAYERS {
-        let orders =
-            Orders { least: settings.orders.least.max(*range.start()), most: settings.orders.most.min(*range.end()) };
-        let values = if orders.least <= orders.most {
-            let part = Render { technique: PathSettings { orders, ..settings.clone() }.into(), ..render.clone() };
+    for (names, settings) in layers {
+        let values = if let Some(settings) = settings {
+            let part = Render { technique: settings.into(), ..render.clone() };
             render::render(executor, scene, &part, observe)?.image.pixels
         } else {
             vec![[0.0; 3]; rendered.image.pixels.len()]
         };
-        channels.extend(
-            names
-                .into_iter()
-                .enumerate()
-                .map(|(channel, name)| Channel { name, values: values.iter().map(|pixel| pixel[channel]).collect() }),
-        );
+        let of = |(channel, name)| Channel { name, values: values.iter().map(|pixel| pixel[channel]).collect() };
+        channels.extend(names.into_iter().enumerate().map(of));
     }
     Ok((rendered, channels))
+}
+
+/// Of what the image shows, the light that collided so often.
+fn of_orders(settings: &PathSettings, range: &RangeInclusive<u32>) -> Option<PathSettings> {
+    let least = settings.orders.least.max(*range.start());
+    let most = settings.orders.most.min(*range.end());
+    (least <= most).then(|| PathSettings { orders: Orders { least, most }, ..settings.clone() })
+}
+
+/// Of what the image shows, a part.
+fn of_part(settings: &PathSettings, part: Parts) -> Option<PathSettings> {
+    settings.parts.has(part).then(|| PathSettings { parts: part, ..settings.clone() })
 }
 
 #[cfg(test)]
@@ -63,22 +82,29 @@ mod tests {
 
     #[test]
     fn layers_sum_up_to_the_image_and_need_a_medium() {
-        let layers = |name: &str, orders| {
+        let layers = |name: &str, settings: PathSettings| {
             let scene = SceneBuffers::build(&builtin::scene(name).expect("built in")).expect("builds");
-            let settings = PathSettings { orders, ..PathSettings::default() };
             let render = Render { count: 2, ..Render::new([12, 10], settings.clone()) };
             settings.render_with_layers(&mut CpuExecutor::inline(), &scene, &render, &mut |_| Ok(()))
         };
-        for orders in [Orders::ALL, Orders { least: 1, most: 3 }] {
-            let (rendered, channels) = layers("slab", orders).expect("renders");
-            assert_eq!(channels.len(), 21);
+        let walk = |orders| PathSettings { orders, ..PathSettings::default() };
+        let profile = |subsurface, parts| PathSettings { subsurface, parts, ..PathSettings::default() };
+        for (settings, count, least) in [
+            (walk(Orders::ALL), 21, 9),
+            (walk(Orders { least: 1, most: 3 }), 21, 9),
+            (profile(Subsurface::Hybrid, Parts::All), 12, 9),
+            (profile(Subsurface::Hybrid, Parts::Subsurface), 12, 9),
+            (profile(Subsurface::Diffusion, Parts::All), 12, 3),
+        ] {
+            let (rendered, channels) = layers("slab", settings).expect("renders");
+            assert_eq!(channels.len(), count);
             let lit = channels.iter().filter(|channel| channel.values.iter().any(|&x| x > 0.0));
-            assert!(lit.count() >= 9);
+            assert!(lit.count() >= least);
             for (i, pixel) in rendered.image.pixels.iter().enumerate() {
                 let sum: f32 = channels.iter().skip(1).step_by(3).map(|channel| channel.values[i]).sum();
                 assert!((sum - pixel[1]).abs() <= 1.0e-5 * pixel[1], "{sum} {pixel:?}");
             }
         }
-        assert!(layers("cornell", Orders::ALL).unwrap_err().to_string().contains("--layers"));
+        assert!(layers("cornell", walk(Orders::ALL)).unwrap_err().to_string().contains("--layers"));
     }
 }

@@ -41,6 +41,7 @@ use crate::{Error, buffers::SceneBuffers};
 use restir_shared::layout::FEATURE_SUBSURFACE;
 use restir_shared::rng::Sampler;
 use restir_shared::technique::path::MAX_DEPTH;
+use restir_shared::technique::path::hybrid::MAX_SEGMENTS;
 use restir_shared::technique::path::media::MAX_WALK;
 
 crate::settings! {
@@ -78,6 +79,8 @@ crate::settings! {
         way_out: WayOut = WayOut::Dimmed;
         /// Which points of a profile's segment through a body are taken.
         crossings: Crossings = Crossings::All;
+        /// How many segments look for points of a profile where a path enters. Of two, one is along the normal.
+        segments: u32 = 2, in 1..=MAX_SEGMENTS;
         /// With which probability a channel gives the radius of a profile's sample.
         radius_channel: RadiusChoice = RadiusChoice::Uniform;
         /// Which densities a point of a profile is divided by.

@@ -15,12 +15,15 @@ use crate::scene::{Lights, Location, Probe, Surface, SurfacePoint, Trace};
 use crate::technique::path::Walk;
 use crate::transport::{Chosen, Connection, Vertex, next_event};
 use crate::vec::{length, max_abs, max_component};
-use glam::{Vec3, Vec4};
+use glam::{UVec4, Vec3, Vec4};
 
-/// Random dimensions: of the segment, of the choice of points, and of each point a light and a direction.
-const SEGMENT: u32 = 1 << 23;
-const CHOICE: u32 = SEGMENT + 1;
-const POINTS: u32 = SEGMENT + 8;
+/// Random dimensions of the first segment, and how many each has: its own, of the choice of points, and of each point a light and a
+/// direction.
+const SEGMENTS: u32 = 1 << 23;
+const PER_SEGMENT: u32 = 64;
+const CHOICE: u32 = 1;
+const POINTS: u32 = 8;
+const _: () = assert!(POINTS + 2 * (Crossings::LISTED as u32 + 1) <= PER_SEGMENT);
 
 /// What a profile is at an entry.
 struct Gathering {
@@ -56,6 +59,16 @@ impl Gathering {
             extinction,
             lambert: medium.color() * (Vec3::ONE - kept),
         }
+    }
+
+    /// One of several segments. The axes are spread over them: of two the first is along the normal.
+    #[inline(always)]
+    fn segment(&self, words: UVec4, index: u32, per_segment: f32) -> Ray {
+        let unit = rng::unit;
+        // the words that are spread best make the point of the disk
+        let axis = (index as f32 + unit(words.z)) * per_segment;
+        let numbers = Vec4::new(axis, unit(words.w), unit(words.x), unit(words.y));
+        self.disk.segment(&DiskNumbers::new(numbers, &self.disk.profile))
     }
 
     /// What a point of the segment is worth: the profile over the density.
@@ -95,7 +108,7 @@ pub fn gather<S: Trace + Surface<Material = Material> + Lights + Probe>(
     Gathered { exit: PackedExit::new(&walk, choice.alive, radiance), sample: FilmPixel::from_radiance(radiance) }
 }
 
-/// The light of lights at all points.
+/// The light of lights at the points of all segments.
 #[inline(always)]
 fn points<S: Trace + Surface<Material = Material> + Lights + Probe>(
     scene: &S,
@@ -106,39 +119,41 @@ fn points<S: Trace + Surface<Material = Material> + Lights + Probe>(
 ) -> Vec3 {
     let (at, interior) = (scene.location(&entry.hit), scene.interior(&entry.hit));
     let gathering = Gathering::new(params, &at, &interior, entry.travelled);
-    let (words, chances) = (rng.draw(SEGMENT), rng.hash(CHOICE));
-    let unit = rng::unit;
-    // the words that are spread best make the point of the disk
-    let numbers = Vec4::new(unit(words.z), unit(words.w), unit(words.x), unit(words.y));
-    let numbers = DiskNumbers::new(numbers, &gathering.disk.profile);
-    let key = Ray::random_key(scene.features(), chances.y);
-    let crossings = scene.probe(&Ray { key, ..gathering.disk.segment(&numbers) }, interior.body);
-    if crossings.is_cut() {
-        return CUT;
-    }
     let one = params.has(HYBRID_ONE_CROSSING);
-    let each = if one { crossings.count as f32 } else { 1.0 };
-    let chosen = crossings.one_of(unit(chances.x));
     let outside = entry.throughput * entry.gain;
-    let mut sum = Vec3::ZERO;
-    let mut index = 0;
-    while index <= Crossings::LISTED {
-        // the last is the entry, where channels are Lambertian
-        let lambert = index == Crossings::LISTED;
-        let listed = if lambert { entry.hit } else { crossings.nearest[index] };
-        let hit = if one & !lambert { only(chosen, index) } else { listed };
-        if hit.is_hit() {
-            let any = Ray { direction: at.normal, ..Ray::NONE };
-            let point = scene.surface(&any, &hit);
-            let worth = gathering.worth(params, point.position, point.normal) * each;
-            let worth = outside * if lambert { gathering.lambert } else { worth };
-            if max_abs(worth) > 0.0 {
-                sum += self::light(scene, params, (&point, worth), rng, index as u32, choice);
+    let per_segment = num::recip(params.segments as f32);
+    let (mut sum, mut cut) = (Vec3::ZERO, false);
+    let mut segment = 0;
+    while (segment < params.segments) & !cut {
+        let first = SEGMENTS + segment * PER_SEGMENT;
+        let chances = rng.hash(first + CHOICE);
+        let ray = gathering.segment(rng.draw(first), segment, per_segment);
+        let key = Ray::random_key(scene.features(), chances.y);
+        let crossings = scene.probe(&Ray { key, ..ray }, interior.body);
+        cut = crossings.is_cut();
+        let each = per_segment * if one { crossings.count as f32 } else { 1.0 };
+        let chosen = crossings.one_of(rng::unit(chances.x));
+        let mut index = 0;
+        while (index <= Crossings::LISTED) & !cut {
+            // the last is the entry, where channels are Lambertian
+            let lambert = index == Crossings::LISTED;
+            let listed = if lambert { entry.hit } else { crossings.nearest[index] };
+            let hit = if one & !lambert { only(chosen, index) } else { listed };
+            if hit.is_hit() {
+                let any = Ray { direction: at.normal, ..Ray::NONE };
+                let point = scene.surface(&any, &hit);
+                let worth = gathering.worth(params, point.position, point.normal) * each;
+                let worth = outside * if lambert { gathering.lambert * per_segment } else { worth };
+                if max_abs(worth) > 0.0 {
+                    let dimension = first + POINTS + 2 * index as u32;
+                    sum += self::light(scene, params, (&point, worth), rng, dimension, choice);
+                }
             }
+            index += 1;
         }
-        index += 1;
+        segment += 1;
     }
-    sum
+    if cut { CUT } else { sum }
 }
 
 /// A hit as the only one of a list.
@@ -155,7 +170,7 @@ fn light<S: Trace + Surface<Material = Material> + Lights>(
     params: &HybridParams,
     (point, worth): (&SurfacePoint, Vec3),
     rng: &Rng,
-    index: u32,
+    dimension: u32,
     choice: &mut Choice,
 ) -> Vec3 {
     let features = scene.features();
@@ -165,9 +180,9 @@ fn light<S: Trace + Surface<Material = Material> + Lights>(
     let outside = Ray { direction: -normal, ..Ray::NONE };
     let vertex: Vertex<Exit> = Vertex::new(&exit, &outside, features);
     if params.has(HYBRID_GOES_ON) {
-        choice.offer(&vertex, worth, rng, index, features);
+        choice.offer(&vertex, worth, rng, dimension + 1, features);
     }
-    let sample = scene.sample_light(rng.draw(POINTS + 2 * index));
+    let sample = scene.sample_light(rng.draw(dimension));
     let connection = vertex.connect(&sample);
     if max_component(connection.value) <= 0.0 || scene.occluded(&connection.shadow) {
         return Vec3::ZERO;
@@ -184,8 +199,8 @@ fn light<S: Trace + Surface<Material = Material> + Lights>(
 impl Choice {
     /// Takes the point in the place of the one before, in proportion to what both are worth.
     #[inline(always)]
-    fn offer(&mut self, vertex: &Vertex<Exit>, worth: Vec3, rng: &Rng, index: u32, features: u32) {
-        let words = rng.draw(POINTS + 2 * index + 1);
+    fn offer(&mut self, vertex: &Vertex<Exit>, worth: Vec3, rng: &Rng, dimension: u32, features: u32) {
+        let words = rng.draw(dimension);
         let departure = vertex.depart(words, features);
         let weight = max_abs(worth);
         self.sum += weight;

@@ -39,6 +39,9 @@ pub const HYBRID_PUBLISHED: u32 = 1 << 18;
 /// Mean free paths of fewer offsets of rays are too short to be traced.
 const OFFSETS: f32 = 8.0;
 
+/// The most segments that may be asked for at an entry.
+pub const MAX_SEGMENTS: u32 = 16;
+
 /// Parameters of the kernels `path_entry`, `path_profile` and `path_exits`: one sample of every pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
@@ -47,8 +50,10 @@ pub struct HybridParams {
     pub path: PathParams,
     /// Channels of a mean free path that is shorter than so much of the path up to the entry are Lambertian.
     pub lambert_below: f32,
+    /// How many segments look for points of a profile, at least 1 and at most [`MAX_SEGMENTS`].
+    pub segments: u32,
     /// Zeros.
-    pub reserved: [u32; 3],
+    pub reserved: [u32; 2],
 }
 
 impl Extent for HybridParams {
