@@ -19,8 +19,8 @@ use super::bench::{REPORT, prepare_output, setup, write_text};
 use super::render::{Size, natural};
 use super::{console, device, interrupt, progress::reported, reference, require};
 use crate::figure::{
-    Environs, Files, PICTURE, chains::Protocol, seed001_grid, seed001_profiles, seed001_walk, seed002_fig1, seed002_fig2,
-    seed004_fig1,
+    Environs, Files, PICTURE, chains::Protocol, seed001_grid, seed001_profiles, seed001_walk, seed002_fig1,
+    seed002_fig2, seed004_fig1,
 };
 
 /// Smaller pictures decide no claim: they may be black, they fit into one tile of those that a bootstrap resamples, or

@@ -44,7 +44,9 @@ pub(super) fn render_with_layers(
             return Err(Error::Setting(problem.to_owned()));
         }
         Subsurface::Walk => LAYERS.map(|(range, names)| (names, of_orders(settings, &range))).to_vec(),
-        Subsurface::Diffusion | Subsurface::Hybrid => PARTS.map(|(part, names)| (names, of_part(settings, part))).to_vec(),
+        Subsurface::Diffusion | Subsurface::Hybrid => {
+            PARTS.map(|(part, names)| (names, of_part(settings, part))).to_vec()
+        }
     };
     let rendered = render::render(executor, scene, render, observe)?;
     let mut channels = Vec::new();
