@@ -335,7 +335,8 @@ mod tests {
                 passes.iter().for_each(|pass| pass.check(&buffers).expect("fits"));
                 assert_eq!(passes.len() as u64, count, "{render:?}");
                 let used: BTreeSet<BufferId> = passes.into_iter().flat_map(|pass| pass.bindings).collect();
-                let unused: Vec<_> = (0..buffers.len()).filter(|id| !used.contains(id)).map(|id| buffers[id].name).collect();
+                let unused: Vec<_> =
+                    (0..buffers.len()).filter(|id| !used.contains(id)).map(|id| buffers[id].name).collect();
                 assert!(unused.is_empty(), "{unused:?}");
             }
         }
