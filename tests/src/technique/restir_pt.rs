@@ -19,6 +19,7 @@ use std::collections::BTreeMap;
 
 /// See [`Known`].
 pub(super) const KNOWN: Known = Known {
+    lengths: &["min_distance"],
     rows: &[("replay, two passes, defensive, jitter", "shift=replay,spatial=2,mis=pairwise-defensive,jitter=on")],
     cases: Cases { common: "still=off,radius=5,max_plane_distance=0.1,max_depth=7", rows: &ROWS, ..NOTHING.cases },
     matrix: Matrix {
