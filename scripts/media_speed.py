@@ -15,7 +15,6 @@ import argparse
 import os
 import re
 import resource
-import statistics
 import subprocess
 import tempfile
 import time
@@ -123,7 +122,7 @@ def measure(name, program, folder, size, spp, runs):
     results, mean = {}, {}
     for settings in [[], ["lights_inside=off"]] if name.startswith("slab") else [[]]:
         ours = [restir_render(program, path, size, spp, seed, env, folder, settings) for seed in range(runs)]
-        seconds, steps, used = (statistics.median(run[i] for run in ours) for i in (1, 2, 3))
+        seconds, steps, used = (min(run[i] for run in ours) for i in (1, 2, 3))
         renderer = ", ".join(["restir", *settings])
         results[renderer] = {"seconds": seconds, "used": used, "error": squared_error([run[0] for run in ours]), "steps": steps}
         mean[renderer] = np.mean([run[0] for run in ours])
@@ -143,7 +142,7 @@ def measure(name, program, folder, size, spp, runs):
             times.append(time.perf_counter() - begin)
             used.append(processor(resource.RUSAGE_SELF) - before)
         mean[variant] = np.mean(images)
-        results[variant] = {"seconds": statistics.median(times), "used": statistics.median(used), "error": squared_error(images), "steps": steps}
+        results[variant] = {"seconds": min(times), "used": min(used), "error": squared_error(images), "steps": steps}
     mi.set_variant("scalar_rgb")
     return results, mean
 
@@ -176,7 +175,7 @@ def report(rows, means, parts, arguments, size, spp):
         "# Walks through media, and how fast they are",
         "",
         f"Made by `python3 scripts/media_speed.py` at commit {common.commit()} on {common.cpu()}, Mitsuba {mi.__version__}; "
-        f"{size[0]} x {size[1]} pixels, {spp} samples a pixel, {arguments.runs} seeds, all threads. restir's samples are spread and Mitsuba's "
+        f"{size[0]} x {size[1]} pixels, {spp} samples a pixel, {arguments.runs} seeds, of which the fastest's time is told, all threads. restir's samples are spread and Mitsuba's "
         "independent, as each has them by default. Both walk from collision to collision and end walks by roulette from 16 collisions on; "
         "collisions are counted by restir, and Mitsuba's are taken to be as many a sample. Time to equal error is by the processors' seconds, "
         f"which other work on the machine (load {os.getloadavg()[0]:.0f} when this was written) changes less; restir's hold the reading of the scene.",

@@ -33,19 +33,24 @@ pub struct Comparison {
 
 impl Comparison {
     /// Renders both with as many seeds as there are restarts, each in its own unit of light.
-    pub(super) fn new(name: String, render: &Render, restarts: u32, [tested, reference]: [Variant; 2]) -> Self {
-        let pictures = |variant: Variant| {
+    pub(super) fn new(name: String, render: &Render, restarts: u32, variants: [Variant; 2]) -> Self {
+        Self::of_two(name, [render, render], restarts, variants)
+    }
+
+    /// The same where each has settings of its own.
+    pub(super) fn of_two(name: String, renders: [&Render; 2], restarts: u32, variants: [Variant; 2]) -> Self {
+        let pictures = |render: &Render, variant: Variant| {
             let (mut pictures, broken) = pictures(&built(variant), render, restarts);
             let unit = 2.0_f64.powi(-variant.exposure);
             pictures.iter_mut().flatten().flatten().for_each(|x| *x *= unit);
             (pictures, broken)
         };
-        let ((tested, broken), (reference, broken_too)) = (pictures(tested), pictures(reference));
+        let [(tested, broken), (reference, broken_too)] = [0, 1].map(|i| pictures(renders[i], variants[i]));
         let change = |(a, b): (&[f64; 3], &[f64; 3])| (DVec3::from(*a) - DVec3::from(*b)).to_array();
         let changes = tested.iter().zip(&reference).map(|(a, b)| a.iter().zip(b).map(change).collect());
         let changes: Vec<Picture> = changes.collect();
         let (difference, bound) = largest_difference(&GRID.moments_of(&reference), &GRID.moments_of(&changes));
-        Self { name, count: restarts * render.count, difference, bound, broken: broken + broken_too }
+        Self { name, count: restarts * renders[0].count, difference, bound, broken: broken + broken_too }
     }
 
     /// Whether the bias is known to be below [`BIAS`] and no sample is lost.

@@ -74,7 +74,9 @@ pub fn run(effort: Effort) -> Findings {
             let light = EXPOSURES.map(|exposure| (format!("light x 2^{exposure}"), Variant { exposure, ..PLAIN }));
             findings.comparisons.extend(lengths.chain(light).map(|(what, variant)| {
                 let name = format!("{}, {name}, {what}", trials.name());
-                Comparison::new(name, &render, restarts, [variant, PLAIN])
+                let scaled = scaled(technique.as_ref(), trials.known.lengths, variant.scale);
+                let tested = Render { count: FRAMES, ..Render::new(SIZE, scaled) };
+                Comparison::of_two(name, [&tested, &render], restarts, [variant, PLAIN])
             }));
         }
         findings.broken += settings.iter().map(|(_, technique)| small_images(technique.as_ref())).sum::<u64>();
@@ -85,6 +87,16 @@ pub fn run(effort: Effort) -> Findings {
         }
     }
     findings
+}
+
+/// The technique in another unit of length.
+fn scaled(technique: &dyn Technique, lengths: &[&str], scale: f64) -> Box<dyn Technique> {
+    let mut scaled = technique.boxed();
+    for key in lengths {
+        let length = technique.value(key).and_then(|value| value.parse::<f64>().ok()).expect("a length");
+        configure_by(scaled.as_mut(), &format!("{key}={}", length * scale)).expect("another one");
+    }
+    scaled
 }
 
 /// What is run of a technique: what suits views that move first. All of it converges to path tracing's image.

@@ -29,6 +29,8 @@ known! {
 pub struct Known {
     /// Settings with which images converge to path tracing's in the scenes of the stress report.
     pub as_path: &'static str,
+    /// Settings that are lengths in units of the scene.
+    pub lengths: &'static [&'static str],
     /// Settings that no preset has, by name.
     pub rows: &'static [(&'static str, &'static str)],
     /// What the parity cases of its kernels are captured from.
@@ -92,6 +94,7 @@ pub struct Row {
 /// Default settings and presets, on a few scenes.
 const NOTHING: Known = Known {
     as_path: "",
+    lengths: &[],
     rows: &[],
     cases: Cases {
         common: "",

@@ -16,6 +16,7 @@ pub fn settings(text: &str) -> DiSettings {
 /// See [`Known`].
 pub(super) const KNOWN: Known = Known {
     as_path: "transmittance=off",
+    lengths: &[],
     rows: &[
         (
             "several passes, no feedback, jitter, red",

@@ -19,6 +19,7 @@ use std::collections::BTreeMap;
 
 /// See [`Known`].
 pub(super) const KNOWN: Known = Known {
+    lengths: &["min_distance"],
     rows: &[
         ("replay, two passes, defensive, jitter", "shift=replay,spatial=2,mis=pairwise-defensive,jitter=on"),
         ("direct light by restir-di", "direct=restir-di,neighbours=1"),
