@@ -1,4 +1,4 @@
-//! What can go wrong, each as one sentence that says what is wrong, where, and what to do about it.
+//! What can go wrong: data, where a caller may want to act on it, and one sentence that says what is wrong, where, and what to do.
 //!
 //! ```
 //! use restir_host::{Error, scene::Scene};
@@ -6,6 +6,10 @@
 //! match Scene::load("teapot") {
 //!     Err(Error::Scene { scene, problem }) => assert!(scene == "teapot" && problem.contains("cornell")),
 //!     other => panic!("{other:?}"),
+//! }
+//! match restir_host::technique::by_name("restir") {
+//!     Err(Error::Unknown { what: "technique", known, .. }) => assert!(known.contains(&"restir-di".to_owned())),
+//!     other => panic!("{:?}", other.err()),
 //! }
 //! ```
 
@@ -34,7 +38,27 @@ pub enum Error {
         /// What is wrong, where, and what to do.
         problem: String,
     },
-    /// A setting is out of range or unknown.
+    /// A name is none of those that there are.
+    #[error("there is no {what} {name:?}; there are: {}", known.join(", "))]
+    Unknown {
+        /// What was named: a technique, a setting, a preset.
+        what: &'static str,
+        /// The name.
+        name: String,
+        /// The names that there are.
+        known: Vec<String>,
+    },
+    /// A value is not one that a setting may have.
+    #[error("the setting {setting} is {value}; it has to be {expected}")]
+    Value {
+        /// Key of the setting.
+        setting: &'static str,
+        /// The value, as text.
+        value: String,
+        /// Which values it may have.
+        expected: String,
+    },
+    /// Settings that cannot be, or not together.
     #[error("{0}")]
     Setting(String),
     /// No usable GPU adapter.
@@ -48,9 +72,33 @@ pub enum Error {
         /// What is wrong and what to do.
         problem: String,
     },
-    /// The buffers of a render do not fit.
-    #[error("{0}")]
-    Memory(String),
+    /// Something does not fit into memory, see [`crate::memory`].
+    #[error("{what} would take {}, more than the limit of {} (80 % of the memory, if none was set); {remedy}", gib(*bytes), gib(*limit))]
+    Memory {
+        /// What does not fit.
+        what: String,
+        /// The bytes that it takes.
+        bytes: u64,
+        /// The bytes that this process may have.
+        limit: u64,
+        /// What to do.
+        remedy: String,
+    },
+    /// A buffer is larger than the adapter binds.
+    #[error(
+        "the buffer {buffer:?} of {bytes} bytes is larger than the {limit} bytes that this adapter binds; choose a smaller size or scene"
+    )]
+    Binding {
+        /// Name of the buffer.
+        buffer: &'static str,
+        /// Its bytes.
+        bytes: u64,
+        /// The most bytes that the adapter binds at once.
+        limit: u64,
+    },
+    /// The adapter has no memory left.
+    #[error("the adapter is out of memory ({0}); choose a smaller size or scene")]
+    AdapterMemory(String),
     /// A check ran and did not pass. The program exits with code 1.
     #[error("{0}")]
     Failed(String),
@@ -71,6 +119,16 @@ impl Error {
     }
 }
 
+/// Bytes as a text: in GiB, or what is less of in smaller units.
+pub(crate) fn gib(bytes: u64) -> String {
+    match bytes {
+        0..0x400 => format!("{bytes} bytes"),
+        0x400..0x10_0000 => format!("{:.1} KiB", bytes as f64 / f64::from(1 << 10)),
+        0x10_0000..0x4000_0000 => format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20)),
+        _ => format!("{:.2} GiB", bytes as f64 / f64::from(1 << 30)),
+    }
+}
+
 /// Returns with a formatted problem unless a condition holds, as the macro of that name of `anyhow` does.
 macro_rules! ensure {
     ($condition:expr, $($problem:tt)+) => {
@@ -80,3 +138,14 @@ macro_rules! ensure {
     };
 }
 pub(crate) use ensure;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_are_never_zero_of_a_large_unit() {
+        let texts = [0, 1023, 1024, 3 << 19, 0x4000_0000].map(gib);
+        assert_eq!(texts, ["0 bytes", "1023 bytes", "1.0 KiB", "1.5 MiB", "1.00 GiB"]);
+    }
+}

@@ -205,7 +205,7 @@ pub trait Settings {
     /// Sets a value; the key `preset` sets all of them.
     ///
     /// # Errors
-    /// [`Error::Setting`] for an unknown key or preset, which lists those that there are, and for a text that is no value.
+    /// [`Error::Unknown`] for a key or preset that there is not, [`Error::Value`] for a text that is no value.
     fn set(&mut self, key: &str, value: &str) -> Result<(), Error>;
 
     /// The presets by name, each with the settings that differ from the defaults.
@@ -214,7 +214,7 @@ pub trait Settings {
     /// Whether every value is in its range.
     ///
     /// # Errors
-    /// [`Error::Setting`] that names the first that is not, and its range.
+    /// [`Error::Value`] that names the first that is not, and its range.
     fn check_ranges(&self) -> Result<(), Error>;
 
     /// The value of a setting as text; `None` if there is no such key.
@@ -224,8 +224,8 @@ pub trait Settings {
 }
 
 /// The error for a name that is none of those that there are.
-pub(crate) fn unknown(what: &str, name: &str, known: impl Iterator<Item = &'static str>) -> Error {
-    Error::Setting(format!("there is no {what} {name:?}; there are: {}", known.collect::<Vec<_>>().join(", ")))
+pub(crate) fn unknown(what: &'static str, name: &str, known: impl Iterator<Item = &'static str>) -> Error {
+    Error::Unknown { what, name: name.to_owned(), known: known.map(str::to_owned).collect() }
 }
 
 impl<S: Declared> Settings for S {
@@ -250,7 +250,7 @@ impl<S: Declared> Settings for S {
         if (setting.set)(self, value) {
             return Ok(());
         }
-        Err(Error::Setting(format!("the setting {key} is {value:?}; it has to be {}", (setting.expected)())))
+        Err(Error::Value { setting: setting.key, value: format!("{value:?}"), expected: (setting.expected)() })
     }
 
     fn presets(&self) -> Vec<(&'static str, Vec<Entry>)> {
@@ -261,8 +261,7 @@ impl<S: Declared> Settings for S {
 
     fn check_ranges(&self) -> Result<(), Error> {
         S::SETTINGS.iter().find(|setting| !(setting.in_range)(self)).map_or(Ok(()), |setting| {
-            let (key, value, expected) = (setting.key, (setting.get)(self), (setting.expected)());
-            Err(Error::Setting(format!("the setting {key} is {value}; it has to be {expected}")))
+            Err(Error::Value { setting: setting.key, value: (setting.get)(self), expected: (setting.expected)() })
         })
     }
 }

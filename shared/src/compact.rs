@@ -70,7 +70,7 @@ pub struct CompactParams {
     pub first: u32,
     /// A word means `(word >> shift) & mask`.
     pub shift: u32,
-    /// See `shift`.
+    /// What is left of a word behind `shift`: these bits.
     pub mask: u32,
 }
 

@@ -240,7 +240,8 @@ fn same_bits() -> Result<(), Failed> {
 /// What an embedder writes who has no use for `restir-host`: planes, and the functions in their order.
 fn chain_of_functions() -> Result<(), Failed> {
     let (scene, [width, height], seed) = (buffers("cornell")?, SIZE, 5);
-    let shared = DiSettings { shaded: 0, ..DiSettings::default() };
+    let radius = DiParams::new(scene.camera.params(width, height), SIZE, seed).radius;
+    let shared = DiSettings { shaded: 0, radius, ..DiSettings::default() };
     let setup = Setup { seed, ..Setup::new(scene.clone(), shared, SIZE) };
     let mut session = CpuSession::new(setup, CpuExecutor::new(None)?)?;
     let (view, frames) = (scene.traced_view(), Still(scene.traced_view()));

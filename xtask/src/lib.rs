@@ -6,6 +6,7 @@ pub mod albedo;
 pub mod aov;
 pub mod crossings;
 pub mod diffusion;
+pub mod documented;
 pub mod error;
 pub mod features;
 mod fit;

@@ -4,8 +4,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use xtask::{
-    Error, albedo, aov, crossings, diffusion, features, furnace, mutate, num, package, parity, passes, profile,
-    resampling, reuse, searchlight, session, shader, shifts, stress, unbiased, visibility, walks, watertight,
+    Error, albedo, aov, crossings, diffusion, documented, features, furnace, mutate, num, package, parity, passes,
+    profile, resampling, reuse, searchlight, session, shader, shifts, stress, unbiased, visibility, walks, watertight,
 };
 
 /// Tools of the project.
@@ -63,6 +63,8 @@ enum Task {
     Session(session::Options),
     /// Run the program on mutated files and command lines, and see how it ends.
     Mutate(mutate::Options),
+    /// Run the commands that README and docs name, and compare the pictures that they give with the committed ones.
+    Documented(documented::Options),
     /// Pack the published crates, build them elsewhere without the lock file, and compare pictures of CPU and device.
     Package(package::Options),
 }
@@ -91,6 +93,7 @@ fn run(task: Task) -> Result<(), Error> {
         Task::Reuse(options) => reuse::run(&options),
         Task::Session(options) => session::run(&options),
         Task::Mutate(options) => mutate::run(&options),
+        Task::Documented(options) => documented::run(&options),
         Task::Package(options) => package::run(&options),
     }
 }

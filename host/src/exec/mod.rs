@@ -159,6 +159,6 @@ pub trait Executor {
     ///
     /// # Errors
     /// That of `observe`, by convention [`Error::Interrupted`] where it only ends the work; on a GPU also
-    /// [`Error::Kernel`], [`Error::Memory`] and [`Error::Adapter`].
+    /// [`Error::Kernel`], [`Error::Binding`], [`Error::AdapterMemory`] and [`Error::Adapter`].
     fn run(&mut self, plan: FramePlan<'_>, observe: &mut Observer<'_>) -> Result<Vec<Vec<u32>>, Error>;
 }

@@ -52,7 +52,7 @@ const USUAL_SIZE: f64 = 100.0;
 /// The interior of the medium called `name`, where a millimetre is `scale` > 0 units of the scene.
 ///
 /// # Errors
-/// [`Error::Setting`] for an unknown name, which lists those that there are.
+/// [`Error::Unknown`] for a name that there is not.
 pub fn medium(name: &str, scale: f64) -> Result<Volume, Error> {
     let found = MEDIA.iter().find(|(of, ..)| *of == name);
     let (_, color, mean_free_path) = found.ok_or_else(|| unknown("medium", name, MEDIA.iter().map(|(of, ..)| *of)))?;
@@ -70,7 +70,7 @@ impl Scene {
     /// law. A millimetre is `scale` units of the scene; without one, each body is taken to be ten centimetres large, as its first instance is.
     ///
     /// # Errors
-    /// [`Error::Setting`] for an unknown name, a scale that is no positive number, and if no mesh is closed.
+    /// [`Error::Unknown`] for a name that there is not; [`Error::Setting`] for a scale that is no positive number, and if no mesh is closed.
     pub fn fill(&mut self, name: &str, scale: Option<f64>) -> Result<(), Error> {
         if let Some(scale) = scale.filter(|scale| !(scale.is_finite() && *scale > 0.0)) {
             let problem = format!("a millimetre cannot be {scale} units long; give a positive number after {name}:");

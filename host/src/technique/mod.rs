@@ -56,7 +56,7 @@ techniques! {
 /// The technique of that name with its default settings.
 ///
 /// # Errors
-/// [`Error::Setting`] for an unknown name, which lists those that there are.
+/// [`Error::Unknown`] for a name that there is not.
 pub fn named(name: &str) -> Result<Box<dyn Technique>, Error> {
     let found = all().into_iter().find(|technique| technique.about().name == name);
     found.ok_or_else(|| unknown("technique", name, all().iter().map(|technique| technique.about().name)))

@@ -22,7 +22,7 @@ pub fn schlick_complement(cos: f32) -> f32 {
 /// An interface to a medium of relative index n.
 #[derive(Clone, Copy)]
 pub struct Dielectric {
-    /// n^2.
+    /// Square of the index of refraction n behind the surface, over that on the light's side.
     pub index_squared: f32,
     /// n^2 - 1, without cancellation.
     pub contrast: f32,
@@ -86,6 +86,6 @@ impl Dielectric {
 }
 
 impl Fresnel {
-    /// No interface.
+    /// What no interface does: it neither reflects nor lets anything pass.
     pub const NONE: Self = Self { reflected: 0.0, transmitted: 0.0, bent: 0.0, shift: 0.0 };
 }

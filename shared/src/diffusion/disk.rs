@@ -28,7 +28,7 @@ pub enum Support {
 pub struct DiskNumbers {
     /// 0 is the normal, 1 and 2 are the tangents.
     pub axis: u32,
-    /// 0 to 2.
+    /// Colour channel, 0 to 2, of whose profile the radius is drawn.
     pub channel: u32,
     /// [`sample_radius`] makes a radius of it.
     pub radius: f32,
@@ -39,7 +39,7 @@ pub struct DiskNumbers {
 /// Samples of the points around one.
 #[derive(Clone, Copy)]
 pub struct Disk {
-    /// The point.
+    /// World position of the point where light enters or leaves, around which the disk lies.
     pub centre: Vec3,
     /// About its geometric normal.
     pub frame: Frame,

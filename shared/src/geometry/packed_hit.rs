@@ -10,13 +10,13 @@ use glam::{UVec4, Vec2};
 pub struct PackedHit(pub UVec4);
 
 impl PackedHit {
-    /// The inverse of [`Self::unpack`].
+    /// Packs a hit into 16 bytes, as planes hold it.
     #[inline(always)]
     pub fn pack(hit: &Hit) -> Self {
         Self(UVec4::new(hit.t.to_bits(), hit.id, hit.uv.x.to_bits(), hit.uv.y.to_bits()))
     }
 
-    /// The hit.
+    /// The hit that was packed, with the same bits.
     #[inline(always)]
     pub fn unpack(self) -> Hit {
         let UVec4 { x: t, y: id, z: u, w: v } = self.0;

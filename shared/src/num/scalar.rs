@@ -9,7 +9,7 @@ pub trait Scalar: Copy + PartialOrd + Add<Output = Self> + Sub<Output = Self> + 
     /// 1.
     const ONE: Self;
 
-    /// The quotient.
+    /// This number divided by another, correctly rounded.
     fn over(self, divisor: Self) -> Self;
 
     /// A weight in the range in which kernels keep them: at most 2^100, zero below 2^-100 and for what is no number.

@@ -88,7 +88,7 @@ const _: () = assert!(size_of::<PairTargets>() == 32);
 /// The neighbours that each pixel has in a pass, and how alike they have to be.
 #[derive(Clone, Copy, Debug)]
 pub struct Neighbours {
-    /// The image.
+    /// The pixels of the image.
     pub grid: Grid,
     /// How many: even, at most 2 [`PAIRS`].
     pub count: u32,

@@ -27,7 +27,7 @@ pub const LEVELS: f32 = 31.0;
 /// What a pass leaves of a reservoir.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stored<S> {
-    /// The sample.
+    /// What was chosen; anything, if the contribution weight is zero.
     pub sample: S,
     /// Its unbiased contribution weight: zero without a sample, and for one that was found to be occluded.
     pub contribution_weight: f32,

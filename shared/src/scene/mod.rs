@@ -10,7 +10,20 @@
 //! | [`Frames`] | the scene of this frame and of the last one | techniques that reuse samples over time |
 //! | [`Probe`] | all hits of one object on a segment | light that walks under a surface |
 //!
-//! Every method is a function of its arguments alone: techniques rely on asking twice and getting the same bits.
+//! Every method is a function of its arguments alone: techniques rely on asking twice and getting the same bits. On a processor any
+//! arithmetic will do for that; the functions of [`num`](crate::num) are for who wants the same bits on several devices. A scene
+//! that is not `Copy` is passed as a reference: `&S` implements every trait that `S` does.
+//!
+//! A scene whose emitters rays can hit ([`LightKind::Area`], [`LightKind::Environment`]) answers for them twice, and both answers have to agree:
+//!
+//! | question | path tracing asks | reuse asks | if it is not implemented |
+//! |---|---|---|---|
+//! | what a sampled point emits | [`Lights::sample_light`] | [`AddressedLights::choose_address`], [`AddressedLights::light_at`] | |
+//! | what a point that was hit emits | [`Surface::surface`] | the same | |
+//! | how often sampling finds a point that was hit | [`Lights::light_density`] | | the light is counted twice, too bright |
+//! | which sample a point that was hit is | | [`AddressedLights::address_of_hit`], [`AddressedLights::address_of_environment`] | the light that scattering finds is lost, too dark |
+//!
+//! The crate `restir-host` has a check of these answers, `foreign::check`.
 //!
 //! The following scene can be path traced and rendered with reservoirs by any technique of this crate; the examples of other modules use it.
 //!
@@ -20,6 +33,38 @@
 //! let down = Ray { origin: Vec3::Y, direction: Vec3::NEG_Y, t_max: Ray::FAR, key: 0 };
 //! let hit = Floor.closest(&down);
 //! assert_eq!((hit.t, Floor.surface(&down, &hit).position), (1.0, Vec3::ZERO));
+//! ```
+//!
+//! Its lamp is a point. This one has two lamps that rays can hit:
+//!
+//! ```
+#![doc = include_str!("lamps.rs")]
+//!
+//! use restir_shared::geometry::PackedHit;
+//! use restir_shared::layout::CameraParams;
+//! use restir_shared::rng::{Rng, Sampler};
+//! use restir_shared::technique::path::radiance;
+//! use restir_shared::technique::restir_di::{DiParams, initial, shade};
+//!
+//! // a point that was hit, and the sample that it is
+//! let up = Ray { origin: Vec3::X, direction: Vec3::Y, t_max: Ray::FAR, key: 0 };
+//! let hit = Lamps.closest(&up);
+//! let light = Lamps.light_at(Lamps.address_of_hit(&hit));
+//! assert!((light.sample.position - Lamps.surface(&up, &hit).position).abs().max_element() < 1e-6);
+//! assert_eq!(light.sample.density, Lamps.light_density(&hit));
+//!
+//! // the floor below the second lamp, by path tracing and by resampling
+//! let down = Ray { origin: Vec3::new(1.0, 1.0, 0.0), direction: Vec3::NEG_Y, t_max: Ray::FAR, key: 0 };
+//! let seen = PackedHit::pack(&Lamps.closest(&down));
+//! let camera = CameraParams::pinhole(down.origin, Vec3::X, Vec3::Z, 0.01, [1, 1]);
+//! let (mut traced, mut resampled) = (0.0, 0.0);
+//! for sample in 0..4096 {
+//!     traced += radiance(&Lamps, down, &Rng::new(0, 0, sample, 7, Sampler::Sobol), 2, false).x / 4096.0;
+//!     let params = DiParams::new(camera, [1, 1], 7).of_frame(sample, camera);
+//!     let (reservoir, immediate, _) = initial(&Lamps, &params, &[], seen, [0, 0]);
+//!     resampled += shade(&Lamps, &params, seen, reservoir, immediate, [0, 0]).sum[0] / 4096.0;
+//! }
+//! assert!((traced - resampled).abs() < 0.01 * traced);
 //! ```
 
 #[cfg(not(target_arch = "spirv"))]
@@ -52,10 +97,10 @@ use crate::medium::Interior;
 use crate::num;
 use glam::{UVec4, Vec2, Vec3};
 
-/// Visibility.
+/// Rays against the scene: what they hit first, and whether anything is in their way.
 pub trait Trace {
-    /// The nearest hit with `0 < t < ray.t_max`: the smallest (t, id) over all primitives that the ray meets. [`Hit::MISS`] if
-    /// none.
+    /// The nearest hit with `0 < t < ray.t_max`: the smallest (t, id) over all primitives that the ray meets, from either side.
+    /// [`Hit::MISS`] if none.
     fn closest(&self, ray: &Ray) -> Hit;
     /// Whether there is any hit with `0 < t < ray.t_max`. It looks for the nearest one, if not implemented.
     #[inline(always)]
@@ -108,8 +153,8 @@ pub trait Surface {
     /// is seen. A scene without triangles puts into `uv` whatever coordinates find its points again.
     fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint<Self::Material>;
 
-    /// Where the point of `hit.id` and `hit.uv` is, without its material. If not implemented, the extent is 1: of surfaces that
-    /// move without being deformed it does not matter.
+    /// Where the point of `hit.id` and `hit.uv` is, without its material. If not implemented, [`Self::surface`] is asked, with a ray along
+    /// +z, and the extent is 1: of surfaces that move without being deformed it does not matter.
     #[inline(always)]
     fn location(&self, hit: &Hit) -> Location {
         let any = Ray { origin: Vec3::ZERO, direction: Vec3::Z, t_max: Ray::FAR, key: 0 };
@@ -133,7 +178,9 @@ pub trait Surface {
         Interior::NONE
     }
 
-    /// The `FEATURE_` bits of [`crate::layout`] that surfaces and lights may have: code for others is skipped.
+    /// The `FEATURE_` bits of [`crate::layout`] that surfaces and lights may have: code for others is skipped. All of them, if not
+    /// implemented, which is right for any scene and the slowest answer. A bit says what the answers to the other methods may hold, not how
+    /// the scene stores it: emitters of any shape are [`crate::layout::FEATURE_EMISSIVE`], and how lights are chosen is nobody's concern.
     #[inline(always)]
     fn features(&self) -> u32 {
         FEATURES_ALL
@@ -146,7 +193,7 @@ pub trait Lights {
     /// ([`crate::rng::Rng::draw`]), so they should make the point, and the others choose the emitter.
     fn sample_light(&self, words: UVec4) -> LightSample;
     /// The density per area with which [`Self::sample_light`] gives the point at `hit`; zero off the emitters, and everywhere, if not
-    /// implemented: of a scene whose lights have no surface.
+    /// implemented. It has to be implemented if rays can hit what is sampled: path tracing would count such light twice.
     #[inline(always)]
     fn light_density(&self, hit: &Hit) -> f32 {
         let _ = hit;
@@ -170,13 +217,15 @@ pub trait AddressedLights: Lights {
     fn choose_address(&self, words: UVec4) -> LightAddress;
     /// What lies at an address that one of the other methods gave.
     fn light_at(&self, address: LightAddress) -> AddressedLight;
-    /// The address nearest to a hit; [`LightAddress::NONE`] off the emitters, and everywhere, if not implemented.
+    /// The address nearest to a hit; [`LightAddress::NONE`] off the emitters, and everywhere, if not implemented. It has to be implemented
+    /// if rays can hit what is sampled: reuse takes what scattering finds for a candidate, and what has no address is lost.
     #[inline(always)]
     fn address_of_hit(&self, hit: &Hit) -> LightAddress {
         let _ = hit;
         LightAddress::NONE
     }
-    /// The address nearest to a direction of the environment; [`LightAddress::NONE`] without one, and if not implemented.
+    /// The address nearest to a direction of the environment; [`LightAddress::NONE`] without one, and if not implemented, which
+    /// loses light as of [`Self::address_of_hit`].
     #[inline(always)]
     fn address_of_environment(&self, direction: Vec3) -> LightAddress {
         let _ = direction;
@@ -211,7 +260,7 @@ pub struct LightAddress {
 impl LightAddress {
     /// An index that refers to no light: the largest of 24 bits.
     pub const NO_LIGHT: u32 = 0x00ff_ffff;
-    /// Nowhere.
+    /// The address of no light: what a chooser gives in a scene without lights.
     pub const NONE: Self = Self { light: Self::NO_LIGHT, u: 0, v: 0 };
 
     /// Whether there is a light.
@@ -328,7 +377,7 @@ pub struct LightSample {
     pub position: Vec3,
     /// Unit normal of an emitting surface's front side; where a spot light shines to.
     pub normal: Vec3,
-    /// As [`SurfacePoint::offset`].
+    /// As [`SurfacePoint::offset`]: shadow rays end so far before the emitter, on the side from which they come.
     pub offset: f32,
     /// Radiance of a surface's front side or of the environment, radiant intensity of a punctual light along its axis,
     /// irradiance from a directional light; linear RGB.
@@ -352,7 +401,7 @@ pub struct LightSample {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum LightKind {
-    /// A surface.
+    /// A point on a surface that emits; rays can hit it.
     Area,
     /// A point in space.
     Point,
@@ -363,7 +412,8 @@ pub enum LightKind {
 }
 
 impl LightSample {
-    /// No light.
+    /// No light: the density is zero. As a base for others it shines evenly in all directions, is neither two-sided nor blended, and has
+    /// the key 0.
     pub const NONE: Self = Self {
         position: Vec3::ZERO,
         normal: Vec3::Z,
@@ -407,7 +457,7 @@ impl LightSample {
 /// The environment in a direction.
 #[derive(Clone, Copy)]
 pub struct EnvironmentPoint {
-    /// Linear RGB.
+    /// Radiance that arrives from the direction, linear RGB.
     pub radiance: Vec3,
     /// Density per steradian with which [`Lights::sample_light`] gives the direction.
     pub density: f32,

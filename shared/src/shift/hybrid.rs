@@ -38,7 +38,7 @@ pub struct Shifted {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(u32)]
 pub enum Cause {
-    /// It gives one.
+    /// The shift gives a path: nothing stands against it.
     Nothing,
     /// There is no path, or one that no shift takes anywhere, or it would have to be replayed too far.
     Unshiftable,

@@ -31,7 +31,7 @@ pub struct Path {
 }
 
 impl Path {
-    /// No path.
+    /// No path, which is what a pixel has that found no light.
     pub const NONE: Self = Self {
         key: UVec2::ZERO,
         length: 0,

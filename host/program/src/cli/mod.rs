@@ -103,7 +103,7 @@ fn ended(outcome: Result<(), Error>) -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             let hint = match error {
-                Error::Memory(_) => environment::MEMORY_HINT,
+                Error::Memory { .. } => environment::MEMORY_HINT,
                 Error::Adapter(_) => "; --device cpu renders without an adapter",
                 _ => "",
             };

@@ -183,11 +183,7 @@ pub(crate) fn allocate(device: &wgpu::Device, buffers: &[Buffer]) -> Result<Vec<
         }
     };
     if let Some(Buffer { name, words, .. }) = buffers.iter().find(|buffer| buffer.words as u64 * 4 > largest) {
-        return Err(Error::Memory(format!(
-            "the buffer {name:?} of {} bytes is larger than the {largest} bytes that this adapter binds; choose a \
-             smaller size or scene",
-            *words as u64 * 4
-        )));
+        return Err(Error::Binding { buffer: name, bytes: *words as u64 * 4, limit: largest });
     }
     guarded(device, || Ok(buffers.iter().map(create).collect()))
 }
@@ -199,10 +195,7 @@ pub(crate) fn guarded<T>(device: &wgpu::Device, work: impl FnOnce() -> Result<T,
     let result = work();
     let invalid = pollster::block_on(validation.pop());
     if let Some(error) = pollster::block_on(memory.pop()) {
-        return Err(Error::Memory(format!(
-            "the adapter is out of memory ({}); choose a smaller size or scene",
-            one_line(&error)
-        )));
+        return Err(Error::AdapterMemory(one_line(&error)));
     }
     invalid.map_or(result, |error| Err(Error::Adapter(format!("the adapter refuses the work: {}", one_line(&error)))))
 }

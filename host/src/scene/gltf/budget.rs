@@ -8,7 +8,8 @@ use gltf::json::{Accessor, Index};
 use super::deform::Deformer;
 use super::{Document, Problem};
 use crate::error::ensure;
-use crate::memory::{self, gib};
+use crate::error::gib;
+use crate::memory;
 
 /// The most bytes of the imported meshes, of the textures, of the files beside a document, and of the document itself:
 /// 8 GiB, or what a render may take.

@@ -14,7 +14,7 @@ use zune_jpeg::zune_core::options::DecoderOptions;
 
 use super::Problem;
 use crate::error::ensure;
-use crate::memory::gib;
+use crate::error::gib;
 
 /// The most texels along a side of a texture.
 const MAX_SIDE: u32 = 16_384;

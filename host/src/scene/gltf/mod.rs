@@ -38,7 +38,7 @@ use gltf::json::{self, Index, Root, root::Get};
 
 use super::{Scene, Track};
 use crate::error::ensure;
-use crate::memory::gib;
+use crate::error::gib;
 use crate::{Error, input};
 
 mod accessor;

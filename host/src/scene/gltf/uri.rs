@@ -10,8 +10,8 @@ use percent_encoding::percent_decode_str;
 use super::Problem;
 use super::budget::max_bytes;
 use crate::error::ensure;
+use crate::error::gib;
 use crate::input;
-use crate::memory::gib;
 
 /// The bytes of a URI, at most `length` of them. A relative URI is relative to `folder`; `what` names the
 /// data in messages; `room` is what may still be read from files.

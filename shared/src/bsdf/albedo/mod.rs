@@ -83,7 +83,7 @@ impl Losses {
 pub struct Towards {
     /// What does not come back from there.
     pub losses: Losses,
-    /// g.
+    /// The factor by which a lobe is multiplied, so that it keeps the energy that one reflection loses: g of Turquin 2019.
     pub gain: f32,
 }
 

@@ -22,7 +22,7 @@ pub const MAX_DEPTH: u32 = 1024;
 pub struct PathParams {
     /// The scene's tables.
     pub scene: SceneHeader,
-    /// The camera.
+    /// The camera from which paths begin.
     pub camera: CameraParams,
     /// Image width in pixels, at most 16384.
     pub width: u32,

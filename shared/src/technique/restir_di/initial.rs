@@ -53,14 +53,14 @@ impl Scattered {
     const NOTHING: Self = Self { address: LightAddress::NONE, transmittance: Vec3::ONE, radiance: Vec3::ZERO };
 }
 
-/// The reservoir of the pixel `at`, the radiance that needs no resampling (what is seen to emit, and what perfect lobes show) as a
-/// film's sample, and the index of the candidate that the reservoir keeps, if it has a sample: those from lights come first, then
+/// The reservoir of the pixel `at`, the immediate radiance, which needs no resampling (what is seen to emit, and what perfect lobes show),
+/// as a film's sample, and the index of the candidate that the reservoir keeps, if it has a sample: those from lights come first, then
 /// the one from scattering.
 ///
 /// One RIS over all candidates: with the balance heuristic each has the weight `p / sum n_t p_t`, whatever technique t
 /// gave it (Veach 1997, eq. 9.8, in Talbot's form). Densities are over (light, u, v). Candidates from lights come in
 /// groups; each group's selection is tested by a ray, and selected among by its group's weights. The reservoir's
-/// confidence is 1.
+/// confidence is 1. Without [`Flags::TILES`] no tiles are read, so that there may be none.
 ///
 /// The ray of scattering looks through what is blended: whether that lets light pass is asked of its candidate as of every
 /// other, by the ray that will be asked again, for an answer of its own would count twice. On blended surfaces scattering

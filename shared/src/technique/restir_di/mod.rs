@@ -1,23 +1,39 @@
 //! Direct light by resampling (ReSTIR DI; Bitterli et al. 2020, "Spatiotemporal Reservoir Resampling").
 //!
-//! A frame is a chain of passes over planes, of 16 bytes a pixel but for points (48) and pairs (32):
+//! The words, which the papers have and this page uses:
+//!
+//! * a *target* is what a sample should be chosen in proportion to: here the luminance of its contribution to the pixel;
+//! * a *reservoir* ([`PackedReservoir`]) is one sample that was chosen from many candidates, with a weight that stands for all of them;
+//! * its *contribution weight* is an estimate of one over the density with which it was chosen: contribution times weight is the pixel's radiance;
+//! * its *confidence* is how many candidates, or frames, it counts for when it is weighed against others;
+//! * to *combine* is to choose again, from several reservoirs of which one, the *canonical* one, is the pixel's own;
+//! * a *form of MIS* ([`Mis`](crate::resample::mis::Mis)) says how the samples of several pixels are weighed, so that what more than one of them can find is
+//!   counted once;
+//! * the *other* reservoirs of a combine are those of neighbours in the same frame, or of the last frame.
+//!
+//! A frame is a chain of passes over planes, of 16 bytes a pixel but for points (48) and pairs (32). Pixels of one pass may be done in any order
+//! and at once; a pass begins when the one before has done all pixels.
 //!
 //! | pass | reads | makes |
 //! |---|---|---|
 //! | [`primary`] | | hits: what each pixel sees |
 //! | [`presample`] | | tiles of candidates that pixels share, if they are asked for |
-//! | [`initial`] | hits, tiles | reservoirs of candidates from lights and scattering; direct: what needs no resampling |
+//! | [`initial`] | hits, tiles | reservoirs of candidates from lights and scattering; immediate: radiance that needs no resampling, emission that is seen and what perfect mirrors show |
 //! | [`combine`], temporal | both frames' hits, the last frame's reservoirs | reservoirs, in place |
-//! | [`combine`], spatial, any number | hits, reservoirs | reservoirs |
-//! | [`shade`] | hits, reservoirs, direct | radiance of the pixel's own reservoir |
+//! | [`combine`], spatial, any number | hits, reservoirs of neighbours | reservoirs, in another plane: in place it would read what is already combined, which is noisier by far |
+//! | [`shade`] | hits, reservoirs, immediate | radiance of the pixel's own reservoir |
 //!
-//! Instead of the last one, with neighbours:
+//! The history, which the next frame reads, may be the reservoirs of any of these passes. After the spatial combine good samples spread fastest and
+//! pixels are most alike; after the temporal one the mean of many frames has less noise.
+//!
+//! Instead of [`shade`], also behind a spatial combine, a pixel can be shaded by the samples of its neighbours together ([`pair_offsets`] says which
+//! they are):
 //!
 //! | pass | reads | makes |
 //! |---|---|---|
 //! | [`offer`] | hits, reservoirs | points: surface, reservoir and radiance of each pixel |
 //! | [`exchange`] | hits, points | pairs: the targets of neighbours' samples; what they send |
-//! | [`gather`] | points, pairs, direct | radiance of several reservoirs |
+//! | [`gather`] | points, pairs, immediate | radiance of several reservoirs |
 //!
 //! The sample is an address, see [`crate::scene::AddressedLights`]: a light and a point of its parametrisation. Over this
 //! domain a sample moves between pixels and frames with a Jacobian of 1. The target is the luminance of what the
@@ -27,8 +43,16 @@
 //! Visibility is a factor by channel in [0, 1]: 0 or 1, unless light passes through clear glass (smooth sheets that transmit,
 //! [`Flags::TRANSMITTANCE`]). Targets with visibility are those of what is left of the contribution.
 //!
-//! Visibility can enter in four places ([`Flags`]), and not every combination is unbiased; the host's
-//! settings know which are.
+//! Visibility can enter in four places ([`Flags`]), and not every combination is unbiased. Of what [`DiParams::new`] sets, the mean is wrong
+//!
+//! | with | because |
+//! |---|---|
+//! | [`Mis::ONE_OVER_M`](crate::resample::mis::Mis::ONE_OVER_M) or [`CONSTANT`](crate::resample::mis::Mis::CONSTANT) between pixels | pixels count that cannot produce a sample: darker |
+//! | [`Flags::INITIAL_VISIBILITY`], unless [`Flags::MIS_VISIBILITY`] is set | what a neighbour found occluded is missing where it is visible: darker near shadows |
+//! | [`Flags::SCATTER_CANDIDATE`], unless it is | scattering does not find what is occluded, and weights count on it: darker near shadows |
+//! | reuse over time, unless it or [`Flags::FINAL_RAY`] is | visibility of the last frame is reused: shadows lag |
+//! | [`Flags::AVERAGE_VISIBILITY`] without [`Flags::RED`], [`Flags::GREEN`] or [`Flags::BLUE`] | an average does not know its colour: leaks at coloured shadow edges |
+//! | `near_radius` above 0, unless it or [`Flags::FINAL_RAY`] is | near neighbours are believed to see the same: brighter in shadows |
 //!
 //! Two frames of a still scene, of two pixels side by side. (`Floor` is the scene that the documentation of [`scene`](crate::scene) shows;
 //! with one lamp alone there is nothing to choose, and no noise.)
@@ -62,6 +86,30 @@
 //!         assert!((pixel.sum[0] - 1.0).abs() < 2e-3);
 //!     }
 //!     last = shared.to_vec();
+//! }
+//! ```
+//!
+//! A frame in which pixels are shaded by several samples:
+//!
+//! ```
+//! # mod floor { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/scene/floor.rs")); }
+//! # use floor::Floor;
+//! # use restir_shared::glam::Vec3;
+//! # use restir_shared::layout::CameraParams;
+//! # use restir_shared::technique::restir_di::{DiParams, exchange, gather, initial, offer, pair_offsets, primary};
+//! # let pixels = [[0, 0], [1, 0]];
+//! # let camera = CameraParams::pinhole(Vec3::Y, Vec3::ZERO, Vec3::Z, 0.01, [2, 1]);
+//! let mut params = DiParams::new(camera, [2, 1], 7);
+//! let pairs = pair_offsets(params.seed, params.frame, 1.0, &mut params.pairs[..2]);
+//! params.neighbours = 2 * pairs as u32;
+//! let hits = pixels.map(|at| primary(&Floor, &params, at));
+//! let made = [0, 1].map(|i| initial(&Floor, &params, &[], hits[i], pixels[i]));
+//! let points = [0, 1].map(|i| offer(Floor, &params, hits[i], made[i].0, pixels[i]));
+//! let sent = [0, 1].map(|i| exchange(Floor, &params, &points, hits[i], pixels[i]));
+//! let targets = sent.map(|(targets, _)| targets);
+//! for i in [0, 1] {
+//!     let pixel = gather(&params, &points, &targets, made[i].1, sent[i].1, pixels[i]);
+//!     assert!((pixel.sum[0] - 1.0).abs() < 2e-3);
 //! }
 //! ```
 

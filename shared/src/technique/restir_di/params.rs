@@ -2,6 +2,7 @@
 
 use super::stored::PackedReservoir;
 use crate::layout::{CameraParams, Extent, FEATURE_CLEAR, SceneHeader};
+use crate::num;
 use crate::resample::exchange::{Neighbours, PAIRS};
 use crate::resample::mis::Mis;
 use crate::resample::reproject::Grid;
@@ -53,6 +54,12 @@ impl Flags {
     /// Position of the bits of [`Mis`].
     const MIS_SHIFT: u32 = 16;
 
+    /// These flags but for those in `others`.
+    #[must_use]
+    pub const fn without(self, others: Self) -> Self {
+        Self(self.0 & !others.0)
+    }
+
     /// No flag but a form of MIS.
     pub const fn of_form(form: Mis) -> Self {
         Self(form.bits() << Self::MIS_SHIFT)
@@ -84,7 +91,7 @@ impl Flags {
     /// Without what the scene does not have.
     #[inline(always)]
     pub(super) fn in_use<S: Surface>(self, scene: &S) -> Self {
-        if scene.features() & FEATURE_CLEAR == 0 { Self(self.0 & !Self::TRANSMITTANCE.0) } else { self }
+        if scene.features() & FEATURE_CLEAR == 0 { self.without(Self::TRANSMITTANCE) } else { self }
     }
 }
 
@@ -106,7 +113,7 @@ pub struct DiParams {
     /// The tables of the other reservoirs' frame, in the same arenas; the same ones within a frame, and of a scene that
     /// does not move.
     pub other_scene: SceneHeader,
-    /// The camera.
+    /// The camera of this frame.
     pub camera: CameraParams,
     /// The camera of the other reservoirs' frame; the same one within a frame.
     pub other_camera: CameraParams,
@@ -119,7 +126,7 @@ pub struct DiParams {
     pub frame: u32,
     /// Index of the other reservoirs' frame.
     pub other_frame: u32,
-    /// Seed of the random numbers.
+    /// Seed of the random numbers. Runs with different seeds, neighbouring ones too, are independent.
     pub seed: u32,
     /// What the pass does.
     pub flags: Flags,
@@ -149,7 +156,8 @@ pub struct DiParams {
     pub tile_size: u32,
     /// Zero.
     pub reserved: [u32; 2],
-    /// Offsets of a shading pass, of which every pixel has the neighbours on both sides: x in the lower half, y in the upper.
+    /// Offsets of a shading pass, as [`super::pair_offsets`] makes them: x in the lower half, y in the upper. Every pixel has the neighbours on
+    /// both sides, so that `neighbours` is twice their number.
     pub pairs: [u32; PAIRS],
 }
 
@@ -162,8 +170,13 @@ impl Extent for DiParams {
 impl DiParams {
     /// Parameters of the first frame of a chain in which every pixel shades its own sample: [`super::primary`], [`super::initial`], then
     /// from the second frame on [`super::combine`] with the last frame ([`Self::with_last`]), [`super::combine`] with neighbours
-    /// ([`Self::with_neighbours`]), and [`super::shade`]. The settings are unbiased. The scene's tables are left out: a scene of
-    /// other types has none.
+    /// ([`Self::with_neighbours`]), and [`super::shade`]. [`super::primary`], [`super::initial`] and [`super::shade`] take the frame's parameters as
+    /// they are. The scene's tables are left out: a scene of other types has none.
+    ///
+    /// The settings are unbiased: the form of MIS is [`Mis::PAIRWISE_DEFENSIVE`], visibility is part of targets and of MIS weights, scattering gives
+    /// a candidate (so that [`crate::scene::AddressedLights::address_of_hit`] is asked), and numbers are Sobol's. What may be changed without a second
+    /// thought: `candidates` (16), `neighbours` (4), `radius` (a twenty-fourth of the image's longer side, at least 4 pixels) and
+    /// `confidence_cap` (20: a reservoir of the last frame counts for at most so many of this one).
     pub fn new(camera: CameraParams, [width, height]: [u32; 2], seed: u32) -> Self {
         let flags = Flags::of_form(Mis::PAIRWISE_DEFENSIVE)
             | Flags::INITIAL_VISIBILITY
@@ -182,7 +195,7 @@ impl DiParams {
             candidates: 16,
             neighbours: 4,
             confidence_cap: 20.0,
-            radius: 16.0,
+            radius: num::max(4.0, num::div(width.max(height) as f32, 24.0)),
             max_plane_distance: 0.02,
             min_normal_cos: 0.5,
             group: 16,
@@ -190,14 +203,16 @@ impl DiParams {
         }
     }
 
-    /// The same chain's frame of that index, seen by `camera`.
+    /// The same chain's frame of that index, seen by `camera`. Each frame needs its own index: with that of another frame the numbers of
+    /// both are the same, and their reuse is biased.
     #[must_use]
     pub fn of_frame(self, frame: u32, camera: CameraParams) -> Self {
         Self { frame, other_frame: frame, camera, other_camera: camera, ..self }
     }
 
     /// Of the combine of a frame, not the first, with the last one, which `camera` saw. `same_view` says that every pixel had the same
-    /// ray in it, and the scene was the same.
+    /// ray in it, and the scene was the same: a fact to state, which saves the rays that find out what the last frame saw. Without this call
+    /// a combine takes the other reservoirs for neighbours in the same frame.
     #[must_use]
     pub fn with_last(self, camera: CameraParams, same_view: bool) -> Self {
         let still =
@@ -206,7 +221,8 @@ impl DiParams {
         Self { flags, other_camera: camera, other_frame: self.frame.wrapping_sub(1), neighbours: 0, ..self }
     }
 
-    /// Of the combine with neighbours in the same frame that is the number `pass` of those, counted from 0.
+    /// Of the combine with neighbours in the same frame that is the number `pass` of those, counted from 0. Without this call it
+    /// would draw the numbers of the combine with the last frame again.
     #[must_use]
     pub fn with_neighbours(self, pass: u32) -> Self {
         Self { combine: 1 + pass, ..self }
@@ -220,7 +236,7 @@ impl DiParams {
         Self { flags: Flags(self.flags.0 & bits), ..self }
     }
 
-    /// The image.
+    /// The pixels of the image, by which neighbours are found.
     #[inline(always)]
     pub fn grid(&self) -> Grid {
         Grid { width: self.width, height: self.height }
@@ -263,7 +279,7 @@ pub struct DiPoint {
     pub position: [f32; 3],
     /// Its normal, see [`crate::pack::encode_unit_vector`].
     pub normal: u32,
-    /// The reservoir.
+    /// The pixel's reservoir, which its neighbours evaluate at their own surfaces.
     pub reservoir: PackedReservoir,
 }
 

@@ -50,17 +50,17 @@ impl Offers for Points<'_> {
     }
 }
 
-/// The radiance of the pixel `at`, which sees `hit`, by way of its own reservoir, as a film's sample.
+/// The radiance of the pixel `at`, which sees `hit`, by way of its own reservoir, and what [`super::initial`] found `immediate`, as a film's sample.
 pub fn shade<S: Trace + Surface + AddressedLights + Copy>(
     scene: S,
     params: &DiParams,
     hit: PackedHit,
     reservoir: PackedReservoir,
-    direct: FilmPixel,
+    immediate: FilmPixel,
     at: [u32; 2],
 ) -> FilmPixel {
     let point = offer(scene, params, hit, reservoir, at);
-    film_pixel(params, direct, Vec3::from_array(point.radiance))
+    film_pixel(params, immediate, Vec3::from_array(point.radiance))
 }
 
 /// What the pixel `at`, which sees `hit`, shows its neighbours.
@@ -117,7 +117,7 @@ pub fn gather(
     params: &DiParams,
     points: &[DiPoint],
     pairs: &[DiPairs],
-    direct: FilmPixel,
+    immediate: FilmPixel,
     sent: FilmPixel,
     at: [u32; 2],
 ) -> FilmPixel {
@@ -128,7 +128,7 @@ pub fn gather(
         at,
     );
     let own = points[params.grid().index(at) as usize];
-    film_pixel(params, direct, Vec3::from_array(sent.sum) + Vec3::from_array(own.radiance) * share)
+    film_pixel(params, immediate, Vec3::from_array(sent.sum) + Vec3::from_array(own.radiance) * share)
 }
 
 /// A frame's offsets within `radius` pixels, see [`exchange::pair_offsets`].
@@ -139,8 +139,8 @@ pub fn pair_offsets(seed: u32, frame: u32, radius: f32, offsets: &mut [u32]) -> 
 
 /// With what needs no resampling, whose dropped samples are counted once, however many passes shade.
 #[inline(always)]
-fn film_pixel(params: &DiParams, direct: FilmPixel, radiance: Vec3) -> FilmPixel {
-    let pixel = FilmPixel::from_radiance(Vec3::from_array(direct.sum) + radiance);
-    let of_direct = if params.shading_pass == 0 { direct.dropped } else { 0.0 };
-    FilmPixel { sum: pixel.sum, dropped: num::min(pixel.dropped + of_direct, 1.0) }
+fn film_pixel(params: &DiParams, immediate: FilmPixel, radiance: Vec3) -> FilmPixel {
+    let pixel = FilmPixel::from_radiance(Vec3::from_array(immediate.sum) + radiance);
+    let of_immediate = if params.shading_pass == 0 { immediate.dropped } else { 0.0 };
+    FilmPixel { sum: pixel.sum, dropped: num::min(pixel.dropped + of_immediate, 1.0) }
 }

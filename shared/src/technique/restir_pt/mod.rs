@@ -127,7 +127,7 @@ impl PathNumbers {
         UVec2::new(key.x, key.y)
     }
 
-    /// The generator.
+    /// The random numbers of the pixel's path.
     #[inline(always)]
     pub fn rng(&self) -> &Rng {
         &self.rng

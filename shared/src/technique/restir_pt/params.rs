@@ -34,7 +34,7 @@ pub struct PtParams {
     pub scene: SceneHeader,
     /// The tables of the other frame, in the same arenas; the same ones within a frame, and of a scene that does not move.
     pub other_scene: SceneHeader,
-    /// The camera.
+    /// The camera of this frame.
     pub camera: CameraParams,
     /// The camera of the other frame; the same one within a frame.
     pub other_camera: CameraParams,
@@ -152,7 +152,7 @@ pub struct Job {
 }
 
 impl Job {
-    /// Nothing to do.
+    /// No shift is asked for.
     pub const NONE: Self = Self { path: u32::MAX, start: 0 };
 }
 

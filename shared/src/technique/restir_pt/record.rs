@@ -31,7 +31,7 @@ use glam::{UVec2, Vec2, Vec3};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct PackedPath {
-    /// See above.
+    /// The words, in the order of the table above.
     pub words: [u32; 16],
 }
 

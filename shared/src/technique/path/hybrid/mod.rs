@@ -55,9 +55,9 @@ use branches::Branches;
 
 /// What a path leaves that may enter a body.
 pub struct Entered {
-    /// Where it does.
+    /// Where the path enters a body, and with what throughput; nowhere, if it does not.
     pub entry: PackedEntry,
-    /// The sample so far.
+    /// Radiance that the path has found outside, as a film's sample.
     pub sample: FilmPixel,
 }
 

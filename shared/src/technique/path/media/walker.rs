@@ -13,7 +13,7 @@ use glam::{UVec4, Vec2, Vec3};
 pub struct Tally {
     /// How often paths have entered an interior that scatters.
     pub walks: u32,
-    /// Collisions.
+    /// Collisions in all of these walks.
     pub scatterings: u32,
     /// Paths that ended because they had too many segments inside of media: their light is lost.
     pub cut: u32,

@@ -1,0 +1,255 @@
+//! `cargo xtask documented`: runs the commands that README and docs name, and compares the pictures that they give with the committed ones.
+//!
+//! A command is a span of code, or a line of a block of `sh`, that begins with `restir` (also as `cargo run ... --`) or `cargo xtask` and holds
+//! neither `<` nor `...`. One that takes longer than half a minute carries its duration behind it, as in `(3 min)`. A picture
+//! below docs that a page shows has to be written by some command of a page: what renders has the same bits everywhere, so that the
+//! file is the same byte for byte.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Instant;
+
+use crate::Error;
+use crate::process::shell;
+
+/// Where the pages are.
+const PAGES: [&str; 2] = ["README.md", "docs"];
+/// Reports of commands that carry their duration; the pages that refer to them say which.
+const MADE: [&str; 4] = ["docs/bench", "docs/bench-di", "docs/bench-media", "docs/figures"];
+/// What cargo writes before a command of the program.
+const BY_CARGO: &str = "cargo run --release -p restir -- ";
+/// Subcommands of which a page speaks without meaning a command line.
+const NAMES: [&str; 9] = ["render", "compare", "explain", "bench", "reference", "info", "export", "figure", "advise"];
+
+/// What to run.
+#[derive(clap::Args)]
+pub struct Options {
+    /// Also what carries a duration.
+    #[arg(long)]
+    all: bool,
+    /// Only commands with these words.
+    #[arg(long, default_value = "")]
+    with: String,
+    /// Replace pictures that differ.
+    #[arg(long)]
+    write: bool,
+    /// Only print the commands, and where they stand.
+    #[arg(long)]
+    list: bool,
+}
+
+/// A command line that a page names.
+#[derive(Debug, PartialEq)]
+struct Documented {
+    line: String,
+    /// As the page writes it.
+    duration: Option<String>,
+}
+
+impl Documented {
+    /// The picture below docs that it writes.
+    fn picture(&self) -> Option<&str> {
+        let mut words = self.line.split_whitespace();
+        words.find(|word| *word == "--png")?;
+        words.next().filter(|path| path.starts_with("docs/"))
+    }
+}
+
+/// Runs them.
+///
+/// # Errors
+/// If a command fails, gives another picture than the committed one, or if a picture that is shown has no command.
+pub fn run(options: &Options) -> Result<(), Error> {
+    let pages = pages()?;
+    let commands = commands(&pages);
+    let mut problems = orphans(&pages, &commands);
+    let program = program()?;
+    let folder =
+        workplace().map_err(|error| Error::Environment(format!("there is no folder to run commands in: {error}")))?;
+    let chosen = commands.iter().filter(|(command, _)| command.line.contains(&options.with));
+    for (command, page) in chosen {
+        let duration = command.duration.as_deref();
+        let left_out = duration.filter(|_| !options.all).map(|duration| format!("left out, {duration}"));
+        if options.list || left_out.is_some() {
+            println!("{page}: {} ({})", command.line, left_out.or(duration.map(str::to_owned)).unwrap_or_default());
+            continue;
+        }
+        let start = Instant::now();
+        let result = execute(command, &program, folder.path(), options.write);
+        println!("{page}: {} ({:.1} s)", command.line, start.elapsed().as_secs_f64());
+        problems.extend(result.err().map(|problem| format!("{page}: `{}`: {problem}", command.line)));
+    }
+    if problems.is_empty() { Ok(()) } else { Err(Error::Failed(problems.join("\n"))) }
+}
+
+/// All pages with their text.
+fn pages() -> Result<BTreeMap<PathBuf, String>, Error> {
+    fn walk(path: &Path, found: &mut BTreeMap<PathBuf, String>) -> std::io::Result<()> {
+        if path.is_dir() {
+            for entry in std::fs::read_dir(path)? {
+                walk(&entry?.path(), found)?;
+            }
+        } else if path.extension().is_some_and(|ending| ending == "md") {
+            found.insert(path.to_owned(), std::fs::read_to_string(path)?);
+        }
+        Ok(())
+    }
+    let mut found = BTreeMap::new();
+    let read = PAGES.iter().try_for_each(|path| walk(Path::new(path), &mut found));
+    read.map_err(|error| {
+        Error::Environment(format!("cannot read the pages, run this at the workspace's root: {error}"))
+    })?;
+    found.retain(|path, _| !MADE.iter().any(|made| path.starts_with(made)));
+    Ok(found)
+}
+
+/// The commands, each once, with the first page that names it.
+fn commands(pages: &BTreeMap<PathBuf, String>) -> Vec<(Documented, String)> {
+    let mut found: Vec<(Documented, String)> = Vec::new();
+    for (page, text) in pages {
+        for command in commands_of(text) {
+            match found.iter_mut().find(|(known, _)| known.line == command.line) {
+                Some((known, _)) => known.duration = known.duration.take().or(command.duration),
+                None => found.push((command, page.display().to_string())),
+            }
+        }
+    }
+    found
+}
+
+fn commands_of(text: &str) -> Vec<Documented> {
+    let mut found = Vec::new();
+    for (index, part) in text.split("```").enumerate() {
+        match part.strip_prefix("sh\n") {
+            Some(block) if index % 2 == 1 => found.extend(block.lines().filter_map(|line| command(line, ""))),
+            _ if index % 2 == 1 => (),
+            _ => {
+                let spans: Vec<&str> = part.split('`').collect();
+                found.extend(
+                    spans
+                        .chunks(2)
+                        .zip(spans.chunks(2).skip(1))
+                        .filter_map(|(span, next)| command(span.get(1)?, next.first()?)),
+                );
+            }
+        }
+    }
+    found
+}
+
+/// A command that can be run, with the text behind it.
+fn command(span: &str, behind: &str) -> Option<Documented> {
+    let line = span.split_whitespace().collect::<Vec<_>>().join(" ");
+    let line = line.strip_prefix(BY_CARGO).map_or(line.clone(), |rest| format!("restir {rest}"));
+    let words: Vec<&str> = line.split(' ').collect();
+    let meant = match words.as_slice() {
+        ["restir", name] => !NAMES.contains(name),
+        ["restir", ..] | ["cargo", "xtask", _, ..] => true,
+        _ => false,
+    };
+    if !meant || line.contains(['<', '|']) || line.contains("...") {
+        return None;
+    }
+    let duration = behind.strip_prefix(" (").and_then(|rest| rest.split_once(')')).map(|(inside, _)| inside.to_owned());
+    let duration = duration.filter(|inside| [" s", " min", " h"].iter().any(|unit| inside.ends_with(unit)));
+    Some(Documented { line, duration })
+}
+
+/// Pictures below docs that a page shows and no command writes: neither as `--png docs/x.png`, nor as `cargo xtask x`, nor beside
+/// the page that a script writes by `--out docs/x.md`, where their names begin with the page's.
+fn orphans(pages: &BTreeMap<PathBuf, String>, commands: &[(Documented, String)]) -> Vec<String> {
+    let text: String = pages.values().map(String::as_str).collect();
+    let shown = text.split("](").skip(1).filter_map(|rest| rest.split_once(')')).map(|(path, _)| path);
+    let shown = shown.filter(|path| path.ends_with(".png") && !path.contains("figures/"));
+    let names: BTreeSet<&str> = shown.filter_map(|path| path.rsplit('/').next()).collect();
+    let scripts: Vec<&str> =
+        text.split("--out docs/").skip(1).filter_map(|rest| rest.split_once(".md")).map(|(stem, _)| stem).collect();
+    let made = |name: &str| {
+        let task = format!("cargo xtask {}", name.trim_end_matches(".png"));
+        commands.iter().any(|(command, _)| {
+            command.line == task || command.picture().is_some_and(|path| path.strip_prefix("docs/") == Some(name))
+        }) || scripts.iter().any(|stem| name.starts_with(stem))
+    };
+    names
+        .iter()
+        .filter(|name| !made(name))
+        .map(|name| format!("no page has a command that writes docs/{name}"))
+        .collect()
+}
+
+/// Runs a command: of the program in the folder, where earlier ones have left their files, others at the workspace's root.
+fn execute(command: &Documented, program: &Path, folder: &Path, write: bool) -> Result<(), String> {
+    let mut words = command.line.split(' ');
+    let mut process = match words.next() {
+        Some("cargo") => Command::new(env!("CARGO")),
+        _ => Command::new(program),
+    };
+    if command.line.starts_with("restir") {
+        process.current_dir(folder);
+    }
+    let picture = folder.join("picture.png");
+    for word in words {
+        match command.picture() {
+            Some(path) if path == word => process.arg(&picture),
+            _ => process.arg(word),
+        };
+    }
+    let output = process.output().map_err(|error| format!("cannot run {}: {error}", shell(&process)))?;
+    if !output.status.success() {
+        return Err(format!("ended with {}: {}", output.status, String::from_utf8_lossy(&output.stderr).trim()));
+    }
+    match command.picture() {
+        Some(path) if write => std::fs::copy(&picture, path).map(|_| ()).map_err(|error| error.to_string()),
+        Some(path) if std::fs::read(&picture).ok() != std::fs::read(path).ok() => {
+            Err(format!("gives another picture than {path}"))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The program, built.
+fn program() -> Result<PathBuf, Error> {
+    let mut build = Command::new(env!("CARGO"));
+    build.args(["build", "--release", "--locked", "--quiet", "--bin", "restir", "--message-format", "json"]);
+    let output =
+        build.output().map_err(|error| Error::Environment(format!("cannot run `{}`: {error}", shell(&build))))?;
+    let text = String::from_utf8_lossy(&output.stdout);
+    let path = text.lines().find_map(|line| {
+        let (_, rest) = line.split_once(r#""executable":""#)?;
+        rest.split_once('"').map(|(path, _)| PathBuf::from(path))
+    });
+    path.ok_or_else(|| {
+        Error::Failed(format!("`{}` gave no program: {}", shell(&build), String::from_utf8_lossy(&output.stderr)))
+    })
+}
+
+/// A folder where what commands read is found as at the workspace's root.
+fn workplace() -> std::io::Result<tempfile::TempDir> {
+    let folder = tempfile::tempdir()?;
+    #[cfg(unix)]
+    for name in ["assets", "docs"] {
+        std::os::unix::fs::symlink(std::env::current_dir()?.join(name), folder.path().join(name))?;
+    }
+    Ok(folder)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn commands_are_found() {
+        let text = "`restir scenes`, `restir render`, `restir render <scene> -o a.exr`, `restir render cornell -o c.exr --png docs/c.png` (3 min) and\n\
+                    ```sh\ncargo run --release -p restir -- compare a.exr b.exr\n```\n`cargo xtask\naov`, `cargo test` or ![x](c.png) ![y](d.png)";
+        let line = |line: &str| Documented { line: line.to_owned(), duration: None };
+        let render = "restir render cornell -o c.exr --png docs/c.png";
+        let long = Documented { line: render.to_owned(), duration: Some("3 min".to_owned()) };
+        assert_eq!(
+            commands_of(text),
+            [line("restir scenes"), long, line("restir compare a.exr b.exr"), line("cargo xtask aov")]
+        );
+        let pages = BTreeMap::from([(PathBuf::from("README.md"), text.to_owned())]);
+        assert_eq!(orphans(&pages, &commands(&pages)), ["no page has a command that writes docs/d.png"]);
+    }
+}
