@@ -11,7 +11,7 @@
 //! | [`Probe`] | all hits of one object on a segment | light that walks under a surface |
 //!
 //! Every method is a function of its arguments alone: techniques rely on asking twice and getting the same bits. On a processor any
-//! arithmetic will do for that; the functions of [`num`](crate::num) are for who wants the same bits on several devices. A scene
+//! arithmetic will do for that; the functions of [`num`] are for who wants the same bits on several devices. A scene
 //! that is not `Copy` is passed as a reference: `&S` implements every trait that `S` does.
 //!
 //! A scene whose emitters rays can hit ([`LightKind::Area`], [`LightKind::Environment`]) answers for them twice, and both answers have to agree:
