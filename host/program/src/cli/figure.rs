@@ -19,19 +19,19 @@ use super::bench::{REPORT, prepare_output, setup, write_text};
 use super::render::{Size, natural};
 use super::{console, device, interrupt, progress::reported, reference, require};
 use crate::figure::{
-    Environs, Files, PICTURE, chains::Protocol, seed001_grid, seed001_profiles, seed001_walk, seed002_fig1,
-    seed002_fig2, seed004_fig1,
+    Environs, Files, PICTURE, bitterli2020_fig1, chains::Protocol, tokuyoshi_fig1, tokuyoshi_fig2, zhang2025_grid,
+    zhang2025_profiles, zhang2025_walk,
 };
 
 /// Smaller pictures decide no claim: they may be black, they fit into one tile of those that a bootstrap resamples, or
-/// their pixels miss every other stripe of the wall in `seed004-fig1`, whose 32 are twice as wide as a picture is high.
+/// their pixels miss every other stripe of the wall in `bitterli2020-fig1`, whose 32 are twice as wide as a picture is high.
 const MIN_SIDE: u32 = 12;
 const MAX_RESTARTS: u32 = 4096;
 const MAX_FRAMES: u32 = 4096;
 const REFERENCE_SECONDS: u64 = 150;
 /// What all figures show: direct light at the centres of pixels.
 const DIRECT: Integral = Integral { max_depth: 2, jitter: false, filter: PixelFilter::Box, multiscatter: true };
-/// Frames of `seed002-fig1` that do not count.
+/// Frames of `tokuyoshi-fig1` that do not count.
 const UNCOUNTED: u32 = 16;
 
 /// The figures that can be made.
@@ -39,22 +39,22 @@ const UNCOUNTED: u32 = 16;
 enum Figure {
     /// Bitterli et al. 2020, supplement, figure 1: error over render time, of contribution MIS and of Talbot's, with and
     /// without reuse of visibility.
-    #[value(name = "seed004-fig1")]
+    #[value(name = "bitterli2020-fig1")]
     MisOverTime,
     /// Zhang and d'Eon 2025: cubes by colour and mean free path, beside diffuse ones.
-    #[value(name = "seed001-grid")]
+    #[value(name = "zhang2025-grid")]
     Grid,
     /// Zhang and d'Eon 2025: what each collision under a surface adds, how distances and channels are sampled, and R over the distance.
-    #[value(name = "seed001-walk")]
+    #[value(name = "zhang2025-walk")]
     Walk,
     /// Zhang and d'Eon 2025: where profiles fail, what the hybrid makes of it, light counted twice, rays, and R beside the fits.
-    #[value(name = "seed001-profiles")]
+    #[value(name = "zhang2025-profiles")]
     Profiles,
     /// Tokuyoshi, supplement, figure 1: the visibility term, of the selected sample and averaged.
-    #[value(name = "seed002-fig1")]
+    #[value(name = "tokuyoshi-fig1")]
     VisibilityTerm,
     /// Tokuyoshi, supplement, figure 2: what both converge to under coloured lights.
-    #[value(name = "seed002-fig2")]
+    #[value(name = "tokuyoshi-fig2")]
     ConvergedTrio,
 }
 
@@ -102,8 +102,8 @@ pub(super) struct Arguments {
     /// Independent chains of frames.
     #[arg(long, value_parser = natural::<u32>, allow_hyphen_values = true)]
     restarts: Option<u32>,
-    /// Frames of a chain. Its picture is the last one, in seed002-fig2 the mean; in seed002-fig1 the first 16 do not count. In
-    /// seed001-walk, seed001-grid and seed001-profiles samples of a pixel.
+    /// Frames of a chain. Its picture is the last one, in tokuyoshi-fig2 the mean; in tokuyoshi-fig1 the first 16 do not count. In
+    /// zhang2025-walk, zhang2025-grid and zhang2025-profiles samples of a pixel.
     #[arg(long, value_parser = natural::<u32>, allow_hyphen_values = true)]
     frames: Option<u32>,
     /// Samples per pixel of the references, in figures that have one.
@@ -115,7 +115,7 @@ pub(super) struct Arguments {
     /// Smaller defaults: a look in a fourth of the time, with wider intervals.
     #[arg(long)]
     quick: bool,
-    /// Environment of the exterior scene of seed004-fig1 instead of its own: a latitude-longitude EXR file.
+    /// Environment of the exterior scene of bitterli2020-fig1 instead of its own: a latitude-longitude EXR file.
     #[arg(long, value_name = "FILE")]
     env: Option<PathBuf>,
     #[command(flatten)]
@@ -136,20 +136,20 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let files = match arguments.figure {
         Figure::MisOverTime => {
             let frames = if arguments.quick { 8 } else { 16 };
-            let effort = seed004_fig1::Effort { protocol, frames, restarts: 2, reference };
-            seed004_fig1::make(&mut program, &effort, environment, &setup)?
+            let effort = bitterli2020_fig1::Effort { protocol, frames, restarts: 2, reference };
+            bitterli2020_fig1::make(&mut program, &effort, environment, &setup)?
         }
-        Figure::Grid => seed001_grid::make(&mut program, protocol.size, protocol.warm_up + 1, &setup)?,
-        Figure::Walk => seed001_walk::make(&mut program, protocol.size, protocol.warm_up + 1, &setup)?,
-        Figure::Profiles => seed001_profiles::make(&mut program, protocol.size, protocol.warm_up + 1, &setup)?,
+        Figure::Grid => zhang2025_grid::make(&mut program, protocol.size, protocol.warm_up + 1, &setup)?,
+        Figure::Walk => zhang2025_walk::make(&mut program, protocol.size, protocol.warm_up + 1, &setup)?,
+        Figure::Profiles => zhang2025_profiles::make(&mut program, protocol.size, protocol.warm_up + 1, &setup)?,
         Figure::VisibilityTerm => {
             let counted = protocol.warm_up + 1 - UNCOUNTED;
             let protocol = Protocol { warm_up: UNCOUNTED, ..protocol };
-            seed002_fig1::make(&mut program, protocol, counted, &setup)?
+            tokuyoshi_fig1::make(&mut program, protocol, counted, &setup)?
         }
         Figure::ConvergedTrio => {
             let protocol = Protocol { accumulate: true, ..protocol };
-            seed002_fig2::make(&mut program, protocol, reference, &setup)?
+            tokuyoshi_fig2::make(&mut program, protocol, reference, &setup)?
         }
     };
     publish(&arguments.out, &files)
@@ -169,7 +169,8 @@ fn effort(arguments: &Arguments) -> Result<(Protocol, Goal), Error> {
     let problem = format_args!("--restarts {chains} has no two equal halves; give an even number");
     require(figure != Figure::ConvergedTrio || chains.is_multiple_of(2), problem)?;
     let frames = within("--frames", arguments.frames, frames, MAX_FRAMES)?;
-    let problem = format_args!("--env is for the exterior of seed004-fig1, and this figure has none; leave it out");
+    let problem =
+        format_args!("--env is for the exterior of bitterli2020-fig1, and this figure has none; leave it out");
     require(figure == Figure::MisOverTime || arguments.env.is_none(), problem)?;
     let asks_for_reference = arguments.reference_spp.is_some() || arguments.reference_seconds.is_some();
     let problem = format_args!(

@@ -1,17 +1,17 @@
 //! Figures of papers, measured anew: plots and pictures, their data, and what became of the claims made by them.
 
 pub(crate) mod averaging;
+pub(crate) mod bitterli2020_fig1;
 pub(crate) mod chains;
 pub(crate) mod claim;
 pub(crate) mod cost;
 pub(crate) mod picture;
 pub(crate) mod scenes;
-pub(crate) mod seed001_grid;
-pub(crate) mod seed001_profiles;
-pub(crate) mod seed001_walk;
-pub(crate) mod seed002_fig1;
-pub(crate) mod seed002_fig2;
-pub(crate) mod seed004_fig1;
+pub(crate) mod tokuyoshi_fig1;
+pub(crate) mod tokuyoshi_fig2;
+pub(crate) mod zhang2025_grid;
+pub(crate) mod zhang2025_profiles;
+pub(crate) mod zhang2025_walk;
 
 use restir::reference::{Goal, Reference};
 use restir::{Error, buffers::SceneBuffers, exec::Executor, image::Image, render::Progress};

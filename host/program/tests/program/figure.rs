@@ -31,7 +31,7 @@ fn assert_table(csv: &str, rows: usize) {
 fn error_over_time_by_form_of_mis() {
     let (workplace, cache) = (Workplace::new(), TempDir::new().unwrap());
     let few = ["--quick", "--restarts", "4", "--frames", "3", "--reference-spp", "256"];
-    let outcome = figure(&workplace, &cache, &[&["seed004-fig1"][..], &few].concat()).done();
+    let outcome = figure(&workplace, &cache, &[&["bitterli2020-fig1"][..], &few].concat()).done();
     let plots = ["many-lights.svg", "report.md", "statue.svg", "wall.svg"];
     assert_eq!(workplace.outputs(), [&["chains.csv", "curves.csv"], &plots[..]].concat());
     let report = workplace.text("report.md");
@@ -50,7 +50,7 @@ fn error_over_time_by_form_of_mis() {
 #[test]
 fn the_visibility_term() {
     let (workplace, cache) = (Workplace::new(), TempDir::new().unwrap());
-    figure(&workplace, &cache, &["seed002-fig1", "--restarts", "1", "--frames", "24"]).done();
+    figure(&workplace, &cache, &["tokuyoshi-fig1", "--restarts", "1", "--frames", "24"]).done();
     assert_eq!(workplace.outputs(), ["images.png", "report.md", "tiles.csv"]);
     let report = workplace.text("report.md");
     // the samples are the same bits with and without averaging, and there are two rays a pixel, of any picture
@@ -62,7 +62,7 @@ fn the_visibility_term() {
 #[test]
 fn the_converged_trio() {
     let (workplace, cache) = (Workplace::new(), TempDir::new().unwrap());
-    let more = ["seed002-fig2", "--restarts", "4", "--frames", "4", "--reference-spp", "256"];
+    let more = ["tokuyoshi-fig2", "--restarts", "4", "--frames", "4", "--reference-spp", "256"];
     figure(&workplace, &cache, &more).done();
     assert_eq!(workplace.outputs(), ["images.png", "pixels.csv", "report.md"]);
     let report = workplace.text("report.md");
@@ -73,7 +73,7 @@ fn the_converged_trio() {
 #[test]
 fn colours_by_mean_free_path() {
     let (workplace, cache) = (Workplace::new(), TempDir::new().unwrap());
-    figure(&workplace, &cache, &["seed001-grid", "--frames", "4"]).done();
+    figure(&workplace, &cache, &["zhang2025-grid", "--frames", "4"]).done();
     assert_eq!(workplace.outputs(), ["cells.csv", "images.png", "report.md"]);
     let report = workplace.text("report.md");
     assert!(verdicts(&report, "G1").len() == 1 && verdicts(&report, "G2").len() == 1, "{report}");
@@ -87,28 +87,28 @@ fn figures_that_cannot_be() {
         figure(&workplace, &cache, more).refused(words);
         assert_eq!(workplace.outputs(), [""; 0]);
     };
-    let all = ["seed001-grid", "seed001-walk", "seed002-fig1", "seed002-fig2", "seed004-fig1"];
-    refused(&["seed004-fig2"], &[&["seed004-fig2"], all.as_slice()].concat());
-    refused(&["seed004-fig1", "--restarts", "3"], &["--restarts 3", "4 to"]);
-    refused(&["seed004-fig1", "--frames", "1"], &["--frames 1", "2 to"]);
-    refused(&["seed002-fig1", "--frames", "17"], &["--frames 17", "18 to"]);
-    refused(&["seed002-fig2", "--restarts", "5"], &["--restarts 5", "even"]);
-    refused(&["seed002-fig2", "--reference-spp", "0"], &["--reference-spp"]);
+    let all = ["zhang2025-grid", "zhang2025-walk", "tokuyoshi-fig1", "tokuyoshi-fig2", "bitterli2020-fig1"];
+    refused(&["bitterli2020-fig2"], &[&["bitterli2020-fig2"], all.as_slice()].concat());
+    refused(&["bitterli2020-fig1", "--restarts", "3"], &["--restarts 3", "4 to"]);
+    refused(&["bitterli2020-fig1", "--frames", "1"], &["--frames 1", "2 to"]);
+    refused(&["tokuyoshi-fig1", "--frames", "17"], &["--frames 17", "18 to"]);
+    refused(&["tokuyoshi-fig2", "--restarts", "5"], &["--restarts 5", "even"]);
+    refused(&["tokuyoshi-fig2", "--reference-spp", "0"], &["--reference-spp"]);
     for option in ["--reference-spp", "--reference-seconds"] {
-        refused(&["seed002-fig1", option, "64"], &[option, "none", "leave"]);
+        refused(&["tokuyoshi-fig1", option, "64"], &[option, "none", "leave"]);
     }
-    refused(&["seed004-fig1", "--env", "missing.exr"], &["cannot read", "missing.exr"]);
+    refused(&["bitterli2020-fig1", "--env", "missing.exr"], &["cannot read", "missing.exr"]);
     let sky = workplace.output("../sky.exr");
     write_exr(sky.as_ref(), &Image { width: 2, height: 1, pixels: vec![[1.0; 3]; 2] }, &[]).unwrap();
-    refused(&["seed002-fig1", "--env", &sky], &["--env", "leave it out"]);
-    for figure in ["seed004-fig1", "seed002-fig1", "seed002-fig2"] {
+    refused(&["tokuyoshi-fig1", "--env", &sky], &["--env", "leave it out"]);
+    for figure in ["bitterli2020-fig1", "tokuyoshi-fig1", "tokuyoshi-fig2"] {
         for size in ["0x9", "1x1", "11x12", "12x11", "16385x12"] {
             let no_size = ["figure", figure, "--size", size, "--out", &workplace.output("")];
             run(no_size).refused(&[size, "sides from 12 to 16384"]);
         }
     }
-    run(["figure", "seed002-fig1"]).refused(&["--out"]);
+    run(["figure", "tokuyoshi-fig1"]).refused(&["--out"]);
     let file = workplace.input("file", b"");
-    let no_folder = ["figure", "seed002-fig1", "--size", "16x12", "--device", "cpu", "--out", &file];
+    let no_folder = ["figure", "tokuyoshi-fig1", "--size", "16x12", "--device", "cpu", "--out", &file];
     run(no_folder).refused(&["cannot write", "--out"]);
 }

@@ -16,7 +16,7 @@ use restir_shared::rng::{Rng, Sampler, unit};
 
 use super::claim::{self, Claim};
 use super::picture::grid;
-use super::seed001_walk::{ALBEDOS, Enters, RINGS, ring, rings};
+use super::zhang2025_walk::{ALBEDOS, Enters, RINGS, ring, rings};
 use super::{Environs, Files, PICTURE};
 use crate::bench::plot::{self, Line, Panel};
 use crate::bench::table::Setup;
