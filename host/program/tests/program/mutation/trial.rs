@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
@@ -16,6 +16,8 @@ use crate::support::PROGRAM;
 
 /// The program may be silent so long.
 const PATIENCE: Duration = Duration::from_secs(10);
+/// After so long it is interrupted: it may have been told to go on for ever, as by an error that no picture reaches.
+const LONGEST: Duration = Duration::from_secs(60);
 /// Addresses that a process may have, in KiB: an allocation beyond them aborts.
 const ADDRESSES: u64 = 6_000_000;
 
@@ -152,6 +154,8 @@ struct Ran {
     text: String,
     /// It was silent for too long.
     hangs: bool,
+    /// It was told to end.
+    interrupted: bool,
 }
 
 impl Case {
@@ -177,12 +181,21 @@ impl Case {
                 sender.send(part[..length].to_vec()).ok();
             }
         });
+        let interrupt = |child: &Child| {
+            Command::new("kill").args(["-INT", &child.id().to_string()]).stderr(Stdio::null()).status().unwrap()
+        };
+        let start = Instant::now();
         if let Some(wait) = self.interrupted {
             std::thread::sleep(wait);
-            Command::new("kill").args(["-INT", &child.id().to_string()]).stderr(Stdio::null()).status().unwrap();
+            interrupt(&child);
         }
         let mut heard = Vec::new();
+        let mut interrupted = self.interrupted.is_some();
         let hangs = loop {
+            if !interrupted && start.elapsed() > LONGEST {
+                interrupt(&child);
+                interrupted = true;
+            }
             match receiver.recv_timeout(PATIENCE) {
                 Ok(part) => heard.extend(part),
                 Err(RecvTimeoutError::Disconnected) => break false,
@@ -194,13 +207,13 @@ impl Case {
         };
         let status = child.wait().unwrap();
         listening.join().unwrap();
-        Ran { code: status.code(), text: String::from_utf8_lossy(&heard).into_owned(), hangs }
+        Ran { code: status.code(), text: String::from_utf8_lossy(&heard).into_owned(), hangs, interrupted }
     }
 }
 
 /// Whether all is as it should be, or what is not.
 fn judged(case: &Case, ran: Ran, outputs: &Path) -> Result<End, String> {
-    let Ran { code, text, hangs } = ran;
+    let Ran { code, text, hangs, interrupted } = ran;
     let last = text.lines().last().unwrap_or_default().to_owned();
     let fault = |what: &str| Err(format!("{what}: {last}"));
     let names = listed(outputs);
@@ -224,9 +237,9 @@ fn judged(case: &Case, ran: Ran, outputs: &Path) -> Result<End, String> {
         Some(0) if errors == 0 => Ok(End::Done),
         Some(2) if errors == 1 && (names.is_empty() || keeps_files(case)) => Ok(End::Refused),
         Some(1) if errors == 1 && case.command[0] == "bench" => Ok(End::Done),
-        Some(130) if case.interrupted.is_some() && errors == 1 => Ok(End::Interrupted),
+        Some(130) if interrupted && errors == 1 => Ok(End::Interrupted),
         // before it listens
-        None if case.interrupted.is_some() && text.is_empty() => Ok(End::Interrupted),
+        None if interrupted && text.is_empty() => Ok(End::Interrupted),
         code => Err(format!("it ended with {code:?}, {errors} errors and {names:?}: {last}")),
     }
 }
@@ -257,7 +270,8 @@ fn faults_are_seen() {
         if !file.is_empty() {
             std::fs::write(folder.path().join(file), "text").unwrap();
         }
-        judged(case, Ran { code, text: text.to_owned(), hangs }, folder.path()).is_ok()
+        judged(case, Ran { code, text: text.to_owned(), hangs, interrupted: case.interrupted.is_some() }, folder.path())
+            .is_ok()
     };
     let usual = case(render, false);
     let error = "warning: something\nerror: no such file\n";
