@@ -7,7 +7,7 @@
 //!     Err(Error::Scene { scene, problem }) => assert!(scene == "teapot" && problem.contains("cornell")),
 //!     other => panic!("{other:?}"),
 //! }
-//! match restir_host::technique::by_name("restir") {
+//! match restir_host::technique::named("restir") {
 //!     Err(Error::Unknown { what: "technique", known, .. }) => assert!(known.contains(&"restir-di".to_owned())),
 //!     other => panic!("{:?}", other.err()),
 //! }

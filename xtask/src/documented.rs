@@ -144,6 +144,7 @@ fn command(span: &str, behind: &str) -> Option<Documented> {
     let line = line.strip_prefix(BY_CARGO).map_or(line.clone(), |rest| format!("restir {rest}"));
     let words: Vec<&str> = line.split(' ').collect();
     let meant = match words.as_slice() {
+        ["restir"] => false,
         ["restir", name] => !NAMES.contains(name),
         ["restir", ..] | ["cargo", "xtask", _, ..] => true,
         _ => false,
