@@ -179,7 +179,8 @@ fn orphans(pages: &BTreeMap<PathBuf, String>, commands: &[(Documented, String)])
         .collect()
 }
 
-/// Runs a command: of the program in the folder, where earlier ones have left their files, others at the workspace's root.
+/// Runs a command: of the program in the folder, where earlier ones have left their files, others at the workspace's root. What it would
+/// write below docs is written into the folder.
 fn execute(command: &Documented, program: &Path, folder: &Path, write: bool) -> Result<(), String> {
     let mut words = command.line.split(' ');
     let mut process = match words.next() {
@@ -190,11 +191,14 @@ fn execute(command: &Documented, program: &Path, folder: &Path, write: bool) -> 
         process.current_dir(folder);
     }
     let picture = folder.join("picture.png");
+    let mut before = "";
     for word in words {
-        match command.picture() {
-            Some(path) if path == word => process.arg(&picture),
+        match before {
+            "--png" if word.starts_with("docs/") => process.arg(&picture),
+            "--out" => process.arg(folder.join("out")),
             _ => process.arg(word),
         };
+        before = word;
     }
     let output = process.output().map_err(|error| format!("cannot run {}: {error}", shell(&process)))?;
     if !output.status.success() {
