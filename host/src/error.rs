@@ -39,7 +39,7 @@ pub enum Error {
         problem: String,
     },
     /// A name is none of those that there are.
-    #[error("there is no {what} {name:?}; there are: {}", known.join(", "))]
+    #[error("there is no {what} {name:?}; {}", if known.is_empty() { "there are none".to_owned() } else { format!("there are: {}", known.join(", ")) })]
     Unknown {
         /// What was named: a technique, a setting, a preset.
         what: &'static str,

@@ -41,7 +41,7 @@ pub struct Tone {
 }
 
 impl Tone {
-    /// Values in [0, 1], linear, ready for [`crate::image::write_png`]; for [`Operator::Clamp`] what lies above 1 is left to it.
+    /// Values in [0, 1], linear, ready for [`crate::image::write_png`], or for [`restir_shared::color::srgb_encode`] and another encoder; for [`Operator::Clamp`] what lies above 1 is left to it.
     #[must_use]
     pub fn of(&self, image: &Image) -> Image {
         let scale = 2_f64.powf(self.exposure);

@@ -557,6 +557,8 @@ fn refusals_change_nothing() -> Result<(), Failed> {
     let views = [
         View { scene: SceneChange::Edited(&lost), ..View::default() },
         View { camera: Some(nowhere), ..View::default() },
+        View { scene: SceneChange::Frame(f64::NAN), ..View::default() },
+        View { scene: SceneChange::Frame(f64::INFINITY), ..View::default() },
         View { camera: Some(Camera { lens_radius: 0.1, ..camera(0) }), primary_given: true, ..View::default() },
     ];
     for wrong in &views {

@@ -32,6 +32,7 @@ pub enum CameraPath {
 
 /// The camera in one frame.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Keyframe {
     /// Index of the frame.
     pub frame: f64,

@@ -24,7 +24,8 @@ impl Scene {
     /// Adds a square light that faces down, above the scene's bounds and a little to their front.
     ///
     /// Its size follows the bounds and its radiance is such that a white object is well exposed. A camera made by
-    /// [`super::Camera::framing`] sees nothing of it. It reflects nothing.
+    /// [`super::Camera::framing`] before sees nothing of it; a scene that has no camera yet is framed with the light, so set
+    /// [`Scene::camera`] first. It reflects nothing.
     pub fn add_default_light(&mut self) {
         let bounds = self.bounds();
         let (centre, half) = centre_and_half_size(bounds);

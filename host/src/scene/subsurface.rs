@@ -106,7 +106,8 @@ impl Scene {
                 filled = true;
             }
         }
-        let problem = "no mesh of the scene is closed and dark, so that none can be filled; fill none";
+        let problem =
+            "no mesh of the scene is closed and emits nothing, so that no medium can fill it; leave the medium out";
         if filled { Ok(()) } else { Err(Error::Setting(problem.to_owned())) }
     }
 

@@ -2,6 +2,7 @@
 
 use super::{Begun, Device, Frozen, Session, Setup, View};
 use crate::exec::{CpuExecutor, check_probes};
+use crate::image::Image;
 use crate::plan::{Buffer, Pass};
 use crate::scene::Camera;
 use crate::{Error, buffers::SceneBuffers, memory};
@@ -70,7 +71,8 @@ impl CpuSession {
     /// Renders the next frame.
     ///
     /// # Errors
-    /// [`Error::Scene`] if an edited scene is broken; the session is then as it was. [`Error::Memory`] if it does not fit.
+    /// [`Error::Setting`] for a camera or a frame that is not finite, [`Error::Scene`] if an edited scene is broken; the session is then as it
+    /// was. [`Error::Memory`] if it does not fit.
     pub fn frame(&mut self, view: &View<'_>) -> Result<Begun, Error> {
         if self.setup().scene.is_foreign() {
             let problem = "a session over a foreign scene is given that scene with each frame; call frame_over";
@@ -106,6 +108,12 @@ impl CpuSession {
     /// not finite. Zeros before the first.
     pub fn pixels(&self) -> &[FilmPixel] {
         bytemuck::cast_slice(&self.device.buffers[self.sequence.output()])
+    }
+
+    /// The same as an image, ready for [`crate::tonemap`] and for files.
+    pub fn image(&self) -> Image {
+        let [width, height] = self.setup().size;
+        Image { width, height, pixels: self.pixels().iter().map(|pixel| pixel.sum).collect() }
     }
 
     /// The plane of what the camera sees in the next frame, rows from top to bottom, for a renderer that knows it: who fills it gives

@@ -47,13 +47,14 @@ use std::sync::Arc;
 pub struct Setup {
     /// The scene; one that will be edited is built by [`SceneBuffers::build_editable`].
     pub scene: Arc<SceneBuffers>,
-    /// The technique and its settings.
+    /// The technique and its settings: of a preset [`crate::settings::Declared::preset`] makes them. What it does not follow of the scene's
+    /// light says [`Technique::leaves_out`].
     pub technique: Box<dyn Technique>,
     /// Width and height in pixels.
     pub size: [u32; 2],
     /// Seed of the random numbers.
     pub seed: u32,
-    /// Samples a pixel in each frame, of techniques that take samples; not zero.
+    /// Samples a pixel in each frame, of techniques that repeat samples (`path`); those that repeat frames take no notice. Not zero.
     pub samples: u32,
     /// The image is the mean of all frames since the view last changed, of at most so many: then the mean begins anew. With `None` each
     /// frame is an image of its own. Samples of a technique that takes samples are counted from the beginning of a mean, so that it has the
@@ -146,7 +147,8 @@ pub enum History {
     New,
     /// They are reused as far as the technique does.
     Kept,
-    /// The scene differs from the last frame's in what is named here. It was built anew, and the earlier frames are forgotten.
+    /// The scene was built anew, and the earlier frames are forgotten: an edited scene differs from the last frame's in what is named here,
+    /// or was not built by [`SceneBuffers::build_editable`] ("that it moves").
     Lost(&'static str),
 }
 
@@ -300,6 +302,11 @@ impl<D: Device> Session<D> {
     fn check(&self, view: &View<'_>) -> Result<(), Error> {
         if let Some(camera) = &view.camera {
             camera.check().map_err(Error::Setting)?;
+        }
+        if let SceneChange::Frame(frame) = view.scene
+            && !frame.is_finite()
+        {
+            return Err(Error::Setting(format!("{frame} is no frame of an animation; give a finite number")));
         }
         if !view.primary_given {
             return Ok(());

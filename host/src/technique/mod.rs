@@ -166,11 +166,17 @@ pub trait Technique: Settings + Duplicate + Any + fmt::Debug + Send + Sync {
         Vec::new()
     }
 
+    /// Which light of this scene the image lacks, if the technique does not follow all of it; the sentence goes on after the
+    /// technique's name. What renders such a scene should say so: nothing else tells that the image is wrong.
+    fn leaves_out(&self, scene: &SceneBuffers) -> Option<&'static str> {
+        let _ = scene;
+        None
+    }
+
     /// Why the image of this scene converges to something else than the technique `path` with the same [`Integral`] does,
     /// if it does; the sentence goes on after the technique's name.
     fn differs_from_path(&self, scene: &SceneBuffers) -> Option<&'static str> {
-        let _ = scene;
-        None
+        self.leaves_out(scene)
     }
 
     /// Explains one pixel of a render. What is printed by default is what every pass reads and writes there, replayed

@@ -85,6 +85,7 @@ enum Command {
 /// Runs the program with the arguments of the process.
 pub(crate) fn main() -> ExitCode {
     silence_mesa();
+    survive_file_limit();
     if let Err(error) = interrupt::install() {
         return ended(Err(error));
     }
@@ -176,6 +177,16 @@ fn silence_mesa() {
     if std::env::var_os(DISABLE).is_none() {
         // SAFETY: the process has no other thread yet.
         unsafe { std::env::set_var(DISABLE, "1") };
+    }
+}
+
+/// A file larger than the process may write (`ulimit -f`) is an error of the write then, as a full disk is, and not the end of the program,
+/// which would leave a temporary file.
+fn survive_file_limit() {
+    #[cfg(unix)]
+    // SAFETY: to ignore a signal has no handler that could do wrong.
+    unsafe {
+        libc::signal(libc::SIGXFSZ, libc::SIG_IGN);
     }
 }
 

@@ -20,7 +20,7 @@ pub(super) const MEASURED_SIZE: [u32; 2] = [96, 96];
 pub(super) struct Arguments {
     /// Name of a built-in scene, or a .gltf or .glb file.
     scene: PathBuf,
-    /// Samples per pixel, over both halves.
+    /// Samples per pixel, over both halves, in batches of 64 for each half: 128 at least. What the cache has counts.
     #[arg(long, default_value = "16384", value_parser = natural::<u64>, allow_hyphen_values = true)]
     spp: u64,
     /// Begin no further batch of samples after this many seconds.
@@ -105,7 +105,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     for (path, image) in [(&arguments.output, reference.image()), (&arguments.error, reference.error_image())] {
         path.as_ref().map_or(Ok(()), |path| write_exr(path, &image, &metadata))?;
     }
-    console::print(&describe(&scene.name, &reference))
+    console::print(&describe(&scene.name, &reference))?;
+    let written = [&arguments.output, &arguments.error].into_iter().flatten();
+    console::print(&written.map(|path| format!("wrote {}\n", path.display())).collect::<String>())
 }
 
 /// Makes or continues a reference and reports how far it is.

@@ -6,7 +6,7 @@ use restir::scene::{Animation, Camera, Environment, MAX_COORDINATE, Scene};
 use restir::{Error, buffers::SceneBuffers, memory};
 use restir_shared::layout::MAX_TRIANGLES;
 
-use super::{console, progress::patiently, render::natural, require};
+use super::{console, progress::patiently, render::natural, render::number, require};
 
 /// Image size of a scene that has none of its own, in pixels.
 pub(super) const DEFAULT_SIZE: [u32; 2] = [512, 512];
@@ -24,10 +24,10 @@ pub(super) struct Additions {
     #[arg(long, value_name = "FILE")]
     env: Option<PathBuf>,
     /// Factor on the radiance of --env; 1 if not given.
-    #[arg(long, value_name = "FACTOR", requires = "env", allow_hyphen_values = true)]
+    #[arg(long, value_name = "FACTOR", value_parser = number::<f32>, allow_hyphen_values = true)]
     env_scale: Option<f32>,
     /// Turn of --env about +y in degrees, counter-clockwise as seen from above; 0 if not given.
-    #[arg(long, value_name = "DEGREES", requires = "env", allow_hyphen_values = true)]
+    #[arg(long, value_name = "DEGREES", value_parser = number::<f64>, allow_hyphen_values = true)]
     env_rotate: Option<f64>,
     /// Fill all closed meshes that emit nothing with a medium that scatters light, as MEDIUM or MEDIUM:SCALE (`restir scenes` lists the media):
     /// SCALE is how long a millimetre is in the scene; if not given, each mesh is taken to be ten centimetres large. A colour, as 0.9,0.5,0.2, is a
@@ -39,17 +39,17 @@ pub(super) struct Additions {
     #[arg(long, value_name = "CAMERA", value_parser = look, allow_hyphen_values = true)]
     camera: Option<Camera>,
     /// Radius of the camera's lens in the scene's unit of length; 0 is a pinhole.
-    #[arg(long, value_name = "RADIUS", allow_hyphen_values = true)]
+    #[arg(long, value_name = "RADIUS", value_parser = number::<f64>, allow_hyphen_values = true)]
     aperture_radius: Option<f64>,
     /// Distance at which a camera with a lens is sharp; if not given that of the camera's target, which is 1 in a camera
     /// from glTF.
-    #[arg(long, value_name = "DISTANCE", allow_hyphen_values = true)]
+    #[arg(long, value_name = "DISTANCE", value_parser = number::<f64>, allow_hyphen_values = true)]
     focus_distance: Option<f64>,
     /// Show the scene as at this time of its animation, in seconds (of `moving` in frames); frames go on from there.
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, value_name = "TIME", value_parser = number::<f64>, allow_hyphen_values = true)]
     time: Option<f64>,
     /// Frames a second of the animation; 24 of a glTF file if not given.
-    #[arg(long, value_name = "RATE", allow_hyphen_values = true)]
+    #[arg(long, value_name = "RATE", value_parser = number::<f64>, allow_hyphen_values = true)]
     frame_rate: Option<f64>,
     /// Split each triangle in 4^LEVELS of the same plane: the same picture at more cost. What deforms stays as it is.
     #[arg(long, value_name = "LEVELS", default_value = "0", value_parser = natural::<u32>, allow_hyphen_values = true)]
@@ -115,6 +115,9 @@ impl Additions {
     }
 
     fn read(&self, name_or_path: &Path) -> Result<Scene, Error> {
+        let of_env = [("--env-scale", self.env_scale.is_some()), ("--env-rotate", self.env_rotate.is_some())];
+        let unused = of_env.iter().find(|(_, given)| *given && self.env.is_none()).map(|(option, _)| option);
+        require(unused.is_none(), format_args!("{} is for --env; give --env FILE", unused.unwrap_or(&"")))?;
         let mut scene = Scene::open(name_or_path)?;
         if let Some(path) = &self.env {
             let environment = Environment::load(path, &mut scene.warnings)?;

@@ -21,7 +21,7 @@ pub(super) struct TechniqueArguments {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(super) settings: Vec<String>,
     /// Frames of a technique that repeats frames, of which the last counts; as many as suit the technique if not given. As A..B, of any
-    /// technique: `render` writes each of the frames A to B, of what moves or of a camera path, to a file of its own.
+    /// technique: `render` writes each of the frames A to B, B included, of what moves or of a camera path, to a file of its own.
     #[arg(long, value_name = "COUNT|A..B", allow_hyphen_values = true)]
     pub(super) frames: Option<Frames>,
     /// Move the camera from frame to frame: orbit, pan, or a JSON file of keyframes.
@@ -113,6 +113,12 @@ pub(super) fn configured(
     jitter: Option<bool>,
 ) -> Result<Box<dyn Technique>, Error> {
     let mut technique = technique::named(name)?;
+    for (index, text) in settings.iter().enumerate() {
+        require(text.contains('='), format_args!("--set {text} has no value; give --set KEY=VALUE"))?;
+        let undone = index > 0 && text.starts_with("preset=");
+        let problem = format_args!("--set {text} would undo the settings before it, for it sets all; give it first");
+        require(!undone, problem)?;
+    }
     configure(technique.as_mut(), settings)?;
     if let Some(depth) = max_depth.filter(|&depth| depth != technique.integral().max_depth) {
         set_by_option(technique.as_mut(), settings, "--max-depth", ["max_depth", &depth.to_string()])?;

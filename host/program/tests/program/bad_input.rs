@@ -133,7 +133,7 @@ fn numbers_that_cannot_be() {
     }
     assert_options_refused(&["--spp", "0"], &["0 samples"]);
     for samples in ["4294967296", "99999999999999999999"] {
-        assert_options_refused(&["--spp", samples], &["samples > 4294967295"]);
+        assert_options_refused(&["--spp", samples], &["at most 4294967295"]);
     }
     for option in ["--seed", "--size", "--threads", "--spp", "--max-depth"] {
         assert_options_refused(&[option, "-1"], &[option, "-1", "it has to be"]);
@@ -181,16 +181,19 @@ fn a_limit_of_memory() {
 fn settings_that_do_not_exist() {
     assert_options_refused(&["--set", "roulete=on"], &["roulete", "roulette", "jitter", "max_depth"]);
     assert_options_refused(&["--set", "roulette=maybe"], &["roulette", "on or off"]);
-    assert_options_refused(&["--set", "roulette"], &["roulette", "on or off"]);
+    assert_options_refused(&["--set", "roulette"], &["--set roulette", "KEY=VALUE"]);
     assert_options_refused(&["--max-depth", "0"], &["depth"]);
     for camera in ["0,0,1", "0,0,1:0,0", "0,0,1:0,0,0:40:1", "x,0,1:0,0,0"] {
         assert_options_refused(&["--camera", camera], &["--camera", "EYE:TARGET"]);
     }
     assert_options_refused(&["--camera", "0,0,1:0,0,1"], &["--camera", "looks nowhere"]);
     assert_options_refused(&["--camera", "0,0,1:0,0,0:180"], &["--camera", "field of view"]);
-    assert_options_refused(&["--exposure", "1"], &["--png"]);
+    assert_options_refused(&["--exposure", "1"], &["--exposure", "give --png"]);
+    assert_options_refused(&["--tonemap", "aces"], &["--tonemap", "give --png"]);
     let png = Workplace::new().output("image.png");
     assert_options_refused(&["--png", &png, "--exposure", "nan"], &["--exposure", "stops"]);
+    assert_options_refused(&["--png", &png, "--exposure", "x"], &["--exposure", "has to be a number"]);
+    assert_options_refused(&["--set", "preset=none"], &["no preset", "there are none"]);
     assert_options_refused(&["--png", &png, "--tonemap", "none"], &["--tonemap", "reinhard", "aces"]);
     for levels in ["12", "40", "4294967295"] {
         assert_options_refused(&["--subdivide", levels], &["--subdivide", "triangles", "fewer levels"]);
@@ -226,6 +229,7 @@ fn frames_that_cannot_be() {
     for (setting, word) in settings {
         refused(&["--set", setting], &[word]);
     }
+    refused(&["--set", "candidates=3", "--set", "preset=offline"], &["preset=offline", "give it first"]);
 }
 
 #[test]
@@ -244,6 +248,7 @@ fn outputs_that_cannot_be_written() {
     refused(&workplace.output(&format!("{}.exr", "x".repeat(300))), &[], &["cannot write", "too long"]);
     refused(&image, &["--png", &png], &["cannot write", "image.png"]);
     refused(&image, &["--png", &image], &["--png", ".png"]);
+    refused(&workplace.output("image.####.exr"), &[], &["image.####.exr", "--frames"]);
     assert_eq!(workplace.outputs(), ["folder.exr"]);
 }
 

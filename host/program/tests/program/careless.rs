@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use serde_json::json;
 
-use crate::support::{Outcome, Workplace, changed, finish, program, run};
+use crate::support::{Outcome, PROGRAM, Workplace, changed, finish, program, run};
 
 /// What a terminal would take for more than a name: a title, a line, a reversal, an escape in one character.
 const HOSTILE: &str = "a\u{1b}]0;title\u{7}\nerror: forged\u{202e}\u{9b}31m";
@@ -92,6 +92,15 @@ fn help_that_cannot_be_printed_is_an_error() {
 
 #[test]
 #[cfg(target_os = "linux")]
+fn a_limit_on_files_is_an_error_of_the_write() {
+    let workplace = Workplace::new();
+    let output = workplace.output("image.exr");
+    let command = format!("ulimit -f 8; exec {PROGRAM} render cornell --size 256x256 --spp 1 -o {output} --device cpu");
+    workplace.refuses(Command::new("sh").args(["-c", &command]), &["cannot write", "image.exr", "too large"]);
+}
+
+#[test]
+#[cfg(target_os = "linux")]
 fn a_limit_on_addresses_is_a_limit_of_memory() {
     let workplace = Workplace::new();
     let command = format!(
@@ -116,4 +125,20 @@ fn what_moves_and_is_left_out_is_named() {
     run(["info", &workplace.scene(&same)]).says(&["animation run", "an animation before it", "ignored"]);
     let words = ["go out", "single precision", "period"];
     run(["export", "moving", &workplace.output("moving.glb")]).says(&words);
+}
+
+/// A picture that lacks light looks like any other.
+#[test]
+fn light_that_a_technique_leaves_out_is_named() {
+    let workplace = Workplace::new();
+    for (scene, lacks) in [("candles", true), ("cornell", false)] {
+        for technique in ["restir-di", "restir-pt"] {
+            let output = workplace.output(&format!("{scene}-{technique}.exr"));
+            let size = ["--size", "8x6", "--frames", "1", "--device", "cpu"];
+            let mut command = program(["render", scene, "--technique", technique, "-o", &output]);
+            let outcome = finish(command.args(size));
+            let said = outcome.stderr.contains(&format!("warning: {technique} does not follow light inside of things"));
+            assert!(outcome.code == Some(0) && said == lacks, "{scene}, {technique}: {}", outcome.stderr);
+        }
+    }
 }

@@ -115,14 +115,15 @@ impl Technique for DiSettings {
         self.reasons_for_bias()
     }
 
+    fn leaves_out(&self, scene: &SceneBuffers) -> Option<&'static str> {
+        (scene.features & FEATURE_SUBSURFACE != 0)
+            .then_some("does not follow light inside of things that scatter it; the technique path does")
+    }
+
     fn differs_from_path(&self, scene: &SceneBuffers) -> Option<&'static str> {
-        if scene.features & FEATURE_SUBSURFACE != 0 {
-            return Some(
-                "does not follow light inside of things that scatter it, and path tracing does; choose another scene",
-            );
-        }
-        (self.transmittance && scene.features & FEATURE_CLEAR != 0)
-            .then_some("sees lights through clear glass, and path tracing does not; give transmittance=off")
+        let clear = self.transmittance && scene.features & FEATURE_CLEAR != 0;
+        let through = "sees lights through clear glass, and path tracing does not; give transmittance=off";
+        self.leaves_out(scene).or(clear.then_some(through))
     }
 
     fn check_explained(&self, scene: &SceneBuffers, render: &Render) -> Result<(), Error> {

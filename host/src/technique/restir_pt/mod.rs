@@ -112,9 +112,8 @@ impl Technique for PtSettings {
         render_with_layers(executor, scene, render, observe).map(|(rendered, layers)| (rendered, layers.channels()))
     }
 
-    fn differs_from_path(&self, scene: &SceneBuffers) -> Option<&'static str> {
-        (scene.features & FEATURE_SUBSURFACE != 0).then_some(
-            "does not follow light inside of things that scatter it, and path tracing does; choose another scene",
-        )
+    fn leaves_out(&self, scene: &SceneBuffers) -> Option<&'static str> {
+        (scene.features & FEATURE_SUBSURFACE != 0)
+            .then_some("does not follow light inside of things that scatter it; the technique path does")
     }
 }

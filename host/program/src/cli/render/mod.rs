@@ -145,7 +145,7 @@ impl Arguments {
         refuse_unused(technique.as_ref(), &given)?;
         let count = match (self.spp, &options.frames, numbered) {
             (Some(samples), ..) => u32::try_from(samples)
-                .map_err(|_| Error::Setting(format!("{samples} samples are too many: samples > {}", u32::MAX)))?,
+                .map_err(|_| Error::Setting(format!("--spp is too large; give at most {}", u32::MAX)))?,
             (None, Some(Frames::Count(count)), _) => *count,
             (None, _, Some(frames)) if about.repeats == Repeats::Frames => frames.end() + 1,
             _ => about.default_count,
@@ -237,7 +237,7 @@ impl Task<'_> {
             Ok((rendered, Vec::new()))
         });
         if let (Err(Error::Interrupted), Some(path)) = (&done, &arguments.resume) {
-            console::note(&format!("{} keeps what is done; the same command goes on", path.display()));
+            console::note(&format!("{} keeps what is done: the same command goes on from there", path.display()));
         }
         let (rendered, channels) = done?;
         Ok(Finished { rendered, channels, render, more: Vec::new() })
@@ -279,7 +279,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let Arguments { additions, outputs, technique: options, .. } = arguments;
     arguments.stop.check()?;
     let numbered = arguments.numbered()?;
-    let first = numbered.as_ref().map_or(Ok(outputs.clone()), |frames| outputs.of_frame(*frames.start()))?;
+    let first = numbered.as_ref().map_or_else(|| outputs.of_one(), |frames| outputs.of_frame(*frames.start()))?;
     first.check()?;
     arguments.resume.as_deref().map_or(Ok(()), interrupt::check_writable)?;
     let mut inputs = additions.inputs(&arguments.scene);
@@ -295,6 +295,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let cameras = cameras(path.as_ref(), buffers.camera, frames)?;
     let render = Render { cameras, ..render };
     render::check(&buffers, &render)?;
+    if let Some(lacks) = render.technique.leaves_out(&buffers) {
+        console::note(&format!("warning: {} {lacks}", render.technique.about().name));
+    }
     let task = Task { arguments, scene: &scene, buffers: &buffers, path };
     let mut viewer = Viewer::open(arguments.tev.as_deref(), outputs.output.display().to_string(), size)?;
     let mut device = device::open(&arguments.device)?;
@@ -355,6 +358,11 @@ impl FromStr for Size {
         let (width, height) = text.split_once(['x', 'X']).ok_or("it has to be WIDTHxHEIGHT, as in 640x480")?;
         Ok(Self { width: saturating(width)?, height: saturating(height)? })
     }
+}
+
+/// A number with decimals.
+pub(super) fn number<T: FromStr>(text: &str) -> Result<T, String> {
+    text.parse().map_err(|_| "it has to be a number".to_owned())
 }
 
 /// A natural number that fits.

@@ -9,6 +9,7 @@ use restir::settings::Value;
 use restir::tonemap::{Operator, Tone};
 
 use super::super::{interrupt, require};
+use super::number;
 
 /// Stops either way: more would leave the range of floats.
 const MAX_EXPOSURE: f64 = 64.0;
@@ -23,13 +24,14 @@ pub(in super::super) struct Outputs {
     #[arg(long)]
     png: Option<PathBuf>,
     /// Brighten the PNG by this many stops; each doubles it. The EXR file keeps the radiance.
-    #[arg(long, value_name = "STOPS", requires = "png", allow_hyphen_values = true, default_value = "0")]
-    exposure: f64,
-    /// How the PNG shows what is brighter than white: clamp, reinhard, aces, or neutral (Khronos' PBR Neutral).
-    #[arg(long, value_name = "OPERATOR", requires = "png", value_parser = value::<Operator>, default_value = "clamp")]
-    tonemap: Operator,
+    #[arg(long, value_name = "STOPS", value_parser = number::<f64>, allow_hyphen_values = true)]
+    exposure: Option<f64>,
+    /// How the PNG shows what is brighter than white: clamp, reinhard, aces, or neutral (Khronos' PBR Neutral); clamp if not given.
+    #[arg(long, value_name = "OPERATOR", value_parser = value::<Operator>)]
+    tonemap: Option<Operator>,
     /// Write what the camera sees into further channels of the EXR file, by the names of Blender's passes: albedo, normal, depth, position,
-    /// motion (in pixels, from the frame before and to the next one), id (of the object); a list with commas.
+    /// motion (in pixels, from the frame before and to the next one), id (of the object), scattering (the colour that scatters inside of
+    /// things); a list with commas.
     #[arg(long, value_name = "LAYERS", value_delimiter = ',', value_parser = value::<Aov>)]
     pub(super) aov: Vec<Aov>,
 }
@@ -46,9 +48,19 @@ impl Outputs {
         Ok(Self { output: numbered(&self.output, frame)?, png, ..self.clone() })
     }
 
+    /// Those of one image, whose names have no place for a number.
+    pub(super) fn of_one(&self) -> Result<Self, Error> {
+        let place = self.files().find(|file| file.to_string_lossy().contains("####"));
+        let name = place.map(|file| file.display().to_string()).unwrap_or_default();
+        let problem =
+            format_args!("{name} has a place for the number of a frame, and there is one image; give --frames A..B");
+        require(place.is_none(), problem).map(|()| self.clone())
+    }
+
     /// Before hours of rendering: can the results be written? Their endings differ, so that they are never the same file.
     pub(super) fn check(&self) -> Result<(), Error> {
-        let Self { output, exposure, aov, .. } = self;
+        let Self { output, aov, .. } = self;
+        let exposure = self.exposure.unwrap_or(0.0);
         let problem =
             format_args!("--exposure {exposure} is out of range; give -{MAX_EXPOSURE} to {MAX_EXPOSURE} stops");
         require(exposure.abs() <= MAX_EXPOSURE, problem)?;
@@ -58,7 +70,11 @@ impl Outputs {
         let problem = format_args!("the output {} has to end in .exr; use --png for a PNG file", output.display());
         require(ends_in(output, "exr"), problem)?;
         interrupt::check_writable(output)?;
-        let Some(png) = &self.png else { return Ok(()) };
+        let Some(png) = &self.png else {
+            let given = [("--exposure", self.exposure.is_some()), ("--tonemap", self.tonemap.is_some())];
+            let option = given.iter().find(|(_, given)| *given).map_or("", |(option, _)| option);
+            return require(option.is_empty(), format_args!("{option} is for the PNG file; give --png FILE"));
+        };
         require(ends_in(png, "png"), format_args!("--png {} has to end in .png", png.display()))?;
         interrupt::check_writable(png)
     }
@@ -75,7 +91,8 @@ impl Outputs {
 
     /// Writes them. The EXR file comes last: where it is, all are.
     pub(super) fn write(&self, image: &Image, more: &[Channel], metadata: &[(String, String)]) -> Result<(), Error> {
-        let tone = Tone { exposure: self.exposure, operator: self.tonemap };
+        let operator = self.tonemap.unwrap_or(Operator::Clamp);
+        let tone = Tone { exposure: self.exposure.unwrap_or(0.0), operator };
         self.png.as_ref().map_or(Ok(()), |path| write_png(path, &tone.of(image)))?;
         write_exr_with(&self.output, image, more, metadata)
     }

@@ -6,6 +6,7 @@ use restir::Error;
 use restir::scrambles::{FEWEST, Until};
 
 use super::super::require;
+use super::number;
 
 /// The longest time, in seconds: some thirty years.
 const MOST_SECONDS: f64 = 1.0e9;
@@ -14,12 +15,12 @@ const MOST_SECONDS: f64 = 1.0e9;
 #[derive(clap::Args)]
 pub(super) struct Stop {
     /// Stop after so many seconds, at the earliest after 8 renders with seeds of their own, whose mean the image is. --spp or --frames is then what
-    /// each of them has; samples as many as suit the time, if not given.
-    #[arg(long, value_name = "SECONDS", conflicts_with_all = ["layers", "resume"], allow_hyphen_values = true)]
+    /// each of them has; samples as many as suit the time, if not given. Interrupted before, it writes nothing.
+    #[arg(long, value_name = "SECONDS", conflicts_with_all = ["layers", "resume"], value_parser = number::<f64>, allow_hyphen_values = true)]
     pub(super) seconds: Option<f64>,
     /// Stop once the standard error of the pixels is this part of the image's mean, as in 0.01: root mean square, by how far at least 8
     /// renders with seeds of their own differ, whose mean the image is.
-    #[arg(long, value_name = "ERROR", conflicts_with_all = ["layers", "resume"], allow_hyphen_values = true)]
+    #[arg(long, value_name = "ERROR", conflicts_with_all = ["layers", "resume"], value_parser = number::<f64>, allow_hyphen_values = true)]
     pub(super) noise: Option<f64>,
 }
 
