@@ -421,8 +421,7 @@ samples a pixel (\"ref\").
 
 A wall of {SIZE} x {SIZE} pixels is lit past a board by {ROW} lights in two arrangements; nothing moves.
 
-* **spread** is what the claims about colour are about: the flat experiment of Tokuyoshi's figures in our specification
-  (appendix A4), with both directions of the wall as its one direction there. Point lights stand up to 3 from the middle of a
+* **spread** is what the claims about colour are about: the flat experiment of Tokuyoshi's figures, with both directions of the wall as its one direction there. Point lights stand up to 3 from the middle of a
   wall 4 wide and 1.5 to 3 before it, a board of 1.1 x 1.1 is 0.7 before it. Places, intensities (0.5 to 4) and hues
   (three uniform numbers to the 4th power, over the largest) are random and unrelated, by one fixed seed, {ROW}, the number of
   lights; no other was tried. White lights have the same places and intensities.

@@ -67,7 +67,7 @@ The library's reservoirs and forms of MIS without a renderer, in `f64`, on a tab
 (`tests/src/resampling/table.rs`): each pixel resamples its candidates, chosen uniformly among the lights, by its target, then
 the canonical pixel combines all five. *Mean* is that of the shaded estimate relative to the truth, with its standard
 error; *expected* is computed in closed form by independent formulas; a row passes within 3 standard errors of it. *Deviation*
-is the standard deviation of one estimate. *Toy* has mean and deviation that the project's specification reports of
+is the standard deviation of one estimate. *Toy* has mean and deviation that an independent program had of
 4 * 10^5 trials (+-0.003 and more) on another table of the same kind: the expectations of its biased rows were the
 criterion by which the table's seed was chosen, so only the other figures of that column say something.
 

@@ -91,6 +91,7 @@ impl fmt::Display for Row {
             (Some(true), Expected::Unbiased) => format!("excludes > {excluded:.2} % of the image"),
             (Some(true), _) => "seen, as known".to_owned(),
             (Some(false), _) => "**not as known**".to_owned(),
+            (None, Expected::Wrong) => "too few restarts to tell".to_owned(),
             (None, _) => "not seen here".to_owned(),
         };
         let settings = if self.cell.settings.is_empty() { "defaults" } else { &self.cell.settings };

@@ -1,4 +1,4 @@
-//! A hare of wax: one closed mesh of organic shape with parts from 1 % (ears, fingers) to 40 % (belly) of its height thick.
+//! A hare in the colour of wax: one closed mesh of organic shape with parts from 1 % (ears, fingers) to 40 % (belly) of its height thick.
 
 use glam::{DQuat, DVec3};
 
