@@ -4,7 +4,6 @@
 use restir_host::image::write_png;
 use restir_host::scene::{Camera, Scene};
 use restir_host::session::{CpuSession, Setup, View};
-use restir_host::settings::Declared;
 use restir_host::technique::restir_di::DiSettings;
 use restir_host::tonemap::{Operator, Tone};
 use restir_host::{Error, buffers::SceneBuffers, exec::CpuExecutor};

@@ -47,7 +47,7 @@ use std::sync::Arc;
 pub struct Setup {
     /// The scene; one that will be edited is built by [`SceneBuffers::build_editable`].
     pub scene: Arc<SceneBuffers>,
-    /// The technique and its settings: of a preset [`crate::settings::Declared::preset`] makes them. What it does not follow of the scene's
+    /// The technique and its settings, those of a preset by `preset` of their type. What it does not follow of the scene's
     /// light says [`Technique::leaves_out`].
     pub technique: Box<dyn Technique>,
     /// Width and height in pixels.
