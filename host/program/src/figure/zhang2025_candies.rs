@@ -1,4 +1,4 @@
-//! Zhang and d'Eon 2025, slides 4, 5, 13 to 15 and 86: candies by what is scattered and by what is transmitted, candles that burn inside of their
+//! Zhang and d'Eon 2025, candies, candles and slide 86: candies by what is scattered and by what is transmitted, candles that burn inside of their
 //! wax, and a layer that reflects.
 
 use std::fmt::Write;
@@ -215,7 +215,7 @@ fn claims(found: &Found) -> Vec<Claim> {
 fn report(found: &Found, samples: u32, origin: &str) -> String {
     let (ior, roughness) = LAYER;
     let mut text = format!(
-        "# Candies, candles, and a layer\n\nAfter Zhang and d'Eon 2025, slides 4, 5, 13 to 15 and 86.\n\n{origin}\n![Candies, candles and statues]({PICTURE})\n\nRows from top to \
+        "# Candies, candles, and a layer\n\nAfter Zhang and d'Eon 2025: candies and candles at the beginning, and slide 86.\n\n{origin}\n![Candies, candles and statues]({PICTURE})\n\nRows from top to \
          bottom: candies of a rough dielectric (index {IOR}, roughness {ROUGHNESS}) and a medium of a mean free path of {MEAN_FREE_PATH}, a tenth of their \
          height and a half, by the walk: {}. The same by profile and by hybrid, and where the hybrid is wrong: red tiles are brighter than by the walk, blue ones darker, of full colour where by half of the \
          picture's mean. The scene `candles`, at {EXPOSURE} times its brightness, whose lights burn inside of their wax: {}. The statue of {}:{} by the same, and under a layer of the \

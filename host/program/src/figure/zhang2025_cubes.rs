@@ -1,5 +1,5 @@
-//! Zhang and d'Eon 2025, slides 22 and 37 to 40: a cube with a small light at it, by the scale of its medium and where a profile's samples land,
-//! with the dome light on and off; the cube becomes a slab; and a cube as smoke beside a solid one.
+//! Zhang and d'Eon 2025, slides 22, 37 and 38 and the film behind them: a cube with a small light at it, by the scale of its medium and where a
+//! profile's samples land, with the dome light on and off; the cube becomes a slab; and a cube as smoke beside a solid one.
 
 use std::fmt::Write;
 
@@ -295,7 +295,7 @@ fn claims(found: &Found) -> Vec<Claim> {
 fn report(found: &Found, samples: u32, origin: &str) -> String {
     let runs = super::beside::RUNS;
     let mut text = format!(
-        "# Cubes: scale, dome, slabs, smoke\n\nAfter Zhang and d'Eon 2025, slides 22 and 37 to 40.\n\n{origin}\n![Cubes]({PICTURE})\n\nA cube of {MEDIUM}, \
+        "# Cubes: scale, dome, slabs, smoke\n\nAfter Zhang and d'Eon 2025, slides 22, 37 and 38, and the film behind them.\n\n{origin}\n![Cubes]({PICTURE})\n\nA cube of {MEDIUM}, \
          one wide, with a light of {} of its side {} before its front. Rows from top to bottom: the profile and the walk, with the dome light on; the same two \
          with the dome off; the walk, with the points in blue that {SEGMENTS} segments of the profile find from the yellow one on, where the camera sees them. \
          In these rows scales of {} from left to right: at 1 the mean free path is 0.3, 0.2 and 0.1 by channel. Then the cube as it becomes a slab, {} deep, at the scale {SLAB_SCALE}: {}. Last \

@@ -1,4 +1,4 @@
-//! Zhang and d'Eon 2025, slides 2, 10 to 12, 41 and 87: profile, hybrid and walk where a body is thin, hollow or curved, and by how dense it is.
+//! Zhang and d'Eon 2025, the statue, the head and slide 87: profile, hybrid and walk where a body is thin, hollow or curved, and by how dense it is.
 
 use std::fmt::Write;
 
@@ -130,7 +130,7 @@ fn of_densities(found: &Found) -> [Claim; 2] {
 fn report(found: &Found, samples: u32, origin: &str) -> String {
     let claims: Vec<Claim> = of_places(found).into_iter().chain(of_densities(found)).collect();
     let mut text = format!(
-        "# Thin, hollow and curved places\n\nAfter Zhang and d'Eon 2025, slides 2, 10 to 12, 41 and 87.\n\n{origin}\n![Places and densities]({PICTURE})\n\nOf the \
+        "# Thin, hollow and curved places\n\nAfter Zhang and d'Eon 2025: the statue and the head at the beginning, and slide 87.\n\n{origin}\n![Places and densities]({PICTURE})\n\nOf the \
          scene `{SCENE}`, from left to right: {}; and where profile and hybrid are wrong: red tiles are brighter than by the walk, blue ones darker, of full colour where by \
          half of the picture's mean. The first rows are {} of {}; the last ones all of it of {DENSITY_OF} of which a millimetre is {} long.\n\n{RUNS} renders of {samples} samples a \
          pixel by each method, paths of 3 segments; intervals of 95 %, each by itself. Errors are roots of the mean squared difference of tiles from the walk's, over their mean, \
