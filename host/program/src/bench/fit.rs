@@ -19,6 +19,18 @@ pub(crate) struct Estimate {
     pub(crate) half_width: f64,
 }
 
+impl Estimate {
+    /// Whether it is above zero; `None` if the interval does not decide it.
+    pub(crate) fn is_positive(self) -> Option<bool> {
+        (self.value.abs() > self.half_width).then_some(self.value > 0.0)
+    }
+
+    /// How much less another one is that is independent of it.
+    pub(crate) fn less(self, other: Self) -> Self {
+        Self { value: self.value - other.value, half_width: self.half_width.hypot(other.half_width) }
+    }
+}
+
 /// With as many digits as are asked for, or three.
 impl fmt::Display for Estimate {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -76,7 +88,7 @@ fn part(leverage: f64, squared: &[f64]) -> (f64, f64) {
 
 /// Half the width of a 95 % interval in standard errors that were estimated with so many degrees of freedom; beyond
 /// the table by the expansion of Cornish and Fisher, whose next term is below 0.004 there.
-pub(super) fn student(degrees: usize) -> f64 {
+pub(crate) fn student(degrees: usize) -> f64 {
     let Some(tabulated) = degrees.checked_sub(1) else { return f64::INFINITY };
     let expansion = || NORMAL + (NORMAL.powi(3) + NORMAL) / (4.0 * degrees as f64);
     STUDENT.get(tabulated).copied().unwrap_or_else(expansion)

@@ -19,8 +19,8 @@ use super::bench::{REPORT, prepare_output, setup, write_text};
 use super::render::{Size, natural};
 use super::{console, device, interrupt, progress::reported, reference, require};
 use crate::figure::{
-    Environs, Files, PICTURE, bitterli2020_fig1, chains::Protocol, tokuyoshi_fig1, tokuyoshi_fig2, zhang2025_grid,
-    zhang2025_profiles, zhang2025_walk,
+    Environs, Files, PICTURE, bitterli2020_fig1, chains::Protocol, tokuyoshi_fig1, tokuyoshi_fig2, zhang2025_candies,
+    zhang2025_cubes, zhang2025_grid, zhang2025_places, zhang2025_profiles, zhang2025_walk,
 };
 
 /// Smaller pictures decide no claim: they may be black, they fit into one tile of those that a bootstrap resamples, or
@@ -50,6 +50,15 @@ enum Figure {
     /// Zhang and d'Eon 2025: where profiles fail, what the hybrid makes of it, light counted twice, rays, and R beside the fits.
     #[value(name = "zhang2025-profiles")]
     Profiles,
+    /// Zhang and d'Eon 2025: cubes by scale and where a profile's samples land, with the dome on and off, cubes that become slabs, and smoke.
+    #[value(name = "zhang2025-cubes")]
+    Cubes,
+    /// Zhang and d'Eon 2025: profile, hybrid and walk where a statue is thin, hollow or thick, and by its density.
+    #[value(name = "zhang2025-places")]
+    Places,
+    /// Zhang and d'Eon 2025: candies by what is scattered and what is transmitted, candles, and a layer that reflects.
+    #[value(name = "zhang2025-candies")]
+    Candies,
     /// Tokuyoshi, supplement, figure 1: the visibility term, of the selected sample and averaged.
     #[value(name = "tokuyoshi-fig1")]
     VisibilityTerm,
@@ -81,6 +90,10 @@ impl Figure {
             (Self::Walk, true) => of([48, 48], [1, 1], [64, 1], None),
             (Self::Profiles, false) => of([80, 80], [1, 1], [256, 1], None),
             (Self::Profiles, true) => of([40, 40], [1, 1], [64, 1], None),
+            (Self::Cubes, false) => of([80, 80], [1, 1], [64, 1], None),
+            (Self::Places, false) => of([80, 80], [1, 1], [32, 1], None),
+            (Self::Candies, false) => of([112, 112], [1, 1], [32, 1], None),
+            (Self::Cubes | Self::Places | Self::Candies, true) => of([48, 48], [1, 1], [16, 1], None),
             (Self::VisibilityTerm, false) => of([128, 96], [2, 1], [48, UNCOUNTED + 2], None),
             (Self::VisibilityTerm, true) => of([64, 48], [2, 1], [48, UNCOUNTED + 2], None),
             (Self::ConvergedTrio, false) => of([64, 48], [16, 4], [128, 1], Some(32_768)),
@@ -103,7 +116,7 @@ pub(super) struct Arguments {
     #[arg(long, value_parser = natural::<u32>, allow_hyphen_values = true)]
     restarts: Option<u32>,
     /// Frames of a chain. Its picture is the last one, in tokuyoshi-fig2 the mean; in tokuyoshi-fig1 the first 16 do not count. In
-    /// zhang2025-walk, zhang2025-grid and zhang2025-profiles samples of a pixel.
+    /// figures of zhang2025 samples of a pixel; in zhang2025-cubes, zhang2025-places and zhang2025-candies those of each of eight renders.
     #[arg(long, value_parser = natural::<u32>, allow_hyphen_values = true)]
     frames: Option<u32>,
     /// Samples per pixel of the references, in figures that have one.
@@ -142,6 +155,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
         Figure::Grid => zhang2025_grid::make(&mut program, protocol.size, protocol.warm_up + 1, &setup)?,
         Figure::Walk => zhang2025_walk::make(&mut program, protocol.size, protocol.warm_up + 1, &setup)?,
         Figure::Profiles => zhang2025_profiles::make(&mut program, protocol.size, protocol.warm_up + 1, &setup)?,
+        Figure::Cubes => zhang2025_cubes::make(&mut program, protocol.size, protocol.warm_up + 1, &setup)?,
+        Figure::Places => zhang2025_places::make(&mut program, protocol.size, protocol.warm_up + 1, &setup)?,
+        Figure::Candies => zhang2025_candies::make(&mut program, protocol.size, protocol.warm_up + 1, &setup)?,
         Figure::VisibilityTerm => {
             let counted = protocol.warm_up + 1 - UNCOUNTED;
             let protocol = Protocol { warm_up: UNCOUNTED, ..protocol };

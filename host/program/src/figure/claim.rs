@@ -20,6 +20,17 @@ pub(crate) struct Claim {
 }
 
 impl Claim {
+    /// What is known of a claim.
+    pub(crate) fn new(
+        id: &'static str,
+        text: impl Into<String>,
+        scene: &str,
+        found: impl Into<String>,
+        holds: Option<bool>,
+    ) -> Self {
+        Self { id, text: text.into(), scene: scene.to_owned(), found: found.into(), holds }
+    }
+
     /// That a number lies between `low` and `high`; it is not known if the reference is too noisy.
     pub(crate) fn of_interval(
         id: &'static str,
@@ -31,6 +42,18 @@ impl Claim {
         let holds = found.and_then(|found| found.inside(low, high));
         Self { id, text: text.into(), scene: scene.to_owned(), found: known(found), holds }
     }
+}
+
+/// Whether all of several things are so: not if one is not, and unknown if one of the others is.
+pub(crate) fn all(verdicts: impl IntoIterator<Item = Option<bool>>) -> Option<bool> {
+    verdicts
+        .into_iter()
+        .try_fold(Some(true), |so_far, verdict| match verdict {
+            Some(false) => Err(Some(false)),
+            Some(true) => Ok(so_far),
+            None => Ok(None),
+        })
+        .unwrap_or_else(|known| known)
 }
 
 /// The claims as a table.
@@ -45,4 +68,17 @@ pub(crate) fn table(claims: &[Claim]) -> String {
         let _ = writeln!(text, "| {id} | {claim} | {scene} | {found} | {verdict} |");
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_that_is_not_so_decides() {
+        assert_eq!(all([]), Some(true));
+        assert_eq!(all([Some(true), Some(true)]), Some(true));
+        assert_eq!(all([Some(true), None]), None);
+        assert_eq!(all([None, Some(false), Some(true)]), Some(false));
+    }
 }

@@ -1,15 +1,21 @@
 //! Figures of papers, measured anew: plots and pictures, their data, and what became of the claims made by them.
 
 pub(crate) mod averaging;
+pub(crate) mod beside;
 pub(crate) mod bitterli2020_fig1;
 pub(crate) mod chains;
 pub(crate) mod claim;
 pub(crate) mod cost;
+pub(crate) mod landing;
 pub(crate) mod picture;
 pub(crate) mod scenes;
 pub(crate) mod tokuyoshi_fig1;
 pub(crate) mod tokuyoshi_fig2;
+pub(crate) mod view;
+pub(crate) mod zhang2025_candies;
+pub(crate) mod zhang2025_cubes;
 pub(crate) mod zhang2025_grid;
+pub(crate) mod zhang2025_places;
 pub(crate) mod zhang2025_profiles;
 pub(crate) mod zhang2025_walk;
 

@@ -36,6 +36,23 @@ pub(crate) fn grey([width, height]: [u32; 2], values: impl Iterator<Item = f64>)
     Image { width, height, pixels: values.map(|value| [value as f32; 3]).collect() }
 }
 
+/// Red for 1 and more, blue for -1 and less, white between.
+pub(crate) fn signed(value: f64) -> [f32; 3] {
+    let left = (1.0 - value.abs()).max(0.0) as f32;
+    if value > 0.0 { [1.0, left, left] } else { [left, left, 1.0] }
+}
+
+/// The upper left of a picture that is as large as that or larger.
+pub(crate) fn cropped(picture: &Image, [width, height]: [u32; 2]) -> Image {
+    let rows = picture.pixels.chunks_exact(picture.width as usize).take(height as usize);
+    Image { width, height, pixels: rows.flat_map(|row| &row[..width as usize]).copied().collect() }
+}
+
+/// Every pixel times a number.
+pub(crate) fn brightened(picture: &Image, times: f32) -> Image {
+    Image { pixels: picture.pixels.iter().map(|rgb| rgb.map(|x| times * x)).collect(), ..*picture }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -56,5 +73,12 @@ mod tests {
         let made = enlarged(&grey([2, 1], [0.0, 1.0].into_iter()), 2);
         assert_eq!((made.width, made.height), (4, 2));
         assert_eq!(made.pixels[4..], [[0.0; 3], [0.0; 3], [1.0; 3], [1.0; 3]]);
+        assert_eq!(cropped(&made, [3, 1]).pixels, [[0.0; 3], [0.0; 3], [1.0; 3]]);
+        assert_eq!(brightened(&made, 2.0).pixels[2], [2.0; 3]);
+    }
+
+    #[test]
+    fn signs_have_colours() {
+        assert_eq!([1.5, 0.25, 0.0, -1.0].map(signed), [[1.0, 0.0, 0.0], [1.0, 0.75, 0.75], [1.0; 3], [0.0, 0.0, 1.0]]);
     }
 }

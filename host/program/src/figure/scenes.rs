@@ -1,6 +1,6 @@
-//! A scene that figures need beside the built-in ones.
+//! A scene and a sky that figures need beside the built-in ones.
 
-use restir::scene::{Camera, Material, Mesh, Scene};
+use restir::scene::{Camera, Environment, Material, Mesh, Scene};
 use restir_shared::glam::DVec3;
 
 /// Lights of [`wall`].
@@ -45,4 +45,9 @@ pub(crate) fn white(_: f32) -> [f32; 3] {
 pub(crate) fn coloured(place: f32) -> [f32; 3] {
     let near = |center: f32| 10.0 + 60.0 * (1.0 - 2.0 * (place - center).abs()).max(0.0);
     [near(0.0), near(0.5), near(1.0)]
+}
+
+/// A sky of one radiance.
+pub(crate) fn dome(radiance: [f32; 3]) -> Environment {
+    Environment { name: "dome".to_owned(), size: [4, 2], pixels: [radiance; 8].into(), scale: 1.0, rotation: 0.0 }
 }

@@ -9,13 +9,13 @@ use restir::scene::{Mesh, Scene, builtin};
 use restir::technique::asked::asked;
 use restir::technique::path::{Parts, PathSettings, Subsurface};
 use restir::{Error, buffers::SceneBuffers, replay::Counts};
-use restir_shared::diffusion::{Disk, DiskNumbers, Profile, REACH, Shape, ccdf, diffuse_albedo, radial_profile};
-use restir_shared::glam::{DVec3, UVec4, Vec3, Vec4};
-use restir_shared::medium::Medium;
-use restir_shared::rng::{Rng, Sampler, unit};
+use restir_shared::diffusion::{REACH, Shape, ccdf, diffuse_albedo, radial_profile};
+use restir_shared::glam::{DVec3, Vec3};
 
 use super::claim::{self, Claim};
+use super::landing::{self, Landed};
 use super::picture::grid;
+use super::scenes;
 use super::zhang2025_walk::{ALBEDOS, Enters, RINGS, ring, rings};
 use super::{Environs, Files, PICTURE};
 use crate::bench::plot::{self, Line, Panel};
@@ -23,8 +23,6 @@ use crate::bench::table::Setup;
 
 /// Pixels along a side of the tiles that are compared.
 const TILE: usize = 8;
-/// Segments whose points are counted.
-const SEGMENTS: u32 = 1 << 18;
 /// How far the front of a cube is from its back, which stays where it is.
 const DEEP: f64 = 1.0;
 
@@ -89,14 +87,6 @@ struct Found {
     landed: Option<Landed>,
 }
 
-/// Where the points of segments lie that start from anywhere on the front of the cube, as shares of what they are worth in green.
-struct Landed {
-    nothing: f64,
-    front: f64,
-    back: f64,
-    beside: f64,
-}
-
 /// The files of the figure, of so many samples a pixel.
 ///
 /// # Errors
@@ -144,50 +134,9 @@ fn tiles(image: &Image) -> Vec<f64> {
     tiles
 }
 
-/// A medium's profile in the units of the scene.
-fn profile(body: &Body) -> Result<Profile, Error> {
-    let volume = restir::scene::subsurface::medium(body.medium, body.millimetre)?;
-    let color = volume.scattering.as_ref().map_or([0.0; 3], |scattering| scattering.color);
-    let path = volume.extinction().map(|extinction| 1.0 / extinction);
-    Ok(Profile::of_medium(&Medium::of_color(color.into(), path.into(), 0.0), Shape::Diffuse))
-}
-
 fn landed(body: &Body) -> Result<Landed, Error> {
-    let profile = profile(body)?;
     let half = Vec3::new(0.5, 0.5, 0.5 * body.depth as f32);
-    let [mut nothing, mut front, mut back, mut beside] = [0.0; 4];
-    for i in 0..SEGMENTS {
-        let rng = Rng::new(i, 0, 0, 4, Sampler::Independent);
-        let (place, words): (UVec4, UVec4) = (rng.hash(0), rng.hash(1));
-        let at = Vec3::new(unit(place.x) - 0.5, unit(place.y) - 0.5, half.z);
-        let disk = Disk::new(at, Vec3::Z, profile);
-        let numbers = Vec4::new(unit(words.x), unit(words.y), unit(words.z), unit(words.w));
-        let ray = disk.segment(&DiskNumbers::new(numbers, &disk.profile));
-        let mut met = false;
-        for axis in 0..3 {
-            for side in [-1.0, 1.0] {
-                let t = (side * half[axis] - ray.origin[axis]) / ray.direction[axis];
-                let point = ray.origin + ray.direction * t;
-                let inside = (0..3).all(|other| other == axis || point[other].abs() <= half[other]);
-                if t > 0.0 && t < ray.t_max && inside {
-                    let mut normal = Vec3::ZERO;
-                    normal[axis] = side;
-                    let worth = f64::from(disk.weight(point, normal).0.y);
-                    *if axis < 2 {
-                        &mut beside
-                    } else if side > 0.0 {
-                        &mut front
-                    } else {
-                        &mut back
-                    } += worth;
-                    met = true;
-                }
-            }
-        }
-        nothing += if met { 0.0 } else { 1.0 };
-    }
-    let all = front + back + beside;
-    Ok(Landed { nothing: nothing / f64::from(SEGMENTS), front: front / all, back: back / all, beside: beside / all })
+    Ok(Landed::from_front(landing::profile(body.medium, body.millimetre)?, half))
 }
 
 /// The fit of a half space's reflectance over its own albedo, at a distance in mean free paths.
@@ -246,20 +195,26 @@ fn around(walks: &[Vec<[f64; RINGS]>; 2]) -> Panel {
     }
 }
 
+/// Of the rows of [`rays`], profile and hybrid as slides 81 to 84 have them, whose difference is what is traced beside the profile.
+const ON_SLIDE: [usize; 2] = [4, 5];
+
 /// Rays, shadow rays and probes of each part, a sample that enters.
 fn rays() -> Result<Vec<(&'static str, [f64; 3])>, Error> {
     const SIDE: u32 = 32;
     const SAMPLES: u32 = 16;
-    let scene = builtin::scene("slab").ok_or_else(|| Error::Setting("there is no scene slab".to_owned()))?;
+    let mut scene = builtin::scene("slab").ok_or_else(|| Error::Setting("there is no scene slab".to_owned()))?;
+    scene.environment = Some(scenes::dome([1.0; 3]));
     let scene = SceneBuffers::build(&scene)?;
     let hybrid = settings(1);
     let part = |parts| PathSettings { parts, ..hybrid.clone() };
+    let on_slide = |parts| PathSettings { profile_paths: false, segments: 1, ..part(parts) };
     let rows = [
         ("camera", part(Parts::Rest)),
         ("boundary term", part(Parts::Boundary)),
         ("single scattering", part(Parts::Single)),
         ("profile", part(Parts::Profile)),
-        ("profile, light samples alone", PathSettings { profile_paths: false, ..part(Parts::Profile) }),
+        ("profile, one segment, light samples alone", on_slide(Parts::Profile)),
+        ("hybrid, one segment, light samples alone for the profile", on_slide(Parts::All)),
         ("hybrid", hybrid.clone()),
         ("walk", settings(3)),
     ];
@@ -272,15 +227,8 @@ fn rays() -> Result<Vec<(&'static str, [f64; 3])>, Error> {
     rows.into_iter().map(count).collect()
 }
 
-fn claims(found: &[Found]) -> Vec<Claim> {
+fn claims(found: &[Found], rays: &[(&str, [f64; 3])]) -> Vec<Claim> {
     let error = |body: usize, method: usize| found[body].errors[method][1];
-    let claim = |id, text: &str, scene: &str, found: String, holds| Claim {
-        id,
-        text: text.to_owned(),
-        scene: scene.to_owned(),
-        found,
-        holds: Some(holds),
-    };
     let list = |bodies: &[usize], method| {
         let errors: Vec<_> = bodies.iter().map(|&body| format!("{:.1} %", 100.0 * error(body, method))).collect();
         errors.join(", ")
@@ -290,34 +238,42 @@ fn claims(found: &[Found]) -> Vec<Claim> {
     let nearer = |bodies: &[usize]| bodies.iter().filter(|&&body| error(body, 1) < error(body, 0)).count();
     let all: Vec<usize> = (0..found.len()).collect();
     let twice = all.iter().filter(|&&body| error(body, 1) < error(body, 2)).count();
+    let [traced, shadow] = [0, 1].map(|kind| rays[ON_SLIDE[1]].1[kind] - rays[ON_SLIDE[0]].1[kind]);
     vec![
-        claim(
+        Claim::new(
             "P1",
             "the error of the profile grows with the mean free path",
             "cube",
             format!("{}, of the hybrid {}", list(&BY_SCALE, 0), list(&BY_SCALE, 1)),
-            grows(&BY_SCALE, 0),
+            Some(grows(&BY_SCALE, 0)),
         ),
-        claim(
+        Claim::new(
             "P2",
             "as the cube becomes a slab the profile's error grows, and the hybrid stays nearer to the walk",
             "cube",
             format!("{}, of the hybrid {}", list(&BY_DEPTH, 0), list(&BY_DEPTH, 1)),
-            grows(&BY_DEPTH, 0) && nearer(&BY_DEPTH) == BY_DEPTH.len(),
+            Some(grows(&BY_DEPTH, 0) && nearer(&BY_DEPTH) == BY_DEPTH.len()),
         ),
-        claim(
+        Claim::new(
             "P3",
             "the hybrid is nearer to the walk than the profile, everywhere",
             "all",
             format!("in {} of {}", nearer(&all), all.len()),
-            nearer(&all) == all.len(),
+            Some(nearer(&all) == all.len()),
         ),
-        claim(
+        Claim::new(
             "P4",
             "single scattering that is counted twice is farther from the walk than the corrected hybrid",
             "all",
             format!("in {twice} of {}", all.len()),
-            twice == all.len(),
+            Some(twice == all.len()),
+        ),
+        Claim::new(
+            "P5",
+            "beside the profile, boundary term and single scattering cost two rays and two shadow rays (slides 81 to 84)",
+            "slab",
+            format!("{traced:.2} rays and {shadow:.2} shadow rays"),
+            Some((traced - 2.0).abs() < 0.01 && (shadow - 2.0).abs() < 0.01),
         ),
     ]
 }
@@ -337,7 +293,7 @@ fn report(
          sides.\n\n## Claims\n\n{}\n## Bodies\n\n| body | profile | hybrid | counted twice | walk, again | no point | front | back | sides |\n\
          |---|---:|---:|---:|---:|---:|---:|---:|---:|\n",
         METHODS.join(", "),
-        claim::table(&claims(found)),
+        claim::table(&claims(found, rays)),
     );
     for (body, Found { errors, landed, .. }) in BODIES.iter().zip(found) {
         let shown = errors.map(|[mean, tiles]| format!("{:.1} % ({:+.1} %)", 100.0 * tiles, 100.0 * mean)).join(" | ");
@@ -348,8 +304,10 @@ fn report(
     }
     let _ = write!(
         text,
-        "\n## Rays\n\nOf the scene `slab`, whose every camera ray enters, a sample, with the camera's. Single scattering has the way across the body of the \
-         boundary term in it.\n\n| part | rays | shadow rays | probes |\n|---|---:|---:|---:|\n"
+        "\n## Rays\n\nOf the scene `slab` under a sky that is white all around, whose every camera ray enters, a sample, with the camera's. Single scattering has the way \
+         across the body of the boundary term in it. Slide 81 counts 4 rays of which 2 are shadow rays: one across the body, one from the collision out of it, and a light sample \
+         at both ends. Here a path goes on from both ends, too, which finds light a second way, so that there are two rays more; and a light sample that lies behind the surface, as half of \
+         those of a dome do, casts no shadow ray. The profile has a probe and a light sample there and here.\n\n| part | rays | shadow rays | probes |\n|---|---:|---:|---:|\n"
     );
     for (name, counts) in rays {
         let _ = writeln!(text, "| {name} | {} |", counts.map(|count| format!("{count:.2}")).join(" | "));

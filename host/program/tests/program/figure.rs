@@ -80,6 +80,40 @@ fn colours_by_mean_free_path() {
     assert_table(&workplace.text("cells.csv"), 4 * 5);
 }
 
+/// A figure of methods beside the walk, whose claims are these.
+fn beside_the_walk(name: &str, claims: &[&str]) -> String {
+    let (workplace, cache) = (Workplace::new(), TempDir::new().unwrap());
+    figure(&workplace, &cache, &[name, "--frames", "1"]).done();
+    assert_eq!(workplace.outputs(), ["images.png", "report.md"]);
+    let report = workplace.text("report.md");
+    for id in claims {
+        let found = verdicts(&report, &format!("{id} "));
+        assert!(found.len() == 1 && ["yes", "**no**", "undecided"].contains(&found[0].as_str()), "{id}: {report}");
+    }
+    report
+}
+
+#[test]
+fn cubes_by_scale_and_depth() {
+    let claims = ["C0", "C1", "C2", "C3", "C4", "C5", "C6", "C7", "C8", "C9", "C10"];
+    let report = beside_the_walk("zhang2025-cubes", &claims);
+    // where samples land depends on no picture
+    assert_eq!(verdicts(&report, "C0 "), ["yes"], "{report}");
+}
+
+#[test]
+fn thin_and_hollow_places() {
+    let report = beside_the_walk("zhang2025-places", &["L1", "L2", "L3", "L4", "L5", "L6"]);
+    assert_eq!(report.matches("| skin1:0.02, ").count(), 4, "{report}");
+}
+
+#[test]
+fn candies_candles_and_a_layer() {
+    let report = beside_the_walk("zhang2025-candies", &["Y1", "Y2", "Y3", "Y4", "Y5", "Y6"]);
+    // what is scattered and what is transmitted are parts of the same paths, and of candles much is lost
+    assert_eq!([verdicts(&report, "Y1 "), verdicts(&report, "Y3 ")], [["yes"], ["**no**"]], "{report}");
+}
+
 #[test]
 fn figures_that_cannot_be() {
     let (workplace, cache) = (Workplace::new(), TempDir::new().unwrap());
@@ -87,7 +121,16 @@ fn figures_that_cannot_be() {
         figure(&workplace, &cache, more).refused(words);
         assert_eq!(workplace.outputs(), [""; 0]);
     };
-    let all = ["zhang2025-grid", "zhang2025-walk", "tokuyoshi-fig1", "tokuyoshi-fig2", "bitterli2020-fig1"];
+    let all = [
+        "zhang2025-grid",
+        "zhang2025-walk",
+        "zhang2025-cubes",
+        "zhang2025-places",
+        "zhang2025-candies",
+        "tokuyoshi-fig1",
+        "tokuyoshi-fig2",
+        "bitterli2020-fig1",
+    ];
     refused(&["bitterli2020-fig2"], &[&["bitterli2020-fig2"], all.as_slice()].concat());
     refused(&["bitterli2020-fig1", "--restarts", "3"], &["--restarts 3", "4 to"]);
     refused(&["bitterli2020-fig1", "--frames", "1"], &["--frames 1", "2 to"]);
