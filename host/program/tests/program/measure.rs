@@ -131,7 +131,8 @@ fn a_reference_is_written_with_its_error_and_kept() {
     };
     assert!((mean(&output) - 1.875).abs() < 0.02 && mean(&error) > 0.0 && mean(&error) < 0.1);
     let kept = reference(cache.path(), &[]);
-    assert_eq!(kept.stdout, made.stdout, "nothing was rendered anew");
+    let wrote = format!("{}wrote {output}\nwrote {error}\n", kept.stdout);
+    assert_eq!(made.stdout, wrote, "the files are named, and nothing was rendered anew");
     reference(cache.path(), &["--spp", "640"]).says(&["640 per pixel"]);
 }
 
