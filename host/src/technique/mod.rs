@@ -173,6 +173,13 @@ pub trait Technique: Settings + Duplicate + Any + fmt::Debug + Send + Sync {
         None
     }
 
+    /// Which settings differ from their defaults and do nothing in this scene, as a sentence that goes on after the technique's
+    /// name; `None` if all that is set counts.
+    fn without_effect(&self, scene: &SceneBuffers) -> Option<String> {
+        let _ = scene;
+        None
+    }
+
     /// Why the image of this scene converges to something else than the technique `path` with the same [`Integral`] does,
     /// if it does; the sentence goes on after the technique's name.
     fn differs_from_path(&self, scene: &SceneBuffers) -> Option<&'static str> {

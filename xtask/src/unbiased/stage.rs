@@ -26,13 +26,15 @@ const REFERENCE_SEED: u32 = 1 << 31;
 /// Samples of a pixel in each restart of a reference.
 const REFERENCE_SAMPLES: u32 = 64;
 /// Nobody waits for more.
-const MOST_RESTARTS: u32 = 1 << 15;
+const MOST_RESTARTS: u32 = 1 << 18;
 
 /// A scene, and what is known of it so far.
 pub(super) struct Stage<'a> {
     options: &'a Options,
     scene: Scene,
     buffers: SceneBuffers,
+    /// What the last frame shows.
+    last: SceneBuffers,
     /// References by name, with their samples.
     references: BTreeMap<String, (u32, Vec<Moments>)>,
 }
@@ -47,7 +49,8 @@ impl<'a> Stage<'a> {
             ))
         })?;
         let buffers = SceneBuffers::build(&scene)?;
-        Ok(Self { options, scene, buffers, references: BTreeMap::new() })
+        let last = buffers.at(f64::from(FRAMES - 1))?;
+        Ok(Self { options, scene, buffers, last, references: BTreeMap::new() })
     }
 
     /// Runs a cell and its reference, and compares them, until a bias of `goal` percent of the image would be noticed.
@@ -73,11 +76,7 @@ impl<'a> Stage<'a> {
 
     /// Whether path tracing shows the same.
     fn check(&self, cell: &Cell) -> Result<(), Error> {
-        let why = if cell.technique.about().repeats == Repeats::Frames && self.buffers.is_animated() {
-            Some("shows its last frame, and path tracing the first; give a scene that does not move")
-        } else {
-            cell.technique.differs_from_path(&self.buffers)
-        };
+        let why = cell.technique.differs_from_path(&self.buffers);
         let refused = |why| Error::Environment(format!("{}/{}: the technique {why}", cell.name(), self.scene.name));
         why.map_or(Ok(()), |why| Err(refused(why)))
     }
@@ -90,7 +89,9 @@ impl<'a> Stage<'a> {
             Repeats::Samples => 1,
             Repeats::Frames => FRAMES,
         };
-        let render = Render { count, ..Render::new([SIZE; 2], cell.technique.clone()) };
+        // where frames show the same and do not know each other, each tells as much as the last
+        let accumulate = count > 1 && !cell.technique.looks_back() && !buffers.is_animated();
+        let render = Render { count, accumulate, ..Render::new([SIZE; 2], cell.technique.clone()) };
         // cells differ in their seeds, so that the same picture twice is two tests
         let [a, b, ..] = *blake3::hash(cell.name().as_bytes()).as_bytes();
         let seed = u32::from_le_bytes([0, 0, a, b & 0x7f]);
@@ -113,7 +114,10 @@ impl<'a> Stage<'a> {
         let [jitter, single] =
             [(jitter, "-jitter"), (!multiscatter, "-single")].map(|(on, name)| if on { name } else { "" });
         let filter = if filter == PixelFilter::Box { String::new() } else { format!("-{}", filter.name()) };
-        let name = format!("{by}-{max_depth}{jitter}{filter}{single}");
+        // samples show the scene as it is at first
+        let last = cell.technique.about().repeats == Repeats::Frames && self.buffers.is_animated();
+        let (shown, when) = if last { (&self.last, "-last") } else { (&self.buffers, "") };
+        let name = format!("{by}-{max_depth}{jitter}{filter}{single}{when}");
         if let Some((_, known)) = self.references.get(&name).filter(|(known, _)| *known >= samples) {
             return Ok(known.clone());
         }
@@ -124,10 +128,12 @@ impl<'a> Stage<'a> {
             })
         } else {
             // samples of one picture are spread, and have less variance than as many pictures
-            let render = Render { count: REFERENCE_SAMPLES, ..Render::new([SIZE; 2], path) };
+            let frame = if last { f64::from(FRAMES - 1) } else { 0.0 };
+            let cameras = vec![self.buffers.camera_at(frame)];
+            let render = Render { count: REFERENCE_SAMPLES, cameras, ..Render::new([SIZE; 2], path) };
             let restarts = samples.div_ceil(REFERENCE_SAMPLES);
             let what = format!("{REFERENCE_SAMPLES} samples");
-            self.side(&name, &what, restarts, &|restart| picture(&self.buffers, &render, REFERENCE_SEED + restart))
+            self.side(&name, &what, restarts, &|restart| picture(shown, &render, REFERENCE_SEED + restart))
         }?;
         self.references.insert(name, (samples, side.moments()));
         Ok(side.moments())

@@ -142,3 +142,35 @@ fn light_that_a_technique_leaves_out_is_named() {
         }
     }
 }
+
+/// Settings that change nothing, and frames that are made and not shown.
+#[test]
+fn what_is_set_in_vain_is_named() {
+    let workplace = Workplace::new();
+    let outcome = |arguments: &[&str]| {
+        let output = workplace.output("image.exr");
+        let mut command = program(["render", "-o", &output, "--size", "8x6", "--device", "cpu"]);
+        finish(command.args(arguments))
+    };
+    let walk = "has no use for parts, lambert_below with subsurface=walk";
+    let profile = "has no use for orders with profiles";
+    let nothing = "has no use for segments where no light is followed inside";
+    let alone = "restir-di makes 4 frames, each without the others";
+    let progressive = ["--technique", "restir-di", "--set", "preset=progressive", "--frames", "4"];
+    let cases: [(&[&str], Option<&str>); 9] = [
+        (&["slab", "--spp", "1", "--set", "parts=rest", "--set", "lambert_below=2"], Some(walk)),
+        (&["slab", "--spp", "1", "--set", "subsurface=hybrid", "--set", "orders=0..1"], Some(profile)),
+        (&["cornell", "--spp", "1", "--set", "segments=1"], Some(nothing)),
+        (&["slab", "--spp", "1", "--set", "orders=0..1"], None),
+        (&["slab", "--spp", "1", "--set", "subsurface=hybrid", "--set", "parts=rest"], None),
+        (&[&["cornell"], progressive.as_slice()].concat(), Some(alone)),
+        (&[&["cornell", "--accumulate"], progressive.as_slice()].concat(), None),
+        (&[&["moving"], progressive.as_slice()].concat(), None),
+        (&["cornell", "--technique", "restir-di", "--frames", "4"], None),
+    ];
+    for (arguments, remark) in cases {
+        let outcome = outcome(arguments);
+        let said = remark.map_or(!outcome.stderr.contains("warning"), |remark| outcome.stderr.contains(remark));
+        assert!(outcome.code == Some(0) && said, "{arguments:?}: {}", outcome.stderr);
+    }
+}

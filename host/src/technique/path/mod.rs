@@ -35,6 +35,7 @@ use super::{About, Integral, PixelFilter, Repeats, Technique};
 use crate::exec::{Executor, Observer};
 use crate::image::Channel;
 use crate::render::{Render, Rendered};
+use crate::settings::Settings;
 use crate::technique::explain::{Explanation, Subject};
 use crate::technique::sequence::{Sequence, Stage};
 use crate::{Error, buffers::SceneBuffers};
@@ -95,6 +96,21 @@ crate::settings! {
     }
 }
 
+/// What walks are told alone, and what profiles are.
+const OF_WALKS: &[&str] = &["lights_inside", "after_subsurface", "orders", "longest_walk"];
+const OF_PROFILES: &[&str] = &[
+    "parts",
+    "profile",
+    "counted_twice",
+    "way_out",
+    "crossings",
+    "segments",
+    "radius_channel",
+    "support",
+    "profile_paths",
+    "lambert_below",
+];
+
 impl PathSettings {
     /// The reference of all techniques that have this integral.
     pub fn of(integral: Integral) -> Self {
@@ -148,6 +164,17 @@ impl Technique for PathSettings {
         observe: &mut Observer<'_>,
     ) -> Result<(Rendered, Vec<Channel>), Error> {
         layers::render_with_layers(self, executor, scene, render, observe)
+    }
+
+    fn without_effect(&self, scene: &SceneBuffers) -> Option<String> {
+        let (idle, why) = match self.subsurface(scene.features) {
+            Subsurface::Off => ([OF_WALKS, OF_PROFILES].concat(), "where no light is followed inside of things"),
+            Subsurface::Walk => (OF_PROFILES.to_vec(), "with subsurface=walk; profiles are in diffusion and hybrid"),
+            Subsurface::Diffusion | Subsurface::Hybrid => (OF_WALKS.to_vec(), "with profiles; give subsurface=walk"),
+        };
+        let default = Self::default();
+        let set: Vec<&str> = idle.into_iter().filter(|key| self.value(key) != default.value(key)).collect();
+        (!set.is_empty()).then(|| format!("has no use for {} {why}", set.join(", ")))
     }
 
     fn check_explained(&self, scene: &SceneBuffers, render: &Render) -> Result<(), Error> {

@@ -295,15 +295,30 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let cameras = cameras(path.as_ref(), buffers.camera, frames)?;
     let render = Render { cameras, ..render };
     render::check(&buffers, &render)?;
-    if let Some(lacks) = render.technique.leaves_out(&buffers) {
-        console::note(&format!("warning: {} {lacks}", render.technique.about().name));
-    }
+    remark(&render, &buffers, numbered.is_none() && path.is_none());
     let task = Task { arguments, scene: &scene, buffers: &buffers, path };
     let mut viewer = Viewer::open(arguments.tev.as_deref(), outputs.output.display().to_string(), size)?;
     let mut device = device::open(&arguments.device)?;
     match numbered {
         None => task.one(device.as_mut(), &mut viewer, render),
         Some(frames) => task.numbered(device.as_mut(), &mut viewer, &render, frames),
+    }
+}
+
+/// Says what of the settings gives another image than somebody may expect who does not know the technique; `one` is a single image
+/// without a camera path.
+fn remark(render: &Render, scene: &SceneBuffers, one: bool) {
+    let technique = render.technique.as_ref();
+    let name = technique.about().name;
+    let still = one && !scene.is_animated();
+    let alone = technique.about().repeats == Repeats::Frames && !technique.looks_back() && !render.accumulate;
+    let wasted = (still && alone && render.count > 1).then(|| {
+        let count = render.count;
+        format!("makes {count} frames, each without the others, and shows the last; give --accumulate for their mean")
+    });
+    let remarks = [technique.leaves_out(scene).map(str::to_owned), technique.without_effect(scene), wasted];
+    for remark in remarks.iter().flatten() {
+        console::note(&format!("warning: {name} {remark}"));
     }
 }
 
