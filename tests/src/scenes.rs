@@ -264,11 +264,19 @@ pub fn named(name: &str) -> Option<Scene> {
         "masks" => Some(masks::scene(Form::Masked)),
         "sheets" => Some(Sheets { glass: true }.scene()),
         "moving-alpha" => Some(moving_alpha()),
+        "moving-fast" => Some(moving_fast()),
         "moving-media" => Some(moving_media()),
         "clear-media" => Some(clear_media()),
         "panes" => Some(Panes { coloured: true, count: 2 }.scene()),
         _ => builtin::scene(name),
     }
+}
+
+/// The built-in moving room, in which a frame takes the time of four.
+fn moving_fast() -> Scene {
+    let mut scene = Scene { name: "moving-fast".to_owned(), ..builtin::scene("moving").expect("built in") };
+    scene.animation.frame_rate *= 0.25;
+    scene
 }
 
 /// The built-in moving room, in which the board is a mask, and sign and ball are blended.

@@ -211,7 +211,7 @@ const fn chain(scene: &'static str, settings: &'static str, frames: u32, moves: 
 
 /// Settings of chains.
 const OF_CHAINS: &str = "tile=4,max_plane_distance=0.1,max_depth=6,sampler=independent";
-const CHAINS: [Chain; 14] = [
+const CHAINS: [Chain; 15] = [
     chain("cornell", "jitter=on,shift=hybrid,feedback=on", 4, false),
     chain("cornell", "jitter=on,shift=footprint,spatial=0", 5, true),
     chain("cornell", "jitter=on,shift=replay,spatial=0,mis=pairwise-defensive", 4, true),
@@ -225,6 +225,7 @@ const CHAINS: [Chain; 14] = [
     chain("sheets", "jitter=on,spatial=0", 4, true),
     chain("moving", "jitter=on,shift=hybrid,spatial=0", 10, false),
     chain("moving", "jitter=on,shift=replay", 10, true),
+    chain("moving-fast", "jitter=on,shift=hybrid,spatial=0", 6, false),
     chain("toys", "jitter=on,shift=hybrid,spatial=0", 6, true),
 ];
 /// Independent chains.
@@ -277,7 +278,7 @@ fn between_frames(pass: &mut Pass, change: fn(&mut PtParams)) {
 }
 
 fn wrong_chains_are_seen() -> Result<(), Failed> {
-    let rows: [(&str, Chain, Change); 4] = [
+    let rows: [(&str, Chain, Change); 5] = [
         (
             "light that no longer arrives",
             chain("moving", "jitter=on,shift=hybrid,spatial=0,stale=on", 8, false),
@@ -291,6 +292,18 @@ fn wrong_chains_are_seen() -> Result<(), Failed> {
                 });
             }
         }),
+        (
+            "what has moved between vertex k and its light",
+            chain("moving-fast", "jitter=on,shift=hybrid,spatial=0", 6, false),
+            |pass| {
+                if pass.kernel.name == pt_shift::DESC.name {
+                    between_frames(pass, |params| {
+                        // the way back takes a path's light and area to the other frame by the same flag
+                        params.flags &= if params.flags & PT_BACK == 0 { !PT_CHANGED } else { u32::MAX };
+                    });
+                }
+            },
+        ),
         ("the last frame from here", chain("cornell", "jitter=on,shift=hybrid,spatial=0", 4, true), |pass| {
             if pass.kernel.name == pt_shift::DESC.name {
                 between_frames(pass, |params| params.flags &= !PT_BACK);

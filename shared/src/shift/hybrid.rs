@@ -66,7 +66,8 @@ impl Shifted {
     }
 }
 
-/// Shifts a path to the start `start`, whose hit is one.
+/// Shifts a path to the start `start`, whose hit is one. Where the scene has `changed` since the path was found, something may lie between
+/// vertex k and its light by now.
 #[inline(always)]
 pub fn shift<S: Trace + Surface + AddressedLights, N: Numbers>(
     scene: &S,
@@ -74,6 +75,7 @@ pub fn shift<S: Trace + Surface + AddressedLights, N: Numbers>(
     hybrid: &Hybrid,
     start: &Start,
     path: &Path,
+    changed: bool,
 ) -> Shifted {
     let replays = path.last_replayed().wrapping_sub(1);
     let shiftable = (path.term > 0.0) & (path.length >= 2) & (replays <= hybrid.replays);
@@ -81,7 +83,7 @@ pub fn shift<S: Trace + Surface + AddressedLights, N: Numbers>(
         return Shifted::failed(Cause::Unshiftable);
     }
     let joint = if path.keeps_surface() { scene.location(&path.hit) } else { NOWHERE };
-    let mut end = Tip::new(start);
+    let mut end = Tip::new(start, changed);
     let mut joins = hybrid.of_path(numbers.joins());
     while end.open {
         let point = scene.surface(&end.ray, &end.hit);
@@ -118,13 +120,15 @@ struct Tip {
     /// The vertex before, as the end of the segment that leads here.
     from: End,
     chosen: Chosen,
+    /// What lies behind vertex k is not what it was.
+    changed: bool,
     open: bool,
     cause: Cause,
 }
 
 impl Tip {
     #[inline(always)]
-    fn new(start: &Start) -> Self {
+    fn new(start: &Start, changed: bool) -> Self {
         let hit = start.hit.unpack();
         Self {
             ray: start.ray(),
@@ -134,6 +138,7 @@ impl Tip {
             term: 1.0,
             from: End::NONE,
             chosen: Chosen { pdf: 0.0, alone: true },
+            changed,
             open: hit.is_hit(),
             cause: if hit.is_hit() { Cause::Nothing } else { Cause::Unshiftable },
         }
@@ -259,7 +264,9 @@ impl Tip {
         if wrong {
             return self.end(Cause::Joins);
         }
-        if !at_joint && scene.occluded(&connection.shadow) {
+        // of what arrives at vertex k only a light has a place that a ray can ask for
+        let asked = !at_joint | (lights & self.changed);
+        if asked && scene.occluded(&connection.shadow) {
             return self.end(Cause::Blocked);
         }
         self.throughput = flush(self.throughput * next_event(next.density, &connection));

@@ -170,7 +170,7 @@ pub fn shift_path<S: Trace + Surface + AddressedLights>(
 ) -> Shifted {
     let path = path.unpack().path;
     let numbers = PathNumbers::of_key(path.key, params.seed, params.sampler());
-    shift(scene, &numbers, &params.hybrid, start, &path)
+    shift(scene, &numbers, &params.hybrid, start, &path, params.has(PT_CHANGED))
 }
 
 /// Does one job, in 16 bytes: see [`shifted_job`].
@@ -203,11 +203,12 @@ pub fn shifted_job<F: Frames>(
     let (from, to) = if back { (job.start, job.path) } else { (job.path, job.start) };
     let mut path = paths[from as usize].unpack().path;
     let mut extent = 1.0;
-    if back & params.has(PT_CHANGED) {
+    let changed = params.has(PT_CHANGED);
+    if back & changed {
         // what comes the other way has been recalled
         extent = recall::carry(frames, params, false, &mut path);
     }
     let numbers = PathNumbers::of_key(path.key, params.seed, params.sampler());
-    let shifted = shift(&frames.scene(back), &numbers, &params.hybrid, &starts[to as usize], &path);
+    let shifted = shift(&frames.scene(back), &numbers, &params.hybrid, &starts[to as usize], &path, changed);
     Shifted { term: num::flush(shifted.term * extent), ..shifted }
 }
