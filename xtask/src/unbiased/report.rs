@@ -50,9 +50,9 @@ impl Row {
         }
     }
 
-    /// Whether a bias of so many percent of the image would be noticed; of any size, without a goal.
-    pub(super) fn reaches(&self, goal: Option<f64>) -> bool {
-        goal.is_none_or(|goal| 100.0 * self.verdict.detectable_in_image <= goal)
+    /// The bias of the image that would be noticed, over one of so many percent; without a goal any will do.
+    pub(super) fn detectable_over(&self, goal: Option<f64>) -> f64 {
+        goal.map_or(0.0, |goal| 100.0 * self.verdict.detectable_in_image / goal)
     }
 
     /// Whether the outcome is what is known; nothing if the test cannot tell.

@@ -64,10 +64,12 @@ impl<'a> Stage<'a> {
         loop {
             let (reference, tested) = (self.reference(&cell, samples)?, self.tested(&cell, restarts)?);
             let row = Row::new(&self.scene.name, cell.clone(), family_rate, &tested, &reference);
-            if restarts >= MOST_RESTARTS || row.reaches(goal) {
+            let over = row.detectable_over(goal);
+            if restarts >= MOST_RESTARTS || over <= 1.0 {
                 return Ok(row);
             }
-            restarts *= 2;
+            // what is detectable falls with the root of them, and is not well known where they are few
+            restarts = (f64::from(restarts) * (1.05 * over * over).clamp(1.1, 2.0)) as u32;
             // whichever is worse known gains more
             let [of_tested, of_reference] = [&tested.moments(), &reference].map(|side| image_variance(side));
             samples = if of_reference > 0.5 * of_tested { samples.saturating_mul(2) } else { samples };
