@@ -2,6 +2,7 @@
 //! of its own, so that later kernels are cut with knowledge. `cargo xtask shader probe` builds it and freezes how many there
 //! are; it is never shipped.
 
+use restir_shared::bsdf::Material;
 use restir_shared::camera::primary_ray;
 use restir_shared::geometry::Ray;
 use restir_shared::glam::{Vec2, Vec3};
@@ -24,7 +25,7 @@ kernel! {
     |x, y, at, p, scene| film[at] = FilmPixel::from_radiance(radiance(&scene, &p, segments, x, y))
 }
 
-fn radiance(scene: &(impl Trace + Surface), params: &PathParams, segments: u32, x: u32, y: u32) -> Vec3 {
+fn radiance(scene: &(impl Trace + Surface<Material = Material>), params: &PathParams, segments: u32, x: u32, y: u32) -> Vec3 {
     let rng = Rng::new(x, y, params.first_sample, params.seed, Sampler::Independent);
     let ray = primary_ray(&params.camera, Vec2::new(x as f32 + 0.5, y as f32 + 0.5), Vec2::ZERO);
     let mut path = (Vec3::ZERO, Vec3::ONE, ray);
@@ -43,7 +44,7 @@ fn radiance(scene: &(impl Trace + Surface), params: &PathParams, segments: u32, 
 /// The sum, the throughput and the ray after one more segment.
 #[inline(always)]
 fn segment(
-    scene: &(impl Trace + Surface),
+    scene: &(impl Trace + Surface<Material = Material>),
     rng: &Rng,
     dimension: u32,
     (sum, weight, ray): (Vec3, Vec3, Ray),

@@ -122,7 +122,7 @@ pub(super) fn report(trials: &Trials, rows: &[Row]) -> String {
     let (name, matrix) = (trials.name(), trials.known.matrix);
     let picture = match trials.technique.about().repeats {
         Repeats::Samples => "one sample a pixel".to_owned(),
-        Repeats::Frames => format!("the last of {FRAMES} frames, or their mean where none knows another,"),
+        Repeats::Frames => format!("the last of {FRAMES} frames, or their mean where none knows another"),
     };
     let threshold = rows.first().map_or(f64::NAN, |row| row.verdict.threshold);
     let tiles = (SIZE / TILE).pow(2);
