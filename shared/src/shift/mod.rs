@@ -58,7 +58,8 @@
 //! let path = Path { length: 2, reconnection: 2, light_sampled: true, light, term: 1.0, ..Path::NONE };
 //! let taken = |path: &Path, x: f32| {
 //!     let ray = Ray { origin: Vec3::new(x, 1.0, 0.0), direction: Vec3::NEG_Y, t_max: Ray::FAR, key: 0 };
-//!     shift(&Floor, &numbers, &Hybrid::RECONNECTION, &Start::new(&ray, &Floor.closest(&ray)), path)
+//!     // nothing has changed since it was found
+//!     shift(&Floor, &numbers, &Hybrid::RECONNECTION, &Start::new(&ray, &Floor.closest(&ray)), path, false)
 //! };
 //! let at = |x: f32| taken(&path, x);
 //!

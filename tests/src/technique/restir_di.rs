@@ -37,6 +37,7 @@ pub(super) const KNOWN: Known = Known {
             ("cornell", "candidates=4"),
             ("statue-by-night", "candidates=4"),
             ("all-lights", "candidates=4"),
+            ("moving-fast", "candidates=4"),
         ],
         // in statue-by-night light is rare in some tiles: few restarts of them are far from a normal distribution
         goals: &[("many-lights", 2.0), ("statue-by-night", 0.3)],

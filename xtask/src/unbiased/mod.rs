@@ -32,6 +32,8 @@ const TILE: u32 = 8;
 const GRID: TileGrid = TileGrid { width: SIZE, height: SIZE, tile: TILE };
 /// How often a family of tests fails although nothing is wrong: all of a cell, or of a technique's matrix.
 const FAMILY_RATE: f64 = 1.0e-3;
+/// Restarts at which a row ends, whatever its goal.
+const MOST_RESTARTS: u32 = 1 << 15;
 /// What a known-wrong picture is too bright by.
 const WRONG_RADIANCE: f32 = 1.01;
 
@@ -60,6 +62,9 @@ pub struct Options {
     /// cells those without a known bias go on until what the harness declares for the scene.
     #[arg(long, value_name = "PERCENT")]
     goal: Option<f64>,
+    /// Go no further than that, whatever the goal.
+    #[arg(long, default_value_t = MOST_RESTARTS, value_parser = clap::value_parser!(u32).range(1..))]
+    most_restarts: u32,
     /// Folder of the state files.
     #[arg(long, default_value = "target/unbiased")]
     state: PathBuf,
@@ -133,7 +138,7 @@ pub fn run(options: &Options) -> Result<(), Error> {
     let rows = rows(options, &trials, &scenes, &cells)?;
     let report = match scene {
         Some(_) => rows.iter().map(Row::in_detail).collect(),
-        None => report::report(&trials, &rows),
+        None => report::report(&trials, &rows, options.most_restarts),
     };
     publish(&format!("{technique}-bias"), &report, options.write)?;
     judge("not as known", report::findings(&rows))

@@ -9,7 +9,7 @@ use restir_tests::technique::Trials;
 
 use super::side::Side;
 use super::stage::FRAMES;
-use super::{Cell, Expected, FAMILY_RATE, GRID, SIZE, TILE, WRONG_RADIANCE};
+use super::{Cell, Expected, FAMILY_RATE, GRID, MOST_RESTARTS, SIZE, TILE, WRONG_RADIANCE};
 
 /// A biased setting has to differ by this many standard errors.
 const BIASED: f64 = 3.0;
@@ -117,8 +117,8 @@ pub(super) fn findings(rows: &[Row]) -> Vec<String> {
         .collect()
 }
 
-/// The report on all cells of a technique.
-pub(super) fn report(trials: &Trials, rows: &[Row]) -> String {
+/// The report on all cells of a technique, of which none has more restarts than `most`.
+pub(super) fn report(trials: &Trials, rows: &[Row], most: u32) -> String {
     let (name, matrix) = (trials.name(), trials.known.matrix);
     let picture = match trials.technique.about().repeats {
         Repeats::Samples => "one sample a pixel".to_owned(),
@@ -130,6 +130,7 @@ pub(super) fn report(trials: &Trials, rows: &[Row]) -> String {
     let beside = common.iter().chain(matrix.scenes).filter(|(_, settings)| !settings.is_empty());
     let beside: Vec<String> = beside.map(|(place, settings)| format!("`{settings}` in {place}")).collect();
     let beside = if beside.is_empty() { "none".to_owned() } else { beside.join("; ") };
+    let most = if most == MOST_RESTARTS { String::new() } else { format!(" --most-restarts {most}") };
     let mut text = format!(
         "# Bias of `{name}`\n\nEach row compares {picture}, over independent restarts, with path tracing of the same light, \
          and path tracing itself with an independent path tracer or walk in `f64`, or where these do not know the scene with light that \
@@ -143,7 +144,7 @@ pub(super) fn report(trials: &Trials, rows: &[Row]) -> String {
          known to be darker a row tells where the bias exceeds {BIASED} standard errors; of radiance x {WRONG_RADIANCE}, \
          where that is detectable. A tile that light reaches rarely has no variance yet in few restarts, and z says \
          nothing: such rows need more of them.\n\n\
-         Made by `cargo xtask unbiased --technique {name} --write`.\n\n{HEAD}"
+         Made by `cargo xtask unbiased --technique {name}{most} --write`.\n\n{HEAD}"
     );
     text.extend(rows.iter().map(|row| format!("{row}\n")));
     text

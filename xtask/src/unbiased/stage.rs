@@ -25,8 +25,6 @@ const REFERENCE_SEED: u32 = 1 << 31;
 
 /// Samples of a pixel in each restart of a reference.
 const REFERENCE_SAMPLES: u32 = 64;
-/// Nobody waits for more.
-const MOST_RESTARTS: u32 = 1 << 18;
 
 /// A scene, and what is known of it so far.
 pub(super) struct Stage<'a> {
@@ -65,11 +63,12 @@ impl<'a> Stage<'a> {
             let (reference, tested) = (self.reference(&cell, samples)?, self.tested(&cell, restarts)?);
             let row = Row::new(&self.scene.name, cell.clone(), family_rate, &tested, &reference);
             let over = row.detectable_over(goal);
-            if restarts >= MOST_RESTARTS || over <= 1.0 {
+            let most = self.options.most_restarts;
+            if restarts >= most || over <= 1.0 {
                 return Ok(row);
             }
             // what is detectable falls with the root of them, and is not well known where they are few
-            restarts = (f64::from(restarts) * (1.05 * over * over).clamp(1.1, 2.0)) as u32;
+            restarts = most.min((f64::from(restarts) * (1.05 * over * over).clamp(1.1, 2.0)) as u32);
             // whichever is worse known gains more
             let [of_tested, of_reference] = [&tested.moments(), &reference].map(|side| image_variance(side));
             samples = if of_reference > 0.5 * of_tested { samples.saturating_mul(2) } else { samples };
