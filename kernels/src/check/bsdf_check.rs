@@ -107,5 +107,8 @@ kernel! {
 
 #[cfg(feature = "cases")]
 pub(super) fn cases() -> Vec<crate::Case> {
-    super::probes(&DESC, [("ends", super::operands::bsdf_ends()), ("random", super::operands::random_bsdf_operands(4096))])
+    super::probes(
+        &DESC,
+        [("ends", super::operands::bsdf_ends()), ("random", super::operands::random_bsdf_operands(4096))],
+    )
 }

@@ -120,5 +120,8 @@ kernel! {
 
 #[cfg(feature = "cases")]
 pub(super) fn cases() -> Vec<crate::Case> {
-    super::probes(&DESC, [("boundaries", super::operands::num_boundaries()), ("random", super::operands::num_random(8192))])
+    super::probes(
+        &DESC,
+        [("boundaries", super::operands::num_boundaries()), ("random", super::operands::num_random(8192))],
+    )
 }

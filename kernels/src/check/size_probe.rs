@@ -25,7 +25,13 @@ kernel! {
     |x, y, at, p, scene| film[at] = FilmPixel::from_radiance(radiance(&scene, &p, segments, x, y))
 }
 
-fn radiance(scene: &(impl Trace + Surface<Material = Material>), params: &PathParams, segments: u32, x: u32, y: u32) -> Vec3 {
+fn radiance(
+    scene: &(impl Trace + Surface<Material = Material>),
+    params: &PathParams,
+    segments: u32,
+    x: u32,
+    y: u32,
+) -> Vec3 {
     let rng = Rng::new(x, y, params.first_sample, params.seed, Sampler::Independent);
     let ray = primary_ray(&params.camera, Vec2::new(x as f32 + 0.5, y as f32 + 0.5), Vec2::ZERO);
     let mut path = (Vec3::ZERO, Vec3::ONE, ray);
