@@ -2,7 +2,7 @@
 """Compares restir with Mitsuba 3, an independent renderer, on four scenes, and writes a report.
 
     pip install 'mitsuba==3.9.*' numpy
-    cargo build --release -p restir
+    cargo build --release --bin restir
     python3 scripts/compare_mitsuba.py --restir target/release/restir --out docs/mitsuba.md
 
 Both render each scene several times with different seeds. Per tile and channel the two means are compared by Welch's

@@ -2,7 +2,7 @@
 """Measures restir's walks through media beside Mitsuba 3's `volpath`: time to equal error, collisions a second; writes a report.
 
     pip install 'mitsuba==3.9.*' numpy
-    cargo build --release -p restir
+    cargo build --release --bin restir
     python3 scripts/media_speed.py --restir target/release/restir --out docs/media-speed.md
 
 An error is known without a reference: two images of an unbiased renderer with different seeds differ, in the mean square, by

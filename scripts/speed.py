@@ -2,7 +2,7 @@
 """Measures restir's time to equal error beside Mitsuba 3, and what its spread samples are worth; writes a report.
 
     pip install 'mitsuba==3.9.*' numpy
-    cargo build --release -p restir
+    cargo build --release --bin restir
     python3 scripts/speed.py --restir target/release/restir --out docs/speed.md
 
 Meshes and the environment map come from `--data`. Mitsuba's variant llvm_ad_rgb takes the LLVM library that the environment

@@ -2,7 +2,7 @@
 """Times restir against Mitsuba 3 on Mitsuba's Cornell box, and writes a report.
 
     pip install 'mitsuba==3.9.*' numpy
-    cargo build --release -p restir
+    cargo build --release --bin restir
     python3 scripts/time_mitsuba.py --restir target/release/restir --out docs/mitsuba-speed.md
 
 Mitsuba's variant llvm_ad_rgb takes the LLVM library that the environment variable DRJIT_LIBLLVM_PATH names, else that of the

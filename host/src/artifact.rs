@@ -18,18 +18,17 @@ impl Shaders {
     /// The SPIR-V words of a kernel, checked against the hash in the manifest.
     ///
     /// # Errors
-    /// [`Error::Kernel`] if it is missing or not the module that the manifest lists.
+    /// [`Error::Module`] if it is missing or not the module that the manifest lists.
     pub fn load(&self, kernel: &str, flavour: Flavour) -> Result<Vec<u32>, Error> {
-        let broken = |problem: String| Error::Kernel { kernel: kernel.to_owned(), problem };
+        let broken = |problem: String| Error::Module { kernel: kernel.to_owned(), problem };
         let bytes = self.read(&format!("{flavour}/{kernel}.spv")).map_err(broken)?;
         let manifest = self.read(MANIFEST).map_err(broken)?;
         let manifest: serde_json::Value = serde_json::from_slice(&manifest)
-            .map_err(|e| broken(format!("the manifest is no JSON ({e}); run `cargo xtask shader build`")))?;
+            .map_err(|e| broken(format!("the manifest is no JSON: {e}")))?;
         let listed = manifest["kernels"][kernel][flavour.to_string()]["blake3"].as_str().unwrap_or_default();
         if blake3::hash(&bytes).to_hex().as_str() != listed {
             return Err(broken(format!(
-                "the {flavour} module is not the one that the manifest lists, so it is damaged or out of date; check \
-                 it out again or run `cargo xtask shader build`"
+                "the {flavour} module is not the one that the manifest lists, so it is damaged or out of date"
             )));
         }
         Ok(bytemuck::pod_collect_to_vec(&bytes))
@@ -39,12 +38,12 @@ impl Shaders {
         match self {
             Self::Embedded => restir_kernels::spirv::file(name)
                 .map(Cow::Borrowed)
-                .ok_or_else(|| format!("{name} was not embedded; run `cargo xtask shader build`")),
+                .ok_or_else(|| format!("this library was built without {name}")),
             Self::Folder(folder) => {
                 let path = folder.join(name);
                 std::fs::read(&path)
                     .map(Cow::Owned)
-                    .map_err(|e| format!("cannot read {}: {e}; run `cargo xtask shader build`", path.display()))
+                    .map_err(|e| format!("cannot read {}: {e}", path.display()))
             }
         }
     }

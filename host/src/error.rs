@@ -1,4 +1,4 @@
-//! What can go wrong: data, where a caller may want to act on it, and one sentence that says what is wrong, where, and what to do.
+//! What can go wrong: data, where a caller may want to act on it, and one sentence that says what is wrong and where.
 //!
 //! ```
 //! use restir_host::{Error, scene::Scene};
@@ -11,12 +11,18 @@
 //!     Err(Error::Unknown { what: "technique", known, .. }) => assert!(known.contains(&"restir-di".to_owned())),
 //!     other => panic!("{:?}", other.err()),
 //! }
+//! let mut technique = restir_host::technique::named("path")?;
+//! match restir_host::technique::configure(&mut *technique, &["max_depth=0"]) {
+//!     Err(Error::Technique { technique: "path", reason }) => assert!(matches!(*reason, Error::Value { setting: "max_depth", .. })),
+//!     other => panic!("{other:?}"),
+//! }
+//! # Ok::<(), Error>(())
 //! ```
 
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
-/// An error of this library. The program prints it as one line and exits with code 2.
+/// An error of this library.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -58,13 +64,61 @@ pub enum Error {
         /// Which values it may have.
         expected: String,
     },
-    /// Settings that cannot be, or not together.
+    /// A technique cannot be set as it was asked for.
+    #[error("{technique}: {reason}")]
+    Technique {
+        /// Name of the technique.
+        technique: &'static str,
+        /// What is wrong: a [`Self::Value`] or an [`Self::Unknown`] name.
+        reason: Box<Error>,
+    },
+    /// Settings have values that do not go together.
+    #[error("{problem}")]
+    Together {
+        /// Keys of the settings.
+        settings: &'static [&'static str],
+        /// What does not go together, and what to set instead.
+        problem: String,
+    },
+    /// An image is larger than there are.
+    #[error("an image of {}x{} pixels is too large; the longest side is {limit}", asked[0], asked[1])]
+    Size {
+        /// Width and height that were asked for.
+        asked: [u32; 2],
+        /// The longest side that an image may have.
+        limit: u32,
+    },
+    /// Images that are to be compared differ in size.
+    #[error("images of different sizes cannot be compared: {} x {} and {} x {}", test[0], test[1], reference[0], reference[1])]
+    Sizes {
+        /// Width and height of the image that is judged.
+        test: [u32; 2],
+        /// Width and height of what it is compared with.
+        reference: [u32; 2],
+    },
+    /// A technique has no layers, further channels that show how the image came about.
+    #[error("the technique {technique} has no layers here, because {reason}")]
+    Layers {
+        /// Name of the technique.
+        technique: &'static str,
+        /// Why it has none.
+        reason: &'static str,
+    },
+    /// Something else that was asked for cannot be.
     #[error("{0}")]
     Setting(String),
     /// No usable GPU adapter.
-    #[error("{0}")]
-    Adapter(String),
-    /// A compiled kernel is missing, damaged or does not fit its descriptor.
+    #[error(transparent)]
+    Adapter(#[from] AdapterError),
+    /// A compiled module is missing or damaged.
+    #[error("kernel {kernel}: {problem}")]
+    Module {
+        /// Name of the kernel.
+        kernel: String,
+        /// What is wrong with its module.
+        problem: String,
+    },
+    /// A kernel does not fit its descriptor or the adapter.
     #[error("kernel {kernel}: {problem}")]
     Kernel {
         /// Name of the kernel.
@@ -99,12 +153,48 @@ pub enum Error {
     /// The adapter has no memory left.
     #[error("the adapter is out of memory ({0}); choose a smaller size or scene")]
     AdapterMemory(String),
-    /// A check ran and did not pass. The program exits with code 1.
-    #[error("{0}")]
-    Failed(String),
     /// The user interrupted the work.
     #[error("interrupted; what was in work was not written")]
     Interrupted,
+}
+
+/// Why there is no adapter to work with.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum AdapterError {
+    /// The system has none.
+    #[error("there is no GPU adapter; install a Vulkan driver (Mesa's lavapipe will do)")]
+    None,
+    /// None has the name that was asked for.
+    #[error("no adapter has {asked:?} in its name; there are: {}", known.join(", "))]
+    Named {
+        /// Part of a name.
+        asked: String,
+        /// The names of all adapters.
+        known: Vec<String>,
+    },
+    /// It lacks what the flavour `exact` needs.
+    #[error("the flavour exact needs {what}, which {adapter} has not here; the flavour fast does without")]
+    Lacks {
+        /// Name of the adapter.
+        adapter: String,
+        /// What it lacks.
+        what: &'static str,
+    },
+    /// It cannot be opened.
+    #[error("cannot open the adapter {adapter}: {reason}")]
+    Closed {
+        /// Name of the adapter.
+        adapter: String,
+        /// What the driver says.
+        reason: String,
+    },
+    /// It stopped answering, or took its results along.
+    #[error("the adapter stopped answering: {0}")]
+    Lost(String),
+    /// It refuses what was recorded for it.
+    #[error("the adapter refuses the work: {0}")]
+    Refused(String),
 }
 
 impl Error {

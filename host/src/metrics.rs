@@ -70,7 +70,7 @@ pub struct Comparison {
 /// Compares a test image with a reference of the same size.
 ///
 /// # Errors
-/// [`Error::Setting`] if the sizes differ or the images have no pixels.
+/// [`Error::Sizes`] if the sizes differ, [`Error::Setting`] if the images have no pixels.
 pub fn compare(test: &Image, reference: &Image) -> Result<Comparison, Error> {
     check_sizes(test, reference)?;
     let values = || test.pixels.as_flattened().iter().copied().zip(reference.pixels.as_flattened().iter().copied());
@@ -112,15 +112,14 @@ fn ordered(value: f32) -> i32 {
 
 fn check_sizes(test: &Image, reference: &Image) -> Result<(), Error> {
     let size = |image: &Image| (image.width, image.height, image.pixels.len());
-    let problem = if size(test) != size(reference) {
-        let [test, reference] = [test, reference].map(|image| format!("{} x {}", image.width, image.height));
-        format!("images of different sizes cannot be compared: {test} and {reference}")
-    } else if test.pixels.is_empty() {
-        "images without pixels cannot be compared".to_owned()
-    } else {
-        return Ok(());
-    };
-    Err(Error::Setting(problem))
+    if size(test) != size(reference) {
+        let [test, reference] = [test, reference].map(|image| [image.width, image.height]);
+        return Err(Error::Sizes { test, reference });
+    }
+    if test.pixels.is_empty() {
+        return Err(Error::Setting("images without pixels cannot be compared".to_owned()));
+    }
+    Ok(())
 }
 
 #[derive(Default)]

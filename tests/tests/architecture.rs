@@ -10,7 +10,7 @@ const CRATES: [(&str, &str); 5] = [
     ("restir-shared", "shared/src"),
     ("restir-kernels", "kernels/src"),
     ("restir-host", "host/src"),
-    ("restir", "host/program/src"),
+    ("restir-cli", "host/program/src"),
     ("xtask", "xtask/src"),
 ];
 

@@ -18,7 +18,7 @@ const PAGES: [&str; 2] = ["README.md", "docs"];
 /// Reports of commands that carry their duration; the pages that refer to them say which.
 const MADE: [&str; 4] = ["docs/bench", "docs/bench-di", "docs/bench-media", "docs/figures"];
 /// What cargo writes before a command of the program.
-const BY_CARGO: &str = "cargo run --release -p restir -- ";
+const BY_CARGO: &str = "cargo run --release --bin restir -- ";
 /// Subcommands of which a page speaks without meaning a command line.
 const NAMES: [&str; 9] = ["render", "compare", "explain", "bench", "reference", "info", "export", "figure", "advise"];
 
@@ -246,7 +246,7 @@ mod tests {
     #[test]
     fn commands_are_found() {
         let text = "`restir scenes`, `restir render`, `restir render <scene> -o a.exr`, `restir render cornell -o c.exr --png docs/c.png` (3 min) and\n\
-                    ```sh\ncargo run --release -p restir -- compare a.exr b.exr\n```\n`cargo xtask\naov`, `cargo test` or ![x](c.png) ![y](d.png)";
+                    ```sh\ncargo run --release --bin restir -- compare a.exr b.exr\n```\n`cargo xtask\naov`, `cargo test` or ![x](c.png) ![y](d.png)";
         let line = |line: &str| Documented { line: line.to_owned(), duration: None };
         let render = "restir render cornell -o c.exr --png docs/c.png";
         let long = Documented { line: render.to_owned(), duration: Some("3 min".to_owned()) };

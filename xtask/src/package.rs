@@ -16,7 +16,7 @@ use crate::shader::workspace::{Workspace, scratch};
 const CRATES: [&str; 4] = ["restir-shared", "restir-kernels", "restir-host", "restir"];
 
 /// A program that has the packed library as its only dependency.
-const EMBEDDER: &str = include_str!("../../host/program/examples/two_devices.rs");
+const EMBEDDER: &str = include_str!("../../restir/examples/two_devices.rs");
 const EMBEDDER_MANIFEST: &str = r#"[package]
 name = "embedder"
 edition = "2024"

@@ -170,9 +170,10 @@ fn print_table(rows: &[Row], mut finding: impl FnMut(&Row) -> Finding) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use restir_host::error::AdapterError;
 
     fn error() -> restir_host::Error {
-        restir_host::Error::Adapter("no passthrough".to_owned())
+        restir_host::Error::Adapter(AdapterError::Lost("no passthrough".to_owned()))
     }
 
     #[test]

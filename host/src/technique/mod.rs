@@ -206,7 +206,7 @@ pub trait Technique: Settings + Duplicate + Any + fmt::Debug + Send + Sync {
     /// Renders, and gives further channels that show what the technique holds after its last pass.
     ///
     /// # Errors
-    /// As of [`crate::render::render`]; [`Error::Setting`] if the technique has nothing to show.
+    /// As of [`crate::render::render`]; [`Error::Layers`] if the technique has nothing to show.
     fn render_with_layers(
         &self,
         executor: &mut dyn Executor,
@@ -215,7 +215,8 @@ pub trait Technique: Settings + Duplicate + Any + fmt::Debug + Send + Sync {
         observe: &mut Observer<'_>,
     ) -> Result<(Rendered, Vec<Channel>), Error> {
         let _ = (executor, scene, render, observe);
-        Err(Error::Setting(format!("the technique {} has no layers", self.about().name)))
+        let reason = "it holds nothing beside the image";
+        Err(Error::Layers { technique: self.about().name, reason })
     }
 }
 
@@ -253,10 +254,10 @@ impl<T: Technique + Declared> From<T> for Box<dyn Technique> {
 /// Applies settings written as `key=value`, in their order.
 ///
 /// # Errors
-/// As of [`Settings::set`], with the technique's name.
+/// [`Error::Technique`], around what [`Settings::set`] says.
 pub fn configure(technique: &mut dyn Technique, texts: &[impl AsRef<str>]) -> Result<(), Error> {
     texts.iter().try_for_each(|text| {
         let (key, value) = text.as_ref().split_once('=').unwrap_or((text.as_ref(), ""));
-        technique.set(key, value).map_err(|error| Error::Setting(format!("{}: {error}", technique.about().name)))
+        technique.set(key, value).map_err(|error| Error::Technique { technique: technique.about().name, reason: Box::new(error) })
     })
 }

@@ -294,7 +294,7 @@ impl<'a> Images<'a> {
 /// Renders `scene`; `observe` sees each dispatch when it is done, and may end the render with an error.
 ///
 /// # Errors
-/// [`Error::Setting`] for settings out of range, [`Error::Memory`] if the buffers would take more than 80 % of the
+/// [`Error::Value`], [`Error::Together`], [`Error::Size`] and [`Error::Setting`] for what cannot be rendered, [`Error::Memory`] if the buffers would take more than 80 % of the
 /// memory, that of `observe`, and whatever the executor reports.
 pub fn render(
     executor: &mut dyn Executor,
@@ -311,7 +311,7 @@ pub fn render(
 /// Whether the settings are in range and the buffers fit: what [`render`] checks first.
 ///
 /// # Errors
-/// [`Error::Setting`] and [`Error::Memory`].
+/// Those of [`render`], but for the executor's.
 pub fn check(scene: &SceneBuffers, render: &Render) -> Result<(), Error> {
     check_settings(scene, render)?;
     check_memory(scene, render)
@@ -323,7 +323,7 @@ pub(crate) fn check_settings(scene: &SceneBuffers, render: &Render) -> Result<()
     let problem = if width == 0 || height == 0 {
         format!("an image of {width}x{height} pixels has no pixel; give both sides at least 1")
     } else if width > MAX_SIDE || height > MAX_SIDE {
-        format!("an image of {width}x{height} pixels is too large; the longest side is {MAX_SIDE}")
+        return Err(Error::Size { asked: [width, height], limit: MAX_SIDE });
     } else if render.count == 0 {
         format!("0 {repeats} make no image; give at least 1")
     } else {

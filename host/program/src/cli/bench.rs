@@ -11,6 +11,7 @@ use restir::render::{self, Render};
 use restir::technique::{self, Integral, Repeats};
 use restir::{Error, buffers::SceneBuffers, exec::Executor, input};
 
+use super::ending::Ending;
 use super::reference::{Cache, PictureArguments};
 use super::{console, device, interrupt, progress::reported, render::natural, require, technique::configured};
 use crate::bench::against::{self, Change};
@@ -72,7 +73,7 @@ struct Subject {
     plot: String,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Ending> {
     let matrix = matrix(arguments)?;
     let baseline = arguments.against.as_deref().map(|path| read_table(path).map(|rows| (path, rows))).transpose()?;
     let subjects = subjects(arguments, &matrix)?;
@@ -260,7 +261,7 @@ pub(super) fn write_text(out: &Path, name: &str, text: &str) -> Result<(), Error
     write_atomically(&out.join(name), |file| file.write_all(text.as_bytes()))
 }
 
-fn judge(name: &str, changes: &[Change]) -> Result<(), Error> {
+fn judge(name: &str, changes: &[Change]) -> Result<(), Ending> {
     let worse: Vec<String> = changes
         .iter()
         .filter(|change| change.worse())
@@ -269,7 +270,7 @@ fn judge(name: &str, changes: &[Change]) -> Result<(), Error> {
     if worse.is_empty() {
         return Ok(());
     }
-    Err(Error::Failed(format!("worse than {name}: {}; the report has the ratios", worse.join(", "))))
+    Err(Ending::Failed(format!("worse than {name}: {}; the report has the ratios", worse.join(", "))))
 }
 
 #[cfg(test)]

@@ -170,10 +170,10 @@ mod gpu {
 mod gpu {
     use super::{DeviceArguments, Error, Executor, open_cpu};
 
-    const WITHOUT_GPU: &str = "this program was built without GPU support";
+    const WITHOUT_GPU: &str = "this program was built without GPU support; --device cpu renders without an adapter";
 
     pub(super) fn open(_arguments: &DeviceArguments) -> Result<Box<dyn Executor>, Error> {
-        Err(Error::Adapter(WITHOUT_GPU.to_owned()))
+        Err(Error::Setting(WITHOUT_GPU.to_owned()))
     }
 
     pub(super) fn open_best(arguments: &DeviceArguments) -> Result<Box<dyn Executor>, Error> {

@@ -17,6 +17,7 @@ mod compare;
 mod console;
 mod device;
 mod devices;
+mod ending;
 mod environment;
 mod explain;
 mod export;
@@ -33,8 +34,7 @@ mod settings;
 mod technique;
 mod tev;
 
-const EXIT_FAILED: u8 = 1;
-const EXIT_BAD_INPUT: u8 = 2;
+use ending::{EXIT_BAD_INPUT, Ending};
 
 /// Version and commit of this build.
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("RESTIR_COMMIT"), ")");
@@ -87,29 +87,24 @@ pub(crate) fn main() -> ExitCode {
     silence_mesa();
     survive_file_limit();
     if let Err(error) = interrupt::install() {
-        return ended(Err(error));
+        return ended(Err(error.into()));
     }
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
         Err(error) => return not_run(&error),
     };
     let checked = environment::limit_memory().and_then(|()| device::check_environment());
-    ended(checked.and_then(|()| run(arguments.command)))
+    ended(checked.map_err(Ending::from).and_then(|()| run(arguments.command)))
 }
 
 /// Says what went wrong.
-fn ended(outcome: Result<(), Error>) -> ExitCode {
+fn ended(outcome: Result<(), Ending>) -> ExitCode {
     interrupt::begin_ending();
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            let hint = match error {
-                Error::Memory { .. } => environment::MEMORY_HINT,
-                Error::Adapter(_) => "; --device cpu renders without an adapter",
-                _ => "",
-            };
-            console::note(&format!("error: {error}{hint}"));
-            ExitCode::from(exit_code(&error))
+        Err(ending) => {
+            console::note(&format!("error: {ending}"));
+            ExitCode::from(ending.exit_code())
         }
     }
 }
@@ -117,7 +112,7 @@ fn ended(outcome: Result<(), Error>) -> ExitCode {
 /// Shows the help or the version if they were asked for, else what is wrong with the arguments.
 fn not_run(error: &clap::Error) -> ExitCode {
     if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) {
-        return ended(console::print(&error.render().to_string()));
+        return ended(console::print(&error.render().to_string()).map_err(Ending::from));
     }
     interrupt::begin_ending();
     if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
@@ -190,8 +185,8 @@ fn survive_file_limit() {
     }
 }
 
-fn run(command: Command) -> Result<(), Error> {
-    match command {
+fn run(command: Command) -> Result<(), Ending> {
+    let done = match command {
         Command::Render(arguments) => render::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
         Command::Scenes(arguments) => scenes::run(&arguments),
@@ -199,23 +194,16 @@ fn run(command: Command) -> Result<(), Error> {
         Command::Info(arguments) => info::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Reference(arguments) => reference::run(&arguments),
-        Command::Bench(arguments) => bench::run(&arguments),
+        Command::Bench(arguments) => return bench::run(&arguments),
         Command::Advise(arguments) => advise::run(&arguments),
         Command::Figure(arguments) => figure::run(&arguments),
         Command::Settings(arguments) => settings::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
-    }
+    };
+    Ok(done?)
 }
 
 /// Refuses what was asked for unless it `holds`.
 fn require(holds: bool, problem: fmt::Arguments<'_>) -> Result<(), Error> {
     if holds { Ok(()) } else { Err(Error::Setting(problem.to_string())) }
-}
-
-fn exit_code(error: &Error) -> u8 {
-    match error {
-        Error::Interrupted => interrupt::EXIT_CODE,
-        Error::Failed(_) => EXIT_FAILED,
-        _ => EXIT_BAD_INPUT,
-    }
 }

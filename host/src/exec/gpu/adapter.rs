@@ -1,6 +1,7 @@
 //! Adapters: what is there, and opening one.
 
-use crate::{Error, exec::Flavour};
+use crate::error::{AdapterError, Error};
+use crate::exec::Flavour;
 
 /// A GPU adapter, or a driver that emulates one.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -64,10 +65,7 @@ pub fn requirements(adapter: &wgpu::Adapter, flavour: Flavour) -> Result<wgpu::D
         Flavour::Exact => (!features.contains(passthrough)).then_some("the feature PASSTHROUGH_SHADERS"),
     };
     if let Some(what) = lacks {
-        let name = info.name;
-        return Err(Error::Adapter(format!(
-            "the flavour exact needs {what}, which {name} has not here; ask for the flavour fast"
-        )));
+        return Err(AdapterError::Lacks { adapter: info.name, what }.into());
     }
     let useful =
         wgpu::Features::PIPELINE_CACHE | if flavour == Flavour::Exact { passthrough } else { wgpu::Features::empty() };
@@ -84,15 +82,14 @@ pub(crate) fn open(name: Option<&str>) -> Result<(wgpu::Device, wgpu::Queue), Er
     let names: Vec<String> = adapters.iter().map(|a| a.get_info().name).collect();
     let wanted = name.unwrap_or_default().to_lowercase();
     let Some(index) = names.iter().position(|n| n.to_lowercase().contains(&wanted)) else {
-        return Err(Error::Adapter(match name {
-            Some(name) if !names.is_empty() => {
-                format!("no adapter has {name:?} in its name; there are: {}", names.join(", "))
-            }
-            _ => "there is no GPU adapter; install a Vulkan driver (Mesa's lavapipe will do)".to_owned(),
-        }));
+        return Err(match name {
+            Some(name) if !names.is_empty() => AdapterError::Named { asked: name.to_owned(), known: names },
+            _ => AdapterError::None,
+        }
+        .into());
     };
     let adapter = &adapters[index];
     let descriptor = requirements(adapter, Flavour::Exact).or_else(|_| requirements(adapter, Flavour::Fast))?;
-    pollster::block_on(adapter.request_device(&descriptor))
-        .map_err(|e| Error::Adapter(format!("cannot open the adapter {}: {e}", names[index])))
+    let opened = pollster::block_on(adapter.request_device(&descriptor));
+    opened.map_err(|e| AdapterError::Closed { adapter: names[index].clone(), reason: e.to_string() }.into())
 }

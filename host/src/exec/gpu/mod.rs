@@ -27,6 +27,7 @@ pub use pipeline::{Pipelines, takes_passthrough};
 
 use super::{Description, Executor, Flavour, Observer, Parity, Progress, Step};
 use crate::plan::{Buffer, BufferId, FramePlan, Pass, Upload};
+use crate::error::AdapterError;
 use crate::{Error, Shaders};
 use std::path::Path;
 use wgpu::util::DeviceExt;
@@ -112,7 +113,7 @@ impl GpuExecutor {
 
     fn wait(&self) -> Result<(), Error> {
         let polled = self.device.poll(wgpu::PollType::wait_indefinitely());
-        polled.map(drop).map_err(|e| Error::Adapter(format!("the adapter stopped answering: {e}")))
+        polled.map(drop).map_err(|e| AdapterError::Lost(e.to_string()).into())
     }
 
     fn read(&self, buffer: &wgpu::Buffer) -> Result<Vec<u32>, Error> {
@@ -127,8 +128,7 @@ impl GpuExecutor {
         self.queue.submit([encoder.finish()]);
         staging.slice(..).map_async(wgpu::MapMode::Read, |_| {});
         self.wait()?;
-        let view =
-            staging.get_mapped_range(..).map_err(|e| Error::Adapter(format!("cannot read the result back: {e:?}")))?;
+        let view = staging.get_mapped_range(..).map_err(|e| AdapterError::Lost(format!("no result to read, {e:?}")))?;
         Ok(bytemuck::pod_collect_to_vec(&view[..]))
     }
 }
@@ -197,7 +197,7 @@ pub(crate) fn guarded<T>(device: &wgpu::Device, work: impl FnOnce() -> Result<T,
     if let Some(error) = pollster::block_on(memory.pop()) {
         return Err(Error::AdapterMemory(one_line(&error)));
     }
-    invalid.map_or(result, |error| Err(Error::Adapter(format!("the adapter refuses the work: {}", one_line(&error)))))
+    invalid.map_or(result, |error| Err(AdapterError::Refused(one_line(&error)).into()))
 }
 
 /// The first passes of a plan; of a scene that moves none beyond the second frame's first, because frames are large.

@@ -1,6 +1,7 @@
 //! Pipelines from compiled kernels: passthrough for `exact` on Vulkan, naga elsewhere.
 
 use super::{cache::Cache, float_modes};
+use crate::error::AdapterError;
 use crate::spirv::{self, FloatMode};
 use crate::{Error, Shaders, exec::Flavour};
 use restir_kernels::{Access, KernelDesc};
@@ -74,7 +75,7 @@ impl Pipelines {
     /// descriptor.
     ///
     /// # Errors
-    /// [`Error::Kernel`] if the module is missing or damaged, or the adapter rejects it; [`Error::Adapter`] for `exact` on
+    /// [`Error::Module`] if the module is missing or damaged, [`Error::Kernel`] if the adapter rejects it; [`Error::Adapter`] for `exact` on
     /// a device without passthrough, where it would be wrong, not only inexact: drivers may cancel what it relies on.
     pub fn get(&mut self, kernel: &'static KernelDesc, constants: &[u32]) -> Result<wgpu::ComputePipeline, Error> {
         self.prepare(&[(kernel, constants.to_vec())], &mut |_, _| {})?;
@@ -114,10 +115,8 @@ impl Pipelines {
 
     fn make(&self, kernel: &KernelDesc, constants: &[u32]) -> Result<wgpu::ComputePipeline, Error> {
         if self.flavour == Flavour::Exact && !self.passthrough && !self.without_guarantee {
-            return Err(Error::Adapter(
-                "the flavour exact needs Vulkan and the feature PASSTHROUGH_SHADERS; use the flavour fast here"
-                    .to_owned(),
-            ));
+            let what = "Vulkan with the feature PASSTHROUGH_SHADERS";
+            return Err(AdapterError::Lacks { adapter: "the device".to_owned(), what }.into());
         }
         let words = self.words(kernel, constants)?;
         let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
@@ -147,8 +146,8 @@ impl Pipelines {
         // naga rejects the modes, and keeps no decoration that they would go with
         let dropped = if self.passthrough { self.dropped_modes.as_slice() } else { &FloatMode::ALL };
         let words = spirv::freeze(&words, &values).and_then(|words| spirv::strip_modes(&words, dropped));
-        let problem = "the module is no SPIR-V; run `cargo xtask shader build`";
-        words.ok_or_else(|| broken(kernel, problem.to_owned()))
+        let problem = || "it is no SPIR-V".to_owned();
+        words.ok_or_else(|| Error::Module { kernel: kernel.name.to_owned(), problem: problem() })
     }
 }
 

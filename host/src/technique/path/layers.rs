@@ -6,6 +6,7 @@ use super::{Orders, Parts, PathSettings, Subsurface};
 use crate::exec::{Executor, Observer};
 use crate::image::Channel;
 use crate::render::{self, Render, Rendered};
+use crate::technique::Technique;
 use crate::{Error, buffers::SceneBuffers};
 
 /// Collisions, and the names of the channels of light that had so many: 0, 1, 2, up to 4, 8 and 16, and more (the steps of Zhang and
@@ -40,8 +41,8 @@ pub(super) fn render_with_layers(
 ) -> Result<(Rendered, Vec<Channel>), Error> {
     let layers = match settings.subsurface(scene.features) {
         Subsurface::Off => {
-            let problem = "nothing scatters light inside of things here, so that there are no layers by how it did; leave out --layers";
-            return Err(Error::Setting(problem.to_owned()));
+            let reason = "nothing scatters light inside of things, and layers are by how often it was scattered";
+            return Err(Error::Layers { technique: settings.about().name, reason });
         }
         Subsurface::Walk => LAYERS.map(|(range, names)| (names, of_orders(settings, &range))).to_vec(),
         Subsurface::Diffusion | Subsurface::Hybrid => {
@@ -80,7 +81,6 @@ mod tests {
     use super::*;
     use crate::exec::CpuExecutor;
     use crate::scene::builtin;
-    use crate::technique::Technique;
 
     #[test]
     fn layers_sum_up_to_the_image_and_need_a_medium() {

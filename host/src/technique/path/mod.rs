@@ -148,10 +148,14 @@ impl Technique for PathSettings {
         if self.filter != PixelFilter::Box && !self.jitter {
             let problem =
                 "samples through the centres of pixels cannot be filtered; leave out the filter or jitter=off";
-            return Err(Error::Setting(problem.to_owned()));
+            return Err(Error::Together { settings: &["filter", "jitter"], problem: problem.to_owned() });
         }
         match self.dispatch_samples {
-            Some(0) => Err(Error::Setting("dispatches of 0 samples never end; give at least 1".to_owned())),
+            Some(0) => Err(Error::Value {
+                setting: "dispatch_samples",
+                value: "0".to_owned(),
+                expected: "at least 1, because dispatches without samples never end".to_owned(),
+            }),
             _ => Ok(()),
         }
     }

@@ -232,26 +232,32 @@ impl DiSettings {
     /// Whether the settings make sense together; ranges are for [`crate::settings::Settings::check_ranges`].
     ///
     /// # Errors
-    /// [`Error::Setting`] that names the settings.
+    /// [`Error::Value`] for one setting, [`Error::Together`] for several.
     pub fn check_together(&self) -> Result<(), Error> {
         let after = self.mis.is_after_selection();
         let sized = |tiles: &Tiles| (1..=MAX_TILES).contains(&tiles.count) && (1..=MAX_TILE_SIZE).contains(&tiles.size);
-        let problem = if self.initial_rays > self.candidates.max(1) {
-            format!("initial_rays={} needs as many candidates; there are {}", self.initial_rays, self.candidates)
-        } else if !self.tiles.as_ref().is_none_or(sized) {
-            format!("the setting tiles is {}; it has to be off or {}", self.tiles.write(), Tiles::expected())
+        if !self.tiles.as_ref().is_none_or(sized) {
+            let expected = format!("off or {}", Tiles::expected());
+            return Err(Error::Value { setting: "tiles", value: self.tiles.write(), expected });
+        }
+        if !self.shaded.is_multiple_of(2) {
+            let expected = "an even number, because neighbours come in pairs".to_owned();
+            return Err(Error::Value { setting: "shaded", value: self.shaded.to_string(), expected });
+        }
+        let (settings, problem): (&[_], _) = if self.initial_rays > self.candidates.max(1) {
+            let problem = format!("initial_rays={} needs as many candidates; there are {}", self.initial_rays, self.candidates);
+            (&["initial_rays", "candidates"], problem)
         } else if self.candidates == 0 && !self.scatter {
-            "no candidates: give candidates at least 1, or set scatter=on".to_owned()
-        } else if !self.shaded.is_multiple_of(2) {
-            format!("the setting shaded is {}; neighbours come in pairs, so give an even number", self.shaded)
+            let problem = "no candidates: give candidates at least 1, or set scatter=on";
+            (&["candidates", "scatter"], problem.to_owned())
         } else if self.visibility == Visibility::Averaged && (self.knows_visibility() || after) {
-            "visibility=averaged needs visibility_reuse off or candidates, and MIS weights inside (talbot, pairwise..., \
-             constant)"
-                .to_owned()
+            let problem = "visibility=averaged needs visibility_reuse off or candidates, and MIS weights inside (talbot, \
+                           pairwise..., constant)";
+            (&["visibility", "visibility_reuse", "mis"], problem.to_owned())
         } else {
             return Ok(());
         };
-        Err(Error::Setting(problem))
+        Err(Error::Together { settings, problem })
     }
 
     /// Whether the targets in MIS weights have visibility, so that all that is reused knows what it sees.
