@@ -23,8 +23,8 @@ impl Shaders {
         let broken = |problem: String| Error::Module { kernel: kernel.to_owned(), problem };
         let bytes = self.read(&format!("{flavour}/{kernel}.spv")).map_err(broken)?;
         let manifest = self.read(MANIFEST).map_err(broken)?;
-        let manifest: serde_json::Value = serde_json::from_slice(&manifest)
-            .map_err(|e| broken(format!("the manifest is no JSON: {e}")))?;
+        let manifest: serde_json::Value =
+            serde_json::from_slice(&manifest).map_err(|e| broken(format!("the manifest is no JSON: {e}")))?;
         let listed = manifest["kernels"][kernel][flavour.to_string()]["blake3"].as_str().unwrap_or_default();
         if blake3::hash(&bytes).to_hex().as_str() != listed {
             return Err(broken(format!(
@@ -41,9 +41,7 @@ impl Shaders {
                 .ok_or_else(|| format!("this library was built without {name}")),
             Self::Folder(folder) => {
                 let path = folder.join(name);
-                std::fs::read(&path)
-                    .map(Cow::Owned)
-                    .map_err(|e| format!("cannot read {}: {e}", path.display()))
+                std::fs::read(&path).map(Cow::Owned).map_err(|e| format!("cannot read {}: {e}", path.display()))
             }
         }
     }

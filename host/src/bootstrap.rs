@@ -36,7 +36,7 @@ impl Interval {
         Self { value, ends: [value - quantile(0.975), value - quantile(0.025)] }
     }
 
-    /// Of a positive statistic of `count` things by the basic interval of its logarithm, from `resamples` draws;
+    /// The interval of a positive statistic of `count` things, as the basic interval of its logarithm, from `resamples` draws;
     /// `statistic` gets how often each thing counts.
     pub fn of_positive(count: usize, resamples: u32, statistic: impl Fn(&[f64]) -> f64) -> Self {
         let log = |times: &[f64]| statistic(times).ln();

@@ -34,7 +34,7 @@ impl Moments {
         Self { scene, parts: vec![None; parts], placed: None }
     }
 
-    /// Of a scene as it stands, whether it moves or not.
+    /// The moments of a scene as it stands, whether it moves or not.
     pub(crate) fn still(scene: Arc<SceneBuffers>) -> Self {
         Self { scene, parts: Vec::new(), placed: None }
     }

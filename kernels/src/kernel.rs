@@ -216,8 +216,8 @@ macro_rules! kernels {
 
 /// Declares the folders, and the list of all their kernels.
 macro_rules! folders {
-    ($($name:ident),* $(,)?) => {
-        $(pub mod $name;)*
+    ($($(#[$attribute:meta])* $name:ident),* $(,)?) => {
+        $($(#[$attribute])* pub mod $name;)*
 
         /// Every kernel.
         #[cfg(not(target_arch = "spirv"))]

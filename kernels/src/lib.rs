@@ -46,6 +46,7 @@ pub use case::Case;
 pub use desc::{Access, Binding, Constant, KernelDesc, NativeRow};
 
 folders! {
+    #[doc(hidden)]
     check,
     compact,
     film,

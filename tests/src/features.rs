@@ -3,9 +3,7 @@
 use restir_host::exec::Flavour;
 use restir_host::{Shaders, spirv};
 use restir_kernels::path::path;
-use restir_shared::bsdf::{
-    DELTA_MARKER, DIFFUSE_TRANSMISSION_MARKER, GLOSSY_MARKER, MULTISCATTER_MARKER, SPECULAR_MARKER, TRANSMISSION_MARKER,
-};
+use restir_shared::bsdf::markers;
 use restir_shared::layout::{
     FEATURE_ALPHA, FEATURE_BLEND, FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE, FEATURE_ENVIRONMENT,
     FEATURE_GLOSSY, FEATURE_LIGHT_TABLE, FEATURE_MULTISCATTER, FEATURE_PUNCTUAL, FEATURE_SHADING, FEATURE_SPECULAR,
@@ -43,14 +41,14 @@ pub const PARTS: [Part; 15] = [
     part(FEATURE_TEXTURES, "textures", Some(1.0 / 255.0)),
     // the least squared length of an interpolated normal
     part(FEATURE_SHADING, "shading", Some(1.0e-12)),
-    part(FEATURE_GLOSSY, "glossy", Some(GLOSSY_MARKER)),
-    part(FEATURE_DELTA, "delta", Some(DELTA_MARKER)),
-    part(FEATURE_TRANSMISSION, "transmission", Some(TRANSMISSION_MARKER)),
-    part(FEATURE_DIFFUSE_TRANSMISSION, "diffuse transmission", Some(DIFFUSE_TRANSMISSION_MARKER)),
+    part(FEATURE_GLOSSY, "glossy", Some(markers::GLOSSY)),
+    part(FEATURE_DELTA, "delta", Some(markers::DELTA)),
+    part(FEATURE_TRANSMISSION, "transmission", Some(markers::TRANSMISSION)),
+    part(FEATURE_DIFFUSE_TRANSMISSION, "diffuse transmission", Some(markers::DIFFUSE_TRANSMISSION)),
     // the first step of exp's argument reduction in the flavour exact; absorption is the only exponential
     part(FEATURE_VOLUME, "volume", Some(std::f32::consts::LOG2_E)),
-    part(FEATURE_MULTISCATTER, "multiscatter", Some(MULTISCATTER_MARKER)),
-    part(FEATURE_SPECULAR, "specular", Some(SPECULAR_MARKER)),
+    part(FEATURE_MULTISCATTER, "multiscatter", Some(markers::MULTISCATTER)),
+    part(FEATURE_SPECULAR, "specular", Some(markers::SPECULAR)),
     part(FEATURE_ALPHA, "alpha", None),
     part(FEATURE_BLEND, "blend", None),
 ];

@@ -212,7 +212,7 @@ fn a_name_elsewhere_is_seen() {
 }
 
 /// Crates that others depend on, by their sources.
-const PUBLISHED: [&str; 3] = ["shared/src", "kernels/src", "host/src"];
+const PUBLISHED: [&str; 4] = ["shared/src", "kernels/src", "host/src", "restir/src"];
 
 /// The file of a module, given by its path without an ending.
 fn file_of(module: &Path) -> PathBuf {
@@ -220,14 +220,18 @@ fn file_of(module: &Path) -> PathBuf {
     if beside.exists() { beside } else { module.join("mod.rs") }
 }
 
-/// The public modules that a file declares, techniques among them. What else macros declare are kernels: of these a module is one
-/// descriptor, and the example of their crate shows how one is used.
+/// The public modules that a file declares, techniques and folders of kernels among them, and what the documentation hides not. What else
+/// macros declare are kernels: of these a module is one descriptor, and the example of their folder shows one.
 fn public_modules(text: &str) -> Vec<String> {
-    let text = without_comments(text);
-    let techniques = text.split("\ntechniques! {").nth(1).and_then(|rest| rest.split('}').next()).unwrap_or_default();
-    let named = techniques.split(',').filter_map(|technique| technique.split_once(':')).map(|(name, _)| name);
+    let text = without_comments(text).replace("#[doc(hidden)]\n", "#[doc(hidden)]");
+    let listed = |head: &str| -> Vec<String> {
+        let list = text.split(head).nth(1).and_then(|rest| rest.split('}').next()).unwrap_or_default();
+        let names = list.split(',').map(|entry| entry.split(':').next().unwrap_or_default().trim());
+        names.filter(|name| !name.is_empty() && !name.starts_with('#')).map(str::to_owned).collect()
+    };
     let declared = text.lines().filter_map(|line| line.trim().strip_prefix("pub mod ")?.strip_suffix(';'));
-    named.chain(declared).map(|name| name.trim().to_owned()).collect()
+    let declared = declared.map(str::to_owned);
+    [listed("\ntechniques! {"), listed("\nfolders! {")].concat().into_iter().chain(declared).collect()
 }
 
 /// Whether the documentation of a module has an example that runs, or on a GPU is compiled alone.
@@ -271,6 +275,7 @@ fn a_module_without_an_example_is_seen() {
     assert!(!has_example("//! What it is.\n\n/// ```\n/// f();\n/// ```\nfn f() {}", false), "it stands elsewhere");
     let compiled = example.replacen("```", "```no_run", 1);
     assert!(!has_example(&compiled, false) && has_example(&compiled, true));
-    let text = "mod a;\npub mod b;\n// pub mod c;\ntechniques! {\n    d: Settings,\n}\n";
+    let text = "mod a;\npub mod b;\n// pub mod c;\n#[doc(hidden)]\npub mod h;\ntechniques! {\n    d: Settings,\n}\n";
     assert_eq!(public_modules(text), ["d", "b"]);
+    assert_eq!(public_modules("\nfolders! {\n    #[doc(hidden)]\n    check,\n    film,\n}\n"), ["film"]);
 }

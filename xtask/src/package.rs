@@ -1,11 +1,12 @@
-//! `cargo xtask package`: the published crates are whole. Packed, unpacked elsewhere and built without the lock file, they
-//! give a program whose pictures on the CPU and on the device have the same bits.
+//! `cargo xtask package`: the published crates are whole. Packed, unpacked elsewhere and installed without the lock file, they
+//! give a program whose pictures on the CPU and on an adapter have the same bits.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 
 use clap::Args;
+use restir_host::exec::gpu::adapters;
 use restir_host::image::read_exr;
 
 use crate::Error;
@@ -13,7 +14,7 @@ use crate::process::finish;
 use crate::shader::workspace::{Workspace, scratch};
 
 /// The crates, each after those that it depends on.
-const CRATES: [&str; 4] = ["restir-shared", "restir-kernels", "restir-host", "restir"];
+const CRATES: [&str; 5] = ["restir-shared", "restir-kernels", "restir-host", "restir", "restir-cli"];
 
 /// A program that has the packed library as its only dependency.
 const EMBEDDER: &str = include_str!("../../restir/examples/two_devices.rs");
@@ -34,31 +35,52 @@ pub struct Options {
     /// Where the unpacked crates are built; without it, anew in a temporary folder.
     #[arg(long)]
     target_dir: Option<PathBuf>,
+    /// Part of the name of the adapter; without it, the first.
+    #[arg(long, default_value = "")]
+    adapter: String,
 }
 
-/// Packs, unpacks, builds, renders and compares.
+/// Packs, unpacks, installs, renders and compares.
 ///
 /// # Errors
-/// [`Error::Failed`] if a step fails or the pictures differ.
+/// [`Error::Failed`] if a step fails or the pictures differ, [`Error::Environment`] if there is no adapter.
 pub fn run(options: &Options) -> Result<(), Error> {
+    let known: Vec<String> = adapters().into_iter().map(|adapter| adapter.name).collect();
+    let adapter = known.iter().find(|name| name.contains(&options.adapter)).ok_or_else(|| {
+        Error::Environment(format!("no adapter has {:?} in its name; there are: {}", options.adapter, known.join(", ")))
+    })?;
     let folder = scratch()?;
     let place = folder.path();
     let target = options.target_dir.as_deref().map_or_else(|| Ok(place.join("target")), std::path::absolute);
     let target = target.map_err(Error::io("find", place))?;
     pack(place, options.allow_dirty)?;
     let members = unpack(place)?;
-    let start = Instant::now();
-    finish(cargo("build", place).args(["--release", "--package", "restir", "--target-dir"]).arg(&target))?;
-    let seconds = start.elapsed().as_secs_f64();
-    let program = target.join("release").join(format!("restir{}", std::env::consts::EXE_SUFFIX));
-    let [cpu, gpu] = [render(&program, place, "cpu")?, render(&program, place, "gpu")?];
-    if cpu != gpu {
-        return Err(Error::Failed("the packaged program gives other bits on the device than on the CPU".to_owned()));
+    let program = install(place, &target)?;
+    let [cpu, gpu] =
+        [&["--device", "cpu"], &["--adapter", adapter.as_str()]].map(|device| render(&program, place, device));
+    if cpu? != gpu? {
+        return Err(Error::Failed(format!("the installed program gives other bits on {adapter} than on the CPU")));
     }
-    println!("{}: built in {seconds:.0} s, its pictures on CPU and device are identical", members.join(", "));
+    println!("{}: the pictures of the installed program on the CPU and on {adapter} are identical", members.join(", "));
     finish(cargo("run", place).args(["--release", "--package", "embedder", "--target-dir"]).arg(&target))?;
-    println!("so are those of a program of {} lines that embeds it", EMBEDDER.lines().count());
+    println!("so are those of a program of {} lines that embeds the library", EMBEDDER.lines().count());
     Ok(())
+}
+
+/// Installs the unpacked program as a user does, without the lock file; gives its path.
+fn install(place: &Path, target: &Path) -> Result<PathBuf, Error> {
+    let (start, root) = (Instant::now(), place.join("installed"));
+    let member = member("restir-cli");
+    let mut install = cargo("install", place);
+    install.arg("--path").arg(&member).arg("--root").arg(&root).arg("--target-dir").arg(target);
+    finish(&mut install)?;
+    println!("installed by `cargo install --path {member}` in {:.0} s", start.elapsed().as_secs_f64());
+    Ok(root.join("bin").join(format!("restir{}", std::env::consts::EXE_SUFFIX)))
+}
+
+/// Where a crate is unpacked.
+fn member(name: &str) -> String {
+    format!("{name}-{}", env!("CARGO_PKG_VERSION"))
 }
 
 fn cargo(command: &str, folder: &Path) -> Command {
@@ -77,7 +99,7 @@ fn pack(place: &Path, allow_dirty: bool) -> Result<(), Error> {
 
 /// Makes a workspace of the packed crates, in which they take each other instead of published ones; gives its members.
 fn unpack(place: &Path) -> Result<Vec<String>, Error> {
-    let members: Vec<String> = CRATES.map(|name| format!("{name}-{}", env!("CARGO_PKG_VERSION"))).into();
+    let members: Vec<String> = CRATES.map(member).into();
     for member in &members {
         finish(Command::new("tar").arg("-xzf").arg(format!("package/{member}.crate")).current_dir(place))?;
     }
@@ -96,10 +118,10 @@ fn unpack(place: &Path) -> Result<Vec<String>, Error> {
 }
 
 /// Bits of the pixels of a small picture.
-fn render(program: &Path, place: &Path, device: &str) -> Result<Vec<u32>, Error> {
-    let path = place.join(format!("{device}.exr"));
+fn render(program: &Path, place: &Path, device: &[&str; 2]) -> Result<Vec<u32>, Error> {
+    let path = place.join(format!("{}.exr", device[0].trim_start_matches('-')));
     let mut command = Command::new(program);
-    command.args(["render", "cornell", "--size", "64x48", "--spp", "4", "--device", device, "-o"]).arg(&path);
+    command.args(["render", "cornell", "--size", "64x48", "--spp", "4", "-o"]).arg(&path).args(device);
     finish(&mut command)?;
     Ok(read_exr(&path)?.pixels.as_flattened().iter().map(|value| value.to_bits()).collect())
 }

@@ -98,7 +98,7 @@ pub struct SceneStats {
     pub emissive_triangles: u64,
     /// Textures in use.
     pub textures: u64,
-    /// Materials.
+    /// The number of materials.
     pub materials: u64,
     /// Size of the arenas.
     pub bytes: u64,

@@ -48,7 +48,7 @@ pub enum Flavour {
 }
 
 impl Flavour {
-    /// Both, in the order in which they are reported.
+    /// All flavours, in the order in which reports have them.
     pub const ALL: [Self; 2] = [Self::Exact, Self::Fast];
 }
 

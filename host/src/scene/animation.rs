@@ -53,11 +53,11 @@ pub struct Motion {
 /// Where an instance is at a time, relative to its own transform.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
-    /// When.
+    /// The time of the pose.
     pub time: f64,
-    /// In world space; between keys it is linear.
+    /// The displacement in world space, which is linear between keys.
     pub translation: DVec3,
-    /// About the origin of the instance's mesh, along the world's axes; a unit quaternion. Between keys it turns at constant
+    /// The rotation about the origin of the instance's mesh, along the world's axes, as a unit quaternion. Between keys it turns at constant
     /// speed, the shorter way.
     pub rotation: DQuat,
 }
@@ -65,9 +65,9 @@ pub struct Pose {
 /// A time in which an emitter does not shine.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Blackout {
-    /// What does not.
+    /// The emitter that does not shine.
     pub emitter: Emitter,
-    /// When.
+    /// The time in which it is dark.
     pub time: Range<f64>,
 }
 

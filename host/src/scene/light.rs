@@ -11,7 +11,7 @@ pub struct Light {
     /// Radiant intensity of a point or spot light, in power per steradian; of a directional light the irradiance on a
     /// surface that faces it. Linear RGB, not negative.
     pub intensity: [f32; 3],
-    /// Shape.
+    /// The shape of the light.
     pub kind: LightKind,
 }
 

@@ -59,7 +59,7 @@ pub struct Material {
 /// What the alpha of a base colour means.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum AlphaMode {
-    /// Nothing.
+    /// Alpha is not looked at: the surface is opaque.
     #[default]
     Opaque,
     /// There is a surface where alpha is no less than the cutoff, which is not negative.
@@ -129,7 +129,7 @@ impl Volume {
 }
 
 impl VolumeScattering {
-    /// Of a colour, in all directions alike.
+    /// The scattering of a colour, in all directions alike.
     pub fn of_color(color: [f32; 3]) -> Self {
         Self { color, color_texture: None, strength_texture: None, anisotropy: 0.0, denser_outside: 1.0 }
     }

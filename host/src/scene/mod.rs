@@ -66,7 +66,7 @@ pub struct Scene {
     pub meshes: Vec<Arc<Mesh>>,
     /// Placed meshes, in world space.
     pub instances: Vec<Instance>,
-    /// Materials.
+    /// The materials that meshes refer to.
     pub materials: Vec<Material>,
     /// Images that materials refer to.
     pub textures: Vec<Texture>,

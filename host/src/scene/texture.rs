@@ -21,12 +21,12 @@ pub struct Texture {
 /// Continuation of a texture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wrap {
-    /// Periodically.
+    /// The texture repeats.
     #[default]
     Repeat,
-    /// Periodically, every other copy mirrored.
+    /// The texture repeats, and every other copy is mirrored.
     Mirror,
-    /// With the texels at the edge.
+    /// Beyond the edge lies the texel at the edge.
     Clamp,
 }
 

@@ -119,7 +119,7 @@ pub struct View<'a> {
 /// What has become of the scene since the last frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub enum SceneChange<'a> {
-    /// Nothing.
+    /// The scene stays as it is.
     #[default]
     None,
     /// It is the moment of its animation that frame `f` shows, which may lie between two; edits are undone by it.
@@ -134,7 +134,7 @@ pub enum SceneChange<'a> {
 pub struct Begun {
     /// What became of earlier frames.
     pub history: History,
-    /// Dispatches.
+    /// The number of dispatches that were recorded.
     pub passes: usize,
     /// Bytes that were written to the arenas.
     pub uploaded: u64,

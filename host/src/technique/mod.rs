@@ -258,6 +258,8 @@ impl<T: Technique + Declared> From<T> for Box<dyn Technique> {
 pub fn configure(technique: &mut dyn Technique, texts: &[impl AsRef<str>]) -> Result<(), Error> {
     texts.iter().try_for_each(|text| {
         let (key, value) = text.as_ref().split_once('=').unwrap_or((text.as_ref(), ""));
-        technique.set(key, value).map_err(|error| Error::Technique { technique: technique.about().name, reason: Box::new(error) })
+        technique
+            .set(key, value)
+            .map_err(|error| Error::Technique { technique: technique.about().name, reason: Box::new(error) })
     })
 }

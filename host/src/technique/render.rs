@@ -271,7 +271,7 @@ pub struct Images<'a> {
 }
 
 impl<'a> Images<'a> {
-    /// Of a render of the scene.
+    /// The images of a render of the scene.
     pub fn new(scene: &SceneBuffers, render: &'a Render) -> Self {
         let output = render.plan(scene).outputs[0];
         Self { render, output }

@@ -94,10 +94,10 @@ impl Judgement {
     }
 }
 
-/// Seconds since some moment: of the wall, or of the processor where others want it, too.
+/// Seconds since some moment, by the clock on the wall, or of processor time on a machine that others use, too.
 pub type Clock<'a> = dyn Fn() -> f64 + 'a;
 
-/// The wall's.
+/// The clock on the wall, which begins at zero.
 pub fn wall_clock() -> impl Fn() -> f64 {
     let begin = Instant::now();
     move || begin.elapsed().as_secs_f64()

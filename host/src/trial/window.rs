@@ -9,9 +9,9 @@ const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
 /// A part of an image with the same number of pixels a degree, so that neighbours are as alike as they are in the whole.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window {
-    /// Of the whole image, in pixels.
+    /// The size of the whole image in pixels.
     pub whole: [u32; 2],
-    /// Its own, the margin included.
+    /// The size of the window in pixels, its margin included.
     pub size: [u32; 2],
     /// Pixels at each edge that are rendered for the sake of others, which reuse them.
     pub margin: u32,

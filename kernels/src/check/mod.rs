@@ -1,4 +1,4 @@
-//! Functions on given operands, by which host and device are compared.
+//! Functions on given operands, by which host and device are compared. They are for tests, and no interface.
 
 #[cfg(feature = "cases")]
 mod operands;

@@ -1,4 +1,12 @@
 //! ReSTIR DI, see [`restir_shared::technique::restir_di`].
+//!
+//! ```
+//! use restir_kernels::restir_di::{di_combine, di_initial, di_shade};
+//!
+//! // the passes of a frame with reuse in time alone
+//! let frame = [&di_initial::DESC, &di_combine::DESC, &di_shade::DESC].map(|kernel| kernel.name);
+//! assert_eq!(frame, ["di_initial", "di_combine", "di_shade"]);
+//! ```
 
 kernels! {
     di_combine,

@@ -1,6 +1,6 @@
 //! The coat of the diffuse part.
 
-use super::{Material, SPECULAR_MARKER, schlick_complement};
+use super::{Material, markers, schlick_complement};
 use crate::layout::FEATURE_SPECULAR;
 use crate::num;
 use crate::vec::{max_component, min};
@@ -22,11 +22,11 @@ pub(super) struct Coat {
 impl Coat {
     pub(super) const NONE: Self = Self { f0: 0.0, f90: 0.0, rise: 0.0, scaled: false, color: Vec3::ZERO };
 
-    /// Of a dielectric with these reflectances at normal and at grazing incidence; zero at both without a coat.
+    /// The coat of a dielectric with these reflectances at normal and at grazing incidence; zero at both without a coat.
     #[inline(always)]
     pub(super) fn new(material: &Material, f0: f32, f90: f32, features: u32) -> Self {
         let scaled = features & FEATURE_SPECULAR != 0;
-        let factor = if scaled { num::clamp(material.specular, SPECULAR_MARKER, 1.0) } else { 1.0 };
+        let factor = if scaled { num::clamp(material.specular, markers::SPECULAR, 1.0) } else { 1.0 };
         let color = if scaled { min(material.specular_color * f0, Vec3::ONE) * factor } else { Vec3::ZERO };
         let f0 = if scaled { max_component(color) } else { f0 };
         Self { f0, f90: if scaled { factor * f90 } else { f90 }, rise: factor - f0, scaled, color }

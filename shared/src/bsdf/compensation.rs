@@ -1,7 +1,7 @@
 //! The light that single scattering of the specular lobes loses: metal returns it itself, under a coat the diffuse lobes do.
 
 use super::albedo::{Albedo, Towards};
-use super::{MULTISCATTER_MARKER, coat::Coat};
+use super::{coat::Coat, markers};
 use crate::num;
 use glam::Vec3;
 
@@ -35,7 +35,7 @@ impl Compensation {
         f90: Vec3::ZERO,
     };
 
-    /// Of a coat and a share of metal of this base colour, seen at a cosine.
+    /// The compensation of a coat and a share of metal of this base colour, seen at a cosine.
     #[inline(always)]
     pub(super) fn new(coat: Coat, metallic: f32, base: Vec3, roughness: f32, cos: f32) -> Self {
         let albedo = Albedo::new(roughness);
@@ -70,7 +70,7 @@ impl Compensation {
 /// each time, over that of the first reflection: `a (1 - lost) / (1 - a lost)` (Fdez-Aguera 2019, eq. 18).
 #[inline(always)]
 fn color(base: Vec3, lost: f32) -> Vec3 {
-    let mean = Vec3::ONE - (Vec3::ONE - base) * MULTISCATTER_MARKER;
+    let mean = Vec3::ONE - (Vec3::ONE - base) * markers::MULTISCATTER;
     let rest = Vec3::ONE - mean * lost;
     // one division for three
     let pairs = Vec3::new(rest.y * rest.z, rest.z * rest.x, rest.x * rest.y);

@@ -1,6 +1,6 @@
 //! What a smooth interface reflects.
 
-use super::TRANSMISSION_MARKER;
+use super::markers;
 use crate::num;
 
 /// `(1 - cos)^5`: Schlick's reflectance is `f0 + (f90 - f0)` times it (Schlick 1994, eq. 15).
@@ -57,7 +57,7 @@ impl Dielectric {
     #[inline(always)]
     pub fn bent(&self, c: f32) -> f32 {
         let squared = self.contrast + c * c;
-        if squared < TRANSMISSION_MARKER { 0.0 } else { num::sqrt(squared) }
+        if squared < markers::TRANSMISSION { 0.0 } else { num::sqrt(squared) }
     }
 
     /// Fresnel's equations for light at the positive cosine `c` and `g = n cos_t`, which [`Self::bent`] gives: near total

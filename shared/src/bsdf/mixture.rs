@@ -5,9 +5,8 @@ use super::coat::Coat;
 use super::compensation::Compensation;
 use super::fresnel::Fresnel;
 use super::{
-    COS_MIN, DELTA_BELOW, DELTA_MARKER, DIFFUSE_REFLECTION, DIFFUSE_TRANSMISSION, DIFFUSE_TRANSMISSION_MARKER,
-    Dielectric, GLOSSY_MARKER, Ggx, Material, SPECULAR_REFLECTION, SPECULAR_TRANSMISSION, TRANSMISSION_MARKER,
-    schlick_weight,
+    COS_MIN, DELTA_BELOW, DIFFUSE_REFLECTION, DIFFUSE_TRANSMISSION, Dielectric, Ggx, Material, SPECULAR_REFLECTION,
+    SPECULAR_TRANSMISSION, markers, schlick_weight,
 };
 use crate::layout::{
     FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_GLOSSY, FEATURE_MULTISCATTER, FEATURE_TRANSMISSION,
@@ -173,7 +172,7 @@ impl Bsdf {
         let dielectric = if has_specular { 1.0 - metallic } else { 1.0 };
         let transmission = if has_transmission { dielectric * material.transmission } else { 0.0 };
         let opaque = if has_transmission { dielectric * (1.0 - material.transmission) } else { dielectric };
-        let through = if has_diffuse_transmission & (material.diffuse_transmission > DIFFUSE_TRANSMISSION_MARKER) {
+        let through = if has_diffuse_transmission & (material.diffuse_transmission > markers::DIFFUSE_TRANSMISSION) {
             material.diffuse_transmission
         } else {
             0.0
@@ -210,7 +209,7 @@ impl Bsdf {
             has(FEATURE_DELTA)
         };
         let perfect_transmission = perfect_reflection | (has(FEATURE_DELTA) & has_transmission & material.is_narrow());
-        let alpha = num::max(material.roughness * material.roughness, GLOSSY_MARKER);
+        let alpha = num::max(material.roughness * material.roughness, markers::GLOSSY);
 
         let rough_metal = if perfect_reflection { 0.0 } else { metallic };
         let loses = (coated & (opaque > 0.0)) | (rough_metal > 0.0);
@@ -238,7 +237,7 @@ impl Bsdf {
         } else {
             Selection::LAMBERT
         };
-        let total = has_transmission & (interface.contrast + wo.z * wo.z < TRANSMISSION_MARKER);
+        let total = has_transmission & (interface.contrast + wo.z * wo.z < markers::TRANSMISSION);
         Self {
             features,
             wo,
@@ -523,7 +522,7 @@ impl Bsdf {
         let scale = if self.thin { 1.0 } else { self.inv_relative * self.inv_relative };
         let value =
             if through { self.tint * (fresnel.transmitted * scale) } else { self.reflectance(self.wo.z, fresnel) };
-        let visible = (probability > DELTA_MARKER) & (self.wo.z >= COS_MIN) & (num::abs(direction.z) >= COS_MIN);
+        let visible = (probability > markers::DELTA) & (self.wo.z >= COS_MIN) & (num::abs(direction.z) >= COS_MIN);
         if visible { Evaluation { value, pdf: probability } } else { NOTHING }
     }
 

@@ -67,6 +67,8 @@ mod coat;
 mod compensation;
 mod fresnel;
 mod ggx;
+#[doc(hidden)]
+pub mod markers;
 mod material;
 mod mixture;
 mod scattering;
@@ -97,18 +99,3 @@ pub const NARROW_BELOW: f32 = 2.0e-5;
 pub const COS_MIN: f32 = 1.0e-6;
 /// The largest index of refraction, which the host sees to: directions lose precision with its square.
 pub const IOR_MAX: f32 = 10.0;
-
-// Each optional part has a constant that occurs nowhere else: a module that lacks it lacks the part.
-
-/// Occurs where rough specular lobes are compiled in: the least alpha of GGX, just below that of [`DELTA_BELOW`].
-pub const GLOSSY_MARKER: f32 = 9.871e-5;
-/// Occurs where perfect specular lobes are compiled in: the least selection probability of a delta sample.
-pub const DELTA_MARKER: f32 = 1.173e-9;
-/// Occurs where dielectric transmission is compiled in: the squared cosine below which reflection is total.
-pub const TRANSMISSION_MARKER: f32 = 9.71e-13;
-/// Occurs where diffuse transmission is compiled in: smaller shares count as none.
-pub const DIFFUSE_TRANSMISSION_MARKER: f32 = 1.307e-7;
-/// Occurs where light that specular lobes lose comes back: 20 / 21, one less the mean of Schlick's weight.
-pub const MULTISCATTER_MARKER: f32 = 0.952_380_95;
-/// Occurs where `KHR_materials_specular` is compiled in: the least share that a coat lets through.
-pub const SPECULAR_MARKER: f32 = 1.411e-11;

@@ -15,10 +15,10 @@ const DENSITY_SCALE: f32 = 1.0 / (1.0 - TAIL);
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Support {
-    /// Those that are: segments end at the sphere of the channel's reach, so a channel finds what lies in its sphere, by any axis.
+    /// A channel counts that can find the point: its segments end at the sphere of its reach, so it finds what lies in that sphere, by any axis.
     #[default]
     Exact,
-    /// All, as published programs have it. What a narrow channel cannot find is then divided by its density all the same, and lost:
+    /// All axes and channels count, as published programs have it. What a narrow channel cannot find is then divided by its density all the same, and lost:
     /// a tenth of the light through a slab four `d` thick.
     Published,
 }

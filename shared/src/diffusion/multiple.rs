@@ -52,7 +52,7 @@ pub struct Multiple {
 }
 
 impl Multiple {
-    /// Of a medium; `absorbed` is one less `albedo`.
+    /// That part of the profile of a medium; `absorbed` is one less `albedo`.
     #[inline(always)]
     pub fn new(albedo: f32, absorbed: f32, anisotropy: f32, remainder: Remainder) -> Self {
         let shape = remainder.shape();

@@ -47,7 +47,7 @@ impl Profile {
         Self { albedo, distance, probability: weights * if sum > 0.0 { recip(sum) } else { 0.0 } }
     }
 
-    /// Of a half space of a medium.
+    /// The profile of a half space of a medium.
     #[inline(always)]
     pub fn of_medium(medium: &Medium, shape: Shape) -> Self {
         let Medium { albedo, absorbed, extinction, anisotropy } = *medium;

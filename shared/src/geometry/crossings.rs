@@ -10,7 +10,7 @@ use super::Hit;
 pub struct Crossings {
     /// How many hits there are, also beyond those that are listed.
     pub count: u32,
-    /// Those of the smallest (t, id), in that order; [`Hit::MISS`] where there are fewer.
+    /// The hits of the smallest (t, id), in that order; [`Hit::MISS`] where there are fewer.
     pub nearest: [Hit; Self::LISTED],
 }
 

@@ -1,5 +1,4 @@
-//! The plain-data types that cross the bus between host and device, and that no technique has for itself: those lie in
-//! its own folder.
+//! The plain-data types that host and device exchange. Those of one technique lie in the folder of that technique.
 //!
 //! All fields are 32 bits wide, so that native, std430 and SPIR-V layouts agree; asserts beside the types pin the
 //! sizes. The scene lies in arenas of 16-byte words ([`UVec4`](glam::UVec4)); the [`SceneHeader`] says where each table

@@ -185,7 +185,7 @@ impl SceneHeader {
         (self.triangle_base + triangle * TRIANGLE_WORDS) as usize
     }
 
-    /// Of the same tables, so many words further on in the geometry and the attribute arena.
+    /// The header of the same tables, so many words further on in the geometry and the attribute arena.
     #[must_use]
     pub fn moved(self, geometry: u32, attributes: u32) -> Self {
         let by = |base: u32, words: u32| if base == NONE { NONE } else { base.wrapping_add(words) };

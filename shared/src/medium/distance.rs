@@ -29,7 +29,7 @@ pub struct Channels {
 }
 
 impl Channels {
-    /// Of a vacuum.
+    /// The channels in a vacuum, which has no collisions.
     pub const NONE: Self = Self { extinction: Vec3::ZERO, probability: Vec3::splat(THIRD), least: 0.0 };
 
     /// Each channel is chosen in proportion to its weight, zero or more; all alike, if none has any. The best weights are what paths are

@@ -73,7 +73,7 @@ pub trait Domain {
 
 /// The pixels whose reservoirs a combine takes, seen from the one that combines.
 pub trait Pixels {
-    /// Samples.
+    /// What the samples are, and how they are shifted.
     type Domain: Domain;
     /// A reservoir as it lies in a plane.
     type Packed: Copy;

@@ -62,12 +62,12 @@ use glam::{Vec2, Vec3};
 pub const PAIRS: usize = 4;
 /// Neighbours in a pass.
 const NEIGHBOURS: usize = 2 * PAIRS;
-/// No pixel.
+/// Stands for a neighbour beyond the border.
 const NOWHERE: u32 = u32::MAX;
 /// Draws for each pair that is asked for, until the disk counts as exhausted.
 const DRAWS: u32 = 64;
 
-/// Of a pixel's neighbours in a pass of shading: the targets of their samples at the pixel, as MIS weights have them, or
+/// The targets of the samples of a pixel's neighbours in a pass of shading, at the pixel, as MIS weights have them, or
 /// [`Self::NONE`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]

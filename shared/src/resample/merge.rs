@@ -62,9 +62,9 @@ use glam::{UVec4, Vec3};
 pub enum Others {
     /// Neighbours of the same frame.
     SameFrame,
-    /// Of another frame: the pixel that saw the surface there, and its neighbours.
+    /// The reservoirs of another frame: that of the pixel that saw the surface there, and those of its neighbours.
     OtherFrame,
-    /// The pixel's own of another frame, in which every pixel has the same camera ray in the same scene.
+    /// The pixel's own reservoir of another frame, in which every pixel has the same camera ray in the same scene.
     Unchanged,
 }
 
@@ -107,7 +107,7 @@ pub struct Rules {
 /// Random numbers of a combine: two dimensions from the given one on.
 #[derive(Clone, Copy)]
 pub struct Draws {
-    /// The pixel's.
+    /// The pixel's random numbers.
     pub rng: Rng,
     /// The first of the dimensions.
     pub dimension: u32,
@@ -120,7 +120,7 @@ struct Input<R, S> {
     reservoir: R,
     /// The sample, shifted.
     sample: S,
-    /// Of the shift.
+    /// The Jacobian of the shift.
     jacobian: f32,
     /// Target for the selection.
     target: f32,

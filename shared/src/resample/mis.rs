@@ -160,7 +160,7 @@ pub struct Combine<T> {
     count: u32,
     /// K of the counted pairs.
     requested: T,
-    /// S.
+    /// The sum of the inputs' confidences.
     confidence_sum: T,
     /// C; of counted pairs the number of neighbours that stand for anything.
     neighbours: T,
@@ -174,7 +174,7 @@ pub struct Combine<T> {
     at_source: [T; INPUTS],
     /// Talbot: sum of M_j a_j(y_i); pairwise: a_i(y_0).
     other: [T; INPUTS],
-    /// Of the selected sample: a_s, and the sum that its form divides by.
+    /// The selected sample's density at its source, a_s, and the sum that its form divides by.
     selected: [T; 2],
 }
 

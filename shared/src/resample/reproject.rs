@@ -44,9 +44,9 @@ pub struct Grid {
 /// A pixel position, if it is one.
 #[derive(Clone, Copy, Debug)]
 pub struct Place {
-    /// Column.
+    /// The column of the pixel.
     pub x: u32,
-    /// Row.
+    /// The row of the pixel.
     pub y: u32,
     /// Whether it lies in the image.
     pub inside: bool,

@@ -393,7 +393,7 @@ pub struct LightSample {
     pub blended: bool,
     /// The key of the rays that ask whether it is seen ([`LightAddress::key`]).
     pub key: u32,
-    /// Of a light at a point, intensity depends on the cosine c to its axis as the square of c x + y, limited to [0, 1].
+    /// The intensity of a light at a point depends on the cosine c to its axis as the square of c x + y, limited to [0, 1].
     pub falloff: Vec2,
 }
 

@@ -37,7 +37,7 @@ struct Shading {
 }
 
 impl Shading {
-    /// Of a flat triangle.
+    /// The shading of a flat triangle.
     #[inline(always)]
     fn of(normal: Vec3) -> Self {
         Self { normal, tangent: Vec3::ZERO, bitangent_sign: 1.0, uv: Vec2::ZERO }
@@ -102,7 +102,7 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
         if self.has(FEATURE_SPECULAR) { TEXTURE_SLOTS } else { SLOT_SPECULAR }
     }
 
-    /// Of the slots below `end`.
+    /// The textures of the slots below `end`.
     #[inline(always)]
     fn textures(&self, uses: u32, uv: Vec2, end: u32) -> Textures {
         let mut textures = Textures::NONE;

@@ -17,9 +17,9 @@ use glam::{UVec4, Vec3};
 
 /// The random numbers of a path. They do not depend on where it starts.
 pub trait Numbers {
-    /// Those by which it leaves the vertex of that index.
+    /// The numbers by which the path leaves the vertex of that index.
     fn scatter(&self, vertex: u32) -> UVec4;
-    /// Those that vary the thresholds of [`Hybrid`].
+    /// The numbers that vary the thresholds of [`Hybrid`].
     fn joins(&self) -> UVec4;
 }
 

@@ -98,7 +98,7 @@ pub struct Joins {
 }
 
 impl Joins {
-    /// Of a path that begins where a segment of length `t` ends under the cosine `cos`.
+    /// The thresholds of a path that begins where a segment of length `t` ends under the cosine `cos`.
     #[inline(always)]
     #[must_use]
     pub fn from_start(self, t: f32, cos: f32) -> Self {

@@ -20,7 +20,7 @@ pub struct Start {
 const _: () = assert!(size_of::<Start>() == 32);
 
 impl Start {
-    /// Of a pixel that sees nothing.
+    /// The start of a pixel that sees nothing.
     pub const NONE: Self = Self { hit: PackedHit(UVec4::new(0, NONE, 0, 0)), direction: [0.0, 0.0, 1.0], reserved: 0 };
 
     /// The end of a ray of unit direction.

@@ -37,7 +37,7 @@ pub struct Collision {
 }
 
 impl Collision {
-    /// None.
+    /// No collision.
     pub const NONE: Self = Self {
         t: 0.0,
         direction: Vec3::Z,

@@ -28,7 +28,7 @@ const V: (&str, Axis) = ("v", Axis::Coarse);
 const LOBE: (&str, Axis) = ("lobe", Axis::Coarse);
 const CHOICE: (&str, Axis) = ("choice", Axis::Coarse);
 
-/// Above [`restir_shared::bsdf::DELTA_MARKER`] over the least share that a lobe has of the choice.
+/// Above [`restir_shared::bsdf::markers::DELTA`] over the least share that a lobe has of the choice.
 const RARE: f32 = 1.0e-5;
 /// The viewer's azimuth in turns.
 const AZIMUTH: f64 = 0.1;

@@ -26,8 +26,8 @@ pub use adapter::{AdapterInfo, adapters, requirements};
 pub use pipeline::{Pipelines, takes_passthrough};
 
 use super::{Description, Executor, Flavour, Observer, Parity, Progress, Step};
-use crate::plan::{Buffer, BufferId, FramePlan, Pass, Upload};
 use crate::error::AdapterError;
+use crate::plan::{Buffer, BufferId, FramePlan, Pass, Upload};
 use crate::{Error, Shaders};
 use std::path::Path;
 use wgpu::util::DeviceExt;

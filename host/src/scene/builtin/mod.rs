@@ -55,7 +55,10 @@ pub const NAMES: &[(&str, &str)] = &[
     ("candles", "candles that burn inside of their wax, and a block of milk: lights inside of bodies that scatter"),
     ("cube", "a cube of wax between a small light at its back and a large one above"),
     ("slab", "a slab of a scattering medium, one mean free path thick, under a white sky"),
-    ("statue", "a hare in the colour of wax: one closed mesh with ears, fingers and a thick belly, to be filled with a medium"),
+    (
+        "statue",
+        "a hare in the colour of wax: one closed mesh with ears, fingers and a thick belly, to be filled with a medium",
+    ),
 ];
 
 /// Scenes that a generator makes of a seed: what their names are like, and a line about them. What goes through all built-in

@@ -105,11 +105,11 @@ pub struct Deformation {
 /// What is added to the vertices of a mesh, times a weight: a displacement for each vertex, or none at all.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MorphTarget {
-    /// Of positions.
+    /// What is added to positions.
     pub positions: Vec<[f32; 3]>,
-    /// Of normals; what comes out is made a unit vector.
+    /// What is added to normals; the sum is made a unit vector.
     pub normals: Vec<[f32; 3]>,
-    /// Of tangents; the same holds.
+    /// What is added to tangents; the sum is made a unit vector.
     pub tangents: Vec<[f32; 3]>,
 }
 

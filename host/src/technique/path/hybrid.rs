@@ -9,19 +9,19 @@ use restir_shared::technique::path::PathParams;
 use restir_shared::technique::path::hybrid::*;
 
 crate::choices! {
-    /// What counts of a render with profiles.
+    /// Which parts of subsurface light are rendered, where profiles are.
     pub enum Parts {
-        /// Everything.
+        /// All light.
         "all" => All,
-        /// What enters no interior that scatters.
+        /// Light that enters no interior that scatters.
         "rest" => Rest,
-        /// What crosses bodies without a collision, in a hybrid.
+        /// Light that crosses bodies without a collision, in a hybrid.
         "boundary" => Boundary,
-        /// What collides once, in a hybrid.
+        /// Light that collides once, in a hybrid.
         "single" => Single,
-        /// What the profile holds.
+        /// Light that the profile stands for.
         "profile" => Profile,
-        /// All that enters interiors that scatter.
+        /// All light that enters interiors that scatter.
         "subsurface" => Subsurface,
     }
 }
@@ -58,9 +58,9 @@ crate::choices! {
 crate::choices! {
     /// Which points of a segment through a body are taken.
     pub enum Crossings {
-        /// All.
+        /// All of them.
         "all" => All,
-        /// One, each with the same probability.
+        /// One of them, each with the same probability.
         "one" => One,
     }
 }
@@ -76,11 +76,11 @@ crate::choices! {
 }
 
 crate::choices! {
-    /// Which densities a point of a profile is divided by.
+    /// How the density of a profile's sample point is computed.
     pub enum SupportChoice {
-        /// Of what can find it.
+        /// From the segments and channels that can find the point.
         "exact" => Exact,
-        /// Of all channels, as published programs have it: too dark.
+        /// From all channels, as published programs have it, whose light is too dark.
         "published" => Published,
     }
 }

@@ -60,7 +60,7 @@ crate::settings! {
         sampler: Sampler = Sampler::Sobol;
         /// Longest path: 1 is directly visible emission, 2 adds direct light.
         max_depth: u32 = 8, in 1..=MAX_DEPTH, unit "segments";
-        /// Light that scatters inside of things.
+        /// How light that scatters under surfaces is rendered.
         subsurface: Subsurface = Subsurface::Walk;
         /// Lights inside of things are sampled where light collides, not only found. Without, punctual ones are dark.
         lights_inside: bool = true;
@@ -68,15 +68,15 @@ crate::settings! {
         after_subsurface: AfterSubsurface = AfterSubsurface::Paths;
         /// How often light that counts was scattered inside of things: LO..HI, both included, or all.
         orders: Orders = Orders::ALL;
-        /// Where a path ends inside of things, and its light is lost. A sample takes a dispatch for each 64.
+        /// Longest walk inside a medium in segments; longer ones are cut and their light is lost. A sample takes a dispatch for each 64.
         longest_walk: u32 = 16_384, in 1..=MAX_WALK, unit "segments";
-        /// What counts where profiles are.
+        /// Which parts of subsurface light are rendered, where profiles are.
         parts: Parts = Parts::All;
-        /// The fit of profiles.
+        /// Which fit gives the width of profiles.
         profile: Fit = Fit::Diffuse;
-        /// In a hybrid the profile keeps what has collided once, which is then counted twice: wrong, to be shown.
+        /// In a hybrid the profile keeps light that has collided once, which is then counted twice: wrong on purpose, to show the error.
         counted_twice: bool = false;
-        /// How light that has collided once comes out, in a hybrid.
+        /// How light that has collided once leaves the medium, in a hybrid.
         way_out: WayOut = WayOut::Dimmed;
         /// Which points of a profile's segment through a body are taken.
         crossings: Crossings = Crossings::All;
@@ -84,7 +84,7 @@ crate::settings! {
         segments: u32 = 2, in 1..=MAX_SEGMENTS;
         /// With which probability a channel gives the radius of a profile's sample.
         radius_channel: RadiusChoice = RadiusChoice::Uniform;
-        /// Which densities a point of a profile is divided by.
+        /// How the density of a profile's sample point is computed.
         support: SupportChoice = SupportChoice::Exact;
         /// A path goes on from one of the profile's points; without, light that enters there comes straight from lights.
         profile_paths: bool = true;

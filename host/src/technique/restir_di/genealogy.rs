@@ -51,7 +51,7 @@ pub struct LightSource {
     pub kind: LightKind,
     /// The triangle, in the order of the geometry arena, or the index among the scene's punctual lights.
     pub index: u32,
-    /// Of a triangle, the index of its material.
+    /// The index of the material of a triangle; `None` of other lights.
     pub material: Option<u32>,
 }
 

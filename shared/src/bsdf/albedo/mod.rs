@@ -88,7 +88,7 @@ pub struct Towards {
 }
 
 impl Towards {
-    /// Of no surface.
+    /// There is no surface, and nothing is lost.
     pub const NONE: Self = Self { losses: Losses { all: 0.0, schlick: 0.0 }, gain: 1.0 };
 }
 
@@ -102,7 +102,7 @@ pub struct Albedo {
 }
 
 impl Albedo {
-    /// Of no surface.
+    /// There is no surface, and nothing is lost.
     pub const NONE: Self = Self { alpha: 0.0, lost: Quotient::NONE, balance: Quotient::NONE, schlick: [0.0; 5] };
 
     /// `roughness` in [0, 1].

@@ -36,7 +36,7 @@ pub struct Numbers {
 }
 
 impl Numbers {
-    /// Those at the `vertex`-th hit of a path, from 1 on.
+    /// The numbers at the `vertex`-th hit of a path, counted from 1.
     #[inline(always)]
     pub fn at(rng: &Rng, vertex: u32) -> Self {
         Self {
@@ -45,26 +45,26 @@ impl Numbers {
         }
     }
 
-    /// Those of [`Lights::sample_light`].
+    /// The numbers that [`Lights::sample_light`] takes.
     #[inline(always)]
     pub fn light(&self) -> UVec4 {
         self.rng.draw(self.dimension + LIGHT)
     }
 
-    /// Those of [`Vertex::depart`].
+    /// The numbers that [`Vertex::depart`] takes.
     #[inline(always)]
     pub fn scatter(&self) -> UVec4 {
         self.rng.draw(self.dimension + SCATTER)
     }
 
-    /// Those at the `vertex`-th hit, from 1 on, of a branch of a path, whose dimensions begin at `first`.
+    /// The numbers at the `vertex`-th hit, counted from 1, of a branch of a path, whose dimensions begin at `first`.
     #[inline(always)]
     pub(super) fn of_branch(rng: &Rng, first: u32, vertex: u32) -> Self {
         let Self { rng, dimension } = Self::at(rng, vertex);
         Self { rng, dimension: dimension.wrapping_add(first) }
     }
 
-    /// Those of another vertex, from `dimension` on, which are independent of each other.
+    /// The numbers of another vertex, from `dimension` on, which are independent of each other.
     #[inline(always)]
     pub(super) fn independent(rng: &Rng, dimension: u32) -> Self {
         Self { rng: rng.independent(), dimension }

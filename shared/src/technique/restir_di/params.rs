@@ -33,8 +33,8 @@ impl Flags {
     pub const AVERAGE_VISIBILITY: Self = Self(1 << 5);
     /// One candidate comes from scattering.
     pub const SCATTER_CANDIDATE: Self = Self(1 << 6);
-    /// Of a combine: the other reservoirs are of another frame; the first of them is at the place that the camera of that frame
-    /// saw the surface. Without it they are of the same frame, the canonical one is among them.
+    /// A combine takes the other reservoirs from another frame; the first of them is at the place that the camera of that frame
+    /// saw the surface. Without this flag they are of the same frame, and the pixel's own, the canonical one, is among them.
     pub const OTHER_FRAME: Self = Self(1 << 7);
     /// The target is red alone, not the luminance.
     pub const RED: Self = Self(1 << 8);
@@ -44,7 +44,7 @@ impl Flags {
     pub const BLUE: Self = Self(1 << 10);
     /// Light passes straight through clear glass, if the scene has any ([`FEATURE_CLEAR`]).
     pub const TRANSMITTANCE: Self = Self(1 << 11);
-    /// Of a combine with another frame, without neighbours: every pixel has the same camera ray in it, and scenes are the same.
+    /// In a combine with another frame, without neighbours, every pixel has the same camera ray in both frames, and the scene is the same.
     /// Both reservoirs are the pixel's own then, and the visibility that they have is its own.
     pub const STILL: Self = Self(1 << 12);
     /// Candidates from lights come from tiles ([`DiParams::tiles`]).
@@ -210,7 +210,7 @@ impl DiParams {
         Self { frame, other_frame: frame, camera, other_camera: camera, ..self }
     }
 
-    /// Of the combine of a frame, not the first, with the last one, which `camera` saw. `same_view` says that every pixel had the same
+    /// The parameters of the combine of a frame with the one before it, which `camera` saw. `same_view` says that every pixel had the same
     /// ray in it, and the scene was the same: a fact to state, which saves the rays that find out what the last frame saw. Without this call
     /// a combine takes the other reservoirs for neighbours in the same frame.
     #[must_use]
@@ -221,7 +221,7 @@ impl DiParams {
         Self { flags, other_camera: camera, other_frame: self.frame.wrapping_sub(1), neighbours: 0, ..self }
     }
 
-    /// Of the combine with neighbours in the same frame that is the number `pass` of those, counted from 0. Without this call it
+    /// The parameters of the combine with neighbours in the same frame, the `pass`-th of them, counted from 0. Without this call it
     /// would draw the numbers of the combine with the last frame again.
     #[must_use]
     pub fn with_neighbours(self, pass: u32) -> Self {

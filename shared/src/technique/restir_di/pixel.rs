@@ -30,7 +30,7 @@ impl DiParams {
         View { camera, jitter: flags.contains(Flags::JITTER), frame, seed, sampler: flags.sampler() }
     }
 
-    /// Of the other reservoirs' frame.
+    /// The view of the other reservoirs' frame.
     #[inline(always)]
     pub(super) fn other_view(&self) -> View {
         View { camera: self.other_camera, frame: self.other_frame, ..self.view() }

@@ -80,10 +80,10 @@ pub(super) struct Window {
 }
 
 impl Window {
-    /// Of no tile.
+    /// The window of a frame whose pixels draw candidates of their own.
     pub(super) const NONE: Self = Self { tile: 0, start: 0, size: 1 };
 
-    /// Of the pixel (x, y), with a random word of its own.
+    /// The window of the pixel (x, y), which a random word of its own places in the tile.
     #[inline(always)]
     pub(super) fn new(params: &DiParams, [x, y]: [u32; 2], word: u32) -> Self {
         let block = params.rng([x >> BLOCK_LOG2, y >> BLOCK_LOG2]);

@@ -23,7 +23,7 @@ pub struct Candidate {
 }
 
 impl Candidate {
-    /// None.
+    /// No candidate.
     pub const NONE: Self = Self { path: Path::NONE, emitter: Hit::MISS };
 
     /// The path with its light's address, and the light's part in the term.
@@ -77,14 +77,14 @@ pub struct Candidates<K> {
     from: End,
     lobe: u32,
     lobe_pdf: f32,
-    /// Of the last vertex, of any lobe.
+    /// The roughness of the last vertex, of any lobe.
     roughness: f32,
     /// Whether the segment to the last vertex may be joined, if the path ends there with a sampled light.
     joined: bool,
 }
 
 impl<K> Candidates<K> {
-    /// Of a path with these random numbers and thresholds, in a scene of these features.
+    /// The candidates of a path with these random numbers and thresholds, in a scene of these features.
     #[inline(always)]
     pub fn new(keep: K, features: u32, key: UVec2, joins: Joins) -> Self {
         Self {

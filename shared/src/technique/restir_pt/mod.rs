@@ -108,13 +108,13 @@ pub struct PathNumbers {
 }
 
 impl PathNumbers {
-    /// Those of a pixel and a frame.
+    /// The random numbers of a pixel and a frame.
     #[inline(always)]
     pub fn new(rng: Rng) -> Self {
         Self { rng }
     }
 
-    /// Those of a path whose [`key`](Self::key) this is.
+    /// The random numbers of a path whose [`key`](Self::key) this is.
     #[inline(always)]
     pub fn of_key(key: UVec2, seed: u32, sampler: Sampler) -> Self {
         Self { rng: Rng::from_key(UVec3::new(key.x, key.y, seed), sampler) }
@@ -133,7 +133,7 @@ impl PathNumbers {
         &self.rng
     }
 
-    /// Those by which the path samples a light at the vertex of that index.
+    /// The numbers by which the path samples a light at the vertex of that index.
     #[inline(always)]
     pub fn light(&self, vertex: u32) -> UVec4 {
         path::Numbers::at(&self.rng, vertex).light()

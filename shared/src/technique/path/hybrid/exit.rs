@@ -30,7 +30,7 @@ fn mean_reflectance(index: f32) -> f32 {
 const CELLS: f32 = 16_777_216.0;
 
 impl Exit {
-    /// Of a material in a scene of these features. What is transmitted by any lobe enters: the tint of specular transmission and the colour
+    /// The exit through a material in a scene of these features. What is transmitted by any lobe enters: the tint of specular transmission and the colour
     /// of the diffuse one by their shares.
     #[inline(always)]
     pub fn new(material: &Material, features: u32) -> Self {

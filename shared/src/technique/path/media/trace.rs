@@ -61,7 +61,7 @@ struct Flight {
 }
 
 impl Flight {
-    /// Outside.
+    /// A flight outside of all media.
     const NONE: Self =
         Self { channels: Channels::NONE, distance: Ray::FAR, t: Ray::FAR, margin: 0.0, words: UVec4::ZERO };
 }

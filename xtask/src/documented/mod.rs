@@ -1,22 +1,30 @@
 //! `cargo xtask documented`: runs the commands that README and docs name, and compares the pictures that they give with the committed ones.
 //!
 //! A command is a span of code, or a line of a block of `sh`, that begins with `restir` (also as `cargo run ... --`) or `cargo xtask` and holds
-//! neither `<` nor `...`. One that takes longer than half a minute carries its duration behind it, as in `(3 min)`. A picture
-//! below docs that a page shows has to be written by some command of a page: what renders has the same bits everywhere, so that the
-//! file is the same byte for byte.
+//! neither `<` nor `...`. One that takes longer than half a minute carries its duration behind it, as in `(3 min)`; one without a duration
+//! that takes longer than a minute fails. A picture below docs that a page shows has to be written by some command of a page: what renders has
+//! the same bits everywhere, so that the file is the same byte for byte. The numbers of crates in README are compared with `cargo tree`.
+
+mod crates;
+mod output;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
+use self::output::Output;
 use crate::Error;
 use crate::process::shell;
 
 /// Where the pages are.
 const PAGES: [&str; 2] = ["README.md", "docs"];
-/// Reports of commands that carry their duration; the pages that refer to them say which.
+/// Below these folders lie reports, each of which names the command that made it; docs/measuring.md and docs/figures/README.md say how long it takes.
 const MADE: [&str; 4] = ["docs/bench", "docs/bench-di", "docs/bench-media", "docs/figures"];
+/// A page beside reports that is no report.
+const PAGE_BESIDE_REPORTS: &str = "docs/figures/README.md";
+/// A command that takes longer has to say so.
+const LONGEST: Duration = Duration::from_secs(60);
 /// What cargo writes before a command of the program.
 const BY_CARGO: &str = "cargo run --release --bin restir -- ";
 /// Subcommands of which a page speaks without meaning a command line.
@@ -47,15 +55,6 @@ struct Documented {
     duration: Option<String>,
 }
 
-impl Documented {
-    /// The picture below docs that it writes.
-    fn picture(&self) -> Option<&str> {
-        let mut words = self.line.split_whitespace();
-        words.find(|word| *word == "--png")?;
-        words.next().filter(|path| path.starts_with("docs/"))
-    }
-}
-
 /// Runs them.
 ///
 /// # Errors
@@ -64,6 +63,9 @@ pub fn run(options: &Options) -> Result<(), Error> {
     let pages = pages()?;
     let commands = commands(&pages);
     let mut problems = orphans(&pages, &commands);
+    if !options.list {
+        problems.extend(crates::problems(&pages[Path::new(PAGES[0])])?);
+    }
     let program = program()?;
     let folder =
         workplace().map_err(|error| Error::Environment(format!("there is no folder to run commands in: {error}")))?;
@@ -78,7 +80,11 @@ pub fn run(options: &Options) -> Result<(), Error> {
         let start = Instant::now();
         let result = execute(command, &program, folder.path(), options.write);
         println!("{page}: {} ({:.1} s)", command.line, start.elapsed().as_secs_f64());
-        problems.extend(result.err().map(|problem| format!("{page}: `{}`: {problem}", command.line)));
+        let is_long = duration.is_none() && start.elapsed() > LONGEST;
+        let slow = is_long.then(|| format!("takes more than {} s; write how long behind it", LONGEST.as_secs()));
+        problems.extend(
+            result.err().into_iter().chain(slow).map(|problem| format!("{page}: `{}`: {problem}", command.line)),
+        );
     }
     if problems.is_empty() { Ok(()) } else { Err(Error::Failed(problems.join("\n"))) }
 }
@@ -100,7 +106,8 @@ fn pages() -> Result<BTreeMap<PathBuf, String>, Error> {
     read.map_err(|error| {
         Error::Environment(format!("cannot read the pages, run this at the workspace's root: {error}"))
     })?;
-    found.retain(|path, _| !MADE.iter().any(|made| path.starts_with(made)));
+    let is_report = |path: &Path| MADE.iter().any(|made| path.starts_with(made));
+    found.retain(|path, _| !is_report(path) || path == Path::new(PAGE_BESIDE_REPORTS));
     Ok(found)
 }
 
@@ -157,8 +164,8 @@ fn command(span: &str, behind: &str) -> Option<Documented> {
     Some(Documented { line, duration })
 }
 
-/// Pictures below docs that a page shows and no command writes: neither as `--png docs/x.png`, nor as `cargo xtask x`, nor beside
-/// the page that a script writes by `--out docs/x.md`, where their names begin with the page's.
+/// Pictures below docs that a page shows and no command writes, nor a script beside the page that it writes by `--out docs/x.md`, where
+/// their names begin with the page's.
 fn orphans(pages: &BTreeMap<PathBuf, String>, commands: &[(Documented, String)]) -> Vec<String> {
     let text: String = pages.values().map(String::as_str).collect();
     let shown = text.split("](").skip(1).filter_map(|rest| rest.split_once(')')).map(|(path, _)| path);
@@ -167,10 +174,8 @@ fn orphans(pages: &BTreeMap<PathBuf, String>, commands: &[(Documented, String)])
     let scripts: Vec<&str> =
         text.split("--out docs/").skip(1).filter_map(|rest| rest.split_once(".md")).map(|(stem, _)| stem).collect();
     let made = |name: &str| {
-        let task = format!("cargo xtask {}", name.trim_end_matches(".png"));
-        commands.iter().any(|(command, _)| {
-            command.line == task || command.picture().is_some_and(|path| path.strip_prefix("docs/") == Some(name))
-        }) || scripts.iter().any(|stem| name.starts_with(stem))
+        let written = commands.iter().any(|(command, _)| Output::of(&command.line).writes(name));
+        written || scripts.iter().any(|stem| name.starts_with(stem))
     };
     names
         .iter()
@@ -180,37 +185,23 @@ fn orphans(pages: &BTreeMap<PathBuf, String>, commands: &[(Documented, String)])
 }
 
 /// Runs a command: of the program in the folder, where earlier ones have left their files, others at the workspace's root. What it would
-/// write below docs is written into the folder.
+/// write below docs is written into the folder, and pictures are compared.
 fn execute(command: &Documented, program: &Path, folder: &Path, write: bool) -> Result<(), String> {
-    let mut words = command.line.split(' ');
-    let mut process = match words.next() {
+    let output = Output::of(&command.line);
+    let scratch = output.scratch(folder)?;
+    let mut process = match command.line.split(' ').next() {
         Some("cargo") => Command::new(env!("CARGO")),
         _ => Command::new(program),
     };
     if command.line.starts_with("restir") {
         process.current_dir(folder);
     }
-    let picture = folder.join("picture.png");
-    let mut before = "";
-    for word in words {
-        match before {
-            "--png" if word.starts_with("docs/") => process.arg(&picture),
-            "--out" => process.arg(folder.join("out")),
-            _ => process.arg(word),
-        };
-        before = word;
+    process.args(output.redirected(&command.line, &scratch).iter().skip(1));
+    let ended = process.output().map_err(|error| format!("cannot run {}: {error}", shell(&process)))?;
+    if !ended.status.success() {
+        return Err(format!("ended with {}: {}", ended.status, String::from_utf8_lossy(&ended.stderr).trim()));
     }
-    let output = process.output().map_err(|error| format!("cannot run {}: {error}", shell(&process)))?;
-    if !output.status.success() {
-        return Err(format!("ended with {}: {}", output.status, String::from_utf8_lossy(&output.stderr).trim()));
-    }
-    match command.picture() {
-        Some(path) if write => std::fs::copy(&picture, path).map(|_| ()).map_err(|error| error.to_string()),
-        Some(path) if std::fs::read(&picture).ok() != std::fs::read(path).ok() => {
-            Err(format!("gives another picture than {path}"))
-        }
-        _ => Ok(()),
-    }
+    output.judge(&scratch, write)
 }
 
 /// The program, built.
@@ -256,5 +247,14 @@ mod tests {
         );
         let pages = BTreeMap::from([(PathBuf::from("README.md"), text.to_owned())]);
         assert_eq!(orphans(&pages, &commands(&pages)), ["no page has a command that writes docs/d.png"]);
+    }
+
+    #[test]
+    fn the_readme_embeds_the_example() {
+        let readme = include_str!("../../../README.md");
+        let block = readme.split("```rust\n").nth(1).and_then(|rest| rest.split("```").next());
+        let example =
+            include_str!("../../../restir/examples/two_devices.rs").lines().filter(|line| !line.starts_with("//!"));
+        assert_eq!(block.map(|block| block.lines().collect()), Some(example.collect::<Vec<_>>()));
     }
 }
