@@ -89,12 +89,16 @@ fn cargo(command: &str, folder: &Path) -> Command {
     cargo
 }
 
+/// Does what a release does, up to the upload, and keeps the packed crates. Instead of cargo's own build of each crate, the program is installed.
 fn pack(place: &Path, allow_dirty: bool) -> Result<(), Error> {
-    let mut package = cargo("package", Workspace::current().root());
-    package.args(["--no-verify", "--target-dir"]).arg(place);
-    package.args(CRATES.iter().flat_map(|name| ["--package", name]));
-    package.args(allow_dirty.then_some("--allow-dirty"));
-    finish(&mut package)
+    let only_packed = |command: &str, more: &[&str]| {
+        let mut cargo = cargo(command, Workspace::current().root());
+        cargo.args(["--no-verify", "--target-dir"]).arg(place).args(more).args(allow_dirty.then_some("--allow-dirty"));
+        finish(&mut cargo)
+    };
+    only_packed("publish", &["--workspace", "--dry-run"])?;
+    let crates: Vec<&str> = CRATES.iter().flat_map(|name| ["--package", name]).collect();
+    only_packed("package", &crates)
 }
 
 /// Makes a workspace of the packed crates, in which they take each other instead of published ones; gives its members.
