@@ -445,7 +445,7 @@ fn asymmetry(power: i32) -> (f64, String) {
 fn scattering_is_reciprocal() {
     let (error, name) = asymmetry(2);
     println!("asymmetry {error:.1e} at most ({name})");
-    assert!(error < 2.0e-5, "{name}: asymmetry {error:.2e}");
+    assert!(error < 1.0e-5, "{name}: asymmetry {error:.2e}");
     let (without, _) = asymmetry(0);
     assert!(without > 0.1, "radiance scaling makes no difference");
 }

@@ -227,13 +227,16 @@ fn a_reconnection_measures_solid_angle() -> Result<(), Failed> {
 }
 
 fn a_stored_key_draws_the_same_numbers() -> Result<(), Failed> {
-    let mut words = std::collections::HashSet::new();
-    for i in 0..1_000 {
-        let rng = Rng::new(i, 1 + i / 7, 3, 11, Sampler::Independent);
-        let again = Rng::from_key(rng.key(), Sampler::Independent);
-        ensure(again == rng && again.draw(i) == rng.draw(i), || format!("key {}", rng.key()))?;
-        words.extend([0, 1, 255].map(|id| rng.draw(rng::stream(id) + i % 10)));
+    for (name, sampler) in Sampler::NAMED {
+        let mut words = std::collections::HashSet::new();
+        for i in 0..1_000 {
+            let rng = Rng::new(i, 1 + i / 7, 3, 11, sampler);
+            let again = Rng::from_key(rng.key(), sampler);
+            ensure(again == rng && again.draw(i) == rng.draw(i), || format!("{name}: key {}", rng.key()))?;
+            words.extend([0, 1, 255].map(|id| rng.draw(rng::stream(id) + i % 10)));
+        }
+        // 128 bits each: none comes twice
+        ensure(words.len() == 3_000, || format!("{name}: {} of 3000 draws differ", words.len()))?;
     }
-    // 128 bits each: none comes twice
-    ensure(words.len() == 3_000, || format!("{} of 3000 draws differ", words.len()))
+    Ok(())
 }

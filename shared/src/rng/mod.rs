@@ -142,6 +142,10 @@ impl Rng {
 
     /// Four random words for a dimension, spread over the pixel's samples. A technique gives each of its decisions a dimension of
     /// its own, and the first two words to what they are to choose together: a point, or a direction.
+    ///
+    /// By [`Sampler::Sobol`] 2^m samples, from a multiple of 2^m on, have 2^t points in every elementary box of volume 2^(t - m) (a
+    /// (t, m, s)-net): t is 0 of each word and of the first two, 1 of the first and third and of the second and third, 2 of the fourth
+    /// and the first or second, 3 of the last two and of all four.
     #[inline(always)]
     pub fn draw(&self, dimension: u32) -> UVec4 {
         match self.sampler {

@@ -12,9 +12,9 @@ use restir_host::buffers::SceneBuffers;
 use restir_host::exec::CpuExecutor;
 use restir_host::render::Render;
 use restir_host::scene::{CameraPath, Scene};
-use restir_host::technique::configure;
 use restir_host::technique::path::PathSettings;
 use restir_host::technique::restir_di::{DiSettings, Temporal};
+use restir_host::technique::{Technique as _, configure};
 use restir_host::trial::{Estimate, Judgement, Subject, Trial, Tried, Window, judge, try_once};
 
 use crate::{Error, report::publish};
@@ -28,17 +28,18 @@ const DEPTH: u32 = 2;
 const BASELINES: usize = 2;
 
 /// Options of `cargo xtask reuse`.
-#[derive(Args)]
+#[derive(Args, Clone)]
 pub struct Options {
-    /// Scenes, in place of the five halls and the built-in scenes of more than ten lights.
+    /// Scenes, in place of the five halls and the built-in scenes of more than ten emitters.
     #[arg(
         long,
         value_delimiter = ',',
         default_value = "hall-1,hall-2,hall-3,hall-4,hall-5,many-lights,moving,foliage,toys"
     )]
     scenes: Vec<String>,
-    /// Settings of ReSTIR DI whose last frame is measured, as KEY=VALUE,...; may be repeated.
-    #[arg(long = "setting", value_name = "KEY=VALUE,...", default_values = ["preset=quality", "preset=offline"])]
+    /// Settings of ReSTIR DI whose last frame is measured, as KEY=VALUE,...; may be repeated. If not given, those of which
+    /// `restir advise` names the best.
+    #[arg(long = "setting", value_name = "KEY=VALUE,...")]
     settings: Vec<String>,
     /// Independent images of each.
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(2..))]
@@ -94,6 +95,8 @@ impl Row {
 /// [`Error::Host`] for unknown scenes and settings; [`Error::Io`] if the report cannot be written.
 pub fn run(options: &Options) -> Result<(), Error> {
     let start = Instant::now();
+    let named = if options.settings.is_empty() { proposed() } else { options.settings.clone() };
+    let options = &Options { settings: named, ..options.clone() };
     let settings = options.settings.iter().map(|text| setting(text)).collect::<Result<Vec<_>, _>>()?;
     let views: Vec<View> =
         [View::Still, View::Orbit].into_iter().filter(|&view| options.only.is_none_or(|only| only == view)).collect();
@@ -106,6 +109,12 @@ pub fn run(options: &Options) -> Result<(), Error> {
         }
     }
     publish("reuse", &report::markdown(options, &rows), options.write)
+}
+
+/// What `restir advise` tries of ReSTIR DI where the last frame counts.
+fn proposed() -> Vec<String> {
+    let of_last = |text: &&str| text.strip_prefix("last,").map(str::to_owned);
+    DiSettings::default().advisable().iter().filter_map(of_last).collect()
 }
 
 fn setting(text: &str) -> Result<DiSettings, restir_host::Error> {

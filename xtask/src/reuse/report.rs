@@ -22,18 +22,22 @@ fn heading(options: &Options) -> String {
         "# Where reuse pays\n\n\
          relMSE of the last of {FRAMES} frames over that of the better of two techniques without reuse in the time of all \
          {FRAMES} frames: path tracing of two segments, and resampling of 32 candidates from lights (RIS-32). Below 1 \
-         reuse pays. The halls are made by a generator (`restir scenes`, `host/src/scene/builtin/hall.rs`): hall-N is that \
+         reuse pays. The settings are those that `restir advise` tries for a last frame; *best* is the least of them, which it \
+         names.\n\n\
+         The halls are made by a generator (`restir scenes`, `host/src/scene/builtin/hall.rs`): hall-N is that \
          of the seed N, and no other seeds were tried. They have 60 to 959 lights: bulbs, panels, points and spots of seven \
          octaves of power, up to a quarter of them behind a wall, over diffuse, plastic (roughness 0.08 to 0.6) and metal \
-         (0.1 to 0.5) surfaces.\n\n\
-         {width} x {} pixels on the CPU; errors are variances over {} independent chains (`restir_host::trial`), ± is a \
-         standard error, times are medians of processor time over images made in turns. In *orbit* the camera turns about its target by a degree \
-         a frame, and all show what the last frame does. Made by `cargo xtask reuse --write`.\n\n\
+         (0.1 to 0.5) surfaces. Emitters are emissive triangles and lights without a surface; few objects may have many of \
+         them: `moving` has 5 lights, `toys` 2, and `foliage` a sky, a sun and a lantern. There a path that samples a light and \
+         a direction knows nearly all that can be known of the light, so that frames have little to tell each other.\n\n\
+         {width} x {} pixels on the CPU, rays through the centres of pixels on both sides, all with spread samples; errors are \
+         variances over {} independent chains (`restir_host::trial`), ± is a standard error, times are medians of processor \
+         time over images made in turns. In *orbit* the camera turns about its target by a degree a frame, \
+         and all show what the last frame does. Made by `cargo xtask reuse --write`.\n\n\
          What limits it, of the last frame: *empty* pixels found nothing of use among their own candidates, *copies* hold the \
          sample of the pixel to the right or below, *young* have less than half of the confidence that the frames or the cap \
-         allow, *refused* neighbours within the \
-         radius of shading are of another surface. Emitters are emissive triangles and lights without a surface. Shares of time are those of initial candidates, of combining and of \
-         shading.\n",
+         allow, *refused* neighbours within the radius of shading are of another surface. Shares of time are those of initial \
+         candidates, of combining and of shading.\n",
         width * 3 / 4,
         options.images,
     )

@@ -21,8 +21,9 @@ pub(super) const LIGHT: u32 = 0;
 const SCATTER: u32 = 1;
 const ROULETTE: u32 = 2;
 const _: () = assert!(FIRST_DIMENSION + MAX_DEPTH * DIMENSIONS_PER_SEGMENT <= rng::STREAM_DIMENSIONS);
-/// Vertices at which numbers are drawn as the sampler spreads them. At later ones they are independent, which costs less: to spread
-/// them, too, does not lower the error.
+/// Vertices at which numbers are drawn as the sampler spreads them. At later ones they are independent, which costs less. To spread
+/// four, or all, does not lower the variance of `cornell-mitsuba`, `glossy` and `ajar`, and that of `glass`, where light passes two
+/// surfaces before it meets the floor, by 12 % (64 samples a pixel, four seeds).
 const SPREAD_VERTICES: u32 = 2;
 /// Roulette leaves paths of up to three segments alone.
 const ROULETTE_FROM: u32 = 3;
