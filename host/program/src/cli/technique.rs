@@ -20,7 +20,8 @@ pub(super) struct TechniqueArguments {
     /// A setting of the technique, as KEY=VALUE, or preset=NAME; `restir settings` lists them.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(super) settings: Vec<String>,
-    /// Number of frames (ReSTIR); the last is written. A..B writes frames A to B, each to its own file.
+    /// Number of frames (ReSTIR; the technique chooses if not given), of which the last is written. A..B writes frames A to B,
+    /// each to its own file.
     #[arg(long, value_name = "COUNT|A..B", allow_hyphen_values = true)]
     pub(super) frames: Option<Frames>,
     /// Move the camera from frame to frame: orbit, pan, or a JSON file of keyframes.
