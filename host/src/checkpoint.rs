@@ -14,7 +14,7 @@
 //! let job = Render { count: 3, ..Render::new([16, 16], DiSettings::default()) };
 //! let cpu = &mut CpuExecutor::new(None)?;
 //! let path = &std::env::temp_dir().join(format!("restir-checkpoint-{}", std::process::id()));
-//! let checkpoint = Checkpoint { path, every: Duration::from_secs(60), whole: &|write| write() };
+//! let checkpoint = Checkpoint { path, every: Duration::from_secs(60) };
 //!
 //! // the first half of the passes, then the rest
 //! let half = &mut |step: &restir_host::exec::Step<'_>| {
@@ -33,7 +33,7 @@ use crate::plan::{BufferId, FramePlan, Pass, SceneFrame};
 use crate::render::{self, Render, Rendered};
 use crate::{Error, buffers::SceneBuffers};
 use std::fs;
-use std::io::{ErrorKind, Write as _};
+use std::io::{ErrorKind, Write};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -48,12 +48,7 @@ pub struct Checkpoint<'a> {
     pub path: &'a Path,
     /// How often it is written, beside when the render is interrupted.
     pub every: Duration,
-    /// Runs what writes the file: a program lets no signal end it meanwhile, so that no part of a file is left.
-    pub whole: &'a dyn Fn(&mut Write<'_>) -> Result<(), Error>,
 }
-
-/// Writes a checkpoint.
-pub type Write<'a> = dyn FnMut() -> Result<(), Error> + 'a;
 
 /// As [`render::render`], from where the file leaves off, if it is there.
 ///
@@ -80,7 +75,7 @@ pub fn render_resumed(
         let progress = Progress { done: done + step.progress.done, total: dispatches };
         let seen = observe(&Step::new(progress, step.pass, &|id| step.read(id)));
         if matches!(seen, Err(Error::Interrupted)) || written.elapsed() >= checkpoint.every {
-            (checkpoint.whole)(&mut || Kept::of(step, progress.done, &planes)?.write(checkpoint.path, &digest))?;
+            Kept::of(step, progress.done, &planes)?.write(checkpoint.path, &digest)?;
             written = Instant::now();
         }
         seen
@@ -107,9 +102,16 @@ fn digest(scene: &SceneBuffers, render: &Render, description: &Description) -> b
     hasher.update(scene.motion().as_bytes());
     let described = (width, height, count, accumulate, seed, shows, technique.about().name);
     hasher.update(format!("{described:?} {:?}", (cameras, scene.camera, technique.entries())).as_bytes());
-    hasher.update(format!("{} {}", description.origin(), env!("CARGO_PKG_VERSION")).as_bytes());
-    hasher.update(restir_kernels::spirv::file("manifest.json").unwrap_or_default());
+    hasher.update(description.origin().as_bytes());
+    hash_code(&mut hasher);
     hasher.finalize()
+}
+
+/// The version of the code that makes the bits. The manifest of the compiled kernels holds the digest of their sources, from which the native
+/// ones are built, too.
+pub(crate) fn hash_code(hasher: &mut blake3::Hasher) {
+    hasher.update(env!("CARGO_PKG_VERSION").as_bytes());
+    hasher.update(restir_kernels::spirv::file("manifest.json").unwrap_or_default());
 }
 
 /// What a checkpoint keeps.

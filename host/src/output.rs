@@ -18,10 +18,45 @@
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
 use tempfile::{Builder, NamedTempFile};
 
 use crate::Error;
+
+/// How much is in the making that is not whole yet: files, and folders that are made for them.
+static IN_THE_MAKING: Mutex<usize> = Mutex::new(0);
+static MADE: Condvar = Condvar::new();
+
+fn in_the_making() -> MutexGuard<'static, usize> {
+    IN_THE_MAKING.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// While it lives, files are in the making, and [`settled`] waits. Each file of this library has its own.
+#[must_use]
+pub struct Making(());
+
+/// Files are in the making from now on: for those that belong together, or to folders that are made for them.
+pub fn making() -> Making {
+    *in_the_making() += 1;
+    Making(())
+}
+
+impl Drop for Making {
+    fn drop(&mut self) {
+        *in_the_making() -= 1;
+        MADE.notify_all();
+    }
+}
+
+/// While it lives, no file is begun.
+#[must_use]
+pub struct Settled(#[expect(dead_code, reason = "it is held")] MutexGuard<'static, usize>);
+
+/// Waits until all files are whole, and has none begun: for a program that a signal ends, so that it leaves no part of a file.
+pub fn settled() -> Settled {
+    Settled(MADE.wait_while(in_the_making(), |making| *making > 0).unwrap_or_else(PoisonError::into_inner))
+}
 
 /// Writes the file `path` with `write`; it replaces an existing file, and only after all was written. A link stays one: what it
 /// leads to is replaced. A device, a pipe or a socket is never replaced: root could, and would take it from every other program.
@@ -31,6 +66,7 @@ use crate::Error;
 /// no temporary file is left.
 pub fn write_atomically(path: &Path, write: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>) -> Result<(), Error> {
     let path = &destination(path);
+    let _making = making();
     let file = temporary_beside(path)?;
     fill(file.as_file(), write).map_err(|error| Error::cannot_write(path, error))?;
     file.persist(path).map_err(|error| Error::cannot_write(path, error.error))?;
@@ -42,11 +78,34 @@ pub fn write_atomically(path: &Path, write: impl FnOnce(&mut BufWriter<&File>) -
 /// # Errors
 /// [`Error::File`] if the folder is missing or not writable, if `path` is there and no file, or if its name is too long.
 pub fn check_writable(path: &Path) -> Result<(), Error> {
+    let _making = making();
     temporary_beside(&destination(path))?;
     match std::fs::symlink_metadata(path) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(Error::cannot_write(path, error)),
         _ => Ok(()),
     }
+}
+
+/// Checks that files of these `names` could be written into a folder, which need not be there: it is made for a moment.
+///
+/// # Errors
+/// [`Error::File`] if the folder cannot be made, and as of [`check_writable`].
+pub fn check_writable_in<'a>(folder: &Path, names: impl IntoIterator<Item = &'a str>) -> Result<(), Error> {
+    let _making = making();
+    let missing: Vec<&Path> = folder.ancestors().take_while(|above| !above.exists()).collect();
+    let checked =
+        make_folder(folder).and_then(|()| names.into_iter().try_for_each(|name| check_writable(&folder.join(name))));
+    // from the innermost on
+    missing.iter().for_each(|folder| drop(std::fs::remove_dir(folder)));
+    checked
+}
+
+/// Makes a folder and those above it, if they are not there.
+///
+/// # Errors
+/// [`Error::File`] if that cannot be.
+pub fn make_folder(folder: &Path) -> Result<(), Error> {
+    std::fs::create_dir_all(folder).map_err(|error| Error::cannot_write(folder, error))
 }
 
 /// The file behind a link, also one that is not there yet.
@@ -139,6 +198,52 @@ mod tests {
         }
         assert!(std::fs::symlink_metadata(&socket).unwrap().file_type().is_socket());
         assert_eq!(entries(folder.path()), 2);
+    }
+
+    #[test]
+    fn the_check_of_a_folder_leaves_nothing() {
+        let place = tempfile::tempdir().unwrap();
+        check_writable_in(&place.path().join("a/b"), ["image.exr", "report.md"]).unwrap();
+        check_writable_in(&place.path().join("a/b"), ["missing/image.exr"]).unwrap_err();
+        assert_eq!(entries(place.path()), 0);
+        check_writable_in(place.path(), ["image.exr"]).unwrap();
+        std::fs::write(place.path().join("file"), "text").unwrap();
+        check_writable_in(&place.path().join("file/a"), []).unwrap_err();
+        assert_eq!(entries(place.path()), 1);
+    }
+
+    /// Who ends the program waits for all that belongs together, also for files within, and lets none begin after it.
+    #[test]
+    fn all_is_whole_when_it_is_settled() {
+        use std::sync::mpsc::channel;
+        use std::time::Duration;
+        let place = tempfile::tempdir().unwrap();
+        let path = |name: &str| place.path().join(name);
+        let outer = making();
+        let ((say, hear), (release, released)) = (channel(), channel::<()>());
+        let ending = std::thread::spawn(move || {
+            let settled = settled();
+            say.send(()).unwrap();
+            released.recv().unwrap();
+            drop(settled);
+        });
+        let is_settled = |after: u64| hear.recv_timeout(Duration::from_millis(after)).is_ok();
+        assert!(!is_settled(50));
+        // within what is in the making, others are still begun
+        write_atomically(&path("first"), |file| file.write_all(b"whole")).unwrap();
+        assert!(!is_settled(50));
+        drop(outer);
+        assert!(is_settled(60_000));
+        let late = std::thread::scope(|scope| {
+            let target = path("late");
+            let late = scope.spawn(move || write_atomically(&target, |file| file.write_all(b"late")));
+            std::thread::sleep(Duration::from_millis(50));
+            assert_eq!(entries(place.path()), 1);
+            release.send(()).unwrap();
+            late.join().unwrap()
+        });
+        late.unwrap();
+        ending.join().unwrap();
     }
 
     #[test]

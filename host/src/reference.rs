@@ -8,7 +8,7 @@
 //!
 //! In a cache each half is an EXR file that says what it is of, and more batches can be added to it. A reference that
 //! was continued agrees with one that was made at once to the rounding of `f32`. Devices that give the CPU's bits share
-//! their references; any other has its own.
+//! their references; any other has its own, and so has each version of the kernels.
 //!
 //! ```
 //! use restir_host::reference::{BATCH_SAMPLES, Goal, Picture, make};
@@ -33,8 +33,10 @@ use std::time::{Duration, Instant};
 
 use restir_shared::technique::path::PathParams;
 
+use crate::checkpoint::hash_code;
 use crate::exec::Executor;
 use crate::image::{Image, read_exr, read_exr_metadata, write_exr};
+use crate::output;
 use crate::render::{self, Progress, Render, Rendered};
 use crate::{Error, buffers::SceneBuffers, technique::Integral, technique::path::PathSettings};
 
@@ -44,6 +46,8 @@ pub const BATCH_SAMPLES: u32 = 64;
 const FORMAT: &str = "2";
 /// Seeds from here on are those of references; others should stay below.
 pub const FIRST_SEED: u32 = 1 << 31;
+/// The files of the halves.
+const HALVES: [&str; 2] = ["half0.exr", "half1.exr"];
 /// How long a killed program may have worked for nothing.
 const SAVE_EVERY: Duration = Duration::from_secs(30);
 
@@ -217,9 +221,6 @@ pub fn make(
     if changed {
         save(&reference)?;
     }
-    if let Some(store) = &store {
-        store.forget_if_empty();
-    }
     outcome.map(|()| reference.rounded())
 }
 
@@ -228,7 +229,7 @@ fn batch_of(Picture { size, integral }: Picture) -> Render {
     Render { count: BATCH_SAMPLES, ..Render::new(size, PathSettings::of(integral)) }
 }
 
-/// Names the integral and the origin of its bits: the arenas and the parameters of the pass that traces, in 16
+/// Names the integral and the origin of its bits: the arenas, the parameters of the pass that traces and the code, in 16
 /// hexadecimal digits.
 fn digest(scene: &SceneBuffers, batch: &Render, origin: &str) -> String {
     let mut hasher = blake3::Hasher::new();
@@ -245,6 +246,7 @@ fn digest(scene: &SceneBuffers, batch: &Render, origin: &str) -> String {
     }
     hasher.update(FORMAT.as_bytes());
     hasher.update(origin.as_bytes());
+    hash_code(&mut hasher);
     hasher.finalize().to_hex().as_str().chars().take(16).collect()
 }
 
@@ -261,11 +263,7 @@ impl Store {
         let digest = digest(scene, batch, origin);
         let Integral { max_depth, jitter, filter, multiscatter } = batch.technique.integral();
         let folder = cache.join(&digest);
-        std::fs::create_dir_all(&folder).map_err(|error| Error::File {
-            action: "write",
-            path: folder.clone(),
-            reason: error.to_string(),
-        })?;
+        output::check_writable_in(&folder, HALVES)?;
         let pairs = [
             ("format", FORMAT.to_owned()),
             ("digest", digest.clone()),
@@ -281,13 +279,8 @@ impl Store {
         Ok(Self { folder, digest, size: [batch.width, batch.height], metadata })
     }
 
-    /// The folder goes again if nothing came into it.
-    fn forget_if_empty(&self) {
-        let _ = std::fs::remove_dir(&self.folder);
-    }
-
     fn path(&self, half: usize) -> PathBuf {
-        self.folder.join(format!("half{half}.exr"))
+        self.folder.join(HALVES[half])
     }
 
     fn read(&self, half: usize) -> Option<Half> {
@@ -309,6 +302,8 @@ impl Store {
     }
 
     fn save(&self, reference: &Reference) -> Result<(), Error> {
+        let _making = output::making();
+        output::make_folder(&self.folder)?;
         (0..2).filter(|&half| reference.halves[half].batches > 0).try_for_each(|half| {
             let Half { mean, batches, dropped } = &reference.halves[half];
             let mut metadata = self.metadata.clone();

@@ -6,6 +6,8 @@ use crate::{Error, buffers::SceneBuffers};
 use rayon::prelude::*;
 use restir_kernels::{Access, NativeRow};
 use restir_shared::scene::{AnyFrames, Hierarchy, Tracer};
+use std::fmt::Display;
+use std::num::NonZero;
 use std::sync::Arc;
 
 /// Runs kernels natively, on a pool of threads or on the caller's.
@@ -14,20 +16,15 @@ pub struct CpuExecutor {
 }
 
 impl CpuExecutor {
-    /// An executor with the given number of threads, or one a core.
+    /// An executor with the given number of threads, or as many as the process can run at the same time.
     ///
     /// # Errors
     /// [`Error::Setting`] if the threads cannot be started.
     pub fn new(threads: Option<usize>) -> Result<Self, Error> {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(threads.unwrap_or(0))
-            .build()
-            .map(|pool| Self { pool: Some(pool) })
-            .map_err(|error| {
-                let number =
-                    threads.map_or_else(|| "one thread a core".to_owned(), |number| format!("{number} threads"));
-                Error::Setting(format!("cannot start {number}: {error}; ask for fewer"))
-            })
+        // asked here, for rayon would ask the environment first
+        let threads = threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, NonZero::get));
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        pool.map(|pool| Self { pool: Some(pool) }).map_err(|error| cannot_start(threads, &error))
     }
 
     /// An executor without threads of its own, for renders that are themselves run in parallel.
@@ -71,6 +68,11 @@ impl CpuExecutor {
             (0..).zip(rows).for_each(|(y, own)| dispatch.row(y, own, Some(frames)));
         })
     }
+}
+
+fn cannot_start(threads: usize, error: &dyn Display) -> Error {
+    let number = if threads == 1 { "a thread".to_owned() } else { format!("{threads} threads") };
+    Error::Setting(format!("cannot start {number}: {error}; ask for fewer, or end other programs"))
 }
 
 /// Whether a pass finds in `frames` what it asks.
@@ -162,5 +164,19 @@ impl Executor for CpuExecutor {
 
     fn run(&mut self, plan: FramePlan<'_>, observe: &mut Observer<'_>) -> Result<Vec<Vec<u32>>, Error> {
         run(plan, observe, &|dispatch, rows| self.all(dispatch, rows, None))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Also of a number that nobody gave.
+    #[test]
+    fn threads_that_cannot_be_started_are_told_as_a_number() {
+        let error = std::io::Error::other("Resource temporarily unavailable");
+        let said = [1, 16].map(|threads| cannot_start(threads, &error).to_string());
+        let end = "Resource temporarily unavailable; ask for fewer, or end other programs";
+        assert_eq!(said, [format!("cannot start a thread: {end}"), format!("cannot start 16 threads: {end}")]);
     }
 }

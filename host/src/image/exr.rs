@@ -5,6 +5,7 @@ use std::fs::File;
 use std::io::{self, BufReader};
 use std::path::Path;
 
+use exr::meta::{BlockDescription, header::Header};
 use exr::prelude::{
     AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, Image as ExrImage, Layer,
     LayerAttributes, LineOrder, MetaData, ReadChannels, ReadLayers, ReadSpecificChannel, Text, Vec2, WritableImage,
@@ -12,7 +13,7 @@ use exr::prelude::{
 
 use super::{Channel, Image, check_pixels};
 use crate::output::write_atomically;
-use crate::{Error, input};
+use crate::{Error, input, memory};
 
 /// The EXR attribute that holds the metadata. It is one attribute because the `exr` crate writes several in a random
 /// order, and equal renders should give equal files.
@@ -25,12 +26,16 @@ const MAX_PIXELS: u64 = 16_384 * 16_384;
 /// bytes in one, and 6 bytes a pixel.
 const MAX_PIXELS_PER_BYTE: u64 = 1024;
 
+/// Copies of a block while it is read: as it is in the file, decompressed, put in order, and one that the decompression needs.
+const COPIES_OF_A_BLOCK: u64 = 4;
+
 /// Reads the channels R, G and B of the first layer that has them; half floats are widened exactly.
 ///
 /// # Errors
-/// [`Error::File`] if the file is missing, damaged, lacks these channels or has more than 2^28 pixels.
+/// [`Error::File`] if the file is missing, damaged, lacks these channels or has more than 2^28 pixels; [`Error::Memory`] if reading takes
+/// too much ([`exr_bytes`]).
 pub fn read_exr(path: &Path) -> Result<Image, Error> {
-    check_header(path)?;
+    memory::check(exr_bytes(path)?, &format!("reading {}", path.display()), "use a smaller image")?;
     let image = exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()
@@ -87,7 +92,7 @@ pub struct Content {
 pub fn read_exr_content(path: &Path) -> Result<Content, Error> {
     let headers = read_header(path)?.headers;
     let size = headers.first().map_or([0; 2], |header| [header.layer_size.width(), header.layer_size.height()]);
-    let named = |header: &exr::meta::header::Header| {
+    let named = |header: &Header| {
         let layer = header.own_attributes.layer_name.as_ref().map_or_else(String::new, |name| format!("{name}."));
         header.channels.list.iter().map(|channel| format!("{layer}{}", channel.name)).collect::<Vec<_>>()
     };
@@ -154,7 +159,12 @@ fn black(size: Vec2<usize>, _channels: &impl Sized) -> Image {
     Image { width: size.width() as u32, height: size.height() as u32, pixels: vec![[0.0; 3]; size.area()] }
 }
 
-fn check_header(path: &Path) -> Result<(), Error> {
+/// Bytes that [`read_exr`] takes, as far as the header says it: for the pixels, and for a block of all channels, which may be a tile as large
+/// as the image.
+///
+/// # Errors
+/// As of [`read_exr`], as far as the header tells.
+pub fn exr_bytes(path: &Path) -> Result<u64, Error> {
     let bytes = std::fs::metadata(path).map_err(|error| cannot_read(path, error))?.len();
     let pixels = |size: Vec2<usize>| (size.width() as u64).saturating_mul(size.height() as u64);
     let headers = read_header(path)?.headers;
@@ -164,9 +174,22 @@ fn check_header(path: &Path) -> Result<(), Error> {
     } else if claimed / MAX_PIXELS_PER_BYTE > bytes {
         format!("it is damaged: its {bytes} bytes cannot hold the {claimed} pixels that its header claims")
     } else {
-        return Ok(());
+        return Ok(headers.iter().map(bytes_of_layer).max().unwrap_or(0));
     };
     Err(cannot_read(path, problem))
+}
+
+/// What reading a layer takes.
+fn bytes_of_layer(header: &Header) -> u64 {
+    let (width, height) = (header.layer_size.width(), header.layer_size.height());
+    let [columns, rows] = match header.blocks {
+        BlockDescription::Tiles(tiles) => [tiles.tile_size.width().min(width), tiles.tile_size.height().min(height)],
+        BlockDescription::ScanLines => [width, header.compression.scan_lines_per_block().min(height)],
+    };
+    let product =
+        |factors: [usize; 3]| factors.into_iter().fold(1_u64, |product, by| product.saturating_mul(by as u64));
+    let block = product([columns, rows, header.channels.bytes_per_pixel]);
+    product([width, height, size_of::<[f32; 3]>()]).saturating_add(block.saturating_mul(COPIES_OF_A_BLOCK))
 }
 
 fn read_header(path: &Path) -> Result<MetaData, Error> {
@@ -286,6 +309,17 @@ mod tests {
             let message = read_exr(&path).unwrap_err().to_string();
             assert!(message.contains(word), "{message}");
         }
+    }
+
+    /// 12 bytes a pixel, and four blocks of 16 rows with all channels.
+    #[test]
+    fn what_reading_takes_is_known_before() {
+        let (_folder, path) = place();
+        write_exr(&path, &awkward(), &[]).unwrap();
+        assert_eq!(exr_bytes(&path).unwrap(), 12 * 17 * 35 + 4 * (12 * 17 * 16));
+        let more = ["a", "b"].map(|name| Channel { name, values: vec![0.0; 17 * 35] });
+        write_exr_with(&path, &awkward(), &more, &[]).unwrap();
+        assert_eq!(exr_bytes(&path).unwrap(), 12 * 17 * 35 + 4 * (20 * 17 * 16));
     }
 
     #[test]

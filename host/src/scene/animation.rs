@@ -192,6 +192,7 @@ impl Scene {
             camera: self.camera,
             animation: Animation::default(),
             default_size: self.default_size,
+            files: self.files.clone(),
             warnings: self.warnings.clone(),
         }
     }

@@ -22,7 +22,7 @@
 //! ```
 
 use std::collections::HashMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
@@ -80,6 +80,8 @@ pub struct Scene {
     pub animation: Animation,
     /// Image size that suits the scene, in pixels.
     pub default_size: Option<[u32; 2]>,
+    /// The files that it was read from: a document and what that refers to. None of a scene that was made otherwise.
+    pub files: Vec<PathBuf>,
     /// What the importer skipped or assumed, a sentence each.
     pub warnings: Vec<String>,
 }

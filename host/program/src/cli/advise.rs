@@ -38,14 +38,15 @@ const CAMERA_PATH: &str = "--camera-path";
 pub(super) struct Arguments {
     /// Name of a built-in scene, or a .gltf or .glb file.
     scene: PathBuf,
-    /// How long to try. In this time windows of the image are rendered, as many as there is time for, at least four times each.
+    /// How many seconds to try. Small windows of the image are rendered in that time, as many as it allows, each at
+    /// least four times.
     #[arg(long, default_value = "20", value_parser = natural::<u32>, allow_hyphen_values = true)]
     seconds: u32,
-    /// What to try, alone or with settings as in restir-di:last,preset=offline; may be repeated. If not given, what the
-    /// techniques themselves propose. With the word last the last frame counts, else the mean of all.
+    /// A technique to try, alone or with settings as in restir-di:last,preset=offline; may be repeated. If not given,
+    /// each technique proposes some. The word last judges the last frame, instead of the mean of all.
     #[arg(long = "technique", value_name = "NAME[:KEY=VALUE,...]")]
     techniques: Vec<String>,
-    /// Frames of techniques that repeat frames; samples a pixel of others.
+    /// Frames of ReSTIR; samples per pixel of path tracing.
     #[arg(long, default_value = "16", value_parser = natural::<u32>, allow_hyphen_values = true)]
     frames: u32,
     /// Move the camera from frame to frame: orbit, pan, or a JSON file of keyframes. The last frame counts.

@@ -5,14 +5,15 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use restir::output::write_atomically;
+use restir::output::{self, write_atomically};
 use restir::reference::{FIRST_SEED, Goal, Picture};
 use restir::render::{self, Render};
 use restir::technique::{self, Integral, Repeats};
-use restir::{Error, buffers::SceneBuffers, exec::Executor, input};
+use restir::{Error, buffers::SceneBuffers, exec::Executor, input, memory};
 
 use super::ending::Ending;
 use super::reference::{Cache, PictureArguments};
+use super::scene::refuse_overwriting;
 use super::{console, device, interrupt, progress::reported, render::natural, require, technique::configured};
 use crate::bench::against::{self, Change};
 use crate::bench::report::{self, Report};
@@ -28,24 +29,28 @@ const MAX_SAMPLES: u32 = 1 << 24;
 pub(super) const LAST_FRAME: &str = "last";
 pub(super) const REPORT: &str = "report.md";
 const TABLE: &str = "report.csv";
+/// Memory that a table takes for each of its characters, of which a row has a hundred.
+const BYTES_PER_CHARACTER: u64 = 8;
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// Names of built-in scenes, or .gltf or .glb files.
     #[arg(required = true)]
     scenes: Vec<PathBuf>,
-    /// A technique, alone or with settings as in path:roulette=on; may be repeated. If a technique renders frames, a frame is
-    /// a sample and the image the mean of the frames, or with the word last as a setting the last frame.
+    /// A technique to measure, alone or with settings as in path:roulette=on; may be repeated. For ReSTIR a frame
+    /// counts as a sample, and the image is the mean of the frames; add the word last to the settings to judge the last
+    /// frame alone.
     #[arg(long = "technique", default_value = "path", value_name = "NAME[:KEY=VALUE,...]")]
     techniques: Vec<String>,
-    /// Samples per pixel.
+    /// Samples per pixel at which to measure, separated by commas.
     #[arg(long, value_delimiter = ',', default_value = "1,2,4,8,16,32,64", value_parser = natural::<u32>, allow_hyphen_values = true)]
     spp: Vec<u32>,
-    /// Independent images of the largest number of samples; of smaller ones as many more as have equal samples.
+    /// Independent images at the largest number of samples per pixel; at smaller ones as many more as take equal
+    /// samples.
     #[arg(long, default_value = "8", value_parser = natural::<u32>, allow_hyphen_values = true)]
     restarts: u32,
-    /// Time for a scene: the reference stops at 55 % of it if it is not good enough before, and no restart after the
-    /// second begins when it is over.
+    /// Time for each scene in seconds. The reference takes at most 55 % of it, and no image but the first two begins
+    /// when it is over.
     #[arg(long, default_value = "160", value_parser = natural::<u32>, allow_hyphen_values = true)]
     seconds: u32,
     /// Samples per pixel of the reference; 200 times the largest --spp if not given.
@@ -54,7 +59,8 @@ pub(super) struct Arguments {
     /// Folder for report.md, report.csv and a plot of each scene; it is created if needed.
     #[arg(long, default_value = "bench")]
     out: PathBuf,
-    /// A report.csv of an earlier run; exits with 1 if times or errors are worse by more than chance and 5 %.
+    /// A report.csv of an earlier run to compare with; exits with 1 if times or errors are worse by more than chance
+    /// and 5 %.
     #[arg(long)]
     against: Option<PathBuf>,
     #[command(flatten)]
@@ -71,14 +77,20 @@ struct Subject {
     buffers: SceneBuffers,
     /// Where its plot goes.
     plot: String,
+    /// What it was read from.
+    files: Vec<PathBuf>,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Ending> {
     let matrix = matrix(arguments)?;
     let baseline = arguments.against.as_deref().map(|path| read_table(path).map(|rows| (path, rows))).transpose()?;
     let subjects = subjects(arguments, &matrix)?;
-    let plots = subjects.iter().map(|subject| subject.plot.as_str());
-    prepare_output(&arguments.out, [REPORT, TABLE].into_iter().chain(plots))?;
+    let names = [REPORT, TABLE].into_iter().chain(subjects.iter().map(|subject| subject.plot.as_str()));
+    check_output(&arguments.out, names.clone())?;
+    let own = arguments.scenes.iter().flat_map(|scene| arguments.picture.additions.inputs(scene));
+    let inputs = own.chain(arguments.against.as_deref());
+    let inputs = inputs.chain(subjects.iter().flat_map(|subject| subject.files.iter().map(PathBuf::as_path)));
+    refuse_overwriting(inputs, names.map(|name| arguments.out.join(name)))?;
     let mut device = device::open(&arguments.device)?;
     let setup = setup(device.as_ref(), matrix.picture);
     let result = |subject| measured(arguments, &matrix, subject, device.as_mut());
@@ -157,7 +169,7 @@ fn subjects(arguments: &Arguments, matrix: &Matrix) -> Result<Vec<Subject>, Erro
         let (scene, buffers) = arguments.picture.load(path, matrix.picture.size)?;
         matrix.techniques.iter().try_for_each(|technique| render::check(&buffers, &technique.render))?;
         let stem = path.file_stem().unwrap_or_default().to_string_lossy().replace([' ', '(', ')'], "-");
-        Ok(Subject { scene: scene.name, buffers, plot: format!("{stem}.svg") })
+        Ok(Subject { scene: scene.name, buffers, plot: format!("{stem}.svg"), files: scene.files })
     };
     let subjects = arguments.scenes.iter().map(subject).collect::<Result<Vec<_>, Error>>()?;
     subjects.iter().try_for_each(|subject| check_comparable(matrix, subject))?;
@@ -165,14 +177,14 @@ fn subjects(arguments: &Arguments, matrix: &Matrix) -> Result<Vec<Subject>, Erro
     Ok(subjects)
 }
 
-/// Makes the folder for results, unless it is there. Before minutes of work: can the `files` be written?
-pub(super) fn prepare_output<'a>(out: &Path, files: impl IntoIterator<Item = &'a str>) -> Result<(), Error> {
-    std::fs::create_dir_all(out).map_err(|error| Error::File {
-        action: "write",
-        path: out.to_owned(),
-        reason: format!("{error}; name another folder by --out"),
-    })?;
-    files.into_iter().try_for_each(|name| interrupt::check_writable(&out.join(name)))
+/// Before minutes of work: can the `files` be written into the folder for results, which need not be there?
+pub(super) fn check_output<'a>(out: &Path, files: impl IntoIterator<Item = &'a str>) -> Result<(), Error> {
+    output::check_writable_in(out, files).map_err(|error| match error {
+        Error::File { action, path, reason } if path == out => {
+            Error::File { action, path, reason: format!("{reason}; name another folder by --out") }
+        }
+        error => error,
+    })
 }
 
 /// What a report says of how it was made.
@@ -205,7 +217,7 @@ fn check_comparable(matrix: &Matrix, Subject { scene, buffers, .. }: &Subject) -
 fn measured(
     arguments: &Arguments,
     matrix: &Matrix,
-    Subject { scene, buffers, plot }: Subject,
+    Subject { scene, buffers, plot, .. }: Subject,
     executor: &mut dyn Executor,
 ) -> Result<SceneResult, Error> {
     let largest = matrix.budgets.last().copied().unwrap_or(1);
@@ -233,8 +245,12 @@ pub(super) fn quoted(argument: &str) -> String {
 }
 
 fn read_table(path: &Path) -> Result<Vec<Row>, Error> {
-    let fail = |reason: String| Error::File { action: "read", path: path.to_owned(), reason };
-    let text = input::open(path).and_then(io::read_to_string).map_err(|error| fail(error.to_string()))?;
+    let fail = |reason: String| Error::cannot_read(path, reason);
+    let file = input::open(path).map_err(|error| fail(error.to_string()))?;
+    let length = file.metadata().map_err(|error| fail(error.to_string()))?.len();
+    let what = format!("the table {}", path.display());
+    memory::check(length.saturating_mul(BYTES_PER_CHARACTER), &what, "name a report.csv of restir bench")?;
+    let text = io::read_to_string(file).map_err(|error| fail(error.to_string()))?;
     let rows = table::from_csv(&text).and_then(|rows| match rows.is_empty() {
         true => Err("it has no rows".to_owned()),
         false => Ok(rows),
@@ -245,6 +261,7 @@ fn read_table(path: &Path) -> Result<Vec<Row>, Error> {
 /// Writes the plots and the table, then the report that refers to them.
 fn publish(out: &Path, report: &Report<'_>, rows: &[Row]) -> Result<(), Error> {
     interrupt::begin_writing();
+    output::make_folder(out)?;
     for result in report.results {
         let path = out.join(&result.plot);
         let plot = plot::svg(result).map_err(|reason| Error::File { action: "write", path, reason })?;

@@ -2,11 +2,12 @@
 
 use std::path::PathBuf;
 
+use restir::image::{exr_bytes, read_exr};
 use restir::metrics::{self, Comparison};
-use restir::{Error, image::read_exr};
+use restir::{Error, memory};
 use serde_json::json;
 
-use super::{console, render::ends_in, require};
+use super::{console, progress::patiently, render::ends_in, require};
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
@@ -27,7 +28,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
         );
         require(!ends_in(image, "png"), problem)?;
     }
-    let comparison = metrics::compare(&read_exr(&arguments.image)?, &read_exr(&arguments.reference)?)?;
+    let images = [&arguments.image, &arguments.reference];
+    let bytes = images.iter().map(|image| exr_bytes(image)).sum::<Result<u64, Error>>()?;
+    memory::check(bytes, "reading both images", "compare smaller ones")?;
+    let [image, reference] = images.map(|image| patiently("reading the images", || read_exr(image)));
+    let (image, reference) = (image?, reference?);
+    let comparison = patiently("comparing the images", || metrics::compare(&image, &reference))?;
     let format = if arguments.json { json_text } else { table };
     console::print(&format(&comparison))
 }

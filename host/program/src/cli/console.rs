@@ -25,27 +25,60 @@ pub(super) fn note(message: &str) {
     let _ = writeln!(io::stderr(), "{}", harmless(message));
 }
 
-/// The text in one line, without control characters or marks that turn the direction of what follows, and with long words
-/// shortened: names from files may hold all of these.
+/// As [`print`], of a text that holds names from files: with what is long in its lines shortened.
+///
+/// # Errors
+/// As of [`print`].
+pub(super) fn print_shortened(text: &str) -> Result<(), Error> {
+    print(&text.split('\n').map(harmless).collect::<Vec<_>>().join("\n"))
+}
+
+/// The text in one line, without control characters or marks that turn the direction of what follows, and shortened if it is long or
+/// has long words: names from files may hold all of these.
 pub(super) fn harmless(text: &str) -> String {
-    plain(text).split(' ').map(shortened).collect::<Vec<_>>().join(" ")
+    let words: Vec<String> = plain(text).split(' ').map(|word| shortened(word, LONG_WORD)).collect();
+    shortened(&words.join(" "), LONG_LINE)
 }
 
 /// A line without control characters or marks that turn the direction of what follows.
 fn plain(line: &str) -> String {
-    let turns =
-        |c: char| matches!(c, '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}');
+    let turns = |c: char| {
+        let marks = ['\u{61c}', '\u{180e}', '\u{feff}'];
+        marks.contains(&c) || matches!(c, '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}')
+    };
     line.replace(|c: char| c.is_control() || turns(c), " ")
 }
 
-/// A word with its middle left out if it is a long one.
-fn shortened(word: &str) -> String {
-    const MOST: usize = 320;
-    const KEPT: usize = 100;
-    let length = word.chars().count();
-    if length <= MOST {
-        return word.to_owned();
+/// What is longer, in characters, is shortened: a word, and a line. Without names from elsewhere no message is.
+const LONG_WORD: usize = 320;
+const LONG_LINE: usize = 900;
+
+/// A text of more than so many characters with its middle left out.
+fn shortened(text: &str, most: usize) -> String {
+    let length = text.chars().count();
+    if length <= most {
+        return text.to_owned();
     }
-    let (begin, end) = (word.chars().take(KEPT), word.chars().skip(length - KEPT));
+    let kept = most / 3;
+    let (begin, end) = (text.chars().take(kept), text.chars().skip(length - kept));
     begin.chain("[...]".chars()).chain(end).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_names_are_shortened_with_and_without_spaces() {
+        let cases =
+            [("x".repeat(5000), 300), ("ab ".repeat(2000), 1400), ("one\u{202e}two\u{61c}three\n".repeat(500), 1400)];
+        for (name, most) in cases {
+            let shown = harmless(&format!("error: {name}: try another"));
+            assert!(shown.chars().count() < most && shown.contains("[...]"), "{shown}");
+            assert!(shown.starts_with("error: ") && shown.ends_with(": try another"), "{shown}");
+            assert!(!shown.contains(['\n', '\u{202e}', '\u{61c}']), "{shown}");
+        }
+        let usual = "error: cannot read  /a/b c.exr: it is no image";
+        assert_eq!(harmless(usual), usual);
+    }
 }

@@ -4,9 +4,7 @@ use clap::ValueEnum;
 use restir::Error;
 use restir::exec::{CpuExecutor, Description, Executor, Flavour};
 
-#[cfg(feature = "gpu")]
-use super::environment;
-use super::{console, render::natural, require};
+use super::{console, environment, progress::patiently, render::natural, require};
 
 /// More are a slip, and each has its own stack.
 const MAX_THREADS: usize = 1024;
@@ -39,10 +37,10 @@ pub(super) struct DeviceArguments {
     /// Part of the name of the GPU adapter to use; implies --device gpu.
     #[arg(long)]
     adapter: Option<String>,
-    /// Form of the kernels; exact on the CPU and on Vulkan, fast elsewhere if not given.
+    /// Which form of the kernels to use; if not given, exact on the CPU and on Vulkan, fast elsewhere.
     #[arg(long, value_enum)]
     flavour: Option<FlavourName>,
-    /// Threads of the CPU, 1 to 1024; one a core if not given.
+    /// Threads of the CPU, 1 to 1024; one a core if not given, or as many as RAYON_NUM_THREADS says.
     #[arg(long, value_parser = natural::<usize>, allow_hyphen_values = true)]
     threads: Option<usize>,
 }
@@ -52,14 +50,12 @@ pub(super) fn parity(description: &Description) -> String {
     description.parity.map_or_else(|| "exact".to_owned(), |parity| parity.to_string())
 }
 
-/// Threads that nobody asked for by --threads are as many as this variable says, for rayon reads it.
-const THREADS_VARIABLE: &str = "RAYON_NUM_THREADS";
-
-/// Refuses what the environment asks for and no machine can give.
+/// Refuses what the environment asks for and no machine can give. Rayon's own pool is also as large as these variables say.
 pub(super) fn check_environment() -> Result<(), Error> {
-    let threads = std::env::var(THREADS_VARIABLE).ok().and_then(|text| text.parse::<usize>().ok()).unwrap_or(0);
-    let problem = format_args!("{THREADS_VARIABLE} is {threads}; give at most {MAX_THREADS}, or unset it");
-    require(threads <= MAX_THREADS, problem)
+    environment::threads().try_for_each(|(name, threads)| {
+        let problem = format_args!("{name} is {threads}; give at most {MAX_THREADS}, or unset it");
+        require(threads <= MAX_THREADS, problem)
+    })
 }
 
 /// Opens the executor that the arguments ask for and says on standard error which it is and why.
@@ -67,12 +63,12 @@ pub(super) fn open(arguments: &DeviceArguments) -> Result<Box<dyn Executor>, Err
     let threads = arguments.threads.unwrap_or(1);
     let problem = format_args!("--threads {threads} is out of range; give 1 to {MAX_THREADS}");
     require((1..=MAX_THREADS).contains(&threads), problem)?;
-    match (arguments.device, &arguments.adapter) {
+    patiently("opening the device", || match (arguments.device, &arguments.adapter) {
         (Kind::Cpu, Some(_)) => Err(Error::Setting("--adapter needs a GPU; leave out --device cpu".to_owned())),
         (Kind::Cpu, None) => open_cpu(arguments, "as asked"),
         (Kind::Gpu, _) | (Kind::Auto, Some(_)) => gpu::open(arguments),
         (Kind::Auto, None) => gpu::open_best(arguments),
-    }
+    })
 }
 
 fn open_cpu(arguments: &DeviceArguments, why: &str) -> Result<Box<dyn Executor>, Error> {
@@ -80,7 +76,9 @@ fn open_cpu(arguments: &DeviceArguments, why: &str) -> Result<Box<dyn Executor>,
         "the flavour fast needs a GPU, and the CPU was chosen ({why}); use --flavour exact or --device gpu"
     );
     require(arguments.flavour != Some(FlavourName::Fast), problem)?;
-    let executor = CpuExecutor::new(arguments.threads)?;
+    let asked = || environment::threads().next().map(|(_, threads)| threads).filter(|&threads| threads > 0);
+    let threads = arguments.threads.or_else(asked);
+    let executor = CpuExecutor::new(threads)?;
     console::note(&format!("device: CPU ({why})"));
     Ok(Box::new(executor))
 }

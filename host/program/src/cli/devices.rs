@@ -2,10 +2,10 @@
 
 use restir::Error;
 
-use super::console;
+use super::{console, progress::patiently};
 
 pub(super) fn run() -> Result<(), Error> {
-    let adapters = adapters();
+    let adapters = patiently("asking the adapters", adapters);
     if adapters.is_empty() {
         return console::print("no GPU adapter or driver was found; renders run on the CPU\n");
     }

@@ -36,6 +36,14 @@ pub(super) fn shaders() -> restir::Shaders {
     variable("RESTIR_SHADERS").map_or(restir::Shaders::Embedded, |folder| restir::Shaders::Folder(folder.into()))
 }
 
+/// Variables for a number of threads, as rayon has them: the first that asks for any counts.
+const THREADS: [&str; 2] = ["RAYON_NUM_THREADS", "RAYON_RS_NUM_CPUS"];
+
+/// The numbers of threads that are asked for, with who asks; 0 and what is no number ask for none in particular.
+pub(super) fn threads() -> impl Iterator<Item = (&'static str, usize)> {
+    THREADS.into_iter().filter_map(|name| Some((name, variable(name)?.to_str()?.parse().ok()?)))
+}
+
 /// The folder for what is kept if none is named: `RESTIR_CACHE`, else `restir` in the user's folder for caches.
 pub(super) fn cache() -> Option<PathBuf> {
     let folder = |name: &str| variable(name).map(PathBuf::from);

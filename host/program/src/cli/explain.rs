@@ -12,7 +12,7 @@ use restir::{
 
 use super::render::{cameras, natural};
 use super::technique::{TechniqueArguments, configured, refuse_unused};
-use super::{console, device, reference::PictureArguments, scene::DEFAULT_SIZE};
+use super::{console, device, progress::patiently, reference::PictureArguments, scene::DEFAULT_SIZE};
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
@@ -21,7 +21,7 @@ pub(super) struct Arguments {
     /// The pixel as X,Y, counted from 0 from the upper left corner.
     #[arg(long, allow_hyphen_values = true)]
     pixel: Pixel,
-    /// Index of the sample of a technique that repeats samples; 0 if not given. Of frames the last one is explained.
+    /// Which sample of the pixel (path tracing), counted from 0; 0 if not given. ReSTIR explains its last frame.
     #[arg(long, value_parser = natural::<u32>, allow_hyphen_values = true)]
     sample: Option<u32>,
     #[command(flatten)]
@@ -76,8 +76,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     render.technique.check_explained(&buffers, &render)?;
     let mut device = device::open(&arguments.device)?;
     let subject = Subject { scene: &scene, buffers: &buffers, render: &render, place };
-    let explanation = render.technique.explain(device.as_mut(), subject)?;
-    console::print(&if arguments.json { format!("{}\n", explanation.json) } else { explanation.text })
+    let explanation = patiently("explaining", || render.technique.explain(device.as_mut(), subject))?;
+    match arguments.json {
+        true => console::print(&format!("{}\n", explanation.json)),
+        false => console::print_shortened(&explanation.text),
+    }
 }
 
 #[cfg(test)]

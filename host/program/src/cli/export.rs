@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use restir::Error;
 use restir::image::{Image, write_exr};
+use restir::output::check_writable;
 use restir::scene::{Environment, export};
 
 use super::scene::{Additions, DEFAULT_SIZE, refuse_overwriting};
@@ -22,23 +23,29 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let Arguments { scene, additions, output } = arguments;
     require(ends_in(output, "glb"), format_args!("the output {} has to end in .glb", output.display()))?;
-    interrupt::check_writable(output)?;
-    refuse_overwriting(&additions.inputs(scene), [output])?;
+    check_writable(output)?;
+    let inputs = additions.inputs(scene);
+    refuse_overwriting(&inputs, [output])?;
     let mut scene = additions.open(scene)?;
+    let beside = output.with_extension("env.exr");
+    let written = scene.environment.is_some().then_some(&beside).into_iter().chain([output]);
+    written.clone().try_for_each(|path| check_writable(path))?;
+    refuse_overwriting(inputs.into_iter().chain(scene.files.iter().map(PathBuf::as_path)), written)?;
     let size = scene.default_size.unwrap_or(DEFAULT_SIZE);
     additions.complete(&mut scene, size)?;
     interrupt::check()?;
     interrupt::begin_writing();
+    let environment =
+        scene.environment.as_ref().map(|environment| write_environment(environment, &beside)).transpose()?;
+    // the scene comes last: where it is, all is
     patiently("writing the scene", || export::write(&scene, output))?;
     let mut report = format!("wrote {}\n", output.display());
-    if let Some(environment) = &scene.environment {
-        report += &write_environment(environment, &output.with_extension("env.exr"))?;
-    }
+    report.extend(environment);
     report.extend(export::left_out(&scene).iter().map(|sentence| format!("{sentence}\n")));
     if scene.camera.is_some_and(|camera| camera.lens_radius > 0.0) {
         report += "glTF has no lens: other programs see a pinhole camera, restir finds the lens in the file's extras\n";
     }
-    console::print(&report)
+    console::print_shortened(&report)
 }
 
 /// Writes the environment, and says how to render with it.

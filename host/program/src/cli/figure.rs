@@ -10,14 +10,15 @@ use restir::{
     Error,
     buffers::SceneBuffers,
     exec::Executor,
+    output,
     render::Progress,
     scene::Environment,
     technique::{Integral, PixelFilter},
 };
 
-use super::bench::{REPORT, prepare_output, setup, write_text};
+use super::bench::{REPORT, check_output, setup, write_text};
 use super::render::{Size, natural};
-use super::{console, device, interrupt, progress::reported, reference, require};
+use super::{console, device, interrupt, progress::patiently, progress::reported, reference, require};
 use crate::figure::{
     Environs, Files, PICTURE, bitterli2020_fig1, chains::Protocol, tokuyoshi_fig1, tokuyoshi_fig2, zhang2025_candies,
     zhang2025_cubes, zhang2025_grid, zhang2025_places, zhang2025_profiles, zhang2025_walk,
@@ -112,20 +113,21 @@ pub(super) struct Arguments {
     /// Image size in pixels, as WIDTHxHEIGHT.
     #[arg(long, allow_hyphen_values = true)]
     size: Option<Size>,
-    /// Independent chains of frames.
+    /// Independent repetitions, each a chain of frames; how far they differ tells the errors.
     #[arg(long, value_parser = natural::<u32>, allow_hyphen_values = true)]
     restarts: Option<u32>,
-    /// Frames of a chain. Its picture is the last one, in tokuyoshi-fig2 the mean; in tokuyoshi-fig1 the first 16 do not count. In
-    /// figures of zhang2025 samples of a pixel; in zhang2025-cubes, zhang2025-places and zhang2025-candies those of each of eight renders.
+    /// Frames in each chain. Its picture is the last one, or in tokuyoshi-fig2 the mean; tokuyoshi-fig1 leaves the
+    /// first 16 out. In the figures of zhang2025 it is samples per pixel, in -cubes, -places and -candies of each of
+    /// eight renders.
     #[arg(long, value_parser = natural::<u32>, allow_hyphen_values = true)]
     frames: Option<u32>,
     /// Samples per pixel of the references, in figures that have one.
     #[arg(long, value_parser = natural::<u64>, allow_hyphen_values = true)]
     reference_spp: Option<u64>,
-    /// Seconds that a reference may take; 150 if not given.
+    /// The most seconds that a reference may take; 150 if not given.
     #[arg(long, value_parser = natural::<u64>, allow_hyphen_values = true)]
     reference_seconds: Option<u64>,
-    /// Smaller defaults: a look in a fourth of the time, with wider intervals.
+    /// Smaller defaults: a first look in a fourth of the time, with wider intervals.
     #[arg(long)]
     quick: bool,
     /// Environment of the exterior scene of bitterli2020-fig1 instead of its own: a latitude-longitude EXR file.
@@ -140,9 +142,13 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let (protocol, reference) = effort(arguments)?;
     let mut warnings = Vec::new();
-    let environment = arguments.env.as_deref().map(|path| Environment::load(path, &mut warnings)).transpose()?;
+    let environment = arguments
+        .env
+        .as_deref()
+        .map(|path| patiently("reading the environment", || Environment::load(path, &mut warnings)))
+        .transpose()?;
     warnings.iter().for_each(|warning| console::note(&format!("warning: {warning}")));
-    prepare_output(&arguments.out, [REPORT])?;
+    check_output(&arguments.out, [REPORT])?;
     let device = device::open(&arguments.device)?;
     let setup = setup(device.as_ref(), Picture { size: protocol.size, integral: DIRECT });
     let mut program = Program { device, cache: &arguments.cache, picture: setup.picture };
@@ -234,6 +240,7 @@ impl Environs for Program<'_> {
 /// Writes the files; the report, which refers to the others, comes last.
 fn publish(out: &Path, Files { picture, texts, report }: &Files) -> Result<(), Error> {
     interrupt::begin_writing();
+    output::make_folder(out)?;
     picture.as_ref().map_or(Ok(()), |picture| write_png(&out.join(PICTURE), picture))?;
     texts.iter().try_for_each(|(name, text)| write_text(out, name, text))?;
     write_text(out, REPORT, report)?;

@@ -1,11 +1,9 @@
-//! Ctrl-C and termination. While a scene is built, the first request ends the program at once. Once it renders, the first lets the
-//! dispatch in work end, and the second ends the program. None leaves a file behind, for while files are written all wait.
+//! Ctrl-C and termination. While it renders, the first request lets the dispatch in work end, and the second ends the program; at other
+//! times, as while a scene is built, the first ends it at once. None leaves a part of a file behind, for while files are written all wait.
 
-use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, PoisonError};
 
-use restir::Error;
+use restir::{Error, output};
 
 use super::console;
 
@@ -16,8 +14,6 @@ static REQUESTED: AtomicBool = AtomicBool::new(false);
 static LISTENING: AtomicBool = AtomicBool::new(false);
 /// Somebody has the last word: the end of the program, or a signal.
 static ENDING: AtomicBool = AtomicBool::new(false);
-/// Held while there may be a file that is not whole.
-static FILES: Mutex<()> = Mutex::new(());
 
 /// From now on a signal makes [`check`] fail.
 pub(super) fn install() -> Result<(), Error> {
@@ -25,7 +21,7 @@ pub(super) fn install() -> Result<(), Error> {
         let again = REQUESTED.swap(true, Ordering::SeqCst);
         let heard = LISTENING.load(Ordering::SeqCst) && !again;
         if !heard {
-            let _whole = FILES.lock();
+            let _settled = output::settled();
             if !ENDING.swap(true, Ordering::SeqCst) {
                 if !again {
                     console::note(&format!("error: {}", Error::Interrupted));
@@ -49,26 +45,30 @@ pub(super) fn begin_ending() {
     }
 }
 
-/// From now on [`check`] is asked often.
-pub(super) fn begin_listening() {
+/// Does work that asks [`check`] often.
+pub(super) fn listening<T>(work: impl FnOnce() -> T) -> T {
     LISTENING.store(true, Ordering::SeqCst);
+    let done = work();
+    LISTENING.store(false, Ordering::SeqCst);
+    done
 }
 
 /// From now on files are written: nothing ends the program before they are whole.
 pub(super) fn begin_writing() {
     static WRITING: AtomicBool = AtomicBool::new(false);
     if !WRITING.swap(true, Ordering::SeqCst) {
-        std::mem::forget(FILES.lock());
+        std::mem::forget(output::making());
     }
 }
 
-/// Writes files, while nothing ends the program; more may come later.
-pub(super) fn whole<T>(write: impl FnOnce() -> T) -> T {
-    let _whole = FILES.lock().unwrap_or_else(PoisonError::into_inner);
-    write()
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-/// As [`restir::output::check_writable`], which makes a file for a moment.
-pub(super) fn check_writable(path: &Path) -> Result<(), Error> {
-    whole(|| restir::output::check_writable(path))
+    /// What comes after work that asks would take a signal for heard, and go on.
+    #[test]
+    fn nobody_listens_after_the_work() {
+        assert!(listening(|| LISTENING.load(Ordering::SeqCst)));
+        assert!(!LISTENING.load(Ordering::SeqCst));
+    }
 }

@@ -58,7 +58,7 @@ enum Command {
     Export(export::Arguments),
     /// List the built-in scenes.
     Scenes(scenes::Arguments),
-    /// List the GPU adapters and whether their results are bit-identical to the CPU's.
+    /// List the GPU adapters, and whether their results have the same bits as the CPU's.
     Devices,
     /// Describe a scene, or an image and how it was made.
     Info(info::Arguments),
@@ -74,11 +74,11 @@ enum Command {
     Bench(bench::Arguments),
     /// Find the technique and the settings with the least error for their time on a scene, by trying them.
     Advise(advise::Arguments),
-    /// Make a figure of a paper anew: plots or pictures, their data, and a report of what became of its claims.
+    /// Reproduce a figure of a paper: plots or pictures, their data, and a report on which of its claims hold.
     Figure(figure::Arguments),
     /// List the settings of a technique with their defaults, and its presets.
     Settings(settings::Arguments),
-    /// Replay one sample of a pixel and print its path, from where its reservoir has its sample, or what each pass writes.
+    /// Explain one pixel: its path, where its reservoir's sample came from, or what each pass wrote.
     Explain(explain::Arguments),
 }
 

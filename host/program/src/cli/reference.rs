@@ -6,7 +6,7 @@ use std::time::Duration;
 use restir::reference::{self, Goal, Picture, Reference};
 use restir::render::Progress;
 use restir::technique::{Integral, Technique, path::PathSettings};
-use restir::{Error, buffers::SceneBuffers, exec::Executor, image::write_exr, scene::Scene};
+use restir::{Error, buffers::SceneBuffers, exec::Executor, image::write_exr, output, scene::Scene};
 
 use super::render::{Size, natural};
 use super::scene::{Additions, refuse_overwriting};
@@ -20,10 +20,11 @@ pub(super) const MEASURED_SIZE: [u32; 2] = [96, 96];
 pub(super) struct Arguments {
     /// Name of a built-in scene, or a .gltf or .glb file.
     scene: PathBuf,
-    /// Samples per pixel, over both halves, in batches of 64 for each half: 128 at least. What the cache has counts.
+    /// Samples per pixel of both halves together, rounded up to a multiple of 128. Those that the cache has already
+    /// count.
     #[arg(long, default_value = "16384", value_parser = natural::<u64>, allow_hyphen_values = true)]
     spp: u64,
-    /// Begin no further batch of samples after this many seconds.
+    /// Stop after this many seconds, once the batch in work is done.
     #[arg(long, value_parser = natural::<u64>, allow_hyphen_values = true)]
     seconds: Option<u64>,
     /// Also write the reference to this EXR file.
@@ -43,7 +44,7 @@ pub(super) struct Arguments {
 /// What defines the picture, whatever the technique.
 #[derive(clap::Args)]
 pub(super) struct PictureArguments {
-    /// Image size in pixels, as WIDTHxHEIGHT; 96x96 for measurements, the scene's or 512x512 for explain if not given.
+    /// Image size in pixels, as WIDTHxHEIGHT; if not given 96x96, or for explain the scene's or 512x512.
     #[arg(long, allow_hyphen_values = true)]
     pub(super) size: Option<Size>,
     /// Longest path in segments; 8 if not given.
@@ -88,14 +89,15 @@ impl PictureArguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
-    [&arguments.output, &arguments.error].into_iter().flatten().try_for_each(|path| interrupt::check_writable(path))?;
-    let inputs = arguments.picture.additions.inputs(&arguments.scene);
-    refuse_overwriting(&inputs, [&arguments.output, &arguments.error].into_iter().flatten())?;
+    let written = || [&arguments.output, &arguments.error].into_iter().flatten();
+    written().try_for_each(|path| output::check_writable(path))?;
+    refuse_overwriting(arguments.picture.additions.inputs(&arguments.scene), written())?;
     let same = arguments.output.is_some() && arguments.output == arguments.error;
     require(!same, format_args!("--output and --error name the same file; give each its own"))?;
     require(arguments.spp > 0, format_args!("0 samples a pixel make no reference; give at least 1"))?;
     let picture = arguments.picture.measured(PathSettings::default().jitter)?;
     let (scene, buffers) = arguments.picture.load(&arguments.scene, picture.size)?;
+    refuse_overwriting(&scene.files, written())?;
     reference::check(&buffers, picture)?;
     let mut device = device::open(&arguments.device)?;
     let goal = Goal { samples: arguments.spp, time: arguments.seconds.map(Duration::from_secs) };
@@ -106,8 +108,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
         path.as_ref().map_or(Ok(()), |path| write_exr(path, &image, &metadata))?;
     }
     console::print(&describe(&scene.name, &reference))?;
-    let written = [&arguments.output, &arguments.error].into_iter().flatten();
-    console::print(&written.map(|path| format!("wrote {}\n", path.display())).collect::<String>())
+    console::print(&written().map(|path| format!("wrote {}\n", path.display())).collect::<String>())
 }
 
 /// Makes or continues a reference and reports how far it is.

@@ -29,9 +29,10 @@ pub(super) struct Additions {
     /// Turn of --env about +y in degrees, counter-clockwise as seen from above; 0 if not given.
     #[arg(long, value_name = "DEGREES", value_parser = number::<f64>, allow_hyphen_values = true)]
     env_rotate: Option<f64>,
-    /// Fill all closed meshes that emit nothing with a medium that scatters light, as MEDIUM or MEDIUM:SCALE (`restir scenes` lists the media):
-    /// SCALE is how long a millimetre is in the scene; if not given, each mesh is taken to be ten centimetres large. A colour, as 0.9,0.5,0.2, is a
-    /// medium, too: of a mean free path of a millimetre.
+    /// Fill all closed meshes that emit nothing with a medium that scatters light, as MEDIUM or MEDIUM:SCALE (`restir
+    /// scenes` lists the media). SCALE is the length of a millimetre in the scene; if not given, each mesh is taken to
+    /// be ten centimetres large. A colour as 0.9,0.5,0.2 is a medium, too, in which light goes a millimetre on average
+    /// before it scatters.
     #[arg(long, value_name = "MEDIUM[:SCALE]", value_parser = medium)]
     subsurface: Option<(String, Option<f64>)>,
     /// Look from one point at another instead of through the scene's camera, as EYE:TARGET or EYE:TARGET:FOV: points as X,Y,Z,
@@ -45,13 +46,13 @@ pub(super) struct Additions {
     /// from glTF.
     #[arg(long, value_name = "DISTANCE", value_parser = number::<f64>, allow_hyphen_values = true)]
     focus_distance: Option<f64>,
-    /// Show the scene as at this time of its animation, in seconds (of `moving` in frames); frames go on from there.
+    /// Show the scene at this time of its animation, in seconds; frames go on from there.
     #[arg(long, value_name = "TIME", value_parser = number::<f64>, allow_hyphen_values = true)]
     time: Option<f64>,
-    /// Frames a second of the animation; 24 of a glTF file if not given.
+    /// Frames per second of the animation; the scene's if not given, which is 24 for a glTF file.
     #[arg(long, value_name = "RATE", value_parser = number::<f64>, allow_hyphen_values = true)]
     frame_rate: Option<f64>,
-    /// Split each triangle in 4^LEVELS of the same plane: the same picture at more cost. What deforms stays as it is.
+    /// Split each triangle into 4^LEVELS in the same plane: the same picture at more cost. What deforms stays as it is.
     #[arg(long, value_name = "LEVELS", default_value = "0", value_parser = natural::<u32>, allow_hyphen_values = true)]
     subdivide: u32,
 }
@@ -91,20 +92,21 @@ fn medium(text: &str) -> Result<(String, Option<f64>), String> {
 }
 
 /// Refuses to write over what is read.
-pub(super) fn refuse_overwriting<'a>(
-    inputs: &[&Path],
-    outputs: impl IntoIterator<Item = &'a PathBuf>,
+pub(super) fn refuse_overwriting(
+    inputs: impl IntoIterator<Item = impl AsRef<Path>>,
+    outputs: impl IntoIterator<Item = impl AsRef<Path>>,
 ) -> Result<(), Error> {
     let file = |path: &Path| std::fs::canonicalize(path).ok();
-    let read: Vec<PathBuf> = inputs.iter().filter_map(|input| file(input)).collect();
+    let read: Vec<PathBuf> = inputs.into_iter().filter_map(|input| file(input.as_ref())).collect();
     outputs.into_iter().try_for_each(|output| {
+        let output = output.as_ref();
         let same = file(output).is_some_and(|output| read.contains(&output));
         require(!same, format_args!("the output {} is also read; name another file", output.display()))
     })
 }
 
 impl Additions {
-    /// The files that [`Self::open`] reads, if they are files.
+    /// The files that [`Self::open`] reads, if they are files, but for those that a glTF document refers to: the scene knows them.
     pub(super) fn inputs<'a>(&'a self, scene: &'a Path) -> Vec<&'a Path> {
         [scene].into_iter().chain(self.env.as_deref()).collect()
     }

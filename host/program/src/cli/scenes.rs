@@ -7,7 +7,7 @@ use super::console;
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
-    /// Print only the names of scenes, one a line; those that hold a seed are left out.
+    /// Print only the names, one a line, without the families of scenes that have a seed in their name.
     #[arg(long)]
     names: bool,
 }

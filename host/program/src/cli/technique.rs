@@ -20,8 +20,8 @@ pub(super) struct TechniqueArguments {
     /// A setting of the technique, as KEY=VALUE, or preset=NAME; `restir settings` lists them.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(super) settings: Vec<String>,
-    /// Frames of a technique that repeats frames, of which the last counts; as many as suit the technique if not given. As A..B, of any
-    /// technique: `render` writes each of the frames A to B, B included, of what moves or of a camera path, to a file of its own.
+    /// Number of frames (ReSTIR; the technique chooses if not given), of which the last is written. A..B writes frames A to B,
+    /// each to its own file.
     #[arg(long, value_name = "COUNT|A..B", allow_hyphen_values = true)]
     pub(super) frames: Option<Frames>,
     /// Move the camera from frame to frame: orbit, pan, or a JSON file of keyframes.
@@ -90,7 +90,7 @@ pub(super) fn names() -> PossibleValuesParser {
 /// Where camera rays go through a pixel.
 #[derive(clap::Args)]
 pub(super) struct PixelArguments {
-    /// Spread the samples over the area of the pixel.
+    /// Spread the samples over the area of the pixel, which smooths edges.
     #[arg(long)]
     jitter: bool,
     /// Send all samples through the centre of the pixel.

@@ -5,22 +5,53 @@ use std::time::Duration;
 
 use serde_json::json;
 
-use crate::support::{Outcome, PROGRAM, Workplace, changed, finish, program, run};
+use crate::support::{Outcome, PROGRAM, TRIANGLE, Workplace, changed, finish, program, run, triangles, zeros};
 
 /// What a terminal would take for more than a name: a title, a line, a reversal, an escape in one character.
 const HOSTILE: &str = "a\u{1b}]0;title\u{7}\nerror: forged\u{202e}\u{9b}31m";
 
+/// The most threads that the program has in its first half second.
+#[cfg(target_os = "linux")]
+fn most_threads(command: &mut Command) -> usize {
+    let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let threads = |_| {
+        std::thread::sleep(Duration::from_millis(20));
+        std::fs::read_dir(format!("/proc/{}/task", child.id())).map_or(0, Iterator::count)
+    };
+    let most = (0..25).map(threads).max();
+    child.kill().unwrap();
+    child.wait().unwrap();
+    most.unwrap()
+}
+
 #[test]
 fn names_from_files_are_only_names() {
     let workplace = Workplace::new();
-    let long = "x".repeat(5000);
-    let scene = workplace.scene(&changed(|d| d["extensionsUsed"] = json!([HOSTILE, long])));
+    let [long, sentence] = ["x".repeat(5000), "long name ".repeat(500)];
+    let scene = workplace.scene(&changed(|d| d["extensionsUsed"] = json!([HOSTILE, long, sentence])));
     let outcomes = [run(["info", &scene]), finish(&mut workplace.render("image.exr", &scene, &["--spp", "1"]))];
     for outcome in outcomes.map(Outcome::done_whatever_it_says) {
         let text = outcome.stdout + &outcome.stderr;
-        assert!(text.contains("forged") && text.contains("xx[...]xx"), "{text}");
+        assert!(text.contains("forged") && text.contains("xx[...]xx") && text.contains("long name"), "{text}");
         assert!(!text.contains(|c: char| c != '\n' && c.is_control() || c == '\u{202e}'), "{text:?}");
         assert!(text.lines().all(|line| line.len() < 1000 && !line.starts_with("error:")), "{text}");
+    }
+}
+
+/// As above, of what goes to standard output: the names of materials that a path meets, and what an export leaves out.
+#[test]
+fn results_hold_only_names() {
+    let workplace = Workplace::new();
+    let name = format!("{HOSTILE}\u{61c}{}{}", "x".repeat(5000), "long name ".repeat(500));
+    let mut scene = triangles(&[TRIANGLE, TRIANGLE.map(|[x, y, z]| [x, y + 2.0, z])].concat());
+    scene.0["materials"][0]["name"] = json!(name);
+    scene.0["meshes"][0]["name"] = json!(name);
+    scene.0["animations"] = json!([]);
+    let scene = workplace.scene(&scene);
+    let explain = ["explain", &scene, "--pixel", "8,6", "--size", "16x12", "--default-light", "--device", "cpu"];
+    for text in [run(explain).done().stdout, run(["export", &scene, &workplace.output("b.glb")]).done().stdout] {
+        assert!(!text.contains(|c: char| c != '\n' && c.is_control() || "\u{202e}\u{61c}".contains(c)), "{text:?}");
+        assert!(text.lines().all(|line| line.chars().count() < 1000), "{text}");
     }
 }
 
@@ -42,24 +73,15 @@ fn names_of_what_was_written_are_only_names() {
 #[test]
 fn threads_of_the_environment_are_limited_too() {
     let workplace = Workplace::new();
-    let mut command = workplace.render("image.exr", "cornell", &["--spp", "1"]);
-    workplace.refuses(command.env("RAYON_NUM_THREADS", "30000"), &["RAYON_NUM_THREADS", "30000", "1024"]);
-    finish(command.env("RAYON_NUM_THREADS", "2")).done();
-}
-
-#[test]
-fn what_is_read_is_not_written_over() {
-    let workplace = Workplace::new();
-    let [sky, scene] = ["sky.exr", "scene.glb"].map(|name| workplace.output(name));
-    finish(&mut workplace.render("sky.exr", "furnace", &["--spp", "1", "--size", "4x2"])).done();
-    run(["export", "cornell", &scene]).done();
-    let before = [&sky, &scene].map(|path| std::fs::read(path).unwrap());
-    let words = ["also read", "another file"];
-    finish(&mut workplace.render("sky.exr", "cornell", &["--env", &sky])).refused(&words);
-    run(["export", &scene, &scene]).refused(&words);
-    run(["reference", "cornell", "--env", &sky, "-o", &sky]).refused(&words);
-    assert_eq!([&sky, &scene].map(|path| std::fs::read(path).unwrap()), before);
-    assert_eq!(workplace.outputs(), ["scene.glb", "sky.exr"]);
+    for variable in ["RAYON_NUM_THREADS", "RAYON_RS_NUM_CPUS"] {
+        let mut command = workplace.render("image.exr", "cornell", &["--spp", "1"]);
+        workplace.refuses(command.env(variable, "30000"), &[variable, "30000", "1024"]);
+    }
+    for (variable, number, threads) in [("RAYON_NUM_THREADS", "7", 7), ("RAYON_RS_NUM_CPUS", "5", 5)] {
+        let mut command = workplace.render("image.exr", "cornell", &["--spp", "1000000"]);
+        let most = most_threads(command.env(variable, number));
+        assert!((threads..threads + 6).contains(&most), "{variable} {number}: {most} threads");
+    }
 }
 
 #[test]
@@ -109,6 +131,22 @@ fn a_limit_on_addresses_is_a_limit_of_memory() {
         workplace.output("image.exr")
     );
     workplace.refuses(Command::new("sh").args(["-c", &command]), &["would take", "limit"]);
+}
+
+/// Images are judged by their headers: these of 8192 x 8192 pixels have 800 MB, and the files less than one.
+#[test]
+#[cfg(target_os = "linux")]
+fn images_are_judged_before_they_are_decoded() {
+    let workplace = Workplace::new();
+    let [sky, other] = ["sky.exr", "other.exr"].map(|name| workplace.input(name, &zeros(8192)));
+    let mut render = workplace.render("image.exr", "cornell", &["--env", &sky]);
+    workplace.refuses(render.env("RESTIR_MEMORY_LIMIT_BYTES", "600000000"), &["sky.exr would take", "smaller image"]);
+    let mut compare = program(["compare", &sky, &other]);
+    // one of them would fit
+    let words = ["both images would take 1.5", "smaller ones"];
+    finish(compare.env("RESTIR_MEMORY_LIMIT_BYTES", "1200000000")).refused(&words);
+    let limited = format!("ulimit -v 1500000; exec {PROGRAM} compare {sky} {other}");
+    finish(Command::new("sh").args(["-c", &limited])).refused(&words);
 }
 
 #[test]

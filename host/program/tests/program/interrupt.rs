@@ -244,6 +244,46 @@ fn a_second_interruption_leaves_no_part_of_a_checkpoint() {
     }
 }
 
+/// As above, of the halves of a reference: they are whole, or there is no folder for them.
+#[test]
+fn a_second_interruption_leaves_no_part_of_a_reference() {
+    for round in 0..8_u64 {
+        let workplace = Workplace::new();
+        let cache = workplace.output("cache");
+        let mut command = program(["reference", "cornell", "--size", "512x384", "--spp", "1000000", "--device", "cpu"]);
+        command.args(["--threads", "1", "--max-depth", "2", "--cache", &cache]);
+        let mut child = Guarded(command.stderr(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap());
+        let mut stderr = BufReader::new(child.0.stderr.take().unwrap());
+        let mut line = String::new();
+        while !line.starts_with("rendering:") {
+            line.clear();
+            assert_ne!(stderr.read_line(&mut line).unwrap(), 0, "it ended before");
+        }
+        let files = || {
+            let folders = std::fs::read_dir(&cache).into_iter().flatten().map(|folder| folder.unwrap().path());
+            folders
+                .flat_map(|folder| std::fs::read_dir(folder).unwrap())
+                .map(|file| file.unwrap().path())
+                .collect::<Vec<_>>()
+        };
+        let signal = |child: &Guarded| Command::new("kill").args(["-INT", &child.0.id().to_string()]).status().unwrap();
+        // a batch later
+        std::thread::sleep(Duration::from_millis(4000));
+        signal(&child);
+        let start = Instant::now();
+        while files().is_empty() && start.elapsed() < Duration::from_secs(20) {
+            std::thread::sleep(Duration::from_micros(200));
+        }
+        std::thread::sleep(Duration::from_millis(round / 2));
+        signal(&child);
+        let status = child.wait_for(Duration::from_secs(60)).expect("it did not stop within a minute");
+        assert_eq!(status.code(), Some(130));
+        for file in files() {
+            restir::image::read_exr(&file).unwrap_or_else(|error| panic!("round {round}: {error}"));
+        }
+    }
+}
+
 /// What is kept is of one render, and of no other; what is damaged is not believed.
 #[test]
 fn checkpoints_of_other_renders_are_refused() {

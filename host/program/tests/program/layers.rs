@@ -59,6 +59,22 @@ fn every_technique_writes_layers() {
     assert!(of_centres.windows(2).all(|pair| pair[0] == pair[1]));
 }
 
+/// What scatters inside of things has a colour there, and nothing else has.
+#[test]
+fn what_scatters_inside_has_a_colour() {
+    let workplace = Workplace::new();
+    let scattering = |scene: &str| {
+        workplace.picture("image.exr", scene, &["--aov", "scattering", "--spp", "1"]);
+        let channels = channels(&workplace.output("image.exr"));
+        ["R", "G", "B"].map(|name| channels[&format!("Scattering Albedo.{name}")].clone()).concat()
+    };
+    let seen = |values: &[f32]| values.iter().filter(|&&value| value > 0.0).count();
+    let values = scattering("candles");
+    assert!(values.iter().all(|value| (0.0..=1.0).contains(value)));
+    assert!(seen(&values) > 30, "{} values", seen(&values));
+    assert_eq!(seen(&scattering("cornell")), 0);
+}
+
 /// Of an animation the layers are those of the frame that is shown, and its points move.
 #[test]
 fn motion_is_that_of_the_frame() {

@@ -17,7 +17,10 @@ mod motion;
 #[cfg(unix)]
 mod mutation;
 mod numbered;
+mod overwriting;
 mod results;
+#[cfg(unix)]
+mod signals;
 mod stop;
 mod support;
 mod tev;

@@ -3,6 +3,8 @@
 use std::path::Path;
 
 use restir::image::{Image, read_exr, read_exr_metadata};
+use restir::metrics;
+use restir::scene::Scene;
 
 use crate::support::{Workplace, finish, value_of};
 
@@ -29,7 +31,23 @@ fn a_turntable_is_files_of_all_sides() {
     });
     let pictures = [0, 1, 2, 3].map(|frame| picture(&workplace, &format!("out.{frame:03}.exr")));
     assert_eq!(pictures[0], workplace.picture("still.exr", "statue", &["--spp", "2"]));
-    assert!((1..4).all(|frame| (0..frame).all(|before| pictures[frame] != pictures[before])));
+    // seen from where a camera is that has gone around by a quarter a frame, and not the other way
+    let camera = Scene::load("statue").unwrap().camera.unwrap();
+    let away = camera.position - camera.target;
+    for (frame, [x, z]) in [(1, [away.z, -away.x]), (2, [-away.x, -away.z]), (3, [-away.z, away.x])] {
+        let difference = |[x, z]: [f64; 2]| {
+            let t = camera.target;
+            let eye = [t.x + x, t.y + away.y, t.z + z].map(|at| at.to_string()).join(",");
+            let look = format!("{eye}:{},{},{}:{}", t.x, t.y, t.z, camera.vertical_fov.to_degrees());
+            let seed = frame.to_string();
+            let still = workplace.picture("still.exr", "statue", &["--spp", "2", "--camera", &look, "--seed", &seed]);
+            metrics::compare(&pictures[frame], &still).unwrap().rmae_global
+        };
+        let same = difference([x, z]);
+        assert!(same < 1.0e-3, "frame {frame}: {same}");
+        let opposite = if frame == 1 { difference([-x, -z]) } else { 1.0 };
+        assert!(opposite > 0.1, "frame {frame}: {opposite}");
+    }
 }
 
 /// Of a technique that reuses earlier frames, a frame is what a render that ends there shows, whatever is written before.

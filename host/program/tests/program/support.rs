@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use restir::image::{Image, read_exr};
+use restir::image::{Image, read_exr, write_exr};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
@@ -191,6 +191,27 @@ pub(crate) fn glb((document, bytes): &(Value, Vec<u8>)) -> Vec<u8> {
     let length = 12 + 8 + text.len() + 8 + bytes.len();
     let header = [*b"glTF", word(2), word(length), word(text.len()), *b"JSON"];
     [header.as_flattened(), &text, &word(bytes.len()), b"BIN\0", bytes].concat()
+}
+
+/// A black EXR file of so many pixels on a side, a multiple of 16: one with a single block of rows, whose block is repeated.
+pub(crate) fn zeros(side: u32) -> Vec<u8> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("rows.exr");
+    write_exr(&path, &Image { width: side, height: 16, pixels: vec![[0.0; 3]; 16 * side as usize] }, &[]).unwrap();
+    let rows = std::fs::read(path).unwrap();
+    let number = |at: usize| u64::from_le_bytes(rows[at..at + 8].try_into().unwrap());
+    // the header ends with the offset of the only block, which comes next
+    let end = (8..rows.len() - 8).find(|&at| number(at) == at as u64 + 8).unwrap();
+    let (mut header, block) = (rows[..end].to_vec(), &rows[end + 8..]);
+    let corner = |bottom: u32| [(side - 1).to_le_bytes(), bottom.to_le_bytes()].concat();
+    while let Some(at) = header.windows(8).position(|window| window == corner(15)) {
+        header[at..at + 8].copy_from_slice(&corner(side - 1));
+    }
+    let blocks = (side / 16) as usize;
+    let first = header.len() + 8 * blocks;
+    let offsets = (0..blocks).flat_map(|i| ((first + i * block.len()) as u64).to_le_bytes());
+    let repeated = (0..side).step_by(16).flat_map(|y| [&y.to_le_bytes(), &block[4..]].concat());
+    header.iter().copied().chain(offsets).chain(repeated).collect()
 }
 
 /// A triangle in the plane z = 0, facing +z.

@@ -1,6 +1,6 @@
 //! What the driver has compiled, kept in a file, on backends where wgpu gives access to it (Vulkan).
 
-use crate::output::write_atomically;
+use crate::output::{make_folder, making, write_atomically};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -36,7 +36,8 @@ impl Cache {
     pub(super) fn save(&self) {
         let Some(data) = self.driver.get_data() else { return };
         let hash = blake3::hash(&data);
-        let folder = self.path.parent().map_or(Ok(()), std::fs::create_dir_all);
+        let _making = making();
+        let folder = self.path.parent().map_or(Ok(()), make_folder);
         let _ = folder.is_ok().then(|| {
             write_atomically(&self.path, |file| file.write_all(hash.as_bytes()).and_then(|()| file.write_all(&data)))
         });

@@ -32,7 +32,7 @@ use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::io::{self, Read};
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use gltf::json::{self, Index, Root, root::Get};
 
@@ -89,7 +89,9 @@ type Problem = String;
 pub fn load(path: &Path) -> Result<Scene, Error> {
     let bytes = read(path).map_err(|error| Error::cannot_read(path, error))?;
     let name = path.display().to_string();
-    import(&name, &bytes, path.parent()).map_err(|problem| Error::Scene { scene: name, problem })
+    let mut scene = import(&name, &bytes, path.parent()).map_err(|problem| Error::Scene { scene: name, problem })?;
+    scene.files.push(path.to_owned());
+    Ok(scene)
 }
 
 fn read(path: &Path) -> io::Result<Vec<u8>> {
@@ -117,7 +119,7 @@ pub(super) fn import(name: &str, bytes: &[u8], folder: Option<&Path>) -> Result<
         document,
         folder,
         file_room,
-        scene: Scene { name: name.to_owned(), ..Scene::default() },
+        scene: Scene { name: name.to_owned(), files: files(&root, folder), ..Scene::default() },
         subject: String::new(),
         meshes: BTreeMap::new(),
         needs: Vec::new(),
@@ -134,6 +136,13 @@ pub(super) fn import(name: &str, bytes: &[u8], folder: Option<&Path>) -> Result<
     importer.add_nodes()?;
     importer.add_rig()?;
     Ok(importer.scene)
+}
+
+/// The files that the document refers to.
+fn files(root: &Root, folder: Option<&Path>) -> Vec<PathBuf> {
+    let buffers = root.buffers.iter().filter_map(|buffer| buffer.uri.as_deref());
+    let images = root.images.iter().filter_map(|image| image.uri.as_deref());
+    buffers.chain(images).filter_map(|uri| uri::file(uri, folder)).collect()
 }
 
 /// The JSON and the bytes that it refers to.

@@ -1,7 +1,7 @@
 //! Data that a URI names: in the URI itself, or in a file beside the document.
 
 use std::io::Read;
-use std::path::{Component, Path};
+use std::path::{Component, Path, PathBuf};
 
 use base64::alphabet;
 use base64::engine::{DecodePaddingMode, Engine, GeneralPurpose, GeneralPurposeConfig};
@@ -13,6 +13,9 @@ use crate::error::ensure;
 use crate::error::gib;
 use crate::input;
 
+/// What a URI begins with that holds its data.
+const DATA: &str = "data:";
+
 /// The bytes of a URI, at most `length` of them. A relative URI is relative to `folder`; `what` names the
 /// data in messages; `room` is what may still be read from files.
 pub(super) fn bytes(
@@ -22,16 +25,15 @@ pub(super) fn bytes(
     length: usize,
     room: &mut u64,
 ) -> Result<Vec<u8>, Problem> {
-    if let Some(data) = uri.strip_prefix("data:") {
+    if let Some(data) = uri.strip_prefix(DATA) {
         let (_, text) = data.split_once(";base64,").ok_or("a data URI is not in base64")?;
         let mut bytes = BASE64.decode(text).map_err(|_| "a data URI has broken base64")?;
         bytes.truncate(length);
         return Ok(bytes);
     }
-    let relative = percent_decode_str(uri).decode_utf8_lossy();
-    let inside = !uri.contains("://") && stays_inside(&relative);
-    ensure!(inside, "its {what} {uri} is not a file in its folder; copy it there and refer to it by a relative URI");
-    let path = folder.unwrap_or(Path::new("")).join(&*relative);
+    let path = file(uri, folder).ok_or_else(|| {
+        format!("its {what} {uri} is not a file in its folder; copy it there and refer to it by a relative URI")
+    })?;
     let problem = |error| format!("cannot read its {what} {}: {error}", path.display());
     let file = input::open(&path).map_err(problem)?;
     let length = file.metadata().map_err(problem)?.len().min(length as u64);
@@ -44,6 +46,13 @@ pub(super) fn bytes(
     let mut bytes = Vec::new();
     file.take(length).read_to_end(&mut bytes).map_err(problem)?;
     Ok(bytes)
+}
+
+/// The file of a relative URI that leads nowhere out of `folder`.
+pub(super) fn file(uri: &str, folder: Option<&Path>) -> Option<PathBuf> {
+    let relative = percent_decode_str(uri).decode_utf8_lossy();
+    let inside = !uri.starts_with(DATA) && !uri.contains("://") && stays_inside(&relative);
+    inside.then(|| folder.unwrap_or(Path::new("")).join(&*relative))
 }
 
 /// Whether a path is relative and leads nowhere out of the folder that it is relative to.

@@ -16,7 +16,7 @@ use restir::image::Channel;
 use restir::render::{self, Images, Progress, Render, Rendered, Shows};
 use restir::scene::{Camera, CameraPath, Scene};
 use restir::scrambles::{self, Mean};
-use restir::{Error, buffers::SceneBuffers, exec::Executor, memory, technique::Repeats};
+use restir::{Error, buffers::SceneBuffers, exec::Executor, memory, output, technique::Repeats};
 
 use super::scene::{Additions, DEFAULT_SIZE, refuse_overwriting};
 use super::technique::{Frames, MAX_FRAME, PixelArguments, TechniqueArguments, configured, refuse_unused};
@@ -38,33 +38,33 @@ pub(super) struct Arguments {
     outputs: Outputs,
     #[command(flatten)]
     technique: TechniqueArguments,
-    /// Samples per pixel of a technique that repeats samples; as many as suit the technique if not given.
+    /// Samples per pixel (path tracing); the technique chooses if not given.
     #[arg(long, value_parser = saturating, allow_hyphen_values = true)]
     spp: Option<u64>,
-    /// Write the mean of the frames.
+    /// Write the mean of all frames, instead of the last one (ReSTIR).
     #[arg(long)]
     accumulate: bool,
-    /// Write what the technique has to show into further channels of the EXR file: of reservoirs .M
-    /// (confidence), .W (contribution weight), .visibility, .light (index) and .age (of the sample, in frames); of path tracing through what
-    /// scatters light order.N, the light that was scattered there N times, in as many renders.
+    /// Add channels to the EXR file that show how the technique works. ReSTIR shows its reservoirs: .M (confidence), .W
+    /// (contribution weight), .visibility, .light (index) and .age (of the sample, in frames). Path tracing through
+    /// scattering media shows order.N, the light that was scattered N times inside, each in a render of its own.
     #[arg(long)]
     layers: bool,
-    /// Go on from this file, if it is there. It is written every minute and when the render is interrupted, and deleted once the render
-    /// is done.
+    /// Save what is done in this file, every minute and on Ctrl-C, and go on from it if it is there. It is deleted once
+    /// the render is done.
     #[arg(long, value_name = "FILE", conflicts_with = "layers")]
     resume: Option<PathBuf>,
-    /// Render a turntable: the camera goes around its target once in so many frames, each of which is a file.
+    /// Render a turntable: the camera goes once around its target in this many frames, each written to its own file.
     #[arg(long, value_name = "FRAMES", value_parser = natural::<u32>, conflicts_with_all = ["frames", "camera_path"])]
     turntable: Option<u32>,
-    /// Of several frames, leave out those whose file is there already, if it is of the same render.
+    /// Of several frames, skip those whose file is already there, if it is of the same render.
     #[arg(long)]
     skip_existing: bool,
     #[command(flatten)]
     stop: Stop,
-    /// Show the image while it is rendered in the viewer tev, which listens there.
+    /// Show the image in the viewer tev while it renders; tev listens at this address.
     #[arg(long, value_name = "HOST:PORT", conflicts_with = "layers")]
     tev: Option<String>,
-    /// Longest path in segments: 1 is directly visible light, 2 adds direct light; 8 if not given.
+    /// Longest path in segments: 1 is directly visible light, 2 adds direct light, 3 the first bounce; 8 if not given.
     #[arg(long, value_parser = natural::<u32>, allow_hyphen_values = true)]
     max_depth: Option<u32>,
     /// Image size in pixels, as WIDTHxHEIGHT; the scene's or 512x512 if not given.
@@ -209,6 +209,7 @@ impl Task<'_> {
         let aov = (!outputs.aov.is_empty()).then(|| ("aov", outputs.layer_names()));
         let more = more.iter().cloned().chain(aov).collect();
         let metadata = metadata::of_render(self.scene, render, device, rendered, more);
+        let _making = output::making();
         patiently("writing the files", || outputs.write(&rendered.image, channels, &metadata))
     }
 
@@ -228,8 +229,7 @@ impl Task<'_> {
             }
             let rendered = match &arguments.resume {
                 Some(path) => {
-                    let checkpoint =
-                        Checkpoint { path, every: CHECKPOINT_EVERY, whole: &|write| interrupt::whole(write) };
+                    let checkpoint = Checkpoint { path, every: CHECKPOINT_EVERY };
                     render_resumed(device, buffers, &render, checkpoint, observe)?
                 }
                 None => render::render(device, buffers, &render, observe)?,
@@ -279,13 +279,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let Arguments { additions, outputs, technique: options, .. } = arguments;
     arguments.stop.check()?;
     let numbered = arguments.numbered()?;
-    let first = numbered.as_ref().map_or_else(|| outputs.of_one(), |frames| outputs.of_frame(*frames.start()))?;
-    first.check()?;
-    arguments.resume.as_deref().map_or(Ok(()), interrupt::check_writable)?;
-    let mut inputs = additions.inputs(&arguments.scene);
-    inputs.extend(options.camera_path.as_deref());
-    refuse_overwriting(&inputs, first.files().chain(&arguments.resume))?;
+    let mut written = numbered.as_ref().map_or_else(|| outputs.of_one(), |frames| outputs.of_each(frames))?;
+    if let Some(resume) = &arguments.resume {
+        output::check_writable(resume)?;
+        written.push(resume.clone());
+    }
+    let inputs = additions.inputs(&arguments.scene).into_iter().chain(options.camera_path.as_deref());
+    refuse_overwriting(inputs, &written)?;
     let mut scene = additions.open(&arguments.scene)?;
+    refuse_overwriting(&scene.files, &written)?;
     let render = arguments.render(&scene, numbered.as_ref())?;
     let size = [render.width, render.height];
     additions.complete(&mut scene, size)?;

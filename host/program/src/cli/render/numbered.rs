@@ -164,7 +164,7 @@ impl Files<'_> {
         let channels = self.task.layers(&render, frame, &mut |_| interrupt::check())?;
         let more = vec![("frame", frame.to_string()), ("render", name)];
         let finished = Finished { rendered, channels, render, more };
-        interrupt::whole(|| self.task.write(&outputs, device, &finished))?;
+        self.task.write(&outputs, device, &finished)?;
         self.done.push(outputs.files().map(|path| format!("wrote {}\n", path.display())).collect());
         Ok(())
     }

@@ -1,14 +1,15 @@
 //! The files of a render.
 
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-use restir::Error;
 use restir::aov::Aov;
 use restir::image::{Channel, Image, write_exr_with, write_png};
 use restir::settings::Value;
 use restir::tonemap::{Operator, Tone};
+use restir::{Error, output};
 
-use super::super::{interrupt, require};
+use super::super::require;
 use super::number;
 
 /// Stops either way: more would leave the range of floats.
@@ -17,21 +18,22 @@ const MAX_EXPOSURE: f64 = 64.0;
 /// What to write.
 #[derive(Clone, clap::Args)]
 pub(in super::super) struct Outputs {
-    /// The EXR file to write. Of several frames, #### in its name stands for the number of the frame.
+    /// The EXR file to write. For several frames put #### in the name, where the frame's number goes.
     #[arg(short, long)]
     pub(super) output: PathBuf,
-    /// Also write an 8-bit PNG file; of several frames with #### in its name, too.
+    /// Also write an 8-bit PNG file. For several frames put #### in its name, too.
     #[arg(long)]
     png: Option<PathBuf>,
     /// Brighten the PNG by this many stops; each doubles it. The EXR file keeps the radiance.
     #[arg(long, value_name = "STOPS", value_parser = number::<f64>, allow_hyphen_values = true)]
     exposure: Option<f64>,
-    /// How the PNG shows what is brighter than white: clamp, reinhard, aces, or neutral (Khronos' PBR Neutral); clamp if not given.
+    /// How the PNG shows values brighter than white: clamp, reinhard, aces, or neutral (Khronos' PBR Neutral); clamp if
+    /// not given.
     #[arg(long, value_name = "OPERATOR", value_parser = value::<Operator>)]
     tonemap: Option<Operator>,
-    /// Write what the camera sees into further channels of the EXR file, by the names of Blender's passes: albedo, normal, depth, position,
-    /// motion (in pixels, from the frame before and to the next one), id (of the object), scattering (the colour that scatters inside of
-    /// things); a list with commas.
+    /// Add channels to the EXR file that describe what the camera sees, by the names that Blender has for them: albedo,
+    /// normal, depth, position, motion (in pixels, from the frame before and to the next one), id (of the object),
+    /// scattering (the colour that scatters inside of things). Separate several by commas.
     #[arg(long, value_name = "LAYERS", value_delimiter = ',', value_parser = value::<Aov>)]
     pub(super) aov: Vec<Aov>,
 }
@@ -48,18 +50,35 @@ impl Outputs {
         Ok(Self { output: numbered(&self.output, frame)?, png, ..self.clone() })
     }
 
-    /// Those of one image, whose names have no place for a number.
-    pub(super) fn of_one(&self) -> Result<Self, Error> {
+    /// The files of several frames that can be judged before anything is rendered: those that are there, and those of the first and the
+    /// last frame, which stand for the others. All can be written.
+    pub(super) fn of_each(&self, frames: &RangeInclusive<u32>) -> Result<Vec<PathBuf>, Error> {
+        let mut files = Vec::new();
+        for frame in frames.clone() {
+            let of_frame = self.of_frame(frame)?;
+            let is_there = of_frame.files().any(|file| file.symlink_metadata().is_ok());
+            if is_there || frame == *frames.start() || frame == *frames.end() {
+                of_frame.check()?;
+                files.extend(of_frame.files().cloned());
+            }
+        }
+        Ok(files)
+    }
+
+    /// The files of one image, whose names have no place for a number. They can be written.
+    pub(super) fn of_one(&self) -> Result<Vec<PathBuf>, Error> {
         let place = self.files().find(|file| file.to_string_lossy().contains("####"));
         let name = place.map(|file| file.display().to_string()).unwrap_or_default();
         let problem =
             format_args!("{name} has a place for the number of a frame, and there is one image; give --frames A..B");
-        require(place.is_none(), problem).map(|()| self.clone())
+        require(place.is_none(), problem)?;
+        self.check()?;
+        Ok(self.files().cloned().collect())
     }
 
     /// Before hours of rendering: can the results be written? Their endings differ, so that they are never the same file.
-    pub(super) fn check(&self) -> Result<(), Error> {
-        let Self { output, aov, .. } = self;
+    fn check(&self) -> Result<(), Error> {
+        let Self { output: exr, aov, .. } = self;
         let exposure = self.exposure.unwrap_or(0.0);
         let problem =
             format_args!("--exposure {exposure} is out of range; give -{MAX_EXPOSURE} to {MAX_EXPOSURE} stops");
@@ -67,16 +86,16 @@ impl Outputs {
         let twice = aov.iter().enumerate().find(|(i, layer)| aov[..*i].contains(layer));
         let name = twice.map_or("", |(_, layer)| layer.name());
         require(twice.is_none(), format_args!("--aov has {name} twice; name each layer once"))?;
-        let problem = format_args!("the output {} has to end in .exr; use --png for a PNG file", output.display());
-        require(ends_in(output, "exr"), problem)?;
-        interrupt::check_writable(output)?;
+        let problem = format_args!("the output {} has to end in .exr; use --png for a PNG file", exr.display());
+        require(ends_in(exr, "exr"), problem)?;
+        output::check_writable(exr)?;
         let Some(png) = &self.png else {
             let given = [("--exposure", self.exposure.is_some()), ("--tonemap", self.tonemap.is_some())];
             let option = given.iter().find(|(_, given)| *given).map_or("", |(option, _)| option);
             return require(option.is_empty(), format_args!("{option} is for the PNG file; give --png FILE"));
         };
         require(ends_in(png, "png"), format_args!("--png {} has to end in .png", png.display()))?;
-        interrupt::check_writable(png)
+        output::check_writable(png)
     }
 
     /// The names of the layers, with commas.

@@ -14,12 +14,12 @@ const MOST_SECONDS: f64 = 1.0e9;
 /// The image is then the mean of renders with the seeds from --seed on.
 #[derive(clap::Args)]
 pub(super) struct Stop {
-    /// Stop after so many seconds, at the earliest after 8 renders with seeds of their own, whose mean the image is. --spp or --frames is then what
-    /// each of them has; samples as many as suit the time, if not given. Interrupted before, it writes nothing.
+    /// Render independent passes (at least 8) until the time is over, and write their mean. --spp or --frames is then
+    /// the length of each pass; if not given, --spp suits the time. On Ctrl-C nothing is written.
     #[arg(long, value_name = "SECONDS", conflicts_with_all = ["layers", "resume"], value_parser = number::<f64>, allow_hyphen_values = true)]
     pub(super) seconds: Option<f64>,
-    /// Stop once the standard error of the pixels is this part of the image's mean, as in 0.01: root mean square, by how far at least 8
-    /// renders with seeds of their own differ, whose mean the image is.
+    /// Render independent passes (at least 8) until the estimated RMS error is this fraction of the mean, as in 0.01,
+    /// and write their mean.
     #[arg(long, value_name = "ERROR", conflicts_with_all = ["layers", "resume"], value_parser = number::<f64>, allow_hyphen_values = true)]
     pub(super) noise: Option<f64>,
 }

@@ -14,6 +14,14 @@ pub(super) const COMMANDS: &[&str] = &[
     "render cornell -o %a##.exr --size 4x3 --spp 1 --turntable 2 --skip-existing --device cpu --threads 1",
     "render cornell -o %a.exr --size 4x3 --spp 2 --camera 0,1,5:0,1,0:40 --aperture-radius 0.1 --focus-distance 3 --device cpu --threads 1",
     "render cornell -o %a.exr --size 4x3 --spp 2 --subdivide 1 --emitters 4 --resume %part --device cpu --threads 1",
+    "render moving -o %a.exr --size 4x3 --technique restir-pt --frames 2 --accumulate --camera-path pan --device cpu --threads 1",
+    "render cornell -o %a.exr --size 4x3 --technique restir-pt --set preset=published --set tile=4 --frames 2 --layers --device cpu --threads 1",
+    "render moving -o %a.exr --size 4x3 --spp 2 --subsurface wax:0.01 --set subsurface=hybrid --set parts=rest --device cpu --threads 1",
+    "render slab -o %a.exr --size 4x3 --spp 2 --set orders=0..2 --layers --set segments=4 --device cpu --threads 1",
+    "render cornell -o %a.exr --size 4x3 --spp 1 --tev 127.0.0.1:9 --device cpu --threads 1",
+    "advise cornell --size 4x3 --seconds 1 --frames 1 --technique path --technique restir-pt --json --device cpu --threads 1",
+    "figure tokuyoshi-fig1 --quick --size 12x12 --frames 18 --restarts 1 --out %figure --device cpu --threads 1",
+    "figure zhang2025-grid --quick --size 12x12 --frames 1 --out %figure --device cpu --threads 1",
     "export cornell %b.glb --default-light",
     "info hall-1",
     "scenes --names",
@@ -25,7 +33,7 @@ pub(super) const COMMANDS: &[&str] = &[
 ];
 
 /// Values that programs stumble over. None asks for much work.
-const VALUES: [&str; 36] = [
+const VALUES: [&str; 40] = [
     "",
     "0",
     "1",
@@ -53,6 +61,10 @@ const VALUES: [&str; 36] = [
     "off",
     "path",
     "restir-di",
+    "restir-pt",
+    "hybrid",
+    "wax:nan",
+    "subsurface=hybrid",
     "preset=none",
     "radius=nan",
     "=",
@@ -100,8 +112,11 @@ pub(super) fn mutated(dice: &mut Dice, mut command: Vec<String>) -> Vec<String> 
 /// A picture whose size was lost would take long, and so would defaults of time or restarts.
 fn is_small(command: &[String]) -> bool {
     let has = |word: &str| command.iter().any(|argument| argument == word);
-    let sized = command.windows(2).any(|pair| pair[0] == "--size" && pair[1] == "4x3");
+    let small = if has("figure") { "12x12" } else { "4x3" };
+    let sized = command.windows(2).any(|pair| pair[0] == "--size" && pair[1] == small);
     let renders = ["render", "bench", "advise", "figure", "reference"].into_iter().any(has);
     let bench = !has("bench") || has("--seconds") && has("--restarts") && has("--reference-spp");
-    !renders || sized && has("--threads") && bench && (!has("reference") || has("--spp"))
+    let timed = !has("advise") || has("--seconds");
+    let brief = !has("figure") || has("--quick") && has("--frames");
+    !renders || sized && has("--threads") && bench && timed && brief && (!has("reference") || has("--spp"))
 }

@@ -207,6 +207,7 @@ fn strange(dice: &mut Dice) -> Value {
         json!(""),
         json!("\u{202e}\n\u{1b}[2J"),
         json!("x".repeat(3000)),
+        json!("\u{61c}long name ".repeat(300)),
         json!("../../../dev/zero"),
         json!("data:;base64,AAAA"),
         json!([]),

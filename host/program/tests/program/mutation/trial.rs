@@ -128,21 +128,23 @@ fn kept(case: u64, inputs: &Path) -> String {
     let Some(folder) = std::env::var_os("RESTIR_MUTATION_KEEP") else { return "RESTIR_MUTATION_KEEP".to_owned() };
     let folder = Path::new(&folder).join(case.to_string());
     std::fs::create_dir_all(&folder).unwrap();
-    for file in listed(inputs) {
+    for file in listed(inputs).into_iter().filter(|file| inputs.join(file).is_file()) {
         std::fs::copy(inputs.join(&file), folder.join(file.file_name().unwrap())).unwrap();
     }
     folder.display().to_string()
 }
 
-/// All files below a folder.
+/// All files below a folder, and folders that are empty.
 fn listed(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(folder).unwrap() {
         let entry = entry.unwrap();
         let name = PathBuf::from(entry.file_name());
-        match entry.file_type().unwrap().is_dir() {
-            true => found.extend(listed(&entry.path()).into_iter().map(|below| name.join(below))),
-            false => found.push(name),
+        let is_folder = entry.file_type().unwrap().is_dir();
+        let below = if is_folder { listed(&entry.path()) } else { Vec::new() };
+        match below.is_empty() {
+            true => found.push(name),
+            false => found.extend(below.into_iter().map(|below| name.join(below))),
         }
     }
     found
@@ -224,7 +226,7 @@ fn judged(case: &Case, ran: Ran, outputs: &Path) -> Result<End, String> {
     if text.contains("panicked") {
         return Err(text.lines().skip_while(|line| !line.contains("panicked")).take(2).collect::<Vec<_>>().join(" "));
     }
-    if text.chars().any(|c| c.is_control() && c != '\n' && c != '\t' || c == '\u{202e}') {
+    if text.chars().any(|c| c.is_control() && c != '\n' && c != '\t' || "\u{202e}\u{61c}".contains(c)) {
         return fault("it printed what a terminal takes for more than text");
     }
     if let Some(name) = names.iter().find(|name| name.to_string_lossy().contains(".tmp")) {
@@ -233,13 +235,14 @@ fn judged(case: &Case, ran: Ran, outputs: &Path) -> Result<End, String> {
     for name in names.iter().filter(|name| name.extension().is_some_and(|ending| ending == "exr")) {
         read_exr_metadata(&outputs.join(name)).map_err(|error| format!("a part of a file: {error}"))?;
     }
+    let clean = names.is_empty() || keeps_files(case);
     match code {
         Some(0) if errors == 0 => Ok(End::Done),
-        Some(2) if errors == 1 && (names.is_empty() || keeps_files(case)) => Ok(End::Refused),
+        Some(2) if errors == 1 && clean => Ok(End::Refused),
         Some(1) if errors == 1 && case.command[0] == "bench" => Ok(End::Done),
-        Some(130) if interrupted && errors == 1 => Ok(End::Interrupted),
+        Some(130) if interrupted && errors == 1 && clean => Ok(End::Interrupted),
         // before it listens
-        None if interrupted && text.is_empty() => Ok(End::Interrupted),
+        None if interrupted && text.is_empty() && names.is_empty() => Ok(End::Interrupted),
         code => Err(format!("it ended with {code:?}, {errors} errors and {names:?}: {last}")),
     }
 }
@@ -267,7 +270,9 @@ fn faults_are_seen() {
     let render = "render cornell -o %a.exr";
     let ends = |case: &Case, code: Option<i32>, text: &str, hangs: bool, file: &str| {
         let folder = tempfile::tempdir().unwrap();
-        if !file.is_empty() {
+        if file.ends_with('/') {
+            std::fs::create_dir(folder.path().join(file)).unwrap();
+        } else if !file.is_empty() {
             std::fs::write(folder.path().join(file), "text").unwrap();
         }
         judged(case, Ran { code, text: text.to_owned(), hangs, interrupted: case.interrupted.is_some() }, folder.path())
@@ -280,6 +285,7 @@ fn faults_are_seen() {
     assert!(!ends(&usual, Some(0), "wrote it\n", false, ".restir-1.tmp"), "a temporary file");
     assert!(!ends(&usual, Some(0), "wrote it\n", false, "a.exr"), "a part of a file");
     assert!(!ends(&usual, Some(2), error, false, "a.png"), "a file in spite of an error");
+    assert!(!ends(&usual, Some(2), error, false, "a/"), "a folder in spite of an error");
     assert!(!ends(&usual, Some(2), "", false, ""), "an error without a word");
     assert!(!ends(&usual, Some(2), &error.repeat(2), false, ""), "two errors");
     assert!(!ends(&usual, Some(2), "error: \u{1b}[2J\n", false, ""), "control characters");
@@ -290,5 +296,6 @@ fn faults_are_seen() {
     assert!(
         ends(&interrupted, Some(130), "error: interrupted\n", false, "") && ends(&interrupted, None, "", false, "")
     );
+    assert!(!ends(&interrupted, Some(130), "error: interrupted\n", false, "a.png"), "a file of an interrupted render");
     assert!(ends(&case("render --frames 1..2", false), Some(2), error, false, "a.png"), "an earlier frame");
 }
