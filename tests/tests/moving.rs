@@ -63,7 +63,7 @@ fn main() -> ExitCode {
         });
         let media = MEDIA.map(|(scene, subsurface, kernel)| {
             let (name, all) = (subsurface.name(), "all buffers after every pass");
-            let title = format!("path, {scene}, {name}: {FRAMES} frames, {all}");
+            let title = format!("path, media of {scene}, {name}: {FRAMES} moments, {all}");
             adapter.trial(&title, move |executor| media_on_device(executor, scene, subsurface, kernel))
         });
         let trials = |trials: Trials| {

@@ -25,8 +25,10 @@ use restir_tests::scenes::named;
 use restir_tests::suite::ensure;
 use restir_tests::technique::Trials;
 use restir_tests::technique::restir_di::settings;
+use std::pin::pin;
 use std::process::ExitCode;
 use std::sync::{Arc, mpsc};
+use std::task::{Context, Poll, Waker};
 
 const SIZE: [u32; 2] = [18, 12];
 /// Of the long session.
@@ -60,6 +62,7 @@ fn main() -> ExitCode {
             adapter.trial("as a texture", as_a_texture),
             adapter.trial(&format!("memory after {MANY} frames"), memory_stays),
             adapter.trial("what does not fit is named", what_does_not_fit_is_named),
+            adapter.trial("without passthrough fast is had by name", without_passthrough),
         ]
     }));
     libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
@@ -100,8 +103,11 @@ struct OnDevice {
 
 impl OnDevice {
     fn new(executor: &GpuExecutor, setup: Setup) -> Result<Self, Error> {
-        let (device, queue) = (executor.device().clone(), executor.queue().clone());
-        let pipelines = Pipelines::new(&device, Flavour::Exact, Shaders::Embedded);
+        Self::with_device(executor.device().clone(), executor.queue().clone(), Flavour::Exact, setup)
+    }
+
+    fn with_device(device: wgpu::Device, queue: wgpu::Queue, flavour: Flavour, setup: Setup) -> Result<Self, Error> {
+        let pipelines = Pipelines::new(&device, flavour, Shaders::Embedded);
         Ok(Self { session: GpuSession::new(&device, pipelines, setup)?, device, queue })
     }
 
@@ -476,6 +482,35 @@ fn what_does_not_fit_is_named(executor: &mut GpuExecutor) -> Result<(), Failed> 
         player.frame(&View::default())?;
     }
     Ok(())
+}
+
+/// What wgpu answers, which it does at once outside of browsers.
+fn answer<T>(future: impl Future<Output = T>) -> Result<T, Failed> {
+    match pin!(future).poll(&mut Context::from_waker(Waker::noop())) {
+        Poll::Ready(answer) => Ok(answer),
+        Poll::Pending => Err("wgpu has something to wait for".into()),
+    }
+}
+
+/// On a device that was opened without the feature that loads modules as they are, `exact` is refused by a sentence that names `fast`, which
+/// then gives a picture.
+fn without_passthrough(executor: &mut GpuExecutor) -> Result<(), Failed> {
+    let name = executor.device().adapter_info().name;
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    let adapters = answer(instance.enumerate_adapters(wgpu::Backends::PRIMARY))?;
+    let adapter = adapters.into_iter().find(|adapter| adapter.get_info().name == name).ok_or("it has gone")?;
+    let descriptor = wgpu::DeviceDescriptor { required_limits: adapter.limits(), ..wgpu::DeviceDescriptor::default() };
+    let (device, queue) = answer(adapter.request_device(&descriptor))??;
+    let setup = Setup::new(SceneBuffers::build(&source("cornell")?)?, settings(""), SIZE);
+    let mut unfit = GpuExecutor::with_device(device.clone(), queue.clone(), Flavour::Exact, Shaders::Embedded);
+    let session = OnDevice::with_device(device.clone(), queue.clone(), Flavour::Exact, setup.clone());
+    for refused in [unfit.check().err(), session.err()] {
+        let said = refused.map_or_else(|| "exact is taken".to_owned(), |error| error.to_string());
+        ensure(said.contains("PASSTHROUGH_SHADERS") && said.contains("fast"), || said.clone())?;
+    }
+    let mut fast = OnDevice::with_device(device, queue, Flavour::Fast, setup)?;
+    fast.frame(&View::default())?;
+    ensure(fast.image()?.iter().any(|pixel| pixel.sum[1] > 0.0), || "fast shows nothing".to_owned())
 }
 
 /// What a rasteriser would write: for each pixel the triangle, the coordinates and the distance of the nearest hit.
