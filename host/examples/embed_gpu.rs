@@ -1,7 +1,7 @@
 //! A committed kernel on a Device that this program made with default limits, in buffers that it owns. The result is
-//! compared with the kernel's native twin.
-use restir_host::exec::Flavour;
-use restir_host::exec::gpu::{Pipelines, takes_passthrough};
+//! compared with the kernel's native twin. A device that cannot have the flavour `exact` is refused by a sentence; `fast` is asked for by
+//! name: `cargo run --example embed_gpu fast`.
+use restir_host::exec::{Flavour, gpu::Pipelines};
 use restir_host::{Shaders, buffers::SceneBuffers, scene::Scene};
 use restir_kernels::path::path::DESC;
 use restir_shared::layout::FilmPixel;
@@ -21,14 +21,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }))?;
 
     let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
-    let params = PathParams {
-        scene: scene.header,
-        camera: scene.camera.params(SIZE, SIZE),
-        width: SIZE,
-        height: SIZE,
-        max_depth: 4,
-        ..PathParams::default()
-    };
+    let params = PathParams { scene: scene.header, ..PathParams::new(scene.camera.params(SIZE, SIZE), [SIZE; 2], 1) };
     let storage = |contents: &[u8], usage| {
         let usage = wgpu::BufferUsages::STORAGE | usage;
         device.create_buffer_init(&BufferInitDescriptor { label: None, contents, usage })
@@ -41,7 +34,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let attributes = storage(bytemuck::cast_slice(&scene.attributes), none);
     let texels = storage(bytemuck::cast_slice(&scene.texels), none);
 
-    let exact = takes_passthrough(&device);
+    let exact = std::env::args().nth(1).is_none_or(|flavour| flavour != "fast");
     let flavour = if exact { Flavour::Exact } else { Flavour::Fast };
     let mut pipelines = Pipelines::new(&device, flavour, Shaders::Embedded);
     let pipeline = pipelines.get(&DESC, &[scene.features])?;

@@ -354,6 +354,10 @@ fn directions(scene: &dyn AnyScene) -> Result<(), Error> {
                 there.density, point.density
             )
         })?;
+        let (emission, radiance) = (there.emission, point.radiance);
+        ensure((0..3).all(|i| !differ(emission[i], radiance[i])), || {
+            format!("a direction emits {emission} by light_at(), and {radiance} arrives by environment()")
+        })?;
         let back = scene.address_of_environment(there.position);
         ensure(back.light == address.light, || {
             format!("address_of_environment() gives a direction of light {} to light {}", address.light, back.light)

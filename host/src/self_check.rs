@@ -1,7 +1,8 @@
 //! The start-up check, which answers whether a device gives the host's bits.
 //!
 //! It runs a few hundred probes of the numeric contract, with the inputs on which a build that breaks it differs, and renders small frames by
-//! every technique, of a scene with all that kernels know: glass, metal, a texture, an environment, lights of all kinds.
+//! every technique, of a scene with all that kernels know: glass, metal, a texture, an environment, lights of all kinds; and of wax, whose light
+//! has kernels of its own.
 //!
 //! ```
 //! use restir_host::exec::{CpuExecutor, Parity};
@@ -18,9 +19,10 @@ use crate::Shaders;
 use crate::buffers::SceneBuffers;
 use crate::exec::{CpuExecutor, Executor, Parity};
 #[cfg(feature = "gpu")]
-use crate::exec::{Flavour, GpuExecutor, gpu::takes_passthrough};
+use crate::exec::{Flavour, GpuExecutor};
 use crate::plan::{Buffer, FramePlan, Pass};
-use crate::scene::{Environment, Filter, Light, LightKind, Material, Scene, Texture, TextureUse, Wrap};
+use crate::scene::{Environment, Filter, Light, LightKind, Material, Mesh, Scene, Texture, TextureUse, Volume, Wrap};
+use crate::technique::path::{PathSettings, Subsurface};
 use crate::{metrics::ulp_distance, render::Render, technique};
 use glam::DVec3;
 use restir_kernels::check::Probes;
@@ -31,6 +33,8 @@ const RANDOM_PROBES: u32 = 256;
 /// Side of the frames, and how many follow each other.
 const FRAME: u32 = 16;
 const REPEATS: u32 = 2;
+/// Of light inside of bodies: a dispatch.
+const LONGEST_WALK: u32 = 64;
 
 fn probes() -> Result<FramePlan<'static>, Error> {
     let operands = [boundary_operands(), random_operands(RANDOM_PROBES)].concat();
@@ -75,15 +79,36 @@ fn scene() -> Result<Scene, Error> {
     Ok(scene)
 }
 
+/// The same with a block of wax, inside of which light scatters.
+fn scene_with_a_medium() -> Result<Scene, Error> {
+    let mut scene = scene()?;
+    let volume = Some(Volume::scattering([0.9, 0.8, 0.6], [0.2, 0.1, 0.05], 0.3));
+    let wax = Material { diffuse_transmission: 1.0, volume, ..Material::diffuse("check", [1.0; 3]) };
+    let material = scene.add_material(wax);
+    scene.add_mesh("check", material, Mesh::cuboid(DVec3::new(-0.8, -0.9, 0.1), DVec3::new(-0.3, -0.4, 0.6)));
+    Ok(scene)
+}
+
+/// What is rendered: every technique, and light inside of bodies, followed and by profiles.
+fn renders() -> Result<Vec<(SceneBuffers, Render)>, Error> {
+    let render = |technique| Render { seed: 1, count: REPEATS, ..Render::new([FRAME; 2], technique) };
+    let [scene, with_medium] = [scene()?, scene_with_a_medium()?].map(|scene| SceneBuffers::build(&scene));
+    let (scene, with_medium) = (scene?, with_medium?);
+    let media = [Subsurface::Walk, Subsurface::Hybrid].map(|subsurface| {
+        let settings = PathSettings { longest_walk: LONGEST_WALK, subsurface, ..PathSettings::default() };
+        (with_medium.clone(), render(settings.into()))
+    });
+    let techniques = technique::all().into_iter().map(|technique| (scene.clone(), render(technique)));
+    Ok(techniques.chain(media).collect())
+}
+
 /// Compares the executor with the host.
 ///
 /// # Errors
 /// Whatever the executor reports.
 pub fn self_check(executor: &mut dyn Executor) -> Result<Parity, Error> {
-    let scene = SceneBuffers::build(&scene()?)?;
     let mut farthest = run_and_compare(executor, probes)?;
-    for technique in technique::all() {
-        let render = Render { seed: 1, count: REPEATS, ..Render::new([FRAME; 2], technique) };
+    for (scene, render) in renders()? {
         farthest = farthest.max(run_and_compare(executor, || Ok(render.plan(&scene)))?);
     }
     Ok(farthest.map_or(Parity::Exact, |max_ulp| Parity::Approximate { max_ulp }))
@@ -92,15 +117,13 @@ pub fn self_check(executor: &mut dyn Executor) -> Result<Parity, Error> {
 #[cfg(feature = "gpu")]
 impl GpuExecutor {
     /// Opens the first adapter whose name contains `adapter` (any case), by default the first hardware adapter, and
-    /// runs the self-check on the kernels of `shaders`. Without a flavour it takes `exact` where it can be loaded by
-    /// passthrough, and `fast` elsewhere.
+    /// runs the self-check on the kernels of `shaders`.
     ///
     /// # Errors
-    /// [`Error::Adapter`] if there is none or it cannot be opened; what the self-check reports.
-    pub fn open(adapter: Option<&str>, flavour: impl Into<Option<Flavour>>, shaders: Shaders) -> Result<Self, Error> {
-        let (device, queue) = crate::exec::gpu::open_adapter(adapter)?;
-        let suited = if takes_passthrough(&device) { Flavour::Exact } else { Flavour::Fast };
-        let flavour = flavour.into().unwrap_or(suited);
+    /// [`Error::Adapter`] if there is none, it cannot be opened, or it cannot run the flavour: one that cannot run `exact` is asked for
+    /// `fast` by name. What the self-check reports.
+    pub fn open(adapter: Option<&str>, flavour: Flavour, shaders: Shaders) -> Result<Self, Error> {
+        let (device, queue) = crate::exec::gpu::open_adapter(adapter, flavour)?;
         let mut executor = Self::with_device(device, queue, flavour, shaders);
         executor.check()?;
         Ok(executor)

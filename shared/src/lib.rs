@@ -17,7 +17,7 @@
 //! // `Floor` is the scene that the documentation of the module `scene` shows: a grey floor under a lamp
 //! let scene = floor::Floor;
 //! let camera = CameraParams::pinhole(Vec3::Y, Vec3::ZERO, Vec3::Z, 0.1, [1, 1]);
-//! let params = PathParams { camera, width: 1, height: 1, max_depth: 2, ..PathParams::default() };
+//! let params = PathParams { max_depth: 2, ..PathParams::new(camera, [1, 1], 7) };
 //!
 //! // one sample of the only pixel, which sees the point below the lamp
 //! let pixel = path::pixel(&scene, &params, 0, 0);

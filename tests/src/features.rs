@@ -30,7 +30,7 @@ const fn part(feature: u32, name: &'static str, marker: Option<f32>) -> Part {
     Part { feature, name, marker }
 }
 
-/// Every feature. Markers of other parts than BSDFs are numbers that their code needs anyway.
+/// Every feature that `path` has code of: light inside of bodies has kernels of its own. Markers of other parts than BSDFs are numbers that their code needs anyway.
 pub const PARTS: [Part; 15] = [
     part(FEATURE_LIGHT_TABLE, "light table", None),
     part(FEATURE_EMISSIVE, "emissive", None),

@@ -254,7 +254,7 @@ pub fn buffers(name: &str) -> Result<SceneBuffers, Error> {
 }
 
 /// A built-in scene, or one of the harness: [`statue_by_night`], [`all_lights`], [`Panes`], [`unlit`], [`masks`], [`Sheets`] with
-/// glass and [`moving_alpha`] by `statue-by-night`, `all-lights`, `coats`, `panes`, `unlit`, `masks`, `sheets` and `moving-alpha`.
+/// glass, and [`moving_alpha`], among others, by `statue-by-night`, `all-lights`, `coats`, `panes`, `unlit`, `masks`, `sheets` and `moving-alpha`.
 pub fn named(name: &str) -> Option<Scene> {
     match name {
         "statue-by-night" => Some(statue_by_night()),
@@ -267,6 +267,7 @@ pub fn named(name: &str) -> Option<Scene> {
         "moving-fast" => Some(moving_fast()),
         "moving-media" => Some(moving_media()),
         "clear-media" => Some(clear_media()),
+        "moving-mist" => Some(moving_mist()),
         "panes" => Some(Panes { coloured: true, count: 2 }.scene()),
         _ => builtin::scene(name),
     }
@@ -355,6 +356,16 @@ pub fn clear_media() -> Scene {
         scale: 1.0,
         rotation: 20.0,
     });
+    scene
+}
+
+/// [`moving_media`], in which the ball is of mist and has facets: light passes its border straight.
+fn moving_mist() -> Scene {
+    let mut scene = Scene { name: "moving-mist".to_owned(), ..moving_media() };
+    let ball = scene.materials.iter_mut().find(|material| material.name == "ball").expect("it is there");
+    *ball = Material { ior: 1.0, roughness: 0.0, base_color: [1.0; 3], ..ball.clone() };
+    ball.volume = Some(Volume::scattering([0.9, 0.8, 0.6], [0.2, 0.1, 0.05], 0.5));
+    scene.meshes.iter_mut().filter(|mesh| mesh.name == "ball").for_each(|mesh| Arc::make_mut(mesh).normals.clear());
     scene
 }
 

@@ -22,6 +22,13 @@ const FAMILY_RATE: f64 = 1.0e-3;
 const SIDE: u32 = 32;
 const TILE: u32 = 8;
 const SCENES: [&str; 2] = ["cornell", "furnace"];
+/// Technique, scene and settings, beside the default ones of every technique in these scenes.
+const MORE: [(&str, &str, &str); 4] = [
+    ("path", "slab", "max_depth=4,longest_walk=100"),
+    ("path", "slab", "max_depth=4,subsurface=hybrid"),
+    ("restir-di", "cornell", "preset=quality,mis=talbot,tiles=4x64,jitter=on"),
+    ("restir-pt", "cornell", "shift=hybrid,spatial=2,feedback=on,direct=restir-di"),
+];
 /// Images of each side, and the samples of their pixels.
 const PAIRS: u32 = 64;
 const SAMPLES: u32 = 16;
@@ -34,9 +41,12 @@ const TEST: TileTest = TileTest { grid: TileGrid { width: SIDE, height: SIDE, ti
 fn main() -> ExitCode {
     let trials = device::trials("fast", |adapter| {
         let rows = Trials::all().into_iter().map(|trials| (trials.name(), trials.technique));
-        rows.flat_map(|(name, technique)| SCENES.map(|scene| (scene, name, technique.clone())))
-            .map(|(scene, name, technique)| trial(adapter, scene, name, technique))
-            .collect()
+        let usual = rows.flat_map(|(name, technique)| SCENES.map(|scene| (scene, name.to_owned(), technique.clone())));
+        let more = MORE.iter().map(|&(name, scene, settings)| {
+            let technique = Trials::of(name).and_then(|trials| trials.with(settings));
+            (scene, format!("{name}:{settings}"), technique.expect("the harness knows the settings"))
+        });
+        usual.chain(more).map(|(scene, name, technique)| trial(adapter, scene, &name, technique)).collect()
     });
     libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
 }

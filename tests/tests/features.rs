@@ -6,15 +6,15 @@ use restir_host::buffers::SceneBuffers;
 use restir_host::exec::{CpuExecutor, Executor, Flavour};
 use restir_host::render::{Render, render};
 use restir_host::scene::{
-    AlphaMode, Environment, Filter, Light, LightKind, Material, Scene, Texture, TextureUse, Volume, Wrap, builtin,
+    AlphaMode, Environment, Filter, Light, LightKind, Material, Mesh, Scene, Texture, TextureUse, Volume, Wrap, builtin,
 };
-use restir_host::technique::path::PathSettings;
+use restir_host::technique::path::{PathSettings, Subsurface};
 use restir_shared::layout::{
     ALIAS_WORDS, ENVIRONMENT_WORDS, FEATURE_ALPHA, FEATURE_BLEND, FEATURE_CLEAR, FEATURE_CLEAR_BORDER, FEATURE_DELTA,
     FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE, FEATURE_ENVIRONMENT, FEATURE_GLOSSY, FEATURE_LIGHT_TABLE,
-    FEATURE_MULTISCATTER, FEATURE_PUNCTUAL, FEATURE_SHADING, FEATURE_SPECULAR, FEATURE_TEXTURES, FEATURE_TRANSMISSION,
-    FEATURE_VOLUME, FEATURES_ALL, FEATURES_DIFFUSE, LIGHT_WORDS, MATERIAL_WORDS, NODE_WORDS, NONE, PUNCTUAL_WORDS,
-    SHADING_WORDS, TEXTURE_SLOTS, TEXTURE_USE_WORDS, TRIANGLE_WORDS,
+    FEATURE_MULTISCATTER, FEATURE_PUNCTUAL, FEATURE_SHADING, FEATURE_SPECULAR, FEATURE_SUBSURFACE, FEATURE_TEXTURES,
+    FEATURE_TRANSMISSION, FEATURE_VOLUME, FEATURES_ALL, FEATURES_DIFFUSE, INTERIOR_WORDS, LIGHT_WORDS, MATERIAL_WORDS,
+    NODE_WORDS, NONE, PUNCTUAL_WORDS, SHADING_WORDS, TEXTURE_SLOTS, TEXTURE_USE_WORDS, TRIANGLE_WORDS,
 };
 use restir_tests::checks;
 use restir_tests::device::{self, Adapter};
@@ -82,7 +82,7 @@ const fn variant(name: &'static str, features: u32, edit: fn(&mut Scene)) -> Var
     Variant { name, features, edit }
 }
 
-const VARIANTS: [Variant; 15] = [
+const VARIANTS: [Variant; 16] = [
     variant("diffuse", FEATURE_EMISSIVE, |_| {}),
     variant("two powers", FEATURES_DIFFUSE, |scene| scene.materials[1].emission = [0.1, 0.2, 0.3]),
     variant("glossy", FEATURE_EMISSIVE | FEATURE_GLOSSY | FEATURE_MULTISCATTER, |scene| {
@@ -110,6 +110,12 @@ const VARIANTS: [Variant; 15] = [
         let volume = Volume::absorbing([0.9, 0.5, 0.2], 1.0);
         white(scene, |m| (m.diffuse_transmission, m.volume) = (0.5, Some(volume)));
     }),
+    variant("scattering body", SCATTERING, |scene| {
+        let volume = Some(Volume::scattering([0.9, 0.8, 0.6], [0.3, 0.2, 0.1], 0.3));
+        let wax = Material { diffuse_transmission: 1.0, volume, ..Material::diffuse("wax", [1.0; 3]) };
+        let material = scene.add_material(wax);
+        scene.add_mesh("wax", material, Mesh::cuboid(glam::DVec3::splat(-0.3), glam::DVec3::splat(0.2)));
+    }),
     variant("normals", FEATURE_EMISSIVE | FEATURE_SHADING, |scene| {
         let mesh = Arc::make_mut(&mut scene.meshes[0]);
         mesh.normals = vec![[0.28, 0.96, 0.0]; mesh.positions.len()];
@@ -130,6 +136,7 @@ const VARIANTS: [Variant; 15] = [
 
 const COAT_TEXTURED: u32 =
     FEATURE_EMISSIVE | FEATURE_SHADING | FEATURE_TEXTURES | FEATURE_GLOSSY | FEATURE_MULTISCATTER | FEATURE_SPECULAR;
+const SCATTERING: u32 = FEATURE_EMISSIVE | FEATURE_DIFFUSE_TRANSMISSION | FEATURE_VOLUME | FEATURE_SUBSURFACE;
 const ALPHA_TEXTURED: u32 = FEATURE_EMISSIVE | FEATURE_SHADING | FEATURE_TEXTURES | FEATURE_ALPHA;
 
 /// As [`textured`], with an alpha.
@@ -189,13 +196,13 @@ fn follow() -> Result<(), Failed> {
     Ok(())
 }
 
-fn settings() -> Render {
-    let path = PathSettings { max_depth: 6, jitter: true, ..PathSettings::default() };
+fn settings(subsurface: Subsurface) -> Render {
+    let path = PathSettings { max_depth: 6, jitter: true, subsurface, ..PathSettings::default() };
     Render { count: 2, seed: 5, ..Render::new([16, 12], path) }
 }
 
-fn image(executor: &mut dyn Executor, scene: &SceneBuffers) -> Result<Vec<[u32; 3]>, Error> {
-    let rendered = render(executor, scene, &settings(), &mut |_| Ok(()))?;
+fn image(executor: &mut dyn Executor, scene: &SceneBuffers, subsurface: Subsurface) -> Result<Vec<[u32; 3]>, Error> {
+    let rendered = render(executor, scene, &settings(subsurface), &mut |_| Ok(()))?;
     Ok(rendered.image.pixels.iter().map(|rgb| rgb.map(f32::to_bits)).collect())
 }
 
@@ -207,12 +214,17 @@ fn with_features(mut scene: SceneBuffers, features: u32) -> SceneBuffers {
 
 fn same_bits(executor: &mut dyn Executor, scene: &Scene) -> Result<(), Failed> {
     let scene = SceneBuffers::build(scene)?;
-    let frozen = image(executor, &scene)?;
-    ensure(frozen.iter().any(|rgb| *rgb != [0; 3]), || "the image is black".to_owned())?;
-    // clear borders choose another kernel, which follows light from collisions in rounds: no part of one that could be left out
-    let chosen = FEATURE_CLEAR_BORDER & !scene.features;
-    let general = image(executor, &with_features(scene, FEATURES_ALL & !chosen))?;
-    ensure(frozen == general, || "the general kernel gives another image".to_owned())
+    // profiles have kernels of their own
+    let scatters = scene.features & FEATURE_SUBSURFACE != 0;
+    for subsurface in [Subsurface::Walk].into_iter().chain(scatters.then_some(Subsurface::Hybrid)) {
+        let frozen = image(executor, &scene, subsurface)?;
+        ensure(frozen.iter().any(|rgb| *rgb != [0; 3]), || "the image is black".to_owned())?;
+        // clear borders choose another kernel, which follows light from collisions in rounds: no part of one that could be left out
+        let chosen = FEATURE_CLEAR_BORDER & !scene.features;
+        let general = image(executor, &with_features(scene.clone(), FEATURES_ALL & !chosen), subsurface)?;
+        ensure(frozen == general, || format!("{}: the general kernel gives another image", subsurface.name()))?;
+    }
+    Ok(())
 }
 
 /// The comparison above sees code that is missing: an image changes with every feature that its scene loses.
@@ -220,10 +232,13 @@ fn a_feature_in_use_cannot_be_dropped() -> Result<(), Failed> {
     let cpu = &mut CpuExecutor::new(None)?;
     for variant in &VARIANTS {
         let scene = SceneBuffers::build(&variant.scene())?;
-        let own = image(cpu, &scene)?;
-        for part in PARTS.iter().filter(|part| part.feature & variant.features != 0) {
-            let without = image(cpu, &with_features(scene.clone(), scene.features & !part.feature))?;
-            ensure(without != own, || format!("{}: {} changes nothing", variant.name, part.name))?;
+        let own = image(cpu, &scene, Subsurface::Walk)?;
+        let parts = PARTS.iter().map(|part| (part.feature, part.name)).chain([(FEATURE_SUBSURFACE, "subsurface")]);
+        // what scatters absorbs by its extinction
+        let idle = if variant.features & FEATURE_SUBSURFACE != 0 { FEATURE_VOLUME } else { 0 };
+        for (feature, name) in parts.filter(|(feature, _)| feature & variant.features & !idle != 0) {
+            let without = image(cpu, &with_features(scene.clone(), scene.features & !feature), Subsurface::Walk)?;
+            ensure(without != own, || format!("{}: {name} changes nothing", variant.name))?;
         }
     }
     Ok(())
@@ -234,7 +249,7 @@ fn absent_parts_are_not_allocated() -> Result<(), Failed> {
     for variant in &VARIANTS {
         let source = variant.scene();
         let scene = SceneBuffers::build(&source)?;
-        let render = settings();
+        let render = settings(Subsurface::Walk);
         // in the layout's words of 16 bytes
         let found: Vec<u32> = plan(&scene, &render).buffers[..3].iter().map(|b| b.words as u32 / 4).collect();
         let (header, stats) = (scene.header, scene.stats());
@@ -247,6 +262,7 @@ fn absent_parts_are_not_allocated() -> Result<(), Failed> {
             + header.light_count * LIGHT_WORDS
             + only_with(FEATURE_TEXTURES, TEXTURE_SLOTS * TEXTURE_USE_WORDS)
             + only_with(FEATURE_PUNCTUAL, PUNCTUAL_WORDS)
+            + only_with(FEATURE_SUBSURFACE, INTERIOR_WORDS)
             + only_with(FEATURE_ENVIRONMENT, ENVIRONMENT_WORDS)
             + only_with(FEATURE_LIGHT_TABLE, header.light_count * ALIAS_WORDS);
         // the sRGB table and the one word of the texture; pixels and rows of the map; else a word that is never read

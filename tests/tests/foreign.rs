@@ -32,7 +32,8 @@ mod embed_bsdf;
 use embed_bsdf::{Inside, OrenNayar};
 
 const SIZE: [u32; 2] = [24, 18];
-const SCENES: [&str; 8] = ["cornell", "moving", "many-lights", "glass", "glossy", "foliage", "toys", "furnace"];
+const SCENES: [&str; 9] =
+    ["cornell", "moving", "many-lights", "glass", "glossy", "foliage", "toys", "furnace", "all-lights"];
 
 fn main() -> ExitCode {
     let mut trials: Vec<Trial> = Vec::new();
@@ -54,7 +55,7 @@ fn main() -> ExitCode {
 }
 
 fn buffers(name: &str) -> Result<SceneBuffers, Error> {
-    SceneBuffers::build(&Scene::load(name)?)
+    restir_tests::scenes::buffers(name)
 }
 
 fn consistent(name: &str) -> Result<(), Failed> {
@@ -87,9 +88,15 @@ enum Fault {
     Occluded,
     /// Sampling draws another light than the address of the same words.
     Sampled,
+    /// Of directions that reach the environment, in the weights alone.
+    EnvironmentDensity,
+    /// What arrives from there.
+    Radiance,
+    /// A quarter of the map away.
+    EnvironmentAddress,
 }
 
-const FAULTS: [(&str, &str, Fault); 11] = [
+const FAULTS: [(&str, &str, Fault); 14] = [
     ("a density that is off by 2 %", "sum up to 1.02", Fault::Density),
     ("a density of hits that is off by 2 %", "by light_density()", Fault::DensityOfHits),
     ("a density of one light that is off by 2 %", "sum up to 1.00", Fault::DensityOfOne),
@@ -101,6 +108,9 @@ const FAULTS: [(&str, &str, Fault); 11] = [
     ("an emission that differs", "by surface()", Fault::Emission),
     ("visibility that misses the hit", "occluded() finds nothing", Fault::Occluded),
     ("a light sample of another light", "by the same words", Fault::Sampled),
+    ("a density of the environment that is off by 2 %", "by environment()", Fault::EnvironmentDensity),
+    ("a radiance of the environment that differs", "arrives by environment()", Fault::Radiance),
+    ("an address of the environment that is off", "leads to a direction", Fault::EnvironmentAddress),
 ];
 
 impl Wrong<'_> {
@@ -163,7 +173,12 @@ impl Lights for Wrong<'_> {
     }
 
     fn environment(&self, direction: Vec3) -> EnvironmentPoint {
-        self.right.environment(direction)
+        let point = self.right.environment(direction);
+        match self.fault {
+            Fault::EnvironmentDensity => EnvironmentPoint { density: point.density * 1.02, ..point },
+            Fault::Radiance => EnvironmentPoint { radiance: point.radiance * 0.5, ..point },
+            _ => point,
+        }
     }
 }
 
@@ -191,12 +206,15 @@ impl AddressedLights for Wrong<'_> {
     }
 
     fn address_of_environment(&self, direction: Vec3) -> LightAddress {
-        self.right.address_of_environment(direction)
+        let address = self.right.address_of_environment(direction);
+        let turned = (address.u + (1 << 22)) & 0x00ff_ffff;
+        if self.fault == Fault::EnvironmentAddress { LightAddress { u: turned, ..address } } else { address }
     }
 }
 
 fn is_named(words: &str, fault: Fault) -> Result<(), Failed> {
-    let buffers = buffers("moving")?;
+    let of_environment = [Fault::EnvironmentDensity, Fault::Radiance, Fault::EnvironmentAddress].contains(&fault);
+    let buffers = buffers(if of_environment { "all-lights" } else { "moving" })?;
     let wrong = Wrong { right: buffers.traced_view(), fault };
     let said = check(&wrong, &buffers.camera).err().map(|error| error.to_string()).unwrap_or_default();
     println!("{said}");

@@ -12,6 +12,8 @@ use restir_host::technique::restir_di::{
     DiSettings, MAX_CANDIDATES, MAX_CONFIDENCE_CAP, MAX_INITIAL_RAYS, MAX_NEIGHBOURS, MAX_SHADED, MAX_SPATIAL_PASSES,
     MAX_TILE_SIZE, MAX_TILES,
 };
+use restir_kernels::KernelDesc;
+use restir_kernels::path::{path_exits, path_media, path_media_clear, path_profile};
 use restir_kernels::restir_di::{di_combine, di_primary, di_tiles};
 use restir_shared::glam::DVec3;
 use restir_shared::layout::{Extent, NONE, SceneHeader};
@@ -59,13 +61,10 @@ fn main() -> ExitCode {
         let largest = LARGEST.map(|text| {
             adapter.trial(&format!("{text}, the largest there are"), move |executor| largest_settings(executor, text))
         });
-        let media = [Subsurface::Walk, Subsurface::Hybrid, Subsurface::Diffusion].map(|subsurface| {
+        let media = MEDIA.map(|(scene, subsurface, kernel)| {
             let (name, all) = (subsurface.name(), "all buffers after every pass");
-            let title = format!("path, moving media with textures, {name}: {FRAMES} frames, {all}");
-            adapter.trial(&title, move |executor| {
-                let settings = PathSettings { max_depth: 5, longest_walk: 70, subsurface, ..PathSettings::default() };
-                same_on_device_in(executor, "moving-media", frames(settings))
-            })
+            let title = format!("path, media of {scene}, {name}: {FRAMES} moments, {all}");
+            adapter.trial(&title, move |executor| media_on_device(executor, scene, subsurface, kernel))
         });
         let trials = |trials: Trials| {
             let rows = trials.rows().into_iter();
@@ -83,6 +82,42 @@ fn main() -> ExitCode {
         largest.into_iter().chain(media).chain(indoors).chain(rows).collect()
     }));
     libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
+}
+
+/// What scatters light and moves, some of it with textures, how light is followed in there, and a kernel that does so.
+const MEDIA: [(&str, Subsurface, &KernelDesc); 5] = [
+    ("moving-media", Subsurface::Walk, &path_media::DESC),
+    ("moving-media", Subsurface::Hybrid, &path_exits::DESC),
+    ("moving-media", Subsurface::Diffusion, &path_profile::DESC),
+    ("moving-mist", Subsurface::Walk, &path_media_clear::DESC),
+    ("moving-mist", Subsurface::Hybrid, &path_exits::DESC),
+];
+
+/// A sample of each frame's moment, seen by a camera that stands still: all that differs between two pictures is what moves.
+fn media_on_device(
+    executor: &mut dyn Executor,
+    scene: &str,
+    subsurface: Subsurface,
+    kernel: &KernelDesc,
+) -> Result<(), Failed> {
+    let scene = buffers(scene)?;
+    let settings = PathSettings { max_depth: 5, longest_walk: 70, subsurface, ..PathSettings::default() };
+    let render = Render { seed: 3, ..Render::new(SIZE, settings) };
+    let kernels: Vec<&str> = plan(&scene, &render).passes.flatten().map(|pass| pass.kernel.name).collect();
+    ensure(kernels.contains(&kernel.name), || format!("{kernels:?} without {}", kernel.name))?;
+    let mut films = Vec::new();
+    for frame in 0..FRAMES {
+        let moment = scene.at(f64::from(frame))?;
+        render::check(&moment, &render)?;
+        let output = plan(&moment, &render).outputs[0];
+        let mut host = trace(&mut CpuExecutor::new(None)?, plan(&moment, &render))?;
+        if let Some(divergence) = first_divergence(executor, plan(&moment, &render), &host)? {
+            return Err(format!("moment {frame}: {divergence}").into());
+        }
+        films.extend(host.pop().map(|mut buffers| buffers.swap_remove(output)));
+    }
+    let same = films.windows(2).position(|films| films[0] == films[1]);
+    ensure(same.is_none() && films.len() == FRAMES as usize, || format!("nothing moves after moment {same:?}"))
 }
 
 /// A camera that flies past, at every frame.

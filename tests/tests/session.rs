@@ -10,9 +10,9 @@ use restir_host::image::Image;
 use restir_host::render::{Render, render};
 use restir_host::scene::{AlphaMode, Camera, Scene};
 use restir_host::session::{Begun, CpuSession, GpuSession, History, SceneChange, Setup, View};
-use restir_host::technique::Technique;
-use restir_host::technique::path::PathSettings;
+use restir_host::technique::path::{PathSettings, Subsurface};
 use restir_host::technique::restir_di::{DiSettings, MAX_CANDIDATES};
+use restir_host::technique::{Repeats, Technique};
 use restir_host::wgpu;
 use restir_shared::camera::camera_ray;
 use restir_shared::geometry::{PackedHit, Ray};
@@ -21,10 +21,14 @@ use restir_shared::layout::FilmPixel;
 use restir_shared::rng::{Rng, Sampler};
 use restir_shared::scene::{Surface, Trace};
 use restir_tests::device;
+use restir_tests::scenes::named;
 use restir_tests::suite::ensure;
+use restir_tests::technique::Trials;
 use restir_tests::technique::restir_di::settings;
+use std::pin::pin;
 use std::process::ExitCode;
 use std::sync::{Arc, mpsc};
+use std::task::{Context, Poll, Waker};
 
 const SIZE: [u32; 2] = [18, 12];
 /// Of the long session.
@@ -58,6 +62,7 @@ fn main() -> ExitCode {
             adapter.trial("as a texture", as_a_texture),
             adapter.trial(&format!("memory after {MANY} frames"), memory_stays),
             adapter.trial("what does not fit is named", what_does_not_fit_is_named),
+            adapter.trial("without passthrough fast is had by name", without_passthrough),
         ]
     }));
     libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
@@ -98,8 +103,11 @@ struct OnDevice {
 
 impl OnDevice {
     fn new(executor: &GpuExecutor, setup: Setup) -> Result<Self, Error> {
-        let (device, queue) = (executor.device().clone(), executor.queue().clone());
-        let pipelines = Pipelines::new(&device, Flavour::Exact, Shaders::Embedded);
+        Self::with_device(executor.device().clone(), executor.queue().clone(), Flavour::Exact, setup)
+    }
+
+    fn with_device(device: wgpu::Device, queue: wgpu::Queue, flavour: Flavour, setup: Setup) -> Result<Self, Error> {
+        let pipelines = Pipelines::new(&device, flavour, Shaders::Embedded);
         Ok(Self { session: GpuSession::new(&device, pipelines, setup)?, device, queue })
     }
 
@@ -150,14 +158,29 @@ fn cpu() -> Result<CpuExecutor, Error> {
 
 /// Techniques, with what may happen in a frame.
 fn techniques() -> Vec<(&'static str, Box<dyn Technique>)> {
-    let direct = |text: &str| settings(text).into();
+    let with = |name, text| Trials::of(name).and_then(|trials| trials.with(text)).expect("the harness knows them");
+    let direct = |text| with("restir-di", text);
+    let paths = |text| with("restir-pt", text);
     vec![
-        ("path", PathSettings { max_depth: 3, ..PathSettings::default() }.into()),
+        ("path", with("path", "max_depth=3")),
         ("restir-di", direct("")),
         ("quality", direct("preset=quality")),
         ("spatial reuse without feedback, tiles", direct("spatial=2,feedback=off,tiles=4x32")),
         ("without reuse in time", direct("temporal=off,spatial=1")),
+        ("restir-pt", paths("")),
+        ("restir-pt, hybrid, paths of paths", paths("shift=hybrid,spatial=2,feedback=on")),
+        ("restir-pt, direct light by restir-di", paths("direct=restir-di")),
     ]
+}
+
+/// What is played for long, with its scene: the techniques, and paths through bodies that scatter light and move.
+fn plays() -> Vec<(&'static str, &'static str, Box<dyn Technique>)> {
+    let media = [Subsurface::Walk, Subsurface::Hybrid, Subsurface::Diffusion].map(|subsurface| {
+        let settings = PathSettings { max_depth: 4, longest_walk: 70, subsurface, ..PathSettings::default() };
+        ("moving-media", subsurface.name(), settings.into())
+    });
+    let moving = techniques().into_iter().map(|(name, technique)| ("moving", name, technique));
+    moving.chain(media).collect()
 }
 
 fn camera(frame: u32) -> Camera {
@@ -168,7 +191,7 @@ fn camera(frame: u32) -> Camera {
 }
 
 fn source(name: &str) -> Result<Scene, Error> {
-    Scene::load(name)
+    named(name).map_or_else(|| Scene::load(name), Ok)
 }
 
 /// What an editor has made of a scene by some frame: objects and lights move, later on a wall is painted, and then an object is gone.
@@ -202,24 +225,25 @@ fn frames_are_those_of_a_render() -> Result<(), Failed> {
         ["moving", "cornell"].into_iter().flat_map(|scene| techniques().into_iter().map(move |t| (scene, t)))
     {
         let buffers = SceneBuffers::build(&source(scene)?)?;
-        let is_path = name == "path";
-        let mut session =
-            CpuSession::new(Setup { seed: 3, ..Setup::new(buffers.clone(), technique.clone(), SIZE) }, cpu()?)?;
+        let of_samples = technique.about().repeats == Repeats::Samples;
+        // samples are counted from the beginning of a mean, here that of each frame
+        let mean_of = of_samples.then_some(1);
+        let setup = Setup { seed: 3, mean_of, ..Setup::new(buffers.clone(), technique.clone(), SIZE) };
+        let mut session = CpuSession::new(setup, cpu()?)?;
         for frame in 0..COUNT {
-            let scene = if is_path { SceneChange::None } else { SceneChange::Frame(f64::from(frame)) };
-            let begun = session.frame(&View { camera: Some(camera(frame)), scene, ..View::default() })?;
+            let change = SceneChange::Frame(f64::from(frame));
+            let begun = session.frame(&View { camera: Some(camera(frame)), scene: change, ..View::default() })?;
             ensure(begun.history == if frame == 0 { History::New } else { History::Kept }, || format!("{begun:?}"))?;
             let cameras = (0..=frame).map(camera).collect();
-            let still = Render { seed: 3, cameras, ..Render::new(SIZE, technique.clone()) };
-            let whole = if is_path {
-                Render { cameras: vec![camera(frame)], ..still }
+            let whole = Render { seed: 3, cameras, ..Render::new(SIZE, technique.clone()) };
+            // and they are of a moment
+            let (moment, whole) = if of_samples {
+                (buffers.at(f64::from(frame))?, Render { cameras: vec![camera(frame)], ..whole })
             } else {
-                Render { count: frame + 1, ..still }
+                (buffers.clone(), Render { count: frame + 1, ..whole })
             };
-            if !is_path || frame == 0 {
-                let image = render(&mut cpu()?, &buffers, &whole, &mut |_| Ok(()))?.image;
-                ensure_image(&format!("{scene:?}, {name}, frame {frame}"), &image, session.pixels())?;
-            }
+            let image = render(&mut cpu()?, &moment, &whole, &mut |_| Ok(()))?.image;
+            ensure_image(&format!("{scene}, {name}, frame {frame}"), &image, session.pixels())?;
         }
     }
     Ok(())
@@ -229,7 +253,7 @@ fn means_are_those_of_renders() -> Result<(), Failed> {
     let buffers = SceneBuffers::build(&source("cornell")?)?;
     for (name, technique) in techniques() {
         for samples in [1, 3] {
-            let takes_samples = name == "path";
+            let takes_samples = technique.about().repeats == Repeats::Samples;
             if samples > 1 && !takes_samples {
                 continue;
             }
@@ -284,8 +308,8 @@ fn editable(scene: &Scene) -> Result<SceneBuffers, Error> {
 }
 
 fn resets_make_fresh_sessions() -> Result<(), Failed> {
-    let scene = source("moving")?;
-    for (name, technique) in techniques() {
+    for (scene, name, technique) in plays() {
+        let scene = source(scene)?;
         let mut session = CpuSession::new(Setup::new(editable(&scene)?, technique.clone(), SIZE), cpu()?)?;
         let mut fresh: Option<CpuSession> = None;
         let mut reset_at = Vec::new();
@@ -310,8 +334,8 @@ fn resets_make_fresh_sessions() -> Result<(), Failed> {
 }
 
 fn same_on_device(executor: &mut GpuExecutor) -> Result<(), Failed> {
-    let scene = source("moving")?;
-    for (name, technique) in techniques() {
+    for (scene, name, technique) in plays() {
+        let scene = source(scene)?;
         let setup = Setup::new(editable(&scene)?, technique, SIZE);
         let mut host = Vec::new();
         play(&mut CpuSession::new(setup.clone(), cpu()?)?, &scene, |_, _, begun, pixels| {
@@ -447,7 +471,9 @@ fn what_does_not_fit_is_named(executor: &mut GpuExecutor) -> Result<(), Failed> 
         let refused =
             OnDevice::new(executor, setup([side; 2])).err().map(|error| error.to_string()).unwrap_or_default();
         println!("{refused}");
-        ensure(refused.contains("\"points\"") && refused.contains(&limit.to_string()), || refused.clone())?;
+        let bytes = 48 * u64::from(side) * u64::from(side);
+        let named = ["\"points\"".to_owned(), format!("{bytes} bytes"), format!("{limit} bytes")];
+        ensure(named.iter().all(|word| refused.contains(word)), || refused.clone())?;
         let mut player = OnDevice::new(executor, setup(SIZE))?;
         player.frame(&View::default())?;
         let before = player.image()?;
@@ -456,6 +482,35 @@ fn what_does_not_fit_is_named(executor: &mut GpuExecutor) -> Result<(), Failed> 
         player.frame(&View::default())?;
     }
     Ok(())
+}
+
+/// What wgpu answers, which it does at once outside of browsers.
+fn answer<T>(future: impl Future<Output = T>) -> Result<T, Failed> {
+    match pin!(future).poll(&mut Context::from_waker(Waker::noop())) {
+        Poll::Ready(answer) => Ok(answer),
+        Poll::Pending => Err("wgpu has something to wait for".into()),
+    }
+}
+
+/// On a device that was opened without the feature that loads modules as they are, `exact` is refused by a sentence that names `fast`, which
+/// then gives a picture.
+fn without_passthrough(executor: &mut GpuExecutor) -> Result<(), Failed> {
+    let name = executor.device().adapter_info().name;
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    let adapters = answer(instance.enumerate_adapters(wgpu::Backends::PRIMARY))?;
+    let adapter = adapters.into_iter().find(|adapter| adapter.get_info().name == name).ok_or("it has gone")?;
+    let descriptor = wgpu::DeviceDescriptor { required_limits: adapter.limits(), ..wgpu::DeviceDescriptor::default() };
+    let (device, queue) = answer(adapter.request_device(&descriptor))??;
+    let setup = Setup::new(SceneBuffers::build(&source("cornell")?)?, settings(""), SIZE);
+    let mut unfit = GpuExecutor::with_device(device.clone(), queue.clone(), Flavour::Exact, Shaders::Embedded);
+    let session = OnDevice::with_device(device.clone(), queue.clone(), Flavour::Exact, setup.clone());
+    for refused in [unfit.check().err(), session.err()] {
+        let said = refused.map_or_else(|| "exact is taken".to_owned(), |error| error.to_string());
+        ensure(said.contains("PASSTHROUGH_SHADERS") && said.contains("fast"), || said.clone())?;
+    }
+    let mut fast = OnDevice::with_device(device, queue, Flavour::Fast, setup)?;
+    fast.frame(&View::default())?;
+    ensure(fast.image()?.iter().any(|pixel| pixel.sum[1] > 0.0), || "fast shows nothing".to_owned())
 }
 
 /// What a rasteriser would write: for each pixel the triangle, the coordinates and the distance of the nearest hit.

@@ -1,5 +1,5 @@
 //! `cargo xtask package`: the published crates are whole. Packed, unpacked elsewhere and installed without the lock file, they
-//! give a program whose pictures on the CPU and on an adapter have the same bits.
+//! give a program whose pictures on the CPU and on an adapter have the same bits, and the tests of the host pass where they lie.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -64,6 +64,9 @@ pub fn run(options: &Options) -> Result<(), Error> {
     println!("{}: the pictures of the installed program on the CPU and on {adapter} are identical", members.join(", "));
     finish(cargo("run", place).args(["--release", "--package", "embedder", "--target-dir"]).arg(&target))?;
     println!("so are those of a program of {} lines that embeds the library", EMBEDDER.lines().count());
+    let mut tests = cargo("test", place);
+    finish(tests.args(["--release", "--package", "restir-host", "--features", "gpu", "--target-dir"]).arg(&target))?;
+    println!("the tests and the examples of the packed restir-host pass");
     Ok(())
 }
 

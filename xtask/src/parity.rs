@@ -2,8 +2,8 @@
 
 use clap::Args;
 use restir_host::Shaders;
-use restir_host::exec::gpu::{AdapterInfo, adapters};
-use restir_host::exec::{Executor, Flavour, GpuExecutor};
+use restir_host::exec::gpu::{AdapterInfo, adapters, takes_passthrough};
+use restir_host::exec::{Flavour, GpuExecutor};
 use restir_kernels::{Case, all};
 use restir_tests::cases;
 use restir_tests::parity::{Outcome, compare};
@@ -131,15 +131,14 @@ fn chosen(options: &Options) -> Result<Vec<AdapterInfo>, Error> {
 /// Prints the table of an adapter and gives the number of its failures.
 fn on(adapter: &AdapterInfo, rows: &[Row]) -> usize {
     println!("{} ({}, {})", adapter.name, adapter.backend, adapter.driver);
-    let base = match GpuExecutor::open(Some(&adapter.name), None::<Flavour>, Shaders::Embedded) {
+    let base = match GpuExecutor::open(Some(&adapter.name), Flavour::Fast, Shaders::Embedded) {
         Ok(base) => base,
         Err(error) => {
             print_table(rows, |_| Finding::Broken(error.to_string()));
             return rows.len();
         }
     };
-    // opened without a flavour, an adapter that refuses exact has taken fast
-    let offers_exact = base.describe().flavour == Flavour::Exact;
+    let offers_exact = takes_passthrough(base.device());
     let mut executors = Flavour::ALL.map(|flavour| base.reload(flavour, Shaders::Embedded));
     for executor in &executors {
         println!("{}", executor.loading());

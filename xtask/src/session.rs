@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 use std::path::Path;
+use std::process::Command;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -40,6 +41,10 @@ pub struct Options {
     /// Write the report to docs/session.md.
     #[arg(long)]
     write: bool,
+    /// Only print the milliseconds to the first frame of a technique, with pipelines kept in a folder: what the report starts anew for each of
+    /// them, because a driver keeps what it has compiled in this process.
+    #[arg(long, hide = true, num_args = 2, value_names = ["NAME", "FOLDER"])]
+    first_frame: Option<Vec<String>>,
 }
 
 /// What happens between two frames.
@@ -56,23 +61,44 @@ const SITUATIONS: [(&str, bool, usize); 4] = [
 /// [`Error::Host`] without an adapter; [`Error::Failed`] if memory grows.
 pub fn run(options: &Options) -> Result<(), Error> {
     let executor = GpuExecutor::open(options.adapter.as_deref(), Flavour::Exact, Shaders::Embedded)?;
+    if let Some([name, folder]) = options.first_frame.as_deref() {
+        let [built, made, shown] = first_frame(&executor, technique::named(name)?, Path::new(folder))?;
+        println!("{built} {made} {shown}");
+        return Ok(());
+    }
     let mut text = format!(
-        "# What a session costs\n\nMade by `cargo xtask session --write` on {}. {} objects of {} triangles each, the technique {} with its default \
-         settings, {} x {} pixels, medians of {} frames.\n\n",
+        "# What a session costs\n\nMade by `cargo xtask session --write` at commit {} on {}. {} objects of {} triangles each, techniques with \
+         their default settings, {} x {} pixels, medians of {} frames.\n\n",
+        commit()?,
         executor.describe().adapter.unwrap_or_default(),
         SIDE * SIDE,
         sphere().indices.len(),
-        technique()?.about().name,
         SIZE[0],
         SIZE[1],
         options.frames
     );
-    text += &first_frames(&executor)?;
+    text += &first_frames(options)?;
     text += &frames(&executor, options.frames)?;
     let (memory, grows) = memory(&executor)?;
     text += &memory;
     report::publish("session", &text, options.write)?;
     report::judge("memory of sessions", grows)
+}
+
+/// The commit of the working tree, with a plus if it has been changed since.
+fn commit() -> Result<String, Error> {
+    let describe = ["describe", "--always", "--abbrev=10", "--dirty=+", "--exclude=*"];
+    let said = output(Command::new("git").args(describe).current_dir(env!("CARGO_MANIFEST_DIR")))?;
+    Ok(said.trim().to_owned())
+}
+
+/// What a command prints.
+fn output(command: &mut Command) -> Result<String, Error> {
+    let name = command.get_program().to_string_lossy().into_owned();
+    let failed = |why: &str| Error::Failed(format!("{name} fails: {}", why.trim()));
+    let output = command.output().map_err(|error| failed(&error.to_string()))?;
+    let [said, complaint] = [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned());
+    if output.status.success() { Ok(said) } else { Err(failed(&complaint)) }
 }
 
 /// A sphere of radius 1, without normals.
@@ -118,106 +144,155 @@ fn median(values: &mut [f64]) -> f64 {
     values[values.len() / 2]
 }
 
-/// The first technique whose frames reuse each other.
-fn technique() -> Result<Box<dyn Technique>, Error> {
-    let found = technique::all().into_iter().find(|technique| technique.looks_back());
-    found.ok_or_else(|| Error::Failed("no technique reuses frames".to_owned()))
+/// The techniques whose frames reuse each other.
+fn techniques() -> impl Iterator<Item = Box<dyn Technique>> {
+    technique::all().into_iter().filter(|technique| technique.looks_back())
 }
 
-fn session(executor: &GpuExecutor, scene: &Scene, cache: Option<&Path>) -> Result<GpuSession, Error> {
+fn session(
+    executor: &GpuExecutor,
+    scene: &Scene,
+    technique: Box<dyn Technique>,
+    cache: Option<&Path>,
+) -> Result<GpuSession, Error> {
     let pipelines = Pipelines::new(executor.device(), Flavour::Exact, Shaders::Embedded);
     let pipelines = if let Some(folder) = cache { pipelines.kept_in(folder) } else { pipelines };
-    let setup = Setup::new(SceneBuffers::build_editable(scene)?, technique()?, SIZE);
+    let setup = Setup::new(SceneBuffers::build_editable(scene)?, technique, SIZE);
     Ok(GpuSession::new(executor.device(), pipelines, setup)?)
 }
 
-/// Records a frame, submits it and waits: milliseconds of both, and bytes that were uploaded.
-fn frame(executor: &GpuExecutor, session: &mut GpuSession, view: &View<'_>) -> Result<(f64, f64, u64), Error> {
+/// Submits what `record` records and waits: what that gives, and milliseconds until it was recorded and until it was done.
+fn submitted<T>(
+    executor: &GpuExecutor,
+    record: impl FnOnce(&mut wgpu::CommandEncoder) -> Result<T, restir_host::Error>,
+) -> Result<(T, f64, f64), Error> {
     let start = Instant::now();
     let mut encoder = executor.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    let begun = session.frame(&mut encoder, view)?;
+    let made = record(&mut encoder)?;
     let recorded = milliseconds(start);
     executor.queue().submit([encoder.finish()]);
     let polled = executor.device().poll(wgpu::PollType::wait_indefinitely());
     polled.map_err(|error| Error::Failed(format!("the adapter stopped answering: {error}")))?;
-    Ok((recorded, milliseconds(start), begun.uploaded))
+    Ok((made, recorded, milliseconds(start)))
 }
 
-/// With nothing kept of pipelines, and with what the first run left.
-fn first_frames(executor: &GpuExecutor) -> Result<String, Error> {
-    let folder = tempfile::tempdir().map_err(|error| Error::Failed(format!("no temporary folder: {error}")))?;
+/// Milliseconds to build the scene, to make the session, and to see the first frame.
+fn first_frame(executor: &GpuExecutor, technique: Box<dyn Technique>, folder: &Path) -> Result<[f64; 3], Error> {
     let scene = scene()?;
+    let start = Instant::now();
+    SceneBuffers::build_editable(&scene)?;
+    let built = milliseconds(start);
+    let start = Instant::now();
+    let mut session = session(executor, &scene, technique, Some(folder))?;
+    let made = milliseconds(start) - built;
+    let (_, _, shown) = submitted(executor, |encoder| session.frame(encoder, &View::default()))?;
+    Ok([built, made, shown])
+}
+
+/// In a process of its own with nothing kept, neither by the driver nor in a file, and in another one with what the first left.
+fn first_frames(options: &Options) -> Result<String, Error> {
     let mut text = String::from(
-        "| the first frame | building the scene | making the session | the frame |\n|---|---:|---:|---:|\n",
+        "| the first frame | caches | building the scene | making the session | the frame |\n|---|---|---:|---:|---:|\n",
     );
-    for name in ["no pipeline is kept", "pipelines are kept"] {
-        let start = Instant::now();
-        SceneBuffers::build_editable(&scene)?;
-        let built = milliseconds(start);
-        let start = Instant::now();
-        let mut session = session(executor, &scene, Some(folder.path()))?;
-        let made = milliseconds(start) - built;
-        let (_, shown, _) = frame(executor, &mut session, &View::default())?;
-        let _ = writeln!(text, "| {name} | {built:.0} ms | {made:.0} ms | {shown:.0} ms |");
+    let program =
+        std::env::current_exe().map_err(|error| Error::Failed(format!("this program is nowhere: {error}")))?;
+    for technique in techniques() {
+        let name = technique.about().name;
+        let folder = tempfile::tempdir().map_err(|error| Error::Failed(format!("no temporary folder: {error}")))?;
+        for caches in ["cold", "warm"] {
+            let mut child = Command::new(&program);
+            child.args(["session", "--first-frame", name]).arg(folder.path());
+            child.args(options.adapter.iter().flat_map(|name| ["--adapter", name]));
+            let said = output(child.env("MESA_SHADER_CACHE_DIR", folder.path().join("driver")))?;
+            let times: Vec<f64> = said.split_whitespace().filter_map(|word| word.parse().ok()).collect();
+            let [built, made, shown] = times[..] else {
+                return Err(Error::Failed(format!("the first frame of {name} says {said:?}")));
+            };
+            let _ = writeln!(text, "| {name} | {caches} | {built:.0} ms | {made:.0} ms | {shown:.0} ms |");
+        }
     }
-    Ok(text + "\n")
+    Ok(
+        text + "\n*Cold* is a new process with nothing kept by the driver or in the file of pipelines, *warm* one after it.\n\n"
+    )
+}
+
+/// Medians over frames of a situation.
+struct Medians {
+    refit: f64,
+    rebuild: f64,
+    recording: f64,
+    frame: f64,
+    /// Of the same kernels, without what the frame uploads.
+    kernels: f64,
+    uploaded: f64,
 }
 
 /// Milliseconds and bytes of frames, in turns.
 fn frames(executor: &GpuExecutor, count: u32) -> Result<String, Error> {
-    let source = scene()?;
-    let mut rebuilds = Vec::new();
-    let mut rows = Vec::new();
-    for (name, camera_moves, moving) in SITUATIONS {
-        let mut scene = source.clone();
-        let first = scene.instances.len() - SIDE * SIDE;
-        let mut session = session(executor, &scene, None)?;
-        let camera = session.setup().scene.camera;
-        let (mut refits, mut recorded, mut shown, mut bytes) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        for index in 0..count + 2 {
-            let step = f64::from(index) * 1e-3;
-            for instance in &mut scene.instances[first..first + moving] {
-                instance.transform.translation.y += 1e-3;
-            }
-            let position = camera.position + if camera_moves { step } else { 0.0 };
-            let change = if moving > 0 { SceneChange::Edited(&scene) } else { SceneChange::None };
-            let view = View { camera: Some(Camera { position, ..camera }), scene: change, ..View::default() };
-            let start = Instant::now();
-            if moving > 0 {
-                session.setup().scene.refit(&scene)?;
-            }
-            let refit = milliseconds(start);
-            let times = frame(executor, &mut session, &view)?;
-            if moving == 1 {
-                let start = Instant::now();
-                SceneBuffers::build_editable(&scene)?;
-                rebuilds.push(milliseconds(start));
-            }
-            // the first two frames fill both parts of the arenas
-            if index >= 2 {
-                refits.push(refit);
-                recorded.push(times.0);
-                shown.push(times.1);
-                bytes.push(times.2 as f64);
-            }
-        }
-        rows.push((name, [&mut refits, &mut recorded, &mut shown, &mut bytes].map(|values| median(values))));
-    }
-    let rebuild = median(&mut rebuilds);
-    let mut text = format!(
-        "Building the scene anew takes {rebuild:.1} ms. *Recording* is all that the session does on the CPU before a frame is submitted, and \
-         the scene's refit is part of it; a *frame* ends when the device has done it.\n\n\
-         | what happens | refit | of a rebuild | recording | frame | uploaded |\n|---|---:|---:|---:|---:|---:|\n"
+    let mut text = String::from(
+        "*Recording* is all that the session does on the CPU before a frame is submitted, and the scene's refit is part of it; a *frame* ends \
+         when the device has done it; *kernels* are the same passes once more, without uploads; what the session *adds* is the frame less the \
+         kernels. The refit is also told in parts of building the scene anew.\n\n\
+         | technique | what happens | refit | of a rebuild | recording | frame | kernels | adds | uploaded |\n\
+         |---|---|---:|---:|---:|---:|---:|---:|---:|\n",
     );
-    for (name, [refit, recorded, shown, bytes]) in rows {
-        let share = refit / rebuild;
-        let _ = writeln!(
-            text,
-            "| {name} | {refit:.2} ms | {share:.3} | {recorded:.2} ms | {shown:.1} ms | {:.1} kB |",
-            bytes / 1e3
-        );
+    for technique in techniques() {
+        for situation in SITUATIONS {
+            let Medians { refit, rebuild, recording, frame, kernels, uploaded } =
+                medians(executor, count, technique.clone(), situation)?;
+            let share = if rebuild > 0.0 { format!("{:.3}", refit / rebuild) } else { "-".to_owned() };
+            let (name, adds) = (technique.about().name, frame - kernels);
+            let _ = writeln!(
+                text,
+                "| {name} | {} | {refit:.2} ms | {share} | {recording:.2} ms | {frame:.1} ms | {kernels:.1} ms | {adds:.1} ms | {:.1} kB |",
+                situation.0,
+                uploaded / 1e3
+            );
+        }
     }
     Ok(text + "\n")
+}
+
+fn medians(
+    executor: &GpuExecutor,
+    count: u32,
+    technique: Box<dyn Technique>,
+    (_, camera_moves, moving): (&str, bool, usize),
+) -> Result<Medians, Error> {
+    let mut scene = scene()?;
+    let first = scene.instances.len() - SIDE * SIDE;
+    let mut session = session(executor, &scene, technique, None)?;
+    let camera = session.setup().scene.camera;
+    let mut columns: [Vec<f64>; 6] = Default::default();
+    for index in 0..count + 2 {
+        let step = f64::from(index) * 1e-3;
+        for instance in &mut scene.instances[first..first + moving] {
+            instance.transform.translation.y += 1e-3;
+        }
+        let position = camera.position + if camera_moves { step } else { 0.0 };
+        let change = if moving > 0 { SceneChange::Edited(&scene) } else { SceneChange::None };
+        let view = View { camera: Some(Camera { position, ..camera }), scene: change, ..View::default() };
+        let start = Instant::now();
+        if moving > 0 {
+            session.setup().scene.refit(&scene)?;
+        }
+        let refit = milliseconds(start);
+        let (begun, recording, frame) = submitted(executor, |encoder| session.frame(encoder, &view))?;
+        let ((), _, kernels) = submitted(executor, |encoder| session.repeat_kernels(encoder))?;
+        let start = Instant::now();
+        if moving > 0 {
+            SceneBuffers::build_editable(&scene)?;
+        }
+        let rebuild = milliseconds(start);
+        // the first two frames fill both parts of the arenas
+        if index >= 2 {
+            let values = [refit, rebuild, recording, frame, kernels, begun.uploaded as f64];
+            columns.iter_mut().zip(values).for_each(|(column, value)| column.push(value));
+        }
+    }
+    let [refit, rebuild, recording, frame, kernels, uploaded] = columns.each_mut().map(|values| median(values));
+    let rebuild = if moving > 0 { rebuild } else { 0.0 };
+    Ok(Medians { refit, rebuild, recording, frame, kernels, uploaded })
 }
 
 /// Resident memory of this process in bytes; zero where the system does not say.
@@ -229,20 +304,23 @@ fn resident() -> u64 {
 /// Everything moves; what is uploaded and not freed would be seen.
 fn memory(executor: &GpuExecutor) -> Result<(String, Option<String>), Error> {
     let scene = Scene::load("moving")?;
-    let setup = Setup::new(SceneBuffers::build_editable(&scene.at(0.0))?, technique()?, [8, 6]);
+    let technique = techniques().next().ok_or_else(|| Error::Failed("no technique reuses frames".to_owned()))?;
+    let name = technique.about().name;
+    let setup = Setup::new(SceneBuffers::build_editable(&scene.at(0.0))?, technique, [8, 6]);
     let pipelines = Pipelines::new(executor.device(), Flavour::Exact, Shaders::Embedded);
     let mut session = GpuSession::new(executor.device(), pipelines, setup)?;
     let moments: Vec<Scene> = (0..32).map(|frame| scene.at(f64::from(frame))).collect();
     let (mut uploaded, mut looked_at) = (0, Vec::new());
     for index in 1..=MANY {
         let change = SceneChange::Edited(&moments[index as usize % moments.len()]);
-        uploaded += frame(executor, &mut session, &View { scene: change, ..View::default() })?.2;
+        let view = View { scene: change, ..View::default() };
+        uploaded += submitted(executor, |encoder| session.frame(encoder, &view))?.0.uploaded;
         if [FEW, MANY / 10, MANY].contains(&index) {
             looked_at.push([u64::from(index), session.bytes(), resident(), uploaded]);
         }
     }
-    let mut text = String::from(
-        "A scene that moves all the time, at 8 x 6 pixels:\n\n\
+    let mut text = format!(
+        "A scene that moves all the time by {name}, at 8 x 6 pixels:\n\n\
          | frames | bytes of buffers | resident memory of the process | uploaded so far |\n|---:|---:|---:|---:|\n",
     );
     for [frames, bytes, resident, uploaded] in &looked_at {

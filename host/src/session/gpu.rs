@@ -25,6 +25,8 @@ pub struct Gpu {
     /// The parameters of each pass of a frame, by kernel and how often it came before.
     params: HashMap<(&'static str, usize), wgpu::Buffer>,
     groups: HashMap<Bound, wgpu::BindGroup>,
+    /// The passes of the last frame, without what it uploaded, each with the number of those of its kernel that come before it.
+    last: Vec<(Pass, usize)>,
 }
 
 /// A kernel with its constants, how often it came before in the frame, and its buffers.
@@ -98,10 +100,16 @@ impl Gpu {
         }
     }
 
-    fn record(&mut self, encoder: &mut wgpu::CommandEncoder, passes: &[(Pass, usize)]) -> Result<(), Error> {
+    fn record(&mut self, encoder: &mut wgpu::CommandEncoder, passes: Vec<(Pass, usize)>) -> Result<(), Error> {
         let wanted: Vec<_> = passes.iter().map(|(pass, _)| (pass.kernel, pass.constants.clone())).collect();
         self.pipelines.prepare(&wanted, &mut |_, _| {})?;
-        self.upload(encoder, passes);
+        self.upload(encoder, &passes);
+        self.dispatch(encoder, &passes)?;
+        self.last = passes.into_iter().map(|(pass, before)| (Pass { frame: None, ..pass }, before)).collect();
+        Ok(())
+    }
+
+    fn dispatch(&mut self, encoder: &mut wgpu::CommandEncoder, passes: &[(Pass, usize)]) -> Result<(), Error> {
         let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         for (pass, before) in passes {
             let pipeline = self.pipelines.get(pass.kernel, &pass.constants)?;
@@ -139,6 +147,7 @@ impl GpuSession {
             buffers: Vec::new(),
             params: HashMap::new(),
             groups: HashMap::new(),
+            last: Vec::new(),
         };
         Self::over(setup, gpu)
     }
@@ -152,8 +161,20 @@ impl GpuSession {
         let (passes, begun) = self.passes(view, false)?;
         let passes = numbered(passes);
         let device = self.device.device.clone();
-        guarded(&device, || self.device.record(encoder, &passes))?;
+        guarded(&device, || self.device.record(encoder, passes))?;
         Ok(begun)
+    }
+
+    /// Records the kernels of the last frame once more, by themselves: what a measurement compares with a frame that uploads as well. They reuse what
+    /// they have written, which makes no picture; [reset](Session::reset) the session before one counts again.
+    ///
+    /// # Errors
+    /// As of [`Self::frame`].
+    pub fn repeat_kernels(&mut self, encoder: &mut wgpu::CommandEncoder) -> Result<(), Error> {
+        let (device, last) = (self.device.device.clone(), std::mem::take(&mut self.device.last));
+        guarded(&device, || self.device.dispatch(encoder, &last))?;
+        self.device.last = last;
+        Ok(())
     }
 
     /// The buffer of the image after the frames that were recorded: for each pixel, rows from top to bottom, three `f32` of linear RGB
@@ -164,7 +185,8 @@ impl GpuSession {
     }
 
     /// Records a copy of the image into a texture of its size, with the format `Rgba32Float` and the usage `COPY_DST`; alpha is then
-    /// the count of samples that were not finite.
+    /// the count of samples that were not finite. Of this texture the renderer makes the views that it wants. A copy on a device converts
+    /// nothing: for another format, such as `Rgba16Float`, the renderer's own shader reads [`Self::output`], which it has to tonemap anyway.
     ///
     /// # Errors
     /// [`Error::Setting`] if the texture is of another size or format.

@@ -14,7 +14,7 @@
 //!
 //! // a pixel that sees the middle of the lit floor that the documentation of `scene` shows
 //! let camera = CameraParams::pinhole(Vec3::new(0.0, 1.0, 0.1), Vec3::ZERO, Vec3::Z, 0.1, [1, 1]);
-//! let traced = path::pixel(&Floor, &PathParams { camera, width: 1, height: 1, max_depth: 2, ..PathParams::default() }, 0, 0);
+//! let traced = path::pixel(&Floor, &PathParams { max_depth: 2, ..PathParams::new(camera, [1, 1], 7) }, 0, 0);
 //!
 //! let params = DiParams::new(camera, [1, 1], 7);
 //! let hit = restir_di::primary(&Floor, &params, [0, 0]);

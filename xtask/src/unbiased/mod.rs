@@ -21,7 +21,7 @@ use restir_tests::stats::{TileGrid, sidak};
 use restir_tests::technique::Trials;
 
 use crate::Error;
-use crate::report::{judge, publish};
+use crate::report::{committed, judge, publish};
 use report::Row;
 use stage::Stage;
 
@@ -46,6 +46,9 @@ pub struct Options {
     /// With --technique: replace docs/NAME-bias.md.
     #[arg(long, requires = "technique")]
     write: bool,
+    /// With --technique: only the cells whose SCENE/SETTINGS have this text; the report's other rows stay as they are committed.
+    #[arg(long, value_name = "TEXT", requires = "technique")]
+    only: Option<String>,
     /// One cell, as `NAME[:KEY=VALUE,...]/SCENE`; the settings come after those that the harness has for the scene.
     #[arg(long, conflicts_with = "technique")]
     cell: Option<String>,
@@ -136,12 +139,21 @@ pub fn run(options: &Options) -> Result<(), Error> {
         None => (trials.known.matrix.scenes.iter().map(|(scene, _)| *scene).collect(), cells(&trials)),
     };
     let rows = rows(options, &trials, &scenes, &cells)?;
-    let report = match scene {
-        Some(_) => rows.iter().map(Row::in_detail).collect(),
-        None => report::report(&trials, &rows, options.most_restarts),
+    if let (Some(text), true) = (&options.only, rows.is_empty()) {
+        return Err(Error::Environment(format!(
+            "no cell of {technique} has {text:?} in SCENE/SETTINGS; give less of it"
+        )));
+    }
+    let name = format!("{technique}-bias");
+    let report = match (scene, &options.only) {
+        (Some(_), _) => rows.iter().map(Row::in_detail).collect(),
+        (None, None) => report::report(&trials, &rows, options.most_restarts),
+        (None, Some(_)) => {
+            report::replaced(&committed(&name)?, &report::report(&trials, &rows, options.most_restarts))?
+        }
     };
-    publish(&format!("{technique}-bias"), &report, options.write)?;
-    judge("not as known", report::findings(&rows))
+    publish(&name, &report, options.write)?;
+    judge("not as known", report::findings(&rows, options.only.is_none()))
 }
 
 /// Tests all cells on all scenes, as one family.
@@ -151,7 +163,10 @@ fn rows(options: &Options, trials: &Trials, scenes: &[&str], cells: &[(String, b
     let mut rows = Vec::new();
     for scene in scenes {
         let mut stage = Stage::open(scene, options)?;
-        for (settings, wrong) in cells {
+        let wanted = |settings: &str| {
+            options.only.as_ref().is_none_or(|text| format!("{scene}/{settings}").contains(text.as_str()))
+        };
+        for (settings, wrong) in cells.iter().filter(|(settings, _)| wanted(settings)) {
             let cell = Cell::new(trials, scene, settings, *wrong)?;
             let declared = options.technique.as_ref().map(|_| trials.known.matrix.goal(scene));
             let goal = options.goal.or(declared.filter(|_| cell.expected != Expected::Biased));

@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use restir_host::buffers::SceneBuffers;
 use restir_host::exec::CpuExecutor;
 use restir_host::render::{self, Render};
-use restir_host::scene::{Scene, builtin};
-use restir_host::technique::path::PathSettings;
+use restir_host::scene::{Camera, Scene, builtin};
+use restir_host::settings::Settings;
+use restir_host::technique::path::{PathSettings, film};
 use restir_host::technique::{Integral, PixelFilter, Repeats, Technique};
 use restir_tests::scenes::named;
 use restir_tests::stats::Moments;
@@ -25,6 +26,9 @@ const REFERENCE_SEED: u32 = 1 << 31;
 
 /// Samples of a pixel in each restart of a reference.
 const REFERENCE_SAMPLES: u32 = 64;
+
+/// In names of what light that is seen directly is taken off.
+const BEYOND: &str = "-beyond-1";
 
 /// A scene, and what is known of it so far.
 pub(super) struct Stage<'a> {
@@ -61,8 +65,8 @@ impl<'a> Stage<'a> {
         });
         loop {
             let (reference, tested) = (self.reference(&cell, samples)?, self.tested(&cell, restarts)?);
-            let row = Row::new(&self.scene.name, cell.clone(), family_rate, &tested, &reference);
-            let over = row.detectable_over(goal);
+            let row = Row::new(&self.scene.name, cell.clone(), goal, family_rate, &tested, &reference);
+            let over = row.detectable_over_goal();
             let most = self.options.most_restarts;
             if restarts >= most || over <= 1.0 {
                 return Ok(row);
@@ -93,10 +97,44 @@ impl<'a> Stage<'a> {
         // where frames show the same and do not know each other, each tells as much as the last
         let accumulate = count > 1 && !cell.technique.looks_back() && !buffers.is_animated();
         let render = Render { count, accumulate, ..Render::new([SIZE; 2], cell.technique.clone()) };
+        let seen = self.seen_directly(cell)?;
         // cells differ in their seeds, so that the same picture twice is two tests
         let [a, b, ..] = *blake3::hash(cell.name().as_bytes()).as_bytes();
         let seed = u32::from_le_bytes([0, 0, a, b & 0x7f]);
-        self.side(&cell.name(), &format!("{render:?}"), restarts, &|restart| picture(buffers, &render, seed + restart))
+        let what = format!("{render:?}{}", if seen.is_some() { BEYOND } else { "" });
+        self.side(&cell.name(), &what, restarts, &|restart| {
+            let whole = picture(buffers, &render, seed + restart)?;
+            let Some(seen) = &seen else { return Ok(whole) };
+            let sample = |frame| self.sample(seen, seed + restart, frame);
+            let frames = if accumulate { 0..count } else { count - 1..count };
+            let share = 1.0 / frames.len() as f64;
+            frames.map(sample).try_fold(whole, |rest, seen| Ok(less(rest, &seen?, share)))
+        })
+    }
+
+    /// Path tracing of light that camera rays see directly, where it is taken off both sides: they find it in the same points, and where rays are
+    /// spread over pixels that see small bright lights it has most of the variance.
+    fn seen_directly(&self, cell: &Cell) -> Result<Option<PathSettings>, Error> {
+        let integral = cell.technique.integral();
+        if !integral.jitter || cell.technique.about().repeats == Repeats::Samples {
+            return Ok(None);
+        }
+        let mut path = PathSettings { max_depth: 1, ..PathSettings::of(integral) };
+        if let Some(sampler) = cell.technique.value("sampler") {
+            path.set("sampler", &sampler)?;
+        }
+        Ok(Some(path))
+    }
+
+    /// A sample of what the last frame shows.
+    fn sample(&self, path: &PathSettings, seed: u32, index: u32) -> Result<Picture, Error> {
+        let render = Render { seed, cameras: vec![self.last_camera()], ..Render::new([SIZE; 2], path.clone()) };
+        let pixels = film(&mut CpuExecutor::inline(), &self.last, &render, index)?;
+        Ok(pixels.into_iter().map(|pixel| pixel.sum.map(f64::from)).collect())
+    }
+
+    fn last_camera(&self) -> Camera {
+        self.buffers.camera_at(f64::from(FRAMES - 1))
     }
 
     /// Path tracing with the technique's integral; if that is what the technique is, the oracle, or what the harness declares instead.
@@ -118,7 +156,9 @@ impl<'a> Stage<'a> {
         // samples show the scene as it is at first
         let last = cell.technique.about().repeats == Repeats::Frames && self.buffers.is_animated();
         let (shown, when) = if last { (&self.last, "-last") } else { (&self.buffers, "") };
-        let name = format!("{by}-{max_depth}{jitter}{filter}{single}{when}");
+        let seen = self.seen_directly(cell)?;
+        let beyond = if seen.is_some() { BEYOND } else { "" };
+        let name = format!("{by}-{max_depth}{jitter}{filter}{single}{when}{beyond}");
         if let Some((_, known)) = self.references.get(&name).filter(|(known, _)| *known >= samples) {
             return Ok(known.clone());
         }
@@ -134,7 +174,15 @@ impl<'a> Stage<'a> {
             let render = Render { count: REFERENCE_SAMPLES, cameras, ..Render::new([SIZE; 2], path) };
             let restarts = samples.div_ceil(REFERENCE_SAMPLES);
             let what = format!("{REFERENCE_SAMPLES} samples");
-            self.side(&name, &what, restarts, &|restart| picture(shown, &render, REFERENCE_SEED + restart))
+            // of the same numbers as these samples, whatever those of the technique are
+            let sampler = render.technique.value("sampler");
+            let seen = seen.map(|mut seen| sampler.map_or(Ok(()), |s| seen.set("sampler", &s)).map(|()| seen));
+            let seen = seen.transpose()?.map(|seen| Render { technique: seen.into(), ..render.clone() });
+            self.side(&name, &what, restarts, &|restart| {
+                let whole = picture(shown, &render, REFERENCE_SEED + restart)?;
+                let Some(seen) = &seen else { return Ok(whole) };
+                Ok(less(whole, &picture(shown, seen, REFERENCE_SEED + restart)?, 1.0))
+            })
         }?;
         self.references.insert(name, (samples, side.moments()));
         Ok(side.moments())
@@ -159,6 +207,12 @@ impl<'a> Stage<'a> {
 /// The variance of the mean of the image in green; its numbers are the last three.
 fn image_variance(side: &[Moments]) -> f64 {
     side[side.len() - 2].variance_of_mean()
+}
+
+/// A picture without a share of another one.
+fn less(picture: Picture, other: &Picture, share: f64) -> Picture {
+    let pixels = picture.into_iter().zip(other);
+    pixels.map(|(a, b)| std::array::from_fn(|channel| a[channel] - share * b[channel])).collect()
 }
 
 /// What a restart shows.

@@ -37,9 +37,9 @@ pub(super) struct DeviceArguments {
     /// Part of the name of the GPU adapter to use; implies --device gpu.
     #[arg(long)]
     adapter: Option<String>,
-    /// Which form of the kernels to use; if not given, exact on the CPU and on Vulkan, fast elsewhere.
-    #[arg(long, value_enum)]
-    flavour: Option<FlavourName>,
+    /// Form of the kernels. Exact is there on the CPU and on Vulkan.
+    #[arg(long, value_enum, default_value_t = FlavourName::Exact)]
+    flavour: FlavourName,
     /// Threads of the CPU, 1 to 1024; one a core if not given, or as many as RAYON_NUM_THREADS says.
     #[arg(long, value_parser = natural::<usize>, allow_hyphen_values = true)]
     threads: Option<usize>,
@@ -75,7 +75,7 @@ fn open_cpu(arguments: &DeviceArguments, why: &str) -> Result<Box<dyn Executor>,
     let problem = format_args!(
         "the flavour fast needs a GPU, and the CPU was chosen ({why}); use --flavour exact or --device gpu"
     );
-    require(arguments.flavour != Some(FlavourName::Fast), problem)?;
+    require(arguments.flavour == FlavourName::Exact, problem)?;
     let asked = || environment::threads().next().map(|(_, threads)| threads).filter(|&threads| threads > 0);
     let threads = arguments.threads.or_else(asked);
     let executor = CpuExecutor::new(threads)?;
@@ -94,7 +94,7 @@ impl From<FlavourName> for Flavour {
 
 #[cfg(feature = "gpu")]
 mod gpu {
-    use super::{DeviceArguments, Error, Executor, Flavour, FlavourName, console, environment, open_cpu, parity};
+    use super::{DeviceArguments, Error, Executor, FlavourName, console, environment, open_cpu, parity};
     use restir::exec::Parity;
     use restir::exec::gpu::{AdapterInfo, GpuExecutor, adapters};
     use std::time::{Duration, Instant};
@@ -103,7 +103,7 @@ mod gpu {
     const A_WHILE: Duration = Duration::from_secs(1);
 
     pub(super) fn open(arguments: &DeviceArguments) -> Result<Box<dyn Executor>, Error> {
-        let flavour = arguments.flavour.map(Flavour::from);
+        let flavour = arguments.flavour.into();
         let executor = GpuExecutor::open(arguments.adapter.as_deref(), flavour, environment::shaders())?;
         Ok(chosen(executor, "as asked"))
     }
@@ -113,8 +113,7 @@ mod gpu {
         let adapters = adapters();
         let mut refused = Vec::new();
         for adapter in adapters.iter().filter(|adapter| !adapter.software) {
-            let flavour = arguments.flavour.map(Flavour::from);
-            match GpuExecutor::open(Some(&adapter.name), flavour, environment::shaders()) {
+            match GpuExecutor::open(Some(&adapter.name), arguments.flavour.into(), environment::shaders()) {
                 Ok(executor) if is_good(&executor, arguments.flavour) => {
                     return Ok(chosen(executor, "chosen automatically"));
                 }
@@ -128,8 +127,8 @@ mod gpu {
         open_cpu(arguments, &why_not(&adapters, &refused))
     }
 
-    fn is_good(executor: &GpuExecutor, flavour: Option<FlavourName>) -> bool {
-        flavour == Some(FlavourName::Fast) || executor.describe().parity == Some(Parity::Exact)
+    fn is_good(executor: &GpuExecutor, flavour: FlavourName) -> bool {
+        flavour == FlavourName::Fast || executor.describe().parity == Some(Parity::Exact)
     }
 
     fn chosen(executor: GpuExecutor, why: &str) -> Box<dyn Executor> {

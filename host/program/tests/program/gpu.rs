@@ -9,6 +9,17 @@ use tempfile::{TempDir, tempdir};
 
 use crate::support::{Workplace, finish, program, skipped};
 
+/// Whether there is an adapter to test on; says so if there is none.
+pub(crate) fn adapter_is_there() -> bool {
+    let none = adapters().is_empty();
+    if none {
+        let required = std::env::var("RESTIR_REQUIRE_GPU").is_ok_and(|value| value == "1");
+        assert!(!required, "RESTIR_REQUIRE_GPU is 1 and there is no adapter");
+        skipped("there is no GPU adapter");
+    }
+    !none
+}
+
 /// A place to work at with an adapter.
 struct Gpu {
     workplace: Workplace,
@@ -19,13 +30,7 @@ struct Gpu {
 impl Gpu {
     /// None if there is no adapter to test on.
     fn new() -> Option<Self> {
-        if adapters().is_empty() {
-            let required = std::env::var("RESTIR_REQUIRE_GPU").is_ok_and(|value| value == "1");
-            assert!(!required, "RESTIR_REQUIRE_GPU is 1 and there is no adapter");
-            skipped("there is no GPU adapter");
-            return None;
-        }
-        Some(Self { workplace: Workplace::new(), runtime: tempdir().unwrap() })
+        adapter_is_there().then(|| Self { workplace: Workplace::new(), runtime: tempdir().unwrap() })
     }
 
     /// The command with the embedded kernels.

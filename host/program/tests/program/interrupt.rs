@@ -112,73 +112,96 @@ fn a_scene_that_is_built_can_be_interrupted() {
     assert_eq!(workplace.outputs(), [""; 0]);
 }
 
-/// Renders that are interrupted at random and go on, until they are done: the bits are those of one that was not.
+/// What is rendered, and how often it is interrupted and goes on.
+const RENDERS: [(&str, &[&str], u64); 5] = [
+    ("cornell", &["--size", "48x36", "--spp", "1500", "--max-depth", "4", "--set", "dispatch_samples=1"], 4),
+    ("cornell", &["--size", "40x30", "--technique", "restir-di", "--frames", "250", "--accumulate"], 4),
+    ("moving", &["--size", "32x24", "--technique", "restir-di", "--frames", "180", "--set", "preset=quality"], 4),
+    (
+        "moving",
+        &[
+            "--size",
+            "32x24",
+            "--technique",
+            "restir-di",
+            "--frames",
+            "120",
+            "--set",
+            "spatial=2",
+            "--set",
+            "feedback=off",
+        ],
+        4,
+    ),
+    ("moving", &["--size", "24x18", "--technique", "restir-pt", "--frames", "60", "--set", "direct=restir-di"], 4),
+];
+
+/// Renders that are interrupted at random, each at least once, and go on until they are done: the bits are those of one that was not.
 #[test]
 fn interrupted_renders_go_on_with_the_same_bits() {
-    const RENDERS: [(&str, &[&str]); 4] = [
-        ("cornell", &["--size", "48x36", "--spp", "1500", "--max-depth", "4", "--set", "dispatch_samples=1"]),
-        ("cornell", &["--size", "40x30", "--technique", "restir-di", "--frames", "250", "--accumulate"]),
-        ("moving", &["--size", "32x24", "--technique", "restir-di", "--frames", "180", "--set", "preset=quality"]),
-        (
-            "moving",
-            &[
-                "--size",
-                "32x24",
-                "--technique",
-                "restir-di",
-                "--frames",
-                "120",
-                "--set",
-                "spatial=2",
-                "--set",
-                "feedback=off",
-            ],
-        ),
-    ];
-    let mut interruptions = 0;
-    for (scene, more) in RENDERS {
+    let (mut renders, mut interruptions) = (0, 0);
+    for (scene, more, rounds) in RENDERS {
         let workplace = Workplace::new();
-        let common = ["--threads", "1"];
-        assert!(workplace.render("whole.exr", scene, &[more, &common].concat()).output().unwrap().status.success());
-        for round in 0..5_u64 {
-            let (name, kept) = (format!("parts{round}.exr"), workplace.output(&format!("kept{round}")));
-            let arguments = [more, &common, &["--resume", &kept]].concat();
-            let mut finished = false;
-            for attempt in 0..100_u64 {
-                let mut child = Guarded(
-                    workplace
-                        .render(&name, scene, &arguments)
-                        .stderr(Stdio::null())
-                        .stdout(Stdio::null())
-                        .spawn()
-                        .unwrap(),
-                );
-                // a Weyl sequence over two thirds of a second, from before the first pass on
-                let wait = (round * 31 + attempt * 7 + 1) * 0x9e37_79b9 % 650;
-                if let Some(status) = child.wait_for(Duration::from_millis(wait + 40 * attempt)) {
-                    assert!(status.success());
-                    finished = true;
-                    break;
-                }
-                assert!(Command::new("kill").args(["-INT", &child.0.id().to_string()]).status().unwrap().success());
-                let status = child.wait_for(Duration::from_secs(60)).expect("it did not stop within a minute");
-                if status.success() {
-                    finished = true;
-                    break;
-                }
-                assert_eq!(status.code(), Some(130));
-                interruptions += 1;
-            }
-            assert!(finished, "{scene}, round {round}");
-            assert!(!std::path::Path::new(&kept).exists(), "the checkpoint is deleted");
-            assert_eq!(
-                std::fs::read(workplace.output(&name)).unwrap(),
-                std::fs::read(workplace.output("whole.exr")).unwrap()
-            );
+        let arguments = [more, &["--threads", "1"]].concat();
+        let start = Instant::now();
+        assert!(workplace.render("whole.exr", scene, &arguments).output().unwrap().status.success());
+        for round in 0..rounds {
+            interruptions += goes_on(&workplace, scene, &arguments, round, start.elapsed());
+            renders += 1;
         }
     }
-    println!("{interruptions} interruptions");
-    assert!(interruptions >= 20, "only {interruptions} interruptions");
+    println!("{interruptions} interruptions of {renders} renders");
+    assert!(renders >= 20);
+}
+
+/// The same on a device, of paths and of chains.
+#[cfg(feature = "gpu")]
+#[test]
+fn interrupted_renders_go_on_with_the_same_bits_on_a_device() {
+    if !crate::gpu::adapter_is_there() {
+        return;
+    }
+    for (scene, more) in [
+        ("cornell", &["--size", "32x24", "--spp", "600", "--max-depth", "4", "--set", "dispatch_samples=1"][..]),
+        ("moving", &["--size", "24x18", "--technique", "restir-pt", "--frames", "60"]),
+    ] {
+        let workplace = Workplace::new();
+        let arguments = [more, &["--device", "gpu"]].concat();
+        let start = Instant::now();
+        assert!(workplace.render("whole.exr", scene, &arguments).output().unwrap().status.success());
+        (0..2).for_each(|round| assert!(goes_on(&workplace, scene, &arguments, round, start.elapsed()) > 0));
+    }
+}
+
+/// Interrupts a render at random, at least once, and lets it go on until it is done, which takes about as long as `whole` without that; gives
+/// how often it was interrupted.
+fn goes_on(workplace: &Workplace, scene: &str, arguments: &[&str], round: u64, whole: Duration) -> u32 {
+    let (name, kept) = (format!("parts{round}.exr"), workplace.output(&format!("kept{round}")));
+    let arguments = [arguments, &["--resume", &kept]].concat();
+    let mut interruptions = 0;
+    for attempt in 0..100_u32 {
+        let mut render = workplace.render(&name, scene, &arguments);
+        let mut child = Guarded(render.stderr(Stdio::null()).stdout(Stdio::null()).spawn().unwrap());
+        // a Weyl sequence: up to half of a render, and more with every interruption, so that it ends
+        let part = (round * 31 + u64::from(attempt) * 7 + 1) * 0x9e37_79b9 % 1000;
+        let wait = whole * part as u32 * (1 + interruptions) / 2000;
+        let done = child.wait_for(wait).or_else(|| {
+            assert!(Command::new("kill").args(["-INT", &child.0.id().to_string()]).status().unwrap().success());
+            child.wait_for(Duration::from_secs(60))
+        });
+        let status = done.expect("it did not stop within a minute");
+        // one that was over before it was interrupted is not of interest
+        if status.success() && interruptions > 0 {
+            assert!(!std::path::Path::new(&kept).exists(), "the checkpoint is deleted");
+            let bytes = |name: &str| std::fs::read(workplace.output(name)).unwrap();
+            assert!(bytes(&name) == bytes("whole.exr"), "{scene}, {arguments:?}, round {round}");
+            return interruptions;
+        }
+        // before it listens the signal ends it, which leaves nothing
+        assert!(matches!(status.code(), Some(0 | 130) | None), "{status}");
+        interruptions += u32::from(status.code() == Some(130));
+    }
+    panic!("{scene}, round {round}: {interruptions} interruptions, and it is not done");
 }
 
 /// Files of frames that were written are whole, and those that are missing can be added: all have the bits of a run that was not

@@ -57,27 +57,34 @@ pub fn adapters() -> Vec<AdapterInfo> {
 /// # Errors
 /// [`Error::Adapter`] if the adapter cannot run the flavour, which names what it lacks.
 pub fn requirements(adapter: &wgpu::Adapter, flavour: Flavour) -> Result<wgpu::DeviceDescriptor<'static>, Error> {
-    let (info, features) = (adapter.get_info(), adapter.features());
-    let passthrough = wgpu::Features::PASSTHROUGH_SHADERS;
-    let lacks = match flavour {
-        Flavour::Fast => None,
-        Flavour::Exact if info.backend != wgpu::Backend::Vulkan => Some("Vulkan"),
-        Flavour::Exact => (!features.contains(passthrough)).then_some("the feature PASSTHROUGH_SHADERS"),
-    };
-    if let Some(what) = lacks {
-        return Err(AdapterError::Lacks { adapter: info.name, what }.into());
-    }
-    let useful =
-        wgpu::Features::PIPELINE_CACHE | if flavour == Flavour::Exact { passthrough } else { wgpu::Features::empty() };
+    let wgpu::AdapterInfo { name, backend, .. } = adapter.get_info();
+    let required_features = useful(&name, backend, adapter.features(), flavour)?;
     Ok(wgpu::DeviceDescriptor {
         label: Some("restir"),
-        required_features: features & useful,
+        required_features,
         required_limits: adapter.limits(),
         ..wgpu::DeviceDescriptor::default()
     })
 }
 
-pub(crate) fn open(name: Option<&str>) -> Result<(wgpu::Device, wgpu::Queue), Error> {
+/// What kernels of the flavour use of an adapter's features, if it has what they need.
+fn useful(
+    name: &str,
+    backend: wgpu::Backend,
+    features: wgpu::Features,
+    flavour: Flavour,
+) -> Result<wgpu::Features, Error> {
+    let passthrough = wgpu::Features::PASSTHROUGH_SHADERS;
+    let (needed, lacks) = match flavour {
+        Flavour::Fast => (wgpu::Features::empty(), None),
+        Flavour::Exact if backend != wgpu::Backend::Vulkan => (passthrough, Some("Vulkan")),
+        Flavour::Exact => (passthrough, (!features.contains(passthrough)).then_some("the feature PASSTHROUGH_SHADERS")),
+    };
+    let refused = |what| AdapterError::Lacks { adapter: name.to_owned(), what }.into();
+    lacks.map_or(Ok(features & (needed | wgpu::Features::PIPELINE_CACHE)), |what| Err(refused(what)))
+}
+
+pub(crate) fn open(name: Option<&str>, flavour: Flavour) -> Result<(wgpu::Device, wgpu::Queue), Error> {
     let adapters = enumerate();
     let names: Vec<String> = adapters.iter().map(|a| a.get_info().name).collect();
     let wanted = name.unwrap_or_default().to_lowercase();
@@ -89,7 +96,43 @@ pub(crate) fn open(name: Option<&str>) -> Result<(wgpu::Device, wgpu::Queue), Er
         .into());
     };
     let adapter = &adapters[index];
-    let descriptor = requirements(adapter, Flavour::Exact).or_else(|_| requirements(adapter, Flavour::Fast))?;
+    // who asks for `fast` may load `exact` on the same device, where it can be had
+    let wanted = requirements(adapter, Flavour::Exact);
+    let descriptor =
+        if flavour == Flavour::Fast { wanted.or_else(|_| requirements(adapter, flavour)) } else { wanted }?;
     let opened = pollster::block_on(adapter.request_device(&descriptor));
     opened.map_err(|e| AdapterError::Closed { adapter: names[index].clone(), reason: e.to_string() }.into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use wgpu::{Backend, Features};
+
+    /// `exact` is refused where it cannot be had, by a sentence that names what is missing and the flavour to ask for; `fast` never is.
+    #[test]
+    fn exact_is_refused_without_vulkan_and_without_passthrough() {
+        let all = Features::PASSTHROUGH_SHADERS | Features::PIPELINE_CACHE | Features::TIMESTAMP_QUERY;
+        let known = Features::PASSTHROUGH_SHADERS | Features::PIPELINE_CACHE;
+        for (backend, features, lacks) in [
+            (Backend::Vulkan, all, None),
+            (Backend::Vulkan, Features::PASSTHROUGH_SHADERS, None),
+            (Backend::Vulkan, Features::PIPELINE_CACHE, Some("PASSTHROUGH_SHADERS")),
+            (Backend::Metal, all, Some("Vulkan")),
+            (Backend::Dx12, Features::empty(), Some("Vulkan")),
+        ] {
+            let exact = useful("a card", backend, features, Flavour::Exact);
+            match lacks {
+                None => assert_eq!(exact.unwrap(), features & known),
+                Some(what) => {
+                    let said = exact.unwrap_err().to_string();
+                    assert!([what, "a card", "the flavour fast"].iter().all(|word| said.contains(word)), "{said}");
+                }
+            }
+            assert_eq!(
+                useful("a card", backend, features, Flavour::Fast).unwrap(),
+                features & Features::PIPELINE_CACHE
+            );
+        }
+    }
 }

@@ -1,13 +1,13 @@
 //! The wgpu executor. It takes an existing device and queue, or opens an adapter of its own.
 //!
 //! ```no_run
-//! use restir_host::exec::{CpuExecutor, GpuExecutor};
+//! use restir_host::exec::{CpuExecutor, Flavour, GpuExecutor};
 //! use restir_host::render::{Render, render};
 //! use restir_host::technique::path::PathSettings;
 //! use restir_host::{Error, Shaders, buffers::SceneBuffers, scene::Scene};
 //!
 //! // the first hardware adapter, whose bits are compared with the host's before it renders
-//! let mut gpu = GpuExecutor::open(None, None, Shaders::Embedded)?;
+//! let mut gpu = GpuExecutor::open(None, Flavour::Exact, Shaders::Embedded)?;
 //! let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
 //! let job = Render::new([64, 64], PathSettings::default());
 //! let on_device = render(&mut gpu, &scene, &job, &mut |_| Ok(()))?;

@@ -170,7 +170,7 @@ impl Chain {
         let Some(free) = free else { return };
         let params = PtParams { neighbours: self.settings.neighbours, merge: 1 + pass, ..self.params(now) };
         let [work, merged] = [paths[0], paths[free]];
-        let layers = PtParams { layers: params.neighbours, ..params };
+        let layers = params.with_jobs();
         self.push(now, &pt::pt_pair::DESC, layers, &[]);
         self.push(now, &pt::pt_shift::DESC, layers, &[("paths", work)]);
         self.push(now, &pt::pt_merge::DESC, params, &[("paths", work), ("merged", merged)]);

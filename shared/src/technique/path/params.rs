@@ -16,7 +16,8 @@ pub const PATH_SOBOL: u32 = 8;
 /// The longest paths that may be asked for: a closed scene that absorbs nothing never ends one.
 pub const MAX_DEPTH: u32 = 1024;
 
-/// Parameters of the kernel `path`: one aligned block of samples of every pixel.
+/// Parameters of the kernel `path`: one aligned block of samples of every pixel. [`Self::new`] makes them; those of `default` are all zero,
+/// an image without pixels, for what writes every field that counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct PathParams {
@@ -49,6 +50,12 @@ impl Extent for PathParams {
 }
 
 impl PathParams {
+    /// The first sample of every pixel, through its centre, of paths of up to 8 segments, with Sobol's numbers. The scene's tables are left
+    /// out: a scene of other types has none, and one in arenas gives them by `scene`.
+    pub fn new(camera: CameraParams, [width, height]: [u32; 2], seed: u32) -> Self {
+        Self { camera, width, height, seed, max_depth: 8, flags: PATH_SOBOL, ..Self::default() }
+    }
+
     /// The same in a kernel that was specialised to the flags in `bits`, or to none by a word without zeros.
     #[inline(always)]
     #[must_use]

@@ -33,32 +33,16 @@
 //! # use floor::Floor;
 //! use restir_shared::glam::Vec3;
 //! use restir_shared::layout::CameraParams;
-//! use restir_shared::resample::mis::Mis;
 //! use restir_shared::scene::Still;
-//! use restir_shared::shift::Hybrid;
 //! use restir_shared::technique::restir_pt::{PtParams, Shares, merge, pair, shade, shift_job, trace};
 //!
 //! let camera = CameraParams::pinhole(Vec3::Y, Vec3::ZERO, Vec3::Z, 0.01, [2, 1]);
-//! let params = PtParams {
-//!     camera,
-//!     other_camera: camera,
-//!     hybrid: Hybrid::RECONNECTION,
-//!     width: 2,
-//!     height: 1,
-//!     max_depth: 3,
-//!     // two pairings in tiles of 2 x 2, in a layer of jobs each
-//!     neighbours: 2,
-//!     layers: 2,
-//!     tile: 1,
-//!     max_plane_distance: 0.1,
-//!     min_normal_cos: 0.9,
-//!     form: Mis::PAIRWISE_DEFENSIVE.bits(),
-//!     ..PtParams::default()
-//! };
+//! // two pairings in tiles of 2 x 2
+//! let params = PtParams { neighbours: 2, tile: 1, ..PtParams::new(camera, [2, 1], 7) };
 //! let traced = [0, 1].map(|x| trace(&Floor, &params, [x, 0]));
 //! let (starts, paths) = (traced.map(|pixel| pixel.start), traced.map(|pixel| pixel.path));
-//! let jobs = [[0, 0], [1, 0], [0, 1], [1, 1]].map(|at| pair(&params, &traced.map(|pixel| pixel.facet), at));
-//! let shifted = jobs.map(|job| shift_job(&Still(&Floor), &params, job, &starts, &paths));
+//! let jobs = [[0, 0], [1, 0], [0, 1], [1, 1]].map(|at| pair(&params.with_jobs(), &traced.map(|pixel| pixel.facet), at));
+//! let shifted = jobs.map(|job| shift_job(&Still(&Floor), &params.with_jobs(), job, &starts, &paths));
 //! let shares = Shares { paths: &paths, jobs: &jobs, shifted: &shifted, returned: &[] };
 //! for x in [0, 1] {
 //!     let pixel = shade(&merge(&params, &shares, paths[x as usize], [x, 0]).path, traced[x as usize].direct);

@@ -27,7 +27,8 @@ pub const PT_CHANGED: u32 = 1 << 6;
 /// Flag: paths of up to two segments are somebody else's.
 pub const PT_INDIRECT: u32 = 1 << 7;
 
-/// Parameters of a pass.
+/// Parameters of a pass. [`Self::new`] makes them; those of `default` are all zero, an image without pixels, for what writes every field that
+/// counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct PtParams {
@@ -86,6 +87,39 @@ impl Extent for PtParams {
 }
 
 impl PtParams {
+    /// Parameters of a frame of its own, whose passes are [`super::trace`], [`super::pair`], [`super::shift_job`], [`super::merge`] and
+    /// [`super::shade`]. The scene's tables are left out: a scene of other types has none.
+    ///
+    /// Paths have up to 8 segments and are joined by footprint, as the defaults of the program have it; pixels share them with 4 neighbours in
+    /// tiles of 8 pixels, weighed by [`Mis::PAIRWISE_DEFENSIVE`], with Sobol's numbers. All of it is unbiased. [`super::pair`] and
+    /// [`super::shift_job`] run over [`Self::with_jobs`].
+    pub fn new(camera: CameraParams, [width, height]: [u32; 2], seed: u32) -> Self {
+        Self {
+            camera,
+            other_camera: camera,
+            hybrid: Hybrid::by_footprint(0.02, 0.1),
+            width,
+            height,
+            seed,
+            max_depth: 8,
+            flags: PT_SOBOL,
+            neighbours: 4,
+            tile: 3,
+            max_plane_distance: 0.02,
+            min_normal_cos: 0.5,
+            form: Mis::PAIRWISE_DEFENSIVE.bits(),
+            layers: 1,
+            confidence_cap: 20.0,
+            ..Self::default()
+        }
+    }
+
+    /// The same over a layer of jobs for each neighbour.
+    #[must_use]
+    pub fn with_jobs(self) -> Self {
+        Self { layers: self.neighbours, ..self }
+    }
+
     /// The same in a kernel that was specialised to the flags in `bits`, or to none by a word without zeros.
     #[inline(always)]
     #[must_use]

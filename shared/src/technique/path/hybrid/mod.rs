@@ -31,7 +31,7 @@
 //! use restir_shared::technique::path::{self, PathParams};
 //!
 //! let camera = CameraParams::pinhole(Vec3::Y, Vec3::ZERO, Vec3::Z, 0.1, [1, 1]);
-//! let path = PathParams { camera, width: 1, height: 1, max_depth: 3, ..PathParams::default() };
+//! let path = PathParams { max_depth: 3, ..PathParams::new(camera, [1, 1], 7) };
 //! let counted = PathParams { flags: path.flags | HYBRID_REST, ..path };
 //! let entered = enter(&Floor, &HybridParams { path: counted, ..HybridParams::default() }, [0, 0]);
 //! assert_eq!(entered.sample, path::pixel(&Floor, &path, 0, 0));

@@ -24,7 +24,7 @@
 //! use restir_shared::technique::path::{self, PathParams};
 //!
 //! let camera = CameraParams::pinhole(Vec3::Y, Vec3::ZERO, Vec3::Z, 0.1, [1, 1]);
-//! let path = PathParams { camera, width: 1, height: 1, max_depth: 3, ..PathParams::default() };
+//! let path = PathParams { max_depth: 3, ..PathParams::new(camera, [1, 1], 7) };
 //! let params = MediaParams { path, begins: 1, stretch: 64, longest_walk: 1024, most_order: u32::MAX, ..MediaParams::default() };
 //!
 //! // paths that wait would be given back with `begins: 0`, until none is left
