@@ -4,7 +4,7 @@ use libtest_mimic::Failed;
 use restir_host::buffers::SceneBuffers;
 use restir_host::exec::CpuExecutor;
 use restir_host::render::{self, Render};
-use restir_host::scene::{Camera, Environment, Material, Mesh, Scene, Volume};
+use restir_host::scene::{Material, Mesh};
 use restir_host::technique::path::{
     Crossings, Fit, Parts, PathSettings, RadiusChoice, Subsurface, SupportChoice, WayOut,
 };
@@ -14,6 +14,7 @@ use restir_shared::glam::{DVec3, UVec4, Vec3};
 use restir_shared::layout::FEATURES_ALL;
 use restir_shared::rng::Sampler;
 use restir_shared::technique::path::hybrid::Exit;
+use restir_tests::half_sky::{color, gray, scene, slab, waxy};
 use restir_tests::native;
 use restir_tests::stats::{FAMILY_RATE, Family, Moments, ZTest};
 use restir_tests::suite::ensure;
@@ -26,49 +27,9 @@ restir_tests::suite! {
     scenes_without_objects_are_refused
 }
 
-/// The colour of the medium whose collisions scatter `albedo`: van de Hulst's formula.
-fn color(albedo: f64) -> f32 {
-    let s = (1.0 - albedo).sqrt();
-    ((1.0 - s) * (1.0 - 0.139 * s) / (1.0 + 1.17 * s)) as f32
-}
-
 /// The fit `A(albedo)` of profiles.
 fn reflected(albedo: f64) -> f64 {
     f64::from(diffuse_albedo(albedo as f32, (1.0 - albedo) as f32, 0.0))
-}
-
-/// What enters and leaves by Lambert's law.
-fn waxy(color: [f32; 3], mean_free_path: [f32; 3]) -> Material {
-    let volume = Some(Volume::scattering(color, mean_free_path, 0.0));
-    Material { diffuse_transmission: 1.0, volume, ..Material::diffuse("medium", [1.0; 3]) }
-}
-
-fn gray(albedo: f64) -> Material {
-    waxy([color(albedo); 3], [1.0; 3])
-}
-
-/// Bodies under a sky that is white above the horizon and of brightness `below` under it.
-fn scene(bodies: Vec<(Material, Mesh)>, from: [f64; 3], at: [f64; 3], below: f32) -> SceneBuffers {
-    const ROWS: u32 = 256;
-    let camera = Camera::pinhole(DVec3::from(from), DVec3::from(at), DVec3::Z, 40.0_f64.to_radians());
-    let mut scene = Scene { name: "bodies".to_owned(), camera: Some(camera), ..Scene::default() };
-    let row = |row: u32| [[if 2 * row < ROWS { 1.0 } else { below }; 3]; 4];
-    let sky: Vec<[f32; 3]> = (0..ROWS).flat_map(row).collect();
-    scene.environment =
-        Some(Environment { name: "above".into(), size: [4, ROWS], pixels: sky.into(), scale: 1.0, rotation: 0.0 });
-    for (material, mesh) in bodies {
-        let material = scene.add_material(material);
-        scene.add_mesh("body", material, mesh);
-    }
-    SceneBuffers::build(&scene).expect("builds")
-}
-
-/// A wide slab, seen from above or below.
-fn slab(material: Material, depth: f64, above: bool) -> SceneBuffers {
-    let corner = DVec3::new(150.0, 0.0, 150.0);
-    let mesh = Mesh::cuboid(-corner - DVec3::Y * depth, corner);
-    let (height, at) = if above { (6.0, 0.0) } else { (-6.0 - depth, -depth) };
-    scene(vec![(material, mesh)], [0.0, height, 0.0], [0.3, at, 0.1], 0.0)
 }
 
 /// A colourful cube, seen from aside, some bodies about it.
@@ -107,7 +68,7 @@ fn settings(subsurface: Subsurface, profile: Fit) -> PathSettings {
 /// `|R - R0| + |T - T0|` of what a slab reflects and transmits, and its standard error.
 fn off(settings: &PathSettings) -> [f64; 2] {
     const WALK: [f64; 2] = [0.3529, 0.4746];
-    let [r, t] = [true, false].map(|above| mean(&slab(gray(0.9), 1.0, above), settings, 64, 64));
+    let [r, t] = [true, false].map(|above| mean(&slab(gray(0.9, 1.0), 1.0, above), settings, 64, 64));
     println!("R {:.5} +- {:.5}, T {:.5} +- {:.5}", r.mean(), r.standard_error(), t.mean(), t.standard_error());
     let sum = (r.mean() - WALK[0]).abs() + (t.mean() - WALK[1]).abs();
     [sum, r.standard_error().hypot(t.standard_error())]
@@ -131,7 +92,7 @@ fn slabs_are_off_by_what_is_known() -> Result<(), Failed> {
 fn half_spaces_are_off_by_what_is_known() -> Result<(), Failed> {
     let mut family = Family::new("half spaces", FAMILY_RATE);
     for (albedo, known) in [(0.9, -0.024), (0.95, -0.020), (0.98, -0.013)] {
-        let scene = slab(gray(albedo), 60.0, true);
+        let scene = slab(gray(albedo, 1.0), 60.0, true);
         let [hybrid, walk] = [Subsurface::Hybrid, Subsurface::Walk]
             .map(|subsurface| mean(&scene, &settings(subsurface, Fit::Diffuse), 64, 64));
         let ratio = hybrid.mean() / walk.mean();
@@ -156,7 +117,7 @@ fn across(albedo: f64, depth: f64, shape: Shape) -> f64 {
 
 fn parts_are_what_they_are_alone() -> Result<(), Failed> {
     let mut family = Family::new("parts", FAMILY_RATE);
-    let (above, below) = (slab(gray(0.9), 1.0, true), slab(gray(0.9), 1.0, false));
+    let (above, below) = (slab(gray(0.9, 1.0), 1.0, true), slab(gray(0.9, 1.0), 1.0, false));
     let part = |parts| PathSettings { parts, ..settings(Subsurface::Hybrid, Fit::Diffuse) };
     let drawn = |parts| PathSettings { way_out: WayOut::Drawn, ..part(parts) };
     let alone = |profile| settings(Subsurface::Diffusion, profile);
@@ -189,7 +150,7 @@ fn parts_are_what_they_are_alone() -> Result<(), Failed> {
 /// `0.2046 albedo + A`, a third too much: the suite's half spaces tell the two apart.
 fn what_is_counted_twice_is_seen() -> Result<(), Failed> {
     let mut family = Family::new("counted twice", FAMILY_RATE);
-    let (albedo, scene) = (0.9, slab(gray(0.9), 60.0, true));
+    let (albedo, scene) = (0.9, slab(gray(0.9, 1.0), 60.0, true));
     let once = 2.0 / 3.0 * (1.0 - std::f64::consts::LN_2) * albedo;
     let all = reflected(albedo) * f64::from(1.0 - TAIL);
     let right = settings(Subsurface::Hybrid, Fit::Searchlight);
