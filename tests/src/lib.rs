@@ -15,6 +15,7 @@ pub mod foreign;
 pub mod furnace;
 pub mod gltf_files;
 pub mod gltf_motion;
+pub mod half_sky;
 pub mod liveness;
 pub mod lockstep;
 pub mod masks;

@@ -1,5 +1,6 @@
 //! `cargo xtask crossings`: probes against brute force, on host and devices, and what they cost.
 
+use std::fmt::Write as _;
 use std::time::Instant;
 
 use clap::Args;
@@ -19,6 +20,7 @@ use restir_tests::parity;
 use restir_tests::random::SplitMix;
 
 use crate::Error;
+use crate::report::publish;
 
 /// Segments of a dispatch on a device.
 const DISPATCH: u64 = 1 << 16;
@@ -39,7 +41,15 @@ pub struct Options {
     /// Built-in scenes or glTF files in which probes are timed.
     #[arg(long, value_delimiter = ',', default_value = "statue,cornell-mixed")]
     timed: Vec<String>,
+    /// Write the report to docs/crossings.md.
+    #[arg(long)]
+    write: bool,
 }
+
+const HEAD: &str = "# All hits of an object on a segment\n\nMade by `cargo xtask crossings --write`. Segments at and through triangles of scenes that are hard: along edges and axes, through \
+    vertices, of objects that touch or are there twice, of more than eight sheets, far from the origin. Every answer, the number of hits and the eight nearest ones with their places, is compared by its bits with brute \
+    force: by the arena's tree and by the wide tree at every level of vector instructions that this processor has. *Tied* segments have hits at the same distance; *tight* ones are answered otherwise by boxes without \
+    padding, which these traversals would be if they had lost theirs.\n\n| scene | segments | with a hit | with more than eight | tied | tight | differ |\n|---|---:|---:|---:|---:|---:|---:|\n";
 
 /// Compares and times.
 ///
@@ -48,30 +58,36 @@ pub struct Options {
 pub fn run(options: &Options) -> Result<(), Error> {
     let scenes = scenes();
     let each = options.segments.div_ceil(scenes.len() as u64);
-    let on_host = |(stream, (name, buffers)): (u64, &(String, SceneBuffers))| {
+    let mut report = HEAD.to_owned();
+    let mut all = Tally::default();
+    for (stream, (name, buffers)) in (0..).zip(&scenes) {
         let tally = compare(name, buffers, each, 600 + stream);
-        println!("{name}: {tally:?}");
-        tally
-    };
-    let all = (0..).zip(&scenes).map(on_host).fold(Tally::default(), Tally::plus);
-    println!(
-        "host: {} of {} segments differ from brute force, by the arena or a wide tree",
-        all.differing, all.segments
-    );
+        report += &row(name, &tally);
+        all = all.plus(tally);
+    }
+    report += &row("all", &all);
     let mut differing = all.differing;
+    report += "\n## Devices\n\nThe same by the kernel `crossing_check`, beside the host's arena.\n\n| device | segments | words that differ |\n|---|---:|---:|\n";
     for adapter in adapters() {
         if adapter.name.to_lowercase().contains(&options.adapter.to_lowercase()) {
-            differing += on_device(&adapter.name, &scenes, each)?;
+            differing += on_device(&adapter.name, &scenes, each, &mut report)?;
         }
     }
+    report += "\n## Times\n\nMillion segments a second of one thread, as disk sampling makes them: beside points of triangles, along an axis of their frame; half the length is relative to the scene's largest side.\n";
     for name in &options.timed {
-        time(name)?;
+        report += &time(name)?;
     }
+    publish("crossings", &report, options.write)?;
     if differing > 0 { Err(Error::Failed(format!("{differing} answers differ"))) } else { Ok(()) }
 }
 
+fn row(name: &str, tally: &Tally) -> String {
+    let Tally { segments, hit, overflowing, tied, seen, differing } = tally;
+    format!("| {name} | {segments} | {hit} | {overflowing} | {tied} | {seen} | {differing} |\n")
+}
+
 /// How many words of a device's answers differ from those of the host.
-fn on_device(adapter: &str, scenes: &[(String, SceneBuffers)], each: u64) -> Result<u64, Error> {
+fn on_device(adapter: &str, scenes: &[(String, SceneBuffers)], each: u64, report: &mut String) -> Result<u64, Error> {
     let mut device = GpuExecutor::open(Some(adapter), Flavour::Exact, Shaders::Embedded)?;
     let (mut segments, mut differing) = (0, 0);
     for (stream, (name, buffers)) in (0..).zip(scenes) {
@@ -85,7 +101,7 @@ fn on_device(adapter: &str, scenes: &[(String, SceneBuffers)], each: u64) -> Res
             differing += (outcome.differing + outcome.poisoned) as u64;
         }
     }
-    println!("{adapter}: {differing} words differ from the host's, of {segments} segments");
+    let _ = writeln!(report, "| {adapter} | {segments} | {differing} |");
     Ok(differing)
 }
 
@@ -126,11 +142,12 @@ fn rate(segments: &[(Ray, u32)], answer: impl Fn(&Ray, u32) -> u32) -> f64 {
     segments.len() as f64 / seconds * 1.0e-6
 }
 
-fn time(name: &str) -> Result<(), Error> {
+fn time(name: &str) -> Result<String, Error> {
     let buffers = SceneBuffers::build(&Scene::load(name)?)?;
-    println!("\n{name}, {} triangles, million segments a second of a thread:", buffers.stats().triangles);
-    println!("| half length | hits | arena, closest | arena, probe | wide, closest | wide, probe |");
-    println!("|---|---|---|---|---|---|");
+    let mut text = format!(
+        "\n{name}, {} triangles:\n\n| half length | hits | arena, closest | arena, probe | wide, closest | wide, probe |\n|---:|---:|---:|---:|---:|---:|\n",
+        buffers.stats().triangles
+    );
     for reach in REACHES {
         let segments = segments(&buffers.view(), reach);
         let hits: u64 =
@@ -140,7 +157,8 @@ fn time(name: &str) -> Result<(), Error> {
             [closest, rate(&segments, |ray, object| view.probe(ray, object).count)]
         });
         let [[a, b], [c, d]] = rates;
-        println!("| {reach} | {:.2} | {a:.2} | {b:.2} | {c:.2} | {d:.2} |", hits as f64 / segments.len() as f64);
+        let hits = hits as f64 / segments.len() as f64;
+        let _ = writeln!(text, "| {reach} | {hits:.2} | {a:.2} | {b:.2} | {c:.2} | {d:.2} |");
     }
-    Ok(())
+    Ok(text)
 }

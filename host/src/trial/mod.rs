@@ -33,9 +33,11 @@
 //! # Ok::<(), Error>(())
 //! ```
 
+mod interval;
 mod subject;
 mod window;
 
+pub use interval::{NORMAL, jackknife, squared_difference, student};
 pub use subject::{Subject, Trial};
 pub use window::Window;
 

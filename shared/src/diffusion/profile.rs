@@ -67,17 +67,6 @@ impl Profile {
         )
     }
 
-    /// Without the channels whose `distance` is below `least`, and what stands in their place: the albedo of a Lambertian surface,
-    /// `color` in those channels and black in the others. Light that comes out so near to where it went in need not be moved, and
-    /// could not be: `least` is a fraction of a pixel, or some roundings of a position.
-    #[inline(always)]
-    #[must_use]
-    pub fn beyond(&self, least: f32, color: Vec3) -> (Self, Vec3) {
-        let kept = |distance: f32| if distance >= least { 1.0 } else { 0.0 };
-        let kept = Vec3::new(kept(self.distance.x), kept(self.distance.y), kept(self.distance.z));
-        (self.of_channels(kept), color * (Vec3::ONE - kept))
-    }
-
     /// With the channels alone for which `kept` is 1 and not 0.
     #[inline(always)]
     #[must_use]

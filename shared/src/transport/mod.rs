@@ -33,7 +33,7 @@ mod vertex;
 mod weight;
 
 pub use connect::{Connection, connect_inside, passes};
-pub use interior::through_interior;
+pub use interior::{absorbs, through_interior};
 pub use passage::{Passage, follow, transmittance};
 pub use single_scattering::{Collision, ScatteredOnce, WayOut, scatter_once};
 pub use vertex::{Departure, Vertex};

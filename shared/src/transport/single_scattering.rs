@@ -71,8 +71,13 @@ impl Collision {
     /// worth of 1: it has passed [`transmittance`] and the collision.
     #[inline(always)]
     pub fn worth_after(&self, t: f32) -> Vec3 {
-        let left = if self.drawn { self.channels.passed(t) } else { flush(transmittance(self.extinction, t)) };
-        self.worth * left
+        self.worth_of(t, transmittance(self.extinction, t))
+    }
+
+    /// As [`Self::worth_after`], of which the transmittance is known.
+    #[inline(always)]
+    pub fn worth_of(&self, t: f32, transmittance: Vec3) -> Vec3 {
+        self.worth * if self.drawn { self.channels.passed(t) } else { flush(transmittance) }
     }
 }
 

@@ -1,6 +1,8 @@
 //! A vertex of a path, seen from the side that the path came from.
 
-use crate::bsdf::{Bsdf, BsdfSample, Scattering, ScatteringFunction};
+use crate::bsdf::{
+    Bsdf, BsdfSample, Evaluation, SPECULAR_REFLECTION, SPECULAR_TRANSMISSION, Scattering, ScatteringFunction,
+};
 use crate::geometry::Ray;
 use crate::layout::FEATURE_SHADING;
 use crate::num;
@@ -46,6 +48,15 @@ impl<B: ScatteringFunction> Vertex<B> {
             ray: Ray { origin: self.origin(direction), direction, t_max: Ray::FAR, key },
             alive: (sample.pdf > 0.0) & self.is_consistent(direction, sample.direction),
         }
+    }
+
+    /// The share of specular lobes in the density of a direction: none where that is zero.
+    #[inline(always)]
+    pub fn specular_share(&self, direction: Vec3) -> f32 {
+        let wi = self.frame.to_local(direction);
+        let lobe = if wi.z < 0.0 { SPECULAR_TRANSMISSION } else { SPECULAR_REFLECTION };
+        let (Evaluation { pdf, .. }, of_lobe) = self.bsdf.evaluate_with_lobe(lobe, wi);
+        if pdf > 0.0 { num::div(of_lobe, pdf) } else { 0.0 }
     }
 }
 

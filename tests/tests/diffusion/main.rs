@@ -14,7 +14,7 @@ mod solids;
 restir_tests::suite! {
     radial {
         profiles_have_their_values profiles_integrate_to_one distribution_functions_keep_their_digits radii_keep_their_digits
-        published_inversions_agree radii_come_back radii_have_their_density
+        published_inversions_agree radii_come_back radii_have_their_density halleys_steps_agree mixtures_of_exponentials_agree
     }
     material {
         shape_factors_are_the_published_ones half_spaces_have_their_colour diffuse_albedos_are_those_of_half_spaces

@@ -185,3 +185,47 @@ pub(crate) fn radii_have_their_density() -> Result<(), Failed> {
     });
     ensure(!wrong.passed(), || "radii that are one percent too large go unnoticed".to_owned())
 }
+
+/// Halley's steps on the distribution function, in double precision, as they are published for want of an inverse.
+fn halley(xi: f64) -> f64 {
+    let mut x = 2.0 * xi;
+    for _ in 0..64 {
+        let [fast, slow] = [(-x).exp(), (-x / 3.0).exp()];
+        let (off, slope, bend) = (exact::cdf(x) - xi, 0.25 * (fast + slow), -0.25 * (fast + slow / 3.0));
+        x = (x - 2.0 * off * slope / (2.0 * slope * slope - off * bend)).max(0.5 * x);
+    }
+    x
+}
+
+/// The inverse in closed form is what a numeric one finds.
+pub(crate) fn halleys_steps_agree() -> Result<(), Failed> {
+    let (mut worst, mut sampled) = (0.0_f64, 0.0_f64);
+    for u in lattice().filter(|&u| (0.0..0.9999).contains(&u)) {
+        // what comes out nearer than the radius of that number
+        let xi = (1.0 - f64::from(TAIL)) * (1.0 - f64::from(u));
+        worst = worst.max((halley(xi) / exact::quantile(xi) - 1.0).abs());
+        sampled = sampled.max(off(sample_radius(u), halley(xi)));
+    }
+    println!("Halley's steps are off by {worst:.1e} from a cubic's root, and radii by {sampled:.1e} from them");
+    // far out the root of the cubic has lost five digits of the sixteen
+    ensure(worst < 1.0e-9 && sampled < 8.0e-7, || format!("{worst:e}, {sampled:e}"))
+}
+
+/// A profile is a mixture of two exponential distributions, the wider one three times as probable. Radii that are drawn by choosing one of
+/// them have the density of those by the inverse.
+pub(crate) fn mixtures_of_exponentials_agree() -> Result<(), Failed> {
+    const CELLS: usize = 256;
+    const DRAWS: u64 = 1 << 20;
+    let radius = |index: u64, wide: f64| {
+        let mut random = SplitMix::new(index);
+        let d = if random.unit() < wide { 3.0 } else { 1.0 };
+        -d * (-random.unit()).ln_1p()
+    };
+    let cell = |wide: f64| move |index| ((exact::cdf(radius(index, wide)) * CELLS as f64) as usize).min(CELLS - 1);
+    let mut family = Family::new("mixtures", FAMILY_RATE);
+    family.uniform("by the exact distribution function", CELLS, DRAWS, cell(0.75));
+    println!("{}", family.verdict()?);
+    let mut wrong = Family::new("mixtures of other shares", FAMILY_RATE);
+    wrong.uniform("0.74 instead of 0.75", CELLS, DRAWS, cell(0.74));
+    ensure(!wrong.passed(), || "other shares go unnoticed".to_owned())
+}

@@ -2,15 +2,7 @@
 
 use std::fmt;
 
-pub(crate) use restir::trial::{mean_and_error, median};
-
-/// 97.5 % quantiles of Student's t for 1, 2, ... degrees of freedom.
-const STUDENT: [f64; 30] = [
-    12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228, 2.201, 2.179, 2.160, 2.145, 2.131, 2.120,
-    2.110, 2.101, 2.093, 2.086, 2.080, 2.074, 2.069, 2.064, 2.060, 2.056, 2.052, 2.048, 2.045, 2.042,
-];
-/// The same of the normal distribution.
-pub(crate) const NORMAL: f64 = 1.960;
+pub(crate) use restir::trial::{NORMAL, mean_and_error, median, student};
 
 /// A number with the half width of its 95 % confidence interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,14 +76,6 @@ fn part(leverage: f64, squared: &[f64]) -> (f64, f64) {
     let without: Vec<f64> = squared.iter().map(|one| value((sum - one) / (count - 1.0))).collect();
     let (_, error) = mean_and_error(&without);
     (value(sum / count), (error * (count - 1.0)).powi(2))
-}
-
-/// Half the width of a 95 % interval in standard errors that were estimated with so many degrees of freedom; beyond
-/// the table by the expansion of Cornish and Fisher, whose next term is below 0.004 there.
-pub(crate) fn student(degrees: usize) -> f64 {
-    let Some(tabulated) = degrees.checked_sub(1) else { return f64::INFINITY };
-    let expansion = || NORMAL + (NORMAL.powi(3) + NORMAL) / (4.0 * degrees as f64);
-    STUDENT.get(tabulated).copied().unwrap_or_else(expansion)
 }
 
 /// What lies as far out in Student's distribution as `z` does in the normal one, by the expansion of Cornish and Fisher:
@@ -175,8 +159,6 @@ mod tests {
 
     #[test]
     fn quantiles_continue_beyond_the_table() {
-        assert!((student(31) - 2.0395).abs() < 0.004 && (student(100) - 1.984).abs() < 0.001);
-        assert_eq!((student(1), student(0)), (STUDENT[0], f64::INFINITY));
         // of 0.99865: three deviations of few are further out
         assert!((student_of_normal(3.0, 15) - 3.586).abs() < 0.02);
         assert!((student_of_normal(3.0, 63) - 3.1235).abs() < 0.0005);

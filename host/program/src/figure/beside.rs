@@ -2,12 +2,13 @@
 
 use restir::image::Image;
 use restir::technique::path::{PathSettings, Subsurface};
+use restir::trial::{self, squared_difference};
 use restir::{Error, buffers::SceneBuffers, scene::Scene};
 
 use super::Environs;
 use super::chains::{self, Protocol};
 use super::picture;
-use crate::bench::fit::{Estimate, mean_and_error, student};
+use crate::bench::fit::{Estimate, student};
 
 /// Renders of each method, by other random numbers.
 pub(super) const RUNS: usize = 8;
@@ -101,17 +102,11 @@ impl Beside {
         self.pictures.len() - 1
     }
 
-    /// The mean squared difference of tiles over the square of their mean, without a bias: the mean product of two runs' differences.
+    /// The mean squared difference of tiles over the square of their mean, without the noise of either.
     fn squared(&self, method: usize, runs: &[usize]) -> f64 {
         let (these, walk) = (&self.tiles[method], &self.tiles[self.last()]);
-        let (count, pairs) = (walk[0].len(), (runs.len() * (runs.len() - 1)) as f64);
-        let products = |tile: usize| {
-            let off = runs.iter().map(|&run| these[run][tile] - walk[run][tile]);
-            let [sum, squares] = off.fold([0.0, 0.0], |[sum, squares], d| [sum + d, squares + d * d]);
-            (sum * sum - squares) / pairs
-        };
-        let whole = mean(walk, runs).iter().sum::<f64>() / count as f64;
-        (0..count).map(products).sum::<f64>() / count as f64 / (whole * whole)
+        let whole = mean(walk, runs).iter().sum::<f64>() / walk[0].len() as f64;
+        squared_difference(these, walk, runs) / (whole * whole)
     }
 }
 
@@ -150,12 +145,10 @@ fn tiles(picture: &[f64], [width, height]: [u32; 2]) -> Vec<f64> {
     tiles
 }
 
-/// A statistic of all runs with its interval of 95 %, from what it is without each of them (Tukey's jackknife; Efron and Stein 1981).
+/// A statistic of all runs with its interval of 95 %.
 fn jackknife(of: impl Fn(&[usize]) -> f64) -> Estimate {
-    let (value, count) = (of(&all()), RUNS as f64);
-    let without = |out: usize| of(&all().into_iter().filter(|&run| run != out).collect::<Vec<_>>());
-    let pseudo: Vec<f64> = (0..RUNS).map(|out| count * value - (count - 1.0) * without(out)).collect();
-    Estimate { value, half_width: student(RUNS - 1) * mean_and_error(&pseudo).1 }
+    let trial::Estimate { value, error } = trial::jackknife(RUNS, of);
+    Estimate { value, half_width: student(RUNS - 1) * error }
 }
 
 #[cfg(test)]

@@ -4,14 +4,15 @@ use std::fmt::Write;
 use std::sync::Arc;
 
 use restir::image::Image;
-use restir::render::{self, Render};
+use restir::render::Render;
 use restir::scene::{Mesh, Scene, builtin};
 use restir::technique::asked::asked;
-use restir::technique::path::{Parts, PathSettings, Subsurface};
+use restir::technique::path::{Parts, PathSettings};
 use restir::{Error, buffers::SceneBuffers, replay::Counts};
 use restir_shared::diffusion::{REACH, Shape, ccdf, diffuse_albedo, radial_profile};
 use restir_shared::glam::{DVec3, Vec3};
 
+use super::beside::{Beside, HYBRID, PROFILE, RUNS, TILE, methods, percent};
 use super::claim::{self, Claim};
 use super::landing::{self, Landed};
 use super::picture::grid;
@@ -21,8 +22,6 @@ use super::{Environs, Files, PICTURE};
 use crate::bench::plot::{self, Line, Panel};
 use crate::bench::table::Setup;
 
-/// Pixels along a side of the tiles that are compared.
-const TILE: usize = 8;
 /// How far the front of a cube is from its back, which stays where it is.
 const DEEP: f64 = 1.0;
 
@@ -54,6 +53,8 @@ const BODIES: [Body; 8] = [
 const BY_SCALE: [usize; 3] = [0, 1, 2];
 const BY_DEPTH: [usize; 4] = [1, 3, 4, 5];
 const METHODS: [&str; 4] = ["profile", "hybrid", "hybrid, counted twice", "walk"];
+/// Of [`METHODS`], beside [`PROFILE`] and [`HYBRID`].
+const TWICE: usize = 2;
 
 impl Body {
     fn name(&self) -> String {
@@ -62,7 +63,7 @@ impl Body {
         format!("{scene}, {medium}:{millimetre}{deep}")
     }
 
-    fn build(&self) -> Result<SceneBuffers, Error> {
+    fn scene(&self) -> Result<Scene, Error> {
         let unknown = || Error::Setting(format!("there is no scene {}", self.scene));
         let mut scene: Scene = builtin::scene(self.scene).ok_or_else(unknown)?;
         for mesh in scene.meshes.iter_mut().filter(|mesh| (mesh.name == "cube") & (self.depth < DEEP)) {
@@ -70,68 +71,42 @@ impl Body {
             *mesh = Arc::new(Mesh { name: mesh.name.clone(), material: mesh.material, ..thin });
         }
         scene.fill(self.medium, Some(self.millimetre))?;
-        SceneBuffers::build(&scene)
+        Ok(scene)
     }
 }
 
-fn settings(method: usize) -> PathSettings {
-    let subsurface = [Subsurface::Diffusion, Subsurface::Hybrid, Subsurface::Hybrid, Subsurface::Walk][method];
-    PathSettings { subsurface, counted_twice: method == 2, max_depth: 3, ..PathSettings::default() }
+/// The settings of [`METHODS`].
+fn by_methods() -> [PathSettings; METHODS.len()] {
+    let [profile, hybrid, walk] = methods(3);
+    [profile, hybrid.clone(), PathSettings { counted_twice: true, ..hybrid }, walk]
 }
 
-/// What was found of a body.
+/// What was found of a body: pictures by [`METHODS`], and where samples land.
 struct Found {
-    images: Vec<Image>,
-    /// Of the methods, the walk by other random numbers: how much brighter than the walk, and the mean difference of tiles from it, over its mean.
-    errors: [[f64; 2]; METHODS.len()],
+    beside: Beside,
     landed: Option<Landed>,
 }
 
-/// The files of the figure, of so many samples a pixel.
+/// The files of the figure, of so many samples a pixel in each of the renders.
 ///
 /// # Errors
-/// As of [`render::render`]; if a plot cannot be drawn.
+/// As of [`restir::render::render`]; if a plot cannot be drawn.
 pub(crate) fn make(environs: &mut impl Environs, size: [u32; 2], samples: u32, setup: &Setup) -> Result<Files, Error> {
-    let found = BODIES.iter().map(|body| compare(environs, body, size, samples)).collect::<Result<Vec<_>, _>>()?;
+    let mut compare = |body: &Body| {
+        let beside = Beside::of(environs, &body.name(), &body.scene()?, &by_methods(), (size, samples))?;
+        Ok(Found { beside, landed: (body.scene == "cube").then(|| landed(body)).transpose()? })
+    };
+    let found = BODIES.iter().map(&mut compare).collect::<Result<Vec<_>, Error>>()?;
     let walks = [rings(Enters::Straight), rings(Enters::Lambert)];
     let drawn = plot::grid(&[around(&walks)], 1, (720, 480));
     let drawn = drawn.map_err(|problem| Error::Setting(format!("the plot cannot be drawn: {problem}")))?;
-    let images: Vec<Image> = found.iter().flat_map(|found| found.images.clone()).collect();
+    let images = |found: &Found| (0..METHODS.len()).map(|method| found.beside.image(method)).collect::<Vec<_>>();
+    let images: Vec<Image> = found.iter().flat_map(images).collect();
     Ok(Files {
         picture: Some(grid(&images, 2 * METHODS.len())),
         texts: vec![("profiles.svg".to_owned(), drawn)],
         report: report(&found, samples, &walks, &rays()?, &setup.markdown("")),
     })
-}
-
-fn compare(environs: &mut impl Environs, body: &Body, size: [u32; 2], samples: u32) -> Result<Found, Error> {
-    let scene = body.build()?;
-    let mut image = |method: usize, seed: u32| {
-        let render = Render { count: samples, seed, ..Render::new(size, settings(method)) };
-        environs.run(&format!("{}, {}", body.name(), METHODS[method]), |executor, observe| {
-            render::render(executor, &scene, &render, &mut |step| observe(step.progress)).map(|rendered| rendered.image)
-        })
-    };
-    let images = (0..METHODS.len()).map(|method| image(method, method as u32)).collect::<Result<Vec<_>, _>>()?;
-    let walk = tiles(&image(METHODS.len() - 1, METHODS.len() as u32)?);
-    let all: f64 = walk.iter().sum();
-    let errors = std::array::from_fn(|method| {
-        let other = tiles(&images[method]);
-        let off: f64 = other.iter().zip(&walk).map(|(a, b)| (a - b).abs()).sum();
-        [other.iter().sum::<f64>() / all - 1.0, off / all]
-    });
-    Ok(Found { images, errors, landed: (body.scene == "cube").then(|| landed(body)).transpose()? })
-}
-
-fn tiles(image: &Image) -> Vec<f64> {
-    let width = image.width as usize;
-    let across = width.div_ceil(TILE);
-    let mut tiles = vec![0.0; 3 * across * (image.height as usize).div_ceil(TILE)];
-    for (index, pixel) in image.pixels.iter().enumerate() {
-        let tile = index / width / TILE * across + index % width / TILE;
-        (0..3).for_each(|c| tiles[3 * tile + c] += f64::from(pixel[c]));
-    }
-    tiles
 }
 
 fn landed(body: &Body) -> Result<Landed, Error> {
@@ -205,7 +180,7 @@ fn rays() -> Result<Vec<(&'static str, [f64; 3])>, Error> {
     let mut scene = builtin::scene("slab").ok_or_else(|| Error::Setting("there is no scene slab".to_owned()))?;
     scene.environment = Some(scenes::dome([1.0; 3]));
     let scene = SceneBuffers::build(&scene)?;
-    let hybrid = settings(1);
+    let [_, hybrid, walk] = methods(3);
     let part = |parts| PathSettings { parts, ..hybrid.clone() };
     let on_slide = |parts| PathSettings { profile_paths: false, segments: 1, ..part(parts) };
     let rows = [
@@ -216,7 +191,7 @@ fn rays() -> Result<Vec<(&'static str, [f64; 3])>, Error> {
         ("profile, one segment, light samples alone", on_slide(Parts::Profile)),
         ("hybrid, one segment, light samples alone for the profile", on_slide(Parts::All)),
         ("hybrid", hybrid.clone()),
-        ("walk", settings(3)),
+        ("walk", walk),
     ];
     let count = |(name, settings): (&'static str, PathSettings)| {
         let render = Render { count: SAMPLES, ..Render::new([SIDE; 2], settings) };
@@ -228,45 +203,52 @@ fn rays() -> Result<Vec<(&'static str, [f64; 3])>, Error> {
 }
 
 fn claims(found: &[Found], rays: &[(&str, [f64; 3])]) -> Vec<Claim> {
-    let error = |body: usize, method: usize| found[body].errors[method][1];
+    let error = |body: usize, method: usize| found[body].beside.error(method);
     let list = |bodies: &[usize], method| {
-        let errors: Vec<_> = bodies.iter().map(|&body| format!("{:.1} %", 100.0 * error(body, method))).collect();
-        errors.join(", ")
+        bodies.iter().map(|&body| percent(error(body, method))).collect::<Vec<_>>().join(", ")
     };
-    let grows =
-        |bodies: &[usize], method| bodies.windows(2).all(|pair| error(pair[0], method) < error(pair[1], method));
-    let nearer = |bodies: &[usize]| bodies.iter().filter(|&&body| error(body, 1) < error(body, 0)).count();
+    let grows = |bodies: &[usize], method| {
+        let more = |pair: &[usize]| error(pair[1], method).less(error(pair[0], method)).is_positive();
+        claim::all(bodies.windows(2).map(more))
+    };
+    let nearer = |bodies: &[usize], than: usize| {
+        bodies.iter().map(|&body| found[body].beside.nearer(HYBRID, than)).collect::<Vec<_>>()
+    };
+    let counted = |verdicts: &[Option<bool>]| {
+        let count = |verdict| verdicts.iter().filter(|&&found| found == verdict).count();
+        format!("in {} of {}, not in {}", count(Some(true)), verdicts.len(), count(Some(false)))
+    };
     let all: Vec<usize> = (0..found.len()).collect();
-    let twice = all.iter().filter(|&&body| error(body, 1) < error(body, 2)).count();
+    let (than_profile, than_twice) = (nearer(&all, PROFILE), nearer(&all, TWICE));
     let [traced, shadow] = [0, 1].map(|kind| rays[ON_SLIDE[1]].1[kind] - rays[ON_SLIDE[0]].1[kind]);
     vec![
         Claim::new(
             "P1",
             "the error of the profile grows with the mean free path",
             "cube",
-            format!("{}, of the hybrid {}", list(&BY_SCALE, 0), list(&BY_SCALE, 1)),
-            Some(grows(&BY_SCALE, 0)),
+            format!("{}, of the hybrid {}", list(&BY_SCALE, PROFILE), list(&BY_SCALE, HYBRID)),
+            grows(&BY_SCALE, PROFILE),
         ),
         Claim::new(
             "P2",
             "as the cube becomes a slab the profile's error grows, and the hybrid stays nearer to the walk",
             "cube",
-            format!("{}, of the hybrid {}", list(&BY_DEPTH, 0), list(&BY_DEPTH, 1)),
-            Some(grows(&BY_DEPTH, 0) && nearer(&BY_DEPTH) == BY_DEPTH.len()),
+            format!("{}, of the hybrid {}", list(&BY_DEPTH, PROFILE), list(&BY_DEPTH, HYBRID)),
+            claim::all([grows(&BY_DEPTH, PROFILE)].into_iter().chain(nearer(&BY_DEPTH, PROFILE))),
         ),
         Claim::new(
             "P3",
             "the hybrid is nearer to the walk than the profile, everywhere",
             "all",
-            format!("in {} of {}", nearer(&all), all.len()),
-            Some(nearer(&all) == all.len()),
+            counted(&than_profile),
+            claim::all(than_profile),
         ),
         Claim::new(
             "P4",
             "single scattering that is counted twice is farther from the walk than the corrected hybrid",
             "all",
-            format!("in {twice} of {}", all.len()),
-            Some(twice == all.len()),
+            counted(&than_twice),
+            claim::all(than_twice),
         ),
         Claim::new(
             "P5",
@@ -287,16 +269,17 @@ fn report(
 ) -> String {
     let mut text = format!(
         "# Profiles, and what is traced beside them\n\nAfter Zhang and d'Eon 2025.\n\n{origin}\n![Images]({PICTURE})\n\nFrom left to right, two bodies \
-         in a row: {}. {samples} samples a pixel, paths of 3 segments. Errors are the mean difference of tiles of {TILE} x {TILE} pixels from a second walk, \
-         over its mean, so that those of the walk are noise; in brackets how much brighter the picture is. Of the points that segments of the profile find from the front of the \
+         in a row: {}. {RUNS} renders of {samples} samples a pixel by each method, paths of 3 segments; intervals of 95 %, each by itself. Errors are roots of the mean squared difference of \
+         tiles of {TILE} x {TILE} pixels from the walk's, over their mean, without the noise of either; beside them is how much brighter the picture is. Of the points that segments of the profile find from the front of the \
          cube: the part of segments that find none, and the shares of what the others are worth on the front, on the back, and on the four \
-         sides.\n\n## Claims\n\n{}\n## Bodies\n\n| body | profile | hybrid | counted twice | walk, again | no point | front | back | sides |\n\
-         |---|---:|---:|---:|---:|---:|---:|---:|---:|\n",
+         sides.\n\n## Claims\n\n{}\n## Bodies\n\n| body | profile: error, brighter by | hybrid | counted twice | no point | front | back | sides |\n\
+         |---|---:|---:|---:|---:|---:|---:|---:|\n",
         METHODS.join(", "),
         claim::table(&claims(found, rays)),
     );
-    for (body, Found { errors, landed, .. }) in BODIES.iter().zip(found) {
-        let shown = errors.map(|[mean, tiles]| format!("{:.1} % ({:+.1} %)", 100.0 * tiles, 100.0 * mean)).join(" | ");
+    for (body, Found { beside, landed }) in BODIES.iter().zip(found) {
+        let of = |method: usize| format!("{}, {}", percent(beside.error(method)), percent(beside.brighter(method)));
+        let shown = [PROFILE, HYBRID, TWICE].map(of).join(" | ");
         let landed = landed.as_ref().map_or(" | | |".to_owned(), |Landed { nothing, front, back, beside }| {
             [nothing, front, back, beside].map(|x| format!("{:.1} %", 100.0 * x)).join(" | ")
         });
@@ -304,7 +287,7 @@ fn report(
     }
     let _ = write!(
         text,
-        "\n## Rays\n\nOf the scene `slab` under a sky that is white all around, whose every camera ray enters, a sample, with the camera's. Single scattering has the way \
+        "\n## Rays\n\nOf the scene `slab` under a sky that is white all around, whose every camera ray enters, a sample, with the camera's. (In [diffusion.md](../../diffusion.md) the sky is white above alone, and the camera's ray is not counted.) Single scattering has the way \
          across the body of the boundary term in it. Slide 81 counts 4 rays of which 2 are shadow rays: one across the body, one from the collision out of it, and a light sample \
          at both ends. Here a path goes on from both ends, too, which finds light a second way, so that there are two rays more; and a light sample that lies behind the surface, as half of \
          those of a dome do, casts no shadow ray. The profile has a probe and a light sample there and here.\n\n| part | rays | shadow rays | probes |\n|---|---:|---:|---:|\n"

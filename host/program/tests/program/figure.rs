@@ -94,6 +94,23 @@ fn beside_the_walk(name: &str, claims: &[&str]) -> String {
 }
 
 #[test]
+fn profiles_and_what_is_traced_beside_them() {
+    let (workplace, cache) = (Workplace::new(), TempDir::new().unwrap());
+    figure(&workplace, &cache, &["zhang2025-profiles", "--frames", "1"]).done();
+    assert_eq!(workplace.outputs(), ["images.png", "profiles.svg", "report.md"]);
+    let report = workplace.text("report.md");
+    for id in ["P1 ", "P2 ", "P3 ", "P4 "] {
+        let found = verdicts(&report, id);
+        assert!(found.len() == 1 && ["yes", "**no**", "undecided"].contains(&found[0].as_str()), "{id}: {report}");
+    }
+    // rays do not depend on how much is rendered, and of ours there are more than slides count
+    assert_eq!(verdicts(&report, "P5 "), ["**no**"], "{report}");
+    let row = report.lines().find(|line| line.starts_with("| statue, skin1:0.02 |"));
+    // the errors of three methods, and how much brighter they are
+    assert_eq!(row.map(|row| row.matches(" ± ").count()), Some(6), "{report}");
+}
+
+#[test]
 fn cubes_by_scale_and_depth() {
     let claims = ["C0", "C1", "C2", "C3", "C4", "C5", "C6", "C7", "C8", "C9", "C10"];
     let report = beside_the_walk("zhang2025-cubes", &claims);

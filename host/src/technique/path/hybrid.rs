@@ -15,6 +15,10 @@ crate::choices! {
         "all" => All,
         /// Light that enters no interior that scatters.
         "rest" => Rest,
+        /// Of that, what the first surface sends on by diffuse lobes, and what shines itself.
+        "diffuse" => Diffuse,
+        /// Of that, what the first surface sends on by specular lobes.
+        "specular" => Specular,
         /// Light that crosses bodies without a collision, in a hybrid.
         "boundary" => Boundary,
         /// Light that collides once, in a hybrid.
@@ -29,7 +33,17 @@ crate::choices! {
 impl Parts {
     /// Whether `part` counts.
     pub(super) fn has(self, part: Self) -> bool {
-        self == Self::All || self == part || (self == Self::Subsurface && part != Self::Rest)
+        match self {
+            Self::All => true,
+            Self::Rest => part.is_outside(),
+            Self::Subsurface => !part.is_outside(),
+            _ => self == part,
+        }
+    }
+
+    /// Whether it enters no interior.
+    fn is_outside(self) -> bool {
+        matches!(self, Self::Rest | Self::Diffuse | Self::Specular)
     }
 }
 
@@ -115,7 +129,9 @@ impl Hybrid {
         let shown = |part: Parts| s.parts.has(part);
         let hybrid = s.subsurface == Subsurface::Hybrid;
         let profile = shown(Parts::Profile);
-        flag(shown(Parts::Rest), HYBRID_REST)
+        flag(shown(Parts::Rest) || s.parts.is_outside(), HYBRID_REST)
+            | flag(s.parts == Parts::Diffuse, HYBRID_DIFFUSE)
+            | flag(s.parts == Parts::Specular, HYBRID_SPECULAR)
             | flag(hybrid && shown(Parts::Boundary), HYBRID_BOUNDARY)
             | flag(hybrid && shown(Parts::Single), HYBRID_SINGLE)
             | flag(profile, HYBRID_PROFILE)

@@ -21,9 +21,10 @@ const LAYERS: [(RangeInclusive<u32>, [&str; 3]); 7] = [
     (17..=u32::MAX, ["order.17.R", "order.17.G", "order.17.B"]),
 ];
 
-/// What enters no body, and the parts of what does, where profiles are.
-const PARTS: [(Parts, [&str; 3]); 4] = [
-    (Parts::Rest, ["part.rest.R", "part.rest.G", "part.rest.B"]),
+/// What enters no body by the first surface's lobes, and the parts of what does, where profiles are.
+const PARTS: [(Parts, [&str; 3]); 5] = [
+    (Parts::Diffuse, ["part.diffuse.R", "part.diffuse.G", "part.diffuse.B"]),
+    (Parts::Specular, ["part.specular.R", "part.specular.G", "part.specular.B"]),
     (Parts::Boundary, ["part.boundary.R", "part.boundary.G", "part.boundary.B"]),
     (Parts::Single, ["part.single.R", "part.single.G", "part.single.B"]),
     (Parts::Profile, ["part.profile.R", "part.profile.G", "part.profile.B"]),
@@ -91,20 +92,22 @@ mod tests {
         };
         let walk = |orders| PathSettings { orders, ..PathSettings::default() };
         let profile = |subsurface, parts| PathSettings { subsurface, parts, ..PathSettings::default() };
-        for (settings, count, least) in [
-            (walk(Orders::ALL), 21, 9),
-            (walk(Orders { least: 1, most: 3 }), 21, 9),
-            (profile(Subsurface::Hybrid, Parts::All), 12, 9),
-            (profile(Subsurface::Hybrid, Parts::Subsurface), 12, 9),
-            (profile(Subsurface::Diffusion, Parts::All), 12, 3),
+        for (name, settings, count, least) in [
+            ("slab", walk(Orders::ALL), 21, 9),
+            ("slab", walk(Orders { least: 1, most: 3 }), 21, 9),
+            ("slab", profile(Subsurface::Hybrid, Parts::All), 15, 9),
+            ("slab", profile(Subsurface::Hybrid, Parts::Subsurface), 15, 9),
+            ("slab", profile(Subsurface::Diffusion, Parts::All), 15, 3),
+            ("candles", profile(Subsurface::Hybrid, Parts::All), 15, 15),
+            ("candles", profile(Subsurface::Hybrid, Parts::Rest), 15, 6),
         ] {
-            let (rendered, channels) = layers("slab", settings).expect("renders");
+            let (rendered, channels) = layers(name, settings).expect("renders");
             assert_eq!(channels.len(), count);
             let lit = channels.iter().filter(|channel| channel.values.iter().any(|&x| x > 0.0));
-            assert!(lit.count() >= least);
+            assert!(lit.count() >= least, "{name}");
             for (i, pixel) in rendered.image.pixels.iter().enumerate() {
                 let sum: f32 = channels.iter().skip(1).step_by(3).map(|channel| channel.values[i]).sum();
-                assert!((sum - pixel[1]).abs() <= 1.0e-5 * pixel[1], "{sum} {pixel:?}");
+                assert!((sum - pixel[1]).abs() <= 1.0e-5 * pixel[1], "{name}: {sum} {pixel:?}");
             }
         }
         assert!(layers("cornell", walk(Orders::ALL)).unwrap_err().to_string().contains("--layers"));

@@ -10,7 +10,7 @@ use crate::scene::{BsdfOf, EnvironmentPoint, LightSample, Lights, Surface, Surfa
 use crate::transport::{
     Chosen, Connection, Departure, Vertex, emission_weight, environment_weight, next_event, through_interior,
 };
-use crate::vec::{flush, max_component};
+use crate::vec::{flush, max_abs, max_component};
 use glam::{UVec4, Vec3};
 
 /// Random dimensions: after the camera's [`DIMENSIONS_PER_SEGMENT`] a segment, used or not, so that a
@@ -282,7 +282,8 @@ impl Walk {
         self.throughput = flush(self.throughput * sample.weight);
         self.ray = ray;
         if roulette && self.depth >= ROULETTE_FROM {
-            let survival = num::clamp(max_component(self.throughput), MIN_SURVIVAL, 1.0);
+            // paths from a profile may be worth less than nothing
+            let survival = num::clamp(max_abs(self.throughput), MIN_SURVIVAL, 1.0);
             alive = alive && rng::unit(numbers.roulette().x) < survival;
             self.throughput *= num::recip(survival);
         }

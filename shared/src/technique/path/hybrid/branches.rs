@@ -10,8 +10,8 @@ use crate::rng::{self, Rng};
 use crate::scene::{Lights, Surface, SurfacePoint, Trace};
 use crate::technique::path::walk::{DIMENSIONS_PER_SEGMENT, Numbers, Receiver};
 use crate::technique::path::{MAX_DEPTH, PATH_ROULETTE, Walk, camera_segment};
-use crate::transport::{Collision, Departure, Vertex, through_interior};
-use crate::vec::{dot, flush, max_abs, max_component};
+use crate::transport::{Collision, Departure, Vertex, absorbs};
+use crate::vec::{dot, flush, max_abs};
 use glam::{Vec2, Vec3};
 
 /// Random dimensions of a stage's vertices, and of the collision.
@@ -35,17 +35,20 @@ const COLLIDED: u32 = 2;
 const BESIDE: u32 = 3;
 
 /// Sums what counts, and knows by what the path went on.
-struct Found {
+#[derive(Clone, Copy)]
+struct Found<const BEGINS: bool> {
     sum: Vec3,
     counts: bool,
+    /// How much of it counts, up to where the path enters a body; beyond, all does.
+    share: f32,
     by_lobe: u32,
 }
 
-impl<M: Scattering> Receiver<M> for Found {
+impl<const BEGINS: bool, M: Scattering> Receiver<M> for Found<BEGINS> {
     #[inline(always)]
     fn add(&mut self, value: Vec3) {
         if self.counts {
-            self.sum += value;
+            self.sum += if BEGINS { value * self.share } else { value };
         }
     }
 
@@ -58,7 +61,7 @@ impl<M: Scattering> Receiver<M> for Found {
 /// A path up to where it enters a body, if it `BEGINS`, else its branches from there on, one after another.
 pub(super) struct Branches<const BEGINS: bool> {
     walk: Walk,
-    found: Found,
+    found: Found<BEGINS>,
     stage: u32,
     alive: bool,
     /// The segment that is traced next lies in the body.
@@ -79,7 +82,7 @@ impl Branches<true> {
         let walk = Walk::new(camera_segment(&params.path, rng, features, pixel));
         Self {
             walk,
-            found: Found { sum: Vec3::ZERO, counts: false, by_lobe: 0 },
+            found: Found { sum: Vec3::ZERO, counts: false, share: params.share(1.0, 0.0), by_lobe: 0 },
             stage: BEFORE,
             alive: params.path.max_depth > 0,
             inside: false,
@@ -101,7 +104,7 @@ impl Branches<false> {
         let origin = at.position - at.normal * at.offset;
         Self {
             walk: exit.walk(),
-            found: Found { sum: exit.radiance(), counts: false, by_lobe: 0 },
+            found: Found { sum: exit.radiance(), counts: false, share: 1.0, by_lobe: 0 },
             stage: BESIDE,
             alive: exit.goes_on(),
             inside: false,
@@ -191,7 +194,8 @@ impl<const BEGINS: bool> Branches<BEGINS> {
         let enters = !inside & front & met.closed & met.filled;
         self.dim(scene.features(), &point, hit);
         self.walk.arrive(scene, hit, &point, &mut self.found);
-        self.alive = (self.walk.depth < params.path.max_depth) & (max_component(self.walk.throughput) > 0.0);
+        // what goes on from a profile may be worth less than nothing, in all channels
+        self.alive = (self.walk.depth < params.path.max_depth) & (max_abs(self.walk.throughput) > 0.0);
         self.alive &= !inside | (leaves & self.found.counts);
         if self.alive {
             let passed = self.scatter(scene, params, rng, &point, enters);
@@ -203,23 +207,25 @@ impl<const BEGINS: bool> Branches<BEGINS> {
         }
     }
 
-    /// Takes off what is lost on the way to a surface.
+    /// Takes off what is lost on the way to a surface: by one exponential for all kinds of segments, for the kernel has no room for three.
     #[inline(always)]
     fn dim<M>(&mut self, features: u32, point: &SurfacePoint<M>, hit: &Hit) {
         let Walk { throughput, ray, .. } = self.walk;
-        if !self.is_inside() {
-            if BEGINS {
-                self.entry.travelled += hit.t;
-            }
-            self.walk.throughput = through_interior(throughput, point, &ray, hit.t, features);
-            return;
+        let inside = self.is_inside();
+        let across = inside & (self.stage == ACROSS);
+        let length = if across { hit.t + self.lead } else { hit.t };
+        let extinction = if inside { self.interior.extinction } else { point.absorption };
+        if BEGINS {
+            self.entry.travelled += hit.t;
         }
-        let across = self.stage == ACROSS;
-        let length = hit.t + self.lead;
-        self.across.t_max = if across { length } else { self.across.t_max };
-        let left =
-            if across { transmittance(self.interior.extinction, length) } else { self.collision.worth_after(hit.t) };
-        self.walk.throughput = flush(throughput * left);
+        if across {
+            self.across.t_max = length;
+        }
+        if inside || absorbs(point, &ray, features) {
+            let left = transmittance(extinction, length);
+            let left = if inside & !across { self.collision.worth_of(hit.t, left) } else { left };
+            self.walk.throughput = flush(throughput * left);
+        }
     }
 
     /// Samples a light and the next direction; whether that goes behind the surface. Inside it is dark.
@@ -234,13 +240,32 @@ impl<const BEGINS: bool> Branches<BEGINS> {
     ) -> bool {
         let inside = self.is_inside();
         let vertex = Vertex::new(point, &self.walk.ray, scene.features());
-        let before = if BEGINS { 0 } else { self.entry.depth };
+        let depth = if BEGINS { 0 } else { self.entry.depth };
         let first = if BEGINS { 0 } else { STAGES + self.stage * PER_STAGE };
-        let numbers = Numbers::of_branch(rng, first, self.walk.depth - before);
-        let open = |direction: Vec3| !if vertex.is_behind(direction) { enters } else { inside };
+        let numbers = Numbers::of_branch(rng, first, self.walk.depth - depth);
+        let sorts = BEGINS & (self.walk.depth == 1) & params.has(HYBRID_DIFFUSE | HYBRID_SPECULAR);
+        let mut towards = Vec3::ZERO;
+        let open = |direction: Vec3| {
+            towards = direction;
+            !if vertex.is_behind(direction) { enters } else { inside }
+        };
+        let before = self.found;
+        if sorts {
+            self.found = Found { sum: Vec3::ZERO, share: 1.0, ..before };
+        }
         self.walk.next_event(scene, &vertex, &numbers, open, &mut self.found);
+        if sorts {
+            // a light was not found by a lobe: those that might have found it have their shares in it
+            let specular = vertex.specular_share(towards);
+            let light = self.found.sum * params.share(1.0 - specular, specular);
+            self.found = Found { sum: before.sum + light, ..before };
+        }
         let roulette = params.has(PATH_ROULETTE);
         self.alive = self.walk.bounce::<S::Material, _>(scene.features(), &vertex, &numbers, roulette, &mut self.found);
+        if sorts {
+            let (diffuse, specular) = if is_specular(self.found.by_lobe) { (0.0, 1.0) } else { (1.0, 0.0) };
+            self.found.share = params.share(diffuse, specular);
+        }
         vertex.is_behind(self.walk.ray.direction)
     }
 

@@ -163,7 +163,7 @@ fn only(hit: Hit, index: usize) -> Hit {
 }
 
 /// The light of a light at a point of the surface, of which light that becomes diffuse there is worth `worth`; the point may become that
-/// from which the path goes on.
+/// from which the path goes on. No other function asks for light at an exit of a profile: another estimate of it belongs here.
 #[inline(always)]
 fn light<S: Trace + Surface<Material = Material> + Lights>(
     scene: &S,

@@ -36,6 +36,11 @@ pub const HYBRID_BY_ALBEDO: u32 = 1 << 17;
 /// Flag: [`Support::Published`].
 pub const HYBRID_PUBLISHED: u32 = 1 << 18;
 
+/// Flag: of what enters no body, that counts which the first surface reflects or lets through by diffuse lobes; and what shines itself.
+pub const HYBRID_DIFFUSE: u32 = 1 << 20;
+/// Flag: the same of specular lobes.
+pub const HYBRID_SPECULAR: u32 = 1 << 21;
+
 /// Mean free paths of fewer offsets of rays are too short to be traced.
 const OFFSETS: f32 = 8.0;
 
@@ -90,6 +95,18 @@ impl HybridParams {
     #[inline(always)]
     pub(super) fn rng(&self, [x, y]: [u32; 2]) -> Rng {
         Rng::new(x, y, self.path.first_sample, self.path.seed, self.path.sampler())
+    }
+
+    /// How much counts of what enters no body, if diffuse and specular lobes at the first surface have these shares in it.
+    #[inline(always)]
+    pub(super) fn share(&self, diffuse: f32, specular: f32) -> f32 {
+        if self.has(HYBRID_DIFFUSE) {
+            diffuse
+        } else if self.has(HYBRID_SPECULAR) {
+            specular
+        } else {
+            1.0
+        }
     }
 
     /// By channel 1, or 0 where light comes out so near to where it enters that the surface is Lambertian: where the mean free path is some

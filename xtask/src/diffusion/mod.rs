@@ -1,0 +1,127 @@
+//! `cargo xtask diffusion`: what is wrong about profiles, and what they save, beside the walk.
+
+mod bodies;
+mod equal_time;
+mod pictures;
+mod scales;
+
+use std::fmt::Write as _;
+use std::process::Command;
+
+use clap::Args;
+use restir_host::buffers::SceneBuffers;
+use restir_host::render::Render;
+use restir_host::scene::{Scene, builtin};
+use restir_host::technique::asked::asked;
+use restir_host::technique::path::{Parts, PathSettings, Subsurface};
+
+use crate::Error;
+use crate::report::publish;
+
+/// Media of the statue, and lengths of a millimetre, where times are compared.
+const MEDIA: [(&str, f64); 4] = [("skin1", 0.02), ("marble", 0.02), ("skin1", 0.0025), ("marble", 0.0025)];
+
+/// Options of `cargo xtask diffusion`.
+#[derive(Args)]
+pub struct Options {
+    /// Samples of each pixel in pictures that are compared tile by tile; converged ones have eight times as many.
+    #[arg(long, default_value_t = 96)]
+    samples: u32,
+    /// Write the report to docs/diffusion.md.
+    #[arg(long)]
+    write: bool,
+}
+
+/// A built-in scene whose bodies have a medium.
+fn filled(name: &str, medium: &str, scale: f64) -> Result<SceneBuffers, Error> {
+    let mut scene: Scene =
+        builtin::scene(name).ok_or_else(|| Error::Environment(format!("there is no scene called {name}")))?;
+    scene.fill(medium, Some(scale))?;
+    Ok(SceneBuffers::build(&scene)?)
+}
+
+fn settings(subsurface: Subsurface) -> PathSettings {
+    PathSettings { subsurface, max_depth: 3, ..PathSettings::default() }
+}
+
+/// Prints the report.
+///
+/// # Errors
+/// If a scene cannot be rendered, or the report not written.
+pub fn run(options: &Options) -> Result<(), Error> {
+    let Options { samples, write } = *options;
+    let head = head();
+    let sections = [
+        bodies::report(samples.div_ceil(12))?,
+        scales::report(samples)?,
+        equal_time::report(samples)?,
+        scales::lambert_below(samples)?,
+        rays()?,
+    ];
+    publish("diffusion", &format!("{head}{}", sections.concat()), write)
+}
+
+fn head() -> String {
+    format!(
+        "# Profiles beside the walk\n\nMade by `cargo xtask diffusion --write`, of commit {}, on {}. At `max_depth=3`; media by Lambert's boundary. Errors are \
+         against the walk. Where it does not say otherwise, pictures have 48 x 64 pixels.\n",
+        commit(),
+        machine()
+    )
+}
+
+/// The commit of the folder that this was built in, and whether files differ from it.
+fn commit() -> String {
+    let git = |arguments: &[&str]| {
+        let output = Command::new("git").args(arguments).current_dir(env!("CARGO_MANIFEST_DIR")).output().ok()?;
+        output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
+    };
+    let changed = git(&["status", "--porcelain", "--untracked-files=no"]).is_some_and(|files| !files.is_empty());
+    let commit = git(&["rev-parse", "HEAD"]).unwrap_or_else(|| "unknown".to_owned());
+    commit + if changed { "-dirty" } else { "" }
+}
+
+/// The processor, as Linux tells it.
+fn machine() -> String {
+    let told = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = told.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
+    let threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    format!("{}, {threads} hardware threads", model.map_or(std::env::consts::ARCH, |(_, name)| name))
+}
+
+/// Rays of each part, a sample that enters.
+fn rays() -> Result<String, Error> {
+    let mut text = "\n## Rays\n\nOf the built-in slab, a sample: every camera ray enters, and is not counted. (The figure [zhang2025-profiles](figures/zhang2025-profiles/report.md) counts it, under a sky that is white \
+        all around, where fewer light samples lie in the dark.) `profile_paths` off is what Zhang and d'Eon count (slide 81): for \
+        single scattering two rays and two shadow rays, of which ours needs no shadow ray where an exit lies in the dark, and one more ray for each exit \
+        whose direction is drawn as well; for the profile one probe and a shadow ray for each point that it finds.\n\n\
+        | part | rays | shadow rays | probes |\n|---|---:|---:|---:|\n"
+        .to_owned();
+    let scene = builtin::scene("slab").ok_or_else(|| Error::Environment("there is no scene called slab".to_owned()))?;
+    let scene = SceneBuffers::build(&scene)?;
+    let hybrid = settings(Subsurface::Hybrid);
+    for (name, settings) in [
+        ("up to the entry", PathSettings { parts: Parts::Rest, ..hybrid.clone() }),
+        ("boundary term", PathSettings { parts: Parts::Boundary, ..hybrid.clone() }),
+        (
+            "single scattering, with the segment of the boundary term",
+            PathSettings { parts: Parts::Single, ..hybrid.clone() },
+        ),
+        ("profile", PathSettings { parts: Parts::Profile, ..hybrid.clone() }),
+        (
+            "profile, light samples alone",
+            PathSettings { parts: Parts::Profile, profile_paths: false, ..hybrid.clone() },
+        ),
+        ("all", hybrid.clone()),
+        ("walk", settings(Subsurface::Walk)),
+    ] {
+        let render = Render { count: 16, ..Render::new([32, 32], settings) };
+        let counts = asked(&scene, &render)?.into_values().fold(Default::default(), |sum, of| of.counts.plus(sum));
+        let restir_host::replay::Counts { closest, shadow, probes, .. } = counts;
+        let of = |count: u64| count as f64 / (16.0 * 1024.0);
+        // the camera's own is in the first row alone
+        let first = if name == "up to the entry" { 0.0 } else { 1.0 };
+        let _ = writeln!(text, "| {name} | {:.2} | {:.2} | {:.2} |", of(closest) - first, of(shadow), of(probes));
+    }
+    Ok(text)
+}
