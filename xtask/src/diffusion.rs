@@ -13,6 +13,7 @@ use restir_host::technique::path::{Crossings, Fit, Parts, PathSettings, RadiusCh
 
 use crate::Error;
 use crate::report::publish;
+use crate::time::thread_seconds;
 
 /// Pixels along a side of the tiles that are compared.
 const TILE: usize = 8;
@@ -90,14 +91,6 @@ fn difference(a: &Pixels, b: &Pixels) -> f64 {
 fn squared(a: &Pixels, b: &Pixels) -> f64 {
     let sum: f64 = a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| (a - b) * (a - b)).sum();
     sum / (3 * a.len()) as f64
-}
-
-/// The time that this thread has run, in seconds, whatever else runs beside it; the time of day where nobody tells.
-fn seconds() -> f64 {
-    let told = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
-    let nanoseconds = told.and_then(|text| text.split_whitespace().next()?.parse::<f64>().ok());
-    let since = || std::time::SystemTime::UNIX_EPOCH.elapsed().map_or(0.0, |time| time.as_secs_f64());
-    nanoseconds.map_or_else(since, |ns| ns * 1.0e-9)
 }
 
 /// Prints the report.
@@ -193,9 +186,9 @@ fn at_few(
     for spp in SPP {
         let mut sum = 0.0;
         for seed in 0..RENDERS {
-            let start = seconds();
+            let start = thread_seconds();
             let found = image(scene, settings, spp, 1000 + seed)?;
-            time += seconds() - start;
+            time += thread_seconds() - start;
             sum += squared(&found, reference) - noise;
         }
         errors.push((sum / f64::from(RENDERS)).max(0.0));
@@ -211,12 +204,12 @@ fn at_few(
 
 /// The variance of a pixel's sample, and how long a sample of the picture takes, in milliseconds.
 fn variance(scene: &SceneBuffers, settings: &PathSettings, pairs: u32) -> Result<[f64; 2], Error> {
-    let start = seconds();
+    let start = thread_seconds();
     let mut sum = 0.0;
     for pair in 0..pairs {
         sum += 0.5 * squared(&image(scene, settings, 1, 2 * pair)?, &image(scene, settings, 1, 2 * pair + 1)?);
     }
-    Ok([sum / f64::from(pairs), 1000.0 * (seconds() - start) / f64::from(2 * pairs)])
+    Ok([sum / f64::from(pairs), 1000.0 * (thread_seconds() - start) / f64::from(2 * pairs)])
 }
 
 /// What a method's variance is made of, and what other choices make of it.
