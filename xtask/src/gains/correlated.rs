@@ -14,6 +14,8 @@ use super::{FRAMES, chain};
 
 /// Settings of the chains.
 const SETTINGS: [&str; 6] = ["", "tile=4", "spatial=0", "temporal=off", "feedback=on", "preset=published"];
+/// Samples of path tracing in place of a frame.
+const SAMPLES: u32 = 16;
 /// Independent chains.
 const CHAINS: u32 = 3;
 /// Pixels at this distance still count as neighbours.
@@ -25,7 +27,7 @@ const DARK: f32 = 0.01;
 
 /// What the frames of some settings have in common, means over chains.
 pub(super) struct Correlated {
-    /// The settings; nothing of path tracing, whose samples stand for frames.
+    /// The settings; nothing of path tracing.
     pub(super) settings: Option<&'static str>,
     /// The largest correlation of the errors of neighbours within the reach.
     pub(super) over_pixels: f64,
@@ -77,11 +79,11 @@ fn frames(scene: &SceneBuffers, chain: &Render) -> Result<Vec<Image>, Error> {
     Ok(shown.split_off(FRAMES as usize))
 }
 
-/// As many single samples of path tracing, which have nothing in common.
+/// As many images of path tracing, which have nothing in common, of [`SAMPLES`] each: errors of about the size that frames have.
 fn samples(scene: &SceneBuffers, size: [u32; 2], chain: u32) -> Result<Vec<Image>, Error> {
     let settings = PathSettings { jitter: false, sampler: Sampler::Independent, ..PathSettings::default() };
     let sample = |frame: u32| {
-        let of_frame = Render { seed: chain * FRAMES + frame, ..Render::new(size, settings.clone()) };
+        let of_frame = Render { count: SAMPLES, seed: chain * FRAMES + frame, ..Render::new(size, settings.clone()) };
         Ok(render(&mut CpuExecutor::inline(), scene, &of_frame, &mut |_| Ok(()))?.image)
     };
     (0..FRAMES).map(sample).collect()

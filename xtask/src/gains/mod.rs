@@ -61,7 +61,7 @@ const SETTINGS: [(&str, bool); 21] = [
 #[derive(Args)]
 pub struct Options {
     /// Independent images of each setting.
-    #[arg(long, default_value_t = 24, value_parser = clap::value_parser!(u32).range(2..))]
+    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(2..))]
     images: u32,
     /// Width of an image; the height is three quarters of it.
     #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u32).range(16..=4096))]

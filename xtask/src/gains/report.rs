@@ -79,12 +79,12 @@ fn correlations(views: &[View]) -> String {
          By `restir_host::correlation`, of {FRAMES} frames after as many, each error limited to three times the root of what relMSE divides by, means \
          of three chains. *Neighbours* is the largest correlation of a pixel's error with that of a pixel up to 8 columns and rows away: \
          grain that the eye sees. *Next frame* is that with its own error a frame later. VIF is the variance of the mean of {FRAMES} frames over \
-         that of as many independent ones. *Copies* is the share of the paths of the 16th frame that more than one pixel holds.\n\n\
+         that of the mean of as many independent ones. *Copies* is the share of the paths of the 16th frame that more than one pixel holds.\n\n\
          | scene | settings | neighbours | next frame | VIF | copies |\n|---|---|---:|---:|---:|---:|\n"
     );
     for (view, of) in views.iter().flat_map(|view| view.correlated.iter().map(move |of| (view, of))) {
         let (settings, copied) = match of.settings {
-            None => ("path tracing".to_owned(), String::new()),
+            None => ("path tracing, 16 samples".to_owned(), String::new()),
             Some(settings) => (named(settings), format!("{:.0} %", 100.0 * of.copied)),
         };
         let _ = writeln!(
