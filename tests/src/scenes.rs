@@ -264,6 +264,7 @@ pub fn named(name: &str) -> Option<Scene> {
         "masks" => Some(masks::scene(Form::Masked)),
         "sheets" => Some(Sheets { glass: true }.scene()),
         "moving-alpha" => Some(moving_alpha()),
+        "cornell-lens" => Some(cornell_lens()),
         "moving-fast" => Some(moving_fast()),
         "moving-media" => Some(moving_media()),
         "clear-media" => Some(clear_media()),
@@ -271,6 +272,13 @@ pub fn named(name: &str) -> Option<Scene> {
         "panes" => Some(Panes { coloured: true, count: 2 }.scene()),
         _ => builtin::scene(name),
     }
+}
+
+/// The built-in box, seen through a lens that blurs all but its back wall.
+fn cornell_lens() -> Scene {
+    let mut scene = Scene { name: "cornell-lens".to_owned(), ..builtin::scene("cornell").expect("built in") };
+    scene.camera = scene.camera.map(|camera| Camera { lens_radius: 0.05, ..camera });
+    scene
 }
 
 /// The built-in moving room, in which a frame takes the time of four.

@@ -12,6 +12,9 @@ use restir_host::technique::restir_di::{
     DiSettings, MAX_CANDIDATES, MAX_CONFIDENCE_CAP, MAX_INITIAL_RAYS, MAX_NEIGHBOURS, MAX_SHADED, MAX_SPATIAL_PASSES,
     MAX_TILE_SIZE, MAX_TILES,
 };
+use restir_host::technique::restir_pt::{
+    MAX_CONFIDENCE_CAP as MAX_PATH_CAP, MAX_DEPTH, MAX_SPATIAL_PASSES as MAX_PATH_PASSES,
+};
 use restir_kernels::KernelDesc;
 use restir_kernels::path::{path_exits, path_media, path_media_clear, path_profile};
 use restir_kernels::restir_di::{di_combine, di_primary, di_tiles};
@@ -19,6 +22,7 @@ use restir_shared::glam::DVec3;
 use restir_shared::layout::{Extent, NONE, SceneHeader};
 use restir_shared::technique::path::PathParams;
 use restir_shared::technique::restir_di::{DiParams, Flags, TileParams};
+use restir_shared::technique::restir_pt::MAX_NEIGHBOURS as MAX_PATH_NEIGHBOURS;
 use restir_tests::bias::{ensure_biased, ensure_unbiased, film_moments, path_moments};
 use restir_tests::device;
 use restir_tests::lockstep::{first_divergence, trace};
@@ -61,6 +65,11 @@ fn main() -> ExitCode {
         let largest = LARGEST.map(|text| {
             adapter.trial(&format!("{text}, the largest there are"), move |executor| largest_settings(executor, text))
         });
+        let of_paths = LARGEST_OF_PATHS.map(|text| {
+            let title = format!("restir-pt, {text}, the largest there are");
+            adapter.trial(&title, move |executor| largest_in(executor, "restir-pt", text, &BEYOND_OF_PATHS))
+        });
+        let largest = largest.into_iter().chain(of_paths);
         let media = MEDIA.map(|(scene, subsurface, kernel)| {
             let (name, all) = (subsurface.name(), "all buffers after every pass");
             let title = format!("path, media of {scene}, {name}: {FRAMES} moments, {all}");
@@ -79,7 +88,7 @@ fn main() -> ExitCode {
             adapter.trial(&title, move |executor| light_from_next_door(executor, technique))
         });
         let rows = Trials::all().into_iter().flat_map(trials);
-        largest.into_iter().chain(media).chain(indoors).chain(rows).collect()
+        largest.chain(media).chain(indoors).chain(rows).collect()
     }));
     libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
 }
@@ -156,6 +165,12 @@ const BEYOND: [(&str, &str); 8] = [
     ("confidence_cap", "256"),
 ];
 
+/// The same of ReSTIR PT ([`MAX_PATH_PASSES`], [`MAX_PATH_NEIGHBOURS`], [`MAX_PATH_CAP`], [`MAX_DEPTH`]).
+const LARGEST_OF_PATHS: [&str; 3] =
+    ["neighbours=8,spatial=4", "tile=256,confidence_cap=255", "max_depth=63,shift=replay,neighbours=1"];
+const BEYOND_OF_PATHS: [(&str, &str); 5] =
+    [("neighbours", "9"), ("spatial", "5"), ("tile", "512"), ("confidence_cap", "256"), ("max_depth", "64")];
+
 /// What they are is found, they can be rendered with the same bits everywhere, and more is refused.
 fn largest_settings(executor: &mut dyn Executor, text: &str) -> Result<(), Failed> {
     let ends = [
@@ -169,12 +184,20 @@ fn largest_settings(executor: &mut dyn Executor, text: &str) -> Result<(), Faile
         MAX_CONFIDENCE_CAP,
     ];
     ensure(ends == [64, 1024, 1024, 32768, 128, 8, 7, 255], || format!("the largest settings are others: {ends:?}"))?;
-    let render = Render { count: 3, cameras: frames(settings("")).cameras, ..Render::new([7, 5], settings(text)) };
+    let of_paths = [MAX_PATH_PASSES, MAX_PATH_NEIGHBOURS, MAX_PATH_CAP, MAX_DEPTH];
+    ensure(of_paths == [4, 8, 255, 63], || format!("the largest settings of restir-pt are others: {of_paths:?}"))?;
+    largest_in(executor, "restir-di", text, &BEYOND)
+}
+
+/// Frames with the settings are rendered with the same bits everywhere, and settings beyond are refused.
+fn largest_in(executor: &mut dyn Executor, name: &str, text: &str, beyond: &[(&str, &str)]) -> Result<(), Failed> {
+    let trials = Trials::of(name)?;
+    let render = Render { count: 3, cameras: frames(settings("")).cameras, ..Render::new([7, 5], trials.with(text)?) };
     let host = film(plan(&buffers("moving")?, &render))?;
     let finite = host.iter().all(|pixel| pixel.dropped == 0.0 && pixel.sum.iter().all(|x| x.is_finite()));
     ensure(finite && host.iter().any(|pixel| pixel.sum[1] > 0.0), || format!("{text}: no picture"))?;
-    for (key, value) in BEYOND {
-        let mut beyond = Render { technique: settings("").into(), ..render.clone() };
+    for (key, value) in beyond {
+        let mut beyond = Render { technique: trials.technique.clone(), ..render.clone() };
         let refused = beyond.technique.set(key, value).is_err() || render::check(&buffers("moving")?, &beyond).is_err();
         ensure(refused, || format!("{key}={value} is taken"))?;
     }

@@ -12,6 +12,7 @@ use restir_kernels::restir_pt::{pt_merge, pt_shade, pt_shift, pt_trace};
 use restir_kernels::{KernelDesc, NativeRow};
 use restir_shared::glam::{DVec3, Vec3};
 use restir_shared::layout::FilmPixel;
+use restir_shared::shift::Hybrid;
 use restir_shared::technique::restir_pt::{
     Job, JobShifted, PT_BACK, PT_CHANGED, PT_OTHER_FRAME, PT_STILL, PackedPath, PtParams,
 };
@@ -35,11 +36,18 @@ const TILE: u32 = 8;
 const COMMON: &str = "temporal=off,tile=4,max_plane_distance=0.1,max_depth=7,jitter=on,sampler=independent";
 const SHIFTS: [&str; 5] = [
     "shift=reconnection",
-    "shift=replay,mis=pairwise-defensive",
+    "shift=replay,mis=pairwise-counted-defensive",
     "shift=hybrid",
     "shift=hybrid,min_distance=1.5,mis=pairwise-defensive",
     "shift=footprint,spatial=2",
 ];
+
+/// Tests in a family: of each scene and shift, and of each chain, [`NUMBERS`].
+const NUMBERS_OF_SHARING: f64 = (SCENES.len() * SHIFTS.len() * NUMBERS) as f64;
+const NUMBERS_OF_CHAINS: f64 = (CHAINS.len() * NUMBERS) as f64;
+const SCENES: [&str; 6] = ["cornell", "glossy", "glass", "tower", "ajar", "sheets"];
+/// What is tested of a picture: its tiles, [`LENGTHS`], and its mean.
+const NUMBERS: usize = ((SIDE / TILE) * (SIDE / TILE)) as usize + 4 + 1;
 
 /// Lengths of paths that are counted, longer ones with the last.
 const LENGTHS: std::ops::RangeInclusive<u32> = 2..=5;
@@ -99,24 +107,37 @@ fn tests(scene: &str, text: &str, count: u32, change: Change) -> Result<(Vec<ZTe
 
 /// The mean of frames in which pixels share is that of their paths alone.
 fn sharing_keeps_the_mean() -> Result<(), Failed> {
-    let scenes = ["cornell", "glossy", "glass", "tower", "ajar", "sheets"];
-    let cells: Vec<_> = scenes.iter().flat_map(|scene| SHIFTS.map(|text| (*scene, text))).collect();
+    let cells: Vec<_> = SCENES.iter().flat_map(|scene| SHIFTS.map(|text| (*scene, text))).collect();
     let tests: Vec<_> = cells.par_iter().map(|(scene, text)| tests(scene, text, FRAMES, |_| ())).collect();
     let mut family = Family::new("sharing", FAMILY_RATE);
     for ((scene, text), result) in cells.into_iter().zip(tests) {
         let (tests, alone) = result?;
         let picture = &tests[tests.len() - 1];
-        let noticed = picture.detectable_bias(FAMILY_RATE / 420.0) / alone;
+        let noticed = picture.detectable_bias(FAMILY_RATE / NUMBERS_OF_SHARING) / alone;
         println!("{scene}, {text}: {:.1} standard errors, {noticed:.3} is noticed", picture.z);
         tests.into_iter().enumerate().for_each(|(tile, test)| family.z_test(format!("{scene}, {text}, {tile}"), test));
     }
     family.verdict().map(drop).map_err(Failed::from)
 }
 
-/// A pass that a known-wrong one stands for.
+/// What makes frames in which pixels share wrong.
 struct Wrong {
     name: &'static str,
+    scene: &'static str,
+    settings: &'static str,
     change: Change,
+}
+
+/// Shifts that ask where a path may be joined of the path that is shifted, and not of what it becomes.
+const fn criterion_of_one_path(settings: &'static str) -> Wrong {
+    let change: Change = |pass| {
+        if pass.kernel.name == pt_shift::DESC.name {
+            edit(pass, |params: &mut PtParams| {
+                params.hybrid = Hybrid { replays: params.hybrid.replays, ..Hybrid::RECONNECTION };
+            });
+        }
+    };
+    Wrong { name: "criterion asked of one path alone", scene: "cornell", settings, change }
 }
 
 /// A known-wrong merge: the right one, over what `change` makes of what became of the jobs. It is told the pixel that merges.
@@ -141,14 +162,16 @@ fn merge_wrongly(row: &mut NativeRow<'_>, change: fn(u32, &PtParams, &[PackedPat
 
 /// Declares kernels that stand for `pt_merge`.
 macro_rules! wrong_merges {
-    ($($name:ident: $change:expr;)*) => {
-        const WRONG: &[Wrong] = &[$({
+    ($($name:ident in $scene:literal, $settings:literal: $change:expr;)*) => {
+        const WRONG_MERGES: &[Wrong] = &[$({
             fn native(row: &mut NativeRow<'_>) {
                 merge_wrongly(row, $change);
             }
             static DESC: KernelDesc = KernelDesc { native, ..pt_merge::DESC };
             Wrong {
                 name: stringify!($name),
+                scene: $scene,
+                settings: $settings,
                 change: |pass| {
                     if pass.kernel.name == DESC.name {
                         pass.kernel = &DESC;
@@ -160,40 +183,55 @@ macro_rules! wrong_merges {
 }
 
 wrong_merges! {
-    no_jacobian: |_, _, paths, jobs, shifted| {
+    no_jacobian in "cornell", "shift=hybrid": |_, _, paths, jobs, shifted| {
         for (job, shifted) in jobs.iter().zip(shifted).filter(|(_, shifted)| shifted.term > 0.0) {
             shifted.term = paths[job.path as usize].term();
         }
     };
-    inverted_jacobian: |_, _, paths, jobs, shifted| {
+    inverted_jacobian in "cornell", "shift=hybrid": |_, _, paths, jobs, shifted| {
         for (job, shifted) in jobs.iter().zip(shifted).filter(|(_, shifted)| shifted.term > 0.0) {
             let term = paths[job.path as usize].term();
             shifted.term = term * (term / shifted.term);
         }
     };
-    own_path_believed_unknown_to_neighbours: |pixel, _, _, jobs, shifted| {
+    own_path_believed_unknown_to_neighbours in "cornell", "shift=hybrid": |pixel, _, _, jobs, shifted| {
         let ways_back = jobs.iter().zip(shifted).filter(|(job, _)| job.path == pixel);
         ways_back.for_each(|(_, shifted)| *shifted = JobShifted::default());
     };
-    neighbours_counted_that_cannot_have_the_path: |pixel, _, paths, jobs, shifted| {
+    neighbours_counted_that_cannot_have_the_path in "cornell", "shift=hybrid": |pixel, _, paths, jobs, shifted| {
         let path = &paths[pixel as usize];
         let ways_back = jobs.iter().zip(shifted).filter(|(job, shifted)| job.path == pixel && shifted.term == 0.0);
         ways_back.for_each(|(_, shifted)| *shifted = JobShifted { value: path.value().to_array(), term: path.term() });
     };
+    neighbours_counted_for_paths_without_a_reconnection_vertex in "glass", "shift=hybrid,replays=0":
+    |pixel, _, paths, jobs, shifted| {
+        let path = &paths[pixel as usize];
+        let ways_back = jobs.iter().zip(shifted).filter(|(job, shifted)| job.path == pixel && shifted.term == 0.0);
+        if path.unpack().path.length > 0 && path.unpack().path.reconnection == 0 {
+            ways_back.for_each(|(_, shifted)| {
+                *shifted = JobShifted { value: path.value().to_array(), term: path.term() };
+            });
+        }
+    };
 }
+
+/// The same with other shifts.
+const WRONG_SHIFTS: [Wrong; 2] =
+    [criterion_of_one_path("shift=hybrid,min_distance=1.5"), criterion_of_one_path("shift=footprint,footprint=0.1")];
 
 /// Frames in which something is wrong.
 const WRONG_FRAMES: u32 = 256;
 
 fn wrong_sharing_is_seen() -> Result<(), Failed> {
-    for wrong in WRONG {
-        let (tests, alone) = tests("cornell", "shift=hybrid", WRONG_FRAMES, wrong.change)?;
+    let mut unseen = Vec::new();
+    for Wrong { name, scene, settings, change } in WRONG_MERGES.iter().chain(&WRONG_SHIFTS) {
+        let (tests, alone) = tests(scene, settings, WRONG_FRAMES, *change)?;
         let worst = tests.iter().max_by(|a, b| a.z.abs().total_cmp(&b.z.abs())).ok_or("no tile")?;
         let picture = tests[tests.len() - 1].difference / alone;
-        println!("{}: {:.1} standard errors, {picture:+.4} of the picture", wrong.name, worst.z);
-        ensure(worst.p < FAMILY_RATE / 420.0, || format!("{} passes with {:.1} standard errors", wrong.name, worst.z))?;
+        println!("{name}, {scene}, {settings}: {:.1} standard errors, {picture:+.4} of the picture", worst.z);
+        unseen.extend((worst.p >= FAMILY_RATE / NUMBERS_OF_SHARING).then_some(*name));
     }
-    Ok(())
+    ensure(unseen.is_empty(), || format!("not seen: {unseen:?}"))
 }
 
 /// A chain of frames: what its last one shows, against what that one's own paths do.
@@ -211,10 +249,10 @@ const fn chain(scene: &'static str, settings: &'static str, frames: u32, moves: 
 
 /// Settings of chains.
 const OF_CHAINS: &str = "tile=4,max_plane_distance=0.1,max_depth=6,sampler=independent";
-const CHAINS: [Chain; 15] = [
+const CHAINS: [Chain; 16] = [
     chain("cornell", "jitter=on,shift=hybrid,feedback=on", 4, false),
     chain("cornell", "jitter=on,shift=footprint,spatial=0", 5, true),
-    chain("cornell", "jitter=on,shift=replay,spatial=0,mis=pairwise-defensive", 4, true),
+    chain("cornell", "jitter=on,shift=replay,spatial=0,temporal_mis=pairwise-defensive", 4, true),
     chain("cornell", "jitter=on,shift=hybrid,feedback=off,spatial=2,neighbours=2,confidence_cap=3", 5, true),
     chain("cornell", "still=on,spatial=0", 4, false),
     chain("glossy", "jitter=on,shift=hybrid,spatial=0", 4, true),
@@ -227,6 +265,7 @@ const CHAINS: [Chain; 15] = [
     chain("moving", "jitter=on,shift=replay", 10, true),
     chain("moving-fast", "jitter=on,shift=hybrid,spatial=0", 6, false),
     chain("toys", "jitter=on,shift=hybrid,spatial=0", 6, true),
+    chain("cornell-lens", "shift=hybrid", 4, true),
 ];
 /// Independent chains.
 const RESTARTS: u32 = 192;
@@ -257,10 +296,11 @@ impl Chain {
 fn chains_keep_the_mean() -> Result<(), Failed> {
     let mut family = Family::new("chains", FAMILY_RATE);
     for chain in &CHAINS {
-        let name = format!("{}, {}, {} frames, moves: {}", chain.scene, chain.settings, chain.frames, chain.moves);
+        let Chain { scene, settings, frames, moves } = chain;
+        let name = format!("{scene}, {settings}, {frames} frames, moves: {moves}");
         let (tests, alone) = chain.tests(RESTARTS, |_| ())?;
         let picture = &tests[tests.len() - 1];
-        let noticed = picture.detectable_bias(FAMILY_RATE / 196.0) / alone;
+        let noticed = picture.detectable_bias(FAMILY_RATE / NUMBERS_OF_CHAINS) / alone;
         println!("{name}: {:.1} standard errors, {noticed:.3} is noticed", picture.z);
         tests.into_iter().enumerate().for_each(|(tile, test)| family.z_test(format!("{name}, {tile}"), test));
     }
@@ -319,7 +359,7 @@ fn wrong_chains_are_seen() -> Result<(), Failed> {
         let worst = tests.iter().max_by(|a, b| a.z.abs().total_cmp(&b.z.abs())).ok_or("no tile")?;
         let picture = tests[tests.len() - 1].difference / alone;
         println!("{name}: {:.1} standard errors, {picture:+.4} of the picture", worst.z);
-        unseen.extend((worst.p >= FAMILY_RATE / 420.0).then_some(name));
+        unseen.extend((worst.p >= FAMILY_RATE / NUMBERS_OF_CHAINS).then_some(name));
     }
     ensure(unseen.is_empty(), || format!("not seen: {unseen:?}"))
 }

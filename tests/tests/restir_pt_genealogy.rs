@@ -23,7 +23,7 @@ restir_tests::suite! {
 const SETTINGS: [&str; 4] = [
     "tile=4,max_plane_distance=0.1",
     "tile=4,max_plane_distance=0.1,shift=hybrid,spatial=2,feedback=on,jitter=on,neighbours=2",
-    "shift=replay,spatial=0,stale=on,mis=pairwise-defensive",
+    "shift=replay,spatial=0,stale=on,temporal_mis=pairwise-defensive",
     "temporal=off,tile=4,max_plane_distance=0.1",
 ];
 

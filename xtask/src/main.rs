@@ -4,8 +4,9 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use xtask::{
-    Error, albedo, aov, crossings, diffusion, documented, features, furnace, mutate, num, package, parity, passes,
-    profile, resampling, reuse, searchlight, session, shader, shifts, stress, unbiased, visibility, walks, watertight,
+    Error, albedo, aov, crossings, diffusion, documented, features, furnace, gains, mutate, num, package, parity,
+    passes, profile, resampling, reuse, searchlight, session, shader, shifts, stress, unbiased, visibility, walks,
+    watertight,
 };
 
 /// Tools of the project.
@@ -59,6 +60,8 @@ enum Task {
     Visibility(visibility::Options),
     /// Measure on which scenes reuse of samples pays at equal time and what limits it, and print the report.
     Reuse(reuse::Options),
+    /// Measure what ReSTIR PT gains over path tracing in equal time and with equal rays, and print the report.
+    Gains(gains::Options),
     /// Measure what a frame of a session costs beside its kernels, and whether its memory stays, and print the report.
     Session(session::Options),
     /// Run the program on mutated files and command lines, and see how it ends.
@@ -91,6 +94,7 @@ fn run(task: Task) -> Result<(), Error> {
         Task::Profile(options) => profile::run(&options),
         Task::Visibility(options) => visibility::run(&options),
         Task::Reuse(options) => reuse::run(&options),
+        Task::Gains(options) => gains::run(&options),
         Task::Session(options) => session::run(&options),
         Task::Mutate(options) => mutate::run(&options),
         Task::Documented(options) => documented::run(&options),

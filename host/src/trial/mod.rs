@@ -63,6 +63,11 @@ impl Tried {
     pub fn images(&self) -> usize {
         self.images.len()
     }
+
+    /// The images, each as all values of the pixels that count.
+    pub fn values(&self) -> &[Vec<f64>] {
+        &self.images
+    }
 }
 
 /// An error and its standard error.

@@ -13,6 +13,7 @@ pub mod profiles;
 mod report;
 mod samplers;
 pub mod scenes;
+mod shift;
 
 pub use crate::num::Effort;
 pub use axis::Axis;
@@ -229,6 +230,7 @@ pub fn rows() -> Vec<(&'static str, Vec<Row>)> {
         ("Scattering functions", bsdf::rows()),
         ("Media", media::rows()),
         ("Diffusion profiles", diffusion::rows()),
+        ("Shifts of paths", shift::rows()),
     ]
 }
 

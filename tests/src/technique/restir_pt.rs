@@ -9,7 +9,7 @@ use restir_shared::camera::primary_ray;
 use restir_shared::geometry::Ray;
 use restir_shared::rng::{Rng, Sampler};
 use restir_shared::scene::{SceneView, Trace};
-use restir_shared::shift::{Cause, Hybrid, Shifted, Start};
+use restir_shared::shift::{Cause, Hybrid, Path, Shifted, Start};
 use restir_shared::technique::path::Walk;
 use restir_shared::technique::restir_pt::{
     Candidate, Candidates, Keep, PackedPath, PathNumbers, PtParams, Stored, shift_path,
@@ -21,7 +21,7 @@ use std::collections::BTreeMap;
 pub(super) const KNOWN: Known = Known {
     lengths: &["min_distance"],
     rows: &[
-        ("replay, two passes, defensive, jitter", "shift=replay,spatial=2,mis=pairwise-defensive,jitter=on"),
+        ("replay, two passes, defensive, jitter", "shift=replay,spatial=2,mis=pairwise-defensive,temporal_mis=pairwise-defensive,jitter=on"),
         ("direct light by restir-di", "direct=restir-di,neighbours=1"),
     ],
     cases: Cases { common: "still=off,tile=8,max_plane_distance=0.1,max_depth=7", rows: &ROWS, ..NOTHING.cases },
@@ -46,7 +46,7 @@ const CELLS: [&str; 4] = [
 ];
 
 /// Every criterion, kind of light and of surface.
-const ROWS: [Row; 12] = [
+const ROWS: [Row; 14] = [
     row("defaults", "cornell", 2, ""),
     row("hybrid, jitter", "glossy", 2, "shift=hybrid,jitter=on"),
     row("by footprint", "glass", 2, "mis=pairwise-defensive"),
@@ -59,6 +59,8 @@ const ROWS: [Row; 12] = [
     row("stale, things move", "moving", 6, "stale=on,shift=hybrid,confidence_cap=2,spatial=0"),
     row("a still view", "cornell", 3, "still=on,spatial=0"),
     row("paths of paths", "ajar", 3, "shift=hybrid,feedback=on"),
+    row("a lens, counted pairs", "cornell-lens", 2, "shift=hybrid,mis=pairwise-counted-defensive"),
+    row("the longest paths", "furnace", 2, "shift=replay,max_depth=63"),
 ];
 
 /// A picture whose pixels' paths are shifted to each other.
@@ -67,14 +69,22 @@ pub struct Picture<'a> {
     pub scene: SceneView<'a>,
     /// Parameters, with the criterion.
     pub params: PtParams,
+    /// Where in its pixel a camera ray goes through.
+    pub within: Vec2,
 }
+
+/// Anywhere but in the middle: in symmetrical scenes some of the rays through the middles of pixels end exactly where two walls meet, and
+/// it is for roundings to say whether one wall hides what a ray that begins on the other one goes to.
+const ASIDE: Vec2 = Vec2::new(0.37, 0.61);
 
 /// A path that a pixel has found.
 #[derive(Clone, Copy, Debug)]
 pub struct Found {
     /// What `path` adds up.
     pub value: Vec3,
-    /// The path, as it is stored.
+    /// The path that it is the contribution of.
+    pub path: Path,
+    /// The same, as it is stored.
     pub stored: PackedPath,
 }
 
@@ -112,7 +122,7 @@ impl<'a> Picture<'a> {
             layers: 1,
             ..PtParams::default()
         };
-        Self { scene, params }
+        Self { scene, params, within: ASIDE }
     }
 
     /// Other random numbers.
@@ -127,10 +137,14 @@ impl<'a> Picture<'a> {
         Self { params: PtParams { hybrid, ..self.params }, ..*self }
     }
 
-    /// Not through the middles of pixels: in symmetrical scenes some of these rays end exactly where two walls meet, and it is for
-    /// roundings to say whether one wall hides what a ray that begins on the other one goes to.
+    /// Seen through the middles of pixels, as the technique has it without jitter.
+    #[must_use]
+    pub fn through_middles(self) -> Self {
+        Self { within: Vec2::splat(0.5), ..self }
+    }
+
     fn ray(&self, [x, y]: [u32; 2]) -> Ray {
-        primary_ray(&self.params.camera, Vec2::new(x as f32 + 0.37, y as f32 + 0.61), Vec2::ZERO)
+        primary_ray(&self.params.camera, Vec2::new(x as f32, y as f32) + self.within, Vec2::ZERO)
     }
 
     /// Where the paths of a pixel begin, if it sees a surface.
@@ -157,7 +171,7 @@ impl<'a> Picture<'a> {
         let (numbers, all) = self.walk(at, frame);
         let stored = |&(value, candidate): &(Vec3, Candidate)| {
             let path = candidate.path(&self.scene, &numbers);
-            Found { value, stored: Stored { path, value, contribution_weight: 1.0, confidence: 1.0 }.pack() }
+            Found { value, path, stored: Stored { path, value, contribution_weight: 1.0, confidence: 1.0 }.pack() }
         };
         all.found.iter().filter(|(value, _)| value.max_element() > 0.0).map(stored).collect()
     }
@@ -199,11 +213,19 @@ pub struct Returns {
     pub there: BTreeMap<Cause, u64>,
     /// Of those that gave one, what the way back gave.
     pub back: BTreeMap<Cause, u64>,
-    /// Of those that came back, the ones that are not bit for bit what the path is at home.
+    /// Of those that came back, the ones whose stored words say another path than was found.
     pub changed: u64,
+    /// Of the others, those whose integrand is off by more than [`INTEGRAND`] from what path tracing found.
+    pub off: u64,
+    /// The largest relative error of an integrand that came back.
+    pub worst: f64,
     /// Sum over the contributions of paths that do not return, over that of all that were shifted.
     pub lost: [f64; 2],
 }
+
+/// The relative error of an integrand that has been elsewhere and is home again: that of a direction of 48 bits and coordinates of 24.
+/// Smooth lobes and near points make more of them, which is why a share of paths may be off by more.
+pub const INTEGRAND: f64 = 1.0e-5;
 
 impl Returns {
     /// Paths that were shifted.
@@ -216,7 +238,17 @@ impl Returns {
         self.back.iter().filter(|(cause, _)| **cause != Cause::Nothing).map(|(_, count)| count).sum()
     }
 
-    /// The share of the contributions that does not return.
+    /// The share of the paths that were shifted and do not return.
+    pub fn one_sided_share(&self) -> f64 {
+        self.one_sided() as f64 / self.shifted().max(1) as f64
+    }
+
+    /// The share of those that came back whose integrand is off.
+    pub fn off_share(&self) -> f64 {
+        self.off as f64 / (self.shifted() - self.one_sided()).max(1) as f64
+    }
+
+    /// The share of the contributions that does not return: what the mean of all pixels can be off by where every path is shared.
     pub fn lost_share(&self) -> f64 {
         self.lost[0] / self.lost[1].max(f64::MIN_POSITIVE)
     }
@@ -240,6 +272,8 @@ impl Returns {
             counts.into_iter().for_each(|(cause, count)| *sum.entry(cause).or_default() += count);
         }
         self.changed += other.changed;
+        self.off += other.off;
+        self.worst = self.worst.max(other.worst);
         self.lost = [self.lost[0] + other.lost[0], self.lost[1] + other.lost[1]];
         self
     }
@@ -255,15 +289,35 @@ impl Returns {
         let own = picture.shift(&moved, away);
         let back = if own.term == 0.0 { own } else { picture.shift(&moved, home) };
         *self.back.entry(back.cause).or_default() += 1;
-        let term = found.stored.unpack().path.term;
-        let sent = f64::from(there.value.element_sum()) * f64::from(there.term) / f64::from(term);
+        let sent = f64::from(there.value.element_sum()) * f64::from(there.term) / f64::from(found.path.term);
         self.lost[1] += sent;
         if back.term == 0.0 {
             self.lost[0] += sent;
             return;
         }
-        self.changed += u64::from(back != picture.shift(&found.stored, home));
+        let returned = moved.moved(back.value, back.term).unpack();
+        self.changed += u64::from(!is_stored(&found.path, &returned.path));
+        let error = f64::from((returned.value - found.value).abs().max_element() / found.value.max_element());
+        self.off += u64::from(error > INTEGRAND);
+        self.worst = self.worst.max(error);
     }
+}
+
+/// How far a direction of 48 bits is from what was stored.
+const DIRECTION: f32 = 8.0e-7;
+
+/// Whether a path that was unpacked is the one that was found, but for what storing it loses and for its term, which belongs to a start.
+fn is_stored(found: &Path, stored: &Path) -> bool {
+    let near = |a: Vec2, b: Vec2, most: f32| (a - b).abs().max_element() <= most;
+    let surface = !found.keeps_surface()
+        || (found.hit.id == stored.hit.id && near(found.hit.uv, stored.hit.uv, restir_shared::num::UNIT_ROUNDOFF));
+    let direction = found.reconnection == 0
+        || found.keeps_light()
+        || (found.direction - stored.direction).length() < DIRECTION;
+    let radiance = found.reconnection == 0 || found.keeps_light() || found.radiance == stored.radiance;
+    let light = !found.keeps_light() || found.light == stored.light;
+    let decided = |path: &Path| (path.key, path.length, path.reconnection, path.light_sampled, path.lobes);
+    decided(found) == decided(stored) && surface && direction && radiance && light
 }
 
 /// A way to shift wrongly.

@@ -123,7 +123,7 @@ impl Chain {
         let changed = !now.same_scene;
         let flags = self.settings.temporal_flags(now.is_still(Some(last_camera)), changed);
         let still = flags & PT_STILL != 0;
-        let form = if still { Mis::CONSTANT.bits() } else { self.params(now).form };
+        let form = if still { Mis::CONSTANT } else { self.settings.temporal_mis.mis() }.bits();
         let of_last = PtParams {
             flags,
             form,

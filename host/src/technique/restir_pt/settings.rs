@@ -39,6 +39,8 @@ choices! {
         "pairwise" => Pairwise,
         /// The same, with a part that the pixel's own path has for itself.
         "pairwise-defensive" => Defensive,
+        /// The same, with as large a part for every neighbour, whatever its confidence (Lin et al. 2022).
+        "pairwise-counted-defensive" => Counted,
     }
 }
 
@@ -47,6 +49,7 @@ impl Form {
         match self {
             Self::Pairwise => Mis::PAIRWISE,
             Self::Defensive => Mis::PAIRWISE_DEFENSIVE,
+            Self::Counted => Mis::PAIRWISE_COUNTED_DEFENSIVE,
         }
     }
 }
@@ -106,15 +109,18 @@ settings! {
         min_roughness: f32 = 0.2, in 0.0..=2.0;
         /// Of the hybrid shift: the least length of a segment that is joined.
         min_distance: f32 = 0.1, in 0.0..=1.0e6, unit "units of the scene";
-        /// Of the shift by footprint: the area over which either end spreads the path has at least the root of this part of the area
-        /// over which the pixel would spread it, if light came from anywhere.
+        /// Of the shift by footprint: a segment of length t is joined where t² / (p cos) > c² 4π d² / cos₁ at both of its ends: p is the
+        /// density per steradian with which one end sends the path towards the other, cos the cosine at that other end, d the distance of the
+        /// first surface from the camera, and cos₁ the cosine under which it is seen. This is c.
         footprint: f32 = 0.02, in 0.0..=1.0e3;
-        /// Of the shift by footprint: the density of a direction that is given up is at most one over the square of this.
+        /// Of the shift by footprint: the density p of the direction that is given up is at most 1 / r² per steradian. This is r.
         spread: f32 = 0.1, in 1.0e-6..=1.0e3;
         /// Most vertices that are replayed; a path that needs more is not reused.
         replays: u32 = MAX_DEPTH, in 0..=MAX_DEPTH, unit "vertices";
-        /// How paths share what several pixels can find.
+        /// How a pixel's path and those of its neighbours share what several pixels can find.
         mis: Form = Form::Pairwise;
+        /// How a pixel's path and that of the last frame do: of two, pairwise is the balance heuristic with confidences.
+        temporal_mis: Form = Form::Pairwise;
         /// Reuse of the last frame's paths: a pixel shares with the one that saw its surface then.
         temporal: bool = true;
         /// Where every pixel has the camera ray of the last frame, and the scene is the same, a path stays what it was, and the two of a
@@ -152,12 +158,14 @@ settings! {
 }
 
 impl PtSettings {
-    /// Lin et al. 2022, but for where neighbours lie: in a disk of 20 pixels there.
+    /// Lin et al. 2022, but for where neighbours lie, and how unlike they may be: in a disk of 20 pixels there, and up to a tenth nearer to
+    /// the camera or farther from it.
     fn published() -> Self {
         let default = Self::default();
         Self {
             shift: Shift::Hybrid,
-            mis: Form::Defensive,
+            mis: Form::Counted,
+            temporal_mis: Form::Pairwise,
             neighbours: 3,
             tile: 32,
             still: false,

@@ -190,7 +190,9 @@ impl PackedPath {
 
 #[inline(always)]
 fn cell(x: f32) -> u32 {
-    (num::clamp(x, 0.0, 1.0 - num::UNIT_ROUNDOFF) * CELLS + 0.5) as u32
+    let nearest = (num::clamp(x, 0.0, 1.0 - num::UNIT_ROUNDOFF) * CELLS + 0.5) as u32;
+    // the sum is rounded as well: beyond the last cell lie the bits of another field
+    if nearest > LOW { LOW } else { nearest }
 }
 
 #[inline(always)]
