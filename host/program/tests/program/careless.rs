@@ -149,6 +149,17 @@ fn images_are_judged_before_they_are_decoded() {
     finish(Command::new("sh").args(["-c", &limited])).refused(&words);
 }
 
+/// A table is judged by its length before it is read.
+#[test]
+fn large_tables_are_refused() {
+    let workplace = Workplace::new();
+    let table = workplace.input("report.csv", &vec![b'1'; 1 << 20]);
+    let mut command = program(["bench", "cornell", "--against", &table, "--out", &workplace.output("bench")]);
+    let words = ["the table", "report.csv would take 8.0 MiB", "restir bench"];
+    workplace.refuses(command.env("RESTIR_MEMORY_LIMIT_BYTES", "4000000"), &words);
+    workplace.refuses(command.env("RESTIR_MEMORY_LIMIT_BYTES", "40000000"), &["cannot read", "report.csv"]);
+}
+
 #[test]
 fn what_moves_and_is_left_out_is_named() {
     let workplace = Workplace::new();
