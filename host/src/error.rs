@@ -96,6 +96,14 @@ pub enum Error {
         /// Width and height of what it is compared with.
         reference: [u32; 2],
     },
+    /// Bodies cannot be filled with a medium.
+    #[error("medium {medium}: {problem}")]
+    Medium {
+        /// Name or colour of the medium.
+        medium: String,
+        /// What is wrong with it, with its scale, or with the scene.
+        problem: String,
+    },
     /// A technique has no layers, further channels that show how the image came about.
     #[error("the technique {technique} has no layers here, because {reason}")]
     Layers {

@@ -53,14 +53,12 @@ const USUAL_SIZE: f64 = 100.0;
 /// what has it and a mean free path of a millimetre.
 ///
 /// # Errors
-/// [`Error::Unknown`] for a name that there is not, [`Error::Setting`] for what is no colour.
+/// [`Error::Unknown`] for a name that there is not, [`Error::Medium`] for what is no colour, and for a scale that cannot be rendered.
 pub fn medium(name: &str, scale: f64) -> Result<Volume, Error> {
     let (color, mean_free_path) = if name.contains(',') { (color(name)?, [1.0; 3]) } else { known(name)? };
     let scaled = mean_free_path.map(|mean| (f64::from(mean) * scale) as f32);
     if !scaled.iter().all(|mean| SHORTEST <= *mean && *mean <= 1.0 / SHORTEST) {
-        let problem =
-            format!("a millimetre of {scale} units is beyond what can be rendered; give another one after {name}:");
-        return Err(Error::Setting(problem));
+        return Err(refused(name, format!("a millimetre of {scale} units is beyond what can be rendered")));
     }
     Ok(Volume::scattering(color, scaled, 0.0))
 }
@@ -75,8 +73,11 @@ fn color(text: &str) -> Result<[f32; 3], Error> {
     let numbers: Option<Vec<f32>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
     let color = numbers.and_then(|numbers| <[f32; 3]>::try_from(numbers).ok());
     let color = color.filter(|color| color.iter().all(|channel| (0.0..=1.0).contains(channel)));
-    let problem = || format!("{text:?} is no colour of a medium; give three numbers from 0 to 1, as 0.9,0.5,0.2");
-    color.ok_or_else(|| Error::Setting(problem()))
+    color.ok_or_else(|| refused(text, "a colour has three numbers from 0 to 1, as 0.9,0.5,0.2".to_owned()))
+}
+
+fn refused(medium: &str, problem: String) -> Error {
+    Error::Medium { medium: medium.to_owned(), problem }
 }
 
 impl Scene {
@@ -84,11 +85,13 @@ impl Scene {
     /// law. A millimetre is `scale` units of the scene; without one, each body is taken to be ten centimetres large, as its first instance is.
     ///
     /// # Errors
-    /// [`Error::Unknown`] for a name that there is not; [`Error::Setting`] for a scale that is no positive number, and if no mesh is closed.
+    /// [`Error::Unknown`] for a name that there is not; [`Error::Medium`] for a scale that is no positive number, and if no mesh is closed.
     pub fn fill(&mut self, name: &str, scale: Option<f64>) -> Result<(), Error> {
         if let Some(scale) = scale.filter(|scale| !(scale.is_finite() && *scale > 0.0)) {
-            let problem = format!("a millimetre cannot be {scale} units long; give a positive number after {name}:");
-            return Err(Error::Setting(problem));
+            return Err(refused(
+                name,
+                format!("a millimetre cannot be {scale} units long; the scale is a positive number"),
+            ));
         }
         medium(name, 1.0)?;
         let mut filled = false;
@@ -106,9 +109,8 @@ impl Scene {
                 filled = true;
             }
         }
-        let problem =
-            "no mesh of the scene is closed and emits nothing, so that no medium can fill it; leave the medium out";
-        if filled { Ok(()) } else { Err(Error::Setting(problem.to_owned())) }
+        let problem = "no mesh of the scene is closed and emits nothing, so that none can be filled";
+        if filled { Ok(()) } else { Err(refused(name, problem.to_owned())) }
     }
 
     /// How large a mesh is in the world, corner to corner, by its first instance; 0 without one.

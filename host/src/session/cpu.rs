@@ -63,7 +63,7 @@ impl CpuSession {
     /// A session whose passes run on `executor`.
     ///
     /// # Errors
-    /// [`Error::Setting`] for settings out of range, [`Error::Memory`] if the planes do not fit.
+    /// [`Error::Value`] and [`Error::Together`] for settings out of range, [`Error::Memory`] if the planes do not fit.
     pub fn new(setup: Setup, executor: CpuExecutor) -> Result<Self, Error> {
         Self::over(setup, Cpu { executor, buffers: Vec::new(), scenes: [None, None] })
     }

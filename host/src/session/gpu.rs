@@ -135,7 +135,7 @@ impl GpuSession {
     /// where the driver has not kept them.
     ///
     /// # Errors
-    /// [`Error::Setting`] for settings out of range; [`Error::Binding`] if a plane is larger than the device binds, [`Error::AdapterMemory`] if there is no memory
+    /// [`Error::Value`] and [`Error::Together`] for settings out of range; [`Error::Binding`] if a plane is larger than the device binds, [`Error::AdapterMemory`] if there is no memory
     /// for it; [`Error::Kernel`] and [`Error::Adapter`] as of [`Pipelines::get`].
     pub fn new(device: &wgpu::Device, pipelines: Pipelines, setup: Setup) -> Result<Self, Error> {
         if setup.scene.is_foreign() {

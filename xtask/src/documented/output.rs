@@ -110,7 +110,7 @@ mod tests {
     fn another_picture_is_seen() {
         let folder = tempfile::tempdir().unwrap();
         let [new, old] = ["new", "old"].map(|name| folder.path().join(name));
-        [&new, &old].iter().for_each(|path| std::fs::create_dir(path).unwrap());
+        [&new, &old].into_iter().for_each(|path| std::fs::create_dir(path).unwrap());
         std::fs::write(new.join("a.png"), [1]).unwrap();
         let output = Output::Folder(old.display().to_string());
         assert!(output.judge(&new, false).unwrap_err().contains("a.png"), "a picture that is not there");

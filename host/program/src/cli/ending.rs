@@ -33,6 +33,9 @@ fn hint(error: &Error) -> &'static str {
     match error {
         Error::Memory { .. } => environment::MEMORY_HINT,
         Error::Adapter(_) => "; --device cpu renders without an adapter",
+        Error::Medium { .. } => {
+            "; give --subsurface as MEDIUM:SCALE, where SCALE is how long a millimetre is, or leave it out"
+        }
         Error::Layers { .. } => "; leave out --layers",
         Error::Module { .. } => "; `cargo xtask shader build` in the project's repository makes the modules again",
         _ => "",
