@@ -24,7 +24,7 @@ use restir_shared::technique::path::{self, PATH_JITTER, PATH_ROULETTE, PathParam
 use restir_tests::brute::Triangles;
 use restir_tests::flush::with_flush_to_zero;
 use restir_tests::foreign::HollowSphere;
-use restir_tests::lockstep::{Trace, trace};
+use restir_tests::lockstep::{self, trace};
 use restir_tests::native::plan;
 use restir_tests::random::SplitMix;
 use restir_tests::scenes::{self, Quad, Setting, path_params, room, terrace};
@@ -351,7 +351,7 @@ fn flush_to_zero_changes_no_word(
     let usual = run()?;
     let Some(flushed) = with_flush_to_zero(run) else { return Ok(()) };
     let (flushed, film) = (flushed?, plan(buffers, render).outputs[0]);
-    let last = |trace: &Trace| trace.last().map(|buffers| buffers[film].clone());
+    let last = |trace: &lockstep::Trace| trace.last().map(|buffers| buffers[film].clone());
     let same = match what {
         Compared::AllBuffers => usual == flushed,
         Compared::Film => last(&usual) == last(&flushed),
