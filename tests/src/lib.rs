@@ -41,4 +41,5 @@ pub mod visibility;
 pub mod walk_f64;
 pub mod watertight;
 pub mod white_bodies;
+pub mod words;
 pub mod wrong;

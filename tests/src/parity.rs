@@ -1,5 +1,6 @@
 //! Native against device, word by word: every kernel, case, adapter and flavour.
 
+use crate::words::{Word, Words};
 use restir_host::Error;
 use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::metrics::ulp_distance;
@@ -12,9 +13,6 @@ use std::sync::Arc;
 pub const POISON: u32 = 0x7fc0_dead;
 /// How many differing words a report lists.
 const LISTED: usize = 8;
-
-/// Distance of two words, as f32, up to which other roundings account for it: a relative difference of 5e-4.
-const NEAR: u32 = 1 << 12;
 
 /// A word that differs.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -51,8 +49,10 @@ pub struct Outcome {
     pub max_ulp: u32,
     /// Elements compared: pixels, or whatever a buffer holds.
     pub elements: usize,
-    /// Elements with a word that is farther than rounding explains: a relative difference of 5e-4.
+    /// Elements with a word that is farther than rounding explains: a number by 5e-4 of its size, an integer at all.
     pub far: usize,
+    /// Words that are.
+    pub far_words: usize,
     /// Words that still hold the poison on either side.
     pub poisoned: usize,
     /// The first few differences.
@@ -70,12 +70,18 @@ impl Outcome {
         self.far as f64 / self.elements.max(1) as f64
     }
 
+    /// The share of words that are.
+    pub fn far_words_share(&self) -> f64 {
+        self.far_words as f64 / self.words.max(1) as f64
+    }
+
     /// Whether the word is far from the host's.
-    fn record(&mut self, difference: Difference) -> bool {
+    fn record(&mut self, word: Word, difference: Difference) -> bool {
         let Difference { host, device, .. } = difference;
         let [a, b] = [host, device].map(f32::from_bits);
-        let is_far = host != device && !(a.is_nan() && b.is_nan()) && ulp_distance(a, b) > NEAR;
+        let is_far = !word.is_near(host, device);
         self.words += 1;
+        self.far_words += usize::from(is_far);
         self.poisoned += usize::from(host == POISON || device == POISON);
         if host != device && !(a.is_nan() && b.is_nan()) {
             self.differing += 1;
@@ -142,10 +148,15 @@ pub fn compare(device: &mut dyn Executor, case: &Case) -> Result<Outcome, Error>
     let own = case.kernel.bindings.iter().filter(|b| b.access == Access::Own);
     for ((binding, host), device) in own.zip(&host).zip(&device) {
         let stride = binding.stride as usize / 4;
+        let words = Words::of(case.kernel, binding).ok_or_else(|| {
+            let problem = format!("writes {}, whose words nothing is known of; add them to words.rs", binding.name);
+            Error::Kernel { kernel: case.kernel.name.to_owned(), problem }
+        })?;
         for (element, (host, device)) in host.chunks(stride).zip(device.chunks(stride)).enumerate() {
             let mut far = false;
-            for (word, (&host, &device)) in host.iter().zip(device).enumerate() {
-                far |= outcome.record(Difference { buffer: binding.name, element, word, host, device });
+            for (at, (kind, (&a, &b))) in words.element(host).zip(host.iter().zip(device)).enumerate() {
+                let difference = Difference { buffer: binding.name, element, word: at, host: a, device: b };
+                far |= outcome.record(kind, difference);
             }
             outcome.elements += 1;
             outcome.far += usize::from(far);

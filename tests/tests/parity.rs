@@ -7,26 +7,36 @@
 use libtest_mimic::{Arguments, Failed, Trial};
 use restir_host::Error;
 use restir_host::Shaders;
-use restir_host::exec::{CpuExecutor, Description, Executor, Flavour, GpuExecutor, Observer};
+use restir_host::exec::{CpuExecutor, Description, Executor, Flavour, GpuExecutor, Observer, Step};
 use restir_host::plan::FramePlan;
 use restir_kernels::path::path;
-use restir_kernels::{Case, KernelDesc, all};
+use restir_kernels::{Access, Binding, Case, KernelDesc, all};
 use restir_tests::cases;
 use restir_tests::device::{self, Adapter};
 use restir_tests::parity::{Outcome, compare};
 use restir_tests::suite::ensure;
+use restir_tests::words::{Word, Words};
+use std::collections::BTreeSet;
 use std::process::ExitCode;
 
-/// The share of a buffer's elements that other roundings may change for good. Most by far is measured where a hash of a ray's bits
-/// decides whether it passes a blended surface: a fifth.
-const MOST_FAR: f64 = 0.25;
-/// Kernels that ask single functions at the ends of their ranges, where `fast` promises nothing.
+/// The share of a case's elements that other roundings may change for good.
+const MOST_FAR: f64 = 0.05;
+
+/// Kernels that ask many functions at the ends of their ranges: of these the share of results is bounded, not that of elements.
 const PROBES: [&str; 5] = ["self_check", "num_probe", "sampler_check", "bsdf_check", "diffusion_check"];
+/// Kernels and cases of which more may be far, and why.
+const MORE_FAR: [(&str, &str, f64); 2] = [
+    // asks what contraction and reassociation change: 0.14 are measured
+    ("self_check", "", 0.2),
+    // a hash of a ray's bits decides whether it passes a blended surface: 0.21 are measured
+    ("path", "blended", 0.25),
+];
 
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
     let mut trials = vec![Trial::test("a kernel without cases fails", kernel_without_cases)];
-    trials.push(Trial::test("a fast kernel with arbitrary values fails", arbitrary_values_are_refused));
+    trials.push(Trial::test("a fast kernel with arbitrary values fails", || is_refused(half_right)));
+    trials.push(Trial::test("a fast kernel with indices that are off by one fails", || is_refused(off_by_one)));
     for kernel in all() {
         trials.push(Trial::test(format!("{}: has cases", kernel.name), || {
             cases::of_kernel(kernel).map(drop).map_err(Failed::from)
@@ -69,35 +79,72 @@ fn fast(executor: &mut GpuExecutor, case: &Case) -> Result<(), Failed> {
     ensure(passes_as_fast(case, &outcome), || format!("{} of {} elements are far", outcome.far, outcome.elements))
 }
 
+/// Whether few enough elements are far; of [`PROBES`], results.
 fn passes_as_fast(case: &Case, outcome: &Outcome) -> bool {
-    PROBES.contains(&case.kernel.name) || outcome.far_share() <= MOST_FAR
+    let is_probe = PROBES.contains(&case.kernel.name);
+    let share = if is_probe { outcome.far_words_share() } else { outcome.far_share() };
+    let more = MORE_FAR.iter().find(|(kernel, of, _)| *kernel == case.kernel.name && case.name.contains(of));
+    share <= more.map_or(MOST_FAR, |(_, _, most)| *most)
 }
 
-/// The host, but for every other element of what it gives.
-struct HalfRight(CpuExecutor);
+/// What is done to an element of a kernel's binding, by its number.
+type Wrong = fn(&KernelDesc, &Binding, usize, &mut [u32]);
 
-impl Executor for HalfRight {
+/// The host, but that what it gives is changed.
+struct Changed(CpuExecutor, Wrong);
+
+impl Executor for Changed {
     fn describe(&self) -> Description {
         self.0.describe()
     }
 
     fn run(&mut self, plan: FramePlan<'_>, observe: &mut Observer<'_>) -> Result<Vec<Vec<u32>>, Error> {
-        let mut outputs = self.0.run(plan, observe)?;
-        outputs.iter_mut().flat_map(|words| words.chunks_mut(8)).for_each(|words| words[..4].fill(0x3f80_0000));
+        let Self(executor, change) = self;
+        let mut kernel = None;
+        let mut note = |step: &Step<'_>| {
+            kernel = Some(step.pass.kernel);
+            observe(step)
+        };
+        let mut outputs = executor.run(plan, &mut note)?;
+        let own = kernel.into_iter().flat_map(|kernel| kernel.bindings.iter().map(move |binding| (kernel, binding)));
+        for ((kernel, binding), words) in own.filter(|(_, b)| b.access == Access::Own).zip(&mut outputs) {
+            let elements = words.chunks_mut(binding.stride as usize / 4).enumerate();
+            elements.for_each(|(at, element)| change(kernel, binding, at, element));
+        }
         Ok(outputs)
     }
 }
 
-/// Ones in the place of every other pixel do not pass for another rounding, in any case whose elements are pixels.
-fn arbitrary_values_are_refused() -> Result<(), Failed> {
-    let is_picture = |case: &&Case| case.kernel.name == path::DESC.name && case.grid[0] * case.grid[1] > 16;
-    let cases: Vec<&Case> = cases::all().iter().filter(is_picture).collect();
-    ensure(cases.len() > 10, || format!("only {} pictures", cases.len()))?;
-    for case in cases {
-        let outcome = compare(&mut HalfRight(CpuExecutor::inline()), case)?;
+/// Ones in the place of every other element.
+fn half_right(_: &KernelDesc, _: &Binding, at: usize, element: &mut [u32]) {
+    if at.is_multiple_of(2) {
+        element.fill(1.0_f32.to_bits());
+    }
+}
+
+/// Another index in every other element.
+fn off_by_one(kernel: &KernelDesc, binding: &Binding, at: usize, element: &mut [u32]) {
+    let kinds: Vec<Word> = Words::of(kernel, binding).into_iter().flat_map(|words| words.element(element)).collect();
+    let integer = kinds.iter().position(|kind| *kind == Word::Integer).filter(|_| at.is_multiple_of(2));
+    if let Some(word) = integer.and_then(|word| element.get_mut(word)) {
+        *word ^= 1;
+    }
+}
+
+/// What is wrong in every other element does not pass for another rounding, in any case of any kernel that makes elements of a picture.
+fn is_refused(wrong: Wrong) -> Result<(), Failed> {
+    let mut tried = BTreeSet::new();
+    let of_pictures = |case: &&Case| case.grid[0] * case.grid[1] > 16 && !PROBES.contains(&case.kernel.name);
+    for case in cases::all().iter().filter(of_pictures) {
+        let outcome = compare(&mut Changed(CpuExecutor::inline(), wrong), case)?;
+        if outcome.differing == 0 {
+            continue;
+        }
+        tried.insert(case.kernel.name);
         ensure(!passes_as_fast(case, &outcome), || {
-            format!("{}: {} of {} are far", case.name, outcome.far, outcome.elements)
+            format!("{} / {}: {} of {} are far", case.kernel.name, case.name, outcome.far, outcome.elements)
         })?;
     }
-    Ok(())
+    println!("{} kernels: {tried:?}", tried.len());
+    ensure(tried.len() > 10, || format!("only {tried:?} are tried"))
 }
