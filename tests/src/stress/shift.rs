@@ -129,9 +129,9 @@ impl AddressedLights for Two {
 }
 
 /// Nothing is replayed.
-struct None;
+struct Unneeded;
 
-impl Numbers for None {
+impl Numbers for Unneeded {
     fn scatter(&self, _: u32) -> UVec4 {
         UVec4::ZERO
     }
@@ -150,7 +150,7 @@ fn shifted(p: &[f32]) -> [f32; 2] {
     let two = Two::new(p);
     let start = Start::new(&two.ray(), &Hit { t: 1.0, id: 0, uv: Vec2::ZERO });
     let path = Two::path(lobe(f64::from(p[4])), two.points[1].normal);
-    let shifted = shift(&two, &None, &Hybrid::RECONNECTION, &start, &path, false);
+    let shifted = shift(&two, &Unneeded, &Hybrid::RECONNECTION, &start, &path, false);
     // beyond the range there is no path, and that is said
     let said = (shifted.term > 0.0) == (shifted.cause == Cause::Nothing);
     if said { [shifted.term, shifted.value.x] } else { [f32::NAN; 2] }
@@ -191,7 +191,7 @@ const LARGEST: f64 = 1.0e30;
 /// Whether a segment is joined, both of whose ends have the same density and roughness.
 fn joins(p: &[f32]) -> [f32; 1] {
     let hybrid = if p[0] == 0.0 { Hybrid::new(0.2, 0.1) } else { Hybrid::by_footprint(0.02, 0.1) };
-    let joins = hybrid.of_path(None.joins()).from_start(1.0, 1.0);
+    let joins = hybrid.of_path(Unneeded.joins()).from_start(1.0, 1.0);
     let end = |cos| End { roughness: p[5], pdf: p[4], cos };
     [f32::from(u8::from(joins.surfaces(&end(p[2]), &end(p[3]), p[1] * p[1])))]
 }
