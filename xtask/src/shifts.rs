@@ -160,7 +160,7 @@ fn markdown(rows: &[Row], options: &Options) -> String {
          not (`restir_shared::shift::Cause`). Of those that give one, how many do not come back and why, and the share of the light that is \
          concerned, which bounds what one-sided shifts change of the mean. What comes back has to be the path that path tracing found: its stored words say \
          so without exception, and *off* is the share whose integrand differs by more than {INTEGRAND:e} of itself, by what is lost in storing directions and coordinates \
-         (in an environment, whose directions lie on a lattice, nearly all do). Camera rays do not go through the middles of pixels. In symmetrical scenes \
+         (in an environment, whose directions lie on a lattice, more do). Camera rays do not go through the middles of pixels. In symmetrical scenes \
          some of those end exactly where two walls meet, and roundings decide whether one wall hides what a ray that begins on the \
          other one goes to: *at middles* has the same counts there, of which two thousandths may be one-sided with a thousandth of the light, and a ten-thousandth elsewhere. At last, in standard errors, what arrives by shifts less what was to be \
          found of it: the test for Jacobians and for shifts that are not undone (`Arrivals` in `tests/src/technique/restir_pt.rs`), and the \

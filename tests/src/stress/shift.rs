@@ -1,12 +1,13 @@
 //! Shifts of paths ([`restir_shared::shift`]) over one segment, from almost no length to a million units and along the surfaces at its ends,
 //! and the weights of light that scattering finds.
 
-use super::{Axis, Expected, Function, Row, SMALLEST, TOLERANCE};
+use super::{Axis, Expected, Function, ROUNDINGS, Row, SMALLEST, TOLERANCE};
 use crate::shift_f64::{Corner, Leg};
 use glam::{DVec3, UVec4, Vec2, Vec3};
 use restir_shared::bsdf::{COS_MIN, Material, SPECULAR_REFLECTION};
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::layout::{FEATURE_VOLUME, FEATURES_ALL};
+use restir_shared::num::UNIT_ROUNDOFF;
 use restir_shared::scene::{
     AddressedLight, AddressedLights, LightAddress, LightSample, Lights, Surface, SurfacePoint, Trace,
 };
@@ -183,8 +184,8 @@ fn exactly_shifted(p: &[f64]) -> [Expected; 2] {
     [term, value].map(|x| if exists { Expected::against(x, x * (1.0 + error)) } else { Expected::against(0.0, 1.0) })
 }
 
-/// The error of a component of a direction.
-const DIRECTION: f64 = 2.0e-7;
+/// The error of a component of a direction, in a cosine and in the density that goes with it.
+const DIRECTION: f64 = 2.0 * ROUNDINGS * UNIT_ROUNDOFF as f64;
 /// Terms beyond are no path's.
 const LARGEST: f64 = 1.0e30;
 
