@@ -184,8 +184,9 @@ fn exactly_shifted(p: &[f64]) -> [Expected; 2] {
     [term, value].map(|x| if exists { Expected::against(x, x * (1.0 + error)) } else { Expected::against(0.0, 1.0) })
 }
 
-/// The error of a component of a direction, in a cosine and in the density that goes with it.
-const DIRECTION: f64 = 2.0 * ROUNDINGS * UNIT_ROUNDOFF as f64;
+/// The error of a component of a direction, in the cosine, the masking and the density that go with it, of the integrand and of what it is
+/// divided by.
+const DIRECTION: f64 = 6.0 * ROUNDINGS * UNIT_ROUNDOFF as f64;
 /// Terms beyond are no path's.
 const LARGEST: f64 = 1.0e30;
 
