@@ -147,6 +147,10 @@ impl Seen {
 
     /// The direction that a lobe makes of two numbers, unless its cosine is below `least`.
     fn direction(&self, lobe: u32, u: [f64; 2], least: f64) -> Option<DVec3> {
+        // what is reflected below the horizon of a surface that is not clear goes nowhere
+        if self.has_caps(lobe) && is_transmission(lobe) {
+            return None;
+        }
         let wi = if self.has_caps(lobe) { self.shadow.reflected(u) } else { self.shadow.direction(lobe, u)? };
         let [s, t, n] = self.frame;
         let right_side = is_transmission(lobe) == (wi.z < 0.0) && wi.z.abs() > least;

@@ -27,6 +27,9 @@ const DIFFERENCES: f64 = 1.0e-6;
 const OFF: f64 = 1.0e-3;
 /// The smallest cosine of grazing configurations.
 const GRAZING: f64 = 1.0e-3;
+/// Random numbers of which configurations are made, where there are any; few graze a surface and still reach the next one.
+const PLAIN_ONES: u64 = 200_000;
+const GRAZING_ONES: u64 = 1_000_000;
 
 /// A Jacobian by differences, and how far that may be off.
 struct Measured {
@@ -36,8 +39,8 @@ struct Measured {
 }
 
 /// Random configurations with their Jacobians by differences.
-fn configurations(least_cos: f64) -> impl Iterator<Item = Measured> {
-    let configurations = (0..200_000).filter_map(move |index| Configuration::random(index, least_cos));
+fn configurations(least_cos: f64, count: u64) -> impl Iterator<Item = Measured> {
+    let configurations = (0..count).filter_map(move |index| Configuration::random(index, least_cos));
     configurations.filter_map(|configuration| {
         configuration.differences().map(|(jacobian, error)| Measured { configuration, jacobian, error })
     })
@@ -47,7 +50,7 @@ fn configurations(least_cos: f64) -> impl Iterator<Item = Measured> {
 fn formulas_are_differences() -> Result<(), Failed> {
     let (mut worst, mut behind) = (0.0_f64, 0);
     let mut counts: BTreeMap<Case, u32> = BTreeMap::new();
-    for Measured { configuration, jacobian, .. } in configurations(PLAIN) {
+    for Measured { configuration, jacobian, .. } in configurations(PLAIN, PLAIN_ONES) {
         worst = worst.max((configuration.jacobian(None) / jacobian - 1.0).abs());
         *counts.entry(configuration.case).or_default() += 1;
         behind += u32::from(configuration.is_behind());
@@ -62,7 +65,7 @@ fn formulas_are_differences() -> Result<(), Failed> {
 /// change with the step. Where that is more than a wrong formula would be off by, nothing is said.
 fn grazing_formulas_are_differences() -> Result<(), Failed> {
     let (mut told, mut untold, mut worst) = (0, 0, 0.0_f64);
-    for Measured { configuration, jacobian, error } in configurations(GRAZING) {
+    for Measured { configuration, jacobian, error } in configurations(GRAZING, GRAZING_ONES) {
         if !configuration.is_grazing() {
             continue;
         }
@@ -96,7 +99,7 @@ fn wrong_formulas_are_not() -> Result<(), Failed> {
             // zero over zero is no number, and no Jacobian
             error.is_nan() || error > OFF
         };
-        let count = configurations(PLAIN).filter(off).count();
+        let count = configurations(PLAIN, PLAIN_ONES).filter(off).count();
         println!("{wrong:?}: {count} are off");
         ensure(count > 100, || format!("{wrong:?} is seen {count} times"))?;
     }
@@ -108,8 +111,8 @@ const KERNELS: f64 = 1.0e-4;
 /// The error of a cosine, of directions that are right to a rounding or two in each component.
 const COSINE: f64 = 2.0e-7;
 
-/// Segments that are joined are long enough for some paths to be replayed first.
-const CRITERIA: [Hybrid; 2] = [Hybrid::new(0.2, 0.1), Hybrid::new(0.2, 1.5)];
+/// Paths are joined as soon as possible, late enough for some to be replayed first, and not at all.
+const CRITERIA: [Hybrid; 3] = [Hybrid::new(0.2, 0.1), Hybrid::new(0.2, 1.5), Hybrid::REPLAY];
 /// Cases that have to be seen: of the table in `restir_shared::shift`, and of paths that are joined after a replay.
 const KINDS: [&str; 13] = [
     "A, k = 2",

@@ -1,12 +1,13 @@
 //! Shifts of paths ([`restir_shared::shift`]) over one segment, from almost no length to a million units and along the surfaces at its ends,
 //! and the weights of light that scattering finds.
 
-use super::{Axis, Expected, Function, Row, SMALLEST, TOLERANCE};
+use super::{Axis, Expected, Function, ROUNDINGS, Row, SMALLEST, TOLERANCE};
 use crate::shift_f64::{Corner, Leg};
 use glam::{DVec3, UVec4, Vec2, Vec3};
 use restir_shared::bsdf::{COS_MIN, Material, SPECULAR_REFLECTION};
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::layout::{FEATURE_VOLUME, FEATURES_ALL};
+use restir_shared::num::UNIT_ROUNDOFF;
 use restir_shared::scene::{
     AddressedLight, AddressedLights, LightAddress, LightSample, Lights, Surface, SurfacePoint, Trace,
 };
@@ -129,9 +130,9 @@ impl AddressedLights for Two {
 }
 
 /// Nothing is replayed.
-struct None;
+struct Unneeded;
 
-impl Numbers for None {
+impl Numbers for Unneeded {
     fn scatter(&self, _: u32) -> UVec4 {
         UVec4::ZERO
     }
@@ -150,7 +151,7 @@ fn shifted(p: &[f32]) -> [f32; 2] {
     let two = Two::new(p);
     let start = Start::new(&two.ray(), &Hit { t: 1.0, id: 0, uv: Vec2::ZERO });
     let path = Two::path(lobe(f64::from(p[4])), two.points[1].normal);
-    let shifted = shift(&two, &None, &Hybrid::RECONNECTION, &start, &path, false);
+    let shifted = shift(&two, &Unneeded, &Hybrid::RECONNECTION, &start, &path, false);
     // beyond the range there is no path, and that is said
     let said = (shifted.term > 0.0) == (shifted.cause == Cause::Nothing);
     if said { [shifted.term, shifted.value.x] } else { [f32::NAN; 2] }
@@ -183,15 +184,16 @@ fn exactly_shifted(p: &[f64]) -> [Expected; 2] {
     [term, value].map(|x| if exists { Expected::against(x, x * (1.0 + error)) } else { Expected::against(0.0, 1.0) })
 }
 
-/// The error of a component of a direction.
-const DIRECTION: f64 = 2.0e-7;
+/// The error of a component of a direction, in the cosine, the masking and the density that go with it, of the integrand and of what it is
+/// divided by.
+const DIRECTION: f64 = 6.0 * ROUNDINGS * UNIT_ROUNDOFF as f64;
 /// Terms beyond are no path's.
 const LARGEST: f64 = 1.0e30;
 
 /// Whether a segment is joined, both of whose ends have the same density and roughness.
 fn joins(p: &[f32]) -> [f32; 1] {
     let hybrid = if p[0] == 0.0 { Hybrid::new(0.2, 0.1) } else { Hybrid::by_footprint(0.02, 0.1) };
-    let joins = hybrid.of_path(None.joins()).from_start(1.0, 1.0);
+    let joins = hybrid.of_path(Unneeded.joins()).from_start(1.0, 1.0);
     let end = |cos| End { roughness: p[5], pdf: p[4], cos };
     [f32::from(u8::from(joins.surfaces(&end(p[2]), &end(p[3]), p[1] * p[1])))]
 }
