@@ -2,8 +2,10 @@
 
 use std::fmt::Write as _;
 
+use glam::DVec3;
 use rayon::prelude::*;
 use restir_host::buffers::SceneBuffers;
+use restir_host::scene::Camera;
 use restir_host::technique::path::{Crossings, Parts, PathSettings, RadiusChoice, Subsurface, WayOut};
 use restir_host::trial::squared_difference;
 
@@ -192,4 +194,23 @@ pub(super) fn report(samples: u32) -> Result<String, Error> {
         joined(|tables| &tables.said),
         joined(|tables| &tables.all),
     ))
+}
+
+/// What bodies cost that are not in the picture.
+pub(super) fn elsewhere() -> Result<String, Error> {
+    let mut text = "\n## Where no body is seen\n\nThe statue of wax, and a camera that looks at the floor beside it: the processor's milliseconds of a sample of the picture, and how much more than with \
+        `subsurface=off`. Methods take turns.\n\n| method | ms | more than without |\n|---|---:|---:|\n"
+        .to_owned();
+    let mut scene = filled("statue", "wax", 0.02)?;
+    scene.camera =
+        Camera::pinhole(DVec3::new(3.0, 2.0, 3.0), DVec3::new(4.0, 0.0, 4.0), DVec3::Y, 40.0_f64.to_radians());
+    let methods = [Subsurface::Off, Subsurface::Hybrid, Subsurface::Walk]
+        .map(|subsurface| (subsurface.name(), settings(subsurface)));
+    let costs = Cost::of(&scene, &methods)?;
+    for ((name, _), cost) in methods.iter().zip(&costs) {
+        let milliseconds = Interval::of(|runs| mean(&cost.milliseconds, runs));
+        let more = Interval::of(|runs| mean(&cost.milliseconds, runs) / mean(&costs[0].milliseconds, runs) - 1.0);
+        let _ = writeln!(text, "| {name} | {milliseconds:.2} | {} |", more.percent());
+    }
+    Ok(text)
 }
