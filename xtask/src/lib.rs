@@ -4,6 +4,7 @@
 
 pub mod albedo;
 pub mod aov;
+mod clock;
 pub mod crossings;
 pub mod diffusion;
 pub mod documented;

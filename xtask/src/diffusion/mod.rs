@@ -115,7 +115,7 @@ fn machine() -> String {
 
 /// Rays of each part, a sample that enters.
 fn rays() -> Result<String, Error> {
-    let mut text = "\n## Rays\n\nOf the built-in slab, a sample: every camera ray enters, and is not counted. (The figure [zhang2025-profiles](figures/zhang2025-profiles/report.md) counts it, under a sky that is white \
+    let mut text = "\n## Rays\n\nOf the built-in slab, a sample: every camera ray enters, and is counted in the first row alone. (The figure [zhang2025-profiles](figures/zhang2025-profiles/report.md) counts it in each, under a sky that is white \
         all around, where fewer light samples lie in the dark.) `profile_paths` off is what Zhang and d'Eon count (slide 81): for \
         single scattering two rays and two shadow rays, of which ours needs no shadow ray where an exit lies in the dark, and one more ray for each exit \
         whose direction is drawn as well; for the profile one probe and a shadow ray for each point that it finds.\n\n\

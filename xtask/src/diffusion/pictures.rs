@@ -10,6 +10,7 @@ use restir_host::technique::path::PathSettings;
 use restir_host::trial::{self, Estimate, squared_difference, student};
 
 use crate::Error;
+use crate::clock::thread_seconds;
 
 /// Renders of each method, by other random numbers.
 pub(super) const RUNS: usize = 8;
@@ -27,18 +28,10 @@ pub(super) fn image(
     seed: u32,
 ) -> Result<(Vec<f64>, f64), Error> {
     let render = Render { count: samples, seed, ..Render::new(size, settings.clone()) };
-    let start = seconds();
+    let start = thread_seconds();
     let rendered = render::render(&mut CpuExecutor::inline(), scene, &render, &mut |_| Ok(()))?;
-    let time = seconds() - start;
+    let time = thread_seconds() - start;
     Ok((rendered.image.pixels.iter().flatten().map(|&value| f64::from(value)).collect(), time))
-}
-
-/// The time that this thread has run, in seconds, whatever else runs beside it; the time of day where nobody tells.
-fn seconds() -> f64 {
-    let told = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
-    let nanoseconds = told.and_then(|text| text.split_whitespace().next()?.parse::<f64>().ok());
-    let since = || std::time::SystemTime::UNIX_EPOCH.elapsed().map_or(0.0, |time| time.as_secs_f64());
-    nanoseconds.map_or_else(since, |ns| ns * 1.0e-9)
 }
 
 /// [`RUNS`] pictures by one method.
