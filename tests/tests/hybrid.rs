@@ -210,7 +210,7 @@ fn two_colored(colors: [[f32; 3]; 2], shown: impl Fn(f32) -> f32, height: f64) -
         scale: 1.0,
         rotation: 0.0,
     });
-    let code = |linear: f32| (255.0 * linear.powf(1.0 / 2.2)).round() as u8;
+    let code = |linear: f32| (255.0 * f64::from(linear).powf(1.0 / 2.2)).round() as u8;
     let texel = |[r, g, b]: [f32; 3]| [code(r), code(g), code(b), 255];
     let texels = colors.map(texel).to_vec().into();
     let (wrap, filter) = ([Wrap::Clamp; 2], Filter::Nearest);
