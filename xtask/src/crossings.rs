@@ -1,7 +1,6 @@
 //! `cargo xtask crossings`: probes against brute force, on host and devices, and what they cost.
 
 use std::fmt::Write as _;
-use std::time::Instant;
 
 use clap::Args;
 use glam::{Vec2, Vec3};
@@ -20,6 +19,7 @@ use restir_tests::parity;
 use restir_tests::random::SplitMix;
 
 use crate::Error;
+use crate::time::thread_seconds;
 use crate::report::publish;
 
 /// Segments of a dispatch on a device.
@@ -73,7 +73,7 @@ pub fn run(options: &Options) -> Result<(), Error> {
             differing += on_device(&adapter.name, &scenes, each, &mut report)?;
         }
     }
-    report += "\n## Times\n\nMillion segments a second of one thread, as disk sampling makes them: beside points of triangles, along an axis of their frame; half the length is relative to the scene's largest side.\n";
+    report += "\n## Times\n\nMillion segments a second of one thread's time, as disk sampling makes them: beside points of triangles, along an axis of their frame; half the length is relative to the scene's largest side.\n";
     for name in &options.timed {
         report += &time(name)?;
     }
@@ -135,9 +135,9 @@ fn segments(view: &SceneView<'_>, reach: f32) -> Vec<(Ray, u32)> {
 
 /// Millions a second, of a single thread.
 fn rate(segments: &[(Ray, u32)], answer: impl Fn(&Ray, u32) -> u32) -> f64 {
-    let start = Instant::now();
+    let start = thread_seconds();
     let sum = segments.iter().fold(0_u32, |sum, (ray, object)| sum.wrapping_add(answer(ray, *object)));
-    let seconds = start.elapsed().as_secs_f64();
+    let seconds = thread_seconds() - start;
     std::hint::black_box(sum);
     segments.len() as f64 / seconds * 1.0e-6
 }

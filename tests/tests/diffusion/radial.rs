@@ -207,8 +207,7 @@ pub(crate) fn halleys_steps_agree() -> Result<(), Failed> {
         sampled = sampled.max(off(sample_radius(u), halley(xi)));
     }
     println!("Halley's steps are off by {worst:.1e} from a cubic's root, and radii by {sampled:.1e} from them");
-    // far out the root of the cubic has lost five digits of the sixteen
-    ensure(worst < 1.0e-9 && sampled < 8.0e-7, || format!("{worst:e}, {sampled:e}"))
+    ensure(worst < 1.0e-12 && sampled < 8.0e-7, || format!("{worst:e}, {sampled:e}"))
 }
 
 /// A profile is a mixture of two exponential distributions, the wider one three times as probable. Radii that are drawn by choosing one of
@@ -226,6 +225,6 @@ pub(crate) fn mixtures_of_exponentials_agree() -> Result<(), Failed> {
     family.uniform("by the exact distribution function", CELLS, DRAWS, cell(0.75));
     println!("{}", family.verdict()?);
     let mut wrong = Family::new("mixtures of other shares", FAMILY_RATE);
-    wrong.uniform("0.74 instead of 0.75", CELLS, DRAWS, cell(0.74));
+    wrong.uniform("0.7 instead of 0.75", CELLS, DRAWS, cell(0.7));
     ensure(!wrong.passed(), || "other shares go unnoticed".to_owned())
 }

@@ -2,8 +2,10 @@
 
 use std::fmt::Write as _;
 
+use glam::DVec3;
 use rayon::prelude::*;
 use restir_host::buffers::SceneBuffers;
+use restir_host::scene::Camera;
 use restir_host::technique::path::{Crossings, Parts, PathSettings, RadiusChoice, Subsurface, WayOut};
 use restir_host::trial::squared_difference;
 
@@ -15,6 +17,9 @@ use crate::Error;
 const SPP: [u32; 3] = [1, 4, 16];
 /// Pairs of pictures a run of which a variance is.
 const PAIRS: u32 = 6;
+/// Turns of a run, and samples of a turn, where times alone are compared.
+const TURNS: u32 = 6;
+const TURN: u32 = 16;
 /// Of [`methods`], those that are whole.
 const WALK: usize = 0;
 const WHOLE: [usize; 3] = [WALK, 1, 2];
@@ -192,4 +197,34 @@ pub(super) fn report(samples: u32) -> Result<String, Error> {
         joined(|tables| &tables.said),
         joined(|tables| &tables.all),
     ))
+}
+
+/// What bodies cost that are not in the picture.
+pub(super) fn elsewhere() -> Result<String, Error> {
+    let mut text = format!(
+        "\n## Where no body is seen\n\nThe statue of wax, and a camera that looks at the floor beside it: the processor's milliseconds of a sample of the picture, and how much more than with \
+        `subsurface=off`. Methods take turns, of {TURN} samples each.\n\n| method | ms | more than without |\n|---|---:|---:|\n"
+    );
+    let mut scene = filled("statue", "wax", 0.02)?;
+    scene.camera =
+        Camera::pinhole(DVec3::new(3.0, 2.0, 3.0), DVec3::new(4.0, 0.0, 4.0), DVec3::Y, 40.0_f64.to_radians());
+    let methods = [Subsurface::Off, Subsurface::Hybrid, Subsurface::Walk]
+        .map(|subsurface| (subsurface.name(), settings(subsurface)));
+    let mut milliseconds = [const { Vec::new() }; 3];
+    for run in 0..RUNS as u32 {
+        let mut sums = [0.0; 3];
+        for turn in 0..TURNS {
+            for (sum, (_, settings)) in sums.iter_mut().zip(&methods) {
+                let (_, time) = image(&scene, settings, SIZE, TURN, run * TURNS + turn)?;
+                *sum += 1000.0 * time / f64::from(TURNS * TURN);
+            }
+        }
+        milliseconds.iter_mut().zip(sums).for_each(|(of, sum)| of.push(sum));
+    }
+    for ((name, _), of) in methods.iter().zip(&milliseconds) {
+        let more = Interval::of(|runs| mean(of, runs) / mean(&milliseconds[0], runs) - 1.0);
+        let of = Interval::of(|runs| mean(of, runs));
+        let _ = writeln!(text, "| {name} | {of:.2} | {} |", more.percent());
+    }
+    Ok(text)
 }

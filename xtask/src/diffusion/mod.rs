@@ -8,7 +8,7 @@ mod scales;
 use std::fmt::Write as _;
 use std::process::Command;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use restir_host::buffers::SceneBuffers;
 use restir_host::render::Render;
 use restir_host::scene::{Scene, builtin};
@@ -27,9 +27,23 @@ pub struct Options {
     /// Samples of each pixel in pictures that are compared tile by tile; converged ones have eight times as many.
     #[arg(long, default_value_t = 96)]
     samples: u32,
+    /// Make one section alone, and print it.
+    #[arg(long, value_enum, conflicts_with = "write")]
+    only: Option<Section>,
     /// Write the report to docs/diffusion.md.
     #[arg(long)]
     write: bool,
+}
+
+/// The sections of the report, in their order.
+#[derive(Clone, Copy, ValueEnum)]
+enum Section {
+    Bodies,
+    Scales,
+    EqualTime,
+    LambertBelow,
+    Elsewhere,
+    Rays,
 }
 
 /// A built-in scene whose bodies have a medium.
@@ -49,16 +63,26 @@ fn settings(subsurface: Subsurface) -> PathSettings {
 /// # Errors
 /// If a scene cannot be rendered, or the report not written.
 pub fn run(options: &Options) -> Result<(), Error> {
-    let Options { samples, write } = *options;
+    if let Some(section) = options.only {
+        println!("{}", section.report(options.samples)?);
+        return Ok(());
+    }
     let head = head();
-    let sections = [
-        bodies::report(samples.div_ceil(12))?,
-        scales::report(samples)?,
-        equal_time::report(samples)?,
-        scales::lambert_below(samples)?,
-        rays()?,
-    ];
-    publish("diffusion", &format!("{head}{}", sections.concat()), write)
+    let sections = Section::value_variants().iter().map(|section| section.report(options.samples));
+    publish("diffusion", &format!("{head}{}", sections.collect::<Result<String, _>>()?), options.write)
+}
+
+impl Section {
+    fn report(self, samples: u32) -> Result<String, Error> {
+        match self {
+            Self::Bodies => bodies::report(samples.div_ceil(12)),
+            Self::Scales => scales::report(samples),
+            Self::EqualTime => equal_time::report(samples),
+            Self::LambertBelow => scales::lambert_below(samples),
+            Self::Elsewhere => equal_time::elsewhere(),
+            Self::Rays => rays(),
+        }
+    }
 }
 
 fn head() -> String {
@@ -91,7 +115,7 @@ fn machine() -> String {
 
 /// Rays of each part, a sample that enters.
 fn rays() -> Result<String, Error> {
-    let mut text = "\n## Rays\n\nOf the built-in slab, a sample: every camera ray enters, and is not counted. (The figure [zhang2025-profiles](figures/zhang2025-profiles/report.md) counts it, under a sky that is white \
+    let mut text = "\n## Rays\n\nOf the built-in slab, a sample: every camera ray enters, and is counted in the first row alone. (The figure [zhang2025-profiles](figures/zhang2025-profiles/report.md) counts it in each, under a sky that is white \
         all around, where fewer light samples lie in the dark.) `profile_paths` off is what Zhang and d'Eon count (slide 81): for \
         single scattering two rays and two shadow rays, of which ours needs no shadow ray where an exit lies in the dark, and one more ray for each exit \
         whose direction is drawn as well; for the profile one probe and a shadow ray for each point that it finds.\n\n\
