@@ -29,14 +29,16 @@ TILE = 16
 DEPTH = 8
 FAMILY_RATE = 1e-3
 POWER = 0.99
-SCENES = ["diffuse", "metal", "glass", "media"]
+SCENES = ["diffuse", "metal", "glass", "media", "slab", "rough-medium"]
+# where light walks
+MEDIA = ["media", "slab", "rough-medium"]
 
 
-def smooth_environment(folder):
+def smooth_environment(folder, height=512):
     """One radiance as two images, (restir's, Mitsuba's): where restir has the middles of its rows, Mitsuba 3 has the first
     and the last row at the poles. Low frequencies, so that the interpolation between pixels does not matter."""
     paths = folder / "environment.exr", folder / "environment-mitsuba.exr"
-    height, width = 512, 1024
+    width = 2 * height
     rows = np.arange(height)[:, None]
     phi = 2 * np.pi * (0.5 - (np.arange(width)[None, :] + 0.5) / width)
     for path, v in zip(paths, ((rows + 0.5) / height, rows / (height - 1))):
@@ -79,11 +81,28 @@ def describe(name, folder):
             sphere([0.68, 0.65, 0], 0.64, kind="metal", roughness=0.3),
         ]
         return objects, camera, None
-    if name == "media":
+    if name in MEDIA:
 
-        def body(x, index, extinction, albedo, anisotropy):
-            medium = {"index": index, "extinction": extinction, "albedo": albedo, "anisotropy": anisotropy}
+        def body(x, index, extinction, albedo, anisotropy, roughness=0.0):
+            medium = {"index": index, "extinction": extinction, "albedo": albedo, "anisotropy": anisotropy, "roughness": roughness}
             return sphere([x, 0.56, 0], 0.55, kind="medium", medium=medium)
+
+    if name == "slab":
+        # seen from the lit side and through: a wall of a medium on the ground
+        wall = {"index": 1.0, "extinction": [1.0, 2.0, 4.0], "albedo": [0.9, 0.95, 0.8], "anisotropy": 0.5}
+        objects = [
+            ground(kind="diffuse", color=(0.5, 0.4, 0.3)),
+            common.box([-1.8, 0.01, -0.5], [1.8, 1.4, 0.5], kind="medium", medium=wall),
+        ]
+        return objects, camera, None
+    if name == "rough-medium":
+        objects = [
+            ground(kind="diffuse", color=(0.5, 0.4, 0.3)),
+            body(-0.68, 1.33, [1.5, 2.5, 4.0], [0.99, 0.95, 0.8], 0.0, 0.3),
+            body(0.68, 1.5, [6.0, 6.0, 6.0], [0.6, 0.9, 0.98], -0.3, 0.2),
+        ]
+        return objects, camera, None
+    if name == "media":
 
         objects = [
             ground(kind="diffuse", color=(0.5, 0.4, 0.3)),
@@ -115,8 +134,8 @@ def renderers(name, folder, arguments):
         common.write_glb(path, objects, camera, image)
         scene = mi.load_dict(common.mitsuba_scene(folder, objects, camera, SIZE, env_mitsuba, image))
     # a walk inside of a body is one segment of restir's, and Mitsuba counts collisions: neither is to matter
-    media = name == "media"
-    integrator = common.volume_path_tracer() if media else common.path_tracer(DEPTH)
+    media = name in MEDIA
+    integrator = common.volume_path_tracer(arguments.walker) if media else common.path_tracer(DEPTH)
     depth = 64 if media else DEPTH
     ours = lambda seed: common.restir(program, path, SIZE, arguments.spp, depth, seed, output, env, ["multiscatter=off"])[0]
     theirs = lambda seed: common.mitsuba(scene, integrator, arguments.spp, seed)
@@ -163,7 +182,9 @@ LINES = {
     "diffuse": "the built-in `cornell-mitsuba` against `mi.cornell_box()` with two-sided surfaces",
     "metal": "two spheres of a white rough conductor (GGX, roughness 0.15 and 0.3) on the ground, under an environment map",
     "media": "three spheres on the ground under an environment map, with media of their own: index-matched, of the anisotropy 0.5; of the"
-    " index 1.33; of the index 1.5 and the anisotropy -0.3; coefficients differ by channel; paths as long as they go (`volpath`)",
+    " index 1.33; of the index 1.5 and the anisotropy -0.3; coefficients differ by channel; paths as long as they go",
+    "slab": "a wall of an index-matched medium, 1, 2 and 4 mean free paths thick, of the anisotropy 0.5, under an environment map",
+    "rough-medium": "two spheres of media behind rough dielectrics (GGX): of the index 1.33 and the roughness 0.3; of 1.5, 0.2 and the anisotropy -0.3",
     "glass": "a sphere of smooth glass (index 1.5) and a diffuse one on textured ground, an area light, an environment map",
 }
 
@@ -173,11 +194,12 @@ def report(results, arguments, seconds):
         "# restir and Mitsuba 3",
         "",
         "Written by `python3 scripts/compare_mitsuba.py --restir target/release/restir --out docs/mitsuba.md"
-        f" --spp {arguments.spp} --restarts {arguments.restarts}`.",
+        f" --spp {arguments.spp} --restarts {arguments.restarts} --walker {arguments.walker}`.",
         "",
         f"restir {common.commit()}, Mitsuba {mi.__version__} (`{mi.variant()}`); {SIZE[0]}x{SIZE[1]} pixels, box filter,"
         f" paths of at most {DEPTH} segments, no roulette; {arguments.restarts} independent restarts of"
-        f" {arguments.spp} samples per pixel with each renderer, restir with `multiscatter=off`; {seconds:.0f} s in all.",
+        f" {arguments.spp} samples per pixel with each renderer, restir with `multiscatter=off`; {seconds:.0f} s in all. Media are Mitsuba's"
+        f" `{arguments.walker}`'s, with paths as long as they go.",
         "",
         f"Per tile of {TILE}x{TILE} pixels and channel, t is the difference of the two means over its standard error,"
         " which is estimated from the restarts. The limit holds the probability of any false alarm in all scenes together"
@@ -217,10 +239,13 @@ def main():
     parser.add_argument("--out", type=Path, required=True, help="the report to write; pictures go beside it")
     parser.add_argument("--spp", type=int, default=48)
     parser.add_argument("--restarts", type=int, default=32)
+    parser.add_argument("--walker", choices=["volpath", "volpathmis"], default="volpathmis", help="what walks through media in Mitsuba")
+    parser.add_argument("--variant", default="scalar_rgb", help="Mitsuba's variant; llvm_ad_rgb is faster")
     parser.add_argument("--only", choices=SCENES, action="append", help="compare these scenes only")
     arguments = parser.parse_args()
     if arguments.restarts < 4:
         parser.error("--restarts has to be at least 4, for a standard error")
+    mi.set_variant(arguments.variant)
     begin = time.monotonic()
     results = {}
     for name in arguments.only or SCENES:

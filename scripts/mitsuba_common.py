@@ -148,6 +148,13 @@ def quad(corner, u, v, **material):
     return Object(positions, [[0, 1, 2], [0, 2, 3]], [[0, 0], [1, 0], [1, 1], [0, 1]], **material)
 
 
+def box(lo, hi, **material):
+    """Between two corners, front sides out."""
+    corners = np.array([[x, y, z] for x in (lo[0], hi[0]) for y in (lo[1], hi[1]) for z in (lo[2], hi[2])], dtype=np.float64)
+    faces = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    return Object(corners, [t for a, b, c, d in faces for t in ([a, b, c], [a, c, d])], **material)
+
+
 def sphere(centre, radius, rings=48, **material):
     """A closed sphere of facets, front sides out."""
     segments = 2 * rings
@@ -237,8 +244,8 @@ def multiscatter_color(albedo, anisotropy):
     return ((1 - s) * (1 - 0.139 * s) / (1 + 1.17 * s)).tolist()
 
 
-def medium_gltf(index, extinction, albedo, anisotropy):
-    """A smooth surface with a medium behind it."""
+def medium_gltf(index, extinction, albedo, anisotropy, roughness=0.0):
+    """A surface, smooth unless it has a roughness, with a medium behind it."""
     # of colours that are almost black glTF readers see no difference: what is left is told at a distance where much is
     distance = 1.0 / max(extinction)
     return {
@@ -256,7 +263,7 @@ def medium_gltf(index, extinction, albedo, anisotropy):
     }
 
 
-def medium_mitsuba(index, extinction, albedo, anisotropy):
+def medium_mitsuba(index, extinction, albedo, anisotropy, roughness=0.0):
     """As `medium_gltf`: the members of a shape."""
     scale = max(extinction)
     medium = {
@@ -266,12 +273,17 @@ def medium_mitsuba(index, extinction, albedo, anisotropy):
         "albedo": {"type": "rgb", "value": list(albedo)},
         "phase": {"type": "hg", "g": anisotropy} if anisotropy != 0 else {"type": "isotropic"},
     }
-    bsdf = {"type": "dielectric", "int_ior": index, "ext_ior": 1.0} if index != 1 else {"type": "null"}
+    if index == 1:
+        return {"interior": medium, "bsdf": {"type": "null"}}
+    # glTF: GGX's alpha is the square of the roughness
+    rough = {"type": "roughdielectric", "distribution": "ggx", "alpha": roughness**2}
+    bsdf = (rough if roughness > 0 else {"type": "dielectric"}) | {"int_ior": index, "ext_ior": 1.0}
     return {"interior": medium, "bsdf": bsdf}
 
 
-def volume_path_tracer():
-    return mi.load_dict({"type": "volpath", "max_depth": -1, "rr_depth": 16})
+def volume_path_tracer(kind="volpath"):
+    """`volpathmis` weights distances by the densities of all channels, as restir does; `volpath` takes one channel's for all three."""
+    return mi.load_dict({"type": kind, "max_depth": -1, "rr_depth": 16})
 
 
 def material_gltf(kind, color=(1, 1, 1), roughness=1.0, textured=False, emission=None, metallic=0.0, medium=None):
@@ -279,7 +291,8 @@ def material_gltf(kind, color=(1, 1, 1), roughness=1.0, textured=False, emission
     1.5, of the metalness `metallic`), or "medium", of the arguments `medium` of `medium_gltf`. `emission` is a radiance, grey or of
     three channels."""
     if kind == "medium":
-        pbr = {"baseColorFactor": [1, 1, 1, 1], "metallicFactor": 0.0, "roughnessFactor": 0.0}
+        rough = medium.get("roughness", 0.0)
+        pbr = {"baseColorFactor": [1, 1, 1, 1], "metallicFactor": 0.0, "roughnessFactor": rough}
         return {"pbrMetallicRoughness": pbr, "extensions": medium_gltf(**medium)}
     pbr = {
         "baseColorFactor": [*color, 1.0],

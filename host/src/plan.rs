@@ -78,6 +78,17 @@ pub struct SceneFrame {
     pub scenes: Option<[Arc<SceneBuffers>; 2]>,
 }
 
+/// Elements of a plane that wait for a pass: those with one of the bits set in one of their words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Waiting {
+    /// The plane, which the pass owns.
+    pub buffer: BufferId,
+    /// Which word of an element.
+    pub word: usize,
+    /// Which of its bits.
+    pub bits: u32,
+}
+
 /// One dispatch.
 #[derive(Clone)]
 pub struct Pass {
@@ -93,6 +104,9 @@ pub struct Pass {
     pub bindings: Vec<BufferId>,
     /// Width and height of the grid in invocations.
     pub grid: [u32; 2],
+    /// For which elements there is work, if not for all. Where none waits the pass changes nothing, so that an executor that sees the plane may leave
+    /// the pass out: how often a sample has to be gone on with is known only when it is done.
+    pub waiting: Option<Waiting>,
 }
 
 /// The passes of a frame, made one at a time: a long render has millions.
@@ -167,12 +181,28 @@ impl Pass {
             params: bytemuck::cast_slice(std::slice::from_ref(params)).to_vec(),
             bindings: roles.map(|role| only(kernel, bound, role)).collect::<Result<_, _>>()?,
             grid: params.extent(),
+            waiting: None,
         })
+    }
+
+    /// The same pass, which has work for some elements of the plane that is bound to a role: those with one of the bits set in that word.
+    ///
+    /// # Errors
+    /// [`Error::Kernel`] if the kernel has no such binding.
+    pub fn where_waiting(self, role: &str, word: usize, bits: u32) -> Result<Self, Error> {
+        let buffer = self.bound(role)?;
+        Ok(Self { waiting: Some(Waiting { buffer, word, bits }), ..self })
     }
 
     /// The kernel's bindings but for its parameters, each with its buffer.
     pub fn bindings(&self) -> impl Iterator<Item = (&'static Binding, BufferId)> {
         self.kernel.bindings.iter().skip(1).zip(self.bindings.iter().copied())
+    }
+
+    /// Words of an element of a buffer that the pass owns.
+    pub(crate) fn own_words(&self, buffer: BufferId) -> Option<usize> {
+        let owned = |(binding, id): &(&Binding, BufferId)| binding.access == Access::Own && *id == buffer;
+        self.bindings().find(owned).map(|(binding, _)| binding.stride as usize / 4)
     }
 
     /// The buffer that is bound to a role: to the kernel's binding of that name.
@@ -214,6 +244,11 @@ impl Pass {
             if buffers.get(*id).is_none_or(|buffer| end > buffer.words) {
                 return Some(format!("writes words {first} to {end} of buffer {id}, which it has not"));
             }
+        }
+        if let Some(Waiting { buffer, word, .. }) = self.waiting
+            && self.own_words(buffer).is_none_or(|words| word >= words)
+        {
+            return Some(format!("asks for word {word} of the elements of buffer {buffer}, which it does not own"));
         }
         let invocations = self.grid[0] as usize * self.grid[1] as usize;
         self.bindings().find_map(|(binding, id)| {

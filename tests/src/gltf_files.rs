@@ -66,7 +66,7 @@ impl File {
         self.add("accessors", json!({ "bufferView": view, "componentType": 5126, "count": count, "type": kind }))
     }
 
-    /// A quadrilateral whose texture coordinates reach from 0 to `repeats`; with tangents where it has normals.
+    /// Adds a quadrilateral ([`Self::face`]) as a mesh of its own.
     fn quad(
         &mut self,
         name: &str,
@@ -75,6 +75,18 @@ impl File {
         repeats: f32,
         material: usize,
     ) {
+        let face = self.face(corners, normals, repeats, material);
+        self.body(name, vec![face]);
+    }
+
+    /// Adds a mesh, once.
+    fn body(&mut self, name: &str, faces: Vec<Value>) {
+        let mesh = self.add("meshes", json!({ "name": name, "primitives": faces }));
+        self.add("nodes", json!({ "mesh": mesh }));
+    }
+
+    /// A quadrilateral whose texture coordinates reach from 0 to `repeats`; with tangents where it has normals.
+    fn face(&mut self, corners: [[f32; 3]; 4], normals: Option<[[f32; 3]; 4]>, repeats: f32, material: usize) -> Value {
         let uvs = [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]].map(|uv| uv.map(|x| repeats * x));
         let positions = self.floats(corners.as_flattened(), 3);
         let bound = |of: fn(Vec3, Vec3) -> Vec3| corners.map(Vec3::from).into_iter().reduce(of).map(|v| v.to_array());
@@ -87,9 +99,16 @@ impl File {
             attributes["NORMAL"] = json!(self.floats(normals.as_flattened(), 3));
             attributes["TANGENT"] = json!(self.floats(tangents.as_flattened(), 4));
         }
-        let primitive = json!({ "attributes": attributes, "mode": 6, "material": material });
-        let mesh = self.add("meshes", json!({ "name": name, "primitives": [primitive] }));
-        self.add("nodes", json!({ "mesh": mesh }));
+        json!({ "attributes": attributes, "mode": 6, "material": material })
+    }
+
+    /// Adds a box of one material, front sides out.
+    fn solid(&mut self, name: &str, [lo, hi]: [[f32; 3]; 2], material: usize) {
+        let at = |bits: u32| [0, 1, 2].map(|axis| if bits >> axis & 1 == 1 { hi[axis] } else { lo[axis] });
+        // corners by their bits, counter-clockwise as seen from outside
+        let faces = [[4, 5, 7, 6], [1, 0, 2, 3], [5, 1, 3, 7], [0, 4, 6, 2], [6, 7, 3, 2], [0, 1, 5, 4]];
+        let faces = faces.map(|corners| self.face(corners.map(at), None, 1.0, material));
+        self.body(name, faces.into());
     }
 
     /// Adds a texture of an embedded image, with its sampler.
@@ -246,6 +265,37 @@ pub fn textured() -> Vec<(&'static str, Vec<u8>)> {
         ("everything", everything(moved)),
     ];
     files.map(|(name, file)| (name, file.glb())).into()
+}
+
+/// A box on a diffuse stage, of a material like those of Khronos' sample assets for light that scatters inside: of the older draft, where light enters by
+/// diffuse transmission; of the newer one, by specular transmission; of the older one with textures. They import without a warning.
+pub fn scattering() -> Vec<(&'static str, Vec<u8>)> {
+    let volume = json!({ "thicknessFactor": 1.0, "attenuationDistance": 0.1, "attenuationColor": [0.7, 0.4, 0.2] });
+    let inside = |extensions: Value| {
+        let mut material = json!({ "name": "inside", "pbrMetallicRoughness": { "metallicFactor": 0.0, "roughnessFactor": 0.0 },
+            "extensions": extensions });
+        material["extensions"]["KHR_materials_volume"] = volume.clone();
+        material
+    };
+    let color = json!([0.9, 0.6, 0.4]);
+    let diffuse = json!({ "diffuseTransmissionFactor": 1.0 });
+    let older = inside(json!({ "KHR_materials_ior": { "ior": 1.0 }, "KHR_materials_diffuse_transmission": diffuse,
+        "KHR_materials_volume_scatter": { "multiscatterColor": color, "scatterAnisotropy": 0.3 } }));
+    let newer = inside(
+        json!({ "KHR_materials_ior": { "ior": 1.4 }, "KHR_materials_transmission": { "transmissionFactor": 1.0 },
+        "KHR_materials_scatter": { "multiscatterColorFactor": color, "scatterStrengthFactor": 0.9, "scatterAnisotropy": -0.2 } }),
+    );
+    let textured = inside(json!({ "KHR_materials_ior": { "ior": 1.0 }, "KHR_materials_diffuse_transmission": diffuse,
+        "KHR_materials_volume_scatter": { "multiscatterColor": [1.0, 1.0, 1.0], "multiscatterColorTexture": { "index": 0 } } }));
+    let files = [("diffuse-entry", older), ("dielectric", newer), ("textured-medium", textured)];
+    files
+        .map(|(name, material)| {
+            let mut file = File::stage(json!([painted(json!({ "index": 0 })), lamp(), material]));
+            file.texture(&colors(), sampler(LINEAR, [REPEAT; 2]));
+            file.solid("inside", [[-0.4, 0.1, -0.3], [0.4, 0.9, 0.3]], 2);
+            (name, file.glb())
+        })
+        .into()
 }
 
 fn glass() -> Value {

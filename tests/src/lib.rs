@@ -32,6 +32,7 @@ pub mod resampling;
 pub mod scenes;
 pub mod sheets;
 pub mod shift_f64;
+pub mod slab_exact;
 pub mod slab_walk;
 pub mod stats;
 pub mod stress;

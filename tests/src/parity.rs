@@ -131,6 +131,7 @@ pub fn plan(case: &Case) -> FramePlan<'static> {
         params: case.buffers[0].as_deref().unwrap_or_default().to_vec(),
         bindings: (0..bindings.len()).collect(),
         grid: case.grid,
+        waiting: None,
     };
     let buffers = bindings.iter().zip(&case.buffers[1..]).map(buffer).collect();
     let outputs = (0..bindings.len()).filter(|&i| bindings[i].access == Access::Own).collect();

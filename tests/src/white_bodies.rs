@@ -47,15 +47,26 @@ impl Lost {
     }
 }
 
-/// A mesh of a white medium, of a mean free path, that fills the picture. What is around scatters nothing; light passes the surface by
-/// Lambert's law or, of an `ior` above 1, as that of a smooth dielectric.
-pub fn scene(mesh: Mesh, mean_free_path: f32, ior: f32) -> Result<SceneBuffers, Error> {
+/// How light passes the surface of a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Border {
+    /// By Lambert's law.
+    Lambert,
+    /// As that of a smooth dielectric of an index above 1.
+    Dielectric(f32),
+    /// Straight.
+    Clear,
+}
+
+/// A mesh of a white medium, of a mean free path, that fills the picture. What is around scatters nothing.
+pub fn scene(mesh: Mesh, mean_free_path: f32, border: Border) -> Result<SceneBuffers, Error> {
     let volume = Some(Volume::scattering([1.0; 3], [mean_free_path; 3], 0.2));
     let white = Material { volume, ..Material::diffuse("white", [1.0; 3]) };
-    let material = if ior > 1.0 {
-        Material { transmission: 1.0, roughness: 0.0, ior, ..white }
-    } else {
-        Material { diffuse_transmission: 1.0, ..white }
+    let glass = |ior| Material { transmission: 1.0, roughness: 0.0, ior, ..white.clone() };
+    let material = match border {
+        Border::Lambert => Material { diffuse_transmission: 1.0, ..white },
+        Border::Dielectric(ior) => glass(ior),
+        Border::Clear => glass(1.0),
     };
     let (lo, hi) = mesh
         .positions

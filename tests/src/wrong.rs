@@ -87,6 +87,10 @@ impl<S: Surface<Material = Material>> Surface for Faulty<S> {
     fn interior(&self, hit: &Hit) -> Interior {
         self.scene.interior(hit)
     }
+
+    fn absorbed(&self, hit: &Hit) -> Vec3 {
+        self.scene.absorbed(hit)
+    }
 }
 
 impl<S: Lights> Lights for Faulty<S> {
@@ -164,6 +168,10 @@ impl<S: Surface<Material = Material>> Surface for Mixed<S> {
 
     fn interior(&self, hit: &Hit) -> Interior {
         self.seen.interior(hit)
+    }
+
+    fn absorbed(&self, hit: &Hit) -> Vec3 {
+        self.seen.absorbed(hit)
     }
 
     fn features(&self) -> u32 {

@@ -152,6 +152,10 @@ impl Surface for Wrong<'_> {
         self.right.interior(hit)
     }
 
+    fn absorbed(&self, hit: &Hit) -> Vec3 {
+        self.right.absorbed(hit)
+    }
+
     fn features(&self) -> u32 {
         self.right.features()
     }

@@ -1,10 +1,15 @@
 //! glTF files in and out: generated ones with everything in them, built-in scenes, and files of other programs.
 
 use libtest_mimic::{Arguments, Failed, Trial};
+use restir_host::Error;
 use restir_host::buffers::SceneBuffers;
+use restir_host::exec::{CpuExecutor, Executor, GpuExecutor};
+use restir_host::image::Image;
+use restir_host::render::{self, Render};
 use restir_host::scene::{Mesh, Scene, builtin, export, gltf};
+use restir_host::technique::path::{PathSettings, Subsurface};
 use restir_tests::gltf_motion::imported as import;
-use restir_tests::{data, gltf_files};
+use restir_tests::{data, device, gltf_files};
 use std::sync::Arc;
 
 /// The generated file of a name.
@@ -40,6 +45,39 @@ fn external() -> Result<(), Failed> {
     comes_back(&scene)
 }
 
+/// A picture of a body that scatters light, by walks or without them.
+fn shown(executor: &mut dyn Executor, scene: &SceneBuffers, subsurface: Subsurface) -> Result<Image, Error> {
+    let settings = PathSettings { subsurface, max_depth: 4, longest_walk: 255, ..PathSettings::default() };
+    let render = Render { count: 4, ..Render::new([24, 24], settings) };
+    Ok(render::render(executor, scene, &render, &mut |_| Ok(()))?.image)
+}
+
+/// Light comes out of a body of another program's file: its middle is not black, and darker without what is scattered. What is left without it comes
+/// straight through.
+fn scatters(file: &[u8], name: &str) -> Result<(), Failed> {
+    let (scene, cpu) = (SceneBuffers::build(&import(name, file)?)?, &mut CpuExecutor::new(None)?);
+    let middle =
+        |image: &Image| -> f32 { (8..16).flat_map(|y| (8..16).map(move |x| image.pixels[24 * y + x][0])).sum() };
+    let [walks, straight] = [Subsurface::Walk, Subsurface::Off]
+        .map(|subsurface| shown(cpu, &scene, subsurface).map(|image| middle(&image)));
+    let (walks, straight) = (walks?, straight?);
+    println!("{name}: {walks} with what is scattered, {straight} without");
+    if walks > 1.0 && walks > 1.1 * straight {
+        Ok(())
+    } else {
+        Err(format!("{walks} with what is scattered, {straight} without").into())
+    }
+}
+
+/// The device makes the same picture of it.
+fn same_on_device(file: &[u8], name: &str, gpu: &mut GpuExecutor) -> Result<(), Failed> {
+    let scene = SceneBuffers::build(&import(name, file)?)?;
+    let [host, device] =
+        [shown(&mut CpuExecutor::new(None)?, &scene, Subsurface::Walk)?, shown(gpu, &scene, Subsurface::Walk)?];
+    let bits = |image: &Image| image.pixels.iter().map(|rgb| rgb.map(f32::to_bits)).collect::<Vec<_>>();
+    if bits(&host) == bits(&device) { Ok(()) } else { Err("the device has another picture".into()) }
+}
+
 /// The comparison sees a change of the last bit of anything.
 fn comparison_is_alive() -> Result<(), Failed> {
     let scene = embedded("everything")?;
@@ -68,6 +106,15 @@ fn main() {
     for (name, file) in gltf_files::textured() {
         trials.push(Trial::test(format!("generated/{name}"), move || generated(name, &file)));
     }
+    for (name, file) in gltf_files::scattering() {
+        let again = file.clone();
+        trials.push(Trial::test(format!("generated/{name}"), move || generated(name, &again)));
+        trials.push(Trial::test(format!("scattered light/{name}"), move || scatters(&file, name)));
+    }
+    trials.extend(device::trials("glTF", |adapter| {
+        let files = gltf_files::scattering().into_iter();
+        files.map(|(name, file)| adapter.trial(name, move |gpu| same_on_device(&file, name, gpu))).collect()
+    }));
     for (name, _) in builtin::NAMES {
         // an environment is a file of its own
         let scene = || builtin::scene(name).map(|scene| Scene { environment: None, ..scene }).ok_or("no such scene");

@@ -12,7 +12,7 @@ use restir_tests::suite::ensure;
 
 restir_tests::suite! {
     coefficients_keep_their_digits colours_are_those_of_half_spaces directions_keep_their_digits directions_come_back
-    directions_have_their_density colors_behind_dielectrics_come_back distances_are_unbiased wrong_mixtures_are_seen
+    directions_have_their_density colors_behind_dielectrics_come_back distances_are_unbiased channels_that_scatter_nothing_keep_their_weights wrong_mixtures_are_seen
     slabs_reflect_and_transmit_what_they_should interfaces_of_half_spaces wrong_walks_are_seen
 }
 
@@ -217,6 +217,41 @@ fn distances_are_unbiased() -> Result<(), Failed> {
     let far = red.sample(Vec2::new(0.3, 0.999_999_94));
     let weights = [red.collided(far), red.passed(far), red.collided_within(0.1, 0.2)];
     ensure(weights.iter().all(|weight| weight.is_finite()) && far > 1.0e6, || format!("{far}: {weights:?}"))
+}
+
+/// Light goes farther in a channel that scatters nothing than in those by which distances are sampled: chosen by what they scatter alone, its weight has no
+/// bound.
+fn channels_that_scatter_nothing_keep_their_weights() -> Result<(), Failed> {
+    let (extinction, albedo) = (Vec3::new(2.0, 0.05, 1.0), Vec3::new(0.9, 0.0, 0.5));
+    let largest = |channels: Channels| {
+        let weights = (0..870).map(|tenth| channels.passed(0.1 * tenth as f32));
+        weights.map(|weight| weight.max_element()).fold(0.0, f32::max)
+    };
+    for throughput in [Vec3::ONE, Vec3::new(1.0e-4, 1.0, 0.2)] {
+        let [right, wrong] =
+            [Channels::of_path(extinction, throughput, albedo), Channels::new(extinction, throughput * albedo)];
+        let (most, bound) = (throughput.y * largest(right), 1024.0 * throughput.element_sum());
+        println!(
+            "throughput {throughput}: light of {most} at most, {:e} without a floor",
+            throughput.y * largest(wrong)
+        );
+        ensure(most <= bound && throughput.y * largest(wrong) > 1.0e6, || format!("{most} of at most {bound}"))?;
+        // weights are those of the distances that are sampled: what passes is what is left
+        const CHOICES: u32 = 1 << 16;
+        const DISTANCES: u32 = 64;
+        let mut left = 0.0;
+        for i in 0..CHOICES * DISTANCES {
+            let u = Vec2::new(
+                ((i / DISTANCES) as f32 + 0.5) / CHOICES as f32,
+                ((i % DISTANCES) as f32 + 0.5) / DISTANCES as f32,
+            );
+            left += if right.sample(u) > 4.0 { f64::from(right.passed(4.0).y) } else { 0.0 };
+        }
+        left /= f64::from(CHOICES) * f64::from(DISTANCES);
+        // of the channel some tens of the numbers choose it
+        ensure((left - (-0.2_f64).exp()).abs() < 0.02, || format!("{left} passes"))?;
+    }
+    Ok(())
 }
 
 fn wrong_mixtures_are_seen() -> Result<(), Failed> {

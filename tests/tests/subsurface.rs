@@ -3,6 +3,7 @@
 use libtest_mimic::Failed;
 use restir_host::buffers::SceneBuffers;
 use restir_host::exec::{CpuExecutor, Executor};
+use restir_host::plan::{Pass, Waiting};
 use restir_host::render::{self, Render, Rendered};
 use restir_host::scene::{
     Camera, Environment, Filter, Light, LightKind, Material, Mesh, Scene, Texture, TextureUse, Volume,
@@ -12,18 +13,18 @@ use restir_host::technique::path::{AfterSubsurface, Orders, PathSettings, Subsur
 use restir_shared::glam::DVec3;
 use restir_shared::layout::FEATURE_CLEAR_BORDER;
 use restir_shared::rng::Sampler;
-use restir_shared::technique::path::media::MediaParams;
+use restir_shared::technique::path::media::{MediaParams, PackedWalker};
 use restir_tests::bias::{ensure_biased, ensure_unbiased};
 use restir_tests::scenes::clear_media;
 use restir_tests::stats::{FAMILY_RATE, Family, Moments, TileGrid, TileTest, ZTest};
 use restir_tests::suite::ensure;
 use restir_tests::walk_f64::{Body, Border, SKY_ROWS, Walker, from_above, unscattered};
 use restir_tests::white_bodies;
-use restir_tests::{native, oracle};
+use restir_tests::{native, oracle, slab_exact};
 
 restir_tests::suite! {
-    slabs_reflect_and_transmit_what_is_known bodies_look_as_by_an_independent_walk orders_look_as_by_an_independent_walk
-    wrong_media_are_seen where_a_path_is_cut_does_not_matter walks_are_counted white_bodies_cannot_be_seen
+    slabs_reflect_and_transmit_what_is_known slabs_have_the_orders_that_are_known bodies_look_as_by_an_independent_walk orders_look_as_by_an_independent_walk
+    wrong_media_are_seen where_a_path_is_cut_does_not_matter passes_without_work_change_nothing walks_are_counted pieces_of_a_medium_are_as_the_whole white_bodies_cannot_be_seen
     lights_inside_look_alike_sampled_or_found lights_behind_clear_borders_look_alike_sampled_or_found
     clear_bodies_look_as_by_an_independent_walk what_burns_inside_of_white_bodies_comes_out paths_may_end_after_media
     the_texture_where_light_enters_decides scale_does_not_matter scattering_elsewhere_changes_nothing the_last_segment_may_be_a_walk
@@ -37,6 +38,7 @@ struct Case {
     name: &'static str,
     camera: Camera,
     walker: Walker,
+    sampler: Sampler,
 }
 
 fn looking(from: [f64; 3], at: [f64; 3], degrees: f64) -> Camera {
@@ -68,6 +70,10 @@ impl Case {
     }
 
     fn scene(&self) -> SceneBuffers {
+        SceneBuffers::build(&self.source()).expect("builds")
+    }
+
+    fn source(&self) -> Scene {
         let mut scene = Scene { name: self.name.to_owned(), camera: Some(self.camera), ..Scene::default() };
         let row = |row: u32| [[if 2 * row < SKY_ROWS { 1.0 } else { 0.0 }; 3]; 4];
         let sky: Vec<[f32; 3]> = (0..SKY_ROWS).flat_map(row).collect();
@@ -84,17 +90,12 @@ impl Case {
             Body::Sphere(centre, radius) => Mesh { normals: Vec::new(), ..Mesh::sphere(centre, radius, 6) },
         };
         scene.add_mesh("body", material, mesh);
-        SceneBuffers::build(&scene).expect("builds")
+        scene
     }
 
     fn settings(&self) -> PathSettings {
         let [least, most] = self.walker.orders;
-        PathSettings {
-            max_depth: 3,
-            sampler: Sampler::Independent,
-            orders: Orders { least, most },
-            ..PathSettings::default()
-        }
+        PathSettings { max_depth: 3, sampler: self.sampler, orders: Orders { least, most }, ..PathSettings::default() }
     }
 
     fn rendered(&self, scene: &SceneBuffers, samples: u32, seed: u32) -> Rendered {
@@ -135,6 +136,7 @@ fn slab(depth: f64, albedo: f64, g: f64, border: Border, above: bool) -> Case {
             sky: from_above,
             orders: [0, u32::MAX],
         },
+        sampler: Sampler::Independent,
     }
 }
 
@@ -152,55 +154,94 @@ fn body(name: &'static str, body: Body, border: Border, g: f64) -> Case {
             sky: from_above,
             orders: [0, u32::MAX],
         },
+        sampler: Sampler::Independent,
     }
 }
 
 const SPHERE: Body = Body::Sphere(DVec3::ZERO, 1.0);
 const CUBE: Body = Body::Box(DVec3::new(-0.8, -0.7, -0.9), DVec3::new(0.8, 0.9, 0.7));
 
-/// Optical depth, albedo and anisotropy; reflected and transmitted in all; transmitted without a collision; reflected and transmitted after
-/// one (10^6 walks elsewhere, of which the figures are known to 5e-4; the unscattered part is `2 E3(depth)`).
-type Known = ([f64; 3], [f64; 2], Option<[f64; 2]>);
-const SLABS: [Known; 4] = [
-    ([1.0, 0.9, 0.0], [0.3529, 0.4746], Some([0.1770, 0.1044])),
-    ([1.0, 0.9, 0.5], [0.2278, 0.5986], Some([0.0844, 0.1794])),
-    ([4.0, 0.9, 0.0], [0.4731, 0.0903], Some([0.1834, 0.0063])),
-    ([4.0, 0.99, 0.0], [0.7104, 0.2161], None),
-];
-const KNOWN_TO: f64 = 5.0e-4;
-
 /// The mean of the image in green, over restarts.
 fn mean(moments: &[Moments]) -> Moments {
     moments[moments.len() - 2]
 }
 
+/// The same slab as [`slab`] makes, of which it is known what it reflects and transmits.
+fn exact(walker: &Walker) -> slab_exact::Slab {
+    let border = match walker.border {
+        Border::Open => slab_exact::Border::Open,
+        Border::DenserOutside(index) => slab_exact::Border::DenserOutside(index),
+        Border::Dielectric(index) => slab_exact::Border::Dielectric(index),
+    };
+    slab_exact::Slab { depth: walker.extinction[1], albedo: walker.albedo[1], anisotropy: walker.anisotropy, border }
+}
+
+/// A slab that is seen at one angle: radiance through a dielectric depends on it. The cosine comes with it.
+fn slab_at_an_angle([depth, albedo, g]: [f64; 3], border: Border, above: bool) -> (Case, f64) {
+    let (height, level) = if above { (6.0, 0.0) } else { (-7.0, -1.0) };
+    let (from, at) = (DVec3::new(4.0, height, 1.0), DVec3::new(0.3, level, 0.1));
+    let camera = looking(from.to_array(), at.to_array(), 1.0e-3);
+    (Case { camera, sampler: Sampler::Sobol, ..slab(depth, albedo, g, border, above) }, (from - at).normalize().y.abs())
+}
+
+/// Depth, albedo and anisotropy of slabs with one of three borders each, and of others that are open: the last are half spaces.
+const SLABS: [[f64; 3]; 4] = [[1.0, 0.9, 0.0], [1.0, 0.9, 0.5], [4.0, 0.9, 0.0], [4.0, 0.9, 0.5]];
+const OPEN_SLABS: [[f64; 3]; 5] =
+    [[4.0, 0.99, 0.0], [10.0, 0.99, 0.8], [60.0, 0.5, 0.0], [60.0, 0.9, 0.0], [60.0, 0.95, 0.0]];
+/// What they are known to, and the largest standard error of a number, relative to it: of what is next to nothing more is allowed.
+const KNOWN_TO: f64 = 1.0e-5;
+
+fn largest_error(expected: f64) -> f64 {
+    if expected < 0.05 { 0.006 } else { 0.002 }
+}
+
+/// What is found of a number that is known, with samples enough for the standard error that is asked for.
+fn slab_is(family: &mut Family, what: &str, found: Moments, expected: f64) -> Result<(), Failed> {
+    let error = found.standard_error() / expected;
+    println!("{what}: {:.5} +- {:.2} %, expected {expected:.5}", found.mean(), 100.0 * error);
+    ensure(error <= largest_error(expected), || format!("{what}: the standard error is {error:.4}"))?;
+    family.z_test(what.to_owned(), ZTest::new(found, Moments::known(expected, KNOWN_TO)));
+    Ok(())
+}
+
 fn slabs_reflect_and_transmit_what_is_known() -> Result<(), Failed> {
+    let borders = [Border::Open, Border::DenserOutside(1.4), Border::Dielectric(1.4)];
+    let all = SLABS.into_iter().flat_map(|medium| borders.map(|border| (medium, border)));
+    let all = all.chain(OPEN_SLABS.map(|medium| (medium, Border::Open)));
     let mut family = Family::new("slabs", FAMILY_RATE);
-    for ([depth, albedo, g], totals, once) in SLABS {
+    for (medium, border) in all {
         for (side, above) in [true, false].into_iter().enumerate() {
+            let (case, cos) = slab_at_an_angle(medium, border, above);
+            let expected = exact(&case.walker).radiance(cos)[side];
+            // of what is nothing there is no relative error
+            if expected > 1.0e-3 {
+                let samples = if expected < 0.15 { 160 } else { 48 };
+                let what = format!("depth, albedo, g {medium:?}, {border:?}, side {side}");
+                slab_is(&mut family, &what, mean(&case.moments(64, samples)), expected)?;
+            }
+        }
+    }
+    println!("{}", family.verdict()?);
+    Ok(())
+}
+
+/// Light that collided not at all, and once.
+fn slabs_have_the_orders_that_are_known() -> Result<(), Failed> {
+    let mut family = Family::new("orders of slabs", FAMILY_RATE);
+    for [depth, albedo, g] in SLABS {
+        let open = |above, order| {
             let case = slab(depth, albedo, g, Border::Open, above);
-            let of_order = |order| {
-                let walker = Walker { orders: [order; 2], ..case.walker };
-                mean(&Case { walker, ..case.clone() }.moments(64, 16))
-            };
-            let mut expect = |what: &str, found: Moments, expected: f64, error: f64| {
-                println!(
-                    "depth {depth}, albedo {albedo}, g {g}, {what}, side {side}: {:.5} +- {:.5}, expected {expected:.5}",
-                    found.mean(),
-                    found.standard_error()
-                );
-                family.z_test(
-                    format!("{depth} {albedo} {g} {what} {side}"),
-                    ZTest::new(found, Moments::known(expected, error)),
-                );
-            };
-            expect("in all", mean(&case.moments(64, 64)), totals[side], KNOWN_TO);
-            if !above {
-                expect("unscattered", of_order(0), unscattered(depth), 1.0e-6);
-            }
-            if let Some(once) = once {
-                expect("once", of_order(1), once[side], KNOWN_TO);
-            }
+            Case { walker: Walker { orders: [order; 2], ..case.walker }, sampler: Sampler::Sobol, ..case }
+        };
+        let once = exact(&open(true, 1).walker).once(1.0);
+        for (what, above, order, expected) in [
+            ("once, back", true, 1, once[0]),
+            ("once, through", false, 1, once[1]),
+            ("straight", false, 0, unscattered(depth)),
+        ] {
+            let samples = if expected < 0.05 { 512 } else { 160 };
+            let found = mean(&open(above, order).moments(64, samples));
+            slab_is(&mut family, &format!("depth {depth}, g {g}, {what}"), found, expected)?;
         }
     }
     println!("{}", family.verdict()?);
@@ -231,10 +272,13 @@ fn bodies_look_as_by_an_independent_walk() -> Result<(), Failed> {
 }
 
 fn orders_look_as_by_an_independent_walk() -> Result<(), Failed> {
-    for orders in [[0, 0], [1, 1], [2, 4], [5, u32::MAX]] {
-        let mut case = body("sphere", SPHERE, Border::Dielectric(1.3), 0.7);
-        (case.walker.extinction, case.walker.orders) = ([0.7, 1.5, 3.0], orders);
-        agree(&case, 0.06)?;
+    let mut sphere = body("sphere", SPHERE, Border::Dielectric(1.3), 0.7);
+    sphere.walker.extinction = [0.7, 1.5, 3.0];
+    let cube = body("cube", CUBE, Border::DenserOutside(1.4), -0.4);
+    for case in [sphere, cube, slab(1.0, 0.9, 0.5, Border::Dielectric(1.4), true)] {
+        for orders in [[0, 0], [1, 1], [2, 4], [5, u32::MAX]] {
+            agree(&Case { walker: Walker { orders, ..case.walker }, ..case.clone() }, 0.06)?;
+        }
     }
     Ok(())
 }
@@ -277,19 +321,96 @@ fn where_a_path_is_cut_does_not_matter() -> Result<(), Failed> {
     Ok(())
 }
 
+/// Passes for which no path waits are left out on the host, and every buffer is as if they ran: those that are told to be without work where there is
+/// some leave something else behind.
+fn passes_without_work_change_nothing() -> Result<(), Failed> {
+    let case = slab(20.0, 0.9999, 0.3, Border::Open, true);
+    let scene = case.scene();
+    let settings = PathSettings { longest_walk: 2047, ..case.settings() };
+    let render = Render { count: 2, ..Render::new([4, 3], settings) };
+    let buffers = |change: fn(&mut Pass)| {
+        let (mut after, mut works) = (Vec::new(), Vec::new());
+        CpuExecutor::inline().run(native::changed(native::plan(&scene, &render), change), &mut |step| {
+            // the film's passes have no paths
+            if step.pass.bound("walkers").is_ok() {
+                works.push(step.plane::<PackedWalker>("walkers")?.iter().any(PackedWalker::goes_on));
+            }
+            after.push(step.pass.bindings.iter().map(|&id| step.read(id)).collect::<Result<Vec<_>, _>>()?);
+            Ok(())
+        })?;
+        Ok::<_, Failed>((after, works))
+    };
+    let (left_out, works) = buffers(|_| ())?;
+    let walks = works.iter().filter(|works| **works).count();
+    ensure(walks > 2 && works.len() > 2 * walks, || {
+        format!("{walks} of {} passes leave paths that wait", works.len())
+    })?;
+    ensure(left_out == buffers(|pass| pass.waiting = None)?.0, || "what is left out changes a buffer".to_owned())?;
+    let never = |pass: &mut Pass| {
+        pass.waiting = pass.waiting.map(|waiting| Waiting { bits: 0, ..waiting });
+    };
+    ensure(left_out != buffers(never)?.0, || "paths that wait are not missed".to_owned())
+}
+
+/// A slab with clear borders, in one piece or cut in two, with a gap in between.
+fn pieces(gap: Option<f64>) -> Scene {
+    let case = slab(2.0, 0.9, 0.3, Border::Dielectric(1.0), false);
+    let mut scene = Scene { name: "pieces".to_owned(), camera: Some(case.camera), ..Scene::default() };
+    scene.environment = case.source().environment;
+    let (medium, corner) = (scene.add_material(case.material()), DVec3::new(100.0, 0.0, 100.0));
+    let ends = match gap {
+        None => vec![[-1.0, 0.0]],
+        Some(gap) => vec![[-1.0, -0.5], [-0.5 + gap, gap]],
+    };
+    for [lo, hi] in ends {
+        scene.add_mesh(&format!("from {lo}"), medium, Mesh::cuboid(DVec3::Y * lo - corner, DVec3::Y * hi + corner));
+    }
+    scene
+}
+
+/// Two bodies that are apart let as much light through as one that is as thick. Of two whose faces lie in each other the host says so, for light loses its way
+/// there.
+fn pieces_of_a_medium_are_as_the_whole() -> Result<(), Failed> {
+    use rayon::prelude::*;
+    let shown = |scene: &Scene| -> Result<Moments, Failed> {
+        let buffers = SceneBuffers::build(scene)?;
+        let settings = PathSettings { max_depth: 128, sampler: Sampler::Sobol, ..PathSettings::default() };
+        let render = Render { count: 16, ..Render::new([GRID.width, GRID.height], settings) };
+        let mean = |seed| {
+            let render = Render { seed, ..render.clone() };
+            let image = render::render(&mut CpuExecutor::inline(), &buffers, &render, &mut |_| Ok(()))?.image;
+            Ok(image.pixels.iter().map(|pixel| f64::from(pixel[1])).sum::<f64>() / image.pixels.len() as f64)
+        };
+        let means: Vec<f64> = (0..64).into_par_iter().map(mean).collect::<Result<_, restir_host::Error>>()?;
+        Ok(means.into_iter().collect())
+    };
+    let (whole, mut family) = (shown(&pieces(None))?, Family::new("pieces of a slab", FAMILY_RATE));
+    let apart = pieces(Some(0.01));
+    ensure(apart.touching_bodies().is_empty(), || "bodies that are apart touch".to_owned())?;
+    let [apart, touching] = [shown(&apart)?, shown(&pieces(Some(0.0)))?];
+    let test = ZTest::new(apart, whole);
+    println!("whole {:.4}, apart {:.4} (z {:.1}), touching {:.4}", whole.mean(), apart.mean(), test.z, touching.mean());
+    family.z_test("apart", test);
+    println!("{}", family.verdict()?);
+    ensure(whole.standard_error() < 0.005 * whole.mean(), || "too few samples".to_owned())?;
+    let named = pieces(Some(0.0)).touching_bodies();
+    ensure(named == [["from -1".to_owned(), "from -0.5".to_owned()]], || format!("{named:?}"))?;
+    ensure(ZTest::new(touching, whole).z.abs() > 6.0, || "bodies that touch are as the whole, too: say so".to_owned())
+}
+
 /// Light that a white body loses, it has lost by mistake: at boundaries, by rounding, or because a walk was too long.
 fn white_bodies_cannot_be_seen() -> Result<(), Failed> {
     // shading normals lose what they send to the wrong side
     let faceted = |centre| Mesh { normals: Vec::new(), ..Mesh::sphere(centre, 1.0, 4) };
     let bodies = [
-        ("sphere", faceted(DVec3::new(0.3, 0.2, -0.1)), 0.2, 1.0),
-        ("cube", Mesh::cuboid(DVec3::splat(-0.5), DVec3::splat(0.5)), 0.05, 1.0),
-        ("cube aside", Mesh::cuboid(DVec3::splat(4.5), DVec3::splat(5.5)), 0.2, 1.0),
-        ("glass sphere", faceted(DVec3::ZERO), 0.3, 1.4),
+        ("sphere", faceted(DVec3::new(0.3, 0.2, -0.1)), 0.2, white_bodies::Border::Lambert),
+        ("cube", Mesh::cuboid(DVec3::splat(-0.5), DVec3::splat(0.5)), 0.05, white_bodies::Border::Lambert),
+        ("cube aside", Mesh::cuboid(DVec3::splat(4.5), DVec3::splat(5.5)), 0.2, white_bodies::Border::Lambert),
+        ("glass sphere", faceted(DVec3::ZERO), 0.3, white_bodies::Border::Dielectric(1.4)),
     ];
     let mut family = Family::new("white bodies", FAMILY_RATE);
-    for (name, mesh, mean_free_path, ior) in bodies {
-        let found = white_bodies::lost(&white_bodies::scene(mesh, mean_free_path, ior)?, 24, 1)?;
+    for (name, mesh, mean_free_path, border) in bodies {
+        let found = white_bodies::lost(&white_bodies::scene(mesh, mean_free_path, border)?, 24, 1)?;
         println!("{name}: {found:?}");
         ensure(found.walks > 10_000 && found.scatterings > found.walks, || format!("{name}: {found:?}"))?;
         // a rate of 10^-6 would show one walk in a hundred runs of this test; the command goes on to 10^8

@@ -7,9 +7,11 @@ use clap::Args;
 use rayon::prelude::*;
 use restir_host::scene::{Mesh, Scene, builtin};
 use restir_shared::glam::DVec3;
-use restir_tests::white_bodies::{Lost, lost, scene};
+use restir_shared::technique::path::media::MAX_WALK;
+use restir_tests::white_bodies::{Border, Lost, lost, scene};
 
 use crate::Error;
+use crate::report::{judge, publish};
 
 /// Pictures that one task makes.
 const PICTURES: u32 = 8;
@@ -17,6 +19,10 @@ const PICTURES: u32 = 8;
 const TASKS: u32 = 64;
 /// How many walks of a million may be lost.
 const PER_MILLION: u64 = 1;
+
+/// How light passes the surfaces of the bodies.
+const BORDERS: [(Border, &str); 3] =
+    [(Border::Lambert, "Lambert"), (Border::Dielectric(1.4), "dielectric"), (Border::Clear, "clear")];
 
 /// Options of `cargo xtask walks`.
 #[derive(Args)]
@@ -27,6 +33,9 @@ pub struct Options {
     /// A glTF file whose first mesh is closed, beside a sphere, a cube and the built-in statue.
     #[arg(long, value_name = "FILE")]
     mesh: Option<PathBuf>,
+    /// Write the report to docs/walks.md.
+    #[arg(long)]
+    write: bool,
 }
 
 /// Walks through all bodies and says how many walks are lost.
@@ -44,29 +53,41 @@ pub fn run(options: &Options) -> Result<(), Error> {
     if let Some(path) = &options.mesh {
         bodies.extend(first(Scene::open(path)?).map(|mesh| (path.display().to_string(), mesh)));
     }
-    println!(
-        "| body | boundary | walks | collisions | too long | came back from outside | lost | seconds |\n|---|---|---:|---:|---:|---:|---:|---:|"
-    );
-    let mut failed = false;
+    let (mut report, mut failed) = (head(options), Vec::new());
     for (name, mesh) in bodies {
-        for ior in [1.0, 1.4] {
+        for (border, boundary) in BORDERS {
             let start = Instant::now();
-            let found = walks(mesh.clone(), ior, options.walks)?;
-            let Lost { walks, scatterings, cut, leaked, lost, .. } = found;
-            let boundary = if ior > 1.0 { "dielectric" } else { "Lambert" };
+            let Lost { walks, scatterings, cut, leaked, lost, .. } = walks(mesh.clone(), border, options.walks)?;
             let seconds = start.elapsed().as_secs_f64();
-            println!("| {name} | {boundary} | {walks} | {scatterings} | {cut} | {leaked} | {lost} | {seconds:.0} |");
-            failed |= 1_000_000 * (lost + leaked) > PER_MILLION * walks;
+            eprintln!("{name}, {boundary}: {seconds:.0} s");
+            report += &format!(
+                "| {name} | {boundary} | {walks} | {scatterings} | {cut} | {leaked} | {lost} | {seconds:.0} |\n"
+            );
+            if 1_000_000 * (lost + leaked) > PER_MILLION * walks {
+                failed.push(format!("{name}, {boundary}"));
+            }
         }
     }
-    if failed { Err(Error::Failed("more than one walk in a million was lost".to_owned())) } else { Ok(()) }
+    publish("walks", &report, options.write)?;
+    judge("more than one walk in a million was lost", failed)
+}
+
+fn head(Options { walks, mesh, .. }: &Options) -> String {
+    let mesh = mesh.as_ref().map(|path| format!(" --mesh {}", path.display())).unwrap_or_default();
+    format!(
+        "# Walks that do not come out again\n\nMade by `cargo xtask walks --walks {walks}{mesh} --write`: white bodies that are ten mean free paths large, under a \
+         white sky. Each walk has to leave its body by crossing the surface. *Too long* are those that were ended after {MAX_WALK} segments. \
+         What *came back from outside* met the front of the surface that it was behind: it had left without crossing it, by rounding. *Lost* are samples that found no light at \
+         all. Of a million walks at most {PER_MILLION} may be lost or come back; the seconds are those of a machine with other work.\n\n\
+         | body | boundary | walks | collisions | too long | came back from outside | lost | seconds |\n|---|---|---:|---:|---:|---:|---:|---:|\n"
+    )
 }
 
 /// In bodies that are ten mean free paths large.
-fn walks(mesh: Mesh, ior: f32, walks: u64) -> Result<Lost, Error> {
+fn walks(mesh: Mesh, border: Border, walks: u64) -> Result<Lost, Error> {
     let positions = mesh.positions.iter().map(|p| DVec3::from(p.map(f64::from)));
     let (lo, hi) = positions.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), p| (lo.min(p), hi.max(p)));
-    let body = scene(mesh, (0.1 * (hi - lo).length()) as f32, ior)?;
+    let body = scene(mesh, (0.1 * (hi - lo).length()) as f32, border)?;
     let (mut sum, mut next) = (Lost::default(), 0);
     while sum.walks < walks {
         let tasks: Vec<Lost> = (next..next + TASKS)

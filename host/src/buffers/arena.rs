@@ -120,7 +120,7 @@ fn medium(volume: &Volume) -> Option<Medium> {
     Some(Medium { extinction, ..medium })
 }
 
-/// Of an interior with textures the colour, of another one the albedo.
+/// Of an interior with textures the colour, of another one the albedo and what is absorbed.
 fn interior_record(volume: &Volume, uses: u32, lit: bool, clear: bool) -> [[u32; 4]; INTERIOR_WORDS as usize] {
     let medium = medium(volume).unwrap_or(Medium::of_color(Vec3::ZERO, Vec3::ONE, 0.0));
     let (denser_outside, color) =
@@ -134,6 +134,7 @@ fn interior_record(volume: &Volume, uses: u32, lit: bool, clear: bool) -> [[u32;
             u32::from(lit | clear),
             henyey_greenstein_scale(medium.anisotropy).to_bits(),
         ],
+        float_word(medium.absorbed, 0),
     ]
 }
 

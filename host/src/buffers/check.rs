@@ -176,3 +176,40 @@ fn environment_problem(environment: &Environment, checked: Option<&Arc<[[f32; 3]
         Some(format!("environment {name:?}: pixel {x},{y} is {pixel:?}, not a radiance; repair the image"))
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Volume, VolumeScattering, builtin};
+
+    #[test]
+    fn what_is_no_medium_is_refused_in_a_sentence() {
+        fn scattering(volume: &mut Volume, change: fn(&mut VolumeScattering)) {
+            volume.scattering.iter_mut().for_each(change);
+        }
+        let cases: [(fn(&mut Volume), &str); 12] = [
+            (|v| v.attenuation_color[0] = f32::NAN, "attenuation [NaN"),
+            (|v| v.attenuation_color[1] = -0.1, "attenuation"),
+            (|v| v.attenuation_color[2] = 1.5, "is not a colour"),
+            (|v| v.attenuation_distance = f32::NAN, "at distance NaN"),
+            (|v| v.attenuation_distance = -2.0, "at distance -2"),
+            (|v| v.attenuation_distance = 0.0, "a positive one"),
+            (|v| scattering(v, |s| s.color[1] = f32::NAN), "of the colour"),
+            (|v| scattering(v, |s| s.color[2] = 1.0e38), "[0, 1]"),
+            (|v| scattering(v, |s| s.anisotropy = 1.0), "the anisotropy 1"),
+            (|v| scattering(v, |s| s.anisotropy = f32::NAN), "the anisotropy NaN"),
+            (|v| scattering(v, |s| s.denser_outside = 0.5), "denser by 0.5"),
+            (|v| scattering(v, |s| s.denser_outside = f32::INFINITY), "denser by inf"),
+        ];
+        for (change, known) in cases {
+            let mut scene = builtin::scene("slab").expect("built in");
+            check(&scene).expect("as it is");
+            scene.materials[0].volume.iter_mut().for_each(change);
+            let problem = check(&scene).expect_err(known).to_string();
+            assert!(
+                problem.contains(known) && problem.contains("material \"medium\"") && problem.contains("correct"),
+                "{problem}"
+            );
+        }
+    }
+}

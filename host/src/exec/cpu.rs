@@ -1,11 +1,12 @@
 //! The native executor: rows of a grid in parallel.
 
 use super::{Description, Executor, Flavour, Observer, Progress, Step};
-use crate::plan::{Buffer, FramePlan, Pass, Upload};
+use crate::plan::{Buffer, BufferId, FramePlan, Pass, Upload, Waiting};
 use crate::{Error, buffers::SceneBuffers};
 use rayon::prelude::*;
 use restir_kernels::{Access, NativeRow};
 use restir_shared::scene::{AnyFrames, Hierarchy, Tracer};
+use std::collections::BTreeSet;
 use std::fmt::Display;
 use std::num::NonZero;
 use std::sync::Arc;
@@ -33,15 +34,15 @@ impl CpuExecutor {
     }
 
     /// Runs a pass that fits the buffers and its kernel, over `frames` if there are any. It may begin a frame, and leaves its scenes
-    /// in `scenes`.
+    /// in `course`.
     pub(crate) fn run_pass(
         &self,
         pass: &Pass,
         buffers: &mut [Arc<[u32]>],
-        scenes: &mut Scenes,
+        course: &mut Course,
         frames: Option<&(dyn AnyFrames + Sync)>,
     ) {
-        run_pass(pass, buffers, scenes, &|dispatch, rows| self.all(dispatch, rows, frames));
+        course.run_pass(pass, buffers, &|dispatch, rows| self.all(dispatch, rows, frames));
     }
 
     fn all(&self, dispatch: &Dispatch<'_>, rows: Rows<'_>, frames: Option<&(dyn AnyFrames + Sync)>) {
@@ -87,8 +88,13 @@ pub(crate) fn check_probes(pass: &Pass, frames: &dyn AnyFrames) -> Result<(), Er
     )))
 }
 
-/// The scenes of this frame and of the last one, where there are better structures to trace rays in than the arenas.
-pub(crate) type Scenes = [Option<Arc<SceneBuffers>>; 2];
+/// What passes leave to those after them, beside the buffers.
+pub(crate) struct Course {
+    /// The scenes of this frame and of the last one, where there are better structures to trace rays in than the arenas.
+    pub(crate) scenes: [Option<Arc<SceneBuffers>>; 2],
+    /// Planes in which nothing waits, as a pass has found that asked, and no other has written since.
+    at_rest: BTreeSet<BufferId>,
+}
 
 /// A pass and what it reads.
 struct Dispatch<'a> {
@@ -125,25 +131,58 @@ type AllRows<'a> = dyn Fn(&Dispatch<'_>, Rows<'_>) + 'a;
 fn run(plan: FramePlan<'_>, observe: &mut Observer<'_>, all: &AllRows<'_>) -> Result<Vec<Vec<u32>>, Error> {
     // shared with the plan until a pass writes them
     let mut buffers: Vec<Arc<[u32]>> = plan.buffers.iter().map(Buffer::initial).collect();
-    let mut scenes = [plan.scene.clone(), plan.scene];
+    let mut course = Course::new([plan.scene.clone(), plan.scene]);
     for (done, pass) in (1..).zip(plan.passes) {
         let pass = pass?;
         pass.check(&plan.buffers)?;
-        run_pass(&pass, &mut buffers, &mut scenes, all);
+        course.run_pass(&pass, &mut buffers, all);
         let progress = Progress { done, total: plan.pass_count };
         observe(&Step::new(progress, &pass, &|id| Ok(buffers[id].to_vec())))?;
     }
     Ok(plan.outputs.iter().map(|&id| buffers[id].to_vec()).collect())
 }
 
-/// Runs a pass over the scenes of this frame and of the other one.
-fn run_pass(pass: &Pass, buffers: &mut [Arc<[u32]>], scenes: &mut Scenes, all: &AllRows<'_>) {
-    if let Some(frame) = &pass.frame {
-        for Upload { buffer, first, words } in &frame.uploads {
-            Arc::make_mut(&mut buffers[*buffer])[*first..][..words.len()].copy_from_slice(words);
-        }
-        *scenes = frame.scenes.clone().map_or([None, None], |scenes| scenes.map(Some));
+impl Course {
+    /// Begins with the scenes of this frame and of the last one.
+    pub(crate) fn new(scenes: [Option<Arc<SceneBuffers>>; 2]) -> Self {
+        Self { scenes, at_rest: BTreeSet::new() }
     }
+
+    /// Runs a pass over the scenes of this frame and of the other one, if it has work.
+    fn run_pass(&mut self, pass: &Pass, buffers: &mut [Arc<[u32]>], all: &AllRows<'_>) {
+        if let Some(frame) = &pass.frame {
+            for Upload { buffer, first, words } in &frame.uploads {
+                Arc::make_mut(&mut buffers[*buffer])[*first..][..words.len()].copy_from_slice(words);
+                self.at_rest.remove(buffer);
+            }
+            self.scenes = frame.scenes.clone().map_or([None, None], |scenes| scenes.map(Some));
+        }
+        if pass.waiting.is_none_or(|waiting| self.has_work(pass, waiting, buffers)) {
+            dispatch(pass, buffers, &self.scenes, all);
+            for (_, id) in pass.bindings().filter(|(binding, _)| binding.access == Access::Own) {
+                self.at_rest.remove(&id);
+            }
+        }
+    }
+
+    /// Whether any element waits for the pass. A plane that is at rest is not looked at again: of the passes that a sample may need, most
+    /// come after its last path has ended.
+    fn has_work(&mut self, pass: &Pass, waiting: Waiting, buffers: &[Arc<[u32]>]) -> bool {
+        let Waiting { buffer, word, bits } = waiting;
+        if self.at_rest.contains(&buffer) {
+            return false;
+        }
+        let elements = buffers[buffer].chunks_exact(pass.own_words(buffer).unwrap_or(1));
+        let works = elements.filter_map(|element| element.get(word)).any(|word| word & bits != 0);
+        if !works {
+            self.at_rest.insert(buffer);
+        }
+        works
+    }
+}
+
+/// Runs a pass over scenes.
+fn dispatch(pass: &Pass, buffers: &mut [Arc<[u32]>], scenes: &[Option<Arc<SceneBuffers>>; 2], all: &AllRows<'_>) {
     let tracers = scenes.each_ref().map(|scene| scene.as_ref().map(|scene| scene.tracer() as &(dyn Hierarchy + Sync)));
     let bound = |access| pass.bindings().filter(move |(binding, _)| binding.access == access);
     let mut own: Vec<Arc<[u32]>> = bound(Access::Own).map(|(_, id)| std::mem::take(&mut buffers[id])).collect();

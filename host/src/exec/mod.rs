@@ -28,7 +28,7 @@ mod cpu;
 pub mod gpu;
 
 pub use cpu::CpuExecutor;
-pub(crate) use cpu::check_probes;
+pub(crate) use cpu::{Course, check_probes};
 #[cfg(feature = "gpu")]
 pub use gpu::GpuExecutor;
 

@@ -172,6 +172,10 @@ impl<S: Surface<Material = Material>> Surface for Recording<'_, S> {
         self.scene.interior(hit)
     }
 
+    fn absorbed(&self, hit: &Hit) -> Vec3 {
+        self.scene.absorbed(hit)
+    }
+
     fn features(&self) -> u32 {
         self.scene.features()
     }

@@ -46,6 +46,7 @@ mod rig;
 mod shapes;
 pub mod subsurface;
 mod texture;
+mod touching;
 
 pub use animation::{Animation, Blackout, Emitter, Motion, Pose};
 pub use camera_path::{CameraPath, Keyframe};
@@ -164,8 +165,10 @@ impl Scene {
     /// # Errors
     /// As of [`Scene::load`].
     pub fn open(path: &Path) -> Result<Scene, Error> {
-        if let Some(scene) = path.to_str().and_then(builtin::scene) {
-            return Ok(scene);
+        if let Some(name) = path.to_str()
+            && let Some(scene) = builtin::scene(name).map(Ok).or_else(|| builtin::varied(name))
+        {
+            return scene;
         }
         let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
         if extension == "gltf" || extension == "glb" {

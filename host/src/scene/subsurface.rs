@@ -22,9 +22,10 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use super::{Material, Mesh, Scene, Volume};
+use super::{Material, Mesh, Scene, Volume, VolumeScattering};
 use crate::Error;
 use crate::settings::unknown;
+use restir_shared::medium::color_behind;
 
 /// A medium: its colour, linear RGB, and its mean free path in millimetres. The numbers are those of NVIDIA's RTXCR (Zhang and d'Eon 2025), which
 /// go back to the measurements of Jensen et al. (2001, table 1), but for those of wax, which are ours, and of apple, where RTXCR repeats
@@ -45,6 +46,9 @@ pub const MEDIA: &[(&str, [f32; 3], [f32; 3])] = &[
 
 /// Mean free paths below this, in units of the scene, are refused, and those beyond its reciprocal.
 const SHORTEST: f32 = 1.0e-20;
+
+/// Colours behind dielectrics are fitted up to this index of refraction.
+const LARGEST_INDEX: f32 = 1.8;
 
 /// How large a body is taken to be, corner to corner, unless a scale says how long a millimetre is.
 const USUAL_SIZE: f64 = 100.0;
@@ -82,7 +86,7 @@ fn refused(medium: &str, problem: String) -> Error {
 
 impl Scene {
     /// Fills all bodies, which are closed meshes that emit nothing, with their front sides out, with the medium called `name`, which light enters and leaves by Lambert's
-    /// law. A millimetre is `scale` units of the scene; without one, each body is taken to be ten centimetres large, as its first instance is.
+    /// law. A body of glass, which transmits all light specularly, keeps its surface, and its medium is one that has the colour behind it. A millimetre is `scale` units of the scene; without one, each body is taken to be ten centimetres large, as its first instance is.
     ///
     /// # Errors
     /// [`Error::Unknown`] for a name that there is not; [`Error::Medium`] for a scale that is no positive number, and if no mesh is closed.
@@ -103,8 +107,8 @@ impl Scene {
                 && volume(&mesh) > 0.0
             {
                 let volume = medium(name, scale.unwrap_or(size / USUAL_SIZE))?;
-                let white = Material::diffuse(format!("{name} of {}", mesh.name), [1.0; 3]);
-                let material = self.add_material(Material { diffuse_transmission: 1.0, volume: Some(volume), ..white });
+                let surface = &self.materials[mesh.material];
+                let material = self.add_material(filled_with(surface, format!("{name} of {}", mesh.name), volume));
                 self.meshes[index] = Arc::new(Mesh { material, ..Mesh::clone(&mesh) });
                 filled = true;
             }
@@ -124,6 +128,19 @@ impl Scene {
             if lo.x <= hi.x { (hi - lo).length() } else { 0.0 }
         })
     }
+}
+
+/// The material of a body that had the material `surface` and is filled.
+fn filled_with(surface: &Material, name: String, volume: Volume) -> Material {
+    let white = Material::diffuse(name.clone(), [1.0; 3]);
+    if surface.transmission < 1.0 || surface.metallic > 0.0 {
+        return Material { diffuse_transmission: 1.0, volume: Some(volume), ..white };
+    }
+    // a dielectric keeps light inside, so that the same medium is darker behind it
+    let behind = |color: f32| color_behind(color, surface.ior.min(LARGEST_INDEX));
+    let scattering = volume.scattering.map(|s| VolumeScattering { color: s.color.map(behind), ..s });
+    let Material { transmission, roughness, ior, .. } = *surface;
+    Material { transmission, roughness, ior, volume: Some(Volume { scattering, ..volume }), ..white }
 }
 
 /// The volume that a closed mesh encloses; negative where its front sides are inside, as of a room.
@@ -170,6 +187,21 @@ mod tests {
     fn a_colour_is_a_medium_of_a_mean_free_path_of_a_millimetre() {
         let found = medium("0.9, 0.5,0", 0.25).expect("a colour");
         assert_eq!(found, Volume::scattering([0.9, 0.5, 0.0], [0.25; 3], 0.0));
+    }
+
+    #[test]
+    fn a_body_of_glass_keeps_its_surface_and_has_the_colour_behind_it() {
+        let mut scene = Scene::default();
+        let glass = Material { transmission: 1.0, roughness: 0.2, ior: 1.4, ..Material::diffuse("glass", [0.5; 3]) };
+        let glass = scene.add_material(glass);
+        scene.add_mesh("bead", glass, Mesh::sphere(DVec3::ZERO, 1.0, 2));
+        scene.fill("marble", Some(0.1)).expect("closed");
+        let body = &scene.materials[scene.meshes[0].material];
+        assert_eq!((body.transmission, body.roughness, body.ior, body.base_color), (1.0, 0.2, 1.4, [1.0; 3]));
+        let color = body.volume.and_then(|v| v.scattering).expect("a medium").color;
+        let [marble, ..] = medium("marble", 0.1).expect("known").scattering.expect("scatters").color;
+        // a whiter medium, as white as marble without a surface
+        assert!(color[0] == color_behind(marble, 1.4) && color[0] > marble + 0.02 && color[0] < 1.0, "{color:?}");
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Sessions on the CPU.
 
 use super::{Begun, Device, Frozen, Session, Setup, View};
-use crate::exec::{CpuExecutor, check_probes};
+use crate::exec::{Course, CpuExecutor, check_probes};
 use crate::image::Image;
 use crate::plan::{Buffer, Pass};
 use crate::scene::Camera;
@@ -101,7 +101,9 @@ impl CpuSession {
 
     fn run(&mut self, passes: &[Pass], frames: Option<&(dyn AnyFrames + Sync)>) {
         let Cpu { executor, buffers, scenes } = &mut self.device;
-        passes.iter().for_each(|pass| executor.run_pass(pass, buffers, scenes, frames));
+        let mut course = Course::new(std::mem::take(scenes));
+        passes.iter().for_each(|pass| executor.run_pass(pass, buffers, &mut course, frames));
+        *scenes = course.scenes;
     }
 
     /// The image after the last frame, rows from top to bottom: linear RGB radiance in `sum`, and in `dropped` how many samples were

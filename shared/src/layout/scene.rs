@@ -10,7 +10,7 @@ pub const TRIANGLE_WORDS: u32 = 3;
 /// Words in a material.
 pub const MATERIAL_WORDS: u32 = 7;
 /// Words in the record of an interior that scatters.
-pub const INTERIOR_WORDS: u32 = 2;
+pub const INTERIOR_WORDS: u32 = 3;
 /// Textures that an interior can use: colour and strength of scattering.
 pub const INTERIOR_SLOTS: u32 = 2;
 /// Words in a triangle's normals, tangents and texture coordinates.

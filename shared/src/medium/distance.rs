@@ -1,6 +1,6 @@
 //! How far light goes, where the channels of its colour have coefficients of their own.
 
-use crate::num::{div, exp, expm1, flush, min};
+use crate::num::{div, exp, expm1, flush, max, min};
 use crate::sampling::{sample_bounded_exponential, sample_exponential};
 use glam::{Vec2, Vec3};
 
@@ -9,6 +9,9 @@ const FAR: f32 = 1.0e30;
 const THIRD: f32 = 1.0 / 3.0;
 /// Optical depth below which `1 - exp(-x)` is a parabola, to less than a rounding.
 const THIN: f32 = 1.0 / 2048.0;
+/// Channels are chosen as if at least so much was scattered of a collision: one that scatters nothing still passes what does not collide, and where
+/// light goes farther in it than in those that are chosen, its weight would grow exponentially.
+const LEAST_SCATTERED: f32 = 1.0 / 1024.0;
 
 /// The share of light that is left after a distance `t`, by channel (Beer and Lambert).
 #[inline(always)]
@@ -44,6 +47,14 @@ impl Channels {
             min(of_chosen(extinction.y, probability.y), of_chosen(extinction.z, probability.z)),
         );
         Self { extinction, probability, least }
+    }
+
+    /// For a path of some throughput, which is scattered by `albedo` where it collides. No channel's light grows by one step beyond 1024 times the sum
+    /// of all, nor beyond that sum over its albedo.
+    #[inline(always)]
+    pub fn of_path(extinction: Vec3, throughput: Vec3, albedo: Vec3) -> Self {
+        let floor = |albedo: f32| max(albedo, LEAST_SCATTERED);
+        Self::new(extinction, throughput * Vec3::new(floor(albedo.x), floor(albedo.y), floor(albedo.z)))
     }
 
     #[inline(always)]
@@ -102,7 +113,9 @@ impl Channels {
             bounded_rate(self.extinction.y, t_max),
             bounded_rate(self.extinction.z, t_max),
         );
-        self.extinction * left * div(1.0, self.mixture(rate * left))
+        // in this order, for what is left of a channel that is never chosen may be as large as numbers are
+        let Vec3 { x, y, z } = self.probability * left;
+        self.extinction * left * div(1.0, x * rate.x + y * rate.y + z * rate.z)
     }
 
     /// What is left of light after a distance, over what is left of the channel that is absorbed least.

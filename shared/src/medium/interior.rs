@@ -57,11 +57,11 @@ impl Interior {
         if self.scatters() { self.extinction } else { Vec3::ZERO }
     }
 
-    /// What fills it.
+    /// What fills it, and absorbs the part [`crate::scene::Surface::absorbed`] of a collision.
     #[inline(always)]
-    pub fn medium(&self) -> Medium {
+    pub fn medium(&self, absorbed: Vec3) -> Medium {
         let Self { extinction, albedo, anisotropy, .. } = *self;
-        Medium { extinction, albedo, absorbed: Vec3::ONE - albedo, anisotropy }
+        Medium { extinction, albedo, absorbed, anisotropy }
     }
 
     /// Whether light passes the surface straight and undimmed, so that lights can be sampled through it.

@@ -67,7 +67,19 @@ impl Medium {
 /// The albedo of [`Medium::of_color`] alone.
 #[inline(always)]
 pub fn albedo_of_color(color: Vec3, anisotropy: f32) -> Vec3 {
-    let mut albedo = Vec3::ZERO;
+    of_each::<0>(color, anisotropy)
+}
+
+/// What is absorbed by the medium of [`Medium::of_color`] alone.
+#[inline(always)]
+pub(crate) fn absorbed_of_color(color: Vec3, anisotropy: f32) -> Vec3 {
+    of_each::<1>(color, anisotropy)
+}
+
+/// A part of [`collision`] for each channel, by one call site: it takes much code.
+#[inline(always)]
+fn of_each<const PART: usize>(color: Vec3, anisotropy: f32) -> Vec3 {
+    let mut parts = Vec3::ZERO;
     let mut channel = 0;
     while channel < 3 {
         let of = if channel == 0 {
@@ -77,15 +89,15 @@ pub fn albedo_of_color(color: Vec3, anisotropy: f32) -> Vec3 {
         } else {
             color.z
         };
-        let [scattered, _] = collision(of, anisotropy);
-        albedo = Vec3::new(
-            if channel == 0 { scattered } else { albedo.x },
-            if channel == 1 { scattered } else { albedo.y },
-            if channel == 2 { scattered } else { albedo.z },
+        let part = collision(of, anisotropy)[PART];
+        parts = Vec3::new(
+            if channel == 0 { part } else { parts.x },
+            if channel == 1 { part } else { parts.y },
+            if channel == 2 { part } else { parts.z },
         );
         channel += 1;
     }
-    albedo
+    parts
 }
 
 /// The colour without an interface ([`Medium::of_color`]) of the medium whose half space behind a smooth dielectric has the colour `color`, in

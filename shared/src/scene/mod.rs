@@ -178,6 +178,13 @@ pub trait Surface {
         Interior::NONE
     }
 
+    /// The part of a collision that is absorbed in the interior at `hit`: one less the albedo. That is what it is if not implemented, and it has lost its
+    /// digits where next to nothing is absorbed; profiles of such media need them.
+    #[inline(always)]
+    fn absorbed(&self, hit: &Hit) -> Vec3 {
+        Vec3::ONE - self.interior(hit).albedo
+    }
+
     /// The `FEATURE_` bits of [`crate::layout`] that surfaces and lights may have: code for others is skipped. All of them, if not
     /// implemented, which is right for any scene and the slowest answer. A bit says what the answers to the other methods may hold, not how
     /// the scene stores it: emitters of any shape are [`crate::layout::FEATURE_EMISSIVE`], and how lights are chosen is nobody's concern.

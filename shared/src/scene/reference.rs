@@ -56,6 +56,11 @@ impl<S: Surface + ?Sized> Surface for &S {
     }
 
     #[inline(always)]
+    fn absorbed(&self, hit: &Hit) -> Vec3 {
+        (**self).absorbed(hit)
+    }
+
+    #[inline(always)]
     fn features(&self) -> u32 {
         (**self).features()
     }

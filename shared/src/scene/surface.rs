@@ -11,7 +11,7 @@ use crate::layout::{
     SLOT_METALLIC_ROUGHNESS, SLOT_NORMAL, SLOT_SCATTERING_STRENGTH, SLOT_SPECULAR, SLOT_SPECULAR_COLOR, TEXTURE_SLOTS,
     TRIANGLE_ALPHA,
 };
-use crate::medium::{Interior, albedo_of_color};
+use crate::medium::{Interior, absorbed_of_color, albedo_of_color};
 use crate::num;
 use crate::pack::{decode_unit_vector, xyz};
 use crate::vec::{cross, dot, normalize};
@@ -329,6 +329,22 @@ impl<const COMPILED: u32> Surface for SceneView<'_, COMPILED> {
             gain: if transmission > 0.0 { index * index } else { 1.0 },
             ..interior
         }
+    }
+
+    #[inline(always)]
+    fn absorbed(&self, hit: &Hit) -> Vec3 {
+        let p: TrianglePoint = self.triangle_point(hit.id, hit.uv);
+        let record = self.attribute(self.header.material_base + p.material * MATERIAL_WORDS + 5).z;
+        if record == 0 {
+            return Vec3::ONE;
+        }
+        let word = |index: u32| self.attribute(self.header.material_base + record + index);
+        let (w0, uses) = (word(0), word(1).y);
+        if self.has(FEATURE_TEXTURES) && uses != NONE {
+            let color = xyz(w0) * self.scattering_texture(uses, self.uv(hit.id, hit.uv));
+            return absorbed_of_color(color, f32::from_bits(w0.w));
+        }
+        xyz(word(2))
     }
 
     #[inline(always)]

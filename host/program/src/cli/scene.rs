@@ -129,6 +129,7 @@ impl Additions {
         if let Some((medium, scale)) = &self.subsurface {
             scene.fill(medium, *scale)?;
         }
+        scene.warn_of_touching_bodies();
         self.set_time(&mut scene)?;
         self.check_subdivision(&scene)?;
         Ok(scene.subdivided(self.subdivide))

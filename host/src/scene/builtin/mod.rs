@@ -9,8 +9,10 @@
 //! ```
 
 use super::{Mesh, Scene};
+use crate::Error;
 
 mod ajar;
+mod arguments;
 mod candles;
 mod cornell;
 mod cornell_mitsuba;
@@ -61,10 +63,29 @@ pub const NAMES: &[(&str, &str)] = &[
     ),
 ];
 
-/// Scenes that a generator makes of a seed: what their names are like, and a line about them. What goes through all built-in
+/// Scenes that are made of a seed or of arguments: what their names are like, and a line about them. What goes through all built-in
 /// scenes does not go through these.
-pub const FAMILIES: &[(&str, &str)] =
-    &[("hall-SEED", "a hall by a generator, hall-1 for instance: 60 to 959 lights, glossy and diffuse surfaces")];
+pub const FAMILIES: &[(&str, &str)] = &[
+    ("hall-SEED", "a hall by a generator, hall-1 for instance: 60 to 959 lights, glossy and diffuse surfaces"),
+    ("cube:depth=D", "the cube as a slab of that depth, at most 1"),
+    (
+        "slab:ARGUMENTS",
+        "a slab by any of depth=4,albedo=0.99,g=0.5,border=dielectric (or open, denser-outside, clear); depth in mean free paths",
+    ),
+];
+
+/// A scene that takes arguments, made with the ones that are written behind its name, `slab:depth=4` for instance; none for the name of anything
+/// else.
+///
+/// # Errors
+/// [`Error::Scene`] for arguments that the scene does not have, and for values that it cannot take.
+pub fn varied(name: &str) -> Option<Result<Scene, Error>> {
+    match name.split_once(':')? {
+        ("cube", arguments) => Some(cube::varied(name, arguments)),
+        ("slab", arguments) => Some(slab::varied(name, arguments)),
+        _ => None,
+    }
+}
 
 /// The built-in scene called `name`, if there is one.
 pub fn scene(name: &str) -> Option<Scene> {
@@ -174,10 +195,32 @@ mod tests {
             assert_eq!(stats.skipped_triangles, 0, "{name} has triangles without area");
         }
         assert!(
-            ["Cornell", "hall", "hall-", "hall-01", "hall-+1", "hall-4294967296"]
+            ["Cornell", "hall", "hall-", "slab:depth=2", "hall-01", "hall-+1", "hall-4294967296"]
                 .iter()
                 .all(|name| scene(name).is_none())
         );
+    }
+
+    #[test]
+    fn arguments_are_taken_or_refused_in_a_sentence() {
+        let thin = varied("cube:depth=0.25").expect("takes arguments").expect("a depth that there is");
+        let reach = thin.meshes[1].positions.iter().map(|p| p[2]).fold(f32::NEG_INFINITY, f32::max);
+        assert_eq!((reach, thin.name.as_str()), (-0.25, "cube:depth=0.25"));
+        assert!(varied("slab").is_none() && varied("cornell:depth=1").is_none() && varied("C:\\slab").is_none());
+        for (name, known) in [
+            ("slab:", "is no argument"),
+            ("slab:depth", "depth=..., albedo=..., g=..., border=..."),
+            ("slab:thickness=2", "\"thickness=2\""),
+            ("slab:depth=0", "from 0.000001 to 1000000"),
+            ("slab:depth=NaN", "NaN"),
+            ("slab:albedo=1.1", "from 0 to 1"),
+            ("slab:depth=1,depth=2", "twice"),
+            ("slab:border=glass", "open, denser-outside, dielectric, clear"),
+            ("cube:depth=2", "from 0.001 to 1"),
+        ] {
+            let message = varied(name).expect("takes arguments").err().expect(name).to_string();
+            assert!(message.contains(known) && message.contains(name), "{name}: {message}");
+        }
     }
 
     #[test]

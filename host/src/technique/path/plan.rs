@@ -12,7 +12,7 @@ use restir_kernels::path::{path, path_media, path_media_clear};
 use restir_shared::film::MAX_BLOCK_LOG2;
 use restir_shared::layout::{FEATURE_CLEAR_BORDER, FEATURE_SUBSURFACE};
 use restir_shared::rng::Sampler;
-use restir_shared::technique::path::media::MediaParams;
+use restir_shared::technique::path::media::{MediaParams, PackedWalker};
 use restir_shared::technique::path::{PATH_BLACKMAN_HARRIS, PATH_JITTER, PATH_ROULETTE, PATH_SOBOL, PathParams};
 use std::collections::VecDeque;
 
@@ -152,7 +152,10 @@ impl Paths {
         let bound = [ARENAS.as_slice(), &planes].concat();
         let clear = frame.features & FEATURE_CLEAR_BORDER != 0 && self.settings.lights_inside;
         let kernel = if clear { &path_media_clear::DESC } else { &path_media::DESC };
-        Some(Pass::new(kernel, &self.constants(frame), &params, &bound))
+        let pass = Pass::new(kernel, &self.constants(frame), &params, &bound);
+        let (word, bits) = PackedWalker::GOES_ON;
+        let goes_on = |pass: Pass| pass.where_waiting("walkers", word, bits);
+        Some(if params.begins != 0 { pass } else { pass.and_then(goes_on) })
     }
 
     /// The next turn of a sample with profiles.

@@ -135,6 +135,51 @@ fn interiors_scatter() {
 }
 
 #[test]
+fn broken_media_are_clamped_or_refused_in_a_sentence() {
+    let json = |volume: &str, scatter: &str| {
+        format!(
+            r#""name": "jelly", "extensions": {{ "KHR_materials_volume": {{ {volume} }},
+            "KHR_materials_volume_scatter": {{ {scatter} }} }}"#
+        )
+    };
+    let thick = r#""thicknessFactor": 1, "attenuationDistance": 0.5, "attenuationColor": [0.5, 0.25, 0.125]"#;
+    let color = r#""multiscatterColor": [0.75, 0.5, 0.25]"#;
+    for (volume, scatter, known) in [
+        (thick, r#""multiscatterColor": [1e39, 0.5, 0.25]"#, "multiscatter colour"),
+        (thick, r#""multiscatterColor": [-1e39, 0.5, 0.25]"#, "multiscatter colour"),
+        (thick, r#""multiscatterColor": [0.75, 0.5, 0.25], "scatterAnisotropy": 1e39"#, "anisotropy"),
+        (thick, r#""multiscatterColor": [0.75, 0.5, 0.25], "scatterAnisotropy": -1"#, "anisotropy"),
+        (r#""thicknessFactor": -1, "attenuationDistance": 0.5"#, color, "thickness"),
+        (r#""attenuationDistance": 0.5, "attenuationColor": [0.5, 0.25, 0.125]"#, color, "thickness"),
+        (
+            r#""thicknessFactor": 1, "attenuationDistance": 0.5, "attenuationColor": [1, 1, 1]"#,
+            color,
+            "nothing is attenuated",
+        ),
+        (
+            r#""thicknessFactor": 1, "attenuationDistance": 0.5, "attenuationColor": [0, -1, 2]"#,
+            color,
+            "attenuation colour",
+        ),
+    ] {
+        let (material, warnings) = material(&json(volume, scatter));
+        assert!(warnings.join("; ").contains(known), "{volume} {scatter}: {warnings:?}");
+        let Some(volume) = material.volume else { continue };
+        let media = volume.scattering.iter().flat_map(|s| [s.color[0], s.color[1], s.color[2], s.anisotropy.abs()]);
+        assert!(volume.attenuation_color.into_iter().chain(media).all(|x| (0.0..=1.0).contains(&x)), "{volume:?}");
+    }
+    for volume in
+        [r#""thicknessFactor": 1, "attenuationDistance": -0.5"#, r#""thicknessFactor": 1, "attenuationDistance": 0"#]
+    {
+        let problem = problem(&with_material(&json(volume, color)));
+        assert!(problem.contains("attenuation distance") && problem.contains("jelly"), "{problem}");
+    }
+    // no number of JSON
+    let problem = problem(&with_material(&json(thick, r#""scatterAnisotropy": NaN"#)));
+    assert!(!problem.is_empty(), "{problem}");
+}
+
+#[test]
 fn unusual_indices_of_refraction() {
     let with = |ior: &str| {
         material(&format!(

@@ -301,7 +301,9 @@ impl<const BEGINS: bool> Branches<BEGINS> {
         let pair = |x: u32, y: u32| Vec2::new(rng::unit(x), rng::unit(y));
         let numbers = [pair(words.w, words.z), pair(words.x, words.y), pair(more.x, more.y)];
         let Ray { origin, direction, t_max, .. } = self.across;
-        self.collision = Collision::sample(&self.interior.medium(), direction, t_max, numbers, params.way_out());
+        // of a collision it is not asked how much it absorbs
+        let medium = self.interior.medium(Vec3::ZERO);
+        self.collision = Collision::sample(&medium, direction, t_max, numbers, params.way_out());
         // rays begin beside the surface, and end there
         let margin = num::max(self.interior.offset, max_abs(origin) * NEAREST);
         let farthest = num::max(t_max - self.lead - margin, 0.0);

@@ -45,8 +45,8 @@ struct Choice {
 
 impl Gathering {
     #[inline(always)]
-    fn new(params: &HybridParams, at: &Location, interior: &Interior, travelled: f32) -> Self {
-        let medium = interior.medium();
+    fn new(params: &HybridParams, at: &Location, (interior, absorbed): (&Interior, Vec3), travelled: f32) -> Self {
+        let medium = interior.medium(absorbed);
         let kept = params.spread(interior, travelled);
         let profile = Profile::of_medium(&medium, params.shape()).of_channels(kept);
         let profile = if params.has(HYBRID_BY_ALBEDO) { profile.chosen_by_albedo() } else { profile };
@@ -118,7 +118,7 @@ fn points<S: Trace + Surface<Material = Material> + Lights + Probe>(
     choice: &mut Choice,
 ) -> Vec3 {
     let (at, interior) = (scene.location(&entry.hit), scene.interior(&entry.hit));
-    let gathering = Gathering::new(params, &at, &interior, entry.travelled);
+    let gathering = Gathering::new(params, &at, (&interior, scene.absorbed(&entry.hit)), entry.travelled);
     let one = params.has(HYBRID_ONE_CROSSING);
     let outside = entry.throughput * entry.gain;
     let per_segment = num::recip(params.segments as f32);

@@ -256,7 +256,7 @@ impl Walker {
     fn flight(&self, around: &Around, rng: &Rng) -> Flight {
         let interior = &around.interior;
         let words = rng.hash(FLIGHT + self.steps);
-        let channels = Channels::new(interior.extinction, self.walk.throughput * interior.albedo);
+        let channels = Channels::of_path(interior.extinction, self.walk.throughput, interior.albedo);
         let distance = channels.sample(Vec2::new(rng::unit(words.x), rng::unit(words.y)));
         let margin = num::max(interior.offset, max_abs(self.walk.ray.origin) * NEAREST);
         Flight { channels, distance, t: num::max(distance - around.lead, 0.0), margin, words }

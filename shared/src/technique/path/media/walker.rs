@@ -96,6 +96,9 @@ impl Walker {
 }
 
 impl PackedWalker {
+    /// The word of a path that says whether it goes on, and the bit of it.
+    pub const GOES_ON: (usize, u32) = (15, ALIVE);
+
     #[inline(always)]
     pub(super) fn pack(walker: &Walker) -> Self {
         let Walker { walk, radiance, entry, .. } = walker;
