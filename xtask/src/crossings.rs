@@ -19,8 +19,8 @@ use restir_tests::parity;
 use restir_tests::random::SplitMix;
 
 use crate::Error;
-use crate::time::thread_seconds;
 use crate::report::publish;
+use crate::time::thread_seconds;
 
 /// Segments of a dispatch on a device.
 const DISPATCH: u64 = 1 << 16;
