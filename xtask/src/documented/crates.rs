@@ -36,7 +36,7 @@ fn rows(page: &str) -> Vec<Row> {
         let cells: Vec<&str> = line.split('|').map(str::trim).collect();
         let [_, name, features, count, _] = cells[..] else { return None };
         let features = (!features.contains("default")).then(|| spans(features));
-        Some(Row { name: spans(name).pop()?, features, count: count.parse().ok()? })
+        Some(Row { name: spans(name).into_iter().next()?, features, count: count.parse().ok()? })
     };
     page.lines().filter_map(row).collect()
 }
@@ -65,7 +65,7 @@ mod tests {
 
     #[test]
     fn rows_are_read() {
-        let page = "| what | features | crates |\n|---|---|---:|\n| `a`, small | none | 9 |\n| `a` | `x`, `y` | 11 |\n| `b` | all, the default | 12 |";
+        let page = "| what | features | crates |\n|---|---|---:|\n| `a`, small (`s`) | none | 9 |\n| `a` | `x`, `y` | 11 |\n| `b` | all, the default | 12 |";
         let row = |name: &str, features: Option<&[&str]>, count| {
             let features = features.map(|features| features.iter().map(|&feature| feature.to_owned()).collect());
             Row { name: name.to_owned(), features, count }
