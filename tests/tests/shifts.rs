@@ -7,7 +7,7 @@ use restir_host::render::Render;
 use restir_kernels::restir_pt::pt_trace;
 use restir_shared::geometry::Hit;
 use restir_shared::glam::{UVec2, UVec4, Vec2, Vec3};
-use restir_shared::num::UNIT_ROUNDOFF;
+use restir_shared::num::{FLUSH_BELOW, UNIT_ROUNDOFF};
 use restir_shared::scene::{AddressedLights, LightKind, SceneFrames, SceneView};
 use restir_shared::shift::{Cause, Hybrid, Path, Start};
 use restir_shared::technique::path::{self, PathParams};
@@ -413,14 +413,14 @@ fn records_keep_paths() -> Result<(), Failed> {
     ensure(kinds.iter().all(|&n| n > 20), || format!("{kinds:?} are too few"))?;
     // weights are kept within the range of all weights; one below it, or that is no number, is that of no path
     let path = Path { length: 2, reconnection: 2, light_sampled: true, term: 1.0, ..Path::NONE };
-    let (last, most) = (1.0 - UNIT_ROUNDOFF, 2.0_f32.powi(100));
+    let (last, least, most) = (1.0 - UNIT_ROUNDOFF, FLUSH_BELOW, 1.0 / FLUSH_BELOW);
     for (weight, kept_as) in [
         (f32::NAN, 0.0),
         (f32::NEG_INFINITY, 0.0),
         (-1.0, 0.0),
         (0.0, 0.0),
-        (most.recip() / 2.0, 0.0),
-        (most.recip(), most.recip()),
+        (least / 2.0, 0.0),
+        (least, least),
         (1.0, 1.0),
         (f32::MAX, most),
         (f32::INFINITY, most),

@@ -304,7 +304,7 @@ impl Returns {
 }
 
 /// How far a direction of 48 bits is from what was stored, of which glass makes one whose length is not quite 1.
-const DIRECTION: f32 = 8.0e-7;
+const DIRECTION: f64 = 8.0e-7;
 
 /// Whether a path that was unpacked is the one that was found, but for what storing it loses and for its term, which belongs to a start.
 fn is_stored(found: &Path, stored: &Path) -> bool {
@@ -313,7 +313,7 @@ fn is_stored(found: &Path, stored: &Path) -> bool {
         || (found.hit.id == stored.hit.id && near(found.hit.uv, stored.hit.uv, restir_shared::num::UNIT_ROUNDOFF));
     let direction = found.reconnection == 0
         || found.keeps_light()
-        || (found.direction.normalize() - stored.direction).length() < DIRECTION;
+        || (found.direction.as_dvec3().normalize() - stored.direction.as_dvec3()).length() < DIRECTION;
     let radiance = found.reconnection == 0 || found.keeps_light() || found.radiance == stored.radiance;
     let light = !found.keeps_light() || found.light == stored.light;
     let decided = |path: &Path| (path.key, path.length, path.reconnection, path.light_sampled, path.lobes);

@@ -21,9 +21,9 @@ const CHAINS: u32 = 3;
 /// Pixels at this distance still count as neighbours.
 const REACH: i32 = 8;
 /// Errors are limited to so many times the root of what relMSE divides by: a few bright pixels would be all that counts.
-const LARGEST: f32 = 3.0;
+const LARGEST: f64 = 3.0;
 /// The part of the squared mean in what relMSE divides by.
-const DARK: f32 = 0.01;
+const DARK: f64 = 0.01;
 
 /// What the frames of some settings have in common, means over chains.
 pub(super) struct Correlated {
@@ -53,7 +53,8 @@ impl Correlated {
                 Some(text) => frames(scene, &Render { seed, ..chain(size, text)? })?,
                 None => samples(scene, size, seed)?,
             };
-            let errors = Errors::new(&limited(&frames, truth), &limited(&[truth.clone()], truth)[0])?;
+            let frames: Vec<Image> = frames.iter().map(|frame| limited(frame, truth)).collect();
+            let errors = Errors::new(&frames, &limited(truth, truth))?;
             sum.over_pixels += largest(&errors) / f64::from(CHAINS);
             sum.over_time += errors.over_time(1) / f64::from(CHAINS);
             sum.inflation += errors.variance_inflation(FRAMES as usize) / f64::from(CHAINS);
@@ -90,19 +91,17 @@ fn samples(scene: &SceneBuffers, size: [u32; 2], chain: u32) -> Result<Vec<Image
 }
 
 /// Values over what relMSE divides their errors by, no farther from the truth than [`LARGEST`].
-fn limited(images: &[Image], truth: &Image) -> Vec<Image> {
+fn limited(image: &Image, truth: &Image) -> Image {
     let values = truth.pixels.as_flattened();
-    let mean = values.iter().sum::<f32>() / values.len() as f32;
+    let mean = values.iter().copied().map(f64::from).sum::<f64>() / values.len() as f64;
     let of_value = |x: f32, r: f32| {
+        let (x, r) = (f64::from(x), f64::from(r));
         let scale = (r * r + DARK * mean * mean).sqrt();
-        (r / scale) + ((x - r) / scale).clamp(-LARGEST, LARGEST)
+        (r / scale + ((x - r) / scale).clamp(-LARGEST, LARGEST)) as f32
     };
-    let of_image = |image: &Image| {
-        let pixels = image.pixels.iter().zip(&truth.pixels);
-        let pixels = pixels.map(|(x, r)| std::array::from_fn(|i| of_value(x[i], r[i]))).collect();
-        Image { pixels, ..*image }
-    };
-    images.iter().map(of_image).collect()
+    let pixels = image.pixels.iter().zip(&truth.pixels);
+    let pixels = pixels.map(|(x, r)| std::array::from_fn(|i| of_value(x[i], r[i]))).collect();
+    Image { pixels, ..*image }
 }
 
 /// The largest correlation between neighbours; that of a pixel with itself is none.
