@@ -87,7 +87,7 @@ mod tests {
     fn layers_sum_up_to_the_image_and_need_a_medium() {
         let layers = |name: &str, settings: PathSettings| {
             let scene = SceneBuffers::build(&builtin::scene(name).expect("built in")).expect("builds");
-            let render = Render { count: 2, ..Render::new([12, 10], settings.clone()) };
+            let render = Render { count: 4, ..Render::new([24, 18], settings.clone()) };
             settings.render_with_layers(&mut CpuExecutor::inline(), &scene, &render, &mut |_| Ok(()))
         };
         let walk = |orders| PathSettings { orders, ..PathSettings::default() };
