@@ -215,7 +215,11 @@ fn slabs_reflect_and_transmit_what_is_known() -> Result<(), Failed> {
             let expected = exact(&case.walker).radiance(cos)[side];
             // of what is nothing there is no relative error
             if expected > 1.0e-3 {
-                let samples = if expected < 0.15 { 160 } else { 48 };
+                let samples = match expected {
+                    0.3.. => 48,
+                    0.15.. => 80,
+                    _ => 160,
+                };
                 let what = format!("depth, albedo, g {medium:?}, {border:?}, side {side}");
                 slab_is(&mut family, &what, mean(&case.moments(64, samples)), expected)?;
             }
