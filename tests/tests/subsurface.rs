@@ -195,6 +195,16 @@ fn largest_error(expected: f64) -> f64 {
     if expected < 0.05 { 0.006 } else { 0.002 }
 }
 
+/// Restarts of a number that is known.
+const RESTARTS: u32 = 64;
+
+/// Samples of each restart by which the standard error is as small as it has to be: light comes back at most whole, so that its variance is at most that of all
+/// or nothing.
+fn samples_of(expected: f64) -> u32 {
+    let (error, pixels) = (0.9 * largest_error(expected), f64::from(RESTARTS * GRID.width * GRID.height));
+    ((1.0 - expected) / (expected * error * error * pixels)).ceil() as u32
+}
+
 /// What is found of a number that is known, with samples enough for the standard error that is asked for.
 fn slab_is(family: &mut Family, what: &str, found: Moments, expected: f64) -> Result<(), Failed> {
     let error = found.standard_error() / expected;
@@ -215,9 +225,8 @@ fn slabs_reflect_and_transmit_what_is_known() -> Result<(), Failed> {
             let expected = exact(&case.walker).radiance(cos)[side];
             // of what is nothing there is no relative error
             if expected > 1.0e-3 {
-                let samples = if expected < 0.15 { 160 } else { 48 };
                 let what = format!("depth, albedo, g {medium:?}, {border:?}, side {side}");
-                slab_is(&mut family, &what, mean(&case.moments(64, samples)), expected)?;
+                slab_is(&mut family, &what, mean(&case.moments(RESTARTS, samples_of(expected))), expected)?;
             }
         }
     }
@@ -239,8 +248,7 @@ fn slabs_have_the_orders_that_are_known() -> Result<(), Failed> {
             ("once, through", false, 1, once[1]),
             ("straight", false, 0, unscattered(depth)),
         ] {
-            let samples = if expected < 0.05 { 512 } else { 160 };
-            let found = mean(&open(above, order).moments(64, samples));
+            let found = mean(&open(above, order).moments(RESTARTS, samples_of(expected)));
             slab_is(&mut family, &format!("depth {depth}, g {g}, {what}"), found, expected)?;
         }
     }
@@ -250,7 +258,6 @@ fn slabs_have_the_orders_that_are_known() -> Result<(), Failed> {
 
 /// Of the image, a bias of `noticed` would have been noticed with 99 % probability.
 fn agree(case: &Case, noticed: f64) -> Result<(), Failed> {
-    const RESTARTS: u32 = 64;
     const SAMPLES: u32 = 96;
     let (tested, reference) = (case.moments(RESTARTS, SAMPLES), case.reference(RESTARTS * SAMPLES));
     let verdict = TileTest { grid: GRID, family_rate: FAMILY_RATE }.compare(&tested, &reference);

@@ -187,7 +187,8 @@ mod tests {
         fn scattering(volume: &mut Volume, change: fn(&mut VolumeScattering)) {
             volume.scattering.iter_mut().for_each(change);
         }
-        let cases: [(fn(&mut Volume), &str); 12] = [
+        type Case = (fn(&mut Volume), &'static str);
+        let cases: [Case; 12] = [
             (|v| v.attenuation_color[0] = f32::NAN, "attenuation [NaN"),
             (|v| v.attenuation_color[1] = -0.1, "attenuation"),
             (|v| v.attenuation_color[2] = 1.5, "is not a colour"),

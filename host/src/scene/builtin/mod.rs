@@ -218,7 +218,7 @@ mod tests {
             ("slab:border=glass", "open, denser-outside, dielectric, clear"),
             ("cube:depth=2", "from 0.001 to 1"),
         ] {
-            let message = varied(name).expect("takes arguments").err().expect(name).to_string();
+            let message = varied(name).expect("takes arguments").expect_err(name).to_string();
             assert!(message.contains(known) && message.contains(name), "{name}: {message}");
         }
     }
