@@ -211,9 +211,9 @@ fn first_frames(options: &Options) -> Result<String, Error> {
             let _ = writeln!(text, "| {name} | {caches} | {built:.0} ms | {made:.0} ms | {shown:.0} ms |");
         }
     }
-    Ok(
-        text + "\n*Cold* is a new process with nothing kept by the driver or in the file of pipelines, *warm* one after it.\n\n"
-    )
+    text += "\n*Cold* is a new process with nothing kept by the driver or in the file of pipelines, *warm* one after it. Before, each has opened \
+             the device with its self-check, whose kernels are specialised to another scene.\n\n";
+    Ok(text)
 }
 
 /// Medians over frames of a situation.
