@@ -14,14 +14,17 @@ const CRATES: [(&str, &str); 5] = [
     ("xtask", "xtask/src"),
 ];
 
-/// Of every technique but the reference: what may name it beside its own folders. The lists of techniques, and the reports and
-/// figures of papers.
-const MAY_NAME: [&str; 9] = [
+/// Of every technique but the reference: what may name it beside its own folders. The lists of techniques, the reports and figures
+/// of papers, and what tells which bits of a plane's words are a number.
+const MAY_NAME: [&str; 12] = [
     "shared/src/technique",
     "host/src/technique",
     "host/program/src/figure",
     "tests/src/technique",
     "tests/src/visibility",
+    "tests/src/words",
+    "xtask/src/gains",
+    "xtask/src/gains/correlated",
     "xtask/src/reuse",
     "xtask/src/reuse/limits",
     "xtask/src/shifts",

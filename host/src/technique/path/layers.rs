@@ -110,6 +110,6 @@ mod tests {
                 assert!((sum - pixel[1]).abs() <= 1.0e-5 * pixel[1], "{name}: {sum} {pixel:?}");
             }
         }
-        assert!(layers("cornell", walk(Orders::ALL)).unwrap_err().to_string().contains("--layers"));
+        assert!(matches!(layers("cornell", walk(Orders::ALL)), Err(crate::Error::Layers { technique: "path", .. })));
     }
 }
