@@ -364,7 +364,7 @@ pub fn external(folder: &Path) -> io::Result<PathBuf> {
     Ok(path)
 }
 
-/// The scene with its meshes and textures numbered as they are used, as the importer does, and without what is not
+/// The scene with its meshes, groups and textures numbered as they are used, as the importer does, and without what is not
 /// used: equal renderings have equal ones.
 pub fn renumbered(scene: &Scene) -> Scene {
     let mut result = Scene { meshes: Vec::new(), textures: Vec::new(), ..scene.clone() };
@@ -387,13 +387,15 @@ pub fn renumbered(scene: &Scene) -> Scene {
         }
         material.two_sided_emission &= material.emission != [0.0; 3];
     }
-    let mut meshes = BTreeMap::new();
+    let (mut meshes, mut groups) = (BTreeMap::new(), BTreeMap::new());
     result.instances.retain(|instance| !scene.meshes[instance.mesh].indices.is_empty());
     for instance in &mut result.instances {
         instance.mesh = *meshes.entry(instance.mesh).or_insert_with(|| {
             result.meshes.push(scene.meshes[instance.mesh].clone());
             result.meshes.len() - 1
         });
+        let next = groups.len() as u32;
+        instance.group = instance.group.map(|group| *groups.entry(group).or_insert(next));
     }
     result
 }

@@ -48,7 +48,8 @@ impl Exit {
         Self {
             color: (diffuse + material.base_color * transmission) * (dielectric * per_mean),
             interface: Dielectric::new(index, num::recip(index), true),
-            refracts: specular,
+            // of index 1 everything passes, whatever else the scene has: Fresnel's equations give that up to rounding
+            refracts: specular & (index != 1.0),
         }
     }
 
