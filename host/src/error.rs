@@ -12,7 +12,7 @@
 //!     other => panic!("{:?}", other.err()),
 //! }
 //! let mut technique = restir_host::technique::named("path")?;
-//! match restir_host::technique::configure(&mut *technique, &["max_depth=0"]) {
+//! match restir_host::technique::configure(&mut *technique, &["max_depth=deep"]) {
 //!     Err(Error::Technique { technique: "path", reason }) => assert!(matches!(*reason, Error::Value { setting: "max_depth", .. })),
 //!     other => panic!("{other:?}"),
 //! }
