@@ -40,7 +40,7 @@ pub fn run(options: &Options) -> Result<(), Error> {
     let Options { cases, seconds, seed, first, threads, keep } = options;
     let keep = std::path::absolute(keep).map_err(Error::io("find", keep))?;
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    command.args(["test", "--release", "--locked", "--package", "restir", "--test", "program"]);
+    command.args(["test", "--release", "--locked", "--package", "restir-cli", "--test", "program"]);
     command.args(["mutation::mutated", "--", "--nocapture"]);
     let numbers = [("CASES", Some(cases)), ("SECONDS", seconds.as_ref()), ("SEED", Some(seed)), ("FIRST", Some(first))];
     for (name, number) in numbers.into_iter().chain([("THREADS", Some(threads))]) {
