@@ -3,21 +3,12 @@
 
 use std::f64::consts::PI;
 
+use crate::walk_f64::Border;
+
 /// Directions on each side of a critical angle, or of the middle where there is none.
 const NODES: usize = 20;
 /// The first layer is the slab's depth over 2 to this power.
 const DOUBLINGS: i32 = 24;
-
-/// What happens to light at both borders.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Border {
-    /// It passes, and goes on by Lambert's law.
-    Open,
-    /// It enters by Lambert's law. From inside it is mirrored as by an interface to what is denser by an index, or leaves by Lambert's law.
-    DenserOutside(f64),
-    /// It passes a smooth dielectric of an index.
-    Dielectric(f64),
-}
 
 /// An infinitely wide slab.
 #[derive(Clone, Copy, Debug)]

@@ -168,12 +168,8 @@ fn mean(moments: &[Moments]) -> Moments {
 
 /// The same slab as [`slab`] makes, of which it is known what it reflects and transmits.
 fn exact(walker: &Walker) -> slab_exact::Slab {
-    let border = match walker.border {
-        Border::Open => slab_exact::Border::Open,
-        Border::DenserOutside(index) => slab_exact::Border::DenserOutside(index),
-        Border::Dielectric(index) => slab_exact::Border::Dielectric(index),
-    };
-    slab_exact::Slab { depth: walker.extinction[1], albedo: walker.albedo[1], anisotropy: walker.anisotropy, border }
+    let Walker { extinction, albedo, anisotropy, border, .. } = *walker;
+    slab_exact::Slab { depth: extinction[1], albedo: albedo[1], anisotropy, border }
 }
 
 /// A slab that is seen at one angle: radiance through a dielectric depends on it. The cosine comes with it.
