@@ -1,7 +1,7 @@
 //! Ctrl-C during a render.
 
 use std::io::{BufRead, BufReader, Read};
-use std::process::{Child, ChildStderr, Command, ExitStatus, Stdio};
+use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::support::{Workplace, program};
@@ -17,18 +17,6 @@ impl Drop for Guarded {
 }
 
 impl Guarded {
-    /// The command once it renders, and its standard error, which has to stay open: a program that nobody reads ends by itself.
-    fn rendering(mut command: Command) -> (Self, BufReader<ChildStderr>) {
-        let mut child = Self(command.stderr(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap());
-        let mut stderr = BufReader::new(child.0.stderr.take().unwrap());
-        let mut line = String::new();
-        while !line.starts_with("rendering:") {
-            line.clear();
-            assert_ne!(stderr.read_line(&mut line).unwrap(), 0, "it ended before");
-        }
-        (child, stderr)
-    }
-
     fn wait_for(&mut self, limit: Duration) -> Option<ExitStatus> {
         let start = Instant::now();
         let mut status = None;
@@ -256,8 +244,14 @@ fn a_second_interruption_leaves_no_part_of_a_checkpoint() {
         let workplace = Workplace::new();
         let kept = workplace.output("kept");
         let more = ["--size", "768x512", "--spp", "1000000", "--resume", &kept];
-        let command = workplace.render("image.exr", "cornell", &more);
-        let (mut child, _stderr) = Guarded::rendering(command);
+        let mut command = workplace.render("image.exr", "cornell", &more);
+        let mut child = Guarded(command.stderr(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap());
+        let mut stderr = BufReader::new(child.0.stderr.take().unwrap());
+        let mut line = String::new();
+        while !line.starts_with("rendering:") {
+            line.clear();
+            assert_ne!(stderr.read_line(&mut line).unwrap(), 0, "it ended before");
+        }
         let signal = |child: &Guarded| Command::new("kill").args(["-INT", &child.0.id().to_string()]).status().unwrap();
         signal(&child);
         // until the file is begun, or is there
@@ -281,7 +275,13 @@ fn a_second_interruption_leaves_no_part_of_a_reference() {
         let cache = workplace.output("cache");
         let mut command = program(["reference", "cornell", "--size", "512x384", "--spp", "1000000", "--device", "cpu"]);
         command.args(["--threads", "1", "--max-depth", "2", "--cache", &cache]);
-        let (mut child, _stderr) = Guarded::rendering(command);
+        let mut child = Guarded(command.stderr(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap());
+        let mut stderr = BufReader::new(child.0.stderr.take().unwrap());
+        let mut line = String::new();
+        while !line.starts_with("rendering:") {
+            line.clear();
+            assert_ne!(stderr.read_line(&mut line).unwrap(), 0, "it ended before");
+        }
         let files = || {
             let folders = std::fs::read_dir(&cache).into_iter().flatten().map(|folder| folder.unwrap().path());
             folders
