@@ -52,7 +52,12 @@ pub(super) fn reported<T>(
         reporter.update(progress);
         interrupt::check()
     };
-    let done = telling(MOMENT, &|| reporter.remind(), || interrupt::listening(|| work(observe)));
+    let heard = || {
+        // once this is read, a signal is heard
+        reporter.begin(what);
+        work(observe)
+    };
+    let done = telling(MOMENT, &|| reporter.remind(), || interrupt::listening(heard));
     reporter.finish();
     done
 }
@@ -79,9 +84,14 @@ impl Reporter {
             let style = ProgressStyle::with_template(BAR).unwrap_or_else(|_| ProgressStyle::default_bar());
             return Self::Bar(ProgressBar::new(1).with_style(style));
         }
-        console::note(&format!("{what}: 0 %"));
         let last = Progress { done: 0, total: 1 };
         Self::Lines(Mutex::new(Lines { what, begun: None, last, next_percent: STEP_PERCENT, said: Instant::now() }))
+    }
+
+    fn begin(&self, what: &str) {
+        if let Self::Lines(_) = self {
+            console::note(&format!("{what}: 0 %"));
+        }
     }
 
     fn update(&self, progress: Progress) {

@@ -6,9 +6,6 @@ use std::time::{Duration, Instant};
 
 use crate::support::{Workplace, program};
 
-/// Tests of a second signal have the machine's cores one after the other: each hits a moment of a program that runs.
-static SECOND_SIGNAL: std::sync::Mutex<()> = std::sync::Mutex::new(());
-
 /// A child that does not outlive a failing test.
 struct Guarded(Child);
 
@@ -243,7 +240,6 @@ fn interrupted_frames_are_whole() {
 /// A second Ctrl-C, while the first one has what is done written down, waits for the file.
 #[test]
 fn a_second_interruption_leaves_no_part_of_a_checkpoint() {
-    let _alone = SECOND_SIGNAL.lock();
     for round in 0..8_u64 {
         let workplace = Workplace::new();
         let kept = workplace.output("kept");
@@ -274,7 +270,6 @@ fn a_second_interruption_leaves_no_part_of_a_checkpoint() {
 /// As above, of the halves of a reference: they are whole, or there is no folder for them.
 #[test]
 fn a_second_interruption_leaves_no_part_of_a_reference() {
-    let _alone = SECOND_SIGNAL.lock();
     for round in 0..8_u64 {
         let workplace = Workplace::new();
         let cache = workplace.output("cache");
