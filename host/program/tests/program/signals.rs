@@ -21,6 +21,10 @@ const COMMANDS: [&str; 12] = [
     "render cornell --size 64x48 --spp 1000000 -o %new.exr --png %new.png",
 ];
 
+/// The commands that a device does something for, by their beginnings.
+#[cfg(feature = "gpu")]
+const ON_A_DEVICE: [&str; 6] = ["advise", "explain", "figure tok", "bench", "reference", "render"];
+
 /// It ends as interrupted or by itself, with at most one error, and with nothing half done.
 fn judge(outcome: &Outcome, outputs: &[String]) -> Result<(), String> {
     let errors = outcome.stderr.lines().filter(|line| line.starts_with("error:")).count();
@@ -40,44 +44,60 @@ fn judge(outcome: &Outcome, outputs: &[String]) -> Result<(), String> {
 fn every_command_can_be_interrupted_at_any_moment() {
     let mut interrupted = 0;
     for asked in COMMANDS {
-        for delay in (0..40).step_by(3) {
-            let workplace = Workplace::new();
-            workplace.picture("image.exr", "cornell", &["--size", "4x3", "--spp", "1"]);
-            let named =
-                asked.split(' ').map(|word| word.strip_prefix('%').map_or(word.to_owned(), |n| workplace.output(n)));
-            let mut command = program(named);
-            if !asked.starts_with("info") && !asked.starts_with("compare") && !asked.starts_with("export") {
-                command.args(["--device", "cpu", "--threads", "1"]);
-            }
-            let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-            std::thread::sleep(Duration::from_millis(delay));
-            // what runs in the background may have been started with -INT ignored, and loses it until it listens
-            let signal = if delay % 2 == 0 { "-TERM" } else { "-INT" };
-            let mut sent = 0;
-            while child.try_wait().unwrap().is_none() {
-                // the second request, too
-                if sent % 100 == 0 {
-                    Command::new("kill")
-                        .args([signal, &child.id().to_string()])
-                        .stderr(Stdio::null())
-                        .status()
-                        .unwrap();
-                }
-                sent += 1;
-                assert!(sent < 6000, "{asked} does not end");
-                std::thread::sleep(Duration::from_millis(10));
-            }
-            let output = child.wait_with_output().unwrap();
-            let [stdout, stderr] = [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap());
-            let outcome = Outcome { code: output.status.code(), stdout, stderr };
-            judge(&outcome, &workplace.outputs()).unwrap_or_else(|fault| panic!("{asked} after {delay} ms: {fault}"));
-            for file in whole_or_none(&workplace.output("cache")) {
-                restir::image::read_exr(&file).unwrap();
-            }
-            interrupted += usize::from(outcome.code != Some(0));
-        }
+        let renders = !["info", "compare", "export"].iter().any(|name| asked.starts_with(name));
+        let more = if renders { &["--device", "cpu", "--threads", "1"][..] } else { &[] };
+        interrupted += (0..40).step_by(3).filter(|&delay| is_interrupted(asked, more, delay)).count();
     }
     assert!(interrupted > 80, "only {interrupted} were interrupted");
+}
+
+/// On a device: before its adapter is there, while kernels are compiled, and during dispatches.
+#[cfg(feature = "gpu")]
+#[test]
+fn commands_on_a_device_can_be_interrupted_at_any_moment() {
+    if !crate::gpu::adapter_is_there() {
+        return;
+    }
+    let delays = [5, 50, 100, 200, 301, 500, 801, 1400];
+    let [mut interrupted, mut all] = [0; 2];
+    for asked in COMMANDS.iter().filter(|asked| ON_A_DEVICE.iter().any(|name| asked.starts_with(name))) {
+        all += delays.len();
+        interrupted += delays.iter().filter(|&&delay| is_interrupted(asked, &["--device", "gpu"], delay)).count();
+    }
+    assert!(2 * interrupted > all, "only {interrupted} of {all} were interrupted");
+}
+
+/// Starts a command, sends it a signal after `delay` milliseconds and again every second until it ends, and looks at what it leaves; whether
+/// the signal was before its end.
+fn is_interrupted(asked: &str, more: &[&str], delay: u64) -> bool {
+    let workplace = Workplace::new();
+    workplace.picture("image.exr", "cornell", &["--size", "4x3", "--spp", "1"]);
+    let named = asked.split(' ').map(|word| word.strip_prefix('%').map_or(word.to_owned(), |n| workplace.output(n)));
+    let mut command = program(named);
+    // without it a library for windows writes a line of its own
+    command.env("XDG_RUNTIME_DIR", workplace.output(""));
+    let mut child = command.args(more).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    std::thread::sleep(Duration::from_millis(delay));
+    // what runs in the background may have been started with -INT ignored, and loses it until it listens
+    let signal = if delay.is_multiple_of(2) { "-TERM" } else { "-INT" };
+    let mut sent = 0;
+    while child.try_wait().unwrap().is_none() {
+        // the second request, too
+        if sent % 100 == 0 {
+            Command::new("kill").args([signal, &child.id().to_string()]).stderr(Stdio::null()).status().unwrap();
+        }
+        sent += 1;
+        assert!(sent < 6000, "{asked} does not end");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    let output = child.wait_with_output().unwrap();
+    let [stdout, stderr] = [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap());
+    let outcome = Outcome { code: output.status.code(), stdout, stderr };
+    judge(&outcome, &workplace.outputs()).unwrap_or_else(|fault| panic!("{asked} after {delay} ms: {fault}"));
+    for file in whole_or_none(&workplace.output("cache")) {
+        restir::image::read_exr(&file).unwrap();
+    }
+    outcome.code != Some(0)
 }
 
 /// The files of a cache, none of whose folders is empty.
