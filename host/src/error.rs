@@ -112,6 +112,30 @@ pub enum Error {
         /// Why it has none.
         reason: &'static str,
     },
+    /// A scene has more lights than reservoirs can name.
+    #[error("the scene has {count} lights and reservoirs know at most {limit}; use another technique")]
+    Lights {
+        /// How many it has at most, over its frames.
+        count: u32,
+        /// How many can be named.
+        limit: u32,
+    },
+    /// A pixel that is to be explained is not one of the image.
+    #[error("the pixel ({}, {}) is outside of the image of {} x {} pixels; count from 0, from the upper left corner", pixel[0], pixel[1], size[0], size[1])]
+    Pixel {
+        /// Column and row that were asked for.
+        pixel: [u32; 2],
+        /// Width and height of the image.
+        size: [u32; 2],
+    },
+    /// Threads cannot be started.
+    #[error("cannot start {}: {reason}; ask for fewer, or end other programs", if *count == 1 { "a thread".to_owned() } else { format!("{count} threads") })]
+    Threads {
+        /// How many were asked for.
+        count: usize,
+        /// Why not.
+        reason: String,
+    },
     /// Something else that was asked for cannot be.
     #[error("{0}")]
     Setting(String),

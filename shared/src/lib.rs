@@ -1,12 +1,24 @@
-//! Light-transport mathematics and per-pixel algorithms, written once for CPU and GPU.
+//! Path tracing, ReSTIR DI and ReSTIR PT (reuse of light samples and of whole paths between pixels and frames), and subsurface scattering, as functions
+//! of one pixel that are written once for CPU and GPU.
 //!
 //! The crate is `no_std` without `alloc`. It compiles natively on stable Rust and, by rust-gpu, to SPIR-V;
 //! both give the same bits, because everything is built from the operations that IEEE 754 and Vulkan fix
 //! (see DETERMINISM.md in the repository).
 //!
 //! A renderer that brings its own scene implements the traits of [`scene`], as far as the technique of its choice asks for them, and calls
-//! that technique's functions of [`technique`] once a pixel. What these are made of is public, too: samplers, scattering functions,
+//! that technique's functions once a pixel. What these are made of is public, too: samplers, scattering functions,
 //! reservoirs, shifts.
+//!
+//! | what you want | where it is |
+//! |---|---|
+//! | direct light from many lights, with reuse | [`technique::restir_di`], with the passes of a frame as a program |
+//! | whole paths, with reuse | [`technique::restir_pt`] |
+//! | a path tracer, also under surfaces | [`technique::path`] |
+//! | your own scene | [`scene`]: what has to be answered, and two scenes to begin from |
+//! | your own material | [`bsdf::ScatteringFunction`] |
+//! | a check of your scene's answers | `foreign::check` of the crate `restir-host` |
+//!
+//! Take vectors from [`restir_shared::glam`](glam), so that they have this crate's version of it.
 //!
 //! ```
 //! # mod floor { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/scene/floor.rs")); }

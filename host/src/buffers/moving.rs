@@ -158,6 +158,12 @@ impl SceneBuffers {
         self.moving.as_ref().map_or(self.header.light_count, |moving| moving.most_lights)
     }
 
+    /// Whether reservoirs can name each light.
+    pub(crate) fn check_addresses(&self) -> Result<(), Error> {
+        let (count, limit) = (self.most_lights(), LightAddress::NO_LIGHT - 1);
+        if count > limit { Err(Error::Lights { count, limit }) } else { Ok(()) }
+    }
+
     /// The most words of 32 bits that the geometry and the attributes of any time take, these with the lights'
     /// counterparts in both directions.
     pub(crate) fn most_words(&self) -> [usize; 2] {

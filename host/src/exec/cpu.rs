@@ -20,7 +20,7 @@ impl CpuExecutor {
     /// An executor with the given number of threads, or as many as the process can run at the same time.
     ///
     /// # Errors
-    /// [`Error::Setting`] if the threads cannot be started.
+    /// [`Error::Threads`] if the threads cannot be started.
     pub fn new(threads: Option<usize>) -> Result<Self, Error> {
         // asked here, for rayon would ask the environment first
         let threads = threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, NonZero::get));
@@ -72,8 +72,7 @@ impl CpuExecutor {
 }
 
 fn cannot_start(threads: usize, error: &dyn Display) -> Error {
-    let number = if threads == 1 { "a thread".to_owned() } else { format!("{threads} threads") };
-    Error::Setting(format!("cannot start {number}: {error}; ask for fewer, or end other programs"))
+    Error::Threads { count: threads, reason: error.to_string() }
 }
 
 /// Whether a pass finds in `frames` what it asks.

@@ -71,7 +71,7 @@ impl CpuSession {
     /// Renders the next frame.
     ///
     /// # Errors
-    /// [`Error::Setting`] for a camera or a frame that is not finite, [`Error::Scene`] if an edited scene is broken; the session is then as it
+    /// [`Error::Setting`] for a camera and [`Error::Value`] for a frame that is not finite, [`Error::Scene`] if an edited scene is broken; the session is then as it
     /// was. [`Error::Memory`] if it does not fit.
     pub fn frame(&mut self, view: &View<'_>) -> Result<Begun, Error> {
         if self.setup().scene.is_foreign() {

@@ -155,7 +155,7 @@ impl GpuSession {
     /// Records the next frame into `encoder`.
     ///
     /// # Errors
-    /// [`Error::Setting`] for a camera or a frame that is not finite, [`Error::Scene`] if an edited scene is broken; the session is then as it was, and nothing was recorded. [`Error::Memory`],
+    /// [`Error::Setting`] for a camera and [`Error::Value`] for a frame that is not finite, [`Error::Scene`] if an edited scene is broken; the session is then as it was, and nothing was recorded. [`Error::Memory`],
     /// [`Error::Kernel`] and [`Error::Adapter`] as of [`Self::new`]; the session should then be [reset](Session::reset).
     pub fn frame(&mut self, encoder: &mut wgpu::CommandEncoder, view: &View<'_>) -> Result<Begun, Error> {
         let (passes, begun) = self.passes(view, false)?;

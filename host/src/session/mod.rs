@@ -306,7 +306,8 @@ impl<D: Device> Session<D> {
         if let SceneChange::Frame(frame) = view.scene
             && !frame.is_finite()
         {
-            return Err(Error::Setting(format!("{frame} is no frame of an animation; give a finite number")));
+            let expected = "a finite number".to_owned();
+            return Err(Error::Value { setting: "frame", value: frame.to_string(), expected });
         }
         if !view.primary_given {
             return Ok(());

@@ -54,15 +54,13 @@ impl Place {
     /// Whether the pixel lies in the image.
     ///
     /// # Errors
-    /// [`Error::Setting`] if it does not.
+    /// [`Error::Pixel`] if it does not.
     pub fn check(&self, render: &Render) -> Result<(), Error> {
         let (Self { x, y, .. }, Render { width, height, .. }) = (self, render);
         if x < width && y < height {
             return Ok(());
         }
-        Err(Error::Setting(format!(
-            "the pixel ({x}, {y}) is outside of the image of {width} x {height} pixels; count from 0, from the upper left corner"
-        )))
+        Err(Error::Pixel { pixel: [*x, *y], size: [*width, *height] })
     }
 }
 

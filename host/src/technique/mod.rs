@@ -136,7 +136,7 @@ pub trait Technique: Settings + Duplicate + Any + fmt::Debug + Send + Sync {
     /// Whether the settings make sense together and suit the scene. Ranges are checked before.
     ///
     /// # Errors
-    /// [`Error::Value`] or [`Error::Together`] that names the settings, [`Error::Setting`] for what of the scene is beyond the technique.
+    /// [`Error::Value`] or [`Error::Together`] that names the settings, [`Error::Lights`] and [`Error::Setting`] for what of the scene is beyond the technique.
     fn check(&self, scene: &SceneBuffers, render: &Render) -> Result<(), Error> {
         let _ = (scene, render);
         Ok(())

@@ -88,7 +88,7 @@ pub struct Hit {
     pub t: f32,
     /// Primitive, or [`NONE`].
     pub id: u32,
-    /// Barycentric coordinates of the second and third vertex.
+    /// Of a triangle the barycentric coordinates of its second and third vertex; of anything else what its scene finds the point by.
     pub uv: Vec2,
 }
 

@@ -100,7 +100,7 @@ pub const PUNCTUAL_DIRECTIONAL: u32 = 1;
 
 /// Scene feature: emitters differ in power, so the choice among them needs the alias table.
 pub const FEATURE_LIGHT_TABLE: u32 = 1;
-/// Scene feature: emissive triangles.
+/// Scene feature: emissive triangles, or emitters of any other shape with an area.
 pub const FEATURE_EMISSIVE: u32 = 1 << 1;
 /// Scene feature: point, spot or directional lights.
 pub const FEATURE_PUNCTUAL: u32 = 1 << 2;

@@ -62,7 +62,7 @@ impl Place {
 }
 
 impl Grid {
-    /// Index of a pixel.
+    /// Index of a pixel in a plane: row by row from the upper left corner, `y * width + x`.
     #[inline(always)]
     pub fn index(&self, [x, y]: [u32; 2]) -> u32 {
         y * self.width + x

@@ -347,11 +347,12 @@ pub struct Location {
 pub struct SurfacePoint<M = Material> {
     /// World position.
     pub position: Vec3,
-    /// Unit geometric normal of the front side.
+    /// Unit geometric normal of the front side. It need not face the ray: what is seen from the back is turned.
     pub normal: Vec3,
     /// Unit shading normal, on the front side. The geometric normal where the surface is what it seems.
     pub shading_normal: Vec3,
-    /// How far along the normal a ray that leaves the surface must begin, so that it does not hit it again.
+    /// How far from the surface, in units of the scene, a ray that leaves it must begin, so that it does not hit it again: on the side to which it
+    /// goes. More than the rounding of hits; 10^-5 of the size of the scene is usual.
     pub offset: f32,
     /// How it scatters.
     pub material: M,
@@ -362,7 +363,7 @@ pub struct SurfacePoint<M = Material> {
 }
 
 impl SurfacePoint {
-    /// A point of a Lambertian surface that emits nothing.
+    /// A point of a surface that scatters on both sides by Lambert's law, and emits nothing.
     #[inline(always)]
     pub fn diffuse(position: Vec3, normal: Vec3, offset: f32, reflectance: Vec3) -> Self {
         Self {

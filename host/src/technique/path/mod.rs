@@ -185,7 +185,7 @@ impl Technique for PathSettings {
         if self.subsurface(scene.features) != Subsurface::Off {
             let problem =
                 "what light does inside of things is not written down; give subsurface=off to explain the rest";
-            return Err(Error::Setting(problem.to_owned()));
+            return Err(Error::Together { settings: &["subsurface"], problem: problem.to_owned() });
         }
         crate::render::check(scene, render)
     }

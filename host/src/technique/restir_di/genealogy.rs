@@ -66,7 +66,7 @@ impl Generation {
 /// sample only itself.
 ///
 /// # Errors
-/// As of [`render::render`]; [`Error::Setting`] for a pixel outside of the image, [`Error::Memory`] for frames whose reservoirs cannot
+/// As of [`render::render`]; [`Error::Pixel`] for one outside of the image, [`Error::Memory`] for frames whose reservoirs cannot
 /// all be kept.
 pub fn genealogy(
     settings: &DiSettings,

@@ -42,7 +42,6 @@ use crate::technique::explain::{Explanation, Subject};
 use crate::technique::sequence::{Sequence, Stage};
 use crate::{Error, buffers::SceneBuffers, image::Channel};
 use restir_shared::layout::{FEATURE_CLEAR, FEATURE_SUBSURFACE};
-use restir_shared::scene::LightAddress;
 
 /// Paths of so many segments carry direct light and what is seen to emit.
 const DEPTH: u32 = 2;
@@ -74,18 +73,14 @@ impl Technique for DiSettings {
 
     fn check(&self, scene: &SceneBuffers, render: &Render) -> Result<(), Error> {
         self.check_together()?;
-        let (count, passes, lights) = (render.count, self.shading_passes(), scene.most_lights());
-        let most = LightAddress::NO_LIGHT - 1;
-        let problem = if u64::from(render.repeats_in_mean()) * u64::from(passes) > u64::from(u32::MAX) {
-            format!(
+        let (count, passes) = (render.count, self.shading_passes());
+        if u64::from(render.repeats_in_mean()) * u64::from(passes) > u64::from(u32::MAX) {
+            let problem = format!(
                 "{count} frames of {passes} passes of shading are too many; give fewer frames, or a smaller setting shaded"
-            )
-        } else if lights > most {
-            format!("the scene has {lights} lights and reservoirs know at most {most}; use another technique")
-        } else {
-            return Ok(());
-        };
-        Err(Error::Setting(problem))
+            );
+            return Err(Error::Together { settings: &["frames", "shaded"], problem });
+        }
+        scene.check_addresses()
     }
 
     /// Without reuse, then the unbiased presets for one frame after the other and for the mean of all.

@@ -63,7 +63,7 @@ impl Generation {
 /// it has been offered.
 ///
 /// # Errors
-/// As of [`render::render`]; [`Error::Setting`] for a pixel outside of the image, [`Error::Memory`] for frames whose paths cannot
+/// As of [`render::render`]; [`Error::Pixel`] for one outside of the image, [`Error::Memory`] for frames whose paths cannot
 /// all be kept.
 pub fn genealogy(
     settings: &PtSettings,

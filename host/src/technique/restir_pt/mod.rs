@@ -39,7 +39,6 @@ use crate::technique::explain::{Explanation, Subject};
 use crate::technique::sequence::{Sequence, Stage};
 use crate::{Error, buffers::SceneBuffers, image::Channel};
 use restir_shared::layout::FEATURE_SUBSURFACE;
-use restir_shared::scene::LightAddress;
 
 impl Technique for PtSettings {
     fn about(&self) -> &'static About {
@@ -67,12 +66,7 @@ impl Technique for PtSettings {
         if let Some(direct) = self.direct.technique(&self.integral()) {
             direct.check(scene, render)?;
         }
-        let (lights, most) = (scene.most_lights(), LightAddress::NO_LIGHT - 1);
-        if lights > most {
-            let problem = format!("the scene has {lights} lights and reservoirs know at most {most}");
-            return Err(Error::Setting(format!("{problem}; use another technique")));
-        }
-        Ok(())
+        scene.check_addresses()
     }
 
     fn advisable(&self) -> &'static [&'static str] {

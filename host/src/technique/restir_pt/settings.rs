@@ -182,15 +182,18 @@ impl PtSettings {
     /// Whether the settings make sense together; ranges are for [`crate::settings::Settings::check_ranges`].
     ///
     /// # Errors
-    /// [`Error::Setting`] that names the setting.
+    /// [`Error::Value`] and [`Error::Together`] with the keys of the settings.
     pub fn check_together(&self) -> Result<(), Error> {
         if !self.tile.is_power_of_two() {
-            let (found, hint) = (self.tile, "give a power of two, as 4, 8 or 16");
-            return Err(Error::Setting(format!("the setting tile is {found}; {hint}")));
+            let expected = "a power of two, as 4, 8 or 16".to_owned();
+            return Err(Error::Value { setting: "tile", value: self.tile.to_string(), expected });
         }
         if !self.direct.is_unified() && self.max_depth < 2 {
-            let problem = format!("paths of {} segment have no direct light", self.max_depth);
-            return Err(Error::Setting(format!("{problem}; give max_depth=2 or more, or direct=unified")));
+            let problem = format!(
+                "paths of {} segment have no direct light; give max_depth=2 or more, or direct=unified",
+                self.max_depth
+            );
+            return Err(Error::Together { settings: &["direct", "max_depth"], problem });
         }
         Ok(())
     }

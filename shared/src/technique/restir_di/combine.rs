@@ -9,16 +9,20 @@ use crate::scene::Frames;
 /// The planes that a combine reads.
 #[derive(Clone, Copy)]
 pub struct Planes<'a> {
-    /// Hits of the pixel's frame.
+    /// What each pixel sees in this frame.
     pub hits: &'a [PackedHit],
-    /// Hits of the other reservoirs' frame.
+    /// What each pixel saw in the frame of the other reservoirs: the same plane where they are of this frame.
     pub other_hits: &'a [PackedHit],
-    /// The other reservoirs.
+    /// The other reservoirs: the last frame's, or those of this frame, among which is the pixel's own.
     pub others: &'a [PackedReservoir],
 }
 
-/// Combines the reservoir of the pixel `at`, `own`, with others, and says which pixel the sample comes from. Pixels of another
-/// frame see that frame's scene: what a reservoir can produce was decided there.
+/// Combines the reservoir of the pixel `at` with others, and says which pixel the sample comes from. With the last frame
+/// ([`Flags::OTHER_FRAME`]) the pixel's reservoir is `own`; with neighbours of the same frame it is taken from `planes.others`, and `own` has no
+/// effect. A pixel that sees nothing keeps its reservoir. In the first frame of a chain there is no last one to combine with: leave it out.
+///
+/// What a reservoir of another frame can produce is what its pixel could see then. So visibility in MIS weights is asked of that
+/// frame's scene, `frames.scene(true)`.
 #[inline(always)]
 pub fn combine<F: Frames + Copy>(
     frames: F,

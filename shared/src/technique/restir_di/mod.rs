@@ -9,25 +9,30 @@
 //! * to *combine* is to choose again, from several reservoirs of which one, the *canonical* one, is the pixel's own;
 //! * a *form of MIS* ([`Mis`](crate::resample::mis::Mis)) says how the samples of several pixels are weighed, so that what more than one of them can find is
 //!   counted once;
-//! * the *other* reservoirs of a combine are those of neighbours in the same frame, or of the last frame.
+//! * the *other* reservoirs of a combine are those of neighbours in the same frame, or of the last frame;
+//! * *pairwise* MIS weighs the canonical reservoir against each of the others, pair by pair, so that its cost grows with their number and not with its
+//!   square; *defensive* is that the canonical one keeps a share however well the others do;
+//! * a *plane* is a slice with one element for each pixel, row by row from the upper left corner: `y * width + x`, as
+//!   [`DiParams::grid`] counts.
 //!
 //! A frame is a chain of passes over planes, of 16 bytes a pixel but for points (48) and pairs (32). Pixels of one pass may be done in any order
 //! and at once; a pass begins when the one before has done all pixels.
 //!
-//! | pass | reads | makes |
-//! |---|---|---|
-//! | [`primary`] | | hits: what each pixel sees |
-//! | [`presample`] | | tiles of candidates that pixels share, if they are asked for |
-//! | [`initial`] | hits, tiles | reservoirs of candidates from lights and scattering; immediate: radiance that needs no resampling, emission that is seen and what perfect mirrors show |
-//! | [`combine`], temporal | both frames' hits, the last frame's reservoirs | reservoirs, in place |
-//! | [`combine`], spatial, any number | hits, reservoirs of neighbours | reservoirs, in another plane: in place it would read what is already combined, which is noisier by far |
-//! | [`shade`] | hits, reservoirs, immediate | radiance of the pixel's own reservoir |
+//! | pass | reads | makes | rays a pixel with [`DiParams::new`] |
+//! |---|---|---|---|
+//! | [`primary`] | | hits: what each pixel sees | 1 |
+//! | [`presample`] | | tiles of candidates that pixels share, if they are asked for | |
+//! | [`initial`] | hits, tiles | reservoirs of candidates from lights and scattering; immediate: radiance that needs no resampling, emission that is seen and what perfect mirrors show | 1 from scattering, 1 to the light that is chosen |
+//! | [`combine`], temporal | both frames' hits, the last frame's reservoirs | reservoirs, in place | none in a still view, else 2 |
+//! | [`combine`], spatial, any number | hits, reservoirs of neighbours | reservoirs, in another plane: in place it would read what is already combined, which is noisier by far | up to 2 for each neighbour |
+//! | [`shade`] | hits, reservoirs, immediate | radiance of the pixel's own reservoir | none |
 //!
-//! The history, which the next frame reads, may be the reservoirs of any of these passes. After the spatial combine good samples spread fastest and
-//! pixels are most alike; after the temporal one the mean of many frames has less noise.
+//! The history, which the next frame reads, may be the reservoirs after the temporal combine or those after a spatial one. If in doubt keep the
+//! former: with the latter neighbours come to hold the same samples, so that after a few frames of a still view the error falls no more, and shows as
+//! blotches. What is gained by the latter is that a pixel whose own candidates are poor, as one that has just come into view, has good ones sooner.
 //!
-//! Instead of [`shade`], also behind a spatial combine, a pixel can be shaded by the samples of its neighbours together ([`pair_offsets`] says which
-//! they are):
+//! Instead of [`shade`] a pixel can be shaded by the samples of its neighbours together, with the parameters of [`DiParams::with_shading`]. It takes the
+//! place of a spatial combine; behind one there is little left for it to do:
 //!
 //! | pass | reads | makes |
 //! |---|---|---|
@@ -43,19 +48,21 @@
 //! Visibility is a factor by channel in [0, 1]: 0 or 1, unless light passes through clear glass (smooth sheets that transmit,
 //! [`Flags::TRANSMITTANCE`]). Targets with visibility are those of what is left of the contribution.
 //!
-//! Visibility can enter in four places ([`Flags`]), and not every combination is unbiased. Of what [`DiParams::new`] sets, the mean is wrong
+//! Visibility can enter in four places ([`Flags`]), and not every combination is unbiased. What [`DiParams::new`] sets is. A chain with one of these
+//! is not:
 //!
-//! | with | because |
-//! |---|---|
-//! | [`Mis::ONE_OVER_M`](crate::resample::mis::Mis::ONE_OVER_M) or [`CONSTANT`](crate::resample::mis::Mis::CONSTANT) between pixels | pixels count that cannot produce a sample: darker |
-//! | [`Flags::INITIAL_VISIBILITY`], unless [`Flags::MIS_VISIBILITY`] is set | what a neighbour found occluded is missing where it is visible: darker near shadows |
-//! | [`Flags::SCATTER_CANDIDATE`], unless it is | scattering does not find what is occluded, and weights count on it: darker near shadows |
-//! | reuse over time, unless it or [`Flags::FINAL_RAY`] is | visibility of the last frame is reused: shadows lag |
-//! | [`Flags::AVERAGE_VISIBILITY`] without [`Flags::RED`], [`Flags::GREEN`] or [`Flags::BLUE`] | an average does not know its colour: leaks at coloured shadow edges |
-//! | `near_radius` above 0, unless it or [`Flags::FINAL_RAY`] is | near neighbours are believed to see the same: brighter in shadows |
+//! | what | unless there is also | what is wrong then |
+//! |---|---|---|
+//! | [`Mis::ONE_OVER_M`](crate::resample::mis::Mis::ONE_OVER_M) or [`CONSTANT`](crate::resample::mis::Mis::CONSTANT) between pixels | | pixels are counted that cannot produce a sample: darker |
+//! | [`Flags::INITIAL_VISIBILITY`] | [`Flags::MIS_VISIBILITY`] | a neighbour threw away what is occluded there, and the weights do not know it: darker near shadows |
+//! | [`Flags::SCATTER_CANDIDATE`] | [`Flags::MIS_VISIBILITY`] | scattering does not find what is occluded, and the weights count on it: darker near shadows |
+//! | a combine with the last frame | [`Flags::MIS_VISIBILITY`] or [`Flags::FINAL_RAY`] | visibility of the last frame is reused: shadows lag |
+//! | [`Flags::AVERAGE_VISIBILITY`] | [`Flags::RED`], [`Flags::GREEN`] or [`Flags::BLUE`] | an average does not know its colour: leaks at coloured shadow edges |
+//! | `near_radius` above 0 | [`Flags::MIS_VISIBILITY`] or [`Flags::FINAL_RAY`] | near neighbours are believed to see the same: brighter in shadows |
 //!
-//! Two frames of a still scene, of two pixels side by side. (`Floor` is the scene that the documentation of [`scene`](crate::scene) shows;
-//! with one lamp alone there is nothing to choose, and no noise.)
+//! Four frames of a still scene, of 3 x 2 pixels. (`Floor` is the scene that the documentation of [`scene`](crate::scene) shows;
+//! with one lamp alone there is nothing to choose, and no noise. A scene that is not [`Copy`] is taken by reference where these functions want one by value: `&scene`,
+//! and `Still(&scene)` for [`combine`].)
 //!
 //! ```
 //! # mod floor { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/scene/floor.rs")); }
@@ -65,27 +72,33 @@
 //! use restir_shared::scene::Still;
 //! use restir_shared::technique::restir_di::{DiParams, Planes, combine, initial, primary, shade};
 //!
-//! let pixels = [[0, 0], [1, 0]];
-//! let camera = CameraParams::pinhole(Vec3::Y, Vec3::ZERO, Vec3::Z, 0.01, [2, 1]);
+//! let (scene, size) = (Floor, [3, 2]);
+//! let camera = CameraParams::pinhole(Vec3::Y, Vec3::ZERO, Vec3::Z, 0.01, size);
+//! let of_all = DiParams::new(camera, size, 7);
+//! let pixels: Vec<[u32; 2]> = (0..size[0] * size[1]).map(|index| of_all.grid().at(index)).collect();
 //! let mut last = Vec::new();
-//! for frame in 0..2 {
-//!     let params = DiParams::new(camera, [2, 1], 7).of_frame(frame, camera);
-//!     let hits = pixels.map(|at| primary(&Floor, &params, at));
-//!     let made = [0, 1].map(|i| initial(&Floor, &params, &[], hits[i], pixels[i]));
-//!     let mut reservoirs = made.map(|(reservoir, _, _)| reservoir);
+//! for frame in 0..4 {
+//!     let params = of_all.of_frame(frame, camera);
+//!     let hits: Vec<_> = pixels.iter().map(|&at| primary(&scene, &params, at)).collect();
+//!     let seen = || pixels.iter().zip(&hits).map(|(&at, &hit)| (at, hit));
+//!     let made: Vec<_> = seen().map(|(at, hit)| initial(&scene, &params, &[], hit, at)).collect();
+//!     let (mut reservoirs, immediate): (Vec<_>, Vec<_>) = made.iter().map(|made| (made.0, made.1)).unzip();
 //!     if frame > 0 {
 //!         let planes = Planes { hits: &hits, other_hits: &hits, others: &last };
 //!         let params = params.with_last(camera, true);
-//!         reservoirs = [0, 1].map(|i| combine(Still(Floor), &params, &planes, reservoirs[i], pixels[i]).0);
+//!         for (own, &at) in reservoirs.iter_mut().zip(&pixels) {
+//!             *own = combine(Still(scene), &params, &planes, *own, at).0;
+//!         }
 //!     }
 //!     let planes = Planes { hits: &hits, other_hits: &hits, others: &reservoirs };
-//!     let params = params.with_neighbours(0);
-//!     let shared = [0, 1].map(|i| combine(Still(Floor), &params, &planes, reservoirs[i], pixels[i]).0);
-//!     for i in [0, 1] {
-//!         let pixel = shade(Floor, &params, hits[i], shared[i], made[i].1, pixels[i]);
+//!     let spatial = params.with_neighbours(0);
+//!     let own = reservoirs.iter().zip(&pixels);
+//!     let shared: Vec<_> = own.map(|(&own, &at)| combine(Still(scene), &spatial, &planes, own, at).0).collect();
+//!     for (index, (at, hit)) in seen().enumerate() {
+//!         let pixel = shade(scene, &params, hit, shared[index], immediate[index], at);
 //!         assert!((pixel.sum[0] - 1.0).abs() < 2e-3);
 //!     }
-//!     last = shared.to_vec();
+//!     last = reservoirs;
 //! }
 //! ```
 //!
@@ -94,18 +107,18 @@
 //! ```
 //! # mod floor { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/scene/floor.rs")); }
 //! # use floor::Floor;
-//! # use restir_shared::glam::Vec3;
-//! # use restir_shared::layout::CameraParams;
-//! # use restir_shared::technique::restir_di::{DiParams, exchange, gather, initial, offer, pair_offsets, primary};
-//! # let pixels = [[0, 0], [1, 0]];
-//! # let camera = CameraParams::pinhole(Vec3::Y, Vec3::ZERO, Vec3::Z, 0.01, [2, 1]);
-//! let mut params = DiParams::new(camera, [2, 1], 7);
-//! let pairs = pair_offsets(params.seed, params.frame, 1.0, &mut params.pairs[..2]);
-//! params.neighbours = 2 * pairs as u32;
-//! let hits = pixels.map(|at| primary(&Floor, &params, at));
-//! let made = [0, 1].map(|i| initial(&Floor, &params, &[], hits[i], pixels[i]));
-//! let points = [0, 1].map(|i| offer(Floor, &params, hits[i], made[i].0, pixels[i]));
-//! let sent = [0, 1].map(|i| exchange(Floor, &params, &points, hits[i], pixels[i]));
+//! use restir_shared::glam::Vec3;
+//! use restir_shared::layout::CameraParams;
+//! use restir_shared::technique::restir_di::{DiParams, exchange, gather, initial, offer, primary};
+//!
+//! let (scene, pixels) = (Floor, [[0, 0], [1, 0]]);
+//! let camera = CameraParams::pinhole(Vec3::Y, Vec3::ZERO, Vec3::Z, 0.01, [2, 1]);
+//! let params = DiParams::new(camera, [2, 1], 7);
+//! let params = params.with_shading(params.radius, 4);
+//! let hits = pixels.map(|at| primary(&scene, &params, at));
+//! let made = [0, 1].map(|i| initial(&scene, &params, &[], hits[i], pixels[i]));
+//! let points = [0, 1].map(|i| offer(scene, &params, hits[i], made[i].0, pixels[i]));
+//! let sent = [0, 1].map(|i| exchange(scene, &params, &points, hits[i], pixels[i]));
 //! let targets = sent.map(|(targets, _)| targets);
 //! for i in [0, 1] {
 //!     let pixel = gather(&params, &points, &targets, made[i].1, sent[i].1, pixels[i]);

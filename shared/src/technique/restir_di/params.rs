@@ -60,9 +60,16 @@ impl Flags {
         Self(self.0 & !others.0)
     }
 
-    /// No flag but a form of MIS.
+    /// No flag but a form of MIS. To replace the form of other flags is for [`Self::with_form`]: `|` would mix the two.
     pub const fn of_form(form: Mis) -> Self {
         Self(form.bits() << Self::MIS_SHIFT)
+    }
+
+    /// These flags with a form of MIS in place of their own. [`Mis::PAIRWISE_DEFENSIVE`] is a good choice everywhere, and its
+    /// cost grows with the number of neighbours; [`Mis::TALBOT`] costs its square.
+    #[must_use]
+    pub const fn with_form(self, form: Mis) -> Self {
+        Self(self.0 & ((1 << Self::MIS_SHIFT) - 1) | Self::of_form(form).0)
     }
 
     /// The form of MIS.
@@ -121,8 +128,8 @@ pub struct DiParams {
     pub width: u32,
     /// Image height in pixels, at most 16384.
     pub height: u32,
-    /// Index of the frame: the sample index of its random numbers, but for those of candidates, which are samples `frame candidates`
-    /// and on.
+    /// Index of the frame. Its random numbers are those of the sample of this index; candidate i has those of the sample
+    /// `frame * candidates + i`.
     pub frame: u32,
     /// Index of the other reservoirs' frame.
     pub other_frame: u32,
@@ -132,7 +139,8 @@ pub struct DiParams {
     pub flags: Flags,
     /// Initial candidates from lights.
     pub candidates: u32,
-    /// Neighbours of a combine, at most [`crate::resample::mis::INPUTS`] - 2; of a shading pass, at most 2 [`PAIRS`], and even.
+    /// How many neighbours the pass has. A combine has at most [`crate::resample::mis::INPUTS`] - 2, and looks for others in each pixel; a pass of
+    /// shading ([`super::exchange`]) has an even number of at most 2 [`PAIRS`], see [`Self::with_shading`].
     pub neighbours: u32,
     /// Which combine of the frame this is: their random numbers differ.
     pub combine: u32,
@@ -146,7 +154,8 @@ pub struct DiParams {
     pub max_plane_distance: f32,
     /// A neighbour's normal has at least this cosine with the pixel's.
     pub min_normal_cos: f32,
-    /// Which of the frame's passes of shading this is.
+    /// Which of the frame's passes of shading this is, where a pixel is shaded several times, each time by other neighbours, and has the mean. What
+    /// [`super::initial`] dropped is counted by the first, 0.
     pub shading_pass: u32,
     /// Candidates from lights in a group, of which one is tested by a ray if its visibility is asked for; 0 for one group.
     pub group: u32,
@@ -173,10 +182,21 @@ impl DiParams {
     /// ([`Self::with_neighbours`]), and [`super::shade`]. [`super::primary`], [`super::initial`] and [`super::shade`] take the frame's parameters as
     /// they are. The scene's tables are left out: a scene of other types has none.
     ///
-    /// The settings are unbiased: the form of MIS is [`Mis::PAIRWISE_DEFENSIVE`], visibility is part of targets and of MIS weights, scattering gives
-    /// a candidate (so that [`crate::scene::AddressedLights::address_of_hit`] is asked), and numbers are Sobol's. What may be changed without a second
-    /// thought: `candidates` (16), `neighbours` (4), `radius` (a twenty-fourth of the image's longer side, at least 4 pixels) and
-    /// `confidence_cap` (20: a reservoir of the last frame counts for at most so many of this one).
+    /// The settings are unbiased:
+    ///
+    /// | setting | value | what it means |
+    /// |---|---|---|
+    /// | camera rays | through the centres of pixels | [`Flags::JITTER`] is not set, so that a still view has the same rays in every frame |
+    /// | form of MIS | [`Mis::PAIRWISE_DEFENSIVE`] | |
+    /// | visibility | [`Flags::INITIAL_VISIBILITY`], [`Flags::TARGET_VISIBILITY`], [`Flags::MIS_VISIBILITY`] | it is part of initial samples, of targets and of MIS weights; shading takes it from the reservoir and traces no ray ([`Flags::FINAL_RAY`]) |
+    /// | candidates | `candidates` = 16, `group` = 0, [`Flags::SCATTER_CANDIDATE`] | 16 from lights, of which one is tested by a ray, and one from scattering, for which [`crate::scene::AddressedLights::address_of_hit`] is asked |
+    /// | neighbours | `neighbours` = 4, `radius` | within a twenty-fourth of the image's longer side, at least 4 pixels |
+    /// | likeness | `max_plane_distance` = 0.02, `min_normal_cos` = 0.5 | who is no neighbour; `near_radius` = 0: none is believed to see the same |
+    /// | history | `confidence_cap` = 20 | a reservoir of the last frame counts for at most so many of this one: a larger cap has less noise where nothing moves, and keeps longer what is out of date |
+    /// | numbers | [`Flags::SOBOL`] | spread over frames and candidates |
+    /// | glass | [`Flags::TRANSMITTANCE`] | costs nothing in a scene without clear glass |
+    ///
+    /// What may be changed without a second thought: `candidates`, `neighbours`, `radius` and `confidence_cap`.
     pub fn new(camera: CameraParams, [width, height]: [u32; 2], seed: u32) -> Self {
         let flags = Flags::of_form(Mis::PAIRWISE_DEFENSIVE)
             | Flags::INITIAL_VISIBILITY
@@ -198,7 +218,6 @@ impl DiParams {
             radius: num::max(4.0, num::div(width.max(height) as f32, 24.0)),
             max_plane_distance: 0.02,
             min_normal_cos: 0.5,
-            group: 16,
             ..Self::default()
         }
     }
@@ -215,9 +234,8 @@ impl DiParams {
     /// a combine takes the other reservoirs for neighbours in the same frame.
     #[must_use]
     pub fn with_last(self, camera: CameraParams, same_view: bool) -> Self {
-        let still =
-            if same_view { Flags::of_form(Mis::CONSTANT) | Flags::STILL } else { Flags::of_form(self.flags.form()) };
-        let flags = Flags(self.flags.0 & ((1 << Flags::MIS_SHIFT) - 1)) | still | Flags::OTHER_FRAME;
+        let flags = if same_view { self.flags.with_form(Mis::CONSTANT) | Flags::STILL } else { self.flags };
+        let flags = flags | Flags::OTHER_FRAME;
         Self { flags, other_camera: camera, other_frame: self.frame.wrapping_sub(1), neighbours: 0, ..self }
     }
 
@@ -226,6 +244,16 @@ impl DiParams {
     #[must_use]
     pub fn with_neighbours(self, pass: u32) -> Self {
         Self { combine: 1 + pass, ..self }
+    }
+
+    /// The parameters of [`super::offer`], [`super::exchange`] and [`super::gather`], by which a pixel is shaded by its own sample and those of up to
+    /// `neighbours` others within `radius` pixels, the same offsets for all pixels of the frame.
+    #[must_use]
+    pub fn with_shading(self, radius: f32, neighbours: u32) -> Self {
+        let mut params = self;
+        let most = (neighbours as usize / 2).min(PAIRS);
+        let pairs = super::pair_offsets(self.seed, self.frame, radius, &mut params.pairs[..most]);
+        Self { neighbours: 2 * pairs as u32, ..params }
     }
 
     /// The same in a kernel that was specialised to the flags in `bits`, or to none by a word without zeros: what other flags

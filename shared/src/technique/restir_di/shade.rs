@@ -50,7 +50,8 @@ impl Offers for Points<'_> {
     }
 }
 
-/// The radiance of the pixel `at`, which sees `hit`, by way of its own reservoir, and what [`super::initial`] found `immediate`, as a film's sample.
+/// The radiance of the pixel `at`, which sees `hit`, by way of its own reservoir, and what [`super::initial`] found `immediate`, as one sample of a
+/// film: its `sum` is the radiance, and `dropped` is 1 where that was no number.
 pub fn shade<S: Trace + Surface + AddressedLights + Copy>(
     scene: S,
     params: &DiParams,
@@ -63,7 +64,7 @@ pub fn shade<S: Trace + Surface + AddressedLights + Copy>(
     film_pixel(params, immediate, Vec3::from_array(point.radiance))
 }
 
-/// What the pixel `at`, which sees `hit`, shows its neighbours.
+/// The first of the three passes that shade pixels by several samples: what the pixel `at`, which sees `hit`, shows its neighbours.
 #[inline(always)]
 pub fn offer<S: Trace + Surface + AddressedLights + Copy>(
     scene: S,
@@ -91,7 +92,8 @@ pub fn offer<S: Trace + Surface + AddressedLights + Copy>(
     offered
 }
 
-/// The second part, for the pixel `at`, which sees `hit`.
+/// The second of the three passes that shade pixels by several samples, after [`offer`]: at the pixel `at`, which sees `hit`, the targets
+/// of its neighbours' samples, and what these send by way of it, each by its weight.
 pub fn exchange<S: Trace + Surface + AddressedLights + Copy>(
     scene: S,
     params: &DiParams,
@@ -112,7 +114,8 @@ pub fn exchange<S: Trace + Surface + AddressedLights + Copy>(
     (pairs, FilmPixel { sum: sent.to_array(), dropped: 0.0 })
 }
 
-/// The third part, for the pixel `at`, of which the second made `sent`: the radiance as a film's sample.
+/// The last of the three passes that shade pixels by several samples: the radiance of the pixel `at`, as [`shade`] gives it. `pairs` is the plane of what
+/// [`exchange`] found of all pixels, `sent` what it sent by way of this one.
 pub fn gather(
     params: &DiParams,
     points: &[DiPoint],
