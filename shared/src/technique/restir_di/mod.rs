@@ -27,9 +27,11 @@
 //! | [`combine`], spatial, any number | hits, reservoirs of neighbours | reservoirs, in another plane: in place it would read what is already combined, which is noisier by far | up to 2 for each neighbour |
 //! | [`shade`] | hits, reservoirs, immediate | radiance of the pixel's own reservoir | none |
 //!
-//! The history, which the next frame reads, may be the reservoirs after the temporal combine or those after a spatial one. If in doubt keep the
-//! former: with the latter neighbours come to hold the same samples, so that after a few frames of a still view the error falls no more, and shows as
-//! blotches. What is gained by the latter is that a pixel whose own candidates are poor, as one that has just come into view, has good ones sooner.
+//! The history, which the next frame reads, may be the reservoirs after the temporal combine or those after a spatial one. Which is better depends on the
+//! scene. After the temporal combine the errors of neighbours stay independent: better where a pixel's own candidates are good. After a spatial one
+//! neighbours come to hold the same samples, so that the error soon falls no more, but a good sample spreads far: better where most candidates are worth
+//! nothing. In the 16th frame of a still view the former has 0.6 of the latter's squared error in the scene `cornell`, which has one lamp, and 1.4 of it in
+//! `many-lights` (`restir render SCENE --technique restir-di --set shaded=0 --set feedback=off --frames 16`, and `feedback=on`).
 //!
 //! Instead of [`shade`] a pixel can be shaded by the samples of its neighbours together, with the parameters of [`DiParams::with_shading`]. It takes the
 //! place of a spatial combine; behind one there is little left for it to do:
