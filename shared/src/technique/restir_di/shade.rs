@@ -115,7 +115,7 @@ pub fn exchange<S: Trace + Surface + AddressedLights + Copy>(
 }
 
 /// The last of the three passes that shade pixels by several samples: the radiance of the pixel `at`, as [`shade`] gives it. `pairs` is the plane of what
-/// [`exchange`] found of all pixels, `sent` what it sent by way of this one.
+/// [`exchange()`] found of all pixels, `sent` what it sent by way of this one.
 pub fn gather(
     params: &DiParams,
     points: &[DiPoint],
