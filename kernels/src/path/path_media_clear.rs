@@ -1,6 +1,6 @@
 //! Path tracing through media some of whose borders are clear, one stretch of one sample of every pixel.
 
-use restir_shared::layout::FilmPixel;
+use restir_shared::layout::{FEATURES_MEDIA, FilmPixel};
 use restir_shared::technique::path::media::{self, MediaParams, PackedWalker, Tally};
 
 kernel! {
@@ -8,7 +8,7 @@ kernel! {
     pub fn path_media_clear(8, 8) {
         constants { 0: features = 0xffff_ffff, 1: settings = 0xffff_ffff }
         params 0: MediaParams,
-        asks scene(features) { 1: geometry, 2: attributes, 3: texels },
+        asks scene(features) { 1: geometry, 2: attributes, 3: texels } compiled [FEATURES_MEDIA],
         read {},
         own { 4: walkers: PackedWalker, 5: tallies: Tally, 6: film: FilmPixel },
     }

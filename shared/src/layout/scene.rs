@@ -137,6 +137,15 @@ pub const FEATURE_SUBSURFACE: u32 = 1 << 16;
 pub const FEATURE_CLEAR_BORDER: u32 = 1 << 17;
 /// The features of a diffuse scene whose lights are triangles.
 pub const FEATURES_DIFFUSE: u32 = FEATURE_EMISSIVE | FEATURE_LIGHT_TABLE;
+/// The features of a scene of media under an environment, some of which glow, whose surfaces are diffuse or clear.
+pub const FEATURES_MEDIA: u32 = FEATURES_DIFFUSE
+    | FEATURE_ENVIRONMENT
+    | FEATURE_DELTA
+    | FEATURE_TRANSMISSION
+    | FEATURE_DIFFUSE_TRANSMISSION
+    | FEATURE_VOLUME
+    | FEATURE_SUBSURFACE
+    | FEATURE_CLEAR_BORDER;
 /// All features: what a kernel that was not specialised to a scene assumes.
 pub const FEATURES_ALL: u32 = u32::MAX;
 
