@@ -190,8 +190,10 @@ impl Walker {
             let arrives = hit.is_hit() & !collides;
             let met = if arrives { scene.interior(&entry(&hit)) } else { Interior::NONE };
             let met = Interior { lit: met.lit & (params.lights_inside != 0), ..met };
+            // a clear border scatters nothing
+            let lights = arrives & !resumes & !looks & !(CLEAR & met.closed & met.is_clear());
             // drawn here for both, for it takes much code
-            let light = if (collides & around.interior.lit) | (arrives & !resumes & !looks) {
+            let light = if (collides & around.interior.lit) | lights {
                 scene.sample_light(self.light_numbers(collides, rng))
             } else {
                 LightSample::NONE
