@@ -1,6 +1,6 @@
 //! The passes of ReSTIR PT.
 
-use super::PtSettings;
+use super::{Changed, PtSettings};
 use crate::Error;
 use crate::film::Film;
 use crate::plan::{ARENAS, Buffer, BufferId, Pass};
@@ -12,12 +12,12 @@ use restir_shared::layout::{CameraParams, FEATURE_BLEND, FilmParams, FilmPixel};
 use restir_shared::resample::mis::Mis;
 use restir_shared::shift::Start;
 use restir_shared::technique::restir_pt::{
-    Job, JobShifted, PT_BACK, PT_CHANGED, PT_OTHER_FRAME, PT_STALE, PT_STILL, PackedPath, PtFacet, PtParams,
+    Job, JobShifted, PT_BACK, PT_CHANGED, PT_OTHER_FRAME, PT_STILL, PT_TAKES_ALL, PackedPath, PtFacet, PtParams,
 };
 use std::collections::VecDeque;
 
 /// Flags that differ from pass to pass: kernels are not specialised to them, or each would have to be compiled for every pass.
-const OF_PASSES: u32 = PT_OTHER_FRAME | PT_BACK | PT_STILL | PT_CHANGED | PT_STALE;
+const OF_PASSES: u32 = PT_OTHER_FRAME | PT_BACK | PT_STILL | PT_CHANGED | PT_TAKES_ALL;
 
 /// The planes of the frames; what the settings do not need is not there.
 struct Planes {
@@ -32,6 +32,8 @@ struct Planes {
     sharing: Option<[BufferId; 2]>,
     /// What became of jobs the other way, with temporal reuse.
     returned: BufferId,
+    /// Paths as they are in the respective other frame, where they are traced there once more.
+    retraced: Option<BufferId>,
 }
 
 impl Planes {
@@ -58,6 +60,8 @@ impl Planes {
                 jobs.map_or(0, |[_, shifted]| shifted)
             },
             sharing: jobs,
+            retraced: (keeps_history && s.changed == Changed::Retrace)
+                .then(|| add("retraced", 1, size_of::<PackedPath>())),
         }
     }
 
@@ -120,8 +124,7 @@ impl Chain {
 
     /// The last plane of the paths is the one that the last frame has left.
     fn reuse_in_time(&mut self, now: &Frame, last_camera: CameraParams) {
-        let changed = !now.same_scene;
-        let flags = self.settings.temporal_flags(now.is_still(Some(last_camera)), changed);
+        let flags = self.settings.temporal_flags(now.is_still(Some(last_camera)), !now.same_scene);
         let still = flags & PT_STILL != 0;
         let form = if still { Mis::CONSTANT } else { self.settings.temporal_mis.mis() }.bits();
         let of_last = PtParams {
@@ -132,20 +135,34 @@ impl Chain {
             other_camera: last_camera,
             ..self.params(now)
         };
-        let [work, last] = [self.planes.paths[0], self.planes.paths[self.planes.paths.len() - 1]];
+        let [work, mut last] = [self.planes.paths[0], self.planes.paths[self.planes.paths.len() - 1]];
         if !still {
             let before = now.index.wrapping_add(1);
             let [starts, facets] = [&self.planes.starts, &self.planes.facets].map(|planes| Planes::of(planes, before));
             let returned = self.planes.returned;
-            if changed {
-                self.push(now, &pt::pt_recall::DESC, of_last, &[("paths", last)]);
-            }
             self.push(now, &pt::pt_reproject::DESC, of_last, &[("other_facets", facets)]);
-            self.push(now, &pt::pt_shift::DESC, of_last, &[("paths", last)]);
             let back = PtParams { flags: flags | PT_BACK, ..of_last };
-            self.push(now, &pt::pt_shift::DESC, back, &[("paths", work), ("starts", starts), ("shifted", returned)]);
+            let own = self.retraced(now, back, work);
+            self.push(now, &pt::pt_shift::DESC, back, &[("paths", own), ("starts", starts), ("shifted", returned)]);
+            last = self.recalled(now, of_last, last);
+            self.push(now, &pt::pt_shift::DESC, of_last, &[("paths", last)]);
         }
         self.push(now, &pt::pt_merge::DESC, of_last, &[("paths", last), ("merged", work)]);
+    }
+
+    /// The plane of the last frame's paths as they are now.
+    fn recalled(&mut self, now: &Frame, params: PtParams, last: BufferId) -> BufferId {
+        if self.planes.retraced.is_none() && !now.same_scene {
+            self.push(now, &pt::pt_recall::DESC, params, &[("paths", last)]);
+        }
+        self.retraced(now, params, last)
+    }
+
+    /// The plane of these paths with what arrives at their vertices k in the other frame, if that may be something else.
+    fn retraced(&mut self, now: &Frame, params: PtParams, paths: BufferId) -> BufferId {
+        let Some(retraced) = self.planes.retraced.filter(|_| !now.same_scene) else { return paths };
+        self.push(now, &pt::pt_retrace::DESC, params, &[("paths", paths), ("retraced", retraced)]);
+        retraced
     }
 
     /// The plane of what needs no path of this technique.
