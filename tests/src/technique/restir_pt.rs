@@ -59,9 +59,9 @@ const ROWS: [Row; 15] = [
     row("replay only, blended", "sheets", 2, ""),
     row("few replays, things move", "moving", 6, "shift=hybrid,replays=1,spatial=0"),
     row("stale, things move", "moving", 6, "changed=stale,shift=hybrid,confidence_cap=2,spatial=0"),
-    row("retraced, things move", "moving", 6, "changed=retrace,shift=hybrid,spatial=0"),
     row("a still view", "cornell", 3, "still=on,spatial=0"),
     row("paths of paths", "ajar", 3, "shift=hybrid,feedback=on"),
+    row("retraced, things move", "moving", 6, "changed=retrace,shift=hybrid,spatial=0"),
     row("a lens, counted pairs", "cornell-lens", 2, "shift=hybrid,mis=pairwise-counted-defensive"),
     row("the longest paths", "furnace", 2, "shift=replay,max_depth=63"),
 ];

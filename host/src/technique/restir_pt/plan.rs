@@ -305,7 +305,7 @@ mod tests {
     /// neighbour a job of 8 and what became of it of 16. Counts are right, every pass fits its buffers, and every buffer is used.
     #[test]
     fn plans_hold_what_the_settings_need() {
-        let scene = SceneBuffers::build(&crate::scene::builtin::scene("cornell").expect("built in")).expect("builds");
+        let scene = SceneBuffers::build(&crate::scene::builtin::scene("moving").expect("built in")).expect("builds");
         let rows = [
             (settings(|s| (s.temporal, s.spatial) = (false, 0)), 1, 64 + 64 + 16),
             (settings(|s| (s.temporal, s.still, s.spatial) = (true, false, 0)), 3, 2 * 64 + 2 * 64 + 16 + 24 + 16),
@@ -314,6 +314,8 @@ mod tests {
             (settings(|s| (s.still, s.feedback) = (false, true)), 4, 2 * 64 + 2 * 64 + 16 + 4 * 24 + 16),
             (settings(|s| (s.still, s.feedback, s.spatial) = (false, false, 3)), 4, 2 * 64 + 3 * 64 + 16 + 4 * 24 + 16),
             (settings(|s| (s.temporal, s.neighbours) = (false, 8)), 2, 64 + 2 * 64 + 16 + 8 * 24),
+            (settings(|s| s.changed = Changed::Retrace), 4, 2 * 64 + 3 * 64 + 16 + 4 * 24 + 16),
+            (settings(|s| (s.temporal, s.changed) = (false, Changed::Retrace)), 3, 64 + 2 * 64 + 16 + 4 * 24),
         ];
         for (settings, frames, expected) in rows {
             for accumulate in [false, true] {
@@ -329,7 +331,7 @@ mod tests {
                 let film = 16 * (capacity.planes() + 1);
                 assert_eq!(4 * words / (16 * 12), expected + film, "{render:?}");
                 let (buffers, count) = (plan.buffers.clone(), plan.pass_count);
-                let passes: Vec<Pass> = plan.passes.collect::<Result<_, _>>().expect("the scene stands still");
+                let passes: Vec<Pass> = plan.passes.collect::<Result<_, _>>().expect("frames are made");
                 passes.iter().for_each(|pass| pass.check(&buffers).expect("fits"));
                 assert_eq!(passes.len() as u64, count, "{render:?}");
                 let used: BTreeSet<BufferId> = passes.into_iter().flat_map(|pass| pass.bindings).collect();
@@ -364,12 +366,15 @@ mod tests {
     #[test]
     fn no_pass_writes_what_it_reads() {
         let scene = SceneBuffers::build(&crate::scene::builtin::scene("moving").expect("built in")).expect("builds");
-        for (spatial, bits) in (0..4).flat_map(|spatial| (0..4).map(move |bits| (spatial, bits))) {
-            let settings = settings(|s| (s.spatial, s.feedback, s.temporal) = (spatial, bits & 1 == 1, bits & 2 == 2));
+        for (spatial, bits) in (0..4).flat_map(|spatial| (0..8).map(move |bits| (spatial, bits))) {
+            let settings = settings(|s| {
+                (s.spatial, s.feedback, s.temporal) = (spatial, bits & 1 == 1, bits & 2 == 2);
+                s.changed = if bits & 4 == 4 { Changed::Retrace } else { Changed::Drop };
+            });
             let render = Render { count: 5, ..Render::new([16, 12], settings) };
             for pass in render.plan(&scene).passes {
                 let pass = pass.expect("made");
-                let own = |name: &str| ["merged", "shifted", "jobs"].contains(&name);
+                let own = |name: &str| ["merged", "shifted", "jobs", "retraced"].contains(&name);
                 let written: Vec<BufferId> = pass
                     .kernel
                     .bindings
