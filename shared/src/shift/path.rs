@@ -51,7 +51,7 @@ impl Path {
         (self.reconnection != 0) & (self.reconnection + 1 >= self.length)
     }
 
-    /// Whether vertex k is a surface that what arrives there is kept of, and not the light, which is farther away.
+    /// Whether what arrives at vertex k is kept, and not the light: that is neither vertex k nor the next one.
     #[inline(always)]
     pub fn keeps_arrival(&self) -> bool {
         (self.reconnection != 0) & (self.reconnection + 1 < self.length)
