@@ -77,6 +77,7 @@ const WORDS: &[(&str, &[u8])] = &[
     ("indices", b"i"),
     ("paths", PATH),
     ("merged", PATH),
+    ("retraced", PATH),
     ("jobs", b"ii"),
     ("shifted", FILM),
     ("starts", b"fifffffi"),

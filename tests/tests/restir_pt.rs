@@ -8,13 +8,13 @@ use restir_host::render::Render;
 use restir_host::scene::Camera;
 use restir_host::technique::asked::asked_after;
 use restir_host::technique::restir_pt::render_with_layers;
-use restir_kernels::restir_pt::{pt_merge, pt_shade, pt_shift, pt_trace};
+use restir_kernels::restir_pt::{pt_merge, pt_retrace, pt_shade, pt_shift, pt_trace};
 use restir_kernels::{KernelDesc, NativeRow};
 use restir_shared::glam::{DVec3, Vec3};
 use restir_shared::layout::FilmPixel;
 use restir_shared::shift::Hybrid;
 use restir_shared::technique::restir_pt::{
-    Job, JobShifted, PT_BACK, PT_CHANGED, PT_OTHER_FRAME, PT_STILL, PackedPath, PtParams,
+    Job, JobShifted, PT_BACK, PT_CHANGED, PT_OTHER_FRAME, PT_STILL, PT_TAKES_ALL, PackedPath, PtParams,
 };
 use restir_shared::vec::luminance;
 use restir_tests::native::{changed, edit, film, plan};
@@ -249,7 +249,7 @@ const fn chain(scene: &'static str, settings: &'static str, frames: u32, moves: 
 
 /// Settings of chains.
 const OF_CHAINS: &str = "tile=4,max_plane_distance=0.1,max_depth=6,sampler=independent";
-const CHAINS: [Chain; 16] = [
+const CHAINS: [Chain; 18] = [
     chain("cornell", "jitter=on,shift=hybrid,feedback=on", 4, false),
     chain("cornell", "jitter=on,shift=footprint,spatial=0", 5, true),
     chain("cornell", "jitter=on,shift=replay,spatial=0,temporal_mis=pairwise-defensive", 4, true),
@@ -264,6 +264,8 @@ const CHAINS: [Chain; 16] = [
     chain("moving", "jitter=on,shift=hybrid,spatial=0", 10, false),
     chain("moving", "jitter=on,shift=replay", 10, true),
     chain("moving-fast", "jitter=on,shift=hybrid,spatial=0", 6, false),
+    chain("moving", "jitter=on,shift=hybrid,spatial=0,changed=retrace", 10, false),
+    chain("moving-fast", "jitter=on,shift=footprint,spatial=0,changed=retrace", 6, true),
     chain("toys", "jitter=on,shift=hybrid,spatial=0", 6, true),
     chain("cornell-lens", "shift=hybrid", 4, true),
 ];
@@ -318,10 +320,11 @@ fn between_frames(pass: &mut Pass, change: fn(&mut PtParams)) {
 }
 
 fn wrong_chains_are_seen() -> Result<(), Failed> {
-    let rows: [(&str, Chain, Change); 5] = [
+    const RETRACED: Chain = chain("moving-fast", "jitter=on,shift=hybrid,spatial=0,changed=retrace", 6, false);
+    let rows: [(&str, Chain, Change); 7] = [
         (
             "light that no longer arrives",
-            chain("moving", "jitter=on,shift=hybrid,spatial=0,stale=on", 8, false),
+            chain("moving", "jitter=on,shift=hybrid,spatial=0,changed=stale", 8, false),
             |_| (),
         ),
         ("the last frame in this scene", chain("moving", "jitter=on,shift=hybrid,spatial=0", 10, false), |pass| {
@@ -344,6 +347,23 @@ fn wrong_chains_are_seen() -> Result<(), Failed> {
                 }
             },
         ),
+        ("light retraced one way: not where the pixel's own path is taken back", RETRACED, |pass| {
+            // rays are traced in the arenas, where the parameters have them
+            pass.frame.iter_mut().for_each(|frame| frame.scenes = None);
+            if pass.kernel.name == pt_retrace::DESC.name {
+                between_frames(pass, |params| {
+                    // in this frame's scene it finds what it has
+                    params.other_scene = if params.flags & PT_BACK != 0 { params.scene } else { params.other_scene };
+                });
+            }
+        }),
+        ("light retraced one way: the pixel's own path is not taken back", RETRACED, |pass| {
+            if pass.kernel.name == pt_shift::DESC.name {
+                between_frames(pass, |params| {
+                    params.flags &= if params.flags & PT_BACK != 0 { !PT_TAKES_ALL } else { u32::MAX };
+                });
+            }
+        }),
         ("the last frame from here", chain("cornell", "jitter=on,shift=hybrid,spatial=0", 4, true), |pass| {
             if pass.kernel.name == pt_shift::DESC.name {
                 between_frames(pass, |params| params.flags &= !PT_BACK);

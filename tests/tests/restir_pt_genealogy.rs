@@ -20,10 +20,11 @@ restir_tests::suite! {
     chains_lead_to_who_traced_the_path a_false_chain_is_seen layers_count_what_genealogies_tell
 }
 
-const SETTINGS: [&str; 4] = [
+const SETTINGS: [&str; 5] = [
     "tile=4,max_plane_distance=0.1",
     "tile=4,max_plane_distance=0.1,shift=hybrid,spatial=2,feedback=on,jitter=on,neighbours=2",
-    "shift=replay,spatial=0,stale=on,temporal_mis=pairwise-defensive",
+    "shift=replay,spatial=0,changed=stale,temporal_mis=pairwise-defensive",
+    "shift=hybrid,spatial=0,changed=retrace",
     "temporal=off,tile=4,max_plane_distance=0.1",
 ];
 

@@ -13,6 +13,7 @@ kernels! {
     pt_pair,
     pt_recall,
     pt_reproject,
+    pt_retrace,
     pt_shade,
     pt_shift,
     pt_trace,

@@ -51,6 +51,12 @@ impl Path {
         (self.reconnection != 0) & (self.reconnection + 1 >= self.length)
     }
 
+    /// Whether what arrives at vertex k is kept, and not the light: that is neither vertex k nor the next one.
+    #[inline(always)]
+    pub fn keeps_arrival(&self) -> bool {
+        (self.reconnection != 0) & (self.reconnection + 1 < self.length)
+    }
+
     /// Whether vertex k is a surface, and not the light.
     #[inline(always)]
     pub fn keeps_surface(&self) -> bool {

@@ -6,14 +6,15 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 use restir_host::buffers::SceneBuffers;
 use restir_shared::camera::primary_ray;
-use restir_shared::geometry::Ray;
+use restir_shared::geometry::{Hit, Ray};
 use restir_shared::rng::{Rng, Sampler};
-use restir_shared::scene::{SceneView, Trace};
+use restir_shared::scene::{EnvironmentPoint, SceneView, Surface, SurfacePoint, Trace};
 use restir_shared::shift::{Cause, Hybrid, Path, Shifted, Start};
-use restir_shared::technique::path::Walk;
+use restir_shared::technique::path::{Receiver, Walk};
 use restir_shared::technique::restir_pt::{
     Candidate, Candidates, Keep, PackedPath, PathNumbers, PtParams, Stored, shift_path,
 };
+use restir_shared::transport::Vertex;
 use restir_shared::vec::luminance;
 use std::collections::BTreeMap;
 
@@ -22,6 +23,7 @@ pub(super) const KNOWN: Known = Known {
     lengths: &["min_distance"],
     rows: &[
         ("replay, two passes, defensive, jitter", "shift=replay,spatial=2,mis=pairwise-defensive,temporal_mis=pairwise-defensive,jitter=on"),
+        ("retraced", "changed=retrace"),
         ("direct light by restir-di", "direct=restir-di,neighbours=1"),
     ],
     cases: Cases { common: "still=off,tile=8,max_plane_distance=0.1,max_depth=7", rows: &ROWS, ..NOTHING.cases },
@@ -46,7 +48,7 @@ const CELLS: [&str; 4] = [
 ];
 
 /// Every criterion, kind of light and of surface.
-const ROWS: [Row; 14] = [
+const ROWS: [Row; 15] = [
     row("defaults", "cornell", 2, ""),
     row("hybrid, jitter", "glossy", 2, "shift=hybrid,jitter=on"),
     row("by footprint", "glass", 2, "mis=pairwise-defensive"),
@@ -56,9 +58,10 @@ const ROWS: [Row; 14] = [
     row("hybrid, textures", "coats", 2, "shift=hybrid"),
     row("replay only, blended", "sheets", 2, ""),
     row("few replays, things move", "moving", 6, "shift=hybrid,replays=1,spatial=0"),
-    row("stale, things move", "moving", 6, "stale=on,shift=hybrid,confidence_cap=2,spatial=0"),
+    row("stale, things move", "moving", 6, "changed=stale,shift=hybrid,confidence_cap=2,spatial=0"),
     row("a still view", "cornell", 3, "still=on,spatial=0"),
     row("paths of paths", "ajar", 3, "shift=hybrid,feedback=on"),
+    row("retraced, things move", "moving", 6, "changed=retrace,shift=hybrid,spatial=0"),
     row("a lens, counted pairs", "cornell-lens", 2, "shift=hybrid,mis=pairwise-counted-defensive"),
     row("the longest paths", "furnace", 2, "shift=replay,max_depth=63"),
 ];
@@ -203,6 +206,58 @@ impl<'a> Picture<'a> {
             }
         }
         pairs
+    }
+}
+
+/// What path tracing finds from vertex k of a path on, by the path's random numbers: of all its light that of a path of this length and kind.
+pub fn followed(scene: &SceneView<'_>, numbers: &PathNumbers, path: &Path) -> Vec3 {
+    // from where does not matter to a direction that leaves
+    let towards = Ray { origin: Vec3::ZERO, direction: -path.direction, t_max: Ray::FAR, key: 0 };
+    let vertex = Vertex::new(&scene.surface(&towards, &path.hit), &towards, scene.features);
+    let ray = Ray { origin: vertex.origin(path.direction), direction: path.direction, ..towards };
+    let mut last = Last { path, vertex: 0, beyond: Vec3::ZERO, found: Vec3::ZERO };
+    let walk = Walk { depth: path.reconnection, ..Walk::new(ray) };
+    let whole = walk.run(scene, numbers.rng(), path.length, false, &mut last);
+    if whole { last.found } else { Vec3::ZERO }
+}
+
+/// Keeps what is found at the end of a path.
+struct Last<'a> {
+    path: &'a Path,
+    vertex: u32,
+    beyond: Vec3,
+    found: Vec3,
+}
+
+impl Last<'_> {
+    fn see(&mut self, light_sampled: bool, vertex: u32, radiance: Vec3) {
+        if (light_sampled, vertex) == (self.path.light_sampled, self.path.length) {
+            self.found = self.beyond * radiance;
+        }
+    }
+}
+
+impl Receiver for Last<'_> {
+    fn add(&mut self, _value: Vec3) {}
+
+    fn arrive(&mut self, walk: &Walk, _hit: &Hit, _point: &SurfacePoint) {
+        (self.vertex, self.beyond) = (walk.depth + 1, walk.throughput);
+    }
+
+    fn emission(&mut self, radiance: Vec3, weight: f32, _value: Vec3) {
+        self.see(false, self.vertex, radiance * weight);
+    }
+
+    fn next_event(&mut self, scattered: Vec3, _value: Vec3) {
+        self.see(true, self.vertex + 1, scattered);
+    }
+
+    fn escape(&mut self, walk: &Walk) {
+        (self.vertex, self.beyond) = (walk.depth + 1, walk.throughput);
+    }
+
+    fn environment(&mut self, environment: &EnvironmentPoint, weight: f32, _value: Vec3) {
+        self.see(false, self.vertex, environment.radiance * weight);
     }
 }
 

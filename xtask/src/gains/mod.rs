@@ -2,6 +2,7 @@
 //! frames have in common, and the report of it.
 
 mod correlated;
+mod moving;
 mod report;
 
 use std::time::Instant;
@@ -66,6 +67,9 @@ pub struct Options {
     /// Width of an image; the height is three quarters of it.
     #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u32).range(16..=4096))]
     width: u32,
+    /// Print what is measured where things move, and nothing else.
+    #[arg(long, conflicts_with = "write")]
+    moving: bool,
     /// Replace docs/restir-pt-gains.md.
     #[arg(long)]
     write: bool,
@@ -77,13 +81,22 @@ pub struct Options {
 /// [`Error::Host`] for what cannot be rendered; [`Error::Io`] if the report cannot be written.
 pub fn run(options: &Options) -> Result<(), Error> {
     let start = Instant::now();
+    let size = [options.width, options.width * 3 / 4];
+    if options.moving {
+        println!("{}", report::where_things_move(&moving::measured(options.images, size)?));
+        return Ok(());
+    }
     let measured = VIEWS.par_iter().map(|&(scene, orbits)| {
         let view = View::measured(options, scene, orbits);
         eprintln!("{:4.0} s  {scene}, orbits: {orbits}", start.elapsed().as_secs_f64());
         view
     });
     let views = measured.collect::<Result<Vec<_>, _>>()?;
-    publish("restir-pt-gains", &report::markdown(options, &views), options.write)
+    publish(
+        "restir-pt-gains",
+        &report::markdown(options, &views, &moving::measured(options.images, size)?),
+        options.write,
+    )
 }
 
 /// What a sample or a frame costs, once there is a history.
@@ -186,6 +199,16 @@ fn chain(size: [u32; 2], text: &str) -> Result<Render, restir_host::Error> {
 /// What repeats after the first ones cost on one thread.
 fn cost(trial: &Trial<'_>) -> Result<Cost, restir_host::Error> {
     let (_, render) = &trial.pieces[0];
+    let seconds = seconds(trial)?;
+    let counted = Render { count: 2 * SETTLED, ..render.clone() };
+    let rays: u64 = asked_after(trial.scene, &counted, SETTLED)?.values().map(|asked| asked.counts.rays()).sum();
+    let pixels = f64::from(render.width) * f64::from(render.height);
+    Ok(Cost { seconds, rays: rays as f64 / (pixels * f64::from(SETTLED)) })
+}
+
+/// The processor time of a repeat after the first ones.
+fn seconds(trial: &Trial<'_>) -> Result<f64, restir_host::Error> {
+    let (_, render) = &trial.pieces[0];
     let seconds = |count: u32| {
         let render = Render { count, ..render.clone() };
         let start = thread_seconds();
@@ -194,11 +217,7 @@ fn cost(trial: &Trial<'_>) -> Result<Cost, restir_host::Error> {
     };
     let later = f64::from(FRAMES - SETTLED);
     let times = (0..TIMED).map(|_| Ok((seconds(FRAMES)? - seconds(SETTLED)?) / later));
-    let times = times.collect::<Result<Vec<_>, restir_host::Error>>()?;
-    let counted = Render { count: 2 * SETTLED, ..render.clone() };
-    let rays: u64 = asked_after(trial.scene, &counted, SETTLED)?.values().map(|asked| asked.counts.rays()).sum();
-    let pixels = f64::from(render.width) * f64::from(render.height);
-    Ok(Cost { seconds: median(&times), rays: rays as f64 / (pixels * f64::from(SETTLED)) })
+    Ok(median(&times.collect::<Result<Vec<_>, restir_host::Error>>()?))
 }
 
 /// The mean of a trial's images.

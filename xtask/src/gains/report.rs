@@ -4,12 +4,28 @@ use std::fmt::Write as _;
 
 use restir_host::trial::Estimate;
 
-use super::{Cost, FRAMES, Options, Row, SAMPLES, SETTLED, View};
+use super::{Cost, FRAMES, Options, Row, SAMPLES, SETTLED, View, moving};
 
-pub(super) fn markdown(options: &Options, views: &[View]) -> String {
+pub(super) fn markdown(options: &Options, views: &[View], moving: &[moving::Row]) -> String {
     let mut text = heading(options);
     views.iter().for_each(|view| text += &section(view));
-    text + &correlations(views)
+    text + "\n" + &where_things_move(moving) + &correlations(views)
+}
+
+/// One setting beside the other; path tracing has no part in it.
+pub(super) fn where_things_move(rows: &[moving::Row]) -> String {
+    let mut text = format!(
+        "## Where things move\n\nThe last of {FRAMES} frames of the built-in scene `moving`, in which lights, a board and a ball move, and of the same in which a \
+         frame takes the time of four (`moving-fast`). `changed` says what becomes of paths that keep what arrives at their vertex k. \
+         relMSE has the squared bias of what is biased. Made alone by `cargo xtask gains --moving`.\n\n\
+         | scene | settings | relMSE | ms a frame | relMSE times ms |\n|---|---|---:|---:|---:|\n"
+    );
+    for moving::Row { scene, settings, rel_mse, seconds } in rows {
+        let ms = 1e3 * seconds;
+        let [error, product] = [measured(rel_mse), format!("{:.3}", rel_mse.value * ms)];
+        let _ = writeln!(text, "| {scene} | {} | {error} | {ms:.2} | {product} |", named(settings));
+    }
+    text
 }
 
 fn heading(options: &Options) -> String {

@@ -97,9 +97,9 @@ pub fn genealogy(
 pub(super) fn check(settings: &PtSettings, scene: &SceneBuffers, render: &Render) -> Result<(), Error> {
     // first, for to check a render takes time with the number of frames
     let [width, height, frames] = [render.width, render.height, render.count].map(u64::from);
-    // starts, and paths that are traced, recalled and merged in time; jobs of both ways; then those of each spatial pass
+    // starts, and paths that are traced, recalled (or retraced both ways) and merged in time; jobs of both ways; then those of each spatial pass
     let passes = u64::from(settings.spatial) * (64 + 24 * u64::from(settings.neighbours.min(MAX_NEIGHBOURS)));
-    let planes = (32 + 3 * 64 + 40 + passes) * width * height;
+    let planes = (32 + 4 * 64 + 40 + passes) * width * height;
     // and of a scene that moves its frames, with their wide trees
     let scenes = if scene.is_animated() { 2 * scene.stats().bytes } else { 0 };
     let bytes = frames.saturating_mul(planes + scenes);

@@ -3,7 +3,7 @@
 
 use crate::plan::{BufferId, Pass};
 use crate::{Error, buffers::SceneBuffers, exec::Step, render::Render, replay::TwoFrames};
-use restir_kernels::restir_pt::{pt_merge, pt_pair, pt_recall, pt_reproject, pt_shift, pt_trace};
+use restir_kernels::restir_pt::{pt_merge, pt_pair, pt_recall, pt_reproject, pt_retrace, pt_shift, pt_trace};
 use restir_shared::scene::Frames;
 use restir_shared::shift::{Shifted, Start};
 use restir_shared::technique::restir_pt::{
@@ -59,11 +59,14 @@ impl ShiftPass {
     }
 }
 
+/// What a path is in the other frame's scene.
+type Recall = fn(&&TwoFrames, &PtParams, PackedPath) -> PackedPath;
+
 /// How a pass makes paths.
 enum How {
     Trace,
-    /// In place.
-    Recall(Paths),
+    /// In the other frame's scene, of what another pass has left: by this function.
+    Recall(Paths, Recall),
     /// Of what pixels have and what others offer: none of whose paths are shifted in a view that stands still.
     Merge {
         own: Paths,
@@ -108,9 +111,9 @@ impl PathPass {
         let at = [pixel % p.width, pixel / p.width];
         match &self.how {
             How::Trace => (pt::trace(&frames.scene(false), p, at).path, Origin::Traced),
-            How::Recall(before) => {
+            How::Recall(before, recall) => {
                 let origin = Origin::Path { made_by: before.made_by, pixel, is_other: false };
-                (pt::recall(frames, p, before.words[pixel as usize]), origin)
+                (recall(frames, p, before.words[pixel as usize]), origin)
             }
             How::Merge { own, others, there, back } => {
                 let words = |pass: &'_ Option<Arc<ShiftPass>>| pass.as_ref().map(|pass| pass.words.clone());
@@ -174,7 +177,12 @@ impl Follower {
             self.left(step, "paths", params, How::Trace).map(Some)
         } else if name == pt_recall::DESC.name {
             let before = known(&self.paths, pass, "paths")?;
-            self.left(step, "paths", params, How::Recall(before)).map(Some)
+            let recall: Recall = |frames, params, path| pt::recall(frames, params, path);
+            self.left(step, "paths", params, How::Recall(before, recall)).map(Some)
+        } else if name == pt_retrace::DESC.name {
+            let before = known(&self.paths, pass, "paths")?;
+            let recall: Recall = |frames, params, path| pt::retrace(frames, params, path);
+            self.left(step, "retraced", params, How::Recall(before, recall)).map(Some)
         } else if name == pt_merge::DESC.name {
             let how = self.merge(pass, &params)?;
             self.left(step, "merged", params, how).map(Some)

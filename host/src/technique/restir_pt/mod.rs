@@ -30,7 +30,7 @@ mod settings;
 pub use genealogy::{Generation, Offered, Reuse, genealogy};
 pub use layers::{Layers, render_with_layers};
 pub use lineage::Origin;
-pub use settings::{Direct, Form, MAX_CONFIDENCE_CAP, MAX_DEPTH, MAX_SPATIAL_PASSES, PtSettings, Shift};
+pub use settings::{Changed, Direct, Form, MAX_CONFIDENCE_CAP, MAX_DEPTH, MAX_SPATIAL_PASSES, PtSettings, Shift};
 
 use super::{About, Integral, PixelFilter, Repeats, Technique};
 use crate::exec::{Executor, Observer};
@@ -83,7 +83,7 @@ impl Technique for PtSettings {
 
     fn biases(&self) -> Vec<&'static str> {
         let stale = "where the scene changes, paths keep light that no longer arrives: it lags behind what moves";
-        let own = (self.temporal && self.stale).then_some(stale);
+        let own = (self.temporal && self.changed == Changed::Stale).then_some(stale);
         let direct = self.direct.technique(&self.integral()).map_or_else(Vec::new, |direct| direct.biases());
         own.into_iter().chain(direct).collect()
     }

@@ -1,6 +1,6 @@
 //! The passes of ReSTIR PT.
 
-use super::PtSettings;
+use super::{Changed, PtSettings};
 use crate::Error;
 use crate::film::Film;
 use crate::plan::{ARENAS, Buffer, BufferId, Pass};
@@ -12,12 +12,12 @@ use restir_shared::layout::{CameraParams, FEATURE_BLEND, FilmParams, FilmPixel};
 use restir_shared::resample::mis::Mis;
 use restir_shared::shift::Start;
 use restir_shared::technique::restir_pt::{
-    Job, JobShifted, PT_BACK, PT_CHANGED, PT_OTHER_FRAME, PT_STALE, PT_STILL, PackedPath, PtFacet, PtParams,
+    Job, JobShifted, PT_BACK, PT_CHANGED, PT_OTHER_FRAME, PT_STILL, PT_TAKES_ALL, PackedPath, PtFacet, PtParams,
 };
 use std::collections::VecDeque;
 
 /// Flags that differ from pass to pass: kernels are not specialised to them, or each would have to be compiled for every pass.
-const OF_PASSES: u32 = PT_OTHER_FRAME | PT_BACK | PT_STILL | PT_CHANGED | PT_STALE;
+const OF_PASSES: u32 = PT_OTHER_FRAME | PT_BACK | PT_STILL | PT_CHANGED | PT_TAKES_ALL;
 
 /// The planes of the frames; what the settings do not need is not there.
 struct Planes {
@@ -32,6 +32,8 @@ struct Planes {
     sharing: Option<[BufferId; 2]>,
     /// What became of jobs the other way, with temporal reuse.
     returned: BufferId,
+    /// Paths as they are in the respective other frame, where they are traced there once more.
+    retraced: Option<BufferId>,
 }
 
 impl Planes {
@@ -58,6 +60,8 @@ impl Planes {
                 jobs.map_or(0, |[_, shifted]| shifted)
             },
             sharing: jobs,
+            retraced: (keeps_history && s.changed == Changed::Retrace)
+                .then(|| add("retraced", 1, size_of::<PackedPath>())),
         }
     }
 
@@ -120,8 +124,7 @@ impl Chain {
 
     /// The last plane of the paths is the one that the last frame has left.
     fn reuse_in_time(&mut self, now: &Frame, last_camera: CameraParams) {
-        let changed = !now.same_scene;
-        let flags = self.settings.temporal_flags(now.is_still(Some(last_camera)), changed);
+        let flags = self.settings.temporal_flags(now.is_still(Some(last_camera)), !now.same_scene);
         let still = flags & PT_STILL != 0;
         let form = if still { Mis::CONSTANT } else { self.settings.temporal_mis.mis() }.bits();
         let of_last = PtParams {
@@ -132,20 +135,34 @@ impl Chain {
             other_camera: last_camera,
             ..self.params(now)
         };
-        let [work, last] = [self.planes.paths[0], self.planes.paths[self.planes.paths.len() - 1]];
+        let [work, mut last] = [self.planes.paths[0], self.planes.paths[self.planes.paths.len() - 1]];
         if !still {
             let before = now.index.wrapping_add(1);
             let [starts, facets] = [&self.planes.starts, &self.planes.facets].map(|planes| Planes::of(planes, before));
             let returned = self.planes.returned;
-            if changed {
-                self.push(now, &pt::pt_recall::DESC, of_last, &[("paths", last)]);
-            }
             self.push(now, &pt::pt_reproject::DESC, of_last, &[("other_facets", facets)]);
-            self.push(now, &pt::pt_shift::DESC, of_last, &[("paths", last)]);
             let back = PtParams { flags: flags | PT_BACK, ..of_last };
-            self.push(now, &pt::pt_shift::DESC, back, &[("paths", work), ("starts", starts), ("shifted", returned)]);
+            let own = self.retraced(now, back, work);
+            self.push(now, &pt::pt_shift::DESC, back, &[("paths", own), ("starts", starts), ("shifted", returned)]);
+            last = self.recalled(now, of_last, last);
+            self.push(now, &pt::pt_shift::DESC, of_last, &[("paths", last)]);
         }
         self.push(now, &pt::pt_merge::DESC, of_last, &[("paths", last), ("merged", work)]);
+    }
+
+    /// The plane of the last frame's paths as they are now.
+    fn recalled(&mut self, now: &Frame, params: PtParams, last: BufferId) -> BufferId {
+        if self.planes.retraced.is_none() && !now.same_scene {
+            self.push(now, &pt::pt_recall::DESC, params, &[("paths", last)]);
+        }
+        self.retraced(now, params, last)
+    }
+
+    /// The plane of these paths with what arrives at their vertices k in the other frame, if that may be something else.
+    fn retraced(&mut self, now: &Frame, params: PtParams, paths: BufferId) -> BufferId {
+        let Some(retraced) = self.planes.retraced.filter(|_| !now.same_scene) else { return paths };
+        self.push(now, &pt::pt_retrace::DESC, params, &[("paths", paths), ("retraced", retraced)]);
+        retraced
     }
 
     /// The plane of what needs no path of this technique.
@@ -288,7 +305,7 @@ mod tests {
     /// neighbour a job of 8 and what became of it of 16. Counts are right, every pass fits its buffers, and every buffer is used.
     #[test]
     fn plans_hold_what_the_settings_need() {
-        let scene = SceneBuffers::build(&crate::scene::builtin::scene("cornell").expect("built in")).expect("builds");
+        let scene = SceneBuffers::build(&crate::scene::builtin::scene("moving").expect("built in")).expect("builds");
         let rows = [
             (settings(|s| (s.temporal, s.spatial) = (false, 0)), 1, 64 + 64 + 16),
             (settings(|s| (s.temporal, s.still, s.spatial) = (true, false, 0)), 3, 2 * 64 + 2 * 64 + 16 + 24 + 16),
@@ -297,6 +314,8 @@ mod tests {
             (settings(|s| (s.still, s.feedback) = (false, true)), 4, 2 * 64 + 2 * 64 + 16 + 4 * 24 + 16),
             (settings(|s| (s.still, s.feedback, s.spatial) = (false, false, 3)), 4, 2 * 64 + 3 * 64 + 16 + 4 * 24 + 16),
             (settings(|s| (s.temporal, s.neighbours) = (false, 8)), 2, 64 + 2 * 64 + 16 + 8 * 24),
+            (settings(|s| s.changed = Changed::Retrace), 4, 2 * 64 + 3 * 64 + 16 + 4 * 24 + 16),
+            (settings(|s| (s.temporal, s.changed) = (false, Changed::Retrace)), 3, 64 + 2 * 64 + 16 + 4 * 24),
         ];
         for (settings, frames, expected) in rows {
             for accumulate in [false, true] {
@@ -312,7 +331,7 @@ mod tests {
                 let film = 16 * (capacity.planes() + 1);
                 assert_eq!(4 * words / (16 * 12), expected + film, "{render:?}");
                 let (buffers, count) = (plan.buffers.clone(), plan.pass_count);
-                let passes: Vec<Pass> = plan.passes.collect::<Result<_, _>>().expect("the scene stands still");
+                let passes: Vec<Pass> = plan.passes.collect::<Result<_, _>>().expect("frames are made");
                 passes.iter().for_each(|pass| pass.check(&buffers).expect("fits"));
                 assert_eq!(passes.len() as u64, count, "{render:?}");
                 let used: BTreeSet<BufferId> = passes.into_iter().flat_map(|pass| pass.bindings).collect();
@@ -347,12 +366,15 @@ mod tests {
     #[test]
     fn no_pass_writes_what_it_reads() {
         let scene = SceneBuffers::build(&crate::scene::builtin::scene("moving").expect("built in")).expect("builds");
-        for (spatial, bits) in (0..4).flat_map(|spatial| (0..4).map(move |bits| (spatial, bits))) {
-            let settings = settings(|s| (s.spatial, s.feedback, s.temporal) = (spatial, bits & 1 == 1, bits & 2 == 2));
+        for (spatial, bits) in (0..4).flat_map(|spatial| (0..8).map(move |bits| (spatial, bits))) {
+            let settings = settings(|s| {
+                (s.spatial, s.feedback, s.temporal) = (spatial, bits & 1 == 1, bits & 2 == 2);
+                s.changed = if bits & 4 == 4 { Changed::Retrace } else { Changed::Drop };
+            });
             let render = Render { count: 5, ..Render::new([16, 12], settings) };
             for pass in render.plan(&scene).passes {
                 let pass = pass.expect("made");
-                let own = |name: &str| ["merged", "shifted", "jobs"].contains(&name);
+                let own = |name: &str| ["merged", "shifted", "jobs", "retraced"].contains(&name);
                 let written: Vec<BufferId> = pass
                     .kernel
                     .bindings

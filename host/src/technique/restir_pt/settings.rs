@@ -7,7 +7,7 @@ use restir_shared::resample::mis::Mis;
 use restir_shared::rng::Sampler;
 use restir_shared::shift::Hybrid;
 use restir_shared::technique::restir_pt::{
-    MAX_NEIGHBOURS, PT_CHANGED, PT_INDIRECT, PT_JITTER, PT_OTHER_FRAME, PT_SOBOL, PT_STALE, PT_STILL,
+    MAX_NEIGHBOURS, PT_CHANGED, PT_INDIRECT, PT_JITTER, PT_OTHER_FRAME, PT_SOBOL, PT_STILL, PT_TAKES_ALL,
 };
 use std::any::Any;
 
@@ -41,6 +41,19 @@ choices! {
         "pairwise-defensive" => Defensive,
         /// The same, with as large a part for every neighbour, whatever its confidence (Lin et al. 2022).
         "pairwise-counted-defensive" => Counted,
+    }
+}
+
+choices! {
+    /// What becomes of paths that keep what arrives at a vertex, in a scene where something else may arrive there now.
+    pub enum Changed {
+        /// They are not reused.
+        "drop" => Drop,
+        /// They are reused with what arrived there in the last frame, which is biased.
+        "stale" => Stale,
+        /// What arrives there is traced once more by the path's random numbers, in either frame: at most as many rays a pixel and frame as two
+        /// paths have segments.
+        "retrace" => Retrace,
     }
 }
 
@@ -128,9 +141,9 @@ settings! {
         still: bool = true;
         /// Largest confidence of the last frame's paths; an initial path has one.
         confidence_cap: u32 = 20, in 1..=MAX_CONFIDENCE_CAP, unit "initial paths";
-        /// Where the scene has changed, reuse of the last frame's paths that keep what arrived at the vertex at which they are joined, and
-        /// not the light itself. Something else may arrive there now.
-        stale: bool = false;
+        /// Where the scene has changed, what becomes of the last frame's paths that keep what arrived at the vertex at which they are joined, and
+        /// not the light itself.
+        changed: Changed = Changed::Drop;
         /// Passes of spatial reuse.
         spatial: u32 = 1, in 0..=MAX_SPATIAL_PASSES, unit "passes";
         /// Neighbours of a pass: each is the partner of a random pairing.
@@ -219,7 +232,7 @@ impl PtSettings {
     /// ray that it had.
     pub(super) fn temporal_flags(&self, same_view: bool, changed: bool) -> u32 {
         let still = same_view && self.still && !self.jitter;
-        let all = [(still, PT_STILL), (changed, PT_CHANGED), (self.stale, PT_STALE)];
+        let all = [(still, PT_STILL), (changed, PT_CHANGED), (changed && self.changed != Changed::Drop, PT_TAKES_ALL)];
         all.into_iter().filter(|(is_on, _)| *is_on).fold(self.flags() | PT_OTHER_FRAME, |flags, (_, flag)| flags | flag)
     }
 

@@ -10,6 +10,7 @@
 //! |---|---|---|
 //! | [`trace`] | | starts: what each pixel sees; facets: the surface there; paths: one of each pixel's candidates; direct: what the pixel sees to emit |
 //! | [`recall`] | the last frame's paths | these, in place, where the scene has changed since |
+//! | or [`retrace`], twice | the last frame's paths, and the pixels' own | these with what arrives at their vertices k in the respective other frame |
 //! | [`reproject`] | starts, the last frame's facets | jobs: for each pixel, where its surface was seen |
 //! | [`shift_job`], twice | jobs, both frames' starts and paths | what the last frame's path is at the pixel, and the pixel's in the last frame |
 //! | [`merge`] | paths, jobs, what became of them | paths: one of a pixel's own and the last frame's |
@@ -55,16 +56,18 @@ mod initial;
 mod params;
 mod recall;
 mod record;
+mod retrace;
 mod share;
 
 pub use candidates::{Candidate, Candidates, Keep};
 pub use initial::{Traced, trace};
 pub use params::{
-    Job, JobShifted, MAX_NEIGHBOURS, PT_BACK, PT_CHANGED, PT_INDIRECT, PT_JITTER, PT_OTHER_FRAME, PT_SOBOL, PT_STALE,
-    PT_STILL, PtFacet, PtParams,
+    Job, JobShifted, MAX_NEIGHBOURS, PT_BACK, PT_CHANGED, PT_INDIRECT, PT_JITTER, PT_OTHER_FRAME, PT_SOBOL, PT_STILL,
+    PT_TAKES_ALL, PtFacet, PtParams,
 };
 pub use recall::{recall, reproject};
 pub use record::{PackedPath, Stored};
+pub use retrace::{arriving, retrace};
 pub use share::{Merged, Shares, merge, pair, shade};
 
 use super::path;

@@ -19,9 +19,9 @@ pub const PT_BACK: u32 = 1 << 3;
 /// Flag, of a merge with [`PT_OTHER_FRAME`]: every pixel has the same start in both frames, and the scene is the same, so that paths are what
 /// they were.
 pub const PT_STILL: u32 = 1 << 4;
-/// Flag: the scene has changed since the other frame, and paths that keep what arrives at vertex k are taken to the other one all the same,
-/// although something else may arrive there.
-pub const PT_STALE: u32 = 1 << 5;
+/// Flag, with [`PT_CHANGED`]: paths that keep what arrives at vertex k are taken to the other frame, too, with what the plane has of it:
+/// [`retrace`](super::retrace) has found it there, or else it is stale.
+pub const PT_TAKES_ALL: u32 = 1 << 5;
 /// Flag: the scene has changed since the other frame.
 pub const PT_CHANGED: u32 = 1 << 6;
 /// Flag: paths of up to two segments are somebody else's.

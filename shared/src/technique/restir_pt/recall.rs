@@ -1,7 +1,7 @@
 //! The last frame: where a pixel's surface was, and what has become of paths since.
 
 use super::PtParams;
-use super::params::{Job, PT_STALE, PtFacet};
+use super::params::{Job, PT_TAKES_ALL, PtFacet};
 use super::record::PackedPath;
 use crate::num;
 use crate::resample::similar::Facet;
@@ -40,10 +40,15 @@ pub fn reproject<F: Frames>(
 /// density of its vertex k is over an area that may have been deformed.
 #[inline(always)]
 pub fn recall<F: Frames>(frames: &F, params: &PtParams, packed: PackedPath) -> PackedPath {
-    let mut path = packed.unpack().path;
+    recalled(frames, params, packed, packed.unpack().path)
+}
+
+/// The same of `path`, which is the one that is packed, but for what arrives at its vertex k.
+#[inline(always)]
+pub(super) fn recalled<F: Frames>(frames: &F, params: &PtParams, packed: PackedPath, mut path: Path) -> PackedPath {
     let extent = carry(frames, params, true, &mut path);
     let term = if extent > 0.0 { num::flush(num::div(path.term, extent)) } else { 0.0 };
-    if path.length == 0 { packed } else { packed.carried(&path, term) }
+    packed.carried(&path, term)
 }
 
 /// Takes a path to the respective other frame; it has a term of 0 if there is none there. Returns the area there over the area here
@@ -54,7 +59,7 @@ pub(super) fn carry<F: Frames>(frames: &F, params: &PtParams, of_other: bool, pa
     if path.length == 0 {
         return 1.0;
     }
-    let mut known = (path.reconnection == 0) | path.keeps_light() | params.has(PT_STALE);
+    let mut known = !path.keeps_arrival() | params.has(PT_TAKES_ALL);
     if path.keeps_light() {
         path.light = frames.counterpart(path.light, of_other);
         known &= path.light.is_light();

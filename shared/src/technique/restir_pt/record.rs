@@ -62,13 +62,7 @@ impl Stored {
     #[inline(always)]
     pub fn pack(&self) -> PackedPath {
         let Self { path, value, contribution_weight, confidence } = *self;
-        let kept = path.light;
-        let radiance = path.radiance;
-        let seen = if path.keeps_light() {
-            [kept.light, kept.u, kept.v]
-        } else {
-            [radiance.x.to_bits(), radiance.y.to_bits(), radiance.z.to_bits()]
-        };
+        let seen = seen(&path);
         let [x, y] = encode_unit_vector_48(path.direction);
         let drawn = if path.light_sampled { 1 } else { 0 };
         let weight = contribution_weight.within_range();
@@ -165,12 +159,19 @@ impl PackedPath {
         weighted
     }
 
-    /// The path in another frame, where its light may have another index, and where it has this term.
+    /// The path in another frame, where its light may have another index, where something else may arrive at vertex k, and where it has this
+    /// term. Of what is no path the words say nothing, and stay.
     #[inline(always)]
     #[must_use]
     pub(super) fn carried(&self, path: &Path, term: f32) -> Self {
         let mut carried = *self;
-        carried.words[4] = if path.keeps_light() { path.light.light } else { self.words[4] };
+        if path.length == 0 {
+            return carried;
+        }
+        let seen = seen(path);
+        carried.words[4] = seen[0];
+        carried.words[5] = seen[1];
+        carried.words[6] = seen[2];
         carried.words[7] = term.to_bits();
         carried
     }
@@ -185,6 +186,17 @@ impl PackedPath {
         moved.words[3] = value.z.to_bits();
         moved.words[7] = term.to_bits();
         moved
+    }
+}
+
+/// What is seen from vertex k, or is vertex k: words 4 to 6.
+#[inline(always)]
+fn seen(path: &Path) -> [u32; 3] {
+    let Path { light: kept, radiance, .. } = *path;
+    if path.keeps_light() {
+        [kept.light, kept.u, kept.v]
+    } else {
+        [radiance.x.to_bits(), radiance.y.to_bits(), radiance.z.to_bits()]
     }
 }
 
