@@ -1,6 +1,8 @@
 //! Path tracing through media, one stretch of one sample of every pixel.
 
-use restir_shared::layout::{FEATURES_MEDIA, FilmPixel};
+#[cfg(not(target_arch = "spirv"))]
+use restir_shared::layout::FEATURES_MEDIA;
+use restir_shared::layout::FilmPixel;
 use restir_shared::technique::path::media::{self, MediaParams, PackedWalker, Tally};
 
 kernel! {
