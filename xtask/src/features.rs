@@ -15,14 +15,14 @@ use restir_kernels::path::path;
 use restir_shared::layout::{FEATURE_CLEAR_BORDER, FEATURE_SUBSURFACE, FEATURES_ALL, FEATURES_DIFFUSE};
 use restir_tests::features::{Content, PARTS, hash, specialised};
 
-use crate::{Error, report};
+use crate::{Error, compiled_out, report};
 
 /// Measurements of which the median counts; those of all rows are interleaved.
 const ROUNDS: usize = 5;
 /// A scene that needs emission alone.
 const SCENE: &str = "cornell";
 /// What the kernel `path` can be asked for: scenes with light under their surfaces have kernels of their own.
-const ALL: u32 = FEATURES_ALL & !(FEATURE_SUBSURFACE | FEATURE_CLEAR_BORDER);
+pub(crate) const ALL: u32 = FEATURES_ALL & !(FEATURE_SUBSURFACE | FEATURE_CLEAR_BORDER);
 
 /// Options of `cargo xtask features`.
 #[derive(Args)]
@@ -37,6 +37,10 @@ pub struct Options {
     /// With --hash: a feature that no set has.
     #[arg(long, requires = "hash")]
     without: Vec<String>,
+    /// Compare the modules without each feature with modules of source in which its code is compiled out, all of them or those named; with --write,
+    /// replace docs/compiled-out.md.
+    #[arg(long, num_args = 0.., conflicts_with = "hash")]
+    compiled_out: Option<Vec<String>>,
 }
 
 /// A set of features that the kernel is specialised to.
@@ -57,6 +61,10 @@ struct Row {
 pub fn run(options: &Options) -> Result<(), Error> {
     if options.hash {
         return hashes(&options.without);
+    }
+    if let Some(names) = &options.compiled_out {
+        known(names)?;
+        return compiled_out::run(names, options.write);
     }
     let mut rows = rows().map_err(Error::Environment)?;
     let adapter = measure(&mut rows)?;
@@ -83,12 +91,16 @@ fn rows() -> Result<Vec<Row>, String> {
     sets().into_iter().map(row).collect()
 }
 
-fn hashes(without: &[String]) -> Result<(), Error> {
+/// An error that lists the features if one of the names is none.
+fn known(names: &[String]) -> Result<(), Error> {
     let unknown = |name: &&String| !PARTS.iter().any(|part| part.name == **name);
-    if let Some(name) = without.iter().find(unknown) {
-        let names: Vec<&str> = PARTS.iter().map(|part| part.name).collect();
-        return Err(Error::Environment(format!("no feature is called {name}; there are: {}", names.join(", "))));
-    }
+    let Some(name) = names.iter().find(unknown) else { return Ok(()) };
+    let names: Vec<&str> = PARTS.iter().map(|part| part.name).collect();
+    Err(Error::Environment(format!("no feature is called {name}; there are: {}", names.join(", "))))
+}
+
+fn hashes(without: &[String]) -> Result<(), Error> {
+    known(without)?;
     let dropped = PARTS.iter().filter(|part| without.iter().any(|name| name == part.name));
     let dropped = dropped.fold(0, |bits, part| bits | part.feature);
     for (name, features) in sets() {
