@@ -8,11 +8,10 @@ use std::path::Path;
 
 use restir_host::exec::Flavour;
 use restir_kernels::path::path;
-use restir_shared::layout::{FEATURE_SUBSURFACE, FEATURES_DIFFUSE};
+use restir_shared::layout::{FEATURE_CLEAR_BORDER, FEATURE_SUBSURFACE, FEATURES_ALL, FEATURES_DIFFUSE};
 use restir_tests::features::{Content, PARTS, specialised, specialised_of};
 use restir_tests::fingerprint;
 
-use crate::features::ALL;
 use crate::report::publish;
 use crate::shader::compile::Job;
 use crate::shader::pipeline::finish_module;
@@ -22,6 +21,8 @@ use crate::shader::workspace::{Workspace, scratch};
 use crate::shader::{Entry, install};
 use crate::{Error, shader};
 
+/// What the kernel `path` can be asked for: scenes with light under their surfaces have kernels of their own.
+pub(crate) const ALL: u32 = FEATURES_ALL & !(FEATURE_SUBSURFACE | FEATURE_CLEAR_BORDER);
 /// Members of the workspace, without which its lock file would not fit.
 const MEMBERS: [&str; 6] = ["shared", "kernels", "host", "restir", "tests", "xtask"];
 /// Members whose code runs on the device.
@@ -32,6 +33,7 @@ const DEVICE: [&str; 2] = ["shared/src", "kernels/src"];
 /// # Errors
 /// [`Error::Environment`] without the shader toolchain or SPIRV-Tools.
 pub(crate) fn run(names: &[String], is_written: bool) -> Result<(), Error> {
+    known(names)?;
     let original = Workspace::current();
     let toolchain =
         Toolchain::find()?.ok_or_else(|| Error::Environment(install::consent_message(&original.kernels())))?;
@@ -58,6 +60,14 @@ pub(crate) fn run(names: &[String], is_written: bool) -> Result<(), Error> {
 /// Features by name: those of `path`, and light inside of bodies, which has kernels of its own.
 fn parts() -> impl Iterator<Item = (&'static str, u32)> {
     PARTS.iter().map(|part| (part.name, part.feature)).chain([("subsurface", FEATURE_SUBSURFACE)])
+}
+
+/// An error that lists the features if one of the names is none.
+pub(crate) fn known(names: &[String]) -> Result<(), Error> {
+    let unknown = |name: &&String| !parts().any(|(known, _)| known == **name);
+    let Some(name) = names.iter().find(unknown) else { return Ok(()) };
+    let names: Vec<&str> = parts().map(|(name, _)| name).collect();
+    Err(Error::Environment(format!("no feature is called {name}; there are: {}", names.join(", "))))
 }
 
 fn constant(name: &str) -> String {
