@@ -1,5 +1,6 @@
 //! The features that `path` can be specialised to, and what is left of its module then.
 
+use crate::fingerprint;
 use restir_host::exec::Flavour;
 use restir_host::{Shaders, spirv};
 use restir_kernels::path::path;
@@ -9,9 +10,8 @@ use restir_shared::layout::{
     FEATURE_GLOSSY, FEATURE_LIGHT_TABLE, FEATURE_MULTISCATTER, FEATURE_PUNCTUAL, FEATURE_SHADING, FEATURE_SPECULAR,
     FEATURE_TEXTURES, FEATURE_TRANSMISSION, FEATURE_VOLUME,
 };
-use rspirv::dr::{Function, Instruction, Operand};
 use rspirv::spirv::Op;
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 use std::io::Write;
 use std::process::{Command, Stdio};
 
@@ -58,13 +58,17 @@ pub const PARTS: [Part; 15] = [
 /// # Errors
 /// A sentence, if the module or `spirv-opt` is missing or broken.
 pub fn specialised(flavour: Flavour, features: u32) -> Result<Vec<u32>, String> {
-    optimise(&frozen(flavour, features)?)
+    let words = Shaders::Embedded.load(path::DESC.name, flavour).map_err(|e| e.to_string())?;
+    specialised_of(&words, features)
 }
 
-/// The module of `path` as executors load it: specialised, and not optimised again.
-fn frozen(flavour: Flavour, features: u32) -> Result<Vec<u32>, String> {
-    let words = Shaders::Embedded.load(path::DESC.name, flavour).map_err(|e| e.to_string())?;
-    spirv::freeze(&words, &[(path::DESC.constants[0].id, features)]).ok_or_else(|| "not a SPIR-V module".to_owned())
+/// The same of a module with the interface of `path`, in place of the embedded one.
+///
+/// # Errors
+/// A sentence, if `spirv-opt` is missing or the module broken.
+pub fn specialised_of(words: &[u32], features: u32) -> Result<Vec<u32>, String> {
+    let frozen = spirv::freeze(words, &[(path::DESC.constants[0].id, features)]);
+    optimise(&frozen.ok_or_else(|| "not a SPIR-V module".to_owned())?)
 }
 
 /// Whether `spirv-opt` can be started.
@@ -72,60 +76,18 @@ pub fn has_optimiser() -> bool {
     Command::new("spirv-opt").arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok()
 }
 
-/// The BLAKE3 hash of what is left of `path`, specialised to `features` and optimised: two sources that leave the same
-/// operations have the same hash. Identifiers are numbered in the order in which they are defined, and types and constants are what
-/// they say: neither their numbers nor the order in which they are declared count, nor that in which a phi names its blocks.
+/// The BLAKE3 hash of what is left of `path`, specialised to `features` and optimised, see [`fingerprint::exact`].
 ///
 /// # Errors
 /// A sentence, if the module or `spirv-opt` is missing or broken.
 pub fn hash(flavour: Flavour, features: u32) -> Result<String, String> {
-    let words = spirv_opt(&frozen(flavour, features)?, &["-O", "--strip-debug"])?;
-    let module = rspirv::dr::load_words(&words).map_err(|state| format!("not a SPIR-V module: {state}"))?;
-    let mut names: HashMap<u32, String> = HashMap::new();
-    for global in &module.types_global_values {
-        let Some(id) = global.result_id else { continue };
-        let decorated = module.annotations.iter().filter(|a| a.operands.first() == Some(&Operand::IdRef(id)));
-        let decorations: Vec<String> = decorated.map(|a| format!("{:?}", &a.operands[1..])).collect();
-        let text = text(global, &names);
-        names.insert(id, text + &decorations.concat());
-    }
-    let instructions = || module.functions.iter().flat_map(Function::all_inst_iter);
-    names.extend((0_u32..).zip(instructions().filter_map(|i| i.result_id)).map(|(at, id)| (id, format!("%{at}"))));
-    let mut hasher = blake3::Hasher::new();
-    for instruction in instructions() {
-        hasher.update(text(instruction, &names).as_bytes());
-        hasher.update(instruction.result_id.map(|id| name(id, &names)).unwrap_or_default().as_bytes());
-    }
-    Ok(hasher.finalize().to_hex().to_string())
-}
-
-fn name(id: u32, names: &HashMap<u32, String>) -> String {
-    names.get(&id).cloned().unwrap_or_default()
-}
-
-/// An instruction without its result, by the names of what it uses.
-fn text(instruction: &Instruction, names: &HashMap<u32, String>) -> String {
-    let kind = instruction.result_type.map(|id| name(id, names));
-    let operand = |operand: &Operand| match operand.id_ref_any() {
-        Some(id) => name(id, names),
-        None => format!("{operand:?}"),
-    };
-    let mut operands: Vec<String> = instruction.operands.iter().map(operand).collect();
-    if instruction.class.opcode == Op::Phi {
-        // values with the blocks that they come from
-        operands.as_chunks_mut::<2>().0.sort();
-    }
-    format!("({} {kind:?} {operands:?})", instruction.class.opname)
+    fingerprint::exact(&specialised(flavour, features)?)
 }
 
 fn optimise(words: &[u32]) -> Result<Vec<u32>, String> {
-    spirv_opt(words, &["-O", "--strip-debug"])
-}
-
-fn spirv_opt(words: &[u32], passes: &[&str]) -> Result<Vec<u32>, String> {
     let failed = |e: std::io::Error| format!("cannot run spirv-opt ({e}): install SPIRV-Tools");
     let mut command = Command::new("spirv-opt");
-    command.arg("--target-env=vulkan1.2").args(passes).args(["-", "-o", "-"]);
+    command.args(["--target-env=vulkan1.2", "-O", "--strip-debug", "-", "-o", "-"]);
     let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().map_err(failed)?;
     // it reads everything before it writes anything
     let written = child.stdin.take().map_or(Ok(()), |mut input| input.write_all(bytemuck::cast_slice(words)));

@@ -10,6 +10,7 @@ pub mod crossings;
 pub mod data;
 pub mod device;
 pub mod features;
+pub mod fingerprint;
 pub mod flush;
 pub mod foreign;
 pub mod furnace;

@@ -12,17 +12,16 @@ use restir_host::render::{Render, render};
 use restir_host::scene::Scene;
 use restir_host::technique::path::PathSettings;
 use restir_kernels::path::path;
-use restir_shared::layout::{FEATURE_CLEAR_BORDER, FEATURE_SUBSURFACE, FEATURES_ALL, FEATURES_DIFFUSE};
+use restir_shared::layout::FEATURES_DIFFUSE;
 use restir_tests::features::{Content, PARTS, hash, specialised};
 
+use crate::compiled_out::{self, ALL};
 use crate::{Error, report};
 
 /// Measurements of which the median counts; those of all rows are interleaved.
 const ROUNDS: usize = 5;
 /// A scene that needs emission alone.
 const SCENE: &str = "cornell";
-/// What the kernel `path` can be asked for: scenes with light under their surfaces have kernels of their own.
-const ALL: u32 = FEATURES_ALL & !(FEATURE_SUBSURFACE | FEATURE_CLEAR_BORDER);
 
 /// Options of `cargo xtask features`.
 #[derive(Args)]
@@ -37,6 +36,10 @@ pub struct Options {
     /// With --hash: a feature that no set has.
     #[arg(long, requires = "hash")]
     without: Vec<String>,
+    /// Compare the modules without each feature with modules of source in which its code is compiled out, all of them or those named; with --write,
+    /// replace docs/compiled-out.md.
+    #[arg(long, num_args = 0.., conflicts_with = "hash")]
+    compiled_out: Option<Vec<String>>,
 }
 
 /// A set of features that the kernel is specialised to.
@@ -57,6 +60,9 @@ struct Row {
 pub fn run(options: &Options) -> Result<(), Error> {
     if options.hash {
         return hashes(&options.without);
+    }
+    if let Some(names) = &options.compiled_out {
+        return compiled_out::run(names, options.write);
     }
     let mut rows = rows().map_err(Error::Environment)?;
     let adapter = measure(&mut rows)?;
@@ -84,11 +90,7 @@ fn rows() -> Result<Vec<Row>, String> {
 }
 
 fn hashes(without: &[String]) -> Result<(), Error> {
-    let unknown = |name: &&String| !PARTS.iter().any(|part| part.name == **name);
-    if let Some(name) = without.iter().find(unknown) {
-        let names: Vec<&str> = PARTS.iter().map(|part| part.name).collect();
-        return Err(Error::Environment(format!("no feature is called {name}; there are: {}", names.join(", "))));
-    }
+    compiled_out::known(without)?;
     let dropped = PARTS.iter().filter(|part| without.iter().any(|name| name == part.name));
     let dropped = dropped.fold(0, |bits, part| bits | part.feature);
     for (name, features) in sets() {
@@ -150,7 +152,7 @@ fn report(rows: &[Row], adapter: Option<&str>) -> String {
          rounds on `{SCENE}`, 128 x 128 pixels, 4 samples, depth 8, relative to \"all\": what a feature costs that the \
          scene does not use. Without emission there is less to render: that row compares nothing.\n\n\
          GPU: {adapter}, flavour exact. CPU: {}, {} threads; there a feature is a branch at run time, but for a variant \
-         of the code for diffuse scenes.\n\n\
+         of the code for diffuse scenes. [compiled-out.md](compiled-out.md) shows what is left of the code of a feature where it is absent.\n\n\
          Made by `MESA_SHADER_CACHE_DISABLE=true cargo xtask features --write`.\n\n\
          | features | operations, exact | operations, fast | pipeline | GPU frame | CPU frame |\n\
          |---|---:|---:|---:|---:|---:|\n",

@@ -4,6 +4,7 @@
 
 pub mod albedo;
 pub mod aov;
+mod compiled_out;
 pub mod crossings;
 pub mod diffusion;
 pub mod documented;

@@ -58,7 +58,7 @@ fn source_files(root: &Path) -> Result<BTreeMap<PathBuf, Vec<u8>>, Error> {
 }
 
 /// A path with slashes on every system.
-pub(super) fn portable_name(path: &Path) -> String {
+pub(crate) fn portable_name(path: &Path) -> String {
     path.iter().map(|part| part.to_string_lossy()).collect::<Vec<_>>().join("/")
 }
 

@@ -6,16 +6,25 @@ use tempfile::TempDir;
 
 use crate::Error;
 
-/// The repository that this build of xtask belongs to.
+/// The repository that this build of xtask belongs to, or one with the same folders.
 #[derive(Clone, Debug)]
 pub struct Workspace {
     root: PathBuf,
+    target: PathBuf,
 }
 
 impl Workspace {
     /// The repository with the given root.
     pub fn new(root: impl Into<PathBuf>) -> Self {
-        Self { root: root.into() }
+        let root = root.into();
+        let target = root.join(std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into()));
+        Self { root, target }
+    }
+
+    /// A copy of the repository, whose target directory is its own whatever the environment says.
+    pub fn copy(root: impl Into<PathBuf>) -> Self {
+        let root = root.into();
+        Self { target: root.join("target"), root }
     }
 
     /// The repository that xtask was compiled in.
@@ -31,7 +40,7 @@ impl Workspace {
 
     /// Cargo's target directory.
     pub fn target(&self) -> PathBuf {
-        self.root.join(std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into()))
+        self.target.clone()
     }
 
     /// The crate of the entry points.
