@@ -4,6 +4,7 @@
 //! The source is a copy below the target directory, so that no line of what is shipped knows of this. In the copy a feature has no bit
 //! and the tests for it are `false`, with which the compiler drops what they guard; `path` is its only kernel.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use restir_host::exec::Flavour;
@@ -14,6 +15,7 @@ use restir_tests::fingerprint;
 
 use crate::report::publish;
 use crate::shader::compile::Job;
+use crate::shader::module::{operation_name, operations, parse};
 use crate::shader::pipeline::finish_module;
 use crate::shader::publish::{read_files, write};
 use crate::shader::toolchain::Toolchain;
@@ -158,12 +160,20 @@ fn row(name: &str, features: u32, other: &[u32]) -> Result<String, Error> {
     row().map_err(Error::Environment)
 }
 
-fn verdict([shipped, other]: &[Vec<u32>; 2]) -> Result<&'static str, String> {
-    if fingerprint::exact(shipped)? == fingerprint::exact(other)? {
-        return Ok("equal");
+fn verdict([shipped, other]: &[Vec<u32>; 2]) -> Result<String, String> {
+    let hashes = |hash: fn(&[u32]) -> Result<String, String>| Ok::<_, String>([hash(shipped)?, hash(other)?]);
+    let [exact, values] = [hashes(fingerprint::exact)?, hashes(fingerprint::values)?];
+    if exact[0] == exact[1] {
+        return Ok("equal".to_owned());
     }
-    let same_values = fingerprint::values(shipped)? == fingerprint::values(other)?;
-    Ok(if same_values { "same values" } else { "differs" })
+    let kind = if values[0] == values[1] { "same values" } else { "differs" };
+    let mut more: BTreeMap<String, i64> = BTreeMap::new();
+    for (words, sign) in [(shipped, 1), (other, -1)] {
+        let module = parse(bytemuck::cast_slice(words))?;
+        operations(&module).for_each(|i| *more.entry(operation_name(i)).or_default() += sign);
+    }
+    let more = more.into_iter().filter(|(_, count)| *count != 0).map(|(name, count)| format!(", {name} {count:+}"));
+    Ok(format!("{kind}{}", more.collect::<String>()))
 }
 
 fn report(rows: &str) -> String {
@@ -173,8 +183,11 @@ fn report(rows: &str) -> String {
          optimised alike. Rows with \"diffuse\" are frozen to emissive triangles and the light table alone.\n\n\
          \"Equal\" modules have the same hash: the same operations in the same order, whatever the numbers of identifiers and the order of \
          declarations. Those with the \"same values\" have the same blocks, branches and stores and compute the same values equally often, but some \
-         value stands earlier, or is copied by a shuffle that changes nothing. The others differ: by how many operations, the third column \
-         says.\n\nMade by `cargo xtask features --compiled-out --write`, which needs the shader toolchain; the name of a feature after \
+         value stands earlier, or is copied by a shuffle that changes nothing. The others differ by the operations that the last column \
+         counts; no label, branch, load or store is among them, so that no block of the feature is left, \
+         and what remains is how far spirv-opt came with the rest. Its first run, which has to serve all scenes, keeps the last word of a random draw \
+         (`IAdd`, `IMul`) that only the feature uses, and otherwise shares or takes apart vectors elsewhere; \
+         where the number is negative, the shipped module is the shorter one.\n\nMade by `cargo xtask features --compiled-out --write`, which needs the shader toolchain; the name of a feature after \
          `--compiled-out` builds that one alone.\n\n\
          | without | operations | more than without its code | hash |\n|---|---:|---:|---|\n{rows}"
     )
