@@ -235,7 +235,7 @@ def report(rows, means, profiles, arguments, size, spp):
             "",
             f"## Where the time goes: {subject}",
             "",
-            f"Of the {total / 1e6:.0f} million instructions in which one thread runs `restir render {' '.join(PROFILED[subject])}` (`valgrind "
+            f"Of the {total / 1e6:.0f} million instructions in which one thread runs `restir render {' '.join(PROFILED[subject])} -o p.exr` (`valgrind "
             f"--tool=callgrind`, by the file of each line, inlined or not), building the scene not counted, at commit {common.commit()}:",
             "",
             "| part | share |",
