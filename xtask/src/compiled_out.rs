@@ -187,7 +187,7 @@ fn report(rows: &str) -> String {
          counts; no label, branch, load or store is among them, so that no block of the feature is left, \
          and what remains is how far spirv-opt came with the rest. Its first run, which has to serve all scenes, keeps the last word of a random draw \
          (`IAdd`, `IMul`) that only the feature uses, and otherwise shares or takes apart vectors elsewhere; \
-         where the number is negative, the shipped module is the shorter one.\n\nMade by `cargo xtask features --compiled-out --write`, which needs the shader toolchain; the name of a feature after \
+         where the number is negative, the shipped module is the shorter one.\n\nMade by `cargo xtask features --compiled-out --write` (10 min), which needs the shader toolchain; the name of a feature after \
          `--compiled-out` builds that one alone.\n\n\
          | without | operations | more than without its code | hash |\n|---|---:|---:|---|\n{rows}"
     )
