@@ -54,7 +54,7 @@ pub(super) fn reported<T>(
     };
     let heard = || {
         // once this is read, a signal is heard
-        reporter.begin(what);
+        reporter.begin();
         work(observe)
     };
     let done = telling(MOMENT, &|| reporter.remind(), || interrupt::listening(heard));
@@ -88,9 +88,9 @@ impl Reporter {
         Self::Lines(Mutex::new(Lines { what, begun: None, last, next_percent: STEP_PERCENT, said: Instant::now() }))
     }
 
-    fn begin(&self, what: &str) {
-        if let Self::Lines(_) = self {
-            console::note(&format!("{what}: 0 %"));
+    fn begin(&self) {
+        if let Self::Lines(lines) = self {
+            lines.lock().unwrap_or_else(PoisonError::into_inner).say();
         }
     }
 
