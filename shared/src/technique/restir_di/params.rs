@@ -65,8 +65,8 @@ impl Flags {
         Self(form.bits() << Self::MIS_SHIFT)
     }
 
-    /// These flags with a form of MIS in place of their own. [`Mis::PAIRWISE_DEFENSIVE`] is a good choice everywhere, and its
-    /// cost grows with the number of neighbours; [`Mis::TALBOT`] costs its square.
+    /// These flags with a form of MIS in place of their own. The cost of [`Mis::PAIRWISE_DEFENSIVE`] grows with the
+    /// number of neighbours, that of [`Mis::TALBOT`] with the square of that number.
     #[must_use]
     pub const fn with_form(self, form: Mis) -> Self {
         Self(self.0 & ((1 << Self::MIS_SHIFT) - 1) | Self::of_form(form).0)
