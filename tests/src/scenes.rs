@@ -330,6 +330,12 @@ pub fn moving_media() -> Scene {
     scene.animation.motions.push(Motion { instance: scene.instances.len() - 1, keys });
     let around = DVec3::new(0.7, -0.3, 0.3);
     scene.add_mesh("patchy", patchy, Mesh::cuboid(around - DVec3::splat(0.16), around + DVec3::splat(0.14)));
+    // moved with the shade that it lies in
+    let bead = Material { transmission: 1.0, roughness: 0.2, ior: 1.4, ..wax("bead", medium(veins, None, 0.3)) };
+    let bead = scene.add_material(bead);
+    scene.place_mesh("bead", bead, Mesh::cuboid(half * -0.6, half * 0.5), scene.instances[lamp].transform);
+    let keys = scene.animation.motions.last().expect("the shade moves").keys.clone();
+    scene.animation.motions.push(Motion { instance: scene.instances.len() - 1, keys });
     for mesh in scene.meshes.iter_mut().filter(|mesh| mesh.name == "ball").map(Arc::make_mut) {
         mesh.uvs = mesh.positions.iter().map(|[x, y, _]| [4.0 * x, 4.0 * y]).collect();
     }

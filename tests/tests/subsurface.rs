@@ -27,6 +27,7 @@ restir_tests::suite! {
     wrong_media_are_seen where_a_path_is_cut_does_not_matter passes_without_work_change_nothing walks_are_counted pieces_of_a_medium_are_as_the_whole white_bodies_cannot_be_seen
     lights_inside_look_alike_sampled_or_found lights_behind_clear_borders_look_alike_sampled_or_found
     clear_bodies_look_as_by_an_independent_walk what_burns_inside_of_white_bodies_comes_out paths_may_end_after_media
+    bodies_in_bodies_of_their_medium_cannot_be_seen light_inside_of_what_encloses_a_body_is_dimmed
     the_texture_where_light_enters_decides scale_does_not_matter scattering_elsewhere_changes_nothing the_last_segment_may_be_a_walk
 }
 
@@ -306,10 +307,17 @@ fn wrong_media_are_seen() -> Result<(), Failed> {
 
 /// A path that waits every 64 segments finds what one finds that never waits, and is counted alike.
 fn where_a_path_is_cut_does_not_matter() -> Result<(), Failed> {
-    for border in [Border::Open, Border::Dielectric(1.4)] {
+    for (border, nested) in [(Border::Open, false), (Border::Dielectric(1.4), false), (Border::Dielectric(1.4), true)] {
         let case = slab(20.0, 0.9999, 0.3, border, true);
-        let scene = case.scene();
-        let render = Render { count: 3, ..Render::new([GRID.width, GRID.height], case.settings()) };
+        let mut source = case.source();
+        if nested {
+            let inner = source.add_material(case.material());
+            let corner = DVec3::new(90.0, -0.1, 90.0);
+            source.add_mesh("layer", inner, Mesh::cuboid(corner * DVec3::new(-1.0, 2.0, -1.0), corner));
+        }
+        let scene = SceneBuffers::build(&source)?;
+        let settings = PathSettings { max_depth: 12, ..case.settings() };
+        let render = Render { count: 3, ..Render::new([GRID.width, GRID.height], settings) };
         let outputs = |stretch: Option<u32>| {
             let plan = native::changed(native::plan(&scene, &render), |pass| {
                 let put = |params: &mut MediaParams| params.stretch = stretch.unwrap_or(params.stretch);
@@ -498,6 +506,64 @@ fn clear_bodies_look_as_by_an_independent_walk() -> Result<(), Failed> {
         ..body("sphere", SPHERE, clear, 0.7)
     };
     agree(&case, 0.04)
+}
+
+/// A sphere with a cube of the same medium inside, and with `apart` another such cube that lies in no body: then what is around them is not known.
+fn nested(border: Border, filled: bool, inner: bool, apart: bool) -> Result<Scene, Failed> {
+    let case = body("sphere", SPHERE, border, 0.4);
+    let (mut scene, mut material) = (case.source(), case.material());
+    if !filled {
+        material.volume = Some(Volume::absorbing([1.0; 3], f32::INFINITY));
+        scene.materials[0] = material.clone();
+    }
+    let own = scene.add_material(Material { name: "inner".to_owned(), ..material });
+    let at = |centre: f64| Mesh::cuboid(DVec3::splat(centre - 0.35), DVec3::splat(centre + 0.25));
+    if inner {
+        scene.add_mesh("cube", own, at(0.0));
+    }
+    if apart {
+        scene.add_mesh("apart", own, at(90.0));
+    }
+    let around = scene.surroundings();
+    ensure(around == [None, if inner & !apart { Some(0) } else { None }], || format!("{around:?}"))?;
+    Ok(scene)
+}
+
+/// What is around a body is where light is that leaves it, and its index of refraction is relative to that.
+fn bodies_in_bodies_of_their_medium_cannot_be_seen() -> Result<(), Failed> {
+    let test = TileTest { grid: GRID, family_rate: FAMILY_RATE };
+    for (what, border, filled) in [
+        ("index-matched", Border::Dielectric(1.0), true),
+        ("of the index 1.4", Border::Dielectric(1.4), true),
+        ("of clear glass", Border::Dielectric(1.5), false),
+    ] {
+        let settings = PathSettings { max_depth: 32, sampler: Sampler::Independent, ..PathSettings::default() };
+        let moments = |scene: &Scene| Ok::<_, Failed>(moments_of(&SceneBuffers::build(scene)?, &settings, 96));
+        let alone = moments(&nested(border, filled, false, false)?)?;
+        ensure_unbiased(what, &test.compare(&moments(&nested(border, filled, true, false)?)?, &alone), 0.02)?;
+        // a path that leaves the cube for the open finds the sphere's border as if it came from nowhere
+        let unknown = moments(&nested(border, filled, true, true)?)?;
+        ensure_biased(&format!("{what}, surroundings unknown"), &test.compare(&unknown, &alone))?;
+    }
+    Ok(())
+}
+
+/// A lamp beside a pebble of glass, both in wax: light that leaves the pebble is in wax again.
+fn light_inside_of_what_encloses_a_body_is_dimmed() -> Result<(), Failed> {
+    let mut scene = body("sphere", SPHERE, Border::Open, 0.4).source();
+    scene.add_sphere_light(DVec3::new(0.4, -0.2, 0.1), 0.15, [3.0, 4.0, 5.0]);
+    let glass = Material { transmission: 1.0, roughness: 0.0, ior: 1.5, ..Material::diffuse("glass", [1.0; 3]) };
+    let volume = Some(Volume::absorbing([0.9, 0.5, 0.9], 0.5));
+    let glass = scene.add_material(Material { volume, ..glass });
+    let pebble = Mesh { normals: Vec::new(), ..Mesh::sphere(DVec3::new(-0.2, 0.2, 0.3), 0.35, 3) };
+    scene.add_mesh("pebble", glass, pebble);
+    ensure(scene.surroundings().last() == Some(&Some(0)), || format!("{:?}", scene.surroundings()))?;
+    let buffers = SceneBuffers::build(&scene)?;
+    let settings = PathSettings { max_depth: 16, sampler: Sampler::Independent, ..PathSettings::default() };
+    let [sampled, found] = [true, false]
+        .map(|lights_inside| moments_of(&buffers, &PathSettings { lights_inside, ..settings.clone() }, 256));
+    let test = TileTest { grid: GRID, family_rate: FAMILY_RATE };
+    ensure_unbiased("lights sampled inside, or found", &test.compare(&sampled, &found), 0.03)
 }
 
 /// To sample lights through clear borders changes noise alone; light that is brighter by three hundredths would be seen.

@@ -40,10 +40,11 @@ impl Attributes {
         tables: &LightTables,
         texels: &Texels,
         environment: Option<&EnvironmentMap>,
+        around: &[u32],
     ) -> Self {
         let absent = SceneHeader { alias_base: NONE, environment_base: NONE, ..SceneHeader::default() };
         let mut attributes = Self { words: Vec::new(), header: absent };
-        attributes.add_materials(scene, texels);
+        attributes.add_materials(scene, texels, around);
         attributes.header.light_base = attributes.next_word();
         attributes
             .extend(tables.lights.iter().map(|l| [l.index, l.density.to_bits(), l.kind, (l.area as f32).to_bits()]));
@@ -74,7 +75,7 @@ impl Attributes {
     }
 
     /// Materials, then the texture uses and the interiors of those that have any.
-    fn add_materials(&mut self, scene: &Scene, texels: &Texels) {
+    fn add_materials(&mut self, scene: &Scene, texels: &Texels, around: &[u32]) {
         let first = scene.materials.len() as u32 * MATERIAL_WORDS;
         let mut records = Vec::new();
         let lit = lit::materials(scene);
@@ -95,13 +96,14 @@ impl Attributes {
                 let slots = volume.textures();
                 let textured = slots.iter().flatten().any(|used| texels.textures[used.texture] != NONE);
                 let uses = if textured { interior + INTERIOR_WORDS } else { NONE };
-                records.extend(interior_record(volume, uses, lit[index], lit::is_clear(scene, index)));
+                let clear = lit::is_clear(scene, index, around);
+                records.extend(interior_record(volume, uses, lit[index], clear));
                 let used = (0..).zip(slots).filter(|_| textured);
                 records.extend(
                     used.flat_map(|(slot, used)| texture_use(scene, texels, slot == SLOT_SCATTERING_COLOR, used)),
                 );
             }
-            self.extend(material_record(material, texels.alpha_flags(material), uses, interior));
+            self.extend(material_record(material, texels.alpha_flags(material), uses, [interior, around[index]]));
         }
         self.extend(records);
     }
@@ -138,7 +140,12 @@ fn interior_record(volume: &Volume, uses: u32, lit: bool, clear: bool) -> [[u32;
     ]
 }
 
-fn material_record(m: &Material, alpha_flags: u32, uses: u32, interior: u32) -> [[u32; 4]; MATERIAL_WORDS as usize] {
+fn material_record(
+    m: &Material,
+    alpha_flags: u32,
+    uses: u32,
+    [interior, around]: [u32; 2],
+) -> [[u32; 4]; MATERIAL_WORDS as usize] {
     let flag = |on: bool, bit: u32| if on { bit } else { 0 };
     let flags = alpha_flags
         | flag(m.two_sided_emission, MATERIAL_TWO_SIDED_EMISSION)
@@ -150,7 +157,7 @@ fn material_record(m: &Material, alpha_flags: u32, uses: u32, interior: u32) -> 
         rgb_word([m.metallic, m.roughness, m.ior], m.transmission),
         rgb_word(m.diffuse_transmission_color, m.diffuse_transmission),
         rgb_word(m.volume.map_or([0.0; 3], |volume| volume.extinction()), m.normal_scale),
-        [flush(m.alpha).to_bits(), flush(cutoff).to_bits(), interior, 0],
+        [flush(m.alpha).to_bits(), flush(cutoff).to_bits(), interior, around],
         rgb_word(m.specular_color, m.specular),
     ]
 }

@@ -40,7 +40,13 @@ pub(super) fn names(features: u32) -> Vec<&'static str> {
 }
 
 /// The features of the materials in use and the lights.
-pub(super) fn of_scene(scene: &Scene, used_materials: &[bool], tables: &LightTables, texels: &Texels) -> u32 {
+pub(super) fn of_scene(
+    scene: &Scene,
+    used_materials: &[bool],
+    tables: &LightTables,
+    texels: &Texels,
+    around: &[u32],
+) -> u32 {
     let materials = scene.materials.iter().zip(used_materials).filter(|(_, used)| **used);
     let of_lights_and_tables = all_of(&[
         (tables.alias.is_some(), FEATURE_LIGHT_TABLE),
@@ -48,7 +54,10 @@ pub(super) fn of_scene(scene: &Scene, used_materials: &[bool], tables: &LightTab
         (tables.count(LIGHT_ENVIRONMENT) > 0, FEATURE_ENVIRONMENT),
         (needs_shading(scene), FEATURE_SHADING),
         (texels.count() > 0, FEATURE_TEXTURES),
-        ((0..scene.materials.len()).any(|m| used_materials[m] && lit::is_clear(scene, m)), FEATURE_CLEAR_BORDER),
+        (
+            (0..scene.materials.len()).any(|m| used_materials[m] && lit::is_clear(scene, m, around)),
+            FEATURE_CLEAR_BORDER,
+        ),
     ]);
     materials.fold(of_lights_and_tables, |features, (m, _)| features | of_material(m, texels.alpha_flags(m)))
 }

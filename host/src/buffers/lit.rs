@@ -34,11 +34,11 @@ pub(super) fn materials(scene: &Scene) -> Vec<bool> {
 }
 
 /// Whether light from inside of bodies of the material passes their surface straight and undimmed: a white dielectric of the index 1 that
-/// transmits all light and has no texture and no shading normals, which lose what they send to the wrong side.
-pub(super) fn is_clear(scene: &Scene, index: usize) -> bool {
+/// transmits all light and has no texture and no shading normals, which lose what they send to the wrong side. Nothing but air is `around` it.
+pub(super) fn is_clear(scene: &Scene, index: usize, around: &[u32]) -> bool {
     let m = &scene.materials[index];
     let passes = (m.ior, m.transmission, m.metallic, m.base_color) == (1.0, 1.0, 0.0, [1.0; 3]);
-    let plain = m.alpha_mode == AlphaMode::Opaque && m.emission == [0.0; 3] && !m.is_textured();
+    let plain = around[index] == 0 && m.alpha_mode == AlphaMode::Opaque && m.emission == [0.0; 3] && !m.is_textured();
     let medium = m.volume.filter(scatters).and_then(|volume| volume.scattering);
     let faceted = || scene.meshes.iter().all(|mesh| mesh.material != index || mesh.normals.is_empty());
     passes && plain && medium.is_some_and(|medium| medium.denser_outside == 1.0) && faceted()

@@ -37,6 +37,7 @@ use crate::{Error, memory, wide_bvh::WideBvh};
 use glam::UVec4;
 use restir_shared::layout::{LIGHT_TRIANGLE, NODE_WORDS, NONE, SceneHeader, TRIANGLE_ALPHA, TRIANGLE_WORDS};
 use restir_shared::scene::SceneView;
+use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};
 
 use arena::Attributes;
@@ -151,14 +152,15 @@ impl SceneBuffers {
     fn assemble(scene: &Scene, flat: &Flat, geometry: Geometry<'_>, texel_words: Arc<[u32]>) -> Result<Self, Error> {
         let Flat { triangles, bvh, skipped, texels, .. } = flat;
         let environment = flat.environment.as_ref();
+        let (scene, around) = &surrounded(scene, triangles);
         let with_shading = shading::needs_shading(scene);
         let (mut geometry, bounds) = geometry::packed(scene, flat, geometry, with_shading);
         let camera = scene.camera.unwrap_or_else(|| Camera::framing(corners(&bounds), 1.0));
         check::check_camera(scene, &camera)?;
         let tables = LightTables::new(scene, triangles, environment, &bounds);
-        let attributes = Attributes::new(scene, &tables, texels, environment);
+        let attributes = Attributes::new(scene, &tables, texels, environment, around);
         geometry::mark(&mut geometry, scene, flat, &tables);
-        let features = features::of_scene(scene, &used_materials(scene, triangles), &tables, texels);
+        let features = features::of_scene(scene, &used_materials(scene, triangles), &tables, texels, around);
 
         let triangle_base = bvh.nodes.len() as u32 * NODE_WORDS;
         let triangle_count = triangles.len() as u32;
@@ -272,6 +274,17 @@ fn corners(bounds: &Bounds) -> [[f32; 3]; 2] {
 
 fn scene_error(scene: &Scene, problem: String) -> Error {
     Error::Scene { scene: scene.name.clone(), problem }
+}
+
+/// The scene with indices of refraction that are relative to what is around, and by material a triangle of that, less one; 0 for air.
+fn surrounded<'a>(scene: &'a Scene, triangles: &[Triangle]) -> (Cow<'a, Scene>, Vec<u32>) {
+    let surroundings = scene.surroundings();
+    if surroundings.iter().all(Option::is_none) {
+        return (Cow::Borrowed(scene), vec![0; surroundings.len()]);
+    }
+    let first = |instance: usize| triangles.iter().position(|triangle| triangle.object as usize == instance);
+    let word = |around: &Option<usize>| around.and_then(first).map_or(0, |triangle| triangle as u32 + 1);
+    (Cow::Owned(scene.relative_to(&surroundings)), surroundings.iter().map(word).collect())
 }
 
 /// Of each material, whether a triangle has it.

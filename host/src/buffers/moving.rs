@@ -4,7 +4,7 @@ use super::arena::scatters;
 use super::{
     Flat, Geometry, SceneBuffers, check, features,
     lights::{LightTables, emits},
-    scene_error,
+    scene_error, surrounded,
     triangles::check_moved,
     used_materials,
 };
@@ -50,8 +50,10 @@ impl Moving {
         // with every emitter shining
         let tables = LightTables::new(scene, &flat.triangles, flat.environment.as_ref(), &flat.bvh.bounds);
         let used = used_materials(scene, &flat.triangles);
-        // powers that are equal at one time may not be at another
-        let features = features::of_scene(scene, &used, &tables, &flat.texels) | FEATURE_LIGHT_TABLE;
+        let (relative, around) = surrounded(scene, &flat.triangles);
+        let of_scene = |scene, around: &[u32]| features::of_scene(scene, &used, &tables, &flat.texels, around);
+        // what lies in another body may leave it, and powers that are equal at one time may not be at another
+        let features = of_scene(&relative, &around) | of_scene(scene, &vec![0; around.len()]) | FEATURE_LIGHT_TABLE;
         // a triangle without an area may get one
         let emitting = flat.triangles.iter().filter(|t| emits(&scene.materials[t.material(scene)])).count();
         let most_lights = (emitting + scene.lights.len() + usize::from(flat.environment.is_some())) as u32;

@@ -42,6 +42,7 @@ pub mod export;
 pub mod gltf;
 mod light;
 mod material;
+mod nesting;
 mod rig;
 mod shapes;
 pub mod subsurface;

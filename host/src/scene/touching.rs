@@ -1,4 +1,4 @@
-//! Bodies that touch. A path has no stack of bodies: who leaves one is outside of all until it meets another front. Where two faces lie in each other a
+//! Bodies that touch. Who leaves one is in what is around it until it meets another front. Where two faces lie in each other a
 //! ray that begins beside the first has passed the second already, and light goes through the second body as if nothing filled it. So the host says
 //! which bodies touch.
 //!

@@ -13,6 +13,8 @@ pub struct Interior {
     pub filled: bool,
     /// Which body it is, an object of the scene: from inside its front cannot be met.
     pub body: u32,
+    /// What lies around the body, which is where light is that leaves it: a triangle of the body that encloses it, less one; 0 if none does.
+    pub around: u32,
     /// Expected number of collisions per unit length, by channel.
     pub extinction: Vec3,
     /// The part of a collision that is scattered, in [0, 1], by channel; black of an interior that absorbs alone.
@@ -41,6 +43,7 @@ impl Interior {
         closed: false,
         filled: false,
         body: u32::MAX,
+        around: 0,
         extinction: Vec3::ZERO,
         albedo: Vec3::ZERO,
         anisotropy: 0.0,
@@ -50,6 +53,9 @@ impl Interior {
         offset: 0.0,
         lit: false,
     };
+
+    /// What scatters, but is not known yet: no light is sampled there.
+    pub const UNKNOWN: Self = Self { albedo: Vec3::ONE, ..Self::NONE };
 
     /// The extinction of what scatters; what does not absorbs by another rule ([`crate::transport::through_interior`]).
     #[inline(always)]

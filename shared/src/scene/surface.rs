@@ -296,8 +296,14 @@ impl<const COMPILED: u32> Surface for SceneView<'_, COMPILED> {
     fn interior(&self, hit: &Hit) -> Interior {
         let p: TrianglePoint = self.triangle_point(hit.id, hit.uv);
         let at = self.header.material_base + p.material * MATERIAL_WORDS;
-        let record = if self.has(FEATURE_SUBSURFACE) { self.attribute(at + 5).z } else { 0 };
+        let (record, around) = if self.has(FEATURE_SUBSURFACE) {
+            let word = self.attribute(at + 5);
+            (word.z, word.w)
+        } else {
+            (0, 0)
+        };
         let interior = Interior {
+            around,
             closed: self.attribute(at).w & MATERIAL_VOLUME != 0,
             body: self.geometry[self.header.triangle_word(hit.id) + 2].w & !TRIANGLE_ALPHA,
             extinction: xyz(self.attribute(at + 4)),

@@ -130,6 +130,7 @@ impl Additions {
             scene.fill(medium, *scale)?;
         }
         scene.warn_of_touching_bodies();
+        scene.warn_of_nested_bodies();
         self.set_time(&mut scene)?;
         self.check_subdivision(&scene)?;
         Ok(scene.subdivided(self.subdivide))

@@ -1,6 +1,6 @@
 //! The loop of a path through media.
 
-use super::walker::{Walker, entry, storable};
+use super::walker::{Walker, enclosing, entry, storable};
 use super::{MAX_WALK, MediaParams};
 use crate::bsdf::{Dielectric, Scattering, ScatteringFunction};
 use crate::geometry::{Hit, Ray};
@@ -39,12 +39,14 @@ struct Around {
     /// from the last collision.
     lead: f32,
     reflections: u32,
+    /// The path has just left a body that lies in another one, which is asked for next: at the walker's entry.
+    returns: bool,
 }
 
 impl Around {
     #[inline(always)]
     fn new(interior: Interior, lead: f32) -> Self {
-        Self { interior, lead, reflections: 0 }
+        Self { interior, lead, reflections: 0, returns: false }
     }
 }
 
@@ -177,7 +179,7 @@ impl Walker {
             rounds = rounds.wrapping_add(1);
             found.counts = self.counts(params);
             let looks = CLEAR & look.goes_on;
-            let inside = around.interior.scatters() & !looks;
+            let inside = around.interior.scatters() & !looks & !resumes;
             let flight = if inside { self.flight(&around, rng) } else { Flight::NONE };
             let key = if inside { Ray::random_key(scene.features(), flight.words.x) } else { self.walk.ray.key };
             let ray = Ray { t_max: flight.t + flight.margin, key, ..self.walk.ray };
@@ -214,13 +216,16 @@ impl Walker {
                 }
             } else if resumes {
                 resumes = false;
-                around = Around::new(met, 0.0);
-                self.walk.chosen.alone = !met.lit;
+                around.interior = met;
+                // no light was sampled at the surface of a body that was left into it
+                self.walk.chosen.alone = !met.lit | around.returns;
+                around.returns = false;
             } else if collides {
                 sight = self.collide::<CLEAR>(&mut around, &flight, &hit, worth, &light);
                 waits = self.steps >= last;
             } else if arrives {
                 sight = self.meet::<S, CLEAR>(scene, params, rng, (&hit, worth, &met, &light), &mut around, &mut found);
+                resumes = around.returns;
             } else {
                 self.walk.escape(scene, &mut found);
                 self.alive = false;
@@ -335,7 +340,9 @@ impl Walker {
             self.come_back(&point, around);
             return sight;
         }
-        let behind = if front { *met } else { Interior::NONE };
+        let nested = met.closed & (met.around != 0);
+        let outside = if nested { Interior::UNKNOWN } else { Interior::NONE };
+        let behind = if front { *met } else { outside };
         let there = if met.closed { behind } else { here };
         let far = hit.t + around.lead;
         self.walk.chosen.pdf *= passes(here.scattering(), far);
@@ -359,12 +366,13 @@ impl Walker {
             passed = self.bounce::<S>(scene.features(), params, rng, &vertex, inside);
             self.alive &= !(passed & last);
         }
-        if passed & front & met.closed {
-            self.entry = entry(hit);
+        if passed & met.closed {
+            self.entry = if front { entry(hit) } else { enclosing(met.around) };
         }
         let stays = boundary & !passed;
         let left = passed & inside & !there.scatters() & (params.ends_after_media != 0);
         self.leave(if passed { there } else { here }, &point, stays, around);
+        around.returns = passed & nested & !front;
         if CLEAR & passed & inside & !front & met.closed & met.is_clear() {
             // straight on: the direction is that of the last collision, or surface
             self.walk.chosen = chosen;
@@ -464,6 +472,6 @@ impl Walker {
         // a walk with its reflections is one segment
         self.walk.depth -= stays as u32;
         self.walk.chosen.alone |= scatters & !next.lit;
-        *around = Around { interior: next, lead, reflections };
+        *around = Around { interior: next, lead, reflections, returns: false };
     }
 }

@@ -59,6 +59,12 @@ pub(super) fn entry(hit: &Hit) -> Hit {
     unpack_entry(hit.id, pack_coordinates(hit.uv))
 }
 
+/// Where light would have entered what lies around a body ([`crate::medium::Interior::around`]).
+#[inline(always)]
+pub(super) fn enclosing(around: u32) -> Hit {
+    unpack_entry(around.wrapping_sub(1), 0)
+}
+
 /// A density in as many bits as a path that waits has for it. Which one counts in the balance heuristic is arbitrary, as long as it is the same
 /// for both ways to find a light.
 #[inline(always)]
