@@ -5,10 +5,10 @@ use libtest_mimic::Failed;
 use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::render::Render;
 use restir_kernels::restir_pt::{pt_shift, pt_trace};
-use restir_shared::geometry::Hit;
+use restir_shared::geometry::{Hit, Ray};
 use restir_shared::glam::{UVec2, UVec4, Vec2, Vec3};
 use restir_shared::num::{FLUSH_BELOW, UNIT_ROUNDOFF};
-use restir_shared::scene::{AddressedLights, LightKind, SceneFrames, SceneView};
+use restir_shared::scene::{AddressedLights, LightKind, SceneFrames, SceneView, Surface, Trace};
 use restir_shared::shift::{Cause, Hybrid, Path, Start};
 use restir_shared::technique::path::{self, PathParams};
 use restir_shared::technique::restir_pt::{self, Job, PT_BACK, PT_CHANGED, PackedPath, PathNumbers, PtParams, Stored};
@@ -21,7 +21,7 @@ use restir_tests::technique::restir_pt::{Arrivals, Found, Picture, Returns, Wron
 
 restir_tests::suite! {
     candidates_add_up_to_the_path replay_at_the_source_gives_the_same_bits a_stored_path_gives_its_value_again what_arrives_is_traced_once_more
-    one_candidate_stands_for_all shifts_are_undone shifts_to_another_frame_are_undone what_arrives_was_to_be_found wrong_shifts_are_seen what_cannot_be_shifted_is_not records_keep_paths
+    one_candidate_stands_for_all shifts_are_undone starts_lie_off_edges shifts_to_another_frame_are_undone what_arrives_was_to_be_found wrong_shifts_are_seen what_cannot_be_shifted_is_not records_keep_paths
 }
 
 const SIDE: u32 = 24;
@@ -258,20 +258,19 @@ impl Again {
 /// Of shifts of a scene that give a path, the share that may not be undone, and the share of the light that goes with them, which bounds
 /// what they change of the mean: by roundings at thresholds and at edges of shadows.
 const ONE_SIDED: f64 = 1.0e-4;
-/// The same where camera rays go through the middles of pixels, so that in symmetrical rooms some end exactly on an edge of two walls: a
-/// path leaves such a point along the one wall, and a shadow ray from it may be blocked by the other one.
-const AT_EDGES: [f64; 2] = [2.0e-3, 1.0e-3];
 /// Of paths that come back, the share that may be off by more than [`INTEGRAND`](restir_tests::technique::restir_pt::INTEGRAND): the same
 /// hundredth as of those that have not been elsewhere, of which [`VALUE`] bounds the error.
 const OFF: f64 = 0.01;
 
+/// The rooms in which rays through the middles of pixels meet edges of walls exactly, in pictures of [`MEETS_EDGES`] pixels a side.
+const SYMMETRICAL: [&str; 2] = ["moving", "cornell-mitsuba"];
+const MEETS_EDGES: u32 = 32;
+
 /// What comes back is the path that path tracing found, by its words and by its integrand; from the middles of pixels as well.
 fn shifts_are_undone() -> Result<(), Failed> {
-    // the rooms in which rays through the middles of pixels of this size meet edges
-    const SYMMETRICAL: [&str; 2] = ["moving", "cornell-mitsuba"];
-    for (most, at_middles) in [([ONE_SIDED; 2], false), (AT_EDGES, true)] {
+    for at_middles in [false, true] {
         let (mut shifted, mut failed) = (0, Vec::new());
-        let (scenes, side) = if at_middles { (&SYMMETRICAL[..], 32) } else { (&SCENES[..], SIDE) };
+        let (scenes, side) = if at_middles { (&SYMMETRICAL[..], MEETS_EDGES) } else { (&SCENES[..], SIDE) };
         of_scenes(scenes, side, |name, picture| {
             let aside = picture.with(picture.params.hybrid);
             let picture = if at_middles { aside.through_middles() } else { aside };
@@ -284,7 +283,7 @@ fn shifts_are_undone() -> Result<(), Failed> {
             shifted += returns.shifted();
             let lattice = name.starts_with("tower");
             let right = changed == 0 && worst <= f64::from(VALUE[0]) && (lattice || off <= OFF);
-            let undone = one_sided <= most[0] && lost <= most[1];
+            let undone = one_sided <= ONE_SIDED && lost <= ONE_SIDED;
             failed.extend((!right || !undone).then(|| format!("{name}, middles: {at_middles}, {changed} are others")));
             Ok(())
         })?;
@@ -296,6 +295,37 @@ fn shifts_are_undone() -> Result<(), Failed> {
     let wrong = Returns::of(&picture, &picture.pairs(STEP), 16, Wrong::ForwardOnly);
     let share = wrong.one_sided_share();
     ensure(share > 100.0 * ONE_SIDED, || format!("joined by what is asked of one path alone, {share} are not undone"))
+}
+
+/// A start on an edge is moved off it on its own triangle, by no more than twice the offset of rays; any other keeps its bits.
+fn starts_lie_off_edges() -> Result<(), Failed> {
+    let off_edge = |corners: [Vec3; 3], p: Vec3| {
+        let edge = |i: usize| (corners[i], corners[(i + 1) % 3] - corners[i]);
+        let distances = (0..3).map(edge).map(|(from, along)| along.cross(p - from).length() / along.length());
+        distances.fold(f32::INFINITY, f32::min)
+    };
+    for name in SYMMETRICAL {
+        let buffers = buffers(name)?;
+        let picture = Picture::new(&buffers, MEETS_EDGES, DEPTH, Hybrid::RECONNECTION).through_middles();
+        let scene = &picture.scene;
+        let mut moved = 0;
+        for start in (0..MEETS_EDGES * MEETS_EDGES).filter_map(|i| picture.start([i % MEETS_EDGES, i / MEETS_EDGES])) {
+            let met = scene.closest(&Ray { origin: picture.params.camera.position.into(), ..start.ray() });
+            let hit = start.hit.unpack();
+            let [from, to] = [met, hit].map(|hit| scene.location(&hit));
+            let corner = |uv| scene.location(&Hit { uv, ..hit }).position;
+            let corners = [Vec2::ZERO, Vec2::X, Vec2::Y].map(corner);
+            let same = hit.uv == met.uv;
+            moved += u32::from(!same);
+            let least = if same { 1.0 / 32.0 } else { 0.25 } * to.offset;
+            let near = (to.position - from.position).length() <= 4.0 * to.offset;
+            let off = off_edge(corners, to.position);
+            ensure(hit.id == met.id && near && off >= least, || format!("{name}: {met:?} becomes {hit:?}, {off} off"))?;
+        }
+        println!("{name}: {moved} of {} starts are on edges", MEETS_EDGES * MEETS_EDGES);
+        ensure((4..100).contains(&moved), || format!("{name}: {moved} starts are moved"))?;
+    }
+    Ok(())
 }
 
 /// Paths that were found in a frame, in the next one and back, in a room where things move by a lot and lights go out: what comes back is what

@@ -8,6 +8,8 @@ kernels! {
     crossing_check,
     diffusion_check,
     num_probe,
+    #[cfg(feature = "size-probe")]
+    replay_probe,
     sampler_check,
     self_check,
     #[cfg(feature = "size-probe")]

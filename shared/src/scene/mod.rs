@@ -162,6 +162,14 @@ pub trait Surface {
         Location { position, normal, offset, extent: 1.0 }
     }
 
+    /// The hit, moved by [`SurfacePoint::offset`] from the edge if it lies on one. Where two walls meet, a point on the edge lies in the
+    /// plane of both, and a ray that leaves the one begins in the plane of the other: roundings decide whether it hits that at a distance
+    /// of zero. The hit as it is, if not implemented, which is right for surfaces without edges.
+    #[inline(always)]
+    fn off_edges(&self, hit: &Hit) -> Hit {
+        *hit
+    }
+
     /// As [`Self::surface`], of what passes straight through: the shading normal may be the geometric one, and the emission that
     /// without its texture.
     #[inline(always)]

@@ -46,6 +46,11 @@ impl<S: Surface + ?Sized> Surface for &S {
     }
 
     #[inline(always)]
+    fn off_edges(&self, hit: &Hit) -> Hit {
+        (**self).off_edges(hit)
+    }
+
+    #[inline(always)]
     fn sheet(&self, ray: &Ray, hit: &Hit) -> SurfacePoint<S::Material> {
         (**self).sheet(ray, hit)
     }

@@ -288,6 +288,11 @@ impl<const COMPILED: u32> Surface for SceneView<'_, COMPILED> {
     }
 
     #[inline(always)]
+    fn off_edges(&self, hit: &Hit) -> Hit {
+        Hit { uv: self.off_triangle_edges(hit.id, hit.uv), ..*hit }
+    }
+
+    #[inline(always)]
     fn sheet(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         self.point::<false>(ray, hit)
     }

@@ -11,6 +11,12 @@ use glam::{UVec4, Vec2, Vec3};
 /// Spawn offsets as a fraction of a triangle's largest coordinate: 2^-18, some sixty roundings.
 const SPAWN_OFFSET: f32 = 1.0 / 262_144.0;
 
+/// Nearer to an edge than this part of the spawn offset, some four roundings, a point is on it.
+const ON_EDGE: f32 = 1.0 / 16.0;
+
+/// The barycentric coordinates of a triangle's centre.
+const CENTRE: Vec2 = Vec2::splat(1.0 / 3.0);
+
 /// A scene in its arenas, see [`crate::layout`]. What is not in `COMPILED`, it has not, and no code is compiled for it.
 #[derive(Clone, Copy)]
 pub struct SceneView<'a, const COMPILED: u32 = FEATURES_ALL> {
@@ -54,13 +60,30 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
         self.features & COMPILED & feature != 0
     }
 
+    /// The barycentric coordinates `b`, or where they are on an edge, others that are as far off all edges as rays begin off the surface, if
+    /// the triangle is wide enough.
+    #[inline(always)]
+    pub(super) fn off_triangle_edges(&self, triangle: u32, b: Vec2) -> Vec2 {
+        let at = self.header.triangle_word(triangle);
+        let (v0, v1, v2) = (xyz(self.geometry[at]), xyz(self.geometry[at + 1]), xyz(self.geometry[at + 2]));
+        let (e0, e1, e2) = (v2 - v1, v0 - v2, v1 - v0);
+        // a coordinate is the distance from an edge by the height above it; largest components do for lengths
+        let scale = num::div(reach(v0, v1, v2) * SPAWN_OFFSET, max_abs(cross(e1, e2)));
+        let least = Vec3::new(max_abs(e0), max_abs(e1), max_abs(e2)) * scale;
+        let near = |weight: f32, least: f32| if weight < least * ON_EDGE { least } else { 0.0 };
+        let rim = num::max(num::max(near(1.0 - b.x - b.y, least.x), near(b.x, least.y)), near(b.y, least.z));
+        // of the way to the centre
+        let part = num::min(rim * 3.0, 1.0);
+        b + (CENTRE - b) * part
+    }
+
     /// The point of a triangle with the given barycentric coordinates.
     #[inline(always)]
     pub(super) fn triangle_point(&self, triangle: u32, b: Vec2) -> TrianglePoint {
         let at = self.header.triangle_word(triangle);
         let (w0, w1, w2) = (self.geometry[at], self.geometry[at + 1], self.geometry[at + 2]);
         let (v0, v1, v2) = (xyz(w0), xyz(w1), xyz(w2));
-        let reach = num::max(num::max(max_abs(v0), max_abs(v1)), max_abs(v2));
+        let reach = reach(v0, v1, v2);
         let across = cross(v1 - v0, v2 - v0);
         TrianglePoint {
             position: v0 * (1.0 - b.x - b.y) + v1 * b.x + v2 * b.y,
@@ -70,6 +93,12 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
             material: w0.w,
         }
     }
+}
+
+/// The largest coordinate of a triangle.
+#[inline(always)]
+fn reach(v0: Vec3, v1: Vec3, v2: Vec3) -> f32 {
+    num::max(num::max(max_abs(v0), max_abs(v1)), max_abs(v2))
 }
 
 /// A point of a triangle, before its material.

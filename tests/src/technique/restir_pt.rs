@@ -76,8 +76,7 @@ pub struct Picture<'a> {
     pub within: Vec2,
 }
 
-/// Anywhere but in the middle: in symmetrical scenes some of the rays through the middles of pixels end exactly where two walls meet, and
-/// it is for roundings to say whether one wall hides what a ray that begins on the other one goes to.
+/// Anywhere but in the middle, where in symmetrical scenes some rays meet an edge exactly.
 const ASIDE: Vec2 = Vec2::new(0.37, 0.61);
 
 /// A path that a pixel has found.
@@ -154,7 +153,7 @@ impl<'a> Picture<'a> {
     pub fn start(&self, at: [u32; 2]) -> Option<Start> {
         let ray = self.ray(at);
         let hit = self.scene.closest(&ray);
-        hit.is_hit().then(|| Start::new(&ray, &hit))
+        hit.is_hit().then(|| Start::new(&ray, &self.scene.off_edges(&hit)))
     }
 
     fn numbers(&self, [x, y]: [u32; 2], frame: u32) -> PathNumbers {
@@ -164,7 +163,7 @@ impl<'a> Picture<'a> {
     fn walk(&self, at: [u32; 2], frame: u32) -> (PathNumbers, All) {
         let numbers = self.numbers(at, frame);
         let (features, joins) = (self.scene.features, self.params.joins(&numbers));
-        let mut candidates = Candidates::new(All::default(), features, numbers.key(), joins);
+        let mut candidates = Candidates::new(All::default(), features, numbers.key(), joins, true);
         Walk::new(self.ray(at)).run(&self.scene, numbers.rng(), self.params.max_depth, false, &mut candidates);
         (numbers, candidates.keep)
     }

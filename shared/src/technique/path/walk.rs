@@ -87,6 +87,14 @@ pub trait Receiver<M: Scattering = Material> {
     /// Takes a contribution of any kind.
     fn add(&mut self, value: Vec3);
 
+    /// The vertex at the end of the next segment, which has met the scene at `hit`. Receivers whose paths share their first vertex may
+    /// choose a point close by.
+    #[inline(always)]
+    fn place<S: Surface<Material = M>>(&self, scene: &S, walk: &Walk, hit: Hit) -> Hit {
+        let _ = (scene, walk);
+        hit
+    }
+
     /// The path arrives at `point`: `walk` has the segment, and what light from here is worth.
     #[inline(always)]
     fn arrive(&mut self, walk: &Walk, hit: &Hit, point: &SurfacePoint<M>) {
@@ -184,6 +192,7 @@ impl Walk {
             alive = hit.is_hit();
             cut = hit.is_cut();
             if alive {
+                let hit = receiver.place(scene, &self, hit);
                 let point = scene.surface(&self.ray, &hit);
                 self.throughput = through_interior(self.throughput, &point, &self.ray, hit.t, scene.features());
                 self.arrive(scene, &hit, &point, receiver);

@@ -6,7 +6,7 @@ use crate::bsdf::{Scattering, ScatteringFunction};
 use crate::geometry::Hit;
 use crate::layout::FEATURE_VOLUME;
 use crate::num;
-use crate::scene::{AddressedLight, AddressedLights, EnvironmentPoint, LightSample, SurfacePoint};
+use crate::scene::{AddressedLight, AddressedLights, EnvironmentPoint, LightSample, Surface, SurfacePoint};
 use crate::shift::{End, Joins, Path, Start};
 use crate::technique::path::{Receiver, Walk};
 use crate::transport::{Connection, Departure, Vertex, through_interior};
@@ -63,6 +63,8 @@ pub struct Candidates<K> {
     pub facet: PtFacet,
     features: u32,
     joins: Joins,
+    /// The path does not begin on an edge.
+    off_edges: bool,
     /// The candidate as far as it is known: with a reconnection vertex, once the path has passed one.
     begun: Path,
     /// Throughput since the reconnection vertex.
@@ -84,15 +86,17 @@ pub struct Candidates<K> {
 }
 
 impl<K> Candidates<K> {
-    /// The candidates of a path with these random numbers and thresholds, in a scene of these features.
+    /// The candidates of a path with these random numbers and thresholds, in a scene of these features. `off_edges` asks for paths that begin
+    /// beside edges ([`Surface::off_edges`]): rays through the same point of every pixel may be made to meet them.
     #[inline(always)]
-    pub fn new(keep: K, features: u32, key: UVec2, joins: Joins) -> Self {
+    pub fn new(keep: K, features: u32, key: UVec2, joins: Joins, off_edges: bool) -> Self {
         Self {
             keep,
             start: Start::NONE,
             facet: PtFacet { position: [0.0; 3], distance: 0.0, normal: [0.0; 3], reserved: 0 },
             features,
             joins,
+            off_edges,
             begun: Path { key, term: 1.0, ..Path::NONE },
             beyond: Vec3::ONE,
             vertex: 0,
@@ -145,6 +149,13 @@ impl<M: Scattering, K: Keep> Receiver<M> for Candidates<K> {
     #[inline(always)]
     fn add(&mut self, value: Vec3) {
         self.keep.direct(value);
+    }
+
+    /// Many rays go from the first vertex: those that are traced, and those by which paths of other pixels are joined to it. Both have
+    /// to find the same, which on an edge they do not.
+    #[inline(always)]
+    fn place<S: Surface<Material = M>>(&self, scene: &S, walk: &Walk, hit: Hit) -> Hit {
+        if self.off_edges & (walk.depth == 0) { scene.off_edges(&hit) } else { hit }
     }
 
     #[inline(always)]

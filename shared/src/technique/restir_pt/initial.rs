@@ -63,7 +63,8 @@ impl Keep for Selection {
 pub fn trace<S: Trace + Surface + AddressedLights>(scene: &S, params: &PtParams, at: [u32; 2]) -> Traced {
     let [x, y] = at;
     let numbers = PathNumbers::new(Rng::new(x, y, params.frame, params.seed, params.sampler()));
-    let ray = camera_ray(&params.camera, params.has(PT_JITTER), |u| u, scene.features(), numbers.rng(), x, y);
+    let jitter = params.has(PT_JITTER);
+    let ray = camera_ray(&params.camera, jitter, |u| u, scene.features(), numbers.rng(), x, y);
     let keep = Selection {
         rng: *numbers.rng(),
         count: 0,
@@ -72,7 +73,7 @@ pub fn trace<S: Trace + Surface + AddressedLights>(scene: &S, params: &PtParams,
         value: Vec3::ZERO,
         direct: Vec3::ZERO,
     };
-    let mut candidates = Candidates::new(keep, scene.features(), numbers.key(), params.joins(&numbers));
+    let mut candidates = Candidates::new(keep, scene.features(), numbers.key(), params.joins(&numbers), !jitter);
     let whole = Walk::new(ray).run(scene, numbers.rng(), params.max_depth, false, &mut candidates);
     let Selection { reservoir, value, direct, .. } = candidates.keep;
     let weight = reservoir.contribution_weight(1.0, luminance(value));

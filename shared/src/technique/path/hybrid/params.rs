@@ -112,7 +112,7 @@ impl HybridParams {
     /// By channel 1, or 0 where light comes out so near to where it enters that the surface is Lambertian: where the mean free path is some
     /// widths of a pixel, as the setting has it, or some offsets of rays.
     #[inline(always)]
-    pub(super) fn spread(&self, interior: &Interior, travelled: f32) -> Vec3 {
+    pub fn spread(&self, interior: &Interior, travelled: f32) -> Vec3 {
         let least = max(self.lambert_below * travelled, OFFSETS * interior.offset);
         let kept = |extinction: f32| if extinction * least <= 1.0 { 1.0 } else { 0.0 };
         let Vec3 { x, y, z } = interior.extinction;
@@ -124,8 +124,9 @@ impl HybridParams {
         if self.has(HYBRID_DRAWN) { WayOut::Drawn } else { WayOut::Dimmed }
     }
 
+    /// Which part of a profile is left of what has scattered once.
     #[inline(always)]
-    pub(super) fn remainder(&self) -> Remainder {
+    pub fn remainder(&self) -> Remainder {
         if self.has(HYBRID_SIGNED) {
             Remainder::Signed
         } else if self.has(HYBRID_CLAMPED) {
@@ -135,13 +136,15 @@ impl HybridParams {
         }
     }
 
+    /// The shape of the profile.
     #[inline(always)]
-    pub(super) fn shape(&self) -> Shape {
+    pub fn shape(&self) -> Shape {
         self.remainder().shape()
     }
 
+    /// Which densities count of a sampled point.
     #[inline(always)]
-    pub(super) fn support(&self) -> Support {
+    pub fn support(&self) -> Support {
         if self.has(HYBRID_PUBLISHED) { Support::Published } else { Support::Exact }
     }
 }
