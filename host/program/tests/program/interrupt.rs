@@ -169,7 +169,7 @@ fn interrupted_renders_go_on_with_the_same_bits_on_a_device() {
         let arguments = [more, &["--device", "gpu"]].concat();
         let start = Instant::now();
         assert!(workplace.render("whole.exr", scene, &arguments).output().unwrap().status.success());
-        (0..2).for_each(|round| assert!(goes_on(&workplace, scene, &arguments, round, start.elapsed()) > 0));
+        assert!(goes_on(&workplace, scene, &arguments, 0, start.elapsed()) > 0);
     }
 }
 
