@@ -170,7 +170,8 @@ impl Receiver {
         let point = as_exit(scene, &outside, &exit);
         let (weight, density) = self.disk.weight(point.position, point.normal);
         let density = density * scene.location(&exit).extent;
-        if !(density > 0.0) | (!own & (self.joins(&point) != sample.joined)) {
+        let found = density > 0.0;
+        if !found | (!own & (self.joins(&point) != sample.joined)) {
             return NOWHERE;
         }
         let outside = Ray { direction: -point.normal, ..Ray::NONE };
