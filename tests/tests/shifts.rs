@@ -12,7 +12,7 @@ use restir_shared::scene::{AddressedLights, LightKind, SceneFrames, SceneView, S
 use restir_shared::shift::{Cause, Hybrid, Path, Start};
 use restir_shared::technique::path::{self, PathParams};
 use restir_shared::technique::restir_pt::{self, Job, PT_BACK, PT_CHANGED, PackedPath, PathNumbers, PtParams, Stored};
-use restir_shared::vec::luminance;
+use restir_shared::vec::{length, luminance};
 use restir_tests::scenes::buffers;
 use restir_tests::stats::{FAMILY_RATE, Family, Moments, POWER, ZTest};
 use restir_tests::suite::ensure;
@@ -301,7 +301,7 @@ fn shifts_are_undone() -> Result<(), Failed> {
 fn starts_lie_off_edges() -> Result<(), Failed> {
     let off_edge = |corners: [Vec3; 3], p: Vec3| {
         let edge = |i: usize| (corners[i], corners[(i + 1) % 3] - corners[i]);
-        let distances = (0..3).map(edge).map(|(from, along)| along.cross(p - from).length() / along.length());
+        let distances = (0..3).map(edge).map(|(from, along)| length(along.cross(p - from)) / length(along));
         distances.fold(f32::INFINITY, f32::min)
     };
     for name in SYMMETRICAL {
@@ -318,7 +318,7 @@ fn starts_lie_off_edges() -> Result<(), Failed> {
             let same = hit.uv == met.uv;
             moved += u32::from(!same);
             let least = if same { 1.0 / 32.0 } else { 0.25 } * to.offset;
-            let near = (to.position - from.position).length() <= 4.0 * to.offset;
+            let near = length(to.position - from.position) <= 4.0 * to.offset;
             let off = off_edge(corners, to.position);
             ensure(hit.id == met.id && near && off >= least, || format!("{name}: {met:?} becomes {hit:?}, {off} off"))?;
         }

@@ -170,7 +170,8 @@ impl Receiver {
         let point = as_exit(scene, &outside, &exit);
         let (weight, density) = self.disk.weight(point.position, point.normal);
         let density = density * scene.location(&exit).extent;
-        if !(density > 0.0) | (!own & (self.joins(&point) != sample.joined)) {
+        let found = density > 0.0;
+        if !found | (!own & (self.joins(&point) != sample.joined)) {
             return NOWHERE;
         }
         let outside = Ray { direction: -point.normal, ..Ray::NONE };
@@ -209,10 +210,10 @@ fn merge<S: Scene>(
     let rng = Rng::new(at[0], at[1], params.path.first_sample, params.path.seed, Sampler::Independent);
     let places = [at, partner(params, &rng, at)];
     let index = |[x, y]: [u32; 2]| (y * params.path.width + x) as usize;
-    let [here, there] = [hits[index(places[0])].unpack(), hits[index(places[1])].unpack()];
+    let seen = [hits[index(places[0])].unpack(), hits[index(places[1])].unpack()];
     let own = reservoirs[index(at)];
-    let alike = here.is_hit() & there.is_hit();
-    if !alike || scene.object(&here) != scene.object(&there) {
+    let alike = seen[0].is_hit() & seen[1].is_hit();
+    if !alike || scene.object(&seen[0]) != scene.object(&seen[1]) {
         return own;
     }
     let samples = [own.unpack(), reservoirs[index(places[1])].unpack()];
@@ -220,7 +221,7 @@ fn merge<S: Scene>(
     let mut shifted = [NOWHERE; 4];
     let mut to = 0;
     while to < 2 {
-        let receiver = Receiver::new(scene, params, if to == 0 { &here } else { &there }, places[to]);
+        let receiver = Receiver::new(scene, params, &seen[to], places[to]);
         let mut of = 0;
         while of < 2 {
             shifted[2 * to + of] = receiver.shift(scene, &samples[of], of == to);
