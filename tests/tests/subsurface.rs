@@ -538,7 +538,7 @@ fn bodies_in_bodies_of_their_medium_cannot_be_seen() -> Result<(), Failed> {
         ("of clear glass", Border::Dielectric(1.5), false),
     ] {
         let settings = PathSettings { max_depth: 32, sampler: Sampler::Independent, ..PathSettings::default() };
-        let moments = |scene: &Scene| Ok::<_, Failed>(moments_of(&SceneBuffers::build(scene)?, &settings, 96));
+        let moments = |scene: &Scene| Ok::<_, Failed>(moments_of(&SceneBuffers::build(scene)?, &settings, 48));
         let alone = moments(&nested(border, filled, false, false)?)?;
         ensure_unbiased(what, &test.compare(&moments(&nested(border, filled, true, false)?)?, &alone), 0.02)?;
         // a path that leaves the cube for the open finds the sphere's border as if it came from nowhere
@@ -561,7 +561,7 @@ fn light_inside_of_what_encloses_a_body_is_dimmed() -> Result<(), Failed> {
     let buffers = SceneBuffers::build(&scene)?;
     let settings = PathSettings { max_depth: 16, sampler: Sampler::Independent, ..PathSettings::default() };
     let [sampled, found] = [true, false]
-        .map(|lights_inside| moments_of(&buffers, &PathSettings { lights_inside, ..settings.clone() }, 256));
+        .map(|lights_inside| moments_of(&buffers, &PathSettings { lights_inside, ..settings.clone() }, 128));
     let test = TileTest { grid: GRID, family_rate: FAMILY_RATE };
     ensure_unbiased("lights sampled inside, or found", &test.compare(&sampled, &found), 0.03)
 }
