@@ -276,7 +276,8 @@ fn scene_error(scene: &Scene, problem: String) -> Error {
     Error::Scene { scene: scene.name.clone(), problem }
 }
 
-/// The scene with indices of refraction that are relative to what is around, and by material a triangle of that, less one; 0 for air.
+/// The scene with indices of refraction that are relative to what is around, and by material one more than the index of a triangle of that;
+/// 0 for air.
 fn surrounded<'a>(scene: &'a Scene, triangles: &[Triangle]) -> (Cow<'a, Scene>, Vec<u32>) {
     let surroundings = scene.surroundings();
     if surroundings.iter().all(Option::is_none) {

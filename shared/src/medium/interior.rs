@@ -13,7 +13,8 @@ pub struct Interior {
     pub filled: bool,
     /// Which body it is, an object of the scene: from inside its front cannot be met.
     pub body: u32,
-    /// What lies around the body, which is where light is that leaves it: a triangle of the body that encloses it, less one; 0 if none does.
+    /// What lies around the body, which is where light is that leaves it: one more than the index of a triangle of the body that encloses it; 0 if
+    /// none does.
     pub around: u32,
     /// Expected number of collisions per unit length, by channel.
     pub extinction: Vec3,
