@@ -109,7 +109,7 @@ impl Scene {
     pub(crate) fn relative_to(&self, surroundings: &[Option<usize>]) -> Self {
         let mut scene = self.clone();
         for (material, around) in scene.materials.iter_mut().zip(surroundings) {
-            // a surface from a denser to a rarer body has no coat, of which warnings tell
+            // coats know no index below 1, which a rarer body would need: `warn_of_nested_bodies` says what becomes of it
             material.ior = (material.ior / around.map_or(1.0, |instance| self.index_inside(instance))).max(1.0);
         }
         scene
@@ -148,18 +148,19 @@ impl Scene {
         self.warnings.extend(warnings);
     }
 
+    /// The bodies, if there are two at least, or none can lie in another.
     fn bodies(&self) -> Vec<Body> {
-        let mut objects: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
         let material = |index: usize| self.meshes[self.instances[index].mesh].material;
-        for (index, object) in self.objects().into_iter().enumerate() {
-            if self.materials[material(index)].volume.is_some() {
-                objects.entry(object).or_default().push(index);
-            }
-        }
-        if objects.len() < 2 {
+        let is_filled = |index: &usize| self.materials[material(*index)].volume.is_some();
+        let filled: Vec<usize> = (0..self.instances.len()).filter(is_filled).collect();
+        if filled.len() < 2 {
             return Vec::new();
         }
-        objects.into_values().map(|instances| Body::new(self, material(instances[0]), instances)).collect()
+        let (objects, mut parts) = (self.objects(), BTreeMap::<u32, Vec<usize>>::new());
+        for index in filled {
+            parts.entry(objects[index]).or_default().push(index);
+        }
+        parts.into_values().map(|instances| Body::new(self, material(instances[0]), instances)).collect()
     }
 
     /// Of each material, what encloses its bodies, if it is the same for all.
