@@ -1,4 +1,4 @@
-//! The lights of all kinds, chosen in proportion to their power.
+//! The lights of all kinds, chosen in proportion to their power; of the environment's, what scattering does not find as well.
 
 use super::environment::EnvironmentMap;
 use super::triangles::{Triangle, area};
@@ -48,10 +48,12 @@ impl LightTables {
         let radius = 0.5 * (bounds.hi.as_dvec3() - bounds.lo.as_dvec3()).length();
         let punctual = scene.lights.iter().map(|light| punctual_power(light, radius)).enumerate();
         let punctual = punctual.map(|(index, power)| LightRecord::new(LIGHT_PUNCTUAL, index, power, 1.0));
-        let environment =
-            environment.map(|e| LightRecord::new(LIGHT_ENVIRONMENT, 0, e.integral * radius * radius, 1.0));
         let mut lights: Vec<LightRecord> =
-            emissive(scene, triangles).chain(punctual).filter(|light| light.power > 0.0).chain(environment).collect();
+            emissive(scene, triangles).chain(punctual).filter(|light| light.power > 0.0).collect();
+        if let Some(environment) = environment {
+            let power = environment_power(environment, radius, lights.iter().map(|light| light.power).sum());
+            lights.push(LightRecord::new(LIGHT_ENVIRONMENT, 0, power, 1.0));
+        }
         let powers: Vec<f64> = lights.iter().map(|light| light.power).collect();
         let alias = alias::build(&powers);
         for (light, probability) in lights.iter_mut().zip(alias::probabilities(powers.len(), alias.as_deref())) {
@@ -140,6 +142,13 @@ fn punctual_power(light: &Light, radius: f64) -> f64 {
         LightKind::Spot { outer, .. } => 2.0 * (1.0 - outer.cos()) * intensity,
         LightKind::Directional { .. } => radius * radius * intensity,
     }
+}
+
+/// As of other lights, but at most theirs: how much of the environment a scene catches goes with its size, which says nothing of what
+/// reaches a point. So at least half of the samples are left to the others.
+fn environment_power(environment: &EnvironmentMap, radius: f64, others: f64) -> f64 {
+    let power = environment.integral * radius * radius;
+    if others > 0.0 { power.min(others) } else { power }
 }
 
 /// Whether a material emits.
