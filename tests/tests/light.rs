@@ -30,7 +30,7 @@ const SAMPLES: u32 = 1 << 17;
 
 restir_tests::suite! {
     punctual_lights_have_their_irradiance lights_of_all_kinds_add_up environment_is_seen_as_interpolated
-    environment_has_its_irradiance textured_light_has_its_irradiance textures_are_interpolated
+    environment_has_its_irradiance light_samples_follow_what_is_interpolated environment_leaves_samples_to_lamps textured_light_has_its_irradiance textures_are_interpolated
     textures_scale_specular_reflection normal_maps_turn_the_normal interiors_absorb clear_glass_keeps_all_light smooth_normals_neither_leak_nor_gain
     lens_is_sharp_in_its_focus
 }
@@ -234,6 +234,45 @@ fn environment_has_its_irradiance() {
     let wrong = Faulty { scene: buffers.view(), fault: Fault::DENSITY };
     let found = z(&estimate(&wrong, down([0.1, 1.0, 0.2]), 2, SAMPLES), exact, slack);
     assert!(found.abs() > two_sided_threshold(FALSE_ALARM), "a density off by 2 % went unnoticed: z {found}");
+}
+
+/// How often of 2^16 spread light samples, with the mean luminance over density of the samples of the environment, its square and
+/// its count.
+fn of_environment(buffers: &SceneBuffers) -> [f64; 3] {
+    const COUNT: u32 = 1 << 16;
+    let mut sums = [0.0; 3];
+    for sample in 0..COUNT {
+        let light = buffers.view().sample_light(Rng::new(0, 0, sample, 5, Sampler::Sobol).draw(0));
+        if light.kind == restir_shared::scene::LightKind::Environment {
+            let value = f64::from(light.emission.y) / f64::from(light.density);
+            sums = [sums[0] + value, sums[1] + value * value, sums[2] + 1.0];
+        }
+    }
+    [sums[0] / sums[2], sums[1] / sums[2], sums[2] / f64::from(COUNT)]
+}
+
+/// Of a lamp of one pixel in a black sky. Its radiance falls to zero within the pixels around it, which the density follows in steps
+/// of a third of a pixel: by quadrature the relative variance of light samples is .142, and 1.25 in steps of a whole one.
+fn light_samples_follow_what_is_interpolated() {
+    let lamp = sky(32, 16, |x, y| if (x, y) == (9, 5) { 100.0 } else { 0.0 });
+    let [mean, square, _] = of_environment(&built(&Scene { environment: Some(lamp), ..floor() }));
+    let variance = square / (mean * mean) - 1.0;
+    println!("relative variance {variance:.4}");
+    assert!(
+        (variance - 0.142).abs() < 0.02,
+        "light samples of a lamp of one pixel have a relative variance of {variance}"
+    );
+}
+
+/// However large the scene is.
+fn environment_leaves_samples_to_lamps() {
+    let lamps = vec![light(3.0, LightKind::Point { position: LAMP })];
+    for scale in [1e-3, 1.0, 1e3] {
+        let scene = Scene { lights: lamps.clone(), environment: even_sky(scale), ..floor() };
+        let [.., share] = of_environment(&built(&scene));
+        println!("scale {scale}: {share:.4} of the samples");
+        assert!(share > 0.0 && share < 0.501, "the environment has {share} of the light samples");
+    }
 }
 
 fn texture(size: [u32; 2], texels: Vec<[u8; 4]>) -> Texture {
