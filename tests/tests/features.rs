@@ -265,8 +265,8 @@ fn absent_parts_are_not_allocated() -> Result<(), Failed> {
             + only_with(FEATURE_SUBSURFACE, INTERIOR_WORDS)
             + only_with(FEATURE_ENVIRONMENT, ENVIRONMENT_WORDS)
             + only_with(FEATURE_LIGHT_TABLE, header.light_count * ALIAS_WORDS);
-        // the sRGB table and the one word of the texture; pixels and rows of the map; else a word that is never read
-        let texels = only_with(FEATURE_TEXTURES, 256 + 1) + only_with(FEATURE_ENVIRONMENT, 32 + 4);
+        // the sRGB table and the one word of the texture; pixels and rows of the map, three times as fine; else a word that is never read
+        let texels = only_with(FEATURE_TEXTURES, 256 + 1) + only_with(FEATURE_ENVIRONMENT, 9 * 32 + 3 * 4);
         let expected = [geometry, attributes, texels.max(1)];
         ensure(found == expected, || format!("{}: {found:?} words instead of {expected:?}", variant.name))?;
         for (base, feature) in [
