@@ -11,7 +11,7 @@ kernel! {
     pub fn path(8, 8) {
         constants { 0: features = 0xffff_ffff, 1: settings = 0xffff_ffff }
         params 0: PathParams,
-        asks scene(features) { 1: geometry, 2: attributes, 3: texels } compiled [FEATURES_DIFFUSE],
+        asks scene(features) { 1: geometry, 2: attributes, 3: texels } compiled [FEATURES_DIFFUSE] wide,
         read {},
         own { 4: film: FilmPixel },
     }
