@@ -193,7 +193,6 @@ macro_rules! over_variants {
 
 /// Compiles the general form of a kernel's rows for AVX-512. All that it calls has to be inlined, which closures handed to functions
 /// are not. The operations are the same, none of them fused, and so are the bits.
-#[cfg(not(target_arch = "spirv"))]
 macro_rules! wide_rows {
     (wide) => {
         /// Runs a row by the registers of AVX-512, which the processor has.
