@@ -152,7 +152,7 @@ def subject(title, folder, size, scene, **kind):
 
 def by_restir(arguments, subject, name, words, settings=(), unit="--spp", count=SPP):
     output = arguments.folder / "restir.exr"
-    scene = subject.restir | {"settings": [*subject.restir.get("settings", []), *settings]}
+    scene = subject.restir | {"settings": [*settings, *subject.restir.get("settings", [])]}
     jitter = "--no-jitter" if subject.centres else "--jitter"
 
     def run(size, count, seed):
