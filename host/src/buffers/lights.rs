@@ -144,7 +144,7 @@ fn punctual_power(light: &Light, radius: f64) -> f64 {
     }
 }
 
-/// As of other lights, but at most theirs: how much of the environment a scene catches goes with its size, which says nothing of what
+/// The environment's power is as that of other lights, but at most their sum: how much of the environment a scene catches goes with its size, which says nothing of what
 /// reaches a point. So at least half of the samples are left to the others.
 fn environment_power(environment: &EnvironmentMap, radius: f64, others: f64) -> f64 {
     let power = environment.integral * radius * radius;
