@@ -82,17 +82,3 @@ pub struct NativeRow<'a> {
     /// What a kernel asks instead of a scene in its arenas.
     pub frames: Option<&'a dyn AnyFrames>,
 }
-
-/// Whether the processor has what kernels are compiled for that are `wide`.
-pub(crate) fn has_avx512() -> bool {
-    #[cfg(target_arch = "x86_64")]
-    {
-        let wide = is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512bw");
-        let any_length = is_x86_feature_detected!("avx512dq") && is_x86_feature_detected!("avx512vl");
-        let bits = is_x86_feature_detected!("bmi1") && is_x86_feature_detected!("bmi2");
-        let counts = is_x86_feature_detected!("lzcnt") && is_x86_feature_detected!("popcnt");
-        is_x86_feature_detected!("avx2") && wide && any_length && bits && counts
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    false
-}

@@ -23,8 +23,17 @@
 /// gaps; the name of one is its role, by which the host binds buffers.
 ///
 /// Natively the body runs over the arenas, or over any other scene, see `NativeRow`. Over the arenas there is a variant for
-/// each set of features in `compiled [FEATURES_DIFFUSE]` after them, and the first runs that has all of the scene's. With `wide` behind
-/// the list, what runs in no variant runs by AVX-512 where the processor has it.
+/// each set of features in `compiled [FEATURES_DIFFUSE]` after them, and the first runs that has all of the scene's.
+///
+/// A second body, of a whole row, runs over the arenas instead where the processor has wide registers; it gives the same results:
+///
+/// ```text
+///     |x, y, at, p, scene| film[at] = technique::shade(&scene, &p, hits, x, y);
+///     in step [FEATURES_DIFFUSE] |registers|
+///         technique::shade_row(&scene, &p, hits, [x, y], film, registers)
+/// ```
+///
+/// There `x` is the first invocation, and `film` has the elements of the row. It has variants of its own.
 macro_rules! kernel {
     (
         $(#[$doc:meta])*
@@ -33,12 +42,13 @@ macro_rules! kernel {
             params $pb:tt : $params:ty,
             $(
                 asks $asked:ident($features:expr) { $($arena_b:tt : $arena:ident),* $(,)? }
-                $(compiled [$($compiled:expr),*] $($wide:ident)?)?,
+                $(compiled [$($compiled:expr),*])?,
             )?
             read { $($rb:tt : $read:ident : $rt:ty),* $(,)? },
             own { $($ob:tt : $own:ident : $ot:ty),* $(,)? } $(,)?
         }
         |$x:ident, $y:ident, $at:ident, $p:ident $(, $scene:ident)?| $body:expr
+        $(; in step [$($stepped:expr),*] |$registers:ident| $in_step:expr)?
     ) => {
         $(#[$doc])*
         #[cfg(target_arch = "spirv")]
@@ -67,15 +77,6 @@ macro_rules! kernel {
         /// Runs one row of invocations.
         #[cfg(not(target_arch = "spirv"))]
         fn native(row: &mut $crate::NativeRow<'_>) {
-            rows::<false>(row);
-        }
-
-        $($($(wide_rows!($wide);)?)?)?
-
-        /// Runs one row of invocations; over the arenas alone, and in no variant, if it is `GENERAL`.
-        #[cfg(not(target_arch = "spirv"))]
-        #[inline(always)]
-        fn rows<const GENERAL: bool>(row: &mut $crate::NativeRow<'_>) {
             let $p: $params = *bytemuck::from_bytes(bytemuck::cast_slice(row.params));
             let mut _constants = row.constants.iter().copied();
             $(let $spec: u32 = _constants.next().unwrap_or($default);)*
@@ -88,7 +89,8 @@ macro_rules! kernel {
             $(let $own: &mut [$ot] = _own.next().map_or(&mut [], |o| bytemuck::cast_slice_mut(o));)*
             let $y = row.y;
             over_scenes! {
-                row, [$($scene = $asked($p, $features) [$($arena),*] [$($($compiled),*)?] [$($($wide)?)?])?]
+                row, [$([$($stepped),*] $registers { let $x = row.x; $in_step; })?],
+                [$($scene = $asked($p, $features) [$($arena),*] [$($($compiled),*)?])?]
                 for $x in row.x..row.x + row.width {
                     let $at = ($x - row.x) as usize;
                     $body;
@@ -153,63 +155,45 @@ macro_rules! over_arenas {
 /// Runs a native row's loop: over the scene that the row brings, else over the arenas, in the first variant that will do.
 #[cfg(not(target_arch = "spirv"))]
 macro_rules! over_scenes {
-    ($row:ident, [] $($invocations:tt)*) => { $($invocations)* };
+    ($row:ident, $in_step:tt, [] $($invocations:tt)*) => { $($invocations)* };
     (
-        $row:ident, [$scene:ident = $asked:ident($p:ident, $features:expr) $arenas:tt [$($compiled:expr),*] $wide:tt]
+        $row:ident, $in_step:tt, [$scene:ident = $asked:ident($p:ident, $features:expr) $arenas:tt [$($compiled:expr),*]]
         $($invocations:tt)*
     ) => {
-        if !GENERAL && let Some(frames) = $row.frames {
+        if let Some(frames) = $row.frames {
             let $scene = over_any!($asked, frames);
             $($invocations)*
         } else {
             let scene = over_arenas!($asked, $p, $features, $arenas, $row.tracers);
-            over_variants!(scene, $scene, [$($compiled),*] $wide $row, $($invocations)*);
+            in_step!(scene, $scene, $in_step);
+            over_variants!(scene, $scene, [$($compiled),*], $($invocations)*);
         }
     };
 }
 
-/// Tries each variant in turn, then the general one, by wide registers if the kernel may have them.
+/// Runs the row in step, and returns, if the kernel has a body for that and the processor the registers.
+#[cfg(not(target_arch = "spirv"))]
+macro_rules! in_step {
+    ($all:ident, $scene:ident, []) => {};
+    ($all:ident, $scene:ident, [$stepped:tt $registers:ident $row:tt]) => {
+        if let Some($registers) = $crate::registers::Avx512::detect() {
+            over_variants!($all, $scene, $stepped, $row return;);
+        }
+    };
+}
+
+/// Tries each variant in turn, then the general one.
 #[cfg(not(target_arch = "spirv"))]
 macro_rules! over_variants {
-    ($all:ident, $scene:ident, [] [] $row:ident, $($invocations:tt)*) => {
+    ($all:ident, $scene:ident, [], $($invocations:tt)*) => {
         let $scene = $all;
         $($invocations)*
     };
-    ($all:ident, $scene:ident, [] [wide] $row:ident, $($invocations:tt)*) => {
-        if !GENERAL && $crate::desc::has_avx512() {
-            return wide_rows($row);
-        }
-        let $scene = $all;
-        $($invocations)*
-    };
-    ($all:ident, $scene:ident, [$first:expr $(, $more:expr)*] $wide:tt $row:ident, $($invocations:tt)*) => {
-        if !GENERAL && let Some($scene) = $all.within::<{ $first }>() {
+    ($all:ident, $scene:ident, [$first:expr $(, $more:expr)*], $($invocations:tt)*) => {
+        if let Some($scene) = $all.within::<{ $first }>() {
             $($invocations)*
         } else {
-            over_variants!($all, $scene, [$($more),*] $wide $row, $($invocations)*);
-        }
-    };
-}
-
-/// Compiles the general form of a kernel's rows for AVX-512. All that it calls has to be inlined, which closures handed to functions
-/// are not. The operations are the same, none of them fused, and so are the bits.
-macro_rules! wide_rows {
-    (wide) => {
-        /// Runs a row by the registers of AVX-512, which the processor has.
-        #[cfg(not(target_arch = "spirv"))]
-        fn wide_rows(row: &mut $crate::NativeRow<'_>) {
-            #[cfg_attr(
-                target_arch = "x86_64",
-                target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,bmi1,bmi2,lzcnt,popcnt")
-            )]
-            fn compiled(row: &mut $crate::NativeRow<'_>) {
-                rows::<true>(row);
-            }
-            // SAFETY: see above
-            #[allow(unused_unsafe, reason = "safe where there is no AVX-512")]
-            unsafe {
-                compiled(row);
-            }
+            over_variants!($all, $scene, [$($more),*], $($invocations)*);
         }
     };
 }

@@ -38,6 +38,8 @@ mod case;
 #[cfg(not(target_arch = "spirv"))]
 mod desc;
 #[cfg(not(target_arch = "spirv"))]
+mod registers;
+#[cfg(not(target_arch = "spirv"))]
 pub mod spirv;
 
 #[cfg(feature = "cases")]

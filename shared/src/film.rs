@@ -58,24 +58,11 @@ impl FilmPixel {
     }
 }
 
-/// The samples of a pixel. Closures are such, and compiled each by itself; what has to be inlined is a type of its own.
-pub trait Samples {
-    /// What the sample of an index finds.
-    fn radiance(&self, index: u32) -> Vec3;
-}
-
-impl<F: Fn(u32) -> Vec3> Samples for F {
-    #[inline(always)]
-    fn radiance(&self, index: u32) -> Vec3 {
-        self(index)
-    }
-}
-
 /// The sum over the block of 2^`block_log2` samples that begins at `first`, a multiple of its size.
 ///
 /// Block sizes beyond [`MAX_BLOCK_LOG2`] are reduced to it.
 #[inline(always)]
-pub fn sum_block(first: u32, block_log2: u32, samples: impl Samples) -> FilmPixel {
+pub fn sum_block(first: u32, block_log2: u32, mut sample: impl FnMut(u32) -> Vec3) -> FilmPixel {
     let log2 = if block_log2 < MAX_BLOCK_LOG2 { block_log2 } else { MAX_BLOCK_LOG2 };
     let count = 1 << log2;
     // partial[l] holds the sum of a finished block of 2^l samples that waits for its neighbour
@@ -86,7 +73,7 @@ pub fn sum_block(first: u32, block_log2: u32, samples: impl Samples) -> FilmPixe
     let mut rounds = 0_u32;
     while i <= count {
         if i < count {
-            let mut sum = FilmPixel::from_radiance(samples.radiance(first.wrapping_add(i)));
+            let mut sum = FilmPixel::from_radiance(sample(first.wrapping_add(i)));
             let mut level = 0;
             while (i >> level) & 1 == 1 {
                 sum = partial[level as usize].merge(sum);

@@ -71,6 +71,8 @@ pub mod compact;
 pub mod diffusion;
 pub mod film;
 pub mod geometry;
+#[cfg(not(target_arch = "spirv"))]
+pub mod lanes;
 pub mod layout;
 pub mod medium;
 pub mod num;

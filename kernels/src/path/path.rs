@@ -1,7 +1,7 @@
 //! Path tracing, one block of samples of every pixel.
 
 #[cfg(not(target_arch = "spirv"))]
-use restir_shared::layout::FEATURES_DIFFUSE;
+use restir_shared::layout::{FEATURES_DIFFUSE, FEATURES_UNTEXTURED};
 use restir_shared::layout::FilmPixel;
 use restir_shared::technique;
 use restir_shared::technique::path::PathParams;
@@ -11,9 +11,11 @@ kernel! {
     pub fn path(8, 8) {
         constants { 0: features = 0xffff_ffff, 1: settings = 0xffff_ffff }
         params 0: PathParams,
-        asks scene(features) { 1: geometry, 2: attributes, 3: texels } compiled [FEATURES_DIFFUSE] wide,
+        asks scene(features) { 1: geometry, 2: attributes, 3: texels } compiled [FEATURES_DIFFUSE],
         read {},
         own { 4: film: FilmPixel },
     }
-    |x, y, at, p, scene| film[at] = technique::path::pixel(&scene, &p.specialised(settings), x, y)
+    |x, y, at, p, scene| film[at] = technique::path::pixel(&scene, &p.specialised(settings), x, y);
+    in step [FEATURES_DIFFUSE, FEATURES_UNTEXTURED]
+    |registers| technique::path::pixels(&scene, &p.specialised(settings), [x, y], film, registers)
 }

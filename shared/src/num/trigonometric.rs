@@ -7,6 +7,7 @@ use super::{abs, min, parts, round, sqrt};
 ///
 /// The reduction to an eighth of a turn is exact, which is why angles are in turns: random numbers already are.
 /// Coefficients after Cephes (S. L. Moshier), rescaled to turns.
+#[cfg_attr(not(target_arch = "spirv"), inline(always))]
 pub fn sin_cos(u: f32) -> (f32, f32) {
     let (k, quadrant) = round(u * 4.0);
     let r = u - k * 0.25;

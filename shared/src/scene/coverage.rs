@@ -53,7 +53,7 @@ impl<const COMPILED: u32> Coverage for SceneView<'_, COMPILED> {
         if !self.has(FEATURE_ALPHA) {
             return true;
         }
-        let material = self.geometry[self.header.triangle_word(hit.id)].w;
+        let material = self.geometry_word(self.header.triangle_word(hit.id)).w;
         let blended = self.is_blended(self.material_flags(material));
         let chance = if blended { ray.chance(hit.id) } else { 0.5 };
         chance < self.coverage(material, hit.id, hit.uv)

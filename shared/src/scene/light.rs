@@ -103,7 +103,7 @@ impl<const COMPILED: u32> Lights for SceneView<'_, COMPILED> {
         if !self.has(FEATURE_EMISSIVE) {
             return 0.0;
         }
-        let light = self.geometry[self.header.triangle_word(hit.id) + 1].w;
+        let light = self.geometry_word(self.header.triangle_word(hit.id) + 1).w;
         if light == NONE { 0.0 } else { self.light(light).density }
     }
 
@@ -149,7 +149,7 @@ impl<const COMPILED: u32> AddressedLights for SceneView<'_, COMPILED> {
 
     #[inline(always)]
     fn address_of_hit(&self, hit: &Hit) -> LightAddress {
-        let light = self.geometry[self.header.triangle_word(hit.id) + 1].w;
+        let light = self.geometry_word(self.header.triangle_word(hit.id) + 1).w;
         if self.has(FEATURE_EMISSIVE) && light != NONE {
             LightAddress::nearest(light, invert_triangle(hit.uv))
         } else {

@@ -10,7 +10,7 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     /// The object of a triangle, with [`TRIANGLE_ALPHA`] where it is marked.
     #[inline(always)]
     fn marked_object(&self, triangle: u32) -> u32 {
-        self.geometry[self.header.triangle_word(triangle) + 2].w
+        self.geometry_word(self.header.triangle_word(triangle) + 2).w
     }
 }
 

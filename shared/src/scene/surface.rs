@@ -66,21 +66,24 @@ impl Textures {
     };
 }
 
+/// The sum of unit vectors, each times its weight. No closure: those are compiled by themselves.
+#[inline(always)]
+fn mix([p, q, r]: [u32; 3], weights: Vec3) -> Vec3 {
+    decode_unit_vector(p) * weights.x + decode_unit_vector(q) * weights.y + decode_unit_vector(r) * weights.z
+}
+
 impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     /// Normal, tangent and texture coordinates at a point of a triangle.
     #[inline(always)]
     fn shading(&self, triangle: u32, b: Vec2, geometric: Vec3) -> Shading {
         let at = (self.header.shading_base + triangle * SHADING_WORDS) as usize;
-        let (w0, w1) = (self.geometry[at], self.geometry[at + 1]);
+        let (w0, w1) = (self.geometry_word(at), self.geometry_word(at + 1));
         let weights = Vec3::new(1.0 - b.x - b.y, b.x, b.y);
-        let mix = |p: u32, q: u32, r: u32| {
-            decode_unit_vector(p) * weights.x + decode_unit_vector(q) * weights.y + decode_unit_vector(r) * weights.z
-        };
-        let normal = mix(w0.x, w0.y, w0.z);
+        let normal = mix([w0.x, w0.y, w0.z], weights);
         let smooth = dot(normal, normal) > MIN_LENGTH_SQUARED;
         let normal = if smooth { normalize(normal) } else { geometric };
         let normal = if dot(normal, geometric) < 0.0 { -normal } else { normal };
-        let tangent = if self.has(FEATURE_TEXTURES) { mix(w0.w, w1.x, w1.y) } else { Vec3::ZERO };
+        let tangent = if self.has(FEATURE_TEXTURES) { mix([w0.w, w1.x, w1.y], weights) } else { Vec3::ZERO };
         let bitangent_sign = if w0.w & 1 == 0 { 1.0 } else { -1.0 };
         Shading { normal, tangent, bitangent_sign, uv: self.uv(triangle, b) }
     }
@@ -89,7 +92,7 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     #[inline(always)]
     pub(super) fn uv(&self, triangle: u32, b: Vec2) -> Vec2 {
         let at = (self.header.shading_base + triangle * SHADING_WORDS) as usize;
-        let (w1, w2) = (self.geometry[at + 1], self.geometry[at + 2]);
+        let (w1, w2) = (self.geometry_word(at + 1), self.geometry_word(at + 2));
         let f = f32::from_bits;
         Vec2::new(f(w1.z), f(w1.w)) * (1.0 - b.x - b.y)
             + Vec2::new(f(w2.x), f(w2.y)) * b.x
@@ -310,7 +313,7 @@ impl<const COMPILED: u32> Surface for SceneView<'_, COMPILED> {
         let interior = Interior {
             around,
             closed: self.attribute(at).w & MATERIAL_VOLUME != 0,
-            body: self.geometry[self.header.triangle_word(hit.id) + 2].w & !TRIANGLE_ALPHA,
+            body: self.geometry_word(self.header.triangle_word(hit.id) + 2).w & !TRIANGLE_ALPHA,
             extinction: xyz(self.attribute(at + 4)),
             offset: p.offset,
             ..Interior::NONE

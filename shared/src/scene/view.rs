@@ -47,12 +47,17 @@ impl<'a> SceneView<'a> {
 impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     #[inline(always)]
     pub(super) fn attribute(&self, word: u32) -> UVec4 {
-        self.attributes[word as usize]
+        word_of(self.attributes, word as usize)
+    }
+
+    #[inline(always)]
+    pub(super) fn geometry_word(&self, word: usize) -> UVec4 {
+        word_of(self.geometry, word)
     }
 
     #[inline(always)]
     pub(super) fn texel_word(&self, word: u32) -> UVec4 {
-        self.texels[word as usize]
+        word_of(self.texels, word as usize)
     }
 
     #[inline(always)]
@@ -65,7 +70,8 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     #[inline(always)]
     pub(super) fn off_triangle_edges(&self, triangle: u32, b: Vec2) -> Vec2 {
         let at = self.header.triangle_word(triangle);
-        let (v0, v1, v2) = (xyz(self.geometry[at]), xyz(self.geometry[at + 1]), xyz(self.geometry[at + 2]));
+        let (v0, v1, v2) =
+            (xyz(self.geometry_word(at)), xyz(self.geometry_word(at + 1)), xyz(self.geometry_word(at + 2)));
         let (e0, e1, e2) = (v2 - v1, v0 - v2, v1 - v0);
         // a coordinate is the distance from an edge by the height above it; largest components do for lengths
         let scale = num::div(reach(v0, v1, v2) * SPAWN_OFFSET, max_abs(cross(e1, e2)));
@@ -81,7 +87,7 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     #[inline(always)]
     pub(super) fn triangle_point(&self, triangle: u32, b: Vec2) -> TrianglePoint {
         let at = self.header.triangle_word(triangle);
-        let (w0, w1, w2) = (self.geometry[at], self.geometry[at + 1], self.geometry[at + 2]);
+        let (w0, w1, w2) = (self.geometry_word(at), self.geometry_word(at + 1), self.geometry_word(at + 2));
         let (v0, v1, v2) = (xyz(w0), xyz(w1), xyz(w2));
         let reach = reach(v0, v1, v2);
         let across = cross(v1 - v0, v2 - v0);
@@ -92,6 +98,23 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
             offset: reach * SPAWN_OFFSET,
             material: w0.w,
         }
+    }
+}
+
+/// A word of an arena.
+#[cfg(target_arch = "spirv")]
+#[inline(always)]
+fn word_of(arena: &[UVec4], index: usize) -> UVec4 {
+    arena[index]
+}
+
+/// A word of an arena, zeros beyond its end: a panic would keep compilers from taking several paths in step.
+#[cfg(not(target_arch = "spirv"))]
+#[inline(always)]
+fn word_of(arena: &[UVec4], index: usize) -> UVec4 {
+    match arena.get(index) {
+        Some(word) => *word,
+        None => UVec4::ZERO,
     }
 }
 

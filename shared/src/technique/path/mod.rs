@@ -20,16 +20,20 @@
 //! ```
 
 pub mod hybrid;
+#[cfg(not(target_arch = "spirv"))]
+mod in_step;
 pub mod media;
 mod params;
 mod walk;
 
 pub use crate::transport::Chosen;
+#[cfg(not(target_arch = "spirv"))]
+pub use in_step::pixels;
 pub use params::*;
 pub use walk::{Numbers, Receiver, Walk};
 
 use crate::camera::{about_pixel, camera_ray};
-use crate::film::{CUT, Samples, sum_block};
+use crate::film::{CUT, sum_block};
 use crate::geometry::Ray;
 use crate::layout::FilmPixel;
 use crate::rng::Rng;
@@ -37,25 +41,12 @@ use crate::scene::{Lights, Surface, Trace};
 use glam::{Vec2, Vec3};
 
 /// The sum of one block of samples of the pixel (x, y).
-#[inline(always)]
 pub fn pixel<S: Trace + Surface + Lights>(scene: &S, params: &PathParams, x: u32, y: u32) -> FilmPixel {
-    sum_block(params.first_sample, params.block_log2, OfPixel { scene, params, at: [x, y] })
-}
-
-/// The samples of a pixel.
-struct OfPixel<'a, S> {
-    scene: &'a S,
-    params: &'a PathParams,
-    at: [u32; 2],
-}
-
-impl<S: Trace + Surface + Lights> Samples for OfPixel<'_, S> {
-    #[inline(always)]
-    fn radiance(&self, index: u32) -> Vec3 {
+    sum_block(params.first_sample, params.block_log2, |sample| {
         let mut sum = Vec3::ZERO;
-        let whole = trace(self.scene, self.params, self.at, index, &mut sum);
+        let whole = trace(scene, params, [x, y], sample, &mut sum);
         if whole { sum } else { CUT }
-    }
+    })
 }
 
 /// Where a sample passes the image, in pixels from the upper left corner of its own.

@@ -1,0 +1,319 @@
+//! Path tracing in step, for processors with wide registers: the samples of a row of pixels, [`LANES`] at a time, with the same bits as one by one.
+//!
+//! Rays are traced one after the other, and what lies between them are [`Stage`]s. A path that ends makes room for the next sample at once,
+//! so that lanes are idle only at the end of a batch.
+
+use super::walk::{Numbers, Walk};
+use super::{PATH_ROULETTE, PathParams, camera_segment};
+use crate::bsdf::Material;
+use crate::film::{CUT, MAX_BLOCK_LOG2, sum_block};
+use crate::geometry::{Hit, Ray};
+use crate::lanes::{LANES, Lanes, Registers, Stage};
+use crate::layout::{FEATURE_ENVIRONMENT, FEATURE_TEXTURES, FilmPixel};
+use crate::rng::Rng;
+use crate::scene::{LightSample, Lights, SceneView, Surface, SurfacePoint, Trace};
+use crate::transport::{Vertex, next_event, through_interior};
+use crate::vec::max_component;
+use glam::Vec3;
+
+/// Samples that are kept until they are summed: of 16 pixels, or of more where blocks are smaller.
+const BATCH: usize = 16 << MAX_BLOCK_LOG2;
+
+/// The sum of one block of samples of each pixel of a row, from (x, y) on, as [`super::pixel`] gives it.
+#[inline(always)]
+pub fn pixels<const COMPILED: u32>(
+    scene: &SceneView<'_, COMPILED>,
+    params: &PathParams,
+    [x, y]: [u32; 2],
+    film: &mut [FilmPixel],
+    registers: impl Registers,
+) {
+    let block_log2 = params.block_log2.min(MAX_BLOCK_LOG2);
+    let mut radiances = [Vec3::ZERO; BATCH];
+    let mut x = x;
+    for pixels in film.chunks_mut(BATCH >> block_log2) {
+        let radiances = &mut radiances[..pixels.len() << block_log2];
+        radiances.fill(Vec3::ZERO);
+        if params.max_depth > 0 {
+            Batch { scene, params, at: [x, y], block_log2 }.trace(radiances, registers);
+        }
+        for (pixel, radiances) in pixels.iter_mut().zip(radiances.chunks(1 << block_log2)) {
+            let of_sample = |index: u32| radiances[index.wrapping_sub(params.first_sample) as usize];
+            *pixel = sum_block(params.first_sample, block_log2, of_sample);
+            x = x.wrapping_add(1);
+        }
+    }
+}
+
+/// The samples of some pixels in a row, numbered from 0.
+struct Batch<'a, const COMPILED: u32> {
+    scene: &'a SceneView<'a, COMPILED>,
+    params: &'a PathParams,
+    /// The first pixel.
+    at: [u32; 2],
+    block_log2: u32,
+}
+
+/// Paths on their way.
+#[derive(Clone, Copy)]
+struct Paths {
+    walk: Lanes<Walk>,
+    /// Which sample of the batch each is.
+    sample: Lanes<u32>,
+    /// What it has found.
+    sum: Lanes<Vec3>,
+}
+
+impl Paths {
+    const NONE: Self = Self { walk: Lanes::ZERO, sample: Lanes::ZERO, sum: Lanes::ZERO };
+}
+
+/// Paths that have met the scene.
+struct Arrived {
+    paths: Paths,
+    /// Whether there is one at all. A lane without computes its last vertex again, of which nothing is used.
+    any: Lanes<bool>,
+    hit: Lanes<Hit>,
+}
+
+/// Where paths scatter.
+struct Vertices {
+    arrived: Arrived,
+    point: Lanes<SurfacePoint>,
+    light: Lanes<LightSample>,
+}
+
+/// Paths that have been scattered.
+struct Scattered {
+    paths: Paths,
+    /// Whether they go on.
+    alive: Lanes<bool>,
+    /// Whether the light sample counts, and what it adds if nothing is in its way.
+    lit: Lanes<bool>,
+    shadow: Lanes<Ray>,
+    value: Lanes<Vec3>,
+}
+
+/// The samples that begin next.
+struct Queue {
+    /// The first segments of those from the last multiple of [`LANES`] on.
+    rays: Lanes<Ray>,
+    /// How many have begun.
+    begun: usize,
+}
+
+/// The first segments of the samples from `first` on.
+struct CameraSegments<'a, const COMPILED: u32> {
+    batch: &'a Batch<'a, COMPILED>,
+    first: u32,
+}
+
+impl<const COMPILED: u32> Stage for CameraSegments<'_, COMPILED> {
+    type From = ();
+    type To = Lanes<Ray>;
+
+    #[inline(always)]
+    fn run(&self, (): &(), rays: &mut Lanes<Ray>) {
+        let Batch { scene, params, .. } = *self.batch;
+        for lane in 0..LANES {
+            let (rng, at) = self.batch.numbers(self.first + lane as u32);
+            rays.set(lane, camera_segment(params, &rng, scene.features(), at));
+        }
+    }
+}
+
+/// Geometry and materials at the hits. A stage by itself, because textures are loops.
+struct Surfaces<'a, const COMPILED: u32>(&'a Batch<'a, COMPILED>);
+
+impl<const COMPILED: u32> Stage for Surfaces<'_, COMPILED> {
+    type From = Arrived;
+    type To = Lanes<SurfacePoint>;
+
+    #[inline(always)]
+    fn run(&self, from: &Arrived, points: &mut Lanes<SurfacePoint>) {
+        for lane in 0..LANES {
+            points.set(lane, self.0.scene.surface(&from.paths.walk.get(lane).ray, &from.hit.get(lane)));
+        }
+    }
+}
+
+/// Light samples for the vertices. A stage by itself, because a point of an environment is searched for.
+struct ChooseLights<'a, const COMPILED: u32>(&'a Batch<'a, COMPILED>);
+
+impl<const COMPILED: u32> Stage for ChooseLights<'_, COMPILED> {
+    type From = Arrived;
+    type To = Lanes<LightSample>;
+
+    #[inline(always)]
+    fn run(&self, from: &Arrived, lights: &mut Lanes<LightSample>) {
+        for lane in 0..LANES {
+            let (rng, _) = self.0.numbers(from.paths.sample.get(lane));
+            let numbers = Numbers::at(&rng, from.paths.walk.get(lane).depth + 1);
+            lights.set(lane, self.0.scene.sample_light(numbers.light()));
+        }
+    }
+}
+
+/// Emission, light from the samples, and next directions.
+struct Scatter<'a, const COMPILED: u32>(&'a Batch<'a, COMPILED>);
+
+impl<const COMPILED: u32> Stage for Scatter<'_, COMPILED> {
+    type From = Vertices;
+    type To = Scattered;
+
+    #[inline(always)]
+    fn run(&self, from: &Vertices, to: &mut Scattered) {
+        let Batch { scene, params, .. } = *self.0;
+        let (features, paths) = (scene.features(), &from.arrived.paths);
+        for lane in 0..LANES {
+            let (mut walk, sample, mut sum) = (paths.walk.get(lane), paths.sample.get(lane), paths.sum.get(lane));
+            let hit = from.arrived.hit.get(lane);
+            let point =
+                if COMPILED & FEATURE_TEXTURES != 0 { from.point.get(lane) } else { scene.surface(&walk.ray, &hit) };
+            walk.throughput = through_interior(walk.throughput, &point, &walk.ray, hit.t, features);
+            walk.arrive(scene, &hit, &point, &mut sum);
+            let counts = from.arrived.any.get(lane) & (walk.depth < params.max_depth);
+            let goes_on = counts & (max_component(walk.throughput) > 0.0);
+            let vertex = Vertex::new(&point, &walk.ray, features);
+            let numbers = Numbers::at(&self.0.numbers(sample).0, walk.depth);
+            let light = if COMPILED & FEATURE_ENVIRONMENT != 0 {
+                from.light.get(lane)
+            } else {
+                scene.sample_light(numbers.light())
+            };
+            let connection = vertex.connect(&light);
+            let lit = vertex.bsdf.has_smooth_part() & (max_component(connection.value) > 0.0);
+            to.lit.set(lane, goes_on & lit);
+            to.shadow.set(lane, connection.shadow);
+            to.value.set(lane, walk.throughput * next_event(light.density, &connection));
+            let roulette = params.flags & PATH_ROULETTE != 0;
+            let alive = walk.bounce::<Material, _>(features, &vertex, &numbers, roulette, &mut sum);
+            to.alive.set(lane, goes_on & alive);
+            to.paths.walk.set(lane, walk);
+            to.paths.sample.set(lane, sample);
+            to.paths.sum.set(lane, sum);
+        }
+    }
+}
+
+impl<const COMPILED: u32> Batch<'_, COMPILED> {
+    /// The radiance of each sample.
+    #[inline(always)]
+    fn trace(&self, radiances: &mut [Vec3], registers: impl Registers) {
+        let mut queue = Queue { rays: Lanes::ZERO, begun: 0 };
+        let mut vertices = Vertices {
+            arrived: Arrived { paths: Paths::NONE, any: Lanes::ZERO, hit: Lanes::ZERO },
+            point: Lanes::ZERO,
+            light: Lanes::ZERO,
+        };
+        let mut scattered = Scattered {
+            paths: Paths::NONE,
+            alive: Lanes::ZERO,
+            lit: Lanes::ZERO,
+            shadow: Lanes::ZERO,
+            value: Lanes::ZERO,
+        };
+        while self.extend(&mut scattered, &mut vertices.arrived, &mut queue, radiances, registers) {
+            if COMPILED & FEATURE_TEXTURES != 0 {
+                registers.run(&Surfaces(self), &vertices.arrived, &mut vertices.point);
+            }
+            if COMPILED & FEATURE_ENVIRONMENT != 0 {
+                registers.run(&ChooseLights(self), &vertices.arrived, &mut vertices.light);
+            }
+            registers.run(&Scatter(self), &vertices, &mut scattered);
+            self.look(&vertices.arrived, &mut scattered, radiances);
+        }
+    }
+
+    /// Traces all paths to their next vertex; whether there is any. Those that leave the scene make room for others.
+    #[inline(always)]
+    fn extend(
+        &self,
+        scattered: &mut Scattered,
+        arrived: &mut Arrived,
+        queue: &mut Queue,
+        radiances: &mut [Vec3],
+        registers: impl Registers,
+    ) -> bool {
+        let Scattered { paths, alive, .. } = scattered;
+        let mut any = false;
+        for lane in 0..LANES {
+            let mut hit = Hit::MISS;
+            let mut goes_on = alive.get(lane);
+            while !hit.is_hit() && (goes_on || self.begin(paths, lane, queue, radiances.len(), registers)) {
+                hit = self.scene.closest(&paths.walk.get(lane).ray);
+                goes_on = false;
+                if !hit.is_hit() {
+                    radiances[paths.sample.get(lane) as usize] = self.escape(paths, lane, &hit);
+                }
+            }
+            arrived.any.set(lane, hit.is_hit());
+            if hit.is_hit() {
+                arrived.hit.set(lane, hit);
+                any = true;
+            }
+        }
+        arrived.paths = *paths;
+        any
+    }
+
+    /// Begins the next of so many samples; whether there is one.
+    #[inline(always)]
+    fn begin(
+        &self,
+        paths: &mut Paths,
+        lane: usize,
+        queue: &mut Queue,
+        samples: usize,
+        registers: impl Registers,
+    ) -> bool {
+        let next = queue.begun;
+        if next == samples {
+            return false;
+        }
+        if next % LANES == 0 {
+            registers.run(&CameraSegments { batch: self, first: next as u32 }, &(), &mut queue.rays);
+        }
+        queue.begun += 1;
+        paths.walk.set(lane, Walk::new(queue.rays.get(next % LANES)));
+        paths.sample.set(lane, next as u32);
+        paths.sum.set(lane, Vec3::ZERO);
+        true
+    }
+
+    /// The radiance of a path whose last segment leaves the scene.
+    #[inline(always)]
+    fn escape(&self, paths: &Paths, lane: usize, miss: &Hit) -> Vec3 {
+        if miss.is_cut() {
+            return CUT;
+        }
+        let mut sum = paths.sum.get(lane);
+        paths.walk.get(lane).escape(self.scene, &mut sum);
+        sum
+    }
+
+    /// Adds the light samples that arrive, and writes down what paths have found that end.
+    #[inline(always)]
+    fn look(&self, arrived: &Arrived, scattered: &mut Scattered, radiances: &mut [Vec3]) {
+        let Scattered { paths, alive, lit, shadow, value } = scattered;
+        for lane in 0..LANES {
+            if lit.get(lane) && !self.scene.occluded(&shadow.get(lane)) {
+                paths.sum.set(lane, paths.sum.get(lane) + value.get(lane));
+            }
+            if arrived.any.get(lane) && !alive.get(lane) {
+                radiances[paths.sample.get(lane) as usize] = paths.sum.get(lane);
+            }
+        }
+    }
+}
+
+impl<const COMPILED: u32> Batch<'_, COMPILED> {
+    /// The random numbers of a sample, and its pixel.
+    #[inline(always)]
+    fn numbers(&self, sample: u32) -> (Rng, [u32; 2]) {
+        let [x, y] = self.at;
+        let x = x.wrapping_add(sample >> self.block_log2);
+        let index = self.params.first_sample.wrapping_add(sample & ((1 << self.block_log2) - 1));
+        (Rng::new(x, y, index, self.params.seed, self.params.sampler()), [x, y])
+    }
+}
