@@ -21,6 +21,16 @@ pub(super) unsafe fn any_avx2<C: Coverage>(bvh: &WideBvh, ray: &Ray, coverage: &
     any::<super::simd::Avx2, C>(bvh, ray, coverage)
 }
 
+/// [`any`] with the instructions of [`SimdLevel::Avx512`](super::SimdLevel).
+///
+/// # Safety
+/// The processor has that level.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,bmi1,bmi2,lzcnt,popcnt")]
+pub(super) unsafe fn any_avx512<C: Coverage>(bvh: &WideBvh, ray: &Ray, coverage: &C) -> bool {
+    any::<super::simd::Avx2, C>(bvh, ray, coverage)
+}
+
 /// Whether there is a hit that counts with `0 < t < ray.t_max`.
 #[inline(always)]
 pub(super) fn any<L: Lanes, C: Coverage>(bvh: &WideBvh, ray: &Ray, coverage: &C) -> bool {

@@ -46,6 +46,9 @@ pub enum SimdLevel {
     /// 256-bit registers, and the operations on bits that came with them, detected when the program runs.
     #[cfg(target_arch = "x86_64")]
     Avx2,
+    /// The same registers, twice as many, and masks, as they came with AVX-512.
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
 }
 
 impl SimdLevel {
@@ -56,6 +59,10 @@ impl SimdLevel {
         if Self::has_avx2() {
             levels.push(Self::Avx2);
         }
+        #[cfg(target_arch = "x86_64")]
+        if Self::has_avx2() && Self::has_avx512() {
+            levels.push(Self::Avx512);
+        }
         levels
     }
 
@@ -64,6 +71,12 @@ impl SimdLevel {
         let bits = is_x86_feature_detected!("bmi1") && is_x86_feature_detected!("bmi2");
         let counts = is_x86_feature_detected!("lzcnt") && is_x86_feature_detected!("popcnt");
         is_x86_feature_detected!("avx2") && bits && counts
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    fn has_avx512() -> bool {
+        let words = is_x86_feature_detected!("avx512bw") && is_x86_feature_detected!("avx512dq");
+        is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512vl") && words
     }
 }
 
@@ -160,6 +173,9 @@ impl WideBvh {
             #[cfg(target_arch = "x86_64")]
             // SAFETY: the level is set to what the processor was found to have
             SimdLevel::Avx2 => unsafe { closest::closest_avx2(self, ray, coverage) },
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: as above
+            SimdLevel::Avx512 => unsafe { closest::closest_avx512(self, ray, coverage) },
         }
     }
 
@@ -170,6 +186,9 @@ impl WideBvh {
             #[cfg(target_arch = "x86_64")]
             // SAFETY: as above
             SimdLevel::Avx2 => unsafe { any::any_avx2(self, ray, coverage) },
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: as above
+            SimdLevel::Avx512 => unsafe { any::any_avx512(self, ray, coverage) },
         }
     }
 }
@@ -187,8 +206,8 @@ impl Hierarchy for WideBvh {
         match self.level {
             SimdLevel::Portable => any::all::<simd::Portable>(self, ray, coverage),
             #[cfg(target_arch = "x86_64")]
-            // SAFETY: as above
-            SimdLevel::Avx2 => unsafe { any::all_avx2(self, ray, coverage) },
+            // SAFETY: what has AVX-512 has this level; all hits are asked for seldom
+            SimdLevel::Avx2 | SimdLevel::Avx512 => unsafe { any::all_avx2(self, ray, coverage) },
         }
     }
 }

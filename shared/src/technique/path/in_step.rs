@@ -271,7 +271,7 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
         if next == samples {
             return false;
         }
-        if next % LANES == 0 {
+        if next.is_multiple_of(LANES) {
             registers.run(&CameraSegments { batch: self, first: next as u32 }, &(), &mut queue.rays);
         }
         queue.begun += 1;

@@ -1,0 +1,96 @@
+//! Paths in step have the bits of paths one by one, with the registers of any processor.
+
+use libtest_mimic::{Arguments, Failed, Trial};
+use restir_host::scene::builtin;
+use restir_shared::film::MAX_BLOCK_LOG2;
+use restir_shared::lanes::{LANES, Registers, Stage};
+use restir_shared::layout::{FEATURES_DIFFUSE, FEATURES_UNTEXTURED, FilmPixel};
+use restir_shared::scene::SceneView;
+use restir_shared::technique::path::{
+    PATH_BLACKMAN_HARRIS, PATH_JITTER, PATH_ROULETTE, PATH_SOBOL, PathParams, pixel, pixels,
+};
+use restir_tests::scenes::buffers;
+use restir_tests::suite::ensure;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let mut trials: Vec<_> =
+        builtin::NAMES.iter().map(|&(name, _)| Trial::test(name, move || same_bits(name))).collect();
+    trials.push(Trial::test("other numbers are seen", other_numbers));
+    libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
+}
+
+/// Stages as the compiler of the tests compiles them.
+#[derive(Clone, Copy)]
+struct Any;
+
+impl Registers for Any {
+    fn run<S: Stage>(self, stage: &S, from: &S::From, to: &mut S::To) {
+        stage.run(from, to);
+    }
+}
+
+/// Images of 37 x 29 pixels, so that no row is a multiple of the lanes.
+const SIZE: [u32; 2] = [37, 29];
+/// Some rows of them.
+const ROWS: [u32; 2] = [13, 22];
+
+/// What may go wrong by itself: blocks of one sample and of more than a batch holds of them at once, samples from further on, paths of no
+/// segment, of one, and of many, and all flags.
+fn settings(base: PathParams) -> [PathParams; 8] {
+    let all = PATH_JITTER | PATH_ROULETTE | PATH_SOBOL;
+    [
+        base,
+        PathParams { block_log2: 0, flags: all, ..base },
+        PathParams { block_log2: 2, first_sample: 12, flags: PATH_JITTER, ..base },
+        PathParams { block_log2: 3, max_depth: 0, ..base },
+        PathParams { block_log2: 1, max_depth: 1, flags: all, ..base },
+        PathParams { block_log2: 4, max_depth: 2, flags: PATH_BLACKMAN_HARRIS | PATH_SOBOL, ..base },
+        PathParams { block_log2: 3, max_depth: 40, flags: all, ..base },
+        PathParams { block_log2: MAX_BLOCK_LOG2 + 3, first_sample: 64, max_depth: 3, flags: all, ..base },
+    ]
+}
+
+fn same_bits(name: &str) -> Result<(), Failed> {
+    let scene = buffers(name)?;
+    let view = scene.view();
+    let base = PathParams { block_log2: 3, ..PathParams::new(scene.camera.params(SIZE[0], SIZE[1]), SIZE, 5) };
+    for params in settings(base) {
+        rows(&view, &params, name)?;
+        // the variants that kernels are compiled for
+        view.within::<FEATURES_UNTEXTURED>().map_or(Ok(()), |view| rows(&view, &params, name))?;
+        view.within::<FEATURES_DIFFUSE>().map_or(Ok(()), |view| rows(&view, &params, name))?;
+    }
+    Ok(())
+}
+
+fn rows<const COMPILED: u32>(view: &SceneView<'_, COMPILED>, params: &PathParams, name: &str) -> Result<(), Failed> {
+    for y in ROWS {
+        let single: Vec<_> = (0..SIZE[0]).map(|x| pixel(view, params, x, y)).collect();
+        // a part of the row, too
+        for first in [0, LANES as u32 + 3] {
+            let mut film = vec![FilmPixel::default(); (SIZE[0] - first) as usize];
+            pixels(view, params, [first, y], &mut film, Any);
+            let differ = differing(&film, &single[first as usize..]);
+            ensure(differ == 0, || format!("{name}: {differ} words of row {y} from {first} on differ, of {params:?}"))?;
+        }
+    }
+    Ok(())
+}
+
+/// In the pixels of a row with another seed nearly all words are others.
+fn other_numbers() -> Result<(), Failed> {
+    let scene = buffers("cornell")?;
+    let params = PathParams::new(scene.camera.params(SIZE[0], SIZE[1]), SIZE, 5);
+    let mut film = vec![FilmPixel::default(); SIZE[0] as usize];
+    pixels(&scene.view(), &params, [0, ROWS[0]], &mut film, Any);
+    let other = PathParams { seed: 6, ..params };
+    let single: Vec<_> = (0..SIZE[0]).map(|x| pixel(&scene.view(), &other, x, ROWS[0])).collect();
+    let differ = differing(&film, &single);
+    ensure(differ > film.len(), || format!("{differ} words differ"))
+}
+
+fn differing(a: &[FilmPixel], b: &[FilmPixel]) -> usize {
+    let words = |film| bytemuck::cast_slice::<FilmPixel, u32>(film);
+    words(a).iter().zip(words(b)).filter(|(a, b)| a != b).count()
+}
