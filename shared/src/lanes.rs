@@ -5,26 +5,25 @@
 //! then runs lane by lane.
 //!
 //! ```
-//! use restir_shared::geometry::Ray;
 //! use restir_shared::glam::Vec3;
 //! use restir_shared::lanes::{LANES, Lanes, Registers, Stage};
+//! use restir_shared::vec::length;
 //!
-//! /// Points of rays at the distance 2.
-//! struct Points;
+//! /// The lengths of vectors.
+//! struct Lengths;
 //!
-//! impl Stage for Points {
-//!     type From = Lanes<Ray>;
-//!     type To = Lanes<Vec3>;
+//! impl Stage for Lengths {
+//!     type From = Lanes<Vec3>;
+//!     type To = Lanes<f32>;
 //!
-//!     fn run(&self, rays: &Lanes<Ray>, points: &mut Lanes<Vec3>) {
+//!     fn run(&self, vectors: &Lanes<Vec3>, lengths: &mut Lanes<f32>) {
 //!         for lane in 0..LANES {
-//!             let ray = rays.get(lane);
-//!             points.set(lane, ray.origin + ray.direction * 2.0);
+//!             lengths.set(lane, length(vectors.get(lane)));
 //!         }
 //!     }
 //! }
 //!
-//! /// Those of any processor. For others, the function that runs the stage has target features.
+//! /// Those that every processor has. For others, the function that runs the stage has target features.
 //! #[derive(Clone, Copy)]
 //! struct Any;
 //!
@@ -34,17 +33,12 @@
 //!     }
 //! }
 //!
-//! let (mut rays, mut points) = (Lanes::ZERO, Lanes::ZERO);
-//! rays.set(3, Ray { origin: Vec3::X, direction: Vec3::Y, t_max: 1.0, key: 0 });
-//! Any.run(&Points, &rays, &mut points);
-//! assert_eq!(points.get(3), Vec3::new(1.0, 2.0, 0.0));
+//! let (mut vectors, mut lengths) = (Lanes::ZERO, Lanes::ZERO);
+//! vectors.set(3, Vec3::new(3.0, 4.0, 0.0));
+//! Any.run(&Lengths, &vectors, &mut lengths);
+//! assert_eq!([lengths.get(2), lengths.get(3)], [0.0, 5.0]);
 //! ```
 
-use crate::bsdf::Material;
-use crate::geometry::{Hit, Ray};
-use crate::scene::{LightKind, LightSample, SurfacePoint};
-use crate::technique::path::Walk;
-use crate::transport::Chosen;
 use glam::{Vec2, Vec3};
 
 /// Lanes in step: numbers of 32 bits in a register of 512.
@@ -106,17 +100,17 @@ impl<T: Laned> Lanes<T> {
 /// Makes lanes of a type that has one number.
 macro_rules! numbers {
     ($($number:ty = $zero:expr),*) => {
-        $(impl Laned for $number {
-            type Lanes = [Self; LANES];
-            const ZERO: [Self; LANES] = [$zero; LANES];
+        $(impl $crate::lanes::Laned for $number {
+            type Lanes = [Self; $crate::lanes::LANES];
+            const ZERO: Self::Lanes = [$zero; $crate::lanes::LANES];
 
             #[inline(always)]
-            fn get(lanes: &[Self; LANES], lane: usize) -> Self {
+            fn get(lanes: &Self::Lanes, lane: usize) -> Self {
                 lanes[lane]
             }
 
             #[inline(always)]
-            fn set(self, lanes: &mut [Self; LANES], lane: usize) {
+            fn set(self, lanes: &mut Self::Lanes, lane: usize) {
                 lanes[lane] = self;
             }
         })*
@@ -130,45 +124,32 @@ macro_rules! fields {
             #[doc = concat!("A `", stringify!($one), "` in each lane.")]
             #[derive(Clone, Copy)]
             pub struct $all {
-                $($field: <$of as Laned>::Lanes),*
+                $($field: <$of as $crate::lanes::Laned>::Lanes),*
             }
 
-            impl Laned for $one {
+            impl $crate::lanes::Laned for $one {
                 type Lanes = $all;
-                const ZERO: $all = $all { $($field: <$of as Laned>::ZERO),* };
+                const ZERO: $all = $all { $($field: <$of as $crate::lanes::Laned>::ZERO),* };
 
                 #[inline(always)]
                 fn get(lanes: &$all, lane: usize) -> Self {
-                    Self { $($field: <$of as Laned>::get(&lanes.$field, lane)),* }
+                    Self { $($field: <$of as $crate::lanes::Laned>::get(&lanes.$field, lane)),* }
                 }
 
                 #[inline(always)]
                 fn set(self, lanes: &mut $all, lane: usize) {
-                    $(self.$field.set(&mut lanes.$field, lane);)*
+                    $($crate::lanes::Laned::set(self.$field, &mut lanes.$field, lane);)*
                 }
             }
         )*
     };
 }
 
-numbers! { f32 = 0.0, u32 = 0, bool = false, LightKind = LightKind::Area }
+pub(crate) use {fields, numbers};
+
+numbers! { f32 = 0.0, u32 = 0, bool = false }
 
 fields! {
     Vec2s = Vec2 { x: f32, y: f32 }
     Vec3s = Vec3 { x: f32, y: f32, z: f32 }
-    Rays = Ray { origin: Vec3, direction: Vec3, t_max: f32, key: u32 }
-    Hits = Hit { t: f32, id: u32, uv: Vec2 }
-    Choices = Chosen { pdf: f32, alone: bool }
-    Walks = Walk { ray: Ray, throughput: Vec3, chosen: Chosen, depth: u32 }
-    Materials = Material {
-        base_color: Vec3, metallic: f32, roughness: f32, ior: f32, specular: f32, specular_color: Vec3, transmission: f32,
-        diffuse_transmission: f32, diffuse_transmission_color: Vec3, thin: bool
-    }
-    SurfacePoints = SurfacePoint {
-        position: Vec3, normal: Vec3, shading_normal: Vec3, offset: f32, material: Material, emission: Vec3, absorption: Vec3
-    }
-    LightSamples = LightSample {
-        position: Vec3, normal: Vec3, offset: f32, emission: Vec3, two_sided: bool, density: f32, kind: LightKind,
-        blended: bool, key: u32, falloff: Vec2
-    }
 }

@@ -4,7 +4,7 @@ use libtest_mimic::{Arguments, Failed, Trial};
 use restir_host::scene::builtin;
 use restir_shared::film::MAX_BLOCK_LOG2;
 use restir_shared::lanes::{LANES, Registers, Stage};
-use restir_shared::layout::{FEATURES_DIFFUSE, FEATURES_UNTEXTURED, FilmPixel};
+use restir_shared::layout::{FEATURE_ENVIRONMENT, FEATURES_DIFFUSE, FEATURES_UNTEXTURED, FilmPixel};
 use restir_shared::scene::SceneView;
 use restir_shared::technique::path::{
     PATH_BLACKMAN_HARRIS, PATH_JITTER, PATH_ROULETTE, PATH_SOBOL, PathParams, pixel, pixels,
@@ -32,6 +32,8 @@ impl Registers for Any {
 
 /// Images of 37 x 29 pixels, so that no row is a multiple of the lanes.
 const SIZE: [u32; 2] = [37, 29];
+/// Features without textures, with an environment.
+const SKY: u32 = FEATURES_UNTEXTURED | FEATURE_ENVIRONMENT;
 /// Some rows of them.
 const ROWS: [u32; 2] = [13, 22];
 
@@ -59,6 +61,7 @@ fn same_bits(name: &str) -> Result<(), Failed> {
         rows(&view, &params, name)?;
         // the variants that kernels are compiled for
         view.within::<FEATURES_UNTEXTURED>().map_or(Ok(()), |view| rows(&view, &params, name))?;
+        view.within::<SKY>().map_or(Ok(()), |view| rows(&view, &params, name))?;
         view.within::<FEATURES_DIFFUSE>().map_or(Ok(()), |view| rows(&view, &params, name))?;
     }
     Ok(())

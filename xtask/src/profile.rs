@@ -1,7 +1,7 @@
 //! `cargo xtask profile`: where the time of a path traced render goes.
 //!
 //! What a render asks of its scene is written down first. Then renders and loops over these questions alternate, all on one
-//! thread: what the questions take is what visibility, surfaces and light samples take, without a clock between them.
+//! thread: what the questions take is what visibility takes, without a clock between them; the rest is shading.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -14,10 +14,8 @@ use restir_host::replay::{Event, Recording};
 use restir_host::scene::Scene;
 use restir_host::technique::path::PathSettings;
 use restir_kernels::path::path;
-use restir_shared::geometry::{Hit, Ray};
-use restir_shared::glam::UVec4;
-use restir_shared::rng::{Rng, Sampler};
-use restir_shared::scene::{Lights, SceneView, Still, Surface, Trace};
+use restir_shared::geometry::Ray;
+use restir_shared::scene::{SceneView, Still, Trace};
 
 use crate::Error;
 
@@ -37,15 +35,13 @@ pub struct Options {
 }
 
 /// What takes time, but for the rest.
-const PARTS: [&str; 5] = ["closest hits", "shadow rays", "surfaces", "light samples", "film"];
+const PARTS: [&str; 3] = ["closest hits", "shadow rays", "film"];
 
 /// What a render asks of its scene.
 #[derive(Default)]
 struct Questions {
     closest: Vec<Ray>,
     occluded: Vec<Ray>,
-    surfaces: Vec<(Ray, Hit)>,
-    light_samples: Vec<UVec4>,
 }
 
 /// Seconds of a render and of [`PARTS`].
@@ -60,7 +56,7 @@ struct Times {
 /// [`Error::Host`] if a scene cannot be loaded.
 pub fn run(options: &Options) -> Result<(), Error> {
     println!(
-        "| scene | ms | {} | rest | closest, Mrays/s | shadow, Mrays/s |",
+        "| scene | ms | {} | shading | closest, Mrays/s | shadow, Mrays/s |",
         PARTS.map(|part| part.to_owned() + ", %").join(" | ")
     );
     println!("|---|---|{}---|---|---|", "---|".repeat(PARTS.len()));
@@ -81,35 +77,19 @@ impl Questions {
         let recording = Recording::new(view);
         CpuExecutor::run_over(&Still(&recording), settings.plan(buffers), &mut |_| Ok(()))?;
         let mut questions = Self::default();
-        let mut last = None;
         for event in recording.into_events() {
             match event {
-                Event::Closest { ray, hit } => {
-                    questions.closest.push(ray);
-                    last = Some((ray, hit));
-                }
+                Event::Closest { ray, .. } => questions.closest.push(ray),
                 Event::Occluded { ray, .. } => questions.occluded.push(ray),
-                Event::Surface(_) => questions.surfaces.extend(last),
-                // any four words will do
-                Event::LightSample(_) => {
-                    questions
-                        .light_samples
-                        .push(Rng::new(questions.light_samples.len() as u32, 0, 0, 1, Sampler::Independent).draw(0));
-                }
-                Event::LightDensity(_) | Event::Environment(_) | Event::Probed { .. } => {}
+                _ => {}
             }
         }
         Ok(questions)
     }
 
     /// Seconds to answer the questions of each kind.
-    fn ask(&self, view: &SceneView<'_>) -> [f64; 4] {
-        [
-            timed(&self.closest, |ray| view.closest(ray)),
-            timed(&self.occluded, |ray| view.occluded(ray)),
-            timed(&self.surfaces, |(ray, hit)| view.surface(ray, hit)),
-            timed(&self.light_samples, |words| view.sample_light(*words)),
-        ]
+    fn ask(&self, view: &SceneView<'_>) -> [f64; 2] {
+        [timed(&self.closest, |ray| view.closest(ray)), timed(&self.occluded, |ray| view.occluded(ray))]
     }
 }
 
@@ -140,8 +120,8 @@ fn once(
     questions: &Questions,
 ) -> Result<Times, restir_host::Error> {
     let [paths, film] = passes(buffers, settings)?;
-    let [closest, shadow, surfaces, light_samples] = questions.ask(view);
-    Ok(Times { render: paths + film, parts: [closest, shadow, surfaces, light_samples, film] })
+    let [closest, shadow] = questions.ask(view);
+    Ok(Times { render: paths + film, parts: [closest, shadow, film] })
 }
 
 /// The shortest times of several rounds: the others were disturbed by other processes.

@@ -51,6 +51,12 @@ impl Material {
         }
     }
 
+    /// Whether any of its lobes may be no delta. Where this is false, light that is sampled elsewhere contributes nothing.
+    #[inline(always)]
+    pub fn may_be_smooth(&self) -> bool {
+        (self.roughness >= DELTA_BELOW) | ((1.0 - self.metallic) * (1.0 - self.transmission) > 0.0)
+    }
+
     /// The feature bits that this material needs. A textured material needs those of all its points: the sum of the
     /// bits at the extremes of its parameters.
     pub fn features(&self) -> u32 {

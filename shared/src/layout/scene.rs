@@ -137,10 +137,9 @@ pub const FEATURE_SUBSURFACE: u32 = 1 << 16;
 pub const FEATURE_CLEAR_BORDER: u32 = 1 << 17;
 /// The features of a diffuse scene whose lights are triangles.
 pub const FEATURES_DIFFUSE: u32 = FEATURE_EMISSIVE | FEATURE_LIGHT_TABLE;
-/// The features of a scene without textures, media and surfaces that are not everywhere.
+/// The features of a scene without textures, an environment, media, and surfaces that are not everywhere.
 pub const FEATURES_UNTEXTURED: u32 = FEATURES_DIFFUSE
     | FEATURE_PUNCTUAL
-    | FEATURE_ENVIRONMENT
     | FEATURE_SHADING
     | FEATURE_GLOSSY
     | FEATURE_DELTA

@@ -8,13 +8,13 @@ use super::{PATH_ROULETTE, PathParams, camera_segment};
 use crate::bsdf::Material;
 use crate::film::{CUT, MAX_BLOCK_LOG2, sum_block};
 use crate::geometry::{Hit, Ray};
-use crate::lanes::{LANES, Lanes, Registers, Stage};
+use crate::lanes::{LANES, Lanes, Registers, Stage, fields, numbers};
 use crate::layout::{FEATURE_ENVIRONMENT, FEATURE_TEXTURES, FilmPixel};
 use crate::rng::Rng;
-use crate::scene::{LightSample, Lights, SceneView, Surface, SurfacePoint, Trace};
-use crate::transport::{Vertex, next_event, through_interior};
+use crate::scene::{LightKind, LightSample, Lights, SceneView, Surface, SurfacePoint, Trace};
+use crate::transport::{Chosen, Vertex, next_event, through_interior};
 use crate::vec::max_component;
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 /// Samples that are kept until they are summed: of 16 pixels, or of more where blocks are smaller.
 const BATCH: usize = 16 << MAX_BLOCK_LOG2;
@@ -54,6 +54,26 @@ struct Batch<'a, const COMPILED: u32> {
     block_log2: u32,
 }
 
+numbers! { LightKind = LightKind::Area }
+
+fields! {
+    Rays = Ray { origin: Vec3, direction: Vec3, t_max: f32, key: u32 }
+    Hits = Hit { t: f32, id: u32, uv: Vec2 }
+    Choices = Chosen { pdf: f32, alone: bool }
+    Walks = Walk { ray: Ray, throughput: Vec3, chosen: Chosen, depth: u32 }
+    Materials = Material {
+        base_color: Vec3, metallic: f32, roughness: f32, ior: f32, specular: f32, specular_color: Vec3, transmission: f32,
+        diffuse_transmission: f32, diffuse_transmission_color: Vec3, thin: bool
+    }
+    SurfacePoints = SurfacePoint {
+        position: Vec3, normal: Vec3, shading_normal: Vec3, offset: f32, material: Material, emission: Vec3, absorption: Vec3
+    }
+    LightSamples = LightSample {
+        position: Vec3, normal: Vec3, offset: f32, emission: Vec3, two_sided: bool, density: f32, kind: LightKind,
+        blended: bool, key: u32, falloff: Vec2
+    }
+}
+
 /// Paths on their way.
 #[derive(Clone, Copy)]
 struct Paths {
@@ -76,10 +96,15 @@ struct Arrived {
     hit: Lanes<Hit>,
 }
 
-/// Where paths scatter.
-struct Vertices {
+/// Where that is.
+struct Located {
     arrived: Arrived,
     point: Lanes<SurfacePoint>,
+}
+
+/// Where paths scatter light.
+struct Vertices {
+    located: Located,
     light: Lanes<LightSample>,
 }
 
@@ -137,19 +162,26 @@ impl<const COMPILED: u32> Stage for Surfaces<'_, COMPILED> {
     }
 }
 
-/// Light samples for the vertices. A stage by itself, because a point of an environment is searched for.
+/// Light samples for the vertices that may need one. A stage by itself, because a point of an environment is searched for.
 struct ChooseLights<'a, const COMPILED: u32>(&'a Batch<'a, COMPILED>);
 
 impl<const COMPILED: u32> Stage for ChooseLights<'_, COMPILED> {
-    type From = Arrived;
+    type From = Located;
     type To = Lanes<LightSample>;
 
     #[inline(always)]
-    fn run(&self, from: &Arrived, lights: &mut Lanes<LightSample>) {
+    fn run(&self, from: &Located, lights: &mut Lanes<LightSample>) {
+        let Batch { scene, params, .. } = *self.0;
         for lane in 0..LANES {
-            let (rng, _) = self.0.numbers(from.paths.sample.get(lane));
-            let numbers = Numbers::at(&rng, from.paths.walk.get(lane).depth + 1);
-            lights.set(lane, self.0.scene.sample_light(numbers.light()));
+            let depth = from.arrived.paths.walk.get(lane).depth + 1;
+            let scatters = from.arrived.any.get(lane) & (depth < params.max_depth);
+            let light = if scatters && self.0.point(from, lane).material.may_be_smooth() {
+                let (rng, _) = self.0.numbers(from.arrived.paths.sample.get(lane));
+                scene.sample_light(Numbers::at(&rng, depth).light())
+            } else {
+                LightSample::NONE
+            };
+            lights.set(lane, light);
         }
     }
 }
@@ -164,15 +196,14 @@ impl<const COMPILED: u32> Stage for Scatter<'_, COMPILED> {
     #[inline(always)]
     fn run(&self, from: &Vertices, to: &mut Scattered) {
         let Batch { scene, params, .. } = *self.0;
-        let (features, paths) = (scene.features(), &from.arrived.paths);
+        let (features, Located { arrived, .. }) = (scene.features(), &from.located);
+        let paths = &arrived.paths;
         for lane in 0..LANES {
             let (mut walk, sample, mut sum) = (paths.walk.get(lane), paths.sample.get(lane), paths.sum.get(lane));
-            let hit = from.arrived.hit.get(lane);
-            let point =
-                if COMPILED & FEATURE_TEXTURES != 0 { from.point.get(lane) } else { scene.surface(&walk.ray, &hit) };
+            let (hit, point) = (arrived.hit.get(lane), self.0.point(&from.located, lane));
             walk.throughput = through_interior(walk.throughput, &point, &walk.ray, hit.t, features);
             walk.arrive(scene, &hit, &point, &mut sum);
-            let counts = from.arrived.any.get(lane) & (walk.depth < params.max_depth);
+            let counts = arrived.any.get(lane) & (walk.depth < params.max_depth);
             let goes_on = counts & (max_component(walk.throughput) > 0.0);
             let vertex = Vertex::new(&point, &walk.ray, features);
             let numbers = Numbers::at(&self.0.numbers(sample).0, walk.depth);
@@ -202,8 +233,10 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
     fn trace(&self, radiances: &mut [Vec3], registers: impl Registers) {
         let mut queue = Queue { rays: Lanes::ZERO, begun: 0 };
         let mut vertices = Vertices {
-            arrived: Arrived { paths: Paths::NONE, any: Lanes::ZERO, hit: Lanes::ZERO },
-            point: Lanes::ZERO,
+            located: Located {
+                arrived: Arrived { paths: Paths::NONE, any: Lanes::ZERO, hit: Lanes::ZERO },
+                point: Lanes::ZERO,
+            },
             light: Lanes::ZERO,
         };
         let mut scattered = Scattered {
@@ -213,15 +246,15 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
             shadow: Lanes::ZERO,
             value: Lanes::ZERO,
         };
-        while self.extend(&mut scattered, &mut vertices.arrived, &mut queue, radiances, registers) {
+        while self.extend(&mut scattered, &mut vertices.located.arrived, &mut queue, radiances, registers) {
             if COMPILED & FEATURE_TEXTURES != 0 {
-                registers.run(&Surfaces(self), &vertices.arrived, &mut vertices.point);
+                registers.run(&Surfaces(self), &vertices.located.arrived, &mut vertices.located.point);
             }
             if COMPILED & FEATURE_ENVIRONMENT != 0 {
-                registers.run(&ChooseLights(self), &vertices.arrived, &mut vertices.light);
+                registers.run(&ChooseLights(self), &vertices.located, &mut vertices.light);
             }
             registers.run(&Scatter(self), &vertices, &mut scattered);
-            self.look(&vertices.arrived, &mut scattered, radiances);
+            self.look(&vertices.located.arrived, &mut scattered, radiances);
         }
     }
 
@@ -308,6 +341,15 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
 }
 
 impl<const COMPILED: u32> Batch<'_, COMPILED> {
+    /// Geometry and material at a vertex.
+    #[inline(always)]
+    fn point(&self, from: &Located, lane: usize) -> SurfacePoint {
+        if COMPILED & FEATURE_TEXTURES != 0 {
+            return from.point.get(lane);
+        }
+        self.scene.surface(&from.arrived.paths.walk.get(lane).ray, &from.arrived.hit.get(lane))
+    }
+
     /// The random numbers of a sample, and its pixel.
     #[inline(always)]
     fn numbers(&self, sample: u32) -> (Rng, [u32; 2]) {
