@@ -4,6 +4,7 @@ use super::{abs, div};
 
 /// The angle of (x, y) in turns, in [-1/2, 1/2]; zero for the origin. Magnitudes of operands are at most 2^126: the
 /// sum of two must be finite.
+#[cfg_attr(not(target_arch = "spirv"), inline(always))]
 pub fn atan2(y: f32, x: f32) -> f32 {
     let (ay, ax) = (abs(y), abs(x));
     let steep = ay > ax;

@@ -9,7 +9,7 @@ use crate::bsdf::Material;
 use crate::film::{CUT, MAX_BLOCK_LOG2, sum_block};
 use crate::geometry::{Hit, Ray};
 use crate::lanes::{LANES, Lanes, Registers, Stage, fields, numbers};
-use crate::layout::{FEATURE_ENVIRONMENT, FEATURE_TEXTURES, FilmPixel};
+use crate::layout::{FEATURE_DELTA, FEATURE_ENVIRONMENT, FEATURE_TEXTURES, FilmPixel};
 use crate::rng::Rng;
 use crate::scene::{LightKind, LightSample, Lights, SceneView, Surface, SurfacePoint, Trace};
 use crate::transport::{Chosen, Vertex, next_event, through_interior};
@@ -86,6 +86,13 @@ struct Paths {
 
 impl Paths {
     const NONE: Self = Self { walk: Lanes::ZERO, sample: Lanes::ZERO, sum: Lanes::ZERO };
+
+    #[inline(always)]
+    fn set(&mut self, lane: usize, walk: Walk, sample: u32, sum: Vec3) {
+        self.walk.set(lane, walk);
+        self.sample.set(lane, sample);
+        self.sum.set(lane, sum);
+    }
 }
 
 /// Paths that have met the scene.
@@ -119,12 +126,17 @@ struct Scattered {
     value: Lanes<Vec3>,
 }
 
-/// The samples that begin next.
-struct Queue {
-    /// The first segments of those from the last multiple of [`LANES`] on.
-    rays: Lanes<Ray>,
-    /// How many have begun.
+/// How far a batch is.
+struct Progress<'a> {
+    /// How many samples have begun.
     begun: usize,
+    /// The first segments of those from the last multiple of [`LANES`] on.
+    ahead: Lanes<Ray>,
+    /// Paths that have left the scene, and how many.
+    escaped: Paths,
+    escapes: usize,
+    /// What samples have found that have ended.
+    radiances: &'a mut [Vec3],
 }
 
 /// The first segments of the samples from `first` on.
@@ -172,10 +184,11 @@ impl<const COMPILED: u32> Stage for ChooseLights<'_, COMPILED> {
     #[inline(always)]
     fn run(&self, from: &Located, lights: &mut Lanes<LightSample>) {
         let Batch { scene, params, .. } = *self.0;
+        let deltas = scene.features() & FEATURE_DELTA != 0;
         for lane in 0..LANES {
             let depth = from.arrived.paths.walk.get(lane).depth + 1;
             let scatters = from.arrived.any.get(lane) & (depth < params.max_depth);
-            let light = if scatters && self.0.point(from, lane).material.may_be_smooth() {
+            let light = if scatters && (!deltas || self.0.point(from, lane).material.may_be_smooth()) {
                 let (rng, _) = self.0.numbers(from.arrived.paths.sample.get(lane));
                 scene.sample_light(Numbers::at(&rng, depth).light())
             } else {
@@ -220,9 +233,24 @@ impl<const COMPILED: u32> Stage for Scatter<'_, COMPILED> {
             let roulette = params.flags & PATH_ROULETTE != 0;
             let alive = walk.bounce::<Material, _>(features, &vertex, &numbers, roulette, &mut sum);
             to.alive.set(lane, goes_on & alive);
-            to.paths.walk.set(lane, walk);
-            to.paths.sample.set(lane, sample);
-            to.paths.sum.set(lane, sum);
+            to.paths.set(lane, walk, sample, sum);
+        }
+    }
+}
+
+/// What paths find that leave the scene, with what they had found before.
+struct Escape<'a, const COMPILED: u32>(&'a Batch<'a, COMPILED>);
+
+impl<const COMPILED: u32> Stage for Escape<'_, COMPILED> {
+    type From = Paths;
+    type To = Lanes<Vec3>;
+
+    #[inline(always)]
+    fn run(&self, paths: &Paths, sums: &mut Lanes<Vec3>) {
+        for lane in 0..LANES {
+            let mut sum = paths.sum.get(lane);
+            paths.walk.get(lane).escape(self.0.scene, &mut sum);
+            sums.set(lane, sum);
         }
     }
 }
@@ -231,14 +259,9 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
     /// The radiance of each sample.
     #[inline(always)]
     fn trace(&self, radiances: &mut [Vec3], registers: impl Registers) {
-        let mut queue = Queue { rays: Lanes::ZERO, begun: 0 };
-        let mut vertices = Vertices {
-            located: Located {
-                arrived: Arrived { paths: Paths::NONE, any: Lanes::ZERO, hit: Lanes::ZERO },
-                point: Lanes::ZERO,
-            },
-            light: Lanes::ZERO,
-        };
+        let mut progress = Progress { begun: 0, ahead: Lanes::ZERO, escaped: Paths::NONE, escapes: 0, radiances };
+        let arrived = Arrived { paths: Paths::NONE, any: Lanes::ZERO, hit: Lanes::ZERO };
+        let mut vertices = Vertices { located: Located { arrived, point: Lanes::ZERO }, light: Lanes::ZERO };
         let mut scattered = Scattered {
             paths: Paths::NONE,
             alive: Lanes::ZERO,
@@ -246,7 +269,7 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
             shadow: Lanes::ZERO,
             value: Lanes::ZERO,
         };
-        while self.extend(&mut scattered, &mut vertices.located.arrived, &mut queue, radiances, registers) {
+        while self.extend(&mut scattered, &mut vertices.located.arrived, &mut progress, registers) {
             if COMPILED & FEATURE_TEXTURES != 0 {
                 registers.run(&Surfaces(self), &vertices.located.arrived, &mut vertices.located.point);
             }
@@ -254,8 +277,9 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
                 registers.run(&ChooseLights(self), &vertices.located, &mut vertices.light);
             }
             registers.run(&Scatter(self), &vertices, &mut scattered);
-            self.look(&vertices.located.arrived, &mut scattered, radiances);
+            self.look(&vertices.located.arrived, &mut scattered, progress.radiances);
         }
+        self.escape(&mut progress, registers);
     }
 
     /// Traces all paths to their next vertex; whether there is any. Those that leave the scene make room for others.
@@ -264,8 +288,7 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
         &self,
         scattered: &mut Scattered,
         arrived: &mut Arrived,
-        queue: &mut Queue,
-        radiances: &mut [Vec3],
+        progress: &mut Progress<'_>,
         registers: impl Registers,
     ) -> bool {
         let Scattered { paths, alive, .. } = scattered;
@@ -273,11 +296,11 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
         for lane in 0..LANES {
             let mut hit = Hit::MISS;
             let mut goes_on = alive.get(lane);
-            while !hit.is_hit() && (goes_on || self.begin(paths, lane, queue, radiances.len(), registers)) {
+            while !hit.is_hit() && (goes_on || self.begin(paths, lane, progress, registers)) {
                 hit = self.scene.closest(&paths.walk.get(lane).ray);
                 goes_on = false;
                 if !hit.is_hit() {
-                    radiances[paths.sample.get(lane) as usize] = self.escape(paths, lane, &hit);
+                    self.leave(paths, lane, &hit, progress, registers);
                 }
             }
             arrived.any.set(lane, hit.is_hit());
@@ -290,39 +313,45 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
         any
     }
 
-    /// Begins the next of so many samples; whether there is one.
+    /// Begins the next sample; whether there is one.
     #[inline(always)]
-    fn begin(
-        &self,
-        paths: &mut Paths,
-        lane: usize,
-        queue: &mut Queue,
-        samples: usize,
-        registers: impl Registers,
-    ) -> bool {
-        let next = queue.begun;
-        if next == samples {
+    fn begin(&self, paths: &mut Paths, lane: usize, progress: &mut Progress<'_>, registers: impl Registers) -> bool {
+        let next = progress.begun;
+        if next == progress.radiances.len() {
             return false;
         }
         if next.is_multiple_of(LANES) {
-            registers.run(&CameraSegments { batch: self, first: next as u32 }, &(), &mut queue.rays);
+            registers.run(&CameraSegments { batch: self, first: next as u32 }, &(), &mut progress.ahead);
         }
-        queue.begun += 1;
-        paths.walk.set(lane, Walk::new(queue.rays.get(next % LANES)));
-        paths.sample.set(lane, next as u32);
-        paths.sum.set(lane, Vec3::ZERO);
+        progress.begun += 1;
+        paths.set(lane, Walk::new(progress.ahead.get(next % LANES)), next as u32, Vec3::ZERO);
         true
     }
 
-    /// The radiance of a path whose last segment leaves the scene.
+    /// Puts a path that leaves the scene beside others that have.
     #[inline(always)]
-    fn escape(&self, paths: &Paths, lane: usize, miss: &Hit) -> Vec3 {
+    fn leave(&self, paths: &Paths, lane: usize, miss: &Hit, progress: &mut Progress<'_>, registers: impl Registers) {
+        let sample = paths.sample.get(lane);
         if miss.is_cut() {
-            return CUT;
+            progress.radiances[sample as usize] = CUT;
+            return;
         }
-        let mut sum = paths.sum.get(lane);
-        paths.walk.get(lane).escape(self.scene, &mut sum);
-        sum
+        progress.escaped.set(progress.escapes, paths.walk.get(lane), sample, paths.sum.get(lane));
+        progress.escapes += 1;
+        if progress.escapes == LANES {
+            self.escape(progress, registers);
+        }
+    }
+
+    /// Writes down what paths have found that have left the scene.
+    #[inline(always)]
+    fn escape(&self, progress: &mut Progress<'_>, registers: impl Registers) {
+        let mut sums = Lanes::ZERO;
+        registers.run(&Escape(self), &progress.escaped, &mut sums);
+        for lane in 0..progress.escapes {
+            progress.radiances[progress.escaped.sample.get(lane) as usize] = sums.get(lane);
+        }
+        progress.escapes = 0;
     }
 
     /// Adds the light samples that arrive, and writes down what paths have found that end.
