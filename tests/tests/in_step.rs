@@ -37,8 +37,8 @@ const SKY: u32 = FEATURES_UNTEXTURED | FEATURE_ENVIRONMENT;
 /// Some rows of them.
 const ROWS: [u32; 2] = [13, 22];
 
-/// What may go wrong by itself: blocks of one sample and of more than a batch holds of them at once, samples from further on, paths of no
-/// segment, of one, and of many, and all flags.
+/// Settings that each take a way of their own: blocks of one sample and of more than the largest, samples from further on, paths of no
+/// segment, of one, and of many, and all flags. The pixels of a row take three batches where blocks are the largest.
 fn settings(base: PathParams) -> [PathParams; 8] {
     let all = PATH_JITTER | PATH_ROULETTE | PATH_SOBOL;
     [
