@@ -46,6 +46,8 @@ pub mod spirv;
 pub use case::Case;
 #[cfg(not(target_arch = "spirv"))]
 pub use desc::{Access, Binding, Constant, KernelDesc, NativeRow};
+#[cfg(not(target_arch = "spirv"))]
+pub use registers::has_avx512;
 
 folders! {
     #[doc(hidden)]

@@ -9,7 +9,7 @@ pub(crate) struct Avx512(());
 impl Avx512 {
     /// A proof that the processor has them, if it has.
     pub(crate) fn detect() -> Option<Self> {
-        detected().then_some(Self(()))
+        has_avx512().then_some(Self(()))
     }
 }
 
@@ -32,8 +32,8 @@ impl Registers for Avx512 {
     }
 }
 
-/// Whether the processor has AVX-512 as [`Avx512`] needs it.
-fn detected() -> bool {
+/// Whether the processor has AVX2, AVX-512 with its extensions F, BW, DQ and VL, and the operations on bits that came with them.
+pub fn has_avx512() -> bool {
     #[cfg(target_arch = "x86_64")]
     {
         let wide = is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512bw");

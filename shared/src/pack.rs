@@ -66,7 +66,6 @@ pub fn encode_unit_vector_48(v: Vec3) -> [u32; 2] {
 }
 
 /// The vector of a code of [`encode_unit_vector_48`], of length 1 to 2e-7; the upper bytes do not count.
-#[cfg_attr(not(target_arch = "spirv"), inline(always))]
 pub fn decode_unit_vector_48([x, y]: [u32; 2]) -> Vec3 {
     let (x, y) = (((x << 8) as i32) >> 8, ((y << 8) as i32) >> 8);
     let z = SNORM24.wrapping_sub(magnitude(x)).wrapping_sub(magnitude(y));

@@ -33,6 +33,8 @@ mod simd;
 mod triangles;
 
 use glam::Vec3;
+#[cfg(target_arch = "x86_64")]
+use restir_kernels::has_avx512;
 use restir_shared::geometry::{Coverage, Crossings, Hit, Ray, Solid};
 use restir_shared::layout::{STACK_DEPTH, TRIANGLE_ALPHA};
 use restir_shared::scene::{Hierarchy, SceneView};
@@ -60,7 +62,7 @@ impl SimdLevel {
             levels.push(Self::Avx2);
         }
         #[cfg(target_arch = "x86_64")]
-        if Self::has_avx2() && Self::has_avx512() {
+        if has_avx512() {
             levels.push(Self::Avx512);
         }
         levels
@@ -71,12 +73,6 @@ impl SimdLevel {
         let bits = is_x86_feature_detected!("bmi1") && is_x86_feature_detected!("bmi2");
         let counts = is_x86_feature_detected!("lzcnt") && is_x86_feature_detected!("popcnt");
         is_x86_feature_detected!("avx2") && bits && counts
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    fn has_avx512() -> bool {
-        let words = is_x86_feature_detected!("avx512bw") && is_x86_feature_detected!("avx512dq");
-        is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512vl") && words
     }
 }
 

@@ -51,7 +51,7 @@ impl Material {
         }
     }
 
-    /// Whether any of its lobes may be no delta. Where this is false, light that is sampled elsewhere contributes nothing.
+    /// Whether the material may have a lobe that is no delta. Without one, light that is sampled elsewhere contributes nothing.
     #[inline(always)]
     pub fn may_be_smooth(&self) -> bool {
         (self.roughness >= DELTA_BELOW) | ((1.0 - self.metallic) * (1.0 - self.transmission) > 0.0)

@@ -74,7 +74,7 @@ fields! {
     }
 }
 
-/// Paths on their way.
+/// Paths that have not ended.
 #[derive(Clone, Copy)]
 struct Paths {
     walk: Lanes<Walk>,
@@ -103,13 +103,13 @@ struct Arrived {
     hit: Lanes<Hit>,
 }
 
-/// Where that is.
+/// Paths that have met the scene at points which are known, where [`Surfaces`] is a stage.
 struct Located {
     arrived: Arrived,
     point: Lanes<SurfacePoint>,
 }
 
-/// Where paths scatter light.
+/// The same with a light sample for each path, where [`ChooseLights`] is a stage.
 struct Vertices {
     located: Located,
     light: Lanes<LightSample>,
@@ -126,7 +126,7 @@ struct Scattered {
     value: Lanes<Vec3>,
 }
 
-/// How far a batch is.
+/// How far the samples of a batch are.
 struct Progress<'a> {
     /// How many samples have begun.
     begun: usize,
