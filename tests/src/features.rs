@@ -87,7 +87,8 @@ pub fn hash(flavour: Flavour, features: u32) -> Result<String, String> {
 fn optimise(words: &[u32]) -> Result<Vec<u32>, String> {
     let failed = |e: std::io::Error| format!("cannot run spirv-opt ({e}): install SPIRV-Tools");
     let mut command = Command::new("spirv-opt");
-    command.args(["--target-env=vulkan1.2", "-O", "--strip-debug", "-", "-o", "-"]);
+    // what only the feature needs of a value that others use falls in the second round
+    command.args(["--target-env=vulkan1.2", "-O", "-O", "--strip-debug", "-", "-o", "-"]);
     let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().map_err(failed)?;
     // it reads everything before it writes anything
     let written = child.stdin.take().map_or(Ok(()), |mut input| input.write_all(bytemuck::cast_slice(words)));

@@ -179,14 +179,13 @@ fn verdict([shipped, other]: &[Vec<u32>; 2]) -> Result<String, String> {
 fn report(rows: &str) -> String {
     format!(
         "# What is left of features that a scene has not\n\nThe shipped kernel `path`, flavour exact, frozen to all features but one and \
-         optimised by spirv-opt, beside the same kernel built from source in which the code of that feature is compiled out, frozen and \
+         optimised by spirv-opt twice, beside the same kernel built from source in which the code of that feature is compiled out, frozen and \
          optimised alike. Rows with \"diffuse\" are frozen to emissive triangles and the light table alone.\n\n\
          \"Equal\" modules have the same hash: the same operations in the same order, whatever the numbers of identifiers and the order of \
          declarations. Those with the \"same values\" have the same blocks, branches and stores and compute the same values equally often, but some \
          value stands earlier, or is copied by a shuffle that changes nothing. The others differ by the operations that the last column \
          counts; no label, branch, load or store is among them, so that no block of the feature is left, \
-         and what remains is how far spirv-opt came with the rest. Its first run, which has to serve all scenes, keeps the last word of a random draw \
-         (`IAdd`, `IMul`) that only the feature uses, and otherwise shares or takes apart vectors elsewhere; \
+         and what remains is where spirv-opt, whose first run has to serve all scenes, shares vectors or takes them apart; \
          where the number is negative, the shipped module is the shorter one.\n\nMade by `cargo xtask features --compiled-out --write` (10 min), which needs the shader toolchain; the name of a feature after \
          `--compiled-out` builds that one alone.\n\n\
          | without | operations | more than without its code | hash |\n|---|---:|---:|---|\n{rows}"
