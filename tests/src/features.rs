@@ -87,7 +87,7 @@ pub fn hash(flavour: Flavour, features: u32) -> Result<String, String> {
 fn optimise(words: &[u32]) -> Result<Vec<u32>, String> {
     let failed = |e: std::io::Error| format!("cannot run spirv-opt ({e}): install SPIRV-Tools");
     let mut command = Command::new("spirv-opt");
-    // what only the feature needs of a value that others use falls in the second round
+    // Only the second round drops the components of vectors that nothing but an absent feature reads.
     command.args(["--target-env=vulkan1.2", "-O", "-O", "--strip-debug", "-", "-o", "-"]);
     let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().map_err(failed)?;
     // it reads everything before it writes anything
