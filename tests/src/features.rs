@@ -2,6 +2,7 @@
 
 use crate::fingerprint;
 use restir_host::exec::Flavour;
+use restir_host::plan::Pass;
 use restir_host::{Shaders, spirv};
 use restir_kernels::path::path;
 use restir_shared::bsdf::markers;
@@ -10,7 +11,9 @@ use restir_shared::layout::{
     FEATURE_GLOSSY, FEATURE_LIGHT_TABLE, FEATURE_MULTISCATTER, FEATURE_PUNCTUAL, FEATURE_SHADING, FEATURE_SPECULAR,
     FEATURE_TEXTURES, FEATURE_TRANSMISSION, FEATURE_VOLUME,
 };
-use rspirv::spirv::Op;
+use rspirv::binary::Assemble;
+use rspirv::dr::{Instruction, Module, Operand};
+use rspirv::spirv::{Decoration, Op};
 use std::collections::HashSet;
 use std::io::Write;
 use std::process::{Command, Stdio};
@@ -71,6 +74,36 @@ pub fn specialised_of(words: &[u32], features: u32) -> Result<Vec<u32>, String> 
     optimise(&frozen.ok_or_else(|| "not a SPIR-V module".to_owned())?)
 }
 
+/// Instructions of the module of a pass, flavour exact, frozen to the pass's constants and optimised: `settings` are what they say, where a driver only knows
+/// that they are no more.
+///
+/// # Errors
+/// A sentence, if the module or `spirv-opt` is missing or broken.
+pub fn operations(pass: &Pass) -> Result<usize, String> {
+    let words = Shaders::Embedded.load(pass.kernel.name, Flavour::Exact).map_err(|e| e.to_string())?;
+    let mut module = rspirv::dr::load_words(&words).map_err(|state| format!("not a SPIR-V module: {state}"))?;
+    if let Some(settings) = pass.kernel.constants.iter().find(|constant| constant.name == "settings") {
+        fix(&mut module, settings.id);
+    }
+    let ids = pass.kernel.constants.iter().map(|constant| constant.id);
+    let values: Vec<(u32, u32)> = ids.zip(pass.constants.iter().copied()).collect();
+    let frozen = spirv::freeze(&module.assemble(), &values).ok_or_else(|| "not a SPIR-V module".to_owned())?;
+    Ok(Content::of(&optimise(&frozen)?)?.operations)
+}
+
+/// Puts a specialization constant in the place of what it masks.
+fn fix(module: &mut Module, spec_id: u32) {
+    let decoration = [Operand::Decoration(Decoration::SpecId), Operand::LiteralBit32(spec_id)];
+    let constant = module.annotations.iter().find(|i| i.operands.ends_with(&decoration)).map(|i| i.operands[0].clone());
+    let Some(Operand::IdRef(constant)) = constant else { return };
+    for instruction in module.all_inst_iter_mut().filter(|i| i.class.opcode == Op::BitwiseAnd) {
+        if instruction.operands.contains(&Operand::IdRef(constant)) {
+            let (ty, result) = (instruction.result_type, instruction.result_id);
+            *instruction = Instruction::new(Op::CopyObject, ty, result, vec![Operand::IdRef(constant)]);
+        }
+    }
+}
+
 /// Whether `spirv-opt` can be started.
 pub fn has_optimiser() -> bool {
     Command::new("spirv-opt").arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok()
@@ -115,7 +148,7 @@ impl Content {
         let module = rspirv::dr::load_words(words).map_err(|state| format!("not a SPIR-V module: {state}"))?;
         let blocks = module.functions.iter().flat_map(|f| &f.blocks);
         let constants = module.types_global_values.iter().filter_map(|i| match i.operands[..] {
-            [rspirv::dr::Operand::LiteralBit32(bits)] if i.class.opcode == Op::Constant => Some(bits),
+            [Operand::LiteralBit32(bits)] if i.class.opcode == Op::Constant => Some(bits),
             _ => None,
         });
         Ok(Self { operations: blocks.map(|b| b.instructions.len()).sum(), constants: constants.collect() })

@@ -4,11 +4,13 @@ use libtest_mimic::{Arguments, Failed, Trial};
 use restir_host::Error;
 use restir_host::buffers::SceneBuffers;
 use restir_host::exec::{CpuExecutor, Executor, Flavour};
+use restir_host::plan::Pass;
 use restir_host::render::{Render, render};
 use restir_host::scene::{
     AlphaMode, Environment, Filter, Light, LightKind, Material, Mesh, Scene, Texture, TextureUse, Volume, Wrap, builtin,
 };
 use restir_host::technique::path::{PathSettings, Subsurface};
+use restir_host::technique::{configure, named};
 use restir_shared::layout::{
     ALIAS_WORDS, ENVIRONMENT_WORDS, FEATURE_ALPHA, FEATURE_BLEND, FEATURE_CLEAR, FEATURE_CLEAR_BORDER, FEATURE_DELTA,
     FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE, FEATURE_ENVIRONMENT, FEATURE_GLOSSY, FEATURE_LIGHT_TABLE,
@@ -18,7 +20,7 @@ use restir_shared::layout::{
 };
 use restir_tests::checks;
 use restir_tests::device::{self, Adapter};
-use restir_tests::features::{Content, PARTS, has_optimiser, names, specialised, with_markers};
+use restir_tests::features::{Content, PARTS, has_optimiser, names, operations, specialised, with_markers};
 use restir_tests::native::plan;
 use restir_tests::suite::{ensure, trials};
 use std::collections::BTreeSet;
@@ -51,7 +53,11 @@ fn module_trials() -> Vec<Trial> {
         let trial = Trial::test("modules: no spirv-opt; install SPIRV-Tools", || Err("there is no spirv-opt".into()));
         return vec![trial.with_ignored_flag(!device::required())];
     }
-    trials(&[("the_general_module_has_every_marker", general), ("markers_follow_the_features", follow)])
+    trials(&[
+        ("the_general_module_has_every_marker", general),
+        ("markers_follow_the_features", follow),
+        ("spread_samples_cost_few_operations", spread),
+    ])
 }
 
 fn on(adapter: &Adapter) -> Vec<Trial> {
@@ -194,6 +200,49 @@ fn follow() -> Result<(), Failed> {
         })?;
     }
     Ok(())
+}
+
+/// Scenes and techniques whose kernels are counted: of one material alone, of several, and with light inside of bodies.
+const COUNTED: [(&str, &str); 7] = [
+    ("cornell", "path"),
+    ("cornell", "restir-di"),
+    ("cornell", "restir-pt"),
+    ("cornell-mixed", "path"),
+    ("cornell-mixed", "restir-di"),
+    ("cornell-mixed", "restir-pt"),
+    ("candles", "path"),
+];
+
+/// Frozen to a scene and to the settings by default, no kernel has more than a twentieth more operations than with independent samples.
+fn spread() -> Result<(), Failed> {
+    let mut counted = 0;
+    for (name, technique) in COUNTED {
+        let scene = SceneBuffers::build(&Scene::load(name)?)?;
+        let [spread, independent] = ["sampler=sobol", "sampler=independent"].map(|s| passes(&scene, technique, s));
+        let mut seen = BTreeSet::new();
+        for (spread, independent) in spread?.iter().zip(&independent?) {
+            let differs = spread.constants != independent.constants;
+            if differs && seen.insert((spread.kernel.name, spread.constants.clone())) {
+                let [more, few] = [operations(spread)?, operations(independent)?];
+                let growth = 100.0 * (more as f64 / few as f64 - 1.0);
+                let line = format!("{name}, {technique}, {}: {few} operations, {growth:.2} % more", spread.kernel.name);
+                println!("{line}");
+                ensure(more * 20 <= few * 21, || line)?;
+                counted += usize::from(more > few);
+            }
+        }
+    }
+    ensure(counted > COUNTED.len(), || {
+        format!("only {counted} kernels differ by their samples: what is counted is not what is frozen")
+    })
+}
+
+/// The passes of two frames.
+fn passes(scene: &SceneBuffers, technique: &str, sampler: &str) -> Result<Vec<Pass>, Error> {
+    let mut technique = named(technique)?;
+    configure(&mut *technique, &[sampler])?;
+    let render = Render { count: 2, ..Render::new([8, 6], technique) };
+    plan(scene, &render).passes.collect()
 }
 
 fn settings(subsurface: Subsurface) -> Render {

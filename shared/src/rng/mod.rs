@@ -148,10 +148,10 @@ impl Rng {
     /// and the first or second, 3 of the last two and of all four.
     #[inline(always)]
     pub fn draw(&self, dimension: u32) -> UVec4 {
-        match self.sampler {
-            Sampler::Independent => self.hash(dimension),
-            Sampler::Sobol => self.spread(dimension),
-        }
+        let spreads = self.sampler == Sampler::Sobol;
+        // one hash for both: code that knows the sampler only when it runs has it once
+        let words = self.of_sample(if spreads { 0 } else { self.sample }).hash(dimension);
+        if spreads { spread(self.sample, words) } else { words }
     }
 
     /// Four independent random words for a dimension in which nothing is drawn by [`Self::draw`]: for decisions that gain nothing
@@ -160,18 +160,18 @@ impl Rng {
     pub fn hash(&self, dimension: u32) -> UVec4 {
         pcg4d(UVec4::new(self.pixel, self.sample, dimension, self.seed))
     }
+}
 
-    #[inline(always)]
-    fn spread(&self, dimension: u32) -> UVec4 {
-        let seeds = self.of_sample(0).hash(dimension);
-        // reversed, because aligned stretches of indices stay together if each bit depends on the higher ones alone
-        let shuffled = scramble(self.sample.reverse_bits(), seeds.x.wrapping_add(seeds.y.wrapping_mul(GOLDEN)));
-        let point = sobol(shuffled.reverse_bits());
-        UVec4::new(
-            scramble(point.x, seeds.x).reverse_bits(),
-            scramble(point.y, seeds.y).reverse_bits(),
-            scramble(point.z, seeds.z).reverse_bits(),
-            scramble(point.w, seeds.w).reverse_bits(),
-        )
-    }
+/// The point of a sample, scrambled by four independent words.
+#[inline(always)]
+fn spread(sample: u32, seeds: UVec4) -> UVec4 {
+    // reversed, because aligned stretches of indices stay together if each bit depends on the higher ones alone
+    let shuffled = scramble(sample.reverse_bits(), seeds.x.wrapping_add(seeds.y.wrapping_mul(GOLDEN)));
+    let point = sobol(shuffled.reverse_bits());
+    UVec4::new(
+        scramble(point.x, seeds.x).reverse_bits(),
+        scramble(point.y, seeds.y).reverse_bits(),
+        scramble(point.z, seeds.z).reverse_bits(),
+        scramble(point.w, seeds.w).reverse_bits(),
+    )
 }

@@ -44,9 +44,9 @@ pub struct Options {
     /// Independent images of each.
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(2..))]
     images: u32,
-    /// Width of an image; the height is three quarters of it.
-    #[arg(long, default_value_t = 128, value_parser = clap::value_parser!(u32).range(4..=4096))]
-    width: u32,
+    /// Widths of images; their heights are three quarters of them.
+    #[arg(long, value_delimiter = ',', default_value = "128,384", value_parser = clap::value_parser!(u32).range(4..=4096))]
+    width: Vec<u32>,
     /// Leave out the view that stands still, or the one that orbits.
     #[arg(long, value_enum)]
     only: Option<View>,
@@ -64,10 +64,11 @@ enum View {
     Orbit,
 }
 
-/// One scene in one view.
+/// One scene in one view, at one size.
 struct Row {
     scene: String,
     view: View,
+    width: u32,
     /// Emissive triangles and lights without a surface.
     emitters: usize,
     judged: Vec<Judgement>,
@@ -101,11 +102,13 @@ pub fn run(options: &Options) -> Result<(), Error> {
     let views: Vec<View> =
         [View::Still, View::Orbit].into_iter().filter(|&view| options.only.is_none_or(|only| only == view)).collect();
     let mut rows = Vec::new();
-    for scene in &options.scenes {
-        for &view in &views {
-            let row = measured(options, &settings, scene, view)?;
-            eprintln!("{:4.0} s  {}", start.elapsed().as_secs_f64(), report::line(&row));
-            rows.push(row);
+    for &width in &options.width {
+        for scene in &options.scenes {
+            for &view in &views {
+                let row = measured(options.images, &settings, scene, view, width)?;
+                eprintln!("{:4.0} s  {}", start.elapsed().as_secs_f64(), report::line(&row));
+                rows.push(row);
+            }
         }
     }
     publish("reuse", &report::markdown(options, &rows), options.write)
@@ -151,8 +154,14 @@ fn baselines(size: [u32; 2]) -> [Render; BASELINES] {
     [Render::new(size, path), Render { accumulate: true, ..Render::new(size, resampled) }]
 }
 
-fn measured(options: &Options, settings: &[DiSettings], name: &str, view: View) -> Result<Row, restir_host::Error> {
-    let size = [options.width, options.width * 3 / 4];
+fn measured(
+    images: u32,
+    settings: &[DiSettings],
+    name: &str,
+    view: View,
+    width: u32,
+) -> Result<Row, restir_host::Error> {
+    let size = [width, width * 3 / 4];
     let scene = Scene::load(name)?;
     let buffers = SceneBuffers::build(&scene)?;
     let emitters = buffers.stats().emissive_triangles as usize + scene.lights.len();
@@ -170,7 +179,7 @@ fn measured(options: &Options, settings: &[DiSettings], name: &str, view: View) 
     // the first image of each warms up
     try_once(&mut cpu, &processor_time, &trials, &mut vec![Tried::default(); trials.len()], u32::MAX, &mut |_| Ok(()))?;
     let mut tried = vec![Tried::default(); trials.len()];
-    for seed in 0..options.images {
+    for seed in 0..images {
         try_once(&mut cpu, &processor_time, &trials, &mut tried, seed, &mut |_| Ok(()))?;
     }
     let limits = |trial: &Trial<'_>| match trial.scene.is_animated() {
@@ -178,5 +187,5 @@ fn measured(options: &Options, settings: &[DiSettings], name: &str, view: View) 
         false => Limits::of(&mut cpu, trial.scene, &trial.pieces[0].1).map(Some),
     };
     let limits = trials[BASELINES..].iter().map(limits).collect::<Result<_, _>>()?;
-    Ok(Row { scene: name.to_owned(), view, emitters, judged: judge(&trials, &tried), limits })
+    Ok(Row { scene: name.to_owned(), view, width, emitters, judged: judge(&trials, &tried), limits })
 }

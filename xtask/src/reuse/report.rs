@@ -7,17 +7,16 @@ use restir_host::trial::{Estimate, median};
 pub(super) fn line(row: &Row) -> String {
     let ratios: Vec<String> = row.ratios().iter().map(ratio).collect();
     let path = ratio(&row.judged[0].over(row.baseline()));
-    format!("{} {:?}: path {path}, {}", row.scene, row.view, ratios.join(", "))
+    format!("{} {:?} {}: path {path}, {}", row.scene, row.view, row.width, ratios.join(", "))
 }
 
 pub(super) fn markdown(options: &Options, rows: &[Row]) -> String {
-    let views = [View::Still, View::Orbit].into_iter().filter(|view| rows.iter().any(|row| row.view == *view));
-    let sections: String = views.map(|view| section(options, rows, view)).collect();
+    let of_width = |&width| [View::Still, View::Orbit].map(|view| (view, width));
+    let sections: String = options.width.iter().flat_map(of_width).map(|at| section(options, rows, at)).collect();
     format!("{}{sections}", heading(options))
 }
 
 fn heading(options: &Options) -> String {
-    let width = options.width;
     format!(
         "# Where reuse pays\n\n\
          relMSE of the last of {FRAMES} frames over that of the better of two techniques without reuse in the time of all \
@@ -30,24 +29,30 @@ fn heading(options: &Options) -> String {
          (0.1 to 0.5) surfaces. Emitters are emissive triangles and lights without a surface; few objects may have many of \
          them: `moving` has 5 lights, `toys` 2, and `foliage` a sky, a sun and a lantern. There a path that samples a light and \
          a direction knows nearly all that can be known of the light, so that frames have little to tell each other.\n\n\
-         {width} x {} pixels on the CPU, rays through the centres of pixels on both sides, all with spread samples; errors are \
+         Rendered on the CPU, rays through the centres of pixels on both sides, all with spread samples; errors are \
          variances over {} independent chains (`restir_host::trial`), ± is a standard error, times are medians of processor \
          time over images made in turns. In *orbit* the camera turns about its target by a degree a frame, \
          and all show what the last frame does. Made by `cargo xtask reuse --write`.\n\n\
+         The size of the image matters: the neighbours whose samples a pixel is shaded by are some pixels away, and the fewer \
+         pixels there are, the more do the lights that matter, and their shadows, differ there. What differs stays as noise \
+         however long the history is.\n\n\
          What limits it, of the last frame: *empty* pixels found nothing of use among their own candidates, *copies* hold the \
          sample of the pixel to the right or below, *young* have less than half of the confidence that the frames or the cap \
          allow, *refused* neighbours within the radius of shading are of another surface. Shares of time are those of initial \
          candidates, of combining and of shading.\n",
-        width * 3 / 4,
         options.images,
     )
 }
 
-fn section(options: &Options, rows: &[Row], view: View) -> String {
-    let rows: Vec<&Row> = rows.iter().filter(|row| row.view == view).collect();
+/// The rows of a view at a size, if there are any.
+fn section(options: &Options, rows: &[Row], (view, width): (View, u32)) -> String {
+    let rows: Vec<&Row> = rows.iter().filter(|row| (row.view, row.width) == (view, width)).collect();
+    if rows.is_empty() {
+        return String::new();
+    }
     let names: String = options.settings.iter().map(|name| format!(" `{name}` |")).collect();
     let rule = "---:|".repeat(options.settings.len());
-    let title = format!("{view:?}");
+    let title = format!("{view:?}, {width} x {}", width * 3 / 4);
     format!(
         "\n## {title}\n\n| scene | emitters | path | RIS-32 |{names} best |\n|---|---:|---:|---:|{rule}---:|\n{}{}\n\
          | scene | setting | empty | copies | young | refused | initial | combine | shading |\n\

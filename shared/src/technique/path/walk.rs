@@ -58,6 +58,20 @@ impl Numbers {
         self.rng.draw(self.dimension + SCATTER)
     }
 
+    /// [`Self::light`] and [`Self::scatter`]: of kernels that draw both, the code that draws is a good part, and here it stands once.
+    #[inline(always)]
+    fn both(&self) -> [UVec4; 2] {
+        let [mut light, mut scatter] = [UVec4::ZERO; 2];
+        let mut decision = LIGHT;
+        while decision <= SCATTER {
+            let words = self.rng.draw(self.dimension + decision);
+            light = if decision == LIGHT { words } else { light };
+            scatter = words;
+            decision += 1;
+        }
+        [light, scatter]
+    }
+
     /// The numbers at the `vertex`-th hit, counted from 1, of a branch of a path, whose dimensions begin at `first`.
     #[inline(always)]
     pub(super) fn of_branch(rng: &Rng, first: u32, vertex: u32) -> Self {
@@ -247,23 +261,24 @@ impl Walk {
     ) -> bool {
         let numbers = Numbers::at(rng, self.depth);
         let vertex = Vertex::new(point, &self.ray, scene.features());
-        self.next_event(scene, &vertex, &numbers, |_| true, receiver);
-        self.bounce(scene.features(), &vertex, &numbers, roulette, receiver)
+        let [light, scatter] = numbers.both();
+        self.next_event(scene, &vertex, light, |_| true, receiver);
+        self.bounce(scene.features(), &vertex, scatter, &numbers, roulette, receiver)
     }
 
-    /// Samples a light; light from a direction that is not `open` cannot arrive.
+    /// Samples a light by [`Numbers::light`]; light from a direction that is not `open` cannot arrive.
     #[inline(always)]
     pub(super) fn next_event<S: Trace + Surface + Lights, R: Receiver<S::Material>>(
         &self,
         scene: &S,
         vertex: &Vertex<BsdfOf<S>>,
-        numbers: &Numbers,
+        words: UVec4,
         open: impl FnOnce(Vec3) -> bool,
         receiver: &mut R,
     ) {
         receiver.scatter(vertex);
         if vertex.bsdf.has_smooth_part() {
-            let light = scene.sample_light(numbers.light());
+            let light = scene.sample_light(words);
             let connection = vertex.connect(&light);
             receiver.light(&light, &connection);
             let arrives = max_component(connection.value) > 0.0 && open(connection.shadow.direction);
@@ -274,17 +289,18 @@ impl Walk {
         }
     }
 
-    /// Samples the next direction; whether there is one.
+    /// Samples the next direction by [`Numbers::scatter`]; whether there is one. Roulette has the other numbers.
     #[inline(always)]
     pub(super) fn bounce<M: Scattering, R: Receiver<M>>(
         &mut self,
         features: u32,
         vertex: &Vertex<M::Bsdf>,
+        words: UVec4,
         numbers: &Numbers,
         roulette: bool,
         receiver: &mut R,
     ) -> bool {
-        let departure = vertex.depart(numbers.scatter(), features);
+        let departure = vertex.depart(words, features);
         receiver.depart(vertex, &departure);
         let Departure { sample, ray, mut alive } = departure;
         self.chosen = Chosen { pdf: sample.pdf, alone: sample.delta };

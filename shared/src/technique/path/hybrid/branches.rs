@@ -253,7 +253,7 @@ impl<const BEGINS: bool> Branches<BEGINS> {
         if sorts {
             self.found = Found { sum: Vec3::ZERO, share: 1.0, ..before };
         }
-        self.walk.next_event(scene, &vertex, &numbers, open, &mut self.found);
+        self.walk.next_event(scene, &vertex, numbers.light(), open, &mut self.found);
         if sorts {
             // a light was not found by a lobe: those that might have found it have their shares in it
             let specular = vertex.specular_share(towards);
@@ -261,7 +261,14 @@ impl<const BEGINS: bool> Branches<BEGINS> {
             self.found = Found { sum: before.sum + light, ..before };
         }
         let roulette = params.has(PATH_ROULETTE);
-        self.alive = self.walk.bounce::<S::Material, _>(scene.features(), &vertex, &numbers, roulette, &mut self.found);
+        self.alive = self.walk.bounce::<S::Material, _>(
+            scene.features(),
+            &vertex,
+            numbers.scatter(),
+            &numbers,
+            roulette,
+            &mut self.found,
+        );
         if sorts {
             let (diffuse, specular) = if is_specular(self.found.by_lobe) { (0.0, 1.0) } else { (1.0, 0.0) };
             self.found.share = params.share(diffuse, specular);
