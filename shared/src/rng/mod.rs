@@ -21,9 +21,11 @@
 //! assert_eq!(sixteenths, [1; 16]);
 //! ```
 
+mod order;
 mod owen;
 mod sobol;
 
+pub use order::reordered;
 pub use owen::scramble;
 pub use sobol::sobol;
 
@@ -94,6 +96,8 @@ pub struct Rng {
     sample: u32,
     seed: u32,
     sampler: Sampler,
+    /// Of the sample's point in dimension 0: it takes a hash, and code that draws jointly in many places has it once.
+    index: u32,
 }
 
 /// An odd factor, 2^32 over the golden ratio: with it two independent words make a third that is independent of each of them.
@@ -103,7 +107,7 @@ impl Rng {
     /// Pixel coordinates are below 2^16.
     #[inline(always)]
     pub fn new(x: u32, y: u32, sample: u32, seed: u32, sampler: Sampler) -> Self {
-        Self { pixel: x | (y << 16), sample, seed, sampler }
+        Self::from_key(UVec3::new(x | (y << 16), sample, seed), sampler)
     }
 
     /// What the numbers are a function of, beside the sampler: who stores it can draw them again, at any other pixel
@@ -116,21 +120,22 @@ impl Rng {
     /// The random numbers of a key that [`Self::key`] gave.
     #[inline(always)]
     pub fn from_key(key: UVec3, sampler: Sampler) -> Self {
-        Self { pixel: key.x, sample: key.y, seed: key.z, sampler }
+        let first = Self { pixel: key.x, sample: 0, seed: key.z, sampler, index: 0 };
+        Self { sample: key.y, index: shuffled(key.y, first.hash(0)), ..first }
     }
 
     /// The numbers of another sample of the pixel.
     #[inline(always)]
     #[must_use]
     pub fn of_sample(self, sample: u32) -> Self {
-        Self { sample, ..self }
+        Self::from_key(UVec3::new(self.pixel, sample, self.seed), self.sampler)
     }
 
     /// The numbers of another pixel, whose coordinates are below 2^16.
     #[inline(always)]
     #[must_use]
     pub fn at(self, x: u32, y: u32) -> Self {
-        Self { pixel: x | (y << 16), ..self }
+        Self::new(x, y, self.sample, self.seed, self.sampler)
     }
 
     /// The numbers that [`Sampler::Independent`] draws.
@@ -148,10 +153,32 @@ impl Rng {
     /// and the first or second, 3 of the last two and of all four.
     #[inline(always)]
     pub fn draw(&self, dimension: u32) -> UVec4 {
-        let spreads = self.sampler == Sampler::Sobol;
-        // one hash for both: code that knows the sampler only when it runs has it once
-        let words = self.of_sample(if spreads { 0 } else { self.sample }).hash(dimension);
-        if spreads { spread(self.sample, words) } else { words }
+        let words = self.scrambles(dimension);
+        if self.spreads() { spread(shuffled(self.sample, words), words) } else { words }
+    }
+
+    /// Four random words for a dimension of the stream 0, which are spread over the pixel's samples as [`Self::draw`] has it, and
+    /// also together with those that dimension 0 draws and with those of all dimensions that are drawn by this function: for the
+    /// first decisions of a path, of which the integrand is a function that does not fall apart into one of each.
+    ///
+    /// They all take the shuffled indices of dimension 0, in another order each ([`reordered`]). The numbers of a sample are
+    /// independent of each other, as the coordinates are scrambled otherwise in each dimension.
+    #[inline(always)]
+    pub fn draw_jointly(&self, dimension: u32) -> UVec4 {
+        let words = self.scrambles(dimension);
+        if self.spreads() { spread(reordered(self.index, dimension), words) } else { words }
+    }
+
+    #[inline(always)]
+    fn spreads(&self) -> bool {
+        self.sampler == Sampler::Sobol
+    }
+
+    /// What scrambles the numbers of a dimension or, if they are not spread, the numbers: one hash for both, so that code that
+    /// knows the sampler only when it runs has it once.
+    #[inline(always)]
+    fn scrambles(&self, dimension: u32) -> UVec4 {
+        Self { sample: if self.spreads() { 0 } else { self.sample }, ..*self }.hash(dimension)
     }
 
     /// Four independent random words for a dimension in which nothing is drawn by [`Self::draw`]: for decisions that gain nothing
@@ -162,12 +189,17 @@ impl Rng {
     }
 }
 
-/// The point of a sample, scrambled by four independent words.
+/// The index of a sample's point, which four independent words choose.
 #[inline(always)]
-fn spread(sample: u32, seeds: UVec4) -> UVec4 {
+fn shuffled(sample: u32, seeds: UVec4) -> u32 {
     // reversed, because aligned stretches of indices stay together if each bit depends on the higher ones alone
-    let shuffled = scramble(sample.reverse_bits(), seeds.x.wrapping_add(seeds.y.wrapping_mul(GOLDEN)));
-    let point = sobol(shuffled.reverse_bits());
+    scramble(sample.reverse_bits(), seeds.x.wrapping_add(seeds.y.wrapping_mul(GOLDEN))).reverse_bits()
+}
+
+/// The point of an index, scrambled by four independent words.
+#[inline(always)]
+fn spread(index: u32, seeds: UVec4) -> UVec4 {
+    let point = sobol(index);
     UVec4::new(
         scramble(point.x, seeds.x).reverse_bits(),
         scramble(point.y, seeds.y).reverse_bits(),

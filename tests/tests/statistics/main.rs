@@ -17,6 +17,7 @@ restir_tests::suite! {
     sobol {
         aligned_stretches_are_nets no_pair_is_better_than_stated coordinates_are_those_of_joe_and_kuo
         dimensions_are_independent broken_scrambles_are_seen
+        joint_dimensions_are_nets joint_words_are_independent orders_keep_aligned_stretches
     }
     densities {
         directions_have_their_density points_have_their_density distances_have_their_density

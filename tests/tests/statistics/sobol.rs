@@ -2,7 +2,7 @@
 
 use crate::support::DRAWS;
 use restir_shared::glam::UVec4;
-use restir_shared::rng::{Rng, Sampler, pcg4d, scramble, sobol};
+use restir_shared::rng::{Rng, Sampler, pcg4d, reordered, scramble, sobol};
 use restir_tests::stats::{FAMILY_RATE, Family};
 
 /// Samples of a stretch, as a power of two.
@@ -91,6 +91,82 @@ pub(crate) fn no_pair_is_better_than_stated() {
     }
 }
 
+/// Dimensions that are drawn jointly: of the pixel, and of the light and the direction at the first two vertices of a path.
+const JOINT: [u32; 5] = [0, 2, 3, 5, 6];
+/// What t is at most of 2^m samples, of the first two words in one joint dimension with the first two in another; m from 1 on.
+const JOINT_QUALITIES: [u32; 12] = [0, 1, 2, 3, 4, 5, 4, 4, 4, 5, 5, 6];
+
+fn joint_pairs() -> impl Iterator<Item = (u32, u32)> {
+    (0..JOINT.len()).flat_map(|second| (0..second).map(move |first| (JOINT[first], JOINT[second])))
+}
+
+/// The first two words in two dimensions, of an aligned stretch of 2^log2 samples.
+fn joint_stretch(first: u32, log2: u32, rng: Rng, (a, b): (u32, u32), draw: Draw) -> Vec<[u32; 4]> {
+    let point = |sample: u32| {
+        let [a, b] = [a, b].map(|dimension| draw(rng.of_sample(first + sample), dimension));
+        [a[0], a[1], b[0], b[1]]
+    };
+    (0..1 << log2).map(point).collect()
+}
+
+/// Whether the pairs of joint dimensions have the qualities, at the beginning of all samples and in the middle.
+fn are_joint(draw: Draw) -> bool {
+    [0, 1 << 31].into_iter().all(|first| {
+        (1..).zip(JOINT_QUALITIES).all(|(log2, t)| {
+            let rng = Rng::new(517, 260, 0, 7, Sampler::Sobol);
+            joint_pairs().all(|pair| is_net(&joint_stretch(first, log2, rng, pair, draw), &[0, 1, 2, 3], t))
+        })
+    })
+}
+
+pub(crate) fn joint_dimensions_are_nets() {
+    assert!(are_joint(|rng, dimension| rng.draw_jointly(dimension).to_array()));
+    let apart: Draw = |rng, dimension| rng.draw(dimension).to_array();
+    let in_one_order: Draw =
+        |rng, dimension| built_of_index(index_of(rng, seeds(rng, 0), scramble), seeds(rng, dimension));
+    for (fault, draw) in [("each for itself", apart), ("all in one order", in_one_order)] {
+        assert!(!are_joint(draw), "{fault}: passes");
+    }
+}
+
+/// Words of joint dimensions, of one sample, over pixels.
+fn joint_words(draw: Draw) -> Family {
+    let mut family = Family::new("pairs of joint dimensions", FAMILY_RATE);
+    for (a, b) in joint_pairs() {
+        for (word, other, sample) in [(0, 0, 0), (0, 1, 1), (1, 0, 6), (1, 1, u32::MAX), (2, 2, 9)] {
+            let numbers = |i: u64| {
+                let rng = Rng::new(i as u32 % 1024, i as u32 / 1024, sample, 1, Sampler::Sobol);
+                (draw(rng, a)[word] >> 29 << 3 | draw(rng, b)[other] >> 29) as usize
+            };
+            let words = format!("word {word} of dimension {a}, word {other} of {b}, sample {sample}");
+            family.uniform(words, 64, DRAWS / 16, numbers);
+        }
+    }
+    family
+}
+
+pub(crate) fn joint_words_are_independent() {
+    joint_words(|rng, dimension| rng.draw_jointly(dimension).to_array()).assert();
+    let one_scramble: Draw = |rng, dimension| built_of_index(reordered(rng.key().y, dimension), seeds(rng, 0));
+    assert!(!joint_words(one_scramble).passed(), "one scramble for all, and indices in order: passes");
+}
+
+pub(crate) fn orders_keep_aligned_stretches() {
+    for dimension in JOINT {
+        for log2 in 0..10 {
+            for first in [0, 1 << log2, 0x5555_5555, u32::MAX].map(|first: u32| first & (u32::MAX << log2)) {
+                let mut indices: Vec<_> = (0..1 << log2).map(|i| reordered(first | i, dimension)).collect();
+                indices.sort_unstable();
+                let start = indices[0];
+                assert!(start.trailing_zeros() >= log2 && (start..).zip(&indices).all(|(at, &index)| at == index));
+            }
+        }
+    }
+    for index in [0, 1, 0x1234_5678, u32::MAX] {
+        assert_eq!(reordered(index, 0), index, "dimension 0 has another order");
+    }
+}
+
 /// The coordinates by direction numbers, as Joe and Kuo (2008, "Constructing Sobol sequences with better two-dimensional
 /// projections") list them: degree, coefficients between the first and the last, first numbers.
 pub(crate) fn coordinates_are_those_of_joe_and_kuo() {
@@ -164,8 +240,15 @@ pub(crate) fn dimensions_are_independent() {
 
 /// The construction of [`Rng::draw`] with what `shuffle` makes of an index and a seed, from the seeds of a dimension.
 fn built(rng: Rng, seeds: UVec4, shuffle: impl Fn(u32, u32) -> u32) -> [u32; 4] {
-    let of_index = seeds.x.wrapping_add(seeds.y.wrapping_mul(GOLDEN));
-    let index = shuffle(rng.key().y.reverse_bits(), of_index).reverse_bits();
+    built_of_index(index_of(rng, seeds, shuffle), seeds)
+}
+
+fn index_of(rng: Rng, seeds: UVec4, shuffle: impl Fn(u32, u32) -> u32) -> u32 {
+    let seed = seeds.x.wrapping_add(seeds.y.wrapping_mul(GOLDEN));
+    shuffle(rng.key().y.reverse_bits(), seed).reverse_bits()
+}
+
+fn built_of_index(index: u32, seeds: UVec4) -> [u32; 4] {
     let (point, seeds) = (sobol(index).to_array(), seeds.to_array());
     std::array::from_fn(|word| scramble(point[word], seeds[word]).reverse_bits())
 }
@@ -179,6 +262,9 @@ pub(crate) fn broken_scrambles_are_seen() {
     for sample in (0..1000).chain([u32::MAX]) {
         let rng = Rng::new(sample % 97, 5, sample.wrapping_mul(GOLDEN), 1, Sampler::Sobol);
         assert_eq!(built(rng, seeds(rng, 3), scramble), rng.draw(3).to_array(), "another construction");
+        let joint = reordered(index_of(rng, seeds(rng, 0), scramble), 3);
+        assert_eq!(built_of_index(joint, seeds(rng, 3)), rng.draw_jointly(3).to_array(), "another joint construction");
+        assert_eq!(rng.draw_jointly(0), rng.draw(0), "dimension 0 is drawn otherwise jointly");
     }
     let fixed: Draw = |rng, dimension| {
         // the lowest bit of an index, of which it depends in which half a number lies

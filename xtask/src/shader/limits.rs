@@ -6,7 +6,7 @@ use super::module::operations;
 use super::reflect::Interface;
 
 /// Instructions inside functions: a larger kernel's first dispatch takes more than 4 s on lavapipe (docs/size-probe.md).
-pub const MAX_OPERATIONS: usize = 24_000;
+pub const MAX_OPERATIONS: usize = 25_000;
 /// `maxStorageBuffersPerShaderStage` of a WebGPU device with default limits.
 pub const MAX_STORAGE_BUFFERS: usize = 8;
 

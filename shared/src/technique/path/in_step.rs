@@ -231,7 +231,8 @@ impl<const COMPILED: u32> Stage for Scatter<'_, COMPILED> {
             to.shadow.set(lane, connection.shadow);
             to.value.set(lane, walk.throughput * next_event(light.density, &connection));
             let roulette = params.flags & PATH_ROULETTE != 0;
-            let alive = walk.bounce::<Material, _>(features, &vertex, numbers.scatter(), &numbers, roulette, &mut sum);
+            let (words, number) = (numbers.scatter(), || numbers.roulette());
+            let alive = walk.bounce::<Material, _>(features, &vertex, words, roulette, number, &mut sum);
             to.alive.set(lane, goes_on & alive);
             to.paths.set(lane, walk, sample, sum);
         }

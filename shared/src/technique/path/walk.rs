@@ -29,9 +29,10 @@ const SPREAD_VERTICES: u32 = 2;
 const ROULETTE_FROM: u32 = 3;
 const MIN_SURVIVAL: f32 = 0.05;
 
-/// The random numbers at a vertex of a path.
+/// The random numbers at a vertex of a path. Those of the first vertices are spread over a pixel's samples: `JOINTLY` with the point
+/// of the pixel and with each other, or each decision's for itself.
 #[derive(Clone, Copy)]
-pub struct Numbers {
+pub struct Numbers<const JOINTLY: bool = true> {
     rng: Rng,
     dimension: u32,
 }
@@ -40,22 +41,36 @@ impl Numbers {
     /// The numbers at the `vertex`-th hit of a path, counted from 1.
     #[inline(always)]
     pub fn at(rng: &Rng, vertex: u32) -> Self {
+        Self::of_branch(rng, 0, vertex)
+    }
+
+    /// The numbers of another vertex, from `dimension` on, which are independent of each other.
+    #[inline(always)]
+    pub(super) fn independent(rng: &Rng, dimension: u32) -> Self {
+        Self { rng: rng.independent(), dimension }
+    }
+}
+
+impl<const JOINTLY: bool> Numbers<JOINTLY> {
+    /// The numbers at the `vertex`-th hit, counted from 1, of a branch of a path, whose dimensions begin at `first`.
+    #[inline(always)]
+    pub(super) fn of_branch(rng: &Rng, first: u32, vertex: u32) -> Self {
         Self {
             rng: if vertex <= SPREAD_VERTICES { *rng } else { rng.independent() },
-            dimension: FIRST_DIMENSION + (vertex - 1).wrapping_mul(DIMENSIONS_PER_SEGMENT),
+            dimension: first.wrapping_add(FIRST_DIMENSION + (vertex - 1).wrapping_mul(DIMENSIONS_PER_SEGMENT)),
         }
     }
 
     /// The numbers that [`Lights::sample_light`] takes.
     #[inline(always)]
     pub fn light(&self) -> UVec4 {
-        self.rng.draw(self.dimension + LIGHT)
+        self.draw(LIGHT)
     }
 
     /// The numbers that [`Vertex::depart`] takes.
     #[inline(always)]
     pub fn scatter(&self) -> UVec4 {
-        self.rng.draw(self.dimension + SCATTER)
+        self.draw(SCATTER)
     }
 
     /// [`Self::light`] and [`Self::scatter`]: of kernels that draw both, the code that draws is a good part, and here it stands once.
@@ -64,7 +79,7 @@ impl Numbers {
         let [mut light, mut scatter] = [UVec4::ZERO; 2];
         let mut decision = LIGHT;
         while decision <= SCATTER {
-            let words = self.rng.draw(self.dimension + decision);
+            let words = self.draw(decision);
             light = if decision == LIGHT { words } else { light };
             scatter = words;
             decision += 1;
@@ -72,22 +87,16 @@ impl Numbers {
         [light, scatter]
     }
 
-    /// The numbers at the `vertex`-th hit, counted from 1, of a branch of a path, whose dimensions begin at `first`.
     #[inline(always)]
-    pub(super) fn of_branch(rng: &Rng, first: u32, vertex: u32) -> Self {
-        let Self { rng, dimension } = Self::at(rng, vertex);
-        Self { rng, dimension: dimension.wrapping_add(first) }
+    fn draw(&self, decision: u32) -> UVec4 {
+        let dimension = self.dimension + decision;
+        if JOINTLY { self.rng.draw_jointly(dimension) } else { self.rng.draw(dimension) }
     }
 
-    /// The numbers of another vertex, from `dimension` on, which are independent of each other.
+    /// The number, in [0, 1), by which roulette decides.
     #[inline(always)]
-    pub(super) fn independent(rng: &Rng, dimension: u32) -> Self {
-        Self { rng: rng.independent(), dimension }
-    }
-
-    #[inline(always)]
-    fn roulette(&self) -> UVec4 {
-        self.rng.hash(self.dimension + ROULETTE)
+    pub(super) fn roulette(&self) -> f32 {
+        rng::unit(self.rng.hash(self.dimension + ROULETTE).x)
     }
 }
 
@@ -263,7 +272,7 @@ impl Walk {
         let vertex = Vertex::new(point, &self.ray, scene.features());
         let [light, scatter] = numbers.both();
         self.next_event(scene, &vertex, light, |_| true, receiver);
-        self.bounce(scene.features(), &vertex, scatter, &numbers, roulette, receiver)
+        self.bounce(scene.features(), &vertex, scatter, roulette, || numbers.roulette(), receiver)
     }
 
     /// Samples a light by [`Numbers::light`]; light from a direction that is not `open` cannot arrive.
@@ -289,15 +298,16 @@ impl Walk {
         }
     }
 
-    /// Samples the next direction by [`Numbers::scatter`]; whether there is one. Roulette has the other numbers.
+    /// Samples the next direction by [`Numbers::scatter`]; whether there is one. Roulette, if it decides, asks for the `number` of
+    /// [`Numbers::roulette`].
     #[inline(always)]
     pub(super) fn bounce<M: Scattering, R: Receiver<M>>(
         &mut self,
         features: u32,
         vertex: &Vertex<M::Bsdf>,
         words: UVec4,
-        numbers: &Numbers,
         roulette: bool,
+        number: impl FnOnce() -> f32,
         receiver: &mut R,
     ) -> bool {
         let departure = vertex.depart(words, features);
@@ -309,7 +319,7 @@ impl Walk {
         if roulette && self.depth >= ROULETTE_FROM {
             // paths from a profile may be worth less than nothing
             let survival = num::clamp(max_abs(self.throughput), MIN_SURVIVAL, 1.0);
-            alive = alive && rng::unit(numbers.roulette().x) < survival;
+            alive = alive && number() < survival;
             self.throughput *= num::recip(survival);
         }
         alive

@@ -242,7 +242,7 @@ impl<const BEGINS: bool> Branches<BEGINS> {
         let vertex = Vertex::new(point, &self.walk.ray, scene.features());
         let depth = if BEGINS { 0 } else { self.entry.depth };
         let first = if BEGINS { 0 } else { STAGES + self.stage * PER_STAGE };
-        let numbers = Numbers::of_branch(rng, first, self.walk.depth - depth);
+        let numbers = Numbers::<BEGINS>::of_branch(rng, first, self.walk.depth - depth);
         let sorts = BEGINS & (self.walk.depth == 1) & params.has(HYBRID_DIFFUSE | HYBRID_SPECULAR);
         let mut towards = Vec3::ZERO;
         let open = |direction: Vec3| {
@@ -265,8 +265,8 @@ impl<const BEGINS: bool> Branches<BEGINS> {
             scene.features(),
             &vertex,
             numbers.scatter(),
-            &numbers,
             roulette,
+            || numbers.roulette(),
             &mut self.found,
         );
         if sorts {

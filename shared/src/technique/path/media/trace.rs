@@ -426,8 +426,14 @@ impl Walker {
             if inside { Numbers::independent(rng, self.boundary()) } else { Numbers::at(rng, self.walk.depth) };
         let roulette = params.path.flags & PATH_ROULETTE != 0;
         let mut found = Orders { sum: Vec3::ZERO, counts: false };
-        self.alive =
-            self.walk.bounce::<S::Material, _>(features, vertex, numbers.scatter(), &numbers, roulette, &mut found);
+        self.alive = self.walk.bounce::<S::Material, _>(
+            features,
+            vertex,
+            numbers.scatter(),
+            roulette,
+            || numbers.roulette(),
+            &mut found,
+        );
         vertex.is_behind(self.walk.ray.direction)
     }
 
