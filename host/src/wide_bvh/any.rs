@@ -70,7 +70,9 @@ fn visit<L: Lanes>(bvh: &WideBvh, ray: &Ray, mut enough: impl FnMut(&Hit, bool) 
     loop {
         match bvh.subtree(current) {
             Subtree::Pack(pack) => {
-                let counts = |hits: Hits<'_, L>| hits.visit(hits.before(ray.t_max), &mut enough);
+                let counts = |hits: Hits<L>| {
+                    hits.visit(hits.before(ray.t_max), |lane| pack.ids[lane], |_, hit, marked| enough(hit, marked))
+                };
                 if triangles.hits(pack, &boxes).is_some_and(counts) {
                     return true;
                 }

@@ -1,10 +1,11 @@
 //! Rays against boxes: those of a node, or of the triangles of a pack.
 
+use super::Node;
 use super::simd::{Lanes, splat};
-use super::{Node, Pack};
+use super::triangles::Vertices;
 use restir_shared::geometry::Slab;
 
-/// [`Slab`] in every lane.
+/// A [`Slab`], the same in every lane or another in each.
 pub(super) struct Boxes<L> {
     /// What is subtracted from lower and upper planes, by axis.
     origins: [[L; 2]; 3],
@@ -23,6 +24,13 @@ impl<L: Lanes> Boxes<L> {
             inverse: splat(inverse),
             near: [sign(inverse.x), sign(inverse.y), sign(inverse.z)],
         }
+    }
+
+    /// Of another ray in each lane, by axis: for boxes that are the same in all lanes, which are not children.
+    #[inline(always)]
+    pub(super) fn of_each(lo_origin: [L; 3], hi_origin: [L; 3], inverse: [L; 3]) -> Self {
+        let pair = |axis: usize| [lo_origin[axis], hi_origin[axis]];
+        Self { origins: [pair(0), pair(1), pair(2)], inverse, near: [0; 3] }
     }
 
     /// Distances to lower (0) or upper (1) planes.
@@ -51,28 +59,26 @@ impl<L: Lanes> Boxes<L> {
 
     /// [`Slab::interval`] of the triangles' bounds.
     #[inline(always)]
-    pub(super) fn bounds(&self, pack: &Pack) -> (L, L) {
-        interval([self.bounds_along(pack, 0), self.bounds_along(pack, 1), self.bounds_along(pack, 2)])
+    pub(super) fn bounds(&self, triangles: impl Vertices<L>) -> (L, L) {
+        interval([self.along(0, triangles), self.along(1, triangles), self.along(2, triangles)])
     }
 
     #[inline(always)]
-    fn bounds_along(&self, pack: &Pack, axis: usize) -> [L; 2] {
-        let a = L::load(&pack.vertices[0][axis]);
-        let b = L::load(&pack.vertices[1][axis]);
-        let c = L::load(&pack.vertices[2][axis]);
-        let lower = self.distance(axis, 0, a.min(b).min(c));
-        let upper = self.distance(axis, 1, a.max(b).max(c));
+    fn along(&self, axis: usize, triangles: impl Vertices<L>) -> [L; 2] {
+        let [lower, upper] = triangles.bounds(axis);
+        let (lower, upper) = (self.distance(axis, 0, lower), self.distance(axis, 1, upper));
         [lower.min(upper), lower.max(upper)]
     }
 }
 
 /// Where a ray is in three slabs.
 #[inline(always)]
-fn interval<L: Lanes>([x, y, z]: [[L; 2]; 3]) -> (L, L) {
+pub(super) fn interval<L: Lanes>([x, y, z]: [[L; 2]; 3]) -> (L, L) {
     (x[0].max(y[0]).max(z[0].max(L::splat(0.0))), x[1].min(y[1]).min(z[1]))
 }
 
+/// 1 of a negative number.
 #[inline(always)]
-fn sign(x: f32) -> usize {
+pub(super) fn sign(x: f32) -> usize {
     (x.to_bits() >> 31) as usize
 }

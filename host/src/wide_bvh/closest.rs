@@ -40,14 +40,16 @@ pub(super) fn closest<L: Lanes, C: Coverage>(bvh: &WideBvh, ray: &Ray, coverage:
         match bvh.subtree(current) {
             Subtree::Pack(pack) => {
                 if let Some(hits) = triangles.hits(pack, &boxes) {
-                    hits.visit(hits.up_to(best.t), |hit, marked| {
-                        // the limit t_max stands in `best` with the id NONE, which no hit at that t beats
-                        let nearer = (hit.t < best.t) | ((hit.t == best.t) & (best.id != NONE) & (hit.id < best.id));
-                        if nearer && (!marked || coverage.covers(ray, hit)) {
-                            best = *hit;
-                        }
-                        false
-                    });
+                    hits.visit(
+                        hits.up_to(L::splat(best.t)),
+                        |lane| pack.ids[lane],
+                        |_, hit, marked| {
+                            if is_nearer(hit, &best) && (!marked || coverage.covers(ray, hit)) {
+                                best = *hit;
+                            }
+                            false
+                        },
+                    );
                 }
             }
             Subtree::Node(node) => {
@@ -67,8 +69,14 @@ pub(super) fn closest<L: Lanes, C: Coverage>(bvh: &WideBvh, ray: &Ray, coverage:
     }
 }
 
+/// Whether a hit is to take the place of the best one, in which a ray's limit t_max stands with the id [`NONE`]: no hit at that t beats it.
+#[inline(always)]
+pub(super) fn is_nearer(hit: &Hit, best: &Hit) -> bool {
+    (hit.t < best.t) | ((hit.t == best.t) & (best.id != NONE) & (hit.id < best.id))
+}
+
 /// Subtrees that wait, each with the distance at which the ray enters it, in the upper half of the word.
-struct Stack {
+pub(super) struct Stack {
     waiting: [MaybeUninit<u64>; Self::CAPACITY],
     len: usize,
 }
@@ -78,7 +86,7 @@ impl Stack {
     const CAPACITY: usize = STACK_DEPTH * (LANES - 1) + 1;
 
     #[inline(always)]
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self { waiting: [const { MaybeUninit::uninit() }; Self::CAPACITY], len: 0 }
     }
 
@@ -112,7 +120,7 @@ impl Stack {
 
     /// The nearest of the children in `hit`, which is not empty; the others wait, the farthest longest.
     #[inline(always)]
-    fn push_all_but_nearest(&mut self, node: &Node, enter: &Row, mut hit: u32) -> u32 {
+    pub(super) fn push_all_but_nearest(&mut self, node: &Node, enter: &Row, mut hit: u32) -> u32 {
         let first = take_lowest(&mut hit);
         if hit == 0 {
             return node.children[first];
@@ -136,7 +144,7 @@ impl Stack {
 
     /// The next subtree that the ray enters no later than at `limit`.
     #[inline(always)]
-    fn pop(&mut self, limit: f32) -> Option<u32> {
+    pub(super) fn pop(&mut self, limit: f32) -> Option<u32> {
         while self.len > 0 {
             self.len -= 1;
             // SAFETY: words below `len` are written

@@ -26,6 +26,7 @@
 //! ```
 
 mod any;
+mod beam;
 mod boxes;
 mod closest;
 mod collapse;
@@ -36,6 +37,7 @@ use glam::Vec3;
 #[cfg(target_arch = "x86_64")]
 use restir_kernels::has_avx512;
 use restir_shared::geometry::{Coverage, Crossings, Hit, Ray, Solid};
+use restir_shared::lanes::{LANES as RAYS, Lanes};
 use restir_shared::layout::{STACK_DEPTH, TRIANGLE_ALPHA};
 use restir_shared::scene::{Hierarchy, SceneView};
 use simd::{LANES, Row};
@@ -176,6 +178,19 @@ impl WideBvh {
     }
 
     #[inline(always)]
+    fn closest_each_over<C: Coverage>(&self, rays: &Lanes<Ray>, coverage: &C) -> [Hit; RAYS] {
+        match self.level {
+            SimdLevel::Portable => beam::closest::<simd::Portable, C>(self, rays, coverage),
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: as above
+            SimdLevel::Avx2 => unsafe { beam::closest_avx2(self, rays, coverage) },
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: as above
+            SimdLevel::Avx512 => unsafe { beam::closest_avx512(self, rays, coverage) },
+        }
+    }
+
+    #[inline(always)]
     fn any_over<C: Coverage>(&self, ray: &Ray, coverage: &C) -> bool {
         match self.level {
             SimdLevel::Portable => any::any::<simd::Portable, C>(self, ray, coverage),
@@ -192,6 +207,10 @@ impl WideBvh {
 impl Hierarchy for WideBvh {
     fn closest(&self, ray: &Ray, coverage: &dyn Coverage) -> Hit {
         if self.partial { self.closest_over(ray, &coverage) } else { self.closest_over(ray, &Solid) }
+    }
+
+    fn closest_each(&self, rays: &Lanes<Ray>, coverage: &dyn Coverage) -> [Hit; RAYS] {
+        if self.partial { self.closest_each_over(rays, &coverage) } else { self.closest_each_over(rays, &Solid) }
     }
 
     fn occluded(&self, ray: &Ray, coverage: &dyn Coverage) -> bool {

@@ -1,16 +1,20 @@
-use super::simd::{LANES, Lanes, Portable, Row};
+use super::beam::{Beam, Each, traverse};
+use super::simd::{self, LANES, Portable, Row};
+use super::triangles::axes;
 use super::{Node, SimdLevel, WideBvh};
 use crate::buffers::SceneBuffers;
 use crate::scene::Scene;
-use glam::Vec3;
-use restir_shared::geometry::{Ray, Solid};
-use restir_shared::layout::NONE;
+use glam::{Vec2, Vec3};
+use restir_shared::camera::primary_ray;
+use restir_shared::geometry::{Coverage, Hit, Ray, Solid};
+use restir_shared::lanes::{LANES as RAYS, Lanes};
+use restir_shared::layout::{CameraParams, NONE};
 use restir_shared::rng::{Rng, Sampler, unit};
 use restir_shared::scene::{Hierarchy, SceneView, Trace};
 use std::mem::MaybeUninit;
 
 /// Lanes listed from the highest, for every set of them.
-fn assert_compresses<L: Lanes>() {
+fn assert_compresses<L: simd::Lanes>() {
     let words: [u32; LANES] = std::array::from_fn(|lane| 100 + lane as u32);
     for lanes in 0..1 << LANES {
         let mut row = [MaybeUninit::new(u32::MAX); LANES];
@@ -73,5 +77,67 @@ fn a_forgotten_child_is_seen() {
             forget(&mut forgetful.nodes[0], slot);
             assert!(differences(&view, &forgetful) > 0, "{level:?} without child {slot}");
         }
+    }
+}
+
+/// Pixels along a side of the pictures of beams.
+const SIDE: u32 = 64;
+
+/// Groups of rays as a camera has them: of a pixel, with and without a lens, in the middle of the picture, where directions change
+/// their signs, and all over it.
+fn beams(camera: &CameraParams) -> Vec<Lanes<Ray>> {
+    let side = SIDE as f32;
+    let ray = |group: u32, lane: u32| {
+        let of_group = Rng::new(group, 0, 0, 1, Sampler::Independent).draw(0);
+        let words = Rng::new(group, lane, 0, 2, Sampler::Independent).draw(0);
+        let pixel = Vec2::new(unit(of_group.x), unit(of_group.y)) * side;
+        let within = Vec2::new(unit(words.x), unit(words.y));
+        let lens = Vec2::new(unit(words.z), unit(words.w)) - 0.5;
+        let (at, lens) = match group % 4 {
+            0 => (pixel + within, Vec2::ZERO),
+            1 => (pixel + within, lens),
+            2 => (within + (side / 2.0 - 0.5), Vec2::ZERO),
+            _ => (within * side, Vec2::ZERO),
+        };
+        primary_ray(camera, at, lens)
+    };
+    let beam = |group| {
+        let mut rays = Lanes::ZERO;
+        (0..RAYS).for_each(|lane| rays.set(lane, ray(group, lane as u32)));
+        rays
+    };
+    (0..400).map(beam).collect()
+}
+
+/// Of how many beams some ray hits something else than what the arena says.
+fn others(view: &SceneView<'_>, beams: &[Lanes<Ray>], closest_each: impl Fn(&Lanes<Ray>) -> [Hit; RAYS]) -> usize {
+    let differs = |rays: &&Lanes<Ray>| {
+        let hits = closest_each(rays);
+        (0..RAYS).any(|lane| hits[lane] != view.closest(&rays.get(lane)))
+    };
+    beams.iter().filter(differs).count()
+}
+
+/// A beam that is the first of its rays, for all of them: it passes by what only others hit.
+fn as_the_first(tree: &WideBvh, rays: &Lanes<Ray>, coverage: &impl Coverage) -> [Hit; RAYS] {
+    let order = axes(rays.get(0).direction);
+    let mut first = Lanes::ZERO;
+    (0..RAYS).for_each(|lane| first.set(lane, rays.get(0)));
+    let beam = Beam::<Portable>::new(&Each::new(&first, tree.bounds, order));
+    traverse(tree, &beam, &Each::new(rays, tree.bounds, order), order, rays, coverage)
+}
+
+#[test]
+fn beams_have_the_hits_of_their_rays() {
+    for scene in ["cornell-mixed", "many-lights", "foliage", "statue"] {
+        let buffers = SceneBuffers::build(&Scene::load(scene).unwrap()).unwrap();
+        let view = buffers.view();
+        let beams = beams(&CameraParams { lens_right: 0.05, lens_up: 0.05, ..buffers.camera.params(SIDE, SIDE) });
+        for level in SimdLevel::available() {
+            let tree = WideBvh::new(&view).with_level(level);
+            assert_eq!(others(&view, &beams, |rays| tree.closest_each(rays, &view)), 0, "{level:?}");
+        }
+        let tree = WideBvh::new(&view);
+        assert!(others(&view, &beams, |rays| as_the_first(&tree, rays, &view)) > 0, "too small a beam passes");
     }
 }

@@ -1,13 +1,45 @@
 //! Rays against triangles: [`TriangleTest`](restir_shared::geometry::TriangleTest), a pack at a time.
 
 use super::boxes::Boxes;
-use super::simd::{Lanes, Row, splat, take_lowest};
+use super::simd::{Lanes, splat, take_lowest};
 use super::{PARTIAL, Pack};
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::num;
 
-/// A ray prepared for them.
+/// The vertices of a triangle in each lane.
+pub(super) trait Vertices<L: Lanes>: Copy {
+    /// A coordinate of a vertex, each counted from 0.
+    fn coordinate(self, vertex: usize, axis: usize) -> L;
+
+    /// The least and the greatest coordinate.
+    #[inline(always)]
+    fn bounds(self, axis: usize) -> [L; 2] {
+        let (a, b, c) = (self.coordinate(0, axis), self.coordinate(1, axis), self.coordinate(2, axis));
+        [a.min(b).min(c), a.max(b).max(c)]
+    }
+}
+
+/// The triangles of the pack.
+impl<L: Lanes> Vertices<L> for &Pack {
+    #[inline(always)]
+    fn coordinate(self, vertex: usize, axis: usize) -> L {
+        L::load(&self.vertices[vertex][axis])
+    }
+}
+
+/// One triangle of a pack, the same in every lane.
+#[derive(Clone, Copy)]
+pub(super) struct One<'a>(pub &'a Pack, pub usize);
+
+impl<L: Lanes> Vertices<L> for One<'_> {
+    #[inline(always)]
+    fn coordinate(self, vertex: usize, axis: usize) -> L {
+        L::splat(self.0.vertices[vertex][axis].0[self.1])
+    }
+}
+
+/// A ray prepared for them, the same in every lane or another in each.
 pub(super) struct Triangles<L> {
     /// The axes in the order of the test's x, y, z.
     axes: [usize; 3],
@@ -22,44 +54,47 @@ pub(super) struct Triangles<L> {
 static ROTATIONS: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
 
 impl<L: Lanes> Triangles<L> {
-    /// `TriangleTest::new` without branches: which axis is the largest is hard to predict.
+    /// `TriangleTest::new`.
     #[inline(always)]
     pub(super) fn new(ray: &Ray) -> Self {
-        let d = ray.direction.to_array();
-        let [x, y, z] = [num::abs(d[0]), num::abs(d[1]), num::abs(d[2])];
-        let is_x = usize::from((x > y) & (x > z));
-        let is_y = usize::from(y > z) & (1 - is_x);
-        let axes = ROTATIONS[2 - 2 * is_x - is_y];
-        let scale = num::recip(d[axes[2]]);
+        let axes = axes(ray.direction);
+        let [shear_x, shear_y, scale] = shear(ray.direction, axes);
         Self {
             axes,
             origin: splat(ray.origin),
-            shear_x: L::splat(d[axes[0]] * scale),
-            shear_y: L::splat(d[axes[1]] * scale),
+            shear_x: L::splat(shear_x),
+            shear_y: L::splat(shear_y),
             scale: L::splat(scale),
         }
     }
 
-    /// Vertices in sheared coordinates, but for the scale of z.
+    /// Of another ray in each lane, along all of which `axes` is the order of axes, with what [`shear`] says of each.
     #[inline(always)]
-    fn shear(&self, vertices: &[Row; 3]) -> [L; 3] {
+    pub(super) fn of_each(origin: [L; 3], [shear_x, shear_y, scale]: [L; 3], axes: [usize; 3]) -> Self {
+        Self { axes, origin, shear_x, shear_y, scale }
+    }
+
+    /// A vertex in sheared coordinates, but for the scale of z.
+    #[inline(always)]
+    fn sheared(&self, triangles: impl Vertices<L>, vertex: usize) -> [L; 3] {
         let [x, y, z] = self.axes;
-        let (x, y, z) = (self.relative(vertices, x), self.relative(vertices, y), self.relative(vertices, z));
+        let z = self.relative(triangles, vertex, z);
+        let (x, y) = (self.relative(triangles, vertex, x), self.relative(triangles, vertex, y));
         [x - self.shear_x * z, y - self.shear_y * z, z]
     }
 
     #[inline(always)]
-    fn relative(&self, vertices: &[Row; 3], axis: usize) -> L {
-        L::load(&vertices[axis]) - self.origin[axis]
+    fn relative(&self, triangles: impl Vertices<L>, vertex: usize, axis: usize) -> L {
+        triangles.coordinate(vertex, axis) - self.origin[axis]
     }
 
-    /// `TriangleTest::hit` of all triangles of the pack; `None` if the ray passes beside each.
+    /// `TriangleTest::hit` in every lane; `None` if there is a hit in none.
     #[inline(always)]
-    pub(super) fn hits<'a>(&self, pack: &'a Pack, boxes: &Boxes<L>) -> Option<Hits<'a, L>> {
+    pub(super) fn hits(&self, triangles: impl Vertices<L>, boxes: &Boxes<L>) -> Option<Hits<L>> {
         let zero = L::splat(0.0);
-        let a = self.shear(&pack.vertices[0]);
-        let b = self.shear(&pack.vertices[1]);
-        let c = self.shear(&pack.vertices[2]);
+        let a = self.sheared(triangles, 0);
+        let b = self.sheared(triangles, 1);
+        let c = self.sheared(triangles, 2);
         let u = flush(c[0] * b[1] - c[1] * b[0]);
         let v = flush(a[0] * c[1] - a[1] * c[0]);
         let w = flush(b[0] * a[1] - b[1] * a[0]);
@@ -72,15 +107,30 @@ impl<L: Lanes> Triangles<L> {
         }
         let inv = L::splat(1.0) / det;
         let t = (u * (a[2] * self.scale) + v * (b[2] * self.scale) + w * (c[2] * self.scale)) * inv;
-        let (t0, t1) = boxes.bounds(pack);
+        let (t0, t1) = boxes.bounds(triangles);
         let t = t.min(t1).max(t0);
-        Some(Hits { pack, lanes: inside & t0.le(t1) & zero.lt(t), t, v: v * inv, w: w * inv })
+        Some(Hits { lanes: inside & t0.le(t1) & zero.lt(t), t, v: v * inv, w: w * inv })
     }
 }
 
-/// Hits of the triangles of a pack.
-pub(super) struct Hits<'a, L> {
-    pack: &'a Pack,
+/// The axes in the order of the test's x, y, z, without branches: which one is the largest is hard to predict.
+#[inline(always)]
+pub(super) fn axes(direction: Vec3) -> [usize; 3] {
+    let (x, y, z) = (num::abs(direction.x), num::abs(direction.y), num::abs(direction.z));
+    let is_x = usize::from((x > y) & (x > z));
+    let is_y = usize::from(y > z) & (1 - is_x);
+    ROTATIONS[2 - 2 * is_x - is_y]
+}
+
+/// By how much of z the test's x and y are sheared, and the scale of z.
+#[inline(always)]
+pub(super) fn shear(direction: Vec3, [x, y, z]: [usize; 3]) -> [f32; 3] {
+    let scale = num::recip(direction[z]);
+    [direction[x] * scale, direction[y] * scale, scale]
+}
+
+/// Hits in the lanes.
+pub(super) struct Hits<L> {
     /// Of which there are any.
     lanes: L,
     t: L,
@@ -88,11 +138,11 @@ pub(super) struct Hits<'a, L> {
     w: L,
 }
 
-impl<L: Lanes> Hits<'_, L> {
+impl<L: Lanes> Hits<L> {
     /// The lanes with a hit at `t <= limit`.
     #[inline(always)]
-    pub(super) fn up_to(&self, limit: f32) -> u32 {
-        (self.lanes & self.t.le(L::splat(limit))).bits()
+    pub(super) fn up_to(&self, limit: L) -> u32 {
+        (self.lanes & self.t.le(limit)).bits()
     }
 
     /// The lanes with a hit at `t < limit`.
@@ -101,18 +151,24 @@ impl<L: Lanes> Hits<'_, L> {
         (self.lanes & self.t.lt(L::splat(limit))).bits()
     }
 
-    /// Shows the hits in `lanes` one by one, each with whether its triangle is marked, until one is `enough`; whether one was.
+    /// Shows the hits in `lanes` one by one, each with its lane and with whether its triangle is marked, until one is `enough`; whether
+    /// one was. `id` gives the id of a lane's triangle, with its marks.
     #[inline(always)]
-    pub(super) fn visit(&self, mut lanes: u32, mut enough: impl FnMut(&Hit, bool) -> bool) -> bool {
+    pub(super) fn visit(
+        &self,
+        mut lanes: u32,
+        id: impl Fn(usize) -> u32,
+        mut enough: impl FnMut(usize, &Hit, bool) -> bool,
+    ) -> bool {
         if lanes == 0 {
             return false;
         }
         let (t, v, w) = (self.t.store(), self.v.store(), self.w.store());
         while lanes != 0 {
             let lane = take_lowest(&mut lanes);
-            let id = self.pack.ids[lane];
+            let id = id(lane);
             let hit = Hit { t: t.0[lane], id: id & !PARTIAL, uv: Vec2::new(v.0[lane], w.0[lane]) };
-            if enough(&hit, id & PARTIAL != 0) {
+            if enough(lane, &hit, id & PARTIAL != 0) {
                 return true;
             }
         }

@@ -92,9 +92,13 @@ use crate::bsdf::{Material, Scattering};
 #[cfg(not(target_arch = "spirv"))]
 use crate::geometry::Coverage;
 use crate::geometry::{Crossings, Hit, Ray};
+#[cfg(not(target_arch = "spirv"))]
+use crate::lanes::{LANES, Lanes};
 use crate::layout::FEATURES_ALL;
 use crate::medium::Interior;
 use crate::num;
+#[cfg(not(target_arch = "spirv"))]
+use core::array::from_fn;
 use glam::{UVec4, Vec2, Vec3};
 
 /// Rays against the scene: what they hit first, and whether anything is in their way.
@@ -126,6 +130,10 @@ pub trait Probe {
 pub trait Hierarchy {
     /// As [`Trace::closest`]; `coverage` says which hits of marked triangles count.
     fn closest(&self, ray: &Ray, coverage: &dyn Coverage) -> Hit;
+    /// [`Self::closest`] of each ray. They have most of their way in common, which need not be used.
+    fn closest_each(&self, rays: &Lanes<Ray>, coverage: &dyn Coverage) -> [Hit; LANES] {
+        from_fn(|lane| self.closest(&rays.get(lane), coverage))
+    }
     /// As [`Trace::occluded`].
     fn occluded(&self, ray: &Ray, coverage: &dyn Coverage) -> bool;
     /// As [`Probe::probe`]; `coverage` is asked of the hits of all triangles, marked or not, and says which count and belong to the

@@ -2,10 +2,14 @@
 
 use super::{Trace, Tracer};
 use crate::geometry::{self, Hit, Ray};
+#[cfg(not(target_arch = "spirv"))]
+use crate::lanes::{LANES, Lanes};
 use crate::layout::{FEATURES_ALL, SceneHeader};
 use crate::num;
 use crate::pack::xyz;
 use crate::vec::{cross, length, max_abs, normalize};
+#[cfg(not(target_arch = "spirv"))]
+use core::array::from_fn;
 use glam::{UVec4, Vec2, Vec3};
 
 /// Spawn offsets as a fraction of a triangle's largest coordinate: 2^-18, some sixty roundings.
@@ -131,6 +135,18 @@ pub(super) struct TrianglePoint {
     pub(super) offset: f32,
     pub(super) extent: f32,
     pub(super) material: u32,
+}
+
+#[cfg(not(target_arch = "spirv"))]
+impl<const COMPILED: u32> SceneView<'_, COMPILED> {
+    /// [`Trace::closest`] of each ray, which is faster where they have most of their way in common.
+    #[inline(always)]
+    pub fn closest_each(&self, rays: &Lanes<Ray>) -> [Hit; LANES] {
+        match self.tracer {
+            Some(tracer) => tracer.closest_each(rays, self),
+            None => from_fn(|lane| self.closest(&rays.get(lane))),
+        }
+    }
 }
 
 impl<const COMPILED: u32> Trace for SceneView<'_, COMPILED> {

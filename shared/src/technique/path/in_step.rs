@@ -130,8 +130,9 @@ struct Scattered {
 struct Progress<'a> {
     /// How many samples have begun.
     begun: usize,
-    /// The first segments of those from the last multiple of [`LANES`] on.
+    /// The first segments of those from the last multiple of [`LANES`] on, and what they meet.
     ahead: Lanes<Ray>,
+    first_hits: [Hit; LANES],
     /// Paths that have left the scene, and how many.
     escaped: Paths,
     escapes: usize,
@@ -260,7 +261,14 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
     /// The radiance of each sample.
     #[inline(always)]
     fn trace(&self, radiances: &mut [Vec3], registers: impl Registers) {
-        let mut progress = Progress { begun: 0, ahead: Lanes::ZERO, escaped: Paths::NONE, escapes: 0, radiances };
+        let mut progress = Progress {
+            begun: 0,
+            ahead: Lanes::ZERO,
+            first_hits: [Hit::MISS; LANES],
+            escaped: Paths::NONE,
+            escapes: 0,
+            radiances,
+        };
         let arrived = Arrived { paths: Paths::NONE, any: Lanes::ZERO, hit: Lanes::ZERO };
         let mut vertices = Vertices { located: Located { arrived, point: Lanes::ZERO }, light: Lanes::ZERO };
         let mut scattered = Scattered {
@@ -295,15 +303,16 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
         let Scattered { paths, alive, .. } = scattered;
         let mut any = false;
         for lane in 0..LANES {
-            let mut hit = Hit::MISS;
-            let mut goes_on = alive.get(lane);
-            while !hit.is_hit() && (goes_on || self.begin(paths, lane, progress, registers)) {
-                hit = self.scene.closest(&paths.walk.get(lane).ray);
-                goes_on = false;
-                if !hit.is_hit() {
-                    self.leave(paths, lane, &hit, progress, registers);
-                }
+            let mut hit = if alive.get(lane) {
+                Some(self.scene.closest(&paths.walk.get(lane).ray))
+            } else {
+                self.begin(paths, lane, progress, registers)
+            };
+            while let Some(miss) = hit.filter(|hit| !hit.is_hit()) {
+                self.leave(paths, lane, &miss, progress, registers);
+                hit = self.begin(paths, lane, progress, registers);
             }
+            let hit = hit.unwrap_or(Hit::MISS);
             arrived.any.set(lane, hit.is_hit());
             if hit.is_hit() {
                 arrived.hit.set(lane, hit);
@@ -314,19 +323,40 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
         any
     }
 
-    /// Begins the next sample; whether there is one.
+    /// Begins the next sample, if there is one, and gives what its first segment meets.
     #[inline(always)]
-    fn begin(&self, paths: &mut Paths, lane: usize, progress: &mut Progress<'_>, registers: impl Registers) -> bool {
+    fn begin(
+        &self,
+        paths: &mut Paths,
+        lane: usize,
+        progress: &mut Progress<'_>,
+        registers: impl Registers,
+    ) -> Option<Hit> {
         let next = progress.begun;
         if next == progress.radiances.len() {
-            return false;
+            return None;
         }
         if next.is_multiple_of(LANES) {
             registers.run(&CameraSegments { batch: self, first: next as u32 }, &(), &mut progress.ahead);
+            self.meet(progress);
         }
         progress.begun += 1;
         paths.set(lane, Walk::new(progress.ahead.get(next % LANES)), next as u32, Vec3::ZERO);
-        true
+        Some(progress.first_hits[next % LANES])
+    }
+
+    /// Traces the first segments of the next samples.
+    #[inline(always)]
+    fn meet(&self, progress: &mut Progress<'_>) {
+        if LANES >> self.block_log2 <= 2 {
+            // they are of one pixel, or of two beside each other, and have most of their way in common
+            progress.first_hits = self.scene.closest_each(&progress.ahead);
+            return;
+        }
+        let left = progress.radiances.len() - progress.begun;
+        for lane in 0..left.min(LANES) {
+            progress.first_hits[lane] = self.scene.closest(&progress.ahead.get(lane));
+        }
     }
 
     /// Puts a path that leaves the scene beside others that have.

@@ -1,0 +1,293 @@
+//! The closest hits of rays that have most of their way in common, as those through a pixel have, once for every [`Lanes`].
+//!
+//! The tree is traversed once for all of them. A [`Beam`] holds, of each number of their [`Slab`]s, the least and the greatest one, and
+//! as rounded differences and products are monotone, it enters a box no later and leaves it no earlier than any of the rays. What it
+//! passes by none of them hits; what is left is tested as for a single ray.
+
+use super::boxes::{Boxes, interval, sign};
+use super::closest::{Stack, is_nearer};
+use super::simd::{LANES, Lanes, Row, take_lowest};
+use super::triangles::{One, Triangles, Vertices, axes, shear};
+use super::{Node, Pack, Subtree, WideBvh};
+use glam::Vec3;
+use restir_shared::geometry::{Coverage, Hit, Ray, Slab};
+use restir_shared::lanes::{self, LANES as RAYS};
+use restir_shared::num;
+use std::array::from_fn;
+
+/// Halves of a beam, of as many rays as there are lanes.
+const HALVES: usize = RAYS / LANES;
+const _: () = assert!(HALVES == 2 && HALVES * LANES == RAYS);
+
+/// [`closest`] with the instructions of [`SimdLevel::Avx2`](super::SimdLevel).
+///
+/// # Safety
+/// The processor has that level.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+pub(super) unsafe fn closest_avx2<C: Coverage>(bvh: &WideBvh, rays: &lanes::Lanes<Ray>, coverage: &C) -> [Hit; RAYS] {
+    closest::<super::simd::Avx2, C>(bvh, rays, coverage)
+}
+
+/// [`closest`] with the instructions of [`SimdLevel::Avx512`](super::SimdLevel).
+///
+/// # Safety
+/// The processor has that level.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,bmi1,bmi2,lzcnt,popcnt")]
+pub(super) unsafe fn closest_avx512<C: Coverage>(bvh: &WideBvh, rays: &lanes::Lanes<Ray>, coverage: &C) -> [Hit; RAYS] {
+    closest::<super::simd::Avx2, C>(bvh, rays, coverage)
+}
+
+/// What [`closest`](super::closest::closest) finds for each ray.
+#[inline(always)]
+pub(super) fn closest<L: Lanes, C: Coverage>(bvh: &WideBvh, rays: &lanes::Lanes<Ray>, coverage: &C) -> [Hit; RAYS] {
+    let order = axes(rays.get(0).direction);
+    if (1..RAYS).any(|i| axes(rays.get(i).direction) != order) {
+        return from_fn(|i| super::closest::closest::<L, C>(bvh, &rays.get(i), coverage));
+    }
+    let each = Each::new(rays, bvh.bounds, order);
+    let beam = Beam::<L>::new(&each);
+    traverse(bvh, &beam, &each, order, rays, coverage)
+}
+
+/// The closest hits of rays that `beam` bounds, of all of which `order` is the order of axes.
+#[inline(always)]
+pub(super) fn traverse<L: Lanes, C: Coverage>(
+    bvh: &WideBvh,
+    beam: &Beam<L>,
+    each: &Each,
+    order: [usize; 3],
+    rays: &lanes::Lanes<Ray>,
+    coverage: &C,
+) -> [Hit; RAYS] {
+    let halves = [Half::<L>::new(each, order, 0), Half::<L>::new(each, order, 1)];
+    let mut found = Found::new::<L>(each.t_max);
+    let mut stack = Stack::new();
+    let mut current = bvh.root;
+    loop {
+        match bvh.subtree(current) {
+            Subtree::Pack(pack) => {
+                let mut lanes = beam.meets(pack, found.limit);
+                while lanes != 0 {
+                    let lane = take_lowest(&mut lanes);
+                    for half in 0..HALVES {
+                        found.look::<L, C>(&halves[half], half, (pack, lane), rays, coverage);
+                    }
+                }
+            }
+            Subtree::Node(node) => {
+                let (enter, exit) = beam.children(node);
+                let hit = enter.le(exit.min(L::splat(found.limit))).bits();
+                if hit != 0 {
+                    current = stack.push_all_but_nearest(node, &enter.store(), hit);
+                    continue;
+                }
+            }
+        }
+        current = match stack.pop(found.limit) {
+            Some(next) => next,
+            None => return found.hits(),
+        };
+    }
+}
+
+/// A number of each ray.
+type Numbers = [Row; HALVES];
+const ZEROS: Numbers = [Row([0.0; LANES]); HALVES];
+
+/// What there is to know of each ray, by axis.
+pub(super) struct Each {
+    origin: [Numbers; 3],
+    /// Of [`Slab`].
+    lo_origin: [Numbers; 3],
+    hi_origin: [Numbers; 3],
+    inverse: [Numbers; 3],
+    /// What [`shear`] says.
+    shear: [Numbers; 3],
+    t_max: Numbers,
+}
+
+impl Each {
+    /// A loop that a compiler makes vectors of.
+    #[inline(always)]
+    pub(super) fn new(rays: &lanes::Lanes<Ray>, [lo, hi]: [Vec3; 2], order: [usize; 3]) -> Self {
+        let mut each = Self {
+            origin: [ZEROS; 3],
+            lo_origin: [ZEROS; 3],
+            hi_origin: [ZEROS; 3],
+            inverse: [ZEROS; 3],
+            shear: [ZEROS; 3],
+            t_max: ZEROS,
+        };
+        for half in 0..HALVES {
+            for lane in 0..LANES {
+                let ray = rays.get(half * LANES + lane);
+                let slab = Slab::new(&ray, lo, hi);
+                let shear = shear(ray.direction, order);
+                for axis in 0..3 {
+                    each.origin[axis][half].0[lane] = ray.origin[axis];
+                    each.lo_origin[axis][half].0[lane] = slab.lo_origin[axis];
+                    each.hi_origin[axis][half].0[lane] = slab.hi_origin[axis];
+                    each.inverse[axis][half].0[lane] = slab.inverse[axis];
+                    each.shear[axis][half].0[lane] = shear[axis];
+                }
+                each.t_max[half].0[lane] = ray.t_max;
+            }
+        }
+        each
+    }
+}
+
+#[inline(always)]
+fn least<L: Lanes>(numbers: &Numbers) -> f32 {
+    let row = L::load(&numbers[0]).min(L::load(&numbers[1])).store().0;
+    row.into_iter().fold(row[0], num::min)
+}
+
+#[inline(always)]
+fn greatest<L: Lanes>(numbers: &Numbers) -> f32 {
+    let row = L::load(&numbers[0]).max(L::load(&numbers[1])).store().0;
+    row.into_iter().fold(row[0], num::max)
+}
+
+/// Of numbers by axis those of a half.
+#[inline(always)]
+fn half_of<L: Lanes>([x, y, z]: &[Numbers; 3], half: usize) -> [L; 3] {
+    [L::load(&x[half]), L::load(&y[half]), L::load(&z[half])]
+}
+
+/// What bounds the slabs of all rays.
+pub(super) struct Beam<L> {
+    /// What is subtracted from the nearer and from the farther planes, by axis.
+    origins: [[L; 2]; 3],
+    /// The least and the greatest reciprocal.
+    inverse: [[L; 2]; 3],
+    /// 1 where the directions are negative, so that the upper plane is the nearer one.
+    near: [usize; 3],
+}
+
+impl<L: Lanes> Beam<L> {
+    #[inline(always)]
+    pub(super) fn new(each: &Each) -> Self {
+        let mut beam = Self { origins: [[L::splat(0.0); 2]; 3], inverse: [[L::splat(1.0); 2]; 3], near: [0; 3] };
+        for axis in 0..3 {
+            let (lower, upper) = (greatest::<L>(&each.lo_origin[axis]), least::<L>(&each.hi_origin[axis]));
+            let inverse = [least::<L>(&each.inverse[axis]), greatest::<L>(&each.inverse[axis])];
+            let upper_is_near = sign(inverse[0]);
+            let [near, far] = if upper_is_near != sign(inverse[1]) {
+                // rays that go both ways are everywhere along the axis
+                [f32::MAX, -f32::MAX]
+            } else {
+                beam.inverse[axis] = [L::splat(inverse[0]), L::splat(inverse[1])];
+                beam.near[axis] = upper_is_near;
+                if upper_is_near == 0 { [lower, upper] } else { [upper, lower] }
+            };
+            beam.origins[axis] = [L::splat(near), L::splat(far)];
+        }
+        beam
+    }
+
+    /// The distances at which the first ray enters the children, and the last one leaves them.
+    #[inline(always)]
+    fn children(&self, node: &Node) -> (L, L) {
+        let [x, y, z] = &node.planes;
+        interval([self.along(0, load(x)), self.along(1, load(y)), self.along(2, load(z))])
+    }
+
+    /// Of a pack, the triangles that a ray may hit up to `limit`.
+    #[inline(always)]
+    fn meets(&self, pack: &Pack, limit: f32) -> u32 {
+        let along = [self.along(0, pack.bounds(0)), self.along(1, pack.bounds(1)), self.along(2, pack.bounds(2))];
+        let (enter, exit) = interval(along);
+        enter.le(exit.min(L::splat(limit))).bits()
+    }
+
+    /// Where the rays are between lower and upper planes.
+    #[inline(always)]
+    fn along(&self, axis: usize, planes: [L; 2]) -> [L; 2] {
+        let (near, [least, greatest]) = (self.near[axis] & 1, self.inverse[axis]);
+        let (to_near, to_far) = (planes[near] - self.origins[axis][0], planes[near ^ 1] - self.origins[axis][1]);
+        [(to_near * least).min(to_near * greatest), (to_far * least).max(to_far * greatest)]
+    }
+}
+
+#[inline(always)]
+fn load<L: Lanes>(planes: &[Row; 2]) -> [L; 2] {
+    [L::load(&planes[0]), L::load(&planes[1])]
+}
+
+/// Rays of a beam, one in each lane.
+struct Half<L> {
+    boxes: Boxes<L>,
+    triangles: Triangles<L>,
+}
+
+impl<L: Lanes> Half<L> {
+    #[inline(always)]
+    fn new(each: &Each, order: [usize; 3], half: usize) -> Self {
+        let Each { origin, lo_origin, hi_origin, inverse, shear, .. } = each;
+        Self {
+            boxes: Boxes::of_each(half_of(lo_origin, half), half_of(hi_origin, half), half_of(inverse, half)),
+            triangles: Triangles::of_each(half_of(origin, half), half_of(shear, half), order),
+        }
+    }
+}
+
+/// The best hits so far.
+struct Found {
+    hits: [Hit; RAYS],
+    /// Their distances.
+    t: Numbers,
+    /// The greatest of these.
+    limit: f32,
+}
+
+impl Found {
+    #[inline(always)]
+    fn new<L: Lanes>(t_max: Numbers) -> Self {
+        let mut hits = [Hit::MISS; RAYS];
+        for half in 0..HALVES {
+            for lane in 0..LANES {
+                hits[half * LANES + lane].t = t_max[half].0[lane];
+            }
+        }
+        Self { hits, t: t_max, limit: greatest::<L>(&t_max) }
+    }
+
+    /// Tests a triangle of a pack against the rays of a half.
+    #[inline(always)]
+    fn look<L: Lanes, C: Coverage>(
+        &mut self,
+        of_half: &Half<L>,
+        half: usize,
+        (pack, triangle): (&Pack, usize),
+        rays: &lanes::Lanes<Ray>,
+        coverage: &C,
+    ) {
+        if let Some(hits) = of_half.triangles.hits(One(pack, triangle), &of_half.boxes) {
+            let lanes = hits.up_to(L::load(&self.t[half]));
+            hits.visit(
+                lanes,
+                |_| pack.ids[triangle],
+                |lane, hit, marked| {
+                    let at = half * LANES + lane;
+                    if is_nearer(hit, &self.hits[at]) && (!marked || coverage.covers(&rays.get(at), hit)) {
+                        self.hits[at] = *hit;
+                        self.t[half].0[lane] = hit.t;
+                    }
+                    false
+                },
+            );
+            self.limit = greatest::<L>(&self.t);
+        }
+    }
+
+    #[inline(always)]
+    fn hits(mut self) -> [Hit; RAYS] {
+        for hit in &mut self.hits {
+            hit.t = if hit.is_hit() { hit.t } else { Hit::MISS.t };
+        }
+        self.hits
+    }
+}
