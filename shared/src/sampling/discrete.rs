@@ -1,6 +1,8 @@
 //! Choice among outcomes by an integer distribution function, exact and, unlike an alias table, invertible.
 
 use super::to_unit;
+#[cfg(not(target_arch = "spirv"))]
+use crate::lanes::LANES;
 use crate::num::{self, mul_wide};
 
 /// The bound that stands for 2^32. No item with a probability begins there.
@@ -30,8 +32,13 @@ pub struct Cell {
 /// of [`CDF_END`] stands for 2^32: it is that of items without probability at the end.
 #[inline(always)]
 pub fn sample_discrete(word: u32, count: u32, cdf: impl Fn(u32) -> u32) -> Cell {
-    // the last word belongs to the last item with a probability, not to those after it
-    let key = if word == CDF_END { CDF_END - 1 } else { word };
+    discrete_cell(find_discrete(word, count, &cdf), word, count, cdf)
+}
+
+/// The item that [`sample_discrete`] chooses.
+#[inline(always)]
+pub fn find_discrete(word: u32, count: u32, cdf: impl Fn(u32) -> u32) -> u32 {
+    let key = key(word);
     let mut index = 0;
     let mut end = count;
     while end.wrapping_sub(index) > 1 {
@@ -42,10 +49,39 @@ pub fn sample_discrete(word: u32, count: u32, cdf: impl Fn(u32) -> u32) -> Cell 
             end = middle;
         }
     }
+    index
+}
+
+/// [`find_discrete`] in each lane, in step: `cdf(lane, i)` bounds the items of a lane.
+#[cfg(not(target_arch = "spirv"))]
+#[inline(always)]
+pub fn find_discrete_each(words: &[u32; LANES], count: u32, cdf: impl Fn(usize, u32) -> u32) -> [u32; LANES] {
+    let mut found = [0_u32; LANES];
+    let mut step = count.next_power_of_two() >> 1;
+    while step > 0 {
+        for lane in 0..LANES {
+            let next = found[lane] + step;
+            let is_reached = (next < count) & (cdf(lane, next.min(count - 1)) <= key(words[lane]));
+            found[lane] = if is_reached { next } else { found[lane] };
+        }
+        step >>= 1;
+    }
+    found
+}
+
+/// What [`sample_discrete`] makes of an item, which is the one that it chooses.
+#[inline(always)]
+pub fn discrete_cell(index: u32, word: u32, count: u32, cdf: impl Fn(u32) -> u32) -> Cell {
     let item = bounds(index, count, &cdf);
     let size = wide(span(item), 1.0);
     let fraction = to_unit(num::div(wide(word.wrapping_sub(item.0), 0.5), size));
     Cell { index, probability: size * TWO_POW_M32, fraction }
+}
+
+/// What bounds are compared with: the last word belongs to the last item with a probability, not to those after it.
+#[inline(always)]
+fn key(word: u32) -> u32 {
+    if word == CDF_END { CDF_END - 1 } else { word }
 }
 
 /// The probability of an item, rounded to an `f32`.

@@ -50,7 +50,11 @@ mod triangle;
 pub use alias::sample_alias;
 pub use blackman_harris::{blackman_harris_pdf, invert_blackman_harris, sample_blackman_harris};
 pub use cone::{cone_pdf, invert_cone, sample_cone, versine_of_sin2};
-pub use discrete::{CDF_END, Cell, discrete_probability, invert_discrete, sample_discrete};
+#[cfg(not(target_arch = "spirv"))]
+pub use discrete::find_discrete_each;
+pub use discrete::{
+    CDF_END, Cell, discrete_cell, discrete_probability, find_discrete, invert_discrete, sample_discrete,
+};
 pub use disk::{concentric_disk_pdf, invert_concentric_disk, sample_concentric_disk};
 pub use exponential::{
     bounded_exponential_pdf, exponential_pdf, invert_bounded_exponential, invert_exponential,
@@ -65,7 +69,7 @@ pub use sphere::{
     invert_uniform_hemisphere, invert_uniform_sphere, sample_uniform_hemisphere, sample_uniform_sphere,
     uniform_hemisphere_pdf, uniform_sphere_pdf,
 };
-pub use table::{TableSample, invert_table_2d, sample_table_2d, table_2d_pdf, table_2d_probability};
+pub use table::{TableSample, invert_table_2d, sample_table_2d, table_2d_pdf, table_2d_probability, table_2d_sample};
 pub use triangle::{invert_triangle, sample_triangle, triangle_pdf};
 
 use crate::num;

@@ -1,7 +1,7 @@
 //! A piecewise-constant density over the unit square, such as the luminance of an environment map: a row by the
 //! marginal distribution, then a column by the row's.
 
-use super::{discrete_probability, invert_discrete, sample_discrete};
+use super::{discrete_cell, discrete_probability, find_discrete, invert_discrete};
 use glam::Vec2;
 
 /// A chosen cell.
@@ -25,10 +25,25 @@ pub fn sample_table_2d(
     row_cdf: impl Fn(u32) -> u32,
     column_cdf: impl Fn(u32, u32) -> u32,
 ) -> TableSample {
-    let row = sample_discrete(words[0], height, row_cdf);
-    let column = sample_discrete(words[1], width, |column| column_cdf(row.index, column));
+    let row = find_discrete(words[0], height, &row_cdf);
+    let column = find_discrete(words[1], width, |column| column_cdf(row, column));
+    table_2d_sample([column, row], words, width, height, row_cdf, column_cdf)
+}
+
+/// What [`sample_table_2d`] makes of a cell, [column, row], which is the one that it chooses.
+#[inline(always)]
+pub fn table_2d_sample(
+    cell: [u32; 2],
+    words: [u32; 2],
+    width: u32,
+    height: u32,
+    row_cdf: impl Fn(u32) -> u32,
+    column_cdf: impl Fn(u32, u32) -> u32,
+) -> TableSample {
+    let row = discrete_cell(cell[1], words[0], height, row_cdf);
+    let column = discrete_cell(cell[0], words[1], width, |column| column_cdf(cell[1], column));
     TableSample {
-        cell: [column.index, row.index],
+        cell,
         fraction: Vec2::new(column.fraction, row.fraction),
         probability: row.probability * column.probability,
     }

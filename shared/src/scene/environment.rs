@@ -5,9 +5,13 @@
 //! wherever the interpolated radiance is, because the host builds the table of 3 x 3 neighbourhoods.
 
 use super::{AddressedLight, EnvironmentPoint, LightKind, LightSample, SceneView};
+#[cfg(not(target_arch = "spirv"))]
+use crate::lanes::LANES;
 use crate::num;
 use crate::pack::xyz;
-use crate::sampling::{TableSample, sample_table_2d, table_2d_pdf, table_2d_probability};
+#[cfg(not(target_arch = "spirv"))]
+use crate::sampling::find_discrete_each;
+use crate::sampling::{TableSample, find_discrete, table_2d_pdf, table_2d_probability, table_2d_sample};
 use glam::{Vec2, Vec3};
 
 /// Sines of polar angles below this count as this, so that the density is finite at the poles.
@@ -108,11 +112,29 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
         sum
     }
 
-    /// A direction in proportion to luminance, from two random words.
+    /// The pixel of the map, [column, row], that two random words choose in proportion to luminance.
     #[inline(always)]
-    pub(super) fn sample_environment(&self, words: [u32; 2]) -> LightSample {
+    pub(super) fn environment_cell(&self, words: [u32; 2]) -> [u32; 2] {
         let e = self.environment_record();
-        let sample = self.sample_cell(&e, words);
+        let row = find_discrete(words[0], e.height, |row| self.row_bound(&e, row));
+        [find_discrete(words[1], e.width, |column| self.column_bound(&e, row, column)), row]
+    }
+
+    /// [`Self::environment_cell`] of two words in each lane, in step.
+    #[cfg(not(target_arch = "spirv"))]
+    #[inline(always)]
+    pub(crate) fn environment_cells(&self, words: &[[u32; LANES]; 2]) -> [[u32; LANES]; 2] {
+        let e = self.environment_record();
+        let rows = find_discrete_each(&words[0], e.height, |_, row| self.row_bound(&e, row));
+        let columns = find_discrete_each(&words[1], e.width, |lane, column| self.column_bound(&e, rows[lane], column));
+        [columns, rows]
+    }
+
+    /// A direction in the pixel of the map that two random words have chosen.
+    #[inline(always)]
+    pub(super) fn sample_environment(&self, cell: [u32; 2], words: [u32; 2]) -> LightSample {
+        let e = self.environment_record();
+        let sample = self.sample_cell(&e, cell, words);
         let at = Vec2::new(sample.cell[0] as f32, sample.cell[1] as f32) + sample.fraction;
         let (direction, sine) = direction(&e, at);
         LightSample {
@@ -125,8 +147,9 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     }
 
     #[inline(always)]
-    fn sample_cell(&self, e: &Environment, words: [u32; 2]) -> TableSample {
-        sample_table_2d(
+    fn sample_cell(&self, e: &Environment, cell: [u32; 2], words: [u32; 2]) -> TableSample {
+        table_2d_sample(
+            cell,
             words,
             e.width,
             e.height,
@@ -139,7 +162,7 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     #[inline(always)]
     pub(super) fn sample_map(&self, words: [u32; 2]) -> Vec2 {
         let e = self.environment_record();
-        let sample = self.sample_cell(&e, words);
+        let sample = self.sample_cell(&e, self.environment_cell(words), words);
         Vec2::new(
             (sample.cell[0] as f32 + sample.fraction.x) * num::recip(e.width as f32),
             (sample.cell[1] as f32 + sample.fraction.y) * num::recip(e.height as f32),

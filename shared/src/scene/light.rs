@@ -41,6 +41,26 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
         })
     }
 
+    /// [`Lights::sample_light`], where `cell` gives the environment's pixel that the first two words choose.
+    #[inline(always)]
+    pub(crate) fn sample_light_of(&self, words: UVec4, cell: impl FnOnce() -> [u32; 2]) -> LightSample {
+        let mut sample = LightSample::NONE;
+        if self.header.light_count != 0 {
+            let address = LightAddress::of_words(self.choose_light([words.z, words.w]), words);
+            let light = self.light(address.light);
+            if self.has(FEATURE_EMISSIVE) && light.kind == LIGHT_TRIANGLE {
+                sample = self.sample_emissive(&light, address);
+            }
+            if self.has(FEATURE_PUNCTUAL) && light.kind == LIGHT_PUNCTUAL {
+                sample = self.punctual(&light, address);
+            }
+            if self.has(FEATURE_ENVIRONMENT) && light.kind == LIGHT_ENVIRONMENT {
+                sample = self.sample_environment(cell(), [words.x, words.y]);
+            }
+        }
+        sample
+    }
+
     #[inline(always)]
     fn sample_emissive(&self, light: &Light, address: LightAddress) -> LightSample {
         let b = sample_triangle(address.uv());
@@ -81,21 +101,7 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
 impl<const COMPILED: u32> Lights for SceneView<'_, COMPILED> {
     #[inline(always)]
     fn sample_light(&self, words: UVec4) -> LightSample {
-        let mut sample = LightSample::NONE;
-        if self.header.light_count != 0 {
-            let address = LightAddress::of_words(self.choose_light([words.z, words.w]), words);
-            let light = self.light(address.light);
-            if self.has(FEATURE_EMISSIVE) && light.kind == LIGHT_TRIANGLE {
-                sample = self.sample_emissive(&light, address);
-            }
-            if self.has(FEATURE_PUNCTUAL) && light.kind == LIGHT_PUNCTUAL {
-                sample = self.punctual(&light, address);
-            }
-            if self.has(FEATURE_ENVIRONMENT) && light.kind == LIGHT_ENVIRONMENT {
-                sample = self.sample_environment([words.x, words.y]);
-            }
-        }
-        sample
+        self.sample_light_of(words, || self.environment_cell([words.x, words.y]))
     }
 
     #[inline(always)]

@@ -4,17 +4,18 @@
 //! so that lanes are idle only at the end of a batch.
 
 use super::walk::{Numbers, Walk};
-use super::{PATH_ROULETTE, PathParams, camera_segment};
+use super::{PATH_BLACKMAN_HARRIS, PATH_ROULETTE, PathParams, camera_segment};
 use crate::bsdf::Material;
+use crate::camera::has_lens;
 use crate::film::{CUT, MAX_BLOCK_LOG2, sum_block};
 use crate::geometry::{Hit, Ray};
 use crate::lanes::{LANES, Lanes, Registers, Stage, fields, numbers};
-use crate::layout::{FEATURE_DELTA, FEATURE_ENVIRONMENT, FEATURE_TEXTURES, FilmPixel};
+use crate::layout::{CameraParams, FEATURE_DELTA, FEATURE_ENVIRONMENT, FEATURE_TEXTURES, FilmPixel};
 use crate::rng::Rng;
 use crate::scene::{LightKind, LightSample, Lights, SceneView, Surface, SurfacePoint, Trace};
 use crate::transport::{Chosen, Vertex, next_event, through_interior};
 use crate::vec::max_component;
-use glam::{Vec2, Vec3};
+use glam::{UVec4, Vec2, Vec3};
 
 /// Samples that are kept until they are summed: of 16 pixels, or of more where blocks are smaller.
 const BATCH: usize = 16 << MAX_BLOCK_LOG2;
@@ -140,22 +141,27 @@ struct Progress<'a> {
     radiances: &'a mut [Vec3],
 }
 
-/// The first segments of the samples from `first` on.
-struct CameraSegments<'a, const COMPILED: u32> {
+/// The first segments of the samples from `first` on. `PLAIN` cameras have no lens, and pixels the box for a filter: what others need
+/// has loops, and is known to be missing when the stage is compiled.
+struct CameraSegments<'a, const COMPILED: u32, const PLAIN: bool> {
     batch: &'a Batch<'a, COMPILED>,
     first: u32,
 }
 
-impl<const COMPILED: u32> Stage for CameraSegments<'_, COMPILED> {
+impl<const COMPILED: u32, const PLAIN: bool> Stage for CameraSegments<'_, COMPILED, PLAIN> {
     type From = ();
     type To = Lanes<Ray>;
 
     #[inline(always)]
     fn run(&self, (): &(), rays: &mut Lanes<Ray>) {
-        let Batch { scene, params, .. } = *self.batch;
+        let mut params = *self.batch.params;
+        if PLAIN {
+            params.flags &= !PATH_BLACKMAN_HARRIS;
+            params.camera = CameraParams { lens_right: 0.0, lens_up: 0.0, ..params.camera };
+        }
         for lane in 0..LANES {
             let (rng, at) = self.batch.numbers(self.first + lane as u32);
-            rays.set(lane, camera_segment(params, &rng, scene.features(), at));
+            rays.set(lane, camera_segment(&params, &rng, self.batch.scene.features(), at));
         }
     }
 }
@@ -186,16 +192,24 @@ impl<const COMPILED: u32> Stage for ChooseLights<'_, COMPILED> {
     fn run(&self, from: &Located, lights: &mut Lanes<LightSample>) {
         let Batch { scene, params, .. } = *self.0;
         let deltas = scene.features() & FEATURE_DELTA != 0;
+        let mut words = [[0; LANES]; 4];
         for lane in 0..LANES {
-            let depth = from.arrived.paths.walk.get(lane).depth + 1;
-            let scatters = from.arrived.any.get(lane) & (depth < params.max_depth);
-            let light = if scatters && (!deltas || self.0.point(from, lane).material.may_be_smooth()) {
-                let (rng, _) = self.0.numbers(from.arrived.paths.sample.get(lane));
-                scene.sample_light(Numbers::at(&rng, depth).light())
-            } else {
-                LightSample::NONE
-            };
-            lights.set(lane, light);
+            let (rng, _) = self.0.numbers(from.arrived.paths.sample.get(lane));
+            let drawn = Numbers::at(&rng, from.arrived.paths.walk.get(lane).depth + 1).light();
+            (words[0][lane], words[1][lane], words[2][lane], words[3][lane]) = (drawn.x, drawn.y, drawn.z, drawn.w);
+        }
+        let [columns, rows] = if scene.features() & FEATURE_ENVIRONMENT != 0 {
+            scene.environment_cells(&[words[0], words[1]])
+        } else {
+            [[0; LANES]; 2]
+        };
+        for lane in 0..LANES {
+            let scatters =
+                from.arrived.any.get(lane) & (from.arrived.paths.walk.get(lane).depth + 1 < params.max_depth);
+            let smooth = !deltas || self.0.point(from, lane).material.may_be_smooth();
+            let drawn = UVec4::new(words[0][lane], words[1][lane], words[2][lane], words[3][lane]);
+            let light = scene.sample_light_of(drawn, || [columns[lane], rows[lane]]);
+            lights.set(lane, if scatters & smooth { light } else { LightSample::NONE });
         }
     }
 }
@@ -337,12 +351,22 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
             return None;
         }
         if next.is_multiple_of(LANES) {
-            registers.run(&CameraSegments { batch: self, first: next as u32 }, &(), &mut progress.ahead);
+            self.look_ahead(next as u32, &mut progress.ahead, registers);
             self.meet(progress);
         }
         progress.begun += 1;
         paths.set(lane, Walk::new(progress.ahead.get(next % LANES)), next as u32, Vec3::ZERO);
         Some(progress.first_hits[next % LANES])
+    }
+
+    /// The first segments of the samples from `first` on.
+    #[inline(always)]
+    fn look_ahead(&self, first: u32, rays: &mut Lanes<Ray>, registers: impl Registers) {
+        if has_lens(&self.params.camera) | (self.params.flags & PATH_BLACKMAN_HARRIS != 0) {
+            registers.run(&CameraSegments::<COMPILED, false> { batch: self, first }, &(), rays);
+        } else {
+            registers.run(&CameraSegments::<COMPILED, true> { batch: self, first }, &(), rays);
+        }
     }
 
     /// Traces the first segments of the next samples.
