@@ -7,7 +7,7 @@
 use super::boxes::{Boxes, interval, sign};
 use super::closest::{Stack, is_nearer};
 use super::simd::{LANES, Lanes, Row, take_lowest};
-use super::triangles::{One, Triangles, Vertices, axes, shear};
+use super::triangles::{One, ROTATIONS, Triangles, Vertices, largest, shear};
 use super::{Node, Pack, Subtree, WideBvh};
 use glam::Vec3;
 use restir_shared::geometry::{Coverage, Hit, Ray, Slab};
@@ -42,10 +42,15 @@ pub(super) unsafe fn closest_avx512<C: Coverage>(bvh: &WideBvh, rays: &lanes::La
 /// What [`closest`](super::closest::closest) finds for each ray.
 #[inline(always)]
 pub(super) fn closest<L: Lanes, C: Coverage>(bvh: &WideBvh, rays: &lanes::Lanes<Ray>, coverage: &C) -> [Hit; RAYS] {
-    let order = axes(rays.get(0).direction);
-    if (1..RAYS).any(|i| axes(rays.get(i).direction) != order) {
+    let last = largest(rays.get(0).direction);
+    let mut others = 0;
+    for i in 1..RAYS {
+        others |= largest(rays.get(i).direction) ^ last;
+    }
+    if others != 0 {
         return from_fn(|i| super::closest::closest::<L, C>(bvh, &rays.get(i), coverage));
     }
+    let order = ROTATIONS[last as usize];
     let each = Each::new(rays, bvh.bounds, order);
     let beam = Beam::<L>::new(&each);
     traverse(bvh, &beam, &each, order, rays, coverage)
@@ -99,6 +104,7 @@ const ZEROS: Numbers = [Row([0.0; LANES]); HALVES];
 /// What there is to know of each ray, by axis.
 pub(super) struct Each {
     origin: [Numbers; 3],
+    direction: [Numbers; 3],
     /// Of [`Slab`].
     lo_origin: [Numbers; 3],
     hi_origin: [Numbers; 3],
@@ -109,34 +115,43 @@ pub(super) struct Each {
 }
 
 impl Each {
-    /// A loop that a compiler makes vectors of.
+    const ZERO: Self = Self {
+        origin: [ZEROS; 3],
+        direction: [ZEROS; 3],
+        lo_origin: [ZEROS; 3],
+        hi_origin: [ZEROS; 3],
+        inverse: [ZEROS; 3],
+        shear: [ZEROS; 3],
+        t_max: ZEROS,
+    };
+
+    /// Loops that a compiler makes vectors of.
     #[inline(always)]
-    pub(super) fn new(rays: &lanes::Lanes<Ray>, [lo, hi]: [Vec3; 2], order: [usize; 3]) -> Self {
-        let mut each = Self {
-            origin: [ZEROS; 3],
-            lo_origin: [ZEROS; 3],
-            hi_origin: [ZEROS; 3],
-            inverse: [ZEROS; 3],
-            shear: [ZEROS; 3],
-            t_max: ZEROS,
-        };
+    pub(super) fn new(rays: &lanes::Lanes<Ray>, [lo, hi]: [Vec3; 2], [x, y, z]: [usize; 3]) -> Self {
+        let mut each = Self::ZERO;
         for half in 0..HALVES {
             for lane in 0..LANES {
                 let ray = rays.get(half * LANES + lane);
                 let slab = Slab::new(&ray, lo, hi);
-                let shear = shear(ray.direction, order);
-                for axis in 0..3 {
-                    each.origin[axis][half].0[lane] = ray.origin[axis];
-                    each.lo_origin[axis][half].0[lane] = slab.lo_origin[axis];
-                    each.hi_origin[axis][half].0[lane] = slab.hi_origin[axis];
-                    each.inverse[axis][half].0[lane] = slab.inverse[axis];
-                    each.shear[axis][half].0[lane] = shear[axis];
-                }
+                set(&mut each.origin, half, lane, ray.origin);
+                set(&mut each.direction, half, lane, ray.direction);
+                set(&mut each.lo_origin, half, lane, slab.lo_origin);
+                set(&mut each.hi_origin, half, lane, slab.hi_origin);
+                set(&mut each.inverse, half, lane, slab.inverse);
                 each.t_max[half].0[lane] = ray.t_max;
+            }
+            let [x, y, z] = [each.direction[x][half].0, each.direction[y][half].0, each.direction[z][half].0];
+            for lane in 0..LANES {
+                set(&mut each.shear, half, lane, Vec3::from_array(shear(x[lane], y[lane], z[lane])));
             }
         }
         each
     }
+}
+
+#[inline(always)]
+fn set([x, y, z]: &mut [Numbers; 3], half: usize, lane: usize, v: Vec3) {
+    (x[half].0[lane], y[half].0[lane], z[half].0[lane]) = (v.x, v.y, v.z);
 }
 
 #[inline(always)]

@@ -1,6 +1,6 @@
 use super::beam::{Beam, Each, traverse};
 use super::simd::{self, LANES, Portable, Row};
-use super::triangles::axes;
+use super::triangles::{ROTATIONS, largest};
 use super::{Node, SimdLevel, WideBvh};
 use crate::buffers::SceneBuffers;
 use crate::scene::Scene;
@@ -120,7 +120,7 @@ fn others(view: &SceneView<'_>, beams: &[Lanes<Ray>], closest_each: impl Fn(&Lan
 
 /// A beam that is the first of its rays, for all of them: it passes by what only others hit.
 fn as_the_first(tree: &WideBvh, rays: &Lanes<Ray>, coverage: &impl Coverage) -> [Hit; RAYS] {
-    let order = axes(rays.get(0).direction);
+    let order = ROTATIONS[largest(rays.get(0).direction) as usize];
     let mut first = Lanes::ZERO;
     (0..RAYS).for_each(|lane| first.set(lane, rays.get(0)));
     let beam = Beam::<Portable>::new(&Each::new(&first, tree.bounds, order));

@@ -50,15 +50,16 @@ pub(super) struct Triangles<L> {
     scale: L,
 }
 
-/// Cyclic orders of the axes, by the one that is last.
-static ROTATIONS: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
+/// The axes in the order of the test's x, y, z, by the one that is last.
+pub(super) static ROTATIONS: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
 
 impl<L: Lanes> Triangles<L> {
     /// `TriangleTest::new`.
     #[inline(always)]
     pub(super) fn new(ray: &Ray) -> Self {
-        let axes = axes(ray.direction);
-        let [shear_x, shear_y, scale] = shear(ray.direction, axes);
+        let axes = ROTATIONS[largest(ray.direction) as usize];
+        let [x, y, z] = axes.map(|axis| ray.direction[axis]);
+        let [shear_x, shear_y, scale] = shear(x, y, z);
         Self {
             axes,
             origin: splat(ray.origin),
@@ -68,7 +69,7 @@ impl<L: Lanes> Triangles<L> {
         }
     }
 
-    /// Of another ray in each lane, along all of which `axes` is the order of axes, with what [`shear`] says of each.
+    /// Of another ray in each lane, along all of which `axes` is the order of axes ([`ROTATIONS`]), with what [`shear`] says of each.
     #[inline(always)]
     pub(super) fn of_each(origin: [L; 3], [shear_x, shear_y, scale]: [L; 3], axes: [usize; 3]) -> Self {
         Self { axes, origin, shear_x, shear_y, scale }
@@ -113,20 +114,20 @@ impl<L: Lanes> Triangles<L> {
     }
 }
 
-/// The axes in the order of the test's x, y, z, without branches: which one is the largest is hard to predict.
+/// The axis along which the direction is largest, without branches: which one it is is hard to predict.
 #[inline(always)]
-pub(super) fn axes(direction: Vec3) -> [usize; 3] {
+pub(super) fn largest(direction: Vec3) -> u32 {
     let (x, y, z) = (num::abs(direction.x), num::abs(direction.y), num::abs(direction.z));
-    let is_x = usize::from((x > y) & (x > z));
-    let is_y = usize::from(y > z) & (1 - is_x);
-    ROTATIONS[2 - 2 * is_x - is_y]
+    let is_x = u32::from((x > y) & (x > z));
+    let is_y = u32::from(y > z) & (1 - is_x);
+    2 - 2 * is_x - is_y
 }
 
 /// By how much of z the test's x and y are sheared, and the scale of z.
 #[inline(always)]
-pub(super) fn shear(direction: Vec3, [x, y, z]: [usize; 3]) -> [f32; 3] {
-    let scale = num::recip(direction[z]);
-    [direction[x] * scale, direction[y] * scale, scale]
+pub(super) fn shear(x: f32, y: f32, z: f32) -> [f32; 3] {
+    let scale = num::recip(z);
+    [x * scale, y * scale, scale]
 }
 
 /// Hits in the lanes.
