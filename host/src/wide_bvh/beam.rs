@@ -76,8 +76,8 @@ pub(super) fn traverse<L: Lanes, C: Coverage>(
                 let mut lanes = beam.meets(pack, found.limit);
                 while lanes != 0 {
                     let lane = take_lowest(&mut lanes);
-                    for half in 0..HALVES {
-                        found.look::<L, C>(&halves[half], half, (pack, lane), rays, coverage);
+                    for (half, of_half) in halves.iter().enumerate() {
+                        found.look::<L, C>(of_half, half, (pack, lane), rays, coverage);
                     }
                 }
             }

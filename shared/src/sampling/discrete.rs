@@ -2,7 +2,7 @@
 
 use super::to_unit;
 #[cfg(not(target_arch = "spirv"))]
-use crate::lanes::LANES;
+use crate::lanes::{LANES, Lanes};
 use crate::num::{self, mul_wide};
 
 /// The bound that stands for 2^32. No item with a probability begins there.
@@ -55,14 +55,14 @@ pub fn find_discrete(word: u32, count: u32, cdf: impl Fn(u32) -> u32) -> u32 {
 /// [`find_discrete`] in each lane, in step: `cdf(lane, i)` bounds the items of a lane.
 #[cfg(not(target_arch = "spirv"))]
 #[inline(always)]
-pub fn find_discrete_each(words: &[u32; LANES], count: u32, cdf: impl Fn(usize, u32) -> u32) -> [u32; LANES] {
-    let mut found = [0_u32; LANES];
+pub fn find_discrete_each(words: &Lanes<u32>, count: u32, cdf: impl Fn(usize, u32) -> u32) -> Lanes<u32> {
+    let mut found = Lanes::<u32>::ZERO;
     let mut step = count.next_power_of_two() >> 1;
     while step > 0 {
         for lane in 0..LANES {
-            let next = found[lane] + step;
-            let is_reached = (next < count) & (cdf(lane, next.min(count - 1)) <= key(words[lane]));
-            found[lane] = if is_reached { next } else { found[lane] };
+            let (here, next) = (found.get(lane), found.get(lane) + step);
+            let is_reached = (next < count) & (cdf(lane, next.min(count - 1)) <= key(words.get(lane)));
+            found.set(lane, if is_reached { next } else { here });
         }
         step >>= 1;
     }

@@ -6,7 +6,7 @@
 
 use super::{AddressedLight, EnvironmentPoint, LightKind, LightSample, SceneView};
 #[cfg(not(target_arch = "spirv"))]
-use crate::lanes::LANES;
+use crate::lanes::Lanes;
 use crate::num;
 use crate::pack::xyz;
 #[cfg(not(target_arch = "spirv"))]
@@ -123,10 +123,11 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     /// [`Self::environment_cell`] of two words in each lane, in step.
     #[cfg(not(target_arch = "spirv"))]
     #[inline(always)]
-    pub(crate) fn environment_cells(&self, words: &[[u32; LANES]; 2]) -> [[u32; LANES]; 2] {
+    pub(crate) fn environment_cells(&self, words: &[Lanes<u32>; 2]) -> [Lanes<u32>; 2] {
         let e = self.environment_record();
         let rows = find_discrete_each(&words[0], e.height, |_, row| self.row_bound(&e, row));
-        let columns = find_discrete_each(&words[1], e.width, |lane, column| self.column_bound(&e, rows[lane], column));
+        let columns =
+            find_discrete_each(&words[1], e.width, |lane, column| self.column_bound(&e, rows.get(lane), column));
         [columns, rows]
     }
 

@@ -4,11 +4,12 @@
 use crate::support::{DRAWS, ROUNDING, two_words, words};
 use glam::Vec3;
 use restir_host::distribution::integer_cdf;
+use restir_shared::lanes::{LANES, Lanes};
 use restir_shared::num::mul_wide;
 use restir_shared::rng;
 use restir_shared::sampling::{
-    CDF_END, Cell, discrete_probability, invert_discrete, invert_table_2d, sample_alias, sample_discrete,
-    sample_table_2d, table_2d_pdf, table_2d_probability,
+    CDF_END, Cell, discrete_probability, find_discrete_each, invert_discrete, invert_table_2d, sample_alias,
+    sample_discrete, sample_table_2d, table_2d_pdf, table_2d_probability,
 };
 use restir_shared::scene::Lights;
 use restir_tests::random::SplitMix;
@@ -231,6 +232,30 @@ pub(crate) fn table_has_its_density() {
         assert!(near, "{s:?} comes back as {again:?}");
     }
     family.assert();
+}
+
+/// In lanes, of lists of all lengths, for random words and for those at which items begin and end.
+pub(crate) fn items_are_found_in_step() {
+    let ends = |list: &Discrete, i: usize| {
+        let bound = list.0[i % list.0.len()];
+        [bound.wrapping_sub(1), bound, bound.wrapping_add(1), u32::MAX]
+    };
+    for (number, weights) in weights().iter().enumerate() {
+        let list = Discrete::new(weights);
+        for i in 0..1000 {
+            let random = words(i as u64, 71 + number as u32);
+            let ends = ends(&list, i);
+            let mut words = Lanes::ZERO;
+            for lane in 0..LANES {
+                words.set(lane, if lane % 2 == 0 { ends[lane / 2 % 4] } else { random[0].rotate_left(lane as u32) });
+            }
+            let found = find_discrete_each(&words, list.count(), |_, i| list.0[i as usize]);
+            for lane in 0..LANES {
+                let word = words.get(lane);
+                assert_eq!(found.get(lane), list.sample(word).index, "list {number}, word {word}");
+            }
+        }
+    }
 }
 
 pub(crate) fn discrete_inverts() {

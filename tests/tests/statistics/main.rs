@@ -26,6 +26,7 @@ restir_tests::suite! {
     discrete {
         alias_table_has_its_probabilities lights_have_their_density discrete_has_its_probabilities
         what_a_choice_leaves_is_uniform reuse_without_remapping_is_seen table_has_its_density discrete_inverts
+        items_are_found_in_step
     }
     inverses { directions_invert points_invert distances_invert the_window_inverts inverses_stay_below_one }
     stress { ends_of_ranges_hold scenes_hold_at_their_ends profiles_hold_at_their_ends frames_hold_at_their_ends forms_that_cancel_are_seen }

@@ -192,23 +192,26 @@ impl<const COMPILED: u32> Stage for ChooseLights<'_, COMPILED> {
     fn run(&self, from: &Located, lights: &mut Lanes<LightSample>) {
         let Batch { scene, params, .. } = *self.0;
         let deltas = scene.features() & FEATURE_DELTA != 0;
-        let mut words = [[0; LANES]; 4];
+        let mut words = [Lanes::<u32>::ZERO; 4];
         for lane in 0..LANES {
             let (rng, _) = self.0.numbers(from.arrived.paths.sample.get(lane));
             let drawn = Numbers::at(&rng, from.arrived.paths.walk.get(lane).depth + 1).light();
-            (words[0][lane], words[1][lane], words[2][lane], words[3][lane]) = (drawn.x, drawn.y, drawn.z, drawn.w);
+            words[0].set(lane, drawn.x);
+            words[1].set(lane, drawn.y);
+            words[2].set(lane, drawn.z);
+            words[3].set(lane, drawn.w);
         }
         let [columns, rows] = if scene.features() & FEATURE_ENVIRONMENT != 0 {
             scene.environment_cells(&[words[0], words[1]])
         } else {
-            [[0; LANES]; 2]
+            [Lanes::ZERO; 2]
         };
         for lane in 0..LANES {
             let scatters =
                 from.arrived.any.get(lane) & (from.arrived.paths.walk.get(lane).depth + 1 < params.max_depth);
             let smooth = !deltas || self.0.point(from, lane).material.may_be_smooth();
-            let drawn = UVec4::new(words[0][lane], words[1][lane], words[2][lane], words[3][lane]);
-            let light = scene.sample_light_of(drawn, || [columns[lane], rows[lane]]);
+            let drawn = UVec4::new(words[0].get(lane), words[1].get(lane), words[2].get(lane), words[3].get(lane));
+            let light = scene.sample_light_of(drawn, || [columns.get(lane), rows.get(lane)]);
             lights.set(lane, if scatters & smooth { light } else { LightSample::NONE });
         }
     }
