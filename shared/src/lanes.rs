@@ -84,6 +84,16 @@ impl<T: Laned> Lanes<T> {
     /// Zeros.
     pub const ZERO: Self = Self(T::ZERO);
 
+    /// The same value in all lanes.
+    #[inline(always)]
+    pub fn all(value: T) -> Self {
+        let mut lanes = Self::ZERO;
+        for lane in 0..LANES {
+            lanes.set(lane, value);
+        }
+        lanes
+    }
+
     /// The value of a lane.
     #[inline(always)]
     pub fn get(&self, lane: usize) -> T {

@@ -4,10 +4,12 @@
 //! first: where it begins or ends inside the box, as shadow rays do on both of their surfaces, a hit is less likely.
 
 use super::boxes::Boxes;
+use super::each::Each;
 use super::simd::{LANES, Lanes, lowest};
 use super::triangles::{Hits, Triangles};
 use super::{Node, Subtree, WideBvh};
 use restir_shared::geometry::{Coverage, Crossings, Hit, Ray, Slab};
+use restir_shared::lanes::{self, LANES as RAYS};
 use restir_shared::layout::STACK_DEPTH;
 use std::mem::MaybeUninit;
 
@@ -34,7 +36,61 @@ pub(super) unsafe fn any_avx512<C: Coverage>(bvh: &WideBvh, ray: &Ray, coverage:
 /// Whether there is a hit that counts with `0 < t < ray.t_max`.
 #[inline(always)]
 pub(super) fn any<L: Lanes, C: Coverage>(bvh: &WideBvh, ray: &Ray, coverage: &C) -> bool {
-    visit::<L>(bvh, ray, |hit, marked| !marked || coverage.covers(ray, hit))
+    visit(bvh, &prepared::<L>(bvh, ray), ray, |hit, marked| !marked || coverage.covers(ray, hit))
+}
+
+/// [`any`] of the rays in `of`, which are prepared together; of others false.
+#[inline(always)]
+pub(super) fn any_each<L: Lanes, C: Coverage>(
+    bvh: &WideBvh,
+    rays: &lanes::Lanes<Ray>,
+    of: &lanes::Lanes<bool>,
+    coverage: &C,
+) -> [bool; RAYS] {
+    let each = Each::new(rays, bvh.bounds);
+    let mut answers = [false; RAYS];
+    for (at, answer) in answers.iter_mut().enumerate() {
+        if of.get(at) {
+            let ray = rays.get(at);
+            *answer = visit(bvh, &each.ray::<L>(at), &ray, |hit, marked| !marked || coverage.covers(&ray, hit));
+        }
+    }
+    answers
+}
+
+/// [`any_each`] with the instructions of [`SimdLevel::Avx2`](super::SimdLevel).
+///
+/// # Safety
+/// The processor has that level.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+pub(super) unsafe fn any_each_avx2<C: Coverage>(
+    bvh: &WideBvh,
+    rays: &lanes::Lanes<Ray>,
+    of: &lanes::Lanes<bool>,
+    coverage: &C,
+) -> [bool; RAYS] {
+    any_each::<super::simd::Avx2, C>(bvh, rays, of, coverage)
+}
+
+/// [`any_each`] with the instructions of [`SimdLevel::Avx512`](super::SimdLevel).
+///
+/// # Safety
+/// The processor has that level.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,bmi1,bmi2,lzcnt,popcnt")]
+pub(super) unsafe fn any_each_avx512<C: Coverage>(
+    bvh: &WideBvh,
+    rays: &lanes::Lanes<Ray>,
+    of: &lanes::Lanes<bool>,
+    coverage: &C,
+) -> [bool; RAYS] {
+    any_each::<super::simd::Avx2, C>(bvh, rays, of, coverage)
+}
+
+#[inline(always)]
+fn prepared<L: Lanes>(bvh: &WideBvh, ray: &Ray) -> (Boxes<L>, Triangles<L>) {
+    (Boxes::new(&Slab::new(ray, bvh.bounds[0], bvh.bounds[1])), Triangles::new(ray))
 }
 
 /// [`all`] with the instructions of [`SimdLevel::Avx2`](super::SimdLevel).
@@ -51,7 +107,7 @@ pub(super) unsafe fn all_avx2(bvh: &WideBvh, ray: &Ray, coverage: &dyn Coverage)
 #[inline(always)]
 pub(super) fn all<L: Lanes>(bvh: &WideBvh, ray: &Ray, coverage: &dyn Coverage) -> Crossings {
     let mut crossings = Crossings::NONE;
-    visit::<L>(bvh, ray, |hit, _| {
+    visit(bvh, &prepared::<L>(bvh, ray), ray, |hit, _| {
         if coverage.covers(ray, hit) {
             crossings = crossings.with(*hit);
         }
@@ -62,9 +118,12 @@ pub(super) fn all<L: Lanes>(bvh: &WideBvh, ray: &Ray, coverage: &dyn Coverage) -
 
 /// Shows hits with `0 < t < ray.t_max` one by one, each with whether its triangle is marked, until one is `enough`; whether one was.
 #[inline(always)]
-fn visit<L: Lanes>(bvh: &WideBvh, ray: &Ray, mut enough: impl FnMut(&Hit, bool) -> bool) -> bool {
-    let boxes = Boxes::<L>::new(&Slab::new(ray, bvh.bounds[0], bvh.bounds[1]));
-    let triangles = Triangles::<L>::new(ray);
+fn visit<L: Lanes>(
+    bvh: &WideBvh,
+    (boxes, triangles): &(Boxes<L>, Triangles<L>),
+    ray: &Ray,
+    mut enough: impl FnMut(&Hit, bool) -> bool,
+) -> bool {
     let mut stack = Stack::new();
     let mut current = bvh.root;
     loop {
@@ -73,12 +132,12 @@ fn visit<L: Lanes>(bvh: &WideBvh, ray: &Ray, mut enough: impl FnMut(&Hit, bool) 
                 let counts = |hits: Hits<L>| {
                     hits.visit(hits.before(ray.t_max), |lane| pack.ids[lane], |_, hit, marked| enough(hit, marked))
                 };
-                if triangles.hits(pack, &boxes).is_some_and(counts) {
+                if triangles.hits(pack, boxes).is_some_and(counts) {
                     return true;
                 }
             }
             Subtree::Node(node) => {
-                let Children { hit, through } = Children::new(&boxes, node, ray.t_max);
+                let Children { hit, through } = Children::new(boxes, node, ray.t_max);
                 if hit != 0 {
                     let first = lowest(if through != 0 { through } else { hit });
                     let others = hit & !(1 << first);

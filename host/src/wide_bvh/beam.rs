@@ -1,23 +1,18 @@
 //! The closest hits of rays that have most of their way in common, as those through a pixel have, once for every [`Lanes`].
 //!
-//! The tree is traversed once for all of them. A [`Beam`] holds, of each number of their [`Slab`]s, the least and the greatest one, and
+//! The tree is traversed once for all of them. A [`Beam`] holds, of each number of their [`Slab`](restir_shared::geometry::Slab)s, the least and the greatest one, and
 //! as rounded differences and products are monotone, it enters a box no later and leaves it no earlier than any of the rays. What it
 //! passes by none of them hits; what is left is tested as for a single ray.
 
 use super::boxes::{Boxes, interval, sign};
 use super::closest::{Stack, is_nearer};
+use super::each::{Each, HALVES, Numbers};
 use super::simd::{LANES, Lanes, Row, take_lowest};
-use super::triangles::{One, ROTATIONS, Triangles, Vertices, largest, shear};
+use super::triangles::{One, Triangles, Vertices};
 use super::{Node, Pack, Subtree, WideBvh};
-use glam::Vec3;
-use restir_shared::geometry::{Coverage, Hit, Ray, Slab};
+use restir_shared::geometry::{Coverage, Hit, Ray};
 use restir_shared::lanes::{self, LANES as RAYS};
 use restir_shared::num;
-use std::array::from_fn;
-
-/// Halves of a beam, of as many rays as there are lanes.
-const HALVES: usize = RAYS / LANES;
-const _: () = assert!(HALVES == 2 && HALVES * LANES == RAYS);
 
 /// [`closest`] with the instructions of [`SimdLevel::Avx2`](super::SimdLevel).
 ///
@@ -42,16 +37,10 @@ pub(super) unsafe fn closest_avx512<C: Coverage>(bvh: &WideBvh, rays: &lanes::La
 /// What [`closest`](super::closest::closest) finds for each ray.
 #[inline(always)]
 pub(super) fn closest<L: Lanes, C: Coverage>(bvh: &WideBvh, rays: &lanes::Lanes<Ray>, coverage: &C) -> [Hit; RAYS] {
-    let last = largest(rays.get(0).direction);
-    let mut others = 0;
-    for i in 1..RAYS {
-        others |= largest(rays.get(i).direction) ^ last;
-    }
-    if others != 0 {
-        return from_fn(|i| super::closest::closest::<L, C>(bvh, &rays.get(i), coverage));
-    }
-    let order = ROTATIONS[last as usize];
-    let each = Each::new(rays, bvh.bounds, order);
+    let each = Each::new(rays, bvh.bounds);
+    let Some(order) = each.order() else {
+        return super::closest::closest_each::<L, C>(bvh, rays, &lanes::Lanes::all(true), coverage);
+    };
     let beam = Beam::<L>::new(&each);
     traverse(bvh, &beam, &each, order, rays, coverage)
 }
@@ -66,7 +55,7 @@ pub(super) fn traverse<L: Lanes, C: Coverage>(
     rays: &lanes::Lanes<Ray>,
     coverage: &C,
 ) -> [Hit; RAYS] {
-    let halves = [Half::<L>::new(each, order, 0), Half::<L>::new(each, order, 1)];
+    let halves = [each.half::<L>(order, 0), each.half::<L>(order, 1)];
     let mut found = Found::new::<L>(each.t_max);
     let mut stack = Stack::new();
     let mut current = bvh.root;
@@ -97,63 +86,6 @@ pub(super) fn traverse<L: Lanes, C: Coverage>(
     }
 }
 
-/// A number of each ray.
-type Numbers = [Row; HALVES];
-const ZEROS: Numbers = [Row([0.0; LANES]); HALVES];
-
-/// What there is to know of each ray, by axis.
-pub(super) struct Each {
-    origin: [Numbers; 3],
-    direction: [Numbers; 3],
-    /// Of [`Slab`].
-    lo_origin: [Numbers; 3],
-    hi_origin: [Numbers; 3],
-    inverse: [Numbers; 3],
-    /// What [`shear`] says.
-    shear: [Numbers; 3],
-    t_max: Numbers,
-}
-
-impl Each {
-    const ZERO: Self = Self {
-        origin: [ZEROS; 3],
-        direction: [ZEROS; 3],
-        lo_origin: [ZEROS; 3],
-        hi_origin: [ZEROS; 3],
-        inverse: [ZEROS; 3],
-        shear: [ZEROS; 3],
-        t_max: ZEROS,
-    };
-
-    /// Loops that a compiler makes vectors of.
-    #[inline(always)]
-    pub(super) fn new(rays: &lanes::Lanes<Ray>, [lo, hi]: [Vec3; 2], [x, y, z]: [usize; 3]) -> Self {
-        let mut each = Self::ZERO;
-        for half in 0..HALVES {
-            for lane in 0..LANES {
-                let ray = rays.get(half * LANES + lane);
-                let slab = Slab::new(&ray, lo, hi);
-                set(&mut each.origin, half, lane, ray.origin);
-                set(&mut each.direction, half, lane, ray.direction);
-                set(&mut each.lo_origin, half, lane, slab.lo_origin);
-                set(&mut each.hi_origin, half, lane, slab.hi_origin);
-                set(&mut each.inverse, half, lane, slab.inverse);
-                each.t_max[half].0[lane] = ray.t_max;
-            }
-            let [x, y, z] = [each.direction[x][half].0, each.direction[y][half].0, each.direction[z][half].0];
-            for lane in 0..LANES {
-                set(&mut each.shear, half, lane, Vec3::from_array(shear(x[lane], y[lane], z[lane])));
-            }
-        }
-        each
-    }
-}
-
-#[inline(always)]
-fn set([x, y, z]: &mut [Numbers; 3], half: usize, lane: usize, v: Vec3) {
-    (x[half].0[lane], y[half].0[lane], z[half].0[lane]) = (v.x, v.y, v.z);
-}
-
 #[inline(always)]
 fn least<L: Lanes>(numbers: &Numbers) -> f32 {
     let row = L::load(&numbers[0]).min(L::load(&numbers[1])).store().0;
@@ -164,12 +96,6 @@ fn least<L: Lanes>(numbers: &Numbers) -> f32 {
 fn greatest<L: Lanes>(numbers: &Numbers) -> f32 {
     let row = L::load(&numbers[0]).max(L::load(&numbers[1])).store().0;
     row.into_iter().fold(row[0], num::max)
-}
-
-/// Of numbers by axis those of a half.
-#[inline(always)]
-fn half_of<L: Lanes>([x, y, z]: &[Numbers; 3], half: usize) -> [L; 3] {
-    [L::load(&x[half]), L::load(&y[half]), L::load(&z[half])]
 }
 
 /// What bounds the slabs of all rays.
@@ -232,23 +158,6 @@ fn load<L: Lanes>(planes: &[Row; 2]) -> [L; 2] {
     [L::load(&planes[0]), L::load(&planes[1])]
 }
 
-/// Rays of a beam, one in each lane.
-struct Half<L> {
-    boxes: Boxes<L>,
-    triangles: Triangles<L>,
-}
-
-impl<L: Lanes> Half<L> {
-    #[inline(always)]
-    fn new(each: &Each, order: [usize; 3], half: usize) -> Self {
-        let Each { origin, lo_origin, hi_origin, inverse, shear, .. } = each;
-        Self {
-            boxes: Boxes::of_each(half_of(lo_origin, half), half_of(hi_origin, half), half_of(inverse, half)),
-            triangles: Triangles::of_each(half_of(origin, half), half_of(shear, half), order),
-        }
-    }
-}
-
 /// The best hits so far.
 struct Found {
     hits: [Hit; RAYS],
@@ -274,13 +183,13 @@ impl Found {
     #[inline(always)]
     fn look<L: Lanes, C: Coverage>(
         &mut self,
-        of_half: &Half<L>,
+        (boxes, triangles): &(Boxes<L>, Triangles<L>),
         half: usize,
         (pack, triangle): (&Pack, usize),
         rays: &lanes::Lanes<Ray>,
         coverage: &C,
     ) {
-        if let Some(hits) = of_half.triangles.hits(One(pack, triangle), &of_half.boxes) {
+        if let Some(hits) = triangles.hits(One(pack, triangle), boxes) {
             let lanes = hits.up_to(L::load(&self.t[half]));
             hits.visit(
                 lanes,

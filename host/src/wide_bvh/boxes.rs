@@ -26,11 +26,11 @@ impl<L: Lanes> Boxes<L> {
         }
     }
 
-    /// Of another ray in each lane, by axis: for boxes that are the same in all lanes, which are not children.
+    /// By axis what the slabs have in each lane, and which plane is the nearer one of children: that of one ray, or nobody asks for children.
     #[inline(always)]
-    pub(super) fn of_each(lo_origin: [L; 3], hi_origin: [L; 3], inverse: [L; 3]) -> Self {
-        let pair = |axis: usize| [lo_origin[axis], hi_origin[axis]];
-        Self { origins: [pair(0), pair(1), pair(2)], inverse, near: [0; 3] }
+    pub(super) fn of_each(lo_origin: [L; 3], hi_origin: [L; 3], inverse: [L; 3], near: [usize; 3]) -> Self {
+        let origins = [[lo_origin[0], hi_origin[0]], [lo_origin[1], hi_origin[1]], [lo_origin[2], hi_origin[2]]];
+        Self { origins, inverse, near }
     }
 
     /// Distances to lower (0) or upper (1) planes.

@@ -1,10 +1,12 @@
 //! The closest hit, once for every [`Lanes`].
 
 use super::boxes::Boxes;
+use super::each::Each;
 use super::simd::{LANES, Lanes, Row, take_lowest};
 use super::triangles::Triangles;
 use super::{Node, Subtree, WideBvh};
 use restir_shared::geometry::{Coverage, Hit, Ray, Slab};
+use restir_shared::lanes::{self, LANES as RAYS};
 use restir_shared::layout::{NONE, STACK_DEPTH};
 use std::mem::MaybeUninit;
 
@@ -28,18 +30,75 @@ pub(super) unsafe fn closest_avx512<C: Coverage>(bvh: &WideBvh, ray: &Ray, cover
     closest::<super::simd::Avx2, C>(bvh, ray, coverage)
 }
 
+/// [`closest_each`] with the instructions of [`SimdLevel::Avx2`](super::SimdLevel).
+///
+/// # Safety
+/// The processor has that level.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+pub(super) unsafe fn closest_each_avx2<C: Coverage>(
+    bvh: &WideBvh,
+    rays: &lanes::Lanes<Ray>,
+    of: &lanes::Lanes<bool>,
+    coverage: &C,
+) -> [Hit; RAYS] {
+    closest_each::<super::simd::Avx2, C>(bvh, rays, of, coverage)
+}
+
+/// [`closest_each`] with the instructions of [`SimdLevel::Avx512`](super::SimdLevel).
+///
+/// # Safety
+/// The processor has that level.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,bmi1,bmi2,lzcnt,popcnt")]
+pub(super) unsafe fn closest_each_avx512<C: Coverage>(
+    bvh: &WideBvh,
+    rays: &lanes::Lanes<Ray>,
+    of: &lanes::Lanes<bool>,
+    coverage: &C,
+) -> [Hit; RAYS] {
+    closest_each::<super::simd::Avx2, C>(bvh, rays, of, coverage)
+}
+
 /// Of the hits that count the closest with `0 < t < ray.t_max`; [`Hit::MISS`] if there is none.
 #[inline(always)]
 pub(super) fn closest<L: Lanes, C: Coverage>(bvh: &WideBvh, ray: &Ray, coverage: &C) -> Hit {
     let boxes = Boxes::<L>::new(&Slab::new(ray, bvh.bounds[0], bvh.bounds[1]));
-    let triangles = Triangles::<L>::new(ray);
+    traverse(bvh, &(boxes, Triangles::<L>::new(ray)), ray, coverage)
+}
+
+/// [`closest`] of the rays in `of`, which are prepared together.
+#[inline(always)]
+pub(super) fn closest_each<L: Lanes, C: Coverage>(
+    bvh: &WideBvh,
+    rays: &lanes::Lanes<Ray>,
+    of: &lanes::Lanes<bool>,
+    coverage: &C,
+) -> [Hit; RAYS] {
+    let each = Each::new(rays, bvh.bounds);
+    let mut hits = [Hit::MISS; RAYS];
+    for (at, hit) in hits.iter_mut().enumerate() {
+        if of.get(at) {
+            *hit = traverse(bvh, &each.ray::<L>(at), &rays.get(at), coverage);
+        }
+    }
+    hits
+}
+
+#[inline(always)]
+fn traverse<L: Lanes, C: Coverage>(
+    bvh: &WideBvh,
+    (boxes, triangles): &(Boxes<L>, Triangles<L>),
+    ray: &Ray,
+    coverage: &C,
+) -> Hit {
     let mut best = Hit { t: ray.t_max, ..Hit::MISS };
     let mut stack = Stack::new();
     let mut current = bvh.root;
     loop {
         match bvh.subtree(current) {
             Subtree::Pack(pack) => {
-                if let Some(hits) = triangles.hits(pack, &boxes) {
+                if let Some(hits) = triangles.hits(pack, boxes) {
                     hits.visit(
                         hits.up_to(L::splat(best.t)),
                         |lane| pack.ids[lane],

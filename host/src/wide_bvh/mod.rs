@@ -30,6 +30,7 @@ mod beam;
 mod boxes;
 mod closest;
 mod collapse;
+mod each;
 mod simd;
 mod triangles;
 
@@ -178,7 +179,7 @@ impl WideBvh {
     }
 
     #[inline(always)]
-    fn closest_each_over<C: Coverage>(&self, rays: &Lanes<Ray>, coverage: &C) -> [Hit; RAYS] {
+    fn closest_together_over<C: Coverage>(&self, rays: &Lanes<Ray>, coverage: &C) -> [Hit; RAYS] {
         match self.level {
             SimdLevel::Portable => beam::closest::<simd::Portable, C>(self, rays, coverage),
             #[cfg(target_arch = "x86_64")]
@@ -187,6 +188,32 @@ impl WideBvh {
             #[cfg(target_arch = "x86_64")]
             // SAFETY: as above
             SimdLevel::Avx512 => unsafe { beam::closest_avx512(self, rays, coverage) },
+        }
+    }
+
+    #[inline(always)]
+    fn closest_each_over<C: Coverage>(&self, rays: &Lanes<Ray>, of: &Lanes<bool>, coverage: &C) -> [Hit; RAYS] {
+        match self.level {
+            SimdLevel::Portable => closest::closest_each::<simd::Portable, C>(self, rays, of, coverage),
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: as above
+            SimdLevel::Avx2 => unsafe { closest::closest_each_avx2(self, rays, of, coverage) },
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: as above
+            SimdLevel::Avx512 => unsafe { closest::closest_each_avx512(self, rays, of, coverage) },
+        }
+    }
+
+    #[inline(always)]
+    fn any_each_over<C: Coverage>(&self, rays: &Lanes<Ray>, of: &Lanes<bool>, coverage: &C) -> [bool; RAYS] {
+        match self.level {
+            SimdLevel::Portable => any::any_each::<simd::Portable, C>(self, rays, of, coverage),
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: as above
+            SimdLevel::Avx2 => unsafe { any::any_each_avx2(self, rays, of, coverage) },
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: as above
+            SimdLevel::Avx512 => unsafe { any::any_each_avx512(self, rays, of, coverage) },
         }
     }
 
@@ -209,8 +236,24 @@ impl Hierarchy for WideBvh {
         if self.partial { self.closest_over(ray, &coverage) } else { self.closest_over(ray, &Solid) }
     }
 
-    fn closest_each(&self, rays: &Lanes<Ray>, coverage: &dyn Coverage) -> [Hit; RAYS] {
-        if self.partial { self.closest_each_over(rays, &coverage) } else { self.closest_each_over(rays, &Solid) }
+    fn closest_together(&self, rays: &Lanes<Ray>, coverage: &dyn Coverage) -> [Hit; RAYS] {
+        if self.partial {
+            self.closest_together_over(rays, &coverage)
+        } else {
+            self.closest_together_over(rays, &Solid)
+        }
+    }
+
+    fn closest_each(&self, rays: &Lanes<Ray>, of: &Lanes<bool>, coverage: &dyn Coverage) -> [Hit; RAYS] {
+        if self.partial {
+            self.closest_each_over(rays, of, &coverage)
+        } else {
+            self.closest_each_over(rays, of, &Solid)
+        }
+    }
+
+    fn occluded_each(&self, rays: &Lanes<Ray>, of: &Lanes<bool>, coverage: &dyn Coverage) -> [bool; RAYS] {
+        if self.partial { self.any_each_over(rays, of, &coverage) } else { self.any_each_over(rays, of, &Solid) }
     }
 
     fn occluded(&self, ray: &Ray, coverage: &dyn Coverage) -> bool {

@@ -1,6 +1,6 @@
-use super::beam::{Beam, Each, traverse};
+use super::beam::{Beam, traverse};
+use super::each::Each;
 use super::simd::{self, LANES, Portable, Row};
-use super::triangles::{ROTATIONS, largest};
 use super::{Node, SimdLevel, WideBvh};
 use crate::buffers::SceneBuffers;
 use crate::scene::Scene;
@@ -80,6 +80,34 @@ fn a_forgotten_child_is_seen() {
     }
 }
 
+/// Of how many segments, sixteen at a time, a tree says something else than the arena, or says anything of those it is not asked for.
+fn differences_of_each(view: &SceneView<'_>, tree: &WideBvh) -> usize {
+    let differs = |(at, segments): (usize, &[Ray])| {
+        let (mut rays, mut of) = (Lanes::ZERO, Lanes::ZERO);
+        for (lane, ray) in segments.iter().enumerate() {
+            rays.set(lane, *ray);
+            of.set(lane, (at + lane) % 3 != 0);
+        }
+        let (hits, occluded) = (tree.closest_each(&rays, &of, &Solid), tree.occluded_each(&rays, &of, &Solid));
+        let asked = |lane: usize| if of.get(lane) { view.closest(&rays.get(lane)) } else { Hit::MISS };
+        (0..RAYS).filter(|&lane| hits[lane] != asked(lane) || occluded[lane] != asked(lane).is_hit()).count()
+    };
+    segments(view).chunks_exact(RAYS).enumerate().map(differs).sum()
+}
+
+#[test]
+fn rays_that_are_prepared_together_have_their_hits() {
+    let buffers = SceneBuffers::build(&Scene::load("cornell-mixed").unwrap()).unwrap();
+    let view = buffers.view();
+    for level in SimdLevel::available() {
+        let tree = || WideBvh::new(&view).with_level(level);
+        assert_eq!(differences_of_each(&view, &tree()), 0, "{level:?}");
+        let mut forgetful = tree();
+        forget(&mut forgetful.nodes[0], 0);
+        assert!(differences_of_each(&view, &forgetful) > 0, "{level:?} without a child");
+    }
+}
+
 /// Pixels along a side of the pictures of beams.
 const SIDE: u32 = 64;
 
@@ -110,9 +138,9 @@ fn beams(camera: &CameraParams) -> Vec<Lanes<Ray>> {
 }
 
 /// Of how many beams some ray hits something else than what the arena says.
-fn others(view: &SceneView<'_>, beams: &[Lanes<Ray>], closest_each: impl Fn(&Lanes<Ray>) -> [Hit; RAYS]) -> usize {
+fn others(view: &SceneView<'_>, beams: &[Lanes<Ray>], closest_together: impl Fn(&Lanes<Ray>) -> [Hit; RAYS]) -> usize {
     let differs = |rays: &&Lanes<Ray>| {
-        let hits = closest_each(rays);
+        let hits = closest_together(rays);
         (0..RAYS).any(|lane| hits[lane] != view.closest(&rays.get(lane)))
     };
     beams.iter().filter(differs).count()
@@ -120,11 +148,11 @@ fn others(view: &SceneView<'_>, beams: &[Lanes<Ray>], closest_each: impl Fn(&Lan
 
 /// A beam that is the first of its rays, for all of them: it passes by what only others hit.
 fn as_the_first(tree: &WideBvh, rays: &Lanes<Ray>, coverage: &impl Coverage) -> [Hit; RAYS] {
-    let order = ROTATIONS[largest(rays.get(0).direction) as usize];
     let mut first = Lanes::ZERO;
     (0..RAYS).for_each(|lane| first.set(lane, rays.get(0)));
-    let beam = Beam::<Portable>::new(&Each::new(&first, tree.bounds, order));
-    traverse(tree, &beam, &Each::new(rays, tree.bounds, order), order, rays, coverage)
+    let (first, each) = (Each::new(&first, tree.bounds), Each::new(rays, tree.bounds));
+    let order = each.order().or(first.order()).unwrap();
+    traverse(tree, &Beam::<Portable>::new(&first), &each, order, rays, coverage)
 }
 
 #[test]
@@ -135,7 +163,7 @@ fn beams_have_the_hits_of_their_rays() {
         let beams = beams(&CameraParams { lens_right: 0.05, lens_up: 0.05, ..buffers.camera.params(SIDE, SIDE) });
         for level in SimdLevel::available() {
             let tree = WideBvh::new(&view).with_level(level);
-            assert_eq!(others(&view, &beams, |rays| tree.closest_each(rays, &view)), 0, "{level:?}");
+            assert_eq!(others(&view, &beams, |rays| tree.closest_together(rays, &view)), 0, "{level:?}");
         }
         let tree = WideBvh::new(&view);
         assert!(others(&view, &beams, |rays| as_the_first(&tree, rays, &view)) > 0, "too small a beam passes");

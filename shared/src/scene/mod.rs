@@ -131,8 +131,16 @@ pub trait Hierarchy {
     /// As [`Trace::closest`]; `coverage` says which hits of marked triangles count.
     fn closest(&self, ray: &Ray, coverage: &dyn Coverage) -> Hit;
     /// [`Self::closest`] of each ray. They have most of their way in common, which need not be used.
-    fn closest_each(&self, rays: &Lanes<Ray>, coverage: &dyn Coverage) -> [Hit; LANES] {
-        from_fn(|lane| self.closest(&rays.get(lane), coverage))
+    fn closest_together(&self, rays: &Lanes<Ray>, coverage: &dyn Coverage) -> [Hit; LANES] {
+        self.closest_each(rays, &Lanes::all(true), coverage)
+    }
+    /// [`Self::closest`] of each ray in `of`, in the place of others [`Hit::MISS`]. What is computed for all at once may be faster.
+    fn closest_each(&self, rays: &Lanes<Ray>, of: &Lanes<bool>, coverage: &dyn Coverage) -> [Hit; LANES] {
+        from_fn(|lane| if of.get(lane) { self.closest(&rays.get(lane), coverage) } else { Hit::MISS })
+    }
+    /// [`Self::occluded`] of each ray in `of`, in the place of others false.
+    fn occluded_each(&self, rays: &Lanes<Ray>, of: &Lanes<bool>, coverage: &dyn Coverage) -> [bool; LANES] {
+        from_fn(|lane| of.get(lane) && self.occluded(&rays.get(lane), coverage))
     }
     /// As [`Trace::occluded`].
     fn occluded(&self, ray: &Ray, coverage: &dyn Coverage) -> bool;

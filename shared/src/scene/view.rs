@@ -139,12 +139,30 @@ pub(super) struct TrianglePoint {
 
 #[cfg(not(target_arch = "spirv"))]
 impl<const COMPILED: u32> SceneView<'_, COMPILED> {
-    /// [`Trace::closest`] of each ray, which is faster where they have most of their way in common.
+    /// [`Trace::closest`] of each ray, where they have most of their way in common.
     #[inline(always)]
-    pub fn closest_each(&self, rays: &Lanes<Ray>) -> [Hit; LANES] {
+    pub fn closest_together(&self, rays: &Lanes<Ray>) -> [Hit; LANES] {
         match self.tracer {
-            Some(tracer) => tracer.closest_each(rays, self),
+            Some(tracer) => tracer.closest_together(rays, self),
             None => from_fn(|lane| self.closest(&rays.get(lane))),
+        }
+    }
+
+    /// [`Trace::closest`] of each ray in `of`, in the place of others [`Hit::MISS`].
+    #[inline(always)]
+    pub fn closest_each(&self, rays: &Lanes<Ray>, of: &Lanes<bool>) -> [Hit; LANES] {
+        match self.tracer {
+            Some(tracer) => tracer.closest_each(rays, of, self),
+            None => from_fn(|lane| if of.get(lane) { self.closest(&rays.get(lane)) } else { Hit::MISS }),
+        }
+    }
+
+    /// [`Trace::occluded`] of each ray in `of`, in the place of others false.
+    #[inline(always)]
+    pub fn occluded_each(&self, rays: &Lanes<Ray>, of: &Lanes<bool>) -> [bool; LANES] {
+        match self.tracer {
+            Some(tracer) => tracer.occluded_each(rays, of, self),
+            None => from_fn(|lane| of.get(lane) && self.occluded(&rays.get(lane))),
         }
     }
 }

@@ -12,7 +12,7 @@ use crate::geometry::{Hit, Ray};
 use crate::lanes::{LANES, Lanes, Registers, Stage, fields, numbers};
 use crate::layout::{CameraParams, FEATURE_DELTA, FEATURE_ENVIRONMENT, FEATURE_TEXTURES, FilmPixel};
 use crate::rng::Rng;
-use crate::scene::{LightKind, LightSample, Lights, SceneView, Surface, SurfacePoint, Trace};
+use crate::scene::{LightKind, LightSample, Lights, SceneView, Surface, SurfacePoint};
 use crate::transport::{Chosen, Vertex, next_event, through_interior};
 use crate::vec::max_component;
 use glam::{UVec4, Vec2, Vec3};
@@ -319,12 +319,12 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
     ) -> bool {
         let Scattered { paths, alive, .. } = scattered;
         let mut any = false;
+        let mut rays = Lanes::ZERO;
         for lane in 0..LANES {
-            let mut hit = if alive.get(lane) {
-                Some(self.scene.closest(&paths.walk.get(lane).ray))
-            } else {
-                self.begin(paths, lane, progress, registers)
-            };
+            rays.set(lane, paths.walk.get(lane).ray);
+        }
+        for (lane, hit) in self.scene.closest_each(&rays, alive).into_iter().enumerate() {
+            let mut hit = if alive.get(lane) { Some(hit) } else { self.begin(paths, lane, progress, registers) };
             while let Some(miss) = hit.filter(|hit| !hit.is_hit()) {
                 self.leave(paths, lane, &miss, progress, registers);
                 hit = self.begin(paths, lane, progress, registers);
@@ -377,13 +377,15 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
     fn meet(&self, progress: &mut Progress<'_>) {
         if LANES >> self.block_log2 <= 2 {
             // they are of one pixel, or of two beside each other, and have most of their way in common
-            progress.first_hits = self.scene.closest_each(&progress.ahead);
+            progress.first_hits = self.scene.closest_together(&progress.ahead);
             return;
         }
         let left = progress.radiances.len() - progress.begun;
-        for lane in 0..left.min(LANES) {
-            progress.first_hits[lane] = self.scene.closest(&progress.ahead.get(lane));
+        let mut of = Lanes::ZERO;
+        for lane in 0..LANES {
+            of.set(lane, lane < left);
         }
+        progress.first_hits = self.scene.closest_each(&progress.ahead, &of);
     }
 
     /// Puts a path that leaves the scene beside others that have.
@@ -416,8 +418,8 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
     #[inline(always)]
     fn look(&self, arrived: &Arrived, scattered: &mut Scattered, radiances: &mut [Vec3]) {
         let Scattered { paths, alive, lit, shadow, value } = scattered;
-        for lane in 0..LANES {
-            if lit.get(lane) && !self.scene.occluded(&shadow.get(lane)) {
+        for (lane, occluded) in self.scene.occluded_each(shadow, lit).into_iter().enumerate() {
+            if lit.get(lane) && !occluded {
                 paths.sum.set(lane, paths.sum.get(lane) + value.get(lane));
             }
             if arrived.any.get(lane) && !alive.get(lane) {
