@@ -10,7 +10,7 @@ use crate::camera::has_lens;
 use crate::film::{CUT, MAX_BLOCK_LOG2, sum_block};
 use crate::geometry::{Hit, Ray};
 use crate::lanes::{LANES, Lanes, Registers, Stage, fields, numbers};
-use crate::layout::{CameraParams, FEATURE_DELTA, FEATURE_ENVIRONMENT, FEATURE_TEXTURES, FilmPixel};
+use crate::layout::{CameraParams, FEATURE_ENVIRONMENT, FEATURE_TEXTURES, FilmPixel};
 use crate::rng::Rng;
 use crate::scene::{LightKind, LightSample, Lights, SceneView, Surface, SurfacePoint};
 use crate::transport::{Chosen, Vertex, next_event, through_interior};
@@ -181,21 +181,20 @@ impl<const COMPILED: u32> Stage for Surfaces<'_, COMPILED> {
     }
 }
 
-/// Light samples for the vertices that may need one. A stage by itself, because a point of an environment is searched for.
+/// Light samples for all vertices, whether they need one or not. A stage by itself, because a point of an environment is searched for.
 struct ChooseLights<'a, const COMPILED: u32>(&'a Batch<'a, COMPILED>);
 
 impl<const COMPILED: u32> Stage for ChooseLights<'_, COMPILED> {
-    type From = Located;
+    type From = Arrived;
     type To = Lanes<LightSample>;
 
     #[inline(always)]
-    fn run(&self, from: &Located, lights: &mut Lanes<LightSample>) {
-        let Batch { scene, params, .. } = *self.0;
-        let deltas = scene.features() & FEATURE_DELTA != 0;
+    fn run(&self, from: &Arrived, lights: &mut Lanes<LightSample>) {
+        let scene = self.0.scene;
         let mut words = [Lanes::<u32>::ZERO; 4];
         for lane in 0..LANES {
-            let (rng, _) = self.0.numbers(from.arrived.paths.sample.get(lane));
-            let drawn = Numbers::at(&rng, from.arrived.paths.walk.get(lane).depth + 1).light();
+            let (rng, _) = self.0.numbers(from.paths.sample.get(lane));
+            let drawn = Numbers::at(&rng, from.paths.walk.get(lane).depth + 1).light();
             words[0].set(lane, drawn.x);
             words[1].set(lane, drawn.y);
             words[2].set(lane, drawn.z);
@@ -207,12 +206,8 @@ impl<const COMPILED: u32> Stage for ChooseLights<'_, COMPILED> {
             [Lanes::ZERO; 2]
         };
         for lane in 0..LANES {
-            let scatters =
-                from.arrived.any.get(lane) & (from.arrived.paths.walk.get(lane).depth + 1 < params.max_depth);
-            let smooth = !deltas || self.0.point(from, lane).material.may_be_smooth();
             let drawn = UVec4::new(words[0].get(lane), words[1].get(lane), words[2].get(lane), words[3].get(lane));
-            let light = scene.sample_light_of(drawn, || [columns.get(lane), rows.get(lane)]);
-            lights.set(lane, if scatters & smooth { light } else { LightSample::NONE });
+            lights.set(lane, scene.sample_light_of(drawn, || [columns.get(lane), rows.get(lane)]));
         }
     }
 }
@@ -300,7 +295,7 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
                 registers.run(&Surfaces(self), &vertices.located.arrived, &mut vertices.located.point);
             }
             if COMPILED & FEATURE_ENVIRONMENT != 0 {
-                registers.run(&ChooseLights(self), &vertices.located, &mut vertices.light);
+                registers.run(&ChooseLights(self), &vertices.located.arrived, &mut vertices.light);
             }
             registers.run(&Scatter(self), &vertices, &mut scattered);
             self.look(&vertices.located.arrived, &mut scattered, progress.radiances);
