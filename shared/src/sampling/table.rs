@@ -16,7 +16,7 @@ pub struct TableSample {
 }
 
 /// Chooses a cell by two random words and a position in it by what is left of them. `row_cdf(row)` bounds the rows,
-/// `column_cdf(row, column)` the columns of a row, both as for [`sample_discrete`]; no side is zero.
+/// `column_cdf(row, column)` the columns of a row, both as for [`sample_discrete`](super::sample_discrete); no side is zero.
 #[inline(always)]
 pub fn sample_table_2d(
     words: [u32; 2],
