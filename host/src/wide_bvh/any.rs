@@ -13,26 +13,6 @@ use restir_shared::lanes::{self, LANES as RAYS};
 use restir_shared::layout::STACK_DEPTH;
 use std::mem::MaybeUninit;
 
-/// [`any`] with the instructions of [`SimdLevel::Avx2`](super::SimdLevel).
-///
-/// # Safety
-/// The processor has that level.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-pub(super) unsafe fn any_avx2<C: Coverage>(bvh: &WideBvh, ray: &Ray, coverage: &C) -> bool {
-    any::<super::simd::Avx2, C>(bvh, ray, coverage)
-}
-
-/// [`any`] with the instructions of [`SimdLevel::Avx512`](super::SimdLevel).
-///
-/// # Safety
-/// The processor has that level.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,bmi1,bmi2,lzcnt,popcnt")]
-pub(super) unsafe fn any_avx512<C: Coverage>(bvh: &WideBvh, ray: &Ray, coverage: &C) -> bool {
-    any::<super::simd::Avx2, C>(bvh, ray, coverage)
-}
-
 /// Whether there is a hit that counts with `0 < t < ray.t_max`.
 #[inline(always)]
 pub(super) fn any<L: Lanes, C: Coverage>(bvh: &WideBvh, ray: &Ray, coverage: &C) -> bool {
@@ -58,54 +38,14 @@ pub(super) fn any_each<L: Lanes, C: Coverage>(
     answers
 }
 
-/// [`any_each`] with the instructions of [`SimdLevel::Avx2`](super::SimdLevel).
-///
-/// # Safety
-/// The processor has that level.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-pub(super) unsafe fn any_each_avx2<C: Coverage>(
-    bvh: &WideBvh,
-    rays: &lanes::Lanes<Ray>,
-    of: &lanes::Lanes<bool>,
-    coverage: &C,
-) -> [bool; RAYS] {
-    any_each::<super::simd::Avx2, C>(bvh, rays, of, coverage)
-}
-
-/// [`any_each`] with the instructions of [`SimdLevel::Avx512`](super::SimdLevel).
-///
-/// # Safety
-/// The processor has that level.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,bmi1,bmi2,lzcnt,popcnt")]
-pub(super) unsafe fn any_each_avx512<C: Coverage>(
-    bvh: &WideBvh,
-    rays: &lanes::Lanes<Ray>,
-    of: &lanes::Lanes<bool>,
-    coverage: &C,
-) -> [bool; RAYS] {
-    any_each::<super::simd::Avx2, C>(bvh, rays, of, coverage)
-}
-
 #[inline(always)]
 fn prepared<L: Lanes>(bvh: &WideBvh, ray: &Ray) -> (Boxes<L>, Triangles<L>) {
     (Boxes::new(&Slab::new(ray, bvh.bounds[0], bvh.bounds[1])), Triangles::new(ray))
 }
 
-/// [`all`] with the instructions of [`SimdLevel::Avx2`](super::SimdLevel).
-///
-/// # Safety
-/// The processor has that level.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-pub(super) unsafe fn all_avx2(bvh: &WideBvh, ray: &Ray, coverage: &dyn Coverage) -> Crossings {
-    all::<super::simd::Avx2>(bvh, ray, coverage)
-}
-
 /// All hits with `0 < t < ray.t_max` for which `coverage` says so, marked or not.
 #[inline(always)]
-pub(super) fn all<L: Lanes>(bvh: &WideBvh, ray: &Ray, coverage: &dyn Coverage) -> Crossings {
+pub(super) fn all<L: Lanes, C: Coverage>(bvh: &WideBvh, ray: &Ray, coverage: &C) -> Crossings {
     let mut crossings = Crossings::NONE;
     visit(bvh, &prepared::<L>(bvh, ray), ray, |hit, _| {
         if coverage.covers(ray, hit) {

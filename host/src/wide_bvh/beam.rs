@@ -14,26 +14,6 @@ use restir_shared::geometry::{Coverage, Hit, Ray};
 use restir_shared::lanes::{self, LANES as RAYS};
 use restir_shared::num;
 
-/// [`closest`] with the instructions of [`SimdLevel::Avx2`](super::SimdLevel).
-///
-/// # Safety
-/// The processor has that level.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-pub(super) unsafe fn closest_avx2<C: Coverage>(bvh: &WideBvh, rays: &lanes::Lanes<Ray>, coverage: &C) -> [Hit; RAYS] {
-    closest::<super::simd::Avx2, C>(bvh, rays, coverage)
-}
-
-/// [`closest`] with the instructions of [`SimdLevel::Avx512`](super::SimdLevel).
-///
-/// # Safety
-/// The processor has that level.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,bmi1,bmi2,lzcnt,popcnt")]
-pub(super) unsafe fn closest_avx512<C: Coverage>(bvh: &WideBvh, rays: &lanes::Lanes<Ray>, coverage: &C) -> [Hit; RAYS] {
-    closest::<super::simd::Avx2, C>(bvh, rays, coverage)
-}
-
 /// What [`closest`](super::closest::closest) finds for each ray.
 #[inline(always)]
 pub(super) fn closest<L: Lanes, C: Coverage>(bvh: &WideBvh, rays: &lanes::Lanes<Ray>, coverage: &C) -> [Hit; RAYS] {

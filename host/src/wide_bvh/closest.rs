@@ -10,56 +10,6 @@ use restir_shared::lanes::{self, LANES as RAYS};
 use restir_shared::layout::{NONE, STACK_DEPTH};
 use std::mem::MaybeUninit;
 
-/// [`closest`] with the instructions of [`SimdLevel::Avx2`](super::SimdLevel).
-///
-/// # Safety
-/// The processor has that level.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-pub(super) unsafe fn closest_avx2<C: Coverage>(bvh: &WideBvh, ray: &Ray, coverage: &C) -> Hit {
-    closest::<super::simd::Avx2, C>(bvh, ray, coverage)
-}
-
-/// [`closest`] with the instructions of [`SimdLevel::Avx512`](super::SimdLevel).
-///
-/// # Safety
-/// The processor has that level.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,bmi1,bmi2,lzcnt,popcnt")]
-pub(super) unsafe fn closest_avx512<C: Coverage>(bvh: &WideBvh, ray: &Ray, coverage: &C) -> Hit {
-    closest::<super::simd::Avx2, C>(bvh, ray, coverage)
-}
-
-/// [`closest_each`] with the instructions of [`SimdLevel::Avx2`](super::SimdLevel).
-///
-/// # Safety
-/// The processor has that level.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-pub(super) unsafe fn closest_each_avx2<C: Coverage>(
-    bvh: &WideBvh,
-    rays: &lanes::Lanes<Ray>,
-    of: &lanes::Lanes<bool>,
-    coverage: &C,
-) -> [Hit; RAYS] {
-    closest_each::<super::simd::Avx2, C>(bvh, rays, of, coverage)
-}
-
-/// [`closest_each`] with the instructions of [`SimdLevel::Avx512`](super::SimdLevel).
-///
-/// # Safety
-/// The processor has that level.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,bmi1,bmi2,lzcnt,popcnt")]
-pub(super) unsafe fn closest_each_avx512<C: Coverage>(
-    bvh: &WideBvh,
-    rays: &lanes::Lanes<Ray>,
-    of: &lanes::Lanes<bool>,
-    coverage: &C,
-) -> [Hit; RAYS] {
-    closest_each::<super::simd::Avx2, C>(bvh, rays, of, coverage)
-}
-
 /// Of the hits that count the closest with `0 < t < ray.t_max`; [`Hit::MISS`] if there is none.
 #[inline(always)]
 pub(super) fn closest<L: Lanes, C: Coverage>(bvh: &WideBvh, ray: &Ray, coverage: &C) -> Hit {

@@ -164,109 +164,79 @@ impl WideBvh {
             }
         }
     }
+}
 
-    #[inline(always)]
-    fn closest_over<C: Coverage>(&self, ray: &Ray, coverage: &C) -> Hit {
-        match self.level {
-            SimdLevel::Portable => closest::closest::<simd::Portable, C>(self, ray, coverage),
+/// Makes a method of a traversal that is compiled for each level, with its instructions.
+macro_rules! at_level {
+    (fn $method:ident($($argument:ident: $of:ty),*) -> $answer:ty = $module:ident::$traversal:ident) => {
+        #[inline(always)]
+        fn $method<C: Coverage>(&self, $($argument: $of,)* coverage: &C) -> $answer {
             #[cfg(target_arch = "x86_64")]
-            // SAFETY: the level is set to what the processor was found to have
-            SimdLevel::Avx2 => unsafe { closest::closest_avx2(self, ray, coverage) },
+            #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+            unsafe fn avx2<C: Coverage>(tree: &WideBvh, $($argument: $of,)* coverage: &C) -> $answer {
+                $module::$traversal::<simd::Avx2, C>(tree, $($argument,)* coverage)
+            }
             #[cfg(target_arch = "x86_64")]
-            // SAFETY: as above
-            SimdLevel::Avx512 => unsafe { closest::closest_avx512(self, ray, coverage) },
+            #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,bmi1,bmi2,lzcnt,popcnt")]
+            unsafe fn avx512<C: Coverage>(tree: &WideBvh, $($argument: $of,)* coverage: &C) -> $answer {
+                $module::$traversal::<simd::Avx2, C>(tree, $($argument,)* coverage)
+            }
+            match self.level {
+                SimdLevel::Portable => $module::$traversal::<simd::Portable, C>(self, $($argument,)* coverage),
+                #[cfg(target_arch = "x86_64")]
+                // SAFETY: the level is set to what the processor was found to have
+                SimdLevel::Avx2 => unsafe { avx2(self, $($argument,)* coverage) },
+                #[cfg(target_arch = "x86_64")]
+                // SAFETY: as above
+                SimdLevel::Avx512 => unsafe { avx512(self, $($argument,)* coverage) },
+            }
         }
-    }
+    };
+}
 
-    #[inline(always)]
-    fn closest_together_over<C: Coverage>(&self, rays: &Lanes<Ray>, coverage: &C) -> [Hit; RAYS] {
-        match self.level {
-            SimdLevel::Portable => beam::closest::<simd::Portable, C>(self, rays, coverage),
-            #[cfg(target_arch = "x86_64")]
-            // SAFETY: as above
-            SimdLevel::Avx2 => unsafe { beam::closest_avx2(self, rays, coverage) },
-            #[cfg(target_arch = "x86_64")]
-            // SAFETY: as above
-            SimdLevel::Avx512 => unsafe { beam::closest_avx512(self, rays, coverage) },
-        }
-    }
+impl WideBvh {
+    at_level! { fn closest_over(ray: &Ray) -> Hit = closest::closest }
+    at_level! { fn closest_each_over(rays: &Lanes<Ray>, of: &Lanes<bool>) -> [Hit; RAYS] = closest::closest_each }
+    at_level! { fn closest_together_over(rays: &Lanes<Ray>) -> [Hit; RAYS] = beam::closest }
+    at_level! { fn any_over(ray: &Ray) -> bool = any::any }
+    at_level! { fn any_each_over(rays: &Lanes<Ray>, of: &Lanes<bool>) -> [bool; RAYS] = any::any_each }
+    at_level! { fn all_over(ray: &Ray) -> Crossings = any::all }
+}
 
-    #[inline(always)]
-    fn closest_each_over<C: Coverage>(&self, rays: &Lanes<Ray>, of: &Lanes<bool>, coverage: &C) -> [Hit; RAYS] {
-        match self.level {
-            SimdLevel::Portable => closest::closest_each::<simd::Portable, C>(self, rays, of, coverage),
-            #[cfg(target_arch = "x86_64")]
-            // SAFETY: as above
-            SimdLevel::Avx2 => unsafe { closest::closest_each_avx2(self, rays, of, coverage) },
-            #[cfg(target_arch = "x86_64")]
-            // SAFETY: as above
-            SimdLevel::Avx512 => unsafe { closest::closest_each_avx512(self, rays, of, coverage) },
+/// The method with `coverage` or, where no triangle is marked, without asking for it.
+macro_rules! over {
+    ($tree:ident.$method:ident($($argument:ident),*), $coverage:ident) => {
+        if $tree.partial {
+            $tree.$method($($argument,)* &$coverage)
+        } else {
+            $tree.$method($($argument,)* &Solid)
         }
-    }
-
-    #[inline(always)]
-    fn any_each_over<C: Coverage>(&self, rays: &Lanes<Ray>, of: &Lanes<bool>, coverage: &C) -> [bool; RAYS] {
-        match self.level {
-            SimdLevel::Portable => any::any_each::<simd::Portable, C>(self, rays, of, coverage),
-            #[cfg(target_arch = "x86_64")]
-            // SAFETY: as above
-            SimdLevel::Avx2 => unsafe { any::any_each_avx2(self, rays, of, coverage) },
-            #[cfg(target_arch = "x86_64")]
-            // SAFETY: as above
-            SimdLevel::Avx512 => unsafe { any::any_each_avx512(self, rays, of, coverage) },
-        }
-    }
-
-    #[inline(always)]
-    fn any_over<C: Coverage>(&self, ray: &Ray, coverage: &C) -> bool {
-        match self.level {
-            SimdLevel::Portable => any::any::<simd::Portable, C>(self, ray, coverage),
-            #[cfg(target_arch = "x86_64")]
-            // SAFETY: as above
-            SimdLevel::Avx2 => unsafe { any::any_avx2(self, ray, coverage) },
-            #[cfg(target_arch = "x86_64")]
-            // SAFETY: as above
-            SimdLevel::Avx512 => unsafe { any::any_avx512(self, ray, coverage) },
-        }
-    }
+    };
 }
 
 impl Hierarchy for WideBvh {
     fn closest(&self, ray: &Ray, coverage: &dyn Coverage) -> Hit {
-        if self.partial { self.closest_over(ray, &coverage) } else { self.closest_over(ray, &Solid) }
+        over!(self.closest_over(ray), coverage)
     }
 
     fn closest_together(&self, rays: &Lanes<Ray>, coverage: &dyn Coverage) -> [Hit; RAYS] {
-        if self.partial {
-            self.closest_together_over(rays, &coverage)
-        } else {
-            self.closest_together_over(rays, &Solid)
-        }
+        over!(self.closest_together_over(rays), coverage)
     }
 
     fn closest_each(&self, rays: &Lanes<Ray>, of: &Lanes<bool>, coverage: &dyn Coverage) -> [Hit; RAYS] {
-        if self.partial {
-            self.closest_each_over(rays, of, &coverage)
-        } else {
-            self.closest_each_over(rays, of, &Solid)
-        }
-    }
-
-    fn occluded_each(&self, rays: &Lanes<Ray>, of: &Lanes<bool>, coverage: &dyn Coverage) -> [bool; RAYS] {
-        if self.partial { self.any_each_over(rays, of, &coverage) } else { self.any_each_over(rays, of, &Solid) }
+        over!(self.closest_each_over(rays, of), coverage)
     }
 
     fn occluded(&self, ray: &Ray, coverage: &dyn Coverage) -> bool {
-        if self.partial { self.any_over(ray, &coverage) } else { self.any_over(ray, &Solid) }
+        over!(self.any_over(ray), coverage)
+    }
+
+    fn occluded_each(&self, rays: &Lanes<Ray>, of: &Lanes<bool>, coverage: &dyn Coverage) -> [bool; RAYS] {
+        over!(self.any_each_over(rays, of), coverage)
     }
 
     fn crossings(&self, ray: &Ray, coverage: &dyn Coverage) -> Crossings {
-        match self.level {
-            SimdLevel::Portable => any::all::<simd::Portable>(self, ray, coverage),
-            #[cfg(target_arch = "x86_64")]
-            // SAFETY: what has AVX-512 has this level; all hits are asked for seldom
-            SimdLevel::Avx2 | SimdLevel::Avx512 => unsafe { any::all_avx2(self, ray, coverage) },
-        }
+        self.all_over(ray, &coverage)
     }
 }
 

@@ -69,7 +69,9 @@ pub use sphere::{
     invert_uniform_hemisphere, invert_uniform_sphere, sample_uniform_hemisphere, sample_uniform_sphere,
     uniform_hemisphere_pdf, uniform_sphere_pdf,
 };
-pub use table::{TableSample, invert_table_2d, sample_table_2d, table_2d_pdf, table_2d_probability, table_2d_sample};
+pub use table::{
+    TableSample, find_table_2d, invert_table_2d, sample_table_2d, table_2d_pdf, table_2d_probability, table_2d_sample,
+};
 pub use triangle::{invert_triangle, sample_triangle, triangle_pdf};
 
 use crate::num;

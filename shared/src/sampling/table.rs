@@ -25,9 +25,21 @@ pub fn sample_table_2d(
     row_cdf: impl Fn(u32) -> u32,
     column_cdf: impl Fn(u32, u32) -> u32,
 ) -> TableSample {
-    let row = find_discrete(words[0], height, &row_cdf);
-    let column = find_discrete(words[1], width, |column| column_cdf(row, column));
-    table_2d_sample([column, row], words, width, height, row_cdf, column_cdf)
+    let cell = find_table_2d(words, width, height, &row_cdf, &column_cdf);
+    table_2d_sample(cell, words, width, height, row_cdf, column_cdf)
+}
+
+/// The cell, [column, row], that [`sample_table_2d`] chooses.
+#[inline(always)]
+pub fn find_table_2d(
+    words: [u32; 2],
+    width: u32,
+    height: u32,
+    row_cdf: impl Fn(u32) -> u32,
+    column_cdf: impl Fn(u32, u32) -> u32,
+) -> [u32; 2] {
+    let row = find_discrete(words[0], height, row_cdf);
+    [find_discrete(words[1], width, |column| column_cdf(row, column)), row]
 }
 
 /// What [`sample_table_2d`] makes of a cell, [column, row], which is the one that it chooses.

@@ -11,7 +11,7 @@ use crate::num;
 use crate::pack::xyz;
 #[cfg(not(target_arch = "spirv"))]
 use crate::sampling::find_discrete_each;
-use crate::sampling::{TableSample, find_discrete, table_2d_pdf, table_2d_probability, table_2d_sample};
+use crate::sampling::{TableSample, find_table_2d, table_2d_pdf, table_2d_probability, table_2d_sample};
 use glam::{Vec2, Vec3};
 
 /// Sines of polar angles below this count as this, so that the density is finite at the poles.
@@ -116,8 +116,13 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     #[inline(always)]
     pub(super) fn environment_cell(&self, words: [u32; 2]) -> [u32; 2] {
         let e = self.environment_record();
-        let row = find_discrete(words[0], e.height, |row| self.row_bound(&e, row));
-        [find_discrete(words[1], e.width, |column| self.column_bound(&e, row, column)), row]
+        find_table_2d(
+            words,
+            e.width,
+            e.height,
+            |row| self.row_bound(&e, row),
+            |row, column| self.column_bound(&e, row, column),
+        )
     }
 
     /// [`Self::environment_cell`] of two words in each lane, in step.

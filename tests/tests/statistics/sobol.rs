@@ -121,6 +121,12 @@ fn are_joint(draw: Draw) -> bool {
 
 pub(crate) fn joint_dimensions_are_nets() {
     assert!(are_joint(|rng, dimension| rng.draw_jointly(dimension).to_array()));
+    let rng = Rng::new(517, 260, 0, 7, Sampler::Sobol);
+    for (log2, t) in (1..).zip(JOINT_QUALITIES).filter(|(_, t)| *t > 0) {
+        let draw: Draw = |rng, dimension| rng.draw_jointly(dimension).to_array();
+        let better = |pair| is_net(&joint_stretch(0, log2, rng, pair, draw), &[0, 1, 2, 3], t - 1);
+        assert!(!joint_pairs().all(better), "all pairs have less than t = {t} of 2^{log2} samples");
+    }
     let apart: Draw = |rng, dimension| rng.draw(dimension).to_array();
     let in_one_order: Draw =
         |rng, dimension| built_of_index(index_of(rng, seeds(rng, 0), scramble), seeds(rng, dimension));
