@@ -16,6 +16,6 @@ kernel! {
         own { 4: film: FilmPixel },
     }
     |x, y, at, p, scene| film[at] = technique::path::pixel(&scene, &p.specialised(settings), x, y);
-    in step [FEATURES_DIFFUSE, FEATURES_UNTEXTURED, FEATURES_UNTEXTURED | FEATURE_ENVIRONMENT]
+    in step [FEATURES_DIFFUSE, FEATURE_ENVIRONMENT, FEATURES_UNTEXTURED, FEATURES_UNTEXTURED | FEATURE_ENVIRONMENT]
     |registers| technique::path::pixels(&scene, &p.specialised(settings), [x, y], film, registers)
 }

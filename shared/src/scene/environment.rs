@@ -4,13 +4,12 @@
 //! interpolated bilinearly; the density is constant in a pixel but for the sine of the polar angle, and positive
 //! wherever the interpolated radiance is, because the host builds the table of 3 x 3 neighbourhoods.
 
-use super::{AddressedLight, EnvironmentPoint, LightKind, LightSample, SceneView};
 #[cfg(not(target_arch = "spirv"))]
-use crate::lanes::Lanes;
+mod in_step;
+
+use super::{AddressedLight, EnvironmentPoint, LightKind, LightSample, SceneView};
 use crate::num;
 use crate::pack::xyz;
-#[cfg(not(target_arch = "spirv"))]
-use crate::sampling::find_discrete_each;
 use crate::sampling::{TableSample, find_table_2d, table_2d_pdf, table_2d_probability, table_2d_sample};
 use glam::{Vec2, Vec3};
 
@@ -31,6 +30,14 @@ struct Environment {
     rotation: f32,
     /// Probability with which it is chosen among the lights.
     probability: f32,
+}
+
+impl Environment {
+    /// A point of the unit square in pixels.
+    #[inline(always)]
+    fn at(&self, uv: Vec2) -> Vec2 {
+        Vec2::new(uv.x * self.width as f32, uv.y * self.height as f32)
+    }
 }
 
 impl<const COMPILED: u32> SceneView<'_, COMPILED> {
@@ -77,7 +84,13 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     /// Radiance and density at a point of the map; `sine` is that of the polar angle.
     #[inline(always)]
     fn environment_at(&self, e: &Environment, uv: Vec2, sine: f32) -> EnvironmentPoint {
-        let at = Vec2::new(uv.x * e.width as f32, uv.y * e.height as f32);
+        let at = e.at(uv);
+        EnvironmentPoint { radiance: self.environment_radiance(e, at), density: self.environment_density(e, at, sine) }
+    }
+
+    /// Density per steradian at a point of the map, in pixels.
+    #[inline(always)]
+    fn environment_density(&self, e: &Environment, at: Vec2, sine: f32) -> f32 {
         let column = (at.x as u32).min(e.width.wrapping_sub(1));
         let row = (at.y as u32).min(e.height.wrapping_sub(1));
         let probability = table_2d_probability(
@@ -87,26 +100,18 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
             |row| self.row_bound(e, row),
             |row, column| self.column_bound(e, row, column),
         );
-        EnvironmentPoint { radiance: self.environment_radiance(e, at), density: density(e, probability, sine) }
+        density(e, probability, sine)
     }
 
     /// Bilinear between pixel centres, around the seam, and constant beyond the first and the last row's.
     #[inline(always)]
     fn environment_radiance(&self, e: &Environment, at: Vec2) -> Vec3 {
-        let (x, y) = (at.x - 0.5, at.y - 0.5);
-        let (below_x, below_y) = (num::floor(x), num::floor(y));
-        let (share_x, share_y) = (x - below_x, y - below_y);
-        let (last_x, last_y) = (e.width.wrapping_sub(1), e.height.wrapping_sub(1));
-        let left = if below_x < 0.0 { last_x } else { (below_x as u32).min(last_x) };
-        let right = if left == last_x { 0 } else { left + 1 };
-        let top = if below_y < 0.0 { 0 } else { (below_y as u32).min(last_y) };
-        let bottom = if below_y < 0.0 { 0 } else { (top + 1).min(last_y) };
+        let around = Around::new(e, at);
         let mut sum = Vec3::ZERO;
         let mut corner = 0;
         while corner < 4 {
-            let (column, wx) = if corner & 1 == 0 { (left, 1.0 - share_x) } else { (right, share_x) };
-            let (row, wy) = if corner & 2 == 0 { (top, 1.0 - share_y) } else { (bottom, share_y) };
-            sum += xyz(self.texel_word(e.base + row * e.width + column)) * (wx * wy);
+            let (word, weight) = around.corner(e, corner);
+            sum += xyz(self.texel_word(word)) * weight;
             corner += 1;
         }
         sum
@@ -125,31 +130,19 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
         )
     }
 
-    /// [`Self::environment_cell`] of two words in each lane, in step.
-    #[cfg(not(target_arch = "spirv"))]
+    /// A direction in the pixel of the map that two random words choose.
     #[inline(always)]
-    pub(crate) fn environment_cells(&self, words: &[Lanes<u32>; 2]) -> [Lanes<u32>; 2] {
+    pub(super) fn sample_environment(&self, words: [u32; 2]) -> LightSample {
         let e = self.environment_record();
-        let rows = find_discrete_each(&words[0], e.height, |_, row| self.row_bound(&e, row));
-        let columns =
-            find_discrete_each(&words[1], e.width, |lane, column| self.column_bound(&e, rows.get(lane), column));
-        [columns, rows]
+        let (at, probability) = self.place_in_cell(&e, self.environment_cell(words), words);
+        light_sample(&e, at, probability, self.environment_radiance(&e, at))
     }
 
-    /// A direction in the pixel of the map that two random words have chosen.
+    /// The point of the map that two random words choose in the pixel that they choose, and the probability of that.
     #[inline(always)]
-    pub(super) fn sample_environment(&self, cell: [u32; 2], words: [u32; 2]) -> LightSample {
-        let e = self.environment_record();
-        let sample = self.sample_cell(&e, cell, words);
-        let at = Vec2::new(sample.cell[0] as f32, sample.cell[1] as f32) + sample.fraction;
-        let (direction, sine) = direction(&e, at);
-        LightSample {
-            position: direction,
-            emission: self.environment_radiance(&e, at),
-            density: density(&e, sample.probability, sine),
-            kind: LightKind::Environment,
-            ..LightSample::NONE
-        }
+    fn place_in_cell(&self, e: &Environment, cell: [u32; 2], words: [u32; 2]) -> (Vec2, f32) {
+        let sample = self.sample_cell(e, cell, words);
+        (Vec2::new(sample.cell[0] as f32, sample.cell[1] as f32) + sample.fraction, sample.probability)
     }
 
     #[inline(always)]
@@ -179,7 +172,7 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     #[inline(always)]
     pub(super) fn environment_sample(&self, uv: Vec2) -> AddressedLight {
         let e = self.environment_record();
-        let (direction, sine) = direction(&e, Vec2::new(uv.x * e.width as f32, uv.y * e.height as f32));
+        let (direction, sine) = direction(&e, e.at(uv));
         let point = self.environment_at(&e, uv, sine);
         AddressedLight {
             sample: LightSample {
@@ -191,6 +184,54 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
             },
             extent: TWO_PI_SQUARED * num::max(sine, MIN_SINE),
         }
+    }
+}
+
+/// The pixels of the map around a point.
+struct Around {
+    left: u32,
+    right: u32,
+    top: u32,
+    bottom: u32,
+    /// How far the point is on the way from left to right.
+    share_x: f32,
+    /// How far it is on the way from top to bottom.
+    share_y: f32,
+}
+
+impl Around {
+    #[inline(always)]
+    fn new(e: &Environment, at: Vec2) -> Self {
+        let (x, y) = (at.x - 0.5, at.y - 0.5);
+        let (below_x, below_y) = (num::floor(x), num::floor(y));
+        let (share_x, share_y) = (x - below_x, y - below_y);
+        let (last_x, last_y) = (e.width.wrapping_sub(1), e.height.wrapping_sub(1));
+        let left = if below_x < 0.0 { last_x } else { (below_x as u32).min(last_x) };
+        let right = if left == last_x { 0 } else { left + 1 };
+        let top = if below_y < 0.0 { 0 } else { (below_y as u32).min(last_y) };
+        let bottom = if below_y < 0.0 { 0 } else { (top + 1).min(last_y) };
+        Self { left, right, top, bottom, share_x, share_y }
+    }
+
+    /// The word of a corner, of 0 to 3, and what it counts.
+    #[inline(always)]
+    fn corner(&self, e: &Environment, corner: u32) -> (u32, f32) {
+        let (column, wx) = if corner & 1 == 0 { (self.left, 1.0 - self.share_x) } else { (self.right, self.share_x) };
+        let (row, wy) = if corner & 2 == 0 { (self.top, 1.0 - self.share_y) } else { (self.bottom, self.share_y) };
+        (e.base + row * e.width + column, wx * wy)
+    }
+}
+
+/// The light sample of a point of the map that was chosen with a pixel of the given probability.
+#[inline(always)]
+fn light_sample(e: &Environment, at: Vec2, probability: f32, radiance: Vec3) -> LightSample {
+    let (direction, sine) = direction(e, at);
+    LightSample {
+        position: direction,
+        emission: radiance,
+        density: density(e, probability, sine),
+        kind: LightKind::Environment,
+        ..LightSample::NONE
     }
 }
 

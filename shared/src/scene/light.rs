@@ -41,9 +41,9 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
         })
     }
 
-    /// [`Lights::sample_light`], where `cell` gives the environment's pixel that the first two words choose.
+    /// [`Lights::sample_light`], where `environment` gives the sample of it that the first two words choose.
     #[inline(always)]
-    pub(crate) fn sample_light_of(&self, words: UVec4, cell: impl FnOnce() -> [u32; 2]) -> LightSample {
+    pub(crate) fn sample_light_of(&self, words: UVec4, environment: impl FnOnce() -> LightSample) -> LightSample {
         let mut sample = LightSample::NONE;
         if self.header.light_count != 0 {
             let address = LightAddress::of_words(self.choose_light([words.z, words.w]), words);
@@ -55,7 +55,7 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
                 sample = self.punctual(&light, address);
             }
             if self.has(FEATURE_ENVIRONMENT) && light.kind == LIGHT_ENVIRONMENT {
-                sample = self.sample_environment(cell(), [words.x, words.y]);
+                sample = environment();
             }
         }
         sample
@@ -101,7 +101,7 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
 impl<const COMPILED: u32> Lights for SceneView<'_, COMPILED> {
     #[inline(always)]
     fn sample_light(&self, words: UVec4) -> LightSample {
-        self.sample_light_of(words, || self.environment_cell([words.x, words.y]))
+        self.sample_light_of(words, || self.sample_environment([words.x, words.y]))
     }
 
     #[inline(always)]

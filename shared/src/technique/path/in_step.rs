@@ -4,9 +4,9 @@
 //! so that lanes are idle only at the end of a batch.
 
 use super::walk::{Numbers, Walk};
-use super::{PATH_BLACKMAN_HARRIS, PATH_ROULETTE, PathParams, camera_segment};
+use super::{PATH_BLACKMAN_HARRIS, PATH_JITTER, PATH_ROULETTE, PathParams, camera_segment};
 use crate::bsdf::Material;
-use crate::camera::has_lens;
+use crate::camera::{camera_ray, has_lens};
 use crate::film::{CUT, MAX_BLOCK_LOG2, sum_block};
 use crate::geometry::{Hit, Ray};
 use crate::lanes::{LANES, Lanes, Registers, Stage, fields, numbers};
@@ -142,7 +142,7 @@ struct Progress<'a> {
 }
 
 /// The first segments of the samples from `first` on. `PLAIN` cameras have no lens, and pixels the box for a filter: what others need
-/// has loops, and is known to be missing when the stage is compiled.
+/// are calls and loops, which the stage of plain ones does not even name.
 struct CameraSegments<'a, const COMPILED: u32, const PLAIN: bool> {
     batch: &'a Batch<'a, COMPILED>,
     first: u32,
@@ -154,14 +154,19 @@ impl<const COMPILED: u32, const PLAIN: bool> Stage for CameraSegments<'_, COMPIL
 
     #[inline(always)]
     fn run(&self, (): &(), rays: &mut Lanes<Ray>) {
-        let mut params = *self.batch.params;
-        if PLAIN {
-            params.flags &= !PATH_BLACKMAN_HARRIS;
-            params.camera = CameraParams { lens_right: 0.0, lens_up: 0.0, ..params.camera };
-        }
+        let Batch { scene, params, .. } = *self.batch;
+        let (features, jitter) = (scene.features(), params.flags & PATH_JITTER != 0);
+        let pinhole = CameraParams { lens_right: 0.0, lens_up: 0.0, ..params.camera };
         for lane in 0..LANES {
-            let (rng, at) = self.batch.numbers(self.first + lane as u32);
-            rays.set(lane, camera_segment(&params, &rng, self.batch.scene.features(), at));
+            let (rng, [x, y]) = self.batch.numbers(self.first + lane as u32);
+            rays.set(
+                lane,
+                if PLAIN {
+                    camera_ray(&pinhole, jitter, |u| u, features, &rng, x, y)
+                } else {
+                    camera_segment(params, &rng, features, [x, y])
+                },
+            );
         }
     }
 }
@@ -200,14 +205,14 @@ impl<const COMPILED: u32> Stage for ChooseLights<'_, COMPILED> {
             words[2].set(lane, drawn.z);
             words[3].set(lane, drawn.w);
         }
-        let [columns, rows] = if scene.features() & FEATURE_ENVIRONMENT != 0 {
-            scene.environment_cells(&[words[0], words[1]])
+        let environment = if scene.features() & FEATURE_ENVIRONMENT != 0 {
+            scene.sample_environment_each(&[words[0], words[1]])
         } else {
-            [Lanes::ZERO; 2]
+            Lanes::all(LightSample::NONE)
         };
         for lane in 0..LANES {
             let drawn = UVec4::new(words[0].get(lane), words[1].get(lane), words[2].get(lane), words[3].get(lane));
-            lights.set(lane, scene.sample_light_of(drawn, || [columns.get(lane), rows.get(lane)]));
+            lights.set(lane, scene.sample_light_of(drawn, || environment.get(lane)));
         }
     }
 }
@@ -252,6 +257,28 @@ impl<const COMPILED: u32> Stage for Scatter<'_, COMPILED> {
     }
 }
 
+/// What camera rays find that leave the scene at once, where the chance of a light sample does not matter.
+struct Background<'a, const COMPILED: u32>(&'a Batch<'a, COMPILED>);
+
+impl<const COMPILED: u32> Stage for Background<'_, COMPILED> {
+    type From = Lanes<Ray>;
+    type To = Lanes<Vec3>;
+
+    #[inline(always)]
+    fn run(&self, rays: &Lanes<Ray>, sums: &mut Lanes<Vec3>) {
+        let mut directions = Lanes::ZERO;
+        for lane in 0..LANES {
+            directions.set(lane, rays.get(lane).direction);
+        }
+        let seen = self.0.scene.environment_points::<false>(&directions);
+        for lane in 0..LANES {
+            let mut sum = Vec3::ZERO;
+            Walk::new(rays.get(lane)).see::<Material, _>(&seen.get(lane), &mut sum);
+            sums.set(lane, sum);
+        }
+    }
+}
+
 /// What paths find that leave the scene, with what they had found before.
 struct Escape<'a, const COMPILED: u32>(&'a Batch<'a, COMPILED>);
 
@@ -261,9 +288,14 @@ impl<const COMPILED: u32> Stage for Escape<'_, COMPILED> {
 
     #[inline(always)]
     fn run(&self, paths: &Paths, sums: &mut Lanes<Vec3>) {
+        let mut directions = Lanes::ZERO;
+        for lane in 0..LANES {
+            directions.set(lane, paths.walk.get(lane).ray.direction);
+        }
+        let seen = self.0.scene.environment_points::<true>(&directions);
         for lane in 0..LANES {
             let mut sum = paths.sum.get(lane);
-            paths.walk.get(lane).escape(self.0.scene, &mut sum);
+            paths.walk.get(lane).see::<Material, _>(&seen.get(lane), &mut sum);
             sums.set(lane, sum);
         }
     }
@@ -344,17 +376,32 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
         progress: &mut Progress<'_>,
         registers: impl Registers,
     ) -> Option<Hit> {
-        let next = progress.begun;
-        if next == progress.radiances.len() {
-            return None;
-        }
-        if next.is_multiple_of(LANES) {
-            self.look_ahead(next as u32, &mut progress.ahead, registers);
+        while progress.begun.is_multiple_of(LANES) && progress.begun < progress.radiances.len() {
+            self.look_ahead(progress.begun as u32, &mut progress.ahead, registers);
             self.meet(progress);
+            if progress.first_hits != [Hit::MISS; LANES] {
+                break;
+            }
+            self.pass_by(progress, registers);
+        }
+        let next = progress.begun;
+        if next >= progress.radiances.len() {
+            return None;
         }
         progress.begun += 1;
         paths.set(lane, Walk::new(progress.ahead.get(next % LANES)), next as u32, Vec3::ZERO);
         Some(progress.first_hits[next % LANES])
+    }
+
+    /// Writes down what the next samples find, none of which meets anything.
+    #[inline(always)]
+    fn pass_by(&self, progress: &mut Progress<'_>, registers: impl Registers) {
+        let mut sums = Lanes::ZERO;
+        registers.run(&Background(self), &progress.ahead, &mut sums);
+        for (lane, radiance) in progress.radiances[progress.begun..].iter_mut().take(LANES).enumerate() {
+            *radiance = sums.get(lane);
+        }
+        progress.begun += LANES;
     }
 
     /// The first segments of the samples from `first` on.

@@ -234,10 +234,15 @@ impl Walk {
     #[inline(always)]
     pub(super) fn escape<S: Surface + Lights, R: Receiver<S::Material>>(&self, scene: &S, receiver: &mut R) {
         receiver.escape(self);
-        let environment = scene.environment(self.ray.direction);
+        self.see(&scene.environment(self.ray.direction), receiver);
+    }
+
+    /// What the environment is in the direction of the last segment.
+    #[inline(always)]
+    pub(super) fn see<M: Scattering, R: Receiver<M>>(&self, environment: &EnvironmentPoint, receiver: &mut R) {
         if max_component(environment.radiance) > 0.0 {
             let weight = environment_weight(environment.density, self.chosen);
-            receiver.environment(&environment, weight, self.throughput * environment.radiance * weight);
+            receiver.environment(environment, weight, self.throughput * environment.radiance * weight);
         }
     }
 
