@@ -17,8 +17,8 @@ use crate::transport::{Chosen, Vertex, next_event, through_interior};
 use crate::vec::max_component;
 use glam::{UVec4, Vec2, Vec3};
 
-/// Samples that are kept until they are summed: of 16 pixels, or of more where blocks are smaller.
-const BATCH: usize = 16 << MAX_BLOCK_LOG2;
+/// Samples that are kept until they are summed: of 64 pixels, or of more where blocks are smaller. At its end lanes run empty.
+const BATCH: usize = 64 << MAX_BLOCK_LOG2;
 
 /// The sum of one block of samples of each pixel of a row, from (x, y) on, as [`super::pixel`] gives it.
 #[inline(always)]
