@@ -1,11 +1,14 @@
 //! Paths in step have the bits of paths one by one, with the registers of any processor.
 
 use libtest_mimic::{Arguments, Failed, Trial};
-use restir_host::scene::builtin;
+use restir_host::buffers::SceneBuffers;
+use restir_host::scene::{Material, Scene, builtin};
+use restir_shared::camera::primary_ray;
 use restir_shared::film::MAX_BLOCK_LOG2;
+use restir_shared::glam::Vec2;
 use restir_shared::lanes::{LANES, Registers, Stage};
 use restir_shared::layout::{FEATURE_ENVIRONMENT, FEATURES_DIFFUSE, FEATURES_UNTEXTURED, FilmPixel};
-use restir_shared::scene::SceneView;
+use restir_shared::scene::{SceneView, Trace};
 use restir_shared::technique::path::{
     PATH_BLACKMAN_HARRIS, PATH_JITTER, PATH_ROULETTE, PATH_SOBOL, PathParams, pixel, pixels,
 };
@@ -15,7 +18,8 @@ use std::process::ExitCode;
 
 fn main() -> ExitCode {
     let mut trials: Vec<_> =
-        builtin::NAMES.iter().map(|&(name, _)| Trial::test(name, move || same_bits(name))).collect();
+        builtin::NAMES.iter().map(|&(name, _)| Trial::test(name, move || same_bits(&buffers(name)?, name))).collect();
+    trials.push(Trial::test("plaster under a sky", plaster_under_a_sky));
     trials.push(Trial::test("other numbers are seen", other_numbers));
     libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
 }
@@ -30,12 +34,12 @@ impl Registers for Any {
     }
 }
 
-/// Images of 37 x 29 pixels, so that no row is a multiple of the lanes.
-const SIZE: [u32; 2] = [37, 29];
+/// Images of 133 x 29 pixels, so that no row is a multiple of the lanes.
+const SIZE: [u32; 2] = [133, 29];
 /// Features without textures, with an environment.
 const SKY: u32 = FEATURES_UNTEXTURED | FEATURE_ENVIRONMENT;
 /// Some rows of them.
-const ROWS: [u32; 2] = [13, 22];
+const ROWS: [u32; 3] = [2, 13, 22];
 
 /// Settings that each take a way of their own: blocks of one sample and of more than the largest, samples from further on, paths of no
 /// segment, of one, and of many, and all flags. The pixels of a row take three batches where blocks are the largest.
@@ -53,8 +57,7 @@ fn settings(base: PathParams) -> [PathParams; 8] {
     ]
 }
 
-fn same_bits(name: &str) -> Result<(), Failed> {
-    let scene = buffers(name)?;
+fn same_bits(scene: &SceneBuffers, name: &str) -> Result<(), Failed> {
     let view = scene.view();
     let base = PathParams { block_log2: 3, ..PathParams::new(scene.camera.params(SIZE[0], SIZE[1]), SIZE, 5) };
     for params in settings(base) {
@@ -63,8 +66,24 @@ fn same_bits(name: &str) -> Result<(), Failed> {
         view.within::<FEATURES_UNTEXTURED>().map_or(Ok(()), |view| rows(&view, &params, name))?;
         view.within::<SKY>().map_or(Ok(()), |view| rows(&view, &params, name))?;
         view.within::<FEATURES_DIFFUSE>().map_or(Ok(()), |view| rows(&view, &params, name))?;
+        view.within::<FEATURE_ENVIRONMENT>().map_or(Ok(()), |view| rows(&view, &params, name))?;
     }
     Ok(())
+}
+
+/// A diffuse scene with an environment alone has a variant of its own, and no built-in scene is one. Of its pixels many, one beside the
+/// other, show nothing but the sky: these paths end together.
+fn plaster_under_a_sky() -> Result<(), Failed> {
+    let mut scene = Scene::load("tower")?;
+    scene.materials.fill(Material::diffuse("plaster", [0.7, 0.6, 0.5]));
+    let buffers = SceneBuffers::build(&scene)?;
+    let view = buffers.view();
+    ensure(view.within::<FEATURE_ENVIRONMENT>().is_some(), || format!("features {:#x}", view.features))?;
+    let camera = buffers.camera.params(SIZE[0], SIZE[1]);
+    let misses =
+        |x: u32| !view.closest(&primary_ray(&camera, Vec2::new(x as f32, ROWS[0] as f32), Vec2::ZERO)).is_hit();
+    ensure((0..3 * LANES as u32).all(misses), || "something is before the sky".to_owned())?;
+    same_bits(&buffers, "plaster")
 }
 
 fn rows<const COMPILED: u32>(view: &SceneView<'_, COMPILED>, params: &PathParams, name: &str) -> Result<(), Failed> {
