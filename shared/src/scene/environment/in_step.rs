@@ -60,7 +60,7 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     }
 
     /// Radiance at points of the map, in pixels.
-    #[allow(clippy::needless_range_loop, reason = "iterators over the same make it half as fast")]
+    #[allow(clippy::needless_range_loop, reason = "with iterators the stages take 1.6 times as long")]
     #[inline(always)]
     fn environment_radiances(&self, e: &Environment, at: &Lanes<Vec2>) -> Lanes<Vec3> {
         let (mut words, mut weights) = ([Lanes::<u32>::ZERO; 4], [Lanes::<f32>::ZERO; 4]);
