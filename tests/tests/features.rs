@@ -12,11 +12,12 @@ use restir_host::scene::{
 use restir_host::technique::path::{PathSettings, Subsurface};
 use restir_host::technique::{configure, named};
 use restir_shared::layout::{
-    ALIAS_WORDS, ENVIRONMENT_WORDS, FEATURE_ALPHA, FEATURE_BLEND, FEATURE_CLEAR, FEATURE_CLEAR_BORDER, FEATURE_DELTA,
-    FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE, FEATURE_ENVIRONMENT, FEATURE_GLOSSY, FEATURE_LIGHT_TABLE,
-    FEATURE_MULTISCATTER, FEATURE_PUNCTUAL, FEATURE_SHADING, FEATURE_SPECULAR, FEATURE_SUBSURFACE, FEATURE_TEXTURES,
-    FEATURE_TRANSMISSION, FEATURE_VOLUME, FEATURES_ALL, FEATURES_DIFFUSE, INTERIOR_WORDS, LIGHT_WORDS, MATERIAL_WORDS,
-    NODE_WORDS, NONE, PUNCTUAL_WORDS, SHADING_WORDS, TEXTURE_SLOTS, TEXTURE_USE_WORDS, TRIANGLE_WORDS,
+    ALIAS_WORDS, ENVIRONMENT_PART, ENVIRONMENT_WORDS, FEATURE_ALPHA, FEATURE_BLEND, FEATURE_CLEAR,
+    FEATURE_CLEAR_BORDER, FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_EMISSIVE, FEATURE_ENVIRONMENT,
+    FEATURE_GLOSSY, FEATURE_LIGHT_TABLE, FEATURE_MULTISCATTER, FEATURE_PUNCTUAL, FEATURE_SHADING, FEATURE_SPECULAR,
+    FEATURE_SUBSURFACE, FEATURE_TEXTURES, FEATURE_TRANSMISSION, FEATURE_VOLUME, FEATURES_ALL, FEATURES_DIFFUSE,
+    INTERIOR_WORDS, LIGHT_WORDS, MATERIAL_WORDS, NODE_WORDS, NONE, PUNCTUAL_WORDS, SHADING_WORDS, TEXTURE_SLOTS,
+    TEXTURE_USE_WORDS, TRIANGLE_WORDS,
 };
 use restir_tests::checks;
 use restir_tests::device::{self, Adapter};
@@ -314,8 +315,11 @@ fn absent_parts_are_not_allocated() -> Result<(), Failed> {
             + only_with(FEATURE_SUBSURFACE, INTERIOR_WORDS)
             + only_with(FEATURE_ENVIRONMENT, ENVIRONMENT_WORDS)
             + only_with(FEATURE_LIGHT_TABLE, header.light_count * ALIAS_WORDS);
-        // the sRGB table and the one word of the texture; pixels and rows of the map, three times as fine; else a word that is never read
-        let texels = only_with(FEATURE_TEXTURES, 256 + 1) + only_with(FEATURE_ENVIRONMENT, 9 * 32 + 3 * 4);
+        // the sRGB table and the one word of the texture; pixels, rows and parts of the map of 8 x 4 pixels, three times as fine; else a
+        // word that is never read
+        let parts = 12_u32.div_ceil(ENVIRONMENT_PART) + 12 * 24_u32.div_ceil(ENVIRONMENT_PART);
+        let map = 24 * 12 + 12 + parts.div_ceil(4);
+        let texels = only_with(FEATURE_TEXTURES, 256 + 1) + only_with(FEATURE_ENVIRONMENT, map);
         let expected = [geometry, attributes, texels.max(1)];
         ensure(found == expected, || format!("{}: {found:?} words instead of {expected:?}", variant.name))?;
         for (base, feature) in [

@@ -2,7 +2,7 @@
 
 use super::environment::EnvironmentMap;
 use crate::scene::{AlphaMode, Material, Scene, Texture};
-use restir_shared::layout::{MATERIAL_BLEND, MATERIAL_MASK, NONE};
+use restir_shared::layout::{ENVIRONMENT_PART, MATERIAL_BLEND, MATERIAL_MASK, NONE};
 
 /// The arena and where things begin in it.
 #[derive(Debug)]
@@ -90,6 +90,11 @@ impl Texels {
             .extend(map.pixels.iter().flat_map(|&([r, g, b], bound)| [r.to_bits(), g.to_bits(), b.to_bits(), bound]));
         let rows = self.next_word();
         self.words.extend(map.rows.iter().flat_map(|&bound| [bound, 0, 0, 0]));
+        self.words.extend(map.rows.iter().step_by(ENVIRONMENT_PART as usize));
+        for row in map.pixels.chunks(map.size[0] as usize) {
+            self.words.extend(row.iter().step_by(ENVIRONMENT_PART as usize).map(|&(_, bound)| bound));
+        }
+        self.words.resize(self.words.len().next_multiple_of(4), 0);
         [pixels, rows]
     }
 }

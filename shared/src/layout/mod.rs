@@ -21,6 +21,7 @@
 //! | texels | texture | a quarter | four RGBA texels of 8 bits a channel |
 //! | texels | environment | 1 | `radiance.rgb, lower bound of the column's share of its row`, in 2^-32 |
 //! | texels | environment rows | 1 | `lower bound of the row's share, 0, 0, 0`, in 2^-32 |
+//! | texels | environment parts | a quarter | the lower bounds of every [`ENVIRONMENT_PART`]th row, then of every such column of each row, from the first on: copies, of which a cache holds more |
 //!
 //! A scene of one grey triangle, laid out by hand:
 //!

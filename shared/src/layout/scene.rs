@@ -23,6 +23,8 @@ pub const TEXTURE_SLOTS: u32 = 6;
 pub const PUNCTUAL_WORDS: u32 = 3;
 /// Words in the record of the environment.
 pub const ENVIRONMENT_WORDS: u32 = 2;
+/// Rows, and columns of a row, in a part of an environment.
+pub const ENVIRONMENT_PART: u32 = 16;
 /// Words in a light.
 pub const LIGHT_WORDS: u32 = 1;
 /// Words in an entry of the alias table.

@@ -52,12 +52,25 @@ pub fn find_discrete(word: u32, count: u32, cdf: impl Fn(u32) -> u32) -> u32 {
     index
 }
 
-/// [`find_discrete`] in each lane, in step: `cdf(lane, i)` bounds the items of a lane.
+/// [`find_discrete`] in each lane, in step: `cdf(lane, i)` bounds the items of a lane, and `parts(lane)` has the bound of every `part`th of
+/// them, from the first on. These lie in a row, so that all are compared at once, and take little of a cache. `part` is a power of two.
 #[cfg(not(target_arch = "spirv"))]
 #[inline(always)]
-pub fn find_discrete_each(words: &Lanes<u32>, count: u32, cdf: impl Fn(usize, u32) -> u32) -> Lanes<u32> {
+pub fn find_discrete_each<'a>(
+    words: &Lanes<u32>,
+    count: u32,
+    part: u32,
+    parts: impl Fn(usize) -> &'a [u32],
+    cdf: impl Fn(usize, u32) -> u32,
+) -> Lanes<u32> {
     let mut found = Lanes::<u32>::ZERO;
-    let mut step = count.next_power_of_two() >> 1;
+    for lane in 0..LANES {
+        let key = key(words.get(lane));
+        // bounds do not decrease, so that those reached come before the others
+        let reached: u32 = parts(lane).iter().map(|&bound| u32::from(bound <= key)).sum();
+        found.set(lane, reached.saturating_sub(1) * part);
+    }
+    let mut step = part >> 1;
     while step > 0 {
         for lane in 0..LANES {
             let (here, next) = (found.get(lane), found.get(lane) + step);

@@ -249,10 +249,14 @@ pub(crate) fn items_are_found_in_step() {
             for lane in 0..LANES {
                 words.set(lane, if lane % 2 == 0 { ends[lane / 2 % 4] } else { random[0].rotate_left(lane as u32) });
             }
-            let found = find_discrete_each(&words, list.count(), |_, i| list.0[i as usize]);
+            let found = [1, 4, 16].map(|part| {
+                let parts: Vec<u32> = list.0.iter().copied().step_by(part).collect();
+                find_discrete_each(&words, list.count(), part as u32, |_| &parts, |_, i| list.0[i as usize])
+            });
             for lane in 0..LANES {
                 let word = words.get(lane);
-                assert_eq!(found.get(lane), list.sample(word).index, "list {number}, word {word}");
+                let one_by_one = [list.sample(word).index; 3];
+                assert_eq!(found.map(|found| found.get(lane)), one_by_one, "list {number}, word {word}");
             }
         }
     }

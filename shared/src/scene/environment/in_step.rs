@@ -5,7 +5,7 @@
 
 use super::{Around, Environment, EnvironmentPoint, LightSample, SceneView, light_sample};
 use crate::lanes::{LANES, Lanes, fields};
-use crate::layout::{FEATURE_ENVIRONMENT, NONE};
+use crate::layout::{ENVIRONMENT_PART, FEATURE_ENVIRONMENT, NONE};
 use crate::pack::xyz;
 use crate::sampling::find_discrete_each;
 use glam::{UVec4, Vec2, Vec3};
@@ -41,9 +41,20 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     #[inline(always)]
     pub(crate) fn sample_environment_each(&self, words: &[Lanes<u32>; 2]) -> Lanes<LightSample> {
         let e = self.environment_record();
-        let rows = find_discrete_each(&words[0], e.height, |_, row| self.row_bound(&e, row));
-        let columns =
-            find_discrete_each(&words[1], e.width, |lane, column| self.column_bound(&e, rows.get(lane), column));
+        let rows = find_discrete_each(
+            &words[0],
+            e.height,
+            ENVIRONMENT_PART,
+            |_| self.parts(&e, 0, parts_of(e.height)),
+            |_, row| self.row_bound(&e, row),
+        );
+        let columns = find_discrete_each(
+            &words[1],
+            e.width,
+            ENVIRONMENT_PART,
+            |lane| self.parts(&e, parts_of(e.height) + rows.get(lane) * parts_of(e.width), parts_of(e.width)),
+            |lane, column| self.column_bound(&e, rows.get(lane), column),
+        );
         let (mut at, mut probabilities) = (Lanes::<Vec2>::ZERO, Lanes::<f32>::ZERO);
         for lane in 0..LANES {
             let cell = [columns.get(lane), rows.get(lane)];
@@ -57,6 +68,14 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
             samples.set(lane, light_sample(&e, at.get(lane), probabilities.get(lane), radiances.get(lane)));
         }
         samples
+    }
+
+    /// Bounds of the first rows or columns of parts.
+    #[inline(always)]
+    fn parts(&self, e: &Environment, first: u32, count: u32) -> &[u32] {
+        let words = bytemuck::cast_slice::<UVec4, u32>(self.texels);
+        let first = (e.rows + e.height) as usize * 4 + first as usize;
+        words.get(first..first + count as usize).unwrap_or_default()
     }
 
     /// Radiance at points of the map, in pixels.
@@ -88,4 +107,10 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
         }
         radiances
     }
+}
+
+/// Parts of so many rows or columns.
+#[inline(always)]
+fn parts_of(side: u32) -> u32 {
+    side.div_ceil(ENVIRONMENT_PART)
 }
