@@ -21,6 +21,8 @@
 //! ```
 
 use crate::geometry::Ray;
+#[cfg(not(target_arch = "spirv"))]
+use crate::lanes::{LANES, Lanes};
 use crate::layout::{CameraParams, FEATURE_BLEND};
 use crate::num;
 use crate::rng::{self, Rng};
@@ -40,6 +42,13 @@ pub const AFTER_CAMERA: u32 = 2;
 /// disk, where the ray passes the lens; a pinhole has only one such point.
 #[inline(always)]
 pub fn primary_ray(camera: &CameraParams, pixel: Vec2, lens: Vec2) -> Ray {
+    let ray = ray_of_any_length(camera, pixel, lens);
+    Ray { direction: normalize(ray.direction), ..ray }
+}
+
+/// [`primary_ray`], but for the length of its direction, which is that on the camera's image plane.
+#[inline(always)]
+fn ray_of_any_length(camera: &CameraParams, pixel: Vec2, lens: Vec2) -> Ray {
     let x = pixel.x * camera.inv_width * 2.0 - 1.0;
     let y = 1.0 - pixel.y * camera.inv_height * 2.0;
     let right = Vec3::from_array(camera.right);
@@ -47,7 +56,25 @@ pub fn primary_ray(camera: &CameraParams, pixel: Vec2, lens: Vec2) -> Ray {
     let (lens_x, lens_y) = (lens.x * camera.lens_right, lens.y * camera.lens_up);
     let direction = Vec3::from_array(camera.forward) + right * (x - lens_x) + up * (y - lens_y);
     let origin = Vec3::from_array(camera.position) + right * lens_x + up * lens_y;
-    Ray { origin, direction: normalize(direction), t_max: Ray::FAR, key: 0 }
+    Ray { origin, direction, t_max: Ray::FAR, key: 0 }
+}
+
+/// How far beyond a pixel its corners are taken to lie, in pixels: farther than what rounding moves a ray.
+#[cfg(not(target_arch = "spirv"))]
+const MARGIN: f32 = 1.0 / 64.0;
+
+/// Rays of a pinhole that are about the pixel (x, y), in each lane that to one of its corners: every component of the direction of a ray
+/// through the pixel, whatever its length, is between those of theirs.
+#[cfg(not(target_arch = "spirv"))]
+#[inline(always)]
+pub fn rays_about_pixel(camera: &CameraParams, [x, y]: [u32; 2]) -> Lanes<Ray> {
+    let mut rays = Lanes::ZERO;
+    for lane in 0..LANES {
+        let beyond = |bit: usize| if lane & bit == 0 { -MARGIN } else { 1.0 + MARGIN };
+        let corner = Vec2::new(x as f32, y as f32) + Vec2::new(beyond(1), beyond(2));
+        rays.set(lane, ray_of_any_length(camera, corner, Vec2::ZERO));
+    }
+    rays
 }
 
 /// The height of a pixel in the middle of the image, at the distance 1 from the camera.

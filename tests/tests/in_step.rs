@@ -43,7 +43,7 @@ const ROWS: [u32; 3] = [2, 13, 22];
 
 /// Settings that each take a way of their own: blocks of one sample and of more than the largest, samples from further on, paths of no
 /// segment, of one, and of many, and all flags. The pixels of a row take three batches where blocks are the largest.
-fn settings(base: PathParams) -> [PathParams; 8] {
+fn settings(base: PathParams) -> [PathParams; 9] {
     let all = PATH_JITTER | PATH_ROULETTE | PATH_SOBOL;
     [
         base,
@@ -51,6 +51,7 @@ fn settings(base: PathParams) -> [PathParams; 8] {
         PathParams { block_log2: 2, first_sample: 12, flags: PATH_JITTER, ..base },
         PathParams { block_log2: 3, max_depth: 0, ..base },
         PathParams { block_log2: 1, max_depth: 1, flags: all, ..base },
+        PathParams { block_log2: 5, max_depth: 1, flags: PATH_JITTER | PATH_SOBOL, ..base },
         PathParams { block_log2: 4, max_depth: 2, flags: PATH_BLACKMAN_HARRIS | PATH_SOBOL, ..base },
         PathParams { block_log2: 3, max_depth: 40, flags: all, ..base },
         PathParams { block_log2: MAX_BLOCK_LOG2 + 3, first_sample: 64, max_depth: 3, flags: all, ..base },
@@ -58,7 +59,8 @@ fn settings(base: PathParams) -> [PathParams; 8] {
 }
 
 fn same_bits(scene: &SceneBuffers, name: &str) -> Result<(), Failed> {
-    let view = scene.view();
+    // with the tree for processors, which knows where there are emitters
+    let view = scene.traced_view();
     let base = PathParams { block_log2: 3, ..PathParams::new(scene.camera.params(SIZE[0], SIZE[1]), SIZE, 5) };
     for params in settings(base) {
         rows(&view, &params, name)?;

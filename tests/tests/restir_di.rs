@@ -7,6 +7,7 @@ use restir_host::plan::Pass;
 use restir_host::render::{self, Render};
 use restir_host::replay::{Counts, Recording};
 use restir_host::scene::{Camera, Material, Mesh, Scene};
+use restir_host::technique::path::PathSettings;
 use restir_host::technique::restir_di::DiSettings;
 use restir_kernels::restir_di::{di_combine, di_exchange, di_gather, di_offer, di_primary};
 use restir_shared::glam::{DVec3, UVec4, Vec3};
@@ -35,7 +36,7 @@ restir_tests::suite! {
     without_neighbours_a_reservoir_stays known_visibility_needs_no_final_ray a_still_view_merges_as_by_talbot
     images_of_one_pixel_and_one_row_render without_lights_it_is_dark reservoirs_come_back_from_their_words
     broken_words_are_empty_reservoirs a_shaded_neighbour_costs_one_evaluation to_be_a_neighbour_is_mutual
-    shading_with_neighbours_is_pairwise_mis unbiased_settings_agree_with_paths wrong_settings_are_seen
+    shading_with_neighbours_is_pairwise_mis more_rays_are_for_what_is_seen_alone unbiased_settings_agree_with_paths wrong_settings_are_seen
 }
 
 /// Settings that differ as the text says from four candidates, selection without visibility, and a final ray.
@@ -52,12 +53,47 @@ fn render(size: [u32; 2], settings: &DiSettings, frames: u32, seed: u32) -> Rend
     Render { count: frames, seed, ..Render::new(size, settings.clone()) }
 }
 
+/// The picture with `seen_rays` is the one without, in which what is seen directly is replaced by that of path tracing with as many rays: of a
+/// lamp and of a sky. The frame's own ray and the samples of paths of one segment are the same rays.
+fn more_rays_are_for_what_is_seen_alone() -> Result<(), Failed> {
+    const FRAMES: u32 = 3;
+    let mut executor = CpuExecutor::new(None)?;
+    for name in ["cornell", "tower"] {
+        let scene = buffers(name)?;
+        let mut picture = |render: &Render| -> Result<Vec<[f32; 3]>, Failed> {
+            Ok(render::render(&mut executor, &scene, render, &mut |_| Ok(()))?.image.pixels)
+        };
+        let seen = PathSettings { max_depth: 1, jitter: true, ..PathSettings::default() };
+        let mut apart = |rays: u32| -> Result<[Vec<[f32; 3]>; 2], Failed> {
+            let frames = render([40, 30], &settings(&format!("jitter=on,shaded=20,seen_rays={rays}")), FRAMES, 5);
+            let paths = Render { count: rays * FRAMES, seed: 5, ..Render::new([40, 30], seen.clone()) };
+            Ok([picture(&Render { accumulate: true, ..frames })?, picture(&paths)?])
+        };
+        let ([one, one_seen], [many, many_seen]) = (apart(1)?, apart(6)?);
+        // rounding of sums of so few, relative to the largest of them
+        let differ = |of_many: f32| {
+            let words = |image: &[[f32; 3]]| image.as_flattened().to_vec();
+            let [one, one_seen, many, many_seen] = [&one, &one_seen, &many, &many_seen].map(|image| words(image));
+            let differs = |i: &usize| {
+                let scale = [one[*i], one_seen[*i], many[*i], many_seen[*i]].into_iter().fold(0.0, f32::max);
+                ((many[*i] - of_many * many_seen[*i]) - (one[*i] - one_seen[*i])).abs() > 1e-6 * scale
+            };
+            (0..one.len()).filter(differs).count()
+        };
+        ensure(differ(1.0) == 0, || format!("{name}: {} values have something else", differ(1.0)))?;
+        // counted twice, or not at all, it would be seen
+        ensure(differ(2.0) > 100 && differ(0.0) > 100, || format!("{name}: {} and {}", differ(2.0), differ(0.0)))?;
+    }
+    Ok(())
+}
+
 /// What follows is tested over scenes that count, or answer otherwise, by the same executor; this is that a user gets the same.
 fn other_scenes_give_the_bits_of_renders() -> Result<(), Failed> {
     let mut executor = CpuExecutor::new(None)?;
     let presets = DiSettings::PRESETS.iter().map(|name| format!("preset={name}"));
     // the last in several passes, whose number is no power of two
-    let more = ["jitter=on,spatial=2", "temporal=fused", "temporal=off", "shaded=20"].map(str::to_owned);
+    let more = ["jitter=on,spatial=2", "jitter=on,seen_rays=3", "temporal=fused", "temporal=off", "shaded=20"]
+        .map(str::to_owned);
     let buffers = buffers("all-lights")?;
     for text in presets.chain(more) {
         let render = render([20, 14], &settings(&text), 3, 7);

@@ -103,12 +103,15 @@ impl Frame {
 /// Frames of a technique within those of another one, whose buffers come after its own: each of them makes a picture alone.
 pub(crate) struct Within {
     sequence: Box<dyn Sequence>,
+    /// Samples of which a picture is the mean, of techniques that repeat these.
+    samples: u32,
 }
 
 impl Within {
-    /// The frames of `technique` on the stage of the other one.
-    pub(crate) fn new(technique: &dyn Technique, stage: &Stage) -> Self {
-        Self { sequence: technique.sequence(&Stage { most: 1, progressive: false, ..stage.clone() }) }
+    /// The frames of `technique` on the stage of the other one, with so many samples each if it repeats these, else 1.
+    pub(crate) fn new(technique: &dyn Technique, stage: &Stage, samples: u32) -> Self {
+        let stage = Stage { most: samples, progressive: false, ..stage.clone() };
+        Self { sequence: technique.sequence(&stage), samples }
     }
 
     /// The arenas, and what its passes need.
@@ -123,7 +126,7 @@ impl Within {
 
     /// The passes of a frame; they make its picture if the frame is added to the film.
     pub(crate) fn passes(&mut self, now: &Frame) -> impl Iterator<Item = Result<Pass, Error>> {
-        let alone = Frame { samples: 1, primary_given: false, clears: true, shows: now.adds, ..now.clone() };
+        let alone = Frame { samples: self.samples, primary_given: false, clears: true, shows: now.adds, ..now.clone() };
         self.sequence.begin(alone);
         std::iter::from_fn(|| self.sequence.next_pass())
     }

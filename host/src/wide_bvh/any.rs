@@ -117,7 +117,7 @@ impl Children {
 }
 
 /// Subtrees that wait.
-struct Stack {
+pub(super) struct Stack {
     waiting: [MaybeUninit<u32>; Self::CAPACITY],
     len: usize,
 }
@@ -127,13 +127,13 @@ impl Stack {
     const CAPACITY: usize = STACK_DEPTH * (LANES - 1) + LANES;
 
     #[inline(always)]
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self { waiting: [const { MaybeUninit::uninit() }; Self::CAPACITY], len: 0 }
     }
 
     /// Pushes the children in `lanes`, the lowest last.
     #[inline(always)]
-    fn push<L: Lanes>(&mut self, children: &[u32; LANES], lanes: u32) {
+    pub(super) fn push<L: Lanes>(&mut self, children: &[u32; LANES], lanes: u32) {
         // SAFETY: no node of a `WideBvh` is deeper than `STACK_DEPTH`, so a row is left
         let free = unsafe { &mut *self.waiting.as_mut_ptr().add(self.len).cast() };
         L::compress(children, lanes, free);
@@ -141,7 +141,7 @@ impl Stack {
     }
 
     #[inline(always)]
-    fn pop(&mut self) -> Option<u32> {
+    pub(super) fn pop(&mut self) -> Option<u32> {
         self.len = self.len.checked_sub(1)?;
         // SAFETY: words below `len` are written
         Some(unsafe { self.waiting.get_unchecked(self.len).assume_init() })

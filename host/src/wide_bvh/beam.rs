@@ -9,7 +9,7 @@ use super::closest::{Stack, is_nearer};
 use super::each::{Each, HALVES, Numbers};
 use super::simd::{LANES, Lanes, Row, take_lowest};
 use super::triangles::{One, Triangles, Vertices};
-use super::{Node, Pack, Subtree, WideBvh};
+use super::{Node, Pack, Subtree, WideBvh, any};
 use restir_shared::geometry::{Coverage, Hit, Ray};
 use restir_shared::lanes::{self, LANES as RAYS};
 use restir_shared::num;
@@ -22,12 +22,13 @@ pub(super) fn closest<L: Lanes, C: Coverage>(bvh: &WideBvh, rays: &lanes::Lanes<
         return super::closest::closest_each::<L, C>(bvh, rays, &lanes::Lanes::all(true), coverage);
     };
     let beam = Beam::<L>::new(&each);
-    traverse(bvh, &beam, &each, order, rays, coverage)
+    traverse::<L, C, false>(bvh, &beam, &each, order, rays, coverage)
 }
 
-/// The closest hits of rays that `beam` bounds, of all of which `order` is the order of axes.
+/// The closest hits of rays that `beam` bounds, of all of which `order` is the order of axes; with `EMITTERS` of triangles that emit, and others
+/// in packs of these.
 #[inline(always)]
-pub(super) fn traverse<L: Lanes, C: Coverage>(
+pub(super) fn traverse<L: Lanes, C: Coverage, const EMITTERS: bool>(
     bvh: &WideBvh,
     beam: &Beam<L>,
     each: &Each,
@@ -52,7 +53,8 @@ pub(super) fn traverse<L: Lanes, C: Coverage>(
             }
             Subtree::Node(node) => {
                 let (enter, exit) = beam.children(node);
-                let hit = enter.le(exit.min(L::splat(found.limit))).bits();
+                let near = enter.le(exit.min(L::splat(found.limit))).bits();
+                let hit = if EMITTERS { near & node.emitters } else { near };
                 if hit != 0 {
                     current = stack.push_all_but_nearest(node, &enter.store(), hit);
                     continue;
@@ -62,6 +64,42 @@ pub(super) fn traverse<L: Lanes, C: Coverage>(
         current = match stack.pop(found.limit) {
             Some(next) => next,
             None => return found.hits(),
+        };
+    }
+}
+
+/// Whether one of the rays meets a triangle that emits, or one in a pack with such. Where their orders of axes differ, true.
+#[inline(always)]
+pub(super) fn may_meet_emitters<L: Lanes, C: Coverage>(bvh: &WideBvh, rays: &lanes::Lanes<Ray>, coverage: &C) -> bool {
+    let each = Each::new(rays, bvh.bounds);
+    let Some(order) = each.order() else { return true };
+    let beam = Beam::<L>::new(&each);
+    traverse::<L, C, true>(bvh, &beam, &each, order, rays, coverage).iter().any(Hit::is_hit)
+}
+
+/// Whether a ray between these may meet a triangle that emits: whether the beam of all enters the box of one, or of one that shares its pack.
+#[inline(always)]
+pub(super) fn emitters_between<L: Lanes, C: Coverage>(bvh: &WideBvh, rays: &lanes::Lanes<Ray>, _: &C) -> bool {
+    let each = Each::new(rays, bvh.bounds);
+    let (beam, limit) = (Beam::<L>::new(&each), greatest::<L>(&each.t_max));
+    let mut stack = any::Stack::new();
+    let mut current = bvh.root;
+    loop {
+        match bvh.subtree(current) {
+            Subtree::Pack(pack) => {
+                if beam.meets(pack, limit) != 0 {
+                    return true;
+                }
+            }
+            Subtree::Node(node) => {
+                let (enter, exit) = beam.children(node);
+                let hit = enter.le(exit.min(L::splat(limit))).bits();
+                stack.push::<L>(&node.children, hit & node.emitters);
+            }
+        }
+        current = match stack.pop() {
+            Some(next) => next,
+            None => return false,
         };
     }
 }

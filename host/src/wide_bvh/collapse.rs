@@ -188,9 +188,28 @@ impl<'a> Collapse<'a> {
                 None => tree.root = reference,
             }
         }
+        self.mark_emitters(&mut tree);
         tree.nodes.shrink_to_fit();
         tree.packs.shrink_to_fit();
         tree
+    }
+
+    /// Marks the children that have triangles that emit, from the leaves up.
+    fn mark_emitters(&self, tree: &mut Tree) {
+        let emits = |id: u32| {
+            let at = (self.scene.header.triangle_base + (id & !PARTIAL) * TRIANGLE_WORDS) as usize;
+            self.scene.geometry[at + 1].w != NONE
+        };
+        for index in (0..tree.nodes.len()).rev() {
+            for (slot, child) in tree.nodes[index].children.into_iter().enumerate().filter(|(_, child)| *child != NONE)
+            {
+                let is_marked = match child & PACK {
+                    0 => tree.nodes[child as usize].emitters != 0,
+                    _ => tree.packs[(child & !PACK) as usize].ids.iter().any(|&id| id != NONE && emits(id)),
+                };
+                tree.nodes[index].emitters |= u32::from(is_marked) << slot;
+            }
+        }
     }
 
     /// The triangles of a subtree. Not by recursion, of which rustc 1.95 loses a branch when it optimises.
@@ -227,7 +246,7 @@ impl<'a> Collapse<'a> {
 
 fn node(children: &[Subtree]) -> Node {
     let nowhere = [Row([f32::INFINITY; LANES]), Row([f32::NEG_INFINITY; LANES])];
-    let mut node = Node { planes: [nowhere; 3], children: [NONE; LANES] };
+    let mut node = Node { planes: [nowhere; 3], children: [NONE; LANES], emitters: 0 };
     for (slot, child) in children.iter().enumerate() {
         for axis in 0..3 {
             node.planes[axis][0].0[slot] = child.lo[axis];

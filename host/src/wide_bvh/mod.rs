@@ -93,6 +93,8 @@ struct Node {
     planes: [[Row; 2]; 3],
     /// [`PACK`] and the index of a pack, or the index of a node.
     children: [u32; LANES],
+    /// The children with a triangle that emits, as bits.
+    emitters: u32,
 }
 
 /// Up to eight triangles. The other lanes hold triangles without an area, which nothing hits.
@@ -198,6 +200,8 @@ impl WideBvh {
     at_level! { fn closest_over(ray: &Ray) -> Hit = closest::closest }
     at_level! { fn closest_each_over(rays: &Lanes<Ray>, of: &Lanes<bool>) -> [Hit; RAYS] = closest::closest_each }
     at_level! { fn closest_together_over(rays: &Lanes<Ray>) -> [Hit; RAYS] = beam::closest }
+    at_level! { fn may_meet_emitters_over(rays: &Lanes<Ray>) -> bool = beam::may_meet_emitters }
+    at_level! { fn emitters_between_over(rays: &Lanes<Ray>) -> bool = beam::emitters_between }
     at_level! { fn any_over(ray: &Ray) -> bool = any::any }
     at_level! { fn any_each_over(rays: &Lanes<Ray>, of: &Lanes<bool>) -> [bool; RAYS] = any::any_each }
     at_level! { fn all_over(ray: &Ray) -> Crossings = any::all }
@@ -225,6 +229,14 @@ impl Hierarchy for WideBvh {
 
     fn closest_each(&self, rays: &Lanes<Ray>, of: &Lanes<bool>, coverage: &dyn Coverage) -> [Hit; RAYS] {
         over!(self.closest_each_over(rays, of), coverage)
+    }
+
+    fn may_meet_emitters(&self, rays: &Lanes<Ray>) -> bool {
+        self.may_meet_emitters_over(rays, &Solid)
+    }
+
+    fn emitters_between(&self, rays: &Lanes<Ray>) -> bool {
+        self.emitters_between_over(rays, &Solid)
     }
 
     fn occluded(&self, ray: &Ray, coverage: &dyn Coverage) -> bool {

@@ -5,7 +5,7 @@ use super::{Node, SimdLevel, WideBvh};
 use crate::buffers::SceneBuffers;
 use crate::scene::Scene;
 use glam::{Vec2, Vec3};
-use restir_shared::camera::primary_ray;
+use restir_shared::camera::{camera_ray, primary_ray, rays_about_pixel};
 use restir_shared::geometry::{Coverage, Hit, Ray, Solid};
 use restir_shared::lanes::{LANES as RAYS, Lanes};
 use restir_shared::layout::{CameraParams, NONE};
@@ -152,7 +152,7 @@ fn as_the_first(tree: &WideBvh, rays: &Lanes<Ray>, coverage: &impl Coverage) -> 
     (0..RAYS).for_each(|lane| first.set(lane, rays.get(0)));
     let (first, each) = (Each::new(&first, tree.bounds), Each::new(rays, tree.bounds));
     let order = each.order().or(first.order()).unwrap();
-    traverse(tree, &Beam::<Portable>::new(&first), &each, order, rays, coverage)
+    traverse::<_, _, false>(tree, &Beam::<Portable>::new(&first), &each, order, rays, coverage)
 }
 
 #[test]
@@ -167,5 +167,42 @@ fn beams_have_the_hits_of_their_rays() {
         }
         let tree = WideBvh::new(&view);
         assert!(others(&view, &beams, |rays| as_the_first(&tree, rays, &view)) > 0, "too small a beam passes");
+    }
+}
+
+/// Of how many pixels a tree says that no ray through them meets an emitter although one of 64 does, and of how many that one may.
+fn overlooked(view: &SceneView<'_>, camera: &CameraParams, between: impl Fn(&Lanes<Ray>) -> bool) -> [usize; 2] {
+    let emits = |hit: &Hit| hit.is_hit() && view.geometry[view.header.triangle_word(hit.id) + 1].w != NONE;
+    let mut counts = [0; 2];
+    for index in 0..SIDE * SIDE {
+        let (x, y) = (index % SIDE, index / SIDE);
+        let sees = |sample| {
+            let rng = Rng::new(x, y, sample, 3, Sampler::Sobol);
+            emits(&view.closest(&camera_ray(camera, true, |u| u, 0, &rng, x, y)))
+        };
+        if between(&rays_about_pixel(camera, [x, y])) {
+            counts[1] += 1;
+        } else {
+            counts[0] += usize::from((0..64).any(sees));
+        }
+    }
+    counts
+}
+
+#[test]
+fn no_emitter_is_overlooked() {
+    for scene in ["cornell", "many-lights", "moving"] {
+        let buffers = SceneBuffers::build(&Scene::load(scene).unwrap()).unwrap();
+        let (view, camera) = (buffers.view(), buffers.camera.params(SIDE, SIDE));
+        for level in SimdLevel::available() {
+            let tree = WideBvh::new(&view).with_level(level);
+            let [overlooked, may] = overlooked(&view, &camera, |rays| tree.emitters_between(rays));
+            assert_eq!(overlooked, 0, "{scene}, {level:?}");
+            assert!(may < (SIDE * SIDE) as usize, "{scene}, {level:?}: {may} pixels may see one");
+        }
+        // a tree that has forgotten all of them
+        let mut forgetful = WideBvh::new(&view);
+        forgetful.nodes.iter_mut().for_each(|node| node.emitters = 0);
+        assert!(overlooked(&view, &camera, |rays| forgetful.emitters_between(rays))[0] > 0, "{scene}");
     }
 }

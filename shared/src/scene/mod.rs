@@ -142,6 +142,18 @@ pub trait Hierarchy {
     fn occluded_each(&self, rays: &Lanes<Ray>, of: &Lanes<bool>, coverage: &dyn Coverage) -> [bool; LANES] {
         from_fn(|lane| of.get(lane) && self.occluded(&rays.get(lane), coverage))
     }
+    /// Whether one of the rays may meet a triangle that emits, be it behind others. Where it says no, nobody looks; always true, if not
+    /// implemented.
+    fn may_meet_emitters(&self, rays: &Lanes<Ray>) -> bool {
+        let _ = rays;
+        true
+    }
+    /// [`Self::may_meet_emitters`] of all rays between the given ones: those whose origin and direction have components between theirs.
+    /// Directions may have any length.
+    fn emitters_between(&self, rays: &Lanes<Ray>) -> bool {
+        let _ = rays;
+        true
+    }
     /// As [`Trace::occluded`].
     fn occluded(&self, ray: &Ray, coverage: &dyn Coverage) -> bool;
     /// As [`Probe::probe`]; `coverage` is asked of the hits of all triangles, marked or not, and says which count and belong to the

@@ -139,6 +139,18 @@ pub(super) struct TrianglePoint {
 
 #[cfg(not(target_arch = "spirv"))]
 impl<const COMPILED: u32> SceneView<'_, COMPILED> {
+    /// Whether one of the rays may meet a triangle that emits, be it behind others.
+    #[inline(always)]
+    pub(crate) fn may_meet_emitters(&self, rays: &Lanes<Ray>) -> bool {
+        self.tracer.is_none_or(|tracer| tracer.may_meet_emitters(rays))
+    }
+
+    /// Whether a ray between the given ones may meet a triangle that emits, see [`Hierarchy`](super::Hierarchy::emitters_between).
+    #[inline(always)]
+    pub(crate) fn emitters_between(&self, rays: &Lanes<Ray>) -> bool {
+        self.tracer.is_none_or(|tracer| tracer.emitters_between(rays))
+    }
+
     /// [`Trace::closest`] of each ray, where they have most of their way in common.
     #[inline(always)]
     pub fn closest_together(&self, rays: &Lanes<Ray>) -> [Hit; LANES] {

@@ -48,7 +48,7 @@ pub(super) const KNOWN: Known = Known {
 };
 
 /// All forms of MIS and uses of visibility, in time, in space and both at once.
-const ROWS: [Row; 29] = [
+const ROWS: [Row; 31] = [
     row("1/M, temporal", "cornell", 2, "mis=1/m,temporal=on,visibility_reuse=candidates,visibility=ray,spatial=0"),
     row("1/Z, spatial", "cornell", 2, "mis=1/z,neighbours=4,visibility_reuse=weights,visibility=ray"),
     row(
@@ -69,6 +69,8 @@ const ROWS: [Row; 29] = [
     row("constant, no light", "unlit", 2, "mis=constant,neighbours=2,scatter=on,visibility=ray,visibility_reuse=off"),
     row("tiles", "many-lights", 2, "mis=pairwise-defensive,neighbours=3,scatter=on,tiles=3x50"),
     row("independent numbers", "many-lights", 2, "neighbours=3,scatter=on,tiles=3x50,jitter=on,sampler=independent"),
+    row("more rays for what is seen", "tower", 2, "neighbours=2,jitter=on,seen_rays=5"),
+    row("more rays for lamps, in time", "cornell", 3, "temporal=on,jitter=on,seen_rays=16,spatial=0"),
     row("tiles of all kinds of lights", "tower", 2, "neighbours=2,visibility_reuse=weights,scatter=on,tiles=3x50"),
     row("tiles of an environment", "statue", 2, "temporal=on,visibility_reuse=weights,tiles=3x50,spatial=0"),
     row("tiles, no light", "unlit", 2, "mis=constant,neighbours=2,visibility=ray,tiles=3x50,visibility_reuse=off"),

@@ -31,7 +31,7 @@ pub use genealogy::{Generation, LightSource, Reuse, genealogy};
 pub use layers::{Layers, render_with_layers};
 pub use lineage::Origin;
 pub use settings::{
-    DiSettings, MAX_CANDIDATES, MAX_CONFIDENCE_CAP, MAX_INITIAL_RAYS, MAX_NEIGHBOURS, MAX_SHADED, MAX_SPATIAL_PASSES,
+    DiSettings, MAX_CANDIDATES, MAX_CONFIDENCE_CAP, MAX_INITIAL_RAYS, MAX_NEIGHBOURS, MAX_SEEN_RAYS, MAX_SHADED, MAX_SPATIAL_PASSES,
     MAX_TILE_SIZE, MAX_TILES, Target, Temporal, Tiles, Visibility, VisibilityReuse,
 };
 

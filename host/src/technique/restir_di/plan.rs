@@ -5,12 +5,17 @@ use crate::Error;
 use crate::film::Film;
 use crate::plan::{ARENAS, Buffer, BufferId, Pass};
 use crate::technique::Technique;
-use crate::technique::sequence::{Frame, Sequence, Stage, Work};
+use crate::technique::path::{PathSettings, Subsurface};
+use crate::technique::sequence::{Frame, Sequence, Stage, Within, Work};
 use bytemuck::Pod;
+use restir_kernels::film::film_add;
 use restir_kernels::{KernelDesc, restir_di as di};
-use restir_shared::layout::{CameraParams, Extent, FilmPixel};
+use restir_shared::layout::{CameraParams, Extent, FilmParams, FilmPixel};
 use restir_shared::technique::restir_di::{DiPairs, DiParams, DiPoint, Flags, PackedHit, PackedReservoir, TileWords};
 use std::collections::VecDeque;
+
+/// The most camera rays of a dispatch for what is seen directly.
+const SEEN_BLOCK: u32 = 64;
 
 /// The planes of the frames; what the settings do not need is not there.
 struct Planes {
@@ -72,6 +77,8 @@ pub(super) struct Chain {
     buffers: Vec<Buffer>,
     planes: Planes,
     film: Film,
+    /// Who finds what camera rays see directly, if more of them look for it than are shaded.
+    seen: Option<Within>,
     /// The frame in work; none before the first.
     now: Option<Frame>,
     /// How many frames up to this one had the scene and the rays of the one before.
@@ -82,7 +89,8 @@ pub(super) struct Chain {
 impl Chain {
     pub(super) fn new(settings: &DiSettings, stage: &Stage) -> Self {
         let keeps_history = settings.temporal != Temporal::Off && stage.goes_on;
-        let mut buffers = stage.arenas.to_vec();
+        let seen = settings.sees_apart().then(|| Within::new(&seen_directly(settings), stage, settings.seen_rays));
+        let mut buffers = seen.as_ref().map_or_else(|| stage.arenas.to_vec(), |within| within.buffers().to_vec());
         let planes = Planes::new(&mut buffers, settings, stage.size, keeps_history);
         let film = Film::new(&mut buffers, stage.film(settings.shading_passes(), 0));
         Self {
@@ -93,6 +101,7 @@ impl Chain {
             buffers,
             planes,
             film,
+            seen,
             now: None,
             still_for: 0,
             queue: VecDeque::new(),
@@ -105,10 +114,21 @@ impl Chain {
             self.push_over(now, &di::di_tiles::DESC, &self.params(now).tile_params(), &[], self.settings.flags());
         }
         self.push(now, &di::di_initial::DESC, self.params(now), &[("reservoirs", self.planes.reservoirs[0])]);
+        self.see(now);
         if let Some(camera) = last_camera.filter(|_| self.keeps_history) {
             self.reuse_in_time(now, camera);
         }
         self.reuse_in_space(now);
+    }
+
+    /// Adds what is seen directly to what needs no resampling.
+    fn see(&mut self, now: &Frame) {
+        let Some(within) = self.seen.as_mut().filter(|_| now.adds) else { return };
+        self.queue.extend(within.passes(now));
+        let [width, height] = self.size;
+        let params = FilmParams { width, height, samples: 1.0, reserved: 0 };
+        let planes = [("left", within.picture()), ("right", self.planes.direct)];
+        self.queue.push_back(Pass::new(&film_add::DESC, &[], &params, &planes));
     }
 
     fn reuse_in_time(&mut self, now: &Frame, last_camera: CameraParams) {
@@ -227,6 +247,17 @@ impl Chain {
             let history = usize::from(self.keeps_before_spatial());
             self.planes.reservoirs.swap(history, last);
         }
+    }
+}
+
+/// Path tracing of what camera rays see directly.
+fn seen_directly(settings: &DiSettings) -> PathSettings {
+    PathSettings {
+        max_depth: 1,
+        sampler: settings.sampler,
+        subsurface: Subsurface::Off,
+        dispatch_samples: Some(SEEN_BLOCK.min(1 << settings.seen_rays.ilog2())),
+        ..PathSettings::of(settings.integral())
     }
 }
 
@@ -415,6 +446,7 @@ mod tests {
                 feedback: on(1),
                 shaded: if on(4) { 20 } else { 0 },
                 jitter: on(5),
+                seen_rays: if on(2) { 5 } else { 1 },
                 tiles: on(0).then_some(Tiles { count: 1, size: 8 }),
                 ..DiSettings::default()
             };

@@ -22,6 +22,8 @@ pub const MAX_TILES: u32 = 1024;
 pub const MAX_TILE_SIZE: u32 = 32768;
 /// The most spatial passes of a frame.
 pub const MAX_SPATIAL_PASSES: u32 = 8;
+/// The most camera rays for what is seen directly.
+pub const MAX_SEEN_RAYS: u32 = 1024;
 /// The largest cap on confidence: what the packed reservoir holds.
 pub const MAX_CONFIDENCE_CAP: u32 = 255;
 
@@ -156,6 +158,10 @@ settings! {
         /// Camera rays are spread over the pixel. Without, a still view has the same rays in every frame, which reuse over time
         /// lives on.
         jitter: bool = false;
+        /// With jitter, camera rays a pixel and frame of which the image has the mean of what they see directly, lamps and
+        /// background. One is the ray of the frame itself; more, which trace nothing else, smooth the edges of what is bright. On
+        /// the CPU a scene without an environment has them only where lamps may be seen.
+        seen_rays: u32 = 1, in 1..=MAX_SEEN_RAYS, unit "rays";
         /// How the samples of a pixel are spread: over candidates and frames.
         sampler: Sampler = Sampler::Sobol;
         /// The light that rough specular lobes lose in single scattering comes back.
@@ -270,6 +276,11 @@ impl DiSettings {
         self.visibility_reuse >= VisibilityReuse::Candidates
     }
 
+    /// Whether other rays than those that are shaded find what is seen directly.
+    pub(super) fn sees_apart(&self) -> bool {
+        self.jitter && self.seen_rays > 1
+    }
+
     /// Passes of spatial reuse that are made.
     pub fn spatial_passes(&self) -> u32 {
         if self.temporal == Temporal::Fused { 0 } else { self.spatial }
@@ -330,6 +341,7 @@ impl DiSettings {
             (self.tiles.is_some(), Flags::TILES),
             (self.sampler == Sampler::Sobol, Flags::SOBOL),
             (self.transmittance, Flags::TRANSMITTANCE),
+            (self.sees_apart(), Flags::SEEN_APART),
             (self.target == Target::Red, Flags::RED),
             (self.target == Target::Green, Flags::GREEN),
             (self.target == Target::Blue, Flags::BLUE),

@@ -104,7 +104,7 @@ impl Chain {
     pub(super) fn new(settings: &PtSettings, stage: &Stage) -> Self {
         let keeps_history = settings.temporal && stage.goes_on;
         let technique = settings.direct.technique(&settings.integral());
-        let direct = technique.map(|technique| Within::new(&*technique, stage));
+        let direct = technique.map(|technique| Within::new(&*technique, stage, 1));
         let mut buffers = direct.as_ref().map_or_else(|| stage.arenas.to_vec(), |within| within.buffers().to_vec());
         let planes = Planes::new(&mut buffers, settings, stage.size, keeps_history);
         let film = Film::new(&mut buffers, stage.film(1, 0));

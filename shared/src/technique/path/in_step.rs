@@ -6,7 +6,7 @@
 use super::walk::{Numbers, Walk};
 use super::{PATH_BLACKMAN_HARRIS, PATH_JITTER, PATH_ROULETTE, PathParams, camera_segment};
 use crate::bsdf::Material;
-use crate::camera::{camera_ray, has_lens};
+use crate::camera::{camera_ray, has_lens, rays_about_pixel};
 use crate::film::{CUT, MAX_BLOCK_LOG2, sum_block};
 use crate::geometry::{Hit, Ray};
 use crate::lanes::{LANES, Lanes, Registers, Stage, fields, numbers};
@@ -31,18 +31,18 @@ pub fn pixels<const COMPILED: u32>(
 ) {
     let block_log2 = params.block_log2.min(MAX_BLOCK_LOG2);
     let mut radiances = [Vec3::ZERO; BATCH];
-    let mut x = x;
-    for pixels in film.chunks_mut(BATCH >> block_log2) {
-        let radiances = &mut radiances[..pixels.len() << block_log2];
-        radiances.fill(Vec3::ZERO);
-        if params.max_depth > 0 {
-            Batch { scene, params, at: [x, y], block_log2 }.trace(radiances, registers);
+    let mut at = 0;
+    while at < film.len() {
+        let batch = Batch { scene, params, at: [x.wrapping_add(at as u32), y], block_log2 };
+        let most = (BATCH >> block_log2).min(film.len() - at);
+        let count = (0..most).take_while(|&pixel| !batch.is_black(pixel as u32)).count();
+        if count > 0 {
+            batch.sums(&mut film[at..at + count], &mut radiances, registers);
         }
-        for (pixel, radiances) in pixels.iter_mut().zip(radiances.chunks(1 << block_log2)) {
-            let of_sample = |index: u32| radiances[index.wrapping_sub(params.first_sample) as usize];
-            *pixel = sum_block(params.first_sample, block_log2, of_sample);
-            x = x.wrapping_add(1);
+        if count < most {
+            film[at + count] = FilmPixel::default();
         }
+        at += most.min(count + 1);
     }
 }
 
@@ -302,6 +302,20 @@ impl<const COMPILED: u32> Stage for Escape<'_, COMPILED> {
 }
 
 impl<const COMPILED: u32> Batch<'_, COMPILED> {
+    /// The sum of each pixel's samples, whose radiances are written down in `radiances`.
+    #[inline(always)]
+    fn sums(&self, film: &mut [FilmPixel], radiances: &mut [Vec3; BATCH], registers: impl Registers) {
+        let radiances = &mut radiances[..film.len() << self.block_log2];
+        radiances.fill(Vec3::ZERO);
+        if self.params.max_depth > 0 {
+            self.trace(radiances, registers);
+        }
+        for (pixel, radiances) in film.iter_mut().zip(radiances.chunks(1 << self.block_log2)) {
+            let of_sample = |index: u32| radiances[index.wrapping_sub(self.params.first_sample) as usize];
+            *pixel = sum_block(self.params.first_sample, self.block_log2, of_sample);
+        }
+    }
+
     /// The radiance of each sample.
     #[inline(always)]
     fn trace(&self, radiances: &mut [Vec3], registers: impl Registers) {
@@ -407,10 +421,10 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
     /// The first segments of the samples from `first` on.
     #[inline(always)]
     fn look_ahead(&self, first: u32, rays: &mut Lanes<Ray>, registers: impl Registers) {
-        if has_lens(&self.params.camera) | (self.params.flags & PATH_BLACKMAN_HARRIS != 0) {
-            registers.run(&CameraSegments::<COMPILED, false> { batch: self, first }, &(), rays);
-        } else {
+        if self.has_plain_camera() {
             registers.run(&CameraSegments::<COMPILED, true> { batch: self, first }, &(), rays);
+        } else {
+            registers.run(&CameraSegments::<COMPILED, false> { batch: self, first }, &(), rays);
         }
     }
 
@@ -419,7 +433,10 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
     fn meet(&self, progress: &mut Progress<'_>) {
         if LANES >> self.block_log2 <= 2 {
             // they are of one pixel, or of two beside each other, and have most of their way in common
-            progress.first_hits = self.scene.closest_together(&progress.ahead);
+            // where nothing else counts, what is behind no emitter is as good as nothing
+            let may_count = !self.only_emitters_count() || self.scene.may_meet_emitters(&progress.ahead);
+            progress.first_hits =
+                if may_count { self.scene.closest_together(&progress.ahead) } else { [Hit::MISS; LANES] };
             return;
         }
         let left = progress.radiances.len() - progress.begun;
@@ -428,6 +445,28 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
             of.set(lane, lane < left);
         }
         progress.first_hits = self.scene.closest_each(&progress.ahead, &of);
+    }
+
+    /// Whether first segments find nothing but what emitters send: paths end with them, and what is behind everything is black.
+    #[inline(always)]
+    fn only_emitters_count(&self) -> bool {
+        let environment = self.scene.features() & FEATURE_ENVIRONMENT != 0;
+        (self.params.max_depth == 1) & !environment
+    }
+
+    /// Whether no sample of the pixel, by its number from the first one on, finds any light.
+    #[inline(always)]
+    fn is_black(&self, pixel: u32) -> bool {
+        let at = [self.at[0].wrapping_add(pixel), self.at[1]];
+        self.only_emitters_count()
+            && self.has_plain_camera()
+            && !self.scene.emitters_between(&rays_about_pixel(&self.params.camera, at))
+    }
+
+    /// Whether rays are within their pixel, and from one point.
+    #[inline(always)]
+    fn has_plain_camera(&self) -> bool {
+        !has_lens(&self.params.camera) & (self.params.flags & PATH_BLACKMAN_HARRIS == 0)
     }
 
     /// Puts a path that leaves the scene beside others that have.

@@ -73,8 +73,10 @@ pub fn initial<S: Trace + Surface + AddressedLights>(
     at: [u32; 2],
 ) -> (PackedReservoir, FilmPixel, u32) {
     let pixel = params.view().pixel(at, hit);
+    let apart = params.flags.contains(Flags::SEEN_APART);
     if !pixel.hit.is_hit() {
-        let radiance = if pixel.hit.is_cut() { CUT } else { scene.environment(pixel.ray.direction).radiance };
+        let background = if apart { Vec3::ZERO } else { scene.environment(pixel.ray.direction).radiance };
+        let radiance = if pixel.hit.is_cut() { CUT } else { background };
         return (Stored::EMPTY.pack(), FilmPixel::from_radiance(radiance), 0);
     }
     let point = pixel.point(scene);
@@ -88,7 +90,8 @@ pub fn initial<S: Trace + Surface + AddressedLights>(
         confidence: 1.0,
         visibility: dithered(kept.visibility, dither),
     };
-    (stored.pack(), FilmPixel::from_radiance(point.emission + radiance), kept.index)
+    let seen = if apart { Vec3::ZERO } else { point.emission };
+    (stored.pack(), FilmPixel::from_radiance(seen + radiance), kept.index)
 }
 
 /// The selection among all candidates, and the radiance by way of a perfect lobe.

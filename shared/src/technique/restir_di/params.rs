@@ -51,6 +51,8 @@ impl Flags {
     pub const TILES: Self = Self(1 << 13);
     /// Numbers are drawn by [`Sampler::Sobol`].
     pub const SOBOL: Self = Self(1 << 14);
+    /// What camera rays see directly, emission and environment, is left out: somebody else adds it.
+    pub const SEEN_APART: Self = Self(1 << 15);
     /// Position of the bits of [`Mis`].
     const MIS_SHIFT: u32 = 16;
 
