@@ -37,11 +37,12 @@ DEPTH = 8
 SPP = 64
 VARIANTS = ["scalar_rgb", "llvm_ad_rgb"]
 SAMPLERS = ["independent", "stratified", "multijitter", "ldsampler", "orthogonal"]
-PRESETS = ["progressive", "offline", "quality"]
+RESERVOIRS = ["preset=progressive", "preset=progressive,candidates=128", "preset=offline", "preset=quality"]
 METRICS = ["RMSE", "relMSE"]
 REL_MSE_EPSILON = 1e-3  # as `restir compare` has it
 MOST_SAMPLES = 4096
 FRAMES = SPP // 16  # of ReSTIR DI
+SEEN_RAYS = 256  # of a frame of ReSTIR DI, for what is seen directly over the area of pixels
 FINALISTS = {"RMSE": 2, "relMSE": 1}  # Mitsuba's samplers that are measured, since the trial is noisy
 TRIES = 3  # runs of what only chooses
 OWN_TRIES = 8  # which also show that the pictures are the same
@@ -166,10 +167,12 @@ def paths(arguments, subject, settings=()):
     return by_restir(arguments, subject, "path", ["--max-depth", str(subject.depth)], settings)
 
 
-def reservoirs(arguments, subject, preset):
-    """The mean of a few frames of ReSTIR DI, each of one camera ray a pixel."""
+def reservoirs(arguments, subject, settings):
+    """The mean of a few frames of ReSTIR DI, each of one camera ray a pixel, but for what that sees directly."""
     words = ["--technique", "restir-di", "--accumulate"]
-    return by_restir(arguments, subject, f"ReSTIR DI, {preset}", words, [f"preset={preset}"], "--frames", FRAMES)
+    name = f"ReSTIR DI, {settings.removeprefix('preset=')}"
+    seen = [] if subject.centres else [f"seen_rays={SEEN_RAYS}"]
+    return by_restir(arguments, subject, name, words, [*settings.split(","), *seen], "--frames", FRAMES)
 
 
 def by_mitsuba(subject, variant):
@@ -320,7 +323,7 @@ def compare(arguments, subject, problems):
     """Chooses contenders and counts by small images, then measures them together; what the report says of a scene."""
     small = [side // 2 for side in subject.size]
     variants = [v for v in VARIANTS if v not in problems and not (subject.centres and v == "scalar_rgb")]
-    own = [paths(arguments, subject), *(reservoirs(arguments, subject, preset) for preset in PRESETS if subject.direct)]
+    own = [paths(arguments, subject), *(reservoirs(arguments, subject, settings) for settings in RESERVOIRS if subject.direct)]
     own = [tried(contender, small, contender.counts[0], OWN_TRIES) for contender in own]
     trials = {variant: [tried(c, small, near_spp(c)) for c in by_mitsuba(subject, variant)] for variant in variants}
     reference = best_mean([*own, *(trial for list_ in trials.values() for trial in list_)])
@@ -722,8 +725,9 @@ def report(arguments, parts, problems, seconds):
         f" {DRAGON_SCALE:.0f} times as large as in its file, as Mitsuba's rays begin a fixed length off a small mesh. Rough metal"
         " scatters once (`multiscatter=off`).",
         "",
-        "With rays over the area of pixels the RMSE of `many-lights` is that of few pixels at the edges of lamps, where only the"
-        " number of rays through the pixel counts, and ReSTIR DI has one a frame; relMSE weighs all pixels. ReSTIR DI's default are"
+        "With rays over the area of pixels most of the squared error of `many-lights` is that of few pixels at the edges of lamps, where"
+        f" only the number of rays through the pixel counts: ReSTIR DI has {SEEN_RAYS} a frame for what is seen directly"
+        f" (`seen_rays={SEEN_RAYS}`), and one to shade. ReSTIR DI's default are"
         " rays through the centres of pixels; for `llvm_ad_rgb` a loop of its own does that around Mitsuba's integrator."
         " `scalar_rgb` cannot, and beside ReSTIR DI it was not run.",
         "",

@@ -83,7 +83,8 @@ impl Technique for DiSettings {
         scene.check_addresses()
     }
 
-    /// Without reuse, then the unbiased presets for one frame after the other and for the mean of all.
+    /// Without reuse, then the unbiased presets for one frame after the other and for the mean of all, of which the latter with more
+    /// candidates pays where there are hundreds of lights.
     fn advisable(&self) -> &'static [&'static str] {
         &[
             "temporal=off,spatial=0,shaded=0,scatter=off,candidates=32",
@@ -91,6 +92,7 @@ impl Technique for DiSettings {
             "last,preset=quality",
             "last,preset=offline",
             "preset=progressive",
+            "preset=progressive,candidates=128",
         ]
     }
 
