@@ -685,7 +685,6 @@ def scene_table(scenes):
 def report(arguments, parts, problems, seconds):
     results, ratios, slope_rows, scenes = parts
     effort, load = arguments.effort, arguments.load
-    version = subprocess.run([arguments.restir, "--version"], capture_output=True, text=True).stdout.strip()
     quick = " --quick" if arguments.quick else ""
     command = f"python3 scripts/speed.py --restir target/release/restir --out docs/speed.md --runs {arguments.runs}{quick}"
     warning = ["**Something else was running: the load average is above 2.5, and times are not to be trusted.**", ""]
@@ -695,7 +694,7 @@ def report(arguments, parts, problems, seconds):
         "",
         f"Written by `{command}`.",
         "",
-        f"{version}, Mitsuba {mi.__version__}; {common.cpu()}, load average at the end of what is timed {load:.1f}; {seconds / 60:.0f} minutes.",
+        f"{arguments.version}, Mitsuba {mi.__version__}; {common.cpu()}, load average at the end of what is timed {load:.1f}; {seconds / 60:.0f} minutes.",
         "",
         *(warning if load > LOAD_LIMIT else []),
         *(quick_note if arguments.quick else []),
@@ -777,7 +776,8 @@ def report(arguments, parts, problems, seconds):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--restir", required=True, help="the program restir")
-    parser.add_argument("--out", type=Path, required=True, help="the report to write")
+    parser.add_argument("--out", type=Path, help="the report to write")
+    parser.add_argument("--only", default="", metavar="TEXT", help="compare on scenes with that in their names, and print it: no report")
     parser.add_argument("--runs", type=int, help="runs of the comparison with Mitsuba, at least 3; 5 if not given")
     parser.add_argument("--data", type=Path, default=Path("assets"), help="the folder of dragon_res3.glb and studio.exr")
     parser.add_argument("--quick", action="store_true", help="small images and few runs, only to try this out")
@@ -786,6 +786,9 @@ def main():
     arguments.runs = arguments.runs or arguments.effort.runs
     if arguments.runs < 3:
         parser.error("--runs has to be at least 3, for a standard error")
+    if (arguments.out is None) == (not arguments.only):
+        parser.error("give either --out, for a report, or --only, for some scenes")
+    arguments.version = subprocess.run([arguments.restir, "--version"], capture_output=True, text=True).stdout.strip()
     begin = time.monotonic()
     mi.set_log_level(mi.LogLevel.Error)
     problems = {v: problem for v in VARIANTS if (problem := common.mitsuba_problem(v))}
@@ -793,8 +796,12 @@ def main():
         arguments.folder = Path(folder)
         results = []
         for subject in subjects(arguments, arguments.folder):
+            if arguments.only not in subject.name:
+                continue
             results.append(summary(compare(arguments, subject, problems), arguments.runs))
             print(*equal_table(results[-1:])[2:], f"{time.monotonic() - begin:.0f} s", sep="\n", flush=True)
+        if arguments.only:
+            return
         parts = []
         for part in (own_samplers, functools.partial(slopes, results=results), built_in_scenes):
             parts.append(part(arguments))
