@@ -7,7 +7,8 @@
 
 Meshes and the environment map come from `--data`. Mitsuba's variant llvm_ad_rgb takes the LLVM library that the environment
 variable DRJIT_LIBLLVM_PATH names, else that of the Rust toolchain. Nothing else should run meanwhile; `--quick` is for trying
-the script out.
+the script out, and `--only dragon` compares on the scenes with that in their names and writes no report. Mitsuba's process is slower
+before it has rendered another scene, so that only what a report says counts.
 
 An error is known without a reference: two images of an unbiased renderer with different seeds differ, in the mean square, by
 twice its squared error. Mitsuba's seconds are those of a render until the image is there, after one that compiled its kernels;
@@ -801,7 +802,7 @@ def main():
             results.append(summary(compare(arguments, subject, problems), arguments.runs))
             print(*equal_table(results[-1:])[2:], f"{time.monotonic() - begin:.0f} s", sep="\n", flush=True)
         if arguments.only:
-            return
+            return None if results else parser.error(f"--only {arguments.only}: no scene has that in its name")
         parts = []
         for part in (own_samplers, functools.partial(slopes, results=results), built_in_scenes):
             parts.append(part(arguments))

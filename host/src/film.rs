@@ -120,16 +120,25 @@ impl Film {
     }
 
     fn add(&self, left: BufferId, right: BufferId) -> Result<Pass, Error> {
-        self.pass(&film_add::DESC, self.samples, [("left", left), ("right", right)])
+        add(self.size, left, right)
     }
 
     fn divide(&self, sum: BufferId, mean: BufferId, samples: u32) -> Result<Pass, Error> {
-        self.pass(&film_resolve::DESC, samples, [("sum", sum), ("mean", mean)])
+        pass(&film_resolve::DESC, self.size, samples, [("sum", sum), ("mean", mean)])
     }
+}
 
-    fn pass(&self, kernel: &'static KernelDesc, samples: u32, bound: [(&str, BufferId); 2]) -> Result<Pass, Error> {
-        let [width, height] = self.size;
-        let params = FilmParams { width, height, samples: samples as f32, reserved: 0 };
-        Pass::new(kernel, &[], &params, &bound)
-    }
+/// The pass that adds the plane `left` to the plane `right`.
+pub(crate) fn add(size: [u32; 2], left: BufferId, right: BufferId) -> Result<Pass, Error> {
+    pass(&film_add::DESC, size, 1, [("left", left), ("right", right)])
+}
+
+fn pass(
+    kernel: &'static KernelDesc,
+    [width, height]: [u32; 2],
+    samples: u32,
+    bound: [(&str, BufferId); 2],
+) -> Result<Pass, Error> {
+    let params = FilmParams { width, height, samples: samples as f32, reserved: 0 };
+    Pass::new(kernel, &[], &params, &bound)
 }

@@ -59,7 +59,9 @@ fn ray_of_any_length(camera: &CameraParams, pixel: Vec2, lens: Vec2) -> Ray {
     Ray { origin, direction, t_max: Ray::FAR, key: 0 }
 }
 
-/// How far beyond a pixel its corners are taken to lie, in pixels: farther than what rounding moves a ray.
+/// How far beyond a pixel its corners are taken to lie, in pixels. Rounded products and sums are monotone, so that rays of any length are
+/// between those through the corners of the pixel itself; this leaves room for the rounding that makes a direction's length one. Where a
+/// pixel is so narrow that it is not room enough, the padding of a box ([`crate::geometry::Slab`]) is.
 #[cfg(not(target_arch = "spirv"))]
 const MARGIN: f32 = 1.0 / 64.0;
 

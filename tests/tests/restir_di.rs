@@ -7,6 +7,7 @@ use restir_host::plan::Pass;
 use restir_host::render::{self, Render};
 use restir_host::replay::{Counts, Recording};
 use restir_host::scene::{Camera, Material, Mesh, Scene};
+use restir_host::technique::Technique;
 use restir_host::technique::path::PathSettings;
 use restir_host::technique::restir_di::DiSettings;
 use restir_kernels::restir_di::{di_combine, di_exchange, di_gather, di_offer, di_primary};
@@ -60,6 +61,8 @@ fn more_rays_are_for_what_is_seen_alone() -> Result<(), Failed> {
     let mut executor = CpuExecutor::new(None)?;
     for name in ["cornell", "tower"] {
         let scene = buffers(name)?;
+        let idle = |text| settings(text).without_effect(&scene).is_some();
+        ensure(idle("seen_rays=6") && !idle("seen_rays=6,jitter=on"), || "who has no use for them".to_owned())?;
         let mut picture = |render: &Render| -> Result<Vec<[f32; 3]>, Failed> {
             Ok(render::render(&mut executor, &scene, render, &mut |_| Ok(()))?.image.pixels)
         };

@@ -114,9 +114,9 @@ impl Within {
         Self { sequence: technique.sequence(&stage), samples }
     }
 
-    /// The arenas, and what its passes need.
-    pub(crate) fn buffers(&self) -> &[Buffer] {
-        self.sequence.buffers()
+    /// The buffers that a technique begins with: the arenas, and those of what is rendered within it, if anything is.
+    pub(crate) fn buffers(within: Option<&Self>, stage: &Stage) -> Vec<Buffer> {
+        within.map_or_else(|| stage.arenas.to_vec(), |within| within.sequence.buffers().to_vec())
     }
 
     /// The plane of its picture, of [`restir_shared::layout::FilmPixel`].

@@ -25,8 +25,8 @@ pub(super) fn closest<L: Lanes, C: Coverage>(bvh: &WideBvh, rays: &lanes::Lanes<
     traverse::<L, C, false>(bvh, &beam, &each, order, rays, coverage)
 }
 
-/// The closest hits of rays that `beam` bounds, of all of which `order` is the order of axes; with `EMITTERS` of triangles that emit, and others
-/// in packs of these.
+/// The closest hits of rays that `beam` bounds and whose axes all have the order `order`. With `EMITTERS` it tests only the packs that hold a
+/// triangle that emits, each of their triangles included.
 #[inline(always)]
 pub(super) fn traverse<L: Lanes, C: Coverage, const EMITTERS: bool>(
     bvh: &WideBvh,
@@ -68,7 +68,8 @@ pub(super) fn traverse<L: Lanes, C: Coverage, const EMITTERS: bool>(
     }
 }
 
-/// Whether one of the rays meets a triangle that emits, or one in a pack with such. Where their orders of axes differ, true.
+/// Whether one of the rays meets a triangle of a pack that holds one that emits, be it behind others. The answer is yes without a test, if the
+/// orders of the rays' axes differ.
 #[inline(always)]
 pub(super) fn may_meet_emitters<L: Lanes, C: Coverage>(bvh: &WideBvh, rays: &lanes::Lanes<Ray>, coverage: &C) -> bool {
     let each = Each::new(rays, bvh.bounds);

@@ -142,8 +142,8 @@ pub trait Hierarchy {
     fn occluded_each(&self, rays: &Lanes<Ray>, of: &Lanes<bool>, coverage: &dyn Coverage) -> [bool; LANES] {
         from_fn(|lane| of.get(lane) && self.occluded(&rays.get(lane), coverage))
     }
-    /// Whether one of the rays may meet a triangle that emits, be it behind others. Where it says no, nobody looks; always true, if not
-    /// implemented.
+    /// Whether one of the rays may meet a triangle that emits, be it behind others. Nobody traces the rays where the answer is no, so that it
+    /// has to be sure. If this is not implemented, the answer is always yes.
     fn may_meet_emitters(&self, rays: &Lanes<Ray>) -> bool {
         let _ = rays;
         true

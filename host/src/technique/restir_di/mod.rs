@@ -96,6 +96,12 @@ impl Technique for DiSettings {
         ]
     }
 
+    fn without_effect(&self, scene: &SceneBuffers) -> Option<String> {
+        let _ = scene;
+        let idle = !self.jitter && self.seen_rays > 1;
+        idle.then(|| "has no use for seen_rays without jitter: all rays are those through the centres of pixels".to_owned())
+    }
+
     /// Light through clear glass is a longer path.
     fn for_direct_light(&self, integral: &Integral) -> Option<Box<dyn Technique>> {
         let Integral { jitter, multiscatter, .. } = *integral;

@@ -2,20 +2,16 @@
 
 use super::{DiSettings, Temporal, Tiles};
 use crate::Error;
-use crate::film::Film;
+use crate::film::{self, Film};
 use crate::plan::{ARENAS, Buffer, BufferId, Pass};
 use crate::technique::Technique;
 use crate::technique::path::{PathSettings, Subsurface};
 use crate::technique::sequence::{Frame, Sequence, Stage, Within, Work};
 use bytemuck::Pod;
-use restir_kernels::film::film_add;
 use restir_kernels::{KernelDesc, restir_di as di};
-use restir_shared::layout::{CameraParams, Extent, FilmParams, FilmPixel};
+use restir_shared::layout::{CameraParams, Extent, FilmPixel};
 use restir_shared::technique::restir_di::{DiPairs, DiParams, DiPoint, Flags, PackedHit, PackedReservoir, TileWords};
 use std::collections::VecDeque;
-
-/// The most camera rays of a dispatch for what is seen directly.
-const SEEN_BLOCK: u32 = 64;
 
 /// The planes of the frames; what the settings do not need is not there.
 struct Planes {
@@ -90,7 +86,7 @@ impl Chain {
     pub(super) fn new(settings: &DiSettings, stage: &Stage) -> Self {
         let keeps_history = settings.temporal != Temporal::Off && stage.goes_on;
         let seen = settings.sees_apart().then(|| Within::new(&seen_directly(settings), stage, settings.seen_rays));
-        let mut buffers = seen.as_ref().map_or_else(|| stage.arenas.to_vec(), |within| within.buffers().to_vec());
+        let mut buffers = Within::buffers(seen.as_ref(), stage);
         let planes = Planes::new(&mut buffers, settings, stage.size, keeps_history);
         let film = Film::new(&mut buffers, stage.film(settings.shading_passes(), 0));
         Self {
@@ -125,10 +121,7 @@ impl Chain {
     fn see(&mut self, now: &Frame) {
         let Some(within) = self.seen.as_mut().filter(|_| now.adds) else { return };
         self.queue.extend(within.passes(now));
-        let [width, height] = self.size;
-        let params = FilmParams { width, height, samples: 1.0, reserved: 0 };
-        let planes = [("left", within.picture()), ("right", self.planes.direct)];
-        self.queue.push_back(Pass::new(&film_add::DESC, &[], &params, &planes));
+        self.queue.push_back(film::add(self.size, within.picture(), self.planes.direct));
     }
 
     fn reuse_in_time(&mut self, now: &Frame, last_camera: CameraParams) {
@@ -256,7 +249,6 @@ fn seen_directly(settings: &DiSettings) -> PathSettings {
         max_depth: 1,
         sampler: settings.sampler,
         subsurface: Subsurface::Off,
-        dispatch_samples: Some(SEEN_BLOCK.min(1 << settings.seen_rays.ilog2())),
         ..PathSettings::of(settings.integral())
     }
 }

@@ -2,13 +2,12 @@
 
 use super::{Changed, PtSettings};
 use crate::Error;
-use crate::film::Film;
+use crate::film::{self, Film};
 use crate::plan::{ARENAS, Buffer, BufferId, Pass};
 use crate::technique::Technique;
 use crate::technique::sequence::{Frame, Sequence, Stage, Within, Work};
-use restir_kernels::film::film_add;
 use restir_kernels::{KernelDesc, restir_pt as pt};
-use restir_shared::layout::{CameraParams, FEATURE_BLEND, FilmParams, FilmPixel};
+use restir_shared::layout::{CameraParams, FEATURE_BLEND, FilmPixel};
 use restir_shared::resample::mis::Mis;
 use restir_shared::shift::Start;
 use restir_shared::technique::restir_pt::{
@@ -105,7 +104,7 @@ impl Chain {
         let keeps_history = settings.temporal && stage.goes_on;
         let technique = settings.direct.technique(&settings.integral());
         let direct = technique.map(|technique| Within::new(&*technique, stage, 1));
-        let mut buffers = direct.as_ref().map_or_else(|| stage.arenas.to_vec(), |within| within.buffers().to_vec());
+        let mut buffers = Within::buffers(direct.as_ref(), stage);
         let planes = Planes::new(&mut buffers, settings, stage.size, keeps_history);
         let film = Film::new(&mut buffers, stage.film(1, 0));
         Self {
@@ -172,11 +171,9 @@ impl Chain {
         if !now.adds {
             return within.picture();
         }
-        let [width, height] = self.size;
-        let params = FilmParams { width, height, samples: 1.0, reserved: 0 };
-        let (own, picture) = (self.planes.direct, within.picture());
+        let picture = within.picture();
         // of this technique's what was cut short is in it, and nothing else
-        self.queue.push_back(Pass::new(&film_add::DESC, &[], &params, &[("left", own), ("right", picture)]));
+        self.queue.push_back(film::add(self.size, self.planes.direct, picture));
         picture
     }
 

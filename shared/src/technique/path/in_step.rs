@@ -432,8 +432,8 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
     #[inline(always)]
     fn meet(&self, progress: &mut Progress<'_>) {
         if LANES >> self.block_log2 <= 2 {
-            // they are of one pixel, or of two beside each other, and have most of their way in common
-            // where nothing else counts, what is behind no emitter is as good as nothing
+            // the rays are of one pixel, or of two beside each other, and have most of their way in common. Where only emitters
+            // count, rays that meet none need not be traced: what they hit adds as much as a miss does
             let may_count = !self.only_emitters_count() || self.scene.may_meet_emitters(&progress.ahead);
             progress.first_hits =
                 if may_count { self.scene.closest_together(&progress.ahead) } else { [Hit::MISS; LANES] };

@@ -183,8 +183,8 @@ impl Task<'_> {
 
     /// A single image.
     fn one(&self, device: &mut dyn Executor, viewer: &mut Viewer, render: Render) -> Result<(), Error> {
-        if device.describe().adapter.is_none() {
-            // its tree is a part of the scene, whose building is not what is timed
+        if device.describe().adapter.is_none() && !self.buffers.is_animated() {
+            // its tree is a part of the scene, whose building is not what is timed; where things move each frame has one of its own
             patiently("building the tree", || self.buffers.tracer());
         }
         let start = Instant::now();
