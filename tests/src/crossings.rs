@@ -117,7 +117,7 @@ pub fn compare(what: &str, buffers: &SceneBuffers, segments: u64, stream: u64) -
     let view = buffers.view();
     let triangles = Triangles::new(view);
     let trees: Vec<WideBvh> =
-        SimdLevel::available().into_iter().map(|level| WideBvh::new(&view).with_level(level)).collect();
+        SimdLevel::available().into_iter().map(|level| WideBvh::thorough(&view).with_level(level)).collect();
     let tally = |i: u64| {
         let (ray, object) = segment(&triangles, &mut SplitMix::new(stream << 40 | i));
         let expected = triangles.crossings(&ray, object);

@@ -59,10 +59,11 @@ fn describe(ray: &Ray) -> String {
     format!("from {} along {} up to {:e}", ray.origin, ray.direction, ray.t_max)
 }
 
-/// The wide BVH at every level that the processor has.
+/// The wide BVH at every level that the processor has, and that of a better binary tree.
 fn wide_trees(view: &SceneView<'_>) -> Vec<(String, WideBvh)> {
     let tree = |level| (format!("wide, {level:?}"), WideBvh::new(view).with_level(level));
-    SimdLevel::available().into_iter().map(tree).collect()
+    let thorough = ("wide, thorough".to_owned(), WideBvh::thorough(view));
+    SimdLevel::available().into_iter().map(tree).chain([thorough]).collect()
 }
 
 /// Every traversal of a scene: that of the arena, and those of `wide` trees.

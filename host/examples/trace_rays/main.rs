@@ -70,7 +70,7 @@ fn timed(rays: &[Ray], answers: &mut Vec<Answer>, ask: impl Fn(&Ray) -> Answer) 
 
 /// The shortest time of each chunk over several runs, which alternate between the tracers.
 fn report(view: &SceneView<'_>, sets: &[Set]) {
-    let wide = |level| (format!("wide, {level:?}"), WideBvh::new(view).with_level(level));
+    let wide = |level| (format!("wide, {level:?}"), WideBvh::thorough(view).with_level(level));
     let wide: Vec<_> = SimdLevel::available().into_iter().map(wide).collect();
     let traced = wide.iter().map(|(name, wide)| (name.as_str(), SceneView { tracer: Some(wide), ..*view }));
     let tracers: Vec<(&str, SceneView<'_>)> = std::iter::once(("arena", *view)).chain(traced).collect();

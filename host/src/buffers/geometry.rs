@@ -1,12 +1,10 @@
 //! The geometry arena, word by word as in [`restir_shared::layout`]: nodes, triangles and, if the scene needs them, shading records.
 
 use super::{Flat, arena::float_word, lights::LightTables, shading};
-use crate::bvh::{Bounds, Node};
+use crate::bvh::{Bounds, Node, leaf};
 use crate::scene::{Material, Scene};
 use glam::Vec3;
-use restir_shared::layout::{
-    LEAF, LEAF_COUNT_SHIFT, LEAF_MAX_COUNT, LIGHT_TRIANGLE, MAX_TRIANGLES, NONE, TRIANGLE_ALPHA,
-};
+use restir_shared::layout::{LIGHT_TRIANGLE, NONE, TRIANGLE_ALPHA};
 use std::{iter::repeat_n, ops::Range, sync::Arc};
 
 /// Words of 32 bits.
@@ -83,13 +81,6 @@ fn fit(flat: &Flat, node_words: &mut [u32], corner_words: &[u32], is_moved: &dyn
         None => node_bounds(node_words, flat.bvh.root as usize),
         Some(leaf) => of_leaf(leaf),
     }
-}
-
-/// The triangles of a reference, if it is one to a leaf.
-fn leaf(reference: u32) -> Option<Range<usize>> {
-    let first = (reference & (MAX_TRIANGLES - 1)) as usize;
-    let count = (reference >> LEAF_COUNT_SHIFT & LEAF_MAX_COUNT) as usize;
-    (reference & LEAF != 0).then_some(first..first + count)
 }
 
 /// The union of a node's boxes.

@@ -31,7 +31,7 @@ mod shading;
 mod texels;
 mod triangles;
 
-use crate::bvh::{self, Bounds, Bvh};
+use crate::bvh::{self, Bounds, Bvh, Effort};
 use crate::scene::{Camera, Scene};
 use crate::{Error, memory, wide_bvh::WideBvh};
 use glam::UVec4;
@@ -136,7 +136,7 @@ impl SceneBuffers {
 
     fn flattened(scene: &Scene, moves: bool) -> Result<(Self, Flat), Error> {
         let (triangles, boxes, skipped) = triangles::flatten(scene, moves)?;
-        let bvh = bvh::build(&boxes);
+        let bvh = bvh::build(&boxes, Effort::QUICK);
         drop(boxes);
         let triangles: Vec<Triangle> = bvh.order.iter().map(|&i| triangles[i as usize]).collect();
         let environment = scene.environment.as_ref().and_then(EnvironmentMap::new);
@@ -181,7 +181,7 @@ impl SceneBuffers {
             triangles: u64::from(triangle_count),
             skipped_triangles: *skipped,
             nodes: bvh.nodes.len() as u64,
-            bvh_depth: bvh.depth as u32,
+            bvh_depth: bvh.depth() as u32,
             emissive_triangles: tables.count(LIGHT_TRIANGLE) as u64,
             textures: texels.count() as u64,
             materials: scene.materials.len() as u64,
@@ -243,9 +243,10 @@ impl SceneBuffers {
     }
 
     /// A tree for the CPU, which finds the hits of [`Self::view`] two to three times as fast. It is built on the first
-    /// call.
+    /// call: of a scene that stands still with more effort than of one that has another tree at each moment.
     pub fn tracer(&self) -> &WideBvh {
-        self.wide.get_or_init(|| WideBvh::new(&self.view()))
+        let build = if self.is_animated() { WideBvh::new } else { WideBvh::thorough };
+        self.wide.get_or_init(|| build(&self.view()))
     }
 
     /// [`Self::view`] with rays traced by [`Self::tracer`].

@@ -8,15 +8,14 @@ use obvhs::bvh2::{Bvh2, node::Bvh2Node};
 use obvhs::ploc::morton::morton_encode_u64_unorm;
 use obvhs::{Boundable, aabb::Aabb};
 
-/// How far along the curve a node looks for its partner, and how far in the first rounds, which have the most nodes.
+/// How far along the curve a node looks for its partner.
 const SEARCH: usize = 14;
-const FIRST_SEARCH: usize = 1;
-const FIRST_ROUNDS: usize = 3;
 /// A round has to merge one in so many nodes. Where triangles lie anyhow, a round merges a third of them.
 const LEAST_MERGED: usize = 16;
 
 /// A binary tree with one box a leaf, and the most nodes that were left when a round merged too few: 0 where triangles lie anyhow.
-pub(super) fn tree(boxes: &[impl Boundable]) -> (Bvh2, usize) {
+/// In the first `quick_rounds`, which have the most nodes, a node looks only at the ones beside it.
+pub(super) fn tree(boxes: &[impl Boundable], quick_rounds: usize) -> (Bvh2, usize) {
     let mut bvh = Bvh2::zeroed(boxes.len());
     bvh.primitive_indices = (0..boxes.len() as u32).collect();
     bvh.children_are_ordered_after_parents = true;
@@ -26,7 +25,7 @@ pub(super) fn tree(boxes: &[impl Boundable]) -> (Bvh2, usize) {
     let mut round = 0;
     let mut stalled = 0;
     while nodes.len() > 1 {
-        let search = if round < FIRST_ROUNDS { FIRST_SEARCH } else { SEARCH };
+        let search = if round < quick_rounds { 1 } else { SEARCH };
         let mut partners = mutual(&best_partners(&nodes, search));
         if partners.iter().flatten().count() < nodes.len() / LEAST_MERGED {
             pair_neighbours(&mut partners);

@@ -2,16 +2,39 @@
 
 mod cluster;
 
-use glam::Vec3;
+use glam::{UVec4, Vec3};
 use obvhs::bvh2::{Bvh2, leaf_collapser::collapse, reinsertion::ReinsertionOptimizer};
-use obvhs::{Boundable, BvhBuildParams, aabb::Aabb};
-use restir_shared::layout::{LEAF, LEAF_COUNT_SHIFT, LEAF_MAX_COUNT, MAX_TRIANGLES, STACK_DEPTH};
+use obvhs::{Boundable, aabb::Aabb};
+use restir_shared::layout::{LEAF, LEAF_COUNT_SHIFT, LEAF_MAX_COUNT, MAX_TRIANGLES, NODE_WORDS, STACK_DEPTH};
+use restir_shared::{pack::xyz, scene::SceneView};
+use std::ops::Range;
 
 /// Leaves hold up to this many triangles.
 const LEAF_SIZE: u32 = 4;
+/// Cost of visiting a node, in units of testing a triangle, by which leaves are made.
+const COLLAPSE_COST: f32 = 3.0;
 /// Where more nodes than this preferred others all at once, their boxes contain each other, and the search for a better place of each
 /// would visit most of the tree: time would grow with the square of their number.
 const MOST_STALLED: usize = 1 << 14;
+
+/// How much is done for a good tree.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Effort {
+    /// In so many first rounds of clustering, those with the most nodes, a node is compared only with the ones beside it.
+    quick_rounds: usize,
+    /// For which part of the nodes, those with the largest boxes, a better place is sought before and after leaves are made.
+    reinserted: [f32; 2],
+    /// For how many nodes at most, so that a large scene does not wait for its tree.
+    most_reinserted: f32,
+}
+
+impl Effort {
+    /// For the tree of the arena. Another one has its triangles, and so its lights, in another order, and gives other films.
+    pub(crate) const QUICK: Self = Self { quick_rounds: 3, reinserted: [0.05, 0.1], most_reinserted: f32::INFINITY };
+    /// For a tree that many rays are traced through.
+    pub(crate) const THOROUGH: Self =
+        Self { quick_rounds: 0, reinserted: [1.0, 0.0], most_reinserted: (1 << 17) as f32 };
+}
 
 /// An axis-aligned box.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,11 +81,38 @@ pub(crate) struct Bvh {
     pub order: Vec<u32>,
     /// Bounds of everything.
     pub bounds: Bounds,
-    /// Most nodes that a traversal can have pending.
-    pub depth: usize,
 }
 
 impl Bvh {
+    /// The tree that a scene's arena holds, with the arena's order of triangles.
+    pub(crate) fn of_arena(scene: &SceneView<'_>) -> Self {
+        let header = &scene.header;
+        let box_of = |lo, hi| Bounds { lo: xyz(lo), hi: xyz(hi) };
+        let node = |words: &[UVec4]| Node {
+            bounds: [box_of(words[0], words[1]), box_of(words[2], words[3])],
+            children: [words[0].w, words[1].w],
+        };
+        let words = &scene.geometry[header.node_base as usize..header.triangle_base as usize];
+        let [lo, hi] = [header.bounds_lo, header.bounds_hi].map(Vec3::from_array);
+        Self {
+            nodes: words.chunks_exact(NODE_WORDS as usize).map(node).collect(),
+            root: header.root,
+            order: (0..header.triangle_count).collect(),
+            bounds: Bounds { lo, hi },
+        }
+    }
+
+    /// Most nodes that a traversal can have pending.
+    pub(crate) fn depth(&self) -> usize {
+        let mut levels = vec![1; self.nodes.len()];
+        for (index, node) in self.nodes.iter().enumerate() {
+            for child in node.children.into_iter().filter(|&child| leaf(child).is_none()) {
+                levels[child as usize] = levels[index] + 1;
+            }
+        }
+        levels.into_iter().max().unwrap_or(0)
+    }
+
     /// With boxes from the leaves up; `of` gives that of a triangle by its place in the order of the leaves.
     fn fitted(mut self, of: impl Fn(usize) -> Bounds) -> Self {
         for index in (0..self.nodes.len()).rev() {
@@ -73,14 +123,21 @@ impl Bvh {
     }
 
     fn bounds_of(&self, reference: u32, of: &impl Fn(usize) -> Bounds) -> Bounds {
-        if reference & LEAF == 0 {
-            let [a, b] = self.nodes[reference as usize].bounds;
-            return a.union(b);
+        match leaf(reference) {
+            Some(places) => places.map(of).fold(Bounds::EMPTY, Bounds::union),
+            None => {
+                let [a, b] = self.nodes[reference as usize].bounds;
+                a.union(b)
+            }
         }
-        let first = (reference & (MAX_TRIANGLES - 1)) as usize;
-        let count = (reference >> LEAF_COUNT_SHIFT & LEAF_MAX_COUNT) as usize;
-        (first..first + count).map(of).fold(Bounds::EMPTY, Bounds::union)
     }
+}
+
+/// The places of its triangles in the order of the leaves, if a reference is one to a leaf.
+pub(crate) fn leaf(reference: u32) -> Option<Range<usize>> {
+    let first = (reference & (MAX_TRIANGLES - 1)) as usize;
+    let count = (reference >> LEAF_COUNT_SHIFT & LEAF_MAX_COUNT) as usize;
+    (reference & LEAF != 0).then_some(first..first + count)
 }
 
 /// A node of a tree before it is laid out; the root is the first.
@@ -92,10 +149,10 @@ struct TreeNode {
 }
 
 /// Builds a BVH over at least one triangle with finite bounds.
-pub(crate) fn build(boxes: &[Bounds]) -> Bvh {
-    let (tree, order) = surface_area_tree(boxes);
+pub(crate) fn build(boxes: &[Bounds], effort: Effort) -> Bvh {
+    let (tree, order) = surface_area_tree(boxes, effort);
     let bvh = lay_out(&tree, order, boxes);
-    if bvh.depth <= STACK_DEPTH {
+    if bvh.depth() <= STACK_DEPTH {
         return bvh;
     }
     // a chain of nested or geometrically growing triangles: balance bounds the depth, whatever the shapes
@@ -111,18 +168,18 @@ impl Boundable for Bounds {
     }
 }
 
-fn surface_area_tree(boxes: &[Bounds]) -> (Vec<TreeNode>, Vec<u32>) {
-    let params = BvhBuildParams::medium_build();
-    let (mut bvh, stalled) = cluster::tree(boxes);
+fn surface_area_tree(boxes: &[Bounds], effort: Effort) -> (Vec<TreeNode>, Vec<u32>) {
+    let (mut bvh, stalled) = cluster::tree(boxes, effort.quick_rounds);
     let mut reinsertion = ReinsertionOptimizer::default();
     let mut improve = |bvh: &mut Bvh2, part: f32| {
         if stalled <= MOST_STALLED {
-            reinsertion.run(bvh, part, None);
+            let most = effort.most_reinserted / bvh.nodes.len() as f32;
+            reinsertion.run(bvh, part.min(most), None);
         }
     };
-    improve(&mut bvh, params.reinsertion_batch_ratio);
-    collapse(&mut bvh, LEAF_SIZE, params.collapse_traversal_cost);
-    improve(&mut bvh, params.reinsertion_batch_ratio * params.post_collapse_reinsertion_batch_ratio_multiplier);
+    improve(&mut bvh, effort.reinserted[0]);
+    collapse(&mut bvh, LEAF_SIZE, COLLAPSE_COST);
+    improve(&mut bvh, effort.reinserted[1]);
     let nodes = bvh.nodes.iter().map(|node| TreeNode { first: node.first_index, count: node.prim_count });
     (nodes.collect(), bvh.primitive_indices)
 }
@@ -153,18 +210,17 @@ fn balanced_tree(order: &mut [u32], boxes: &[Bounds]) -> Vec<TreeNode> {
 
 /// Numbers the inner nodes and finds boxes and depth.
 fn lay_out(tree: &[TreeNode], order: Vec<u32>, boxes: &[Bounds]) -> Bvh {
-    let mut bvh = Bvh { nodes: Vec::new(), root: 0, order: Vec::new(), bounds: Bounds::EMPTY, depth: 0 };
-    // (node of the tree, its parent and which child of it, its depth); children are numbered after their parent
-    let mut work = vec![(0_u32, None, 0_usize)];
-    while let Some((index, parent, level)) = work.pop() {
+    let mut bvh = Bvh { nodes: Vec::new(), root: 0, order: Vec::new(), bounds: Bounds::EMPTY };
+    // (node of the tree, its parent and which child of it); children are numbered after their parent
+    let mut work = vec![(0_u32, None)];
+    while let Some((index, parent)) = work.pop() {
         let TreeNode { first, count } = tree[index as usize];
         let reference = if count > 0 {
             LEAF | (count << LEAF_COUNT_SHIFT) | first
         } else {
             let node = bvh.nodes.len();
             bvh.nodes.push(Node { bounds: [Bounds::EMPTY; 2], children: [0; 2] });
-            bvh.depth = bvh.depth.max(level + 1);
-            work.extend([(first + 1, Some((node, 1)), level + 1), (first, Some((node, 0)), level + 1)]);
+            work.extend([(first + 1, Some((node, 1))), (first, Some((node, 0)))]);
             node as u32
         };
         match parent {
@@ -182,22 +238,25 @@ mod tests {
 
     fn check(triangles: &[[Vec3; 3]]) {
         let boxes: Vec<Bounds> = triangles.iter().map(Bounds::of).collect();
-        let bvh = build(&boxes);
-        assert!(bvh.depth <= STACK_DEPTH, "depth {}", bvh.depth);
+        for effort in [Effort::QUICK, Effort::THOROUGH] {
+            check_tree(&build(&boxes, effort), &boxes);
+        }
+    }
+
+    fn check_tree(bvh: &Bvh, boxes: &[Bounds]) {
+        assert!(bvh.depth() <= STACK_DEPTH, "depth {}", bvh.depth());
         let mut order = bvh.order.clone();
         order.sort_unstable();
-        assert!(order.iter().copied().eq(0..triangles.len() as u32), "each triangle is in one leaf");
+        assert!(order.iter().copied().eq(0..boxes.len() as u32), "each triangle is in one leaf");
         let mut work = vec![(bvh.root, bvh.bounds)];
         while let Some((reference, bounds)) = work.pop() {
-            if reference & LEAF == 0 {
+            if let Some(places) = leaf(reference) {
+                let triangles = bvh.order[places].iter().map(|&i| boxes[i as usize]);
+                assert_eq!(bounds, triangles.fold(Bounds::EMPTY, Bounds::union));
+            } else {
                 let node = &bvh.nodes[reference as usize];
                 assert_eq!(bounds, node.bounds[0].union(node.bounds[1]));
                 work.extend(node.children.into_iter().zip(node.bounds));
-            } else {
-                let first = (reference & ((1 << LEAF_COUNT_SHIFT) - 1)) as usize;
-                let count = ((reference & !LEAF) >> LEAF_COUNT_SHIFT) as usize;
-                let leaf = bvh.order[first..first + count].iter().map(|&i| boxes[i as usize]);
-                assert_eq!(bounds, leaf.fold(Bounds::EMPTY, Bounds::union));
             }
         }
     }

@@ -1,11 +1,12 @@
-//! From the binary tree of the arena to the wide one: nodes and packs of least expected cost, by dynamic programming
+//! From a binary tree to the wide one: nodes and packs of least expected cost, by dynamic programming
 //! over the number of roots that a subtree may have (Ylitie, Karras and Laine 2017, §3.1).
 
 use super::simd::{LANES, Row};
 use super::{Node, PACK, PARTIAL, Pack};
-use glam::{UVec4, Vec3};
-use restir_shared::layout::{LEAF, LEAF_COUNT_SHIFT, LEAF_MAX_COUNT, MAX_TRIANGLES, NODE_WORDS, NONE, TRIANGLE_WORDS};
-use restir_shared::scene::SceneView;
+use crate::bvh::{Bounds, Bvh, leaf};
+use restir_shared::layout::{NONE, TRIANGLE_WORDS};
+use restir_shared::{pack::xyz, scene::SceneView};
+use std::ops::Range;
 
 /// Cost of a pack, in units of that of a node.
 const PACK_COST: f32 = 1.0;
@@ -26,25 +27,19 @@ pub(super) struct Tree {
 #[derive(Clone, Copy)]
 struct Subtree {
     reference: u32,
-    lo: Vec3,
-    hi: Vec3,
+    bounds: Bounds,
 }
 
 impl Subtree {
     /// Half of the surface of its box.
     fn area(&self) -> f32 {
-        let d = self.hi - self.lo;
+        let d = self.bounds.hi - self.bounds.lo;
         d.x * d.y + d.y * d.z + d.z * d.x
     }
 
-    fn is_leaf(&self) -> bool {
-        self.reference & LEAF != 0
-    }
-
-    /// The triangles of a leaf.
-    fn ids(&self) -> std::ops::Range<u32> {
-        let first = self.reference & (MAX_TRIANGLES - 1);
-        first..first + (self.reference >> LEAF_COUNT_SHIFT & LEAF_MAX_COUNT)
+    /// The places of its triangles in the order of the leaves, if it is a leaf.
+    fn leaf(&self) -> Option<Range<usize>> {
+        leaf(self.reference)
     }
 }
 
@@ -64,49 +59,39 @@ type Slot = Option<(usize, usize)>;
 
 struct Collapse<'a> {
     scene: &'a SceneView<'a>,
+    binary: &'a Bvh,
     best: Vec<Best>,
 }
 
-pub(super) fn collapse(scene: &SceneView<'_>) -> Tree {
-    let header = &scene.header;
-    let root = Subtree {
-        reference: header.root,
-        lo: Vec3::from_array(header.bounds_lo),
-        hi: Vec3::from_array(header.bounds_hi),
-    };
-    Collapse::new(scene).emit(root)
-}
-
-fn xyz(word: UVec4) -> Vec3 {
-    Vec3::new(f32::from_bits(word.x), f32::from_bits(word.y), f32::from_bits(word.z))
+/// The wide tree of a scene whose triangles a binary tree has by their ids.
+pub(super) fn collapse(scene: &SceneView<'_>, binary: &Bvh) -> Tree {
+    Collapse::new(scene, binary).emit(Subtree { reference: binary.root, bounds: binary.bounds })
 }
 
 impl<'a> Collapse<'a> {
-    fn new(scene: &'a SceneView<'a>) -> Self {
+    fn new(scene: &'a SceneView<'a>, binary: &'a Bvh) -> Self {
         let unknown = Best { forest: [0.0; LANES - 1], triangles: 0, pack: false };
-        let count = (scene.header.triangle_base - scene.header.node_base) / NODE_WORDS;
-        let mut this = Self { scene, best: vec![unknown; count as usize] };
+        let mut this = Self { scene, binary, best: vec![unknown; binary.nodes.len()] };
         // children have larger indices than their parents
-        for node in (0..count).rev() {
-            this.best[node as usize] = this.solve(node);
+        for node in (0..binary.nodes.len()).rev() {
+            this.best[node] = this.solve(node as u32);
         }
         this
     }
 
     fn children(&self, node: u32) -> [Subtree; 2] {
-        let at = (self.scene.header.node_base + node * NODE_WORDS) as usize;
-        let words = &self.scene.geometry[at..at + NODE_WORDS as usize];
-        let child = |reference, lo, hi| {
-            assert!(reference & LEAF != 0 || reference > node, "children come after their parents");
-            Subtree { reference, lo: xyz(lo), hi: xyz(hi) }
-        };
-        [child(words[0].w, words[0], words[1]), child(words[1].w, words[2], words[3])]
+        let of = &self.binary.nodes[node as usize];
+        [0, 1].map(|side| {
+            let subtree = Subtree { reference: of.children[side], bounds: of.bounds[side] };
+            assert!(subtree.leaf().is_some() || subtree.reference > node, "children come after their parents");
+            subtree
+        })
     }
 
     fn best(&self, subtree: &Subtree) -> Best {
-        if subtree.is_leaf() {
+        if let Some(places) = subtree.leaf() {
             let cost = subtree.area() * PACK_COST;
-            return Best { forest: [cost; LANES - 1], triangles: subtree.ids().len() as u32, pack: true };
+            return Best { forest: [cost; LANES - 1], triangles: places.len() as u32, pack: true };
         }
         self.best[subtree.reference as usize]
     }
@@ -125,7 +110,7 @@ impl<'a> Collapse<'a> {
     fn solve(&self, node: u32) -> Best {
         let children = self.children(node);
         let [a, b] = &children;
-        let area = Subtree { reference: node, lo: a.lo.min(b.lo), hi: a.hi.max(b.hi) }.area();
+        let area = Subtree { reference: node, bounds: a.bounds.union(b.bounds) }.area();
         let triangles = self.best(a).triangles + self.best(b).triangles;
         let as_node = area + self.share(&children, LANES).1;
         let as_pack = if triangles as usize <= LANES { area * PACK_COST } else { f32::INFINITY };
@@ -139,7 +124,7 @@ impl<'a> Collapse<'a> {
     /// The roots of the best forest.
     fn roots(&self, subtree: Subtree, roots: usize, out: &mut Vec<Subtree>) {
         let cost = self.cost(&subtree, roots);
-        if subtree.is_leaf() || cost == self.cost(&subtree, 1) {
+        if subtree.leaf().is_some() || cost == self.cost(&subtree, 1) {
             out.push(subtree);
         } else {
             let fewest = (2..roots).find(|&n| self.cost(&subtree, n) == cost).unwrap_or(roots);
@@ -216,8 +201,8 @@ impl<'a> Collapse<'a> {
     fn ids(&self, subtree: &Subtree, out: &mut Vec<u32>) {
         let mut pending = vec![*subtree];
         while let Some(subtree) = pending.pop() {
-            if subtree.is_leaf() {
-                out.extend(subtree.ids());
+            if let Some(places) = subtree.leaf() {
+                out.extend(&self.binary.order[places]);
             } else {
                 let [a, b] = self.children(subtree.reference);
                 pending.extend([b, a]);
@@ -249,8 +234,8 @@ fn node(children: &[Subtree]) -> Node {
     let mut node = Node { planes: [nowhere; 3], children: [NONE; LANES], emitters: 0 };
     for (slot, child) in children.iter().enumerate() {
         for axis in 0..3 {
-            node.planes[axis][0].0[slot] = child.lo[axis];
-            node.planes[axis][1].0[slot] = child.hi[axis];
+            node.planes[axis][0].0[slot] = child.bounds.lo[axis];
+            node.planes[axis][1].0[slot] = child.bounds.hi[axis];
         }
     }
     node

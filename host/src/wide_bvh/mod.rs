@@ -34,12 +34,14 @@ mod each;
 mod simd;
 mod triangles;
 
-use glam::Vec3;
+use crate::bvh::{self, Bounds, Bvh, Effort};
+use glam::{UVec4, Vec3};
 #[cfg(target_arch = "x86_64")]
 use restir_kernels::has_avx512;
 use restir_shared::geometry::{Coverage, Crossings, Hit, Ray, Solid};
 use restir_shared::lanes::{LANES as RAYS, Lanes};
-use restir_shared::layout::{STACK_DEPTH, TRIANGLE_ALPHA};
+use restir_shared::layout::{STACK_DEPTH, TRIANGLE_ALPHA, TRIANGLE_WORDS};
+use restir_shared::pack::xyz;
 use restir_shared::scene::{Hierarchy, SceneView};
 use simd::{LANES, Row};
 
@@ -77,6 +79,13 @@ impl SimdLevel {
         let counts = is_x86_feature_detected!("lzcnt") && is_x86_feature_detected!("popcnt");
         is_x86_feature_detected!("avx2") && bits && counts
     }
+}
+
+/// The bounds of the arena's triangles.
+fn triangle_boxes(scene: &SceneView<'_>) -> Vec<Bounds> {
+    let triangles = scene.geometry[scene.header.triangle_base as usize..].chunks_exact(TRIANGLE_WORDS as usize);
+    let bounds = |words: &[UVec4]| Bounds::of(&[0, 1, 2].map(|corner| xyz(words[corner])));
+    triangles.take(scene.header.triangle_count as usize).map(bounds).collect()
 }
 
 /// Marks a child as a pack of triangles; the other bits are its index.
@@ -132,7 +141,20 @@ impl WideBvh {
     /// # Panics
     /// If the arena does not hold a tree as `SceneBuffers::build` makes it.
     pub fn new(scene: &SceneView<'_>) -> Self {
-        let collapse::Tree { nodes, packs, root, partial, depth } = collapse::collapse(scene);
+        Self::of(scene, &Bvh::of_arena(scene))
+    }
+
+    /// Makes a wide tree of a better binary one, which is built for it: about an eighth more rays a second where there are many triangles,
+    /// for about five times the time.
+    ///
+    /// # Panics
+    /// As [`Self::new`].
+    pub fn thorough(scene: &SceneView<'_>) -> Self {
+        Self::of(scene, &bvh::build(&triangle_boxes(scene), Effort::THOROUGH))
+    }
+
+    fn of(scene: &SceneView<'_>, binary: &Bvh) -> Self {
+        let collapse::Tree { nodes, packs, root, partial, depth } = collapse::collapse(scene, binary);
         assert!(depth <= STACK_DEPTH, "a wide tree is no deeper than the binary one");
         let header = &scene.header;
         Self {

@@ -69,7 +69,7 @@ fn a_forgotten_child_is_seen() {
     let buffers = SceneBuffers::build(&Scene::load("cornell-mixed").unwrap()).unwrap();
     let view = buffers.view();
     for level in SimdLevel::available() {
-        let tree = || WideBvh::new(&view).with_level(level);
+        let tree = || WideBvh::thorough(&view).with_level(level);
         assert_eq!(differences(&view, &tree()), 0, "{level:?}");
         let children = tree().nodes[0].children.iter().filter(|&&child| child != NONE).count();
         for slot in 0..children {
@@ -100,7 +100,7 @@ fn rays_that_are_prepared_together_have_their_hits() {
     let buffers = SceneBuffers::build(&Scene::load("cornell-mixed").unwrap()).unwrap();
     let view = buffers.view();
     for level in SimdLevel::available() {
-        let tree = || WideBvh::new(&view).with_level(level);
+        let tree = || WideBvh::thorough(&view).with_level(level);
         assert_eq!(differences_of_each(&view, &tree()), 0, "{level:?}");
         let mut forgetful = tree();
         forget(&mut forgetful.nodes[0], 0);
@@ -162,10 +162,10 @@ fn beams_have_the_hits_of_their_rays() {
         let view = buffers.view();
         let beams = beams(&CameraParams { lens_right: 0.05, lens_up: 0.05, ..buffers.camera.params(SIDE, SIDE) });
         for level in SimdLevel::available() {
-            let tree = WideBvh::new(&view).with_level(level);
+            let tree = WideBvh::thorough(&view).with_level(level);
             assert_eq!(others(&view, &beams, |rays| tree.closest_together(rays, &view)), 0, "{level:?}");
         }
-        let tree = WideBvh::new(&view);
+        let tree = WideBvh::thorough(&view);
         assert!(others(&view, &beams, |rays| as_the_first(&tree, rays, &view)) > 0, "too small a beam passes");
     }
 }
