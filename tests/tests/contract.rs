@@ -8,6 +8,7 @@ use restir_host::exec::CpuExecutor;
 use restir_host::render::Render;
 use restir_host::scene::Material;
 use restir_host::technique::path::{PathSettings, Subsurface};
+use restir_kernels::check::diffusion_check;
 use restir_shared::bsdf;
 use restir_shared::camera::primary_ray;
 use restir_shared::color;
@@ -22,10 +23,12 @@ use restir_shared::rng::{Rng, Sampler};
 use restir_shared::scene::{SceneView, Surface, SurfacePoint, Trace};
 use restir_shared::technique::path::{self, PATH_JITTER, PATH_ROULETTE, PathParams};
 use restir_tests::brute::Triangles;
+use restir_tests::cases;
 use restir_tests::flush::with_flush_to_zero;
 use restir_tests::foreign::HollowSphere;
 use restir_tests::lockstep::{self, trace};
 use restir_tests::native::plan;
+use restir_tests::parity;
 use restir_tests::random::SplitMix;
 use restir_tests::scenes::{self, Quad, Setting, path_params, room, terrace};
 use restir_tests::stats::Moments;
@@ -39,7 +42,7 @@ restir_tests::suite! {
     blocks_of_a_pixel_merge_to_the_pixel arenas_hold_the_scene a_frozen_feature_changes_no_bit
     a_foreign_scene_can_be_traced a_stored_hit_can_be_seen_from_elsewhere flush_to_zero_changes_no_film_word
     flush_to_zero_changes_no_word_of_any_technique flush_to_zero_changes_no_word_of_media an_unflushed_sum_is_seen
-    flush_to_zero_changes_no_function
+    flush_to_zero_changes_no_function flush_to_zero_changes_no_diffusion_probe
 }
 
 fn words(pixel: FilmPixel) -> [u32; 4] {
@@ -411,6 +414,18 @@ fn functions(a: f32, b: f32) -> [u32; 25] {
         flushed(color::srgb_encode(a)),
         flushed(color::srgb_decode(a)),
     ]
+}
+
+/// Profiles and their samples far from where light enters, where densities are nearly zero.
+fn flush_to_zero_changes_no_diffusion_probe() -> Result<(), Failed> {
+    for case in cases::of_kernel(&diffusion_check::DESC)? {
+        let probed = || parity::run(&mut CpuExecutor::inline(), case);
+        let Some(flushed) = with_flush_to_zero(probed) else { return Ok(()) };
+        let (usual, flushed) = (probed()?.concat(), flushed?.concat());
+        let changed = usual.iter().zip(&flushed).filter(|(a, b)| a != b).count();
+        ensure(changed == 0, || format!("{}: {changed} words change", case.name))?;
+    }
+    Ok(())
 }
 
 fn flush_to_zero_changes_no_function() -> Result<(), Failed> {

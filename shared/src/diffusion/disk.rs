@@ -4,7 +4,7 @@ use super::profile::Channels;
 use super::{Profile, REACH, TAIL, invert_radius, sample_radius};
 use crate::geometry::Ray;
 use crate::num::{UNIT_ROUNDOFF, abs, atan2, div, max, min, sin_cos, sqrt};
-use crate::vec::{Frame, length};
+use crate::vec::{Frame, flush, length};
 use glam::{Vec3, Vec4};
 
 /// Probabilities of the axes: the normal, and the two tangents.
@@ -136,7 +136,7 @@ impl Disk {
         (DiskNumbers { axis, channel, radius, turn: min(turn, 1.0 - UNIT_ROUNDOFF) }, all)
     }
 
-    /// The densities by axis and channel, each times its probability.
+    /// The densities by axis and channel, each times its probability. They are flushed, since a subnormal one has no finite inverse.
     #[inline(always)]
     fn densities(&self, point: Vec3, normal: Vec3) -> [Vec3; 3] {
         let beside = self.frame.to_local(point - self.centre);
@@ -152,7 +152,7 @@ impl Disk {
         while axis < 3 {
             let radius = plane_length(folded(axis as u32, beside));
             let cosine = abs(folded(axis as u32, cosines).z);
-            densities[axis] = channels.at(radius) * scale * (DENSITY_SCALE * AXES[axis] * cosine);
+            densities[axis] = flush(channels.at(radius) * scale * (DENSITY_SCALE * AXES[axis] * cosine));
             axis += 1;
         }
         densities
