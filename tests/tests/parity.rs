@@ -24,16 +24,24 @@ const MOST_FAR: f64 = 0.05;
 
 /// Kernels that ask many functions at the ends of their ranges: of these the share of results is bounded, not that of elements.
 const PROBES: [&str; 5] = ["self_check", "num_probe", "sampler_check", "bsdf_check", "diffusion_check"];
-/// Kernels and cases of which more may be far, and why.
-const MORE_FAR: [(&str, &str, f64); 4] = [
+/// Beginnings of kernels' names and parts of cases' of which more may be far, and why. "H100" is an NVIDIA H100, whose compiler contracts; all others
+/// were measured on lavapipe.
+const MORE_FAR: [(&str, &str, f64); 8] = [
     // asks what contraction and reassociation change: 0.14 are measured
     ("self_check", "", 0.2),
-    // a hash of a ray's bits decides whether it passes a blended surface: 0.21 are measured
-    ("path", "blended", 0.25),
-    // traces the same rays
+    // of the words at the ends of ranges 0.17 differ on an H100 at all
+    ("sampler_check", "ends", 0.17),
+    // counts crossings of segments that begin on surfaces, or along edges: 0.33 on an H100
+    ("crossing_check", "", 0.35),
+    // a hash of a ray's bits decides whether it passes a blended surface: of one sample 0.21 are measured, 0.28 on an H100, of a neighbourhood 0.47 there
+    ("path", "blended", 0.3),
     ("pt_trace", "blended", 0.25),
-    // one rounding chooses another of a path's candidates, and with it every word: where rough metal reflects rough metal, 0.067 are measured
-    ("pt_trace", "jitter, glossy", 0.1),
+    ("di_", "blended", 0.48),
+    // the normal of one wall has z = 0, which contraction makes -2e-10; its frame is then turned, and with it all directions: of four samples 0.40 on an H100
+    ("path", "cornell", 0.45),
+    // the same of one sample, 0.10 there; and one rounding chooses another of a path's candidates, and with it every word: where rough metal reflects
+    // rough metal, 0.067
+    ("pt_trace", "", 0.12),
 ];
 
 fn main() -> ExitCode {
@@ -87,7 +95,7 @@ fn fast(executor: &mut GpuExecutor, case: &Case) -> Result<(), Failed> {
 fn passes_as_fast(case: &Case, outcome: &Outcome) -> bool {
     let is_probe = PROBES.contains(&case.kernel.name);
     let share = if is_probe { outcome.far_words_share() } else { outcome.far_share() };
-    let more = MORE_FAR.iter().find(|(kernel, of, _)| *kernel == case.kernel.name && case.name.contains(of));
+    let more = MORE_FAR.iter().find(|(kernel, of, _)| case.kernel.name.starts_with(kernel) && case.name.contains(of));
     share <= more.map_or(MOST_FAR, |(_, _, most)| *most)
 }
 
