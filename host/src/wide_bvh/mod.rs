@@ -144,8 +144,8 @@ impl WideBvh {
         Self::of(scene, &Bvh::of_arena(scene))
     }
 
-    /// Makes a wide tree of a better binary one, which is built for it: about an eighth more rays a second where there are many triangles,
-    /// for about five times the time.
+    /// Makes a wide tree of a better binary one, which is built for it: a render of a mesh of 48 000 triangles takes 0.93 of the time, and its
+    /// tree 0.14 s more.
     ///
     /// # Panics
     /// As [`Self::new`].
