@@ -20,7 +20,7 @@ use crate::process::shell;
 /// Where the pages are.
 const PAGES: [&str; 2] = ["README.md", "docs"];
 /// Below these folders lie reports, each of which names the command that made it; docs/measuring.md and docs/figures/README.md say how long it takes.
-const MADE: [&str; 4] = ["docs/bench", "docs/bench-di", "docs/bench-media", "docs/figures"];
+const MADE: [&str; 5] = ["docs/bench", "docs/bench-di", "docs/bench-gpu", "docs/bench-media", "docs/figures"];
 /// A page beside reports that is no report.
 const PAGE_BESIDE_REPORTS: &str = "docs/figures/README.md";
 /// A command that takes longer has to say so. README's render on a software device takes 49 s on two idle cores, and a machine may be three
