@@ -47,7 +47,7 @@ pub use case::Case;
 #[cfg(not(target_arch = "spirv"))]
 pub use desc::{Access, Binding, Constant, KernelDesc, NativeRow};
 #[cfg(not(target_arch = "spirv"))]
-pub use registers::has_avx512;
+pub use registers::{Avx512, has_avx512};
 
 folders! {
     #[doc(hidden)]

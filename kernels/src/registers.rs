@@ -3,12 +3,12 @@
 use restir_shared::lanes::{Registers, Stage};
 
 /// The registers of AVX-512, which the processor has.
-#[derive(Clone, Copy)]
-pub(crate) struct Avx512(());
+#[derive(Clone, Copy, Debug)]
+pub struct Avx512(());
 
 impl Avx512 {
     /// A proof that the processor has them, if it has.
-    pub(crate) fn detect() -> Option<Self> {
+    pub fn detect() -> Option<Self> {
         has_avx512().then_some(Self(()))
     }
 }

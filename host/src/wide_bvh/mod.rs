@@ -31,6 +31,7 @@ mod boxes;
 mod closest;
 mod collapse;
 mod each;
+mod few;
 mod simd;
 mod triangles;
 
@@ -43,6 +44,7 @@ use restir_shared::lanes::{LANES as RAYS, Lanes};
 use restir_shared::layout::{STACK_DEPTH, TRIANGLE_ALPHA, TRIANGLE_WORDS};
 use restir_shared::pack::xyz;
 use restir_shared::scene::{Hierarchy, SceneView};
+use few::Few;
 use simd::{LANES, Row};
 
 /// What a processor offers for traversal. Every level gives the same bits.
@@ -132,6 +134,8 @@ pub struct WideBvh {
     /// Some triangle is marked.
     partial: bool,
     bounds: [Vec3; 2],
+    /// All triangles, where they are few.
+    few: Option<Few>,
     level: SimdLevel,
 }
 
@@ -157,12 +161,14 @@ impl WideBvh {
         let collapse::Tree { nodes, packs, root, partial, depth } = collapse::collapse(scene, binary);
         assert!(depth <= STACK_DEPTH, "a wide tree is no deeper than the binary one");
         let header = &scene.header;
+        let bounds = [header.bounds_lo, header.bounds_hi].map(Vec3::from_array);
         Self {
+            few: Few::new(&packs, bounds),
             nodes,
             packs,
             root,
             partial,
-            bounds: [header.bounds_lo, header.bounds_hi].map(Vec3::from_array),
+            bounds,
             level: *SimdLevel::available().last().unwrap_or(&SimdLevel::Portable),
         }
     }
@@ -170,10 +176,19 @@ impl WideBvh {
     /// The same tree, traversed at a level out of [`SimdLevel::available`]; a level that this processor lacks is ignored.
     #[must_use]
     pub fn with_level(mut self, level: SimdLevel) -> Self {
-        if SimdLevel::available().contains(&level) {
+        let levels = SimdLevel::available();
+        if levels.contains(&level) {
             self.level = level;
+            // in step only with the widest registers
+            self.few = self.few.filter(|_| levels.last() == Some(&level));
         }
         self
+    }
+
+    /// All triangles, where it takes less time to test them than to trace the rays in `of` one by one.
+    #[inline(always)]
+    fn few(&self, of: &Lanes<bool>) -> Option<&Few> {
+        self.few.as_ref().filter(|few| few.pays(of))
     }
 
     /// What a reference to a child stands for.
@@ -250,6 +265,9 @@ impl Hierarchy for WideBvh {
     }
 
     fn closest_each(&self, rays: &Lanes<Ray>, of: &Lanes<bool>, coverage: &dyn Coverage) -> [Hit; RAYS] {
+        if let Some(few) = self.few(of) {
+            return few.closest(rays, of);
+        }
         over!(self.closest_each_over(rays, of), coverage)
     }
 
@@ -266,6 +284,9 @@ impl Hierarchy for WideBvh {
     }
 
     fn occluded_each(&self, rays: &Lanes<Ray>, of: &Lanes<bool>, coverage: &dyn Coverage) -> [bool; RAYS] {
+        if let Some(few) = self.few(of) {
+            return few.occluded(rays, of);
+        }
         over!(self.any_each_over(rays, of), coverage)
     }
 

@@ -34,7 +34,7 @@ pub use coverage::{Coverage, Solid};
 pub use crossings::Crossings;
 pub use packed_hit::PackedHit;
 pub use traverse::{traverse, traverse_all};
-pub use triangle::{Slab, TriangleTest};
+pub use triangle::{Crossing, Slab, TriangleTest};
 
 use crate::layout::{FEATURE_BLEND, NONE};
 use crate::rng::{pcg4d, unit};

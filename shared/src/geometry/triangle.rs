@@ -1,6 +1,8 @@
 //! Slabs and triangles.
 
 use super::{Hit, Ray};
+#[cfg(not(target_arch = "spirv"))]
+use crate::lanes::fields;
 use crate::num;
 use crate::vec::{max, max_abs, min};
 use glam::{Vec2, Vec3};
@@ -20,6 +22,13 @@ pub struct Slab {
     pub hi_origin: Vec3,
     /// The reciprocal of the direction, finite.
     pub inverse: Vec3,
+}
+
+#[cfg(not(target_arch = "spirv"))]
+fields! {
+    Slabs = Slab { lo_origin: Vec3, hi_origin: Vec3, inverse: Vec3 }
+    TriangleTests = TriangleTest { origin: Vec3, shear_x: f32, shear_y: f32, scale: f32, axis: u32 }
+    CrossingsOf = Crossing { areas: Vec3, t: Vec3, det: f32, inside: bool }
 }
 
 #[inline(always)]
@@ -112,6 +121,16 @@ impl TriangleTest {
     /// A triangle seen edge-on, with less than 2^-100 of sheared area, is never hit.
     #[inline(always)]
     pub fn hit(&self, slab: &Slab, id: u32, v0: Vec3, v1: Vec3, v2: Vec3) -> Hit {
+        let crossing = self.crossing(v0, v1, v2);
+        if !crossing.inside {
+            return Hit::MISS;
+        }
+        crossing.hit(slab, id, min(min(v0, v1), v2), max(max(v0, v1), v2))
+    }
+
+    /// Where the ray's line crosses the plane of a triangle.
+    #[inline(always)]
+    pub fn crossing(&self, v0: Vec3, v1: Vec3, v2: Vec3) -> Crossing {
         let a = self.shear(v0);
         let b = self.shear(v1);
         let c = self.shear(v2);
@@ -121,16 +140,34 @@ impl TriangleTest {
         // written so that a NaN is no hit
         let inside = ((u >= 0.0) & (v >= 0.0) & (w >= 0.0)) | ((u <= 0.0) & (v <= 0.0) & (w <= 0.0));
         let det = u + v + w;
-        if !inside | (det == 0.0) {
-            return Hit::MISS;
-        }
-        let inv = num::recip(det);
-        let t = (u * a.z + v * b.z + w * c.z) * inv;
-        let (t0, t1) = slab.interval(min(min(v0, v1), v2), max(max(v0, v1), v2));
+        Crossing { areas: Vec3::new(u, v, w), t: Vec3::new(a.z, b.z, c.z), det, inside: inside & (det != 0.0) }
+    }
+}
+
+/// Where a ray's line crosses the plane of a triangle.
+#[derive(Clone, Copy)]
+pub struct Crossing {
+    /// Twice the sheared areas opposite to the vertices.
+    areas: Vec3,
+    /// Of each vertex.
+    t: Vec3,
+    det: f32,
+    /// Whether that is in the triangle, and it is not seen edge-on.
+    pub inside: bool,
+}
+
+impl Crossing {
+    /// The hit of triangle `id`, whose bounds are `lo` and `hi`, for t > 0, or [`Hit::MISS`], if it is [`Self::inside`].
+    #[inline(always)]
+    pub fn hit(&self, slab: &Slab, id: u32, lo: Vec3, hi: Vec3) -> Hit {
+        let Self { areas, t, .. } = self;
+        let inv = num::recip(self.det);
+        let t = (areas.x * t.x + areas.y * t.y + areas.z * t.z) * inv;
+        let (t0, t1) = slab.interval(lo, hi);
         let t = num::max(num::min(t, t1), t0);
         if !((t0 <= t1) & (t > 0.0)) {
             return Hit::MISS;
         }
-        Hit { t, id, uv: Vec2::new(v * inv, w * inv) }
+        Hit { t, id, uv: Vec2::new(areas.y * inv, areas.z * inv) }
     }
 }

@@ -1,0 +1,156 @@
+//! Scenes of few triangles: sixteen rays in step against each of them, without a tree.
+//!
+//! Through a tree every ray goes a way of its own, which no processor foresees. Where triangles are few, it takes less time to test them all,
+//! with as many rays as a register has lanes. The test is [`TriangleTest`] itself, so that the hits are the same.
+
+use super::{PARTIAL, Pack};
+use glam::Vec3;
+use restir_kernels::Avx512;
+use restir_shared::geometry::{Hit, Ray, Slab, TriangleTest};
+use restir_shared::lanes::{LANES, Lanes, Registers, Stage};
+use restir_shared::layout::NONE;
+use restir_shared::num;
+use restir_shared::vec::{max, min};
+use std::array::from_fn;
+
+/// As many triangles are tested, with all lanes, in the time of one ray through a tree.
+const TRIANGLES_A_RAY: usize = 8;
+
+/// All triangles of a scene that has few, by their ids.
+#[derive(Debug)]
+pub(super) struct Few {
+    triangles: Vec<Triangle>,
+    /// Of the scene.
+    bounds: [Vec3; 2],
+    registers: Avx512,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Triangle {
+    vertices: [Vec3; 3],
+    bounds: [Vec3; 2],
+    id: u32,
+}
+
+impl Triangle {
+    fn new(pack: &Pack, lane: usize) -> Self {
+        let vertices = pack.vertices.map(|axes| Vec3::from_array(axes.map(|row| row.0[lane])));
+        let [a, b, c] = vertices;
+        Self { vertices, bounds: [min(min(a, b), c), max(max(a, b), c)], id: pack.ids[lane] }
+    }
+}
+
+impl Few {
+    /// The triangles of the packs, if they are few, none of them is marked, and the processor has the registers.
+    pub(super) fn new(packs: &[Pack], bounds: [Vec3; 2]) -> Option<Self> {
+        let most = TRIANGLES_A_RAY * LANES;
+        let registers = Avx512::detect().filter(|_| packs.len() <= most)?;
+        let of_pack = |pack| (0..LANES / 2).map(move |lane| Triangle::new(pack, lane));
+        let mut triangles: Vec<_> = packs.iter().flat_map(of_pack).filter(|triangle| triangle.id != NONE).collect();
+        triangles.sort_by_key(|triangle| triangle.id);
+        let partial = triangles.iter().any(|triangle| triangle.id & PARTIAL != 0);
+        (triangles.len() <= most && !partial).then_some(Self { triangles, bounds, registers })
+    }
+
+    /// Whether to test all triangles takes less time than as many single rays.
+    #[inline(always)]
+    pub(super) fn pays(&self, of: &Lanes<bool>) -> bool {
+        let rays = (0..LANES).fold(0, |rays, lane| rays + u32::from(of.get(lane)));
+        self.triangles.len() <= TRIANGLES_A_RAY * rays as usize
+    }
+
+    /// The closest hit of each ray in `of`, in the place of others [`Hit::MISS`].
+    #[inline(always)]
+    pub(super) fn closest(&self, rays: &Lanes<Ray>, of: &Lanes<bool>) -> [Hit; LANES] {
+        let mut hits = Lanes::ZERO;
+        self.registers.run(&Closest(self), &(rays, of), &mut hits);
+        from_fn(|lane| hits.get(lane))
+    }
+
+    /// Whether each ray in `of` meets a triangle; of others false.
+    #[inline(always)]
+    pub(super) fn occluded(&self, rays: &Lanes<Ray>, of: &Lanes<bool>) -> [bool; LANES] {
+        let mut answers = Lanes::ZERO;
+        self.registers.run(&Occluded(self), &(rays, of), &mut answers);
+        from_fn(|lane| answers.get(lane))
+    }
+}
+
+/// Rays, and for which of them somebody asks.
+type Asked<'a> = (&'a Lanes<Ray>, &'a Lanes<bool>);
+
+/// The rays of all lanes, prepared.
+struct Prepared {
+    slabs: Lanes<Slab>,
+    tests: Lanes<TriangleTest>,
+    /// Zero where nobody asks, so that nothing is hit.
+    t_max: Lanes<f32>,
+}
+
+impl Prepared {
+    #[inline(always)]
+    fn new((rays, of): &Asked<'_>, [lo, hi]: [Vec3; 2]) -> Self {
+        let mut prepared = Self { slabs: Lanes::ZERO, tests: Lanes::ZERO, t_max: Lanes::ZERO };
+        for lane in 0..LANES {
+            let ray = rays.get(lane);
+            prepared.slabs.set(lane, Slab::new(&ray, lo, hi));
+            prepared.tests.set(lane, TriangleTest::new(&ray));
+            prepared.t_max.set(lane, if of.get(lane) { ray.t_max } else { 0.0 });
+        }
+        prepared
+    }
+
+    /// [`TriangleTest::hit`] without branches, which would be wrong half of the time.
+    #[inline(always)]
+    fn hit(&self, lane: usize, triangle: &Triangle) -> Hit {
+        let ([a, b, c], [lo, hi]) = (triangle.vertices, triangle.bounds);
+        let crossing = self.tests.get(lane).crossing(a, b, c);
+        let hit = crossing.hit(&self.slabs.get(lane), triangle.id, lo, hi);
+        if crossing.inside { hit } else { Hit::MISS }
+    }
+}
+
+struct Closest<'a>(&'a Few);
+
+impl<'a> Stage for Closest<'a> {
+    type From = Asked<'a>;
+    type To = Lanes<Hit>;
+
+    #[inline(always)]
+    fn run(&self, asked: &Asked<'a>, hits: &mut Lanes<Hit>) {
+        let prepared = Prepared::new(asked, self.0.bounds);
+        let mut best = Lanes::<Hit>::all(Hit::MISS);
+        let mut limit = prepared.t_max;
+        // in the order of ids, the first one of those at the same distance
+        for &triangle in &self.0.triangles {
+            for lane in 0..LANES {
+                let hit = prepared.hit(lane, &triangle);
+                let nearer = hit.t < limit.get(lane);
+                limit.set(lane, if nearer { hit.t } else { limit.get(lane) });
+                best.set(lane, if nearer { hit } else { best.get(lane) });
+            }
+        }
+        *hits = best;
+    }
+}
+
+struct Occluded<'a>(&'a Few);
+
+impl<'a> Stage for Occluded<'a> {
+    type From = Asked<'a>;
+    type To = Lanes<bool>;
+
+    #[inline(always)]
+    fn run(&self, asked: &Asked<'a>, answers: &mut Lanes<bool>) {
+        let prepared = Prepared::new(asked, self.0.bounds);
+        let mut nearest = Lanes::<f32>::all(Ray::FAR);
+        for &triangle in &self.0.triangles {
+            for lane in 0..LANES {
+                nearest.set(lane, num::min(prepared.hit(lane, &triangle).t, nearest.get(lane)));
+            }
+        }
+        for lane in 0..LANES {
+            answers.set(lane, nearest.get(lane) < prepared.t_max.get(lane));
+        }
+    }
+}
