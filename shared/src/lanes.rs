@@ -87,9 +87,15 @@ impl<T: Laned> Lanes<T> {
     /// The same value in all lanes.
     #[inline(always)]
     pub fn all(value: T) -> Self {
+        Self::from_fn(|_| value)
+    }
+
+    /// In each lane what `value` gives for it.
+    #[inline(always)]
+    pub fn from_fn(mut value: impl FnMut(usize) -> T) -> Self {
         let mut lanes = Self::ZERO;
         for lane in 0..LANES {
-            lanes.set(lane, value);
+            lanes.set(lane, value(lane));
         }
         lanes
     }
@@ -105,6 +111,28 @@ impl<T: Laned> Lanes<T> {
     pub fn set(&mut self, lane: usize, value: T) {
         value.set(&mut self.0, lane);
     }
+}
+
+impl Lanes<bool> {
+    /// The lanes in which it holds, as bits, lane 0 lowest.
+    #[inline(always)]
+    pub fn bits(&self) -> u32 {
+        let mut bits = 0;
+        for lane in 0..LANES {
+            bits |= u32::from(self.get(lane)) << lane;
+        }
+        bits
+    }
+}
+
+/// The lanes of which `bits` has the bits, lowest first.
+#[inline(always)]
+pub(crate) fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {
+    core::iter::from_fn(move || {
+        let lane = (bits != 0).then_some(bits.trailing_zeros() as usize % LANES);
+        bits &= bits.wrapping_sub(1);
+        lane
+    })
 }
 
 /// Makes lanes of a type that has one number.

@@ -8,6 +8,7 @@ use restir_host::buffers::SceneBuffers;
 use restir_host::scene::{AlphaMode, Filter, Mesh, Scene};
 use restir_host::wide_bvh::{SimdLevel, WideBvh};
 use restir_shared::geometry::{Hit, Ray};
+use restir_shared::lanes::{LANES, Lanes};
 use restir_shared::scene::{Probe, SceneView, Trace};
 use restir_tests::brute::Triangles;
 use restir_tests::crossings::{self, Tally};
@@ -21,6 +22,7 @@ use restir_tests::rays::adversarial;
 use restir_tests::suite;
 use restir_tests::suite::ensure;
 use restir_tests::watertight::{self, on_edge};
+use std::array::from_fn;
 use std::collections::BTreeSet;
 
 /// Rays against each procedural mesh; there are ten.
@@ -72,22 +74,34 @@ fn traversals<'a>(view: SceneView<'a>, wide: &'a [(String, WideBvh)]) -> Vec<(&'
     std::iter::once(("arena", view)).chain(traced).collect()
 }
 
-/// Compares `closest` and `occluded` of all traversals with brute force; gives the share of rays that hit.
+/// Compares `closest` and `occluded` of all traversals with brute force, of single rays and of sixteen, all or some of which are asked for;
+/// gives the share of rays that hit.
 fn compare(what: &str, buffers: &SceneBuffers, rays: u64, stream: u64) -> f64 {
     let view = buffers.view();
     let (triangles, wide) = (Triangles::new(view), wide_trees(&view));
     let traversals = traversals(view, &wide);
-    let is_hit = |&i: &u64| {
-        let ray = adversarial(&triangles, &mut SplitMix::new(stream << 40 | i));
-        let expected = triangles.closest(&ray);
+    let hits = |group: u64| {
+        let number = |lane: usize| group * LANES as u64 + lane as u64;
+        let of_lanes = Lanes::from_fn(|lane| adversarial(&triangles, &mut SplitMix::new(stream << 40 | number(lane))));
+        let of = Lanes::from_fn(|lane| group % 2 == 0 || (group as usize + lane) % 3 != 0);
+        let expected: [Hit; LANES] = from_fn(|lane| triangles.closest(&of_lanes.get(lane)));
         for (name, tracer) in &traversals {
-            let (found, at) = (tracer.closest(&ray), || format!("{what}, {name}: ray {i} {}", describe(&ray)));
-            assert!(bits(&found) == bits(&expected), "{}: {found:?}, by brute force {expected:?}", at());
-            assert!(tracer.occluded(&ray) == expected.is_hit(), "{}: occluded differs from closest", at());
+            let (closest, occluded) = (tracer.closest_each(&of_lanes, &of), tracer.occluded_each(&of_lanes, &of));
+            for lane in 0..LANES {
+                let (ray, expected) = (of_lanes.get(lane), expected[lane]);
+                let at = || format!("{what}, {name}: ray {} {}", number(lane), describe(&ray));
+                let found = tracer.closest(&ray);
+                assert!(bits(&found) == bits(&expected), "{}: {found:?}, by brute force {expected:?}", at());
+                assert!(tracer.occluded(&ray) == expected.is_hit(), "{}: occluded differs from closest", at());
+                let (found, asked) = (closest.get(lane), if of.get(lane) { expected } else { Hit::MISS });
+                assert!(bits(&found) == bits(&asked), "{}: one of sixteen {found:?}, by brute force {asked:?}", at());
+                assert!(occluded.get(lane) == asked.is_hit(), "{}: occluded differs, as one of sixteen", at());
+            }
         }
-        expected.is_hit()
+        expected.iter().filter(|hit| hit.is_hit()).count()
     };
-    let share = (0..rays).into_par_iter().filter(is_hit).count() as f64 / rays as f64;
+    assert!(rays.is_multiple_of(LANES as u64), "{rays} rays");
+    let share = (0..rays / LANES as u64).into_par_iter().map(hits).sum::<usize>() as f64 / rays as f64;
     println!("{what}: {} triangles, {rays} rays, {:.0} % hit", buffers.header.triangle_count, 100.0 * share);
     assert!(share > 0.1, "{what}: {share} of the rays hit");
     share

@@ -26,13 +26,14 @@ pub(super) fn any_each<L: Lanes, C: Coverage>(
     rays: &lanes::Lanes<Ray>,
     of: &lanes::Lanes<bool>,
     coverage: &C,
-) -> [bool; RAYS] {
+) -> lanes::Lanes<bool> {
     let each = Each::new(rays, bvh.bounds);
-    let mut answers = [false; RAYS];
-    for (at, answer) in answers.iter_mut().enumerate() {
+    let mut answers = lanes::Lanes::ZERO;
+    for at in 0..RAYS {
         if of.get(at) {
             let ray = rays.get(at);
-            *answer = visit(bvh, &each.ray::<L>(at), &ray, |hit, marked| !marked || coverage.covers(&ray, hit));
+            let covers = |hit: &Hit, marked: bool| !marked || coverage.covers(&ray, hit);
+            answers.set(at, visit(bvh, &each.ray::<L>(at), &ray, covers));
         }
     }
     answers

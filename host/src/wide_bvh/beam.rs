@@ -16,7 +16,11 @@ use restir_shared::num;
 
 /// What [`closest`](super::closest::closest) finds for each ray.
 #[inline(always)]
-pub(super) fn closest<L: Lanes, C: Coverage>(bvh: &WideBvh, rays: &lanes::Lanes<Ray>, coverage: &C) -> [Hit; RAYS] {
+pub(super) fn closest<L: Lanes, C: Coverage>(
+    bvh: &WideBvh,
+    rays: &lanes::Lanes<Ray>,
+    coverage: &C,
+) -> lanes::Lanes<Hit> {
     let each = Each::new(rays, bvh.bounds);
     let Some(order) = each.order() else {
         return super::closest::closest_each::<L, C>(bvh, rays, &lanes::Lanes::all(true), coverage);
@@ -35,7 +39,7 @@ pub(super) fn traverse<L: Lanes, C: Coverage, const EMITTERS: bool>(
     order: [usize; 3],
     rays: &lanes::Lanes<Ray>,
     coverage: &C,
-) -> [Hit; RAYS] {
+) -> lanes::Lanes<Hit> {
     let halves = [each.half::<L>(order, 0), each.half::<L>(order, 1)];
     let mut found = Found::new::<L>(each.t_max);
     let mut stack = Stack::new();
@@ -75,7 +79,8 @@ pub(super) fn may_meet_emitters<L: Lanes, C: Coverage>(bvh: &WideBvh, rays: &lan
     let each = Each::new(rays, bvh.bounds);
     let Some(order) = each.order() else { return true };
     let beam = Beam::<L>::new(&each);
-    traverse::<L, C, true>(bvh, &beam, &each, order, rays, coverage).iter().any(Hit::is_hit)
+    let hits = traverse::<L, C, true>(bvh, &beam, &each, order, rays, coverage);
+    (0..RAYS).any(|at| hits.get(at).is_hit())
 }
 
 /// Whether a ray between these may meet a triangle that emits: whether the beam of all enters the box of one, or of one that shares its pack.
@@ -227,10 +232,7 @@ impl Found {
     }
 
     #[inline(always)]
-    fn hits(mut self) -> [Hit; RAYS] {
-        for hit in &mut self.hits {
-            hit.t = if hit.is_hit() { hit.t } else { Hit::MISS.t };
-        }
-        self.hits
+    fn hits(&self) -> lanes::Lanes<Hit> {
+        lanes::Lanes::from_fn(|at| if self.hits[at].is_hit() { self.hits[at] } else { Hit::MISS })
     }
 }

@@ -24,12 +24,12 @@ pub(super) fn closest_each<L: Lanes, C: Coverage>(
     rays: &lanes::Lanes<Ray>,
     of: &lanes::Lanes<bool>,
     coverage: &C,
-) -> [Hit; RAYS] {
+) -> lanes::Lanes<Hit> {
     let each = Each::new(rays, bvh.bounds);
-    let mut hits = [Hit::MISS; RAYS];
-    for (at, hit) in hits.iter_mut().enumerate() {
+    let mut hits = lanes::Lanes::all(Hit::MISS);
+    for at in 0..RAYS {
         if of.get(at) {
-            *hit = traverse(bvh, &each.ray::<L>(at), &rays.get(at), coverage);
+            hits.set(at, traverse(bvh, &each.ray::<L>(at), &rays.get(at), coverage));
         }
     }
     hits

@@ -3,30 +3,27 @@
 //! Through a tree every ray goes a way of its own, which no processor foresees. Where triangles are few, it takes less time to test them all,
 //! with as many rays as a register has lanes. The test is [`TriangleTest`] itself, so that the hits are the same.
 
-use super::{PARTIAL, Pack};
+use super::Pack;
 use glam::Vec3;
-use restir_kernels::Avx512;
 use restir_shared::geometry::{Hit, Ray, Slab, TriangleTest};
 use restir_shared::lanes::{LANES, Lanes, Registers, Stage};
 use restir_shared::layout::NONE;
 use restir_shared::num;
 use restir_shared::vec::{max, min};
-use std::array::from_fn;
 
 /// As many triangles are tested, with all lanes, in the time of one ray through a tree.
-const TRIANGLES_A_RAY: usize = 8;
+const TRIANGLES_A_RAY: usize = 6;
 
 /// All triangles of a scene that has few, by their ids.
 #[derive(Debug)]
 pub(super) struct Few {
-    triangles: Vec<Triangle>,
+    pub(super) triangles: Vec<Triangle>,
     /// Of the scene.
     bounds: [Vec3; 2],
-    registers: Avx512,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Triangle {
+pub(super) struct Triangle {
     vertices: [Vec3; 3],
     bounds: [Vec3; 2],
     id: u32,
@@ -41,38 +38,38 @@ impl Triangle {
 }
 
 impl Few {
-    /// The triangles of the packs, if they are few, none of them is marked, and the processor has the registers.
+    /// The triangles of the packs, none of which is marked, if they are few.
     pub(super) fn new(packs: &[Pack], bounds: [Vec3; 2]) -> Option<Self> {
         let most = TRIANGLES_A_RAY * LANES;
-        let registers = Avx512::detect().filter(|_| packs.len() <= most)?;
-        let of_pack = |pack| (0..LANES / 2).map(move |lane| Triangle::new(pack, lane));
+        if packs.len() > most {
+            return None;
+        }
+        let of_pack = |pack: &Pack| (0..pack.ids.len()).map(|lane| Triangle::new(pack, lane)).collect::<Vec<_>>();
         let mut triangles: Vec<_> = packs.iter().flat_map(of_pack).filter(|triangle| triangle.id != NONE).collect();
         triangles.sort_by_key(|triangle| triangle.id);
-        let partial = triangles.iter().any(|triangle| triangle.id & PARTIAL != 0);
-        (triangles.len() <= most && !partial).then_some(Self { triangles, bounds, registers })
+        (triangles.len() <= most).then_some(Self { triangles, bounds })
     }
 
     /// Whether to test all triangles takes less time than as many single rays.
     #[inline(always)]
     pub(super) fn pays(&self, of: &Lanes<bool>) -> bool {
-        let rays = (0..LANES).fold(0, |rays, lane| rays + u32::from(of.get(lane)));
-        self.triangles.len() <= TRIANGLES_A_RAY * rays as usize
+        self.triangles.len() <= TRIANGLES_A_RAY * of.bits().count_ones() as usize
     }
 
     /// The closest hit of each ray in `of`, in the place of others [`Hit::MISS`].
     #[inline(always)]
-    pub(super) fn closest(&self, rays: &Lanes<Ray>, of: &Lanes<bool>) -> [Hit; LANES] {
+    pub(super) fn closest(&self, rays: &Lanes<Ray>, of: &Lanes<bool>, registers: impl Registers) -> Lanes<Hit> {
         let mut hits = Lanes::ZERO;
-        self.registers.run(&Closest(self), &(rays, of), &mut hits);
-        from_fn(|lane| hits.get(lane))
+        registers.run(&Closest(self), &(rays, of), &mut hits);
+        hits
     }
 
     /// Whether each ray in `of` meets a triangle; of others false.
     #[inline(always)]
-    pub(super) fn occluded(&self, rays: &Lanes<Ray>, of: &Lanes<bool>) -> [bool; LANES] {
+    pub(super) fn occluded(&self, rays: &Lanes<Ray>, of: &Lanes<bool>, registers: impl Registers) -> Lanes<bool> {
         let mut answers = Lanes::ZERO;
-        self.registers.run(&Occluded(self), &(rays, of), &mut answers);
-        from_fn(|lane| answers.get(lane))
+        registers.run(&Occluded(self), &(rays, of), &mut answers);
+        answers
     }
 }
 

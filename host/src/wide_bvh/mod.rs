@@ -36,15 +36,16 @@ mod simd;
 mod triangles;
 
 use crate::bvh::{self, Bounds, Bvh, Effort};
+use few::Few;
 use glam::{UVec4, Vec3};
+use restir_kernels::Avx512;
 #[cfg(target_arch = "x86_64")]
 use restir_kernels::has_avx512;
 use restir_shared::geometry::{Coverage, Crossings, Hit, Ray, Solid};
-use restir_shared::lanes::{LANES as RAYS, Lanes};
+use restir_shared::lanes::Lanes;
 use restir_shared::layout::{STACK_DEPTH, TRIANGLE_ALPHA, TRIANGLE_WORDS};
 use restir_shared::pack::xyz;
 use restir_shared::scene::{Hierarchy, SceneView};
-use few::Few;
 use simd::{LANES, Row};
 
 /// What a processor offers for traversal. Every level gives the same bits.
@@ -134,8 +135,8 @@ pub struct WideBvh {
     /// Some triangle is marked.
     partial: bool,
     bounds: [Vec3; 2],
-    /// All triangles, where they are few.
-    few: Option<Few>,
+    /// All triangles, where they are few, none is marked and the processor has the registers.
+    few: Option<(Few, Avx512)>,
     level: SimdLevel,
 }
 
@@ -162,8 +163,9 @@ impl WideBvh {
         assert!(depth <= STACK_DEPTH, "a wide tree is no deeper than the binary one");
         let header = &scene.header;
         let bounds = [header.bounds_lo, header.bounds_hi].map(Vec3::from_array);
+        let few = Avx512::detect().filter(|_| !partial);
         Self {
-            few: Few::new(&packs, bounds),
+            few: few.and_then(|registers| Some((Few::new(&packs, bounds)?, registers))),
             nodes,
             packs,
             root,
@@ -187,8 +189,8 @@ impl WideBvh {
 
     /// All triangles, where it takes less time to test them than to trace the rays in `of` one by one.
     #[inline(always)]
-    fn few(&self, of: &Lanes<bool>) -> Option<&Few> {
-        self.few.as_ref().filter(|few| few.pays(of))
+    fn few(&self, of: &Lanes<bool>) -> Option<(&Few, Avx512)> {
+        self.few.as_ref().filter(|(few, _)| few.pays(of)).map(|(few, registers)| (few, *registers))
     }
 
     /// What a reference to a child stands for.
@@ -235,12 +237,12 @@ macro_rules! at_level {
 
 impl WideBvh {
     at_level! { fn closest_over(ray: &Ray) -> Hit = closest::closest }
-    at_level! { fn closest_each_over(rays: &Lanes<Ray>, of: &Lanes<bool>) -> [Hit; RAYS] = closest::closest_each }
-    at_level! { fn closest_together_over(rays: &Lanes<Ray>) -> [Hit; RAYS] = beam::closest }
+    at_level! { fn closest_each_over(rays: &Lanes<Ray>, of: &Lanes<bool>) -> Lanes<Hit> = closest::closest_each }
+    at_level! { fn closest_together_over(rays: &Lanes<Ray>) -> Lanes<Hit> = beam::closest }
     at_level! { fn may_meet_emitters_over(rays: &Lanes<Ray>) -> bool = beam::may_meet_emitters }
     at_level! { fn emitters_between_over(rays: &Lanes<Ray>) -> bool = beam::emitters_between }
     at_level! { fn any_over(ray: &Ray) -> bool = any::any }
-    at_level! { fn any_each_over(rays: &Lanes<Ray>, of: &Lanes<bool>) -> [bool; RAYS] = any::any_each }
+    at_level! { fn any_each_over(rays: &Lanes<Ray>, of: &Lanes<bool>) -> Lanes<bool> = any::any_each }
     at_level! { fn all_over(ray: &Ray) -> Crossings = any::all }
 }
 
@@ -260,13 +262,13 @@ impl Hierarchy for WideBvh {
         over!(self.closest_over(ray), coverage)
     }
 
-    fn closest_together(&self, rays: &Lanes<Ray>, coverage: &dyn Coverage) -> [Hit; RAYS] {
+    fn closest_together(&self, rays: &Lanes<Ray>, coverage: &dyn Coverage) -> Lanes<Hit> {
         over!(self.closest_together_over(rays), coverage)
     }
 
-    fn closest_each(&self, rays: &Lanes<Ray>, of: &Lanes<bool>, coverage: &dyn Coverage) -> [Hit; RAYS] {
-        if let Some(few) = self.few(of) {
-            return few.closest(rays, of);
+    fn closest_each(&self, rays: &Lanes<Ray>, of: &Lanes<bool>, coverage: &dyn Coverage) -> Lanes<Hit> {
+        if let Some((few, registers)) = self.few(of) {
+            return few.closest(rays, of, registers);
         }
         over!(self.closest_each_over(rays, of), coverage)
     }
@@ -283,9 +285,9 @@ impl Hierarchy for WideBvh {
         over!(self.any_over(ray), coverage)
     }
 
-    fn occluded_each(&self, rays: &Lanes<Ray>, of: &Lanes<bool>, coverage: &dyn Coverage) -> [bool; RAYS] {
-        if let Some(few) = self.few(of) {
-            return few.occluded(rays, of);
+    fn occluded_each(&self, rays: &Lanes<Ray>, of: &Lanes<bool>, coverage: &dyn Coverage) -> Lanes<bool> {
+        if let Some((few, registers)) = self.few(of) {
+            return few.occluded(rays, of, registers);
         }
         over!(self.any_each_over(rays, of), coverage)
     }

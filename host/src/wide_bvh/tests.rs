@@ -1,13 +1,14 @@
 use super::beam::{Beam, traverse};
 use super::each::Each;
+use super::few::Few;
 use super::simd::{self, LANES, Portable, Row};
-use super::{Node, SimdLevel, WideBvh};
+use super::{Avx512, Node, SimdLevel, WideBvh};
 use crate::buffers::SceneBuffers;
 use crate::scene::Scene;
 use glam::{Vec2, Vec3};
 use restir_shared::camera::{camera_ray, primary_ray, rays_about_pixel};
 use restir_shared::geometry::{Coverage, Hit, Ray, Solid};
-use restir_shared::lanes::{LANES as RAYS, Lanes};
+use restir_shared::lanes::{LANES as RAYS, Lanes, Registers, Stage};
 use restir_shared::layout::{CameraParams, NONE};
 use restir_shared::rng::{Rng, Sampler, unit};
 use restir_shared::scene::{Hierarchy, SceneView, Trace};
@@ -90,7 +91,7 @@ fn differences_of_each(view: &SceneView<'_>, tree: &WideBvh) -> usize {
         }
         let (hits, occluded) = (tree.closest_each(&rays, &of, &Solid), tree.occluded_each(&rays, &of, &Solid));
         let asked = |lane: usize| if of.get(lane) { view.closest(&rays.get(lane)) } else { Hit::MISS };
-        (0..RAYS).filter(|&lane| hits[lane] != asked(lane) || occluded[lane] != asked(lane).is_hit()).count()
+        (0..RAYS).filter(|&lane| hits.get(lane) != asked(lane) || occluded.get(lane) != asked(lane).is_hit()).count()
     };
     segments(view).chunks_exact(RAYS).enumerate().map(differs).sum()
 }
@@ -105,6 +106,61 @@ fn rays_that_are_prepared_together_have_their_hits() {
         let mut forgetful = tree();
         forget(&mut forgetful.nodes[0], 0);
         assert!(differences_of_each(&view, &forgetful) > 0, "{level:?} without a child");
+    }
+}
+
+/// The registers that every processor has.
+#[derive(Clone, Copy)]
+struct Any;
+
+impl Registers for Any {
+    fn run<S: Stage>(self, stage: &S, from: &S::From, to: &mut S::To) {
+        stage.run(from, to);
+    }
+}
+
+/// Of how many groups of segments some answer is not the arena's, if all triangles are tested.
+fn differences_of_few(view: &SceneView<'_>, few: &Few) -> usize {
+    let differs = |(at, segments): &(usize, &[Ray])| {
+        let rays = Lanes::from_fn(|lane| segments[lane]);
+        let of = Lanes::from_fn(|lane| (at + lane) % 3 != 0);
+        let (hits, occluded) = (few.closest(&rays, &of, Any), few.occluded(&rays, &of, Any));
+        let asked = |lane: usize| if of.get(lane) { view.closest(&rays.get(lane)) } else { Hit::MISS };
+        (0..RAYS).any(|lane| hits.get(lane) != asked(lane) || occluded.get(lane) != asked(lane).is_hit())
+    };
+    segments(view).chunks_exact(RAYS).enumerate().filter(differs).count()
+}
+
+#[test]
+fn few_triangles_are_tested_without_a_tree() {
+    for scene in ["cornell", "furnace"] {
+        let buffers = SceneBuffers::build(&Scene::load(scene).unwrap()).unwrap();
+        let view = buffers.view();
+        let tree = WideBvh::thorough(&view);
+        let few = || Few::new(&tree.packs, tree.bounds).unwrap();
+        assert_eq!(differences_of_few(&view, &few()), 0, "{scene}");
+        for forgotten in 0..view.header.triangle_count as usize {
+            let mut forgetful = few();
+            forgetful.triangles.remove(forgotten);
+            assert!(differences_of_few(&view, &forgetful) > 0, "{scene} without triangle {forgotten}");
+        }
+    }
+}
+
+#[test]
+fn few_triangles_are_tested_where_it_pays() {
+    let used = |scene: &Scene, level: SimdLevel, rays: usize| {
+        let buffers = SceneBuffers::build(scene).unwrap();
+        let tree = WideBvh::thorough(&buffers.view()).with_level(level);
+        tree.few(&Lanes::from_fn(|lane| lane < rays)).is_some()
+    };
+    let cornell = Scene::load("cornell").unwrap();
+    for level in SimdLevel::available() {
+        let widest = level == *SimdLevel::available().last().unwrap() && Avx512::detect().is_some();
+        assert_eq!(used(&cornell, level, RAYS), widest, "{level:?}");
+        assert!(!used(&cornell, level, 1), "one ray, {level:?}");
+        assert!(!used(&cornell.clone().subdivided(1), level, RAYS), "four times as many triangles, {level:?}");
+        assert!(!used(&Scene::load("moving").unwrap(), level, RAYS), "{level:?}");
     }
 }
 
@@ -138,16 +194,16 @@ fn beams(camera: &CameraParams) -> Vec<Lanes<Ray>> {
 }
 
 /// Of how many beams some ray hits something else than what the arena says.
-fn others(view: &SceneView<'_>, beams: &[Lanes<Ray>], closest_together: impl Fn(&Lanes<Ray>) -> [Hit; RAYS]) -> usize {
+fn others(view: &SceneView<'_>, beams: &[Lanes<Ray>], closest_together: impl Fn(&Lanes<Ray>) -> Lanes<Hit>) -> usize {
     let differs = |rays: &&Lanes<Ray>| {
         let hits = closest_together(rays);
-        (0..RAYS).any(|lane| hits[lane] != view.closest(&rays.get(lane)))
+        (0..RAYS).any(|lane| hits.get(lane) != view.closest(&rays.get(lane)))
     };
     beams.iter().filter(differs).count()
 }
 
 /// A beam that is the first of its rays, for all of them: it passes by what only others hit.
-fn as_the_first(tree: &WideBvh, rays: &Lanes<Ray>, coverage: &impl Coverage) -> [Hit; RAYS] {
+fn as_the_first(tree: &WideBvh, rays: &Lanes<Ray>, coverage: &impl Coverage) -> Lanes<Hit> {
     let mut first = Lanes::ZERO;
     (0..RAYS).for_each(|lane| first.set(lane, rays.get(0)));
     let (first, each) = (Each::new(&first, tree.bounds), Each::new(rays, tree.bounds));

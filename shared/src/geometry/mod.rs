@@ -92,6 +92,12 @@ pub struct Hit {
     pub uv: Vec2,
 }
 
+#[cfg(not(target_arch = "spirv"))]
+crate::lanes::fields! {
+    Rays = Ray { origin: Vec3, direction: Vec3, t_max: f32, key: u32 }
+    Hits = Hit { t: f32, id: u32, uv: Vec2 }
+}
+
 impl Hit {
     /// Nothing was hit.
     pub const MISS: Self = Self { t: Ray::FAR, id: NONE, uv: Vec2::ZERO };

@@ -28,7 +28,6 @@ pub struct Slab {
 fields! {
     Slabs = Slab { lo_origin: Vec3, hi_origin: Vec3, inverse: Vec3 }
     TriangleTests = TriangleTest { origin: Vec3, shear_x: f32, shear_y: f32, scale: f32, axis: u32 }
-    CrossingsOf = Crossing { areas: Vec3, t: Vec3, det: f32, inside: bool }
 }
 
 #[inline(always)]

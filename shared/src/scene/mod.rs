@@ -93,12 +93,11 @@ use crate::bsdf::{Material, Scattering};
 use crate::geometry::Coverage;
 use crate::geometry::{Crossings, Hit, Ray};
 #[cfg(not(target_arch = "spirv"))]
-use crate::lanes::{LANES, Lanes};
+use crate::lanes::Lanes;
 use crate::layout::FEATURES_ALL;
 use crate::medium::Interior;
 use crate::num;
 #[cfg(not(target_arch = "spirv"))]
-use core::array::from_fn;
 use glam::{UVec4, Vec2, Vec3};
 
 /// Rays against the scene: what they hit first, and whether anything is in their way.
@@ -131,16 +130,16 @@ pub trait Hierarchy {
     /// As [`Trace::closest`]; `coverage` says which hits of marked triangles count.
     fn closest(&self, ray: &Ray, coverage: &dyn Coverage) -> Hit;
     /// [`Self::closest`] of each ray. They have most of their way in common, which need not be used.
-    fn closest_together(&self, rays: &Lanes<Ray>, coverage: &dyn Coverage) -> [Hit; LANES] {
+    fn closest_together(&self, rays: &Lanes<Ray>, coverage: &dyn Coverage) -> Lanes<Hit> {
         self.closest_each(rays, &Lanes::all(true), coverage)
     }
     /// [`Self::closest`] of each ray in `of`, in the place of others [`Hit::MISS`]. What is computed for all at once may be faster.
-    fn closest_each(&self, rays: &Lanes<Ray>, of: &Lanes<bool>, coverage: &dyn Coverage) -> [Hit; LANES] {
-        from_fn(|lane| if of.get(lane) { self.closest(&rays.get(lane), coverage) } else { Hit::MISS })
+    fn closest_each(&self, rays: &Lanes<Ray>, of: &Lanes<bool>, coverage: &dyn Coverage) -> Lanes<Hit> {
+        Lanes::from_fn(|lane| if of.get(lane) { self.closest(&rays.get(lane), coverage) } else { Hit::MISS })
     }
     /// [`Self::occluded`] of each ray in `of`, in the place of others false.
-    fn occluded_each(&self, rays: &Lanes<Ray>, of: &Lanes<bool>, coverage: &dyn Coverage) -> [bool; LANES] {
-        from_fn(|lane| of.get(lane) && self.occluded(&rays.get(lane), coverage))
+    fn occluded_each(&self, rays: &Lanes<Ray>, of: &Lanes<bool>, coverage: &dyn Coverage) -> Lanes<bool> {
+        Lanes::from_fn(|lane| of.get(lane) && self.occluded(&rays.get(lane), coverage))
     }
     /// Whether one of the rays may meet a triangle that emits, be it behind others. Nobody traces the rays where the answer is no, so that it
     /// has to be sure. If this is not implemented, the answer is always yes.

@@ -3,13 +3,12 @@
 use super::{Trace, Tracer};
 use crate::geometry::{self, Hit, Ray};
 #[cfg(not(target_arch = "spirv"))]
-use crate::lanes::{LANES, Lanes};
+use crate::lanes::Lanes;
 use crate::layout::{FEATURES_ALL, SceneHeader};
 use crate::num;
 use crate::pack::xyz;
 use crate::vec::{cross, length, max_abs, normalize};
 #[cfg(not(target_arch = "spirv"))]
-use core::array::from_fn;
 use glam::{UVec4, Vec2, Vec3};
 
 /// Spawn offsets as a fraction of a triangle's largest coordinate: 2^-18, some sixty roundings.
@@ -153,28 +152,28 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
 
     /// [`Trace::closest`] of each ray, where they have most of their way in common.
     #[inline(always)]
-    pub fn closest_together(&self, rays: &Lanes<Ray>) -> [Hit; LANES] {
+    pub fn closest_together(&self, rays: &Lanes<Ray>) -> Lanes<Hit> {
         match self.tracer {
             Some(tracer) => tracer.closest_together(rays, self),
-            None => from_fn(|lane| self.closest(&rays.get(lane))),
+            None => Lanes::from_fn(|lane| self.closest(&rays.get(lane))),
         }
     }
 
     /// [`Trace::closest`] of each ray in `of`, in the place of others [`Hit::MISS`].
     #[inline(always)]
-    pub fn closest_each(&self, rays: &Lanes<Ray>, of: &Lanes<bool>) -> [Hit; LANES] {
+    pub fn closest_each(&self, rays: &Lanes<Ray>, of: &Lanes<bool>) -> Lanes<Hit> {
         match self.tracer {
             Some(tracer) => tracer.closest_each(rays, of, self),
-            None => from_fn(|lane| if of.get(lane) { self.closest(&rays.get(lane)) } else { Hit::MISS }),
+            None => Lanes::from_fn(|lane| if of.get(lane) { self.closest(&rays.get(lane)) } else { Hit::MISS }),
         }
     }
 
     /// [`Trace::occluded`] of each ray in `of`, in the place of others false.
     #[inline(always)]
-    pub fn occluded_each(&self, rays: &Lanes<Ray>, of: &Lanes<bool>) -> [bool; LANES] {
+    pub fn occluded_each(&self, rays: &Lanes<Ray>, of: &Lanes<bool>) -> Lanes<bool> {
         match self.tracer {
             Some(tracer) => tracer.occluded_each(rays, of, self),
-            None => from_fn(|lane| of.get(lane) && self.occluded(&rays.get(lane))),
+            None => Lanes::from_fn(|lane| of.get(lane) && self.occluded(&rays.get(lane))),
         }
     }
 }

@@ -9,7 +9,7 @@ use crate::bsdf::Material;
 use crate::camera::{camera_ray, has_lens, rays_about_pixel};
 use crate::film::{CUT, MAX_BLOCK_LOG2, sum_block};
 use crate::geometry::{Hit, Ray};
-use crate::lanes::{LANES, Lanes, Registers, Stage, fields, numbers};
+use crate::lanes::{LANES, Lanes, Registers, Stage, fields, lanes_of, numbers};
 use crate::layout::{CameraParams, FEATURE_ENVIRONMENT, FEATURE_TEXTURES, FilmPixel};
 use crate::rng::Rng;
 use crate::scene::{LightKind, LightSample, Lights, SceneView, Surface, SurfacePoint};
@@ -58,8 +58,6 @@ struct Batch<'a, const COMPILED: u32> {
 numbers! { LightKind = LightKind::Area }
 
 fields! {
-    Rays = Ray { origin: Vec3, direction: Vec3, t_max: f32, key: u32 }
-    Hits = Hit { t: f32, id: u32, uv: Vec2 }
     Choices = Chosen { pdf: f32, alone: bool }
     Walks = Walk { ray: Ray, throughput: Vec3, chosen: Chosen, depth: u32 }
     Materials = Material {
@@ -133,7 +131,7 @@ struct Progress<'a> {
     begun: usize,
     /// The first segments of those from the last multiple of [`LANES`] on, and what they meet.
     ahead: Lanes<Ray>,
-    first_hits: [Hit; LANES],
+    first_hits: Lanes<Hit>,
     /// Paths that have left the scene, and how many.
     escaped: Paths,
     escapes: usize,
@@ -322,7 +320,7 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
         let mut progress = Progress {
             begun: 0,
             ahead: Lanes::ZERO,
-            first_hits: [Hit::MISS; LANES],
+            first_hits: Lanes::all(Hit::MISS),
             escaped: Paths::NONE,
             escapes: 0,
             radiances,
@@ -359,26 +357,27 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
         registers: impl Registers,
     ) -> bool {
         let Scattered { paths, alive, .. } = scattered;
-        let mut any = false;
         let mut rays = Lanes::ZERO;
         for lane in 0..LANES {
             rays.set(lane, paths.walk.get(lane).ray);
         }
-        for (lane, hit) in self.scene.closest_each(&rays, alive).into_iter().enumerate() {
-            let mut hit = if alive.get(lane) { Some(hit) } else { self.begin(paths, lane, progress, registers) };
+        let before = arrived.hit;
+        arrived.hit = self.scene.closest_each(&rays, alive);
+        for lane in 0..LANES {
+            arrived.any.set(lane, arrived.hit.get(lane).is_hit());
+        }
+        for lane in lanes_of(!arrived.any.bits() & ((1 << LANES) - 1)) {
+            let miss = arrived.hit.get(lane);
+            let mut hit = if alive.get(lane) { Some(miss) } else { self.begin(paths, lane, progress, registers) };
             while let Some(miss) = hit.filter(|hit| !hit.is_hit()) {
                 self.leave(paths, lane, &miss, progress, registers);
                 hit = self.begin(paths, lane, progress, registers);
             }
-            let hit = hit.unwrap_or(Hit::MISS);
-            arrived.any.set(lane, hit.is_hit());
-            if hit.is_hit() {
-                arrived.hit.set(lane, hit);
-                any = true;
-            }
+            arrived.any.set(lane, hit.is_some());
+            arrived.hit.set(lane, hit.unwrap_or(before.get(lane)));
         }
         arrived.paths = *paths;
-        any
+        arrived.any.bits() != 0
     }
 
     /// Begins the next sample, if there is one, and gives what its first segment meets.
@@ -393,7 +392,7 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
         while progress.begun.is_multiple_of(LANES) && progress.begun < progress.radiances.len() {
             self.look_ahead(progress.begun as u32, &mut progress.ahead, registers);
             self.meet(progress);
-            if progress.first_hits != [Hit::MISS; LANES] {
+            if (0..LANES).any(|lane| progress.first_hits.get(lane) != Hit::MISS) {
                 break;
             }
             self.pass_by(progress, registers);
@@ -404,7 +403,7 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
         }
         progress.begun += 1;
         paths.set(lane, Walk::new(progress.ahead.get(next % LANES)), next as u32, Vec3::ZERO);
-        Some(progress.first_hits[next % LANES])
+        Some(progress.first_hits.get(next % LANES))
     }
 
     /// Writes down what the next samples find, none of which meets anything.
@@ -436,7 +435,7 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
             // count, rays that meet none need not be traced: what they hit adds as much as a miss does
             let may_count = !self.only_emitters_count() || self.scene.may_meet_emitters(&progress.ahead);
             progress.first_hits =
-                if may_count { self.scene.closest_together(&progress.ahead) } else { [Hit::MISS; LANES] };
+                if may_count { self.scene.closest_together(&progress.ahead) } else { Lanes::all(Hit::MISS) };
             return;
         }
         let left = progress.radiances.len() - progress.begun;
@@ -499,13 +498,13 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
     #[inline(always)]
     fn look(&self, arrived: &Arrived, scattered: &mut Scattered, radiances: &mut [Vec3]) {
         let Scattered { paths, alive, lit, shadow, value } = scattered;
-        for (lane, occluded) in self.scene.occluded_each(shadow, lit).into_iter().enumerate() {
-            if lit.get(lane) && !occluded {
-                paths.sum.set(lane, paths.sum.get(lane) + value.get(lane));
-            }
-            if arrived.any.get(lane) && !alive.get(lane) {
-                radiances[paths.sample.get(lane) as usize] = paths.sum.get(lane);
-            }
+        let occluded = self.scene.occluded_each(shadow, lit);
+        for lane in 0..LANES {
+            let (sum, arrives) = (paths.sum.get(lane), lit.get(lane) & !occluded.get(lane));
+            paths.sum.set(lane, if arrives { sum + value.get(lane) } else { sum });
+        }
+        for lane in lanes_of(arrived.any.bits() & !alive.bits()) {
+            radiances[paths.sample.get(lane) as usize] = paths.sum.get(lane);
         }
     }
 }
