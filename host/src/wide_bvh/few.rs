@@ -103,7 +103,7 @@ impl Prepared {
         let ([a, b, c], [lo, hi]) = (triangle.vertices, triangle.bounds);
         let crossing = self.tests.get(lane).crossing(a, b, c);
         let hit = crossing.hit(&self.slabs.get(lane), triangle.id, lo, hi);
-        if crossing.inside { hit } else { Hit::MISS }
+        if crossing.misses() { Hit::MISS } else { hit }
     }
 }
 

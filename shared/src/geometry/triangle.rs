@@ -121,7 +121,7 @@ impl TriangleTest {
     #[inline(always)]
     pub fn hit(&self, slab: &Slab, id: u32, v0: Vec3, v1: Vec3, v2: Vec3) -> Hit {
         let crossing = self.crossing(v0, v1, v2);
-        if !crossing.inside {
+        if crossing.misses() {
             return Hit::MISS;
         }
         crossing.hit(slab, id, min(min(v0, v1), v2), max(max(v0, v1), v2))
@@ -139,7 +139,7 @@ impl TriangleTest {
         // written so that a NaN is no hit
         let inside = ((u >= 0.0) & (v >= 0.0) & (w >= 0.0)) | ((u <= 0.0) & (v <= 0.0) & (w <= 0.0));
         let det = u + v + w;
-        Crossing { areas: Vec3::new(u, v, w), t: Vec3::new(a.z, b.z, c.z), det, inside: inside & (det != 0.0) }
+        Crossing { areas: Vec3::new(u, v, w), t: Vec3::new(a.z, b.z, c.z), inside, det }
     }
 }
 
@@ -150,13 +150,19 @@ pub struct Crossing {
     areas: Vec3,
     /// Of each vertex.
     t: Vec3,
+    inside: bool,
+    /// The sum of the areas.
     det: f32,
-    /// Whether that is in the triangle, and it is not seen edge-on.
-    pub inside: bool,
 }
 
 impl Crossing {
-    /// The hit of triangle `id`, whose bounds are `lo` and `hi`, for t > 0, or [`Hit::MISS`], if it is [`Self::inside`].
+    /// Whether that is outside of the triangle, or it is seen edge-on.
+    #[inline(always)]
+    pub fn misses(&self) -> bool {
+        !self.inside | (self.det == 0.0)
+    }
+
+    /// The hit of triangle `id`, whose bounds are `lo` and `hi`, for t > 0, or [`Hit::MISS`], unless it [`Self::misses`].
     #[inline(always)]
     pub fn hit(&self, slab: &Slab, id: u32, lo: Vec3, hi: Vec3) -> Hit {
         let Self { areas, t, .. } = self;

@@ -97,7 +97,6 @@ use crate::lanes::Lanes;
 use crate::layout::FEATURES_ALL;
 use crate::medium::Interior;
 use crate::num;
-#[cfg(not(target_arch = "spirv"))]
 use glam::{UVec4, Vec2, Vec3};
 
 /// Rays against the scene: what they hit first, and whether anything is in their way.

@@ -8,7 +8,6 @@ use crate::layout::{FEATURES_ALL, SceneHeader};
 use crate::num;
 use crate::pack::xyz;
 use crate::vec::{cross, length, max_abs, normalize};
-#[cfg(not(target_arch = "spirv"))]
 use glam::{UVec4, Vec2, Vec3};
 
 /// Spawn offsets as a fraction of a triangle's largest coordinate: 2^-18, some sixty roundings.
