@@ -1,6 +1,6 @@
 //! Initial candidates of ReSTIR DI.
 
-use restir_shared::layout::FilmPixel;
+use restir_shared::layout::{FEATURES_UNTEXTURED, FilmPixel};
 use restir_shared::technique::restir_di::{self, DiParams, PackedHit, PackedReservoir, TileWords};
 
 kernel! {
@@ -17,5 +17,10 @@ kernel! {
         let (reservoir, radiance, _) = restir_di::initial(&scene, &p.specialised(settings), tiles, hit, [x, y]);
         reservoirs[at] = reservoir;
         direct[at] = radiance
+    };
+    in step [FEATURES_UNTEXTURED] |registers| {
+        let first = (y * p.width + x) as usize;
+        let seen = (&hits[first..first + reservoirs.len()], [x, y]);
+        restir_di::initial_row(&scene, &p.specialised(settings), tiles, seen, (reservoirs, direct), registers)
     }
 }

@@ -13,7 +13,7 @@ use crate::num;
 use crate::resample::packed::dithered;
 use crate::resample::reservoir::Reservoir;
 use crate::rng::{self, Rng};
-use crate::scene::{AddressedLight, AddressedLights, BsdfOf, LightAddress, Surface, Trace};
+use crate::scene::{AddressedLight, AddressedLights, BsdfOf, LightAddress, Surface, SurfacePoint, Trace};
 use crate::transport::{Passage, Vertex, follow};
 use crate::vec::max_component;
 use glam::{UVec4, Vec3};
@@ -38,6 +38,119 @@ impl Candidate {
         shadow: Ray { origin: Vec3::ZERO, direction: Vec3::Z, t_max: Ray::FAR, key: 0 },
         visibility: Vec3::ZERO,
     };
+}
+
+/// What all candidates of a pixel have in common.
+#[derive(Clone, Copy)]
+pub(super) struct Stream {
+    rng: Rng,
+    flags: Flags,
+    window: Window,
+    /// Candidates from scattering.
+    from_scattering: f32,
+    /// Surfaces may be blended.
+    blends: bool,
+}
+
+/// Which candidate of a stream it is: of a light, by its index, or what scattering has found, at the end.
+#[derive(Clone, Copy)]
+pub(super) struct Place {
+    pub(super) index: u32,
+    pub(super) last: bool,
+    pub(super) scattered: LightAddress,
+}
+
+/// A candidate with its weight.
+#[derive(Clone, Copy)]
+pub(super) struct Weighed {
+    pub(super) target: f32,
+    pub(super) weight: f32,
+    pub(super) shadow: Ray,
+    /// Random words: for the choice within a group, and of the group.
+    pub(super) within: u32,
+    pub(super) among: u32,
+}
+
+/// How the candidates of a stream are weighed.
+pub(super) trait Weigh<S: Surface> {
+    /// The address of a candidate, at a vertex whose point a ray has met, and its weight.
+    fn weigh(
+        &mut self,
+        scene: &S,
+        params: &DiParams,
+        tiles: &[TileWords],
+        at: (&SurfacePoint<S::Material>, &Ray, &Vertex<BsdfOf<S>>),
+        stream: &Stream,
+        place: Place,
+    ) -> (LightAddress, Weighed);
+}
+
+/// One after the other.
+struct OneByOne;
+
+impl<S: Surface + AddressedLights> Weigh<S> for OneByOne {
+    #[inline(always)]
+    fn weigh(
+        &mut self,
+        scene: &S,
+        params: &DiParams,
+        tiles: &[TileWords],
+        (_, _, vertex): (&SurfacePoint<S::Material>, &Ray, &Vertex<BsdfOf<S>>),
+        stream: &Stream,
+        place: Place,
+    ) -> (LightAddress, Weighed) {
+        let (address, light) = stream.light(scene, params, tiles, place);
+        if address.is_light() {
+            (address, stream.weighed(params, vertex, place.index, &light))
+        } else {
+            (address, stream.nothing(place.index))
+        }
+    }
+}
+
+impl Stream {
+    #[inline(always)]
+    pub(super) fn light<S: AddressedLights>(
+        &self,
+        scene: &S,
+        params: &DiParams,
+        tiles: &[TileWords],
+        place: Place,
+    ) -> (LightAddress, AddressedLight) {
+        if !place.last & self.flags.contains(Flags::TILES) {
+            tile::unpack(&tiles[self.window.at(place.index) as usize])
+        } else {
+            let address = if place.last {
+                place.scattered
+            } else {
+                scene.choose_address(candidate(params, self.rng, place.index))
+            };
+            (address, if address.is_light() { scene.light_at(address) } else { AddressedLight::NONE })
+        }
+    }
+
+    /// The weight of a candidate by its density, `sum n_t p_t`.
+    #[inline(always)]
+    pub(super) fn weighed<B: ScatteringFunction>(
+        &self,
+        params: &DiParams,
+        vertex: &Vertex<B>,
+        index: u32,
+        light: &AddressedLight,
+    ) -> Weighed {
+        let e = evaluate(self.flags, vertex, light);
+        let is_found = !(self.blends & light.sample.blended);
+        let scatter_density = if is_found { self.from_scattering * e.scatter_density } else { 0.0 };
+        let density = params.candidates as f32 * e.light_density + scatter_density;
+        let weight = if (e.target > 0.0) & (density > num::FLUSH_BELOW) { num::div(e.target, density) } else { 0.0 };
+        Weighed { target: e.target, weight, shadow: e.shadow, ..self.nothing(index) }
+    }
+
+    #[inline(always)]
+    fn nothing(&self, index: u32) -> Weighed {
+        let words = self.rng.hash(SELECTION_DIMENSION.wrapping_add(index));
+        Weighed { target: 0.0, weight: 0.0, shadow: Ray::NONE, within: words.x, among: words.y }
+    }
 }
 
 /// What scattering finds.
@@ -72,6 +185,19 @@ pub fn initial<S: Trace + Surface + AddressedLights>(
     hit: PackedHit,
     at: [u32; 2],
 ) -> (PackedReservoir, FilmPixel, u32) {
+    initial_by(scene, params, tiles, hit, at, &mut OneByOne)
+}
+
+/// [`initial`], whose candidates are weighed in some way.
+#[inline(always)]
+pub(super) fn initial_by<S: Trace + Surface + AddressedLights>(
+    scene: &S,
+    params: &DiParams,
+    tiles: &[TileWords],
+    hit: PackedHit,
+    at: [u32; 2],
+    weigh: &mut impl Weigh<S>,
+) -> (PackedReservoir, FilmPixel, u32) {
     let pixel = params.view().pixel(at, hit);
     let apart = params.flags.contains(Flags::SEEN_APART);
     if !pixel.hit.is_hit() {
@@ -80,8 +206,7 @@ pub fn initial<S: Trace + Surface + AddressedLights>(
         return (Stored::EMPTY.pack(), FilmPixel::from_radiance(radiance), 0);
     }
     let point = pixel.point(scene);
-    let vertex = Vertex::new(&point, &pixel.ray, scene.features());
-    let (reservoir, radiance) = resample(scene, params, tiles, &vertex, at);
+    let (reservoir, radiance) = resample(scene, params, tiles, (&point, &pixel.ray), at, weigh);
     let kept = reservoir.sample;
     let dither = rng::unit(params.rng(at).hash(SELECTION_DIMENSION).z);
     let stored = Stored {
@@ -103,9 +228,11 @@ fn resample<S: Trace + Surface + AddressedLights>(
     scene: &S,
     params: &DiParams,
     tiles: &[TileWords],
-    vertex: &Vertex<BsdfOf<S>>,
+    (point, seen_by): (&SurfacePoint<S::Material>, &Ray),
     at: [u32; 2],
+    weigh: &mut impl Weigh<S>,
 ) -> (Reservoir<Candidate, f32>, Vec3) {
+    let vertex = &Vertex::new(point, seen_by, scene.features());
     let rng = params.rng(at);
     let flags = params.flags.in_use(scene);
     let through_glass = flags.contains(Flags::TRANSMITTANCE);
@@ -117,11 +244,11 @@ fn resample<S: Trace + Surface + AddressedLights>(
     let direction = vertex.frame.to_world(sample.direction);
     let wanted = sample.delta | flags.contains(Flags::SCATTER_CANDIDATE);
     let scatters = wanted & (sample.pdf > 0.0) & vertex.is_consistent(direction, sample.direction);
-    let from_lights = params.candidates as f32;
     let from_scattering = if flags.contains(Flags::SCATTER_CANDIDATE) { 1.0 } else { 0.0 };
     let count = if vertex.bsdf.has_smooth_part() { params.candidates.wrapping_add(1) } else { 0 };
     let tiled = flags.contains(Flags::TILES);
     let window = if tiled { Window::new(params, at, rng.hash(CANDIDATE_DIMENSION).x) } else { Window::NONE };
+    let stream = Stream { rng, flags, window, from_scattering, blends };
     let mut scattered = Scattered::NOTHING;
     let mut group = Reservoir::empty(Candidate::NONE);
     let mut all = Reservoir::empty(Candidate::NONE);
@@ -129,7 +256,7 @@ fn resample<S: Trace + Surface + AddressedLights>(
     let key = if sample.delta { Ray::random_key(scene.features(), scatter_words.x) } else { Ray::THROUGH };
     let mut ray = Ray { origin: vertex.origin(direction), direction, t_max: Ray::FAR, key };
     let mut follows = scatters;
-    let mut words = UVec4::ZERO;
+    let mut among = 0;
     let mut i = 0_u32;
     let mut first = true;
     let mut open = true;
@@ -146,7 +273,7 @@ fn resample<S: Trace + Surface + AddressedLights>(
             }
             let lost = loses & (max_component(selected.visibility) <= 0.0);
             let weight = if lost { 0.0 } else { group.weight_sum };
-            all.update(selected, weight, 1.0, rng::unit(words.y));
+            all.update(selected, weight, 1.0, rng::unit(among));
             arriving += selected.visibility * weight;
         }
         first = false;
@@ -158,23 +285,12 @@ fn resample<S: Trace + Surface + AddressedLights>(
         let size = if params.group == 0 { params.candidates } else { params.group };
         let end = if last { count } else { i.wrapping_add(size).min(params.candidates).min(count) };
         while i < end {
-            let (address, light) = if !last & tiled {
-                tile::unpack(&tiles[window.at(i) as usize])
-            } else {
-                let address = if last { scattered.address } else { scene.choose_address(candidate(params, rng, i)) };
-                (address, if address.is_light() { scene.light_at(address) } else { AddressedLight::NONE })
-            };
-            words = rng.hash(SELECTION_DIMENSION.wrapping_add(i));
-            if address.is_light() {
-                let e = evaluate(flags, vertex, &light);
-                let is_found = !(blends & light.sample.blended);
-                let scatter_density = if is_found { from_scattering * e.scatter_density } else { 0.0 };
-                let density = from_lights * e.light_density + scatter_density;
-                let weight =
-                    if (e.target > 0.0) & (density > num::FLUSH_BELOW) { num::div(e.target, density) } else { 0.0 };
-                let candidate = Candidate { address, target: e.target, index: i, shadow: e.shadow, visibility };
-                group.update(candidate, weight, 1.0, rng::unit(words.x));
-            }
+            let place = Place { index: i, last, scattered: scattered.address };
+            let (address, weighed) = weigh.weigh(scene, params, tiles, (point, seen_by, vertex), &stream, place);
+            let Weighed { target, weight, shadow, within, among: next } = weighed;
+            among = next;
+            // one that is no light has no weight, and is not kept
+            group.update(Candidate { address, target, index: i, shadow, visibility }, weight, 1.0, rng::unit(within));
             i = i.wrapping_add(1);
         }
         let traced = asks & (!last | blends) & (group.sample.target > 0.0);

@@ -130,6 +130,8 @@
 
 mod combine;
 mod domain;
+#[cfg(not(target_arch = "spirv"))]
+mod in_step;
 mod initial;
 mod params;
 mod pixel;
@@ -142,6 +144,8 @@ pub use crate::resample::domain::Source;
 pub use crate::resample::exchange::{PAIRS, PairTargets as DiPairs};
 pub use crate::resample::packed::dithered;
 pub use combine::{Planes, combine};
+#[cfg(not(target_arch = "spirv"))]
+pub use in_step::initial_row;
 pub use initial::initial;
 pub use params::*;
 pub use pixel::primary;
