@@ -1,15 +1,16 @@
 //! Initial candidates for processors with wide registers: [`LANES`] candidates of a pixel are weighed in step, with the same bits as one by one.
 
-use super::initial::{Place, Stream, Weigh, Weighed, initial_by};
-use super::{DiParams, PackedHit, PackedReservoir, TileWords};
+use super::initial::{Place, Stream, Weigh, Weighed, candidate, initial_by};
+use super::{DiParams, Flags, PackedHit, PackedReservoir, TileWords};
 use crate::geometry::Ray;
 use crate::lanes::{LANES, Lanes, Registers, Stage, fields};
 use crate::layout::FilmPixel;
-use crate::scene::{AddressedLight, BsdfOf, LightAddress, LightSample, SceneView, Surface, SurfacePoint};
+use crate::scene::{AddressedLight, AddressedLights, BsdfOf, LightAddress, LightSample, SceneView, Surface, SurfacePoint};
 use crate::transport::Vertex;
 
 fields! {
     LightsAtAddresses = AddressedLight { sample: LightSample, extent: f32 }
+    LightAddresses = LightAddress { light: u32, u: u32, v: u32 }
     WeighedCandidates = Weighed { target: f32, weight: f32, shadow: Ray, within: u32, among: u32 }
 }
 
@@ -25,7 +26,8 @@ pub fn initial_row<const COMPILED: u32>(
 ) {
     let row = hits.iter().zip(reservoirs).zip(direct);
     for (x, ((hit, reservoir), direct)) in (x..).zip(row) {
-        let mut in_step = InStep { registers, addresses: [LightAddress::NONE; LANES], weighed: Lanes::ZERO };
+        let chosen = Chosen { addresses: Lanes::ZERO, lights: Lanes::ZERO };
+        let mut in_step = InStep { registers, chosen, weighed: Lanes::ZERO };
         (*reservoir, *direct, _) = initial_by(scene, params, tiles, *hit, [x, y], &mut in_step);
     }
 }
@@ -33,8 +35,14 @@ pub fn initial_row<const COMPILED: u32>(
 /// The candidates from lights that stand in a row of [`LANES`].
 struct InStep<R> {
     registers: R,
-    addresses: [LightAddress; LANES],
+    chosen: Chosen,
     weighed: Lanes<Weighed>,
+}
+
+/// Candidates from lights.
+struct Chosen {
+    addresses: Lanes<LightAddress>,
+    lights: Lanes<AddressedLight>,
 }
 
 impl<R: Registers, const COMPILED: u32> Weigh<SceneView<'_, COMPILED>> for InStep<R> {
@@ -54,17 +62,43 @@ impl<R: Registers, const COMPILED: u32> Weigh<SceneView<'_, COMPILED>> for InSte
             return (address, stream.weighed(params, vertex, place.index, &light));
         }
         if lane == 0 {
-            let mut lights = Lanes::ZERO;
-            for lane in 0..LANES.min((params.candidates - place.index) as usize) {
-                let next = Place { index: place.index + lane as u32, ..place };
-                let (address, light) = stream.light(scene, params, tiles, next);
-                self.addresses[lane] = address;
-                lights.set(lane, light);
-            }
             let weighing = Weighing { scene, params, stream, point, ray, first: place.index };
-            self.registers.run(&weighing, &lights, &mut self.weighed);
+            if stream.flags.contains(Flags::TILES) {
+                for lane in 0..LANES.min((params.candidates - place.index) as usize) {
+                    let next = Place { index: place.index + lane as u32, ..place };
+                    let (address, light) = stream.light(scene, params, tiles, next);
+                    self.chosen.addresses.set(lane, address);
+                    self.chosen.lights.set(lane, light);
+                }
+            } else {
+                self.registers.run(&Choosing { scene, params, stream, first: place.index }, &(), &mut self.chosen);
+            }
+            self.registers.run(&weighing, &self.chosen.lights, &mut self.weighed);
         }
-        (self.addresses[lane], self.weighed.get(lane))
+        (self.chosen.addresses.get(lane), self.weighed.get(lane))
+    }
+}
+
+/// Candidates that follow each other, from `first` on.
+struct Choosing<'a, const COMPILED: u32> {
+    scene: &'a SceneView<'a, COMPILED>,
+    params: &'a DiParams,
+    stream: &'a Stream,
+    first: u32,
+}
+
+impl<const COMPILED: u32> Stage for Choosing<'_, COMPILED> {
+    type From = ();
+    type To = Chosen;
+
+    #[inline(always)]
+    fn run(&self, (): &(), chosen: &mut Chosen) {
+        let (scene, stream, params) = (*self.scene, *self.stream, *self.params);
+        for lane in 0..LANES {
+            let address = scene.choose_address(candidate(&params, stream.rng, self.first + lane as u32));
+            chosen.addresses.set(lane, address);
+            chosen.lights.set(lane, if address.is_light() { scene.light_at(address) } else { AddressedLight::NONE });
+        }
     }
 }
 

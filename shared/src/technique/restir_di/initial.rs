@@ -43,8 +43,8 @@ impl Candidate {
 /// What all candidates of a pixel have in common.
 #[derive(Clone, Copy)]
 pub(super) struct Stream {
-    rng: Rng,
-    flags: Flags,
+    pub(super) rng: Rng,
+    pub(super) flags: Flags,
     window: Window,
     /// Candidates from scattering.
     from_scattering: f32,
@@ -310,7 +310,7 @@ fn resample<S: Trace + Surface + AddressedLights>(
 /// The random words of the i-th candidate from lights. They are spread over the candidates of a frame, and on over frames: a reservoir's
 /// mean is linear in what each candidate gives, so that it does not matter that they depend on each other.
 #[inline(always)]
-fn candidate(params: &DiParams, rng: Rng, i: u32) -> UVec4 {
+pub(super) fn candidate(params: &DiParams, rng: Rng, i: u32) -> UVec4 {
     rng.of_sample(params.frame.wrapping_mul(params.candidates).wrapping_add(i)).draw(CANDIDATE_DIMENSION)
 }
 
