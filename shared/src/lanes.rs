@@ -161,6 +161,7 @@ macro_rules! fields {
         $(
             #[doc = concat!("A `", stringify!($one), "` in each lane.")]
             #[derive(Clone, Copy)]
+            #[allow(unreachable_pub, reason = "as the trait asks, also of what is private")]
             pub struct $all {
                 $($field: <$of as $crate::lanes::Laned>::Lanes),*
             }

@@ -1,5 +1,6 @@
-//! Paths in step have the bits of paths one by one, with the registers of any processor.
+//! Paths and candidates in step have the bits of those one by one, with the registers of any processor.
 
+use bytemuck::Pod;
 use libtest_mimic::{Arguments, Failed, Trial};
 use restir_host::buffers::SceneBuffers;
 use restir_host::scene::{Material, Scene, builtin};
@@ -12,15 +13,21 @@ use restir_shared::scene::{SceneView, Trace};
 use restir_shared::technique::path::{
     PATH_BLACKMAN_HARRIS, PATH_JITTER, PATH_ROULETTE, PATH_SOBOL, PathParams, pixel, pixels,
 };
+use restir_shared::technique::restir_di::{
+    DiParams, Flags, PackedHit, PackedReservoir, Stored, TileParams, TileWords, initial, initial_row, presample,
+    primary,
+};
 use restir_tests::scenes::buffers;
 use restir_tests::suite::ensure;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let mut trials: Vec<_> =
-        builtin::NAMES.iter().map(|&(name, _)| Trial::test(name, move || same_bits(&buffers(name)?, name))).collect();
+    let names = || builtin::NAMES.iter().map(|&(name, _)| name);
+    let mut trials: Vec<_> = names().map(|name| Trial::test(name, move || same_bits(&buffers(name)?, name))).collect();
     trials.push(Trial::test("plaster under a sky", plaster_under_a_sky));
     trials.push(Trial::test("other numbers are seen", other_numbers));
+    trials.extend(names().map(|name| Trial::test(format!("candidates of {name}"), move || same_candidates(name))));
+    trials.push(Trial::test("other candidates are seen", other_candidates));
     libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
 }
 
@@ -115,7 +122,95 @@ fn other_numbers() -> Result<(), Failed> {
     ensure(lit > LANES && differ > 2 * lit, || format!("{differ} words differ of {lit} pixels with light"))
 }
 
-fn differing(a: &[FilmPixel], b: &[FilmPixel]) -> usize {
-    let words = |film| bytemuck::cast_slice::<FilmPixel, u32>(film);
+fn differing<T: Pod>(a: &[T], b: &[T]) -> usize {
+    let words = |of| bytemuck::cast_slice::<T, u32>(of);
     words(a).iter().zip(words(b)).filter(|(a, b)| a != b).count()
+}
+
+/// Candidates that fill lanes, fewer and more; in one group and in some that end between lanes; from tiles; with and without one from
+/// scattering, rays, and what is seen.
+fn ways(base: DiParams) -> [DiParams; 7] {
+    let averaged = base.flags | Flags::AVERAGE_VISIBILITY | Flags::JITTER;
+    let tiled = base.flags | Flags::TILES;
+    [
+        base,
+        DiParams { candidates: 1, ..base },
+        DiParams { candidates: 37, group: 5, frame: 3, flags: averaged, ..base },
+        DiParams { candidates: 32, flags: base.flags.without(Flags::SCATTER_CANDIDATE), ..base },
+        DiParams { candidates: 7, flags: base.flags.without(Flags::INITIAL_VISIBILITY | Flags::SOBOL), ..base },
+        DiParams { candidates: 40, group: 10, tiles: 3, tile_size: 51, flags: tiled, ..base },
+        DiParams { candidates: 16, flags: base.flags | Flags::SEEN_APART, ..base },
+    ]
+}
+
+fn same_candidates(name: &str) -> Result<(), Failed> {
+    let scene = buffers(name)?;
+    let view = scene.traced_view();
+    for params in ways(DiParams::new(scene.camera.params(SIZE[0], SIZE[1]), SIZE, 5)) {
+        let tiles = tiles(&view, &params);
+        for y in ROWS {
+            let row = Row::one_by_one(&view, &params, &tiles, y);
+            row.is_that_of(&view, &params, &tiles, name)?;
+            view.within::<FEATURES_UNTEXTURED>().map_or(Ok(()), |view| row.is_that_of(&view, &params, &tiles, name))?;
+        }
+    }
+    Ok(())
+}
+
+fn tiles(view: &SceneView<'_>, params: &DiParams) -> Vec<TileWords> {
+    let DiParams { tile_size, tiles, frame, seed, flags, .. } = *params;
+    let of_tiles = TileParams { tile_size, tiles, frame, seed, flags, ..TileParams::default() };
+    let tile = |tile| (0..tile_size).map(move |index| presample(view, &of_tiles, index, tile));
+    (0..tiles).flat_map(tile).collect()
+}
+
+/// What is found for a row of pixels.
+struct Row {
+    y: u32,
+    hits: Vec<PackedHit>,
+    reservoirs: Vec<PackedReservoir>,
+    direct: Vec<FilmPixel>,
+}
+
+impl Row {
+    fn one_by_one(view: &SceneView<'_>, params: &DiParams, tiles: &[TileWords], y: u32) -> Self {
+        let hits: Vec<_> = (0..SIZE[0]).map(|x| primary(view, params, [x, y])).collect();
+        let made = (0..).zip(&hits).map(|(x, &hit)| initial(view, params, tiles, hit, [x, y]));
+        let (reservoirs, direct) = made.map(|(reservoir, direct, _)| (reservoir, direct)).unzip();
+        Self { y, hits, reservoirs, direct }
+    }
+
+    /// Words that are others in step.
+    fn differing<const COMPILED: u32>(
+        &self,
+        view: &SceneView<'_, COMPILED>,
+        params: &DiParams,
+        tiles: &[TileWords],
+    ) -> usize {
+        let mut reservoirs = vec![PackedReservoir::default(); self.hits.len()];
+        let mut direct = vec![FilmPixel::default(); self.hits.len()];
+        initial_row(view, params, tiles, (&self.hits, [0, self.y]), (&mut reservoirs, &mut direct), Any);
+        differing(&reservoirs, &self.reservoirs) + differing(&direct, &self.direct)
+    }
+
+    fn is_that_of<const COMPILED: u32>(
+        &self,
+        view: &SceneView<'_, COMPILED>,
+        params: &DiParams,
+        tiles: &[TileWords],
+        name: &str,
+    ) -> Result<(), Failed> {
+        let differ = self.differing(view, params, tiles);
+        ensure(differ == 0, || format!("{name}: {differ} words of row {} differ, of {params:?}", self.y))
+    }
+}
+
+/// With another seed pixels that keep a candidate keep another one.
+fn other_candidates() -> Result<(), Failed> {
+    let scene = buffers("cornell")?;
+    let (view, params) = (scene.traced_view(), DiParams::new(scene.camera.params(SIZE[0], SIZE[1]), SIZE, 5));
+    let row = Row::one_by_one(&view, &params, &[], ROWS[1]);
+    let kept = row.reservoirs.iter().filter(|reservoir| Stored::unpack(**reservoir).has_sample()).count();
+    let differ = row.differing(&view, &DiParams { seed: 6, ..params }, &[]);
+    ensure(kept > LANES && differ > kept, || format!("{differ} words differ of {kept} pixels with a sample"))
 }

@@ -1,6 +1,8 @@
 //! Initial candidates of ReSTIR DI.
 
-use restir_shared::layout::{FEATURES_UNTEXTURED, FilmPixel};
+#[cfg(not(target_arch = "spirv"))]
+use restir_shared::layout::FEATURES_UNTEXTURED;
+use restir_shared::layout::FilmPixel;
 use restir_shared::technique::restir_di::{self, DiParams, PackedHit, PackedReservoir, TileWords};
 
 kernel! {

@@ -1,11 +1,13 @@
-//! Initial candidates for processors with wide registers: [`LANES`] candidates of a pixel are weighed in step, with the same bits as one by one.
+//! Initial candidates for processors with wide registers: [`LANES`] candidates of a pixel from lights are chosen and weighed in step, with the
+//! same bits as one by one. The choice among them goes one by one, as it depends on the candidates before.
 
-use super::initial::{Place, Stream, Weigh, Weighed, candidate, initial_by};
-use super::{DiParams, Flags, PackedHit, PackedReservoir, TileWords};
+use super::initial::initial_by;
+use super::weigh::{OneByOne, Place, Seen, Stream, Weigh, Weighed};
+use super::{DiParams, PackedHit, PackedReservoir, TileWords};
 use crate::geometry::Ray;
 use crate::lanes::{LANES, Lanes, Registers, Stage, fields};
 use crate::layout::FilmPixel;
-use crate::scene::{AddressedLight, AddressedLights, BsdfOf, LightAddress, LightSample, SceneView, Surface, SurfacePoint};
+use crate::scene::{AddressedLight, BsdfOf, LightAddress, LightSample, SceneView, Surface, SurfacePoint};
 use crate::transport::Vertex;
 
 fields! {
@@ -14,7 +16,7 @@ fields! {
     WeighedCandidates = Weighed { target: f32, weight: f32, shadow: Ray, within: u32, among: u32 }
 }
 
-/// [`initial`](super::initial()) of the pixels of a row from (x, y) on.
+/// What [`initial`](super::initial()) finds for the pixels of a row from (x, y) on, in whose order the `hits`, `reservoirs` and `direct` radiances are.
 #[inline(always)]
 pub fn initial_row<const COMPILED: u32>(
     scene: &SceneView<'_, COMPILED>,
@@ -24,25 +26,32 @@ pub fn initial_row<const COMPILED: u32>(
     (reservoirs, direct): (&mut [PackedReservoir], &mut [FilmPixel]),
     registers: impl Registers,
 ) {
-    let row = hits.iter().zip(reservoirs).zip(direct);
-    for (x, ((hit, reservoir), direct)) in (x..).zip(row) {
-        let chosen = Chosen { addresses: Lanes::ZERO, lights: Lanes::ZERO };
-        let mut in_step = InStep { registers, chosen, weighed: Lanes::ZERO };
+    let mut in_step = InStep { registers, chosen: Chosen::NONE, weighed: Lanes::ZERO };
+    for (x, ((hit, reservoir), direct)) in (x..).zip(hits.iter().zip(reservoirs).zip(direct)) {
         (*reservoir, *direct, _) = initial_by(scene, params, tiles, *hit, [x, y], &mut in_step);
     }
 }
 
-/// The candidates from lights that stand in a row of [`LANES`].
+/// The candidates from the last multiple of [`LANES`] on.
 struct InStep<R> {
     registers: R,
     chosen: Chosen,
     weighed: Lanes<Weighed>,
 }
 
-/// Candidates from lights.
 struct Chosen {
     addresses: Lanes<LightAddress>,
     lights: Lanes<AddressedLight>,
+}
+
+impl Chosen {
+    const NONE: Self = Self { addresses: Lanes::ZERO, lights: Lanes::ZERO };
+
+    #[inline(always)]
+    fn set(&mut self, lane: usize, (address, light): (LightAddress, AddressedLight)) {
+        self.addresses.set(lane, address);
+        self.lights.set(lane, light);
+    }
 }
 
 impl<R: Registers, const COMPILED: u32> Weigh<SceneView<'_, COMPILED>> for InStep<R> {
@@ -50,79 +59,71 @@ impl<R: Registers, const COMPILED: u32> Weigh<SceneView<'_, COMPILED>> for InSte
     fn weigh(
         &mut self,
         scene: &SceneView<'_, COMPILED>,
-        params: &DiParams,
         tiles: &[TileWords],
-        (point, ray, vertex): (&SurfacePoint, &Ray, &Vertex<BsdfOf<SceneView<'_, COMPILED>>>),
+        seen: &Seen<'_, <SceneView<'_, COMPILED> as Surface>::Material, BsdfOf<SceneView<'_, COMPILED>>>,
         stream: &Stream,
         place: Place,
     ) -> (LightAddress, Weighed) {
-        let lane = place.index as usize % LANES;
         if place.last {
-            let (address, light) = stream.light(scene, params, tiles, place);
-            return (address, stream.weighed(params, vertex, place.index, &light));
+            return OneByOne.weigh(scene, tiles, seen, stream, place);
         }
+        let (lane, first) = (place.index as usize % LANES, place.index);
         if lane == 0 {
-            let weighing = Weighing { scene, params, stream, point, ray, first: place.index };
-            if stream.flags.contains(Flags::TILES) {
-                for lane in 0..LANES.min((params.candidates - place.index) as usize) {
-                    let next = Place { index: place.index + lane as u32, ..place };
-                    let (address, light) = stream.light(scene, params, tiles, next);
-                    self.chosen.addresses.set(lane, address);
-                    self.chosen.lights.set(lane, light);
+            if stream.is_tiled() {
+                for lane in 0..LANES {
+                    self.chosen.set(lane, stream.of_tile(tiles, first.wrapping_add(lane as u32)));
                 }
             } else {
-                self.registers.run(&Choosing { scene, params, stream, first: place.index }, &(), &mut self.chosen);
+                self.registers.run(&Choose { scene, stream, first }, &(), &mut self.chosen);
             }
-            self.registers.run(&weighing, &self.chosen.lights, &mut self.weighed);
+            let weigh = WeighEach { scene, stream, point: seen.point, ray: seen.ray, first };
+            self.registers.run(&weigh, &self.chosen.lights, &mut self.weighed);
         }
         (self.chosen.addresses.get(lane), self.weighed.get(lane))
     }
 }
 
-/// Candidates that follow each other, from `first` on.
-struct Choosing<'a, const COMPILED: u32> {
+/// Chooses candidates from `first` on.
+struct Choose<'a, const COMPILED: u32> {
     scene: &'a SceneView<'a, COMPILED>,
-    params: &'a DiParams,
     stream: &'a Stream,
     first: u32,
 }
 
-impl<const COMPILED: u32> Stage for Choosing<'_, COMPILED> {
+impl<const COMPILED: u32> Stage for Choose<'_, COMPILED> {
     type From = ();
     type To = Chosen;
 
     #[inline(always)]
     fn run(&self, (): &(), chosen: &mut Chosen) {
-        let (scene, stream, params) = (*self.scene, *self.stream, *self.params);
+        // copies, of which the compiler sees that nobody writes to them
+        let (scene, stream) = (*self.scene, *self.stream);
         for lane in 0..LANES {
-            let address = scene.choose_address(candidate(&params, stream.rng, self.first + lane as u32));
-            chosen.addresses.set(lane, address);
-            chosen.lights.set(lane, if address.is_light() { scene.light_at(address) } else { AddressedLight::NONE });
+            chosen.set(lane, stream.chosen(&scene, self.first.wrapping_add(lane as u32)));
         }
     }
 }
 
-/// Candidates that follow each other, from `first` on.
-struct Weighing<'a, const COMPILED: u32> {
+/// Weighs candidates from `first` on, at the point that the ray has met.
+struct WeighEach<'a, const COMPILED: u32> {
     scene: &'a SceneView<'a, COMPILED>,
-    params: &'a DiParams,
     stream: &'a Stream,
     point: &'a SurfacePoint,
     ray: &'a Ray,
     first: u32,
 }
 
-impl<const COMPILED: u32> Stage for Weighing<'_, COMPILED> {
+impl<const COMPILED: u32> Stage for WeighEach<'_, COMPILED> {
     type From = Lanes<AddressedLight>;
     type To = Lanes<Weighed>;
 
     #[inline(always)]
     fn run(&self, lights: &Lanes<AddressedLight>, weighed: &mut Lanes<Weighed>) {
-        let (stream, params) = (*self.stream, *self.params);
-        // here and not outside, so that the compiler knows the features
+        let stream = *self.stream;
+        // made here, where the compiler knows the features
         let vertex = Vertex::new(self.point, self.ray, self.scene.features());
         for lane in 0..LANES {
-            weighed.set(lane, stream.weighed(&params, &vertex, self.first + lane as u32, &lights.get(lane)));
+            weighed.set(lane, stream.weighed(&vertex, self.first.wrapping_add(lane as u32), &lights.get(lane)));
         }
     }
 }

@@ -1,10 +1,7 @@
 //! Initial candidates.
 
-use super::tile::{self, Window};
-use super::{
-    CANDIDATE_DIMENSION, DiParams, Flags, PackedHit, PackedReservoir, SCATTER_DIMENSION, SELECTION_DIMENSION, Stored,
-    TileWords, evaluate,
-};
+use super::weigh::{OneByOne, Place, Seen, Stream, Weigh};
+use super::{DiParams, Flags, PackedHit, PackedReservoir, SCATTER_DIMENSION, SELECTION_DIMENSION, Stored, TileWords};
 use crate::bsdf::{BsdfSample, ScatteringFunction};
 use crate::film::CUT;
 use crate::geometry::Ray;
@@ -12,11 +9,11 @@ use crate::layout::{FEATURE_BLEND, FilmPixel};
 use crate::num;
 use crate::resample::packed::dithered;
 use crate::resample::reservoir::Reservoir;
-use crate::rng::{self, Rng};
-use crate::scene::{AddressedLight, AddressedLights, BsdfOf, LightAddress, Surface, SurfacePoint, Trace};
+use crate::rng;
+use crate::scene::{AddressedLights, LightAddress, Surface, SurfacePoint, Trace};
 use crate::transport::{Passage, Vertex, follow};
 use crate::vec::max_component;
-use glam::{UVec4, Vec3};
+use glam::Vec3;
 
 /// An address in a stream of candidates.
 #[derive(Clone, Copy)]
@@ -38,119 +35,6 @@ impl Candidate {
         shadow: Ray { origin: Vec3::ZERO, direction: Vec3::Z, t_max: Ray::FAR, key: 0 },
         visibility: Vec3::ZERO,
     };
-}
-
-/// What all candidates of a pixel have in common.
-#[derive(Clone, Copy)]
-pub(super) struct Stream {
-    pub(super) rng: Rng,
-    pub(super) flags: Flags,
-    window: Window,
-    /// Candidates from scattering.
-    from_scattering: f32,
-    /// Surfaces may be blended.
-    blends: bool,
-}
-
-/// Which candidate of a stream it is: of a light, by its index, or what scattering has found, at the end.
-#[derive(Clone, Copy)]
-pub(super) struct Place {
-    pub(super) index: u32,
-    pub(super) last: bool,
-    pub(super) scattered: LightAddress,
-}
-
-/// A candidate with its weight.
-#[derive(Clone, Copy)]
-pub(super) struct Weighed {
-    pub(super) target: f32,
-    pub(super) weight: f32,
-    pub(super) shadow: Ray,
-    /// Random words: for the choice within a group, and of the group.
-    pub(super) within: u32,
-    pub(super) among: u32,
-}
-
-/// How the candidates of a stream are weighed.
-pub(super) trait Weigh<S: Surface> {
-    /// The address of a candidate, at a vertex whose point a ray has met, and its weight.
-    fn weigh(
-        &mut self,
-        scene: &S,
-        params: &DiParams,
-        tiles: &[TileWords],
-        at: (&SurfacePoint<S::Material>, &Ray, &Vertex<BsdfOf<S>>),
-        stream: &Stream,
-        place: Place,
-    ) -> (LightAddress, Weighed);
-}
-
-/// One after the other.
-struct OneByOne;
-
-impl<S: Surface + AddressedLights> Weigh<S> for OneByOne {
-    #[inline(always)]
-    fn weigh(
-        &mut self,
-        scene: &S,
-        params: &DiParams,
-        tiles: &[TileWords],
-        (_, _, vertex): (&SurfacePoint<S::Material>, &Ray, &Vertex<BsdfOf<S>>),
-        stream: &Stream,
-        place: Place,
-    ) -> (LightAddress, Weighed) {
-        let (address, light) = stream.light(scene, params, tiles, place);
-        if address.is_light() {
-            (address, stream.weighed(params, vertex, place.index, &light))
-        } else {
-            (address, stream.nothing(place.index))
-        }
-    }
-}
-
-impl Stream {
-    #[inline(always)]
-    pub(super) fn light<S: AddressedLights>(
-        &self,
-        scene: &S,
-        params: &DiParams,
-        tiles: &[TileWords],
-        place: Place,
-    ) -> (LightAddress, AddressedLight) {
-        if !place.last & self.flags.contains(Flags::TILES) {
-            tile::unpack(&tiles[self.window.at(place.index) as usize])
-        } else {
-            let address = if place.last {
-                place.scattered
-            } else {
-                scene.choose_address(candidate(params, self.rng, place.index))
-            };
-            (address, if address.is_light() { scene.light_at(address) } else { AddressedLight::NONE })
-        }
-    }
-
-    /// The weight of a candidate by its density, `sum n_t p_t`.
-    #[inline(always)]
-    pub(super) fn weighed<B: ScatteringFunction>(
-        &self,
-        params: &DiParams,
-        vertex: &Vertex<B>,
-        index: u32,
-        light: &AddressedLight,
-    ) -> Weighed {
-        let e = evaluate(self.flags, vertex, light);
-        let is_found = !(self.blends & light.sample.blended);
-        let scatter_density = if is_found { self.from_scattering * e.scatter_density } else { 0.0 };
-        let density = params.candidates as f32 * e.light_density + scatter_density;
-        let weight = if (e.target > 0.0) & (density > num::FLUSH_BELOW) { num::div(e.target, density) } else { 0.0 };
-        Weighed { target: e.target, weight, shadow: e.shadow, ..self.nothing(index) }
-    }
-
-    #[inline(always)]
-    fn nothing(&self, index: u32) -> Weighed {
-        let words = self.rng.hash(SELECTION_DIMENSION.wrapping_add(index));
-        Weighed { target: 0.0, weight: 0.0, shadow: Ray::NONE, within: words.x, among: words.y }
-    }
 }
 
 /// What scattering finds.
@@ -233,6 +117,7 @@ fn resample<S: Trace + Surface + AddressedLights>(
     weigh: &mut impl Weigh<S>,
 ) -> (Reservoir<Candidate, f32>, Vec3) {
     let vertex = &Vertex::new(point, seen_by, scene.features());
+    let seen = Seen { point, ray: seen_by, vertex };
     let rng = params.rng(at);
     let flags = params.flags.in_use(scene);
     let through_glass = flags.contains(Flags::TRANSMITTANCE);
@@ -244,11 +129,8 @@ fn resample<S: Trace + Surface + AddressedLights>(
     let direction = vertex.frame.to_world(sample.direction);
     let wanted = sample.delta | flags.contains(Flags::SCATTER_CANDIDATE);
     let scatters = wanted & (sample.pdf > 0.0) & vertex.is_consistent(direction, sample.direction);
-    let from_scattering = if flags.contains(Flags::SCATTER_CANDIDATE) { 1.0 } else { 0.0 };
     let count = if vertex.bsdf.has_smooth_part() { params.candidates.wrapping_add(1) } else { 0 };
-    let tiled = flags.contains(Flags::TILES);
-    let window = if tiled { Window::new(params, at, rng.hash(CANDIDATE_DIMENSION).x) } else { Window::NONE };
-    let stream = Stream { rng, flags, window, from_scattering, blends };
+    let stream = Stream::new(params, flags, at, blends);
     let mut scattered = Scattered::NOTHING;
     let mut group = Reservoir::empty(Candidate::NONE);
     let mut all = Reservoir::empty(Candidate::NONE);
@@ -286,11 +168,10 @@ fn resample<S: Trace + Surface + AddressedLights>(
         let end = if last { count } else { i.wrapping_add(size).min(params.candidates).min(count) };
         while i < end {
             let place = Place { index: i, last, scattered: scattered.address };
-            let (address, weighed) = weigh.weigh(scene, params, tiles, (point, seen_by, vertex), &stream, place);
-            let Weighed { target, weight, shadow, within, among: next } = weighed;
-            among = next;
-            // one that is no light has no weight, and is not kept
-            group.update(Candidate { address, target, index: i, shadow, visibility }, weight, 1.0, rng::unit(within));
+            let (address, weighed) = weigh.weigh(scene, tiles, &seen, &stream, place);
+            let candidate = Candidate { address, target: weighed.target, index: i, shadow: weighed.shadow, visibility };
+            group.update(candidate, weighed.weight, 1.0, rng::unit(weighed.within));
+            among = weighed.among;
             i = i.wrapping_add(1);
         }
         let traced = asks & (!last | blends) & (group.sample.target > 0.0);
@@ -305,13 +186,6 @@ fn resample<S: Trace + Surface + AddressedLights>(
         all.sample.visibility = Vec3::new(mean(arriving.x), mean(arriving.y), mean(arriving.z));
     }
     (all, scattered.radiance)
-}
-
-/// The random words of the i-th candidate from lights. They are spread over the candidates of a frame, and on over frames: a reservoir's
-/// mean is linear in what each candidate gives, so that it does not matter that they depend on each other.
-#[inline(always)]
-pub(super) fn candidate(params: &DiParams, rng: Rng, i: u32) -> UVec4 {
-    rng.of_sample(params.frame.wrapping_mul(params.candidates).wrapping_add(i)).draw(CANDIDATE_DIMENSION)
 }
 
 /// What the way of a scattered ray ends at.

@@ -138,6 +138,7 @@ mod pixel;
 mod shade;
 mod stored;
 mod tile;
+mod weigh;
 
 pub use crate::geometry::PackedHit;
 pub use crate::resample::domain::Source;
