@@ -99,7 +99,8 @@ impl<const COMPILED: u32> Stage for Choose<'_, COMPILED> {
         // copies, of which the compiler sees that nobody writes to them
         let (scene, stream) = (*self.scene, *self.stream);
         for lane in 0..LANES {
-            chosen.set(lane, stream.chosen(&scene, self.first.wrapping_add(lane as u32)));
+            let address = stream.choose(&scene, self.first.wrapping_add(lane as u32));
+            chosen.set(lane, stream.at(&scene, address));
         }
     }
 }

@@ -10,6 +10,7 @@ use crate::scene::{AddressedLight, AddressedLights, BsdfOf, LightAddress, Surfac
 use crate::transport::Vertex;
 
 /// What a pixel sees: the point that a ray has met, and the vertex there.
+#[cfg_attr(target_arch = "spirv", allow(dead_code, reason = "who weighs in step makes a vertex of its own"))]
 pub(super) struct Seen<'a, M, B> {
     pub(super) point: &'a SurfacePoint<M>,
     pub(super) ray: &'a Ray,
@@ -63,12 +64,11 @@ impl<S: Surface + AddressedLights> Weigh<S> for OneByOne {
         stream: &Stream,
         place: Place,
     ) -> (LightAddress, Weighed) {
-        let (address, light) = if place.last {
-            stream.at(scene, place.scattered)
-        } else if stream.is_tiled() {
+        let (address, light) = if !place.last & stream.is_tiled() {
             stream.of_tile(tiles, place.index)
         } else {
-            stream.chosen(scene, place.index)
+            // in one place, since it takes much code
+            stream.at(scene, if place.last { place.scattered } else { stream.choose(scene, place.index) })
         };
         let weighed = if address.is_light() {
             stream.weighed(seen.vertex, place.index, &light)
@@ -123,13 +123,13 @@ impl Stream {
     /// A candidate from lights. They are spread over those of a frame, and on over frames: a reservoir's mean is linear in what each
     /// candidate gives, so that it does not matter that they depend on each other.
     #[inline(always)]
-    pub(super) fn chosen<S: AddressedLights>(&self, scene: &S, index: u32) -> (LightAddress, AddressedLight) {
-        let words = self.rng.of_sample(self.first.wrapping_add(index)).draw(CANDIDATE_DIMENSION);
-        self.at(scene, scene.choose_address(words))
+    pub(super) fn choose<S: AddressedLights>(&self, scene: &S, index: u32) -> LightAddress {
+        scene.choose_address(self.rng.of_sample(self.first.wrapping_add(index)).draw(CANDIDATE_DIMENSION))
     }
 
+    /// With what lies at an address.
     #[inline(always)]
-    fn at<S: AddressedLights>(&self, scene: &S, address: LightAddress) -> (LightAddress, AddressedLight) {
+    pub(super) fn at<S: AddressedLights>(&self, scene: &S, address: LightAddress) -> (LightAddress, AddressedLight) {
         (address, if address.is_light() { scene.light_at(address) } else { AddressedLight::NONE })
     }
 
