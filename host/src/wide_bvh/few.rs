@@ -44,8 +44,8 @@ impl Few {
         if packs.len() > most {
             return None;
         }
-        let of_pack = |pack: &Pack| (0..pack.ids.len()).map(|lane| Triangle::new(pack, lane)).collect::<Vec<_>>();
-        let mut triangles: Vec<_> = packs.iter().flat_map(of_pack).filter(|triangle| triangle.id != NONE).collect();
+        let lanes = packs.iter().flat_map(|pack| (0..pack.ids.len()).map(move |lane| Triangle::new(pack, lane)));
+        let mut triangles: Vec<_> = lanes.filter(|triangle| triangle.id != NONE).collect();
         triangles.sort_by_key(|triangle| triangle.id);
         (triangles.len() <= most).then_some(Self { triangles, bounds })
     }
@@ -80,7 +80,7 @@ type Asked<'a> = (&'a Lanes<Ray>, &'a Lanes<bool>);
 struct Prepared {
     slabs: Lanes<Slab>,
     tests: Lanes<TriangleTest>,
-    /// Zero where nobody asks, so that nothing is hit.
+    /// At most the distance of [`Hit::MISS`]; zero where nobody asks, so that nothing is hit.
     t_max: Lanes<f32>,
 }
 
@@ -92,7 +92,7 @@ impl Prepared {
             let ray = rays.get(lane);
             prepared.slabs.set(lane, Slab::new(&ray, lo, hi));
             prepared.tests.set(lane, TriangleTest::new(&ray));
-            prepared.t_max.set(lane, if of.get(lane) { ray.t_max } else { 0.0 });
+            prepared.t_max.set(lane, if of.get(lane) { num::min(ray.t_max, Ray::FAR) } else { 0.0 });
         }
         prepared
     }
@@ -107,6 +107,7 @@ impl Prepared {
     }
 }
 
+/// Finds the closest hits.
 struct Closest<'a>(&'a Few);
 
 impl<'a> Stage for Closest<'a> {
@@ -118,7 +119,7 @@ impl<'a> Stage for Closest<'a> {
         let prepared = Prepared::new(asked, self.0.bounds);
         let mut best = Lanes::<Hit>::all(Hit::MISS);
         let mut limit = prepared.t_max;
-        // in the order of ids, the first one of those at the same distance
+        // by their ids, so that the first one of those at the same distance is kept
         for &triangle in &self.0.triangles {
             for lane in 0..LANES {
                 let hit = prepared.hit(lane, &triangle);
@@ -131,6 +132,7 @@ impl<'a> Stage for Closest<'a> {
     }
 }
 
+/// Finds whether there are any hits.
 struct Occluded<'a>(&'a Few);
 
 impl<'a> Stage for Occluded<'a> {

@@ -361,12 +361,14 @@ impl<const COMPILED: u32> Batch<'_, COMPILED> {
         for lane in 0..LANES {
             rays.set(lane, paths.walk.get(lane).ray);
         }
+        // where a lane's last vertex is computed again
         let before = arrived.hit;
         arrived.hit = self.scene.closest_each(&rays, alive);
         for lane in 0..LANES {
             arrived.any.set(lane, arrived.hit.get(lane).is_hit());
         }
-        for lane in lanes_of(!arrived.any.bits() & ((1 << LANES) - 1)) {
+        let all = Lanes::all(true).bits();
+        for lane in lanes_of(all & !arrived.any.bits()) {
             let miss = arrived.hit.get(lane);
             let mut hit = if alive.get(lane) { Some(miss) } else { self.begin(paths, lane, progress, registers) };
             while let Some(miss) = hit.filter(|hit| !hit.is_hit()) {
