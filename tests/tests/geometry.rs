@@ -83,7 +83,7 @@ fn compare(what: &str, buffers: &SceneBuffers, rays: u64, stream: u64) -> f64 {
     let hits = |group: u64| {
         let number = |lane: usize| group * LANES as u64 + lane as u64;
         let of_lanes = Lanes::from_fn(|lane| adversarial(&triangles, &mut SplitMix::new(stream << 40 | number(lane))));
-        let of = Lanes::from_fn(|lane| group % 2 == 0 || (group as usize + lane) % 3 != 0);
+        let of = Lanes::from_fn(|lane| group.is_multiple_of(2) || !(group as usize + lane).is_multiple_of(3));
         let expected: [Hit; LANES] = from_fn(|lane| triangles.closest(&of_lanes.get(lane)));
         for (name, tracer) in &traversals {
             let (closest, occluded) = (tracer.closest_each(&of_lanes, &of), tracer.occluded_each(&of_lanes, &of));
