@@ -1,6 +1,6 @@
 //! Path tracing in step, for processors with wide registers: the samples of a row of pixels, [`LANES`] at a time, with the same bits as one by one.
 //!
-//! Rays are traced one after the other, and what lies between them are [`Stage`]s. A path that ends makes room for the next sample at once,
+//! The scene is asked for sixteen rays at a time, and what lies between them are [`Stage`]s. A path that ends makes room for the next sample at once,
 //! so that lanes are idle only at the end of a batch.
 
 use super::walk::{Numbers, Walk};

@@ -2,7 +2,7 @@
 //! same bits as one by one. The choice among them goes one by one, as it depends on the candidates before.
 
 use super::initial::initial_by;
-use super::weigh::{OneByOne, Place, Seen, Stream, Weigh, Weighed};
+use super::weigh::{OneByOne, Place, Seen, Stream, Weigh, Weighed, with_light};
 use super::{DiParams, PackedHit, PackedReservoir, TileWords};
 use crate::geometry::Ray;
 use crate::lanes::{LANES, Lanes, Registers, Stage, fields};
@@ -39,6 +39,7 @@ struct InStep<R> {
     weighed: Lanes<Weighed>,
 }
 
+/// Addresses, and what lies there.
 struct Chosen {
     addresses: Lanes<LightAddress>,
     lights: Lanes<AddressedLight>,
@@ -100,7 +101,7 @@ impl<const COMPILED: u32> Stage for Choose<'_, COMPILED> {
         let (scene, stream) = (*self.scene, *self.stream);
         for lane in 0..LANES {
             let address = stream.choose(&scene, self.first.wrapping_add(lane as u32));
-            chosen.set(lane, stream.at(&scene, address));
+            chosen.set(lane, with_light(&scene, address));
         }
     }
 }

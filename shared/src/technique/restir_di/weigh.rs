@@ -10,7 +10,10 @@ use crate::scene::{AddressedLight, AddressedLights, BsdfOf, LightAddress, Surfac
 use crate::transport::Vertex;
 
 /// What a pixel sees: the point that a ray has met, and the vertex there.
-#[cfg_attr(target_arch = "spirv", allow(dead_code, reason = "who weighs in step makes a vertex of its own"))]
+#[cfg_attr(
+    target_arch = "spirv",
+    allow(dead_code, reason = "point and ray are read where candidates are weighed in step")
+)]
 pub(super) struct Seen<'a, M, B> {
     pub(super) point: &'a SurfacePoint<M>,
     pub(super) ray: &'a Ray,
@@ -68,7 +71,7 @@ impl<S: Surface + AddressedLights> Weigh<S> for OneByOne {
             stream.of_tile(tiles, place.index)
         } else {
             // in one place, since it takes much code
-            stream.at(scene, if place.last { place.scattered } else { stream.choose(scene, place.index) })
+            with_light(scene, if place.last { place.scattered } else { stream.choose(scene, place.index) })
         };
         let weighed = if address.is_light() {
             stream.weighed(seen.vertex, place.index, &light)
@@ -85,8 +88,9 @@ pub(super) struct Stream {
     rng: Rng,
     flags: Flags,
     window: Window,
-    /// How many candidates come from lights and from scattering.
+    /// How many candidates come from lights.
     from_lights: f32,
+    /// How many come from scattering: one or none.
     from_scattering: f32,
     /// The first candidate's number among those of all frames.
     first: u32,
@@ -110,27 +114,23 @@ impl Stream {
         }
     }
 
+    /// Whether candidates from lights come from a tile.
     #[inline(always)]
     pub(super) fn is_tiled(&self) -> bool {
         self.flags.contains(Flags::TILES)
     }
 
+    /// A candidate of the pixel's tile.
     #[inline(always)]
     pub(super) fn of_tile(&self, tiles: &[TileWords], index: u32) -> (LightAddress, AddressedLight) {
         tile::unpack(&tiles[self.window.at(index) as usize])
     }
 
-    /// A candidate from lights. They are spread over those of a frame, and on over frames: a reservoir's mean is linear in what each
-    /// candidate gives, so that it does not matter that they depend on each other.
+    /// The address of a candidate from lights. Candidates are spread over those of a frame, and on over frames: a reservoir's mean is linear
+    /// in what each candidate gives, so that it does not matter that they depend on each other.
     #[inline(always)]
     pub(super) fn choose<S: AddressedLights>(&self, scene: &S, index: u32) -> LightAddress {
         scene.choose_address(self.rng.of_sample(self.first.wrapping_add(index)).draw(CANDIDATE_DIMENSION))
-    }
-
-    /// With what lies at an address.
-    #[inline(always)]
-    pub(super) fn at<S: AddressedLights>(&self, scene: &S, address: LightAddress) -> (LightAddress, AddressedLight) {
-        (address, if address.is_light() { scene.light_at(address) } else { AddressedLight::NONE })
     }
 
     /// The weight of a candidate by the density of all techniques, `sum n_t p_t`.
@@ -149,10 +149,16 @@ impl Stream {
         Weighed { target: e.target, weight, shadow: e.shadow, ..self.weightless(index) }
     }
 
-    /// What is no light.
+    /// The weight of what is no light, which is none.
     #[inline(always)]
     fn weightless(&self, index: u32) -> Weighed {
         let words = self.rng.hash(SELECTION_DIMENSION.wrapping_add(index));
         Weighed { target: 0.0, weight: 0.0, shadow: Ray::NONE, within: words.x, among: words.y }
     }
+}
+
+/// An address with what lies there.
+#[inline(always)]
+pub(super) fn with_light<S: AddressedLights>(scene: &S, address: LightAddress) -> (LightAddress, AddressedLight) {
+    (address, if address.is_light() { scene.light_at(address) } else { AddressedLight::NONE })
 }
