@@ -144,11 +144,12 @@ macro_rules! over_arenas {
     };
     (frames, $p:ident, $features:expr, $arenas:tt, $tracers:expr) => {{
         let tracers: [restir_shared::scene::Tracer<'_>; 2] = $tracers;
-        restir_shared::scene::SceneFrames {
+        let frames: restir_shared::scene::SceneFrames<'_> = restir_shared::scene::SceneFrames {
             this: over_arenas!(scene, $p, $features, $arenas, tracers),
             other: $p.other_scene,
             other_tracer: tracers[1],
-        }
+        };
+        frames
     }};
 }
 

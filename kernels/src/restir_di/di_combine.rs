@@ -1,5 +1,7 @@
 //! Temporal and spatial reuse of ReSTIR DI.
 
+#[cfg(not(target_arch = "spirv"))]
+use restir_shared::layout::FEATURES_UNTEXTURED;
 use restir_shared::technique::restir_di::{self, DiParams, PackedHit, PackedReservoir, Planes};
 
 kernel! {
@@ -15,5 +17,9 @@ kernel! {
         let planes = Planes { hits, other_hits, others };
         let (reservoir, _) = restir_di::combine(frames, &p.specialised(settings), &planes, reservoirs[at], [x, y]);
         reservoirs[at] = reservoir
+    };
+    in step [FEATURES_UNTEXTURED] |registers| {
+        let planes = Planes { hits, other_hits, others };
+        restir_di::combine_row(&frames, &p.specialised(settings), &planes, [x, y], reservoirs, registers)
     }
 }

@@ -1,5 +1,7 @@
 //! Shading with neighbours, second part.
 
+#[cfg(not(target_arch = "spirv"))]
+use restir_shared::layout::FEATURES_UNTEXTURED;
 use restir_shared::layout::FilmPixel;
 use restir_shared::technique::restir_di::{self, DiPairs, DiParams, DiPoint, PackedHit};
 
@@ -17,5 +19,10 @@ kernel! {
         let (targets, sent) = restir_di::exchange(scene, &p.specialised(settings), points, hit, [x, y]);
         pairs[at] = targets;
         film[at] = sent
+    };
+    in step [FEATURES_UNTEXTURED] |registers| {
+        let first = (y * p.width + x) as usize;
+        let seen = (&hits[first..first + pairs.len()], [x, y]);
+        restir_di::exchange_row(&scene, &p.specialised(settings), points, seen, (pairs, film), registers)
     }
 }

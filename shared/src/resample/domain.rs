@@ -1,5 +1,5 @@
-//! What resampling asks of a kind of sample: [`Domain`] says what a sample is and what a pixel makes of it, [`Pixels`] where the
-//! reservoirs of other pixels lie.
+//! What resampling asks of a kind of sample: [`Domain`] says what a sample is and what a pixel makes of it, [`Reservoirs`] how pixels keep
+//! samples, and [`Pixels`] where those of other pixels lie.
 //!
 //! A sample x of pixel i is shifted to pixel j: T(x), a sample of j's domain, with the Jacobian J of T at x (Lin et al. 2022,
 //! "Generalized Resampled Importance Sampling", eq. 9). Everything that is compared about one sample is measured in the
@@ -71,8 +71,8 @@ pub trait Domain {
     fn visible_target(&self, evaluation: &Self::Evaluation, visibility: Vec3) -> f32;
 }
 
-/// The pixels whose reservoirs a combine takes, seen from the one that combines.
-pub trait Pixels {
+/// What a combine merges.
+pub trait Reservoirs {
     /// What the samples are, and how they are shifted.
     type Domain: Domain;
     /// A reservoir as it lies in a plane.
@@ -84,12 +84,18 @@ pub trait Pixels {
 
     /// What samples are.
     fn domain(&self) -> &Self::Domain;
-    /// The image.
-    fn grid(&self) -> Grid;
     /// A reservoir from its place.
     fn unpack(&self, packed: Self::Packed) -> Stored<SampleOf<Self>>;
     /// A reservoir for its place.
     fn pack(&self, stored: &Stored<SampleOf<Self>>) -> Self::Packed;
+    /// A pixel that sees a surface, ready to evaluate samples.
+    fn receiver(&self, pixel: Source) -> <Self::Domain as Domain>::Receiver;
+}
+
+/// The pixels whose reservoirs a combine takes, seen from the one that combines.
+pub trait Pixels: Reservoirs {
+    /// The image.
+    fn grid(&self) -> Grid;
     /// The reservoir of one of the other pixels.
     fn other(&self, pixel: u32) -> Self::Packed;
     /// The surface that the combining pixel sees, as it was when the others saw it.
@@ -100,9 +106,7 @@ pub trait Pixels {
     fn facet(&self, at: [u32; 2]) -> Facet;
     /// Where the others' frame has what the combining pixel sees; asked if that is another frame.
     fn reproject(&self, here: &Facet) -> Place;
-    /// A pixel that sees a surface, ready to evaluate samples.
-    fn receiver(&self, pixel: Source) -> <Self::Domain as Domain>::Receiver;
 }
 
 /// The samples of reservoirs.
-pub type SampleOf<P> = <<P as Pixels>::Domain as Domain>::Sample;
+pub type SampleOf<R> = <<R as Reservoirs>::Domain as Domain>::Sample;

@@ -47,7 +47,7 @@
 //! assert!((received[0].1.x + own.radiance.x * share - 0.5).abs() < 1e-6);
 //! ```
 
-use super::domain::{Domain, Source};
+use super::domain::{Domain, Shifted, Source};
 use super::mis::Pair;
 use super::packed::Stored;
 use super::reproject::Grid;
@@ -61,7 +61,7 @@ use glam::{Vec2, Vec3};
 /// Pairs of neighbours on opposite sides in a pass of shading.
 pub const PAIRS: usize = 4;
 /// Neighbours in a pass.
-const NEIGHBOURS: usize = 2 * PAIRS;
+pub(crate) const NEIGHBOURS: usize = 2 * PAIRS;
 /// Stands for a neighbour beyond the border.
 const NOWHERE: u32 = u32::MAX;
 /// Draws for each pair that is asked for, until the disk counts as exhausted.
@@ -98,6 +98,21 @@ pub struct Neighbours {
     pub near_radius: f32,
     /// Two pixels are neighbours only if each finds the other alike.
     pub similarity: Similarity,
+}
+
+/// The neighbours that take part.
+#[derive(Clone, Copy)]
+pub(crate) struct Alike {
+    /// In the order of [`Neighbours::pairs`] as [`PairTargets`] has it, or [`NOWHERE`].
+    places: [u32; NEIGHBOURS],
+    /// The sum of their confidence.
+    confidence: f32,
+}
+
+impl Alike {
+    /// None.
+    #[cfg(not(target_arch = "spirv"))]
+    pub(crate) const NONE: Self = Self { places: [NOWHERE; NEIGHBOURS], confidence: 0.0 };
 }
 
 /// What pixels show their neighbours, in a plane.
@@ -157,9 +172,22 @@ pub fn receive<D: Domain, O: Offers<Sample = D::Sample>>(
     receiver: &D::Receiver,
     at: [u32; 2],
 ) -> (PairTargets, Vec3) {
+    receive_from(domain, offers, neighbours, &neighbours.alike(offers, at), uses, receiver, at)
+}
+
+/// [`receive`] from neighbours that are known.
+#[inline(always)]
+pub(crate) fn receive_from<D: Domain, O: Offers<Sample = D::Sample>>(
+    domain: &D,
+    offers: &O,
+    neighbours: &Neighbours,
+    Alike { places, confidence: all }: &Alike,
+    uses: Uses,
+    receiver: &D::Receiver,
+    at: [u32; 2],
+) -> (PairTargets, Vec3) {
     let mut pairs = PairTargets::ALONE;
     let mut radiance = Vec3::ZERO;
-    let (places, all) = neighbours.alike(offers, at);
     let to = Source { is_other: false, pixel: neighbours.grid.index(at) };
     let own = offers.reservoir(to.pixel);
     let mut n = 0;
@@ -167,15 +195,14 @@ pub fn receive<D: Domain, O: Offers<Sample = D::Sample>>(
         let place = places[n as usize];
         if place != NOWHERE {
             let stored = offers.reservoir(place);
-            let from = Source { is_other: true, pixel: place };
-            let shifted = domain.shift(stored.sample, from, to, receiver);
+            let shifted = brought(domain, &stored, place, to, receiver);
             let mut target = 0.0;
-            if (stored.contribution_weight > 0.0) & shifted.exists {
+            if shifted.exists {
                 let e = domain.evaluate(receiver, shifted.sample);
-                let traced = uses.traced | !neighbours.is_near(n);
+                let traced = neighbours.traces(uses, n);
                 let visibility = seen(domain, receiver, &e, traced, stored.visibility);
                 target = (mis_target(domain, &e, visibility, uses.mis) * shifted.jacobian).within_range();
-                let pair = Pair::new(stored.confidence, all, own.confidence);
+                let pair = Pair::new(stored.confidence, *all, own.confidence);
                 let weight = pair.of_neighbour(offers.target(place), target);
                 let contribution_weight = shifted.jacobian * stored.contribution_weight;
                 radiance += sent(domain, &e, visibility, contribution_weight, weight);
@@ -185,6 +212,43 @@ pub fn receive<D: Domain, O: Offers<Sample = D::Sample>>(
         n = n.wrapping_add(1);
     }
     (pairs, radiance)
+}
+
+/// What [`receive_from`] evaluates, in its order: samples at the pixel, and whether a ray tests them.
+#[cfg(not(target_arch = "spirv"))]
+#[inline(always)]
+pub(crate) fn evaluated<D: Domain, O: Offers<Sample = D::Sample>>(
+    domain: &D,
+    offers: &O,
+    neighbours: &Neighbours,
+    alike: &Alike,
+    uses: Uses,
+    receiver: &D::Receiver,
+    at: [u32; 2],
+    mut evaluate: impl FnMut(D::Sample, bool),
+) {
+    let to = Source { is_other: false, pixel: neighbours.grid.index(at) };
+    for (n, &place) in (0..neighbours.count).zip(&alike.places) {
+        if place != NOWHERE {
+            let shifted = brought(domain, &offers.reservoir(place), place, to, receiver);
+            if shifted.exists {
+                evaluate(shifted.sample, neighbours.traces(uses, n));
+            }
+        }
+    }
+}
+
+/// A neighbour's sample at the pixel. One without weight counts as none.
+#[inline(always)]
+fn brought<D: Domain>(
+    domain: &D,
+    stored: &Stored<D::Sample>,
+    place: u32,
+    to: Source,
+    receiver: &D::Receiver,
+) -> Shifted<D::Sample> {
+    let shifted = domain.shift(stored.sample, Source { is_other: true, pixel: place }, to, receiver);
+    Shifted { exists: (stored.contribution_weight > 0.0) & shifted.exists, ..shifted }
 }
 
 /// The third part: the weight of the own sample of the pixel `at`.
@@ -235,16 +299,17 @@ impl Neighbours {
         if (x < self.grid.width) & (y < self.grid.height) { self.grid.index([x, y]) } else { NOWHERE }
     }
 
+    /// Whether the n-th neighbour's sample is tested by a ray.
     #[inline(always)]
-    fn is_near(&self, n: u32) -> bool {
+    fn traces(&self, uses: Uses, n: u32) -> bool {
         let [dx, dy] = self.offset(n);
         let (dx, dy) = (dx as f32, dy as f32);
-        dx * dx + dy * dy < self.near_radius * self.near_radius
+        uses.traced | (dx * dx + dy * dy >= self.near_radius * self.near_radius)
     }
 
-    /// The neighbours that take part, and the sum of their confidence. Each of two pixels has to find the other like itself.
+    /// The neighbours that take part. Each of two pixels has to find the other like itself.
     #[inline(always)]
-    fn alike<O: Offers>(&self, offers: &O, at: [u32; 2]) -> ([u32; NEIGHBOURS], f32) {
+    pub(crate) fn alike<O: Offers>(&self, offers: &O, at: [u32; 2]) -> Alike {
         let mut places = [NOWHERE; NEIGHBOURS];
         let mut all = 0.0;
         let here = offers.facet(self.grid.index(at));
@@ -263,7 +328,7 @@ impl Neighbours {
             }
             n = n.wrapping_add(1);
         }
-        (places, all)
+        Alike { places, confidence: all }
     }
 }
 

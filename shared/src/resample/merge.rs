@@ -46,12 +46,12 @@
 //! assert!((sum / 2000.0 - 0.5).abs() < 0.02 && confidence / 2000.0 > 2.0);
 //! ```
 
-use super::domain::{Domain, Pixels, SampleOf, Source};
+use super::domain::{Domain, Pixels, Reservoirs, SampleOf, Source};
 use super::mis::{Combine, INPUTS, Mis};
 use super::packed::{Stored, dithered};
 use super::reproject::Place;
 use super::reservoir::Reservoir;
-use super::similar::Similarity;
+use super::similar::{Facet, Similarity};
 use crate::num::{self, Scalar};
 use crate::rng::{self, Rng};
 use glam::{UVec4, Vec3};
@@ -113,9 +113,62 @@ pub struct Draws {
     pub dimension: u32,
 }
 
+impl Draws {
+    /// Where neighbours are looked for.
+    #[inline(always)]
+    pub(crate) fn places(&self) -> UVec4 {
+        self.rng.hash(self.dimension)
+    }
+
+    /// One selects, one rounds what is kept of a visibility.
+    #[inline(always)]
+    fn choice(&self) -> UVec4 {
+        self.rng.hash(self.dimension.wrapping_add(1))
+    }
+}
+
+impl Rules {
+    /// Rows of the matrix, of which there is one for each of `count` inputs, if they are asked for: the pixel itself, the others, and
+    /// for the visibility of the selected sample the pixel once more.
+    #[inline(always)]
+    fn rows(&self, count: u32) -> u32 {
+        let all = self.form.asks_for_selected() | self.form.asks_for_pairs();
+        if all { count } else { 1 }.wrapping_add(if self.is_asked_again() { 1 } else { 0 })
+    }
+
+    /// Whether the visibility of the selected sample at the pixel is asked for when it has been selected.
+    #[inline(always)]
+    fn is_asked_again(&self) -> bool {
+        self.form.asks_for_selected() & self.visibility.mis & !self.visibility.selection
+    }
+
+    /// Whether visibility is kept for shading, which nothing else asks for.
+    #[inline(always)]
+    fn is_for_shading(&self) -> bool {
+        self.visibility.shading & !self.visibility.mis
+    }
+
+    /// Whether the entry in `row`, whose receiver is the input `receiving`, of the sample of input i is wanted, before the selection.
+    #[inline(always)]
+    fn wants(&self, row: u32, receiving: u32, i: u32) -> bool {
+        (row == 0) | self.form.asks_for(receiving, i)
+    }
+
+    /// Whether a ray finds the visibility of that entry, if its target is above zero. `near` inputs are believed.
+    #[inline(always)]
+    fn traces(&self, row: u32, receiving: u32, i: u32, near: bool) -> bool {
+        let Uses { selection, mis, forgotten, .. } = self.visibility;
+        let late = self.form.asks_for_selected();
+        let asked = if row == 0 { selection | (mis & !late) | (self.is_for_shading() & !near) } else { mis };
+        // of its own sample a pixel knows
+        let own = (receiving == i) | (self.others == Others::Unchanged);
+        asked & (!own | forgotten)
+    }
+}
+
 /// An input: a reservoir and what is known of its sample at the pixel that combines.
 #[derive(Clone, Copy)]
-struct Input<R, S> {
+pub(crate) struct Input<R, S> {
     pixel: u32,
     reservoir: R,
     /// The sample, shifted.
@@ -131,7 +184,7 @@ struct Input<R, S> {
 }
 
 /// The inputs, the canonical one first.
-type Inputs<P> = [Input<<P as Pixels>::Packed, SampleOf<P>>; INPUTS];
+pub(crate) type Inputs<R> = [Input<<R as Reservoirs>::Packed, SampleOf<R>>; INPUTS];
 
 /// Combines the canonical reservoir of the pixel `at` with others. The pixel sees something.
 ///
@@ -146,92 +199,151 @@ pub fn combine<P: Pixels>(
     at: [u32; 2],
     draws: &Draws,
 ) -> (P::Packed, Source) {
-    let pixel = pixels.grid().index(at);
-    let mut inputs = [none::<P>(); INPUTS];
-    inputs[0] = Input { pixel, reservoir: canonical, ..none::<P>() };
-    let count = gather(pixels, rules, at, draws.rng.hash(draws.dimension), &mut inputs);
-    if count == 1 {
-        // alone it stays as it is, without a rounding
-        return (canonical, Source { is_other: false, pixel });
-    }
-    merge(pixels, rules, &mut inputs, count, draws.rng.hash(draws.dimension.wrapping_add(1)))
+    let mut inputs = alone::<P>(canonical, pixels.grid().index(at));
+    let count = gather(pixels, rules, at, draws.places(), &mut inputs);
+    merge(pixels, rules, &mut inputs, count, draws)
 }
 
+/// The canonical reservoir as the first input, and room for others.
 #[inline(always)]
-fn none<P: Pixels>() -> Input<P::Packed, SampleOf<P>> {
-    Input {
+pub(crate) fn alone<R: Reservoirs>(canonical: R::Packed, pixel: u32) -> Inputs<R> {
+    let none = Input {
         pixel: 0,
-        reservoir: P::NO_RESERVOIR,
-        sample: P::NO_SAMPLE,
+        reservoir: R::NO_RESERVOIR,
+        sample: R::NO_SAMPLE,
         jacobian: 0.0,
         target: 0.0,
         visibility: Vec3::ZERO,
         near: false,
-    }
+    };
+    let mut inputs = [none; INPUTS];
+    inputs[0] = Input { pixel, reservoir: canonical, ..none };
+    inputs
 }
 
 /// Fills in the inputs after the canonical one, and returns how many there are with it. What is rejected is none of them.
 #[inline(always)]
 fn gather<P: Pixels>(pixels: &P, rules: &Rules, at: [u32; 2], words: UVec4, inputs: &mut Inputs<P>) -> u32 {
-    let grid = pixels.grid();
     if rules.others == Others::Unchanged {
-        let pixel = grid.index(at);
-        let reservoir = pixels.other(pixel);
-        inputs[1] = Input { pixel, reservoir, near: true, ..none::<P>() };
-        return if pixels.unpack(reservoir).confidence > 0.0 { 2 } else { 1 };
+        return add::<P>(&rules.unchanged(pixels, at), |pixel| pixels.other(pixel), inputs, 1);
     }
-    let of_other_frame = rules.others == Others::OtherFrame;
     let here = pixels.own_facet();
-    let center = if of_other_frame { pixels.reproject(&here) } else { Place { x: at[0], y: at[1], inside: true } };
+    let center = rules.center(pixels, &here, at);
     let mut count = 1_u32;
-    // the first place is the centre, which is a neighbour in another frame only
-    let mut n = if of_other_frame { 0 } else { 1 };
+    let mut n = rules.first_neighbour();
     while n <= rules.neighbours {
-        let place = if n == 0 { center } else { grid.nearby(rules.radius, center, n, words) };
-        let is_center = (place.x == center.x) & (place.y == center.y);
-        if place.inside & ((n == 0) | !is_center) {
-            let at = [place.x, place.y];
-            let pixel = grid.index(at);
-            let reservoir = pixels.other(pixel);
-            let counts = pixels.unpack(reservoir).confidence > 0.0;
-            if pixels.sees(at) && counts && rules.similarity.holds(&here, &pixels.facet(at)) {
-                let near = (n == 0) | place.is_near(&center, rules.near_radius);
-                inputs[count as usize] = Input { pixel, reservoir, near, ..none::<P>() };
-                count = count.wrapping_add(1);
-            }
-        }
+        let neighbour = rules.neighbour(pixels, &here, center, n, words);
+        count = add::<P>(&neighbour, |pixel| pixels.other(pixel), inputs, count);
         n = n.wrapping_add(1);
     }
     count
 }
 
+/// One of the other reservoirs, if it takes part.
+#[derive(Clone, Copy)]
+pub(crate) struct Neighbour {
+    /// Whether it does.
+    pub(crate) counts: bool,
+    pub(crate) pixel: u32,
+    /// Near enough for its visibility to be believed.
+    pub(crate) near: bool,
+}
+
+impl Neighbour {
+    /// None.
+    #[cfg(not(target_arch = "spirv"))]
+    pub(crate) const NONE: Self = Self { counts: false, pixel: 0, near: false };
+}
+
+impl Rules {
+    /// The pixel's own reservoir of another frame, where nothing has changed.
+    #[inline(always)]
+    pub(crate) fn unchanged<P: Pixels>(&self, pixels: &P, at: [u32; 2]) -> Neighbour {
+        let pixel = pixels.grid().index(at);
+        Neighbour { counts: pixels.unpack(pixels.other(pixel)).confidence > 0.0, pixel, near: true }
+    }
+
+    /// Where neighbours lie around: the pixel itself, or the one that saw in another frame what it sees `here`.
+    #[inline(always)]
+    pub(crate) fn center<P: Pixels>(&self, pixels: &P, here: &Facet, at: [u32; 2]) -> Place {
+        if self.others == Others::OtherFrame { pixels.reproject(here) } else { Place { x: at[0], y: at[1], inside: true } }
+    }
+
+    /// The index of the first neighbour, up to [`Self::neighbours`]: 0 is the centre, which is one in another frame only.
+    #[inline(always)]
+    pub(crate) fn first_neighbour(&self) -> u32 {
+        if self.others == Others::OtherFrame { 0 } else { 1 }
+    }
+
+    /// The n-th neighbour around a centre.
+    #[inline(always)]
+    pub(crate) fn neighbour<P: Pixels>(
+        &self,
+        pixels: &P,
+        here: &Facet,
+        center: Place,
+        n: u32,
+        words: UVec4,
+    ) -> Neighbour {
+        let place = if n == 0 { center } else { pixels.grid().nearby(self.radius, center, n, words) };
+        let is_center = (place.x == center.x) & (place.y == center.y);
+        let at = [place.x, place.y];
+        let pixel = pixels.grid().index(at);
+        let near = (n == 0) | place.is_near(&center, self.near_radius);
+        let mut counts = place.inside & ((n == 0) | !is_center);
+        if counts {
+            counts = pixels.sees(at)
+                && pixels.unpack(pixels.other(pixel)).confidence > 0.0
+                && self.similarity.holds(here, &pixels.facet(at));
+        }
+        Neighbour { counts, pixel, near }
+    }
+}
+
+/// Makes a neighbour's reservoir an input, if it takes part: the one after `count` others. Returns how many there are then.
+#[inline(always)]
+pub(crate) fn add<R: Reservoirs>(
+    neighbour: &Neighbour,
+    reservoir: impl FnOnce(u32) -> R::Packed,
+    inputs: &mut Inputs<R>,
+    count: u32,
+) -> u32 {
+    let Neighbour { counts, pixel, near } = *neighbour;
+    if !counts {
+        return count;
+    }
+    let input = &mut inputs[count as usize];
+    (input.pixel, input.reservoir, input.near) = (pixel, reservoir(pixel), near);
+    count.wrapping_add(1)
+}
+
 /// An input's reservoir: one of another frame counts at most as much as the cap says.
 #[inline(always)]
-fn load<P: Pixels>(pixels: &P, rules: &Rules, reservoir: P::Packed, index: u32) -> Stored<SampleOf<P>> {
-    let stored = pixels.unpack(reservoir);
+fn load<R: Reservoirs>(reservoirs: &R, rules: &Rules, reservoir: R::Packed, index: u32) -> Stored<SampleOf<R>> {
+    let stored = reservoirs.unpack(reservoir);
     let capped = (rules.others != Others::SameFrame) & (index != 0);
     let confidence = if capped { num::min(stored.confidence, rules.confidence_cap) } else { stored.confidence };
     Stored { confidence, ..stored }
 }
 
-/// The walk through the matrix, and the selection. Of the words one selects, one rounds what is kept of a visibility.
+/// The walk through the matrix, and the selection.
 #[inline(always)]
-fn merge<P: Pixels>(
-    pixels: &P,
+pub(crate) fn merge<R: Reservoirs>(
+    reservoirs: &R,
     rules: &Rules,
-    inputs: &mut Inputs<P>,
+    inputs: &mut Inputs<R>,
     count: u32,
-    words: UVec4,
-) -> (P::Packed, Source) {
-    let domain = pixels.domain();
+    draws: &Draws,
+) -> (R::Packed, Source) {
+    if count == 1 {
+        // alone it stays as it is, without a rounding
+        let Input { pixel, reservoir, .. } = inputs[0];
+        return (reservoir, Source { is_other: false, pixel });
+    }
+    let domain = reservoirs.domain();
     let Rules { form, visibility: uses, .. } = *rules;
-    let unchanged = rules.others == Others::Unchanged;
-    // nothing else asks for what shading takes
-    let for_shading = uses.shading & !uses.mis;
-    let late = form.asks_for_selected();
-    // the pixel itself, the others, and for the visibility of the selected sample the pixel once more
-    let again = late & uses.mis & !uses.selection;
-    let rows = if late | form.asks_for_pairs() { count } else { 1 }.wrapping_add(if again { 1 } else { 0 });
+    let words = draws.choice();
+    let (late, rows) = (form.asks_for_selected(), rules.rows(count));
     let selects_at = if form.is_after_selection() { 0 } else { rows.wrapping_sub(1) };
     let asked = rules.neighbours.wrapping_add(if rules.others == Others::SameFrame { 0 } else { 1 });
     let mut combine = Combine::new(form, asked as f32);
@@ -240,26 +352,22 @@ fn merge<P: Pixels>(
     while row < rows {
         let receiving = if row == count { 0 } else { row };
         let to = Source { is_other: receiving != 0, pixel: inputs[receiving as usize].pixel };
-        let receiver = pixels.receiver(to);
+        let receiver = reservoirs.receiver(to);
         let mut i = 0_u32;
         while i < count {
             let input = inputs[i as usize];
-            let stored = load(pixels, rules, input.reservoir, i);
+            let stored = load(reservoirs, rules, input.reservoir, i);
             let is_selected = late & (row > 0) & (i == selection.input);
             let from = Source { is_other: i != 0, pixel: input.pixel };
             let shifted = domain.shift(stored.sample, from, to, &receiver);
             let mut target = 0.0;
             let mut visible_target = 0.0;
             let mut visibility = stored.visibility;
-            let wanted = (row == 0) | is_selected | form.asks_for(receiving, i);
+            let wanted = is_selected | rules.wants(row, receiving, i);
             if wanted & (stored.contribution_weight > 0.0) & shifted.exists {
                 let e = domain.evaluate(&receiver, shifted.sample);
                 target = domain.target(&e);
-                let asked =
-                    if row == 0 { uses.selection | (uses.mis & !late) | (for_shading & !input.near) } else { uses.mis };
-                // of its own sample a pixel knows
-                let own = (receiving == i) | unchanged;
-                if asked & (!own | uses.forgotten) & (target > 0.0) {
+                if rules.traces(row, receiving, i, input.near) & (target > 0.0) {
                     visibility = domain.visibility(&receiver, &e);
                 }
                 visible_target = domain.visible_target(&e, visibility);
@@ -268,7 +376,8 @@ fn merge<P: Pixels>(
             let a = weighed * shifted.jacobian;
             if row == 0 {
                 // what is known to be occluded at a pixel is no sample of its own
-                let p = if uses.selection | (uses.mis & unchanged) { weighed } else { target };
+                let visible = uses.selection | (uses.mis & (rules.others == Others::Unchanged));
+                let p = if visible { weighed } else { target };
                 let contribution = p * shifted.jacobian * stored.contribution_weight;
                 combine.input(stored.confidence, contribution.within_range());
                 inputs[i as usize].sample = shifted.sample;
@@ -285,8 +394,8 @@ fn merge<P: Pixels>(
             i = i.wrapping_add(1);
         }
         if row == selects_at {
-            selection = select::<P>(&combine, inputs, count, rng::unit(words.x));
-            if late & !again {
+            selection = select::<R>(&combine, inputs, count, rng::unit(words.x));
+            if late & !rules.is_asked_again() {
                 let chosen = inputs[selection.input as usize];
                 combine.selected_target(0, selection.input, chosen.target * chosen.jacobian);
             }
@@ -295,14 +404,60 @@ fn merge<P: Pixels>(
     }
     let chosen = inputs[selection.input as usize];
     let reservoir = Reservoir { sample: (), weight_sum: selection.weight_sum, confidence: combine.confidence() };
-    let visibility = if for_shading & uses.mean { selection.mean_visibility } else { selection.visibility };
+    let visibility = if rules.is_for_shading() & uses.mean { selection.mean_visibility } else { selection.visibility };
     let stored = Stored {
         sample: chosen.sample,
         contribution_weight: reservoir.contribution_weight(combine.share(), chosen.target),
         confidence: reservoir.confidence,
         visibility: dithered(visibility, rng::unit(words.y)),
     };
-    (pixels.pack(&stored), Source { is_other: selection.input != 0, pixel: chosen.pixel })
+    (reservoirs.pack(&stored), Source { is_other: selection.input != 0, pixel: chosen.pixel })
+}
+
+#[cfg(not(target_arch = "spirv"))]
+impl Rules {
+    /// The most that one pixel asks [`evaluated`] for.
+    #[inline(always)]
+    pub(crate) fn most_evaluated(&self) -> usize {
+        let inputs = self.neighbours.wrapping_add(2) as usize;
+        if self.form.asks_for_third() {
+            inputs * inputs
+        } else if self.form.asks_for_pairs() {
+            3 * inputs - 2
+        } else {
+            inputs
+        }
+    }
+}
+
+/// What [`merge`] evaluates, in its order, of a form that asks for nothing after the selection: each sample where it was shifted to, the
+/// pixel there, and whether a ray finds its visibility.
+#[cfg(not(target_arch = "spirv"))]
+#[inline(always)]
+pub(crate) fn evaluated<R: Reservoirs>(
+    reservoirs: &R,
+    rules: &Rules,
+    inputs: &Inputs<R>,
+    count: u32,
+    mut evaluate: impl FnMut(SampleOf<R>, Source, bool),
+) {
+    if count == 1 {
+        return;
+    }
+    for row in 0..rules.rows(count) {
+        let to = Source { is_other: row != 0, pixel: inputs[row as usize].pixel };
+        let receiver = reservoirs.receiver(to);
+        for (i, input) in (0..count).zip(inputs) {
+            if rules.wants(row, row, i) {
+                let stored = load(reservoirs, rules, input.reservoir, i);
+                let from = Source { is_other: i != 0, pixel: input.pixel };
+                let shifted = reservoirs.domain().shift(stored.sample, from, to, &receiver);
+                if (stored.contribution_weight > 0.0) & shifted.exists {
+                    evaluate(shifted.sample, to, rules.traces(row, row, i, input.near));
+                }
+            }
+        }
+    }
 }
 
 /// The outcome of a selection.
@@ -321,7 +476,7 @@ impl Selection {
 
 /// Selects an input in proportion to its weight by one random number.
 #[inline(always)]
-fn select<P: Pixels>(combine: &Combine<f32>, inputs: &Inputs<P>, count: u32, u: f32) -> Selection {
+fn select<R: Reservoirs>(combine: &Combine<f32>, inputs: &Inputs<R>, count: u32, u: f32) -> Selection {
     let mut weights = [0.0; INPUTS];
     let mut sum = 0.0;
     let mut visible = Vec3::ZERO;

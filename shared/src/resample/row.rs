@@ -1,4 +1,4 @@
-use restir_shared::resample::domain::Pixels;
+use restir_shared::resample::domain::{Pixels, Reservoirs};
 use restir_shared::resample::packed::Stored;
 use restir_shared::resample::reproject::{Grid, Place};
 use restir_shared::resample::similar::Facet;
@@ -6,7 +6,7 @@ use restir_shared::resample::similar::Facet;
 /// A row of pixels on a plane, each with a reservoir of its own.
 pub struct Row<'a>(pub &'a [Stored<f32>]);
 
-impl Pixels for Row<'_> {
+impl Reservoirs for Row<'_> {
     type Domain = Line;
     type Packed = Stored<f32>;
     const NO_SAMPLE: f32 = 0.0;
@@ -16,14 +16,20 @@ impl Pixels for Row<'_> {
     fn domain(&self) -> &Line {
         &Line
     }
-    fn grid(&self) -> Grid {
-        Grid { width: self.0.len() as u32, height: 1 }
-    }
     fn unpack(&self, packed: Stored<f32>) -> Stored<f32> {
         packed
     }
     fn pack(&self, stored: &Stored<f32>) -> Stored<f32> {
         *stored
+    }
+    fn receiver(&self, pixel: Source) -> f32 {
+        pixel.pixel as f32 + 1.0
+    }
+}
+
+impl Pixels for Row<'_> {
+    fn grid(&self) -> Grid {
+        Grid { width: self.0.len() as u32, height: 1 }
     }
     fn other(&self, pixel: u32) -> Stored<f32> {
         self.0[pixel as usize]
@@ -39,8 +45,5 @@ impl Pixels for Row<'_> {
     }
     fn reproject(&self, _here: &Facet) -> Place {
         Place { x: 0, y: 0, inside: true }
-    }
-    fn receiver(&self, pixel: Source) -> f32 {
-        pixel.pixel as f32 + 1.0
     }
 }

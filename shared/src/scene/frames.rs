@@ -2,25 +2,35 @@
 
 use super::texture::component;
 use super::{Frames, LightAddress, SceneView, Tracer};
-use crate::layout::{NONE, SceneHeader};
+use crate::layout::{FEATURES_ALL, NONE, SceneHeader};
 use glam::UVec4;
 
 /// A scene in two frames: two headers over the same arenas, which are the same header if nothing moves.
 #[derive(Clone, Copy)]
-pub struct SceneFrames<'a> {
+pub struct SceneFrames<'a, const COMPILED: u32 = FEATURES_ALL> {
     /// The scene of this frame.
-    pub this: SceneView<'a>,
+    pub this: SceneView<'a, COMPILED>,
     /// The tables of the other frame.
     pub other: SceneHeader,
     /// What answers visibility queries in the other frame.
     pub other_tracer: Tracer<'a>,
 }
 
-impl<'a> Frames for SceneFrames<'a> {
-    type Scene = SceneView<'a>;
+#[cfg(not(target_arch = "spirv"))]
+impl<'a> SceneFrames<'a> {
+    /// The same frames for code that is compiled for some features only, if the scene has no others.
+    #[inline(always)]
+    pub fn within<const COMPILED: u32>(&self) -> Option<SceneFrames<'a, COMPILED>> {
+        let Self { this, other, other_tracer } = *self;
+        this.within().map(|this| SceneFrames { this, other, other_tracer })
+    }
+}
+
+impl<'a, const COMPILED: u32> Frames for SceneFrames<'a, COMPILED> {
+    type Scene = SceneView<'a, COMPILED>;
 
     #[inline(always)]
-    fn scene(&self, other: bool) -> SceneView<'a> {
+    fn scene(&self, other: bool) -> SceneView<'a, COMPILED> {
         SceneView {
             header: if other { self.other } else { self.this.header },
             tracer: if other { self.other_tracer } else { self.this.tracer },

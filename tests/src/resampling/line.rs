@@ -8,7 +8,7 @@
 use crate::random::SplitMix;
 use restir_shared::glam::Vec3;
 use restir_shared::num;
-use restir_shared::resample::domain::{Domain, Pixels, Shifted, Source};
+use restir_shared::resample::domain::{Domain, Pixels, Reservoirs, Shifted, Source};
 use restir_shared::resample::exchange::{self, Neighbours, Offer, Offers, PAIRS, PairTargets};
 use restir_shared::resample::merge::{self, Draws, Others, Rules};
 use restir_shared::resample::mis::Mis;
@@ -180,7 +180,7 @@ fn facet(pixel: u32) -> Facet {
     Facet { position: Vec3::new(pixel as f32, 0.0, 0.0), normal, distance: 1.0 }
 }
 
-impl Pixels for Reused<'_> {
+impl Reservoirs for Reused<'_> {
     type Domain = Line;
     type Packed = Stored<f32>;
     const NO_SAMPLE: f32 = 0.0;
@@ -191,16 +191,22 @@ impl Pixels for Reused<'_> {
         &self.line
     }
 
-    fn grid(&self) -> Grid {
-        GRID
-    }
-
     fn unpack(&self, packed: Stored<f32>) -> Stored<f32> {
         packed
     }
 
     fn pack(&self, stored: &Stored<f32>) -> Stored<f32> {
         *stored
+    }
+
+    fn receiver(&self, pixel: Source) -> Pixel {
+        self.line.pixel(pixel)
+    }
+}
+
+impl Pixels for Reused<'_> {
+    fn grid(&self) -> Grid {
+        GRID
     }
 
     fn other(&self, pixel: u32) -> Stored<f32> {
@@ -223,10 +229,6 @@ impl Pixels for Reused<'_> {
     fn reproject(&self, here: &Facet) -> Place {
         let x = here.position.x as u32 + 1;
         Place { x, y: 0, inside: x < GRID.width }
-    }
-
-    fn receiver(&self, pixel: Source) -> Pixel {
-        self.line.pixel(pixel)
     }
 }
 

@@ -1,6 +1,7 @@
 //! One reservoir of several: temporal reuse, spatial reuse, or both at once.
 
 use super::domain::{Light, Neighbourhood};
+use super::pixel::Pixel;
 use super::{COMBINE_DIMENSION, DiParams, Flags, PackedHit, PackedReservoir};
 use crate::resample::domain::Source;
 use crate::resample::merge::{self, Draws, Others, Rules, Uses};
@@ -38,15 +39,31 @@ pub fn combine<F: Frames + Copy>(
     if !pixel.hit.is_hit() {
         return (canonical, Source { is_other: false, pixel: index });
     }
-    let dimension = COMBINE_DIMENSION.wrapping_add(params.combine.wrapping_mul(2));
-    let draws = Draws { rng: params.rng(at), dimension };
     let rules = rules(&light, params);
-    let pixels = Neighbourhood { light, planes: *planes, grid: params.grid(), pixel, view: params.other_view() };
-    merge::combine(&pixels, &rules, canonical, at, &draws)
+    let pixels = neighbourhood(light, params, planes, pixel);
+    merge::combine(&pixels, &rules, canonical, at, &draws(params, at))
+}
+
+/// The pixels among which one combines.
+#[inline(always)]
+pub(super) fn neighbourhood<'a, F>(
+    light: Light<F>,
+    params: &DiParams,
+    planes: &Planes<'a>,
+    pixel: Pixel,
+) -> Neighbourhood<'a, F> {
+    Neighbourhood { light, planes: *planes, grid: params.grid(), pixel, view: params.other_view() }
+}
+
+/// The random numbers of a combine of the pixel `at`.
+#[inline(always)]
+pub(super) fn draws(params: &DiParams, at: [u32; 2]) -> Draws {
+    let dimension = COMBINE_DIMENSION.wrapping_add(params.combine.wrapping_mul(2));
+    Draws { rng: params.rng(at), dimension }
 }
 
 #[inline(always)]
-fn rules<F>(light: &Light<F>, params: &DiParams) -> Rules {
+pub(super) fn rules<F>(light: &Light<F>, params: &DiParams) -> Rules {
     Rules {
         form: light.flags.form(),
         others: if !light.has(Flags::OTHER_FRAME) {

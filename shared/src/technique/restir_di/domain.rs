@@ -1,8 +1,8 @@
 //! What samples are: addresses of lights, which move between pixels and frames with a Jacobian of 1.
 
 use super::pixel::{Pixel, View};
-use super::{Evaluation, Flags, PackedReservoir, Planes, Stored, evaluate};
-use crate::resample::domain::{Domain, Pixels, Shifted, Source};
+use super::{Evaluation, Flags, PackedReservoir, Planes, Stored, evaluate, visible_target};
+use crate::resample::domain::{Domain, Pixels, Reservoirs, Shifted, Source};
 use crate::resample::reproject::{Grid, Place};
 use crate::resample::similar::Facet;
 use crate::scene::{AddressedLights, BsdfOf, Frames, LightAddress};
@@ -37,8 +37,18 @@ impl<F> Light<F> {
 
     /// Whether a pixel is of another frame.
     #[inline(always)]
-    fn is_elsewhere(&self, pixel: Source) -> bool {
+    pub(super) fn is_elsewhere(&self, pixel: Source) -> bool {
         self.has(Flags::OTHER_FRAME) & pixel.is_other
+    }
+}
+
+impl<F: Frames> Light<F> {
+    /// [`Domain::shift`], which asks nothing of the receiver.
+    #[inline(always)]
+    pub(super) fn shifted(&self, sample: LightAddress, from: Source, to: Source) -> Shifted<LightAddress> {
+        let of_other = self.is_elsewhere(from);
+        let sample = if of_other == self.is_elsewhere(to) { sample } else { self.frames.counterpart(sample, of_other) };
+        Shifted { sample, jacobian: 1.0, exists: sample.is_light() }
     }
 }
 
@@ -55,9 +65,7 @@ impl<F: Frames> Domain for Light<F> {
         to: Source,
         _receiver: &Self::Receiver,
     ) -> Shifted<LightAddress> {
-        let of_other = self.is_elsewhere(from);
-        let sample = if of_other == self.is_elsewhere(to) { sample } else { self.frames.counterpart(sample, of_other) };
-        Shifted { sample, jacobian: 1.0, exists: sample.is_light() }
+        self.shifted(sample, from, to)
     }
 
     #[inline(always)]
@@ -82,7 +90,7 @@ impl<F: Frames> Domain for Light<F> {
 
     #[inline(always)]
     fn visible_target(&self, evaluation: &Evaluation, visibility: Vec3) -> f32 {
-        evaluation.visible_target(visibility, self.flags)
+        visible_target(evaluation.value, evaluation.target, visibility, self.flags)
     }
 }
 
@@ -98,11 +106,28 @@ pub(super) struct Neighbourhood<'a, F> {
     pub(super) view: View,
 }
 
+/// An element of a plane.
+#[cfg(target_arch = "spirv")]
+#[inline(always)]
+fn element<T: Copy>(plane: &[T], index: u32) -> T {
+    plane[index as usize]
+}
+
+/// An element of a plane, beyond whose end are defaults: a panic would keep compilers from taking several pixels in step.
+#[cfg(not(target_arch = "spirv"))]
+#[inline(always)]
+pub(super) fn element<T: Copy + Default>(plane: &[T], index: u32) -> T {
+    match plane.get(index as usize) {
+        Some(element) => *element,
+        None => T::default(),
+    }
+}
+
 impl<F: Frames> Neighbourhood<'_, F> {
     /// One of the others.
     #[inline(always)]
     fn pixel(&self, at: [u32; 2]) -> Pixel {
-        self.view.pixel(at, self.planes.other_hits[self.grid.index(at) as usize])
+        self.view.pixel(at, element(self.planes.other_hits, self.grid.index(at)))
     }
 
     /// What a pixel sees, in the scene of the others' frame.
@@ -113,7 +138,7 @@ impl<F: Frames> Neighbourhood<'_, F> {
     }
 }
 
-impl<F: Frames> Pixels for Neighbourhood<'_, F> {
+impl<F: Frames> Reservoirs for Neighbourhood<'_, F> {
     type Domain = Light<F>;
     type Packed = PackedReservoir;
     // zeros, which cost least to write
@@ -123,11 +148,6 @@ impl<F: Frames> Pixels for Neighbourhood<'_, F> {
     #[inline(always)]
     fn domain(&self) -> &Light<F> {
         &self.light
-    }
-
-    #[inline(always)]
-    fn grid(&self) -> Grid {
-        self.grid
     }
 
     #[inline(always)]
@@ -141,8 +161,22 @@ impl<F: Frames> Pixels for Neighbourhood<'_, F> {
     }
 
     #[inline(always)]
+    fn receiver(&self, of: Source) -> Receiver<BsdfOf<F::Scene>> {
+        let elsewhere = self.light.is_elsewhere(of);
+        let pixel = if of.is_other { self.pixel(self.grid.at(of.pixel)) } else { self.pixel };
+        Receiver { vertex: pixel.vertex(&self.light.frames.scene(elsewhere)), elsewhere }
+    }
+}
+
+impl<F: Frames> Pixels for Neighbourhood<'_, F> {
+    #[inline(always)]
+    fn grid(&self) -> Grid {
+        self.grid
+    }
+
+    #[inline(always)]
     fn other(&self, pixel: u32) -> PackedReservoir {
-        self.planes.others[pixel as usize]
+        element(self.planes.others, pixel)
     }
 
     #[inline(always)]
@@ -163,12 +197,5 @@ impl<F: Frames> Pixels for Neighbourhood<'_, F> {
     #[inline(always)]
     fn reproject(&self, here: &Facet) -> Place {
         self.grid.project(&self.view.camera, here.position)
-    }
-
-    #[inline(always)]
-    fn receiver(&self, of: Source) -> Receiver<BsdfOf<F::Scene>> {
-        let elsewhere = self.light.is_elsewhere(of);
-        let pixel = if of.is_other { self.pixel(self.grid.at(of.pixel)) } else { self.pixel };
-        Receiver { vertex: pixel.vertex(&self.light.frames.scene(elsewhere)), elsewhere }
     }
 }

@@ -146,7 +146,7 @@ pub use crate::resample::exchange::{PAIRS, PairTargets as DiPairs};
 pub use crate::resample::packed::dithered;
 pub use combine::{Planes, combine};
 #[cfg(not(target_arch = "spirv"))]
-pub use in_step::initial_row;
+pub use in_step::{combine_row, exchange_row, initial_row};
 pub use initial::initial;
 pub use params::*;
 pub use pixel::primary;
@@ -188,15 +188,13 @@ struct Evaluation {
     shadow: Ray,
 }
 
-impl Evaluation {
-    /// The target of what is left of the contribution: it is zero where nothing can be shaded.
-    #[inline(always)]
-    fn visible_target(&self, visibility: Vec3, flags: Flags) -> f32 {
-        if flags.contains(Flags::TRANSMITTANCE) {
-            sanitized(brightness(flush(self.value * visibility), flags))
-        } else {
-            self.target * visibility.x
-        }
+/// The target of what is left of a contribution: it is zero where nothing can be shaded.
+#[inline(always)]
+fn visible_target(value: Vec3, target: f32, visibility: Vec3, flags: Flags) -> f32 {
+    if flags.contains(Flags::TRANSMITTANCE) {
+        sanitized(brightness(flush(value * visibility), flags))
+    } else {
+        target * visibility.x
     }
 }
 

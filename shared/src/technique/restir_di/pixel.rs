@@ -52,8 +52,13 @@ impl View {
 
     #[inline(always)]
     pub(super) fn pixel(&self, at: [u32; 2], hit: PackedHit) -> Pixel {
+        self.of_hit(at, hit.unpack())
+    }
+
+    #[inline(always)]
+    pub(super) fn of_hit(&self, at: [u32; 2], hit: Hit) -> Pixel {
         // its hit is known: nothing is decided by its key
-        Pixel { ray: self.ray(at, 0), hit: hit.unpack() }
+        Pixel { ray: self.ray(at, 0), hit }
     }
 }
 

@@ -23,9 +23,16 @@ use glam::Vec3;
 const OFFSETS: u32 = (1 << 16) + 2;
 
 /// What pixels show each other.
-struct Points<'a> {
+pub(super) struct Points<'a> {
     camera: Vec3,
     points: &'a [DiPoint],
+}
+
+impl<'a> Points<'a> {
+    #[inline(always)]
+    pub(super) fn new(params: &DiParams, points: &'a [DiPoint]) -> Self {
+        Self { camera: Vec3::from_array(params.camera.position), points }
+    }
 }
 
 impl Offers for Points<'_> {
@@ -107,11 +114,16 @@ pub fn exchange<S: Trace + Surface + AddressedLights + Copy>(
         return (DiPairs::ALONE, FilmPixel::default());
     }
     let receiver = Receiver { vertex: pixel.vertex(&scene), elsewhere: false };
-    let mis = light.has(Flags::MIS_VISIBILITY);
-    let uses = Uses { mis, traced: mis | light.has(Flags::FINAL_RAY) };
-    let points = Points { camera: Vec3::from_array(params.camera.position), points };
-    let (pairs, sent) = exchange::receive(&light, &points, &params.shading_neighbours(), uses, &receiver, at);
+    let points = Points::new(params, points);
+    let (pairs, sent) = exchange::receive(&light, &points, &params.shading_neighbours(), uses(&light), &receiver, at);
     (pairs, FilmPixel { sum: sent.to_array(), dropped: 0.0 })
+}
+
+/// Where visibility enters shading with neighbours.
+#[inline(always)]
+pub(super) fn uses<F>(light: &Light<F>) -> Uses {
+    let mis = light.has(Flags::MIS_VISIBILITY);
+    Uses { mis, traced: mis | light.has(Flags::FINAL_RAY) }
 }
 
 /// The last of the three passes that shade pixels by several samples: the radiance of the pixel `at`, as [`shade`] gives it. `pairs` is the plane of what
@@ -124,12 +136,7 @@ pub fn gather(
     sent: FilmPixel,
     at: [u32; 2],
 ) -> FilmPixel {
-    let share = exchange::own_share(
-        &Points { camera: Vec3::from_array(params.camera.position), points },
-        &params.shading_neighbours(),
-        pairs,
-        at,
-    );
+    let share = exchange::own_share(&Points::new(params, points), &params.shading_neighbours(), pairs, at);
     let own = points[params.grid().index(at) as usize];
     film_pixel(params, immediate, Vec3::from_array(sent.sum) + Vec3::from_array(own.radiance) * share)
 }

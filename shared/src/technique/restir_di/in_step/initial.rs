@@ -1,9 +1,9 @@
 //! Initial candidates for processors with wide registers: [`LANES`] candidates of a pixel from lights are chosen and weighed in step, with the
 //! same bits as one by one. The choice among them goes one by one, as it depends on the candidates before.
 
-use super::initial::initial_by;
-use super::weigh::{OneByOne, Place, Seen, Stream, Weigh, Weighed, with_light};
-use super::{DiParams, PackedHit, PackedReservoir, TileWords};
+use super::super::initial::initial_by;
+use super::super::weigh::{OneByOne, Place, Seen, Stream, Weigh, Weighed, with_light};
+use super::super::{DiParams, PackedHit, PackedReservoir, TileWords};
 use crate::geometry::Ray;
 use crate::lanes::{LANES, Lanes, Registers, Stage, fields};
 use crate::layout::FilmPixel;
@@ -16,7 +16,7 @@ fields! {
     WeighedCandidates = Weighed { target: f32, weight: f32, shadow: Ray, within: u32, among: u32 }
 }
 
-/// What [`initial`](super::initial()) finds for the pixels of a row from (x, y) on, in whose order the `hits`, `reservoirs` and `direct` radiances are.
+/// What [`initial`](super::super::initial()) finds for the pixels of a row from (x, y) on, in whose order the `hits`, `reservoirs` and `direct` radiances are.
 #[inline(always)]
 pub fn initial_row<const COMPILED: u32>(
     scene: &SceneView<'_, COMPILED>,
