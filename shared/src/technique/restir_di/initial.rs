@@ -1,6 +1,7 @@
 //! Initial candidates.
 
-use super::weigh::{OneByOne, Place, Seen, Stream, Weigh};
+use super::pixel::Pixel;
+use super::select::{Candidate, Group, OneByOne, Select, Stream};
 use super::{DiParams, Flags, PackedHit, PackedReservoir, SCATTER_DIMENSION, SELECTION_DIMENSION, Stored, TileWords};
 use crate::bsdf::{BsdfSample, ScatteringFunction};
 use crate::film::CUT;
@@ -10,36 +11,41 @@ use crate::num;
 use crate::resample::packed::dithered;
 use crate::resample::reservoir::Reservoir;
 use crate::rng;
-use crate::scene::{AddressedLights, LightAddress, Surface, SurfacePoint, Trace};
+use crate::scene::{AddressedLights, LightAddress, Surface, Trace};
 use crate::transport::{Passage, Vertex, follow};
 use crate::vec::max_component;
 use glam::Vec3;
 
-/// An address in a stream of candidates.
+/// How light scatters where a pixel sees something, by one sample.
 #[derive(Clone, Copy)]
-struct Candidate {
-    address: LightAddress,
-    target: f32,
-    /// Index in the stream; the one after the lights' is scattering's.
-    index: u32,
-    shadow: Ray,
-    /// As far as it is asked for: one until then.
-    visibility: Vec3,
+pub(super) struct Scattering {
+    pub(super) sample: BsdfSample,
+    /// Whether there is a ray, and which.
+    pub(super) goes_on: bool,
+    pub(super) ray: Ray,
+    /// Whether there is more than perfect lobes.
+    pub(super) smooth: bool,
 }
 
-impl Candidate {
-    const NONE: Self = Self {
-        address: LightAddress::NONE,
-        target: 0.0,
-        index: 0,
-        shadow: Ray { origin: Vec3::ZERO, direction: Vec3::Z, t_max: Ray::FAR, key: 0 },
-        visibility: Vec3::ZERO,
-    };
+impl Scattering {
+    /// The sample of the pixel `at`.
+    #[inline(always)]
+    pub(super) fn new<B: ScatteringFunction>(vertex: &Vertex<B>, params: &DiParams, features: u32, at: [u32; 2]) -> Self {
+        let words = params.rng(at).draw(SCATTER_DIMENSION);
+        let sample = vertex.bsdf.sample(words);
+        let direction = vertex.frame.to_world(sample.direction);
+        let wanted = sample.delta | params.flags.contains(Flags::SCATTER_CANDIDATE);
+        let goes_on = wanted & (sample.pdf > 0.0) & vertex.is_consistent(direction, sample.direction);
+        let key = if sample.delta { Ray::random_key(features, words.x) } else { Ray::THROUGH };
+        let ray = Ray { origin: vertex.origin(direction), direction, t_max: Ray::FAR, key };
+        Self { sample, goes_on, ray, smooth: vertex.bsdf.has_smooth_part() }
+    }
 }
 
 /// What scattering finds.
-struct Scattered {
-    address: LightAddress,
+#[derive(Clone, Copy)]
+pub(super) struct Scattered {
+    pub(super) address: LightAddress,
     /// What is left of its light on the way.
     transmittance: Vec3,
     /// Light by way of a perfect lobe, weighted.
@@ -47,7 +53,27 @@ struct Scattered {
 }
 
 impl Scattered {
-    const NOTHING: Self = Self { address: LightAddress::NONE, transmittance: Vec3::ONE, radiance: Vec3::ZERO };
+    pub(super) const NOTHING: Self =
+        Self { address: LightAddress::NONE, transmittance: Vec3::ONE, radiance: Vec3::ZERO };
+
+    /// What the way of the scattered ray ends at.
+    #[inline(always)]
+    pub(super) fn found<S: Surface + AddressedLights>(scene: &S, sample: &BsdfSample, passage: &Passage) -> Self {
+        let Passage { hit, ray, transmittance } = passage;
+        let mut scattered = Self { transmittance: *transmittance, ..Self::NOTHING };
+        if hit.is_cut() {
+            scattered.radiance = CUT;
+        } else if sample.delta {
+            let seen =
+                if hit.is_hit() { scene.surface(ray, hit).emission } else { scene.environment(ray.direction).radiance };
+            scattered.radiance = sample.weight * *transmittance * seen;
+        } else if hit.is_hit() {
+            scattered.address = scene.address_of_hit(hit);
+        } else {
+            scattered.address = scene.address_of_environment(ray.direction);
+        }
+        scattered
+    }
 }
 
 /// The reservoir of the pixel `at`, the immediate radiance, which needs no resampling (what is seen to emit, and what perfect lobes show),
@@ -69,28 +95,50 @@ pub fn initial<S: Trace + Surface + AddressedLights>(
     hit: PackedHit,
     at: [u32; 2],
 ) -> (PackedReservoir, FilmPixel, u32) {
-    initial_by(scene, params, tiles, hit, at, &mut OneByOne)
+    let pixel = params.view().pixel(at, hit);
+    if !pixel.hit.is_hit() {
+        return nothing(scene, params, &pixel);
+    }
+    let point = pixel.point(scene);
+    let vertex = Vertex::new(&point, &pixel.ray, scene.features());
+    let scattering = Scattering::new(&vertex, params, scene.features(), at);
+    let sight = Sight { emission: point.emission, scattering, known: None };
+    resample(scene, params, tiles, &sight, at, &vertex, &mut OneByOne)
 }
 
-/// [`initial`], whose candidates are weighed in some way.
+/// Of a pixel that sees nothing.
 #[inline(always)]
-pub(super) fn initial_by<S: Trace + Surface + AddressedLights>(
+pub(super) fn nothing<S: Surface + AddressedLights>(
+    scene: &S,
+    params: &DiParams,
+    pixel: &Pixel,
+) -> (PackedReservoir, FilmPixel, u32) {
+    let apart = params.flags.contains(Flags::SEEN_APART);
+    let background = if apart { Vec3::ZERO } else { scene.environment(pixel.ray.direction).radiance };
+    let radiance = if pixel.hit.is_cut() { CUT } else { background };
+    (Stored::EMPTY.pack(), FilmPixel::from_radiance(radiance), 0)
+}
+
+/// What is known of a pixel that sees something, before candidates are drawn.
+pub(super) struct Sight {
+    pub(super) emission: Vec3,
+    pub(super) scattering: Scattering,
+    /// What scattering finds, if that is known.
+    pub(super) known: Option<Scattered>,
+}
+
+/// What [`initial`] gives for the pixel `at`, of which `seen` says to `candidates` what they have to know.
+#[inline(always)]
+pub(super) fn resample<S: Trace + Surface + AddressedLights, C: Select<S>>(
     scene: &S,
     params: &DiParams,
     tiles: &[TileWords],
-    hit: PackedHit,
+    sight: &Sight,
     at: [u32; 2],
-    weigh: &mut impl Weigh<S>,
+    seen: &C::Seen,
+    candidates: &mut C,
 ) -> (PackedReservoir, FilmPixel, u32) {
-    let pixel = params.view().pixel(at, hit);
-    let apart = params.flags.contains(Flags::SEEN_APART);
-    if !pixel.hit.is_hit() {
-        let background = if apart { Vec3::ZERO } else { scene.environment(pixel.ray.direction).radiance };
-        let radiance = if pixel.hit.is_cut() { CUT } else { background };
-        return (Stored::EMPTY.pack(), FilmPixel::from_radiance(radiance), 0);
-    }
-    let point = pixel.point(scene);
-    let (reservoir, radiance) = resample(scene, params, tiles, (&point, &pixel.ray), at, weigh);
+    let (reservoir, radiance) = select(scene, params, tiles, sight, at, seen, candidates);
     let kept = reservoir.sample;
     let dither = rng::unit(params.rng(at).hash(SELECTION_DIMENSION).z);
     let stored = Stored {
@@ -99,8 +147,8 @@ pub(super) fn initial_by<S: Trace + Surface + AddressedLights>(
         confidence: 1.0,
         visibility: dithered(kept.visibility, dither),
     };
-    let seen = if apart { Vec3::ZERO } else { point.emission };
-    (stored.pack(), FilmPixel::from_radiance(seen + radiance), kept.index)
+    let emission = if params.flags.contains(Flags::SEEN_APART) { Vec3::ZERO } else { sight.emission };
+    (stored.pack(), FilmPixel::from_radiance(emission + radiance), kept.index)
 }
 
 /// The selection among all candidates, and the radiance by way of a perfect lobe.
@@ -108,35 +156,28 @@ pub(super) fn initial_by<S: Trace + Surface + AddressedLights>(
 /// The ray of scattering and the shadow rays of what groups select are followed in one place, for a way through glass takes
 /// much code: a round follows a ray, then streams the next group.
 #[inline(always)]
-fn resample<S: Trace + Surface + AddressedLights>(
+fn select<S: Trace + Surface + AddressedLights, C: Select<S>>(
     scene: &S,
     params: &DiParams,
     tiles: &[TileWords],
-    (point, seen_by): (&SurfacePoint<S::Material>, &Ray),
+    Sight { scattering, known, .. }: &Sight,
     at: [u32; 2],
-    weigh: &mut impl Weigh<S>,
+    seen: &C::Seen,
+    candidates: &mut C,
 ) -> (Reservoir<Candidate, f32>, Vec3) {
-    let vertex = &Vertex::new(point, seen_by, scene.features());
-    let seen = Seen { point, ray: seen_by, vertex };
-    let rng = params.rng(at);
     let flags = params.flags.in_use(scene);
     let through_glass = flags.contains(Flags::TRANSMITTANCE);
     let blends = scene.features() & FEATURE_BLEND != 0;
     let loses = flags.contains(Flags::INITIAL_VISIBILITY);
     let asks = loses | !flags.contains(Flags::FINAL_RAY);
-    let scatter_words = rng.draw(SCATTER_DIMENSION);
-    let sample = vertex.bsdf.sample(scatter_words);
-    let direction = vertex.frame.to_world(sample.direction);
-    let wanted = sample.delta | flags.contains(Flags::SCATTER_CANDIDATE);
-    let scatters = wanted & (sample.pdf > 0.0) & vertex.is_consistent(direction, sample.direction);
-    let count = if vertex.bsdf.has_smooth_part() { params.candidates.wrapping_add(1) } else { 0 };
+    let count = if scattering.smooth { params.candidates.wrapping_add(1) } else { 0 };
     let stream = Stream::new(params, flags, at, blends);
-    let mut scattered = Scattered::NOTHING;
+    let scatters = scattering.goes_on & known.is_none();
+    let mut scattered = known.unwrap_or(Scattered::NOTHING);
     let mut group = Reservoir::empty(Candidate::NONE);
     let mut all = Reservoir::empty(Candidate::NONE);
     let mut arriving = Vec3::ZERO;
-    let key = if sample.delta { Ray::random_key(scene.features(), scatter_words.x) } else { Ray::THROUGH };
-    let mut ray = Ray { origin: vertex.origin(direction), direction, t_max: Ray::FAR, key };
+    let mut ray = scattering.ray;
     let mut follows = scatters;
     let mut among = 0;
     let mut i = 0_u32;
@@ -146,7 +187,7 @@ fn resample<S: Trace + Surface + AddressedLights>(
         let passage = if follows { follow(scene, through_glass, &ray) } else { Passage::begin(&ray) };
         if first {
             if scatters {
-                scattered = found(scene, &sample, &passage);
+                scattered = Scattered::found(scene, &scattering.sample, &passage);
             }
         } else {
             let mut selected = group.sample;
@@ -160,20 +201,14 @@ fn resample<S: Trace + Surface + AddressedLights>(
         }
         first = false;
         open = i < count;
-        group = Reservoir::empty(Candidate::NONE);
         // after the groups of candidates from lights the one from scattering
         let last = i >= params.candidates;
         let visibility = if last { scattered.transmittance } else { Vec3::ONE };
         let size = if params.group == 0 { params.candidates } else { params.group };
         let end = if last { count } else { i.wrapping_add(size).min(params.candidates).min(count) };
-        while i < end {
-            let place = Place { index: i, last, scattered: scattered.address };
-            let (address, weighed) = weigh.weigh(scene, tiles, &seen, &stream, place);
-            let candidate = Candidate { address, target: weighed.target, index: i, shadow: weighed.shadow, visibility };
-            group.update(candidate, weighed.weight, 1.0, rng::unit(weighed.within));
-            among = weighed.among;
-            i = i.wrapping_add(1);
-        }
+        let next = Group { begin: i, end, last, scattered: scattered.address, visibility };
+        (group, among) = candidates.select(scene, tiles, seen, &stream, &next, among);
+        i = i.max(end);
         let traced = asks & (!last | blends) & (group.sample.target > 0.0);
         follows = traced & through_glass;
         ray = group.sample.shadow;
@@ -186,23 +221,4 @@ fn resample<S: Trace + Surface + AddressedLights>(
         all.sample.visibility = Vec3::new(mean(arriving.x), mean(arriving.y), mean(arriving.z));
     }
     (all, scattered.radiance)
-}
-
-/// What the way of a scattered ray ends at.
-#[inline(always)]
-fn found<S: Surface + AddressedLights>(scene: &S, sample: &BsdfSample, passage: &Passage) -> Scattered {
-    let Passage { hit, ray, transmittance } = passage;
-    let mut scattered = Scattered { transmittance: *transmittance, ..Scattered::NOTHING };
-    if hit.is_cut() {
-        scattered.radiance = CUT;
-    } else if sample.delta {
-        let seen =
-            if hit.is_hit() { scene.surface(ray, hit).emission } else { scene.environment(ray.direction).radiance };
-        scattered.radiance = sample.weight * *transmittance * seen;
-    } else if hit.is_hit() {
-        scattered.address = scene.address_of_hit(hit);
-    } else {
-        scattered.address = scene.address_of_environment(ray.direction);
-    }
-    scattered
 }

@@ -135,10 +135,10 @@ mod in_step;
 mod initial;
 mod params;
 mod pixel;
+mod select;
 mod shade;
 mod stored;
 mod tile;
-mod weigh;
 
 pub use crate::geometry::PackedHit;
 pub use crate::resample::domain::Source;

@@ -3,6 +3,7 @@
 use super::super::combine::{draws, neighbourhood, rules};
 use super::super::domain::{Light, element};
 use super::super::{DiParams, Flags, PackedReservoir, Planes, Stored, combine};
+use super::Looking;
 use super::evaluated::{Asked, Evaluated, Known, Waiting};
 use crate::geometry::Hit;
 use crate::lanes::{LANES, Lanes, Registers, Stage, fields};
@@ -22,7 +23,6 @@ const _: () = assert!(INPUTS * INPUTS <= EVALUATED);
 fields! {
     Places = Place { x: u32, y: u32, inside: bool }
     Facets = Facet { position: Vec3, normal: Vec3, distance: f32 }
-    ManyLooking = Looking { x: u32, y: u32, hit: Hit }
     Neighbours = Neighbour { counts: bool, pixel: u32, near: bool }
 }
 
@@ -149,14 +149,6 @@ impl<R: Registers, F: Frames + Copy> Row<'_, R, F> {
         }
         found
     }
-}
-
-/// A pixel that looks for others.
-#[derive(Clone, Copy)]
-struct Looking {
-    x: u32,
-    y: u32,
-    hit: Hit,
 }
 
 /// Where pixels look around.

@@ -13,3 +13,16 @@ mod initial;
 pub use combine::combine_row;
 pub use exchange::exchange_row;
 pub use initial::initial_row;
+
+use crate::geometry::Hit;
+use crate::lanes::fields;
+
+/// The pixel (x, y), which sees `hit`.
+#[derive(Clone, Copy)]
+struct Looking {
+    x: u32,
+    y: u32,
+    hit: Hit,
+}
+
+fields! { ManyLooking = Looking { x: u32, y: u32, hit: Hit } }

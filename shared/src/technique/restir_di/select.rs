@@ -1,32 +1,43 @@
-//! What a pixel's candidates weigh when it chooses among them.
+//! What a pixel's candidates weigh, and the choice among them.
 
 use super::tile::{self, Window};
 use super::{CANDIDATE_DIMENSION, DiParams, Flags, SELECTION_DIMENSION, TileWords, evaluate};
 use crate::bsdf::ScatteringFunction;
 use crate::geometry::Ray;
 use crate::num;
-use crate::rng::Rng;
-use crate::scene::{AddressedLight, AddressedLights, BsdfOf, LightAddress, Surface, SurfacePoint};
+use crate::resample::reservoir::Reservoir;
+use crate::rng::{self, Rng};
+use crate::scene::{AddressedLight, AddressedLights, BsdfOf, LightAddress, Surface};
 use crate::transport::Vertex;
+use glam::Vec3;
 
-/// What a pixel sees: the point that a ray has met, and the vertex there.
-#[cfg_attr(
-    target_arch = "spirv",
-    allow(dead_code, reason = "point and ray are read where candidates are weighed in step")
-)]
-pub(super) struct Seen<'a, M, B> {
-    pub(super) point: &'a SurfacePoint<M>,
-    pub(super) ray: &'a Ray,
-    pub(super) vertex: &'a Vertex<B>,
+/// An address in a stream of candidates.
+#[derive(Clone, Copy)]
+pub(super) struct Candidate {
+    pub(super) address: LightAddress,
+    pub(super) target: f32,
+    /// Index in the stream; the one after the lights' is scattering's.
+    pub(super) index: u32,
+    pub(super) shadow: Ray,
+    /// As far as it is asked for: one until then.
+    pub(super) visibility: Vec3,
 }
 
-/// Which candidate it is: those from lights come first, and after them what scattering has found.
+impl Candidate {
+    pub(super) const NONE: Self =
+        Self { address: LightAddress::NONE, target: 0.0, index: 0, shadow: Ray::NONE, visibility: Vec3::ZERO };
+}
+
+/// Candidates that follow each other, of which one is selected.
 #[derive(Clone, Copy)]
-pub(super) struct Place {
-    pub(super) index: u32,
-    /// Whether it is that from scattering, whose address is `scattered`.
+pub(super) struct Group {
+    pub(super) begin: u32,
+    pub(super) end: u32,
+    /// Whether it is that of the one candidate from scattering, whose address is `scattered`: it comes after all from lights.
     pub(super) last: bool,
     pub(super) scattered: LightAddress,
+    /// What is known of the visibility of its candidates.
+    pub(super) visibility: Vec3,
 }
 
 /// A candidate's weight.
@@ -41,44 +52,58 @@ pub(super) struct Weighed {
     pub(super) among: u32,
 }
 
-/// How candidates are weighed.
-pub(super) trait Weigh<S: Surface> {
-    /// The address and the weight of a candidate. It is asked for one after the other, from the first on.
-    fn weigh(
+/// How candidates are weighed and selected.
+pub(super) trait Select<S: Surface> {
+    /// What it has to know of the pixel.
+    type Seen;
+
+    /// The selection of a group, and the word for the choice among groups, which stays what it was, `among`, if there are no candidates. Groups of a
+    /// pixel follow each other.
+    fn select(
         &mut self,
         scene: &S,
         tiles: &[TileWords],
-        seen: &Seen<'_, S::Material, BsdfOf<S>>,
+        seen: &Self::Seen,
         stream: &Stream,
-        place: Place,
-    ) -> (LightAddress, Weighed);
+        group: &Group,
+        among: u32,
+    ) -> (Reservoir<Candidate, f32>, u32);
 }
 
-/// Each when it is asked for.
+/// Each candidate after the one before.
 pub(super) struct OneByOne;
 
-impl<S: Surface + AddressedLights> Weigh<S> for OneByOne {
+impl<S: Surface + AddressedLights> Select<S> for OneByOne {
+    type Seen = Vertex<BsdfOf<S>>;
+
     #[inline(always)]
-    fn weigh(
+    fn select(
         &mut self,
         scene: &S,
         tiles: &[TileWords],
-        seen: &Seen<'_, S::Material, BsdfOf<S>>,
+        vertex: &Vertex<BsdfOf<S>>,
         stream: &Stream,
-        place: Place,
-    ) -> (LightAddress, Weighed) {
-        let (address, light) = if !place.last & stream.is_tiled() {
-            stream.of_tile(tiles, place.index)
-        } else {
-            // in one place, since it takes much code
-            with_light(scene, if place.last { place.scattered } else { stream.choose(scene, place.index) })
-        };
-        let weighed = if address.is_light() {
-            stream.weighed(seen.vertex, place.index, &light)
-        } else {
-            stream.weightless(place.index)
-        };
-        (address, weighed)
+        group: &Group,
+        mut among: u32,
+    ) -> (Reservoir<Candidate, f32>, u32) {
+        let Group { begin, end, last, scattered, visibility } = *group;
+        let mut selected = Reservoir::empty(Candidate::NONE);
+        let mut i = begin;
+        while i < end {
+            let (address, light) = if !last & stream.is_tiled() {
+                stream.of_tile(tiles, i)
+            } else {
+                // in one place, since it takes much code
+                with_light(scene, if last { scattered } else { stream.choose(scene, i) })
+            };
+            let weighed =
+                if address.is_light() { stream.weighed(vertex, i, &light) } else { stream.weightless(i) };
+            let candidate = Candidate { address, target: weighed.target, index: i, shadow: weighed.shadow, visibility };
+            selected.update(candidate, weighed.weight, 1.0, rng::unit(weighed.within));
+            among = weighed.among;
+            i = i.wrapping_add(1);
+        }
+        (selected, among)
     }
 }
 
