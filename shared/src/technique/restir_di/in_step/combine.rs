@@ -102,9 +102,9 @@ impl<R: Registers, F: Frames + Copy> Row<'_, R, F> {
                     if to.is_other {
                         let [x, y] = grid.at(to.pixel);
                         let hit = element(planes.other_hits, to.pixel).unpack();
-                        there.add(Asked { x, y, hit, sample, traced }, end, evaluated);
+                        there.add(Looking { x, y, hit }, Asked { sample, traced }, end, evaluated);
                     } else {
-                        here.add(Asked { x: at[0], y, hit: hits[lane], sample, traced }, end, evaluated);
+                        here.add(Looking { x: at[0], y, hit: hits[lane] }, Asked { sample, traced }, end, evaluated);
                     }
                     end += 1;
                 });

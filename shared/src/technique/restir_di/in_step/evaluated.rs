@@ -2,21 +2,19 @@
 
 use super::super::domain::Light;
 use super::super::pixel::View;
-use super::super::{Flags, evaluate, visible_target};
-use crate::geometry::{Hit, Ray};
+use super::super::{Evaluation, Flags, evaluate, visible_target};
+use super::Looking;
+use crate::geometry::Ray;
 use crate::lanes::{LANES, Lanes, Registers, Stage, fields};
 use crate::resample::domain::{Domain, Shifted, Source};
-use crate::scene::{AddressedLights, Frames, LightAddress, SceneView};
-use crate::transport::transmittance;
+use crate::scene::{AddressedLight, AddressedLights, Frames, LightAddress, SceneView};
+use crate::transport::{Vertex, transmittance};
 use core::cell::Cell;
 use glam::Vec3;
 
-/// A sample at the pixel (x, y), which sees `hit`.
+/// A sample at a pixel.
 #[derive(Clone, Copy)]
 pub(super) struct Asked {
-    pub(super) x: u32,
-    pub(super) y: u32,
-    pub(super) hit: Hit,
     pub(super) sample: LightAddress,
     /// Whether a ray finds out what of it arrives, where its target is above zero.
     pub(super) traced: bool,
@@ -44,37 +42,66 @@ impl Evaluated {
 }
 
 fields! {
-    ManyAsked = Asked { x: u32, y: u32, hit: Hit, sample: LightAddress, traced: bool }
+    ManyAsked = Asked { sample: LightAddress, traced: bool }
     ManySent = Sent { value: Vec3, target: f32, shadow: Ray }
 }
 
-/// The samples at pixels of one frame that wait until there are as many as lanes.
+/// Stands for the place of no sample.
+const NOWHERE: usize = usize::MAX;
+
+/// Samples of one pixel that share its lane. (With four the stage is so long that LLVM does not take lanes in step.)
+const SAMPLES: usize = 2;
+
+/// Samples at pixels of one frame that wait until there are as many pixels as lanes. Of those that follow each other at one pixel, [`SAMPLES`] share
+/// its lane, so that what is seen there is looked at once.
 pub(super) struct Waiting<'a, R, const COMPILED: u32> {
     evaluate: Evaluate<'a, COMPILED>,
     registers: R,
-    asked: Lanes<Asked>,
-    /// Where each one's evaluation belongs.
-    places: [usize; LANES],
+    pixels: Pixels,
+    /// Where each one's evaluation belongs, or [`NOWHERE`].
+    places: [[usize; SAMPLES]; LANES],
+    /// Lanes in use, and samples of the last of them.
     count: usize,
-    sent: Lanes<Sent>,
+    of_last: usize,
+    sent: [Lanes<Sent>; SAMPLES],
+}
+
+/// Pixels, and samples there.
+struct Pixels {
+    looking: Lanes<Looking>,
+    asked: [Lanes<Asked>; SAMPLES],
 }
 
 impl<'a, R: Registers, const COMPILED: u32> Waiting<'a, R, COMPILED> {
     #[inline(always)]
     pub(super) fn new(scene: &'a SceneView<'a, COMPILED>, view: View, flags: Flags, registers: R) -> Self {
-        let evaluate = Evaluate { scene, view, flags };
-        Self { evaluate, registers, asked: Lanes::ZERO, places: [0; LANES], count: 0, sent: Lanes::ZERO }
+        Self {
+            evaluate: Evaluate { scene, view, flags },
+            registers,
+            pixels: Pixels { looking: Lanes::ZERO, asked: [Lanes::ZERO; SAMPLES] },
+            places: [[NOWHERE; SAMPLES]; LANES],
+            count: 0,
+            of_last: SAMPLES,
+            sent: [Lanes::ZERO; SAMPLES],
+        }
     }
 
     /// One more, whose evaluation will be the one at `place`, at the latest after [`Self::finish`].
     #[inline(always)]
-    pub(super) fn add(&mut self, asked: Asked, place: usize, evaluated: &mut [Evaluated]) {
-        self.asked.set(self.count, asked);
-        self.places[self.count] = place;
-        self.count += 1;
-        if self.count == LANES {
-            self.evaluate(evaluated);
+    pub(super) fn add(&mut self, looking: Looking, asked: Asked, place: usize, evaluated: &mut [Evaluated]) {
+        let last = self.pixels.looking.get(self.count.wrapping_sub(1) % LANES);
+        if self.of_last == SAMPLES || [last.x, last.y] != [looking.x, looking.y] {
+            if self.count == LANES {
+                self.evaluate(evaluated);
+            }
+            self.pixels.looking.set(self.count, looking);
+            self.places[self.count] = [NOWHERE; SAMPLES];
+            (self.count, self.of_last) = (self.count + 1, 0);
         }
+        let lane = self.count - 1;
+        self.pixels.asked[self.of_last].set(lane, asked);
+        self.places[lane][self.of_last] = place;
+        self.of_last += 1;
     }
 
     /// Evaluates those that are left.
@@ -87,18 +114,28 @@ impl<'a, R: Registers, const COMPILED: u32> Waiting<'a, R, COMPILED> {
 
     #[inline(never)]
     fn evaluate(&mut self, evaluated: &mut [Evaluated]) {
-        self.registers.run(&self.evaluate, &self.asked, &mut self.sent);
+        self.registers.run(&self.evaluate, &self.pixels, &mut self.sent);
+        for sample in 0..SAMPLES {
+            self.trace(sample, evaluated);
+        }
+        (self.count, self.of_last) = (0, SAMPLES);
+    }
+
+    /// Traces the rays of the samples of that index, one of each pixel.
+    #[inline(always)]
+    fn trace(&self, sample: usize, evaluated: &mut [Evaluated]) {
         let Evaluate { scene, flags, .. } = self.evaluate;
         let through_glass = flags.contains(Flags::TRANSMITTANCE);
-        let (sent, asked) = (&self.sent, &self.asked);
-        let traced = |lane: usize| (lane < self.count) & asked.get(lane).traced & (sent.get(lane).target > 0.0);
-        let traced = Lanes::from_fn(traced);
+        let (asked, sent) = (&self.pixels.asked[sample], &self.sent[sample]);
+        let is_asked = |lane: usize| (lane < self.count) & (self.places[lane][sample] != NOWHERE);
+        let traced =
+            Lanes::from_fn(|lane| is_asked(lane) & asked.get(lane).traced & (sent.get(lane).target > 0.0));
         let occluded = if through_glass {
             Lanes::all(false)
         } else {
             scene.occluded_each(&Lanes::from_fn(|lane| sent.get(lane).shadow), &traced)
         };
-        for (lane, &place) in self.places[..self.count].iter().enumerate() {
+        for lane in (0..self.count).filter(|&lane| is_asked(lane)) {
             let Sent { value, target, shadow } = sent.get(lane);
             let visibility = if through_glass & traced.get(lane) {
                 transmittance(scene, true, &shadow)
@@ -107,9 +144,8 @@ impl<'a, R: Registers, const COMPILED: u32> Waiting<'a, R, COMPILED> {
             } else {
                 Vec3::ONE
             };
-            evaluated[place] = Evaluated { value, target, visibility };
+            evaluated[self.places[lane][sample]] = Evaluated { value, target, visibility };
         }
-        self.count = 0;
     }
 }
 
@@ -121,19 +157,28 @@ struct Evaluate<'a, const COMPILED: u32> {
 }
 
 impl<const COMPILED: u32> Stage for Evaluate<'_, COMPILED> {
-    type From = Lanes<Asked>;
-    type To = Lanes<Sent>;
+    type From = Pixels;
+    type To = [Lanes<Sent>; SAMPLES];
 
     #[inline(always)]
-    fn run(&self, asked: &Lanes<Asked>, sent: &mut Lanes<Sent>) {
+    fn run(&self, from: &Pixels, sent: &mut [Lanes<Sent>; SAMPLES]) {
         // copies, of which the compiler sees that nobody writes to them
         let (scene, view, flags) = (*self.scene, self.view, self.flags);
         for lane in 0..LANES {
-            let Asked { x, y, hit, sample, .. } = asked.get(lane);
+            let Looking { x, y, hit } = from.looking.get(lane);
             let vertex = view.of_hit([x, y], hit).vertex(&scene);
-            let e = evaluate(flags, &vertex, &scene.light_at(sample));
-            sent.set(lane, Sent { value: e.value, target: e.target, shadow: e.shadow });
+            // one after the other: a loop would keep compilers from taking lanes in step
+            sent[0].set(lane, Sent::of(flags, &vertex, &scene.light_at(from.asked[0].get(lane).sample)));
+            sent[1].set(lane, Sent::of(flags, &vertex, &scene.light_at(from.asked[1].get(lane).sample)));
         }
+    }
+}
+
+impl Sent {
+    #[inline(always)]
+    fn of(flags: Flags, vertex: &Vertex, light: &AddressedLight) -> Self {
+        let Evaluation { value, target, shadow, .. } = evaluate(flags, vertex, light);
+        Self { value, target, shadow }
     }
 }
 

@@ -3,6 +3,7 @@
 use super::super::domain::Light;
 use super::super::shade::{Points, uses};
 use super::super::{DiPairs, DiParams, DiPoint, PackedHit};
+use super::Looking;
 use super::evaluated::{Asked, Evaluated, Known, Waiting};
 use crate::lanes::{LANES, Registers};
 use crate::layout::FilmPixel;
@@ -34,7 +35,7 @@ pub fn exchange_row<const COMPILED: u32>(
                 let at = [first.wrapping_add(lane as u32), y];
                 alike[lane] = neighbours.alike(&points, at);
                 evaluated(&domain, &points, &neighbours, &alike[lane], uses, &(), at, |sample, traced| {
-                    waiting.add(Asked { x: at[0], y, hit, sample, traced }, count, &mut found);
+                    waiting.add(Looking { x: at[0], y, hit }, Asked { sample, traced }, count, &mut found);
                     count += 1;
                 });
             }
