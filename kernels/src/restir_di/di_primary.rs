@@ -1,5 +1,7 @@
 //! First pass of ReSTIR DI.
 
+#[cfg(not(target_arch = "spirv"))]
+use restir_shared::layout::FEATURES_UNTEXTURED;
 use restir_shared::technique::restir_di::{self, DiParams, PackedHit};
 
 kernel! {
@@ -11,5 +13,7 @@ kernel! {
         read {},
         own { 4: hits: PackedHit },
     }
-    |x, y, at, p, scene| hits[at] = restir_di::primary(&scene, &p.specialised(settings), [x, y])
+    |x, y, at, p, scene| hits[at] = restir_di::primary(&scene, &p.specialised(settings), [x, y]);
+    in step [FEATURES_UNTEXTURED] |registers|
+        restir_di::primary_row(&scene, &p.specialised(settings), [x, y], hits, registers)
 }

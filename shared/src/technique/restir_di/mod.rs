@@ -146,7 +146,7 @@ pub use crate::resample::exchange::{PAIRS, PairTargets as DiPairs};
 pub use crate::resample::packed::dithered;
 pub use combine::{Planes, combine};
 #[cfg(not(target_arch = "spirv"))]
-pub use in_step::{combine_row, exchange_row, initial_row};
+pub use in_step::{combine_row, exchange_row, initial_row, primary_row};
 pub use initial::initial;
 pub use params::*;
 pub use pixel::primary;

@@ -45,7 +45,7 @@ impl DiParams {
 
 impl View {
     #[inline(always)]
-    fn ray(&self, [x, y]: [u32; 2], features: u32) -> Ray {
+    pub(super) fn ray(&self, [x, y]: [u32; 2], features: u32) -> Ray {
         let rng = Rng::new(x, y, self.frame, self.seed, self.sampler);
         camera_ray(&self.camera, self.jitter, |u| u, features, &rng, x, y)
     }

@@ -8,7 +8,7 @@ use super::evaluated::{Asked, Evaluated, Known, Waiting};
 use crate::geometry::Hit;
 use crate::lanes::{LANES, Lanes, Registers, Stage, fields};
 use crate::resample::domain::{Pixels, Reservoirs, Source};
-use crate::resample::merge::{self, Neighbour, Others, Rules};
+use crate::resample::merge::{self, Inputs, Neighbour, Others, Rules};
 use crate::resample::mis::INPUTS;
 use crate::resample::reproject::Place;
 use crate::resample::similar::Facet;
@@ -50,11 +50,20 @@ pub fn combine_row<const COMPILED: u32>(
     let around = Around { light: Light { frames: Still(other), flags: light.flags }, params, planes, rules };
     let mut waiting = [(&this, params.view()), (&other, params.other_view())]
         .map(|(scene, view)| Waiting::new(scene, view, light.flags, registers));
-    let mut evaluated = [Evaluated::NONE; EVALUATED];
+    let mut work = Work {
+        inputs: [merge::alone::<KnownReservoirs<'_, SceneFrames<'_, COMPILED>>>(Stored::EMPTY, 0); LANES],
+        evaluated: [Evaluated::NONE; EVALUATED],
+    };
     let pixels = LANES.min(EVALUATED / rules.most_evaluated());
     for (x, reservoirs) in (x..).step_by(pixels).zip(reservoirs.chunks_mut(pixels)) {
-        row.combine(&around, [x, y], reservoirs, &mut waiting, &mut evaluated);
+        row.combine(&around, [x, y], reservoirs, &mut waiting, &mut work);
     }
+}
+
+/// What pixels are combined in.
+struct Work<'a, F: Frames> {
+    inputs: [Inputs<KnownReservoirs<'a, F>>; LANES],
+    evaluated: [Evaluated; EVALUATED],
 }
 
 /// What the pixels of a row have in common.
@@ -75,7 +84,7 @@ impl<R: Registers, F: Frames + Copy> Row<'_, R, F> {
         [x, y]: [u32; 2],
         reservoirs: &mut [PackedReservoir],
         [here, there]: &mut [Waiting<'_, R, COMPILED>; 2],
-        evaluated: &mut [Evaluated; EVALUATED],
+        Work { inputs, evaluated }: &mut Work<'_, F>,
     ) {
         let Self { light, params, planes, rules, .. } = *self;
         let grid = params.grid();
@@ -83,7 +92,6 @@ impl<R: Registers, F: Frames + Copy> Row<'_, R, F> {
         let hits: [Hit; LANES] = from_fn(|lane| element(planes.hits, first.wrapping_add(lane as u32)).unpack());
         let found = self.find(around, [x, y], &hits[..reservoirs.len()]);
         let none = KnownReservoirs(Known::new(light, &[]));
-        let mut inputs = [merge::alone::<KnownReservoirs<'_, F>>(Stored::EMPTY, 0); LANES];
         let (mut counts, mut ends, mut end) = ([1; LANES], [0; LANES], 0);
         for (lane, own) in reservoirs.iter_mut().enumerate() {
             let at = [x.wrapping_add(lane as u32), y];

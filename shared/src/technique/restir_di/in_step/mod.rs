@@ -9,10 +9,12 @@ mod combine;
 mod evaluated;
 mod exchange;
 mod initial;
+mod primary;
 
 pub use combine::combine_row;
 pub use exchange::exchange_row;
 pub use initial::initial_row;
+pub use primary::primary_row;
 
 use crate::geometry::Hit;
 use crate::lanes::fields;
