@@ -220,7 +220,6 @@ impl DiSettings {
 
     fn quality() -> Self {
         Self {
-            mis: Mis::PAIRWISE,
             spatial: 0,
             neighbours: 3,
             radius: 6.0,
