@@ -266,7 +266,11 @@ impl Rules {
     /// Where neighbours lie around: the pixel itself, or the one that saw in another frame what it sees `here`.
     #[inline(always)]
     pub(crate) fn center<P: Pixels>(&self, pixels: &P, here: &Facet, at: [u32; 2]) -> Place {
-        if self.others == Others::OtherFrame { pixels.reproject(here) } else { Place { x: at[0], y: at[1], inside: true } }
+        if self.others == Others::OtherFrame {
+            pixels.reproject(here)
+        } else {
+            Place { x: at[0], y: at[1], inside: true }
+        }
     }
 
     /// The index of the first neighbour, up to [`Self::neighbours`]: 0 is the centre, which is one in another frame only.

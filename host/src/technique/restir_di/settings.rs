@@ -174,7 +174,7 @@ settings! {
         "wis" => Self { mis: Mis::TALBOT, visibility: Visibility::Averaged, neighbours: 1, ..Self::published() },
         "quality" => Self::quality(),
         "offline" => Self { confidence_cap: MAX_CONFIDENCE_CAP, ..Self::tiled() },
-        "progressive" => Self { temporal: Temporal::Off, spatial: 1, shaded: 16, ..Self::tiled() },
+        "progressive" => Self { mis: Mis::PAIRWISE, temporal: Temporal::Off, spatial: 1, shaded: 16, ..Self::tiled() },
         "fast" => Self { candidates: 8, neighbours: 1, ..Self::visibility_in_shading() },
     }
 }

@@ -30,7 +30,12 @@ pub(super) struct Scattering {
 impl Scattering {
     /// The sample of the pixel `at`.
     #[inline(always)]
-    pub(super) fn new<B: ScatteringFunction>(vertex: &Vertex<B>, params: &DiParams, features: u32, at: [u32; 2]) -> Self {
+    pub(super) fn new<B: ScatteringFunction>(
+        vertex: &Vertex<B>,
+        params: &DiParams,
+        features: u32,
+        at: [u32; 2],
+    ) -> Self {
         let words = params.rng(at).draw(SCATTER_DIMENSION);
         let sample = vertex.bsdf.sample(words);
         let direction = vertex.frame.to_world(sample.direction);

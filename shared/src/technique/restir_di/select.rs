@@ -96,8 +96,7 @@ impl<S: Surface + AddressedLights> Select<S> for OneByOne {
                 // in one place, since it takes much code
                 with_light(scene, if last { scattered } else { stream.choose(scene, i) })
             };
-            let weighed =
-                if address.is_light() { stream.weighed(vertex, i, &light) } else { stream.weightless(i) };
+            let weighed = if address.is_light() { stream.weighed(vertex, i, &light) } else { stream.weightless(i) };
             let candidate = Candidate { address, target: weighed.target, index: i, shadow: weighed.shadow, visibility };
             selected.update(candidate, weighed.weight, 1.0, rng::unit(weighed.within));
             among = weighed.among;

@@ -104,7 +104,8 @@ impl<R: Registers, F: Frames + Copy> Row<'_, R, F> {
                 *inputs = merge::alone::<KnownReservoirs<'_, F>>(Stored::unpack(*own), pixel);
                 for neighbour in &found {
                     let reservoir = |pixel| Stored::unpack(element(planes.others, pixel));
-                    counts[lane] = merge::add::<KnownReservoirs<'_, F>>(&neighbour.get(lane), reservoir, inputs, counts[lane]);
+                    counts[lane] =
+                        merge::add::<KnownReservoirs<'_, F>>(&neighbour.get(lane), reservoir, inputs, counts[lane]);
                 }
                 merge::evaluated(&none, &rules, inputs, counts[lane], |sample, to, traced| {
                     if to.is_other {

@@ -128,8 +128,7 @@ impl<'a, R: Registers, const COMPILED: u32> Waiting<'a, R, COMPILED> {
         let through_glass = flags.contains(Flags::TRANSMITTANCE);
         let (asked, sent) = (&self.pixels.asked[sample], &self.sent[sample]);
         let is_asked = |lane: usize| (lane < self.count) & (self.places[lane][sample] != NOWHERE);
-        let traced =
-            Lanes::from_fn(|lane| is_asked(lane) & asked.get(lane).traced & (sent.get(lane).target > 0.0));
+        let traced = Lanes::from_fn(|lane| is_asked(lane) & asked.get(lane).traced & (sent.get(lane).target > 0.0));
         let occluded = if through_glass {
             Lanes::all(false)
         } else {

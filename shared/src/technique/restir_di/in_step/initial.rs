@@ -38,12 +38,7 @@ pub fn initial_row<const COMPILED: u32>(
         look: Look { scene, params, view: params.view() },
         seen: Seen { looking: Lanes::ZERO, sees: Sees { ray: Lanes::ZERO, point: Lanes::ZERO } },
         scattering: Lanes::ZERO,
-        in_step: InStep {
-            registers,
-            scattered: Lanes::ZERO,
-            chosen: Chosen::NONE,
-            weighed: Lanes::ZERO,
-        },
+        in_step: InStep { registers, scattered: Lanes::ZERO, chosen: Chosen::NONE, weighed: Lanes::ZERO },
     };
     let parts = hits.chunks(LANES).zip(reservoirs.chunks_mut(LANES).zip(direct.chunks_mut(LANES)));
     for (x, (hits, (reservoirs, direct))) in (x..).step_by(LANES).zip(parts) {

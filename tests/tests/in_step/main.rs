@@ -1,4 +1,6 @@
-//! Paths and candidates in step have the bits of those one by one, with the registers of any processor.
+//! Paths, and the passes of ReSTIR DI, in step have the bits of those one by one, with the registers of any processor.
+
+mod passes;
 
 use bytemuck::Pod;
 use libtest_mimic::{Arguments, Failed, Trial};
@@ -28,6 +30,8 @@ fn main() -> ExitCode {
     trials.push(Trial::test("other numbers are seen", other_numbers));
     trials.extend(names().map(|name| Trial::test(format!("candidates of {name}"), move || same_candidates(name))));
     trials.push(Trial::test("other candidates are seen", other_candidates));
+    trials.extend(names().map(|name| Trial::test(format!("passes of {name}"), move || passes::same_bits(name))));
+    trials.push(Trial::test("other passes are seen", passes::others_are_seen));
     libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
 }
 

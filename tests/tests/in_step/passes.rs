@@ -1,0 +1,197 @@
+//! Camera rays, combines and shading with neighbours of ReSTIR DI in step have the bits of those one by one.
+
+use super::{Any, ROWS, SIZE, differing};
+use libtest_mimic::Failed;
+use restir_shared::glam::{Quat, Vec3};
+use restir_shared::lanes::LANES;
+use restir_shared::layout::{CameraParams, FEATURES_UNTEXTURED, FilmPixel};
+use restir_shared::resample::mis::Mis;
+use restir_shared::scene::{SceneFrames, SceneView};
+use restir_shared::technique::restir_di::{
+    DiPairs, DiParams, DiPoint, Flags, PackedHit, PackedReservoir, Planes, combine, combine_row, exchange,
+    exchange_row, initial, offer, primary, primary_row,
+};
+use restir_tests::scenes::buffers;
+use restir_tests::suite::ensure;
+
+/// A frame of the whole image, one by one.
+struct Frame {
+    params: DiParams,
+    hits: Vec<PackedHit>,
+    reservoirs: Vec<PackedReservoir>,
+    points: Vec<DiPoint>,
+}
+
+/// The pixels of the image, row by row.
+fn all() -> impl Iterator<Item = [u32; 2]> {
+    (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| [x, y]))
+}
+
+impl Frame {
+    fn new(view: SceneView<'_>, params: DiParams) -> Self {
+        let hits: Vec<_> = all().map(|at| primary(&view, &params, at)).collect();
+        let seen = || all().zip(&hits);
+        let reservoirs: Vec<_> = seen().map(|(at, &hit)| initial(&view, &params, &[], hit, at).0).collect();
+        let point = |((at, &hit), &reservoir)| offer(view, &params, hit, reservoir, at);
+        let points = seen().zip(&reservoirs).map(point).collect();
+        Self { params, hits, reservoirs, points }
+    }
+
+    /// Some rows of the image, whole and in part: where they begin, and which elements of planes they are.
+    fn rows() -> impl Iterator<Item = ([u32; 2], std::ops::Range<usize>)> {
+        let begins = ROWS.into_iter().flat_map(|y| [0, LANES as u32 + 3].map(|x| [x, y]));
+        begins.map(|[x, y]| ([x, y], ((y * SIZE[0] + x) as usize)..((y + 1) * SIZE[0]) as usize))
+    }
+
+    /// Words of hits that are others in step.
+    fn other_hits<const COMPILED: u32>(&self, view: &SceneView<'_, COMPILED>, params: &DiParams) -> usize {
+        let row = |(at, range): (_, std::ops::Range<usize>)| {
+            let mut hits = vec![PackedHit::default(); range.len()];
+            primary_row(view, params, at, &mut hits, Any);
+            differing(&hits, &self.hits[range])
+        };
+        Self::rows().map(row).sum()
+    }
+
+    /// Words of reservoirs that are others where they are combined in step by `stepped`, and one by one by `params`, with those of the frame before or
+    /// with neighbours.
+    fn other_combined<const COMPILED: u32>(
+        &self,
+        frames: [&SceneFrames<'_, COMPILED>; 2],
+        before: &Self,
+        [params, stepped]: [&DiParams; 2],
+    ) -> usize {
+        let in_time = params.flags.contains(Flags::OTHER_FRAME);
+        let others = if in_time { before } else { self };
+        let planes = Planes { hits: &self.hits, other_hits: &others.hits, others: &others.reservoirs };
+        let row = |([x, y], range): ([u32; 2], std::ops::Range<usize>)| {
+            let own = &self.reservoirs[range];
+            let single: Vec<_> =
+                (x..).zip(own).map(|(x, &own)| combine(*frames[0], params, &planes, own, [x, y]).0).collect();
+            let mut row = own.to_vec();
+            combine_row(frames[1], stepped, &planes, [x, y], &mut row, Any);
+            differing(&row, &single)
+        };
+        Self::rows().map(row).sum()
+    }
+
+    /// Words of what neighbours send that are others in step, by `stepped`, than one by one, by `params`.
+    fn other_sent<const COMPILED: u32>(
+        &self,
+        view: SceneView<'_, COMPILED>,
+        [params, stepped]: [&DiParams; 2],
+    ) -> usize {
+        let row = |([x, y], range): ([u32; 2], std::ops::Range<usize>)| {
+            let hits = &self.hits[range];
+            let single = (x..).zip(hits).map(|(x, &hit)| exchange(view, params, &self.points, hit, [x, y]));
+            let (single_pairs, single_film): (Vec<_>, Vec<_>) = single.unzip();
+            let mut pairs = vec![DiPairs::default(); hits.len()];
+            let mut film = vec![FilmPixel::default(); hits.len()];
+            exchange_row(&view, stepped, &self.points, (hits, [x, y]), (&mut pairs, &mut film), Any);
+            differing(&pairs, &single_pairs) + differing(&film, &single_film)
+        };
+        Self::rows().map(row).sum()
+    }
+}
+
+/// The camera, turned to the side by some pixels.
+fn turned(camera: CameraParams) -> CameraParams {
+    let turn = Quat::from_rotation_y(0.06);
+    let [forward, right, up] =
+        [camera.forward, camera.right, camera.up].map(|v| (turn * Vec3::from_array(v)).to_array());
+    CameraParams { forward, right, up, ..camera }
+}
+
+/// With neighbours by all forms of MIS, with the frame before where it was seen from the same place and from another one, and all uses of visibility.
+fn combines(base: DiParams, last: CameraParams) -> Vec<DiParams> {
+    let (near, moved) = (base.with_neighbours(0), base.with_last(last, false));
+    let uses = Flags::TARGET_VISIBILITY | Flags::MIS_VISIBILITY | Flags::INITIAL_VISIBILITY;
+    let unseen = DiParams { flags: base.flags.without(uses), near_radius: 4.0, ..near };
+    let forms = Mis::NAMED.iter().map(|&(_, form)| with_form(near, form));
+    let others = [
+        base.with_last(base.camera, true),
+        moved,
+        DiParams { neighbours: 3, ..moved },
+        DiParams { neighbours: 7, ..with_form(moved, Mis::TALBOT) },
+        DiParams { flags: moved.flags.without(Flags::TARGET_VISIBILITY) | Flags::GREEN, ..moved },
+        unseen,
+        DiParams { flags: unseen.flags | Flags::FINAL_RAY, ..unseen },
+        DiParams { flags: unseen.flags | Flags::AVERAGE_VISIBILITY, ..unseen },
+    ];
+    forms.chain(others).collect()
+}
+
+fn with_form(params: DiParams, form: Mis) -> DiParams {
+    DiParams { flags: params.flags.with_form(form), ..params }
+}
+
+/// As many neighbours as a pass has, and few; all uses of visibility.
+fn exchanges(base: DiParams) -> [DiParams; 4] {
+    let shading = base.with_shading(5.0, 8);
+    let unseen = DiParams { flags: base.flags.without(Flags::MIS_VISIBILITY), near_radius: 3.0, ..shading };
+    [shading, base.with_shading(3.0, 2), unseen, DiParams { flags: unseen.flags | Flags::FINAL_RAY, ..unseen }]
+}
+
+/// The frame 4, and the one before it, which was seen from elsewhere.
+fn two_frames(view: SceneView<'_>, camera: CameraParams, more: Flags) -> [Frame; 2] {
+    let base = DiParams::new(camera, SIZE, 5);
+    let base = DiParams { flags: base.flags | more, ..base };
+    [Frame::new(view, base.of_frame(4, camera)), Frame::new(view, base.of_frame(3, turned(camera)))]
+}
+
+pub(super) fn same_bits(name: &str) -> Result<(), Failed> {
+    let scene = buffers(name)?;
+    let (view, camera) = (scene.traced_view(), scene.camera.params(SIZE[0], SIZE[1]));
+    for jitter in [Flags::default(), Flags::JITTER] {
+        let [frame, before] = two_frames(view, camera, jitter);
+        of_frame(&frame, &before, view, name)?;
+        view.within::<FEATURES_UNTEXTURED>().map_or(Ok(()), |view| of_frame(&frame, &before, view, name))?;
+    }
+    Ok(())
+}
+
+fn of_frame<const COMPILED: u32>(
+    frame: &Frame,
+    before: &Frame,
+    view: SceneView<'_, COMPILED>,
+    name: &str,
+) -> Result<(), Failed> {
+    let none = |differ: usize, what: &str, params: &DiParams| {
+        ensure(differ == 0, || format!("{name}: {differ} words of {what} differ, of {params:?}"))
+    };
+    none(frame.other_hits(&view, &frame.params), "hits", &frame.params)?;
+    let frames = SceneFrames { this: view, other: view.header, other_tracer: view.tracer };
+    for params in combines(frame.params, before.params.camera) {
+        none(frame.other_combined([&frames; 2], before, [&params; 2]), "combined reservoirs", &params)?;
+    }
+    for params in exchanges(frame.params) {
+        none(frame.other_sent(view, [&params; 2]), "what neighbours send", &params)?;
+    }
+    Ok(())
+}
+
+/// Of each pass, that it has other parameters is seen.
+pub(super) fn others_are_seen() -> Result<(), Failed> {
+    let scene = buffers("many-lights")?;
+    let (view, camera) = (scene.traced_view(), scene.camera.params(SIZE[0], SIZE[1]));
+    let [frame, before] = two_frames(view, camera, Flags::default());
+    let frames = SceneFrames { this: view, other: view.header, other_tracer: view.tracer };
+    let moved = frame.params.with_last(before.params.camera, false);
+    let shading = frame.params.with_shading(5.0, 8);
+    let count = Frame::rows().map(|(_, range)| range.len()).sum::<usize>();
+    let seen = [
+        ("another view", frame.other_hits(&view, &before.params)),
+        (
+            "a smaller cap",
+            frame.other_combined([&frames; 2], &before, [&moved, &DiParams { confidence_cap: 0.5, ..moved }]),
+        ),
+        (
+            "other neighbours",
+            frame.other_sent(view, [&shading, &DiParams { pairs: shading.pairs.map(|_| 1), ..shading }]),
+        ),
+    ];
+    for (what, differ) in seen {
+        ensure(differ > count / 20, || format!("{what}: {differ} words differ of {count} pixels"))?;
+    }
+    Ok(())
+}
