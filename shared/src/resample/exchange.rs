@@ -217,20 +217,19 @@ pub(crate) fn receive_from<D: Domain, O: Offers<Sample = D::Sample>>(
 /// What [`receive_from`] evaluates, in its order: samples at the pixel, and whether a ray tests them.
 #[cfg(not(target_arch = "spirv"))]
 #[inline(always)]
-pub(crate) fn evaluated<D: Domain, O: Offers<Sample = D::Sample>>(
+pub(crate) fn evaluated<D: Domain<Receiver = ()>, O: Offers<Sample = D::Sample>>(
     domain: &D,
     offers: &O,
     neighbours: &Neighbours,
     alike: &Alike,
     uses: Uses,
-    receiver: &D::Receiver,
     at: [u32; 2],
     mut evaluate: impl FnMut(D::Sample, bool),
 ) {
     let to = Source { is_other: false, pixel: neighbours.grid.index(at) };
     for (n, &place) in (0..neighbours.count).zip(&alike.places) {
         if place != NOWHERE {
-            let shifted = brought(domain, &offers.reservoir(place), place, to, receiver);
+            let shifted = brought(domain, &offers.reservoir(place), place, to, &());
             if shifted.exists {
                 evaluate(shifted.sample, neighbours.traces(uses, n));
             }

@@ -34,7 +34,7 @@ pub fn exchange_row<const COMPILED: u32>(
             if hit.is_hit() {
                 let at = [first.wrapping_add(lane as u32), y];
                 alike[lane] = neighbours.alike(&points, at);
-                evaluated(&domain, &points, &neighbours, &alike[lane], uses, &(), at, |sample, traced| {
+                evaluated(&domain, &points, &neighbours, &alike[lane], uses, at, |sample, traced| {
                     waiting.add(Looking { x: at[0], y, hit }, Asked { sample, traced }, count, &mut found);
                     count += 1;
                 });
