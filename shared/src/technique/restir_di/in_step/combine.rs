@@ -52,6 +52,8 @@ pub fn combine_row<const COMPILED: u32>(
         .map(|(scene, view)| Waiting::new(scene, view, light.flags, registers));
     let mut work = Work {
         inputs: [merge::alone::<KnownReservoirs<'_, SceneFrames<'_, COMPILED>>>(Stored::EMPTY, 0); LANES],
+        counts: [0; LANES],
+        ends: [0; LANES],
         evaluated: [Evaluated::NONE; EVALUATED],
     };
     let pixels = LANES.min(EVALUATED / rules.most_evaluated());
@@ -60,9 +62,13 @@ pub fn combine_row<const COMPILED: u32>(
     }
 }
 
-/// What pixels are combined in.
+/// What some pixels of a row are combined in.
 struct Work<'a, F: Frames> {
     inputs: [Inputs<KnownReservoirs<'a, F>>; LANES],
+    /// How many inputs each pixel has.
+    counts: [u32; LANES],
+    /// Where what is evaluated for each pixel ends.
+    ends: [usize; LANES],
     evaluated: [Evaluated; EVALUATED],
 }
 
@@ -81,39 +87,53 @@ impl<R: Registers, F: Frames + Copy> Row<'_, R, F> {
     fn combine<const COMPILED: u32>(
         &self,
         around: &Around<'_, COMPILED>,
+        at: [u32; 2],
+        reservoirs: &mut [PackedReservoir],
+        waiting: &mut [Waiting<'_, R, COMPILED>; 2],
+        work: &mut Work<'_, F>,
+    ) {
+        let first = self.params.grid().index(at);
+        let hits: [Hit; LANES] = from_fn(|lane| element(self.planes.hits, first.wrapping_add(lane as u32)).unpack());
+        let found = self.find(around, at, &hits[..reservoirs.len()]);
+        self.evaluate(at, reservoirs, &hits, &found, waiting, work);
+        self.merge(at, reservoirs, work);
+    }
+
+    /// Makes what was found inputs, and evaluates what they will be asked for.
+    #[inline(always)]
+    fn evaluate<const COMPILED: u32>(
+        &self,
         [x, y]: [u32; 2],
         reservoirs: &mut [PackedReservoir],
+        hits: &[Hit; LANES],
+        found: &[Lanes<Neighbour>],
         [here, there]: &mut [Waiting<'_, R, COMPILED>; 2],
-        Work { inputs, evaluated }: &mut Work<'_, F>,
+        Work { inputs, counts, ends, evaluated }: &mut Work<'_, F>,
     ) {
-        let Self { light, params, planes, rules, .. } = *self;
-        let grid = params.grid();
-        let first = grid.index([x, y]);
-        let hits: [Hit; LANES] = from_fn(|lane| element(planes.hits, first.wrapping_add(lane as u32)).unpack());
-        let found = self.find(around, [x, y], &hits[..reservoirs.len()]);
+        let Self { light, planes, rules, .. } = *self;
+        let grid = self.params.grid();
         let none = KnownReservoirs(Known::new(light, &[]));
-        let (mut counts, mut ends, mut end) = ([1; LANES], [0; LANES], 0);
+        let mut end = 0;
         for (lane, own) in reservoirs.iter_mut().enumerate() {
-            let at = [x.wrapping_add(lane as u32), y];
-            let pixel = grid.index(at);
+            let (x, hit, inputs) = (x.wrapping_add(lane as u32), hits[lane], &mut inputs[lane]);
+            let pixel = grid.index([x, y]);
             if !light.has(Flags::OTHER_FRAME) {
                 *own = element(planes.others, pixel);
             }
-            if hits[lane].is_hit() {
-                let inputs = &mut inputs[lane];
+            counts[lane] = 1;
+            if hit.is_hit() {
                 *inputs = merge::alone::<KnownReservoirs<'_, F>>(Stored::unpack(*own), pixel);
-                for neighbour in &found {
+                for neighbour in found {
                     let reservoir = |pixel| Stored::unpack(element(planes.others, pixel));
                     counts[lane] =
                         merge::add::<KnownReservoirs<'_, F>>(&neighbour.get(lane), reservoir, inputs, counts[lane]);
                 }
                 merge::evaluated(&none, &rules, inputs, counts[lane], |sample, to, traced| {
                     if to.is_other {
-                        let [x, y] = grid.at(to.pixel);
-                        let hit = element(planes.other_hits, to.pixel).unpack();
+                        let ([x, y], hit) = (grid.at(to.pixel), element(planes.other_hits, to.pixel).unpack());
                         there.add(Looking { x, y, hit }, Asked { sample, traced }, end, evaluated);
                     } else {
-                        here.add(Looking { x: at[0], y, hit: hits[lane] }, Asked { sample, traced }, end, evaluated);
+                        here.add(Looking { x, y, hit }, Asked { sample, traced }, end, evaluated);
                     }
                     end += 1;
                 });
@@ -122,15 +142,21 @@ impl<R: Registers, F: Frames + Copy> Row<'_, R, F> {
         }
         here.finish(evaluated);
         there.finish(evaluated);
+    }
+
+    /// Merges the inputs of each pixel; one alone stays as it is.
+    #[inline(always)]
+    fn merge(&self, [x, y]: [u32; 2], reservoirs: &mut [PackedReservoir], work: &mut Work<'_, F>) {
         let mut begin = 0;
         for (lane, own) in reservoirs.iter_mut().enumerate() {
-            if counts[lane] > 1 {
-                let known = KnownReservoirs(Known::new(light, &evaluated[begin..ends[lane]]));
-                let draws = draws(params, [x.wrapping_add(lane as u32), y]);
-                let (stored, _) = merge::merge(&known, &rules, &mut inputs[lane], counts[lane], &draws);
+            let (count, end) = (work.counts[lane], work.ends[lane]);
+            if count > 1 {
+                let known = KnownReservoirs(Known::new(self.light, &work.evaluated[begin..end]));
+                let draws = draws(self.params, [x.wrapping_add(lane as u32), y]);
+                let (stored, _) = merge::merge(&known, &self.rules, &mut work.inputs[lane], count, &draws);
                 *own = stored.pack();
             }
-            begin = ends[lane];
+            begin = end;
         }
     }
 
