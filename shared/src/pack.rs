@@ -23,6 +23,23 @@ use crate::num;
 use crate::vec::normalize;
 use glam::{UVec4, Vec3};
 
+/// An element of an arena or a plane.
+#[cfg(target_arch = "spirv")]
+#[inline(always)]
+pub(crate) fn element<T: Copy>(of: &[T], index: usize) -> T {
+    of[index]
+}
+
+/// An element of an arena or a plane, beyond whose end all is zero: a panic would keep compilers from taking several lanes in step.
+#[cfg(not(target_arch = "spirv"))]
+#[inline(always)]
+pub(crate) fn element<T: Copy + Default>(of: &[T], index: usize) -> T {
+    match of.get(index) {
+        Some(element) => *element,
+        None => T::default(),
+    }
+}
+
 const SIGN: u32 = 0x8000_0000;
 const INFINITY: u32 = 0x7f80_0000;
 const SNORM16: i32 = 32_767;

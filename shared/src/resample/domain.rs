@@ -71,7 +71,8 @@ pub trait Domain {
     fn visible_target(&self, evaluation: &Self::Evaluation, visibility: Vec3) -> f32;
 }
 
-/// What a combine merges.
+/// How pixels keep samples, and how a pixel is made ready to evaluate them: all that merging asks, once it is known which reservoirs take
+/// part.
 pub trait Reservoirs {
     /// What the samples are, and how they are shifted.
     type Domain: Domain;

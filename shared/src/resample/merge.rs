@@ -292,15 +292,15 @@ impl Rules {
         let place = if n == 0 { center } else { pixels.grid().nearby(self.radius, center, n, words) };
         let is_center = (place.x == center.x) & (place.y == center.y);
         let at = [place.x, place.y];
-        let pixel = pixels.grid().index(at);
-        let near = (n == 0) | place.is_near(&center, self.near_radius);
-        let mut counts = place.inside & ((n == 0) | !is_center);
-        if counts {
-            counts = pixels.sees(at)
-                && pixels.unpack(pixels.other(pixel)).confidence > 0.0
+        let mut found =
+            Neighbour { counts: false, pixel: 0, near: (n == 0) | place.is_near(&center, self.near_radius) };
+        if place.inside & ((n == 0) | !is_center) {
+            found.pixel = pixels.grid().index(at);
+            found.counts = pixels.sees(at)
+                && pixels.unpack(pixels.other(found.pixel)).confidence > 0.0
                 && self.similarity.holds(here, &pixels.facet(at));
         }
-        Neighbour { counts, pixel, near }
+        found
     }
 }
 

@@ -6,7 +6,7 @@ use crate::geometry::{self, Hit, Ray};
 use crate::lanes::Lanes;
 use crate::layout::{FEATURES_ALL, SceneHeader};
 use crate::num;
-use crate::pack::xyz;
+use crate::pack::{element, xyz};
 use crate::vec::{cross, length, max_abs, normalize};
 use glam::{UVec4, Vec2, Vec3};
 
@@ -49,17 +49,17 @@ impl<'a> SceneView<'a> {
 impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     #[inline(always)]
     pub(super) fn attribute(&self, word: u32) -> UVec4 {
-        word_of(self.attributes, word as usize)
+        element(self.attributes, word as usize)
     }
 
     #[inline(always)]
     pub(super) fn geometry_word(&self, word: usize) -> UVec4 {
-        word_of(self.geometry, word)
+        element(self.geometry, word)
     }
 
     #[inline(always)]
     pub(super) fn texel_word(&self, word: u32) -> UVec4 {
-        word_of(self.texels, word as usize)
+        element(self.texels, word as usize)
     }
 
     #[inline(always)]
@@ -100,23 +100,6 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
             offset: reach * SPAWN_OFFSET,
             material: w0.w,
         }
-    }
-}
-
-/// A word of an arena.
-#[cfg(target_arch = "spirv")]
-#[inline(always)]
-fn word_of(arena: &[UVec4], index: usize) -> UVec4 {
-    arena[index]
-}
-
-/// A word of an arena, zeros beyond its end: a panic would keep compilers from taking several paths in step.
-#[cfg(not(target_arch = "spirv"))]
-#[inline(always)]
-fn word_of(arena: &[UVec4], index: usize) -> UVec4 {
-    match arena.get(index) {
-        Some(word) => *word,
-        None => UVec4::ZERO,
     }
 }
 

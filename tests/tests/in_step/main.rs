@@ -31,6 +31,8 @@ fn main() -> ExitCode {
     trials.extend(names().map(|name| Trial::test(format!("candidates of {name}"), move || same_candidates(name))));
     trials.push(Trial::test("other candidates are seen", other_candidates));
     trials.extend(names().map(|name| Trial::test(format!("passes of {name}"), move || passes::same_bits(name))));
+    let moving = ["moving", "toys"];
+    trials.extend(moving.map(|name| Trial::test(format!("two scenes of {name}"), move || passes::of_two_scenes(name))));
     trials.push(Trial::test("other passes are seen", passes::others_are_seen));
     libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
 }

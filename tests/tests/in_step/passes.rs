@@ -2,6 +2,8 @@
 
 use super::{Any, ROWS, SIZE, differing};
 use libtest_mimic::Failed;
+use restir_host::render::Render;
+use restir_kernels::restir_di::di_combine;
 use restir_shared::glam::{Quat, Vec3};
 use restir_shared::lanes::LANES;
 use restir_shared::layout::{CameraParams, FEATURES_UNTEXTURED, FilmPixel};
@@ -11,8 +13,11 @@ use restir_shared::technique::restir_di::{
     DiPairs, DiParams, DiPoint, Flags, PackedHit, PackedReservoir, Planes, combine, combine_row, exchange,
     exchange_row, initial, offer, primary, primary_row,
 };
+use restir_tests::capture::{Capture, captured};
+use restir_tests::native::plan;
 use restir_tests::scenes::buffers;
 use restir_tests::suite::ensure;
+use restir_tests::technique::restir_di::settings;
 
 /// A frame of the whole image, one by one.
 struct Frame {
@@ -168,6 +173,45 @@ fn of_frame<const COMPILED: u32>(
         none(frame.other_sent(view, [&params; 2]), "what neighbours send", &params)?;
     }
     Ok(())
+}
+
+/// Combines of a scene that moves, where the others are of another scene than the pixels: in time, fused with neighbours by each of two forms of
+/// MIS. That the others' scene were this one is seen.
+pub(super) fn of_two_scenes(name: &str) -> Result<(), Failed> {
+    let scene = buffers(name)?;
+    let mut seen = 0;
+    for text in ["preset=quality", "temporal=fused,neighbours=3", "temporal=fused,neighbours=7,mis=talbot"] {
+        let render = Render { count: 4, ..Render::new([SIZE[0] / 2, SIZE[1]], settings(text)) };
+        let captures = captured(plan(&scene, &render))?;
+        for capture in captures.iter().filter(|capture| capture.pass.kernel.name == di_combine::DESC.name) {
+            let [right, wrong] = [false, true].map(|same| combined_otherwise(capture, scene.features, same));
+            ensure(right == 0, || format!("{name}, {text}: {right} words of combined reservoirs differ"))?;
+            seen += wrong;
+        }
+    }
+    ensure(seen > 100, || format!("{name}: another scene changes {seen} words"))
+}
+
+/// Words of a captured combine that are others in step, with the scene of the other frame or with this one in its place.
+fn combined_otherwise(capture: &Capture, features: u32, same: bool) -> usize {
+    let params: DiParams = capture.params();
+    let [geometry, attributes, texels] = ["geometry", "attributes", "texels"].map(|role| capture.plane(role));
+    let (geometry, attributes, texels) = (&geometry[..], &attributes[..], &texels[..]);
+    let this: SceneView<'_> = SceneView { header: params.scene, geometry, attributes, texels, features, tracer: None };
+    let frames: SceneFrames<'_> = SceneFrames { this, other: params.other_scene, other_tracer: None };
+    let stepped = SceneFrames { other: if same { params.scene } else { params.other_scene }, ..frames };
+    let (hits, other_hits): (Vec<PackedHit>, Vec<PackedHit>) = (capture.plane("hits"), capture.plane("other_hits"));
+    let (others, own): (Vec<PackedReservoir>, Vec<PackedReservoir>) =
+        (capture.plane("others"), capture.plane("reservoirs"));
+    let planes = Planes { hits: &hits, other_hits: &other_hits, others: &others };
+    let row = |(y, own): (u32, &[PackedReservoir])| {
+        let single = (0..).zip(own).map(|(x, &own)| combine(frames, &params, &planes, own, [x, y]).0);
+        let single: Vec<_> = single.collect();
+        let mut row = own.to_vec();
+        combine_row(&stepped, &params, &planes, [0, y], &mut row, Any);
+        differing(&row, &single)
+    };
+    (0..).zip(own.chunks(params.width as usize)).map(row).sum()
 }
 
 /// Of each pass, that it has other parameters is seen.

@@ -5,6 +5,8 @@ use super::pixel::Pixel;
 use super::{COMBINE_DIMENSION, DiParams, Flags, PackedHit, PackedReservoir};
 use crate::resample::domain::Source;
 use crate::resample::merge::{self, Draws, Others, Rules, Uses};
+#[cfg(not(target_arch = "spirv"))]
+use crate::resample::reproject::Grid;
 use crate::scene::Frames;
 
 /// The planes that a combine reads.
@@ -16,6 +18,18 @@ pub struct Planes<'a> {
     pub other_hits: &'a [PackedHit],
     /// The other reservoirs: the last frame's, or those of this frame, among which is the pixel's own.
     pub others: &'a [PackedReservoir],
+}
+
+impl Planes<'_> {
+    /// # Panics
+    /// If a plane has fewer elements than the image has pixels.
+    #[cfg(not(target_arch = "spirv"))]
+    #[inline(always)]
+    pub(super) fn check(&self, grid: Grid) {
+        let pixels = grid.width as usize * grid.height as usize;
+        let least = self.hits.len().min(self.other_hits.len()).min(self.others.len());
+        assert!(least >= pixels, "a plane has {least} elements, and the image {pixels} pixels");
+    }
 }
 
 /// Combines the reservoir of the pixel `at` with others, and says which pixel the sample comes from. With the last frame
@@ -32,6 +46,8 @@ pub fn combine<F: Frames + Copy>(
     own: PackedReservoir,
     at: [u32; 2],
 ) -> (PackedReservoir, Source) {
+    #[cfg(not(target_arch = "spirv"))]
+    planes.check(params.grid());
     let light = Light { frames, flags: params.flags.in_use(&frames.scene(false)) };
     let index = params.grid().index(at);
     let canonical = if light.has(Flags::OTHER_FRAME) { own } else { planes.others[index as usize] };

@@ -2,6 +2,7 @@
 
 use super::pixel::{Pixel, View};
 use super::{Evaluation, Flags, PackedReservoir, Planes, Stored, evaluate, visible_target};
+use crate::pack::element;
 use crate::resample::domain::{Domain, Pixels, Reservoirs, Shifted, Source};
 use crate::resample::reproject::{Grid, Place};
 use crate::resample::similar::Facet;
@@ -37,7 +38,7 @@ impl<F> Light<F> {
 
     /// Whether a pixel is of another frame.
     #[inline(always)]
-    pub(super) fn is_elsewhere(&self, pixel: Source) -> bool {
+    fn is_elsewhere(&self, pixel: Source) -> bool {
         self.has(Flags::OTHER_FRAME) & pixel.is_other
     }
 }
@@ -106,28 +107,11 @@ pub(super) struct Neighbourhood<'a, F> {
     pub(super) view: View,
 }
 
-/// An element of a plane.
-#[cfg(target_arch = "spirv")]
-#[inline(always)]
-fn element<T: Copy>(plane: &[T], index: u32) -> T {
-    plane[index as usize]
-}
-
-/// An element of a plane, beyond whose end are defaults: a panic would keep compilers from taking several pixels in step.
-#[cfg(not(target_arch = "spirv"))]
-#[inline(always)]
-pub(super) fn element<T: Copy + Default>(plane: &[T], index: u32) -> T {
-    match plane.get(index as usize) {
-        Some(element) => *element,
-        None => T::default(),
-    }
-}
-
 impl<F: Frames> Neighbourhood<'_, F> {
     /// One of the others.
     #[inline(always)]
     fn pixel(&self, at: [u32; 2]) -> Pixel {
-        self.view.pixel(at, element(self.planes.other_hits, self.grid.index(at)))
+        self.view.pixel(at, element(self.planes.other_hits, self.grid.index(at) as usize))
     }
 
     /// What a pixel sees, in the scene of the others' frame.
@@ -176,7 +160,7 @@ impl<F: Frames> Pixels for Neighbourhood<'_, F> {
 
     #[inline(always)]
     fn other(&self, pixel: u32) -> PackedReservoir {
-        element(self.planes.others, pixel)
+        element(self.planes.others, pixel as usize)
     }
 
     #[inline(always)]

@@ -1,7 +1,7 @@
 //! Combining reservoirs in step.
 
 use super::super::combine::{draws, neighbourhood, rules};
-use super::super::domain::{Light, element};
+use super::super::domain::Light;
 use super::super::{DiParams, Flags, PackedReservoir, Planes, Stored, combine};
 use super::Looking;
 use super::evaluated::{Asked, Evaluated, Known, Waiting};
@@ -13,7 +13,6 @@ use crate::resample::mis::INPUTS;
 use crate::resample::reproject::Place;
 use crate::resample::similar::Facet;
 use crate::scene::{Frames, LightAddress, SceneFrames, SceneView, Still};
-use core::array::from_fn;
 use glam::Vec3;
 
 /// Samples at pixels that are evaluated together: what as many pixels as lanes ask for in pairwise MIS, and one pixel in every form.
@@ -26,8 +25,12 @@ fields! {
     Neighbours = Neighbour { counts: bool, pixel: u32, near: bool }
 }
 
-/// [`combine`](super::super::combine()) of the pixels of a row from (x, y) on, in whose order the `reservoirs` are: first the pixels' own, then what becomes of
-/// them. Forms of MIS that ask for something after the selection are combined one by one.
+/// [`combine`](super::super::combine()) of the pixels of a row from (x, y) on, in whose order the `reservoirs` are. With the last frame they are the pixels' own at
+/// first; with neighbours of the same frame they have no effect. At last they are what was combined. Forms of MIS that ask for something after the
+/// selection are combined one by one.
+///
+/// # Panics
+/// If a plane has fewer elements than the image has pixels.
 #[inline(always)]
 pub fn combine_row<const COMPILED: u32>(
     frames: &SceneFrames<'_, COMPILED>,
@@ -44,27 +47,28 @@ pub fn combine_row<const COMPILED: u32>(
         }
         return;
     }
+    planes.check(params.grid());
     let rules = rules(&light, params);
     let [this, other] = [frames.scene(false), frames.scene(light.has(Flags::OTHER_FRAME))];
-    let row = Row { light, params, planes, rules, registers };
     let around = Around { light: Light { frames: Still(other), flags: light.flags }, params, planes, rules };
+    let row = Row { light, around, registers };
     let mut waiting = [(&this, params.view()), (&other, params.other_view())]
         .map(|(scene, view)| Waiting::new(scene, view, light.flags, registers));
     let mut work = Work {
-        inputs: [merge::alone::<KnownReservoirs<'_, SceneFrames<'_, COMPILED>>>(Stored::EMPTY, 0); LANES],
+        inputs: [merge::alone::<KnownReservoirs<'_, COMPILED>>(Stored::EMPTY, 0); LANES],
         counts: [0; LANES],
         ends: [0; LANES],
         evaluated: [Evaluated::NONE; EVALUATED],
     };
     let pixels = LANES.min(EVALUATED / rules.most_evaluated());
     for (x, reservoirs) in (x..).step_by(pixels).zip(reservoirs.chunks_mut(pixels)) {
-        row.combine(&around, [x, y], reservoirs, &mut waiting, &mut work);
+        row.combine([x, y], reservoirs, &mut waiting, &mut work);
     }
 }
 
 /// What some pixels of a row are combined in.
-struct Work<'a, F: Frames> {
-    inputs: [Inputs<KnownReservoirs<'a, F>>; LANES],
+struct Work<'a, const COMPILED: u32> {
+    inputs: [Inputs<KnownReservoirs<'a, COMPILED>>; LANES],
     /// How many inputs each pixel has.
     counts: [u32; LANES],
     /// Where what is evaluated for each pixel ends.
@@ -73,64 +77,67 @@ struct Work<'a, F: Frames> {
 }
 
 /// What the pixels of a row have in common.
-struct Row<'a, R, F> {
-    light: Light<F>,
-    params: &'a DiParams,
-    planes: &'a Planes<'a>,
-    rules: Rules,
+struct Row<'a, R, const COMPILED: u32> {
+    light: Light<SceneFrames<'a, COMPILED>>,
+    around: Around<'a, COMPILED>,
     registers: R,
 }
 
-impl<R: Registers, F: Frames + Copy> Row<'_, R, F> {
+impl<'a, R: Registers, const COMPILED: u32> Row<'a, R, COMPILED> {
     /// Combines the pixels from (x, y) on. What waits are samples at pixels that combine, and at the others.
     #[inline(always)]
-    fn combine<const COMPILED: u32>(
+    fn combine(
         &self,
-        around: &Around<'_, COMPILED>,
         at: [u32; 2],
         reservoirs: &mut [PackedReservoir],
         waiting: &mut [Waiting<'_, R, COMPILED>; 2],
-        work: &mut Work<'_, F>,
+        work: &mut Work<'a, COMPILED>,
     ) {
-        let first = self.params.grid().index(at);
-        let hits: [Hit; LANES] = from_fn(|lane| element(self.planes.hits, first.wrapping_add(lane as u32)).unpack());
-        let found = self.find(around, at, &hits[..reservoirs.len()]);
+        let first = self.around.params.grid().index(at) as usize;
+        let mut hits = [Hit::MISS; LANES];
+        let seen = &self.around.planes.hits[first..first + reservoirs.len()];
+        hits.iter_mut().zip(seen).for_each(|(hit, seen)| *hit = seen.unpack());
+        let found = self.find(at, &hits);
         self.evaluate(at, reservoirs, &hits, &found, waiting, work);
         self.merge(at, reservoirs, work);
     }
 
     /// Makes what was found inputs, and evaluates what they will be asked for.
     #[inline(always)]
-    fn evaluate<const COMPILED: u32>(
+    fn evaluate(
         &self,
         [x, y]: [u32; 2],
         reservoirs: &mut [PackedReservoir],
         hits: &[Hit; LANES],
         found: &[Lanes<Neighbour>],
         [here, there]: &mut [Waiting<'_, R, COMPILED>; 2],
-        Work { inputs, counts, ends, evaluated }: &mut Work<'_, F>,
+        Work { inputs, counts, ends, evaluated }: &mut Work<'a, COMPILED>,
     ) {
-        let Self { light, planes, rules, .. } = *self;
-        let grid = self.params.grid();
-        let none = KnownReservoirs(Known::new(light, &[]));
+        let Around { params, planes, rules, .. } = self.around;
+        let grid = params.grid();
+        let none = KnownReservoirs(Known::new(self.light, &[]));
         let mut end = 0;
         for (lane, own) in reservoirs.iter_mut().enumerate() {
             let (x, hit, inputs) = (x.wrapping_add(lane as u32), hits[lane], &mut inputs[lane]);
             let pixel = grid.index([x, y]);
-            if !light.has(Flags::OTHER_FRAME) {
-                *own = element(planes.others, pixel);
+            if rules.others == Others::SameFrame {
+                *own = planes.others[pixel as usize];
             }
             counts[lane] = 1;
             if hit.is_hit() {
-                *inputs = merge::alone::<KnownReservoirs<'_, F>>(Stored::unpack(*own), pixel);
+                *inputs = merge::alone::<KnownReservoirs<'_, COMPILED>>(Stored::unpack(*own), pixel);
                 for neighbour in found {
-                    let reservoir = |pixel| Stored::unpack(element(planes.others, pixel));
-                    counts[lane] =
-                        merge::add::<KnownReservoirs<'_, F>>(&neighbour.get(lane), reservoir, inputs, counts[lane]);
+                    let reservoir = |pixel: u32| Stored::unpack(planes.others[pixel as usize]);
+                    counts[lane] = merge::add::<KnownReservoirs<'_, COMPILED>>(
+                        &neighbour.get(lane),
+                        reservoir,
+                        inputs,
+                        counts[lane],
+                    );
                 }
                 merge::evaluated(&none, &rules, inputs, counts[lane], |sample, to, traced| {
                     if to.is_other {
-                        let ([x, y], hit) = (grid.at(to.pixel), element(planes.other_hits, to.pixel).unpack());
+                        let ([x, y], hit) = (grid.at(to.pixel), planes.other_hits[to.pixel as usize].unpack());
                         there.add(Looking { x, y, hit }, Asked { sample, traced }, end, evaluated);
                     } else {
                         here.add(Looking { x, y, hit }, Asked { sample, traced }, end, evaluated);
@@ -146,14 +153,16 @@ impl<R: Registers, F: Frames + Copy> Row<'_, R, F> {
 
     /// Merges the inputs of each pixel; one alone stays as it is.
     #[inline(always)]
-    fn merge(&self, [x, y]: [u32; 2], reservoirs: &mut [PackedReservoir], work: &mut Work<'_, F>) {
+    fn merge(&self, [x, y]: [u32; 2], reservoirs: &mut [PackedReservoir], work: &mut Work<'a, COMPILED>) {
+        let Around { params, rules, .. } = self.around;
         let mut begin = 0;
         for (lane, own) in reservoirs.iter_mut().enumerate() {
             let (count, end) = (work.counts[lane], work.ends[lane]);
             if count > 1 {
                 let known = KnownReservoirs(Known::new(self.light, &work.evaluated[begin..end]));
-                let draws = draws(self.params, [x.wrapping_add(lane as u32), y]);
-                let (stored, _) = merge::merge(&known, &self.rules, &mut work.inputs[lane], count, &draws);
+                let draws = draws(params, [x.wrapping_add(lane as u32), y]);
+                let (stored, _) = merge::merge(&known, &rules, &mut work.inputs[lane], count, &draws);
+                debug_assert!(known.0.is_done(), "less is asked for than was listed");
                 *own = stored.pack();
             }
             begin = end;
@@ -162,25 +171,30 @@ impl<R: Registers, F: Frames + Copy> Row<'_, R, F> {
 
     /// The other reservoirs that take part, by n.
     #[inline(always)]
-    fn find<const COMPILED: u32>(
-        &self,
-        around: &Around<'_, COMPILED>,
-        [x, y]: [u32; 2],
-        hits: &[Hit],
-    ) -> [Lanes<Neighbour>; INPUTS - 1] {
-        let mut found = [Lanes::all(Neighbour::NONE); INPUTS - 1];
+    fn find(&self, [x, y]: [u32; 2], hits: &[Hit; LANES]) -> [Lanes<Neighbour>; INPUTS] {
+        let Around { light, params, planes, rules } = self.around;
+        let mut found = [Lanes::all(Neighbour::NONE); INPUTS];
         let mut looking = Lanes::ZERO;
+        let mut any = false;
         for (lane, &hit) in hits.iter().enumerate().filter(|(_, hit)| hit.is_hit()) {
             looking.set(lane, Looking { x: x.wrapping_add(lane as u32), y, hit });
+            any = true;
         }
-        if self.rules.others == Others::Unchanged {
-            self.registers.run(&Unchanged(around), &looking, &mut found[0]);
+        if !any {
+            return found;
+        }
+        if rules.others == Others::Unchanged {
+            for (lane, hit) in hits.iter().enumerate().filter(|(_, hit)| hit.is_hit()) {
+                let at = [x.wrapping_add(lane as u32), y];
+                let pixels = neighbourhood(light, params, planes, params.view().of_hit(at, *hit));
+                found[0].set(lane, rules.unchanged(&pixels, at));
+            }
             return found;
         }
         let mut centers = Centers { looking, here: Lanes::ZERO, center: Lanes::ZERO };
-        self.registers.run(around, &looking, &mut centers);
-        for n in self.rules.first_neighbour()..=self.rules.neighbours {
-            self.registers.run(&Nth { around, n }, &centers, &mut found[n as usize]);
+        self.registers.run(&self.around, &looking, &mut centers);
+        for n in rules.first_neighbour()..=rules.neighbours {
+            self.registers.run(&Nth { around: &self.around, n }, &centers, &mut found[n as usize]);
         }
         found
     }
@@ -195,6 +209,7 @@ struct Centers {
 }
 
 /// Finds centers, in the scene of the others' frame.
+#[derive(Clone, Copy)]
 struct Around<'a, const COMPILED: u32> {
     light: Light<Still<SceneView<'a, COMPILED>>>,
     params: &'a DiParams,
@@ -243,36 +258,17 @@ impl<const COMPILED: u32> Stage for Nth<'_, COMPILED> {
     }
 }
 
-/// Finds the pixel's own reservoir of another frame, where nothing has changed.
-struct Unchanged<'a, const COMPILED: u32>(&'a Around<'a, COMPILED>);
-
-impl<const COMPILED: u32> Stage for Unchanged<'_, COMPILED> {
-    type From = Lanes<Looking>;
-    type To = Lanes<Neighbour>;
-
-    #[inline(always)]
-    fn run(&self, looking: &Lanes<Looking>, to: &mut Lanes<Neighbour>) {
-        let Around { light, rules, .. } = *self.0;
-        let (params, planes) = (*self.0.params, *self.0.planes);
-        for lane in 0..LANES {
-            let Looking { x, y, hit } = looking.get(lane);
-            let pixels = neighbourhood(light, &params, &planes, params.view().of_hit([x, y], hit));
-            to.set(lane, rules.unchanged(&pixels, [x, y]));
-        }
-    }
-}
-
 /// Reservoirs whose samples were evaluated in the order in which they are asked for.
-struct KnownReservoirs<'a, F>(Known<'a, F>);
+struct KnownReservoirs<'a, const COMPILED: u32>(Known<'a, SceneFrames<'a, COMPILED>>);
 
-impl<'a, F: Frames> Reservoirs for KnownReservoirs<'a, F> {
-    type Domain = Known<'a, F>;
+impl<'a, const COMPILED: u32> Reservoirs for KnownReservoirs<'a, COMPILED> {
+    type Domain = Known<'a, SceneFrames<'a, COMPILED>>;
     type Packed = Stored;
     const NO_SAMPLE: LightAddress = LightAddress::NONE;
     const NO_RESERVOIR: Stored = Stored::EMPTY;
 
     #[inline(always)]
-    fn domain(&self) -> &Known<'a, F> {
+    fn domain(&self) -> &Known<'a, SceneFrames<'a, COMPILED>> {
         &self.0
     }
 

@@ -51,23 +51,25 @@ const NOWHERE: usize = usize::MAX;
 
 /// Samples of one pixel that share its lane. (With four the stage is so long that LLVM does not take lanes in step.)
 const SAMPLES: usize = 2;
+const _: () = assert!(SAMPLES == 2, "the stage names each");
 
 /// Samples at pixels of one frame that wait until there are as many pixels as lanes. Of those that follow each other at one pixel, [`SAMPLES`] share
 /// its lane, so that what is seen there is looked at once.
 pub(super) struct Waiting<'a, R, const COMPILED: u32> {
     evaluate: Evaluate<'a, COMPILED>,
     registers: R,
-    pixels: Pixels,
+    questions: Questions,
     /// Where each one's evaluation belongs, or [`NOWHERE`].
     places: [[usize; SAMPLES]; LANES],
-    /// Lanes in use, and samples of the last of them.
+    /// Lanes in use.
     count: usize,
+    /// Samples in the last of them.
     of_last: usize,
     sent: [Lanes<Sent>; SAMPLES],
 }
 
-/// Pixels, and samples there.
-struct Pixels {
+/// Pixels, and samples to evaluate there.
+struct Questions {
     looking: Lanes<Looking>,
     asked: [Lanes<Asked>; SAMPLES],
 }
@@ -78,7 +80,7 @@ impl<'a, R: Registers, const COMPILED: u32> Waiting<'a, R, COMPILED> {
         Self {
             evaluate: Evaluate { scene, view, flags },
             registers,
-            pixels: Pixels { looking: Lanes::ZERO, asked: [Lanes::ZERO; SAMPLES] },
+            questions: Questions { looking: Lanes::ZERO, asked: [Lanes::ZERO; SAMPLES] },
             places: [[NOWHERE; SAMPLES]; LANES],
             count: 0,
             of_last: SAMPLES,
@@ -89,17 +91,17 @@ impl<'a, R: Registers, const COMPILED: u32> Waiting<'a, R, COMPILED> {
     /// One more, whose evaluation will be the one at `place`, at the latest after [`Self::finish`].
     #[inline(always)]
     pub(super) fn add(&mut self, looking: Looking, asked: Asked, place: usize, evaluated: &mut [Evaluated]) {
-        let last = self.pixels.looking.get(self.count.wrapping_sub(1) % LANES);
+        let last = self.questions.looking.get(self.count.wrapping_sub(1) % LANES);
         if self.of_last == SAMPLES || [last.x, last.y] != [looking.x, looking.y] {
             if self.count == LANES {
                 self.evaluate(evaluated);
             }
-            self.pixels.looking.set(self.count, looking);
+            self.questions.looking.set(self.count, looking);
             self.places[self.count] = [NOWHERE; SAMPLES];
             (self.count, self.of_last) = (self.count + 1, 0);
         }
         let lane = self.count - 1;
-        self.pixels.asked[self.of_last].set(lane, asked);
+        self.questions.asked[self.of_last].set(lane, asked);
         self.places[lane][self.of_last] = place;
         self.of_last += 1;
     }
@@ -114,7 +116,7 @@ impl<'a, R: Registers, const COMPILED: u32> Waiting<'a, R, COMPILED> {
 
     #[inline(never)]
     fn evaluate(&mut self, evaluated: &mut [Evaluated]) {
-        self.registers.run(&self.evaluate, &self.pixels, &mut self.sent);
+        self.registers.run(&self.evaluate, &self.questions, &mut self.sent);
         for sample in 0..SAMPLES {
             self.trace(sample, evaluated);
         }
@@ -126,7 +128,7 @@ impl<'a, R: Registers, const COMPILED: u32> Waiting<'a, R, COMPILED> {
     fn trace(&self, sample: usize, evaluated: &mut [Evaluated]) {
         let Evaluate { scene, flags, .. } = self.evaluate;
         let through_glass = flags.contains(Flags::TRANSMITTANCE);
-        let (asked, sent) = (&self.pixels.asked[sample], &self.sent[sample]);
+        let (asked, sent) = (&self.questions.asked[sample], &self.sent[sample]);
         let is_asked = |lane: usize| (lane < self.count) & (self.places[lane][sample] != NOWHERE);
         let traced = Lanes::from_fn(|lane| is_asked(lane) & asked.get(lane).traced & (sent.get(lane).target > 0.0));
         let occluded = if through_glass {
@@ -156,11 +158,11 @@ struct Evaluate<'a, const COMPILED: u32> {
 }
 
 impl<const COMPILED: u32> Stage for Evaluate<'_, COMPILED> {
-    type From = Pixels;
+    type From = Questions;
     type To = [Lanes<Sent>; SAMPLES];
 
     #[inline(always)]
-    fn run(&self, from: &Pixels, sent: &mut [Lanes<Sent>; SAMPLES]) {
+    fn run(&self, from: &Questions, sent: &mut [Lanes<Sent>; SAMPLES]) {
         // copies, of which the compiler sees that nobody writes to them
         let (scene, view, flags) = (*self.scene, self.view, self.flags);
         for lane in 0..LANES {
@@ -192,6 +194,11 @@ impl<'a, F> Known<'a, F> {
     pub(super) fn new(light: Light<F>, evaluated: &'a [Evaluated]) -> Self {
         Self { light, next: Cell::new(evaluated) }
     }
+
+    /// Whether all that was evaluated has been asked for.
+    pub(super) fn is_done(&self) -> bool {
+        self.next.get().is_empty()
+    }
 }
 
 impl<F: Frames> Domain for Known<'_, F> {
@@ -206,7 +213,9 @@ impl<F: Frames> Domain for Known<'_, F> {
 
     #[inline(always)]
     fn evaluate(&self, (): &(), _sample: LightAddress) -> Evaluated {
-        let (first, others) = self.next.get().split_first().unwrap_or((&Evaluated::NONE, &[]));
+        let next = self.next.get();
+        debug_assert!(!next.is_empty(), "more is asked for than was listed");
+        let (first, others) = next.split_first().unwrap_or((&Evaluated::NONE, &[]));
         self.next.set(others);
         *first
     }

@@ -47,6 +47,7 @@ pub fn exchange_row<const COMPILED: u32>(
             let known = Known::new(light, &found[begin..ends[lane]]);
             let at = [first.wrapping_add(lane as u32), y];
             let (targets, sent) = receive_from(&known, &points, &neighbours, &alike[lane], uses, &(), at);
+            debug_assert!(known.is_done(), "less is asked for than was listed");
             (*pairs, *pixel) = (targets, FilmPixel { sum: sent.to_array(), dropped: 0.0 });
             begin = ends[lane];
         }

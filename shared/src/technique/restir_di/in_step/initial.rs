@@ -69,13 +69,14 @@ impl<R: Registers, const COMPILED: u32> Row<'_, R, COMPILED> {
             seen.looking.set(lane, Looking { x: x.wrapping_add(lane as u32), y, hit });
             sees.set(lane, true);
         }
+        let mut scattered = [Scattered::NOTHING; LANES];
         if sees.bits() != 0 {
             registers.run(&self.look, &seen.looking, &mut seen.sees);
             registers.run(&Scatter(&self.look), seen, scattering);
+            scattered = find(scene, params, &sees, scattering);
+            let addresses = Lanes::from_fn(|lane| scattered[lane].address);
+            registers.run(&WeighScattered { look: &self.look, seen }, &addresses, &mut self.in_step.scattered);
         }
-        let scattered = find(scene, params, &sees, scattering);
-        let addresses = Lanes::from_fn(|lane| scattered[lane].address);
-        registers.run(&WeighScattered { look: &self.look, seen }, &addresses, &mut self.in_step.scattered);
         let parts = hits.iter().zip(reservoirs.iter_mut().zip(direct)).enumerate();
         for (lane, (&hit, (reservoir, direct))) in parts {
             let at = [x.wrapping_add(lane as u32), y];
@@ -83,8 +84,8 @@ impl<R: Registers, const COMPILED: u32> Row<'_, R, COMPILED> {
                 let point = seen.sees.point.get(lane);
                 let (emission, scattering) = (point.emission, scattering.get(lane));
                 let sight = Sight { emission, scattering, known: Some(scattered[lane]) };
-                let place = (point, seen.sees.ray.get(lane), lane);
-                resample(scene, params, tiles, &sight, at, &place, &mut self.in_step)
+                let of_pixel = (point, seen.sees.ray.get(lane), lane);
+                resample(scene, params, tiles, &sight, at, &of_pixel, &mut self.in_step)
             } else {
                 nothing(scene, params, &view.pixel(at, hit))
             };
@@ -196,11 +197,14 @@ impl<const COMPILED: u32> Stage for WeighScattered<'_, COMPILED> {
     }
 }
 
-/// The candidates of a pixel: those from lights from the last multiple of [`LANES`] on, and what scattering has found, in the pixel's lane.
+/// The candidates of pixels.
 struct InStep<R> {
     registers: R,
+    /// What scattering has found, of a pixel in each lane.
     scattered: Lanes<Weighed>,
+    /// What lights give one pixel from the last multiple of [`LANES`] on, a candidate in each lane.
     chosen: Chosen,
+    /// The weights of those.
     weighed: Lanes<Weighed>,
 }
 
@@ -229,7 +233,7 @@ impl<R: Registers, const COMPILED: u32> Select<SceneView<'_, COMPILED>> for InSt
         &mut self,
         scene: &SceneView<'_, COMPILED>,
         tiles: &[TileWords],
-        (point, ray, lane): &Self::Seen,
+        (point, ray, of_pixel): &Self::Seen,
         stream: &Stream,
         group: &Group,
         mut among: u32,
@@ -238,7 +242,7 @@ impl<R: Registers, const COMPILED: u32> Select<SceneView<'_, COMPILED>> for InSt
         let mut kept = Candidate::NONE;
         let mut selected = Reservoir::empty(());
         if last {
-            let weighed = self.scattered.get(*lane);
+            let weighed = self.scattered.get(*of_pixel);
             if begin < end {
                 let weight = if scattered.is_light() { weighed.weight } else { 0.0 };
                 if selected.update((), weight, 1.0, rng::unit(weighed.within)) {

@@ -1,9 +1,10 @@
-//! ReSTIR DI for processors with wide registers: what the passes compute of many samples, in step, with the same bits as one by one.
+//! ReSTIR DI for processors with wide registers: the passes over a row of pixels, with the same bits as pixel by pixel.
 //!
-//! What depends on what came before stays one by one: the choice among candidates, and the sums over reservoirs. Candidates of one pixel are
-//! weighed together ([`initial_row`]). Of the passes that evaluate samples of several pixels at several others ([`combine_row`], [`exchange_row`]),
-//! the samples of some pixels are listed first, then evaluated as many at a time as there are lanes ([`evaluated`]), and the pass asks for the
-//! evaluations instead of making them.
+//! * [`primary_row`] traces the camera rays of as many pixels as there are lanes as one beam.
+//! * [`initial_row`] looks at as many points at once, scatters there, and weighs as many candidates of each pixel. The choice among them depends on
+//!   those before, and goes one by one.
+//! * [`combine_row`] and [`exchange_row`] evaluate samples of pixels at other pixels. They list these samples first, evaluate them as many at a time as
+//!   there are lanes ([`evaluated`]), and then go pixel by pixel as elsewhere, but look evaluations up.
 
 mod combine;
 mod evaluated;
