@@ -24,6 +24,8 @@ use limits::Limits;
 const FRAMES: u32 = 16;
 /// Paths of two segments have the direct light that all others have.
 const DEPTH: u32 = 2;
+/// Where settings begin with it, the last frame is judged.
+const LAST_FRAME: &str = "last,";
 /// What reuse is measured against, before the settings that reuse.
 const BASELINES: usize = 2;
 
@@ -37,9 +39,10 @@ pub struct Options {
         default_value = "hall-1,hall-2,hall-3,hall-4,hall-5,many-lights,moving,foliage,toys"
     )]
     scenes: Vec<String>,
-    /// Settings of ReSTIR DI whose last frame is measured, as KEY=VALUE,...; may be repeated. If not given, those of which
-    /// `restir advise` names the best.
-    #[arg(long = "setting", value_name = "KEY=VALUE,...")]
+    /// Settings of ReSTIR DI, as KEY=VALUE,... with the word last before them where the last frame is judged, instead of the
+    /// mean of all, which only a view that stands still has; may be repeated. If not given, those of which `restir advise`
+    /// names the best.
+    #[arg(long = "setting", value_name = "[last,]KEY=VALUE,...")]
     settings: Vec<String>,
     /// Independent images of each.
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(2..))]
@@ -64,6 +67,34 @@ enum View {
     Orbit,
 }
 
+/// Settings as `restir advise` has them.
+#[derive(Clone)]
+struct Setting {
+    name: String,
+    settings: DiSettings,
+    /// Whether the mean of all frames is judged, not the last one.
+    accumulate: bool,
+}
+
+impl Setting {
+    fn read(name: &String) -> Result<Self, restir_host::Error> {
+        let (changes, accumulate) = name.strip_prefix(LAST_FRAME).map_or((name.as_str(), true), |last| (last, false));
+        let mut settings = DiSettings::default();
+        let changes: Vec<&str> = changes.split(',').filter(|change| !change.is_empty()).collect();
+        configure(&mut settings, &changes)?;
+        Ok(Self { name: name.clone(), settings, accumulate })
+    }
+
+    /// A view that moves has no mean.
+    fn is_for(&self, view: View) -> bool {
+        view == View::Still || !self.accumulate
+    }
+
+    fn render(&self, size: [u32; 2]) -> Render {
+        Render { accumulate: self.accumulate, ..Render::new(size, self.settings.clone()) }
+    }
+}
+
 /// One scene in one view, at one size.
 struct Row {
     scene: String,
@@ -71,6 +102,9 @@ struct Row {
     width: u32,
     /// Emissive triangles and lights without a surface.
     emitters: usize,
+    /// The settings for the view.
+    names: Vec<String>,
+    /// Of both baselines, then of the settings.
     judged: Vec<Judgement>,
     /// Of each setting; of scenes that move nothing is told.
     limits: Vec<Option<Limits>>,
@@ -98,14 +132,15 @@ pub fn run(options: &Options) -> Result<(), Error> {
     let start = Instant::now();
     let named = if options.settings.is_empty() { proposed() } else { options.settings.clone() };
     let options = &Options { settings: named, ..options.clone() };
-    let settings = options.settings.iter().map(|text| setting(text)).collect::<Result<Vec<_>, _>>()?;
+    let settings = options.settings.iter().map(Setting::read).collect::<Result<Vec<_>, _>>()?;
     let views: Vec<View> =
         [View::Still, View::Orbit].into_iter().filter(|&view| options.only.is_none_or(|only| only == view)).collect();
     let mut rows = Vec::new();
     for &width in &options.width {
         for scene in &options.scenes {
             for &view in &views {
-                let row = measured(options.images, &settings, scene, view, width)?;
+                let of_view: Vec<_> = settings.iter().filter(|setting| setting.is_for(view)).cloned().collect();
+                let row = measured(options.images, &of_view, scene, view, width)?;
                 eprintln!("{:4.0} s  {}", start.elapsed().as_secs_f64(), report::line(&row));
                 rows.push(row);
             }
@@ -114,17 +149,9 @@ pub fn run(options: &Options) -> Result<(), Error> {
     publish("reuse", &report::markdown(options, &rows), options.write)
 }
 
-/// What `restir advise` tries of ReSTIR DI where the last frame counts.
+/// What `restir advise` tries of ReSTIR DI, but for what is without reuse.
 fn proposed() -> Vec<String> {
-    let of_last = |text: &&str| text.strip_prefix("last,").map(str::to_owned);
-    DiSettings::default().advisable().iter().filter_map(of_last).collect()
-}
-
-fn setting(text: &str) -> Result<DiSettings, restir_host::Error> {
-    let mut settings = DiSettings::default();
-    let changes: Vec<&str> = text.split(',').filter(|change| !change.is_empty()).collect();
-    configure(&mut settings, &changes)?;
-    Ok(settings)
+    DiSettings::default().advisable()[1..].iter().map(|&text| text.to_owned()).collect()
 }
 
 /// What all threads have had of the processors, in seconds: others may have their share of the machine. The kernel counts
@@ -156,7 +183,7 @@ fn baselines(size: [u32; 2]) -> [Render; BASELINES] {
 
 fn measured(
     images: u32,
-    settings: &[DiSettings],
+    settings: &[Setting],
     name: &str,
     view: View,
     width: u32,
@@ -170,7 +197,7 @@ fn measured(
         View::Orbit => CameraPath::Orbit.cameras(buffers.camera, FRAMES)?,
     };
     let subject = Subject::new(&scene, buffers, cameras, FRAMES)?;
-    let reusing = settings.iter().map(|settings| Render::new(size, settings.clone()));
+    let reusing = settings.iter().map(|setting| setting.render(size));
     let whole = [Window { whole: size, size, margin: 0, middle: [0.0; 2] }];
     let renders = baselines(size).into_iter().chain(reusing);
     let trials: Vec<Trial<'_>> =
@@ -187,5 +214,7 @@ fn measured(
         false => Limits::of(&mut cpu, trial.scene, &trial.pieces[0].1).map(Some),
     };
     let limits = trials[BASELINES..].iter().map(limits).collect::<Result<_, _>>()?;
-    Ok(Row { scene: name.to_owned(), view, width, emitters, judged: judge(&trials, &tried), limits })
+    let names = settings.iter().map(|setting| setting.name.clone()).collect();
+    if std::env::var("RAW").is_ok() { for j in &judge(&trials, &tried) { eprintln!("{:.1} ms {:.5}", 1e3*j.seconds, j.rel_mse.value); } }
+    Ok(Row { scene: name.to_owned(), view, width, emitters, names, judged: judge(&trials, &tried), limits })
 }

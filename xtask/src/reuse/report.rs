@@ -12,7 +12,7 @@ pub(super) fn line(row: &Row) -> String {
 
 pub(super) fn markdown(options: &Options, rows: &[Row]) -> String {
     let of_width = |&width| [View::Still, View::Orbit].map(|view| (view, width));
-    let sections: String = options.width.iter().flat_map(of_width).map(|at| section(options, rows, at)).collect();
+    let sections: String = options.width.iter().flat_map(of_width).map(|at| section(rows, at)).collect();
     format!("{}{sections}", heading(options))
 }
 
@@ -45,21 +45,22 @@ fn heading(options: &Options) -> String {
 }
 
 /// The rows of a view at a size, if there are any.
-fn section(options: &Options, rows: &[Row], (view, width): (View, u32)) -> String {
+fn section(rows: &[Row], (view, width): (View, u32)) -> String {
     let rows: Vec<&Row> = rows.iter().filter(|row| (row.view, row.width) == (view, width)).collect();
     if rows.is_empty() {
         return String::new();
     }
-    let names: String = options.settings.iter().map(|name| format!(" `{name}` |")).collect();
-    let rule = "---:|".repeat(options.settings.len());
+    let settings = &rows[0].names;
+    let names: String = settings.iter().map(|name| format!(" `{name}` |")).collect();
+    let rule = "---:|".repeat(settings.len());
     let title = format!("{view:?}, {width} x {}", width * 3 / 4);
     format!(
         "\n## {title}\n\n| scene | emitters | path | RIS-32 |{names} best |\n|---|---:|---:|---:|{rule}---:|\n{}{}\n\
          | scene | setting | empty | copies | young | refused | initial | combine | shading |\n\
          |---|---|---:|---:|---:|---:|---:|---:|---:|\n{}",
         rows.iter().map(|row| errors(row)).collect::<String>(),
-        medians(options, &rows),
-        rows.iter().map(|row| limits(options, row)).collect::<String>(),
+        medians(&rows),
+        rows.iter().map(|row| limits(row)).collect::<String>(),
     )
 }
 
@@ -78,19 +79,19 @@ fn best(row: &Row) -> f64 {
 }
 
 /// Over the scenes, setting by setting.
-fn medians(options: &Options, rows: &[&Row]) -> String {
+fn medians(rows: &[&Row]) -> String {
     let of_setting = |i: usize| median(&rows.iter().map(|row| row.ratios()[i].value).collect::<Vec<_>>());
-    let cells: String = (0..options.settings.len()).map(|i| format!(" {:.2} |", of_setting(i))).collect();
+    let cells: String = (0..rows[0].names.len()).map(|i| format!(" {:.2} |", of_setting(i))).collect();
     let best = median(&rows.iter().map(|row| best(row)).collect::<Vec<_>>());
     format!("| median | | | |{cells} {best:.2} |\n")
 }
 
-fn limits(options: &Options, row: &Row) -> String {
+fn limits(row: &Row) -> String {
     let line = |(name, limits): (&String, &Option<super::Limits>)| {
         let limits = (*limits)?;
         let shares = [limits.empty, limits.copies, limits.young, limits.refused].into_iter().chain(limits.time);
         let cells: String = shares.map(|share| format!(" {:.0} % |", 100.0 * share)).collect();
         Some(format!("| {} | `{name}` |{cells}\n", row.scene))
     };
-    options.settings.iter().zip(&row.limits).filter_map(line).collect()
+    row.names.iter().zip(&row.limits).filter_map(line).collect()
 }
