@@ -5,7 +5,7 @@ use super::coat::Coat;
 use super::compensation::Compensation;
 use super::fresnel::Fresnel;
 use super::{
-    COS_MIN, DELTA_BELOW, DIFFUSE_REFLECTION, DIFFUSE_TRANSMISSION, Dielectric, Ggx, Material, SPECULAR_REFLECTION,
+    COS_MIN, DELTA_BELOW, DIFFUSE_REFLECTION, DIFFUSE_TRANSMISSION, Dielectric, Ggx, Gloss, Material, SPECULAR_REFLECTION,
     SPECULAR_TRANSMISSION, markers, schlick_weight,
 };
 use crate::layout::{
@@ -561,6 +561,15 @@ impl Bsdf {
             Kind::Specular => self.roughness,
             Kind::Delta => 0.0,
         }
+    }
+
+    /// The strength of the rough specular lobes, by which they are selected, and their width.
+    #[inline(always)]
+    pub fn gloss(&self) -> Gloss {
+        if !self.has(FEATURE_GLOSSY) | self.perfect_reflection {
+            return Gloss::NONE;
+        }
+        Gloss { share: self.selection(SPECULAR_REFLECTION), alpha: self.roughness * self.roughness }
     }
 
     /// The roughness of the roughest lobe that takes part.

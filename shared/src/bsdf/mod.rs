@@ -67,6 +67,7 @@ mod coat;
 mod compensation;
 mod fresnel;
 mod ggx;
+mod gloss;
 #[doc(hidden)]
 pub mod markers;
 mod material;
@@ -75,6 +76,7 @@ mod scattering;
 
 pub use fresnel::{Dielectric, Fresnel, schlick_complement, schlick_weight};
 pub use ggx::{Facet, Ggx};
+pub use gloss::Gloss;
 pub use material::Material;
 pub use mixture::{Bsdf, BsdfSample, Evaluation, Kind, is_specular, is_transmission};
 pub use scattering::{Scattering, ScatteringFunction};

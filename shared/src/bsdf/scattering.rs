@@ -1,6 +1,6 @@
 //! What techniques ask of scattering, so that a renderer can bring its own.
 
-use super::{Bsdf, BsdfSample, Evaluation, Material};
+use super::{Bsdf, BsdfSample, Evaluation, Gloss, Material};
 use glam::{UVec4, Vec3};
 
 /// How a point of a surface scatters. [`Material`] does so by glTF's model.
@@ -43,6 +43,12 @@ pub trait ScatteringFunction {
     #[inline(always)]
     fn greatest_roughness(&self) -> f32 {
         1.0
+    }
+
+    /// What of it turns with the direction to the viewer, deltas left out; nothing, if not implemented.
+    #[inline(always)]
+    fn gloss(&self) -> Gloss {
+        Gloss::NONE
     }
 
     /// Whether any lobe is no delta: without one, light that is sampled elsewhere contributes nothing.
@@ -95,6 +101,11 @@ impl ScatteringFunction for Bsdf {
     #[inline(always)]
     fn greatest_roughness(&self) -> f32 {
         Bsdf::greatest_roughness(self)
+    }
+
+    #[inline(always)]
+    fn gloss(&self) -> Gloss {
+        Bsdf::gloss(self)
     }
 
     #[inline(always)]

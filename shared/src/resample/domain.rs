@@ -91,6 +91,13 @@ pub trait Reservoirs {
     fn pack(&self, stored: &Stored<SampleOf<Self>>) -> Self::Packed;
     /// A pixel that sees a surface, ready to evaluate samples.
     fn receiver(&self, pixel: Source) -> <Self::Domain as Domain>::Receiver;
+    /// What is left of the confidence of another frame's reservoirs at the pixel that combines, in (0, 1], where that sees its surface
+    /// otherwise than then: less, the more samples are worth that were chosen before. It must not depend on samples. All of it, if not implemented.
+    #[inline(always)]
+    fn kept(&self, own: &<Self::Domain as Domain>::Receiver) -> f32 {
+        let _ = own;
+        1.0
+    }
 }
 
 /// The pixels whose reservoirs a combine takes, seen from the one that combines.

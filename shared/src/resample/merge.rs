@@ -142,6 +142,17 @@ impl Rules {
         self.form.asks_for_selected() & self.visibility.mis & !self.visibility.selection
     }
 
+    /// The most that the reservoir of another pixel counts, which is `own`.
+    #[inline(always)]
+    fn most_confidence<R: Reservoirs>(&self, reservoirs: &R, own: &<R::Domain as Domain>::Receiver) -> f32 {
+        match self.others {
+            Others::SameFrame => f32::MAX,
+            Others::Unchanged => self.confidence_cap,
+            // no less than an initial reservoir
+            Others::OtherFrame => num::max(self.confidence_cap * reservoirs.kept(own), 1.0),
+        }
+    }
+
     /// Whether visibility is kept for shading, which nothing else asks for.
     #[inline(always)]
     fn is_for_shading(&self) -> bool {
@@ -321,15 +332,6 @@ pub(crate) fn add<R: Reservoirs>(
     count.wrapping_add(1)
 }
 
-/// An input's reservoir: one of another frame counts at most as much as the cap says.
-#[inline(always)]
-fn load<R: Reservoirs>(reservoirs: &R, rules: &Rules, reservoir: R::Packed, index: u32) -> Stored<SampleOf<R>> {
-    let stored = reservoirs.unpack(reservoir);
-    let capped = (rules.others != Others::SameFrame) & (index != 0);
-    let confidence = if capped { num::min(stored.confidence, rules.confidence_cap) } else { stored.confidence };
-    Stored { confidence, ..stored }
-}
-
 /// The walk through the matrix, and the selection.
 #[inline(always)]
 pub(crate) fn merge<R: Reservoirs>(
@@ -357,10 +359,11 @@ pub(crate) fn merge<R: Reservoirs>(
         let receiving = if row == count { 0 } else { row };
         let to = Source { is_other: receiving != 0, pixel: inputs[receiving as usize].pixel };
         let receiver = reservoirs.receiver(to);
+        let most = if row == 0 { rules.most_confidence(reservoirs, &receiver) } else { f32::MAX };
         let mut i = 0_u32;
         while i < count {
             let input = inputs[i as usize];
-            let stored = load(reservoirs, rules, input.reservoir, i);
+            let stored = reservoirs.unpack(input.reservoir);
             let is_selected = late & (row > 0) & (i == selection.input);
             let from = Source { is_other: i != 0, pixel: input.pixel };
             let shifted = domain.shift(stored.sample, from, to, &receiver);
@@ -379,11 +382,12 @@ pub(crate) fn merge<R: Reservoirs>(
             let weighed = if uses.mis { visible_target } else { target };
             let a = weighed * shifted.jacobian;
             if row == 0 {
+                let most = if i == 0 { f32::MAX } else { most };
                 // what is known to be occluded at a pixel is no sample of its own
                 let visible = uses.selection | (uses.mis & (rules.others == Others::Unchanged));
                 let p = if visible { weighed } else { target };
                 let contribution = p * shifted.jacobian * stored.contribution_weight;
-                combine.input(stored.confidence, contribution.within_range());
+                combine.input(num::min(stored.confidence, most), contribution.within_range());
                 inputs[i as usize].sample = shifted.sample;
                 inputs[i as usize].jacobian = shifted.jacobian;
                 inputs[i as usize].target = p;
@@ -453,7 +457,7 @@ pub(crate) fn evaluated<R: Reservoirs>(
         let receiver = reservoirs.receiver(to);
         for (i, input) in (0..count).zip(inputs) {
             if rules.wants(row, row, i) {
-                let stored = load(reservoirs, rules, input.reservoir, i);
+                let stored = reservoirs.unpack(input.reservoir);
                 let from = Source { is_other: i != 0, pixel: input.pixel };
                 let shifted = reservoirs.domain().shift(stored.sample, from, to, &receiver);
                 if (stored.contribution_weight > 0.0) & shifted.exists {

@@ -222,6 +222,7 @@ impl Chain {
             candidates: s.candidates,
             neighbours: s.neighbours,
             confidence_cap: s.confidence_cap as f32,
+            gloss_fade: s.gloss_fade,
             radius: s.radius,
             near_radius: s.near_radius,
             max_plane_distance: s.max_plane_distance,

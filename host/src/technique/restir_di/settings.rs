@@ -135,6 +135,11 @@ settings! {
         feedback: bool = true;
         /// Largest confidence of the last frame's reservoirs; an initial reservoir has one.
         confidence_cap: u32 = 20, in 1..=MAX_CONFIDENCE_CAP, unit "initial reservoirs";
+        /// How fast that falls where a glossy surface is seen from another direction than in the last frame, until it counts as
+        /// one: it is divided by 1 + gloss_fade (s a)^2 / (alpha^2 + 0.001), s being the part of specular lobes in what is
+        /// scattered, a the angle in radians, and alpha that of GGX, the square of the roughness. Without it highlights that
+        /// move leave very bright pixels behind.
+        gloss_fade: f32 = 30.0, in 0.0..=1.0e6;
         /// What samples are selected by.
         target: Target = Target::Luminance;
         /// Where resampling uses visibility.

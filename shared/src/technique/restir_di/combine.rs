@@ -68,7 +68,7 @@ pub(super) fn neighbourhood<'a, F>(
     planes: &Planes<'a>,
     pixel: Pixel,
 ) -> Neighbourhood<'a, F> {
-    Neighbourhood { light, planes: *planes, grid: params.grid(), pixel, view: params.other_view() }
+    Neighbourhood { light, planes: *planes, grid: params.grid(), pixel, view: params.other_view(), gloss_fade: params.gloss_fade }
 }
 
 /// The random numbers of a combine of the pixel `at`.

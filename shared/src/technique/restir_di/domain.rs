@@ -6,6 +6,7 @@ use crate::pack::element;
 use crate::resample::domain::{Domain, Pixels, Reservoirs, Shifted, Source};
 use crate::resample::reproject::{Grid, Place};
 use crate::resample::similar::Facet;
+use crate::bsdf::ScatteringFunction;
 use crate::scene::{AddressedLights, BsdfOf, Frames, LightAddress};
 use crate::transport::{Vertex, transmittance};
 use glam::{UVec4, Vec3};
@@ -105,6 +106,8 @@ pub(super) struct Neighbourhood<'a, F> {
     pub(super) pixel: Pixel,
     /// The others' view.
     pub(super) view: View,
+    /// [`super::DiParams::gloss_fade`].
+    pub(super) gloss_fade: f32,
 }
 
 impl<F: Frames> Neighbourhood<'_, F> {
@@ -149,6 +152,11 @@ impl<F: Frames> Reservoirs for Neighbourhood<'_, F> {
         let elsewhere = self.light.is_elsewhere(of);
         let pixel = if of.is_other { self.pixel(self.grid.at(of.pixel)) } else { self.pixel };
         Receiver { vertex: pixel.vertex(&self.light.frames.scene(elsewhere)), elsewhere }
+    }
+
+    #[inline(always)]
+    fn kept(&self, own: &Receiver<BsdfOf<F::Scene>>) -> f32 {
+        self.pixel.kept(self.gloss_fade, own.vertex.bsdf.gloss(), &self.view)
     }
 }
 

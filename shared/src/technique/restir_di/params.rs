@@ -165,8 +165,11 @@ pub struct DiParams {
     pub tiles: u32,
     /// Candidates in a tile, with [`Flags::TILES`] from 1 to 2^15.
     pub tile_size: u32,
+    /// How fast the confidence of another frame's reservoirs falls where a glossy surface is seen from another direction: the rate of
+    /// [`crate::bsdf::Gloss::kept`], 0 for not at all.
+    pub gloss_fade: f32,
     /// Zero.
-    pub reserved: [u32; 2],
+    pub reserved: u32,
     /// Offsets of a shading pass, as [`super::pair_offsets`] makes them: x in the lower half, y in the upper. Every pixel has the neighbours on
     /// both sides, so that `neighbours` is twice their number.
     pub pairs: [u32; PAIRS],
@@ -195,6 +198,7 @@ impl DiParams {
     /// | neighbours | `neighbours` = 4, `radius` | within a twenty-fourth of the image's longer side, at least 4 pixels |
     /// | likeness | `max_plane_distance` = 0.02, `min_normal_cos` = 0.5 | who is no neighbour; `near_radius` = 0: none is believed to see the same |
     /// | history | `confidence_cap` = 20 | a reservoir of the last frame counts for at most so many of this one: a larger cap has less noise where nothing moves, and keeps longer what is out of date |
+    /// | gloss | `gloss_fade` = 30 | how fast that count falls where a glossy surface is seen from another direction: without, few pixels become very bright where highlights move |
     /// | numbers | [`Flags::SOBOL`] | spread over frames and candidates |
     /// | glass | [`Flags::TRANSMITTANCE`] | costs nothing in a scene without clear glass |
     ///
@@ -217,6 +221,7 @@ impl DiParams {
             candidates: 16,
             neighbours: 4,
             confidence_cap: 20.0,
+            gloss_fade: 30.0,
             radius: num::max(4.0, num::div(width.max(height) as f32, 24.0)),
             max_plane_distance: 0.02,
             min_normal_cos: 0.5,

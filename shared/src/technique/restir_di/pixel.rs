@@ -1,12 +1,15 @@
 //! What a pixel sees.
 
 use super::{DiParams, Flags};
+use crate::bsdf::Gloss;
 use crate::camera::camera_ray;
 use crate::geometry::{Hit, PackedHit, Ray};
 use crate::layout::CameraParams;
 use crate::rng::{Rng, Sampler};
 use crate::scene::{BsdfOf, Surface, SurfacePoint, Trace};
 use crate::transport::Vertex;
+use crate::vec::normalize;
+use glam::Vec3;
 
 /// The hit of the camera's ray through the pixel `at`.
 pub fn primary<S: Trace + Surface>(scene: &S, params: &DiParams, at: [u32; 2]) -> PackedHit {
@@ -73,6 +76,14 @@ impl Pixel {
     #[inline(always)]
     pub(super) fn point<S: Surface>(&self, scene: &S) -> SurfacePoint<S::Material> {
         scene.surface(&self.ray, &self.hit)
+    }
+
+    /// What is left of the confidence of reservoirs of another view, which saw the surface from elsewhere ([`Gloss::kept`]).
+    #[inline(always)]
+    pub(super) fn kept(&self, rate: f32, gloss: Gloss, then: &View) -> f32 {
+        let Ray { origin, direction, .. } = self.ray;
+        let position = origin + direction * self.hit.t;
+        gloss.kept(rate, -direction, normalize(Vec3::from_array(then.camera.position) - position))
     }
 
     #[inline(always)]

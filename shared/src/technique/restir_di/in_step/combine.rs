@@ -6,13 +6,14 @@ use super::super::{DiParams, Flags, PackedReservoir, Planes, Stored, combine};
 use super::Looking;
 use super::evaluated::{Asked, Evaluated, Known, Waiting};
 use crate::geometry::Hit;
+use crate::layout::FEATURE_GLOSSY;
 use crate::lanes::{LANES, Lanes, Registers, Stage, fields};
 use crate::resample::domain::{Pixels, Reservoirs, Source};
 use crate::resample::merge::{self, Inputs, Neighbour, Others, Rules};
 use crate::resample::mis::INPUTS;
 use crate::resample::reproject::Place;
 use crate::resample::similar::Facet;
-use crate::scene::{Frames, LightAddress, SceneFrames, SceneView, Still};
+use crate::scene::{Frames, LightAddress, SceneFrames, SceneView, Still, Surface};
 use glam::Vec3;
 
 /// Samples at pixels that are evaluated together: what as many pixels as lanes ask for in pairwise MIS, and one pixel in every form.
@@ -56,6 +57,7 @@ pub fn combine_row<const COMPILED: u32>(
         .map(|(scene, view)| Waiting::new(scene, view, light.flags, registers));
     let mut work = Work {
         inputs: [merge::alone::<KnownReservoirs<'_, COMPILED>>(Stored::EMPTY, 0); LANES],
+        kept: Lanes::all(1.0),
         counts: [0; LANES],
         ends: [0; LANES],
         evaluated: [Evaluated::NONE; EVALUATED],
@@ -69,6 +71,8 @@ pub fn combine_row<const COMPILED: u32>(
 /// What some pixels of a row are combined in.
 struct Work<'a, const COMPILED: u32> {
     inputs: [Inputs<KnownReservoirs<'a, COMPILED>>; LANES],
+    /// What each pixel leaves of the confidence of another frame's reservoirs.
+    kept: Lanes<f32>,
     /// How many inputs each pixel has.
     counts: [u32; LANES],
     /// Where what is evaluated for each pixel ends.
@@ -97,7 +101,11 @@ impl<'a, R: Registers, const COMPILED: u32> Row<'a, R, COMPILED> {
         let mut hits = [Hit::MISS; LANES];
         let seen = &self.around.planes.hits[first..first + reservoirs.len()];
         hits.iter_mut().zip(seen).for_each(|(hit, seen)| *hit = seen.unpack());
-        let found = self.find(at, &hits);
+        let looking = looking(at, &hits);
+        let found = self.find(&looking, &hits);
+        if self.around.rules.others == Others::OtherFrame {
+            self.fade(&looking, &mut work.kept);
+        }
         self.evaluate(at, reservoirs, &hits, &found, waiting, work);
         self.merge(at, reservoirs, work);
     }
@@ -111,11 +119,11 @@ impl<'a, R: Registers, const COMPILED: u32> Row<'a, R, COMPILED> {
         hits: &[Hit; LANES],
         found: &[Lanes<Neighbour>],
         [here, there]: &mut [Waiting<'_, R, COMPILED>; 2],
-        Work { inputs, counts, ends, evaluated }: &mut Work<'a, COMPILED>,
+        Work { inputs, counts, ends, evaluated, .. }: &mut Work<'a, COMPILED>,
     ) {
         let Around { params, planes, rules, .. } = self.around;
         let grid = params.grid();
-        let none = KnownReservoirs(Known::new(self.light, &[]));
+        let none = KnownReservoirs { known: Known::new(self.light, &[]), kept: 1.0 };
         let mut end = 0;
         for (lane, own) in reservoirs.iter_mut().enumerate() {
             let (x, hit, inputs) = (x.wrapping_add(lane as u32), hits[lane], &mut inputs[lane]);
@@ -159,44 +167,80 @@ impl<'a, R: Registers, const COMPILED: u32> Row<'a, R, COMPILED> {
         for (lane, own) in reservoirs.iter_mut().enumerate() {
             let (count, end) = (work.counts[lane], work.ends[lane]);
             if count > 1 {
-                let known = KnownReservoirs(Known::new(self.light, &work.evaluated[begin..end]));
+                let known = Known::new(self.light, &work.evaluated[begin..end]);
+                let known = KnownReservoirs { known, kept: work.kept.get(lane) };
                 let draws = draws(params, [x.wrapping_add(lane as u32), y]);
                 let (stored, _) = merge::merge(&known, &rules, &mut work.inputs[lane], count, &draws);
-                debug_assert!(known.0.is_done(), "less is asked for than was listed");
+                debug_assert!(known.known.is_done(), "less is asked for than was listed");
                 *own = stored.pack();
             }
             begin = end;
         }
     }
 
+    /// What the pixels leave of the confidence of another frame's reservoirs.
+    #[inline(always)]
+    fn fade(&self, looking: &Lanes<Looking>, kept: &mut Lanes<f32>) {
+        let scene = self.light.frames.scene(false);
+        if scene.features() & FEATURE_GLOSSY != 0 {
+            self.registers.run(&Fade { scene: &scene, params: self.around.params }, looking, kept);
+        }
+    }
+
     /// The other reservoirs that take part, by n.
     #[inline(always)]
-    fn find(&self, [x, y]: [u32; 2], hits: &[Hit; LANES]) -> [Lanes<Neighbour>; INPUTS] {
+    fn find(&self, looking: &Lanes<Looking>, hits: &[Hit; LANES]) -> [Lanes<Neighbour>; INPUTS] {
         let Around { light, params, planes, rules } = self.around;
         let mut found = [Lanes::all(Neighbour::NONE); INPUTS];
-        let mut looking = Lanes::ZERO;
-        let mut any = false;
-        for (lane, &hit) in hits.iter().enumerate().filter(|(_, hit)| hit.is_hit()) {
-            looking.set(lane, Looking { x: x.wrapping_add(lane as u32), y, hit });
-            any = true;
-        }
-        if !any {
+        if !hits.iter().any(Hit::is_hit) {
             return found;
         }
         if rules.others == Others::Unchanged {
-            for (lane, hit) in hits.iter().enumerate().filter(|(_, hit)| hit.is_hit()) {
-                let at = [x.wrapping_add(lane as u32), y];
-                let pixels = neighbourhood(light, params, planes, params.view().of_hit(at, *hit));
+            for lane in (0..LANES).filter(|&lane| hits[lane].is_hit()) {
+                let Looking { x, y, hit } = looking.get(lane);
+                let at = [x, y];
+                let pixels = neighbourhood(light, params, planes, params.view().of_hit(at, hit));
                 found[0].set(lane, rules.unchanged(&pixels, at));
             }
             return found;
         }
-        let mut centers = Centers { looking, here: Lanes::ZERO, center: Lanes::ZERO };
-        self.registers.run(&self.around, &looking, &mut centers);
+        let mut centers = Centers { looking: *looking, here: Lanes::ZERO, center: Lanes::ZERO };
+        self.registers.run(&self.around, looking, &mut centers);
         for n in rules.first_neighbour()..=rules.neighbours {
             self.registers.run(&Nth { around: &self.around, n }, &centers, &mut found[n as usize]);
         }
         found
+    }
+}
+
+/// The pixels from (x, y) on; what stands for those that see nothing is never looked up.
+#[inline(always)]
+fn looking([x, y]: [u32; 2], hits: &[Hit; LANES]) -> Lanes<Looking> {
+    let mut looking = Lanes::ZERO;
+    for (lane, &hit) in hits.iter().enumerate().filter(|(_, hit)| hit.is_hit()) {
+        looking.set(lane, Looking { x: x.wrapping_add(lane as u32), y, hit });
+    }
+    looking
+}
+
+/// Finds what is left of the confidence of another frame's reservoirs.
+struct Fade<'a, const COMPILED: u32> {
+    scene: &'a SceneView<'a, COMPILED>,
+    params: &'a DiParams,
+}
+
+impl<const COMPILED: u32> Stage for Fade<'_, COMPILED> {
+    type From = Lanes<Looking>;
+    type To = Lanes<f32>;
+
+    #[inline(always)]
+    fn run(&self, looking: &Lanes<Looking>, to: &mut Lanes<f32>) {
+        let (scene, params) = (*self.scene, *self.params);
+        for lane in 0..LANES {
+            let Looking { x, y, hit } = looking.get(lane);
+            let pixel = params.view().of_hit([x, y], hit);
+            to.set(lane, pixel.kept(params.gloss_fade, pixel.vertex(&scene).bsdf.gloss(), &params.other_view()));
+        }
     }
 }
 
@@ -259,7 +303,11 @@ impl<const COMPILED: u32> Stage for Nth<'_, COMPILED> {
 }
 
 /// Reservoirs whose samples were evaluated in the order in which they are asked for.
-struct KnownReservoirs<'a, const COMPILED: u32>(Known<'a, SceneFrames<'a, COMPILED>>);
+struct KnownReservoirs<'a, const COMPILED: u32> {
+    known: Known<'a, SceneFrames<'a, COMPILED>>,
+    /// What the pixel leaves of the confidence of another frame's reservoirs.
+    kept: f32,
+}
 
 impl<'a, const COMPILED: u32> Reservoirs for KnownReservoirs<'a, COMPILED> {
     type Domain = Known<'a, SceneFrames<'a, COMPILED>>;
@@ -269,7 +317,7 @@ impl<'a, const COMPILED: u32> Reservoirs for KnownReservoirs<'a, COMPILED> {
 
     #[inline(always)]
     fn domain(&self) -> &Known<'a, SceneFrames<'a, COMPILED>> {
-        &self.0
+        &self.known
     }
 
     #[inline(always)]
@@ -284,4 +332,9 @@ impl<'a, const COMPILED: u32> Reservoirs for KnownReservoirs<'a, COMPILED> {
 
     #[inline(always)]
     fn receiver(&self, _pixel: Source) {}
+
+    #[inline(always)]
+    fn kept(&self, (): &()) -> f32 {
+        self.kept
+    }
 }
