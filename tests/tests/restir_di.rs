@@ -34,7 +34,7 @@ use std::sync::OnceLock;
 
 restir_tests::suite! {
     other_scenes_give_the_bits_of_renders combines_cost_what_the_table_says frames_cost_what_the_table_says
-    without_neighbours_a_reservoir_stays known_visibility_needs_no_final_ray a_still_view_merges_as_by_talbot
+    without_neighbours_a_reservoir_stays glossy_history_fades known_visibility_needs_no_final_ray a_still_view_merges_as_by_talbot
     images_of_one_pixel_and_one_row_render without_lights_it_is_dark reservoirs_come_back_from_their_words
     broken_words_are_empty_reservoirs a_shaded_neighbour_costs_one_evaluation to_be_a_neighbour_is_mutual
     shading_with_neighbours_is_pairwise_mis more_rays_are_for_what_is_seen_alone unbiased_settings_agree_with_paths wrong_settings_are_seen
@@ -112,11 +112,16 @@ fn other_scenes_give_the_bits_of_renders() -> Result<(), Failed> {
 
 const SIDE: u32 = 24;
 
-/// A wall under a light that all of it sees: every sample of every pixel is worth something everywhere.
+/// A white wall under a light that all of it sees: every sample of every pixel is worth something everywhere.
 fn lit_wall() -> Result<SceneBuffers, Failed> {
+    wall_of(Material::diffuse("wall", [0.5; 3]))
+}
+
+/// The same of another material.
+fn wall_of(material: Material) -> Result<SceneBuffers, Failed> {
     let (x, y) = (DVec3::X, DVec3::Y);
     let mut scene = Scene { camera: Some(Camera::pinhole(DVec3::Z * 3.0, DVec3::ZERO, y, 0.6)), ..Scene::default() };
-    let wall = scene.add_material(Material::diffuse("wall", [0.5; 3]));
+    let wall = scene.add_material(material);
     scene.add_mesh("wall", wall, Mesh::quad(DVec3::new(-3.0, -3.0, 0.0), [x * 6.0, y * 6.0]));
     scene.add_quad_light(DVec3::new(-1.0, -1.0, 5.0), [y * 2.0, x * 2.0], [3.0; 3], false);
     Ok(SceneBuffers::build(&scene)?)
@@ -275,6 +280,47 @@ fn known_visibility_needs_no_final_ray() -> Result<(), Failed> {
         ]) {
             let of = |more: &str| film(plan(&buffers, &render([16, 16], &plain(&format!("{text},{more}")), 3, 2)));
             ensure(bits(&of("visibility=ray")?) == bits(&of("visibility=selected")?), || format!("{scene}, {text}"))?;
+        }
+    }
+    Ok(())
+}
+
+/// Where a camera moves along a wall of metal, the last frame's reservoirs count as long as the formula says, in f64; on a rough wall without
+/// specular lobes, or with `gloss_fade=0`, as the cap says. A formula without the square of the angle is seen.
+fn glossy_history_fades() -> Result<(), Failed> {
+    const FRAMES: u32 = 24;
+    const STEP: f64 = 0.018;
+    let rough = Material::diffuse("wall", [0.5; 3]);
+    let metal = Material { metallic: 1.0, roughness: 0.2, ..rough.clone() };
+    let camera = |frame: u32| {
+        let eye = DVec3::new(STEP * f64::from(frame), 0.0, 3.0);
+        Camera::pinhole(eye, eye - DVec3::Z * 3.0, DVec3::Y, 0.3)
+    };
+    let kept = |x: u32, power: f64| {
+        // in the middle row: where the wall is seen, and from where in both frames
+        let half = (0.15_f64).tan() * 3.0;
+        let along = (2.0 * (f64::from(x) + 0.5) / f64::from(SIDE) - 1.0) * half;
+        let above = half / f64::from(SIDE);
+        let [now, then] = [0.0, STEP].map(|back| DVec3::new(-along - back, above, 3.0).normalize());
+        let width = 0.2_f64.powi(4) + 1.0e-3;
+        width / (width + 30.0 * (now - then).length().powf(power))
+    };
+    for (wall, text, fades) in
+        [(&metal, "gloss_fade=30", true), (&metal, "gloss_fade=0", false), (&rough, "gloss_fade=30", false)]
+    {
+        let buffers = wall_of(wall.clone())?;
+        let settings = plain(&format!("spatial=0,confidence_cap=20,{text}"));
+        let cameras = (0..FRAMES).map(camera).collect();
+        let render = Render { cameras, ..render([SIDE; 2], &settings, FRAMES, 3) };
+        let captures = captured(plan(&buffers, &render))?;
+        let combine = last(&captures, &di_combine::DESC);
+        // half a pixel at most goes by in a frame: every one has its own history
+        for x in 0..SIDE {
+            let found = reservoir(&combine.invoke(&buffers.view(), [x, SIDE / 2])).confidence;
+            let expected = |power: f64| 1.0 + if fades { 20.0 * kept(x, power) } else { 20.0 };
+            let is = |expected: f64| (f64::from(found) - expected).abs() <= 0.5 + 1.0e-3;
+            ensure(is(expected(2.0)), || format!("{text}: {found} at {x}, not {}", expected(2.0)))?;
+            ensure(!fades || !is(expected(1.0)), || format!("{text}: {found} at {x} would do for the angle itself"))?;
         }
     }
     Ok(())

@@ -5,8 +5,8 @@ use super::coat::Coat;
 use super::compensation::Compensation;
 use super::fresnel::Fresnel;
 use super::{
-    COS_MIN, DELTA_BELOW, DIFFUSE_REFLECTION, DIFFUSE_TRANSMISSION, Dielectric, Ggx, Gloss, Material, SPECULAR_REFLECTION,
-    SPECULAR_TRANSMISSION, markers, schlick_weight,
+    COS_MIN, DELTA_BELOW, DIFFUSE_REFLECTION, DIFFUSE_TRANSMISSION, Dielectric, Ggx, Gloss, Material,
+    SPECULAR_REFLECTION, SPECULAR_TRANSMISSION, markers, schlick_weight,
 };
 use crate::layout::{
     FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_GLOSSY, FEATURE_MULTISCATTER, FEATURE_TRANSMISSION,

@@ -142,14 +142,16 @@ impl Rules {
         self.form.asks_for_selected() & self.visibility.mis & !self.visibility.selection
     }
 
-    /// The most that the reservoir of another pixel counts, which is `own`.
+    /// The most that another reservoir counts at the pixel that combines, which is `own`.
     #[inline(always)]
     fn most_confidence<R: Reservoirs>(&self, reservoirs: &R, own: &<R::Domain as Domain>::Receiver) -> f32 {
         match self.others {
             Others::SameFrame => f32::MAX,
             Others::Unchanged => self.confidence_cap,
-            // no less than an initial reservoir
-            Others::OtherFrame => num::max(self.confidence_cap * reservoirs.kept(own), 1.0),
+            // what fades counts no less than an initial reservoir
+            Others::OtherFrame => {
+                num::max(self.confidence_cap * reservoirs.kept(own), num::min(self.confidence_cap, 1.0))
+            }
         }
     }
 

@@ -6,7 +6,7 @@ use std::time::Instant;
 use glam::Vec2;
 use restir_host::exec::{Executor, Step};
 use restir_host::render::{Render, render};
-use restir_host::technique::restir_di::DiSettings;
+use restir_host::technique::restir_di::{DiSettings, Temporal};
 use restir_host::{Error, buffers::SceneBuffers};
 use restir_kernels::restir_di::{di_combine, di_exchange, di_gather, di_initial, di_offer, di_shade};
 use restir_shared::camera::primary_ray;
@@ -87,7 +87,8 @@ impl Limits {
         let same =
             |a: usize, b: usize| reservoirs.get(b).is_some_and(|b| b.has_sample() && b.sample == reservoirs[a].sample);
         self.copies = share(&|pixel| same(pixel, pixel + 1) || same(pixel, pixel + width));
-        let half = 0.5 * settings.confidence_cap.min(chain.count) as f32;
+        let frames = if settings.temporal == Temporal::Off { 1 } else { chain.count };
+        let half = 0.5 * settings.confidence_cap.min(frames) as f32;
         self.young = share(&|pixel| reservoirs[pixel].confidence < half);
         Ok(())
     }

@@ -181,13 +181,7 @@ fn baselines(size: [u32; 2]) -> [Render; BASELINES] {
     [Render::new(size, path), Render { accumulate: true, ..Render::new(size, resampled) }]
 }
 
-fn measured(
-    images: u32,
-    settings: &[Setting],
-    name: &str,
-    view: View,
-    width: u32,
-) -> Result<Row, restir_host::Error> {
+fn measured(images: u32, settings: &[Setting], name: &str, view: View, width: u32) -> Result<Row, restir_host::Error> {
     let size = [width, width * 3 / 4];
     let scene = Scene::load(name)?;
     let buffers = SceneBuffers::build(&scene)?;
@@ -215,6 +209,5 @@ fn measured(
     };
     let limits = trials[BASELINES..].iter().map(limits).collect::<Result<_, _>>()?;
     let names = settings.iter().map(|setting| setting.name.clone()).collect();
-    if std::env::var("RAW").is_ok() { for j in &judge(&trials, &tried) { eprintln!("{:.1} ms {:.5}", 1e3*j.seconds, j.rel_mse.value); } }
     Ok(Row { scene: name.to_owned(), view, width, emitters, names, judged: judge(&trials, &tried), limits })
 }

@@ -179,7 +179,7 @@ settings! {
         "wis" => Self { mis: Mis::TALBOT, visibility: Visibility::Averaged, neighbours: 1, ..Self::published() },
         "quality" => Self::quality(),
         "offline" => Self { confidence_cap: MAX_CONFIDENCE_CAP, ..Self::tiled() },
-        "progressive" => Self { mis: Mis::PAIRWISE, temporal: Temporal::Off, spatial: 1, shaded: 16, ..Self::tiled() },
+        "progressive" => Self::progressive(),
         "fast" => Self { candidates: 8, neighbours: 1, ..Self::visibility_in_shading() },
     }
 }
@@ -231,6 +231,18 @@ impl DiSettings {
             shading_radius: 3.0,
             shaded: 32,
             ..Self::default()
+        }
+    }
+
+    /// No pass shares samples between pixels before they are shaded: neighbours that had the same one would tell each other less.
+    fn progressive() -> Self {
+        Self {
+            temporal: Temporal::Off,
+            candidates: 32,
+            initial_rays: 4,
+            shaded: 12,
+            shading_radius: 2.0,
+            ..Self::quality()
         }
     }
 

@@ -38,6 +38,9 @@ impl Planes<'_> {
 ///
 /// What a reservoir of another frame can produce is what its pixel could see then. So visibility in MIS weights is asked of that
 /// frame's scene, `frames.scene(true)`.
+///
+/// # Panics
+/// Natively, if a plane has fewer elements than the image has pixels.
 #[inline(always)]
 pub fn combine<F: Frames + Copy>(
     frames: F,
@@ -68,7 +71,14 @@ pub(super) fn neighbourhood<'a, F>(
     planes: &Planes<'a>,
     pixel: Pixel,
 ) -> Neighbourhood<'a, F> {
-    Neighbourhood { light, planes: *planes, grid: params.grid(), pixel, view: params.other_view(), gloss_fade: params.gloss_fade }
+    Neighbourhood {
+        light,
+        planes: *planes,
+        grid: params.grid(),
+        pixel,
+        view: params.other_view(),
+        gloss_fade: params.gloss_fade,
+    }
 }
 
 /// The random numbers of a combine of the pixel `at`.

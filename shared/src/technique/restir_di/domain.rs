@@ -2,11 +2,11 @@
 
 use super::pixel::{Pixel, View};
 use super::{Evaluation, Flags, PackedReservoir, Planes, Stored, evaluate, visible_target};
+use crate::bsdf::ScatteringFunction;
 use crate::pack::element;
 use crate::resample::domain::{Domain, Pixels, Reservoirs, Shifted, Source};
 use crate::resample::reproject::{Grid, Place};
 use crate::resample::similar::Facet;
-use crate::bsdf::ScatteringFunction;
 use crate::scene::{AddressedLights, BsdfOf, Frames, LightAddress};
 use crate::transport::{Vertex, transmittance};
 use glam::{UVec4, Vec3};

@@ -12,7 +12,7 @@ use crate::resample::packed::dithered;
 use crate::resample::reservoir::Reservoir;
 use crate::rng;
 use crate::scene::{AddressedLights, LightAddress, Surface, Trace};
-use crate::transport::{Passage, Vertex, follow};
+use crate::transport::{Departure, Passage, Vertex, follow};
 use crate::vec::max_component;
 use glam::Vec3;
 
@@ -37,13 +37,10 @@ impl Scattering {
         at: [u32; 2],
     ) -> Self {
         let words = params.rng(at).draw(SCATTER_DIMENSION);
-        let sample = vertex.bsdf.sample(words);
-        let direction = vertex.frame.to_world(sample.direction);
+        let Departure { sample, ray, alive } = vertex.depart(words, features);
         let wanted = sample.delta | params.flags.contains(Flags::SCATTER_CANDIDATE);
-        let goes_on = wanted & (sample.pdf > 0.0) & vertex.is_consistent(direction, sample.direction);
-        let key = if sample.delta { Ray::random_key(features, words.x) } else { Ray::THROUGH };
-        let ray = Ray { origin: vertex.origin(direction), direction, t_max: Ray::FAR, key };
-        Self { sample, goes_on, ray, smooth: vertex.bsdf.has_smooth_part() }
+        let key = if sample.delta { ray.key } else { Ray::THROUGH };
+        Self { sample, goes_on: wanted & alive, ray: Ray { key, ..ray }, smooth: vertex.bsdf.has_smooth_part() }
     }
 }
 
