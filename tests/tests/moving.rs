@@ -337,8 +337,9 @@ fn against_path_tracing(
 type Change = fn(&mut Pass);
 
 /// Scene, name, settings, what is done, and whether that is wrong.
-static VARIANTS: [(&Subject, &str, &str, Change, bool); 9] = [
+static VARIANTS: [(&Subject, &str, &str, Change, bool); 10] = [
     (&MOVING, "is unbiased", "", |_| (), false),
+    (&MOVING, "is unbiased where the history of gloss fades at once", "gloss_fade=1e6", |_| (), false),
     (&TOYS, "is unbiased", "", |_| (), false),
     (&TOYS, "is biased by the last frame seen in this one's geometry", "", in_this_geometry, true),
     (&MOVING, "is biased by the last frame seen in this one's geometry", "", in_this_geometry, true),

@@ -102,7 +102,7 @@ const USES: [&str; 4] = [
     "visibility_reuse=selection,visibility=selected",
 ];
 /// Unbiased settings beside.
-const MORE: [&str; 17] = [
+const MORE: [&str; 18] = [
     "sampler=independent,mis=pairwise,visibility_reuse=selection,visibility=selected,jitter=on",
     "mis=talbot,visibility_reuse=off,visibility=ray,scatter=off,jitter=on",
     "visibility_reuse=selection,visibility=selected,jitter=on",
@@ -117,6 +117,7 @@ const MORE: [&str; 17] = [
     "mis=pairwise,visibility_reuse=selection,visibility=selected,still=on,shaded=20",
     "mis=contribution,visibility_reuse=weights,visibility=ray,still=on",
     "visibility_reuse=weights,visibility=ray,spatial=2,feedback=off",
+    "gloss_fade=1e6,visibility_reuse=selection,visibility=selected",
     "mis=pairwise,visibility_reuse=selection,visibility=selected,tiles=4x64",
     "mis=pairwise,visibility_reuse=selection,visibility=selected,tiles=4x64,initial_rays=4,spatial=0,still=on,shaded=20",
     "mis=pairwise,visibility_reuse=selection,visibility=selected,tiles=4x64,initial_rays=4,temporal=off,shaded=20",

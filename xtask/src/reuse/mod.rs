@@ -140,6 +140,9 @@ pub fn run(options: &Options) -> Result<(), Error> {
         for scene in &options.scenes {
             for &view in &views {
                 let of_view: Vec<_> = settings.iter().filter(|setting| setting.is_for(view)).cloned().collect();
+                if of_view.is_empty() {
+                    continue;
+                }
                 let row = measured(options.images, &of_view, scene, view, width)?;
                 eprintln!("{:4.0} s  {}", start.elapsed().as_secs_f64(), report::line(&row));
                 rows.push(row);
