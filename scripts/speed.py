@@ -38,7 +38,13 @@ DEPTH = 8
 SPP = 64
 VARIANTS = ["scalar_rgb", "llvm_ad_rgb"]
 SAMPLERS = ["independent", "stratified", "multijitter", "ldsampler", "orthogonal"]
-RESERVOIRS = ["preset=progressive", "preset=progressive,candidates=128", "preset=offline", "preset=quality"]
+RESERVOIRS = [
+    "preset=progressive",
+    "preset=progressive,candidates=128",
+    "preset=progressive,candidates=128,spatial=1,shaded=16,shading_radius=3",
+    "preset=offline",
+    "preset=quality",
+]
 METRICS = ["RMSE", "relMSE"]
 REL_MSE_EPSILON = 1e-3  # as `restir compare` has it
 MOST_SAMPLES = 4096

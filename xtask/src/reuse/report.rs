@@ -23,13 +23,14 @@ fn heading(options: &Options) -> String {
          {FRAMES} frames: path tracing of two segments, and resampling of 32 candidates from lights (RIS-32). Below 1 \
          reuse pays. The settings are those that `restir advise` tries. Where they begin with `last`, the last frame is judged, \
          which has the history of the others. Otherwise frames are independent and their mean is judged (`--accumulate`): \
-         only a view that stands still has one. *best* is the least of them, the setting that `restir advise` names.\n\n\
+         only a view that stands still has one, and of a scene that moves it is that of its last moment, as it is without reuse. *best* is the least of them, the setting that `restir advise` names.\n\n\
          The halls are made by a generator (`restir scenes`, `host/src/scene/builtin/hall.rs`): hall-N is that \
          of the seed N, and no other seeds were tried. They have 60 to 959 lights: bulbs, panels, points and spots of seven \
          octaves of power, up to a quarter of them behind a wall, over diffuse, plastic (roughness 0.08 to 0.6) and metal \
          (0.1 to 0.5) surfaces. Emitters are emissive triangles and lights without a surface; few objects may have many of \
          them: `moving` has 5 lights, `toys` 2, and `foliage` a sky, a sun and a lantern. There a path that samples a light and \
-         a direction knows nearly all that can be known of the light, so that frames have little to tell each other.\n\n\
+         a direction knows nearly all that can be known of the light, so that one sample a pixel, which is what the last frame \
+         has after all history, is less than many.\n\n\
          Rendered on the CPU, rays through the centres of pixels on both sides, all with spread samples; errors are \
          variances over {} independent chains (`restir_host::trial`), ± is a standard error, times are medians of processor \
          time over images made in turns. In *orbit* the camera turns about its target by a degree a frame, \

@@ -84,7 +84,8 @@ impl Technique for DiSettings {
     }
 
     /// Without reuse, then the unbiased presets for one frame after the other and for the mean of all, of which the latter with more
-    /// candidates pays where there are hundreds of lights.
+    /// candidates pays where there are hundreds of lights, and with a spatial pass where there are so many that most pixels find
+    /// nothing of use by themselves.
     fn advisable(&self) -> &'static [&'static str] {
         &[
             "temporal=off,spatial=0,shaded=0,scatter=off,candidates=32",
@@ -93,6 +94,7 @@ impl Technique for DiSettings {
             "last,preset=offline",
             "preset=progressive",
             "preset=progressive,candidates=128",
+            "preset=progressive,candidates=128,spatial=1,shaded=16,shading_radius=3",
         ]
     }
 
