@@ -77,12 +77,12 @@ struct Setting {
 }
 
 impl Setting {
-    fn read(name: &String) -> Result<Self, restir_host::Error> {
-        let (changes, accumulate) = name.strip_prefix(LAST_FRAME).map_or((name.as_str(), true), |last| (last, false));
+    fn read(name: &str) -> Result<Self, restir_host::Error> {
+        let (changes, accumulate) = name.strip_prefix(LAST_FRAME).map_or((name, true), |last| (last, false));
         let mut settings = DiSettings::default();
         let changes: Vec<&str> = changes.split(',').filter(|change| !change.is_empty()).collect();
         configure(&mut settings, &changes)?;
-        Ok(Self { name: name.clone(), settings, accumulate })
+        Ok(Self { name: name.to_owned(), settings, accumulate })
     }
 
     /// A view that moves has no mean.
@@ -132,7 +132,7 @@ pub fn run(options: &Options) -> Result<(), Error> {
     let start = Instant::now();
     let named = if options.settings.is_empty() { proposed() } else { options.settings.clone() };
     let options = &Options { settings: named, ..options.clone() };
-    let settings = options.settings.iter().map(Setting::read).collect::<Result<Vec<_>, _>>()?;
+    let settings = options.settings.iter().map(|name| Setting::read(name)).collect::<Result<Vec<_>, _>>()?;
     let views: Vec<View> =
         [View::Still, View::Orbit].into_iter().filter(|&view| options.only.is_none_or(|only| only == view)).collect();
     let mut rows = Vec::new();
