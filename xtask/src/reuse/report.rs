@@ -23,7 +23,8 @@ fn heading(options: &Options) -> String {
          {FRAMES} frames: path tracing of two segments, and resampling of 32 candidates from lights (RIS-32). Below 1 \
          reuse pays. The settings are those that `restir advise` tries. Where they begin with `last`, the last frame is judged, \
          which has the history of the others. Otherwise frames are independent and their mean is judged (`--accumulate`): \
-         only a view that stands still has one, and of a scene that moves it is that of its last moment, as it is without reuse. *best* is the least of them, the setting that `restir advise` names.\n\n\
+         only a view that stands still has one, and of a scene that moves it is that of its last moment, as it is without \
+         reuse. *best* is the least of them, the setting that `restir advise` names.\n\n\
          The halls are made by a generator (`restir scenes`, `host/src/scene/builtin/hall.rs`): hall-N is that \
          of the seed N, and no other seeds were tried. They have 60 to 959 lights: bulbs, panels, points and spots of seven \
          octaves of power, up to a quarter of them behind a wall, over diffuse, plastic (roughness 0.08 to 0.6) and metal \
@@ -40,7 +41,8 @@ fn heading(options: &Options) -> String {
          however long the history is.\n\n\
          What limits it, of the last frame: *empty* pixels found nothing of use among their own candidates, *copies* hold the \
          sample of the pixel to the right or below, *young* have less than half of the confidence that the frames or the cap \
-         allow (of independent frames none), *refused* neighbours within the radius of shading are of another surface. Shares of time are those of initial \
+         allow (of independent frames none), *refused* neighbours within the radius of shading are of another surface. Shares \
+         of time are those of initial \
          candidates, of combining and of shading.\n",
         options.images,
     )
