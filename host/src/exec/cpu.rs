@@ -1,6 +1,6 @@
 //! The native executor: rows of a grid in parallel.
 
-use super::{Description, Executor, Flavour, Observer, Progress, Step};
+use super::{Description, Dispatches, Executor, Flavour, Observer, Progress, Step};
 use crate::plan::{Buffer, BufferId, FramePlan, Pass, Upload, Waiting};
 use crate::{Error, buffers::SceneBuffers};
 use rayon::prelude::*;
@@ -198,6 +198,10 @@ fn dispatch(pass: &Pass, buffers: &mut [Arc<[u32]>], scenes: &[Option<Arc<SceneB
 impl Executor for CpuExecutor {
     fn describe(&self) -> Description {
         Description { executor: "cpu", adapter: None, flavour: Flavour::Exact, parity: None }
+    }
+
+    fn dispatches(&self) -> Dispatches {
+        Dispatches::Long
     }
 
     fn run(&mut self, plan: FramePlan<'_>, observe: &mut Observer<'_>) -> Result<Vec<Vec<u32>>, Error> {

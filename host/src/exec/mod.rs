@@ -82,6 +82,16 @@ impl fmt::Display for Parity {
     }
 }
 
+/// How long dispatches may be. It does not change the bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Dispatches {
+    /// As short as GPUs ask for, whose drivers limit the time of a dispatch and the rounds of an invocation's loops.
+    #[default]
+    Short,
+    /// As long as suits the host, which traces rays of a pixel together: the more of its samples there are in a dispatch, the better.
+    Long,
+}
+
 /// What an executor is.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Description {
@@ -154,6 +164,11 @@ impl<'a> Step<'a> {
 pub trait Executor {
     /// What it is.
     fn describe(&self) -> Description;
+
+    /// How long the dispatches may be that it is given.
+    fn dispatches(&self) -> Dispatches {
+        Dispatches::Short
+    }
 
     /// Runs all passes in order and gives the words of the output buffers.
     ///

@@ -1,7 +1,7 @@
 //! Sessions on the CPU.
 
 use super::{Begun, Device, Frozen, Session, Setup, View};
-use crate::exec::{Course, CpuExecutor, check_probes};
+use crate::exec::{Course, CpuExecutor, Dispatches, check_probes};
 use crate::image::Image;
 use crate::plan::{Buffer, Pass};
 use crate::scene::Camera;
@@ -38,6 +38,8 @@ pub struct Cpu {
 }
 
 impl Device for Cpu {
+    const DISPATCHES: Dispatches = Dispatches::Long;
+
     fn allocate(&mut self, buffers: &[Buffer], keep_arenas: bool, scene: &Arc<SceneBuffers>) -> Result<(), Error> {
         let bytes = buffers.iter().map(|buffer| 4 * buffer.words as u64).sum();
         memory::check(bytes, "this session", "choose a smaller size or settings that keep less")?;

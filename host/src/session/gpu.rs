@@ -1,6 +1,7 @@
 //! Sessions on the device of a renderer.
 
 use super::{Begun, Device, Frozen, Session, Setup, View};
+use crate::exec::Dispatches;
 use crate::exec::gpu::{Pipelines, allocate, bind_group, dispatch, guarded};
 use crate::plan::{ARENAS, Buffer, BufferId, Pass};
 use crate::{Error, buffers::SceneBuffers};
@@ -33,6 +34,8 @@ pub struct Gpu {
 type Bound = (&'static str, Vec<u32>, usize, Vec<BufferId>);
 
 impl Device for Gpu {
+    const DISPATCHES: Dispatches = Dispatches::Short;
+
     fn allocate(&mut self, buffers: &[Buffer], keep_arenas: bool, _scene: &Arc<SceneBuffers>) -> Result<(), Error> {
         let kept = if keep_arenas { ARENAS.len() } else { 0 };
         let made = guarded(&self.device, || allocate(&self.device, &buffers[kept..]))?;

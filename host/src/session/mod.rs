@@ -31,6 +31,7 @@ pub use cpu::CpuSession;
 #[cfg(feature = "gpu")]
 pub use gpu::GpuSession;
 
+use crate::exec::Dispatches;
 use crate::moments::Moments;
 use crate::plan::{Buffer, BufferId, Pass, SceneFrame};
 use crate::render::Render;
@@ -86,7 +87,7 @@ impl Setup {
         crate::render::check_settings(&self.scene, &render)
     }
 
-    fn stage(&self, moments: &Moments) -> Stage {
+    fn stage(&self, moments: &Moments, dispatches: Dispatches) -> Stage {
         Stage {
             size: self.size,
             seed: self.seed,
@@ -95,6 +96,7 @@ impl Setup {
             progressive: self.mean_of.is_some(),
             features: self.scene.features,
             arenas: moments.buffers(),
+            dispatches,
         }
     }
 
@@ -167,6 +169,9 @@ pub struct Session<D> {
 
 /// Where the buffers of a session are.
 trait Device {
+    /// How long its dispatches may be.
+    const DISPATCHES: Dispatches;
+
     /// Makes the buffers. Of those that there are, the arenas are kept if they are known to be right; planes may hold anything.
     fn allocate(&mut self, buffers: &[Buffer], keep_arenas: bool, scene: &Arc<SceneBuffers>) -> Result<(), Error>;
 
@@ -194,7 +199,7 @@ impl<D: Device> Session<D> {
     fn over(setup: Setup, mut device: D) -> Result<Self, Error> {
         setup.check()?;
         let moments = Moments::new(setup.scene.clone(), setup.parts());
-        let sequence = setup.technique.sequence(&setup.stage(&moments));
+        let sequence = setup.technique.sequence(&setup.stage(&moments, D::DISPATCHES));
         device.prepare(&kernels(&setup, &moments)?)?;
         device.allocate(sequence.buffers(), false, &setup.scene)?;
         Ok(Self { setup, moments, sequence, next: 0, in_mean: 0, last_camera: None, device })
@@ -203,7 +208,7 @@ impl<D: Device> Session<D> {
     /// Forgets all frames, as after a cut: the next one has the bits of a new session's first.
     pub fn reset(&mut self) {
         self.moments.forget();
-        self.sequence = self.setup.technique.sequence(&self.setup.stage(&self.moments));
+        self.sequence = self.setup.technique.sequence(&self.setup.stage(&self.moments, D::DISPATCHES));
         (self.next, self.in_mean, self.last_camera) = (0, 0, None);
     }
 
@@ -241,7 +246,7 @@ impl<D: Device> Session<D> {
         } else {
             Moments::new(setup.scene.clone(), setup.parts())
         };
-        let sequence = setup.technique.sequence(&setup.stage(&moments));
+        let sequence = setup.technique.sequence(&setup.stage(&moments, D::DISPATCHES));
         self.device.prepare(&kernels(&setup, &moments)?)?;
         self.device.allocate(sequence.buffers(), keep_arenas, &setup.scene)?;
         (self.setup, self.moments) = (setup, moments);
@@ -353,7 +358,7 @@ impl<D: Device> Session<D> {
 
 /// The kernels of frames to come with their constants: of a first one, of one that is as the last was, and of one that is not.
 fn kernels(setup: &Setup, moments: &Moments) -> Result<Vec<Frozen>, Error> {
-    let mut sequence = setup.technique.sequence(&setup.stage(moments));
+    let mut sequence = setup.technique.sequence(&setup.stage(moments, Dispatches::default()));
     let [width, height] = setup.size;
     let mut kernels = Vec::new();
     for (index, same_scene) in [(0, false), (1, true), (2, true), (3, false)] {

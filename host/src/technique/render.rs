@@ -20,7 +20,7 @@
 //! ```
 
 pub use crate::exec::Progress;
-use crate::exec::{Executor, Observer, Step};
+use crate::exec::{Dispatches, Executor, Observer, Step};
 use crate::image::{Image, MAX_SIDE};
 use crate::moments::Moments;
 use crate::plan::{BufferId, FramePlan, Pass, SceneFrame};
@@ -80,8 +80,13 @@ impl Render {
         if self.is_mean() { self.count } else { 1 }
     }
 
-    /// The passes of the render. They can be made for settings that [`check`] refuses, too.
+    /// The passes of the render, for any executor. They can be made for settings that [`check`] refuses, too.
     pub fn plan<'a>(&'a self, scene: &'a SceneBuffers) -> FramePlan<'a> {
+        self.plan_of(scene, Dispatches::Short)
+    }
+
+    /// [`Self::plan`] in dispatches that may be so long.
+    pub(crate) fn plan_of<'a>(&'a self, scene: &'a SceneBuffers, dispatches: Dispatches) -> FramePlan<'a> {
         let moments = match self.technique.about().repeats {
             Repeats::Samples => Moments::still(Arc::new(scene.clone())),
             Repeats::Frames => {
@@ -97,6 +102,7 @@ impl Render {
             progressive: self.shows == Shows::Each && self.is_mean(),
             features: scene.features,
             arenas: moments.buffers(),
+            dispatches,
         };
         let sequence = self.technique.sequence(&stage);
         let counted = sequence.counts();
@@ -303,7 +309,7 @@ pub fn render(
     observe: &mut Observer<'_>,
 ) -> Result<Rendered, Error> {
     check(scene, render)?;
-    let plan = render.plan(scene);
+    let plan = render.plan_of(scene, executor.dispatches());
     let (dispatches, counts) = (plan.pass_count, plan.counts);
     Ok(render.rendered(&executor.run(plan, observe)?, dispatches, counts))
 }

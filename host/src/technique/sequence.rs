@@ -1,6 +1,7 @@
 //! The passes of a technique, frame by frame. A [`Sequence`] is what a technique gives to whoever drives it: a whole render or a session.
 //!
 //! ```
+//! use restir_host::exec::Dispatches;
 //! use restir_host::plan::Buffer;
 //! use restir_host::technique::sequence::{Frame, Stage};
 //! use restir_host::technique::{Technique, path::PathSettings};
@@ -8,7 +9,8 @@
 //!
 //! let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
 //! let (size, features, arenas) = ([16, 16], scene.features, Buffer::arenas(&scene));
-//! let stage = Stage { size, seed: 7, goes_on: false, most: 4, progressive: false, features, arenas };
+//! let dispatches = Dispatches::Short;
+//! let stage = Stage { size, seed: 7, goes_on: false, most: 4, progressive: false, features, arenas, dispatches };
 //! let mut sequence = PathSettings::default().sequence(&stage);
 //!
 //! sequence.begin(Frame {
@@ -32,6 +34,7 @@
 //! ```
 
 use crate::Error;
+use crate::exec::Dispatches;
 use crate::film::Capacity;
 use crate::plan::{Buffer, BufferId, Pass};
 use crate::technique::Technique;
@@ -54,6 +57,8 @@ pub struct Stage {
     pub features: u32,
     /// The arenas of the scene, which come first among the buffers.
     pub arenas: [Buffer; 3],
+    /// How long dispatches may be. Buffers do not depend on it.
+    pub dispatches: Dispatches,
 }
 
 impl Stage {

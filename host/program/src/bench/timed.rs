@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-use restir::exec::{Description, Executor, Observer};
+use restir::exec::{Description, Dispatches, Executor, Observer};
 use restir::{Error, plan::FramePlan};
 
 /// What the passes of one kernel took together.
@@ -24,6 +24,10 @@ pub(crate) struct Timed<'a> {
 impl Executor for Timed<'_> {
     fn describe(&self) -> Description {
         self.inner.describe()
+    }
+
+    fn dispatches(&self) -> Dispatches {
+        self.inner.dispatches()
     }
 
     fn run(&mut self, plan: FramePlan<'_>, observe: &mut Observer<'_>) -> Result<Vec<Vec<u32>>, Error> {

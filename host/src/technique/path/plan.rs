@@ -4,6 +4,7 @@ use super::hybrid::Hybrid;
 use super::media::{COUNTS, Media};
 use super::{PathSettings, Subsurface};
 use crate::Error;
+use crate::exec::Dispatches;
 use crate::film::Film;
 use crate::plan::{ARENAS, Buffer, BufferId, Pass};
 use crate::technique::sequence::{Frame, Sequence, Stage, Work};
@@ -16,16 +17,29 @@ use restir_shared::technique::path::media::{MediaParams, PackedWalker};
 use restir_shared::technique::path::{PATH_BLACKMAN_HARRIS, PATH_JITTER, PATH_ROULETTE, PATH_SOBOL, PathParams};
 use std::collections::VecDeque;
 
-/// Samples in one dispatch, over all pixels, where the image is not larger: keeps a dispatch below a second or two.
-const DISPATCH_SAMPLES_LOG2: u32 = 20;
-/// Path segments of one invocation, over its samples, unless a single path has more: drivers may limit the rounds of an
-/// invocation's loops (lavapipe to 65 535), and a segment takes two traversals.
-const INVOCATION_SEGMENTS: u32 = 64;
+/// What limits a dispatch.
+struct Limits {
+    /// Samples over all pixels, as a power of two, where the image is not larger: keeps a dispatch below a second or two on a GPU, and on the
+    /// host below some seconds.
+    samples_log2: u32,
+    /// Path segments of one invocation, over its samples, unless a single path has more: drivers may limit the rounds of an
+    /// invocation's loops (lavapipe to 65 535), and a segment takes two traversals.
+    segments: u32,
+}
+
+impl Limits {
+    const fn of(dispatches: Dispatches) -> Self {
+        match dispatches {
+            Dispatches::Short => Self { samples_log2: 20, segments: 64 },
+            Dispatches::Long => Self { samples_log2: 22, segments: u32::MAX },
+        }
+    }
+}
 
 /// Samples in a block, as a power of two.
-fn block_log2(settings: &PathSettings, [width, height]: [u32; 2]) -> u32 {
-    let fitting = || DISPATCH_SAMPLES_LOG2.saturating_sub((width * height).ilog2());
-    let loops = (INVOCATION_SEGMENTS / settings.max_depth).max(1).ilog2();
+fn block_log2(settings: &PathSettings, [width, height]: [u32; 2], limits: &Limits) -> u32 {
+    let fitting = || limits.samples_log2.saturating_sub((width * height).ilog2());
+    let loops = (limits.segments / settings.max_depth).max(1).ilog2();
     let asked = settings.dispatch_samples.map_or_else(fitting, u32::ilog2);
     asked.min(loops).min(MAX_BLOCK_LOG2)
 }
@@ -78,14 +92,18 @@ impl Paths {
         let media = (subsurface == Subsurface::Walk).then(|| Media::new(&mut buffers, stage.size, settings));
         let hybrid = scatters && media.is_none();
         let hybrid = hybrid.then(|| Hybrid::new(&mut buffers, stage.size, settings));
-        let largest = if scatters { 0 } else { block_log2(settings, stage.size) };
+        let largest_of = |dispatches| {
+            if scatters { 0 } else { block_log2(settings, stage.size, &Limits::of(dispatches)) }
+        };
+        // enough for longer ones
+        let short = largest_of(Dispatches::Short);
         // blocks of a mean that goes on are smaller where a frame has fewer samples
-        let film = Film::new(&mut buffers, stage.film(1, if stage.progressive { 0 } else { largest }));
+        let film = Film::new(&mut buffers, stage.film(1, if stage.progressive { 0 } else { short }));
         Self {
             settings: settings.clone(),
             size: stage.size,
             seed: stage.seed,
-            largest,
+            largest: largest_of(stage.dispatches),
             progressive: stage.progressive,
             buffers,
             film,
@@ -245,16 +263,25 @@ mod tests {
     #[test]
     fn every_pass_finds_a_plane_and_is_counted() {
         let scene = SceneBuffers::build(&crate::scene::builtin::scene("cornell").expect("built in")).expect("builds");
+        let counted = |render: &Render, dispatches| {
+            let plan = render.plan_of(&scene, dispatches);
+            let (planes, pass_count) = (plan.buffers.len() - ARENAS.len(), plan.pass_count);
+            let passes: Vec<Pass> = plan.passes.map(|pass| pass.expect("a pass")).collect();
+            let bound = passes.iter().flat_map(|pass| &pass.bindings).filter(|id| **id >= ARENAS.len());
+            let used = bound.collect::<std::collections::BTreeSet<_>>().len();
+            assert_eq!(passes.len() as u64, pass_count);
+            (planes, used, pass_count)
+        };
         for samples in (1..200).chain([1023, 1024, 1025, 4097]) {
             for largest in 0..=MAX_BLOCK_LOG2 {
                 let settings = PathSettings { dispatch_samples: Some(1 << largest), ..PathSettings::default() };
                 let render = Render { count: samples, ..Render::new([1, 1], settings) };
-                let plan = render.plan(&scene);
-                let (planes, pass_count) = (plan.buffers.len() - ARENAS.len(), plan.pass_count);
-                let passes: Vec<Pass> = plan.passes.map(|pass| pass.expect("a pass")).collect();
-                let bound = passes.iter().flat_map(|pass| &pass.bindings).filter(|id| **id >= ARENAS.len());
-                let used = bound.collect::<std::collections::BTreeSet<_>>().len();
-                assert_eq!((passes.len() as u64, used), (pass_count, planes), "{samples} {largest}");
+                let (planes, used, passes) = counted(&render, Dispatches::Short);
+                assert_eq!(used, planes, "{samples} {largest}");
+                // longer dispatches are no more, in the same planes
+                let (long_planes, long_used, long_passes) = counted(&render, Dispatches::Long);
+                assert_eq!(long_planes, planes, "{samples} {largest}");
+                assert!(long_used <= planes && long_passes <= passes, "{samples} {largest}");
             }
         }
     }
