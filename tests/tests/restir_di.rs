@@ -285,8 +285,9 @@ fn known_visibility_needs_no_final_ray() -> Result<(), Failed> {
     Ok(())
 }
 
-/// Where a camera moves along a wall of metal, the last frame's reservoirs count as long as the formula says, in f64; on a rough wall without
-/// specular lobes, or with `gloss_fade=0`, as the cap says. A formula without the square of the angle is seen.
+/// Where a camera moves along a wall of metal, the last frame's reservoirs count as long as the formula says, in f64, and those of this frame as many
+/// rounds as `gloss_renewal` says; on a rough wall without specular lobes, or with `gloss_fade=0`, as the cap says, and one. A formula without the
+/// square of the angle is seen, and one round.
 fn glossy_history_fades() -> Result<(), Failed> {
     const FRAMES: u32 = 24;
     const STEP: f64 = 0.018;
@@ -317,9 +318,12 @@ fn glossy_history_fades() -> Result<(), Failed> {
         // half a pixel at most goes by in a frame: every one has its own history
         for x in 0..SIDE {
             let found = reservoir(&combine.invoke(&buffers.view(), [x, SIDE / 2])).confidence;
-            let expected = |power: f64| 1.0 + if fades { 20.0 * kept(x, power) } else { 20.0 };
+            let of_last = |power: f64| if fades { 20.0 * kept(x, power) } else { 20.0 };
+            let rounds = if fades { 1.0 + (7.0 * (1.0 - kept(x, 2.0))).floor() } else { 1.0 };
+            let expected = |power: f64| rounds + of_last(power);
             let is = |expected: f64| (f64::from(found) - expected).abs() <= 0.5 + 1.0e-3;
             ensure(is(expected(2.0)), || format!("{text}: {found} at {x}, not {}", expected(2.0)))?;
+            ensure(!fades || !is(1.0 + of_last(2.0)), || format!("{text}: {found} at {x} would do for one round"))?;
             ensure(!fades || !is(expected(1.0)), || format!("{text}: {found} at {x} would do for the angle itself"))?;
         }
     }

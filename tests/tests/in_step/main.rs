@@ -10,7 +10,7 @@ use restir_shared::camera::primary_ray;
 use restir_shared::film::MAX_BLOCK_LOG2;
 use restir_shared::glam::Vec2;
 use restir_shared::lanes::{LANES, Registers, Stage};
-use restir_shared::layout::{FEATURE_ENVIRONMENT, FEATURES_DIFFUSE, FEATURES_UNTEXTURED, FilmPixel};
+use restir_shared::layout::{CameraParams, FEATURE_ENVIRONMENT, FEATURES_DIFFUSE, FEATURES_UNTEXTURED, FilmPixel};
 use restir_shared::scene::{SceneView, Trace};
 use restir_shared::technique::path::{
     PATH_BLACKMAN_HARRIS, PATH_JITTER, PATH_ROULETTE, PATH_SOBOL, PathParams, pixel, pixels,
@@ -30,6 +30,7 @@ fn main() -> ExitCode {
     trials.push(Trial::test("other numbers are seen", other_numbers));
     trials.extend(names().map(|name| Trial::test(format!("candidates of {name}"), move || same_candidates(name))));
     trials.push(Trial::test("other candidates are seen", other_candidates));
+    trials.push(Trial::test("other rounds of candidates are seen", other_rounds));
     trials.extend(names().map(|name| Trial::test(format!("passes of {name}"), move || passes::same_bits(name))));
     let moving = ["moving", "toys"];
     trials.extend(moving.map(|name| Trial::test(format!("two scenes of {name}"), move || passes::of_two_scenes(name))));
@@ -134,10 +135,11 @@ fn differing<T: Pod>(a: &[T], b: &[T]) -> usize {
 }
 
 /// Candidates that fill lanes, fewer and more; in one group and in some that end between lanes; from tiles; with and without one from
-/// scattering, rays, and what is seen.
-fn ways(base: DiParams) -> [DiParams; 7] {
+/// scattering, rays, and what is seen; in several rounds where gloss is seen from elsewhere than before.
+fn ways(base: DiParams) -> [DiParams; 9] {
     let averaged = base.flags | Flags::AVERAGE_VISIBILITY | Flags::JITTER;
     let tiled = base.flags | Flags::TILES;
+    let renewed = base.renewed_after(elsewhere(base.camera));
     [
         base,
         DiParams { candidates: 1, ..base },
@@ -146,7 +148,14 @@ fn ways(base: DiParams) -> [DiParams; 7] {
         DiParams { candidates: 7, flags: base.flags.without(Flags::INITIAL_VISIBILITY | Flags::SOBOL), ..base },
         DiParams { candidates: 40, group: 10, tiles: 3, tile_size: 51, flags: tiled, ..base },
         DiParams { candidates: 16, flags: base.flags | Flags::SEEN_APART, ..base },
+        renewed,
+        DiParams { candidates: 7, group: 3, tiles: 3, tile_size: 51, flags: tiled, gloss_renewal: 15.0, ..renewed },
     ]
+}
+
+/// The camera, a tenth of the way nearer to the origin.
+fn elsewhere(camera: CameraParams) -> CameraParams {
+    CameraParams { position: camera.position.map(|x| 0.9 * x), ..camera }
 }
 
 fn same_candidates(name: &str) -> Result<(), Failed> {
@@ -219,4 +228,14 @@ fn other_candidates() -> Result<(), Failed> {
     let kept = row.reservoirs.iter().filter(|reservoir| Stored::unpack(**reservoir).has_sample()).count();
     let differ = row.differing(&view, &DiParams { seed: 6, ..params }, &[]);
     ensure(kept > LANES && differ > kept, || format!("{differ} words differ of {kept} pixels with a sample"))
+}
+
+/// Glossy pixels that are seen from elsewhere than before keep other candidates in one round than in several.
+fn other_rounds() -> Result<(), Failed> {
+    let scene = buffers("glossy")?;
+    let view = scene.traced_view();
+    let base = DiParams::new(scene.camera.params(SIZE[0], SIZE[1]), SIZE, 5);
+    let renewed = base.renewed_after(elsewhere(base.camera));
+    let differ = ROWS.map(|y| Row::one_by_one(&view, &renewed, &[], y).differing(&view, &base, &[]));
+    ensure(differ.iter().sum::<usize>() > LANES, || format!("words that differ by rows: {differ:?}"))
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use restir_shared::technique::restir_di::Stored;
+use restir_shared::technique::restir_di::{FROM_SCATTERING, Stored};
 use serde_json::{Value, json};
 
 use super::genealogy::{Generation, LightSource, Reuse, genealogy};
@@ -17,14 +17,13 @@ pub(super) fn explain(
     subject: Subject<'_>,
 ) -> Result<Explanation, Error> {
     let generations = genealogy(settings, executor, subject.buffers, subject.render, subject.place)?;
-    let genealogy = Genealogy { scene: subject.scene, settings, render: subject.render, generations: &generations };
+    let genealogy = Genealogy { scene: subject.scene, render: subject.render, generations: &generations };
     Ok(Explanation { text: genealogy.text(), json: genealogy.json() })
 }
 
 /// The reservoirs from which a pixel has its sample, the last one first.
 struct Genealogy<'a> {
     scene: &'a Scene,
-    settings: &'a DiSettings,
     render: &'a Render,
     generations: &'a [Generation],
 }
@@ -72,9 +71,7 @@ impl Genealogy<'_> {
 
     fn origin(&self, g: &Generation) -> String {
         match g.origin {
-            Origin::Candidate(index) if index == self.settings.candidates => {
-                "drawn as the candidate from scattering".to_owned()
-            }
+            Origin::Candidate(FROM_SCATTERING) => "drawn as the candidate from scattering".to_owned(),
             Origin::Candidate(index) => format!("drawn as candidate {index} of those from lights"),
             Origin::Reservoir { is_other: false, .. } => "the pixel keeps its own".to_owned(),
             Origin::Reservoir { pixel, of_last_frame, .. } => {
@@ -113,10 +110,8 @@ impl Genealogy<'_> {
     fn generation_json(&self, g: &Generation) -> Value {
         let Stored { sample: address, contribution_weight, confidence, visibility } = g.stored();
         let from = match g.origin {
-            Origin::Candidate(index) => {
-                let scattering = index == self.settings.candidates;
-                json!({"candidate": index, "of": if scattering { "scattering" } else { "lights" }})
-            }
+            Origin::Candidate(FROM_SCATTERING) => json!({"candidate": 0, "of": "scattering"}),
+            Origin::Candidate(index) => json!({"candidate": index, "of": "lights"}),
             Origin::Reservoir { pixel: of, is_other, of_last_frame, .. } => {
                 let what = match (is_other, of_last_frame) {
                     (false, _) => "own",

@@ -109,9 +109,11 @@ impl Chain {
         if self.settings.tiles.is_some() {
             self.push_over(now, &di::di_tiles::DESC, &self.params(now).tile_params(), &[], self.settings.flags());
         }
-        self.push(now, &di::di_initial::DESC, self.params(now), &[("reservoirs", self.planes.reservoirs[0])]);
+        let last_camera = last_camera.filter(|_| self.keeps_history);
+        let params = last_camera.map_or(self.params(now), |camera| self.params(now).renewed_after(camera));
+        self.push(now, &di::di_initial::DESC, params, &[("reservoirs", self.planes.reservoirs[0])]);
         self.see(now);
-        if let Some(camera) = last_camera.filter(|_| self.keeps_history) {
+        if let Some(camera) = last_camera {
             self.reuse_in_time(now, camera);
         }
         self.reuse_in_space(now);
@@ -223,6 +225,7 @@ impl Chain {
             neighbours: s.neighbours,
             confidence_cap: s.confidence_cap as f32,
             gloss_fade: s.gloss_fade,
+            gloss_renewal: s.gloss_renewal as f32,
             radius: s.radius,
             near_radius: s.near_radius,
             max_plane_distance: s.max_plane_distance,

@@ -4,7 +4,7 @@ use crate::settings::{Declared, Value};
 use crate::{Error, choices, settings};
 use restir_shared::resample::mis::{INPUTS, Mis};
 use restir_shared::rng::Sampler;
-use restir_shared::technique::restir_di::Flags;
+use restir_shared::technique::restir_di::{Flags, MAX_GLOSS_RENEWAL};
 use std::any::Any;
 
 /// The most neighbours of one combine: its own reservoir and the last frame's are inputs as well.
@@ -140,6 +140,9 @@ settings! {
         /// scattered, a the angle in radians, and alpha that of GGX, the square of the roughness. Without it highlights that
         /// move leave very bright pixels behind.
         gloss_fade: f32 = 30.0, in 0.0..=1.0e6;
+        /// Where it falls, candidates are drawn in more rounds: gloss_renewal more where nothing is left of it, and of that a share, rounded down,
+        /// where a share is gone.
+        gloss_renewal: u32 = 7, in 0..=MAX_GLOSS_RENEWAL, unit "rounds";
         /// What samples are selected by.
         target: Target = Target::Luminance;
         /// Where resampling uses visibility.

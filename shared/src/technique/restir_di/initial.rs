@@ -16,6 +16,9 @@ use crate::transport::{Departure, Passage, Vertex, follow};
 use crate::vec::max_component;
 use glam::Vec3;
 
+/// The index of the candidate from scattering.
+pub const FROM_SCATTERING: u32 = u32::MAX;
+
 /// How light scatters where a pixel sees something, by one sample.
 #[derive(Clone, Copy)]
 pub(super) struct Scattering {
@@ -25,12 +28,15 @@ pub(super) struct Scattering {
     pub(super) ray: Ray,
     /// Whether there is more than perfect lobes.
     pub(super) smooth: bool,
+    /// Rounds of candidates from lights that the surface has.
+    pub(super) rounds: u32,
 }
 
 impl Scattering {
-    /// The sample of the pixel `at`.
+    /// The sample of the pixel `at`, whose ray has met the vertex.
     #[inline(always)]
     pub(super) fn new<B: ScatteringFunction>(
+        pixel: &Pixel,
         vertex: &Vertex<B>,
         params: &DiParams,
         features: u32,
@@ -40,7 +46,13 @@ impl Scattering {
         let Departure { sample, ray, alive } = vertex.depart(words, features);
         let wanted = sample.delta | params.flags.contains(Flags::SCATTER_CANDIDATE);
         let key = if sample.delta { ray.key } else { Ray::THROUGH };
-        Self { sample, goes_on: wanted & alive, ray: Ray { key, ..ray }, smooth: vertex.bsdf.has_smooth_part() }
+        Self {
+            sample,
+            goes_on: wanted & alive,
+            ray: Ray { key, ..ray },
+            smooth: vertex.bsdf.has_smooth_part(),
+            rounds: pixel.rounds(params, vertex.bsdf.gloss()),
+        }
     }
 }
 
@@ -79,13 +91,12 @@ impl Scattered {
 }
 
 /// The reservoir of the pixel `at`, the immediate radiance, which needs no resampling (what is seen to emit, and what perfect lobes show),
-/// as a film's sample, and the index of the candidate that the reservoir keeps, if it has a sample: those from lights come first, then
-/// the one from scattering.
+/// as a film's sample, and the index of the candidate that the reservoir keeps, if it has a sample: of those from lights, or [`FROM_SCATTERING`].
 ///
 /// One RIS over all candidates: with the balance heuristic each has the weight `p / sum n_t p_t`, whatever technique t
 /// gave it (Veach 1997, eq. 9.8, in Talbot's form). Densities are over (light, u, v). Candidates from lights come in
-/// groups; each group's selection is tested by a ray, and selected among by its group's weights. The reservoir's
-/// confidence is 1. Without [`Flags::TILES`] no tiles are read, so that there may be none.
+/// groups; each group's selection is tested by a ray, and selected among by its group's weights. Where much of history fades there are several
+/// rounds of them ([`DiParams::gloss_renewal`]), and the reservoir's confidence is their number. Without [`Flags::TILES`] no tiles are read, so that there may be none.
 ///
 /// The ray of scattering looks through what is blended: whether that lets light pass is asked of its candidate as of every
 /// other, by the ray that will be asked again, for an answer of its own would count twice. On blended surfaces scattering
@@ -103,7 +114,7 @@ pub fn initial<S: Trace + Surface + AddressedLights>(
     }
     let point = pixel.point(scene);
     let vertex = Vertex::new(&point, &pixel.ray, scene.features());
-    let scattering = Scattering::new(&vertex, params, scene.features(), at);
+    let scattering = Scattering::new(&pixel, &vertex, params, scene.features(), at);
     let sight = Sight { emission: point.emission, scattering, known: None };
     resample(scene, params, tiles, &sight, at, &vertex, &mut OneByOne)
 }
@@ -146,11 +157,13 @@ pub(super) fn resample<S: Trace + Surface + AddressedLights, C: Select<S>>(
     let stored = Stored {
         sample: kept.address,
         contribution_weight: reservoir.contribution_weight(1.0, kept.target),
-        confidence: 1.0,
+        confidence: sight.scattering.rounds as f32,
         visibility: dithered(kept.visibility, dither),
     };
     let emission = if params.flags.contains(Flags::SEEN_APART) { Vec3::ZERO } else { sight.emission };
-    (stored.pack(), FilmPixel::from_radiance(emission + radiance), kept.index)
+    let from_lights = params.candidates.wrapping_mul(sight.scattering.rounds);
+    let index = if kept.index == from_lights { FROM_SCATTERING } else { kept.index };
+    (stored.pack(), FilmPixel::from_radiance(emission + radiance), index)
 }
 
 /// The selection among all candidates, and the radiance by way of a perfect lobe.
@@ -172,8 +185,8 @@ fn select<S: Trace + Surface + AddressedLights, C: Select<S>>(
     let blends = scene.features() & FEATURE_BLEND != 0;
     let loses = flags.contains(Flags::INITIAL_VISIBILITY);
     let asks = loses | !flags.contains(Flags::FINAL_RAY);
-    let count = if scattering.smooth { params.candidates.wrapping_add(1) } else { 0 };
-    let stream = Stream::new(params, flags, at, blends);
+    let stream = Stream::new(params, flags, at, blends, scattering.rounds);
+    let count = if scattering.smooth { stream.from_lights().wrapping_add(1) } else { 0 };
     let scatters = scattering.goes_on & known.is_none();
     let mut scattered = known.unwrap_or(Scattered::NOTHING);
     let mut group = Reservoir::empty(Candidate::NONE);
@@ -204,10 +217,10 @@ fn select<S: Trace + Surface + AddressedLights, C: Select<S>>(
         first = false;
         open = i < count;
         // after the groups of candidates from lights the one from scattering
-        let last = i >= params.candidates;
+        let last = i >= stream.from_lights();
         let visibility = if last { scattered.transmittance } else { Vec3::ONE };
         let size = if params.group == 0 { params.candidates } else { params.group };
-        let end = if last { count } else { i.wrapping_add(size).min(params.candidates).min(count) };
+        let end = if last { count } else { i.wrapping_add(size).min(stream.from_lights()).min(count) };
         let next = Group { begin: i, end, last, scattered: scattered.address, visibility };
         (group, among) = candidates.select(scene, tiles, seen, &stream, &next, among);
         i = i.max(end);

@@ -147,7 +147,7 @@ pub use crate::resample::packed::dithered;
 pub use combine::{Planes, combine};
 #[cfg(not(target_arch = "spirv"))]
 pub use in_step::{combine_row, exchange_row, initial_row, primary_row};
-pub use initial::initial;
+pub use initial::{FROM_SCATTERING, initial};
 pub use params::*;
 pub use pixel::primary;
 pub use shade::{exchange, gather, offer, pair_offsets, shade};
@@ -164,7 +164,7 @@ use crate::vec::{flush, luminance};
 use glam::Vec3;
 
 /// Random dimensions after the camera's: one for scattering, then two a combine, then one in which all candidates from lights are
-/// drawn, each as a sample of its own, then one a candidate for its selection.
+/// drawn, each as a sample of its own, then one a candidate of a frame for its selection.
 const SCATTER_DIMENSION: u32 = AFTER_CAMERA;
 const COMBINE_DIMENSION: u32 = SCATTER_DIMENSION + 1;
 /// Combines of a frame that have dimensions of their own.

@@ -113,6 +113,9 @@ impl BitOr for Flags {
     }
 }
 
+/// Most rounds of candidates after the first ([`DiParams::gloss_renewal`]).
+pub const MAX_GLOSS_RENEWAL: u32 = 15;
+
 /// Parameters of the kernels of ReSTIR DI.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
@@ -168,8 +171,9 @@ pub struct DiParams {
     /// How fast the confidence of another frame's reservoirs falls where a glossy surface is seen from another direction: the rate of
     /// [`crate::bsdf::Gloss::kept`], 0 for not at all.
     pub gloss_fade: f32,
-    /// Zero.
-    pub reserved: u32,
+    /// How many more rounds of candidates [`super::initial`] has where that is all of it, and fewer where it is a part ([`Self::renewed_after`]); at
+    /// most [`MAX_GLOSS_RENEWAL`].
+    pub gloss_renewal: f32,
     /// Offsets of a shading pass, as [`super::pair_offsets`] makes them: x in the lower half, y in the upper. Every pixel has the neighbours on
     /// both sides, so that `neighbours` is twice their number.
     pub pairs: [u32; PAIRS],
@@ -222,6 +226,7 @@ impl DiParams {
             neighbours: 4,
             confidence_cap: 20.0,
             gloss_fade: 30.0,
+            gloss_renewal: 7.0,
             radius: num::max(4.0, num::div(width.max(height) as f32, 24.0)),
             max_plane_distance: 0.02,
             min_normal_cos: 0.5,
@@ -234,6 +239,13 @@ impl DiParams {
     #[must_use]
     pub fn of_frame(self, frame: u32, camera: CameraParams) -> Self {
         Self { frame, other_frame: frame, camera, other_camera: camera, ..self }
+    }
+
+    /// The parameters of [`super::initial`] in a frame that is combined with the one before it, which `camera` saw: where a glossy surface is seen from
+    /// another direction than then, candidates are drawn in more rounds, since less of history is left. Without this call there is one.
+    #[must_use]
+    pub fn renewed_after(self, camera: CameraParams) -> Self {
+        Self { other_camera: camera, ..self }
     }
 
     /// The parameters of the combine of a frame with the one before it, which `camera` saw. `same_view` says that every pixel had the same

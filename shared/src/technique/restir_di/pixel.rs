@@ -1,10 +1,11 @@
 //! What a pixel sees.
 
-use super::{DiParams, Flags};
+use super::{DiParams, Flags, MAX_GLOSS_RENEWAL};
 use crate::bsdf::Gloss;
 use crate::camera::camera_ray;
 use crate::geometry::{Hit, PackedHit, Ray};
 use crate::layout::CameraParams;
+use crate::num;
 use crate::rng::{Rng, Sampler};
 use crate::scene::{BsdfOf, Surface, SurfacePoint, Trace};
 use crate::transport::Vertex;
@@ -76,6 +77,14 @@ impl Pixel {
     #[inline(always)]
     pub(super) fn point<S: Surface>(&self, scene: &S) -> SurfacePoint<S::Material> {
         scene.surface(&self.ray, &self.hit)
+    }
+
+    /// How many rounds of candidates there are: the more, the more of the confidence of history fades. Confidences make up for it, and as they follow from
+    /// surfaces and cameras alone, reuse stays unbiased.
+    #[inline(always)]
+    pub(super) fn rounds(&self, params: &DiParams, gloss: Gloss) -> u32 {
+        let faded = 1.0 - self.kept(params.gloss_fade, gloss, &params.other_view());
+        1 + num::clamp(params.gloss_renewal * faded, 0.0, MAX_GLOSS_RENEWAL as f32) as u32
     }
 
     /// What is left of the confidence of reservoirs of another view, which saw the surface from elsewhere ([`Gloss::kept`]).

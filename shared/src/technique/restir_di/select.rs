@@ -1,7 +1,7 @@
 //! What a pixel's candidates weigh, and the choice among them.
 
 use super::tile::{self, Window};
-use super::{CANDIDATE_DIMENSION, DiParams, Flags, SELECTION_DIMENSION, TileWords, evaluate};
+use super::{CANDIDATE_DIMENSION, DiParams, Flags, MAX_GLOSS_RENEWAL, SELECTION_DIMENSION, TileWords, evaluate};
 use crate::bsdf::ScatteringFunction;
 use crate::geometry::Ray;
 use crate::num;
@@ -10,6 +10,9 @@ use crate::rng::{self, Rng};
 use crate::scene::{AddressedLight, AddressedLights, BsdfOf, LightAddress, Surface};
 use crate::transport::Vertex;
 use glam::Vec3;
+
+/// Where the numbers of candidates begin that are not of first rounds.
+const OTHER_ROUNDS: u32 = 1 << 31;
 
 /// An address in a stream of candidates.
 #[derive(Clone, Copy)]
@@ -112,30 +115,40 @@ pub(super) struct Stream {
     rng: Rng,
     flags: Flags,
     window: Window,
-    /// How many candidates come from lights.
-    from_lights: f32,
+    /// How many candidates come from lights, and how many of them in the first round.
+    from_lights: u32,
+    of_round: u32,
     /// How many come from scattering: one or none.
     from_scattering: f32,
-    /// The first candidate's number among those of all frames.
-    first: u32,
+    /// The number of the candidate 0 among those of all frames: by the numbers of first rounds, and by those of others, which begin elsewhere.
+    first: [u32; 2],
     /// Surfaces may be blended.
     blends: bool,
 }
 
 impl Stream {
     #[inline(always)]
-    pub(super) fn new(params: &DiParams, flags: Flags, at: [u32; 2], blends: bool) -> Self {
+    pub(super) fn new(params: &DiParams, flags: Flags, at: [u32; 2], blends: bool, rounds: u32) -> Self {
+        let of_round = params.candidates;
+        let others = params.frame.wrapping_mul(MAX_GLOSS_RENEWAL).wrapping_sub(1);
         let rng = params.rng(at);
         let tiled = flags.contains(Flags::TILES);
         Self {
             rng,
             flags,
             window: if tiled { Window::new(params, at, rng.hash(CANDIDATE_DIMENSION).x) } else { Window::NONE },
-            from_lights: params.candidates as f32,
+            from_lights: of_round.wrapping_mul(rounds),
+            of_round,
             from_scattering: if flags.contains(Flags::SCATTER_CANDIDATE) { 1.0 } else { 0.0 },
-            first: params.frame.wrapping_mul(params.candidates),
+            first: [params.frame.wrapping_mul(of_round), OTHER_ROUNDS.wrapping_add(others.wrapping_mul(of_round))],
             blends,
         }
+    }
+
+    /// How many candidates come from lights, of all rounds.
+    #[inline(always)]
+    pub(super) fn from_lights(&self) -> u32 {
+        self.from_lights
     }
 
     /// Whether candidates from lights come from a tile.
@@ -154,7 +167,8 @@ impl Stream {
     /// in what each candidate gives, so that it does not matter that they depend on each other.
     #[inline(always)]
     pub(super) fn choose<S: AddressedLights>(&self, scene: &S, index: u32) -> LightAddress {
-        scene.choose_address(self.rng.of_sample(self.first.wrapping_add(index)).draw(CANDIDATE_DIMENSION))
+        let first = if index < self.of_round { self.first[0] } else { self.first[1] };
+        scene.choose_address(self.rng.of_sample(first.wrapping_add(index)).draw(CANDIDATE_DIMENSION))
     }
 
     /// The weight of a candidate by the density of all techniques, `sum n_t p_t`.
@@ -168,7 +182,7 @@ impl Stream {
         let e = evaluate(self.flags, vertex, light);
         let is_found = !(self.blends & light.sample.blended);
         let scatter_density = if is_found { self.from_scattering * e.scatter_density } else { 0.0 };
-        let density = self.from_lights * e.light_density + scatter_density;
+        let density = self.from_lights as f32 * e.light_density + scatter_density;
         let weight = if (e.target > 0.0) & (density > num::FLUSH_BELOW) { num::div(e.target, density) } else { 0.0 };
         Weighed { target: e.target, weight, shadow: e.shadow, ..self.weightless(index) }
     }

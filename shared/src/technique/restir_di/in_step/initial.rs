@@ -2,7 +2,7 @@
 //! choice among candidates goes one by one, as it depends on those before.
 
 use super::super::initial::{Scattered, Scattering, Sight, nothing, resample};
-use super::super::pixel::View;
+use super::super::pixel::{Pixel, View};
 use super::super::select::{Candidate, Group, Select, Stream, Weighed, with_light};
 use super::super::{DiParams, Flags, PackedHit, PackedReservoir, TileWords};
 use super::Looking;
@@ -21,7 +21,7 @@ fields! {
     LightAddresses = LightAddress { light: u32, u: u32, v: u32 }
     WeighedCandidates = Weighed { target: f32, weight: f32, shadow: Ray, within: u32, among: u32 }
     BsdfSamples = BsdfSample { direction: Vec3, weight: Vec3, pdf: f32, lobe: u32, lobe_pdf: f32, delta: bool }
-    Scatterings = Scattering { sample: BsdfSample, goes_on: bool, ray: Ray, smooth: bool }
+    Scatterings = Scattering { sample: BsdfSample, goes_on: bool, ray: Ray, smooth: bool, rounds: u32 }
 }
 
 /// What [`initial`](super::super::initial()) finds for the pixels of a row from (x, y) on, in whose order the `hits`, `reservoirs` and `direct` radiances are.
@@ -75,7 +75,11 @@ impl<R: Registers, const COMPILED: u32> Row<'_, R, COMPILED> {
             registers.run(&Scatter(&self.look), seen, scattering);
             scattered = find(scene, params, &sees, scattering);
             let addresses = Lanes::from_fn(|lane| scattered[lane].address);
-            registers.run(&WeighScattered { look: &self.look, seen }, &addresses, &mut self.in_step.scattered);
+            registers.run(
+                &WeighScattered { look: &self.look, seen, scattering },
+                &addresses,
+                &mut self.in_step.scattered,
+            );
         }
         let parts = hits.iter().zip(reservoirs.iter_mut().zip(direct)).enumerate();
         for (lane, (&hit, (reservoir, direct))) in parts {
@@ -165,9 +169,10 @@ impl<const COMPILED: u32> Stage for Scatter<'_, COMPILED> {
     fn run(&self, seen: &Seen, scattering: &mut Lanes<Scattering>) {
         let (scene, params) = (*self.0.scene, *self.0.params);
         for lane in 0..LANES {
-            let Looking { x, y, .. } = seen.looking.get(lane);
-            let vertex = Vertex::new(&seen.sees.point.get(lane), &seen.sees.ray.get(lane), scene.features());
-            scattering.set(lane, Scattering::new(&vertex, &params, scene.features(), [x, y]));
+            let Looking { x, y, hit } = seen.looking.get(lane);
+            let pixel = Pixel { ray: seen.sees.ray.get(lane), hit };
+            let vertex = Vertex::new(&seen.sees.point.get(lane), &pixel.ray, scene.features());
+            scattering.set(lane, Scattering::new(&pixel, &vertex, &params, scene.features(), [x, y]));
         }
     }
 }
@@ -176,6 +181,7 @@ impl<const COMPILED: u32> Stage for Scatter<'_, COMPILED> {
 struct WeighScattered<'a, const COMPILED: u32> {
     look: &'a Look<'a, COMPILED>,
     seen: &'a Seen,
+    scattering: &'a Lanes<Scattering>,
 }
 
 impl<const COMPILED: u32> Stage for WeighScattered<'_, COMPILED> {
@@ -190,9 +196,9 @@ impl<const COMPILED: u32> Stage for WeighScattered<'_, COMPILED> {
         for lane in 0..LANES {
             let Looking { x, y, .. } = self.seen.looking.get(lane);
             let vertex = Vertex::new(&self.seen.sees.point.get(lane), &self.seen.sees.ray.get(lane), scene.features());
-            let stream = Stream::new(&params, flags, [x, y], blends);
+            let stream = Stream::new(&params, flags, [x, y], blends, self.scattering.get(lane).rounds);
             let (_, light) = with_light(&scene, addresses.get(lane));
-            weighed.set(lane, stream.weighed(&vertex, params.candidates, &light));
+            weighed.set(lane, stream.weighed(&vertex, stream.from_lights(), &light));
         }
     }
 }
