@@ -41,6 +41,7 @@ SAMPLERS = ["independent", "stratified", "multijitter", "ldsampler", "orthogonal
 RESERVOIRS = [
     "preset=progressive",
     "preset=progressive,candidates=128",
+    "preset=progressive,candidates=256",
     "preset=progressive,candidates=128,spatial=1,shaded=16,shading_radius=3",
     "preset=offline",
     "preset=quality",
