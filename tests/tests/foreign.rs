@@ -261,7 +261,8 @@ fn same_bits() -> Result<(), Failed> {
 
 /// What an embedder writes who has no use for `restir-host`: planes, and the functions in their order.
 fn chain_of_functions() -> Result<(), Failed> {
-    let (scene, [width, height], seed) = (buffers("cornell")?, SIZE, 5);
+    // with blocks whose gloss fades
+    let (scene, [width, height], seed) = (buffers("cornell-mixed")?, SIZE, 5);
     let radius = DiParams::new(scene.camera.params(width, height), SIZE, seed).radius;
     let shared = DiSettings { shaded: 0, radius, ..DiSettings::default() };
     let setup = Setup { seed, ..Setup::new(scene.clone(), shared, SIZE) };
@@ -278,7 +279,8 @@ fn chain_of_functions() -> Result<(), Failed> {
     for frame in 0..6 {
         let now = DiParams::new(params(0), SIZE, seed).of_frame(frame, params(frame));
         let hits: Vec<_> = pixels.iter().map(|&at| primary(&view, &now, at)).collect();
-        let made = pixels.iter().zip(&hits).map(|(&at, &hit)| initial(&view, &now, &[], hit, at));
+        let renewed = if frame > 0 { now.renewed_after(params(frame - 1)) } else { now };
+        let made = pixels.iter().zip(&hits).map(|(&at, &hit)| initial(&view, &renewed, &[], hit, at));
         let (mut reservoirs, direct): (Vec<_>, Vec<_>) = made.map(|(reservoir, direct, _)| (reservoir, direct)).unzip();
         if frame > 0 {
             let with_last = now.with_last(params(frame - 1), params(frame) == params(frame - 1));

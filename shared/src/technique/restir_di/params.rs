@@ -189,7 +189,7 @@ impl DiParams {
     /// Parameters of the first frame of a chain in which every pixel shades its own sample: [`super::primary`], [`super::initial`], then
     /// from the second frame on [`super::combine`] with the last frame ([`Self::with_last`]), [`super::combine`] with neighbours
     /// ([`Self::with_neighbours`]), and [`super::shade`]. [`super::primary`], [`super::initial`] and [`super::shade`] take the frame's parameters as
-    /// they are. The scene's tables are left out: a scene of other types has none.
+    /// they are, [`super::initial`] better by [`Self::renewed_after`] where the camera moves. The scene's tables are left out: a scene of other types has none.
     ///
     /// The settings are unbiased:
     ///
@@ -203,6 +203,7 @@ impl DiParams {
     /// | likeness | `max_plane_distance` = 0.02, `min_normal_cos` = 0.5 | who is no neighbour; `near_radius` = 0: none is believed to see the same |
     /// | history | `confidence_cap` = 20 | a reservoir of the last frame counts for at most so many of this one: a larger cap has less noise where nothing moves, and keeps longer what is out of date |
     /// | gloss | `gloss_fade` = 30 | how fast that count falls where a glossy surface is seen from another direction: without, few pixels become very bright where highlights move |
+    /// | rounds | `gloss_renewal` = 7 | how many more rounds of candidates there are at most where it falls, if [`super::initial`] is told what the last frame's camera was ([`Self::renewed_after`]) |
     /// | numbers | [`Flags::SOBOL`] | spread over frames and candidates |
     /// | glass | [`Flags::TRANSMITTANCE`] | costs nothing in a scene without clear glass |
     ///
