@@ -13,7 +13,7 @@ use restir_host::technique::restir_di::{
 use restir_kernels::restir_di::{di_offer, di_shade};
 use restir_shared::rng::Rng;
 use restir_shared::scene::{AddressedLights, LightAddress};
-use restir_shared::technique::restir_di::PackedReservoir;
+use restir_shared::technique::restir_di::{FROM_SCATTERING, MAX_GLOSS_RENEWAL, PackedReservoir};
 use restir_tests::scenes::buffers;
 use restir_tests::suite::ensure;
 use restir_tests::technique::restir_di::settings;
@@ -92,7 +92,7 @@ fn ensure_true(scene: &SceneBuffers, render: &Render, chain: &[Generation]) -> R
         _ if !address.is_light() => ensure(chain.len() == 1, || format!("it ends without a sample: {last:?}")),
         Origin::Candidate(index) if last.reuse == Reuse::Initial => {
             let drawn = candidate(scene, render, last, index)?;
-            let scattered = index == settings_of(render).candidates;
+            let scattered = index == FROM_SCATTERING;
             ensure(scattered || drawn == address, || format!("{drawn:?} was drawn, not {last:?}"))
         }
         _ => Err(format!("it does not end in a candidate: {last:?}").into()),
@@ -100,7 +100,8 @@ fn ensure_true(scene: &SceneBuffers, render: &Render, chain: &[Generation]) -> R
 }
 
 /// A candidate from the lights, drawn once more. Of a frame's random dimensions two are the camera's, one is scattering's, two are
-/// those of each of up to 16 combines; in the next one all candidates are drawn, each as a sample of its own. With tiles that
+/// those of each of up to 16 combines; in the next one all candidates are drawn, each as a sample of its own, those after the first round from
+/// 2^31 on. With tiles that
 /// dimension says where in its block's tile a pixel's candidates begin; the dimensions of tiles and blocks lie beyond all of
 /// these.
 fn candidate(scene: &SceneBuffers, render: &Render, g: &Generation, index: u32) -> Result<LightAddress, Failed> {
@@ -111,7 +112,12 @@ fn candidate(scene: &SceneBuffers, render: &Render, g: &Generation, index: u32) 
     let draw = |rng: Rng, dimension: u32| scene.view().choose_address(rng.draw(dimension));
     let dimension = 3 + 2 * 16;
     let Some(Tiles { count, size }) = settings.tiles else {
-        return Ok(draw(rng(x, y, g.frame * settings.candidates + index), dimension));
+        let of_round = settings.candidates;
+        let sample = match index.checked_sub(of_round) {
+            None => g.frame * of_round + index,
+            Some(after) => (1 << 31) + g.frame * of_round * MAX_GLOSS_RENEWAL + after,
+        };
+        return Ok(draw(rng(x, y, sample), dimension));
     };
     let below = |count: u32, word: u32| ((u64::from(count) * u64::from(word >> 8)) >> 24) as u32;
     let tile = below(count, rng(x / 8, y / 8, g.frame).hash(65_537).x);
@@ -140,7 +146,7 @@ fn chains_lead_to_the_candidate() -> Result<(), Failed> {
                     seen[match g.origin {
                         Origin::Reservoir { is_other: false, .. } => 0,
                         Origin::Reservoir { of_last_frame, .. } => 1 + usize::from(of_last_frame),
-                        Origin::Candidate(index) => 3 + usize::from(index == settings_of(&render).candidates),
+                        Origin::Candidate(index) => 3 + usize::from(index == FROM_SCATTERING),
                     }] += 1;
                 }
             }
