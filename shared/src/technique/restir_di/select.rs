@@ -147,7 +147,7 @@ impl Stream {
 
     /// How many candidates come from lights, of all rounds.
     #[inline(always)]
-    pub(super) fn from_lights(&self) -> u32 {
+    pub(super) fn count(&self) -> u32 {
         self.from_lights
     }
 
