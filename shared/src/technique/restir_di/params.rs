@@ -171,8 +171,9 @@ pub struct DiParams {
     /// How fast the confidence of another frame's reservoirs falls where a glossy surface is seen from another direction: the rate of
     /// [`crate::bsdf::Gloss::kept`], 0 for not at all.
     pub gloss_fade: f32,
-    /// How many more rounds of candidates [`super::initial`] has where that is all of it, and fewer where it is a part ([`Self::renewed_after`]); at
-    /// most [`MAX_GLOSS_RENEWAL`].
+    /// How many more rounds of candidates [`super::initial`] has where all confidence of the last frame's reservoirs falls away by [`Self::gloss_fade`];
+    /// where a part of it does, it has that part of them, rounded down. At most [`MAX_GLOSS_RENEWAL`]. Nothing falls away unless
+    /// [`Self::renewed_after`] has said what the last frame's camera was.
     pub gloss_renewal: f32,
     /// Offsets of a shading pass, as [`super::pair_offsets`] makes them: x in the lower half, y in the upper. Every pixel has the neighbours on
     /// both sides, so that `neighbours` is twice their number.
