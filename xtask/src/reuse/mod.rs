@@ -53,8 +53,8 @@ pub struct Options {
     /// Leave out the view that stands still, or the one that orbits.
     #[arg(long, value_enum)]
     only: Option<View>,
-    /// Replace docs/reuse.md.
-    #[arg(long)]
+    /// Replace docs/reuse.md, which is whole: nothing can be left out of it.
+    #[arg(long, conflicts_with_all = ["scenes", "settings", "images", "width", "only"])]
     write: bool,
 }
 

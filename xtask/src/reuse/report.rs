@@ -39,7 +39,8 @@ fn heading(options: &Options) -> String {
          The size of the image matters: the neighbours whose samples a pixel is shaded by are some pixels away, and the fewer \
          pixels there are, the more do the lights that matter, and their shadows, differ there. What differs stays as noise \
          however long the history is. In an orbit a pixel's own history differs in the same way, as it is of points that lie up to \
-         half a pixel from what the pixel sees now.\n\n\
+         half a pixel from what the pixel sees now; [docs/restir-di.md](restir-di.md#what-is-published-and-what-differs) has orbits at \
+         768 x 576 beside.\n\n\
          What limits it, of the last frame: *empty* pixels found nothing of use among their own candidates, *copies* hold the \
          sample of the pixel to the right or below, *young* have less than half of the confidence that the frames or the cap \
          allow (of independent frames none), *refused* neighbours within the radius of shading are of another surface. Shares \
