@@ -19,7 +19,7 @@ use restir_shared::scene::{
     SurfacePoint, Trace,
 };
 use restir_shared::technique::path;
-use restir_shared::technique::restir_di::{DiParams, Planes, combine, initial, primary, shade};
+use restir_shared::technique::restir_di::{DiParams, Planes, Stored, combine, initial, primary, shade};
 use restir_tests::stats::{FAMILY_RATE, Family, Moments, ZTest};
 use restir_tests::suite::ensure;
 use restir_tests::technique::restir_di::settings;
@@ -275,13 +275,14 @@ fn chain_of_functions() -> Result<(), Failed> {
         Camera { position, ..scene.camera }
     };
     let params = |frame| camera(frame).params(width, height);
-    let (mut last_hits, mut last) = (Vec::new(), Vec::new());
+    let (mut last_hits, mut last, mut rounds) = (Vec::new(), Vec::new(), 0);
     for frame in 0..6 {
         let now = DiParams::new(params(0), SIZE, seed).of_frame(frame, params(frame));
         let hits: Vec<_> = pixels.iter().map(|&at| primary(&view, &now, at)).collect();
-        let renewed = if frame > 0 { now.renewed_after(params(frame - 1)) } else { now };
+        let renewed = if frame > 0 { now.renewed_after(params(frame - 1), 7) } else { now };
         let made = pixels.iter().zip(&hits).map(|(&at, &hit)| initial(&view, &renewed, &[], hit, at));
         let (mut reservoirs, direct): (Vec<_>, Vec<_>) = made.map(|(reservoir, direct, _)| (reservoir, direct)).unzip();
+        rounds = rounds.max(reservoirs.iter().map(|word| Stored::unpack(*word).confidence as u32).max().unwrap_or(0));
         if frame > 0 {
             let with_last = now.with_last(params(frame - 1), params(frame) == params(frame - 1));
             let planes = Planes { hits: &hits, other_hits: &last_hits, others: &last };
@@ -300,7 +301,7 @@ fn chain_of_functions() -> Result<(), Failed> {
         ensure(session.pixels() == shaded, || format!("frame {frame} differs"))?;
         (last_hits, last) = (hits, reservoirs);
     }
-    Ok(())
+    ensure(rounds > 1, || "no pixel has more than one round of candidates".to_owned())
 }
 
 /// The camera of `restir-shared` is that of the host, but for rounding.

@@ -17,11 +17,11 @@ use restir_host::technique::restir_pt::{
 };
 use restir_kernels::KernelDesc;
 use restir_kernels::path::{path_exits, path_media, path_media_clear, path_profile};
-use restir_kernels::restir_di::{di_combine, di_primary, di_tiles};
+use restir_kernels::restir_di::{di_combine, di_initial, di_primary, di_tiles};
 use restir_shared::glam::DVec3;
 use restir_shared::layout::{Extent, NONE, SceneHeader};
 use restir_shared::technique::path::PathParams;
-use restir_shared::technique::restir_di::{DiParams, Flags, TileParams};
+use restir_shared::technique::restir_di::{DiParams, Flags, MAX_GLOSS_RENEWAL, PackedReservoir, Stored, TileParams};
 use restir_shared::technique::restir_pt::MAX_NEIGHBOURS as MAX_PATH_NEIGHBOURS;
 use restir_tests::bias::{ensure_biased, ensure_unbiased, film_moments, path_moments};
 use restir_tests::device;
@@ -56,6 +56,7 @@ fn main() -> ExitCode {
             any_tracer_gives_the_same("moving-alpha")
         }),
         Trial::test("what differs for one pass is found there", what_differs_is_found),
+        Trial::test("rounds of candidates are as many as rays allow", rounds_of_candidates),
     ];
     trials.extend(VARIANTS.iter().map(|&(subject, name, text, change, wrong)| {
         let title = format!("{}, frame {LAST_FRAME} {name}", subject.name);
@@ -141,10 +142,12 @@ fn frames(technique: impl Into<Box<dyn Technique>>) -> Render {
 }
 
 /// Settings at the ends of their ranges ([`MAX_CANDIDATES`], [`MAX_INITIAL_RAYS`], [`MAX_TILES`], [`MAX_TILE_SIZE`], [`MAX_SHADED`], [`MAX_SPATIAL_PASSES`],
-/// [`MAX_NEIGHBOURS`], [`MAX_CONFIDENCE_CAP`]).
-const LARGEST: [&str; 8] = [
+/// [`MAX_NEIGHBOURS`], [`MAX_CONFIDENCE_CAP`], [`MAX_GLOSS_RENEWAL`]).
+const LARGEST: [&str; 10] = [
     "candidates=1024",
     "candidates=1024,initial_rays=64",
+    MOST_ROUNDS,
+    "tiles=3x90,candidates=5,initial_rays=2,gloss_fade=1e6,gloss_renewal=15",
     "tiles=1024x8",
     "tiles=2x32768,candidates=1024",
     "shaded=128",
@@ -153,8 +156,11 @@ const LARGEST: [&str; 8] = [
     "temporal=fused,neighbours=7",
 ];
 
+/// 1024 candidates, and 64 rays for them, in 16 rounds where all history of gloss fades.
+const MOST_ROUNDS: &str = "candidates=64,initial_rays=4,gloss_fade=1e6,gloss_renewal=15";
+
 /// Settings beyond these ends.
-const BEYOND: [(&str, &str); 8] = [
+const BEYOND: [(&str, &str); 9] = [
     ("candidates", "1025"),
     ("initial_rays", "65"),
     ("tiles", "1025x8"),
@@ -163,6 +169,7 @@ const BEYOND: [(&str, &str); 8] = [
     ("spatial", "9"),
     ("neighbours", "8"),
     ("confidence_cap", "256"),
+    ("gloss_renewal", "16"),
 ];
 
 /// The same of ReSTIR PT ([`MAX_PATH_PASSES`], [`MAX_PATH_NEIGHBOURS`], [`MAX_PATH_CAP`], [`MAX_DEPTH`]).
@@ -182,11 +189,43 @@ fn largest_settings(executor: &mut dyn Executor, text: &str) -> Result<(), Faile
         MAX_SPATIAL_PASSES,
         MAX_NEIGHBOURS,
         MAX_CONFIDENCE_CAP,
+        MAX_GLOSS_RENEWAL,
     ];
-    ensure(ends == [64, 1024, 1024, 32768, 128, 8, 7, 255], || format!("the largest settings are others: {ends:?}"))?;
+    ensure(ends == [64, 1024, 1024, 32768, 128, 8, 7, 255, 15], || {
+        format!("the largest settings are others: {ends:?}")
+    })?;
     let of_paths = [MAX_PATH_PASSES, MAX_PATH_NEIGHBOURS, MAX_PATH_CAP, MAX_DEPTH];
     ensure(of_paths == [4, 8, 255, 63], || format!("the largest settings of restir-pt are others: {of_paths:?}"))?;
     largest_in(executor, "restir-di", text, &BEYOND)
+}
+
+/// A pixel's own reservoir counts for its rounds of candidates: where the setting asks for 16 of them, as many as keep the pixel within the limits
+/// of rays, of candidates and of its tile; one where there is no history.
+fn rounds_of_candidates() -> Result<(), Failed> {
+    let scene = buffers("moving")?;
+    for (text, expected) in [
+        (MOST_ROUNDS.to_owned(), 16),
+        (format!("{MOST_ROUNDS},initial_rays=16"), 4),
+        (format!("{MOST_ROUNDS},candidates=300"), 3),
+        (format!("{MOST_ROUNDS},tiles=3x200"), 3),
+        (format!("{MOST_ROUNDS},candidates=1024,initial_rays=64"), 1),
+        (format!("{MOST_ROUNDS},gloss_renewal=0"), 1),
+        (format!("{MOST_ROUNDS},temporal=off"), 1),
+    ] {
+        let lens = |camera: &Camera| Camera { lens_radius: 0.05, ..*camera };
+        let cameras = frames(settings("")).cameras.iter().map(lens).collect();
+        let render = Render { count: 3, cameras, ..frames(settings(&text)) };
+        let mut most = 0.0_f32;
+        CpuExecutor::new(None)?.run(plan(&scene, &render), &mut |step| {
+            if step.pass.kernel.name == di_initial::DESC.name {
+                let reservoirs = step.plane::<PackedReservoir>("reservoirs")?;
+                most = reservoirs.iter().map(|&word| Stored::unpack(word).confidence).fold(most, f32::max);
+            }
+            Ok(())
+        })?;
+        ensure(most as u32 == expected, || format!("{text}: {most} rounds, not {expected}"))?;
+    }
+    Ok(())
 }
 
 /// Frames with the settings are rendered with the same bits everywhere, and settings beyond are refused.

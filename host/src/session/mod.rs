@@ -358,6 +358,7 @@ impl<D: Device> Session<D> {
 
 /// The kernels of frames to come with their constants: of a first one, of one that is as the last was, and of one that is not.
 fn kernels(setup: &Setup, moments: &Moments) -> Result<Vec<Frozen>, Error> {
+    // constants are those of dispatches of any length
     let mut sequence = setup.technique.sequence(&setup.stage(moments, Dispatches::default()));
     let [width, height] = setup.size;
     let mut kernels = Vec::new();

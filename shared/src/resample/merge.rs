@@ -148,7 +148,7 @@ impl Rules {
         match self.others {
             Others::SameFrame => f32::MAX,
             Others::Unchanged => self.confidence_cap,
-            // what fades counts no less than an initial reservoir
+            // what fades counts no less than a round of candidates
             Others::OtherFrame => {
                 num::max(self.confidence_cap * reservoirs.kept(own), num::min(self.confidence_cap, 1.0))
             }

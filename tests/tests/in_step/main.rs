@@ -139,7 +139,7 @@ fn differing<T: Pod>(a: &[T], b: &[T]) -> usize {
 fn ways(base: DiParams) -> [DiParams; 9] {
     let averaged = base.flags | Flags::AVERAGE_VISIBILITY | Flags::JITTER;
     let tiled = base.flags | Flags::TILES;
-    let renewed = base.renewed_after(elsewhere(base.camera));
+    let renewed = base.renewed_after(elsewhere(base.camera), 15);
     [
         base,
         DiParams { candidates: 1, ..base },
@@ -149,7 +149,7 @@ fn ways(base: DiParams) -> [DiParams; 9] {
         DiParams { candidates: 40, group: 10, tiles: 3, tile_size: 51, flags: tiled, ..base },
         DiParams { candidates: 16, flags: base.flags | Flags::SEEN_APART, ..base },
         renewed,
-        DiParams { candidates: 7, group: 3, tiles: 3, tile_size: 51, flags: tiled, gloss_renewal: 15.0, ..renewed },
+        DiParams { candidates: 7, group: 3, tiles: 3, tile_size: 51, flags: tiled, ..renewed },
     ]
 }
 
@@ -235,7 +235,7 @@ fn other_rounds() -> Result<(), Failed> {
     let scene = buffers("glossy")?;
     let view = scene.traced_view();
     let base = DiParams::new(scene.camera.params(SIZE[0], SIZE[1]), SIZE, 5);
-    let renewed = base.renewed_after(elsewhere(base.camera));
+    let renewed = base.renewed_after(elsewhere(base.camera), 7);
     let differ = ROWS.map(|y| Row::one_by_one(&view, &renewed, &[], y).differing(&view, &base, &[]));
     ensure(differ.iter().sum::<usize>() > LANES, || format!("words that differ by rows: {differ:?}"))
 }

@@ -43,7 +43,7 @@ fn heading(options: &Options) -> String {
          768 x 576 beside.\n\n\
          What limits it, of the last frame: *empty* pixels found nothing of use among their own candidates, *copies* hold the \
          sample of the pixel to the right or below, *young* have less than half of the confidence that the frames or the cap \
-         allow (of independent frames none), *refused* neighbours within the radius of shading are of another surface. Shares \
+         allow (of independent frames none; more rounds of candidates, which glossy surfaces have in an orbit, count as confidence), *refused* neighbours within the radius of shading are of another surface. Shares \
          of time are those of initial \
          candidates, of combining and of shading.\n",
         options.images,

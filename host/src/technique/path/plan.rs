@@ -23,15 +23,16 @@ struct Limits {
     /// host below some seconds.
     samples_log2: u32,
     /// Path segments of one invocation, over its samples, unless a single path has more: drivers may limit the rounds of an
-    /// invocation's loops (lavapipe to 65 535), and a segment takes two traversals.
-    segments: u32,
+    /// invocation's loops (lavapipe to 65 535), and a segment takes two traversals. The host limits none.
+    segments: Option<u32>,
 }
 
 impl Limits {
-    const fn of(dispatches: Dispatches) -> Self {
+    fn of(dispatches: Dispatches, max_depth: u32) -> Self {
         match dispatches {
-            Dispatches::Short => Self { samples_log2: 20, segments: 64 },
-            Dispatches::Long => Self { samples_log2: 22, segments: u32::MAX },
+            Dispatches::Short => Self { samples_log2: 20, segments: Some(64) },
+            // of paths of up to 8 segments, and fewer of longer ones
+            Dispatches::Long => Self { samples_log2: 22_u32.saturating_sub(max_depth.div_ceil(8).ilog2()), segments: None },
         }
     }
 }
@@ -39,7 +40,7 @@ impl Limits {
 /// Samples in a block, as a power of two.
 fn block_log2(settings: &PathSettings, [width, height]: [u32; 2], limits: &Limits) -> u32 {
     let fitting = || limits.samples_log2.saturating_sub((width * height).ilog2());
-    let loops = (limits.segments / settings.max_depth).max(1).ilog2();
+    let loops = limits.segments.map_or(MAX_BLOCK_LOG2, |most| (most / settings.max_depth).max(1).ilog2());
     let asked = settings.dispatch_samples.map_or_else(fitting, u32::ilog2);
     asked.min(loops).min(MAX_BLOCK_LOG2)
 }
@@ -93,9 +94,9 @@ impl Paths {
         let hybrid = scatters && media.is_none();
         let hybrid = hybrid.then(|| Hybrid::new(&mut buffers, stage.size, settings));
         let largest_of = |dispatches| {
-            if scatters { 0 } else { block_log2(settings, stage.size, &Limits::of(dispatches)) }
+            if scatters { 0 } else { block_log2(settings, stage.size, &Limits::of(dispatches, settings.max_depth)) }
         };
-        // enough for longer ones
+        // longer blocks need no more planes
         let short = largest_of(Dispatches::Short);
         // blocks of a mean that goes on are smaller where a frame has fewer samples
         let film = Film::new(&mut buffers, stage.film(1, if stage.progressive { 0 } else { short }));

@@ -110,7 +110,7 @@ impl Genealogy<'_> {
     fn generation_json(&self, g: &Generation) -> Value {
         let Stored { sample: address, contribution_weight, confidence, visibility } = g.stored();
         let from = match g.origin {
-            Origin::Candidate(FROM_SCATTERING) => json!({"candidate": 0, "of": "scattering"}),
+            Origin::Candidate(FROM_SCATTERING) => json!({"candidate": null, "of": "scattering"}),
             Origin::Candidate(index) => json!({"candidate": index, "of": "lights"}),
             Origin::Reservoir { pixel: of, is_other, of_last_frame, .. } => {
                 let what = match (is_other, of_last_frame) {

@@ -11,7 +11,7 @@ use std::{collections::BTreeMap, sync::Arc};
 /// Where a pass has a pixel's sample from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
-    /// A candidate of its own stream, if the reservoir has a sample: those from lights, then the one from scattering.
+    /// A candidate of its own, if the reservoir has a sample: the index of one from lights, over all rounds of them, or [`di::FROM_SCATTERING`].
     Candidate(u32),
     /// A reservoir that another pass has made.
     Reservoir {

@@ -110,7 +110,11 @@ impl Chain {
             self.push_over(now, &di::di_tiles::DESC, &self.params(now).tile_params(), &[], self.settings.flags());
         }
         let last_camera = last_camera.filter(|_| self.keeps_history);
-        let params = last_camera.map_or(self.params(now), |camera| self.params(now).renewed_after(camera));
+        let params = self.params(now);
+        // in a still view no history fades
+        let other_view = last_camera.filter(|_| !self.flags_in_time().contains(Flags::STILL));
+        let renewal = self.settings.renewal();
+        let params = other_view.map_or(params, |camera| params.renewed_after(camera, renewal));
         self.push(now, &di::di_initial::DESC, params, &[("reservoirs", self.planes.reservoirs[0])]);
         self.see(now);
         if let Some(camera) = last_camera {
@@ -126,10 +130,15 @@ impl Chain {
         self.queue.push_back(film::add(self.size, within.picture(), self.planes.direct));
     }
 
+    /// The flags of the combine with the last frame.
+    fn flags_in_time(&self) -> Flags {
+        self.settings.temporal_flags(self.still_for > 0)
+    }
+
     fn reuse_in_time(&mut self, now: &Frame, last_camera: CameraParams) {
         let (settings, reservoirs) = (&self.settings, &self.planes.reservoirs);
         let of_last = DiParams {
-            flags: settings.temporal_flags(self.still_for > 0),
+            flags: self.flags_in_time(),
             other_scene: now.scenes[1],
             other_camera: last_camera,
             other_frame: now.index.wrapping_sub(1),
@@ -225,7 +234,6 @@ impl Chain {
             neighbours: s.neighbours,
             confidence_cap: s.confidence_cap as f32,
             gloss_fade: s.gloss_fade,
-            gloss_renewal: s.gloss_renewal as f32,
             radius: s.radius,
             near_radius: s.near_radius,
             max_plane_distance: s.max_plane_distance,

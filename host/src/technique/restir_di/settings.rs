@@ -11,9 +11,9 @@ use std::any::Any;
 pub const MAX_NEIGHBOURS: u32 = INPUTS as u32 - 2;
 /// The most neighbours that are shaded: those of 16 passes.
 pub const MAX_SHADED: u32 = 128;
-/// The most candidates from lights.
+/// The most candidates from lights, over all rounds of them.
 pub const MAX_CANDIDATES: u32 = 1024;
-/// The most rays for candidates: drivers may limit the rounds of all loops of an invocation together (lavapipe to 65 535), and a
+/// The most rays for candidates, over all rounds of them: drivers may limit the rounds of all loops of an invocation together (lavapipe to 65 535), and a
 /// ray takes hundreds.
 pub const MAX_INITIAL_RAYS: u32 = 64;
 /// The most tiles of candidates.
@@ -106,7 +106,7 @@ impl Value for Tiles {
 settings! {
     /// Settings of ReSTIR DI. The defaults are unbiased.
     pub struct DiSettings {
-        /// Initial candidates from lights.
+        /// Initial candidates from lights, in a round where gloss_renewal draws more.
         candidates: u32 = 16, in 0..=MAX_CANDIDATES, unit "candidates";
         /// Candidates from lights are dealt into this many groups of equal size, the last perhaps smaller; of each group one
         /// candidate is selected and tested by a ray.
@@ -133,15 +133,15 @@ settings! {
         radius: f32 = 16.0, in 0.0..=4096.0, unit "pixels";
         /// The next frame reuses what spatial reuse has made, not what it began with.
         feedback: bool = true;
-        /// Largest confidence of the last frame's reservoirs; an initial reservoir has one.
-        confidence_cap: u32 = 20, in 1..=MAX_CONFIDENCE_CAP, unit "initial reservoirs";
+        /// Largest confidence of the last frame's reservoirs; an initial reservoir has one for each round of its candidates.
+        confidence_cap: u32 = 20, in 1..=MAX_CONFIDENCE_CAP, unit "rounds of candidates";
         /// How fast that falls where a glossy surface is seen from another direction than in the last frame, until it counts as
-        /// one: it is divided by 1 + gloss_fade (s a)^2 / (alpha^2 + 0.001), s being the part of specular lobes in what is
+        /// one round: it is divided by 1 + gloss_fade (s a)^2 / (alpha^2 + 0.001), s being the part of specular lobes in what is
         /// scattered, a the angle in radians, and alpha that of GGX, the square of the roughness. Without it highlights that
         /// move leave very bright pixels behind.
         gloss_fade: f32 = 30.0, in 0.0..=1.0e6;
-        /// Where it falls, candidates are drawn in more rounds: gloss_renewal more where nothing is left of it, and of that a share, rounded down,
-        /// where a share is gone.
+        /// Where it falls, candidates from lights are drawn in more rounds, each with its initial_rays: gloss_renewal more where nothing is left of it,
+        /// and of that a share, rounded down, where a share is gone; no more than a pixel has 64 rays and 1024 candidates for, nor a tile candidates.
         gloss_renewal: u32 = 7, in 0..=MAX_GLOSS_RENEWAL, unit "rounds";
         /// What samples are selected by.
         target: Target = Target::Luminance;
@@ -288,6 +288,14 @@ impl DiSettings {
     /// Whether the targets in MIS weights have visibility, so that all that is reused knows what it sees.
     pub fn knows_visibility(&self) -> bool {
         self.visibility_reuse >= VisibilityReuse::Weights
+    }
+
+    /// Rounds of candidates after the first, at most: as many of `gloss_renewal` as keep a pixel within [`MAX_INITIAL_RAYS`] and [`MAX_CANDIDATES`]. A
+    /// tile that has fewer candidates would give some of them again.
+    pub(super) fn renewal(&self) -> u32 {
+        let candidates = self.tiles.map_or(MAX_CANDIDATES, |tiles| tiles.size.min(MAX_CANDIDATES));
+        let rounds = (MAX_INITIAL_RAYS / self.initial_rays.max(1)).min(candidates / self.candidates.max(1));
+        self.gloss_renewal.min(rounds.saturating_sub(1))
     }
 
     /// Whether occluded initial samples count for nothing.

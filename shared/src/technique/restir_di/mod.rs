@@ -5,7 +5,7 @@
 //! * a *target* is what a sample should be chosen in proportion to: here the luminance of its contribution to the pixel;
 //! * a *reservoir* ([`PackedReservoir`]) is one sample that was chosen from many candidates, with a weight that stands for all of them;
 //! * its *contribution weight* is an estimate of one over the density with which it was chosen: contribution times weight is the pixel's radiance;
-//! * its *confidence* is how many candidates, or frames, it counts for when it is weighed against others;
+//! * its *confidence* is how many rounds of candidates it counts for when it is weighed against others; most frames have one for each pixel;
 //! * to *combine* is to choose again, from several reservoirs of which one, the *canonical* one, is the pixel's own;
 //! * a *form of MIS* ([`Mis`](crate::resample::mis::Mis)) says how the samples of several pixels are weighed, so that what more than one of them can find is
 //!   counted once;
@@ -22,7 +22,7 @@
 //! |---|---|---|---|
 //! | [`primary`] | | hits: what each pixel sees | 1 |
 //! | [`presample`] | | tiles of candidates that pixels share, if they are asked for | |
-//! | [`initial`] | hits, tiles | reservoirs of candidates from lights and scattering; immediate: radiance that needs no resampling, emission that is seen and what perfect mirrors show | 1 from scattering, 1 to the light that is chosen |
+//! | [`initial`] | hits, tiles | reservoirs of candidates from lights and scattering; immediate: radiance that needs no resampling, emission that is seen and what perfect mirrors show | 1 from scattering, 1 to the light that is chosen, and as many more as there are more rounds of candidates ([`DiParams::renewed_after`]) |
 //! | [`combine`], temporal | both frames' hits, the last frame's reservoirs | reservoirs, in place | none in a still view, else 2 |
 //! | [`combine`], spatial, any number | hits, reservoirs of neighbours | reservoirs, in another plane: in place it would read what is already combined, which is noisier by far | up to 2 for each neighbour |
 //! | [`shade`] | hits, reservoirs, immediate | radiance of the pixel's own reservoir | none |

@@ -133,8 +133,10 @@ pub struct DiParams {
     pub width: u32,
     /// Image height in pixels, at most 16384.
     pub height: u32,
-    /// Index of the frame. Its random numbers are those of the sample of this index; candidate i has those of the sample
-    /// `frame * candidates + i`.
+    /// Index of the frame. Its random numbers are those of the sample of this index; candidate i of the first round has those of the sample
+    /// `frame * candidates + i`, and candidate `candidates + i` of later ones ([`Self::gloss_renewal`]) those of the sample
+    /// `2^31 + frame * candidates * MAX_GLOSS_RENEWAL + i`, all modulo 2^32: before the frame `2^31 / (MAX_GLOSS_RENEWAL * candidates)` no two
+    /// candidates have the same numbers.
     pub frame: u32,
     /// Index of the other reservoirs' frame.
     pub other_frame: u32,
@@ -142,7 +144,8 @@ pub struct DiParams {
     pub seed: u32,
     /// What the pass does.
     pub flags: Flags,
-    /// Initial candidates from lights.
+    /// Initial candidates from lights in a round, of which there is one where `gloss_renewal` adds none; at most 4000, so that those of 16 rounds have
+    /// random dimensions of their own.
     pub candidates: u32,
     /// How many neighbours the pass has. A combine has at most [`crate::resample::mis::INPUTS`] - 2, and looks for others in each pixel; a pass of
     /// shading ([`super::exchange`]) has an even number of at most 2 [`PAIRS`], see [`Self::with_shading`].
@@ -162,7 +165,7 @@ pub struct DiParams {
     /// Which of the frame's passes of shading this is, where a pixel is shaded several times, each time by other neighbours, and has the mean. What
     /// [`super::initial`] dropped is counted by the first, 0.
     pub shading_pass: u32,
-    /// Candidates from lights in a group, of which one is tested by a ray if its visibility is asked for; 0 for one group.
+    /// Candidates from lights in a group, of which one is tested by a ray if its visibility is asked for; 0 for one group a round.
     pub group: u32,
     /// Tiles of presampled candidates, with [`Flags::TILES`]; at most 2^15.
     pub tiles: u32,
@@ -171,9 +174,9 @@ pub struct DiParams {
     /// How fast the confidence of another frame's reservoirs falls where a glossy surface is seen from another direction: the rate of
     /// [`crate::bsdf::Gloss::kept`], 0 for not at all.
     pub gloss_fade: f32,
-    /// How many more rounds of candidates [`super::initial`] has where all confidence of the last frame's reservoirs falls away by [`Self::gloss_fade`];
-    /// where a part of it does, it has that part of them, rounded down. At most [`MAX_GLOSS_RENEWAL`]. Nothing falls away unless
-    /// [`Self::renewed_after`] has said what the last frame's camera was.
+    /// How many more rounds of candidates [`super::initial`] has where all confidence of the last frame's reservoirs falls away by [`Self::gloss_fade`],
+    /// for `other_camera` saw the surface from elsewhere; where a part of it does, it has that part of them, rounded down. At most [`MAX_GLOSS_RENEWAL`];
+    /// 0, as [`Self::new`] has it, in a frame that is not combined with the one before it ([`Self::renewed_after`]).
     pub gloss_renewal: f32,
     /// Offsets of a shading pass, as [`super::pair_offsets`] makes them: x in the lower half, y in the upper. Every pixel has the neighbours on
     /// both sides, so that `neighbours` is twice their number.
@@ -204,7 +207,7 @@ impl DiParams {
     /// | likeness | `max_plane_distance` = 0.02, `min_normal_cos` = 0.5 | who is no neighbour; `near_radius` = 0: none is believed to see the same |
     /// | history | `confidence_cap` = 20 | a reservoir of the last frame counts for at most so many of this one: a larger cap has less noise where nothing moves, and keeps longer what is out of date |
     /// | gloss | `gloss_fade` = 30 | how fast that count falls where a glossy surface is seen from another direction: without, few pixels become very bright where highlights move |
-    /// | rounds | `gloss_renewal` = 7 | how many more rounds of candidates there are at most where it falls, if [`super::initial`] is told what the last frame's camera was ([`Self::renewed_after`]) |
+    /// | rounds | `gloss_renewal` = 0 | candidates are drawn in one round; [`Self::renewed_after`] draws more of them where that count falls |
     /// | numbers | [`Flags::SOBOL`] | spread over frames and candidates |
     /// | glass | [`Flags::TRANSMITTANCE`] | costs nothing in a scene without clear glass |
     ///
@@ -228,7 +231,6 @@ impl DiParams {
             neighbours: 4,
             confidence_cap: 20.0,
             gloss_fade: 30.0,
-            gloss_renewal: 7.0,
             radius: num::max(4.0, num::div(width.max(height) as f32, 24.0)),
             max_plane_distance: 0.02,
             min_normal_cos: 0.5,
@@ -244,10 +246,14 @@ impl DiParams {
     }
 
     /// The parameters of [`super::initial`] in a frame that is combined with the one before it, which `camera` saw: where a glossy surface is seen from
-    /// another direction than then, candidates are drawn in more rounds, since less of history is left. Without this call there is one.
+    /// another direction than then, candidates are drawn in up to `most` more rounds, since less of history is left ([`Self::gloss_renewal`]). With 7 a
+    /// hall of glossy things has less error in equal time than with 5 or 15. Without this call there is one round. A view that has not changed needs none.
+    ///
+    /// A round costs as many rays as the first one: drivers limit the time of a dispatch and the rounds of an invocation's loops, which lavapipe does
+    /// without a word, so that `1 + most` times `candidates / group` should be at most 64.
     #[must_use]
-    pub fn renewed_after(self, camera: CameraParams) -> Self {
-        Self { other_camera: camera, ..self }
+    pub fn renewed_after(self, camera: CameraParams, most: u32) -> Self {
+        Self { other_camera: camera, gloss_renewal: most.min(MAX_GLOSS_RENEWAL) as f32, ..self }
     }
 
     /// The parameters of the combine of a frame with the one before it, which `camera` saw. `same_view` says that every pixel had the same

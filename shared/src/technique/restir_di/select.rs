@@ -19,7 +19,7 @@ const OTHER_ROUNDS: u32 = 1 << 31;
 pub(super) struct Candidate {
     pub(super) address: LightAddress,
     pub(super) target: f32,
-    /// Index in the stream; the one after the lights' is scattering's.
+    /// Index in the stream; the one after the lights' is scattering's, which has [`super::FROM_SCATTERING`] once all are known.
     pub(super) index: u32,
     pub(super) shadow: Ray,
     /// As far as it is asked for: one until then.
@@ -115,13 +115,17 @@ pub(super) struct Stream {
     rng: Rng,
     flags: Flags,
     window: Window,
-    /// How many candidates come from lights, and how many of them in the first round.
+    /// How many candidates come from lights, over all rounds.
     from_lights: u32,
+    /// How many of them come in a round.
     of_round: u32,
     /// How many come from scattering: one or none.
     from_scattering: f32,
-    /// The number of the candidate 0 among those of all frames: by the numbers of first rounds, and by those of others, which begin elsewhere.
-    first: [u32; 2],
+    /// The number of the frame's candidate 0 among the candidates of first rounds of all frames.
+    first: u32,
+    /// The number of the frame's first candidate after the first round, which are counted elsewhere: a frame whose pixels have one round draws no other
+    /// numbers for it.
+    first_of_others: u32,
     /// Surfaces may be blended.
     blends: bool,
 }
@@ -130,7 +134,7 @@ impl Stream {
     #[inline(always)]
     pub(super) fn new(params: &DiParams, flags: Flags, at: [u32; 2], blends: bool, rounds: u32) -> Self {
         let of_round = params.candidates;
-        let others = params.frame.wrapping_mul(MAX_GLOSS_RENEWAL).wrapping_sub(1);
+        let first = params.frame.wrapping_mul(of_round);
         let rng = params.rng(at);
         let tiled = flags.contains(Flags::TILES);
         Self {
@@ -140,14 +144,15 @@ impl Stream {
             from_lights: of_round.wrapping_mul(rounds),
             of_round,
             from_scattering: if flags.contains(Flags::SCATTER_CANDIDATE) { 1.0 } else { 0.0 },
-            first: [params.frame.wrapping_mul(of_round), OTHER_ROUNDS.wrapping_add(others.wrapping_mul(of_round))],
+            first,
+            first_of_others: OTHER_ROUNDS.wrapping_add(first.wrapping_mul(MAX_GLOSS_RENEWAL)),
             blends,
         }
     }
 
-    /// How many candidates come from lights, of all rounds.
+    /// How many candidates come from lights, over all rounds: the index of the one from scattering.
     #[inline(always)]
-    pub(super) fn count(&self) -> u32 {
+    pub(super) fn from_lights(&self) -> u32 {
         self.from_lights
     }
 
@@ -167,8 +172,12 @@ impl Stream {
     /// in what each candidate gives, so that it does not matter that they depend on each other.
     #[inline(always)]
     pub(super) fn choose<S: AddressedLights>(&self, scene: &S, index: u32) -> LightAddress {
-        let first = if index < self.of_round { self.first[0] } else { self.first[1] };
-        scene.choose_address(self.rng.of_sample(first.wrapping_add(index)).draw(CANDIDATE_DIMENSION))
+        let sample = if index < self.of_round {
+            self.first.wrapping_add(index)
+        } else {
+            self.first_of_others.wrapping_add(index.wrapping_sub(self.of_round))
+        };
+        scene.choose_address(self.rng.of_sample(sample).draw(CANDIDATE_DIMENSION))
     }
 
     /// The weight of a candidate by the density of all techniques, `sum n_t p_t`.
