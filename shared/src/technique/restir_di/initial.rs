@@ -184,7 +184,7 @@ fn select<S: Trace + Surface + AddressedLights, C: Select<S>>(
     let loses = flags.contains(Flags::INITIAL_VISIBILITY);
     let asks = loses | !flags.contains(Flags::FINAL_RAY);
     let stream = Stream::new(params, flags, at, blends, scattering.rounds);
-    let count = if scattering.smooth { stream.from_lights().wrapping_add(1) } else { 0 };
+    let count = if scattering.smooth { stream.drawn().wrapping_add(1) } else { 0 };
     let scatters = scattering.goes_on & known.is_none();
     let mut scattered = known.unwrap_or(Scattered::NOTHING);
     let mut group = Reservoir::empty(Candidate::NONE);
@@ -215,10 +215,10 @@ fn select<S: Trace + Surface + AddressedLights, C: Select<S>>(
         first = false;
         open = i < count;
         // after the groups of candidates from lights the one from scattering
-        let last = i >= stream.from_lights();
+        let last = i >= stream.drawn();
         let visibility = if last { scattered.transmittance } else { Vec3::ONE };
         let size = if params.group == 0 { params.candidates } else { params.group };
-        let end = if last { count } else { i.wrapping_add(size).min(stream.from_lights()).min(count) };
+        let end = if last { count } else { i.wrapping_add(size).min(stream.drawn()).min(count) };
         let next = Group { begin: i, end, last, scattered: scattered.address, visibility };
         (group, among) = candidates.select(scene, tiles, seen, &stream, &next, among);
         i = i.max(end);
@@ -233,7 +233,7 @@ fn select<S: Trace + Surface + AddressedLights, C: Select<S>>(
         let mean = |sum: f32| num::clamp(num::div(sum, all.weight_sum), 0.0, 1.0);
         all.sample.visibility = Vec3::new(mean(arriving.x), mean(arriving.y), mean(arriving.z));
     }
-    if all.sample.index == stream.from_lights() {
+    if all.sample.index == stream.drawn() {
         all.sample.index = FROM_SCATTERING;
     }
     (all, scattered.radiance)

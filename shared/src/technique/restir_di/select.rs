@@ -115,8 +115,8 @@ pub(super) struct Stream {
     rng: Rng,
     flags: Flags,
     window: Window,
-    /// How many candidates come from lights, over all rounds.
-    from_lights: u32,
+    /// How many candidates are drawn from lights, over all rounds.
+    drawn: u32,
     /// How many of them come in a round.
     of_round: u32,
     /// How many come from scattering: one or none.
@@ -141,7 +141,7 @@ impl Stream {
             rng,
             flags,
             window: if tiled { Window::new(params, at, rng.hash(CANDIDATE_DIMENSION).x) } else { Window::NONE },
-            from_lights: of_round.wrapping_mul(rounds),
+            drawn: of_round.wrapping_mul(rounds),
             of_round,
             from_scattering: if flags.contains(Flags::SCATTER_CANDIDATE) { 1.0 } else { 0.0 },
             first,
@@ -150,10 +150,10 @@ impl Stream {
         }
     }
 
-    /// How many candidates come from lights, over all rounds: the index of the one from scattering.
+    /// How many candidates are drawn from lights, over all rounds: the index of the one from scattering.
     #[inline(always)]
-    pub(super) fn from_lights(&self) -> u32 {
-        self.from_lights
+    pub(super) fn drawn(&self) -> u32 {
+        self.drawn
     }
 
     /// Whether candidates from lights come from a tile.
@@ -191,7 +191,7 @@ impl Stream {
         let e = evaluate(self.flags, vertex, light);
         let is_found = !(self.blends & light.sample.blended);
         let scatter_density = if is_found { self.from_scattering * e.scatter_density } else { 0.0 };
-        let density = self.from_lights as f32 * e.light_density + scatter_density;
+        let density = self.drawn as f32 * e.light_density + scatter_density;
         let weight = if (e.target > 0.0) & (density > num::FLUSH_BELOW) { num::div(e.target, density) } else { 0.0 };
         Weighed { target: e.target, weight, shadow: e.shadow, ..self.weightless(index) }
     }

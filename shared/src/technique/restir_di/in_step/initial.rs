@@ -198,7 +198,7 @@ impl<const COMPILED: u32> Stage for WeighScattered<'_, COMPILED> {
             let vertex = Vertex::new(&self.seen.sees.point.get(lane), &self.seen.sees.ray.get(lane), scene.features());
             let stream = Stream::new(&params, flags, [x, y], blends, self.scattering.get(lane).rounds);
             let (_, light) = with_light(&scene, addresses.get(lane));
-            weighed.set(lane, stream.weighed(&vertex, stream.from_lights(), &light));
+            weighed.set(lane, stream.weighed(&vertex, stream.drawn(), &light));
         }
     }
 }
