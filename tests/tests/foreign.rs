@@ -9,7 +9,7 @@ use restir_host::technique::restir_di::DiSettings;
 use restir_host::{Error, buffers::SceneBuffers};
 use restir_shared::bsdf::{BsdfSample, Material, Scattering, ScatteringFunction};
 use restir_shared::geometry::{Hit, Ray};
-use restir_shared::glam::{UVec4, Vec3};
+use restir_shared::glam::{DVec3, UVec4, Vec3};
 use restir_shared::layout::{CameraParams, FilmPixel};
 use restir_shared::medium::Interior;
 use restir_shared::num;
@@ -271,7 +271,7 @@ fn chain_of_functions() -> Result<(), Failed> {
     let pixels: Vec<[u32; 2]> = (0..width * height).map(|i| [i % width, i / width]).collect();
     let camera = |frame: u32| {
         // it moves, and rests for a frame
-        let position = scene.camera.position * (1.0 + 0.01 * f64::from(frame / 2));
+        let position = scene.camera.position + DVec3::X * (0.1 * f64::from(frame / 2));
         Camera { position, ..scene.camera }
     };
     let params = |frame| camera(frame).params(width, height);
