@@ -91,7 +91,8 @@ crate::settings! {
         /// Channels whose mean free path is shorter are Lambertian where profiles are.
         lambert_below: f32 = 0.0, in 0.0..=1000.0, unit "pixels";
         /// Most samples of a pixel in one dispatch, rounded down to a power of two; off leaves it to the size of the image
-        /// and to the device. On a GPU a dispatch has no more than 64 segments a pixel, or one path, whatever is asked for. It does not change the image. Where light scatters inside of things, a dispatch has one.
+        /// and to the device. On a GPU a dispatch has no more than 64 segments a pixel, or one path, whatever is asked for. It
+        /// does not change the image. Where light scatters inside of things, a dispatch has one.
         dispatch_samples: Option<u32> = None, unit "samples";
     }
 }

@@ -261,6 +261,20 @@ mod tests {
         }
     }
 
+    /// A dispatch on the host is as long for deep paths as for those of 8 segments, and on a GPU no longer than 64 segments or one path.
+    #[test]
+    fn deep_paths_have_fewer_samples_in_a_dispatch() {
+        let samples = |max_depth, dispatches| {
+            let settings = PathSettings { max_depth, ..PathSettings::default() };
+            1 << block_log2(&settings, [256, 256], &Limits::of(dispatches, max_depth))
+        };
+        let rows = [(1, 64, 16), (8, 64, 8), (9, 32, 4), (16, 32, 4), (64, 8, 1), (1024, 1, 1)];
+        for (max_depth, long, short) in rows {
+            let found = [Dispatches::Long, Dispatches::Short].map(|dispatches| samples(max_depth, dispatches));
+            assert_eq!(found, [long, short], "max_depth={max_depth}");
+        }
+    }
+
     #[test]
     fn every_pass_finds_a_plane_and_is_counted() {
         let scene = SceneBuffers::build(&crate::scene::builtin::scene("cornell").expect("built in")).expect("builds");
