@@ -246,8 +246,8 @@ impl DiParams {
     }
 
     /// The parameters of [`super::initial`] in a frame that is combined with the one before it, which `camera` saw: where a glossy surface is seen from
-    /// another direction than then, candidates are drawn in up to `most` more rounds, since less of history is left ([`Self::gloss_renewal`]). With 7 a
-    /// hall of glossy things has less error in equal time than with 5 or 15. Without this call there is one round. A view that has not changed needs none.
+    /// another direction than then, candidates are drawn in up to `most` more rounds, since less of history is left ([`Self::gloss_renewal`]). The
+    /// host's renders have 7. Without this call there is one round. A view that has not changed needs no more.
     ///
     /// A round costs as many rays as the first one: drivers limit the time of a dispatch and the rounds of an invocation's loops, which lavapipe does
     /// without a word, so that `1 + most` times `candidates / group` should be at most 64.
