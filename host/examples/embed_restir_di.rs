@@ -70,7 +70,7 @@ fn main() -> Result<(), Error> {
     let hall = |x| Hall { ball: Vec3::new(x, RADIUS, 1.0) };
     foreign::check(&hall(0.0), &camera)?;
     let setup = Setup::foreign(FEATURE_PUNCTUAL, DiSettings::default(), [160, 120]);
-    let mut session = CpuSession::new(setup, CpuExecutor::new(None)?)?;
+    let mut session = CpuSession::new(setup, CpuExecutor::new()?)?;
     (0..8).try_for_each(|_| session.frame_over(&Still(hall(0.0)), camera, false).map(drop))?;
     (1..9).try_for_each(|i| session.frame_over(&[i, i - 1].map(|at| hall(at as f32 * 0.1)), camera, true).map(drop))?;
     let mean = session.pixels().iter().map(|pixel| pixel.sum[1]).sum::<f32>() / session.pixels().len() as f32;

@@ -19,7 +19,7 @@ fn main() -> Result<(), Error> {
     }
     let settings = DiSettings::preset("quality").expect("a preset of that name");
     let setup = Setup::new(SceneBuffers::build(&scene)?, settings, size);
-    let mut session = CpuSession::new(setup, CpuExecutor::new(None)?)?;
+    let mut session = CpuSession::new(setup, CpuExecutor::new()?)?;
     let tone = Tone { exposure: 0.0, operator: Operator::Aces };
     for frame in 0..8 {
         let turn = glam::DQuat::from_rotation_y(0.02 * f64::from(frame));

@@ -21,7 +21,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let camera = setup.scene.camera;
     let pipelines = Pipelines::new(&device, flavour, Shaders::Embedded);
     let mut session = GpuSession::new(&device, pipelines, setup.clone())?;
-    let mut twin = CpuSession::new(setup, CpuExecutor::new(None)?)?;
+    let mut twin = CpuSession::new(setup, CpuExecutor::new()?)?;
 
     let start = Instant::now();
     for frame in 0..FRAMES {

@@ -14,6 +14,10 @@ fn main() {
         ["HEAD", "refs/heads", "packed-refs"].into_iter().filter_map(|name| git(&["rev-parse", "--git-path", name]));
     let paths = references.chain(SOURCES.map(str::to_owned)).filter(|path| Path::new(path).exists());
     println!("cargo::rerun-if-changed=build.rs");
+    // in a build for development only the first tier of the tests runs
+    if std::env::var("PROFILE").is_ok_and(|profile| profile == "debug") {
+        println!("cargo::rustc-cfg=first_tier");
+    }
     paths.for_each(|path| println!("cargo::rerun-if-changed={path}"));
 }
 

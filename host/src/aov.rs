@@ -8,14 +8,14 @@
 //! through the centre of the pixel and of the lens.
 //!
 //! ```
-//! use restir_host::aov::{Aov, Shot, channels};
+//! use restir_host::aov::{Aov, Shot};
 //! use restir_host::technique::{Technique, path::PathSettings};
 //! use restir_host::{Error, buffers::SceneBuffers, scene::Scene};
 //!
 //! let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
 //! let integral = PathSettings::default().integral();
 //! let shot = Shot { scene: &scene, frame: 0.0, camera: &|_| scene.camera, size: [32, 24], seed: 0, integral, samples: 1 };
-//! let layers = channels(&shot, &[Aov::Depth], &mut |_| Ok(()))?;
+//! let layers = shot.channels(&[Aov::Depth])?;
 //! assert_eq!(layers[0].name, "Depth.Z");
 //! assert!(layers[0].values.iter().all(|&depth| depth > 0.0));
 //! # Ok::<(), Error>(())
@@ -25,6 +25,7 @@ use crate::buffers::{SceneBuffers, owner};
 use crate::exec::Progress;
 use crate::image::Channel;
 use crate::scene::Camera;
+use crate::settings::Choice;
 use crate::technique::{Integral, PixelFilter};
 use crate::{Error, choices, memory};
 use glam::{DVec2, DVec3};
@@ -37,6 +38,7 @@ use restir_shared::layout::{CameraParams, FEATURE_BLEND};
 use restir_shared::rng::{Rng, Sampler};
 use restir_shared::scene::{SceneView, Surface, SurfacePoint, Trace};
 use restir_shared::transport::Vertex;
+use std::fmt;
 
 /// Most camera rays of a pixel in its means.
 const MOST_SAMPLES: u32 = 64;
@@ -111,39 +113,60 @@ pub struct Shot<'a> {
     pub samples: u32,
 }
 
-/// The channels of the layers; `observe` hears of rows.
-///
-/// # Errors
-/// [`Error::Memory`] if they do not fit, [`Error::Scene`] if what moves goes too far away in the next frame, and that of `observe`.
-pub fn channels(
-    shot: &Shot<'_>,
-    layers: &[Aov],
-    observe: &mut dyn FnMut(Progress) -> Result<(), Error>,
-) -> Result<Vec<Channel>, Error> {
-    let [width, height] = shot.size.map(|side| side as usize);
-    // all values, the channels, and their encoded form
-    let bytes = 3 * VALUES as u64 * 4 * width as u64 * height as u64;
-    memory::check(bytes, "the layers of this image", "choose a smaller size or fewer layers")?;
-    let moments = Moments::new(shot, layers.contains(&Aov::Motion))?;
-    let views = moments.views(shot);
-    let averaged = layers.iter().any(|layer| matches!(layer, Aov::Albedo | Aov::Normal | Aov::Scattering));
-    let mut values = vec![[0.0; VALUES]; width * height];
-    for (part, rows) in values.chunks_mut(ROWS * width).enumerate() {
-        let rows_of = |(index, value): (usize, &mut [f32; VALUES])| {
-            let index = part * ROWS * width + index;
-            let (x, y) = ((index % width) as u32, (index / width) as u32);
-            views.centre(x, y, value);
-            if averaged {
-                views.means(x, y, value);
-            }
-        };
-        rows.par_iter_mut().enumerate().for_each(rows_of);
-        observe(Progress { done: ((part + 1) * ROWS).min(height) as u64, total: height as u64 })?;
+impl fmt::Debug for Shot<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { frame, size, seed, integral, samples, .. } = self;
+        let mut shot = f.debug_struct("Shot");
+        shot.field("frame", frame).field("size", size).field("seed", seed);
+        shot.field("integral", integral).field("samples", samples).finish_non_exhaustive()
     }
-    let channel =
-        |(at, &name): (usize, &&'static str)| Channel { name, values: values.iter().map(|value| value[at]).collect() };
-    let of_layer = |layer: &Aov| (layer.first()..).zip(layer.channels()).map(channel).collect::<Vec<_>>();
-    Ok(layers.iter().flat_map(of_layer).collect())
+}
+
+impl Shot<'_> {
+    /// The channels of the layers.
+    ///
+    /// # Errors
+    /// [`Error::Memory`] if they do not fit, and [`Error::Scene`] if what moves goes too far away in the next frame.
+    pub fn channels(&self, layers: &[Aov]) -> Result<Vec<Channel>, Error> {
+        self.channels_observed(layers, &mut |_| Ok(()))
+    }
+
+    /// As [`Self::channels`]; `observe` hears of rows, and may end the work with an error.
+    ///
+    /// # Errors
+    /// As of [`Self::channels`], and that of `observe`.
+    pub fn channels_observed(
+        &self,
+        layers: &[Aov],
+        observe: &mut dyn FnMut(Progress) -> Result<(), Error>,
+    ) -> Result<Vec<Channel>, Error> {
+        let [width, height] = self.size.map(|side| side as usize);
+        // all values, the channels, and their encoded form
+        let bytes = 3 * VALUES as u64 * 4 * width as u64 * height as u64;
+        memory::check(bytes, "the layers of this image", "choose a smaller size or fewer layers")?;
+        let moments = Moments::new(self, layers.contains(&Aov::Motion))?;
+        let views = moments.views(self);
+        let averaged = layers.iter().any(|layer| matches!(layer, Aov::Albedo | Aov::Normal | Aov::Scattering));
+        let mut values = vec![[0.0; VALUES]; width * height];
+        for (part, rows) in values.chunks_mut(ROWS * width).enumerate() {
+            let rows_of = |(index, value): (usize, &mut [f32; VALUES])| {
+                let index = part * ROWS * width + index;
+                let (x, y) = ((index % width) as u32, (index / width) as u32);
+                views.centre(x, y, value);
+                if averaged {
+                    views.means(x, y, value);
+                }
+            };
+            rows.par_iter_mut().enumerate().for_each(rows_of);
+            observe(Progress { done: ((part + 1) * ROWS).min(height) as u64, total: height as u64 })?;
+        }
+        let channel = |(at, &name): (usize, &&'static str)| Channel {
+            name,
+            values: values.iter().map(|value| value[at]).collect(),
+        };
+        let of_layer = |layer: &Aov| (layer.first()..).zip(layer.channels()).map(channel).collect::<Vec<_>>();
+        Ok(layers.iter().flat_map(of_layer).collect())
+    }
 }
 
 /// The scene in this frame, the one before and the next one; those only where something moves in it.
@@ -295,7 +318,7 @@ mod tests {
     fn layer(scene: &SceneBuffers, camera: &dyn Fn(f64) -> Camera, frame: f64, layer: Aov) -> Vec<Vec<f32>> {
         let integral = PathSettings::default().integral();
         let shot = Shot { scene, frame, camera, size: SIZE, seed: 3, integral, samples: 16 };
-        let channels = channels(&shot, &[layer], &mut |_| Ok(())).expect("fits");
+        let channels = shot.channels(&[layer]).expect("fits");
         assert!(channels.iter().map(|channel| channel.name).eq(layer.channels().iter().copied()));
         (0..channels[0].values.len()).map(|i| channels.iter().map(|channel| channel.values[i]).collect()).collect()
     }

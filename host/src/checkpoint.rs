@@ -5,14 +5,14 @@
 //!
 //! ```
 //! use restir_host::checkpoint::{Checkpoint, render_resumed};
-//! use restir_host::render::{Render, render};
+//! use restir_host::render::Render;
 //! use restir_host::technique::restir_di::DiSettings;
 //! use restir_host::{Error, buffers::SceneBuffers, exec::CpuExecutor, scene::Scene};
 //! use std::time::Duration;
 //!
 //! let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
 //! let job = Render { count: 3, ..Render::new([16, 16], DiSettings::default()) };
-//! let cpu = &mut CpuExecutor::new(None)?;
+//! let cpu = &mut CpuExecutor::new()?;
 //! let path = &std::env::temp_dir().join(format!("restir-checkpoint-{}", std::process::id()));
 //! let checkpoint = Checkpoint { path, every: Duration::from_secs(60) };
 //!
@@ -22,7 +22,7 @@
 //! };
 //! assert!(matches!(render_resumed(cpu, &scene, &job, checkpoint, half), Err(Error::Interrupted)));
 //! let resumed = render_resumed(cpu, &scene, &job, checkpoint, &mut |_| Ok(()))?;
-//! assert_eq!(resumed.image, render(cpu, &scene, &job, &mut |_| Ok(()))?.image);
+//! assert_eq!(resumed.image, job.render(&scene, cpu)?.image);
 //! assert!(!path.exists());
 //! # Ok::<(), Error>(())
 //! ```
@@ -30,7 +30,7 @@
 use crate::exec::{Description, Executor, Observer, Progress, Step};
 use crate::output::write_atomically;
 use crate::plan::{BufferId, FramePlan, Pass, SceneFrame};
-use crate::render::{self, Render, Rendered};
+use crate::render::{Render, Rendered};
 use crate::{Error, buffers::SceneBuffers};
 use std::fs;
 use std::io::{ErrorKind, Write};
@@ -42,7 +42,7 @@ const MAGIC: &[u8; 20] = b"restir checkpoint 1\n";
 const HASH: usize = blake3::OUT_LEN;
 
 /// Where a render is kept while it is not done.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Checkpoint<'a> {
     /// The file. It need not be there; it is deleted once the render is done.
     pub path: &'a Path,
@@ -50,10 +50,10 @@ pub struct Checkpoint<'a> {
     pub every: Duration,
 }
 
-/// As [`render::render`], from where the file leaves off, if it is there.
+/// As [`Render::render`], from where the file leaves off, if it is there.
 ///
 /// # Errors
-/// As of [`render::render`]; where its observer ends it by [`Error::Interrupted`], the file keeps what is done. [`Error::File`] if
+/// As of [`Render::render`]; where its observer ends it by [`Error::Interrupted`], the file keeps what is done. [`Error::File`] if
 /// the file cannot be read or written, is damaged, or is of another render.
 pub fn render_resumed(
     executor: &mut dyn Executor,
@@ -62,7 +62,7 @@ pub fn render_resumed(
     checkpoint: Checkpoint<'_>,
     observe: &mut Observer<'_>,
 ) -> Result<Rendered, Error> {
-    render::check(scene, render)?;
+    render.check(scene)?;
     let digest = digest(scene, render, &executor.describe());
     let mut plan = render.plan(scene);
     // arenas with contents are those of the scene
@@ -71,7 +71,7 @@ pub fn render_resumed(
         .map_or(Ok(0), |kept| kept.restore(checkpoint.path, &planes, &mut plan))?;
     let (dispatches, counts) = (plan.pass_count, plan.counts);
     let mut written = Instant::now();
-    let outputs = executor.run(plan, &mut |step| {
+    let outputs = executor.run_observed(plan, &mut |step| {
         let progress = Progress { done: done + step.progress.done, total: dispatches };
         let seen = observe(&Step::new(progress, step.pass, &|id| step.read(id)));
         if matches!(seen, Err(Error::Interrupted)) || written.elapsed() >= checkpoint.every {
@@ -87,6 +87,7 @@ pub fn render_resumed(
 }
 
 /// A name for all that the bits of a render depend on: renders with the same name have the same image.
+#[doc(hidden)]
 pub fn name_of(scene: &SceneBuffers, render: &Render, description: &Description) -> String {
     digest(scene, render, description).to_hex().to_string()
 }
@@ -94,7 +95,7 @@ pub fn name_of(scene: &SceneBuffers, render: &Render, description: &Description)
 /// All that the bits depend on.
 fn digest(scene: &SceneBuffers, render: &Render, description: &Description) -> blake3::Hash {
     let mut hasher = blake3::Hasher::new();
-    let Render { width, height, count, accumulate, seed, cameras, shows, technique } = render;
+    let Render { width, height, count, accumulate, seed, cameras, shows, technique, _more: _ } = render;
     for arena in [&scene.geometry, &scene.attributes, &scene.texels] {
         hasher.update(&(arena.len() as u64).to_le_bytes());
         hasher.update(bytemuck::cast_slice(arena));

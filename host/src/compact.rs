@@ -12,7 +12,7 @@
 //! let mut buffers = vec![Buffer { name: "words", words: 6, contents: Some(words.as_slice().into()) }];
 //! let compaction = compact(&mut buffers, 0, 6, Buckets::FLAGS)?;
 //! let plan = FramePlan::of(buffers, compaction.passes, vec![compaction.indices]);
-//! let results = CpuExecutor::inline().run(plan, &mut |_| Ok(()))?;
+//! let results = CpuExecutor::inline().run(plan)?;
 //! assert_eq!(results[0][..6], [1, 2, 4, NONE, NONE, NONE]);
 //! # Ok::<(), Error>(())
 //! ```
@@ -61,6 +61,7 @@ impl Buckets {
 }
 
 /// The passes, and where they leave their results.
+#[derive(Debug)]
 pub struct Compaction {
     /// To run in this order after the words were written.
     pub passes: Vec<Pass>,
@@ -76,7 +77,7 @@ pub struct Compaction {
 /// Makes the passes for the first `items` words of the buffer `words`, and adds the buffers that they need.
 ///
 /// # Errors
-/// [`Error::Setting`] for 0 or too many items or buckets, or a buffer that has fewer words.
+/// [`Error::Plan`] for 0 or too many items or buckets, or a buffer that has fewer words.
 pub fn compact(buffers: &mut Vec<Buffer>, words: BufferId, items: u32, buckets: Buckets) -> Result<Compaction, Error> {
     check(buffers, words, items, buckets)?;
     let blocks = items.div_ceil(BLOCK);
@@ -108,7 +109,7 @@ fn check(buffers: &[Buffer], words: BufferId, items: u32, Buckets { count, .. }:
     } else {
         return Ok(());
     };
-    Err(Error::Setting(problem))
+    Err(Error::Plan { problem })
 }
 
 /// A grid of at least `invocations`.

@@ -13,28 +13,46 @@
 //! }
 //! let mut technique = restir_host::technique::named("path")?;
 //! match restir_host::technique::configure(&mut *technique, &["max_depth=deep"]) {
-//!     Err(Error::Technique { technique: "path", reason }) => assert!(matches!(*reason, Error::Value { setting: "max_depth", .. })),
+//!     Err(Error::Technique { technique: "path", source }) => assert!(matches!(*source, Error::InvalidValue { setting: "max_depth", .. })),
 //!     other => panic!("{other:?}"),
 //! }
 //! # Ok::<(), Error>(())
 //! ```
 
-use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
+/// What made something go wrong.
+pub type Cause = Box<dyn std::error::Error + Send + Sync>;
+
+/// A sentence that says more of a cause than it does itself.
+#[derive(Debug, thiserror::Error)]
+#[error("{sentence}")]
+struct Explained {
+    sentence: String,
+    source: Cause,
+}
+
+/// A cause of whose text there is a better one: `sentence`, which says it all.
+#[doc(hidden)]
+pub fn explained(sentence: String, cause: impl Into<Cause>) -> Cause {
+    Box::new(Explained { sentence, source: cause.into() })
+}
+
 /// An error of this library.
+///
+/// Its sentence has those of its [sources](std::error::Error::source) in it: print the error, and not the chain.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// A file could not be read or written.
-    #[error("cannot {action} {}: {reason}", path.display())]
+    #[error("cannot {action} {}: {source}", path.display())]
     File {
         /// "read" or "write".
         action: &'static str,
         /// The file.
         path: PathBuf,
         /// Why, and what to do.
-        reason: String,
+        source: Cause,
     },
     /// A scene is broken or cannot be rendered.
     #[error("scene {scene}: {problem}")]
@@ -56,7 +74,7 @@ pub enum Error {
     },
     /// A value is not one that a setting may have.
     #[error("the setting {setting} is {value}; it has to be {expected}")]
-    Value {
+    InvalidValue {
         /// Key of the setting.
         setting: &'static str,
         /// The value, as text.
@@ -65,20 +83,40 @@ pub enum Error {
         expected: String,
     },
     /// A technique cannot be set as it was asked for.
-    #[error("{technique}: {reason}")]
+    #[error("{technique}: {source}")]
     Technique {
         /// Name of the technique.
         technique: &'static str,
-        /// What is wrong: a [`Self::Value`] or an [`Self::Unknown`] name.
-        reason: Box<Error>,
+        /// What is wrong: an [`Self::InvalidValue`] or an [`Self::Unknown`] name.
+        source: Box<Error>,
     },
     /// Settings have values that do not go together.
     #[error("{problem}")]
-    Together {
+    ConflictingSettings {
         /// Keys of the settings.
         settings: &'static [&'static str],
         /// What does not go together, and what to set instead.
         problem: String,
+    },
+    /// An image has no pixel.
+    #[error("an image of {}x{} pixels has no pixel; give both sides at least 1", size[0], size[1])]
+    EmptyImage {
+        /// Width and height that were asked for.
+        size: [u32; 2],
+    },
+    /// A render has neither samples nor frames.
+    #[error("0 {repeats} make no image; give at least 1")]
+    NoRepeats {
+        /// What the technique repeats.
+        repeats: &'static str,
+    },
+    /// A session cannot make the mean that it was asked for.
+    #[error("a mean of {frames} frames of {samples} samples cannot be made; give from 1 to 2^32 - 1 samples in all")]
+    Mean {
+        /// How many frames the mean is of.
+        frames: u32,
+        /// How many samples a frame has.
+        samples: u32,
     },
     /// An image is larger than there are.
     #[error("an image of {}x{} pixels is too large; the longest side is {limit}", asked[0], asked[1])]
@@ -90,7 +128,7 @@ pub enum Error {
     },
     /// Images that are to be compared differ in size.
     #[error("images of different sizes cannot be compared: {} x {} and {} x {}", test[0], test[1], reference[0], reference[1])]
-    Sizes {
+    SizeMismatch {
         /// Width and height of the image that is judged.
         test: [u32; 2],
         /// Width and height of what it is compared with.
@@ -106,7 +144,7 @@ pub enum Error {
     },
     /// A technique has no layers, further channels that show how the image came about.
     #[error("the technique {technique} has no layers here, because {reason}")]
-    Layers {
+    NoLayers {
         /// Name of the technique.
         technique: &'static str,
         /// Why it has none.
@@ -114,7 +152,7 @@ pub enum Error {
     },
     /// A scene has more lights than reservoirs can name.
     #[error("the scene has {count} lights and reservoirs know at most {limit}; use another technique")]
-    Lights {
+    TooManyLights {
         /// How many it has at most, over its frames.
         count: u32,
         /// How many can be named.
@@ -129,34 +167,80 @@ pub enum Error {
         size: [u32; 2],
     },
     /// Threads cannot be started.
-    #[error("cannot start {}: {reason}; ask for fewer, or end other programs", if *count == 1 { "a thread".to_owned() } else { format!("{count} threads") })]
+    #[error("cannot start {}: {source}; ask for fewer, or end other programs", if *count == 1 { "a thread".to_owned() } else { format!("{count} threads") })]
     Threads {
         /// How many were asked for.
         count: usize,
         /// Why not.
-        reason: String,
+        source: Cause,
     },
-    /// Something else that was asked for cannot be.
+    /// A camera cannot be.
+    #[error("{problem}")]
+    Camera {
+        /// What is wrong with it, and in which frame of a path.
+        problem: String,
+    },
+    /// An environment cannot be placed as it was asked for.
+    #[error("the environment's {problem}")]
+    Environment {
+        /// What is wrong with its scale or turn.
+        problem: String,
+    },
+    /// A session was given a scene of other types than its own.
+    #[error("{problem}")]
+    ForeignScene {
+        /// What the session is over, and what to do.
+        problem: &'static str,
+    },
+    /// A kernel asks what a foreign scene does not know.
+    #[error(
+        "the kernel {kernel} asks for all points of an object on a segment, of which this scene knows nothing; implement Probe for it and hand it over as Probed, or choose settings that do without"
+    )]
+    NotProbed {
+        /// Name of the kernel.
+        kernel: &'static str,
+    },
+    /// Primary hits cannot be given.
+    #[error("{problem}")]
+    PrimaryHits {
+        /// Why not, and what to do.
+        problem: String,
+    },
+    /// A texture cannot hold the image.
+    #[error("the image is {image}, the texture {texture}; make one like the image")]
+    Texture {
+        /// Size and format of the image.
+        image: String,
+        /// Size and format of the texture.
+        texture: String,
+    },
+    /// A plan cannot be made, or not be replayed.
+    #[error("{problem}")]
+    Plan {
+        /// Why not, and what to do.
+        problem: String,
+    },
+    /// A program around the library was asked for something that cannot be.
     #[error("{0}")]
     Setting(String),
     /// No usable GPU adapter.
     #[error(transparent)]
     Adapter(#[from] AdapterError),
     /// A compiled module is missing or damaged.
-    #[error("kernel {kernel}: {problem}")]
+    #[error("kernel {kernel}: {source}")]
     Module {
         /// Name of the kernel.
         kernel: String,
         /// What is wrong with its module.
-        problem: String,
+        source: Cause,
     },
     /// A kernel does not fit its descriptor or the adapter.
-    #[error("kernel {kernel}: {problem}")]
+    #[error("kernel {kernel}: {source}")]
     Kernel {
         /// Name of the kernel.
         kernel: String,
         /// What is wrong and what to do.
-        problem: String,
+        source: Cause,
     },
     /// Something does not fit into memory, see [`crate::memory`].
     #[error("{what} would take {}, more than the limit of {} (80 % of the memory, if none was set); {remedy}", gib(*bytes), gib(*limit))]
@@ -184,14 +268,14 @@ pub enum Error {
     },
     /// The adapter has no memory left.
     #[error("the adapter is out of memory ({0}); choose a smaller size or scene")]
-    AdapterMemory(String),
+    AdapterMemory(#[source] Cause),
     /// The user interrupted the work.
     #[error("interrupted; what was in work was not written")]
     Interrupted,
 }
 
 /// Why there is no adapter to work with.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum AdapterError {
     /// The system has none.
@@ -214,30 +298,30 @@ pub enum AdapterError {
         what: &'static str,
     },
     /// It cannot be opened.
-    #[error("cannot open the adapter {adapter}: {reason}")]
+    #[error("cannot open the adapter {adapter}: {source}")]
     Closed {
         /// Name of the adapter.
         adapter: String,
         /// What the driver says.
-        reason: String,
+        source: Cause,
     },
     /// It stopped answering, or took its results along.
     #[error("the adapter stopped answering: {0}")]
-    Lost(String),
+    Lost(#[source] Cause),
     /// It refuses what was recorded for it.
     #[error("the adapter refuses the work: {0}")]
-    Refused(String),
+    Refused(#[source] Cause),
 }
 
 impl Error {
     /// That a file cannot be read, and why.
-    pub fn cannot_read(path: &Path, reason: impl Display) -> Self {
-        Self::File { action: "read", path: path.to_owned(), reason: reason.to_string() }
+    pub fn cannot_read(path: &Path, cause: impl Into<Cause>) -> Self {
+        Self::File { action: "read", path: path.to_owned(), source: cause.into() }
     }
 
     /// That a file cannot be written, and why.
-    pub fn cannot_write(path: &Path, reason: impl Display) -> Self {
-        Self::File { action: "write", path: path.to_owned(), reason: reason.to_string() }
+    pub fn cannot_write(path: &Path, cause: impl Into<Cause>) -> Self {
+        Self::File { action: "write", path: path.to_owned(), source: cause.into() }
     }
 }
 
@@ -255,7 +339,7 @@ pub(crate) fn gib(bytes: u64) -> String {
 macro_rules! ensure {
     ($condition:expr, $($problem:tt)+) => {
         if !$condition {
-            return Err(format!($($problem)+));
+            return Err(format!($($problem)+).into());
         }
     };
 }
@@ -264,6 +348,17 @@ pub(crate) use ensure;
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_cause_is_kept_and_is_in_the_sentence() {
+        use std::error::Error as _;
+        let found = std::io::Error::from(std::io::ErrorKind::NotFound);
+        let error = Error::cannot_read(Path::new("a.exr"), explained(format!("{found}; name another"), found));
+        let chain: Vec<String> =
+            std::iter::successors(error.source(), |&cause| cause.source()).map(ToString::to_string).collect();
+        assert_eq!(chain, ["entity not found; name another", "entity not found"]);
+        assert_eq!(error.to_string(), "cannot read a.exr: entity not found; name another");
+    }
 
     #[test]
     fn bytes_are_never_zero_of_a_large_unit() {

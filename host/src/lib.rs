@@ -2,17 +2,19 @@
 //!
 //! A [`scene::Scene`] is what a user edits. It becomes [`buffers::SceneBuffers`], the arenas that kernels read, with a BVH and tables of
 //! lights. A [`technique`] makes a [`plan::FramePlan`] of it, buffers and passes, and an [`exec::Executor`] runs the plan natively or on a
-//! GPU, with the same bits. [`render::render`] does all of that for one image, and a [`session`] frame by frame for a renderer that shows
+//! GPU, with the same bits. [`Render::render`](render::Render::render) does all of that for one image, and a [`session`] frame by frame for a renderer that shows
 //! each of them.
 //!
+//! What this documentation hides, tests and tools of the repository use. It may change with any version.
+//!
 //! ```
-//! use restir_host::render::{Render, render};
+//! use restir_host::render::Render;
 //! use restir_host::technique::path::PathSettings;
 //! use restir_host::{Error, buffers::SceneBuffers, exec::CpuExecutor, scene::Scene};
 //!
 //! let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
 //! let job = Render { count: 4, ..Render::new([32, 24], PathSettings::default()) };
-//! let rendered = render(&mut CpuExecutor::new(None)?, &scene, &job, &mut |_| Ok(()))?;
+//! let rendered = job.render(&scene, &mut CpuExecutor::new()?)?;
 //!
 //! let mean = rendered.image.pixels.iter().map(|rgb| rgb[1]).sum::<f32>() / (32.0 * 24.0);
 //! assert!((mean - 0.094).abs() < 0.01 && rendered.dropped_samples == 0);
@@ -22,18 +24,19 @@
 mod alias;
 pub mod aov;
 mod artifact;
-pub mod bootstrap;
 pub mod buffers;
 mod bvh;
 pub mod checkpoint;
+#[doc(hidden)]
 pub mod compact;
-pub mod correlation;
+#[doc(hidden)]
 pub mod distribution;
 pub mod error;
 pub mod exec;
 mod film;
 pub mod foreign;
 pub mod image;
+#[doc(hidden)]
 pub mod input;
 pub mod memory;
 pub mod metrics;
@@ -42,17 +45,18 @@ pub mod output;
 pub mod plan;
 #[cfg(feature = "exr")]
 pub mod reference;
-pub use technique::render;
+pub mod render;
 pub mod replay;
 pub mod scene;
-pub mod scrambles;
+#[doc(hidden)]
 pub mod self_check;
+pub mod sequence;
 pub mod session;
 pub mod settings;
+#[doc(hidden)]
 pub mod spirv;
 pub mod technique;
 pub mod tonemap;
-pub mod trial;
 pub mod wide_bvh;
 
 pub use artifact::Shaders;

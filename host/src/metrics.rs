@@ -6,7 +6,7 @@
 //! | metric | definition |
 //! |---|---|
 //! | RMSE | `sqrt(mean (x-r)²)` |
-//! | relMSE | `mean (x-r)² / (r² + ε)`, ε = [`REL_MSE_EPSILON`] |
+//! | relMSE | `mean (x-r)² / (r² + ε)`, ε = 1e-3 |
 //! | RMAE | form A: `mean abs(x-r) / (abs r + ε)`, ε = [`RELATIVE_THRESHOLD`] `m`; a term 0 / 0 is 0 |
 //! | RMAE, global | form B: `Σ abs(x-r) / Σ r` |
 //! | RMSPE | `100 sqrt(mean ((x-r)/r)²)` over the values with `r >= ` [`RELATIVE_THRESHOLD`] `m` and `r > 0` |
@@ -35,7 +35,7 @@ use crate::Error;
 use crate::image::Image;
 
 /// ε of relMSE, in squared radiance.
-pub const REL_MSE_EPSILON: f64 = 1e-3;
+pub(crate) const REL_MSE_EPSILON: f64 = 1e-3;
 
 /// What RMAE adds to the reference and RMSPE excludes below, as a fraction of the reference's mean.
 pub const RELATIVE_THRESHOLD: f64 = 1e-3;
@@ -70,7 +70,7 @@ pub struct Comparison {
 /// Compares a test image with a reference of the same size.
 ///
 /// # Errors
-/// [`Error::Sizes`] if the sizes differ, [`Error::Setting`] if the images have no pixels.
+/// [`Error::SizeMismatch`] if the sizes differ, [`Error::EmptyImage`] if the images have no pixels.
 pub fn compare(test: &Image, reference: &Image) -> Result<Comparison, Error> {
     check_sizes(test, reference)?;
     let values = || test.pixels.as_flattened().iter().copied().zip(reference.pixels.as_flattened().iter().copied());
@@ -114,10 +114,10 @@ fn check_sizes(test: &Image, reference: &Image) -> Result<(), Error> {
     let size = |image: &Image| (image.width, image.height, image.pixels.len());
     if size(test) != size(reference) {
         let [test, reference] = [test, reference].map(|image| [image.width, image.height]);
-        return Err(Error::Sizes { test, reference });
+        return Err(Error::SizeMismatch { test, reference });
     }
     if test.pixels.is_empty() {
-        return Err(Error::Setting("images without pixels cannot be compared".to_owned()));
+        return Err(Error::EmptyImage { size: [test.width, test.height] });
     }
     Ok(())
 }

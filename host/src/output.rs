@@ -22,7 +22,7 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
 use tempfile::{Builder, NamedTempFile};
 
-use crate::Error;
+use crate::error::{Error, explained};
 
 /// How much is in the making that is not whole yet: files, and folders that are made for them.
 static IN_THE_MAKING: Mutex<usize> = Mutex::new(0);
@@ -33,10 +33,13 @@ fn in_the_making() -> MutexGuard<'static, usize> {
 }
 
 /// While it lives, files are in the making, and [`settled`] waits. Each file of this library has its own.
+#[doc(hidden)]
+#[derive(Debug)]
 #[must_use]
 pub struct Making(());
 
 /// Files are in the making from now on: for those that belong together, or to folders that are made for them.
+#[doc(hidden)]
 pub fn making() -> Making {
     *in_the_making() += 1;
     Making(())
@@ -50,10 +53,13 @@ impl Drop for Making {
 }
 
 /// While it lives, no file is begun.
+#[doc(hidden)]
+#[derive(Debug)]
 #[must_use]
 pub struct Settled(#[expect(dead_code, reason = "it is held")] MutexGuard<'static, usize>);
 
 /// Waits until all files are whole, and has none begun: for a program that a signal ends, so that it leaves no part of a file.
+#[doc(hidden)]
 pub fn settled() -> Settled {
     Settled(MADE.wait_while(in_the_making(), |making| *making > 0).unwrap_or_else(PoisonError::into_inner))
 }
@@ -134,16 +140,19 @@ fn temporary_beside(path: &Path) -> Result<NamedTempFile, Error> {
         return Err(Error::cannot_write(path, "it is a device, a pipe or a socket; name a file"));
     }
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let cannot_write = |why: &str| Error::cannot_write(path, format!("the folder {} {why}", folder.display()));
+    let sentence = |why: &str| format!("the folder {} {why}", folder.display());
     if !folder.is_dir() {
-        return Err(cannot_write("does not exist; create it first"));
+        return Err(Error::cannot_write(path, sentence("does not exist; create it first")));
     }
     let mut builder = Builder::new();
     builder.prefix(".restir-").suffix(".tmp");
     // A temporary file is private by default; the result should have a new file's usual permissions.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder).map_err(|error| cannot_write(&format!("is not writable ({})", error.kind())))
+    builder.tempfile_in(folder).map_err(|error| {
+        let sentence = sentence(&format!("is not writable ({})", error.kind()));
+        Error::cannot_write(path, explained(sentence, error))
+    })
 }
 
 #[cfg(test)]

@@ -16,7 +16,7 @@
 //! let pass = Pass::new(&film_add::DESC, &[], &params, &[("left", 0), ("right", 1)])?;
 //! let plan = FramePlan::of(vec![plane(1.0), plane(2.5)], vec![pass], vec![1]);
 //!
-//! let outputs = CpuExecutor::inline().run(plan, &mut |_| Ok(()))?;
+//! let outputs = CpuExecutor::inline().run(plan)?;
 //! let sums: Vec<FilmPixel> = bytemuck::pod_collect_to_vec(&outputs[0]);
 //! assert_eq!(sums[1].sum, [3.5; 3]);
 //! # Ok::<(), restir_host::Error>(())
@@ -26,7 +26,7 @@ use crate::{Error, buffers::SceneBuffers};
 use bytemuck::Pod;
 use restir_kernels::{Access, Binding, KernelDesc};
 use restir_shared::layout::Extent;
-use std::sync::Arc;
+use std::{fmt, sync::Arc};
 
 /// Index into [`FramePlan::buffers`].
 pub type BufferId = usize;
@@ -43,22 +43,25 @@ pub struct Buffer {
 }
 
 /// The buffers of a scene's arenas by role, which come first in every plan of a technique.
-pub const ARENAS: [(&str, BufferId); 3] = [("geometry", 0), ("attributes", 1), ("texels", 2)];
+pub(crate) const ARENAS: [(&str, BufferId); 3] = [("geometry", 0), ("attributes", 1), ("texels", 2)];
 
 impl Buffer {
     /// The [`ARENAS`] of a scene.
+    #[doc(hidden)]
     pub fn arenas(scene: &SceneBuffers) -> [Self; 3] {
         let arenas = [("geometry", &scene.geometry), ("attributes", &scene.attributes), ("texels", &scene.texels)];
         arenas.map(|(name, words)| Self { name, words: words.len(), contents: Some(words.clone()) })
     }
 
     /// The words that it holds at the start.
+    #[doc(hidden)]
     pub fn initial(&self) -> Arc<[u32]> {
         self.contents.clone().unwrap_or_else(|| std::iter::repeat_n(0, self.words).collect())
     }
 }
 
 /// Words that are written to a buffer.
+#[doc(hidden)]
 #[derive(Clone, Debug)]
 pub struct Upload {
     /// The buffer.
@@ -70,6 +73,7 @@ pub struct Upload {
 }
 
 /// The frame of a scene that moves.
+#[doc(hidden)]
 #[derive(Clone, Debug)]
 pub struct SceneFrame {
     /// What differs in the buffers.
@@ -79,6 +83,7 @@ pub struct SceneFrame {
 }
 
 /// Elements of a plane that wait for a pass: those with one of the bits set in one of their words.
+#[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Waiting {
     /// The plane, which the pass owns.
@@ -90,7 +95,7 @@ pub struct Waiting {
 }
 
 /// One dispatch.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct Pass {
     /// A frame that begins with this pass; the plan's scene until there is one.
     pub frame: Option<SceneFrame>,
@@ -125,9 +130,17 @@ pub struct FramePlan<'a> {
     pub scene: Option<Arc<SceneBuffers>>,
 }
 
+impl fmt::Debug for FramePlan<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { buffers, pass_count, outputs, .. } = self;
+        let mut plan = f.debug_struct("FramePlan");
+        plan.field("buffers", buffers).field("pass_count", pass_count).field("outputs", outputs).finish_non_exhaustive()
+    }
+}
+
 fn misfit(kernel: &KernelDesc, problem: String) -> Error {
     let problem = format!("a pass of the plan {problem}; correct the plan");
-    Error::Kernel { kernel: kernel.name.to_owned(), problem }
+    Error::Kernel { kernel: kernel.name.to_owned(), source: problem.into() }
 }
 
 /// The value that is given by that name.
@@ -189,7 +202,7 @@ impl Pass {
     ///
     /// # Errors
     /// [`Error::Kernel`] if the kernel has no such binding.
-    pub fn where_waiting(self, role: &str, word: usize, bits: u32) -> Result<Self, Error> {
+    pub(crate) fn where_waiting(self, role: &str, word: usize, bits: u32) -> Result<Self, Error> {
         let buffer = self.bound(role)?;
         Ok(Self { waiting: Some(Waiting { buffer, word, bits }), ..self })
     }
@@ -209,6 +222,7 @@ impl Pass {
     ///
     /// # Errors
     /// [`Error::Kernel`] if the kernel has no such binding.
+    #[doc(hidden)]
     pub fn bound(&self, role: &str) -> Result<BufferId, Error> {
         let found = self.bindings().find(|(binding, _)| binding.name == role).map(|(_, buffer)| buffer);
         found.ok_or_else(|| misfit(self.kernel, format!("is asked for {role}, which the kernel has not")))
@@ -281,7 +295,7 @@ mod tests {
         let right = pass(&[("right", 7), ("left", 3), ("middle", 4)]).expect("all are bound");
         assert_eq!(right.bindings, [3, 7]);
         assert_eq!((right.bound("left").ok(), right.bound("right").ok()), (Some(3), Some(7)));
-        let message = |result: Result<Pass, Error>| result.err().expect("refused").to_string();
+        let message = |result: Result<Pass, Error>| result.expect_err("refused").to_string();
         assert!(message(pass(&[("left", 3)])).contains("nothing to right"));
         assert!(message(pass(&[("left", 3), ("right", 7), ("left", 4)])).contains("two values to left"));
         assert!(right.bound("middle").is_err() && right.bound("params").is_err());

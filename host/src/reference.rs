@@ -18,7 +18,7 @@
 //! let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
 //! let picture = Picture { size: [16, 16], integral: PathSettings { max_depth: 3, ..PathSettings::default() }.integral() };
 //! let goal = Goal { samples: 4 * u64::from(BATCH_SAMPLES), time: None };
-//! let reference = make(&mut CpuExecutor::new(None)?, &scene, picture, None, goal, &mut |_| Ok(()))?;
+//! let reference = make(&mut CpuExecutor::new()?, &scene, picture, None, goal, &mut |_| Ok(()))?;
 //!
 //! // two batches in each half; the mean radiance is known to less than one part in a hundred
 //! assert_eq!(reference.samples(), 256);
@@ -28,6 +28,7 @@
 //! # Ok::<(), Error>(())
 //! ```
 
+use crate::settings::Choice;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -37,10 +38,11 @@ use crate::checkpoint::hash_code;
 use crate::exec::Executor;
 use crate::image::{Image, read_exr, read_exr_metadata, write_exr};
 use crate::output;
-use crate::render::{self, Progress, Render, Rendered};
+use crate::render::{Progress, Render, Rendered};
 use crate::{Error, buffers::SceneBuffers, technique::Integral, technique::path::PathSettings};
 
 /// Samples a pixel in a batch.
+#[doc(hidden)]
 pub const BATCH_SAMPLES: u32 = 64;
 /// Changes with what the cache means; a reference of another version is made anew.
 const FORMAT: &str = "2";
@@ -119,12 +121,14 @@ impl Reference {
     }
 
     /// Estimated variance of each of [`Self::values`].
+    #[doc(hidden)]
     pub fn variances(&self) -> Vec<f64> {
         let [a, b] = self.shares();
         self.pairs().map(|(x, y)| (x - y) * (x - y) * a * b).collect()
     }
 
     /// The standard error of the mean over all values. The channels of a pixel are dependent, pixels are not.
+    #[doc(hidden)]
     pub fn standard_error_of_mean(&self) -> f64 {
         let [a, b] = self.shares();
         let differences: Vec<f64> = self.pairs().map(|(x, y)| x - y).collect();
@@ -168,16 +172,16 @@ impl Reference {
 /// Whether the picture is in range and its buffers fit: what [`make`] checks first.
 ///
 /// # Errors
-/// As of [`render::check`].
+/// As of [`Render::check`].
 pub fn check(scene: &SceneBuffers, picture: Picture) -> Result<(), Error> {
-    render::check(scene, &batch_of(picture))
+    batch_of(picture).check(scene)
 }
 
 /// Makes the reference of a scene by path tracing, or continues the one in the folder `cache`. `observe` hears how many batches
 /// of both halves are done.
 ///
 /// # Errors
-/// As of [`render::render`]; that of `observe`, after what is done was saved; [`Error::File`] if the cache cannot be written.
+/// As of [`Render::render`]; that of `observe`, after what is done was saved; [`Error::File`] if the cache cannot be written.
 /// What cannot be read from it is made anew.
 pub fn make(
     executor: &mut dyn Executor,
@@ -188,7 +192,7 @@ pub fn make(
     observe: &mut dyn FnMut(Progress) -> Result<(), Error>,
 ) -> Result<Reference, Error> {
     let batch = batch_of(picture);
-    render::check(scene, &batch)?;
+    batch.check(scene)?;
     let origin = executor.describe().origin();
     let store = cache.map(|cache| Store::new(cache, scene, &batch, &origin)).transpose()?;
     let save = |reference: &Reference| store.as_ref().map_or(Ok(()), |store| store.save(reference));
@@ -208,7 +212,7 @@ pub fn make(
         let index = usize::from(b < a);
         let half = &mut reference.halves[index];
         let batch = Render { seed: FIRST_SEED + 2 * half.batches + index as u32, ..batch.clone() };
-        match render::render(executor, scene, &batch, &mut |_| observe(Progress { done: a + b, total })) {
+        match batch.render_observed(scene, executor, &mut |_| observe(Progress { done: a + b, total })) {
             Ok(rendered) => half.add(&rendered),
             Err(error) => break Err(error),
         }
@@ -348,7 +352,7 @@ mod tests {
         observe: &mut dyn FnMut(Progress) -> Result<(), Error>,
     ) -> Result<Reference, Error> {
         let scene = SceneBuffers::build(&Scene::load("furnace")?)?;
-        make(&mut CpuExecutor::new(Some(1))?, &scene, Picture { size: [SIZE; 2], integral }, cache, goal, observe)
+        make(&mut CpuExecutor::with_threads(1)?, &scene, Picture { size: [SIZE; 2], integral }, cache, goal, observe)
     }
 
     #[test]

@@ -9,17 +9,15 @@
 //! use restir_host::self_check::self_check;
 //!
 //! // the CPU is the host; of a device `GpuExecutor::open` asks the same
-//! assert_eq!(self_check(&mut CpuExecutor::new(None)?)?, Parity::Exact);
+//! assert_eq!(self_check(&mut CpuExecutor::new()?)?, Parity::Exact);
 //! # Ok::<(), restir_host::Error>(())
 //! ```
 
 use crate::Error;
-#[cfg(feature = "gpu")]
-use crate::Shaders;
 use crate::buffers::SceneBuffers;
 use crate::exec::{CpuExecutor, Executor, Parity};
 #[cfg(feature = "gpu")]
-use crate::exec::{Flavour, GpuExecutor};
+use crate::exec::{GpuBuilder, GpuExecutor};
 use crate::plan::{Buffer, FramePlan, Pass};
 use crate::scene::{Environment, Filter, Light, LightKind, Material, Mesh, Scene, Texture, TextureUse, Volume, Wrap};
 use crate::technique::path::{PathSettings, Subsurface};
@@ -54,8 +52,8 @@ fn run_and_compare<'a>(
     executor: &mut dyn Executor,
     plan: impl Fn() -> Result<FramePlan<'a>, Error>,
 ) -> Result<Option<u32>, Error> {
-    let host = CpuExecutor::new(None)?.run(plan()?, &mut |_| Ok(()))?;
-    let device = executor.run(plan()?, &mut |_| Ok(()))?;
+    let host = CpuExecutor::new()?.run(plan()?)?;
+    let device = executor.run(plan()?)?;
     let words = host.into_iter().flatten().zip(device.into_iter().flatten());
     let differing = words.filter(|(a, b)| a != b).map(|(a, b)| (f32::from_bits(a), f32::from_bits(b)));
     Ok(differing.filter(|(a, b)| !(a.is_nan() && b.is_nan())).map(|(a, b)| ulp_distance(a, b)).max())
@@ -115,18 +113,28 @@ pub fn self_check(executor: &mut dyn Executor) -> Result<Parity, Error> {
 }
 
 #[cfg(feature = "gpu")]
-impl GpuExecutor {
-    /// Opens the first adapter whose name contains `adapter` (any case), by default the first hardware adapter, and
-    /// runs the self-check on the kernels of `shaders`.
+impl GpuBuilder<'_> {
+    /// Opens the adapter, and runs the self-check on its kernels.
     ///
     /// # Errors
     /// [`Error::Adapter`] if there is none, it cannot be opened, or it cannot run the flavour: one that cannot run `exact` is asked for
     /// `fast` by name. What the self-check reports.
-    pub fn open(adapter: Option<&str>, flavour: Flavour, shaders: Shaders) -> Result<Self, Error> {
-        let (device, queue) = crate::exec::gpu::open_adapter(adapter, flavour)?;
-        let mut executor = Self::with_device(device, queue, flavour, shaders);
+    pub fn open(self) -> Result<GpuExecutor, Error> {
+        let (device, queue) = crate::exec::gpu::open_adapter(self.adapter, self.flavour)?;
+        let mut executor = GpuExecutor::with_device(device, queue, self.flavour, self.shaders);
         executor.check()?;
         Ok(executor)
+    }
+}
+
+#[cfg(feature = "gpu")]
+impl GpuExecutor {
+    /// Opens the first hardware adapter for the flavour `exact` of the embedded kernels. [`Self::builder`] opens others.
+    ///
+    /// # Errors
+    /// As of [`GpuBuilder::open`].
+    pub fn open() -> Result<Self, Error> {
+        Self::builder().open()
     }
 
     /// Runs the self-check and remembers its result for [`Executor::describe`]. [`Self::open`] has done so.

@@ -105,9 +105,40 @@ impl<V: Value> Value for Option<V> {
     }
 }
 
+/// A field of a struct that may get more fields with any version: who writes one ends it by `..`, as in
+/// `PathSettings { max_depth: 3, ..PathSettings::default() }`.
+#[doc(hidden)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct More(());
+
+/// An enumeration of named values, as [`choices!`](crate::choices!) declares it.
+pub trait Choice: Copy + PartialEq + 'static {
+    /// All values, in the order in which they are listed.
+    const ALL: &'static [Self];
+
+    /// The name in `--set key=name`.
+    fn name(self) -> &'static str;
+}
+
+impl<C: Choice> Value for C {
+    fn expected() -> String {
+        C::ALL.iter().map(|choice| choice.name()).collect::<Vec<_>>().join(" | ")
+    }
+
+    fn read(text: &str) -> Option<Self> {
+        C::ALL.iter().copied().find(|choice| choice.name() == text)
+    }
+
+    fn write(&self) -> String {
+        self.name().to_owned()
+    }
+}
+
 /// Declares an enumeration of named values, in the order in which they are listed.
 ///
 /// ```
+/// use restir_host::settings::Choice;
+///
 /// restir_host::choices! {
 ///     /// What to have for breakfast.
 ///     pub enum Breakfast {
@@ -117,46 +148,32 @@ impl<V: Value> Value for Option<V> {
 ///         "bread" => Bread,
 ///     }
 /// }
-/// assert_eq!(Breakfast::ALL.map(Breakfast::name), ["coffee", "bread"]);
+/// assert!(Breakfast::ALL.iter().map(|choice| choice.name()).eq(["coffee", "bread"]));
 /// ```
 #[macro_export]
 macro_rules! choices {
     ($(#[$meta:meta])* pub enum $type:ident { $($(#[$doc:meta])* $name:literal => $variant:ident),* $(,)? }) => {
         $(#[$meta])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+        #[non_exhaustive]
         pub enum $type {
             $($(#[$doc])* $variant,)*
         }
 
-        impl $type {
-            /// All values.
-            pub const ALL: [Self; [$($name),*].len()] = [$(Self::$variant),*];
+        impl $crate::settings::Choice for $type {
+            const ALL: &'static [Self] = &[$(Self::$variant),*];
 
-            /// The name in `--set key=name`.
-            pub fn name(self) -> &'static str {
+            fn name(self) -> &'static str {
                 match self {
                     $(Self::$variant => $name,)*
                 }
-            }
-        }
-
-        impl $crate::settings::Value for $type {
-            fn expected() -> String {
-                [$($name),*].join(" | ")
-            }
-
-            fn read(text: &str) -> Option<Self> {
-                Self::ALL.into_iter().find(|value| value.name() == text)
-            }
-
-            fn write(&self) -> String {
-                self.name().to_owned()
             }
         }
     };
 }
 
 /// A setting of `S` as it was declared.
+#[derive(Debug)]
 pub struct Setting<S: 'static> {
     /// The field's name.
     pub key: &'static str,
@@ -205,7 +222,7 @@ pub trait Settings {
     /// Sets a value; the key `preset` sets all of them.
     ///
     /// # Errors
-    /// [`Error::Unknown`] for a key or preset that there is not, [`Error::Value`] for a text that is no value.
+    /// [`Error::Unknown`] for a key or preset that there is not, [`Error::InvalidValue`] for a text that is no value.
     fn set(&mut self, key: &str, value: &str) -> Result<(), Error>;
 
     /// The presets by name, each with the settings that differ from the defaults.
@@ -214,7 +231,7 @@ pub trait Settings {
     /// Whether every value is in its range.
     ///
     /// # Errors
-    /// [`Error::Value`] that names the first that is not, and its range.
+    /// [`Error::InvalidValue`] that names the first that is not, and its range.
     fn check_ranges(&self) -> Result<(), Error>;
 
     /// The value of a setting as text; `None` if there is no such key.
@@ -250,7 +267,7 @@ impl<S: Declared> Settings for S {
         if (setting.set)(self, value) {
             return Ok(());
         }
-        Err(Error::Value { setting: setting.key, value: format!("{value:?}"), expected: (setting.expected)() })
+        Err(Error::InvalidValue { setting: setting.key, value: format!("{value:?}"), expected: (setting.expected)() })
     }
 
     fn presets(&self) -> Vec<(&'static str, Vec<Entry>)> {
@@ -261,7 +278,11 @@ impl<S: Declared> Settings for S {
 
     fn check_ranges(&self) -> Result<(), Error> {
         S::SETTINGS.iter().find(|setting| !(setting.in_range)(self)).map_or(Ok(()), |setting| {
-            Err(Error::Value { setting: setting.key, value: (setting.get)(self), expected: (setting.expected)() })
+            Err(Error::InvalidValue {
+                setting: setting.key,
+                value: (setting.get)(self),
+                expected: (setting.expected)(),
+            })
         })
     }
 }
@@ -299,11 +320,13 @@ macro_rules! settings {
         #[derive(Clone, Debug, PartialEq)]
         pub struct $type {
             $($(#[doc = $doc])* pub $field: $value,)*
+            #[doc(hidden)]
+            pub _more: $crate::settings::More,
         }
 
         impl Default for $type {
             fn default() -> Self {
-                Self { $($field: $default,)* }
+                Self { $($field: $default,)* _more: Default::default() }
             }
         }
 

@@ -84,6 +84,7 @@ fn neutral(rgb: [f64; 3]) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::settings::Choice;
 
     /// Values of the published formulas, worked out by hand.
     #[test]
@@ -102,7 +103,7 @@ mod tests {
 
     #[test]
     fn brighter_stays_brighter_and_a_stop_doubles() {
-        for operator in Operator::ALL {
+        for &operator in Operator::ALL {
             let mut last = -1.0;
             for step in 0..2000 {
                 let [shown, ..] = operator.of([f64::from(step) * 0.01; 3]);

@@ -1,6 +1,7 @@
 //! What the host knows of a kernel: its descriptor and its native twin.
 
 use restir_shared::scene::{AnyFrames, Tracer};
+use std::fmt;
 
 /// How a kernel uses a binding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,4 +82,12 @@ pub struct NativeRow<'a> {
     pub tracers: [Tracer<'a>; 2],
     /// What a kernel asks instead of a scene in its arenas.
     pub frames: Option<&'a dyn AnyFrames>,
+}
+
+impl fmt::Debug for NativeRow<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { x, y, width, constants, .. } = self;
+        let mut row = f.debug_struct("NativeRow");
+        row.field("x", x).field("y", y).field("width", width).field("constants", constants).finish_non_exhaustive()
+    }
 }

@@ -29,8 +29,8 @@
 ///
 /// ```text
 ///     |x, y, at, p, scene| film[at] = technique::shade(&scene, &p, hits, x, y);
-///     in step [FEATURES_DIFFUSE] |registers|
-///         technique::shade_row(&scene, &p, hits, [x, y], film, registers)
+///     simd [FEATURES_DIFFUSE] |token|
+///         technique::shade_row(&scene, &p, hits, [x, y], film, token)
 /// ```
 ///
 /// There `x` is the first invocation, and `film` has the elements of the row. It has variants of its own.
@@ -48,7 +48,7 @@ macro_rules! kernel {
             own { $($ob:tt : $own:ident : $ot:ty),* $(,)? } $(,)?
         }
         |$x:ident, $y:ident, $at:ident, $p:ident $(, $scene:ident)?| $body:expr
-        $(; in step [$($stepped:expr),*] |$registers:ident| $in_step:expr)?
+        $(; simd [$($stepped:expr),*] |$token:ident| $simd:expr)?
     ) => {
         $(#[$doc])*
         #[cfg(target_arch = "spirv")]
@@ -89,7 +89,7 @@ macro_rules! kernel {
             $(let $own: &mut [$ot] = _own.next().map_or(&mut [], |o| bytemuck::cast_slice_mut(o));)*
             let $y = row.y;
             over_scenes! {
-                row, [$([$($stepped),*] $registers { let $x = row.x; $in_step; })?],
+                row, [$([$($stepped),*] $token { let $x = row.x; $simd; })?],
                 [$($scene = $asked($p, $features) [$($arena),*] [$($($compiled),*)?])?]
                 for $x in row.x..row.x + row.width {
                     let $at = ($x - row.x) as usize;
@@ -156,9 +156,9 @@ macro_rules! over_arenas {
 /// Runs a native row's loop: over the scene that the row brings, else over the arenas, in the first variant that will do.
 #[cfg(not(target_arch = "spirv"))]
 macro_rules! over_scenes {
-    ($row:ident, $in_step:tt, [] $($invocations:tt)*) => { $($invocations)* };
+    ($row:ident, $simd:tt, [] $($invocations:tt)*) => { $($invocations)* };
     (
-        $row:ident, $in_step:tt, [$scene:ident = $asked:ident($p:ident, $features:expr) $arenas:tt [$($compiled:expr),*]]
+        $row:ident, $simd:tt, [$scene:ident = $asked:ident($p:ident, $features:expr) $arenas:tt [$($compiled:expr),*]]
         $($invocations:tt)*
     ) => {
         if let Some(frames) = $row.frames {
@@ -166,18 +166,18 @@ macro_rules! over_scenes {
             $($invocations)*
         } else {
             let scene = over_arenas!($asked, $p, $features, $arenas, $row.tracers);
-            in_step!(scene, $scene, $in_step);
+            simd!(scene, $scene, $simd);
             over_variants!(scene, $scene, [$($compiled),*], $($invocations)*);
         }
     };
 }
 
-/// Runs the row in step, and returns, if the kernel has a body for that and the processor the registers.
+/// Runs the row by SIMD, and returns, if the kernel has a body for that and the processor the registers.
 #[cfg(not(target_arch = "spirv"))]
-macro_rules! in_step {
+macro_rules! simd {
     ($all:ident, $scene:ident, []) => {};
-    ($all:ident, $scene:ident, [$stepped:tt $registers:ident $row:tt]) => {
-        if let Some($registers) = $crate::registers::Avx512::detect() {
+    ($all:ident, $scene:ident, [$stepped:tt $token:ident $row:tt]) => {
+        if let Some($token) = $crate::simd::Avx512::detect() {
             over_variants!($all, $scene, $stepped, $row return;);
         }
     };

@@ -38,7 +38,7 @@ mod case;
 #[cfg(not(target_arch = "spirv"))]
 mod desc;
 #[cfg(not(target_arch = "spirv"))]
-mod registers;
+mod simd;
 #[cfg(not(target_arch = "spirv"))]
 pub mod spirv;
 
@@ -47,7 +47,7 @@ pub use case::Case;
 #[cfg(not(target_arch = "spirv"))]
 pub use desc::{Access, Binding, Constant, KernelDesc, NativeRow};
 #[cfg(not(target_arch = "spirv"))]
-pub use registers::{Avx512, has_avx512};
+pub use simd::{Avx512, SimdLevel};
 
 folders! {
     #[doc(hidden)]
@@ -55,6 +55,8 @@ folders! {
     compact,
     film,
     path,
+    #[macro_use]
+    reuse,
     restir_di,
     restir_pt,
 }

@@ -36,7 +36,7 @@ const PIXEL_DIMENSION: u32 = 0;
 /// The random dimension of a sample's point of the lens.
 const LENS_DIMENSION: u32 = 1;
 /// The first dimension that is left for others.
-pub const AFTER_CAMERA: u32 = 2;
+pub(crate) const AFTER_CAMERA: u32 = 2;
 
 /// The ray through a point of the image; `pixel` in pixels from the upper left corner. `lens` is a point of the unit
 /// disk, where the ray passes the lens; a pinhole has only one such point.
@@ -67,6 +67,7 @@ const MARGIN: f32 = 1.0 / 64.0;
 
 /// Rays of a pinhole that are about the pixel (x, y), in each lane that to one of its corners: every component of the direction of a ray
 /// through the pixel, whatever its length, is between those of theirs.
+#[doc(hidden)]
 #[cfg(not(target_arch = "spirv"))]
 #[inline(always)]
 pub fn rays_about_pixel(camera: &CameraParams, [x, y]: [u32; 2]) -> Lanes<Ray> {
@@ -80,6 +81,7 @@ pub fn rays_about_pixel(camera: &CameraParams, [x, y]: [u32; 2]) -> Lanes<Ray> {
 }
 
 /// The height of a pixel in the middle of the image, at the distance 1 from the camera.
+#[doc(hidden)]
 #[inline(always)]
 pub fn spread(camera: &CameraParams) -> f32 {
     let up = length(Vec3::from_array(camera.up));
@@ -93,10 +95,11 @@ pub fn has_lens(camera: &CameraParams) -> bool {
 }
 
 /// Width of the Blackman-Harris filter in pixels: that of Cycles by default.
-pub const BLACKMAN_HARRIS_WIDTH: f32 = 3.0;
+pub(crate) const BLACKMAN_HARRIS_WIDTH: f32 = 3.0;
 
 /// A point about a pixel, of two uniform numbers, with the density of the Blackman-Harris filter (filter importance sampling: Ernst,
 /// Stamminger and Greiner 2006). The mean over such points is the filtered image; none has a weight.
+#[doc(hidden)]
 #[inline(always)]
 pub fn about_pixel(u: Vec2) -> Vec2 {
     let place = |u: f32| 0.5 + sample_blackman_harris(u) * BLACKMAN_HARRIS_WIDTH;

@@ -3,7 +3,8 @@
 //! Items have words; [`CompactParams`] says which bucket a word means, if any. The result lists the items that have a
 //! bucket, by bucket and within one in their order. With one bucket that is compaction of flags; with more it is a
 //! stable counting sort. Everything is `u32` arithmetic in a fixed order, and an invocation writes one element of its
-//! own, so results do not depend on device or schedule.
+//! own, so results do not depend on device or schedule. It is for techniques that look for their neighbours in a hash grid of points, as a reuse
+//! of path suffixes does; no kernel here needs it yet.
 //!
 //! ```text
 //! words[items]                             64 items are a block

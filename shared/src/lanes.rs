@@ -1,4 +1,4 @@
-//! What the host computes in step: loops over as many lanes as a register has, which a compiler turns into one pass over registers.
+//! What the host computes by SIMD: loops over as many lanes as a register has, which a compiler turns into one pass over registers.
 //!
 //! The body of such a loop is the code that devices run, for one lane, so that there is one form of it and one set of bits. What keeps a
 //! compiler from vectorising it are loops within, calls that are not inlined (closures often are not), and branches that end in a panic; it
@@ -6,15 +6,15 @@
 //!
 //! ```
 //! use restir_shared::glam::Vec3;
-//! use restir_shared::lanes::{LANES, Lanes, Registers, Stage};
+//! use restir_shared::lanes::{LANES, Lanes, SimdToken, LaneKernel};
 //! use restir_shared::vec::length;
 //!
 //! /// The lengths of vectors.
 //! struct Lengths;
 //!
-//! impl Stage for Lengths {
-//!     type From = Lanes<Vec3>;
-//!     type To = Lanes<f32>;
+//! impl LaneKernel for Lengths {
+//!     type In = Lanes<Vec3>;
+//!     type Out = Lanes<f32>;
 //!
 //!     fn run(&self, vectors: &Lanes<Vec3>, lengths: &mut Lanes<f32>) {
 //!         for lane in 0..LANES {
@@ -23,13 +23,13 @@
 //!     }
 //! }
 //!
-//! /// Those that every processor has. For others, the function that runs the stage has target features.
+//! /// The instructions that every processor has. For others, the function that runs the kernel has target features.
 //! #[derive(Clone, Copy)]
 //! struct Any;
 //!
-//! impl Registers for Any {
-//!     fn run<S: Stage>(self, stage: &S, from: &S::From, to: &mut S::To) {
-//!         stage.run(from, to);
+//! impl SimdToken for Any {
+//!     fn run<K: LaneKernel>(self, kernel: &K, input: &K::In, output: &mut K::Out) {
+//!         kernel.run(input, output);
 //!     }
 //! }
 //!
@@ -39,33 +39,34 @@
 //! assert_eq!([lengths.get(2), lengths.get(3)], [0.0, 5.0]);
 //! ```
 
+use core::fmt::Debug;
 use glam::{Vec2, Vec3};
 
-/// Lanes in step: numbers of 32 bits in a register of 512.
+/// The number of lanes: numbers of 32 bits in a register of 512.
 pub const LANES: usize = 16;
 
 /// A function from lanes to lanes.
-pub trait Stage {
+pub trait LaneKernel {
     /// What it reads.
-    type From;
+    type In;
     /// What it writes.
-    type To;
+    type Out;
 
     /// A loop over lanes; has to be inlined, with all that it calls. What it writes is not what it reads: a compiler gives up before it
     /// has proved of each of a hundred accesses to the same thing that it leaves the scene alone.
-    fn run(&self, from: &Self::From, to: &mut Self::To);
+    fn run(&self, input: &Self::In, output: &mut Self::Out);
 }
 
-/// Registers for which stages are compiled. A value of the type proves that the processor has them.
-pub trait Registers: Copy {
-    /// Runs a stage in a function of its own, compiled for these registers.
-    fn run<S: Stage>(self, stage: &S, from: &S::From, to: &mut S::To);
+/// Instructions for which kernels over lanes are compiled. A value of the type proves that the processor has them.
+pub trait SimdToken: Copy {
+    /// Runs a kernel in a function of its own, compiled for these instructions.
+    fn run<K: LaneKernel>(self, kernel: &K, input: &K::In, output: &mut K::Out);
 }
 
-/// What lanes may hold.
-pub trait Laned: Copy {
+/// What lanes may hold, as a structure of arrays.
+pub trait Soa: Copy {
     /// A value in each lane, by components.
-    type Lanes: Copy;
+    type Lanes: Copy + Debug;
     /// Zeros, which are a value of every type that counts.
     const ZERO: Self::Lanes;
 
@@ -77,10 +78,10 @@ pub trait Laned: Copy {
 }
 
 /// A value in each lane.
-#[derive(Clone, Copy)]
-pub struct Lanes<T: Laned>(T::Lanes);
+#[derive(Clone, Copy, Debug)]
+pub struct Lanes<T: Soa>(T::Lanes);
 
-impl<T: Laned> Lanes<T> {
+impl<T: Soa> Lanes<T> {
     /// Zeros.
     pub const ZERO: Self = Self(T::ZERO);
 
@@ -138,7 +139,7 @@ pub(crate) fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {
 /// Makes lanes of a type that has one number.
 macro_rules! numbers {
     ($($number:ty = $zero:expr),*) => {
-        $(impl $crate::lanes::Laned for $number {
+        $(impl $crate::lanes::Soa for $number {
             type Lanes = [Self; $crate::lanes::LANES];
             const ZERO: Self::Lanes = [$zero; $crate::lanes::LANES];
 
@@ -156,39 +157,40 @@ macro_rules! numbers {
 }
 
 /// Makes lanes of a type by its fields.
-macro_rules! fields {
+macro_rules! soa {
     ($($all:ident = $one:ty { $($field:ident: $of:ty),* })*) => {
         $(
             #[doc = concat!("A `", stringify!($one), "` in each lane.")]
-            #[derive(Clone, Copy)]
+            #[doc(hidden)]
+            #[derive(Clone, Copy, Debug)]
             #[allow(unreachable_pub, reason = "as the trait asks, also of what is private")]
             pub struct $all {
-                $($field: <$of as $crate::lanes::Laned>::Lanes),*
+                $($field: <$of as $crate::lanes::Soa>::Lanes),*
             }
 
-            impl $crate::lanes::Laned for $one {
+            impl $crate::lanes::Soa for $one {
                 type Lanes = $all;
-                const ZERO: $all = $all { $($field: <$of as $crate::lanes::Laned>::ZERO),* };
+                const ZERO: $all = $all { $($field: <$of as $crate::lanes::Soa>::ZERO),* };
 
                 #[inline(always)]
                 fn get(lanes: &$all, lane: usize) -> Self {
-                    Self { $($field: <$of as $crate::lanes::Laned>::get(&lanes.$field, lane)),* }
+                    Self { $($field: <$of as $crate::lanes::Soa>::get(&lanes.$field, lane)),* }
                 }
 
                 #[inline(always)]
                 fn set(self, lanes: &mut $all, lane: usize) {
-                    $($crate::lanes::Laned::set(self.$field, &mut lanes.$field, lane);)*
+                    $($crate::lanes::Soa::set(self.$field, &mut lanes.$field, lane);)*
                 }
             }
         )*
     };
 }
 
-pub(crate) use {fields, numbers};
+pub(crate) use {numbers, soa};
 
 numbers! { f32 = 0.0, u32 = 0, bool = false }
 
-fields! {
+soa! {
     Vec2s = Vec2 { x: f32, y: f32 }
     Vec3s = Vec3 { x: f32, y: f32, z: f32 }
 }

@@ -36,25 +36,22 @@
 //! assert!((pixel.sum[0] - 1.0).abs() < 1e-3 && pixel.dropped == 0.0);
 //! ```
 //!
-//! The modules are listed leaf first: a module uses only those above it.
+//! The modules are listed leaf first: a module uses only those above it. What this documentation hides is what kernels and the crate
+//! `restir-host` share beside that: words of buffers, steps of passes, functions for many lanes at once. It may change with any version.
 //!
 //! | module | purpose |
 //! |---|---|
 //! | [`num`] | the only home of non-trivial scalar functions: division, roots, exponentials, angles |
 //! | [`vec`] | dot, cross, length, normalisation and frames in a fixed order of evaluation |
 //! | [`color`] | luminance, the sRGB transfer function |
-//! | [`pack`] | unit vectors, half floats and shared-exponent colours in 32-bit words |
 //! | [`rng`] | counter-based random numbers keyed by (pixel, sample, dimension, seed) |
 //! | [`layout`] | the plain-data types that cross the bus between host and device |
-//! | [`compact`] | compaction and counting sort: count, scan, gather |
 //! | [`sampling`] | `sample_x`, `x_pdf` and `invert_x` for each distribution |
 //! | [`medium`] | media that scatter and absorb light |
 //! | [`geometry`] | rays, the watertight triangle test, BVH traversal |
-//! | [`diffusion`] | profiles of light that walks under a surface, and samples of its points |
 //! | [`bsdf`] | scattering functions |
 //! | [`scene`] | the traits an embedder implements, and [`scene::SceneView`], which implements all of them |
 //! | [`camera`] | the pinhole and the thin-lens camera |
-//! | [`film`] | the pairwise sum over samples |
 //! | [`transport`] | vertices of paths, their connections, straight ways through glass |
 //! | [`resample`] | reservoirs, and how several become one |
 //! | [`shift`] | how paths move from pixel to pixel, and their Jacobians |
@@ -67,15 +64,20 @@ pub use glam;
 pub mod bsdf;
 pub mod camera;
 pub mod color;
+#[doc(hidden)]
 pub mod compact;
+#[doc(hidden)]
 pub mod diffusion;
+#[doc(hidden)]
 pub mod film;
 pub mod geometry;
 #[cfg(not(target_arch = "spirv"))]
+#[doc(hidden)]
 pub mod lanes;
 pub mod layout;
 pub mod medium;
 pub mod num;
+#[doc(hidden)]
 pub mod pack;
 pub mod resample;
 pub mod rng;

@@ -11,9 +11,9 @@
 //! let normal = Vec3::new(0.36, -0.48, 0.8);
 //! assert!((decode_unit_vector(encode_unit_vector(normal)) - normal).length() < 7e-5);
 //!
-//! // radiance in 32 bits, to 2^-10 of its largest channel
+//! // radiance in 32 bits, to 2^-9 of its largest channel
 //! let radiance = Vec3::new(12.0, 3.5, 0.25);
-//! assert!((rgb9e5_decode(rgb9e5_encode(radiance)) - radiance).abs().max_element() <= 12.0 / 1024.0);
+//! assert!((rgb9e5_decode(rgb9e5_encode(radiance)) - radiance).abs().max_element() <= 12.0 / 512.0);
 //!
 //! assert_eq!(f32_from_half(half_from_f32(0.5)), 0.5);
 //! assert_eq!((UNORM8.encode(1.0), UNORM8.decode(255)), (255, 1.0));
@@ -30,7 +30,7 @@ pub(crate) fn element<T: Copy>(of: &[T], index: usize) -> T {
     of[index]
 }
 
-/// An element of an arena or a plane, beyond whose end all is zero: a panic would keep compilers from taking several lanes in step.
+/// An element of an arena or a plane, beyond whose end all is zero: a panic would keep compilers from vectorising.
 #[cfg(not(target_arch = "spirv"))]
 #[inline(always)]
 pub(crate) fn element<T: Copy + Default>(of: &[T], index: usize) -> T {
@@ -141,7 +141,7 @@ pub fn half_from_f32(x: f32) -> u32 {
 fn shift_to_nearest(m: u32, shift: u32) -> u32 {
     let floor = m >> shift;
     let rest = m.wrapping_sub(floor << shift);
-    let tie = 1_u32 << shift.wrapping_sub(1);
+    let tie = 1_u32.wrapping_shl(shift.wrapping_sub(1));
     let up = (rest > tie) | ((rest == tie) & (floor & 1 == 1));
     if up { floor.wrapping_add(1) } else { floor }
 }
@@ -176,7 +176,7 @@ pub const RGB9E5_MAX: f32 = 65_408.0;
 
 /// Mantissas of 9 bits from the low bits on, red first, and a shared exponent of 5 bits, as the OpenGL extension
 /// EXT_texture_shared_exponent defines it, which Vulkan's E5B9G9R9_UFLOAT follows. Channels are limited to
-/// [0, [`RGB9E5_MAX`]], NaN counts as zero. Each is off by at most 2^-10 of the largest channel, or 2^-25.
+/// [0, [`RGB9E5_MAX`]], NaN counts as zero. Each is off by at most 2^-9 of the largest channel, or 2^-25.
 pub fn rgb9e5_encode(rgb: Vec3) -> u32 {
     let limited = |c: f32| num::clamp(c, 0.0, RGB9E5_MAX);
     let (r, g, b) = (limited(rgb.x), limited(rgb.y), limited(rgb.z));

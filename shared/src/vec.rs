@@ -55,7 +55,7 @@ pub fn flush(v: Vec3) -> Vec3 {
 
 /// The largest magnitude among the components.
 #[inline(always)]
-pub fn max_abs(a: Vec3) -> f32 {
+pub(crate) fn max_abs(a: Vec3) -> f32 {
     num::max(num::max(num::abs(a.x), num::abs(a.y)), num::abs(a.z))
 }
 
@@ -84,7 +84,7 @@ pub fn luminance(rgb: Vec3) -> f32 {
 }
 
 /// An orthonormal frame around a unit vector (Duff et al. 2017, "Building an Orthonormal Basis, Revisited").
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Frame {
     /// First tangent.
     pub s: Vec3,

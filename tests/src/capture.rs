@@ -25,7 +25,7 @@ pub struct Capture {
 pub fn captured(plan: FramePlan<'_>) -> Result<Vec<Capture>, Error> {
     let mut buffers: Vec<Arc<[u32]>> = plan.buffers.iter().map(Buffer::initial).collect();
     let mut captures = Vec::new();
-    CpuExecutor::inline().run(plan, &mut |step| {
+    CpuExecutor::inline().run_observed(plan, &mut |step| {
         let pass = step.pass;
         for upload in pass.frame.iter().flat_map(|frame| &frame.uploads) {
             let words = &mut Arc::make_mut(&mut buffers[upload.buffer])[upload.first..];

@@ -4,10 +4,10 @@
 //! Adapters are opened by name. Of adapters with the same name (two equal cards, or a card under two backends) the first
 //! is tested, once: it would answer for each of them.
 
-use libtest_mimic::{Failed, Trial};
-use restir_host::Shaders;
+use crate::suite::Trial;
+use libtest_mimic::Failed;
+use restir_host::exec::Executor;
 use restir_host::exec::gpu::{GpuExecutor, adapters};
-use restir_host::exec::{Executor, Flavour};
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -32,8 +32,7 @@ impl Adapter {
         let adapter = self.clone();
         Trial::test(format!("{}: {name}", self.name), move || {
             let idle = adapter.idle().pop();
-            let mut executor =
-                idle.map_or_else(|| GpuExecutor::open(Some(&adapter.name), Flavour::Exact, Shaders::Embedded), Ok)?;
+            let mut executor = idle.map_or_else(|| GpuExecutor::builder().adapter(adapter.name.as_str()).open(), Ok)?;
             let result = test(&mut executor);
             adapter.idle().push(executor);
             result
@@ -46,11 +45,11 @@ pub fn required() -> bool {
     std::env::var_os("RESTIR_REQUIRE_GPU").is_some_and(|value| !value.is_empty() && value != "0")
 }
 
-/// The tests of `suite` on every adapter.
-pub fn trials(suite: &str, on: impl Fn(&Adapter) -> Vec<Trial>) -> Vec<Trial> {
+/// The tests on every adapter.
+pub fn trials(on: impl Fn(&Adapter) -> Vec<Trial>) -> Vec<Trial> {
     let names: BTreeSet<String> = adapters().into_iter().map(|adapter| adapter.name).collect();
     if names.is_empty() {
-        let name = format!("{suite}: no GPU adapter; install a Vulkan driver, for example Mesa's lavapipe");
+        let name = "no GPU adapter; install a Vulkan driver, for example Mesa's lavapipe";
         let trial = Trial::test(name, || Err("RESTIR_REQUIRE_GPU is set and there is no adapter".into()));
         return vec![trial.with_ignored_flag(!required())];
     }

@@ -1,4 +1,5 @@
 //! Harness of the suites: sweeps of scalar functions, statistics, an independent path tracer, scenes.
+#![allow(missing_debug_implementations, reason = "nobody prints what suites are made of")]
 
 pub mod albedo;
 pub mod bias;

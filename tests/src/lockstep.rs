@@ -49,7 +49,7 @@ fn read_all(step: &Step<'_>, buffers: usize) -> Result<Vec<Vec<u32>>, Error> {
 /// Whatever the executor reports.
 pub fn trace(executor: &mut dyn Executor, plan: FramePlan<'_>) -> Result<Trace, Error> {
     let (buffers, mut trace) = (plan.buffers.len(), Vec::new());
-    executor.run(plan, &mut |step| {
+    executor.run_observed(plan, &mut |step| {
         trace.push(read_all(step, buffers)?);
         Ok(())
     })?;
@@ -67,7 +67,7 @@ pub fn first_divergence(
 ) -> Result<Option<Divergence>, Failed> {
     let names: Vec<&'static str> = plan.buffers.iter().map(|buffer| buffer.name).collect();
     let (mut begun, mut passes, mut found) = (0_u32, 0, None);
-    let run = executor.run(plan, &mut |step| {
+    let run = executor.run_observed(plan, &mut |step| {
         begun += u32::from(step.pass.frame.is_some());
         if let Some(host) = host.get(passes) {
             let place = |divergence| Divergence { frame: begun.saturating_sub(1), pass: passes, ..divergence };

@@ -19,7 +19,7 @@ pub fn plan<'a>(scene: &'a SceneBuffers, render: &'a Render) -> FramePlan<'a> {
 /// # Errors
 /// As of the executor.
 pub fn film(plan: FramePlan<'_>) -> Result<Vec<FilmPixel>, Error> {
-    CpuExecutor::inline().run(plan, &mut |_| Ok(())).map(|words| pixels(&words))
+    CpuExecutor::inline().run(plan).map(|words| pixels(&words))
 }
 
 /// As [`film`], over a scene of any type that stands still.
@@ -27,7 +27,7 @@ pub fn film(plan: FramePlan<'_>) -> Result<Vec<FilmPixel>, Error> {
 /// # Errors
 /// As of the executor.
 pub fn film_over(scene: &dyn AnyScene, plan: FramePlan<'_>) -> Result<Vec<FilmPixel>, Error> {
-    CpuExecutor::run_over(&Still(scene), plan, &mut |_| Ok(())).map(|words| pixels(&words))
+    CpuExecutor::run_over(&Still(scene), plan).map(|words| pixels(&words))
 }
 
 /// As [`film_over`], over a scene that knows its objects.
@@ -35,7 +35,7 @@ pub fn film_over(scene: &dyn AnyScene, plan: FramePlan<'_>) -> Result<Vec<FilmPi
 /// # Errors
 /// As of the executor.
 pub fn film_probed(scene: &dyn AnyProbed, plan: FramePlan<'_>) -> Result<Vec<FilmPixel>, Error> {
-    CpuExecutor::run_over(&Probed(scene), plan, &mut |_| Ok(())).map(|words| pixels(&words))
+    CpuExecutor::run_over(&Probed(scene), plan).map(|words| pixels(&words))
 }
 
 fn pixels(outputs: &[Vec<u32>]) -> Vec<FilmPixel> {

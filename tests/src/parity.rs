@@ -112,7 +112,7 @@ impl fmt::Display for Outcome {
 /// # Errors
 /// Whatever the executor reports.
 pub fn run(executor: &mut dyn Executor, case: &Case) -> Result<Vec<Vec<u32>>, Error> {
-    executor.run(plan(case), &mut |_| Ok(()))
+    executor.run(plan(case))
 }
 
 /// The plan of a case: one pass, which gives the kernel's [`Access::Own`] buffers.
@@ -151,7 +151,7 @@ pub fn compare(device: &mut dyn Executor, case: &Case) -> Result<Outcome, Error>
         let stride = binding.stride as usize / 4;
         let words = Words::of(case.kernel, binding).ok_or_else(|| {
             let problem = format!("writes {}, whose words nothing is known of; add them to words.rs", binding.name);
-            Error::Kernel { kernel: case.kernel.name.to_owned(), problem }
+            Error::Kernel { kernel: case.kernel.name.to_owned(), source: problem.into() }
         })?;
         for (element, (host, device)) in host.chunks(stride).zip(device.chunks(stride)).enumerate() {
             let mut far = false;

@@ -13,7 +13,7 @@ use restir_host::scene::{
     Volume, VolumeScattering, Wrap, builtin,
 };
 use restir_shared::layout::CameraParams;
-use restir_shared::technique::path::PathParams;
+use restir_shared::technique::path::{PathFlags, PathParams};
 use std::sync::Arc;
 
 /// A planar quadrilateral, its corners counter-clockwise as seen from the front, with the index of its material.
@@ -233,7 +233,7 @@ impl Setting {
     }
 
     /// Parameters of one sample a pixel.
-    pub fn params(&self, buffers: &SceneBuffers, flags: u32) -> PathParams {
+    pub fn params(&self, buffers: &SceneBuffers, flags: PathFlags) -> PathParams {
         let camera = self.camera();
         PathParams { camera, flags, ..path_params(buffers, self.size, self.max_depth) }
     }

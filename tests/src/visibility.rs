@@ -53,7 +53,7 @@ impl Run {
         let mut restart = Restart { image: vec![[0.0; 3]; self.pixels()], visibility: Vec::new() };
         let weight = 1.0 / f64::from(self.frames - self.from);
         let render = self.render(seed);
-        let result = CpuExecutor::inline().run(render.plan(scene), &mut |step| {
+        let result = CpuExecutor::inline().run_observed(render.plan(scene), &mut |step| {
             if step.pass.kernel.name != di_shade::DESC.name {
                 return Ok(());
             }

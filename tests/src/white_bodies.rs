@@ -5,7 +5,7 @@ use crate::stats::Moments;
 use restir_host::Error;
 use restir_host::buffers::SceneBuffers;
 use restir_host::exec::CpuExecutor;
-use restir_host::render::{self, Render};
+use restir_host::render::Render;
 use restir_host::scene::{Camera, Environment, Material, Mesh, Scene, Volume};
 use restir_host::technique::path::PathSettings;
 use restir_shared::glam::DVec3;
@@ -97,7 +97,7 @@ pub fn lost(scene: &SceneBuffers, pictures: u32, seed: u32) -> Result<Lost, Erro
     let mut sum = Lost::default();
     for picture in 0..pictures {
         let render = Render { count: 1, seed: seed + picture, ..Render::new([SIZE; 2], settings.clone()) };
-        let rendered = render::render(&mut CpuExecutor::inline(), scene, &render, &mut |_| Ok(()))?;
+        let rendered = render.render(scene, &mut CpuExecutor::inline())?;
         let count = |name: &str| rendered.counts.iter().find(|(of, _)| *of == name).map_or(0, |(_, count)| *count);
         sum.walks += count("walks");
         sum.scatterings += count("scatterings");

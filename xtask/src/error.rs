@@ -14,9 +14,6 @@ pub enum Error {
     /// The task could not run here; the text says what is missing and what to do. Exit code 2.
     #[error("{0}")]
     Environment(String),
-    /// The library could not do its part. Exit code 2.
-    #[error(transparent)]
-    Host(#[from] restir_host::Error),
     /// A file could not be read or written. Exit code 2.
     #[error("cannot {action} {}: {source}", path.display())]
     Io {

@@ -22,3 +22,11 @@ pub(crate) fn shell(command: &Command) -> String {
     });
     quoted.collect::<Vec<_>>().join(" ")
 }
+
+/// The profile that this program is built by, so that what it builds need not be compiled by another one too: the name of the folder that cargo
+/// has put it in.
+pub(crate) fn profile() -> String {
+    let program = std::env::current_exe().unwrap_or_default();
+    let folder = program.parent().and_then(|folder| folder.file_name()).unwrap_or_default().to_string_lossy();
+    if folder == "debug" { "dev".to_owned() } else { folder.into_owned() }
+}

@@ -1,9 +1,5 @@
-//! The program `restir`; see [`cli`].
-
-mod bench;
-mod cli;
-mod figure;
+//! The program `restir`; see the library of this crate.
 
 fn main() -> std::process::ExitCode {
-    cli::main()
+    restir_cli::main()
 }

@@ -12,7 +12,6 @@ use restir_shared::layout::{
 use restir_shared::medium::Medium;
 use restir_shared::num::flush;
 use restir_shared::sampling::henyey_greenstein_scale;
-use restir_shared::vec::max_component;
 
 /// Smallest difference of cosines over which a spot light's edge falls off, as glTF has it.
 const MIN_FALLOFF: f64 = 0.001;
@@ -90,7 +89,7 @@ impl Attributes {
                         .flat_map(|(slot, used)| texture_use(scene, texels, SRGB_SLOTS.contains(&slot), used)),
                 );
             }
-            let scattering = material.volume.filter(scatters);
+            let scattering = material.volume.filter(Volume::scatters);
             let interior = if scattering.is_some() { first + records.len() as u32 } else { 0 };
             if let Some(volume) = &scattering {
                 let slots = volume.textures();
@@ -109,22 +108,9 @@ impl Attributes {
     }
 }
 
-/// Whether any light is scattered inside.
-pub(super) fn scatters(volume: &Volume) -> bool {
-    let medium = medium(volume);
-    medium.is_some_and(|medium| max_component(medium.extinction * medium.albedo) > 0.0)
-}
-
-fn medium(volume: &Volume) -> Option<Medium> {
-    let scattering = volume.scattering?;
-    let extinction = Vec3::from_array(volume.extinction());
-    let medium = Medium::of_color(Vec3::from_array(scattering.color), Vec3::ONE, scattering.anisotropy);
-    Some(Medium { extinction, ..medium })
-}
-
 /// Of an interior with textures the colour, of another one the albedo and what is absorbed.
 fn interior_record(volume: &Volume, uses: u32, lit: bool, clear: bool) -> [[u32; 4]; INTERIOR_WORDS as usize] {
-    let medium = medium(volume).unwrap_or(Medium::of_color(Vec3::ZERO, Vec3::ONE, 0.0));
+    let medium = volume.medium().unwrap_or(Medium::of_color(Vec3::ZERO, Vec3::ONE, 0.0));
     let (denser_outside, color) =
         volume.scattering.map_or((1.0, [0.0; 3]), |scattering| (scattering.denser_outside, scattering.color));
     let scattered = if uses == NONE { medium.albedo.to_array() } else { color };

@@ -1,6 +1,6 @@
 //! The environment's pixels and the distribution of its directions.
 
-use super::lights::luminance;
+use super::color::luminance;
 use crate::{distribution::integer_cdf, scene::Environment};
 use restir_shared::num::flush;
 use std::f64::consts::PI;

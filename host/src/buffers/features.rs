@@ -1,7 +1,7 @@
 //! The feature bits of a scene: what its kernels may be specialised to.
 
 use super::lights::{LightTables, emits};
-use super::{arena::scatters, lit, shading::needs_shading, texels::Texels};
+use super::{Flat, lit};
 use crate::scene::{Material, Scene};
 use glam::Vec3;
 use restir_shared::bsdf::Material as Scattering;
@@ -40,19 +40,14 @@ pub(super) fn names(features: u32) -> Vec<&'static str> {
 }
 
 /// The features of the materials in use and the lights.
-pub(super) fn of_scene(
-    scene: &Scene,
-    used_materials: &[bool],
-    tables: &LightTables,
-    texels: &Texels,
-    around: &[u32],
-) -> u32 {
+pub(super) fn of_scene(scene: &Scene, flat: &Flat, tables: &LightTables, around: &[u32]) -> u32 {
+    let Flat { used_materials, with_shading, texels, .. } = flat;
     let materials = scene.materials.iter().zip(used_materials).filter(|(_, used)| **used);
     let of_lights_and_tables = all_of(&[
         (tables.alias.is_some(), FEATURE_LIGHT_TABLE),
         (tables.count(LIGHT_PUNCTUAL) > 0, FEATURE_PUNCTUAL),
         (tables.count(LIGHT_ENVIRONMENT) > 0, FEATURE_ENVIRONMENT),
-        (needs_shading(scene), FEATURE_SHADING),
+        (*with_shading, FEATURE_SHADING),
         (texels.count() > 0, FEATURE_TEXTURES),
         (
             (0..scene.materials.len()).any(|m| used_materials[m] && lit::is_clear(scene, m, around)),
@@ -93,7 +88,7 @@ fn of_material(m: &Material, alpha_flags: u32) -> u32 {
         | all_of(&[
             (emits(m), FEATURE_EMISSIVE),
             (absorbs, FEATURE_VOLUME),
-            (m.volume.is_some_and(|volume| scatters(&volume)), FEATURE_SUBSURFACE),
+            (m.volume.is_some_and(|volume| volume.scatters()), FEATURE_SUBSURFACE),
             (alpha_flags != 0, FEATURE_ALPHA),
             (alpha_flags & MATERIAL_BLEND != 0, FEATURE_BLEND),
         ])

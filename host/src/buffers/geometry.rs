@@ -32,9 +32,9 @@ pub(super) enum Geometry<'a> {
 }
 
 /// The arena but for what [`mark`] writes, and the bounds of everything.
-pub(super) fn packed(scene: &Scene, flat: &Flat, geometry: Geometry<'_>, with_shading: bool) -> (Arc<[u32]>, Bounds) {
+pub(super) fn packed(scene: &Scene, flat: &Flat, geometry: Geometry<'_>) -> (Arc<[u32]>, Bounds) {
     let (nodes, triangles) = (flat.bvh.nodes.len(), flat.triangles.len());
-    let per_triangle = TRIANGLE + if with_shading { SHADING } else { 0 };
+    let per_triangle = TRIANGLE + if flat.with_shading { SHADING } else { 0 };
     // of known length, so that the words are written where they stay: a copy of them would be the peak of memory
     let (mut words, moved): (Arc<[u32]>, Option<&[bool]>) = match geometry {
         Geometry::New => (repeat_n(0, nodes * NODE + triangles * per_triangle).collect(), None),
@@ -49,7 +49,7 @@ pub(super) fn packed(scene: &Scene, flat: &Flat, geometry: Geometry<'_>, with_sh
         let triangle = flat.triangles[index];
         let corners = triangle.vertices(scene).map(|corner| float_word(corner, 0));
         corner_words[index * TRIANGLE..][..TRIANGLE].copy_from_slice(corners.as_flattened());
-        if with_shading {
+        if flat.with_shading {
             let record = shading::record(scene, triangle);
             shading_words[index * SHADING..][..SHADING].copy_from_slice(record.as_flattened());
         }

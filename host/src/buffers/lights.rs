@@ -1,5 +1,6 @@
 //! The lights of all kinds, chosen in proportion to their power; of the environment's, what scattering does not find as well.
 
+use super::color::{linear, luminance};
 use super::environment::EnvironmentMap;
 use super::triangles::{Triangle, area};
 use crate::scene::{Light, LightKind, Material, Scene, Texture, TextureUse, Wrap};
@@ -73,11 +74,6 @@ impl LightTables {
     }
 }
 
-/// Relative luminance of linear RGB (Rec. 709).
-pub(super) fn luminance([r, g, b]: [f32; 3]) -> f64 {
-    0.2126 * f64::from(r) + 0.7152 * f64::from(g) + 0.0722 * f64::from(b)
-}
-
 /// The triangles that may emit.
 fn emissive(scene: &Scene, triangles: &[Triangle]) -> impl Iterator<Item = LightRecord> {
     let material = |triangle: Triangle| &scene.materials[triangle.material(scene)];
@@ -110,7 +106,7 @@ fn textured(scene: &Scene, triangle: Triangle, used: &TextureUse) -> f64 {
 }
 
 fn texel_luminance(&[r, g, b, _]: &[u8; 4]) -> f64 {
-    luminance([r, g, b].map(|code| super::texels::linear(code) as f32))
+    luminance([r, g, b].map(|code| linear(code) as f32))
 }
 
 fn nearest_luminance(texture: &Texture, used: &TextureUse, uv: DVec2) -> f64 {

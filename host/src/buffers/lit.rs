@@ -1,9 +1,8 @@
 //! Which bodies have lights inside, and through whose borders lights outside are sampled.
 
-use super::arena::scatters;
 use super::lights::emits;
 use crate::bvh::Bounds;
-use crate::scene::{AlphaMode, Instance, LightKind, Scene};
+use crate::scene::{AlphaMode, Instance, LightKind, Scene, Volume};
 
 /// Of each material, whether light may shine inside of a body of it that scatters: a light is within the bounds of one of its instances. Which
 /// light it is does not matter, for others are found to be hidden.
@@ -11,7 +10,7 @@ pub(super) fn materials(scene: &Scene) -> Vec<bool> {
     let mut lit = vec![false; scene.materials.len()];
     let material = |instance: &Instance| scene.meshes[instance.mesh].material;
     let bodies =
-        scene.instances.iter().filter(|body| scene.materials[material(body)].volume.is_some_and(|v| scatters(&v)));
+        scene.instances.iter().filter(|body| scene.materials[material(body)].volume.is_some_and(|v| v.scatters()));
     let bodies: Vec<(usize, Bounds)> =
         bodies.map(|body| (material(body), triangles(scene, body).fold(Bounds::EMPTY, Bounds::union))).collect();
     if bodies.is_empty() {
@@ -39,7 +38,7 @@ pub(super) fn is_clear(scene: &Scene, index: usize, around: &[u32]) -> bool {
     let m = &scene.materials[index];
     let passes = (m.ior, m.transmission, m.metallic, m.base_color) == (1.0, 1.0, 0.0, [1.0; 3]);
     let plain = around[index] == 0 && m.alpha_mode == AlphaMode::Opaque && m.emission == [0.0; 3] && !m.is_textured();
-    let medium = m.volume.filter(scatters).and_then(|volume| volume.scattering);
+    let medium = m.volume.filter(Volume::scatters).and_then(|volume| volume.scattering);
     let faceted = || scene.meshes.iter().all(|mesh| mesh.material != index || mesh.normals.is_empty());
     passes && plain && medium.is_some_and(|medium| medium.denser_outside == 1.0) && faceted()
 }

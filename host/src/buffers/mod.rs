@@ -21,6 +21,7 @@
 
 mod arena;
 mod check;
+mod color;
 mod environment;
 mod features;
 mod geometry;
@@ -82,6 +83,10 @@ struct Flat {
     /// Where they are; the words lie in the arena.
     texels: Texels,
     environment: Option<EnvironmentMap>,
+    /// Of each material, whether a triangle has it.
+    used_materials: Vec<bool>,
+    /// Whether there are shading records.
+    with_shading: bool,
 }
 
 /// What a scene consists of.
@@ -141,10 +146,12 @@ impl SceneBuffers {
         let triangles: Vec<Triangle> = bvh.order.iter().map(|&i| triangles[i as usize]).collect();
         let environment = scene.environment.as_ref().and_then(EnvironmentMap::new);
         check_texels(scene)?;
-        let mut texels = Texels::new(scene, &used_materials(scene, &triangles), environment.as_ref());
+        let used_materials = used_materials(scene, &triangles);
+        let with_shading = shading::needs_shading(scene);
+        let mut texels = Texels::new(scene, &used_materials, environment.as_ref());
         let mut words = std::mem::take(&mut texels.words);
         words.resize(words.len().max(4), 0);
-        let flat = Flat { triangles, bvh, skipped, texels, environment };
+        let flat = Flat { triangles, bvh, skipped, texels, environment, used_materials, with_shading };
         Ok((Self::assemble(scene, &flat, Geometry::New, words.into())?, flat))
     }
 
@@ -153,14 +160,13 @@ impl SceneBuffers {
         let Flat { triangles, bvh, skipped, texels, .. } = flat;
         let environment = flat.environment.as_ref();
         let (scene, around) = &surrounded(scene, triangles);
-        let with_shading = shading::needs_shading(scene);
-        let (mut geometry, bounds) = geometry::packed(scene, flat, geometry, with_shading);
+        let (mut geometry, bounds) = geometry::packed(scene, flat, geometry);
         let camera = scene.camera.unwrap_or_else(|| Camera::framing(corners(&bounds), 1.0));
         check::check_camera(scene, &camera)?;
         let tables = LightTables::new(scene, triangles, environment, &bounds);
         let attributes = Attributes::new(scene, &tables, texels, environment, around);
         geometry::mark(&mut geometry, scene, flat, &tables);
-        let features = features::of_scene(scene, &used_materials(scene, triangles), &tables, texels, around);
+        let features = features::of_scene(scene, flat, &tables, around);
 
         let triangle_base = bvh.nodes.len() as u32 * NODE_WORDS;
         let triangle_count = triangles.len() as u32;
@@ -171,7 +177,7 @@ impl SceneBuffers {
             triangle_count,
             light_count: tables.lights.len() as u32,
             root: bvh.root,
-            shading_base: if with_shading { triangle_base + triangle_count * TRIANGLE_WORDS } else { NONE },
+            shading_base: if flat.with_shading { triangle_base + triangle_count * TRIANGLE_WORDS } else { NONE },
             srgb_base: texels.srgb_base,
             counterpart_base: NONE,
             ..attributes.header
@@ -244,6 +250,7 @@ impl SceneBuffers {
 
     /// A tree for the CPU, which finds the hits of [`Self::view`] two to three times as fast. It is built on the first
     /// call: of a scene that stands still with more effort than of one that has another tree at each moment.
+    #[doc(hidden)]
     pub fn tracer(&self) -> &WideBvh {
         let build = if self.is_animated() { WideBvh::new } else { WideBvh::thorough };
         self.wide.get_or_init(|| build(&self.view()))

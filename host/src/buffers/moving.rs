@@ -1,12 +1,10 @@
 //! Scenes that move: the same triangles, tree and textures at another time.
 
-use super::arena::scatters;
 use super::{
     Flat, Geometry, SceneBuffers, check, features,
     lights::{LightTables, emits},
     scene_error, surrounded,
     triangles::check_moved,
-    used_materials,
 };
 use crate::Error;
 use crate::scene::{Camera, Instance, Mesh, Scene};
@@ -49,9 +47,8 @@ impl Moving {
     pub(super) fn new(scene: &Scene, flat: Flat) -> Self {
         // with every emitter shining
         let tables = LightTables::new(scene, &flat.triangles, flat.environment.as_ref(), &flat.bvh.bounds);
-        let used = used_materials(scene, &flat.triangles);
         let (relative, around) = surrounded(scene, &flat.triangles);
-        let of_scene = |scene, around: &[u32]| features::of_scene(scene, &used, &tables, &flat.texels, around);
+        let of_scene = |scene, around: &[u32]| features::of_scene(scene, &flat, &tables, around);
         // what lies in another body may leave it, and powers that are equal at one time may not be at another
         let features = of_scene(&relative, &around) | of_scene(scene, &vec![0; around.len()]) | FEATURE_LIGHT_TABLE;
         // a triangle without an area may get one
@@ -156,14 +153,14 @@ impl SceneBuffers {
     }
 
     /// The most lights that shine at any time.
-    pub fn most_lights(&self) -> u32 {
+    pub(crate) fn most_lights(&self) -> u32 {
         self.moving.as_ref().map_or(self.header.light_count, |moving| moving.most_lights)
     }
 
     /// Whether reservoirs can name each light.
     pub(crate) fn check_addresses(&self) -> Result<(), Error> {
         let (count, limit) = (self.most_lights(), LightAddress::NO_LIGHT - 1);
-        if count > limit { Err(Error::Lights { count, limit }) } else { Ok(()) }
+        if count > limit { Err(Error::TooManyLights { count, limit }) } else { Ok(()) }
     }
 
     /// The most words of 32 bits that the geometry and the attributes of any time take, these with the lights'
@@ -226,7 +223,7 @@ fn difference(a: &Scene, b: &Scene) -> Option<&'static str> {
         scene.materials.iter().map(|m| (m.textures().map(|used| used.map(|used| used.texture)), inside(m))).collect()
     };
     let scattering = |scene: &Scene| -> Vec<_> {
-        scene.materials.iter().map(|m| m.volume.is_some_and(|volume| scatters(&volume))).collect()
+        scene.materials.iter().map(|m| m.volume.is_some_and(|volume| volume.scatters())).collect()
     };
     let parts = [
         ("its meshes", a.meshes.len() == b.meshes.len() && a.meshes.iter().zip(&b.meshes).all(same_mesh)),

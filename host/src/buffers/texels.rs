@@ -1,6 +1,6 @@
 //! The texel arena: sRGB table, textures, environment.
 
-use super::environment::EnvironmentMap;
+use super::{color::linear, environment::EnvironmentMap};
 use crate::scene::{AlphaMode, Material, Scene, Texture};
 use restir_shared::layout::{ENVIRONMENT_PART, MATERIAL_BLEND, MATERIAL_MASK, NONE};
 
@@ -101,10 +101,4 @@ impl Texels {
 
 fn least_alpha(texture: &Texture) -> f32 {
     f32::from(texture.texels.iter().map(|texel| texel[3]).min().unwrap_or(u8::MAX)) / 255.0
-}
-
-/// The linear value of an sRGB code (IEC 61966-2-1).
-pub(super) fn linear(code: u8) -> f64 {
-    let s = f64::from(code) / 255.0;
-    if s <= 0.040_45 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) }
 }

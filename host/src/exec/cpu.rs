@@ -2,30 +2,37 @@
 
 use super::{Description, Dispatches, Executor, Flavour, Observer, Progress, Step};
 use crate::plan::{Buffer, BufferId, FramePlan, Pass, Upload, Waiting};
-use crate::{Error, buffers::SceneBuffers};
+use crate::{Error, buffers::SceneBuffers, error::Cause};
 use rayon::prelude::*;
 use restir_kernels::{Access, NativeRow};
 use restir_shared::scene::{AnyFrames, Hierarchy, Tracer};
 use std::collections::BTreeSet;
-use std::fmt::Display;
 use std::num::NonZero;
 use std::sync::Arc;
 
 /// Runs kernels natively, on a pool of threads or on the caller's.
+#[derive(Debug)]
 pub struct CpuExecutor {
     pool: Option<rayon::ThreadPool>,
 }
 
 impl CpuExecutor {
-    /// An executor with the given number of threads, or as many as the process can run at the same time.
+    /// An executor with as many threads as the process can run at the same time.
     ///
     /// # Errors
     /// [`Error::Threads`] if the threads cannot be started.
-    pub fn new(threads: Option<usize>) -> Result<Self, Error> {
+    pub fn new() -> Result<Self, Error> {
         // asked here, for rayon would ask the environment first
-        let threads = threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, NonZero::get));
+        Self::with_threads(std::thread::available_parallelism().map_or(1, NonZero::get))
+    }
+
+    /// An executor with so many threads.
+    ///
+    /// # Errors
+    /// As of [`Self::new`].
+    pub fn with_threads(threads: usize) -> Result<Self, Error> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        pool.map(|pool| Self { pool: Some(pool) }).map_err(|error| cannot_start(threads, &error))
+        pool.map(|pool| Self { pool: Some(pool) }).map_err(|error| cannot_start(threads, error))
     }
 
     /// An executor without threads of its own, for renders that are themselves run in parallel.
@@ -57,8 +64,16 @@ impl CpuExecutor {
     /// it is asked, writes it down, or answers differently. It stands for the scene of every pass.
     ///
     /// # Errors
-    /// As [`Executor::run`], and [`Error::Setting`] for a kernel that probes objects of which `frames` knows nothing.
-    pub fn run_over(
+    /// As [`Executor::run`], and [`Error::NotProbed`] for a kernel that probes objects of which `frames` knows nothing.
+    pub fn run_over(frames: &dyn AnyFrames, plan: FramePlan<'_>) -> Result<Vec<Vec<u32>>, Error> {
+        Self::run_over_observed(frames, plan, &mut |_| Ok(()))
+    }
+
+    /// As [`Self::run_over`]; `observe` sees each pass when it is done.
+    ///
+    /// # Errors
+    /// As of [`Self::run_over`], and that of `observe`.
+    pub fn run_over_observed(
         frames: &dyn AnyFrames,
         plan: FramePlan<'_>,
         observe: &mut Observer<'_>,
@@ -71,8 +86,8 @@ impl CpuExecutor {
     }
 }
 
-fn cannot_start(threads: usize, error: &dyn Display) -> Error {
-    Error::Threads { count: threads, reason: error.to_string() }
+fn cannot_start(threads: usize, error: impl Into<Cause>) -> Error {
+    Error::Threads { count: threads, source: error.into() }
 }
 
 /// Whether a pass finds in `frames` what it asks.
@@ -80,11 +95,7 @@ pub(crate) fn check_probes(pass: &Pass, frames: &dyn AnyFrames) -> Result<(), Er
     if !pass.kernel.probes || frames.probed().is_some() {
         return Ok(());
     }
-    Err(Error::Setting(format!(
-        "the kernel {} asks for all points of an object on a segment, of which this scene knows nothing; implement Probe for it and \
-         hand it over as Probed, or choose settings that do without",
-        pass.kernel.name
-    )))
+    Err(Error::NotProbed { kernel: pass.kernel.name })
 }
 
 /// What passes leave to those after them, beside the buffers.
@@ -204,7 +215,7 @@ impl Executor for CpuExecutor {
         Dispatches::Long
     }
 
-    fn run(&mut self, plan: FramePlan<'_>, observe: &mut Observer<'_>) -> Result<Vec<Vec<u32>>, Error> {
+    fn run_observed(&mut self, plan: FramePlan<'_>, observe: &mut Observer<'_>) -> Result<Vec<Vec<u32>>, Error> {
         run(plan, observe, &|dispatch, rows| self.all(dispatch, rows, None))
     }
 }
@@ -216,8 +227,7 @@ mod tests {
     /// Also of a number that nobody gave.
     #[test]
     fn threads_that_cannot_be_started_are_told_as_a_number() {
-        let error = std::io::Error::other("Resource temporarily unavailable");
-        let said = [1, 16].map(|threads| cannot_start(threads, &error).to_string());
+        let said = [1, 16].map(|threads| cannot_start(threads, "Resource temporarily unavailable").to_string());
         let end = "Resource temporarily unavailable; ask for fewer, or end other programs";
         assert_eq!(said, [format!("cannot start a thread: {end}"), format!("cannot start 16 threads: {end}")]);
     }

@@ -13,7 +13,7 @@
 //! let job = Render { count: 2, ..Render::new([16, 16], DiSettings::default()) };
 //! let (plan, mut kernels) = (job.plan(&scene), Vec::new());
 //! let passes = plan.pass_count;
-//! let outputs = CpuExecutor::new(None)?.run(plan, &mut |step| {
+//! let outputs = CpuExecutor::new()?.run_observed(plan, &mut |step| {
 //!     kernels.push(step.pass.kernel.name);
 //!     Ok(())
 //! })?;
@@ -30,39 +30,18 @@ pub mod gpu;
 pub use cpu::CpuExecutor;
 pub(crate) use cpu::{Course, check_probes};
 #[cfg(feature = "gpu")]
-pub use gpu::GpuExecutor;
+pub use gpu::{GpuBuilder, GpuExecutor};
+
+pub use restir_kernels::spirv::Flavour;
 
 use crate::Error;
 use crate::plan::{BufferId, FramePlan, Pass};
 use bytemuck::Pod;
 use std::fmt;
 
-/// Which build of the kernels a GPU runs.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Flavour {
-    /// The same bits as on the host, where the backend keeps the numeric contract.
-    #[default]
-    Exact,
-    /// Native division, square root and intrinsics: statistically equal, faster.
-    Fast,
-}
-
-impl Flavour {
-    /// All flavours, in the order in which reports have them.
-    pub const ALL: [Self; 2] = [Self::Exact, Self::Fast];
-}
-
-impl fmt::Display for Flavour {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Self::Exact => "exact",
-            Self::Fast => "fast",
-        })
-    }
-}
-
 /// How a GPU's results compare with the host's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Parity {
     /// The same bits.
     Exact,
@@ -83,7 +62,9 @@ impl fmt::Display for Parity {
 }
 
 /// How long dispatches may be. It does not change the bits.
+#[doc(hidden)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Dispatches {
     /// As short as GPUs ask for, whose drivers limit the time of a dispatch and the rounds of an invocation's loops.
     #[default]
@@ -137,6 +118,13 @@ pub struct Step<'a> {
 /// Sees each pass when it is done, and may end the work with an error.
 pub type Observer<'a> = dyn FnMut(&Step<'_>) -> Result<(), Error> + 'a;
 
+impl fmt::Debug for Step<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { progress, pass, .. } = self;
+        f.debug_struct("Step").field("progress", progress).field("pass", pass).finish_non_exhaustive()
+    }
+}
+
 impl<'a> Step<'a> {
     /// For executors: `read` copies a buffer of the plan.
     pub fn new(progress: Progress, pass: &'a Pass, read: &'a dyn Fn(BufferId) -> Result<Vec<u32>, Error>) -> Self {
@@ -173,7 +161,14 @@ pub trait Executor {
     /// Runs all passes in order and gives the words of the output buffers.
     ///
     /// # Errors
-    /// That of `observe`, by convention [`Error::Interrupted`] where it only ends the work; on a GPU also
-    /// [`Error::Kernel`], [`Error::Binding`], [`Error::AdapterMemory`] and [`Error::Adapter`].
-    fn run(&mut self, plan: FramePlan<'_>, observe: &mut Observer<'_>) -> Result<Vec<Vec<u32>>, Error>;
+    /// On a GPU [`Error::Kernel`], [`Error::Binding`], [`Error::AdapterMemory`] and [`Error::Adapter`].
+    fn run(&mut self, plan: FramePlan<'_>) -> Result<Vec<Vec<u32>>, Error> {
+        self.run_observed(plan, &mut |_| Ok(()))
+    }
+
+    /// As [`Self::run`]; `observe` sees each pass when it is done.
+    ///
+    /// # Errors
+    /// As of [`Self::run`], and that of `observe`, by convention [`Error::Interrupted`] where it only ends the work.
+    fn run_observed(&mut self, plan: FramePlan<'_>, observe: &mut Observer<'_>) -> Result<Vec<Vec<u32>>, Error>;
 }

@@ -1,6 +1,5 @@
 //! EXR files: read, and written without loss of a bit.
 
-use std::fmt::Display;
 use std::fs::File;
 use std::io::{self, BufReader};
 use std::path::Path;
@@ -12,6 +11,7 @@ use exr::prelude::{
 };
 
 use super::{Channel, Image, check_pixels};
+use crate::error::explained;
 use crate::output::write_atomically;
 use crate::{Error, input, memory};
 
@@ -52,7 +52,7 @@ pub fn read_exr(path: &Path) -> Result<Image, Error> {
         .all_attributes()
         .non_parallel()
         .from_buffered(open(path)?)
-        .map_err(|error| not_exr(path, &error))?;
+        .map_err(|error| not_exr(path, error))?;
     Ok(image.layer_data.channel_data.pixels)
 }
 
@@ -89,6 +89,7 @@ pub struct Content {
 ///
 /// # Errors
 /// As of [`read_exr_metadata`].
+#[doc(hidden)]
 pub fn read_exr_content(path: &Path) -> Result<Content, Error> {
     let headers = read_header(path)?.headers;
     let size = headers.first().map_or([0; 2], |header| [header.layer_size.width(), header.layer_size.height()]);
@@ -164,8 +165,9 @@ fn black(size: Vec2<usize>, _channels: &impl Sized) -> Image {
 ///
 /// # Errors
 /// As of [`read_exr`], as far as the header tells.
+#[doc(hidden)]
 pub fn exr_bytes(path: &Path) -> Result<u64, Error> {
-    let bytes = std::fs::metadata(path).map_err(|error| cannot_read(path, error))?.len();
+    let bytes = std::fs::metadata(path).map_err(|error| Error::cannot_read(path, error))?.len();
     let pixels = |size: Vec2<usize>| (size.width() as u64).saturating_mul(size.height() as u64);
     let headers = read_header(path)?.headers;
     let claimed = headers.iter().map(|header| pixels(header.layer_size)).max().unwrap_or(0);
@@ -176,7 +178,7 @@ pub fn exr_bytes(path: &Path) -> Result<u64, Error> {
     } else {
         return Ok(headers.iter().map(bytes_of_layer).max().unwrap_or(0));
     };
-    Err(cannot_read(path, problem))
+    Err(Error::cannot_read(path, problem))
 }
 
 /// What reading a layer takes.
@@ -193,28 +195,23 @@ fn bytes_of_layer(header: &Header) -> u64 {
 }
 
 fn read_header(path: &Path) -> Result<MetaData, Error> {
-    MetaData::read_from_buffered(open(path)?, false).map_err(|error| not_exr(path, &error))
+    MetaData::read_from_buffered(open(path)?, false).map_err(|error| not_exr(path, error))
 }
 
-fn not_exr(path: &Path, error: &exr::error::Error) -> Error {
-    match error {
-        exr::error::Error::Io(error) if error.kind() != io::ErrorKind::UnexpectedEof => cannot_read(path, error),
-        exr::error::Error::NotSupported(what) => {
-            cannot_read(path, format!("{what} cannot be read; save it as a plain EXR file"))
-        }
+fn not_exr(path: &Path, error: exr::error::Error) -> Error {
+    let sentence = match &error {
+        exr::error::Error::Io(error) if error.kind() != io::ErrorKind::UnexpectedEof => error.to_string(),
+        exr::error::Error::NotSupported(what) => format!("{what} cannot be read; save it as a plain EXR file"),
         error => {
             let what = "it is no EXR file with colours, or a damaged one";
-            cannot_read(path, format!("{what} ({error}); give an EXR file, or save it anew"))
+            format!("{what} ({error}); give an EXR file, or save it anew")
         }
-    }
+    };
+    Error::cannot_read(path, explained(one_line(&sentence), error))
 }
 
 fn open(path: &Path) -> Result<BufReader<File>, Error> {
-    input::open(path).map(BufReader::new).map_err(|error| cannot_read(path, error))
-}
-
-fn cannot_read(path: &Path, reason: impl Display) -> Error {
-    Error::cannot_read(path, one_line(&reason.to_string()))
+    input::open(path).map(BufReader::new).map_err(|error| Error::cannot_read(path, error))
 }
 
 #[cfg(test)]

@@ -12,7 +12,8 @@ use restir_shared::scene::{
 };
 
 /// A question and its answer.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub enum Event {
     /// The nearest hit of a ray.
     Closest {
@@ -76,7 +77,7 @@ impl Counts {
 
     /// What these counts have beyond others.
     #[must_use]
-    pub fn minus(self, other: Self) -> Self {
+    pub(crate) fn minus(self, other: Self) -> Self {
         self.zip(other, u64::saturating_sub)
     }
 
@@ -92,6 +93,7 @@ impl Counts {
 }
 
 /// Answers as the scene does, and keeps every question with its answer, in order.
+#[derive(Debug)]
 pub struct Recording<'a, S> {
     scene: &'a S,
     events: RefCell<Vec<Event>>,

@@ -2,6 +2,7 @@
 
 use crate::buffers::SceneBuffers;
 use restir_shared::scene::{Frames, LightAddress, SceneView};
+use std::fmt;
 use std::sync::Arc;
 
 /// A scene in this frame and in the last one: what [`restir_shared::scene::SceneFrames`] is over the arenas of a plan.
@@ -11,6 +12,12 @@ pub(crate) struct TwoFrames {
     features: u32,
     /// For each light of either frame its index in the other one, if not all are the same.
     counterparts: [Option<Arc<[u32]>>; 2],
+}
+
+impl fmt::Debug for TwoFrames {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("TwoFrames").field("features", &self.features).finish_non_exhaustive()
+    }
 }
 
 impl TwoFrames {

@@ -73,6 +73,7 @@ pub struct Blackout {
 
 /// What emits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Emitter {
     /// All surfaces of a material, by its index.
     Material(usize),

@@ -7,7 +7,7 @@ use glam::{DQuat, DVec3};
 use serde::{Deserialize, Deserializer};
 
 use super::Camera;
-use crate::error::ensure;
+use crate::error::{Cause, ensure, explained};
 use crate::{Error, input};
 
 /// What an orbit and a pan turn by in a frame, in degrees.
@@ -19,6 +19,7 @@ const FIELDS: &str = r#"{"frame": 0, "position": [x, y, z], "target": [x, y, z],
 
 /// Where the camera is in each frame.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum CameraPath {
     /// Around the target about the camera's up vector, a degree a frame.
     Orbit,
@@ -57,9 +58,9 @@ impl CameraPath {
         match name_or_file.to_str() {
             Some("orbit") => Ok(Self::Orbit),
             Some("pan") => Ok(Self::Pan),
-            _ => read(name_or_file).map_err(|reason| {
-                let form = format!("a camera path is orbit, pan or a JSON array of {FIELDS}");
-                Error::cannot_read(name_or_file, format!("{reason}; {form}"))
+            _ => read(name_or_file).map_err(|cause| {
+                let sentence = format!("{cause}; a camera path is orbit, pan or a JSON array of {FIELDS}");
+                Error::cannot_read(name_or_file, explained(sentence, cause))
             }),
         }
     }
@@ -67,11 +68,11 @@ impl CameraPath {
     /// The cameras of the first `frames` frames; `camera` is the scene's, whose up vector and lens stay.
     ///
     /// # Errors
-    /// [`Error::Setting`] for a camera that [`Camera::check`] refuses.
+    /// [`Error::Camera`] for one that [`Camera::check`] refuses.
     pub fn cameras(&self, camera: Camera, frames: u32) -> Result<Vec<Camera>, Error> {
         let checked = |frame: u32| {
             let camera = self.at(camera, f64::from(frame));
-            let refused = |problem| Error::Setting(format!("frame {frame} of the camera path: {problem}"));
+            let refused = |problem| Error::Camera { problem: format!("frame {frame} of the camera path: {problem}") };
             camera.check().map(|()| camera).map_err(refused)
         };
         (0..frames).map(checked).collect()
@@ -104,12 +105,11 @@ impl CameraPath {
     }
 }
 
-fn read(path: &Path) -> Result<CameraPath, String> {
+fn read(path: &Path) -> Result<CameraPath, Cause> {
     let mut text = String::new();
-    input::open(path)
-        .and_then(|file| file.take(MAX_BYTES).read_to_string(&mut text))
-        .map_err(|error| error.to_string())?;
-    let keys: Vec<Keyframe> = serde_json::from_str(&text).map_err(|error| format!("it is no camera path: {error}"))?;
+    input::open(path).and_then(|file| file.take(MAX_BYTES).read_to_string(&mut text))?;
+    let keys: Vec<Keyframe> =
+        serde_json::from_str(&text).map_err(|error| explained(format!("it is no camera path: {error}"), error))?;
     ensure!(!keys.is_empty(), "it has no keyframe");
     ensure!(keys.is_sorted_by(|a, b| a.frame < b.frame), "its frames do not ascend");
     Ok(CameraPath::Keyframes(keys))

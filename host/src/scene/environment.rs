@@ -55,7 +55,7 @@ impl Environment {
     /// Sets the factor on the radiance and the turn about +y in degrees.
     ///
     /// # Errors
-    /// [`Error::Setting`] for a scale that is negative, not finite or makes a pixel brighter than 1e20, and for a turn
+    /// [`Error::Environment`] for a scale that is negative, not finite or makes a pixel brighter than 1e20, and for a turn
     /// that is not finite.
     pub fn placed(self, scale: f32, rotation: f64) -> Result<Environment, Error> {
         let largest = self.pixels.as_flattened().iter().fold(0.0, |largest: f32, &channel| largest.max(channel));
@@ -66,7 +66,7 @@ impl Environment {
         } else {
             return Ok(Environment { scale, rotation, ..self });
         };
-        Err(Error::Setting(format!("the environment's {problem}")))
+        Err(Error::Environment { problem })
     }
 }
 

@@ -17,6 +17,7 @@ pub struct Light {
 
 /// The shapes of punctual lights.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum LightKind {
     /// Shines alike in all directions.
     Point {

@@ -1,6 +1,9 @@
 //! Materials: glTF's metallic-roughness model with its extensions.
 
+use glam::Vec3;
 use restir_shared::layout::{INTERIOR_SLOTS, TEXTURE_SLOTS};
+use restir_shared::medium::Medium;
+use restir_shared::vec::max_component;
 
 /// How a surface scatters and emits light: the metallic-roughness model of glTF 2.0 with the extensions
 /// `KHR_materials_emissive_strength`, `_ior`, `_specular`, `_transmission`, `_diffuse_transmission`, `_volume` and
@@ -126,6 +129,19 @@ impl Volume {
         let distance = f64::from(self.attenuation_distance);
         self.attenuation_color.map(|left| (-f64::from(left).max(LEAST_LEFT).ln() / distance) as f32)
     }
+
+    /// What its attenuation and its scattering make it; `None` if it is said to absorb alone.
+    pub(crate) fn medium(&self) -> Option<Medium> {
+        let scattering = self.scattering?;
+        let extinction = Vec3::from_array(self.extinction());
+        let medium = Medium::of_color(Vec3::from_array(scattering.color), Vec3::ONE, scattering.anisotropy);
+        Some(Medium { extinction, ..medium })
+    }
+
+    /// Whether any light is scattered inside.
+    pub(crate) fn scatters(&self) -> bool {
+        self.medium().is_some_and(|medium| max_component(medium.extinction * medium.albedo) > 0.0)
+    }
 }
 
 impl VolumeScattering {
@@ -190,13 +206,13 @@ impl Material {
     }
 
     /// All textures in use, of the surface and of what is inside.
-    pub fn all_textures(&self) -> impl Iterator<Item = &TextureUse> {
+    pub(crate) fn all_textures(&self) -> impl Iterator<Item = &TextureUse> {
         let inside = self.volume.iter().flat_map(|volume| volume.textures());
         self.textures().into_iter().chain(inside).flatten()
     }
 
     /// Whether it has any texture.
-    pub fn is_textured(&self) -> bool {
+    pub(crate) fn is_textured(&self) -> bool {
         self.all_textures().next().is_some()
     }
 

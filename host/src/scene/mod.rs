@@ -149,6 +149,7 @@ pub struct Camera {
 }
 
 /// Coordinates of vertices and cameras beyond this magnitude cannot be rendered: 2^30.
+#[doc(hidden)]
 pub const MAX_COORDINATE: f64 = 1_073_741_824.0;
 
 impl Scene {

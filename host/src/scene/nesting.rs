@@ -101,6 +101,7 @@ impl Scene {
     ///
     /// # Panics
     /// If an instance has no mesh, or a mesh no material, as [`crate::buffers::SceneBuffers::build`] refuses them.
+    #[doc(hidden)]
     pub fn surroundings(&self) -> Vec<Option<usize>> {
         self.nested(&self.bodies()).into_iter().map(|found| found.flatten()).collect()
     }
@@ -116,6 +117,7 @@ impl Scene {
     }
 
     /// Says of bodies in other ones what is not rendered as it is.
+    #[doc(hidden)]
     pub fn warn_of_nested_bodies(&mut self) {
         let bodies = self.bodies();
         let mut warnings = Vec::new();

@@ -101,6 +101,7 @@ impl Body {
 
 impl Scene {
     /// Pairs of bodies whose interiors scatter light and of which a face of one lies in a face of the other, back to back, by the names of their meshes.
+    #[doc(hidden)]
     pub fn touching_bodies(&self) -> Vec<[String; 2]> {
         let scatters = |instance: &&Instance| {
             let material = &self.materials[self.meshes[instance.mesh].material];
@@ -117,6 +118,7 @@ impl Scene {
     }
 
     /// Says of bodies that touch what becomes of light between them.
+    #[doc(hidden)]
     pub fn warn_of_touching_bodies(&mut self) {
         let warning = |[a, b]: [String; 2]| {
             format!(

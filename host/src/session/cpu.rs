@@ -19,7 +19,7 @@ use std::sync::Arc;
 /// use restir_host::{Error, buffers::SceneBuffers, exec::CpuExecutor, scene::Scene};
 ///
 /// let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
-/// let mut session = CpuSession::new(Setup::new(scene, DiSettings::default(), [32, 24]), CpuExecutor::new(None)?)?;
+/// let mut session = CpuSession::new(Setup::new(scene, DiSettings::default(), [32, 24]), CpuExecutor::new()?)?;
 /// for _ in 0..4 {
 ///     session.frame(&View::default())?;
 /// }
@@ -30,6 +30,7 @@ use std::sync::Arc;
 pub type CpuSession = Session<Cpu>;
 
 /// The CPU as the device of a session.
+#[derive(Debug)]
 pub struct Cpu {
     executor: CpuExecutor,
     buffers: Vec<Arc<[u32]>>,
@@ -65,7 +66,7 @@ impl CpuSession {
     /// A session whose passes run on `executor`.
     ///
     /// # Errors
-    /// [`Error::Value`] and [`Error::Together`] for settings out of range, [`Error::Memory`] if the planes do not fit.
+    /// [`Error::InvalidValue`] and [`Error::ConflictingSettings`] for settings out of range, [`Error::Memory`] if the planes do not fit.
     pub fn new(setup: Setup, executor: CpuExecutor) -> Result<Self, Error> {
         Self::over(setup, Cpu { executor, buffers: Vec::new(), scenes: [None, None] })
     }
@@ -73,12 +74,12 @@ impl CpuSession {
     /// Renders the next frame.
     ///
     /// # Errors
-    /// [`Error::Setting`] for a camera and [`Error::Value`] for a frame that is not finite, [`Error::Scene`] if an edited scene is broken; the session is then as it
+    /// [`Error::Camera`] for a camera and [`Error::InvalidValue`] for a frame that is not finite, [`Error::Scene`] if an edited scene is broken; the session is then as it
     /// was. [`Error::Memory`] if it does not fit.
     pub fn frame(&mut self, view: &View<'_>) -> Result<Begun, Error> {
         if self.setup().scene.is_foreign() {
             let problem = "a session over a foreign scene is given that scene with each frame; call frame_over";
-            return Err(Error::Setting(problem.to_owned()));
+            return Err(Error::ForeignScene { problem });
         }
         let (passes, begun) = self.passes(view, false)?;
         self.run(&passes, None);
@@ -89,11 +90,11 @@ impl CpuSession {
     /// the last one, which differ if `moved`. One that stands still is [`restir_shared::scene::Still`].
     ///
     /// # Errors
-    /// [`Error::Setting`] for a session that has a scene of its own.
+    /// [`Error::ForeignScene`] for a session that has a scene of its own.
     pub fn frame_over(&mut self, frames: &(dyn AnyFrames + Sync), camera: Camera, moved: bool) -> Result<Begun, Error> {
         if !self.setup().scene.is_foreign() {
             let problem = "the session has a scene of its own; make one by Setup::foreign";
-            return Err(Error::Setting(problem.to_owned()));
+            return Err(Error::ForeignScene { problem });
         }
         let (passes, begun) = self.passes(&View { camera: Some(camera), ..View::default() }, moved)?;
         passes.iter().try_for_each(|pass| check_probes(pass, frames))?;

@@ -19,6 +19,7 @@ const MOST_GROUPS: usize = 4096;
 pub type GpuSession = Session<Gpu>;
 
 /// A device of wgpu as that of a session.
+#[derive(Debug)]
 pub struct Gpu {
     device: wgpu::Device,
     pipelines: Pipelines,
@@ -138,11 +139,11 @@ impl GpuSession {
     /// where the driver has not kept them.
     ///
     /// # Errors
-    /// [`Error::Value`] and [`Error::Together`] for settings out of range; [`Error::Binding`] if a plane is larger than the device binds, [`Error::AdapterMemory`] if there is no memory
+    /// [`Error::InvalidValue`] and [`Error::ConflictingSettings`] for settings out of range; [`Error::Binding`] if a plane is larger than the device binds, [`Error::AdapterMemory`] if there is no memory
     /// for it; [`Error::Kernel`] and [`Error::Adapter`] as of [`Pipelines::get`].
     pub fn new(device: &wgpu::Device, pipelines: Pipelines, setup: Setup) -> Result<Self, Error> {
         if setup.scene.is_foreign() {
-            return Err(Error::Setting("kernels of a device need a scene in arenas; build one".to_owned()));
+            return Err(Error::ForeignScene { problem: "kernels of a device need a scene in arenas; build one" });
         }
         let gpu = Gpu {
             device: device.clone(),
@@ -158,7 +159,7 @@ impl GpuSession {
     /// Records the next frame into `encoder`.
     ///
     /// # Errors
-    /// [`Error::Setting`] for a camera and [`Error::Value`] for a frame that is not finite, [`Error::Scene`] if an edited scene is broken; the session is then as it was, and nothing was recorded. [`Error::Memory`],
+    /// [`Error::Camera`] for a camera and [`Error::InvalidValue`] for a frame that is not finite, [`Error::Scene`] if an edited scene is broken; the session is then as it was, and nothing was recorded. [`Error::Memory`],
     /// [`Error::Kernel`] and [`Error::Adapter`] as of [`Self::new`]; the session should then be [reset](Session::reset).
     pub fn frame(&mut self, encoder: &mut wgpu::CommandEncoder, view: &View<'_>) -> Result<Begun, Error> {
         let (passes, begun) = self.passes(view, false)?;
@@ -173,6 +174,7 @@ impl GpuSession {
     ///
     /// # Errors
     /// As of [`Self::frame`].
+    #[doc(hidden)]
     pub fn repeat_kernels(&mut self, encoder: &mut wgpu::CommandEncoder) -> Result<(), Error> {
         let (device, last) = (self.device.device.clone(), std::mem::take(&mut self.device.last));
         guarded(&device, || self.device.dispatch(encoder, &last))?;
@@ -192,18 +194,17 @@ impl GpuSession {
     /// nothing: for another format, such as `Rgba16Float`, the renderer's own shader reads [`Self::output`], which it has to tonemap anyway.
     ///
     /// # Errors
-    /// [`Error::Setting`] if the texture is of another size or format.
+    /// [`Error::Texture`] if the texture is of another size or format.
     pub fn copy_to_texture(&self, encoder: &mut wgpu::CommandEncoder, texture: &wgpu::Texture) -> Result<(), Error> {
         const TEXEL: u32 = 16;
         let [width, height] = self.setup().size;
         let format = wgpu::TextureFormat::Rgba32Float;
         if (texture.width(), texture.height(), texture.format()) != (width, height, format) {
-            return Err(Error::Setting(format!(
-                "the image is {width} x {height} of {format:?}, the texture {} x {} of {:?}; make one like the image",
-                texture.width(),
-                texture.height(),
-                texture.format()
-            )));
+            let described = |width: u32, height: u32, format| format!("{width} x {height} of {format:?}");
+            return Err(Error::Texture {
+                image: described(width, height, format),
+                texture: described(texture.width(), texture.height(), texture.format()),
+            });
         }
         // rows of a copy are aligned, those of the image follow each other
         let rows = if (width * TEXEL).is_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT) { height } else { 1 };
@@ -230,6 +231,7 @@ impl GpuSession {
     }
 
     /// Bytes of the device's memory that the session holds between frames.
+    #[doc(hidden)]
     pub fn bytes(&self) -> u64 {
         self.device.buffers.iter().chain(self.device.params.values()).map(wgpu::Buffer::size).sum()
     }

@@ -2,7 +2,7 @@
 //!
 //! A session holds a scene in its arenas, and the planes of a technique, for as long as it lives. Each frame is given a [`View`]:
 //! the camera, and what has changed in the scene. What of the last frames is still true is reused; what is not, is forgotten, and from
-//! then on the bits are those of a new session. [`crate::render::render`] makes the same frames with the same bits.
+//! then on the bits are those of a new session. [`Render::render`] makes the same frames with the same bits.
 //!
 //! ```
 //! use restir_host::session::{CpuSession, History, SceneChange, Setup, View};
@@ -11,7 +11,7 @@
 //!
 //! let mut scene = Scene::load("cornell")?;
 //! let setup = Setup::new(SceneBuffers::build_editable(&scene)?, DiSettings::default(), [32, 24]);
-//! let mut session = CpuSession::new(setup, CpuExecutor::new(None)?)?;
+//! let mut session = CpuSession::new(setup, CpuExecutor::new()?)?;
 //! assert_eq!(session.frame(&View::default())?.history, History::New);
 //!
 //! // an object moves, and what earlier frames have found is kept
@@ -36,20 +36,21 @@ use crate::moments::Moments;
 use crate::plan::{Buffer, BufferId, Pass, SceneFrame};
 use crate::render::Render;
 use crate::scene::{Animation, Camera, Scene};
+use crate::sequence::{Frame, Sequence, Stage};
+use crate::settings::More;
 use crate::technique::Technique;
-use crate::technique::sequence::{Frame, Sequence, Stage};
 use crate::{Error, buffers::SceneBuffers};
 use restir_kernels::KernelDesc;
 use restir_shared::layout::{CameraParams, FEATURE_BLEND};
-use std::sync::Arc;
+use std::{fmt, sync::Arc};
 
-/// What a session is of.
+/// What a session is of, made by [`Self::new`] and changed field by field. Fields may be added with any version.
 #[derive(Clone, Debug)]
 pub struct Setup {
     /// The scene; one that will be edited is built by [`SceneBuffers::build_editable`].
     pub scene: Arc<SceneBuffers>,
     /// The technique and its settings, those of a preset by `preset` of their type. What it does not follow of the scene's
-    /// light says [`Technique::leaves_out`].
+    /// light says [`Diagnose::leaves_out`](crate::technique::Diagnose::leaves_out).
     pub technique: Box<dyn Technique>,
     /// Width and height in pixels.
     pub size: [u32; 2],
@@ -61,12 +62,22 @@ pub struct Setup {
     /// frame is an image of its own. Samples of a technique that takes samples are counted from the beginning of a mean, so that it has the
     /// bits of a render: while the view changes, every frame has the same random numbers.
     pub mean_of: Option<u32>,
+    #[doc(hidden)]
+    pub _more: More,
 }
 
 impl Setup {
     /// Frames of one sample, each an image of its own, with the seed 0.
     pub fn new(scene: SceneBuffers, technique: impl Into<Box<dyn Technique>>, size: [u32; 2]) -> Self {
-        Self { scene: Arc::new(scene), technique: technique.into(), size, seed: 0, samples: 1, mean_of: None }
+        Self {
+            scene: Arc::new(scene),
+            technique: technique.into(),
+            size,
+            seed: 0,
+            samples: 1,
+            mean_of: None,
+            _more: More::default(),
+        }
     }
 
     /// As [`Self::new`], over a scene of other types than this library's, whose surfaces and lights may have `features`
@@ -79,12 +90,11 @@ impl Setup {
         let [width, height] = self.size;
         let frames = self.mean_of.unwrap_or(1);
         let Some(count) = frames.checked_mul(self.samples).filter(|&count| count > 0) else {
-            let problem = format!("a mean of {frames} frames of {} samples cannot be made", self.samples);
-            return Err(Error::Setting(format!("{problem}; give from 1 to 2^32 - 1 samples in all")));
+            return Err(Error::Mean { frames, samples: self.samples });
         };
         let accumulate = self.mean_of.is_some();
         let render = Render { count, accumulate, ..Render::new([width, height], self.technique.clone()) };
-        crate::render::check_settings(&self.scene, &render)
+        render.check_settings(&self.scene)
     }
 
     fn stage(&self, moments: &Moments, dispatches: Dispatches) -> Stage {
@@ -116,10 +126,13 @@ pub struct View<'a> {
     /// ray through its centre, with its distance from the camera, which is the same hit as long as camera and scene are the same. A frame whose scene has to be built
     /// anew finds its hits itself, for its triangles have other ids, and the session another plane.
     pub primary_given: bool,
+    #[doc(hidden)]
+    pub _more: More,
 }
 
 /// What has become of the scene since the last frame.
 #[derive(Clone, Copy, Debug, Default)]
+#[non_exhaustive]
 pub enum SceneChange<'a> {
     /// The scene stays as it is.
     #[default]
@@ -144,6 +157,7 @@ pub struct Begun {
 
 /// What became of earlier frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum History {
     /// There were none: the session is new, or was reset.
     New,
@@ -181,6 +195,12 @@ trait Device {
 
 /// A kernel and the values of its specialization constants.
 type Frozen = (&'static KernelDesc, Vec<u32>);
+
+impl<D> fmt::Debug for Session<D> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Session").field("setup", &self.setup).field("frames", &self.next).finish_non_exhaustive()
+    }
+}
 
 impl<D> Session<D> {
     /// What the session is of; the scene is that of the last frame.
@@ -284,6 +304,7 @@ impl<D: Device> Session<D> {
             index: self.next,
             samples: self.setup.samples,
             camera,
+            last: self.last_camera,
             scenes: self.moments.headers(),
             features: self.setup.scene.features,
             same_scene,
@@ -306,13 +327,13 @@ impl<D: Device> Session<D> {
     /// Before anything changes: the view is one that can be seen.
     fn check(&self, view: &View<'_>) -> Result<(), Error> {
         if let Some(camera) = &view.camera {
-            camera.check().map_err(Error::Setting)?;
+            camera.check().map_err(|problem| Error::Camera { problem })?;
         }
         if let SceneChange::Frame(frame) = view.scene
             && !frame.is_finite()
         {
             let expected = "a finite number".to_owned();
-            return Err(Error::Value { setting: "frame", value: frame.to_string(), expected });
+            return Err(Error::InvalidValue { setting: "frame", value: frame.to_string(), expected });
         }
         if !view.primary_given {
             return Ok(());
@@ -328,7 +349,7 @@ impl<D: Device> Session<D> {
         } else {
             return Ok(());
         };
-        Err(Error::Setting(problem))
+        Err(Error::PrimaryHits { problem })
     }
 
     /// The scene, if it changes, and what it lost the history by: then it stands in the session already.
@@ -361,12 +382,14 @@ fn kernels(setup: &Setup, moments: &Moments) -> Result<Vec<Frozen>, Error> {
     // constants are those of dispatches of any length
     let mut sequence = setup.technique.sequence(&setup.stage(moments, Dispatches::default()));
     let [width, height] = setup.size;
+    let camera = setup.scene.camera.params(width, height);
     let mut kernels = Vec::new();
     for (index, same_scene) in [(0, false), (1, true), (2, true), (3, false)] {
         let frame = Frame {
             index,
             samples: setup.samples,
-            camera: setup.scene.camera.params(width, height),
+            camera,
+            last: (index > 0).then_some(camera),
             scenes: moments.headers(),
             features: setup.scene.features,
             same_scene,

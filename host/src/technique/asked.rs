@@ -31,14 +31,14 @@ pub struct Asked {
 /// What each kernel of a render asks, by its name; of a scene that stands still.
 ///
 /// # Errors
-/// As of [`crate::render::check`].
+/// As of [`Render::check`].
 pub fn asked(scene: &SceneBuffers, render: &Render) -> Result<BTreeMap<&'static str, Asked>, Error> {
-    crate::render::check(scene, render)?;
+    render.check(scene)?;
     let view = SceneView { features: render.technique.integral().features(scene.features), ..scene.traced_view() };
     let recording = Recording::new(&view);
     let mut kernels: BTreeMap<&'static str, Asked> = BTreeMap::new();
     let plan = render.plan(scene);
-    CpuExecutor::run_over(&Probed(&recording), plan, &mut |step| {
+    CpuExecutor::run_over_observed(&Probed(&recording), plan, &mut |step| {
         let kernel = kernels.entry(step.pass.kernel.name).or_default();
         kernel.counts = kernel.counts.plus(recording.take_counts());
         kernel.by_pixel = step.pass.grid == [render.width, render.height];

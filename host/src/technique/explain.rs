@@ -13,7 +13,7 @@
 //! let subject = Subject { scene: &scene, buffers: &buffers, render: &render, place: Place { x: 8, y: 8, sample: 0 } };
 //!
 //! // a replay on the host is compared with the executor, here the host itself
-//! let explanation = passes(&mut CpuExecutor::new(None)?, subject)?;
+//! let explanation = passes(&mut CpuExecutor::new()?, subject)?;
 //! assert!(explanation.text.contains("pixel (8, 8)") && explanation.json["identical"] == true);
 //! # Ok::<(), Error>(())
 //! ```
@@ -98,7 +98,8 @@ impl Written {
 /// What every pass of a render writes for a pixel, natively and on the executor.
 ///
 /// # Errors
-/// As of [`crate::render::render`], and for a pixel outside of the image.
+/// As of [`Render::render`], and for a pixel outside of the image.
+#[doc(hidden)]
 pub fn passes(executor: &mut dyn Executor, subject: Subject<'_>) -> Result<Explanation, Error> {
     let Subject { scene, buffers, render, place: Place { x, y, sample } } = subject;
     subject.place.check(render)?;
@@ -109,13 +110,13 @@ pub fn passes(executor: &mut dyn Executor, subject: Subject<'_>) -> Result<Expla
     let index = (y * width + x) as usize;
     let written = |executor: &mut dyn Executor| {
         let mut all = Vec::new();
-        let rendered = crate::render::render(executor, buffers, &render, &mut |step| {
+        let rendered = render.render_observed(buffers, executor, &mut |step| {
             all.extend(Written::by(step, &render, index)?);
             Ok(())
         });
         rendered.map(|_| all)
     };
-    let native = written(&mut CpuExecutor::new(Some(1))?)?;
+    let native = written(&mut CpuExecutor::with_threads(1)?)?;
     let device = written(executor)?;
     let (scene, repeats) = (&scene.name, repeats.name());
     let mut text =

@@ -1,54 +1,54 @@
-//! Whether there is any hit, and all hits, once for every [`Lanes`].
+//! Whether there is any hit, and all hits, once for every [`F32x8`].
 //!
 //! Whichever hit is found first may end the search, so children wait in no order, and those that the ray passes through come
 //! first: where it begins or ends inside the box, as shadow rays do on both of their surfaces, a hit is less likely.
 
 use super::boxes::Boxes;
-use super::each::Each;
-use super::simd::{LANES, Lanes, lowest};
+use super::node::{Child, Node, Tree};
+use super::packet::RayPacket16;
+use super::simd::{F32x8, WIDTH, lowest};
 use super::triangles::{Hits, Triangles};
-use super::{Node, Subtree, WideBvh};
 use restir_shared::geometry::{Coverage, Crossings, Hit, Ray, Slab};
-use restir_shared::lanes::{self, LANES as RAYS};
+use restir_shared::lanes::{LANES, Lanes};
 use restir_shared::layout::STACK_DEPTH;
 use std::mem::MaybeUninit;
 
 /// Whether there is a hit that counts with `0 < t < ray.t_max`.
 #[inline(always)]
-pub(super) fn any<L: Lanes, C: Coverage>(bvh: &WideBvh, ray: &Ray, coverage: &C) -> bool {
-    visit(bvh, &prepared::<L>(bvh, ray), ray, |hit, marked| !marked || coverage.covers(ray, hit))
+pub(super) fn any<L: F32x8, C: Coverage>(tree: &Tree, ray: &Ray, coverage: &C) -> bool {
+    visit(tree, &prepared::<L>(tree, ray), ray, |hit, marked| !marked || coverage.covers(ray, hit))
 }
 
 /// [`any`] of the rays in `of`, which are prepared together; of others false.
 #[inline(always)]
-pub(super) fn any_each<L: Lanes, C: Coverage>(
-    bvh: &WideBvh,
-    rays: &lanes::Lanes<Ray>,
-    of: &lanes::Lanes<bool>,
+pub(super) fn any_each<L: F32x8, C: Coverage>(
+    tree: &Tree,
+    rays: &Lanes<Ray>,
+    of: &Lanes<bool>,
     coverage: &C,
-) -> lanes::Lanes<bool> {
-    let each = Each::new(rays, bvh.bounds);
-    let mut answers = lanes::Lanes::ZERO;
-    for at in 0..RAYS {
+) -> Lanes<bool> {
+    let each = RayPacket16::new(rays, tree.bounds);
+    let mut answers = Lanes::ZERO;
+    for at in 0..LANES {
         if of.get(at) {
             let ray = rays.get(at);
             let covers = |hit: &Hit, marked: bool| !marked || coverage.covers(&ray, hit);
-            answers.set(at, visit(bvh, &each.ray::<L>(at), &ray, covers));
+            answers.set(at, visit(tree, &each.ray::<L>(at), &ray, covers));
         }
     }
     answers
 }
 
 #[inline(always)]
-fn prepared<L: Lanes>(bvh: &WideBvh, ray: &Ray) -> (Boxes<L>, Triangles<L>) {
-    (Boxes::new(&Slab::new(ray, bvh.bounds[0], bvh.bounds[1])), Triangles::new(ray))
+fn prepared<L: F32x8>(tree: &Tree, ray: &Ray) -> (Boxes<L>, Triangles<L>) {
+    (Boxes::new(&Slab::new(ray, tree.bounds[0], tree.bounds[1])), Triangles::new(ray))
 }
 
 /// All hits with `0 < t < ray.t_max` for which `coverage` says so, marked or not.
 #[inline(always)]
-pub(super) fn all<L: Lanes, C: Coverage>(bvh: &WideBvh, ray: &Ray, coverage: &C) -> Crossings {
+pub(super) fn all<L: F32x8, C: Coverage>(tree: &Tree, ray: &Ray, coverage: &C) -> Crossings {
     let mut crossings = Crossings::NONE;
-    visit(bvh, &prepared::<L>(bvh, ray), ray, |hit, _| {
+    visit(tree, &prepared::<L>(tree, ray), ray, |hit, _| {
         if coverage.covers(ray, hit) {
             crossings = crossings.with(*hit);
         }
@@ -59,25 +59,25 @@ pub(super) fn all<L: Lanes, C: Coverage>(bvh: &WideBvh, ray: &Ray, coverage: &C)
 
 /// Shows hits with `0 < t < ray.t_max` one by one, each with whether its triangle is marked, until one is `enough`; whether one was.
 #[inline(always)]
-fn visit<L: Lanes>(
-    bvh: &WideBvh,
+fn visit<L: F32x8>(
+    tree: &Tree,
     (boxes, triangles): &(Boxes<L>, Triangles<L>),
     ray: &Ray,
     mut enough: impl FnMut(&Hit, bool) -> bool,
 ) -> bool {
     let mut stack = Stack::new();
-    let mut current = bvh.root;
+    let mut current = tree.root;
     loop {
-        match bvh.subtree(current) {
-            Subtree::Pack(pack) => {
+        match tree.child(current) {
+            Child::Leaf(leaf) => {
                 let counts = |hits: Hits<L>| {
-                    hits.visit(hits.before(ray.t_max), |lane| pack.ids[lane], |_, hit, marked| enough(hit, marked))
+                    hits.visit(hits.before(ray.t_max), |lane| leaf.ids[lane], |_, hit, marked| enough(hit, marked))
                 };
-                if triangles.hits(pack, boxes).is_some_and(counts) {
+                if triangles.hits(leaf, boxes).is_some_and(counts) {
                     return true;
                 }
             }
-            Subtree::Node(node) => {
+            Child::Node(node) => {
                 let Children { hit, through } = Children::new(boxes, node, ray.t_max);
                 if hit != 0 {
                     let first = lowest(if through != 0 { through } else { hit });
@@ -108,7 +108,7 @@ struct Children {
 
 impl Children {
     #[inline(always)]
-    fn new<L: Lanes>(boxes: &Boxes<L>, node: &Node, t_max: f32) -> Self {
+    fn new<L: F32x8>(boxes: &Boxes<L>, node: &Node, t_max: f32) -> Self {
         let (enter, exit) = boxes.children(node);
         let limit = L::splat(t_max);
         let hit = enter.le(exit.min(limit));
@@ -125,7 +125,7 @@ pub(super) struct Stack {
 
 impl Stack {
     /// All children but one of every node on the longest way from the root, and a row to write into.
-    const CAPACITY: usize = STACK_DEPTH * (LANES - 1) + LANES;
+    const CAPACITY: usize = STACK_DEPTH * (WIDTH - 1) + WIDTH;
 
     #[inline(always)]
     pub(super) fn new() -> Self {
@@ -134,8 +134,8 @@ impl Stack {
 
     /// Pushes the children in `lanes`, the lowest last.
     #[inline(always)]
-    pub(super) fn push<L: Lanes>(&mut self, children: &[u32; LANES], lanes: u32) {
-        // SAFETY: no node of a `WideBvh` is deeper than `STACK_DEPTH`, so a row is left
+    pub(super) fn push<L: F32x8>(&mut self, children: &[u32; WIDTH], lanes: u32) {
+        // SAFETY: no node of a `Tree` is deeper than `STACK_DEPTH`, so a row is left
         let free = unsafe { &mut *self.waiting.as_mut_ptr().add(self.len).cast() };
         L::compress(children, lanes, free);
         self.len += lanes.count_ones() as usize;

@@ -1,8 +1,7 @@
-//! Rays against boxes: those of a node, or of the triangles of a pack.
+//! Rays against boxes: those of a node, or of the triangles of a leaf.
 
-use super::Node;
-use super::simd::{Lanes, splat};
-use super::triangles::Vertices;
+use super::node::{Node, Vertices};
+use super::simd::{F32x8, splat};
 use restir_shared::geometry::Slab;
 
 /// A [`Slab`], the same in every lane or another in each.
@@ -14,7 +13,7 @@ pub(super) struct Boxes<L> {
     near: [usize; 3],
 }
 
-impl<L: Lanes> Boxes<L> {
+impl<L: F32x8> Boxes<L> {
     #[inline(always)]
     pub(super) fn new(slab: &Slab) -> Self {
         let (lo, hi, inverse) = (slab.lo_origin, slab.hi_origin, slab.inverse);
@@ -73,7 +72,7 @@ impl<L: Lanes> Boxes<L> {
 
 /// Where a ray is in three slabs.
 #[inline(always)]
-pub(super) fn interval<L: Lanes>([x, y, z]: [[L; 2]; 3]) -> (L, L) {
+pub(super) fn interval<L: F32x8>([x, y, z]: [[L; 2]; 3]) -> (L, L) {
     (x[0].max(y[0]).max(z[0].max(L::splat(0.0))), x[1].min(y[1]).min(z[1]))
 }
 

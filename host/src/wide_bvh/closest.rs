@@ -1,57 +1,57 @@
-//! The closest hit, once for every [`Lanes`].
+//! The closest hit, once for every [`F32x8`].
 
 use super::boxes::Boxes;
-use super::each::Each;
-use super::simd::{LANES, Lanes, Row, take_lowest};
+use super::node::{Child, Node, Tree};
+use super::packet::RayPacket16;
+use super::simd::{Array8, F32x8, WIDTH, take_lowest};
 use super::triangles::Triangles;
-use super::{Node, Subtree, WideBvh};
 use restir_shared::geometry::{Coverage, Hit, Ray, Slab};
-use restir_shared::lanes::{self, LANES as RAYS};
+use restir_shared::lanes::{LANES, Lanes};
 use restir_shared::layout::{NONE, STACK_DEPTH};
 use std::mem::MaybeUninit;
 
 /// Of the hits that count the closest with `0 < t < ray.t_max`; [`Hit::MISS`] if there is none.
 #[inline(always)]
-pub(super) fn closest<L: Lanes, C: Coverage>(bvh: &WideBvh, ray: &Ray, coverage: &C) -> Hit {
-    let boxes = Boxes::<L>::new(&Slab::new(ray, bvh.bounds[0], bvh.bounds[1]));
-    traverse(bvh, &(boxes, Triangles::<L>::new(ray)), ray, coverage)
+pub(super) fn closest<L: F32x8, C: Coverage>(tree: &Tree, ray: &Ray, coverage: &C) -> Hit {
+    let boxes = Boxes::<L>::new(&Slab::new(ray, tree.bounds[0], tree.bounds[1]));
+    traverse(tree, &(boxes, Triangles::<L>::new(ray)), ray, coverage)
 }
 
 /// [`closest`] of the rays in `of`, which are prepared together.
 #[inline(always)]
-pub(super) fn closest_each<L: Lanes, C: Coverage>(
-    bvh: &WideBvh,
-    rays: &lanes::Lanes<Ray>,
-    of: &lanes::Lanes<bool>,
+pub(super) fn closest_each<L: F32x8, C: Coverage>(
+    tree: &Tree,
+    rays: &Lanes<Ray>,
+    of: &Lanes<bool>,
     coverage: &C,
-) -> lanes::Lanes<Hit> {
-    let each = Each::new(rays, bvh.bounds);
-    let mut hits = lanes::Lanes::all(Hit::MISS);
-    for at in 0..RAYS {
+) -> Lanes<Hit> {
+    let each = RayPacket16::new(rays, tree.bounds);
+    let mut hits = Lanes::all(Hit::MISS);
+    for at in 0..LANES {
         if of.get(at) {
-            hits.set(at, traverse(bvh, &each.ray::<L>(at), &rays.get(at), coverage));
+            hits.set(at, traverse(tree, &each.ray::<L>(at), &rays.get(at), coverage));
         }
     }
     hits
 }
 
 #[inline(always)]
-fn traverse<L: Lanes, C: Coverage>(
-    bvh: &WideBvh,
+fn traverse<L: F32x8, C: Coverage>(
+    tree: &Tree,
     (boxes, triangles): &(Boxes<L>, Triangles<L>),
     ray: &Ray,
     coverage: &C,
 ) -> Hit {
     let mut best = Hit { t: ray.t_max, ..Hit::MISS };
     let mut stack = Stack::new();
-    let mut current = bvh.root;
+    let mut current = tree.root;
     loop {
-        match bvh.subtree(current) {
-            Subtree::Pack(pack) => {
-                if let Some(hits) = triangles.hits(pack, boxes) {
+        match tree.child(current) {
+            Child::Leaf(leaf) => {
+                if let Some(hits) = triangles.hits(leaf, boxes) {
                     hits.visit(
                         hits.up_to(L::splat(best.t)),
-                        |lane| pack.ids[lane],
+                        |lane| leaf.ids[lane],
                         |_, hit, marked| {
                             if is_nearer(hit, &best) && (!marked || coverage.covers(ray, hit)) {
                                 best = *hit;
@@ -61,7 +61,7 @@ fn traverse<L: Lanes, C: Coverage>(
                     );
                 }
             }
-            Subtree::Node(node) => {
+            Child::Node(node) => {
                 let (enter, exit) = boxes.children(node);
                 let hit = enter.le(exit.min(L::splat(best.t))).bits();
                 if hit != 0 {
@@ -92,7 +92,7 @@ pub(super) struct Stack {
 
 impl Stack {
     /// All children but one of every node on the longest way from the root, and one more.
-    const CAPACITY: usize = STACK_DEPTH * (LANES - 1) + 1;
+    const CAPACITY: usize = STACK_DEPTH * (WIDTH - 1) + 1;
 
     #[inline(always)]
     pub(super) fn new() -> Self {
@@ -101,13 +101,13 @@ impl Stack {
 
     /// The word of a child: distances are not negative, so words are in the order of distances.
     #[inline(always)]
-    fn word(node: &Node, enter: &Row, slot: usize) -> u64 {
+    fn word(node: &Node, enter: &Array8, slot: usize) -> u64 {
         u64::from(enter.0[slot].to_bits()) << 32 | u64::from(node.children[slot])
     }
 
     #[inline(always)]
     fn push(&mut self, word: u64) {
-        // SAFETY: no node of a `WideBvh` is deeper than `STACK_DEPTH`
+        // SAFETY: no node of a `Tree` is deeper than `STACK_DEPTH`
         unsafe { self.waiting.get_unchecked_mut(self.len).write(word) };
         self.len += 1;
     }
@@ -129,7 +129,7 @@ impl Stack {
 
     /// The nearest of the children in `hit`, which is not empty; the others wait, the farthest longest.
     #[inline(always)]
-    pub(super) fn push_all_but_nearest(&mut self, node: &Node, enter: &Row, mut hit: u32) -> u32 {
+    pub(super) fn push_all_but_nearest(&mut self, node: &Node, enter: &Array8, mut hit: u32) -> u32 {
         let first = take_lowest(&mut hit);
         if hit == 0 {
             return node.children[first];

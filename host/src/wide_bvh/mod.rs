@@ -28,61 +28,25 @@
 mod any;
 mod beam;
 mod boxes;
+mod brute_force;
 mod closest;
 mod collapse;
-mod each;
-mod few;
+mod node;
+mod packet;
 mod simd;
 mod triangles;
 
 use crate::bvh::{self, Bounds, Bvh, Effort};
-use few::Few;
-use glam::{UVec4, Vec3};
+use brute_force::BruteForce;
+use glam::UVec4;
+use node::Tree;
 use restir_kernels::Avx512;
-#[cfg(target_arch = "x86_64")]
-use restir_kernels::has_avx512;
+pub use restir_kernels::SimdLevel;
 use restir_shared::geometry::{Coverage, Crossings, Hit, Ray, Solid};
 use restir_shared::lanes::Lanes;
-use restir_shared::layout::{STACK_DEPTH, TRIANGLE_ALPHA, TRIANGLE_WORDS};
+use restir_shared::layout::TRIANGLE_WORDS;
 use restir_shared::pack::xyz;
 use restir_shared::scene::{Hierarchy, SceneView};
-use simd::{LANES, Row};
-
-/// What a processor offers for traversal. Every level gives the same bits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SimdLevel {
-    /// Whatever the compiler makes of arrays for the target.
-    Portable,
-    /// 256-bit registers, and the operations on bits that came with them, detected when the program runs.
-    #[cfg(target_arch = "x86_64")]
-    Avx2,
-    /// The same registers, twice as many, and masks, as they came with AVX-512.
-    #[cfg(target_arch = "x86_64")]
-    Avx512,
-}
-
-impl SimdLevel {
-    /// The levels that this processor has, best last.
-    pub fn available() -> Vec<Self> {
-        let mut levels = vec![Self::Portable];
-        #[cfg(target_arch = "x86_64")]
-        if Self::has_avx2() {
-            levels.push(Self::Avx2);
-        }
-        #[cfg(target_arch = "x86_64")]
-        if has_avx512() {
-            levels.push(Self::Avx512);
-        }
-        levels
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    fn has_avx2() -> bool {
-        let bits = is_x86_feature_detected!("bmi1") && is_x86_feature_detected!("bmi2");
-        let counts = is_x86_feature_detected!("lzcnt") && is_x86_feature_detected!("popcnt");
-        is_x86_feature_detected!("avx2") && bits && counts
-    }
-}
 
 /// The bounds of the arena's triangles.
 fn triangle_boxes(scene: &SceneView<'_>) -> Vec<Bounds> {
@@ -91,52 +55,12 @@ fn triangle_boxes(scene: &SceneView<'_>) -> Vec<Bounds> {
     triangles.take(scene.header.triangle_count as usize).map(bounds).collect()
 }
 
-/// Marks a child as a pack of triangles; the other bits are its index.
-const PACK: u32 = 1 << 31;
-
-/// Marks the id of a triangle that is not everywhere, as in the arena.
-const PARTIAL: u32 = TRIANGLE_ALPHA;
-
-/// Up to eight children. Slots without one have boxes that nothing hits.
-#[derive(Clone, Debug)]
-#[repr(C, align(64))]
-struct Node {
-    /// For each axis the lower and the upper planes of the children's boxes.
-    planes: [[Row; 2]; 3],
-    /// [`PACK`] and the index of a pack, or the index of a node.
-    children: [u32; LANES],
-    /// The children with a triangle that emits, as bits.
-    emitters: u32,
-}
-
-/// Up to eight triangles. The other lanes hold triangles without an area, which nothing hits.
-#[derive(Clone, Debug)]
-#[repr(C, align(64))]
-struct Pack {
-    /// Vertices, each by axis.
-    vertices: [[Row; 3]; 3],
-    /// The triangles' ids, with their marks.
-    ids: [u32; LANES],
-}
-
-/// A child of a node.
-enum Subtree<'a> {
-    Node(&'a Node),
-    Pack(&'a Pack),
-}
-
 /// A BVH of eight children a node over the triangles of a scene.
 #[derive(Debug)]
 pub struct WideBvh {
-    nodes: Vec<Node>,
-    packs: Vec<Pack>,
-    /// As a child of a node.
-    root: u32,
-    /// Some triangle is marked.
-    partial: bool,
-    bounds: [Vec3; 2],
+    tree: Tree,
     /// All triangles, where they are few, none is marked and the processor has the registers.
-    few: Option<(Few, Avx512)>,
+    brute_force: Option<(BruteForce, Avx512)>,
     level: SimdLevel,
 }
 
@@ -159,18 +83,11 @@ impl WideBvh {
     }
 
     fn of(scene: &SceneView<'_>, binary: &Bvh) -> Self {
-        let collapse::Tree { nodes, packs, root, partial, depth } = collapse::collapse(scene, binary);
-        assert!(depth <= STACK_DEPTH, "a wide tree is no deeper than the binary one");
-        let header = &scene.header;
-        let bounds = [header.bounds_lo, header.bounds_hi].map(Vec3::from_array);
-        let few = Avx512::detect().filter(|_| !partial);
+        let tree = collapse::collapse(scene, binary);
+        let few = Avx512::detect().filter(|_| !tree.partial);
         Self {
-            few: few.and_then(|registers| Some((Few::new(&packs, bounds)?, registers))),
-            nodes,
-            packs,
-            root,
-            partial,
-            bounds,
+            brute_force: few.and_then(|token| Some((BruteForce::new(&tree.leaves, tree.bounds)?, token))),
+            tree,
             level: *SimdLevel::available().last().unwrap_or(&SimdLevel::Portable),
         }
     }
@@ -181,29 +98,16 @@ impl WideBvh {
         let levels = SimdLevel::available();
         if levels.contains(&level) {
             self.level = level;
-            // in step only with the widest registers
-            self.few = self.few.filter(|_| levels.last() == Some(&level));
+            // by SIMD only with the widest registers
+            self.brute_force = self.brute_force.filter(|_| levels.last() == Some(&level));
         }
         self
     }
 
     /// All triangles, where it takes less time to test them than to trace the rays in `of` one by one.
     #[inline(always)]
-    fn few(&self, of: &Lanes<bool>) -> Option<(&Few, Avx512)> {
-        self.few.as_ref().filter(|(few, _)| few.pays(of)).map(|(few, registers)| (few, *registers))
-    }
-
-    /// What a reference to a child stands for.
-    #[inline(always)]
-    fn subtree(&self, reference: u32) -> Subtree<'_> {
-        // SAFETY: references of a `WideBvh` are indices of its packs and nodes
-        unsafe {
-            if reference & PACK != 0 {
-                Subtree::Pack(self.packs.get_unchecked((reference & !PACK) as usize))
-            } else {
-                Subtree::Node(self.nodes.get_unchecked(reference as usize))
-            }
-        }
+    fn brute_force(&self, of: &Lanes<bool>) -> Option<(&BruteForce, Avx512)> {
+        self.brute_force.as_ref().filter(|(all, _)| all.pays(of)).map(|(all, token)| (all, *token))
     }
 }
 
@@ -214,22 +118,22 @@ macro_rules! at_level {
         fn $method<C: Coverage>(&self, $($argument: $of,)* coverage: &C) -> $answer {
             #[cfg(target_arch = "x86_64")]
             #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-            unsafe fn avx2<C: Coverage>(tree: &WideBvh, $($argument: $of,)* coverage: &C) -> $answer {
+            unsafe fn avx2<C: Coverage>(tree: &Tree, $($argument: $of,)* coverage: &C) -> $answer {
                 $module::$traversal::<simd::Avx2, C>(tree, $($argument,)* coverage)
             }
             #[cfg(target_arch = "x86_64")]
             #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,bmi1,bmi2,lzcnt,popcnt")]
-            unsafe fn avx512<C: Coverage>(tree: &WideBvh, $($argument: $of,)* coverage: &C) -> $answer {
+            unsafe fn avx512<C: Coverage>(tree: &Tree, $($argument: $of,)* coverage: &C) -> $answer {
                 $module::$traversal::<simd::Avx2, C>(tree, $($argument,)* coverage)
             }
             match self.level {
-                SimdLevel::Portable => $module::$traversal::<simd::Portable, C>(self, $($argument,)* coverage),
+                SimdLevel::Portable => $module::$traversal::<simd::Portable, C>(&self.tree, $($argument,)* coverage),
                 #[cfg(target_arch = "x86_64")]
                 // SAFETY: the level is set to what the processor was found to have
-                SimdLevel::Avx2 => unsafe { avx2(self, $($argument,)* coverage) },
+                SimdLevel::Avx2 => unsafe { avx2(&self.tree, $($argument,)* coverage) },
                 #[cfg(target_arch = "x86_64")]
                 // SAFETY: as above
-                SimdLevel::Avx512 => unsafe { avx512(self, $($argument,)* coverage) },
+                SimdLevel::Avx512 => unsafe { avx512(&self.tree, $($argument,)* coverage) },
             }
         }
     };
@@ -249,7 +153,7 @@ impl WideBvh {
 /// The method with `coverage` or, where no triangle is marked, without asking for it.
 macro_rules! over {
     ($tree:ident.$method:ident($($argument:ident),*), $coverage:ident) => {
-        if $tree.partial {
+        if $tree.tree.partial {
             $tree.$method($($argument,)* &$coverage)
         } else {
             $tree.$method($($argument,)* &Solid)
@@ -267,8 +171,8 @@ impl Hierarchy for WideBvh {
     }
 
     fn closest_each(&self, rays: &Lanes<Ray>, of: &Lanes<bool>, coverage: &dyn Coverage) -> Lanes<Hit> {
-        if let Some((few, registers)) = self.few(of) {
-            return few.closest(rays, of, registers);
+        if let Some((all, token)) = self.brute_force(of) {
+            return all.closest(rays, of, token);
         }
         over!(self.closest_each_over(rays, of), coverage)
     }
@@ -286,8 +190,8 @@ impl Hierarchy for WideBvh {
     }
 
     fn occluded_each(&self, rays: &Lanes<Ray>, of: &Lanes<bool>, coverage: &dyn Coverage) -> Lanes<bool> {
-        if let Some((few, registers)) = self.few(of) {
-            return few.occluded(rays, of, registers);
+        if let Some((all, token)) = self.brute_force(of) {
+            return all.occluded(rays, of, token);
         }
         over!(self.any_each_over(rays, of), coverage)
     }

@@ -9,15 +9,15 @@ use std::mem::MaybeUninit;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Sub};
 
 /// How many lanes there are.
-pub(super) const LANES: usize = 8;
+pub(super) const WIDTH: usize = 8;
 
-/// A row of memory for [`Lanes`].
+/// A row of memory for [`F32x8`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C, align(32))]
-pub(super) struct Row(pub [f32; LANES]);
+pub(super) struct Array8(pub [f32; WIDTH]);
 
 /// Eight floats, or eight conditions: lanes of all ones or all zeros.
-pub(super) trait Lanes:
+pub(super) trait F32x8:
     Copy
     + Add<Output = Self>
     + Sub<Output = Self>
@@ -26,8 +26,8 @@ pub(super) trait Lanes:
     + BitAnd<Output = Self>
     + BitOr<Output = Self>
 {
-    fn load(row: &Row) -> Self;
-    fn store(self) -> Row;
+    fn load(row: &Array8) -> Self;
+    fn store(self) -> Array8;
     fn splat(x: f32) -> Self;
     /// As [`restir_shared::num::min`]: `other` if the two are equal or not ordered.
     fn min(self, other: Self) -> Self;
@@ -43,11 +43,11 @@ pub(super) trait Lanes:
     fn bits(self) -> u32;
     /// Writes the words of the given lanes one after the other, that of the highest lane first. What comes after them in `to` is
     /// not specified.
-    fn compress(words: &[u32; LANES], lanes: u32, to: &mut [MaybeUninit<u32>; LANES]);
+    fn compress(words: &[u32; WIDTH], lanes: u32, to: &mut [MaybeUninit<u32>; WIDTH]);
 }
 
 #[inline(always)]
-pub(super) fn splat<L: Lanes>(v: Vec3) -> [L; 3] {
+pub(super) fn splat<L: F32x8>(v: Vec3) -> [L; 3] {
     [L::splat(v.x), L::splat(v.y), L::splat(v.z)]
 }
 
@@ -55,7 +55,7 @@ pub(super) fn splat<L: Lanes>(v: Vec3) -> [L; 3] {
 #[inline(always)]
 pub(super) fn lowest(lanes: u32) -> usize {
     // `&` shows the compiler that it is a lane
-    lanes.trailing_zeros() as usize & (LANES - 1)
+    lanes.trailing_zeros() as usize & (WIDTH - 1)
 }
 
 /// Takes the lowest lane out of `lanes`, of which there are any.
@@ -66,7 +66,7 @@ pub(super) fn take_lowest(lanes: &mut u32) -> usize {
     lane
 }
 
-/// Implements the operations of two operands, each as one expression, and [`Lanes`] with the other ones.
+/// Implements the operations of two operands, each as one expression, and [`F32x8`] with the other ones.
 macro_rules! lanes {
     (
         $type:ident, |$a:ident, $b:ident|
@@ -84,7 +84,7 @@ macro_rules! lanes {
             }
         })*
 
-        impl Lanes for $type {
+        impl F32x8 for $type {
             $(#[inline(always)]
             fn $method(self, other: Self) -> Self {
                 let ($a, $b) = (self, other);
@@ -99,7 +99,7 @@ macro_rules! lanes {
 /// Arrays, which compilers turn into whatever vectors the target has.
 #[derive(Clone, Copy)]
 #[repr(align(32))]
-pub(super) struct Portable([f32; LANES]);
+pub(super) struct Portable([f32; WIDTH]);
 
 impl Portable {
     #[inline(always)]
@@ -137,28 +137,28 @@ lanes! {
     }
 
     #[inline(always)]
-    fn load(row: &Row) -> Self {
+    fn load(row: &Array8) -> Self {
         Self(row.0)
     }
 
     #[inline(always)]
-    fn store(self) -> Row {
-        Row(self.0)
+    fn store(self) -> Array8 {
+        Array8(self.0)
     }
 
     #[inline(always)]
     fn splat(x: f32) -> Self {
-        Self([x; LANES])
+        Self([x; WIDTH])
     }
 
     #[inline(always)]
     fn bits(self) -> u32 {
-        (0..LANES).fold(0, |bits, i| bits | (self.0[i].to_bits() >> 31) << i)
+        (0..WIDTH).fold(0, |bits, i| bits | (self.0[i].to_bits() >> 31) << i)
     }
 
     #[inline(always)]
-    fn compress(words: &[u32; LANES], lanes: u32, to: &mut [MaybeUninit<u32>; LANES]) {
-        let taken = (0..LANES).rev().filter(|lane| lanes >> lane & 1 != 0);
+    fn compress(words: &[u32; WIDTH], lanes: u32, to: &mut [MaybeUninit<u32>; WIDTH]) {
+        let taken = (0..WIDTH).rev().filter(|lane| lanes >> lane & 1 != 0);
         to.iter_mut().zip(taken).for_each(|(to, lane)| _ = to.write(words[lane]));
     }
 }
@@ -168,7 +168,7 @@ pub(super) use avx2::Avx2;
 
 #[cfg(target_arch = "x86_64")]
 mod avx2 {
-    use super::{Add, BitAnd, BitOr, Div, LANES, Lanes, MaybeUninit, Mul, Row, Sub};
+    use super::{Add, Array8, BitAnd, BitOr, Div, F32x8, MaybeUninit, Mul, Sub, WIDTH};
     use std::arch::x86_64::*;
 
     /// A 256-bit register.
@@ -176,11 +176,11 @@ mod avx2 {
     /// # Safety
     /// Whoever names this type has to be inlined into a function with the target feature `avx2`, and to have checked
     /// that the processor has it: all of its operations rely on that. Loads and stores are of whole
-    /// arrays of eight, aligned where they are a [`Row`].
+    /// arrays of eight, aligned where they are a [`Array8`].
     #[derive(Clone, Copy)]
     pub(in super::super) struct Avx2(__m256);
 
-    const _: () = assert!(size_of::<__m256>() == LANES * 4 && align_of::<Row>() == 32);
+    const _: () = assert!(size_of::<__m256>() == WIDTH * 4 && align_of::<Array8>() == 32);
 
     // SAFETY: of all that is unsafe here, see the type
     lanes! {
@@ -202,13 +202,13 @@ mod avx2 {
         }
 
         #[inline(always)]
-        fn load(row: &Row) -> Self {
+        fn load(row: &Array8) -> Self {
             Self(unsafe { _mm256_load_ps(row.0.as_ptr()) })
         }
 
         #[inline(always)]
-        fn store(self) -> Row {
-            let mut row = Row([0.0; LANES]);
+        fn store(self) -> Array8 {
+            let mut row = Array8([0.0; WIDTH]);
             unsafe { _mm256_store_ps(row.0.as_mut_ptr(), self.0) };
             row
         }
@@ -224,7 +224,7 @@ mod avx2 {
         }
 
         #[inline(always)]
-        fn compress(words: &[u32; LANES], lanes: u32, to: &mut [MaybeUninit<u32>; LANES]) {
+        fn compress(words: &[u32; WIDTH], lanes: u32, to: &mut [MaybeUninit<u32>; WIDTH]) {
             let order = &COMPRESSED[lanes as usize & (COMPRESSED.len() - 1)];
             unsafe {
                 let order = _mm256_cvtepu8_epi32(_mm_loadl_epi64(order.as_ptr().cast()));
@@ -235,8 +235,8 @@ mod avx2 {
     }
 
     /// For each set of lanes its members, the highest first, and then zeros.
-    static COMPRESSED: [[u8; LANES]; 1 << LANES] = {
-        let mut table = [[0; LANES]; 1 << LANES];
+    static COMPRESSED: [[u8; WIDTH]; 1 << WIDTH] = {
+        let mut table = [[0; WIDTH]; 1 << WIDTH];
         let mut lanes = 0;
         while lanes < table.len() {
             let (mut rest, mut at) = (lanes, 0);

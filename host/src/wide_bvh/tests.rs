@@ -1,27 +1,28 @@
 use super::beam::{Beam, traverse};
-use super::each::Each;
-use super::few::Few;
-use super::simd::{self, LANES, Portable, Row};
-use super::{Avx512, Node, SimdLevel, WideBvh};
+use super::brute_force::BruteForce;
+use super::node::{Node, Tree};
+use super::packet::RayPacket16;
+use super::simd::{self, Array8, Portable, WIDTH};
+use super::{Avx512, SimdLevel, WideBvh};
 use crate::buffers::SceneBuffers;
 use crate::scene::Scene;
 use glam::{Vec2, Vec3};
 use restir_shared::camera::{camera_ray, primary_ray, rays_about_pixel};
 use restir_shared::geometry::{Coverage, Hit, Ray, Solid};
-use restir_shared::lanes::{LANES as RAYS, Lanes, Registers, Stage};
+use restir_shared::lanes::{LANES, LaneKernel, Lanes, SimdToken};
 use restir_shared::layout::{CameraParams, NONE};
 use restir_shared::rng::{Rng, Sampler, unit};
 use restir_shared::scene::{Hierarchy, SceneView, Trace};
 use std::mem::MaybeUninit;
 
 /// Lanes listed from the highest, for every set of them.
-fn assert_compresses<L: simd::Lanes>() {
-    let words: [u32; LANES] = std::array::from_fn(|lane| 100 + lane as u32);
-    for lanes in 0..1 << LANES {
-        let mut row = [MaybeUninit::new(u32::MAX); LANES];
+fn assert_compresses<L: simd::F32x8>() {
+    let words: [u32; WIDTH] = std::array::from_fn(|lane| 100 + lane as u32);
+    for lanes in 0..1 << WIDTH {
+        let mut row = [MaybeUninit::new(u32::MAX); WIDTH];
         L::compress(&words, lanes, &mut row);
         let expected: Vec<u32> =
-            (0..LANES as u32).rev().filter(|lane| lanes >> lane & 1 != 0).map(|lane| 100 + lane).collect();
+            (0..WIDTH as u32).rev().filter(|lane| lanes >> lane & 1 != 0).map(|lane| 100 + lane).collect();
         // SAFETY: made of written words
         let found = row.map(|word| unsafe { word.assume_init() });
         assert_eq!(found[..expected.len()], expected, "of {lanes:#b}");
@@ -60,7 +61,7 @@ fn differences(view: &SceneView<'_>, tree: &WideBvh) -> usize {
 /// Nothing hits the child any more, as if a traversal forgot it.
 fn forget(node: &mut Node, slot: usize) {
     for planes in &mut node.planes {
-        let [lower, upper]: &mut [Row; 2] = planes;
+        let [lower, upper]: &mut [Array8; 2] = planes;
         (lower.0[slot], upper.0[slot]) = (f32::INFINITY, f32::NEG_INFINITY);
     }
 }
@@ -72,10 +73,10 @@ fn a_forgotten_child_is_seen() {
     for level in SimdLevel::available() {
         let tree = || WideBvh::thorough(&view).with_level(level);
         assert_eq!(differences(&view, &tree()), 0, "{level:?}");
-        let children = tree().nodes[0].children.iter().filter(|&&child| child != NONE).count();
+        let children = tree().tree.nodes[0].children.iter().filter(|&&child| child != NONE).count();
         for slot in 0..children {
             let mut forgetful = tree();
-            forget(&mut forgetful.nodes[0], slot);
+            forget(&mut forgetful.tree.nodes[0], slot);
             assert!(differences(&view, &forgetful) > 0, "{level:?} without child {slot}");
         }
     }
@@ -91,9 +92,9 @@ fn differences_of_each(view: &SceneView<'_>, tree: &WideBvh) -> usize {
         }
         let (hits, occluded) = (tree.closest_each(&rays, &of, &Solid), tree.occluded_each(&rays, &of, &Solid));
         let asked = |lane: usize| if of.get(lane) { view.closest(&rays.get(lane)) } else { Hit::MISS };
-        (0..RAYS).filter(|&lane| hits.get(lane) != asked(lane) || occluded.get(lane) != asked(lane).is_hit()).count()
+        (0..LANES).filter(|&lane| hits.get(lane) != asked(lane) || occluded.get(lane) != asked(lane).is_hit()).count()
     };
-    segments(view).chunks_exact(RAYS).enumerate().map(differs).sum()
+    segments(view).chunks_exact(LANES).enumerate().map(differs).sum()
 }
 
 #[test]
@@ -104,7 +105,7 @@ fn rays_that_are_prepared_together_have_their_hits() {
         let tree = || WideBvh::thorough(&view).with_level(level);
         assert_eq!(differences_of_each(&view, &tree()), 0, "{level:?}");
         let mut forgetful = tree();
-        forget(&mut forgetful.nodes[0], 0);
+        forget(&mut forgetful.tree.nodes[0], 0);
         assert!(differences_of_each(&view, &forgetful) > 0, "{level:?} without a child");
     }
 }
@@ -113,23 +114,23 @@ fn rays_that_are_prepared_together_have_their_hits() {
 #[derive(Clone, Copy)]
 struct Any;
 
-impl Registers for Any {
-    fn run<S: Stage>(self, stage: &S, from: &S::From, to: &mut S::To) {
-        stage.run(from, to);
+impl SimdToken for Any {
+    fn run<K: LaneKernel>(self, kernel: &K, input: &K::In, output: &mut K::Out) {
+        kernel.run(input, output);
     }
 }
 
 /// Of how many groups of segments some answer is not the arena's, if all triangles are tested.
-fn differences_of_few(view: &SceneView<'_>, few: &Few) -> usize {
+fn differences_of_few(view: &SceneView<'_>, few: &BruteForce) -> usize {
     let differs = |(at, segments): &(usize, &[Ray])| {
         let endless = |lane: usize| Ray { t_max: f32::INFINITY, ..segments[lane] };
         let rays = Lanes::from_fn(|lane| if lane % 5 == 0 { endless(lane) } else { segments[lane] });
         let of = Lanes::from_fn(|lane| (at + lane) % 3 != 0);
         let (hits, occluded) = (few.closest(&rays, &of, Any), few.occluded(&rays, &of, Any));
         let asked = |lane: usize| if of.get(lane) { view.closest(&rays.get(lane)) } else { Hit::MISS };
-        (0..RAYS).any(|lane| hits.get(lane) != asked(lane) || occluded.get(lane) != asked(lane).is_hit())
+        (0..LANES).any(|lane| hits.get(lane) != asked(lane) || occluded.get(lane) != asked(lane).is_hit())
     };
-    segments(view).chunks_exact(RAYS).enumerate().filter(differs).count()
+    segments(view).chunks_exact(LANES).enumerate().filter(differs).count()
 }
 
 #[test]
@@ -138,7 +139,7 @@ fn few_triangles_are_tested_without_a_tree() {
         let buffers = SceneBuffers::build(&Scene::load(scene).unwrap()).unwrap();
         let view = buffers.view();
         let tree = WideBvh::thorough(&view);
-        let few = || Few::new(&tree.packs, tree.bounds).unwrap();
+        let few = || BruteForce::new(&tree.tree.leaves, tree.tree.bounds).unwrap();
         assert_eq!(differences_of_few(&view, &few()), 0, "{scene}");
         for forgotten in 0..view.header.triangle_count as usize {
             let mut forgetful = few();
@@ -153,15 +154,15 @@ fn few_triangles_are_tested_where_it_pays() {
     let used = |scene: &Scene, level: SimdLevel, rays: usize| {
         let buffers = SceneBuffers::build(scene).unwrap();
         let tree = WideBvh::thorough(&buffers.view()).with_level(level);
-        tree.few(&Lanes::from_fn(|lane| lane < rays)).is_some()
+        tree.brute_force(&Lanes::from_fn(|lane| lane < rays)).is_some()
     };
     let cornell = Scene::load("cornell").unwrap();
     for level in SimdLevel::available() {
         let widest = level == *SimdLevel::available().last().unwrap() && Avx512::detect().is_some();
-        assert_eq!(used(&cornell, level, RAYS), widest, "{level:?}");
+        assert_eq!(used(&cornell, level, LANES), widest, "{level:?}");
         assert!(!used(&cornell, level, 1), "one ray, {level:?}");
-        assert!(!used(&cornell.clone().subdivided(1), level, RAYS), "four times as many triangles, {level:?}");
-        assert!(!used(&Scene::load("moving").unwrap(), level, RAYS), "{level:?}");
+        assert!(!used(&cornell.clone().subdivided(1), level, LANES), "four times as many triangles, {level:?}");
+        assert!(!used(&Scene::load("moving").unwrap(), level, LANES), "{level:?}");
     }
 }
 
@@ -188,7 +189,7 @@ fn beams(camera: &CameraParams) -> Vec<Lanes<Ray>> {
     };
     let beam = |group| {
         let mut rays = Lanes::ZERO;
-        (0..RAYS).for_each(|lane| rays.set(lane, ray(group, lane as u32)));
+        (0..LANES).for_each(|lane| rays.set(lane, ray(group, lane as u32)));
         rays
     };
     (0..400).map(beam).collect()
@@ -198,16 +199,16 @@ fn beams(camera: &CameraParams) -> Vec<Lanes<Ray>> {
 fn others(view: &SceneView<'_>, beams: &[Lanes<Ray>], closest_together: impl Fn(&Lanes<Ray>) -> Lanes<Hit>) -> usize {
     let differs = |rays: &&Lanes<Ray>| {
         let hits = closest_together(rays);
-        (0..RAYS).any(|lane| hits.get(lane) != view.closest(&rays.get(lane)))
+        (0..LANES).any(|lane| hits.get(lane) != view.closest(&rays.get(lane)))
     };
     beams.iter().filter(differs).count()
 }
 
 /// A beam that is the first of its rays, for all of them: it passes by what only others hit.
-fn as_the_first(tree: &WideBvh, rays: &Lanes<Ray>, coverage: &impl Coverage) -> Lanes<Hit> {
+fn as_the_first(tree: &Tree, rays: &Lanes<Ray>, coverage: &impl Coverage) -> Lanes<Hit> {
     let mut first = Lanes::ZERO;
-    (0..RAYS).for_each(|lane| first.set(lane, rays.get(0)));
-    let (first, each) = (Each::new(&first, tree.bounds), Each::new(rays, tree.bounds));
+    (0..LANES).for_each(|lane| first.set(lane, rays.get(0)));
+    let (first, each) = (RayPacket16::new(&first, tree.bounds), RayPacket16::new(rays, tree.bounds));
     let order = each.order().or(first.order()).unwrap();
     traverse::<_, _, false>(tree, &Beam::<Portable>::new(&first), &each, order, rays, coverage)
 }
@@ -223,7 +224,7 @@ fn beams_have_the_hits_of_their_rays() {
             assert_eq!(others(&view, &beams, |rays| tree.closest_together(rays, &view)), 0, "{level:?}");
         }
         let tree = WideBvh::thorough(&view);
-        assert!(others(&view, &beams, |rays| as_the_first(&tree, rays, &view)) > 0, "too small a beam passes");
+        assert!(others(&view, &beams, |rays| as_the_first(&tree.tree, rays, &view)) > 0, "too small a beam passes");
     }
 }
 
@@ -259,7 +260,7 @@ fn no_emitter_is_overlooked() {
         }
         // a tree that has forgotten all of them
         let mut forgetful = WideBvh::new(&view);
-        forgetful.nodes.iter_mut().for_each(|node| node.emitters = 0);
+        forgetful.tree.nodes.iter_mut().for_each(|node| node.emitters = 0);
         assert!(overlooked(&view, &camera, |rays| forgetful.emitters_between(rays))[0] > 0, "{scene}");
     }
 }

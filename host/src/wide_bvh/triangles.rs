@@ -1,43 +1,11 @@
-//! Rays against triangles: [`TriangleTest`](restir_shared::geometry::TriangleTest), a pack at a time.
+//! Rays against triangles: [`TriangleTest`](restir_shared::geometry::TriangleTest), a leaf at a time.
 
 use super::boxes::Boxes;
-use super::simd::{Lanes, splat, take_lowest};
-use super::{PARTIAL, Pack};
+use super::node::{PARTIAL, Vertices};
+use super::simd::{F32x8, splat, take_lowest};
 use glam::{Vec2, Vec3};
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::num;
-
-/// The vertices of a triangle in each lane.
-pub(super) trait Vertices<L: Lanes>: Copy {
-    /// A coordinate of a vertex, each counted from 0.
-    fn coordinate(self, vertex: usize, axis: usize) -> L;
-
-    /// The least and the greatest coordinate.
-    #[inline(always)]
-    fn bounds(self, axis: usize) -> [L; 2] {
-        let (a, b, c) = (self.coordinate(0, axis), self.coordinate(1, axis), self.coordinate(2, axis));
-        [a.min(b).min(c), a.max(b).max(c)]
-    }
-}
-
-/// The triangles of the pack.
-impl<L: Lanes> Vertices<L> for &Pack {
-    #[inline(always)]
-    fn coordinate(self, vertex: usize, axis: usize) -> L {
-        L::load(&self.vertices[vertex][axis])
-    }
-}
-
-/// One triangle of a pack, the same in every lane.
-#[derive(Clone, Copy)]
-pub(super) struct One<'a>(pub &'a Pack, pub usize);
-
-impl<L: Lanes> Vertices<L> for One<'_> {
-    #[inline(always)]
-    fn coordinate(self, vertex: usize, axis: usize) -> L {
-        L::splat(self.0.vertices[vertex][axis].0[self.1])
-    }
-}
 
 /// A ray prepared for them, the same in every lane or another in each.
 pub(super) struct Triangles<L> {
@@ -53,7 +21,7 @@ pub(super) struct Triangles<L> {
 /// The axes in the order of the test's x, y, z, by the one that is last.
 pub(super) static ROTATIONS: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
 
-impl<L: Lanes> Triangles<L> {
+impl<L: F32x8> Triangles<L> {
     /// `TriangleTest::new`.
     #[inline(always)]
     pub(super) fn new(ray: &Ray) -> Self {
@@ -139,7 +107,7 @@ pub(super) struct Hits<L> {
     w: L,
 }
 
-impl<L: Lanes> Hits<L> {
+impl<L: F32x8> Hits<L> {
     /// The lanes with a hit at `t <= limit`.
     #[inline(always)]
     pub(super) fn up_to(&self, limit: L) -> u32 {
@@ -179,7 +147,7 @@ impl<L: Lanes> Hits<L> {
 
 /// [`num::flush`].
 #[inline(always)]
-fn flush<L: Lanes>(x: L) -> L {
+fn flush<L: F32x8>(x: L) -> L {
     let magnitude = x & L::splat(f32::from_bits(0x7fff_ffff));
     x.unless(magnitude.lt(L::splat(num::FLUSH_BELOW)))
 }

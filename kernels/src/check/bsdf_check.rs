@@ -1,44 +1,9 @@
 //! Scattering functions on given operands, so that host and device are compared at the ends of the ranges.
 
 use super::Probes;
+use super::operands::BsdfOperands;
 use restir_shared::bsdf::{Bsdf, Material};
 use restir_shared::glam::{UVec4, Vec3};
-
-/// Operands of a probe: a material, directions and random words.
-#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-#[repr(C)]
-pub struct BsdfOperands {
-    /// Linear RGB.
-    pub base_color: [f32; 3],
-    /// Share of metal.
-    pub metallic: f32,
-    /// Perceptual roughness.
-    pub roughness: f32,
-    /// Index of refraction.
-    pub ior: f32,
-    /// Strength of the specular reflection of a coat.
-    pub specular: f32,
-    /// Linear RGB.
-    pub specular_color: [f32; 3],
-    /// Share of specular transmission.
-    pub transmission: f32,
-    /// Share of diffuse transmission.
-    pub diffuse_transmission: f32,
-    /// Linear RGB.
-    pub diffuse_transmission_color: [f32; 3],
-    /// Not zero for a sheet.
-    pub thin: u32,
-    /// Not zero if the viewer is outside.
-    pub front: u32,
-    /// Unit vector to the viewer, with z > 0.
-    pub wo: [f32; 3],
-    /// Unit vector to evaluate.
-    pub wi: [f32; 3],
-    /// Random words of the sample.
-    pub words: [u32; 4],
-    /// Random words of the inverse.
-    pub free: [u32; 4],
-}
 
 /// An evaluation, a sample and its inverse.
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
@@ -107,8 +72,5 @@ kernel! {
 
 #[cfg(feature = "cases")]
 pub(super) fn cases() -> Vec<crate::Case> {
-    super::probes(
-        &DESC,
-        [("ends", super::operands::bsdf_ends()), ("random", super::operands::random_bsdf_operands(4096))],
-    )
+    super::probes(&DESC, [("ends", super::inputs::bsdf_ends()), ("random", super::inputs::random_bsdf_operands(4096))])
 }

@@ -1,40 +1,13 @@
 //! Diffusion profiles and samples of their points on given operands, so that host and device are compared at the ends of the ranges.
 
 use super::Probes;
+use super::operands::DiffusionOperands;
 use restir_shared::diffusion::{
     Disk, DiskNumbers, Multiple, Profile, Remainder, Shape, Support, ccdf, cdf, diffuse_albedo, disney_transmission,
     invert_radius, sample_radius, single_profile,
 };
 use restir_shared::glam::{Vec3, Vec4};
 use restir_shared::vec::normalize;
-
-/// Operands of a probe.
-#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-#[repr(C)]
-pub struct DiffusionOperands {
-    /// Uniform numbers.
-    pub u: [f32; 4],
-    /// Of each channel.
-    pub albedo: [f32; 3],
-    /// A distance in mean free paths.
-    pub x: f32,
-    /// `d` of each channel.
-    pub distance: [f32; 3],
-    /// 0 to 2: a remainder and a shape.
-    pub fit: u32,
-    /// Where light leaves.
-    pub centre: [f32; 3],
-    /// Whether all techniques count.
-    pub published: u32,
-    /// The normal there, of any length but zero.
-    pub normal: [f32; 3],
-    /// Anisotropy.
-    pub anisotropy: f32,
-    /// Another point, from there.
-    pub beside: [f32; 3],
-    /// A random number for the inverse.
-    pub again: f32,
-}
 
 /// Results of a probe.
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
@@ -120,6 +93,6 @@ kernel! {
 
 #[cfg(feature = "cases")]
 pub(super) fn cases() -> Vec<crate::Case> {
-    use super::operands::{diffusion_ends, random_diffusion_operands};
+    use super::inputs::{diffusion_ends, random_diffusion_operands};
     super::probes(&DESC, [("ends", diffusion_ends()), ("random", random_diffusion_operands(4096))])
 }

@@ -1,7 +1,8 @@
 //! Functions on given operands, by which host and device are compared. They are for tests, and no interface.
 
 #[cfg(feature = "cases")]
-mod operands;
+mod inputs;
+pub mod operands;
 
 kernels! {
     bsdf_check,

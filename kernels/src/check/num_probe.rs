@@ -2,25 +2,10 @@
 //! that one is compiled and run whenever a device is opened.
 
 use super::Probes;
+use super::operands::NumOperands;
 use restir_shared::glam::Vec3;
 use restir_shared::num::{self, eft};
 use restir_shared::{color, pack};
-
-/// Operands of a probe.
-#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-#[repr(C)]
-pub struct NumOperands {
-    /// The operand of the functions of one number.
-    pub x: f32,
-    /// The exponent of the power, and with `x` and `z` a vector, a colour and the terms of a sum.
-    pub y: f32,
-    /// The third coordinate.
-    pub z: f32,
-    /// Factors of moderate magnitude.
-    pub factors: [f32; 4],
-    /// A packed word.
-    pub word: u32,
-}
 
 /// Results of a probe.
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
@@ -120,8 +105,5 @@ kernel! {
 
 #[cfg(feature = "cases")]
 pub(super) fn cases() -> Vec<crate::Case> {
-    super::probes(
-        &DESC,
-        [("boundaries", super::operands::num_boundaries()), ("random", super::operands::num_random(8192))],
-    )
+    super::probes(&DESC, [("boundaries", super::inputs::num_boundaries()), ("random", super::inputs::num_random(8192))])
 }

@@ -1,11 +1,12 @@
 //! Measures the size of a kernel that is not written yet: one that takes a sample of ReSTIR SSS from one pixel to another and back by the
-//! hybrid shift, with replay of the segment that looks for an exit, and keeps one of two samples. `cargo xtask shader probe` builds
+//! hybrid shift, with replay of the segment that looks for an exit, and keeps one of two samples. `cargo lab probe` builds
 //! it; it is never shipped.
 //!
 //! A sample is an exit of light around the entry that a pixel sees, known by the numbers of a [`Disk`], and a point of a light. Exits
 //! that are far off the entry, or turned away from it, are kept (**reconnection**); others are found anew by their numbers
 //! (**replay**), which takes a probe, and a shadow ray.
 
+use restir_shared::bsdf::{Material, ScatteringFunction};
 use restir_shared::camera::primary_ray;
 use restir_shared::diffusion::{Disk, DiskNumbers, Multiple, Profile};
 use restir_shared::geometry::{Crossings, Hit, PackedHit, Ray};
@@ -16,13 +17,12 @@ use restir_shared::resample::mis::{Combine, Mis};
 use restir_shared::resample::reservoir::Reservoir;
 use restir_shared::rng::{self, Rng, Sampler};
 use restir_shared::scene::{AddressedLight, AddressedLights, LightAddress, Probe, Surface, SurfacePoint, Trace};
-use restir_shared::bsdf::{Material, ScatteringFunction};
 use restir_shared::technique::path::hybrid::{Exit, HybridParams};
 use restir_shared::transport::Vertex;
 use restir_shared::vec::{dot, length, luminance, max_component};
 
 /// A sample and its weights: numbers, exit, light, density, contribution weight and confidence.
-#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(transparent)]
 pub struct Packed(pub [UVec4; 3]);
 

@@ -1,5 +1,6 @@
 //! Every sampler and its inverse on given operands, so that host and device are compared at the ends of the ranges.
 
+use super::operands::SamplerOperands;
 use restir_shared::glam::{Vec2, Vec3};
 use restir_shared::layout::Extent;
 use restir_shared::sampling::*;
@@ -18,24 +19,6 @@ impl Extent for SamplerCheckParams {
     fn extent(&self) -> [u32; 2] {
         [self.count, 1]
     }
-}
-
-/// Operands of a probe.
-#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-#[repr(C)]
-pub struct SamplerOperands {
-    /// Uniform numbers.
-    pub u: [f32; 2],
-    /// Random words, for discrete choices.
-    pub words: [u32; 2],
-    /// Of a cone, in (0, 2].
-    pub versine: f32,
-    /// Of an exponential density, not negative.
-    pub rate: f32,
-    /// Limit of a bounded one, positive.
-    pub t_max: f32,
-    /// Zero.
-    pub reserved: u32,
 }
 
 /// Samples, each followed by its inverse, and densities.
@@ -152,7 +135,7 @@ kernel! {
 pub(super) fn cases() -> Vec<crate::Case> {
     // items with and without probability, large and small, at both ends
     let bounds = [0_u32, 0, 1, 2, 2, 0x4000_0000, 0x4000_0100, 0xc123_4567, 0xc123_4567, 0xffff_fff0, CDF_END];
-    [("ends", super::operands::sampler_ends()), ("random", super::operands::random_sampler_operands(4096))]
+    [("ends", super::inputs::sampler_ends()), ("random", super::inputs::random_sampler_operands(4096))]
         .map(|(name, operands)| {
             let params = SamplerCheckParams { count: operands.len() as u32, items: bounds.len() as u32 };
             crate::Case::new(&DESC, name, params.count, 1).with(&[params]).with(&operands).with(&bounds).output()

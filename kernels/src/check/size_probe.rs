@@ -1,5 +1,5 @@
 //! Measures what size costs: up to eight segments of a path in one kernel, each with a traversal, a surface and a GGX lobe
-//! of its own, so that later kernels are cut with knowledge. `cargo xtask shader probe` builds it and freezes how many there
+//! of its own, so that later kernels are cut with knowledge. `cargo lab probe` builds it and freezes how many there
 //! are; it is never shipped.
 
 use restir_shared::bsdf::Material;

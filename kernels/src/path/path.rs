@@ -1,8 +1,8 @@
 //! Path tracing, one block of samples of every pixel.
 
+use restir_shared::layout::FilmPixel;
 #[cfg(not(target_arch = "spirv"))]
 use restir_shared::layout::{FEATURE_ENVIRONMENT, FEATURES_DIFFUSE, FEATURES_UNTEXTURED};
-use restir_shared::layout::FilmPixel;
 use restir_shared::technique;
 use restir_shared::technique::path::PathParams;
 
@@ -16,6 +16,6 @@ kernel! {
         own { 4: film: FilmPixel },
     }
     |x, y, at, p, scene| film[at] = technique::path::pixel(&scene, &p.specialised(settings), x, y);
-    in step [FEATURES_DIFFUSE, FEATURE_ENVIRONMENT, FEATURES_UNTEXTURED, FEATURES_UNTEXTURED | FEATURE_ENVIRONMENT]
-    |registers| technique::path::pixels(&scene, &p.specialised(settings), [x, y], film, registers)
+    simd [FEATURES_DIFFUSE, FEATURE_ENVIRONMENT, FEATURES_UNTEXTURED, FEATURES_UNTEXTURED | FEATURE_ENVIRONMENT]
+    |token| technique::path::pixels(&scene, &p.specialised(settings), [x, y], film, token)
 }

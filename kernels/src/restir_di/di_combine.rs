@@ -15,11 +15,10 @@ kernel! {
     }
     |x, y, at, p, frames| {
         let planes = Planes { hits, other_hits, others };
-        let (reservoir, _) = restir_di::combine(frames, &p.specialised(settings), &planes, reservoirs[at], [x, y]);
-        reservoirs[at] = reservoir
+        reservoirs[at] = restir_di::combine(frames, &p.specialised(settings), &planes, reservoirs[at], [x, y]).reservoir
     };
-    in step [FEATURES_UNTEXTURED] |registers| {
+    simd [FEATURES_UNTEXTURED] |token| {
         let planes = Planes { hits, other_hits, others };
-        restir_di::combine_row(&frames, &p.specialised(settings), &planes, [x, y], reservoirs, registers)
+        restir_di::combine_row(&frames, &p.specialised(settings), &planes, [x, y], reservoirs, token)
     }
 }

@@ -16,13 +16,13 @@ kernel! {
     }
     |x, y, at, p, scene| {
         let hit = hits[(y * p.width + x) as usize];
-        let (targets, sent) = restir_di::exchange(scene, &p.specialised(settings), points, hit, [x, y]);
-        pairs[at] = targets;
-        film[at] = sent
+        let made = restir_di::exchange(scene, &p.specialised(settings), points, hit, [x, y]);
+        pairs[at] = made.pairs;
+        film[at] = made.sent
     };
-    in step [FEATURES_UNTEXTURED] |registers| {
+    simd [FEATURES_UNTEXTURED] |token| {
         let first = (y * p.width + x) as usize;
         let seen = (&hits[first..first + pairs.len()], [x, y]);
-        restir_di::exchange_row(&scene, &p.specialised(settings), points, seen, (pairs, film), registers)
+        restir_di::exchange_row(&scene, &p.specialised(settings), points, seen, (pairs, film), token)
     }
 }

@@ -16,13 +16,13 @@ kernel! {
     }
     |x, y, at, p, scene| {
         let hit = hits[(y * p.width + x) as usize];
-        let (reservoir, radiance, _) = restir_di::initial(&scene, &p.specialised(settings), tiles, hit, [x, y]);
-        reservoirs[at] = reservoir;
-        direct[at] = radiance
+        let initial = restir_di::initial(&scene, &p.specialised(settings), tiles, hit, [x, y]);
+        reservoirs[at] = initial.reservoir;
+        direct[at] = initial.direct
     };
-    in step [FEATURES_UNTEXTURED] |registers| {
+    simd [FEATURES_UNTEXTURED] |token| {
         let first = (y * p.width + x) as usize;
         let seen = (&hits[first..first + reservoirs.len()], [x, y]);
-        restir_di::initial_row(&scene, &p.specialised(settings), tiles, seen, (reservoirs, direct), registers)
+        restir_di::initial_row(&scene, &p.specialised(settings), tiles, seen, (reservoirs, direct), token)
     }
 }

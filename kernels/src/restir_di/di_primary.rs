@@ -14,6 +14,6 @@ kernel! {
         own { 4: hits: PackedHit },
     }
     |x, y, at, p, scene| hits[at] = restir_di::primary(&scene, &p.specialised(settings), [x, y]);
-    in step [FEATURES_UNTEXTURED] |registers|
-        restir_di::primary_row(&scene, &p.specialised(settings), [x, y], hits, registers)
+    simd [FEATURES_UNTEXTURED] |token|
+        restir_di::primary_row(&scene, &p.specialised(settings), [x, y], hits, token)
 }

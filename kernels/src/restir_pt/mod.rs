@@ -10,9 +10,7 @@
 
 kernels! {
     pt_merge,
-    pt_pair,
     pt_recall,
-    pt_reproject,
     pt_retrace,
     pt_shade,
     pt_shift,

@@ -10,7 +10,7 @@ kernel! {
         params 0: PtParams,
         asks frames(FEATURES_ALL) { 1: geometry, 2: attributes },
         read {},
-        own { 3: paths: PackedPath },
+        own { 3: reservoirs: PackedPath },
     }
-    |x, _y, at, p, frames| paths[at] = restir_pt::recall(&frames, &p.specialised(settings), paths[at])
+    |x, _y, at, p, frames| reservoirs[at] = restir_pt::recall(&frames, &p.specialised(settings), reservoirs[at])
 }

@@ -8,11 +8,11 @@ kernel! {
         constants { 0: features = 0xffff_ffff, 1: settings = 0xffff_ffff }
         params 0: PtParams,
         asks frames(features) { 1: geometry, 2: attributes, 3: texels },
-        read { 4: paths: PackedPath },
+        read { 4: reservoirs: PackedPath },
         own { 5: retraced: PackedPath },
     }
     |x, y, at, p, frames| {
-        let path = paths[(y * p.width + x) as usize];
+        let path = reservoirs[(y * p.width + x) as usize];
         retraced[at] = restir_pt::retrace(&frames, &p.specialised(settings), path)
     }
 }

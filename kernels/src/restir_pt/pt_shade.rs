@@ -8,11 +8,11 @@ kernel! {
     pub fn pt_shade(8, 8) {
         constants {}
         params 0: PtParams,
-        read { 1: paths: PackedPath, 2: direct: FilmPixel },
+        read { 1: reservoirs: PackedPath, 2: direct: FilmPixel },
         own { 3: film: FilmPixel },
     }
     |x, y, at, p| {
         let index = (y * p.width + x) as usize;
-        film[at] = restir_pt::shade(&paths[index], direct[index])
+        film[at] = restir_pt::shade(&reservoirs[index], direct[index])
     }
 }

@@ -1,8 +1,9 @@
 //! Initial paths.
 
 use restir_shared::layout::FilmPixel;
-use restir_shared::shift::Start;
-use restir_shared::technique::restir_pt::{self, PackedPath, PtFacet, PtParams};
+use restir_shared::resample::similar::PackedSurface;
+use restir_shared::shift::PathOrigin;
+use restir_shared::technique::restir_pt::{self, PackedPath, PtParams};
 
 kernel! {
     /// Traces the path of each pixel, and keeps one of the times that it finds light.
@@ -11,13 +12,13 @@ kernel! {
         params 0: PtParams,
         asks scene(features) { 1: geometry, 2: attributes, 3: texels },
         read {},
-        own { 4: starts: Start, 5: facets: PtFacet, 6: paths: PackedPath, 7: direct: FilmPixel },
+        own { 4: origins: PathOrigin, 5: surfaces: PackedSurface, 6: reservoirs: PackedPath, 7: direct: FilmPixel },
     }
     |x, y, at, p, scene| {
         let traced = restir_pt::trace(&scene, &p.specialised(settings), [x, y]);
-        starts[at] = traced.start;
-        facets[at] = traced.facet;
-        paths[at] = traced.path;
+        origins[at] = traced.origin;
+        surfaces[at] = traced.surface;
+        reservoirs[at] = traced.path;
         direct[at] = traced.direct
     }
 }

@@ -7,7 +7,7 @@ use crate::vec::{max_component, min};
 use glam::Vec3;
 
 /// Schlick's reflectance of a coat.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Coat {
     /// At normal incidence, of the strongest channel, and at grazing incidence.
     pub(super) f0: f32,

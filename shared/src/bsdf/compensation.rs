@@ -6,7 +6,7 @@ use crate::num;
 use glam::Vec3;
 
 /// What a material returns by more than one reflection, seen from one direction.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Compensation {
     /// There is a coat or metal that loses light.
     pub(super) needed: bool,

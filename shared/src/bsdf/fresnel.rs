@@ -20,7 +20,7 @@ pub fn schlick_complement(cos: f32) -> f32 {
 }
 
 /// An interface to a medium of relative index n.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Dielectric {
     /// Square of the index of refraction n behind the surface, over that on the light's side.
     pub index_squared: f32,
@@ -29,7 +29,7 @@ pub struct Dielectric {
 }
 
 /// What Fresnel's equations say about one angle of incidence.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Fresnel {
     /// The reflected part of unpolarised light.
     pub reflected: f32,

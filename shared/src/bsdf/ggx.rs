@@ -8,7 +8,7 @@ use glam::{Vec2, Vec3};
 ///
 /// Normals are passed unnormalised, as sums of directions, so that those near the mirror direction keep their
 /// relative precision. With r(v) = |(alpha v.x, alpha v.y, v.z)|, masking is 1 + Lambda(v) = (v.z + r(v)) / (2 v.z).
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Ggx {
     alpha: f32,
     wo: Vec3,
@@ -23,7 +23,7 @@ pub struct Ggx {
 }
 
 /// Distribution and masking for one pair of directions and their common normal n.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Facet {
     /// `D(n) / |n|^2`.
     pub density: f32,

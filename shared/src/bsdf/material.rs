@@ -33,6 +33,14 @@ pub struct Material {
     pub thin: bool,
 }
 
+#[cfg(not(target_arch = "spirv"))]
+crate::lanes::soa! {
+    Materials = Material {
+        base_color: Vec3, metallic: f32, roughness: f32, ior: f32, specular: f32, specular_color: Vec3, transmission: f32,
+        diffuse_transmission: f32, diffuse_transmission_color: Vec3, thin: bool
+    }
+}
+
 impl Material {
     /// Lambertian reflection.
     #[inline(always)]
@@ -49,12 +57,6 @@ impl Material {
             diffuse_transmission_color: Vec3::ZERO,
             thin: false,
         }
-    }
-
-    /// Whether the material may have a lobe that is no delta. Without one, light that is sampled elsewhere contributes nothing.
-    #[inline(always)]
-    pub fn may_be_smooth(&self) -> bool {
-        (self.roughness >= DELTA_BELOW) | ((1.0 - self.metallic) * (1.0 - self.transmission) > 0.0)
     }
 
     /// The feature bits that this material needs. A textured material needs those of all its points: the sum of the

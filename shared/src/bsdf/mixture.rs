@@ -12,7 +12,7 @@ use crate::layout::{
     FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_GLOSSY, FEATURE_MULTISCATTER, FEATURE_TRANSMISSION,
 };
 use crate::num::{self, eft, mul_wide};
-use crate::rng;
+use crate::rng::{self, CELLS};
 use crate::sampling::{cosine_hemisphere_pdf, invert_cosine_hemisphere, sample_cosine_hemisphere};
 use crate::vec::{dot, flush, luminance};
 use glam::{UVec4, Vec2, Vec3};
@@ -21,8 +21,6 @@ use glam::{UVec4, Vec2, Vec3};
 const LEAST_SHARE: f32 = 1.0 / 1024.0;
 /// Adding and subtracting it leaves a multiple of 2^-20.
 const ROUNDER: f32 = 8.0;
-/// Random numbers are multiples of 1 / CELLS.
-const CELLS: f32 = 16_777_216.0;
 const LAST_CELL: f32 = 16_777_215.0;
 
 /// Value and density for a pair of directions.
@@ -64,7 +62,7 @@ pub enum Kind {
 }
 
 /// A material, prepared for one direction to the viewer.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Bsdf {
     features: u32,
     wo: Vec3,
@@ -100,7 +98,7 @@ pub struct Bsdf {
 }
 
 /// Probabilities of the lobes, by one number for the lobe and one for reflection or transmission.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct Selection {
     /// Below it diffuse reflection, above it diffuse transmission, then the specular lobes above `diffuse_end`:
     /// multiples of 2^-20, so that probabilities are what sampling makes of them.
@@ -278,6 +276,7 @@ impl Bsdf {
     }
 
     /// Value and density of one lobe, its selection probability included; of a delta nothing.
+    #[doc(hidden)]
     #[inline(always)]
     pub fn evaluate_lobe(&self, lobe: u32, wi: Vec3) -> Evaluation {
         part(lobe, wi, self.parts(wi))
@@ -285,7 +284,7 @@ impl Bsdf {
 
     /// What [`Self::evaluate`] gives, and the density that [`Self::evaluate_lobe`] gives, for the price of one.
     #[inline(always)]
-    pub fn evaluate_with_lobe(&self, lobe: u32, wi: Vec3) -> (Evaluation, f32) {
+    pub(crate) fn evaluate_with_lobe(&self, lobe: u32, wi: Vec3) -> (Evaluation, f32) {
         let parts = self.parts(wi);
         let (diffuse, specular) = parts;
         let all = Evaluation { value: flush(diffuse.value + specular.value), pdf: diffuse.pdf + specular.pdf };
@@ -294,6 +293,7 @@ impl Bsdf {
 
     /// The probability with which the lobe, of the specular lobes either, is selected: densities over it are those
     /// given the selection.
+    #[doc(hidden)]
     #[inline(always)]
     pub fn selection(&self, lobe: u32) -> f32 {
         if is_specular(lobe) {
@@ -564,6 +564,7 @@ impl Bsdf {
     }
 
     /// The strength of the rough specular lobes, by which they are selected, and their width.
+    #[doc(hidden)]
     #[inline(always)]
     pub fn gloss(&self) -> Gloss {
         if !self.has(FEATURE_GLOSSY) | self.perfect_reflection {
@@ -574,7 +575,7 @@ impl Bsdf {
 
     /// The roughness of the roughest lobe that takes part.
     #[inline(always)]
-    pub fn greatest_roughness(&self) -> f32 {
+    pub(crate) fn greatest_roughness(&self) -> f32 {
         let specular = if self.perfect_reflection { 0.0 } else { self.roughness };
         if self.selection.diffuse_end > 0.0 { 1.0 } else { specular }
     }
@@ -594,7 +595,7 @@ impl Bsdf {
 
     /// Whether any lobe can be evaluated: without one, light that is sampled elsewhere contributes nothing.
     #[inline(always)]
-    pub fn has_smooth_part(&self) -> bool {
+    pub(crate) fn has_smooth_part(&self) -> bool {
         (self.selection.diffuse_end > 0.0) | !self.perfect_reflection
     }
 }

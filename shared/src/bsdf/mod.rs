@@ -38,7 +38,7 @@
 //! * The transmission scales **radiance** by (no / ni)^2, as paths from the camera need; there is no such factor where
 //!   a material is `thin`: then light goes straight through, spread by D as if mirrored at the surface.
 //! * Below roughness [`DELTA_BELOW`] the specular lobes are perfect (deltas); so is a transmission lobe that
-//!   refraction makes narrower than [`NARROW_BELOW`], as where the indices of both sides are almost equal.
+//!   refraction makes narrower than 2e-5, as where the indices of both sides are almost equal.
 //! * A cosine below [`COS_MIN`] counts as zero in value, density and sampling alike.
 //!
 //! ```
@@ -62,6 +62,7 @@
 //! assert!((0.98..1.01).contains(&albedo), "{albedo}");
 //! ```
 
+#[doc(hidden)]
 pub mod albedo;
 mod coat;
 mod compensation;
@@ -74,8 +75,12 @@ mod material;
 mod mixture;
 mod scattering;
 
+// parts of a scattering function, for kernels of checks and for diffusion
+#[doc(hidden)]
 pub use fresnel::{Dielectric, Fresnel, schlick_complement, schlick_weight};
+#[doc(hidden)]
 pub use ggx::{Facet, Ggx};
+#[doc(hidden)]
 pub use gloss::Gloss;
 pub use material::Material;
 pub use mixture::{Bsdf, BsdfSample, Evaluation, Kind, is_specular, is_transmission};
@@ -90,14 +95,17 @@ pub const SPECULAR_REFLECTION: u32 = 2;
 /// Lobe: specular transmission, rough or perfect.
 pub const SPECULAR_TRANSMISSION: u32 = 3;
 /// Number of lobes.
+#[doc(hidden)]
 pub const LOBES: u32 = 4;
 
 /// The perceptual roughness below which specular lobes are perfect. GGX's alpha is its square.
+#[doc(hidden)]
 pub const DELTA_BELOW: f32 = 0.01;
 /// The width of a refracted lobe, `alpha |ior - 1|` in radians, below which it is perfect: directions of 24 bits
 /// do not resolve it.
-pub const NARROW_BELOW: f32 = 2.0e-5;
+pub(crate) const NARROW_BELOW: f32 = 2.0e-5;
 /// The cosine below which a direction counts as lying in the surface.
+#[doc(hidden)]
 pub const COS_MIN: f32 = 1.0e-6;
 /// The largest index of refraction, which the host sees to: directions lose precision with its square.
 pub const IOR_MAX: f32 = 10.0;

@@ -37,7 +37,7 @@ pub struct DiskNumbers {
 }
 
 /// Samples of the points around one.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Disk {
     /// World position of the point where light enters or leaves, around which the disk lies.
     pub centre: Vec3,

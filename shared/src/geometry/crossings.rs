@@ -16,13 +16,16 @@ pub struct Crossings {
 
 impl Crossings {
     /// How many hits are listed.
+    #[doc(hidden)]
     pub const LISTED: usize = 8;
     /// The object is not met.
     pub const NONE: Self = Self { count: 0, nearest: [Hit::MISS; Self::LISTED] };
     /// The device ended the search before its time, as [`Hit::CUT`] says it of a single hit.
+    #[doc(hidden)]
     pub const CUT: Self = Self { count: u32::MAX, nearest: [Hit::MISS; Self::LISTED] };
 
     /// Whether this is [`Self::CUT`].
+    #[doc(hidden)]
     #[inline(always)]
     pub fn is_cut(&self) -> bool {
         self.count == u32::MAX
@@ -30,6 +33,7 @@ impl Crossings {
 
     /// One of the hits, each with the probability 1 / `count`, by `u` in [0, 1); [`Hit::MISS`] if there is none, and in the place of each
     /// that is not listed.
+    #[doc(hidden)]
     #[inline(always)]
     pub fn one_of(&self, u: f32) -> Hit {
         let chosen = (u * self.count as f32) as usize;

@@ -33,7 +33,10 @@ mod triangle;
 pub use coverage::{Coverage, Solid};
 pub use crossings::Crossings;
 pub use packed_hit::PackedHit;
+// for hierarchies other than that of the arenas, which have to find the same hits
+#[doc(hidden)]
 pub use traverse::{traverse, traverse_all};
+#[doc(hidden)]
 pub use triangle::{Crossing, Slab, TriangleTest};
 
 use crate::layout::{FEATURE_BLEND, NONE};
@@ -42,7 +45,7 @@ use crate::vec::flush;
 use glam::{UVec4, Vec2, Vec3};
 
 /// A ray, or a segment if `t_max` is finite; `direction` need not have unit length.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Ray {
     /// Where it begins; |components| at most 2^32, where those of the scene are at most 2^30.
     pub origin: Vec3,
@@ -61,9 +64,11 @@ impl Ray {
     /// A ray that meets nothing.
     pub const NONE: Self = Self { origin: Vec3::ZERO, direction: Vec3::Z, t_max: 0.0, key: 0 };
     /// The key of a ray that meets no blended surface at all.
+    #[doc(hidden)]
     pub const THROUGH: u32 = u32::MAX;
 
     /// A key, which is not [`Self::THROUGH`], of a random word: in a scene of these features, without blending always 0.
+    #[doc(hidden)]
     #[inline(always)]
     pub fn random_key(features: u32, word: u32) -> u32 {
         if features & FEATURE_BLEND != 0 { word >> 1 } else { 0 }
@@ -71,6 +76,7 @@ impl Ray {
 
     /// A number, uniform in [0, 1) over rays and triangles: the ray meets the blended triangle where this is below the surface's
     /// alpha. 1 for [`Self::THROUGH`]. To ask twice gives the same answer.
+    #[doc(hidden)]
     #[inline(always)]
     pub fn chance(&self, triangle: u32) -> f32 {
         let (origin, direction) = (flush(self.origin), flush(self.direction));
@@ -93,7 +99,7 @@ pub struct Hit {
 }
 
 #[cfg(not(target_arch = "spirv"))]
-crate::lanes::fields! {
+crate::lanes::soa! {
     Rays = Ray { origin: Vec3, direction: Vec3, t_max: f32, key: u32 }
     Hits = Hit { t: f32, id: u32, uv: Vec2 }
 }
@@ -104,9 +110,11 @@ impl Hit {
 
     /// The device ended the search before its time. Some limit the rounds of an invocation's loops: lavapipe to 65 535.
     /// A sample in which this happens has to be dropped.
+    #[doc(hidden)]
     pub const CUT: Self = Self { t: f32::MAX, id: NONE, uv: Vec2::ZERO };
 
     /// Whether this is [`Self::CUT`].
+    #[doc(hidden)]
     #[inline(always)]
     pub fn is_cut(&self) -> bool {
         self.t == f32::MAX

@@ -2,7 +2,7 @@
 
 use super::{Hit, Ray};
 #[cfg(not(target_arch = "spirv"))]
-use crate::lanes::fields;
+use crate::lanes::soa;
 use crate::num;
 use crate::vec::{max, max_abs, min};
 use glam::{Vec2, Vec3};
@@ -14,7 +14,7 @@ const PADDING: f32 = 1.0 / 524_288.0;
 const MIN_DIRECTION: f32 = 8.271_806e-25;
 
 /// A ray prepared for the slab test. The fields are there for traversals that do the same arithmetic in vectors.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Slab {
     /// What is subtracted from lower planes: the origin, moved up by the padding.
     pub lo_origin: Vec3,
@@ -25,7 +25,7 @@ pub struct Slab {
 }
 
 #[cfg(not(target_arch = "spirv"))]
-fields! {
+soa! {
     Slabs = Slab { lo_origin: Vec3, hi_origin: Vec3, inverse: Vec3 }
     TriangleTests = TriangleTest { origin: Vec3, shear_x: f32, shear_y: f32, scale: f32, axis: u32 }
 }
@@ -68,7 +68,7 @@ impl Slab {
 /// Edges are tested on the vertices sheared along the ray, by products that only change sign when the edge is
 /// traversed the other way: of two triangles at an edge at least one is hit. Where the original repeats a zero in
 /// double precision, zero here counts as inside on both sides.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct TriangleTest {
     origin: Vec3,
     shear_x: f32,
@@ -144,7 +144,7 @@ impl TriangleTest {
 }
 
 /// Where a ray's line crosses the plane of a triangle.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Crossing {
     /// Twice the sheared areas opposite to the vertices.
     areas: Vec3,

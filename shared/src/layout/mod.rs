@@ -63,10 +63,21 @@ mod film;
 mod scene;
 
 pub use camera::CameraParams;
-pub use film::{FilmParams, FilmPixel};
+#[doc(hidden)]
+pub use film::FilmParams;
+pub use film::FilmPixel;
+pub use scene::{
+    FEATURE_ALPHA, FEATURE_BLEND, FEATURE_CLEAR, FEATURE_CLEAR_BORDER, FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION,
+    FEATURE_EMISSIVE, FEATURE_ENVIRONMENT, FEATURE_GLOSSY, FEATURE_LIGHT_TABLE, FEATURE_MULTISCATTER, FEATURE_PUNCTUAL,
+    FEATURE_SHADING, FEATURE_SPECULAR, FEATURE_SUBSURFACE, FEATURE_TEXTURES, FEATURE_TRANSMISSION, FEATURE_VOLUME,
+    FEATURES_ALL, FEATURES_DIFFUSE, NONE, SceneHeader,
+};
+// the words of the arenas, which a host and its kernels of one version share
+#[doc(hidden)]
 pub use scene::*;
 
 /// A launch over a two-dimensional grid; each parameter block knows its extent.
+#[doc(hidden)]
 pub trait Extent {
     /// Width and height of the grid in invocations.
     fn extent(&self) -> [u32; 2];

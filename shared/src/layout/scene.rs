@@ -200,12 +200,14 @@ pub struct SceneHeader {
 
 impl SceneHeader {
     /// First word of a triangle in the geometry arena.
+    #[doc(hidden)]
     #[inline(always)]
     pub fn triangle_word(&self, triangle: u32) -> usize {
         (self.triangle_base + triangle * TRIANGLE_WORDS) as usize
     }
 
     /// The header of the same tables, so many words further on in the geometry and the attribute arena.
+    #[doc(hidden)]
     #[must_use]
     pub fn moved(self, geometry: u32, attributes: u32) -> Self {
         let by = |base: u32, words: u32| if base == NONE { NONE } else { base.wrapping_add(words) };

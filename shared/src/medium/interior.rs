@@ -56,7 +56,7 @@ impl Interior {
     };
 
     /// What scatters, but is not known yet: no light is sampled there.
-    pub const UNKNOWN: Self = Self { albedo: Vec3::ONE, ..Self::NONE };
+    pub(crate) const UNKNOWN: Self = Self { albedo: Vec3::ONE, ..Self::NONE };
 
     /// The extinction of what scatters; what does not absorbs by another rule ([`crate::transport::through_interior`]).
     #[inline(always)]
@@ -72,12 +72,14 @@ impl Interior {
     }
 
     /// Whether light passes the surface straight and undimmed, so that lights can be sampled through it.
+    #[doc(hidden)]
     #[inline(always)]
     pub fn is_clear(&self) -> bool {
         self.denser_outside <= 0.0
     }
 
     /// Whether light is scattered.
+    #[doc(hidden)]
     #[inline(always)]
     pub fn scatters(&self) -> bool {
         max_component(self.albedo) > 0.0

@@ -27,6 +27,8 @@
 mod distance;
 mod interior;
 
+// how walks choose distances by channel
+#[doc(hidden)]
 pub use distance::{Channels, transmittance};
 pub use interior::Interior;
 
@@ -34,6 +36,7 @@ use crate::num::{clamp, div, max, sqrt};
 use glam::Vec3;
 
 /// The largest magnitude of an anisotropy.
+#[doc(hidden)]
 pub const MAX_ANISOTROPY: f32 = 0.999;
 
 /// A homogeneous medium.
@@ -65,6 +68,7 @@ impl Medium {
 }
 
 /// The albedo of [`Medium::of_color`] alone.
+#[doc(hidden)]
 #[inline(always)]
 pub fn albedo_of_color(color: Vec3, anisotropy: f32) -> Vec3 {
     of_each::<0>(color, anisotropy)
@@ -106,6 +110,7 @@ fn of_each<const PART: usize>(color: Vec3, anisotropy: f32) -> Vec3 {
 /// Behind a dielectric, which keeps much of the light that would leave, the same medium is darker. The fit is van de Hulst's form with other constants,
 /// functions of what the interface reflects of diffuse light from inside (Egan and Hilgeman 1973); walks give colours from 0.05 on again within 2 %, and within
 /// 3 % beyond an index of 1.6.
+#[doc(hidden)]
 pub fn color_behind(color: f32, index: f32) -> f32 {
     if index <= 1.0 {
         return clamp(color, 0.0, 1.0);

@@ -19,7 +19,7 @@ pub(super) fn sqrt(x: f32) -> f32 {
 }
 
 /// Through f64: that no result lies so close to a midpoint that the double rounding shows is checked
-/// exhaustively (`cargo xtask num`).
+/// exhaustively (`cargo lab num`).
 #[inline(always)]
 pub(super) fn rsqrt(x: f32) -> f32 {
     if x == 0.0 { f32::INFINITY } else { (1.0 / f64::from(x).sqrt()) as f32 }

@@ -24,6 +24,7 @@
 
 mod atan2;
 mod cbrt;
+#[doc(hidden)]
 pub mod eft;
 #[cfg_attr(all(target_arch = "spirv", feature = "fast"), allow(dead_code, unreachable_pub))]
 mod exponential;
@@ -33,6 +34,7 @@ mod logarithm;
 mod parts;
 mod pow;
 mod scalar;
+#[doc(hidden)]
 pub mod soft;
 #[cfg_attr(all(target_arch = "spirv", feature = "fast"), allow(dead_code, unreachable_pub))]
 mod trigonometric;
@@ -42,6 +44,7 @@ pub use cbrt::cbrt;
 pub use exponential::{expm1, sinh};
 pub use logarithm::{asinh, ln_1p};
 pub use pow::pow;
+#[doc(hidden)]
 pub use scalar::Scalar;
 pub use trigonometric::{acos, asin};
 
@@ -168,6 +171,7 @@ pub fn nearest(x: f32) -> i32 {
 }
 
 /// The product of two 32-bit integers as (high, low) words.
+#[doc(hidden)]
 #[inline(always)]
 pub fn mul_wide(a: u32, b: u32) -> (u32, u32) {
     let (ah, al) = (a >> 16, a & 0xffff);

@@ -8,7 +8,7 @@
 //! Its contribution there is `p_j(T(x)) J W`, W being the contribution weight that came with it.
 //!
 //! A shift from i to j has to be undone by the one from j to i, with the inverse Jacobian, and has to fail if that one would.
-//! Forms of MIS that ask what a third pixel makes of a sample ([`Mis::asks_for_third`](super::mis::Mis::asks_for_third))
+//! Forms of MIS that ask what a third pixel makes of a sample (`Mis::asks_for_third`)
 //! are unbiased only if shifts compose, too: from i to j is from i to the pixel that combines, then on to j.
 //!
 //! The simplest domain: all pixels have the same numbers, and want different multiples of them.
@@ -24,7 +24,7 @@
 
 use super::packed::Stored;
 use super::reproject::{Grid, Place};
-use super::similar::Facet;
+use super::similar::GBufferSurface;
 use glam::Vec3;
 
 /// A pixel whose reservoir is an input of a combine.
@@ -107,14 +107,17 @@ pub trait Pixels: Reservoirs {
     /// The reservoir of one of the other pixels.
     fn other(&self, pixel: u32) -> Self::Packed;
     /// The surface that the combining pixel sees, as it was when the others saw it.
-    fn own_facet(&self) -> Facet;
+    fn own_surface(&self) -> GBufferSurface;
     /// Whether one of the other pixels sees a surface.
     fn sees(&self, at: [u32; 2]) -> bool;
     /// The surface that one of the other pixels sees.
-    fn facet(&self, at: [u32; 2]) -> Facet;
+    fn surface(&self, at: [u32; 2]) -> GBufferSurface;
     /// Where the others' frame has what the combining pixel sees; asked if that is another frame.
-    fn reproject(&self, here: &Facet) -> Place;
+    fn reproject(&self, here: &GBufferSurface) -> Place;
 }
 
 /// The samples of reservoirs.
-pub type SampleOf<R> = <<R as Reservoirs>::Domain as Domain>::Sample;
+pub(crate) type SampleOf<R> = <<R as Reservoirs>::Domain as Domain>::Sample;
+
+/// What makes a pixel ready to evaluate the samples of reservoirs.
+pub(crate) type ReceiverOf<R> = <<R as Reservoirs>::Domain as Domain>::Receiver;

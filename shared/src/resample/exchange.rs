@@ -19,14 +19,14 @@
 //! use restir_shared::resample::exchange::{Neighbours, Offers, Uses, offer, own_share, receive};
 //! use restir_shared::resample::packed::Stored;
 //! use restir_shared::resample::reproject::Grid;
-//! use restir_shared::resample::similar::{Facet, Similarity};
+//! use restir_shared::resample::similar::{GBufferSurface, Similarity};
 //!
 //! struct Plane([Stored<f32>; 2]);
 //! impl Offers for Plane {
 //!     type Sample = f32;
 //!     fn reservoir(&self, pixel: u32) -> Stored<f32> { self.0[pixel as usize] }
-//!     fn facet(&self, pixel: u32) -> Facet {
-//!         Facet { position: Vec3::X * pixel as f32, normal: Vec3::Z, distance: 1.0 }
+//!     fn surface(&self, pixel: u32) -> GBufferSurface {
+//!         GBufferSurface { position: Vec3::X * pixel as f32, normal: Vec3::Z, distance: 1.0 }
 //!     }
 //!     // of the pixel i: the factor i + 1 times the sample
 //!     fn target(&self, pixel: u32) -> f32 { (pixel + 1) as f32 * self.0[pixel as usize].sample }
@@ -51,7 +51,7 @@ use super::domain::{Domain, Shifted, Source};
 use super::mis::Pair;
 use super::packed::Stored;
 use super::reproject::Grid;
-use super::similar::{Facet, Similarity};
+use super::similar::{GBufferSurface, Similarity};
 use crate::num::{self, Scalar};
 use crate::rng;
 use crate::sampling::sample_concentric_disk;
@@ -122,7 +122,7 @@ pub trait Offers {
     /// A pixel's reservoir.
     fn reservoir(&self, pixel: u32) -> Stored<Self::Sample>;
     /// What it sees; asked only where the reservoir's confidence is above zero, and of the pixel that looks around.
-    fn facet(&self, pixel: u32) -> Facet;
+    fn surface(&self, pixel: u32) -> GBufferSurface;
     /// The target of its sample there, as MIS weights have it.
     fn target(&self, pixel: u32) -> f32;
 }
@@ -311,14 +311,14 @@ impl Neighbours {
     pub(crate) fn alike<O: Offers>(&self, offers: &O, at: [u32; 2]) -> Alike {
         let mut places = [NOWHERE; NEIGHBOURS];
         let mut all = 0.0;
-        let here = offers.facet(self.grid.index(at));
+        let here = offers.surface(self.grid.index(at));
         let mut n = 0;
         while n < self.count {
             let place = self.partner(at, n);
             if place != NOWHERE {
                 let confidence = offers.reservoir(place).confidence;
                 if confidence > 0.0 {
-                    let there = offers.facet(place);
+                    let there = offers.surface(place);
                     if self.similarity.holds(&here, &there) & self.similarity.holds(&there, &here) {
                         places[n as usize] = place;
                         all += confidence;

@@ -2,6 +2,7 @@ use restir_shared::glam::Vec3;
 use restir_shared::resample::domain::{Domain, Shifted, Source};
 
 /// Samples are numbers x in [0, 1). The pixel i wants the function `(i + 1) x` of them, whose integral is `(i + 1) / 2`.
+#[derive(Debug)]
 pub struct Line;
 
 impl Domain for Line {

@@ -38,7 +38,8 @@
 //!     let words = rng.hash(0);
 //!     let reservoir = |word| Stored { sample: unit(word), contribution_weight: 1.0, confidence: 1.0, visibility: Vec3::ONE };
 //!     let reservoirs = [words.x, words.y, words.z].map(reservoir);
-//!     let (combined, _) = combine(&Row(&reservoirs), &rules, reservoirs[0], [0, 0], &Draws { rng, dimension: 1 });
+//!     let draws = Draws { rng, dimension: 1 };
+//!     let combined = combine(&Row(&reservoirs), &rules, reservoirs[0], [0, 0], &draws).reservoir;
 //!     confidence += combined.confidence;
 //!     sum += combined.sample * combined.contribution_weight;
 //! }
@@ -46,12 +47,12 @@
 //! assert!((sum / 2000.0 - 0.5).abs() < 0.02 && confidence / 2000.0 > 2.0);
 //! ```
 
-use super::domain::{Domain, Pixels, Reservoirs, SampleOf, Source};
+use super::domain::{Domain, Pixels, ReceiverOf, Reservoirs, SampleOf, Shifted, Source};
 use super::mis::{Combine, INPUTS, Mis};
 use super::packed::{Stored, dithered};
 use super::reproject::Place;
 use super::reservoir::Reservoir;
-use super::similar::{Facet, Similarity};
+use super::similar::{GBufferSurface, Similarity};
 use crate::num::{self, Scalar};
 use crate::rng::{self, Rng};
 use glam::{UVec4, Vec3};
@@ -105,7 +106,7 @@ pub struct Rules {
 }
 
 /// Random numbers of a combine: two dimensions from the given one on.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Draws {
     /// The pixel's random numbers.
     pub rng: Rng,
@@ -144,7 +145,7 @@ impl Rules {
 
     /// The most that another reservoir counts at the pixel that combines, which is `own`.
     #[inline(always)]
-    fn most_confidence<R: Reservoirs>(&self, reservoirs: &R, own: &<R::Domain as Domain>::Receiver) -> f32 {
+    fn most_confidence<R: Reservoirs>(&self, reservoirs: &R, own: &ReceiverOf<R>) -> f32 {
         match self.others {
             Others::SameFrame => f32::MAX,
             Others::Unchanged => self.confidence_cap,
@@ -199,19 +200,26 @@ pub(crate) struct Input<R, S> {
 /// The inputs, the canonical one first.
 pub(crate) type Inputs<R> = [Input<<R as Reservoirs>::Packed, SampleOf<R>>; INPUTS];
 
+/// What several reservoirs have become.
+#[derive(Clone, Copy, Debug)]
+pub struct Combined<P> {
+    /// The reservoir, as it lies in a plane.
+    pub reservoir: P,
+    /// Where its sample comes from.
+    pub source: Source,
+}
+
 /// Combines the canonical reservoir of the pixel `at` with others. The pixel sees something.
 ///
-/// Targets are a matrix a_j(y_i) of receiving pixels j and samples i, of which the form of MIS asks for some entries. It is
-/// gone through row by row, so that each receiver is made once, and with one call site each for receiver, evaluation and
-/// visibility. Returns the reservoir and where its sample comes from.
-#[inline(always)]
+/// Targets are a matrix a_j(y_i) of receiving pixels j and samples i, of which the form of MIS asks for some entries. There is one call site
+/// each for receiver, evaluation and visibility. #[inline(always)]
 pub fn combine<P: Pixels>(
     pixels: &P,
     rules: &Rules,
     canonical: P::Packed,
     at: [u32; 2],
     draws: &Draws,
-) -> (P::Packed, Source) {
+) -> Combined<P::Packed> {
     let mut inputs = alone::<P>(canonical, pixels.grid().index(at));
     let count = gather(pixels, rules, at, draws.places(), &mut inputs);
     merge(pixels, rules, &mut inputs, count, draws)
@@ -240,7 +248,7 @@ fn gather<P: Pixels>(pixels: &P, rules: &Rules, at: [u32; 2], words: UVec4, inpu
     if rules.others == Others::Unchanged {
         return add::<P>(&rules.unchanged(pixels, at), |pixel| pixels.other(pixel), inputs, 1);
     }
-    let here = pixels.own_facet();
+    let here = pixels.own_surface();
     let center = rules.center(pixels, &here, at);
     let mut count = 1_u32;
     let mut n = rules.first_neighbour();
@@ -278,7 +286,7 @@ impl Rules {
 
     /// Where neighbours lie around: the pixel itself, or the one that saw in another frame what it sees `here`.
     #[inline(always)]
-    pub(crate) fn center<P: Pixels>(&self, pixels: &P, here: &Facet, at: [u32; 2]) -> Place {
+    pub(crate) fn center<P: Pixels>(&self, pixels: &P, here: &GBufferSurface, at: [u32; 2]) -> Place {
         if self.others == Others::OtherFrame {
             pixels.reproject(here)
         } else {
@@ -297,7 +305,7 @@ impl Rules {
     pub(crate) fn neighbour<P: Pixels>(
         &self,
         pixels: &P,
-        here: &Facet,
+        here: &GBufferSurface,
         center: Place,
         n: u32,
         words: UVec4,
@@ -311,7 +319,7 @@ impl Rules {
             found.pixel = pixels.grid().index(at);
             found.counts = pixels.sees(at)
                 && pixels.unpack(pixels.other(found.pixel)).confidence > 0.0
-                && self.similarity.holds(here, &pixels.facet(at));
+                && self.similarity.holds(here, &pixels.surface(at));
         }
         found
     }
@@ -334,7 +342,160 @@ pub(crate) fn add<R: Reservoirs>(
     count.wrapping_add(1)
 }
 
-/// The walk through the matrix, and the selection.
+/// An entry of the matrix: the sample of input `i` at the receiver of a row.
+struct Entry<S> {
+    row: u32,
+    /// The input whose pixel receives.
+    receiving: u32,
+    i: u32,
+    /// The reservoir of the sample.
+    stored: Stored<S>,
+    shifted: Shifted<S>,
+    /// It is asked for since the sample has been selected.
+    is_selected: bool,
+    /// Somebody asks for it, and the sample exists there.
+    exists: bool,
+    /// A ray finds its visibility, if its target is above zero.
+    traced: bool,
+}
+
+/// What is done on the way through the matrix. Reservoirs and rules are arguments and no fields: an optimiser of SPIR-V keeps a structure
+/// that points to a variable, and not every device takes one.
+trait Visit<R: Reservoirs> {
+    /// The input that has been selected, once there is one.
+    fn selected(&self) -> u32;
+    /// A row begins.
+    fn begin(&mut self, reservoirs: &R, rules: &Rules, row: u32, receiver: &ReceiverOf<R>);
+    /// An entry of it.
+    fn visit(
+        &mut self,
+        reservoirs: &R,
+        rules: &Rules,
+        entry: &Entry<SampleOf<R>>,
+        receiver: &ReceiverOf<R>,
+        inputs: &mut Inputs<R>,
+    );
+    /// All its entries have been visited.
+    fn end(&mut self, rules: &Rules, row: u32, inputs: &Inputs<R>, count: u32);
+}
+
+/// The walk through the matrix: row by row, so that each receiver is made once. Its order is the one in which samples are evaluated, whether
+/// they are merged or listed.
+#[inline(always)]
+fn walk_matrix<R: Reservoirs, V: Visit<R>>(
+    reservoirs: &R,
+    rules: &Rules,
+    inputs: &mut Inputs<R>,
+    count: u32,
+    visitor: &mut V,
+) {
+    let (late, rows) = (rules.form.asks_for_selected(), rules.rows(count));
+    let mut row = 0;
+    while row < rows {
+        let receiving = if row == count { 0 } else { row };
+        let to = Source { is_other: receiving != 0, pixel: inputs[receiving as usize].pixel };
+        let receiver = reservoirs.receiver(to);
+        visitor.begin(reservoirs, rules, row, &receiver);
+        let mut i = 0_u32;
+        while i < count {
+            let input = inputs[i as usize];
+            let stored = reservoirs.unpack(input.reservoir);
+            let is_selected = late & (row > 0) & (i == visitor.selected());
+            let from = Source { is_other: i != 0, pixel: input.pixel };
+            let shifted = reservoirs.domain().shift(stored.sample, from, to, &receiver);
+            let wanted = is_selected | rules.wants(row, receiving, i);
+            let exists = wanted & (stored.contribution_weight > 0.0) & shifted.exists;
+            let traced = rules.traces(row, receiving, i, input.near);
+            let entry = Entry { row, receiving, i, stored, shifted, is_selected, exists, traced };
+            visitor.visit(reservoirs, rules, &entry, &receiver, inputs);
+            i = i.wrapping_add(1);
+        }
+        visitor.end(rules, row, inputs, count);
+        row = row.wrapping_add(1);
+    }
+}
+
+/// Merges: fills in the matrix, and selects an input after the row in which all is known that the selection asks for.
+struct Merger {
+    combine: Combine<f32>,
+    selection: Selection,
+    /// The row.
+    selects_at: u32,
+    /// The random number of the selection.
+    u: f32,
+    /// The most that another reservoir counts.
+    most: f32,
+}
+
+impl<R: Reservoirs> Visit<R> for Merger {
+    #[inline(always)]
+    fn selected(&self) -> u32 {
+        self.selection.input
+    }
+
+    #[inline(always)]
+    fn begin(&mut self, reservoirs: &R, rules: &Rules, row: u32, receiver: &ReceiverOf<R>) {
+        self.most = if row == 0 { rules.most_confidence(reservoirs, receiver) } else { f32::MAX };
+    }
+
+    #[inline(always)]
+    fn visit(
+        &mut self,
+        reservoirs: &R,
+        rules: &Rules,
+        entry: &Entry<SampleOf<R>>,
+        receiver: &ReceiverOf<R>,
+        inputs: &mut Inputs<R>,
+    ) {
+        let Entry { row, receiving, i, stored, shifted, is_selected, exists, traced, .. } = *entry;
+        let (domain, uses) = (reservoirs.domain(), rules.visibility);
+        let mut target = 0.0;
+        let mut visible_target = 0.0;
+        let mut visibility = stored.visibility;
+        if exists {
+            let e = domain.evaluate(receiver, shifted.sample);
+            target = domain.target(&e);
+            if traced & (target > 0.0) {
+                visibility = domain.visibility(receiver, &e);
+            }
+            visible_target = domain.visible_target(&e, visibility);
+        }
+        let weighed = if uses.mis { visible_target } else { target };
+        let a = weighed * shifted.jacobian;
+        if row == 0 {
+            let most = if i == 0 { f32::MAX } else { self.most };
+            // what is known to be occluded at a pixel is no sample of its own
+            let visible = uses.selection | (uses.mis & (rules.others == Others::Unchanged));
+            let p = if visible { weighed } else { target };
+            let contribution = p * shifted.jacobian * stored.contribution_weight;
+            self.combine.input(num::min(stored.confidence, most), contribution.within_range());
+            inputs[i as usize].sample = shifted.sample;
+            inputs[i as usize].jacobian = shifted.jacobian;
+            inputs[i as usize].target = p;
+            inputs[i as usize].visibility = visibility;
+        }
+        if is_selected {
+            self.combine.selected_target(receiving, i, a);
+            self.selection.visibility = if receiving == 0 { visibility } else { self.selection.visibility };
+        } else if rules.form.asks_for(receiving, i) {
+            self.combine.target(receiving, i, a);
+        }
+    }
+
+    #[inline(always)]
+    fn end(&mut self, rules: &Rules, row: u32, inputs: &Inputs<R>, count: u32) {
+        if row != self.selects_at {
+            return;
+        }
+        self.selection = select::<R>(&self.combine, inputs, count, self.u);
+        if rules.form.asks_for_selected() & !rules.is_asked_again() {
+            let chosen = inputs[self.selection.input as usize];
+            self.combine.selected_target(0, self.selection.input, chosen.target * chosen.jacobian);
+        }
+    }
+}
+
+/// Merges the inputs, of which the first is canonical.
 #[inline(always)]
 pub(crate) fn merge<R: Reservoirs>(
     reservoirs: &R,
@@ -342,86 +503,35 @@ pub(crate) fn merge<R: Reservoirs>(
     inputs: &mut Inputs<R>,
     count: u32,
     draws: &Draws,
-) -> (R::Packed, Source) {
+) -> Combined<R::Packed> {
     if count == 1 {
         // alone it stays as it is, without a rounding
         let Input { pixel, reservoir, .. } = inputs[0];
-        return (reservoir, Source { is_other: false, pixel });
+        return Combined { reservoir, source: Source { is_other: false, pixel } };
     }
-    let domain = reservoirs.domain();
-    let Rules { form, visibility: uses, .. } = *rules;
     let words = draws.choice();
-    let (late, rows) = (form.asks_for_selected(), rules.rows(count));
-    let selects_at = if form.is_after_selection() { 0 } else { rows.wrapping_sub(1) };
     let asked = rules.neighbours.wrapping_add(if rules.others == Others::SameFrame { 0 } else { 1 });
-    let mut combine = Combine::new(form, asked as f32);
-    let mut selection = Selection::NONE;
-    let mut row = 0;
-    while row < rows {
-        let receiving = if row == count { 0 } else { row };
-        let to = Source { is_other: receiving != 0, pixel: inputs[receiving as usize].pixel };
-        let receiver = reservoirs.receiver(to);
-        let most = if row == 0 { rules.most_confidence(reservoirs, &receiver) } else { f32::MAX };
-        let mut i = 0_u32;
-        while i < count {
-            let input = inputs[i as usize];
-            let stored = reservoirs.unpack(input.reservoir);
-            let is_selected = late & (row > 0) & (i == selection.input);
-            let from = Source { is_other: i != 0, pixel: input.pixel };
-            let shifted = domain.shift(stored.sample, from, to, &receiver);
-            let mut target = 0.0;
-            let mut visible_target = 0.0;
-            let mut visibility = stored.visibility;
-            let wanted = is_selected | rules.wants(row, receiving, i);
-            if wanted & (stored.contribution_weight > 0.0) & shifted.exists {
-                let e = domain.evaluate(&receiver, shifted.sample);
-                target = domain.target(&e);
-                if rules.traces(row, receiving, i, input.near) & (target > 0.0) {
-                    visibility = domain.visibility(&receiver, &e);
-                }
-                visible_target = domain.visible_target(&e, visibility);
-            }
-            let weighed = if uses.mis { visible_target } else { target };
-            let a = weighed * shifted.jacobian;
-            if row == 0 {
-                let most = if i == 0 { f32::MAX } else { most };
-                // what is known to be occluded at a pixel is no sample of its own
-                let visible = uses.selection | (uses.mis & (rules.others == Others::Unchanged));
-                let p = if visible { weighed } else { target };
-                let contribution = p * shifted.jacobian * stored.contribution_weight;
-                combine.input(num::min(stored.confidence, most), contribution.within_range());
-                inputs[i as usize].sample = shifted.sample;
-                inputs[i as usize].jacobian = shifted.jacobian;
-                inputs[i as usize].target = p;
-                inputs[i as usize].visibility = visibility;
-            }
-            if is_selected {
-                combine.selected_target(receiving, i, a);
-                selection.visibility = if receiving == 0 { visibility } else { selection.visibility };
-            } else if form.asks_for(receiving, i) {
-                combine.target(receiving, i, a);
-            }
-            i = i.wrapping_add(1);
-        }
-        if row == selects_at {
-            selection = select::<R>(&combine, inputs, count, rng::unit(words.x));
-            if late & !rules.is_asked_again() {
-                let chosen = inputs[selection.input as usize];
-                combine.selected_target(0, selection.input, chosen.target * chosen.jacobian);
-            }
-        }
-        row = row.wrapping_add(1);
-    }
+    let mut merger = Merger {
+        combine: Combine::new(rules.form, asked as f32),
+        selection: Selection::NONE,
+        selects_at: if rules.form.is_after_selection() { 0 } else { rules.rows(count).wrapping_sub(1) },
+        u: rng::unit(words.x),
+        most: f32::MAX,
+    };
+    walk_matrix(reservoirs, rules, inputs, count, &mut merger);
+    let Merger { combine, selection, .. } = merger;
     let chosen = inputs[selection.input as usize];
     let reservoir = Reservoir { sample: (), weight_sum: selection.weight_sum, confidence: combine.confidence() };
-    let visibility = if rules.is_for_shading() & uses.mean { selection.mean_visibility } else { selection.visibility };
+    let is_mean = rules.is_for_shading() & rules.visibility.mean;
+    let visibility = if is_mean { selection.mean_visibility } else { selection.visibility };
     let stored = Stored {
         sample: chosen.sample,
         contribution_weight: reservoir.contribution_weight(combine.share(), chosen.target),
         confidence: reservoir.confidence,
         visibility: dithered(visibility, rng::unit(words.y)),
     };
-    (reservoirs.pack(&stored), Source { is_other: selection.input != 0, pixel: chosen.pixel })
+    let source = Source { is_other: selection.input != 0, pixel: chosen.pixel };
+    Combined { reservoir: reservoirs.pack(&stored), source }
 }
 
 #[cfg(not(target_arch = "spirv"))]
@@ -440,6 +550,40 @@ impl Rules {
     }
 }
 
+/// Lists what [`merge`] evaluates, by calling a function with each sample where it was shifted to, the pixel there, and whether a ray finds
+/// its visibility.
+#[cfg(not(target_arch = "spirv"))]
+struct Lister<E>(E);
+
+#[cfg(not(target_arch = "spirv"))]
+impl<R: Reservoirs, E: FnMut(SampleOf<R>, Source, bool)> Visit<R> for Lister<E> {
+    #[inline(always)]
+    fn selected(&self) -> u32 {
+        0
+    }
+
+    #[inline(always)]
+    fn begin(&mut self, _reservoirs: &R, _rules: &Rules, _row: u32, _receiver: &ReceiverOf<R>) {}
+
+    #[inline(always)]
+    fn visit(
+        &mut self,
+        _reservoirs: &R,
+        _rules: &Rules,
+        entry: &Entry<SampleOf<R>>,
+        _receiver: &ReceiverOf<R>,
+        inputs: &mut Inputs<R>,
+    ) {
+        if entry.exists {
+            let to = Source { is_other: entry.receiving != 0, pixel: inputs[entry.receiving as usize].pixel };
+            (self.0)(entry.shifted.sample, to, entry.traced);
+        }
+    }
+
+    #[inline(always)]
+    fn end(&mut self, _rules: &Rules, _row: u32, _inputs: &Inputs<R>, _count: u32) {}
+}
+
 /// What [`merge`] evaluates, in its order, of a form that asks for nothing after the selection: each sample where it was shifted to, the
 /// pixel there, and whether a ray finds its visibility.
 #[cfg(not(target_arch = "spirv"))]
@@ -447,31 +591,17 @@ impl Rules {
 pub(crate) fn evaluated<R: Reservoirs>(
     reservoirs: &R,
     rules: &Rules,
-    inputs: &Inputs<R>,
+    inputs: &mut Inputs<R>,
     count: u32,
-    mut evaluate: impl FnMut(SampleOf<R>, Source, bool),
+    evaluate: impl FnMut(SampleOf<R>, Source, bool),
 ) {
-    if count == 1 {
-        return;
-    }
-    for row in 0..rules.rows(count) {
-        let to = Source { is_other: row != 0, pixel: inputs[row as usize].pixel };
-        let receiver = reservoirs.receiver(to);
-        for (i, input) in (0..count).zip(inputs) {
-            if rules.wants(row, row, i) {
-                let stored = reservoirs.unpack(input.reservoir);
-                let from = Source { is_other: i != 0, pixel: input.pixel };
-                let shifted = reservoirs.domain().shift(stored.sample, from, to, &receiver);
-                if (stored.contribution_weight > 0.0) & shifted.exists {
-                    evaluate(shifted.sample, to, rules.traces(row, row, i, input.near));
-                }
-            }
-        }
+    if count > 1 {
+        walk_matrix(reservoirs, rules, inputs, count, &mut Lister(evaluate));
     }
 }
 
 /// The outcome of a selection.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct Selection {
     input: u32,
     visibility: Vec3,

@@ -52,6 +52,7 @@
 use crate::num::Scalar;
 
 /// The most inputs of a combine, the canonical one included.
+#[doc(hidden)]
 pub const INPUTS: usize = 9;
 
 /// A form of the weights. Each has a bit, and the defensive ones [`Mis::DEFENSIVE`], too: a driver that knows which bits are zero
@@ -95,17 +96,20 @@ impl Mis {
     ];
 
     /// The form in the lowest 8 bits of a word, whatever the others are.
+    #[doc(hidden)]
     #[inline(always)]
     pub const fn from_bits(word: u32) -> Self {
         Self(word & 0xff)
     }
 
     /// The inverse of [`Self::from_bits`].
+    #[doc(hidden)]
     pub const fn bits(self) -> u32 {
         self.0
     }
 
     /// Whether it is another form, or has [`Self::DEFENSIVE`], if that is the other one.
+    #[doc(hidden)]
     #[inline(always)]
     pub const fn is(self, other: Self) -> bool {
         self.0 & other.0 != 0
@@ -113,35 +117,41 @@ impl Mis {
 
     /// Whether it is one of the pairwise forms.
     #[inline(always)]
-    pub const fn is_pairwise(self) -> bool {
+    pub(crate) const fn is_pairwise(self) -> bool {
         self.is(Self::PAIRWISE) | self.is(Self::PAIRWISE_COUNTED)
     }
 
     /// Whether the weight is applied after the selection.
+    #[doc(hidden)]
     #[inline(always)]
     pub const fn is_after_selection(self) -> bool {
         self.is(Self::ONE_OVER_M) | self.asks_for_selected()
     }
 
     /// Whether it asks for the targets a_j of the selected sample at all inputs.
+    #[doc(hidden)]
     #[inline(always)]
     pub const fn asks_for_selected(self) -> bool {
         self.is(Self::ONE_OVER_Z) | self.is(Self::CONTRIBUTION)
     }
 
     /// Whether it asks, before the selection, for targets at other inputs than the canonical one.
+    #[doc(hidden)]
     #[inline(always)]
-    pub const fn asks_for_pairs(self) -> bool {
+    pub(crate) const fn asks_for_pairs(self) -> bool {
         self.is(Self::TALBOT) | self.is_pairwise()
     }
 
     /// Whether it asks for the target of a sample at an input that is neither the canonical one nor where the sample is from.
+    #[doc(hidden)]
+    #[cfg(not(target_arch = "spirv"))]
     #[inline(always)]
-    pub const fn asks_for_third(self) -> bool {
+    pub(crate) const fn asks_for_third(self) -> bool {
         self.is(Self::TALBOT) | self.asks_for_selected()
     }
 
     /// Whether it asks, before the selection, for the target of input `sample`'s sample at input `receiver`.
+    #[doc(hidden)]
     #[inline(always)]
     pub fn asks_for(self, receiver: u32, sample: u32) -> bool {
         let pair = (receiver == sample) | (sample == 0) | (receiver == 0);
@@ -154,6 +164,7 @@ impl Mis {
 /// First [`Self::input`] for each, then [`Self::target`] for each pair that the form asks for, then [`Self::weight`] of
 /// each, to select by. Forms after the selection are told a_j of the selected sample by [`Self::selected_target`], and
 /// [`Self::share`] is what their weight sum is multiplied by.
+#[doc(hidden)]
 #[derive(Clone, Copy, Debug)]
 pub struct Combine<T> {
     form: Mis,
@@ -343,6 +354,7 @@ impl<T: Scalar> Combine<T> {
 
 /// A neighbour and the canonical input in a pairwise form: the balance heuristic between the two, of which the pair has a
 /// share.
+#[doc(hidden)]
 #[derive(Clone, Copy, Debug)]
 pub struct Pair<T> {
     share: T,

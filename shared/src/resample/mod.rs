@@ -32,11 +32,16 @@
 //! ```
 
 pub mod domain;
+#[doc(hidden)]
 pub mod exchange;
 pub mod merge;
 pub mod mis;
+pub mod mutual;
+#[doc(hidden)]
 pub mod packed;
+#[doc(hidden)]
 pub mod pairing;
+pub mod params;
 pub mod reproject;
 pub mod reservoir;
 pub mod similar;

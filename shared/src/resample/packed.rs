@@ -19,6 +19,8 @@ use crate::num;
 use crate::pack::{f32_from_half, half_from_f32};
 use glam::Vec3;
 
+/// The largest confidence that a packed reservoir keeps, in frames: it is an integer of 8 bits.
+pub const MAX_CONFIDENCE: f32 = 255.0;
 /// The visibility has a colour.
 const COLOURED: u32 = 1 << 15;
 /// Steps of the lattice on which a channel of a coloured visibility lies.
@@ -31,7 +33,7 @@ pub struct Stored<S> {
     pub sample: S,
     /// Its unbiased contribution weight: zero without a sample, and for one that was found to be occluded.
     pub contribution_weight: f32,
-    /// Confidence weight, in frames: an integer from 0 to 255. A pixel whose candidates all failed counts, too.
+    /// Confidence weight, in frames: an integer from 0 to [`MAX_CONFIDENCE`]. A pixel whose candidates all failed counts, too.
     pub confidence: f32,
     /// Visibility of the sample at the pixel, or a mean of visibilities, by channel in [0, 1]; 1 if it is not known. A half's
     /// relative steps let a mean decay, where fixed-point ones would stop it at 4 %; what has a colour is

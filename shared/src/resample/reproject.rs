@@ -75,6 +75,7 @@ impl Grid {
     }
 
     /// The n-th place in a disk around `center`, mirrored at the image's borders; the words shift the sequence.
+    #[doc(hidden)]
     #[inline(always)]
     pub fn nearby(&self, radius: f32, center: Place, n: u32, words: UVec4) -> Place {
         let at = sample_concentric_disk(rng::r2([words.x, words.y], n)) * radius;
@@ -84,6 +85,7 @@ impl Grid {
     }
 
     /// Where a camera sees a position.
+    #[doc(hidden)]
     #[inline(always)]
     pub fn project(&self, camera: &CameraParams, position: Vec3) -> Place {
         let to = position - Vec3::from_array(camera.position);

@@ -1,9 +1,10 @@
 use restir_shared::resample::domain::{Pixels, Reservoirs};
 use restir_shared::resample::packed::Stored;
 use restir_shared::resample::reproject::{Grid, Place};
-use restir_shared::resample::similar::Facet;
+use restir_shared::resample::similar::GBufferSurface;
 
 /// A row of pixels on a plane, each with a reservoir of its own.
+#[derive(Debug)]
 pub struct Row<'a>(pub &'a [Stored<f32>]);
 
 impl Reservoirs for Row<'_> {
@@ -34,16 +35,16 @@ impl Pixels for Row<'_> {
     fn other(&self, pixel: u32) -> Stored<f32> {
         self.0[pixel as usize]
     }
-    fn own_facet(&self) -> Facet {
-        self.facet([0, 0])
+    fn own_surface(&self) -> GBufferSurface {
+        self.surface([0, 0])
     }
     fn sees(&self, _at: [u32; 2]) -> bool {
         true
     }
-    fn facet(&self, [x, _]: [u32; 2]) -> Facet {
-        Facet { position: Vec3::X * x as f32, normal: Vec3::Z, distance: 1.0 }
+    fn surface(&self, [x, _]: [u32; 2]) -> GBufferSurface {
+        GBufferSurface { position: Vec3::X * x as f32, normal: Vec3::Z, distance: 1.0 }
     }
-    fn reproject(&self, _here: &Facet) -> Place {
+    fn reproject(&self, _here: &GBufferSurface) -> Place {
         Place { x: 0, y: 0, inside: true }
     }
 }

@@ -25,8 +25,12 @@ mod order;
 mod owen;
 mod sobol;
 
+// how samplers are made
+#[doc(hidden)]
 pub use order::reordered;
+#[doc(hidden)]
 pub use owen::scramble;
+#[doc(hidden)]
 pub use sobol::sobol;
 
 use glam::{UVec3, UVec4, Vec2};
@@ -35,6 +39,7 @@ use glam::{UVec3, UVec4, Vec2};
 const R2: [u32; 2] = [3_242_174_889, 2_447_445_414];
 
 /// Four independent 32-bit random words.
+#[doc(hidden)]
 #[inline(always)]
 pub fn pcg4d(key: UVec4) -> UVec4 {
     let mix = |v: UVec4| {
@@ -50,6 +55,9 @@ pub fn pcg4d(key: UVec4) -> UVec4 {
     mix(UVec4::new(fold(v.x), fold(v.y), fold(v.z), fold(v.w)))
 }
 
+/// The numbers that [`unit`] gives are the multiples of 1 / CELLS.
+pub(crate) const CELLS: f32 = 16_777_216.0;
+
 /// The upper 24 bits of a random word as a number in [0, 1); exact.
 #[inline(always)]
 pub fn unit(word: u32) -> f32 {
@@ -57,13 +65,14 @@ pub fn unit(word: u32) -> f32 {
 }
 
 /// The n-th point of the R2 sequence in the unit square, shifted by the words.
+#[doc(hidden)]
 #[inline(always)]
 pub fn r2(shift: [u32; 2], n: u32) -> Vec2 {
     Vec2::new(unit(shift[0].wrapping_add(R2[0].wrapping_mul(n))), unit(shift[1].wrapping_add(R2[1].wrapping_mul(n))))
 }
 
 /// Dimensions of a stream.
-pub const STREAM_DIMENSIONS: u32 = 1 << 24;
+pub(crate) const STREAM_DIMENSIONS: u32 = 1 << 24;
 
 /// The first dimension of a stream, of which there are 256. Techniques that share a pixel, a sample and a seed, and whose numbers
 /// have to be independent, draw from streams of their own; all that one sample needs lies in one stream.
@@ -76,7 +85,7 @@ pub const fn stream(id: u8) -> u32 {
 pub enum Sampler {
     /// They are independent.
     Independent,
-    /// They are points of Sobol's sequence in four dimensions ([`sobol`]), with the indices shuffled and the coordinates scrambled
+    /// They are points of Sobol's sequence in four dimensions (`sobol`), with the indices shuffled and the coordinates scrambled
     /// as Owen (1995) has it ([`scramble`]), otherwise for each pixel, dimension and seed (Burley 2020, "Practical Hash-based Owen
     /// Scrambling", JCGT 9(4)). So numbers of different pixels, dimensions or seeds are independent, each number is uniform, and the
     /// samples of every aligned stretch of 2^m are spread evenly: the first two words best, then the third, then the fourth.
@@ -112,12 +121,14 @@ impl Rng {
 
     /// What the numbers are a function of, beside the sampler: who stores it can draw them again, at any other pixel
     /// ([`Self::from_key`]).
+    #[doc(hidden)]
     #[inline(always)]
     pub fn key(&self) -> UVec3 {
         UVec3::new(self.pixel, self.sample, self.seed)
     }
 
     /// The random numbers of a key that [`Self::key`] gave.
+    #[doc(hidden)]
     #[inline(always)]
     pub fn from_key(key: UVec3, sampler: Sampler) -> Self {
         let first = Self { pixel: key.x, sample: 0, seed: key.z, sampler, index: 0 };
@@ -125,6 +136,7 @@ impl Rng {
     }
 
     /// The numbers of another sample of the pixel.
+    #[doc(hidden)]
     #[inline(always)]
     #[must_use]
     pub fn of_sample(self, sample: u32) -> Self {
@@ -139,6 +151,7 @@ impl Rng {
     }
 
     /// The numbers that [`Sampler::Independent`] draws.
+    #[doc(hidden)]
     #[inline(always)]
     #[must_use]
     pub fn independent(self) -> Self {

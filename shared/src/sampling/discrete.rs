@@ -52,7 +52,7 @@ pub fn find_discrete(word: u32, count: u32, cdf: impl Fn(u32) -> u32) -> u32 {
     index
 }
 
-/// [`find_discrete`] in each lane, in step: `cdf(lane, i)` bounds the items of a lane, and `parts(lane)` has the bound of every `part`th of
+/// [`find_discrete`] in each lane, by SIMD: `cdf(lane, i)` bounds the items of a lane, and `parts(lane)` has the bound of every `part`th of
 /// them, from the first on. These lie in a row, so that all are compared at once, and take little of a cache. `part` is a power of two.
 #[cfg(not(target_arch = "spirv"))]
 #[inline(always)]
@@ -74,7 +74,7 @@ pub fn find_discrete_each<'a>(
     while step > 0 {
         for lane in 0..LANES {
             let (here, next) = (found.get(lane), found.get(lane) + step);
-            let is_reached = (next < count) & (cdf(lane, next.min(count - 1)) <= key(words.get(lane)));
+            let is_reached = (next < count) & (cdf(lane, next.min(count.wrapping_sub(1))) <= key(words.get(lane)));
             found.set(lane, if is_reached { next } else { here });
         }
         step >>= 1;

@@ -47,11 +47,17 @@ mod sphere;
 mod table;
 mod triangle;
 
+// of the tables in arenas
+#[doc(hidden)]
 pub use alias::sample_alias;
 pub use blackman_harris::{blackman_harris_pdf, invert_blackman_harris, sample_blackman_harris};
-pub use cone::{cone_pdf, invert_cone, sample_cone, versine_of_sin2};
+#[doc(hidden)]
+pub use cone::versine_of_sin2;
+pub use cone::{cone_pdf, invert_cone, sample_cone};
 #[cfg(not(target_arch = "spirv"))]
+#[doc(hidden)]
 pub use discrete::find_discrete_each;
+#[doc(hidden)]
 pub use discrete::{
     CDF_END, Cell, discrete_cell, discrete_probability, find_discrete, invert_discrete, sample_discrete,
 };
@@ -61,14 +67,14 @@ pub use exponential::{
     sample_bounded_exponential, sample_exponential,
 };
 pub use hemisphere::{cosine_hemisphere_pdf, invert_cosine_hemisphere, sample_cosine_hemisphere};
-pub use henyey_greenstein::{
-    henyey_greenstein_between, henyey_greenstein_pdf, henyey_greenstein_scale, henyey_greenstein_shape,
-    invert_henyey_greenstein, sample_henyey_greenstein,
-};
+#[doc(hidden)]
+pub use henyey_greenstein::{henyey_greenstein_between, henyey_greenstein_scale, henyey_greenstein_shape};
+pub use henyey_greenstein::{henyey_greenstein_pdf, invert_henyey_greenstein, sample_henyey_greenstein};
 pub use sphere::{
     invert_uniform_hemisphere, invert_uniform_sphere, sample_uniform_hemisphere, sample_uniform_sphere,
     uniform_hemisphere_pdf, uniform_sphere_pdf,
 };
+#[doc(hidden)]
 pub use table::{
     TableSample, find_table_2d, invert_table_2d, sample_table_2d, table_2d_pdf, table_2d_probability, table_2d_sample,
 };

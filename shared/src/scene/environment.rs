@@ -5,7 +5,7 @@
 //! wherever the interpolated radiance is, because the host builds the table of 3 x 3 neighbourhoods.
 
 #[cfg(not(target_arch = "spirv"))]
-mod in_step;
+mod simd;
 
 use super::{AddressedLight, EnvironmentPoint, LightKind, LightSample, SceneView};
 use crate::num;
@@ -44,7 +44,7 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     #[inline(always)]
     fn environment_record(&self) -> Environment {
         let a = self.attribute(self.header.environment_base);
-        let b = self.attribute(self.header.environment_base + 1);
+        let b = self.attribute(self.header.environment_base.wrapping_add(1));
         Environment {
             base: a.x,
             width: a.y,

@@ -7,7 +7,7 @@ use restir_shared::scene::{AddressedLight, AddressedLights, LightAddress, LightK
 use restir_shared::scene::{Surface, SurfacePoint, Trace};
 
 /// An endless grey floor, the plane y = 0, under a lamp two units above the origin.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Floor;
 
 impl Trace for Floor {

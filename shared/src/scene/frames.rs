@@ -3,6 +3,7 @@
 use super::texture::component;
 use super::{Frames, LightAddress, SceneView, Tracer};
 use crate::layout::{FEATURES_ALL, NONE, SceneHeader};
+use core::fmt;
 use glam::UVec4;
 
 /// A scene in two frames: two headers over the same arenas, which are the same header if nothing moves.
@@ -16,9 +17,17 @@ pub struct SceneFrames<'a, const COMPILED: u32 = FEATURES_ALL> {
     pub other_tracer: Tracer<'a>,
 }
 
+impl<const COMPILED: u32> fmt::Debug for SceneFrames<'_, COMPILED> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { this, other, .. } = self;
+        f.debug_struct("SceneFrames").field("this", this).field("other", other).finish_non_exhaustive()
+    }
+}
+
 #[cfg(not(target_arch = "spirv"))]
 impl<'a> SceneFrames<'a> {
     /// The same frames for code that is compiled for some features only, if the scene has no others.
+    #[doc(hidden)]
     #[inline(always)]
     pub fn within<const COMPILED: u32>(&self) -> Option<SceneFrames<'a, COMPILED>> {
         let Self { this, other, other_tracer } = *self;

@@ -7,7 +7,7 @@ use restir_shared::scene::{AddressedLight, AddressedLights, LightAddress, LightK
 use restir_shared::scene::{Surface, SurfacePoint, Trace};
 
 /// An endless grey floor, the plane y = 0 and number 0, under two square lamps, numbers 1 and 2, that shine downwards.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Lamps;
 
 /// Height and half of the side of the lamps; where their centres are along x, their radiance, and how often each is chosen.

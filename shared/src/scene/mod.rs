@@ -81,7 +81,10 @@ mod texture;
 mod view;
 
 #[cfg(not(target_arch = "spirv"))]
-pub use any::{AnyFrames, AnyProbed, AnyScene};
+#[doc(hidden)]
+pub use any::AnyProbed;
+#[cfg(not(target_arch = "spirv"))]
+pub use any::{AnyFrames, AnyScene};
 pub use frames::SceneFrames;
 #[cfg(not(target_arch = "spirv"))]
 pub use still::Probed;
@@ -97,6 +100,7 @@ use crate::lanes::Lanes;
 use crate::layout::FEATURES_ALL;
 use crate::medium::Interior;
 use crate::num;
+use crate::rng;
 use glam::{UVec4, Vec2, Vec3};
 
 /// Rays against the scene: what they hit first, and whether anything is in their way.
@@ -124,6 +128,7 @@ pub trait Probe {
 }
 
 /// A hierarchy over a scene's triangles in place of the BVH in the arenas, with the same hits.
+#[doc(hidden)]
 #[cfg(not(target_arch = "spirv"))]
 pub trait Hierarchy {
     /// As [`Trace::closest`]; `coverage` says which hits of marked triangles count.
@@ -161,9 +166,11 @@ pub trait Hierarchy {
 
 /// What answers visibility queries in place of the BVH in the arenas: natively, perhaps, a structure that suits the
 /// processor better; on a device nothing.
+#[doc(hidden)]
 #[cfg(not(target_arch = "spirv"))]
 pub type Tracer<'a> = Option<&'a (dyn Hierarchy + Sync)>;
 /// Nothing: the arenas answer.
+#[doc(hidden)]
 #[cfg(target_arch = "spirv")]
 pub type Tracer<'a> = ();
 
@@ -339,14 +346,11 @@ impl LightAddress {
 
 #[inline(always)]
 fn cell(x: f32) -> u32 {
-    (num::clamp(x, 0.0, 1.0 - num::UNIT_ROUNDOFF) * CELLS) as u32
+    (num::clamp(x, 0.0, 1.0 - num::UNIT_ROUNDOFF) * rng::CELLS) as u32
 }
 
-/// Lattice points along a side of the parametrisation of a light.
-const CELLS: f32 = 16_777_216.0;
-
 /// A light sample and the measure of its light's parametrisation.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct AddressedLight {
     /// The sample, with the density that [`Lights::sample_light`] would give it.
     pub sample: LightSample,
@@ -361,9 +365,10 @@ impl AddressedLight {
 }
 
 /// How the surfaces of a scene scatter in one direction.
-pub type BsdfOf<S> = <<S as Surface>::Material as Scattering>::Bsdf;
+pub(crate) type BsdfOf<S> = <<S as Surface>::Material as Scattering>::Bsdf;
 
 /// Where a point of a surface is.
+#[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Location {
     /// World position.
@@ -377,7 +382,7 @@ pub struct Location {
 }
 
 /// A point of a surface.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct SurfacePoint<M = Material> {
     /// World position.
     pub position: Vec3,
@@ -394,6 +399,13 @@ pub struct SurfacePoint<M = Material> {
     pub emission: Vec3,
     /// Absorption behind the surface, per unit length, linear RGB: of a segment that ends at the back of the surface.
     pub absorption: Vec3,
+}
+
+#[cfg(not(target_arch = "spirv"))]
+crate::lanes::soa! {
+    SurfacePoints = SurfacePoint {
+        position: Vec3, normal: Vec3, shading_normal: Vec3, offset: f32, material: Material, emission: Vec3, absorption: Vec3
+    }
 }
 
 impl SurfacePoint {
@@ -413,7 +425,7 @@ impl SurfacePoint {
 }
 
 /// A point on an emitter, or a direction in which there is one.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct LightSample {
     /// World position; the unit direction towards a light at infinity.
     pub position: Vec3,
@@ -439,6 +451,14 @@ pub struct LightSample {
     pub falloff: Vec2,
 }
 
+#[cfg(not(target_arch = "spirv"))]
+crate::lanes::soa! {
+    LightSamples = LightSample {
+        position: Vec3, normal: Vec3, offset: f32, emission: Vec3, two_sided: bool, density: f32, kind: LightKind,
+        blended: bool, key: u32, falloff: Vec2
+    }
+}
+
 /// What a light sample lies on. Scattering finds the first and the last kind, too.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
@@ -452,6 +472,9 @@ pub enum LightKind {
     /// A direction of the environment.
     Environment,
 }
+
+#[cfg(not(target_arch = "spirv"))]
+crate::lanes::numbers! { LightKind = LightKind::Area }
 
 impl LightSample {
     /// No light: the density is zero. As a base for others it shines evenly in all directions, is neither two-sided nor blended, and has
@@ -497,7 +520,7 @@ impl LightSample {
 }
 
 /// The environment in a direction.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct EnvironmentPoint {
     /// Radiance that arrives from the direction, linear RGB.
     pub radiance: Vec3,

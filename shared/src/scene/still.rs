@@ -5,7 +5,7 @@ use super::{AddressedLights, Frames, LightAddress, Surface, Trace};
 use super::{AnyFrames, AnyProbed, AnyScene};
 
 /// A scene that was the same in any other frame.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Still<S>(pub S);
 
 impl<S: Trace + Surface + AddressedLights + Copy> Frames for Still<S> {
@@ -35,7 +35,7 @@ impl<S: AnyScene> AnyFrames for Still<S> {
 
 /// A scene that knows its objects and was the same in any other frame.
 #[cfg(not(target_arch = "spirv"))]
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Probed<S>(pub S);
 
 #[cfg(not(target_arch = "spirv"))]

@@ -8,6 +8,7 @@ use crate::layout::{FEATURES_ALL, SceneHeader};
 use crate::num;
 use crate::pack::{element, xyz};
 use crate::vec::{cross, length, max_abs, normalize};
+use core::fmt;
 use glam::{UVec4, Vec2, Vec3};
 
 /// Spawn offsets as a fraction of a triangle's largest coordinate: 2^-18, some sixty roundings.
@@ -36,9 +37,17 @@ pub struct SceneView<'a, const COMPILED: u32 = FEATURES_ALL> {
     pub tracer: Tracer<'a>,
 }
 
+impl<const COMPILED: u32> fmt::Debug for SceneView<'_, COMPILED> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { header, features, .. } = self;
+        f.debug_struct("SceneView").field("header", header).field("features", features).finish_non_exhaustive()
+    }
+}
+
 #[cfg(not(target_arch = "spirv"))]
 impl<'a> SceneView<'a> {
     /// The same scene for code that is compiled for some features only, if it has no others.
+    #[doc(hidden)]
     #[inline(always)]
     pub fn within<const COMPILED: u32>(&self) -> Option<SceneView<'a, COMPILED>> {
         let Self { header, geometry, attributes, texels, features, tracer } = *self;
@@ -133,6 +142,7 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     }
 
     /// [`Trace::closest`] of each ray, where they have most of their way in common.
+    #[doc(hidden)]
     #[inline(always)]
     pub fn closest_together(&self, rays: &Lanes<Ray>) -> Lanes<Hit> {
         match self.tracer {
@@ -142,6 +152,7 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     }
 
     /// [`Trace::closest`] of each ray in `of`, in the place of others [`Hit::MISS`].
+    #[doc(hidden)]
     #[inline(always)]
     pub fn closest_each(&self, rays: &Lanes<Ray>, of: &Lanes<bool>) -> Lanes<Hit> {
         match self.tracer {
@@ -151,6 +162,7 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     }
 
     /// [`Trace::occluded`] of each ray in `of`, in the place of others false.
+    #[doc(hidden)]
     #[inline(always)]
     pub fn occluded_each(&self, rays: &Lanes<Ray>, of: &Lanes<bool>) -> Lanes<bool> {
         match self.tracer {

@@ -1,7 +1,7 @@
 //! The hybrid shift: one loop over the vertices of a path, with one call site for each thing that is asked of a scene.
 
 use super::join::{End, Hybrid, Joins};
-use super::{Path, Start};
+use super::{Path, PathOrigin};
 use crate::bsdf::ScatteringFunction;
 use crate::geometry::{Hit, Ray};
 use crate::layout::FEATURE_VOLUME;
@@ -15,7 +15,7 @@ use crate::transport::{
 use crate::vec::{dot, flush, max_component};
 use glam::{UVec4, Vec3};
 
-/// The random numbers of a path. They do not depend on where it starts.
+/// The random numbers of a path. They do not depend on where it begins.
 pub trait Numbers {
     /// The numbers by which the path leaves the vertex of that index.
     fn scatter(&self, vertex: u32) -> UVec4;
@@ -66,14 +66,14 @@ impl Shifted {
     }
 }
 
-/// Shifts a path to the start `start`, whose hit is one. Where the scene has `changed` since the path was found, something may lie between
+/// Shifts a path to an `origin`, whose hit is one. Where the scene has `changed` since the path was found, something may lie between
 /// vertex k and its light by now.
 #[inline(always)]
 pub fn shift<S: Trace + Surface + AddressedLights, N: Numbers>(
     scene: &S,
     numbers: &N,
     hybrid: &Hybrid,
-    start: &Start,
+    origin: &PathOrigin,
     path: &Path,
     changed: bool,
 ) -> Shifted {
@@ -83,12 +83,12 @@ pub fn shift<S: Trace + Surface + AddressedLights, N: Numbers>(
         return Shifted::failed(Cause::Unshiftable);
     }
     let joint = if path.keeps_surface() { scene.location(&path.hit) } else { NOWHERE };
-    let mut end = Tip::new(start, changed);
+    let mut end = Tip::new(origin, changed);
     let mut joins = hybrid.of_path(numbers.joins());
     while end.open {
         let point = scene.surface(&end.ray, &end.hit);
         if end.vertex == 1 {
-            joins = joins.from_start(end.hit.t, num::abs(dot(point.normal, end.ray.direction)));
+            joins = joins.at_origin(end.hit.t, num::abs(dot(point.normal, end.ray.direction)));
         }
         end.throughput = through_interior(end.throughput, &point, &end.ray, end.hit.t, scene.features());
         if end.vertex == path.length {
@@ -128,10 +128,10 @@ struct Tip {
 
 impl Tip {
     #[inline(always)]
-    fn new(start: &Start, changed: bool) -> Self {
-        let hit = start.hit.unpack();
+    fn new(origin: &PathOrigin, changed: bool) -> Self {
+        let hit = origin.hit.unpack();
         Self {
-            ray: start.ray(),
+            ray: origin.ray(),
             hit,
             vertex: 1,
             throughput: Vec3::ONE,

@@ -18,7 +18,7 @@ pub struct Hybrid {
     pub min_roughness: f32,
     /// The least length of the segment.
     pub min_distance: f32,
-    /// c: footprints are at least this part, squared, of that of a camera ray that ends at the start (0.02 in the paper). Each path
+    /// c: footprints are at least this part, squared, of that of a camera ray that ends at the origin (0.02 in the paper). Each path
     /// has a c of its own, of a relative standard deviation of 0.2, so that no border shows.
     pub footprint: f32,
     /// r: the density of the direction is at most 1 / r² (0.1 in the paper), with a relative standard deviation of 0.01.
@@ -45,6 +45,7 @@ impl Hybrid {
     }
 
     /// The thresholds of a path with the given random words.
+    #[doc(hidden)]
     #[inline(always)]
     pub fn of_path(&self, words: UVec4) -> Joins {
         let c = self.footprint * (1.0 + 0.2 * normal(words.x, words.y));
@@ -91,7 +92,7 @@ impl End {
 pub struct Joins {
     min_roughness: f32,
     min_distance_squared: f32,
-    /// The least area of a footprint; before [`Joins::from_start`], relative to that at the start.
+    /// The least area of a footprint; before [`Joins::at_origin`], relative to that at the origin.
     footprint: f32,
     /// One over the largest density.
     spread_squared: f32,
@@ -99,13 +100,15 @@ pub struct Joins {
 
 impl Joins {
     /// The thresholds of a path that begins where a segment of length `t` ends under the cosine `cos`.
+    #[doc(hidden)]
     #[inline(always)]
     #[must_use]
-    pub fn from_start(self, t: f32, cos: f32) -> Self {
+    pub fn at_origin(self, t: f32, cos: f32) -> Self {
         Self { footprint: self.footprint * num::div(FOUR_PI * (t * t), num::max(cos, MIN_COS)), ..self }
     }
 
     /// Whether paths may be joined at the segment from one surface to the next one.
+    #[doc(hidden)]
     #[inline(always)]
     pub fn surfaces(&self, from: &End, to: &End, distance_squared: f32) -> bool {
         self.is_rough(from)
@@ -117,6 +120,7 @@ impl Joins {
 
     /// The same at the segment from a surface to a light that scattering has found, which lies there under the cosine `cos`. Lights
     /// have no lobes; at infinity they have no distance, either.
+    #[doc(hidden)]
     #[inline(always)]
     pub fn light(&self, from: &End, cos: f32, distance_squared: f32, at_infinity: bool) -> bool {
         let reaches = if at_infinity {

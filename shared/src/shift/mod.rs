@@ -1,9 +1,9 @@
 //! Shifts of paths: how a path of one domain becomes a path of another one, and what that does to areas (Lin et al. 2022, "Generalized
 //! Resampled Importance Sampling", §4 and §7).
 //!
-//! A domain is a [`Start`]: vertex 1, a hit seen from a direction. A [`Path`] goes on from there, over vertices 2, 3, ... to a light,
+//! A domain is a [`PathOrigin`]: vertex 1, a hit seen from a direction. A [`Path`] goes on from there, over vertices 2, 3, ... to a light,
 //! its vertex `length`. It is known by its random numbers, by the index k of its **reconnection vertex** and by what lies there and
-//! beyond. [`shift`] takes it to another start y: vertices 2 to k - 1 are made anew by the same random numbers (**random replay**),
+//! beyond. [`shift`] takes it to another origin y: vertices 2 to k - 1 are made anew by the same random numbers (**random replay**),
 //! then the path is joined to vertex k and keeps all that follows (**reconnection**). So there is one shift, the **hybrid** one, and
 //! [`Hybrid`] says where it may join; with [`Hybrid::RECONNECTION`] it never replays, with [`Hybrid::REPLAY`] it joins nothing but
 //! sampled lights.
@@ -31,7 +31,7 @@
 //! keeps its address, and radiance and densities are asked for anew. The extent is that of the light's parametrisation
 //! ([`AddressedLight`](crate::scene::AddressedLight)): a path that moves with its light keeps its coordinates.
 //!
-//! **A shift is undone by the same function** with the roles of the starts exchanged, and it fails where that would fail or give another
+//! **A shift is undone by the same function** with the roles of the origins exchanged, and it fails where that would fail or give another
 //! path: k is the first vertex at which [`Hybrid`] lets the path be joined, of the path at x as of the path at y.
 //!
 //! A path that ends at a sampled light is taken from one point of a floor to another one. (`Floor` is the scene that the documentation of
@@ -44,7 +44,7 @@
 //! use restir_shared::glam::{UVec4, Vec3};
 //! use restir_shared::rng::{Rng, Sampler};
 //! use restir_shared::scene::{AddressedLights, Trace};
-//! use restir_shared::shift::{Cause, Hybrid, Numbers, Path, Start, shift};
+//! use restir_shared::shift::{Cause, Hybrid, Numbers, Path, PathOrigin, shift};
 //!
 //! struct Drawn(Rng);
 //! impl Numbers for Drawn {
@@ -54,12 +54,12 @@
 //!
 //! let numbers = Drawn(Rng::new(0, 0, 0, 7, Sampler::Sobol));
 //! let light = Floor.choose_address(numbers.0.draw(9));
-//! // vertex 1 is the start, vertex 2 the lamp: row H of the table, whose term is the probability of the light
+//! // vertex 1 is the origin, vertex 2 the lamp: row H of the table, whose term is the probability of the light
 //! let path = Path { length: 2, reconnection: 2, light_sampled: true, light, term: 1.0, ..Path::NONE };
 //! let taken = |path: &Path, x: f32| {
 //!     let ray = Ray { origin: Vec3::new(x, 1.0, 0.0), direction: Vec3::NEG_Y, t_max: Ray::FAR, key: 0 };
 //!     // nothing has changed since it was found
-//!     shift(&Floor, &numbers, &Hybrid::RECONNECTION, &Start::new(&ray, &Floor.closest(&ray)), path, false)
+//!     shift(&Floor, &numbers, &Hybrid::RECONNECTION, &PathOrigin::new(&ray, &Floor.closest(&ray)), path, false)
 //! };
 //! let at = |x: f32| taken(&path, x);
 //!
@@ -74,10 +74,10 @@
 
 mod hybrid;
 mod join;
+mod origin;
 mod path;
-mod start;
 
 pub use hybrid::{Cause, Numbers, Shifted, shift};
 pub use join::{End, Hybrid, Joins};
+pub use origin::PathOrigin;
 pub use path::Path;
-pub use start::Start;

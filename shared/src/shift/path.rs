@@ -4,12 +4,12 @@ use crate::geometry::Hit;
 use crate::scene::LightAddress;
 use glam::{UVec2, Vec3};
 
-/// A path from a [`Start`](super::Start) to a light, as far as a shift has to know it.
+/// A path from a [`PathOrigin`](super::PathOrigin) to a light, as far as a shift has to know it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Path {
     /// Whose random numbers made it: a pixel and a sample, as a technique has them.
     pub key: UVec2,
-    /// The index of its last vertex, the light; the start is vertex 1.
+    /// The index of its last vertex, the light; the origin is vertex 1.
     pub length: u32,
     /// k, the index of the vertex from which on the path is kept, from 2 to `length`; 0 if there is none.
     pub reconnection: u32,
@@ -46,24 +46,28 @@ impl Path {
     };
 
     /// Whether the light itself is kept, and not only what arrives of it.
+    #[doc(hidden)]
     #[inline(always)]
     pub fn keeps_light(&self) -> bool {
         (self.reconnection != 0) & (self.reconnection + 1 >= self.length)
     }
 
     /// Whether what arrives at vertex k is kept, and not the light: that is neither vertex k nor the next one.
+    #[doc(hidden)]
     #[inline(always)]
     pub fn keeps_arrival(&self) -> bool {
         (self.reconnection != 0) & (self.reconnection + 1 < self.length)
     }
 
     /// Whether vertex k is a surface, and not the light.
+    #[doc(hidden)]
     #[inline(always)]
     pub fn keeps_surface(&self) -> bool {
         (self.reconnection != 0) & (self.reconnection < self.length)
     }
 
     /// The last vertex that random replay finds.
+    #[doc(hidden)]
     #[inline(always)]
     pub fn last_replayed(&self) -> u32 {
         if self.reconnection == 0 { self.length } else { self.reconnection.wrapping_sub(1) }

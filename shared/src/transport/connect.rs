@@ -14,7 +14,7 @@ use glam::Vec3;
 const MIN_DISTANCE_SQUARED: f32 = 8.271_806e-25;
 
 /// Light from a sampled point, if nothing lies on the segment.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Connection {
     /// Unit direction towards the light.
     pub direction: Vec3,
@@ -30,6 +30,14 @@ pub struct Connection {
     pub distance_squared: f32,
     /// The segment between the two.
     pub shadow: Ray,
+}
+
+impl Connection {
+    /// Whether light arrives that the vertex scatters towards the path, if nothing lies on the segment.
+    #[inline(always)]
+    pub fn shines(&self) -> bool {
+        max_component(self.value) > 0.0
+    }
 }
 
 /// What passes a medium in the channel that passes best.
@@ -61,6 +69,7 @@ impl Connection {
 
     /// The same through `distance` of a medium. That scattering gets as far is taken to be as probable as it is in the channel that passes best
     /// ([`passes`]): which weights the balance heuristic has is arbitrary, as long as both ways to find light have the same.
+    #[doc(hidden)]
     #[inline(always)]
     #[must_use]
     pub fn through(self, extinction: Vec3, distance: f32) -> Self {
@@ -70,6 +79,7 @@ impl Connection {
 
     /// Solid angle at the vertex per area at the light, `cos / distance²`, and 1 of lights at infinity: densities per steradian times
     /// this are per area.
+    #[doc(hidden)]
     #[inline(always)]
     pub fn per_area(&self) -> f32 {
         num::div(self.cos_light, self.distance_squared)

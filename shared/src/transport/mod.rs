@@ -32,9 +32,19 @@ mod single_scattering;
 mod vertex;
 mod weight;
 
-pub use connect::{Connection, connect_inside, passes};
-pub use interior::{absorbs, through_interior};
-pub use passage::{Passage, follow, transmittance};
-pub use single_scattering::{Collision, ScatteredOnce, WayOut, scatter_once};
+pub use connect::Connection;
+pub(crate) use single_scattering::{COLLISION_MARGIN, GRAZING_COSINE};
 pub use vertex::{Departure, Vertex};
-pub use weight::{Chosen, emission_weight, environment_weight, next_event};
+pub use weight::Chosen;
+
+// steps of paths that techniques and kernels share
+#[doc(hidden)]
+pub use connect::{connect_inside, passes};
+#[doc(hidden)]
+pub use interior::{absorbs, through_interior};
+#[doc(hidden)]
+pub use passage::{Passage, follow, transmittance};
+#[doc(hidden)]
+pub use single_scattering::{Collision, ScatteredOnce, WayOut, scatter_once};
+#[doc(hidden)]
+pub use weight::{emission_weight, environment_weight, next_event};

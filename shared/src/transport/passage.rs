@@ -11,6 +11,7 @@ use glam::Vec3;
 const MAX_SHEETS: u32 = 12;
 
 /// A straight way to the first surface that lets nothing through.
+#[derive(Debug)]
 pub struct Passage {
     /// That surface.
     pub hit: Hit,

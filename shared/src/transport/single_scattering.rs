@@ -7,6 +7,11 @@ use crate::scene::Trace;
 use crate::vec::{Frame, flush};
 use glam::{Vec2, Vec3};
 
+/// How near a collision may come to a surface, as a fraction of the largest coordinate: as near as rays begin beside it.
+pub(crate) const COLLISION_MARGIN: f32 = 1.0 / 262_144.0;
+/// Cosines below this count as it, where a distance is divided by them.
+pub(crate) const GRAZING_COSINE: f32 = 1.0 / 4096.0;
+
 /// How light goes from its collision to the border.
 ///
 /// Both are unbiased (Zhang and d'Eon 2025, whose slide divides [`Self::Drawn`] by the density of its length, not by the
@@ -22,7 +27,7 @@ pub enum WayOut {
 }
 
 /// A collision of light that has entered, and how it goes on.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Collision {
     /// How far from where it entered.
     pub t: f32,
@@ -82,6 +87,7 @@ impl Collision {
 }
 
 /// Light that has collided once.
+#[derive(Debug)]
 pub struct ScatteredOnce {
     /// From the collision on, in a direction of unit length.
     pub ray: Ray,

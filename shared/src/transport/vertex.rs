@@ -14,6 +14,7 @@ use glam::{UVec4, Vec3};
 const MIN_SHADING_COS: f32 = 0.01;
 
 /// A vertex of a path.
+#[derive(Debug)]
 pub struct Vertex<B = Bsdf> {
     pub(super) position: Vec3,
     pub(super) offset: f32,
@@ -26,7 +27,7 @@ pub struct Vertex<B = Bsdf> {
 }
 
 /// How a path that scatters leaves a vertex.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Departure {
     /// What was drawn; its direction is in the frame of the vertex.
     pub sample: BsdfSample,
@@ -38,6 +39,7 @@ pub struct Departure {
 
 impl<B: ScatteringFunction> Vertex<B> {
     /// Scatters by four random words, in a scene of these features.
+    #[doc(hidden)]
     #[inline(always)]
     pub fn depart(&self, words: UVec4, features: u32) -> Departure {
         let sample = self.bsdf.sample(words);
@@ -52,7 +54,7 @@ impl<B: ScatteringFunction> Vertex<B> {
 
     /// The share of specular lobes in the density of a direction: none where that is zero.
     #[inline(always)]
-    pub fn specular_share(&self, direction: Vec3) -> f32 {
+    pub(crate) fn specular_share(&self, direction: Vec3) -> f32 {
         let wi = self.frame.to_local(direction);
         let lobe = if wi.z < 0.0 { SPECULAR_TRANSMISSION } else { SPECULAR_REFLECTION };
         let (Evaluation { pdf, .. }, of_lobe) = self.bsdf.evaluate_with_lobe(lobe, wi);
@@ -83,6 +85,7 @@ impl<B> Vertex<B> {
     }
 
     /// Whether a direction goes to the other side of the surface than the path came from.
+    #[doc(hidden)]
     #[inline(always)]
     pub fn is_behind(&self, direction: Vec3) -> bool {
         dot(self.normal, direction) < 0.0
@@ -104,7 +107,7 @@ impl<B> Vertex<B> {
     /// Whether a direction lies on the same side of the surface as of the shading frame. Others would leak through
     /// the surface; they carry nothing, whoever chooses them.
     #[inline(always)]
-    pub fn is_consistent(&self, direction: Vec3, local: Vec3) -> bool {
+    pub(crate) fn is_consistent(&self, direction: Vec3, local: Vec3) -> bool {
         self.is_behind(direction) == (local.z < 0.0)
     }
 }

@@ -16,6 +16,9 @@ pub struct Chosen {
     pub alone: bool,
 }
 
+#[cfg(not(target_arch = "spirv"))]
+crate::lanes::soa! { Choices = Chosen { pdf: f32, alone: bool } }
+
 /// Light from a sampled point, with the balance heuristic's weight folded in: with w = l / (l + s), the value f cos L / l
 /// times w is f cos L / (l + s), where l and s are the densities per steradian of the light and of scattering. Scattering that
 /// finds the same point has f cos L / s times s / (l + s), which is the same. `density` is that of the light sample.

@@ -15,7 +15,7 @@ use restir_shared::resample::mis::Mis;
 use restir_shared::resample::packed::Stored;
 use restir_shared::resample::reproject::{Grid, Place};
 use restir_shared::resample::reservoir::Reservoir;
-use restir_shared::resample::similar::{Facet, Similarity};
+use restir_shared::resample::similar::{GBufferSurface, Similarity};
 use restir_shared::rng::{Rng, Sampler};
 
 /// Pixels of a row.
@@ -175,9 +175,9 @@ struct Reused<'a> {
 }
 
 /// The stranger's surface faces another way than those of the others.
-fn facet(pixel: u32) -> Facet {
+fn surface(pixel: u32) -> GBufferSurface {
     let normal = if pixel == STRANGER { Vec3::X } else { Vec3::Z };
-    Facet { position: Vec3::new(pixel as f32, 0.0, 0.0), normal, distance: 1.0 }
+    GBufferSurface { position: Vec3::new(pixel as f32, 0.0, 0.0), normal, distance: 1.0 }
 }
 
 impl Reservoirs for Reused<'_> {
@@ -213,20 +213,20 @@ impl Pixels for Reused<'_> {
         self.others[pixel as usize]
     }
 
-    fn own_facet(&self) -> Facet {
-        facet(self.own)
+    fn own_surface(&self) -> GBufferSurface {
+        surface(self.own)
     }
 
     fn sees(&self, _: [u32; 2]) -> bool {
         true
     }
 
-    fn facet(&self, [x, _]: [u32; 2]) -> Facet {
-        facet(x)
+    fn surface(&self, [x, _]: [u32; 2]) -> GBufferSurface {
+        surface(x)
     }
 
     /// All surfaces move by one pixel.
-    fn reproject(&self, here: &Facet) -> Place {
+    fn reproject(&self, here: &GBufferSurface) -> Place {
         let x = here.position.x as u32 + 1;
         Place { x, y: 0, inside: x < GRID.width }
     }
@@ -245,8 +245,8 @@ impl Offers for Shown<'_> {
         self.row[pixel as usize]
     }
 
-    fn facet(&self, pixel: u32) -> Facet {
-        facet(pixel)
+    fn surface(&self, pixel: u32) -> GBufferSurface {
+        surface(pixel)
     }
 
     fn target(&self, pixel: u32) -> f32 {
@@ -297,7 +297,7 @@ impl Setting {
             let word = random.word();
             let draws =
                 Draws { rng: Rng::new(at[0], 0, word as u32, (word >> 32) as u32, Sampler::Independent), dimension: 0 };
-            merge::combine(&Reused { line, own: at[0], others }, &rules, own[x], at, &draws).0
+            merge::combine(&Reused { line, own: at[0], others }, &rules, own[x], at, &draws).reservoir
         })
     }
 

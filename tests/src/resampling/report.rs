@@ -77,7 +77,7 @@ the tests only. Their rows pass if they are as wrong as computed: too bright by 
 Z: an occluded initial sample loses its weight. Q: the target by which samples are selected has visibility. D: the
 targets in the MIS weights have it. The final shading always traces.
 
-Made by `cargo xtask resampling --write`; `cargo test` runs the same rows with 4 * 10^5 trials.
+Made by `cargo lab resampling --write`; `cargo test` runs the same rows with 4 * 10^5 trials.
 ";
 
 /// All figures as a Markdown document.

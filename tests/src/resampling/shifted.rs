@@ -84,7 +84,7 @@ fails where the other pixel does not reach (`tests/src/resampling/line.rs`). The
 its exchange resample them; what each pixel receives has a closed form. The table has, of each stage, the pixel (or the row as a
 whole) that is least like 1, in standard errors.
 
-Made by `cargo xtask resampling --shifts --trials {trials} --write`; `cargo test` runs the same rows with 50000.
+Made by `cargo lab resampling --shifts --trials {trials} --write`; `cargo test` runs the same rows with 50000.
 
 ## The right Jacobian
 

@@ -6,7 +6,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use restir_host::buffers::SceneBuffers;
 use restir_host::exec::CpuExecutor;
-use restir_host::render::{self, Render};
+use restir_host::render::Render;
 use std::fmt;
 
 /// The largest bias, as a share of a tile's mean.
@@ -86,7 +86,7 @@ pub(super) type Picture = Vec<[f64; 3]>;
 pub(super) fn pictures(buffers: &SceneBuffers, render: &Render, restarts: u32) -> (Vec<Picture>, u64) {
     let picture = |restart| {
         let render = Render { seed: render.seed + restart, ..render.clone() };
-        let rendered = render::render(&mut CpuExecutor::inline(), buffers, &render, &mut |_| Ok(()));
+        let rendered = render.render(buffers, &mut CpuExecutor::inline());
         let rendered = rendered.expect("the settings are sound");
         let pixels: Picture = rendered.image.pixels.iter().map(|pixel| pixel.map(f64::from)).collect();
         let broken = pixels.iter().filter(|pixel| !DVec3::from(**pixel).is_finite()).count() as u64;

@@ -1,4 +1,4 @@
-//! Functions at the ends of their ranges against a shadow in `f64`: what `cargo xtask stress` reports.
+//! Functions at the ends of their ranges against a shadow in `f64`: what `cargo lab stress` reports.
 //!
 //! A [`Row`] is a function with its parameters, an independent implementation in `f64` of the same inputs, and how far
 //! the two may differ. To add functions, write a module with a list of rows and name it in [`rows`].

@@ -17,7 +17,7 @@ values for directions each of whose components is moved by 4 roundings of 2⁻²
 in `f64` computes them. The column `explained` counts these inputs, of which one in 500 may need it; the largest error
 is that of all others.
 
-Made by `cargo xtask stress --write`; `cargo test` runs the same rows on fewer random inputs.
+Made by `cargo lab stress --write`; `cargo test` runs the same rows on fewer random inputs.
 ";
 
 /// The findings as a Markdown document.

@@ -11,7 +11,7 @@ use restir_shared::num::UNIT_ROUNDOFF;
 use restir_shared::scene::{
     AddressedLight, AddressedLights, LightAddress, LightSample, Lights, Surface, SurfacePoint, Trace,
 };
-use restir_shared::shift::{Cause, End, Hybrid, Numbers, Path, Start, shift};
+use restir_shared::shift::{Cause, End, Hybrid, Numbers, Path, PathOrigin, shift};
 use restir_shared::transport::{Chosen, Vertex, emission_weight, environment_weight};
 
 const DISTANCE: (&str, Axis) = ("distance", Axis::Log(1.0e-6, 1.0e6));
@@ -149,7 +149,7 @@ fn lobe(p: f64) -> u32 {
 /// The term and the integrand.
 fn shifted(p: &[f32]) -> [f32; 2] {
     let two = Two::new(p);
-    let start = Start::new(&two.ray(), &Hit { t: 1.0, id: 0, uv: Vec2::ZERO });
+    let start = PathOrigin::new(&two.ray(), &Hit { t: 1.0, id: 0, uv: Vec2::ZERO });
     let path = Two::path(lobe(f64::from(p[4])), two.points[1].normal);
     let shifted = shift(&two, &Unneeded, &Hybrid::RECONNECTION, &start, &path, false);
     // beyond the range there is no path, and that is said
@@ -193,7 +193,7 @@ const LARGEST: f64 = 1.0e30;
 /// Whether a segment is joined, both of whose ends have the same density and roughness.
 fn joins(p: &[f32]) -> [f32; 1] {
     let hybrid = if p[0] == 0.0 { Hybrid::new(0.2, 0.1) } else { Hybrid::by_footprint(0.02, 0.1) };
-    let joins = hybrid.of_path(Unneeded.joins()).from_start(1.0, 1.0);
+    let joins = hybrid.of_path(Unneeded.joins()).at_origin(1.0, 1.0);
     let end = |cos| End { roughness: p[5], pdf: p[4], cos };
     [f32::from(u8::from(joins.surfaces(&end(p[2]), &end(p[3]), p[1] * p[1])))]
 }

@@ -35,7 +35,7 @@ pub struct Known {
     pub rows: &'static [(&'static str, &'static str)],
     /// What the parity cases of its kernels are captured from.
     pub cases: Cases,
-    /// The cells of `cargo xtask unbiased --technique`.
+    /// The cells of `cargo lab unbiased --technique`.
     pub matrix: Matrix,
 }
 
@@ -51,7 +51,7 @@ pub struct Matrix {
     pub beyond: &'static [(&'static str, &'static str)],
     /// Settings of all cells.
     pub common: &'static str,
-    /// Cells: settings joined by commas. Whether one is biased is what [`Technique::biases`] says.
+    /// Cells: settings joined by commas. Whether one is biased is what [`Diagnose::biases`](restir_host::technique::Diagnose::biases) says.
     pub cells: fn() -> Vec<String>,
 }
 
@@ -192,5 +192,5 @@ pub fn pictures(scene: &SceneBuffers, render: &Render, observe: &mut dyn FnMut(&
         pending = film.map(|plane| step.plane("film").map(|picture| (plane, picture))).transpose()?;
         Ok(())
     };
-    CpuExecutor::inline().run(render.plan(scene), &mut show).expect("the plan fits its kernels");
+    CpuExecutor::inline().run_observed(render.plan(scene), &mut show).expect("the plan fits its kernels");
 }

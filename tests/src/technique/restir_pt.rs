@@ -7,13 +7,12 @@ use rayon::prelude::*;
 use restir_host::buffers::SceneBuffers;
 use restir_shared::camera::primary_ray;
 use restir_shared::geometry::{Hit, Ray};
+use restir_shared::resample::params::ReuseParams;
 use restir_shared::rng::{Rng, Sampler};
-use restir_shared::scene::{EnvironmentPoint, SceneView, Surface, SurfacePoint, Trace};
-use restir_shared::shift::{Cause, Hybrid, Path, Shifted, Start};
+use restir_shared::scene::{EnvironmentPoint, SceneView, Still, Surface, SurfacePoint, Trace};
+use restir_shared::shift::{Cause, Hybrid, Path, PathOrigin, Shifted};
 use restir_shared::technique::path::{Receiver, Walk};
-use restir_shared::technique::restir_pt::{
-    Candidate, Candidates, Keep, PackedPath, PathNumbers, PtParams, Stored, shift_path,
-};
+use restir_shared::technique::restir_pt::{Candidate, Candidates, Keep, PackedPath, PathNumbers, PtParams, Stored};
 use restir_shared::transport::Vertex;
 use restir_shared::vec::luminance;
 use std::collections::BTreeMap;
@@ -22,7 +21,10 @@ use std::collections::BTreeMap;
 pub(super) const KNOWN: Known = Known {
     lengths: &["min_distance"],
     rows: &[
-        ("replay, two passes, defensive, jitter", "shift=replay,spatial=2,mis=pairwise-defensive,temporal_mis=pairwise-defensive,jitter=on"),
+        (
+            "replay, two passes, defensive, jitter",
+            "shift=replay,spatial=2,mis=pairwise-defensive,temporal_mis=pairwise-defensive,jitter=on",
+        ),
         ("retraced", "changed=retrace"),
         ("direct light by restir-di", "direct=restir-di,neighbours=1"),
     ],
@@ -111,26 +113,23 @@ impl<'a> Picture<'a> {
     /// Of `side` by `side` pixels, whose random numbers are independent.
     pub fn new(buffers: &'a SceneBuffers, side: u32, depth: u32, hybrid: Hybrid) -> Self {
         let scene = buffers.view();
-        let params = PtParams {
+        let reuse = ReuseParams {
             scene: scene.header,
             camera: buffers.camera.params(side, side),
-            hybrid,
             width: side,
             height: side,
-            frame: 0,
             seed: 1,
-            max_depth: depth,
-            flags: 0,
             layers: 1,
-            ..PtParams::default()
+            ..ReuseParams::default()
         };
+        let params = PtParams { reuse, hybrid, max_depth: depth };
         Self { scene, params, within: ASIDE }
     }
 
     /// Other random numbers.
     #[must_use]
     pub fn with_seed(self, seed: u32) -> Self {
-        Self { params: PtParams { seed, ..self.params }, ..self }
+        Self { params: PtParams { reuse: ReuseParams { seed, ..self.params.reuse }, ..self.params }, ..self }
     }
 
     /// Another criterion.
@@ -150,10 +149,10 @@ impl<'a> Picture<'a> {
     }
 
     /// Where the paths of a pixel begin, if it sees a surface.
-    pub fn start(&self, at: [u32; 2]) -> Option<Start> {
+    pub fn start(&self, at: [u32; 2]) -> Option<PathOrigin> {
         let ray = self.ray(at);
         let hit = self.scene.closest(&ray);
-        hit.is_hit().then(|| Start::new(&ray, &self.scene.off_edges(&hit)))
+        hit.is_hit().then(|| PathOrigin::new(&ray, &self.scene.off_edges(&hit)))
     }
 
     fn numbers(&self, [x, y]: [u32; 2], frame: u32) -> PathNumbers {
@@ -187,13 +186,13 @@ impl<'a> Picture<'a> {
     }
 
     /// A path at another start.
-    pub fn shift(&self, path: &PackedPath, start: &Start) -> Shifted {
-        shift_path(&self.scene, &self.params, path, start)
+    pub fn shift(&self, path: &PackedPath, start: &PathOrigin) -> Shifted {
+        path.shifted(&Still(&self.scene), &self.params, start)
     }
 
     /// Pairs of pixels that see surfaces, `step` apart, none of which is in two pairs.
     pub fn pairs(&self, [dx, dy]: [u32; 2]) -> Vec<[[u32; 2]; 2]> {
-        let PtParams { width, height, .. } = self.params;
+        let PtParams { reuse: ReuseParams { width, height, .. }, .. } = self.params;
         let mut free = vec![true; (width * height) as usize];
         let mut pairs = Vec::new();
         for (x, y) in (0..height - dy).flat_map(|y| (0..width - dx).map(move |x| (x, y))) {
@@ -332,7 +331,7 @@ impl Returns {
         self
     }
 
-    fn add(&mut self, picture: &Picture<'_>, found: &Found, [home, away]: [&Start; 2], wrong: Wrong) {
+    fn add(&mut self, picture: &Picture<'_>, found: &Found, [home, away]: [&PathOrigin; 2], wrong: Wrong) {
         let there = picture.shift_wrongly(&found.stored, away, wrong);
         *self.there.entry(there.cause).or_default() += 1;
         if there.term == 0.0 {
@@ -441,7 +440,7 @@ impl Arrivals {
 
 impl Picture<'_> {
     /// Of the wrong ways only that matters here which takes paths to other places.
-    fn shift_wrongly(&self, stored: &PackedPath, away: &Start, wrong: Wrong) -> Shifted {
+    fn shift_wrongly(&self, stored: &PackedPath, away: &PathOrigin, wrong: Wrong) -> Shifted {
         let anywhere = Hybrid { replays: self.params.hybrid.replays, ..Hybrid::RECONNECTION };
         if wrong == Wrong::ForwardOnly && stored.unpack().path.reconnection == 2 {
             self.with(anywhere).shift(stored, away)
@@ -450,12 +449,12 @@ impl Picture<'_> {
         }
     }
 
-    fn arriving(&self, stored: &PackedPath, away: &Start, wrong: Wrong) -> f64 {
+    fn arriving(&self, stored: &PackedPath, away: &PathOrigin, wrong: Wrong) -> f64 {
         let shifted = self.shift_wrongly(stored, away, wrong);
         brightness(shifted.value) * wrong.weight(f64::from(shifted.term) / f64::from(stored.unpack().path.term))
     }
 
-    fn replaced(&self, found: &Found, home: &Start, wrong: Wrong) -> f64 {
+    fn replaced(&self, found: &Found, home: &PathOrigin, wrong: Wrong) -> f64 {
         let jacobian = f64::from(self.shift(&found.stored, home).term) / f64::from(found.stored.unpack().path.term);
         brightness(found.value) * wrong.weight(jacobian)
     }

@@ -1,19 +1,20 @@
 //! `cargo xtask documented`: runs the commands that README and docs name, and compares the pictures that they give with the committed ones.
 //!
-//! A command is a span of code, or a line of a block of `sh`, that begins with `restir` (also as `cargo run ... --`) or `cargo xtask` and holds
-//! neither `<` nor `...`. One that takes longer than half a minute carries its duration behind it, as in `(3 min)`; one without a duration
+//! A command is a span of code, or a line of a block of `sh`, that begins with `restir` (also as `cargo run ... --`), `cargo lab` or
+//! `cargo xtask` and holds neither `<` nor `...`. One that takes longer than half a minute carries its duration behind it, as in `(3 min)`; one without a duration
 //! that takes longer than a minute fails. A picture below docs that a page shows has to be written by some command of a page: what renders has
 //! the same bits everywhere, so that the file is the same byte for byte. The numbers of crates in README are compared with `cargo tree`.
 
 mod crates;
 mod output;
+mod programs;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::time::{Duration, Instant};
 
 use self::output::Output;
+use self::programs::Programs;
 use crate::Error;
 use crate::process::shell;
 
@@ -67,7 +68,7 @@ pub fn run(options: &Options) -> Result<(), Error> {
     if !options.list {
         problems.extend(crates::problems(&pages[Path::new(PAGES[0])])?);
     }
-    let program = program()?;
+    let programs = Programs::build()?;
     let folder =
         workplace().map_err(|error| Error::Environment(format!("there is no folder to run commands in: {error}")))?;
     let chosen = commands.iter().filter(|(command, _)| command.line.contains(&options.with));
@@ -79,7 +80,7 @@ pub fn run(options: &Options) -> Result<(), Error> {
             continue;
         }
         let start = Instant::now();
-        let result = execute(command, &program, folder.path(), options.write);
+        let result = execute(command, &programs, folder.path(), options.write);
         println!("{page}: {} ({:.1} s)", command.line, start.elapsed().as_secs_f64());
         let is_long = duration.is_none() && start.elapsed() > LONGEST;
         let slow = is_long.then(|| format!("takes more than {} s; write how long behind it", LONGEST.as_secs()));
@@ -153,8 +154,8 @@ fn command(span: &str, behind: &str) -> Option<Documented> {
     let words: Vec<&str> = line.split(' ').collect();
     let meant = match words.as_slice() {
         ["restir"] => false,
-        ["restir", name] => !NAMES.contains(name),
-        ["restir", ..] | ["cargo", "xtask", _, ..] => true,
+        ["restir", name] | ["cargo", "lab", name] => !NAMES.contains(name),
+        ["restir", ..] | ["cargo", "lab" | "xtask", _, ..] => true,
         _ => false,
     };
     if !meant || line.contains(['<', '|']) || line.contains("...") {
@@ -188,40 +189,17 @@ fn orphans(pages: &BTreeMap<PathBuf, String>, commands: &[(Documented, String)])
         .collect()
 }
 
-/// Runs a command: of the program in the folder, where earlier ones have left their files, others at the workspace's root. What it would
-/// write below docs is written into the folder, and pictures are compared.
-fn execute(command: &Documented, program: &Path, folder: &Path, write: bool) -> Result<(), String> {
+/// Runs a command in the folder, where earlier ones have left their files. What it would write below docs is written into the folder, and
+/// pictures are compared.
+fn execute(command: &Documented, programs: &Programs, folder: &Path, write: bool) -> Result<(), String> {
     let output = Output::of(&command.line);
     let scratch = output.scratch(folder)?;
-    let mut process = match command.line.split(' ').next() {
-        Some("cargo") => Command::new(env!("CARGO")),
-        _ => Command::new(program),
-    };
-    if command.line.starts_with("restir") {
-        process.current_dir(folder);
-    }
-    process.args(output.redirected(&command.line, &scratch).iter().skip(1));
+    let mut process = programs.command(&output.redirected(&command.line, &scratch), folder);
     let ended = process.output().map_err(|error| format!("cannot run {}: {error}", shell(&process)))?;
     if !ended.status.success() {
         return Err(format!("ended with {}: {}", ended.status, String::from_utf8_lossy(&ended.stderr).trim()));
     }
     output.judge(&scratch, write)
-}
-
-/// The program, built.
-fn program() -> Result<PathBuf, Error> {
-    let mut build = Command::new(env!("CARGO"));
-    build.args(["build", "--release", "--locked", "--quiet", "--bin", "restir", "--message-format", "json"]);
-    let output =
-        build.output().map_err(|error| Error::Environment(format!("cannot run `{}`: {error}", shell(&build))))?;
-    let text = String::from_utf8_lossy(&output.stdout);
-    let path = text.lines().find_map(|line| {
-        let (_, rest) = line.split_once(r#""executable":""#)?;
-        rest.split_once('"').map(|(path, _)| PathBuf::from(path))
-    });
-    path.ok_or_else(|| {
-        Error::Failed(format!("`{}` gave no program: {}", shell(&build), String::from_utf8_lossy(&output.stderr)))
-    })
 }
 
 /// A folder where what commands read is found as at the workspace's root.
@@ -241,13 +219,13 @@ mod tests {
     #[test]
     fn commands_are_found() {
         let text = "`restir scenes`, `restir render`, `restir render <scene> -o a.exr`, `restir render cornell -o c.exr --png docs/c.png` (3 min) and\n\
-                    ```sh\ncargo run --release --bin restir -- compare a.exr b.exr\n```\n`cargo xtask\naov`, `cargo test` or ![x](c.png) ![y](d.png)";
+                    ```sh\ncargo run --release --bin restir -- compare a.exr b.exr\n```\n`cargo lab\naov`, `cargo lab bench`, `cargo test` or ![x](c.png) ![y](d.png)";
         let line = |line: &str| Documented { line: line.to_owned(), duration: None };
         let render = "restir render cornell -o c.exr --png docs/c.png";
         let long = Documented { line: render.to_owned(), duration: Some("3 min".to_owned()) };
         assert_eq!(
             commands_of(text),
-            [line("restir scenes"), long, line("restir compare a.exr b.exr"), line("cargo xtask aov")]
+            [line("restir scenes"), long, line("restir compare a.exr b.exr"), line("cargo lab aov")]
         );
         let pages = BTreeMap::from([(PathBuf::from("README.md"), text.to_owned())]);
         assert_eq!(orphans(&pages, &commands(&pages)), ["no page has a command that writes docs/d.png"]);

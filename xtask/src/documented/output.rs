@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 pub(super) enum Output {
     /// Nothing.
     Nothing,
-    /// A picture, named by `--png`, or by the task that draws it: `cargo xtask aov` draws docs/aov.png.
+    /// A picture, named by `--png`, or by the task that draws it: `cargo lab aov` draws docs/aov.png.
     Picture(String),
     /// Files of a folder, named by `--out`, some of which may be pictures.
     Folder(String),
@@ -21,7 +21,7 @@ impl Output {
             words.get(at + 1).filter(|path| path.starts_with("docs/")).map(|path| (*path).to_owned())
         };
         let drawn = match words.as_slice() {
-            ["cargo", "xtask", task] => Some(format!("docs/{task}.png")).filter(|path| Path::new(path).exists()),
+            ["cargo", "lab", task] => Some(format!("docs/{task}.png")).filter(|path| Path::new(path).exists()),
             _ => None,
         };
         let folder = after("--out").filter(|path| !path.contains('.'));
@@ -98,12 +98,12 @@ mod tests {
             picture == Output::Picture("docs/c.png".to_owned()) && picture.writes("c.png") && !picture.writes("d.png")
         );
         assert_eq!(words, "restir render cornell -o c.exr --png /s --spp 4");
-        let (figure, words) = redirected("restir figure x --out docs/figures/x --device cpu");
+        let (figure, words) = redirected("cargo lab figure x --out docs/figures/x --device cpu");
         assert_eq!(figure, Output::Folder("docs/figures/x".to_owned()));
-        assert_eq!(words, "restir figure x --out /s --device cpu");
+        assert_eq!(words, "cargo lab figure x --out /s --device cpu");
         assert_eq!(redirected("restir render cornell -o c.exr --png c.png").0, Output::Nothing);
         let drawn = Output::Picture("docs/aov.png".to_owned());
-        assert_eq!(drawn.redirected("cargo xtask aov", Path::new("/s")).join(" "), "cargo xtask aov --out /s");
+        assert_eq!(drawn.redirected("cargo lab aov", Path::new("/s")).join(" "), "cargo lab aov --out /s");
     }
 
     #[test]

@@ -15,7 +15,7 @@ use crate::Error;
 /// The crates whose whole source is compiled for the device.
 const CRATES: [&str; 2] = ["shared", "kernels"];
 /// Steps of the build that decide bytes.
-const STEPS: [&str; 3] = ["compile.rs", "post.rs", "tools.rs"];
+const STEPS: [&str; 6] = ["canonical.rs", "compile.rs", "module.rs", "pipeline.rs", "post.rs", "tools.rs"];
 
 /// Digest of everything in the repository that decides the bytes of the modules.
 pub fn source_digest(workspace: &Workspace) -> Result<String, Error> {
@@ -58,7 +58,7 @@ fn source_files(root: &Path) -> Result<BTreeMap<PathBuf, Vec<u8>>, Error> {
 }
 
 /// A path with slashes on every system.
-pub(crate) fn portable_name(path: &Path) -> String {
+pub fn portable_name(path: &Path) -> String {
     path.iter().map(|part| part.to_string_lossy()).collect::<Vec<_>>().join("/")
 }
 

@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-pub use restir_host::exec::Flavour;
+pub use restir_kernels::spirv::Flavour;
 
 /// Takes the name of a flavour on a command line.
 pub fn parser() -> impl TypedValueParser<Value = Flavour> {

@@ -1,11 +1,12 @@
 //! `cargo xtask shader`: the SPIR-V modules from source to the committed files, and every check of them.
 //!
 //! One module is built for each entry point and [`flavour`](Flavour). The order of the steps is part of the numeric
-//! contract: [`compile`] without the backend's optimiser, [`post`], `spirv-opt`, `spirv-val`, then [`verify`] over the
-//! final binary ([`allow`], [`limits`], [`reflect`], [`portable`]).
+//! contract: [`compile`] without the backend's optimiser, [`post`], [`canonical`], `spirv-opt`, [`canonical`] again, `spirv-val`, then
+//! [`verify`] over the final binary ([`allow`], [`limits`], [`reflect`], [`portable`]).
 
 pub mod allow;
 mod build;
+pub mod canonical;
 pub mod cargo_files;
 pub mod check;
 pub mod compile;
@@ -18,7 +19,6 @@ pub mod module;
 pub mod pipeline;
 pub mod portable;
 pub mod post;
-mod probe;
 pub mod publish;
 pub mod reflect;
 pub mod toolchain;
@@ -54,8 +54,6 @@ pub enum Command {
         #[arg(long, value_parser = flavour::parser(), default_value_t)]
         flavour: Flavour,
     },
-    /// Measure what the size of a kernel costs, and write docs/size-probe.md.
-    Probe,
     /// One build of the kernel crate; `build` starts it as a child process.
     #[command(hide = true)]
     Compile {
@@ -71,7 +69,6 @@ pub fn run(command: Command) -> Result<(), Error> {
         Command::Build { install_toolchain } => build::run(&workspace, install_toolchain),
         Command::Check { require_rebuild } => check::run(&workspace, require_rebuild),
         Command::Dis { kernel, flavour } => dis(&workspace, &kernel, flavour),
-        Command::Probe => probe::run(&workspace),
         Command::Compile { job } => compile::Job::run(&job),
     }
 }

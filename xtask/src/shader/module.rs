@@ -80,3 +80,18 @@ pub fn decorations(module: &Module) -> impl Iterator<Item = (Word, Decoration, O
         _ => None,
     })
 }
+
+/// All ids of an instruction: those that it refers to, and then its own.
+pub fn ids(instruction: &Instruction) -> impl Iterator<Item = Word> {
+    let operands = instruction.operands.iter().filter_map(Operand::id_ref_any);
+    instruction.result_type.into_iter().chain(operands).chain(instruction.result_id)
+}
+
+/// Gives the ids of an instruction the names that they have in `names`, if any.
+pub fn rename(instruction: &mut Instruction, names: &HashMap<Word, Word>) {
+    let Instruction { result_type, result_id, operands, .. } = instruction;
+    let operands = operands.iter_mut().filter_map(Operand::id_ref_any_mut);
+    for id in result_type.iter_mut().chain(operands).chain(result_id) {
+        *id = names.get(id).copied().unwrap_or(*id);
+    }
+}

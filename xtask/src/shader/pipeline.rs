@@ -1,4 +1,4 @@
-//! From source to finished modules in memory: compile, post-pass, optimise, validate.
+//! From source to finished modules in memory: compile, post-pass, canonical form, optimise, canonical form, validate.
 
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -7,7 +7,7 @@ use super::compile::Job;
 use super::flavour::{Entry, Flavour};
 use super::toolchain::Toolchain;
 use super::workspace::{Workspace, scratch};
-use super::{module, post, tools};
+use super::{canonical, module, post, tools};
 use crate::Error;
 
 /// Finished modules.
@@ -44,11 +44,16 @@ fn build_flavour(workspace: &Workspace, toolchain: &Toolchain, flavour: Flavour)
     Ok(modules)
 }
 
-/// Post-pass, optimiser and validator for one module of rust-gpu.
+/// Post-pass, optimiser and validator for one module of rust-gpu. What the optimiser does depends on the order of functions and ids,
+/// so these are canonical before it, and again after it.
 pub fn finish_module(entry: &Entry, bytes: &[u8]) -> Result<Vec<u8>, Error> {
     let at = |reason: String| Error::Failed(format!("{entry}: {reason}"));
     let mut module = module::parse(bytes).map_err(at)?;
     post::prepare(&mut module, entry.flavour).map_err(at)?;
-    let finished = tools::optimise(&module::assemble(&module))?;
+    canonical::canonicalise(&mut module);
+    let optimised = tools::optimise(&module::assemble(&module))?;
+    let mut module = module::parse(&optimised).map_err(at)?;
+    canonical::canonicalise(&mut module);
+    let finished = module::assemble(&module);
     tools::validate(&finished)?.map_or(Ok(finished), |finding| Err(at(finding)))
 }

@@ -11,7 +11,7 @@ use rspirv::spirv::{
 };
 
 use super::flavour::Flavour;
-use super::module::{decorations, globals, id_operand, operations, string_operand};
+use super::module::{decorations, globals, id_operand, operations, rename, string_operand};
 
 /// What the Vulkan memory model adds to memory operands; none of it means anything under GLSL450.
 const VULKAN_ACCESS: MemoryAccess = MemoryAccess::MAKE_POINTER_AVAILABLE
@@ -133,16 +133,6 @@ pub fn merge_equal_types(module: &mut Module) {
 
 fn is_type(opcode: Op) -> bool {
     matches!(opcode, Op::TypeStruct | Op::TypeArray | Op::TypePointer | Op::TypeFunction)
-}
-
-fn rename(instruction: &mut Instruction, names: &HashMap<Word, Word>) {
-    let renamed = |id: &mut Word| *id = names.get(id).copied().unwrap_or(*id);
-    instruction.result_type.iter_mut().for_each(renamed);
-    instruction.operands.iter_mut().for_each(|operand| {
-        if let Operand::IdRef(id) = operand {
-            renamed(id);
-        }
-    });
 }
 
 /// The types behind pointers that leave the invocation, with all that they consist of.

@@ -26,7 +26,7 @@ pub fn replace(directory: &Path, files: &BTreeMap<PathBuf, Vec<u8>>) -> Result<b
 }
 
 /// Writes a file, with the folders that lead to it.
-pub(crate) fn write(path: &Path, contents: &[u8]) -> Result<(), Error> {
+pub fn write(path: &Path, contents: &[u8]) -> Result<(), Error> {
     let made = path.parent().map_or(Ok(()), std::fs::create_dir_all);
     made.and_then(|()| std::fs::write(path, contents)).map_err(Error::io("write", path))
 }

@@ -9,14 +9,14 @@ use crate::Error;
 /// The environment that modules are made for.
 const TARGET_ENV: &str = "vulkan1.2";
 
-/// Optimises a module and strips names and other debug information.
+/// Optimises a module.
 pub fn optimise(module: &[u8]) -> Result<Vec<u8>, Error> {
     let folder = scratch()?;
     let (input, output) = (folder.path().join("in.spv"), folder.path().join("out.spv"));
     std::fs::write(&input, module).map_err(Error::io("write", &input))?;
     let mut command = Command::new("spirv-opt");
     // spirv-opt takes the environment as one argument, spirv-val as two.
-    command.arg(format!("--target-env={TARGET_ENV}")).args(["-O", "--strip-debug"]).arg(&input).arg("-o").arg(&output);
+    command.arg(format!("--target-env={TARGET_ENV}")).arg("-O").arg(&input).arg("-o").arg(&output);
     run(&mut command)?;
     std::fs::read(&output).map_err(Error::io("read", &output))
 }

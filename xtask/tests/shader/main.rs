@@ -1,6 +1,7 @@
 //! The steps after rust-gpu, on the committed modules and on modules that were broken on purpose.
 
 mod allow;
+mod canonical;
 mod check;
 mod limits;
 mod portable;

@@ -55,6 +55,7 @@ impl Gpu {
 
 /// Frames and their layers, and the mean of scrambles: all channels of all files have the same bits.
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn frames_layers_and_scrambles_are_those_of_the_cpu() {
     let Some(gpu) = Gpu::new() else { return };
     let renders: [&[&str]; 3] = [
@@ -85,6 +86,7 @@ fn bits(samples: &exr::prelude::FlatSamples) -> Vec<u32> {
 }
 
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn the_gpu_gives_the_picture_of_the_cpu() {
     let Some(gpu) = Gpu::new() else { return };
     let [on_cpu, on_gpu] = ["cpu", "gpu"].map(|device| {
@@ -109,6 +111,7 @@ fn the_gpu_gives_the_picture_of_the_cpu() {
 }
 
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn reservoirs_of_the_gpu_have_the_genealogy_of_the_cpu() {
     let Some(gpu) = Gpu::new() else { return };
     let arguments =
@@ -127,6 +130,7 @@ fn copied_modules() -> TempDir {
 }
 
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn modules_from_a_folder_are_used() {
     let Some(gpu) = Gpu::new() else { return };
     finish(&mut gpu.render_with(&copied_modules())).done();
@@ -134,6 +138,7 @@ fn modules_from_a_folder_are_used() {
 }
 
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn damaged_modules() {
     let Some(gpu) = Gpu::new() else { return };
     let refused = |name: &str, words: &[&str], damage: &dyn Fn(&mut Vec<u8>)| {

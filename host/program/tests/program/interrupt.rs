@@ -1,59 +1,14 @@
 //! Ctrl-C during a render.
 
-use std::io::{BufRead, BufReader, Read};
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::io::{BufRead, BufReader};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use crate::child::{Guarded, interrupt, interrupt_at};
 use crate::support::{Workplace, program};
 
-/// A child that does not outlive a failing test.
-struct Guarded(Child);
-
-impl Drop for Guarded {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
-impl Guarded {
-    fn wait_for(&mut self, limit: Duration) -> Option<ExitStatus> {
-        let start = Instant::now();
-        let mut status = None;
-        while status.is_none() && start.elapsed() < limit {
-            std::thread::sleep(Duration::from_millis(10));
-            status = self.0.try_wait().unwrap();
-        }
-        status
-    }
-}
-
-/// Starts the program, sends it a signal once it renders, and expects it to end as interrupted.
-fn interrupt(command: &mut Command, signal: &str) -> String {
-    interrupt_at("rendering:", command, signal)
-}
-
-/// As [`interrupt`], after a line that begins in this way.
-fn interrupt_at(begin: &str, command: &mut Command, signal: &str) -> String {
-    let mut child = Guarded(command.stderr(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap());
-    let mut stderr = BufReader::new(child.0.stderr.take().unwrap());
-    let mut line = String::new();
-    while !line.starts_with(begin) {
-        line.clear();
-        assert_ne!(stderr.read_line(&mut line).unwrap(), 0, "it ended before");
-    }
-    let sent = Command::new("kill").args([signal, &child.0.id().to_string()]).status().unwrap();
-    assert!(sent.success());
-    let status = child.wait_for(Duration::from_secs(60)).expect("it did not stop within a minute");
-    let mut rest = String::new();
-    stderr.read_to_string(&mut rest).unwrap();
-    assert_eq!(status.code(), Some(130), "{rest}");
-    assert_eq!(rest.lines().filter(|line| line.starts_with("error:")).count(), 1, "{rest}");
-    assert!(!rest.contains("panicked"), "{rest}");
-    rest
-}
-
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn an_interrupted_render_leaves_no_file() {
     for signal in ["-INT", "-TERM"] {
         let workplace = Workplace::new();
@@ -63,18 +18,9 @@ fn an_interrupted_render_leaves_no_file() {
     }
 }
 
-#[test]
-fn an_interrupted_benchmark_leaves_no_file() {
-    let (workplace, cache) = (Workplace::new(), tempfile::tempdir().unwrap());
-    let mut command = program(["bench", "cornell", "--device", "cpu", "--seconds", "1000000"]);
-    command.args(["--size", "16x16", "--reference-spp", "100000000"]).arg("--cache").arg(cache.path());
-    let said = interrupt(command.args(["--out", &workplace.output("")]), "-INT");
-    assert!(said.contains("kept in"), "{said}");
-    assert_eq!(workplace.outputs(), [""; 0]);
-}
-
 /// What is left of a reference is whole halves of it, or nothing at all; never an empty folder.
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn an_interrupted_reference_leaves_whole_halves() {
     let command = |cache: &std::path::Path, spp: &str| {
         let mut command = program(["reference", "cornell", "--size", "16x12", "--device", "cpu", "--threads", "1"]);
@@ -104,6 +50,7 @@ fn an_interrupted_reference_leaves_whole_halves() {
 
 /// Two million triangles take seconds to build, and the first signal ends that.
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn a_scene_that_is_built_can_be_interrupted() {
     let workplace = Workplace::new();
     let mut command = workplace.render("image.exr", "cornell", &["--subdivide", "8", "--spp", "1"]);
@@ -138,6 +85,7 @@ const RENDERS: [(&str, &[&str], u64); 5] = [
 
 /// Renders that are interrupted at random, each at least once, and go on until they are done: the bits are those of one that was not.
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn interrupted_renders_go_on_with_the_same_bits() {
     let (mut renders, mut interruptions) = (0, 0);
     for (scene, more, rounds) in RENDERS {
@@ -157,6 +105,7 @@ fn interrupted_renders_go_on_with_the_same_bits() {
 /// The same on a device, of paths and of chains.
 #[cfg(feature = "gpu")]
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn interrupted_renders_go_on_with_the_same_bits_on_a_device() {
     if !crate::gpu::adapter_is_there() {
         return;
@@ -207,6 +156,7 @@ fn goes_on(workplace: &Workplace, scene: &str, arguments: &[&str], round: u64, w
 /// Files of frames that were written are whole, and those that are missing can be added: all have the bits of a run that was not
 /// interrupted.
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn interrupted_frames_are_whole() {
     for technique in ["path", "restir-di"] {
         let workplace = Workplace::new();
@@ -239,6 +189,7 @@ fn interrupted_frames_are_whole() {
 
 /// A second Ctrl-C, while the first one has what is done written down, waits for the file.
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn a_second_interruption_leaves_no_part_of_a_checkpoint() {
     for round in 0..8_u64 {
         let workplace = Workplace::new();
@@ -269,6 +220,7 @@ fn a_second_interruption_leaves_no_part_of_a_checkpoint() {
 
 /// As above, of the halves of a reference: they are whole, or there is no folder for them.
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn a_second_interruption_leaves_no_part_of_a_reference() {
     for round in 0..8_u64 {
         let workplace = Workplace::new();
@@ -309,6 +261,7 @@ fn a_second_interruption_leaves_no_part_of_a_reference() {
 
 /// What is kept is of one render, and of no other; what is damaged is not believed.
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn checkpoints_of_other_renders_are_refused() {
     let workplace = Workplace::new();
     let kept = workplace.output("kept");

@@ -40,6 +40,7 @@ fn channels(file: &str) -> BTreeMap<String, Vec<f32>> {
 
 /// Layers have the names above, leave the picture as it is, and do not depend on the technique, but for where its rays go.
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn every_technique_writes_layers() {
     let workplace = Workplace::new();
     let mut of_centres = Vec::new();
@@ -61,6 +62,7 @@ fn every_technique_writes_layers() {
 
 /// What scatters inside of things has a colour there, and nothing else has.
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn what_scatters_inside_has_a_colour() {
     let workplace = Workplace::new();
     let scattering = |scene: &str| {
@@ -77,6 +79,7 @@ fn what_scatters_inside_has_a_colour() {
 
 /// Of an animation the layers are those of the frame that is shown, and its points move.
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn motion_is_that_of_the_frame() {
     let workplace = Workplace::new();
     let moved = |more: &[&str]| {
@@ -92,6 +95,7 @@ fn motion_is_that_of_the_frame() {
 }
 
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn layers_that_there_are_not() {
     let workplace = Workplace::new();
     let refused = |layers: &str, words: &[&str]| {

@@ -2,8 +2,9 @@
 
 mod bad_input;
 mod careless;
+#[cfg(unix)]
+mod child;
 mod data_files;
-mod figure;
 mod films;
 mod found;
 #[cfg(feature = "gpu")]
@@ -24,3 +25,6 @@ mod signals;
 mod stop;
 mod support;
 mod tev;
+
+/// The program.
+const PROGRAM: &str = env!("CARGO_BIN_EXE_restir");

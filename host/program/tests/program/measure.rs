@@ -1,4 +1,4 @@
-//! `restir bench`, `restir reference` and `restir explain`.
+//! `restir reference` and `restir explain`.
 
 use std::path::Path;
 
@@ -8,109 +8,7 @@ use tempfile::TempDir;
 
 use crate::support::{Outcome, Workplace, finish, program, run, with_defaults};
 
-/// A benchmark that takes less than a second, with a cache of its own.
-fn bench(workplace: &Workplace, cache: &TempDir, more: &[&str]) -> Outcome {
-    let mut command = program(["bench", "furnace", "--device", "cpu", "--cache"]);
-    command.arg(cache.path());
-    let out = ["--out", &workplace.output("")];
-    let defaults = [["--spp", "1,2,4"], ["--restarts", "3"], ["--reference-spp", "1024"], out];
-    finish(&mut with_defaults(command, &[&defaults[..], &SMALL].concat(), more))
-}
-
 const SMALL: [[&str; 2]; 2] = [["--size", "8x8"], ["--max-depth", "4"]];
-
-/// Where a column is; no value before those that are asked for here holds a comma.
-fn position(table: &str, name: &str) -> usize {
-    table.lines().next().unwrap().split(',').position(|column| column == name).unwrap()
-}
-
-fn column(table: &str, name: &str) -> Vec<String> {
-    let at = position(table, name);
-    table.lines().skip(1).map(|line| line.split(',').nth(at).unwrap().to_owned()).collect()
-}
-
-/// The table with each value of a column changed.
-fn with_column(table: &str, name: &str, change: impl Fn(&str) -> String) -> String {
-    let at = position(table, name);
-    let changed = |line: &str| {
-        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
-        fields[at] = change(&fields[at]);
-        fields.join(",") + "\n"
-    };
-    let (header, rows) = table.split_once('\n').unwrap();
-    format!("{header}\n{}", rows.lines().map(changed).collect::<String>())
-}
-
-#[test]
-fn a_benchmark_writes_its_report() {
-    let (workplace, cache) = (Workplace::new(), TempDir::new().unwrap());
-    let outcome = bench(&workplace, &cache, &["--technique", "path", "--technique", "path:roulette=on"]).done();
-    assert_eq!(workplace.outputs(), ["furnace.svg", "report.csv", "report.md"]);
-    let report = workplace.text("report.md");
-    assert!(outcome.stdout.starts_with(&report), "the report is printed, too");
-    assert!(report.contains("furnace.svg") && report.contains("1024 samples"), "{report}");
-    let table = workplace.text("report.csv");
-    assert_eq!(table.lines().count(), 1 + 2 * 3 * 3);
-    assert_eq!(column(&table, "closest_rays")[0].parse(), Ok(4.0));
-    bench(&workplace, &cache, &[]).done();
-    assert_eq!(workplace.text("report.csv").lines().count(), 1 + 3 * 3, "the report of before was replaced");
-}
-
-#[test]
-fn what_got_worse_is_flagged() {
-    let (workplace, cache) = (Workplace::new(), TempDir::new().unwrap());
-    bench(&workplace, &cache, &[]).done();
-    let text = workplace.text("report.csv");
-    let better = with_column(&text, "mse", |error| format!("{:e}", error.parse::<f64>().unwrap() / 100.0));
-    let same = workplace.input("same.csv", text.as_bytes());
-    let better = workplace.input("better.csv", better.as_bytes());
-    let worse = bench(&workplace, &cache, &["--against", &better]);
-    assert_eq!(worse.code, Some(1), "{}", worse.stderr);
-    let last = worse.stderr.lines().last().unwrap();
-    assert!(last.starts_with("error: worse than") && last.contains("furnace path at 1 spp"), "{last}");
-    assert!(worse.stdout.contains("**worse**"));
-    // seeds are fixed, so errors are those of before; times may say what they like
-    let unchanged = bench(&workplace, &cache, &["--against", &same]);
-    assert!(unchanged.stdout.contains("1.000 of"), "{}", unchanged.stdout);
-}
-
-#[test]
-fn a_poor_reference_gives_no_figures() {
-    let (workplace, cache) = (Workplace::new(), TempDir::new().unwrap());
-    bench(&workplace, &cache, &["--spp", "64", "--reference-spp", "128"]).says(&["reference too noisy"]);
-    let table = workplace.text("report.csv");
-    assert!(column(&table, "mse").iter().all(String::is_empty));
-    assert!(table.lines().skip(1).all(|line| line.ends_with("reference too noisy")));
-}
-
-#[test]
-fn benchmarks_that_cannot_be() {
-    let (workplace, cache) = (Workplace::new(), TempDir::new().unwrap());
-    let text = workplace.input("text.csv", b"a,b\n1,2\n");
-    let empty = workplace.input("empty.csv", b"");
-    let refused = |more: &[&str], words: &[&str]| {
-        bench(&workplace, &cache, more).refused(words);
-        assert_eq!(workplace.outputs(), [""; 0]);
-    };
-    refused(&["teapot"], &["teapot", "cornell"]);
-    refused(&["furnace"], &["furnace", "twice"]);
-    refused(&["--restarts", "0"], &["--restarts 0", "2 to"]);
-    refused(&["--spp", "1,0"], &["--spp", "at least 1"]);
-    refused(&["--spp", "1,4294967295"], &["--spp 4294967295", "at most"]);
-    refused(&["--spp", "1,x"], &["--spp", "natural number"]);
-    refused(&["--reference-spp", "0"], &["--reference-spp"]);
-    refused(&["--against", "missing.csv"], &["cannot read", "missing.csv"]);
-    refused(&["--against", &text], &["cannot read", "text.csv", "line: 2", "scene", "report.csv"]);
-    refused(&["--against", &empty], &["empty.csv", "no rows"]);
-    refused(&["--technique", "pth"], &["pth", "path"]);
-    refused(&["--technique", "path:jitter=on"], &["--jitter"]);
-    refused(&["moving", "--technique", "restir-di", "--max-depth", "2"], &["moving", "one moment"]);
-    refused(&["--technique", "path", "--technique", "path"], &["path", "twice"]);
-    refused(&["--max-depth", "0"], &["depth"]);
-    refused(&["--size", "0x8"], &["image"]);
-    refused(&["--out", &workplace.input("file", b"")], &["cannot write", "--out"]);
-    run(["bench"]).refused(&[]);
-}
 
 fn reference(cache: &Path, more: &[&str]) -> Outcome {
     let mut command = program(["reference", "furnace", "--device", "cpu", "--cache"]);
@@ -119,6 +17,7 @@ fn reference(cache: &Path, more: &[&str]) -> Outcome {
 }
 
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn a_reference_is_written_with_its_error_and_kept() {
     let (workplace, cache) = (Workplace::new(), TempDir::new().unwrap());
     let (output, error) = (workplace.output("r.exr"), workplace.output("e.exr"));
@@ -137,6 +36,7 @@ fn a_reference_is_written_with_its_error_and_kept() {
 }
 
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn references_that_cannot_be() {
     let (workplace, cache) = (Workplace::new(), TempDir::new().unwrap());
     let refused = |more: &[&str], words: &[&str]| {
@@ -150,6 +50,7 @@ fn references_that_cannot_be() {
 }
 
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn an_explained_sample_is_the_pixel_of_a_render() {
     let common = ["--size", "16x12", "--seed", "7", "--jitter", "--device", "cpu"];
     let image = Workplace::new().picture("image.exr", "cornell", &[&common[..], &["--spp", "1"]].concat());
@@ -169,6 +70,7 @@ fn an_explained_sample_is_the_pixel_of_a_render() {
 }
 
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn an_explanation_can_be_read() {
     let outcome = run(["explain", "furnace", "--pixel", "3,4", "--sample", "5", "--size", "8x8", "--device", "cpu"]);
     let words = ["pixel (3, 4), sample 5", "8. along", "walls", "emits", "light from triangle", "per steradian"];
@@ -177,6 +79,7 @@ fn an_explanation_can_be_read() {
 }
 
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn explanations_that_cannot_be() {
     let refused = |more: &[&str], words: &[&str]| {
         let common = ["explain", "furnace", "--size", "8x8", "--device", "cpu"];
@@ -199,6 +102,7 @@ fn explanations_that_cannot_be() {
 }
 
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn a_reservoir_has_a_genealogy() {
     let explained = |pixel: &str, more: &str| {
         let common = "explain moving --technique restir-di --size 16x12 --device cpu --pixel";
@@ -230,6 +134,7 @@ fn advise(more: &[&str]) -> Outcome {
 }
 
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn advice_names_a_command_that_works() {
     let advice = advise(&["--json"]).json();
     let techniques = advice["techniques"].as_array().unwrap();
@@ -255,6 +160,7 @@ fn advice_names_a_command_that_works() {
 }
 
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn advice_is_of_what_was_asked_for() {
     let among = ["--technique", "path", "--technique", "restir-di:last,preset=biased-2020", "--camera-path", "pan"];
     let outcome = advise(&among).done();

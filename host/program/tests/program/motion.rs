@@ -99,6 +99,7 @@ pub(crate) fn moving_files() -> [Vec<u8>; 3] {
 const LIT: [&str; 4] = ["--camera", "0.7,0.5,3:0.7,0.5,0", "--spp", "2"];
 
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn what_moves_is_where_it_is_at_a_time() {
     let workplace = Workplace::new();
     let film = |file: &str, time: &str| {
@@ -126,6 +127,7 @@ fn what_moves_is_where_it_is_at_a_time() {
 }
 
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn frames_begin_at_the_time() {
     let workplace = Workplace::new();
     let mut file = File::animated();
@@ -144,6 +146,7 @@ fn frames_begin_at_the_time() {
 }
 
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn a_camera_moves_too() {
     let workplace = Workplace::new();
     let scene = |place: [f32; 3], moves: bool| {
@@ -167,6 +170,7 @@ fn a_camera_moves_too() {
 }
 
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn times_that_are_none() {
     let workplace = Workplace::new();
     let refuses =
@@ -180,6 +184,7 @@ fn times_that_are_none() {
 }
 
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn what_cannot_move_is_refused() {
     let workplace = Workplace::new();
     let refused = |file: File, words: &[&str]| {

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
+use restir::advanced::metrics;
 use restir::image::{Image, read_exr, read_exr_metadata};
-use restir::metrics;
 use restir::scene::Scene;
 
 use crate::support::{Workplace, finish, value_of};
@@ -19,6 +19,7 @@ fn picture(workplace: &Workplace, name: &str) -> Image {
 }
 
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn a_turntable_is_files_of_all_sides() {
     let workplace = Workplace::new();
     let png = workplace.output("out.##.png");
@@ -52,6 +53,7 @@ fn a_turntable_is_files_of_all_sides() {
 
 /// Of a technique that reuses earlier frames, a frame is what a render that ends there shows, whatever is written before.
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn a_frame_does_not_depend_on_which_are_asked_for() {
     let workplace = Workplace::new();
     let common = ["--technique", "restir-di", "--camera-path", "orbit", "--frames"];
@@ -66,6 +68,7 @@ fn a_frame_does_not_depend_on_which_are_asked_for() {
 
 /// Path tracing shows what moves where it is in the frame. Positions of a frame are those of the time that it has.
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn frames_of_path_tracing_are_at_their_times() {
     let workplace = Workplace::new();
     let common = ["--spp", "1", "--no-jitter", "--aov", "position"];
@@ -86,6 +89,7 @@ fn frames_of_path_tracing_are_at_their_times() {
 }
 
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn frames_that_are_there_are_left_out() {
     for technique in ["path", "restir-di"] {
         let workplace = Workplace::new();
@@ -109,6 +113,7 @@ fn frames_that_are_there_are_left_out() {
 }
 
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn frames_that_cannot_be_written() {
     let workplace = Workplace::new();
     let refused = |output: &str, more: &[&str], words: &[&str]| {

@@ -41,20 +41,6 @@ fn no_frame_replaces_an_input_or_a_folder() {
     assert_eq!(workplace.outputs(), ["out.05.exr", "out.07.exr"]);
 }
 
-/// The table that a benchmark is compared with is the one that its own would replace, if no folder is named.
-#[test]
-fn a_benchmark_keeps_what_it_is_compared_with() {
-    let workplace = Workplace::new();
-    let [out, cache] = ["bench", "cache"].map(|name| workplace.output(name));
-    let bench = ["bench", "cornell", "--size", "4x3", "--reference-spp", "128", "--seconds", "0", "--restarts", "2"];
-    let run = |more: &[&str]| run([&bench[..], &["--cache", &cache, "--out", &out], more].concat());
-    run(&[]).done();
-    let table = format!("{out}/report.csv");
-    let before = std::fs::read(&table).unwrap();
-    run(&["--against", &table]).refused(&WORDS);
-    assert_eq!(std::fs::read(&table).unwrap(), before);
-}
-
 /// The environment goes to a second file, whose name is not asked for.
 #[test]
 fn the_environment_beside_an_export_is_a_file_to_be_written() {

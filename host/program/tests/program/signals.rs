@@ -6,16 +6,13 @@ use std::time::Duration;
 use crate::support::{Outcome, Workplace, program};
 
 /// Commands that end by themselves or not, with the files that they write as `%`.
-const COMMANDS: [&str; 12] = [
+const COMMANDS: [&str; 9] = [
     "advise cornell --size 48x36 --seconds 1000",
     "explain moving --technique restir-di --frames 12 --size 64x48 --pixel 3,4",
     "explain cornell --technique restir-pt --frames 3 --size 64x48 --pixel 3,4",
-    "figure tokuyoshi-fig1 --quick --out %figure",
-    "figure zhang2025-grid --quick --out %figure",
     "info statue",
     "info %image.exr",
     "compare %image.exr %image.exr",
-    "bench cornell --size 64x48 --seconds 1000 --cache %cache --out %bench",
     "reference cornell --size 64x48 --spp 1000000 --cache %cache",
     "export tower %tower.glb",
     "render cornell --size 64x48 --spp 1000000 -o %new.exr --png %new.png",
@@ -23,7 +20,7 @@ const COMMANDS: [&str; 12] = [
 
 /// The commands that a device does something for, by their beginnings.
 #[cfg(feature = "gpu")]
-const ON_A_DEVICE: [&str; 6] = ["advise", "explain", "figure tok", "bench", "reference", "render"];
+const ON_A_DEVICE: [&str; 4] = ["advise", "explain", "reference", "render"];
 
 /// It ends as interrupted or by itself, with at most one error, and with nothing half done.
 fn judge(outcome: &Outcome, outputs: &[String]) -> Result<(), String> {
@@ -41,6 +38,7 @@ fn judge(outcome: &Outcome, outputs: &[String]) -> Result<(), String> {
 }
 
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn every_command_can_be_interrupted_at_any_moment() {
     let mut interrupted = 0;
     for asked in COMMANDS {
@@ -48,12 +46,13 @@ fn every_command_can_be_interrupted_at_any_moment() {
         let more = if renders { &["--device", "cpu", "--threads", "1"][..] } else { &[] };
         interrupted += (0..40).step_by(3).filter(|&delay| is_interrupted(asked, more, delay)).count();
     }
-    assert!(interrupted > 80, "only {interrupted} were interrupted");
+    assert!(interrupted > 60, "only {interrupted} were interrupted");
 }
 
 /// On a device: before its adapter is there, while kernels are compiled, and during dispatches.
 #[cfg(feature = "gpu")]
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn commands_on_a_device_can_be_interrupted_at_any_moment() {
     if !crate::gpu::adapter_is_there() {
         return;

@@ -17,6 +17,7 @@ fn said(workplace: &Workplace, key: &str) -> f64 {
 
 /// The image is the mean of as many renders as it says, with seeds of their own, and as good as was asked for.
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn noise_is_what_was_asked_for() {
     let workplace = Workplace::new();
     for technique in technique::all() {
@@ -40,6 +41,7 @@ fn noise_is_what_was_asked_for() {
 }
 
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn time_is_kept() {
     let workplace = Workplace::new();
     let start = Instant::now();
@@ -53,6 +55,7 @@ fn time_is_kept() {
 
 /// An error that cannot be reached: the program is interrupted before it has been silent for ten seconds.
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 #[cfg(unix)]
 fn what_never_ends_says_so() {
     let workplace = Workplace::new();
@@ -72,6 +75,7 @@ fn what_never_ends_says_so() {
 }
 
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn stops_that_cannot_be() {
     let workplace = Workplace::new();
     let refused = |more: &[&str], words: &[&str]| {

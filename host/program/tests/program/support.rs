@@ -1,4 +1,4 @@
-//! Running the program and making small glTF files.
+//! Running a program and making small glTF files. The suite of the laboratory has this file, too.
 
 use std::ffi::OsStr;
 use std::io::Write;
@@ -90,11 +90,6 @@ impl Workplace {
         self.output_folder().join(name).to_str().unwrap().to_owned()
     }
 
-    /// The text of an output.
-    pub(crate) fn text(&self, name: &str) -> String {
-        std::fs::read_to_string(self.output(name)).unwrap()
-    }
-
     /// Names of the files in the folder for outputs.
     pub(crate) fn outputs(&self) -> Vec<String> {
         let entries = std::fs::read_dir(self.output_folder()).unwrap();
@@ -127,11 +122,9 @@ impl Workplace {
     }
 }
 
-/// The program.
-pub(crate) const PROGRAM: &str = env!("CARGO_BIN_EXE_restir");
-
+/// The suite's program, with arguments.
 pub(crate) fn program<S: AsRef<OsStr>>(arguments: impl IntoIterator<Item = S>) -> Command {
-    let mut command = Command::new(PROGRAM);
+    let mut command = Command::new(crate::PROGRAM);
     command.args(arguments).env_remove("RESTIR_MEMORY_LIMIT_BYTES");
     command
 }

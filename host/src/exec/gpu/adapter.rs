@@ -101,7 +101,7 @@ pub(crate) fn open(name: Option<&str>, flavour: Flavour) -> Result<(wgpu::Device
     let descriptor =
         if flavour == Flavour::Fast { wanted.or_else(|_| requirements(adapter, flavour)) } else { wanted }?;
     let opened = pollster::block_on(adapter.request_device(&descriptor));
-    opened.map_err(|e| AdapterError::Closed { adapter: names[index].clone(), reason: e.to_string() }.into())
+    opened.map_err(|e| AdapterError::Closed { adapter: names[index].clone(), source: e.into() }.into())
 }
 
 #[cfg(test)]

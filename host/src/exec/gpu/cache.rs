@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 const HASH: usize = blake3::OUT_LEN;
 
 /// A driver's cache and its file: the hash of the data, then the data.
+#[derive(Debug)]
 pub(super) struct Cache {
     path: PathBuf,
     driver: wgpu::PipelineCache,

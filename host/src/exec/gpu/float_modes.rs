@@ -1,10 +1,17 @@
 //! Which float-control modes the adapter reports; wgpu does not tell.
 
 use crate::spirv::FloatMode;
-use ash::vk;
 
 /// The modes that a Vulkan device does not report, which the loader has to drop. All of them elsewhere.
 pub(super) fn unsupported(device: &wgpu::Device) -> Vec<FloatMode> {
+    let reported = reported(device);
+    FloatMode::ALL.into_iter().zip(reported).filter(|(_, is_reported)| !is_reported).map(|(mode, _)| mode).collect()
+}
+
+/// Whether the device reports each of [`FloatMode::ALL`].
+#[cfg(not(target_vendor = "apple"))]
+fn reported(device: &wgpu::Device) -> [bool; 2] {
+    use ash::vk;
     // SAFETY: the handle is only used for a query and not kept.
     let supported = unsafe { device.as_hal::<wgpu::hal::api::Vulkan>() }.map(|device| {
         let mut controls = vk::PhysicalDeviceFloatControlsProperties::default();
@@ -15,8 +22,14 @@ pub(super) fn unsupported(device: &wgpu::Device) -> Vec<FloatMode> {
         unsafe { instance.get_physical_device_properties2(device.raw_physical_device(), &mut properties) };
         controls
     });
-    let reported = supported.map_or([vk::FALSE; 2], |controls| {
+    let modes = |controls: vk::PhysicalDeviceFloatControlsProperties<'_>| {
         [controls.shader_rounding_mode_rte_float32, controls.shader_signed_zero_inf_nan_preserve_float32]
-    });
-    FloatMode::ALL.into_iter().zip(reported).filter(|(_, is)| *is == vk::FALSE).map(|(mode, _)| mode).collect()
+    };
+    supported.map_or([vk::FALSE; 2], modes).map(|is_reported| is_reported != vk::FALSE)
+}
+
+/// wgpu has no Vulkan on Apple's systems.
+#[cfg(target_vendor = "apple")]
+fn reported(_device: &wgpu::Device) -> [bool; 2] {
+    [false; 2]
 }

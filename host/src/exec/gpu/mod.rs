@@ -2,16 +2,16 @@
 //!
 //! ```no_run
 //! use restir_host::exec::{CpuExecutor, Flavour, GpuExecutor};
-//! use restir_host::render::{Render, render};
+//! use restir_host::render::Render;
 //! use restir_host::technique::path::PathSettings;
 //! use restir_host::{Error, Shaders, buffers::SceneBuffers, scene::Scene};
 //!
 //! // the first hardware adapter, whose bits are compared with the host's before it renders
-//! let mut gpu = GpuExecutor::open(None, Flavour::Exact, Shaders::Embedded)?;
+//! let mut gpu = GpuExecutor::open()?;
 //! let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
 //! let job = Render::new([64, 64], PathSettings::default());
-//! let on_device = render(&mut gpu, &scene, &job, &mut |_| Ok(()))?;
-//! let native = render(&mut CpuExecutor::new(None)?, &scene, &job, &mut |_| Ok(()))?;
+//! let on_device = job.render(&scene, &mut gpu)?;
+//! let native = job.render(&scene, &mut CpuExecutor::new()?)?;
 //! assert_eq!(on_device.image, native.image);
 //! # Ok::<(), Error>(())
 //! ```
@@ -26,15 +26,43 @@ pub use adapter::{AdapterInfo, adapters, requirements};
 pub use pipeline::{Pipelines, takes_passthrough};
 
 use super::{Description, Executor, Flavour, Observer, Parity, Progress, Step};
-use crate::error::AdapterError;
+use crate::error::{AdapterError, explained};
 use crate::plan::{Buffer, BufferId, FramePlan, Pass, Upload};
 use crate::{Error, Shaders};
-use std::path::Path;
+use std::{fmt, path::Path};
 use wgpu::util::DeviceExt;
 
 /// How many passes are looked at before the first is run, to make the pipelines that they need side by side. Those that
 /// are new later are made when their turn comes.
 const LOOK_AHEAD: usize = 64;
+
+/// What [`GpuExecutor::builder`] opens.
+#[derive(Clone, Debug)]
+pub struct GpuBuilder<'a> {
+    pub(crate) adapter: Option<&'a str>,
+    pub(crate) flavour: Flavour,
+    pub(crate) shaders: Shaders,
+}
+
+impl<'a> GpuBuilder<'a> {
+    /// The first adapter whose name contains this, in any case; by default the first hardware adapter.
+    #[must_use]
+    pub fn adapter(self, name: impl Into<Option<&'a str>>) -> Self {
+        Self { adapter: name.into(), ..self }
+    }
+
+    /// The build of the kernels, by default [`Flavour::Exact`].
+    #[must_use]
+    pub fn flavour(self, flavour: Flavour) -> Self {
+        Self { flavour, ..self }
+    }
+
+    /// Where the kernels are, by default [`Shaders::Embedded`].
+    #[must_use]
+    pub fn shaders(self, shaders: Shaders) -> Self {
+        Self { shaders, ..self }
+    }
+}
 
 /// Runs compiled kernels on a GPU.
 pub struct GpuExecutor {
@@ -47,7 +75,18 @@ pub struct GpuExecutor {
     pub(crate) parity: Option<Parity>,
 }
 
+impl fmt::Debug for GpuExecutor {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("GpuExecutor").field("description", &self.describe()).finish_non_exhaustive()
+    }
+}
+
 impl GpuExecutor {
+    /// An executor on an adapter that is yet to be opened.
+    pub fn builder<'a>() -> GpuBuilder<'a> {
+        GpuBuilder { adapter: None, flavour: Flavour::Exact, shaders: Shaders::Embedded }
+    }
+
     /// An executor on the embedder's device. Kernels need no more than the default limits; the `exact` flavour needs
     /// [`takes_passthrough`]. [`Self::check`] tells whether the device keeps its promise.
     pub fn with_device(device: wgpu::Device, queue: wgpu::Queue, flavour: Flavour, shaders: Shaders) -> Self {
@@ -70,6 +109,7 @@ impl GpuExecutor {
     }
 
     /// The same device with other kernels; no self-check was made.
+    #[doc(hidden)]
     #[must_use]
     pub fn reload(&self, flavour: Flavour, shaders: Shaders) -> Self {
         Self::with_device(self.device.clone(), self.queue.clone(), flavour, shaders)
@@ -77,6 +117,7 @@ impl GpuExecutor {
 
     /// Loads `exact` through naga from now on, which drops the decorations that make it exact. A control for tests: the
     /// results are wrong on devices that contract or reassociate.
+    #[doc(hidden)]
     #[must_use]
     pub fn without_passthrough(mut self) -> Self {
         self.pipelines.disable_passthrough();
@@ -94,6 +135,7 @@ impl GpuExecutor {
     }
 
     /// How modules are loaded and which float-control modes were dropped.
+    #[doc(hidden)]
     pub fn loading(&self) -> String {
         self.pipelines.loading()
     }
@@ -113,7 +155,7 @@ impl GpuExecutor {
 
     fn wait(&self) -> Result<(), Error> {
         let polled = self.device.poll(wgpu::PollType::wait_indefinitely());
-        polled.map(drop).map_err(|e| AdapterError::Lost(e.to_string()).into())
+        polled.map(drop).map_err(|e| AdapterError::Lost(e.into()).into())
     }
 
     fn read(&self, buffer: &wgpu::Buffer) -> Result<Vec<u32>, Error> {
@@ -128,7 +170,8 @@ impl GpuExecutor {
         self.queue.submit([encoder.finish()]);
         staging.slice(..).map_async(wgpu::MapMode::Read, |_| {});
         self.wait()?;
-        let view = staging.get_mapped_range(..).map_err(|e| AdapterError::Lost(format!("no result to read, {e:?}")))?;
+        let view =
+            staging.get_mapped_range(..).map_err(|e| AdapterError::Lost(format!("no result to read, {e:?}").into()))?;
         Ok(bytemuck::pod_collect_to_vec(&view[..]))
     }
 }
@@ -195,9 +238,9 @@ pub(crate) fn guarded<T>(device: &wgpu::Device, work: impl FnOnce() -> Result<T,
     let result = work();
     let invalid = pollster::block_on(validation.pop());
     if let Some(error) = pollster::block_on(memory.pop()) {
-        return Err(Error::AdapterMemory(one_line(&error)));
+        return Err(Error::AdapterMemory(explained(one_line(&error), error)));
     }
-    invalid.map_or(result, |error| Err(AdapterError::Refused(one_line(&error)).into()))
+    invalid.map_or(result, |error| Err(AdapterError::Refused(explained(one_line(&error), error)).into()))
 }
 
 /// The first passes of a plan; of a scene that moves none beyond the second frame's first, because frames are large.
@@ -230,7 +273,7 @@ impl Executor for GpuExecutor {
         }
     }
 
-    fn run(&mut self, plan: FramePlan<'_>, observe: &mut Observer<'_>) -> Result<Vec<Vec<u32>>, Error> {
+    fn run_observed(&mut self, plan: FramePlan<'_>, observe: &mut Observer<'_>) -> Result<Vec<Vec<u32>>, Error> {
         let buffers = allocate(&self.device, &plan.buffers)?;
         let mut passes = plan.passes;
         let ahead = look_ahead(&mut passes);

@@ -1,7 +1,7 @@
 //! Pipelines from compiled kernels: passthrough for `exact` on Vulkan, naga elsewhere.
 
 use super::{cache::Cache, float_modes};
-use crate::error::AdapterError;
+use crate::error::{AdapterError, Cause, explained};
 use crate::spirv::{self, FloatMode};
 use crate::{Error, Shaders, exec::Flavour};
 use restir_kernels::{Access, KernelDesc};
@@ -12,6 +12,7 @@ use std::{borrow::Cow, path::Path, sync::mpsc};
 ///
 /// For an embedder who dispatches kernels on buffers of their own: binding `i` of set 0 is
 /// [`KernelDesc::bindings`]`[i]`, all of them storage buffers, read-only but for [`Access::Own`].
+#[derive(Debug)]
 pub struct Pipelines {
     device: wgpu::Device,
     flavour: Flavour,
@@ -50,6 +51,7 @@ impl Pipelines {
 
     /// Keeps what the driver compiles in a file of `folder`, and begins with what is there, if the device has the feature
     /// `PIPELINE_CACHE`; without, nothing changes. The file may be deleted at any time.
+    #[doc(hidden)]
     #[must_use]
     pub fn kept_in(mut self, folder: &Path) -> Self {
         self.cache = Cache::open(&self.device, folder);
@@ -63,6 +65,7 @@ impl Pipelines {
     }
 
     /// How modules are loaded, and which float-control modes were dropped.
+    #[doc(hidden)]
     pub fn loading(&self) -> String {
         match (self.passthrough, self.dropped_modes.as_slice()) {
             (false, _) => format!("{} through naga", self.flavour),
@@ -87,6 +90,7 @@ impl Pipelines {
     ///
     /// # Errors
     /// As [`Self::get`].
+    #[doc(hidden)]
     pub fn prepare(
         &mut self,
         wanted: &[(&'static KernelDesc, Vec<u32>)],
@@ -134,8 +138,9 @@ impl Pipelines {
             cache: self.cache.as_ref().map(Cache::driver),
         });
         pollster::block_on(scope.pop()).map_or(Ok(pipeline), |error| {
-            let error = super::one_line(&error);
-            Err(broken(kernel, format!("the adapter rejects the module: {error}; the CPU renders the same")))
+            let said = super::one_line(&error);
+            let sentence = format!("the adapter rejects the module: {said}; the CPU renders the same");
+            Err(broken(kernel, explained(sentence, error)))
         })
     }
 
@@ -146,13 +151,12 @@ impl Pipelines {
         // naga rejects the modes, and keeps no decoration that they would go with
         let dropped = if self.passthrough { self.dropped_modes.as_slice() } else { &FloatMode::ALL };
         let words = spirv::freeze(&words, &values).and_then(|words| spirv::strip_modes(&words, dropped));
-        let problem = || "it is no SPIR-V".to_owned();
-        words.ok_or_else(|| Error::Module { kernel: kernel.name.to_owned(), problem: problem() })
+        words.ok_or_else(|| Error::Module { kernel: kernel.name.to_owned(), source: "it is no SPIR-V".into() })
     }
 }
 
-fn broken(kernel: &KernelDesc, problem: String) -> Error {
-    Error::Kernel { kernel: kernel.name.to_owned(), problem }
+fn broken(kernel: &KernelDesc, cause: impl Into<Cause>) -> Error {
+    Error::Kernel { kernel: kernel.name.to_owned(), source: cause.into() }
 }
 
 fn shader_module(device: &wgpu::Device, kernel: &KernelDesc, words: Vec<u32>, passthrough: bool) -> wgpu::ShaderModule {

@@ -65,6 +65,7 @@ pub const NAMES: &[(&str, &str)] = &[
 
 /// Scenes that are made of a seed or of arguments: what their names are like, and a line about them. What goes through all built-in
 /// scenes does not go through these.
+#[doc(hidden)]
 pub const FAMILIES: &[(&str, &str)] = &[
     ("hall-SEED", "a hall by a generator, hall-1 for instance: 60 to 959 lights, glossy and diffuse surfaces"),
     ("cube:depth=D", "the cube as a slab of that depth, at most 1"),
@@ -79,7 +80,7 @@ pub const FAMILIES: &[(&str, &str)] = &[
 ///
 /// # Errors
 /// [`Error::Scene`] for arguments that the scene does not have, and for values that it cannot take.
-pub fn varied(name: &str) -> Option<Result<Scene, Error>> {
+pub(crate) fn varied(name: &str) -> Option<Result<Scene, Error>> {
     match name.split_once(':')? {
         ("cube", arguments) => Some(cube::varied(name, arguments)),
         ("slab", arguments) => Some(slab::varied(name, arguments)),

@@ -43,6 +43,7 @@ pub struct Node {
 
 /// The transform of a node.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Placement {
     /// Any affine map. Tracks cannot change it.
     Matrix(DAffine3),
@@ -68,6 +69,7 @@ pub struct Attachment {
 
 /// What a node can carry. It has the node's transform instead of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum Part {
     /// An instance, by its index.
     Instance(usize),

@@ -21,6 +21,7 @@ pub struct Track {
 
 /// What of a node can change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum Property {
     /// Three numbers.
     Translation,
@@ -34,6 +35,7 @@ pub enum Property {
 
 /// How values follow from those of the keys.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Interpolation {
     /// That of the key before.
     Step,

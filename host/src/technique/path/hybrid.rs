@@ -5,8 +5,8 @@ use crate::plan::{Buffer, BufferId};
 use restir_kernels::KernelDesc;
 use restir_kernels::path::{path_entry, path_exits, path_profile};
 use restir_shared::camera::spread;
-use restir_shared::technique::path::PathParams;
 use restir_shared::technique::path::hybrid::*;
+use restir_shared::technique::path::{PathFlags, PathParams};
 
 crate::choices! {
     /// Which parts of subsurface light are rendered, where profiles are.
@@ -123,33 +123,32 @@ impl Hybrid {
     }
 
     /// What the settings are in the parameters.
-    pub(super) fn flags(&self) -> u32 {
+    pub(super) fn flags(&self) -> PathFlags {
         let s = &self.settings;
-        let flag = |on, bit| if on { bit } else { 0 };
         let shown = |part: Parts| s.parts.has(part);
         let hybrid = s.subsurface == Subsurface::Hybrid;
         let profile = shown(Parts::Profile);
-        flag(shown(Parts::Rest) || s.parts.is_outside(), HYBRID_REST)
-            | flag(s.parts == Parts::Diffuse, HYBRID_DIFFUSE)
-            | flag(s.parts == Parts::Specular, HYBRID_SPECULAR)
-            | flag(hybrid && shown(Parts::Boundary), HYBRID_BOUNDARY)
-            | flag(hybrid && shown(Parts::Single), HYBRID_SINGLE)
-            | flag(profile, HYBRID_PROFILE)
-            | flag(!hybrid || s.counted_twice, HYBRID_WHOLE)
-            | flag(s.profile == Fit::Searchlight, HYBRID_SIGNED)
-            | flag(s.profile == Fit::Clamped, HYBRID_CLAMPED)
-            | flag(s.way_out == WayOut::Drawn, HYBRID_DRAWN)
-            | flag(s.crossings == Crossings::One, HYBRID_ONE_CROSSING)
-            | flag(s.radius_channel == RadiusChoice::Albedo, HYBRID_BY_ALBEDO)
-            | flag(s.support == SupportChoice::Published, HYBRID_PUBLISHED)
-            | flag(profile && s.profile_paths, HYBRID_GOES_ON)
+        PathFlags::REST.only_if(shown(Parts::Rest) || s.parts.is_outside())
+            | PathFlags::DIFFUSE.only_if(s.parts == Parts::Diffuse)
+            | PathFlags::SPECULAR.only_if(s.parts == Parts::Specular)
+            | PathFlags::BOUNDARY.only_if(hybrid && shown(Parts::Boundary))
+            | PathFlags::SINGLE.only_if(hybrid && shown(Parts::Single))
+            | PathFlags::PROFILE.only_if(profile)
+            | PathFlags::WHOLE.only_if(!hybrid || s.counted_twice)
+            | PathFlags::SIGNED.only_if(s.profile == Fit::Searchlight)
+            | PathFlags::CLAMPED.only_if(s.profile == Fit::Clamped)
+            | PathFlags::DRAWN.only_if(s.way_out == WayOut::Drawn)
+            | PathFlags::ONE_CROSSING.only_if(s.crossings == Crossings::One)
+            | PathFlags::BY_ALBEDO.only_if(s.radius_channel == RadiusChoice::Albedo)
+            | PathFlags::PUBLISHED.only_if(s.support == SupportChoice::Published)
+            | PathFlags::GOES_ON.only_if(profile && s.profile_paths)
     }
 
     /// The kernels that have something to do.
     fn turns(&self) -> &'static [&'static KernelDesc] {
         let flags = self.flags();
-        let branches = flags & (HYBRID_BOUNDARY | HYBRID_SINGLE | HYBRID_GOES_ON) != 0;
-        let profile = branches || flags & HYBRID_PROFILE != 0;
+        let branches = flags.contains(PathFlags::BOUNDARY | PathFlags::SINGLE | PathFlags::GOES_ON);
+        let profile = branches || flags.contains(PathFlags::PROFILE);
         &TURNS[..1 + usize::from(profile) + usize::from(branches)]
     }
 

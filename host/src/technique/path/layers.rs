@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use super::{Orders, Parts, PathSettings, Subsurface};
 use crate::exec::{Executor, Observer};
 use crate::image::Channel;
-use crate::render::{self, Render, Rendered};
+use crate::render::{Render, Rendered};
 use crate::technique::Technique;
 use crate::{Error, buffers::SceneBuffers};
 
@@ -30,7 +30,7 @@ const PARTS: [(Parts, [&str; 3]); 5] = [
     (Parts::Profile, ["part.profile.R", "part.profile.G", "part.profile.B"]),
 ];
 
-/// As [`render::render`], with channels for light by how often it was scattered inside of things, or by the part that holds it where profiles
+/// As [`Render::render`], with channels for light by how often it was scattered inside of things, or by the part that holds it where profiles
 /// are. Each is a render of its own with the same random numbers, so that the image is their sum, but for roundings, and all take as long as so
 /// many images.
 pub(super) fn render_with_layers(
@@ -43,19 +43,19 @@ pub(super) fn render_with_layers(
     let layers = match settings.subsurface(scene.features) {
         Subsurface::Off => {
             let reason = "nothing scatters light inside of things, and layers are by how often it was scattered";
-            return Err(Error::Layers { technique: settings.about().name, reason });
+            return Err(Error::NoLayers { technique: settings.about().name, reason });
         }
         Subsurface::Walk => LAYERS.map(|(range, names)| (names, of_orders(settings, &range))).to_vec(),
         Subsurface::Diffusion | Subsurface::Hybrid => {
             PARTS.map(|(part, names)| (names, of_part(settings, part))).to_vec()
         }
     };
-    let rendered = render::render(executor, scene, render, observe)?;
+    let rendered = render.render_observed(scene, executor, observe)?;
     let mut channels = Vec::new();
     for (names, settings) in layers {
         let values = if let Some(settings) = settings {
             let part = Render { technique: settings.into(), ..render.clone() };
-            render::render(executor, scene, &part, observe)?.image.pixels
+            part.render_observed(scene, executor, observe)?.image.pixels
         } else {
             vec![[0.0; 3]; rendered.image.pixels.len()]
         };
@@ -82,6 +82,7 @@ mod tests {
     use super::*;
     use crate::exec::CpuExecutor;
     use crate::scene::builtin;
+    use crate::technique::inspect::Inspect;
 
     #[test]
     fn layers_sum_up_to_the_image_and_need_a_medium() {
@@ -110,6 +111,6 @@ mod tests {
                 assert!((sum - pixel[1]).abs() <= 1.0e-5 * pixel[1], "{name}: {sum} {pixel:?}");
             }
         }
-        assert!(matches!(layers("cornell", walk(Orders::ALL)), Err(crate::Error::Layers { technique: "path", .. })));
+        assert!(matches!(layers("cornell", walk(Orders::ALL)), Err(crate::Error::NoLayers { technique: "path", .. })));
     }
 }

@@ -28,16 +28,18 @@ mod vertices;
 pub use hybrid::{Crossings, Fit, Parts, RadiusChoice, SupportChoice, WayOut};
 pub use media::{AfterSubsurface, Subsurface};
 pub use orders::Orders;
+// of one sample, for suites
+#[doc(hidden)]
 pub use replay::{film, params};
 pub use vertices::{Emission, Escape, NextEvent, Path, Vertex, explain_sample};
 
-use super::{About, Integral, PixelFilter, Repeats, Technique};
+use super::{About, Diagnose, Integral, PixelFilter, Repeats, Technique, inspect::Inspect};
 use crate::exec::{Executor, Observer};
 use crate::image::Channel;
 use crate::render::{Render, Rendered};
 use crate::settings::Settings;
 use crate::technique::explain::{Explanation, Subject};
-use crate::technique::sequence::{Sequence, Stage};
+use crate::sequence::{Sequence, Stage};
 use crate::{Error, buffers::SceneBuffers};
 use restir_shared::layout::FEATURE_SUBSURFACE;
 use restir_shared::rng::Sampler;
@@ -145,14 +147,14 @@ impl Technique for PathSettings {
         Integral { max_depth, jitter, filter, multiscatter }
     }
 
-    fn check(&self, _scene: &SceneBuffers, _render: &Render) -> Result<(), Error> {
+    fn check(&self, _scene: &SceneBuffers, _repeats: u32) -> Result<(), Error> {
         if self.filter != PixelFilter::Box && !self.jitter {
             let problem =
                 "samples through the centres of pixels cannot be filtered; leave out the filter or jitter=off";
-            return Err(Error::Together { settings: &["filter", "jitter"], problem: problem.to_owned() });
+            return Err(Error::ConflictingSettings { settings: &["filter", "jitter"], problem: problem.to_owned() });
         }
         match self.dispatch_samples {
-            Some(0) => Err(Error::Value {
+            Some(0) => Err(Error::InvalidValue {
                 setting: "dispatch_samples",
                 value: "0".to_owned(),
                 expected: "at least 1, because dispatches without samples never end".to_owned(),
@@ -160,17 +162,9 @@ impl Technique for PathSettings {
             _ => Ok(()),
         }
     }
+}
 
-    fn render_with_layers(
-        &self,
-        executor: &mut dyn Executor,
-        scene: &SceneBuffers,
-        render: &Render,
-        observe: &mut Observer<'_>,
-    ) -> Result<(Rendered, Vec<Channel>), Error> {
-        layers::render_with_layers(self, executor, scene, render, observe)
-    }
-
+impl Diagnose for PathSettings {
     fn without_effect(&self, scene: &SceneBuffers) -> Option<String> {
         let (idle, why) = match self.subsurface(scene.features) {
             Subsurface::Off => ([OF_WALKS, OF_PROFILES].concat(), "where no light is followed inside of things"),
@@ -181,14 +175,26 @@ impl Technique for PathSettings {
         let set: Vec<&str> = idle.into_iter().filter(|key| self.value(key) != default.value(key)).collect();
         (!set.is_empty()).then(|| format!("has no use for {} {why}", set.join(", ")))
     }
+}
+
+impl Inspect for PathSettings {
+    fn render_with_layers(
+        &self,
+        executor: &mut dyn Executor,
+        scene: &SceneBuffers,
+        render: &Render,
+        observe: &mut Observer<'_>,
+    ) -> Result<(Rendered, Vec<Channel>), Error> {
+        layers::render_with_layers(self, executor, scene, render, observe)
+    }
 
     fn check_explained(&self, scene: &SceneBuffers, render: &Render) -> Result<(), Error> {
         if self.subsurface(scene.features) != Subsurface::Off {
             let problem =
                 "what light does inside of things is not written down; give subsurface=off to explain the rest";
-            return Err(Error::Together { settings: &["subsurface"], problem: problem.to_owned() });
+            return Err(Error::ConflictingSettings { settings: &["subsurface"], problem: problem.to_owned() });
         }
-        crate::render::check(scene, render)
+        render.check(scene)
     }
 
     fn explain(&self, executor: &mut dyn Executor, subject: Subject<'_>) -> Result<Explanation, Error> {

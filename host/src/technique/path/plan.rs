@@ -7,14 +7,14 @@ use crate::Error;
 use crate::exec::Dispatches;
 use crate::film::Film;
 use crate::plan::{ARENAS, Buffer, BufferId, Pass};
-use crate::technique::sequence::{Frame, Sequence, Stage, Work};
+use crate::sequence::{Frame, Sequence, Stage, Work};
 use crate::technique::{PixelFilter, Technique};
 use restir_kernels::path::{path, path_media, path_media_clear};
 use restir_shared::film::MAX_BLOCK_LOG2;
 use restir_shared::layout::{FEATURE_CLEAR_BORDER, FEATURE_SUBSURFACE};
 use restir_shared::rng::Sampler;
 use restir_shared::technique::path::media::{MediaParams, PackedWalker};
-use restir_shared::technique::path::{PATH_BLACKMAN_HARRIS, PATH_JITTER, PATH_ROULETTE, PATH_SOBOL, PathParams};
+use restir_shared::technique::path::{PathFlags, PathParams};
 use std::collections::VecDeque;
 
 /// What limits a dispatch.
@@ -32,7 +32,9 @@ impl Limits {
         match dispatches {
             Dispatches::Short => Self { samples_log2: 20, segments: Some(64) },
             // of paths of up to 8 segments, and fewer of longer ones
-            Dispatches::Long => Self { samples_log2: 22_u32.saturating_sub(max_depth.div_ceil(8).ilog2()), segments: None },
+            Dispatches::Long => {
+                Self { samples_log2: 22_u32.saturating_sub(max_depth.div_ceil(8).ilog2()), segments: None }
+            }
         }
     }
 }
@@ -116,17 +118,16 @@ impl Paths {
         }
     }
 
-    fn flags(&self) -> u32 {
+    fn flags(&self) -> PathFlags {
         let settings = &self.settings;
-        let flag = |on, bit| if on { bit } else { 0 };
         let spread = match settings.filter {
-            PixelFilter::Box => PATH_JITTER,
-            PixelFilter::BlackmanHarris => PATH_BLACKMAN_HARRIS,
+            PixelFilter::Box => PathFlags::JITTER,
+            PixelFilter::BlackmanHarris => PathFlags::BLACKMAN_HARRIS,
         };
-        flag(settings.jitter, spread)
-            | flag(settings.roulette, PATH_ROULETTE)
-            | flag(settings.sampler == Sampler::Sobol, PATH_SOBOL)
-            | self.hybrid.as_ref().map_or(0, Hybrid::flags)
+        spread.only_if(settings.jitter)
+            | PathFlags::ROULETTE.only_if(settings.roulette)
+            | PathFlags::SOBOL.only_if(settings.sampler == Sampler::Sobol)
+            | self.hybrid.as_ref().map_or(PathFlags::NONE, Hybrid::flags)
     }
 
     fn trace(&mut self, first: u32, log2: u32) -> Option<Result<Pass, Error>> {
@@ -160,7 +161,7 @@ impl Paths {
     fn constants(&self, frame: &Frame) -> [(&'static str, u32); 2] {
         // without walks nothing asks what interiors scatter
         let absent = if self.media.is_some() | self.hybrid.is_some() { 0 } else { FEATURE_SUBSURFACE };
-        [("features", self.settings.integral().features(frame.features) & !absent), ("settings", self.flags())]
+        [("features", self.settings.integral().features(frame.features) & !absent), ("settings", self.flags().bits())]
     }
 
     /// The next stretch of paths through media.

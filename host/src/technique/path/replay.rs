@@ -14,7 +14,7 @@ use crate::{Error, buffers::SceneBuffers, exec::Executor};
 /// The parameters of a pass of path tracing that traces the sample `index` of every pixel.
 ///
 /// # Errors
-/// As of [`crate::render::check`].
+/// As of [`Render::check`].
 pub fn params(scene: &SceneBuffers, render: &Render, index: u32) -> Result<PathParams, Error> {
     sample_pass(scene, render, index).map(|(_, _, params)| params)
 }
@@ -22,7 +22,7 @@ pub fn params(scene: &SceneBuffers, render: &Render, index: u32) -> Result<PathP
 /// The film of an executor after the sample `index` of every pixel, rows from top to bottom.
 ///
 /// # Errors
-/// As of [`crate::render::check`] and of the executor.
+/// As of [`Render::check`] and of the executor.
 pub fn film(
     executor: &mut dyn Executor,
     scene: &SceneBuffers,
@@ -32,20 +32,19 @@ pub fn film(
     let (buffers, pass, _) = sample_pass(scene, render, index)?;
     let outputs = vec![pass.bound("film")?];
     let plan = FramePlan { scene: Some(Arc::new(scene.clone())), ..FramePlan::of(buffers, vec![pass], outputs) };
-    let words = executor.run(plan, &mut |_| Ok(()))?;
+    let words = executor.run(plan)?;
     Ok(bytemuck::cast_slice(words.first().map_or(&[], |words| words)).to_vec())
 }
 
 /// The first pass of a render of one sample, moved to the sample `index`, with the plan's buffers and its parameters.
 fn sample_pass(scene: &SceneBuffers, render: &Render, index: u32) -> Result<(Vec<Buffer>, Pass, PathParams), Error> {
     let render = Render { count: 1, ..render.clone() };
-    render.technique.check_explained(scene, &render)?;
+    render.technique.inspect().check_explained(scene, &render)?;
     let FramePlan { buffers, mut passes, .. } = render.plan(scene);
     let first = passes.next().transpose()?.and_then(|pass| Some((pass.params::<PathParams>()?, pass)));
     let Some((params, pass)) = first else {
-        return Err(Error::Setting(
-            "a plan without a pass of path tracing cannot be replayed; correct the plan".to_owned(),
-        ));
+        let problem = "a plan without a pass of path tracing cannot be replayed; correct the plan".to_owned();
+        return Err(Error::Plan { problem });
     };
     let params = PathParams { first_sample: index, ..params };
     Ok((buffers, Pass { params: bytemuck::cast_slice(&[params]).to_vec(), ..pass }, params))
@@ -73,7 +72,7 @@ mod tests {
 
     #[test]
     fn a_replayed_path_has_the_bits_of_the_film_and_so_has_the_sum_of_its_parts() {
-        let mut cpu = CpuExecutor::new(Some(1)).unwrap();
+        let mut cpu = CpuExecutor::with_threads(1).unwrap();
         for (name, roulette) in [("cornell", false), ("cornell", true), ("furnace", false), ("foliage", false)] {
             let source = Scene::load(name).unwrap();
             let scene = SceneBuffers::build(&source).unwrap();

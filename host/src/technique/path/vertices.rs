@@ -113,7 +113,7 @@ impl Path {
 /// Replays a sample natively.
 ///
 /// # Errors
-/// [`Error::Pixel`] for one outside of the image, and as of [`crate::render::check`].
+/// [`Error::Pixel`] for one outside of the image, and as of [`Render::check`].
 pub fn explain_sample(scene: &SceneBuffers, render: &Render, place: Place) -> Result<Path, Error> {
     place.check(render)?;
     let Place { x, y, sample } = place;

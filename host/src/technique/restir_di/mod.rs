@@ -3,8 +3,10 @@
 //! ```
 //! use restir_host::render::Render;
 //! use restir_host::technique::Technique;
-//! use restir_host::technique::restir_di::{DiSettings, render_with_layers};
+//! use restir_host::technique::restir_di::DiSettings;
+//! use restir_host::technique::reuse::render_with_layers;
 //! use restir_host::{Error, buffers::SceneBuffers, exec::CpuExecutor, scene::Scene};
+//! use restir_shared::technique::restir_di::PackedReservoir;
 //!
 //! let settings = DiSettings::preset("quality").expect("a preset");
 //! assert!(settings.biases().is_empty());
@@ -12,36 +14,35 @@
 //! // eight frames, of which each reuses what the ones before it have found
 //! let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
 //! let job = Render { count: 8, ..Render::new([32, 24], settings) };
-//! let (rendered, layers) = render_with_layers(&mut CpuExecutor::new(None)?, &scene, &job, &mut |_| Ok(()))?;
+//! let mut cpu = CpuExecutor::new()?;
+//! let (rendered, layers) = render_with_layers::<PackedReservoir>(&mut cpu, &scene, &job, &mut |_| Ok(()))?;
 //! assert_eq!(rendered.dropped_samples, 0);
 //! // the reservoirs of the last frame stand for more than the candidates of one
-//! assert!(layers.reservoirs.iter().any(|reservoir| reservoir.confidence > 4.0));
+//! assert!(layers.records.iter().any(|reservoir| reservoir.confidence > 4.0));
 //! # Ok::<(), Error>(())
 //! ```
 
-mod explain;
-mod genealogy;
-mod layers;
-mod lineage;
+mod describe;
 mod plan;
 mod settings;
 mod shading;
 
-pub use genealogy::{Generation, LightSource, Reuse, genealogy};
-pub use layers::{Layers, render_with_layers};
-pub use lineage::Origin;
+pub use describe::{LightSource, SampleDetails};
+pub use settings::{DiSettings, Target, Temporal, Tiles, Visibility, VisibilityReuse};
+// the ends of ranges, which each setting names
+#[doc(hidden)]
 pub use settings::{
-    DiSettings, MAX_CANDIDATES, MAX_CONFIDENCE_CAP, MAX_INITIAL_RAYS, MAX_NEIGHBOURS, MAX_SEEN_RAYS, MAX_SHADED, MAX_SPATIAL_PASSES,
-    MAX_TILE_SIZE, MAX_TILES, Target, Temporal, Tiles, Visibility, VisibilityReuse,
+    MAX_CANDIDATES, MAX_CONFIDENCE_CAP, MAX_INITIAL_RAYS, MAX_NEIGHBOURS, MAX_SHADED, MAX_SPATIAL_PASSES, MAX_TILE_SIZE, MAX_TILES,
 };
 
-use super::{About, Integral, PixelFilter, Repeats, Technique};
+use super::{About, Diagnose, Integral, PixelFilter, Repeats, Technique, inspect::Inspect, reuse};
 use crate::exec::{Executor, Observer};
 use crate::render::{Render, Rendered};
 use crate::technique::explain::{Explanation, Subject};
 use crate::technique::sequence::{Sequence, Stage};
 use crate::{Error, buffers::SceneBuffers, image::Channel};
 use restir_shared::layout::{FEATURE_CLEAR, FEATURE_SUBSURFACE};
+use restir_shared::technique::restir_di::PackedReservoir;
 
 /// Paths of so many segments carry direct light and what is seen to emit.
 const DEPTH: u32 = 2;
@@ -59,7 +60,7 @@ impl Technique for DiSettings {
     }
 
     fn sequence(&self, stage: &Stage) -> Box<dyn Sequence> {
-        Box::new(plan::Chain::new(self, stage))
+        Box::new(plan::chain(self, stage))
     }
 
     fn looks_back(&self) -> bool {
@@ -71,18 +72,28 @@ impl Technique for DiSettings {
         Integral { max_depth: DEPTH, jitter, filter: PixelFilter::Box, multiscatter }
     }
 
-    fn check(&self, scene: &SceneBuffers, render: &Render) -> Result<(), Error> {
+    fn check(&self, scene: &SceneBuffers, repeats: u32) -> Result<(), Error> {
         self.check_together()?;
-        let (count, passes) = (render.count, self.shading_passes());
-        if u64::from(render.repeats_in_mean()) * u64::from(passes) > u64::from(u32::MAX) {
+        let passes = self.shading_passes();
+        if u64::from(repeats) * u64::from(passes) > u64::from(u32::MAX) {
             let problem = format!(
-                "{count} frames of {passes} passes of shading are too many; give fewer frames, or a smaller setting shaded"
+                "{repeats} frames of {passes} passes of shading are too many; give fewer frames, or a smaller setting shaded"
             );
-            return Err(Error::Together { settings: &["frames", "shaded"], problem });
+            return Err(Error::ConflictingSettings { settings: &["frames", "shaded"], problem });
         }
         scene.check_addresses()
     }
 
+    /// Light through clear glass is a longer path.
+    fn for_direct_light(&self, integral: &Integral) -> Option<Box<dyn Technique>> {
+        let Integral { jitter, multiscatter, .. } = *integral;
+        let settings = Self { jitter, multiscatter, transmittance: false, ..self.clone() };
+        let differs = settings.integral() != Integral { max_depth: DEPTH, ..*integral };
+        (!differs).then(|| settings.into())
+    }
+}
+
+impl Diagnose for DiSettings {
     /// Without reuse, then the unbiased presets for one frame after the other and for the mean of all, of which the latter with more
     /// candidates pays where there are hundreds of lights, and with a spatial pass where there are so many that most pixels find
     /// nothing of use by themselves.
@@ -104,14 +115,6 @@ impl Technique for DiSettings {
         idle.then(|| "has no use for seen_rays without jitter: all rays are those through the centres of pixels".to_owned())
     }
 
-    /// Light through clear glass is a longer path.
-    fn for_direct_light(&self, integral: &Integral) -> Option<Box<dyn Technique>> {
-        let Integral { jitter, multiscatter, .. } = *integral;
-        let settings = Self { jitter, multiscatter, transmittance: false, ..self.clone() };
-        let differs = settings.integral() != Integral { max_depth: DEPTH, ..*integral };
-        (!differs).then(|| settings.into())
-    }
-
     fn reuses(&self) -> bool {
         self.temporal != Temporal::Off || self.spatial > 0 || self.shaded > 0
     }
@@ -130,13 +133,15 @@ impl Technique for DiSettings {
         let through = "sees lights through clear glass, and path tracing does not; give transmittance=off";
         self.leaves_out(scene).or(clear.then_some(through))
     }
+}
 
+impl Inspect for DiSettings {
     fn check_explained(&self, scene: &SceneBuffers, render: &Render) -> Result<(), Error> {
-        genealogy::check(self, scene, render)
+        reuse::check::<PackedReservoir>(scene, render)
     }
 
     fn explain(&self, executor: &mut dyn Executor, subject: Subject<'_>) -> Result<Explanation, Error> {
-        explain::explain(self, executor, subject)
+        reuse::explain::explain::<PackedReservoir>(executor, subject)
     }
 
     fn render_with_layers(
@@ -146,6 +151,7 @@ impl Technique for DiSettings {
         render: &Render,
         observe: &mut Observer<'_>,
     ) -> Result<(Rendered, Vec<Channel>), Error> {
-        render_with_layers(executor, scene, render, observe).map(|(rendered, layers)| (rendered, layers.channels()))
+        let (rendered, layers) = reuse::render_with_layers::<PackedReservoir>(executor, scene, render, observe)?;
+        Ok((rendered, layers.channels()))
     }
 }

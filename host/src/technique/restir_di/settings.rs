@@ -1,6 +1,7 @@
 //! Settings of ReSTIR DI: data, with the reasons why some of them bias.
 
 use crate::settings::{Declared, Value};
+use crate::technique::sequence::Frame;
 use crate::{Error, choices, settings};
 use restir_shared::resample::mis::{INPUTS, Mis};
 use restir_shared::rng::Sampler;
@@ -23,7 +24,7 @@ pub const MAX_TILE_SIZE: u32 = 32768;
 /// The most spatial passes of a frame.
 pub const MAX_SPATIAL_PASSES: u32 = 8;
 /// The most camera rays for what is seen directly.
-pub const MAX_SEEN_RAYS: u32 = 1024;
+const MAX_SEEN_RAYS: u32 = 1024;
 /// The largest cap on confidence: what the packed reservoir holds.
 pub const MAX_CONFIDENCE_CAP: u32 = 255;
 
@@ -193,7 +194,7 @@ impl DiSettings {
 
     /// No visibility but in shading, by a ray for the one sample shaded; so no candidate from scattering, which finds only what
     /// is visible.
-    pub fn visibility_in_shading() -> Self {
+    pub(crate) fn visibility_in_shading() -> Self {
         Self {
             scatter: false,
             visibility_reuse: VisibilityReuse::Off,
@@ -227,14 +228,7 @@ impl DiSettings {
     }
 
     fn quality() -> Self {
-        Self {
-            spatial: 0,
-            neighbours: 3,
-            radius: 6.0,
-            shading_radius: 3.0,
-            shaded: 32,
-            ..Self::default()
-        }
+        Self { spatial: 0, neighbours: 3, radius: 6.0, shading_radius: 3.0, shaded: 32, ..Self::default() }
     }
 
     /// No pass shares samples between pixels before they are shaded: neighbours that had the same one would tell each other less.
@@ -257,20 +251,21 @@ impl DiSettings {
     /// Whether the settings make sense together; ranges are for [`crate::settings::Settings::check_ranges`].
     ///
     /// # Errors
-    /// [`Error::Value`] for one setting, [`Error::Together`] for several.
-    pub fn check_together(&self) -> Result<(), Error> {
+    /// [`Error::InvalidValue`] for one setting, [`Error::ConflictingSettings`] for several.
+    pub(crate) fn check_together(&self) -> Result<(), Error> {
         let after = self.mis.is_after_selection();
         let sized = |tiles: &Tiles| (1..=MAX_TILES).contains(&tiles.count) && (1..=MAX_TILE_SIZE).contains(&tiles.size);
         if !self.tiles.as_ref().is_none_or(sized) {
             let expected = format!("off or {}", Tiles::expected());
-            return Err(Error::Value { setting: "tiles", value: self.tiles.write(), expected });
+            return Err(Error::InvalidValue { setting: "tiles", value: self.tiles.write(), expected });
         }
         if !self.shaded.is_multiple_of(2) {
             let expected = "an even number, because neighbours come in pairs".to_owned();
-            return Err(Error::Value { setting: "shaded", value: self.shaded.to_string(), expected });
+            return Err(Error::InvalidValue { setting: "shaded", value: self.shaded.to_string(), expected });
         }
         let (settings, problem): (&[_], _) = if self.initial_rays > self.candidates.max(1) {
-            let problem = format!("initial_rays={} needs as many candidates; there are {}", self.initial_rays, self.candidates);
+            let problem =
+                format!("initial_rays={} needs as many candidates; there are {}", self.initial_rays, self.candidates);
             (&["initial_rays", "candidates"], problem)
         } else if self.candidates == 0 && !self.scatter {
             let problem = "no candidates: give candidates at least 1, or set scatter=on";
@@ -282,10 +277,11 @@ impl DiSettings {
         } else {
             return Ok(());
         };
-        Err(Error::Together { settings, problem })
+        Err(Error::ConflictingSettings { settings, problem })
     }
 
     /// Whether the targets in MIS weights have visibility, so that all that is reused knows what it sees.
+    #[doc(hidden)]
     pub fn knows_visibility(&self) -> bool {
         self.visibility_reuse >= VisibilityReuse::Weights
     }
@@ -309,7 +305,7 @@ impl DiSettings {
     }
 
     /// Passes of spatial reuse that are made.
-    pub fn spatial_passes(&self) -> u32 {
+    pub(crate) fn spatial_passes(&self) -> u32 {
         if self.temporal == Temporal::Fused { 0 } else { self.spatial }
     }
 
@@ -346,16 +342,14 @@ impl DiSettings {
         biases
     }
 
-    /// The kernels' flags of the combine with the last frame. `same_view`: scene and camera rays are that frame's, so that both
-    /// reservoirs are of one technique; confidence alone is the balance heuristic then, and replaces the form of MIS.
-    pub fn temporal_flags(&self, same_view: bool) -> Flags {
-        let still = same_view && self.still && self.temporal != Temporal::Fused && !self.jitter;
-        let of_last =
-            if still { Self { mis: Mis::CONSTANT, ..self.clone() }.flags() | Flags::STILL } else { self.flags() };
-        of_last | Flags::OTHER_FRAME
+    /// Whether scene and camera rays are the last frame's, so that both reservoirs of a pixel are of one technique, and they are merged as
+    /// such: confidence alone is the balance heuristic then, and replaces the form of MIS.
+    pub(super) fn merges_as_still(&self, now: &Frame) -> bool {
+        self.still && self.temporal != Temporal::Fused && !self.jitter && now.is_still()
     }
 
     /// The kernels' flags, but for [`Flags::OTHER_FRAME`] and [`Flags::STILL`].
+    #[doc(hidden)]
     pub fn flags(&self) -> Flags {
         [
             (self.jitter, Flags::JITTER),
@@ -368,7 +362,7 @@ impl DiSettings {
             (self.tiles.is_some(), Flags::TILES),
             (self.sampler == Sampler::Sobol, Flags::SOBOL),
             (self.transmittance, Flags::TRANSMITTANCE),
-            (self.sees_apart(), Flags::SEEN_APART),
+            (self.sees_apart(), Flags::PRIMARY_EMISSION_EXTERNAL),
             (self.target == Target::Red, Flags::RED),
             (self.target == Target::Green, Flags::GREEN),
             (self.target == Target::Blue, Flags::BLUE),

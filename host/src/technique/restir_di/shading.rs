@@ -5,12 +5,14 @@ use restir_shared::technique::restir_di::{DiParams, PAIRS, pair_offsets};
 
 impl DiSettings {
     /// Passes of shading a frame.
+    #[doc(hidden)]
     pub fn shading_passes(&self) -> u32 {
         self.shaded.div_ceil(2 * PAIRS as u32).max(1)
     }
 
     /// The parameters of a frame's passes of shading, from those of its other passes: the pairs of neighbours are dealt out
     /// evenly. Where the disk has fewer than are asked for, they come again, in other passes.
+    #[doc(hidden)]
     pub fn shading(&self, frame: &DiParams) -> Vec<DiParams> {
         let mut offsets = vec![0; self.shaded as usize / 2];
         let count = pair_offsets(frame.seed, frame.frame, self.shading_radius, &mut offsets);
@@ -18,9 +20,7 @@ impl DiSettings {
         let of_pass = |pass: usize| {
             let [first, end] = [pass, pass + 1].map(|pass| pass * offsets.len() / passes);
             let dealt: Vec<u32> = (first..end).take(count).map(|n| offsets[n % count]).collect();
-            let mut pairs = [0; PAIRS];
-            pairs[..dealt.len()].copy_from_slice(&dealt);
-            DiParams { neighbours: 2 * dealt.len() as u32, shading_pass: pass as u32, pairs, ..*frame }
+            frame.with_pairs(&dealt, pass as u32)
         };
         (0..passes).map(of_pass).collect()
     }
@@ -29,6 +29,7 @@ impl DiSettings {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use restir_shared::resample::params::ReuseParams;
     use std::collections::BTreeSet;
 
     fn offsets(passes: &[DiParams]) -> Vec<[i16; 2]> {
@@ -50,7 +51,10 @@ mod tests {
         ] {
             let settings = DiSettings { shaded, shading_radius, ..DiSettings::default() };
             for frame in 0..20 {
-                let passes = settings.shading(&DiParams { frame, seed: 3, ..DiParams::default() });
+                let passes = settings.shading(&DiParams {
+                    reuse: ReuseParams { frame, seed: 3, ..ReuseParams::default() },
+                    ..DiParams::default()
+                });
                 assert_eq!(passes.len(), settings.shading_passes() as usize);
                 assert!((0..).zip(&passes).all(|(pass, p)| p.shading_pass == pass));
                 let differing = |p: &DiParams| offsets(&[*p]).iter().collect::<BTreeSet<_>>().len();

@@ -2,7 +2,7 @@
 //! Resampled Importance Sampling", §7; Lin et al. 2026, "ReSTIR PT Enhanced").
 //!
 //! ```
-//! use restir_host::render::{Render, render};
+//! use restir_host::render::Render;
 //! use restir_host::technique::restir_pt::PtSettings;
 //! use restir_host::{Error, buffers::SceneBuffers, exec::CpuExecutor, scene::Scene};
 //!
@@ -11,7 +11,7 @@
 //! let mean_with = |neighbours| -> Result<f32, Error> {
 //!     let settings = PtSettings { max_depth: 3, neighbours, ..PtSettings::default() };
 //!     let job = Render { count: 16, accumulate: true, ..Render::new([16, 16], settings) };
-//!     let rendered = render(&mut CpuExecutor::new(None)?, &scene, &job, &mut |_| Ok(()))?;
+//!     let rendered = job.render(&scene, &mut CpuExecutor::new()?)?;
 //!     Ok(rendered.image.pixels.iter().map(|rgb| rgb[1]).sum::<f32>() / 256.0)
 //! };
 //! // both are estimates of the same image
@@ -20,25 +20,24 @@
 //! # Ok::<(), Error>(())
 //! ```
 
-mod explain;
-mod genealogy;
-mod layers;
-mod lineage;
+mod describe;
 mod plan;
 mod settings;
 
-pub use genealogy::{Generation, Offered, Reuse, genealogy};
-pub use layers::{Layers, render_with_layers};
-pub use lineage::Origin;
-pub use settings::{Changed, Direct, Form, MAX_CONFIDENCE_CAP, MAX_DEPTH, MAX_SPATIAL_PASSES, PtSettings, Shift};
+pub use describe::Offered;
+pub use settings::{Changed, Direct, Form, PtSettings, Shift};
+// the ends of ranges, which each setting names
+#[doc(hidden)]
+pub use settings::{MAX_CONFIDENCE_CAP, MAX_DEPTH, MAX_SPATIAL_PASSES};
 
-use super::{About, Integral, PixelFilter, Repeats, Technique};
+use super::{About, Diagnose, Integral, PixelFilter, Repeats, Technique, inspect::Inspect, reuse};
 use crate::exec::{Executor, Observer};
 use crate::render::{Render, Rendered};
 use crate::technique::explain::{Explanation, Subject};
 use crate::technique::sequence::{Sequence, Stage};
 use crate::{Error, buffers::SceneBuffers, image::Channel};
 use restir_shared::layout::FEATURE_SUBSURFACE;
+use restir_shared::technique::restir_pt::PackedPath;
 
 impl Technique for PtSettings {
     fn about(&self) -> &'static About {
@@ -53,7 +52,7 @@ impl Technique for PtSettings {
     }
 
     fn sequence(&self, stage: &Stage) -> Box<dyn Sequence> {
-        Box::new(plan::Chain::new(self, stage))
+        Box::new(plan::chain(self, stage))
     }
 
     fn integral(&self) -> Integral {
@@ -61,20 +60,22 @@ impl Technique for PtSettings {
         Integral { max_depth, jitter, filter: PixelFilter::Box, multiscatter }
     }
 
-    fn check(&self, scene: &SceneBuffers, render: &Render) -> Result<(), Error> {
+    fn check(&self, scene: &SceneBuffers, repeats: u32) -> Result<(), Error> {
         self.check_together()?;
         if let Some(direct) = self.direct.technique(&self.integral()) {
-            direct.check(scene, render)?;
+            direct.check(scene, repeats)?;
         }
         scene.check_addresses()
     }
 
-    fn advisable(&self) -> &'static [&'static str] {
-        &["last,preset=quality", "last,preset=published", "preset=progressive"]
-    }
-
     fn looks_back(&self) -> bool {
         self.temporal || self.direct.technique(&self.integral()).is_some_and(|direct| direct.looks_back())
+    }
+}
+
+impl Diagnose for PtSettings {
+    fn advisable(&self) -> &'static [&'static str] {
+        &["last,preset=quality", "last,preset=published", "preset=progressive"]
     }
 
     fn reuses(&self) -> bool {
@@ -88,12 +89,19 @@ impl Technique for PtSettings {
         own.into_iter().chain(direct).collect()
     }
 
+    fn leaves_out(&self, scene: &SceneBuffers) -> Option<&'static str> {
+        (scene.features & FEATURE_SUBSURFACE != 0)
+            .then_some("does not follow light inside of things that scatter it; the technique path does")
+    }
+}
+
+impl Inspect for PtSettings {
     fn check_explained(&self, scene: &SceneBuffers, render: &Render) -> Result<(), Error> {
-        genealogy::check(self, scene, render)
+        reuse::check::<PackedPath>(scene, render)
     }
 
     fn explain(&self, executor: &mut dyn Executor, subject: Subject<'_>) -> Result<Explanation, Error> {
-        explain::explain(self, executor, subject)
+        reuse::explain::explain::<PackedPath>(executor, subject)
     }
 
     fn render_with_layers(
@@ -103,11 +111,7 @@ impl Technique for PtSettings {
         render: &Render,
         observe: &mut Observer<'_>,
     ) -> Result<(Rendered, Vec<Channel>), Error> {
-        render_with_layers(executor, scene, render, observe).map(|(rendered, layers)| (rendered, layers.channels()))
-    }
-
-    fn leaves_out(&self, scene: &SceneBuffers) -> Option<&'static str> {
-        (scene.features & FEATURE_SUBSURFACE != 0)
-            .then_some("does not follow light inside of things that scatter it; the technique path does")
+        let (rendered, layers) = reuse::render_with_layers::<PackedPath>(executor, scene, render, observe)?;
+        Ok((rendered, layers.channels()))
     }
 }

@@ -4,11 +4,10 @@ use crate::settings::Value;
 use crate::technique::{self, Integral, Technique};
 use crate::{Error, choices, settings};
 use restir_shared::resample::mis::Mis;
+use restir_shared::resample::mutual::MAX_NEIGHBOURS;
+use restir_shared::resample::params::Flags;
 use restir_shared::rng::Sampler;
 use restir_shared::shift::Hybrid;
-use restir_shared::technique::restir_pt::{
-    MAX_NEIGHBOURS, PT_CHANGED, PT_INDIRECT, PT_JITTER, PT_OTHER_FRAME, PT_SOBOL, PT_STILL, PT_TAKES_ALL,
-};
 use std::any::Any;
 
 /// The most spatial passes of a frame.
@@ -195,18 +194,18 @@ impl PtSettings {
     /// Whether the settings make sense together; ranges are for [`crate::settings::Settings::check_ranges`].
     ///
     /// # Errors
-    /// [`Error::Value`] and [`Error::Together`] with the keys of the settings.
-    pub fn check_together(&self) -> Result<(), Error> {
+    /// [`Error::InvalidValue`] and [`Error::ConflictingSettings`] with the keys of the settings.
+    pub(crate) fn check_together(&self) -> Result<(), Error> {
         if !self.tile.is_power_of_two() {
             let expected = "a power of two, as 4, 8 or 16".to_owned();
-            return Err(Error::Value { setting: "tile", value: self.tile.to_string(), expected });
+            return Err(Error::InvalidValue { setting: "tile", value: self.tile.to_string(), expected });
         }
         if !self.direct.is_unified() && self.max_depth < 2 {
             let problem = format!(
                 "paths of {} segment have no direct light; give max_depth=2 or more, or direct=unified",
                 self.max_depth
             );
-            return Err(Error::Together { settings: &["direct", "max_depth"], problem });
+            return Err(Error::ConflictingSettings { settings: &["direct", "max_depth"], problem });
         }
         Ok(())
     }
@@ -228,21 +227,13 @@ impl PtSettings {
         self.spatial > 0 && self.neighbours > 0
     }
 
-    /// The kernels' flags of passes between frames, of which the scene has changed or not. `same_view`: it has not, and every pixel has the
-    /// ray that it had.
-    pub(super) fn temporal_flags(&self, same_view: bool, changed: bool) -> u32 {
-        let still = same_view && self.still && !self.jitter;
-        let all = [(still, PT_STILL), (changed, PT_CHANGED), (changed && self.changed != Changed::Drop, PT_TAKES_ALL)];
-        all.into_iter().filter(|(is_on, _)| *is_on).fold(self.flags() | PT_OTHER_FRAME, |flags, (_, flag)| flags | flag)
-    }
-
     /// The kernels' flags of all passes.
-    pub(super) fn flags(&self) -> u32 {
+    pub(super) fn flags(&self) -> Flags {
         let all = [
-            (self.jitter, PT_JITTER),
-            (self.sampler == Sampler::Sobol, PT_SOBOL),
-            (!self.direct.is_unified(), PT_INDIRECT),
+            (self.jitter, Flags::JITTER),
+            (self.sampler == Sampler::Sobol, Flags::SOBOL),
+            (!self.direct.is_unified(), Flags::INDIRECT_ONLY),
         ];
-        all.into_iter().filter(|(is_on, _)| *is_on).fold(0, |flags, (_, flag)| flags | flag)
+        all.into_iter().filter(|(is_on, _)| *is_on).fold(Flags::default(), |flags, (_, flag)| flags | flag)
     }
 }

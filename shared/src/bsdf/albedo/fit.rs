@@ -1,4 +1,4 @@
-//! Coefficients of the fits that [`super::Albedo`] evaluates, made by `cargo xtask albedo --write`.
+//! Coefficients of the fits that [`super::Albedo`] evaluates, made by `cargo lab albedo --write`.
 //!
 //! They are public for who computes the fits in another precision or language. In the names of the tables r is the roughness, `alpha = r²`,
 //! mu the cosine, and L, g, H, A, B, D and s are those of the [module above](super).

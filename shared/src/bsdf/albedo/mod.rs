@@ -1,4 +1,4 @@
-//! What GGX reflects of light from everywhere, and what balances it: fits made by `cargo xtask albedo`.
+//! What GGX reflects of light from everywhere, and what balances it: fits made by `cargo lab albedo`.
 //!
 //! With the cosine mu, alpha the square of the roughness r, `m^2 = alpha^2 (1 - mu^2) + mu^2`, s = mu / m and
 //! `p^2 = 1 - s^2`, let `Q(s, alpha) = (p^2 A(s, alpha) + alpha^2 B(s, alpha)) / (1 + s D(s, alpha))` with polynomials A, B and
@@ -34,7 +34,7 @@ use super::schlick_complement;
 use crate::num;
 
 /// Q at one alpha: the coefficients of A, of B times alpha^2, and of D, by power of s.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct Quotient {
     edge: [f32; 2],
     deep: [f32; 2],
@@ -93,7 +93,7 @@ impl Towards {
 }
 
 /// The fits at one roughness.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Albedo {
     alpha: f32,
     lost: Quotient,

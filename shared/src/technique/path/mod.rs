@@ -19,17 +19,23 @@
 //! }
 //! ```
 
+mod flags;
+// the kernels of light inside of things: a pass each
+#[doc(hidden)]
 pub mod hybrid;
-#[cfg(not(target_arch = "spirv"))]
-mod in_step;
+#[doc(hidden)]
 pub mod media;
 mod params;
+#[cfg(not(target_arch = "spirv"))]
+mod simd;
 mod walk;
 
 pub use crate::transport::Chosen;
-#[cfg(not(target_arch = "spirv"))]
-pub use in_step::pixels;
+pub use flags::PathFlags;
 pub use params::*;
+#[cfg(not(target_arch = "spirv"))]
+#[doc(hidden)]
+pub use simd::pixels;
 pub use walk::{Numbers, Receiver, Walk};
 
 use crate::camera::{about_pixel, camera_ray};
@@ -51,14 +57,14 @@ pub fn pixel<S: Trace + Surface + Lights>(scene: &S, params: &PathParams, x: u32
 
 /// Where a sample passes the image, in pixels from the upper left corner of its own.
 #[inline(always)]
-fn place(flags: u32, u: Vec2) -> Vec2 {
-    if flags & PATH_BLACKMAN_HARRIS != 0 { about_pixel(u) } else { u }
+fn place(flags: PathFlags, u: Vec2) -> Vec2 {
+    if flags.contains(PathFlags::BLACKMAN_HARRIS) { about_pixel(u) } else { u }
 }
 
 /// The first segment of a sample.
 #[inline(always)]
 fn camera_segment(params: &PathParams, rng: &Rng, features: u32, [x, y]: [u32; 2]) -> Ray {
-    let jitter = params.flags & (PATH_JITTER | PATH_BLACKMAN_HARRIS) != 0;
+    let jitter = params.flags.contains(PathFlags::JITTER | PathFlags::BLACKMAN_HARRIS);
     camera_ray(&params.camera, jitter, |u| place(params.flags, u), features, rng, x, y)
 }
 
@@ -73,7 +79,7 @@ pub fn trace<S: Trace + Surface + Lights, R: Receiver<S::Material>>(
 ) -> bool {
     let rng = Rng::new(x, y, sample, params.seed, params.sampler());
     let ray = camera_segment(params, &rng, scene.features(), [x, y]);
-    Walk::new(ray).run(scene, &rng, params.max_depth, params.flags & PATH_ROULETTE != 0, receiver)
+    Walk::new(ray).run(scene, &rng, params.max_depth, params.flags.contains(PathFlags::ROULETTE), receiver)
 }
 
 /// An estimate of the radiance that arrives along `ray`, whose direction has unit length, over paths of up to

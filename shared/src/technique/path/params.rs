@@ -1,17 +1,9 @@
 //! Parameters of path tracing.
 
+use super::PathFlags;
 use crate::layout::{CameraParams, Extent, SceneHeader};
 use crate::rng::Sampler;
 use bytemuck::{Pod, Zeroable};
-
-/// Path tracing flag: samples are spread uniformly over the pixel instead of going through its centre.
-pub const PATH_JITTER: u32 = 1;
-/// Path tracing flag: samples are spread about the pixel with the density of the Blackman-Harris filter.
-pub const PATH_BLACKMAN_HARRIS: u32 = 4;
-/// Path tracing flag: Russian roulette on the throughput from the fourth segment on.
-pub const PATH_ROULETTE: u32 = 2;
-/// Path tracing flag: numbers are drawn by [`Sampler::Sobol`].
-pub const PATH_SOBOL: u32 = 8;
 
 /// The longest paths that may be asked for: a closed scene that absorbs nothing never ends one.
 pub const MAX_DEPTH: u32 = 1024;
@@ -37,8 +29,8 @@ pub struct PathParams {
     pub seed: u32,
     /// Longest path, in segments, at most [`MAX_DEPTH`]: 1 is directly visible emission, 2 adds direct light.
     pub max_depth: u32,
-    /// [`PATH_JITTER`] or [`PATH_BLACKMAN_HARRIS`], [`PATH_ROULETTE`] and [`PATH_SOBOL`].
-    pub flags: u32,
+    /// What it does.
+    pub flags: PathFlags,
     /// Zero.
     pub reserved: u32,
 }
@@ -53,20 +45,21 @@ impl PathParams {
     /// The first sample of every pixel, through its centre, of paths of up to 8 segments, with Sobol's numbers. The scene's tables are left
     /// out: a scene of other types has none, and one in arenas gives them by `scene`.
     pub fn new(camera: CameraParams, [width, height]: [u32; 2], seed: u32) -> Self {
-        Self { camera, width, height, seed, max_depth: 8, flags: PATH_SOBOL, ..Self::default() }
+        Self { camera, width, height, seed, max_depth: 8, flags: PathFlags::SOBOL, ..Self::default() }
     }
 
     /// The same in a kernel that was specialised to the flags in `bits`, or to none by a word without zeros.
+    #[doc(hidden)]
     #[inline(always)]
     #[must_use]
     pub fn specialised(self, bits: u32) -> Self {
-        Self { flags: self.flags & bits, ..self }
+        Self { flags: self.flags.specialised(bits), ..self }
     }
 
     /// How samples are spread.
     #[inline(always)]
     pub fn sampler(&self) -> Sampler {
-        if self.flags & PATH_SOBOL != 0 { Sampler::Sobol } else { Sampler::Independent }
+        if self.flags.contains(PathFlags::SOBOL) { Sampler::Sobol } else { Sampler::Independent }
     }
 }
 

@@ -27,11 +27,12 @@ const _: () = assert!(FIRST_DIMENSION + MAX_DEPTH * DIMENSIONS_PER_SEGMENT <= rn
 const SPREAD_VERTICES: u32 = 2;
 /// Roulette leaves paths of up to three segments alone.
 const ROULETTE_FROM: u32 = 3;
-const MIN_SURVIVAL: f32 = 0.05;
+/// Roulette lets a path go on with at least this probability.
+pub(super) const MIN_SURVIVAL: f32 = 0.05;
 
 /// The random numbers at a vertex of a path. Those of the first vertices are spread over a pixel's samples: `JOINTLY` with the point
 /// of the pixel and with each other, or each decision's for itself.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Numbers<const JOINTLY: bool = true> {
     rng: Rng,
     dimension: u32,
@@ -178,7 +179,7 @@ impl<M: Scattering> Receiver<M> for Vec3 {
 }
 
 /// The end of a path that grows.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Walk {
     /// The segment that is traced next; its direction has unit length.
     pub ray: Ray,
@@ -295,7 +296,7 @@ impl Walk {
             let light = scene.sample_light(words);
             let connection = vertex.connect(&light);
             receiver.light(&light, &connection);
-            let arrives = max_component(connection.value) > 0.0 && open(connection.shadow.direction);
+            let arrives = connection.shines() && open(connection.shadow.direction);
             if arrives && !scene.occluded(&connection.shadow) {
                 let scattered = next_event(light.density, &connection);
                 receiver.next_event(scattered, self.throughput * scattered);

@@ -4,13 +4,13 @@ use super::domain::{Light, Neighbourhood};
 use super::pixel::Pixel;
 use super::{COMBINE_DIMENSION, DiParams, Flags, PackedHit, PackedReservoir};
 use crate::resample::domain::Source;
-use crate::resample::merge::{self, Draws, Others, Rules, Uses};
+use crate::resample::merge::{self, Combined, Draws, Others, Rules, Uses};
 #[cfg(not(target_arch = "spirv"))]
 use crate::resample::reproject::Grid;
 use crate::scene::Frames;
 
 /// The planes that a combine reads.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Planes<'a> {
     /// What each pixel sees in this frame.
     pub hits: &'a [PackedHit],
@@ -48,7 +48,7 @@ pub fn combine<F: Frames + Copy>(
     planes: &Planes<'_>,
     own: PackedReservoir,
     at: [u32; 2],
-) -> (PackedReservoir, Source) {
+) -> Combined<PackedReservoir> {
     #[cfg(not(target_arch = "spirv"))]
     planes.check(params.grid());
     let light = Light { frames, flags: params.flags.in_use(&frames.scene(false)) };
@@ -56,7 +56,7 @@ pub fn combine<F: Frames + Copy>(
     let canonical = if light.has(Flags::OTHER_FRAME) { own } else { planes.others[index as usize] };
     let pixel = params.view().pixel(at, planes.hits[index as usize]);
     if !pixel.hit.is_hit() {
-        return (canonical, Source { is_other: false, pixel: index });
+        return Combined { reservoir: canonical, source: Source { is_other: false, pixel: index } };
     }
     let rules = rules(&light, params);
     let pixels = neighbourhood(light, params, planes, pixel);
@@ -84,7 +84,7 @@ pub(super) fn neighbourhood<'a, F>(
 /// The random numbers of a combine of the pixel `at`.
 #[inline(always)]
 pub(super) fn draws(params: &DiParams, at: [u32; 2]) -> Draws {
-    let dimension = COMBINE_DIMENSION.wrapping_add(params.combine.wrapping_mul(2));
+    let dimension = COMBINE_DIMENSION.wrapping_add(params.merge.wrapping_mul(2));
     Draws { rng: params.rng(at), dimension }
 }
 

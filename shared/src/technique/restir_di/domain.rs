@@ -6,7 +6,7 @@ use crate::bsdf::ScatteringFunction;
 use crate::pack::element;
 use crate::resample::domain::{Domain, Pixels, Reservoirs, Shifted, Source};
 use crate::resample::reproject::{Grid, Place};
-use crate::resample::similar::Facet;
+use crate::resample::similar::GBufferSurface;
 use crate::scene::{AddressedLights, BsdfOf, Frames, LightAddress};
 use crate::transport::{Vertex, transmittance};
 use glam::{UVec4, Vec3};
@@ -119,9 +119,9 @@ impl<F: Frames> Neighbourhood<'_, F> {
 
     /// What a pixel sees, in the scene of the others' frame.
     #[inline(always)]
-    fn facet_of(&self, pixel: &Pixel) -> Facet {
+    fn surface_of(&self, pixel: &Pixel) -> GBufferSurface {
         let point = pixel.point(&self.light.frames.scene(self.light.has(Flags::OTHER_FRAME)));
-        Facet { position: point.position, normal: point.normal, distance: pixel.hit.t }
+        GBufferSurface { position: point.position, normal: point.normal, distance: pixel.hit.t }
     }
 }
 
@@ -172,8 +172,8 @@ impl<F: Frames> Pixels for Neighbourhood<'_, F> {
     }
 
     #[inline(always)]
-    fn own_facet(&self) -> Facet {
-        self.facet_of(&self.pixel)
+    fn own_surface(&self) -> GBufferSurface {
+        self.surface_of(&self.pixel)
     }
 
     #[inline(always)]
@@ -182,12 +182,12 @@ impl<F: Frames> Pixels for Neighbourhood<'_, F> {
     }
 
     #[inline(always)]
-    fn facet(&self, at: [u32; 2]) -> Facet {
-        self.facet_of(&self.pixel(at))
+    fn surface(&self, at: [u32; 2]) -> GBufferSurface {
+        self.surface_of(&self.pixel(at))
     }
 
     #[inline(always)]
-    fn reproject(&self, here: &Facet) -> Place {
+    fn reproject(&self, here: &GBufferSurface) -> Place {
         self.grid.project(&self.view.camera, here.position)
     }
 }

@@ -90,8 +90,18 @@ impl Scattered {
     }
 }
 
-/// The reservoir of the pixel `at`, the immediate radiance, which needs no resampling (what is seen to emit, and what perfect lobes show),
-/// as a film's sample, and the index of the candidate that the reservoir keeps, if it has a sample: of those from lights, or [`FROM_SCATTERING`].
+/// What a pixel begins with.
+#[derive(Clone, Copy, Debug)]
+pub struct Initial {
+    /// One of its candidates.
+    pub reservoir: PackedReservoir,
+    /// The radiance that needs no resampling (what is seen to emit, and what perfect lobes show), as a film's sample.
+    pub direct: FilmPixel,
+    /// The index of the candidate that the reservoir keeps, if it has a sample: of those from lights, or [`FROM_SCATTERING`].
+    pub candidate: u32,
+}
+
+/// The candidates of the pixel `at`, which sees `hit`, and what needs none.
 ///
 /// One RIS over all candidates: with the balance heuristic each has the weight `p / sum n_t p_t`, whatever technique t
 /// gave it (Veach 1997, eq. 9.8, in Talbot's form). Densities are over (light, u, v). Candidates from lights come in
@@ -107,7 +117,7 @@ pub fn initial<S: Trace + Surface + AddressedLights>(
     tiles: &[TileWords],
     hit: PackedHit,
     at: [u32; 2],
-) -> (PackedReservoir, FilmPixel, u32) {
+) -> Initial {
     let pixel = params.view().pixel(at, hit);
     if !pixel.hit.is_hit() {
         return nothing(scene, params, &pixel);
@@ -121,15 +131,11 @@ pub fn initial<S: Trace + Surface + AddressedLights>(
 
 /// Of a pixel that sees nothing.
 #[inline(always)]
-pub(super) fn nothing<S: Surface + AddressedLights>(
-    scene: &S,
-    params: &DiParams,
-    pixel: &Pixel,
-) -> (PackedReservoir, FilmPixel, u32) {
-    let apart = params.flags.contains(Flags::SEEN_APART);
+pub(super) fn nothing<S: Surface + AddressedLights>(scene: &S, params: &DiParams, pixel: &Pixel) -> Initial {
+    let apart = params.flags.contains(Flags::PRIMARY_EMISSION_EXTERNAL);
     let background = if apart { Vec3::ZERO } else { scene.environment(pixel.ray.direction).radiance };
     let radiance = if pixel.hit.is_cut() { CUT } else { background };
-    (Stored::EMPTY.pack(), FilmPixel::from_radiance(radiance), 0)
+    Initial { reservoir: Stored::EMPTY.pack(), direct: FilmPixel::from_radiance(radiance), candidate: 0 }
 }
 
 /// What is known of a pixel that sees something, before candidates are drawn.
@@ -150,7 +156,7 @@ pub(super) fn resample<S: Trace + Surface + AddressedLights, C: Select<S>>(
     at: [u32; 2],
     seen: &C::Seen,
     candidates: &mut C,
-) -> (PackedReservoir, FilmPixel, u32) {
+) -> Initial {
     let (reservoir, radiance) = select(scene, params, tiles, sight, at, seen, candidates);
     let kept = reservoir.sample;
     let dither = rng::unit(params.rng(at).hash(SELECTION_DIMENSION).z);
@@ -160,8 +166,8 @@ pub(super) fn resample<S: Trace + Surface + AddressedLights, C: Select<S>>(
         confidence: sight.scattering.rounds as f32,
         visibility: dithered(kept.visibility, dither),
     };
-    let emission = if params.flags.contains(Flags::SEEN_APART) { Vec3::ZERO } else { sight.emission };
-    (stored.pack(), FilmPixel::from_radiance(emission + radiance), kept.index)
+    let emission = if params.flags.contains(Flags::PRIMARY_EMISSION_EXTERNAL) { Vec3::ZERO } else { sight.emission };
+    Initial { reservoir: stored.pack(), direct: FilmPixel::from_radiance(emission + radiance), candidate: kept.index }
 }
 
 /// The selection among all candidates, and the radiance by way of a perfect lobe.

@@ -13,7 +13,7 @@
 //! * *pairwise* MIS weighs the canonical reservoir against each of the others, pair by pair, so that its cost grows with their number and not with its
 //!   square; *defensive* is that the canonical one keeps a share however well the others do;
 //! * a *plane* is a slice with one element for each pixel, row by row from the upper left corner: `y * width + x`, as
-//!   [`DiParams::grid`] counts.
+//!   [`ReuseParams::grid`](crate::resample::params::ReuseParams::grid) counts.
 //!
 //! A frame is a chain of passes over planes, of 16 bytes a pixel but for points (48) and pairs (32). Pixels of one pass may be done in any order
 //! and at once; a pass begins when the one before has done all pixels.
@@ -22,10 +22,10 @@
 //! |---|---|---|---|
 //! | [`primary`] | | hits: what each pixel sees | 1 |
 //! | [`presample`] | | tiles of candidates that pixels share, if they are asked for | |
-//! | [`initial`] | hits, tiles | reservoirs of candidates from lights and scattering; immediate: radiance that needs no resampling, emission that is seen and what perfect mirrors show | 1 from scattering, 1 to the light that is chosen, and as many more as there are more rounds of candidates ([`DiParams::renewed_after`]) |
+//! | [`initial`] | hits, tiles | reservoirs of candidates from lights and scattering; direct: radiance that needs no resampling, emission that is seen and what perfect mirrors show | 1 from scattering, 1 to the light that is chosen, and as many more as there are more rounds of candidates ([`DiParams::renewed_after`]) |
 //! | [`combine`], temporal | both frames' hits, the last frame's reservoirs | reservoirs, in place | none in a still view, else 2 |
 //! | [`combine`], spatial, any number | hits, reservoirs of neighbours | reservoirs, in another plane: in place it would read what is already combined, which is noisier by far | up to 2 for each neighbour |
-//! | [`shade`] | hits, reservoirs, immediate | radiance of the pixel's own reservoir | none |
+//! | [`shade`] | hits, reservoirs, direct | radiance of the pixel's own reservoir | none |
 //!
 //! The history, which the next frame reads, may be the reservoirs after the temporal combine or those after a spatial one. Which is better depends on the
 //! scene. After the temporal combine the errors of neighbours stay independent: better where a pixel's own candidates are good. After a spatial one
@@ -40,7 +40,7 @@
 //! |---|---|---|
 //! | [`offer`] | hits, reservoirs | points: surface, reservoir and radiance of each pixel |
 //! | [`exchange`] | hits, points | pairs: the targets of neighbours' samples; what they send |
-//! | [`gather`] | points, pairs, immediate | radiance of several reservoirs |
+//! | [`gather`] | points, pairs, direct | radiance of several reservoirs |
 //!
 //! The sample is an address, see [`crate::scene::AddressedLights`]: a light and a point of its parametrisation. Over this
 //! domain a sample moves between pixels and frames with a Jacobian of 1. The target is the luminance of what the
@@ -72,7 +72,7 @@
 //! use restir_shared::glam::Vec3;
 //! use restir_shared::layout::CameraParams;
 //! use restir_shared::scene::Still;
-//! use restir_shared::technique::restir_di::{DiParams, Planes, combine, initial, primary, shade};
+//! use restir_shared::technique::restir_di::{DiParams, LastFrame, Planes, combine, initial, primary, shade};
 //!
 //! let (scene, size) = (Floor, [3, 2]);
 //! let camera = CameraParams::pinhole(Vec3::Y, Vec3::ZERO, Vec3::Z, 0.01, size);
@@ -84,20 +84,20 @@
 //!     let hits: Vec<_> = pixels.iter().map(|&at| primary(&scene, &params, at)).collect();
 //!     let seen = || pixels.iter().zip(&hits).map(|(&at, &hit)| (at, hit));
 //!     let made: Vec<_> = seen().map(|(at, hit)| initial(&scene, &params, &[], hit, at)).collect();
-//!     let (mut reservoirs, immediate): (Vec<_>, Vec<_>) = made.iter().map(|made| (made.0, made.1)).unzip();
+//!     let (mut reservoirs, direct): (Vec<_>, Vec<_>) = made.iter().map(|made| (made.reservoir, made.direct)).unzip();
 //!     if frame > 0 {
 //!         let planes = Planes { hits: &hits, other_hits: &hits, others: &last };
-//!         let params = params.with_last(camera, true);
+//!         let params = params.with_last(&LastFrame::of_view(camera, true));
 //!         for (own, &at) in reservoirs.iter_mut().zip(&pixels) {
-//!             *own = combine(Still(scene), &params, &planes, *own, at).0;
+//!             *own = combine(Still(scene), &params, &planes, *own, at).reservoir;
 //!         }
 //!     }
 //!     let planes = Planes { hits: &hits, other_hits: &hits, others: &reservoirs };
 //!     let spatial = params.with_neighbours(0);
 //!     let own = reservoirs.iter().zip(&pixels);
-//!     let shared: Vec<_> = own.map(|(&own, &at)| combine(Still(scene), &spatial, &planes, own, at).0).collect();
+//!     let shared: Vec<_> = own.map(|(&own, &at)| combine(Still(scene), &spatial, &planes, own, at).reservoir).collect();
 //!     for (index, (at, hit)) in seen().enumerate() {
-//!         let pixel = shade(scene, &params, hit, shared[index], immediate[index], at);
+//!         let pixel = shade(scene, &params, hit, shared[index], direct[index], at);
 //!         assert!((pixel.sum[0] - 1.0).abs() < 2e-3);
 //!     }
 //!     last = reservoirs;
@@ -119,39 +119,48 @@
 //! let params = params.with_shading(params.radius, 4);
 //! let hits = pixels.map(|at| primary(&scene, &params, at));
 //! let made = [0, 1].map(|i| initial(&scene, &params, &[], hits[i], pixels[i]));
-//! let points = [0, 1].map(|i| offer(scene, &params, hits[i], made[i].0, pixels[i]));
+//! let points = [0, 1].map(|i| offer(scene, &params, hits[i], made[i].reservoir, pixels[i]));
 //! let sent = [0, 1].map(|i| exchange(scene, &params, &points, hits[i], pixels[i]));
-//! let targets = sent.map(|(targets, _)| targets);
+//! let targets = sent.map(|sent| sent.pairs);
 //! for i in [0, 1] {
-//!     let pixel = gather(&params, &points, &targets, made[i].1, sent[i].1, pixels[i]);
+//!     let pixel = gather(&params, &points, &targets, made[i].direct, sent[i].sent, pixels[i]);
 //!     assert!((pixel.sum[0] - 1.0).abs() < 2e-3);
 //! }
 //! ```
 
 mod combine;
 mod domain;
-#[cfg(not(target_arch = "spirv"))]
-mod in_step;
 mod initial;
 mod params;
 mod pixel;
 mod select;
 mod shade;
+#[cfg(not(target_arch = "spirv"))]
+mod simd;
 mod stored;
 mod tile;
 
 pub use crate::geometry::PackedHit;
 pub use crate::resample::domain::Source;
 pub use crate::resample::exchange::{PAIRS, PairTargets as DiPairs};
+pub use crate::resample::merge::Combined;
+#[doc(hidden)]
 pub use crate::resample::packed::dithered;
+pub use crate::resample::params::{Flags, LastFrame};
 pub use combine::{Planes, combine};
-#[cfg(not(target_arch = "spirv"))]
-pub use in_step::{combine_row, exchange_row, initial_row, primary_row};
-pub use initial::{FROM_SCATTERING, initial};
+#[doc(hidden)]
+pub use initial::FROM_SCATTERING;
+pub use initial::{Initial, initial};
 pub use params::*;
 pub use pixel::primary;
-pub use shade::{exchange, gather, offer, pair_offsets, shade};
+#[doc(hidden)]
+pub use shade::pair_offsets;
+pub use shade::{Exchanged, exchange, gather, offer, shade};
+#[cfg(not(target_arch = "spirv"))]
+#[doc(hidden)]
+pub use simd::{combine_row, exchange_row, initial_row, primary_row};
 pub use stored::{PackedReservoir, Stored};
+#[doc(hidden)]
 pub use tile::presample;
 
 use crate::bsdf::ScatteringFunction;

@@ -6,6 +6,7 @@ use crate::camera::camera_ray;
 use crate::geometry::{Hit, PackedHit, Ray};
 use crate::layout::CameraParams;
 use crate::num;
+use crate::resample::params::ReuseParams;
 use crate::rng::{Rng, Sampler};
 use crate::scene::{BsdfOf, Surface, SurfacePoint, Trace};
 use crate::transport::Vertex;
@@ -30,7 +31,7 @@ pub(super) struct View {
 impl DiParams {
     #[inline(always)]
     pub(super) fn view(&self) -> View {
-        let Self { camera, frame, seed, flags, .. } = *self;
+        let ReuseParams { camera, frame, seed, flags, .. } = self.reuse;
         View { camera, jitter: flags.contains(Flags::JITTER), frame, seed, sampler: flags.sampler() }
     }
 
@@ -38,12 +39,6 @@ impl DiParams {
     #[inline(always)]
     pub(super) fn other_view(&self) -> View {
         View { camera: self.other_camera, frame: self.other_frame, ..self.view() }
-    }
-
-    /// The random numbers of a pixel.
-    #[inline(always)]
-    pub(super) fn rng(&self, [x, y]: [u32; 2]) -> Rng {
-        Rng::new(x, y, self.frame, self.seed, self.flags.sampler())
     }
 }
 

@@ -12,7 +12,7 @@ use crate::layout::FilmPixel;
 use crate::num;
 use crate::pack::{decode_unit_vector, encode_unit_vector};
 use crate::resample::exchange::{self, Offers, Uses};
-use crate::resample::similar::Facet;
+use crate::resample::similar::GBufferSurface;
 use crate::rng::{Rng, Sampler};
 use crate::scene::{AddressedLights, LightAddress, Still, Surface, Trace};
 use crate::transport::Vertex;
@@ -44,11 +44,11 @@ impl Offers for Points<'_> {
     }
 
     #[inline(always)]
-    fn facet(&self, pixel: u32) -> Facet {
+    fn surface(&self, pixel: u32) -> GBufferSurface {
         let point = &self.points[pixel as usize];
         let position = Vec3::from_array(point.position);
         let distance = length(position - self.camera);
-        Facet { position, normal: decode_unit_vector(point.normal), distance }
+        GBufferSurface { position, normal: decode_unit_vector(point.normal), distance }
     }
 
     #[inline(always)]
@@ -57,18 +57,18 @@ impl Offers for Points<'_> {
     }
 }
 
-/// The radiance of the pixel `at`, which sees `hit`, by way of its own reservoir, and what [`super::initial`] found `immediate`, as one sample of a
+/// The radiance of the pixel `at`, which sees `hit`, by way of its own reservoir, and what [`super::initial`] found `direct`, as one sample of a
 /// film: its `sum` is the radiance, and `dropped` is 1 where that was no number.
 pub fn shade<S: Trace + Surface + AddressedLights + Copy>(
     scene: S,
     params: &DiParams,
     hit: PackedHit,
     reservoir: PackedReservoir,
-    immediate: FilmPixel,
+    direct: FilmPixel,
     at: [u32; 2],
 ) -> FilmPixel {
     let point = offer(scene, params, hit, reservoir, at);
-    film_pixel(params, immediate, Vec3::from_array(point.radiance))
+    film_pixel(params, direct, Vec3::from_array(point.radiance))
 }
 
 /// The first of the three passes that shade pixels by several samples: what the pixel `at`, which sees `hit`, shows its neighbours.
@@ -99,6 +99,15 @@ pub fn offer<S: Trace + Surface + AddressedLights + Copy>(
     offered
 }
 
+/// What a pixel makes of its neighbours' samples.
+#[derive(Clone, Copy, Debug)]
+pub struct Exchanged {
+    /// Their targets at the pixel.
+    pub pairs: DiPairs,
+    /// What they send by way of it, each by its weight.
+    pub sent: FilmPixel,
+}
+
 /// The second of the three passes that shade pixels by several samples, after [`offer`]: at the pixel `at`, which sees `hit`, the targets
 /// of its neighbours' samples, and what these send by way of it, each by its weight.
 pub fn exchange<S: Trace + Surface + AddressedLights + Copy>(
@@ -107,16 +116,16 @@ pub fn exchange<S: Trace + Surface + AddressedLights + Copy>(
     points: &[DiPoint],
     hit: PackedHit,
     at: [u32; 2],
-) -> (DiPairs, FilmPixel) {
+) -> Exchanged {
     let light = Light { frames: Still(scene), flags: params.flags.in_use(&scene) };
     let pixel = params.view().pixel(at, hit);
     if !pixel.hit.is_hit() {
-        return (DiPairs::ALONE, FilmPixel::default());
+        return Exchanged { pairs: DiPairs::ALONE, sent: FilmPixel::default() };
     }
     let receiver = Receiver { vertex: pixel.vertex(&scene), elsewhere: false };
     let points = Points::new(params, points);
     let (pairs, sent) = exchange::receive(&light, &points, &params.shading_neighbours(), uses(&light), &receiver, at);
-    (pairs, FilmPixel { sum: sent.to_array(), dropped: 0.0 })
+    Exchanged { pairs, sent: FilmPixel { sum: sent.to_array(), dropped: 0.0 } }
 }
 
 /// Where visibility enters shading with neighbours.
@@ -132,13 +141,13 @@ pub fn gather(
     params: &DiParams,
     points: &[DiPoint],
     pairs: &[DiPairs],
-    immediate: FilmPixel,
+    direct: FilmPixel,
     sent: FilmPixel,
     at: [u32; 2],
 ) -> FilmPixel {
     let share = exchange::own_share(&Points::new(params, points), &params.shading_neighbours(), pairs, at);
     let own = points[params.grid().index(at) as usize];
-    film_pixel(params, immediate, Vec3::from_array(sent.sum) + Vec3::from_array(own.radiance) * share)
+    film_pixel(params, direct, Vec3::from_array(sent.sum) + Vec3::from_array(own.radiance) * share)
 }
 
 /// A frame's offsets within `radius` pixels, see [`exchange::pair_offsets`].
@@ -149,8 +158,8 @@ pub fn pair_offsets(seed: u32, frame: u32, radius: f32, offsets: &mut [u32]) -> 
 
 /// With what needs no resampling, whose dropped samples are counted once, however many passes shade.
 #[inline(always)]
-fn film_pixel(params: &DiParams, immediate: FilmPixel, radiance: Vec3) -> FilmPixel {
-    let pixel = FilmPixel::from_radiance(Vec3::from_array(immediate.sum) + radiance);
-    let of_immediate = if params.shading_pass == 0 { immediate.dropped } else { 0.0 };
-    FilmPixel { sum: pixel.sum, dropped: num::min(pixel.dropped + of_immediate, 1.0) }
+fn film_pixel(params: &DiParams, direct: FilmPixel, radiance: Vec3) -> FilmPixel {
+    let pixel = FilmPixel::from_radiance(Vec3::from_array(direct.sum) + radiance);
+    let of_direct = if params.shading_pass == 0 { direct.dropped } else { 0.0 };
+    FilmPixel { sum: pixel.sum, dropped: num::min(pixel.dropped + of_direct, 1.0) }
 }

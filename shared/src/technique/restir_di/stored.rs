@@ -1,13 +1,10 @@
 //! A reservoir as it lies in a plane, 16 bytes.
 
 use crate::num::{self, Scalar};
-use crate::resample::packed::{self, pack_visibility, unpack_visibility};
+use crate::resample::packed::{self, MAX_CONFIDENCE, pack_visibility, unpack_visibility};
 use crate::scene::LightAddress;
 use bytemuck::{Pod, Zeroable};
 use glam::{UVec4, Vec3};
-
-/// The largest confidence that is kept.
-const MAX_CONFIDENCE: f32 = 255.0;
 
 /// A reservoir as it lies in a plane.
 ///

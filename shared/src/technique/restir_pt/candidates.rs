@@ -1,13 +1,13 @@
 //! What a traced path finds, as paths that can be shifted: one for each time that it finds light.
 
 use super::PathNumbers;
-use super::params::PtFacet;
 use crate::bsdf::{Scattering, ScatteringFunction};
 use crate::geometry::Hit;
 use crate::layout::FEATURE_VOLUME;
 use crate::num;
+use crate::resample::similar::{GBufferSurface, PackedSurface};
 use crate::scene::{AddressedLight, AddressedLights, EnvironmentPoint, LightSample, Surface, SurfacePoint};
-use crate::shift::{End, Joins, Path, Start};
+use crate::shift::{End, Joins, Path, PathOrigin};
 use crate::technique::path::{Receiver, Walk};
 use crate::transport::{Connection, Departure, Vertex, through_interior};
 use crate::vec::{dot, flush};
@@ -54,13 +54,14 @@ pub trait Keep {
 }
 
 /// Makes candidates of what a path finds.
+#[derive(Debug)]
 pub struct Candidates<K> {
     /// Takes them.
     pub keep: K,
     /// Where the path begins.
-    pub start: Start,
+    pub origin: PathOrigin,
     /// The surface there.
-    pub facet: PtFacet,
+    pub surface: PackedSurface,
     features: u32,
     joins: Joins,
     /// The path does not begin on an edge.
@@ -92,8 +93,8 @@ impl<K> Candidates<K> {
     pub fn new(keep: K, features: u32, key: UVec2, joins: Joins, off_edges: bool) -> Self {
         Self {
             keep,
-            start: Start::NONE,
-            facet: PtFacet { position: [0.0; 3], distance: 0.0, normal: [0.0; 3], reserved: 0 },
+            origin: PathOrigin::NONE,
+            surface: PackedSurface::NONE,
             features,
             joins,
             off_edges,
@@ -167,14 +168,10 @@ impl<M: Scattering, K: Keep> Receiver<M> for Candidates<K> {
         self.solid = (self.features & FEATURE_VOLUME == 0) | (cos <= 0.0);
         self.beyond = through_interior(self.beyond, point, &walk.ray, hit.t, self.features);
         if self.vertex == 1 {
-            self.start = Start::new(&walk.ray, hit);
-            self.facet = PtFacet {
-                position: point.position.to_array(),
-                distance: hit.t,
-                normal: point.normal.to_array(),
-                reserved: 0,
-            };
-            self.joins = self.joins.from_start(hit.t, self.cos);
+            self.origin = PathOrigin::new(&walk.ray, hit);
+            let (position, normal) = (point.position, point.normal);
+            self.surface = PackedSurface::pack(&GBufferSurface { position, normal, distance: hit.t });
+            self.joins = self.joins.at_origin(hit.t, self.cos);
         }
     }
 

@@ -1,16 +1,17 @@
 //! Initial paths: of all that a traced path finds, one.
 
 use super::candidates::{Candidate, Candidates, Keep};
-use super::params::PtFacet;
 use super::record::{PackedPath, Stored};
-use super::{PT_INDIRECT, PT_JITTER, PathNumbers, PtParams, SELECTIONS};
+use super::{PathNumbers, PtParams, SELECTIONS};
 use crate::camera::camera_ray;
 use crate::film::CUT;
 use crate::layout::FilmPixel;
+use crate::resample::params::Flags;
 use crate::resample::reservoir::Reservoir;
+use crate::resample::similar::PackedSurface;
 use crate::rng::{self, Rng};
 use crate::scene::{AddressedLights, Surface, Trace};
-use crate::shift::{Path, Start};
+use crate::shift::{Path, PathOrigin};
 use crate::technique::path::Walk;
 use crate::vec::luminance;
 use glam::Vec3;
@@ -19,17 +20,18 @@ use glam::Vec3;
 #[derive(Clone, Copy, Debug)]
 pub struct Traced {
     /// Where all paths of the pixel begin.
-    pub start: Start,
+    pub origin: PathOrigin,
     /// The surface there.
-    pub facet: PtFacet,
+    pub surface: PackedSurface,
     /// One of its candidates, selected in proportion to its luminance, with a confidence of 1. Its contribution weight is in the
     /// measure of random numbers: the sum of all luminances over its own.
     pub path: PackedPath,
-    /// What is seen without any path from the start on; with [`PT_INDIRECT`] nothing.
+    /// What is seen without any path from the origin on; with [`Flags::INDIRECT_ONLY`] nothing.
     pub direct: FilmPixel,
 }
 
 /// Keeps one candidate.
+#[derive(Debug)]
 struct Selection {
     rng: Rng,
     count: u32,
@@ -62,13 +64,13 @@ impl Keep for Selection {
 #[inline(always)]
 pub fn trace<S: Trace + Surface + AddressedLights>(scene: &S, params: &PtParams, at: [u32; 2]) -> Traced {
     let [x, y] = at;
-    let numbers = PathNumbers::new(Rng::new(x, y, params.frame, params.seed, params.sampler()));
-    let jitter = params.has(PT_JITTER);
+    let numbers = PathNumbers::new(params.rng(at));
+    let jitter = params.has(Flags::JITTER);
     let ray = camera_ray(&params.camera, jitter, |u| u, scene.features(), numbers.rng(), x, y);
     let keep = Selection {
         rng: *numbers.rng(),
         count: 0,
-        indirect: params.has(PT_INDIRECT),
+        indirect: params.has(Flags::INDIRECT_ONLY),
         reservoir: Reservoir::empty(Candidate::NONE),
         value: Vec3::ZERO,
         direct: Vec3::ZERO,
@@ -85,5 +87,5 @@ pub fn trace<S: Trace + Surface + AddressedLights>(scene: &S, params: &PtParams,
         confidence: 1.0,
     };
     let direct = FilmPixel::from_radiance(if whole { direct } else { CUT });
-    Traced { start: candidates.start, facet: candidates.facet, path: stored.pack(), direct }
+    Traced { origin: candidates.origin, surface: candidates.surface, path: stored.pack(), direct }
 }

@@ -1,40 +1,11 @@
-//! The last frame: where a pixel's surface was, and what has become of paths since.
+//! What has become of the last frame's paths since.
 
 use super::PtParams;
-use super::params::{Job, PT_TAKES_ALL, PtFacet};
 use super::record::PackedPath;
 use crate::num;
-use crate::resample::similar::Facet;
-use crate::scene::{Frames, Location, Surface};
-use crate::shift::{Path, Start};
-use crate::vec::length;
-use glam::Vec3;
-
-/// The job of the pixel `at`: to take the path of the other frame to it that was found where its surface was then. There is none where
-/// something else was seen. What moves with its surface is found: the place is that of the same triangle and coordinates.
-#[inline(always)]
-pub fn reproject<F: Frames>(
-    frames: &F,
-    params: &PtParams,
-    starts: &[Start],
-    other_facets: &[PtFacet],
-    at: [u32; 2],
-) -> Job {
-    let grid = params.grid();
-    let index = grid.index(at);
-    let hit = starts[index as usize].hit.unpack();
-    if !hit.is_hit() {
-        return Job::NONE;
-    }
-    let Location { position, normal, .. } = frames.scene(true).location(&hit);
-    let place = grid.project(&params.other_camera, position);
-    let there = grid.index([place.x, place.y]);
-    let distance = length(position - Vec3::from_array(params.other_camera.position));
-    let here = Facet { position, normal, distance };
-    let seen = other_facets[there as usize].facet();
-    let alike = (seen.distance > 0.0) & params.similarity().holds(&here, &seen);
-    if place.inside & alike { Job { path: there, start: index } } else { Job::NONE }
-}
+use crate::resample::params::Flags;
+use crate::scene::{Frames, Surface};
+use crate::shift::Path;
 
 /// A path of the other frame as it is in a scene that has changed since: its light has another index, or shines no more, and the
 /// density of its vertex k is over an area that may have been deformed.
@@ -59,7 +30,7 @@ pub(super) fn carry<F: Frames>(frames: &F, params: &PtParams, of_other: bool, pa
     if path.length == 0 {
         return 1.0;
     }
-    let mut known = !path.keeps_arrival() | params.has(PT_TAKES_ALL);
+    let mut known = !path.keeps_arrival() | params.has(Flags::TAKES_ALL);
     if path.keeps_light() {
         path.light = frames.counterpart(path.light, of_other);
         known &= path.light.is_light();

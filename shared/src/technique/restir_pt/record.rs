@@ -3,6 +3,7 @@
 use crate::geometry::Hit;
 use crate::num::{self, Scalar};
 use crate::pack::{decode_unit_vector_48, encode_unit_vector_48};
+use crate::resample::packed::MAX_CONFIDENCE;
 use crate::scene::LightAddress;
 use crate::shift::Path;
 use bytemuck::{Pod, Zeroable};
@@ -50,10 +51,8 @@ pub struct Stored {
     pub confidence: f32,
 }
 
-/// The largest confidence that is kept.
-pub(super) const MAX_CONFIDENCE: f32 = 255.0;
 /// The longest path that is kept.
-pub(super) const MAX_LENGTH: u32 = 255;
+const MAX_LENGTH: u32 = 255;
 const LOW: u32 = 0x00ff_ffff;
 const CELLS: f32 = 16_777_216.0;
 
@@ -111,12 +110,14 @@ impl PackedPath {
     }
 
     /// See [`Path::term`].
+    #[doc(hidden)]
     #[inline(always)]
     pub fn term(&self) -> f32 {
         f32::from_bits(self.words[7])
     }
 
     /// The inverse of [`Stored::pack`].
+    #[doc(hidden)]
     #[inline(always)]
     pub fn unpack(&self) -> Stored {
         let w = &self.words;
@@ -148,6 +149,7 @@ impl PackedPath {
     }
 
     /// The same path with another contribution weight and confidence; with a weight of zero it is none.
+    #[doc(hidden)]
     #[inline(always)]
     #[must_use]
     pub fn weighted(&self, contribution_weight: f32, confidence: f32) -> Self {
@@ -177,6 +179,7 @@ impl PackedPath {
     }
 
     /// The path at the pixel that it was shifted to, where it has this integrand and this term.
+    #[doc(hidden)]
     #[inline(always)]
     #[must_use]
     pub fn moved(&self, value: Vec3, term: f32) -> Self {

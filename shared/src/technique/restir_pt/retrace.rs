@@ -5,12 +5,12 @@
 //! of 1, and it is undone by the same function with the frames exchanged. Whether the path may be joined at vertex k is nothing to it, for that
 //! is asked of what leads there and of the direction.
 
-use super::params::PT_BACK;
 use super::recall::recalled;
 use super::record::PackedPath;
 use super::{PathNumbers, PtParams};
 use crate::bsdf::ScatteringFunction;
 use crate::geometry::{Hit, Ray};
+use crate::resample::params::Flags;
 use crate::scene::{AddressedLights, BsdfOf, Frames, Lights, Surface, SurfacePoint, Trace};
 use crate::shift::{Numbers, Path};
 use crate::transport::{Chosen, Departure, Vertex, emission_weight, environment_weight, next_event, through_interior};
@@ -18,14 +18,14 @@ use crate::vec::{dot, flush, max_component};
 use glam::Vec3;
 
 /// A path of the other frame as it is in a scene that has changed since, as [`recall`](super::recall) has it, with what arrives at vertex k
-/// now. With [`PT_BACK`] it is a path of this frame, which gets what arrived there in the other one; the rest is for the shift to take there.
+/// now. With [`Flags::BACK`] it is a path of this frame, which gets what arrived there in the other one; the rest is for the shift to take there.
 /// Where nothing arrives it has a term of 0.
 #[inline(always)]
 pub fn retrace<F: Frames>(frames: &F, params: &PtParams, packed: PackedPath) -> PackedPath {
-    let back = params.has(PT_BACK);
+    let back = params.has(Flags::BACK);
     let mut path = packed.unpack().path;
     if path.keeps_arrival() & (path.length != 0) & (path.term > 0.0) {
-        let numbers = PathNumbers::of_key(path.key, params.seed, params.sampler());
+        let numbers = PathNumbers::of_key(path.key, params.seed, params.flags.sampler());
         path.radiance = arriving(&frames.scene(back), &numbers, &path);
         path.term = if max_component(path.radiance) > 0.0 { path.term } else { 0.0 };
     }

@@ -20,8 +20,6 @@ pub(super) const COMMANDS: &[&str] = &[
     "render slab -o %a.exr --size 4x3 --spp 2 --set orders=0..2 --layers --set segments=4 --device cpu --threads 1",
     "render cornell -o %a.exr --size 4x3 --spp 1 --tev 127.0.0.1:9 --device cpu --threads 1",
     "advise cornell --size 4x3 --seconds 1 --frames 1 --technique path --technique restir-pt --json --device cpu --threads 1",
-    "figure tokuyoshi-fig1 --quick --size 12x12 --frames 18 --restarts 1 --out %figure --device cpu --threads 1",
-    "figure zhang2025-grid --quick --size 12x12 --frames 1 --out %figure --device cpu --threads 1",
     "export cornell %b.glb --default-light",
     "info hall-1",
     "scenes --names",
@@ -109,14 +107,11 @@ pub(super) fn mutated(dice: &mut Dice, mut command: Vec<String>) -> Vec<String> 
     command
 }
 
-/// A picture whose size was lost would take long, and so would defaults of time or restarts.
+/// A picture whose size was lost would take long, and so would a default of time.
 fn is_small(command: &[String]) -> bool {
     let has = |word: &str| command.iter().any(|argument| argument == word);
-    let small = if has("figure") { "12x12" } else { "4x3" };
-    let sized = command.windows(2).any(|pair| pair[0] == "--size" && pair[1] == small);
-    let renders = ["render", "bench", "advise", "figure", "reference"].into_iter().any(has);
-    let bench = !has("bench") || has("--seconds") && has("--restarts") && has("--reference-spp");
+    let sized = command.windows(2).any(|pair| pair[0] == "--size" && pair[1] == "4x3");
+    let renders = ["render", "advise", "reference"].into_iter().any(has);
     let timed = !has("advise") || has("--seconds");
-    let brief = !has("figure") || has("--quick") && has("--frames");
-    !renders || sized && has("--threads") && bench && timed && brief && (!has("reference") || has("--spp"))
+    !renders || sized && has("--threads") && timed && (!has("reference") || has("--spp"))
 }

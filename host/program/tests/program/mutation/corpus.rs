@@ -4,8 +4,8 @@ use std::path::Path;
 use std::time::Duration;
 
 use base64::Engine;
+use restir::advanced::checkpoint::{Checkpoint, render_resumed};
 use restir::buffers::SceneBuffers;
-use restir::checkpoint::{Checkpoint, render_resumed};
 use restir::exec::CpuExecutor;
 use restir::image::{Image, write_exr, write_png};
 use restir::render::Render;
@@ -53,7 +53,7 @@ const SCENE_COMMANDS: &[&str] = &[
 
 impl Corpus {
     pub(super) fn new() -> Self {
-        let mut subjects = vec![arguments_of_nothing(), environments(), camera_paths(), tables()];
+        let mut subjects = vec![arguments_of_nothing(), environments(), camera_paths()];
         let mut scenes = moving_files().to_vec();
         scenes.push(glb(&textured()));
         scenes.extend(["cornell", "moving", "foliage", "candles", "glass", "slab"].map(exported));
@@ -130,22 +130,6 @@ fn camera_paths() -> Subject {
         commands: &[
             "render cornell -o %a.exr --technique restir-di --frames 3 --camera-path @ --size 4x3 --device cpu --threads 1",
             "render cornell -o %a#.exr --frames 1..2 --spp 1 --camera-path @ --size 4x3 --aov motion --device cpu --threads 1",
-        ],
-    }
-}
-
-/// The table of an earlier benchmark.
-fn tables() -> Subject {
-    let folder = tempfile::tempdir().unwrap();
-    let out = folder.path().to_str().unwrap();
-    let command =
-        "bench cornell --size 4x3 --reference-spp 128 --seconds 0 --restarts 2 --device cpu --threads 1 --cache";
-    run(command.split(' ').chain([out, "--out", out])).done();
-    Subject {
-        files: vec![("in.csv".to_owned(), std::fs::read(folder.path().join("report.csv")).unwrap())],
-        mutators: &[mutate::bytes],
-        commands: &[
-            "bench cornell --size 4x3 --reference-spp 128 --seconds 0 --restarts 2 --device cpu --threads 1 --cache %cache --out %bench --against @",
         ],
     }
 }

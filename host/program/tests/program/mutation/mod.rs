@@ -25,6 +25,7 @@ fn asked(name: &str, default: u64) -> u64 {
 const CASES: u64 = 2000;
 
 #[test]
+#[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn mutated_files_and_arguments_are_refused_or_rendered() {
     let [cases, seconds] = [asked("CASES", CASES), asked("SECONDS", u64::MAX)];
     let [seed, first, threads] = [asked("SEED", 1), asked("FIRST", 0), asked("THREADS", 2)];

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use restir::image::read_exr_metadata;
 use tempfile::TempDir;
 
-use crate::support::PROGRAM;
+use crate::PROGRAM;
 
 /// The program may be silent so long.
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -239,7 +239,6 @@ fn judged(case: &Case, ran: Ran, outputs: &Path) -> Result<End, String> {
     match code {
         Some(0) if errors == 0 => Ok(End::Done),
         Some(2) if errors == 1 && clean => Ok(End::Refused),
-        Some(1) if errors == 1 && case.command[0] == "bench" => Ok(End::Done),
         Some(130) if interrupted && errors == 1 && clean => Ok(End::Interrupted),
         // before it listens
         None if interrupted && text.is_empty() && names.is_empty() => Ok(End::Interrupted),
@@ -249,11 +248,8 @@ fn judged(case: &Case, ran: Ran, outputs: &Path) -> Result<End, String> {
 
 /// Commands that write several files, or go on with them, may have written some of them before one is refused.
 fn keeps_files(case: &Case) -> bool {
-    let kinds: BTreeMap<&str, &[&str]> = BTreeMap::from([
-        ("render", ["--frames", "--turntable", "--resume"].as_slice()),
-        ("reference", &["--cache"]),
-        ("bench", &["--cache"]),
-    ]);
+    let kinds: BTreeMap<&str, &[&str]> =
+        BTreeMap::from([("render", ["--frames", "--turntable", "--resume"].as_slice()), ("reference", &["--cache"])]);
     let of = kinds.iter().filter(|(command, _)| case.command.iter().any(|argument| argument == *command));
     of.flat_map(|(_, options)| options.iter()).any(|option| case.command.iter().any(|argument| argument == option))
 }

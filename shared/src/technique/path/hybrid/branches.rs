@@ -9,8 +9,8 @@ use crate::num;
 use crate::rng::{self, Rng};
 use crate::scene::{Lights, Surface, SurfacePoint, Trace};
 use crate::technique::path::walk::{DIMENSIONS_PER_SEGMENT, Numbers, Receiver};
-use crate::technique::path::{MAX_DEPTH, PATH_ROULETTE, Walk, camera_segment};
-use crate::transport::{Collision, Departure, Vertex, absorbs};
+use crate::technique::path::{MAX_DEPTH, PathFlags, Walk, camera_segment};
+use crate::transport::{COLLISION_MARGIN, Collision, Departure, GRAZING_COSINE, Vertex, absorbs};
 use crate::vec::{dot, flush, max_abs};
 use glam::{Vec2, Vec3};
 
@@ -19,11 +19,6 @@ const STAGES: u32 = 1 << 22;
 const PER_STAGE: u32 = 1 << 16;
 const COLLISION: u32 = STAGES - 2;
 const _: () = assert!(MAX_DEPTH * DIMENSIONS_PER_SEGMENT < PER_STAGE);
-
-/// How near a collision may come to a surface, as a fraction of the largest coordinate: as near as rays begin beside it.
-const NEAREST: f32 = 1.0 / 262_144.0;
-/// Cosines below this count as it, where a distance is divided by them.
-const GRAZING: f32 = 1.0 / 4096.0;
 
 /// From the camera to where the path enters a body. The stages are in the order of their flags.
 const BEFORE: u32 = 0;
@@ -100,7 +95,7 @@ impl Branches<false> {
     #[inline(always)]
     pub(super) fn from_body<S: Surface>(scene: &S, entry: Entry, exit: PackedExit) -> Self {
         let (at, interior) = (scene.location(&entry.hit), scene.interior(&entry.hit));
-        let cos = num::max(num::abs(dot(at.normal, entry.direction)), GRAZING);
+        let cos = num::max(num::abs(dot(at.normal, entry.direction)), GRAZING_COSINE);
         let origin = at.position - at.normal * at.offset;
         Self {
             walk: exit.walk(),
@@ -154,7 +149,7 @@ impl<const BEGINS: bool> Branches<BEGINS> {
     /// Traces a segment; whether the device cut it short.
     #[inline(always)]
     fn step<S: Trace + Surface + Lights>(&mut self, scene: &S, params: &HybridParams, rng: &Rng) -> bool {
-        self.found.counts = params.has(HYBRID_REST << self.stage);
+        self.found.counts = params.has(PathFlags::of_stage(self.stage));
         let hit = scene.closest(&self.walk.ray);
         let cut = hit.is_cut();
         if hit.is_hit() & !cut {
@@ -178,7 +173,7 @@ impl<const BEGINS: bool> Branches<BEGINS> {
     fn next(&mut self, features: u32, params: &HybridParams, rng: &Rng) {
         if self.stage == BESIDE {
             self.cross(params);
-        } else if (self.stage == ACROSS) & params.has(HYBRID_SINGLE) & (self.across.t_max > 0.0) {
+        } else if (self.stage == ACROSS) & params.has(PathFlags::SINGLE) & (self.across.t_max > 0.0) {
             self.collide(features, params, rng);
         }
     }
@@ -243,7 +238,7 @@ impl<const BEGINS: bool> Branches<BEGINS> {
         let depth = if BEGINS { 0 } else { self.entry.depth };
         let first = if BEGINS { 0 } else { STAGES + self.stage * PER_STAGE };
         let numbers = Numbers::<BEGINS>::of_branch(rng, first, self.walk.depth - depth);
-        let sorts = BEGINS & (self.walk.depth == 1) & params.has(HYBRID_DIFFUSE | HYBRID_SPECULAR);
+        let sorts = BEGINS & (self.walk.depth == 1) & params.has(PathFlags::DIFFUSE | PathFlags::SPECULAR);
         let mut towards = Vec3::ZERO;
         let open = |direction: Vec3| {
             towards = direction;
@@ -260,7 +255,7 @@ impl<const BEGINS: bool> Branches<BEGINS> {
             let light = self.found.sum * params.share(1.0 - specular, specular);
             self.found = Found { sum: before.sum + light, ..before };
         }
-        let roulette = params.has(PATH_ROULETTE);
+        let roulette = params.has(PathFlags::ROULETTE);
         self.alive = self.walk.bounce::<S::Material, _>(
             scene.features(),
             &vertex,
@@ -297,7 +292,7 @@ impl<const BEGINS: bool> Branches<BEGINS> {
         let ray = Ray { t_max: Ray::FAR, ..self.across };
         self.walk = Walk { throughput: self.throughput(params), depth: self.entry.depth, ..Walk::new(ray) };
         self.inside = true;
-        self.alive = params.has(HYBRID_BOUNDARY | HYBRID_SINGLE);
+        self.alive = params.has(PathFlags::BOUNDARY | PathFlags::SINGLE);
         self.stage = ACROSS;
     }
 
@@ -312,7 +307,7 @@ impl<const BEGINS: bool> Branches<BEGINS> {
         let medium = self.interior.medium(Vec3::ZERO);
         self.collision = Collision::sample(&medium, direction, t_max, numbers, params.way_out());
         // rays begin beside the surface, and end there
-        let margin = num::max(self.interior.offset, max_abs(origin) * NEAREST);
+        let margin = num::max(self.interior.offset, max_abs(origin) * COLLISION_MARGIN);
         let farthest = num::max(t_max - self.lead - margin, 0.0);
         let along = num::clamp(self.collision.t - self.lead, 0.0, farthest);
         let ray = Ray {

@@ -3,7 +3,7 @@
 use crate::bsdf::{BsdfSample, DIFFUSE_TRANSMISSION, Dielectric, Evaluation, Material, Scattering, ScatteringFunction};
 use crate::layout::{FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_GLOSSY, FEATURE_TRANSMISSION};
 use crate::num;
-use crate::rng::unit;
+use crate::rng::{CELLS, unit};
 use crate::sampling::{cosine_hemisphere_pdf, invert_cosine_hemisphere, sample_cosine_hemisphere};
 use glam::{UVec4, Vec2, Vec3};
 
@@ -11,7 +11,7 @@ use glam::{UVec4, Vec2, Vec3};
 /// its mean, so that no light is lost which comes to the surface from inside.
 ///
 /// As [`Scattering`] it is asked for the side of the light, +z: the viewer's direction does not matter.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Exit {
     /// Colour over the mean of what is let through.
     color: Vec3,
@@ -25,9 +25,6 @@ fn mean_reflectance(index: f32) -> f32 {
     let x = num::div(index - 1.0, index + 1.0);
     x * (0.569_954 + x * (-1.186_36 + x * (3.962_972 + x * (-4.306_067 + x * 1.984_927))))
 }
-
-/// Random numbers are multiples of 1 / CELLS.
-const CELLS: f32 = 16_777_216.0;
 
 impl Exit {
     /// The exit through a material in a scene of these features. What is transmitted by any lobe enters: the tint of specular transmission and the colour

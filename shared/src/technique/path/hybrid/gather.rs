@@ -12,7 +12,7 @@ use crate::medium::{Interior, Medium};
 use crate::num;
 use crate::rng::{self, Rng};
 use crate::scene::{Lights, Location, Probe, Surface, SurfacePoint, Trace};
-use crate::technique::path::Walk;
+use crate::technique::path::{PathFlags, Walk};
 use crate::transport::{Chosen, Connection, Vertex, next_event};
 use crate::vec::{length, max_abs, max_component};
 use glam::{UVec4, Vec3, Vec4};
@@ -49,7 +49,7 @@ impl Gathering {
         let medium = interior.medium(absorbed);
         let kept = params.spread(interior, travelled);
         let profile = Profile::of_medium(&medium, params.shape()).of_channels(kept);
-        let profile = if params.has(HYBRID_BY_ALBEDO) { profile.chosen_by_albedo() } else { profile };
+        let profile = if params.has(PathFlags::BY_ALBEDO) { profile.chosen_by_albedo() } else { profile };
         let disk = Disk { support: params.support(), ..Disk::new(at.position, at.normal, profile) };
         let Medium { albedo, absorbed, extinction, anisotropy } = medium;
         let rest = |albedo: f32, absorbed: f32| Multiple::new(albedo, absorbed, anisotropy, params.remainder());
@@ -77,11 +77,12 @@ impl Gathering {
         let (weight, _) = self.disk.weight(position, normal);
         let x = self.extinction * length(position - self.disk.centre);
         let share = Vec3::new(self.rest[0].share(x.x), self.rest[1].share(x.y), self.rest[2].share(x.z));
-        if params.has(HYBRID_WHOLE) { weight } else { weight * share }
+        if params.has(PathFlags::WHOLE) { weight } else { weight * share }
     }
 }
 
 /// What a path leaves beside a body.
+#[derive(Debug)]
 pub struct Gathered {
     /// The path that goes on from a point of the profile.
     pub exit: PackedExit,
@@ -100,7 +101,7 @@ pub fn gather<S: Trace + Surface<Material = Material> + Lights + Probe>(
     let rng = params.rng(pixel);
     let mut choice = Choice { walk: Walk::new(Ray::NONE), alive: false, worth: 0.0, sum: 0.0 };
     let mut radiance = packed.radiance();
-    if params.has(HYBRID_PROFILE) & (entry.depth + 1 < params.path.max_depth) {
+    if params.has(PathFlags::PROFILE) & (entry.depth + 1 < params.path.max_depth) {
         radiance += points(scene, params, &entry, &rng, &mut choice);
     }
     let each = if choice.alive { num::div(choice.sum, choice.worth) } else { 0.0 };
@@ -119,7 +120,7 @@ fn points<S: Trace + Surface<Material = Material> + Lights + Probe>(
 ) -> Vec3 {
     let (at, interior) = (scene.location(&entry.hit), scene.interior(&entry.hit));
     let gathering = Gathering::new(params, &at, (&interior, scene.absorbed(&entry.hit)), entry.travelled);
-    let one = params.has(HYBRID_ONE_CROSSING);
+    let one = params.has(PathFlags::ONE_CROSSING);
     let outside = entry.throughput * entry.gain;
     let per_segment = num::recip(params.segments as f32);
     let (mut sum, mut cut) = (Vec3::ZERO, false);
@@ -179,7 +180,7 @@ fn light<S: Trace + Surface<Material = Material> + Lights>(
     let exit = SurfacePoint { position, normal, shading_normal, offset, material, emission, absorption };
     let outside = Ray { direction: -normal, ..Ray::NONE };
     let vertex: Vertex<Exit> = Vertex::new(&exit, &outside, features);
-    if params.has(HYBRID_GOES_ON) {
+    if params.has(PathFlags::GOES_ON) {
         choice.offer(&vertex, worth, rng, dimension + 1, features);
     }
     let sample = scene.sample_light(rng.draw(dimension));
@@ -188,7 +189,7 @@ fn light<S: Trace + Surface<Material = Material> + Lights>(
         return Vec3::ZERO;
     }
     // without a path that goes on nothing else finds the light
-    if params.has(HYBRID_GOES_ON) {
+    if params.has(PathFlags::GOES_ON) {
         worth * next_event(sample.density, &connection)
     } else {
         let Connection { value, cos_light, distance_squared, .. } = connection;

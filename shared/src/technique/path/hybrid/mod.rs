@@ -27,12 +27,12 @@
 //! # use floor::Floor;
 //! use restir_shared::glam::Vec3;
 //! use restir_shared::layout::CameraParams;
-//! use restir_shared::technique::path::hybrid::{HYBRID_REST, HybridParams, enter};
-//! use restir_shared::technique::path::{self, PathParams};
+//! use restir_shared::technique::path::hybrid::{HybridParams, enter};
+//! use restir_shared::technique::path::{self, PathFlags, PathParams};
 //!
 //! let camera = CameraParams::pinhole(Vec3::Y, Vec3::ZERO, Vec3::Z, 0.1, [1, 1]);
 //! let path = PathParams { max_depth: 3, ..PathParams::new(camera, [1, 1], 7) };
-//! let counted = PathParams { flags: path.flags | HYBRID_REST, ..path };
+//! let counted = PathParams { flags: path.flags | PathFlags::REST, ..path };
 //! let entered = enter(&Floor, &HybridParams { path: counted, ..HybridParams::default() }, [0, 0]);
 //! assert_eq!(entered.sample, path::pixel(&Floor, &path, 0, 0));
 //! ```
@@ -54,6 +54,7 @@ use crate::scene::{Lights, Surface, Trace};
 use branches::Branches;
 
 /// What a path leaves that may enter a body.
+#[derive(Debug)]
 pub struct Entered {
     /// Where the path enters a body, and with what throughput; nowhere, if it does not.
     pub entry: PackedEntry,

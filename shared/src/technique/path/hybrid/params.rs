@@ -5,41 +5,11 @@ use crate::layout::Extent;
 use crate::medium::Interior;
 use crate::num::max;
 use crate::rng::Rng;
-use crate::technique::path::PathParams;
+use crate::technique::path::{PathFlags, PathParams};
 use crate::transport::WayOut;
 use bytemuck::{Pod, Zeroable};
 use core::ops::Deref;
 use glam::Vec3;
-
-/// Flag, beside those of path tracing: what does not enter an interior that scatters counts.
-pub const HYBRID_REST: u32 = 1 << 8;
-/// Flag: the boundary term counts.
-pub const HYBRID_BOUNDARY: u32 = 1 << 9;
-/// Flag: single scattering counts.
-pub const HYBRID_SINGLE: u32 = 1 << 10;
-/// Flag: the profile counts.
-pub const HYBRID_PROFILE: u32 = 1 << 11;
-/// Flag: the profile keeps what has scattered once.
-pub const HYBRID_WHOLE: u32 = 1 << 12;
-/// Flag: [`Remainder::Signed`].
-pub const HYBRID_SIGNED: u32 = 1 << 13;
-/// Flag: [`Remainder::Clamped`].
-pub const HYBRID_CLAMPED: u32 = 1 << 14;
-/// Flag: [`WayOut::Drawn`].
-pub const HYBRID_DRAWN: u32 = 1 << 15;
-/// Flag: of the points that a segment meets one is taken, not all.
-pub const HYBRID_ONE_CROSSING: u32 = 1 << 16;
-/// Flag: from one of the points of the profile the path goes on.
-pub const HYBRID_GOES_ON: u32 = 1 << 19;
-/// Flag: the channel of a radius is chosen in proportion to the albedo, not uniformly.
-pub const HYBRID_BY_ALBEDO: u32 = 1 << 17;
-/// Flag: [`Support::Published`].
-pub const HYBRID_PUBLISHED: u32 = 1 << 18;
-
-/// Flag: of what enters no body, that counts which the first surface reflects or lets through by diffuse lobes; and what shines itself.
-pub const HYBRID_DIFFUSE: u32 = 1 << 20;
-/// Flag: the same of specular lobes.
-pub const HYBRID_SPECULAR: u32 = 1 << 21;
 
 /// Mean free paths of fewer offsets of rays are too short to be traced.
 const OFFSETS: f32 = 8.0;
@@ -51,7 +21,7 @@ pub const MAX_SEGMENTS: u32 = 16;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct HybridParams {
-    /// As of path tracing: its block is the sample `first_sample` alone, and its flags are also those of this module.
+    /// As of path tracing: its block is the sample `first_sample` alone.
     pub path: PathParams,
     /// Channels of a mean free path that is shorter than so much of the path up to the entry are Lambertian.
     pub lambert_below: f32,
@@ -79,6 +49,7 @@ impl Deref for HybridParams {
 
 impl HybridParams {
     /// As [`PathParams::specialised`].
+    #[doc(hidden)]
     #[inline(always)]
     #[must_use]
     pub fn specialised(self, bits: u32) -> Self {
@@ -87,8 +58,8 @@ impl HybridParams {
 
     /// Whether any of the flags is set.
     #[inline(always)]
-    pub(super) fn has(&self, flags: u32) -> bool {
-        self.path.flags & flags != 0
+    pub(super) fn has(&self, flags: PathFlags) -> bool {
+        self.path.flags.contains(flags)
     }
 
     /// The random numbers of the pixel's sample.
@@ -100,9 +71,9 @@ impl HybridParams {
     /// How much counts of what enters no body, if diffuse and specular lobes at the first surface have these shares in it.
     #[inline(always)]
     pub(super) fn share(&self, diffuse: f32, specular: f32) -> f32 {
-        if self.has(HYBRID_DIFFUSE) {
+        if self.has(PathFlags::DIFFUSE) {
             diffuse
-        } else if self.has(HYBRID_SPECULAR) {
+        } else if self.has(PathFlags::SPECULAR) {
             specular
         } else {
             1.0
@@ -121,15 +92,15 @@ impl HybridParams {
 
     #[inline(always)]
     pub(super) fn way_out(&self) -> WayOut {
-        if self.has(HYBRID_DRAWN) { WayOut::Drawn } else { WayOut::Dimmed }
+        if self.has(PathFlags::DRAWN) { WayOut::Drawn } else { WayOut::Dimmed }
     }
 
     /// Which part of a profile is left of what has scattered once.
     #[inline(always)]
     pub fn remainder(&self) -> Remainder {
-        if self.has(HYBRID_SIGNED) {
+        if self.has(PathFlags::SIGNED) {
             Remainder::Signed
-        } else if self.has(HYBRID_CLAMPED) {
+        } else if self.has(PathFlags::CLAMPED) {
             Remainder::Clamped
         } else {
             Remainder::Diffuse
@@ -145,7 +116,7 @@ impl HybridParams {
     /// Which densities count of a sampled point.
     #[inline(always)]
     pub fn support(&self) -> Support {
-        if self.has(HYBRID_PUBLISHED) { Support::Published } else { Support::Exact }
+        if self.has(PathFlags::PUBLISHED) { Support::Published } else { Support::Exact }
     }
 }
 

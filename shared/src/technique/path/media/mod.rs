@@ -46,6 +46,7 @@ use crate::scene::{Lights, Surface, Trace};
 use walker::Walker;
 
 /// What a stretch leaves behind.
+#[derive(Debug)]
 pub struct Stretch {
     /// The path, if it goes on.
     pub walker: PackedWalker,

@@ -51,6 +51,7 @@ impl Deref for MediaParams {
 
 impl MediaParams {
     /// As [`PathParams::specialised`].
+    #[doc(hidden)]
     #[inline(always)]
     #[must_use]
     pub fn specialised(self, bits: u32) -> Self {

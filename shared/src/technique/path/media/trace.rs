@@ -9,9 +9,11 @@ use crate::num;
 use crate::rng::{self, Rng};
 use crate::sampling::{henyey_greenstein_shape, sample_henyey_greenstein};
 use crate::scene::{BsdfOf, LightSample, Lights, Location, Surface, SurfacePoint, Trace};
-use crate::technique::path::walk::{DIMENSIONS_PER_SEGMENT, LIGHT, Numbers, Receiver};
-use crate::technique::path::{PATH_ROULETTE, Walk};
-use crate::transport::{Chosen, Connection, Vertex, connect_inside, next_event, passes, through_interior};
+use crate::technique::path::walk::{DIMENSIONS_PER_SEGMENT, LIGHT, MIN_SURVIVAL, Numbers, Receiver};
+use crate::technique::path::{PathFlags, Walk};
+use crate::transport::{
+    COLLISION_MARGIN, Chosen, Connection, GRAZING_COSINE, Vertex, connect_inside, next_event, passes, through_interior,
+};
 use crate::vec::{Frame, dot, flush, max_abs, max_component, normalize};
 use glam::{UVec4, Vec2, Vec3};
 
@@ -23,13 +25,8 @@ const _: () = assert!(FLIGHT + MAX_WALK < BOUNDARY);
 
 /// Roulette leaves walks of up to so many collisions alone.
 const ROULETTE_FROM: u32 = 16;
-const MIN_SURVIVAL: f32 = 0.05;
 /// Reflections from inside that may follow each other: light that is caught in a clear body ends after them.
 const MOST_REFLECTIONS: u32 = 64;
-/// How near a collision may come to a surface, as a fraction of the largest coordinate: as near as rays begin beside it.
-const NEAREST: f32 = 1.0 / 262_144.0;
-/// Cosines below this count as it, where a distance is divided by them.
-const GRAZING: f32 = 1.0 / 4096.0;
 
 /// What is around a path.
 #[derive(Clone, Copy)]
@@ -230,7 +227,7 @@ impl Walker {
                 self.walk.escape(scene, &mut found);
                 self.alive = false;
             }
-            let shines = max_component(sight.connection.value) > 0.0;
+            let shines = sight.connection.shines();
             if CLEAR {
                 // behind the border there is a segment more
                 let leaves = (max_component(sight.extinction) > 0.0) & (self.walk.depth + 1 < params.path.max_depth);
@@ -265,7 +262,7 @@ impl Walker {
         let words = rng.hash(FLIGHT + self.steps);
         let channels = Channels::of_path(interior.extinction, self.walk.throughput, interior.albedo);
         let distance = channels.sample(Vec2::new(rng::unit(words.x), rng::unit(words.y)));
-        let margin = num::max(interior.offset, max_abs(self.walk.ray.origin) * NEAREST);
+        let margin = num::max(interior.offset, max_abs(self.walk.ray.origin) * COLLISION_MARGIN);
         Flight { channels, distance, t: num::max(distance - around.lead, 0.0), margin, words }
     }
 
@@ -424,7 +421,7 @@ impl Walker {
         // a walk may meet the boundary many times before the path is a segment longer
         let numbers =
             if inside { Numbers::independent(rng, self.boundary()) } else { Numbers::at(rng, self.walk.depth) };
-        let roulette = params.path.flags & PATH_ROULETTE != 0;
+        let roulette = params.path.flags.contains(PathFlags::ROULETTE);
         let mut found = Orders { sum: Vec3::ZERO, counts: false };
         self.alive = self.walk.bounce::<S::Material, _>(
             features,
@@ -468,7 +465,7 @@ impl Walker {
     #[inline(always)]
     fn leave<M>(&mut self, next: Interior, point: &SurfacePoint<M>, stays: bool, around: &mut Around) {
         let scatters = next.scatters();
-        let cos = num::max(num::abs(dot(point.normal, self.walk.ray.direction)), GRAZING);
+        let cos = num::max(num::abs(dot(point.normal, self.walk.ray.direction)), GRAZING_COSINE);
         let lead = if scatters { num::div(point.offset, cos) } else { 0.0 };
         let reflections = if stays { around.reflections + 1 } else { 0 };
         let caught = self.alive & (reflections > MOST_REFLECTIONS);

@@ -1,0 +1,82 @@
+//! What an image says about how it was made.
+
+use restir::advanced::settings::Choice as _;
+use restir::advanced::{reference::Reference, settings::Value};
+use restir::exec::Description;
+use restir::render::{Render, Rendered};
+use restir::scene::{Camera, Environment, Scene};
+use restir::technique::{Integral, Repeats};
+
+use super::device::parity;
+
+/// Pairs for [`restir::image::write_exr`], and `more`. Times are left out, so that equal renders give equal files.
+pub(super) fn of_render(
+    scene: &Scene,
+    render: &Render,
+    executor: &Description,
+    rendered: &Rendered,
+    more: Vec<(&'static str, String)>,
+) -> Vec<(String, String)> {
+    let (about, parity) = (render.technique.about(), parity(executor));
+    let mut pairs = vec![
+        ("scene", scene.name.clone()),
+        ("environment", scene.environment.as_ref().map_or_else(|| "none".to_owned(), environment)),
+        ("lens", scene.camera.filter(|camera| camera.lens_radius > 0.0).map_or_else(|| "pinhole".to_owned(), lens)),
+        ("technique", about.name.to_owned()),
+        ("width", render.width.to_string()),
+        ("height", render.height.to_string()),
+        ("version", env!("CARGO_PKG_VERSION").to_owned()),
+        ("commit", env!("RESTIR_COMMIT").to_owned()),
+        ("executor", executor.executor.to_owned()),
+        ("adapter", executor.adapter.clone().unwrap_or_else(|| "none".to_owned())),
+        ("flavour", executor.flavour.to_string()),
+        ("parity", parity),
+        ("dispatches", rendered.dispatches.to_string()),
+        ("dropped_samples", rendered.dropped_samples.to_string()),
+        (about.repeats.name(), render.count.to_string()),
+        ("seed", render.seed.to_string()),
+    ];
+    pairs.extend(rendered.counts.iter().map(|(name, count)| (*name, count.to_string())));
+    let animation = &scene.animation;
+    if !animation.is_still() {
+        pairs.extend([("time", animation.start.to_string()), ("frame_rate", animation.frame_rate.to_string())]);
+    }
+    if about.repeats == Repeats::Frames {
+        pairs.push(("accumulate", render.accumulate.write()));
+    }
+    // what techniques without such a setting have by themselves
+    if render.technique.value("max_depth").is_none() {
+        pairs.push(("max_depth", render.technique.integral().max_depth.to_string()));
+    }
+    pairs.extend(more);
+    pairs.extend(render.technique.entries().into_iter().map(|entry| (entry.key, entry.value)));
+    owned(pairs)
+}
+
+/// Pairs of a picture of a reference.
+pub(super) fn of_reference(scene: &str, integral: Integral, reference: &Reference) -> Vec<(String, String)> {
+    owned(vec![
+        ("scene", scene.to_owned()),
+        ("technique", "path".to_owned()),
+        ("samples", reference.samples().to_string()),
+        ("max_depth", integral.max_depth.to_string()),
+        ("jitter", integral.jitter.to_string()),
+        ("filter", integral.filter.name().to_owned()),
+        ("multiscatter", integral.multiscatter.to_string()),
+        ("dropped_samples", reference.dropped_samples().to_string()),
+        ("version", env!("CARGO_PKG_VERSION").to_owned()),
+        ("commit", env!("RESTIR_COMMIT").to_owned()),
+    ])
+}
+
+fn owned(pairs: Vec<(&str, String)>) -> Vec<(String, String)> {
+    pairs.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
+}
+
+fn environment(environment: &Environment) -> String {
+    format!("{}, scale {}, turned {} degrees", environment.name, environment.scale, environment.rotation)
+}
+
+fn lens(camera: Camera) -> String {
+    format!("radius {}, sharp at {}", camera.lens_radius, camera.distance_in_focus())
+}

@@ -1,0 +1,125 @@
+//! What a technique says of its record: how passes over it are replayed, what is printed of it, and its layers.
+
+use super::explain::Genealogy;
+use super::{Followed, Generation, Kernel, Layers, Lineage, Origin};
+use crate::{Error, image::Channel};
+use bytemuck::Pod;
+use restir_shared::layout::Extent;
+use restir_shared::resample::params::{Flags, ReuseParams};
+use serde_json::{Value, json};
+use std::{collections::BTreeMap, fmt::Debug};
+
+/// What a pass does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reuse {
+    /// Draws candidates.
+    Initial,
+    /// Brings the last frame's records into a scene that has changed since.
+    Recalled,
+    /// Merges with the last frame's records.
+    Temporal,
+    /// Merges with the last frame's record and its neighbours.
+    Fused,
+    /// Merges with neighbours: which of the passes that do, from 1.
+    Spatial(u32),
+}
+
+/// Computes the record of a pixel once more, and tells where it comes from.
+pub(crate) type Replay<'a, R> = Box<dyn Fn(u32) -> (R, Origin) + Send + Sync + 'a>;
+
+/// What there was beside records, pixel by pixel, after passes.
+pub(crate) type Before<R> = BTreeMap<usize, Vec<<R as Reused>::Beside>>;
+
+/// The parameters of a pass.
+pub trait PassParams: Pod + Extent + Debug {
+    /// The value of the constant `settings`, to which the pass's kernel is specialised.
+    fn settings(&self) -> u32;
+
+    /// The index of its frame.
+    fn frame(&self) -> u32;
+}
+
+impl PassParams for ReuseParams {
+    fn settings(&self) -> u32 {
+        (self.flags | Flags::OF_PASSES).bits()
+    }
+
+    fn frame(&self) -> u32 {
+        self.frame
+    }
+}
+
+/// A record that pixels reuse, as it lies in a plane.
+pub trait Reused: Pod + PartialEq + Debug + Send + Sync {
+    /// The parameters of the passes that leave it.
+    type Params: PassParams + Send + Sync;
+    /// The record unpacked.
+    type Stored: Clone + Debug;
+    /// What a genealogy tells of a record beside it.
+    type Details: Clone + Debug;
+    /// What layers tell of a pixel beside its record.
+    type Beside: Clone + Debug;
+
+    /// All kernels that leave records, or what these read.
+    const KERNELS: &'static [Kernel];
+    /// What the initial pass is called.
+    const INITIAL: &'static str = "initial candidates";
+    /// What another pixel is called: in the same frame, and in the last one.
+    const OTHER: [&'static str; 2] = ["the pixel"; 2];
+    /// The field of the records of a genealogy.
+    const RECORDS: &'static str;
+    /// Bytes a pixel that layers, their channels and these encoded take.
+    const LAYER_BYTES: u64 = 64;
+    /// Whether what layers tell beside records follows from earlier frames. Else it is found of the last frame alone.
+    const LOOKS_BACK: bool = true;
+
+    /// The record unpacked.
+    fn stored(&self) -> Self::Stored;
+
+    /// Whether there is a sample in it, which comes from somewhere.
+    fn has_sample(&self) -> bool;
+
+    /// Its confidence.
+    fn confidence(&self) -> f32;
+
+    /// What a pass does that leaves records.
+    fn reuse(pass: &Followed<Self>) -> Reuse;
+
+    /// How a pass that leaves records is replayed.
+    ///
+    /// # Errors
+    /// Those of [`Followed::read`].
+    fn replay(pass: &Followed<Self>) -> Result<Replay<'_, Self>, Error>;
+
+    /// What there is to tell of a pixel's record as a pass left it.
+    ///
+    /// # Errors
+    /// Those of [`Followed::read`].
+    fn details(lineage: &Lineage<Self>, pass: usize, pixel: u32) -> Result<Self::Details, Error>;
+
+    /// What is printed of a record that is this candidate of the pixel.
+    fn drawn(candidate: u32) -> String;
+
+    /// What is printed of a record after its confidence, in whole lines.
+    fn words(genealogy: &Genealogy<'_, Self>, generation: &Generation<Self>) -> String;
+
+    /// The fields of a record, beside those that all have.
+    fn fields(genealogy: &Genealogy<'_, Self>, generation: &Generation<Self>) -> Value;
+
+    /// What is said of a genealogy before it is said that it was replayed, and its further fields.
+    fn summary(genealogy: &Genealogy<'_, Self>) -> (String, Value) {
+        let (count, records, age) = (genealogy.generations.len(), Self::RECORDS, genealogy.age());
+        let has_sample = genealogy.generations.last().is_some_and(|last| last.record.has_sample());
+        let old = if has_sample { format!("the sample is {age} frames old; ") } else { String::new() };
+        (format!("{old}{count} {records}"), json!({ "age": age }))
+    }
+
+    /// What there is beside the record of each pixel after a pass, from what there was after those before.
+    ///
+    /// # Errors
+    /// Those of [`Followed::read`].
+    fn beside(lineage: &Lineage<Self>, pass: usize, before: &Before<Self>) -> Result<Vec<Self::Beside>, Error>;
+
+    /// Layers as channels of an EXR file.
+    fn channels(layers: &Layers<Self>) -> Vec<Channel>;
+}

@@ -1,0 +1,231 @@
+//! `cargo lab gains`: what ReSTIR PT gains over path tracing in equal time and with equal rays, with each option off, what the errors of its
+//! frames have in common, and the report of it.
+
+mod correlated;
+mod moving;
+mod report;
+
+use std::time::Instant;
+
+use clap::Args;
+use rayon::prelude::*;
+use restir_cli::trial::{Estimate, Subject, Trial, Tried, Window, judge, median, try_once};
+use restir_host::buffers::SceneBuffers;
+use restir_host::exec::{CpuExecutor, Executor};
+use restir_host::image::Image;
+use restir_host::render::Render;
+use restir_host::scene::{CameraPath, Scene};
+use restir_host::technique::asked::asked_after;
+use restir_host::technique::path::PathSettings;
+use restir_host::technique::restir_pt::PtSettings;
+use restir_tests::technique::configure_by;
+
+use crate::{Error, report::publish, time::thread_seconds};
+use correlated::Correlated;
+
+/// Frames of a chain.
+const FRAMES: u32 = 16;
+/// Frames after which a frame costs what all later ones cost.
+const SETTLED: u32 = 4;
+/// Path tracing with so many samples a pixel; in between, its error is taken to follow a power of their number.
+const SAMPLES: [u32; 4] = [1, 4, 16, 64];
+/// Chains whose time is taken; the median counts.
+const TIMED: u32 = 3;
+/// What is seen: the name of a scene, and whether the camera orbits.
+const VIEWS: [(&str, bool); 4] = [("ajar", false), ("tower", false), ("cornell", false), ("cornell", true)];
+/// Settings, and whether their mean over all frames is looked at, and not the last frame.
+const SETTINGS: [(&str, bool); 21] = [
+    ("", false),
+    ("still=off", false),
+    ("neighbours=8", false),
+    ("neighbours=2", false),
+    ("tile=4", false),
+    ("shift=hybrid", false),
+    ("shift=reconnection", false),
+    ("shift=replay", false),
+    ("replays=0", false),
+    ("mis=pairwise-defensive", false),
+    ("confidence_cap=5", false),
+    ("spatial=0", false),
+    ("temporal=off", false),
+    ("temporal=off,spatial=0", false),
+    ("feedback=on", false),
+    ("preset=published", false),
+    ("direct=restir-di", false),
+    ("temporal=off,spatial=0", true),
+    ("preset=progressive", true),
+    ("preset=progressive,neighbours=8", true),
+    ("preset=progressive,neighbours=2", true),
+];
+
+/// Options of `cargo lab gains`.
+#[derive(Args)]
+pub struct Options {
+    /// Independent images of each setting.
+    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(2..))]
+    images: u32,
+    /// Width of an image; the height is three quarters of it.
+    #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u32).range(16..=4096))]
+    width: u32,
+    /// Print what is measured where things move, and nothing else.
+    #[arg(long, conflicts_with = "write")]
+    moving: bool,
+    /// Replace docs/restir-pt-gains.md.
+    #[arg(long)]
+    write: bool,
+}
+
+/// Measures all views, prints the report and writes it where asked.
+///
+/// # Errors
+/// [`Error::Host`] for what cannot be rendered; [`Error::Io`] if the report cannot be written.
+pub fn run(options: &Options) -> Result<(), Error> {
+    let start = Instant::now();
+    let size = [options.width, options.width * 3 / 4];
+    if options.moving {
+        println!("{}", report::where_things_move(&moving::measured(options.images, size)?));
+        return Ok(());
+    }
+    let measured = VIEWS.par_iter().map(|&(scene, orbits)| {
+        let view = View::measured(options, scene, orbits);
+        eprintln!("{:4.0} s  {scene}, orbits: {orbits}", start.elapsed().as_secs_f64());
+        view
+    });
+    let views = measured.collect::<Result<Vec<_>, _>>()?;
+    publish(
+        "restir-pt-gains",
+        &report::markdown(options, &views, &moving::measured(options.images, size)?),
+        options.write,
+    )
+}
+
+/// What a sample or a frame costs, once there is a history.
+#[derive(Clone, Copy, Debug)]
+struct Cost {
+    seconds: f64,
+    /// Of a pixel.
+    rays: f64,
+}
+
+/// Settings and what they give.
+struct Row {
+    settings: &'static str,
+    /// How many frames the error has been paid with.
+    frames: u32,
+    rel_mse: Estimate,
+    cost: Cost,
+}
+
+/// A scene as it is seen.
+struct View {
+    name: String,
+    /// relMSE of path tracing with each of [`SAMPLES`].
+    path: Vec<Estimate>,
+    sample: Cost,
+    /// Of each of [`SETTINGS`].
+    rows: Vec<Row>,
+    /// Of views that stand still.
+    correlated: Vec<Correlated>,
+}
+
+impl View {
+    fn measured(options: &Options, scene: &str, orbits: bool) -> Result<Self, restir_host::Error> {
+        let size = [options.width, options.width * 3 / 4];
+        let name = if orbits { format!("{scene}, from an orbit") } else { scene.to_owned() };
+        let scene = Scene::load(scene)?;
+        let buffers = SceneBuffers::build(&scene)?;
+        let cameras = if orbits { CameraPath::Orbit.cameras(buffers.camera, FRAMES)? } else { Vec::new() };
+        let subject = Subject::new(&scene, buffers, cameras, FRAMES)?;
+        let whole = [Window { whole: size, size, margin: 0, middle: [0.0; 2] }];
+        let path = SAMPLES.map(|count| Ok(Render { count, ..path_tracing(size) }));
+        let chains = SETTINGS.map(|(text, accumulate)| Ok(Render { accumulate, ..chain(size, text)? }));
+        let renders = path.into_iter().chain(chains).collect::<Result<Vec<_>, restir_host::Error>>()?;
+        let trials: Vec<Trial<'_>> = renders.iter().map(|render| subject.trial(render, &whole)).collect();
+        let mut tried = vec![Tried::default(); trials.len()];
+        for seed in 0..options.images {
+            try_once(&mut CpuExecutor::inline(), &thread_seconds, &trials, &mut tried, seed, &mut |_| Ok(()))?;
+        }
+        let judged = judge(&trials, &tried);
+        let costs = trials.iter().map(cost).collect::<Result<Vec<_>, _>>()?;
+        let (path, chains) = judged.split_at(SAMPLES.len());
+        let rows =
+            SETTINGS.iter().zip(chains).zip(&costs[SAMPLES.len()..]).map(|((&(settings, is_mean), judged), cost)| {
+                let frames = if is_mean { FRAMES } else { 1 };
+                Row { settings, frames, rel_mse: judged.rel_mse, cost: *cost }
+            });
+        let truth = mean(&tried[SAMPLES.len() - 1], size);
+        let correlated = if orbits { Vec::new() } else { Correlated::all(trials[0].scene, &truth)? };
+        Ok(Self {
+            name,
+            path: path.iter().map(|judged| judged.rel_mse).collect(),
+            sample: costs[SAMPLES.len() - 1],
+            rows: rows.collect(),
+            correlated,
+        })
+    }
+
+    /// relMSE of path tracing with that many samples, which need not be a whole number.
+    fn path_tracing(&self, samples: f64) -> Estimate {
+        let after = SAMPLES.iter().position(|&count| f64::from(count) >= samples).unwrap_or(SAMPLES.len() - 1).max(1);
+        let [a, b] = [after - 1, after].map(|i| (f64::from(SAMPLES[i]).ln(), self.path[i]));
+        let t = (samples.ln() - a.0) / (b.0 - a.0);
+        let value = ((1.0 - t) * a.1.value.ln() + t * b.1.value.ln()).exp();
+        let relative = [a.1, b.1].map(|of| of.error / of.value);
+        Estimate { value, error: value * ((1.0 - t) * relative[0]).hypot(t * relative[1]) }
+    }
+
+    /// The error of a row over that of path tracing that costs as much, by what is asked of costs.
+    fn over_path_tracing(&self, row: &Row, of: fn(&Cost) -> f64) -> Estimate {
+        let samples = f64::from(row.frames) * of(&row.cost) / of(&self.sample);
+        let path = self.path_tracing(samples);
+        let value = row.rel_mse.value / path.value;
+        let error = value * (row.rel_mse.error / row.rel_mse.value).hypot(path.error / path.value);
+        Estimate { value, error }
+    }
+}
+
+/// Path tracing with its default settings, through the middles of pixels as the other technique has it.
+fn path_tracing(size: [u32; 2]) -> Render {
+    Render::new(size, PathSettings { jitter: false, ..PathSettings::default() })
+}
+
+/// Frames of ReSTIR PT with settings beside its defaults, which have the same depth.
+fn chain(size: [u32; 2], text: &str) -> Result<Render, restir_host::Error> {
+    let mut settings = PtSettings::default();
+    configure_by(&mut settings, text)?;
+    Ok(Render { count: FRAMES, ..Render::new(size, settings) })
+}
+
+/// What repeats after the first ones cost on one thread.
+fn cost(trial: &Trial<'_>) -> Result<Cost, restir_host::Error> {
+    let (_, render) = &trial.pieces[0];
+    let seconds = seconds(trial)?;
+    let counted = Render { count: 2 * SETTLED, ..render.clone() };
+    let rays: u64 = asked_after(trial.scene, &counted, SETTLED)?.values().map(|asked| asked.counts.rays()).sum();
+    let pixels = f64::from(render.width) * f64::from(render.height);
+    Ok(Cost { seconds, rays: rays as f64 / (pixels * f64::from(SETTLED)) })
+}
+
+/// The processor time of a repeat after the first ones.
+fn seconds(trial: &Trial<'_>) -> Result<f64, restir_host::Error> {
+    let (_, render) = &trial.pieces[0];
+    let seconds = |count: u32| {
+        let render = Render { count, ..render.clone() };
+        let start = thread_seconds();
+        CpuExecutor::inline().run(render.plan(trial.scene))?;
+        Ok::<_, restir_host::Error>(thread_seconds() - start)
+    };
+    let later = f64::from(FRAMES - SETTLED);
+    let times = (0..TIMED).map(|_| Ok((seconds(FRAMES)? - seconds(SETTLED)?) / later));
+    Ok(median(&times.collect::<Result<Vec<_>, restir_host::Error>>()?))
+}
+
+/// The mean of a trial's images.
+fn mean(tried: &Tried, [width, height]: [u32; 2]) -> Image {
+    let mut sums = vec![0.0; 3 * (width * height) as usize];
+    for values in tried.values() {
+        sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += value / tried.images() as f64);
+    }
+    let pixels = sums.chunks_exact(3).map(|pixel| [pixel[0], pixel[1], pixel[2]].map(|value| value as f32)).collect();
+    Image { width, height, pixels }
+}

@@ -1,0 +1,113 @@
+//! The report in Markdown.
+
+use std::fmt::Write as _;
+
+use restir_cli::trial::Estimate;
+
+use super::{Cost, FRAMES, Options, Row, SAMPLES, SETTLED, View, moving};
+
+pub(super) fn markdown(options: &Options, views: &[View], moving: &[moving::Row]) -> String {
+    let mut text = heading(options);
+    views.iter().for_each(|view| text += &section(view));
+    text + "\n" + &where_things_move(moving) + &correlations(views)
+}
+
+/// One setting beside the other; path tracing has no part in it.
+pub(super) fn where_things_move(rows: &[moving::Row]) -> String {
+    let mut text = format!(
+        "## Where things move\n\nThe last of {FRAMES} frames of the built-in scene `moving`, in which lights, a board and a ball move, and of the same in which a \
+         frame takes the time of four (`moving-fast`). `changed` says what becomes of paths that keep what arrives at their vertex k. \
+         relMSE has the squared bias of what is biased. Made alone by `cargo lab gains --moving`.\n\n\
+         | scene | settings | relMSE | ms a frame | relMSE times ms |\n|---|---|---:|---:|---:|\n"
+    );
+    for moving::Row { scene, settings, rel_mse, seconds } in rows {
+        let ms = 1e3 * seconds;
+        let [error, product] = [measured(rel_mse), format!("{:.3}", rel_mse.value * ms)];
+        let _ = writeln!(text, "| {scene} | {} | {error} | {ms:.2} | {product} |", named(settings));
+    }
+    text
+}
+
+fn heading(options: &Options) -> String {
+    let Options { images, width, .. } = options;
+    format!(
+        "# What ReSTIR PT gains\n\n\
+         relMSE of ReSTIR PT over that of path tracing which costs as much, once in time and once in rays: below 1 it pays. relMSE is the \
+         mean of `(x - r)² / (r² + 0.01 m²)` over the channels of all pixels, r being the truth and m its mean. Of *the last frame* of {FRAMES} \
+         a single frame is paid for, since a session has had the others anyway; of *the mean of {FRAMES} frames* all of them. \
+         Errors are variances over {images} independent renders of {width} x {} pixels (`restir_cli::trial`), ± is a standard error. Time is \
+         what one thread has had of the processor for a frame after the first {SETTLED}, so that it does not depend on what else the machine does; rays \
+         are those that a pixel's kernels ask for in a frame. Path tracing has the same \
+         depth of 8 segments and its default sampler, and was rendered with {SAMPLES:?} samples: in between its error is taken to follow a power \
+         of their number.\n\nMade by `cargo lab gains --write`. What settings mean is printed by `restir settings restir-pt`.\n",
+        width * 3 / 4,
+    )
+}
+
+fn section(view: &View) -> String {
+    let head = "| relMSE | ms a frame | rays a pixel | over path tracing in equal time | with equal rays |";
+    let rule = "|---|---:|---:|---:|---:|---:|";
+    let errors: Vec<String> =
+        SAMPLES.iter().zip(&view.path).map(|(count, of)| format!("{} with {count}", measured(of))).collect();
+    let Cost { seconds, rays } = view.sample;
+    let mut text = format!(
+        "\n## {}\n\nA sample of path tracing takes {:.2} ms and {rays:.2} rays a pixel. Its relMSE is {}.\n",
+        view.name,
+        1e3 * seconds,
+        errors.join(", ")
+    );
+    for (title, frames) in [("the last frame".to_owned(), 1), (format!("the mean of {FRAMES} frames"), FRAMES)] {
+        let _ = write!(text, "\n| {title} {head}\n{rule}\n");
+        view.rows.iter().filter(|row| row.frames == frames).for_each(|row| text += &line(view, row));
+    }
+    text
+}
+
+fn line(view: &View, row: &Row) -> String {
+    let Cost { seconds, rays } = row.cost;
+    let [time, of_rays] = [|cost: &Cost| cost.seconds, |cost: &Cost| cost.rays]
+        .map(|of: fn(&Cost) -> f64| ratio(&view.over_path_tracing(row, of)));
+    format!(
+        "| {} | {} | {:.2} | {rays:.2} | {time} | {of_rays} |\n",
+        named(row.settings),
+        measured(&row.rel_mse),
+        1e3 * seconds
+    )
+}
+
+fn named(settings: &str) -> String {
+    if settings.is_empty() { "the defaults, `preset=quality`".to_owned() } else { format!("`{settings}`") }
+}
+
+/// Of three digits.
+fn measured(Estimate { value, error }: &Estimate) -> String {
+    let digits = (2 - value.log10().floor() as i32).max(0) as usize;
+    format!("{value:.digits$} ± {:.0} %", 100.0 * error / value)
+}
+
+fn ratio(Estimate { value, error }: &Estimate) -> String {
+    format!("{value:.3} ± {error:.3}")
+}
+
+fn correlations(views: &[View]) -> String {
+    let mut text = format!(
+        "\n## What errors have in common\n\n\
+         By `restir_lab::correlation`, of {FRAMES} frames after as many, each error limited to three times the root of what relMSE divides by, means \
+         of three chains. *Neighbours* is the largest correlation of a pixel's error with that of a pixel up to 8 columns and rows away: \
+         grain that the eye sees. *Next frame* is that with its own error a frame later. VIF is the variance of the mean of {FRAMES} frames over \
+         that of the mean of as many independent ones. *Copies* is the share of the paths of the 16th frame that more than one pixel holds.\n\n\
+         | scene | settings | neighbours | next frame | VIF | copies |\n|---|---|---:|---:|---:|---:|\n"
+    );
+    for (view, of) in views.iter().flat_map(|view| view.correlated.iter().map(move |of| (view, of))) {
+        let (settings, copied) = match of.settings {
+            None => ("path tracing, 16 samples".to_owned(), String::new()),
+            Some(settings) => (named(settings), format!("{:.0} %", 100.0 * of.copied)),
+        };
+        let _ = writeln!(
+            text,
+            "| {} | {settings} | {:.3} | {:.3} | {:.1} | {copied} |",
+            view.name, of.over_pixels, of.over_time, of.inflation
+        );
+    }
+    text
+}

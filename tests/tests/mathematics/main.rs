@@ -1,0 +1,10 @@
+//! The mathematics of restir-shared, and the order of its modules and of all others.
+
+mod architecture;
+mod bsdf;
+mod diffusion;
+mod geometry;
+mod media;
+mod num;
+
+restir_tests::suites! { architecture bsdf diffusion geometry media num }

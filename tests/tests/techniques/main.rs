@@ -1,0 +1,18 @@
+//! Techniques: what their frames are, and their means against path tracing and against walks in `f64`.
+
+mod alpha;
+mod genealogy;
+mod hybrid;
+mod moving;
+mod paths;
+mod restir_di;
+mod restir_di_glass;
+mod restir_di_visibility;
+mod restir_pt;
+mod restir_pt_direct;
+mod restir_pt_genealogy;
+mod shift_twin;
+mod shifts;
+mod subsurface;
+
+restir_tests::suites! { alpha genealogy hybrid moving paths restir_di restir_di_glass restir_di_visibility restir_pt restir_pt_direct restir_pt_genealogy shift_twin shifts subsurface }
