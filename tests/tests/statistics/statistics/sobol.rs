@@ -164,7 +164,9 @@ pub(crate) fn orders_keep_aligned_stretches() {
                 let mut indices: Vec<_> = (0..1 << log2).map(|i| reordered(first | i, dimension)).collect();
                 indices.sort_unstable();
                 let start = indices[0];
-                assert!(start.trailing_zeros() >= log2 && (start..=u32::MAX).zip(&indices).all(|(at, &index)| at == index));
+                assert!(
+                    start.trailing_zeros() >= log2 && (start..=u32::MAX).zip(&indices).all(|(at, &index)| at == index)
+                );
             }
         }
     }
