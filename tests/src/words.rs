@@ -65,7 +65,8 @@ const FILM: &[u8] = b"ffff";
 const PATH: &[u8] = b"fffffffiiiicccci";
 const PATH_TO_LIGHT: &[u8] = b"fffficcfiiicccci";
 
-/// The words of a binding's elements, a letter each; of the kernels that check functions, whose results have one name, by that of the kernel.
+/// The words of the elements of bindings with a name and a size, a letter each. The kernels that check functions all write `results`:
+/// theirs have the kernel's name.
 const WORDS: &[(&str, &[u8])] = &[
     ("film", FILM),
     ("right", FILM),
@@ -75,19 +76,19 @@ const WORDS: &[(&str, &[u8])] = &[
     ("sums", b"i"),
     ("counts", b"i"),
     ("indices", b"i"),
-    ("paths", PATH),
     ("merged", PATH),
     ("retraced", PATH),
-    ("jobs", b"ii"),
-    ("shifted", FILM),
-    ("starts", b"fifffffi"),
-    ("facets", b"fffffffi"),
+    ("requests", b"ii"),
+    ("results", FILM),
+    ("origins", b"fifffffi"),
+    ("surfaces", b"fffffffi"),
     ("entries", b"fffifffifffffffi"),
     ("exits", b"fffifffifffffffi"),
     ("walkers", b"fffifffifffhfffs"),
     ("tallies", b"iiii"),
     ("tiles", b"fffifffcfffcfffi"),
     ("reservoirs", b"iccf"),
+    ("reservoirs", PATH),
     ("points", b"fffffffhiccf"),
     ("hits", b"fiff"),
     ("pairs", b"ffffffff"),
@@ -108,9 +109,12 @@ pub struct Words {
 impl Words {
     /// Of a binding of a kernel; none if the table does not have it, or has it with another size.
     pub fn of(kernel: &KernelDesc, binding: &Binding) -> Option<Self> {
-        let name = if binding.name == "results" { kernel.name } else { binding.name };
-        let (_, letters) = WORDS.iter().find(|(of, _)| *of == name)?;
-        (letters.len() * 4 == binding.stride as usize).then_some(Self { letters })
+        let fits = |name, letters: &[u8]| {
+            let is_of = name == binding.name || (binding.name == "results" && name == kernel.name);
+            is_of && letters.len() * 4 == binding.stride as usize
+        };
+        let (_, letters) = WORDS.iter().find(|(name, letters)| fits(*name, letters))?;
+        Some(Self { letters })
     }
 
     /// The words of an element, of whose forms the host's decides.
