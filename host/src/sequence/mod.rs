@@ -17,6 +17,7 @@
 //!     index: 0,
 //!     samples: 4,
 //!     camera: scene.camera.params(16, 16),
+//!     last: None,
 //!     scenes: [scene.header; 2],
 //!     features,
 //!     same_scene: true,

@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
 /// What a genealogy tells of a reservoir's sample.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct SampleDetails {
     /// Its target at the pixel, without visibility.
     pub target: f32,
@@ -57,9 +57,9 @@ impl Reused for PackedReservoir {
     type Beside = u32;
 
     const KERNELS: &'static [Kernel] = &[
+        Kernel { desc: &di_initial::DESC, records: Some("reservoirs"), others: &[] },
         Kernel { desc: &di_tiles::DESC, records: None, others: &["tiles"] },
         Kernel { desc: &di_primary::DESC, records: None, others: &["hits"] },
-        Kernel { desc: &di_initial::DESC, records: Some("reservoirs"), others: &[] },
         Kernel { desc: &di_combine::DESC, records: Some("reservoirs"), others: &[] },
     ];
     const OTHER: [&'static str; 2] = ["the neighbour", "pixel"];
@@ -79,7 +79,7 @@ impl Reused for PackedReservoir {
 
     fn reuse(pass: &Followed<Self>) -> Reuse {
         let p = &pass.params;
-        match (pass.is(&di_initial::DESC), p.flags.contains(Flags::OTHER_FRAME), p.neighbours) {
+        match (pass.is_initial(), pass.crosses(), p.neighbours) {
             (true, ..) => Reuse::Initial,
             (_, true, 0) => Reuse::Temporal,
             (_, true, _) => Reuse::Fused,
@@ -89,7 +89,7 @@ impl Reused for PackedReservoir {
 
     fn replay(pass: &Followed<Self>) -> Result<Replay<'_, Self>, Error> {
         let (p, frames, hits) = (&pass.params, &*pass.frames, pass.read::<PackedHit>("hits")?);
-        if pass.is(&di_initial::DESC) {
+        if pass.is_initial() {
             let tiles = pass.read_if::<TileWords>(p.flags.contains(Flags::TILES), "tiles")?;
             return Ok(Box::new(move |pixel| {
                 let (hit, at) = (hits[pixel as usize], pass.position(pixel));
@@ -97,7 +97,7 @@ impl Reused for PackedReservoir {
                 (reservoir, Origin::Candidate(candidate))
             }));
         }
-        let crosses = p.flags.contains(Flags::OTHER_FRAME);
+        let crosses = pass.crosses();
         let planes = di::Planes { hits, other_hits: pass.read("other_hits")?, others: pass.read("others")? };
         // the pixel's own is in another plane than its neighbours', if those are of the last frame
         let role_of_own = if crosses { "reservoirs" } else { "others" };

@@ -4,8 +4,8 @@ use super::{DiSettings, Temporal, Tiles};
 use crate::plan::BufferId;
 use crate::technique::Technique;
 use crate::technique::path::{PathSettings, Subsurface};
-use crate::technique::reuse::PassParams;
-use crate::technique::reuse::chain::{Chain, Passes, Queue, Reuses};
+use crate::technique::reuse::Specialises;
+use crate::technique::reuse::chain::{Chain, Passes, Queue, Reuses, of_frame};
 use crate::technique::reuse::planes::{Planes, Turns};
 use crate::technique::sequence::{Frame, Stage, Within};
 use restir_kernels::restir_di as di;
@@ -15,23 +15,15 @@ use restir_shared::technique::restir_di::{
     DiPairs, DiParams, DiPoint, PackedHit, PackedReservoir, TileParams, TileWords,
 };
 
-impl PassParams for DiParams {
+impl Specialises for DiParams {
     fn settings(&self) -> u32 {
         self.flags.bits()
-    }
-
-    fn frame(&self) -> u32 {
-        self.frame
     }
 }
 
-impl PassParams for TileParams {
+impl Specialises for TileParams {
     fn settings(&self) -> u32 {
         self.flags.bits()
-    }
-
-    fn frame(&self) -> u32 {
-        self.frame
     }
 }
 
@@ -151,9 +143,7 @@ impl DiPasses {
 
     /// Of passes within the frame.
     fn params(&self, now: &Frame) -> DiParams {
-        let [scene, _] = now.scenes;
-        let of_frame = self.of_all.of_frame(now.index, now.camera);
-        DiParams { reuse: ReuseParams { scene, other_scene: scene, ..of_frame.reuse }, ..of_frame }
+        of_frame(&self.of_all, now)
     }
 }
 

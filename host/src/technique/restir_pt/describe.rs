@@ -1,13 +1,12 @@
 //! What a path is to those who ask whose it is: how its passes are replayed, what is printed of it, and its layers.
 
 use crate::technique::reuse::explain::Genealogy;
-use crate::technique::reuse::{Before, Followed, Generation, Kernel, Layers, Lineage, Origin, Replay, Reuse, Reused};
+use crate::technique::reuse::{Before, Followed, Generation, Kernel, Layers, Lineage, Origin, Replay, Reused, mutual};
 use crate::{Error, image::Channel};
 use rayon::prelude::*;
 use restir_kernels::restir_pt::{pt_merge, pt_recall, pt_retrace, pt_shift, pt_trace};
 use restir_kernels::reuse::{reuse_pair, reuse_reproject};
-use restir_shared::resample::mutual::{Merged, Shares, ShiftRequest, merge};
-use restir_shared::resample::params::Flags;
+use restir_shared::resample::mutual::ShiftRequest;
 use restir_shared::scene::Frames;
 use restir_shared::shift::{Cause, Path, PathOrigin, Shifted};
 use restir_shared::technique::restir_pt::{self as pt, PackedPath, PtParams, Stored};
@@ -67,43 +66,21 @@ impl Reused for PackedPath {
         self.unpack().confidence
     }
 
-    fn reuse(pass: &Followed<Self>) -> Reuse {
-        match (pass.is(&pt_trace::DESC), pass.is(&pt_merge::DESC), crosses(pass)) {
-            (true, ..) => Reuse::Initial,
-            (_, false, _) => Reuse::Recalled,
-            (.., true) => Reuse::Temporal,
-            _ => Reuse::Spatial(pass.params.merge),
-        }
-    }
-
     fn replay(pass: &Followed<Self>) -> Result<Replay<'_, Self>, Error> {
         let (p, frames) = (&pass.params, &*pass.frames);
-        if pass.is(&pt_trace::DESC) {
+        if pass.is_initial() {
             let trace = move |pixel| pt::trace(&frames.scene(false), p, pass.position(pixel)).path;
             return Ok(Box::new(move |pixel| (trace(pixel), Origin::Candidate(0))));
         }
-        let paths = pass.read::<Self>("reservoirs")?;
-        let made_by = pass.maker("reservoirs")?;
-        if !pass.is(&pt_merge::DESC) {
-            let is_recall = pass.is(&pt_recall::DESC);
-            return Ok(Box::new(move |pixel| {
-                let path = paths[pixel as usize];
-                let path = if is_recall { pt::recall(&frames, p, path) } else { pt::retrace(&frames, p, path) };
-                (path, Origin::Record { made_by, pixel, is_other: false, of_last_frame: true })
-            }));
+        if pass.leaves_merged() {
+            return mutual::replay(pass);
         }
-        let (crosses, shifts) = (crosses(pass), is_of_shifts(pass));
-        let own = role_of_own(pass);
-        let (own, makers) = (pass.read::<Self>(own)?, [pass.maker(own)?, made_by]);
-        let (requests, results) = (pass.read_if(shifts, "requests")?, pass.read_if(shifts, "results")?);
-        let shares =
-            Shares { records: paths, requests, results, returned: pass.read_if(shifts && crosses, "returned")? };
+        let (paths, made_by) = (pass.read::<Self>("reservoirs")?, pass.maker("reservoirs")?);
+        let is_recall = pass.is(&pt_recall::DESC);
         Ok(Box::new(move |pixel| {
-            let merged = merge(p, &shares, own[pixel as usize], pass.position(pixel));
-            let Merged { record: path, is_other, request } = merged;
-            let other = shares.requests.get(request as usize).map_or(pixel, |request| request.sample);
-            let (made_by, pixel) = (makers[usize::from(is_other)], if is_other { other } else { pixel });
-            (path, Origin::Record { made_by, pixel, is_other, of_last_frame: is_other && crosses })
+            let path = paths[pixel as usize];
+            let path = if is_recall { pt::recall(&frames, p, path) } else { pt::retrace(&frames, p, path) };
+            (path, Origin::Record { made_by, pixel, is_other: false, of_last_frame: true })
         }))
     }
 
@@ -111,10 +88,6 @@ impl Reused for PackedPath {
         let pass = lineage.pass(pass)?;
         let (requests, offered) = shifts(lineage, pass)?;
         Ok((pixel as usize..requests).step_by(pass.records().len()).filter_map(offered).collect())
-    }
-
-    fn drawn(_candidate: u32) -> String {
-        "traced here".to_owned()
     }
 
     fn words(genealogy: &Genealogy<'_, Self>, g: &Generation<Self>) -> String {
@@ -169,7 +142,7 @@ impl Reused for PackedPath {
         let pixels = pass.records().len();
         let (requests, offered) = shifts(lineage, pass)?;
         // those of the pixels' own paths went before, in the same frame
-        let own = if pass.is(&pt_merge::DESC) { before.get(&pass.maker(role_of_own(pass))?) } else { None };
+        let own = if pass.leaves_merged() { before.get(&pass.maker(mutual::role_of_own(pass))?) } else { None };
         let of_pixel = |pixel: usize| {
             let mut counts = own.map_or([0; Cause::ALL.len()], |own| own[pixel]);
             (pixel..requests).step_by(pixels).filter_map(&offered).for_each(|offer| counts[offer.cause as usize] += 1);
@@ -215,27 +188,12 @@ impl Layers<PackedPath> {
     }
 }
 
-/// Whether a pass takes paths from one frame to the other.
-fn crosses(pass: &Followed<PackedPath>) -> bool {
-    pass.params.flags.contains(Flags::OTHER_FRAME)
-}
-
-/// The plane in which a merge finds the pixels' own paths.
-fn role_of_own(merge: &Followed<PackedPath>) -> &'static str {
-    if crosses(merge) { "merged" } else { "reservoirs" }
-}
-
-/// Whether a pass merges shifted paths: in a view that stands still none is shifted.
-fn is_of_shifts(pass: &Followed<PackedPath>) -> bool {
-    pass.is(&pt_merge::DESC) && !pass.params.flags.contains(Flags::STILL)
-}
-
 /// Answers a request once more, which is an element of a grid.
 type Shifts<'a> = Box<dyn Fn(usize) -> Option<Offered> + Sync + 'a>;
 
 /// The requests whose results a pass merges: how many elements their grid has, and what becomes of each.
 fn shifts<'a>(lineage: &'a Lineage<PackedPath>, pass: &Followed<PackedPath>) -> Result<(usize, Shifts<'a>), Error> {
-    if !is_of_shifts(pass) {
+    if !mutual::is_of_shifts(pass) {
         return Ok((0, Box::new(|_| None)));
     }
     let shift = lineage.pass(pass.maker("results")?)?;

@@ -3,26 +3,19 @@
 use super::{Changed, PtSettings};
 use crate::plan::BufferId;
 use crate::technique::Technique;
-use crate::technique::reuse::PassParams;
-use crate::technique::reuse::chain::{Chain, Passes, Queue, Reuses};
-use crate::technique::reuse::planes::{Planes, Turns};
+use crate::technique::reuse::Specialises;
+use crate::technique::reuse::chain::{Chain, Passes, Queue, Reuses, of_frame};
+use crate::technique::reuse::mutual::{Mutual, with_last};
+use crate::technique::reuse::planes::Planes;
 use crate::technique::sequence::{Frame, Stage, Within};
 use restir_kernels::restir_pt as pt;
-use restir_kernels::reuse::{reuse_pair, reuse_reproject};
 use restir_shared::layout::{CameraParams, FEATURE_BLEND, FilmPixel};
-use restir_shared::resample::mutual::{ShiftRequest, ShiftResult};
-use restir_shared::resample::params::{Flags, LastFrame, ReuseParams};
-use restir_shared::resample::similar::PackedSurface;
-use restir_shared::shift::PathOrigin;
+use restir_shared::resample::params::{Flags, ReuseParams};
 use restir_shared::technique::restir_pt::{PackedPath, PtParams};
 
-impl PassParams for PtParams {
+impl Specialises for PtParams {
     fn settings(&self) -> u32 {
         (self.flags | Flags::OF_PASSES | Flags::TAKES_ALL).bits()
-    }
-
-    fn frame(&self) -> u32 {
-        self.frame
     }
 }
 
@@ -34,29 +27,17 @@ pub(super) fn chain(settings: &PtSettings, stage: &Stage) -> Chain<PtPasses> {
     // who finds paths of up to two segments, if it is another technique
     let direct = settings.direct.technique(&settings.integral());
     let mut planes = Planes::new(stage, direct.map(|technique| Within::new(&*technique, stage, 1)));
-    let pixels = planes.pixels;
-    // of each neighbour a layer: requests, and their results
-    let layers = if shares { settings.neighbours as usize } else { usize::from(history) };
-    let results = (layers > 0).then(|| {
-        planes.add::<ShiftRequest>("requests", layers * pixels);
-        planes.add::<ShiftResult>("results", layers * pixels)
-    });
-    let origins = planes.add_turns::<PathOrigin>("origins", history);
-    let surfaces = planes.add_turns::<PackedSurface>("surfaces", history);
-    // one in work, one for the last frame's or for spatial reuse, and a third where both are needed at once
-    let held = history && !settings.feedback && in_space > 1;
-    planes.add_records::<PackedPath>("reservoirs", 1 + usize::from(shares || history) + usize::from(held));
-    let direct = planes.add::<FilmPixel>("direct", pixels);
-    let returned = history.then(|| planes.add::<ShiftResult>("returned", pixels));
-    if returned.is_none()
-        && let Some(results) = results
-    {
-        planes.bind("returned", results);
-    }
+    let mutual = Mutual::new::<PackedPath>(
+        &mut planes,
+        &reuses,
+        settings.neighbours,
+        [&pt::pt_shift::DESC, &pt::pt_merge::DESC],
+    );
+    let direct = planes.add::<FilmPixel>("direct", planes.pixels);
     let retraces = history && settings.changed == Changed::Retrace;
-    let retraced = retraces.then(|| planes.add::<PackedPath>("retraced", pixels));
+    let retraced = retraces.then(|| planes.add::<PackedPath>("retraced", planes.pixels));
     let of_all = settings.params(stage);
-    let passes = PtPasses { settings: settings.clone(), of_all, origins, surfaces, direct, returned, retraced };
+    let passes = PtPasses { settings: settings.clone(), of_all, mutual, direct, retraced };
     Chain::new(stage, settings.integral(), reuses, planes, passes)
 }
 
@@ -64,11 +45,8 @@ pub(super) fn chain(settings: &PtSettings, stage: &Stage) -> Chain<PtPasses> {
 pub(super) struct PtPasses {
     settings: PtSettings,
     of_all: PtParams,
-    origins: Turns,
-    surfaces: Turns,
+    mutual: Mutual,
     direct: BufferId,
-    /// Results of requests the other way, with temporal reuse.
-    returned: Option<BufferId>,
     /// Paths as they are in the respective other frame, where they are traced there once more.
     retraced: Option<BufferId>,
 }
@@ -80,28 +58,11 @@ impl Passes for PtPasses {
 
     fn reuse_in_time(&self, queue: &mut Queue, now: &Frame, last: CameraParams) {
         let params = self.settings.with_last(self.params(now), now, last);
-        let (work, mut history) = (queue.work(), queue.history());
-        if !params.flags.contains(Flags::STILL)
-            && let Some(returned) = self.returned
-        {
-            let [origins, surfaces] = [&self.origins, &self.surfaces].map(|planes| planes.before(now.index));
-            queue.push(now, &reuse_reproject::DESC, &params.reuse, &[("other_surfaces", surfaces)]);
-            let back = params.with_flags(Flags::BACK);
-            let own = self.retraced(queue, now, &back, work);
-            let planes = [("reservoirs", own), ("origins", origins), ("results", returned)];
-            queue.push(now, &pt::pt_shift::DESC, &back, &planes);
-            history = self.recalled(queue, now, &params, history);
-            queue.push(now, &pt::pt_shift::DESC, &params, &[("reservoirs", history)]);
-        }
-        queue.push(now, &pt::pt_merge::DESC, &params, &[("reservoirs", history), ("merged", work)]);
+        self.mutual.in_time(queue, now, &params, |queue, params, paths| self.elsewhere(queue, now, params, paths));
     }
 
     fn reuse_in_space(&self, queue: &mut Queue, now: &Frame, pass: u32, merged: BufferId) {
-        let params = self.params(now).with_neighbours(pass);
-        let (layers, paths) = (params.with_layers(), ("reservoirs", queue.work()));
-        queue.push(now, &reuse_pair::DESC, &layers.reuse, &[]);
-        queue.push(now, &pt::pt_shift::DESC, &layers, &[paths]);
-        queue.push(now, &pt::pt_merge::DESC, &params, &[paths, ("merged", merged)]);
+        self.mutual.in_space(queue, now, &self.params(now), pass, merged);
     }
 
     fn shade(&self, queue: &mut Queue, now: &Frame) {
@@ -117,19 +78,19 @@ impl Passes for PtPasses {
 }
 
 impl PtPasses {
-    /// The plane of the last frame's paths as they are now.
-    fn recalled(&self, queue: &mut Queue, now: &Frame, params: &PtParams, last: BufferId) -> BufferId {
-        if self.retraced.is_none() && !now.same_scene {
-            queue.push(now, &pt::pt_recall::DESC, params, &[("reservoirs", last)]);
+    /// The plane of these paths as they are in the other frame: with [`Flags::BACK`] of this frame's there, else of the last one's here.
+    fn elsewhere(&self, queue: &mut Queue, now: &Frame, params: &PtParams, paths: BufferId) -> BufferId {
+        if now.same_scene {
+            return paths;
         }
-        self.retraced(queue, now, params, last)
-    }
-
-    /// The plane of these paths with what arrives at their vertices k in the other frame, if that may be something else.
-    fn retraced(&self, queue: &mut Queue, now: &Frame, params: &PtParams, paths: BufferId) -> BufferId {
-        let Some(retraced) = self.retraced.filter(|_| !now.same_scene) else { return paths };
-        queue.push(now, &pt::pt_retrace::DESC, params, &[("reservoirs", paths)]);
-        retraced
+        if let Some(retraced) = self.retraced {
+            queue.push(now, &pt::pt_retrace::DESC, params, &[("reservoirs", paths)]);
+            return retraced;
+        }
+        if !params.flags.contains(Flags::BACK) {
+            queue.push(now, &pt::pt_recall::DESC, params, &[("reservoirs", paths)]);
+        }
+        paths
     }
 
     /// The plane of what needs no path of this technique.
@@ -144,10 +105,8 @@ impl PtPasses {
 
     /// Of passes that see one frame.
     fn params(&self, now: &Frame) -> PtParams {
-        let [scene, _] = now.scenes;
         let hybrid = self.settings.hybrid(now.features & FEATURE_BLEND != 0);
-        let of_frame = self.of_all.of_frame(now.index, now.camera);
-        PtParams { reuse: ReuseParams { scene, other_scene: scene, ..of_frame.reuse }, hybrid, ..of_frame }
+        PtParams { hybrid, ..of_frame(&self.of_all, now) }
     }
 }
 
@@ -173,10 +132,8 @@ impl PtSettings {
 
     /// Of passes between a frame and the last one, from those of the frame.
     fn with_last(&self, mut params: PtParams, now: &Frame, camera: CameraParams) -> PtParams {
-        let same_view = now.is_still() && self.still && !self.jitter;
         params.flags = params.flags.with_form(self.temporal_mis.mis());
-        let last = LastFrame { camera, scene: now.scenes[1], same_view };
-        let params = params.with_last(&last, !now.same_scene);
+        let params = with_last(&params, now, camera, self.still && !self.jitter);
         let takes_all = !now.same_scene && self.changed != Changed::Drop;
         if takes_all { params.with_flags(Flags::TAKES_ALL) } else { params }
     }

@@ -2,8 +2,8 @@
 //! those of neighbours, and shades what is left. A technique says what its passes are ([`Passes`]); planes, history, film and the order
 //! of the passes are the chain's.
 
-use super::PassParams;
 use super::planes::Planes;
+use super::{PassParams, Specialises};
 use crate::Error;
 use crate::film::{self, Film};
 use crate::plan::{Buffer, BufferId, Pass};
@@ -11,6 +11,7 @@ use crate::technique::Integral;
 use crate::technique::sequence::{Frame, Sequence, Stage, Work};
 use restir_kernels::KernelDesc;
 use restir_shared::layout::CameraParams;
+use restir_shared::resample::params::ReuseParams;
 use std::collections::VecDeque;
 
 /// The passes of a technique. Each function pushes those of one step of a frame, in order.
@@ -32,6 +33,14 @@ pub(crate) trait Passes: Send {
         let _ = frame;
         None
     }
+}
+
+/// The parameters of passes within a frame, from those of any frame.
+pub(crate) fn of_frame<P: PassParams>(params: &P, now: &Frame) -> P {
+    let mut params = *params;
+    let [scene, _] = now.scenes;
+    *params = ReuseParams { scene, other_scene: scene, ..params.of_frame(now.index, now.camera) };
+    params
 }
 
 /// What a chain reuses, and how often a frame is shaded.
@@ -81,7 +90,7 @@ impl Queue {
         &mut self,
         now: &Frame,
         kernel: &'static KernelDesc,
-        params: &impl PassParams,
+        params: &impl Specialises,
         bound: &[(&'static str, BufferId)],
     ) {
         let constants = [("features", self.integral.features(now.features)), ("settings", params.settings())];

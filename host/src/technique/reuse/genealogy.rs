@@ -1,6 +1,6 @@
 //! The genealogy of a record: from which record of which pass and frame it comes, back to the candidate.
 
-use super::{Lineage, Origin, PassParams, Reuse, Reused};
+use super::{Lineage, Origin, Reuse, Reused};
 use crate::render::Render;
 use crate::{Error, buffers::SceneBuffers, exec::Executor, memory, technique::explain::Place};
 
@@ -39,7 +39,7 @@ impl<R: Reused> Generation<R> {
     fn of(lineage: &Lineage<R>, index: usize, pixel: u32) -> Result<Self, Error> {
         let pass = lineage.pass(index)?;
         let (replayed, origin) = R::replay(pass)?(pixel);
-        let (frame, reuse, record) = (pass.params.frame(), R::reuse(pass), pass.records()[pixel as usize]);
+        let (frame, reuse, record) = (pass.params.frame, R::reuse(pass), pass.records()[pixel as usize]);
         let details = R::details(lineage, index, pixel)?;
         Ok(Self { frame, pass: index, reuse, pixel, record, replayed, origin, details })
     }

@@ -1,6 +1,6 @@
 //! What records hold, pixel by pixel, to be looked at.
 
-use super::{Before, Followed, Lineage, Origin, PassParams, Reuse, Reused};
+use super::{Before, Followed, Lineage, Origin, Reuse, Reused};
 use crate::exec::{Executor, Observer};
 use crate::render::{Render, Rendered};
 use crate::{Error, buffers::SceneBuffers, image::Channel, memory};
@@ -49,7 +49,7 @@ pub fn render_with_layers<R: Reused>(
     let (mut beside, mut last) = (Before::<R>::new(), None);
     let rendered = render.render_observed(scene, executor, &mut |step| {
         if let Some(pass) = lineage.follow(step)? {
-            if R::LOOKS_BACK || lineage.pass(pass)?.params.frame() + 1 == render.count {
+            if R::LOOKS_BACK || lineage.pass(pass)?.params.frame + 1 == render.count {
                 beside.insert(pass, R::beside(&lineage, pass, &beside)?);
             }
             lineage.forget_before(pass);
@@ -61,7 +61,7 @@ pub fn render_with_layers<R: Reused>(
     let mut layers = Layers { frame: 0, records: Vec::new(), beside: Vec::new() };
     if let Some(last) = last {
         let pass = lineage.pass(last)?;
-        layers.frame = pass.params.frame();
+        layers.frame = pass.params.frame;
         layers.records = pass.records().iter().map(R::stored).collect();
         layers.beside = beside.remove(&last).unwrap_or_default();
     }

@@ -6,6 +6,7 @@ use crate::{Error, buffers::SceneBuffers, exec::Step, render::Render, replay::Tw
 use bytemuck::Pod;
 use restir_kernels::KernelDesc;
 use restir_shared::layout::Extent;
+use restir_shared::resample::params::Flags;
 use std::{collections::BTreeMap, sync::Arc};
 
 /// Where a pass has a pixel's record from.
@@ -52,7 +53,7 @@ struct Plane {
 /// A pass that was followed.
 #[derive(Debug)]
 pub struct Followed<R: Reused> {
-    kernel: &'static KernelDesc,
+    kernel: &'static Kernel,
     pub(crate) params: R::Params,
     pub(crate) frames: Arc<TwoFrames>,
     /// What the planes of its roles held before it.
@@ -64,7 +65,22 @@ pub struct Followed<R: Reused> {
 impl<R: Reused> Followed<R> {
     /// Whether it is of this kernel.
     pub(crate) fn is(&self, kernel: &KernelDesc) -> bool {
-        self.kernel.name == kernel.name
+        self.kernel.desc.name == kernel.name
+    }
+
+    /// Whether it leaves records that no other pass has made.
+    pub(crate) fn is_initial(&self) -> bool {
+        R::KERNELS.first().is_some_and(|first| self.is(first.desc))
+    }
+
+    /// Whether it leaves records that it merges into a plane of their own.
+    pub(crate) fn leaves_merged(&self) -> bool {
+        self.kernel.records == Some("merged")
+    }
+
+    /// Whether it takes records from one frame to the other.
+    pub(crate) fn crosses(&self) -> bool {
+        self.params.flags.contains(Flags::OTHER_FRAME)
     }
 
     /// The records that it left.
@@ -102,7 +118,7 @@ impl<R: Reused> Followed<R> {
     fn plane(&self, role: &str) -> Result<&Plane, Error> {
         let found = self.found.iter().find(|(of, _)| *of == role).map(|(_, plane)| plane);
         let problem = || format!("reads {role} that no pass before it has made; show every pass of the render");
-        found.ok_or_else(|| Error::Kernel { kernel: self.kernel.name.to_owned(), source: problem().into() })
+        found.ok_or_else(|| Error::Kernel { kernel: self.kernel.desc.name.to_owned(), source: problem().into() })
     }
 }
 
@@ -170,7 +186,7 @@ impl<R: Reused> Lineage<R> {
         let records = kernel.records.as_ref().map(leave).transpose()?;
         if let Some(params) = pass.params() {
             let (frames, records) = (self.frames.clone(), records.clone().unwrap_or_default());
-            self.passes.insert(index, Followed { kernel: pass.kernel, params, frames, found, records });
+            self.passes.insert(index, Followed { kernel, params, frames, found, records });
         }
         Ok(records.map(|_| index))
     }

@@ -28,6 +28,7 @@ pub(crate) mod explain;
 mod genealogy;
 mod layers;
 mod lineage;
+pub(crate) mod mutual;
 pub(crate) mod planes;
 mod record;
 
@@ -38,7 +39,7 @@ pub use layers::{Layers, render_with_layers};
 pub use lineage::Origin;
 pub(crate) use lineage::{Followed, Kernel, Lineage};
 pub use record::Reuse;
-pub(crate) use record::{Before, PassParams, Replay, Reused};
+pub(crate) use record::{Before, PassParams, Replay, Reused, Specialises};
 
 /// Of a plan: passes are as many as was said, and fit its buffers. The names of those that none uses.
 #[cfg(test)]

@@ -7,7 +7,7 @@ use bytemuck::Pod;
 use restir_shared::layout::Extent;
 use restir_shared::resample::params::{Flags, ReuseParams};
 use serde_json::{Value, json};
-use std::{collections::BTreeMap, fmt::Debug};
+use std::{collections::BTreeMap, fmt::Debug, ops::DerefMut};
 
 /// What a pass does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,37 +30,36 @@ pub(crate) type Replay<'a, R> = Box<dyn Fn(u32) -> (R, Origin) + Send + Sync + '
 /// What there was beside records, pixel by pixel, after passes.
 pub(crate) type Before<R> = BTreeMap<usize, Vec<<R as Reused>::Beside>>;
 
-/// The parameters of a pass.
-pub trait PassParams: Pod + Extent + Debug {
-    /// The value of the constant `settings`, to which the pass's kernel is specialised.
+/// The value of the constant `settings`, to which the kernel of a pass is specialised.
+pub trait Specialises: Pod + Extent {
+    /// The word.
     fn settings(&self) -> u32;
-
-    /// The index of its frame.
-    fn frame(&self) -> u32;
 }
 
-impl PassParams for ReuseParams {
+impl Specialises for ReuseParams {
     fn settings(&self) -> u32 {
         (self.flags | Flags::OF_PASSES).bits()
     }
-
-    fn frame(&self) -> u32 {
-        self.frame
-    }
 }
 
-/// A record that pixels reuse, as it lies in a plane.
+/// The parameters of a pass over records.
+pub trait PassParams: Specialises + DerefMut<Target = ReuseParams> + Debug + Send + Sync {}
+
+impl<P: Specialises + DerefMut<Target = ReuseParams> + Debug + Send + Sync> PassParams for P {}
+
+/// A record that pixels reuse, as it lies in a plane. What is not written for it is as of records that are merged in mutual pairs, of which there
+/// is no more to tell than what they hold.
 pub trait Reused: Pod + PartialEq + Debug + Send + Sync {
     /// The parameters of the passes that leave it.
-    type Params: PassParams + Send + Sync;
+    type Params: PassParams;
     /// The record unpacked.
     type Stored: Clone + Debug;
     /// What a genealogy tells of a record beside it.
-    type Details: Clone + Debug;
+    type Details: Clone + Debug + Default;
     /// What layers tell of a pixel beside its record.
-    type Beside: Clone + Debug;
+    type Beside: Clone + Debug + Default;
 
-    /// All kernels that leave records, or what these read.
+    /// All kernels that leave records, or what these read. The first one leaves initial records.
     const KERNELS: &'static [Kernel];
     /// What the initial pass is called.
     const INITIAL: &'static str = "initial candidates";
@@ -83,7 +82,14 @@ pub trait Reused: Pod + PartialEq + Debug + Send + Sync {
     fn confidence(&self) -> f32;
 
     /// What a pass does that leaves records.
-    fn reuse(pass: &Followed<Self>) -> Reuse;
+    fn reuse(pass: &Followed<Self>) -> Reuse {
+        match (pass.is_initial(), pass.leaves_merged(), pass.crosses()) {
+            (true, ..) => Reuse::Initial,
+            (_, false, _) => Reuse::Recalled,
+            (.., true) => Reuse::Temporal,
+            _ => Reuse::Spatial(pass.params.merge),
+        }
+    }
 
     /// How a pass that leaves records is replayed.
     ///
@@ -95,16 +101,26 @@ pub trait Reused: Pod + PartialEq + Debug + Send + Sync {
     ///
     /// # Errors
     /// Those of [`Followed::read`].
-    fn details(lineage: &Lineage<Self>, pass: usize, pixel: u32) -> Result<Self::Details, Error>;
+    fn details(lineage: &Lineage<Self>, pass: usize, pixel: u32) -> Result<Self::Details, Error> {
+        let _ = (lineage, pass, pixel);
+        Ok(Self::Details::default())
+    }
 
     /// What is printed of a record that is this candidate of the pixel.
-    fn drawn(candidate: u32) -> String;
+    fn drawn(candidate: u32) -> String {
+        let _ = candidate;
+        "traced here".to_owned()
+    }
 
     /// What is printed of a record after its confidence, in whole lines.
-    fn words(genealogy: &Genealogy<'_, Self>, generation: &Generation<Self>) -> String;
+    fn words(genealogy: &Genealogy<'_, Self>, generation: &Generation<Self>) -> String {
+        format!("{:?}: {}\n", generation.stored(), genealogy.origin(generation.origin))
+    }
 
     /// The fields of a record, beside those that all have.
-    fn fields(genealogy: &Genealogy<'_, Self>, generation: &Generation<Self>) -> Value;
+    fn fields(genealogy: &Genealogy<'_, Self>, generation: &Generation<Self>) -> Value {
+        json!({ "record": format!("{:?}", generation.stored()), "from": genealogy.origin(generation.origin) })
+    }
 
     /// What is said of a genealogy before it is said that it was replayed, and its further fields.
     fn summary(genealogy: &Genealogy<'_, Self>) -> (String, Value) {
@@ -118,7 +134,10 @@ pub trait Reused: Pod + PartialEq + Debug + Send + Sync {
     ///
     /// # Errors
     /// Those of [`Followed::read`].
-    fn beside(lineage: &Lineage<Self>, pass: usize, before: &Before<Self>) -> Result<Vec<Self::Beside>, Error>;
+    fn beside(lineage: &Lineage<Self>, pass: usize, before: &Before<Self>) -> Result<Vec<Self::Beside>, Error> {
+        let _ = before;
+        Ok(vec![Self::Beside::default(); lineage.pass(pass)?.records().len()])
+    }
 
     /// Layers as channels of an EXR file.
     fn channels(layers: &Layers<Self>) -> Vec<Channel>;
