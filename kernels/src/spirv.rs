@@ -50,17 +50,3 @@ pub static FILES: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/spirv.r
 pub fn file(path: &str) -> Option<&'static [u8]> {
     FILES.iter().find(|(name, _)| *name == path).map(|(_, bytes)| *bytes)
 }
-
-#[cfg(test)]
-mod tests {
-    #[test]
-    fn every_kernel_is_embedded_in_both_flavours() {
-        for kernel in crate::all().iter().filter(|kernel| kernel.name != "size_probe") {
-            for flavour in super::Flavour::ALL {
-                let path = format!("{flavour}/{}.spv", kernel.name);
-                assert!(super::file(&path).is_some(), "{path}");
-            }
-        }
-        assert!(super::file("manifest.json").is_some() && super::file("").is_none());
-    }
-}

@@ -10,6 +10,7 @@ use restir_host::scene::Material;
 use restir_host::settings::Choice as _;
 use restir_host::technique::path::{PathSettings, Subsurface};
 use restir_kernels::check::diffusion_check;
+use restir_kernels::spirv::{self, Flavour};
 use restir_shared::bsdf;
 use restir_shared::camera::primary_ray;
 use restir_shared::color;
@@ -39,6 +40,9 @@ use std::collections::HashSet;
 use std::hint::black_box;
 
 restir_tests::suite! {
+    first {
+        every_kernel_is_embedded_in_both_flavours
+    }
     later {
         any_split_into_blocks_has_the_same_bits a_running_sum_is_not_a_film dropped_samples_are_counted
         blocks_of_a_pixel_merge_to_the_pixel arenas_hold_the_scene a_frozen_feature_changes_no_bit
@@ -46,6 +50,16 @@ restir_tests::suite! {
         flush_to_zero_changes_no_word_of_any_technique flush_to_zero_changes_no_word_of_media an_unflushed_sum_is_seen
         flush_to_zero_changes_no_function flush_to_zero_changes_no_diffusion_probe
     }
+}
+
+fn every_kernel_is_embedded_in_both_flavours() {
+    for kernel in restir_kernels::all().iter().filter(|kernel| kernel.name != "size_probe") {
+        for flavour in Flavour::ALL {
+            let path = format!("{flavour}/{}.spv", kernel.name);
+            assert!(spirv::file(&path).is_some(), "{path}");
+        }
+    }
+    assert!(spirv::file("manifest.json").is_some() && spirv::file("").is_none());
 }
 
 fn words(pixel: FilmPixel) -> [u32; 4] {

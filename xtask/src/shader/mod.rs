@@ -10,6 +10,7 @@ pub mod canonical;
 pub mod cargo_files;
 pub mod check;
 pub mod compile;
+mod cost;
 pub mod digest;
 pub mod flavour;
 pub mod install;
@@ -54,6 +55,8 @@ pub enum Command {
         #[arg(long, value_parser = flavour::parser(), default_value_t)]
         flavour: Flavour,
     },
+    /// Registers, spills and waves of kernels.
+    Cost(cost::Options),
     /// One build of the kernel crate; `build` starts it as a child process.
     #[command(hide = true)]
     Compile {
@@ -69,6 +72,7 @@ pub fn run(command: Command) -> Result<(), Error> {
         Command::Build { install_toolchain } => build::run(&workspace, install_toolchain),
         Command::Check { require_rebuild } => check::run(&workspace, require_rebuild),
         Command::Dis { kernel, flavour } => dis(&workspace, &kernel, flavour),
+        Command::Cost(options) => cost::run(&workspace, &options),
         Command::Compile { job } => compile::Job::run(&job),
     }
 }
