@@ -21,8 +21,7 @@ use driver::{Cost, Driver};
 use report::Row;
 
 /// Where Debian and Fedora have RADV's manifest.
-const RADV: [&str; 2] =
-    ["/usr/share/vulkan/icd.d/radeon_icd.x86_64.json", "/usr/share/vulkan/icd.d/radeon_icd.json"];
+const RADV: [&str; 2] = ["/usr/share/vulkan/icd.d/radeon_icd.x86_64.json", "/usr/share/vulkan/icd.d/radeon_icd.json"];
 /// The GPU that RADV compiles for: an RX 6800, of the family RDNA 2.
 const FAMILY: &str = "navi21";
 
@@ -72,9 +71,8 @@ pub(super) fn run(workspace: &Workspace, options: &Options) -> Result<(), Error>
     let Some(driver) = Driver::open()? else {
         return missing("no driver here tells what kernels take", "install the Vulkan loader (libvulkan1)");
     };
-    let of_check = |(set, flavour): &(usize, Flavour)| {
-        !options.check || (*set < CHECKED_SETS && *flavour == Flavour::Exact)
-    };
+    let of_check =
+        |(set, flavour): &(usize, Flavour)| !options.check || (*set < CHECKED_SETS && *flavour == Flavour::Exact);
     let mut rows = Vec::new();
     for kernel in kernels {
         let has_features = kernel.constants.iter().any(|constant| constant.name == "features");
@@ -90,7 +88,7 @@ pub(super) fn run(workspace: &Workspace, options: &Options) -> Result<(), Error>
     if options.check {
         return check(&report, &driver.name, &rows);
     }
-    let text = report::text(&driver.name, &rows);
+    let text = report::text(!options.gpu, &driver.name, &rows);
     print!("{text}");
     if options.write {
         std::fs::write(&report, text).map_err(Error::io("write", &report))?;
@@ -136,8 +134,10 @@ fn cost(
 ) -> Result<Cost, Error> {
     let path: PathBuf = workspace.spirv().join(Entry::new(flavour, kernel.name).path());
     let bytes = std::fs::read(&path).map_err(Error::io("read", &path))?;
-    let words: Vec<u32> = bytes.chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])).collect();
-    let value = |constant: &restir_kernels::Constant| if constant.name == "features" { features } else { constant.default };
+    let words: Vec<u32> =
+        bytes.chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])).collect();
+    let value =
+        |constant: &restir_kernels::Constant| if constant.name == "features" { features } else { constant.default };
     let constants: Vec<(u32, u32)> = kernel.constants.iter().map(|constant| (constant.id, value(constant))).collect();
     driver.cost(kernel, &words, &constants)
 }

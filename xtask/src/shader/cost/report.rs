@@ -41,22 +41,30 @@ impl Row {
     pub(super) fn finding(&self, committed: &Committed) -> Option<String> {
         let (key, now) = (self.key(), self.taken());
         let name = key.join(" ");
-        let Some(before) = committed.rows.get(&key) else { return Some(format!("{name}: the report has no row of it")) };
+        let Some(before) = committed.rows.get(&key) else {
+            return Some(format!("{name}: the report has no row of it"));
+        };
         let more = (0..3).any(|i| now[i] > before[i]);
-        let words = |[registers, scalar, vector]: [u64; 3]| format!("{registers} registers and {scalar}+{vector} spills");
+        let words =
+            |[registers, scalar, vector]: [u64; 3]| format!("{registers} registers and {scalar}+{vector} spills");
         more.then(|| format!("{name}: {}, and the report has {}", words(now), words(*before)))
     }
 }
 
 /// The report.
-pub(super) fn text(driver: &str, rows: &[Row]) -> String {
+pub(super) fn text(is_radv: bool, driver: &str, rows: &[Row]) -> String {
+    let how = if is_radv {
+        "`cargo xtask shader cost --write` makes this table, without a GPU, and `cargo xtask shader cost --check`, which CI runs, fails where a \
+         kernel takes more."
+    } else {
+        "`cargo xtask shader cost --gpu` makes this table."
+    };
     let mut text = format!(
-        "# What kernels take of a GPU\n\n`cargo xtask shader cost --write` makes this table, without a GPU, and `cargo xtask shader cost --check`, which CI runs, \
-         fails where a kernel takes more.\n\n{DRIVER}{driver}.\n\n\
-         Registers are vector registers of an invocation; spills are scalar and vector registers that are kept in memory; waves are groups of 32 \
-         invocations that a SIMD unit holds at once. These are exact for this compiler, and they are not times. Features are those to which a \
-         kernel is specialised: `diffuse` is a scene as `cornell`, `textured` one with an environment, textures and glossy surfaces, and `all` is \
-         unspecialised.\n\n\
+        "# What kernels take of a GPU\n\n{how}\n\n{DRIVER}{driver}.\n\n\
+         Registers are vector registers of an invocation. Spills are scalar and vector registers that are kept in memory. Waves are groups of 32 \
+         invocations that a SIMD unit holds at once. A dash is what the driver does not tell. These are exact for this compiler, and they \
+         are not times. Features are those to which a kernel is specialised: `diffuse` is a scene as `cornell`, `textured` one with an \
+         environment, textures and glossy surfaces, and `all` is unspecialised.\n\n\
          | kernel | features | flavour | registers | spills | local bytes | waves | instructions | bytes of code |\n\
          |---|---|---|---:|---:|---:|---:|---:|---:|\n"
     );
@@ -100,7 +108,7 @@ mod tests {
 
     #[test]
     fn what_takes_more_is_found() {
-        let committed = parse(&text("a driver, 1.2", &[row(96, [3, 0])]));
+        let committed = parse(&text(true, "a driver, 1.2", &[row(96, [3, 0])]));
         assert_eq!(committed.driver, "a driver, 1.2");
         assert_eq!(row(96, [3, 0]).finding(&committed), None);
         assert_eq!(row(88, [0, 0]).finding(&committed), None);
