@@ -22,6 +22,16 @@ use crate::exec::{Executor, Observer};
 use crate::render::{Render, Rendered};
 use crate::{Error, buffers::SceneBuffers, image::Channel};
 
+/// A render with what was held beside its image: as channels of a file, or of one technique as its records
+/// ([`Layers`](super::reuse::Layers)).
+#[derive(Clone, Debug)]
+pub struct Layered<L> {
+    /// The render.
+    pub rendered: Rendered,
+    /// What was held after its last pass.
+    pub layers: L,
+}
+
 /// Explains and shows renders of a technique. What is not written for it is what every technique has.
 pub trait Inspect {
     /// Explains one pixel of a render. What is printed by default is what every pass reads and writes there, replayed
@@ -51,7 +61,7 @@ pub trait Inspect {
         scene: &SceneBuffers,
         render: &Render,
         observe: &mut Observer<'_>,
-    ) -> Result<(Rendered, Vec<Channel>), Error> {
+    ) -> Result<Layered<Vec<Channel>>, Error> {
         let _ = (executor, scene, observe);
         let reason = "it holds nothing beside the image";
         Err(Error::NoLayers { technique: render.technique.about().name, reason })

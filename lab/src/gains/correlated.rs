@@ -61,12 +61,9 @@ impl Correlated {
             sum.inflation += errors.variance_inflation(FRAMES as usize) / f64::from(CHAINS);
         }
         if let Some(text) = settings {
-            sum.copied =
-                render_with_layers::<PackedPath>(&mut CpuExecutor::inline(), scene, &chain(size, text)?, &mut |_| {
-                    Ok(())
-                })?
-                .1
-                .copied();
+            let chain = chain(size, text)?;
+            let layered = render_with_layers::<PackedPath>(&mut CpuExecutor::inline(), scene, &chain, &mut |_| Ok(()))?;
+            sum.copied = layered.layers.copied();
         }
         Ok(sum)
     }

@@ -61,8 +61,8 @@
 //! for sample in 0..4096 {
 //!     traced += radiance(&Lamps, down, &Rng::new(0, 0, sample, 7, Sampler::Sobol), 2, false).x / 4096.0;
 //!     let params = DiParams::new(camera, [1, 1], 7).of_frame(sample, camera);
-//!     let (reservoir, immediate, _) = initial(&Lamps, &params, &[], seen, [0, 0]);
-//!     resampled += shade(&Lamps, &params, seen, reservoir, immediate, [0, 0]).sum[0] / 4096.0;
+//!     let drawn = initial(&Lamps, &params, &[], seen, [0, 0]);
+//!     resampled += shade(&Lamps, &params, seen, drawn.reservoir, drawn.direct, [0, 0]).sum[0] / 4096.0;
 //! }
 //! assert!((traced - resampled).abs() < 0.01 * traced);
 //! ```

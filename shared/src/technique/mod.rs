@@ -18,8 +18,8 @@
 //!
 //! let params = DiParams::new(camera, [1, 1], 7);
 //! let hit = restir_di::primary(&Floor, &params, [0, 0]);
-//! let (reservoir, direct, _) = restir_di::initial(&Floor, &params, &[], hit, [0, 0]);
-//! let resampled: FilmPixel = restir_di::shade(Floor, &params, hit, reservoir, direct, [0, 0]);
+//! let drawn = restir_di::initial(&Floor, &params, &[], hit, [0, 0]);
+//! let resampled: FilmPixel = restir_di::shade(Floor, &params, hit, drawn.reservoir, drawn.direct, [0, 0]);
 //! assert!((traced.sum[0] - resampled.sum[0]).abs() < 1e-3 && traced.sum[0] > 0.9);
 //! ```
 

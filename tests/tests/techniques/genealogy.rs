@@ -7,6 +7,7 @@ use restir_host::exec::{CpuExecutor, Executor};
 use restir_host::render::Render;
 use restir_host::scene::CameraPath;
 use restir_host::technique::explain::Place;
+use restir_host::technique::inspect::Layered;
 use restir_host::technique::restir_di::{DiSettings, Temporal, Tiles};
 use restir_host::technique::reuse::{self, Origin, Reuse, genealogy, render_with_layers};
 use restir_kernels::restir_di::{di_offer, di_shade};
@@ -199,7 +200,8 @@ fn layers_are_the_last_reservoirs() -> Result<(), Failed> {
     for text in SETTINGS {
         let di = di_render(&scene, text)?;
         let plain = di.render(&scene, &mut executor)?;
-        let (rendered, layers) = render_with_layers::<PackedReservoir>(&mut executor, &scene, &di, &mut |_| Ok(()))?;
+        let Layered { rendered, layers } =
+            render_with_layers::<PackedReservoir>(&mut executor, &scene, &di, &mut |_| Ok(()))?;
         ensure(rendered.image == plain.image, || "layers change the image".to_owned())?;
         for [x, y] in PIXELS {
             let pixel = (y * di.width + x) as usize;

@@ -7,6 +7,7 @@ use restir_host::plan::{FramePlan, Pass};
 use restir_host::render::Render;
 use restir_host::scene::Camera;
 use restir_host::technique::asked::asked_after;
+use restir_host::technique::inspect::Layered;
 use restir_host::technique::reuse::render_with_layers;
 use restir_kernels::restir_pt::{pt_merge, pt_retrace, pt_shade, pt_shift, pt_trace};
 use restir_kernels::{KernelDesc, NativeRow};
@@ -431,7 +432,7 @@ fn layers_tell_whose_path_it_is() -> Result<(), Failed> {
     for text in ["temporal=off,spatial=0", "spatial=0", "temporal=off,tile=4", "feedback=on,tile=4"] {
         let technique = Trials::of("restir-pt")?.with(text)?;
         let render = Render { count: LAST + 1, seed: 5, ..Render::new([SIDE; 2], technique) };
-        let (rendered, layers) =
+        let Layered { rendered, layers } =
             render_with_layers::<PackedPath>(&mut CpuExecutor::inline(), &buffers, &render, &mut |_| Ok(()))?;
         let film = film(plan(&buffers, &render))?;
         let pixels = rendered.image.pixels.iter().zip(&film);

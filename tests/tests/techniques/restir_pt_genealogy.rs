@@ -87,8 +87,8 @@ fn chains_lead_to_who_traced_the_path() -> Result<(), Failed> {
         let scene = buffers(name)?;
         for text in SETTINGS {
             let render = pt_render(&scene, moves, text)?;
-            let (_, layers) =
-                render_with_layers::<PackedPath>(&mut CpuExecutor::new()?, &scene, &render, &mut |_| Ok(()))?;
+            let layered = render_with_layers::<PackedPath>(&mut CpuExecutor::new()?, &scene, &render, &mut |_| Ok(()))?;
+            let layers = layered.layers;
             for pixel in [147, 85, 203, 69] {
                 let chain = of_pixel(&scene, &render, pixel)?;
                 ensure_true(&chain)
@@ -149,7 +149,7 @@ fn a_false_chain_is_seen() -> Result<(), Failed> {
 fn layers_count_what_genealogies_tell() -> Result<(), Failed> {
     let scene = buffers("glass")?;
     let render = pt_render(&scene, true, "tile=4,max_plane_distance=0.1,spatial=1")?;
-    let (_, layers) = render_with_layers::<PackedPath>(&mut CpuExecutor::new()?, &scene, &render, &mut |_| Ok(()))?;
+    let layers = render_with_layers::<PackedPath>(&mut CpuExecutor::new()?, &scene, &render, &mut |_| Ok(()))?.layers;
     let channels = layers.channels();
     let total: u32 = layers.beside.iter().flatten().sum();
     ensure(total > 3 * SIZE[0] * SIZE[1], || format!("{total} shifts alone"))?;

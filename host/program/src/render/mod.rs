@@ -15,6 +15,7 @@ use restir::exec::{Description, Step};
 use restir::image::Channel;
 use restir::render::{Images, Progress, Render, Rendered, Shows};
 use restir::scene::{Camera, CameraPath, Scene};
+use restir::technique::inspect::Layered;
 use restir::{Error, buffers::SceneBuffers, exec::Executor, technique::Repeats};
 
 use super::parse::{Size, natural, require, saturating};
@@ -238,12 +239,12 @@ impl Task<'_> {
                 }
                 None => render.render_observed(buffers, device, observe)?,
             };
-            Ok((rendered, Vec::new()))
+            Ok(Layered { rendered, layers: Vec::new() })
         });
         if let (Err(Error::Interrupted), Some(path)) = (&done, &arguments.resume) {
             console::note(&format!("{} keeps what is done: the same command goes on from there", path.display()));
         }
-        let (rendered, channels) = done?;
+        let Layered { rendered, layers: channels } = done?;
         Ok(Finished { rendered, channels, render, more: Vec::new() })
     }
 

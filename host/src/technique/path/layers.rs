@@ -5,8 +5,9 @@ use std::ops::RangeInclusive;
 use super::{Orders, Parts, PathSettings, Subsurface};
 use crate::exec::{Executor, Observer};
 use crate::image::Channel;
-use crate::render::{Render, Rendered};
+use crate::render::Render;
 use crate::technique::Technique;
+use crate::technique::inspect::Layered;
 use crate::{Error, buffers::SceneBuffers};
 
 /// Collisions, and the names of the channels of light that had so many: 0, 1, 2, up to 4, 8 and 16, and more (the steps of Zhang and
@@ -39,7 +40,7 @@ pub(super) fn render_with_layers(
     scene: &SceneBuffers,
     render: &Render,
     observe: &mut Observer<'_>,
-) -> Result<(Rendered, Vec<Channel>), Error> {
+) -> Result<Layered<Vec<Channel>>, Error> {
     let layers = match settings.subsurface(scene.features) {
         Subsurface::Off => {
             let reason = "nothing scatters light inside of things, and layers are by how often it was scattered";
@@ -62,7 +63,7 @@ pub(super) fn render_with_layers(
         let of = |(channel, name)| Channel { name, values: values.iter().map(|pixel| pixel[channel]).collect() };
         channels.extend(names.into_iter().enumerate().map(of));
     }
-    Ok((rendered, channels))
+    Ok(Layered { rendered, layers: channels })
 }
 
 /// Of what the image shows, the light that collided so often.
@@ -102,7 +103,7 @@ mod tests {
             ("candles", profile(Subsurface::Hybrid, Parts::All), 15, 15),
             ("candles", profile(Subsurface::Hybrid, Parts::Rest), 15, 6),
         ] {
-            let (rendered, channels) = layers(name, settings).expect("renders");
+            let Layered { rendered, layers: channels } = layers(name, settings).expect("renders");
             assert_eq!(channels.len(), count);
             let lit = channels.iter().filter(|channel| channel.values.iter().any(|&x| x > 0.0));
             assert!(lit.count() >= least, "{name}");

@@ -33,13 +33,16 @@ pub use orders::Orders;
 pub use replay::{film, params};
 pub use vertices::{Emission, Escape, NextEvent, Path, Vertex, explain_sample};
 
-use super::{About, Diagnose, Integral, PixelFilter, Repeats, Technique, inspect::Inspect};
+use super::{
+    About, Diagnose, Integral, PixelFilter, Repeats, Technique,
+    inspect::{Inspect, Layered},
+};
 use crate::exec::{Executor, Observer};
 use crate::image::Channel;
-use crate::render::{Render, Rendered};
+use crate::render::Render;
+use crate::sequence::{Sequence, Stage};
 use crate::settings::Settings;
 use crate::technique::explain::{Explanation, Subject};
-use crate::sequence::{Sequence, Stage};
 use crate::{Error, buffers::SceneBuffers};
 use restir_shared::layout::FEATURE_SUBSURFACE;
 use restir_shared::rng::Sampler;
@@ -184,7 +187,7 @@ impl Inspect for PathSettings {
         scene: &SceneBuffers,
         render: &Render,
         observe: &mut Observer<'_>,
-    ) -> Result<(Rendered, Vec<Channel>), Error> {
+    ) -> Result<Layered<Vec<Channel>>, Error> {
         layers::render_with_layers(self, executor, scene, render, observe)
     }
 

@@ -2,7 +2,7 @@
 //!
 //! ```
 //! use restir_host::render::Render;
-//! use restir_host::technique::Technique;
+//! use restir_host::technique::Diagnose;
 //! use restir_host::technique::restir_di::DiSettings;
 //! use restir_host::technique::reuse::render_with_layers;
 //! use restir_host::{Error, buffers::SceneBuffers, exec::CpuExecutor, scene::Scene};
@@ -15,10 +15,10 @@
 //! let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
 //! let job = Render { count: 8, ..Render::new([32, 24], settings) };
 //! let mut cpu = CpuExecutor::new()?;
-//! let (rendered, layers) = render_with_layers::<PackedReservoir>(&mut cpu, &scene, &job, &mut |_| Ok(()))?;
-//! assert_eq!(rendered.dropped_samples, 0);
+//! let layered = render_with_layers::<PackedReservoir>(&mut cpu, &scene, &job, &mut |_| Ok(()))?;
+//! assert_eq!(layered.rendered.dropped_samples, 0);
 //! // the reservoirs of the last frame stand for more than the candidates of one
-//! assert!(layers.records.iter().any(|reservoir| reservoir.confidence > 4.0));
+//! assert!(layered.layers.records.iter().any(|reservoir| reservoir.confidence > 4.0));
 //! # Ok::<(), Error>(())
 //! ```
 
@@ -32,12 +32,17 @@ pub use settings::{DiSettings, Target, Temporal, Tiles, Visibility, VisibilityRe
 // the ends of ranges, which each setting names
 #[doc(hidden)]
 pub use settings::{
-    MAX_CANDIDATES, MAX_CONFIDENCE_CAP, MAX_INITIAL_RAYS, MAX_NEIGHBOURS, MAX_SHADED, MAX_SPATIAL_PASSES, MAX_TILE_SIZE, MAX_TILES,
+    MAX_CANDIDATES, MAX_CONFIDENCE_CAP, MAX_INITIAL_RAYS, MAX_NEIGHBOURS, MAX_SHADED, MAX_SPATIAL_PASSES,
+    MAX_TILE_SIZE, MAX_TILES,
 };
 
-use super::{About, Diagnose, Integral, PixelFilter, Repeats, Technique, inspect::Inspect, reuse};
+use super::{
+    About, Diagnose, Integral, PixelFilter, Repeats, Technique,
+    inspect::{Inspect, Layered},
+    reuse,
+};
 use crate::exec::{Executor, Observer};
-use crate::render::{Render, Rendered};
+use crate::render::Render;
 use crate::technique::explain::{Explanation, Subject};
 use crate::technique::sequence::{Sequence, Stage};
 use crate::{Error, buffers::SceneBuffers, image::Channel};
@@ -112,7 +117,9 @@ impl Diagnose for DiSettings {
     fn without_effect(&self, scene: &SceneBuffers) -> Option<String> {
         let _ = scene;
         let idle = !self.jitter && self.seen_rays > 1;
-        idle.then(|| "has no use for seen_rays without jitter: all rays are those through the centres of pixels".to_owned())
+        idle.then(|| {
+            "has no use for seen_rays without jitter: all rays are those through the centres of pixels".to_owned()
+        })
     }
 
     fn reuses(&self) -> bool {
@@ -150,8 +157,7 @@ impl Inspect for DiSettings {
         scene: &SceneBuffers,
         render: &Render,
         observe: &mut Observer<'_>,
-    ) -> Result<(Rendered, Vec<Channel>), Error> {
-        let (rendered, layers) = reuse::render_with_layers::<PackedReservoir>(executor, scene, render, observe)?;
-        Ok((rendered, layers.channels()))
+    ) -> Result<Layered<Vec<Channel>>, Error> {
+        Ok(reuse::render_with_layers::<PackedReservoir>(executor, scene, render, observe)?.into_channels())
     }
 }

@@ -30,9 +30,13 @@ pub use settings::{Changed, Direct, Form, PtSettings, Shift};
 #[doc(hidden)]
 pub use settings::{MAX_CONFIDENCE_CAP, MAX_DEPTH, MAX_SPATIAL_PASSES};
 
-use super::{About, Diagnose, Integral, PixelFilter, Repeats, Technique, inspect::Inspect, reuse};
+use super::{
+    About, Diagnose, Integral, PixelFilter, Repeats, Technique,
+    inspect::{Inspect, Layered},
+    reuse,
+};
 use crate::exec::{Executor, Observer};
-use crate::render::{Render, Rendered};
+use crate::render::Render;
 use crate::technique::explain::{Explanation, Subject};
 use crate::technique::sequence::{Sequence, Stage};
 use crate::{Error, buffers::SceneBuffers, image::Channel};
@@ -110,8 +114,7 @@ impl Inspect for PtSettings {
         scene: &SceneBuffers,
         render: &Render,
         observe: &mut Observer<'_>,
-    ) -> Result<(Rendered, Vec<Channel>), Error> {
-        let (rendered, layers) = reuse::render_with_layers::<PackedPath>(executor, scene, render, observe)?;
-        Ok((rendered, layers.channels()))
+    ) -> Result<Layered<Vec<Channel>>, Error> {
+        Ok(reuse::render_with_layers::<PackedPath>(executor, scene, render, observe)?.into_channels())
     }
 }

@@ -2,7 +2,8 @@
 
 use super::{Before, Followed, Lineage, Origin, Reuse, Reused};
 use crate::exec::{Executor, Observer};
-use crate::render::{Render, Rendered};
+use crate::render::Render;
+use crate::technique::inspect::Layered;
 use crate::{Error, buffers::SceneBuffers, image::Channel, memory};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -30,6 +31,13 @@ impl<R: Reused> Layers<R> {
     }
 }
 
+impl<R: Reused> Layered<Layers<R>> {
+    /// The same as channels of an EXR file.
+    pub(crate) fn into_channels(self) -> Layered<Vec<Channel>> {
+        Layered { rendered: self.rendered, layers: self.layers.channels() }
+    }
+}
+
 /// As [`Render::render`] of a technique that reuses records `R`, with those of the last frame. The plan is the same; what there is to tell
 /// beside is found by replaying passes natively, which takes the time that they take on the CPU.
 ///
@@ -40,7 +48,7 @@ pub fn render_with_layers<R: Reused>(
     scene: &SceneBuffers,
     render: &Render,
     observe: &mut Observer<'_>,
-) -> Result<(Rendered, Layers<R>), Error> {
+) -> Result<Layered<Layers<R>>, Error> {
     render.check(scene)?;
     // beside the plan: its planes read back, and what is made of them
     let bytes = 2 * render.plan(scene).bytes() + R::LAYER_BYTES * u64::from(render.width) * u64::from(render.height);
@@ -65,7 +73,7 @@ pub fn render_with_layers<R: Reused>(
         layers.records = pass.records().iter().map(R::stored).collect();
         layers.beside = beside.remove(&last).unwrap_or_default();
     }
-    Ok((rendered, layers))
+    Ok(Layered { rendered, layers })
 }
 
 /// For how many frames each pixel has had its sample after a pass, from how many it was after those before. It is drawn in the frame of age

@@ -11,14 +11,14 @@
 //!
 //! let scene = SceneBuffers::build(&Scene::load("cornell")?)?;
 //! let job = Render { count: 4, ..Render::new([16, 12], DiSettings::default()) };
-//! let (place, mut cpu) = (Place { x: 8, y: 6, sample: 0 }, CpuExecutor::new(None)?);
+//! let (place, mut cpu) = (Place { x: 8, y: 6, sample: 0 }, CpuExecutor::new()?);
 //!
 //! // each record comes from the next one, and the last one was drawn
 //! let generations = genealogy::<PackedReservoir>(&mut cpu, &scene, &job, place)?;
 //! assert!(generations.iter().all(|generation| generation.is_identical()));
 //! assert!(matches!(generations.last().map(|last| last.origin), Some(Origin::Candidate(_))));
 //!
-//! let (_, layers) = render_with_layers::<PackedReservoir>(&mut cpu, &scene, &job, &mut |_| Ok(()))?;
+//! let layers = render_with_layers::<PackedReservoir>(&mut cpu, &scene, &job, &mut |_| Ok(()))?.layers;
 //! assert_eq!(layers.records[6 * 16 + 8], generations[0].stored());
 //! # Ok::<(), Error>(())
 //! ```
