@@ -162,7 +162,8 @@ impl Cost {
         Self {
             registers: named(&["VGPRs", "Register Count"]),
             spills: named(&["Spilled SGPRs"]).zip(named(&["Spilled VGPRs"])).map(|(scalar, vector)| [scalar, vector]),
-            local_bytes: named(&["Scratch size", "Local Memory Size", "Stack Size"]),
+            // NVIDIA's has something else in the upper half
+            local_bytes: named(&["Scratch size", "Local Memory Size"]).map(|bytes| bytes & u64::from(u32::MAX)),
             waves: named(&["Subgroups per SIMD"]),
             instructions: named(&["Instructions", "Instruction Count"]),
             code_bytes: named(&["Code size", "Binary Size"]),
