@@ -54,10 +54,10 @@ impl Row {
 /// The report.
 pub(super) fn text(is_radv: bool, driver: &str, rows: &[Row]) -> String {
     let how = if is_radv {
-        "`cargo xtask shader cost --write` makes this table, without a GPU, and `cargo xtask shader cost --check`, which CI runs, fails where a \
+        "`cargo xtask shader cost --write` (1 min) makes this table, without a GPU. With `--check`, as CI runs it, it fails where a \
          kernel takes more."
     } else {
-        "`cargo xtask shader cost --gpu` makes this table."
+        "`cargo xtask shader cost --gpu` (2 min) makes this table."
     };
     let mut text = format!(
         "# What kernels take of a GPU\n\n{how}\n\n{DRIVER}{driver}.\n\n\
