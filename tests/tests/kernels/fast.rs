@@ -20,8 +20,8 @@ use std::ops::Range;
 
 /// How often the z-tests of equal expectations fail. Seeds are fixed: a failure is a bug.
 const FAMILY_RATE: f64 = 1.0e-3;
-const SIDE: u32 = 16;
-const TILE: u32 = 4;
+const SIDE: u32 = 32;
+const TILE: u32 = 8;
 const SCENES: [&str; 2] = ["cornell", "furnace"];
 /// Technique, scene and settings, beside the default ones of every technique in these scenes.
 const MORE: [(&str, &str, &str); 4] = [
