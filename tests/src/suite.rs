@@ -3,7 +3,11 @@
 //! Checks of the first tier run in every build. A build for development leaves the others, which take long there, to `cargo test --release`.
 
 use libtest_mimic::{Arguments, Failed};
-use std::process::ExitCode;
+use std::{
+    process::ExitCode,
+    sync::Mutex,
+    time::{Duration, Instant},
+};
 
 /// Whether this build runs the first tier alone.
 const FIRST_TIER_ALONE: bool = cfg!(first_tier);
@@ -36,7 +40,37 @@ impl Trial {
 
     fn of_suite(self, suite: &str) -> libtest_mimic::Trial {
         let is_ignored = self.is_ignored || FIRST_TIER_ALONE && !self.is_first;
-        libtest_mimic::Trial::test(format!("{suite}::{}", self.name), self.run).with_ignored_flag(is_ignored)
+        let name = format!("{suite}::{}", self.name);
+        let timed = timed(name.clone(), self.run);
+        libtest_mimic::Trial::test(name, timed).with_ignored_flag(is_ignored)
+    }
+}
+
+/// Checks whose times are printed.
+const LISTED: usize = 10;
+
+/// How long the checks of this process took that took more than a second.
+static LONG: Mutex<Vec<(Duration, String)>> = Mutex::new(Vec::new());
+
+/// The check, which writes down how long it took.
+fn timed<T>(name: String, run: impl FnOnce() -> T) -> impl FnOnce() -> T {
+    move || {
+        let start = Instant::now();
+        let outcome = run();
+        let took = start.elapsed();
+        if took > Duration::from_secs(1) {
+            LONG.lock().unwrap().push((took, name));
+        }
+        outcome
+    }
+}
+
+/// Prints the checks that took longest: where the minutes of CI are.
+fn print_longest() {
+    let mut long = std::mem::take(&mut *LONG.lock().unwrap());
+    long.sort_by(|a, b| b.cmp(a));
+    for (took, name) in long.iter().take(LISTED) {
+        println!("{:6.1} s {name}", took.as_secs_f64());
     }
 }
 
@@ -103,6 +137,7 @@ pub fn run(suites: &[(&str, Suite)]) -> ExitCode {
     let chosen = one.map_or(suites, |one| &suites[one..=one]);
     let trials = chosen.iter().flat_map(|(suite, trials)| trials().into_iter().map(|trial| trial.of_suite(suite)));
     let conclusion = libtest_mimic::run(&arguments, trials.collect());
+    print_longest();
     if FIRST_TIER_ALONE && conclusion.num_ignored > 0 {
         println!("{} checks are left to `cargo test --release`\n", conclusion.num_ignored);
     }

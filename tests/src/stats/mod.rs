@@ -37,6 +37,7 @@
 
 mod chi_square;
 mod domain;
+pub mod effort;
 mod family;
 mod kolmogorov;
 mod moments;

@@ -32,7 +32,7 @@ const MORE: [(&str, &str, &str); 4] = [
 ];
 /// Images of each side, and the samples of their pixels. There are twice as many until [`GOAL_IMAGE`] is reached, on which alone it depends how many
 /// there are: an adapter that contracts more has paths that differ more.
-const PAIRS: [u32; 2] = [64, 1024];
+const PAIRS: [u32; 2] = [16, 1024];
 const SAMPLES: u32 = 16;
 /// A bias of the image's mean that must be noticed with 99 % probability.
 const GOAL_IMAGE: f64 = 0.001;

@@ -20,6 +20,7 @@ use restir_tests::native::{film_over, plan};
 use restir_tests::random::SplitMix;
 use restir_tests::scenes::path_params;
 use restir_tests::sheets::Sheets;
+use restir_tests::stats::effort::{bound, draws};
 use restir_tests::stats::{Moments, TileGrid, TileTest, ZTest};
 use restir_tests::suite::ensure;
 use restir_tests::technique::restir_di::settings;
@@ -38,8 +39,8 @@ const PATHS: u32 = 12_288;
 const MASKED_PATHS: u32 = 4_096;
 const RESTARTS: u32 = 6_144;
 /// The same of other settings, with fewer chains.
-const COARSE_GOAL: f64 = 0.05;
-const COARSE: u32 = 768;
+const COARSE_GOAL: f64 = 0.03;
+const COARSE: u32 = 2_048;
 /// Images of the reference, of one point on a light a pixel.
 const REFERENCE: u32 = 16_384;
 /// Images or chains of a test that is to see something wrong.
@@ -144,17 +145,17 @@ const fn family(count: usize) -> TileTest {
 
 fn paths_see_a_mask_as_geometry_that_is_cut() -> Result<(), Failed> {
     let [masked, cut] = [built(Form::Masked)?, built(Form::Cut)?];
-    let a = paths(&masked.traced_view(), &masked, 5, MASKED_PATHS, 0);
-    let b = paths(&cut.traced_view(), &cut, 5, MASKED_PATHS, OTHER_SEED);
-    ensure_unbiased("paths", &TEST.compare(&a, &b), GOAL)
+    let a = paths(&masked.traced_view(), &masked, 5, draws(MASKED_PATHS), 0);
+    let b = paths(&cut.traced_view(), &cut, 5, draws(MASKED_PATHS), OTHER_SEED);
+    ensure_unbiased("paths", &TEST.compare(&a, &b), bound(GOAL))
 }
 
 fn restir_sees_a_mask_as_geometry_that_is_cut() -> Result<(), Failed> {
     let [masked, cut] = [built(Form::Masked)?, built(Form::Cut)?];
-    let reference = chains(&cut.traced_view(), &cut, DEFAULTS, 2 * COARSE, OTHER_SEED)?;
+    let reference = chains(&cut.traced_view(), &cut, DEFAULTS, 2 * draws(COARSE), OTHER_SEED)?;
     [DEFAULTS, FINAL_RAY, IN_WEIGHTS, FUSED].iter().try_for_each(|text| {
-        let moments = chains(&masked.traced_view(), &masked, text, COARSE, 0)?;
-        ensure_unbiased(text, &family(4).compare(&moments, &reference), GOAL)
+        let moments = chains(&masked.traced_view(), &masked, text, draws(COARSE), 0)?;
+        ensure_unbiased(text, &family(4).compare(&moments, &reference), bound(GOAL))
     })
 }
 
@@ -168,8 +169,8 @@ fn masks_that_are_ignored_are_seen() -> Result<(), Failed> {
         ("all rays", Mixed { seen: wrong, blocking: wrong, shining: right }),
         ("lights", Mixed { seen: right, blocking: right, shining: wrong }),
     ];
-    let by_paths = paths(&cut.traced_view(), &cut, 5, MASKED_PATHS, OTHER_SEED);
-    let by_chains = chains(&cut.traced_view(), &cut, DEFAULTS, COARSE, OTHER_SEED)?;
+    let by_paths = paths(&cut.traced_view(), &cut, 5, draws(MASKED_PATHS), OTHER_SEED);
+    let by_chains = chains(&cut.traced_view(), &cut, DEFAULTS, draws(COARSE), OTHER_SEED)?;
     for (what, scene) in rows {
         let moments = paths(&scene, &masked, 5, 2 * GROSS, 0);
         ensure_biased(&format!("{what}, paths"), &TEST.compare(&moments, &by_paths))?;
@@ -184,14 +185,14 @@ const SHEETS: Sheets = Sheets { glass: false };
 /// Integration of the light past the sheets.
 fn reference() -> &'static [Moments] {
     static REFERENCE_MOMENTS: OnceLock<Vec<Moments>> = OnceLock::new();
-    REFERENCE_MOMENTS.get_or_init(|| SHEETS.reference(GRID, REFERENCE))
+    REFERENCE_MOMENTS.get_or_init(|| SHEETS.reference(GRID, draws(REFERENCE)))
 }
 
 /// Paths through the middles of pixels, which are the same in every sample.
 fn blended_surfaces_dim_paths() -> Result<(), Failed> {
     let buffers = SceneBuffers::build(&SHEETS.scene())?;
-    let moments = paths(&buffers.traced_view(), &buffers, 2, PATHS, 0);
-    ensure_unbiased("paths", &TEST.compare(&moments, reference()), GOAL)
+    let moments = paths(&buffers.traced_view(), &buffers, 2, draws(PATHS), 0);
+    ensure_unbiased("paths", &TEST.compare(&moments, reference()), bound(GOAL))
 }
 
 fn blended_surfaces_dim_restir() -> Result<(), Failed> {
@@ -199,18 +200,18 @@ fn blended_surfaces_dim_restir() -> Result<(), Failed> {
     UNBIASED.iter().try_for_each(|text| {
         // through the middles of pixels, as the reference
         let (count, goal) = if *text == DEFAULTS { (RESTARTS, GOAL) } else { (COARSE, COARSE_GOAL) };
-        let moments = chains(&buffers.traced_view(), &buffers, text, count, 0)?;
-        ensure_unbiased(text, &family(UNBIASED.len()).compare(&moments, reference()), goal)
+        let moments = chains(&buffers.traced_view(), &buffers, text, draws(count), 0)?;
+        ensure_unbiased(text, &family(UNBIASED.len()).compare(&moments, reference()), bound(goal))
     })
 }
 
 fn blended_surfaces_dim_beside_glass() -> Result<(), Failed> {
     let both = Sheets { glass: true };
     let buffers = SceneBuffers::build(&both.scene())?;
-    let reference = both.reference(GRID, REFERENCE);
+    let reference = both.reference(GRID, draws(REFERENCE));
     [DEFAULTS, IN_WEIGHTS].iter().try_for_each(|text| {
-        let moments = chains(&buffers.traced_view(), &buffers, text, COARSE, 0)?;
-        ensure_unbiased(text, &family(2).compare(&moments, &reference), COARSE_GOAL)
+        let moments = chains(&buffers.traced_view(), &buffers, text, draws(COARSE), 0)?;
+        ensure_unbiased(text, &family(2).compare(&moments, &reference), bound(COARSE_GOAL))
     })
 }
 
@@ -240,7 +241,7 @@ fn answers_of_wrong_rays_are_seen() -> Result<(), Failed> {
         ("scattering has a chance of its own", OWN_CHANCE, SCATTERING),
         ("scattering finds blended lights", FOUND, SCATTERING),
     ] {
-        let moments = chains(&Faulty { scene: view, fault }, &buffers, text, COARSE, 0)?;
+        let moments = chains(&Faulty { scene: view, fault }, &buffers, text, draws(COARSE), 0)?;
         ensure_biased(what, &TEST.compare(&moments, reference()))?;
     }
     Ok(())

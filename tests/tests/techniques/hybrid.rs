@@ -18,6 +18,7 @@ use restir_shared::rng::Sampler;
 use restir_shared::technique::path::hybrid::Exit;
 use restir_tests::half_sky::{color, gray, scene, slab, waxy};
 use restir_tests::native;
+use restir_tests::stats::effort::{bound, draws};
 use restir_tests::stats::{FAMILY_RATE, Family, Moments, ZTest};
 use restir_tests::suite::ensure;
 use restir_tests::walk_f64::unscattered;
@@ -110,11 +111,11 @@ fn half_spaces_are_off_by_what_is_known() -> Result<(), Failed> {
     for (albedo, known) in [(0.9, -0.024), (0.95, -0.020), (0.98, -0.013)] {
         let scene = slab(gray(albedo, 1.0), 60.0, true);
         let [hybrid, walk] = [Subsurface::Hybrid, Subsurface::Walk]
-            .map(|subsurface| mean(&scene, &settings(subsurface, Fit::Diffuse), 64, 64));
+            .map(|subsurface| mean(&scene, &settings(subsurface, Fit::Diffuse), 64, draws(64)));
         let ratio = hybrid.mean() / walk.mean();
         let error = ratio * (hybrid.standard_error() / hybrid.mean()).hypot(walk.standard_error() / walk.mean());
         println!("albedo {albedo}: hybrid / walk - 1 = {:.4} +- {error:.4}, known {known}", ratio - 1.0);
-        ensure(error < 2.0e-3, || format!("too few samples: {error}"))?;
+        ensure(error < bound(2.0e-3), || format!("too few samples: {error}"))?;
         // three digits are known
         family
             .z_test(format!("{albedo}"), ZTest::new(Moments::known(ratio - 1.0, error), Moments::known(known, 5.0e-4)));
@@ -150,7 +151,7 @@ fn parts_are_what_they_are_alone() -> Result<(), Failed> {
         ("profile, T", &below, alone(Fit::Diffuse), across(0.9, 1.0, Shape::Diffuse), 1.0e-6),
         ("searchlight, T", &below, alone(Fit::Searchlight), across(0.9, 1.0, Shape::Searchlight), 1.0e-6),
     ] {
-        let found = mean(scene, &settings, 32, 64);
+        let found = mean(scene, &settings, 32, draws(64));
         println!("{name}: {:.5} +- {:.5}, known {known:.5}", found.mean(), found.standard_error());
         family.z_test(name, ZTest::new(found, Moments::known(known, error)));
     }
@@ -185,12 +186,12 @@ fn parts_are_the_orders_of_the_walk() -> Result<(), Failed> {
                 ("boundary", vec![part(Parts::Boundary), part(Parts::Rest)], of_orders(0, 0)),
                 ("single", vec![part(Parts::Single)], of_orders(1, 1)),
             ] {
-                let (found, walk) = (sums(&scene, &parts, 16, 64), means(&scene, &orders, 16, 64));
+                let (found, walk) = (sums(&scene, &parts, 64, draws(16)), means(&scene, &orders, 64, draws(16)));
                 for c in ALL {
                     let test = ZTest::new(found[c], walk[c]);
                     let (walk, error) = (walk[c].mean(), test.standard_error);
                     println!("{border} {name}, {what} {c}: {:+.5} +- {error:.5} of {walk:.4}", test.difference);
-                    ensure(error < 0.015 * walk, || format!("{border} {name}, {what}: too few samples"))?;
+                    ensure(error < bound(0.015) * walk, || format!("{border} {name}, {what}: too few samples"))?;
                     family.z_test(format!("{border} {name} {what} {c}"), test);
                 }
             }
@@ -353,7 +354,7 @@ fn choices_do_not_change_the_mean() -> Result<(), Failed> {
     let mut family = Family::new("choices", FAMILY_RATE);
     let scene = cube(Vec::new());
     let usual = settings(Subsurface::Hybrid, Fit::Diffuse);
-    let reference = means(&scene, &usual, 64, 64);
+    let reference = means(&scene, &usual, 64, draws(64));
     for (name, settings) in [
         ("one crossing", PathSettings { crossings: Crossings::One, ..usual.clone() }),
         ("by albedo", PathSettings { radius_channel: RadiusChoice::Albedo, ..usual.clone() }),
@@ -361,7 +362,7 @@ fn choices_do_not_change_the_mean() -> Result<(), Failed> {
         ("lights alone", PathSettings { profile_paths: false, ..usual.clone() }),
         ("Sobol", PathSettings { sampler: Sampler::Sobol, ..usual.clone() }),
     ] {
-        let found = means(&scene, &settings, 64, 64);
+        let found = means(&scene, &settings, 64, draws(64));
         for c in ALL {
             let test = ZTest::new(found[c], reference[c]);
             println!(
@@ -370,7 +371,7 @@ fn choices_do_not_change_the_mean() -> Result<(), Failed> {
                 test.standard_error,
                 reference[c].mean()
             );
-            ensure(test.standard_error < 0.012 * reference[c].mean(), || format!("{name}: too few samples"))?;
+            ensure(test.standard_error < bound(0.012) * reference[c].mean(), || format!("{name}: too few samples"))?;
             family.z_test(format!("{name} {c}"), test);
         }
     }
@@ -408,13 +409,13 @@ fn narrow_media_are_lambertian() -> Result<(), Failed> {
     };
     let hybrid = settings(Subsurface::Hybrid, Fit::Diffuse);
     let below = PathSettings { lambert_below: 1000.0, ..hybrid.clone() };
-    let lambert = means(&at(Material::diffuse("Lambert", colors)), &hybrid, 32, 64);
+    let lambert = means(&at(Material::diffuse("Lambert", colors)), &hybrid, 32, draws(64));
     for (name, mean_free_path, settings, channels) in [
         ("all", [1.0e-9; 3], &hybrid, 0..3),
         ("blue", [0.3, 0.1, 1.0e-9], &hybrid, 2..3),
         ("by the setting", [0.3, 0.1, 0.03], &below, 0..3),
     ] {
-        let found = means(&at(waxy(colors, mean_free_path)), settings, 32, 64);
+        let found = means(&at(waxy(colors, mean_free_path)), settings, 32, draws(64));
         for c in channels {
             println!(
                 "{name}, {c}: {:.5}, {:.5} +- {:.5}",
@@ -479,7 +480,7 @@ fn bodies_are_seen_through_panes() -> Result<(), Failed> {
     let wall = Mesh::cuboid(DVec3::new(2.0, -4.0, -4.0), DVec3::new(2.01, 4.0, 4.0));
     // camera, two sides of the pane, the body, two sides again
     let settings = PathSettings { max_depth: 7, ..settings(Subsurface::Hybrid, Fit::Diffuse) };
-    let [with, without] = [vec![(pane, wall)], Vec::new()].map(|others| means(&cube(others), &settings, 64, 64));
+    let [with, without] = [vec![(pane, wall)], Vec::new()].map(|others| means(&cube(others), &settings, 64, draws(64)));
     for c in ALL {
         println!("{c}: {:.5}, {:.5} +- {:.5}", with[c].mean(), without[c].mean(), with[c].standard_error());
         family.z_test(format!("{c}"), ZTest::new(with[c], without[c]));

@@ -29,6 +29,7 @@ use restir_tests::device;
 use restir_tests::lockstep::{first_divergence, trace};
 use restir_tests::native::{changed, edit, film, plan};
 use restir_tests::scenes::{buffers, named, path_params};
+use restir_tests::stats::effort::draws;
 use restir_tests::stats::{Moments, TileGrid, TileTest};
 use restir_tests::suite::{Trial, ensure};
 use restir_tests::technique::Trials;
@@ -43,7 +44,9 @@ const LAST_FRAME: u32 = 9;
 const GRID: TileGrid = TileGrid { width: 32, height: 32, tile: 8 };
 /// How often each of the tests that agree fails although nothing is wrong.
 const FAMILY_RATE: f64 = 1.0e-3;
-const RESTARTS: u32 = 256;
+const RESTARTS: u32 = 1_024;
+/// Of what is wrong, by a fifth.
+const GROSS: u32 = 32;
 /// Seeds of the reference lie beyond those of the chains.
 const REFERENCE_SEED: u32 = 1 << 31;
 const REFERENCE_RESTARTS: u32 = 4096;
@@ -348,7 +351,7 @@ impl Subject {
 fn reference(subject: &'static Subject, scene: &SceneBuffers) -> Result<&'static [Moments], Failed> {
     let moved = scene.at(f64::from(LAST_FRAME))?;
     let params = PathParams { seed: REFERENCE_SEED, ..path_params(&moved, [GRID.width, GRID.height], 2) };
-    Ok(subject.reference.get_or_init(|| path_moments(GRID, REFERENCE_RESTARTS, &moved.traced_view(), params)))
+    Ok(subject.reference.get_or_init(|| path_moments(GRID, draws(REFERENCE_RESTARTS), &moved.traced_view(), params)))
 }
 
 /// The last frame of independent chains.
@@ -361,8 +364,7 @@ fn against_path_tracing(
 ) -> Result<(), Failed> {
     let scene = subject.buffers()?;
     let settings = settings(&format!("candidates=4,neighbours=2,{text}"));
-    // what is wrong is wrong by a fifth
-    let restarts = if biased { RESTARTS / 8 } else { RESTARTS };
+    let restarts = if biased { GROSS } else { draws(RESTARTS) };
     let chains = film_moments(GRID, restarts, |seed| {
         let size = [GRID.width, GRID.height];
         let render = Render { count: LAST_FRAME + 1, seed, ..Render::new(size, settings.clone()) };

@@ -28,6 +28,7 @@ use restir_tests::native::{changed, edit, film, film_over, plan};
 use restir_tests::panes::Panes;
 use restir_tests::random::SplitMix;
 use restir_tests::scenes::{buffers, path_params};
+use restir_tests::stats::effort::{bound, draws};
 use restir_tests::stats::{Moments, TileGrid, TileTest, Verdict, ZTest};
 use restir_tests::suite::ensure;
 use restir_tests::technique::restir_di::settings;
@@ -670,7 +671,7 @@ fn reference() -> Result<&'static [Moments], Failed> {
     static REFERENCE: OnceLock<Vec<Moments>> = OnceLock::new();
     let buffers = buffers(SCENE)?;
     let params = PathParams { seed: 1 << 31, ..path_params(&buffers, [GRID.width, GRID.height], 2) };
-    Ok(REFERENCE.get_or_init(|| path_moments(GRID, REFERENCE_RESTARTS, &buffers.traced_view(), params)))
+    Ok(REFERENCE.get_or_init(|| path_moments(GRID, draws(REFERENCE_RESTARTS), &buffers.traced_view(), params)))
 }
 
 /// Moments of the last frames of chains, and what is found of them.
@@ -705,7 +706,8 @@ const UNBIASED: [&str; 13] = [
 ];
 
 fn unbiased_settings_agree_with_paths() -> Result<(), Failed> {
-    UNBIASED.iter().try_for_each(|text| ensure_unbiased(text, &tested(text, RESTARTS, |_| ())?.1, GOAL_IMAGE))
+    let (restarts, goal) = (draws(RESTARTS), bound(GOAL_IMAGE));
+    UNBIASED.iter().try_for_each(|text| ensure_unbiased(text, &tested(text, restarts, |_| ())?.1, goal))
 }
 
 /// Settings that the host calls biased or refuses, with the direction of their bias.

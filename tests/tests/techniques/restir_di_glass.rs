@@ -21,6 +21,7 @@ use restir_tests::native::{film, film_over, plan};
 use restir_tests::panes::{Panes, stack, through_first};
 use restir_tests::random::SplitMix;
 use restir_tests::scenes::{self, path_params};
+use restir_tests::stats::effort::{bound, draws};
 use restir_tests::stats::{Moments, TileGrid, TileTest};
 use restir_tests::suite::ensure;
 use restir_tests::technique::restir_di::settings;
@@ -61,7 +62,7 @@ restir_tests::suite! {
 /// Integration of the light through both panes.
 fn reference() -> &'static [Moments] {
     static REFERENCE_MOMENTS: OnceLock<Vec<Moments>> = OnceLock::new();
-    REFERENCE_MOMENTS.get_or_init(|| BOTH.reference(GRID, REFERENCE))
+    REFERENCE_MOMENTS.get_or_init(|| BOTH.reference(GRID, draws(REFERENCE)))
 }
 
 fn render(settings: &DiSettings, frames: u32, seed: u32) -> Render {
@@ -86,8 +87,8 @@ fn the_reference_agrees_with_paths() -> Result<(), Failed> {
     let one = Panes { coloured: true, count: 1 };
     let buffers = SceneBuffers::build(&one.scene())?;
     let view = buffers.traced_view();
-    let paths = path_moments(GRID, PATHS, &view, path_params(&buffers, SIZE, 3));
-    ensure_unbiased("paths", &TEST.compare(&paths, &one.reference(GRID, REFERENCE)), f64::INFINITY)
+    let paths = path_moments(GRID, draws(PATHS), &view, path_params(&buffers, SIZE, 3));
+    ensure_unbiased("paths", &TEST.compare(&paths, &one.reference(GRID, draws(REFERENCE))), f64::INFINITY)
 }
 
 /// Every way in which settings use visibility without bias.
@@ -113,8 +114,8 @@ fn every_use_of_visibility_is_unbiased() -> Result<(), Failed> {
     let test = TileTest { family_rate: FAMILY_RATE / UNBIASED.len() as f64, ..TEST };
     let buffers = SceneBuffers::build(&BOTH.scene())?;
     UNBIASED.iter().try_for_each(|text| {
-        let moments = moments(&buffers.traced_view(), &buffers, text, RESTARTS)?;
-        ensure_unbiased(text, &test.compare(&moments, reference()), GOAL_IMAGE)
+        let moments = moments(&buffers.traced_view(), &buffers, text, draws(RESTARTS))?;
+        ensure_unbiased(text, &test.compare(&moments, reference()), bound(GOAL_IMAGE))
     })
 }
 
@@ -129,11 +130,11 @@ fn averages_keep_the_colour_of_glass() -> Result<(), Failed> {
     let white = Panes { coloured: false, ..BOTH };
     let buffers = SceneBuffers::build(&white.scene())?;
     let view = buffers.traced_view();
-    let reference = white.reference(GRID, REFERENCE);
+    let reference = white.reference(GRID, draws(REFERENCE));
     let test = TileTest { family_rate: FAMILY_RATE / AVERAGED.len() as f64, ..TEST };
     for text in AVERAGED {
-        let right = moments(&view, &buffers, text, RESTARTS)?;
-        ensure_unbiased(text, &test.compare(&right, &reference), GOAL_IMAGE)?;
+        let right = moments(&view, &buffers, text, draws(RESTARTS))?;
+        ensure_unbiased(text, &test.compare(&right, &reference), bound(GOAL_IMAGE))?;
         let grey = moments(&Faulty { scene: view, fault: GREY }, &buffers, text, GROSS)?;
         ensure_biased(&format!("glass without colour, {text}"), &test.compare(&grey, &reference))?;
     }
@@ -143,7 +144,9 @@ fn averages_keep_the_colour_of_glass() -> Result<(), Failed> {
 /// Coloured lights leak, unless each channel has its own target.
 fn averages_by_channel_do_not_leak() -> Result<(), Failed> {
     let buffers = SceneBuffers::build(&BOTH.scene())?;
-    let of = |target| moments(&buffers.traced_view(), &buffers, &format!("{},target={target}", AVERAGED[0]), RESTARTS);
+    let of = |target| {
+        moments(&buffers.traced_view(), &buffers, &format!("{},target={target}", AVERAGED[0]), draws(RESTARTS))
+    };
     let channels = [of("red")?, of("green")?, of("blue")?];
     let own: Vec<Moments> = (0..reference().len()).map(|i| channels[i % 3][i]).collect();
     ensure_unbiased("by channel", &TEST.compare(&own, reference()), f64::INFINITY)

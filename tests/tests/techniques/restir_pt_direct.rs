@@ -10,6 +10,7 @@ use restir_shared::technique::restir_pt::PtParams;
 use restir_tests::bias::{ensure_biased, ensure_unbiased, film_moments, path_moments};
 use restir_tests::native::{changed, edit, film, plan};
 use restir_tests::scenes::{buffers, path_params};
+use restir_tests::stats::effort::draws;
 use restir_tests::stats::{FAMILY_RATE, TileGrid, TileTest};
 use restir_tests::technique::Trials;
 
@@ -34,7 +35,7 @@ fn against_path_tracing(scene: &str, restarts: u32, change: fn(&mut Pass), biase
     let size = [GRID.width, GRID.height];
     let mut params = path_params(&buffers, size, DEPTH);
     params.seed = REFERENCE_SEED;
-    let reference = path_moments(GRID, REFERENCE_SAMPLES, &buffers.traced_view(), params);
+    let reference = path_moments(GRID, draws(REFERENCE_SAMPLES), &buffers.traced_view(), params);
     let technique = Trials::of("restir-pt")?.with(SETTINGS)?;
     let chains = film_moments(GRID, restarts, |seed| {
         let render = Render { count: FRAMES, seed, ..Render::new(size, technique.clone()) };

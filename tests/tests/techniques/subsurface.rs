@@ -16,6 +16,7 @@ use restir_shared::rng::Sampler;
 use restir_shared::technique::path::media::{MediaParams, PackedWalker};
 use restir_tests::bias::{ensure_biased, ensure_unbiased};
 use restir_tests::scenes::clear_media;
+use restir_tests::stats::effort::{bound, draws};
 use restir_tests::stats::{FAMILY_RATE, Family, Moments, TileGrid, TileTest, ZTest};
 use restir_tests::suite::ensure;
 use restir_tests::walk_f64::{Body, Border, SKY_ROWS, Walker, from_above, unscattered};
@@ -191,7 +192,7 @@ const OPEN_SLABS: [[f64; 3]; 5] =
 const KNOWN_TO: f64 = 1.0e-5;
 
 fn largest_error(expected: f64) -> f64 {
-    if expected < 0.05 { 0.006 } else { 0.002 }
+    bound(if expected < 0.05 { 0.006 } else { 0.002 })
 }
 
 /// Restarts that are compared with a reference.
@@ -259,13 +260,13 @@ fn slabs_have_the_orders_that_are_known() -> Result<(), Failed> {
 
 /// Of the image, a bias of `noticed` would have been noticed with 99 % probability.
 fn agree(case: &Case, noticed: f64) -> Result<(), Failed> {
-    const SAMPLES: u32 = 96;
-    let (tested, reference) = (case.moments(RESTARTS, SAMPLES), case.reference(RESTARTS * SAMPLES));
+    let samples = draws(96);
+    let (tested, reference) = (case.moments(RESTARTS, samples), case.reference(RESTARTS * samples));
     let verdict = TileTest { grid: GRID, family_rate: FAMILY_RATE }.compare(&tested, &reference);
     ensure_unbiased(
         &format!("{}, {:?}, g {}", case.name, case.walker.border, case.walker.anisotropy),
         &verdict,
-        noticed,
+        bound(noticed),
     )
 }
 
@@ -478,11 +479,12 @@ fn lights_inside_look_alike_sampled_or_found() -> Result<(), Failed> {
             sampler: Sampler::Independent,
             ..PathSettings::default()
         };
-        let moments =
-            |inside, brightness| Ok::<_, Failed>(moments_of(&lantern(border, brightness)?, &settings(inside), 128));
+        let moments = |inside, brightness| {
+            Ok::<_, Failed>(moments_of(&lantern(border, brightness)?, &settings(inside), draws(128)))
+        };
         let (sampled, found) = (moments(true, 1.0)?, moments(false, 1.0)?);
         let test = TileTest { grid: GRID, family_rate: FAMILY_RATE };
-        ensure_unbiased(&format!("lantern, {border:?}"), &test.compare(&sampled, &found), 0.03)?;
+        ensure_unbiased(&format!("lantern, {border:?}"), &test.compare(&sampled, &found), bound(0.03))?;
         if border == Border::Open {
             ensure_biased("brighter", &test.compare(&moments(true, 1.05)?, &found))?;
         }
@@ -540,9 +542,9 @@ fn bodies_in_bodies_of_their_medium_cannot_be_seen() -> Result<(), Failed> {
         ("of clear glass", Border::Dielectric(1.5), false),
     ] {
         let settings = PathSettings { max_depth: 32, sampler: Sampler::Independent, ..PathSettings::default() };
-        let moments = |scene: &Scene| Ok::<_, Failed>(moments_of(&SceneBuffers::build(scene)?, &settings, 48));
+        let moments = |scene: &Scene| Ok::<_, Failed>(moments_of(&SceneBuffers::build(scene)?, &settings, draws(48)));
         let alone = moments(&nested(border, filled, false, false)?)?;
-        ensure_unbiased(what, &test.compare(&moments(&nested(border, filled, true, false)?)?, &alone), 0.02)?;
+        ensure_unbiased(what, &test.compare(&moments(&nested(border, filled, true, false)?)?, &alone), bound(0.02))?;
         // a path that leaves the cube for the open finds the sphere's border as if it came from nowhere
         let unknown = moments(&nested(border, filled, true, true)?)?;
         ensure_biased(&format!("{what}, surroundings unknown"), &test.compare(&unknown, &alone))?;
@@ -563,9 +565,9 @@ fn light_inside_of_what_encloses_a_body_is_dimmed() -> Result<(), Failed> {
     let buffers = SceneBuffers::build(&scene)?;
     let settings = PathSettings { max_depth: 16, sampler: Sampler::Independent, ..PathSettings::default() };
     let [sampled, found] = [true, false]
-        .map(|lights_inside| moments_of(&buffers, &PathSettings { lights_inside, ..settings.clone() }, 128));
+        .map(|lights_inside| moments_of(&buffers, &PathSettings { lights_inside, ..settings.clone() }, draws(128)));
     let test = TileTest { grid: GRID, family_rate: FAMILY_RATE };
-    ensure_unbiased("lights sampled inside, or found", &test.compare(&sampled, &found), 0.03)
+    ensure_unbiased("lights sampled inside, or found", &test.compare(&sampled, &found), bound(0.03))
 }
 
 /// To sample lights through clear borders changes noise alone; light that is brighter by three hundredths would be seen.
@@ -578,12 +580,12 @@ fn lights_behind_clear_borders_look_alike_sampled_or_found() -> Result<(), Faile
         scene.environment.iter_mut().for_each(|sky| sky.scale *= brightness);
         let settings =
             PathSettings { lights_inside, max_depth, sampler: Sampler::Independent, ..PathSettings::default() };
-        Ok::<_, Failed>(moments_of(&SceneBuffers::build(&scene)?, &settings, 128))
+        Ok::<_, Failed>(moments_of(&SceneBuffers::build(&scene)?, &settings, draws(128)))
     };
     let test = TileTest { grid: GRID, family_rate: FAMILY_RATE };
     for max_depth in [3, 6] {
         let (sampled, found) = (moments(true, max_depth, 1.0)?, moments(false, max_depth, 1.0)?);
-        ensure_unbiased(&format!("{max_depth} segments"), &test.compare(&sampled, &found), 0.03)?;
+        ensure_unbiased(&format!("{max_depth} segments"), &test.compare(&sampled, &found), bound(0.03))?;
         let noise = |of: &[Moments]| mean(of).standard_error() / mean(of).mean();
         println!("{max_depth}: standard errors {:.5} sampled, {:.5} found", noise(&sampled), noise(&found));
     }

@@ -61,9 +61,9 @@ fn a_scene_that_is_built_can_be_interrupted() {
 
 /// What is rendered, and how often it is interrupted and goes on.
 const RENDERS: [(&str, &[&str], u64); 5] = [
-    ("cornell", &["--size", "48x36", "--spp", "1500", "--max-depth", "4", "--set", "dispatch_samples=1"], 4),
-    ("cornell", &["--size", "40x30", "--technique", "restir-di", "--frames", "250", "--accumulate"], 4),
-    ("moving", &["--size", "32x24", "--technique", "restir-di", "--frames", "180", "--set", "preset=quality"], 4),
+    ("cornell", &["--size", "48x36", "--spp", "1500", "--max-depth", "4", "--set", "dispatch_samples=1"], 2),
+    ("cornell", &["--size", "40x30", "--technique", "restir-di", "--frames", "250", "--accumulate"], 2),
+    ("moving", &["--size", "32x24", "--technique", "restir-di", "--frames", "180", "--set", "preset=quality"], 2),
     (
         "moving",
         &[
@@ -78,9 +78,9 @@ const RENDERS: [(&str, &[&str], u64); 5] = [
             "--set",
             "feedback=off",
         ],
-        4,
+        2,
     ),
-    ("moving", &["--size", "24x18", "--technique", "restir-pt", "--frames", "60", "--set", "direct=restir-di"], 4),
+    ("moving", &["--size", "24x18", "--technique", "restir-pt", "--frames", "60", "--set", "direct=restir-di"], 2),
 ];
 
 /// Renders that are interrupted at random, each at least once, and go on until they are done: the bits are those of one that was not.
@@ -99,7 +99,7 @@ fn interrupted_renders_go_on_with_the_same_bits() {
         }
     }
     println!("{interruptions} interruptions of {renders} renders");
-    assert!(renders >= 20);
+    assert!(renders >= 10);
 }
 
 /// The same on a device, of paths and of chains.
@@ -191,7 +191,7 @@ fn interrupted_frames_are_whole() {
 #[test]
 #[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn a_second_interruption_leaves_no_part_of_a_checkpoint() {
-    for round in 0..8_u64 {
+    for round in 0..4_u64 {
         let workplace = Workplace::new();
         let kept = workplace.output("kept");
         let more = ["--size", "768x512", "--spp", "1000000", "--resume", &kept];
@@ -210,7 +210,7 @@ fn a_second_interruption_leaves_no_part_of_a_checkpoint() {
         while workplace.outputs().is_empty() && start.elapsed() < Duration::from_secs(20) {
             std::thread::sleep(Duration::from_micros(200));
         }
-        std::thread::sleep(Duration::from_millis(round / 2));
+        std::thread::sleep(Duration::from_millis(round));
         signal(&child);
         let status = child.wait_for(Duration::from_secs(60)).expect("it did not stop within a minute");
         assert_eq!(status.code(), Some(130));
@@ -222,10 +222,11 @@ fn a_second_interruption_leaves_no_part_of_a_checkpoint() {
 #[test]
 #[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn a_second_interruption_leaves_no_part_of_a_reference() {
-    for round in 0..8_u64 {
+    let mut written = 0;
+    for round in 0..4_u64 {
         let workplace = Workplace::new();
         let cache = workplace.output("cache");
-        let mut command = program(["reference", "cornell", "--size", "512x384", "--spp", "1000000", "--device", "cpu"]);
+        let mut command = program(["reference", "cornell", "--size", "192x144", "--spp", "1000000", "--device", "cpu"]);
         command.args(["--threads", "1", "--max-depth", "2", "--cache", &cache]);
         let mut child = Guarded(command.stderr(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap());
         let mut stderr = BufReader::new(child.0.stderr.take().unwrap());
@@ -243,20 +244,21 @@ fn a_second_interruption_leaves_no_part_of_a_reference() {
         };
         let signal = |child: &Guarded| Command::new("kill").args(["-INT", &child.0.id().to_string()]).status().unwrap();
         // a batch later
-        std::thread::sleep(Duration::from_millis(4000));
+        std::thread::sleep(Duration::from_millis(3000));
         signal(&child);
-        let start = Instant::now();
-        while files().is_empty() && start.elapsed() < Duration::from_secs(20) {
+        while files().is_empty() && child.0.try_wait().unwrap().is_none() {
             std::thread::sleep(Duration::from_micros(200));
         }
-        std::thread::sleep(Duration::from_millis(round / 2));
+        std::thread::sleep(Duration::from_millis(round));
         signal(&child);
         let status = child.wait_for(Duration::from_secs(60)).expect("it did not stop within a minute");
         assert_eq!(status.code(), Some(130));
         for file in files() {
             restir::image::read_exr(&file).unwrap_or_else(|error| panic!("round {round}: {error}"));
+            written += 1;
         }
     }
+    assert!(written > 0, "no half was done when it was interrupted");
 }
 
 /// What is kept is of one render, and of no other; what is damaged is not believed.
