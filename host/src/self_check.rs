@@ -2,7 +2,8 @@
 //!
 //! It runs a few hundred probes of the numeric contract, with the inputs on which a build that breaks it differs, and renders small frames by
 //! every technique, of a scene with all that kernels know: glass, metal, a texture, an environment, lights of all kinds; and of wax, whose light
-//! has kernels of its own.
+//! has kernels of its own. Where it is known what will be rendered, it renders small frames of that instead ([`GpuBuilder::for_render`]), and
+//! no kernel is compiled for the check alone.
 //!
 //! ```
 //! use restir_host::exec::{CpuExecutor, Parity};
@@ -19,6 +20,8 @@ use crate::exec::{CpuExecutor, Executor, Parity};
 #[cfg(feature = "gpu")]
 use crate::exec::{GpuBuilder, GpuExecutor};
 use crate::plan::{Buffer, FramePlan, Pass};
+#[cfg(feature = "gpu")]
+use crate::render::Shows;
 use crate::scene::{Environment, Filter, Light, LightKind, Material, Mesh, Scene, Texture, TextureUse, Volume, Wrap};
 use crate::technique::path::{PathSettings, Subsurface};
 use crate::{metrics::ulp_distance, render::Render, technique};
@@ -109,7 +112,21 @@ pub fn self_check(executor: &mut dyn Executor) -> Result<Parity, Error> {
     for (scene, render) in renders()? {
         farthest = farthest.max(run_and_compare(executor, || Ok(render.plan(&scene)))?);
     }
-    Ok(farthest.map_or(Parity::Exact, |max_ulp| Parity::Approximate { max_ulp }))
+    Ok(parity(farthest))
+}
+
+/// Compares the executor with the host by probes, and by small frames of what it is to render.
+#[cfg(feature = "gpu")]
+fn self_check_of(executor: &mut dyn Executor, scene: &SceneBuffers, render: &Render) -> Result<Parity, Error> {
+    let small =
+        Render { width: FRAME, height: FRAME, count: render.count.min(REPEATS), shows: Shows::Last, ..render.clone() };
+    let probes = run_and_compare(executor, probes)?;
+    let frames = run_and_compare(executor, || Ok(small.plan(scene)))?;
+    Ok(parity(probes.max(frames)))
+}
+
+fn parity(farthest: Option<u32>) -> Parity {
+    farthest.map_or(Parity::Exact, |max_ulp| Parity::Approximate { max_ulp })
 }
 
 #[cfg(feature = "gpu")]
@@ -122,7 +139,13 @@ impl GpuBuilder<'_> {
     pub fn open(self) -> Result<GpuExecutor, Error> {
         let (device, queue) = crate::exec::gpu::open_adapter(self.adapter, self.flavour)?;
         let mut executor = GpuExecutor::with_device(device, queue, self.flavour, self.shaders);
-        executor.check()?;
+        if let Some(folder) = self.pipelines {
+            executor = executor.keep_pipelines_in(folder);
+        }
+        executor.parity = Some(match self.render {
+            Some((scene, render)) => self_check_of(&mut executor, scene, render)?,
+            None => self_check(&mut executor)?,
+        });
         Ok(executor)
     }
 }

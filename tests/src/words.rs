@@ -76,8 +76,6 @@ const WORDS: &[(&str, &[u8])] = &[
     ("sums", b"i"),
     ("counts", b"i"),
     ("indices", b"i"),
-    ("merged", PATH),
-    ("retraced", PATH),
     ("requests", b"ii"),
     ("results", FILM),
     ("origins", b"fifffffi"),
@@ -109,8 +107,10 @@ pub struct Words {
 impl Words {
     /// Of a binding of a kernel; none if the table does not have it, or has it with another size.
     pub fn of(kernel: &KernelDesc, binding: &Binding) -> Option<Self> {
+        // what merges and is retraced is written as a reservoir
+        let written = if ["merged", "retraced"].contains(&binding.name) { "reservoirs" } else { binding.name };
         let fits = |name, letters: &[u8]| {
-            let is_of = name == binding.name || (binding.name == "results" && name == kernel.name);
+            let is_of = name == written || (binding.name == "results" && name == kernel.name);
             is_of && letters.len() * 4 == binding.stride as usize
         };
         let (_, letters) = WORDS.iter().find(|(name, letters)| fits(*name, letters))?;

@@ -2,7 +2,9 @@
 
 use clap::ValueEnum;
 use restir::Error;
+use restir::buffers::SceneBuffers;
 use restir::exec::{CpuExecutor, Description, Executor, Flavour};
+use restir::render::Render;
 
 use super::parse::{natural, require};
 use super::{console, environment, progress::patiently};
@@ -60,19 +62,39 @@ pub(super) fn check_environment() -> Result<(), Error> {
     })
 }
 
-/// Opens the executor that the arguments ask for and says on standard error which it is and why.
+/// Opens the executor that the arguments ask for and says on standard error which it is and why. A GPU is compared with the host by all
+/// kernels.
 ///
 /// # Errors
 /// If there is no such executor, or it cannot have the flavour.
 pub fn open(arguments: &DeviceArguments) -> Result<Box<dyn Executor>, Error> {
+    open_any(arguments, None)
+}
+
+/// As [`open`], for one render: a GPU is compared with the host by the kernels that it takes.
+///
+/// # Errors
+/// As of [`open`].
+pub(super) fn open_for(
+    arguments: &DeviceArguments,
+    scene: &SceneBuffers,
+    render: &Render,
+) -> Result<Box<dyn Executor>, Error> {
+    open_any(arguments, Some((scene, render)))
+}
+
+/// A scene and a render of it.
+type Subject<'a> = Option<(&'a SceneBuffers, &'a Render)>;
+
+fn open_any(arguments: &DeviceArguments, subject: Subject<'_>) -> Result<Box<dyn Executor>, Error> {
     let threads = arguments.threads.unwrap_or(1);
     let problem = format_args!("--threads {threads} is out of range; give 1 to {MAX_THREADS}");
     require((1..=MAX_THREADS).contains(&threads), problem)?;
     patiently("opening the device", || match (arguments.device, &arguments.adapter) {
         (Kind::Cpu, Some(_)) => Err(Error::Setting("--adapter needs a GPU; leave out --device cpu".to_owned())),
         (Kind::Cpu, None) => open_cpu(arguments, "as asked"),
-        (Kind::Gpu, _) | (Kind::Auto, Some(_)) => gpu::open(arguments),
-        (Kind::Auto, None) => gpu::open_best(arguments),
+        (Kind::Gpu, _) | (Kind::Auto, Some(_)) => gpu::open(arguments, subject),
+        (Kind::Auto, None) => gpu::open_best(arguments, subject),
     })
 }
 
@@ -99,7 +121,7 @@ impl From<FlavourName> for Flavour {
 
 #[cfg(feature = "gpu")]
 mod gpu {
-    use super::{DeviceArguments, Error, Executor, FlavourName, console, environment, open_cpu, parity};
+    use super::{DeviceArguments, Error, Executor, FlavourName, Subject, console, environment, open_cpu, parity};
     use restir::exec::Parity;
     use restir::exec::gpu::{AdapterInfo, GpuExecutor, adapters};
     use std::time::{Duration, Instant};
@@ -107,27 +129,30 @@ mod gpu {
     /// How long the console is silent while kernels are compiled.
     const A_WHILE: Duration = Duration::from_secs(1);
 
-    pub(super) fn open(arguments: &DeviceArguments) -> Result<Box<dyn Executor>, Error> {
-        let flavour = arguments.flavour.into();
-        let executor = GpuExecutor::builder()
-            .adapter(arguments.adapter.as_deref())
-            .flavour(flavour)
+    fn opened(arguments: &DeviceArguments, adapter: Option<&str>, subject: Subject<'_>) -> Result<GpuExecutor, Error> {
+        let pipelines = environment::cache().map(|folder| folder.join("pipelines"));
+        let builder = GpuExecutor::builder()
+            .adapter(adapter)
+            .flavour(arguments.flavour.into())
             .shaders(environment::shaders())
-            .open()?;
+            .keep_pipelines_in(pipelines.as_deref());
+        match subject {
+            Some((scene, render)) => builder.for_render(scene, render).open(),
+            None => builder.open(),
+        }
+    }
+
+    pub(super) fn open(arguments: &DeviceArguments, subject: Subject<'_>) -> Result<Box<dyn Executor>, Error> {
+        let executor = opened(arguments, arguments.adapter.as_deref(), subject)?;
         Ok(chosen(executor, "as asked"))
     }
 
     /// The first hardware GPU that is exact (for the flavour fast: the first), else the CPU.
-    pub(super) fn open_best(arguments: &DeviceArguments) -> Result<Box<dyn Executor>, Error> {
+    pub(super) fn open_best(arguments: &DeviceArguments, subject: Subject<'_>) -> Result<Box<dyn Executor>, Error> {
         let adapters = adapters();
         let mut refused = Vec::new();
         for adapter in adapters.iter().filter(|adapter| !adapter.software) {
-            match GpuExecutor::builder()
-                .adapter(adapter.name.as_str())
-                .flavour(arguments.flavour.into())
-                .shaders(environment::shaders())
-                .open()
-            {
+            match opened(arguments, Some(&adapter.name), subject) {
                 Ok(executor) if is_good(&executor, arguments.flavour) => {
                     return Ok(chosen(executor, "chosen automatically"));
                 }
@@ -150,10 +175,6 @@ mod gpu {
         let parity = parity(&description);
         let adapter = description.adapter.unwrap_or_else(|| "GPU".to_owned());
         console::note(&format!("device: {adapter}, {}, self-check {parity} ({why})", executor.loading()));
-        let executor = match environment::cache() {
-            Some(folder) => executor.keep_pipelines_in(&folder.join("pipelines")),
-            None => executor,
-        };
         let mut begun = Instant::now();
         let executor = executor.observe_pipelines(move |done, total| {
             // a line for each would be many where they come from a cache
@@ -179,15 +200,15 @@ mod gpu {
 
 #[cfg(not(feature = "gpu"))]
 mod gpu {
-    use super::{DeviceArguments, Error, Executor, open_cpu};
+    use super::{DeviceArguments, Error, Executor, Subject, open_cpu};
 
     const WITHOUT_GPU: &str = "this program was built without GPU support; --device cpu renders without an adapter";
 
-    pub(super) fn open(_arguments: &DeviceArguments) -> Result<Box<dyn Executor>, Error> {
+    pub(super) fn open(_arguments: &DeviceArguments, _subject: Subject<'_>) -> Result<Box<dyn Executor>, Error> {
         Err(Error::Setting(WITHOUT_GPU.to_owned()))
     }
 
-    pub(super) fn open_best(arguments: &DeviceArguments) -> Result<Box<dyn Executor>, Error> {
+    pub(super) fn open_best(arguments: &DeviceArguments, _subject: Subject<'_>) -> Result<Box<dyn Executor>, Error> {
         open_cpu(arguments, WITHOUT_GPU)
     }
 }

@@ -74,7 +74,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let place = Place { x: *x, y: *y, sample: arguments.sample.unwrap_or(0) };
     place.check(&render)?;
     render.technique.inspect().check_explained(&buffers, &render)?;
-    let mut device = device::open(&arguments.device)?;
+    let mut device = device::open_for(&arguments.device, &buffers, &render)?;
     let subject = Subject { scene: &scene, buffers: &buffers, render: &render, place };
     let explanation = patiently("explaining", || render.technique.inspect().explain(device.as_mut(), subject))?;
     match arguments.json {

@@ -297,7 +297,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     remark(&render, &buffers, numbered.is_none() && path.is_none());
     let task = Task { arguments, scene: &scene, buffers: &buffers, path };
     let mut viewer = Viewer::open(arguments.tev.as_deref(), outputs.output.display().to_string(), size)?;
-    let mut device = device::open(&arguments.device)?;
+    let mut device = device::open_for(&arguments.device, &buffers, &render)?;
     match numbered {
         None => task.one(device.as_mut(), &mut viewer, render),
         Some(frames) => task.numbered(device.as_mut(), &mut viewer, &render, frames),

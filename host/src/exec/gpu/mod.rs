@@ -26,9 +26,10 @@ pub use adapter::{AdapterInfo, adapters, requirements};
 pub use pipeline::{Pipelines, takes_passthrough};
 
 use super::{Description, Executor, Flavour, Observer, Parity, Progress, Step};
+use crate::buffers::SceneBuffers;
 use crate::error::{AdapterError, explained};
 use crate::plan::{Buffer, BufferId, FramePlan, Pass, Upload};
-use crate::{Error, Shaders};
+use crate::{Error, Shaders, render::Render};
 use std::{fmt, path::Path};
 use wgpu::util::DeviceExt;
 
@@ -42,6 +43,8 @@ pub struct GpuBuilder<'a> {
     pub(crate) adapter: Option<&'a str>,
     pub(crate) flavour: Flavour,
     pub(crate) shaders: Shaders,
+    pub(crate) render: Option<(&'a SceneBuffers, &'a Render)>,
+    pub(crate) pipelines: Option<&'a Path>,
 }
 
 impl<'a> GpuBuilder<'a> {
@@ -61,6 +64,19 @@ impl<'a> GpuBuilder<'a> {
     #[must_use]
     pub fn shaders(self, shaders: Shaders) -> Self {
         Self { shaders, ..self }
+    }
+
+    /// What is to be rendered. The self-check then renders small frames of it, in place of frames by every technique of a scene that has
+    /// everything: it takes the kernels that the render takes, and tells nothing of others.
+    #[must_use]
+    pub fn for_render(self, scene: &'a SceneBuffers, render: &'a Render) -> Self {
+        Self { render: Some((scene, render)), ..self }
+    }
+
+    /// Keeps compiled pipelines, also those of the self-check, in a file of `folder` ([`Pipelines::kept_in`]).
+    #[must_use]
+    pub fn keep_pipelines_in(self, folder: impl Into<Option<&'a Path>>) -> Self {
+        Self { pipelines: folder.into(), ..self }
     }
 }
 
@@ -84,7 +100,7 @@ impl fmt::Debug for GpuExecutor {
 impl GpuExecutor {
     /// An executor on an adapter that is yet to be opened.
     pub fn builder<'a>() -> GpuBuilder<'a> {
-        GpuBuilder { adapter: None, flavour: Flavour::Exact, shaders: Shaders::Embedded }
+        GpuBuilder { adapter: None, flavour: Flavour::Exact, shaders: Shaders::Embedded, render: None, pipelines: None }
     }
 
     /// An executor on the embedder's device. Kernels need no more than the default limits; the `exact` flavour needs
