@@ -17,17 +17,22 @@
 use crate::Error;
 use crate::buffers::SceneBuffers;
 use crate::exec::{CpuExecutor, Executor, Parity};
-#[cfg(feature = "gpu")]
-use crate::exec::{GpuBuilder, GpuExecutor};
 use crate::plan::{Buffer, FramePlan, Pass};
 #[cfg(feature = "gpu")]
 use crate::render::Shows;
 use crate::scene::{Environment, Filter, Light, LightKind, Material, Mesh, Scene, Texture, TextureUse, Volume, Wrap};
 use crate::technique::path::{PathSettings, Subsurface};
+#[cfg(feature = "gpu")]
+use crate::{
+    Shaders,
+    exec::{Flavour, GpuExecutor},
+};
 use crate::{metrics::ulp_distance, render::Render, technique};
 use glam::DVec3;
 use restir_kernels::check::Probes;
 use restir_kernels::check::self_check::{DESC, Results, boundary_operands, random_operands};
+#[cfg(feature = "gpu")]
+use std::path::Path;
 
 /// Random probes beside the boundary cases.
 const RANDOM_PROBES: u32 = 256;
@@ -129,6 +134,51 @@ fn parity(farthest: Option<u32>) -> Parity {
     farthest.map_or(Parity::Exact, |max_ulp| Parity::Approximate { max_ulp })
 }
 
+/// What [`GpuExecutor::builder`] opens.
+#[cfg(feature = "gpu")]
+#[derive(Clone, Debug)]
+pub struct GpuBuilder<'a> {
+    adapter: Option<&'a str>,
+    flavour: Flavour,
+    shaders: Shaders,
+    render: Option<(&'a SceneBuffers, &'a Render)>,
+    pipelines: Option<&'a Path>,
+}
+
+#[cfg(feature = "gpu")]
+impl<'a> GpuBuilder<'a> {
+    /// The first adapter whose name contains this, in any case; by default the first hardware adapter.
+    #[must_use]
+    pub fn adapter(self, name: impl Into<Option<&'a str>>) -> Self {
+        Self { adapter: name.into(), ..self }
+    }
+
+    /// The build of the kernels, by default [`Flavour::Exact`].
+    #[must_use]
+    pub fn flavour(self, flavour: Flavour) -> Self {
+        Self { flavour, ..self }
+    }
+
+    /// Where the kernels are, by default [`Shaders::Embedded`].
+    #[must_use]
+    pub fn shaders(self, shaders: Shaders) -> Self {
+        Self { shaders, ..self }
+    }
+
+    /// What is to be rendered. The self-check then renders small frames of it, in place of frames by every technique of a scene that has
+    /// everything: it takes the kernels that the render takes, and tells nothing of others.
+    #[must_use]
+    pub fn for_render(self, scene: &'a SceneBuffers, render: &'a Render) -> Self {
+        Self { render: Some((scene, render)), ..self }
+    }
+
+    /// Keeps compiled pipelines, also those of the self-check, in a file of `folder` ([`GpuExecutor::keep_pipelines_in`]).
+    #[must_use]
+    pub fn keep_pipelines_in(self, folder: impl Into<Option<&'a Path>>) -> Self {
+        Self { pipelines: folder.into(), ..self }
+    }
+}
+
 #[cfg(feature = "gpu")]
 impl GpuBuilder<'_> {
     /// Opens the adapter, and runs the self-check on its kernels.
@@ -152,6 +202,11 @@ impl GpuBuilder<'_> {
 
 #[cfg(feature = "gpu")]
 impl GpuExecutor {
+    /// An executor on an adapter that is yet to be opened.
+    pub fn builder<'a>() -> GpuBuilder<'a> {
+        GpuBuilder { adapter: None, flavour: Flavour::Exact, shaders: Shaders::Embedded, render: None, pipelines: None }
+    }
+
     /// Opens the first hardware adapter for the flavour `exact` of the embedded kernels. [`Self::builder`] opens others.
     ///
     /// # Errors

@@ -30,7 +30,7 @@ pub mod gpu;
 pub use cpu::CpuExecutor;
 pub(crate) use cpu::{Course, check_probes};
 #[cfg(feature = "gpu")]
-pub use gpu::{GpuBuilder, GpuExecutor};
+pub use gpu::GpuExecutor;
 
 pub use restir_kernels::spirv::Flavour;
 

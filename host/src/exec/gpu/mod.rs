@@ -26,59 +26,15 @@ pub use adapter::{AdapterInfo, adapters, requirements};
 pub use pipeline::{Pipelines, takes_passthrough};
 
 use super::{Description, Executor, Flavour, Observer, Parity, Progress, Step};
-use crate::buffers::SceneBuffers;
 use crate::error::{AdapterError, explained};
 use crate::plan::{Buffer, BufferId, FramePlan, Pass, Upload};
-use crate::{Error, Shaders, render::Render};
+use crate::{Error, Shaders};
 use std::{fmt, path::Path};
 use wgpu::util::DeviceExt;
 
 /// How many passes are looked at before the first is run, to make the pipelines that they need side by side. Those that
 /// are new later are made when their turn comes.
 const LOOK_AHEAD: usize = 64;
-
-/// What [`GpuExecutor::builder`] opens.
-#[derive(Clone, Debug)]
-pub struct GpuBuilder<'a> {
-    pub(crate) adapter: Option<&'a str>,
-    pub(crate) flavour: Flavour,
-    pub(crate) shaders: Shaders,
-    pub(crate) render: Option<(&'a SceneBuffers, &'a Render)>,
-    pub(crate) pipelines: Option<&'a Path>,
-}
-
-impl<'a> GpuBuilder<'a> {
-    /// The first adapter whose name contains this, in any case; by default the first hardware adapter.
-    #[must_use]
-    pub fn adapter(self, name: impl Into<Option<&'a str>>) -> Self {
-        Self { adapter: name.into(), ..self }
-    }
-
-    /// The build of the kernels, by default [`Flavour::Exact`].
-    #[must_use]
-    pub fn flavour(self, flavour: Flavour) -> Self {
-        Self { flavour, ..self }
-    }
-
-    /// Where the kernels are, by default [`Shaders::Embedded`].
-    #[must_use]
-    pub fn shaders(self, shaders: Shaders) -> Self {
-        Self { shaders, ..self }
-    }
-
-    /// What is to be rendered. The self-check then renders small frames of it, in place of frames by every technique of a scene that has
-    /// everything: it takes the kernels that the render takes, and tells nothing of others.
-    #[must_use]
-    pub fn for_render(self, scene: &'a SceneBuffers, render: &'a Render) -> Self {
-        Self { render: Some((scene, render)), ..self }
-    }
-
-    /// Keeps compiled pipelines, also those of the self-check, in a file of `folder` ([`Pipelines::kept_in`]).
-    #[must_use]
-    pub fn keep_pipelines_in(self, folder: impl Into<Option<&'a Path>>) -> Self {
-        Self { pipelines: folder.into(), ..self }
-    }
-}
 
 /// Runs compiled kernels on a GPU.
 pub struct GpuExecutor {
@@ -98,11 +54,6 @@ impl fmt::Debug for GpuExecutor {
 }
 
 impl GpuExecutor {
-    /// An executor on an adapter that is yet to be opened.
-    pub fn builder<'a>() -> GpuBuilder<'a> {
-        GpuBuilder { adapter: None, flavour: Flavour::Exact, shaders: Shaders::Embedded, render: None, pipelines: None }
-    }
-
     /// An executor on the embedder's device. Kernels need no more than the default limits; the `exact` flavour needs
     /// [`takes_passthrough`]. [`Self::check`] tells whether the device keeps its promise.
     pub fn with_device(device: wgpu::Device, queue: wgpu::Queue, flavour: Flavour, shaders: Shaders) -> Self {
