@@ -7,6 +7,7 @@ use restir_host::render::Render;
 use restir_host::scene::{Camera, Environment, Instance, Material, Mesh, Scene};
 use restir_host::technique::PixelFilter;
 use restir_host::technique::path::PathSettings;
+use restir_tests::stats::effort::draws;
 use restir_tests::stats::{FAMILY_RATE, Family, ZTest, two_sided_p};
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -18,9 +19,9 @@ restir_tests::suite! {
 }
 
 const SIZE: [u32; 2] = [6, 5];
-/// With them a false alarm has the rate [`FAMILY_RATE`], and an error of 0.008 in any pixel's share of light is seen for certain: it is
-/// at least 8 standard errors, which are largest where half of the samples are lit, and 4.2 fail.
-const SAMPLES: u32 = 1 << 18;
+/// With them a false alarm has the rate [`FAMILY_RATE`], and an error of 0.003 in any pixel's share of light, 0.008 of fewer [`draws`], is seen for
+/// certain: it is at least 8 standard errors, which are largest where half of the samples are lit, and 4.2 fail.
+const SAMPLES: u32 = 1 << 21;
 
 /// Coefficients of the four-term window (Harris 1978).
 const WINDOW: [f64; 4] = [0.358_75, 0.488_29, 0.141_28, 0.011_68];
@@ -77,7 +78,7 @@ fn family(image: &[f64], share: Share) -> Family {
         let [x, y] = [0, 1].map(|axis| share(CORNER[axis] - 0.5 - at[axis] as f64));
         let lit = x * y;
         // of a hit or a miss; a cell of random numbers, and the rounding of the lamp's corner, move edges by 1e-6 of a pixel
-        let standard_error = (lit * (1.0 - lit) / f64::from(SAMPLES)).sqrt().max(1.0e-6);
+        let standard_error = (lit * (1.0 - lit) / f64::from(draws(SAMPLES))).sqrt().max(1.0e-6);
         let (difference, z) = (found - lit, (found - lit) / standard_error);
         family.z_test(format!("pixel {at:?}"), ZTest { difference, standard_error, z, p: two_sided_p(z) });
     }
@@ -86,7 +87,7 @@ fn family(image: &[f64], share: Share) -> Family {
 
 fn an_edge_is_convolved_with_the_filter() {
     let [plain, filtered] =
-        [PixelFilter::Box, PixelFilter::BlackmanHarris].map(|filter| image(&corner(), filter, SAMPLES));
+        [PixelFilter::Box, PixelFilter::BlackmanHarris].map(|filter| image(&corner(), filter, draws(SAMPLES)));
     family(&plain, uniform).assert();
     family(&filtered, blackman_harris).assert();
     // a window that is too wide by 2 %
