@@ -69,7 +69,7 @@ macro_rules! kernel {
             let ($x, $y) = (id.x, id.y);
             if $x < extent[0] && $y < extent[1] {
                 let $at = ($y * extent[0] + $x) as usize;
-                $(let $scene = over_arenas!($asked, $p, $features, [$($arena),*], [Default::default(); 2]);)?
+                $(let $scene = over_arenas!($asked, $p, $features, [$($arena),*], [scratch!($x, $y, $wx, $wy); 2]);)?
                 $body;
             }
         }
@@ -151,6 +151,14 @@ macro_rules! over_arenas {
         };
         frames
     }};
+}
+
+/// Where an invocation's traversals have their ring.
+#[cfg(target_arch = "spirv")]
+macro_rules! scratch {
+    ($x:ident, $y:ident, $wx:tt, $wy:tt) => {
+        restir_shared::geometry::Scratch { invocation: ($y % $wy) * $wx + $x % $wx }
+    };
 }
 
 /// Runs a native row's loop: over the scene that the row brings, else over the arenas, in the first variant that will do.

@@ -57,7 +57,9 @@
 //! | [`shift`] | how paths move from pixel to pixel, and their Jacobians |
 //! | [`technique`] | the per-pixel bodies |
 #![no_std]
-#![forbid(unsafe_code)]
+// on a device one function reads and writes memory of the workgroup, for which Rust has no word
+#![cfg_attr(not(target_arch = "spirv"), forbid(unsafe_code))]
+#![cfg_attr(target_arch = "spirv", feature(asm_experimental_arch))]
 
 pub use glam;
 

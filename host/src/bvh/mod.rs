@@ -5,7 +5,7 @@ mod cluster;
 use glam::{UVec4, Vec3};
 use obvhs::bvh2::{Bvh2, leaf_collapser::collapse, reinsertion::ReinsertionOptimizer};
 use obvhs::{Boundable, aabb::Aabb};
-use restir_shared::layout::{LEAF, LEAF_COUNT_SHIFT, LEAF_MAX_COUNT, MAX_TRIANGLES, NODE_WORDS, STACK_DEPTH};
+use restir_shared::layout::{LEAF, LEAF_COUNT_SHIFT, LEAF_MAX_COUNT, MAX_TRIANGLES, NODE_WORDS, TREE_DEPTH};
 use restir_shared::{pack::xyz, scene::SceneView};
 use std::ops::Range;
 
@@ -152,7 +152,7 @@ struct TreeNode {
 pub(crate) fn build(boxes: &[Bounds], effort: Effort) -> Bvh {
     let (tree, order) = surface_area_tree(boxes, effort);
     let bvh = lay_out(&tree, order, boxes);
-    if bvh.depth() <= STACK_DEPTH {
+    if bvh.depth() <= TREE_DEPTH {
         return bvh;
     }
     // a chain of nested or geometrically growing triangles: balance bounds the depth, whatever the shapes
@@ -244,7 +244,7 @@ mod tests {
     }
 
     fn check_tree(bvh: &Bvh, boxes: &[Bounds]) {
-        assert!(bvh.depth() <= STACK_DEPTH, "depth {}", bvh.depth());
+        assert!(bvh.depth() <= TREE_DEPTH, "depth {}", bvh.depth());
         let mut order = bvh.order.clone();
         order.sort_unstable();
         assert!(order.iter().copied().eq(0..boxes.len() as u32), "each triangle is in one leaf");

@@ -10,7 +10,7 @@ use super::simd::{F32x8, WIDTH, lowest};
 use super::triangles::{Hits, Triangles};
 use restir_shared::geometry::{Coverage, Crossings, Hit, Ray, Slab};
 use restir_shared::lanes::{LANES, Lanes};
-use restir_shared::layout::STACK_DEPTH;
+use restir_shared::layout::TREE_DEPTH;
 use std::mem::MaybeUninit;
 
 /// Whether there is a hit that counts with `0 < t < ray.t_max`.
@@ -125,7 +125,7 @@ pub(super) struct Stack {
 
 impl Stack {
     /// All children but one of every node on the longest way from the root, and a row to write into.
-    const CAPACITY: usize = STACK_DEPTH * (WIDTH - 1) + WIDTH;
+    const CAPACITY: usize = TREE_DEPTH * (WIDTH - 1) + WIDTH;
 
     #[inline(always)]
     pub(super) fn new() -> Self {
@@ -135,7 +135,7 @@ impl Stack {
     /// Pushes the children in `lanes`, the lowest last.
     #[inline(always)]
     pub(super) fn push<L: F32x8>(&mut self, children: &[u32; WIDTH], lanes: u32) {
-        // SAFETY: no node of a `Tree` is deeper than `STACK_DEPTH`, so a row is left
+        // SAFETY: no node of a `Tree` is deeper than `TREE_DEPTH`, so a row is left
         let free = unsafe { &mut *self.waiting.as_mut_ptr().add(self.len).cast() };
         L::compress(children, lanes, free);
         self.len += lanes.count_ones() as usize;

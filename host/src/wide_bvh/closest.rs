@@ -7,7 +7,7 @@ use super::simd::{Array8, F32x8, WIDTH, take_lowest};
 use super::triangles::Triangles;
 use restir_shared::geometry::{Coverage, Hit, Ray, Slab};
 use restir_shared::lanes::{LANES, Lanes};
-use restir_shared::layout::{NONE, STACK_DEPTH};
+use restir_shared::layout::{NONE, TREE_DEPTH};
 use std::mem::MaybeUninit;
 
 /// Of the hits that count the closest with `0 < t < ray.t_max`; [`Hit::MISS`] if there is none.
@@ -92,7 +92,7 @@ pub(super) struct Stack {
 
 impl Stack {
     /// All children but one of every node on the longest way from the root, and one more.
-    const CAPACITY: usize = STACK_DEPTH * (WIDTH - 1) + 1;
+    const CAPACITY: usize = TREE_DEPTH * (WIDTH - 1) + 1;
 
     #[inline(always)]
     pub(super) fn new() -> Self {
@@ -107,7 +107,7 @@ impl Stack {
 
     #[inline(always)]
     fn push(&mut self, word: u64) {
-        // SAFETY: no node of a `Tree` is deeper than `STACK_DEPTH`
+        // SAFETY: no node of a `Tree` is deeper than `TREE_DEPTH`
         unsafe { self.waiting.get_unchecked_mut(self.len).write(word) };
         self.len += 1;
     }

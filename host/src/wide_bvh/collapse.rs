@@ -5,7 +5,7 @@ use super::node::{LEAF, Leaf, Node, PARTIAL, Tree};
 use super::simd::{Array8, WIDTH};
 use crate::bvh::{Bounds, Bvh, leaf};
 use glam::Vec3;
-use restir_shared::layout::{NONE, STACK_DEPTH, TRIANGLE_WORDS};
+use restir_shared::layout::{NONE, TREE_DEPTH, TRIANGLE_WORDS};
 use restir_shared::{pack::xyz, scene::SceneView};
 use std::ops::Range;
 
@@ -55,7 +55,7 @@ struct Collapse<'a> {
 /// The wide tree of a scene whose triangles a binary tree has by their ids.
 pub(super) fn collapse(scene: &SceneView<'_>, binary: &Bvh) -> Tree {
     let tree = Collapse::new(scene, binary).emit(Subtree { reference: binary.root, bounds: binary.bounds });
-    assert!(tree.depth <= STACK_DEPTH, "a wide tree is no deeper than the binary one");
+    assert!(tree.depth <= TREE_DEPTH, "a wide tree is no deeper than the binary one");
     tree
 }
 

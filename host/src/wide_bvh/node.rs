@@ -47,7 +47,7 @@ pub(super) struct Tree {
     pub root: u32,
     /// Some triangle is marked.
     pub partial: bool,
-    /// Nodes on the longest way from the root, at most [`restir_shared::layout::STACK_DEPTH`].
+    /// Nodes on the longest way from the root, at most [`restir_shared::layout::TREE_DEPTH`].
     pub depth: usize,
     /// Of the scene.
     pub bounds: [Vec3; 2],

@@ -27,12 +27,16 @@
 mod coverage;
 mod crossings;
 mod packed_hit;
+mod pending;
+mod ring;
 mod traverse;
 mod triangle;
 
 pub use coverage::{Coverage, Solid};
 pub use crossings::Crossings;
 pub use packed_hit::PackedHit;
+#[doc(hidden)]
+pub use ring::Scratch;
 // for hierarchies other than that of the arenas, which have to find the same hits
 #[doc(hidden)]
 pub use traverse::{traverse, traverse_all};

@@ -1,17 +1,24 @@
 //! Traversal of a binary BVH.
 
-use super::{Coverage, Crossings, Hit, Ray, Slab, TriangleTest};
+use super::pending::Pending;
+use super::{Coverage, Crossings, Hit, Ray, Scratch, Slab, TriangleTest};
 use crate::layout::{
-    LEAF, LEAF_COUNT_SHIFT, LEAF_MAX_COUNT, MAX_TRIANGLES, NODE_WORDS, NONE, STACK_DEPTH, SceneHeader, TRIANGLE_ALPHA,
+    LEAF, LEAF_COUNT_SHIFT, LEAF_MAX_COUNT, MAX_TRIANGLES, NODE_WORDS, NONE, SceneHeader, TRIANGLE_ALPHA,
 };
 use crate::pack::xyz;
 use glam::{UVec4, Vec3};
 
 /// In the tree and the triangles of the geometry arena `words`: of the hits that count the closest, or with `ANY` some hit, with
 /// `0 < t < ray.t_max`; [`Hit::MISS`] if there is none, [`Hit::CUT`] if the device did not let the search end.
-pub fn traverse<const ANY: bool, C: Coverage>(words: &[UVec4], header: &SceneHeader, coverage: &C, ray: &Ray) -> Hit {
+pub fn traverse<const ANY: bool, C: Coverage>(
+    words: &[UVec4],
+    header: &SceneHeader,
+    coverage: &C,
+    ray: &Ray,
+    scratch: Scratch,
+) -> Hit {
     let nearest = Nearest::<ANY> { best: Hit { t: ray.t_max, ..Hit::MISS } };
-    let (Nearest { best }, ended) = search(words, header, coverage, ray, nearest);
+    let (Nearest { best }, ended) = search(words, header, coverage, ray, scratch, nearest);
     if !ended {
         Hit::CUT
     } else if best.id == NONE {
@@ -28,9 +35,10 @@ pub fn traverse_all<C: Coverage>(
     coverage: &C,
     ray: &Ray,
     object: u32,
+    scratch: Scratch,
 ) -> Crossings {
     let none = Gathered { t_max: ray.t_max, object, crossings: Crossings::NONE };
-    let (gathered, ended) = search(words, header, coverage, ray, none);
+    let (gathered, ended) = search(words, header, coverage, ray, scratch, none);
     if ended { gathered.crossings } else { Crossings::CUT }
 }
 
@@ -127,12 +135,12 @@ fn search<K: Keep, C: Coverage>(
     header: &SceneHeader,
     coverage: &C,
     ray: &Ray,
+    scratch: Scratch,
     mut kept: K,
 ) -> (K, bool) {
     let slab = Slab::new(ray, Vec3::from_array(header.bounds_lo), Vec3::from_array(header.bounds_hi));
     let test = TriangleTest::new(ray);
-    let mut stack = [NONE; STACK_DEPTH];
-    let mut pending = 0;
+    let mut pending = Pending::new(scratch);
     let mut current = header.root;
     // its own flag, not `current`: of that a compiler knows the value after the loop
     let mut ended = current == NONE;
@@ -142,19 +150,10 @@ fn search<K: Keep, C: Coverage>(
             kept = search_leaf(words, header, coverage, ray, &test, &slab, current, kept);
         } else {
             let (near, far) = order_children(words, header, &slab, current, kept.limit());
-            next = near;
-            if far != NONE && pending < STACK_DEPTH {
-                stack[pending] = far;
-                pending += 1;
-            }
+            next = pending.descend(near, far);
         }
-        if kept.is_full() {
-            next = NONE;
-            pending = 0;
-        }
-        if next == NONE && pending > 0 {
-            pending -= 1;
-            next = stack[pending];
+        if next == NONE && !kept.is_full() {
+            next = pending.back(header.root);
         }
         ended = next == NONE;
         current = next;

@@ -42,8 +42,8 @@ pub const LEAF_COUNT_SHIFT: u32 = 27;
 pub const LEAF_MAX_COUNT: u32 = 15;
 /// The most triangles that a scene can hold.
 pub const MAX_TRIANGLES: u32 = 1 << LEAF_COUNT_SHIFT;
-/// The most nodes that a traversal can have pending: the BVH builder keeps its depth at or below this.
-pub const STACK_DEPTH: usize = 64;
+/// The most inner nodes on a way from the root of a BVH: its builder keeps to it, and traversals have room for so many pending nodes.
+pub const TREE_DEPTH: usize = 64;
 
 /// Material flag: emits on both sides. Without it only the front (counter-clockwise) side emits.
 pub const MATERIAL_TWO_SIDED_EMISSION: u32 = 1;

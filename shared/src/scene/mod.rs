@@ -165,14 +165,14 @@ pub trait Hierarchy {
 }
 
 /// What answers visibility queries in place of the BVH in the arenas: natively, perhaps, a structure that suits the
-/// processor better; on a device nothing.
+/// processor better.
 #[doc(hidden)]
 #[cfg(not(target_arch = "spirv"))]
 pub type Tracer<'a> = Option<&'a (dyn Hierarchy + Sync)>;
-/// Nothing: the arenas answer.
+/// The arenas answer, with a ring in this place.
 #[doc(hidden)]
 #[cfg(target_arch = "spirv")]
-pub type Tracer<'a> = ();
+pub type Tracer<'a> = crate::geometry::Scratch;
 
 /// What is at a hit.
 pub trait Surface {

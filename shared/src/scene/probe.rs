@@ -26,7 +26,7 @@ impl<const COMPILED: u32> Probe for SceneView<'_, COMPILED> {
         if let Some(tracer) = self.tracer {
             return tracer.crossings(ray, &Belonging { scene: self, object });
         }
-        traverse_all(self.geometry, &self.header, self, ray, object)
+        traverse_all(self.geometry, &self.header, self, ray, object, self.scratch())
     }
 }
 

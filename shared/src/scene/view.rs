@@ -1,7 +1,7 @@
 //! The scene over its arenas.
 
 use super::{Trace, Tracer};
-use crate::geometry::{self, Hit, Ray};
+use crate::geometry::{self, Hit, Ray, Scratch};
 #[cfg(not(target_arch = "spirv"))]
 use crate::lanes::Lanes;
 use crate::layout::{FEATURES_ALL, SceneHeader};
@@ -69,6 +69,15 @@ impl<const COMPILED: u32> SceneView<'_, COMPILED> {
     #[inline(always)]
     pub(super) fn texel_word(&self, word: u32) -> UVec4 {
         element(self.texels, word as usize)
+    }
+
+    /// Where a traversal of the arena has its ring.
+    #[inline(always)]
+    pub(super) fn scratch(&self) -> Scratch {
+        #[cfg(target_arch = "spirv")]
+        return self.tracer;
+        #[cfg(not(target_arch = "spirv"))]
+        Scratch::default()
     }
 
     #[inline(always)]
@@ -179,7 +188,7 @@ impl<const COMPILED: u32> Trace for SceneView<'_, COMPILED> {
         if let Some(tracer) = self.tracer {
             return tracer.closest(ray, self);
         }
-        geometry::traverse::<false, Self>(self.geometry, &self.header, self, ray)
+        geometry::traverse::<false, Self>(self.geometry, &self.header, self, ray, self.scratch())
     }
 
     #[inline(always)]
@@ -188,7 +197,7 @@ impl<const COMPILED: u32> Trace for SceneView<'_, COMPILED> {
         if let Some(tracer) = self.tracer {
             return tracer.occluded(ray, self);
         }
-        let hit = geometry::traverse::<true, Self>(self.geometry, &self.header, self, ray);
+        let hit = geometry::traverse::<true, Self>(self.geometry, &self.header, self, ray, self.scratch());
         hit.is_hit() | hit.is_cut()
     }
 }

@@ -62,7 +62,7 @@ fn workgroup(module: &Module) -> Result<[u32; 3], String> {
 fn is_resource(instruction: &Instruction) -> bool {
     use StorageClass::*;
     instruction.class.opcode == Op::Variable
-        && !matches!(instruction.operands.first(), Some(Operand::StorageClass(Input | Private | Function)))
+        && !matches!(instruction.operands.first(), Some(Operand::StorageClass(Input | Private | Function | Workgroup)))
 }
 
 /// Types and their layout decorations.

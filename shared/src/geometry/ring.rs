@@ -1,0 +1,72 @@
+//! The memory of a traversal's ring: natively an array, on a device words of the workgroup.
+//!
+//! An invocation reads only slots that it has written before in the same traversal, and no slot of another one. So neither what the memory held
+//! before nor the order in which invocations run changes a bit.
+
+/// Slots.
+pub(super) const SLOTS: u32 = 8;
+
+/// Where a traversal has its ring.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Scratch {
+    /// What the slots hold before: nothing may depend on it.
+    #[cfg(not(target_arch = "spirv"))]
+    pub before: u32,
+    /// The invocation's number in its workgroup, below [`WORKGROUP`].
+    #[cfg(target_arch = "spirv")]
+    pub invocation: u32,
+}
+
+/// The slots of one traversal.
+#[cfg(not(target_arch = "spirv"))]
+pub(super) struct Ring([u32; SLOTS as usize]);
+
+#[cfg(not(target_arch = "spirv"))]
+impl Ring {
+    #[inline(always)]
+    pub(super) fn new(scratch: Scratch) -> Self {
+        Self([scratch.before; SLOTS as usize])
+    }
+
+    /// Writes a word where `at` falls in the ring; what stood there.
+    #[inline(always)]
+    pub(super) fn exchange(&mut self, at: u32, word: u32) -> u32 {
+        core::mem::replace(&mut self.0[(at % SLOTS) as usize], word)
+    }
+}
+
+/// The slots of one traversal.
+#[cfg(target_arch = "spirv")]
+pub(super) struct Ring(Scratch);
+
+#[cfg(target_arch = "spirv")]
+impl Ring {
+    #[inline(always)]
+    pub(super) fn new(scratch: Scratch) -> Self {
+        Self(scratch)
+    }
+
+    /// Writes a word where `at` falls in the ring; what stood there.
+    #[inline(always)]
+    pub(super) fn exchange(&mut self, at: u32, word: u32) -> u32 {
+        exchange_in_workgroup((at % SLOTS) * WORKGROUP + self.0.invocation, word)
+    }
+}
+
+/// Invocations of a workgroup that traces rays, at most.
+#[cfg(target_arch = "spirv")]
+const WORKGROUP: u32 = 64;
+
+/// Writes a word into the memory of the workgroup; what stood there.
+///
+/// Entry points can be given such memory as an argument, but no structure can hold the reference, and so no scene. Beside the rings nothing
+/// uses it.
+#[cfg(target_arch = "spirv")]
+fn exchange_in_workgroup(slot: u32, word: u32) -> u32 {
+    let rings: *mut [u32; (SLOTS * WORKGROUP) as usize];
+    // SAFETY: a variable of the type that its name has here; invocations use different slots
+    unsafe {
+        core::arch::asm!("{rings} = OpVariable typeof{rings} Workgroup", rings = out(reg) rings);
+        core::mem::replace(&mut (*rings)[slot as usize], word)
+    }
+}
