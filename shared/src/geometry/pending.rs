@@ -113,12 +113,18 @@ impl Levels {
     /// Of a set that is not empty the deepest level, and the set of all levels down to it.
     #[inline(always)]
     fn deepest(self) -> (Self, Self) {
-        // the lowest bit, and all from it on
-        let (upper, lower) = (self.upper.wrapping_neg(), self.lower.wrapping_neg());
         if self.lower != 0 {
-            (Self { upper: 0, lower: self.lower & lower }, Self { upper: !0, lower })
+            let lower = lowest(self.lower);
+            (Self { upper: 0, lower }, Self { upper: !0, lower: lower.wrapping_neg() })
         } else {
-            (Self { upper: self.upper & upper, lower: 0 }, Self { upper, lower: 0 })
+            let upper = lowest(self.upper);
+            (Self { upper, lower: 0 }, Self { upper: upper.wrapping_neg(), lower: 0 })
         }
     }
+}
+
+/// The lowest bit.
+#[inline(always)]
+fn lowest(bits: u32) -> u32 {
+    bits & bits.wrapping_neg()
 }

@@ -134,7 +134,11 @@ impl Pipelines {
             layout: Some(&layout),
             module: &shader_module(&self.device, kernel, words, self.passthrough),
             entry_point: Some(kernel.name),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            compilation_options: wgpu::PipelineCompilationOptions {
+                // nothing is read from it before it is written
+                zero_initialize_workgroup_memory: false,
+                ..wgpu::PipelineCompilationOptions::default()
+            },
             cache: self.cache.as_ref().map(Cache::driver),
         });
         pollster::block_on(scope.pop()).map_or(Ok(pipeline), |error| {
