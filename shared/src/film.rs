@@ -67,19 +67,24 @@ pub fn sum_block(first: u32, block_log2: u32, mut sample: impl FnMut(u32) -> Vec
     let count = 1 << log2;
     // partial[l] holds the sum of a finished block of 2^l samples that waits for its neighbour
     let mut partial = [FilmPixel { sum: [0.0, 0.0, 0.0], dropped: 0.0 }; LEVELS];
+    // with the last sample that of the whole block
+    let mut sum = partial[0];
     let mut i = 0;
     // Counted beside `i`, of which a compiler knows the value after the loop. The last round, without a sample, is
     // reached only by an invocation whose loops were not cut.
     let mut rounds = 0_u32;
     while i <= count {
         if i < count {
-            let mut sum = FilmPixel::from_radiance(sample(first.wrapping_add(i)));
-            let mut level = 0;
-            while (i >> level) & 1 == 1 {
-                sum = partial[level as usize].merge(sum);
-                level += 1;
+            sum = FilmPixel::from_radiance(sample(first.wrapping_add(i)));
+            // of a single sample, where a compiler knows that, there are no partial sums, which take registers
+            if log2 > 0 {
+                let mut level = 0;
+                while (i >> level) & 1 == 1 {
+                    sum = partial[level as usize].merge(sum);
+                    level += 1;
+                }
+                partial[level as usize] = sum;
             }
-            partial[level as usize] = sum;
         }
         i += 1;
         rounds = rounds.wrapping_add(1);
@@ -88,5 +93,5 @@ pub fn sum_block(first: u32, block_log2: u32, mut sample: impl FnMut(u32) -> Vec
         // a driver that limits loops has cut this one: nothing of the block can be trusted
         return FilmPixel { sum: [0.0, 0.0, 0.0], dropped: count as f32 };
     }
-    partial[log2 as usize]
+    sum
 }

@@ -9,13 +9,13 @@ use restir_shared::technique::path::PathParams;
 kernel! {
     /// Sums the radiance of 2^`block_log2` samples of each pixel.
     pub fn path(8, 8) {
-        constants { 0: features = 0xffff_ffff, 1: settings = 0xffff_ffff }
+        constants { 0: features = 0xffff_ffff, 1: settings = 0xffff_ffff, 2: block = 0xffff_ffff }
         params 0: PathParams,
         asks scene(features) { 1: geometry, 2: attributes, 3: texels } compiled [FEATURES_DIFFUSE],
         read {},
         own { 4: film: FilmPixel },
     }
-    |x, y, at, p, scene| film[at] = technique::path::pixel(&scene, &p.specialised(settings), x, y);
+    |x, y, at, p, scene| film[at] = technique::path::pixel(&scene, &p.specialised(settings).in_blocks(block), x, y);
     simd [FEATURES_DIFFUSE, FEATURE_ENVIRONMENT, FEATURES_UNTEXTURED, FEATURES_UNTEXTURED | FEATURE_ENVIRONMENT]
-    |token| technique::path::pixels(&scene, &p.specialised(settings), [x, y], film, token)
+    |token| technique::path::pixels(&scene, &p.specialised(settings).in_blocks(block), [x, y], film, token)
 }

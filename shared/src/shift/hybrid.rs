@@ -181,8 +181,8 @@ impl Tip {
         vertex: &Vertex<BsdfOf<S>>,
         cos: f32,
     ) {
-        let Departure { sample, ray, alive } = vertex.depart(numbers.scatter(self.vertex), scene.features());
-        let roughness = vertex.bsdf.roughness(sample.lobe);
+        let Departure { sample, ray, alive, roughness, cos: cos_out } =
+            vertex.depart(numbers.scatter(self.vertex), scene.features());
         let leaves = End { roughness, pdf: sample.pdf, cos };
         self.throughput = flush(self.throughput * sample.weight);
         if !(alive & (max_component(self.throughput) > 0.0)) {
@@ -191,7 +191,7 @@ impl Tip {
         if self.joins(joins, &leaves) {
             return self.end(Cause::Joins);
         }
-        self.from = End { cos: vertex.cos(ray.direction), ..leaves };
+        self.from = End { cos: cos_out, ..leaves };
         self.chosen = Chosen { pdf: sample.pdf, alone: sample.delta };
         self.ray = ray;
         self.hit = scene.closest(&ray);

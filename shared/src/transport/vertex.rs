@@ -35,6 +35,10 @@ pub struct Departure {
     pub ray: Ray,
     /// Whether light can come that way.
     pub alive: bool,
+    /// The roughness of the lobe by which it was drawn.
+    pub roughness: f32,
+    /// The cosine between its direction and the geometric normal, on either side.
+    pub cos: f32,
 }
 
 impl<B: ScatteringFunction> Vertex<B> {
@@ -49,6 +53,8 @@ impl<B: ScatteringFunction> Vertex<B> {
             sample,
             ray: Ray { origin: self.origin(direction), direction, t_max: Ray::FAR, key },
             alive: (sample.pdf > 0.0) & self.is_consistent(direction, sample.direction),
+            roughness: self.bsdf.roughness(sample.lobe),
+            cos: self.cos(direction),
         }
     }
 

@@ -158,10 +158,13 @@ impl Paths {
         Some(Pass::new(&path::DESC, &self.constants(frame), &params, &bound))
     }
 
-    fn constants(&self, frame: &Frame) -> [(&'static str, u32); 2] {
+    fn constants(&self, frame: &Frame) -> [(&'static str, u32); 3] {
         // without walks nothing asks what interiors scatter
         let absent = if self.media.is_some() | self.hybrid.is_some() { 0 } else { FEATURE_SUBSURFACE };
-        [("features", self.settings.integral().features(frame.features) & !absent), ("settings", self.flags().bits())]
+        let features = self.settings.integral().features(frame.features) & !absent;
+        // one pipeline for all blocks of a render
+        let block = if self.largest > 0 { u32::MAX } else { 0 };
+        [("features", features), ("settings", self.flags().bits()), ("block", block)]
     }
 
     /// The next stretch of paths through media.

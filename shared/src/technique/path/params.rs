@@ -56,6 +56,14 @@ impl PathParams {
         Self { flags: self.flags.specialised(bits), ..self }
     }
 
+    /// The same in a kernel that was specialised to blocks of one sample by 0, or to none by a word without zeros.
+    #[doc(hidden)]
+    #[inline(always)]
+    #[must_use]
+    pub fn in_blocks(self, bits: u32) -> Self {
+        Self { block_log2: self.block_log2 & bits, ..self }
+    }
+
     /// How samples are spread.
     #[inline(always)]
     pub fn sampler(&self) -> Sampler {

@@ -232,8 +232,8 @@ impl<const COMPILED: u32> LaneKernel for Scatter<'_, COMPILED> {
             to.value.set(lane, walk.throughput * next_event(light.density, &connection));
             let roulette = params.flags.contains(PathFlags::ROULETTE);
             let (words, number) = (numbers.scatter(), || numbers.roulette());
-            let alive = walk.bounce::<Material, _>(features, &vertex, words, roulette, number, &mut sum);
-            to.alive.set(lane, goes_on & alive);
+            let departure = walk.bounce(features, &vertex, words, roulette, number);
+            to.alive.set(lane, goes_on & departure.alive);
             to.paths.set(lane, walk, sample, sum);
         }
     }

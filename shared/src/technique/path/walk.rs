@@ -151,10 +151,10 @@ pub trait Receiver<M: Scattering = Material> {
         self.add(value);
     }
 
-    /// A direction was drawn at the vertex.
+    /// A direction was drawn at the vertex: the last that is said of it.
     #[inline(always)]
-    fn depart(&mut self, vertex: &Vertex<M::Bsdf>, departure: &Departure) {
-        let _ = (vertex, departure);
+    fn depart(&mut self, departure: &Departure) {
+        let _ = departure;
     }
 
     /// The path's last segment leaves the scene.
@@ -264,7 +264,8 @@ impl Walk {
         self.depth += 1;
     }
 
-    /// Samples a light, then the next direction; whether there is one.
+    /// Samples a light, then the next direction; whether there is one. The ray to the light is traced last: nothing of the vertex has to be
+    /// kept meanwhile, which on a device takes registers.
     #[inline(always)]
     fn scatter<S: Trace + Surface + Lights, R: Receiver<S::Material>>(
         &mut self,
@@ -277,57 +278,82 @@ impl Walk {
         let numbers = Numbers::at(rng, self.depth);
         let vertex = Vertex::new(point, &self.ray, scene.features());
         let [light, scatter] = numbers.both();
-        self.next_event(scene, &vertex, light, |_| true, receiver);
-        self.bounce(scene.features(), &vertex, scatter, roulette, || numbers.roulette(), receiver)
+        let light = self.connect(scene, &vertex, light, |_| true, receiver);
+        let departure = self.bounce(scene.features(), &vertex, scatter, roulette, || numbers.roulette());
+        light.arrive(scene, receiver);
+        receiver.depart(&departure);
+        departure.alive
     }
 
     /// Samples a light by [`Numbers::light`]; light from a direction that is not `open` cannot arrive.
     #[inline(always)]
-    pub(super) fn next_event<S: Trace + Surface + Lights, R: Receiver<S::Material>>(
+    pub(super) fn connect<S: Surface + Lights, R: Receiver<S::Material>>(
         &self,
         scene: &S,
         vertex: &Vertex<BsdfOf<S>>,
         words: UVec4,
         open: impl FnOnce(Vec3) -> bool,
         receiver: &mut R,
-    ) {
+    ) -> NextEvent {
+        let mut next = NextEvent { shines: false, shadow: Ray::NONE, scattered: Vec3::ZERO, value: Vec3::ZERO };
         receiver.scatter(vertex);
         if vertex.bsdf.has_smooth_part() {
             let light = scene.sample_light(words);
             let connection = vertex.connect(&light);
             receiver.light(&light, &connection);
-            let arrives = connection.shines() && open(connection.shadow.direction);
-            if arrives && !scene.occluded(&connection.shadow) {
-                let scattered = next_event(light.density, &connection);
-                receiver.next_event(scattered, self.throughput * scattered);
+            next.shines = connection.shines() && open(connection.shadow.direction);
+            if next.shines {
+                next.shadow = connection.shadow;
+                next.scattered = next_event(light.density, &connection);
+                next.value = self.throughput * next.scattered;
             }
         }
+        next
     }
 
-    /// Samples the next direction by [`Numbers::scatter`]; whether there is one. Roulette, if it decides, asks for the `number` of
-    /// [`Numbers::roulette`].
+    /// Samples the next direction by [`Numbers::scatter`]; whether the path goes on is what the departure says. Roulette, if it decides, asks
+    /// for the `number` of [`Numbers::roulette`].
     #[inline(always)]
-    pub(super) fn bounce<M: Scattering, R: Receiver<M>>(
+    pub(super) fn bounce<B: ScatteringFunction>(
         &mut self,
         features: u32,
-        vertex: &Vertex<M::Bsdf>,
+        vertex: &Vertex<B>,
         words: UVec4,
         roulette: bool,
         number: impl FnOnce() -> f32,
-        receiver: &mut R,
-    ) -> bool {
-        let departure = vertex.depart(words, features);
-        receiver.depart(vertex, &departure);
-        let Departure { sample, ray, mut alive } = departure;
+    ) -> Departure {
+        let mut departure = vertex.depart(words, features);
+        let Departure { sample, ray, .. } = departure;
         self.chosen = Chosen { pdf: sample.pdf, alone: sample.delta };
         self.throughput = flush(self.throughput * sample.weight);
         self.ray = ray;
         if roulette && self.depth >= ROULETTE_FROM {
             // paths from a profile may be worth less than nothing
             let survival = num::clamp(max_abs(self.throughput), MIN_SURVIVAL, 1.0);
-            alive = alive && number() < survival;
+            departure.alive = departure.alive && number() < survival;
             self.throughput *= num::recip(survival);
         }
-        alive
+        departure
+    }
+}
+
+/// A light sample at a vertex, whose visibility is not known yet.
+pub(super) struct NextEvent {
+    /// Light arrives, if nothing lies on the segment.
+    shines: bool,
+    shadow: Ray,
+    /// What the vertex scatters of it towards the path.
+    scattered: Vec3,
+    /// That at the path's beginning.
+    value: Vec3,
+}
+
+impl NextEvent {
+    /// Gives the light to `receiver`, if it is visible.
+    #[inline(always)]
+    pub(super) fn arrive<S: Trace + Surface, R: Receiver<S::Material>>(&self, scene: &S, receiver: &mut R) {
+        if self.shines && !scene.occluded(&self.shadow) {
+            receiver.next_event(self.scattered, self.value);
+        }
     }
 }

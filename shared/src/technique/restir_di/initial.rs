@@ -43,7 +43,7 @@ impl Scattering {
         at: [u32; 2],
     ) -> Self {
         let words = params.rng(at).draw(SCATTER_DIMENSION);
-        let Departure { sample, ray, alive } = vertex.depart(words, features);
+        let Departure { sample, ray, alive, .. } = vertex.depart(words, features);
         let wanted = sample.delta | params.flags.contains(Flags::SCATTER_CANDIDATE);
         let key = if sample.delta { ray.key } else { Ray::THROUGH };
         Self {

@@ -211,9 +211,9 @@ impl<M: Scattering, K: Keep> Receiver<M> for Candidates<K> {
     }
 
     #[inline(always)]
-    fn depart(&mut self, vertex: &Vertex<M::Bsdf>, departure: &Departure) {
-        let Departure { sample, ray, .. } = *departure;
-        let leaves = End { roughness: vertex.bsdf.roughness(sample.lobe), pdf: sample.pdf, cos: self.cos };
+    fn depart(&mut self, departure: &Departure) {
+        let Departure { sample, ray, roughness, cos, .. } = *departure;
+        let leaves = End { roughness, pdf: sample.pdf, cos: self.cos };
         if self.passed_joint() {
             self.beyond = flush(self.beyond * sample.weight);
         } else if (self.vertex > 1) & self.joins.surfaces(&self.from, &leaves, self.hit.t * self.hit.t) {
@@ -227,7 +227,7 @@ impl<M: Scattering, K: Keep> Receiver<M> for Candidates<K> {
             };
             self.beyond = Vec3::ONE;
         }
-        self.from = End { cos: vertex.cos(ray.direction), ..leaves };
+        self.from = End { cos, ..leaves };
         self.lobe = sample.lobe;
         self.lobe_pdf = sample.lobe_pdf;
     }

@@ -128,7 +128,7 @@ impl Tip {
         if path.light_sampled & (self.vertex + 1 == path.length) {
             return self.sample(scene, numbers, vertex);
         }
-        let Departure { sample, ray, alive } = vertex.depart(numbers.scatter(self.vertex), scene.features());
+        let Departure { sample, ray, alive, .. } = vertex.depart(numbers.scatter(self.vertex), scene.features());
         self.chosen = Chosen { pdf: sample.pdf, alone: sample.delta };
         self.throughput = flush(self.throughput * sample.weight);
         self.ray = ray;

@@ -136,8 +136,12 @@ fn cost(
     let bytes = std::fs::read(&path).map_err(Error::io("read", &path))?;
     let words: Vec<u32> =
         bytes.chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])).collect();
-    let value =
-        |constant: &restir_kernels::Constant| if constant.name == "features" { features } else { constant.default };
+    let value = |constant: &restir_kernels::Constant| match constant.name {
+        "features" => features,
+        // one sample an invocation, as of images of a million pixels
+        "block" => 0,
+        _ => constant.default,
+    };
     let constants: Vec<(u32, u32)> = kernel.constants.iter().map(|constant| (constant.id, value(constant))).collect();
     driver.cost(kernel, &words, &constants)
 }

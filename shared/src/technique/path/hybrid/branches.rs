@@ -48,7 +48,7 @@ impl<const BEGINS: bool, M: Scattering> Receiver<M> for Found<BEGINS> {
     }
 
     #[inline(always)]
-    fn depart(&mut self, _vertex: &Vertex<M::Bsdf>, departure: &Departure) {
+    fn depart(&mut self, departure: &Departure) {
         self.by_lobe = departure.sample.lobe;
     }
 }
@@ -244,29 +244,22 @@ impl<const BEGINS: bool> Branches<BEGINS> {
             towards = direction;
             !if vertex.is_behind(direction) { enters } else { inside }
         };
+        let light = self.walk.connect(scene, &vertex, numbers.light(), open, &mut self.found);
+        let specular = if sorts { vertex.specular_share(towards) } else { 0.0 };
+        let roulette = params.has(PathFlags::ROULETTE);
+        let departure = self.walk.bounce(scene.features(), &vertex, numbers.scatter(), roulette, || numbers.roulette());
+        self.alive = departure.alive;
         let before = self.found;
         if sorts {
             self.found = Found { sum: Vec3::ZERO, share: 1.0, ..before };
         }
-        self.walk.next_event(scene, &vertex, numbers.light(), open, &mut self.found);
+        light.arrive(scene, &mut self.found);
+        Receiver::<S::Material>::depart(&mut self.found, &departure);
         if sorts {
             // a light was not found by a lobe: those that might have found it have their shares in it
-            let specular = vertex.specular_share(towards);
             let light = self.found.sum * params.share(1.0 - specular, specular);
-            self.found = Found { sum: before.sum + light, ..before };
-        }
-        let roulette = params.has(PathFlags::ROULETTE);
-        self.alive = self.walk.bounce::<S::Material, _>(
-            scene.features(),
-            &vertex,
-            numbers.scatter(),
-            roulette,
-            || numbers.roulette(),
-            &mut self.found,
-        );
-        if sorts {
             let (diffuse, specular) = if is_specular(self.found.by_lobe) { (0.0, 1.0) } else { (1.0, 0.0) };
-            self.found.share = params.share(diffuse, specular);
+            self.found = Found { sum: before.sum + light, share: params.share(diffuse, specular), ..self.found };
         }
         vertex.is_behind(self.walk.ray.direction)
     }

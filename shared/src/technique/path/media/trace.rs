@@ -8,7 +8,7 @@ use crate::medium::{Channels, Interior};
 use crate::num;
 use crate::rng::{self, Rng};
 use crate::sampling::{henyey_greenstein_shape, sample_henyey_greenstein};
-use crate::scene::{BsdfOf, LightSample, Lights, Location, Surface, SurfacePoint, Trace};
+use crate::scene::{LightSample, Lights, Location, Surface, SurfacePoint, Trace};
 use crate::technique::path::walk::{DIMENSIONS_PER_SEGMENT, LIGHT, MIN_SURVIVAL, Numbers, Receiver};
 use crate::technique::path::{PathFlags, Walk};
 use crate::transport::{
@@ -360,7 +360,7 @@ impl Walker {
         } else if self.alive {
             let vertex = Vertex::new(&point, &self.walk.ray, scene.features());
             sight = self.look(&vertex, light, &point, (here, last & !boundary), (there, last));
-            passed = self.bounce::<S>(scene.features(), params, rng, &vertex, inside);
+            passed = self.bounce(scene.features(), params, rng, &vertex, inside);
             self.alive &= !(passed & last);
         }
         if passed & met.closed {
@@ -410,27 +410,19 @@ impl Walker {
 
     /// Draws the next direction; whether the path passes the surface.
     #[inline(always)]
-    fn bounce<S: Surface>(
+    fn bounce<B: ScatteringFunction>(
         &mut self,
         features: u32,
         params: &MediaParams,
         rng: &Rng,
-        vertex: &Vertex<BsdfOf<S>>,
+        vertex: &Vertex<B>,
         inside: bool,
     ) -> bool {
         // a walk may meet the boundary many times before the path is a segment longer
         let numbers =
             if inside { Numbers::independent(rng, self.boundary()) } else { Numbers::at(rng, self.walk.depth) };
         let roulette = params.path.flags.contains(PathFlags::ROULETTE);
-        let mut found = Orders { sum: Vec3::ZERO, counts: false };
-        self.alive = self.walk.bounce::<S::Material, _>(
-            features,
-            vertex,
-            numbers.scatter(),
-            roulette,
-            || numbers.roulette(),
-            &mut found,
-        );
+        self.alive = self.walk.bounce(features, vertex, numbers.scatter(), roulette, || numbers.roulette()).alive;
         vertex.is_behind(self.walk.ray.direction)
     }
 
