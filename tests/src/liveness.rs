@@ -4,9 +4,10 @@
 use restir_host::Shaders;
 use restir_host::exec::Flavour;
 use restir_kernels::all;
+use restir_shared::layout::LEAF;
 use rspirv::binary::Assemble;
 use rspirv::dr::{Builder, Instruction, Loader, Module, Operand};
-use rspirv::spirv::{Capability, Decoration, ExecutionMode, GlslStd450Op, Op, Word};
+use rspirv::spirv::{BuiltIn, Capability, Decoration, ExecutionMode, GlslStd450Op, Op, StorageClass, Word};
 use std::collections::HashMap;
 use tempfile::TempDir;
 
@@ -150,6 +151,59 @@ pub fn reassociate(builder: &mut Builder) {
             _ => None,
         }
     });
+}
+
+/// Has the memory of the workgroup, where traversals keep what is pending, begin with leaves that hold no triangle: what nobody may read.
+pub fn poison_rings(builder: &mut Builder) {
+    let Some((rings, pointer)) = rings(builder.module_ref()) else { return };
+    let word = builder.type_int(32, 0);
+    let input = builder.type_pointer(None, StorageClass::Input, word);
+    let invocation = builder.variable(input, None, StorageClass::Input, None);
+    let index = Operand::BuiltIn(BuiltIn::LocalInvocationIndex);
+    builder.decorate(invocation, Decoration::BuiltIn, [index]);
+    let poison = builder.constant_bit32(word, LEAF);
+    let instruction = |opcode, kind, id, operands: &[Word]| {
+        Instruction::new(opcode, kind, id, operands.iter().copied().map(Operand::IdRef).collect())
+    };
+    let at = builder.id();
+    let mut added = vec![instruction(Op::Load, Some(word), Some(at), &[invocation])];
+    for slot in 0..8 {
+        let first = builder.constant_bit32(word, slot * 64);
+        let [place, pointed] = [builder.id(), builder.id()];
+        added.push(instruction(Op::IAdd, Some(word), Some(place), &[at, first]));
+        added.push(instruction(Op::AccessChain, Some(pointer), Some(pointed), &[rings, place]));
+        added.push(instruction(Op::Store, None, None, &[pointed, poison]));
+    }
+    let module = builder.module_mut();
+    module.entry_points[0].operands.push(Operand::IdRef(invocation));
+    let entry = module.entry_points[0].operands[1].id_ref_any();
+    let function = module.functions.iter_mut().find(|f| f.def_id() == entry);
+    let block = &mut function.expect("an entry point has a function").blocks[0].instructions;
+    let variables = block.iter().take_while(|i| i.class.opcode == Op::Variable).count();
+    block.splice(variables..variables, added);
+}
+
+/// Besides, nothing is ever written into the rings by traversals.
+pub fn forget_pending(builder: &mut Builder) {
+    let Some((_, pointer)) = rings(builder.module_ref()) else { return };
+    let places = |i: &Instruction| (i.result_type == Some(pointer)).then_some(i.result_id);
+    let places: Vec<_> = builder.module_ref().all_inst_iter().filter_map(places).collect();
+    for block in builder.module_mut().functions.iter_mut().flat_map(|f| &mut f.blocks) {
+        let into_ring = |i: &Instruction| i.class.opcode == Op::Store && places.contains(&i.operands[0].id_ref_any());
+        block.instructions.retain(|i| !into_ring(i));
+    }
+    poison_rings(builder);
+}
+
+/// The variable in the memory of the workgroup, and the type of pointers to its words; of a module that traces rays.
+fn rings(module: &Module) -> Option<(Word, Word)> {
+    let of_workgroup = |i: &&Instruction| i.operands.first() == Some(&Operand::StorageClass(StorageClass::Workgroup));
+    let found =
+        |opcode| module.types_global_values.iter().filter(of_workgroup).filter(move |i| i.class.opcode == opcode);
+    let variable = found(Op::Variable).next()?;
+    // the other pointer is that to the variable
+    let pointer = found(Op::TypePointer).find(|i| i.result_id != variable.result_type)?;
+    Some((variable.result_id?, pointer.result_id?))
 }
 
 /// The two operands of each instruction with that opcode.

@@ -128,3 +128,144 @@ impl Levels {
 fn lowest(bits: u32) -> u32 {
     bits & bits.wrapping_neg()
 }
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::*;
+    use crate::layout::LEAF;
+    use crate::rng::pcg4d;
+    use glam::UVec4;
+    use std::vec::Vec;
+
+    /// A tree of boxes along a ray: where each is entered, and the two children of inner nodes; references to leaves are their places.
+    struct Tree {
+        nodes: Vec<[u32; 2]>,
+        enter: Vec<u32>,
+        leaves: Vec<u32>,
+    }
+
+    impl Tree {
+        /// Of so many inner nodes: one below another, or anywhere below those before.
+        fn random(count: usize, seed: u32, chain: bool) -> Self {
+            let draw = |i: usize| pcg4d(UVec4::new(seed, i as u32, 0, 1));
+            let mut tree = Self { nodes: Vec::new(), enter: Vec::new(), leaves: Vec::new() };
+            // where there is no child yet: the parent, and which of its children
+            let mut open = std::vec![(NONE, 0)];
+            for node in 0..count {
+                let words = draw(node);
+                let place = if chain {
+                    open.len() - 1 - (node > 0) as usize * (words.x & 1) as usize
+                } else {
+                    words.x as usize % open.len()
+                };
+                let (parent, side) = open.swap_remove(place);
+                let above = tree.enter.get(parent as usize).copied().unwrap_or(0);
+                tree.nodes.push([NONE; 2]);
+                tree.enter.push(above + words.z % 3);
+                if parent != NONE {
+                    tree.nodes[parent as usize][side] = node as u32;
+                }
+                open.extend([(node as u32, 0), (node as u32, 1)]);
+            }
+            for (parent, side) in open {
+                let parent = parent as usize;
+                tree.nodes[parent][side] = LEAF | tree.leaves.len() as u32;
+                tree.leaves.push(tree.enter[parent] + draw(count + 2 * parent + side).x % 5);
+            }
+            tree
+        }
+
+        fn enter(&self, reference: u32) -> u32 {
+            if reference & LEAF != 0 {
+                self.leaves[(reference & !LEAF) as usize]
+            } else {
+                self.enter[reference as usize]
+            }
+        }
+
+        /// The children that are entered up to a limit, the nearer first.
+        fn children(&self, node: u32, limit: u32) -> (u32, u32) {
+            let [a, b] = self.nodes[node as usize];
+            let [a, b] = if self.enter(b) < self.enter(a) { [b, a] } else { [a, b] };
+            let within = |child| if self.enter(child) <= limit { child } else { NONE };
+            if within(a) == NONE { (within(b), NONE) } else { (a, within(b)) }
+        }
+
+        /// The leaves in the order of their visits, each of which lowers the limit to what `hit` gives; and the number of visits.
+        fn visits(&self, before: u32, hit: impl Fn(u32) -> u32) -> (Vec<u32>, usize) {
+            let (mut pending, mut current, mut limit) = (Pending::new(Scratch { before }), 0, u32::MAX);
+            let (mut leaves, mut count) = (Vec::new(), 0);
+            while current != NONE {
+                count += 1;
+                let mut next = NONE;
+                if current & LEAF != 0 {
+                    leaves.push(current);
+                    limit = limit.min(hit(current & !LEAF));
+                } else {
+                    let (near, far) = self.children(current, limit);
+                    next = pending.descend(near, far);
+                }
+                current = if next == NONE { pending.back(0) } else { next };
+            }
+            (leaves, count)
+        }
+
+        /// The leaves that a stack without an end would visit.
+        fn by_stack(&self, hit: impl Fn(u32) -> u32) -> Vec<u32> {
+            let (mut stack, mut limit, mut leaves) = (std::vec![0], u32::MAX, Vec::new());
+            while let Some(current) = stack.pop() {
+                if current & LEAF != 0 {
+                    leaves.push(current);
+                    limit = limit.min(hit(current & !LEAF));
+                } else {
+                    let (near, far) = self.children(current, limit);
+                    stack.extend([far, near].into_iter().filter(|&child| child != NONE));
+                }
+            }
+            leaves
+        }
+    }
+
+    fn trees() -> impl Iterator<Item = (u32, Tree)> {
+        (0..2000_u32).map(|seed| {
+            let chain = seed % 4 == 0;
+            let count = if chain { TREE_DEPTH } else { 1 + seed as usize % 40 };
+            (seed, Tree::random(count, seed, chain))
+        })
+    }
+
+    #[test]
+    fn all_leaves_are_visited_in_the_order_of_a_stack_and_once() {
+        let mut deepest = 0;
+        for (seed, tree) in trees() {
+            let never = |_| u32::MAX;
+            let (leaves, _) = tree.visits(0, never);
+            assert_eq!(leaves, tree.by_stack(never), "tree {seed}");
+            deepest = deepest.max(leaves.len());
+        }
+        assert_eq!(deepest, TREE_DEPTH + 1, "chains are as deep as a tree may be");
+    }
+
+    /// Whatever the limit is lowered to on the way, no leaf is left out that is entered up to where it ends; and what the ring held before
+    /// changes nothing.
+    #[test]
+    fn leaves_within_the_limit_are_visited_and_what_the_ring_held_does_not_matter() {
+        for (seed, tree) in trees() {
+            let hit = |leaf| {
+                let words = pcg4d(UVec4::new(seed, leaf, 0, 2));
+                if words.x % 3 == 0 { tree.leaves[leaf as usize] + words.y % 4 } else { u32::MAX }
+            };
+            let (visited, count) = tree.visits(0, hit);
+            let last = visited.iter().map(|leaf| hit(leaf & !LEAF)).min().unwrap_or(u32::MAX);
+            let wanted = (0..tree.leaves.len() as u32).filter(|&leaf| tree.leaves[leaf as usize] <= last);
+            for leaf in wanted {
+                assert!(visited.contains(&(LEAF | leaf)), "tree {seed}: leaf {leaf} is left out");
+            }
+            for before in [LEAF, NONE, 7] {
+                assert_eq!(tree.visits(before, hit), (visited.clone(), count), "tree {seed}");
+            }
+        }
+    }
+}

@@ -8,7 +8,9 @@ use restir_kernels::check::self_check::{self, Operands, boundary_operands};
 use restir_kernels::path::path;
 use restir_tests::cases;
 use restir_tests::device::{self, Adapter, is_llvmpipe, label};
-use restir_tests::liveness::{Change, build, fuse, fuse_in_double, reassociate, undecorate};
+use restir_tests::liveness::{
+    Change, build, forget_pending, fuse, fuse_in_double, poison_rings, reassociate, undecorate,
+};
 use restir_tests::parity::{compare, run};
 use restir_tests::suite::{Trial, ensure};
 use std::collections::BTreeMap;
@@ -30,6 +32,8 @@ fn on(adapter: &Adapter) -> Vec<Trial> {
         adapter.trial("fused products are seen", fused),
         adapter.trial("reassociated sums are seen", reassociated),
         adapter.trial("unchanged modules from a folder are exact", unchanged),
+        adapter.trial("what memory of the workgroup held before does not matter", poisoned),
+        adapter.trial("pending nodes that are forgotten are seen", forgotten),
     ]
 }
 
@@ -160,4 +164,14 @@ fn unchanged(executor: &mut GpuExecutor) -> Result<(), Failed> {
     let found = findings(executor, "unchanged", |_| ())?;
     let is_exact = found.path == Some(0) && found.fields.is_some() && !found.differs_anywhere();
     ensure(is_exact, || "words of unchanged modules differ".to_owned())
+}
+
+fn poisoned(executor: &mut GpuExecutor) -> Result<(), Failed> {
+    let path = findings(executor, "memory of the workgroup poisoned", poison_rings)?.path;
+    ensure(path == Some(0), || format!("{path:?} words of path differ"))
+}
+
+fn forgotten(executor: &mut GpuExecutor) -> Result<(), Failed> {
+    let path = findings(executor, "no node pending", forget_pending)?.path;
+    ensure(path.is_some_and(|words| words > 0), || "no word of path differs".to_owned())
 }
