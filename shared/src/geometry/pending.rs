@@ -10,13 +10,11 @@ use crate::layout::{NONE, TREE_DEPTH};
 
 /// Nodes pending, and the way to the current one.
 pub(super) struct Pending {
-    /// Of the levels on the way, those below whose node nothing is pending but what the way leads to.
+    /// Inner nodes on the way to the current one.
+    level: u32,
+    /// Of their levels those below whose node nothing is pending but what the way leads to.
     settled: Levels,
-    /// The levels above the current node.
-    above: Levels,
-    /// Far children that the ring was ever given, less those that were taken; the newest lies before this slot.
-    top: u32,
-    /// Those that it still holds.
+    /// Of the far children pending those that the ring still holds, the deepest. Each has the slot of its number, counted from the root.
     held: u32,
     ring: Ring,
 }
@@ -25,45 +23,47 @@ impl Pending {
     /// Nothing pending, at the root.
     #[inline(always)]
     pub(super) fn new(scratch: Scratch) -> Self {
-        Self { settled: Levels::NONE, above: Levels::NONE, top: 0, held: 0, ring: Ring::new(scratch) }
+        Self { level: 0, settled: Levels::NONE, held: 0, ring: Ring::new(scratch) }
     }
 
     /// Which child of an inner node comes next, of those that a hit may lie in, the nearer first; [`NONE`] if there is none. The
     /// other one is pending.
     #[inline(always)]
     pub(super) fn descend(&mut self, near: u32, far: u32) -> u32 {
-        let child = self.above.deeper();
-        let level = child.less(self.above);
-        self.above = child;
         // the way leads here a second time, after the nearer child; which is the nearer one does not change, and hits only become fewer
-        let again = self.settled.meets(level);
+        let again = self.settled.has(self.level);
         if (far != NONE) & !again {
-            self.ring.exchange(self.top, far);
-            self.top = self.top.wrapping_add(1);
+            self.ring.exchange(self.open().count(), far);
             self.held = if self.held < SLOTS { self.held + 1 } else { self.held };
         } else {
-            self.settled = self.settled.with(level);
+            self.settled = self.settled.with(self.level);
         }
+        self.level += 1;
         if (far != NONE) & again { far } else { near }
     }
 
     /// The pending node that is deepest, or the `root`, from which the way leads to it; [`NONE`] if none is pending.
     #[inline(always)]
     pub(super) fn back(&mut self, root: u32) -> u32 {
-        let open = self.above.less(self.settled);
+        let open = self.open();
         if open.is_empty() {
             return NONE;
         }
-        let (level, way) = open.deepest();
-        self.settled = self.settled.with(level).both(way);
+        let level = open.deepest();
+        self.settled = self.settled.with(level).above(level + 1);
         if self.held == 0 {
-            self.above = Levels::NONE;
+            self.level = 0;
             return root;
         }
-        self.above = way;
+        self.level = level + 1;
         self.held -= 1;
-        self.top = self.top.wrapping_sub(1);
-        self.ring.exchange(self.top, NONE)
+        self.ring.exchange(open.count() - 1, NONE)
+    }
+
+    /// The levels with a far child pending.
+    #[inline(always)]
+    fn open(&self) -> Levels {
+        Levels { upper: !self.settled.upper, lower: !self.settled.lower }.above(self.level)
     }
 }
 
@@ -79,25 +79,30 @@ const _: () = assert!(TREE_DEPTH == 64, "a bit a level");
 impl Levels {
     const NONE: Self = Self { upper: 0, lower: 0 };
 
-    /// Of the set of all levels above some level, that with this level.
     #[inline(always)]
-    fn deeper(self) -> Self {
-        Self { upper: (self.upper >> 1) | (1 << 31), lower: (self.lower >> 1) | (self.upper << 31) }
+    fn has(self, level: u32) -> bool {
+        let word = if level < 32 { self.upper } else { self.lower };
+        word & (HIGHEST >> (level & 31)) != 0
     }
 
     #[inline(always)]
-    fn with(self, other: Self) -> Self {
-        Self { upper: self.upper | other.upper, lower: self.lower | other.lower }
+    fn with(self, level: u32) -> Self {
+        let bit = HIGHEST >> (level & 31);
+        if level < 32 { Self { upper: self.upper | bit, ..self } } else { Self { lower: self.lower | bit, ..self } }
     }
 
+    /// Those above a level, which is at most [`TREE_DEPTH`].
     #[inline(always)]
-    fn both(self, other: Self) -> Self {
-        Self { upper: self.upper & other.upper, lower: self.lower & other.lower }
-    }
-
-    #[inline(always)]
-    fn less(self, other: Self) -> Self {
-        Self { upper: self.upper & !other.upper, lower: self.lower & !other.lower }
+    fn above(self, level: u32) -> Self {
+        // of the half in which the level lies, it and those below
+        let below = !0 >> (level & 31);
+        if level < 32 {
+            Self { upper: self.upper & !below, lower: 0 }
+        } else if level < 64 {
+            Self { lower: self.lower & !below, ..self }
+        } else {
+            self
+        }
     }
 
     #[inline(always)]
@@ -106,28 +111,19 @@ impl Levels {
     }
 
     #[inline(always)]
-    fn meets(self, other: Self) -> bool {
-        !self.both(other).is_empty()
+    fn count(self) -> u32 {
+        self.upper.count_ones() + self.lower.count_ones()
     }
 
-    /// Of a set that is not empty the deepest level, and the set of all levels down to it.
+    /// The deepest level of a set that is not empty.
     #[inline(always)]
-    fn deepest(self) -> (Self, Self) {
-        if self.lower != 0 {
-            let lower = lowest(self.lower);
-            (Self { upper: 0, lower }, Self { upper: !0, lower: lower.wrapping_neg() })
-        } else {
-            let upper = lowest(self.upper);
-            (Self { upper, lower: 0 }, Self { upper: upper.wrapping_neg(), lower: 0 })
-        }
+    fn deepest(self) -> u32 {
+        if self.lower != 0 { 63 - self.lower.trailing_zeros() } else { 31 - self.upper.trailing_zeros() }
     }
 }
 
-/// The lowest bit.
-#[inline(always)]
-fn lowest(bits: u32) -> u32 {
-    bits & bits.wrapping_neg()
-}
+/// The bit of the root's level.
+const HIGHEST: u32 = 1 << 31;
 
 #[cfg(test)]
 mod tests {
