@@ -19,6 +19,11 @@ pub struct Adapter {
 }
 
 impl Adapter {
+    /// The name by which it is opened.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
     fn idle(&self) -> MutexGuard<'_, Vec<GpuExecutor>> {
         self.idle.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -1,7 +1,11 @@
 //! The parity suite can fail: builds that break the contract give other words than the host.
 
 use libtest_mimic::Failed;
-use restir_host::exec::{CpuExecutor, Executor, Flavour, GpuExecutor};
+use restir_host::buffers::SceneBuffers;
+use restir_host::exec::{CpuExecutor, Executor, Flavour, GpuExecutor, Parity};
+use restir_host::render::Render;
+use restir_host::scene::builtin;
+use restir_host::technique::path::PathSettings;
 use restir_host::{Error, Shaders};
 use restir_kernels::Case;
 use restir_kernels::check::self_check::{self, Operands, boundary_operands};
@@ -26,7 +30,9 @@ pub(crate) fn trials() -> Vec<Trial> {
 }
 
 fn on(adapter: &Adapter) -> Vec<Trial> {
+    let name = adapter.name().to_owned();
     vec![
+        adapter.trial("the check before a render sees what its kernels do wrong", move |_| before_a_render(&name)),
         adapter.trial("exact through naga is seen", through_naga),
         adapter.trial("undecorated modules are seen", undecorated),
         adapter.trial("fused products are seen", fused),
@@ -174,4 +180,18 @@ fn poisoned(executor: &mut GpuExecutor) -> Result<(), Failed> {
 fn forgotten(executor: &mut GpuExecutor) -> Result<(), Failed> {
     let path = findings(executor, "no node pending", forget_pending)?.path;
     ensure(path.is_some_and(|words| words > 0), || "no word of path differs".to_owned())
+}
+
+/// The probes, which trace no rays, are right, so that the frames have to tell.
+fn before_a_render(adapter: &str) -> Result<(), Failed> {
+    let scene = SceneBuffers::build(&builtin::scene("cornell").ok_or("no built-in scene")?)?;
+    let render = Render::new([64, 48], PathSettings::default());
+    let checked = |change: Change| -> Result<Option<Parity>, Failed> {
+        let folder = build(change)?;
+        let builder = GpuExecutor::builder().adapter(adapter).shaders(Shaders::Folder(folder.path().to_owned()));
+        Ok(builder.for_render(&scene, &render).open()?.describe().parity)
+    };
+    ensure(checked(|_| ())? == Some(Parity::Exact), || "unchanged modules are not exact".to_owned())?;
+    let found = checked(forget_pending)?;
+    ensure(matches!(found, Some(Parity::Approximate { .. })), || format!("{found:?} where nodes are forgotten"))
 }
