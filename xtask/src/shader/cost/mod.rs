@@ -88,9 +88,12 @@ pub(super) fn run(workspace: &Workspace, options: &Options) -> Result<(), Error>
     if options.check {
         return check(&report, &driver.name, &rows);
     }
-    let text = report::text(!options.gpu, &driver.name, &rows);
+    let mut text = report::text(!options.gpu, &driver.name, &rows);
     print!("{text}");
     if options.write {
+        // what stands below the table was not made by this command
+        let committed = std::fs::read_to_string(&report).unwrap_or_default();
+        text.extend(committed.find("\n## ").map(|below| &committed[below..]));
         std::fs::write(&report, text).map_err(Error::io("write", &report))?;
     }
     Ok(())
