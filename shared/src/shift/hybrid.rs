@@ -7,7 +7,7 @@ use crate::geometry::{Hit, Ray};
 use crate::layout::FEATURE_VOLUME;
 use crate::num;
 use crate::scene::{
-    AddressedLight, AddressedLights, BsdfOf, LightKind, LightSample, Lights, Location, Surface, SurfacePoint, Trace,
+    AddressedLight, AddressedLights, BsdfOf, LightKind, LightSample, Lights, Surface, SurfacePoint, Trace,
 };
 use crate::transport::{
     Chosen, Connection, Departure, Vertex, emission_weight, environment_weight, next_event, through_interior,
@@ -82,7 +82,6 @@ pub fn shift<S: Trace + Surface + AddressedLights, N: Numbers>(
     if !shiftable {
         return Shifted::failed(Cause::Unshiftable);
     }
-    let joint = if path.keeps_surface() { scene.location(&path.hit) } else { NOWHERE };
     let mut end = Tip::new(origin, changed);
     let mut joins = hybrid.of_path(numbers.joins());
     while end.open {
@@ -99,14 +98,12 @@ pub fn shift<S: Trace + Surface + AddressedLights, N: Numbers>(
             if end.vertex < path.last_replayed() {
                 end.replay(scene, numbers, &joins, path, &vertex, cos);
             } else {
-                end.join(scene, &joins, path, &joint, &vertex, cos);
+                end.join(scene, &joins, path, &vertex, cos);
             }
         }
     }
     end.shifted()
 }
-
-const NOWHERE: Location = Location { position: Vec3::ZERO, normal: Vec3::Z, offset: 0.0, extent: 1.0 };
 
 /// The end of a path that grows.
 struct Tip {
@@ -243,14 +240,13 @@ impl Tip {
         scene: &S,
         joins: &Joins,
         path: &Path,
-        joint: &Location,
         vertex: &Vertex<BsdfOf<S>>,
         cos: f32,
     ) {
         let at_joint = self.vertex == path.reconnection;
         let lights = self.vertex + 1 == path.length;
         let lobe = if at_joint { path.lobes[1] } else { path.lobes[0] };
-        let next = self.next(scene, path, joint, lights);
+        let next = self.next(scene, path, lights);
         let connection = vertex.connect_by(&next.sample, lobe);
         if max_component(connection.value) <= 0.0 || next.is_hidden(&connection) {
             return self.end(Cause::Dark);
@@ -264,32 +260,30 @@ impl Tip {
         if wrong {
             return self.end(Cause::Joins);
         }
-        // of what arrives at vertex k only a light has a place that a ray can ask for
-        let asked = !at_joint | (lights & self.changed);
-        if asked && scene.occluded(&connection.shadow) {
-            return self.end(Cause::Blocked);
-        }
         self.throughput = flush(self.throughput * next_event(next.density, &connection));
         let density = if drawn { next.density } else { connection.lobe_pdf * connection.per_area() };
         self.term *= density * next.extent;
-        if self.term <= 0.0 {
-            return self.end(Cause::Dark);
+        let ends = lights | at_joint;
+        if !ends {
+            self.from = away;
+            self.ray = Ray { direction: connection.direction, ..connection.shadow };
+            self.hit = Hit { t: num::sqrt(connection.distance_squared), ..path.hit };
+            self.vertex += 1;
         }
-        if lights | at_joint {
-            return self.end(Cause::Nothing);
-        }
-        self.from = away;
-        self.ray = Ray { direction: connection.direction, ..connection.shadow };
-        self.hit = Hit { t: num::sqrt(connection.distance_squared), ..path.hit };
-        self.vertex += 1;
-        if max_component(self.throughput) <= 0.0 {
+        // of what arrives at vertex k only a light has a place that a ray can ask for; it is asked last, when nothing is kept of this vertex
+        let asked = !at_joint | (lights & self.changed);
+        if asked && scene.occluded(&connection.shadow) {
+            self.end(Cause::Blocked);
+        } else if self.term <= 0.0 || !ends && max_component(self.throughput) <= 0.0 {
             self.end(Cause::Dark);
+        } else if ends {
+            self.end(Cause::Nothing);
         }
     }
 
     /// What the path goes to from here.
     #[inline(always)]
-    fn next<S: Surface + AddressedLights>(&self, scene: &S, path: &Path, joint: &Location, lights: bool) -> Next {
+    fn next<S: Surface + AddressedLights>(&self, scene: &S, path: &Path, lights: bool) -> Next {
         if lights {
             let AddressedLight { sample, extent } = scene.light_at(path.light);
             let solid = (scene.features() & FEATURE_VOLUME == 0) | path.light_sampled;
@@ -303,7 +297,7 @@ impl Tip {
                 ..LightSample::NONE
             })
         } else {
-            Next::of(LightSample::surface(joint))
+            Next::of(LightSample::surface(&scene.location(&path.hit)))
         }
     }
 }

@@ -142,8 +142,9 @@ impl Tip {
         let light = scene.sample_light(numbers.light(self.vertex));
         let connection = vertex.connect(&light);
         let arrives = vertex.bsdf.has_smooth_part() && max_component(connection.value) > 0.0;
+        let scattered = next_event(light.density, &connection);
         if arrives && !scene.occluded(&connection.shadow) {
-            self.find(next_event(light.density, &connection));
+            self.find(scattered);
         }
     }
 }
