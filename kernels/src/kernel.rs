@@ -74,6 +74,11 @@ macro_rules! kernel {
             }
         }
 
+        $(const _: () = assert!(
+            $wx * $wy <= restir_shared::geometry::Scratch::INVOCATIONS,
+            concat!("a workgroup that asks a ", stringify!($asked), " has more invocations than rings")
+        );)?
+
         /// Runs one row of invocations.
         #[cfg(not(target_arch = "spirv"))]
         fn native(row: &mut $crate::NativeRow<'_>) {

@@ -46,7 +46,7 @@ pub struct Options {
     /// With --technique: replace docs/NAME-bias.md.
     #[arg(long, requires = "technique")]
     write: bool,
-    /// With --technique: only the cells whose SCENE/SETTINGS have this text; the report's other rows stay as they are committed.
+    /// With --technique: only the cells whose SCENE/SETTINGS have this text; with --write, the other rows of the report stay.
     #[arg(long, value_name = "TEXT", requires = "technique")]
     only: Option<String>,
     /// One cell, as `NAME[:KEY=VALUE,...]/SCENE`; the settings come after those that the harness has for the scene.
@@ -138,19 +138,20 @@ pub fn run(options: &Options) -> Result<(), Error> {
         Some(scene) => (vec![scene], vec![(settings.to_owned(), options.wrong)]),
         None => (trials.known.matrix.scenes.iter().map(|(scene, _)| *scene).collect(), cells(&trials)),
     };
+    let name = format!("{technique}-bias");
+    // read before hours of measurements: a technique that has no report yet has no rows to replace
+    let kept = if options.only.is_some() && options.write { Some(committed(&name)?) } else { None };
     let rows = rows(options, &trials, &scenes, &cells)?;
     if let (Some(text), true) = (&options.only, rows.is_empty()) {
         return Err(Error::Environment(format!(
             "no cell of {technique} has {text:?} in SCENE/SETTINGS; give less of it"
         )));
     }
-    let name = format!("{technique}-bias");
-    let report = match (scene, &options.only) {
+    let made = || report::report(&trials, &rows, options.most_restarts);
+    let report = match (scene, &kept) {
         (Some(_), _) => rows.iter().map(Row::in_detail).collect(),
-        (None, None) => report::report(&trials, &rows, options.most_restarts),
-        (None, Some(_)) => {
-            report::replaced(&committed(&name)?, &report::report(&trials, &rows, options.most_restarts))?
-        }
+        (None, None) => made(),
+        (None, Some(kept)) => report::replaced(kept, &made())?,
     };
     publish(&name, &report, options.write)?;
     judge("not as known", report::findings(&rows, options.only.is_none()))

@@ -12,9 +12,14 @@ pub struct Scratch {
     /// What the slots hold before: nothing may depend on it.
     #[cfg(not(target_arch = "spirv"))]
     pub before: u32,
-    /// The invocation's number in its workgroup, below [`WORKGROUP`].
+    /// The invocation's number in its workgroup, below [`Self::INVOCATIONS`].
     #[cfg(target_arch = "spirv")]
     pub invocation: u32,
+}
+
+impl Scratch {
+    /// The most invocations that a workgroup may have in which rays are traced.
+    pub const INVOCATIONS: u32 = 64;
 }
 
 /// The slots of one traversal.
@@ -49,13 +54,9 @@ impl Ring {
     /// Writes a word where `at` falls in the ring; what stood there.
     #[inline(always)]
     pub(super) fn exchange(&mut self, at: u32, word: u32) -> u32 {
-        exchange_in_workgroup((at % SLOTS) * WORKGROUP + self.0.invocation, word)
+        exchange_in_workgroup((at % SLOTS) * Scratch::INVOCATIONS + self.0.invocation, word)
     }
 }
-
-/// Invocations of a workgroup that traces rays, at most.
-#[cfg(target_arch = "spirv")]
-const WORKGROUP: u32 = 64;
 
 /// Writes a word into the memory of the workgroup; what stood there.
 ///
@@ -63,8 +64,8 @@ const WORKGROUP: u32 = 64;
 /// uses it.
 #[cfg(target_arch = "spirv")]
 fn exchange_in_workgroup(slot: u32, word: u32) -> u32 {
-    let rings: *mut [u32; (SLOTS * WORKGROUP) as usize];
-    // SAFETY: a variable of the type that its name has here; invocations use different slots
+    let rings: *mut [u32; (SLOTS * Scratch::INVOCATIONS) as usize];
+    // SAFETY: a variable of the type that its name has here; invocations use different slots, as kernels have no larger workgroups
     unsafe {
         core::arch::asm!("{rings} = OpVariable typeof{rings} Workgroup", rings = out(reg) rings);
         core::mem::replace(&mut (*rings)[slot as usize], word)
