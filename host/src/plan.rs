@@ -305,10 +305,11 @@ mod tests {
     fn constants_are_given_by_name() {
         let bound = [ARENAS.as_slice(), &[("film", 3)]].concat();
         let pass = |constants: &[(&str, u32)]| {
-            Pass::new(&path::DESC, constants, &PathParams::default(), &bound).map(|pass| pass.constants).ok()
+            let constants = [&[("block", 5)], constants].concat();
+            Pass::new(&path::DESC, &constants, &PathParams::default(), &bound).map(|pass| pass.constants).ok()
         };
-        assert_eq!(pass(&[("settings", 1), ("features", 2)]), Some(vec![2, 1]));
-        assert_eq!(pass(&[("settings", 1), ("unknown", 4), ("features", 2)]), Some(vec![2, 1]));
+        assert_eq!(pass(&[("settings", 1), ("features", 2)]), Some(vec![2, 1, 5]));
+        assert_eq!(pass(&[("settings", 1), ("unknown", 4), ("features", 2)]), Some(vec![2, 1, 5]));
         let [lacks, other, twice] =
             [("settings", 1), ("feature", 2), ("settings", 3)].map(|more| pass(&[("settings", 1), more]));
         assert_eq!((pass(&[]), lacks, other, twice), (None, None, None, None));

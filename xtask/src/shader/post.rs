@@ -138,7 +138,8 @@ fn is_type(opcode: Op) -> bool {
 /// The types behind pointers that leave the invocation, with all that they consist of.
 fn types_in_buffers(module: &Module) -> HashSet<Word> {
     let types = globals(module);
-    let is_private = |class: StorageClass| matches!(class, StorageClass::Function | StorageClass::Private | StorageClass::Workgroup);
+    let is_private =
+        |class: StorageClass| matches!(class, StorageClass::Function | StorageClass::Private | StorageClass::Workgroup);
     let pointees = module.types_global_values.iter().filter_map(|i| match i.operands[..] {
         [Operand::StorageClass(class), Operand::IdRef(pointee)] if !is_private(class) => Some(pointee),
         _ => None,

@@ -139,9 +139,9 @@ fn capabilities_decorations_and_storage_have_lists_too() {
 
     let mut module = exact_module();
     let float = find(&mut module, Op::FMul).result_type.unwrap();
-    let shared = [Operand::StorageClass(StorageClass::Workgroup), Operand::IdRef(float)];
+    let shared = [Operand::StorageClass(StorageClass::CrossWorkgroup), Operand::IdRef(float)];
     add_global(&mut module, Op::TypePointer, None, shared);
-    assert_one(&module, Op::TypePointer, "Workgroup");
+    assert_one(&module, Op::TypePointer, "CrossWorkgroup");
 }
 
 #[test]
