@@ -226,7 +226,7 @@ mod tests {
 
     fn trees() -> impl Iterator<Item = (u32, Tree)> {
         (0..2000_u32).map(|seed| {
-            let chain = seed % 4 == 0;
+            let chain = seed.is_multiple_of(4);
             let count = if chain { TREE_DEPTH } else { 1 + seed as usize % 40 };
             (seed, Tree::random(count, seed, chain))
         })
@@ -251,7 +251,7 @@ mod tests {
         for (seed, tree) in trees() {
             let hit = |leaf| {
                 let words = pcg4d(UVec4::new(seed, leaf, 0, 2));
-                if words.x % 3 == 0 { tree.leaves[leaf as usize] + words.y % 4 } else { u32::MAX }
+                if words.x.is_multiple_of(3) { tree.leaves[leaf as usize] + words.y % 4 } else { u32::MAX }
             };
             let (visited, count) = tree.visits(0, hit);
             let last = visited.iter().map(|leaf| hit(leaf & !LEAF)).min().unwrap_or(u32::MAX);
