@@ -49,7 +49,7 @@ use crate::vec::flush;
 use glam::{UVec4, Vec2, Vec3};
 
 /// A ray, or a segment if `t_max` is finite; `direction` need not have unit length.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Ray {
     /// Where it begins; |components| at most 2^32, where those of the scene are at most 2^30.
     pub origin: Vec3,

@@ -53,8 +53,8 @@ pub trait Domain {
     type Sample: Copy;
     /// A pixel, ready to evaluate many samples.
     type Receiver;
-    /// What a sample is at a receiver.
-    type Evaluation: Copy;
+    /// What a sample is at a receiver; its default fills places that nothing asks for.
+    type Evaluation: Copy + Default;
 
     /// A sample of pixel `from` as pixel `to` has it, which is `receiver`.
     fn shift(&self, sample: Self::Sample, from: Source, to: Source, receiver: &Self::Receiver)
@@ -121,3 +121,6 @@ pub(crate) type SampleOf<R> = <<R as Reservoirs>::Domain as Domain>::Sample;
 
 /// What makes a pixel ready to evaluate the samples of reservoirs.
 pub(crate) type ReceiverOf<R> = <<R as Reservoirs>::Domain as Domain>::Receiver;
+
+/// What the samples of reservoirs are at a receiver.
+pub(crate) type EvaluationOf<R> = <<R as Reservoirs>::Domain as Domain>::Evaluation;

@@ -47,14 +47,13 @@
 //! assert!((sum / 2000.0 - 0.5).abs() < 0.02 && confidence / 2000.0 > 2.0);
 //! ```
 
-use super::domain::{Domain, Pixels, ReceiverOf, Reservoirs, SampleOf, Shifted, Source};
-use super::mis::{Combine, INPUTS, Mis};
-use super::packed::{Stored, dithered};
+use super::domain::{Pixels, ReceiverOf, Reservoirs, SampleOf, Source};
+use super::matrix;
+use super::mis::{INPUTS, Mis};
 use super::reproject::Place;
-use super::reservoir::Reservoir;
 use super::similar::{GBufferSurface, Similarity};
-use crate::num::{self, Scalar};
-use crate::rng::{self, Rng};
+use crate::num;
+use crate::rng::Rng;
 use glam::{UVec4, Vec3};
 
 /// What the other reservoirs of a combine are.
@@ -123,7 +122,7 @@ impl Draws {
 
     /// One selects, one rounds what is kept of a visibility.
     #[inline(always)]
-    fn choice(&self) -> UVec4 {
+    pub(super) fn choice(&self) -> UVec4 {
         self.rng.hash(self.dimension.wrapping_add(1))
     }
 }
@@ -132,20 +131,20 @@ impl Rules {
     /// Rows of the matrix, of which there is one for each of `count` inputs, if they are asked for: the pixel itself, the others, and
     /// for the visibility of the selected sample the pixel once more.
     #[inline(always)]
-    fn rows(&self, count: u32) -> u32 {
+    pub(super) fn rows(&self, count: u32) -> u32 {
         let all = self.form.asks_for_selected() | self.form.asks_for_pairs();
         if all { count } else { 1 }.wrapping_add(if self.is_asked_again() { 1 } else { 0 })
     }
 
     /// Whether the visibility of the selected sample at the pixel is asked for when it has been selected.
     #[inline(always)]
-    fn is_asked_again(&self) -> bool {
+    pub(super) fn is_asked_again(&self) -> bool {
         self.form.asks_for_selected() & self.visibility.mis & !self.visibility.selection
     }
 
     /// The most that another reservoir counts at the pixel that combines, which is `own`.
     #[inline(always)]
-    fn most_confidence<R: Reservoirs>(&self, reservoirs: &R, own: &ReceiverOf<R>) -> f32 {
+    pub(super) fn most_confidence<R: Reservoirs>(&self, reservoirs: &R, own: &ReceiverOf<R>) -> f32 {
         match self.others {
             Others::SameFrame => f32::MAX,
             Others::Unchanged => self.confidence_cap,
@@ -158,19 +157,19 @@ impl Rules {
 
     /// Whether visibility is kept for shading, which nothing else asks for.
     #[inline(always)]
-    fn is_for_shading(&self) -> bool {
+    pub(super) fn is_for_shading(&self) -> bool {
         self.visibility.shading & !self.visibility.mis
     }
 
     /// Whether the entry in `row`, whose receiver is the input `receiving`, of the sample of input i is wanted, before the selection.
     #[inline(always)]
-    fn wants(&self, row: u32, receiving: u32, i: u32) -> bool {
+    pub(super) fn wants(&self, row: u32, receiving: u32, i: u32) -> bool {
         (row == 0) | self.form.asks_for(receiving, i)
     }
 
     /// Whether a ray finds the visibility of that entry, if its target is above zero. `near` inputs are believed.
     #[inline(always)]
-    fn traces(&self, row: u32, receiving: u32, i: u32, near: bool) -> bool {
+    pub(super) fn traces(&self, row: u32, receiving: u32, i: u32, near: bool) -> bool {
         let Uses { selection, mis, forgotten, .. } = self.visibility;
         let late = self.form.asks_for_selected();
         let asked = if row == 0 { selection | (mis & !late) | (self.is_for_shading() & !near) } else { mis };
@@ -183,18 +182,18 @@ impl Rules {
 /// An input: a reservoir and what is known of its sample at the pixel that combines.
 #[derive(Clone, Copy)]
 pub(crate) struct Input<R, S> {
-    pixel: u32,
-    reservoir: R,
+    pub(super) pixel: u32,
+    pub(super) reservoir: R,
     /// The sample, shifted.
-    sample: S,
+    pub(super) sample: S,
     /// The Jacobian of the shift.
-    jacobian: f32,
+    pub(super) jacobian: f32,
     /// Target for the selection.
-    target: f32,
+    pub(super) target: f32,
     /// Visibility, as far as it was asked for.
-    visibility: Vec3,
+    pub(super) visibility: Vec3,
     /// Near enough for its visibility to be believed.
-    near: bool,
+    pub(super) near: bool,
 }
 
 /// The inputs, the canonical one first.
@@ -222,7 +221,7 @@ pub fn combine<P: Pixels>(
 ) -> Combined<P::Packed> {
     let mut inputs = alone::<P>(canonical, pixels.grid().index(at));
     let count = gather(pixels, rules, at, draws.places(), &mut inputs);
-    merge(pixels, rules, &mut inputs, count, draws)
+    matrix::merge(pixels, rules, &mut inputs, count, draws)
 }
 
 /// The canonical reservoir as the first input, and room for others.
@@ -342,198 +341,6 @@ pub(crate) fn add<R: Reservoirs>(
     count.wrapping_add(1)
 }
 
-/// An entry of the matrix: the sample of input `i` at the receiver of a row.
-struct Entry<S> {
-    row: u32,
-    /// The input whose pixel receives.
-    receiving: u32,
-    i: u32,
-    /// The reservoir of the sample.
-    stored: Stored<S>,
-    shifted: Shifted<S>,
-    /// It is asked for since the sample has been selected.
-    is_selected: bool,
-    /// Somebody asks for it, and the sample exists there.
-    exists: bool,
-    /// A ray finds its visibility, if its target is above zero.
-    traced: bool,
-}
-
-/// What is done on the way through the matrix. Reservoirs and rules are arguments and no fields: an optimiser of SPIR-V keeps a structure
-/// that points to a variable, and not every device takes one.
-trait Visit<R: Reservoirs> {
-    /// The input that has been selected, once there is one.
-    fn selected(&self) -> u32;
-    /// A row begins.
-    fn begin(&mut self, reservoirs: &R, rules: &Rules, row: u32, receiver: &ReceiverOf<R>);
-    /// An entry of it.
-    fn visit(
-        &mut self,
-        reservoirs: &R,
-        rules: &Rules,
-        entry: &Entry<SampleOf<R>>,
-        receiver: &ReceiverOf<R>,
-        inputs: &mut Inputs<R>,
-    );
-    /// All its entries have been visited.
-    fn end(&mut self, rules: &Rules, row: u32, inputs: &Inputs<R>, count: u32);
-}
-
-/// The walk through the matrix: row by row, so that each receiver is made once. Its order is the one in which samples are evaluated, whether
-/// they are merged or listed.
-#[inline(always)]
-fn walk_matrix<R: Reservoirs, V: Visit<R>>(
-    reservoirs: &R,
-    rules: &Rules,
-    inputs: &mut Inputs<R>,
-    count: u32,
-    visitor: &mut V,
-) {
-    let (late, rows) = (rules.form.asks_for_selected(), rules.rows(count));
-    let mut row = 0;
-    while row < rows {
-        let receiving = if row == count { 0 } else { row };
-        let to = Source { is_other: receiving != 0, pixel: inputs[receiving as usize].pixel };
-        let receiver = reservoirs.receiver(to);
-        visitor.begin(reservoirs, rules, row, &receiver);
-        let mut i = 0_u32;
-        while i < count {
-            let input = inputs[i as usize];
-            let stored = reservoirs.unpack(input.reservoir);
-            let is_selected = late & (row > 0) & (i == visitor.selected());
-            let from = Source { is_other: i != 0, pixel: input.pixel };
-            let shifted = reservoirs.domain().shift(stored.sample, from, to, &receiver);
-            let wanted = is_selected | rules.wants(row, receiving, i);
-            let exists = wanted & (stored.contribution_weight > 0.0) & shifted.exists;
-            let traced = rules.traces(row, receiving, i, input.near);
-            let entry = Entry { row, receiving, i, stored, shifted, is_selected, exists, traced };
-            visitor.visit(reservoirs, rules, &entry, &receiver, inputs);
-            i = i.wrapping_add(1);
-        }
-        visitor.end(rules, row, inputs, count);
-        row = row.wrapping_add(1);
-    }
-}
-
-/// Merges: fills in the matrix, and selects an input after the row in which all is known that the selection asks for.
-struct Merger {
-    combine: Combine<f32>,
-    selection: Selection,
-    /// The row.
-    selects_at: u32,
-    /// The random number of the selection.
-    u: f32,
-    /// The most that another reservoir counts.
-    most: f32,
-}
-
-impl<R: Reservoirs> Visit<R> for Merger {
-    #[inline(always)]
-    fn selected(&self) -> u32 {
-        self.selection.input
-    }
-
-    #[inline(always)]
-    fn begin(&mut self, reservoirs: &R, rules: &Rules, row: u32, receiver: &ReceiverOf<R>) {
-        self.most = if row == 0 { rules.most_confidence(reservoirs, receiver) } else { f32::MAX };
-    }
-
-    #[inline(always)]
-    fn visit(
-        &mut self,
-        reservoirs: &R,
-        rules: &Rules,
-        entry: &Entry<SampleOf<R>>,
-        receiver: &ReceiverOf<R>,
-        inputs: &mut Inputs<R>,
-    ) {
-        let Entry { row, receiving, i, stored, shifted, is_selected, exists, traced, .. } = *entry;
-        let (domain, uses) = (reservoirs.domain(), rules.visibility);
-        let mut target = 0.0;
-        let mut visible_target = 0.0;
-        let mut visibility = stored.visibility;
-        if exists {
-            let e = domain.evaluate(receiver, shifted.sample);
-            target = domain.target(&e);
-            if traced & (target > 0.0) {
-                visibility = domain.visibility(receiver, &e);
-            }
-            visible_target = domain.visible_target(&e, visibility);
-        }
-        let weighed = if uses.mis { visible_target } else { target };
-        let a = weighed * shifted.jacobian;
-        if row == 0 {
-            let most = if i == 0 { f32::MAX } else { self.most };
-            // what is known to be occluded at a pixel is no sample of its own
-            let visible = uses.selection | (uses.mis & (rules.others == Others::Unchanged));
-            let p = if visible { weighed } else { target };
-            let contribution = p * shifted.jacobian * stored.contribution_weight;
-            self.combine.input(num::min(stored.confidence, most), contribution.within_range());
-            inputs[i as usize].sample = shifted.sample;
-            inputs[i as usize].jacobian = shifted.jacobian;
-            inputs[i as usize].target = p;
-            inputs[i as usize].visibility = visibility;
-        }
-        if is_selected {
-            self.combine.selected_target(receiving, i, a);
-            self.selection.visibility = if receiving == 0 { visibility } else { self.selection.visibility };
-        } else if rules.form.asks_for(receiving, i) {
-            self.combine.target(receiving, i, a);
-        }
-    }
-
-    #[inline(always)]
-    fn end(&mut self, rules: &Rules, row: u32, inputs: &Inputs<R>, count: u32) {
-        if row != self.selects_at {
-            return;
-        }
-        self.selection = select::<R>(&self.combine, inputs, count, self.u);
-        if rules.form.asks_for_selected() & !rules.is_asked_again() {
-            let chosen = inputs[self.selection.input as usize];
-            self.combine.selected_target(0, self.selection.input, chosen.target * chosen.jacobian);
-        }
-    }
-}
-
-/// Merges the inputs, of which the first is canonical.
-#[inline(always)]
-pub(crate) fn merge<R: Reservoirs>(
-    reservoirs: &R,
-    rules: &Rules,
-    inputs: &mut Inputs<R>,
-    count: u32,
-    draws: &Draws,
-) -> Combined<R::Packed> {
-    if count == 1 {
-        // alone it stays as it is, without a rounding
-        let Input { pixel, reservoir, .. } = inputs[0];
-        return Combined { reservoir, source: Source { is_other: false, pixel } };
-    }
-    let words = draws.choice();
-    let asked = rules.neighbours.wrapping_add(if rules.others == Others::SameFrame { 0 } else { 1 });
-    let mut merger = Merger {
-        combine: Combine::new(rules.form, asked as f32),
-        selection: Selection::NONE,
-        selects_at: if rules.form.is_after_selection() { 0 } else { rules.rows(count).wrapping_sub(1) },
-        u: rng::unit(words.x),
-        most: f32::MAX,
-    };
-    walk_matrix(reservoirs, rules, inputs, count, &mut merger);
-    let Merger { combine, selection, .. } = merger;
-    let chosen = inputs[selection.input as usize];
-    let reservoir = Reservoir { sample: (), weight_sum: selection.weight_sum, confidence: combine.confidence() };
-    let is_mean = rules.is_for_shading() & rules.visibility.mean;
-    let visibility = if is_mean { selection.mean_visibility } else { selection.visibility };
-    let stored = Stored {
-        sample: chosen.sample,
-        contribution_weight: reservoir.contribution_weight(combine.share(), chosen.target),
-        confidence: reservoir.confidence,
-        visibility: dithered(visibility, rng::unit(words.y)),
-    };
-    let source = Source { is_other: selection.input != 0, pixel: chosen.pixel };
-    Combined { reservoir: reservoirs.pack(&stored), source }
-}
-
 #[cfg(not(target_arch = "spirv"))]
 impl Rules {
     /// The most that one pixel asks [`evaluated`] for.
@@ -547,103 +354,5 @@ impl Rules {
         } else {
             inputs
         }
-    }
-}
-
-/// Lists what [`merge`] evaluates, by calling a function with each sample where it was shifted to, the pixel there, and whether a ray finds
-/// its visibility.
-#[cfg(not(target_arch = "spirv"))]
-struct Lister<E>(E);
-
-#[cfg(not(target_arch = "spirv"))]
-impl<R: Reservoirs, E: FnMut(SampleOf<R>, Source, bool)> Visit<R> for Lister<E> {
-    #[inline(always)]
-    fn selected(&self) -> u32 {
-        0
-    }
-
-    #[inline(always)]
-    fn begin(&mut self, _reservoirs: &R, _rules: &Rules, _row: u32, _receiver: &ReceiverOf<R>) {}
-
-    #[inline(always)]
-    fn visit(
-        &mut self,
-        _reservoirs: &R,
-        _rules: &Rules,
-        entry: &Entry<SampleOf<R>>,
-        _receiver: &ReceiverOf<R>,
-        inputs: &mut Inputs<R>,
-    ) {
-        if entry.exists {
-            let to = Source { is_other: entry.receiving != 0, pixel: inputs[entry.receiving as usize].pixel };
-            (self.0)(entry.shifted.sample, to, entry.traced);
-        }
-    }
-
-    #[inline(always)]
-    fn end(&mut self, _rules: &Rules, _row: u32, _inputs: &Inputs<R>, _count: u32) {}
-}
-
-/// What [`merge`] evaluates, in its order, of a form that asks for nothing after the selection: each sample where it was shifted to, the
-/// pixel there, and whether a ray finds its visibility.
-#[cfg(not(target_arch = "spirv"))]
-#[inline(always)]
-pub(crate) fn evaluated<R: Reservoirs>(
-    reservoirs: &R,
-    rules: &Rules,
-    inputs: &mut Inputs<R>,
-    count: u32,
-    evaluate: impl FnMut(SampleOf<R>, Source, bool),
-) {
-    if count > 1 {
-        walk_matrix(reservoirs, rules, inputs, count, &mut Lister(evaluate));
-    }
-}
-
-/// The outcome of a selection.
-#[derive(Clone, Copy, Debug)]
-struct Selection {
-    input: u32,
-    visibility: Vec3,
-    weight_sum: f32,
-    /// Of all inputs, by weight (Tokuyoshi, eq. 4).
-    mean_visibility: Vec3,
-}
-
-impl Selection {
-    const NONE: Self = Self { input: 0, visibility: Vec3::ZERO, weight_sum: 0.0, mean_visibility: Vec3::ZERO };
-}
-
-/// Selects an input in proportion to its weight by one random number.
-#[inline(always)]
-fn select<R: Reservoirs>(combine: &Combine<f32>, inputs: &Inputs<R>, count: u32, u: f32) -> Selection {
-    let mut weights = [0.0; INPUTS];
-    let mut sum = 0.0;
-    let mut visible = Vec3::ZERO;
-    let mut i = 0;
-    while i < count {
-        let weight = combine.weight(i);
-        weights[i as usize] = weight;
-        sum += weight;
-        visible += inputs[i as usize].visibility * weight;
-        i = i.wrapping_add(1);
-    }
-    let mut chosen = 0;
-    let mut below = 0.0;
-    let mut open = true;
-    i = 0;
-    while i < count {
-        below += weights[i as usize];
-        let here = open & (u * sum < below);
-        chosen = if here { i } else { chosen };
-        open &= !here;
-        i = i.wrapping_add(1);
-    }
-    let share = |visible: f32| if sum > 0.0 { num::clamp(num::div(visible, sum), 0.0, 1.0) } else { 0.0 };
-    Selection {
-        input: chosen,
-        visibility: inputs[chosen as usize].visibility,
-        weight_sum: sum,
-        mean_visibility: Vec3::new(share(visible.x), share(visible.y), share(visible.z)),
     }
 }

@@ -159,6 +159,36 @@ impl Mis {
     }
 }
 
+/// What is known of an input.
+#[derive(Clone, Copy, Debug)]
+struct Terms<T> {
+    /// M_i.
+    confidence: T,
+    /// p(y_i) W_i.
+    contribution: T,
+    /// a_0(y_i).
+    at_canonical: T,
+    /// a_i(y_i).
+    at_source: T,
+    /// Talbot: sum of M_j a_j(y_i); pairwise: a_i(y_0).
+    other: T,
+    /// Drivers keep an array of up to 256 bytes in registers, and choose its elements by branches.
+    _room: [T; 3],
+}
+
+const _: () = assert!(size_of::<[Terms<f32>; INPUTS]>() > 256);
+
+impl<T: Scalar> Terms<T> {
+    const NONE: Self = Self {
+        confidence: T::ZERO,
+        contribution: T::ZERO,
+        at_canonical: T::ZERO,
+        at_source: T::ZERO,
+        other: T::ZERO,
+        _room: [T::ZERO; 3],
+    };
+}
+
 /// Up to [`INPUTS`] inputs on their way to one.
 ///
 /// First [`Self::input`] for each, then [`Self::target`] for each pair that the form asks for, then [`Self::weight`] of
@@ -175,16 +205,7 @@ pub struct Combine<T> {
     confidence_sum: T,
     /// C; of counted pairs the number of neighbours that stand for anything.
     neighbours: T,
-    /// M_i.
-    confidence: [T; INPUTS],
-    /// p(y_i) W_i.
-    contribution: [T; INPUTS],
-    /// a_0(y_i).
-    at_canonical: [T; INPUTS],
-    /// a_i(y_i).
-    at_source: [T; INPUTS],
-    /// Talbot: sum of M_j a_j(y_i); pairwise: a_i(y_0).
-    other: [T; INPUTS],
+    inputs: [Terms<T>; INPUTS],
     /// The selected sample's density at its source, a_s, and the sum that its form divides by.
     selected: [T; 2],
 }
@@ -199,11 +220,7 @@ impl<T: Scalar> Combine<T> {
             requested,
             confidence_sum: T::ZERO,
             neighbours: T::ZERO,
-            confidence: [T::ZERO; INPUTS],
-            contribution: [T::ZERO; INPUTS],
-            at_canonical: [T::ZERO; INPUTS],
-            at_source: [T::ZERO; INPUTS],
-            other: [T::ZERO; INPUTS],
+            inputs: [Terms::NONE; INPUTS],
             selected: [T::ZERO; 2],
         }
     }
@@ -213,8 +230,8 @@ impl<T: Scalar> Combine<T> {
     #[inline(always)]
     pub fn input(&mut self, confidence: T, contribution: T) {
         let at = self.count as usize;
-        self.confidence[at] = confidence;
-        self.contribution[at] = contribution.within_range();
+        self.inputs[at].confidence = confidence;
+        self.inputs[at].contribution = contribution.within_range();
         if at > 0 {
             self.neighbours = self.neighbours + self.pair(confidence);
         }
@@ -228,15 +245,15 @@ impl<T: Scalar> Combine<T> {
         let i = sample as usize;
         let a = a.within_range();
         if receiver == 0 {
-            self.at_canonical[i] = a;
+            self.inputs[i].at_canonical = a;
         }
         if receiver == sample {
-            self.at_source[i] = a;
+            self.inputs[i].at_source = a;
         }
         if self.form.is(Mis::TALBOT) {
-            self.other[i] = self.other[i] + self.confidence[receiver as usize] * a;
+            self.inputs[i].other = self.inputs[i].other + self.inputs[receiver as usize].confidence * a;
         } else if sample == 0 {
-            self.other[receiver as usize] = a;
+            self.inputs[receiver as usize].other = a;
         }
     }
 
@@ -247,7 +264,7 @@ impl<T: Scalar> Combine<T> {
         if receiver == source {
             self.selected[0] = a;
         }
-        let confidence = self.confidence[receiver as usize];
+        let confidence = self.inputs[receiver as usize].confidence;
         let part = if self.form.is(Mis::CONTRIBUTION) {
             confidence * a
         } else if a > T::ZERO {
@@ -269,17 +286,17 @@ impl<T: Scalar> Combine<T> {
     pub fn weight(&self, input: u32) -> T {
         let i = input as usize;
         let m = if self.form.is_after_selection() {
-            self.confidence[i]
+            self.inputs[i].confidence
         } else if self.form.is(Mis::CONSTANT) {
-            ratio(self.confidence[i], self.confidence_sum)
+            ratio(self.inputs[i].confidence, self.confidence_sum)
         } else if self.form.is(Mis::TALBOT) {
-            ratio(self.confidence[i] * self.at_source[i], self.other[i])
+            ratio(self.inputs[i].confidence * self.inputs[i].at_source, self.inputs[i].other)
         } else if input == 0 {
             self.canonical_share()
         } else {
-            self.pair_of(i).of_neighbour(self.at_source[i], self.at_canonical[i])
+            self.pair_of(i).of_neighbour(self.inputs[i].at_source, self.inputs[i].at_canonical)
         };
-        (m * self.contribution[i]).within_range()
+        (m * self.inputs[i].contribution).within_range()
     }
 
     /// What the sum of the weights is multiplied by, once the selected sample's targets are known.
@@ -305,7 +322,7 @@ impl<T: Scalar> Combine<T> {
         let mut share = if all > T::ZERO { fraction(self.canonical_pair(), all) } else { T::ONE };
         let mut i = 1;
         while i < self.count as usize {
-            share = share + self.pair_of(i).of_canonical(self.at_canonical[0], self.other[i]);
+            share = share + self.pair_of(i).of_canonical(self.inputs[0].at_canonical, self.inputs[i].other);
             i += 1;
         }
         share
@@ -319,7 +336,7 @@ impl<T: Scalar> Combine<T> {
         } else if self.form.is(Mis::PAIRWISE_COUNTED) {
             T::ONE
         } else {
-            self.confidence[0]
+            self.inputs[0].confidence
         }
     }
 
@@ -327,9 +344,9 @@ impl<T: Scalar> Combine<T> {
     #[inline(always)]
     fn pair_of(&self, i: usize) -> Pair<T> {
         Pair {
-            share: ratio(self.pair(self.confidence[i]), self.neighbours + self.canonical_pair()),
+            share: ratio(self.pair(self.inputs[i].confidence), self.neighbours + self.canonical_pair()),
             neighbour: self.neighbour_confidence(i),
-            canonical: self.confidence[0],
+            canonical: self.inputs[0].confidence,
         }
     }
 
@@ -348,7 +365,7 @@ impl<T: Scalar> Combine<T> {
     /// What multiplies a neighbour's target against the canonical one's.
     #[inline(always)]
     fn neighbour_confidence(&self, i: usize) -> T {
-        if self.form.is(Mis::PAIRWISE_COUNTED) { self.requested * self.confidence[i] } else { self.neighbours }
+        if self.form.is(Mis::PAIRWISE_COUNTED) { self.requested * self.inputs[i].confidence } else { self.neighbours }
     }
 }
 

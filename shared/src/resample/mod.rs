@@ -34,6 +34,7 @@
 pub mod domain;
 #[doc(hidden)]
 pub mod exchange;
+pub(crate) mod matrix;
 pub mod merge;
 pub mod mis;
 pub mod mutual;

@@ -1,7 +1,7 @@
 //! The hybrid shift: one loop over the vertices of a path, with one call site for each thing that is asked of a scene.
 
 use super::join::{End, Hybrid, Joins};
-use super::{Path, PathOrigin};
+use super::{KeptPath, Path, PathOrigin};
 use crate::bsdf::ScatteringFunction;
 use crate::geometry::{Hit, Ray};
 use crate::layout::FEATURE_VOLUME;
@@ -74,11 +74,12 @@ pub fn shift<S: Trace + Surface + AddressedLights, N: Numbers>(
     numbers: &N,
     hybrid: &Hybrid,
     origin: &PathOrigin,
-    path: &Path,
+    kept: &impl KeptPath,
     changed: bool,
 ) -> Shifted {
-    let replays = path.last_replayed().wrapping_sub(1);
-    let shiftable = (path.term > 0.0) & (path.length >= 2) & (replays <= hybrid.replays);
+    let course = kept.course();
+    let replays = course.last_replayed().wrapping_sub(1);
+    let shiftable = (course.term > 0.0) & (course.length >= 2) & (replays <= hybrid.replays);
     if !shiftable {
         return Shifted::failed(Cause::Unshiftable);
     }
@@ -90,15 +91,15 @@ pub fn shift<S: Trace + Surface + AddressedLights, N: Numbers>(
             joins = joins.at_origin(end.hit.t, num::abs(dot(point.normal, end.ray.direction)));
         }
         end.throughput = through_interior(end.throughput, &point, &end.ray, end.hit.t, scene.features());
-        if end.vertex == path.length {
+        if end.vertex == course.length {
             end.emit(scene, &joins, &point);
         } else {
             let vertex = Vertex::new(&point, &end.ray, scene.features());
             let cos = vertex.cos(end.ray.direction);
-            if end.vertex < path.last_replayed() {
-                end.replay(scene, numbers, &joins, path, &vertex, cos);
+            if end.vertex < course.last_replayed() {
+                end.replay(scene, numbers, &joins, course.length, &vertex, cos);
             } else {
-                end.join(scene, &joins, path, &vertex, cos);
+                end.join(scene, &joins, kept, &vertex, cos);
             }
         }
     }
@@ -124,6 +125,19 @@ struct Tip {
 }
 
 impl Tip {
+    const NONE: Self = Self {
+        ray: Ray::NONE,
+        hit: Hit::MISS,
+        vertex: 0,
+        throughput: Vec3::ZERO,
+        term: 0.0,
+        from: End::NONE,
+        chosen: Chosen::NONE,
+        changed: false,
+        open: false,
+        cause: Cause::Unshiftable,
+    };
+
     #[inline(always)]
     fn new(origin: &PathOrigin, changed: bool) -> Self {
         let hit = origin.hit.unpack();
@@ -134,7 +148,7 @@ impl Tip {
             throughput: Vec3::ONE,
             term: 1.0,
             from: End::NONE,
-            chosen: Chosen { pdf: 0.0, alone: true },
+            chosen: Chosen::NONE,
             changed,
             open: hit.is_hit(),
             cause: if hit.is_hit() { Cause::Nothing } else { Cause::Unshiftable },
@@ -146,6 +160,13 @@ impl Tip {
     fn end(&mut self, cause: Cause) {
         self.open = false;
         self.cause = cause;
+    }
+
+    /// This is no path. Constants stand for all that was known of it, so that no register keeps it for other ways through the loop.
+    #[inline(always)]
+    fn fail(&mut self, cause: Cause) {
+        let changed = self.changed;
+        *self = Self { changed, cause, ..Self::NONE };
     }
 
     #[inline(always)]
@@ -174,7 +195,7 @@ impl Tip {
         scene: &S,
         numbers: &N,
         joins: &Joins,
-        path: &Path,
+        length: u32,
         vertex: &Vertex<BsdfOf<S>>,
         cos: f32,
     ) {
@@ -183,10 +204,10 @@ impl Tip {
         let leaves = End { roughness, pdf: sample.pdf, cos };
         self.throughput = flush(self.throughput * sample.weight);
         if !(alive & (max_component(self.throughput) > 0.0)) {
-            return self.end(Cause::Replay);
+            return self.fail(Cause::Replay);
         }
         if self.joins(joins, &leaves) {
-            return self.end(Cause::Joins);
+            return self.fail(Cause::Joins);
         }
         self.from = End { cos: cos_out, ..leaves };
         self.chosen = Chosen { pdf: sample.pdf, alone: sample.delta };
@@ -194,19 +215,19 @@ impl Tip {
         self.hit = scene.closest(&ray);
         self.vertex += 1;
         if self.hit.is_cut() {
-            self.end(Cause::Broken);
+            self.fail(Cause::Broken);
         } else if !self.hit.is_hit() {
-            self.escape(scene, joins, path);
+            self.escape(scene, joins, length);
         }
     }
 
     /// Random replay has ended in the void.
     #[inline(always)]
-    fn escape<S: Lights>(&mut self, scene: &S, joins: &Joins, path: &Path) {
+    fn escape<S: Lights>(&mut self, scene: &S, joins: &Joins, length: u32) {
         let environment = scene.environment(self.ray.direction);
         let weight = environment_weight(environment.density, self.chosen);
         self.throughput = self.throughput * environment.radiance * weight;
-        let found = (self.vertex == path.length) & (max_component(self.throughput) > 0.0);
+        let found = (self.vertex == length) & (max_component(self.throughput) > 0.0);
         let joined = joins.light(&self.from, 1.0, 1.0, true);
         self.end(if !found {
             Cause::Replay
@@ -239,65 +260,48 @@ impl Tip {
         &mut self,
         scene: &S,
         joins: &Joins,
-        path: &Path,
+        kept: &impl KeptPath,
         vertex: &Vertex<BsdfOf<S>>,
         cos: f32,
     ) {
-        let at_joint = self.vertex == path.reconnection;
-        let lights = self.vertex + 1 == path.length;
-        let lobe = if at_joint { path.lobes[1] } else { path.lobes[0] };
-        let next = self.next(scene, path, lights);
+        let Path { length, reconnection, light_sampled, lobes, .. } = kept.course();
+        let at_joint = self.vertex == reconnection;
+        let lights = self.vertex + 1 == length;
+        let lobe = if at_joint { lobes[1] } else { lobes[0] };
+        let next = Next::of(scene, kept, at_joint, lights);
         let connection = vertex.connect_by(&next.sample, lobe);
         if max_component(connection.value) <= 0.0 || next.is_hidden(&connection) {
-            return self.end(Cause::Dark);
+            return self.fail(Cause::Dark);
         }
-        let drawn = lights & path.light_sampled;
+        let drawn = lights & light_sampled;
         let roughness = if drawn { vertex.bsdf.greatest_roughness() } else { vertex.bsdf.roughness(lobe) };
         let leaves = End { roughness, pdf: connection.scatter_pdf, cos };
         let away = End { cos: vertex.cos(connection.direction), ..leaves };
         let wrong = (self.joins(joins, &leaves) != at_joint)
             | (lights & !at_joint & !drawn & !next.joins(joins, &away, &connection));
         if wrong {
-            return self.end(Cause::Joins);
+            return self.fail(Cause::Joins);
         }
         self.throughput = flush(self.throughput * next_event(next.density, &connection));
         let density = if drawn { next.density } else { connection.lobe_pdf * connection.per_area() };
         self.term *= density * next.extent;
+        // whatever comes next, nothing of this vertex is kept while a ray is traced
+        self.from = away;
+        self.chosen = Chosen::NONE;
+        self.ray = Ray { direction: connection.direction, ..connection.shadow };
+        self.hit = Hit { t: num::sqrt(connection.distance_squared), ..Hit::MISS };
+        self.vertex += 1;
         let ends = lights | at_joint;
-        if !ends {
-            self.from = away;
-            self.ray = Ray { direction: connection.direction, ..connection.shadow };
-            self.hit = Hit { t: num::sqrt(connection.distance_squared), ..path.hit };
-            self.vertex += 1;
-        }
-        // of what arrives at vertex k only a light has a place that a ray can ask for; it is asked last, when nothing is kept of this vertex
+        // of what arrives at vertex k only a light has a place that a ray can ask for
         let asked = !at_joint | (lights & self.changed);
         if asked && scene.occluded(&connection.shadow) {
-            self.end(Cause::Blocked);
+            self.fail(Cause::Blocked);
         } else if self.term <= 0.0 || !ends && max_component(self.throughput) <= 0.0 {
-            self.end(Cause::Dark);
+            self.fail(Cause::Dark);
         } else if ends {
             self.end(Cause::Nothing);
-        }
-    }
-
-    /// What the path goes to from here.
-    #[inline(always)]
-    fn next<S: Surface + AddressedLights>(&self, scene: &S, path: &Path, lights: bool) -> Next {
-        if lights {
-            let AddressedLight { sample, extent } = scene.light_at(path.light);
-            let solid = (scene.features() & FEATURE_VOLUME == 0) | path.light_sampled;
-            Next { sample, density: sample.density, extent, solid }
-        } else if self.vertex == path.reconnection {
-            Next::of(LightSample {
-                position: path.direction,
-                emission: path.radiance,
-                density: 1.0,
-                kind: LightKind::Environment,
-                ..LightSample::NONE
-            })
         } else {
-            Next::of(LightSample::surface(&scene.location(&path.hit)))
+            self.hit = Hit { t: self.hit.t, ..kept.path().hit };
         }
     }
 }
@@ -316,9 +320,27 @@ struct Next {
 }
 
 impl Next {
+    /// What the path goes to from the vertex where it is joined, or from the one before.
     #[inline(always)]
-    fn of(sample: LightSample) -> Self {
-        Self { sample, density: 0.0, extent: 1.0, solid: true }
+    fn of<S: Surface + AddressedLights>(scene: &S, kept: &impl KeptPath, at_joint: bool, lights: bool) -> Self {
+        let surface = |sample| Self { sample, density: 0.0, extent: 1.0, solid: true };
+        if lights {
+            let Path { light, light_sampled, .. } = kept.path();
+            let AddressedLight { sample, extent } = scene.light_at(light);
+            let solid = (scene.features() & FEATURE_VOLUME == 0) | light_sampled;
+            Self { sample, density: sample.density, extent, solid }
+        } else if at_joint {
+            let Path { direction, radiance, .. } = kept.path();
+            surface(LightSample {
+                position: direction,
+                emission: radiance,
+                density: 1.0,
+                kind: LightKind::Environment,
+                ..LightSample::NONE
+            })
+        } else {
+            surface(LightSample::surface(&scene.location(&kept.path().hit)))
+        }
     }
 
     /// Scattering that arrives at the back of an emitter has passed an interior, of which its address knows nothing.

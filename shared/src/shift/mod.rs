@@ -80,4 +80,4 @@ mod path;
 pub use hybrid::{Cause, Numbers, Shifted, shift};
 pub use join::{End, Hybrid, Joins};
 pub use origin::PathOrigin;
-pub use path::Path;
+pub use path::{KeptPath, Path};

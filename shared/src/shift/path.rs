@@ -73,3 +73,24 @@ impl Path {
         if self.reconnection == 0 { self.length } else { self.reconnection.wrapping_sub(1) }
     }
 }
+
+/// A path as it lies in a plane. A shift asks for its parts where it needs them: kept while a ray is traced, they would take registers of a
+/// GPU.
+pub trait KeptPath {
+    /// The path; its hit, direction, radiance and light may be those of [`Path::NONE`].
+    fn course(&self) -> Path;
+    /// The whole path.
+    fn path(&self) -> Path;
+}
+
+impl KeptPath for Path {
+    #[inline(always)]
+    fn course(&self) -> Path {
+        *self
+    }
+
+    #[inline(always)]
+    fn path(&self) -> Path {
+        *self
+    }
+}

@@ -16,6 +16,11 @@ pub struct Chosen {
     pub alone: bool,
 }
 
+impl Chosen {
+    /// Of the first segment.
+    pub const NONE: Self = Self { pdf: 0.0, alone: true };
+}
+
 #[cfg(not(target_arch = "spirv"))]
 crate::lanes::soa! { Choices = Chosen { pdf: f32, alone: bool } }
 

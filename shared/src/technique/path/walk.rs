@@ -195,7 +195,7 @@ impl Walk {
     /// A path that begins with `ray`, whose direction has unit length.
     #[inline(always)]
     pub fn new(ray: Ray) -> Self {
-        Self { ray, throughput: Vec3::ONE, chosen: Chosen { pdf: 0.0, alone: true }, depth: 0 }
+        Self { ray, throughput: Vec3::ONE, chosen: Chosen::NONE, depth: 0 }
     }
 
     /// Goes on until the path ends, at the latest after `max_depth` segments in all. False if the device cut a loop short: what

@@ -1,7 +1,7 @@
 //! What samples are: addresses of lights, which move between pixels and frames with a Jacobian of 1.
 
 use super::pixel::{Pixel, View};
-use super::{Evaluation, Flags, PackedReservoir, Planes, Stored, evaluate, visible_target};
+use super::{Flags, PackedReservoir, Planes, Sent, Stored, visible_target};
 use crate::bsdf::ScatteringFunction;
 use crate::pack::element;
 use crate::resample::domain::{Domain, Pixels, Reservoirs, Shifted, Source};
@@ -57,7 +57,7 @@ impl<F: Frames> Light<F> {
 impl<F: Frames> Domain for Light<F> {
     type Sample = LightAddress;
     type Receiver = Receiver<BsdfOf<F::Scene>>;
-    type Evaluation = Evaluation;
+    type Evaluation = Sent;
 
     #[inline(always)]
     fn shift(
@@ -71,27 +71,27 @@ impl<F: Frames> Domain for Light<F> {
     }
 
     #[inline(always)]
-    fn evaluate(&self, receiver: &Self::Receiver, sample: LightAddress) -> Evaluation {
-        evaluate(self.flags, &receiver.vertex, &self.frames.scene(receiver.elsewhere).light_at(sample))
+    fn evaluate(&self, receiver: &Self::Receiver, sample: LightAddress) -> Sent {
+        Sent::of(self.flags, &receiver.vertex, &self.frames.scene(receiver.elsewhere).light_at(sample))
     }
 
     #[inline(always)]
-    fn target(&self, evaluation: &Evaluation) -> f32 {
+    fn target(&self, evaluation: &Sent) -> f32 {
         evaluation.target
     }
 
     #[inline(always)]
-    fn value(&self, evaluation: &Evaluation) -> Vec3 {
+    fn value(&self, evaluation: &Sent) -> Vec3 {
         evaluation.value
     }
 
     #[inline(always)]
-    fn visibility(&self, receiver: &Self::Receiver, evaluation: &Evaluation) -> Vec3 {
+    fn visibility(&self, receiver: &Self::Receiver, evaluation: &Sent) -> Vec3 {
         transmittance(&self.frames.scene(receiver.elsewhere), self.has(Flags::TRANSMITTANCE), &evaluation.shadow)
     }
 
     #[inline(always)]
-    fn visible_target(&self, evaluation: &Evaluation, visibility: Vec3) -> f32 {
+    fn visible_target(&self, evaluation: &Sent, visibility: Vec3) -> f32 {
         visible_target(evaluation.value, evaluation.target, visibility, self.flags)
     }
 }

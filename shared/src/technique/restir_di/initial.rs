@@ -63,7 +63,7 @@ pub(super) struct Scattered {
     /// What is left of its light on the way.
     transmittance: Vec3,
     /// Light by way of a perfect lobe, weighted.
-    radiance: Vec3,
+    pub(super) radiance: Vec3,
 }
 
 impl Scattered {
@@ -72,15 +72,15 @@ impl Scattered {
 
     /// What the way of the scattered ray ends at.
     #[inline(always)]
-    pub(super) fn found<S: Surface + AddressedLights>(scene: &S, sample: &BsdfSample, passage: &Passage) -> Self {
+    pub(super) fn found<S: Surface + AddressedLights>(scene: &S, delta: bool, weight: Vec3, passage: &Passage) -> Self {
         let Passage { hit, ray, transmittance } = passage;
         let mut scattered = Self { transmittance: *transmittance, ..Self::NOTHING };
         if hit.is_cut() {
             scattered.radiance = CUT;
-        } else if sample.delta {
+        } else if delta {
             let seen =
                 if hit.is_hit() { scene.surface(ray, hit).emission } else { scene.environment(ray.direction).radiance };
-            scattered.radiance = sample.weight * *transmittance * seen;
+            scattered.radiance = weight * *transmittance * seen;
         } else if hit.is_hit() {
             scattered.address = scene.address_of_hit(hit);
         } else {
@@ -157,17 +157,26 @@ pub(super) fn resample<S: Trace + Surface + AddressedLights, C: Select<S>>(
     seen: &C::Seen,
     candidates: &mut C,
 ) -> Initial {
-    let (reservoir, radiance) = select(scene, params, tiles, sight, at, seen, candidates);
+    let Selected { reservoir, visibility, radiance } = select(scene, params, tiles, sight, at, seen, candidates);
     let kept = reservoir.sample;
     let dither = rng::unit(params.rng(at).hash(SELECTION_DIMENSION).z);
     let stored = Stored {
         sample: kept.address,
         contribution_weight: reservoir.contribution_weight(1.0, kept.target),
         confidence: sight.scattering.rounds as f32,
-        visibility: dithered(kept.visibility, dither),
+        visibility: dithered(visibility, dither),
     };
     let emission = if params.flags.contains(Flags::PRIMARY_EMISSION_EXTERNAL) { Vec3::ZERO } else { sight.emission };
     Initial { reservoir: stored.pack(), direct: FilmPixel::from_radiance(emission + radiance), candidate: kept.index }
+}
+
+/// What is selected among all candidates.
+struct Selected {
+    reservoir: Reservoir<Candidate, f32>,
+    /// That of the candidate, or the mean.
+    visibility: Vec3,
+    /// Light by way of a perfect lobe, weighted.
+    radiance: Vec3,
 }
 
 /// The selection among all candidates, and the radiance by way of a perfect lobe.
@@ -183,16 +192,19 @@ fn select<S: Trace + Surface + AddressedLights, C: Select<S>>(
     at: [u32; 2],
     seen: &C::Seen,
     candidates: &mut C,
-) -> (Reservoir<Candidate, f32>, Vec3) {
+) -> Selected {
     let flags = params.flags.in_use(scene);
     let through_glass = flags.contains(Flags::TRANSMITTANCE);
     let blends = scene.features() & FEATURE_BLEND != 0;
     let loses = flags.contains(Flags::INITIAL_VISIBILITY);
     let asks = loses | !flags.contains(Flags::FINAL_RAY);
     let stream = Stream::new(params, flags, at, blends, scattering.rounds);
-    let count = if scattering.smooth { stream.drawn().wrapping_add(1) } else { 0 };
     let scatters = scattering.goes_on & known.is_none();
     let mut scattered = known.unwrap_or(Scattered::NOTHING);
+    if scatters {
+        // until the ray is followed
+        scattered.radiance = scattering.sample.weight;
+    }
     let mut group = Reservoir::empty(Candidate::NONE);
     let mut all = Reservoir::empty(Candidate::NONE);
     let mut arriving = Vec3::ZERO;
@@ -206,41 +218,52 @@ fn select<S: Trace + Surface + AddressedLights, C: Select<S>>(
         let passage = if follows { follow(scene, through_glass, &ray) } else { Passage::begin(&ray) };
         if first {
             if scatters {
-                scattered = Scattered::found(scene, &scattering.sample, &passage);
+                scattered = Scattered::found(scene, scattering.sample.delta, scattered.radiance, &passage);
             }
         } else {
             let mut selected = group.sample;
             if follows {
-                selected.visibility = passage.arriving();
+                selected.transmittance = passage.arriving();
             }
-            let lost = loses & (max_component(selected.visibility) <= 0.0);
+            let visibility = selected.visibility(through_glass);
+            let lost = loses & (max_component(visibility) <= 0.0);
             let weight = if lost { 0.0 } else { group.weight_sum };
             all.update(selected, weight, 1.0, rng::unit(among));
-            arriving += selected.visibility * weight;
+            arriving += visibility * weight;
         }
         first = false;
-        open = i < count;
         // after the groups of candidates from lights the one from scattering
-        let last = i >= stream.drawn();
+        let drawn = stream.drawn();
+        let last = i >= drawn;
+        open = scattering.smooth & (i <= drawn);
         let visibility = if last { scattered.transmittance } else { Vec3::ONE };
         let size = if params.group == 0 { params.candidates } else { params.group };
-        let end = if last { count } else { i.wrapping_add(size).min(stream.drawn()).min(count) };
+        let end = if !open {
+            i
+        } else if last {
+            i.wrapping_add(1)
+        } else {
+            i.wrapping_add(size).min(drawn)
+        };
         let next = Group { begin: i, end, last, scattered: scattered.address, visibility };
         (group, among) = candidates.select(scene, tiles, seen, &stream, &next, among);
-        i = i.max(end);
+        i = end;
         let traced = asks & (!last | blends) & (group.sample.target > 0.0);
         follows = traced & through_glass;
         ray = group.sample.shadow;
         if traced && !follows && scene.occluded(&ray) {
-            group.sample.visibility = Vec3::ZERO;
+            group.sample.occluded = true;
         }
     }
+    let mut visibility = all.sample.visibility(through_glass);
     if flags.contains(Flags::AVERAGE_VISIBILITY) & (all.weight_sum > 0.0) {
         let mean = |sum: f32| num::clamp(num::div(sum, all.weight_sum), 0.0, 1.0);
-        all.sample.visibility = Vec3::new(mean(arriving.x), mean(arriving.y), mean(arriving.z));
+        // without glass it is the same in all channels, and a compiler that is told keeps one of them
+        let arriving = if through_glass { arriving } else { Vec3::splat(arriving.x) };
+        visibility = Vec3::new(mean(arriving.x), mean(arriving.y), mean(arriving.z));
     }
     if all.sample.index == stream.drawn() {
         all.sample.index = FROM_SCATTERING;
     }
-    (all, scattered.radiance)
+    Selected { reservoir: all, visibility, radiance: scattered.radiance }
 }

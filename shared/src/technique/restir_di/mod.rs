@@ -197,6 +197,22 @@ struct Evaluation {
     shadow: Ray,
 }
 
+/// What of an evaluation is asked after candidates have been drawn.
+#[derive(Clone, Copy, Default)]
+struct Sent {
+    value: Vec3,
+    target: f32,
+    shadow: Ray,
+}
+
+impl Sent {
+    #[inline(always)]
+    fn of<B: ScatteringFunction>(flags: Flags, vertex: &Vertex<B>, light: &AddressedLight) -> Self {
+        let Evaluation { value, target, shadow, .. } = evaluate(flags, vertex, light);
+        Self { value, target, shadow }
+    }
+}
+
 /// The target of what is left of a contribution: it is zero where nothing can be shaded.
 #[inline(always)]
 fn visible_target(value: Vec3, target: f32, visibility: Vec3, flags: Flags) -> f32 {

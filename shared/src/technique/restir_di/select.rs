@@ -22,13 +22,32 @@ pub(super) struct Candidate {
     /// Index in the stream; the one after the lights' is scattering's, which has [`super::FROM_SCATTERING`] once all are known.
     pub(super) index: u32,
     pub(super) shadow: Ray,
-    /// As far as it is asked for: one until then.
-    pub(super) visibility: Vec3,
+    /// What arrives of it, as far as that is known to be less than all: by way of glass, and whether nothing does.
+    pub(super) transmittance: Vec3,
+    pub(super) occluded: bool,
 }
 
 impl Candidate {
-    pub(super) const NONE: Self =
-        Self { address: LightAddress::NONE, target: 0.0, index: 0, shadow: Ray::NONE, visibility: Vec3::ZERO };
+    pub(super) const NONE: Self = Self {
+        address: LightAddress::NONE,
+        target: 0.0,
+        index: 0,
+        shadow: Ray::NONE,
+        transmittance: Vec3::ZERO,
+        occluded: true,
+    };
+
+    /// Its visibility. Without glass it is one bit, which takes no register of a GPU.
+    #[inline(always)]
+    pub(super) fn visibility(&self, through_glass: bool) -> Vec3 {
+        if through_glass {
+            self.transmittance
+        } else if self.occluded {
+            Vec3::ZERO
+        } else {
+            Vec3::ONE
+        }
+    }
 }
 
 /// Candidates that follow each other, of which one is selected.
@@ -100,7 +119,8 @@ impl<S: Surface + AddressedLights> Select<S> for OneByOne {
                 with_light(scene, if last { scattered } else { stream.choose(scene, i) })
             };
             let weighed = if address.is_light() { stream.weighed(vertex, i, &light) } else { stream.weightless(i) };
-            let candidate = Candidate { address, target: weighed.target, index: i, shadow: weighed.shadow, visibility };
+            let Weighed { target, shadow, .. } = weighed;
+            let candidate = Candidate { address, target, index: i, shadow, transmittance: visibility, occluded: false };
             selected.update(candidate, weighed.weight, 1.0, rng::unit(weighed.within));
             among = weighed.among;
             i = i.wrapping_add(1);
@@ -115,10 +135,9 @@ pub(super) struct Stream {
     rng: Rng,
     flags: Flags,
     window: Window,
-    /// How many candidates are drawn from lights, over all rounds.
-    drawn: u32,
-    /// How many of them come in a round.
+    /// How many candidates are drawn from lights in a round, and how many rounds there are.
     of_round: u32,
+    rounds: u32,
     /// How many come from scattering: one or none.
     from_scattering: f32,
     /// The number of the frame's candidate 0 among the candidates of first rounds of all frames.
@@ -141,8 +160,8 @@ impl Stream {
             rng,
             flags,
             window: if tiled { Window::new(params, at, rng.hash(CANDIDATE_DIMENSION).x) } else { Window::NONE },
-            drawn: of_round.wrapping_mul(rounds),
             of_round,
+            rounds,
             from_scattering: if flags.contains(Flags::SCATTER_CANDIDATE) { 1.0 } else { 0.0 },
             first,
             first_of_others: OTHER_ROUNDS.wrapping_add(first.wrapping_mul(MAX_GLOSS_RENEWAL)),
@@ -153,7 +172,7 @@ impl Stream {
     /// How many candidates are drawn from lights, over all rounds: the index of the one from scattering.
     #[inline(always)]
     pub(super) fn drawn(&self) -> u32 {
-        self.drawn
+        self.of_round.wrapping_mul(self.rounds)
     }
 
     /// Whether candidates from lights come from a tile.
@@ -191,7 +210,7 @@ impl Stream {
         let e = evaluate(self.flags, vertex, light);
         let is_found = !(self.blends & light.sample.blended);
         let scatter_density = if is_found { self.from_scattering * e.scatter_density } else { 0.0 };
-        let density = self.drawn as f32 * e.light_density + scatter_density;
+        let density = self.drawn() as f32 * e.light_density + scatter_density;
         let weight = if (e.target > 0.0) & (density > num::FLUSH_BELOW) { num::div(e.target, density) } else { 0.0 };
         Weighed { target: e.target, weight, shadow: e.shadow, ..self.weightless(index) }
     }

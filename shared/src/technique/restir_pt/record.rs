@@ -122,29 +122,35 @@ impl PackedPath {
     pub fn unpack(&self) -> Stored {
         let w = &self.words;
         let f = f32::from_bits;
-        let length = w[12] >> 24;
+        let course = self.course();
+        let keeps_light = course.keeps_light();
         let path = Path {
-            key: UVec2::new(w[8], w[9]),
-            length,
-            reconnection: w[13] >> 24,
-            light_sampled: w[15] & 0x100 != 0,
-            lobes: [w[14] >> 24, w[15] & 0xff],
             hit: Hit { id: w[10], uv: Vec2::new(coordinate(w[11]), coordinate(w[12])), ..Hit::MISS },
             direction: decode_unit_vector_48([w[13], w[14]]),
-            radiance: Vec3::new(f(w[4]), f(w[5]), f(w[6])),
-            light: LightAddress { light: w[4], u: w[5], v: w[6] },
-            term: f(w[7]),
-        };
-        let path = Path {
-            radiance: if path.keeps_light() { Vec3::ZERO } else { path.radiance },
-            light: if path.keeps_light() { path.light } else { LightAddress::NONE },
-            ..path
+            radiance: if keeps_light { Vec3::ZERO } else { Vec3::new(f(w[4]), f(w[5]), f(w[6])) },
+            light: if keeps_light { LightAddress { light: w[4], u: w[5], v: w[6] } } else { LightAddress::NONE },
+            ..course
         };
         Stored {
             path,
             value: Vec3::new(f(w[1]), f(w[2]), f(w[3])),
             contribution_weight: f(w[0]),
             confidence: (w[11] >> 24) as f32,
+        }
+    }
+
+    /// See [`KeptPath::course`](crate::shift::KeptPath::course).
+    #[inline(always)]
+    pub(super) fn course(&self) -> Path {
+        let w = &self.words;
+        Path {
+            key: UVec2::new(w[8], w[9]),
+            length: w[12] >> 24,
+            reconnection: w[13] >> 24,
+            light_sampled: w[15] & 0x100 != 0,
+            lobes: [w[14] >> 24, w[15] & 0xff],
+            term: f32::from_bits(w[7]),
+            ..Path::NONE
         }
     }
 

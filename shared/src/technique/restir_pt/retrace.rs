@@ -85,7 +85,7 @@ impl Tip {
             vertex: path.reconnection,
             throughput: Vec3::ONE,
             // no light that is found next counts: vertex k + 1 is not the last one
-            chosen: Chosen { pdf: 0.0, alone: true },
+            chosen: Chosen::NONE,
             open: true,
             arrives: Vec3::ZERO,
         }

@@ -9,6 +9,7 @@ use crate::geometry::Hit;
 use crate::lanes::{LANES, LaneKernel, Lanes, SimdToken, soa};
 use crate::layout::FEATURE_GLOSSY;
 use crate::resample::domain::{Pixels, Reservoirs, Source};
+use crate::resample::matrix;
 use crate::resample::merge::{self, Inputs, Neighbour, Others, Rules};
 use crate::resample::mis::INPUTS;
 use crate::resample::reproject::Place;
@@ -143,7 +144,7 @@ impl<'a, R: SimdToken, const COMPILED: u32> Row<'a, R, COMPILED> {
                         counts[lane],
                     );
                 }
-                merge::evaluated(&none, &rules, inputs, counts[lane], |sample, to, traced| {
+                matrix::evaluated(&none, &rules, inputs, counts[lane], |sample, to, traced| {
                     if to.is_other {
                         let ([x, y], hit) = (grid.at(to.pixel), planes.other_hits[to.pixel as usize].unpack());
                         there.add(Looking { x, y, hit }, Asked { sample, traced }, end, evaluated);
@@ -170,7 +171,7 @@ impl<'a, R: SimdToken, const COMPILED: u32> Row<'a, R, COMPILED> {
                 let known = Known::new(self.light, &work.evaluated[begin..end]);
                 let known = KnownReservoirs { known, kept: work.kept.get(lane) };
                 let draws = draws(params, [x.wrapping_add(lane as u32), y]);
-                let stored = merge::merge(&known, &rules, &mut work.inputs[lane], count, &draws).reservoir;
+                let stored = matrix::merge(&known, &rules, &mut work.inputs[lane], count, &draws).reservoir;
                 debug_assert!(known.known.is_done(), "less is asked for than was listed");
                 *own = stored.pack();
             }

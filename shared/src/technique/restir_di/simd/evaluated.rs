@@ -2,13 +2,13 @@
 
 use super::super::domain::Light;
 use super::super::pixel::View;
-use super::super::{Evaluation, Flags, evaluate, visible_target};
+use super::super::{Flags, Sent, visible_target};
 use super::Looking;
 use crate::geometry::Ray;
 use crate::lanes::{LANES, LaneKernel, Lanes, SimdToken, soa};
 use crate::resample::domain::{Domain, Shifted, Source};
-use crate::scene::{AddressedLight, AddressedLights, Frames, LightAddress, SceneView};
-use crate::transport::{Vertex, transmittance};
+use crate::scene::{AddressedLights, Frames, LightAddress, SceneView};
+use crate::transport::transmittance;
 use core::cell::Cell;
 use glam::Vec3;
 
@@ -20,16 +20,8 @@ pub(super) struct Asked {
     pub(super) traced: bool,
 }
 
-/// What it sends there.
-#[derive(Clone, Copy)]
-struct Sent {
-    value: Vec3,
-    target: f32,
-    shadow: Ray,
-}
-
 /// What a pass asks of it.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub(super) struct Evaluated {
     value: Vec3,
     target: f32,
@@ -172,14 +164,6 @@ impl<const COMPILED: u32> LaneKernel for Evaluate<'_, COMPILED> {
             sent[0].set(lane, Sent::of(flags, &vertex, &scene.light_at(from.asked[0].get(lane).sample)));
             sent[1].set(lane, Sent::of(flags, &vertex, &scene.light_at(from.asked[1].get(lane).sample)));
         }
-    }
-}
-
-impl Sent {
-    #[inline(always)]
-    fn of(flags: Flags, vertex: &Vertex, light: &AddressedLight) -> Self {
-        let Evaluation { value, target, shadow, .. } = evaluate(flags, vertex, light);
-        Self { value, target, shadow }
     }
 }
 

@@ -116,7 +116,7 @@ fn find<const COMPILED: u32>(
         } else {
             Passage { hit: hits.get(lane), ..Passage::begin(&ray) }
         };
-        Scattered::found(scene, &sample, &passage)
+        Scattered::found(scene, sample.delta, sample.weight, &passage)
     })
 }
 
@@ -283,7 +283,8 @@ impl<R: SimdToken, const COMPILED: u32> Select<SceneView<'_, COMPILED>> for Simd
 
 #[inline(always)]
 fn candidate(address: LightAddress, weighed: &Weighed, index: u32, visibility: Vec3) -> Candidate {
-    Candidate { address, target: weighed.target, index, shadow: weighed.shadow, visibility }
+    let Weighed { target, shadow, .. } = *weighed;
+    Candidate { address, target, index, shadow, transmittance: visibility, occluded: false }
 }
 
 impl<R: SimdToken> Simd<R> {
