@@ -75,7 +75,8 @@ trait Visit<R: Reservoirs> {
 }
 
 /// The walk through the matrix: row by row, so that each receiver is made once. Its order is the one in which samples are evaluated, whether
-/// they are merged or listed. Rays are traced when a row's samples have been evaluated: while they are, no surface takes registers of a GPU.
+/// they are merged or listed. Rays are traced when a row's samples have been evaluated: while they are, no surface takes registers of a GPU. Nor
+/// does what the loops hand on, which a device keeps twice where a loop tests before its first turn; there is at least one of each.
 #[inline(always)]
 fn walk<R: Reservoirs, V: Visit<R>>(
     reservoirs: &R,
@@ -86,13 +87,13 @@ fn walk<R: Reservoirs, V: Visit<R>>(
 ) {
     let rows = rules.rows(count);
     let mut row = 0;
-    while row < rows {
+    loop {
         let receiving = if row == count { 0 } else { row };
         let to = Source { is_other: receiving != 0, pixel: inputs[receiving as usize].pixel };
         let receiver = reservoirs.receiver(to);
         visitor.begin(reservoirs, rules, row, &receiver);
         let mut i = 0_u32;
-        while i < count {
+        loop {
             let entry = Entry::new(reservoirs, rules, [row, receiving, i], inputs, visitor.selected());
             let from = Source { is_other: i != 0, pixel: inputs[i as usize].pixel };
             let shifted = reservoirs.domain().shift(entry.stored.sample, from, to, &receiver);
@@ -100,15 +101,24 @@ fn walk<R: Reservoirs, V: Visit<R>>(
             let exists = wanted & (entry.stored.contribution_weight > 0.0) & shifted.exists;
             visitor.evaluate(reservoirs, &entry, &Shifted { exists, ..shifted }, &receiver, inputs);
             i = i.wrapping_add(1);
+            if i >= count {
+                break;
+            }
         }
         i = 0;
-        while i < count {
+        loop {
             let entry = Entry::new(reservoirs, rules, [row, receiving, i], inputs, visitor.selected());
             visitor.weigh(reservoirs, rules, &entry, &receiver, inputs);
             i = i.wrapping_add(1);
+            if i >= count {
+                break;
+            }
         }
         visitor.end(rules, row, inputs, count);
         row = row.wrapping_add(1);
+        if row >= rows {
+            break;
+        }
     }
 }
 
