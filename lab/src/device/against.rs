@@ -46,11 +46,13 @@ fn turn_of(options: &Options, program: &Path) -> Result<Vec<Row>, Error> {
     let output = command.output();
     let output = output.map_err(|error| Error::Environment(format!("{shown} cannot be run ({error}); {give}")))?;
     let said = String::from_utf8_lossy(&output.stderr);
-    match (output.status.code(), said.lines().last()) {
+    let why =
+        said.lines().last().map_or_else(|| format!("it ended with {}", output.status), |why| why.trim().to_owned());
+    match (output.status.code(), why.strip_prefix("error: ")) {
         (Some(0), _) => {}
         (Some(1), Some(why)) => return Err(Error::Failed(format!("{shown} measured nothing: {why}"))),
-        (_, why) => {
-            let why = why.map_or_else(|| format!("it ended with {}", output.status), |why| why.trim().to_owned());
+        (_, told) => {
+            let why = told.unwrap_or(&why);
             return Err(Error::Environment(format!("{shown} does not measure ({why}); {give}")));
         }
     }
@@ -65,14 +67,14 @@ fn values(turns: &[Vec<Row>], of: &Row) -> Vec<f64> {
     turns.iter().filter_map(|rows| rows.iter().find(is_same)).map(|row| row.value).collect()
 }
 
-/// What both have, with the ratio of the medians and the least and largest of a turn.
+/// What both have and is not the same in all turns, with the ratio of the medians and the least and largest of a turn.
 fn table(turns: &[Vec<Vec<Row>>; 2]) -> String {
     let [others, own] = turns;
     let mut text =
         "| | figure | the other | this | this / the other | of turns |\n|---|---|---:|---:|---:|---:|\n".to_owned();
     for row in own.first().into_iter().flatten() {
         let [before, after] = [values(others, row), values(own, row)];
-        if before.is_empty() {
+        if before.is_empty() || before == after {
             continue;
         }
         let ratios: Vec<f64> = before.iter().zip(&after).map(|(before, after)| after / before).collect();
@@ -107,6 +109,7 @@ mod tests {
         assert!(text.contains("| path | fast, ms | 2.00 | 1.00 | 0.500 | 0.250 to 4.500 |"), "{text}");
         assert!(text.contains("| another | fast, ms | 1.00 | 3.00 | 3.000 | 3.000 to 3.000 |"), "{text}");
         let less = others.into_iter().map(|rows| rows[..1].to_vec()).collect();
-        assert!(!table(&[less, own]).contains("another"));
+        assert!(!table(&[less, own.clone()]).contains("another"));
+        assert!(!table(&[own.clone(), own]).contains("path"));
     }
 }

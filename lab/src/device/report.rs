@@ -24,7 +24,7 @@ fn text(device: &str, [width, height]: [u32; 2], extent: Extent, words: &str, fo
         .map_or_else(|| "cargo xtask device".to_owned(), |option| format!("cargo xtask device {option}"));
     let write = if extent == Extent::Full { " --write" } else { "" };
     let head = format!(
-        "# {device}\n\n`{command}{write}` (8 min) makes this report; above each table stands what makes it alone. {words} Images have {width} x {height} \
+        "# {device}\n\n`{command}{write}` makes this report; above each table stands what makes it alone. {words} Images have {width} x {height} \
          pixels unless it says otherwise. Times are by the device's clock, from the beginning of a frame to that of the next one, with many passes in flight; \
          pipelines were made and frames rendered before. Figures are medians.\n"
     );
@@ -57,7 +57,7 @@ fn section(part: Part, command: &str, Found { rows, table: more, notes }: &Found
 /// Blocks below a heading, those that are there.
 fn headed(part: Part, command: &str, blocks: &[String]) -> String {
     let (title, name, what) = (part.title(), part.option(), part.explanation());
-    let head = format!("\n## {title}\n\n`{command} --only {name}` (3 min). {what}\n");
+    let head = format!("\n## {title}\n\n`{command} --only {name}`: {what}\n");
     let blocks = blocks.iter().filter(|block| !block.is_empty());
     head + &blocks.map(|block| format!("\n{}\n", block.trim_end())).collect::<String>()
 }
