@@ -111,6 +111,7 @@ pub fn run(options: &Options) -> Result<(), Error> {
     if let Some(program) = &options.against {
         return against::run(options, program);
     }
+    console::note("comparing the device with the host");
     let mut bench = Bench::open(adapter, options.extent())?;
     let words = parity::compare(&mut bench)?;
     let parts = options.parts();
