@@ -192,10 +192,10 @@ impl GpuBuilder<'_> {
         if let Some(folder) = self.pipelines {
             executor = executor.keep_pipelines_in(folder);
         }
-        executor.parity = Some(match self.render {
-            Some((scene, render)) => self_check_of(&mut executor, scene, render)?,
-            None => self_check(&mut executor)?,
-        });
+        match self.render {
+            Some((scene, render)) => executor.check_for(scene, render)?,
+            None => executor.check()?,
+        };
         Ok(executor)
     }
 }
@@ -221,6 +221,17 @@ impl GpuExecutor {
     /// What the kernels report.
     pub fn check(&mut self) -> Result<Parity, Error> {
         let parity = self_check(self)?;
+        self.parity = Some(parity);
+        Ok(parity)
+    }
+
+    /// As [`Self::check`], by small frames of what is to be rendered ([`GpuBuilder::for_render`]).
+    ///
+    /// # Errors
+    /// What the kernels report.
+    #[doc(hidden)]
+    pub fn check_for(&mut self, scene: &SceneBuffers, render: &Render) -> Result<Parity, Error> {
+        let parity = self_check_of(self, scene, render)?;
         self.parity = Some(parity);
         Ok(parity)
     }

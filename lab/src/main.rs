@@ -5,8 +5,8 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use restir_cli::ending::Ending;
 use restir_lab::{
-    Error, albedo, aov, bench, crossings, diffusion, features, figure, furnace, gains, num, parity, passes, probe,
-    profile, resampling, reuse, searchlight, session, shifts, stress, unbiased, visibility, walks, watertight,
+    Error, albedo, aov, bench, crossings, device, diffusion, features, figure, furnace, gains, num, parity, passes,
+    probe, profile, resampling, reuse, searchlight, session, shifts, stress, unbiased, visibility, walks, watertight,
 };
 use xtask::shader;
 
@@ -68,6 +68,8 @@ enum Experiment {
     Gains(gains::Options),
     /// Measure what a frame of a session costs beside its kernels, and whether its memory stays, and print the report.
     Session(session::Options),
+    /// Measure all figures of a GPU, after its words were compared with the host's, and print the report.
+    Device(device::Options),
     /// Measure what the size of a kernel costs, and write docs/size-probe.md.
     Probe,
     /// One build of the kernel crate, as of `cargo xtask`: `probe` and `features` start it as a child process.
@@ -100,6 +102,7 @@ fn run(Arguments { experiment }: Arguments) -> Result<(), Ending> {
         Experiment::Reuse(options) => reuse::run(&options),
         Experiment::Gains(options) => gains::run(&options),
         Experiment::Session(options) => session::run(&options),
+        Experiment::Device(options) => device::run(&options),
         Experiment::Probe => probe::run(),
         Experiment::Shader(command) => shader::run(command).map_err(Error::from),
     };

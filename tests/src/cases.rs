@@ -6,6 +6,7 @@ use crate::crossings;
 use crate::parity::{POISON, run};
 use crate::scenes::buffers;
 use crate::technique::{Row, Trials};
+use crate::traversal;
 use glam::DVec3;
 use restir_host::Error;
 use restir_host::buffers::SceneBuffers;
@@ -26,7 +27,8 @@ pub fn all() -> &'static [Case] {
     static CASES: OnceLock<Vec<Case>> = OnceLock::new();
     CASES.get_or_init(|| {
         let of_technique = |trials: &Trials| of(trials).unwrap_or_else(|e| panic!("{}: {e}", trials.name()));
-        let of_kernels = restir_kernels::cases().into_iter().chain(crossings::cases());
+        let of_rays = traversal::cases().unwrap_or_else(|e| panic!("rays: {e}"));
+        let of_kernels = restir_kernels::cases().into_iter().chain(crossings::cases()).chain(of_rays);
         of_kernels.chain(Trials::all().iter().flat_map(of_technique)).collect()
     })
 }

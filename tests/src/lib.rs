@@ -40,6 +40,7 @@ pub mod stats;
 pub mod stress;
 pub mod suite;
 pub mod technique;
+pub mod traversal;
 pub mod visibility;
 pub mod walk_f64;
 pub mod watertight;

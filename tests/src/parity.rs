@@ -143,7 +143,15 @@ pub fn plan(case: &Case) -> FramePlan<'static> {
 /// # Errors
 /// Whatever the executors report.
 pub fn compare(device: &mut dyn Executor, case: &Case) -> Result<Outcome, Error> {
-    let host = run(&mut CpuExecutor::inline(), case)?;
+    compare_with(&mut CpuExecutor::inline(), device, case)
+}
+
+/// As [`compare`], by an executor that stands for the host.
+///
+/// # Errors
+/// Whatever the executors report.
+pub fn compare_with(host: &mut dyn Executor, device: &mut dyn Executor, case: &Case) -> Result<Outcome, Error> {
+    let host = run(host, case)?;
     let device = run(device, case)?;
     let mut outcome = Outcome::default();
     let own = case.kernel.bindings.iter().filter(|b| b.access == Access::Own);

@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use xtask::{Error, documented, mutate, package, shader, surface};
+use xtask::{Error, device, documented, mutate, package, shader, surface};
 
 /// Tools of the project.
 #[derive(Parser)]
@@ -26,21 +26,25 @@ enum Task {
     Package(package::Options),
     /// Count the public items of the libraries.
     Surface(surface::Options),
+    /// Measure all figures of a GPU, after its words were compared with the host's: `cargo lab device`.
+    Device(device::Options),
 }
 
-fn run(task: Task) -> Result<(), Error> {
-    match task {
+fn run(task: Task) -> Result<ExitCode, Error> {
+    let done = match task {
         Task::Shader(command) => shader::run(command),
         Task::Mutate(options) => mutate::run(&options),
         Task::Documented(options) => documented::run(&options),
         Task::Package(options) => package::run(&options),
         Task::Surface(options) => surface::run(&options),
-    }
+        Task::Device(options) => return device::run(&options),
+    };
+    done.map(|()| ExitCode::SUCCESS)
 }
 
 fn main() -> ExitCode {
     match run(Cli::parse().task) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(code) => code,
         Err(error) => {
             eprintln!("{error}");
             error.exit_code()

@@ -1,8 +1,8 @@
 //! All hits of objects on given segments, over a scene's arenas, by which host and device are compared. Its cases need a scene, so
 //! the tests have them.
 
+use super::ray_check::PackedRay;
 use restir_shared::geometry::Ray;
-use restir_shared::glam::Vec3;
 use restir_shared::layout::{Extent, SceneHeader};
 use restir_shared::scene::Probe;
 
@@ -28,14 +28,8 @@ impl Extent for CrossingCheckParams {
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct Segment {
-    /// As of [`Ray`].
-    pub origin: [f32; 3],
-    /// As of [`Ray`].
-    pub t_max: f32,
-    /// As of [`Ray`].
-    pub direction: [f32; 3],
-    /// As of [`Ray`].
-    pub key: u32,
+    /// The segment.
+    pub ray: PackedRay,
     /// The object.
     pub object: u32,
     /// Zero.
@@ -45,9 +39,7 @@ pub struct Segment {
 impl Segment {
     /// Of a ray.
     pub fn new(ray: &Ray, object: u32) -> Self {
-        let Ray { origin, direction, t_max, key } = *ray;
-        let array = |v: Vec3| [v.x, v.y, v.z];
-        Self { origin: array(origin), t_max, direction: array(direction), key, object, reserved: [0; 3] }
+        Self { ray: PackedRay::pack(ray), object, reserved: [0; 3] }
     }
 }
 
@@ -61,16 +53,10 @@ pub struct CrossingResults {
     pub nearest: [[u32; 4]; 8],
 }
 
-#[inline(always)]
-fn vector(v: [f32; 3]) -> Vec3 {
-    Vec3::new(v[0], v[1], v[2])
-}
-
 /// What a scene says of a segment.
 #[inline(always)]
 pub fn crossings<S: Probe>(scene: &S, segment: Segment) -> CrossingResults {
-    let Segment { origin, t_max, direction, key, object, .. } = segment;
-    let found = scene.probe(&Ray { origin: vector(origin), direction: vector(direction), t_max, key }, object);
+    let found = scene.probe(&segment.ray.unpack(), segment.object);
     let mut results = CrossingResults { count: found.count, nearest: [[0; 4]; 8] };
     let mut index = 0;
     while index < 8 {

@@ -9,6 +9,7 @@ kernels! {
     crossing_check,
     diffusion_check,
     num_probe,
+    ray_check,
     #[cfg(feature = "size-probe")]
     replay_probe,
     sampler_check,

@@ -1,10 +1,13 @@
 //! The commands of the laboratory, run as one runs them.
 
+#[path = "../../../host/program/tests/program/adapter.rs"]
+mod adapter;
 mod bench;
 #[cfg(unix)]
 #[path = "../../../host/program/tests/program/child.rs"]
 #[allow(dead_code, reason = "the suite of the program uses the rest")]
 mod child;
+mod device;
 mod figure;
 #[cfg(unix)]
 mod interrupt;

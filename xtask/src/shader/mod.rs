@@ -10,7 +10,7 @@ pub mod canonical;
 pub mod cargo_files;
 pub mod check;
 pub mod compile;
-mod cost;
+pub mod cost;
 pub mod digest;
 pub mod flavour;
 pub mod install;

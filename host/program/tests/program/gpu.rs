@@ -7,18 +7,8 @@ use restir::image::{read_exr, read_exr_metadata};
 use restir::{exec::gpu::adapters, kernels::spirv::FILES};
 use tempfile::{TempDir, tempdir};
 
-use crate::support::{Workplace, finish, program, skipped};
-
-/// Whether there is an adapter to test on; says so if there is none.
-pub(crate) fn adapter_is_there() -> bool {
-    let none = adapters().is_empty();
-    if none {
-        let required = std::env::var("RESTIR_REQUIRE_GPU").is_ok_and(|value| value == "1");
-        assert!(!required, "RESTIR_REQUIRE_GPU is 1 and there is no adapter");
-        skipped("there is no GPU adapter");
-    }
-    !none
-}
+use crate::adapter::adapter_is_there;
+use crate::support::{Workplace, finish, program};
 
 /// A place to work at with an adapter.
 struct Gpu {

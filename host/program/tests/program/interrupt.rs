@@ -107,7 +107,7 @@ fn interrupted_renders_go_on_with_the_same_bits() {
 #[test]
 #[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn interrupted_renders_go_on_with_the_same_bits_on_a_device() {
-    if !crate::gpu::adapter_is_there() {
+    if !crate::adapter::adapter_is_there() {
         return;
     }
     for (scene, more) in [

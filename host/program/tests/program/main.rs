@@ -1,5 +1,7 @@
 //! The program `restir`, run as a user runs it.
 
+#[cfg(feature = "gpu")]
+mod adapter;
 mod bad_input;
 mod careless;
 #[cfg(unix)]

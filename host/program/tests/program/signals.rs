@@ -54,7 +54,7 @@ fn every_command_can_be_interrupted_at_any_moment() {
 #[test]
 #[cfg_attr(first_tier, ignore = "left to `cargo test --release`")]
 fn commands_on_a_device_can_be_interrupted_at_any_moment() {
-    if !crate::gpu::adapter_is_there() {
+    if !crate::adapter::adapter_is_there() {
         return;
     }
     let delays = [5, 100, 301, 500, 801, 1400];

@@ -98,8 +98,10 @@ pub(crate) fn open(name: Option<&str>, flavour: Flavour) -> Result<(wgpu::Device
     let adapter = &adapters[index];
     // who asks for `fast` may load `exact` on the same device, where it can be had
     let wanted = requirements(adapter, Flavour::Exact);
-    let descriptor =
+    let mut descriptor =
         if flavour == Flavour::Fast { wanted.or_else(|_| requirements(adapter, flavour)) } else { wanted }?;
+    // no kernel needs its clock, but whoever measures does
+    descriptor.required_features |= adapter.features() & wgpu::Features::TIMESTAMP_QUERY;
     let opened = pollster::block_on(adapter.request_device(&descriptor));
     opened.map_err(|e| AdapterError::Closed { adapter: names[index].clone(), source: e.into() }.into())
 }

@@ -20,10 +20,13 @@ mod adapter;
 mod cache;
 mod float_modes;
 mod pipeline;
+mod timed;
 
 pub(crate) use adapter::open as open_adapter;
 pub use adapter::{AdapterInfo, adapters, requirements};
 pub use pipeline::{Pipelines, takes_passthrough};
+#[doc(hidden)]
+pub use timed::{Span, Timeline};
 
 use super::{Description, Executor, Flavour, Observer, Parity, Progress, Step};
 use crate::error::{AdapterError, explained};
@@ -107,13 +110,25 @@ impl GpuExecutor {
         self.pipelines.loading()
     }
 
-    fn submit(&self, pass: &Pass, pipeline: &wgpu::ComputePipeline, buffers: &[wgpu::Buffer]) -> Result<(), Error> {
+    /// What a pass is bound to, with parameters of its own.
+    fn group(&self, pass: &Pass, pipeline: &wgpu::ComputePipeline, buffers: &[wgpu::Buffer]) -> wgpu::BindGroup {
         let params = self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("params"),
             contents: bytemuck::cast_slice(&pass.params),
             usage: wgpu::BufferUsages::STORAGE,
         });
-        let group = bind_group(&self.device, pass, pipeline, &params, buffers);
+        bind_group(&self.device, pass, pipeline, &params, buffers)
+    }
+
+    /// Writes what differs in the frame that begins with a pass, before what is submitted next.
+    fn upload(&self, pass: &Pass, buffers: &[wgpu::Buffer]) {
+        for Upload { buffer, first, words } in pass.frame.iter().flat_map(|frame| &frame.uploads) {
+            self.queue.write_buffer(&buffers[*buffer], *first as u64 * 4, bytemuck::cast_slice(words));
+        }
+    }
+
+    fn submit(&self, pass: &Pass, pipeline: &wgpu::ComputePipeline, buffers: &[wgpu::Buffer]) -> Result<(), Error> {
+        let group = self.group(pass, pipeline, buffers);
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         dispatch(&mut encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default()), pass, pipeline, &group);
         self.queue.submit([encoder.finish()]);
@@ -251,9 +266,7 @@ impl Executor for GpuExecutor {
             pass.check(&plan.buffers)?;
             let pipeline = self.pipelines.get(pass.kernel, &pass.constants)?;
             guarded(&self.device, || {
-                for Upload { buffer, first, words } in pass.frame.iter().flat_map(|frame| &frame.uploads) {
-                    self.queue.write_buffer(&buffers[*buffer], *first as u64 * 4, bytemuck::cast_slice(words));
-                }
+                self.upload(&pass, &buffers);
                 self.submit(&pass, &pipeline, &buffers)
             })?;
             let read = |id: BufferId| guarded(&self.device, || self.read(&buffers[id]));

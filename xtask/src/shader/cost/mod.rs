@@ -71,19 +71,8 @@ pub(super) fn run(workspace: &Workspace, options: &Options) -> Result<(), Error>
     let Some(driver) = Driver::open()? else {
         return missing("no driver here tells what kernels take", "install the Vulkan loader (libvulkan1)");
     };
-    let of_check =
-        |(set, flavour): &(usize, Flavour)| !options.check || (*set < CHECKED_SETS && *flavour == Flavour::Exact);
-    let mut rows = Vec::new();
-    for kernel in kernels {
-        let has_features = kernel.constants.iter().any(|constant| constant.name == "features");
-        let sets = if has_features { FEATURE_SETS.len() } else { 1 };
-        let builds = (0..sets).flat_map(|set| [Flavour::Exact, Flavour::Fast].map(|flavour| (set, flavour)));
-        for (set, flavour) in builds.filter(of_check) {
-            let (set, features) = if has_features { FEATURE_SETS[set] } else { (NO_SET, 0) };
-            let cost = cost(workspace, &driver, kernel, flavour, features)?;
-            rows.push(Row { kernel: kernel.name.to_owned(), set: set.to_owned(), flavour, cost });
-        }
-    }
+    let of_check = |set, flavour| !options.check || (set < CHECKED_SETS && flavour == Flavour::Exact);
+    let rows = rows(workspace, &driver, &kernels, of_check)?;
     let report = workspace.root().join("docs/shader-cost.md");
     if options.check {
         return check(&report, &driver.name, &rows);
@@ -97,6 +86,39 @@ pub(super) fn run(workspace: &Workspace, options: &Options) -> Result<(), Error>
         std::fs::write(&report, text).map_err(Error::io("write", &report))?;
     }
     Ok(())
+}
+
+/// What exact kernels of these names take in a scene as `cornell`, told by the driver of this machine's GPU, as a table below its name;
+/// nothing where no driver tells.
+///
+/// # Errors
+/// If there is no such kernel, or the driver cannot compile it.
+pub fn of_gpu(names: &[&str]) -> Result<Option<String>, Error> {
+    let kernels = chosen(&names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>())?;
+    let Some(driver) = Driver::open()? else { return Ok(None) };
+    let rows = rows(&Workspace::current(), &driver, &kernels, |set, flavour| set == 0 && flavour == Flavour::Exact)?;
+    Ok(Some(format!("Driver: {}.\n\n{}", driver.name, report::table(&rows))))
+}
+
+/// A row of each build that is wanted, by the index of its set of features and its flavour.
+fn rows(
+    workspace: &Workspace,
+    driver: &Driver,
+    kernels: &[&'static KernelDesc],
+    is_wanted: impl Fn(usize, Flavour) -> bool,
+) -> Result<Vec<Row>, Error> {
+    let mut rows = Vec::new();
+    for kernel in kernels {
+        let has_features = kernel.constants.iter().any(|constant| constant.name == "features");
+        let sets = if has_features { FEATURE_SETS.len() } else { 1 };
+        let builds = (0..sets).flat_map(|set| [Flavour::Exact, Flavour::Fast].map(|flavour| (set, flavour)));
+        for (set, flavour) in builds.filter(|(set, flavour)| is_wanted(*set, *flavour)) {
+            let (set, features) = if has_features { FEATURE_SETS[set] } else { (NO_SET, 0) };
+            let cost = cost(workspace, driver, kernel, flavour, features)?;
+            rows.push(Row { kernel: kernel.name.to_owned(), set: set.to_owned(), flavour, cost });
+        }
+    }
+    Ok(rows)
 }
 
 /// The kernels of these names.

@@ -59,15 +59,22 @@ pub(super) fn text(is_radv: bool, driver: &str, rows: &[Row]) -> String {
     } else {
         "`cargo xtask shader cost --gpu` (2 min) makes this table."
     };
-    let mut text = format!(
+    format!(
         "# What kernels take of a GPU\n\n{how}\n\n{DRIVER}{driver}.\n\n\
          Registers are vector registers of an invocation. Spills are scalar and vector registers that are kept in memory. Waves are groups of 32 \
          invocations that a SIMD unit holds at once. A dash is what the driver does not tell. These are exact for this compiler, and they \
          are not times. Features are those to which a kernel is specialised: `diffuse` is a scene as `cornell`, `textured` one with an \
-         environment, textures and glossy surfaces, and `all` is unspecialised.\n\n\
-         | kernel | features | flavour | registers | spills | local bytes | waves | instructions | bytes of code |\n\
+         environment, textures and glossy surfaces, and `all` is unspecialised.\n\n{}",
+        table(rows)
+    )
+}
+
+/// The rows alone, below their heads.
+pub(super) fn table(rows: &[Row]) -> String {
+    let mut text =
+        "| kernel | features | flavour | registers | spills | local bytes | waves | instructions | bytes of code |\n\
          |---|---|---|---:|---:|---:|---:|---:|---:|\n"
-    );
+            .to_owned();
     let number = |number: Option<u64>| number.map_or_else(|| "-".to_owned(), |number| number.to_string());
     for row in rows {
         let Cost { registers, spills, local_bytes, waves, instructions, code_bytes } = row.cost;
