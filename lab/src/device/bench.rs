@@ -81,9 +81,9 @@ impl Bench {
     /// Time for a part of which as much is measured as there is time for.
     pub(super) fn budget(&self) -> Budget {
         let seconds = match self.extent {
-            Extent::Quick => 25,
+            Extent::Quick => 60,
             Extent::Turn => 40,
-            Extent::Full => 150,
+            Extent::Full => 120,
         };
         Budget { end: Instant::now() + Duration::from_secs(seconds) }
     }

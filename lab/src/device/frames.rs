@@ -25,9 +25,7 @@ pub(super) fn measure(bench: &mut Bench) -> Result<Found, Error> {
             found.rows.extend(of_subject(bench, &subject)?);
         }
     }
-    if !left_out.is_empty() {
-        found.notes.push(format!("Left out for want of time: {}.", left_out.join(", ")));
-    }
+    found.leave_out(&left_out);
     if !bench.device().has_clock() {
         let what = "The adapter has no timestamp queries: times are of frames that are submitted together, and no pass is timed.";
         found.notes.push(what.to_owned());

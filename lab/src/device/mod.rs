@@ -97,6 +97,15 @@ struct Found {
     notes: Vec<String>,
 }
 
+impl Found {
+    /// Says which subjects there was no time for, if any.
+    fn leave_out(&mut self, subjects: &[String]) {
+        if !subjects.is_empty() {
+            self.notes.push(format!("Left out for want of time: {}.", subjects.join(", ")));
+        }
+    }
+}
+
 /// Compares words, measures, and prints the report.
 ///
 /// # Errors

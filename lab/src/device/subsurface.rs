@@ -64,12 +64,17 @@ pub(super) fn measure(bench: &mut Bench) -> Result<Found, Error> {
     let scene = SceneBuffers::build(&scene)?;
     let (size, seconds) = (bench.size(), bench.figure_seconds());
     let Effort { size: small, samples, reference, methods } = effort(bench.extent);
+    let budget = bench.budget();
     let gpu = bench.main();
     let picture = Picture { size: small, integral: settings(Subsurface::Walk).integral() };
     let truth = Truth::new(&reference::make(gpu, &scene, picture, None, reference, &mut |_| Ok(()))?);
-    let (mut found, mut time) = (Found::default(), None);
+    let (mut found, mut time, mut left_out) = (Found::default(), None, Vec::new());
     for &method in methods {
         let subject = format!("{} in `{SCENE}` of {}", method.name(), MEDIUM.0);
+        if budget.is_over() {
+            left_out.push(subject);
+            continue;
+        }
         let milliseconds = took(gpu, &scene, &Render::new(size, settings(method)), seconds)?.milliseconds;
         let time = *time.get_or_insert(f64::from(samples) * milliseconds);
         let count = ((time / milliseconds).round() as u32).max(1);
@@ -82,6 +87,7 @@ pub(super) fn measure(bench: &mut Bench) -> Result<Found, Error> {
             None => found.notes.push(format!("The reference is too noisy to know the error of {subject}.")),
         }
     }
+    found.leave_out(&left_out);
     Ok(found)
 }
 

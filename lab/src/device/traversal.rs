@@ -20,31 +20,36 @@ const BALL: [u32; 2] = [512, 256];
 
 pub(super) fn measure(bench: &mut Bench) -> Result<Found, Error> {
     let scenes = [(INTERIOR, Scene::load(INTERIOR)?), ("the ball", ball())];
-    let mut found = Found::default();
+    let (mut found, budget, mut left_out) = (Found::default(), bench.budget(), Vec::new());
     for (name, scene) in scenes {
         let scene = SceneBuffers::build(&scene)?;
         let triangles = scene.stats().triangles;
         for kind in Kind::ALL {
-            found.rows.extend(of_kind(bench, &format!("{name}, {triangles} triangles"), &scene, kind)?);
+            let subject = format!("{}: {name}, {triangles} triangles", kind.name());
+            if budget.is_over() {
+                left_out.push(subject);
+            } else {
+                found.rows.extend(of_kind(bench, &subject, &scene, kind)?);
+            }
         }
     }
+    found.leave_out(&left_out);
     Ok(found)
 }
 
 /// Rays a second of one kind in one scene. Pixels without a ray take next to no time, and do not count.
-fn of_kind(bench: &mut Bench, name: &str, scene: &SceneBuffers, kind: Kind) -> Result<Vec<Row>, Error> {
+fn of_kind(bench: &mut Bench, subject: &str, scene: &SceneBuffers, kind: Kind) -> Result<Vec<Row>, Error> {
     let (size, seconds) = (bench.size(), bench.figure_seconds());
     let rays = rays(scene, size, kind);
     let traced = rays.iter().filter(|ray| ray.t_max > 0.0).count() as f64;
-    let subject = format!("{}: {name}", kind.name());
-    let case = frozen(case(name, scene, size, kind, &rays), scene);
+    let case = frozen(case(subject, scene, size, kind, &rays), scene);
     if let Some(gpu) = bench.exact() {
         super::parity::same_hits(gpu, &case)?;
     }
-    let mut rows = vec![Row::new(Part::Traversal, &subject, "million rays", traced * 1.0e-6)];
+    let mut rows = vec![Row::new(Part::Traversal, subject, "million rays", traced * 1.0e-6)];
     for (flavour, gpu) in bench.executors() {
         let rate = traced / pass_seconds(gpu, plan(&case), seconds)? * 1.0e-6;
-        rows.push(Row::new(Part::Traversal, &subject, format!("{flavour}, Mrays/s"), rate));
+        rows.push(Row::new(Part::Traversal, subject, format!("{flavour}, Mrays/s"), rate));
     }
     Ok(rows)
 }

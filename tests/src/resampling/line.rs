@@ -112,7 +112,7 @@ struct Line {
 }
 
 /// A sample at a pixel.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Evaluation {
     pixel: Pixel,
     sample: f32,
