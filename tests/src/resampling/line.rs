@@ -50,7 +50,7 @@ pub struct Setting {
 }
 
 /// A pixel of a frame.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Pixel {
     scale: f32,
     bend: f32,
