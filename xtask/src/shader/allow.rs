@@ -8,7 +8,7 @@ use std::fmt;
 use std::sync::LazyLock;
 
 use rspirv::dr::{Instruction, Module, Operand};
-use rspirv::spirv::{Decoration, ExecutionMode, MemoryModel, Op, Word};
+use rspirv::spirv::{Decoration, ExecutionMode, MemoryModel, Op, StorageClass, Word};
 
 use super::module::{GLSL, decorations, id_operand, literal_operand, operation_name, string_operand};
 
@@ -43,7 +43,21 @@ pub fn check(module: &Module) -> Vec<Violation> {
         Some(Violation { opcode, id: instruction.result_id.or_else(|| id_operand(instruction, 0)), reason })
     });
     let missing = missing(module).into_iter().map(|(opcode, reason)| Violation { opcode, id: None, reason });
-    instructions.chain(missing).collect()
+    instructions.chain(shared_variables(module)).chain(missing).collect()
+}
+
+/// Variables of a workgroup beyond the first, which is the ring of traversals: an invocation reads no word of it that it has not written
+/// itself. Of others nobody has shown that.
+fn shared_variables(module: &Module) -> impl Iterator<Item = Violation> {
+    let is_shared = |instruction: &&Instruction| {
+        instruction.class.opcode == Op::Variable
+            && instruction.operands.first() == Some(&Operand::StorageClass(StorageClass::Workgroup))
+    };
+    module.types_global_values.iter().filter(is_shared).skip(1).map(|instruction| Violation {
+        opcode: Op::Variable,
+        id: instruction.result_id,
+        reason: "is a second variable of the workgroup: the ring of traversals is the only one permitted".to_owned(),
+    })
 }
 
 /// What instructions refer to.
@@ -194,7 +208,7 @@ fn why_forbidden(opcode: Op) -> &'static str {
 
 #[cfg(test)]
 mod tests {
-    use rspirv::spirv::{Capability, GlslStd450Op, StorageClass};
+    use rspirv::spirv::{Capability, GlslStd450Op};
 
     use super::*;
 

@@ -145,6 +145,18 @@ fn capabilities_decorations_and_storage_have_lists_too() {
 }
 
 #[test]
+fn invocations_share_one_ring_and_nothing_else() {
+    let mut module = module(Flavour::Exact, "ray_check");
+    let ring = Operand::StorageClass(StorageClass::Workgroup);
+    let ring = module.types_global_values.iter().find(|i| i.class.opcode == Op::Variable && i.operands[0] == ring);
+    let mut second = ring.expect("a kernel that traces has a ring").clone();
+    second.result_id = Some(fresh_id(&mut module));
+    let id = second.result_id;
+    module.types_global_values.push(second);
+    assert_eq!(assert_one(&module, Op::Variable, "second variable of the workgroup"), id);
+}
+
+#[test]
 fn a_specialization_constant_hides_no_float_operation() {
     let mut module = exact_module();
     let product = find(&mut module, Op::FMul);
