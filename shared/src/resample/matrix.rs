@@ -51,7 +51,8 @@ trait Visit<R: Reservoirs> {
     /// The input that has been selected, once there is one.
     fn selected(&self) -> u32;
     /// A row begins.
-    fn begin(&mut self, reservoirs: &R, rules: &Rules, row: u32, receiver: &ReceiverOf<R>);
+    #[inline(always)]
+    fn begin(&mut self, _reservoirs: &R, _rules: &Rules, _row: u32, _receiver: &ReceiverOf<R>) {}
     /// An entry of it, and its sample at the receiver, if that is wanted and exists.
     fn evaluate(
         &mut self,
@@ -62,21 +63,25 @@ trait Visit<R: Reservoirs> {
         inputs: &mut Inputs<R>,
     );
     /// An entry of it, after all have been evaluated.
+    #[inline(always)]
     fn weigh(
         &mut self,
-        reservoirs: &R,
-        rules: &Rules,
-        entry: &Entry<SampleOf<R>>,
-        receiver: &ReceiverOf<R>,
-        inputs: &mut Inputs<R>,
-    );
+        _reservoirs: &R,
+        _rules: &Rules,
+        _entry: &Entry<SampleOf<R>>,
+        _receiver: &ReceiverOf<R>,
+        _inputs: &mut Inputs<R>,
+    ) {
+    }
     /// All its entries have been weighed.
-    fn end(&mut self, rules: &Rules, row: u32, inputs: &Inputs<R>, count: u32);
+    #[inline(always)]
+    fn end(&mut self, _rules: &Rules, _row: u32, _inputs: &Inputs<R>, _count: u32) {}
 }
 
 /// The walk through the matrix: row by row, so that each receiver is made once. Its order is the one in which samples are evaluated, whether
-/// they are merged or listed. Rays are traced when a row's samples have been evaluated: while they are, no surface takes registers of a GPU. Nor
-/// does what the loops hand on, which a device keeps twice where a loop tests before its first turn; there is at least one of each.
+/// they are merged or listed. A row's rays are traced after all its samples have been evaluated, so that no surface takes registers of a GPU
+/// while rays are traced. The loops test at their end, as there is at least one row and one input: of a loop that tests first, a compiler
+/// keeps twice what it hands on.
 #[inline(always)]
 fn walk<R: Reservoirs, V: Visit<R>>(
     reservoirs: &R,
@@ -324,9 +329,6 @@ impl<R: Reservoirs, E: FnMut(SampleOf<R>, Source, bool)> Visit<R> for Lister<E> 
     }
 
     #[inline(always)]
-    fn begin(&mut self, _reservoirs: &R, _rules: &Rules, _row: u32, _receiver: &ReceiverOf<R>) {}
-
-    #[inline(always)]
     fn evaluate(
         &mut self,
         _reservoirs: &R,
@@ -340,20 +342,6 @@ impl<R: Reservoirs, E: FnMut(SampleOf<R>, Source, bool)> Visit<R> for Lister<E> 
             (self.0)(shifted.sample, to, entry.traced);
         }
     }
-
-    #[inline(always)]
-    fn weigh(
-        &mut self,
-        _reservoirs: &R,
-        _rules: &Rules,
-        _entry: &Entry<SampleOf<R>>,
-        _receiver: &ReceiverOf<R>,
-        _inputs: &mut Inputs<R>,
-    ) {
-    }
-
-    #[inline(always)]
-    fn end(&mut self, _rules: &Rules, _row: u32, _inputs: &Inputs<R>, _count: u32) {}
 }
 
 /// What [`merge`] evaluates, in its order, of a form that asks for nothing after the selection: each sample where it was shifted to, the

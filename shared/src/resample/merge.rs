@@ -343,7 +343,7 @@ pub(crate) fn add<R: Reservoirs>(
 
 #[cfg(not(target_arch = "spirv"))]
 impl Rules {
-    /// The most that one pixel asks [`evaluated`] for.
+    /// The most that one pixel asks [`evaluated`](matrix::evaluated) for.
     #[inline(always)]
     pub(crate) fn most_evaluated(&self) -> usize {
         let inputs = self.neighbours.wrapping_add(2) as usize;

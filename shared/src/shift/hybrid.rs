@@ -162,7 +162,8 @@ impl Tip {
         self.cause = cause;
     }
 
-    /// This is no path. Constants stand for all that was known of it, so that no register keeps it for other ways through the loop.
+    /// This is no path. Constants stand for all that was known of it: else registers keep it on all other ways through the loop, too. What
+    /// never changes takes none.
     #[inline(always)]
     fn fail(&mut self, cause: Cause) {
         let changed = self.changed;

@@ -74,8 +74,8 @@ impl Path {
     }
 }
 
-/// A path as it lies in a plane. A shift asks for its parts where it needs them: kept while a ray is traced, they would take registers of a
-/// GPU.
+/// A path as it lies in a plane. A shift asks for its parts where it needs them, again and again: kept while a ray is traced, they would take
+/// registers of a GPU. It gives the same path whenever it is asked.
 pub trait KeptPath {
     /// The path; its hit, direction, radiance and light may be those of [`Path::NONE`].
     fn course(&self) -> Path;

@@ -63,7 +63,7 @@ pub(super) struct Scattered {
     /// What is left of its light on the way.
     transmittance: Vec3,
     /// Light by way of a perfect lobe, weighted.
-    pub(super) radiance: Vec3,
+    radiance: Vec3,
 }
 
 impl Scattered {
@@ -202,7 +202,7 @@ fn select<S: Trace + Surface + AddressedLights, C: Select<S>>(
     let scatters = scattering.goes_on & known.is_none();
     let mut scattered = known.unwrap_or(Scattered::NOTHING);
     if scatters {
-        // until the ray is followed
+        // it is the sample's weight until the ray has been followed: one of its own would take registers in all rounds
         scattered.radiance = scattering.sample.weight;
     }
     let mut group = Reservoir::empty(Candidate::NONE);

@@ -22,8 +22,9 @@ pub(super) struct Candidate {
     /// Index in the stream; the one after the lights' is scattering's, which has [`super::FROM_SCATTERING`] once all are known.
     pub(super) index: u32,
     pub(super) shadow: Ray,
-    /// What arrives of it, as far as that is known to be less than all: by way of glass, and whether nothing does.
+    /// What arrives of it where light may come through glass, as far as it is asked for: all until then.
     pub(super) transmittance: Vec3,
+    /// Nothing arrives of it, where no light comes through glass.
     pub(super) occluded: bool,
 }
 
