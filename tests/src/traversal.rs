@@ -78,10 +78,7 @@ pub fn rays(scene: &SceneBuffers, [width, height]: [u32; 2], kind: Kind) -> Vec<
 pub fn case(name: &str, scene: &SceneBuffers, [width, height]: [u32; 2], kind: Kind, rays: &[PackedRay]) -> Case {
     let params = RayCheckParams { scene: scene.header, width, height, reserved: [0; 2] };
     let general = Case::new(&ray_check::DESC, format!("{}, {name}", kind.name()), width, height);
-    let any_hit = u32::from(kind == Kind::Shadow);
-    let value = |name: &str, default| if name == "any_hit" { any_hit } else { default };
-    let constants = general.kernel.constants.iter().map(|constant| value(constant.name, constant.default)).collect();
-    Case { constants, ..general }
+    with_constant(general, "any_hit", u32::from(kind == Kind::Shadow))
         .with(&[params])
         .with(&scene.geometry)
         .with(&scene.attributes)
@@ -93,10 +90,14 @@ pub fn case(name: &str, scene: &SceneBuffers, [width, height]: [u32; 2], kind: K
 /// The case, specialised to the features of its scene as well.
 #[must_use]
 pub fn frozen(case: Case, scene: &SceneBuffers) -> Case {
-    let constants = case.kernel.constants.iter().zip(&case.constants);
-    let value = |name: &str, value| if name == "features" { scene.features } else { value };
-    let constants = constants.map(|(constant, &own)| value(constant.name, own)).collect();
-    Case { constants, ..case }
+    with_constant(case, "features", scene.features)
+}
+
+fn with_constant(mut case: Case, name: &str, value: u32) -> Case {
+    for (constant, own) in case.kernel.constants.iter().zip(&mut case.constants) {
+        *own = if constant.name == name { value } else { *own };
+    }
+    case
 }
 
 /// Scenes of parity cases: a hall that opens on another, and leaves that are masked and blended.

@@ -1,8 +1,9 @@
 //! Two builds in turns: whatever else the machine does, it does to both.
 
 use std::fmt::Write as _;
+use std::io::{Read as _, Seek as _};
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, ExitStatus, Stdio};
 
 use restir_cli::console;
 
@@ -13,6 +14,8 @@ use crate::bench::fit::median;
 
 /// Turns of each.
 const TURNS: usize = 3;
+/// More bytes than the rows of a turn have.
+const MOST_BYTES: u64 = 1 << 20;
 
 /// Measures by both programs and prints the table of both.
 pub(super) fn run(options: &Options, other: &Path) -> Result<(), Error> {
@@ -43,12 +46,10 @@ fn turn_of(options: &Options, program: &Path) -> Result<Vec<Row>, Error> {
     command.args(options.adapter.iter().flat_map(|adapter| ["--adapter", adapter]));
     command.args(options.only.iter().flat_map(|part| ["--only".to_owned(), part.option()]));
     let give = "give the program `lab` of a commit that has `cargo lab device`";
-    let output = command.output();
-    let output = output.map_err(|error| Error::Environment(format!("{shown} cannot be run ({error}); {give}")))?;
-    let said = String::from_utf8_lossy(&output.stderr);
-    let why =
-        said.lines().last().map_or_else(|| format!("it ended with {}", output.status), |why| why.trim().to_owned());
-    match (output.status.code(), why.strip_prefix("error: ")) {
+    let Ended { status, printed, said } =
+        ended(&mut command).map_err(|error| Error::Environment(format!("{shown} cannot be run ({error}); {give}")))?;
+    let why = said.lines().last().map_or_else(|| format!("it ended with {status}"), |why| why.trim().to_owned());
+    match (status.code(), why.strip_prefix("error: ")) {
         (Some(0), _) => {}
         (Some(1), Some(why)) => return Err(Error::Failed(format!("{shown} measured nothing: {why}"))),
         (_, told) => {
@@ -56,9 +57,35 @@ fn turn_of(options: &Options, program: &Path) -> Result<Vec<Row>, Error> {
             return Err(Error::Environment(format!("{shown} does not measure ({why}); {give}")));
         }
     }
-    let rows = from_lines(&String::from_utf8_lossy(&output.stdout));
+    let rows = from_lines(&printed);
     let rows = rows.and_then(|rows| if rows.is_empty() { Err("there are none".to_owned()) } else { Ok(rows) });
     rows.map_err(|what| Error::Environment(format!("{shown} prints no rows ({what}); {give}")))
+}
+
+/// What a program has left.
+struct Ended {
+    status: ExitStatus,
+    printed: String,
+    said: String,
+}
+
+/// Runs a program to its end, or until it has printed more than rows can be.
+fn ended(command: &mut Command) -> std::io::Result<Ended> {
+    let mut said = tempfile::tempfile()?;
+    let mut child = command.stdout(Stdio::piped()).stderr(said.try_clone()?).spawn()?;
+    let mut printed = Vec::new();
+    if let Some(stdout) = child.stdout.take() {
+        stdout.take(MOST_BYTES).read_to_end(&mut printed)?;
+    }
+    if printed.len() as u64 == MOST_BYTES {
+        child.kill()?;
+    }
+    let status = child.wait()?;
+    said.rewind()?;
+    let mut words = Vec::new();
+    said.read_to_end(&mut words)?;
+    let [printed, said] = [printed, words].map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
+    Ok(Ended { status, printed, said })
 }
 
 /// The values of a figure over turns.

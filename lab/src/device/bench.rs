@@ -7,6 +7,7 @@ use restir_host::buffers::SceneBuffers;
 use restir_host::exec::gpu::takes_passthrough;
 use restir_host::exec::{Executor, Flavour, GpuExecutor};
 use restir_host::scene::Scene;
+use restir_host::wgpu::DeviceType;
 
 use super::Extent;
 use super::subjects::MAIN;
@@ -61,6 +62,11 @@ impl Bench {
 
     pub(super) fn device(&self) -> &GpuExecutor {
         &self.executors[0].1
+    }
+
+    /// Whether the adapter has no hardware of its own.
+    pub(super) fn is_software(&self) -> bool {
+        self.device().device().adapter_info().device_type == DeviceType::Cpu
     }
 
     /// The adapter's name alone.

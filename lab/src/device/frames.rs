@@ -1,9 +1,10 @@
 //! Techniques: what a frame of each preset takes, and its passes.
 
 use restir_host::buffers::SceneBuffers;
+use restir_host::render::{Render, Shows};
 use restir_host::scene::Scene;
 
-use super::bench::Bench;
+use super::bench::{Bench, Budget};
 use super::pace::{Took, took};
 use super::rows::Row;
 use super::subjects::{MAIN, Subject, subjects};
@@ -22,7 +23,7 @@ pub(super) fn measure(bench: &mut Bench) -> Result<Found, Error> {
         if budget.is_over() {
             left_out.push(subject.name());
         } else {
-            found.rows.extend(of_subject(bench, &subject)?);
+            found.rows.extend(of_subject(bench, &budget, &subject)?);
         }
     }
     found.leave_out(&left_out);
@@ -33,7 +34,7 @@ pub(super) fn measure(bench: &mut Bench) -> Result<Found, Error> {
     Ok(found)
 }
 
-fn of_subject(bench: &mut Bench, subject: &Subject) -> Result<Vec<Row>, Error> {
+fn of_subject(bench: &mut Bench, budget: &Budget, subject: &Subject) -> Result<Vec<Row>, Error> {
     let (name, size, seconds) = (subject.name(), bench.size(), bench.figure_seconds());
     let scene = SceneBuffers::build(&Scene::load(subject.scene)?)?;
     let render = subject.render(size)?;
@@ -44,7 +45,7 @@ fn of_subject(bench: &mut Bench, subject: &Subject) -> Result<Vec<Row>, Error> {
     // to compile both flavours of all takes a software adapter too long
     let is_first = subject.name() == MAIN[0].name();
     let flavours = if bench.extent == Extent::Quick && !is_first { 1 } else { usize::MAX };
-    for (flavour, gpu) in bench.executors().iter_mut().take(flavours) {
+    for (flavour, gpu) in bench.executors().iter_mut().take(flavours).take_while(|_| !budget.is_over()) {
         let Took { milliseconds, kernels } = took(gpu, &scene, &render, seconds)?;
         rows.push(figure(format!("{flavour}, ms"), milliseconds));
         rows.push(figure(format!("{flavour}, Mrays/s"), 1.0e3 * mega_rays / milliseconds));
@@ -52,6 +53,8 @@ fn of_subject(bench: &mut Bench, subject: &Subject) -> Result<Vec<Row>, Error> {
             |(kernel, time)| Row::new(Part::Passes, format!("{name}: `{kernel}`"), format!("{flavour}, ms"), time);
         rows.extend(kernels.into_iter().map(pass));
     }
-    rows.push(figure("MiB of buffers".to_owned(), render.plan(&scene).bytes() as f64 / MEBIBYTE));
+    // of frames that go on
+    let going = Render { count: 2, shows: Shows::Each, ..render };
+    rows.push(figure("MiB of buffers".to_owned(), going.plan(&scene).bytes() as f64 / MEBIBYTE));
     Ok(rows)
 }

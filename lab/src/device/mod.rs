@@ -1,7 +1,7 @@
 //! `cargo lab device`: all figures of a GPU by one command, after it has shown that it gives the host's words.
 //!
 //! Passes are timed by the device's own clock, with as many of them in flight as fit in a submission; pipelines are made before. A part takes
-//! as many measurements as its time allows, so that the whole takes minutes on any GPU.
+//! as many measurements as its time allows, and begins nothing when that is up.
 
 mod against;
 mod bench;
@@ -29,7 +29,7 @@ use rows::Row;
 /// Options of `cargo lab device`.
 #[derive(Args)]
 pub struct Options {
-    /// Small images, and of each technique one preset: less than a minute on a software adapter.
+    /// Small images, and of each technique one preset: about a minute on a software adapter.
     #[arg(long)]
     quick: bool,
     /// Parts to measure, separated by commas; all if not given. Words are compared in any case.
@@ -38,7 +38,7 @@ pub struct Options {
     /// Part of the name of the adapter, in any case; the first hardware adapter if not given.
     #[arg(long)]
     adapter: Option<String>,
-    /// The program `lab` of another commit, which measures in turns with this one: frames and traversal alone, and medians over the turns.
+    /// The program `lab` of another commit, which measures in turns with this one: frames, their passes, and traversal alone. Figures are medians over the turns.
     #[arg(long, value_name = "PROGRAM")]
     against: Option<PathBuf>,
     /// Write the report to docs/bench-gpu, under the adapter's name.
@@ -122,6 +122,9 @@ pub fn run(options: &Options) -> Result<(), Error> {
     }
     console::note("comparing the device with the host");
     let mut bench = Bench::open(adapter, options.extent())?;
+    if bench.is_software() && !options.quick {
+        console::note("the adapter is software, which takes long for images of this size: --quick has small ones");
+    }
     let words = parity::compare(&mut bench)?;
     let parts = options.parts();
     if options.rows {
@@ -129,7 +132,7 @@ pub fn run(options: &Options) -> Result<(), Error> {
         return Ok(());
     }
     let found = parts.iter().map(|part| Ok((*part, part.measure(&mut bench)?))).collect::<Result<Vec<_>, Error>>()?;
-    report::publish(&bench, &words, &found, options.write)
+    report::publish(&bench, &options.command(), &words, &found, options.write)
 }
 
 /// The rows of all these parts.
@@ -149,6 +152,14 @@ impl Options {
             (false, true) => Extent::Turn,
             (false, false) => Extent::Full,
         }
+    }
+
+    /// The command that has these options.
+    fn command(&self) -> String {
+        let option = self.extent().option().map(|option| format!(" {option}"));
+        let only: Vec<String> = self.only.iter().map(|part| part.option()).collect();
+        let only = (!only.is_empty()).then(|| format!(" --only {}", only.join(",")));
+        format!("cargo xtask device{}{}", option.unwrap_or_default(), only.unwrap_or_default())
     }
 
     /// The parts that are asked for, in their order.
@@ -173,6 +184,16 @@ impl Options {
 impl Part {
     fn measure(self, bench: &mut Bench) -> Result<Found, Error> {
         console::note(&format!("measuring: {}", self.title()));
+        let found = self.found(bench)?;
+        match found.rows.iter().find(|row| !row.value.is_finite()) {
+            Some(Row { subject, column, .. }) => Err(Error::Failed(format!(
+                "{subject}: \"{column}\" is no number, because the device's clock counted no time; measure again"
+            ))),
+            None => Ok(found),
+        }
+    }
+
+    fn found(self, bench: &mut Bench) -> Result<Found, Error> {
         match self {
             Self::Frames | Self::Passes => frames::measure(bench),
             Self::Traversal => traversal::measure(bench),

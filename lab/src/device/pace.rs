@@ -106,7 +106,7 @@ fn middle(all: &[Took]) -> Took {
     }
 }
 
-/// Seconds of the only pass of a plan, which is run so often.
+/// Seconds of a plan's only pass: the median of as many runs as there is time for.
 pub(super) fn pass_seconds(gpu: &mut GpuExecutor, plan: FramePlan<'static>, time: f64) -> Result<f64, Error> {
     let FramePlan { buffers, passes, outputs, .. } = plan;
     let passes = passes.collect::<Result<Vec<_>, _>>()?;

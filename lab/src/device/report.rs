@@ -7,8 +7,15 @@ use super::{Extent, Found, Part};
 use crate::{Error, report};
 
 /// Prints the report, and puts it beside those of other devices where asked.
-pub(super) fn publish(bench: &Bench, words: &str, found: &[(Part, Found)], is_wanted: bool) -> Result<(), Error> {
-    let text = text(&bench.description(), bench.size(), bench.extent, words, found);
+pub(super) fn publish(
+    bench: &Bench,
+    command: &str,
+    words: &str,
+    found: &[(Part, Found)],
+    is_wanted: bool,
+) -> Result<(), Error> {
+    let head = head(bench, command, words);
+    let text = head + &text(bench.extent, found);
     report::publish(&format!("bench-gpu/{}", slug(&bench.adapter())), &text, is_wanted)
 }
 
@@ -18,16 +25,24 @@ fn slug(name: &str) -> String {
     words.map(str::to_lowercase).collect::<Vec<_>>().join("-")
 }
 
-fn text(device: &str, [width, height]: [u32; 2], extent: Extent, words: &str, found: &[(Part, Found)]) -> String {
-    let command = extent
-        .option()
-        .map_or_else(|| "cargo xtask device".to_owned(), |option| format!("cargo xtask device {option}"));
-    let write = if extent == Extent::Full { " --write" } else { "" };
-    let head = format!(
-        "# {device}\n\n`{command}{write}` makes this report; above each table stands what makes it alone. {words} Images have {width} x {height} \
-         pixels unless it says otherwise. Times are by the device's clock, from the beginning of a frame to that of the next one, with many passes in flight; \
-         pipelines were made and frames rendered before. Figures are medians.\n"
-    );
+/// What all tables have in common.
+fn head(bench: &Bench, command: &str, words: &str) -> String {
+    let (device, [width, height]) = (bench.description(), bench.size());
+    let clock = if bench.device().has_clock() {
+        "Times are by the device's clock, from the beginning of a frame to that of the next one, or of samples from the first to the last"
+    } else {
+        "Times are by the host's clock, of frames or samples that follow each other"
+    };
+    format!(
+        "# {device}\n\n`{command}` makes this report; above each table stands what makes it alone. {words} Images have {width} x {height} \
+         pixels unless it says otherwise. {clock}, with many passes in flight; pipelines were made and frames rendered before. Figures are medians.\n"
+    )
+}
+
+/// The tables.
+fn text(extent: Extent, found: &[(Part, Found)]) -> String {
+    let command =
+        format!("cargo xtask device{}", extent.option().map_or_else(String::new, |option| format!(" {option}")));
     let sections = found.iter().map(|(part, found)| section(*part, &command, found));
     let rows: Vec<Row> = found.iter().flat_map(|(_, found)| found.rows.clone()).collect();
     // it is asked of images of this size
@@ -40,7 +55,7 @@ fn text(device: &str, [width, height]: [u32; 2], extent: Extent, words: &str, fo
             goals.concat()
         )
     };
-    head + &sections.collect::<String>() + &asked
+    sections.collect::<String>() + &asked
 }
 
 /// Frames come with their passes.
@@ -85,8 +100,8 @@ impl Part {
                  segments."
             }
             Self::First => {
-                "From the start of a program to its first picture: it opens the device, compares it with the host by what it renders, and renders. Caches of drivers are off, \
-                 where a variable turns them off."
+                "What a program takes that begins by opening the device, compares it with the host by what it renders, and renders, until its first picture is in memory. \
+                 Caches of drivers are off, where a variable turns them off."
             }
             Self::Registers => "Exact kernels in a scene as `cornell`. A dash is what the driver does not tell.",
         }
@@ -111,17 +126,9 @@ mod tests {
             let first = Found { notes: vec!["Left out: all.".to_owned()], ..Found::default() };
             [(Part::Frames, frames), (Part::First, first)]
         };
-        let of = |extent| text("a card", [8, 6], extent, "No word differs.", &found());
+        let of = |extent| text(extent, &found());
         let full = of(Extent::Full);
-        let parts = [
-            "# a card\n",
-            "No word differs.",
-            "8 x 6 pixels",
-            "## Techniques\n",
-            "## Passes\n",
-            "--only first",
-            "\n\nLeft out: all.\n",
-        ];
+        let parts = ["## Techniques\n", "## Passes\n", "--only first", "\n\nLeft out: all.\n"];
         for part in parts {
             assert!(full.contains(part), "{part} is not in:\n{full}");
         }

@@ -22,6 +22,8 @@ const SCENE: &str = "statue";
 /// What the statue is filled with, and how long a millimetre is.
 const MEDIUM: (&str, f64) = ("skin1", 0.02);
 const DEPTH: u32 = 3;
+/// Samples of a method in equal time, however fast it is.
+const MOST_SAMPLES: f64 = 4096.0;
 /// Images with seeds of their own, over which an error is the mean.
 const IMAGES: u32 = 4;
 
@@ -77,7 +79,7 @@ pub(super) fn measure(bench: &mut Bench) -> Result<Found, Error> {
         }
         let milliseconds = took(gpu, &scene, &Render::new(size, settings(method)), seconds)?.milliseconds;
         let time = *time.get_or_insert(f64::from(samples) * milliseconds);
-        let count = ((time / milliseconds).round() as u32).max(1);
+        let count = (time / milliseconds).round().clamp(1.0, MOST_SAMPLES) as u32;
         let error =
             truth.rel_mse(error(gpu, &scene, &Render { count, ..Render::new(small, settings(method)) }, &truth)?);
         let figure = |column, value| Row::new(Part::Subsurface, &subject, column, value);

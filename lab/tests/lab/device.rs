@@ -3,7 +3,7 @@
 use crate::adapter::adapter_is_there;
 use crate::support::{Outcome, Workplace, finish, program};
 
-/// A program that measures nothing.
+/// What is no program at all.
 const OTHER: &str = env!("CARGO_MANIFEST_DIR");
 
 fn device(arguments: &[&str]) -> Outcome {

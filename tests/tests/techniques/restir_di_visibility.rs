@@ -166,18 +166,18 @@ impl<'a> Offline<'a> {
             let confidence = cap.map_or(stored.confidence, |cap| stored.confidence.min(cap));
             inputs.push(Input { pixel, stored: Stored { confidence, ..stored }, visibility: 0.0 });
         }
-        let mut rest = events[first..].iter().peekable();
+        // all samples are evaluated at the pixel before the first ray goes out
+        let evaluated = inputs.iter().filter(|input| input.stored.has_sample()).count();
+        let mut traced = events[first..].iter().skip(evaluated);
         let mut rays = 0;
         for (i, input) in inputs.iter_mut().enumerate() {
             input.visibility = f64::from(input.stored.visibility.x);
-            if !input.stored.has_sample() {
-                continue;
-            }
-            rest.next();
-            rays += usize::from(i > 0 && cap.is_none() && self.target(at, input.stored.sample) > 0.0);
-            if let Some(Event::Occluded { occluded, .. }) = rest.peek() {
-                input.visibility = if *occluded { 0.0 } else { 1.0 };
-                rest.next();
+            let sample = input.stored.sample;
+            if input.stored.has_sample() && i > 0 && cap.is_none() && self.target(at, sample) > 0.0 {
+                rays += 1;
+                if let Some(Event::Occluded { occluded, .. }) = traced.next() {
+                    input.visibility = if *occluded { 0.0 } else { 1.0 };
+                }
             }
         }
         Some((inputs, rays))

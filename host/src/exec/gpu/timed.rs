@@ -8,7 +8,7 @@ use std::time::Instant;
 /// Passes of a submission: enough that the device always has work, and few enough that a driver with a time limit lets them pass.
 const TOGETHER: usize = 32;
 
-/// When the device ran a pass, in seconds of its clock.
+/// When the device ran a pass, in seconds after the plan's first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Span {
     /// Name of the kernel.
@@ -71,7 +71,9 @@ impl GpuExecutor {
                 submissions(&ready).map(|some| self.submit_together(some, &buffers)).collect();
             self.wait()?;
             let seconds = begun.elapsed().as_secs_f64();
-            let spans = submissions(&ready).zip(&notes).map(|(some, notes)| self.spans(some, notes.as_ref()));
+            let mut first = None;
+            let spans =
+                submissions(&ready).zip(&notes).map(|(some, notes)| self.spans(some, notes.as_ref(), &mut first));
             Ok(Timeline { spans: spans.collect::<Result<Vec<_>, Error>>()?.concat(), seconds })
         })
     }
@@ -118,10 +120,14 @@ impl GpuExecutor {
         Notes { queries, resolved }
     }
 
-    fn spans(&self, some: &[Ready<'_>], notes: Option<&Notes>) -> Result<Vec<Span>, Error> {
+    /// When passes of a submission ran, after the first tick of all, which is `begun`.
+    fn spans(&self, some: &[Ready<'_>], notes: Option<&Notes>, begun: &mut Option<u64>) -> Result<Vec<Span>, Error> {
         let Some(notes) = notes else { return Ok(Vec::new()) };
         let ticks: Vec<u64> = bytemuck::pod_collect_to_vec(&self.read(&notes.resolved)?);
-        let seconds = |ticks: u64| ticks as f64 * f64::from(self.queue.get_timestamp_period()) * 1.0e-9;
+        let begun = *begun.get_or_insert(ticks[0]);
+        // a clock may have counted for years, and a difference has more digits
+        let seconds =
+            |ticks: u64| ticks.saturating_sub(begun) as f64 * f64::from(self.queue.get_timestamp_period()) * 1.0e-9;
         let span = |(ready, ticks): (&Ready<'_>, &[u64])| Span {
             kernel: ready.pass.kernel.name,
             begin: seconds(ticks[0]),
