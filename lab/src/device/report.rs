@@ -34,7 +34,7 @@ fn head(bench: &Bench, command: &str, words: &str) -> String {
         "Times are by the host's clock, of frames or samples that follow each other"
     };
     format!(
-        "# {device}\n\n`{command}` makes this report; above each table stands what makes it alone. {words} Images have {width} x {height} \
+        "# {device}\n\n`{command}` (8 min) makes this report; above each table stands what makes it alone. {words} Images have {width} x {height} \
          pixels unless it says otherwise. {clock}, with many passes in flight; pipelines were made and frames rendered before. Figures are medians.\n"
     )
 }
@@ -72,7 +72,7 @@ fn section(part: Part, command: &str, Found { rows, table: more, notes }: &Found
 /// Blocks below a heading, those that are there.
 fn headed(part: Part, command: &str, blocks: &[String]) -> String {
     let (title, name, what) = (part.title(), part.option(), part.explanation());
-    let head = format!("\n## {title}\n\n`{command} --only {name}`: {what}\n");
+    let head = format!("\n## {title}\n\n`{command} --only {name}` (2 min): {what}\n");
     let blocks = blocks.iter().filter(|block| !block.is_empty());
     head + &blocks.map(|block| format!("\n{}\n", block.trim_end())).collect::<String>()
 }
