@@ -33,8 +33,9 @@ fn head(bench: &Bench, command: &str, words: &str) -> String {
     } else {
         "Times are by the host's clock, of frames or samples that follow each other"
     };
+    let minutes = if bench.extent == Extent::Quick { 1 } else { 8 };
     format!(
-        "# {device}\n\n`{command}` (8 min) makes this report; above each table stands what makes it alone. {words} Images have {width} x {height} \
+        "# {device}\n\n`{command}` ({minutes} min) makes this report; above each table stands what makes it alone. {words} Images have {width} x {height} \
          pixels unless it says otherwise. {clock}, with many passes in flight; pipelines were made and frames rendered before. Figures are medians.\n"
     )
 }

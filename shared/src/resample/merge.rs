@@ -211,7 +211,7 @@ pub struct Combined<P> {
 /// Combines the canonical reservoir of the pixel `at` with others. The pixel sees something.
 ///
 /// Targets are a matrix a_j(y_i) of receiving pixels j and samples i, of which the form of MIS asks for some entries. There is one call site
-/// each for receiver, evaluation and visibility. #[inline(always)]
+/// each for receiver, evaluation and visibility.
 pub fn combine<P: Pixels>(
     pixels: &P,
     rules: &Rules,

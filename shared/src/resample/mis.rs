@@ -172,7 +172,7 @@ struct Terms<T> {
     at_source: T,
     /// Talbot: sum of M_j a_j(y_i); pairwise: a_i(y_0).
     other: T,
-    /// A driver (RADV) keeps an array of up to 256 bytes in registers, and chooses its elements by branches.
+    /// Makes all inputs together larger than 256 bytes: RADV keeps a smaller array in registers, and chooses its elements by branches.
     _room: [T; 3],
 }
 
