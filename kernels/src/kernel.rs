@@ -18,7 +18,7 @@
 ///
 /// The body's names stand for the invocation's position, the index of its element, a copy of the parameter block and, of a
 /// kernel that asks one, the scene whose header is the parameters' `scene`. The scene has the given features. With `asks frames` the name stands for
-/// [`restir_shared::scene::Frames`], whose other frame has the header `other_scene`; with `asks probed` it is a scene that implements
+/// [`restir_shared::scene::Frames`], whose other frame has the header `other_scene`; with `asks probed` and `asks probed_frames` scenes implement
 /// [`restir_shared::scene::Probe`], too, as not every scene does. Bindings are numbered from 0 without
 /// gaps; the name of one is its role, by which the host binds buffers.
 ///
@@ -147,6 +147,9 @@ macro_rules! over_arenas {
     (probed, $($scene:tt)*) => {
         over_arenas!(scene, $($scene)*)
     };
+    (probed_frames, $($frames:tt)*) => {
+        over_arenas!(frames, $($frames)*)
+    };
     (frames, $p:ident, $features:expr, $arenas:tt, $tracers:expr) => {{
         let tracers: [restir_shared::scene::Tracer<'_>; 2] = $tracers;
         let frames: restir_shared::scene::SceneFrames<'_> = restir_shared::scene::SceneFrames {
@@ -223,8 +226,14 @@ macro_rules! over_any {
     };
     // who runs a kernel has looked whether there is one
     (probed, $frames:ident) => {
-        match $frames.probed() {
+        match $frames.probed(false) {
             Some(scene) => scene,
+            None => return,
+        }
+    };
+    (probed_frames, $frames:ident) => {
+        match restir_shared::scene::ProbedFrames::new($frames) {
+            Some(frames) => frames,
             None => return,
         }
     };
@@ -234,6 +243,9 @@ macro_rules! over_any {
 #[cfg(not(target_arch = "spirv"))]
 macro_rules! probes {
     (probed) => {
+        true
+    };
+    (probed_frames) => {
         true
     };
     ($($asked:ident)?) => {

@@ -59,6 +59,7 @@ folders! {
     reuse,
     restir_di,
     restir_pt,
+    restir_sss,
 }
 
 /// The parity cases of kernels that need no technique.

@@ -90,6 +90,30 @@ pub fn decode_unit_vector_48([x, y]: [u32; 2]) -> Vec3 {
     normalize(Vec3::new(x as f32, y as f32, z as f32))
 }
 
+/// The lower 24 bits of a word.
+pub(crate) const LOW_24: u32 = 0x00ff_ffff;
+const CELLS: f32 = 16_777_216.0;
+
+/// A number in [0, 1) as the nearest multiple of 2^-24, in the lower 24 bits.
+#[inline(always)]
+pub(crate) fn unit_24(x: f32) -> u32 {
+    let nearest = (num::clamp(x, 0.0, 1.0 - num::UNIT_ROUNDOFF) * CELLS + 0.5) as u32;
+    // the sum is rounded as well: beyond the last cell lie the bits of another field
+    if nearest > LOW_24 { LOW_24 } else { nearest }
+}
+
+/// A number in [0, 1) as the multiple of 2^-24 below it, in the lower 24 bits: what is such a multiple stays what it is.
+#[inline(always)]
+pub(crate) fn floor_24(x: f32) -> u32 {
+    (num::clamp(x, 0.0, 1.0 - num::UNIT_ROUNDOFF) * CELLS) as u32
+}
+
+/// The inverse of [`unit_24`] and [`floor_24`]; the upper bits do not count.
+#[inline(always)]
+pub(crate) fn unit_from_24(word: u32) -> f32 {
+    (word & LOW_24) as f32 * num::UNIT_ROUNDOFF
+}
+
 /// The floats in the components x, y, z of a word.
 #[inline(always)]
 pub fn xyz(word: UVec4) -> Vec3 {

@@ -92,7 +92,7 @@ fn cannot_start(threads: usize, error: impl Into<Cause>) -> Error {
 
 /// Whether a pass finds in `frames` what it asks.
 pub(crate) fn check_probes(pass: &Pass, frames: &dyn AnyFrames) -> Result<(), Error> {
-    if !pass.kernel.probes || frames.probed().is_some() {
+    if !pass.kernel.probes || frames.probed(false).is_some() {
         return Ok(());
     }
     Err(Error::NotProbed { kernel: pass.kernel.name })

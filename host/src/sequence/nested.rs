@@ -15,8 +15,13 @@ pub(crate) struct Within {
 impl Within {
     /// The frames of `technique` on the stage of the other one, with so many samples each if it repeats these, else 1.
     pub(crate) fn new(technique: &dyn Technique, stage: &Stage, samples: u32) -> Self {
+        Self::by(|stage| technique.sequence(stage), stage, samples)
+    }
+
+    /// The same of a sequence that is made on this stage.
+    pub(crate) fn by(make: impl FnOnce(&Stage) -> Box<dyn Sequence>, stage: &Stage, samples: u32) -> Self {
         let stage = Stage { most: samples, progressive: false, ..stage.clone() };
-        Self { sequence: technique.sequence(&stage), samples }
+        Self { sequence: make(&stage), samples }
     }
 
     /// The buffers that a technique begins with: the arenas, and those of what is rendered within it, if anything is.

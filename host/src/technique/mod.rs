@@ -61,6 +61,7 @@ techniques! {
     path: PathSettings,
     restir_di: DiSettings,
     restir_pt: PtSettings,
+    restir_sss: SssSettings,
 }
 
 /// The technique of that name with its default settings.

@@ -128,13 +128,13 @@ impl Receiver {
         let at = as_exit(scene, &ray, hit);
         let interior = scene.interior(hit);
         let medium = interior.medium(scene.absorbed(hit));
-        let kept = params.spread(&interior, hit.t);
-        let profile = Profile::of_medium(&medium, params.shape()).of_channels(kept);
+        let kept = params.fit().spread(&interior, hit.t);
+        let profile = Profile::of_medium(&medium, params.fit().shape()).of_channels(kept);
         let Medium { albedo, absorbed, extinction, anisotropy } = medium;
-        let rest = |albedo: f32, absorbed: f32| Multiple::new(albedo, absorbed, anisotropy, params.remainder());
+        let rest = |albedo: f32, absorbed: f32| Multiple::new(albedo, absorbed, anisotropy, params.fit().remainder());
         let vertex: Vertex<Exit> = Vertex::new(&at, &ray, scene.features());
         Self {
-            disk: Disk { support: params.support(), ..Disk::new(at.position, at.normal, profile) },
+            disk: Disk { support: params.fit().support(), ..Disk::new(at.position, at.normal, profile) },
             rest: [rest(albedo.x, absorbed.x), rest(albedo.y, absorbed.y), rest(albedo.z, absorbed.z)],
             extinction,
             body: interior.body,

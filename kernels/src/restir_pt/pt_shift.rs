@@ -3,4 +3,4 @@
 use restir_shared::shift::PathOrigin;
 use restir_shared::technique::restir_pt::{PackedPath, PtParams};
 
-shift_kernel! { pt_shift of PackedPath, with PtParams, from PathOrigin }
+shift_kernel! { pt_shift of PackedPath, with PtParams, from PathOrigin, asks frames }

@@ -17,13 +17,13 @@ kernels! {
 
 /// The kernel that answers requests for shifts of a kind of [`Record`](restir_shared::resample::mutual::Record).
 macro_rules! shift_kernel {
-    ($name:ident of $record:ty, with $params:ty, from $origin:ty) => {
+    ($name:ident of $record:ty, with $params:ty, from $origin:ty, asks $asked:ident) => {
         kernel! {
             /// Answers each request: what its sample is where it is shifted to.
             pub fn $name(8, 8) {
                 constants { 0: features = 0xffff_ffff, 1: settings = 0xffff_ffff }
                 params 0: $params,
-                asks frames(features) { 1: geometry, 2: attributes, 3: texels },
+                asks $asked(features) { 1: geometry, 2: attributes, 3: texels },
                 read {
                     4: requests: restir_shared::resample::mutual::ShiftRequest,
                     5: origins: $origin,
@@ -31,10 +31,10 @@ macro_rules! shift_kernel {
                 },
                 own { 7: results: restir_shared::resample::mutual::ShiftResult },
             }
-            |x, y, at, p, frames| {
+            |x, y, at, p, scenes| {
                 let request = requests[(y * p.width + x) as usize];
                 let p = p.specialised(settings);
-                results[at] = restir_shared::resample::mutual::answer(&frames, &p, request, origins, reservoirs)
+                results[at] = restir_shared::resample::mutual::answer(&scenes, &p, request, origins, reservoirs)
             }
         }
     };
@@ -63,6 +63,25 @@ macro_rules! merge_kernel {
                 let shares =
                     restir_shared::resample::mutual::Shares { records: reservoirs, requests, results, returned };
                 merged[at] = restir_shared::resample::mutual::merge(&p, &shares, own, [x, y]).record
+            }
+        }
+    };
+}
+
+/// The kernel that shades pixels by a kind of [`Record`](restir_shared::resample::mutual::Record).
+macro_rules! shade_kernel {
+    ($name:ident of $record:ty, with $params:ty) => {
+        kernel! {
+            /// The radiance of each pixel by way of its sample.
+            pub fn $name(8, 8) {
+                constants {}
+                params 0: $params,
+                read { 1: reservoirs: $record, 2: direct: restir_shared::layout::FilmPixel },
+                own { 3: film: restir_shared::layout::FilmPixel },
+            }
+            |x, y, at, p| {
+                let index = (y * p.width + x) as usize;
+                film[at] = restir_shared::resample::mutual::shade(&reservoirs[index], direct[index])
             }
         }
     };

@@ -1,10 +1,9 @@
 //! Where pixels' surfaces were.
 
 use restir_shared::layout::FEATURES_ALL;
-use restir_shared::resample::mutual::{self, ShiftRequest};
+use restir_shared::resample::mutual::{self, AnyOrigin, ShiftRequest};
 use restir_shared::resample::params::ReuseParams;
 use restir_shared::resample::similar::PackedSurface;
-use restir_shared::shift::PathOrigin;
 
 kernel! {
     /// For each pixel, a request if the other frame saw its surface.
@@ -12,7 +11,7 @@ kernel! {
         constants {}
         params 0: ReuseParams,
         asks frames(FEATURES_ALL) { 1: geometry },
-        read { 2: origins: PathOrigin, 3: other_surfaces: PackedSurface },
+        read { 2: origins: AnyOrigin, 3: other_surfaces: PackedSurface },
         own { 4: requests: ShiftRequest },
     }
     |x, y, at, p, frames| {

@@ -1,6 +1,7 @@
 //! Hits in buffers.
 
 use super::Hit;
+use crate::layout::NONE;
 use bytemuck::{Pod, Zeroable};
 use glam::{UVec4, Vec2};
 
@@ -10,6 +11,9 @@ use glam::{UVec4, Vec2};
 pub struct PackedHit(pub UVec4);
 
 impl PackedHit {
+    /// [`Hit::MISS`] at no distance.
+    pub const MISS: Self = Self(UVec4::new(0, NONE, 0, 0));
+
     /// Packs a hit into 16 bytes, as planes hold it.
     #[inline(always)]
     pub fn pack(hit: &Hit) -> Self {

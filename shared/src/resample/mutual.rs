@@ -53,7 +53,8 @@ use super::pairing::Pairing;
 use super::params::{Flags, ReuseParams};
 use super::reservoir::Reservoir;
 use super::similar::{GBufferSurface, PackedSurface};
-use crate::geometry::Hit;
+use crate::geometry::{Hit, PackedHit};
+use crate::layout::FilmPixel;
 use crate::num;
 use crate::rng::{self, Rng, Sampler};
 use crate::scene::{Frames, Location, Surface};
@@ -100,6 +101,16 @@ impl ShiftRequest {
     }
 }
 
+/// What the origins of all techniques begin with: where paths begin, in 32 bytes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct AnyOrigin {
+    /// The hit there.
+    pub hit: PackedHit,
+    /// What a technique adds.
+    pub rest: [u32; 4],
+}
+
 /// What a sample is where it was shifted to, in 16 bytes: zeros if it cannot be shifted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
@@ -120,6 +131,11 @@ pub trait Record: Copy {
     fn confidence(&self) -> f32;
     /// The part of the sample's density that a shift changes: the Jacobian is the one after the shift over the one before.
     fn partial_jacobian(&self) -> f32;
+    /// The target of samples of such an integrand: its luminance, if not implemented.
+    #[inline(always)]
+    fn target(value: Vec3) -> f32 {
+        luminance(value)
+    }
     /// The sample at the pixel that it was shifted to.
     #[must_use]
     fn moved(&self, to: &ShiftResult) -> Self;
@@ -128,15 +144,15 @@ pub trait Record: Copy {
     fn weighted(&self, contribution_weight: f32, confidence: f32) -> Self;
 }
 
-/// A sample that can be shifted.
-pub trait Shift: Record {
+/// A sample that can be shifted in scenes `F`.
+pub trait Shift<F>: Record {
     /// The parameters of a pass.
     type Params: core::ops::Deref<Target = ReuseParams>;
     /// Where the samples of a pixel begin, as it lies in a plane: what they are shifted to.
     type Origin;
 
     /// The sample at an origin; with [`Flags::BACK`] at one of the other frame.
-    fn shift<F: Frames>(&self, frames: &F, params: &Self::Params, origin: &Self::Origin) -> ShiftResult;
+    fn shift(&self, frames: &F, params: &Self::Params, origin: &Self::Origin) -> ShiftResult;
 }
 
 /// The request of the element (x, row) of a grid with a layer for each neighbour: to take the sample of the pixel's n-th neighbour to the
@@ -188,7 +204,7 @@ pub fn reproject<F: Frames>(
 /// Does what a request asks for; with [`Flags::BACK`] the way back.
 #[doc(hidden)]
 #[inline(always)]
-pub fn answer<R: Shift, F: Frames>(
+pub fn answer<R: Shift<F>, F: Frames>(
     frames: &F,
     params: &R::Params,
     request: ShiftRequest,
@@ -220,7 +236,7 @@ pub struct Shares<'a, R> {
 fn target<R: Record>(shifted: &ShiftResult, record: &R) -> f32 {
     let ShiftResult { value, partial_jacobian } = *shifted;
     let jacobian = if partial_jacobian > 0.0 { num::div(partial_jacobian, record.partial_jacobian()) } else { 0.0 };
-    luminance(Vec3::from_array(value)) * jacobian
+    R::target(Vec3::from_array(value)) * jacobian
 }
 
 /// What a merge has selected.
@@ -252,7 +268,7 @@ pub fn merge<R: Record>(params: &ReuseParams, shares: &Shares<'_, R>, own: R, at
         let partner = if (i == 0) | still { index } else { shares.requests[request as usize].sample };
         if partner != ShiftRequest::NONE.sample {
             let record = if i == 0 { own } else { shares.records[partner as usize] };
-            let at_source = luminance(record.value());
+            let at_source = R::target(record.value());
             let unchanged = (i == 0) | still;
             let here = if unchanged { at_source } else { target(&shares.results[request as usize], &record) };
             let most = if crosses & (i != 0) { params.confidence_cap } else { MAX_CONFIDENCE };
@@ -293,6 +309,13 @@ pub fn merge<R: Record>(params: &ReuseParams, shares: &Shares<'_, R>, own: R, at
         let partner = shares.requests[request as usize].sample;
         shares.records[partner as usize].moved(&shares.results[request as usize])
     };
-    let weight = reservoir.contribution_weight(1.0, luminance(record.value()));
+    let weight = reservoir.contribution_weight(1.0, R::target(record.value()));
     Merged { record: record.weighted(weight, combine.confidence()), is_other, request }
+}
+
+/// What a pixel's sample sends to the camera, with what is seen without one.
+#[inline(always)]
+pub fn shade<R: Record>(record: &R, direct: FilmPixel) -> FilmPixel {
+    let pixel = FilmPixel::from_radiance(Vec3::from_array(direct.sum) + record.value() * record.contribution_weight());
+    FilmPixel { dropped: num::min(pixel.dropped + direct.dropped, 1.0), ..pixel }
 }

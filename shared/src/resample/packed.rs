@@ -21,6 +21,12 @@ use glam::Vec3;
 
 /// The largest confidence that a packed reservoir keeps, in frames: it is an integer of 8 bits.
 pub const MAX_CONFIDENCE: f32 = 255.0;
+/// A confidence weight in 8 bits.
+#[inline(always)]
+pub(crate) fn count(confidence: f32) -> u32 {
+    num::nearest(num::clamp(confidence, 0.0, MAX_CONFIDENCE)) as u32
+}
+
 /// The visibility has a colour.
 const COLOURED: u32 = 1 << 15;
 /// Steps of the lattice on which a channel of a coloured visibility lies.

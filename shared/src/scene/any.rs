@@ -19,8 +19,10 @@ pub trait AnyFrames {
     /// The scene of this frame or, with `other`, of the other one.
     fn scene(&self, other: bool) -> &dyn AnyScene;
 
-    /// The scene of this frame, if it can be probed; it cannot, if not implemented. Kernels that probe are refused then.
-    fn probed(&self) -> Option<&dyn AnyProbed> {
+    /// The scene of this frame or, with `other`, of the other one, if it can be probed; it cannot, if not implemented. Kernels that probe are
+    /// refused then.
+    fn probed(&self, other: bool) -> Option<&dyn AnyProbed> {
+        let _ = other;
         None
     }
 
@@ -37,5 +39,37 @@ impl<'a> Frames for &'a (dyn AnyFrames + 'a) {
 
     fn counterpart(&self, address: LightAddress, of_other: bool) -> LightAddress {
         AnyFrames::counterpart(*self, address, of_other)
+    }
+}
+
+/// A scene of any type that knows its objects, in two frames.
+#[derive(Clone, Copy)]
+pub struct ProbedFrames<'a> {
+    frames: &'a dyn AnyFrames,
+    scenes: [&'a dyn AnyProbed; 2],
+}
+
+impl<'a> ProbedFrames<'a> {
+    /// These frames, if they can be probed.
+    pub fn new(frames: &'a dyn AnyFrames) -> Option<Self> {
+        Some(Self { frames, scenes: [frames.probed(false)?, frames.probed(true)?] })
+    }
+}
+
+impl<'a> Frames for ProbedFrames<'a> {
+    type Scene = &'a dyn AnyProbed;
+
+    fn scene(&self, other: bool) -> &'a dyn AnyProbed {
+        self.scenes[usize::from(other)]
+    }
+
+    fn counterpart(&self, address: LightAddress, of_other: bool) -> LightAddress {
+        self.frames.counterpart(address, of_other)
+    }
+}
+
+impl core::fmt::Debug for ProbedFrames<'_> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("ProbedFrames").finish_non_exhaustive()
     }
 }

@@ -81,10 +81,10 @@ mod texture;
 mod view;
 
 #[cfg(not(target_arch = "spirv"))]
-#[doc(hidden)]
-pub use any::AnyProbed;
-#[cfg(not(target_arch = "spirv"))]
 pub use any::{AnyFrames, AnyScene};
+#[cfg(not(target_arch = "spirv"))]
+#[doc(hidden)]
+pub use any::{AnyProbed, ProbedFrames};
 pub use frames::SceneFrames;
 #[cfg(not(target_arch = "spirv"))]
 pub use still::Probed;
@@ -100,7 +100,7 @@ use crate::lanes::Lanes;
 use crate::layout::FEATURES_ALL;
 use crate::medium::Interior;
 use crate::num;
-use crate::rng;
+use crate::pack::floor_24;
 use glam::{UVec4, Vec2, Vec3};
 
 /// Rays against the scene: what they hit first, and whether anything is in their way.
@@ -326,7 +326,7 @@ impl LightAddress {
     /// The lattice point below `uv`, which is limited to the unit square.
     #[inline(always)]
     pub fn nearest(light: u32, uv: Vec2) -> Self {
-        Self { light, u: cell(uv.x), v: cell(uv.y) }
+        Self { light, u: floor_24(uv.x), v: floor_24(uv.y) }
     }
 
     /// The key of the rays that ask whether the light is seen, in a scene of these features. It is a function of the point, so that
@@ -342,11 +342,6 @@ impl LightAddress {
     pub fn uv(&self) -> Vec2 {
         Vec2::new(self.u as f32 * num::UNIT_ROUNDOFF, self.v as f32 * num::UNIT_ROUNDOFF)
     }
-}
-
-#[inline(always)]
-fn cell(x: f32) -> u32 {
-    (num::clamp(x, 0.0, 1.0 - num::UNIT_ROUNDOFF) * rng::CELLS) as u32
 }
 
 /// A light sample and the measure of its light's parametrisation.

@@ -44,7 +44,7 @@ impl<S: AnyProbed> AnyFrames for Probed<S> {
         &self.0
     }
 
-    fn probed(&self) -> Option<&dyn AnyProbed> {
+    fn probed(&self, _other: bool) -> Option<&dyn AnyProbed> {
         Some(&self.0)
     }
 

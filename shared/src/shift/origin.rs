@@ -1,9 +1,8 @@
 //! Where paths begin.
 
 use crate::geometry::{Hit, PackedHit, Ray};
-use crate::layout::NONE;
 use bytemuck::{Pod, Zeroable};
-use glam::{UVec4, Vec3};
+use glam::Vec3;
 
 /// The first vertex of paths, in 32 bytes: a hit, and from where it is seen. All paths of a pixel have the same.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -21,7 +20,7 @@ const _: () = assert!(size_of::<PathOrigin>() == 32);
 
 impl PathOrigin {
     /// The origin of a pixel that sees nothing.
-    pub const NONE: Self = Self { hit: PackedHit(UVec4::new(0, NONE, 0, 0)), direction: [0.0, 0.0, 1.0], reserved: 0 };
+    pub const NONE: Self = Self { hit: PackedHit::MISS, direction: [0.0, 0.0, 1.0], reserved: 0 };
 
     /// The end of a ray of unit direction.
     #[inline(always)]

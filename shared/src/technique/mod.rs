@@ -26,3 +26,4 @@
 pub mod path;
 pub mod restir_di;
 pub mod restir_pt;
+pub mod restir_sss;

@@ -6,7 +6,7 @@ use crate::geometry::Ray;
 use crate::medium::transmittance;
 use crate::num;
 use crate::sampling::henyey_greenstein_between;
-use crate::scene::{LightKind, LightSample};
+use crate::scene::{AddressedLight, LightKind, LightSample};
 use crate::vec::{dot, flush, max_component};
 use glam::Vec3;
 
@@ -146,6 +146,19 @@ pub fn connect_inside(position: Vec3, direction: Vec3, anisotropy: f32, afar: bo
         value: flush(connection.value * pdf),
         scatter_pdf: if light.is_punctual() { 0.0 } else { pdf },
         ..connection
+    }
+}
+
+impl Connection {
+    /// Solid angle at the vertex per area of a light's parametrisation, of the light that this connects with: densities per steradian times this
+    /// are over (light, u, v).
+    #[inline(always)]
+    pub(crate) fn spread(&self, light: &AddressedLight) -> f32 {
+        if light.sample.kind == LightKind::Environment {
+            light.extent
+        } else {
+            num::div(self.cos_light * light.extent, self.distance_squared)
+        }
     }
 }
 

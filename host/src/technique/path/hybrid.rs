@@ -104,6 +104,8 @@ pub(super) struct Hybrid {
     pub(super) entries: BufferId,
     pub(super) exits: BufferId,
     settings: PathSettings,
+    /// Another technique finds what profiles hold.
+    pub(super) is_shared: bool,
     /// The turns to come, of the sample in work.
     pending: Option<(HybridParams, BufferId, &'static [&'static KernelDesc])>,
 }
@@ -119,7 +121,7 @@ impl Hybrid {
         };
         let entries = plane("entries", size_of::<PackedEntry>());
         let exits = plane("exits", size_of::<PackedExit>());
-        Self { entries, exits, settings: settings.clone(), pending: None }
+        Self { entries, exits, settings: settings.clone(), is_shared: false, pending: None }
     }
 
     /// What the settings are in the parameters.
@@ -127,7 +129,7 @@ impl Hybrid {
         let s = &self.settings;
         let shown = |part: Parts| s.parts.has(part);
         let hybrid = s.subsurface == Subsurface::Hybrid;
-        let profile = shown(Parts::Profile);
+        let profile = shown(Parts::Profile) && !self.is_shared;
         PathFlags::REST.only_if(shown(Parts::Rest) || s.parts.is_outside())
             | PathFlags::DIFFUSE.only_if(s.parts == Parts::Diffuse)
             | PathFlags::SPECULAR.only_if(s.parts == Parts::Specular)

@@ -124,6 +124,11 @@ impl PathSettings {
         Self { max_depth, jitter, filter, multiscatter, ..Self::default() }
     }
 
+    /// The frames of another technique's path tracing, which finds what profiles hold itself, from the plane `entries` on.
+    pub(crate) fn without_profiles(&self, stage: &Stage) -> Box<dyn Sequence> {
+        Box::new(plan::Paths::without_profiles(self, stage))
+    }
+
     /// What becomes of light inside of things in a scene of these features.
     fn subsurface(&self, features: u32) -> Subsurface {
         if features & FEATURE_SUBSURFACE != 0 { self.subsurface } else { Subsurface::Off }

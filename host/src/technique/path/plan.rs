@@ -118,6 +118,15 @@ impl Paths {
         }
     }
 
+    /// The same for another technique, which finds what profiles hold where paths enter bodies: the plane `entries`.
+    pub(super) fn without_profiles(settings: &PathSettings, stage: &Stage) -> Self {
+        let mut paths = Self::new(settings, stage);
+        if let Some(hybrid) = &mut paths.hybrid {
+            hybrid.is_shared = true;
+        }
+        paths
+    }
+
     fn flags(&self) -> PathFlags {
         let settings = &self.settings;
         let spread = match settings.filter {

@@ -25,7 +25,8 @@ mod plan;
 mod settings;
 
 pub use describe::Offered;
-pub use settings::{Changed, Direct, Form, PtSettings, Shift};
+pub use crate::technique::reuse::Form;
+pub use settings::{Changed, Direct, PtSettings, Shift};
 // the ends of ranges, which each setting names
 #[doc(hidden)]
 pub use settings::{MAX_CONFIDENCE_CAP, MAX_DEPTH, MAX_SPATIAL_PASSES};

@@ -11,6 +11,7 @@ use crate::technique::sequence::{Frame, Stage, Within};
 use restir_kernels::restir_pt as pt;
 use restir_shared::layout::{CameraParams, FEATURE_BLEND, FilmPixel};
 use restir_shared::resample::params::{Flags, ReuseParams};
+use restir_shared::shift::PathOrigin;
 use restir_shared::technique::restir_pt::{PackedPath, PtParams};
 
 impl Specialises for PtParams {
@@ -27,7 +28,7 @@ pub(super) fn chain(settings: &PtSettings, stage: &Stage) -> Chain<PtPasses> {
     // who finds paths of up to two segments, if it is another technique
     let direct = settings.direct.technique(&settings.integral());
     let mut planes = Planes::new(stage, direct.map(|technique| Within::new(&*technique, stage, 1)));
-    let mutual = Mutual::new::<PackedPath>(
+    let mutual = Mutual::new::<PackedPath, PathOrigin>(
         &mut planes,
         &reuses,
         settings.neighbours,

@@ -1,9 +1,9 @@
 //! Settings of ReSTIR PT.
 
 use crate::settings::Value;
+use crate::technique::reuse::Form;
 use crate::technique::{self, Integral, Technique};
 use crate::{Error, choices, settings};
-use restir_shared::resample::mis::Mis;
 use restir_shared::resample::mutual::MAX_NEIGHBOURS;
 use restir_shared::resample::params::Flags;
 use restir_shared::rng::Sampler;
@@ -32,18 +32,6 @@ choices! {
 }
 
 choices! {
-    /// How the paths of a pixel and of its neighbours share what both can find.
-    pub enum Form {
-        /// A pixel shares with each neighbour.
-        "pairwise" => Pairwise,
-        /// The same, with a part that the pixel's own path has for itself.
-        "pairwise-defensive" => Defensive,
-        /// The same, with as large a part for every neighbour, whatever its confidence (Lin et al. 2022).
-        "pairwise-counted-defensive" => Counted,
-    }
-}
-
-choices! {
     /// What becomes of paths that keep what arrives at a vertex, in a scene where something else may arrive there now.
     pub enum Changed {
         /// They are not reused.
@@ -53,16 +41,6 @@ choices! {
         /// What arrives there is traced once more by the path's random numbers, in either frame: at most as many rays a pixel and frame as two
         /// paths have segments.
         "retrace" => Retrace,
-    }
-}
-
-impl Form {
-    pub(super) fn mis(self) -> Mis {
-        match self {
-            Self::Pairwise => Mis::PAIRWISE,
-            Self::Defensive => Mis::PAIRWISE_DEFENSIVE,
-            Self::Counted => Mis::PAIRWISE_COUNTED_DEFENSIVE,
-        }
     }
 }
 

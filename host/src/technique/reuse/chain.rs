@@ -8,7 +8,7 @@ use crate::Error;
 use crate::film::{self, Film};
 use crate::plan::{Buffer, BufferId, Pass};
 use crate::technique::Integral;
-use crate::technique::sequence::{Frame, Sequence, Stage, Work};
+use crate::technique::sequence::{Frame, Sequence, Stage, Within, Work};
 use restir_kernels::KernelDesc;
 use restir_shared::layout::CameraParams;
 use restir_shared::resample::params::ReuseParams;
@@ -109,6 +109,11 @@ impl Queue {
         let (picture, passes) = (within.picture(), within.passes(now).collect::<Vec<_>>());
         self.extend(passes);
         Some(picture)
+    }
+
+    /// The plane of the picture of the technique within, as far as there is one.
+    pub(crate) fn within(&self) -> Option<BufferId> {
+        self.planes.within.as_ref().map(Within::picture)
     }
 
     /// Adds the passes that shade a frame into a plane of the film, which is given to `push`.

@@ -25,6 +25,7 @@
 
 pub(crate) mod chain;
 pub(crate) mod explain;
+mod form;
 mod genealogy;
 mod layers;
 mod lineage;
@@ -32,6 +33,7 @@ pub(crate) mod mutual;
 pub(crate) mod planes;
 mod record;
 
+pub use form::Form;
 pub(crate) use genealogy::check;
 pub use genealogy::{Generation, genealogy};
 pub(crate) use layers::ages;

@@ -9,7 +9,7 @@ use crate::technique::sequence::Frame;
 use restir_kernels::KernelDesc;
 use restir_kernels::reuse::{reuse_pair, reuse_reproject};
 use restir_shared::layout::CameraParams;
-use restir_shared::resample::mutual::{Merged, Record, Shares, Shift, ShiftRequest, ShiftResult, merge};
+use restir_shared::resample::mutual::{Merged, Record, Shares, ShiftRequest, ShiftResult, merge};
 use restir_shared::resample::params::{Flags, LastFrame, ReuseParams};
 use restir_shared::resample::similar::PackedSurface;
 
@@ -24,8 +24,8 @@ pub(crate) struct Mutual {
 }
 
 impl Mutual {
-    /// Adds the planes of records `R`, of which neighbours of a pass are so many.
-    pub(crate) fn new<R: Shift>(
+    /// Adds the planes of records `R` and origins `O`, of which neighbours of a pass are so many.
+    pub(crate) fn new<R, O>(
         planes: &mut Planes,
         reuses: &Reuses,
         neighbours: u32,
@@ -39,7 +39,7 @@ impl Mutual {
             planes.add::<ShiftRequest>("requests", layers * pixels);
             planes.add::<ShiftResult>("results", layers * pixels)
         });
-        let origins = planes.add_turns::<R::Origin>("origins", in_time);
+        let origins = planes.add_turns::<O>("origins", in_time);
         let surfaces = planes.add_turns::<PackedSurface>("surfaces", in_time);
         // one in work, one for the last frame's or for spatial reuse, and a third where both are needed at once
         let held = in_time && !feedback && in_space > 1;

@@ -43,6 +43,13 @@ impl Planes {
         self.records = (0..count).map(|_| self.push::<T>(name, self.pixels)).collect();
     }
 
+    /// Gives the buffer of that name, which is one of the technique within, its name as role.
+    pub(crate) fn bind_within(&mut self, name: &'static str) {
+        if let Some(buffer) = self.buffers.iter().position(|buffer| buffer.name == name) {
+            self.bind(name, buffer);
+        }
+    }
+
     /// Gives a buffer one more role.
     pub(crate) fn bind(&mut self, role: &'static str, buffer: BufferId) {
         self.roles.push((role, Turns(vec![buffer])));

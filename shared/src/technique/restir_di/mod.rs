@@ -167,7 +167,7 @@ use crate::bsdf::ScatteringFunction;
 use crate::camera::AFTER_CAMERA;
 use crate::geometry::Ray;
 use crate::num;
-use crate::scene::{AddressedLight, AddressedLights, LightAddress, LightKind, Surface};
+use crate::scene::{AddressedLight, AddressedLights, LightAddress, Surface};
 use crate::transport::Vertex;
 use crate::vec::{flush, luminance};
 use glam::Vec3;
@@ -226,12 +226,7 @@ fn visible_target(value: Vec3, target: f32, visibility: Vec3, flags: Flags) -> f
 #[inline(always)]
 fn evaluate<B: ScatteringFunction>(flags: Flags, vertex: &Vertex<B>, light: &AddressedLight) -> Evaluation {
     let connection = vertex.connect(&light.sample);
-    // solid angle per area of the parametrisation
-    let spread = if light.sample.kind == LightKind::Environment {
-        light.extent
-    } else {
-        num::div(connection.cos_light * light.extent, connection.distance_squared)
-    };
+    let spread = connection.spread(light);
     let value = flush(connection.value * spread);
     Evaluation {
         value,

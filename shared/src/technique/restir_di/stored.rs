@@ -1,7 +1,7 @@
 //! A reservoir as it lies in a plane, 16 bytes.
 
 use crate::num::{self, Scalar};
-use crate::resample::packed::{self, MAX_CONFIDENCE, pack_visibility, unpack_visibility};
+use crate::resample::packed::{self, count, pack_visibility, unpack_visibility};
 use crate::scene::LightAddress;
 use bytemuck::{Pod, Zeroable};
 use glam::{UVec4, Vec3};
@@ -33,7 +33,7 @@ impl Stored {
     pub fn pack(&self) -> PackedReservoir {
         let weight = self.contribution_weight.within_range();
         let sound = (weight >= 0.0) & (self.confidence >= 0.0);
-        let confidence = num::nearest(num::clamp(self.confidence, 0.0, MAX_CONFIDENCE)) as u32;
+        let confidence = count(self.confidence);
         let visibility = pack_visibility(self.visibility);
         let word = UVec4::new(
             self.sample.light | (confidence << 24),

@@ -15,12 +15,13 @@
 //! | [`mutual::pair`] | surfaces | requests: for each pixel and neighbour, whether they share |
 //! | [`mutual::answer`] | requests, origins, paths | results: what each request's path is at the pixel |
 //! | [`mutual::merge`] | paths, requests, results | paths: one of a pixel's own and its neighbours' |
-//! | [`shade`] | paths, direct | radiance |
+//! | [`mutual::shade`] | paths, direct | radiance |
 //!
 //! [`mutual`]: crate::resample::mutual
 //! [`mutual::reproject`]: crate::resample::mutual::reproject
 //! [`mutual::answer`]: crate::resample::mutual::answer
 //! [`mutual::merge`]: crate::resample::mutual::merge
+//! [`mutual::shade`]: crate::resample::mutual::shade
 //! [`mutual::pair`]: crate::resample::mutual::pair
 //!
 //! | stream of random numbers | what it decides |
@@ -38,9 +39,9 @@
 //! # use floor::Floor;
 //! use restir_shared::glam::Vec3;
 //! use restir_shared::layout::CameraParams;
-//! use restir_shared::resample::mutual::{Shares, answer, merge, pair};
+//! use restir_shared::resample::mutual::{Shares, answer, merge, pair, shade};
 //! use restir_shared::scene::Still;
-//! use restir_shared::technique::restir_pt::{PtParams, shade, trace};
+//! use restir_shared::technique::restir_pt::{PtParams, trace};
 //!
 //! let camera = CameraParams::pinhole(Vec3::Y, Vec3::ZERO, Vec3::Z, 0.01, [2, 1]);
 //! let mut params = PtParams::new(camera, [2, 1], 7);
@@ -64,7 +65,6 @@ mod params;
 mod recall;
 mod record;
 mod retrace;
-mod shade;
 mod shift;
 
 // steps of passes
@@ -79,7 +79,6 @@ pub use record::Stored;
 #[doc(hidden)]
 pub use retrace::arriving;
 pub use retrace::retrace;
-pub use shade::shade;
 
 use super::path;
 use crate::rng::{self, Rng, Sampler};

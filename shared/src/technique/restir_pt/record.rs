@@ -1,9 +1,9 @@
 //! A reservoir of a path as it lies in a plane, 64 bytes.
 
 use crate::geometry::Hit;
-use crate::num::{self, Scalar};
-use crate::pack::{decode_unit_vector_48, encode_unit_vector_48};
-use crate::resample::packed::MAX_CONFIDENCE;
+use crate::num::Scalar;
+use crate::pack::{LOW_24 as LOW, decode_unit_vector_48, encode_unit_vector_48, unit_24, unit_from_24};
+use crate::resample::packed::count;
 use crate::scene::LightAddress;
 use crate::shift::Path;
 use bytemuck::{Pod, Zeroable};
@@ -53,8 +53,6 @@ pub struct Stored {
 
 /// The longest path that is kept.
 const MAX_LENGTH: u32 = 255;
-const LOW: u32 = 0x00ff_ffff;
-const CELLS: f32 = 16_777_216.0;
 
 impl Stored {
     /// The plane's words. A weight that is no number, or out of range, is not kept: there is no path then.
@@ -80,8 +78,8 @@ impl Stored {
                 path.key.x,
                 path.key.y,
                 path.hit.id,
-                cell(path.hit.uv.x) | (count(confidence) << 24),
-                cell(path.hit.uv.y) | (length << 24),
+                unit_24(path.hit.uv.x) | (count(confidence) << 24),
+                unit_24(path.hit.uv.y) | (length << 24),
                 x | (path.reconnection << 24),
                 y | (path.lobes[0] << 24),
                 (path.lobes[1] & 0xff) | (drawn << 8),
@@ -125,7 +123,7 @@ impl PackedPath {
         let course = self.course();
         let keeps_light = course.keeps_light();
         let path = Path {
-            hit: Hit { id: w[10], uv: Vec2::new(coordinate(w[11]), coordinate(w[12])), ..Hit::MISS },
+            hit: Hit { id: w[10], uv: Vec2::new(unit_from_24(w[11]), unit_from_24(w[12])), ..Hit::MISS },
             direction: decode_unit_vector_48([w[13], w[14]]),
             radiance: if keeps_light { Vec3::ZERO } else { Vec3::new(f(w[4]), f(w[5]), f(w[6])) },
             light: if keeps_light { LightAddress { light: w[4], u: w[5], v: w[6] } } else { LightAddress::NONE },
@@ -207,21 +205,4 @@ fn seen(path: &Path) -> [u32; 3] {
     } else {
         [radiance.x.to_bits(), radiance.y.to_bits(), radiance.z.to_bits()]
     }
-}
-
-#[inline(always)]
-fn cell(x: f32) -> u32 {
-    let nearest = (num::clamp(x, 0.0, 1.0 - num::UNIT_ROUNDOFF) * CELLS + 0.5) as u32;
-    // the sum is rounded as well: beyond the last cell lie the bits of another field
-    if nearest > LOW { LOW } else { nearest }
-}
-
-#[inline(always)]
-fn coordinate(word: u32) -> f32 {
-    (word & LOW) as f32 * num::UNIT_ROUNDOFF
-}
-
-#[inline(always)]
-fn count(confidence: f32) -> u32 {
-    num::nearest(num::clamp(confidence, 0.0, MAX_CONFIDENCE)) as u32
 }

@@ -97,12 +97,12 @@ impl Record for PackedPath {
     }
 }
 
-impl Shift for PackedPath {
+impl<F: Frames> Shift<F> for PackedPath {
     type Params = PtParams;
     type Origin = PathOrigin;
 
     #[inline(always)]
-    fn shift<F: Frames>(&self, frames: &F, params: &PtParams, origin: &PathOrigin) -> ShiftResult {
+    fn shift(&self, frames: &F, params: &PtParams, origin: &PathOrigin) -> ShiftResult {
         let Shifted { value, term, .. } = self.shifted(frames, params, origin);
         ShiftResult { value: value.to_array(), partial_jacobian: term }
     }

@@ -276,7 +276,7 @@ impl<const BEGINS: bool> Branches<BEGINS> {
     /// What light inside is worth, of channels that are not Lambertian.
     #[inline(always)]
     fn throughput(&self, params: &HybridParams) -> Vec3 {
-        self.entry.throughput * params.spread(&self.interior, self.entry.travelled)
+        self.entry.throughput * params.fit().spread(&self.interior, self.entry.travelled)
     }
 
     /// Begins the branch across the body.

@@ -1,10 +1,13 @@
 //! How diffuse light leaves a body, and how light from outside becomes diffuse in it.
 
 use crate::bsdf::{BsdfSample, DIFFUSE_TRANSMISSION, Dielectric, Evaluation, Material, Scattering, ScatteringFunction};
+use crate::geometry::Ray;
 use crate::layout::{FEATURE_DELTA, FEATURE_DIFFUSE_TRANSMISSION, FEATURE_GLOSSY, FEATURE_TRANSMISSION};
 use crate::num;
 use crate::rng::{CELLS, unit};
 use crate::sampling::{cosine_hemisphere_pdf, invert_cosine_hemisphere, sample_cosine_hemisphere};
+use crate::scene::SurfacePoint;
+use crate::transport::Vertex;
 use glam::{UVec4, Vec2, Vec3};
 
 /// A surface as diffuse light from inside sees it: Lambert's law times the part `1 - F(cos)` that Fresnel's equations let through, over
@@ -48,6 +51,15 @@ impl Exit {
             // of index 1 everything passes, whatever else the scene has: Fresnel's equations give that up to rounding
             refracts: specular & (index != 1.0),
         }
+    }
+
+    /// A point of a surface as light from outside becomes diffuse there.
+    #[inline(always)]
+    pub(crate) fn vertex(point: &SurfacePoint, features: u32) -> Vertex<Self> {
+        let SurfacePoint { position, normal, shading_normal, offset, emission, absorption, .. } = *point;
+        let material = Self::new(&point.material, features);
+        let exit = SurfacePoint { position, normal, shading_normal, offset, material, emission, absorption };
+        Vertex::new(&exit, &Ray { direction: -normal, ..Ray::NONE }, features)
     }
 
     /// The value for light at the cosine `cos`, over Lambert's density.

@@ -2,37 +2,20 @@
 
 use super::exit::Exit;
 use super::params::*;
+use super::profile::EntryProfile;
 use super::record::{Entry, PackedEntry, PackedExit};
+use super::segment::Segment;
 use crate::bsdf::Material;
-use crate::diffusion::{Disk, DiskNumbers, Multiple, Profile};
 use crate::film::CUT;
 use crate::geometry::{Crossings, Hit, Ray};
 use crate::layout::FilmPixel;
-use crate::medium::{Interior, Medium};
 use crate::num;
 use crate::rng::{self, Rng};
-use crate::scene::{Lights, Location, Probe, Surface, SurfacePoint, Trace};
+use crate::scene::{Lights, Probe, Surface, SurfacePoint, Trace};
 use crate::technique::path::{PathFlags, Walk};
 use crate::transport::{Chosen, Connection, Vertex, next_event};
-use crate::vec::{length, max_abs, max_component};
-use glam::{UVec4, Vec3, Vec4};
-
-/// Random dimensions of the first segment, and how many each has: its own, of the choice of points, and of each point a light and a
-/// direction.
-const SEGMENTS: u32 = 1 << 23;
-const PER_SEGMENT: u32 = 64;
-const CHOICE: u32 = 1;
-const POINTS: u32 = 8;
-const _: () = assert!(POINTS + 2 * (Crossings::LISTED as u32 + 1) <= PER_SEGMENT);
-
-/// What a profile is at an entry.
-struct Gathering {
-    disk: Disk,
-    rest: [Multiple; 3],
-    extinction: Vec3,
-    /// Reflectance of the channels that are Lambertian.
-    lambert: Vec3,
-}
+use crate::vec::{max_abs, max_component};
+use glam::Vec3;
 
 /// One of several points, in proportion to what they are worth: the path that goes on from it.
 struct Choice {
@@ -41,44 +24,6 @@ struct Choice {
     worth: f32,
     /// Of all points.
     sum: f32,
-}
-
-impl Gathering {
-    #[inline(always)]
-    fn new(params: &HybridParams, at: &Location, (interior, absorbed): (&Interior, Vec3), travelled: f32) -> Self {
-        let medium = interior.medium(absorbed);
-        let kept = params.spread(interior, travelled);
-        let profile = Profile::of_medium(&medium, params.shape()).of_channels(kept);
-        let profile = if params.has(PathFlags::BY_ALBEDO) { profile.chosen_by_albedo() } else { profile };
-        let disk = Disk { support: params.support(), ..Disk::new(at.position, at.normal, profile) };
-        let Medium { albedo, absorbed, extinction, anisotropy } = medium;
-        let rest = |albedo: f32, absorbed: f32| Multiple::new(albedo, absorbed, anisotropy, params.remainder());
-        Self {
-            disk,
-            rest: [rest(albedo.x, absorbed.x), rest(albedo.y, absorbed.y), rest(albedo.z, absorbed.z)],
-            extinction,
-            lambert: medium.color() * (Vec3::ONE - kept),
-        }
-    }
-
-    /// One of several segments. The axes are spread over them: of two the first is along the normal.
-    #[inline(always)]
-    fn segment(&self, words: UVec4, index: u32, per_segment: f32) -> Ray {
-        let unit = rng::unit;
-        // the words that are spread best make the point of the disk
-        let axis = (index as f32 + unit(words.z)) * per_segment;
-        let numbers = Vec4::new(axis, unit(words.w), unit(words.x), unit(words.y));
-        self.disk.segment(&DiskNumbers::new(numbers, &self.disk.profile))
-    }
-
-    /// What a point of the segment is worth: the profile over the density.
-    #[inline(always)]
-    fn worth(&self, params: &HybridParams, position: Vec3, normal: Vec3) -> Vec3 {
-        let (weight, _) = self.disk.weight(position, normal);
-        let x = self.extinction * length(position - self.disk.centre);
-        let share = Vec3::new(self.rest[0].share(x.x), self.rest[1].share(x.y), self.rest[2].share(x.z));
-        if params.has(PathFlags::WHOLE) { weight } else { weight * share }
-    }
 }
 
 /// What a path leaves beside a body.
@@ -119,16 +64,16 @@ fn points<S: Trace + Surface<Material = Material> + Lights + Probe>(
     choice: &mut Choice,
 ) -> Vec3 {
     let (at, interior) = (scene.location(&entry.hit), scene.interior(&entry.hit));
-    let gathering = Gathering::new(params, &at, (&interior, scene.absorbed(&entry.hit)), entry.travelled);
+    let profile = EntryProfile::new(&params.fit(), &at, (&interior, scene.absorbed(&entry.hit)), entry.travelled);
     let one = params.has(PathFlags::ONE_CROSSING);
     let outside = entry.throughput * entry.gain;
     let per_segment = num::recip(params.segments as f32);
     let (mut sum, mut cut) = (Vec3::ZERO, false);
     let mut segment = 0;
     while (segment < params.segments) & !cut {
-        let first = SEGMENTS + segment * PER_SEGMENT;
-        let chances = rng.hash(first + CHOICE);
-        let ray = gathering.segment(rng.draw(first), segment, per_segment);
+        let drawn = Segment::new(rng, segment);
+        let chances = drawn.chances();
+        let ray = profile.disk.segment(&profile.numbers(drawn.words(), segment, per_segment));
         let key = Ray::random_key(scene.features(), chances.y);
         let crossings = scene.probe(&Ray { key, ..ray }, interior.body);
         cut = crossings.is_cut();
@@ -143,10 +88,10 @@ fn points<S: Trace + Surface<Material = Material> + Lights + Probe>(
             if hit.is_hit() {
                 let any = Ray { direction: at.normal, ..Ray::NONE };
                 let point = scene.surface(&any, &hit);
-                let worth = gathering.worth(params, point.position, point.normal) * each;
-                let worth = outside * if lambert { gathering.lambert * per_segment } else { worth };
+                let worth = profile.worth(point.position, point.normal) * each;
+                let worth = outside * if lambert { profile.lambert * per_segment } else { worth };
                 if max_abs(worth) > 0.0 {
-                    let dimension = first + POINTS + 2 * index as u32;
+                    let dimension = drawn.of_point(index as u32);
                     sum += self::light(scene, params, (&point, worth), rng, dimension, choice);
                 }
             }
@@ -175,11 +120,7 @@ fn light<S: Trace + Surface<Material = Material> + Lights>(
     choice: &mut Choice,
 ) -> Vec3 {
     let features = scene.features();
-    let SurfacePoint { position, normal, shading_normal, offset, emission, absorption, .. } = *point;
-    let material = Exit::new(&point.material, features);
-    let exit = SurfacePoint { position, normal, shading_normal, offset, material, emission, absorption };
-    let outside = Ray { direction: -normal, ..Ray::NONE };
-    let vertex: Vertex<Exit> = Vertex::new(&exit, &outside, features);
+    let vertex = Exit::vertex(point, features);
     if params.has(PathFlags::GOES_ON) {
         choice.offer(&vertex, worth, rng, dimension + 1, features);
     }

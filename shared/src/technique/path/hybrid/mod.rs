@@ -41,12 +41,17 @@ mod branches;
 mod exit;
 mod gather;
 mod params;
+mod profile;
 mod record;
+mod segment;
 
 pub use exit::Exit;
 pub use gather::gather;
 pub use params::*;
+pub(crate) use profile::EntryProfile;
+pub(crate) use record::Entry;
 pub use record::{PackedEntry, PackedExit};
+pub(crate) use segment::Segment;
 
 use crate::film::CUT;
 use crate::layout::FilmPixel;

@@ -80,6 +80,35 @@ impl HybridParams {
         }
     }
 
+    /// What profiles are.
+    #[inline(always)]
+    pub fn fit(&self) -> Fit {
+        Fit { flags: self.path.flags, lambert_below: self.lambert_below }
+    }
+
+    #[inline(always)]
+    pub(super) fn way_out(&self) -> WayOut {
+        if self.has(PathFlags::DRAWN) { WayOut::Drawn } else { WayOut::Dimmed }
+    }
+}
+
+/// Which profile stands for light under a surface, and which densities count of its sampled points.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Fit {
+    /// Those of path tracing that say it; others do not count.
+    pub flags: PathFlags,
+    /// See [`HybridParams::lambert_below`].
+    pub lambert_below: f32,
+}
+
+impl Fit {
+    /// Whether any of the flags is set.
+    #[inline(always)]
+    pub(crate) fn has(&self, flags: PathFlags) -> bool {
+        self.flags.contains(flags)
+    }
+
     /// By channel 1, or 0 where light comes out so near to where it enters that the surface is Lambertian: where the mean free path is some
     /// widths of a pixel, as the setting has it, or some offsets of rays.
     #[inline(always)]
@@ -88,11 +117,6 @@ impl HybridParams {
         let kept = |extinction: f32| if extinction * least <= 1.0 { 1.0 } else { 0.0 };
         let Vec3 { x, y, z } = interior.extinction;
         Vec3::new(kept(x), kept(y), kept(z))
-    }
-
-    #[inline(always)]
-    pub(super) fn way_out(&self) -> WayOut {
-        if self.has(PathFlags::DRAWN) { WayOut::Drawn } else { WayOut::Dimmed }
     }
 
     /// Which part of a profile is left of what has scattered once.

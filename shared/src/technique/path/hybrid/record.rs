@@ -21,20 +21,20 @@ const ALIVE: u32 = 1 << 31;
 
 /// Where a path enters a body.
 #[derive(Clone, Copy)]
-pub(super) struct Entry {
+pub(crate) struct Entry {
     /// Without its distance.
-    pub(super) hit: Hit,
+    pub(crate) hit: Hit,
     /// In which it goes on inside, of unit length.
-    pub(super) direction: Vec3,
+    pub(crate) direction: Vec3,
     /// What light inside is worth.
-    pub(super) throughput: Vec3,
+    pub(crate) throughput: Vec3,
     /// By how much refraction made radiance inside larger than outside; it is taken off `throughput` already.
-    pub(super) gain: f32,
+    pub(crate) gain: f32,
     /// Segments that have ended on surfaces.
-    pub(super) depth: u32,
+    pub(crate) depth: u32,
     /// How long the path is up to there.
-    pub(super) travelled: f32,
-    pub(super) alive: bool,
+    pub(crate) travelled: f32,
+    pub(crate) alive: bool,
 }
 
 #[inline(always)]
@@ -89,7 +89,7 @@ impl PackedEntry {
     }
 
     #[inline(always)]
-    pub(super) fn entry(&self) -> Entry {
+    pub(crate) fn entry(&self) -> Entry {
         let [radiance, throughput, direction, place] = self.0;
         let uv = Vec2::new(f32::from_bits(place.x), f32::from_bits(place.y));
         Entry {

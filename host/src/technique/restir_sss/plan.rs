@@ -1,0 +1,138 @@
+//! The passes of ReSTIR SSS.
+
+use super::SssSettings;
+use crate::Error;
+use crate::plan::{Buffer, BufferId, Pass};
+use crate::technique::Technique;
+use crate::technique::reuse::Specialises;
+use crate::technique::reuse::chain::{Chain, Passes, Queue, Reuses, of_frame};
+use crate::technique::reuse::mutual::{Mutual, with_last};
+use crate::technique::reuse::planes::Planes;
+use crate::technique::sequence::{Frame, Sequence, Stage, Within, Work};
+use restir_kernels::restir_sss as sss;
+use restir_shared::camera::spread;
+use restir_shared::layout::{CameraParams, FEATURE_SUBSURFACE};
+use restir_shared::resample::params::{Flags, ReuseParams};
+use restir_shared::technique::path::hybrid::Fit;
+use restir_shared::technique::restir_sss::{PackedSubsurface, SssOrigin, SssParams};
+
+impl Specialises for SssParams {
+    fn settings(&self) -> u32 {
+        (self.flags | Flags::OF_PASSES).bits() | self.fit.flags.bits()
+    }
+}
+
+/// The frames. A scene without bodies has those of path tracing alone.
+pub(super) fn sequence(settings: &SssSettings, stage: &Stage) -> Box<dyn Sequence> {
+    let path = settings.path();
+    if stage.features & FEATURE_SUBSURFACE == 0 {
+        return Box::new(OneSample(path.sequence(stage)));
+    }
+    let mut planes = Planes::new(stage, Some(Within::by(|stage| path.without_profiles(stage), stage, 1)));
+    let reuses = Reuses {
+        in_time: settings.temporal && stage.goes_on,
+        in_space: if settings.shares() { settings.spatial } else { 0 },
+        feedback: settings.feedback,
+        shadings: 1,
+    };
+    planes.bind_within("entries");
+    let kernels = [&sss::sss_shift::DESC, &sss::sss_merge::DESC];
+    let mutual = Mutual::new::<PackedSubsurface, SssOrigin>(&mut planes, &reuses, settings.neighbours, kernels);
+    let passes = SssPasses { settings: settings.clone(), of_all: settings.params(stage), mutual };
+    Box::new(Chain::new(stage, settings.integral(), reuses, planes, passes))
+}
+
+/// Frames of one sample each.
+struct OneSample(Box<dyn Sequence>);
+
+impl Sequence for OneSample {
+    fn buffers(&self) -> &[Buffer] {
+        self.0.buffers()
+    }
+
+    fn output(&self) -> BufferId {
+        self.0.output()
+    }
+
+    fn begin(&mut self, now: Frame) -> Work {
+        let samples = u32::from(now.adds);
+        self.0.begin(Frame { samples, ..now })
+    }
+
+    fn next_pass(&mut self) -> Option<Result<Pass, Error>> {
+        self.0.next_pass()
+    }
+}
+
+/// The passes.
+pub(super) struct SssPasses {
+    settings: SssSettings,
+    of_all: SssParams,
+    mutual: Mutual,
+}
+
+impl Passes for SssPasses {
+    fn initial(&self, queue: &mut Queue, now: &Frame) {
+        queue.push_within(now);
+        queue.push(now, &sss::sss_initial::DESC, &self.params(now), &[("reservoirs", queue.work())]);
+    }
+
+    fn reuse_in_time(&self, queue: &mut Queue, now: &Frame, last: CameraParams) {
+        let mut params = self.params(now);
+        params.flags = params.flags.with_form(self.settings.temporal_mis.mis());
+        // where a path enters is drawn anew each frame: no view stands still
+        let params = with_last(&params, now, last, false);
+        self.mutual.in_time(queue, now, &params, |queue, params, samples| self.elsewhere(queue, now, params, samples));
+    }
+
+    fn reuse_in_space(&self, queue: &mut Queue, now: &Frame, pass: u32, merged: BufferId) {
+        self.mutual.in_space(queue, now, &self.params(now), pass, merged);
+    }
+
+    fn shade(&self, queue: &mut Queue, now: &Frame) {
+        let Some(direct) = queue.within().filter(|_| now.adds) else { return };
+        queue.shade(|queue, film| {
+            let planes = [("reservoirs", queue.work()), ("direct", direct), ("film", film)];
+            queue.push(now, &sss::sss_shade::DESC, &self.params(now), &planes);
+        });
+    }
+}
+
+impl SssPasses {
+    /// The plane of these samples as they are in the other frame: of the last one's here. Those of this frame are taken there by their shift.
+    fn elsewhere(&self, queue: &mut Queue, now: &Frame, params: &SssParams, samples: BufferId) -> BufferId {
+        if !now.same_scene && !params.flags.contains(Flags::BACK) {
+            queue.push(now, &sss::sss_recall::DESC, params, &[("reservoirs", samples)]);
+        }
+        samples
+    }
+
+    /// Of passes that see one frame.
+    fn params(&self, now: &Frame) -> SssParams {
+        let mut params = of_frame(&self.of_all, now);
+        params.fit.lambert_below = self.settings.lambert_below * spread(&now.camera);
+        params
+    }
+}
+
+impl SssSettings {
+    /// Of passes that see one frame, whichever it is.
+    fn params(&self, stage: &Stage) -> SssParams {
+        let [width, height] = stage.size;
+        let reuse = ReuseParams {
+            width,
+            height,
+            seed: stage.seed,
+            flags: self.flags().with_form(self.mis.mis()),
+            neighbours: self.neighbours,
+            tile: self.tile.ilog2(),
+            max_plane_distance: self.max_plane_distance,
+            min_normal_cos: self.min_normal_cos,
+            layers: 1,
+            confidence_cap: self.confidence_cap as f32,
+            ..ReuseParams::default()
+        };
+        let fit = Fit { flags: self.fit(), lambert_below: 0.0 };
+        SssParams { reuse, fit, segments: self.segments, max_depth: self.max_depth }
+    }
+}

@@ -1,0 +1,155 @@
+//! Initial samples: of all points that a pixel's segments find, one with its light.
+
+use super::evaluate::{Evaluated, evaluate};
+use super::origin::{Entrance, SssOrigin};
+use super::record::{Kind, PackedSubsurface, Sample, Stored};
+use super::{SELECTIONS, SssParams};
+use crate::bsdf::Material;
+use crate::film::CUT;
+use crate::geometry::{Crossings, Hit, PackedHit, Ray};
+use crate::num;
+use crate::resample::mutual::Record;
+use crate::resample::params::Flags;
+use crate::resample::reservoir::Reservoir;
+use crate::resample::similar::{GBufferSurface, PackedSurface};
+use crate::rng::{self, Rng};
+use crate::scene::{AddressedLights, LightAddress, Probe, Surface, Trace};
+use crate::technique::path::PathFlags;
+use crate::technique::path::hybrid::{Entry, PackedEntry, Segment};
+use crate::vec::length;
+use glam::Vec3;
+
+/// What a pixel's entry gives.
+#[derive(Clone, Copy, Debug)]
+pub struct Initial {
+    /// Where all samples of the pixel begin.
+    pub origin: SssOrigin,
+    /// The surface there.
+    pub surface: PackedSurface,
+    /// One of its candidates, chosen in proportion to its target, of a confidence of 1; it has no weight if nothing arrives from its light.
+    pub reservoir: PackedSubsurface,
+}
+
+/// A candidate that was kept.
+#[derive(Clone, Copy)]
+struct Candidate {
+    sample: Sample,
+    value: Vec3,
+    shadow: Ray,
+}
+
+/// Looks for points of the profile where the path of the pixel `at` enters a body, draws a light for each, and keeps one.
+#[inline(always)]
+pub fn initial<S: Trace + Surface<Material = Material> + AddressedLights + Probe>(
+    scene: &S,
+    params: &SssParams,
+    entry: PackedEntry,
+    at: [u32; 2],
+) -> Initial {
+    let Entry { hit, throughput, gain, depth, travelled, alive, .. } = entry.entry();
+    if !alive | (depth + 1 >= params.max_depth) {
+        let reservoir = PackedSubsurface::default();
+        return Initial { origin: SssOrigin::NONE, surface: PackedSurface::NONE, reservoir };
+    }
+    let origin = SssOrigin { hit: PackedHit::pack(&hit), throughput: (throughput * gain).to_array(), travelled };
+    let entrance = Entrance::new(scene, params, &origin);
+    let distance = length(entrance.at.position - Vec3::from_array(params.camera.position));
+    let surface = GBufferSurface { position: entrance.at.position, normal: entrance.at.normal, distance };
+    let reservoir = candidates(scene, params, &entrance, &params.rng(at));
+    Initial { origin, surface: PackedSurface::pack(&surface), reservoir }
+}
+
+/// One candidate of all.
+#[inline(always)]
+fn candidates<S: Trace + Surface<Material = Material> + AddressedLights + Probe>(
+    scene: &S,
+    params: &SssParams,
+    entrance: &Entrance,
+    rng: &Rng,
+) -> PackedSubsurface {
+    let none = Candidate { sample: Sample::NONE, value: Vec3::ZERO, shadow: Ray::NONE };
+    let mut reservoir = Reservoir::empty(none);
+    let one = params.fit.has(PathFlags::ONE_CROSSING);
+    let per_segment = num::recip(params.segments as f32);
+    let mut cut = false;
+    let mut index = 0;
+    while (index < params.segments) & !cut {
+        let segment = Segment::new(rng, index);
+        let numbers = entrance.profile.numbers(segment.words(), index, per_segment);
+        let key = Sample::key(&numbers, scene.features());
+        let crossings = scene.probe(&Ray { key, ..entrance.profile.disk.segment(&numbers) }, entrance.body);
+        cut = crossings.is_cut();
+        let chosen = (rng::unit(segment.chances().x) * crossings.count as f32) as usize;
+        let each = per_segment * if one { crossings.count as f32 } else { 1.0 };
+        let mut crossing = 0;
+        while (crossing <= Crossings::LISTED) & !cut {
+            // the last is the entry, where channels are Lambertian
+            let is_entry = crossing == Crossings::LISTED;
+            let hit = if is_entry { entrance.hit } else { crossings.nearest[crossing] };
+            let counts = is_entry | !one | (crossing == chosen);
+            if hit.is_hit() & counts {
+                let crossing = crossing as u32;
+                let found = Sample { hit, numbers, crossing, ..Sample::NONE };
+                let each = if is_entry { per_segment } else { each };
+                let words = segment.light(crossing);
+                let (candidate, density) = draw(scene, params, entrance, found, scene.choose_address(words));
+                let target = PackedSubsurface::target(candidate.value);
+                let per_density = if density > 0.0 { num::div(each, density) } else { 0.0 };
+                let dimension = SELECTIONS + index * (Crossings::LISTED as u32 + 1) + crossing;
+                reservoir.update(candidate, target * per_density, 0.0, rng::unit(rng.hash(dimension).x));
+            }
+            crossing += 1;
+        }
+        index += 1;
+    }
+    kept(scene, &reservoir, cut)
+}
+
+/// A found point with a light, and with which density both are drawn.
+#[inline(always)]
+fn draw<S: Surface<Material = Material> + AddressedLights>(
+    scene: &S,
+    params: &SssParams,
+    entrance: &Entrance,
+    found: Sample,
+    address: LightAddress,
+) -> (Candidate, f32) {
+    let at = scene.location(&found.hit);
+    let light = scene.light_at(address);
+    let is_entry = found.crossing == Crossings::LISTED as u32;
+    let density = if is_entry { 1.0 } else { entrance.density(&at) };
+    let kind = if is_entry {
+        Kind::AtEntry
+    } else if params.replays(entrance.is_connectable(&at)) {
+        Kind::Replayed
+    } else {
+        Kind::Kept
+    };
+    let Evaluated { value, light_density, shadow } = evaluate(scene, entrance, (&found.hit, &at, kind), &light);
+    let value = if address.is_light() { value } else { Vec3::ZERO };
+    let partial_jacobian = if kind == Kind::Replayed { num::flush(num::div(1.0, density)) } else { 1.0 };
+    let sample = Sample { light: address, kind, partial_jacobian, ..found };
+    (Candidate { sample, value, shadow }, density * light_density)
+}
+
+/// What is left of candidates once the light of the chosen one was looked for.
+#[inline(always)]
+fn kept<S: Trace>(scene: &S, reservoir: &Reservoir<Candidate, f32>, cut: bool) -> PackedSubsurface {
+    let Candidate { sample, value, shadow } = reservoir.sample;
+    let weight = reservoir.contribution_weight(1.0, PackedSubsurface::target(value));
+    let open = weight > 0.0 && !scene.occluded(&shadow);
+    if cut {
+        // no sample of any pixel is like it, and the film counts it
+        let sample = Sample { hit: Hit::MISS, ..Sample::NONE };
+        return Stored { sample, value: CUT, contribution_weight: 1.0, confidence: 1.0 }.pack();
+    }
+    Stored { sample, value, contribution_weight: if open { weight } else { 0.0 }, confidence: 1.0 }.pack()
+}
+
+impl SssParams {
+    /// Whether a pass of these parameters replays a point that can be connected, or cannot.
+    #[inline(always)]
+    pub(super) fn replays(&self, connectable: bool) -> bool {
+        self.has(Flags::DELAYED) & !(self.has(Flags::BY_CRITERION) & connectable)
+    }
+}

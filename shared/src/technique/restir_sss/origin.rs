@@ -1,0 +1,82 @@
+//! Where the samples of a pixel begin: where its path enters a body.
+
+use super::SssParams;
+use crate::geometry::{Hit, PackedHit};
+use crate::num;
+use crate::scene::{Location, Surface};
+use crate::technique::path::hybrid::EntryProfile;
+use crate::vec::{dot, length, max_component};
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+
+/// Where a pixel's path enters a body, in 32 bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct SssOrigin {
+    /// The hit; a miss of a path that enters no body. Its distance says nothing.
+    pub hit: PackedHit,
+    /// What light that leaves the body there is worth, linear RGB.
+    pub throughput: [f32; 3],
+    /// How long the path is up to there.
+    pub travelled: f32,
+}
+
+const _: () = assert!(size_of::<SssOrigin>() == 32);
+
+impl SssOrigin {
+    /// A path that enters no body.
+    pub const NONE: Self = Self { hit: PackedHit::MISS, throughput: [0.0; 3], travelled: 0.0 };
+}
+
+/// An entry, ready to evaluate samples.
+pub(super) struct Entrance {
+    pub(super) hit: Hit,
+    pub(super) at: Location,
+    pub(super) body: u32,
+    pub(super) profile: EntryProfile,
+    throughput: Vec3,
+}
+
+impl Entrance {
+    /// That of an origin, which is one.
+    #[inline(always)]
+    pub(super) fn new<S: Surface>(scene: &S, params: &SssParams, origin: &SssOrigin) -> Self {
+        let hit = origin.hit.unpack();
+        let (at, interior) = (scene.location(&hit), scene.interior(&hit));
+        let profile = EntryProfile::new(&params.fit, &at, (&interior, scene.absorbed(&hit)), origin.travelled);
+        Self { hit, at, body: interior.body, profile, throughput: Vec3::from_array(origin.throughput) }
+    }
+
+    /// What light is worth that becomes diffuse at a point, over the point's address.
+    #[inline(always)]
+    pub(super) fn worth(&self, point: &Location) -> Vec3 {
+        self.throughput * self.profile.at(point.position) * point.extent
+    }
+
+    /// The same of the entry itself, by the channels that are Lambertian.
+    #[inline(always)]
+    pub(super) fn lambert(&self) -> Vec3 {
+        self.throughput * self.profile.lambert
+    }
+
+    /// The density of a point over its address, of segments all of whose hits are taken.
+    #[inline(always)]
+    pub(super) fn density(&self, point: &Location) -> f32 {
+        self.profile.disk.density(point.position, point.normal) * point.extent
+    }
+
+    /// See [`is_connectable`].
+    #[inline(always)]
+    pub(super) fn is_connectable(&self, point: &Location) -> bool {
+        is_connectable(&self.at, point, max_component(self.profile.disk.profile.distance))
+    }
+}
+
+/// Whether the hybrid shift reconnects a point with an entry: where the surface has turned by 60 degrees between the two, or over two of the
+/// profile's largest distances `d`, the profile is smooth (Werner et al. 2024, §4; where the published program's comment says less than 60
+/// degrees, its code says as here).
+#[inline(always)]
+pub fn is_connectable(entry: &Location, point: &Location, distance: f32) -> bool {
+    (dot(entry.normal, point.normal) <= 0.5)
+        | (length(point.position - entry.position) >= 2.0 * num::max(distance, 0.0))
+}

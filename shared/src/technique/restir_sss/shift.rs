@@ -1,0 +1,121 @@
+//! Samples in planes, as what [`mutual`](crate::resample::mutual) shifts and merges.
+
+use super::SssParams;
+use super::evaluate::{Evaluated, evaluate};
+use super::origin::{Entrance, SssOrigin};
+use super::record::{Kind, PackedSubsurface, Sample, Stored};
+use crate::bsdf::Material;
+use crate::geometry::{Crossings, Hit, Ray};
+use crate::num;
+use crate::resample::mutual::{Record, Shift, ShiftResult};
+use crate::resample::params::Flags;
+use crate::scene::{AddressedLights, Frames, Probe, Surface, Trace};
+use crate::vec::luminance;
+use glam::Vec3;
+
+impl<F> Shift<F> for PackedSubsurface
+where
+    F: Frames,
+    F::Scene: Probe + Surface<Material = Material>,
+{
+    type Params = SssParams;
+    type Origin = SssOrigin;
+
+    #[inline(always)]
+    fn shift(&self, frames: &F, params: &SssParams, origin: &SssOrigin) -> ShiftResult {
+        let back = params.has(Flags::BACK);
+        let Stored { mut sample, contribution_weight, .. } = self.unpack();
+        if back & params.has(Flags::CHANGED) {
+            sample.light = frames.counterpart(sample.light, false);
+        }
+        let exists = (contribution_weight > 0.0) & sample.light.is_light() & origin.hit.unpack().is_hit();
+        if exists { shifted(&frames.scene(back), params, &sample, origin) } else { ShiftResult::default() }
+    }
+}
+
+/// A sample at an origin.
+#[inline(always)]
+fn shifted<S: Trace + Surface<Material = Material> + AddressedLights + Probe>(
+    scene: &S,
+    params: &SssParams,
+    sample: &Sample,
+    origin: &SssOrigin,
+) -> ShiftResult {
+    let entrance = Entrance::new(scene, params, origin);
+    let hit = match sample.kind {
+        Kind::Kept => sample.hit,
+        Kind::Replayed => replayed(scene, sample, &entrance),
+        Kind::AtEntry => entrance.hit,
+    };
+    if !hit.is_hit() || scene.interior(&hit).body != entrance.body {
+        return ShiftResult::default();
+    }
+    let at = scene.location(&hit);
+    let is_replayed = sample.kind == Kind::Replayed;
+    if (sample.kind != Kind::AtEntry) & (params.replays(entrance.is_connectable(&at)) != is_replayed) {
+        return ShiftResult::default();
+    }
+    let light = scene.light_at(sample.light);
+    let Evaluated { value, shadow, .. } = evaluate(scene, &entrance, (&hit, &at, sample.kind), &light);
+    // what is kept lies where it was found to be lit
+    let asks = (sample.kind != Kind::Kept) | params.has(Flags::CHANGED);
+    if PackedSubsurface::target(value) <= 0.0 || (asks && scene.occluded(&shadow)) {
+        return ShiftResult::default();
+    }
+    let density = if is_replayed { entrance.density(&at) } else { 1.0 };
+    let partial_jacobian = if density > 0.0 { num::flush(num::div(1.0, density)) } else { 0.0 };
+    ShiftResult { value: value.to_array(), partial_jacobian }
+}
+
+/// The point that the sample's numbers find around another entry.
+#[inline(always)]
+fn replayed<S: Surface + Probe>(scene: &S, sample: &Sample, entrance: &Entrance) -> Hit {
+    let segment = entrance.profile.disk.segment(&sample.numbers);
+    let key = Sample::key(&sample.numbers, scene.features());
+    let crossings = scene.probe(&Ray { key, ..segment }, entrance.body);
+    let mut found = Hit::MISS;
+    let mut index = 0;
+    while index < Crossings::LISTED {
+        found = if index as u32 == sample.crossing { crossings.nearest[index] } else { found };
+        index += 1;
+    }
+    found
+}
+
+impl Record for PackedSubsurface {
+    #[inline(always)]
+    fn value(&self) -> Vec3 {
+        self.value()
+    }
+
+    #[inline(always)]
+    fn contribution_weight(&self) -> f32 {
+        self.contribution_weight()
+    }
+
+    #[inline(always)]
+    fn confidence(&self) -> f32 {
+        self.confidence()
+    }
+
+    #[inline(always)]
+    fn partial_jacobian(&self) -> f32 {
+        self.partial_jacobian()
+    }
+
+    /// The luminance of what the sample is worth, whatever its sign: a profile less what has scattered once may be negative.
+    #[inline(always)]
+    fn target(value: Vec3) -> f32 {
+        luminance(Vec3::new(num::abs(value.x), num::abs(value.y), num::abs(value.z)))
+    }
+
+    #[inline(always)]
+    fn moved(&self, to: &ShiftResult) -> Self {
+        self.moved(Vec3::from_array(to.value), to.partial_jacobian)
+    }
+
+    #[inline(always)]
+    fn weighted(&self, contribution_weight: f32, confidence: f32) -> Self {
+        self.weighted(contribution_weight, confidence)
+    }
+}
