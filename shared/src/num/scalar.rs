@@ -8,6 +8,8 @@ pub trait Scalar: Copy + PartialOrd + Add<Output = Self> + Sub<Output = Self> + 
     const ZERO: Self;
     /// 1.
     const ONE: Self;
+    /// The largest number below 1. Times a normal number it is the next one below that.
+    const BELOW_ONE: Self;
 
     /// This number divided by another, correctly rounded.
     fn over(self, divisor: Self) -> Self;
@@ -22,6 +24,7 @@ const LARGEST: f32 = 1.267_650_6e30;
 impl Scalar for f32 {
     const ZERO: Self = 0.0;
     const ONE: Self = 1.0;
+    const BELOW_ONE: Self = 1.0 - super::UNIT_ROUNDOFF;
 
     #[inline(always)]
     fn over(self, divisor: Self) -> Self {
@@ -38,6 +41,7 @@ impl Scalar for f32 {
 impl Scalar for f64 {
     const ZERO: Self = 0.0;
     const ONE: Self = 1.0;
+    const BELOW_ONE: Self = 1.0 - f64::EPSILON / 2.0;
 
     fn over(self, divisor: Self) -> Self {
         self / divisor

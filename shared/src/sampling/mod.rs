@@ -17,6 +17,8 @@
 //! | [`table_2d`](sample_table_2d) | cells of a table and positions in them | the unit square |
 //! | [`alias`](sample_alias) | indices, by an alias table; without inverse | counting |
 //!
+//! [`mixture`] inverts what chooses among several of them.
+//!
 //! ```
 //! use restir_shared::glam::Vec2;
 //! use restir_shared::num::PI;
@@ -43,6 +45,7 @@ mod disk;
 mod exponential;
 mod hemisphere;
 mod henyey_greenstein;
+pub mod mixture;
 mod sphere;
 mod table;
 mod triangle;
