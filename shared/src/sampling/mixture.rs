@@ -88,7 +88,8 @@ pub fn choose<T: Scalar, const N: usize>(weights: &[T; N], u: T) -> Choice<T> {
 }
 
 /// D, the density of the mixture where its techniques have the given ones: the sum of weights times densities, each
-/// [within the range](Scalar::within_range).
+/// [within the range](Scalar::within_range). A technique adds nothing whose weight is too small beside those before it for any number to
+/// choose it.
 #[inline(always)]
 pub fn density<T: Scalar, const N: usize>(weights: &[T; N], densities: &[T; N]) -> T {
     sum(&shares(weights, densities))
