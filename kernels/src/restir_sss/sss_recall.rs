@@ -8,9 +8,9 @@ kernel! {
     pub fn sss_recall(8, 8) {
         constants {}
         params 0: SssParams,
-        asks frames(FEATURES_ALL) { 1: geometry, 2: attributes },
+        asks frames(FEATURES_ALL) { 1: attributes },
         read {},
-        own { 3: reservoirs: PackedSubsurface },
+        own { 2: reservoirs: PackedSubsurface },
     }
     |x, _y, at, p, frames| reservoirs[at] = restir_sss::recall(&frames, reservoirs[at])
 }

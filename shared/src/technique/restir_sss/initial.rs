@@ -96,7 +96,7 @@ fn candidates<S: Trace + Surface<Material = Material> + AddressedLights + Probe>
                 let target = PackedSubsurface::target(candidate.value);
                 let per_density = if density > 0.0 { num::div(each, density) } else { 0.0 };
                 let dimension = SELECTIONS + index * (Crossings::LISTED as u32 + 1) + crossing;
-                reservoir.update(candidate, target * per_density, 0.0, rng::unit(rng.hash(dimension).x));
+                reservoir.update(candidate, target * per_density, 1.0, rng::unit(rng.hash(dimension).x));
             }
             crossing += 1;
         }
