@@ -45,4 +45,5 @@ pub mod pairing;
 pub mod params;
 pub mod reproject;
 pub mod reservoir;
+mod shifted;
 pub mod similar;

@@ -52,6 +52,7 @@ use super::packed::MAX_CONFIDENCE;
 use super::pairing::Pairing;
 use super::params::{Flags, ReuseParams};
 use super::reservoir::Reservoir;
+pub use super::shifted::{Cause, Shifted};
 use super::similar::{GBufferSurface, PackedSurface};
 use crate::geometry::{Hit, PackedHit};
 use crate::layout::FilmPixel;
@@ -151,8 +152,8 @@ pub trait Shift<F>: Record {
     /// Where the samples of a pixel begin, as it lies in a plane: what they are shifted to.
     type Origin;
 
-    /// The sample at an origin; with [`Flags::BACK`] at one of the other frame.
-    fn shift(&self, frames: &F, params: &Self::Params, origin: &Self::Origin) -> ShiftResult;
+    /// The sample at an origin; with [`Flags::BACK`] it is one of this frame, and the origin one of the other frame.
+    fn shifted(&self, frames: &F, params: &Self::Params, origin: &Self::Origin) -> Shifted;
 }
 
 /// The request of the element (x, row) of a grid with a layer for each neighbour: to take the sample of the pixel's n-th neighbour to the
@@ -215,7 +216,8 @@ pub fn answer<R: Shift<F>, F: Frames>(
         return ShiftResult::default();
     }
     let (from, to) = request.indices(params.flags.contains(Flags::BACK));
-    records[from as usize].shift(frames, params, &origins[to as usize])
+    let Shifted { value, term, .. } = records[from as usize].shifted(frames, params, &origins[to as usize]);
+    ShiftResult { value: value.to_array(), partial_jacobian: term }
 }
 
 /// What a merge reads: of each pixel the sample that others may take, of each element of the grid of requests the request and its result.
@@ -229,6 +231,18 @@ pub struct Shares<'a, R> {
     pub results: &'a [ShiftResult],
     /// What became of them the other way, with another frame.
     pub returned: &'a [ShiftResult],
+}
+
+impl<R: Record> Shares<'_, R> {
+    /// The integrand of the sample of a request at the pixel of that index.
+    #[inline(always)]
+    fn value_of(&self, still: bool, request: u32, pixel: u32) -> Vec3 {
+        if still {
+            self.records[pixel as usize].value()
+        } else {
+            Vec3::from_array(self.results[request as usize].value)
+        }
+    }
 }
 
 /// The target of a sample where it was shifted to, in the measure of where it comes from: times the Jacobian.
@@ -251,7 +265,8 @@ pub struct Merged<R> {
 }
 
 /// One sample of a pixel's own and those of its neighbours, or of the other frame's at its place, by pairwise MIS. With
-/// [`Flags::OTHER_FRAME`] there is one neighbour.
+/// [`Flags::OTHER_FRAME`] there is one neighbour. With [`Flags::SUMS`] it is not one that sends light but all of them, each by its weight: the mean
+/// over what could have been selected, so that the colours of several samples average out.
 #[inline(always)]
 pub fn merge<R: Record>(params: &ReuseParams, shares: &Shares<'_, R>, own: R, at: [u32; 2]) -> Merged<R> {
     let (crosses, still) = (params.flags.contains(Flags::OTHER_FRAME), params.flags.contains(Flags::STILL));
@@ -292,11 +307,18 @@ pub fn merge<R: Record>(params: &ReuseParams, shares: &Shares<'_, R>, own: R, at
     }
     let rng = params.rng(at);
     let first = MERGES.wrapping_add(params.merge.wrapping_mul(INPUTS_OF_MERGE));
+    let sums = params.flags.contains(Flags::SUMS);
+    let mut sum = Vec3::ZERO;
     let mut reservoir = Reservoir::empty(0);
     i = 0;
     while i < count {
         let u = rng::unit(rng.hash(first.wrapping_add(i)).x);
-        reservoir.update(i, combine.weight(i), 1.0, u);
+        let weight = combine.weight(i);
+        reservoir.update(i, weight, 1.0, u);
+        if sums & (weight > 0.0) {
+            let value = if i == 0 { own.value() } else { shares.value_of(still, requests[i as usize], index) };
+            sum += value * num::div(weight, R::target(value));
+        }
         i += 1;
     }
     let is_other = reservoir.sample != 0;
@@ -310,6 +332,11 @@ pub fn merge<R: Record>(params: &ReuseParams, shares: &Shares<'_, R>, own: R, at
         shares.records[partner as usize].moved(&shares.results[request as usize])
     };
     let weight = reservoir.contribution_weight(1.0, R::target(record.value()));
+    if sums {
+        let together = ShiftResult { value: sum.to_array(), partial_jacobian: record.partial_jacobian() };
+        let weight = if weight > 0.0 { 1.0 } else { 0.0 };
+        return Merged { record: record.moved(&together).weighted(weight, combine.confidence()), is_other, request };
+    }
     Merged { record: record.weighted(weight, combine.confidence()), is_other, request }
 }
 

@@ -53,6 +53,9 @@ impl Flags {
     pub const CHANGED: Self = Self(1 << 4);
     /// With [`Self::OTHER_FRAME`]: a pass of shifts goes the other way, from this frame to the other one.
     pub const BACK: Self = Self(1 << 5);
+    /// A merge of mutual pairs leaves what all samples send together, for shading alone: the integrand of its record is their sum, and its
+    /// contribution weight is 1.
+    pub const SUMS: Self = Self(1 << 6);
     /// Position of a technique's flags.
     const TECHNIQUE_SHIFT: u32 = 8;
     /// Position of the bits of [`Mis`].
@@ -61,8 +64,9 @@ impl Flags {
     /// What differs between the passes of a frame. A kernel that is specialised to flags is not specialised to these, or it would have to
     /// be compiled for every pass.
     #[doc(hidden)]
-    pub const OF_PASSES: Self =
-        Self(Self::OTHER_FRAME.0 | Self::STILL.0 | Self::CHANGED.0 | Self::BACK.0 | (0xff << Self::MIS_SHIFT));
+    pub const OF_PASSES: Self = Self(
+        Self::OTHER_FRAME.0 | Self::STILL.0 | Self::CHANGED.0 | Self::BACK.0 | Self::SUMS.0 | (0xff << Self::MIS_SHIFT),
+    );
 
     /// The n-th of a technique's own flags, n from 0 to 15.
     pub(crate) const fn of_technique(n: u32) -> Self {

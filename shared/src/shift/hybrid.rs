@@ -6,6 +6,7 @@ use crate::bsdf::ScatteringFunction;
 use crate::geometry::{Hit, Ray};
 use crate::layout::FEATURE_VOLUME;
 use crate::num;
+use crate::resample::mutual::{Cause, Shifted};
 use crate::scene::{
     AddressedLight, AddressedLights, BsdfOf, LightKind, LightSample, Lights, Surface, SurfacePoint, Trace,
 };
@@ -21,49 +22,6 @@ pub trait Numbers {
     fn scatter(&self, vertex: u32) -> UVec4;
     /// The numbers that vary the thresholds of [`Hybrid`].
     fn joins(&self) -> UVec4;
-}
-
-/// A path where it was shifted to.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Shifted {
-    /// The integrand there, in random numbers, linear RGB; black if there is no such path.
-    pub value: Vec3,
-    /// Its [`Path::term`] there; 0 if there is no such path.
-    pub term: f32,
-    /// Why there is none.
-    pub cause: Cause,
-}
-
-/// Why a shift gives no path.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[repr(u32)]
-pub enum Cause {
-    /// The shift gives a path: nothing stands against it.
-    Nothing,
-    /// There is no path, or one that no shift takes anywhere, or it would have to be replayed too far.
-    Unshiftable,
-    /// The replayed path could be joined at another vertex, or cannot be at this one.
-    Joins,
-    /// Replay ends too early: in the void, at what does not emit, or where light is absorbed.
-    Replay,
-    /// What is to be joined sends nothing this way: it turns its back, or a lobe is missing.
-    Dark,
-    /// Something lies between.
-    Blocked,
-    /// A number is out of range, or the device cut a loop short.
-    Broken,
-}
-
-impl Cause {
-    /// All of them, in the order of their numbers.
-    pub const ALL: [Self; 7] =
-        [Self::Nothing, Self::Unshiftable, Self::Joins, Self::Replay, Self::Dark, Self::Blocked, Self::Broken];
-}
-
-impl Shifted {
-    const fn failed(cause: Cause) -> Self {
-        Self { value: Vec3::ZERO, term: 0.0, cause }
-    }
 }
 
 /// Shifts a path to an `origin`, whose hit is one. Where the scene has `changed` since the path was found, something may lie between

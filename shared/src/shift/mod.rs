@@ -77,7 +77,8 @@ mod join;
 mod origin;
 mod path;
 
-pub use hybrid::{Cause, Numbers, Shifted, shift};
+pub use crate::resample::mutual::{Cause, Shifted};
+pub use hybrid::{Numbers, shift};
 pub use join::{End, Hybrid, Joins};
 pub use origin::PathOrigin;
 pub use path::{KeptPath, Path};

@@ -1,36 +1,19 @@
 //! What a path is to those who ask whose it is: how its passes are replayed, what is printed of it, and its layers.
 
 use crate::technique::reuse::explain::Genealogy;
-use crate::technique::reuse::{Before, Followed, Generation, Kernel, Layers, Lineage, Origin, Replay, Reused, mutual};
-use crate::{Error, image::Channel};
-use rayon::prelude::*;
+use crate::technique::reuse::offers::{self, Mutually};
+use crate::technique::reuse::{
+    Before, Counts, Followed, Generation, Kernel, Layers, Lineage, Offered, Origin, Replay, Reused, mutual,
+};
+use crate::{Error, image::Channel, replay::TwoFrames};
 use restir_kernels::restir_pt::{pt_merge, pt_recall, pt_retrace, pt_shift, pt_trace};
 use restir_kernels::reuse::{reuse_pair, reuse_reproject};
-use restir_shared::resample::mutual::ShiftRequest;
+use restir_shared::resample::mutual::{Shift, Shifted};
 use restir_shared::scene::Frames;
-use restir_shared::shift::{Cause, Path, PathOrigin, Shifted};
+use restir_shared::shift::{Path, PathOrigin};
 use restir_shared::technique::restir_pt::{self as pt, PackedPath, PtParams, Stored};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
-use std::fmt::Write;
-
-/// How many shifts ended by each of [`Cause::ALL`], of which the first means that there is a path.
-type Counts = [u32; Cause::ALL.len()];
-
-/// The channels of these counts.
-const SHIFTS: [&str; Cause::ALL.len()] =
-    ["shift.done", "shift.unshiftable", "shift.joins", "shift.replay", "shift.dark", "shift.blocked", "shift.broken"];
-
-/// A path that another pixel, or the last frame, has offered to a pixel.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Offered {
-    /// Index of the pixel whose path it is.
-    pub pixel: u32,
-    /// Why it cannot be shifted, if it cannot.
-    pub cause: Cause,
-    /// The Jacobian of the shift; 0 if there is none.
-    pub jacobian: f32,
-}
 
 impl Reused for PackedPath {
     type Params = PtParams;
@@ -85,9 +68,7 @@ impl Reused for PackedPath {
     }
 
     fn details(lineage: &Lineage<Self>, pass: usize, pixel: u32) -> Result<Vec<Offered>, Error> {
-        let pass = lineage.pass(pass)?;
-        let (requests, offered) = shifts(lineage, pass)?;
-        Ok((pixel as usize..requests).step_by(pass.records().len()).filter_map(offered).collect())
+        offers::offers(lineage, pass, pixel)
     }
 
     fn words(genealogy: &Genealogy<'_, Self>, g: &Generation<Self>) -> String {
@@ -98,22 +79,12 @@ impl Reused for PackedPath {
         } else {
             "it has no path\n".to_owned()
         };
-        for Offered { pixel, cause, jacobian } in &g.details {
-            let [x, y] = genealogy.position(*pixel);
-            let _ = match cause {
-                Cause::Nothing => writeln!(text, "   from ({x}, {y}): a path, Jacobian {jacobian:e}"),
-                _ => writeln!(text, "   from ({x}, {y}): no path, {}", why(*cause)),
-            };
-        }
+        text += &offers::words(genealogy, &g.details, ["a path", "no path"]);
         text
     }
 
     fn fields(genealogy: &Genealogy<'_, Self>, g: &Generation<Self>) -> Value {
         let Stored { path, contribution_weight, value, .. } = g.stored();
-        let offer = |offer: &Offered| {
-            let why = (offer.cause != Cause::Nothing).then(|| why(offer.cause));
-            json!({ "pixel": genealogy.position(offer.pixel), "jacobian": offer.jacobian, "fails": why })
-        };
         json!({
             "path": g.record.has_sample().then(|| json!({
                 "contribution_weight": contribution_weight,
@@ -129,7 +100,7 @@ impl Reused for PackedPath {
                     Origin::Record { pixel, .. } => json!({ "pixel": genealogy.position(pixel) }),
                 },
             })),
-            "offers": g.details.iter().map(offer).collect::<Vec<_>>(),
+            "offers": offers::fields(genealogy, &g.details),
         })
     }
 
@@ -138,17 +109,7 @@ impl Reused for PackedPath {
     }
 
     fn beside(lineage: &Lineage<Self>, pass: usize, before: &Before<Self>) -> Result<Vec<Counts>, Error> {
-        let pass = lineage.pass(pass)?;
-        let pixels = pass.records().len();
-        let (requests, offered) = shifts(lineage, pass)?;
-        // those of the pixels' own paths went before, in the same frame
-        let own = if pass.leaves_merged() { before.get(&pass.maker(mutual::role_of_own(pass))?) } else { None };
-        let of_pixel = |pixel: usize| {
-            let mut counts = own.map_or([0; Cause::ALL.len()], |own| own[pixel]);
-            (pixel..requests).step_by(pixels).filter_map(&offered).for_each(|offer| counts[offer.cause as usize] += 1);
-            counts
-        };
-        Ok((0..pixels).into_par_iter().map(of_pixel).collect())
+        offers::counts(lineage, pass, before)
     }
 
     /// Named after the layer `path`: confidence `M`, contribution weight `W`, the `length` in segments, the index `k` of the vertex from which on
@@ -167,10 +128,7 @@ impl Reused for PackedPath {
             of_path("path.y", &|path| path.key.x >> 16),
             of_path("path.age", &|path| layers.frame.wrapping_sub(path.key.y)),
         ];
-        let shifts = SHIFTS.into_iter().enumerate().map(|(cause, name)| Channel {
-            name,
-            values: layers.beside.iter().map(|counts| counts[cause] as f32).collect(),
-        });
+        let shifts = offers::channels(&layers.beside);
         paths.into_iter().chain(shifts).collect()
     }
 }
@@ -188,25 +146,12 @@ impl Layers<PackedPath> {
     }
 }
 
-/// Answers a request once more, which is an element of a grid.
-type Shifts<'a> = Box<dyn Fn(usize) -> Option<Offered> + Sync + 'a>;
+impl Mutually for PackedPath {
+    type Origin = PathOrigin;
 
-/// The requests whose results a pass merges: how many elements their grid has, and what becomes of each.
-fn shifts<'a>(lineage: &'a Lineage<PackedPath>, pass: &Followed<PackedPath>) -> Result<(usize, Shifts<'a>), Error> {
-    if !mutual::is_of_shifts(pass) {
-        return Ok((0, Box::new(|_| None)));
+    fn shifted_to(&self, frames: &TwoFrames, params: &PtParams, origin: &PathOrigin) -> Shifted {
+        self.shifted(&frames, params, origin)
     }
-    let shift = lineage.pass(pass.maker("results")?)?;
-    let (requests, origins) = (shift.read::<ShiftRequest>("requests")?, shift.read::<PathOrigin>("origins")?);
-    let (paths, p, frames) = (shift.read::<PackedPath>("reservoirs")?, &shift.params, &*shift.frames);
-    let offered = move |at: usize| {
-        let request = Some(requests[at]).filter(ShiftRequest::exists)?;
-        let path = paths[request.sample as usize];
-        let Shifted { term, cause, .. } = path.shifted(&frames, p, &origins[request.pixel as usize]);
-        let jacobian = if cause == Cause::Nothing { term / path.term() } else { 0.0 };
-        Some(Offered { pixel: request.sample, cause, jacobian })
-    };
-    Ok((requests.len(), Box::new(offered)))
 }
 
 /// How long a path is, what it ends at and where it is joined.
@@ -217,17 +162,4 @@ fn ending(path: &Path) -> String {
         k => format!("kept from vertex {k} on"),
     };
     format!("{} segments to {light}, {joined}", path.length)
-}
-
-/// Why a shift gives no path.
-fn why(cause: Cause) -> &'static str {
-    match cause {
-        Cause::Nothing => "it gives one",
-        Cause::Unshiftable => "there is none, or none that can be shifted",
-        Cause::Joins => "it would have to be joined at another vertex",
-        Cause::Replay => "replay ends too early",
-        Cause::Dark => "what is to be joined sends nothing this way",
-        Cause::Blocked => "something lies between",
-        Cause::Broken => "a number is out of range",
-    }
 }

@@ -24,8 +24,7 @@ mod describe;
 mod plan;
 mod settings;
 
-pub use describe::Offered;
-pub use crate::technique::reuse::Form;
+pub use crate::technique::reuse::{Form, Offered};
 pub use settings::{Changed, Direct, PtSettings, Shift};
 // the ends of ranges, which each setting names
 #[doc(hidden)]

@@ -1,21 +1,27 @@
 //! What a sample under the surface is to those who ask whose it is: how its passes are replayed, what is printed of it, and its layers.
 
 use crate::technique::reuse::explain::Genealogy;
-use crate::technique::reuse::{Followed, Generation, Kernel, Layers, Origin, Replay, Reused, mutual};
-use crate::{Error, image::Channel};
+use crate::technique::reuse::offers::{self, Mutually};
+use crate::technique::reuse::{
+    Before, Counts, Followed, Generation, Kernel, Layers, Lineage, Offered, Origin, Replay, Reused, mutual,
+};
+use crate::{Error, image::Channel, replay::TwoFrames};
 use restir_kernels::path::path_entry;
 use restir_kernels::restir_sss::{sss_initial, sss_merge, sss_recall, sss_shift};
 use restir_kernels::reuse::{reuse_pair, reuse_reproject};
+use restir_shared::resample::mutual::{Shift, Shifted};
 use restir_shared::scene::Frames;
 use restir_shared::technique::path::hybrid::PackedEntry;
-use restir_shared::technique::restir_sss::{self as sss, Kind, PackedSubsurface, SssParams, Stored};
+use restir_shared::technique::restir_sss::{self as sss, Kind, PackedSubsurface, SssOrigin, SssParams, Stored};
 use serde_json::{Value, json};
 
 impl Reused for PackedSubsurface {
     type Params = SssParams;
     type Stored = Stored;
-    type Details = ();
-    type Beside = ();
+    /// What was offered to the pixel by way of a shift.
+    type Details = Vec<Offered>;
+    /// What became of the shifts of others' samples to a pixel in the frame.
+    type Beside = Counts;
 
     const KERNELS: &'static [Kernel] = &[
         Kernel { desc: &sss_initial::DESC, records: Some("reservoirs"), others: &["origins"] },
@@ -27,7 +33,8 @@ impl Reused for PackedSubsurface {
         Kernel { desc: &sss_merge::DESC, records: Some("merged"), others: &[] },
     ];
     const RECORDS: &'static str = "samples";
-    const LAYER_BYTES: u64 = 192;
+    const LAYER_BYTES: u64 = 304;
+    const LOOKS_BACK: bool = false;
 
     fn stored(&self) -> Stored {
         self.unpack()
@@ -60,13 +67,19 @@ impl Reused for PackedSubsurface {
         }))
     }
 
+    fn details(lineage: &Lineage<Self>, pass: usize, pixel: u32) -> Result<Vec<Offered>, Error> {
+        offers::offers(lineage, pass, pixel)
+    }
+
     fn words(genealogy: &Genealogy<'_, Self>, g: &Generation<Self>) -> String {
-        if !g.record.has_sample() {
-            return "it has no sample\n".to_owned();
-        }
         let Stored { sample, contribution_weight, value, .. } = g.stored();
         let (light, point, origin) = (sample.light.light, point(sample.kind), genealogy.origin(g.origin));
-        format!("W {contribution_weight:e}, {point}, light {light}\n   value {value}, {origin}\n")
+        let own = if g.record.has_sample() {
+            format!("W {contribution_weight:e}, {point}, light {light}\n   value {value}, {origin}\n")
+        } else {
+            "it has no sample\n".to_owned()
+        };
+        own + &offers::words(genealogy, &g.details, ["a sample", "no sample"])
     }
 
     fn fields(genealogy: &Genealogy<'_, Self>, g: &Generation<Self>) -> Value {
@@ -79,24 +92,39 @@ impl Reused for PackedSubsurface {
                 "kind": point(sample.kind),
                 "from": genealogy.origin(g.origin),
             })),
+            "offers": offers::fields(genealogy, &g.details),
         })
     }
 
+    fn beside(lineage: &Lineage<Self>, pass: usize, before: &Before<Self>) -> Result<Vec<Counts>, Error> {
+        offers::counts(lineage, pass, before)
+    }
+
     /// Named after the layer `sss`: confidence `M`, contribution weight `W`, and of samples their `kind` (0 stays where it is, 1 is replayed, 2 lies at the
-    /// entry), the `light` and the `crossing` of its segment; -1 without a sample.
+    /// entry), the `light` and the `crossing` of its segment; -1 without a sample. The layer `shift` has how many shifts of others' samples to the
+    /// pixel were `done` in the frame, and how many failed by which cause.
     fn channels(layers: &Layers<Self>) -> Vec<Channel> {
         let of_sample = |name, value: &dyn Fn(&sss::Sample) -> u32| {
             layers.channel(name, |stored| {
                 if stored.contribution_weight > 0.0 { value(&stored.sample) as f32 } else { -1.0 }
             })
         };
-        vec![
+        let samples = [
             layers.channel("sss.M", |stored| stored.confidence),
             layers.channel("sss.W", |stored| stored.contribution_weight),
             of_sample("sss.kind", &|sample| sample.kind as u32),
             of_sample("sss.light", &|sample| sample.light.light),
             of_sample("sss.crossing", &|sample| sample.crossing),
-        ]
+        ];
+        samples.into_iter().chain(offers::channels(&layers.beside)).collect()
+    }
+}
+
+impl Mutually for PackedSubsurface {
+    type Origin = SssOrigin;
+
+    fn shifted_to(&self, frames: &TwoFrames, params: &SssParams, origin: &SssOrigin) -> Shifted {
+        self.shifted(&frames, params, origin)
     }
 }
 

@@ -23,7 +23,7 @@ mod describe;
 mod plan;
 mod settings;
 
-pub use settings::{Shift, SssSettings, Traced};
+pub use settings::{Shading, Shift, SssSettings, Traced};
 
 use super::{
     About, Diagnose, Integral, PixelFilter, Repeats, Technique,

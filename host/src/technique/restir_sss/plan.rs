@@ -1,6 +1,6 @@
 //! The passes of ReSTIR SSS.
 
-use super::SssSettings;
+use super::{Shading, SssSettings};
 use crate::Error;
 use crate::plan::{Buffer, BufferId, Pass};
 use crate::technique::Technique;
@@ -86,7 +86,12 @@ impl Passes for SssPasses {
     }
 
     fn reuse_in_space(&self, queue: &mut Queue, now: &Frame, pass: u32, merged: BufferId) {
-        self.mutual.in_space(queue, now, &self.params(now), pass, merged);
+        let mut params = self.params(now);
+        let Self { settings: s, .. } = self;
+        if s.shading == Shading::All && !s.feedback && pass + 1 == s.spatial {
+            params = params.with_flags(Flags::SUMS);
+        }
+        self.mutual.in_space(queue, now, &params, pass, merged);
     }
 
     fn shade(&self, queue: &mut Queue, now: &Frame) {

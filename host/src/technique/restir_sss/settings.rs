@@ -39,6 +39,16 @@ choices! {
     }
 }
 
+choices! {
+    /// By which samples a pixel is shaded.
+    pub enum Shading {
+        /// By the one that it has selected.
+        "selected" => Selected,
+        /// By its own and its neighbours' together, each by its weight, where the last spatial pass makes no history.
+        "all" => All,
+    }
+}
+
 settings! {
     /// Settings of ReSTIR SSS. The defaults are unbiased.
     pub struct SssSettings {
@@ -74,6 +84,8 @@ settings! {
         neighbours: u32 = 4, in 0..=MAX_NEIGHBOURS, unit "neighbours";
         /// Side of the squares in which pixels are paired: a power of two. The squares lie elsewhere for each pairing.
         tile: u32 = 16, in 2..=256, unit "pixels";
+        /// By which samples a pixel is shaded. A single sample has the colours of one distance, which differ more than their brightness.
+        shading: Shading = Shading::All;
         /// The next frame reuses what spatial reuse has made, not what it began with.
         feedback: bool = false;
         /// A neighbour farther from the tangent plane than this is left out.
@@ -92,7 +104,7 @@ settings! {
         "reconnection" => Self { shift: Shift::Reconnection, ..Self::default() },
         "delayed" => Self { shift: Shift::Delayed, ..Self::default() },
         "pathtracing" => Self { temporal: false, spatial: 0, ..Self::default() },
-        "published" => Self { mis: Form::Counted, feedback: true, tile: 32, support: SupportChoice::Published, ..Self::default() },
+        "published" => Self { mis: Form::Counted, feedback: true, shading: Shading::Selected, tile: 32, support: SupportChoice::Published, ..Self::default() },
     }
 }
 

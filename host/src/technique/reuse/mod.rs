@@ -30,6 +30,7 @@ mod genealogy;
 mod layers;
 mod lineage;
 pub(crate) mod mutual;
+pub(crate) mod offers;
 pub(crate) mod planes;
 mod record;
 
@@ -40,6 +41,7 @@ pub(crate) use layers::ages;
 pub use layers::{Layers, render_with_layers};
 pub use lineage::Origin;
 pub(crate) use lineage::{Followed, Kernel, Lineage};
+pub use offers::{Counts, Offered};
 pub use record::Reuse;
 pub(crate) use record::{Before, PassParams, Replay, Reused, Specialises};
 

@@ -3,24 +3,11 @@
 use super::recall::carry;
 use super::{PackedPath, PathNumbers, PtParams};
 use crate::num;
-use crate::resample::mutual::{Record, Shift, ShiftResult};
+use crate::resample::mutual::{Record, Shift, ShiftResult, Shifted};
 use crate::resample::params::Flags;
 use crate::scene::Frames;
-use crate::shift::{self, KeptPath, Path, PathOrigin, Shifted};
+use crate::shift::{self, KeptPath, Path, PathOrigin};
 use glam::Vec3;
-
-impl PackedPath {
-    /// The path at an origin; with [`Flags::BACK`] it is a path of this frame, and the origin one of the other frame.
-    #[inline(always)]
-    pub fn shifted<F: Frames>(&self, frames: &F, params: &PtParams, origin: &PathOrigin) -> Shifted {
-        let (back, changed) = (params.has(Flags::BACK), params.has(Flags::CHANGED));
-        let kept = Carried { packed: self, frames, params };
-        let (Path { key, .. }, extent) = kept.course_and_extent();
-        let numbers = PathNumbers::of_key(key, params.seed, params.flags.sampler());
-        let shifted = shift::shift(&frames.scene(back), &numbers, &params.hybrid, origin, &kept, changed);
-        Shifted { term: num::flush(shifted.term * extent), ..shifted }
-    }
-}
 
 /// A path in the frame of the origin that it is shifted to. What comes the other way has been recalled.
 struct Carried<'a, F> {
@@ -102,8 +89,12 @@ impl<F: Frames> Shift<F> for PackedPath {
     type Origin = PathOrigin;
 
     #[inline(always)]
-    fn shift(&self, frames: &F, params: &PtParams, origin: &PathOrigin) -> ShiftResult {
-        let Shifted { value, term, .. } = self.shifted(frames, params, origin);
-        ShiftResult { value: value.to_array(), partial_jacobian: term }
+    fn shifted(&self, frames: &F, params: &PtParams, origin: &PathOrigin) -> Shifted {
+        let (back, changed) = (params.has(Flags::BACK), params.has(Flags::CHANGED));
+        let kept = Carried { packed: self, frames, params };
+        let (Path { key, .. }, extent) = kept.course_and_extent();
+        let numbers = PathNumbers::of_key(key, params.seed, params.flags.sampler());
+        let shifted = shift::shift(&frames.scene(back), &numbers, &params.hybrid, origin, &kept, changed);
+        Shifted { term: num::flush(shifted.term * extent), ..shifted }
     }
 }

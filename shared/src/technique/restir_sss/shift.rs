@@ -7,7 +7,7 @@ use super::record::{Kind, PackedSubsurface, Sample, Stored};
 use crate::bsdf::Material;
 use crate::geometry::{Crossings, Hit, Ray};
 use crate::num;
-use crate::resample::mutual::{Record, Shift, ShiftResult};
+use crate::resample::mutual::{Cause, Record, Shift, ShiftResult, Shifted};
 use crate::resample::params::Flags;
 use crate::scene::{AddressedLights, Frames, Probe, Surface, Trace};
 use crate::vec::luminance;
@@ -22,14 +22,14 @@ where
     type Origin = SssOrigin;
 
     #[inline(always)]
-    fn shift(&self, frames: &F, params: &SssParams, origin: &SssOrigin) -> ShiftResult {
+    fn shifted(&self, frames: &F, params: &SssParams, origin: &SssOrigin) -> Shifted {
         let back = params.has(Flags::BACK);
         let Stored { mut sample, contribution_weight, .. } = self.unpack();
         if back & params.has(Flags::CHANGED) {
             sample.light = frames.counterpart(sample.light, false);
         }
         let exists = (contribution_weight > 0.0) & sample.light.is_light() & origin.hit.unpack().is_hit();
-        if exists { shifted(&frames.scene(back), params, &sample, origin) } else { ShiftResult::default() }
+        if exists { shifted(&frames.scene(back), params, &sample, origin) } else { Shifted::failed(Cause::Unshiftable) }
     }
 }
 
@@ -40,7 +40,7 @@ fn shifted<S: Trace + Surface<Material = Material> + AddressedLights + Probe>(
     params: &SssParams,
     sample: &Sample,
     origin: &SssOrigin,
-) -> ShiftResult {
+) -> Shifted {
     let entrance = Entrance::new(scene, params, origin);
     let hit = match sample.kind {
         Kind::Kept => sample.hit,
@@ -48,23 +48,26 @@ fn shifted<S: Trace + Surface<Material = Material> + AddressedLights + Probe>(
         Kind::AtEntry => entrance.hit,
     };
     if !hit.is_hit() || scene.interior(&hit).body != entrance.body {
-        return ShiftResult::default();
+        return Shifted::failed(Cause::Replay);
     }
     let at = scene.location(&hit);
     let is_replayed = sample.kind == Kind::Replayed;
     if (sample.kind != Kind::AtEntry) & (params.replays(entrance.is_connectable(&at)) != is_replayed) {
-        return ShiftResult::default();
+        return Shifted::failed(Cause::Joins);
     }
     let light = scene.light_at(sample.light);
     let Evaluated { value, shadow, .. } = evaluate(scene, &entrance, (&hit, &at, sample.kind), &light);
     // what is kept lies where it was found to be lit
     let asks = (sample.kind != Kind::Kept) | params.has(Flags::CHANGED);
-    if PackedSubsurface::target(value) <= 0.0 || (asks && scene.occluded(&shadow)) {
-        return ShiftResult::default();
+    if PackedSubsurface::target(value) <= 0.0 {
+        return Shifted::failed(Cause::Dark);
+    }
+    if asks && scene.occluded(&shadow) {
+        return Shifted::failed(Cause::Blocked);
     }
     let density = if is_replayed { entrance.density(&at) } else { 1.0 };
-    let partial_jacobian = if density > 0.0 { num::flush(num::div(1.0, density)) } else { 0.0 };
-    ShiftResult { value: value.to_array(), partial_jacobian }
+    let term = if density > 0.0 { num::flush(num::div(1.0, density)) } else { 0.0 };
+    Shifted { value, term, cause: if term > 0.0 { Cause::Nothing } else { Cause::Broken } }
 }
 
 /// The point that the sample's numbers find around another entry.
