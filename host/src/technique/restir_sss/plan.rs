@@ -10,15 +10,13 @@ use crate::technique::reuse::mutual::{Mutual, with_last};
 use crate::technique::reuse::planes::Planes;
 use crate::technique::sequence::{Frame, Sequence, Stage, Within, Work};
 use restir_kernels::restir_sss as sss;
-use restir_shared::camera::spread;
 use restir_shared::layout::{CameraParams, FEATURE_SUBSURFACE};
 use restir_shared::resample::params::{Flags, ReuseParams};
-use restir_shared::technique::path::hybrid::Fit;
 use restir_shared::technique::restir_sss::{PackedSubsurface, SssOrigin, SssParams};
 
 impl Specialises for SssParams {
     fn settings(&self) -> u32 {
-        (self.flags | Flags::OF_PASSES).bits() | self.fit.flags.bits()
+        (self.flags | Flags::OF_PASSES).bits() | self.profile.bits()
     }
 }
 
@@ -38,7 +36,10 @@ pub(super) fn sequence(settings: &SssSettings, stage: &Stage) -> Box<dyn Sequenc
     planes.bind_within("entries");
     let kernels = [&sss::sss_shift::DESC, &sss::sss_merge::DESC];
     let mutual = Mutual::new::<PackedSubsurface, SssOrigin>(&mut planes, &reuses, settings.neighbours, kernels);
-    let passes = SssPasses { settings: settings.clone(), of_all: settings.params(stage), mutual };
+    // records that send what all samples send together are no history
+    let is_apart = settings.shading == Shading::All && settings.feedback && reuses.in_space > 0;
+    let together = is_apart.then(|| planes.add::<PackedSubsurface>("together", planes.pixels));
+    let passes = SssPasses { settings: settings.clone(), of_all: settings.params(stage), mutual, together };
     Box::new(Chain::new(stage, settings.integral(), reuses, planes, passes))
 }
 
@@ -69,6 +70,8 @@ pub(super) struct SssPasses {
     settings: SssSettings,
     of_all: SssParams,
     mutual: Mutual,
+    /// What pixels are shaded by, where that is not the history.
+    together: Option<BufferId>,
 }
 
 impl Passes for SssPasses {
@@ -86,24 +89,31 @@ impl Passes for SssPasses {
     }
 
     fn reuse_in_space(&self, queue: &mut Queue, now: &Frame, pass: u32, merged: BufferId) {
-        let mut params = self.params(now);
-        let Self { settings: s, .. } = self;
-        if s.shading == Shading::All && !s.feedback && pass + 1 == s.spatial {
-            params = params.with_flags(Flags::SUMS);
+        let params = self.params(now);
+        let is_last = pass + 1 == self.settings.spatial;
+        let sums = if is_last && self.sums() && self.together.is_none() { Flags::SUMS } else { Flags::default() };
+        self.mutual.in_space(queue, now, &params.with_flags(sums), pass, merged);
+        if let Some(together) = self.together.filter(|_| is_last && now.adds) {
+            self.mutual.sum(queue, now, &params, pass, together);
         }
-        self.mutual.in_space(queue, now, &params, pass, merged);
     }
 
     fn shade(&self, queue: &mut Queue, now: &Frame) {
         let Some(direct) = queue.within().filter(|_| now.adds) else { return };
         queue.shade(|queue, film| {
-            let planes = [("reservoirs", queue.work()), ("direct", direct), ("film", film)];
+            let reservoirs = self.together.unwrap_or(queue.work());
+            let planes = [("reservoirs", reservoirs), ("direct", direct), ("film", film)];
             queue.push(now, &sss::sss_shade::DESC, &self.params(now), &planes);
         });
     }
 }
 
 impl SssPasses {
+    /// Whether pixels are shaded by all samples of the last merge.
+    fn sums(&self) -> bool {
+        self.settings.shading == Shading::All
+    }
+
     /// The plane of these samples as they are in the other frame: of the last one's here. Those of this frame are taken there by their shift.
     fn elsewhere(&self, queue: &mut Queue, now: &Frame, params: &SssParams, samples: BufferId) -> BufferId {
         if !now.same_scene && !params.flags.contains(Flags::BACK) {
@@ -114,9 +124,7 @@ impl SssPasses {
 
     /// Of passes that see one frame.
     fn params(&self, now: &Frame) -> SssParams {
-        let mut params = of_frame(&self.of_all, now);
-        params.fit.lambert_below = self.settings.lambert_below * spread(&now.camera);
-        params
+        of_frame(&self.of_all, now)
     }
 }
 
@@ -137,7 +145,7 @@ impl SssSettings {
             confidence_cap: self.confidence_cap as f32,
             ..ReuseParams::default()
         };
-        let fit = Fit { flags: self.fit(), lambert_below: 0.0 };
-        SssParams { reuse, fit, segments: self.segments, max_depth: self.max_depth }
+        let Self { lambert_below, reconnected_beyond, segments, max_depth, .. } = *self;
+        SssParams { reuse, profile: self.profile_flags(), lambert_below, reconnected_beyond, segments, max_depth }
     }
 }

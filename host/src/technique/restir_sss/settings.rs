@@ -44,7 +44,7 @@ choices! {
     pub enum Shading {
         /// By the one that it has selected.
         "selected" => Selected,
-        /// By its own and its neighbours' together, each by its weight, where the last spatial pass makes no history.
+        /// By its own and its neighbours' together, each by its weight.
         "all" => All,
     }
 }
@@ -70,6 +70,8 @@ settings! {
         support: SupportChoice = SupportChoice::Exact;
         /// How samples are taken to other pixels.
         shift: Shift = Shift::Hybrid;
+        /// Of the hybrid shift: points farther from the entry stay, and those two of the profile's lengths away.
+        reconnected_beyond: f32 = 2.0, in 0.0..=1.0e6, unit "pixels";
         /// How a pixel's sample and those of its neighbours share what several pixels can find.
         mis: Form = Form::Pairwise;
         /// How a pixel's sample and that of the last frame do: of two, pairwise is the balance heuristic with confidences.
@@ -81,13 +83,13 @@ settings! {
         /// Passes of spatial reuse.
         spatial: u32 = 1, in 0..=MAX_SPATIAL_PASSES, unit "passes";
         /// Neighbours of a pass: each is the partner of a random pairing.
-        neighbours: u32 = 4, in 0..=MAX_NEIGHBOURS, unit "neighbours";
+        neighbours: u32 = 8, in 0..=MAX_NEIGHBOURS, unit "neighbours";
         /// Side of the squares in which pixels are paired: a power of two. The squares lie elsewhere for each pairing.
-        tile: u32 = 16, in 2..=256, unit "pixels";
+        tile: u32 = 8, in 2..=256, unit "pixels";
         /// By which samples a pixel is shaded. A single sample has the colours of one distance, which differ more than their brightness.
         shading: Shading = Shading::All;
         /// The next frame reuses what spatial reuse has made, not what it began with.
-        feedback: bool = false;
+        feedback: bool = true;
         /// A neighbour farther from the tangent plane than this is left out.
         max_plane_distance: f32 = 1.0e6, in 0.0..=1.0e6, unit "of the distance to the camera";
         /// A neighbour whose normal has a smaller cosine with the pixel's is left out.
@@ -104,7 +106,7 @@ settings! {
         "reconnection" => Self { shift: Shift::Reconnection, ..Self::default() },
         "delayed" => Self { shift: Shift::Delayed, ..Self::default() },
         "pathtracing" => Self { temporal: false, spatial: 0, ..Self::default() },
-        "published" => Self { mis: Form::Counted, feedback: true, shading: Shading::Selected, tile: 32, support: SupportChoice::Published, ..Self::default() },
+        "published" => Self { mis: Form::Counted, feedback: true, shading: Shading::Selected, tile: 32, support: SupportChoice::Published, reconnected_beyond: 1.0e6, ..Self::default() },
     }
 }
 
@@ -150,7 +152,7 @@ impl SssSettings {
     }
 
     /// What profiles are.
-    pub(super) fn fit(&self) -> PathFlags {
+    pub(super) fn profile_flags(&self) -> PathFlags {
         PathFlags::WHOLE.only_if(self.traced == Traced::Nothing)
             | PathFlags::SIGNED.only_if(self.profile == Fit::Searchlight)
             | PathFlags::CLAMPED.only_if(self.profile == Fit::Clamped)

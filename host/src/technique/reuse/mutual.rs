@@ -77,6 +77,15 @@ impl Mutual {
         queue.push(now, self.merge, params, &[("reservoirs", history), ("merged", work)]);
     }
 
+    /// Merges the records of neighbours into the plane `merged` by the shifts of the spatial pass of that number, which was the last one.
+    pub(crate) fn sum<P: PassParams>(&self, queue: &mut Queue, now: &Frame, params: &P, pass: u32, merged: BufferId) {
+        let params = changed(params, |reuse| {
+            let reuse = reuse.with_neighbours(pass);
+            ReuseParams { flags: reuse.flags | Flags::SUMS, ..reuse }
+        });
+        queue.push(now, self.merge, &params, &[("reservoirs", queue.work()), ("merged", merged)]);
+    }
+
     /// Merges the records of neighbours into the plane `merged`, by the spatial pass of that number.
     pub(crate) fn in_space<P: PassParams>(
         &self,

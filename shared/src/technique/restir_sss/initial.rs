@@ -52,7 +52,7 @@ pub fn initial<S: Trace + Surface<Material = Material> + AddressedLights + Probe
         return Initial { origin: SssOrigin::NONE, surface: PackedSurface::NONE, reservoir };
     }
     let origin = SssOrigin { hit: PackedHit::pack(&hit), throughput: (throughput * gain).to_array(), travelled };
-    let entrance = Entrance::new(scene, params, &origin);
+    let entrance = Entrance::new(scene, params, &origin, false);
     let distance = length(entrance.at.position - Vec3::from_array(params.camera.position));
     let surface = GBufferSurface { position: entrance.at.position, normal: entrance.at.normal, distance };
     let reservoir = candidates(scene, params, &entrance, &params.rng(at));
@@ -69,7 +69,7 @@ fn candidates<S: Trace + Surface<Material = Material> + AddressedLights + Probe>
 ) -> PackedSubsurface {
     let none = Candidate { sample: Sample::NONE, value: Vec3::ZERO, shadow: Ray::NONE };
     let mut reservoir = Reservoir::empty(none);
-    let one = params.fit.has(PathFlags::ONE_CROSSING);
+    let one = params.profile.contains(PathFlags::ONE_CROSSING);
     let per_segment = num::recip(params.segments as f32);
     let mut cut = false;
     let mut index = 0;

@@ -35,16 +35,21 @@ pub(super) struct Entrance {
     pub(super) body: u32,
     pub(super) profile: EntryProfile,
     throughput: Vec3,
+    /// From there on points are reconnected.
+    far: f32,
 }
 
 impl Entrance {
-    /// That of an origin, which is one.
+    /// That of an origin, which is one, in this frame or the other one.
     #[inline(always)]
-    pub(super) fn new<S: Surface>(scene: &S, params: &SssParams, origin: &SssOrigin) -> Self {
-        let hit = origin.hit.unpack();
+    pub(super) fn new<S: Surface>(scene: &S, params: &SssParams, origin: &SssOrigin, of_other: bool) -> Self {
+        let (hit, spread) = (origin.hit.unpack(), params.spread(of_other));
         let (at, interior) = (scene.location(&hit), scene.interior(&hit));
-        let profile = EntryProfile::new(&params.fit, &at, (&interior, scene.absorbed(&hit)), origin.travelled);
-        Self { hit, at, body: interior.body, profile, throughput: Vec3::from_array(origin.throughput) }
+        let absorbed = scene.absorbed(&hit);
+        let profile = EntryProfile::new(&params.fit(spread), &at, (&interior, absorbed), origin.travelled);
+        let pixels = params.reconnected_beyond * spread * origin.travelled;
+        let far = num::min(2.0 * max_component(profile.disk.profile.distance), pixels);
+        Self { hit, at, body: interior.body, profile, throughput: Vec3::from_array(origin.throughput), far }
     }
 
     /// What light is worth that becomes diffuse at a point, over the point's address.
@@ -68,15 +73,15 @@ impl Entrance {
     /// See [`is_connectable`].
     #[inline(always)]
     pub(super) fn is_connectable(&self, point: &Location) -> bool {
-        is_connectable(&self.at, point, max_component(self.profile.disk.profile.distance))
+        is_connectable(&self.at, point, self.far)
     }
 }
 
-/// Whether the hybrid shift reconnects a point with an entry: where the surface has turned by 60 degrees between the two, or over two of the
-/// profile's largest distances `d`, the profile is smooth (Werner et al. 2024, §4; where the published program's comment says less than 60
-/// degrees, its code says as here).
+/// Whether the hybrid shift reconnects a point with an entry: where the surface has turned by 60 degrees between the two, or where they are
+/// `far` from each other, the profile is smooth. Werner et al. 2024, §4, call two of the profile's largest distances `d` far. Some pixels are, too: the
+/// profile changes little between neighbours then, and replay would often find no point. (Where the published program's comment says less than 60 degrees,
+/// its code says as here.)
 #[inline(always)]
-pub fn is_connectable(entry: &Location, point: &Location, distance: f32) -> bool {
-    (dot(entry.normal, point.normal) <= 0.5)
-        | (length(point.position - entry.position) >= 2.0 * num::max(distance, 0.0))
+pub fn is_connectable(entry: &Location, point: &Location, far: f32) -> bool {
+    (dot(entry.normal, point.normal) <= 0.5) | (length(point.position - entry.position) >= far)
 }

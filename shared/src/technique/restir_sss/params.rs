@@ -1,5 +1,6 @@
 //! Parameters of the kernels of ReSTIR SSS.
 
+use crate::camera::spread;
 use crate::layout::{CameraParams, Extent};
 use crate::resample::params::{Flags, LastFrame, ReuseParams, reuses};
 use crate::technique::path::PathFlags;
@@ -20,15 +21,19 @@ impl Flags {
 pub struct SssParams {
     /// What all techniques of reuse have in common, as [`mutual`](crate::resample::mutual) reads it.
     pub reuse: ReuseParams,
-    /// What profiles are.
-    pub fit: Fit,
+    /// Which profiles: the flags of [`Fit`].
+    pub profile: PathFlags,
+    /// Channels of a mean free path that is shorter than so many pixels are Lambertian.
+    pub lambert_below: f32,
+    /// Of [`Flags::BY_CRITERION`]: points farther than so many pixels from the entry are reconnected, too.
+    pub reconnected_beyond: f32,
     /// How many segments look for candidates, at least 1 and at most [`MAX_SEGMENTS`](crate::technique::path::hybrid::MAX_SEGMENTS).
     pub segments: u32,
     /// Longest path in segments: light that enters at a point of the body ends it there.
     pub max_depth: u32,
 }
 
-const _: () = assert!(size_of::<SssParams>() == 356);
+const _: () = assert!(size_of::<SssParams>() == 360);
 
 reuses!(SssParams);
 
@@ -45,7 +50,8 @@ impl SssParams {
     pub fn new(camera: CameraParams, size: [u32; 2], seed: u32) -> Self {
         let reuse =
             ReuseParams { max_plane_distance: 1.0e6, min_normal_cos: -1.0, ..ReuseParams::new(camera, size, seed) };
-        Self { reuse, fit: Fit { flags: PathFlags::WHOLE, lambert_below: 0.0 }, segments: 1, max_depth: 3 }
+        let (lambert_below, reconnected_beyond) = (0.0, 2.0);
+        Self { reuse, profile: PathFlags::WHOLE, lambert_below, reconnected_beyond, segments: 1, max_depth: 3 }
     }
 
     /// See [`ReuseParams::of_frame`].
@@ -83,18 +89,29 @@ impl SssParams {
         Self { reuse: ReuseParams { flags: self.flags | more, ..self.reuse }, ..self }
     }
 
-    /// See [`ReuseParams::specialised`]; the word has the flags of the fit, too.
+    /// See [`ReuseParams::specialised`]; the word has the flags of the profile, too.
     #[doc(hidden)]
     #[inline(always)]
     #[must_use]
     pub fn specialised(self, bits: u32) -> Self {
-        let fit = Fit { flags: self.fit.flags.specialised(bits), ..self.fit };
-        Self { reuse: self.reuse.specialised(bits), fit, ..self }
+        Self { reuse: self.reuse.specialised(bits), profile: self.profile.specialised(bits), ..self }
     }
 
     /// Whether a flag is set.
     #[inline(always)]
     pub(super) fn has(&self, flag: Flags) -> bool {
         self.flags.contains(flag)
+    }
+
+    /// The height of a pixel at the distance 1 from the camera of this frame, or of the other one.
+    #[inline(always)]
+    pub(super) fn spread(&self, of_other: bool) -> f32 {
+        if of_other { spread(&self.other_camera) } else { spread(&self.camera) }
+    }
+
+    /// What profiles are where a pixel at the distance 1 has this height.
+    #[inline(always)]
+    pub(super) fn fit(&self, spread: f32) -> Fit {
+        Fit { flags: self.profile, lambert_below: self.lambert_below * spread }
     }
 }

@@ -41,7 +41,7 @@ fn shifted<S: Trace + Surface<Material = Material> + AddressedLights + Probe>(
     sample: &Sample,
     origin: &SssOrigin,
 ) -> Shifted {
-    let entrance = Entrance::new(scene, params, origin);
+    let entrance = Entrance::new(scene, params, origin, params.has(Flags::BACK));
     let hit = match sample.kind {
         Kind::Kept => sample.hit,
         Kind::Replayed => replayed(scene, sample, &entrance),
