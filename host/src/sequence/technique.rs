@@ -129,6 +129,12 @@ pub trait Diagnose {
         self.leaves_out(scene)
     }
 
+    /// With which settings, `KEY=VALUE,...`, the technique `path` shows this technique's image, if its defaults with the same [`Integral`] do not in
+    /// every scene.
+    fn shown_by_path(&self) -> String {
+        String::new()
+    }
+
     /// What `restir advise` tries, each as settings `KEY=VALUE,...`, with the word `last` where the last frame is the image and not
     /// the mean of all.
     fn advisable(&self) -> &'static [&'static str] {

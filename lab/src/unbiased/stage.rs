@@ -82,7 +82,8 @@ impl<'a> Stage<'a> {
 
     /// Whether path tracing shows the same.
     fn check(&self, cell: &Cell) -> Result<(), Error> {
-        let why = cell.technique.differs_from_path(&self.buffers);
+        let shown = !cell.technique.shown_by_path().is_empty();
+        let why = cell.technique.differs_from_path(&self.buffers).filter(|_| !shown);
         let refused = |why| Error::Environment(format!("{}/{}: the technique {why}", cell.name(), self.scene.name));
         why.map_or(Ok(()), |why| Err(refused(why)))
     }
@@ -144,7 +145,8 @@ impl<'a> Stage<'a> {
         let Integral { max_depth, jitter, filter, multiscatter } = integral;
         let mut path: Box<dyn Technique> = PathSettings::of(integral).into();
         let is_itself = *path == *cell.technique;
-        let by = match cell.instead.filter(|_| is_itself) {
+        let shown = cell.technique.shown_by_path();
+        let by = match cell.instead.filter(|_| is_itself).or(Some(&*shown).filter(|shown| !shown.is_empty())) {
             Some(other) => {
                 configure_by(path.as_mut(), other)?;
                 format!("reference-{other}")

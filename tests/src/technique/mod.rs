@@ -22,6 +22,7 @@ known! {
     path,
     restir_di,
     restir_pt,
+    restir_sss,
 }
 
 /// See the fields.

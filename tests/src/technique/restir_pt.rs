@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use restir_host::buffers::SceneBuffers;
 use restir_shared::camera::primary_ray;
 use restir_shared::geometry::{Hit, Ray};
+use restir_shared::resample::mutual::Shift;
 use restir_shared::resample::params::ReuseParams;
 use restir_shared::rng::{Rng, Sampler};
 use restir_shared::scene::{EnvironmentPoint, SceneView, Still, Surface, SurfacePoint, Trace};

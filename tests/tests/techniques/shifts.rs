@@ -8,6 +8,7 @@ use restir_kernels::restir_pt::{pt_shift, pt_trace};
 use restir_shared::geometry::{Hit, Ray};
 use restir_shared::glam::{UVec2, UVec4, Vec2, Vec3};
 use restir_shared::num::{FLUSH_BELOW, UNIT_ROUNDOFF};
+use restir_shared::resample::mutual::Shift;
 use restir_shared::resample::mutual::ShiftRequest;
 use restir_shared::resample::params::{Flags, ReuseParams};
 use restir_shared::scene::{AddressedLights, LightKind, SceneFrames, SceneView, Surface, Trace};

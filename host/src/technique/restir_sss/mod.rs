@@ -32,6 +32,7 @@ use super::{
 };
 use crate::exec::{Executor, Observer};
 use crate::render::Render;
+use crate::settings::Settings;
 use crate::technique::explain::{Explanation, Subject};
 use crate::technique::sequence::{Sequence, Stage};
 use crate::{Error, buffers::SceneBuffers, image::Channel};
@@ -76,6 +77,13 @@ impl Diagnose for SssSettings {
 
     fn reuses(&self) -> bool {
         self.temporal || self.shares()
+    }
+
+    fn shown_by_path(&self) -> String {
+        let path = self.path();
+        let of = |key| format!("{key}={}", path.value(key).unwrap_or_default());
+        let told = ["subsurface", "profile", "lambert_below"].map(of).join(",");
+        format!("{told},profile_paths=off")
     }
 
     fn differs_from_path(&self, scene: &SceneBuffers) -> Option<&'static str> {
